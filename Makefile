@@ -1,0 +1,48 @@
+PYTHON ?= python3
+BIN := .venv/bin
+
+.PHONY: derive test check check-generated format lint types bench docs clean help
+
+derive: .venv/derive ## derive, generate and compile every robot
+	@$(BIN)/chasles-derive && $(BIN)/python -m chasles build
+
+test: .venv/dev ## the whole test suite
+	@$(BIN)/python -m pytest
+
+check: format lint types check-generated test ## everything that a change must pass
+
+check-generated: .venv/dev ## derive again and compare every byte with generated/
+	@$(BIN)/chasles-derive --check
+
+format: .venv/dev ## fail where the formatter would change something
+	@$(BIN)/ruff format --check .
+
+lint: .venv/dev ## ruff's rules
+	@$(BIN)/ruff check .
+
+types: .venv/dev build/typing/chasles ## mypy, strict
+	@MYPYPATH=build/typing $(BIN)/mypy -p chasles
+
+bench: .venv/dev ## speed and size, as ratios to peers measured in the same run
+	@$(BIN)/python -m bench
+
+docs: .venv/derive ## every robot's equations as PDF in build/docs (needs pdflatex)
+	@$(BIN)/python docs/build.py
+
+clean: ## remove the environment and everything built
+	@rm -rf .venv build dist *.egg-info runtime/*.so generated/*/.derived
+
+help: ## this list
+	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 18
+
+.venv/bin/python:
+	@$(PYTHON) -m venv .venv
+
+.venv/derive: .venv/bin/python pyproject.toml setup.py runtime/_call.c runtime/_kernel.h
+	@echo "installing chasles and its compiler into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive]' && touch $@
+
+.venv/dev: .venv/derive
+	@echo "installing the tests' tools and oracles into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive,test,crosscheck,dev]' && touch $@
+
+build/typing/chasles: $(wildcard runtime/*)
+	@mkdir -p $@ && ln -sfn $(CURDIR)/runtime/* $(CURDIR)/derive $(CURDIR)/generated $@/

@@ -1,0 +1,63 @@
+"""The compiler: a robot's description becomes equations, LaTeX and C.
+
+    >>> from chasles.derive import load, derive, write
+    >>> robot = load("my_robot.toml")
+    >>> write(robot, "generated/my_robot")
+
+Names are imported when they are first used: asking whether anything is to be done needs no SymPy.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .casadi_file import casadi_function as casadi_function
+    from .description import DescriptionError as DescriptionError
+    from .description import load as load
+    from .description import loads as loads
+    from .generate import artifacts as artifacts
+    from .generate import write as write
+    from .lower import lower as lower
+    from .poe import to_poe as to_poe
+    from .robot import Joint as Joint
+    from .robot import Mimic as Mimic
+    from .robot import Parameter as Parameter
+    from .robot import Robot as Robot
+    from .robot import RobotError as RobotError
+    from .robot import Rotation as Rotation
+    from .robot import Translation as Translation
+    from .serial import FUNCTIONS as FUNCTIONS
+    from .serial import Derivation as Derivation
+    from .serial import derive as derive
+    from .urdf import from_urdf as from_urdf
+
+_ROOMS = {
+    "casadi_file": ("casadi_function",),
+    "description": ("DescriptionError", "load", "loads"),
+    "generate": ("artifacts", "write"),
+    "lower": ("lower",),
+    "poe": ("to_poe",),
+    "robot": (
+        "Joint",
+        "Mimic",
+        "Parameter",
+        "Robot",
+        "RobotError",
+        "Rotation",
+        "Translation",
+    ),
+    "serial": ("FUNCTIONS", "Derivation", "derive"),
+    "urdf": ("from_urdf",),
+}
+_ROOM_OF = {name: room for room, names in _ROOMS.items() for name in names}
+__all__ = [*_ROOM_OF]  # noqa: PLE0604
+
+
+def __getattr__(name: str) -> object:
+    if name not in _ROOM_OF:
+        raise AttributeError(f"chasles.derive has no {name!r}; it has {', '.join(sorted(_ROOM_OF))}")
+    return getattr(import_module(f".{_ROOM_OF[name]}", __name__), name)
+
+
+def __dir__() -> list[str]:
+    return sorted(_ROOM_OF)

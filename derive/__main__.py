@@ -1,0 +1,5 @@
+"""``python -m chasles.derive`` is ``chasles-derive``."""
+
+from .cli import main
+
+main()

@@ -1,0 +1,115 @@
+"""Many robots at once: read all, then derive them in parallel, then write or compare."""
+
+import json
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+
+from .description import load
+from .freshness import Job, stamp
+from .generate import MANIFEST, artifacts, generated_files, put
+from .robot import Robot, RobotError
+from .serial import FUNCTIONS
+from .urdf import from_urdf
+
+
+@dataclass(frozen=True)
+class Report:
+    """What became of one job: whether all is well, and a line for the reader."""
+
+    good: bool
+    line: str
+
+
+def read(job: Job) -> Robot:
+    """The robot that a job describes.
+
+    Raises:
+        RobotError: The description is wrong.
+    """
+    if job.file.suffix == ".urdf":
+        return from_urdf(job.file, job.base, job.tip)
+    return load(job.file)
+
+
+def problems(jobs: Sequence[Job]) -> list[str]:
+    """What is wrong with descriptions, before any work is done on them."""
+    found = []
+    files: dict[str, Path] = {}
+    for job in jobs:
+        try:
+            name = read(job).name
+        except RobotError as error:
+            found.append(str(error))
+            continue
+        if name in files:
+            found.append(f"{job.file}: robot {name!r} is also described in {files[name]}")
+        files[name] = job.file
+    return found
+
+
+def derived(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
+    """Derives robots and writes their folders, reporting each as it is done."""
+    return _each(_derive, jobs, workers)
+
+
+def compared(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
+    """Derives robots and compares them, byte by byte, with what their folders hold."""
+    return _each(_compare, jobs, workers)
+
+
+def orphans(jobs: Sequence[Job], to: Path) -> list[str]:
+    """Generated folders that no description accounts for."""
+    names = {read(job).name for job in jobs}
+    return sorted(path.parent.name for path in to.glob(f"*/{MANIFEST}") if path.parent.name not in names)
+
+
+def _each(work: Callable[[Job], Report], jobs: Sequence[Job], workers: int) -> Iterator[Report]:
+    # Forked, so that workers start with SymPy and CasADi already loaded.
+    context = get_context("fork")
+    with ProcessPoolExecutor(min(workers, len(jobs)), mp_context=context) as pool:
+        for done in as_completed([pool.submit(work, job) for job in jobs]):
+            yield done.result()
+
+
+def _derive(job: Job) -> Report:
+    started = time.perf_counter()
+    try:
+        robot = read(job)
+        files = artifacts(robot, job.functions or FUNCTIONS)
+    except RobotError as error:
+        return Report(False, f"{job.file}: {error}")
+    folder = job.to / robot.name
+    put(files, folder)
+    stamp(job, folder)
+    lines = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
+    return Report(True, "\n    ".join([*lines, *robot.notes]))
+
+
+def _compare(job: Job) -> Report:
+    robot = read(job)
+    files = artifacts(robot, job.functions or FUNCTIONS)
+    folder = job.to / robot.name
+    differing = [name for name, text in files.items() if _text(folder / name) != text]
+    differing += sorted(generated_files(folder) - files.keys())
+    if differing:
+        return Report(False, f"{robot.name:<12} out of date: {', '.join(differing)}")
+    return Report(True, f"{robot.name:<12} agrees, {len(files)} files")
+
+
+def _summary(files: dict[str, str]) -> str:
+    operations = {
+        function["name"]: function["operations"]["total"]
+        for function in json.loads(files[MANIFEST])["functions"]
+    }
+    shown = [name for name in ("fk", "fk_jacobian_mixed") if name in operations]
+    counts = ", ".join(f"{name} {operations[name]:4d} operations" for name in shown)
+    size = sum(len(text.encode()) for text in files.values()) // 1024
+    return f"{len(operations):2d} functions ({counts}), {size:4d} KiB"
+
+
+def _text(path: Path) -> str | None:
+    return path.read_bytes().decode(errors="replace") if path.is_file() else None

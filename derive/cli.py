@@ -1,0 +1,106 @@
+"""``chasles-derive``: robot files in, generated folders out."""
+
+import os
+import time
+from collections.abc import Iterable
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, NoReturn
+
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+from .freshness import ROOM, Job, is_up_to_date
+
+if TYPE_CHECKING:
+    from .batch import Report
+
+ROBOTS = ROOM / "robots"
+GENERATED = ROOM.parent / "generated"
+
+app = typer.Typer(pretty_exceptions_enable=False)
+out = Console(highlight=False, soft_wrap=True)
+err = Console(highlight=False, soft_wrap=True, stderr=True)
+
+
+@app.command()
+def derive(
+    robots: Annotated[
+        list[str] | None,
+        typer.Argument(help="Shipped robots by name, or files (.toml, .urdf). Default: all shipped."),
+    ] = None,
+    to: Annotated[
+        Path, typer.Option(help="Folder that receives one folder a robot.")
+    ] = GENERATED,
+    functions: Annotated[
+        str, typer.Option(help="Functions wanted, with commas between. Default: all.")
+    ] = "",
+    base: Annotated[str | None, typer.Option(help="Base link of a URDF.")] = None,
+    tip: Annotated[str | None, typer.Option(help="Tip link of a URDF.")] = None,
+    jobs: Annotated[int, typer.Option(min=1, help="Robots at once.")] = os.cpu_count() or 1,
+    check: Annotated[
+        bool, typer.Option("--check", help="Write nothing, compare, fail where files differ.")
+    ] = False,
+) -> None:
+    """Derives robots: equations, LaTeX, C and a Python package each.
+
+    What is up to date is left alone. One wrong description stops all before anything is written.
+    """
+    started = time.perf_counter()
+    wanted = tuple(name.strip() for name in functions.split(",") if name.strip())
+    todo = [Job(_file(robot), to, base, tip, wanted) for robot in robots or _shipped()]
+    if not check:
+        todo = [job for job in todo if not is_up_to_date(job)]
+    if not todo:
+        out.print("nothing to derive: all is up to date")
+        return
+    # SymPy and CasADi are loaded only where there is work for them.
+    from . import batch  # noqa: PLC0415
+
+    problems = batch.problems(todo)
+    if problems:
+        _stop("\n".join([*problems, "nothing was written"]))
+    results = batch.compared(todo, jobs) if check else batch.derived(todo, jobs)
+    good = _show(results, len(todo))
+    orphans = batch.orphans(todo, to) if check and not robots else []
+    if orphans:
+        _stop(f"{to}: no description for {', '.join(orphans)}")
+    if not good:
+        _stop("some robots failed" if not check else "run make derive and commit what it writes")
+    done = "agree with their descriptions" if check else f"written to {to}"
+    out.print(f"{len(todo)} robots {done}, {time.perf_counter() - started:.1f} s")
+
+
+def main() -> None:
+    """The console script."""
+    app()
+
+
+def _shipped() -> list[str]:
+    return sorted(path.stem for path in ROBOTS.glob("*.toml"))
+
+
+def _file(robot: str) -> Path:
+    if robot in _shipped():
+        return ROBOTS / f"{robot}.toml"
+    if not Path(robot).is_file():
+        _stop(f"{robot}: expected a robot file, or one of {', '.join(_shipped())}")
+    return Path(robot)
+
+
+def _show(results: Iterable["Report"], total: int) -> bool:
+    good = True
+    columns = (TextColumn("deriving"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=out, transient=True) as progress:
+        bar = progress.add_task("deriving", total=total)
+        for report in results:
+            good &= report.good
+            progress.console.print(report.line)
+            progress.advance(bar)
+    return good
+
+
+def _stop(message: str) -> NoReturn:
+    err.print(message, style="red", markup=False)
+    raise typer.Exit(1)

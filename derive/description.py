@@ -1,0 +1,484 @@
+"""Robot files: TOML in, :class:`~chasles.derive.robot.Robot` out, or an error that points at the line.
+
+A robot file says what a data sheet says::
+
+    name = "ur5e"
+    title = "Universal Robots UR5e"
+    source = "data sheet"
+    convention = "dh"
+    units = { length = "m", angle = "rad" }
+
+    [parameters]
+    d1 = "0.1625"
+
+    [[joints]]
+    name = "shoulder_pan"
+    d = "d1"
+    alpha = "pi/2"
+    limits = ["-2*pi", "2*pi"]
+
+Every number is exact: an integer, a decimal, or a text that :mod:`chasles.derive.exact` reads.
+"""
+
+import difflib
+import keyword
+import re
+import tomllib
+from collections.abc import Iterable, Mapping
+from decimal import Decimal
+from pathlib import Path
+from typing import NoReturn
+
+import sympy as sp
+
+from .conventions import CONVENTIONS, FieldKind, urdf
+from .exact import EXPECTED, RESERVED, NotExact, read
+from .robot import Joint, JointKind, Mimic, Parameter, ParameterKind, Placement, Robot, RobotError
+
+Keys = tuple[str | int, ...]
+"""The way to a value in the file's table: names of tables and fields, places in lists."""
+Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
+
+LONGEST_FILE = 1_000_000
+MOST_JOINTS = 256
+LENGTHS = {
+    "m": sp.Integer(1),
+    "cm": sp.Rational(1, 100),
+    "mm": sp.Rational(1, 1000),
+    "inch": sp.Rational(254, 10000),
+}
+ANGLES = {"rad": sp.Integer(1), "deg": sp.pi / 180}
+RATIOS = {"1": sp.Integer(1)}
+ROBOT_FIELDS = (
+    "name",
+    "title",
+    "source",
+    "convention",
+    "units",
+    "parameters",
+    "base",
+    "tool",
+    "joints",
+)
+JOINT_FIELDS = ("name", "type", "convention", "limits", "link", "pitch", "direction", "mimic")
+KINDS = ("revolute", "prismatic", "helical", "fixed")
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
+FRAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]{0,62}")
+COORDINATE = re.compile(r"q{1,1}d{0,2}[0-9]*")
+
+
+class DescriptionError(RobotError):
+    """A robot file that is wrong: the file, the line, the field, the value, what was expected.
+
+    Attributes:
+        file: The file as it was named.
+        line: Line number from 1, None where the file has no such line.
+        field: Dotted path of the field, empty for the file as a whole.
+        value: The value found, None where there is none.
+        expected: What would have been right.
+    """
+
+    def __init__(
+        self, file: str, line: int | None, field: str, value: object, expected: str
+    ) -> None:
+        self.file, self.line, self.field = file, line, field
+        self.value, self.expected = value, expected
+        place = file if line is None else f"{file}:{line}"
+        about = f"{field}: " if field else ""
+        found = "" if value is None else f", found {_shortened(value)}"
+        super().__init__(f"{place}: {about}expected {expected}{found}")
+
+
+def load(path: str | Path) -> Robot:
+    """Reads a robot file.
+
+    Args:
+        path: A TOML file.
+
+    Returns:
+        The robot, in metres and radians.
+
+    Raises:
+        DescriptionError: The file cannot be read or is wrong.
+    """
+    return loads(read_text(path), str(path))
+
+
+def read_text(path: str | Path) -> str:
+    """The text of a description file.
+
+    Raises:
+        DescriptionError: It cannot be read, is too long, or is not UTF-8.
+    """
+    file = str(path)
+    try:
+        content = Path(path).read_bytes()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise DescriptionError(file, None, "", None, f"a readable file ({reason})") from error
+    if len(content) > LONGEST_FILE:
+        raise DescriptionError(file, None, "", None, f"at most {LONGEST_FILE} bytes")
+    try:
+        return content.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        raise DescriptionError(file, line, "", None, "UTF-8 text") from error
+
+
+def loads(text: str, file: str = "<text>") -> Robot:
+    """Reads a robot from the text of a robot file; ``file`` is what errors call it.
+
+    Raises:
+        DescriptionError: The text is wrong.
+    """
+    return _Reader(file, text).robot()
+
+
+class _Reader:
+    """One file: its table, its units, its parameters and the place of every complaint."""
+
+    def __init__(self, file: str, text: str) -> None:
+        self.file, self.text = file, text
+        self.table = self._parsed()
+        self.scale: dict[ParameterKind, sp.Expr] = {"ratio": sp.Integer(1)}
+        self.symbols: dict[str, sp.Symbol] = {}
+        self.kinds: dict[str, ParameterKind] = {}
+
+    def robot(self) -> Robot:
+        self._check_fields((), self.table, ROBOT_FIELDS)
+        name = self._name(("name",))
+        units = self._table(("units",), {})
+        self._check_fields(("units",), units, ("length", "angle"))
+        self.scale["length"] = self._choice(("units", "length"), LENGTHS, "m")
+        self.scale["angle"] = self._choice(("units", "angle"), ANGLES, "rad")
+        self._declare_parameters()
+        base, base_frame = self._frame("base", "0")
+        tool, tool_frame = self._frame("tool", "ee")
+        joints = self._joints()
+        try:
+            return Robot(
+                name=name,
+                joints=joints,
+                title=self._string(("title",), name),
+                source=self._string(("source",), ""),
+                base=base,
+                tool=tool,
+                base_frame=base_frame,
+                tool_frame=tool_frame,
+                parameters=tuple(self._parameter(name) for name in self.symbols),
+            )
+        except DescriptionError:
+            raise
+        except RobotError as error:
+            self._fail(("joints",), str(error), shown=None)
+
+    # --- the parts of a file ---
+
+    def _parsed(self) -> dict[str, object]:
+        try:
+            return tomllib.loads(self.text, parse_float=Decimal)
+        except tomllib.TOMLDecodeError as error:
+            place = re.search(r"at line (\d+)", str(error))
+            line = int(place.group(1)) if place else self.text.count("\n") + 1
+            reason = str(error).split(" (at ")[0]
+            raise DescriptionError(self.file, line, "", None, f"valid TOML ({reason})") from error
+        except (ValueError, ArithmeticError, RecursionError) as error:
+            reason = f"{type(error).__name__} while reading it"
+            raise DescriptionError(self.file, None, "", None, f"plain TOML ({reason})") from error
+
+    def _declare_parameters(self) -> None:
+        for name, value in self._table(("parameters",), {}).items():
+            keys: Keys = ("parameters", name)
+            if not NAME.fullmatch(name) or name in RESERVED or COORDINATE.fullmatch(name):
+                expected = f"a parameter's name: letters, digits, _, none of q1 or {_or(RESERVED)}"
+                self._fail(keys, expected, shown=name)
+            self.symbols[name] = sp.Symbol(name, real=True)
+            if isinstance(value, Mapping):
+                self._check_fields(keys, value, ("value", "unit", "meaning"))
+                if "unit" in value:
+                    self._choice((*keys, "unit"), LENGTHS | ANGLES | RATIOS, "m")
+                    self.kinds[name] = _kind_of_unit(str(value["unit"]))
+
+    def _parameter(self, name: str) -> Parameter:
+        keys: Keys = ("parameters", name)
+        kind = self.kinds.get(name, "length")
+        given = self._at(keys)
+        if not isinstance(given, Mapping):
+            return Parameter(name, self._literal(keys) * self.scale[kind], kind)
+        scale = (LENGTHS | ANGLES | RATIOS).get(str(given.get("unit")), self.scale[kind])
+        value = self._literal((*keys, "value")) * scale
+        return Parameter(name, value, kind, self._string((*keys, "meaning"), ""))
+
+    def _frame(self, which: str, default: str) -> tuple[Placement, str]:
+        table = self._table((which,), {})
+        self._check_fields((which,), table, ("name", "xyz", "rpy"))
+        name = self._string((which, "name"), default)
+        if not FRAME.fullmatch(name):
+            self._fail((which, "name"), "letters, digits and _")
+        xyz = self._vector((which, "xyz"), "length")
+        rpy = self._vector((which, "rpy"), "angle")
+        placement, _ = urdf("fixed", xyz=xyz, rpy=rpy, axis=xyz)
+        return placement, name
+
+    def _joints(self) -> tuple[Joint, ...]:
+        joints = self.table.get("joints")
+        if not isinstance(joints, list) or not 1 <= len(joints) <= MOST_JOINTS:
+            self._fail(("joints",), f"a list of 1 to {MOST_JOINTS} joints")
+        return tuple(self._joint(k) for k in range(len(joints)))
+
+    def _joint(self, k: int) -> Joint:
+        keys: Keys = ("joints", k)
+        table = self._table(keys)
+        kind = self._option((*keys, "type"), KINDS, "revolute")
+        convention = self._convention(keys, table)
+        fields = CONVENTIONS[convention].fields
+        self._check_fields(keys, table, (*JOINT_FIELDS, *fields))
+        given = {field: self._value((*keys, field), what) for field, what in fields.items()}
+        if "axis" in fields and "axis" not in table:
+            given["axis"] = (sp.Integer(0), sp.Integer(0), sp.Integer(1))
+        try:
+            before, after = CONVENTIONS[convention].place(kind, **given)
+        except DescriptionError:
+            raise
+        except RobotError as error:
+            self._fail((*keys, "axis"), f"a direction: {error}")
+        return Joint(
+            name=self._name((*keys, "name"), f"joint{k + 1}"),
+            kind=kind,
+            before=before,
+            after=after,
+            link=self._name((*keys, "link"), f"link{k + 1}"),
+            limits=self._limits(keys, kind),
+            pitch=self._pitch(keys, kind),
+            direction=int(self._option((*keys, "direction"), ("1", "-1"), "1")),
+            mimic=self._mimic(keys, kind),
+            convention=convention,
+            given=_listed(given),
+        )
+
+    def _convention(self, keys: Keys, table: Mapping[str, object]) -> str:
+        if "convention" in table:
+            return self._option((*keys, "convention"), tuple(CONVENTIONS), "")
+        return self._option(("convention",), tuple(CONVENTIONS), "")
+
+    def _limits(self, keys: Keys, kind: JointKind) -> tuple[sp.Expr | None, sp.Expr | None]:
+        keys = (*keys, "limits")
+        value = self._at(keys)
+        if value is None:
+            return None, None
+        if not isinstance(value, list) or len(value) != 2:  # noqa: PLR2004
+            self._fail(keys, "two numbers, [lowest, highest]")
+        scale = self.scale["length" if kind == "prismatic" else "angle"]
+        lower, upper = (self._literal((*keys, side)) * scale for side in (0, 1))
+        if not lower < upper:
+            self._fail(keys, "a lowest below the highest")
+        return lower, upper
+
+    def _pitch(self, keys: Keys, kind: JointKind) -> sp.Expr:
+        keys = (*keys, "pitch")
+        if (kind == "helical") != (self._at(keys) is not None):
+            self._fail(keys, "the advance per radian for a helical joint, and for no other")
+        return self._number(keys, "length") if kind == "helical" else sp.Integer(0)
+
+    def _mimic(self, keys: Keys, kind: JointKind) -> Mimic | None:
+        keys = (*keys, "mimic")
+        if self._at(keys) is None:
+            return None
+        if kind == "fixed":
+            self._fail(keys, "nothing for a fixed joint")
+        table = self._table(keys)
+        self._check_fields(keys, table, ("joint", "multiplier", "offset"))
+        scale = self.scale["length" if kind == "prismatic" else "angle"]
+        return Mimic(
+            leader=self._name((*keys, "joint")),
+            multiplier=self._literal((*keys, "multiplier"), 1),
+            offset=self._literal((*keys, "offset"), 0) * scale,
+        )
+
+    # --- values ---
+
+    def _value(self, keys: Keys, kind: FieldKind) -> sp.Expr | Vector:
+        match kind:
+            case "length" | "angle":
+                return self._number(keys, kind)
+            case "lengths":
+                return self._vector(keys, "length")
+            case "angles":
+                return self._vector(keys, "angle")
+            case "direction":
+                return self._vector(keys, "ratio")
+
+    def _vector(self, keys: Keys, kind: ParameterKind) -> Vector:
+        value = self._at(keys)
+        if value is not None and (not isinstance(value, list) or len(value) != 3):  # noqa: PLR2004
+            self._fail(keys, "a list of three numbers")
+        x, y, z = (self._number((*keys, k), kind) for k in range(3))
+        return x, y, z
+
+    def _number(self, keys: Keys, kind: ParameterKind) -> sp.Expr:
+        """A field's expression in metres or radians, its parameters converted alike."""
+        value = self._at(keys)
+        if value is None:
+            return sp.Integer(0)
+        try:
+            expression = read(value, self.symbols)
+        except NotExact as error:
+            self._fail(keys, f"{EXPECTED} ({error})")
+        in_file_units = {}
+        for symbol in sorted(expression.free_symbols, key=str):
+            known = self.kinds.setdefault(symbol.name, kind)
+            in_file_units[symbol] = symbol / self.scale[known]
+            if known not in (kind, "ratio") and isinstance(expression, sp.Symbol):
+                self._fail(keys, f"a parameter of kind {kind}; {symbol} is a {known}")
+        expression = self.scale[kind] * expression.xreplace(in_file_units)
+        if not self._scales(expression, kind):
+            self._fail(
+                keys,
+                f"a {kind}: declare ratios as {{ value = ..., unit = \"1\" }} in [parameters]",
+            )
+        return sp.expand_mul(expression)
+
+    def _scales(self, expression: sp.Expr, kind: ParameterKind) -> bool:
+        """Whether lengths enter a length at most linearly, and an angle by their ratios alone."""
+        lengths = [s for s in expression.free_symbols if self.kinds[s.name] == "length"]
+        if not lengths:
+            return True
+        point = {s: sp.Rational(7 + 3 * k, 10) for k, s in enumerate(sorted(self.symbols.values(), key=str))}
+        one, two, three = (
+            expression.xreplace({s: v * (t if s in lengths else 1) for s, v in point.items()}).evalf()
+            for t in (1, 2, 3)
+        )
+        change = two - one
+        bend = three - 2 * two + one
+        return bool(abs(bend if kind == "length" else change) < sp.Float("1e-10"))
+
+    def _literal(self, keys: Keys, default: int | None = None) -> sp.Expr:
+        """A number without parameters, in the file's own units."""
+        value = self._at(keys)
+        if value is None and default is not None:
+            return sp.Integer(default)
+        try:
+            return read(value)
+        except NotExact as error:
+            self._fail(keys, f"a number ({error})")
+
+    def _name(self, keys: Keys, default: str | None = None) -> str:
+        value = self._at(keys)
+        if value is None and default is not None:
+            return default
+        if not isinstance(value, str) or not NAME.fullmatch(value) or keyword.iskeyword(value):
+            self._fail(keys, "a name: a letter, then letters, digits and _, 63 at most")
+        return value
+
+    def _string(self, keys: Keys, default: str) -> str:
+        value = self._at(keys)
+        if value is None:
+            return default
+        if not isinstance(value, str) or not value.isprintable():
+            self._fail(keys, "one line of text")
+        return value
+
+    def _option(self, keys: Keys, options: Iterable[str], default: str) -> JointKind:
+        value = self._at(keys)
+        chosen = str(default if value is None else value)
+        if isinstance(value, bool | list | dict) or chosen not in options:
+            self._fail(keys, f"one of {_or(options)}{_hint(chosen, options)}")
+        return chosen  # type: ignore[return-value]
+
+    def _choice(self, keys: Keys, options: Mapping[str, sp.Expr], default: str) -> sp.Expr:
+        return options[self._option(keys, options, default)]
+
+    def _table(self, keys: Keys, default: dict[str, object] | None = None) -> dict[str, object]:
+        value = self._at(keys)
+        if value is None and default is not None:
+            return default
+        if not isinstance(value, dict):
+            self._fail(keys, "a table")
+        return value
+
+    def _check_fields(self, keys: Keys, table: Mapping[str, object], known: Iterable[str]) -> None:
+        for field in table:
+            if field not in known:
+                expected = f"one of the fields {_or(known)}{_hint(field, known)}"
+                self._fail((*keys, field), expected, shown=field)
+
+    def _at(self, keys: Keys) -> object:
+        return _follow(self.table, keys)
+
+    def _fail(self, keys: Keys, expected: str, shown: object = ...) -> NoReturn:
+        line = _line(self.text, keys)
+        value = self._at(keys) if shown is ... else shown
+        raise DescriptionError(self.file, line, _dotted(keys), value, expected) from None
+
+
+def _line(text: str, keys: Keys) -> int | None:
+    """The line on which a value stands: the first at which the text up to there holds it.
+
+    The parser keeps no positions, so prefixes of the text are parsed: those that end in a line with
+    the field's name, closed where they end inside a list.
+    """
+    for length in range(len(keys), 0, -1):
+        wanted = keys[:length]
+        name = next((key for key in reversed(wanted) if isinstance(key, str)), "")
+        lines = text.splitlines()
+        for number, line in enumerate(lines, 1):
+            if name in line or isinstance(wanted[-1], int):
+                prefix = "\n".join(lines[:number])
+                if any(_holds(prefix + end, wanted) for end in ("", "]", "]]")):
+                    return number
+    return None
+
+
+def _holds(text: str, keys: Keys) -> bool:
+    try:
+        return _follow(tomllib.loads(text), keys) is not None
+    except (ValueError, RecursionError):
+        return False
+
+
+def _follow(value: object, keys: Keys) -> object:
+    for key in keys:
+        if isinstance(value, Mapping):
+            value = value.get(key)
+        elif isinstance(value, list) and isinstance(key, int) and key < len(value):
+            value = value[key]
+        else:
+            return None
+    return value
+
+
+def _dotted(keys: Keys) -> str:
+    """``joints[2].alpha``, lists counted from 1 as a reader counts."""
+    text = ""
+    for key in keys:
+        text += f"[{key + 1}]" if isinstance(key, int) else f".{key}" if text else key
+    return text
+
+
+def _listed(given: Mapping[str, sp.Expr | Vector]) -> tuple[tuple[str, sp.Expr], ...]:
+    """The fields as scalars, vectors by component: what a printed table shows."""
+    listed: list[tuple[str, sp.Expr]] = []
+    for field, value in given.items():
+        if isinstance(value, tuple):
+            listed += [(f"{field}_{c}", v) for c, v in zip("xyz", value, strict=True)]
+        else:
+            listed.append((field, value))
+    return tuple(listed)
+
+
+def _kind_of_unit(unit: str) -> ParameterKind:
+    return "length" if unit in LENGTHS else "angle" if unit in ANGLES else "ratio"
+
+
+def _hint(word: str, known: Iterable[str]) -> str:
+    close = difflib.get_close_matches(word, list(known), n=1)
+    return f" (did you mean {close[0]!r}?)" if close else ""
+
+
+def _or(words: Iterable[str]) -> str:
+    return ", ".join(sorted(words) if isinstance(words, frozenset) else words)
+
+
+def _shortened(value: object) -> str:
+    text = repr(str(value) if isinstance(value, Decimal) else value)
+    return text if len(text) <= 80 else text[:77] + "..."  # noqa: PLR2004

@@ -1,0 +1,188 @@
+"""Jacobians, their rates, the Hessian, twists and accelerations, all from screw theory.
+
+With omega_j the axis of joint j and v_j the velocity that it gives the observed point, a column of
+a Jacobian is (v_j; omega_j). All three Jacobians are one formula, with another point observed and
+other axes to write it in:
+
+| Jacobian | point                 | axes        |
+|----------|-----------------------|-------------|
+| `space`  | at the base's origin  | base frame  |
+| `mixed`  | the tool's origin     | base frame  |
+| `body`   | the tool's origin     | tool frame  |
+
+A joint turns the lever r of the point, in its own axes, by z x r = (-r_y, r_x, 0).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import sympy as sp
+
+from .chain import Station
+from .forward import Forward
+from .scope import Scope
+from .vectors import ORIGIN, ZERO, Basis, Vector, added, combination, cross, named, rotated_x
+from .vectors import rotated_z
+
+Representation = Literal["space", "body", "mixed"]
+
+
+@dataclass(frozen=True)
+class Twist:
+    """Linear and angular velocity, or a column of a Jacobian, or an acceleration."""
+
+    v: Vector
+    omega: Vector
+
+    @property
+    def entries(self) -> tuple[sp.Expr, ...]:
+        """The six components, linear first."""
+        return (*self.v, *self.omega)
+
+
+NO_TWIST = Twist(ORIGIN, ORIGIN)
+
+
+def columns(forward: Forward, representation: Representation) -> list[Twist]:
+    """The Jacobian by columns, one a moving joint."""
+    if representation == "body":
+        axes, end_axes = forward.axes_in_tool()
+    else:
+        axes, end_axes = forward.axes[:-1], forward.end_axes
+    space = representation == "space"
+    levers = forward.levers_of_base() if space else forward.levers_of_tool()
+    found: dict[int, Twist] = {}
+    for g, k, station in forward.stations():
+        last = k == len(forward.groups[g].stations) - 1
+        if station.joint is not None:
+            choices = [(axes[g], levers[g].from_axis[k])]
+            if last:
+                choices.append((end_axes[g], levers[g].turned))
+            found[station.joint] = _turning(forward.scope, station, choices)
+        for slide in station.slides:
+            c, s = forward.trigonometry[g][k]
+            choices = [(axes[g], rotated_z(forward.scope, slide.direction, c, s))]
+            if last:
+                choices.append((end_axes[g], slide.direction))
+            if last and g + 1 < len(axes):
+                c, s = forward.groups[g].tilt
+                choices.append((axes[g + 1], rotated_x(forward.scope, slide.direction, c, -s)))
+            found[slide.joint] = Twist(_cheapest(forward.scope, choices), ORIGIN)
+    return [found[joint] for joint in sorted(found)]
+
+
+def rates(scope: Scope, representation: Representation, screws: Sequence[Twist],
+          speeds: Sequence[sp.Expr]) -> list[Twist]:
+    """Time derivative of a Jacobian's columns at joint speeds.
+
+    space: J_j' = ad(V_(j-1)) J_j with V_(j-1) the twist of the links before joint j.
+    body: J_j' = ad(J_j) (V - V_j), the twist that the joints after j add.
+    mixed: omega_j' = Omega_(j-1) x omega_j and v_j' = Omega_j x v_j + omega_j x (v of those after).
+    """
+    scaled = [_scaled(scope, screw, speed) for screw, speed in zip(screws, speeds, strict=True)]
+    before, after = _partial_sums(scope, scaled), _partial_sums(scope, scaled[::-1])[::-1]
+    if representation == "space":
+        return [_bracket(scope, V, J) for V, J in zip(before, screws, strict=True)]
+    if representation == "body":
+        return [_bracket(scope, J, V) for V, J in zip(after, screws, strict=True)]
+    return [
+        Twist(
+            added(
+                scope,
+                cross(scope, added(scope, V.omega, own.omega), J.v),
+                cross(scope, J.omega, rest.v),
+            ),
+            cross(scope, V.omega, J.omega),
+        )
+        for V, own, rest, J in zip(before, scaled, after, screws, strict=True)
+    ]
+
+
+def hessian(scope: Scope, screws: Sequence[Twist]) -> list[list[Twist]]:
+    """Derivatives of the mixed Jacobian: entry [j][k] is that of column j by joint k.
+
+    v_j by k is omega_i x v_l with i the smaller and l the larger of j and k; omega_j by k is
+    omega_k x omega_j for k before j and zero otherwise.
+    """
+    count = range(len(screws))
+    return [
+        [
+            Twist(
+                cross(scope, screws[min(j, k)].omega, screws[max(j, k)].v),
+                cross(scope, screws[k].omega, screws[j].omega) if k < j else ORIGIN,
+            )
+            for k in count
+        ]
+        for j in count
+    ]
+
+
+def weighted(scope: Scope, screws: Sequence[Twist], weights: Sequence[sp.Expr]) -> Twist:
+    """The sum of columns times weights: J w."""
+    terms = [_scaled(scope, screw, weight) for screw, weight in zip(screws, weights, strict=True)]
+    return _total(scope, terms)
+
+
+def summed(scope: Scope, *twists: Twist) -> Twist:
+    """The sum of twists."""
+    return _total(scope, twists)
+
+
+def _turning(scope: Scope, station: Station, choices: Sequence[tuple[Basis, Vector]]) -> Twist:
+    sign = sp.Integer(station.sign)
+    _, _, z = choices[0][0]
+    omega = named(scope, (sign * component for component in z))
+    # z x lever, in whichever axes it has the fewest products.
+    spun = [(axes, (-sign * y, sign * x, ZERO)) for axes, (x, y, _) in choices]
+    v = _cheapest(scope, spun)
+    if station.pitch != 0:
+        v = combination(scope, (sp.Integer(1), station.pitch), (v, omega))
+    return Twist(v, omega)
+
+
+def _cheapest(scope: Scope, choices: Sequence[tuple[Basis, Vector]]) -> Vector:
+    axes, weights = min(choices, key=_products)
+    return combination(scope, weights, axes)
+
+
+def _products(choice: tuple[Basis, Vector]) -> int:
+    axes, weights = choice
+    return sum(
+        entry != 0 and abs(entry) != 1
+        for weight, axis in zip(weights, axes, strict=True)
+        if weight != 0
+        for entry in axis
+    )
+
+
+def _scaled(scope: Scope, twist: Twist, factor: sp.Expr) -> Twist:
+    return _mapped(scope, lambda component: factor * component, twist)
+
+
+def _mapped(scope: Scope, change: Callable[[sp.Expr], sp.Expr], twist: Twist) -> Twist:
+    return Twist(named(scope, map(change, twist.v)), named(scope, map(change, twist.omega)))
+
+
+def _total(scope: Scope, twists: Sequence[Twist]) -> Twist:
+    total = NO_TWIST
+    for twist in twists:
+        total = Twist(added(scope, total.v, twist.v), added(scope, total.omega, twist.omega))
+    return total
+
+
+def _partial_sums(scope: Scope, twists: Sequence[Twist]) -> list[Twist]:
+    """The sums of what stands before each element."""
+    sums = [NO_TWIST]
+    for twist in twists[:-1]:
+        sums.append(_total(scope, (sums[-1], twist)))
+    return sums
+
+
+def _bracket(scope: Scope, a: Twist, b: Twist) -> Twist:
+    """ad(a) b = (Omega_a x v_b + v_a x omega_b, Omega_a x omega_b)."""
+    return Twist(
+        added(scope, cross(scope, a.omega, b.v), cross(scope, a.v, b.omega)),
+        cross(scope, a.omega, b.omega),
+    )
+

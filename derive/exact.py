@@ -1,0 +1,176 @@
+"""Exact numbers: text from a file becomes a SymPy expression, and nothing else can happen to it.
+
+The reader walks Python's syntax tree of the text and knows numbers, ``pi``, parameters, the four
+operations, small powers and a handful of functions. Whatever it does not know it names in an error.
+"""
+
+import ast
+import math
+import operator
+import re
+from collections.abc import Callable, Mapping
+from decimal import Decimal
+
+import sympy as sp
+
+LONGEST_TEXT = 200
+LARGEST_EXPONENT = 12
+LARGEST_MAGNITUDE = 30
+"""Decimal places before or after the point that a number may have: guards against ``1e999999999``."""
+SNAP = 1e-9
+"""A float this close to a multiple of pi/12 is taken for that multiple (radian)."""
+EVALUATION_DIGITS = 40
+"""Digits to which constants are compared with zero and with multiples of pi."""
+
+_FUNCTIONS: dict[str, tuple[Callable[..., sp.Expr], int]] = {
+    "sqrt": (sp.sqrt, 1),
+    "sin": (sp.sin, 1),
+    "cos": (sp.cos, 1),
+    "tan": (sp.tan, 1),
+    "atan": (sp.atan, 1),
+    "atan2": (sp.atan2, 2),
+}
+_OPERATIONS: dict[type[ast.operator], Callable[[sp.Expr, sp.Expr], sp.Expr]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+}
+EXPECTED = (
+    "a number or an expression of numbers, pi, parameters, + - * / **, " + ", ".join(_FUNCTIONS)
+)
+RESERVED = frozenset({"pi", *_FUNCTIONS})
+
+
+class NotExact(ValueError):
+    """Text or a value that is no exact real number; the message says why, the caller says where."""
+
+
+def read(value: object, names: Mapping[str, sp.Symbol] | None = None) -> sp.Expr:
+    """The exact value of a number or of a text such as ``"pi/2"``, ``"0.1625"``, ``"sqrt(2)/2"``.
+
+    Args:
+        value: int, Decimal (both exact), or text of at most 200 characters.
+        names: The parameters that the text may name.
+
+    Returns:
+        A SymPy expression of Rationals, pi and the named symbols.
+
+    Raises:
+        NotExact: The value is of another type, not finite, not real, too large, or not understood.
+    """
+    if isinstance(value, bool):
+        raise NotExact("a truth value is no number")
+    if isinstance(value, int):
+        return _number(str(value)) if abs(value) < 10**LARGEST_MAGNITUDE else _number("1e999")
+    if isinstance(value, Decimal):
+        return _number(str(value))
+    if not isinstance(value, str):
+        raise NotExact(f"a {type(value).__name__} is no number")
+    return _real(_Reader(value, names or {}).read())
+
+
+def snap_angle(value: sp.Expr) -> sp.Expr:
+    """An angle (radian) as the multiple of pi/12 within 1e-9 of it, or as it is."""
+    twelfths = round(float(value) * 12 / math.pi)
+    multiple = sp.pi * sp.Rational(twelfths, 12)
+    return multiple if abs(float(value) - float(multiple)) <= SNAP else value
+
+
+def is_zero(expression: sp.Expr) -> bool:
+    """Whether a constant without parameters is zero, judged at 40 digits.
+
+    An expression with parameters is zero only if it is written so.
+    """
+    if expression.is_Rational or expression.free_symbols:
+        return bool(expression == 0)
+    return bool(abs(expression.evalf(EVALUATION_DIGITS)) < sp.Float(10) ** (8 - EVALUATION_DIGITS))
+
+
+def _real(expression: sp.Expr) -> sp.Expr:
+    if expression.has(sp.zoo, sp.nan, sp.oo, -sp.oo):
+        raise NotExact("division by zero")
+    if expression.has(sp.I):
+        raise NotExact("not a real number")
+    return expression
+
+
+def _number(text: str) -> sp.Rational:
+    number = Decimal(text)
+    if not number.is_finite():
+        raise NotExact("not a finite number")
+    _, digits, exponent = number.as_tuple()
+    if len(digits) > 2 * LARGEST_MAGNITUDE or (
+        number and max(abs(number.adjusted()), abs(int(exponent))) > LARGEST_MAGNITUDE
+    ):
+        raise NotExact(f"more than {LARGEST_MAGNITUDE} decimal places")
+    return sp.Rational(text)
+
+
+class _Reader:
+    """One text and the names it may use."""
+
+    def __init__(self, text: str, names: Mapping[str, sp.Symbol]) -> None:
+        self.text = text.strip()
+        self.names = names
+
+    def read(self) -> sp.Expr:
+        if not self.text or len(self.text) > LONGEST_TEXT:
+            raise NotExact(f"expected 1 to {LONGEST_TEXT} characters")
+        try:
+            tree = ast.parse(self.text, mode="eval")
+        except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
+            raise NotExact("not an expression") from error
+        return self._expression(tree.body)
+
+    def _expression(self, node: ast.expr) -> sp.Expr:
+        match node:
+            case ast.Constant():
+                return self._constant(node)
+            case ast.Name(id=name):
+                return self._name(name)
+            case ast.UnaryOp(op=ast.USub(), operand=operand):
+                return -self._expression(operand)
+            case ast.UnaryOp(op=ast.UAdd(), operand=operand):
+                return self._expression(operand)
+            case ast.BinOp(left=left, op=ast.Pow(), right=right):
+                return self._power(self._expression(left), self._expression(right))
+            case ast.BinOp(left=left, op=ast.Div(), right=right):
+                return self._quotient(self._expression(left), self._expression(right))
+            case ast.BinOp(left=left, op=op, right=right) if type(op) in _OPERATIONS:
+                return _OPERATIONS[type(op)](self._expression(left), self._expression(right))
+            case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in _FUNCTIONS:
+                return self._call(name, args)
+        raise NotExact(f"{ast.get_source_segment(self.text, node)!r} is not understood")
+
+    def _constant(self, node: ast.Constant) -> sp.Expr:
+        # The digits as written, not the float that Python makes of them.
+        written = ast.get_source_segment(self.text, node) or ""
+        if not re.fullmatch(r"[0-9.eE+_-]+", written) or isinstance(node.value, bool):
+            raise NotExact(f"{written!r} is no decimal number")
+        return _number(written.replace("_", ""))
+
+    def _name(self, name: str) -> sp.Expr:
+        if name == "pi":
+            return sp.pi
+        if name in self.names:
+            return self.names[name]
+        known = ", ".join(self.names) or "none are declared"
+        raise NotExact(f"unknown parameter {name!r} (parameters: {known})")
+
+    def _power(self, base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
+        if not exponent.is_Rational or max(abs(exponent.p), exponent.q) > LARGEST_EXPONENT:
+            raise NotExact(f"an exponent must be a fraction of numbers up to {LARGEST_EXPONENT}")
+        if base.is_Rational and max(abs(base.p), base.q) > 10**LARGEST_MAGNITUDE:
+            raise NotExact("the power is too large")
+        return _real(base**exponent)
+
+    def _quotient(self, numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
+        if is_zero(denominator):
+            raise NotExact("division by zero")
+        return numerator / denominator
+
+    def _call(self, name: str, args: list[ast.expr]) -> sp.Expr:
+        function, count = _FUNCTIONS[name]
+        if len(args) != count:
+            raise NotExact(f"{name} takes {count} argument{'s' if count > 1 else ''}")
+        return _real(function(*(self._expression(arg) for arg in args)))

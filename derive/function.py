@@ -1,0 +1,76 @@
+"""One named function of a robot: the object that LaTeX prints and C is generated from."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import sympy as sp
+
+from .scope import Scope
+
+
+@dataclass(frozen=True)
+class Argument:
+    """An input: its symbols in row-major order, shape, unit and one-line meaning."""
+
+    name: str
+    symbols: tuple[sp.Symbol, ...]
+    shape: tuple[int, ...]
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Result:
+    """An output: its entries in row-major order, shape, unit and one-line meaning."""
+
+    name: str
+    entries: tuple[sp.Expr, ...]
+    shape: tuple[int, ...]
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class SymbolicFunction:
+    """A function with named inputs and outputs over the shared terms of a scope.
+
+    Attributes:
+        name: The function's name without the robot's.
+        summary: What it computes, in one line.
+        identity: The identity that it satisfies, in one line.
+        inputs: Arguments in order.
+        outputs: Results in order; their entries name terms of the scope.
+        scope: The terms and constants that the entries rest on.
+    """
+
+    name: str
+    summary: str
+    identity: str
+    inputs: tuple[Argument, ...]
+    outputs: tuple[Result, ...]
+    scope: Scope
+
+    def terms(self) -> list[tuple[sp.Symbol, sp.Expr]]:
+        """The shared terms that the outputs rest on, each after those it uses."""
+        needed = self.scope.needed(entry for result in self.outputs for entry in result.entries)
+        return [(symbol, self.scope.terms[symbol]) for symbol in needed]
+
+    def expanded(self) -> tuple[tuple[sp.Expr, ...], ...]:
+        """Each output's entries in inputs, parameters and numbers alone, with nothing shared.
+
+        For comparison and for the reader; the size of the result grows fast with the chain.
+        """
+        definitions: dict[sp.Symbol, sp.Expr] = {}
+        for symbol, constant in self.scope.constants.items():
+            definitions[symbol] = constant.xreplace(definitions)
+        for symbol, term in self.terms():
+            definitions[symbol] = term.xreplace(definitions)
+        return tuple(
+            tuple(entry.xreplace(definitions) for entry in result.entries)
+            for result in self.outputs
+        )
+
+
+def matrix_entries(columns: Iterable[Iterable[sp.Expr]]) -> tuple[sp.Expr, ...]:
+    """Row-major entries of a matrix given by columns."""
+    return tuple(entry for row in zip(*columns, strict=True) for entry in row)

@@ -1,0 +1,75 @@
+"""From a robot to its generated folder: everything is made in memory, then written at once."""
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from . import c_code, latex, python_package
+from .casadi_file import serialized
+from .lower import lower
+from .manifest import manifest
+from .robot import Robot
+from .serial import FUNCTIONS, derive
+
+MANIFEST = "manifest.json"
+
+
+def artifacts(robot: Robot, functions: Sequence[str] = FUNCTIONS) -> dict[str, str]:
+    """Every generated file of a robot: its path inside the robot's folder, and its text.
+
+    Args:
+        robot: The description.
+        functions: The functions to derive, all by default.
+
+    Returns:
+        C source and header, LaTeX, the CasADi functions, the Python package and the manifest; the
+        same bytes for the same description on any machine.
+    """
+    derivation = derive(robot, functions)
+    lowered = lower(derivation.functions, robot.name)
+    files = {
+        f"{robot.name}.c": c_code.source(robot, derivation.functions, lowered),
+        f"{robot.name}.h": c_code.header(robot, derivation.functions),
+        f"{robot.name}.casadi": serialized(derivation),
+        **python_package.files(robot, derivation.functions),
+        **latex.files(derivation),
+    }
+    files[MANIFEST] = manifest(robot, derivation.functions, lowered, files)
+    return dict(sorted(files.items()))
+
+
+def write(robot: Robot, folder: str | Path, functions: Sequence[str] = FUNCTIONS) -> list[Path]:
+    """Derives a robot and writes its folder, to be loaded by ``chasles.load(folder)``.
+
+    Files that an earlier run left and this one does not make are removed; other files stay.
+
+    Args:
+        robot: The description.
+        folder: The robot's own folder, made where it does not exist; by custom named as the robot.
+        functions: The functions to derive, all by default.
+
+    Returns:
+        The files written.
+    """
+    files = artifacts(robot, functions)
+    return put(files, Path(folder))
+
+
+def put(files: dict[str, str], folder: Path) -> list[Path]:
+    """Writes files into a folder, each one whole or not at all, the manifest last."""
+    for stale in sorted(generated_files(folder) - files.keys()):
+        (folder / stale).unlink()
+    ordered = sorted(files, key=lambda name: name == MANIFEST)
+    for name in ordered:
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary = path.with_name(f".{path.name}.{os.getpid()}")
+        temporary.write_bytes(files[name].encode())
+        temporary.replace(path)
+    return [folder / name for name in ordered]
+
+
+def generated_files(folder: Path) -> set[str]:
+    """The files that earlier runs made in a folder, by their kinds."""
+    kinds = ("*.c", "*.h", "*.casadi", "*.tex", "*/*.tex", "__init__.py*", MANIFEST)
+    return {path.relative_to(folder).as_posix() for kind in kinds for path in folder.glob(kind)}

@@ -1,0 +1,122 @@
+"""Names as LaTeX: the user's text escaped, parameters and frames as mathematics."""
+
+import re
+from collections.abc import Iterable
+
+GREEK = frozenset(
+    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau "
+    "upsilon phi chi psi omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega".split()
+)
+LONGEST_WORD = 16
+"""Characters after which a word of the user's text may be broken anywhere."""
+_ESCAPES = {
+    "\\": r"\textbackslash{}",
+    "{": r"\{",
+    "}": r"\}",
+    "$": r"\$",
+    "&": r"\&",
+    "#": r"\#",
+    "%": r"\%",
+    "_": r"\_\allowbreak{}",
+    "^": r"\textasciicircum{}",
+    "~": r"\textasciitilde{}",
+    "<": r"\ensuremath{<}",
+    ">": r"\ensuremath{>}",
+    "|": r"\ensuremath{|}",
+    '"': r"\textquotedbl{}",
+    "`": r"\textasciigrave{}",
+    "-": "-{}",
+    "/": r"/\allowbreak{}",
+    "°": r"\ensuremath{^\circ}",
+    "µ": r"\ensuremath{\mu}",
+    "±": r"\ensuremath{\pm}",
+    "×": r"\ensuremath{\times}",
+    "²": r"\ensuremath{^2}",
+    "³": r"\ensuremath{^3}",
+    "–": "--",  # noqa: RUF001
+    "—": "---",
+    "‘": "`",  # noqa: RUF001
+    "’": "'",  # noqa: RUF001
+    "“": "``",
+    "”": "''",
+    "…": r"\ldots{}",
+    **{chr(code): rf"\ensuremath{{\{name}}}" for code, name in zip(
+        (*range(0x3B1, 0x3BF), *range(0x3C0, 0x3C2), *range(0x3C3, 0x3CA)),
+        "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi "
+        "pi rho sigma tau upsilon phi chi psi omega".split(),
+        strict=True,
+    )},
+}
+_PARTS = re.compile(r"[A-Za-z]+|[0-9]+")
+_LATIN = (0xC0, 0x17F)
+
+
+def escape(text: str) -> str:
+    """Text for a paragraph: nothing in it is a command, and no word is too long to break.
+
+    Letters that a plain pdfLaTeX cannot set are given by their code, ``[U+4E2D]``.
+    """
+    words = text.split()
+    return " ".join("".join(_escaped(word)) for word in words)
+
+
+def _escaped(word: str) -> Iterable[str]:
+    for k, character in enumerate(word, 1):
+        yield _character(character)
+        if k % LONGEST_WORD == 0 and k < len(word):
+            yield r"\allowbreak{}"
+
+
+def _character(character: str) -> str:
+    if character in _ESCAPES:
+        return _ESCAPES[character]
+    if " " <= character <= "~" or _LATIN[0] <= ord(character) <= _LATIN[1]:
+        return character
+    return f"[U+{ord(character):04X}]"
+
+
+def parameter(name: str) -> str:
+    """A parameter's name: ``d1`` is d_{1}, ``alpha_1`` is \\alpha_{1}, ``l_HI`` is l_{HI}."""
+    head, *rest = _PARTS.findall(name) or [name]
+    if not rest:
+        return _head(head)
+    return f"{_head(head)}_{{{','.join(map(_index, rest))}}}"
+
+
+def head(tex: str) -> str:
+    """The letter of a symbol: what stands before its index."""
+    return tex.partition("_")[0]
+
+
+def frame(name: str) -> str:
+    """A frame's name as an index: digits and single letters as they are, words upright."""
+    if len(name) == 1 or name.isdigit():
+        return name
+    return rf"\mathrm{{{_typed(name)}}}"
+
+
+def _typed(name: str) -> str:
+    return name.replace("_", r"\_")
+
+
+def _head(word: str) -> str:
+    if word in GREEK:
+        return f"\\{word}" if word != "omicron" else "o"
+    return word if len(word) == 1 else rf"\mathit{{{word}}}"
+
+
+def _index(word: str) -> str:
+    if word in GREEK:
+        return f"\\{word}"
+    return word if word.isdigit() or word.isupper() or len(word) == 1 else rf"\mathrm{{{word}}}"
+
+
+def distinct(names: Iterable[str]) -> dict[str, str]:
+    """Each parameter's LaTeX; a name that would look like an earlier one is set as typed."""
+    found: dict[str, str] = {}
+    for name in names:
+        tex = parameter(name)
+        if tex in found.values():
+            tex = rf"\mathtt{{{_typed(name)}}}"
+        found[name] = tex
+    return found

@@ -1,0 +1,207 @@
+r"""Short symbols: c_1 for cos q_1, s_{23} for sin(q_2 + q_3), named constants, shared terms.
+
+A short symbol is a SymPy symbol whose name is its LaTeX; braces keep it apart from any parameter.
+Its meaning in coordinates and parameters is kept beside it: the symbol table is printed from there,
+and so is every check of a printed equation.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import sympy as sp
+
+from ..robot import Placement, Robot, Rotation
+from ..scope import Scope
+from . import names
+
+Order = tuple[int, tuple[object, ...]]
+"""Where a factor stands in a product: its class, then its place in the class."""
+CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = range(7)
+
+ACCENTS = ("hat", "tilde", "check", "breve")
+COMMAS_FROM = 10
+"""From this number of coordinates on, the indices of a sum are set apart by commas."""
+LETTERS = {
+    "cos": ("c", "C", r"\mathrm{c}"),
+    "sin": ("s", "S", r"\mathrm{s}"),
+    "term": ("t", "u", "w", "g", "f", r"\tau"),
+    "constant": (r"\kappa", r"\lambda", r"\mu", "k"),
+    "rotation": ("r", r"\rho", "n", r"\mathrm{r}"),
+    "position": ("p", "o", r"\varpi", r"\mathrm{p}"),
+}
+"""What each kind of symbol is called, in order of preference: a parameter's letter is avoided."""
+
+
+class Notation:
+    """The short symbols of one derivation.
+
+    Attributes:
+        scope: The derivation's terms and constants.
+        q: The coordinates.
+        tex: LaTeX of coordinates, parameters and short symbols.
+        order: Where each stands in a product.
+        meanings: Each short symbol in coordinates and parameters.
+        angles: The angles c and s are taken of, with their index, in order of first use.
+        constants: The named constants, in order of first use.
+    """
+
+    def __init__(self, robot: Robot, scope: Scope, q: Sequence[sp.Symbol]) -> None:
+        self.scope, self.q = scope, tuple(q)
+        parameters = names.distinct(parameter.name for parameter in robot.parameters)
+        self.tex = {p.symbol: parameters[p.name] for p in robot.parameters}
+        self.tex |= {symbol: f"q_{{{k}}}" for k, symbol in enumerate(self.q, 1)}
+        self.letters = _letters({names.head(tex) for tex in parameters.values()})
+        self.order: dict[sp.Symbol, Order] = {
+            symbol: (LENGTH, place) for symbol, place in _places(robot, self.q).items()
+        }
+        self.meanings: dict[sp.Symbol, sp.Expr] = {}
+        self.angles: dict[sp.Expr, tuple[str, str]] = {}
+        self.constants: list[sp.Symbol] = []
+        self._constants: dict[sp.Expr, sp.Expr] = {}
+        self._expanded: dict[sp.Symbol, sp.Expr] = {}
+        self._terms = 0
+
+    def trigonometric(self, expression: sp.Expr) -> sp.Expr:
+        """The short symbol, or its negative, for the cosine or sine of a sum of coordinates."""
+        (angle,) = expression.args
+        angle = sp.expand(self.expanded(angle))
+        lead = next((q for q in self.q if angle.has(q)), None)
+        if lead is None:
+            return self.constant(expression.func(angle))
+        negative = angle.coeff(lead).could_extract_minus_sign()
+        angle = -angle if negative else angle
+        accent, index = self._angle(angle)
+        kind = "cos" if expression.func is sp.cos else "sin"
+        letter = self.letters[kind]
+        tex = f"{accent.format(letter)}_{{{index}}}"
+        joints = tuple(k for k, q in enumerate(self.q) if angle.has(q))
+        symbol = self._symbol(tex, (TRIGONOMETRY, (joints, kind, accent)), expression.func(angle))
+        return -symbol if negative and kind == "sin" else symbol
+
+    def constant(self, expression: sp.Expr) -> sp.Expr:
+        """An expression without coordinates as it is printed: short as it is, or named."""
+        raw = self.expanded(expression)
+        known = self._constants.get(raw)
+        if known is None:
+            known = self._constants[raw] = self._printed_constant(raw)
+        return known
+
+    def expanded(self, expression: sp.Expr) -> sp.Expr:
+        """An expression in coordinates and parameters, with none of the scope's names."""
+        known: dict[sp.Symbol, sp.Expr] = {}
+        for symbol in expression.free_symbols:
+            definition = self.scope.terms.get(symbol, self.scope.constants.get(symbol))
+            if definition is not None:
+                if symbol not in self._expanded:
+                    self._expanded[symbol] = self.expanded(definition)
+                known[symbol] = self._expanded[symbol]
+        return expression.xreplace(known)
+
+    def term(self) -> sp.Symbol:
+        """The next shared term; its definition is kept by who asked for it."""
+        self._terms += 1
+        tex = f"{self.letters['term']}_{{{self._terms}}}"
+        return self._symbol(tex, (TERM, (self._terms,)))
+
+    def entries(self) -> tuple[sp.Symbol | None, ...]:
+        """Names of the entries of a pose (4, 4) in row-major order, None in its last row."""
+        r, p = self.letters["rotation"], self.letters["position"]
+        named: list[sp.Symbol | None] = []
+        for i, axis in enumerate("xyz", 1):
+            row = [f"{r}_{{{i}{j}}}" for j in (1, 2, 3)] + [f"{p}_{{{axis}}}"]
+            named += [self._symbol(tex, (ENTRY, (tex,))) for tex in row]
+        return (*named, *(None,) * 4)
+
+    def _symbol(self, tex: str, order: Order, meaning: sp.Expr | None = None) -> sp.Symbol:
+        symbol = sp.Symbol(tex, real=True)
+        self.tex[symbol], self.order[symbol] = tex, order
+        if meaning is not None:
+            self.meanings[symbol] = meaning
+        return symbol
+
+    def _angle(self, angle: sp.Expr) -> tuple[str, str]:
+        """A pattern for the letter, and the index, by which cos and sin of an angle are called."""
+        if angle not in self.angles:
+            index, plain = self._index(angle)
+            used = sum(other == index and pattern != "{}" for pattern, other in self.angles.values())
+            pattern = "{}"
+            if not plain:
+                primes = "'" * (used // len(ACCENTS))
+                pattern = rf"\{ACCENTS[used % len(ACCENTS)]}{{{{{{}}}}}}{primes}"
+            self.angles[angle] = (pattern, index)
+        return self.angles[angle]
+
+    def _index(self, angle: sp.Expr) -> tuple[str, bool]:
+        coefficients = {k: angle.coeff(q) for k, q in enumerate(self.q, 1) if angle.has(q)}
+        shown = [
+            rf"\bar{{{k}}}" if coefficient.could_extract_minus_sign() else str(k)
+            for k, coefficient in coefficients.items()
+        ]
+        plain = angle == sum(c * self.q[k - 1] for k, c in coefficients.items()) and all(
+            abs(c) == 1 for c in coefficients.values()
+        )
+        return ("," if len(self.q) >= COMMAS_FROM else "").join(shown), plain
+
+    def _printed_constant(self, raw: sp.Expr) -> sp.Expr:
+        if raw.is_Symbol or raw.is_Rational or raw == sp.pi:
+            return raw
+        if raw.is_Mul:
+            return sp.Mul(*(self.constant(factor) for factor in raw.args))
+        if raw.func in (sp.cos, sp.sin) and raw.args[0].is_Symbol:
+            kind = "cos" if raw.func is sp.cos else "sin"
+            tex = f"{self.letters[kind]}_{{{self.tex[raw.args[0]]}}}"
+            return self._symbol(tex, (CONSTANT_TRIGONOMETRY, (tex,)), raw)
+        if raw.is_Pow and raw.base.is_Rational:
+            return raw
+        if raw.is_Add and all(_lone(term) for term in raw.args) and len(raw.args) <= 2:  # noqa: PLR2004
+            return raw
+        symbol = self._symbol(
+            f"{self.letters['constant']}_{{{len(self.constants) + 1}}}",
+            (CONSTANT, (len(self.constants),)),
+            raw,
+        )
+        self.constants.append(symbol)
+        return symbol
+
+
+def _lone(term: sp.Expr) -> bool:
+    return bool(term.is_Symbol or (-term).is_Symbol)
+
+
+def _letters(taken: set[str]) -> dict[str, str]:
+    """The letter of each kind of symbol; cosine and sine change together."""
+    pairs = list(zip(LETTERS["cos"], LETTERS["sin"], strict=True))
+    free = [pair for pair in pairs if not taken & set(pair)] or pairs[-1:]
+    letters = {"cos": free[0][0], "sin": free[0][1]}
+    for kind in ("term", "constant", "rotation", "position"):
+        options = [letter for letter in LETTERS[kind] if letter not in taken]
+        letters[kind] = (options or LETTERS[kind][-1:])[0]
+    return letters
+
+
+def _places(robot: Robot, q: Sequence[sp.Symbol]) -> Mapping[sp.Symbol, tuple[object, ...]]:
+    """Coordinates and parameters by the joint at which they first act: the order of the chain."""
+    places: dict[sp.Symbol, tuple[object, ...]] = {}
+    declared = [parameter.symbol for parameter in robot.parameters]
+
+    def note(expressions: Sequence[sp.Expr], joint: int, part: int) -> None:
+        symbols = {symbol for e in expressions for symbol in e.free_symbols}
+        for k, symbol in enumerate((*q, *declared)):
+            if symbol in symbols:
+                places.setdefault(symbol, (joint, part, k))
+
+    note(_numbers(robot.base), 0, 0)
+    values = iter(robot.joint_values(q))
+    for k, joint in enumerate(robot.joints, 1):
+        note(_numbers(joint.before), k, 0)
+        if joint.kind != "fixed":
+            note([next(values), joint.pitch], k, 1)
+        note(_numbers(joint.after), k, 2)
+    note([*_numbers(robot.tool), *declared], len(robot.joints) + 1, 0)
+    return places
+
+
+def _numbers(placement: Placement) -> list[sp.Expr]:
+    numbers: list[sp.Expr] = []
+    for motion in placement:
+        numbers += [motion.angle] if isinstance(motion, Rotation) else motion.vector
+    return numbers

@@ -1,0 +1,127 @@
+r"""Expressions as a human writes them: lengths before cosines, indices ascending, no leading minus.
+
+SymPy orders for machines; here a sum is a list of signed terms in the order of the chain, which is
+also what long sums are broken by.
+"""
+
+from collections.abc import Mapping
+
+import sympy as sp
+
+from .notation import ENTRY, LENGTH, OTHER, TERM, Order
+
+DIGITS = 10
+"""Digits to which a number that has no short exact form is printed, followed by dots."""
+_FUNCTIONS = {sp.cos: r"\cos", sp.sin: r"\sin", sp.tan: r"\tan", sp.atan: r"\arctan"}
+
+
+class Printer:
+    """Prints expressions in the symbols of a notation.
+
+    Args:
+        tex: LaTeX of each symbol.
+        order: Where each symbol stands in a product.
+    """
+
+    def __init__(self, tex: Mapping[sp.Symbol, str], order: Mapping[sp.Symbol, Order]) -> None:
+        self._tex, self._order = tex, order
+
+    def tex(self, expression: sp.Expr) -> str:
+        """An expression on one line."""
+        return " ".join(self.terms(expression))
+
+    def terms(self, expression: sp.Expr) -> list[str]:
+        """The terms of a sum, each with its sign; the first without, if it can be helped."""
+        addends = sorted(sp.Add.make_args(expression), key=self._addend_key)
+        first = next((k for k, addend in enumerate(addends) if not _is_negative(addend)), 0)
+        addends.insert(0, addends.pop(first))
+        signed = [(_is_negative(addend), self._product(addend)) for addend in addends]
+        head = ("-" if signed[0][0] else "") + signed[0][1]
+        return [head] + [("- " if negative else "+ ") + tex for negative, tex in signed[1:]]
+
+    def _product(self, addend: sp.Expr) -> str:
+        """A term without its sign."""
+        coefficient, rest = (-addend if _is_negative(addend) else addend).as_coeff_Mul()
+        if rest.has(sp.pi) and not rest.free_symbols or coefficient.is_Float:
+            return number(coefficient * rest)
+        factors = sorted(sp.Mul.make_args(rest), key=self._factor_key) if rest != 1 else []
+        surds = [factor for factor in factors if factor.is_number]
+        shown = [self._factor(f, alone=len(factors) == 1) for f in factors if not f.is_number]
+        constant = coefficient * sp.Mul(*surds)
+        if constant != 1 or not shown:
+            shown.insert(0, number(constant))
+        return r" ".join(shown)
+
+    def _factor(self, factor: sp.Expr, *, alone: bool) -> str:
+        if factor.is_Symbol:
+            return self._tex[factor]
+        if factor.is_Add:
+            inner = self.tex(factor)
+            return f"[{inner}]" if "(" in inner else f"({inner})"
+        if factor.is_Pow:
+            return self._power(factor)
+        if factor.func in _FUNCTIONS:
+            (angle,) = factor.args
+            inner = self.tex(angle)
+            simple = not angle.is_Add and alone
+            return f"{_FUNCTIONS[factor.func]} {inner}" if simple else (
+                f"{_FUNCTIONS[factor.func]}({inner})"
+            )
+        inner = ", ".join(self.tex(argument) for argument in factor.args)
+        return rf"\operatorname{{{factor.func.__name__}}}({inner})"
+
+    def _power(self, power: sp.Expr) -> str:
+        base, exponent = power.args
+        if exponent == sp.Rational(1, 2):
+            return rf"\sqrt{{{self.tex(base)}}}"
+        if exponent.is_negative:
+            return rf"\frac{{1}}{{{self.tex(base**-exponent)}}}"
+        return f"{self._factor(base, alone=False)}^{{{self.tex(exponent)}}}"
+
+    def _addend_key(self, addend: sp.Expr) -> tuple[object, ...]:
+        """Terms with a length in the order of the chain, then brackets, then the rest."""
+        _, rest = addend.as_coeff_Mul()
+        keys = tuple(sorted(self._factor_key(factor)[0] for factor in sp.Mul.make_args(rest)))
+        lengths = tuple(place for kind, place in keys if kind == LENGTH)
+        compound = any(kind in (TERM, ENTRY, OTHER) for kind, _ in keys)
+        return (0 if lengths else 1 if compound else 2, lengths[:1], keys)
+
+    def _factor_key(self, factor: sp.Expr) -> tuple[Order, str]:
+        base = factor.base if factor.is_Pow else factor
+        order = self._order.get(base, (OTHER, ()))
+        return order, "" if base in self._order else str(factor)
+
+
+def number(value: sp.Expr) -> str:
+    """An exact number: decimals where they end, else fractions, roots and multiples of pi."""
+    if value.is_Float:
+        return f"{sp.N(value, DIGITS)}\\ldots"
+    if value.is_Rational:
+        return _rational(value)
+    numerator, denominator = value.as_numer_denom()
+    over = sp.latex(numerator)
+    return over if denominator == 1 else rf"\tfrac{{{over}}}{{{sp.latex(denominator)}}}"
+
+
+def _rational(value: sp.Rational) -> str:
+    sign, value = ("-" if value < 0 else ""), abs(value)
+    rest, places = value.q, 0
+    for prime in (2, 5):
+        count = 0
+        while rest % prime == 0:
+            rest, count = rest // prime, count + 1
+        places = max(places, count)
+    if rest != 1:
+        return rf"{sign}\tfrac{{{value.p}}}{{{value.q}}}"
+    digits = str(value.p * 10**places // value.q).rjust(places + 1, "0")
+    whole = digits[: len(digits) - places]
+    return sign + whole + (f".{digits[-places:]}" if places else "")
+
+
+def decimal(value: sp.Expr) -> str:
+    """A number rounded to a few digits."""
+    return str(sp.N(value, DIGITS)).rstrip("0").rstrip(".") if value != 0 else "0"
+
+
+def _is_negative(addend: sp.Expr) -> bool:
+    return bool(addend.as_coeff_Mul()[0].is_negative)

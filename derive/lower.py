@@ -1,0 +1,210 @@
+"""From SymPy to CasADi: the terms of a derivation become one shared graph, cut into functions.
+
+The visitor knows +, *, integer and half powers, sin, cos, tan, atan, atan2, and nothing else.
+Parameters take their default values here: this is where exact numbers become floats, each
+evaluated at 40 digits and rounded once.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass
+
+import casadi as ca
+import sympy as sp
+
+from .function import SymbolicFunction
+from .scope import Scope
+
+
+class LoweringError(NotImplementedError):
+    """An expression holds what no rule lowers; the message names it."""
+
+
+@dataclass(frozen=True)
+class Operations:
+    """Operations of one function, as they stand in the generated C."""
+
+    multiply: int = 0
+    add: int = 0
+    negate: int = 0
+    trig: int = 0
+    other: int = 0
+
+    @property
+    def total(self) -> int:
+        """All of them."""
+        return self.multiply + self.add + self.negate + self.trig + self.other
+
+    def as_dict(self) -> dict[str, int]:
+        """The counts and their total, by name."""
+        return {**asdict(self), "total": self.total}
+
+
+_KINDS = {
+    **dict.fromkeys((ca.OP_MUL, ca.OP_SQ, ca.OP_TWICE), "multiply"),
+    **dict.fromkeys((ca.OP_ADD, ca.OP_SUB), "add"),
+    ca.OP_NEG: "negate",
+    **dict.fromkeys((ca.OP_SIN, ca.OP_COS, ca.OP_TAN, ca.OP_ATAN, ca.OP_ATAN2), "trig"),
+}
+_FREE = (ca.OP_CONST, ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_PARAMETER)
+
+
+def count_operations(function: ca.Function) -> Operations:
+    """Counts the instructions of a lowered function by kind; loads, stores, constants are free."""
+    counts: dict[str, int] = {}
+    for k in range(function.n_instructions()):
+        operation = function.instruction_id(k)
+        if operation not in _FREE:
+            kind = _KINDS.get(operation, "other")
+            counts[kind] = counts.get(kind, 0) + 1
+    return Operations(**counts)
+
+
+def lower(functions: Iterable[SymbolicFunction], prefix: str) -> list[ca.Function]:
+    """CasADi functions named ``<prefix>_<name>``; outputs are dense vectors in row-major order.
+
+    Args:
+        functions: Functions over one scope; what they share is lowered once.
+        prefix: The robot's name.
+
+    Raises:
+        LoweringError: An expression holds something that no rule lowers.
+    """
+    visitors: dict[int, _Visitor] = {}
+    lowered = []
+    for function in functions:
+        visitor = visitors.setdefault(id(function.scope), _Visitor(function.scope))
+        lowered.append(visitor.function(function, prefix))
+    return lowered
+
+
+def whole(functions: Iterable[SymbolicFunction], name: str) -> ca.Function:
+    """All functions as one CasADi function, an output each, for optimal control in CasADi.
+
+    Inputs are q, qd, qdd; the output called ``fk`` is the matrix that fk computes, and so on. An
+    output of more than two dimensions is flattened behind its first. Functions of several outputs
+    repeat others and are left out.
+    """
+    single = [function for function in functions if len(function.outputs) == 1]
+    visitor = _Visitor(single[0].scope)
+    arguments = {argument.name: argument for f in single for argument in f.inputs}
+    inputs = [visitor.vector(argument.symbols) for argument in arguments.values()]
+    outputs = []
+    for function in single:
+        (entries,) = visitor.outputs(function)
+        rows = function.outputs[0].shape[0]
+        outputs.append(ca.reshape(entries, entries.numel() // rows, rows).T)
+    return ca.Function(name, inputs, outputs, list(arguments), [f.name for f in single])
+
+
+class _Visitor:
+    """One scope as a CasADi graph; every expression is visited once."""
+
+    def __init__(self, scope: Scope) -> None:
+        self.scope = scope
+        self.nodes: dict[sp.Expr, ca.SX] = {
+            symbol: ca.SX(float(scope.value(symbol)))
+            for symbol in (*scope.parameters, *scope.constants)
+        }
+
+    def function(self, function: SymbolicFunction, prefix: str) -> ca.Function:
+        return ca.Function(
+            f"{prefix}_{function.name}",
+            [self.vector(argument.symbols) for argument in function.inputs],
+            self.outputs(function),
+            [argument.name for argument in function.inputs],
+            [result.name for result in function.outputs],
+        )
+
+    def outputs(self, function: SymbolicFunction) -> list[ca.SX]:
+        for argument in function.inputs:
+            self.vector(argument.symbols)
+        for symbol, term in function.terms():
+            if symbol not in self.nodes:
+                self.nodes[symbol] = self.node(term)
+        return [
+            ca.densify(ca.vertcat(*(self.node(entry) for entry in result.entries)))
+            for result in function.outputs
+        ]
+
+    def node(self, expression: sp.Expr) -> ca.SX:
+        known = self.nodes.get(expression)
+        if known is None:
+            known = self.nodes[expression] = self._lowered(expression)
+        return known
+
+    def vector(self, symbols: Iterable[sp.Symbol]) -> ca.SX:
+        for symbol in symbols:
+            self.nodes.setdefault(symbol, ca.SX.sym(symbol.name))
+        return ca.vertcat(*(self.nodes[symbol] for symbol in symbols))
+
+    def _lowered(self, expression: sp.Expr) -> ca.SX:
+        if self.scope.is_constant(expression):
+            return ca.SX(float(self.scope.value(expression)))
+        if expression.is_Add:
+            return self._sum(expression)
+        if expression.is_Mul:
+            return self._product(expression)
+        if expression.is_Pow:
+            return self._power(expression)
+        rule = _FUNCTIONS.get(expression.func)
+        if rule is None:
+            raise LoweringError(f"no rule lowers {expression.func.__name__}: {expression}")
+        return rule(*(self.node(argument) for argument in expression.args))
+
+    def _sum(self, expression: sp.Expr) -> ca.SX:
+        plus, minus = [], []
+        for term in expression.args:
+            negative = term.as_coeff_Mul()[0].is_negative
+            (minus if negative else plus).append(self.node(-term if negative else term))
+        if not plus:
+            return -_added(minus)
+        total = _added(plus)
+        for term in minus:
+            total = total - term
+        return total
+
+    def _product(self, expression: sp.Expr) -> ca.SX:
+        coefficient, rest = expression.as_coeff_Mul()
+        if coefficient == -1:
+            return -self.node(rest)
+        numerator, denominator = expression.as_numer_denom()
+        if denominator != 1 and not self.scope.is_constant(denominator):
+            return self.node(numerator) / self.node(denominator)
+        constant = [factor for factor in expression.args if self.scope.is_constant(factor)]
+        varying = [factor for factor in expression.args if not self.scope.is_constant(factor)]
+        product = self.node(sp.Mul(*constant)) if constant else None
+        for factor in varying:
+            node = self.node(factor)
+            product = node if product is None else product * node
+        assert product is not None
+        return product
+
+    def _power(self, expression: sp.Expr) -> ca.SX:
+        base, exponent = expression.args
+        if exponent == sp.Rational(1, 2):
+            return ca.sqrt(self.node(base))
+        if exponent == sp.Rational(-1, 2):
+            return 1 / ca.sqrt(self.node(base))
+        if not exponent.is_Integer:
+            raise LoweringError(f"no rule lowers the power {expression}")
+        node = self.node(base)
+        power = node
+        for _ in range(abs(int(exponent)) - 1):
+            power = power * node
+        return power if exponent > 0 else 1 / power
+
+
+_FUNCTIONS: Mapping[type[sp.Expr], object] = {
+    sp.sin: ca.sin,
+    sp.cos: ca.cos,
+    sp.tan: ca.tan,
+    sp.atan: ca.atan,
+    sp.atan2: ca.atan2,
+}
+
+
+def _added(nodes: list[ca.SX]) -> ca.SX:
+    total = nodes[0]
+    for node in nodes[1:]:
+        total = total + node
+    return total

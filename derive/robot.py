@@ -1,0 +1,190 @@
+"""A robot as plain data: joints with constant placements, limits, frames and parameters.
+
+Every convention and every file format ends here. The pose of link i in link i-1 is
+
+    T_prev_link = before * motion(q) * after
+
+where ``motion`` turns about or slides along the z axis of the joint's own frame, and ``before``
+and ``after`` are products of elementary motions. All numbers are exact; lengths are in metres and
+angles in radians.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from typing import Literal
+
+import sympy as sp
+
+JointKind = Literal["revolute", "prismatic", "helical", "fixed"]
+ParameterKind = Literal["length", "angle", "ratio"]
+UNITS: dict[ParameterKind, str] = {"length": "m", "angle": "rad", "ratio": "1"}
+
+
+class RobotError(ValueError):
+    """A description that is no robot; the root of every error of the compiler's front end."""
+
+
+@dataclass(frozen=True)
+class Rotation:
+    """Turn by ``angle`` (radian) about the current frame's own ``axis``."""
+
+    axis: Literal["x", "y", "z"]
+    angle: sp.Expr
+
+
+@dataclass(frozen=True)
+class Translation:
+    """Move by ``vector`` (metre) along the current frame's own axes."""
+
+    vector: tuple[sp.Expr, sp.Expr, sp.Expr]
+
+
+Placement = tuple[Rotation | Translation, ...]
+"""A constant pose, written as elementary motions from left to right."""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A named length, angle or ratio with its default value (metre, radian, 1)."""
+
+    name: str
+    value: sp.Expr
+    kind: ParameterKind = "length"
+    meaning: str = ""
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        """The symbol that stands for the parameter in every equation."""
+        return sp.Symbol(self.name, real=True)
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint that follows another: its value is ``multiplier * leader + offset``."""
+
+    leader: str
+    multiplier: sp.Expr = sp.Integer(1)
+    offset: sp.Expr = sp.Integer(0)
+
+
+@dataclass(frozen=True)
+class Joint:
+    """One joint and the link it carries.
+
+    Attributes:
+        name: Unique name.
+        kind: What the joint lets through.
+        before: The joint's frame in the previous link's frame.
+        after: The link's frame in the joint's moved frame.
+        link: Name of the link's frame.
+        limits: Lowest and highest value of the coordinate (radian or metre), None where unbounded.
+        pitch: Advance of a helical joint per radian (metre).
+        direction: 1, or -1 for a coordinate that counts the other way.
+        mimic: The joint that this one follows, if it has no coordinate of its own.
+        convention: The convention it was described in.
+        given: The parameters of that convention as described, for the printed table.
+    """
+
+    name: str
+    kind: JointKind
+    before: Placement = ()
+    after: Placement = ()
+    link: str = ""
+    limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
+    pitch: sp.Expr = sp.Integer(0)
+    direction: int = 1
+    mimic: Mimic | None = None
+    convention: str = ""
+    given: tuple[tuple[str, sp.Expr], ...] = ()
+
+    @property
+    def unit(self) -> str:
+        """Unit of the coordinate: m for a slider, rad for the rest."""
+        return "m" if self.kind == "prismatic" else "rad"
+
+
+@dataclass(frozen=True)
+class Robot:
+    """A serial chain from a base frame to a tool frame.
+
+    Attributes:
+        name: A C identifier; the prefix of everything generated.
+        joints: In order from the base.
+        title: What a reader calls the robot.
+        source: Where the numbers come from.
+        base: The chain's first frame in the base frame.
+        tool: The tool frame in the last link's frame.
+        base_frame: Name of the base frame in ``T_<base>_<tool>``.
+        tool_frame: Name of the tool frame.
+        parameters: The named lengths and angles that the placements use.
+        notes: What was changed or assumed on the way in (snapped numbers, say).
+
+    Raises:
+        RobotError: Names clash, a mimic joint has no leader, or nothing moves.
+    """
+
+    name: str
+    joints: tuple[Joint, ...]
+    title: str = ""
+    source: str = ""
+    base: Placement = ()
+    tool: Placement = ()
+    base_frame: str = "0"
+    tool_frame: str = "ee"
+    parameters: tuple[Parameter, ...] = ()
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        _check_unique("joint", [joint.name for joint in self.joints])
+        _check_unique("link", [joint.link for joint in self.joints if joint.link])
+        _check_unique("parameter", [parameter.name for parameter in self.parameters])
+        if not self.coordinates:
+            raise RobotError(f"robot {self.name!r} has no joint that moves by itself")
+        leaders = {joint.name for joint in self.coordinates}
+        for joint in self.joints:
+            if joint.mimic and joint.mimic.leader not in leaders:
+                raise RobotError(
+                    f"joint {joint.name!r} mimics {joint.mimic.leader!r}, which is no joint with a "
+                    f"coordinate of its own (there are: {', '.join(sorted(leaders))})"
+                )
+
+    @property
+    def moving(self) -> tuple[Joint, ...]:
+        """The joints that move, followers included, in order from the base."""
+        return tuple(joint for joint in self.joints if joint.kind != "fixed")
+
+    @property
+    def coordinates(self) -> tuple[Joint, ...]:
+        """The joints with a coordinate of their own: the order of ``q``."""
+        return tuple(joint for joint in self.moving if joint.mimic is None)
+
+    @property
+    def link_names(self) -> tuple[str, ...]:
+        """Name of each joint's link, ``link1`` and so on where none was given."""
+        return tuple(joint.link or f"link{k}" for k, joint in enumerate(self.joints, 1))
+
+    def joint_values(self, q: Sequence[sp.Expr]) -> tuple[sp.Expr, ...]:
+        """The value of every moving joint, followers and directions included, at coordinates q."""
+        place = {joint.name: k for k, joint in enumerate(self.coordinates)}
+        values = []
+        for joint in self.moving:
+            if joint.mimic is None:
+                values.append(joint.direction * q[place[joint.name]])
+            else:
+                leader = q[place[joint.mimic.leader]]
+                follower = joint.mimic.multiplier * leader + joint.mimic.offset
+                values.append(joint.direction * follower)
+        return tuple(values)
+
+    def joint_values_D_q(self) -> sp.ImmutableMatrix:
+        """Constant derivative of the moving joints' values by q, (moving, n)."""
+        q = sp.symbols(f"q1:{len(self.coordinates) + 1}")
+        return sp.ImmutableMatrix(sp.Matrix(self.joint_values(q)).jacobian(sp.Matrix(q)))
+
+
+def _check_unique(what: str, names: Sequence[str]) -> None:
+    seen: set[str] = set()
+    for name in names:
+        if name in seen:
+            raise RobotError(f"two {what}s are called {name!r}; names must differ")
+        seen.add(name)

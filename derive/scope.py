@@ -1,0 +1,114 @@
+"""Named shared terms: every intermediate result gets a name once, so that nothing is written twice.
+
+Expressions built through a :class:`Scope` stay a few symbols long, however long the chain is. Equal
+terms get the same name, also up to sign, which is common subexpression elimination by construction.
+"""
+
+from collections.abc import Iterable, Mapping
+
+import sympy as sp
+
+from .exact import EVALUATION_DIGITS
+
+TERM = "_t"
+CONSTANT = "_k"
+"""Names of terms and constants begin so; names in robot files can not begin with an underscore."""
+_ROUNDING = sp.Float(10) ** (8 - EVALUATION_DIGITS)
+
+
+class Scope:
+    """The terms and constants of one derivation, in the order in which they depend on each other.
+
+    Attributes:
+        parameters: The exact default value of every parameter.
+        terms: Definition of each named term in symbols before it.
+        constants: Definition of each named constant in parameters and constants before it.
+    """
+
+    def __init__(self, parameters: Mapping[sp.Symbol, sp.Expr]) -> None:
+        self.parameters = dict(parameters)
+        self.terms: dict[sp.Symbol, sp.Expr] = {}
+        self.constants: dict[sp.Symbol, sp.Expr] = {}
+        self._names: dict[sp.Expr, sp.Expr] = {}
+        self._values: dict[sp.Symbol, sp.Expr] = {
+            symbol: value.evalf(EVALUATION_DIGITS) for symbol, value in self.parameters.items()
+        }
+        self._numbers: set[sp.Symbol] = set()
+
+    def let(self, expression: sp.Expr) -> sp.Expr:
+        """The name of an expression, or its negative; fractions and lone symbols name themselves.
+
+        An expression of numbers and parameters becomes a named constant. A number that is 0, 1 or
+        -1 to 32 digits becomes that integer, so that structure shows; one that depends on a
+        parameter is never judged so.
+        """
+        known = self._names.get(expression)
+        if known is not None:
+            return known
+        if expression.is_Rational or expression.is_Symbol or (-expression).is_Symbol:
+            return expression
+        if self.is_constant(expression):
+            return self._constant(expression)
+        if _negative(expression):
+            return -self.let(-expression)
+        opposite = self._names.get(-expression)
+        if opposite is not None:
+            return -opposite
+        return self._name(expression)
+
+    def value(self, expression: sp.Expr) -> sp.Expr:
+        """The number, to 40 digits, of an expression of parameters and constants at the defaults."""
+        exact = expression.xreplace(self.parameters)
+        return exact.xreplace(self._values).evalf(EVALUATION_DIGITS)
+
+    def is_constant(self, expression: sp.Expr) -> bool:
+        """Whether an expression holds numbers, parameters and constants alone."""
+        return bool(expression.free_symbols <= self._values.keys())
+
+    def is_number(self, expression: sp.Expr) -> bool:
+        """Whether an expression is a number whatever the parameters are."""
+        return bool(expression.free_symbols <= self._numbers)
+
+    def cos_sin(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+        """Named cosine and sine of an angle; right angles in a sum are taken out exactly."""
+        return self.let(sp.cos(angle)), self.let(sp.sin(angle))
+
+    def needed(self, expressions: Iterable[sp.Expr]) -> list[sp.Symbol]:
+        """The terms that expressions rest on, in the order of their definition."""
+        found: set[sp.Symbol] = set()
+        waiting = [symbol for e in expressions for symbol in e.free_symbols]
+        while waiting:
+            symbol = waiting.pop()
+            if symbol in self.terms and symbol not in found:
+                found.add(symbol)
+                waiting.extend(self.terms[symbol].free_symbols)
+        return [symbol for symbol in self.terms if symbol in found]
+
+    def _name(self, expression: sp.Expr) -> sp.Expr:
+        symbol = sp.Symbol(f"{TERM}{len(self.terms) + 1}", real=True)
+        self.terms[symbol] = expression
+        self._names[expression] = symbol
+        return symbol
+
+    def _constant(self, expression: sp.Expr) -> sp.Expr:
+        value = self.value(expression)
+        is_number = self.is_number(expression)
+        if is_number:
+            for integer in (0, 1, -1):
+                if abs(value - integer) < _ROUNDING:
+                    return sp.Integer(integer)
+        if value < 0:
+            return -self.let(-expression)
+        symbol = sp.Symbol(f"{CONSTANT}{len(self.constants) + 1}", real=True)
+        self.constants[symbol] = expression
+        self._values[symbol] = value
+        self._names[expression] = symbol
+        if is_number:
+            self._numbers.add(symbol)
+        return symbol
+
+
+def _negative(expression: sp.Expr) -> bool:
+    if expression.is_Add:
+        return all(term.as_coeff_Mul()[0].is_negative for term in expression.args)
+    return bool(expression.as_coeff_Mul()[0].is_negative)

@@ -1,0 +1,95 @@
+"""Closed-form robot kinematics, generated as C and called on NumPy arrays.
+
+>>> import chasles
+>>> robot = chasles.load("ur5e")
+>>> robot.fk(q)            # q (..., 6) [rad] -> T_0_ee (..., 4, 4)
+"""
+
+from __future__ import annotations
+
+import difflib
+import os
+from pathlib import Path
+
+from ._call import Function
+from .errors import (
+    CacheError,
+    ChaslesError,
+    CompileError,
+    CompilerNotFoundError,
+    InputError,
+    LibraryMismatchError,
+    ManifestError,
+    ShapeError,
+    SourceMismatchError,
+    UnknownRobotError,
+)
+from .manifest import read_manifest
+from .robot import Robot, shipped_folders
+
+__all__ = [
+    "CacheError",
+    "ChaslesError",
+    "CompileError",
+    "CompilerNotFoundError",
+    "Function",
+    "InputError",
+    "LibraryMismatchError",
+    "ManifestError",
+    "Robot",
+    "ShapeError",
+    "SourceMismatchError",
+    "UnknownRobotError",
+    "load",
+    "robots",
+]
+
+
+def robots() -> list[str]:
+    """The names of the generated robots that are installed along."""
+    return list(shipped_folders())
+
+
+def load(robot: str | os.PathLike[str]) -> Robot:
+    """Loads a generated robot; compiles it if that was not done before.
+
+    Args:
+        robot: The name of one of `robots()`, or the folder of a generated robot, as a path object
+            or as a string with a separator in it ("./mine").
+
+    Returns:
+        The robot.
+
+    Raises:
+        UnknownRobotError: If there is no such robot.
+        ChaslesError: If it cannot be read, compiled or opened; the message says why.
+    """
+    return Robot(read_manifest(find_folder(robot)))
+
+
+def find_folder(robot: str | os.PathLike[str]) -> Path:
+    """The folder of a robot, given as to `load`.
+
+    Raises:
+        UnknownRobotError: If it is a name that no installed robot has.
+    """
+    if not isinstance(robot, str) or os.sep in robot:
+        return Path(robot)
+    folders = shipped_folders()
+    if robot in folders:
+        return folders[robot]
+    close = difflib.get_close_matches(robot, folders)
+    hint = f"did you mean {' or '.join(close)}? " if close else ""
+    known = ", ".join(folders) or "none are installed"
+    raise UnknownRobotError(
+        f"no robot named {robot!r}; {hint}known: {known}; a folder is given as a path, './{robot}'"
+    )
+
+
+def __getattr__(name: str) -> str:
+    """The version, looked up only when asked for: the look-up takes as long as the import."""
+    if name != "__version__":
+        raise AttributeError(f"module 'chasles' has no attribute {name!r}")
+    from importlib.metadata import version  # noqa: PLC0415
+
+    return version("chasles")

@@ -1,0 +1,99 @@
+"""The command line: `python -m chasles build` and `python -m chasles info`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+
+from . import find_folder, robots
+from .errors import ChaslesError
+from .library import build
+from .manifest import Argument, Manifest, read_manifest
+
+_AT_ONCE = 2
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Runs the command line.
+
+    Args:
+        arguments: The words after the program's name; those of the process if None.
+
+    Returns:
+        The exit status: 0 if all went well, 1 otherwise.
+    """
+    options = _parser().parse_args(arguments)
+    try:
+        status: int = options.run(options)
+    except ChaslesError as error:
+        print(f"chasles: {error}", file=sys.stderr)
+        return 1
+    return status
+
+
+def _parser() -> argparse.ArgumentParser:
+    parser = argparse.ArgumentParser(prog="chasles", description="Generated robot kinematics.")
+    commands = parser.add_subparsers(required=True, metavar="command")
+    build_ = commands.add_parser("build", help="compile robots into the cache")
+    build_.add_argument(
+        "robots", nargs="*", help="names or folders; all that are installed if none"
+    )
+    build_.set_defaults(run=_build)
+    info = commands.add_parser("info", help="show what a robot offers")
+    info.add_argument("robot", help="name or folder")
+    info.set_defaults(run=_info)
+    return parser
+
+
+def _build(options: argparse.Namespace) -> int:
+    manifests = [read_manifest(find_folder(robot)) for robot in options.robots or robots()]
+    # Threads do: the work is done by the compiler, in processes of its own.
+    with ThreadPoolExecutor(_AT_ONCE) as pool:
+        built = list(pool.map(_build_one, manifests))
+    return 0 if all(built) else 1
+
+
+def _build_one(manifest: Manifest) -> bool:
+    start = time.perf_counter()
+    try:
+        result = "compiled" if build(manifest) else "in the cache"
+    except ChaslesError as error:
+        print(f"{manifest.name}: {error}", file=sys.stderr)
+        return False
+    print(f"{manifest.name:<24} {result:<12} {time.perf_counter() - start:7.3f} s", flush=True)
+    return True
+
+
+def _info(options: argparse.Namespace) -> int:
+    manifest = read_manifest(find_folder(options.robot))
+    print(f"{manifest.name}: {manifest.title}\n{manifest.source}\n")
+    print(f"frames: {manifest.frames.base} to {manifest.frames.tip}\n\ncoordinates (q):")
+    for coordinate in manifest.coordinates:
+        limits = f"{_limit(coordinate.lower, '-')} to {_limit(coordinate.upper, '')}"
+        print(f"    {coordinate.name:<20} {coordinate.kind:<10} {limits} {coordinate.unit}")
+    print("\nparameters:")
+    for parameter in manifest.parameters:
+        value = f"{parameter.value:.10g} {parameter.unit}"
+        print(f"    {parameter.name:<20} {value:<20} {parameter.meaning}")
+    print("\nfunctions:")
+    for function in manifest.functions:
+        counts = ", ".join(f"{n} {kind}" for kind, n in function.operations.items() if n)
+        print(f"    {function.name}({_arguments(function.inputs)})")
+        print(f"        -> {_arguments(function.outputs)}")
+        print(f"        {function.summary}\n        {counts}")
+    return 0
+
+
+def _limit(limit: float | None, sign: str) -> str:
+    return f"{sign}inf" if limit is None else f"{limit:.6g}"
+
+
+def _arguments(arguments: Sequence[Argument]) -> str:
+    return ", ".join(f"{item.name} {list(item.shape)} [{item.unit}]" for item in arguments)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,1134 @@
+/* chasles._call: calls compiled kernels from Python.
+ *
+ * Library    a compiled robot, opened and checked against the content hash that is expected.
+ * Function   one kernel of it. A call takes one of two ways:
+ *              call_once   every argument is a plain float64 array of the core shape; the kernel
+ *                          runs on the caller's memory with nothing in between
+ *              call_any    all else: arguments are read and checked, then a NumPy generalized
+ *                          ufunc broadcasts the leading dimensions
+ * Kernel     the description that Function and ufunc share, kept alive by the ufunc (a capsule).
+ */
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+#include <structmember.h>
+
+#include <dlfcn.h>
+#include <fenv.h>
+#include <limits.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <numpy/arrayobject.h>
+#include <numpy/ufuncobject.h>
+
+#include "_kernel.h"
+
+#define MAX_OPERANDS 32 /* inputs and outputs of one function */
+#define MAX_CORE_NDIM 8
+#define STACK_DOUBLES 1024 /* scratch for strided operands, before malloc is asked */
+
+static PyObject *ShapeError, *InputError, *LibraryMismatchError;
+static PyObject *str_out, *str_name, *str_shape, *str_array_ufunc;
+static PyObject *ndarray_array_ufunc;
+
+/* ------------------------------------------------------------------ Library */
+
+typedef struct {
+    PyObject_HEAD
+    void *handle;
+    const chasles_kernel *kernels;
+    PyObject *path;
+} Library;
+
+static PyTypeObject LibraryType;
+
+static void library_dealloc(Library *self)
+{
+    if (self->handle) {
+        dlclose(self->handle);
+    }
+    Py_XDECREF(self->path);
+    Py_TYPE(self)->tp_free((PyObject *)self);
+}
+
+static PyObject *library_repr(Library *self)
+{
+    return PyUnicode_FromFormat("<chasles library %R>", self->path);
+}
+
+/* The symbol, or NULL with an error that names the file. */
+static const void *find_symbol(Library *self, const char *symbol)
+{
+    const void *found = dlsym(self->handle, symbol);
+    if (!found) {
+        PyErr_Format(LibraryMismatchError, "%U: not a library of chasles (it has no %s)",
+                     self->path, symbol);
+    }
+    return found;
+}
+
+static int library_load(Library *self, const char *path, const char *expected_hash)
+{
+    self->handle = dlopen(path, RTLD_NOW | RTLD_LOCAL);
+    if (!self->handle) {
+        PyErr_Format(LibraryMismatchError, "%U: cannot be opened as a library (%s)", self->path,
+                     dlerror());
+        return -1;
+    }
+    const char *hash = find_symbol(self, "chasles_hash");
+    if (!hash) {
+        return -1;
+    }
+    if (strcmp(hash, expected_hash) != 0) {
+        PyErr_Format(LibraryMismatchError,
+                     "%U: compiled for content %.16s..., but %.16s... is expected", self->path,
+                     hash, expected_hash);
+        return -1;
+    }
+    self->kernels = find_symbol(self, "chasles_kernels");
+    return self->kernels ? 0 : -1;
+}
+
+static PyObject *call_open(PyObject *Py_UNUSED(module), PyObject *args)
+{
+    PyObject *path_bytes;
+    const char *expected_hash;
+    if (!PyArg_ParseTuple(args, "O&s:open", PyUnicode_FSConverter, &path_bytes, &expected_hash)) {
+        return NULL;
+    }
+    const char *path = PyBytes_AS_STRING(path_bytes);
+    Library *self = (Library *)LibraryType.tp_alloc(&LibraryType, 0);
+    if (self) {
+        self->path = PyUnicode_DecodeFSDefault(path);
+        if (!self->path || library_load(self, path, expected_hash) < 0) {
+            Py_CLEAR(self);
+        }
+    }
+    Py_DECREF(path_bytes);
+    return (PyObject *)self;
+}
+
+/* ------------------------------------------------------------------- Kernel */
+
+typedef struct {
+    PyObject *name;
+    int ndim;
+    npy_intp dims[MAX_CORE_NDIM];
+    npy_intp size;
+} Operand;
+
+typedef struct {
+    void (*call)(const double *const *inputs, double *const *outputs);
+    int n_inputs, n_outputs, n_operands;
+    Operand operands[MAX_OPERANDS];
+    PyObject *library;
+    PyObject *label; /* "ur5e.fk", for messages */
+    /* A ufunc keeps the pointers it is given, so what they point to lives here. */
+    char *ufunc_name, *ufunc_doc;
+    PyUFuncGenericFunction ufunc_loops[1];
+    void *ufunc_data[1];
+    char ufunc_types[MAX_OPERANDS];
+} Kernel;
+
+static void kernel_free(Kernel *kernel)
+{
+    for (int i = 0; i < kernel->n_operands; i++) {
+        Py_XDECREF(kernel->operands[i].name);
+    }
+    Py_XDECREF(kernel->library);
+    Py_XDECREF(kernel->label);
+    PyMem_Free(kernel->ufunc_name);
+    PyMem_Free(kernel->ufunc_doc);
+    PyMem_Free(kernel);
+}
+
+static void kernel_capsule_free(PyObject *capsule)
+{
+    kernel_free(PyCapsule_GetPointer(capsule, NULL));
+}
+
+/* Reads .name and .shape of a description into the operand; -1 with an error set. */
+static int operand_read(Operand *operand, PyObject *description)
+{
+    operand->name = PyObject_GetAttr(description, str_name);
+    PyObject *shape = operand->name ? PyObject_GetAttr(description, str_shape) : NULL;
+    if (!shape) {
+        return -1;
+    }
+    if (!PyUnicode_Check(operand->name) || !PyTuple_Check(shape) ||
+        PyTuple_GET_SIZE(shape) > MAX_CORE_NDIM) {
+        PyErr_Format(PyExc_TypeError, "name %R, shape %R: expected a str and a tuple of at most %d",
+                     operand->name, shape, MAX_CORE_NDIM);
+        Py_DECREF(shape);
+        return -1;
+    }
+    operand->ndim = (int)PyTuple_GET_SIZE(shape);
+    operand->size = 1;
+    for (int i = 0; i < operand->ndim; i++) {
+        operand->dims[i] = PyLong_AsSsize_t(PyTuple_GET_ITEM(shape, i));
+        if (operand->dims[i] < 1 || operand->dims[i] > INT_MAX / operand->size) {
+            if (!PyErr_Occurred()) {
+                PyErr_Format(PyExc_ValueError, "shape %R: expected positive sizes", shape);
+            }
+            Py_DECREF(shape);
+            return -1;
+        }
+        operand->size *= operand->dims[i];
+    }
+    Py_DECREF(shape);
+    return 0;
+}
+
+static int kernel_read_operands(Kernel *kernel, PyObject *inputs, PyObject *outputs)
+{
+    Py_ssize_t n_inputs = PyTuple_GET_SIZE(inputs), n_outputs = PyTuple_GET_SIZE(outputs);
+    if (n_inputs < 1 || n_outputs < 1 || n_inputs + n_outputs > MAX_OPERANDS) {
+        PyErr_Format(PyExc_ValueError,
+                     "%U: %zd inputs and %zd outputs; expected one of each at least, %d in all at "
+                     "most",
+                     kernel->label, n_inputs, n_outputs, MAX_OPERANDS);
+        return -1;
+    }
+    kernel->n_inputs = (int)n_inputs;
+    kernel->n_outputs = (int)n_outputs;
+    kernel->n_operands = (int)(n_inputs + n_outputs);
+    for (int i = 0; i < kernel->n_operands; i++) {
+        PyObject *description = i < n_inputs ? PyTuple_GET_ITEM(inputs, i)
+                                             : PyTuple_GET_ITEM(outputs, i - n_inputs);
+        if (operand_read(&kernel->operands[i], description) < 0) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+/* Takes the entry's function if its sizes are the ones described; the manifest alone is not
+ * believed, for a wrong size would write past the end of an array. */
+static int kernel_bind(Kernel *kernel, const chasles_kernel *entry)
+{
+    int agree = entry->n_inputs == kernel->n_inputs && entry->n_outputs == kernel->n_outputs;
+    for (int i = 0; agree && i < kernel->n_operands; i++) {
+        agree = entry->sizes[i] == kernel->operands[i].size;
+    }
+    if (!agree) {
+        PyErr_Format(LibraryMismatchError,
+                     "%U: the compiled function has other arguments or sizes than described",
+                     kernel->label);
+        return -1;
+    }
+    kernel->call = entry->call;
+    return 0;
+}
+
+/* ------------------------------------------------------- generalized ufunc */
+
+static int is_dense(const Operand *operand, const npy_intp *strides)
+{
+    npy_intp expected = sizeof(double);
+    for (int i = operand->ndim - 1; i >= 0; i--) {
+        if (operand->dims[i] != 1 && strides[i] != expected) {
+            return 0;
+        }
+        expected *= operand->dims[i];
+    }
+    return 1;
+}
+
+/* Copies between strided core elements and a dense buffer, in row-major order. */
+static void copy_core(const Operand *operand, const npy_intp *strides, char *strided,
+                      double *dense, int gather)
+{
+    npy_intp index[MAX_CORE_NDIM] = {0};
+    for (npy_intp k = 0; k < operand->size; k++) {
+        if (gather) {
+            dense[k] = *(const double *)strided;
+        }
+        else {
+            *(double *)strided = dense[k];
+        }
+        for (int i = operand->ndim - 1; i >= 0; i--) {
+            strided += strides[i];
+            if (++index[i] < operand->dims[i]) {
+                break;
+            }
+            strided -= strides[i] * operand->dims[i];
+            index[i] = 0;
+        }
+    }
+}
+
+/* Whether two dense operands touch: exact, as both are without gaps. */
+static int overlap(const double *a, npy_intp a_size, const double *b, npy_intp b_size)
+{
+    return (uintptr_t)a < (uintptr_t)(b + b_size) && (uintptr_t)b < (uintptr_t)(a + a_size);
+}
+
+/* Whether the kernel must be given a copy of an operand's elements: where they lie apart, and where
+ * an input is also an output, for kernels read inputs after they have begun to write. (NumPy copies
+ * operands that overlap, but not the one that is exactly another: for elementwise functions that is
+ * safe.) */
+static int needs_buffer(const Kernel *kernel, int i, char **args, const npy_intp *core_strides)
+{
+    const Operand *operand = &kernel->operands[i];
+    if (!is_dense(operand, core_strides)) {
+        return 1;
+    }
+    for (int j = kernel->n_inputs; i < kernel->n_inputs && j < kernel->n_operands; j++) {
+        if (overlap((double *)args[i], operand->size, (double *)args[j],
+                    kernel->operands[j].size)) {
+            return 1;
+        }
+    }
+    return 0;
+}
+
+/* The inner loop of the ufunc; runs without the GIL. */
+static void ufunc_loop(char **args, const npy_intp *dimensions, const npy_intp *steps, void *data)
+{
+    const Kernel *kernel = data;
+    const int n_inputs = kernel->n_inputs, n_operands = kernel->n_operands;
+    const npy_intp *core_strides[MAX_OPERANDS];
+    double *buffers[MAX_OPERANDS]; /* NULL where the kernel may use the operand's own memory */
+    double *pointers[MAX_OPERANDS];
+    int buffered[MAX_OPERANDS];
+    double stack[STACK_DOUBLES], *scratch = stack;
+    npy_intp needed = 0;
+
+    const npy_intp *strides = steps + n_operands;
+    for (int i = 0; i < n_operands; i++) {
+        core_strides[i] = strides;
+        strides += kernel->operands[i].ndim;
+        buffered[i] = needs_buffer(kernel, i, args, core_strides[i]);
+        needed += buffered[i] ? kernel->operands[i].size : 0;
+    }
+    if (needed > STACK_DOUBLES && !(scratch = malloc(needed * sizeof(double)))) {
+        NPY_ALLOW_C_API_DEF
+        NPY_ALLOW_C_API
+        PyErr_NoMemory();
+        NPY_DISABLE_C_API
+        return;
+    }
+    double *next = scratch;
+    for (int i = 0; i < n_operands; i++) {
+        buffers[i] = buffered[i] ? next : NULL;
+        next += buffered[i] ? kernel->operands[i].size : 0;
+    }
+
+    for (npy_intp k = 0; k < dimensions[0]; k++) {
+        for (int i = 0; i < n_operands; i++) {
+            char *element = args[i] + k * steps[i];
+            pointers[i] = buffers[i] ? buffers[i] : (double *)element;
+            if (buffers[i] && i < n_inputs) {
+                copy_core(&kernel->operands[i], core_strides[i], element, buffers[i], 1);
+            }
+        }
+        kernel->call((const double *const *)pointers, pointers + n_inputs);
+        for (int i = n_inputs; i < n_operands; i++) {
+            if (buffers[i]) {
+                copy_core(&kernel->operands[i], core_strides[i], args[i] + k * steps[i],
+                          buffers[i], 0);
+            }
+        }
+    }
+    if (scratch != stack) {
+        free(scratch);
+    }
+    /* NaN and infinity flow through: NumPy shall not warn about what the kernels met. */
+    feclearexcept(FE_ALL_EXCEPT);
+}
+
+/* A copy that PyMem_Free takes; NULL with an error set. */
+static char *copy_text(PyObject *text)
+{
+    Py_ssize_t size;
+    const char *utf8 = PyUnicode_AsUTF8AndSize(text, &size);
+    char *copy = utf8 ? PyMem_Malloc(size + 1) : NULL;
+    if (copy) {
+        memcpy(copy, utf8, size + 1);
+    }
+    else if (utf8) {
+        PyErr_NoMemory();
+    }
+    return copy;
+}
+
+/* "(6),(6)->(4,4)" */
+static PyObject *ufunc_signature(const Kernel *kernel)
+{
+    PyObject *text = PyUnicode_FromString("");
+    for (int i = 0; text && i < kernel->n_operands; i++) {
+        const Operand *operand = &kernel->operands[i];
+        const char *before = i == 0 ? "" : i == kernel->n_inputs ? "->" : ",";
+        Py_SETREF(text, PyUnicode_FromFormat("%U%s(", text, before));
+        for (int j = 0; text && j < operand->ndim; j++) {
+            Py_SETREF(text, PyUnicode_FromFormat("%U%s%zd", text, j ? "," : "",
+                                                 (Py_ssize_t)operand->dims[j]));
+        }
+        if (text) {
+            Py_SETREF(text, PyUnicode_FromFormat("%U)", text));
+        }
+    }
+    return text;
+}
+
+/* Makes the ufunc, which takes the kernel over: it is freed with the ufunc, or here on error. */
+static PyObject *ufunc_new(Kernel *kernel, PyObject *name, PyObject *doc)
+{
+    PyObject *ufunc = NULL, *signature = NULL;
+    PyObject *capsule = PyCapsule_New(kernel, NULL, kernel_capsule_free);
+    if (!capsule) {
+        kernel_free(kernel);
+        return NULL;
+    }
+    kernel->ufunc_loops[0] = (PyUFuncGenericFunction)ufunc_loop;
+    kernel->ufunc_data[0] = kernel;
+    memset(kernel->ufunc_types, NPY_DOUBLE, sizeof kernel->ufunc_types);
+    kernel->ufunc_name = copy_text(name);
+    kernel->ufunc_doc = kernel->ufunc_name ? copy_text(doc) : NULL;
+    signature = kernel->ufunc_doc ? ufunc_signature(kernel) : NULL;
+    if (signature) {
+        ufunc = PyUFunc_FromFuncAndDataAndSignature(
+            kernel->ufunc_loops, kernel->ufunc_data, kernel->ufunc_types, 1, kernel->n_inputs,
+            kernel->n_outputs, PyUFunc_None, kernel->ufunc_name, kernel->ufunc_doc, 0,
+            PyUnicode_AsUTF8(signature));
+        Py_DECREF(signature);
+    }
+    if (ufunc) {
+        ((PyUFuncObject *)ufunc)->obj = Py_NewRef(capsule);
+    }
+    Py_DECREF(capsule);
+    return ufunc;
+}
+
+/* ----------------------------------------------------------------- Function */
+
+typedef struct {
+    PyObject_HEAD
+    vectorcallfunc vectorcall;
+    const Kernel *kernel; /* owned by the ufunc */
+    PyObject *ufunc;
+    PyObject *name, *label, *doc, *signature, *inputs, *outputs, *operations, *reduced;
+} Function;
+
+static PyTypeObject FunctionType;
+
+static int function_traverse(Function *self, visitproc visit, void *arg)
+{
+    Py_VISIT(self->ufunc);
+    Py_VISIT(self->signature);
+    Py_VISIT(self->inputs);
+    Py_VISIT(self->outputs);
+    Py_VISIT(self->operations);
+    Py_VISIT(self->reduced);
+    return 0;
+}
+
+/* No tp_clear: all members are set once, from values made before, so that a cycle through a
+ * Function always holds some other object that can be cleared. A call needs them to the end. */
+static void function_dealloc(Function *self)
+{
+    PyObject_GC_UnTrack(self);
+    Py_XDECREF(self->ufunc);
+    Py_XDECREF(self->name);
+    Py_XDECREF(self->label);
+    Py_XDECREF(self->doc);
+    Py_XDECREF(self->signature);
+    Py_XDECREF(self->inputs);
+    Py_XDECREF(self->outputs);
+    Py_XDECREF(self->operations);
+    Py_XDECREF(self->reduced);
+    Py_TYPE(self)->tp_free((PyObject *)self);
+}
+
+static PyObject *function_repr(Function *self)
+{
+    return PyUnicode_FromFormat("<chasles function %U%S>", self->label, self->signature);
+}
+
+static PyObject *function_reduce(Function *self, PyObject *Py_UNUSED(ignored))
+{
+    return Py_NewRef(self->reduced);
+}
+
+/* ------------------------------------------------------------ the short way */
+
+/* Whether the object is memory that a kernel can use as it is. */
+static inline int is_plain(PyObject *object, const Operand *operand)
+{
+    if (!PyArray_CheckExact(object)) {
+        return 0;
+    }
+    PyArrayObject *array = (PyArrayObject *)object;
+    if (PyArray_TYPE(array) != NPY_DOUBLE || PyArray_NDIM(array) != operand->ndim ||
+        !PyArray_ISCARRAY_RO(array)) {
+        return 0;
+    }
+    const npy_intp *dims = PyArray_DIMS(array);
+    for (int i = 0; i < operand->ndim; i++) {
+        if (dims[i] != operand->dims[i]) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* Whether the kernel may write straight into the caller's arrays. It may not where an output
+ * touches another operand: kernels read inputs after they have begun to write. */
+static int is_plain_out(const Kernel *kernel, PyObject *const *inputs, PyObject *const *outs)
+{
+    const double *memory[MAX_OPERANDS];
+    for (int i = 0; i < kernel->n_inputs; i++) {
+        memory[i] = PyArray_DATA((PyArrayObject *)inputs[i]);
+    }
+    for (int i = kernel->n_inputs; i < kernel->n_operands; i++) {
+        PyObject *out = outs[i - kernel->n_inputs];
+        memory[i] = NULL;
+        if (out == Py_None) {
+            continue;
+        }
+        if (!is_plain(out, &kernel->operands[i]) || !PyArray_ISWRITEABLE((PyArrayObject *)out)) {
+            return 0;
+        }
+        memory[i] = PyArray_DATA((PyArrayObject *)out);
+        for (int j = 0; j < i; j++) {
+            if (memory[j] && overlap(memory[i], kernel->operands[i].size, memory[j],
+                                     kernel->operands[j].size)) {
+                return 0;
+            }
+        }
+    }
+    return 1;
+}
+
+/* One result, or a tuple of several; steals the references. Empty shapes become scalars, as
+ * NumPy's own functions have it, unless the caller gave the array. */
+static PyObject *pack(const Kernel *kernel, PyObject **results, PyObject *const *outs)
+{
+    for (int i = 0; i < kernel->n_outputs; i++) {
+        if (!outs || outs[i] == Py_None) {
+            results[i] = PyArray_Return((PyArrayObject *)results[i]);
+        }
+    }
+    if (kernel->n_outputs == 1) {
+        return results[0];
+    }
+    PyObject *tuple = PyTuple_New(kernel->n_outputs);
+    for (int i = 0; i < kernel->n_outputs; i++) {
+        if (!tuple || !results[i]) {
+            Py_CLEAR(tuple);
+            Py_XDECREF(results[i]);
+        }
+        else {
+            PyTuple_SET_ITEM(tuple, i, results[i]);
+        }
+    }
+    return tuple;
+}
+
+/* Runs the kernel on plain inputs, into plain outs or new arrays (outs NULL, or None within). */
+static PyObject *call_once(const Kernel *kernel, PyObject *const *inputs, PyObject *const *outs)
+{
+    const double *from[MAX_OPERANDS];
+    double *to[MAX_OPERANDS];
+    PyObject *results[MAX_OPERANDS];
+    const Operand *outputs = kernel->operands + kernel->n_inputs;
+
+    for (int i = 0; i < kernel->n_inputs; i++) {
+        from[i] = PyArray_DATA((PyArrayObject *)inputs[i]);
+    }
+    for (int i = 0; i < kernel->n_outputs; i++) {
+        results[i] = outs && outs[i] != Py_None
+                         ? Py_NewRef(outs[i])
+                         : PyArray_SimpleNew(outputs[i].ndim, (npy_intp *)outputs[i].dims,
+                                             NPY_DOUBLE);
+        if (!results[i]) {
+            while (i-- > 0) {
+                Py_DECREF(results[i]);
+            }
+            return NULL;
+        }
+        to[i] = PyArray_DATA((PyArrayObject *)results[i]);
+    }
+    kernel->call(from, to);
+    return pack(kernel, results, outs);
+}
+
+/* ------------------------------------------------------------- the long way */
+
+/* Whether the type brings its own __array_ufunc__ (dask, units): 1, 0, or -1 on error. */
+static int has_override(PyObject *object)
+{
+    if (PyArray_CheckExact(object) || PyList_CheckExact(object) || PyTuple_CheckExact(object) ||
+        PyFloat_CheckExact(object) || PyLong_CheckExact(object) || PyArray_IsScalar(object, Generic)) {
+        return 0;
+    }
+    PyObject *method = PyObject_GetAttr((PyObject *)Py_TYPE(object), str_array_ufunc);
+    if (!method) {
+        if (!PyErr_ExceptionMatches(PyExc_AttributeError)) {
+            return -1;
+        }
+        PyErr_Clear();
+        return 0;
+    }
+    int own = method != ndarray_array_ufunc;
+    Py_DECREF(method);
+    return own;
+}
+
+/* "6" or "4 x 4", for messages. */
+static PyObject *sizes_text(int ndim, const npy_intp *dims, const char *between)
+{
+    PyObject *text = PyUnicode_FromString("");
+    for (int i = 0; text && i < ndim; i++) {
+        Py_SETREF(text, PyUnicode_FromFormat("%U%s%zd", text, i ? between : "",
+                                             (Py_ssize_t)dims[i]));
+    }
+    return text;
+}
+
+/* "(5,)" or "(2, 6)": the shape as Python prints it. */
+static PyObject *shape_text(int ndim, const npy_intp *dims)
+{
+    PyObject *shape = PyArray_IntTupleFromIntp(ndim, dims);
+    PyObject *text = shape ? PyObject_Repr(shape) : NULL;
+    Py_XDECREF(shape);
+    return text;
+}
+
+static int check_core_shape(const Kernel *kernel, const Operand *operand, PyArrayObject *array)
+{
+    int extra = PyArray_NDIM(array) - operand->ndim;
+    int agree = extra >= 0;
+    for (int i = 0; agree && i < operand->ndim; i++) {
+        agree = PyArray_DIM(array, extra + i) == operand->dims[i];
+    }
+    if (agree) {
+        return 0;
+    }
+    PyObject *values = sizes_text(operand->ndim, operand->dims, " x ");
+    PyObject *core = sizes_text(operand->ndim, operand->dims, ", ");
+    PyObject *got = shape_text(PyArray_NDIM(array), PyArray_DIMS(array));
+    if (values && core && got) {
+        PyErr_Format(ShapeError, "%U: %U must end in %U value%s (shape (..., %U)), got shape %U",
+                     kernel->label, operand->name, values, operand->size == 1 ? "" : "s", core,
+                     got);
+    }
+    Py_XDECREF(values);
+    Py_XDECREF(core);
+    Py_XDECREF(got);
+    return -1;
+}
+
+/* Turns NumPy's complaint about an argument into one that names the argument. */
+static void chain_input_error(const Kernel *kernel, const Operand *operand)
+{
+    if (!PyErr_ExceptionMatches(PyExc_ValueError) && !PyErr_ExceptionMatches(PyExc_TypeError)) {
+        return;
+    }
+    PyObject *type, *cause, *traceback;
+    PyErr_Fetch(&type, &cause, &traceback);
+    PyErr_NormalizeException(&type, &cause, &traceback);
+    PyErr_Format(InputError, "%U: %U cannot be read as an array of numbers: %S", kernel->label,
+                 operand->name, cause);
+    PyObject *type2, *error, *traceback2;
+    PyErr_Fetch(&type2, &error, &traceback2);
+    PyErr_NormalizeException(&type2, &error, &traceback2);
+    PyException_SetCause(error, cause); /* steals cause */
+    PyErr_Restore(type2, error, traceback2);
+    Py_XDECREF(type);
+    Py_XDECREF(traceback);
+}
+
+/* The argument as an aligned native float64 array of the right core shape, copied only where it
+ * is not one yet. The kind is looked at before the cast, so that "1", True or 1j is refused. */
+static PyObject *read_input(const Kernel *kernel, const Operand *operand, PyObject *object)
+{
+    PyArrayObject *array =
+        (PyArrayObject *)PyArray_FromAny(object, NULL, 0, 0, NPY_ARRAY_ENSUREARRAY, NULL);
+    if (!array) {
+        chain_input_error(kernel, operand);
+        return NULL;
+    }
+    if (!PyTypeNum_ISINTEGER(PyArray_TYPE(array)) && !PyTypeNum_ISFLOAT(PyArray_TYPE(array))) {
+        PyErr_Format(InputError, "%U: %U must hold real numbers, got dtype %S", kernel->label,
+                     operand->name, PyArray_DESCR(array));
+        Py_DECREF(array);
+        return NULL;
+    }
+    if (check_core_shape(kernel, operand, array) < 0) {
+        Py_DECREF(array);
+        return NULL;
+    }
+    PyObject *result = PyArray_FromArray(
+        array, PyArray_DescrFromType(NPY_DOUBLE),
+        NPY_ARRAY_ALIGNED | NPY_ARRAY_NOTSWAPPED | NPY_ARRAY_FORCECAST);
+    Py_DECREF(array);
+    return result;
+}
+
+typedef struct {
+    int ndim;
+    npy_intp dims[NPY_MAXDIMS];
+} Batch;
+
+/* Broadcasts the leading dimensions of all inputs; -1 with an error that names the two. */
+static int read_batch(const Kernel *kernel, PyObject *const *inputs, Batch *batch)
+{
+    batch->ndim = 0;
+    for (int i = 0; i < kernel->n_inputs; i++) {
+        PyArrayObject *array = (PyArrayObject *)inputs[i];
+        int ndim = PyArray_NDIM(array) - kernel->operands[i].ndim;
+        if (ndim > batch->ndim) {
+            int more = ndim - batch->ndim;
+            memmove(batch->dims + more, batch->dims, batch->ndim * sizeof(npy_intp));
+            for (int j = 0; j < more; j++) {
+                batch->dims[j] = 1;
+            }
+            batch->ndim = ndim;
+        }
+        npy_intp *dims = batch->dims + (batch->ndim - ndim);
+        for (int j = 0; j < ndim; j++) {
+            npy_intp size = PyArray_DIM(array, j);
+            if (dims[j] != size && dims[j] != 1 && size != 1) {
+                PyObject *own = shape_text(ndim, PyArray_DIMS(array));
+                PyObject *others = shape_text(batch->ndim, batch->dims);
+                if (own && others) {
+                    PyErr_Format(ShapeError,
+                                 "%U: leading dimensions do not broadcast: %U has %U, those before "
+                                 "it %U",
+                                 kernel->label, kernel->operands[i].name, own, others);
+                }
+                Py_XDECREF(own);
+                Py_XDECREF(others);
+                return -1;
+            }
+            dims[j] = dims[j] == 1 ? size : dims[j];
+        }
+    }
+    return 0;
+}
+
+/* An array given as out must be exactly what the call would have returned. */
+static int check_out(const Kernel *kernel, const Operand *operand, const Batch *batch,
+                     PyObject *object)
+{
+    if (!PyArray_Check(object)) {
+        PyErr_Format(InputError, "%U: out for %U must be a NumPy array, got %s", kernel->label,
+                     operand->name, Py_TYPE(object)->tp_name);
+        return -1;
+    }
+    PyArrayObject *out = (PyArrayObject *)object;
+    if (PyArray_TYPE(out) != NPY_DOUBLE || !PyArray_ISNOTSWAPPED(out)) {
+        PyErr_Format(InputError, "%U: out for %U must have dtype float64, got %S", kernel->label,
+                     operand->name, PyArray_DESCR(out));
+        return -1;
+    }
+    if (!PyArray_ISWRITEABLE(out)) {
+        PyErr_Format(InputError, "%U: out for %U is read-only", kernel->label, operand->name);
+        return -1;
+    }
+    npy_intp dims[NPY_MAXDIMS + MAX_CORE_NDIM];
+    int ndim = batch->ndim + operand->ndim;
+    memcpy(dims, batch->dims, batch->ndim * sizeof(npy_intp));
+    memcpy(dims + batch->ndim, operand->dims, operand->ndim * sizeof(npy_intp));
+    if (ndim == PyArray_NDIM(out) && PyArray_CompareLists(dims, PyArray_DIMS(out), ndim)) {
+        return 0;
+    }
+    PyObject *expected = shape_text(ndim, dims);
+    PyObject *got = shape_text(PyArray_NDIM(out), PyArray_DIMS(out));
+    if (expected && got) {
+        PyErr_Format(ShapeError, "%U: out for %U must have shape %U, got shape %U", kernel->label,
+                     operand->name, expected, got);
+    }
+    Py_XDECREF(expected);
+    Py_XDECREF(got);
+    return -1;
+}
+
+/* Hands the inputs to the ufunc, with out=outs where given. */
+static PyObject *call_ufunc(Function *self, PyObject *const *inputs, PyObject *const *outs)
+{
+    int n_inputs = self->kernel->n_inputs, n_outputs = self->kernel->n_outputs;
+    PyObject *args[MAX_OPERANDS + 1];
+    memcpy(args, inputs, n_inputs * sizeof(PyObject *));
+    if (!outs) {
+        return PyObject_Vectorcall(self->ufunc, args, n_inputs, NULL);
+    }
+    PyObject *keywords = PyTuple_Pack(1, str_out);
+    PyObject *out = PyTuple_New(n_outputs);
+    PyObject *result = NULL;
+    if (keywords && out) {
+        for (int i = 0; i < n_outputs; i++) {
+            PyTuple_SET_ITEM(out, i, Py_NewRef(outs[i]));
+        }
+        args[n_inputs] = out;
+        result = PyObject_Vectorcall(self->ufunc, args, n_inputs, keywords);
+    }
+    Py_XDECREF(keywords);
+    Py_XDECREF(out);
+    return result;
+}
+
+/* Checks what was read, then runs the kernel once or over a batch. */
+static PyObject *call_read(Function *self, PyObject *const *inputs, PyObject *const *outs)
+{
+    const Kernel *kernel = self->kernel;
+    Batch batch;
+    if (read_batch(kernel, inputs, &batch) < 0) {
+        return NULL;
+    }
+    for (int i = 0; outs && i < kernel->n_outputs; i++) {
+        const Operand *operand = &kernel->operands[kernel->n_inputs + i];
+        if (outs[i] != Py_None && check_out(kernel, operand, &batch, outs[i]) < 0) {
+            return NULL;
+        }
+    }
+    int plain = 1;
+    for (int i = 0; plain && i < kernel->n_inputs; i++) {
+        plain = is_plain(inputs[i], &kernel->operands[i]);
+    }
+    if (plain && (!outs || is_plain_out(kernel, inputs, outs))) {
+        return call_once(kernel, inputs, outs);
+    }
+    return call_ufunc(self, inputs, outs);
+}
+
+static PyObject *call_any(Function *self, PyObject *const *inputs, PyObject *const *outs)
+{
+    const Kernel *kernel = self->kernel;
+    for (int i = 0; i < kernel->n_inputs + (outs ? kernel->n_outputs : 0); i++) {
+        int own = has_override(i < kernel->n_inputs ? inputs[i] : outs[i - kernel->n_inputs]);
+        if (own != 0) {
+            return own < 0 ? NULL : call_ufunc(self, inputs, outs);
+        }
+    }
+    PyObject *read[MAX_OPERANDS], *result = NULL;
+    int n_read = 0;
+    for (; n_read < kernel->n_inputs; n_read++) {
+        read[n_read] = read_input(kernel, &kernel->operands[n_read], inputs[n_read]);
+        if (!read[n_read]) {
+            break;
+        }
+    }
+    if (n_read == kernel->n_inputs) {
+        result = call_read(self, read, outs);
+    }
+    while (n_read-- > 0) {
+        Py_DECREF(read[n_read]);
+    }
+    return result;
+}
+
+/* ---------------------------------------------------------------- the call */
+
+/* "q, qd", for messages. */
+static PyObject *input_names(const Kernel *kernel)
+{
+    PyObject *text = PyUnicode_FromString("");
+    for (int i = 0; text && i < kernel->n_inputs; i++) {
+        Py_SETREF(text, PyUnicode_FromFormat("%U%s%U", text, i ? ", " : "",
+                                             kernel->operands[i].name));
+    }
+    return text;
+}
+
+static int fail_count(const Kernel *kernel, Py_ssize_t n_given)
+{
+    PyObject *names = input_names(kernel);
+    if (names) {
+        PyErr_Format(InputError, "%U: takes %d input%s (%U), got %zd", kernel->label,
+                     kernel->n_inputs, kernel->n_inputs == 1 ? "" : "s", names, n_given);
+        Py_DECREF(names);
+    }
+    return -1;
+}
+
+/* The slot of a keyword: an input's index, n_inputs for out, -1 if there is none or on error. */
+static int find_keyword(const Kernel *kernel, PyObject *keyword)
+{
+    for (int i = 0; i <= kernel->n_inputs; i++) {
+        PyObject *name = i < kernel->n_inputs ? kernel->operands[i].name : str_out;
+        int equal = PyObject_RichCompareBool(keyword, name, Py_EQ);
+        if (equal != 0) {
+            return equal < 0 ? -1 : i;
+        }
+    }
+    PyObject *names = input_names(kernel);
+    if (names) {
+        PyErr_Format(InputError, "%U: unknown argument %R; it takes %U and out", kernel->label,
+                     keyword, names);
+        Py_DECREF(names);
+    }
+    return -1;
+}
+
+/* Sorts the arguments into slots: one per input, then out. */
+static int bind_arguments(const Kernel *kernel, PyObject *const *args, Py_ssize_t n_args,
+                          PyObject *keywords, PyObject **slots)
+{
+    Py_ssize_t n_keywords = keywords ? PyTuple_GET_SIZE(keywords) : 0, n_given = n_args;
+    if (n_args > kernel->n_inputs) {
+        return fail_count(kernel, n_args);
+    }
+    memcpy(slots, args, n_args * sizeof(PyObject *));
+    memset(slots + n_args, 0, (kernel->n_inputs + 1 - n_args) * sizeof(PyObject *));
+    for (Py_ssize_t k = 0; k < n_keywords; k++) {
+        int slot = find_keyword(kernel, PyTuple_GET_ITEM(keywords, k));
+        if (slot < 0) {
+            return -1;
+        }
+        if (slots[slot]) {
+            PyErr_Format(InputError, "%U: %U is given twice", kernel->label,
+                         PyTuple_GET_ITEM(keywords, k));
+            return -1;
+        }
+        slots[slot] = args[n_args + k];
+        n_given += slot < kernel->n_inputs;
+    }
+    return n_given == kernel->n_inputs ? 0 : fail_count(kernel, n_given);
+}
+
+/* The arrays to write into, one pointer per output, None where a new one is wanted. Sets *outs to
+ * NULL if there are none at all. */
+static int read_out(const Kernel *kernel, PyObject **out, PyObject *const **outs)
+{
+    *outs = NULL;
+    if (!*out || *out == Py_None) {
+        return 0;
+    }
+    if (PyTuple_CheckExact(*out)) {
+        if (PyTuple_GET_SIZE(*out) == kernel->n_outputs) {
+            *outs = ((PyTupleObject *)*out)->ob_item;
+            return 0;
+        }
+    }
+    else if (kernel->n_outputs == 1) {
+        *outs = out;
+        return 0;
+    }
+    PyErr_Format(InputError, "%U: out must be %s of %d, one for each output", kernel->label,
+                 kernel->n_outputs == 1 ? "an array, or a tuple" : "a tuple", kernel->n_outputs);
+    return -1;
+}
+
+static PyObject *function_vectorcall(PyObject *object, PyObject *const *args, size_t n_flagged,
+                                     PyObject *keywords)
+{
+    Function *self = (Function *)object;
+    const Kernel *kernel = self->kernel;
+    PyObject *slots[MAX_OPERANDS + 1];
+    PyObject *const *inputs = args;
+    PyObject *const *outs = NULL;
+
+    Py_ssize_t n_args = PyVectorcall_NARGS(n_flagged);
+    if (keywords || n_args != kernel->n_inputs) {
+        if (bind_arguments(kernel, args, n_args, keywords, slots) < 0 ||
+            read_out(kernel, &slots[kernel->n_inputs], &outs) < 0) {
+            return NULL;
+        }
+        inputs = slots;
+    }
+    for (int i = 0; i < kernel->n_inputs; i++) {
+        if (!is_plain(inputs[i], &kernel->operands[i])) {
+            return call_any(self, inputs, outs);
+        }
+    }
+    if (outs && !is_plain_out(kernel, inputs, outs)) {
+        return call_any(self, inputs, outs);
+    }
+    return call_once(kernel, inputs, outs);
+}
+
+static PyMemberDef function_members[] = {
+    {"ufunc", T_OBJECT_EX, offsetof(Function, ufunc), READONLY,
+     "The NumPy generalized ufunc behind the call."},
+    {"inputs", T_OBJECT_EX, offsetof(Function, inputs), READONLY,
+     "What it takes: name, shape, unit and meaning of each input."},
+    {"outputs", T_OBJECT_EX, offsetof(Function, outputs), READONLY,
+     "What it returns: name, shape, unit and meaning of each output."},
+    {"operations", T_OBJECT_EX, offsetof(Function, operations), READONLY,
+     "How many floating-point operations one pose costs, by kind."},
+    {"__name__", T_OBJECT_EX, offsetof(Function, name), READONLY, NULL},
+    {"__qualname__", T_OBJECT_EX, offsetof(Function, label), READONLY, NULL},
+    {"__doc__", T_OBJECT_EX, offsetof(Function, doc), READONLY, NULL},
+    {"__signature__", T_OBJECT_EX, offsetof(Function, signature), READONLY, NULL},
+    {NULL},
+};
+
+static PyMethodDef function_methods[] = {
+    {"__reduce__", (PyCFunction)function_reduce, METH_NOARGS, NULL},
+    {"__class_getitem__", Py_GenericAlias, METH_O | METH_CLASS,
+     "Function[R] is the type of a function that returns R."},
+    {NULL},
+};
+
+static PyTypeObject FunctionType = {
+    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "chasles._call.Function",
+    .tp_doc = "One compiled function of a robot; see its own help and `robot.functions`.",
+    .tp_basicsize = sizeof(Function),
+    .tp_flags = Py_TPFLAGS_DEFAULT | Py_TPFLAGS_HAVE_GC | Py_TPFLAGS_HAVE_VECTORCALL,
+    .tp_vectorcall_offset = offsetof(Function, vectorcall),
+    .tp_call = PyVectorcall_Call,
+    .tp_dealloc = (destructor)function_dealloc,
+    .tp_traverse = (traverseproc)function_traverse,
+    .tp_repr = (reprfunc)function_repr,
+    .tp_members = function_members,
+    .tp_methods = function_methods,
+};
+
+/* -------------------------------------------------------- Library.function */
+
+static const chasles_kernel *find_kernel(const Library *library, const char *name)
+{
+    for (const chasles_kernel *entry = library->kernels; entry->name; entry++) {
+        if (strcmp(entry->name, name) == 0) {
+            return entry;
+        }
+    }
+    return NULL;
+}
+
+static Kernel *kernel_new(Library *library, const chasles_kernel *entry, PyObject *label,
+                          PyObject *inputs, PyObject *outputs)
+{
+    Kernel *kernel = PyMem_Calloc(1, sizeof(Kernel));
+    if (!kernel) {
+        PyErr_NoMemory();
+        return NULL;
+    }
+    kernel->library = Py_NewRef(library);
+    kernel->label = Py_NewRef(label);
+    if (kernel_read_operands(kernel, inputs, outputs) < 0 || kernel_bind(kernel, entry) < 0) {
+        kernel_free(kernel);
+        return NULL;
+    }
+    return kernel;
+}
+
+static PyObject *library_function(Library *self, PyObject *args, PyObject *kwargs)
+{
+    static char *keywords[] = {"name",      "inputs",     "outputs", "label", "doc",
+                               "signature", "operations", "reduced", NULL};
+    PyObject *name, *inputs, *outputs, *label, *doc, *signature, *operations, *reduced;
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!:function", keywords, &name,
+                                     &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &label, &doc,
+                                     &signature, &operations, &PyTuple_Type, &reduced)) {
+        return NULL;
+    }
+    const char *utf8 = PyUnicode_AsUTF8(name);
+    const chasles_kernel *entry = utf8 ? find_kernel(self, utf8) : NULL;
+    if (!entry) {
+        if (utf8) {
+            PyErr_Format(LibraryMismatchError, "%U: has no function %R", self->path, name);
+        }
+        return NULL;
+    }
+    Kernel *kernel = kernel_new(self, entry, label, inputs, outputs);
+    PyObject *ufunc = kernel ? ufunc_new(kernel, name, doc) : NULL;
+    Function *function = ufunc ? (Function *)FunctionType.tp_alloc(&FunctionType, 0) : NULL;
+    if (!function) {
+        Py_XDECREF(ufunc);
+        return NULL;
+    }
+    function->vectorcall = function_vectorcall;
+    function->kernel = kernel;
+    function->ufunc = ufunc;
+    function->name = Py_NewRef(name);
+    function->label = Py_NewRef(label);
+    function->doc = Py_NewRef(doc);
+    function->signature = Py_NewRef(signature);
+    function->inputs = Py_NewRef(inputs);
+    function->outputs = Py_NewRef(outputs);
+    function->operations = Py_NewRef(operations);
+    function->reduced = Py_NewRef(reduced);
+    return (PyObject *)function;
+}
+
+static PyObject *library_names(Library *self, void *Py_UNUSED(closure))
+{
+    PyObject *names = PyList_New(0);
+    for (const chasles_kernel *entry = self->kernels; names && entry->name; entry++) {
+        PyObject *name = PyUnicode_FromString(entry->name);
+        if (!name || PyList_Append(names, name) < 0) {
+            Py_CLEAR(names);
+        }
+        Py_XDECREF(name);
+    }
+    return names;
+}
+
+static PyGetSetDef library_getset[] = {
+    {"names", (getter)library_names, NULL, "The names of its functions.", NULL},
+    {NULL},
+};
+
+static PyMethodDef library_methods[] = {
+    {"function", (PyCFunction)(void (*)(void))library_function, METH_VARARGS | METH_KEYWORDS,
+     "The function of that name; inputs and outputs describe it and must agree with the C."},
+    {NULL},
+};
+
+static PyTypeObject LibraryType = {
+    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "chasles._call.Library",
+    .tp_doc = "A compiled robot, open for as long as any of its functions lives.",
+    .tp_basicsize = sizeof(Library),
+    .tp_flags = Py_TPFLAGS_DEFAULT,
+    .tp_dealloc = (destructor)library_dealloc,
+    .tp_repr = (reprfunc)library_repr,
+    .tp_methods = library_methods,
+    .tp_getset = library_getset,
+};
+
+/* ------------------------------------------------------------------- module */
+
+static PyMethodDef module_methods[] = {
+    {"open", call_open, METH_VARARGS,
+     "open(path, expected_hash): the library, refused unless it was compiled for that hash."},
+    {NULL},
+};
+
+static struct PyModuleDef module_definition = {
+    PyModuleDef_HEAD_INIT,
+    .m_name = "chasles._call",
+    .m_doc = "Calls compiled kernels on NumPy arrays.",
+    .m_size = -1,
+    .m_methods = module_methods,
+};
+
+static int import_names(void)
+{
+    PyObject *errors = PyImport_ImportModule("chasles.errors");
+    if (!errors) {
+        return -1;
+    }
+    ShapeError = PyObject_GetAttrString(errors, "ShapeError");
+    InputError = PyObject_GetAttrString(errors, "InputError");
+    LibraryMismatchError = PyObject_GetAttrString(errors, "LibraryMismatchError");
+    Py_DECREF(errors);
+    str_out = PyUnicode_InternFromString("out");
+    str_name = PyUnicode_InternFromString("name");
+    str_shape = PyUnicode_InternFromString("shape");
+    str_array_ufunc = PyUnicode_InternFromString("__array_ufunc__");
+    if (!ShapeError || !InputError || !LibraryMismatchError || !str_out || !str_name ||
+        !str_shape || !str_array_ufunc) {
+        return -1;
+    }
+    ndarray_array_ufunc = PyObject_GetAttr((PyObject *)&PyArray_Type, str_array_ufunc);
+    return ndarray_array_ufunc ? 0 : -1;
+}
+
+PyMODINIT_FUNC PyInit__call(void)
+{
+    import_array();
+    import_umath();
+    if (import_names() < 0 || PyType_Ready(&LibraryType) < 0 || PyType_Ready(&FunctionType) < 0) {
+        return NULL;
+    }
+    PyObject *module = PyModule_Create(&module_definition);
+    if (module && (PyModule_AddObjectRef(module, "Library", (PyObject *)&LibraryType) < 0 ||
+                   PyModule_AddObjectRef(module, "Function", (PyObject *)&FunctionType) < 0)) {
+        Py_CLEAR(module);
+    }
+    return module;
+}

@@ -1,0 +1,23 @@
+/* What a compiled robot offers to chasles: one entry per function, found by name.
+ *
+ * A library exports two symbols:
+ *     const chasles_kernel chasles_kernels[]   ended by an entry whose name is NULL
+ *     const char chasles_hash[]                the content hash it was compiled for
+ * The rest of it stays hidden, so that two robots never meet in one process.
+ */
+#ifndef CHASLES_KERNEL_H
+#define CHASLES_KERNEL_H
+
+#define CHASLES_EXPORT __attribute__((visibility("default")))
+
+typedef struct {
+    const char *name;
+    /* One pointer per input, one per output, each to dense row-major doubles. */
+    void (*call)(const double *const *inputs, double *const *outputs);
+    int n_inputs;
+    int n_outputs;
+    /* Doubles in each input, then in each output. */
+    const int *sizes;
+} chasles_kernel;
+
+#endif

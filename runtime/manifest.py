@@ -1,0 +1,309 @@
+"""Reads `manifest.json`, the contract between the compiler and this package.
+
+A manifest says what a generated robot is and which C functions it offers. It is checked
+completely when read, so that the rest of the package can rely on it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from keyword import iskeyword
+from pathlib import Path
+from types import MappingProxyType
+from typing import NoReturn
+
+from .errors import ManifestError, SourceMismatchError, UnknownRobotError
+
+FORMAT = 1
+"""The version of the contract, the value of the field `chasles`."""
+
+
+@dataclass(frozen=True, slots=True)
+class Coordinate:
+    """One actuated coordinate: a joint, motor, slider or cylinder.
+
+    Attributes:
+        name: As in the robot's description.
+        kind: "revolute" or "prismatic".
+        unit: "rad" or "m".
+        lower: Lower limit in that unit, None if there is none.
+        upper: Upper limit in that unit, None if there is none.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    lower: float | None
+    upper: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Frames:
+    """The names of the frames: the base, the tip, and the links between."""
+
+    base: str
+    tip: str
+    links: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """A number of the robot's geometry, as a float and as the exact text it came from."""
+
+    name: str
+    value: float
+    exact: str
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True, slots=True)
+class Argument:
+    """An input or output of a function: dense row-major float64 of one shape."""
+
+    name: str
+    shape: tuple[int, ...]
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True, slots=True)
+class FunctionInfo:
+    """One generated C function.
+
+    Attributes:
+        name: As called from Python.
+        symbol: As named in C.
+        summary: What it computes, in one line.
+        inputs: In the order of the C arguments.
+        outputs: In the order of the C arguments.
+        operations: Floating-point operations of one pose, by kind, and their total.
+    """
+
+    name: str
+    symbol: str
+    summary: str
+    inputs: tuple[Argument, ...]
+    outputs: tuple[Argument, ...]
+    operations: Mapping[str, int]
+
+
+@dataclass(frozen=True, slots=True)
+class Manifest:
+    """A generated robot, as its manifest describes it.
+
+    Attributes:
+        folder: Where it was read.
+        digest: SHA-256 of the manifest, which holds those of the files.
+        name: The robot's name, a C and Python identifier.
+        title: The robot's name for people.
+        source: Where the description comes from.
+        coordinates: The actuated coordinates, in the order of `q`.
+        frames: The names of the frames.
+        parameters: The geometry.
+        functions: What it offers.
+        files: SHA-256 of each generated file.
+    """
+
+    folder: Path
+    digest: str
+    name: str
+    title: str
+    source: str
+    coordinates: tuple[Coordinate, ...]
+    frames: Frames
+    parameters: tuple[Parameter, ...]
+    functions: tuple[FunctionInfo, ...]
+    files: Mapping[str, str]
+
+    def read_source(self, file: str) -> bytes:
+        """The bytes of a generated file, refused unless they are those of the manifest.
+
+        Args:
+            file: Its name, such as "ur5e.c".
+
+        Raises:
+            SourceMismatchError: If the file is absent or its SHA-256 is another.
+        """
+        path = self.folder / file
+        try:
+            content = path.read_bytes()
+        except OSError as error:
+            message = f"{path}: cannot be read ({error.strerror}); derive {self.name} again"
+            raise SourceMismatchError(message) from error
+        if hashlib.sha256(content).hexdigest() != self.files[file]:
+            raise SourceMismatchError(
+                f"{path}: changed since it was generated (its SHA-256 is not the one in "
+                f"manifest.json); derive {self.name} again"
+            )
+        return content
+
+
+class _Entry:
+    """A JSON value and where it stands, so that an error can name file and field."""
+
+    def __init__(self, file: Path, field: str, value: object) -> None:
+        self.file, self.field, self.value = file, field, value
+
+    def fail(self, expected: str) -> NoReturn:
+        raise ManifestError(f"{self.file}: {self.field}: got {self.value!r}, expected {expected}")
+
+    def __getitem__(self, key: str) -> _Entry:
+        fields = self.mapping()
+        if key not in fields:
+            raise ManifestError(f"{self.file}: {self.field}: has no {key!r}")
+        return fields[key]
+
+    def mapping(self) -> dict[str, _Entry]:
+        if not isinstance(self.value, dict):
+            self.fail("an object")
+        prefix = "" if self.field == "manifest" else f"{self.field}."
+        return {key: _Entry(self.file, prefix + key, value) for key, value in self.value.items()}
+
+    def __iter__(self) -> Iterator[_Entry]:
+        if not isinstance(self.value, list):
+            self.fail("a list")
+        for index, value in enumerate(self.value):
+            yield _Entry(self.file, f"{self.field}[{index}]", value)
+
+    def text(self) -> str:
+        if not isinstance(self.value, str):
+            self.fail("a string")
+        return self.value
+
+    def texts(self) -> tuple[str, ...]:
+        return tuple(item.text() for item in self)
+
+    def identifier(self) -> str:
+        # Goes into generated C as it stands, so nothing but a plain name may pass.
+        text = self.text()
+        if not re.fullmatch(r"[A-Za-z_][A-Za-z0-9_]*", text) or iskeyword(text):
+            self.fail("a name of ASCII letters, digits and underscores")
+        return text
+
+    def number(self) -> float:
+        if isinstance(self.value, bool) or not isinstance(self.value, int | float):
+            self.fail("a number")
+        return float(self.value)
+
+    def limit(self) -> float | None:
+        return None if self.value is None else self.number()
+
+    def count(self) -> int:
+        if isinstance(self.value, bool) or not isinstance(self.value, int) or self.value < 0:
+            self.fail("a count")
+        return self.value
+
+    def shape(self) -> tuple[int, ...]:
+        shape = tuple(size.count() for size in self)
+        if 0 in shape:
+            self.fail("sizes of at least 1")
+        return shape
+
+    def sha256(self) -> str:
+        text = self.text()
+        if not re.fullmatch(r"[0-9a-f]{64}", text):
+            self.fail("a SHA-256 in lower-case hexadecimal")
+        return text
+
+    def unique(self, names: list[str]) -> None:
+        for name in names:
+            if names.count(name) > 1:
+                raise ManifestError(f"{self.file}: {self.field}: {name!r} is there twice")
+
+
+def read_manifest(folder: Path) -> Manifest:
+    """Reads and checks the manifest of a generated robot.
+
+    Args:
+        folder: The robot's folder, which holds `manifest.json`.
+
+    Returns:
+        The manifest.
+
+    Raises:
+        UnknownRobotError: If there is no manifest in the folder.
+        ManifestError: If it is not of the form that this version reads.
+    """
+    file = folder / "manifest.json"
+    try:
+        content = file.read_bytes()
+    except (FileNotFoundError, NotADirectoryError) as error:
+        raise UnknownRobotError(f"{folder}: no generated robot (no manifest.json)") from error
+    try:
+        entry = _Entry(file, "manifest", json.loads(content))
+    except ValueError as error:
+        raise ManifestError(f"{file}: not JSON: {error}") from error
+    if entry["chasles"].value != FORMAT:
+        entry["chasles"].fail(f"{FORMAT}; derive the robot again with this version")
+    manifest = Manifest(
+        folder=folder,
+        digest=hashlib.sha256(content).hexdigest(),
+        name=entry["name"].identifier(),
+        title=entry["title"].text(),
+        source=entry["source"].text(),
+        coordinates=tuple(_coordinate(item) for item in entry["coordinates"]),
+        frames=_frames(entry["frames"]),
+        parameters=tuple(_parameter(item) for item in entry["parameters"]),
+        functions=tuple(_function(item) for item in entry["functions"]),
+        files=MappingProxyType({key: v.sha256() for key, v in entry["files"].mapping().items()}),
+    )
+    entry["functions"].unique([function.name for function in manifest.functions])
+    for needed in (f"{manifest.name}.c", f"{manifest.name}.h"):
+        _ = entry["files"][needed]
+    return manifest
+
+
+def _coordinate(entry: _Entry) -> Coordinate:
+    return Coordinate(
+        entry["name"].text(),
+        entry["kind"].text(),
+        entry["unit"].text(),
+        entry["lower"].limit(),
+        entry["upper"].limit(),
+    )
+
+
+def _frames(entry: _Entry) -> Frames:
+    return Frames(entry["base"].text(), entry["tip"].text(), entry["links"].texts())
+
+
+def _parameter(entry: _Entry) -> Parameter:
+    return Parameter(
+        entry["name"].text(),
+        entry["value"].number(),
+        entry["exact"].text(),
+        entry["unit"].text(),
+        entry["meaning"].text(),
+    )
+
+
+def _function(entry: _Entry) -> FunctionInfo:
+    inputs = tuple(_argument(item) for item in entry["inputs"])
+    outputs = tuple(_argument(item) for item in entry["outputs"])
+    if not inputs or not outputs:
+        entry.fail("at least one input and one output")
+    # "out" is the keyword of every call.
+    entry["inputs"].unique([*(argument.name for argument in inputs), "out"])
+    operations = {kind: count.count() for kind, count in entry["operations"].mapping().items()}
+    return FunctionInfo(
+        entry["name"].identifier(),
+        entry["symbol"].identifier(),
+        entry["summary"].text(),
+        inputs,
+        outputs,
+        MappingProxyType(operations),
+    )
+
+
+def _argument(entry: _Entry) -> Argument:
+    return Argument(
+        entry["name"].identifier(),
+        entry["shape"].shape(),
+        entry["unit"].text(),
+        entry["meaning"].text(),
+    )

@@ -1,0 +1,175 @@
+"""A robot as it is used: its facts, and its functions as attributes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from importlib.util import find_spec
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NoReturn
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._call import Function
+from .errors import SourceMismatchError
+from .library import load_functions
+from .manifest import Coordinate, Frames, Manifest, Parameter, read_manifest
+
+FloatArray = NDArray[np.float64]
+
+
+class Robot:
+    """A generated robot: what it is, and what it computes.
+
+    The functions are attributes (`robot.fk(q)`); which ones there are depends on the robot, and
+    `robot.functions` holds them all. Each takes arrays whose leading dimensions broadcast, and each
+    has a help text of its own (`help(robot.fk)`). A Robot does not change, and robots that were
+    generated alike are equal.
+
+    Attributes:
+        name: Its name, as given to `load`.
+        title: Its name for people.
+        source: Where its description comes from.
+        n: How many actuated coordinates it has, the length of `q`.
+        coordinates: The coordinates, in the order of `q`.
+        lower: (n,) lower limits [rad or m], -inf where there is none.
+        upper: (n,) upper limits [rad or m], inf where there is none.
+        frames: The names of base, tip and links.
+        parameters: Its geometry by name.
+        functions: Its functions by name.
+        folder: Where it was loaded from.
+        digest: SHA-256 of its manifest, and so of all its equations.
+    """
+
+    name: str
+    title: str
+    source: str
+    n: int
+    coordinates: tuple[Coordinate, ...]
+    lower: FloatArray
+    upper: FloatArray
+    frames: Frames
+    parameters: Mapping[str, Parameter]
+    functions: Mapping[str, Function[Any]]
+    folder: Path
+    digest: str
+
+    fk: Function[FloatArray]
+    link_poses: Function[FloatArray]
+    jacobian_space: Function[FloatArray]
+    jacobian_body: Function[FloatArray]
+    jacobian_mixed: Function[FloatArray]
+    jacobian_space_dot: Function[FloatArray]
+    jacobian_body_dot: Function[FloatArray]
+    jacobian_mixed_dot: Function[FloatArray]
+    hessian_mixed: Function[FloatArray]
+    twist_space: Function[FloatArray]
+    twist_body: Function[FloatArray]
+    twist_mixed: Function[FloatArray]
+    acceleration_space: Function[FloatArray]
+    acceleration_body: Function[FloatArray]
+    acceleration_mixed: Function[FloatArray]
+    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
+
+    def __init__(self, manifest: Manifest) -> None:
+        """Makes the robot of a manifest; compiles its functions if that was not done before.
+
+        Args:
+            manifest: The manifest.
+
+        Raises:
+            ChaslesError: If its functions cannot be compiled or loaded; the message says why.
+        """
+        functions = load_functions(manifest, _function_pickler(manifest))
+        lower = [-np.inf if c.lower is None else c.lower for c in manifest.coordinates]
+        upper = [np.inf if c.upper is None else c.upper for c in manifest.coordinates]
+        vars(self).update(
+            functions,
+            name=manifest.name,
+            title=manifest.title,
+            source=manifest.source,
+            n=len(manifest.coordinates),
+            coordinates=manifest.coordinates,
+            lower=_constant(lower),
+            upper=_constant(upper),
+            frames=manifest.frames,
+            parameters=MappingProxyType({item.name: item for item in manifest.parameters}),
+            functions=MappingProxyType(functions),
+            folder=manifest.folder,
+            digest=manifest.digest,
+        )
+
+    def __getattr__(self, name: str) -> NoReturn:
+        """Says what there is, when asked for what there is not."""
+        # Without __init__ (copy, unpickling) there is nothing to list yet.
+        offered = ", ".join(vars(self).get("functions", ()))
+        raise AttributeError(
+            f"robot {vars(self).get('name')!r} has no {name!r}; its functions are: {offered}",
+            name=name,
+            obj=self,
+        )
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        """Refuses: a robot does not change."""
+        raise AttributeError(f"a Robot does not change: cannot set {name!r}", name=name, obj=self)
+
+    def __delattr__(self, name: str) -> NoReturn:
+        """Refuses: a robot does not change."""
+        raise AttributeError(
+            f"a Robot does not change: cannot delete {name!r}", name=name, obj=self
+        )
+
+    def __repr__(self) -> str:
+        """Title, coordinates and functions."""
+        coordinates = ", ".join(f"{c.name} [{c.unit}]" for c in self.coordinates)
+        functions = ", ".join(self.functions)
+        return f"<Robot {self.name}: {self.title}; q = ({coordinates}); {functions}>"
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both were generated alike."""
+        return self.digest == other.digest if isinstance(other, Robot) else NotImplemented
+
+    def __hash__(self) -> int:
+        """Goes with equality."""
+        return hash(self.digest)
+
+    def __reduce__(self) -> tuple[Callable[..., Robot], tuple[str, str]]:
+        """Pickles by place and digest; the other side loads, and compiles, for itself."""
+        return _restore, (_place(self.folder), self.digest)
+
+
+def shipped_folders() -> dict[str, Path]:
+    """The folders of the generated robots that are installed along, by name."""
+    spec = find_spec("chasles.generated")
+    roots = spec.submodule_search_locations if spec else None
+    manifests = [file for root in roots or () for file in Path(root).glob("*/manifest.json")]
+    return {file.parent.name: file.parent for file in sorted(manifests)}
+
+
+def _constant(values: list[float]) -> FloatArray:
+    array = np.array(values, dtype=np.float64)
+    array.flags.writeable = False
+    return array
+
+
+def _place(folder: Path) -> str:
+    """By name where it is one of ours, so that the pickle may cross to another machine."""
+    return folder.name if shipped_folders().get(folder.name) == folder else str(folder.absolute())
+
+
+def _restore(place: str, digest: str) -> Robot:
+    folder = shipped_folders().get(place, Path(place))
+    manifest = read_manifest(folder)
+    if manifest.digest != digest:
+        raise SourceMismatchError(f"{folder}: is not the {manifest.name} that was pickled")
+    return Robot(manifest)
+
+
+def _restore_function(place: str, digest: str, name: str) -> Function[Any]:
+    return _restore(place, digest).functions[name]
+
+
+def _function_pickler(manifest: Manifest) -> Callable[[str], tuple[Any, ...]]:
+    place = _place(manifest.folder)
+    return lambda name: (_restore_function, (place, manifest.digest, name))

@@ -1,0 +1,1 @@
+"""Laws of the Lie groups SO(3) and SE(3), against series, 40-digit arithmetic and Pinocchio."""

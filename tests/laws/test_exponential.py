@@ -1,0 +1,170 @@
+"""exp and log both ways: at random, at the identity, at 1e-8 and up to the half turn."""
+
+import math
+
+import mpmath
+import pytest
+from chasles.derive import lie
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sympy import Float, Rational, eye, pi, sqrt, zeros
+
+from .oracles import (
+    ANGLES,
+    AXES,
+    LAW_TOLERANCE,
+    NEAR_HALF_TURN,
+    PRINCIPAL_ANGLES,
+    assert_close,
+    distance,
+    expm,
+    random_twists,
+    rotation_vectors,
+    twists,
+    vector,
+    wide,
+)
+
+
+def test_exp_so3_is_the_matrix_exponential() -> None:
+    checked = 0
+    for omega in rotation_vectors(ANGLES):
+        assert_close(lie.exp_so3(omega), expm(lie.hat_so3(omega)), omega)
+        checked += 1
+    assert checked == 13 * 5
+
+
+def test_exp_se3_is_the_matrix_exponential() -> None:
+    checked = 0
+    for x in [*twists(ANGLES), *random_twists(20, seed=6)]:
+        assert_close(lie.exp_se3(x), expm(lie.hat_se3(x)), x)
+        checked += 1
+    assert checked == 13 * 5 + 20
+
+
+def test_exp_se3_at_thirty_digits() -> None:
+    """Floats of 30 digits give results of 30 digits, on both sides of the branch at one radian."""
+    checked = 0
+    for x in [*twists([1e-8, 0.3, 1 - 1e-9, 1 + 1e-9, 3.0]), *random_twists(5, seed=7)]:
+        x30 = x.applyfunc(lambda e: Float(e, 30))
+        assert distance(lie.exp_se3(x30), expm(lie.hat_se3(x))) < mpmath.mpf("1e-28")
+        assert distance(lie.log_se3(lie.exp_se3(x30)), wide(x)) < mpmath.mpf("1e-27")
+        checked += 1
+    assert checked == 30
+
+
+def test_log_undoes_exp() -> None:
+    checked = 0
+    for omega in rotation_vectors(PRINCIPAL_ANGLES):
+        assert_close(lie.log_so3(lie.exp_so3(omega)), omega, omega)
+        checked += 1
+    for x in [*twists(PRINCIPAL_ANGLES), *random_twists(20, seed=8)]:
+        assert_close(lie.log_se3(lie.exp_se3(x)), x, x)
+        checked += 1
+    assert checked == 2 * 16 * 5 + 20
+
+
+def test_exp_undoes_log() -> None:
+    checked = 0
+    for x in twists([*ANGLES, *NEAR_HALF_TURN]):
+        T = lie.exp_se3(x)
+        assert_close(lie.exp_se3(lie.log_se3(T)), T, x)
+        assert_close(lie.exp_so3(lie.log_so3(lie.rotation(T))), lie.rotation(T), x)
+        checked += 1
+    assert checked == 21 * 5
+
+
+def test_log_is_relative_at_small_angles() -> None:
+    """At 1e-8 the absolute tolerance would pass a log that is zero: compare to the size."""
+    checked = 0
+    for omega in rotation_vectors([1e-8, 1e-6]):
+        difference = distance(lie.log_so3(lie.exp_so3(omega)), omega)
+        assert difference <= LAW_TOLERANCE * wide(omega.norm() * eye(1))[0]
+        checked += 1
+    assert checked == 10
+
+
+def test_half_turn_in_floats_has_a_defined_sign() -> None:
+    """Rounding decides nothing: a and -a, and R with noise in the last digit, give one axis."""
+    checked = 0
+    for axis in AXES:
+        first = next(a for a in axis if a)
+        expected = vector(*(math.copysign(math.pi, first) * a for a in axis))
+        for sign in (1, -1):
+            R = lie.exp_so3(vector(*(sign * math.pi * a for a in axis)))
+            assert_close(lie.log_so3(R), expected, axis)
+            for k in range(3):
+                noise = lie.hat_so3(vector(*(2e-16 if j == k else 0.0 for j in range(3))))
+                assert_close(lie.log_so3(R + sign * noise), expected, axis)
+                checked += 1
+    assert checked == 5 * 2 * 3
+
+
+@pytest.mark.parametrize(
+    "axis",
+    [
+        lie.Matrix([0, 0, 1]),
+        lie.Matrix([1, 0, 0]),
+        lie.Matrix([1, -1, 0]) / sqrt(2),
+        lie.Matrix([0, 1, 1]) / sqrt(2),
+        lie.Matrix([1, 1, -1]) / sqrt(3),
+        lie.Matrix([2, -3, 6]) / 7,
+    ],
+)
+def test_exact_half_turn(axis: lie.Matrix) -> None:
+    R = lie.exp_so3(pi * axis)
+    assert (2 * axis * axis.T - eye(3)).expand() == R
+    assert lie.log_so3(R) == pi * axis
+    assert lie.log_so3(lie.exp_so3(-pi * axis)) == pi * axis
+
+
+def test_exact_angles_stay_exact() -> None:
+    checked = 0
+    for axis in (lie.Matrix([0, 0, 1]), lie.Matrix([1, 1, 0]) / sqrt(2), lie.Matrix([2, 3, 6]) / 7):
+        for angle in (pi / 6, pi / 4, pi / 3, pi / 2, 2 * pi / 3, 3 * pi / 4, 5 * pi / 6, pi):
+            R = lie.exp_so3(angle * axis)
+            assert not R.atoms(Float)
+            assert (R.T * R).expand() == eye(3)
+            assert (lie.log_so3(R) - angle * axis).expand() == zeros(3, 1)
+            checked += 1
+    assert checked == 24
+
+
+def test_exact_identity() -> None:
+    assert lie.exp_so3(zeros(3, 1)) == eye(3)
+    assert lie.log_so3(eye(3)) == zeros(3, 1)
+    v = lie.Matrix([Rational(1, 3), -2, sqrt(5), 0, 0, 0])
+    assert lie.exp_se3(v) == lie.pose(eye(3), v[:3, :])
+    assert lie.log_se3(lie.exp_se3(v)) == v
+
+
+def test_exact_zero_in_disguise() -> None:
+    """The branch at zero is taken when the number is zero, not when it looks like zero."""
+    nothing = sqrt(2) + sqrt(3) - sqrt(5 + 2 * sqrt(6))
+    assert nothing != 0
+    omega = lie.Matrix([nothing, 0, 0])
+    for function in (lie.exp_so3, lie.dexp_left_so3, lie.dexp_left_inverse_so3):
+        assert all(e.equals(0) for e in function(omega) - eye(3))
+    tiny = Rational(1, 10**8)
+    assert lie.exp_so3(lie.Matrix([tiny, 0, 0]))[2, 1] != 0
+
+
+def test_inverse_pose_has_the_negative_logarithm() -> None:
+    checked = 0
+    for x in random_twists(10, seed=9):
+        assert_close(lie.log_se3(lie.inverse_se3(lie.exp_se3(x))), -x, x)
+        checked += 1
+    assert checked == 10
+
+
+component = st.floats(-1.8, 1.8, allow_subnormal=False)
+
+
+@settings(max_examples=60, derandomize=True, deadline=None)
+@given(st.lists(component, min_size=6, max_size=6))
+def test_exp_and_log_at_found_twists(entries: list[float]) -> None:
+    """Length at most 1.8 sqrt(3) < pi."""
+    x = vector(*entries)
+    T = lie.exp_se3(x)
+    assert_close(T, expm(lie.hat_se3(x)), x)
+    assert_close(lie.log_se3(T), x, x)
