@@ -14,9 +14,10 @@ setup(
     packages=["chasles", *packages_under("derive"), *packages_under("generated")],
     package_data={
         "chasles": ["py.typed", "_call.pyi", "_kernel.h"],
-        "chasles.derive": ["py.typed", "robots/*.toml"],
+        "chasles.derive": ["py.typed", "robots/*"],
         **{
-            name: ["*.c", "*.h", "*.json", "*.pyi", "*.tex"] for name in packages_under("generated")
+            name: ["*.c", "*.h", "*.json", "*.pyi", "*.tex", "*/*.tex", "*.casadi"]
+            for name in packages_under("generated")
         },
     },
     ext_modules=[

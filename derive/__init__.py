@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from .description import loads as loads
     from .generate import artifacts as artifacts
     from .generate import write as write
-    from .lower import lower as lower
     from .poe import to_poe as to_poe
     from .robot import Joint as Joint
     from .robot import Mimic as Mimic
@@ -35,7 +34,6 @@ _ROOMS = {
     "casadi_file": ("casadi_function",),
     "description": ("DescriptionError", "load", "loads"),
     "generate": ("artifacts", "write"),
-    "lower": ("lower",),
     "poe": ("to_poe",),
     "robot": (
         "Joint",
@@ -55,7 +53,9 @@ __all__ = [*_ROOM_OF]  # noqa: PLE0604
 
 def __getattr__(name: str) -> object:
     if name not in _ROOM_OF:
-        raise AttributeError(f"chasles.derive has no {name!r}; it has {', '.join(sorted(_ROOM_OF))}")
+        raise AttributeError(
+            f"chasles.derive has no {name!r}; it has {', '.join(sorted(_ROOM_OF))}"
+        )
     return getattr(import_module(f".{_ROOM_OF[name]}", __name__), name)
 
 

@@ -64,7 +64,9 @@ def compared(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
 def orphans(jobs: Sequence[Job], to: Path) -> list[str]:
     """Generated folders that no description accounts for."""
     names = {read(job).name for job in jobs}
-    return sorted(path.parent.name for path in to.glob(f"*/{MANIFEST}") if path.parent.name not in names)
+    return sorted(
+        path.parent.name for path in to.glob(f"*/{MANIFEST}") if path.parent.name not in names
+    )
 
 
 def _each(work: Callable[[Job], Report], jobs: Sequence[Job], workers: int) -> Iterator[Report]:

@@ -33,6 +33,7 @@ from .vectors import (
     turned_about_x,
     turned_about_z,
 )
+
 ANGLE_FRACTIONS = 24
 """Constant angles are recognised as multiples of pi / 24."""
 
@@ -154,9 +155,7 @@ def _place(scope: Scope, stretch: _Stretch, orientation: Basis, placement: Place
 
 
 def _advance(scope: Scope, stretch: _Stretch, orientation: Basis, vector: Vector) -> None:
-    stretch.reach = combination(
-        scope, (ONE, *vector), (stretch.reach, *orientation)
-    )
+    stretch.reach = combination(scope, (ONE, *vector), (stretch.reach, *orientation))
 
 
 def _about_x_and_z(motion: Rotation) -> tuple[Rotation, ...]:
@@ -236,7 +235,7 @@ class _Builder:
             if rotation.axis == "z":
                 self.offset += self.sign * rotation.angle
                 self.unsettled += self.sign * rotation.angle
-            elif rotation.angle == sp.pi or rotation.angle == -sp.pi:
+            elif abs(rotation.angle) == sp.pi:
                 self.sign = -self.sign
             else:
                 self._close_group(rotation.angle)

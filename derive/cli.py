@@ -3,7 +3,6 @@
 import os
 import time
 from collections.abc import Iterable
-from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
@@ -28,11 +27,11 @@ err = Console(highlight=False, soft_wrap=True, stderr=True)
 def derive(
     robots: Annotated[
         list[str] | None,
-        typer.Argument(help="Shipped robots by name, or files (.toml, .urdf). Default: all shipped."),
+        typer.Argument(
+            help="Shipped robots by name, or files (.toml, .urdf). Default: all shipped."
+        ),
     ] = None,
-    to: Annotated[
-        Path, typer.Option(help="Folder that receives one folder a robot.")
-    ] = GENERATED,
+    to: Annotated[Path, typer.Option(help="Folder that receives one folder a robot.")] = GENERATED,
     functions: Annotated[
         str, typer.Option(help="Functions wanted, with commas between. Default: all.")
     ] = "",

@@ -3,16 +3,16 @@
 Every convention is one function from its parameters to ``(before, after)`` (see
 :mod:`chasles.derive.robot`): the joint turns about, or slides along, the z axis between the two.
 
-| name      | link transform, the joint's variable in brackets      | source                        |
-|-----------|-------------------------------------------------------|-------------------------------|
-| `dh`      | Rz([theta]) Tz([d]) Tx(a) Rx(alpha)                   | Denavit, Hartenberg 1955      |
-| `mdh`     | Rx(alpha) Tx(a) Rz([theta]) Tz([d])                   | Craig; Khalil, Kleinfinger    |
-| `hayati`  | Rz([theta]) Tx(a) Rx(alpha) Ry(beta)                  | Hayati, Mirmirani 1985        |
-| `mdh5`    | T(a, b, c) Rx(alpha) Rz([theta])                      | well manipulator, (6)         |
-| `hayati5` | Tx(a) Rx(alpha) Ry(beta) Tz([d]) Rz([theta])          | well manipulator, (8)         |
-| `s_model` | Rz([theta]) Ry(beta) Rx(alpha) T(x, y, [z])           | photographic robot, (2)       |
-| `poe`     | exp([q] screw of axis through point)                  | Brockett 1984                 |
-| `urdf`    | T(xyz) Rz(yaw) Ry(pitch) Rx(roll), then about `axis`  | URDF joint origins            |
+| name      | link transform, the joint's variable in brackets    | source                       |
+|-----------|-----------------------------------------------------|------------------------------|
+| `dh`      | Rz([theta]) Tz([d]) Tx(a) Rx(alpha)                 | Denavit, Hartenberg 1955     |
+| `mdh`     | Rx(alpha) Tx(a) Rz([theta]) Tz([d])                 | Craig; Khalil, Kleinfinger   |
+| `hayati`  | Rz([theta]) Tx(a) Rx(alpha) Ry(beta)                | Hayati, Mirmirani 1985       |
+| `mdh5`    | T(a, b, c) Rx(alpha) Rz([theta])                    | well manipulator, (6)        |
+| `hayati5` | Tx(a) Rx(alpha) Ry(beta) Tz([d]) Rz([theta])        | well manipulator, (8)        |
+| `s_model` | Rz([theta]) Ry(beta) Rx(alpha) T(x, y, [z])         | photographic robot, (2)      |
+| `poe`     | exp([q] screw of axis through point)                | Brockett 1984                |
+| `urdf`    | T(xyz) Rz(yaw) Ry(pitch) Rx(roll), then about `axis` | URDF joint origins          |
 """
 
 from collections.abc import Callable, Mapping

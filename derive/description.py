@@ -1,4 +1,4 @@
-"""Robot files: TOML in, :class:`~chasles.derive.robot.Robot` out, or an error that points at the line.
+"""Robot files: TOML in, a :class:`~chasles.derive.robot.Robot` out, or an error with its line.
 
 A robot file says what a data sheet says::
 
@@ -20,11 +20,13 @@ A robot file says what a data sheet says::
 Every number is exact: an integer, a decimal, or a text that :mod:`chasles.derive.exact` reads.
 """
 
+import bisect
 import difflib
 import keyword
 import re
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import replace
 from decimal import Decimal
 from pathlib import Path
 from typing import NoReturn
@@ -32,7 +34,7 @@ from typing import NoReturn
 import sympy as sp
 
 from .conventions import CONVENTIONS, FieldKind, urdf
-from .exact import EXPECTED, RESERVED, NotExact, read
+from .exact import RESERVED, NotExact, checked, read
 from .robot import Joint, JointKind, Mimic, Parameter, ParameterKind, Placement, Robot, RobotError
 
 Keys = tuple[str | int, ...]
@@ -49,6 +51,7 @@ LENGTHS = {
 }
 ANGLES = {"rad": sp.Integer(1), "deg": sp.pi / 180}
 RATIOS = {"1": sp.Integer(1)}
+_KIND: dict[ParameterKind, str] = {"length": "a length", "angle": "an angle", "ratio": "a number"}
 ROBOT_FIELDS = (
     "name",
     "title",
@@ -63,8 +66,21 @@ ROBOT_FIELDS = (
 JOINT_FIELDS = ("name", "type", "convention", "limits", "link", "pitch", "direction", "mimic")
 KINDS = ("revolute", "prismatic", "helical", "fixed")
 NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
+NAMED = "a letter, then letters, digits and _, 63 at most, and no Python keyword"
 FRAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]{0,62}")
-COORDINATE = re.compile(r"q{1,1}d{0,2}[0-9]*")
+COORDINATE = re.compile(r"qd{0,2}[0-9]*")
+MOST_CHARACTERS_SHOWN = 80
+_BRACKETS = {"[": "]", "{": "}"}
+_TOKEN = re.compile(
+    r"""
+    \#[^\n]*                                  # a comment
+    | \"{3}(?:\\.|[^\\])*?(?:\"{3,5}|\Z)       # strings of several lines, perhaps unfinished
+    | '{3}.*?(?:'{3,5}|\Z)
+    | "(?:\\.|[^"\\\n])*" | '[^'\n]*'        # strings of one line
+    | [][{}]
+    """,
+    re.DOTALL | re.VERBOSE,
+)
 
 
 class DescriptionError(RobotError):
@@ -85,7 +101,7 @@ class DescriptionError(RobotError):
         self.value, self.expected = value, expected
         place = file if line is None else f"{file}:{line}"
         about = f"{field}: " if field else ""
-        found = "" if value is None else f", found {_shortened(value)}"
+        found = "" if value is None else f", found {_shown(value)}"
         super().__init__(f"{place}: {about}expected {expected}{found}")
 
 
@@ -112,14 +128,15 @@ def read_text(path: str | Path) -> str:
     """
     file = str(path)
     try:
-        content = Path(path).read_bytes()
+        with Path(path).open("rb") as stream:
+            content = stream.read(LONGEST_FILE + 1)
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
         raise DescriptionError(file, None, "", None, f"a readable file ({reason})") from error
     if len(content) > LONGEST_FILE:
         raise DescriptionError(file, None, "", None, f"at most {LONGEST_FILE} bytes")
     try:
-        return content.decode("utf-8")
+        return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content[: error.start].count(b"\n") + 1
         raise DescriptionError(file, line, "", None, "UTF-8 text") from error
@@ -170,27 +187,32 @@ class _Reader:
         except DescriptionError:
             raise
         except RobotError as error:
-            self._fail(("joints",), str(error), shown=None)
+            self._fail(("joints",), f"a robot ({error})", shown=None)
 
     # --- the parts of a file ---
 
     def _parsed(self) -> dict[str, object]:
         try:
-            return tomllib.loads(self.text, parse_float=Decimal)
+            table = _table(self.text)
         except tomllib.TOMLDecodeError as error:
             place = re.search(r"at line (\d+)", str(error))
-            line = int(place.group(1)) if place else self.text.count("\n") + 1
+            line = int(place.group(1)) if place else self.text.rstrip().count("\n") + 1
             reason = str(error).split(" (at ")[0]
             raise DescriptionError(self.file, line, "", None, f"valid TOML ({reason})") from error
         except (ValueError, ArithmeticError, RecursionError) as error:
-            reason = f"{type(error).__name__} while reading it"
-            raise DescriptionError(self.file, None, "", None, f"plain TOML ({reason})") from error
+            nested = isinstance(error, RecursionError)
+            expected = "fewer brackets in brackets" if nested else "a number of fewer digits"
+            line = _first_line(self.text, _is_unreadable)
+            raise DescriptionError(self.file, line, "", None, expected) from error
+        if not table:
+            raise DescriptionError(self.file, None, "", None, "a robot, the file says nothing")
+        return table
 
     def _declare_parameters(self) -> None:
         for name, value in self._table(("parameters",), {}).items():
             keys: Keys = ("parameters", name)
-            if not NAME.fullmatch(name) or name in RESERVED or COORDINATE.fullmatch(name):
-                expected = f"a parameter's name: letters, digits, _, none of q1 or {_or(RESERVED)}"
+            if not _is_name(name) or name in RESERVED or COORDINATE.fullmatch(name):
+                expected = f"a name ({NAMED}), no coordinate such as q1, none of {_or(RESERVED)}"
                 self._fail(keys, expected, shown=name)
             self.symbols[name] = sp.Symbol(name, real=True)
             if isinstance(value, Mapping):
@@ -224,7 +246,18 @@ class _Reader:
         joints = self.table.get("joints")
         if not isinstance(joints, list) or not 1 <= len(joints) <= MOST_JOINTS:
             self._fail(("joints",), f"a list of 1 to {MOST_JOINTS} joints")
-        return tuple(self._joint(k) for k in range(len(joints)))
+        read = [self._joint(k) for k in range(len(joints))]
+        for field in ("name", "link"):
+            first: dict[str, int] = {}
+            for k, joint in enumerate(read):
+                value = getattr(joint, field)
+                if first.setdefault(value, k) != k:
+                    where = f"joints[{first[value] + 1}]"
+                    self._fail(("joints", k, field), f"another {field} than {where} has", value)
+        leaders = {j.name: j.kind for j in read if j.kind != "fixed" and j.mimic is None}
+        if not leaders:
+            self._fail(("joints",), "a joint that moves by itself", None)
+        return tuple(self._led(k, joint, leaders) for k, joint in enumerate(read))
 
     def _joint(self, k: int) -> Joint:
         keys: Keys = ("joints", k)
@@ -268,16 +301,20 @@ class _Reader:
             return None, None
         if not isinstance(value, list) or len(value) != 2:  # noqa: PLR2004
             self._fail(keys, "two numbers, [lowest, highest]")
-        scale = self.scale["length" if kind == "prismatic" else "angle"]
+        if kind == "fixed":
+            self._fail(keys, "nothing for a fixed joint")
+        scale = self._coordinate_scale(kind)
         lower, upper = (self._literal((*keys, side)) * scale for side in (0, 1))
-        if not lower < upper:
+        if not float(lower) < float(upper):
             self._fail(keys, "a lowest below the highest")
         return lower, upper
 
     def _pitch(self, keys: Keys, kind: JointKind) -> sp.Expr:
         keys = (*keys, "pitch")
-        if (kind == "helical") != (self._at(keys) is not None):
-            self._fail(keys, "the advance per radian for a helical joint, and for no other")
+        if kind == "helical" and self._at(keys) is None:
+            self._fail(keys, "the advance per radian of a helical joint")
+        if kind != "helical" and self._at(keys) is not None:
+            self._fail(keys, f"nothing, a {kind} joint has no pitch")
         return self._number(keys, "length") if kind == "helical" else sp.Integer(0)
 
     def _mimic(self, keys: Keys, kind: JointKind) -> Mimic | None:
@@ -288,12 +325,25 @@ class _Reader:
             self._fail(keys, "nothing for a fixed joint")
         table = self._table(keys)
         self._check_fields(keys, table, ("joint", "multiplier", "offset"))
-        scale = self.scale["length" if kind == "prismatic" else "angle"]
         return Mimic(
             leader=self._name((*keys, "joint")),
             multiplier=self._literal((*keys, "multiplier"), 1),
-            offset=self._literal((*keys, "offset"), 0) * scale,
+            offset=self._literal((*keys, "offset"), 0) * self._coordinate_scale(kind),
         )
+
+    def _led(self, k: int, joint: Joint, leaders: Mapping[str, JointKind]) -> Joint:
+        """A follower with its multiplier converted from units of the file to metre and radian."""
+        if joint.mimic is None:
+            return joint
+        leader = joint.mimic.leader
+        if leader not in leaders:
+            keys = ("joints", k, "mimic", "joint")
+            self._fail(keys, f"a joint that moves by itself ({_or(leaders)})")
+        ratio = self._coordinate_scale(joint.kind) / self._coordinate_scale(leaders[leader])
+        return replace(joint, mimic=replace(joint.mimic, multiplier=joint.mimic.multiplier * ratio))
+
+    def _coordinate_scale(self, kind: JointKind) -> sp.Expr:
+        return self.scale["length" if kind == "prismatic" else "angle"]
 
     # --- values ---
 
@@ -321,21 +371,27 @@ class _Reader:
         if value is None:
             return sp.Integer(0)
         try:
-            expression = read(value, self.symbols)
+            expression = read(value, self.symbols, self.scale["angle"])
         except NotExact as error:
-            self._fail(keys, f"{EXPECTED} ({error})")
+            self._fail(keys, f"{_KIND[kind]} ({error})")
         in_file_units = {}
         for symbol in sorted(expression.free_symbols, key=str):
             known = self.kinds.setdefault(symbol.name, kind)
             in_file_units[symbol] = symbol / self.scale[known]
             if known not in (kind, "ratio") and isinstance(expression, sp.Symbol):
-                self._fail(keys, f"a parameter of kind {kind}; {symbol} is a {known}")
+                self._fail(keys, f"{_KIND[kind]}; by its unit or first use {symbol} is {_KIND[known]}")
         expression = self.scale[kind] * expression.xreplace(in_file_units)
         if not self._scales(expression, kind):
             self._fail(
                 keys,
-                f"a {kind}: declare ratios as {{ value = ..., unit = \"1\" }} in [parameters]",
+                f"{_KIND[kind]}, which this is not if the parameters are lengths; declare ratios "
+                'as { value = ..., unit = "1" } in [parameters]',
             )
+        defaults = {s: self._parameter(s.name).value for s in expression.free_symbols}
+        try:
+            checked(expression.xreplace(defaults))
+        except NotExact as error:
+            self._fail(keys, f"{_KIND[kind]} ({error} at the parameters' values)")
         return sp.expand_mul(expression)
 
     def _scales(self, expression: sp.Expr, kind: ParameterKind) -> bool:
@@ -343,14 +399,20 @@ class _Reader:
         lengths = [s for s in expression.free_symbols if self.kinds[s.name] == "length"]
         if not lengths:
             return True
-        point = {s: sp.Rational(7 + 3 * k, 10) for k, s in enumerate(sorted(self.symbols.values(), key=str))}
+        point = {
+            s: sp.Rational(7 + 3 * k, 10)
+            for k, s in enumerate(sorted(expression.free_symbols, key=str))
+        }
         one, two, three = (
-            expression.xreplace({s: v * (t if s in lengths else 1) for s, v in point.items()}).evalf()
+            expression.xreplace(
+                {s: v * (t if s in lengths else 1) for s, v in point.items()}
+            ).evalf()
             for t in (1, 2, 3)
         )
         change = two - one
         bend = three - 2 * two + one
-        return bool(abs(bend if kind == "length" else change) < sp.Float("1e-10"))
+        excess = bend if kind == "length" else change
+        return bool(excess.is_finite and abs(excess) < sp.Float("1e-10"))
 
     def _literal(self, keys: Keys, default: int | None = None) -> sp.Expr:
         """A number without parameters, in the file's own units."""
@@ -360,14 +422,14 @@ class _Reader:
         try:
             return read(value)
         except NotExact as error:
-            self._fail(keys, f"a number ({error})")
+            self._fail(keys, f"a number without parameters ({error})")
 
     def _name(self, keys: Keys, default: str | None = None) -> str:
         value = self._at(keys)
         if value is None and default is not None:
             return default
-        if not isinstance(value, str) or not NAME.fullmatch(value) or keyword.iskeyword(value):
-            self._fail(keys, "a name: a letter, then letters, digits and _, 63 at most")
+        if not isinstance(value, str) or not _is_name(value):
+            self._fail(keys, f"a name: {NAMED}")
         return value
 
     def _string(self, keys: Keys, default: str) -> str:
@@ -380,7 +442,7 @@ class _Reader:
 
     def _option(self, keys: Keys, options: Iterable[str], default: str) -> JointKind:
         value = self._at(keys)
-        chosen = str(default if value is None else value)
+        chosen = value if isinstance(value, str) else default if value is None else _shown(value)
         if isinstance(value, bool | list | dict) or chosen not in options:
             self._fail(keys, f"one of {_or(options)}{_hint(chosen, options)}")
         return chosen  # type: ignore[return-value]
@@ -406,34 +468,66 @@ class _Reader:
         return _follow(self.table, keys)
 
     def _fail(self, keys: Keys, expected: str, shown: object = ...) -> NoReturn:
-        line = _line(self.text, keys)
         value = self._at(keys) if shown is ... else shown
-        raise DescriptionError(self.file, line, _dotted(keys), value, expected) from None
+        if value is None and shown is ...:
+            expected += "; it is missing"
+        raise DescriptionError(
+            self.file, self._line(keys), _dotted(keys), value, expected
+        ) from None
+
+    def _line(self, keys: Keys) -> int | None:
+        """The line on which a value stands, or else the table that should hold it."""
+        while keys and self._at(keys) is None:
+            keys = keys[:-1]
+        if not keys:
+            return None
+        return _first_line(self.text, lambda text: _follow(_table(text), keys) is not None)
 
 
-def _line(text: str, keys: Keys) -> int | None:
-    """The line on which a value stands: the first at which the text up to there holds it.
+def _table(text: str) -> dict[str, object]:
+    return tomllib.loads(text, parse_float=Decimal)
 
-    The parser keeps no positions, so prefixes of the text are parsed: those that end in a line with
-    the field's name, closed where they end inside a list.
+
+def _first_line(text: str, holds: Callable[[str], bool]) -> int:
+    """The first line at which the text up to there, its brackets closed, has a property.
+
+    The parser keeps no positions, so beginnings of the text are parsed.
     """
-    for length in range(len(keys), 0, -1):
-        wanted = keys[:length]
-        name = next((key for key in reversed(wanted) if isinstance(key, str)), "")
-        lines = text.splitlines()
-        for number, line in enumerate(lines, 1):
-            if name in line or isinstance(wanted[-1], int):
-                prefix = "\n".join(lines[:number])
-                if any(_holds(prefix + end, wanted) for end in ("", "]", "]]")):
-                    return number
-    return None
+    lines = text.split("\n")
+
+    def reached(number: int) -> bool:
+        try:
+            return holds(_closed("\n".join(lines[:number])))
+        except tomllib.TOMLDecodeError:
+            return False
+
+    return bisect.bisect_left(range(1, len(lines)), True, key=reached) + 1
 
 
-def _holds(text: str, keys: Keys) -> bool:
+def _closed(text: str) -> str:
+    """The beginning of a file with the strings and brackets closed that it leaves open."""
+    open_brackets: list[str] = []
+    string = ""
+    for match in _TOKEN.finditer(text):
+        token = match.group()
+        quotes = token[:3]
+        if token in _BRACKETS:
+            open_brackets.append(_BRACKETS[token])
+        elif token in ("]", "}"):
+            del open_brackets[-1:]
+        elif quotes in ('"""', "'''") and not (len(token) > 5 and token.endswith(quotes)):  # noqa: PLR2004
+            string = quotes
+    return f"{text}\n{string}{''.join(reversed(open_brackets))}"
+
+
+def _is_unreadable(text: str) -> bool:
     try:
-        return _follow(tomllib.loads(text), keys) is not None
-    except (ValueError, RecursionError):
-        return False
+        _table(text)
+    except tomllib.TOMLDecodeError:
+        raise
+    except (ValueError, ArithmeticError, RecursionError):
+        return True
+    return False
 
 
 def _follow(value: object, keys: Keys) -> object:
@@ -466,6 +560,10 @@ def _listed(given: Mapping[str, sp.Expr | Vector]) -> tuple[tuple[str, sp.Expr],
     return tuple(listed)
 
 
+def _is_name(text: str) -> bool:
+    return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
+
+
 def _kind_of_unit(unit: str) -> ParameterKind:
     return "length" if unit in LENGTHS else "angle" if unit in ANGLES else "ratio"
 
@@ -479,6 +577,12 @@ def _or(words: Iterable[str]) -> str:
     return ", ".join(sorted(words) if isinstance(words, frozenset) else words)
 
 
-def _shortened(value: object) -> str:
-    text = repr(str(value) if isinstance(value, Decimal) else value)
-    return text if len(text) <= 80 else text[:77] + "..."  # noqa: PLR2004
+def _shown(value: object) -> str:
+    """A value as a reader of the file knows it."""
+    try:
+        text = repr(value) if isinstance(value, str | list | dict) else str(value)
+    except ValueError:  # Python writes no integer of thousands of digits.
+        return "a very large integer"
+    if isinstance(value, bool):
+        text = text.lower()
+    return text if len(text) <= MOST_CHARACTERS_SHOWN else f"{text[: MOST_CHARACTERS_SHOWN - 3]}..."

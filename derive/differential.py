@@ -22,8 +22,18 @@ import sympy as sp
 from .chain import Station
 from .forward import Forward
 from .scope import Scope
-from .vectors import ORIGIN, ZERO, Basis, Vector, added, combination, cross, named, rotated_x
-from .vectors import rotated_z
+from .vectors import (
+    ORIGIN,
+    ZERO,
+    Basis,
+    Vector,
+    added,
+    combination,
+    cross,
+    named,
+    rotated_x,
+    rotated_z,
+)
 
 Representation = Literal["space", "body", "mixed"]
 
@@ -72,8 +82,9 @@ def columns(forward: Forward, representation: Representation) -> list[Twist]:
     return [found[joint] for joint in sorted(found)]
 
 
-def rates(scope: Scope, representation: Representation, screws: Sequence[Twist],
-          speeds: Sequence[sp.Expr]) -> list[Twist]:
+def rates(
+    scope: Scope, representation: Representation, screws: Sequence[Twist], speeds: Sequence[sp.Expr]
+) -> list[Twist]:
     """Time derivative of a Jacobian's columns at joint speeds.
 
     space: J_j' = ad(V_(j-1)) J_j with V_(j-1) the twist of the links before joint j.
@@ -185,4 +196,3 @@ def _bracket(scope: Scope, a: Twist, b: Twist) -> Twist:
         added(scope, cross(scope, a.omega, b.v), cross(scope, a.v, b.omega)),
         cross(scope, a.omega, b.omega),
     )
-

@@ -5,6 +5,7 @@ operations, small powers and a handful of functions. Whatever it does not know i
 """
 
 import ast
+import difflib
 import math
 import operator
 import re
@@ -16,7 +17,9 @@ import sympy as sp
 LONGEST_TEXT = 200
 LARGEST_EXPONENT = 12
 LARGEST_MAGNITUDE = 30
-"""Decimal places before or after the point that a number may have: guards against ``1e999999999``."""
+"""Decimal places before the point that a number may have: ``1e999999999`` is refused."""
+SMALLEST_MAGNITUDE = 400
+"""Decimal places after the point: exporters write ``1.2246467991473532e-16``, and less."""
 SNAP = 1e-9
 """A float this close to a multiple of pi/12 is taken for that multiple (radian)."""
 EVALUATION_DIGITS = 40
@@ -35,9 +38,12 @@ _OPERATIONS: dict[type[ast.operator], Callable[[sp.Expr, sp.Expr], sp.Expr]] = {
     ast.Sub: operator.sub,
     ast.Mult: operator.mul,
 }
-EXPECTED = (
-    "a number or an expression of numbers, pi, parameters, + - * / **, " + ", ".join(_FUNCTIONS)
-)
+_OF_ANGLES = frozenset({"sin", "cos", "tan"})
+_TO_ANGLES = frozenset({"atan", "atan2"})
+_KINDS = {dict: "a table", type(None): "nothing"}
+KNOWN = "numbers, pi, parameters, + - * / **, " + ", ".join(_FUNCTIONS)
+EXPECTED = f"a number or an expression of {KNOWN}"
+MOST_NAMED = 8
 RESERVED = frozenset({"pi", *_FUNCTIONS})
 
 
@@ -45,12 +51,17 @@ class NotExact(ValueError):
     """Text or a value that is no exact real number; the message says why, the caller says where."""
 
 
-def read(value: object, names: Mapping[str, sp.Symbol] | None = None) -> sp.Expr:
+def read(
+    value: object,
+    names: Mapping[str, sp.Symbol] | None = None,
+    angle_unit: sp.Expr = sp.S.One,
+) -> sp.Expr:
     """The exact value of a number or of a text such as ``"pi/2"``, ``"0.1625"``, ``"sqrt(2)/2"``.
 
     Args:
         value: int, Decimal (both exact), or text of at most 200 characters.
         names: The parameters that the text may name.
+        angle_unit: The unit (radian) of what sin, cos, tan take and atan, atan2 give.
 
     Returns:
         A SymPy expression of Rationals, pi and the named symbols.
@@ -59,14 +70,15 @@ def read(value: object, names: Mapping[str, sp.Symbol] | None = None) -> sp.Expr
         NotExact: The value is of another type, not finite, not real, too large, or not understood.
     """
     if isinstance(value, bool):
-        raise NotExact("a truth value is no number")
+        raise NotExact("a truth value is no exact number")
     if isinstance(value, int):
-        return _number(str(value)) if abs(value) < 10**LARGEST_MAGNITUDE else _number("1e999")
+        return _number(str(value)) if abs(value) <= 10**LARGEST_MAGNITUDE else _number("1e999")
     if isinstance(value, Decimal):
         return _number(str(value))
     if not isinstance(value, str):
-        raise NotExact(f"a {type(value).__name__} is no number")
-    return _real(_Reader(value, names or {}).read())
+        kind = _KINDS.get(type(value), f"a {type(value).__name__}")
+        raise NotExact(f"{kind} is no exact number")
+    return checked(_Reader(value, names or {}, angle_unit).read())
 
 
 def snap_angle(value: sp.Expr) -> sp.Expr:
@@ -86,11 +98,22 @@ def is_zero(expression: sp.Expr) -> bool:
     return bool(abs(expression.evalf(EVALUATION_DIGITS)) < sp.Float(10) ** (8 - EVALUATION_DIGITS))
 
 
-def _real(expression: sp.Expr) -> sp.Expr:
+def checked(expression: sp.Expr) -> sp.Expr:
+    """The expression itself, if it is finite and real and, without parameters, not too large.
+
+    Raises:
+        NotExact: It is not.
+    """
     if expression.has(sp.zoo, sp.nan, sp.oo, -sp.oo):
         raise NotExact("division by zero")
     if expression.has(sp.I):
         raise NotExact("not a real number")
+    if not expression.free_symbols:
+        value = expression if expression.is_Rational else expression.evalf(EVALUATION_DIGITS)
+        if not value.is_real:
+            raise NotExact("not a real number")
+        if abs(value) > 10**LARGEST_MAGNITUDE:
+            raise NotExact(f"larger than 1e{LARGEST_MAGNITUDE}")
     return expression
 
 
@@ -99,27 +122,34 @@ def _number(text: str) -> sp.Rational:
     if not number.is_finite():
         raise NotExact("not a finite number")
     _, digits, exponent = number.as_tuple()
-    if len(digits) > 2 * LARGEST_MAGNITUDE or (
-        number and max(abs(number.adjusted()), abs(int(exponent))) > LARGEST_MAGNITUDE
-    ):
-        raise NotExact(f"more than {LARGEST_MAGNITUDE} decimal places")
+    if len(digits) > 2 * LARGEST_MAGNITUDE:
+        raise NotExact(f"more than {2 * LARGEST_MAGNITUDE} digits")
+    if number and number.adjusted() > LARGEST_MAGNITUDE:
+        raise NotExact(f"larger than 1e{LARGEST_MAGNITUDE}")
+    if abs(int(exponent)) > SMALLEST_MAGNITUDE:
+        raise NotExact(f"more than {SMALLEST_MAGNITUDE} decimal places")
     return sp.Rational(text)
 
 
 class _Reader:
-    """One text and the names it may use."""
+    """One text, the names it may use and the unit of its angles."""
 
-    def __init__(self, text: str, names: Mapping[str, sp.Symbol]) -> None:
+    def __init__(self, text: str, names: Mapping[str, sp.Symbol], angle_unit: sp.Expr) -> None:
         self.text = text.strip()
         self.names = names
+        self.angle_unit = angle_unit
 
     def read(self) -> sp.Expr:
-        if not self.text or len(self.text) > LONGEST_TEXT:
-            raise NotExact(f"expected 1 to {LONGEST_TEXT} characters")
+        if not self.text:
+            raise NotExact("an empty text")
+        if len(self.text) > LONGEST_TEXT:
+            raise NotExact(f"more than {LONGEST_TEXT} characters")
+        if not self.text.isascii():
+            raise NotExact("letters other than ASCII")
         try:
             tree = ast.parse(self.text, mode="eval")
         except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
-            raise NotExact("not an expression") from error
+            raise NotExact(f"not {EXPECTED}") from error
         return self._expression(tree.body)
 
     def _expression(self, node: ast.expr) -> sp.Expr:
@@ -140,12 +170,13 @@ class _Reader:
                 return _OPERATIONS[type(op)](self._expression(left), self._expression(right))
             case ast.Call(func=ast.Name(id=name), args=args, keywords=[]) if name in _FUNCTIONS:
                 return self._call(name, args)
-        raise NotExact(f"{ast.get_source_segment(self.text, node)!r} is not understood")
+        written = ast.get_source_segment(self.text, node)
+        raise NotExact(f"{written!r} is not understood; there are {KNOWN}")
 
     def _constant(self, node: ast.Constant) -> sp.Expr:
         # The digits as written, not the float that Python makes of them.
         written = ast.get_source_segment(self.text, node) or ""
-        if not re.fullmatch(r"[0-9.eE+_-]+", written) or isinstance(node.value, bool):
+        if type(node.value) not in (int, float) or not re.fullmatch(r"[0-9.eE+_-]+", written):
             raise NotExact(f"{written!r} is no decimal number")
         return _number(written.replace("_", ""))
 
@@ -154,15 +185,17 @@ class _Reader:
             return sp.pi
         if name in self.names:
             return self.names[name]
-        known = ", ".join(self.names) or "none are declared"
-        raise NotExact(f"unknown parameter {name!r} (parameters: {known})")
+        if not self.names:
+            raise NotExact(f"unknown name {name!r}")
+        close = difflib.get_close_matches(name, self.names, n=1) or list(self.names)[:MOST_NAMED]
+        raise NotExact(f"unknown parameter {name!r}; declared is {', '.join(close)}")
 
     def _power(self, base: sp.Expr, exponent: sp.Expr) -> sp.Expr:
         if not exponent.is_Rational or max(abs(exponent.p), exponent.q) > LARGEST_EXPONENT:
             raise NotExact(f"an exponent must be a fraction of numbers up to {LARGEST_EXPONENT}")
         if base.is_Rational and max(abs(base.p), base.q) > 10**LARGEST_MAGNITUDE:
             raise NotExact("the power is too large")
-        return _real(base**exponent)
+        return checked(base**exponent)
 
     def _quotient(self, numerator: sp.Expr, denominator: sp.Expr) -> sp.Expr:
         if is_zero(denominator):
@@ -173,4 +206,8 @@ class _Reader:
         function, count = _FUNCTIONS[name]
         if len(args) != count:
             raise NotExact(f"{name} takes {count} argument{'s' if count > 1 else ''}")
-        return _real(function(*(self._expression(arg) for arg in args)))
+        values = [self._expression(arg) for arg in args]
+        if name in _OF_ANGLES:
+            values = [value * self.angle_unit for value in values]
+        result = function(*values)
+        return checked(result / self.angle_unit if name in _TO_ANGLES else result)

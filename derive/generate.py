@@ -32,7 +32,8 @@ def artifacts(robot: Robot, functions: Sequence[str] = FUNCTIONS) -> dict[str, s
         f"{robot.name}.h": c_code.header(robot, derivation.functions),
         f"{robot.name}.casadi": serialized(derivation),
         **python_package.files(robot, derivation.functions),
-        **latex.files(derivation),
+        f"{robot.name}.tex": latex.document(derivation),
+        **{f"{latex.FOLDER}/{n}": text for n, text in latex.fragments(derivation).items()},
     }
     files[MANIFEST] = manifest(robot, derivation.functions, lowered, files)
     return dict(sorted(files.items()))

@@ -5,10 +5,10 @@ Conventions. A twist is the column (v, omega), linear part first, as in Murray, 
 angles in radians. `swap_twist_order` converts to and from the order (omega, v).
 
 Exactness. Matrices of exact numbers give exact numbers, matrices of symbols give expressions, and
-no function calls `simplify`. A number takes the branch it belongs to: an exact zero takes the
-limit, a `Float` angle below one radian takes the Taylor series. One `Float` makes every number of
-its matrix a `Float`, at the precision of the most precise one.
-An exact number has to be one whose vanishing SymPy can decide.
+no result is passed through `simplify`. A number takes the branch it belongs to: an exact zero takes
+the limit, a `Float` angle below one radian takes the Taylor series. One `Float` makes every number
+of its matrix a `Float`, at the precision of the most precise one. An exact number has to be one
+whose vanishing SymPy can decide; otherwise a ValueError names it.
 
 Symbols. A symbolic angle is taken to be neither zero nor a multiple of 2 pi, and symbols are taken
 to be real. The expressions hold only +, *, **, sin, cos, sqrt and atan2, so that they can be
@@ -98,7 +98,7 @@ def hat_so3(omega: Matrix) -> Matrix:
     Raises:
         ValueError: The shape is not (3, 1).
 
-    Source: Murray, Li and Sastry (2.4).
+    Source: Murray, Li and Sastry, chapter 2, section 2.
     """
     x, y, z = _checked(omega, (3, 1), "omega")
     return Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
@@ -133,7 +133,7 @@ def hat_se3(x: Matrix) -> Matrix:
     Raises:
         ValueError: The shape is not (6, 1).
 
-    Source: Murray, Li and Sastry (2.31).
+    Source: Murray, Li and Sastry, chapter 2, section 3.
     """
     v, omega = _halves(x)
     return _stack(hat_so3(omega), v, 0)
@@ -151,7 +151,7 @@ def vee_se3(X: Matrix) -> Matrix:
     Raises:
         ValueError: The shape is not (4, 4).
 
-    Source: Murray, Li and Sastry (2.30).
+    Source: Murray, Li and Sastry, chapter 2, section 3.
     """
     X = _checked(X, (4, 4), "X")
     return _twist(X[:3, 3], vee_so3(X[:3, :3]))
@@ -237,7 +237,7 @@ def inverse_se3(T: Matrix) -> Matrix:
     Raises:
         ValueError: The shape is not (4, 4).
 
-    Source: Murray, Li and Sastry, section 3.1 of chapter 2.
+    Source: Murray, Li and Sastry, chapter 2, section 3.
     """
     R, p = rotation(T), translation(T)
     return pose(R.T, -R.T * p)
@@ -261,7 +261,7 @@ def adjoint(T: Matrix) -> Matrix:
     Raises:
         ValueError: The shape is not (4, 4).
 
-    Source: Murray, Li and Sastry (2.58).
+    Source: Murray, Li and Sastry, chapter 2, section 4.
     """
     R = rotation(T)
     return _triangular(R, hat_so3(translation(T)) * R)
@@ -302,7 +302,7 @@ def exp_so3(omega: Matrix) -> Matrix:
     Raises:
         ValueError: The shape is not (3, 1).
 
-    Source: Murray, Li and Sastry (2.14), Rodrigues' formula.
+    Source: Murray, Li and Sastry, chapter 2, section 2, Rodrigues' formula.
     """
     omega = _checked(omega, (3, 1), "omega")
     theta = _norm(omega)
@@ -330,7 +330,7 @@ def log_so3(R: Matrix) -> Matrix:
     Raises:
         ValueError: The shape is not (3, 3).
 
-    Source: Murray, Li and Sastry (2.17) and (2.18), with atan2 for acos.
+    Source: Murray, Li and Sastry, chapter 2, section 2, with atan2 for acos.
     """
     return _rotation_vector(_checked(R, (3, 3), "R"))[0]
 
@@ -350,7 +350,7 @@ def exp_se3(x: Matrix) -> Matrix:
     Raises:
         ValueError: The shape is not (6, 1).
 
-    Source: Murray, Li and Sastry (2.32) and (2.36).
+    Source: Murray, Li and Sastry, chapter 2, section 3.
     """
     v, omega = _halves(x)
     return pose(exp_so3(omega), dexp_left_so3(omega) * v)
@@ -371,7 +371,7 @@ def log_se3(T: Matrix) -> Matrix:
     Raises:
         ValueError: The shape is not (4, 4).
 
-    Source: Murray, Li and Sastry, proposition 2.9.
+    Source: Murray, Li and Sastry, chapter 2, section 3.
     """
     T = _checked(T, (4, 4), "T")
     omega, theta = _rotation_vector(rotation(T))
@@ -397,7 +397,7 @@ def screw_axis(direction: Matrix, point: Matrix, pitch: Expr = S.Zero) -> Matrix
     Raises:
         ValueError: A shape is wrong, or `direction` is a number vector that is not of unit length.
 
-    Source: Murray, Li and Sastry (2.39) and (2.41).
+    Source: Murray, Li and Sastry, chapter 2, section 3.
     """
     direction = _checked(direction, (3, 1), "direction")
     point = _checked(point, (3, 1), "point")
@@ -428,7 +428,7 @@ def exp_screw(screw: Matrix, theta: Expr) -> Matrix:
     Raises:
         ValueError: The shape is wrong, or omega is a number vector of a length other than 0 and 1.
 
-    Source: Murray, Li and Sastry (2.32) and (2.36).
+    Source: Murray, Li and Sastry, chapter 2, section 3.
     """
     v, axis = _halves(screw)
     if all(_is_zero(e) for e in axis):
@@ -467,7 +467,7 @@ def dexp_left_so3(omega: Matrix) -> Matrix:
     """
     omega = _checked(omega, (3, 1), "omega")
     theta = _norm(omega)
-    return _quadratic(omega, S.One, HALF_VERSINE(theta), SINE_DEFECT(theta))
+    return _quadratic(omega, S.One, HALF_ANGLE_VERSINE(theta), SINE_DEFECT(theta))
 
 
 def dexp_right_so3(omega: Matrix) -> Matrix:
@@ -534,7 +534,7 @@ def dexp_left_se3(x: Matrix) -> Matrix:
     return _dual_quadratic(
         v,
         omega,
-        (HALF_VERSINE(theta), SINE_DEFECT(theta)),
+        (HALF_ANGLE_VERSINE(theta), SINE_DEFECT(theta)),
         (VERSINE_RATE(theta), SINE_DEFECT_RATE(theta)),
     )
 
@@ -644,16 +644,16 @@ def _cotangent(theta: Expr) -> Expr:
 SINC = _Coefficient(lambda t: sin(t) / t, _alternating(1))
 VERSINE = _Coefficient(lambda t: (1 - cos(t)) / t**2, _alternating(2))
 # (1 - cos t)/t^2 again and (t - sin t)/t^3, the coefficients of dexp.
-HALF_VERSINE = _Coefficient(lambda t: _one_minus_cos(t) / t**2, _alternating(2))
+HALF_ANGLE_VERSINE = _Coefficient(lambda t: _one_minus_cos(t) / t**2, _alternating(2))
 SINE_DEFECT = _Coefficient(lambda t: (1 - sin(t) / t) / t**2, _alternating(3))
 # (1 - t/2 cot(t/2))/t^2, the coefficient of the inverse of dexp.
 COTANGENT = _Coefficient(_cotangent, _bernoulli)
 # f'(t)/t of the three before: the coefficients of their derivatives in direction v.
 VERSINE_RATE = _rate(
-    lambda t: (SINC.closed(t) - 2 * HALF_VERSINE.closed(t)) / t**2, _alternating(2)
+    lambda t: (SINC.closed(t) - 2 * HALF_ANGLE_VERSINE.closed(t)) / t**2, _alternating(2)
 )
 SINE_DEFECT_RATE = _rate(
-    lambda t: (HALF_VERSINE.closed(t) - 3 * SINE_DEFECT.closed(t)) / t**2, _alternating(3)
+    lambda t: (HALF_ANGLE_VERSINE.closed(t) - 3 * SINE_DEFECT.closed(t)) / t**2, _alternating(3)
 )
 COTANGENT_RATE = _rate(
     lambda t: (1 / (2 * _one_minus_cos(t)) - 1 / t**2 - COTANGENT.closed(t)) / t**2, _bernoulli

@@ -121,10 +121,13 @@ class _Visitor:
         for symbol, term in function.terms():
             if symbol not in self.nodes:
                 self.nodes[symbol] = self.node(term)
-        return [
-            ca.densify(ca.vertcat(*(self.node(entry) for entry in result.entries)))
-            for result in function.outputs
-        ]
+        # Equal terms were never named twice; what is left to share are parts of longer sums.
+        return ca.cse(
+            [
+                ca.densify(ca.vertcat(*(self.node(entry) for entry in result.entries)))
+                for result in function.outputs
+            ]
+        )
 
     def node(self, expression: sp.Expr) -> ca.SX:
         known = self.nodes.get(expression)
@@ -167,15 +170,16 @@ class _Visitor:
         coefficient, rest = expression.as_coeff_Mul()
         if coefficient == -1:
             return -self.node(rest)
-        numerator, denominator = expression.as_numer_denom()
-        if denominator != 1 and not self.scope.is_constant(denominator):
-            return self.node(numerator) / self.node(denominator)
         constant = [factor for factor in expression.args if self.scope.is_constant(factor)]
-        varying = [factor for factor in expression.args if not self.scope.is_constant(factor)]
         product = self.node(sp.Mul(*constant)) if constant else None
-        for factor in varying:
-            node = self.node(factor)
-            product = node if product is None else product * node
+        for factor in expression.args:
+            if self.scope.is_constant(factor):
+                continue
+            if factor.is_Pow and factor.exp.is_negative:
+                divisor = self.node(1 / factor)
+                product = 1 / divisor if product is None else product / divisor
+            else:
+                product = self.node(factor) if product is None else product * self.node(factor)
         assert product is not None
         return product
 

@@ -63,8 +63,8 @@ class Mimic:
     """A joint that follows another: its value is ``multiplier * leader + offset``."""
 
     leader: str
-    multiplier: sp.Expr = sp.Integer(1)
-    offset: sp.Expr = sp.Integer(0)
+    multiplier: sp.Expr = sp.S.One
+    offset: sp.Expr = sp.S.Zero
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class Joint:
     after: Placement = ()
     link: str = ""
     limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
-    pitch: sp.Expr = sp.Integer(0)
+    pitch: sp.Expr = sp.S.Zero
     direction: int = 1
     mimic: Mimic | None = None
     convention: str = ""

@@ -57,7 +57,7 @@ class Scope:
         return self._name(expression)
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        """The number, to 40 digits, of an expression of parameters and constants at the defaults."""
+        """The number, to 40 digits, of an expression of parameters and constants at defaults."""
         exact = expression.xreplace(self.parameters)
         return exact.xreplace(self._values).evalf(EVALUATION_DIGITS)
 

@@ -97,6 +97,7 @@ class _Derivation:
         self.pose = f"T_{robot.base_frame}_{robot.tool_frame}"
         self.joint_values_D_q = robot.joint_values_D_q()
         self._joints: dict[Representation, list[Twist]] = {}
+        self._rates: dict[Representation, list[Twist]] = {}
 
     def run(self, names: Sequence[str]) -> Derivation:
         functions = tuple(self._derived(name) for name in names)
@@ -107,6 +108,13 @@ class _Derivation:
         if representation not in self._joints:
             self._joints[representation] = columns(self.forward, representation)
         return self._joints[representation]
+
+    def rates(self, representation: Representation) -> list[Twist]:
+        """Time derivatives of those columns, derived when first asked for."""
+        if representation not in self._rates:
+            joints, speeds = self.joints(representation), self._of_joints(self.qd)
+            self._rates[representation] = rates(self.scope, representation, joints, speeds)
+        return self._rates[representation]
 
     def _derived(self, name: str) -> SymbolicFunction:
         for representation in REPRESENTATIONS:
@@ -168,8 +176,7 @@ class _Derivation:
         )
 
     def jacobian_dot(self, representation: Representation) -> SymbolicFunction:
-        derivative = rates(self.scope, representation, self.joints(representation), self._speeds())
-        entries = self._by_coordinates(derivative)
+        entries = self._by_coordinates(self.rates(representation))
         return self._function(
             f"jacobian_{representation}_dot",
             f"Time derivative of jacobian_{representation} at joint rates qd.",
@@ -198,7 +205,7 @@ class _Derivation:
         )
 
     def twist(self, representation: Representation) -> SymbolicFunction:
-        V = weighted(self.scope, self.joints(representation), self._speeds())
+        V = weighted(self.scope, self.joints(representation), self._of_joints(self.qd))
         return self._function(
             f"twist_{representation}",
             f"Twist (v, omega) {SEEN[representation]}.",
@@ -208,12 +215,10 @@ class _Derivation:
         )
 
     def acceleration(self, representation: Representation) -> SymbolicFunction:
-        joints, speeds = self.joints(representation), self._speeds()
-        derivative = rates(self.scope, representation, joints, speeds)
         A = summed(
             self.scope,
-            weighted(self.scope, joints, self._of_joints(self.qdd)),
-            weighted(self.scope, derivative, speeds),
+            weighted(self.scope, self.joints(representation), self._of_joints(self.qdd)),
+            weighted(self.scope, self.rates(representation), self._of_joints(self.qd)),
         )
         return self._function(
             f"acceleration_{representation}",
@@ -253,9 +258,6 @@ class _Derivation:
             return own[0][0]
         return weighted(self.scope, [joint for joint, _ in own], [weight for _, weight in own])
 
-    def _speeds(self) -> list[sp.Expr]:
-        return self._of_joints(self.qd)
-
     def _of_joints(self, rates_of_q: tuple[sp.Symbol, ...]) -> list[sp.Expr]:
         """Rates of the moving joints from those of the coordinates."""
         product = self.joint_values_D_q * sp.Matrix(rates_of_q)
@@ -274,4 +276,3 @@ def _common_unit(joints: tuple[Joint, ...]) -> str:
 def _pose_entries(pose: Pose) -> tuple[sp.Expr, ...]:
     axes, origin = pose
     return (*matrix_entries((*axes, origin)), *BOTTOM_ROW)
-

@@ -5,6 +5,7 @@ robot's notes say so.
 """
 
 import difflib
+import keyword
 import re
 from pathlib import Path
 from typing import NoReturn
@@ -54,15 +55,22 @@ class _Urdf:
     def __init__(self, file: str, text: str) -> None:
         self.file = file
         self.notes: list[str] = []
-        parser = etree.XMLParser(resolve_entities=False, no_network=True, huge_tree=False)
+        parser = etree.XMLParser(
+            encoding="utf-8", resolve_entities=False, no_network=True, huge_tree=False
+        )
         try:
             self.root = etree.fromstring(text.encode(), parser)
         except etree.XMLSyntaxError as error:
             reason = f"well-formed XML ({error.msg})"
             raise DescriptionError(file, error.lineno, "", None, reason) from error
+        if self.root.getroottree().docinfo.doctype:
+            self._fail(self.root, "", None, "no document type, which could define entities")
         if self.root.tag != ROOT:
             self._fail(self.root, "", self.root.tag, "a <robot>")
         self.links = [self._attribute(link, "name") for link in self.root.findall("link")]
+        for link in self.root.findall("link"):
+            if self.links.count(str(link.get("name"))) > 1:
+                self._fail(link, "name", link.get("name"), "a name that no other link has")
         self.joint_to: dict[str, etree._Element] = {}
         for joint in self.root.findall("joint"):
             child = self._link_of(joint, "child")
@@ -134,7 +142,7 @@ class _Urdf:
         try:
             before, after = conventions.urdf(KINDS[kind], xyz=xyz, rpy=rpy, axis=axis)
         except RobotError as error:
-            self._fail(element, "axis", None, str(error))
+            self._fail(element, "axis", " ".join(map(str, axis)), f"a direction ({error})")
         given = zip(
             ("x", "y", "z", "roll", "pitch", "yaw", "axis_x", "axis_y", "axis_z"),
             (*xyz, *rpy, *axis),
@@ -185,7 +193,9 @@ class _Urdf:
 
     def _angles(self, element: etree._Element) -> Vector:
         angles = []
-        for which, value in zip("rpy", self._vector(element, "origin", "rpy", "0 0 0"), strict=True):
+        for which, value in zip(
+            "rpy", self._vector(element, "origin", "rpy", "0 0 0"), strict=True
+        ):
             exact = snap_angle(value)
             if exact != value:
                 joint = element.get("name")
@@ -222,14 +232,16 @@ class _Urdf:
             self._fail(element, name, value, f"a {name}")
         return value
 
-    def _fail(
-        self, element: etree._Element, field: str, value: object, expected: str
-    ) -> NoReturn:
-        about = f"<{element.tag} {element.get('name', '')}> {field}".replace(" >", ">").strip()
+    def _fail(self, element: etree._Element, field: str, value: object, expected: str) -> NoReturn:
+        named = element if element.get("name") else element.getparent()
+        owner = element if named is None else named
+        about = f"<{owner.tag} {owner.get('name', '')}> {field}".replace(" >", ">").strip()
         raise DescriptionError(self.file, element.sourceline, about, value, expected) from None
 
 
 def _identifier(name: str) -> str:
-    """A name as C can hold it."""
+    """A name as C and Python can hold it."""
     identifier = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    if keyword.iskeyword(identifier):
+        return f"{identifier}_"
     return identifier if identifier[:1].isalpha() else f"x{identifier}"

@@ -40,10 +40,7 @@ def combination(scope: Scope, weights: Sequence[sp.Expr], vectors: Sequence[Vect
     """The named sum of weighted vectors."""
     return named(
         scope,
-        (
-            sum((w * v[k] for w, v in zip(weights, vectors, strict=True)), ZERO)
-            for k in range(3)
-        ),
+        (sum((w * v[k] for w, v in zip(weights, vectors, strict=True)), ZERO) for k in range(3)),
     )
 
 

@@ -69,7 +69,7 @@ def _build_one(manifest: Manifest) -> bool:
 
 def _info(options: argparse.Namespace) -> int:
     manifest = read_manifest(find_folder(options.robot))
-    print(f"{manifest.name}: {manifest.title}\n{manifest.source}\n")
+    print("\n".join([f"{manifest.name}: {manifest.title}", manifest.source, *manifest.notes, ""]))
     print(f"frames: {manifest.frames.base} to {manifest.frames.tip}\n\ncoordinates (q):")
     for coordinate in manifest.coordinates:
         limits = f"{_limit(coordinate.lower, '-')} to {_limit(coordinate.upper, '')}"

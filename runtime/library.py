@@ -17,6 +17,7 @@ import math
 import os
 import re
 import tempfile
+import textwrap
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -28,6 +29,7 @@ from .errors import CacheError, LibraryMismatchError, ManifestError
 from .manifest import Argument, FunctionInfo, Manifest
 
 _KERNEL_HEADER = Path(__file__).with_name("_kernel.h")
+_WIDTH = 100
 _DIGEST_SIZE = hashlib.sha256().digest_size
 
 
@@ -166,13 +168,8 @@ def build(manifest: Manifest) -> bool:
         ChaslesError: If it cannot be compiled; the message says why.
     """
     recipe = make_recipe(manifest)
-    if recipe.path.exists():
-        try:
-            _open(recipe)
-        except LibraryMismatchError:
-            pass
-        else:
-            return False
+    if _is_sound(recipe):
+        return False
     _compile(recipe)
     _open(recipe)
     return True
@@ -211,6 +208,16 @@ def load_functions(
         )
         for info in manifest.functions
     }
+
+
+def _is_sound(recipe: Recipe) -> bool:
+    if not recipe.path.exists():
+        return False
+    try:
+        _open(recipe)
+    except LibraryMismatchError:
+        return False
+    return True
 
 
 def _open(recipe: Recipe) -> _call.Library:
@@ -259,7 +266,10 @@ def _seal(library: Path) -> None:
 
 def write_doc(info: FunctionInfo) -> str:
     """The help text of a function."""
-    lines = [info.summary, "", "Args:"]
+    lines = [info.summary, ""]
+    if info.identity:
+        lines += [*textwrap.wrap(info.identity, _WIDTH), ""]
+    lines += ["Args:"]
     lines += [f"    {_describe(item)}" for item in info.inputs]
     out = "array" if len(info.outputs) == 1 else "tuple of arrays (None for a new one)"
     lines += [f"    out: The {out} to write into; float64, of the shape of the result.", ""]

@@ -79,6 +79,7 @@ class FunctionInfo:
         name: As called from Python.
         symbol: As named in C.
         summary: What it computes, in one line.
+        identity: The identity it satisfies, "" if none is told.
         inputs: In the order of the C arguments.
         outputs: In the order of the C arguments.
         operations: Floating-point operations of one pose, by kind, and their total.
@@ -87,6 +88,7 @@ class FunctionInfo:
     name: str
     symbol: str
     summary: str
+    identity: str
     inputs: tuple[Argument, ...]
     outputs: tuple[Argument, ...]
     operations: Mapping[str, int]
@@ -105,6 +107,7 @@ class Manifest:
         coordinates: The actuated coordinates, in the order of `q`.
         frames: The names of the frames.
         parameters: The geometry.
+        notes: What to know about it, such as where it is not what it seems.
         functions: What it offers.
         files: SHA-256 of each generated file.
     """
@@ -117,6 +120,7 @@ class Manifest:
     coordinates: tuple[Coordinate, ...]
     frames: Frames
     parameters: tuple[Parameter, ...]
+    notes: tuple[str, ...]
     functions: tuple[FunctionInfo, ...]
     files: Mapping[str, str]
 
@@ -157,6 +161,9 @@ class _Entry:
         if key not in fields:
             raise ManifestError(f"{self.file}: {self.field}: has no {key!r}")
         return fields[key]
+
+    def get(self, key: str, default: object) -> _Entry:
+        return self.mapping().get(key, _Entry(self.file, key, default))
 
     def mapping(self) -> dict[str, _Entry]:
         if not isinstance(self.value, dict):
@@ -232,8 +239,8 @@ def read_manifest(folder: Path) -> Manifest:
     file = folder / "manifest.json"
     try:
         content = file.read_bytes()
-    except (FileNotFoundError, NotADirectoryError) as error:
-        raise UnknownRobotError(f"{folder}: no generated robot (no manifest.json)") from error
+    except (FileNotFoundError, NotADirectoryError):
+        raise UnknownRobotError(f"{folder}: no generated robot (no manifest.json)") from None
     try:
         entry = _Entry(file, "manifest", json.loads(content))
     except ValueError as error:
@@ -249,6 +256,7 @@ def read_manifest(folder: Path) -> Manifest:
         coordinates=tuple(_coordinate(item) for item in entry["coordinates"]),
         frames=_frames(entry["frames"]),
         parameters=tuple(_parameter(item) for item in entry["parameters"]),
+        notes=entry.get("notes", []).texts(),
         functions=tuple(_function(item) for item in entry["functions"]),
         files=MappingProxyType({key: v.sha256() for key, v in entry["files"].mapping().items()}),
     )
@@ -294,6 +302,7 @@ def _function(entry: _Entry) -> FunctionInfo:
         entry["name"].identifier(),
         entry["symbol"].identifier(),
         entry["summary"].text(),
+        entry.get("identity", "").text(),
         inputs,
         outputs,
         MappingProxyType(operations),

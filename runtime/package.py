@@ -38,7 +38,6 @@ def lazy_package(
         return namespace[name] if name in namespace else getattr(namespace["robot"], name)
 
     def names() -> list[str]:
-        functions = [function.name for function in read_manifest(folder).functions]
-        return sorted({*namespace, *functions, "robot"})
+        return sorted([*(function.name for function in read_manifest(folder).functions), "robot"])
 
     return get, names

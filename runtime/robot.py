@@ -23,9 +23,13 @@ class Robot:
     """A generated robot: what it is, and what it computes.
 
     The functions are attributes (`robot.fk(q)`); which ones there are depends on the robot, and
-    `robot.functions` holds them all. Each takes arrays whose leading dimensions broadcast, and each
-    has a help text of its own (`help(robot.fk)`). A Robot does not change, and robots that were
-    generated alike are equal.
+    `robot.functions` holds them all, each with a help text of its own (`help(robot.fk)`). A Robot
+    does not change, and robots that were generated alike are equal.
+
+    All functions are called alike. Leading dimensions broadcast. Integers and other floats become
+    float64; booleans, complex numbers and strings are refused (`InputError`), and so is a wrong
+    shape (`ShapeError`). NaN and infinity flow through without a warning. `out=` takes the array to
+    write into, or a tuple of them, which may overlap the inputs.
 
     Attributes:
         name: Its name, as given to `load`.
@@ -37,6 +41,7 @@ class Robot:
         upper: (n,) upper limits [rad or m], inf where there is none.
         frames: The names of base, tip and links.
         parameters: Its geometry by name.
+        notes: What to know about it.
         functions: Its functions by name.
         folder: Where it was loaded from.
         digest: SHA-256 of its manifest, and so of all its equations.
@@ -51,6 +56,7 @@ class Robot:
     upper: FloatArray
     frames: Frames
     parameters: Mapping[str, Parameter]
+    notes: tuple[str, ...]
     functions: Mapping[str, Function[Any]]
     folder: Path
     digest: str
@@ -95,6 +101,7 @@ class Robot:
             upper=_constant(upper),
             frames=manifest.frames,
             parameters=MappingProxyType({item.name: item for item in manifest.parameters}),
+            notes=manifest.notes,
             functions=MappingProxyType(functions),
             folder=manifest.folder,
             digest=manifest.digest,

@@ -3,34 +3,97 @@ r"""Displays that stay on the page: aligned equations broken by terms, matrices 
 Everything works with amsmath alone and is meant for the text, not for inside a formula.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
+from itertools import groupby
+from typing import NamedTuple
 
 from .widths import LINE, width
 
 Row = Sequence[str]
+Equation = tuple[str, Sequence[str]]
+"""Left side, and the signed terms of the right side."""
+
+
+class Display(NamedTuple):
+    """A formula and its estimated width (pt)."""
+
+    tex: str
+    width: float
+
+
 INDENT = width(r"\quad\quad")
 """What a continued line loses to the alignment and its indent."""
 COLUMN_GAP = 10.2
 BRACKETS = 12.0
 MARGIN = 6.0
 """What an estimate may be short by."""
+SHORTEST_RUN = 4
+"""Short equations in a row that are set in two columns."""
 
 
-def aligned(equations: Iterable[tuple[str, Sequence[str]]], end: str = ".") -> str:
-    """Equations below each other, each ``(left side, terms of the right side)``.
+def aligned(equations: Sequence[Equation], end: str = ".") -> str:
+    """Equations below each other, short ones two in a row; what a row holds is read across.
 
     Right sides that are too long go on below, a quad in; the list may break across pages.
     """
-    listed = list(equations)
-    left = max(width(side) for side, _ in listed) + width("=")
+    runs = _runs(equations)
+    displays = []
+    for k, (paired, run) in enumerate(runs):
+        last = end if k == len(runs) - 1 else ","
+        body = _pairs(run, last) if paired else _single(run, last)
+        above = r"\setlength{\abovedisplayskip}{0pt}" if k else ""
+        below = r"\setlength{\belowdisplayskip}{0pt}" if k < len(runs) - 1 else ""
+        displays.append(_display("align*", body, above + below))
+    return "\n".join(displays)
+
+
+def read_down(equations: Sequence[Equation]) -> list[Equation]:
+    """Equations reordered so that two in a row read down, left first; long ones as they were."""
+    if not all(_is_short(equation) for equation in equations):
+        return list(equations)
+    half = -(-len(equations) // 2)
+    order = [k + side * half for k in range(half) for side in (0, 1)]
+    return [equations[k] for k in order if k < len(equations)]
+
+
+def _runs(equations: Sequence[Equation]) -> list[tuple[bool, list[Equation]]]:
+    """Runs of short equations that are worth two columns, and the rest."""
+    runs: list[tuple[bool, list[Equation]]] = []
+    for short, group in groupby(equations, key=_is_short):
+        run = list(group)
+        paired = short and len(run) >= SHORTEST_RUN
+        if runs and not paired and not runs[-1][0]:
+            runs[-1][1].extend(run)
+        else:
+            runs.append((paired, run))
+    return runs
+
+
+def _is_short(equation: Equation) -> bool:
+    side, terms = equation
+    return width(f"{side} = {' '.join(terms)},") < LINE / 2 - 2 * MARGIN
+
+
+def _pairs(equations: Sequence[Equation], end: str) -> str:
+    shown = [f"{side} &= {' '.join(terms)}" for side, terms in equations]
+    rows = [", & ".join(shown[k : k + 2]) for k in range(0, len(shown), 2)]
+    return ", \\\\\n".join(rows) + end
+
+
+def _single(equations: Sequence[Equation], end: str) -> str:
+    left = max(width(side) for side, _ in equations) + width("=")
     blocks = []
-    for k, (side, terms) in enumerate(listed):
-        mark = end if k == len(listed) - 1 else ","
+    for side, terms in equations:
         first, *rest = filled(terms, LINE - left - MARGIN)
         lines = [f"{side} &= {first}", *(rf"&\quad {{}}{line}" for line in rest)]
-        blocks.append(" \\\\\n".join(lines) + mark)
-    body = " \\\\\n".join(blocks)
-    return f"{{\\allowdisplaybreaks\n\\begin{{align*}}\n{body}\n\\end{{align*}}}}"
+        blocks.append(" \\\\\n".join(lines))
+    return ", \\\\\n".join(blocks) + end
+
+
+def _display(environment: str, body: str, spacing: str = "") -> str:
+    """A display that may break across pages; no space follows that would begin a line."""
+    begin, finish = f"\\begin{{{environment}}}", f"\\end{{{environment}}}"
+    return f"{{\\allowdisplaybreaks{spacing}\n{begin}\n{body}\n{finish}}}%"
 
 
 def filled(terms: Sequence[str], room: float) -> list[str]:
@@ -49,7 +112,9 @@ def filled(terms: Sequence[str], room: float) -> list[str]:
 
 def matrix(rows: Sequence[Row]) -> str:
     """A matrix in square brackets; it knows no limit of columns."""
-    body = " \\\\\n".join(" & ".join(row) for row in rows)
+    high = any("frac" in entry for row in rows for entry in row)
+    newline = " \\\\[0.5ex]\n" if high else " \\\\\n"
+    body = newline.join(" & ".join(row) for row in rows)
     columns = "c" * len(rows[0])
     return f"\\left[\\begin{{array}}{{@{{}}{columns}@{{}}}}\n{body}\n\\end{{array}}\\right]"
 
@@ -60,18 +125,27 @@ def matrix_width(rows: Sequence[Row]) -> float:
     return sum(columns) + COLUMN_GAP * (len(columns) - 1) + BRACKETS
 
 
-def flowed(displays: Sequence[tuple[str, float]], end: str = ".") -> str:
-    """Displays of known width, as many beside each other as a line holds."""
+def flowed(displays: Sequence[Display], end: str = ".") -> str:
+    """Displays, as many beside each other as a line holds."""
     gap = width(r"\qquad")
     rows: list[list[str]] = []
     room = 0.0
-    for tex, wide in displays:
-        if rows and wide + gap + width(",") <= room:
-            rows[-1].append(tex)
-            room -= wide + gap + width(",")
+    for display in displays:
+        if rows and gap + display.width <= room:
+            rows[-1].append(display.tex)
+            room -= gap + display.width
         else:
-            rows.append([tex])
-            room = LINE - MARGIN - wide
+            rows.append([display.tex])
+            room = LINE - MARGIN - display.width
     lines = [",\\qquad\n".join(row) for row in rows]
-    body = ",\\\\[1.5ex]\n".join(lines)
-    return f"{{\\allowdisplaybreaks\n\\begin{{gather*}}\n{body}{end}\n\\end{{gather*}}}}"
+    body = ",\\\\[1ex]\n".join(lines)
+    return _display("gather*", body + end)
+
+
+def broken(name: str, factors: Sequence[str]) -> Display:
+    """An equation ``name = product`` as one display, its factors on as many lines as they need."""
+    first, *rest = filled(factors, LINE - MARGIN - width(f"{name} ="))
+    lines = [f"{name} &= {first}", *(rf"&\quad {line}" for line in rest)]
+    body = " \\\\\n".join(lines)
+    wide = width(f"{name} =") + (width(first) if not rest else LINE)
+    return Display(f"\\begin{{aligned}}\n{body}\n\\end{{aligned}}", wide)

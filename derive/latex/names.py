@@ -4,8 +4,7 @@ import re
 from collections.abc import Iterable
 
 GREEK = frozenset(
-    "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi pi rho sigma tau "
-    "upsilon phi chi psi omega Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega".split()
+    ["alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu", "xi", "pi", "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega", "Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Upsilon", "Phi", "Psi", "Omega"]
 )
 LONGEST_WORD = 16
 """Characters after which a word of the user's text may be broken anywhere."""
@@ -40,12 +39,14 @@ _ESCAPES = {
     "“": "``",
     "”": "''",
     "…": r"\ldots{}",
-    **{chr(code): rf"\ensuremath{{\{name}}}" for code, name in zip(
-        (*range(0x3B1, 0x3BF), *range(0x3C0, 0x3C2), *range(0x3C3, 0x3CA)),
-        "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi "
-        "pi rho sigma tau upsilon phi chi psi omega".split(),
-        strict=True,
-    )},
+    **{
+        chr(code): rf"\ensuremath{{\{name}}}"
+        for code, name in zip(
+            (*range(0x3B1, 0x3BF), *range(0x3C0, 0x3C2), *range(0x3C3, 0x3CA)),
+            ["alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu", "xi", "pi", "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega"],
+            strict=True,
+        )
+    },
 }
 _PARTS = re.compile(r"[A-Za-z]+|[0-9]+")
 _LATIN = (0xC0, 0x17F)
@@ -76,8 +77,10 @@ def _character(character: str) -> str:
 
 
 def parameter(name: str) -> str:
-    """A parameter's name: ``d1`` is d_{1}, ``alpha_1`` is \\alpha_{1}, ``l_HI`` is l_{HI}."""
+    """A parameter's name: ``d1`` is d_{1}, ``alpha_1`` is \\alpha_{1}, ``l_HI`` is l_{HI}, ``df`` is d_{f}."""
     head, *rest = _PARTS.findall(name) or [name]
+    if len(head) == 2 and head not in GREEK:  # noqa: PLR2004
+        head, rest = head[0], [head[1], *rest]
     if not rest:
         return _head(head)
     return f"{_head(head)}_{{{','.join(map(_index, rest))}}}"

@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 
 import sympy as sp
 
+from ..exact import EVALUATION_DIGITS
 from ..robot import Placement, Robot, Rotation
 from ..scope import Scope
 from . import names
@@ -78,12 +79,27 @@ class Notation:
         return -symbol if negative and kind == "sin" else symbol
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
-        """An expression without coordinates as it is printed: short as it is, or named."""
+        """An expression without coordinates as it is printed: short as it is, or named.
+
+        Numbers of equal value have one name, whatever their form.
+        """
         raw = self.expanded(expression)
         known = self._constants.get(raw)
         if known is None:
             known = self._constants[raw] = self._printed_constant(raw)
         return known
+
+    def shortened(self, expression: sp.Expr) -> sp.Expr:
+        """A constant expression with short symbols for numbers and for what brackets cannot hold."""
+        if expression.is_Atom or _is_surd(expression):
+            return expression
+        if expression.is_number or expression.is_Function:
+            return self.constant(expression)
+        if expression.is_Mul:
+            numbers = sp.Mul(*(factor for factor in expression.args if factor.is_number))
+            rest = [factor for factor in expression.args if not factor.is_number]
+            return self.shortened(numbers) * sp.Mul(*map(self.shortened, rest))
+        return expression.func(*map(self.shortened, expression.args))
 
     def expanded(self, expression: sp.Expr) -> sp.Expr:
         """An expression in coordinates and parameters, with none of the scope's names."""
@@ -122,7 +138,9 @@ class Notation:
         """A pattern for the letter, and the index, by which cos and sin of an angle are called."""
         if angle not in self.angles:
             index, plain = self._index(angle)
-            used = sum(other == index and pattern != "{}" for pattern, other in self.angles.values())
+            used = sum(
+                other == index and pattern != "{}" for pattern, other in self.angles.values()
+            )
             pattern = "{}"
             if not plain:
                 primes = "'" * (used // len(ACCENTS))
@@ -144,27 +162,53 @@ class Notation:
     def _printed_constant(self, raw: sp.Expr) -> sp.Expr:
         if raw.is_Symbol or raw.is_Rational or raw == sp.pi:
             return raw
+        if _is_surd(raw) or _is_plain_sum(raw):
+            return raw
+        if raw.is_number:
+            return self._numeric(raw)
         if raw.is_Mul:
             return sp.Mul(*(self.constant(factor) for factor in raw.args))
         if raw.func in (sp.cos, sp.sin) and raw.args[0].is_Symbol:
             kind = "cos" if raw.func is sp.cos else "sin"
             tex = f"{self.letters[kind]}_{{{self.tex[raw.args[0]]}}}"
             return self._symbol(tex, (CONSTANT_TRIGONOMETRY, (tex,)), raw)
-        if raw.is_Pow and raw.base.is_Rational:
-            return raw
-        if raw.is_Add and all(_lone(term) for term in raw.args) and len(raw.args) <= 2:  # noqa: PLR2004
-            return raw
-        symbol = self._symbol(
-            f"{self.letters['constant']}_{{{len(self.constants) + 1}}}",
-            (CONSTANT, (len(self.constants),)),
-            raw,
-        )
+        return self.named(raw)
+
+    def _numeric(self, raw: sp.Expr) -> sp.Expr:
+        """A number by the name of its magnitude."""
+        value = raw.evalf(EVALUATION_DIGITS)
+        sign = -1 if value < 0 else 1
+        key = sp.Float(sign * value, EVALUATION_DIGITS - 8)
+        if key not in self._constants:
+            self._constants[key] = self.named(sign * raw)
+        return sign * self._constants[key]
+
+    def named(self, raw: sp.Expr) -> sp.Symbol:
+        """The next named constant, for an expression in parameters and short symbols."""
+        raw = raw.xreplace(self.meanings)
+        if raw in self._constants:
+            return self._constants[raw]
+        number = len(self.constants) + 1
+        tex = f"{self.letters['constant']}_{{{number}}}"
+        symbol = self._constants[raw] = self._symbol(tex, (CONSTANT, (number,)), raw)
         self.constants.append(symbol)
         return symbol
 
 
-def _lone(term: sp.Expr) -> bool:
-    return bool(term.is_Symbol or (-term).is_Symbol)
+def _is_surd(expression: sp.Expr) -> bool:
+    """A fraction, perhaps times a root of one, or times pi."""
+    coefficient, rest = expression.as_coeff_Mul()
+    root = rest.is_Pow and rest.base.is_Rational and rest.exp == sp.Rational(1, 2)
+    return bool(coefficient.is_Rational and (rest in (1, sp.pi) or root))
+
+
+def _is_plain_sum(expression: sp.Expr) -> bool:
+    """A sum as short as d_3 + d_5."""
+    return (
+        expression.is_Add
+        and len(expression.args) == 2  # noqa: PLR2004
+        and all(t.is_Rational or t.as_coeff_Mul()[1].is_Symbol for t in expression.args)
+    )
 
 
 def _letters(taken: set[str]) -> dict[str, str]:
@@ -194,7 +238,8 @@ def _places(robot: Robot, q: Sequence[sp.Symbol]) -> Mapping[sp.Symbol, tuple[ob
     for k, joint in enumerate(robot.joints, 1):
         note(_numbers(joint.before), k, 0)
         if joint.kind != "fixed":
-            note([next(values), joint.pitch], k, 1)
+            note([joint.pitch], k, 0)
+            note([next(values)], k, 1)
         note(_numbers(joint.after), k, 2)
     note([*_numbers(robot.tool), *declared], len(robot.joints) + 1, 0)
     return places

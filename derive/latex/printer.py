@@ -42,17 +42,15 @@ class Printer:
     def _product(self, addend: sp.Expr) -> str:
         """A term without its sign."""
         coefficient, rest = (-addend if _is_negative(addend) else addend).as_coeff_Mul()
-        if rest.has(sp.pi) and not rest.free_symbols or coefficient.is_Float:
-            return number(coefficient * rest)
         factors = sorted(sp.Mul.make_args(rest), key=self._factor_key) if rest != 1 else []
-        surds = [factor for factor in factors if factor.is_number]
-        shown = [self._factor(f, alone=len(factors) == 1) for f in factors if not f.is_number]
-        constant = coefficient * sp.Mul(*surds)
+        plain = [f for f in factors if f.is_number and not (f.is_Function or f.is_Add)]
+        shown = [self._factor(factor) for factor in factors if factor not in plain]
+        constant = coefficient * sp.Mul(*plain)
         if constant != 1 or not shown:
             shown.insert(0, number(constant))
-        return r" ".join(shown)
+        return " ".join(shown)
 
-    def _factor(self, factor: sp.Expr, *, alone: bool) -> str:
+    def _factor(self, factor: sp.Expr) -> str:
         if factor.is_Symbol:
             return self._tex[factor]
         if factor.is_Add:
@@ -60,15 +58,9 @@ class Printer:
             return f"[{inner}]" if "(" in inner else f"({inner})"
         if factor.is_Pow:
             return self._power(factor)
-        if factor.func in _FUNCTIONS:
-            (angle,) = factor.args
-            inner = self.tex(angle)
-            simple = not angle.is_Add and alone
-            return f"{_FUNCTIONS[factor.func]} {inner}" if simple else (
-                f"{_FUNCTIONS[factor.func]}({inner})"
-            )
         inner = ", ".join(self.tex(argument) for argument in factor.args)
-        return rf"\operatorname{{{factor.func.__name__}}}({inner})"
+        name = _FUNCTIONS.get(factor.func, rf"\operatorname{{{factor.func.__name__}}}")
+        return f"{name} {inner}" if factor.args[0].is_Symbol else f"{name}({inner})"
 
     def _power(self, power: sp.Expr) -> str:
         base, exponent = power.args
@@ -76,7 +68,7 @@ class Printer:
             return rf"\sqrt{{{self.tex(base)}}}"
         if exponent.is_negative:
             return rf"\frac{{1}}{{{self.tex(base**-exponent)}}}"
-        return f"{self._factor(base, alone=False)}^{{{self.tex(exponent)}}}"
+        return f"{self._factor(base)}^{{{self.tex(exponent)}}}"
 
     def _addend_key(self, addend: sp.Expr) -> tuple[object, ...]:
         """Terms with a length in the order of the chain, then brackets, then the rest."""
@@ -98,6 +90,11 @@ def number(value: sp.Expr) -> str:
         return f"{sp.N(value, DIGITS)}\\ldots"
     if value.is_Rational:
         return _rational(value)
+    multiple = value / sp.pi
+    if multiple.is_Rational:
+        times = "" if abs(multiple.p) == 1 else str(abs(multiple.p))
+        over = "" if multiple.q == 1 else f"/{multiple.q}"
+        return ("-" if multiple < 0 else "") + rf"{times}\pi{over}"
     numerator, denominator = value.as_numer_denom()
     over = sp.latex(numerator)
     return over if denominator == 1 else rf"\tfrac{{{over}}}{{{sp.latex(denominator)}}}"
@@ -124,4 +121,7 @@ def decimal(value: sp.Expr) -> str:
 
 
 def _is_negative(addend: sp.Expr) -> bool:
-    return bool(addend.as_coeff_Mul()[0].is_negative)
+    coefficient, rest = addend.as_coeff_Mul()
+    if rest.is_Symbol or not rest.is_number:
+        return bool(coefficient.is_negative)
+    return bool(addend.is_negative)

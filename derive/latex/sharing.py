@@ -166,9 +166,7 @@ class _Sharing:
         return expression.xreplace(known)
 
     def _fit_in_brackets(self, term: sp.Symbol, value: sp.Expr) -> None:
-        if value.is_Add and (
-            _depth(value) >= DEEPEST or width(self.printer.tex(value)) > BRACKET
-        ):
+        if value.is_Add and (_depth(value) >= DEEPEST or width(self.printer.tex(value)) > BRACKET):
             self._name(term, value)
 
     def _name(self, term: sp.Symbol, value: sp.Expr) -> None:
@@ -205,7 +203,7 @@ class _Sharing:
         """Whether a sum is as short as d_3 + q_3."""
         plain = {*self.notation.q, *self.scope.parameters}
         return len(value.args) == 2 and all(  # noqa: PLR2004
-            addend.as_coeff_Mul()[1] in plain for addend in value.args
+            addend.is_Rational or addend.as_coeff_Mul()[1] in plain for addend in value.args
         )
 
 
@@ -217,6 +215,4 @@ def _depth(expression: sp.Expr) -> int:
     """How many brackets stand inside each other when an expression is printed."""
     if expression.is_Add:
         return max(_depth(addend) for addend in expression.args)
-    return max(
-        (1 + _depth(f) for f in sp.Mul.make_args(expression) if f.is_Add), default=0
-    )
+    return max((1 + _depth(f) for f in sp.Mul.make_args(expression) if f.is_Add), default=0)

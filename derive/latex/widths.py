@@ -28,7 +28,7 @@ _COMMANDS = {
     "omega": 6.2, "alpha": 6.4, "theta": 4.7, "sqrt": 8.4,
 }  # fmt: skip
 _TRANSPARENT = frozenset(
-    "hat tilde check breve bar mathrm mathit mathtt mathcal mathbf operatorname text textbf".split()
+    ["hat", "tilde", "check", "breve", "bar", "mathrm", "mathit", "mathtt", "mathcal", "mathbf", "operatorname", "text", "textbf"]
     + ["bigl", "bigr", "left", "right", "displaystyle", "allowbreak", "ensuremath"]
 )
 _TOKEN = re.compile(r"\\[A-Za-z]+|\\.|.", re.DOTALL)

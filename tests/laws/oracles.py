@@ -9,12 +9,14 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Iterator
+from typing import TypeAlias
 
 import mpmath
-from chasles.derive import lie
 from sympy import Float, ImmutableDenseMatrix, factorial
 
-Matrix = ImmutableDenseMatrix
+from chasles.derive import lie
+
+Matrix: TypeAlias = ImmutableDenseMatrix
 
 # Inputs of order one and float64 rounding leave about 1e-15; four digits go to products of poses
 # and to the half turn. Every law is held to this one number.
@@ -32,7 +34,6 @@ ANGLES = [*SMALL_ANGLES, 0.3, *BRANCH_ANGLES, 3.0, *NEAR_HALF_TURN[::3], math.pi
 
 AXES = [
     (0.0, 0.0, 1.0),
-    (-1.0, 0.0, 0.0),
     (math.sqrt(0.5), -math.sqrt(0.5), 0.0),
     (2 / 7, -3 / 7, 6 / 7),
     (-0.48, -0.64, 0.6),

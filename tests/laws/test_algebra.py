@@ -1,8 +1,11 @@
 """hat, vee, the bracket and the order of twists."""
 
+from collections.abc import Callable
+
 import pytest
-from chasles.derive import lie
 from sympy import Integer, Matrix, Symbol, eye, symbols, zeros
+
+from chasles.derive import lie
 
 from .oracles import assert_close, pairs, random_twists
 
@@ -131,7 +134,9 @@ def test_results_are_immutable() -> None:
         (lie.dexp_right_inverse_se3, (6, 1)),
     ],
 )
-def test_a_wrong_shape_is_named(function, shape) -> None:
+def test_a_wrong_shape_is_named(
+    function: Callable[[lie.Matrix], lie.Matrix], shape: tuple[int, int]
+) -> None:
     with pytest.raises(ValueError, match=r"has shape \(2, 5\): expected") as raised:
         function(zeros(2, 5))
     assert str(shape) in str(raised.value)

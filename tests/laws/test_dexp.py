@@ -2,8 +2,9 @@
 
 import mpmath
 import pytest
-from chasles.derive import lie
 from sympy import Float, Rational, bernoulli, eye, pi, sqrt, zeros
+
+from chasles.derive import lie
 
 from .oracles import (
     ANGLES,
@@ -12,35 +13,29 @@ from .oracles import (
     dexp_series,
     power_series,
     random_twists,
-    rotation_vectors,
     twists,
     vector,
     wide,
 )
 
-TWISTS = [*twists(ANGLES), *random_twists(20, seed=10)]
+TWISTS = [*twists(ANGLES), *random_twists(10, seed=10)]
 
 
-def test_dexp_so3_is_its_series() -> None:
-    checked = 0
-    for omega in rotation_vectors(ANGLES):
-        W = lie.hat_so3(omega)
-        assert_close(lie.dexp_left_so3(omega), dexp_series(W), omega)
-        assert_close(lie.dexp_right_so3(omega), dexp_series(-W), omega)
-        checked += 1
-    assert checked == 13 * 5
-
-
-def test_dexp_se3_is_its_series() -> None:
+def test_dexp_is_its_series() -> None:
+    """On SE(3), and on SO(3) as its diagonal block."""
     checked = 0
     for x in TWISTS:
-        assert_close(lie.dexp_left_se3(x), dexp_series(lie.ad(x)), x)
+        series = dexp_series(lie.ad(x))
+        assert_close(lie.dexp_left_se3(x), series, x)
+        assert_close(lie.dexp_left_so3(x[3:, :]), series[:3, :3], x)
         checked += 1
-    assert checked == 13 * 5 + 20
+    assert checked == 13 * 4 + 10
     for x in random_twists(5, seed=14):
-        assert_close(lie.dexp_right_se3(x), dexp_series(-lie.ad(x)), x)
+        series = dexp_series(-lie.ad(x))
+        assert_close(lie.dexp_right_se3(x), series, x)
+        assert_close(lie.dexp_right_so3(x[3:, :]), series[:3, :3], x)
         checked += 1
-    assert checked == 13 * 5 + 20 + 5
+    assert checked == 13 * 4 + 10 + 5
 
 
 def test_dexp_inverse_is_its_bernoulli_series() -> None:
@@ -54,7 +49,7 @@ def test_dexp_inverse_is_its_bernoulli_series() -> None:
     for x in [*twists([0.0, 1e-8, 0.3, 1 - 1e-9, 1 + 1e-9]), *random_twists(10, seed=11)]:
         assert_close(lie.dexp_left_inverse_se3(x), power_series(wide(lie.ad(x)), coefficient), x)
         checked += 1
-    assert checked == 5 * 5 + 10
+    assert checked == 5 * 4 + 10
 
 
 def test_dexp_inverse_times_dexp_is_one() -> None:
@@ -66,7 +61,7 @@ def test_dexp_inverse_times_dexp_is_one() -> None:
         assert_close(lie.dexp_left_inverse_so3(omega) * lie.dexp_left_so3(omega), eye(3), x)
         assert_close(lie.dexp_right_so3(omega) * lie.dexp_right_inverse_so3(omega), eye(3), x)
         checked += 1
-    assert checked == 13 * 5 + 20
+    assert checked == 13 * 4 + 10
 
 
 def test_left_is_adjoint_of_exp_times_right() -> None:
@@ -77,7 +72,7 @@ def test_left_is_adjoint_of_exp_times_right() -> None:
         omega = x[3:, :]
         assert_close(lie.dexp_left_so3(omega), lie.rotation(T) * lie.dexp_right_so3(omega), omega)
         checked += 1
-    assert checked == 13 * 5 + 20
+    assert checked == 13 * 4 + 10
 
 
 def test_dexp_is_the_differential_of_exp() -> None:
@@ -85,14 +80,14 @@ def test_dexp_is_the_differential_of_exp() -> None:
     checked = 0
     with mpmath.workdps(DIGITS + 20):
         step = mpmath.mpf("1e-15")
-        for x, y in zip(twists([1e-8, 0.3, 2.0, 3.141]), random_twists(20, seed=12), strict=True):
+        for x, y in zip(twists([1e-8, 0.3, 2.0, 3.141]), random_twists(16, seed=12), strict=True):
             X, Y = wide(lie.hat_se3(x)), wide(lie.hat_se3(y))
             ahead, back = (mpmath.expm(X + s * Y, method="taylor") for s in (step, -step))
             slope, inverse = (ahead - back) / (2 * step), mpmath.expm(-X, method="taylor")
             assert_close(lie.hat_se3(lie.dexp_left_se3(x) * y), slope * inverse, x)
             assert_close(lie.hat_se3(lie.dexp_right_se3(x) * y), inverse * slope, x)
             checked += 1
-    assert checked == 20
+    assert checked == 16
 
 
 def test_exact_dexp_at_zero() -> None:
@@ -125,7 +120,7 @@ def test_dexp_has_no_inverse_after_a_full_turn(turns: int) -> None:
 COEFFICIENTS = {
     "SINC": lambda t: mpmath.sin(t) / t,
     "VERSINE": lambda t: (1 - mpmath.cos(t)) / t**2,
-    "HALF_VERSINE": lambda t: (1 - mpmath.cos(t)) / t**2,
+    "HALF_ANGLE_VERSINE": lambda t: (1 - mpmath.cos(t)) / t**2,
     "SINE_DEFECT": lambda t: (t - mpmath.sin(t)) / t**3,
     "COTANGENT": lambda t: 1 / t**2 - mpmath.cot(t / 2) / (2 * t),
     "VERSINE_RATE": lambda t: (t * mpmath.sin(t) + 2 * mpmath.cos(t) - 2) / t**4,

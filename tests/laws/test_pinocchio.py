@@ -4,8 +4,11 @@ Pinocchio's Motion is (v, omega) as well; its Jexp is the right differential, `d
 Jlog the inverse of that.
 """
 
+from typing import Any
+
 import numpy as np
 import pytest
+
 from chasles.derive import lie
 
 from .oracles import ANGLES, LAW_TOLERANCE, PRINCIPAL_ANGLES, random_twists, twists, wide
@@ -17,7 +20,7 @@ def numbers(M: lie.Matrix) -> np.ndarray:
     return np.array(wide(M).tolist(), dtype=float)
 
 
-def motion(x: lie.Matrix) -> object:
+def motion(x: lie.Matrix) -> Any:
     return pin.Motion(numbers(x).ravel())
 
 
@@ -40,7 +43,7 @@ def test_exp6_and_its_adjoint() -> None:
         assert_same(lie.inverse_se3(T), M.inverse().homogeneous, x)
         assert_same(lie.ad(x), motion(x).action, x)
         checked += 1
-    assert checked == 13 * 5 + 20
+    assert checked == 13 * 4 + 20
 
 
 def test_log6() -> None:
@@ -49,7 +52,7 @@ def test_log6() -> None:
         T = lie.exp_se3(x)
         assert_same(lie.log_se3(T), pin.log6(numbers(T)).vector, x)
         checked += 1
-    assert checked == 16 * 5
+    assert checked == 16 * 4
 
 
 def test_Jexp6_is_dexp_right() -> None:
@@ -58,7 +61,7 @@ def test_Jexp6_is_dexp_right() -> None:
         assert_same(lie.dexp_right_se3(x), pin.Jexp6(motion(x)), x)
         assert_same(lie.dexp_right_so3(x[3:, :]), pin.Jexp3(numbers(x[3:, :]).ravel()), x)
         checked += 1
-    assert checked == 13 * 5 + 20
+    assert checked == 13 * 4 + 20
 
 
 def test_Jlog6_is_the_inverse_of_dexp_right() -> None:
@@ -67,4 +70,4 @@ def test_Jlog6_is_the_inverse_of_dexp_right() -> None:
         M = pin.exp6(motion(x))
         assert_same(lie.dexp_right_inverse_se3(x), pin.Jlog6(M), x)
         checked += 1
-    assert checked == 16 * 5
+    assert checked == 16 * 4

@@ -1,8 +1,9 @@
 """Screw axes and the exponential of a joint: exact, small, and free of degenerate angles."""
 
 import pytest
-from chasles.derive import lie
 from sympy import Float, Rational, cos, count_ops, diff, eye, oo, pi, sin, sqrt, symbols, zeros
+
+from chasles.derive import lie
 
 from .oracles import assert_close, expm, vector
 
@@ -65,6 +66,7 @@ def test_a_joint_is_small() -> None:
     assert count_ops(lie.exp_screw(lie.screw_axis(Z, ORIGIN), q)) <= 5
     assert count_ops(lie.exp_screw(lie.screw_axis(Z, point), q)) <= 19
     assert count_ops(lie.exp_screw(lie.screw_axis(lie.Matrix([1, 0, 0]), ORIGIN), q)) <= 5
+    assert count_ops(lie.exp_screw(lie.screw_axis(DIAGONAL, point), q)) <= 62
     # No term in q itself where the pitch is zero, although omega.v is zero only once expanded.
     checked = 0
     for axis in AXES:

@@ -5,8 +5,9 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from chasles.derive import lie
 from sympy import Abs, Expr, Function, Pow, atan2, cos, lambdify, pi, sin, sqrt, symbols, zeros
+
+from chasles.derive import lie
 
 from .oracles import AXES, LAW_TOLERANCE, expm, twists, vector, wide
 
@@ -91,7 +92,7 @@ def test_lowered_exp_keeps_its_digits_at_small_angles() -> None:
         result = matrix(function(*map(float, x)))
         assert np.abs(result - numbers(expm(lie.hat_se3(x)))).max() <= LAW_TOLERANCE
         checked += 1
-    assert checked == 40
+    assert checked == 32
 
 
 def test_lowered_dexp_so3_keeps_its_digits_at_small_angles() -> None:
@@ -104,7 +105,7 @@ def test_lowered_dexp_so3_keeps_its_digits_at_small_angles() -> None:
                 result = matrix(function(*map(float, omega)))
                 assert np.abs(result - numbers(getattr(lie, name)(omega))).max() <= LAW_TOLERANCE
                 checked += 1
-    assert checked == 60
+    assert checked == 48
 
 
 def test_lowered_dexp_se3_loses_digits_as_epsilon_over_the_angle() -> None:
@@ -117,7 +118,7 @@ def test_lowered_dexp_se3_loses_digits_as_epsilon_over_the_angle() -> None:
                 error = np.abs(result - numbers(getattr(lie, name)(x))).max()
                 assert error <= 8 * np.finfo(float).eps * max(1 / angle, 4)
                 checked += 1
-    assert checked == 100
+    assert checked == 80
 
 
 def test_lowered_log_undoes_exp() -> None:
@@ -128,4 +129,4 @@ def test_lowered_log_undoes_exp() -> None:
         result = matrix(function(*map(float, lie.exp_se3(x)[:3, :])))
         assert np.abs(result - numbers(x)).max() <= LAW_TOLERANCE
         checked += 1
-    assert checked == 25
+    assert checked == 20

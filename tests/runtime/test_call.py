@@ -7,7 +7,6 @@ import sys
 import threading
 import warnings
 
-import conftest
 import numpy as np
 import pytest
 from hypothesis import given
@@ -15,6 +14,8 @@ from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
 import chasles
+
+from . import tiny
 
 Q = np.array([0.3, -1.2])
 finite = st.floats(-1e3, 1e3)
@@ -34,7 +35,7 @@ def loop(function, core, *inputs):
 @given(st.data())
 def test_batch_is_a_loop_over_poses(robot, data):
     q = data.draw(batches.flatmap(lambda b: hnp.arrays(np.float64, (*b, 2), elements=finite)))
-    batch, expected = loop(conftest.fk, [1], q)
+    batch, expected = loop(tiny.fk, [1], q)
     result = robot.fk(q)
     assert result.shape == (*batch, 3, 4)
     assert result.dtype == np.float64
@@ -47,7 +48,7 @@ def test_leading_dimensions_broadcast(robot, data):
     q_batch, a_batch = shapes.input_shapes
     q = data.draw(hnp.arrays(np.float64, (*q_batch, 2), elements=finite))
     a = data.draw(hnp.arrays(np.float64, (*a_batch, 2, 3), elements=finite))
-    batch, expected = loop(conftest.blend, [1, 2], q, a)
+    batch, expected = loop(tiny.blend, [1, 2], q, a)
     result = robot.blend(q, a)
     assert result.shape == (*batch, 2)
     np.testing.assert_allclose(result, expected.reshape(result.shape), rtol=1e-12, atol=1e-9)
@@ -447,7 +448,7 @@ def test_function_describes_itself(robot):
     assert function.operations["total"] == 8
     assert repr(function) == "<chasles function tiny.blend(q, A, *, out=None)>"
     assert "q: (..., 2) [rad] The q." in function.__doc__
-    assert function.__doc__.startswith("Blends.")
+    assert function.__doc__.startswith("Blends.\n\nIs what it is.\n")
     with pytest.raises((AttributeError, TypeError)):
         function.operations["total"] = 0
     with pytest.raises(AttributeError):

@@ -5,10 +5,8 @@ import os
 import shutil
 import subprocess
 import sys
-import time
 from pathlib import Path
 
-import conftest
 import numpy as np
 import pytest
 
@@ -16,6 +14,8 @@ import chasles
 from chasles import _call
 from chasles.library import build, cache_folder, make_recipe
 from chasles.manifest import read_manifest
+
+from . import tiny
 
 Q = np.array([0.3, -1.2])
 
@@ -32,18 +32,13 @@ def test_compiles_once(folder, cache):
     before = library.stat()
     robot = chasles.load(folder.path)
     assert library.stat().st_mtime_ns == before.st_mtime_ns
-    np.testing.assert_allclose(robot.fk(Q), conftest.fk(Q), rtol=1e-14)
+    np.testing.assert_allclose(robot.fk(Q), tiny.fk(Q), rtol=1e-14)
 
 
-def test_a_built_robot_loads_fast_and_without_running_the_compiler(folder, monkeypatch):
+def test_a_built_robot_loads_without_running_the_compiler(folder, monkeypatch):
     chasles.load(folder.path)
     monkeypatch.setattr(subprocess, "run", None)
-    times = []
-    for _ in range(5):
-        start = time.perf_counter()
-        chasles.load(folder.path)
-        times.append(time.perf_counter() - start)
-    assert min(times) < 0.02
+    np.testing.assert_allclose(chasles.load(folder.path).fk(Q), tiny.fk(Q), rtol=1e-14)
 
 
 @pytest.mark.parametrize("file", ["tiny.c", "tiny.h"])
@@ -59,7 +54,7 @@ def test_changed_source_is_refused(folder, file):
 
 def test_new_equations_get_a_new_library(folder, cache):
     old = chasles.load(folder.path)
-    folder.write(conftest.SOURCE.replace("sin", "cos"))
+    folder.write(tiny.SOURCE.replace("sin", "cos"))
     new = chasles.load(folder.path)
     assert len(libraries(cache)) == 2
     assert old.fk([0, 0])[0, 0] == 0
@@ -111,7 +106,7 @@ def test_damaged_library_is_refused_and_built_again(folder, cache, spoil):
 def test_library_of_other_content_under_the_right_name_is_refused(folder, cache):
     chasles.load(folder.path)
     (old,) = libraries(cache)
-    folder.write(conftest.SOURCE.replace("sin", "cos"))
+    folder.write(tiny.SOURCE.replace("sin", "cos"))
     manifest = read_manifest(folder.path)
     recipe = make_recipe(manifest)
     shutil.copy(old, recipe.path)
@@ -170,7 +165,7 @@ def test_manifest_with_other_sizes_than_the_header_is_refused(folder, index, out
 
 
 def test_header_may_hold_comments_and_pointers(folder):
-    header = conftest.HEADER.replace("q[2], double T[12])", "q[2] /* rad (2) */,\n  double T[12])")
+    header = tiny.HEADER.replace("q[2], double T[12])", "q[2] /* rad (2) */,\n  double T[12])")
     folder.write(header=header.replace("double d[1]", "double *d"))
     assert chasles.load(folder.path).distance(2, [3, 4]) == 10
 
@@ -180,13 +175,13 @@ def test_compilers(folder, monkeypatch, compiler):
     if not shutil.which(compiler.split()[0]):
         pytest.skip(f"no {compiler}")
     monkeypatch.setenv("CC", compiler)
-    np.testing.assert_allclose(chasles.load(folder.path).fk(Q), conftest.fk(Q), rtol=1e-14)
+    np.testing.assert_allclose(chasles.load(folder.path).fk(Q), tiny.fk(Q), rtol=1e-14)
 
 
 def test_functions_outlive_robot_and_library(folder):
     function = chasles.load(folder.path).fk
     ufunc = chasles.load(folder.path).blend.ufunc
-    expected = conftest.fk(Q)
+    expected = tiny.fk(Q)
     np.testing.assert_allclose(function(Q), expected, rtol=1e-14)
     del function
     assert ufunc(Q, np.ones((2, 3))).shape == (2,)
@@ -210,7 +205,7 @@ def test_library_is_closed_with_its_last_function(folder, cache):
 
 
 def test_failing_compiler(folder, cache):
-    folder.write(conftest.SOURCE + "\nthis is not C;\n")
+    folder.write(tiny.SOURCE + "\nthis is not C;\n")
     with pytest.raises(chasles.CompileError, match=r"(?s)failed with status 1.*this is not C"):
         chasles.load(folder.path)
     assert libraries(cache) == []

@@ -5,16 +5,16 @@ import copy
 import pickle
 import subprocess
 import sys
-import time
 from pathlib import Path
 
-import conftest
 import numpy as np
 import pytest
 
 import chasles
 import chasles.robot
 from chasles.__main__ import main
+
+from . import tiny
 
 Q = np.array([0.3, -1.2])
 
@@ -35,6 +35,7 @@ def test_facts(robot):
     np.testing.assert_array_equal(robot.upper, [3, np.inf])
     assert robot.frames.links == ("link1", "link2")
     assert robot.parameters["d1"].exact == "13/80"
+    assert robot.notes == ("Not to be built.",)
     assert list(robot.functions) == ["fk", "blend", "fused", "distance", "wide"]
     assert robot.functions["fk"] is robot.fk
     assert "A tiny robot" in repr(robot)
@@ -70,7 +71,7 @@ def test_pickle(robot):
 
 def test_pickle_of_a_robot_that_changed_is_refused(folder):
     pickled = pickle.dumps(chasles.load(folder.path))
-    folder.write(conftest.SOURCE.replace("sin", "cos"))
+    folder.write(tiny.SOURCE.replace("sin", "cos"))
     with pytest.raises(chasles.SourceMismatchError, match="not the tiny that was pickled"):
         pickle.loads(pickled)
 
@@ -139,6 +140,14 @@ def test_wrong_manifest_names_file_field_and_value(folder, change, message):
         chasles.load(folder.path)
 
 
+def test_notes_and_identities_may_be_absent(folder):
+    del folder.manifest["notes"]
+    for function in folder.manifest["functions"]:
+        del function["identity"]
+    folder.write_manifest()
+    assert chasles.load(folder.path).notes == ()
+
+
 def test_manifest_that_is_not_json(folder):
     (folder.path / "manifest.json").write_text("{")
     with pytest.raises(chasles.ManifestError, match=r"manifest.json: not JSON"):
@@ -184,15 +193,13 @@ def test_build(shipped, capsys, cache):
     assert main(["build"]) == 0
     assert "tiny" in (first := capsys.readouterr().out)
     assert "compiled" in first
-    start = time.perf_counter()
     assert main(["build", "tiny"]) == 0
-    assert time.perf_counter() - start < 0.1
     assert "in the cache" in capsys.readouterr().out
     assert len(list(cache.iterdir())) == 1
 
 
 def test_build_says_what_failed(folder, tmp_path, capsys):
-    folder.write(conftest.SOURCE + "\nnonsense\n")
+    folder.write(tiny.SOURCE + "\nnonsense\n")
     assert main(["build", str(folder.path)]) == 1
     assert "nonsense" in capsys.readouterr().err
     assert main(["build", "zebra"]) == 1
@@ -202,7 +209,13 @@ def test_build_says_what_failed(folder, tmp_path, capsys):
 def test_info(shipped, capsys):
     assert main(["info", "tiny"]) == 0
     text = capsys.readouterr().out
-    for part in ("A tiny robot", "-inf to inf m", "blend(q [2] [rad], A [2, 3] [1])", "8 total"):
+    for part in (
+        "A tiny robot",
+        "Not to be built.",
+        "-inf to inf m",
+        "blend(q [2] [rad], A [2, 3] [1])",
+        "8 total",
+    ):
         assert part in text
 
 
@@ -224,20 +237,12 @@ def test_runtime_imports_numpy_and_the_standard_library_only():
             assert found <= allowed, file
 
 
-def test_import_is_cheap_and_compiles_nothing(cache):
+def test_import_compiles_nothing_and_brings_numpy_alone(cache):
     code = """
-import time, numpy, sys, os
-start = time.perf_counter()
+import os, sys
 import chasles
-print(time.perf_counter() - start)
 assert not os.path.exists(os.environ["CHASLES_CACHE"])
 assert not {"sympy", "casadi", "scipy"} & set(sys.modules)
 """
-    times = []
-    for _ in range(3):
-        result = subprocess.run(
-            [sys.executable, "-c", code], capture_output=True, text=True, check=True
-        )
-        times.append(float(result.stdout))
-    assert min(times) < 0.1
+    subprocess.run([sys.executable, "-c", code], check=True)
     assert chasles.__version__

@@ -1,0 +1,140 @@
+r"""The fragments that follow from the description alone: screw axes and link transforms."""
+
+from collections.abc import Iterable, Sequence
+
+import sympy as sp
+
+from ..exact import EVALUATION_DIGITS
+from ..poe import to_poe
+from .layout import MARGIN, Display, aligned, broken, flowed
+from .names import frame
+from .page import Page, named_matrix, sentence, text
+from .sharing import BRACKET
+from .transforms import factors, labels, placements, transform
+from .widths import LINE, width
+
+WIDEST = 0.4 * LINE
+"""Widest entry of a constant matrix (pt): a wider number is a decimal, a wider sum gets a name."""
+MOST_WRITTEN = 4
+"""Factors of a product that are all written out."""
+
+
+def screws(page: Page) -> str:
+    """Screw axes and home pose: the robot as a product of exponentials."""
+    robot = page.derivation.robot
+    S, M = to_poe(robot)
+    values = robot.joint_values(page.equations.notation.q)
+    plain = values == page.equations.notation.q
+    angle = "q" if plain else r"\theta"
+    home = rf"{{}}^{{{frame(robot.base_frame)}}}M_{{{frame(robot.tool_frame)}}}"
+    exponentials = [
+        rf"e^{{[\mathcal{{S}}_{{{k}}}] {angle}_{{{k}}}}}" for k in range(1, S.shape[1] + 1)
+    ]
+    followers = ""
+    if not plain:
+        listed = [_equation(rf"\theta_{{{k}}}", page.tex(v)) for k, v in enumerate(values, 1)]
+        followers = sentence("with the joints' values", flowed(listed, end=","))
+    constants = _Constants(page)
+    columns = [constants.screw(k + 1, S[:, k]) for k in range(S.shape[1])]
+    pose = constants.pose(home, M)
+    return text(
+        sentence(
+            "As a product of exponentials, the pose of the tool is",
+            aligned([(page.pose, [rf"{_product(exponentials)}\,{home}"])], end=","),
+            followers,
+            r"with the screw axes $\mathcal{S}_i = (v_i; \omega_i)$ in the base frame",
+            flowed(columns, end=""),
+            "and the home pose",
+            flowed([pose], end="," if constants.named else "."),
+            sentence("where", aligned(constants.named)) if constants.named else "",
+        )
+    )
+
+
+def link_transforms(page: Page) -> str:
+    """Each link's pose in the one before it, and their product."""
+    robot, notation = page.derivation.robot, page.equations.notation
+    frames = labels(robot)
+    names = [transform(*pair) for pair in zip(frames[:-1], frames[1:], strict=True)]
+    displays = []
+    for name, T, placement in zip(names, page.links, placements(robot, notation.q), strict=True):
+        display = page.matrix(name, T)
+        if display.width > LINE - MARGIN:
+            display = broken(name, factors(placement, page.equations.printer))
+        displays.append(display)
+    same = f"where frame ${frame(robot.tool_frame)}$ is frame ${frames[-1]}$, and"
+    return text(
+        sentence(
+            "The pose of the tool is the product of the link transforms,",
+            aligned([(page.pose, [_product(names)])], end=","),
+            "with" if robot.tool else f"{same} with",
+            flowed(displays),
+        )
+    )
+
+
+class _Constants:
+    """Constant vectors and matrices; what is too wide for them gets a name.
+
+    Attributes:
+        named: The names, and the terms of what they stand for.
+    """
+
+    def __init__(self, page: Page) -> None:
+        self.page = page
+        self.named: list[tuple[str, list[str]]] = []
+
+    def screw(self, number: int, entries: Iterable[sp.Expr]) -> Display:
+        """A screw as a column."""
+        names = [rf"{part}_{{{number},{axis}}}" for part in ("v", r"\omega") for axis in "xyz"]
+        rows = [[self._entry(*pair)] for pair in zip(names, entries, strict=True)]
+        return named_matrix(rf"\mathcal{{S}}_{{{number}}}", rows)
+
+    def pose(self, name: str, M: sp.Matrix) -> Display:
+        """A pose as a matrix."""
+        rows = [
+            [self._entry(f"M_{{{i}{j}}}", entry) for j, entry in enumerate(row, 1)]
+            for i, row in enumerate(M.tolist(), 1)
+        ]
+        return named_matrix(name, rows)
+
+    def _entry(self, name: str, entry: sp.Expr) -> str:
+        tex = self.page.tex(entry)
+        if entry.is_number and width(tex) > WIDEST:
+            return self.page.tex(entry.evalf(EVALUATION_DIGITS))
+        if entry.is_number:
+            return tex
+        entry = self.page.equations.notation.shortened(entry)
+        tex = self.page.tex(entry)
+        if width(tex) <= WIDEST:
+            return tex
+        terms = self.page.equations.printer.terms(self._bracketed(entry))
+        self.named.append((name, terms))
+        return name
+
+    def _bracketed(self, entry: sp.Expr) -> sp.Expr:
+        """A sum with the brackets in its terms named where they are too wide."""
+        addends = []
+        for addend in sp.Add.make_args(entry):
+            factors = [
+                self._bracket(factor) if factor.is_Add else factor
+                for factor in sp.Mul.make_args(addend)
+            ]
+            addends.append(sp.Mul(*factors))
+        return sp.Add(*addends)
+
+    def _bracket(self, factor: sp.Expr) -> sp.Expr:
+        inner = self._bracketed(factor)
+        if width(self.page.tex(inner)) <= BRACKET:
+            return inner
+        sign = -1 if self.page.tex(inner).startswith("-") else 1
+        return sign * self.page.equations.notation.named(sp.expand(sign * inner))
+
+def _equation(side: str, value: str) -> Display:
+    return Display(f"{side} = {value}", width(f"{side} = {value}"))
+
+
+def _product(factors: Sequence[str]) -> str:
+    if len(factors) <= MOST_WRITTEN:
+        return r"\,".join(factors)
+    return rf"{factors[0]}\,{factors[1]} \cdots {factors[-1]}"

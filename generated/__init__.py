@@ -1,0 +1,1 @@
+"""The robots that the compiler wrote, one package each."""

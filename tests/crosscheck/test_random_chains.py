@@ -1,0 +1,69 @@
+"""Chains of every joint type against Pinocchio: poses, Jacobians and their rates."""
+
+import random
+
+import numpy as np
+import pytest
+from chains import random_chain
+from tolerances import ORACLE, ORACLE_RATES
+
+from chasles.derive import derive
+from chasles.derive.lower import lower
+
+pin = pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
+
+FRAMES = {
+    "space": pin.ReferenceFrame.WORLD,
+    "body": pin.ReferenceFrame.LOCAL,
+    "mixed": pin.ReferenceFrame.LOCAL_WORLD_ALIGNED,
+}
+FUNCTIONS = (
+    "fk",
+    "link_poses",
+    *(f"jacobian_{name}" for name in FRAMES),
+    *(f"jacobian_{name}_dot" for name in FRAMES),
+)
+CHAINS, BATCH, POSES = 300, 25, 3
+
+
+@pytest.mark.parametrize("first", range(0, CHAINS, BATCH))
+def test_random_chains_agree_with_pinocchio(first):
+    checked = sum(_check(seed) for seed in range(first, first + BATCH))
+    assert checked == BATCH * POSES
+
+
+def _check(seed: int) -> int:
+    generator = random.Random(seed)
+    chain = random_chain(generator, generator.randint(1, 12))
+    robot = chain.robot()
+    functions = dict(zip(FUNCTIONS, lower(derive(robot, FUNCTIONS).functions, "c"), strict=True))
+    model, frames = chain.pinocchio()
+    data = model.createData()
+    D_q = np.array(robot.joint_values_D_q(), float)
+    offset = np.array(robot.joint_values([0] * D_q.shape[1]), float)
+    numbers = np.random.default_rng(seed)
+    for _ in range(POSES):
+        q, qd = numbers.uniform(-np.pi, np.pi, (2, D_q.shape[1]))
+        pin.computeJointJacobiansTimeVariation(model, data, D_q @ q + offset, D_q @ qd)
+        pin.updateFramePlacements(model, data)
+        links = _shaped(functions["link_poses"](q), (-1, 4, 4))
+        for T_0_link, frame in zip(links, frames[:-1], strict=True):
+            _close(T_0_link, data.oMf[frame].homogeneous, ORACLE, seed)
+        tool = data.oMf[frames[-1]].homogeneous
+        _close(_shaped(functions["fk"](q), (4, 4)), tool, ORACLE, seed)
+        for name, reference in FRAMES.items():
+            J = pin.getFrameJacobian(model, data, frames[-1], reference).reshape(6, -1) @ D_q
+            J_dot = pin.getFrameJacobianTimeVariation(model, data, frames[-1], reference)
+            J_dot = J_dot.reshape(6, -1) @ D_q
+            _close(_shaped(functions[f"jacobian_{name}"](q), J.shape), J, ORACLE, seed)
+            found = _shaped(functions[f"jacobian_{name}_dot"](q, qd), J.shape)
+            _close(found, J_dot, ORACLE_RATES, seed)
+    return POSES
+
+
+def _shaped(value, shape):
+    return np.array(value).reshape(shape)
+
+
+def _close(found, expected, tolerance, seed):
+    assert np.abs(found - expected).max() <= tolerance, f"chain of seed {seed}"

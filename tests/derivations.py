@@ -1,0 +1,34 @@
+"""The shipped robots, read and derived once for all tests that need their equations."""
+
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+import chasles.derive
+from chasles.derive import Derivation, derive, load
+from chasles.derive.lower import lower
+
+ROBOTS = Path(chasles.derive.__file__).parent / "robots"
+GENERATED = Path(chasles.derive.__file__).parent.parent / "generated"
+NAMES = sorted(path.stem for path in ROBOTS.glob("*.toml"))
+
+
+@cache
+def derivation(name: str) -> Derivation:
+    """All functions of a shipped robot."""
+    return derive(load(ROBOTS / f"{name}.toml"))
+
+
+@cache
+def kernels(name: str) -> dict:
+    """The CasADi functions of a shipped robot, by name."""
+    derived = derivation(name)
+    names = [function.name for function in derived.functions]
+    return dict(zip(names, lower(derived.functions, name), strict=True))
+
+
+def shaped(name: str, function: str, *arguments) -> np.ndarray:
+    """The only output of a CasADi function, in its shape."""
+    (result,) = derivation(name).function(function).outputs
+    return np.array(kernels(name)[function](*arguments)).reshape(result.shape)

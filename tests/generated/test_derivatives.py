@@ -1,0 +1,87 @@
+"""Closed-form derivatives against CasADi's automatic differentiation of the forward kinematics."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from derivations import GENERATED, NAMES, derivation, shaped
+from tolerances import DERIVATIVES
+
+from chasles.derive import casadi_function
+
+POSES = 20
+
+
+def mixed_jacobian(name):
+    """The mixed Jacobian as a CasADi expression, by differentiating fk."""
+    fk = casadi_function(GENERATED / name, "fk")
+    q = ca.SX.sym("q", fk.numel_in(0))
+    T = fk(q)
+    columns = []
+    for k in range(q.numel()):
+        T_D_qk = ca.reshape(ca.jacobian(ca.vec(T), q[k]), 4, 4)
+        omega = ca.inv_skew(T_D_qk[:3, :3] @ T[:3, :3].T)
+        columns.append(ca.vertcat(T_D_qk[:3, 3], omega))
+    return q, T, ca.horzcat(*columns)
+
+
+def change_of_frame(representation, T):
+    """What turns a mixed Jacobian into another one."""
+    R, p, O = T[:3, :3], T[:3, 3], ca.SX(3, 3)
+    if representation == "space":
+        return ca.blockcat([[ca.SX.eye(3), ca.skew(p)], [O, ca.SX.eye(3)]])
+    if representation == "body":
+        return ca.blockcat([[R.T, O], [O, R.T]])
+    return ca.SX.eye(6)
+
+
+@pytest.mark.parametrize("representation", ["space", "body", "mixed"])
+@pytest.mark.parametrize("name", NAMES)
+def test_jacobian_and_its_rate(name, representation):
+    q, T, J_mixed = mixed_jacobian(name)
+    J = change_of_frame(representation, T) @ J_mixed
+    qd = ca.SX.sym("qd", q.numel())
+    J_dot = ca.reshape(ca.jtimes(ca.vec(J), q, qd), 6, q.numel())
+    oracle = ca.Function("oracle", [q, qd], [J, J_dot])
+    rng = np.random.default_rng(11)
+    for _ in range(POSES):
+        x, xd = rng.uniform(-np.pi, np.pi, q.numel()), rng.uniform(-1, 1, q.numel())
+        expected, rate = (np.array(value) for value in oracle(x, xd))
+        found = shaped(name, f"jacobian_{representation}", x)
+        found_rate = shaped(name, f"jacobian_{representation}_dot", x, xd)
+        assert np.abs(found - expected).max() <= DERIVATIVES
+        assert np.abs(found_rate - rate).max() <= DERIVATIVES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_hessian(name):
+    q, _, J = mixed_jacobian(name)
+    n = q.numel()
+    oracle = ca.Function("oracle", [q], [ca.jacobian(ca.vec(J), q)])
+    rng = np.random.default_rng(13)
+    for _ in range(POSES):
+        x = rng.uniform(-np.pi, np.pi, n)
+        # vec stacks columns: row j * 6 + i holds entry (i, j).
+        expected = np.array(oracle(x)).reshape(n, 6, n).transpose(1, 0, 2)
+        assert np.abs(shaped(name, "hessian_mixed", x) - expected).max() <= DERIVATIVES
+
+
+def test_the_loaded_casadi_functions_are_the_compiled_ones():
+    checked = 0
+    for function in derivation("panda").functions:
+        if len(function.outputs) == 1:
+            kept = casadi_function(GENERATED / "panda", function.name)
+            assert kept.n_in() <= len(function.inputs)
+            rng = np.random.default_rng(1)
+            values = {name: rng.uniform(-1, 1, 7) for name in kept.name_in()}
+            arguments = [values.get(a.name, np.zeros(7)) for a in function.inputs]
+            found = np.array(kept(**values)[function.name]).ravel()
+            expected = shaped("panda", function.name, *arguments).ravel()
+            np.testing.assert_array_equal(found, expected)
+            checked += 1
+    assert checked == len(derivation("panda").functions) - 1
+
+
+def test_the_casadi_file_opens_with_casadi_alone():
+    function = ca.Function.load(str(GENERATED / "ur5e" / "ur5e.casadi"))
+    assert function.name_in() == ["q", "qd", "qdd"]
+    assert function.size_out("fk") == (4, 4)

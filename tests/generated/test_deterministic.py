@@ -1,0 +1,56 @@
+"""Equal descriptions give equal bytes: in any directory, under any hash seed, on any day."""
+
+import json
+import os
+import subprocess
+import sys
+
+import pytest
+from derivations import GENERATED, NAMES
+
+from chasles.derive.manifest import sha256
+
+LIMIT = 10 * 2**20
+
+
+def generate(folder, seed):
+    environment = {**os.environ, "PYTHONHASHSEED": seed}
+    command = [sys.executable, "-m", "chasles.derive", "--to", str(folder)]
+    subprocess.run(command, env=environment, check=True, capture_output=True, cwd=folder.parent)
+    return contents(folder)
+
+
+def contents(folder):
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and path.name != ".derived"
+    }
+
+
+def test_two_directories_and_two_hash_seeds(tmp_path):
+    first = generate(tmp_path / "one", "1")
+    second = generate(tmp_path / "another place", "4242")
+    assert len([name for name in first if name.endswith("manifest.json")]) == len(NAMES)
+    assert first.keys() == second.keys()
+    assert [name for name in first if first[name] != second[name]] == []
+    committed = {name: content for name in first if (content := read(GENERATED / name)) is not None}
+    assert [name for name in first if committed.get(name) != first[name]] == []
+
+
+def read(path):
+    return path.read_bytes() if path.is_file() else None
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_manifest_holds_the_hashes_and_nothing_of_this_machine(name):
+    text = (GENERATED / name / "manifest.json").read_text()
+    for file, digest in json.loads(text)["files"].items():
+        assert sha256((GENERATED / name / file).read_text()) == digest
+    assert str(GENERATED) not in text
+    assert os.uname().nodename not in text or len(os.uname().nodename) < 4  # noqa: PLR2004
+
+
+def test_generated_files_stay_small():
+    size = sum(path.stat().st_size for path in GENERATED.rglob("*") if path.suffix != ".pyc")
+    assert size <= LIMIT

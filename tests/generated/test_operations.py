@@ -1,0 +1,32 @@
+"""Small by construction: operation counts of the generated C."""
+
+import json
+
+import pytest
+from derivations import GENERATED, NAMES, kernels
+
+from chasles.derive.lower import count_operations
+
+UR_FK, UR_FK_AND_JACOBIAN = 90, 125
+
+
+def manifest(name):
+    return json.loads((GENERATED / name / "manifest.json").read_text())
+
+
+def test_ur_class_counts():
+    counts = {f["name"]: f["operations"]["total"] for f in manifest("ur5e")["functions"]}
+    assert counts["fk"] <= UR_FK
+    assert counts["fk_jacobian_mixed"] <= UR_FK_AND_JACOBIAN
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_the_manifest_counts_what_the_c_computes(name):
+    source = (GENERATED / name / f"{name}.c").read_text()
+    for function in manifest(name)["functions"]:
+        body = source.split(f"void {function['symbol']}(")[1].split("\n}\n")[0]
+        counts = function["operations"]
+        assert body.count("sin(") + body.count("cos(") == counts["trig"]
+        assert body.count("*") + body.count("_sq(") == counts["multiply"] + body.count("const *")
+        assert counts["total"] == sum(v for k, v in counts.items() if k != "total")
+        assert counts == count_operations(kernels(name)[function["name"]]).as_dict()

@@ -1,0 +1,142 @@
+"""Compiled C against the equations at 30 digits."""
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+from derivations import NAMES, derivation
+from tolerances import EXACT_CODE
+
+import chasles
+from chasles.derive import Rotation
+
+DIGITS = 30
+POSES = 4
+
+
+@pytest.fixture(autouse=True)
+def thirty_digits():
+    with mpmath.workdps(DIGITS):
+        yield
+
+
+def motion(rotation_or_translation, values):
+    T = mpmath.eye(4)
+    if isinstance(rotation_or_translation, Rotation):
+        angle = number(rotation_or_translation.angle, values)
+        j, k = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[rotation_or_translation.axis]
+        T[j, j] = T[k, k] = mpmath.cos(angle)
+        T[k, j] = mpmath.sin(angle)
+        T[j, k] = -T[k, j]
+    else:
+        for row, component in enumerate(rotation_or_translation.vector):
+            T[row, 3] = number(component, values)
+    return T
+
+
+def number(expression, values):
+    return from_sympy(sp.sympify(expression).xreplace(values))
+
+
+def from_sympy(expression):
+    return mpmath.mpf(sp.Float(expression.evalf(DIGITS), DIGITS)._mpf_)
+
+
+def poses_by_matrices(robot, q):
+    """Poses of links and tool by multiplying elementary matrices, joint after joint."""
+    values = {parameter.symbol: parameter.value for parameter in robot.parameters}
+    positions = iter(robot.joint_values([sp.Float(value, DIGITS) for value in q]))
+    T = mpmath.eye(4)
+    poses = []
+
+    def place(placement):
+        nonlocal T
+        for part in placement:
+            T = T * motion(part, values)
+
+    place(robot.base)
+    for joint in robot.joints:
+        place(joint.before)
+        if joint.kind != "fixed":
+            value = next(positions)
+            turns = () if joint.kind == "prismatic" else (Rotation("z", value),)
+            place(turns)
+            slide = value if joint.kind == "prismatic" else joint.pitch * value
+            T[:3, 3] += number(slide, values) * T[:3, 2]
+        place(joint.after)
+        poses.append(T.copy())
+    place(robot.tool)
+    return poses, T
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_poses_against_plain_matrix_products(name):
+    robot = derivation(name).robot
+    compiled = chasles.load(name)
+    rng = np.random.default_rng(3)
+    for q in rng.uniform(-np.pi, np.pi, (POSES, len(robot.coordinates))):
+        links, tool = poses_by_matrices(robot, q)
+        assert largest(compiled.fk(q), tool) <= EXACT_CODE
+        for found, expected in zip(compiled.link_poses(q), links, strict=True):
+            assert largest(found, expected) <= EXACT_CODE
+
+
+def largest(found, expected):
+    return max(
+        abs(mpmath.mpf(float(found[row, column])) - expected[row, column])
+        for row in range(4)
+        for column in range(4)
+    )
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_function_against_its_own_equations(name):
+    derived = derivation(name)
+    compiled = chasles.load(name)
+    rng = np.random.default_rng(5)
+    n = len(derived.robot.coordinates)
+    checked = 0
+    for _ in range(POSES):
+        numbers = {"q": rng.uniform(-np.pi, np.pi, n)}
+        numbers |= {rate: rng.uniform(-1, 1, n) for rate in ("qd", "qdd")}
+        values = evaluated(derived, numbers)
+        for function in derived.functions:
+            arguments = [numbers[argument.name] for argument in function.inputs]
+            results = getattr(compiled, function.name)(*arguments)
+            results = results if isinstance(results, tuple) else (results,)
+            for found, result in zip(results, function.outputs, strict=True):
+                expected = [exactly(entry, values) for entry in result.entries]
+                error = max(
+                    abs(mpmath.mpf(float(f)) - e) / max(1, abs(e))
+                    for f, e in zip(found.ravel(), expected, strict=True)
+                )
+                assert error <= EXACT_CODE, (function.name, float(error))
+                checked += 1
+    assert checked == POSES * (len(derived.functions) + 1)
+
+
+def evaluated(derived, numbers):
+    """Every symbol of a derivation as a 30-digit number."""
+    scope = derived.scope
+    values = {symbol: scope.value(symbol) for symbol in (*scope.parameters, *scope.constants)}
+    values = {symbol: from_sympy(value) for symbol, value in values.items()}
+    for name, vector in numbers.items():
+        for k, value in enumerate(vector, 1):
+            values[sp.Symbol(f"{name}{k}", real=True)] = mpmath.mpf(float(value))
+    for symbol, term in scope.terms.items():
+        values[symbol] = exactly(term, values)
+    return values
+
+
+def exactly(expression, values):
+    """A SymPy expression in mpmath, node by node."""
+    if expression in values:
+        return values[expression]
+    if expression.is_Number or expression.is_NumberSymbol:
+        return from_sympy(expression)
+    arguments = [exactly(argument, values) for argument in expression.args]
+    if expression.is_Add:
+        return mpmath.fsum(arguments)
+    if expression.is_Mul:
+        return mpmath.fprod(arguments)
+    return getattr(mpmath, expression.func.__name__)(*arguments)

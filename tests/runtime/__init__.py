@@ -1,0 +1,1 @@
+"""The runtime: calls, the cache of compiled libraries, robots."""

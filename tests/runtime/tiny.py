@@ -1,0 +1,133 @@
+"""A tiny robot, written by hand in the form of the contract between compiler and runtime."""
+
+import hashlib
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+HEADER = """\
+#ifndef TINY_H
+#define TINY_H
+void tiny_fk(const double q[2], double T[12]);
+void tiny_blend(const double q[2], const double A[6], double y[2]);
+void tiny_fused(const double q[2], double T[12], double J[4]);
+void tiny_distance(const double s[1], const double q[2], double d[1]);
+void tiny_wide(const double W[1600], double V[1600]);
+#endif
+"""
+
+# Every kernel writes an output before it has read all of its inputs, as generated C does.
+SOURCE = """\
+#include "tiny.h"
+#include <math.h>
+void tiny_fk(const double q[2], double T[12])
+{
+    int i;
+    for (i = 0; i < 12; i++) T[i] = sin(q[0]) + i * q[1];
+}
+void tiny_blend(const double q[2], const double A[6], double y[2])
+{
+    y[0] = q[0] * A[0] + q[1] * A[1] + A[2];
+    y[1] = q[0] * A[3] + q[1] * A[4] + A[5];
+}
+void tiny_fused(const double q[2], double T[12], double J[4])
+{
+    tiny_fk(q, T);
+    J[0] = q[0]; J[1] = q[1]; J[2] = q[0] * q[1]; J[3] = 1.0;
+}
+void tiny_distance(const double s[1], const double q[2], double d[1])
+{
+    d[0] = s[0] * sqrt(q[0] * q[0] + q[1] * q[1]);
+}
+void tiny_wide(const double W[1600], double V[1600])
+{
+    int i;
+    for (i = 0; i < 1600; i++) V[i] = 2.0 * W[1599 - i];
+}
+"""
+
+
+def fk(q):
+    """What tiny_fk computes, for one pose."""
+    return (np.sin(q[0]) + np.arange(12) * q[1]).reshape(3, 4)
+
+
+def blend(q, a):
+    """What tiny_blend computes, for one pose."""
+    return a[:, :2] @ q + a[:, 2]
+
+
+def argument(name, shape, unit="1"):
+    """An input or output as the manifest has it."""
+    return {"name": name, "shape": list(shape), "unit": unit, "meaning": f"The {name}."}
+
+
+def function(name, summary, inputs, outputs):
+    """A function as the manifest has it."""
+    operations = {"multiply": 4, "add": 3, "negate": 0, "trig": 1, "other": 0, "total": 8}
+    return {
+        "name": name,
+        "symbol": f"tiny_{name}",
+        "summary": summary,
+        "identity": "Is what it is.",
+        "inputs": inputs,
+        "outputs": outputs,
+        "operations": operations,
+    }
+
+
+def manifest():
+    """The manifest of the tiny robot, without the files' hashes."""
+    q = argument("q", [2], "rad")
+    coordinates = [
+        {"name": "pan", "kind": "revolute", "unit": "rad", "lower": -3.0, "upper": 3.0},
+        {"name": "lift", "kind": "prismatic", "unit": "m", "lower": None, "upper": None},
+    ]
+    return {
+        "chasles": 1,
+        "name": "tiny",
+        "title": "A tiny robot",
+        "source": "Made up.",
+        "coordinates": coordinates,
+        "frames": {"base": "base", "tip": "ee", "links": ["link1", "link2"]},
+        "notes": ["Not to be built."],
+        "parameters": [
+            {"name": "d1", "value": 0.1625, "exact": "13/80", "unit": "m", "meaning": "Height."}
+        ],
+        "functions": [
+            function("fk", "Pose of the tool.", [q], [argument("T", [3, 4])]),
+            function("blend", "Blends.", [q, argument("A", [2, 3])], [argument("y", [2])]),
+            function("fused", "Two.", [q], [argument("T", [3, 4]), argument("J", [2, 2])]),
+            function("distance", "Scaled.", [argument("s", []), q], [argument("d", [])]),
+            function("wide", "Large.", [argument("W", [40, 40])], [argument("V", [40, 40])]),
+        ],
+        "description_sha256": "0" * 64,
+        "versions": {"casadi": "3.8.2", "sympy": "1.14.0"},
+    }
+
+
+def sha256(text):
+    """In the form of the manifest."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+@dataclass
+class Folder:
+    """A generated robot on disk, to be spoiled by tests."""
+
+    path: Path
+    manifest: dict
+
+    def write(self, source=SOURCE, header=HEADER):
+        """Writes all files; the manifest fits them."""
+        self.path.mkdir(parents=True, exist_ok=True)
+        (self.path / "tiny.c").write_text(source)
+        (self.path / "tiny.h").write_text(header)
+        self.manifest["files"] = {"tiny.c": sha256(source), "tiny.h": sha256(header)}
+        self.write_manifest()
+
+    def write_manifest(self):
+        """Writes only the manifest."""
+        (self.path / "manifest.json").write_text(json.dumps(self.manifest))

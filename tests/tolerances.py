@@ -1,0 +1,12 @@
+"""Every tolerance of the suite, named for its reason; metres, radians and their rates."""
+
+ORACLE = 1e-12
+"""Poses and Jacobians against an independent double-precision library."""
+ORACLE_RATES = 1e-10
+"""Their time derivatives: longer sums of products, speeds of order 1."""
+EXACT_CODE = 1e-13
+"""Generated code against the same equations at 30 digits, for robots of a few metres."""
+DERIVATIVES = 1e-12
+"""Closed-form derivatives against automatic differentiation."""
+PRINTED_9 = 5e-10
+"""Reference numbers printed with nine decimals: half of the last."""
