@@ -74,7 +74,7 @@ def whole_robots() -> dict[str, float]:
 
 
 def all_robots() -> dict[str, float]:
-    """All shipped robots from nothing, and once more with nothing to do, as ``make derive`` does."""
+    """All shipped robots from nothing, then with nothing to do, as ``make derive`` does it."""
     with tempfile.TemporaryDirectory() as folder:
         environment = {"CHASLES_CACHE": f"{folder}/cache"}
         first = seconds(lambda: _make(folder, environment))

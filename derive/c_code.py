@@ -101,7 +101,8 @@ def _signature(prefix: str, function: SymbolicFunction) -> str:
 
 def _declaration(prefix: str, function: SymbolicFunction) -> str:
     lines = [function.summary, *textwrap.wrap(function.identity, WIDTH - 4)]
-    for what in (*function.inputs, *function.outputs):
+    described: list[Argument | Result] = [*function.inputs, *function.outputs]
+    for what in described:
         shape = " x ".join(map(str, what.shape))
         lines.append(f"  {what.name}: {what.meaning}, {shape} ({what.unit})")
     comment = "\n * ".join(lines)

@@ -215,13 +215,27 @@ def _recognised(angle: mpmath.mpf) -> sp.Expr:
     return sp.Float(angle, EVALUATION_DIGITS)
 
 
+_FIRST_STATION = Station(None, 1, ZERO, ZERO)
+
+
 class _Builder:
-    """Collects stations into groups, from the base to the tool."""
+    """Collects stations into groups, from the base to the tool.
+
+    Attributes:
+        groups: The groups that are closed.
+        stations: The stations of the open group.
+        turned: Sum of the open group's joint values, backward ones negative.
+        offset: Sum of its constant angles.
+        unsettled: The part of it by which the last station's axes have yet to be turned.
+        sign: -1 while the axes are opposite to the group's.
+    """
 
     def __init__(self, scope: Scope) -> None:
         self.scope = scope
         self.groups: list[Group] = []
-        self._open_group()
+        self.stations = [_FIRST_STATION]
+        self.turned, self.offset, self.unsettled = ZERO, ZERO, ZERO
+        self.sign = 1
 
     def joint(self, joint: int, value: sp.Expr, pitch: sp.Expr) -> None:
         """A turning joint: its angle joins those before it in the group."""
@@ -249,17 +263,14 @@ class _Builder:
         self.groups.append(Group(tuple(self.stations)))
         return tuple(self.groups)
 
-    def _open_group(self) -> None:
-        self.turned, self.offset, self.unsettled = ZERO, ZERO, ZERO
-        self.sign = 1
-        self.stations = [Station(None, 1, ZERO, ZERO)]
-
     def _close_group(self, tilt: sp.Expr) -> None:
         self._settle()
         # A flip that is still pending is a tilt of pi of its own.
         total = tilt if self.sign == 1 else tilt + sp.pi
         self.groups.append(Group(tuple(self.stations), self.scope.cos_sin(total)))
-        self._open_group()
+        self.stations = [_FIRST_STATION]
+        self.turned, self.offset, self.unsettled = ZERO, ZERO, ZERO
+        self.sign = 1
 
     def _fill(self, stretch: _Stretch) -> None:
         self.unsettled = ZERO

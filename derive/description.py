@@ -379,7 +379,9 @@ class _Reader:
             known = self.kinds.setdefault(symbol.name, kind)
             in_file_units[symbol] = symbol / self.scale[known]
             if known not in (kind, "ratio") and isinstance(expression, sp.Symbol):
-                self._fail(keys, f"{_KIND[kind]}; by its unit or first use {symbol} is {_KIND[known]}")
+                self._fail(
+                    keys, f"{_KIND[kind]}; by its unit or first use {symbol} is {_KIND[known]}"
+                )
         expression = self.scale[kind] * expression.xreplace(in_file_units)
         if not self._scales(expression, kind):
             self._fail(

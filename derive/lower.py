@@ -5,7 +5,7 @@ Parameters take their default values here: this is where exact numbers become fl
 evaluated at 40 digits and rounded once.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import asdict, dataclass
 
 import casadi as ca
@@ -155,7 +155,8 @@ class _Visitor:
         return rule(*(self.node(argument) for argument in expression.args))
 
     def _sum(self, expression: sp.Expr) -> ca.SX:
-        plus, minus = [], []
+        plus: list[ca.SX] = []
+        minus: list[ca.SX] = []
         for term in expression.args:
             negative = term.as_coeff_Mul()[0].is_negative
             (minus if negative else plus).append(self.node(-term if negative else term))
@@ -198,7 +199,7 @@ class _Visitor:
         return power if exponent > 0 else 1 / power
 
 
-_FUNCTIONS: Mapping[type[sp.Expr], object] = {
+_FUNCTIONS: Mapping[type[sp.Expr], Callable[..., ca.SX]] = {
     sp.sin: ca.sin,
     sp.cos: ca.cos,
     sp.tan: ca.tan,

@@ -20,6 +20,7 @@ from .robot import Joint, JointKind, Mimic, Robot, RobotError
 
 Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
 ROOT = "robot"
+LONGEST_NAME = 60
 KINDS: dict[str, JointKind] = {
     "revolute": "revolute",
     "continuous": "revolute",
@@ -155,7 +156,7 @@ class _Urdf:
             after=after,
             link=_identifier(self._link_of(element, "child")),
             limits=self._limits(element, kind),
-            mimic=self._mimic(element),
+            mimic=None if kind == "fixed" else self._mimic(element),
             convention="urdf",
             given=tuple(given),
         )
@@ -182,7 +183,7 @@ class _Urdf:
             name = self._attribute(mimic, "joint")
             named = [j for j in self.root.findall("joint") if j.get("name") == name]
             if not named or named[0] in seen:
-                self._fail(mimic, "mimic", name, "another joint's name, and no circle")
+                self._fail(mimic, "mimic", name, "another joint of the file, in no circle")
             leader = named[0]
             seen.append(leader)
         if len(seen) == 1:
@@ -229,7 +230,7 @@ class _Urdf:
     def _attribute(self, element: etree._Element, name: str) -> str:
         value = element.get(name)
         if not value:
-            self._fail(element, name, value, f"a {name}")
+            self._fail(element, name, value, f'{name}="..."')
         return value
 
     def _fail(self, element: etree._Element, field: str, value: object, expected: str) -> NoReturn:
@@ -240,8 +241,8 @@ class _Urdf:
 
 
 def _identifier(name: str) -> str:
-    """A name as C and Python can hold it."""
-    identifier = re.sub(r"[^A-Za-z0-9_]", "_", name)
+    """A name as C and Python can hold it, short enough for a file's name."""
+    identifier = re.sub(r"[^A-Za-z0-9_]", "_", name)[:LONGEST_NAME]
     if keyword.iskeyword(identifier):
         return f"{identifier}_"
     return identifier if identifier[:1].isalpha() else f"x{identifier}"

@@ -1,4 +1,4 @@
-r"""LaTeX of a derivation: equations as a paper would print them, from the objects that C comes from.
+r"""LaTeX of a derivation: what C is generated from, as a paper would print it.
 
 :func:`fragments` gives pieces to ``\input`` in any article, :func:`document` the article itself.
 Every equation exists as SymPy objects in short symbols before it is printed (:class:`Equations`),

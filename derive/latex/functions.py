@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from .layout import MARGIN, Equation, aligned, broken, flowed, matrix, read_down
+from .layout import MARGIN, Equation, aligned, chain, flowed, matrix, read_down
 from .page import Page, sentence, text
 from .sharing import Definition, Printed
 from .widths import LINE
@@ -65,9 +65,11 @@ def _entries(page: Page) -> list[Equation]:
 
 
 def _two_matrices(page: Page, names: sp.Matrix, T: sp.Matrix) -> str:
-    """The generic matrix, then the matrix of entries beside or below it."""
-    shown = [matrix([[page.tex(e) for e in row] for row in M.tolist()]) for M in (names, T)]
-    return flowed([broken(page.pose, [shown[0], f"= {shown[1]}"])])
+    """The matrix of names, and below it that of entries."""
+    return chain(
+        page.pose,
+        [matrix([[page.tex(entry) for entry in row] for row in M.tolist()]) for M in (names, T)],
+    )
 
 
 def _with_terms(page: Page, function: Printed, statement: str) -> str:

@@ -1,11 +1,12 @@
 r"""The fragments that follow from the description alone: screw axes and link transforms."""
 
 from collections.abc import Iterable, Sequence
+from itertools import pairwise
 
 import sympy as sp
 
 from ..exact import EVALUATION_DIGITS
-from ..poe import to_poe
+from .constants import printed_screws
 from .layout import MARGIN, Display, aligned, broken, flowed
 from .names import frame
 from .page import Page, named_matrix, sentence, text
@@ -22,26 +23,28 @@ MOST_WRITTEN = 4
 def screws(page: Page) -> str:
     """Screw axes and home pose: the robot as a product of exponentials."""
     robot = page.derivation.robot
-    S, M = to_poe(robot)
+    found = printed_screws(robot, page.equations.notation)
     values = robot.joint_values(page.equations.notation.q)
     plain = values == page.equations.notation.q
     angle = "q" if plain else r"\theta"
     home = rf"{{}}^{{{frame(robot.base_frame)}}}M_{{{frame(robot.tool_frame)}}}"
     exponentials = [
-        rf"e^{{[\mathcal{{S}}_{{{k}}}] {angle}_{{{k}}}}}" for k in range(1, S.shape[1] + 1)
+        rf"e^{{[\mathcal{{S}}_{{{k}}}] {angle}_{{{k}}}}}" for k in range(1, len(values) + 1)
     ]
     followers = ""
     if not plain:
         listed = [_equation(rf"\theta_{{{k}}}", page.tex(v)) for k, v in enumerate(values, 1)]
         followers = sentence("with the joints' values", flowed(listed, end=","))
     constants = _Constants(page)
-    columns = [constants.screw(k + 1, S[:, k]) for k in range(S.shape[1])]
-    pose = constants.pose(home, M)
+    columns = [constants.screw(k + 1, found.S[:, k]) for k in range(found.S.shape[1])]
+    pose = constants.pose(home, found.M)
+    terms = [(page.tex(name), page.equations.printer.terms(e)) for name, e in found.definitions]
     return text(
         sentence(
             "As a product of exponentials, the pose of the tool is",
             aligned([(page.pose, [rf"{_product(exponentials)}\,{home}"])], end=","),
             followers,
+            sentence("with the terms", aligned(terms, end=",")) if terms else "",
             r"with the screw axes $\mathcal{S}_i = (v_i; \omega_i)$ in the base frame",
             flowed(columns, end=""),
             "and the home pose",
@@ -55,7 +58,7 @@ def link_transforms(page: Page) -> str:
     """Each link's pose in the one before it, and their product."""
     robot, notation = page.derivation.robot, page.equations.notation
     frames = labels(robot)
-    names = [transform(*pair) for pair in zip(frames[:-1], frames[1:], strict=True)]
+    names = [transform(*pair) for pair in pairwise(frames)]
     displays = []
     for name, T, placement in zip(names, page.links, placements(robot, notation.q), strict=True):
         display = page.matrix(name, T)
@@ -100,14 +103,10 @@ class _Constants:
 
     def _entry(self, name: str, entry: sp.Expr) -> str:
         tex = self.page.tex(entry)
-        if entry.is_number and width(tex) > WIDEST:
-            return self.page.tex(entry.evalf(EVALUATION_DIGITS))
-        if entry.is_number:
-            return tex
-        entry = self.page.equations.notation.shortened(entry)
-        tex = self.page.tex(entry)
         if width(tex) <= WIDEST:
             return tex
+        if entry.is_number:
+            return self.page.tex(entry.evalf(EVALUATION_DIGITS))
         terms = self.page.equations.printer.terms(self._bracketed(entry))
         self.named.append((name, terms))
         return name

@@ -142,6 +142,12 @@ def flowed(displays: Sequence[Display], end: str = ".") -> str:
     return _display("gather*", body + end)
 
 
+def chain(name: str, sides: Sequence[str], end: str = ".") -> str:
+    """An equation with several right sides, one below the other."""
+    body = " \\\\[1ex]\n&= ".join(sides)
+    return _display("align*", f"{name} &= {body}{end}")
+
+
 def broken(name: str, factors: Sequence[str]) -> Display:
     """An equation ``name = product`` as one display, its factors on as many lines as they need."""
     first, *rest = filled(factors, LINE - MARGIN - width(f"{name} ="))

@@ -3,9 +3,11 @@
 import re
 from collections.abc import Iterable
 
-GREEK = frozenset(
-    ["alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu", "xi", "pi", "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega", "Gamma", "Delta", "Theta", "Lambda", "Xi", "Pi", "Sigma", "Upsilon", "Phi", "Psi", "Omega"]
-)
+_LOWER = "alpha beta gamma delta epsilon zeta eta theta iota kappa lambda mu nu xi"
+_LOWER_FROM_PI = "pi rho"
+_LOWER_FROM_SIGMA = "sigma tau upsilon phi chi psi omega"
+_UPPER = "Gamma Delta Theta Lambda Xi Pi Sigma Upsilon Phi Psi Omega"
+GREEK = frozenset(f"{_LOWER} {_LOWER_FROM_PI} {_LOWER_FROM_SIGMA} {_UPPER}".split())
 LONGEST_WORD = 16
 """Characters after which a word of the user's text may be broken anywhere."""
 _ESCAPES = {
@@ -29,7 +31,7 @@ _ESCAPES = {
     "°": r"\ensuremath{^\circ}",
     "µ": r"\ensuremath{\mu}",
     "±": r"\ensuremath{\pm}",
-    "×": r"\ensuremath{\times}",
+    "×": r"\ensuremath{\times}",  # noqa: RUF001
     "²": r"\ensuremath{^2}",
     "³": r"\ensuremath{^3}",
     "–": "--",  # noqa: RUF001
@@ -40,12 +42,9 @@ _ESCAPES = {
     "”": "''",
     "…": r"\ldots{}",
     **{
-        chr(code): rf"\ensuremath{{\{name}}}"
-        for code, name in zip(
-            (*range(0x3B1, 0x3BF), *range(0x3C0, 0x3C2), *range(0x3C3, 0x3CA)),
-            ["alpha", "beta", "gamma", "delta", "epsilon", "zeta", "eta", "theta", "iota", "kappa", "lambda", "mu", "nu", "xi", "pi", "rho", "sigma", "tau", "upsilon", "phi", "chi", "psi", "omega"],
-            strict=True,
-        )
+        chr(start + k): rf"\ensuremath{{\{name}}}"
+        for start, letters in ((0x3B1, _LOWER), (0x3C0, _LOWER_FROM_PI), (0x3C3, _LOWER_FROM_SIGMA))
+        for k, name in enumerate(letters.split())
     },
 }
 _PARTS = re.compile(r"[A-Za-z]+|[0-9]+")
@@ -77,7 +76,7 @@ def _character(character: str) -> str:
 
 
 def parameter(name: str) -> str:
-    """A parameter's name: ``d1`` is d_{1}, ``alpha_1`` is \\alpha_{1}, ``l_HI`` is l_{HI}, ``df`` is d_{f}."""
+    r"""A parameter's name: ``d1`` is d_{1}, ``alpha_1`` is \alpha_{1}, ``l_HI`` is l_{HI}."""
     head, *rest = _PARTS.findall(name) or [name]
     if len(head) == 2 and head not in GREEK:  # noqa: PLR2004
         head, rest = head[0], [head[1], *rest]
@@ -104,7 +103,7 @@ def _typed(name: str) -> str:
 
 def _head(word: str) -> str:
     if word in GREEK:
-        return f"\\{word}" if word != "omicron" else "o"
+        return f"\\{word}"
     return word if len(word) == 1 else rf"\mathit{{{word}}}"
 
 

@@ -26,6 +26,7 @@ LETTERS = {
     "sin": ("s", "S", r"\mathrm{s}"),
     "term": ("t", "u", "w", "g", "f", r"\tau"),
     "constant": (r"\kappa", r"\lambda", r"\mu", "k"),
+    "geometry": ("b", "g", "h", r"\beta", r"\mathrm{b}"),
     "rotation": ("r", r"\rho", "n", r"\mathrm{r}"),
     "position": ("p", "o", r"\varpi", r"\mathrm{p}"),
 }
@@ -59,7 +60,7 @@ class Notation:
         self.constants: list[sp.Symbol] = []
         self._constants: dict[sp.Expr, sp.Expr] = {}
         self._expanded: dict[sp.Symbol, sp.Expr] = {}
-        self._terms = 0
+        self._terms = self._geometric = 0
 
     def trigonometric(self, expression: sp.Expr) -> sp.Expr:
         """The short symbol, or its negative, for the cosine or sine of a sum of coordinates."""
@@ -90,15 +91,17 @@ class Notation:
         return known
 
     def shortened(self, expression: sp.Expr) -> sp.Expr:
-        """A constant expression with short symbols for numbers and for what brackets cannot hold."""
-        if expression.is_Atom or _is_surd(expression):
+        """A constant expression with short symbols for what a reader would not multiply out."""
+        if expression.is_Atom or is_surd(expression):
             return expression
-        if expression.is_number or expression.is_Function:
+        if expression.is_number:
+            return expression
+        if expression.is_Function:
             return self.constant(expression)
         if expression.is_Mul:
             numbers = sp.Mul(*(factor for factor in expression.args if factor.is_number))
             rest = [factor for factor in expression.args if not factor.is_number]
-            return self.shortened(numbers) * sp.Mul(*map(self.shortened, rest))
+            return self.constant(numbers) * sp.Mul(*map(self.shortened, rest))
         return expression.func(*map(self.shortened, expression.args))
 
     def expanded(self, expression: sp.Expr) -> sp.Expr:
@@ -117,6 +120,12 @@ class Notation:
         self._terms += 1
         tex = f"{self.letters['term']}_{{{self._terms}}}"
         return self._symbol(tex, (TERM, (self._terms,)))
+
+    def geometric(self) -> sp.Symbol:
+        """The next shared term of the screw axes."""
+        self._geometric += 1
+        tex = f"{self.letters['geometry']}_{{{self._geometric}}}"
+        return self._symbol(tex, (TERM, (self._geometric,)))
 
     def entries(self) -> tuple[sp.Symbol | None, ...]:
         """Names of the entries of a pose (4, 4) in row-major order, None in its last row."""
@@ -160,9 +169,9 @@ class Notation:
         return ("," if len(self.q) >= COMMAS_FROM else "").join(shown), plain
 
     def _printed_constant(self, raw: sp.Expr) -> sp.Expr:
-        if raw.is_Symbol or raw.is_Rational or raw == sp.pi:
+        if raw.is_Symbol:
             return raw
-        if _is_surd(raw) or _is_plain_sum(raw):
+        if is_surd(raw) or _is_plain_sum(raw):
             return raw
         if raw.is_number:
             return self._numeric(raw)
@@ -195,7 +204,7 @@ class Notation:
         return symbol
 
 
-def _is_surd(expression: sp.Expr) -> bool:
+def is_surd(expression: sp.Expr) -> bool:
     """A fraction, perhaps times a root of one, or times pi."""
     coefficient, rest = expression.as_coeff_Mul()
     root = rest.is_Pow and rest.base.is_Rational and rest.exp == sp.Rational(1, 2)
@@ -216,7 +225,7 @@ def _letters(taken: set[str]) -> dict[str, str]:
     pairs = list(zip(LETTERS["cos"], LETTERS["sin"], strict=True))
     free = [pair for pair in pairs if not taken & set(pair)] or pairs[-1:]
     letters = {"cos": free[0][0], "sin": free[0][1]}
-    for kind in ("term", "constant", "rotation", "position"):
+    for kind in ("term", "constant", "geometry", "rotation", "position"):
         options = [letter for letter in LETTERS[kind] if letter not in taken]
         letters[kind] = (options or LETTERS[kind][-1:])[0]
     return letters
@@ -239,7 +248,7 @@ def _places(robot: Robot, q: Sequence[sp.Symbol]) -> Mapping[sp.Symbol, tuple[ob
         note(_numbers(joint.before), k, 0)
         if joint.kind != "fixed":
             note([joint.pitch], k, 0)
-            note([next(values)], k, 1)
+            note([next(values)], k, 1 if joint.kind == "prismatic" else -1)
         note(_numbers(joint.after), k, 2)
     note([*_numbers(robot.tool), *declared], len(robot.joints) + 1, 0)
     return places

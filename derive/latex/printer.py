@@ -25,6 +25,7 @@ class Printer:
 
     def __init__(self, tex: Mapping[sp.Symbol, str], order: Mapping[sp.Symbol, Order]) -> None:
         self._tex, self._order = tex, order
+        self._printed: dict[sp.Expr, list[str]] = {}
 
     def tex(self, expression: sp.Expr) -> str:
         """An expression on one line."""
@@ -32,6 +33,11 @@ class Printer:
 
     def terms(self, expression: sp.Expr) -> list[str]:
         """The terms of a sum, each with its sign; the first without, if it can be helped."""
+        if expression not in self._printed:
+            self._printed[expression] = self._terms(expression)
+        return self._printed[expression]
+
+    def _terms(self, expression: sp.Expr) -> list[str]:
         addends = sorted(sp.Add.make_args(expression), key=self._addend_key)
         first = next((k for k, addend in enumerate(addends) if not _is_negative(addend)), 0)
         addends.insert(0, addends.pop(first))
@@ -81,7 +87,9 @@ class Printer:
     def _factor_key(self, factor: sp.Expr) -> tuple[Order, str]:
         base = factor.base if factor.is_Pow else factor
         order = self._order.get(base, (OTHER, ()))
-        return order, "" if base in self._order else str(factor)
+        if base in self._order:
+            return order, ""
+        return order, str(factor) if factor.is_number else self._factor(factor)
 
 
 def number(value: sp.Expr) -> str:

@@ -1,6 +1,6 @@
 r"""Tables of a robot: the parameters of its conventions as given, their values, short symbols."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from itertools import groupby
 
 import sympy as sp
@@ -14,6 +14,8 @@ from .widths import LINE, width
 
 Column = tuple[str, list[str]]
 """Heading and cells."""
+Angle = tuple[sp.Expr, tuple[str, str]]
+"""An angle, and the pattern and index of its symbols."""
 COLUMN_SEPARATION = 12.0
 BLOCK_GAP = r"@{\hspace{2.5em}}"
 WIDEST = LINE / 2
@@ -177,14 +179,15 @@ def constant_angles(notation: Notation) -> list[sp.Symbol]:
 
 def constant_table(notation: Notation, printer: Printer) -> str:
     """The named constants, exact and as decimals."""
-    exact = [printer.tex(notation.meanings[symbol]) for symbol in notation.constants]
-    values = [decimal(notation.scope.value(notation.meanings[s])) for s in notation.constants]
-    columns: list[Column] = [
-        ("constant", [_math(printer, symbol) for symbol in notation.constants]),
-        ("exact", [f"${tex}$" if _is_exact(tex) else "--" for tex in exact]),
-        (r"$\approx$", [f"${value}$" for value in values]),
-    ]
-    return tabular(columns, repeated=1)
+    rows = []
+    for symbol in notation.constants:
+        meaning = notation.meanings[symbol]
+        exact = printer.tex(meaning)
+        rounded = f"${decimal(notation.scope.value(meaning))}$"
+        rows.append((_math(printer, symbol), f"${exact}$" if _is_exact(exact) else "", rounded))
+    if any(exact for _, exact, _ in rows):
+        return side_by_side(("constant", "exact", r"$\approx$"), rows)
+    return side_by_side(("constant", r"$\approx$"), [(row[0], row[2]) for row in rows])
 
 
 def _is_exact(tex: str) -> bool:
@@ -272,10 +275,10 @@ def _math(printer: Printer, expression: sp.Expr) -> str:
     return f"${printer.tex(expression)}$"
 
 
-def _angle_key(notation: Notation) -> object:
+def _angle_key(notation: Notation) -> Callable[[Angle], tuple[int, list[int], str]]:
     place = {symbol: k for k, symbol in enumerate(notation.q)}
 
-    def key(item: tuple[sp.Expr, tuple[str, str]]) -> tuple[object, ...]:
+    def key(item: Angle) -> tuple[int, list[int], str]:
         angle, (accent, _) = item
         joints = sorted(place[symbol] for symbol in angle.free_symbols if symbol in place)
         return len(joints), joints, accent

@@ -5,21 +5,19 @@ fits there fits every class with a wider column.
 """
 
 import re
+from string import ascii_lowercase, ascii_uppercase
 
 LINE = 345.0
 """Width of a line (pt)."""
 SCRIPT = 0.72
 """Size of an index beside its letter."""
-_LETTERS = dict(
-    zip(
-        "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ",
-        (5.3, 4.3, 4.4, 5.6, 4.7, 4.9, 5.0, 5.8, 3.4, 4.1, 5.3, 3.0, 8.8, 6.0, 5.0, 5.6, 5.3, 4.6)
-        + (4.7, 3.9, 5.7, 5.3, 7.2, 5.7, 5.3, 4.7)
-        + (7.5, 7.6, 7.2, 8.3, 7.4, 6.5, 7.9, 8.9, 4.7, 6.1, 8.8, 6.8, 10.8, 8.9, 7.8, 7.2, 7.9)
-        + (7.7, 6.4, 7.2, 7.5, 7.5, 10.8, 8.5, 7.5, 7.2),
-        strict=True,
-    )
-)
+_LOWER = "5.3 4.3 4.4 5.6 4.7 4.9 5.0 5.8 3.4 4.1 5.3 3.0 8.8 6.0 5.0 5.6 5.3 4.6 4.7 3.9 5.7 5.3 7.2 5.7 5.3 4.7"  # noqa: E501
+_UPPER = "7.5 7.6 7.2 8.3 7.4 6.5 7.9 8.9 4.7 6.1 8.8 6.8 10.8 8.9 7.8 7.2 7.9 7.7 6.4 7.2 7.5 7.5 10.8 8.5 7.5 7.2"  # noqa: E501
+_LETTERS = {
+    letter: float(wide)
+    for letters, widths in ((ascii_lowercase, _LOWER), (ascii_uppercase, _UPPER))
+    for letter, wide in zip(letters, widths.split(), strict=True)
+}
 _SIGNS = {"+": 12.3, "-": 12.3, "=": 13.4, ",": 4.5, ".": 2.8, " ": 0.0, "(": 3.9, ")": 3.9}
 _OTHER = 5.2
 _COMMANDS = {
@@ -27,10 +25,9 @@ _COMMANDS = {
     "ldots": 13.4, "cdots": 16.7, "approx": 13.4, "pm": 7.8, "circ": 5.0, "cdot": 7.2,
     "omega": 6.2, "alpha": 6.4, "theta": 4.7, "sqrt": 8.4,
 }  # fmt: skip
-_TRANSPARENT = frozenset(
-    ["hat", "tilde", "check", "breve", "bar", "mathrm", "mathit", "mathtt", "mathcal", "mathbf", "operatorname", "text", "textbf"]
-    + ["bigl", "bigr", "left", "right", "displaystyle", "allowbreak", "ensuremath"]
-)
+_ALTERATIONS = "hat tilde check breve bar mathrm mathit mathtt mathcal operatorname"
+_SILENT = "left right allowbreak ensuremath"
+_TRANSPARENT = frozenset(f"{_ALTERATIONS} {_SILENT}".split())
 _TOKEN = re.compile(r"\\[A-Za-z]+|\\.|.", re.DOTALL)
 
 

@@ -1,0 +1,66 @@
+"""The shipped DH robots against the Robotics Toolbox: poses, Jacobians, Hessian."""
+
+import numpy as np
+import pytest
+from tolerances import ORACLE
+
+import chasles
+
+rtb = pytest.importorskip("roboticstoolbox", reason="an oracle, in the extra `crosscheck`")
+
+POSES = 50
+
+
+def puma560():
+    return rtb.models.DH.Puma560()
+
+
+def stanford():
+    inch, right = 0.0254, np.pi / 2
+    return rtb.DHRobot(
+        [
+            rtb.RevoluteDH(d=16.22 * inch, alpha=-right),
+            rtb.RevoluteDH(d=6.05 * inch, alpha=right),
+            rtb.PrismaticDH(theta=-right),
+            rtb.RevoluteDH(alpha=-right),
+            rtb.RevoluteDH(alpha=right),
+            rtb.RevoluteDH(d=10.35 * inch),
+        ]
+    )
+
+
+def panda():
+    robot = rtb.models.DH.Panda()
+    # The toolbox's model ends in a hand; ours in the hand's frame turned at the flange.
+    robot.tool = np.eye(4)
+    return robot
+
+
+@pytest.mark.parametrize("model", [puma560, stanford])
+def test_poses_jacobians_and_hessian(model):
+    oracle, robot = model(), chasles.load(model.__name__)
+    checked = 0
+    for q in np.random.default_rng(2).uniform(-np.pi, np.pi, (POSES, robot.n)):
+        close(robot.fk(q), oracle.fkine(q).A)
+        close(robot.jacobian_mixed(q), oracle.jacob0(q))
+        close(robot.jacobian_body(q), oracle.jacobe(q))
+        # The toolbox puts the joint by which it differentiates first.
+        close(robot.hessian_mixed(q), oracle.hessian0(q).transpose(1, 2, 0))
+        for link, expected in zip(robot.link_poses(q), oracle.fkine_all(q)[1:], strict=True):
+            close(link, expected.A)
+        checked += 1
+    assert checked == POSES
+
+
+def test_modified_dh():
+    oracle, robot = panda(), chasles.load("panda")
+    flange_to_hand = np.linalg.inv(oracle.fkine(np.zeros(7)).A) @ robot.fk(np.zeros(7))
+    turn = np.eye(4)
+    turn[:2, :2] = np.array([[1, 1], [-1, 1]]) / np.sqrt(2)
+    close(flange_to_hand, turn)
+    for q in np.random.default_rng(4).uniform(-np.pi, np.pi, (POSES, 7)):
+        close(robot.fk(q), oracle.fkine(q).A @ turn)
+
+
+def close(found, expected):
+    assert np.abs(found - expected).max() <= ORACLE

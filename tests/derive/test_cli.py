@@ -1,0 +1,122 @@
+"""The command line: what it writes, when it does nothing, what it says of errors."""
+
+import pytest
+from derivations import NAMES, ROBOTS
+from typer.testing import CliRunner
+
+from chasles.derive import freshness
+from chasles.derive.cli import app
+
+ARM = """\
+name = "arm"
+convention = "dh"
+[[joints]]
+a = "0.3"
+[[joints]]
+type = "prismatic"
+alpha = "pi/2"
+"""
+
+
+@pytest.fixture
+def arm(tmp_path):
+    path = tmp_path / "arm.toml"
+    path.write_text(ARM)
+    return path
+
+
+def run(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def files(folder):
+    return {p.relative_to(folder) for p in folder.rglob("*") if p.is_file()}
+
+
+def test_derives_then_has_nothing_to_do_then_sees_a_change(arm, tmp_path):
+    to = tmp_path / "out"
+    first = run(arm, "--to", to)
+    assert first.exit_code == 0, first.output
+    assert "arm" in first.output
+    assert "16 functions" in first.output
+    assert {"arm.c", "arm.h", "arm.tex", "manifest.json"} <= {p.name for p in files(to)}
+    assert run(arm, "--to", to).output == "nothing to derive: all is up to date\n"
+    arm.write_text(ARM.replace("0.3", "0.31"))
+    assert "16 functions" in run(arm, "--to", to).output
+    (to / "arm" / "arm.c").write_text("tampered")
+    assert "16 functions" in run(arm, "--to", to).output
+    assert "tampered" not in (to / "arm" / "arm.c").read_text()
+
+
+def test_chosen_functions_only_and_stale_files_go(arm, tmp_path):
+    to = tmp_path / "out"
+    assert run(arm, "--to", to).exit_code == 0
+    done = run(arm, "--to", to, "--functions", "fk, jacobian_mixed")
+    assert done.exit_code == 0, done.output
+    header = (to / "arm" / "arm.h").read_text()
+    assert "arm_fk(" in header
+    assert "arm_twist_mixed(" not in header
+    assert run(arm, "--to", to, "--functions", "fkk").exit_code == 1
+
+
+def test_one_wrong_file_stops_all_before_anything_is_written(arm, tmp_path):
+    wrong = tmp_path / "wrong.toml"
+    wrong.write_text(ARM.replace('"0.3"', '"0.3.1"'))
+    to = tmp_path / "out"
+    done = run(arm, wrong, "--to", to)
+    assert done.exit_code == 1
+    assert "wrong.toml:4: joints[1].a: expected" in done.output
+    assert "nothing was written" in done.output
+    assert not to.exists()
+
+
+def test_two_robots_of_one_name(arm, tmp_path):
+    twin = tmp_path / "twin.toml"
+    twin.write_text(ARM)
+    done = run(arm, twin, "--to", tmp_path / "out")
+    assert done.exit_code == 1
+    assert "robot 'arm' is also described in" in done.output
+
+
+def test_unknown_robots_are_listed():
+    done = run("nope")
+    assert done.exit_code == 1
+    assert f"expected a robot file, or one of {', '.join(NAMES)}" in done.output
+
+
+def test_check_sees_a_change_a_missing_and_a_stale_file(arm, tmp_path):
+    to = tmp_path / "out"
+    assert run(arm, "--to", to).exit_code == 0
+    assert run(arm, "--to", to, "--check").exit_code == 0
+    source = to / "arm" / "arm.c"
+    text = source.read_text()
+    source.write_text(text + "\n")
+    assert "out of date: arm.c" in run(arm, "--to", to, "--check").output
+    source.unlink()
+    done = run(arm, "--to", to, "--check")
+    assert done.exit_code == 1
+    assert "out of date: arm.c" in done.output
+    source.write_text(text)
+    (to / "arm" / "latex" / "old.tex").write_text("old")
+    assert "out of date: latex/old.tex" in run(arm, "--to", to, "--check").output
+
+
+def test_check_names_folders_without_a_description(tmp_path):
+    orphan = tmp_path / "gone"
+    orphan.mkdir()
+    (orphan / "manifest.json").write_text("{}")
+    done = run("--to", tmp_path, "--check", "--functions", "fk")
+    assert done.exit_code == 1
+    assert "no description for gone" in done.output
+
+
+def test_asking_whether_there_is_work_needs_no_sympy():
+    text = (freshness.ROOM / "freshness.py").read_text() + (freshness.ROOM / "cli.py").read_text()
+    assert "import sympy" not in text
+    assert "import casadi" not in text
+
+
+def test_every_shipped_file_is_called_as_its_robot():
+    from chasles.derive import load
+
+    assert [load(ROBOTS / f"{name}.toml").name for name in NAMES] == NAMES
