@@ -7,6 +7,7 @@ import sys
 import time
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
 
 from . import find_folder, robots
 from .errors import ChaslesError
@@ -52,19 +53,27 @@ def _build(options: argparse.Namespace) -> int:
     manifests = [read_manifest(find_folder(robot)) for robot in options.robots or robots()]
     # Threads do: the work is done by the compiler, in processes of its own.
     with ThreadPoolExecutor(_AT_ONCE) as pool:
-        built = list(pool.map(_build_one, manifests))
-    return 0 if all(built) else 1
+        failed = 0
+        for report in pool.map(_build_one, manifests):
+            print(report.line, flush=True, file=sys.stderr if report.failed else sys.stdout)
+            failed += report.failed
+    return 1 if failed else 0
 
 
-def _build_one(manifest: Manifest) -> bool:
+@dataclass(frozen=True)
+class _Report:
+    line: str
+    failed: bool
+
+
+def _build_one(manifest: Manifest) -> _Report:
     start = time.perf_counter()
     try:
         result = "compiled" if build(manifest) else "in the cache"
     except ChaslesError as error:
-        print(f"{manifest.name}: {error}", file=sys.stderr)
-        return False
-    print(f"{manifest.name:<24} {result:<12} {time.perf_counter() - start:7.3f} s", flush=True)
-    return True
+        return _Report(f"{manifest.name}: {error}", failed=True)
+    seconds = time.perf_counter() - start
+    return _Report(f"{manifest.name:<24} {result:<12} {seconds:7.3f} s", failed=False)
 
 
 def _info(options: argparse.Namespace) -> int:

@@ -50,8 +50,7 @@ def printed_screws(robot: Robot, notation: Notation) -> Screws:
             known[symbol] = notation.geometric()
             definitions.append((known[symbol], value))
     S, M = (
-        matrix.applyfunc(lambda entry: _short(entry.xreplace(known), notation))
-        for matrix in (S, M)
+        matrix.applyfunc(lambda entry: _short(entry.xreplace(known), notation)) for matrix in (S, M)
     )
     return Screws(tuple(definitions), S, M)
 

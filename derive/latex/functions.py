@@ -5,33 +5,32 @@ from collections.abc import Sequence
 import sympy as sp
 
 from .layout import MARGIN, Equation, aligned, chain, flowed, matrix, read_down
+from .notation import TERM
 from .page import Page, sentence, text
 from .sharing import Definition, Printed
-from .widths import LINE
+from .widths import LINE, width
 
 POSE_COLUMNS = 4
 TWIST_ROWS = 6
+SHORT = 50.0
+"""Width of an entry that stands in the generic pose as it is (pt)."""
 
 
 def forward_kinematics(page: Page) -> str:
     """The tool's pose entry by entry, or as one matrix where that fits a line."""
     fk = page.equations.fk
     T = sp.ImmutableMatrix(POSE_COLUMNS, POSE_COLUMNS, fk.entries)
-    names = sp.ImmutableMatrix(
-        POSE_COLUMNS,
-        POSE_COLUMNS,
-        [entry if name is None else name for name, entry in zip(fk.names, fk.entries, strict=True)],
-    )
     shared = _definitions(page, fk.definitions)
     terms = sentence("With the shared terms", shared) if shared else ""
     if page.matrix(page.pose, T).width <= LINE - MARGIN:
         article = "the" if shared else "The"
         opening = f"{article} pose of the tool in the base frame is"
-        return text(sentence(terms, opening, _two_matrices(page, names, T)))
-    generic = flowed([page.matrix(page.pose, names)], end="." if shared else "")
-    middle = [terms, "its entries are"] if shared else ["with"]
+        return text(sentence(terms, opening, _two_matrices(page, T)))
+    generic = page.matrix(page.pose, _generic(page, short=True))
     opening = "The pose of the tool in the base frame is"
-    return text(sentence(opening, generic, *middle, aligned(read_down(_entries(page)))))
+    if shared:
+        return text(sentence(opening, flowed([generic]), terms, "its entries are", _entries(page)))
+    return text(sentence(opening, flowed([generic], end=""), "with", _entries(page)))
 
 
 def jacobians(page: Page) -> str:
@@ -52,30 +51,52 @@ def jacobians(page: Page) -> str:
     )
 
 
-def _entries(page: Page) -> list[Equation]:
-    """The entries by name, the rotation first."""
+def _generic(page: Page, *, short: bool) -> sp.ImmutableMatrix:
+    """The pose with its entries by name, or as they are if they are short."""
     fk = page.equations.fk
-    named = [
-        (page.tex(name), page.equations.printer.terms(entry))
+    shown = [
+        entry if name is None or (short and _is_short(page, entry)) else name
         for name, entry in zip(fk.names, fk.entries, strict=True)
-        if name is not None
     ]
-    position = named[POSE_COLUMNS - 1 :: POSE_COLUMNS]
-    return [*(equation for equation in named if equation not in position), *position]
+    return sp.ImmutableMatrix(POSE_COLUMNS, POSE_COLUMNS, shown)
 
 
-def _two_matrices(page: Page, names: sp.Matrix, T: sp.Matrix) -> str:
+def _is_short(page: Page, entry: sp.Expr) -> bool:
+    """Whether an entry needs no name: a short product of symbols that need no definition."""
+    order = page.equations.notation.order
+    known = all(order[symbol][0] < TERM for symbol in entry.free_symbols)
+    return known and not entry.is_Add and width(page.tex(entry)) < SHORT
+
+
+def _entries(page: Page) -> str:
+    """The entries by name, the rotation's first."""
+    fk = page.equations.fk
+    rotation: list[Equation] = []
+    position: list[Equation] = []
+    for k, (name, entry) in enumerate(zip(fk.names, fk.entries, strict=True)):
+        if name is not None and not _is_short(page, entry):
+            part = position if k % POSE_COLUMNS == POSE_COLUMNS - 1 else rotation
+            part.append((page.tex(name), page.equations.printer.terms(entry)))
+    if not rotation or not position:
+        return aligned(read_down(rotation + position))
+    return sentence(aligned(read_down(rotation), end=""), "and", aligned(position))
+
+
+def _two_matrices(page: Page, T: sp.Matrix) -> str:
     """The matrix of names, and below it that of entries."""
+    matrices = (_generic(page, short=False), T)
     return chain(
         page.pose,
-        [matrix([[page.tex(entry) for entry in row] for row in M.tolist()]) for M in (names, T)],
+        [matrix([[page.tex(entry) for entry in row] for row in M.tolist()]) for M in matrices],
     )
 
 
 def _with_terms(page: Page, function: Printed, statement: str) -> str:
     if not function.definitions:
         return f"The {statement}"
-    further = "further" if page.equations.fk.definitions else "shared"
+    earlier = (page.equations.fk, page.equations.jacobian_mixed)
+    is_first = not any(other.definitions for other in earlier if other is not function)
+    further = "shared" if is_first else "further"
     terms = _definitions(page, function.definitions)
     return sentence(f"With the {further} terms", terms, f"the {statement}")
 

@@ -5,17 +5,19 @@ from itertools import pairwise
 
 import sympy as sp
 
-from ..exact import EVALUATION_DIGITS
 from .constants import printed_screws
-from .layout import MARGIN, Display, aligned, broken, flowed
+from .layout import MARGIN, Display, aligned, broken, flowed, matrix_width
 from .names import frame
 from .page import Page, named_matrix, sentence, text
+from .printer import DIGITS, cut
 from .sharing import BRACKET
 from .transforms import factors, labels, placements, transform
 from .widths import LINE, width
 
 WIDEST = 0.4 * LINE
 """Widest entry of a constant matrix (pt): a wider number is a decimal, a wider sum gets a name."""
+FEW_DIGITS = 6
+"""Digits of a number where there is no room for more."""
 MOST_WRITTEN = 4
 """Factors of a product that are all written out."""
 
@@ -90,26 +92,38 @@ class _Constants:
     def screw(self, number: int, entries: Iterable[sp.Expr]) -> Display:
         """A screw as a column."""
         names = [rf"{part}_{{{number},{axis}}}" for part in ("v", r"\omega") for axis in "xyz"]
-        rows = [[self._entry(*pair)] for pair in zip(names, entries, strict=True)]
+        rows = [[self._entry(*pair, WIDEST)] for pair in zip(names, entries, strict=True)]
         return named_matrix(rf"\mathcal{{S}}_{{{number}}}", rows)
 
     def pose(self, name: str, M: sp.Matrix) -> Display:
         """A pose as a matrix."""
+        exact = self.page.matrix(name, M)
+        if exact.width <= LINE - MARGIN:
+            return exact
+        used = width(f"{name} =") + matrix_width([[""] * M.shape[1]])
+        room = (LINE - 2 * MARGIN - used) / M.shape[1]
         rows = [
-            [self._entry(f"M_{{{i}{j}}}", entry) for j, entry in enumerate(row, 1)]
+            [self._entry(f"M_{{{i}{j}}}", entry, room) for j, entry in enumerate(row, 1)]
             for i, row in enumerate(M.tolist(), 1)
         ]
         return named_matrix(name, rows)
 
-    def _entry(self, name: str, entry: sp.Expr) -> str:
-        tex = self.page.tex(entry)
-        if width(tex) <= WIDEST:
-            return tex
-        if entry.is_number:
-            return self.page.tex(entry.evalf(EVALUATION_DIGITS))
-        terms = self.page.equations.printer.terms(self._bracketed(entry))
-        self.named.append((name, terms))
+    def _entry(self, name: str, entry: sp.Expr, room: float) -> str:
+        """An entry that fits, exact or as a decimal; else its name, to be explained."""
+        exact = self.page.tex(entry)
+        if width(exact) <= room:
+            return exact
+        if not entry.is_number:
+            self.named.append((name, self._terms(entry)))
+            return name
+        for decimal in (cut(entry, digits) for digits in (DIGITS, FEW_DIGITS)):
+            if width(decimal) <= room:
+                return decimal
+        self.named.append((name, [cut(entry, DIGITS)]))
         return name
+
+    def _terms(self, entry: sp.Expr) -> list[str]:
+        return self.page.equations.printer.terms(self._bracketed(entry))
 
     def _bracketed(self, entry: sp.Expr) -> sp.Expr:
         """A sum with the brackets in its terms named where they are too wide."""
@@ -128,6 +142,7 @@ class _Constants:
             return inner
         sign = -1 if self.page.tex(inner).startswith("-") else 1
         return sign * self.page.equations.notation.named(sp.expand(sign * inner))
+
 
 def _equation(side: str, value: str) -> Display:
     return Display(f"{side} = {value}", width(f"{side} = {value}"))

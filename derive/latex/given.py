@@ -5,6 +5,7 @@ from collections.abc import Sequence
 import sympy as sp
 
 from . import tables
+from .layout import aligned
 from .names import escape
 from .notation import COMMAS_FROM
 from .page import Page, sentence, text
@@ -70,7 +71,8 @@ def _introduced(convention: str) -> str:
     words = tables.CONVENTION_NAMES.get(convention)
     if convention in tables.FORMULAS:
         _, formula = tables.FORMULAS[convention]
-        return rf"In {words}, ${transform('i-1', 'i')} = {formula}$, the joints are"
+        link = transform("i-1", "i")
+        return sentence(f"In {words},", aligned([(link, [formula])], end=","), "the joints are")
     return f"The joints are given by {words}:" if words else "The joints are"
 
 
@@ -104,6 +106,8 @@ def _rules(page: Page) -> list[str]:
     if any(len(angle.free_symbols & set(notation.q)) > 1 for angle in angles):
         comma = "," if len(notation.q) >= COMMAS_FROM else ""
         rules.append(rf"Joined indices stand for a sum, ${c}_{{i{comma}j}} = \cos(q_i + q_j)$.")
+    if any(":" in index for _, index in angles.values()):
+        rules.append(r"A range $i{:}j$ stands for all indices from $i$ to $j$.")
     if any(r"\bar" in index for _, index in angles.values()):
         rules.append("A barred index is subtracted.")
     if any(accent != "{}" for accent, _ in angles.values()):

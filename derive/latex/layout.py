@@ -24,7 +24,7 @@ class Display(NamedTuple):
 INDENT = width(r"\quad\quad")
 """What a continued line loses to the alignment and its indent."""
 COLUMN_GAP = 10.2
-BRACKETS = 12.0
+BRACKETS = 15.0
 MARGIN = 6.0
 """What an estimate may be short by."""
 SHORTEST_RUN = 4
@@ -127,7 +127,7 @@ def matrix_width(rows: Sequence[Row]) -> float:
 
 def flowed(displays: Sequence[Display], end: str = ".") -> str:
     """Displays, as many beside each other as a line holds."""
-    gap = width(r"\qquad")
+    gap = width(r",\qquad")
     rows: list[list[str]] = []
     room = 0.0
     for display in displays:

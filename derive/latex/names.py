@@ -24,7 +24,7 @@ _ESCAPES = {
     "<": r"\ensuremath{<}",
     ">": r"\ensuremath{>}",
     "|": r"\ensuremath{|}",
-    '"': r"\textquotedbl{}",
+    '"': r"{\char34}",
     "`": r"\textasciigrave{}",
     "-": "-{}",
     "/": r"/\allowbreak{}",
@@ -48,7 +48,8 @@ _ESCAPES = {
     },
 }
 _PARTS = re.compile(r"[A-Za-z]+|[0-9]+")
-_LATIN = (0xC0, 0x17F)
+_LATIN = frozenset(map(chr, range(0xC0, 0x180))) - frozenset("ĦħĸĿŀŉŦŧſ")
+"""The accented letters that a T1 font has."""
 
 
 def escape(text: str) -> str:
@@ -70,7 +71,7 @@ def _escaped(word: str) -> Iterable[str]:
 def _character(character: str) -> str:
     if character in _ESCAPES:
         return _ESCAPES[character]
-    if " " <= character <= "~" or _LATIN[0] <= ord(character) <= _LATIN[1]:
+    if " " <= character <= "~" or character in _LATIN:
         return character
     return f"[U+{ord(character):04X}]"
 

@@ -21,6 +21,8 @@ CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = rang
 ACCENTS = ("hat", "tilde", "check", "breve")
 COMMAS_FROM = 10
 """From this number of coordinates on, the indices of a sum are set apart by commas."""
+LONG_RUN = 3
+"""Consecutive indices that are then written as a range."""
 LETTERS = {
     "cos": ("c", "C", r"\mathrm{c}"),
     "sin": ("s", "S", r"\mathrm{s}"),
@@ -159,14 +161,11 @@ class Notation:
 
     def _index(self, angle: sp.Expr) -> tuple[str, bool]:
         coefficients = {k: angle.coeff(q) for k, q in enumerate(self.q, 1) if angle.has(q)}
-        shown = [
-            rf"\bar{{{k}}}" if coefficient.could_extract_minus_sign() else str(k)
-            for k, coefficient in coefficients.items()
-        ]
         plain = angle == sum(c * self.q[k - 1] for k, c in coefficients.items()) and all(
             abs(c) == 1 for c in coefficients.values()
         )
-        return ("," if len(self.q) >= COMMAS_FROM else "").join(shown), plain
+        signed = [-k if c.could_extract_minus_sign() else k for k, c in coefficients.items()]
+        return _joined(signed, commas=len(self.q) >= COMMAS_FROM), plain
 
     def _printed_constant(self, raw: sp.Expr) -> sp.Expr:
         if raw.is_Symbol:
@@ -202,6 +201,23 @@ class Notation:
         symbol = self._constants[raw] = self._symbol(tex, (CONSTANT, (number,)), raw)
         self.constants.append(symbol)
         return symbol
+
+
+def _joined(indices: Sequence[int], *, commas: bool) -> str:
+    """Indices of a sum, barred where subtracted; a long run is its first and last, ``1:14``."""
+    shown: list[str] = []
+    k = 0
+    while k < len(indices):
+        run = 1
+        while k + run < len(indices) and indices[k + run] == indices[k] + run > 0:
+            run += 1
+        if commas and run >= LONG_RUN:
+            shown.append(f"{indices[k]}:{indices[k + run - 1]}")
+            k += run
+        else:
+            shown.append(str(indices[k]) if indices[k] > 0 else rf"\bar{{{-indices[k]}}}")
+            k += 1
+    return ("," if commas else "").join(shown)
 
 
 def is_surd(expression: sp.Expr) -> bool:

@@ -5,9 +5,11 @@ also what long sums are broken by.
 """
 
 from collections.abc import Mapping
+from decimal import Decimal
 
 import sympy as sp
 
+from ..exact import EVALUATION_DIGITS
 from .notation import ENTRY, LENGTH, OTHER, TERM, Order
 
 DIGITS = 10
@@ -95,7 +97,7 @@ class Printer:
 def number(value: sp.Expr) -> str:
     """An exact number: decimals where they end, else fractions, roots and multiples of pi."""
     if value.is_Float:
-        return f"{sp.N(value, DIGITS)}\\ldots"
+        return cut(value, DIGITS)
     if value.is_Rational:
         return _rational(value)
     multiple = value / sp.pi
@@ -125,11 +127,22 @@ def _rational(value: sp.Rational) -> str:
 
 def decimal(value: sp.Expr) -> str:
     """A number rounded to a few digits."""
-    return str(sp.N(value, DIGITS)).rstrip("0").rstrip(".") if value != 0 else "0"
+    text = _plain(value, DIGITS)
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def cut(value: sp.Expr, digits: int) -> str:
+    """The first digits of a number, and dots where it goes on."""
+    text = _plain(value, EVALUATION_DIGITS - 8).rstrip("0")
+    place = next(k for k, digit in enumerate(text) if digit in "123456789")
+    end = place + digits + ("." in text[place : place + digits])
+    return rf"{text[:end]}\ldots" if len(text) > end else text
+
+
+def _plain(value: sp.Expr, digits: int) -> str:
+    """A number to so many digits, without an exponent."""
+    return format(Decimal(str(sp.N(value, digits))), "f")
 
 
 def _is_negative(addend: sp.Expr) -> bool:
-    coefficient, rest = addend.as_coeff_Mul()
-    if rest.is_Symbol or not rest.is_number:
-        return bool(coefficient.is_negative)
-    return bool(addend.is_negative)
+    return bool(addend.as_coeff_Mul()[0].is_negative)

@@ -12,12 +12,14 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..serial import Derivation
+from ..serial import Derivation, derive
 from .notation import Notation
 from .printer import Printer
 from .widths import LINE, width
 
 Definition = tuple[sp.Symbol, sp.Expr]
+PRINTED = ("fk", "jacobian_mixed", "jacobian_space")
+"""The functions that are printed."""
 BRACKET = 0.36 * LINE
 """Widest sum that is written as a factor in brackets."""
 DEEPEST = 2
@@ -55,7 +57,12 @@ class Equations:
 
 
 def equations(derivation: Derivation) -> Equations:
-    """Forward kinematics and Jacobians of a derivation in short symbols and shared terms."""
+    """Forward kinematics and Jacobians of a derivation in short symbols and shared terms.
+
+    Where the derivation was asked for less than these, they are derived for the page alone.
+    """
+    if not {function.name for function in derivation.functions}.issuperset(PRINTED):
+        derivation = derive(derivation.robot, PRINTED)
     fk = derivation.function("fk")
     notation = Notation(derivation.robot, derivation.scope, fk.inputs[0].symbols)
     printer = Printer(notation.tex, notation.order)
@@ -158,7 +165,8 @@ class _Sharing:
                 if value is not None and (factor.is_Pow or len(factors) > 1):
                     self._fit_in_brackets(base, value)
         known = {}
-        for symbol in expression.free_symbols:
+        # Naming a constant numbers it: the order must not be that of a set.
+        for symbol in sorted(expression.free_symbols, key=_numbered):
             if symbol in self.scope.constants:
                 known[symbol] = self.notation.constant(symbol)
             elif symbol in self.scope.terms:
@@ -205,6 +213,11 @@ class _Sharing:
         return len(value.args) == 2 and all(  # noqa: PLR2004
             addend.is_Rational or addend.as_coeff_Mul()[1] in plain for addend in value.args
         )
+
+
+def _numbered(symbol: sp.Symbol) -> tuple[int, str]:
+    """The order in which a scope numbered its names."""
+    return len(symbol.name), symbol.name
 
 
 def _is_trigonometric(expression: sp.Expr) -> bool:

@@ -19,6 +19,8 @@ _LETTERS = {
     for letter, wide in zip(letters, widths.split(), strict=True)
 }
 _SIGNS = {"+": 12.3, "-": 12.3, "=": 13.4, ",": 4.5, ".": 2.8, " ": 0.0, "(": 3.9, ")": 3.9}
+_MINUS = 7.8
+"""The sign of a first term; between terms, where a blank follows it, it has space around it."""
 _OTHER = 5.2
 _COMMANDS = {
     "quad": 10.0, "qquad": 20.0, "cos": 15.6, "sin": 14.0, "tan": 16.0, "arctan": 31.0,
@@ -63,4 +65,6 @@ class _Measure:
         if token.startswith("\\"):
             name = token[1:]
             return 0.0 if name in _TRANSPARENT else _COMMANDS.get(name, 6.0) * scale
+        if token == "-" and self.tokens[self.place : self.place + 1] != [" "]:
+            return _MINUS * scale
         return _SIGNS.get(token, _LETTERS.get(token, _OTHER)) * scale

@@ -1,0 +1,157 @@
+"""Every document compiles, nothing is undefined, and no line leaves the page."""
+
+import random
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+
+import pytest
+import sympy as sp
+from chains import random_chain
+from derivations import NAMES, derivation
+
+from chasles.derive import Joint, Mimic, Parameter, Robot, derive
+from chasles.derive.conventions import dh
+from chasles.derive.latex import FOLDER, document, fragments
+
+PDFLATEX = shutil.which("pdflatex")
+pytestmark = pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not installed")
+
+WIDEST_EXCESS = 1.0
+"""How far a line may reach into the margin (pt): less than the eye sees."""
+MOST_PAGES = 12
+PLAIN = r"""\documentclass{article}
+\usepackage{amsmath}
+\usepackage{booktabs}
+\begin{document}
+%s
+\end{document}
+"""
+HOSTILE = r"100 % & _all_ {of} #1 ~ ^ \ $x$ <|> \input{x} é β 中 `'\"--- " + "longest" * 30
+
+
+def hostile():
+    """A screw joint, a follower, an odd offset, and text that means something to LaTeX."""
+    h, s_1, long_name = sp.symbols("h s_1 a_length_of_many_words", real=True)
+    zero, quarter, odd = sp.Integer(0), sp.pi / 2, sp.Rational(3, 10)
+    rows = (
+        ("revolute", s_1, quarter, odd, None),
+        ("helical", h, sp.Rational(2, 5), zero, None),
+        ("revolute", long_name, zero, odd, Mimic("joint_0", sp.Integer(-2), odd)),
+        ("prismatic", zero, quarter, zero, None),
+        ("revolute", s_1, odd, zero, None),
+    )
+    joints = []
+    for k, (kind, a, alpha, theta, mimic) in enumerate(rows):
+        before, after = dh(kind, a=a, alpha=alpha, d=zero, theta=theta)
+        pitch = h if kind == "helical" else zero
+        given = (("a", a), ("alpha", alpha), ("d", zero), ("theta", theta))
+        joints.append(
+            Joint(
+                f"joint_{k}",
+                kind,
+                before,
+                after,
+                limits=(-odd, odd),
+                pitch=pitch,
+                mimic=mimic,
+                convention="dh",
+                given=given,
+            )
+        )
+    parameters = tuple(Parameter(str(s), odd, meaning=HOSTILE) for s in (h, s_1, long_name))
+    return Robot(
+        "hostile",
+        tuple(joints),
+        title=HOSTILE,
+        source=HOSTILE,
+        parameters=parameters,
+        base_frame="base_frame",
+        tool_frame="tool_frame",
+        notes=(HOSTILE,),
+    )
+
+
+def chain(count, *, crossed):
+    """So many joints, with crossed or parallel axes."""
+    zero = sp.Integer(0)
+    lengths = [sp.Symbol(f"a{k}", real=True) for k in range(1, count + 1)]
+    joints = []
+    for k, a in enumerate(lengths):
+        alpha = sp.pi / 2 if crossed else zero
+        before, after = dh("revolute", a=a, alpha=alpha, d=zero, theta=zero)
+        joints.append(Joint(f"joint{k}", "revolute", before, after))
+    parameters = tuple(Parameter(str(a), sp.Rational(1, 3)) for a in lengths)
+    return Robot("chain", tuple(joints), parameters=parameters)
+
+
+def calibrated():
+    """Six joints with every parameter a symbol."""
+    parameters, joints = [], []
+    for k in range(1, 7):
+        own = {f: sp.Symbol(f"{f}_{k}", real=True) for f in ("a", "alpha", "d", "theta")}
+        parameters += [
+            Parameter(str(s), sp.Rational(k, 7), "length" if f in "ad" else "angle")
+            for f, s in own.items()
+        ]
+        joints.append(Joint(f"joint{k}", "revolute", *dh("revolute", **own)))
+    return Robot("calibrated", tuple(joints), parameters=tuple(parameters))
+
+
+BUILT = {
+    "hostile": hostile,
+    "calibrated": calibrated,
+    "crossed14": lambda: chain(14, crossed=True),
+    "parallel14": lambda: chain(14, crossed=False),
+    "crossed30": lambda: chain(30, crossed=True),
+    **{f"random{k}": lambda k=k: random_chain(random.Random(k), 5 + k).robot() for k in range(4)},
+}
+
+
+def compiled(folder, text, found):
+    """The log of a document with its fragments beside it, and its number of pages."""
+    (folder / FOLDER).mkdir()
+    for name, fragment in fragments(found).items():
+        (folder / FOLDER / name).write_text(fragment, encoding="utf-8")
+    (folder / "robot.tex").write_text(text, encoding="utf-8")
+    run = subprocess.run(
+        [PDFLATEX, "-interaction=nonstopmode", "-halt-on-error", "robot.tex"],
+        cwd=folder,
+        capture_output=True,
+        check=False,
+        timeout=120,
+    )
+    log = (folder / "robot.log").read_text(encoding="utf-8", errors="replace")
+    assert run.returncode == 0, "\n".join(re.findall(r"^!.*\n(?:.*\n){0,4}", log, re.MULTILINE))
+    return log
+
+
+def assert_clean(log, pages=MOST_PAGES):
+    excess = [float(pt) for pt in re.findall(r"Overfull \\hbox \(([\d.]+)pt too wide\)", log)]
+    assert not [pt for pt in excess if pt > WIDEST_EXCESS]
+    assert "undefined" not in log
+    assert "Missing character" not in log
+    count = int(re.search(r"Output written on .*?\((\d+) page", log.replace("\n", " ")).group(1))
+    assert 2 <= count <= pages
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_documents_of_shipped_robots(name, tmp_path):
+    found = derivation(name)
+    assert_clean(compiled(tmp_path, document(found), found))
+
+
+@pytest.mark.parametrize("name", BUILT)
+def test_documents_of_awkward_robots(name, tmp_path):
+    found = derive(BUILT[name]())
+    assert_clean(compiled(tmp_path, document(found), found), pages=30)
+
+
+@pytest.mark.parametrize("name", ["ur5e", "panda", "photo_robot"])
+def test_fragments_fit_the_plainest_article(name, tmp_path):
+    found = derivation(name)
+    robot = replace(found.robot, title="", source="")
+    inputs = "\n\n".join(rf"\input{{{FOLDER}/{name}}}" for name in fragments(found))
+    log = compiled(tmp_path, PLAIN % inputs, replace(found, robot=robot))
+    assert_clean(log)
