@@ -14,7 +14,7 @@ setup(
     packages=["chasles", *packages_under("derive"), *packages_under("generated")],
     package_data={
         "chasles": ["py.typed", "_call.pyi", "_kernel.h"],
-        "chasles.derive": ["py.typed", "robots/*"],
+        "chasles.derive": ["py.typed", "robots/*", "c/*"],
         **{
             name: ["*.c", "*.h", "*.json", "*.pyi", "*.tex", "*/*.tex", "*.casadi"]
             for name in packages_under("generated")

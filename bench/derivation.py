@@ -16,16 +16,17 @@ from chasles.derive.cli import ROBOTS
 from chasles.derive.conventions import dh
 from chasles.derive.lower import count_operations, lower
 
-from .report import alternated, save, seconds, table
+from .report import Plan, alternated, save, seconds, table
 
 ROUNDS = 3
 LIMITS = {"ur5e": 3.0, "panda": 5.0, "all robots": 40.0, "nothing to do": 1.0, "64 joints": 8.0}
 CHAINS = (4, 8, 16, 32, 64)
 
 
-def run() -> None:
+def run(plan: Plan) -> None:
     """Prints and saves all of it."""
-    times = {**whole_robots(), **all_robots()}
+    rounds = min(plan.rounds, ROUNDS)
+    times = {**whole_robots(rounds), **all_robots()}
     growth = {kind: [chain(kind, joints) for joints in CHAINS] for kind in ("planar", "spatial")}
     times["64 joints"] = max(rows[-1]["seconds"] for rows in growth.values())
     table(
@@ -49,11 +50,11 @@ def run() -> None:
             for row in rows
         ],
     )
-    sizes = operations()
+    sizes = operations(rounds)
     save("derivation", {"seconds": times, "bars": LIMITS, "growth": growth, "operations": sizes})
 
 
-def whole_robots() -> dict[str, float]:
+def whole_robots(rounds: int) -> dict[str, float]:
     """All functions of one robot derived, generated and written, in a process of its own."""
     code = (
         "import sys, time; start = time.perf_counter()\n"
@@ -64,7 +65,7 @@ def whole_robots() -> dict[str, float]:
     found = {}
     for name in ("ur5e", "panda"):
         runs = []
-        for _ in range(ROUNDS):
+        for _ in range(rounds):
             with tempfile.TemporaryDirectory() as folder:
                 command = [sys.executable, "-c", code, str(ROBOTS / f"{name}.toml"), folder]
                 done = subprocess.run(command, check=True, capture_output=True, text=True)
@@ -116,7 +117,7 @@ def _chain(kind: str, joints: int) -> Robot:
     return Robot(f"{kind}{joints}", tuple(built))
 
 
-def operations() -> dict[str, dict[str, int]]:
+def operations(rounds: int) -> dict[str, dict[str, int]]:
     """Operations of forward kinematics: ours, CasADi's matrix product, SymPy's with cse."""
     sizes = {}
     rows = []
@@ -128,7 +129,7 @@ def operations() -> dict[str, dict[str, int]]:
             "SymPy": lambda robot=robot: _sympy_product(robot),
         }
         sizes[name] = {peer: work() for peer, work in works.items()}
-        times = alternated(works, ROUNDS)
+        times = alternated(works, rounds)
         rows.append((name, *sizes[name].values(), *(min(times[peer]) * 1e3 for peer in works)))
     columns = ("robot", *(f"{p} ops" for p in works), *(f"{p} ms" for p in works))
     table("Forward kinematics: operations, and time to derive and lower them", columns, rows)

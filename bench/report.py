@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 
@@ -14,8 +15,69 @@ from rich.console import Console
 from rich.table import Table
 
 RESULTS = Path(__file__).parent / "results"
-PACKAGES = ("numpy", "sympy", "casadi", "pin", "chasles")
+PACKAGES = (
+    *("chasles", "numpy", "sympy", "casadi", "pin", "roboticstoolbox-python"),
+    *("wrenfold", "symforce", "jax"),
+)
 out = Console(width=110, highlight=False)
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How long to measure.
+
+    Attributes:
+        rounds: How often each work is repeated, A B A B.
+        calls: Calls from Python in one round.
+        batch: Poses in a batch and in a loop in C.
+        leave_out: Peers that take too long.
+    """
+
+    rounds: int
+    calls: int
+    batch: int
+    leave_out: frozenset[str] = frozenset()
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """A peer's time over ours, both for one pose or one call.
+
+    Attributes:
+        key: What was measured, of which arm, beside whom: "scalar ur5e fk: Pinocchio C++".
+        own: Our least time in ns.
+        peer: The peer's least time in ns.
+        median: The median of the ratios of all rounds; above 1 we are the faster.
+        least: The least of them.
+        bar: What the median should reach, None where nothing is promised.
+    """
+
+    key: str
+    own: float
+    peer: float
+    median: float
+    least: float
+    bar: float | None = None
+
+    @property
+    def holds(self) -> bool:
+        """Whether the median reaches the bar."""
+        return self.bar is None or self.median >= self.bar
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A value that should stay below a bar."""
+
+    key: str
+    value: float
+    unit: str
+    bar: float
+
+    @property
+    def holds(self) -> bool:
+        """Whether it does."""
+        return self.value <= self.bar
 
 
 def seconds(work: Callable[[], object]) -> float:
@@ -34,10 +96,40 @@ def alternated(works: Mapping[str, Callable[[], object]], rounds: int) -> dict[s
     return times
 
 
-def ratios(times: Mapping[str, Sequence[float]], peer: str, own: str) -> tuple[float, float]:
-    """Median and smallest ratio of a peer's time to our own, round by round."""
-    pairs = [a / b for a, b in zip(times[peer], times[own], strict=True)]
-    return statistics.median(pairs), min(pairs)
+def ratio(
+    key: str,
+    times: Mapping[str, Sequence[float]],
+    names: tuple[str, str],
+    count: int,
+    bar: float | None = None,
+) -> Ratio:
+    """Compares two works, ours named first, that were run A B A B; each did so many poses."""
+    own, peer = (times[name] for name in names)
+    pairs = [theirs / ours for ours, theirs in zip(own, peer, strict=True)]
+    best = [min(found) / count * 1e9 for found in (own, peer)]
+    return Ratio(key, *best, statistics.median(pairs), min(pairs), bar)
+
+
+def tables(title: str, found: Sequence[Ratio | Limit]) -> None:
+    """Prints what a benchmark found."""
+    compared = [row for row in found if isinstance(row, Ratio)]
+    limited = [row for row in found if isinstance(row, Limit)]
+    if compared:
+        columns = ("ratio to a peer", "own ns", "peer ns", "median", "least", "bar", "")
+        cells = [(r.key, r.own, r.peer, r.median, r.least, r.bar, _mark(r)) for r in compared]
+        table(title, columns, cells)
+    if limited:
+        cells = [(row.key, row.value, row.unit, row.bar, _mark(row)) for row in limited]
+        table(f"{title}: limits", ("what", "value", "unit", "bar", ""), cells)
+
+
+def records(found: Sequence[Ratio | Limit]) -> list[dict[str, object]]:
+    """The same for a result file."""
+    return [{**asdict(row), "holds": row.holds} for row in found]
+
+
+def _mark(row: Ratio | Limit) -> str:
+    return "" if row.bar is None else "holds" if row.holds else "MISSED"
 
 
 def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) -> None:
@@ -85,4 +177,6 @@ def _version(package: str) -> str:
 
 
 def _text(cell: object) -> str:
-    return f"{cell:.3g}" if isinstance(cell, float) else str(cell)
+    if isinstance(cell, float):
+        return f"{cell:.0f}" if abs(cell) >= 100 else f"{cell:.3g}"
+    return "" if cell is None else str(cell)

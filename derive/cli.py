@@ -13,7 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from .freshness import ROOM, Job, is_up_to_date
 
 if TYPE_CHECKING:
-    from .batch import Report
+    from .jobs import Report
 
 ROBOTS = ROOM / "robots"
 GENERATED = ROOM.parent / "generated"
@@ -55,14 +55,14 @@ def derive(
         out.print("nothing to derive: all is up to date")
         return
     # SymPy and CasADi are loaded only where there is work for them.
-    from . import batch  # noqa: PLC0415
+    from . import jobs as work  # noqa: PLC0415
 
-    problems = batch.problems(todo)
+    problems = work.problems(todo)
     if problems:
         _stop("\n".join([*problems, "nothing was written"]))
-    results = batch.compared(todo, jobs) if check else batch.derived(todo, jobs)
+    results = work.compared(todo, jobs) if check else work.derived(todo, jobs)
     good = _show(results, len(todo))
-    orphans = batch.orphans(todo, to) if check and not robots else []
+    orphans = work.orphans(todo, to) if check and not robots else []
     if orphans:
         _stop(f"{to}: no description for {', '.join(orphans)}")
     if not good:

@@ -49,7 +49,7 @@ def stamp(job: Job, folder: Path) -> None:
 
 def _recipe(job: Job) -> str:
     digest = hashlib.sha256()
-    for path in (job.file, *sorted(ROOM.rglob("*.py"))):
+    for path in (job.file, *sorted([*ROOM.rglob("*.py"), *ROOM.rglob("*.h")])):
         digest.update(path.read_bytes() + b"\0")
     choices = (job.base, job.tip, job.functions, version("casadi"), version("sympy"))
     digest.update(repr(choices).encode())

@@ -4,12 +4,13 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import c_code, latex, python_package
+from . import batch_code, c_code, latex, python_package
 from .casadi_file import serialized
 from .lower import lower
 from .manifest import manifest
 from .robot import Robot
 from .serial import FUNCTIONS, derive
+from .statements import bodies
 
 MANIFEST = "manifest.json"
 
@@ -27,9 +28,11 @@ def artifacts(robot: Robot, functions: Sequence[str] = FUNCTIONS) -> dict[str, s
     """
     derivation = derive(robot, functions)
     lowered = lower(derivation.functions, robot.name)
+    statements = bodies(lowered)
     files = {
-        f"{robot.name}.c": c_code.source(robot, derivation.functions, lowered),
+        f"{robot.name}.c": c_code.source(robot, derivation.functions, statements),
         f"{robot.name}.h": c_code.header(robot, derivation.functions),
+        **batch_code.files(robot, derivation.functions, statements),
         f"{robot.name}.casadi": serialized(derivation),
         **python_package.files(robot, derivation.functions),
         f"{robot.name}.tex": latex.document(derivation),

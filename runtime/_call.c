@@ -120,6 +120,8 @@ typedef struct {
 
 typedef struct {
     void (*call)(const double *const *inputs, double *const *outputs);
+    void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+                 double *const *outputs, const ptrdiff_t *output_steps); /* or NULL */
     int n_inputs, n_outputs, n_operands;
     Operand operands[MAX_OPERANDS];
     PyObject *library;
@@ -218,6 +220,7 @@ static int kernel_bind(Kernel *kernel, const chasles_kernel *entry)
         return -1;
     }
     kernel->call = entry->call;
+    kernel->rows = entry->rows;
     return 0;
 }
 
@@ -283,6 +286,18 @@ static int needs_buffer(const Kernel *kernel, int i, char **args, const npy_intp
     return 0;
 }
 
+/* Hands dense rows to the code for many poses at once. Rows of aligned doubles lie a whole number of
+ * doubles apart. */
+static void run_rows(const Kernel *kernel, npy_intp n, char **args, const npy_intp *steps)
+{
+    ptrdiff_t in_doubles[MAX_OPERANDS];
+    for (int i = 0; i < kernel->n_operands; i++) {
+        in_doubles[i] = steps[i] / (npy_intp)sizeof(double);
+    }
+    kernel->rows((size_t)n, (const double *const *)args, in_doubles,
+                 (double *const *)(args + kernel->n_inputs), in_doubles + kernel->n_inputs);
+}
+
 /* The inner loop of the ufunc; runs without the GIL. */
 static void ufunc_loop(char **args, const npy_intp *dimensions, const npy_intp *steps, void *data)
 {
@@ -301,6 +316,11 @@ static void ufunc_loop(char **args, const npy_intp *dimensions, const npy_intp *
         strides += kernel->operands[i].ndim;
         buffered[i] = needs_buffer(kernel, i, args, core_strides[i]);
         needed += buffered[i] ? kernel->operands[i].size : 0;
+    }
+    if (kernel->rows && !needed) {
+        run_rows(kernel, dimensions[0], args, steps);
+        feclearexcept(FE_ALL_EXCEPT);
+        return;
     }
     if (needed > STACK_DOUBLES && !(scratch = malloc(needed * sizeof(double)))) {
         NPY_ALLOW_C_API_DEF

@@ -8,12 +8,19 @@
 #ifndef CHASLES_KERNEL_H
 #define CHASLES_KERNEL_H
 
+#include <stddef.h>
+
 #define CHASLES_EXPORT __attribute__((visibility("default")))
 
 typedef struct {
     const char *name;
     /* One pointer per input, one per output, each to dense row-major doubles. */
     void (*call)(const double *const *inputs, double *const *outputs);
+    /* The same for n rows: steps from row to row in doubles, of any size for inputs and outputs,
+     * whose rows are dense. NULL where the robot has no code for many poses at once. Outputs must
+     * not overlap inputs. */
+    void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+                 double *const *outputs, const ptrdiff_t *output_steps);
     int n_inputs;
     int n_outputs;
     /* Doubles in each input, then in each output. */

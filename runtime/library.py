@@ -72,7 +72,7 @@ def make_recipe(manifest: Manifest) -> Recipe:
         CompilerNotFoundError: If there is no compiler.
     """
     name = manifest.name
-    sources = {file: manifest.read_source(file) for file in (f"{name}.c", f"{name}.h")}
+    sources = {file: manifest.read_source(file) for file in manifest.c_files}
     check_header(manifest, sources[f"{name}.h"].decode(errors="replace"))
     sources["_kernel.h"] = _KERNEL_HEADER.read_bytes()
     sources["glue.c"] = write_glue(manifest).encode()
@@ -121,9 +121,11 @@ def _declared_size(parameter: str) -> int:
 
 def write_glue(manifest: Manifest) -> str:
     """The C around a robot's C: one wrapper per function, and the table of all."""
+    batched = manifest.batch_file in manifest.c_files
     lines = [
         '#include "_kernel.h"',
         f'#include "{manifest.name}.c"',
+        *([f'#include "{manifest.batch_file}"'] if batched else []),
         "",
         "extern CHASLES_EXPORT const chasles_kernel chasles_kernels[];",
         "extern CHASLES_EXPORT const char chasles_hash[];",
@@ -133,10 +135,11 @@ def write_glue(manifest: Manifest) -> str:
         lines += _wrapper(index, function)
     lines += ["const chasles_kernel chasles_kernels[] = {"]
     for index, function in enumerate(manifest.functions):
+        rows = f"{function.symbol}_rows" if batched else "0"
         counts = f"{len(function.inputs)}, {len(function.outputs)}"
-        fields = f'"{function.name}", chasles_call_{index}, {counts}, chasles_sizes_{index}'
+        fields = f'"{function.name}", chasles_call_{index}, {rows}, {counts}, chasles_sizes_{index}'
         lines += [f"    {{{fields}}},"]
-    lines += ["    {0, 0, 0, 0, 0},", "};", ""]
+    lines += ["    {0, 0, 0, 0, 0, 0},", "};", ""]
     return "\n".join(lines)
 
 

@@ -124,6 +124,16 @@ class Manifest:
     functions: tuple[FunctionInfo, ...]
     files: Mapping[str, str]
 
+    @property
+    def batch_file(self) -> str:
+        """Name of the C file for many poses at once, which a robot may lack."""
+        return f"{self.name}_batch.c"
+
+    @property
+    def c_files(self) -> tuple[str, ...]:
+        """Names of the generated C files and headers."""
+        return tuple(file for file in self.files if file.endswith((".c", ".h")))
+
     def read_source(self, file: str) -> bytes:
         """The bytes of a generated file, refused unless they are those of the manifest.
 

@@ -1,0 +1,204 @@
+"""Instructions, counted by valgrind: the same number on every run, however busy the machine is.
+
+The kernels are compiled for a plain x86-64 and counted without the mathematical library, so that
+their count depends on the generated C and the compiler alone. The call from Python is counted as
+the difference between many and few calls, divided by how many more they are.
+"""
+
+import json
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping
+from importlib.metadata import version
+from pathlib import Path
+
+import chasles
+
+from .arms import ARMS
+from .native import compiler_version
+from .report import out, table
+
+EXPECTED = Path(__file__).with_name("instructions.json")
+FLAGS = ("-O2", "-march=x86-64", "-std=c99")
+FUNCTIONS = ("fk", "jacobian_mixed", "fk_jacobian_mixed", "jacobian_mixed_dot", "hessian_mixed")
+RISE = 0.02
+"""A count that rose by more is a failure."""
+TIMES = 100
+CALLS = (1_000, 3_000)
+CALL = """
+import sys, numpy as np, chasles
+arm = chasles.load(sys.argv[1])
+call, q = getattr(arm, sys.argv[2]), np.linspace(-1.0, 1.0, arm.n)
+for _ in range(int(sys.argv[3])):
+    call(q)
+"""
+
+
+def run(write: bool) -> int:
+    """Counts, then writes the expected counts or compares with them; the exit status."""
+    reason = impossible()
+    if reason:
+        out.print(f"no instructions counted: {reason}")
+        return 0
+    found = {"versions": versions(), "kernels": kernels(), "python": python_calls()}
+    if write:
+        EXPECTED.write_text(json.dumps(found, indent=1) + "\n", encoding="utf-8")
+        return 0
+    expected = json.loads(EXPECTED.read_text(encoding="utf-8"))
+    risen = [
+        *compare("kernels", expected, found, ("compiler",)),
+        *compare("python", expected, found, ("compiler", "python", "numpy")),
+    ]
+    for line in risen:
+        out.print(f"more instructions: {line}")
+    return 1 if risen else 0
+
+
+def impossible() -> str | None:
+    """Why instructions cannot be counted here, None where they can."""
+    if platform.machine() != "x86_64":
+        return "the counts are of x86-64"
+    missing = [name for name in ("valgrind", "gcc") if shutil.which(name) is None]
+    return f"{' and '.join(missing)} not installed" if missing else None
+
+
+def versions() -> dict[str, str]:
+    """What the counts depend on."""
+    return {
+        "compiler": compiler_version(("gcc",)),
+        "python": platform.python_version(),
+        "numpy": version("numpy"),
+    }
+
+
+def compare(
+    kind: str, expected: Mapping[str, dict], found: Mapping[str, dict], same: tuple[str, ...]
+) -> list[str]:
+    """Prints counts beside the expected ones; what rose, if the versions that matter are alike."""
+    other = [n for n in same if expected["versions"].get(n) != found["versions"][n]]
+    rows = [
+        (name, expected[kind].get(name, "new"), count) for name, count in found[kind].items()
+    ]
+    told = f" (another {', '.join(other)}: for information)" if other else ""
+    table(f"Instructions, {kind}{told}", ("function", "expected", "now"), rows)
+    return [] if other else rises(expected[kind], found[kind])
+
+
+def rises(expected: Mapping[str, int], found: Mapping[str, int]) -> list[str]:
+    """What rose by more than is allowed."""
+    both = [name for name in found if name in expected]
+    return [
+        f"{name}: {found[name]}, were {expected[name]}"
+        for name in both
+        if found[name] > expected[name] * (1 + RISE)
+    ]
+
+
+def kernels() -> dict[str, int]:
+    """Instructions of one call of each generated kernel, without sin, cos and their kind."""
+    with tempfile.TemporaryDirectory() as folder:
+        return {
+            f"{arm.name}.{function}": count
+            for arm in ARMS
+            for function, count in _of_robot(arm.name, Path(folder)).items()
+        }
+
+
+def _of_robot(name: str, folder: Path) -> dict[str, int]:
+    robot = chasles.load(name)
+    main = folder / f"{name}_main.c"
+    main.write_text(_driver(robot), encoding="utf-8")
+    program = folder / name
+    include = f"-I{robot.folder}"
+    subprocess.run(["gcc", *FLAGS, include, str(main), "-o", str(program), "-lm"], check=True)
+    return {f: _of_kernel(program, f"{name}_", f, folder) for f in FUNCTIONS}
+
+
+def _driver(robot: chasles.Robot) -> str:
+    """A program that calls the kernel it is given the name of so many times."""
+    calls = []
+    for name in FUNCTIONS:
+        function = robot.functions[name]
+        outputs = ", ".join(f"out[{k}]" for k in range(len(function.outputs)))
+        inputs = ", ".join("in" for _ in function.inputs)
+        call = f"{robot.name}_{name}({inputs}, {outputs});"
+        calls.append(f'        if (!strcmp(argv[1], "{name}")) {call}')
+    return "\n".join(
+        (
+            f'#include "{robot.name}.c"',
+            "#include <string.h>",
+            "static double in[64], out[4][4096];",
+            "int main(int argc, char **argv)",
+            "{",
+            f"    for (int k = 0; argc > 1 && k < {TIMES}; k++) {{",
+            *(f"        for (int i = 0; i < {robot.n}; i++) in[i] = 0.1 * (i + 1) + 0.01 * k;",),
+            *calls,
+            "    }",
+            "    return 0;",
+            "}",
+            "",
+        )
+    )
+
+
+def _of_kernel(program: Path, prefix: str, function: str, folder: Path) -> int:
+    profile = folder / f"{prefix}{function}.out"
+    options = ["--tool=callgrind", f"--callgrind-out-file={profile}", "--compress-strings=no"]
+    command = ["valgrind", *options, str(program), function]
+    subprocess.run(command, check=True, capture_output=True)
+    total = own_instructions(profile.read_text(encoding="utf-8"), prefix)
+    count, rest = divmod(total, TIMES)
+    assert rest == 0, f"{prefix}{function}: {total} instructions in {TIMES} equal calls"
+    return count
+
+
+def own_instructions(profile: str, prefix: str) -> int:
+    """Instructions in functions whose names begin so, without those that they call."""
+    total, ours, called = 0, False, False
+    for line in profile.splitlines():
+        if line.startswith("fn="):
+            ours = line[3:].startswith(prefix)
+        elif line.startswith("calls="):
+            called = True
+        elif re.match(r"[+\-*\d]", line):
+            # The line after "calls=" has what the callee took.
+            total += int(line.split()[1]) if ours and not called else 0
+            called = False
+    return total
+
+
+def python_calls() -> dict[str, int]:
+    """Instructions of one call from Python, the kernel and the mathematical library included."""
+    with tempfile.TemporaryDirectory() as cache:
+        return {
+            f"{arm.name}.{function}": _of_call(arm.name, function, cache)
+            for arm in ARMS
+            for function in ("fk", "fk_jacobian_mixed")
+        }
+
+
+def _of_call(name: str, function: str, cache: str) -> int:
+    # What valgrind cannot run must not be compiled: it knows no AVX-512.
+    environment = {
+        **os.environ,
+        "CC": "gcc",
+        "CHASLES_CACHE": cache,
+        "CHASLES_CFLAGS": "-O2 -march=x86-64",
+        "PYTHONHASHSEED": "0",
+    }
+    few, many = (_of_process((name, function, str(n)), environment) for n in CALLS)
+    return round((many - few) / (CALLS[1] - CALLS[0]))
+
+
+def _of_process(arguments: tuple[str, ...], environment: Mapping[str, str]) -> int:
+    options = ["--tool=callgrind", "--callgrind-out-file=/dev/null"]
+    command = ["valgrind", *options, sys.executable, "-c", CALL, *arguments]
+    done = subprocess.run(command, check=True, capture_output=True, text=True, env=environment)
+    found = re.search(r"Collected : (\d+)", done.stderr)
+    assert found, done.stderr
+    return int(found[1])

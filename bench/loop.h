@@ -1,0 +1,33 @@
+/* Runs fk() and fk_jacobian() of the file that includes it over an array of joint vectors.
+ *
+ * With step 0 all results go to the same place, which costs no memory traffic; with step 1 each has
+ * its own. Between two poses the compiler must assume that someone reads the result.
+ */
+#define KEEP(pointer) __asm__ volatile("" : : "r"(pointer) : "memory")
+#define EXPORT __attribute__((visibility("default")))
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+EXPORT void run_fk(void *context, const double *q, long joints, long count, double *T, long step)
+{
+    for (long k = 0; k < count; k++) {
+        fk(context, q + k * joints, T + 16 * k * step);
+        KEEP(T);
+    }
+}
+
+EXPORT void run_fk_jacobian(void *context, const double *q, long joints, long count, double *T, double *J,
+                     long step)
+{
+    for (long k = 0; k < count; k++) {
+        fk_jacobian(context, q + k * joints, T + 16 * k * step, J + 6 * joints * k * step);
+        KEEP(T);
+        KEEP(J);
+    }
+}
+
+#ifdef __cplusplus
+}
+#endif

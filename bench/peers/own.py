@@ -1,0 +1,43 @@
+"""chasles itself, under the same interface as its peers."""
+
+from pathlib import Path
+
+import chasles
+
+from ..arms import Arm
+from ..native import Loop, Source, loop
+from . import Batch, Call
+
+NAME = "chasles"
+
+
+def calls(arm: Arm) -> list[Call]:
+    robot = chasles.load(arm.name)
+    return [Call(NAME, robot.fk, robot.fk_jacobian_mixed, _read)]
+
+
+def _read(result) -> tuple:
+    return result if isinstance(result, tuple) else (result,)
+
+
+def loops(arm: Arm) -> list[Loop]:
+    return [generated_loop(chasles.load(arm.name).folder, arm.name, arm.joints)]
+
+
+def generated_loop(folder: Path, name: str, joints: int, pair: bool = True) -> Loop:
+    """The generated C in a folder, in a loop; without Jacobian where only fk was derived."""
+    both = f"{name}_fk_jacobian_mixed(q, T, J);" if pair else "(void)q, (void)T, (void)J;"
+    main = f"""
+#include "{name}.c"
+static void fk(void *none, const double *q, double *T) {{ (void)none; {name}_fk(q, T); }}
+static void fk_jacobian(void *none, const double *q, double *T, double *J)
+{{ (void)none; {both} }}
+#include "loop.h"
+"""
+    own = {f: (folder / f).read_text(encoding="utf-8") for f in (f"{name}.c", f"{name}.h")}
+    return loop(NAME, joints, Source(f"own-{name}", {"main.c": main, **own}))
+
+
+def batches(arm: Arm) -> list[Batch]:
+    robot = chasles.load(arm.name)
+    return [Batch(NAME, robot.fk, robot.fk_jacobian_mixed)]

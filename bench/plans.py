@@ -1,0 +1,25 @@
+"""What is measured, and for how long."""
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from . import batch, growth, one_call, scalar, small
+from .peers import SLOW_TO_BUILD, is_built
+from .report import Limit, Plan, Ratio
+
+FULL = Plan(rounds=15, calls=10_000, batch=1_000_000)
+SHORT = Plan(rounds=7, calls=5_000, batch=200_000)
+QUICK = Plan(rounds=2, calls=500, batch=20_000)
+
+SECTIONS: dict[str, tuple[str, Callable[[Plan], list[Ratio | Limit]]]] = {
+    "one_call": ("One call from Python", one_call.run),
+    "scalar": ("Compiled code, pose after pose", scalar.run),
+    "batch": ("A batch of poses from NumPy", batch.run),
+    "small": ("Small things", small.run),
+    "growth": ("Growth: a joint of a long chain beside one of a short chain", growth.run),
+}
+
+
+def without_slow_builds(plan: Plan) -> Plan:
+    """The plan without peers that take long to compile, unless that was done before."""
+    return replace(plan, leave_out=frozenset(n for n in SLOW_TO_BUILD if not is_built(n)))

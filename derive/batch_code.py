@@ -1,0 +1,221 @@
+"""The C of a robot for many poses at once: the same statements, on lanes.
+
+``<robot>_lanes.h`` holds each function once, on vectors whose lanes are poses; ``<robot>_batch.c``
+compiles it for every instruction set and chooses by the processor, with a plain loop elsewhere;
+``chasles_lanes.h`` is the part that is the same for every robot.
+"""
+
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+from .c_code import notice, size
+from .function import SymbolicFunction
+from .robot import Robot
+from .statements import ELEMENTARY, Body, Compute, Store
+
+SUPPORT = "chasles_lanes.h"
+MOST_INPUTS, MOST_OUTPUTS, MOST_ARGUMENTS = 256, 512, 8
+"""What the arrays of the support file hold; larger functions keep the plain loop."""
+ON_LANES = ("sin", "cos")
+"""The functions of the C library that lanes have."""
+_SQUARE = re.compile(r"sq\((\w+)\)")
+_SETS = ((2, "avx512"), (1, "avx2"), (0, "baseline"))
+
+
+def files(
+    robot: Robot, functions: Sequence[SymbolicFunction], bodies: Sequence[Body]
+) -> dict[str, str]:
+    """Header, source, lanes and support of a robot's batches, by file name."""
+    pairs = list(zip(functions, bodies, strict=True))
+    vector = [function for function, body in pairs if has_lanes(function, body)]
+    return {
+        f"{robot.name}_batch.h": _header(robot, functions),
+        f"{robot.name}_batch.c": _source(robot, functions, vector),
+        f"{robot.name}_lanes.h": _lanes(robot, [p for p in pairs if p[0] in vector]),
+        SUPPORT: (Path(__file__).parent / "c" / SUPPORT).read_text(encoding="utf-8"),
+    }
+
+
+def has_lanes(function: SymbolicFunction, body: Body) -> bool:
+    """Whether a function is written on lanes: small enough, and of operations that lanes have."""
+    calls = [ELEMENTARY.fullmatch(statement.expression) for statement in body.computed]
+    return (
+        sum(map(size, function.inputs)) <= MOST_INPUTS
+        and sum(map(size, function.outputs)) <= MOST_OUTPUTS
+        and max(len(function.inputs), len(function.outputs)) <= MOST_ARGUMENTS
+        and all(call is None or call.group(1) in ON_LANES for call in calls)
+    )
+
+
+def _header(robot: Robot, functions: Sequence[SymbolicFunction]) -> str:
+    guard = f"CHASLES_{robot.name.upper()}_BATCH_H"
+    declarations = "\n".join(f"{_signature(robot, function)};" for function in functions)
+    return f"""\
+{notice(robot)}
+/* The functions of {robot.name}.h for n poses: row k of every array belongs to pose k, and rows follow
+ * each other without gaps. Outputs must not overlap inputs. Values may differ from those of
+ * {robot.name}.h in the last places. */
+#ifndef {guard}
+#define {guard}
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+{declarations}
+
+#ifdef __cplusplus
+}}
+#endif
+
+#endif
+"""
+
+
+def _source(
+    robot: Robot, functions: Sequence[SymbolicFunction], vector: Sequence[SymbolicFunction]
+) -> str:
+    included = "\n\n".join(
+        f"#if CHASLES_SET_{name.upper()}\n#define CHASLES_ISA {number}\n"
+        f'#include "{SUPPORT}"\n#include "{robot.name}_lanes.h"\n#undef CHASLES_ISA\n#endif'
+        for number, name in _SETS
+    )
+    definitions = "\n".join(_definition(robot, f, f in vector) for f in functions)
+    return f"""\
+{notice(robot)}
+#include "{robot.name}_batch.h"
+
+#include <math.h>
+
+#include "{robot.name}.h"
+
+/* Which instruction sets are compiled: all of x86-64 that the compiler's flags leave open. */
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define CHASLES_SET_AVX512 1
+#ifndef __AVX512F__
+#define CHASLES_SET_AVX2 1
+#ifndef __AVX2__
+#define CHASLES_SET_BASELINE 1
+#endif
+#endif
+#endif
+#endif
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+{included}
+
+#ifdef __cplusplus
+}}
+#endif
+
+#if CHASLES_SET_AVX512
+#define CHASLES_HAS_AVX512 \\
+  (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && \\
+   __builtin_cpu_supports("avx512vl"))
+#define CHASLES_HAS_AVX2 (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+#endif
+
+{definitions}"""
+
+
+def _definition(robot: Robot, function: SymbolicFunction, vector: bool) -> str:
+    name = f"{robot.name}_{function.name}"
+    inputs, outputs = function.inputs, function.outputs
+    pointers = [f"inputs[{i}] + k * input_steps[{i}]" for i in range(len(inputs))]
+    pointers += [f"outputs[{i}] + k * output_steps[{i}]" for i in range(len(outputs))]
+    sizes = [size(what) for what in (*inputs, *outputs)]
+    steps_in = ", ".join(str(size(argument)) for argument in inputs)
+    steps_out = ", ".join(str(size(result)) for result in outputs)
+    return f"""\
+/* Rows of any step, in doubles. */
+static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{{
+{_choice(name, inputs, outputs, sizes) if vector else ""}\
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {{
+    {name}({", ".join(pointers)});
+  }}
+}}
+
+{_signature(robot, function)}
+{{
+  const double *const inputs[] = {{{", ".join(a.name for a in inputs)}}};
+  double *const outputs[] = {{{", ".join(r.name for r in outputs)}}};
+  const ptrdiff_t input_steps[] = {{{steps_in}}}, output_steps[] = {{{steps_out}}};
+  {name}_rows(n, inputs, input_steps, outputs, output_steps);
+}}
+"""
+
+
+def _choice(name: str, inputs: Sequence[object], outputs: Sequence[object], sizes: Sequence[int]) -> str:
+    runs = "".join(
+        f"#if CHASLES_SET_{isa.upper()}\n  if (n > 1{condition}) {{\n"
+        f"    lanes_run_{isa}({name}_{isa}, &shape, n, inputs, input_steps, outputs, output_steps);\n"
+        "    return;\n  }\n#endif\n"
+        for isa, condition in (
+            ("avx512", " && CHASLES_HAS_AVX512"),
+            ("avx2", " && CHASLES_HAS_AVX2"),
+            ("baseline", ""),
+        )
+    )
+    return f"""\
+#if CHASLES_SET_AVX512
+  static const int sizes[] = {{{", ".join(map(str, sizes))}}};
+  static const lanes_shape shape = {{{len(inputs)}, {len(outputs)}, sizes}};
+#endif
+{runs}"""
+
+
+def _signature(robot: Robot, function: SymbolicFunction) -> str:
+    inputs = [f"const double *{argument.name}" for argument in function.inputs]
+    outputs = [f"double *{result.name}" for result in function.outputs]
+    return f"void {robot.name}_{function.name}_batch(size_t n, {', '.join(inputs + outputs)})"
+
+
+def _lanes(robot: Robot, pairs: Sequence[tuple[SymbolicFunction, Body]]) -> str:
+    parts = [
+        notice(robot),
+        f"/* The functions of {robot.name}.h on lanes: all inputs in one array, all outputs in one. */\n",
+    ]
+    parts += [_kernel(robot.name, function, body) for function, body in pairs]
+    return "\n".join(parts)
+
+
+def _kernel(prefix: str, function: SymbolicFunction, body: Body) -> str:
+    first_in = _offsets([size(argument) for argument in function.inputs])
+    first_out = _offsets([size(result) for result in function.outputs])
+    lines = [] if body.loads else ["  (void)in;"]
+    for i, k in body.loads:
+        lines.append(f"  const lanes {function.inputs[i].name}_{k} = in[{first_in[i] + k}];")
+    for statement in body.statements:
+        match statement:
+            case Compute(name, expression):
+                lines.append(_computed(name, expression))
+            case Store(i, entry, value):
+                number = value[0] in "-0123456789"
+                stored = f"LANES_OF({value})" if number else value
+                lines.append(f"  out[{first_out[i] + entry}] = {stored};")
+    head = f"static LANES_TARGET void LANES_NAME({prefix}_{function.name})"
+    return "\n".join([f"{head}(const lanes *in, lanes *out)", "{", *lines, "}\n"])
+
+
+def _computed(name: str, expression: str) -> str:
+    call = ELEMENTARY.fullmatch(expression)
+    if call:
+        function, argument = call.groups()
+        return f"  lanes {name}; LANES_NAME(lanes_{function})(&{argument}, &{name});"
+    multiplied = _SQUARE.sub(r"\1 * \1", expression)
+    return f"  const lanes {name} = {multiplied};"
+
+
+def _offsets(sizes: Sequence[int]) -> list[int]:
+    return [sum(sizes[:k]) for k in range(len(sizes))]
+
+

@@ -1,0 +1,283 @@
+/* Lanes: LANES poses at once, one pose a lane; part of chasles, the same for every robot.
+ *
+ * Included once for each instruction set, with CHASLES_ISA 0 (baseline), 1 (AVX2) or 2 (AVX-512).
+ * It gives the type `lanes` with its sine, cosine and other functions, and `lanes_run`, which walks
+ * over rows of any step in tiles of LANES rows: rows to lanes, a kernel on lanes, lanes to rows.
+ * Sines come from libmvec, the vector part of glibc's libm, by name.
+ */
+#ifndef CHASLES_LANES_H
+#define CHASLES_LANES_H
+
+#include <immintrin.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <string.h>
+
+#define LANES_MOST_INPUTS 256   /* doubles in all inputs of a kernel */
+#define LANES_MOST_OUTPUTS 512  /* doubles in all outputs */
+#define LANES_MOST_ARGUMENTS 8  /* inputs, and outputs */
+#define LANES_LINE 8            /* doubles in a cache line */
+/* Results larger than this (bytes) go past the caches: they would not be found there anyway. */
+#define LANES_STREAMED ((size_t)4 << 20)
+
+typedef struct {
+  int inputs, outputs;
+  const int *sizes; /* doubles of each input, then of each output */
+} lanes_shape;
+
+/* A result on its way to memory, in whole cache lines: `held` doubles wait in `stage` for the rest of
+ * the line that begins at `to`; the first `skipped` of them belong to somebody else. */
+typedef struct {
+  double *to;
+  size_t held, skipped;
+  double *stage;
+} lanes_stream;
+
+#define LANES_JOIN_(a, b) a##_##b
+#define LANES_JOIN(a, b) LANES_JOIN_(a, b)
+#define LANES_NAME(name) LANES_JOIN(name, LANES_SET)
+#endif
+
+#undef LANES
+#undef LANES_SET
+#undef LANES_TARGET
+#undef lanes
+#if CHASLES_ISA == 2
+#define LANES 8
+#define LANES_SET avx512
+#define LANES_TARGET __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma")))
+#elif CHASLES_ISA == 1
+#define LANES 4
+#define LANES_SET avx2
+#define LANES_TARGET __attribute__((target("avx2,fma")))
+#else
+#define LANES 4
+#define LANES_SET baseline
+#define LANES_TARGET
+#endif
+#define lanes LANES_NAME(lanes_type)
+#define LANES_OF(number) (LANES_NAME(lanes_zero) + (number))
+
+typedef double lanes __attribute__((vector_size(LANES * sizeof(double))));
+typedef double LANES_NAME(lanes_row)
+    __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double))));
+static const lanes LANES_NAME(lanes_zero) = {0};
+typedef void (*LANES_NAME(lanes_kernel))(const lanes *in, lanes *out);
+
+/* ---- functions of lanes ---- */
+
+#if CHASLES_ISA == 2
+LANES_TARGET lanes _ZGVeN8v_sin(lanes);
+LANES_TARGET lanes _ZGVeN8v_cos(lanes);
+#define LANES_SIN(x) _ZGVeN8v_sin(x)
+#define LANES_COS(x) _ZGVeN8v_cos(x)
+#elif CHASLES_ISA == 1
+LANES_TARGET lanes _ZGVdN4v_sin(lanes);
+LANES_TARGET lanes _ZGVdN4v_cos(lanes);
+#define LANES_SIN(x) _ZGVdN4v_sin(x)
+#define LANES_COS(x) _ZGVdN4v_cos(x)
+#else
+__m128d _ZGVbN2v_sin(__m128d);
+__m128d _ZGVbN2v_cos(__m128d);
+#define LANES_HALVES(function, argument, result)           \
+  do {                                                     \
+    double halves_[LANES];                                 \
+    memcpy(halves_, argument, sizeof halves_);             \
+    for (int i_ = 0; i_ < LANES; i_ += 2) {                \
+      __m128d half_ = function(_mm_loadu_pd(halves_ + i_)); \
+      _mm_storeu_pd(halves_ + i_, half_);                  \
+    }                                                      \
+    memcpy(result, halves_, sizeof halves_);               \
+  } while (0)
+#endif
+
+/* By address: vectors wider than the baseline's are not passed by value in its calls. */
+static inline LANES_TARGET void LANES_NAME(lanes_sin)(const lanes *x, lanes *y)
+{
+#if CHASLES_ISA > 0
+  *y = LANES_SIN(*x);
+#else
+  LANES_HALVES(_ZGVbN2v_sin, x, y);
+#endif
+}
+
+static inline LANES_TARGET void LANES_NAME(lanes_cos)(const lanes *x, lanes *y)
+{
+#if CHASLES_ISA > 0
+  *y = LANES_COS(*x);
+#else
+  LANES_HALVES(_ZGVbN2v_cos, x, y);
+#endif
+}
+#undef LANES_SIN
+#undef LANES_COS
+
+/* ---- rows to lanes and back ---- */
+
+/* LANES lanes become LANES rows. */
+static inline LANES_TARGET void LANES_NAME(lanes_transpose)(const lanes *a, lanes *rows)
+{
+#if LANES == 8
+  lanes b[8], c[8];
+  for (int i = 0; i < 8; i += 2) {
+    b[i] = __builtin_shufflevector(a[i], a[i + 1], 0, 8, 2, 10, 4, 12, 6, 14);
+    b[i + 1] = __builtin_shufflevector(a[i], a[i + 1], 1, 9, 3, 11, 5, 13, 7, 15);
+  }
+  for (int i = 0; i < 8; i += 4) {
+    for (int j = i; j < i + 2; j++) {
+      c[j] = __builtin_shufflevector(b[j], b[j + 2], 0, 1, 8, 9, 4, 5, 12, 13);
+      c[j + 2] = __builtin_shufflevector(b[j], b[j + 2], 2, 3, 10, 11, 6, 7, 14, 15);
+    }
+  }
+  for (int j = 0; j < 4; j++) {
+    rows[j] = __builtin_shufflevector(c[j], c[j + 4], 0, 1, 2, 3, 8, 9, 10, 11);
+    rows[j + 4] = __builtin_shufflevector(c[j], c[j + 4], 4, 5, 6, 7, 12, 13, 14, 15);
+  }
+#else
+  lanes b[4];
+  for (int i = 0; i < 4; i += 2) {
+    b[i] = __builtin_shufflevector(a[i], a[i + 1], 0, 4, 2, 6);
+    b[i + 1] = __builtin_shufflevector(a[i], a[i + 1], 1, 5, 3, 7);
+  }
+  for (int j = 0; j < 2; j++) {
+    rows[j] = __builtin_shufflevector(b[j], b[j + 2], 0, 1, 4, 5);
+    rows[j + 2] = __builtin_shufflevector(b[j], b[j + 2], 2, 3, 6, 7);
+  }
+#endif
+}
+
+/* The first `width` doubles of a row; what lies behind them is not touched. */
+static inline LANES_TARGET lanes LANES_NAME(lanes_load)(const double *row, int width)
+{
+#if CHASLES_ISA == 2
+  return (lanes)_mm512_maskz_loadu_pd((__mmask8)((1 << width) - 1), row);
+#else
+  lanes found = {0};
+  for (int k = 0; k < width; k++) {
+    found[k] = row[k];
+  }
+  return found;
+#endif
+}
+
+/* Through registers: a wide load would have to wait for narrow stores to reach the cache. */
+static LANES_TARGET void LANES_NAME(lanes_gather)(const double *rows, ptrdiff_t step, int size,
+                                                  int count, lanes *to)
+{
+  for (int k = 0; k < size; k += LANES) {
+    int width = size - k < LANES ? size - k : LANES;
+    lanes block[LANES], turned[LANES];
+    for (int lane = 0; lane < LANES; lane++) {
+      /* A lane without a row of its own repeats the last one, so that it computes something tame. */
+      block[lane] = LANES_NAME(lanes_load)(rows + (lane < count ? lane : count - 1) * step + k, width);
+    }
+    LANES_NAME(lanes_transpose)(block, turned);
+    for (int i = 0; i < width; i++) {
+      to[k + i] = turned[i];
+    }
+  }
+}
+
+static LANES_TARGET void LANES_NAME(lanes_scatter)(const lanes *from, int size, int count,
+                                                   double *rows, ptrdiff_t step)
+{
+  int k = 0;
+  for (; k + LANES <= size; k += LANES) {
+    lanes block[LANES];
+    LANES_NAME(lanes_transpose)(from + k, block);
+    for (int lane = 0; lane < count; lane++) {
+      *(LANES_NAME(lanes_row) *)(rows + lane * step + k) = block[lane];
+    }
+  }
+  for (; k < size; k++) {
+    const double *at = (const double *)(from + k);
+    for (int lane = 0; lane < count; lane++) {
+      rows[lane * step + k] = at[lane];
+    }
+  }
+}
+
+/* ---- results past the caches ---- */
+
+/* Writes the whole lines among the doubles that are staged, keeps the rest for the next tile. */
+static LANES_TARGET void LANES_NAME(lanes_push)(lanes_stream *stream, size_t added)
+{
+  size_t total = stream->held + added, whole = total - total % LANES_LINE, k = 0;
+  if (whole && stream->skipped) {
+    size_t own = LANES_LINE - stream->skipped;
+    memcpy(stream->to + stream->skipped, stream->stage + stream->skipped, own * sizeof(double));
+    stream->skipped = 0;
+    k = LANES_LINE;
+  }
+#if CHASLES_ISA == 2
+  for (; k < whole; k += 8) {
+    _mm512_stream_pd(stream->to + k, _mm512_load_pd(stream->stage + k));
+  }
+#elif CHASLES_ISA == 1
+  for (; k < whole; k += 4) {
+    _mm256_stream_pd(stream->to + k, _mm256_load_pd(stream->stage + k));
+  }
+#else
+  for (; k < whole; k += 2) {
+    _mm_stream_pd(stream->to + k, _mm_load_pd(stream->stage + k));
+  }
+#endif
+  memcpy(stream->stage, stream->stage + whole, (total - whole) * sizeof(double));
+  stream->to += whole;
+  stream->held = total - whole;
+}
+
+/* ---- a batch ---- */
+
+static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
+                                               const lanes_shape *shape, size_t n,
+                                               const double *const *inputs,
+                                               const ptrdiff_t *input_steps,
+                                               double *const *outputs,
+                                               const ptrdiff_t *output_steps)
+{
+  lanes in[LANES_MOST_INPUTS], out[LANES_MOST_OUTPUTS];
+  double stage[(LANES_MOST_OUTPUTS + LANES_MOST_ARGUMENTS) * LANES]
+      __attribute__((aligned(LANES_LINE * sizeof(double))));
+  lanes_stream streams[LANES_MOST_ARGUMENTS];
+  const int *sizes = shape->sizes + shape->inputs;
+  size_t staged = 0;
+  for (int i = 0; i < shape->outputs; i++) {
+    size_t past = ((uintptr_t)outputs[i] / sizeof(double)) % LANES_LINE;
+    int streamed = output_steps[i] == sizes[i] && n * sizes[i] * sizeof(double) > LANES_STREAMED;
+    streams[i].stage = streamed ? stage + staged : 0;
+    streams[i].to = outputs[i] - past;
+    streams[i].held = streams[i].skipped = past;
+    staged += (size_t)sizes[i] * LANES + LANES_LINE;
+  }
+  for (size_t row = 0; row < n; row += LANES) {
+    int count = n - row < LANES ? (int)(n - row) : LANES;
+    lanes *at = in;
+    for (int i = 0; i < shape->inputs; i++) {
+      const double *rows = inputs[i] + (ptrdiff_t)row * input_steps[i];
+      LANES_NAME(lanes_gather)(rows, input_steps[i], shape->sizes[i], count, at);
+      at += shape->sizes[i];
+    }
+    kernel(in, out);
+    at = out;
+    for (int i = 0; i < shape->outputs; i++) {
+      if (streams[i].stage) {
+        double *rows = streams[i].stage + streams[i].held;
+        LANES_NAME(lanes_scatter)(at, sizes[i], count, rows, sizes[i]);
+        LANES_NAME(lanes_push)(&streams[i], (size_t)count * sizes[i]);
+      } else {
+        double *rows = outputs[i] + (ptrdiff_t)row * output_steps[i];
+        LANES_NAME(lanes_scatter)(at, sizes[i], count, rows, output_steps[i]);
+      }
+      at += sizes[i];
+    }
+  }
+  for (int i = 0; i < shape->outputs; i++) {
+    const lanes_stream *stream = &streams[i];
+    if (stream->stage) {
+      size_t own = stream->held - stream->skipped;
+      memcpy(stream->to + stream->skipped, stream->stage + stream->skipped, own * sizeof(double));
+    }
+  }
+  _mm_sfence();
+}
