@@ -2,7 +2,7 @@
 
 The kernels are compiled for a plain x86-64 and counted without the mathematical library, so that
 their count depends on the generated C and the compiler alone. The call from Python is counted as
-the difference between many and few calls, divided by how many more they are.
+the difference between many and few calls of one process, divided by how many more they are.
 """
 
 import json
@@ -29,14 +29,21 @@ FUNCTIONS = ("fk", "jacobian_mixed", "fk_jacobian_mixed", "jacobian_mixed_dot", 
 RISE = 0.02
 """A count that rose by more is a failure."""
 TIMES = 100
-CALLS = (1_000, 3_000)
-CALL = """
-import sys, numpy as np, chasles
-arm = chasles.load(sys.argv[1])
-call, q = getattr(arm, sys.argv[2]), np.linspace(-1.0, 1.0, arm.n)
-for _ in range(int(sys.argv[3])):
-    call(q)
+"""Calls of a kernel."""
+CALLS = (200, 1_200)
+"""Calls from Python."""
+PYTHON = """
+import os, sys, numpy as np, chasles
+for item in sys.argv[1:]:
+    name, function = item.split(".")
+    arm = chasles.load(name)
+    call, q = getattr(arm, function), np.linspace(-1.0, 1.0, arm.n)
+    for count in (100, *CALLS):
+        for _ in range(count):
+            call(q)
+        os.getppid()
 """
+"""Valgrind writes out what it counted at each call of getppid, and counts from zero again."""
 
 
 def run(write: bool) -> int:
@@ -52,7 +59,7 @@ def run(write: bool) -> int:
     expected = json.loads(EXPECTED.read_text(encoding="utf-8"))
     risen = [
         *compare("kernels", expected, found, ("compiler",)),
-        *compare("python", expected, found, ("compiler", "python", "numpy")),
+        *compare("python", expected, found, tuple(found["versions"])),
     ]
     for line in risen:
         out.print(f"more instructions: {line}")
@@ -73,6 +80,7 @@ def versions() -> dict[str, str]:
         "compiler": compiler_version(("gcc",)),
         "python": platform.python_version(),
         "numpy": version("numpy"),
+        "libc": " ".join(platform.libc_ver()),
     }
 
 
@@ -114,8 +122,9 @@ def _of_robot(name: str, folder: Path) -> dict[str, int]:
     main = folder / f"{name}_main.c"
     main.write_text(_driver(robot), encoding="utf-8")
     program = folder / name
-    include = f"-I{robot.folder}"
-    subprocess.run(["gcc", *FLAGS, include, str(main), "-o", str(program), "-lm"], check=True)
+    # Bound before the start: otherwise the first call of each library function counts for more.
+    options = [f"-I{robot.folder}", str(main), "-o", str(program), "-lm", "-Wl,-z,now"]
+    subprocess.run(["gcc", *FLAGS, *options], check=True)
     return {f: _of_kernel(program, f"{name}_", f, folder) for f in FUNCTIONS}
 
 
@@ -136,7 +145,7 @@ def _driver(robot: chasles.Robot) -> str:
             "int main(int argc, char **argv)",
             "{",
             f"    for (int k = 0; argc > 1 && k < {TIMES}; k++) {{",
-            *(f"        for (int i = 0; i < {robot.n}; i++) in[i] = 0.1 * (i + 1) + 0.01 * k;",),
+            f"        for (int i = 0; i < {robot.n}; i++) in[i] = 0.1 * (i + 1) + 0.01 * k;",
             *calls,
             "    }",
             "    return 0;",
@@ -174,31 +183,31 @@ def own_instructions(profile: str, prefix: str) -> int:
 
 def python_calls() -> dict[str, int]:
     """Instructions of one call from Python, the kernel and the mathematical library included."""
-    with tempfile.TemporaryDirectory() as cache:
-        return {
-            f"{arm.name}.{function}": _of_call(arm.name, function, cache)
-            for arm in ARMS
-            for function in ("fk", "fk_jacobian_mixed")
-        }
+    names = [f"{arm.name}.{f}" for arm in ARMS for f in ("fk", "fk_jacobian_mixed")]
+    with tempfile.TemporaryDirectory() as folder:
+        # Compiled before: the compiler's own instructions do not belong here.
+        _python(folder, *(f"{arm.name}.fk" for arm in ARMS))
+        options = ["--tool=callgrind", "--dump-before=getppid", f"--callgrind-out-file={folder}/out"]
+        _python(folder, *names, before=("valgrind", *options))
+        parts = [_total(Path(f"{folder}/out.{k + 1}")) for k in range(3 * len(names))]
+    few, many = parts[1::3], parts[2::3]
+    more = CALLS[1] - CALLS[0]
+    return {n: round((b - a) / more) for n, a, b in zip(names, few, many, strict=True)}
 
 
-def _of_call(name: str, function: str, cache: str) -> int:
+def _python(cache: str, *names: str, before: tuple[str, ...] = ()) -> None:
     # What valgrind cannot run must not be compiled: it knows no AVX-512.
-    environment = {
-        **os.environ,
+    settings = {
         "CC": "gcc",
         "CHASLES_CACHE": cache,
         "CHASLES_CFLAGS": "-O2 -march=x86-64",
         "PYTHONHASHSEED": "0",
     }
-    few, many = (_of_process((name, function, str(n)), environment) for n in CALLS)
-    return round((many - few) / (CALLS[1] - CALLS[0]))
+    command = [*before, sys.executable, "-c", PYTHON.replace("CALLS", str(CALLS)), *names]
+    subprocess.run(command, check=True, capture_output=True, env={**os.environ, **settings})
 
 
-def _of_process(arguments: tuple[str, ...], environment: Mapping[str, str]) -> int:
-    options = ["--tool=callgrind", "--callgrind-out-file=/dev/null"]
-    command = ["valgrind", *options, sys.executable, "-c", CALL, *arguments]
-    done = subprocess.run(command, check=True, capture_output=True, text=True, env=environment)
-    found = re.search(r"Collected : (\d+)", done.stderr)
-    assert found, done.stderr
+def _total(part: Path) -> int:
+    found = re.search(r"^(?:totals|summary): (\d+)", part.read_text(encoding="utf-8"), re.MULTILINE)
+    assert found, f"{part}: no total"
     return int(found[1])

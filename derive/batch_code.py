@@ -21,6 +21,11 @@ ON_LANES = ("sin", "cos")
 """The functions of the C library that lanes have."""
 _SQUARE = re.compile(r"sq\((\w+)\)")
 _SETS = ((2, "avx512"), (1, "avx2"), (0, "baseline"))
+_CONDITIONS = (
+    ("avx512", " && CHASLES_HAS_AVX512"),
+    ("avx2", " && CHASLES_HAS_AVX2"),
+    ("baseline", ""),
+)
 
 
 def files(
@@ -41,8 +46,8 @@ def has_lanes(function: SymbolicFunction, body: Body) -> bool:
     """Whether a function is written on lanes: small enough, and of operations that lanes have."""
     calls = [ELEMENTARY.fullmatch(statement.expression) for statement in body.computed]
     return (
-        sum(map(size, function.inputs)) <= MOST_INPUTS
-        and sum(map(size, function.outputs)) <= MOST_OUTPUTS
+        sum(_sizes(function)[0]) <= MOST_INPUTS
+        and sum(_sizes(function)[1]) <= MOST_OUTPUTS
         and max(len(function.inputs), len(function.outputs)) <= MOST_ARGUMENTS
         and all(call is None or call.group(1) in ON_LANES for call in calls)
     )
@@ -53,9 +58,9 @@ def _header(robot: Robot, functions: Sequence[SymbolicFunction]) -> str:
     declarations = "\n".join(f"{_signature(robot, function)};" for function in functions)
     return f"""\
 {notice(robot)}
-/* The functions of {robot.name}.h for n poses: row k of every array belongs to pose k, and rows follow
- * each other without gaps. Outputs must not overlap inputs. Values may differ from those of
- * {robot.name}.h in the last places. */
+/* The functions of {robot.name}.h for n poses: row k of every array belongs to pose k, and rows
+ * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
+ * of {robot.name}.h in the last places. */
 #ifndef {guard}
 #define {guard}
 
@@ -127,18 +132,16 @@ extern "C" {{
 
 def _definition(robot: Robot, function: SymbolicFunction, vector: bool) -> str:
     name = f"{robot.name}_{function.name}"
-    inputs, outputs = function.inputs, function.outputs
-    pointers = [f"inputs[{i}] + k * input_steps[{i}]" for i in range(len(inputs))]
-    pointers += [f"outputs[{i}] + k * output_steps[{i}]" for i in range(len(outputs))]
-    sizes = [size(what) for what in (*inputs, *outputs)]
-    steps_in = ", ".join(str(size(argument)) for argument in inputs)
-    steps_out = ", ".join(str(size(result)) for result in outputs)
+    sizes_in, sizes_out = _sizes(function)
+    pointers = [f"inputs[{i}] + k * input_steps[{i}]" for i in range(len(sizes_in))]
+    pointers += [f"outputs[{i}] + k * output_steps[{i}]" for i in range(len(sizes_out))]
+    steps_in, steps_out = (", ".join(map(str, sizes)) for sizes in (sizes_in, sizes_out))
     return f"""\
 /* Rows of any step, in doubles. */
 static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {{
-{_choice(name, inputs, outputs, sizes) if vector else ""}\
+{_choice(name, sizes_in, sizes_out) if vector else ""}\
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {{
     {name}({", ".join(pointers)});
   }}
@@ -146,31 +149,31 @@ static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *
 
 {_signature(robot, function)}
 {{
-  const double *const inputs[] = {{{", ".join(a.name for a in inputs)}}};
-  double *const outputs[] = {{{", ".join(r.name for r in outputs)}}};
+  const double *const inputs[] = {{{", ".join(a.name for a in function.inputs)}}};
+  double *const outputs[] = {{{", ".join(r.name for r in function.outputs)}}};
   const ptrdiff_t input_steps[] = {{{steps_in}}}, output_steps[] = {{{steps_out}}};
   {name}_rows(n, inputs, input_steps, outputs, output_steps);
 }}
 """
 
 
-def _choice(name: str, inputs: Sequence[object], outputs: Sequence[object], sizes: Sequence[int]) -> str:
+def _choice(name: str, sizes_in: Sequence[int], sizes_out: Sequence[int]) -> str:
     runs = "".join(
         f"#if CHASLES_SET_{isa.upper()}\n  if (n > 1{condition}) {{\n"
-        f"    lanes_run_{isa}({name}_{isa}, &shape, n, inputs, input_steps, outputs, output_steps);\n"
-        "    return;\n  }\n#endif\n"
-        for isa, condition in (
-            ("avx512", " && CHASLES_HAS_AVX512"),
-            ("avx2", " && CHASLES_HAS_AVX2"),
-            ("baseline", ""),
-        )
+        f"    lanes_run_{isa}({name}_{isa}, &shape, n, inputs, input_steps, outputs,\n"
+        "        output_steps);\n    return;\n  }\n#endif\n"
+        for isa, condition in _CONDITIONS
     )
     return f"""\
 #if CHASLES_SET_AVX512
-  static const int sizes[] = {{{", ".join(map(str, sizes))}}};
-  static const lanes_shape shape = {{{len(inputs)}, {len(outputs)}, sizes}};
+  static const int sizes[] = {{{", ".join(map(str, (*sizes_in, *sizes_out)))}}};
+  static const lanes_shape shape = {{{len(sizes_in)}, {len(sizes_out)}, sizes}};
 #endif
 {runs}"""
+
+
+def _sizes(function: SymbolicFunction) -> tuple[list[int], list[int]]:
+    return [size(argument) for argument in function.inputs], [size(r) for r in function.outputs]
 
 
 def _signature(robot: Robot, function: SymbolicFunction) -> str:
@@ -182,15 +185,14 @@ def _signature(robot: Robot, function: SymbolicFunction) -> str:
 def _lanes(robot: Robot, pairs: Sequence[tuple[SymbolicFunction, Body]]) -> str:
     parts = [
         notice(robot),
-        f"/* The functions of {robot.name}.h on lanes: all inputs in one array, all outputs in one. */\n",
+        f"/* {robot.name}.h on lanes: all inputs in one array, all outputs in another. */\n",
     ]
     parts += [_kernel(robot.name, function, body) for function, body in pairs]
     return "\n".join(parts)
 
 
 def _kernel(prefix: str, function: SymbolicFunction, body: Body) -> str:
-    first_in = _offsets([size(argument) for argument in function.inputs])
-    first_out = _offsets([size(result) for result in function.outputs])
+    first_in, first_out = (_offsets(sizes) for sizes in _sizes(function))
     lines = [] if body.loads else ["  (void)in;"]
     for i, k in body.loads:
         lines.append(f"  const lanes {function.inputs[i].name}_{k} = in[{first_in[i] + k}];")
@@ -217,5 +219,3 @@ def _computed(name: str, expression: str) -> str:
 
 def _offsets(sizes: Sequence[int]) -> list[int]:
     return [sum(sizes[:k]) for k in range(len(sizes))]
-
-

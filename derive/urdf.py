@@ -236,7 +236,8 @@ class _Urdf:
     def _fail(self, element: etree._Element, field: str, value: object, expected: str) -> NoReturn:
         named = element if element.get("name") else element.getparent()
         owner = element if named is None else named
-        about = f"<{owner.tag} {owner.get('name', '')}> {field}".replace(" >", ">").strip()
+        tag = " ".join(str(word) for word in (owner.tag, owner.get("name")) if word)
+        about = f"<{tag}> {field}".strip()
         raise DescriptionError(self.file, element.sourceline, about, value, expected) from None
 
 

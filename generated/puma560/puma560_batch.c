@@ -64,19 +64,22 @@ static void puma560_fk_rows(size_t n, const double *const *inputs, const ptrdiff
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_fk_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_fk_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_fk_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_fk_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_fk_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_fk_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
@@ -103,19 +106,22 @@ static void puma560_link_poses_rows(size_t n, const double *const *inputs, const
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_link_poses_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_link_poses_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_link_poses_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_link_poses_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_link_poses_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_link_poses_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
@@ -142,19 +148,22 @@ static void puma560_fk_jacobian_mixed_rows(size_t n, const double *const *inputs
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_fk_jacobian_mixed_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_fk_jacobian_mixed_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_fk_jacobian_mixed_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_fk_jacobian_mixed_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_fk_jacobian_mixed_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_fk_jacobian_mixed_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
@@ -181,19 +190,22 @@ static void puma560_jacobian_space_rows(size_t n, const double *const *inputs, c
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_jacobian_space_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_jacobian_space_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_jacobian_space_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_jacobian_space_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_jacobian_space_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_jacobian_space_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
@@ -220,19 +232,22 @@ static void puma560_jacobian_body_rows(size_t n, const double *const *inputs, co
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_jacobian_body_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_jacobian_body_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_jacobian_body_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_jacobian_body_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_jacobian_body_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_jacobian_body_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
@@ -259,19 +274,22 @@ static void puma560_jacobian_mixed_rows(size_t n, const double *const *inputs, c
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_jacobian_mixed_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_jacobian_mixed_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_jacobian_mixed_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_jacobian_mixed_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_jacobian_mixed_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_jacobian_mixed_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
@@ -298,19 +316,22 @@ static void puma560_jacobian_space_dot_rows(size_t n, const double *const *input
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_jacobian_space_dot_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_jacobian_space_dot_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_jacobian_space_dot_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_jacobian_space_dot_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_jacobian_space_dot_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_jacobian_space_dot_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
@@ -337,19 +358,22 @@ static void puma560_jacobian_body_dot_rows(size_t n, const double *const *inputs
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_jacobian_body_dot_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_jacobian_body_dot_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_jacobian_body_dot_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_jacobian_body_dot_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_jacobian_body_dot_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_jacobian_body_dot_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
@@ -376,19 +400,22 @@ static void puma560_jacobian_mixed_dot_rows(size_t n, const double *const *input
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_jacobian_mixed_dot_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_jacobian_mixed_dot_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_jacobian_mixed_dot_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_jacobian_mixed_dot_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_jacobian_mixed_dot_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_jacobian_mixed_dot_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
@@ -415,19 +442,22 @@ static void puma560_hessian_mixed_rows(size_t n, const double *const *inputs, co
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_hessian_mixed_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_hessian_mixed_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_hessian_mixed_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_hessian_mixed_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_hessian_mixed_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_hessian_mixed_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
@@ -454,19 +484,22 @@ static void puma560_twist_space_rows(size_t n, const double *const *inputs, cons
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_twist_space_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_twist_space_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_twist_space_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_twist_space_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_twist_space_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_twist_space_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
@@ -493,19 +526,22 @@ static void puma560_twist_body_rows(size_t n, const double *const *inputs, const
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_twist_body_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_twist_body_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_twist_body_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_twist_body_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_twist_body_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_twist_body_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
@@ -532,19 +568,22 @@ static void puma560_twist_mixed_rows(size_t n, const double *const *inputs, cons
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_twist_mixed_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_twist_mixed_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_twist_mixed_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_twist_mixed_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_twist_mixed_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_twist_mixed_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
@@ -571,19 +610,22 @@ static void puma560_acceleration_space_rows(size_t n, const double *const *input
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_acceleration_space_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_acceleration_space_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_acceleration_space_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_acceleration_space_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_acceleration_space_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_acceleration_space_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
@@ -610,19 +652,22 @@ static void puma560_acceleration_body_rows(size_t n, const double *const *inputs
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_acceleration_body_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_acceleration_body_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_acceleration_body_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_acceleration_body_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_acceleration_body_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_acceleration_body_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
@@ -649,19 +694,22 @@ static void puma560_acceleration_mixed_rows(size_t n, const double *const *input
 #endif
 #if CHASLES_SET_AVX512
   if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(puma560_acceleration_mixed_avx512, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx512(puma560_acceleration_mixed_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_AVX2
   if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(puma560_acceleration_mixed_avx2, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_avx2(puma560_acceleration_mixed_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif
 #if CHASLES_SET_BASELINE
   if (n > 1) {
-    lanes_run_baseline(puma560_acceleration_mixed_baseline, &shape, n, inputs, input_steps, outputs, output_steps);
+    lanes_run_baseline(puma560_acceleration_mixed_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
     return;
   }
 #endif

@@ -168,7 +168,7 @@ def test_nothing_is_evaluated() -> None:
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("d2", "unknown parameter 'd2'; declared is d1"),
+        ("d2", "unknown parameter 'd2'; declared is a, b, d1"),
         ("zz", "unknown parameter 'zz'; declared is a, b, d1"),
         ("a.real", "'a.real' is not understood; there are numbers, pi, parameters"),
         ("1 +", "not a number or an expression of numbers, pi, parameters"),
@@ -191,7 +191,7 @@ def test_reasons_say_what_is_wrong(text: str, reason: str) -> None:
 
 
 def test_without_parameters_a_name_is_unknown() -> None:
-    with pytest.raises(NotExact, match="unknown name 'a'$"):
+    with pytest.raises(NotExact, match=r"unknown name 'a'$"):
         read("a")
 
 

@@ -1,0 +1,116 @@
+"""Malformed robot files: each a clear error, none a traceback, a hang or a written file."""
+
+import random
+import time
+
+from derivations import NAMES, ROBOTS
+from typer.testing import CliRunner
+
+from chasles.derive import DescriptionError, load
+from chasles.derive.cli import app
+
+MALFORMED = 500
+LONGEST_SECONDS = 2.0
+JUNK = (
+    "",
+    "=",
+    "[",
+    "]]",
+    '"',
+    "nan",
+    "-inf",
+    "1e999999999",
+    "9" * 5000,
+    "0x10",
+    "true",
+    "1979-05-27",
+    "[[[]]]",
+    "{}",
+    "{ a = { b = 1 } }",
+    '"9**9**9"',
+    '"1/0"',
+    '"a" * 3',
+    '"' + "(" * 190 + '"',
+    '"__import__(\\"os\\")"',
+    '"lambda: 0"',
+    '"\\u0000"',
+    '"é"',
+    '"' + "x" * 10_000 + '"',
+    "[" * 2000,
+    "[" + "1," * 5000 + "]",
+    "'''",
+)
+
+
+def mutated(text: str, dice: random.Random) -> bytes:
+    """One to three random wounds to a valid file."""
+    content = text
+    for _ in range(dice.randint(1, 3)):
+        lines = content.splitlines()
+        k = dice.randrange(len(lines))
+        wound = dice.randrange(8)
+        if wound == 0:
+            del lines[k]
+        elif wound == 1:
+            lines.insert(dice.randrange(len(lines)), lines[k])
+        elif wound == 2:
+            lines = lines[:k] or [""]
+        elif wound == 3:
+            lines[k] = f"{lines[k].split('=')[0]}= {dice.choice(JUNK)}"
+        elif wound == 4:
+            lines[k] = lines[k].replace("a", dice.choice("bxq_"), 1)
+        elif wound == 5:
+            lines[k] = dice.choice(JUNK)
+        elif wound == 6:
+            lines[k] = lines[k].replace('"', "", 1)
+        else:
+            cut = dice.randrange(len(lines[k]) + 1)
+            lines[k] = lines[k][:cut] + chr(dice.randrange(1, 0x2FF)) + lines[k][cut:]
+        content = "\n".join(lines) or "\n"
+    encoded = bytearray(content.encode())
+    if dice.random() < 0.1:
+        encoded[dice.randrange(len(encoded))] = dice.randrange(256)
+    return bytes(encoded)
+
+
+def test_five_hundred_malformed_files(tmp_path):
+    dice = random.Random(20_240_607)
+    texts = [(ROBOTS / f"{name}.toml").read_text() for name in NAMES]
+    path = tmp_path / "wounded.toml"
+    refused = survived = 0
+    while refused < MALFORMED:
+        path.write_bytes(mutated(dice.choice(texts), dice))
+        started = time.perf_counter()
+        try:
+            load(path)
+            survived += 1
+        except DescriptionError as error:
+            refused += 1
+            message = str(error)
+            assert message.startswith(str(path))
+            assert "expected" in message
+            assert "Traceback" not in message
+            assert len(message) < 1000
+        assert time.perf_counter() - started < LONGEST_SECONDS
+    assert refused == MALFORMED
+    # Wounds that leave a valid robot (a deleted limit, say) prove that not everything is refused.
+    assert survived > 0
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_the_command_writes_nothing_for_a_malformed_file(tmp_path):
+    dice = random.Random(5)
+    text = (ROBOTS / "ur5e.toml").read_text()
+    path, to = tmp_path / "wounded.toml", tmp_path / "out"
+    refused = 0
+    while refused < 20:
+        path.write_bytes(mutated(text, dice))
+        try:
+            load(path)
+        except DescriptionError:
+            done = CliRunner().invoke(app, [str(path), "--to", str(to)])
+            assert done.exit_code == 1
+            assert isinstance(done.exception, SystemExit)
+            assert "nothing was written" in done.output
+            refused += 1
+    assert not to.exists()
