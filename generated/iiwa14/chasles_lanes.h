@@ -147,16 +147,16 @@ static inline LANES_TARGET void LANES_NAME(lanes_transpose)(const lanes *a, lane
 }
 
 /* The first `width` doubles of a row; what lies behind them is not touched. */
-static inline LANES_TARGET lanes LANES_NAME(lanes_load)(const double *row, int width)
+static inline LANES_TARGET void LANES_NAME(lanes_load)(const double *row, int width, lanes *to)
 {
 #if CHASLES_ISA == 2
-  return (lanes)_mm512_maskz_loadu_pd((__mmask8)((1 << width) - 1), row);
+  *to = (lanes)_mm512_maskz_loadu_pd((__mmask8)((1 << width) - 1), row);
 #else
   lanes found = {0};
   for (int k = 0; k < width; k++) {
     found[k] = row[k];
   }
-  return found;
+  *to = found;
 #endif
 }
 
@@ -169,7 +169,8 @@ static LANES_TARGET void LANES_NAME(lanes_gather)(const double *rows, ptrdiff_t 
     lanes block[LANES], turned[LANES];
     for (int lane = 0; lane < LANES; lane++) {
       /* A lane without a row of its own repeats the last one, so that it computes something tame. */
-      block[lane] = LANES_NAME(lanes_load)(rows + (lane < count ? lane : count - 1) * step + k, width);
+      const double *row = rows + (lane < count ? lane : count - 1) * step;
+      LANES_NAME(lanes_load)(row + k, width, &block[lane]);
     }
     LANES_NAME(lanes_transpose)(block, turned);
     for (int i = 0; i < width; i++) {

@@ -16,12 +16,12 @@ COMPILERS = {
 }
 
 
-def compiled(compiler, name, folder):
+def compiled(compiler, name, folder, suffix="", flags=()):
     if shutil.which(COMPILERS[compiler][0]) is None:
         pytest.skip(f"{compiler} is not installed")
     target = folder / f"{name}.o"
-    source = GENERATED / name / f"{name}.c"
-    command = [*COMPILERS[compiler], *STRICT, "-c", str(source), "-o", str(target)]
+    source = GENERATED / name / f"{name}{suffix}.c"
+    command = [*COMPILERS[compiler], *STRICT, *flags, "-c", str(source), "-o", str(target)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[:2000]
     return target
@@ -31,6 +31,13 @@ def compiled(compiler, name, folder):
 @pytest.mark.parametrize("name", NAMES)
 def test_compiles_without_a_warning(name, compiler, tmp_path):
     compiled(compiler, name, tmp_path)
+
+
+@pytest.mark.parametrize("flags", [(), ("-mavx2", "-mfma"), ("-mavx512f", "-mavx512dq")])
+@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("name", ["scara", "ur5e"])
+def test_batches_compile_without_a_warning(name, compiler, flags, tmp_path):
+    compiled(compiler, name, tmp_path, "_batch", flags)
 
 
 @pytest.mark.parametrize("name", NAMES)
