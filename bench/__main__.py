@@ -1,11 +1,14 @@
-"""``python -m bench``: every benchmark, its tables printed and saved in bench/results/."""
+"""``python -m bench``: every benchmark, its tables printed and saved in bench/results/.
+
+With --quick nothing is saved.
+"""
 
 import argparse
 import sys
 
 from . import check, count, derivation
-from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .peers import absent
+from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
 
 
@@ -16,21 +19,28 @@ def main() -> int:
         return check.run(options.write)
     if options.command == "count":
         return count.run(options.write)
-    measure(without_slow_builds(QUICK) if options.quick else FULL, options.only)
+    results = measure(without_slow_builds(QUICK) if options.quick else FULL, options.only)
+    if not options.quick:
+        for name, content in results.items():
+            save(name, content)
     return 0
 
 
-def measure(plan: Plan, only: str | None) -> None:
-    """Runs the benchmarks, or only one; prints and saves what they find."""
+def measure(plan: Plan, only: str | None) -> dict[str, dict[str, object]]:
+    """Runs the benchmarks, or only one, and prints what they find; for result files, by name."""
     for name, install in absent().items():
-        out.print(f"no {name} beside us: pip install {install}")
+        out.print(f"no {name} to compare with: pip install {install}")
+    for name in plan.leave_out:
+        out.print(f"{name} is left out: it takes long to compile, and was not yet")
+    results: dict[str, dict[str, object]] = {}
     for name, (title, run) in SECTIONS.items():
         if only in (None, name):
             found = run(plan)
             tables(title, found)
-            save(name, {"rounds": plan.rounds, "found": records(found)})
+            results[name] = {"rounds": plan.rounds, "found": records(found)}
     if only in (None, "derivation"):
-        derivation.run(plan)
+        results["derivation"] = derivation.run(plan)
+    return results
 
 
 def _parser() -> argparse.ArgumentParser:

@@ -42,8 +42,6 @@ def peers(plan: Plan, arm: Arm) -> list[Ratio]:
         **{_name(loop): lambda loop=loop: loop.fk(q, T) for loop in loops},
         **{batch.name: lambda batch=batch: batch.fk(q) for batch in batches[1:]},
     }
-    for work in works.values():
-        work()
     times = alternated(works, plan.rounds)
     return [
         ratio(f"batch {arm.name} fk: {name}", times, (OWN, name), len(q), BARS.get(name))

@@ -89,9 +89,7 @@ def compare(
 ) -> list[str]:
     """Prints counts beside the expected ones; what rose, if the versions that matter are alike."""
     other = [n for n in same if expected["versions"].get(n) != found["versions"][n]]
-    rows = [
-        (name, expected[kind].get(name, "new"), count) for name, count in found[kind].items()
-    ]
+    rows = [(name, expected[kind].get(name, "new"), count) for name, count in found[kind].items()]
     told = f" (another {', '.join(other)}: for information)" if other else ""
     table(f"Instructions, {kind}{told}", ("function", "expected", "now"), rows)
     return [] if other else rises(expected[kind], found[kind])
@@ -187,7 +185,11 @@ def python_calls() -> dict[str, int]:
     with tempfile.TemporaryDirectory() as folder:
         # Compiled before: the compiler's own instructions do not belong here.
         _python(folder, *(f"{arm.name}.fk" for arm in ARMS))
-        options = ["--tool=callgrind", "--dump-before=getppid", f"--callgrind-out-file={folder}/out"]
+        options = [
+            "--tool=callgrind",
+            "--dump-before=getppid",
+            f"--callgrind-out-file={folder}/out",
+        ]
         _python(folder, *names, before=("valgrind", *options))
         parts = [_total(Path(f"{folder}/out.{k + 1}")) for k in range(3 * len(names))]
     few, many = parts[1::3], parts[2::3]

@@ -16,15 +16,15 @@ from chasles.derive.cli import ROBOTS
 from chasles.derive.conventions import dh
 from chasles.derive.lower import count_operations, lower
 
-from .report import Plan, alternated, save, seconds, table
+from .report import Plan, alternated, seconds, table
 
 ROUNDS = 3
 LIMITS = {"ur5e": 3.0, "panda": 5.0, "all robots": 40.0, "nothing to do": 1.0, "64 joints": 8.0}
 CHAINS = (4, 8, 16, 32, 64)
 
 
-def run(plan: Plan) -> None:
-    """Prints and saves all of it."""
+def run(plan: Plan) -> dict[str, object]:
+    """Prints all of it, and returns it for a result file."""
     rounds = min(plan.rounds, ROUNDS)
     times = {**whole_robots(rounds), **all_robots()}
     growth = {kind: [chain(kind, joints) for joints in CHAINS] for kind in ("planar", "spatial")}
@@ -51,7 +51,7 @@ def run(plan: Plan) -> None:
         ],
     )
     sizes = operations(rounds)
-    save("derivation", {"seconds": times, "bars": LIMITS, "growth": growth, "operations": sizes})
+    return {"seconds": times, "bars": LIMITS, "growth": growth, "operations": sizes}
 
 
 def whole_robots(rounds: int) -> dict[str, float]:

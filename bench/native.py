@@ -20,7 +20,10 @@ from chasles.compiler import FLAGS
 BUILD = Path(__file__).parent.parent / "build" / "bench"
 LOOP = Path(__file__).with_name("loop.h")
 FLAGS_OF_ALL = (*(flag for flag in FLAGS if not flag.startswith("-std")), "-DNDEBUG")
-"""What chasles gives its own C, and here every peer too: -O3 -march=native and no errno."""
+"""What chasles gives its own C, and here every peer too: -O3 -march=native and no errno.
+
+NDEBUG is for the peers' sake: Eigen's assertions take as long as the kinematics.
+"""
 
 
 @dataclass(frozen=True)
@@ -70,7 +73,7 @@ def compiled(source: Source) -> Path:
                 (Path(folder) / name).write_text(text, encoding="utf-8")
             first = next(iter(source.files))
             command = [*source.command, first, "-o", "library.so", "-lm"]
-            subprocess.run(command, cwd=folder, check=True)
+            subprocess.run(command, cwd=folder, check=True, capture_output=True)
             (Path(folder) / "library.so").replace(source.path)
     return source.path
 

@@ -88,8 +88,10 @@ def seconds(work: Callable[[], object]) -> float:
 
 
 def alternated(works: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
-    """Seconds of each work, run A B A B so that a slow moment hits all alike."""
+    """Seconds of each work, run A B A B so that a slow moment hits all alike; first once unseen."""
     times: dict[str, list[float]] = {name: [] for name in works}
+    for work in works.values():
+        work()
     for _ in range(rounds):
         for name, work in works.items():
             times[name].append(seconds(work))
@@ -143,7 +145,7 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) 
 
 
 def save(name: str, content: Mapping[str, object]) -> None:
-    """Writes results with what they were measured on to ``bench/results/<name>.json``."""
+    """Writes results, with what they were measured on, to ``bench/results/<name>.json``."""
     RESULTS.mkdir(exist_ok=True)
     record = {"machine": machine(), **content}
     (RESULTS / f"{name}.json").write_text(json.dumps(record, indent=1) + "\n", encoding="utf-8")

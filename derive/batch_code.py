@@ -7,9 +7,8 @@ compiles it for every instruction set and chooses by the processor, with a plain
 
 import re
 from collections.abc import Sequence
-from pathlib import Path
 
-from .c_code import notice, size
+from .c_code import notice, size, support
 from .function import SymbolicFunction
 from .robot import Robot
 from .statements import ELEMENTARY, Body, Compute, Store
@@ -38,7 +37,7 @@ def files(
         f"{robot.name}_batch.h": _header(robot, functions),
         f"{robot.name}_batch.c": _source(robot, functions, vector),
         f"{robot.name}_lanes.h": _lanes(robot, [p for p in pairs if p[0] in vector]),
-        SUPPORT: (Path(__file__).parent / "c" / SUPPORT).read_text(encoding="utf-8"),
+        SUPPORT: support(SUPPORT),
     }
 
 

@@ -2,10 +2,13 @@
 
 import textwrap
 from collections.abc import Sequence
+from pathlib import Path
 
 from .function import Argument, Result, SymbolicFunction
 from .robot import Robot
-from .statements import Body, Compute, Store
+from .statements import ELEMENTARY, NAME, Body, Compute, Store
+
+SUPPORT = "chasles_cos_sin.h"
 
 WIDTH = 100
 
@@ -18,7 +21,7 @@ def source(robot: Robot, functions: Sequence[SymbolicFunction], bodies: Sequence
         functions: What the functions mean.
         bodies: Their statements, in the same order.
     """
-    parts = [notice(robot), f'#include "{robot.name}.h"\n\n#include <math.h>\n']
+    parts = [notice(robot), f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"\n']
     if any(body.squares for body in bodies):
         parts.append("static double sq(double x) { return x * x; }\n")
     parts += [
@@ -63,6 +66,11 @@ extern "C" {{
 """
 
 
+def support(name: str) -> str:
+    """A file of C that is the same for every robot, written by hand."""
+    return (Path(__file__).parent / "c" / name).read_text(encoding="utf-8")
+
+
 def notice(robot: Robot) -> str:
     """The first line of every generated C file."""
     title = robot.title.replace("*/", "* /")
@@ -96,10 +104,57 @@ def _definition(prefix: str, function: SymbolicFunction, body: Body) -> str:
     lines = [f"  (void){name};" for i, name in enumerate(inputs) if i not in used]
     # All is read before anything is written: outputs may overlap inputs.
     lines += [f"  const double {inputs[i]}_{k} = {inputs[i]}[{k}];" for i, k in body.loads]
-    for statement in body.statements:
+    before, angles, after = _together(body)
+    lines += [f"  const double {name} = {expression};" for name, expression in before]
+    if angles:
+        count = len(angles)
+        lines += [
+            *wrapped(f"const double angle[{count}] = {{{', '.join(angles)}}};"),
+            f"  double c[{count}], s[{count}];",
+            f"  chasles_cos_sin({count}, angle, c, s);",
+        ]
+    for statement in after:
         match statement:
             case Compute(name, expression):
                 lines.append(f"  const double {name} = {expression};")
             case Store(i, entry, value):
                 lines.append(f"  {function.outputs[i].name}[{entry}] = {value};")
     return "\n".join([f"{_signature(prefix, function)} {{", *lines, "}\n"])
+
+
+def wrapped(line: str) -> list[str]:
+    """A long line of C in lines of the page."""
+    return textwrap.wrap(line, WIDTH, initial_indent="  ", subsequent_indent="    ")
+
+
+def _together(
+    body: Body,
+) -> tuple[list[tuple[str, str]], list[str], list[Compute | Store]]:
+    """What comes before the cosines and sines that depend on no other, their angles, and the rest.
+
+    In the rest they are called c[k] and s[k].
+    """
+    names: dict[str, str] = {}
+    angles: dict[str, int] = {}
+    before: list[tuple[str, str]] = []
+    after: list[Compute | Store] = []
+    late: set[str] = set()
+    for statement in body.statements:
+        if isinstance(statement, Store):
+            after.append(Store(statement.output, statement.entry, _renamed(statement.value, names)))
+            continue
+        parts = set(NAME.findall(statement.expression))
+        call = ELEMENTARY.fullmatch(statement.expression)
+        if parts & (late | names.keys()):
+            late.add(statement.name)
+            after.append(Compute(statement.name, _renamed(statement.expression, names)))
+        elif call and call.group(1) in ("cos", "sin"):
+            k = angles.setdefault(call.group(2), len(angles))
+            names[statement.name] = f"{call.group(1)[0]}[{k}]"
+        else:
+            before.append((statement.name, statement.expression))
+    return before, list(angles), after
+
+
+def _renamed(text: str, names: dict[str, str]) -> str:
+    return NAME.sub(lambda match: names.get(match.group(), match.group()), text)

@@ -32,6 +32,7 @@ def artifacts(robot: Robot, functions: Sequence[str] = FUNCTIONS) -> dict[str, s
     files = {
         f"{robot.name}.c": c_code.source(robot, derivation.functions, statements),
         f"{robot.name}.h": c_code.header(robot, derivation.functions),
+        c_code.SUPPORT: c_code.support(c_code.SUPPORT),
         **batch_code.files(robot, derivation.functions, statements),
         f"{robot.name}.casadi": serialized(derivation),
         **python_package.files(robot, derivation.functions),

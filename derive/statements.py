@@ -26,7 +26,8 @@ _COMPUTE = re.compile(
 
 _NUMBER_ALONE = re.compile(_NUMBER)
 _OPERATION = re.compile(rf"({_NUMBER}|\w+)?([-+*/])({_NUMBER}|\w+)")
-_NAME = re.compile(r"\bv\d+\b")
+NAME = re.compile(r"\bv\d+\b")
+"""The name of something computed."""
 _VARIABLE = re.compile(r"\ba\d+\b")
 ELEMENTARY = re.compile(r"(sin|cos|tan|atan|atan2|sqrt)\((.*)\)")
 """A call of the C library; its arguments are variables or numbers, never expressions."""
@@ -145,7 +146,7 @@ def _calls_first(statements: Sequence[Compute | Store]) -> list[Compute | Store]
             statement.name in needed or ELEMENTARY.fullmatch(statement.expression)
         ):
             early.add(statement.name)
-            needed.update(_NAME.findall(statement.expression))
+            needed.update(NAME.findall(statement.expression))
     first = [s for s in statements if isinstance(s, Compute) and s.name in early]
     rest = [s for s in statements if isinstance(s, Store) or s.name not in early]
     return _numbered([*first, *rest])
@@ -156,7 +157,7 @@ def _numbered(statements: Sequence[Compute | Store]) -> list[Compute | Store]:
     names: dict[str, str] = {}
 
     def renamed(text: str) -> str:
-        return _NAME.sub(lambda match: names[match.group()], text)
+        return NAME.sub(lambda match: names[match.group()], text)
 
     numbered: list[Compute | Store] = []
     for statement in statements:

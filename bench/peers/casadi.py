@@ -25,7 +25,9 @@ def functions(arm: Arm) -> tuple[ca.Function, ca.Function]:
     """Functions fk and fk_jacobian of SX, dense."""
     q = ca.SX.sym("q", arm.joints)
     T, J = fk_jacobian(arm, [q[k] for k in range(arm.joints)], ca.cos, ca.sin)
-    pose, jacobian = (ca.densify(ca.vertcat(*(ca.horzcat(*row) for row in rows))) for rows in (T, J))
+    pose, jacobian = (
+        ca.densify(ca.vertcat(*(ca.horzcat(*row) for row in rows))) for rows in (T, J)
+    )
     both = ca.cse([pose, jacobian])
     return ca.Function("fk", [q], [ca.cse(pose)]), ca.Function("fk_jacobian", [q], both)
 

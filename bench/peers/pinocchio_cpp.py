@@ -20,7 +20,10 @@ DEFINITIONS = (
 
 if find_spec("pinocchio") is None:
     raise ImportError("pin is not installed")
-FOLDERS = (headers("libpinocchio", "/pinocchio/multibody.hpp"), headers("cmeel-eigen", "/Eigen/Core"))
+FOLDERS = (
+    headers("libpinocchio", "/pinocchio/multibody.hpp"),
+    headers("cmeel-eigen", "/Eigen/Core"),
+)
 
 
 def loops(arm: Arm) -> list[Loop]:

@@ -10,6 +10,7 @@ from chasles.derive import DescriptionError, load
 from chasles.derive.cli import app
 
 MALFORMED = 500
+COMMANDS = 100
 LONGEST_SECONDS = 2.0
 JUNK = (
     "",
@@ -22,6 +23,8 @@ JUNK = (
     "1e999999999",
     "9" * 5000,
     "0x10",
+    "0x" + "f" * 5000,
+    "1e" + "9" * 30,
     "true",
     "1979-05-27",
     "[[[]]]",
@@ -29,6 +32,9 @@ JUNK = (
     "{ a = { b = 1 } }",
     '"9**9**9"',
     '"1/0"',
+    '"..."',
+    '"1/(sqrt(2)-sqrt(2))"',
+    '"1e30**12"',
     '"a" * 3',
     '"' + "(" * 190 + '"',
     '"__import__(\\"os\\")"',
@@ -48,7 +54,7 @@ def mutated(text: str, dice: random.Random) -> bytes:
     for _ in range(dice.randint(1, 3)):
         lines = content.splitlines()
         k = dice.randrange(len(lines))
-        wound = dice.randrange(8)
+        wound = dice.randrange(9)
         if wound == 0:
             del lines[k]
         elif wound == 1:
@@ -63,6 +69,9 @@ def mutated(text: str, dice: random.Random) -> bytes:
             lines[k] = dice.choice(JUNK)
         elif wound == 6:
             lines[k] = lines[k].replace('"', "", 1)
+        elif wound == 7:
+            other = dice.randrange(len(lines))
+            lines[k], lines[other] = lines[other], lines[k]
         else:
             cut = dice.randrange(len(lines[k]) + 1)
             lines[k] = lines[k][:cut] + chr(dice.randrange(1, 0x2FF)) + lines[k][cut:]
@@ -103,7 +112,7 @@ def test_the_command_writes_nothing_for_a_malformed_file(tmp_path):
     text = (ROBOTS / "ur5e.toml").read_text()
     path, to = tmp_path / "wounded.toml", tmp_path / "out"
     refused = 0
-    while refused < 20:
+    while refused < COMMANDS:
         path.write_bytes(mutated(text, dice))
         try:
             load(path)
@@ -113,4 +122,5 @@ def test_the_command_writes_nothing_for_a_malformed_file(tmp_path):
             assert isinstance(done.exception, SystemExit)
             assert "nothing was written" in done.output
             refused += 1
+    assert refused == COMMANDS
     assert not to.exists()
