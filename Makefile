@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: derive test check check-generated format lint types bench docs clean help
+.PHONY: derive test check check-generated format lint types bench bench-quick bench-check docs clean help
 
 derive: .venv/derive ## derive, generate and compile every robot
 	@$(BIN)/chasles-derive && $(BIN)/python -m chasles build
@@ -25,6 +25,12 @@ types: .venv/dev build/typing/chasles ## mypy, strict
 
 bench: .venv/dev ## speed and size, as ratios to peers measured in the same run
 	@$(BIN)/python -m bench
+
+bench-quick: .venv/dev ## the same with few rounds: that everything runs
+	@$(BIN)/python -m bench --quick
+
+bench-check: .venv/dev ## compare the ratios with bench/baseline.json, say what got slower
+	@$(BIN)/python -m bench check
 
 docs: .venv/derive ## every robot's equations as PDF in build/docs (needs pdflatex)
 	@$(BIN)/python docs/build.py

@@ -1,12 +1,12 @@
 """``python -m bench``: every benchmark, its tables printed and saved in bench/results/.
 
-With --quick nothing is saved.
+The figures in docs/performance.md are replaced by the new ones. With --quick nothing is saved.
 """
 
 import argparse
 import sys
 
-from . import check, count, derivation
+from . import check, count, derivation, document
 from .peers import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
@@ -23,6 +23,7 @@ def main() -> int:
     if not options.quick:
         for name, content in results.items():
             save(name, content)
+        document.write()
     return 0
 
 

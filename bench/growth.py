@@ -14,6 +14,7 @@ from chasles.derive import Joint, Robot, write
 from chasles.derive.conventions import dh
 
 from .cores import one_core
+from .native import aligned
 from .peers.own import generated_loop
 from .report import Plan, Ratio, alternated, ratio, table
 
@@ -68,7 +69,7 @@ def _folder() -> Iterator[Path]:
 
 def _works(folder: Path, name: str, joints: int):
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (POSES, joints))
-    T, one = np.zeros((POSES, 4, 4)), np.zeros((1, 4, 4))
+    T, one = np.zeros((POSES, 4, 4)), aligned(1, 4, 4)
     loop = generated_loop(folder, name, joints, pair=False)
     function = chasles.load(folder).fk
     return (lambda: loop.fk(q, one)), (lambda: function(q, out=T))

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from .arms import ARMS, Arm
+from .native import aligned
 from .peers import Call, setups
 from .report import Limit, Plan, Ratio, alternated, ratio
 
@@ -51,7 +52,7 @@ def _repeated(work: Callable[[np.ndarray], object], q: np.ndarray, repeats: int)
 def _kernel(arm: Arm, function: str, q: np.ndarray, repeats: int) -> Callable[[], None]:
     loop = setups("loops", arm, only=("own",))[0]
     many = np.tile(q, (repeats, 1))
-    results = [np.empty((1, 4, 4)), np.empty((1, 6, arm.joints))]
+    results = [aligned(1, 4, 4), aligned(1, 6, arm.joints)]
     outputs = results if function == "fk_jacobian" else results[:1]
     return lambda: getattr(loop, function)(many, *outputs)
 

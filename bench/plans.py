@@ -8,7 +8,7 @@ from .peers import SLOW_TO_BUILD, is_built
 from .report import Limit, Plan, Ratio
 
 FULL = Plan(rounds=15, calls=10_000, batch=1_000_000)
-SHORT = Plan(rounds=7, calls=5_000, batch=200_000)
+SHORT = Plan(rounds=15, calls=2_000, batch=100_000)
 QUICK = Plan(rounds=2, calls=500, batch=20_000)
 
 SECTIONS: dict[str, tuple[str, Callable[[Plan], list[Ratio | Limit]]]] = {

@@ -60,6 +60,11 @@ class Ratio:
     bar: float | None = None
 
     @property
+    def of_best(self) -> float:
+        """The ratio of the least times: what disturbs a run only ever makes it longer."""
+        return self.peer / self.own
+
+    @property
     def holds(self) -> bool:
         """Whether the median reaches the bar."""
         return self.bar is None or self.median >= self.bar
@@ -80,21 +85,29 @@ class Limit:
         return self.value <= self.bar
 
 
-def seconds(work: Callable[[], object]) -> float:
-    """Wall time of one run."""
-    start = time.perf_counter()
+def seconds(work: Callable[[], object], clock: Callable[[], float] = time.perf_counter) -> float:
+    """Time of one run, by the wall unless told otherwise."""
+    start = clock()
     work()
-    return time.perf_counter() - start
+    return clock() - start
 
 
-def alternated(works: Mapping[str, Callable[[], object]], rounds: int) -> dict[str, list[float]]:
-    """Seconds of each work, run A B A B so that a slow moment hits all alike; first once unseen."""
+def alternated(
+    works: Mapping[str, Callable[[], object]],
+    rounds: int,
+    clock: Callable[[], float] = time.process_time,
+) -> dict[str, list[float]]:
+    """Seconds of each work, run A B A B so that a slow moment hits all alike; first once unseen.
+
+    By default these are seconds of processor time, of all threads of this process together: they do
+    not grow while another process has the core.
+    """
     times: dict[str, list[float]] = {name: [] for name in works}
     for work in works.values():
         work()
     for _ in range(rounds):
         for name, work in works.items():
-            times[name].append(seconds(work))
+            times[name].append(seconds(work, clock))
     return times
 
 
@@ -140,7 +153,7 @@ def table(title: str, columns: Sequence[str], rows: Sequence[Sequence[object]]) 
     for k, column in enumerate(columns):
         printed.add_column(column, justify="left" if k == 0 else "right")
     for row in rows:
-        printed.add_row(*(_text(cell) for cell in row))
+        printed.add_row(*(text(cell) for cell in row))
     out.print(printed)
 
 
@@ -178,7 +191,8 @@ def _version(package: str) -> str:
         return "not installed"
 
 
-def _text(cell: object) -> str:
+def text(cell: object) -> str:
+    """A cell of a table: numbers with three digits."""
     if isinstance(cell, float):
         return f"{cell:.0f}" if abs(cell) >= 100 else f"{cell:.3g}"
     return "" if cell is None else str(cell)

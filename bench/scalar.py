@@ -3,7 +3,7 @@
 import numpy as np
 
 from .arms import ARMS, Arm
-from .native import Loop
+from .native import Loop, aligned
 from .peers import setups
 from .report import Plan, Ratio, alternated, ratio
 
@@ -21,11 +21,11 @@ def one_arm(plan: Plan, arm: Arm) -> list[Ratio]:
     """The same for one arm."""
     loops: list[Loop] = setups("loops", arm, plan.leave_out)
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (min(POSES, plan.batch), arm.joints))
-    T, J = np.empty((1, 4, 4)), np.empty((1, 6, arm.joints))
+    T, J = aligned(1, 4, 4), aligned(1, 6, arm.joints)
     found = []
     for function, outputs in (("fk", (T,)), ("fk_jacobian", (T, J))):
         works = {
-            loop.name: lambda run=getattr(loop, function), out=outputs: run(q, *out)
+            loop.name: lambda loop=loop, name=function, to=outputs: getattr(loop, name)(q, *to)
             for loop in loops
         }
         times = alternated(works, plan.rounds)

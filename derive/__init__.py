@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from .description import DescriptionError as DescriptionError
     from .description import load as load
     from .description import loads as loads
+    from .errors import RobotError as RobotError
     from .generate import artifacts as artifacts
     from .generate import write as write
     from .poe import to_poe as to_poe
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from .robot import Mimic as Mimic
     from .robot import Parameter as Parameter
     from .robot import Robot as Robot
-    from .robot import RobotError as RobotError
     from .robot import Rotation as Rotation
     from .robot import Translation as Translation
     from .serial import FUNCTIONS as FUNCTIONS
@@ -30,9 +30,11 @@ if TYPE_CHECKING:
     from .serial import derive as derive
     from .urdf import from_urdf as from_urdf
 
+NOT_INSTALLED = "the compiler is not installed: pip install 'chasles[derive]'"
 _ROOMS = {
     "casadi_file": ("casadi_function",),
     "description": ("DescriptionError", "load", "loads"),
+    "errors": ("RobotError",),
     "generate": ("artifacts", "write"),
     "poe": ("to_poe",),
     "robot": (
@@ -40,7 +42,6 @@ _ROOMS = {
         "Mimic",
         "Parameter",
         "Robot",
-        "RobotError",
         "Rotation",
         "Translation",
     ),
@@ -56,7 +57,13 @@ def __getattr__(name: str) -> object:
         raise AttributeError(
             f"chasles.derive has no {name!r}; it has {', '.join(sorted(_ROOM_OF))}"
         )
-    return getattr(import_module(f".{_ROOM_OF[name]}", __name__), name)
+    try:
+        room = import_module(f".{_ROOM_OF[name]}", __name__)
+    except ModuleNotFoundError as error:
+        if error.name in ("sympy", "casadi", "lxml"):
+            raise ImportError(f"{NOT_INSTALLED} ({error})") from error
+        raise
+    return getattr(room, name)
 
 
 def __dir__() -> list[str]:

@@ -1,5 +1,18 @@
 """``python -m chasles.derive`` is ``chasles-derive``."""
 
-from .cli import main
+import sys
 
-main()
+from . import NOT_INSTALLED
+
+
+def main() -> None:
+    """The console script; without the compiler's dependencies it says how to install them."""
+    try:
+        from .cli import main as run  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        sys.exit(f"{NOT_INSTALLED} ({error})")
+    run()
+
+
+if __name__ == "__main__":
+    main()

@@ -14,6 +14,7 @@ count backwards. Constants that are right angles are exact permutations and cost
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import mpmath
 import sympy as sp
@@ -86,11 +87,18 @@ class Group:
     tilt: tuple[sp.Expr, sp.Expr] = (ONE, ZERO)
 
 
+class _Turn(NamedTuple):
+    """A constant rotation about x or z; the angle of a factored one may be a 40-digit number."""
+
+    axis: str
+    angle: sp.Expr
+
+
 @dataclass
 class _Stretch:
     """The constant part between two turning joints, everything in the axes of its start."""
 
-    rotations: list[Rotation] = field(default_factory=list)
+    rotations: list[_Turn] = field(default_factory=list)
     reach: Vector = ORIGIN
     slides: list[Slide] = field(default_factory=list)
     frames: list[Frame] = field(default_factory=list)
@@ -158,26 +166,26 @@ def _advance(scope: Scope, stretch: _Stretch, orientation: Basis, vector: Vector
     stretch.reach = combination(scope, (ONE, *vector), (stretch.reach, *orientation))
 
 
-def _about_x_and_z(motion: Rotation) -> tuple[Rotation, ...]:
+def _about_x_and_z(motion: Rotation) -> tuple[_Turn, ...]:
     if motion.axis != "y":
-        return (motion,)
+        return (_Turn(motion.axis, motion.angle),)
     quarter = sp.pi / 2
-    return Rotation("z", quarter), Rotation("x", motion.angle), Rotation("z", -quarter)
+    return _Turn("z", quarter), _Turn("x", motion.angle), _Turn("z", -quarter)
 
 
-def _reduced(rotations: Sequence[Rotation]) -> list[Rotation]:
+def _reduced(rotations: Sequence[_Turn]) -> list[_Turn]:
     """Neighbours about the same axis as one, full turns left out."""
-    reduced: list[Rotation] = []
+    reduced: list[_Turn] = []
     for rotation in rotations:
         angle = rotation.angle
         if reduced and reduced[-1].axis == rotation.axis:
             angle += reduced.pop().angle
         if not (angle / (2 * sp.pi)).is_Integer:
-            reduced.append(Rotation(rotation.axis, angle))
+            reduced.append(_Turn(rotation.axis, angle))
     return reduced
 
 
-def _factored(scope: Scope, rotations: Sequence[Rotation]) -> list[Rotation]:
+def _factored(scope: Scope, rotations: Sequence[_Turn]) -> list[_Turn]:
     """Constant rotations as Rz Rx Rz where they are numbers, else as they are."""
     reduced = _reduced(rotations)
     if sum(rotation.axis == "x" for rotation in reduced) <= 1 or not all(
@@ -196,10 +204,10 @@ def _factored(scope: Scope, rotations: Sequence[Rotation]) -> list[Rotation]:
             first = mpmath.atan2(matrix[0, 2], -matrix[1, 2])
             angles = [first, tilt, mpmath.atan2(matrix[2, 0], matrix[2, 1])]
         a, alpha, b = (_recognised(angle) for angle in angles)
-    return _reduced([Rotation("z", a), Rotation("x", alpha), Rotation("z", b)])
+    return _reduced([_Turn("z", a), _Turn("x", alpha), _Turn("z", b)])
 
 
-def _matrix(rotation: Rotation) -> mpmath.matrix:
+def _matrix(rotation: _Turn) -> mpmath.matrix:
     angle = mpmath.mpf(rotation.angle.evalf(EVALUATION_DIGITS)._mpf_)
     c, s = mpmath.cos(angle), mpmath.sin(angle)
     if rotation.axis == "x":

@@ -21,8 +21,9 @@ from typing import Literal
 
 import sympy as sp
 
-from .exact import is_zero
-from .robot import JointKind, Placement, RobotError, Rotation, Translation
+from .errors import RobotError
+from .exact import exact_vector, is_zero
+from .robot import JointKind, Placement, Rotation, Translation
 
 Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
 Placements = tuple[Placement, Placement]
@@ -34,12 +35,14 @@ ORIGIN: Vector = (ZERO, ZERO, ZERO)
 
 def rotation(axis: Literal["x", "y", "z"], angle: sp.Expr) -> Placement:
     """An elementary rotation, or nothing where the angle is zero."""
-    return () if angle == 0 else (Rotation(axis, angle),)
+    turn = Rotation(axis, angle)
+    return () if turn.angle == 0 else (turn,)
 
 
 def translation(x: sp.Expr, y: sp.Expr, z: sp.Expr) -> Placement:
     """An elementary translation, or nothing where the vector is zero."""
-    return () if x == y == z == 0 else (Translation((x, y, z)),)
+    shift = Translation((x, y, z))
+    return () if shift.vector == ORIGIN else (shift,)
 
 
 def dh(kind: JointKind, *, a: sp.Expr, alpha: sp.Expr, d: sp.Expr, theta: sp.Expr) -> Placements:
@@ -105,14 +108,19 @@ def poe(kind: JointKind, *, axis: Vector, point: Vector) -> Placements:
     Both are given in the previous link's frame at zero, which for a chain of `poe` joints alone is
     the base frame: every link frame coincides with it at zero.
     """
-    z_to_axis = align_z(axis)
-    return translation(*point) + z_to_axis, inverse(z_to_axis) + translation(*(-p for p in point))
+    z_to_axis, to_point = align_z(axis), translation(*exact_vector(point))
+    return to_point + z_to_axis, inverse(z_to_axis) + inverse(to_point)
 
 
 def urdf(kind: JointKind, *, xyz: Vector, rpy: Vector, axis: Vector) -> Placements:
     """URDF: origin T(xyz) Rz(yaw) Ry(pitch) Rx(roll), then motion about ``axis`` of that frame."""
-    roll, pitch, yaw = rpy
-    origin = translation(*xyz) + rotation("z", yaw) + rotation("y", pitch) + rotation("x", roll)
+    roll, pitch, yaw = exact_vector(rpy)
+    origin = (
+        translation(*exact_vector(xyz))
+        + rotation("z", yaw)
+        + rotation("y", pitch)
+        + rotation("x", roll)
+    )
     if kind == "fixed":
         return origin, ()
     z_to_axis = align_z(axis)
@@ -163,7 +171,7 @@ def align_z(axis: Vector) -> Placement:
     Raises:
         RobotError: The direction is zero, or not made of numbers alone.
     """
-    x, y, z = axis
+    x, y, z = axis = exact_vector(axis)
     if any(component.free_symbols for component in axis):
         raise RobotError("a joint's axis must be made of numbers, without parameters")
     if is_zero(x) and is_zero(y):

@@ -34,8 +34,9 @@ from typing import NoReturn
 import sympy as sp
 
 from .conventions import CONVENTIONS, FieldKind, urdf
+from .errors import RobotError
 from .exact import RESERVED, NotExact, checked, read
-from .robot import Joint, JointKind, Mimic, Parameter, ParameterKind, Placement, Robot, RobotError
+from .robot import Joint, JointKind, Mimic, Parameter, ParameterKind, Placement, Robot
 
 Keys = tuple[str | int, ...]
 """The way to a value in the file's table: names of tables and fields, places in lists."""
@@ -376,7 +377,7 @@ class _Reader:
             self._fail(keys, f"{_KIND[kind]} ({error})")
         in_file_units = {}
         for symbol in sorted(expression.free_symbols, key=str):
-            known = self.kinds.setdefault(symbol.name, kind)
+            known = self.kinds.setdefault(symbol.name, _use(symbol, expression, kind))
             in_file_units[symbol] = symbol / self.scale[known]
             if known not in (kind, "ratio") and isinstance(expression, sp.Symbol):
                 self._fail(
@@ -402,7 +403,7 @@ class _Reader:
         if not lengths:
             return True
         point = {
-            s: sp.Rational(7 + 3 * k, 10)
+            s: sp.Rational(7919 + 1009 * k, 10007)
             for k, s in enumerate(sorted(expression.free_symbols, key=str))
         }
         one, two, three = (
@@ -564,6 +565,15 @@ def _listed(given: Mapping[str, sp.Expr | Vector]) -> tuple[tuple[str, sp.Expr],
 
 def _is_name(text: str) -> bool:
     return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
+
+
+def _use(symbol: sp.Symbol, expression: sp.Expr, kind: ParameterKind) -> ParameterKind:
+    """What a parameter must be, by its place in an expression of some kind."""
+    if any(symbol in part.free_symbols for part in expression.atoms(sp.atan, sp.atan2)):
+        return "length"
+    if any(symbol in part.free_symbols for part in expression.atoms(sp.sin, sp.cos, sp.tan)):
+        return "angle"
+    return kind
 
 
 def _kind_of_unit(unit: str) -> ParameterKind:

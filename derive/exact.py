@@ -9,10 +9,13 @@ import difflib
 import math
 import operator
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from decimal import Decimal
+from fractions import Fraction
 
 import sympy as sp
+
+from .errors import RobotError
 
 LONGEST_TEXT = 200
 LARGEST_EXPONENT = 12
@@ -47,7 +50,7 @@ MOST_NAMED = 8
 RESERVED = frozenset({"pi", *_FUNCTIONS})
 
 
-class NotExact(ValueError):
+class NotExact(RobotError):
     """Text or a value that is no exact real number; the message says why, the caller says where."""
 
 
@@ -79,6 +82,33 @@ def read(
         kind = _KINDS.get(type(value), f"a {type(value).__name__}")
         raise NotExact(f"{kind} is no exact number")
     return checked(_Reader(value, names or {}, angle_unit).read())
+
+
+def exact(value: object) -> sp.Expr:
+    """A value given in Python as an exact number: an expression, int, Fraction, Decimal or text.
+
+    Raises:
+        NotExact: It is a float, or nothing of these.
+    """
+    if isinstance(value, sp.Expr) and not value.has(sp.Float):
+        return checked(value)
+    if isinstance(value, float | sp.Float):
+        raise NotExact(f"{value} is a float, which is not exact: write '{value}' or a fraction")
+    if isinstance(value, Fraction):
+        return sp.Rational(value.numerator, value.denominator)
+    return read(value)
+
+
+def exact_vector(values: object) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+    """Three exact numbers from a sequence of three values.
+
+    Raises:
+        NotExact: There are not three, or one is not exact.
+    """
+    if not isinstance(values, Sequence) or isinstance(values, str) or len(values) != 3:  # noqa: PLR2004
+        raise NotExact(f"{values!r}: expected three numbers")
+    x, y, z = (exact(value) for value in values)
+    return x, y, z
 
 
 def snap_angle(value: sp.Expr) -> sp.Expr:

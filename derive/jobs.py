@@ -9,9 +9,10 @@ from multiprocessing import get_context
 from pathlib import Path
 
 from .description import load
+from .errors import RobotError
 from .freshness import Job, stamp
 from .generate import MANIFEST, artifacts, generated_files, put
-from .robot import Robot, RobotError
+from .robot import Robot
 from .serial import FUNCTIONS
 from .urdf import from_urdf
 

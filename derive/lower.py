@@ -11,11 +11,12 @@ from dataclasses import asdict, dataclass
 import casadi as ca
 import sympy as sp
 
+from .errors import RobotError
 from .function import SymbolicFunction
 from .scope import Scope
 
 
-class LoweringError(NotImplementedError):
+class LoweringError(RobotError):
     """An expression holds what no rule lowers; the message names it."""
 
 

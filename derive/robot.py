@@ -9,19 +9,19 @@ and ``after`` are products of elementary motions. All numbers are exact; lengths
 angles in radians.
 """
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Literal, get_args
 
 import sympy as sp
+
+from .errors import RobotError
+from .exact import exact, exact_vector
 
 JointKind = Literal["revolute", "prismatic", "helical", "fixed"]
 ParameterKind = Literal["length", "angle", "ratio"]
 UNITS: dict[ParameterKind, str] = {"length": "m", "angle": "rad", "ratio": "1"}
-
-
-class RobotError(ValueError):
-    """A description that is no robot; the root of every error of the compiler's front end."""
 
 
 @dataclass(frozen=True)
@@ -31,12 +31,18 @@ class Rotation:
     axis: Literal["x", "y", "z"]
     angle: sp.Expr
 
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "angle", exact(self.angle))
+
 
 @dataclass(frozen=True)
 class Translation:
     """Move by ``vector`` (metre) along the current frame's own axes."""
 
     vector: tuple[sp.Expr, sp.Expr, sp.Expr]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "vector", exact_vector(self.vector))
 
 
 Placement = tuple[Rotation | Translation, ...]
@@ -52,6 +58,11 @@ class Parameter:
     kind: ParameterKind = "length"
     meaning: str = ""
 
+    def __post_init__(self) -> None:
+        _check_name("parameter", self.name)
+        _check_choice("parameter", self.name, self.kind, get_args(ParameterKind))
+        object.__setattr__(self, "value", exact(self.value))
+
     @property
     def symbol(self) -> sp.Symbol:
         """The symbol that stands for the parameter in every equation."""
@@ -65,6 +76,10 @@ class Mimic:
     leader: str
     multiplier: sp.Expr = sp.S.One
     offset: sp.Expr = sp.S.Zero
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "multiplier", exact(self.multiplier))
+        object.__setattr__(self, "offset", exact(self.offset))
 
 
 @dataclass(frozen=True)
@@ -96,6 +111,14 @@ class Joint:
     mimic: Mimic | None = None
     convention: str = ""
     given: tuple[tuple[str, sp.Expr], ...] = ()
+
+    def __post_init__(self) -> None:
+        _check_name("joint", self.name)
+        _check_choice("joint", self.name, self.kind, get_args(JointKind))
+        _check_choice("direction of joint", self.name, self.direction, (1, -1))
+        lower, upper = (None if limit is None else exact(limit) for limit in self.limits)
+        object.__setattr__(self, "limits", (lower, upper))
+        object.__setattr__(self, "pitch", exact(self.pitch))
 
     @property
     def unit(self) -> str:
@@ -135,6 +158,8 @@ class Robot:
     notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
+        _check_name("robot", self.name)
+        self._check_symbols()
         _check_unique("joint", [joint.name for joint in self.joints])
         _check_unique("link", [joint.link for joint in self.joints if joint.link])
         _check_unique("parameter", [parameter.name for parameter in self.parameters])
@@ -147,6 +172,19 @@ class Robot:
                     f"joint {joint.name!r} mimics {joint.mimic.leader!r}, which is no joint with a "
                     f"coordinate of its own (there are: {', '.join(sorted(leaders))})"
                 )
+
+    def _check_symbols(self) -> None:
+        known = {parameter.symbol for parameter in self.parameters}
+        placements = [self.base, self.tool]
+        placements += [part for joint in self.joints for part in (joint.before, joint.after)]
+        used = {symbol for placement in placements for symbol in _symbols(placement)}
+        used |= {symbol for joint in self.joints for symbol in joint.pitch.free_symbols}
+        unknown = sorted(str(symbol) for symbol in used - known)
+        if unknown:
+            raise RobotError(
+                f"robot {self.name!r} uses {', '.join(unknown)}, the symbol of none of its "
+                "parameters (Parameter(name, value).symbol)"
+            )
 
     @property
     def moving(self) -> tuple[Joint, ...]:
@@ -188,3 +226,22 @@ def _check_unique(what: str, names: Sequence[str]) -> None:
         if name in seen:
             raise RobotError(f"two {what}s are called {name!r}; names must differ")
         seen.add(name)
+
+
+def _check_name(what: str, name: object) -> None:
+    if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
+        raise RobotError(f"{what} {name!r}: expected a name of letters, digits and _")
+
+
+def _check_choice(what: str, name: str, value: object, choices: Sequence[object]) -> None:
+    if value not in choices:
+        expected = ", ".join(map(str, choices))
+        raise RobotError(f"{what} {name!r}: {value!r} is none of {expected}")
+
+
+def _symbols(placement: Placement) -> set[sp.Symbol]:
+    found: set[sp.Symbol] = set()
+    for motion in placement:
+        values = (motion.angle,) if isinstance(motion, Rotation) else motion.vector
+        found.update(*(value.free_symbols for value in values))
+    return found

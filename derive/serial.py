@@ -7,9 +7,10 @@ import sympy as sp
 
 from .chain import Group, groups
 from .differential import Representation, Twist, columns, hessian, rates, summed, weighted
+from .errors import RobotError
 from .forward import Forward, Pose
 from .function import Argument, Result, SymbolicFunction, matrix_entries
-from .robot import Joint, Robot, RobotError
+from .robot import Joint, Robot
 from .scope import Scope
 
 REPRESENTATIONS: tuple[Representation, ...] = ("space", "body", "mixed")

@@ -15,12 +15,14 @@ from lxml import etree
 
 from . import conventions
 from .description import DescriptionError, read_text
+from .errors import RobotError
 from .exact import NotExact, read, snap_angle
-from .robot import Joint, JointKind, Mimic, Robot, RobotError
+from .robot import Joint, JointKind, Mimic, Robot
 
 Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
 ROOT = "robot"
 LONGEST_NAME = 60
+DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 KINDS: dict[str, JointKind] = {
     "revolute": "revolute",
     "continuous": "revolute",
@@ -215,6 +217,8 @@ class _Urdf:
         return x, y, z
 
     def _number(self, element: etree._Element, field: str, text: str) -> sp.Expr:
+        if not DECIMAL.fullmatch(text.strip()):
+            self._fail(element, field, text, "a decimal number")
         try:
             return read(text.strip())
         except NotExact as error:
@@ -234,11 +238,15 @@ class _Urdf:
         return value
 
     def _fail(self, element: etree._Element, field: str, value: object, expected: str) -> NoReturn:
-        named = element if element.get("name") else element.getparent()
-        owner = element if named is None else named
-        tag = " ".join(str(word) for word in (owner.tag, owner.get("name")) if word)
-        about = f"<{tag}> {field}".strip()
+        about = f"{_tag(element)} {field}".strip()
+        parent = element.getparent()
+        if parent is not None and not element.get("name"):
+            about = _tag(parent) + about
         raise DescriptionError(self.file, element.sourceline, about, value, expected) from None
+
+
+def _tag(element: etree._Element) -> str:
+    return f"<{' '.join(str(word) for word in (element.tag, element.get('name')) if word)}>"
 
 
 def _identifier(name: str) -> str:

@@ -10,8 +10,8 @@ from . import Batch
 from .formulas import fk_jacobian
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
-import jax  # noqa: E402
-import jax.numpy as jnp  # noqa: E402
+import jax
+import jax.numpy as jnp
 
 jax.config.update("jax_enable_x64", True)
 # Its threads are made at first use, and stay on the cores that they were made on.

@@ -34,7 +34,7 @@ static void fk_jacobian(void *none, const double *q, double *T, double *J)
 {{ (void)none; {both} }}
 #include "loop.h"
 """
-    own = {f: (folder / f).read_text(encoding="utf-8") for f in (f"{name}.c", f"{name}.h")}
+    own = {file.name: file.read_text(encoding="utf-8") for file in folder.glob("*.[ch]")}
     return loop(NAME, joints, Source(f"own-{name}", {"main.c": main, **own}))
 
 

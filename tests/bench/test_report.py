@@ -60,4 +60,4 @@ def test_instructions_of_callees_are_left_out():
             *("fn=sincos", "0 600", "summary: 1234"),
         )
     )
-    assert count.own_instructions(profile, "ur5e_") == 37
+    assert count.own_instructions(profile, ("ur5e_",)) == 37

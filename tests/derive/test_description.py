@@ -254,7 +254,7 @@ NESTED = [
 @pytest.mark.parametrize(("text", "line", "field"), NESTED)
 def test_the_line_of_a_nested_value(text, line, field):
     with pytest.raises(DescriptionError) as caught:
-        loads(HEAD + text, "r.toml")
+        loads(HEAD + text + ("" if "joints" in text else "[[joints]]\n"), "r.toml")
     assert (caught.value.line, caught.value.field) == (line, field)
     assert str(caught.value).startswith(f"r.toml:{line}: {field}: expected ")
 
@@ -294,13 +294,18 @@ def test_parameters_whose_values_make_no_number(parameters, value, words):
     assert (caught.value.line, caught.value.field) == (7, "joints[1].a")
 
 
-def test_a_ratio_that_hits_the_check_of_units_is_no_crash():
+def test_the_check_of_units_meets_a_division_by_zero_by_chance_alone():
     text = (
-        f'{HEAD}[parameters]\nl = 1\nr = {{ value = 1, unit = "1" }}\n[[joints]]\na = "l/(r%s)"\n'
+        f'{HEAD}[parameters]\nl = 1\nr = {{ value = 2, unit = "1" }}\n'
+        '[[joints]]\na = "l/(r - %s)"\n'
     )
-    for number in range(-30, 31):
-        if number != -10:
-            loads(text % f"{number / 10:+}")
+    read = 0
+    for tenths in (*range(20), *range(21, 41)):
+        assert loads(text % f"{tenths / 10}").joints[0].after
+        read += 1
+    assert read == 40
+    with pytest.raises(DescriptionError):
+        loads(text % "8928/10007")
 
 
 def test_long_files_are_refused_soon():
@@ -328,7 +333,7 @@ units = { length = "m", angle = "rad" }
 
 [parameters]
 l = { value = "0.3", unit = "m" }
-tilt = { value = "pi/3", unit = "rad" }
+tilt = "pi/3"
 r = { value = "0.25", unit = "1" }
 h = "0.02"
 turned = "pi/6"
@@ -345,8 +350,8 @@ limits = ["-pi", "pi/2"]
 [[joints]]
 type = "prismatic"
 a = "r*l*cos(tilt + pi/4)"
-d = "sqrt(l**2 + h**2) - 0.05"
-alpha = "atan2(h, l) + pi/18"
+d = "2*l - h - 0.05"
+alpha = "atan(1/3) + pi/18"
 limits = [0, "0.75"]
 
 [[joints]]
@@ -375,7 +380,7 @@ units = { length = "mm", angle = "deg" }
 
 [parameters]
 l = { value = 30, unit = "cm" }
-tilt = { value = 60, unit = "deg" }
+tilt = 60
 r = { value = "0.25", unit = "1" }
 h = 20
 turned = 30
@@ -392,8 +397,8 @@ limits = [-180, 90]
 [[joints]]
 type = "prismatic"
 a = "r*l*cos(tilt + 45)"
-d = "sqrt(l**2 + h**2) - 50"
-alpha = "atan2(h, l) + 10"
+d = "2*l - h - 50"
+alpha = "atan(1/3) + 10"
 limits = [0, 750]
 
 [[joints]]
@@ -426,6 +431,44 @@ def test_one_robot_in_two_systems_of_units():
     assert metric.base == same.base
     assert replace(metric, name="r", title="r") == replace(same, name="r", title="r")
     assert metric.joints[3].mimic.multiplier == sp.Rational(36, 1000) / sp.pi
+
+
+def test_roots_and_arcs_of_lengths_in_two_systems_of_units():
+    """Written differently, so compared as numbers; h has no unit and is a length by its place."""
+    text = """\
+name = "r"
+convention = "dh"
+units = { length = "%s", angle = "%s" }
+[parameters]
+l = { value = 30, unit = "cm" }
+h = { value = 70, unit = "mm" }
+[[joints]]
+alpha = "2*atan2(h, l)"
+d = "sqrt(l**2 - h**2) + %s"
+"""
+    numbers = {sp.Symbol("l", real=True): sp.Rational(5), sp.Symbol("h", real=True): sp.Integer(2)}
+    one, other = (
+        loads(text % units).joints[0] for units in (("m", "rad", "0.02"), ("mm", "deg", "20"))
+    )
+    for field in ("alpha", "d"):
+        first, second = (dict(joint.given)[field].xreplace(numbers) for joint in (one, other))
+        assert abs((first - second).evalf(40)) < sp.Float("1e-38")
+    alpha = 2 * sp.atan2(2, 5)
+    assert dict(one.given)["alpha"].xreplace(numbers) == alpha
+
+
+@pytest.mark.parametrize(
+    ("value", "kind"),
+    [("x", "angle"), ("atan2(x, 3)", "length"), ("atan(x/x)", None), ("sin(x)", "angle")],
+)
+def test_a_parameter_without_unit_is_what_its_first_use_makes_it(value, kind):
+    text = f'{HEAD}[parameters]\nx = 1\n[[joints]]\nalpha = "{value}"\n'
+    if kind == "length":
+        # Its ratio to a plain number changes with the unit of length.
+        with pytest.raises(DescriptionError, match="which this is not if the parameters are"):
+            loads(text)
+    else:
+        assert loads(text).parameters[0].kind == (kind or "length")
 
 
 def test_the_line_inside_a_list_of_lists():
