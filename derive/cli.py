@@ -3,6 +3,7 @@
 import os
 import time
 from collections.abc import Iterable
+from difflib import get_close_matches
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, NoReturn
 
@@ -31,7 +32,10 @@ def derive(
             help="Shipped robots by name, or files (.toml, .urdf). Default: all shipped."
         ),
     ] = None,
-    to: Annotated[Path, typer.Option(help="Folder that receives one folder a robot.")] = GENERATED,
+    to: Annotated[
+        Path | None,
+        typer.Option(help="Folder that receives one folder a robot; shipped ones have theirs."),
+    ] = None,
     functions: Annotated[
         str, typer.Option(help="Functions wanted, with commas between. Default: all.")
     ] = "",
@@ -48,7 +52,9 @@ def derive(
     """
     started = time.perf_counter()
     wanted = tuple(name.strip() for name in functions.split(",") if name.strip())
-    todo = [Job(_file(robot), to, base, tip, wanted) for robot in robots or _shipped()]
+    files = [_file(robot) for robot in robots or _shipped()]
+    folder = _target(files, to)
+    todo = [Job(file, folder, base, tip, wanted) for file in files]
     if not check:
         todo = [job for job in todo if not is_up_to_date(job)]
     if not todo:
@@ -60,15 +66,17 @@ def derive(
     problems = work.problems(todo)
     if problems:
         _stop("\n".join([*problems, "nothing was written"]))
+    _make(folder)
     results = work.compared(todo, jobs) if check else work.derived(todo, jobs)
     good = _show(results, len(todo))
-    orphans = work.orphans(todo, to) if check and not robots else []
+    orphans = work.orphans(todo, folder) if check and not robots else []
     if orphans:
-        _stop(f"{to}: no description for {', '.join(orphans)}")
+        _stop(f"{folder}: no description for {', '.join(orphans)}")
     if not good:
-        _stop("some robots failed" if not check else "run make derive and commit what it writes")
-    done = "agree with their descriptions" if check else f"written to {to}"
-    out.print(f"{len(todo)} robots {done}, {time.perf_counter() - started:.1f} s")
+        _stop("derive again what is out of date" if check else "some robots failed")
+    count = f"{len(todo)} robot{'s' if len(todo) > 1 else ''}"
+    done = "compared" if check else f"written to {folder}"
+    out.print(f"{count} {done}, {time.perf_counter() - started:.1f} s")
 
 
 def main() -> None:
@@ -80,11 +88,28 @@ def _shipped() -> list[str]:
     return sorted(path.stem for path in ROBOTS.glob("*.toml"))
 
 
+def _target(files: list[Path], to: Path | None) -> Path:
+    """Where to write: the package's own folder only for what is shipped in it."""
+    own = [file for file in files if file.parent != ROBOTS]
+    if to is None and own:
+        _stop(f"{own[0]}: say where the robots shall go, with --to FOLDER")
+    return to or GENERATED
+
+
+def _make(folder: Path) -> None:
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        _stop(f"{folder}: expected a folder that can be written to ({error.strerror})")
+
+
 def _file(robot: str) -> Path:
     if robot in _shipped():
         return ROBOTS / f"{robot}.toml"
     if not Path(robot).is_file():
-        _stop(f"{robot}: expected a robot file, or one of {', '.join(_shipped())}")
+        close = get_close_matches(robot, _shipped(), n=1)
+        hint = f" (did you mean {close[0]}?)" if close else ""
+        _stop(f"{robot}: expected a robot file, or one of {', '.join(_shipped())}{hint}")
     return Path(robot)
 
 

@@ -226,6 +226,8 @@ class _Reader:
         keys: Keys = ("parameters", name)
         kind = self.kinds.get(name, "length")
         given = self._at(keys)
+        if not isinstance(given, Mapping) or "unit" not in given:
+            self._check_degrees(keys, given, kind)
         if not isinstance(given, Mapping):
             return Parameter(name, self._literal(keys) * self.scale[kind], kind)
         scale = (LENGTHS | ANGLES | RATIOS).get(str(given.get("unit")), self.scale[kind])
@@ -305,6 +307,8 @@ class _Reader:
         if kind == "fixed":
             self._fail(keys, "nothing for a fixed joint")
         scale = self._coordinate_scale(kind)
+        if kind != "prismatic":
+            self._check_degrees(keys, value, "angle")
         lower, upper = (self._literal((*keys, side)) * scale for side in (0, 1))
         if not float(lower) < float(upper):
             self._fail(keys, "a lowest below the highest")
@@ -371,6 +375,7 @@ class _Reader:
         value = self._at(keys)
         if value is None:
             return sp.Integer(0)
+        self._check_degrees(keys, value, kind)
         try:
             expression = read(value, self.symbols, self.scale["angle"])
         except NotExact as error:
@@ -396,6 +401,13 @@ class _Reader:
         except NotExact as error:
             self._fail(keys, f"{_KIND[kind]} ({error} at the parameters' values)")
         return sp.expand_mul(expression)
+
+    def _check_degrees(self, keys: Keys, value: object, kind: ParameterKind) -> None:
+        """A pi among degrees is a slip: it would be 3.14 degrees."""
+        texts = [part for part in _parts(value) if isinstance(part, str)]
+        in_degrees = kind == "angle" and self.scale["angle"] != 1
+        if in_degrees and any(re.search(r"\bpi\b", text) for text in texts):
+            self._fail(keys, 'an angle in degrees, as units say, and pi belongs to units of "rad"')
 
     def _scales(self, expression: sp.Expr, kind: ParameterKind) -> bool:
         """Whether lengths enter a length at most linearly, and an angle by their ratios alone."""
@@ -565,6 +577,10 @@ def _listed(given: Mapping[str, sp.Expr | Vector]) -> tuple[tuple[str, sp.Expr],
 
 def _is_name(text: str) -> bool:
     return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
+
+
+def _parts(value: object) -> list[object]:
+    return list(value) if isinstance(value, list) else [value]
 
 
 def _use(symbol: sp.Symbol, expression: sp.Expr, kind: ParameterKind) -> ParameterKind:

@@ -33,6 +33,8 @@ def read(job: Job) -> Robot:
     """
     if job.file.suffix == ".urdf":
         return from_urdf(job.file, job.base, job.tip)
+    if job.base or job.tip:
+        raise RobotError(f"{job.file}: --base and --tip choose links of a URDF, which this is not")
     return load(job.file)
 
 

@@ -120,3 +120,25 @@ def test_every_shipped_file_is_called_as_its_robot():
     from chasles.derive import load
 
     assert [load(ROBOTS / f"{name}.toml").name for name in NAMES] == NAMES
+
+
+def test_ones_own_robot_needs_a_folder_of_its_own(arm):
+    done = run(arm)
+    assert done.exit_code == 1
+    assert "say where the robots shall go, with --to FOLDER" in done.output
+
+
+def test_a_folder_that_cannot_be_made(arm):
+    done = run(arm, "--to", arm)
+    assert done.exit_code == 1
+    assert "expected a folder that can be written to" in done.output
+
+
+def test_links_are_chosen_in_a_urdf_only(arm, tmp_path):
+    done = run(arm, "--to", tmp_path / "out", "--base", "world")
+    assert done.exit_code == 1
+    assert "--base and --tip choose links of a URDF" in done.output
+
+
+def test_a_close_name_is_offered():
+    assert "did you mean ur5e?" in run("ur5").output

@@ -478,3 +478,16 @@ def test_the_line_inside_a_list_of_lists():
     with pytest.raises(DescriptionError) as caught:
         loads(text)
     assert (caught.value.line, caught.value.field) == (5, "joints[2].a")
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('alpha = "tilt + 90"', 'alpha = "pi/2"'),
+        ('limits = [-90, "180/2"]', 'limits = ["-pi", "pi"]'),
+        ("rpy = [0, 0, 90]", 'rpy = [0, 0, "pi/2"]'),
+    ],
+)
+def test_pi_among_degrees_is_a_slip(old, new):
+    with pytest.raises(DescriptionError, match='pi belongs to units of "rad"'):
+        loads(ARM.replace(old, new))

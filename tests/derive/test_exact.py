@@ -168,8 +168,8 @@ def test_nothing_is_evaluated() -> None:
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("d2", "unknown parameter 'd2'; declared is a, b, d1"),
-        ("zz", "unknown parameter 'zz'; declared is a, b, d1"),
+        ("d2", "unknown parameter 'd2'; declared are a, b, d1"),
+        ("zz", "unknown parameter 'zz'; declared are a, b, d1"),
         ("a.real", "'a.real' is not understood; there are numbers, pi, parameters"),
         ("1 +", "not a number or an expression of numbers, pi, parameters"),
         ("1/0", "division by zero"),
