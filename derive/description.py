@@ -271,6 +271,8 @@ class _Reader:
         self._check_fields(keys, table, (*JOINT_FIELDS, *fields))
         given = {field: self._value((*keys, field), what) for field, what in fields.items()}
         if "axis" in fields and "axis" not in table:
+            if kind != "fixed":
+                self._fail((*keys, "axis"), "the direction that the joint moves about or along")
             given["axis"] = (sp.Integer(0), sp.Integer(0), sp.Integer(1))
         try:
             before, after = CONVENTIONS[convention].place(kind, **given)

@@ -491,3 +491,9 @@ def test_the_line_inside_a_list_of_lists():
 def test_pi_among_degrees_is_a_slip(old, new):
     with pytest.raises(DescriptionError, match='pi belongs to units of "rad"'):
         loads(ARM.replace(old, new))
+
+
+def test_an_axis_must_be_given():
+    text = 'name = "r"\nconvention = "poe"\n[[joints]]\npoint = [1, 0, 0]\n'
+    with pytest.raises(DescriptionError, match="the direction that the joint moves about"):
+        loads(text)
