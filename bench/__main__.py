@@ -11,6 +11,8 @@ from .peers import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
 from .report import Plan, out, records, save, tables
 
+DERIVATION = "derivation"
+
 
 def main() -> int:
     """Runs what the command line asks for; the exit status."""
@@ -19,35 +21,38 @@ def main() -> int:
         return check.run(options.write)
     if options.command == "count":
         return count.run(options.write)
-    results = measure(without_slow_builds(QUICK) if options.quick else FULL, options.only)
-    if not options.quick:
-        for name, content in results.items():
-            save(name, content)
+    if options.quick:
+        measure(without_slow_builds(QUICK), options.only, keep=False)
+    else:
+        measure(FULL, options.only, keep=True)
         document.write()
     return 0
 
 
-def measure(plan: Plan, only: str | None) -> dict[str, dict[str, object]]:
-    """Runs the benchmarks, or only one, and prints what they find; for result files, by name."""
+def measure(plan: Plan, only: str | None, keep: bool) -> None:
+    """Runs the benchmarks, or only one; prints, and keeps if wanted, what each one finds."""
     for name, install in absent().items():
         out.print(f"no {name} to compare with: pip install {install}")
     for name in plan.leave_out:
         out.print(f"{name} is left out: it takes long to compile, and was not yet")
-    results: dict[str, dict[str, object]] = {}
-    for name, (title, run) in SECTIONS.items():
-        if only in (None, name):
-            found = run(plan)
-            tables(title, found)
-            results[name] = {"rounds": plan.rounds, "found": records(found)}
-    if only in (None, "derivation"):
-        results["derivation"] = derivation.run(plan)
-    return results
+    for name in [only] if only else [*SECTIONS, DERIVATION]:
+        content = derivation.run(plan) if name == DERIVATION else compared(plan, name)
+        if keep:
+            save(name, content)
+
+
+def compared(plan: Plan, name: str) -> dict[str, object]:
+    """One benchmark of ratios and limits: prints it, and returns it for a result file."""
+    title, run = SECTIONS[name]
+    found = run(plan)
+    tables(title, found)
+    return {"rounds": plan.rounds, "found": records(found)}
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m bench", description=__doc__)
     parser.add_argument("--quick", action="store_true", help="few rounds, to see that all runs")
-    parser.add_argument("--only", choices=[*SECTIONS, "derivation"], help="one benchmark")
+    parser.add_argument("--only", choices=[*SECTIONS, DERIVATION], help="one benchmark")
     commands = parser.add_subparsers(dest="command", metavar="command")
     texts = {
         "check": "compare the ratios of a short run with bench/baseline.json",

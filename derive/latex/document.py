@@ -47,6 +47,7 @@ def document(derivation: Derivation) -> str:
     r"""An article of a robot that reads its fragments from the folder :data:`FOLDER` beside it."""
     robot = derivation.robot
     source = f"Source of the parameters: {escape(robot.source)}." if robot.source else ""
+    title = f"Kinematics of the {escape(robot.title or robot.name)}"
     parts = [
         f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
         for name, (heading, _) in _FRAGMENTS.items()
@@ -54,8 +55,8 @@ def document(derivation: Derivation) -> str:
     return "\n\n".join(
         [
             _PREAMBLE,
-            f"\\title{{Kinematics of the {escape(robot.title or robot.name)}}}\n\\date{{}}",
-            "\\begin{document}\n\\maketitle",
+            "\\begin{document}",
+            f"\\begin{{center}}\n\\LARGE {title}\n\\end{{center}}",
             *([source] if source else []),
             *parts,
             "\\end{document}\n",
@@ -69,5 +70,11 @@ _PREAMBLE = r"""\documentclass[a4paper]{article}
 \usepackage{lmodern}
 \usepackage{amsmath}
 \usepackage{booktabs}
-\usepackage[margin=30mm]{geometry}
-\setlength{\emergencystretch}{3em}"""
+\usepackage[margin=25mm]{geometry}
+\setlength{\emergencystretch}{3em}
+\AtBeginDocument{%
+  \setlength{\abovedisplayskip}{6pt plus 3pt minus 3pt}%
+  \setlength{\belowdisplayskip}{6pt plus 3pt minus 3pt}}
+\makeatletter
+\@beginparpenalty=10000 % a table stays with the words before it
+\makeatother"""

@@ -29,8 +29,10 @@ def forward_kinematics(page: Page) -> str:
     generic = page.matrix(page.pose, _generic(page, short=True))
     opening = "The pose of the tool in the base frame is"
     if shared:
-        return text(sentence(opening, flowed([generic]), terms, "its entries are", _entries(page)))
-    return text(sentence(opening, flowed([generic], end=""), "with", _entries(page)))
+        pose = flowed([generic], kept=True)
+        return text(sentence(opening, pose, terms, "its entries are", _entries(page)))
+    pose = flowed([generic], end="", kept=True)
+    return text(sentence(opening, pose, "with", _entries(page)))
 
 
 def jacobians(page: Page) -> str:

@@ -11,6 +11,7 @@ from .names import frame
 from .page import Page, named_matrix, sentence, text
 from .printer import DIGITS, cut
 from .sharing import BRACKET
+from .tables import has_fixed
 from .transforms import factors, labels, placements, transform
 from .widths import LINE, width
 
@@ -33,10 +34,13 @@ def screws(page: Page) -> str:
     exponentials = [
         rf"e^{{[\mathcal{{S}}_{{{k}}}] {angle}_{{{k}}}}}" for k in range(1, len(values) + 1)
     ]
+    product = (page.pose, [rf"{_product(exponentials)}\,{home}"])
     followers = ""
     if not plain:
         listed = [_equation(rf"\theta_{{{k}}}", page.tex(v)) for k, v in enumerate(values, 1)]
-        followers = sentence("with the joints' values", flowed(listed, end=","))
+        followers = sentence("where the joints' values are", flowed(listed))
+    index = "k" if has_fixed(robot) else "i"
+    axes = rf"$\mathcal{{S}}_{index} = (v_{index}; \omega_{index})$"
     constants = _Constants(page)
     columns = [constants.screw(k + 1, found.S[:, k]) for k in range(found.S.shape[1])]
     pose = constants.pose(home, found.M)
@@ -44,12 +48,12 @@ def screws(page: Page) -> str:
     return text(
         sentence(
             "As a product of exponentials, the pose of the tool is",
-            aligned([(page.pose, [rf"{_product(exponentials)}\,{home}"])], end=","),
+            aligned([product], end="." if plain else ","),
             followers,
-            sentence("with the terms", aligned(terms, end=",")) if terms else "",
-            r"with the screw axes $\mathcal{S}_i = (v_i; \omega_i)$ in the base frame",
+            sentence("With the terms", aligned(terms, end=",")) if terms else "",
+            rf"{'the' if terms else 'The'} screw axes {axes} in the base frame are",
             flowed(columns, end=""),
-            "and the home pose",
+            "and the home pose is",
             flowed([pose], end="," if constants.named else "."),
             sentence("where", aligned(constants.named)) if constants.named else "",
         )

@@ -1,18 +1,23 @@
 r"""The fragments that say what is given: parameters by convention, and the short symbols."""
 
+import math
+import re
 from collections.abc import Sequence
 
-import sympy as sp
-
+from ..exact import SNAP, read
 from . import tables
 from .layout import aligned
 from .names import escape
 from .notation import COMMAS_FROM
 from .page import Page, sentence, text
+from .printer import number
 from .transforms import transform
 
 FEW = 4
 """Names that a sentence joins by "and"; more are a mere list."""
+SNAPPED = re.compile(r"joint (.+): ([rpy]) = (\S+) taken as (\S+)")
+"""A robot's note of an angle that was taken for a multiple of pi."""
+ANGLES = {"r": "roll", "p": "pitch", "y": "yaw"}
 
 
 def parameters(page: Page) -> str:
@@ -24,8 +29,7 @@ def parameters(page: Page) -> str:
     if robot.parameters:
         table = tables.value_table(robot, equations.printer)
         values = sentence("The parameters have the default values", table)
-    notes = " ".join(escape(note) for note in robot.notes)
-    return text(_coordinates(page), *joints, _legend(page), values, notes)
+    return text(_coordinates(page), *joints, _legend(page), values, _notes(robot.notes))
 
 
 def symbols(page: Page) -> str:
@@ -44,16 +48,17 @@ def _coordinates(page: Page) -> str:
     joints = dict(zip(notation.q, page.derivation.robot.coordinates, strict=True))
     parts = []
     for unit, one, many in (
-        ("rad", "is an angle in radians", "are angles in radians"),
-        ("m", "is a displacement in metres", "are displacements in metres"),
+        ("rad", "is an angle", "are angles"),
+        ("m", "is a displacement", "are displacements"),
     ):
         names = [f"${notation.tex[q]}$" for q, joint in joints.items() if joint.unit == unit]
         if names:
             parts.append(f"{_listed(names)} {one if len(names) == 1 else many}")
+    units = "Equations and tables are in metres and radians."
     subject = "The joint coordinate" + ("s" if len(joints) > 1 else "")
     if len(parts) > 1:
-        return f"Of the joint coordinates, {parts[0]} and {parts[1]}."
-    return f"{subject} {parts[0]}."
+        return f"{units} Of the joint coordinates, {parts[0]} and {parts[1]}."
+    return f"{units} {subject} {parts[0]}."
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -78,24 +83,65 @@ def _introduced(convention: str) -> str:
 
 def _legend(page: Page) -> str:
     """What the tables' abbreviations mean, for those that occur, and how joints are coupled."""
-    joints = page.derivation.robot.joints
-    kinds = {joint.kind for joint in joints}
+    robot = page.derivation.robot
+    kinds = {joint.kind for joint in robot.joints}
     if kinds == {"revolute"}:
         sentences = ["All joints are revolute."]
     else:
         types = [f"{short} is {kind}" for kind, short in tables.TYPES.items() if kind in kinds]
         sentences = [f"Type {', '.join(types)}."]
-    limits = [limit for joint in joints for limit in joint.limits if limit is not None]
-    if not all(limit.has(sp.pi) for limit in limits):
-        sentences.append("Limits without a degree sign are in radians or metres.")
-    number = {joint.name: k for k, joint in enumerate(joints, 1)}
-    for k, joint in enumerate(joints, 1):
+    if any(
+        joint.kind == "prismatic"
+        and joint.convention in tables.VARIABLES
+        and not tables.variable_field(joint)
+        for joint in robot.joints
+    ):
+        sentences.append(r"A displacement $q$ is along $z$, right after $R_z(\theta)$.")
+    one = "joint"
+    if tables.has_fixed(robot):
+        one = "moving joint"
+        sentences.append("The moving joints are counted by $k$, as are the screw axes.")
+    count = tables.moving_numbers(robot)
+    for joint in robot.moving:
+        this = f"{one.capitalize()} {count[joint.name]}"
         if joint.kind == "helical":
-            pitch = page.tex(joint.pitch)
-            sentences.append(rf"Joint {k} advances by ${pitch}$ (m) per radian.")
+            sentences.append(f"{this} advances by ${page.tex(joint.pitch)}$ (m) per radian.")
         if joint.mimic is not None:
-            sentences.append(f"Joint {k} follows joint {number[joint.mimic.leader]}.")
+            sentences.append(f"{this} follows {one} {count[joint.mimic.leader]}.")
     return " ".join(sentences)
+
+
+def _notes(notes: Sequence[str]) -> str:
+    """What was changed on the way in; angles that were taken for the same are named together."""
+    angles: dict[tuple[str, str], list[str]] = {}
+    others = []
+    for note in notes:
+        if found := SNAPPED.fullmatch(note):
+            joint, angle, value, exact = found.groups()
+            angles.setdefault((value, exact), []).append(f"{ANGLES[angle]} of {escape(joint)}")
+        else:
+            others.append(escape(note))
+    sentences = []
+    if angles:
+        within = rf"$10^{{{round(math.log10(SNAP))}}}$"
+        listed = [
+            rf"${_scientific(value)}$ as ${number(read(exact))}$ ({', '.join(where)})"
+            for (value, exact), where in angles.items()
+        ]
+        sentences.append(
+            rf"Angles within {within} of a multiple of $\pi/12$ were taken as that multiple:"
+            f" {', '.join(listed)}."
+        )
+    if others:
+        sentences.append(f"Notes: {'; '.join(others)}.")
+    # Names and digits that cannot be broken need loose lines.
+    body = " ".join(sentences)
+    return f"\\begin{{sloppypar}}\n{body}\n\\end{{sloppypar}}" if body else ""
+
+
+def _scientific(value: str) -> str:
+    digits, _, exponent = value.partition("e")
+    return rf"{digits} \cdot 10^{{{int(exponent)}}}" if exponent else digits
 
 
 def _rules(page: Page) -> list[str]:

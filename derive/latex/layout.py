@@ -27,6 +27,8 @@ COLUMN_GAP = 10.2
 BRACKETS = 15.0
 MARGIN = 6.0
 """What an estimate may be short by."""
+NO_BREAK = r"\postdisplaypenalty=10000 "
+"""Keeps a display on the page of what follows it."""
 SHORTEST_RUN = 4
 """Short equations in a row that are set in two columns."""
 
@@ -77,7 +79,7 @@ def _is_short(equation: Equation) -> bool:
 def _pairs(equations: Sequence[Equation], end: str) -> str:
     shown = [f"{side} &= {' '.join(terms)}" for side, terms in equations]
     rows = [", & ".join(shown[k : k + 2]) for k in range(0, len(shown), 2)]
-    return ", \\\\\n".join(rows) + end
+    return _stacked(rows, ", ", "") + end
 
 
 def _single(equations: Sequence[Equation], end: str) -> str:
@@ -87,7 +89,7 @@ def _single(equations: Sequence[Equation], end: str) -> str:
         first, *rest = filled(terms, LINE - left - MARGIN)
         lines = [f"{side} &= {first}", *(rf"&\quad {{}}{line}" for line in rest)]
         blocks.append(" \\\\\n".join(lines))
-    return ", \\\\\n".join(blocks) + end
+    return _stacked(blocks, ", ", "") + end
 
 
 def _display(environment: str, body: str, spacing: str = "") -> str:
@@ -125,8 +127,8 @@ def matrix_width(rows: Sequence[Row]) -> float:
     return sum(columns) + COLUMN_GAP * (len(columns) - 1) + BRACKETS
 
 
-def flowed(displays: Sequence[Display], end: str = ".") -> str:
-    """Displays, as many beside each other as a line holds."""
+def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -> str:
+    """Displays, as many beside each other as a line holds; kept on the page of what follows."""
     gap = width(r",\qquad")
     rows: list[list[str]] = []
     room = 0.0
@@ -138,8 +140,15 @@ def flowed(displays: Sequence[Display], end: str = ".") -> str:
             rows.append([display.tex])
             room = LINE - MARGIN - display.width
     lines = [",\\qquad\n".join(row) for row in rows]
-    body = ",\\\\[1ex]\n".join(lines)
-    return _display("gather*", body + end)
+    return _display("gather*", _stacked(lines, ",", "[1ex]") + end, NO_BREAK if kept else "")
+
+
+def _stacked(rows: Sequence[str], end: str, skip: str) -> str:
+    """Rows of a display; the last is not left alone on a page."""
+    if len(rows) == 1:
+        return rows[0]
+    upper = f"{end}\\\\{skip}\n".join(rows[:-1])
+    return f"{upper}{end}\\\\*{skip}\n{rows[-1]}"
 
 
 def chain(name: str, sides: Sequence[str], end: str = ".") -> str:

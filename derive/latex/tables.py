@@ -1,6 +1,6 @@
 r"""Tables of a robot: the parameters of its conventions as given, their values, short symbols."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import groupby
 
 import sympy as sp
@@ -50,9 +50,14 @@ CONVENTION_NAMES = {
     "mdh5": "the five-parameter convention for axes that are not parallel",
     "hayati5": "the five-parameter convention for nearly parallel axes",
     "s_model": "the S-model",
-    "poe": "screw axes, each by its direction $e$ and a point $p$ on it",
-    "urdf": "URDF origins $x, y, z$ with roll, pitch and yaw, and axes $e$",
+    "poe": "screw axes, each by its direction $e$ and a point $p$ on it, and their variables $q$",
+    "urdf": "URDF origins $x, y, z$ with roll, pitch and yaw, axes $e$ and their variables $q$",
 }
+URDF_FIELDS = {
+    **{axis: f"xyz_{axis}" for axis in "xyz"},
+    **dict(zip(("roll", "pitch", "yaw"), ("rpy_x", "rpy_y", "rpy_z"), strict=True)),
+}
+"""The other spelling of the fields of `urdf`: that of an imported URDF."""
 HEADINGS = {
     **{f"xyz_{axis}": axis for axis in "xyz"},
     **{f"axis_{axis}": f"e_{axis}" for axis in "xyz"},
@@ -62,67 +67,100 @@ HEADINGS = {
     "rpy_z": r"\mathrm{yaw}",
 }
 """Headings of the components of vectors."""
-TURNING, SLIDING = ("theta",), ("d", "z")
-"""Fields that a joint's angle or displacement adds to."""
+VARIABLES = {
+    "dh": ("theta", "d"),
+    "mdh": ("theta", "d"),
+    "hayati": ("theta", ""),
+    "mdh5": ("theta", ""),
+    "hayati5": ("theta", "d"),
+    "s_model": ("theta", "z"),
+}
+"""Fields that a joint's angle and displacement add to; where there is none, it has a column q."""
+SCREW = ("axis_", "point_")
+"""Beginnings of the fields that say nothing of a fixed joint."""
+NONE = "--"
 
 
 def joint_tables(robot: Robot, notation: Notation, printer: Printer) -> list[tuple[str, str]]:
     """One table for each run of joints of one convention, as ``(convention, LaTeX)``."""
     values = iter(robot.joint_values(notation.q))
     rows = [
-        (k, joint, sp.Integer(0) if joint.kind == "fixed" else next(values))
-        for k, joint in enumerate(robot.joints, 1)
+        (i, joint, sp.Integer(0) if joint.kind == "fixed" else next(values))
+        for i, joint in enumerate(robot.joints, 1)
     ]
+    numbers = moving_numbers(robot) if has_fixed(robot) else {}
     tables = []
     for convention, run in groupby(rows, key=lambda row: row[1].convention):
-        columns = _joint_columns(list(run), convention, printer)
+        columns = _joint_columns(list(run), numbers, printer)
         tables.append((convention, tabular(columns, repeated=1)))
     return tables
 
 
+def has_fixed(robot: Robot) -> bool:
+    """Whether joints and moving joints are counted differently."""
+    return len(robot.moving) < len(robot.joints)
+
+
+def moving_numbers(robot: Robot) -> dict[str, int]:
+    """The number of each moving joint among its like: that of its screw axis."""
+    return {joint.name: k for k, joint in enumerate(robot.moving, 1)}
+
+
+def variable_field(joint: Joint) -> str:
+    """The field that a joint's variable adds to, empty where it has none."""
+    turning, sliding = VARIABLES.get(joint.convention, ("", ""))
+    field = {"fixed": "", "prismatic": sliding}.get(joint.kind, turning)
+    return field if field in _given(joint) else ""
+
+
 def _joint_columns(
-    run: Sequence[tuple[int, Joint, sp.Expr]], convention: str, printer: Printer
+    run: Sequence[tuple[int, Joint, sp.Expr]], numbers: Mapping[str, int], printer: Printer
 ) -> list[Column]:
-    fields = [field for field, _ in run[0][1].given]
-    shown = [f for f in FORMULAS.get(convention, (fields,))[0] if f in fields] or fields
-    columns: list[Column] = [
-        ("$i$", [str(k) for k, _, _ in run]),
-        ("joint", [names.escape(joint.name) for _, joint, _ in run]),
-    ]
+    first = run[0][1]
+    fields = list(_given(first))
+    shown = [f for f in FORMULAS.get(first.convention, (fields,))[0] if f in fields] or fields
+    columns: list[Column] = [("$i$", [str(i) for i, _, _ in run])]
+    if numbers:
+        columns.append(("$k$", [str(numbers.get(joint.name, NONE)) for _, joint, _ in run]))
+    columns.append(("joint", [names.escape(joint.name) for _, joint, _ in run]))
     if any(joint.kind != "revolute" for _, joint, _ in run):
         columns.append(("type", [TYPES[joint.kind] for _, joint, _ in run]))
     for field in shown:
-        cells = [_math(printer, _cell(joint, field, value)) for _, joint, value in run]
-        columns.append((f"${HEADINGS.get(field, names.parameter(field))}$", cells))
-    if any(not _has_column(joint, shown) for _, joint, _ in run):
-        columns.append(("coordinate", [_coordinate(joint, v, printer) for _, joint, v in run]))
+        cells = [_cell(joint, field, value, printer) for _, joint, value in run]
+        if any(cell != NONE for cell in cells):
+            columns.append((f"${HEADINGS.get(field, names.parameter(field))}$", cells))
+    if any(_has_column(joint) for _, joint, _ in run):
+        columns.append(("$q$", [_variable(joint, value, printer) for _, joint, value in run]))
     columns.append(("limits", [_limits(joint) for _, joint, _ in run]))
     return columns
 
 
-def _cell(joint: Joint, field: str, value: sp.Expr) -> sp.Expr:
+def _given(joint: Joint) -> dict[str, sp.Expr]:
+    """The fields of a joint in one spelling."""
+    spelling = URDF_FIELDS if joint.convention == "urdf" else {}
+    return {spelling.get(field, field): value for field, value in joint.given}
+
+
+def _cell(joint: Joint, field: str, value: sp.Expr, printer: Printer) -> str:
     """What a field holds: the given constant, and the joint's variable where it belongs."""
-    given = dict(joint.given)[field]
-    if field in TURNING and joint.kind in ("revolute", "helical"):
-        return given + value
-    if field in SLIDING and joint.kind == "prismatic":
-        return given + value
-    return given
+    given = _given(joint)
+    if field not in given or (joint.kind == "fixed" and field.startswith(SCREW)):
+        return NONE
+    return _math(printer, given[field] + (value if field == variable_field(joint) else 0))
 
 
-def _has_column(joint: Joint, fields: Sequence[str]) -> bool:
-    wanted = SLIDING if joint.kind == "prismatic" else TURNING
-    return joint.kind == "fixed" or any(field in wanted for field in fields)
+def _has_column(joint: Joint) -> bool:
+    return joint.kind != "fixed" and not variable_field(joint)
 
 
-def _coordinate(joint: Joint, value: sp.Expr, printer: Printer) -> str:
-    return "--" if joint.kind == "fixed" else _math(printer, value)
+def _variable(joint: Joint, value: sp.Expr, printer: Printer) -> str:
+    return _math(printer, value) if _has_column(joint) else NONE
 
 
 def _limits(joint: Joint) -> str:
     lower, upper = joint.limits
     if lower is None and upper is None:
-        return "--"
+        return NONE
     if lower is None or upper is None:
         return rf"$\ge {_limit(lower)}$" if upper is None else rf"$\le {_limit(upper)}$"
     if lower == -upper:
@@ -275,12 +313,13 @@ def _math(printer: Printer, expression: sp.Expr) -> str:
     return f"${printer.tex(expression)}$"
 
 
-def _angle_key(notation: Notation) -> Callable[[Angle], tuple[int, list[int], str]]:
+def _angle_key(notation: Notation) -> Callable[[Angle], tuple[int, list[int], bool]]:
+    """Angles by their joints, the plain sum first, then in the order of first use."""
     place = {symbol: k for k, symbol in enumerate(notation.q)}
 
-    def key(item: Angle) -> tuple[int, list[int], str]:
+    def key(item: Angle) -> tuple[int, list[int], bool]:
         angle, (accent, _) = item
         joints = sorted(place[symbol] for symbol in angle.free_symbols if symbol in place)
-        return len(joints), joints, accent
+        return len(joints), joints, accent != "{}"
 
     return key

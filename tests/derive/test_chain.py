@@ -89,6 +89,21 @@ def test_directions_slides_and_screws_in_a_group():
     ]
 
 
+def test_a_slide_behind_an_antiparallel_axis_points_the_other_way():
+    row = {"a": ONE, "d": ZERO, "theta": ZERO}
+    joints = (
+        Joint("turn", "revolute", *dh("revolute", alpha=sp.pi, **row)),
+        Joint("back", "revolute", *dh("revolute", alpha=ZERO, **row)),
+        Joint("slide", "prismatic", *dh("prismatic", alpha=ZERO, **row)),
+    )
+    (group,), angles = shaped(Robot("flipped", joints))
+    assert angles == [[q[0], q[0] - q[1]]]
+    (slide,) = group.stations[-1].slides
+    assert (slide.joint, slide.direction) == (2, (0, 0, -1))
+    tool = group.stations[-1].frames[-1]
+    assert tool.orientation == ((1, 0, 0), (0, -1, 0), (0, 0, -1))
+
+
 def test_every_shipped_robot_has_the_groups_of_its_data_sheet():
     """Joints by runs of parallel axes, read off the drawings."""
     runs = {

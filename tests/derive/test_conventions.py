@@ -238,6 +238,7 @@ z = "d2"
 x = "a3"
 """,
     "poe": """
+axis = [0, 0, 1]
 [[joints]]
 axis = [0, "-sqrt(3)", 1]
 point = ["a1", 0, "d1"]
@@ -255,14 +256,17 @@ xyz = [0, 0, "d1"]
 [[joints]]
 xyz = ["a1", 0, 0]
 rpy = [60, 0, 0]
+axis = [0, 0, 1]
 [[joints]]
 xyz = [0, "a2", "d2"]
 rpy = [0, 0, 90]
+axis = [0, 0, 1]
 [tool]
 xyz = ["a3", 0, 0]
 """,
     "urdf with fixed joints": """
 convention = "urdf"
+axis = [0, 0, 1]
 [[joints]]
 convention = "s_model"
 type = "fixed"
@@ -283,6 +287,7 @@ d = "d2"
 a = "a2"
 [[joints]]
 convention = "poe"
+axis = [0, 0, 1]
 [[joints]]
 convention = "mdh"
 type = "fixed"
