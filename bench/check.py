@@ -12,8 +12,12 @@ from .plans import SECTIONS, SHORT, without_slow_builds
 from .report import Ratio, machine, out, table
 
 BASELINE = Path(__file__).with_name("baseline.json")
-MARGIN = 0.25
-"""How much of a ratio may be lost on the machine of the baseline."""
+MARGIN = 0.4
+"""How much of a ratio may be lost on the machine of the baseline.
+
+It is wide because our code keeps the arithmetic units busy and its peers wait, so that a neighbour
+on the same core takes much of our ratios away. Counted instructions find small losses instead.
+"""
 MARGIN_ELSEWHERE = 0.5
 """The same on another processor or with another compiler."""
 

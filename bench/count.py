@@ -31,7 +31,7 @@ RISE = 0.02
 """A count that rose by more is a failure."""
 TIMES = 100
 """Calls of a kernel."""
-CALLS = (200, 1_200)
+CALLS = (100, 400)
 """Calls from Python."""
 PYTHON = """
 import os, sys, numpy as np, chasles
@@ -39,7 +39,7 @@ for item in sys.argv[1:]:
     name, function = item.split(".")
     arm = chasles.load(name)
     call, q = getattr(arm, function), np.linspace(-1.0, 1.0, arm.n)
-    for count in (100, *CALLS):
+    for count in (50, *CALLS):
         for _ in range(count):
             call(q)
         os.getppid()

@@ -5,6 +5,7 @@ import numpy as np
 from .arms import ARMS, Arm
 from .native import Loop, aligned
 from .peers import setups
+from .peers.own import plain_loop
 from .report import Plan, Ratio, alternated, ratio
 
 OWN = "chasles"
@@ -19,7 +20,7 @@ def run(plan: Plan) -> list[Ratio]:
 
 def one_arm(plan: Plan, arm: Arm) -> list[Ratio]:
     """The same for one arm."""
-    loops: list[Loop] = setups("loops", arm, plan.leave_out)
+    loops: list[Loop] = [*setups("loops", arm, plan.leave_out), plain_loop(arm)]
     q = np.random.default_rng(0).uniform(-np.pi, np.pi, (min(POSES, plan.batch), arm.joints))
     T, J = aligned(1, 4, 4), aligned(1, 6, arm.joints)
     found = []
@@ -31,5 +32,5 @@ def one_arm(plan: Plan, arm: Arm) -> list[Ratio]:
         times = alternated(works, plan.rounds)
         for loop in loops[1:]:
             key = f"scalar {arm.name} {function}: {loop.name}"
-            found.append(ratio(key, times, (OWN, loop.name), len(q), BARS[loop.name]))
+            found.append(ratio(key, times, (OWN, loop.name), len(q), BARS.get(loop.name)))
     return found

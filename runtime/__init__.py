@@ -64,7 +64,13 @@ def load(robot: str | os.PathLike[str]) -> Robot:
         UnknownRobotError: If there is no such robot.
         ChaslesError: If it cannot be read, compiled or opened; the message says why.
     """
-    return Robot(read_manifest(find_folder(robot)))
+    folder = find_folder(robot)
+    if folder.is_file():
+        raise UnknownRobotError(
+            f"{folder} is a file; a description is first derived, `chasles-derive {folder} --to "
+            "robots`, then loaded by its folder, ./robots/<its name>"
+        )
+    return Robot(read_manifest(folder))
 
 
 def find_folder(robot: str | os.PathLike[str]) -> Path:
@@ -73,7 +79,7 @@ def find_folder(robot: str | os.PathLike[str]) -> Path:
     Raises:
         UnknownRobotError: If it is a name that no installed robot has.
     """
-    if not isinstance(robot, str) or os.sep in robot:
+    if not isinstance(robot, str) or os.sep in robot or Path(robot).is_file():
         return Path(robot)
     folders = shipped_folders()
     if robot in folders:

@@ -1,11 +1,14 @@
 /* chasles._call: calls compiled kernels from Python.
  *
  * Library    a compiled robot, opened and checked against the content hash that is expected.
- * Function   one kernel of it. A call takes one of two ways:
+ * Function   one kernel of it. A call takes one of three ways:
  *              call_once   every argument is a plain float64 array of the core shape; the kernel
  *                          runs on the caller's memory with nothing in between
+ *              call_dense  every argument is a dense float64 batch of one shape, without out=
  *              call_any    all else: arguments are read and checked, then a NumPy generalized
- *                          ufunc broadcasts the leading dimensions
+ *                          ufunc broadcasts the leading dimensions; with threads= it is called
+ *                          on parts of the batch (threads.py), and arguments with a ufunc
+ *                          protocol of their own never come to it (overrides.py)
  * Kernel     the description that Function and ufunc share, kept alive by the ufunc (a capsule).
  */
 #define PY_SSIZE_T_CLEAN
@@ -27,9 +30,11 @@
 #define MAX_OPERANDS 32 /* inputs and outputs of one function */
 #define MAX_CORE_NDIM 8
 #define STACK_DOUBLES 1024 /* scratch for strided operands, before malloc is asked */
+#define N_OPTIONS 2        /* keywords beside the inputs: out, threads */
+#define ALL_THREADS 0      /* threads="all" */
 
 static PyObject *ShapeError, *InputError, *LibraryMismatchError;
-static PyObject *str_out, *str_name, *str_shape, *str_array_ufunc;
+static PyObject *str_out, *str_threads, *str_name, *str_shape, *str_array_ufunc;
 static PyObject *ndarray_array_ufunc;
 
 /* ------------------------------------------------------------------ Library */
@@ -574,6 +579,81 @@ static PyObject *call_once(const Kernel *kernel, PyObject *const *inputs, PyObje
     return pack(kernel, results, outs);
 }
 
+/* The leading dimensions that all inputs share where all are dense float64 arrays, else NULL. */
+static const npy_intp *shared_batch(const Kernel *kernel, PyObject *const *inputs, int *ndim)
+{
+    const npy_intp *batch = NULL;
+    for (int i = 0; i < kernel->n_inputs; i++) {
+        const Operand *operand = &kernel->operands[i];
+        PyArrayObject *array = (PyArrayObject *)inputs[i];
+        if (!PyArray_CheckExact(inputs[i]) || PyArray_TYPE(array) != NPY_DOUBLE ||
+            !PyArray_ISCARRAY_RO(array)) {
+            return NULL;
+        }
+        int leading = PyArray_NDIM(array) - operand->ndim;
+        const npy_intp *dims = PyArray_DIMS(array);
+        if (leading < 1 || !PyArray_CompareLists(operand->dims, dims + leading, operand->ndim) ||
+            (batch && (leading != *ndim || !PyArray_CompareLists(batch, dims, leading)))) {
+            return NULL;
+        }
+        batch = dims;
+        *ndim = leading;
+    }
+    return batch;
+}
+
+/* Runs the kernel on n rows without gaps. */
+static void run_dense(const Kernel *kernel, npy_intp n, double **memory)
+{
+    ptrdiff_t steps[MAX_OPERANDS];
+    for (int i = 0; i < kernel->n_operands; i++) {
+        steps[i] = kernel->operands[i].size;
+    }
+    if (kernel->rows && n > 1) {
+        kernel->rows((size_t)n, (const double *const *)memory, steps, memory + kernel->n_inputs,
+                     steps + kernel->n_inputs);
+        return;
+    }
+    for (npy_intp row = 0; row < n; row++) {
+        kernel->call((const double *const *)memory, memory + kernel->n_inputs);
+        for (int i = 0; i < kernel->n_operands; i++) {
+            memory[i] += steps[i];
+        }
+    }
+}
+
+/* Dense batches of one shape into new arrays: what the ufunc would do, without its preparations,
+ * which cost more than a few poses. */
+static PyObject *call_dense(const Kernel *kernel, PyObject *const *inputs, const npy_intp *batch,
+                            int ndim)
+{
+    double *memory[MAX_OPERANDS];
+    PyObject *results[MAX_OPERANDS];
+    npy_intp dims[NPY_MAXDIMS + MAX_CORE_NDIM];
+    memcpy(dims, batch, ndim * sizeof(npy_intp));
+    for (int i = 0; i < kernel->n_inputs; i++) {
+        memory[i] = PyArray_DATA((PyArrayObject *)inputs[i]);
+    }
+    for (int i = 0; i < kernel->n_outputs; i++) {
+        const Operand *operand = &kernel->operands[kernel->n_inputs + i];
+        memcpy(dims + ndim, operand->dims, operand->ndim * sizeof(npy_intp));
+        results[i] = PyArray_SimpleNew(ndim + operand->ndim, dims, NPY_DOUBLE);
+        if (!results[i]) {
+            while (i-- > 0) {
+                Py_DECREF(results[i]);
+            }
+            return NULL;
+        }
+        memory[kernel->n_inputs + i] = PyArray_DATA((PyArrayObject *)results[i]);
+    }
+    npy_intp n = PyArray_MultiplyList(batch, ndim);
+    NPY_BEGIN_THREADS_DEF
+    NPY_BEGIN_THREADS_THRESHOLDED(n)
+    run_dense(kernel, n, memory);
+    NPY_END_THREADS
+    return pack(kernel, results, NULL);
+}
+
 /* ------------------------------------------------------------- the long way */
 
 /* Whether the type brings its own __array_ufunc__ (dask, units): 1, 0, or -1 on error. */
@@ -692,12 +772,39 @@ typedef struct {
     npy_intp dims[NPY_MAXDIMS];
 } Batch;
 
+/* The sizes of an input's leading dimensions against those of the inputs before it. */
+static int check_leading(const Kernel *kernel, const Operand *operand, PyArrayObject *array,
+                         const Batch *batch)
+{
+    int ndim = PyArray_NDIM(array) - operand->ndim;
+    for (int i = 1; i <= ndim && i <= batch->ndim; i++) {
+        npy_intp own = PyArray_DIM(array, ndim - i), other = batch->dims[batch->ndim - i];
+        if (own != other && own != 1 && other != 1) {
+            PyObject *shape = shape_text(ndim, PyArray_DIMS(array));
+            PyObject *before = shape_text(batch->ndim, batch->dims);
+            if (shape && before) {
+                PyErr_Format(ShapeError,
+                             "%U: leading dimensions do not broadcast: %U has %U, those before it "
+                             "%U",
+                             kernel->label, operand->name, shape, before);
+            }
+            Py_XDECREF(shape);
+            Py_XDECREF(before);
+            return -1;
+        }
+    }
+    return 0;
+}
+
 /* Broadcasts the leading dimensions of all inputs; -1 with an error that names the two. */
 static int read_batch(const Kernel *kernel, PyObject *const *inputs, Batch *batch)
 {
     batch->ndim = 0;
     for (int i = 0; i < kernel->n_inputs; i++) {
         PyArrayObject *array = (PyArrayObject *)inputs[i];
+        if (check_leading(kernel, &kernel->operands[i], array, batch) < 0) {
+            return -1;
+        }
         int ndim = PyArray_NDIM(array) - kernel->operands[i].ndim;
         if (ndim > batch->ndim) {
             int more = ndim - batch->ndim;
@@ -709,21 +816,7 @@ static int read_batch(const Kernel *kernel, PyObject *const *inputs, Batch *batc
         }
         npy_intp *dims = batch->dims + (batch->ndim - ndim);
         for (int j = 0; j < ndim; j++) {
-            npy_intp size = PyArray_DIM(array, j);
-            if (dims[j] != size && dims[j] != 1 && size != 1) {
-                PyObject *own = shape_text(ndim, PyArray_DIMS(array));
-                PyObject *others = shape_text(batch->ndim, batch->dims);
-                if (own && others) {
-                    PyErr_Format(ShapeError,
-                                 "%U: leading dimensions do not broadcast: %U has %U, those before "
-                                 "it %U",
-                                 kernel->label, kernel->operands[i].name, own, others);
-                }
-                Py_XDECREF(own);
-                Py_XDECREF(others);
-                return -1;
-            }
-            dims[j] = dims[j] == 1 ? size : dims[j];
+            dims[j] = dims[j] == 1 ? PyArray_DIM(array, j) : dims[j];
         }
     }
     return 0;
@@ -766,22 +859,29 @@ static int check_out(const Kernel *kernel, const Operand *operand, const Batch *
     return -1;
 }
 
+/* A tuple of new references; NULL with an error set. */
+static PyObject *tuple_of(int n, PyObject *const *items)
+{
+    PyObject *tuple = PyTuple_New(n);
+    for (int i = 0; tuple && i < n; i++) {
+        PyTuple_SET_ITEM(tuple, i, Py_NewRef(items[i]));
+    }
+    return tuple;
+}
+
 /* Hands the inputs to the ufunc, with out=outs where given. */
 static PyObject *call_ufunc(Function *self, PyObject *const *inputs, PyObject *const *outs)
 {
-    int n_inputs = self->kernel->n_inputs, n_outputs = self->kernel->n_outputs;
+    int n_inputs = self->kernel->n_inputs;
     PyObject *args[MAX_OPERANDS + 1];
     memcpy(args, inputs, n_inputs * sizeof(PyObject *));
     if (!outs) {
         return PyObject_Vectorcall(self->ufunc, args, n_inputs, NULL);
     }
     PyObject *keywords = PyTuple_Pack(1, str_out);
-    PyObject *out = PyTuple_New(n_outputs);
+    PyObject *out = tuple_of(self->kernel->n_outputs, outs);
     PyObject *result = NULL;
     if (keywords && out) {
-        for (int i = 0; i < n_outputs; i++) {
-            PyTuple_SET_ITEM(out, i, Py_NewRef(outs[i]));
-        }
         args[n_inputs] = out;
         result = PyObject_Vectorcall(self->ufunc, args, n_inputs, keywords);
     }
@@ -790,8 +890,55 @@ static PyObject *call_ufunc(Function *self, PyObject *const *inputs, PyObject *c
     return result;
 }
 
+/* Calls module.run(function, inputs, outs) in Python, where outs is a tuple or None, with the
+ * batch's shape and the number of threads as further arguments unless batch is NULL. */
+static PyObject *call_python(const char *module, Function *self, PyObject *const *inputs,
+                             PyObject *const *outs, PyObject *batch, long threads)
+{
+    PyObject *imported = PyImport_ImportModule(module);
+    PyObject *given = tuple_of(self->kernel->n_inputs, inputs);
+    PyObject *out = outs ? tuple_of(self->kernel->n_outputs, outs) : Py_NewRef(Py_None);
+    PyObject *result = NULL;
+    if (imported && given && out) {
+        result = batch ? PyObject_CallMethod(imported, "run", "OOOOl", self, given, out, batch,
+                                             threads)
+                       : PyObject_CallMethod(imported, "run", "OOO", self, given, out);
+    }
+    Py_XDECREF(imported);
+    Py_XDECREF(given);
+    Py_XDECREF(out);
+    return result;
+}
+
+/* Parts of the batch, each on a thread of its own. */
+static PyObject *call_threads(Function *self, PyObject *const *inputs, PyObject *const *outs,
+                              const Batch *batch, long threads)
+{
+    PyObject *shape = PyArray_IntTupleFromIntp(batch->ndim, batch->dims);
+    if (!shape) {
+        return NULL;
+    }
+    PyObject *result = call_python("chasles.threads", self, inputs, outs, shape, threads);
+    Py_DECREF(shape);
+    return result;
+}
+
+/* Arguments with a ufunc protocol of their own: they bring their own parallelism, if any. */
+static PyObject *call_override(Function *self, PyObject *const *inputs, PyObject *const *outs,
+                               PyObject *own, long threads)
+{
+    if (threads != 1) {
+        PyErr_Format(InputError,
+                     "%U: threads splits NumPy arrays; leave it out where an argument is a %s",
+                     self->kernel->label, Py_TYPE(own)->tp_name);
+        return NULL;
+    }
+    return call_python("chasles.overrides", self, inputs, outs, NULL, threads);
+}
+
 /* Checks what was read, then runs the kernel once or over a batch. */
-static PyObject *call_read(Function *self, PyObject *const *inputs, PyObject *const *outs)
+static PyObject *call_read(Function *self, PyObject *const *inputs, PyObject *const *outs,
+                           long threads)
 {
     const Kernel *kernel = self->kernel;
     Batch batch;
@@ -811,16 +958,19 @@ static PyObject *call_read(Function *self, PyObject *const *inputs, PyObject *co
     if (plain && (!outs || is_plain_out(kernel, inputs, outs))) {
         return call_once(kernel, inputs, outs);
     }
-    return call_ufunc(self, inputs, outs);
+    return threads == 1 ? call_ufunc(self, inputs, outs)
+                        : call_threads(self, inputs, outs, &batch, threads);
 }
 
-static PyObject *call_any(Function *self, PyObject *const *inputs, PyObject *const *outs)
+static PyObject *call_any(Function *self, PyObject *const *inputs, PyObject *const *outs,
+                          long threads)
 {
     const Kernel *kernel = self->kernel;
     for (int i = 0; i < kernel->n_inputs + (outs ? kernel->n_outputs : 0); i++) {
-        int own = has_override(i < kernel->n_inputs ? inputs[i] : outs[i - kernel->n_inputs]);
+        PyObject *object = i < kernel->n_inputs ? inputs[i] : outs[i - kernel->n_inputs];
+        int own = has_override(object);
         if (own != 0) {
-            return own < 0 ? NULL : call_ufunc(self, inputs, outs);
+            return own < 0 ? NULL : call_override(self, inputs, outs, object, threads);
         }
     }
     PyObject *read[MAX_OPERANDS], *result = NULL;
@@ -832,7 +982,7 @@ static PyObject *call_any(Function *self, PyObject *const *inputs, PyObject *con
         }
     }
     if (n_read == kernel->n_inputs) {
-        result = call_read(self, read, outs);
+        result = call_read(self, read, outs, threads);
     }
     while (n_read-- > 0) {
         Py_DECREF(read[n_read]);
@@ -864,11 +1014,14 @@ static int fail_count(const Kernel *kernel, Py_ssize_t n_given)
     return -1;
 }
 
-/* The slot of a keyword: an input's index, n_inputs for out, -1 if there is none or on error. */
+/* The slot of a keyword: an input's index, n_inputs for out, the next for threads; -1 if there is
+ * none or on error. */
 static int find_keyword(const Kernel *kernel, PyObject *keyword)
 {
-    for (int i = 0; i <= kernel->n_inputs; i++) {
-        PyObject *name = i < kernel->n_inputs ? kernel->operands[i].name : str_out;
+    for (int i = 0; i < kernel->n_inputs + N_OPTIONS; i++) {
+        PyObject *name = i < kernel->n_inputs    ? kernel->operands[i].name
+                         : i == kernel->n_inputs ? str_out
+                                                 : str_threads;
         int equal = PyObject_RichCompareBool(keyword, name, Py_EQ);
         if (equal != 0) {
             return equal < 0 ? -1 : i;
@@ -876,14 +1029,14 @@ static int find_keyword(const Kernel *kernel, PyObject *keyword)
     }
     PyObject *names = input_names(kernel);
     if (names) {
-        PyErr_Format(InputError, "%U: unknown argument %R; it takes %U and out", kernel->label,
-                     keyword, names);
+        PyErr_Format(InputError, "%U: unknown argument %R; it takes %U, out and threads",
+                     kernel->label, keyword, names);
         Py_DECREF(names);
     }
     return -1;
 }
 
-/* Sorts the arguments into slots: one per input, then out. */
+/* Sorts the arguments into slots: one per input, then out and threads. */
 static int bind_arguments(const Kernel *kernel, PyObject *const *args, Py_ssize_t n_args,
                           PyObject *keywords, PyObject **slots)
 {
@@ -892,7 +1045,7 @@ static int bind_arguments(const Kernel *kernel, PyObject *const *args, Py_ssize_
         return fail_count(kernel, n_args);
     }
     memcpy(slots, args, n_args * sizeof(PyObject *));
-    memset(slots + n_args, 0, (kernel->n_inputs + 1 - n_args) * sizeof(PyObject *));
+    memset(slots + n_args, 0, (kernel->n_inputs + N_OPTIONS - n_args) * sizeof(PyObject *));
     for (Py_ssize_t k = 0; k < n_keywords; k++) {
         int slot = find_keyword(kernel, PyTuple_GET_ITEM(keywords, k));
         if (slot < 0) {
@@ -932,30 +1085,62 @@ static int read_out(const Kernel *kernel, PyObject **out, PyObject *const **outs
     return -1;
 }
 
+/* How many threads are asked for, at least 1, or ALL_THREADS; -1 with an error set. */
+static long read_threads(const Kernel *kernel, PyObject *given)
+{
+    if (!given || given == Py_None) {
+        return 1;
+    }
+    if (PyUnicode_Check(given) && PyUnicode_CompareWithASCIIString(given, "all") == 0) {
+        return ALL_THREADS;
+    }
+    if (PyIndex_Check(given) && !PyBool_Check(given)) {
+        Py_ssize_t threads = PyNumber_AsSsize_t(given, NULL); /* NULL: clips what is too large */
+        if (threads >= 1) {
+            return threads;
+        }
+        if (PyErr_Occurred()) {
+            if (!PyErr_ExceptionMatches(PyExc_TypeError)) {
+                return -1;
+            }
+            PyErr_Clear(); /* an array of several integers */
+        }
+    }
+    PyErr_Format(InputError, "%U: threads must be a positive integer or 'all', got %R",
+                 kernel->label, given);
+    return -1;
+}
+
 static PyObject *function_vectorcall(PyObject *object, PyObject *const *args, size_t n_flagged,
                                      PyObject *keywords)
 {
     Function *self = (Function *)object;
     const Kernel *kernel = self->kernel;
-    PyObject *slots[MAX_OPERANDS + 1];
+    PyObject *slots[MAX_OPERANDS + N_OPTIONS];
     PyObject *const *inputs = args;
     PyObject *const *outs = NULL;
+    long threads = 1;
 
     Py_ssize_t n_args = PyVectorcall_NARGS(n_flagged);
     if (keywords || n_args != kernel->n_inputs) {
         if (bind_arguments(kernel, args, n_args, keywords, slots) < 0 ||
-            read_out(kernel, &slots[kernel->n_inputs], &outs) < 0) {
+            read_out(kernel, &slots[kernel->n_inputs], &outs) < 0 ||
+            (threads = read_threads(kernel, slots[kernel->n_inputs + 1])) < 0) {
             return NULL;
         }
         inputs = slots;
     }
     for (int i = 0; i < kernel->n_inputs; i++) {
         if (!is_plain(inputs[i], &kernel->operands[i])) {
-            return call_any(self, inputs, outs);
+            int ndim;
+            const npy_intp *batch =
+                outs || threads != 1 ? NULL : shared_batch(kernel, inputs, &ndim);
+            return batch ? call_dense(kernel, inputs, batch, ndim)
+                         : call_any(self, inputs, outs, threads);
         }
     }
     if (outs && !is_plain_out(kernel, inputs, outs)) {
-        return call_any(self, inputs, outs);
+        return call_any(self, inputs, outs, threads);
     }
     return call_once(kernel, inputs, outs);
 }
@@ -1127,11 +1312,12 @@ static int import_names(void)
     LibraryMismatchError = PyObject_GetAttrString(errors, "LibraryMismatchError");
     Py_DECREF(errors);
     str_out = PyUnicode_InternFromString("out");
+    str_threads = PyUnicode_InternFromString("threads");
     str_name = PyUnicode_InternFromString("name");
     str_shape = PyUnicode_InternFromString("shape");
     str_array_ufunc = PyUnicode_InternFromString("__array_ufunc__");
-    if (!ShapeError || !InputError || !LibraryMismatchError || !str_out || !str_name ||
-        !str_shape || !str_array_ufunc) {
+    if (!ShapeError || !InputError || !LibraryMismatchError || !str_out || !str_threads ||
+        !str_name || !str_shape || !str_array_ufunc) {
         return -1;
     }
     ndarray_array_ufunc = PyObject_GetAttr((PyObject *)&PyArray_Type, str_array_ufunc);

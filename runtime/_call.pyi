@@ -2,7 +2,7 @@ import inspect
 from collections.abc import Callable, Mapping
 from os import PathLike
 from types import GenericAlias
-from typing import Any, Generic, Protocol, TypeVar
+from typing import Any, Generic, Literal, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -41,6 +41,7 @@ class Function(Generic[R_co]):
         self,
         *inputs: ArrayLike,
         out: NDArray[np.float64] | tuple[NDArray[np.float64] | None, ...] | None = None,
+        threads: int | Literal["all"] | None = 1,
         **named_inputs: ArrayLike,
     ) -> R_co: ...
 

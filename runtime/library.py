@@ -50,6 +50,7 @@ class Recipe:
 
     Attributes:
         name: The robot's name.
+        folder: Where its generated files are.
         sources: The text of each file that the compiler reads, by name.
         compiler: The compiler with its flags.
         key: SHA-256 of all of it and of this machine.
@@ -57,6 +58,7 @@ class Recipe:
     """
 
     name: str
+    folder: Path
     sources: Mapping[str, bytes]
     compiler: Compiler
     key: str
@@ -87,7 +89,9 @@ def make_recipe(manifest: Manifest) -> Recipe:
     digests = b"".join(hashlib.sha256(part).digest() for part in parts)
     key = hashlib.sha256(digests).hexdigest()
     sources["glue.c"] += f'const char chasles_hash[] = "{key}";\n'.encode()
-    return Recipe(name, sources, compiler, key, cache_folder() / f"{name}-{key[:32]}.so")
+    return Recipe(
+        name, manifest.folder, sources, compiler, key, cache_folder() / f"{name}-{key[:32]}.so"
+    )
 
 
 def check_header(manifest: Manifest, header: str) -> None:
@@ -224,7 +228,7 @@ def _is_sound(recipe: Recipe) -> bool:
 
 
 def _open(recipe: Recipe) -> _call.Library:
-    advice = f"compile it again with `python -m chasles build {recipe.name}`"
+    advice = f"compile it again with `python -m chasles build {recipe.folder}`"
     try:
         content = recipe.path.read_bytes()
     except OSError as error:
@@ -275,7 +279,11 @@ def write_doc(info: FunctionInfo) -> str:
     lines += ["Args:"]
     lines += [f"    {_describe(item)}" for item in info.inputs]
     out = "array" if len(info.outputs) == 1 else "tuple of arrays (None for a new one)"
-    lines += [f"    out: The {out} to write into; float64, of the shape of the result.", ""]
+    lines += [f"    out: The {out} to write into; float64, of the shape of the result."]
+    lines += [
+        "    threads: How many threads to split a large batch over; 'all' is one a core.",
+        "",
+    ]
     lines += ["Returns:", *(f"    {_describe(item)}" for item in info.outputs), ""]
     kinds = ", ".join(f"{n} {kind}" for kind, n in info.operations.items() if kind != "total")
     lines += [f"Operations: {info.operations.get('total', 0)} ({kinds})."]
@@ -290,4 +298,6 @@ def _describe(argument: Argument) -> str:
 def _signature(info: FunctionInfo) -> inspect.Signature:
     kind = inspect.Parameter
     inputs = [kind(item.name, kind.POSITIONAL_OR_KEYWORD) for item in info.inputs]
-    return inspect.Signature([*inputs, kind("out", kind.KEYWORD_ONLY, default=None)])
+    options = [kind("out", kind.KEYWORD_ONLY, default=None)]
+    options += [kind("threads", kind.KEYWORD_ONLY, default=1)]
+    return inspect.Signature([*inputs, *options])

@@ -250,7 +250,8 @@ def read_manifest(folder: Path) -> Manifest:
     try:
         content = file.read_bytes()
     except (FileNotFoundError, NotADirectoryError):
-        raise UnknownRobotError(f"{folder}: no generated robot (no manifest.json)") from None
+        reason = "no manifest.json in it" if folder.is_dir() else "no such folder"
+        raise UnknownRobotError(f"{folder}: no generated robot ({reason})") from None
     try:
         entry = _Entry(file, "manifest", json.loads(content))
     except ValueError as error:
@@ -305,8 +306,8 @@ def _function(entry: _Entry) -> FunctionInfo:
     outputs = tuple(_argument(item) for item in entry["outputs"])
     if not inputs or not outputs:
         entry.fail("at least one input and one output")
-    # "out" is the keyword of every call.
-    entry["inputs"].unique([*(argument.name for argument in inputs), "out"])
+    # "out" and "threads" are keywords of every call.
+    entry["inputs"].unique([*(argument.name for argument in inputs), "out", "threads"])
     operations = {kind: count.count() for kind, count in entry["operations"].mapping().items()}
     return FunctionInfo(
         entry["name"].identifier(),

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from importlib.util import find_spec
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,8 @@ class Robot:
     All functions are called alike. Leading dimensions broadcast. Integers and other floats become
     float64; booleans, complex numbers and strings are refused (`InputError`), and so is a wrong
     shape (`ShapeError`). NaN and infinity flow through without a warning. `out=` takes the array to
-    write into, or a tuple of them, which may overlap the inputs.
+    write into, or a tuple of them, which may overlap the inputs. `threads=` splits a large batch
+    over that many threads ("all": one a core). dask arrays give lazy dask arrays.
 
     Attributes:
         name: Its name, as given to `load`.
@@ -107,15 +109,18 @@ class Robot:
             digest=manifest.digest,
         )
 
-    def __getattr__(self, name: str) -> NoReturn:
-        """Says what there is, when asked for what there is not."""
-        # Without __init__ (copy, unpickling) there is nothing to list yet.
-        offered = ", ".join(vars(self).get("functions", ()))
-        raise AttributeError(
-            f"robot {vars(self).get('name')!r} has no {name!r}; its functions are: {offered}",
-            name=name,
-            obj=self,
-        )
+    if not TYPE_CHECKING:
+        # Hidden from type checkers, which shall report every name that is not above.
+
+        def __getattr__(self, name: str) -> NoReturn:
+            """Says what there is, when asked for what there is not."""
+            # Without __init__ (copy, unpickling) there is nothing to list yet.
+            offered = ", ".join(vars(self).get("functions", ()))
+            raise AttributeError(
+                f"robot {vars(self).get('name')!r} has no {name!r}; its functions are: {offered}",
+                name=name,
+                obj=self,
+            )
 
     def __setattr__(self, name: str, value: object) -> NoReturn:
         """Refuses: a robot does not change."""
@@ -173,8 +178,14 @@ def _restore(place: str, digest: str) -> Robot:
     return Robot(manifest)
 
 
+@functools.cache
+def _restore_once(place: str, digest: str) -> Robot:
+    """For functions: a scheduler sends the same one along with every piece of an array."""
+    return _restore(place, digest)
+
+
 def _restore_function(place: str, digest: str, name: str) -> Function[Any]:
-    return _restore(place, digest).functions[name]
+    return _restore_once(place, digest).functions[name]
 
 
 def _function_pickler(manifest: Manifest) -> Callable[[str], tuple[Any, ...]]:

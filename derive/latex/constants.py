@@ -36,6 +36,13 @@ class Screws:
     M: sp.ImmutableMatrix
 
 
+class _Decimal(Rotation):
+    """A turn by a decimal, which no description may hold."""
+
+    def __post_init__(self) -> None:
+        """Takes the decimal as it is."""
+
+
 def printed_screws(robot: Robot, notation: Notation) -> Screws:
     """Screw axes and home pose in short symbols."""
     S, M = to_poe(_with_decimals(robot))
@@ -87,7 +94,7 @@ def _with_decimals(robot: Robot) -> Robot:
 
     def changed(placement: Placement) -> Placement:
         return tuple(
-            Rotation(motion.axis, sp.Float(motion.angle.evalf(EVALUATION_DIGITS)))
+            _Decimal(motion.axis, sp.Float(motion.angle.evalf(EVALUATION_DIGITS)))
             if isinstance(motion, Rotation) and motion in tilted and _is_rough(motion, many=many)
             else motion
             for motion in placement

@@ -70,11 +70,12 @@ _PREAMBLE = r"""\documentclass[a4paper]{article}
 \usepackage{lmodern}
 \usepackage{amsmath}
 \usepackage{booktabs}
-\usepackage[margin=25mm]{geometry}
+\usepackage[hmargin=25mm,vmargin=22mm]{geometry}
 \setlength{\emergencystretch}{3em}
 \AtBeginDocument{%
   \setlength{\abovedisplayskip}{6pt plus 3pt minus 3pt}%
   \setlength{\belowdisplayskip}{6pt plus 3pt minus 3pt}}
+\renewcommand{\arraystretch}{0.95}
 \makeatletter
 \@beginparpenalty=10000 % a table stays with the words before it
 \makeatother"""

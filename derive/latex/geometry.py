@@ -40,7 +40,7 @@ def screws(page: Page) -> str:
         listed = [_equation(rf"\theta_{{{k}}}", page.tex(v)) for k, v in enumerate(values, 1)]
         followers = sentence("where the joints' values are", flowed(listed))
     index = "k" if has_fixed(robot) else "i"
-    axes = rf"$\mathcal{{S}}_{index} = (v_{index}; \omega_{index})$"
+    axes = rf"$\mathcal{{S}}_{{{index}}} = (v_{{{index}}}; \omega_{{{index}}})$"
     constants = _Constants(page)
     columns = [constants.screw(k + 1, found.S[:, k]) for k in range(found.S.shape[1])]
     pose = constants.pose(home, found.M)

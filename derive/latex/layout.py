@@ -27,8 +27,9 @@ COLUMN_GAP = 10.2
 BRACKETS = 15.0
 MARGIN = 6.0
 """What an estimate may be short by."""
-NO_BREAK = r"\postdisplaypenalty=10000 "
-"""Keeps a display on the page of what follows it."""
+BREAKS = r"\allowdisplaybreaks"
+NO_BREAK = r"\interdisplaylinepenalty=10000\postdisplaypenalty=10000"
+"""Keeps a display on one page, that of what follows it."""
 SHORTEST_RUN = 4
 """Short equations in a row that are set in two columns."""
 
@@ -41,11 +42,13 @@ def aligned(equations: Sequence[Equation], end: str = ".") -> str:
     runs = _runs(equations)
     displays = []
     for k, (paired, run) in enumerate(runs):
-        last = end if k == len(runs) - 1 else ","
+        goes_on = k < len(runs) - 1
+        last = "," if goes_on else end
         body = _pairs(run, last) if paired else _single(run, last)
         above = r"\setlength{\abovedisplayskip}{0pt}" if k else ""
-        below = r"\setlength{\belowdisplayskip}{0pt}" if k < len(runs) - 1 else ""
-        displays.append(_display("align*", body, above + below))
+        below = r"\setlength{\belowdisplayskip}{0pt}" if goes_on else ""
+        breaks = NO_BREAK if goes_on and len(run) == 1 else BREAKS
+        displays.append(_display("align*", body, breaks + above + below))
     return "\n".join(displays)
 
 
@@ -92,10 +95,10 @@ def _single(equations: Sequence[Equation], end: str) -> str:
     return _stacked(blocks, ", ", "") + end
 
 
-def _display(environment: str, body: str, spacing: str = "") -> str:
-    """A display that may break across pages; no space follows that would begin a line."""
+def _display(environment: str, body: str, settings: str = BREAKS) -> str:
+    """A display with its settings; no space follows that would begin a line."""
     begin, finish = f"\\begin{{{environment}}}", f"\\end{{{environment}}}"
-    return f"{{\\allowdisplaybreaks{spacing}\n{begin}\n{body}\n{finish}}}%"
+    return f"{{{settings}\n{begin}\n{body}\n{finish}}}%"
 
 
 def filled(terms: Sequence[str], room: float) -> list[str]:
@@ -140,20 +143,21 @@ def flowed(displays: Sequence[Display], end: str = ".", *, kept: bool = False) -
             rows.append([display.tex])
             room = LINE - MARGIN - display.width
     lines = [",\\qquad\n".join(row) for row in rows]
-    return _display("gather*", _stacked(lines, ",", "[1ex]") + end, NO_BREAK if kept else "")
+    return _display("gather*", _stacked(lines, ",", "[1ex]") + end, NO_BREAK if kept else BREAKS)
 
 
 def _stacked(rows: Sequence[str], end: str, skip: str) -> str:
-    """Rows of a display; the last is not left alone on a page."""
-    if len(rows) == 1:
-        return rows[0]
-    upper = f"{end}\\\\{skip}\n".join(rows[:-1])
-    return f"{upper}{end}\\\\*{skip}\n{rows[-1]}"
+    """Rows of a display; neither the first nor the last is left alone on a page."""
+    body = rows[0]
+    for k, row in enumerate(rows[1:], 1):
+        star = "*" if k in (1, len(rows) - 1) else ""
+        body += f"{end}\\\\{star}{skip}\n{row}"
+    return body
 
 
 def chain(name: str, sides: Sequence[str], end: str = ".") -> str:
     """An equation with several right sides, one below the other."""
-    body = " \\\\[1ex]\n&= ".join(sides)
+    body = " \\\\*[1ex]\n&= ".join(sides)
     return _display("align*", f"{name} &= {body}{end}")
 
 

@@ -92,7 +92,8 @@ def joint_tables(robot: Robot, notation: Notation, printer: Printer) -> list[tup
     tables = []
     for convention, run in groupby(rows, key=lambda row: row[1].convention):
         columns = _joint_columns(list(run), numbers, printer)
-        tables.append((convention, tabular(columns, repeated=1)))
+        apart = "$e_x$" if convention == "urdf" else ""
+        tables.append((convention, tabular(columns, repeated=1, apart=apart)))
     return tables
 
 
@@ -232,28 +233,40 @@ def _is_exact(tex: str) -> bool:
     return width(tex) < WIDEST and r"\ldots" not in tex
 
 
-def tabular(columns: Sequence[Column], repeated: int) -> str:
+def tabular(columns: Sequence[Column], repeated: int, apart: str = "") -> str:
     """A table, its columns in several parts where a line cannot hold them.
 
     Args:
         columns: Heading and cells of each column.
         repeated: How many of the first columns every part begins with.
+        apart: Heading of a column that begins a part if there are several.
     """
-    parts: list[list[Column]] = []
-    room = 0.0
-    for column in columns[repeated:]:
-        wide = _column_width(column)
-        if not parts or wide > room:
-            parts.append(list(columns[:repeated]))
-            room = LINE - MARGIN - sum(_column_width(first) for first in columns[:repeated])
-        parts[-1].append(column)
-        room -= wide
+    parts = _parts(columns, repeated)
+    heads = [heading for heading, _ in columns]
+    if len(parts) > 1 and apart in heads:
+        place = heads.index(apart)
+        parts = _parts(columns[:place], repeated)
+        parts += _parts([*columns[:repeated], *columns[place:]], repeated)
     rows = range(0, len(columns[0][1]), MOST_ROWS)
     return "\n".join(
         _tabular([(head, cells[k : k + MOST_ROWS]) for head, cells in part])
         for part in parts
         for k in rows
     )
+
+
+def _parts(columns: Sequence[Column], repeated: int) -> list[list[Column]]:
+    """The columns in parts that a line holds, each with the repeated ones."""
+    parts: list[list[Column]] = []
+    left = 0.0
+    for column in columns[repeated:]:
+        wide = _column_width(column)
+        if not parts or wide > left:
+            parts.append(list(columns[:repeated]))
+            left = LINE - MARGIN - sum(_column_width(first) for first in columns[:repeated])
+        parts[-1].append(column)
+        left -= wide
+    return parts
 
 
 def _tabular(columns: Sequence[Column], blocks: int = 1) -> str:

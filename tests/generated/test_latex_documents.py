@@ -4,14 +4,16 @@ import random
 import re
 import shutil
 import subprocess
+import tempfile
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 import sympy as sp
 from chains import random_chain
 from derivations import NAMES, derivation
 
-from chasles.derive import Joint, Mimic, Parameter, Robot, derive
+from chasles.derive import Joint, Mimic, Parameter, Robot, derive, from_urdf
 from chasles.derive.conventions import dh
 from chasles.derive.latex import FOLDER, document, fragments
 
@@ -99,12 +101,37 @@ def calibrated():
     return Robot("calibrated", tuple(joints), parameters=tuple(parameters))
 
 
+def imported():
+    """Three sliders, two fixed joints and a follower of a URDF, with notes of many angles."""
+    rows = (
+        ("mount", "fixed", "1 0 0", "3.14159265358979"),
+        ("slider_along_x", "prismatic", "1 0 0", "-1.57079632679"),
+        ("slider_along_y", "prismatic", "0 1 0", "1.2246467991473532e-16"),
+        ("slider_along_z", "prismatic", "0 0 -1", "0.785398163397"),
+        ("bracket", "fixed", "1 0 0", "-3.14159265358979"),
+        ("elbow", "revolute", "1 2 3", "1.57079632679"),
+    )
+    parts = ['<robot name="gantry"><link name="l0"/>']
+    for k, (name, kind, axis, roll) in enumerate(rows, 1):
+        mimic = '<mimic joint="slider_along_y" offset="0.1"/>' if name == "slider_along_z" else ""
+        parts.append(
+            f'<link name="l{k}"/><joint name="{name}" type="{kind}"><parent link="l{k - 1}"/>'
+            f'<child link="l{k}"/><origin xyz="0.1 0 0.25" rpy="{roll} {roll} {roll}"/>'
+            f'<axis xyz="{axis}"/>{mimic}<limit lower="-2" upper="2"/></joint>'
+        )
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "gantry.urdf"
+        path.write_text("".join([*parts, "</robot>"]), encoding="utf-8")
+        return from_urdf(path)
+
+
 BUILT = {
     "hostile": hostile,
     "calibrated": calibrated,
     "crossed14": lambda: chain(14, crossed=True),
     "parallel14": lambda: chain(14, crossed=False),
     "crossed30": lambda: chain(30, crossed=True),
+    "imported": imported,
     **{f"random{k}": lambda k=k: random_chain(random.Random(k), 5 + k).robot() for k in range(4)},
 }
 
@@ -131,6 +158,7 @@ def assert_clean(log, pages=MOST_PAGES):
     excess = [float(pt) for pt in re.findall(r"Overfull \\hbox \(([\d.]+)pt too wide\)", log)]
     assert not [pt for pt in excess if pt > WIDEST_EXCESS]
     assert "undefined" not in log
+    assert "LaTeX Warning" not in log
     assert "Missing character" not in log
     count = int(re.search(r"Output written on .*?\((\d+) page", log.replace("\n", " ")).group(1))
     assert 2 <= count <= pages
@@ -148,9 +176,9 @@ def test_documents_of_awkward_robots(name, tmp_path):
     assert_clean(compiled(tmp_path, document(found), found), pages=30)
 
 
-@pytest.mark.parametrize("name", ["ur5e", "panda", "photo_robot"])
+@pytest.mark.parametrize("name", ["ur5e", "panda", "photo_robot", "imported"])
 def test_fragments_fit_the_plainest_article(name, tmp_path):
-    found = derivation(name)
+    found = derivation(name) if name in NAMES else derive(BUILT[name]())
     robot = replace(found.robot, title="", source="")
     inputs = "\n\n".join(rf"\input{{{FOLDER}/{name}}}" for name in fragments(found))
     log = compiled(tmp_path, PLAIN % inputs, replace(found, robot=robot))

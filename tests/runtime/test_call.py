@@ -291,7 +291,10 @@ def _read_only():
         (lambda r: r.blend(Q), "tiny.blend: takes 2 inputs (q, A), got 1"),
         (lambda r: r.blend(Q, Q, np.empty(2)), "tiny.blend: takes 2 inputs (q, A), got 3"),
         (lambda r: r.fk(Q, q=Q), "tiny.fk: q is given twice"),
-        (lambda r: r.fk(Q, where=True), "tiny.fk: unknown argument 'where'; it takes q and out"),
+        (
+            lambda r: r.fk(Q, where=True),
+            "tiny.fk: unknown argument 'where'; it takes q, out and threads",
+        ),
         (lambda r: r.fk(Q, out=[1.0]), "tiny.fk: out for T must be a NumPy array, got list"),
         (
             lambda r: r.fk(Q, out=np.empty((3, 4), np.float32)),
@@ -446,7 +449,7 @@ def test_function_describes_itself(robot):
     assert [item.shape for item in function.inputs] == [(2,), (2, 3)]
     assert function.outputs[0].name == "y"
     assert function.operations["total"] == 8
-    assert repr(function) == "<chasles function tiny.blend(q, A, *, out=None)>"
+    assert repr(function) == "<chasles function tiny.blend(q, A, *, out=None, threads=1)>"
     assert "q: (..., 2) [rad] The q." in function.__doc__
     assert function.__doc__.startswith("Blends.\n\nIs what it is.\n")
     with pytest.raises((AttributeError, TypeError)):
@@ -456,6 +459,6 @@ def test_function_describes_itself(robot):
 
 
 def test_help_and_signature(robot, capsys):
-    assert str(inspect.signature(robot.blend)) == "(q, A, *, out=None)"
+    assert str(inspect.signature(robot.blend)) == "(q, A, *, out=None, threads=1)"
     help(robot.blend)
     assert "A: (..., 2, 3) [1] The A." in capsys.readouterr().out

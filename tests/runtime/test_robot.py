@@ -94,7 +94,9 @@ def test_unknown_robot(shipped, tmp_path):
         chasles.load("tinny")
     with pytest.raises(chasles.UnknownRobotError, match=r"known: tiny; a folder .* './zebra'"):
         chasles.load("zebra")
-    with pytest.raises(chasles.UnknownRobotError, match=r"no generated robot \(no manifest.json\)"):
+    with pytest.raises(
+        chasles.UnknownRobotError, match=r"no generated robot \(no manifest.json in it\)"
+    ):
         chasles.load(tmp_path)
 
 

@@ -1,0 +1,158 @@
+"""Splits a large batch over threads: the keyword `threads` of every function.
+
+A part is a slice of the batch along one of its leading dimensions; NumPy's ufunc runs it straight
+into its slice of the result, without the interpreter's lock. The calling thread takes part, so a
+call goes on even where no other thread is free or can be started.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import itertools
+import math
+import os
+import threading
+from collections.abc import Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._call import Function
+
+Array = NDArray[np.float64]
+
+_ROWS = 8
+"""Cuts lie at multiples of this, so that no part but the last has a tile of lanes to fill up. It is
+also the fewest rows of a part: what a row gives depends neither on its lane nor on its neighbours,
+but a row all by itself is computed by other code, which may round otherwise. So results are the
+same, bit by bit, for every number of threads."""
+_LEAST = 500_000
+"""Floating-point operations for each thread, which take it a tenth of a millisecond; handing work
+over takes a third of that. A smaller batch is done before another thread has begun."""
+_PARTS = 4
+"""Parts for each thread, so that a thread which falls behind leaves its share to the others."""
+
+_pool: ThreadPoolExecutor | None = None
+_pool_lock = threading.Lock()
+
+
+def count_cores() -> int:
+    """How many cores this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def run(
+    function: Function[Any],
+    inputs: tuple[Array, ...],
+    outs: tuple[Array | None, ...] | None,
+    batch: tuple[int, ...],
+    threads: int,
+) -> Any:
+    """Calls a function on a batch, with several threads where that pays.
+
+    Args:
+        function: The function.
+        inputs: Its inputs, checked.
+        outs: The arrays to write into, None for a new one; checked.
+        batch: The leading shape, that of the inputs broadcast.
+        threads: How many threads at most; 0 for one a core, and never more than that.
+
+    Returns:
+        What the function's ufunc returns for the whole batch.
+    """
+    work = math.prod(batch) * function.operations.get("total", 1)
+    cores = count_cores()
+    threads = min(threads or cores, cores, work // _LEAST)
+    outs = outs or (None,) * len(function.outputs)
+    axis, cuts = _cut(batch, threads)
+    if len(cuts) < 2 or _overlap(inputs, outs):  # noqa: PLR2004
+        return function.ufunc(*inputs, out=outs)
+    results = tuple(
+        np.empty(batch + item.shape) if out is None else out
+        for item, out in zip(function.outputs, outs, strict=True)
+    )
+    from_end = len(batch) - axis
+    operands = [
+        _parts(array, array.ndim - len(item.shape) - from_end, cuts)
+        for array, item in zip(
+            (*inputs, *results), (*function.inputs, *function.outputs), strict=True
+        )
+    ]
+    _share(function.ufunc, iter([*zip(*operands, strict=True)]), len(inputs), threads)
+    return results if len(results) > 1 else results[0]
+
+
+def _cut(batch: tuple[int, ...], threads: int) -> tuple[int, list[slice]]:
+    """The dimension to cut, and the parts of it: the first that is long enough for all threads."""
+    if threads < 2 or not batch:  # noqa: PLR2004
+        return 0, []
+    enough = (axis for axis, size in enumerate(batch) if size >= threads * _ROWS)
+    axis = next(enough, int(np.argmax(batch)))
+    tiles = batch[axis] // _ROWS
+    wanted = min(threads * _PARTS, tiles)
+    bounds = [tiles * k // wanted * _ROWS for k in range(wanted)] if wanted else []
+    return axis, [slice(*pair) for pair in itertools.pairwise([*bounds, batch[axis]])]
+
+
+def _parts(array: Array, axis: int, cuts: Sequence[slice]) -> Iterator[Array]:
+    """The parts of an operand; each is the whole of it where it is broadcast along the axis."""
+    if axis < 0 or array.shape[axis] == 1:
+        return itertools.repeat(array, len(cuts))
+    before = (slice(None),) * axis
+    return (array[(*before, cut)] for cut in cuts)
+
+
+def _overlap(inputs: Sequence[Array], outs: Sequence[Array | None]) -> bool:
+    """Whether one part might write into what another reads: NumPy sees to it within one call only.
+
+    Arrays whose memory is interleaved, as columns of one table are, count as overlapping.
+    """
+    given = [out for out in outs if out is not None]
+    pairs = itertools.chain(itertools.product(inputs, given), itertools.combinations(given, 2))
+    return any(np.may_share_memory(a, b) for a, b in pairs)
+
+
+def _share(ufunc: np.ufunc, parts: Iterator[tuple[Array, ...]], n: int, threads: int) -> None:
+    """Runs the ufunc on all parts, of which each thread takes the next that is left."""
+
+    def work() -> None:
+        for part in parts:
+            ufunc(*part[:n], out=part[n:])
+
+    helpers: list[Future[None]] = []
+    # Where no thread can be started (the system has no more, the interpreter shuts down), this one
+    # does it all.
+    with contextlib.suppress(RuntimeError):
+        for _ in range(threads - 1):
+            helpers.append(_get_pool().submit(work))
+    try:
+        work()
+    finally:
+        # None may write any more once the caller has its array back. A helper that has not begun
+        # finds nothing left to do.
+        wait([helper for helper in helpers if not helper.cancel()])
+    for helper in helpers:
+        if not helper.cancelled():
+            helper.result()
+
+
+def _get_pool() -> ThreadPoolExecutor:
+    global _pool  # noqa: PLW0603
+    with _pool_lock:
+        if _pool is None:
+            _pool = ThreadPoolExecutor(count_cores(), thread_name_prefix="chasles")
+        return _pool
+
+
+def _forget_pool() -> None:
+    """A child process has none of its parent's threads, and the lock may be held by one."""
+    global _pool, _pool_lock
+    _pool, _pool_lock = None, threading.Lock()
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_forget_pool)

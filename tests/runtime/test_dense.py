@@ -1,0 +1,61 @@
+"""Dense batches take a way of their own: the same results, shapes and refusals as the ufunc's."""
+
+import numpy as np
+import pytest
+
+import chasles
+
+
+@pytest.fixture(params=["lanes", "plain"])
+def function(request, folder):
+    """A function with code for many poses at once, and one without."""
+    robot = chasles.load("ur5e") if request.param == "lanes" else chasles.load(folder.path)
+    return robot.fk
+
+
+def rows(function, *batch):
+    (width,) = function.inputs[0].shape
+    return np.random.default_rng(3).uniform(-3, 3, (*batch, width))
+
+
+@pytest.mark.parametrize(
+    "batch", [(0,), (1,), (2,), (9,), (40,), (3, 5), (2, 1, 4), (0, 7), (7, 0)]
+)
+def test_dense_batches_are_the_ufuncs(function, batch):
+    q = rows(function, *batch)
+    found = function(q)
+    assert found.shape == (*batch, *function.outputs[0].shape)
+    np.testing.assert_array_equal(found, function.ufunc(q))
+
+
+def test_several_inputs_and_outputs():
+    robot = chasles.load("ur5e")
+    q, qd = rows(robot.fk, 21), rows(robot.fk, 21)
+    np.testing.assert_array_equal(robot.twist_mixed(q, qd), robot.twist_mixed.ufunc(q, qd))
+    for found, expected in zip(
+        robot.fk_jacobian_mixed(q), robot.fk_jacobian_mixed.ufunc(q), strict=True
+    ):
+        np.testing.assert_array_equal(found, expected)
+    # Of different leading shapes: broadcast by the ufunc.
+    assert robot.twist_mixed(q, qd[0]).shape == (21, 6)
+    assert robot.twist_mixed(q.reshape(3, 7, 6), qd[:7]).shape == (3, 7, 6)
+
+
+def test_wrong_cores_are_refused_all_the_same(function):
+    q = rows(function, 4)
+    with pytest.raises(chasles.ShapeError, match="must end in"):
+        function(q[:, :-1].copy())
+    with pytest.raises(chasles.ShapeError, match="must end in"):
+        function(np.zeros((4, q.shape[1] + 1)))
+
+
+def test_read_only_and_subclassed_inputs(function):
+    q = rows(function, 5)
+    expected = function(q)
+    q.flags.writeable = False
+    np.testing.assert_array_equal(function(q), expected)
+
+    class Mine(np.ndarray):
+        """An array type of somebody's own."""
+
+    np.testing.assert_array_equal(np.asarray(function(q.view(Mine))), expected)

@@ -1,0 +1,204 @@
+"""Batches of the shipped robots, which compute several poses at once, against single calls."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import chasles
+
+ROUNDING = 16
+"""Batch against single call, in units in the last place of the largest entry of all rows: sines of
+lanes are good to 4, and an entry of a Hessian is a sum of products of a few of them."""
+LARGE = (4 << 20) // 8 + 1
+"""Doubles in a result that is written past the caches."""
+LENGTHS = range(41)
+
+NAMES = chasles.robots()
+FUNCTIONS = [(name, item) for name in NAMES for item in chasles.load(name).functions]
+every_function = pytest.mark.parametrize(("name", "item"), FUNCTIONS)
+
+
+def find(name, item):
+    return chasles.load(name).functions[item]
+
+
+def make_inputs(function, *batch, seed=1, scale=np.pi):
+    """Angles up to `scale`, and rates of order 1."""
+    rng = np.random.default_rng(seed)
+    scales = [scale, *[2.0] * (len(function.inputs) - 1)]
+    return [
+        rng.uniform(-size, size, (*batch, *item.shape))
+        for item, size in zip(function.inputs, scales, strict=True)
+    ]
+
+
+def call(function, *inputs, **keywords):
+    """The results as a list, for one or several."""
+    result = function(*inputs, **keywords)
+    return list(result) if isinstance(result, tuple) else [result]
+
+
+def assert_same(got, expected):
+    for a, b in zip(got, expected, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def assert_close(got, expected):
+    """Up to rounding, and not finite in the same places."""
+    for a, b in zip(got, expected, strict=True):
+        finite = np.isfinite(b)
+        np.testing.assert_array_equal(np.isfinite(a), finite)
+        if finite.any():
+            unit = np.spacing(np.abs(b[finite]).max())
+            assert np.abs(a[finite] - b[finite]).max() <= ROUNDING * unit
+
+
+def loop(function, *inputs):
+    """The results of single calls, stacked."""
+    rows = [call(function, *row) for row in zip(*inputs, strict=True)]
+    return [np.stack(column) for column in zip(*rows, strict=True)]
+
+
+@every_function
+def test_batches_of_every_length_are_single_calls(name, item):
+    function = find(name, item)
+    inputs = make_inputs(function, LENGTHS[-1])
+    whole = call(function, *inputs)
+    single = loop(function, *inputs)
+    assert_close(whole, single)
+    for n in LENGTHS:
+        # From the end, so that a row sits in every lane in turn; and what it gives is the same in
+        # each, but for a row by itself.
+        got = call(function, *(x[len(x) - n :] for x in inputs))
+        assert [x.shape for x in got] == [(n, *out.shape) for out in function.outputs]
+        assert_same(got, [x[len(x) - n :] for x in (single if n == 1 else whole)])
+
+
+@every_function
+def test_huge_and_tiny_coordinates(name, item):
+    function = find(name, item)
+    plain = call(function, *make_inputs(function, 37))
+    for scale in (1e5, 1e15, 1e300, 1e-310):
+        # Robots with slides overflow where others turn round and round.
+        inputs = make_inputs(function, 37, scale=scale)
+        assert_close(call(function, *inputs), loop(function, *inputs))
+        mixed = make_inputs(function, 37)
+        mixed[0][::5] = inputs[0][::5]
+        usual = np.arange(37) % 5 != 0
+        got = call(function, *mixed)
+        assert_same([x[usual] for x in got], [x[usual] for x in plain])
+
+
+@every_function
+def test_one_bad_row_does_not_touch_the_others(name, item):
+    function = find(name, item)
+    clean = make_inputs(function, 19)
+    expected = call(function, *clean)
+    for row, bad in itertools.product(range(19), (np.nan, np.inf, -np.inf)):
+        argument = row % len(clean)
+        spoiled = [x.copy() for x in clean]
+        spoiled[argument][row, row % spoiled[argument].shape[1]] = bad
+        with np.errstate(all="raise"):
+            got = call(function, *spoiled)
+        others = np.arange(19) != row
+        assert_same([x[others] for x in got], [x[others] for x in expected])
+        single = call(function, *(x[row] for x in spoiled))
+        for a, b in zip(got, single, strict=True):
+            np.testing.assert_array_equal(np.isnan(a[row]), np.isnan(b))
+
+
+def test_a_coordinate_that_is_not_finite_is_seen_in_the_pose():
+    for name in NAMES:
+        function = find(name, "fk")
+        q = make_inputs(function, 16)[0]
+        q[3] = np.nan
+        assert np.isnan(function(q)[3]).any()
+        assert np.isfinite(function(q)[4:]).all()
+
+
+LAYOUTS = {
+    "gaps": lambda a: np.repeat(a, 2, axis=0)[::2],
+    "reversed": lambda a: np.ascontiguousarray(a[::-1])[::-1],
+    "columns of a table": lambda a: np.pad(a, ((0, 0), (1, 2)))[:, 1:-2],
+    "backwards": lambda a: np.ascontiguousarray(a[:, ::-1])[:, ::-1],
+    "fortran": np.asfortranarray,
+    "odd address": lambda a: np.concatenate([[0.0], a.ravel()])[1:].reshape(a.shape),
+}
+CORE_IS_DENSE = {"gaps", "reversed", "columns of a table", "odd address"}
+
+
+@every_function
+def test_where_the_rows_lie_does_not_matter(name, item):
+    function = find(name, item)
+    inputs = make_inputs(function, 29)
+    expected = call(function, *inputs)
+    for layout, arrange in LAYOUTS.items():
+        got = call(function, *map(arrange, inputs))
+        # Rows with gaps between their entries are computed one by one.
+        same = assert_same if layout in CORE_IS_DENSE else assert_close
+        same(got, expected)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_broadcast(name):
+    function = find(name, "twist_mixed")
+    q, qd = make_inputs(function, 1000)
+    q, qd = q[:, None], qd[None, :50]
+    result = function(q, qd)
+    assert result.shape == (1000, 50, 6)
+    dense = [np.ascontiguousarray(np.broadcast_to(x, (1000, 50, q.shape[-1]))) for x in (q, qd)]
+    np.testing.assert_array_equal(result, function(*dense))
+    # One row for all, and all rows for one.
+    np.testing.assert_array_equal(function(q[7, 0], qd[0]), result[7])
+    np.testing.assert_array_equal(function(q[:, 0], qd[0, 7]), result[:, 7])
+
+
+def large_batch(function):
+    smallest = min(int(np.prod(item.shape)) for item in function.outputs)
+    return LARGE // smallest + 3
+
+
+@every_function
+def test_large_results_are_those_of_small_batches(name, item):
+    function = find(name, item)
+    n = large_batch(function)
+    inputs = make_inputs(function, n)
+    large = call(function, *inputs)
+    assert min(x.nbytes for x in large) > LARGE * 8
+    rng = np.random.default_rng(2)
+    for first in [0, n - 40, *rng.integers(0, n - 40, 20)]:
+        part = slice(first, first + 40)
+        assert_same([x[part] for x in large], call(function, *(x[part] for x in inputs)))
+
+
+@pytest.mark.parametrize("name", ["ur5e", "panda"])
+@pytest.mark.parametrize("item", ["fk", "fk_jacobian_mixed", "twist_mixed", "hessian_mixed"])
+@pytest.mark.parametrize("length", ["short", "large"])
+def test_out_at_every_address(name, item, length):
+    function = find(name, item)
+    n = 21 if length == "short" else large_batch(function)
+    inputs = make_inputs(function, n)
+    expected = call(function, *inputs)
+    sizes = [x.size for x in expected]
+    buffer = np.empty(sum(sizes) + 32)
+    for shift in range(9):
+        buffer[:] = -77.0
+        outs, start = [], shift
+        for x in expected:
+            outs.append(buffer[start : start + x.size].reshape(x.shape))
+            start += x.size + 3
+        got = call(function, *inputs, out=tuple(outs))
+        assert all(a is b for a, b in zip(got, outs, strict=True))
+        assert_same(got, expected)
+        assert np.count_nonzero(buffer == -77.0) == buffer.size - sum(sizes)
+
+
+def test_out_into_columns_and_backwards():
+    function = find("ur5e", "twist_mixed")
+    inputs = make_inputs(function, 50)
+    expected = function(*inputs)
+    table = np.zeros((50, 9))
+    function(*inputs, out=table[::-1, 1:7])
+    np.testing.assert_array_equal(table[::-1, 1:7], expected)
+    assert not table[:, [0, 7, 8]].any()

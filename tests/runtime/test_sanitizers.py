@@ -1,0 +1,104 @@
+"""The generated C under the compiler's sanitizers, called from C: what Python would not notice."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+import chasles
+from chasles.library import write_glue
+from chasles.manifest import read_manifest
+
+DRIVER = Path(__file__).with_name("kernels.c")
+GENERATED = Path(__file__).parents[2] / "generated"
+RUNTIME = Path(chasles.__file__).parent
+GCC = shutil.which("gcc")
+
+# A build without flags has code for every processor and chooses when called; so that each is seen
+# to run, the better ones are said to be absent. What a processor has is told by the kernel.
+SETS = {
+    "avx512": ["-mavx512f", "-mavx512dq", "-mavx512vl", "-mavx2", "-mfma"],
+    "avx2": ["-mavx2", "-mfma", '-D__builtin_cpu_supports(x)=(!__builtin_strstr(x, "avx512"))'],
+    "baseline": ["-D__builtin_cpu_supports(x)=0"],
+}
+NEEDED = {"avx512": {"avx512f", "avx512dq", "avx512vl"}, "avx2": {"avx2", "fma"}, "baseline": set()}
+
+CASES = 40 * 6 + 4
+"""Batch lengths times layouts, and long batches at different alignments, per function."""
+
+pytestmark = pytest.mark.skipif(GCC is None, reason="gcc is not installed")
+
+
+def build(name, folder, *flags):
+    """The driver with all functions of a robot."""
+    manifest = read_manifest(GENERATED / name)
+    (folder / "glue.c").write_text(write_glue(manifest))
+    paths = [f"-I{RUNTIME}", f"-I{manifest.folder}"]
+    command = [GCC, "-std=gnu99", "-Wall", "-Wextra", "-Werror", "-Wno-psabi", *flags, *paths]
+    libraries = ["-lpthread", "-lmvec", "-lm"]
+    subprocess.run(
+        [*command, str(DRIVER), "glue.c", "-o", "kernels", *libraries], cwd=folder, check=True
+    )
+    return folder / "kernels", len(manifest.functions)
+
+
+def run(program, mode):
+    done = subprocess.run([program, mode], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[:3000]
+    return int(done.stdout)
+
+
+def require(folder, sanitizer):
+    """Skips where gcc or the system lacks it, as an empty program shows."""
+    (folder / "empty.c").write_text("int main(void) { return 0; }\n")
+    command = [GCC, f"-fsanitize={sanitizer}", "empty.c", "-o", "empty"]
+    for step in (command, ["./empty"]):
+        done = subprocess.run(step, cwd=folder, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            pytest.skip(f"no sanitizer of {sanitizer} here: {done.stderr[:200]}")
+
+
+def require_processor(chosen):
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        text = ""
+    found = re.search(r"^flags\s*:(.*)$", text, re.MULTILINE)
+    missing = NEEDED[chosen] - set(found[1].split() if found else ())
+    if missing:
+        pytest.skip(f"this processor has no {', '.join(sorted(missing))}")
+
+
+@pytest.mark.parametrize("chosen", SETS)
+@pytest.mark.parametrize("name", ["ur5e", "panda"])
+def test_nothing_is_read_or_written_out_of_bounds(name, chosen, tmp_path):
+    require_processor(chosen)
+    require(tmp_path, "address")
+    program, functions = build(name, tmp_path, *SETS[chosen], "-O1", "-fsanitize=address")
+    assert run(program, "bounds") == functions * CASES
+
+
+def test_nothing_is_undefined(tmp_path):
+    require(tmp_path, "undefined")
+    watch = ["-O1", "-fsanitize=undefined", "-fno-sanitize-recover=all"]
+    program, functions = build("ur5e", tmp_path, "-march=native", *watch)
+    assert run(program, "bounds") == functions * CASES
+
+
+@pytest.mark.parametrize("chosen", SETS)
+def test_nothing_beside_the_rows_is_touched(chosen, tmp_path):
+    """As optimized; masked loads and stores past the caches are unknown to the sanitizer."""
+    require_processor(chosen)
+    program, functions = build("panda", tmp_path, "-O2", *SETS[chosen])
+    assert run(program, "pages") == 2 * functions * CASES
+
+
+@pytest.mark.parametrize("flags", [["-march=native"], []], ids=["native", "any processor"])
+def test_threads_do_not_race(flags, tmp_path):
+    require(tmp_path, "thread")
+    program, functions = build("ur5e", tmp_path, "-O1", "-fsanitize=thread", *flags)
+    assert run(program, "threads") == functions
+    found = subprocess.run([program, "race"], capture_output=True, text=True, check=False)
+    assert "data race" in found.stderr, "the sanitizer does not see what it should"
