@@ -1,7 +1,7 @@
 PYTHON ?= python3
 BIN := .venv/bin
 
-.PHONY: derive test check check-generated format lint types bench bench-quick bench-check docs clean help
+.PHONY: derive test check check-generated format lint types bench bench-quick bench-count bench-check docs clean help
 
 derive: .venv/derive ## derive, generate and compile every robot
 	@$(BIN)/chasles-derive && $(BIN)/python -m chasles build
@@ -23,14 +23,17 @@ lint: .venv/dev ## ruff's rules
 types: .venv/dev build/typing/chasles ## mypy, strict
 	@MYPYPATH=build/typing $(BIN)/mypy -p chasles
 
-bench: .venv/dev ## speed and size, as ratios to peers measured in the same run
+bench: .venv/bench ## speed and size, as ratios to peers measured in the same run
 	@$(BIN)/python -m bench
 
-bench-quick: .venv/dev ## the same with few rounds: that everything runs
+bench-quick: .venv/dev ## see that every benchmark runs
 	@$(BIN)/python -m bench --quick
 
-bench-check: .venv/dev ## compare the ratios with bench/baseline.json, say what got slower
-	@$(BIN)/python -m bench check
+bench-count: .venv/dev ## counted instructions beside bench/instructions.json (needs valgrind)
+	@$(BIN)/python -m bench count
+
+bench-check: .venv/bench ## a short run beside bench/baseline.json, and counted instructions
+	@$(BIN)/python -m bench check && $(BIN)/python -m bench count
 
 docs: .venv/derive ## every robot's equations as PDF in build/docs (needs pdflatex)
 	@$(BIN)/python docs/build.py
@@ -49,6 +52,9 @@ help: ## this list
 
 .venv/dev: .venv/derive
 	@echo "installing the tests' tools and oracles into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive,test,crosscheck,dev]' && touch $@
+
+.venv/bench: .venv/dev
+	@echo "installing the benchmarks' peers into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[bench]' && touch $@
 
 build/typing/chasles: $(wildcard runtime/*)
 	@mkdir -p $@ && ln -sfn $(CURDIR)/runtime/* $(CURDIR)/derive $(CURDIR)/generated $@/

@@ -2,12 +2,12 @@
 
 import numpy as np
 import pytest
+from tolerances import AGREEMENT
 
 import chasles
 from bench.arms import ARMS
 from bench.peers import INSTALL, SLOW_TO_BUILD, absent, is_built, setups
 
-AGREEMENT = 1e-10
 POSES = 20
 CASES = [(arm, peer) for arm in ARMS for peer in INSTALL]
 IDS = [f"{arm.name}-{peer}" for arm, peer in CASES]
