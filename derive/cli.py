@@ -54,27 +54,27 @@ def derive(
     wanted = tuple(name.strip() for name in functions.split(",") if name.strip())
     files = [_file(robot) for robot in robots or _shipped()]
     folder = _target(files, to)
-    todo = [Job(file, folder, base, tip, wanted) for file in files]
+    due = [Job(file, folder, base, tip, wanted) for file in files]
     if not check:
-        todo = [job for job in todo if not is_up_to_date(job)]
-    if not todo:
+        due = [job for job in due if not is_up_to_date(job)]
+    if not due:
         out.print("nothing to derive: all is up to date")
         return
     # SymPy and CasADi are loaded only where there is work for them.
     from . import jobs as work  # noqa: PLC0415
 
-    problems = work.problems(todo)
+    problems = work.problems(due)
     if problems:
         _stop("\n".join([*problems, "nothing was written"]))
     _make(folder)
-    results = work.compared(todo, jobs) if check else work.derived(todo, jobs)
-    good = _show(results, len(todo))
-    orphans = work.orphans(todo, folder) if check and not robots else []
+    results = work.compared(due, jobs) if check else work.derived(due, jobs)
+    good = _show(results, len(due))
+    orphans = work.orphans(due, folder) if check and not robots else []
     if orphans:
         _stop(f"{folder}: no description for {', '.join(orphans)}")
     if not good:
         _stop("derive again what is out of date" if check else "some robots failed")
-    count = f"{len(todo)} robot{'s' if len(todo) > 1 else ''}"
+    count = f"{len(due)} robot{'s' if len(due) > 1 else ''}"
     done = "compared" if check else f"written to {folder}"
     out.print(f"{count} {done}, {time.perf_counter() - started:.1f} s")
 
