@@ -238,7 +238,7 @@ static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
                                                const ptrdiff_t *output_steps)
 {
   lanes in[LANES_MOST_INPUTS], out[LANES_MOST_OUTPUTS];
-  double stage[(LANES_MOST_OUTPUTS + LANES_MOST_ARGUMENTS) * LANES]
+  double stage[LANES_MOST_OUTPUTS * LANES + LANES_MOST_ARGUMENTS * LANES_LINE]
       __attribute__((aligned(LANES_LINE * sizeof(double))));
   lanes_stream streams[LANES_MOST_ARGUMENTS];
   const int *sizes = shape->sizes + shape->inputs;

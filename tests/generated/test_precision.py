@@ -21,16 +21,21 @@ def thirty_digits():
 
 
 def motion(rotation_or_translation, values):
-    T = mpmath.eye(4)
     if isinstance(rotation_or_translation, Rotation):
         angle = number(rotation_or_translation.angle, values)
-        j, k = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[rotation_or_translation.axis]
-        T[j, j] = T[k, k] = mpmath.cos(angle)
-        T[k, j] = mpmath.sin(angle)
-        T[j, k] = -T[k, j]
-    else:
-        for row, component in enumerate(rotation_or_translation.vector):
-            T[row, 3] = number(component, values)
+        return turn(rotation_or_translation.axis, angle)
+    T = mpmath.eye(4)
+    for row, component in enumerate(rotation_or_translation.vector):
+        T[row, 3] = number(component, values)
+    return T
+
+
+def turn(axis, angle):
+    T = mpmath.eye(4)
+    j, k = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[axis]
+    T[j, j] = T[k, k] = mpmath.cos(angle)
+    T[k, j] = mpmath.sin(angle)
+    T[j, k] = -T[k, j]
     return T
 
 
@@ -59,8 +64,8 @@ def poses_by_matrices(robot, q):
         place(joint.before)
         if joint.kind != "fixed":
             value = next(positions)
-            turns = () if joint.kind == "prismatic" else (Rotation("z", value),)
-            place(turns)
+            if joint.kind != "prismatic":
+                T = T * turn("z", number(value, values))
             slide = value if joint.kind == "prismatic" else joint.pitch * value
             T[:3, 3] += number(slide, values) * T[:3, 2]
         place(joint.after)
