@@ -8,7 +8,7 @@ compiles it for every instruction set and chooses by the processor, with a plain
 import re
 from collections.abc import Sequence
 
-from .c_code import notice, size, support
+from .c_code import notice, support
 from .function import SymbolicFunction
 from .robot import Robot
 from .statements import ELEMENTARY, Body, Compute, Store
@@ -19,12 +19,12 @@ MOST_INPUTS, MOST_OUTPUTS, MOST_ARGUMENTS = 256, 512, 8
 ON_LANES = ("sin", "cos")
 """The functions of the C library that lanes have."""
 _SQUARE = re.compile(r"sq\((\w+)\)")
-_SETS = ((2, "avx512"), (1, "avx2"), (0, "baseline"))
-_CONDITIONS = (
-    ("avx512", " && CHASLES_HAS_AVX512"),
-    ("avx2", " && CHASLES_HAS_AVX2"),
-    ("baseline", ""),
+_SETS = (
+    (2, "avx512", " && CHASLES_HAS_AVX512"),
+    (1, "avx2", " && CHASLES_HAS_AVX2"),
+    (0, "baseline", ""),
 )
+"""Number and name of each instruction set, best first, and what the processor must have for it."""
 
 
 def files(
@@ -85,7 +85,7 @@ def _source(
     included = "\n\n".join(
         f"#if CHASLES_SET_{name.upper()}\n#define CHASLES_ISA {number}\n"
         f'#include "{SUPPORT}"\n#include "{robot.name}_lanes.h"\n#undef CHASLES_ISA\n#endif'
-        for number, name in _SETS
+        for number, name, _ in _SETS
     )
     definitions = "\n".join(_definition(robot, f, f in vector) for f in functions)
     return f"""\
@@ -161,7 +161,7 @@ def _choice(name: str, sizes_in: Sequence[int], sizes_out: Sequence[int]) -> str
         f"#if CHASLES_SET_{isa.upper()}\n  if (n > 1{condition}) {{\n"
         f"    lanes_run_{isa}({name}_{isa}, &shape, n, inputs, input_steps, outputs,\n"
         "        output_steps);\n    return;\n  }\n#endif\n"
-        for isa, condition in _CONDITIONS
+        for _, isa, condition in _SETS
     )
     return f"""\
 #if CHASLES_SET_AVX512
@@ -172,7 +172,7 @@ def _choice(name: str, sizes_in: Sequence[int], sizes_out: Sequence[int]) -> str
 
 
 def _sizes(function: SymbolicFunction) -> tuple[list[int], list[int]]:
-    return [size(argument) for argument in function.inputs], [size(r) for r in function.outputs]
+    return [argument.size for argument in function.inputs], [r.size for r in function.outputs]
 
 
 def _signature(robot: Robot, function: SymbolicFunction) -> str:

@@ -223,9 +223,6 @@ def _recognised(angle: mpmath.mpf) -> sp.Expr:
     return sp.Float(angle, EVALUATION_DIGITS)
 
 
-_FIRST_STATION = Station(None, 1, ZERO, ZERO)
-
-
 class _Builder:
     """Collects stations into groups, from the base to the tool.
 
@@ -238,12 +235,16 @@ class _Builder:
         sign: -1 while the axes are opposite to the group's.
     """
 
+    stations: list[Station]
+    turned: sp.Expr
+    offset: sp.Expr
+    unsettled: sp.Expr
+    sign: int
+
     def __init__(self, scope: Scope) -> None:
         self.scope = scope
         self.groups: list[Group] = []
-        self.stations = [_FIRST_STATION]
-        self.turned, self.offset, self.unsettled = ZERO, ZERO, ZERO
-        self.sign = 1
+        self._open_group()
 
     def joint(self, joint: int, value: sp.Expr, pitch: sp.Expr) -> None:
         """A turning joint: its angle joins those before it in the group."""
@@ -271,14 +272,17 @@ class _Builder:
         self.groups.append(Group(tuple(self.stations)))
         return tuple(self.groups)
 
+    def _open_group(self) -> None:
+        self.stations = [Station(None, 1, ZERO, ZERO)]
+        self.turned, self.offset, self.unsettled = ZERO, ZERO, ZERO
+        self.sign = 1
+
     def _close_group(self, tilt: sp.Expr) -> None:
         self._settle()
         # A flip that is still pending is a tilt of pi of its own.
         total = tilt if self.sign == 1 else tilt + sp.pi
         self.groups.append(Group(tuple(self.stations), self.scope.cos_sin(total)))
-        self.stations = [_FIRST_STATION]
-        self.turned, self.offset, self.unsettled = ZERO, ZERO, ZERO
-        self.sign = 1
+        self._open_group()
 
     def _fill(self, stretch: _Stretch) -> None:
         self.unsettled = ZERO

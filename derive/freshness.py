@@ -6,6 +6,7 @@ the files themselves.
 
 import hashlib
 from dataclasses import dataclass
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 
@@ -35,9 +36,14 @@ class Job:
 def is_up_to_date(job: Job) -> bool:
     """Whether some folder of the job's target was made from just this and is unchanged."""
     recipe = _recipe(job)
+    stamped = {
+        path.parent: path.read_text(encoding="ascii").splitlines()
+        for path in job.to.glob(f"*/{STAMP}")
+    }
+    # The files of a folder are read only where its recipe is this one.
     return any(
-        stamp.read_text(encoding="ascii") == f"{recipe}\n{_contents(stamp.parent)}\n"
-        for stamp in job.to.glob(f"*/{STAMP}")
+        lines[:1] == [recipe] and lines[1:] == [_contents(folder)]
+        for folder, lines in stamped.items()
     )
 
 
@@ -48,11 +54,18 @@ def stamp(job: Job, folder: Path) -> None:
 
 
 def _recipe(job: Job) -> str:
+    choices = (job.base, job.tip, job.functions)
+    parts = (job.file.read_bytes(), _compiler().encode(), repr(choices).encode())
+    return hashlib.sha256(b"\0".join(parts)).hexdigest()
+
+
+@cache
+def _compiler() -> str:
+    """Hash of everything that derives: our code and the versions of what it stands on."""
     digest = hashlib.sha256()
-    for path in (job.file, *sorted([*ROOM.rglob("*.py"), *ROOM.rglob("*.h")])):
+    for path in sorted([*ROOM.rglob("*.py"), *ROOM.rglob("*.h")]):
         digest.update(path.read_bytes() + b"\0")
-    choices = (job.base, job.tip, job.functions, version("casadi"), version("sympy"))
-    digest.update(repr(choices).encode())
+    digest.update(repr((version("casadi"), version("sympy"))).encode())
     return digest.hexdigest()
 
 

@@ -18,6 +18,11 @@ class Argument:
     unit: str
     meaning: str
 
+    @property
+    def size(self) -> int:
+        """Number of doubles."""
+        return len(self.symbols)
+
 
 @dataclass(frozen=True)
 class Result:
@@ -28,6 +33,11 @@ class Result:
     shape: tuple[int, ...]
     unit: str
     meaning: str
+
+    @property
+    def size(self) -> int:
+        """Number of doubles."""
+        return len(self.entries)
 
 
 @dataclass(frozen=True)

@@ -76,17 +76,21 @@ def _each(work: Callable[[Job], Report], jobs: Sequence[Job], workers: int) -> I
     # Forked, so that workers start with SymPy and CasADi already loaded.
     context = get_context("fork")
     with ProcessPoolExecutor(min(workers, len(jobs)), mp_context=context) as pool:
-        for done in as_completed([pool.submit(work, job) for job in jobs]):
+        for done in as_completed([pool.submit(_attempt, work, job) for job in jobs]):
             yield done.result()
+
+
+def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
+    try:
+        return work(job)
+    except RobotError as error:
+        return Report(False, f"{job.file}: {error}")
 
 
 def _derive(job: Job) -> Report:
     started = time.perf_counter()
-    try:
-        robot = read(job)
-        files = artifacts(robot, job.functions or FUNCTIONS)
-    except RobotError as error:
-        return Report(False, f"{job.file}: {error}")
+    robot = read(job)
+    files = artifacts(robot, job.functions or FUNCTIONS)
     folder = job.to / robot.name
     put(files, folder)
     stamp(job, folder)

@@ -5,7 +5,7 @@ Parameters take their default values here: this is where exact numbers become fl
 evaluated at 40 digits and rounded once.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 
 import casadi as ca
@@ -60,22 +60,18 @@ def count_operations(function: ca.Function) -> Operations:
     return Operations(**counts)
 
 
-def lower(functions: Iterable[SymbolicFunction], prefix: str) -> list[ca.Function]:
+def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Function]:
     """CasADi functions named ``<prefix>_<name>``; outputs are dense vectors in row-major order.
 
     Args:
-        functions: Functions over one scope; what they share is lowered once.
+        functions: One or more functions over one scope; what they share is lowered once.
         prefix: The robot's name.
 
     Raises:
         LoweringError: An expression holds something that no rule lowers.
     """
-    visitors: dict[int, _Visitor] = {}
-    lowered = []
-    for function in functions:
-        visitor = visitors.setdefault(id(function.scope), _Visitor(function.scope))
-        lowered.append(visitor.function(function, prefix))
-    return lowered
+    visitor = _Visitor(functions[0].scope)
+    return [visitor.function(function, prefix) for function in functions]
 
 
 def whole(functions: Iterable[SymbolicFunction], name: str) -> ca.Function:
@@ -117,8 +113,6 @@ class _Visitor:
         )
 
     def outputs(self, function: SymbolicFunction) -> list[ca.SX]:
-        for argument in function.inputs:
-            self.vector(argument.symbols)
         for symbol, term in function.terms():
             if symbol not in self.nodes:
                 self.nodes[symbol] = self.node(term)

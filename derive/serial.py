@@ -188,15 +188,11 @@ class _Derivation:
 
     def hessian_mixed(self) -> SymbolicFunction:
         table = hessian(self.scope, self.joints("mixed"))
-        by_k = [[self._combined(row, j) for row in table] for j in range(len(self.q))]
-        # by_k[k][j]: derivative by q_k of the moving joint j's column; then columns by coordinates.
-        entries = [[self._combined(row, j) for row in by_k] for j in range(len(self.q))]
-        flat = tuple(
-            entries[j][k].entries[i]
-            for i in range(6)
-            for j in range(len(self.q))
-            for k in range(len(self.q))
-        )
+        count = range(len(self.q))
+        # From moving joints to coordinates: in what is derived by first, then in the columns.
+        by_coordinate = [[self._combined(row, k) for row in table] for k in count]
+        entries = [[self._combined(row, j) for row in by_coordinate] for j in count]
+        flat = tuple(entries[j][k].entries[i] for i in range(6) for j in count for k in count)
         return self._function(
             "hessian_mixed",
             "Derivative of jacobian_mixed by the joint coordinates.",

@@ -61,6 +61,47 @@ def _check(seed: int) -> int:
     return POSES
 
 
+MOTIONS = (
+    "hessian_mixed",
+    *(f"twist_{name}" for name in FRAMES),
+    *(f"acceleration_{name}" for name in FRAMES),
+)
+MOVED = 40
+
+
+def test_hessian_twists_and_accelerations_of_random_chains():
+    """From Pinocchio's Jacobians and their rates; followers share their leader's coordinate."""
+    followed = sum(_check_motion(seed) for seed in range(MOVED))
+    assert followed > 5
+
+
+def _check_motion(seed: int) -> bool:
+    generator = random.Random(seed)
+    chain = random_chain(generator, generator.randint(2, 9))
+    robot = chain.robot()
+    functions = dict(zip(MOTIONS, lower(derive(robot, MOTIONS).functions, "c"), strict=True))
+    model, frames = chain.pinocchio()
+    data = model.createData()
+    D_q = np.array(robot.joint_values_D_q(), float)
+    n = D_q.shape[1]
+    offset = np.array(robot.joint_values([0] * n), float)
+    q, qd, qdd = np.random.default_rng(seed).uniform(-1, 1, (3, n))
+    pin.computeJointJacobiansTimeVariation(model, data, D_q @ q + offset, D_q @ qd)
+    pin.updateFramePlacements(model, data)
+    for name, reference in FRAMES.items():
+        J = pin.getFrameJacobian(model, data, frames[-1], reference).reshape(6, -1) @ D_q
+        J_dot = pin.getFrameJacobianTimeVariation(model, data, frames[-1], reference)
+        J_dot = J_dot.reshape(6, -1) @ D_q
+        twist = _shaped(functions[f"twist_{name}"](q, qd), (6,))
+        _close(twist, J @ qd, ORACLE, seed)
+        acceleration = _shaped(functions[f"acceleration_{name}"](q, qd, qdd), (6,))
+        _close(acceleration, J @ qdd + J_dot @ qd, ORACLE_RATES, seed)
+        if name == "mixed":
+            H = _shaped(functions["hessian_mixed"](q), (6, n, n))
+            _close(H @ qd, J_dot, ORACLE_RATES, seed)
+    return any(joint.mimic for joint in robot.joints)
+
+
 def _shaped(value, shape):
     return np.array(value).reshape(shape)
 

@@ -56,7 +56,10 @@ def test_chosen_functions_only_and_stale_files_go(arm, tmp_path):
     header = (to / "arm" / "arm.h").read_text()
     assert "arm_fk(" in header
     assert "arm_twist_mixed(" not in header
-    assert run(arm, "--to", to, "--functions", "fkk").exit_code == 1
+    for check in ((), ("--check",)):
+        unknown = run(arm, "--to", to, "--functions", "fkk", *check)
+        assert isinstance(unknown.exception, SystemExit)
+        assert "arm has no function fkk" in unknown.output
 
 
 def test_one_wrong_file_stops_all_before_anything_is_written(arm, tmp_path):
