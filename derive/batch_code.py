@@ -16,9 +16,17 @@ from .statements import ELEMENTARY, Body, Compute, Store
 SUPPORT = "chasles_lanes.h"
 MOST_INPUTS, MOST_OUTPUTS, MOST_ARGUMENTS = 256, 512, 8
 """What the arrays of the support file hold; larger functions keep the plain loop."""
-ON_LANES = ("sin", "cos")
-"""The functions of the C library that lanes have."""
 _SQUARE = re.compile(r"sq\((\w+)\)")
+_COMPARISON = re.compile(r"(\S+) (<=?|[!=]=|&&|\|\|) (\S+)")
+_COMPARISONS = {
+    "<": "LT",
+    "<=": "LE",
+    "==": "EQ",
+    "!=": "NE",
+    "&&": "AND",
+    "||": "OR",
+}
+_SELECTION = re.compile(r"(\S+) \? (\S+) : 0\.0")
 _SETS = (
     (2, "avx512", " && CHASLES_HAS_AVX512"),
     (1, "avx2", " && CHASLES_HAS_AVX2"),
@@ -32,7 +40,7 @@ def files(
 ) -> dict[str, str]:
     """Header, source, lanes and support of a robot's batches, by file name."""
     pairs = list(zip(functions, bodies, strict=True))
-    vector = [function for function, body in pairs if has_lanes(function, body)]
+    vector = [function for function in functions if has_lanes(function)]
     return {
         f"{robot.name}_batch.h": _header(robot, functions),
         f"{robot.name}_batch.c": _source(robot, functions, vector),
@@ -41,14 +49,12 @@ def files(
     }
 
 
-def has_lanes(function: SymbolicFunction, body: Body) -> bool:
-    """Whether a function is written on lanes: small enough, and of operations that lanes have."""
-    calls = [ELEMENTARY.fullmatch(statement.expression) for statement in body.computed]
+def has_lanes(function: SymbolicFunction) -> bool:
+    """Whether a function is small enough to be written on lanes."""
     return (
         sum(_sizes(function)[0]) <= MOST_INPUTS
         and sum(_sizes(function)[1]) <= MOST_OUTPUTS
         and max(len(function.inputs), len(function.outputs)) <= MOST_ARGUMENTS
-        and all(call is None or call.group(1) in ON_LANES for call in calls)
     )
 
 
@@ -200,20 +206,42 @@ def _kernel(prefix: str, function: SymbolicFunction, body: Body) -> str:
             case Compute(name, expression):
                 lines.append(_computed(name, expression))
             case Store(i, entry, value):
-                number = value[0] in "-0123456789"
-                stored = f"LANES_OF({value})" if number else value
+                stored = f"LANES_OF({value})" if _is_number(value) else value
                 lines.append(f"  out[{first_out[i] + entry}] = {stored};")
     head = f"static LANES_TARGET void LANES_NAME({prefix}_{function.name})"
     return "\n".join([f"{head}(const lanes *in, lanes *out)", "{", *lines, "}\n"])
 
 
 def _computed(name: str, expression: str) -> str:
-    call = ELEMENTARY.fullmatch(expression)
-    if call:
-        function, argument = call.groups()
-        return f"  lanes {name}; LANES_NAME(lanes_{function})(&{argument}, &{name});"
-    multiplied = _SQUARE.sub(r"\1 * \1", expression)
-    return f"  const lanes {name} = {multiplied};"
+    if call := ELEMENTARY.fullmatch(expression):
+        return _called(name, *call.groups())
+    if comparison := _COMPARISON.fullmatch(expression):
+        left, sign, right = comparison.groups()
+        value = f"LANES_{_COMPARISONS[sign]}({left}, {right})"
+    elif selection := _SELECTION.fullmatch(expression):
+        value = f"LANES_IF({selection.group(1)}, {selection.group(2)})"
+    elif expression.startswith("!"):
+        value = f"LANES_NOT({expression[1:]})"
+    else:
+        value = _SQUARE.sub(r"\1 * \1", expression)
+    return f"  const lanes {name} = {value};"
+
+
+def _called(name: str, function: str, arguments: str) -> str:
+    """A call, by address; numbers among its arguments get a name of their own."""
+    lines: list[str] = []
+    names: list[str] = []
+    for k, argument in enumerate(arguments.split(", ")):
+        names.append(f"{name}_{k}" if _is_number(argument) else argument)
+        if _is_number(argument):
+            lines.append(f"  const lanes {names[-1]} = LANES_OF({argument});")
+    addresses = ", ".join(f"&{argument}" for argument in (*names, name))
+    lines.append(f"  lanes {name}; LANES_NAME(lanes_{function})({addresses});")
+    return "\n".join(lines)
+
+
+def _is_number(value: str) -> bool:
+    return value[0] in "-0123456789"
 
 
 def _offsets(sizes: Sequence[int]) -> list[int]:

@@ -10,6 +10,11 @@ from .statements import ELEMENTARY, NAME, Body, Compute, Store
 
 SUPPORT = "chasles_cos_sin.h"
 WIDTH = 100
+_OWN = {
+    "sq": "static double sq(double x) { return x * x; }",
+    "sign": "static double sign(double x) { return x < 0.0 ? -1.0 : x > 0.0 ? 1.0 : x; }",
+}
+"""What a file defines where it calls it: C has no such function."""
 
 
 def source(robot: Robot, functions: Sequence[SymbolicFunction], bodies: Sequence[Body]) -> str:
@@ -21,8 +26,7 @@ def source(robot: Robot, functions: Sequence[SymbolicFunction], bodies: Sequence
         bodies: Their statements, in the same order.
     """
     parts = [notice(robot), f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"\n']
-    if any(body.squares for body in bodies):
-        parts.append("static double sq(double x) { return x * x; }\n")
+    parts += [f"{text}\n" for name, text in _OWN.items() if any(b.calls(name) for b in bodies)]
     parts += [
         _definition(robot.name, function, body)
         for function, body in zip(functions, bodies, strict=True)

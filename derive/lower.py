@@ -1,15 +1,20 @@
 """From SymPy to CasADi: the terms of a derivation become one shared graph, cut into functions.
 
-The visitor knows +, *, integer and half powers, sin, cos, tan, atan, atan2, and nothing else.
+The visitor knows +, *, integer and half powers, sin, cos, tan, atan, atan2, Abs, sign, Min, Max and
+Piecewise with comparisons, and nothing else.
 Parameters take their default values here: this is where exact numbers become floats, each
 evaluated at 40 digits and rounded once.
 """
 
+import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from functools import reduce
 
 import casadi as ca
 import sympy as sp
+from sympy.core.relational import Relational
+from sympy.logic.boolalg import Boolean
 
 from .errors import RobotError
 from .function import SymbolicFunction
@@ -144,6 +149,8 @@ class _Visitor:
             return self._product(expression)
         if expression.is_Pow:
             return self._power(expression)
+        if expression.is_Piecewise:
+            return self._choice(expression)
         rule = _FUNCTIONS.get(expression.func)
         if rule is None:
             raise LoweringError(f"no rule lowers {expression.func.__name__}: {expression}")
@@ -181,17 +188,39 @@ class _Visitor:
 
     def _power(self, expression: sp.Expr) -> ca.SX:
         base, exponent = expression.args
-        if exponent == sp.Rational(1, 2):
-            return ca.sqrt(self.node(base))
-        if exponent == sp.Rational(-1, 2):
-            return 1 / ca.sqrt(self.node(base))
-        if not exponent.is_Integer:
+        if not exponent.is_Rational or exponent.q not in (1, 2):
             raise LoweringError(f"no rule lowers the power {expression}")
         node = self.node(base)
-        power = node
-        for _ in range(abs(int(exponent)) - 1):
-            power = power * node
+        factors = [node] * (abs(exponent.p) // exponent.q)
+        if exponent.q == 2:  # noqa: PLR2004
+            factors.insert(0, ca.sqrt(node))
+        power = reduce(operator.mul, factors)
         return power if exponent > 0 else 1 / power
+
+    def _choice(self, expression: sp.Piecewise) -> ca.SX:
+        """The value of the first condition that holds; NaN in another value is not seen."""
+        *cases, (value, last) = expression.args
+        if last != sp.true:
+            raise LoweringError(f"no value where no condition holds: {expression}")
+        node = self.node(value)
+        for value, condition in reversed(cases):
+            node = ca.if_else(self._condition(condition), self.node(value), node)
+        return node
+
+    def _condition(self, condition: Boolean) -> ca.SX:
+        if condition in (sp.true, sp.false):
+            return ca.SX(int(bool(condition)))
+        if isinstance(condition, Relational):
+            return _RELATIONS[condition.func](*(self.node(side) for side in condition.args))
+        rule = _LOGIC.get(condition.func)
+        if rule is None:
+            raise LoweringError(f"no rule lowers {condition.func.__name__}: {condition}")
+        return rule(*(self._condition(part) for part in condition.args))
+
+
+def _folded(operation: Callable[[ca.SX, ca.SX], ca.SX]) -> Callable[..., ca.SX]:
+    """A function of two as one of one or more, from left to right."""
+    return lambda *nodes: reduce(operation, nodes)
 
 
 _FUNCTIONS: Mapping[type[sp.Expr], Callable[..., ca.SX]] = {
@@ -200,6 +229,23 @@ _FUNCTIONS: Mapping[type[sp.Expr], Callable[..., ca.SX]] = {
     sp.tan: ca.tan,
     sp.atan: ca.atan,
     sp.atan2: ca.atan2,
+    sp.Abs: ca.fabs,
+    sp.sign: ca.sign,
+    sp.Min: _folded(ca.fmin),
+    sp.Max: _folded(ca.fmax),
+}
+_RELATIONS: Mapping[type[Relational], Callable[[ca.SX, ca.SX], ca.SX]] = {
+    sp.Lt: operator.lt,
+    sp.Le: operator.le,
+    sp.Gt: operator.gt,
+    sp.Ge: operator.ge,
+    sp.Eq: operator.eq,
+    sp.Ne: operator.ne,
+}
+_LOGIC: Mapping[type[Boolean], Callable[..., ca.SX]] = {
+    sp.And: _folded(ca.logic_and),
+    sp.Or: _folded(ca.logic_or),
+    sp.Not: ca.logic_not,
 }
 
 

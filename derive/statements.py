@@ -19,23 +19,31 @@ _LOAD = re.compile(r"  (a\d+)=arg\[(\d+)\]\? arg\[\2\]\[(\d+)\] : 0;")
 _STORE = re.compile(r"  if \(res\[(\d+)\]!=0\) res\[\1\]\[(\d+)\]=(a\d+);")
 _NUMBER = r"-?(?:\d+\.?\d*(?:e[+-]\d+)?)"
 _CONSTANT = re.compile(rf"  (a\d+)=({_NUMBER});")
-_COMPUTE = re.compile(
-    rf"  (a\d+)=((?:a\d+|{_NUMBER}|sin|cos|tan|atan2?|sqrt|casadi_sq|[-+*/(),. ])+);"
-)
-
-
+_COMPUTE = re.compile(r"  (a\d+)=(.+);")
+_TERM = rf"(?:{_NUMBER}|\w+)"
 _NUMBER_ALONE = re.compile(_NUMBER)
-_OPERATION = re.compile(rf"({_NUMBER}|\w+)?([-+*/])({_NUMBER}|\w+)")
+_UNARY = re.compile(rf"([-!])({_TERM})")
+_BINARY = re.compile(rf"({_TERM})([-+*/]|<=?|[!=]=|&&|\|\|)({_TERM})")
+_SELECTION = re.compile(rf"(\w+)\?({_TERM}):0")
+_CALL = re.compile(rf"(?:casadi_)?(\w+)\(({_TERM}(?:,{_TERM})*)\)")
+CALLS = ("sin", "cos", "tan", "atan", "atan2")
+"""Functions that are calls of the C library on any machine."""
+INSTRUCTIONS = ("sqrt", "fabs", "fmin", "fmax", "sign")
+"""Functions that are a few instructions on most."""
 NAME = re.compile(r"\bv\d+\b")
 """The name of something computed."""
 _VARIABLE = re.compile(r"\ba\d+\b")
-ELEMENTARY = re.compile(r"(sin|cos|tan|atan|atan2|sqrt)\((.*)\)")
-"""A call of the C library; its arguments are variables or numbers, never expressions."""
+ELEMENTARY = re.compile(rf"({'|'.join((*CALLS, *INSTRUCTIONS))})\((.*)\)")
+"""A function's name and its arguments, which are variables or numbers, never expressions."""
 
 
 @dataclass(frozen=True)
 class Compute:
-    """``name = expression``, each name once; a square is written ``sq(name)``."""
+    """``name = expression``, each name once.
+
+    An expression is one operation of C on names and numbers; ``sq(x)`` is a square and ``sign(x)``
+    is -1, 1 or x itself. Conditions are 0 or 1, and what they choose is ``condition ? x : 0.0``.
+    """
 
     name: str
     expression: str
@@ -69,10 +77,9 @@ class Body:
         """The statements that compute."""
         return [statement for statement in self.statements if isinstance(statement, Compute)]
 
-    @property
-    def squares(self) -> bool:
-        """Whether a square is taken somewhere."""
-        return any("sq(" in statement.expression for statement in self.computed)
+    def calls(self, function: str) -> bool:
+        """Whether a function is called somewhere."""
+        return any(statement.expression.startswith(f"{function}(") for statement in self.computed)
 
 
 def bodies(lowered: Sequence[ca.Function]) -> list[Body]:
@@ -113,9 +120,8 @@ def _body(function: ca.Function, text: str) -> Body:
         elif constant := _CONSTANT.fullmatch(line):
             now[constant.group(1)] = _shortest(constant.group(2))
         elif compute := _COMPUTE.fullmatch(line):
-            expression = renamed(compute.group(2)).replace("casadi_sq", "sq")
             name = f"v{sum(isinstance(s, Compute) for s in statements) + 1}"
-            statements.append(Compute(name, _spaced(expression)))
+            statements.append(Compute(name, renamed(_spaced(compute.group(2)))))
             now[compute.group(1)] = name
         elif line not in ("  return 0;", "") and not _LOCALS.fullmatch(line):
             raise LoweringError(f"{function.name()}: unknown C statement {line.strip()!r}")
@@ -124,14 +130,21 @@ def _body(function: ca.Function, text: str) -> Body:
 
 def _spaced(expression: str) -> str:
     """An expression as one writes it, with numbers in their shortest exact form."""
-    if ELEMENTARY.fullmatch(expression) or expression.startswith("sq("):
-        return expression
     bare = expression[1:-1] if expression.startswith("(") else expression
-    operation = _OPERATION.fullmatch(bare)
-    if operation is None:
+    if unary := _UNARY.fullmatch(bare):
+        sign, term = unary.groups()
+        return f"{sign}{_shortest(term)}"
+    if binary := _BINARY.fullmatch(bare):
+        left, sign, right = binary.groups()
+        return f"{_shortest(left)} {sign} {_shortest(right)}"
+    if selection := _SELECTION.fullmatch(bare):
+        condition, chosen = selection.groups()
+        return f"{condition} ? {_shortest(chosen)} : 0.0"
+    call = _CALL.fullmatch(bare)
+    if call is None or call.group(1) not in ("sq", *CALLS, *INSTRUCTIONS):
         raise LoweringError(f"unknown C expression {expression!r}")
-    left, sign, right = operation.groups()
-    return f"{_shortest(left)} {sign} {_shortest(right)}" if left else f"{sign}{_shortest(right)}"
+    function, terms = call.groups()
+    return f"{function}({', '.join(map(_shortest, terms.split(',')))})"
 
 
 def _shortest(text: str) -> str:
@@ -139,11 +152,12 @@ def _shortest(text: str) -> str:
 
 
 def _calls_first(statements: Sequence[Compute | Store]) -> list[Compute | Store]:
+    calls = tuple(f"{function}(" for function in CALLS)
     needed: set[str] = set()
     early: set[str] = set()
     for statement in reversed(statements):
         if isinstance(statement, Compute) and (
-            statement.name in needed or ELEMENTARY.fullmatch(statement.expression)
+            statement.name in needed or statement.expression.startswith(calls)
         ):
             early.add(statement.name)
             needed.update(NAME.findall(statement.expression))

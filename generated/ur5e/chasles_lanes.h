@@ -3,12 +3,14 @@
  * Included once for each instruction set, with CHASLES_ISA 0 (baseline), 1 (AVX2) or 2 (AVX-512).
  * It gives the type `lanes` with its sine, cosine and other functions, and `lanes_run`, which walks
  * over rows of any step in tiles of LANES rows: rows to lanes, a kernel on lanes, lanes to rows.
- * Sines come from libmvec, the vector part of glibc's libm, by name.
+ * Each lane gets what C gives, NaN and infinities included. Sines and their kind come from libmvec,
+ * the vector part of glibc's libm, by name; it may differ from libm in the last places.
  */
 #ifndef CHASLES_LANES_H
 #define CHASLES_LANES_H
 
 #include <immintrin.h>
+#include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
@@ -36,29 +38,104 @@ typedef struct {
 #define LANES_JOIN_(a, b) a##_##b
 #define LANES_JOIN(a, b) LANES_JOIN_(a, b)
 #define LANES_NAME(name) LANES_JOIN(name, LANES_SET)
+
+/* Less +0, which leaves -0 as it is. */
+#define LANES_OF(number) ((number) - LANES_NAME(lanes_zero))
+/* Conditions are 1 or 0. What they choose is chosen by bits: NaN elsewhere is not seen. */
+#define LANES_WHERE(mask, x) ((lanes)((lanes_mask)(mask) & (lanes_mask)LANES_OF(x)))
+#define LANES_EITHER(mask, x, y) \
+  ((lanes)(((lanes_mask)(mask) & (lanes_mask)(x)) | (~(lanes_mask)(mask) & (lanes_mask)(y))))
+#define LANES_LT(x, y) LANES_WHERE((x) < (y), 1.0)
+#define LANES_LE(x, y) LANES_WHERE((x) <= (y), 1.0)
+#define LANES_EQ(x, y) LANES_WHERE((x) == (y), 1.0)
+#define LANES_NE(x, y) LANES_WHERE((x) != (y), 1.0)
+#define LANES_NOT(x) LANES_WHERE((x) == 0.0, 1.0)
+#define LANES_AND(x, y) LANES_WHERE(((x) != 0.0) & ((y) != 0.0), 1.0)
+#define LANES_OR(x, y) LANES_WHERE(((x) != 0.0) | ((y) != 0.0), 1.0)
+#define LANES_IF(condition, x) LANES_WHERE((condition) != 0.0, x)
+
+/* Functions take lanes by address: vectors wider than the baseline's are not passed by value in its
+ * calls. They call others part by part, a part being a register of the set. */
+#define LANES_PART(x, k) (((lanes_part *)(x))[k])
+#define LANES_PARTS (int)(sizeof(lanes) / sizeof(lanes_part))
+#define LANES_BY_PARTS(name, function)                                                       \
+  static inline LANES_TARGET void LANES_NAME(lanes_##name)(const lanes *x, lanes *value)     \
+  {                                                                                          \
+    for (int k = 0; k < LANES_PARTS; k++) {                                                  \
+      LANES_PART(value, k) = function(LANES_PART(x, k));                                     \
+    }                                                                                        \
+  }
+#define LANES_BY_PARTS_OF_TWO(name, function)                                                \
+  static inline LANES_TARGET void LANES_NAME(lanes_##name)(const lanes *x, const lanes *y,   \
+                                                           lanes *value)                     \
+  {                                                                                          \
+    for (int k = 0; k < LANES_PARTS; k++) {                                                  \
+      LANES_PART(value, k) = function(LANES_PART(x, k), LANES_PART(y, k));                   \
+    }                                                                                        \
+  }
+#define LANES_LIBMVEC(name)                                \
+  LANES_TARGET lanes_part LANES_VECTOR(name)(lanes_part);  \
+  LANES_BY_PARTS(name, LANES_VECTOR(name))
+#define LANES_LIBMVEC_OF_TWO(name)                                            \
+  LANES_TARGET lanes_part LANES_VECTOR_OF_TWO(name)(lanes_part, lanes_part);  \
+  LANES_BY_PARTS_OF_TWO(name, LANES_VECTOR_OF_TWO(name))
+/* For a libmvec that has no such function. */
+#define LANES_LIBM(name)                                                                     \
+  static inline LANES_TARGET void LANES_NAME(lanes_##name)(const lanes *x, lanes *value)     \
+  {                                                                                          \
+    for (int k = 0; k < LANES; k++) {                                                        \
+      (*value)[k] = name((*x)[k]);                                                           \
+    }                                                                                        \
+  }
+#define LANES_LIBM_OF_TWO(name)                                                              \
+  static inline LANES_TARGET void LANES_NAME(lanes_##name)(const lanes *x, const lanes *y,   \
+                                                           lanes *value)                     \
+  {                                                                                          \
+    for (int k = 0; k < LANES; k++) {                                                        \
+      (*value)[k] = name((*x)[k], (*y)[k]);                                                  \
+    }                                                                                        \
+  }
 #endif
 
 #undef LANES
 #undef LANES_SET
 #undef LANES_TARGET
+#undef LANES_VECTOR
+#undef LANES_VECTOR_OF_TWO
+#undef LANES_SQRT
 #undef lanes
+#undef lanes_mask
+#undef lanes_part
 #if CHASLES_ISA == 2
 #define LANES 8
 #define LANES_SET avx512
 #define LANES_TARGET __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma")))
+#define LANES_VECTOR(name) _ZGVeN8v_##name
+#define LANES_VECTOR_OF_TWO(name) _ZGVeN8vv_##name
+#define LANES_SQRT _mm512_sqrt_pd
+#define lanes_part __m512d
 #elif CHASLES_ISA == 1
 #define LANES 4
 #define LANES_SET avx2
 #define LANES_TARGET __attribute__((target("avx2,fma")))
+#define LANES_VECTOR(name) _ZGVdN4v_##name
+#define LANES_VECTOR_OF_TWO(name) _ZGVdN4vv_##name
+#define LANES_SQRT _mm256_sqrt_pd
+#define lanes_part __m256d
 #else
 #define LANES 4
 #define LANES_SET baseline
 #define LANES_TARGET
+#define LANES_VECTOR(name) _ZGVbN2v_##name
+#define LANES_VECTOR_OF_TWO(name) _ZGVbN2vv_##name
+#define LANES_SQRT _mm_sqrt_pd
+#define lanes_part __m128d
 #endif
 #define lanes LANES_NAME(lanes_type)
-#define LANES_OF(number) (LANES_NAME(lanes_zero) + (number))
+#define lanes_mask LANES_NAME(lanes_mask_type)
 
 typedef double lanes __attribute__((vector_size(LANES * sizeof(double))));
+typedef int64_t lanes_mask __attribute__((vector_size(LANES * sizeof(double))));
 typedef double LANES_NAME(lanes_row)
     __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double))));
 static const lanes LANES_NAME(lanes_zero) = {0};
@@ -66,51 +143,39 @@ typedef void (*LANES_NAME(lanes_kernel))(const lanes *in, lanes *out);
 
 /* ---- functions of lanes ---- */
 
-#if CHASLES_ISA == 2
-LANES_TARGET lanes _ZGVeN8v_sin(lanes);
-LANES_TARGET lanes _ZGVeN8v_cos(lanes);
-#define LANES_SIN(x) _ZGVeN8v_sin(x)
-#define LANES_COS(x) _ZGVeN8v_cos(x)
-#elif CHASLES_ISA == 1
-LANES_TARGET lanes _ZGVdN4v_sin(lanes);
-LANES_TARGET lanes _ZGVdN4v_cos(lanes);
-#define LANES_SIN(x) _ZGVdN4v_sin(x)
-#define LANES_COS(x) _ZGVdN4v_cos(x)
+LANES_LIBMVEC(sin)
+LANES_LIBMVEC(cos)
+#if __GLIBC_PREREQ(2, 35)
+LANES_LIBMVEC(tan)
+LANES_LIBMVEC(atan)
+LANES_LIBMVEC_OF_TWO(atan2)
 #else
-__m128d _ZGVbN2v_sin(__m128d);
-__m128d _ZGVbN2v_cos(__m128d);
-#define LANES_HALVES(function, argument, result)           \
-  do {                                                     \
-    double halves_[LANES];                                 \
-    memcpy(halves_, argument, sizeof halves_);             \
-    for (int i_ = 0; i_ < LANES; i_ += 2) {                \
-      __m128d half_ = function(_mm_loadu_pd(halves_ + i_)); \
-      _mm_storeu_pd(halves_ + i_, half_);                  \
-    }                                                      \
-    memcpy(result, halves_, sizeof halves_);               \
-  } while (0)
+LANES_LIBM(tan)
+LANES_LIBM(atan)
+LANES_LIBM_OF_TWO(atan2)
 #endif
+LANES_BY_PARTS(sqrt, LANES_SQRT)
 
-/* By address: vectors wider than the baseline's are not passed by value in its calls. */
-static inline LANES_TARGET void LANES_NAME(lanes_sin)(const lanes *x, lanes *y)
+static inline LANES_TARGET void LANES_NAME(lanes_fabs)(const lanes *x, lanes *value)
 {
-#if CHASLES_ISA > 0
-  *y = LANES_SIN(*x);
-#else
-  LANES_HALVES(_ZGVbN2v_sin, x, y);
-#endif
+  *value = (lanes)((lanes_mask)*x & INT64_MAX);
 }
 
-static inline LANES_TARGET void LANES_NAME(lanes_cos)(const lanes *x, lanes *y)
+static inline LANES_TARGET void LANES_NAME(lanes_sign)(const lanes *x, lanes *value)
 {
-#if CHASLES_ISA > 0
-  *y = LANES_COS(*x);
-#else
-  LANES_HALVES(_ZGVbN2v_cos, x, y);
-#endif
+  *value = LANES_EITHER((*x < 0.0) | (*x > 0.0), LANES_LT(0.0, *x) - LANES_LT(*x, 0.0), *x);
 }
-#undef LANES_SIN
-#undef LANES_COS
+
+/* The number where the other is NaN, as C has it. */
+static inline LANES_TARGET void LANES_NAME(lanes_fmin)(const lanes *x, const lanes *y, lanes *value)
+{
+  *value = LANES_EITHER((*x < *y) | (*y != *y), *x, *y);
+}
+
+static inline LANES_TARGET void LANES_NAME(lanes_fmax)(const lanes *x, const lanes *y, lanes *value)
+{
+  *value = LANES_EITHER((*x > *y) | (*y != *y), *x, *y);
+}
 
 /* ---- rows to lanes and back ---- */
 

@@ -1,0 +1,288 @@
+"""Every operation that the generated C has, on numbers of every kind: one pose, and lanes of each set.
+
+The oracle is NumPy, which computes as C does, NaN, infinities and signed zeros included.
+"""
+
+import ctypes
+import itertools
+import shutil
+import subprocess
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+from derivations import derivation
+from tolerances import LIBMVEC
+
+from chasles.derive import batch_code, c_code
+from chasles.derive.function import Argument, Result, SymbolicFunction
+from chasles.derive.lower import LoweringError, lower
+from chasles.derive.scope import Scope
+from chasles.derive.statements import bodies
+
+GCC = shutil.which("gcc")
+pytestmark = [
+    pytest.mark.skipif(GCC is None, reason="gcc is not installed"),
+    pytest.mark.filterwarnings("ignore::RuntimeWarning"),
+]
+
+x, y = sp.symbols("x y", real=True)
+
+
+def c_sign(a):
+    return np.where((a < 0) | (a > 0), np.sign(a), a)
+
+
+def chosen(condition, a, b):
+    """A sum of what is chosen and 0, as CasADi has it: -0 becomes 0."""
+    return np.where(condition, a, 0.0) + np.where(condition, 0.0, b)
+
+
+CASES = {
+    "sum": (x + y, lambda a, b: a + b),
+    "negative": (-x, lambda a, b: -a),
+    "product": (x * y, lambda a, b: a * b),
+    "quotient": (x / y, lambda a, b: a / b),
+    "inverse": (1 / x, lambda a, b: 1 / a),
+    "root": (sp.sqrt(x), lambda a, b: np.sqrt(a)),
+    "inverse_root": (1 / sp.sqrt(x), lambda a, b: 1 / np.sqrt(a)),
+    "over_root": (x / sp.sqrt(y), lambda a, b: a / np.sqrt(b)),
+    "three_halves": (sp.sqrt(x) ** 3, lambda a, b: np.sqrt(a) * a),
+    "norm": (sp.sqrt(x**2 + 3), lambda a, b: np.sqrt(a * a + 3)),
+    "absolute": (sp.Abs(x), lambda a, b: np.abs(a)),
+    "root_of_square": (sp.sqrt(x**2), lambda a, b: np.abs(a)),
+    "sign": (sp.sign(x), lambda a, b: c_sign(a)),
+    "least": (sp.Min(x, y), np.fmin),
+    "greatest": (sp.Max(x, y), np.fmax),
+    "clipped": (sp.Max(-1, sp.Min(1, x)), lambda a, b: np.fmax(-1.0, np.fmin(1.0, a))),
+    "least_of_three": (sp.Min(x, y, 2), lambda a, b: np.fmin(np.fmin(2.0, a), b)),
+    "less": (sp.Piecewise((1, x < y), (0, True)), lambda a, b: 1.0 * (a < b)),
+    "at_most": (sp.Piecewise((1, x <= y), (0, True)), lambda a, b: 1.0 * (a <= b)),
+    "more": (sp.Piecewise((1, x > y), (0, True)), lambda a, b: 1.0 * (a > b)),
+    "at_least": (sp.Piecewise((1, x >= 0), (0, True)), lambda a, b: 1.0 * (a >= 0)),
+    "equal": (sp.Piecewise((1, sp.Eq(x, y)), (0, True)), lambda a, b: 1.0 * (a == b)),
+    "unequal": (sp.Piecewise((1, sp.Ne(x, y)), (0, True)), lambda a, b: 1.0 * (a != b)),
+    "both": (
+        sp.Piecewise((x, (x > 0) & (y > 0)), (y, True)),
+        lambda a, b: chosen((a > 0) & (b > 0), a, b),
+    ),
+    "either": (
+        sp.Piecewise((x, (x > 0) | (y > 0)), (y, True)),
+        lambda a, b: chosen((a > 0) | (b > 0), a, b),
+    ),
+    "not_both": (
+        sp.Piecewise((x, ~((x > 0) & (y > 0))), (y, True)),
+        lambda a, b: chosen(~((a > 0) & (b > 0)), a, b),
+    ),
+    "root_where_real": (
+        sp.Piecewise((sp.sqrt(x), x >= 0), (-1, True)),
+        lambda a, b: chosen(a >= 0, np.sqrt(a), -1.0),
+    ),
+    "guarded_quotient": (
+        sp.Piecewise((x / y, sp.Abs(y) > sp.Rational(1, 8)), (0, True)),
+        lambda a, b: np.where(np.abs(b) > 0.125, a / b, 0.0),
+    ),
+    "three_ways": (
+        sp.Piecewise((1 / x, x > 1), (sp.sqrt(y), y > 1), (y, True)),
+        lambda a, b: chosen(a > 1, 1 / a, chosen(b > 1, np.sqrt(b), b)),
+    ),
+    "tan": (sp.tan(x), lambda a, b: np.tan(a)),
+    "atan": (sp.atan(x), lambda a, b: np.arctan(a)),
+    "atan2": (sp.atan2(y, x), lambda a, b: np.arctan2(b, a)),
+    "atan2_of_number": (sp.atan2(-2, x), lambda a, b: np.arctan2(-2.0, a)),
+}
+EXTREMES = {"least", "greatest", "clipped", "least_of_three"}
+"""C leaves open which of 0 and -0 is the lesser."""
+BY_LIBRARY = {"tan", "atan", "atan2", "atan2_of_number"}
+
+EDGES = [0.0, 5e-324, 1e-310, 2.2e-308, 1e-160, 1e-8, 0.125, 0.5, 1.0, 2.0, 1e8, 1e160, 1.7e308]
+NUMBERS = [*EDGES, np.inf, *(-number for number in (*EDGES, np.inf)), np.nan]
+LENGTHS = range(1, 18)
+
+SUPPORTS = "-D__builtin_cpu_supports(x)="
+SETS = {
+    "avx512": [f"{SUPPORTS}1"],
+    "avx2": [f'{SUPPORTS}(!__builtin_strstr(x, "avx512"))'],
+    "baseline": [f"{SUPPORTS}0"],
+}
+NEEDED = {"avx512": {"avx512f", "avx512dq", "avx512vl"}, "avx2": {"avx2", "fma"}, "baseline": set()}
+OLD_GLIBC = "#include <features.h>\n#undef __GLIBC_PREREQ\n#define __GLIBC_PREREQ(a, b) 0\n"
+
+
+def function(name, expression):
+    arguments = [Argument(str(s), (s,), (1,), "1", "a number") for s in (x, y)]
+    result = Result("value", (expression,), (1,), "1", "a number")
+    return SymbolicFunction(name, "A case.", "", tuple(arguments), (result,), SCOPE)
+
+
+SCOPE = Scope({})
+ROBOT = derivation("scara").robot
+FUNCTIONS = [function(name, expression) for name, (expression, _) in CASES.items()]
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory):
+    """A folder with the C of all cases."""
+    folder = tmp_path_factory.mktemp("elementary")
+    statements = bodies(lower(FUNCTIONS, ROBOT.name))
+    files = {
+        f"{ROBOT.name}.c": c_code.source(ROBOT, FUNCTIONS, statements),
+        f"{ROBOT.name}.h": c_code.header(ROBOT, FUNCTIONS),
+        c_code.SUPPORT: c_code.support(c_code.SUPPORT),
+        **batch_code.files(ROBOT, FUNCTIONS, statements),
+        "old_glibc.h": OLD_GLIBC,
+    }
+    for name, text in files.items():
+        (folder / name).write_text(text)
+    return folder
+
+
+def compiled(folder, chosen_set, *flags, program=(GCC,)):
+    """The library for one instruction set; every operation rounds by itself, to be compared."""
+    require_processor(chosen_set)
+    target = folder / f"{chosen_set}{len(flags)}{Path(program[0]).name}.so"
+    if target.exists():
+        return ctypes.CDLL(str(target))
+    command = [
+        *(*program, "-O2", "-fno-math-errno", "-fno-trapping-math", "-ffp-contract=off"),
+        *("-Wall", "-Wextra", "-Werror", "-Wno-psabi", "-shared", "-fPIC", *SETS[chosen_set]),
+        *(*flags, f"{ROBOT.name}.c", f"{ROBOT.name}_batch.c", "-o", str(target), "-lm"),
+    ]
+    done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[:2000]
+    return ctypes.CDLL(str(target))
+
+
+def require_processor(chosen_set):
+    text = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
+    missing = NEEDED[chosen_set] - set(text.split())
+    if missing:
+        pytest.skip(f"this processor has no {', '.join(sorted(missing))}")
+
+
+@pytest.fixture(scope="module")
+def numbers():
+    """All pairs of edge numbers, then random ones of all sizes."""
+    pairs = np.array(list(itertools.product(NUMBERS, NUMBERS))).T
+    rng = np.random.default_rng(7)
+    sizes = 10.0 ** rng.uniform(-5, 5, (2, 400))
+    return np.hstack([pairs, rng.uniform(-1, 1, (2, 400)) * sizes])
+
+
+def pointer(array):
+    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+def single(library, name, a, b):
+    """Values of single calls."""
+    call = library[f"{ROBOT.name}_{name}"]
+    values = np.empty_like(a)
+    for k in range(len(a)):
+        call(pointer(a[k:]), pointer(b[k:]), pointer(values[k:]))
+    return values
+
+
+def batch(library, name, a, b):
+    a, b, values = a.copy(), b.copy(), np.full(len(a) + 1, -77.0)
+    call = library[f"{ROBOT.name}_{name}_batch"]
+    call(ctypes.c_size_t(len(a)), pointer(a), pointer(b), pointer(values))
+    assert values[-1] == -77.0
+    return values[:-1]
+
+
+def assert_same(got, expected):
+    """Equal bits, but NaN is NaN."""
+    np.testing.assert_array_equal(got, expected)
+    there = ~np.isnan(expected)
+    np.testing.assert_array_equal(np.signbit(got[there]), np.signbit(expected[there]))
+
+
+def assert_alike(name, got, expected):
+    if name in BY_LIBRARY:
+        assert_near(got, expected)
+    elif name in EXTREMES:
+        assert_same(got + 0.0, expected + 0.0)
+    else:
+        assert_same(got, expected)
+
+
+def assert_near(got, expected):
+    """Within what libmvec promises; zeros have their signs."""
+    finite = np.isfinite(expected) & (expected != 0)
+    assert_same(got[~finite], expected[~finite])
+    units = np.abs(got[finite] - expected[finite]) / np.spacing(np.abs(expected[finite]))
+    assert units.max() <= LIBMVEC
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_one_pose(name, sources, numbers):
+    got = single(compiled(sources, "baseline"), name, *numbers)
+    assert_alike(name, got, CASES[name][1](*numbers))
+
+
+@pytest.mark.parametrize("chosen_set", SETS)
+@pytest.mark.parametrize("name", CASES)
+def test_lanes(name, chosen_set, sources, numbers):
+    library = compiled(sources, chosen_set)
+    expected = single(library, name, *numbers)
+    got = batch(library, name, *numbers)
+    assert_alike(name, got, expected)
+    for n in LENGTHS[1:]:
+        for start in (0, 3, 300):
+            part = slice(start, start + n)
+            assert_same(batch(library, name, *numbers[:, part]), got[part])
+    assert_same(batch(library, name, *numbers[:, :1]), expected[:1])
+
+
+@pytest.mark.parametrize("chosen_set", SETS)
+def test_where_libmvec_is_old_libm_takes_its_place(chosen_set, sources, numbers):
+    library = compiled(sources, chosen_set, "-include", "old_glibc.h")
+    listing = subprocess.run(
+        ["nm", "-D", library._name], capture_output=True, text=True, check=True
+    )
+    assert "atan2" in listing.stdout
+    assert not {line.split()[-1] for line in listing.stdout.splitlines() if "_ZGV" in line}
+    for name in BY_LIBRARY:
+        assert_same(batch(library, name, *numbers), single(library, name, *numbers))
+
+
+@pytest.mark.parametrize("program", ["clang", "g++"])
+def test_other_compilers(program, sources, numbers):
+    path = shutil.which(program)
+    if path is None:
+        pytest.skip(f"{program} is not installed")
+    language = ("-x", "c++") if program == "g++" else ()
+    library = compiled(sources, "baseline", program=(path, *language))
+    for name in CASES:
+        got = batch(library, name, *numbers)
+        assert_alike(name, got, single(library, name, *numbers))
+
+
+REFUSED = {
+    "no value": (sp.Piecewise((x, x > 0)), "no value where no condition holds"),
+    "power": (sp.Rational(1, 2) ** x, "no rule lowers the power"),
+    "third root": (sp.Abs(x) ** sp.Rational(1, 3), "no rule lowers the power"),
+    "gamma": (sp.gamma(x), "no rule lowers gamma"),
+    "exclusive": (
+        sp.Piecewise((x, sp.Xor(x > 0, y > 0, evaluate=False)), (y, True)),
+        "no rule lowers Xor",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_what_is_not_known_is_named(name):
+    expression, message = REFUSED[name]
+    with pytest.raises(LoweringError, match=message):
+        lower([function("refused", expression)], "robot")
+
+
+def test_conditions_on_parameters_are_decided_when_lowering():
+    a = sp.Symbol("a", real=True)
+    scope = Scope({a: sp.Integer(2)})
+    expression = sp.Piecewise((x, a > 1), (sp.sqrt(x), True))
+    result = Result("value", (expression,), (1,), "1", "a number")
+    arguments = (Argument("x", (x,), (1,), "1", "a number"),)
+    (body,) = bodies(lower([SymbolicFunction("f", "", "", arguments, (result,), scope)], "robot"))
+    assert body.computed == []
