@@ -102,15 +102,19 @@ def _source(
 
 #include "{robot.name}.h"
 
-/* Which instruction sets are compiled: all of x86-64 that the compiler's flags leave open. */
+/* Which instruction sets are compiled: all of x86-64 that the compiler's flags leave open. Not with
+ * clang: where its flags have no AVX, it passes wide vectors to libmvec in the wrong place. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
+#define CHASLES_LANES 1
+#if defined(__AVX512F__) || !defined(__clang__)
 #define CHASLES_SET_AVX512 1
-#ifndef __AVX512F__
+#endif
+#if !defined(__AVX512F__) && (defined(__AVX2__) || !defined(__clang__))
 #define CHASLES_SET_AVX2 1
+#endif
 #ifndef __AVX2__
 #define CHASLES_SET_BASELINE 1
-#endif
 #endif
 #endif
 #endif
@@ -125,7 +129,7 @@ extern "C" {{
 }}
 #endif
 
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
 #define CHASLES_HAS_AVX512 \\
   (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && \\
    __builtin_cpu_supports("avx512vl"))
@@ -170,7 +174,7 @@ def _choice(name: str, sizes_in: Sequence[int], sizes_out: Sequence[int]) -> str
         for _, isa, condition in _SETS
     )
     return f"""\
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {{{", ".join(map(str, (*sizes_in, *sizes_out)))}}};
   static const lanes_shape shape = {{{len(sizes_in)}, {len(sizes_out)}, sizes}};
 #endif
@@ -201,15 +205,36 @@ def _kernel(prefix: str, function: SymbolicFunction, body: Body) -> str:
     lines = [] if body.loads else ["  (void)in;"]
     for i, k in body.loads:
         lines.append(f"  const lanes {function.inputs[i].name}_{k} = in[{first_in[i] + k}];")
+    pairs = _cosines_and_sines(body)
     for statement in body.statements:
         match statement:
+            case Compute(name) if name in pairs:
+                lines.append(pairs[name])
             case Compute(name, expression):
                 lines.append(_computed(name, expression))
             case Store(i, entry, value):
                 stored = f"LANES_OF({value})" if _is_number(value) else value
                 lines.append(f"  out[{first_out[i] + entry}] = {stored};")
     head = f"static LANES_TARGET void LANES_NAME({prefix}_{function.name})"
-    return "\n".join([f"{head}(const lanes *in, lanes *out)", "{", *lines, "}\n"])
+    return "\n".join([f"{head}(const lanes *in, lanes *out)", "{", *filter(None, lines), "}\n"])
+
+
+def _cosines_and_sines(body: Body) -> dict[str, str]:
+    """Calls that give both of an angle: the call at the first's name, nothing at the other's."""
+    names: dict[str, dict[str, str]] = {}
+    for statement in body.computed:
+        call = ELEMENTARY.fullmatch(statement.expression)
+        if call and call.group(1) in ("cos", "sin"):
+            names.setdefault(call.group(2), {})[call.group(1)] = statement.name
+    calls: dict[str, str] = {}
+    for angle, of in names.items():
+        if len(of) == 2:  # noqa: PLR2004
+            c, s = of["cos"], of["sin"]
+            first, second = of.values()
+            addresses = f"&{angle}, &{c}, &{s}"
+            calls[first] = f"  lanes {c}, {s}; LANES_NAME(lanes_cos_sin)({addresses});"
+            calls[second] = ""
+    return calls
 
 
 def _computed(name: str, expression: str) -> str:

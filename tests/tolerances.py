@@ -14,3 +14,5 @@ AGREEMENT = 1e-10
 """A peer's set-up in the benchmarks computes what ours does: that both do the same work."""
 LIBMVEC = 4
 """Units in the last place by which functions of glibc's vector library may be off: its promise."""
+COS_SIN = 1.5
+"""Units in the last place by which cosines and sines of lanes may be off, up to 1e5 radian."""

@@ -3,8 +3,9 @@
  * Included once for each instruction set, with CHASLES_ISA 0 (baseline), 1 (AVX2) or 2 (AVX-512).
  * It gives the type `lanes` with its sine, cosine and other functions, and `lanes_run`, which walks
  * over rows of any step in tiles of LANES rows: rows to lanes, a kernel on lanes, lanes to rows.
- * Each lane gets what C gives, NaN and infinities included. Sines and their kind come from libmvec,
- * the vector part of glibc's libm, by name; it may differ from libm in the last places.
+ * Each lane gets what C gives, NaN and infinities included, but for last places of sines and their
+ * kind: with FMA, cosine and sine of an angle are computed here, and are good to 1.5 units; all else
+ * comes from libmvec, the vector part of glibc's libm, by name, and is good to 4.
  */
 #ifndef CHASLES_LANES_H
 #define CHASLES_LANES_H
@@ -19,6 +20,9 @@
 #define LANES_MOST_OUTPUTS 512  /* doubles in all outputs */
 #define LANES_MOST_ARGUMENTS 8  /* inputs, and outputs */
 #define LANES_LINE 8            /* doubles in a cache line */
+/* Lanes of inputs, of outputs, and of outputs that are staged with a line each. */
+#define LANES_MOST_WORK \
+  (LANES_MOST_INPUTS + 2 * LANES_MOST_OUTPUTS + LANES_MOST_ARGUMENTS * LANES_LINE)
 /* Results larger than this (bytes) go past the caches: they would not be found there anyway. */
 #define LANES_STREAMED ((size_t)4 << 20)
 
@@ -27,13 +31,25 @@ typedef struct {
   const int *sizes; /* doubles of each input, then of each output */
 } lanes_shape;
 
-/* A result on its way to memory, in whole cache lines: `held` doubles wait in `stage` for the rest of
- * the line that begins at `to`; the first `skipped` of them belong to somebody else. */
+/* A result on its way to memory, in whole cache lines: rows are staged behind the first line of
+ * `stage`, at whose end `held` doubles of earlier rows wait for the rest of the line that begins at
+ * `to`; the first `skipped` of them belong to somebody else. */
 typedef struct {
   double *to;
   size_t held, skipped;
   double *stage;
 } lanes_stream;
+
+/* Minimax on |y| <= pi/4, for z = y^2: sin y = y + y z P(z) to 2^-57, cos y = 1 - z/2 + z^2 Q(z) to
+ * 2^-63; highest powers first. */
+static const double lanes_sine[] = {1.589623007685026e-10, -2.505074776274793e-08,
+  2.7557313621395764e-06, -0.00019841269829589612, 0.008333333333322118, -0.1666666666666663};
+static const double lanes_cosine[] = {-1.1358536307896614e-11, 2.0875700837723448e-09,
+  -2.755731417926397e-07, 2.4801587288851585e-05, -0.0013888888888873056, 0.041666666666666595};
+/* pi/2 as a sum of doubles, each rounded down, for -0 less +0 is -0. */
+static const double lanes_right_angle[] = {1.5707963267948966, 6.123233995736765e-17,
+  1.0828566739219139e-32};
+#define LANES_FARTHEST 1e5 /* radian; farther angles are left to libmvec */
 
 #define LANES_JOIN_(a, b) a##_##b
 #define LANES_JOIN(a, b) LANES_JOIN_(a, b)
@@ -103,6 +119,9 @@ typedef struct {
 #undef LANES_VECTOR
 #undef LANES_VECTOR_OF_TWO
 #undef LANES_SQRT
+#undef LANES_FMA
+#undef LANES_ANY
+#undef LANES_LESS_PRODUCT
 #undef lanes
 #undef lanes_mask
 #undef lanes_part
@@ -113,6 +132,9 @@ typedef struct {
 #define LANES_VECTOR(name) _ZGVeN8v_##name
 #define LANES_VECTOR_OF_TWO(name) _ZGVeN8vv_##name
 #define LANES_SQRT _mm512_sqrt_pd
+#define LANES_FMA(x, y, z) ((lanes)_mm512_fmadd_pd(x, y, z))
+#define LANES_LESS_PRODUCT(z, x, y) ((lanes)_mm512_fnmadd_pd(x, y, z))
+#define LANES_ANY(mask) _mm512_movepi64_mask((__m512i)(mask))
 #define lanes_part __m512d
 #elif CHASLES_ISA == 1
 #define LANES 4
@@ -121,6 +143,9 @@ typedef struct {
 #define LANES_VECTOR(name) _ZGVdN4v_##name
 #define LANES_VECTOR_OF_TWO(name) _ZGVdN4vv_##name
 #define LANES_SQRT _mm256_sqrt_pd
+#define LANES_FMA(x, y, z) ((lanes)_mm256_fmadd_pd(x, y, z))
+#define LANES_LESS_PRODUCT(z, x, y) ((lanes)_mm256_fnmadd_pd(x, y, z))
+#define LANES_ANY(mask) _mm256_movemask_pd((__m256d)(mask))
 #define lanes_part __m256d
 #else
 #define LANES 4
@@ -160,6 +185,58 @@ static inline LANES_TARGET void LANES_NAME(lanes_fabs)(const lanes *x, lanes *va
 {
   *value = (lanes)((lanes_mask)*x & INT64_MAX);
 }
+
+#if CHASLES_ISA > 0
+/* For angles that are far or not finite, in their own lanes. */
+static __attribute__((noinline, cold)) LANES_TARGET void LANES_NAME(lanes_cos_sin_far)(
+    const lanes *x, const lanes_mask *far, lanes *c, lanes *s)
+{
+  lanes far_c, far_s;
+  LANES_NAME(lanes_cos)(x, &far_c);
+  LANES_NAME(lanes_sin)(x, &far_s);
+  *c = LANES_EITHER(*far, far_c, *c);
+  *s = LANES_EITHER(*far, far_s, *s);
+}
+
+/* The angle less n right angles, reduced as Cody and Waite do, then two polynomials. */
+static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes *c, lanes *s)
+{
+  const double units = 6755399441055744.0; /* 1.5 * 2^52: in a sum with it, the last bit is 1 */
+  const lanes shifted = LANES_FMA(*x, LANES_OF(0.63661977236758134), LANES_OF(units));
+  const lanes n = shifted - units;
+  lanes y = *x;
+  for (int k = 0; k < 3; k++) {
+    y = LANES_LESS_PRODUCT(y, n, LANES_OF(lanes_right_angle[k]));
+  }
+  const lanes z = y * y;
+  lanes sine = LANES_OF(lanes_sine[0]), cosine = LANES_OF(lanes_cosine[0]);
+  for (int k = 1; k < 6; k++) {
+    sine = LANES_FMA(sine, z, LANES_OF(lanes_sine[k]));
+    cosine = LANES_FMA(cosine, z, LANES_OF(lanes_cosine[k]));
+  }
+  sine = LANES_FMA(y * z, sine, y);
+  cosine = LANES_FMA(z, LANES_FMA(z, cosine, LANES_OF(-0.5)), LANES_OF(1.0));
+  /* The sum has lost the sign of -0. */
+  const lanes_mask sine_bits = (lanes_mask)sine | ((lanes_mask)y & INT64_MIN);
+  /* Each quarter turn swaps the two; the sine is negative in quarters 2 and 3, the cosine in 1, 2. */
+  const lanes_mask quarter = (lanes_mask)shifted, odd = -(quarter & 1);
+  const lanes_mask swapped = (sine_bits ^ (lanes_mask)cosine) & odd;
+  *s = (lanes)(sine_bits ^ swapped ^ ((quarter << 62) & INT64_MIN));
+  *c = (lanes)((lanes_mask)cosine ^ swapped ^ (((quarter + 1) << 62) & INT64_MIN));
+  lanes size;
+  LANES_NAME(lanes_fabs)(x, &size);
+  const lanes_mask far = ~(lanes_mask)(size <= LANES_FARTHEST);
+  if (LANES_ANY(far)) {
+    LANES_NAME(lanes_cos_sin_far)(x, &far, c, s);
+  }
+}
+#else
+static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes *c, lanes *s)
+{
+  LANES_NAME(lanes_cos)(x, c);
+  LANES_NAME(lanes_sin)(x, s);
+}
+#endif
 
 static inline LANES_TARGET void LANES_NAME(lanes_sign)(const lanes *x, lanes *value)
 {
@@ -248,11 +325,19 @@ static LANES_TARGET void LANES_NAME(lanes_scatter)(const lanes *from, int size, 
                                                    double *rows, ptrdiff_t step)
 {
   int k = 0;
-  for (; k + LANES <= size; k += LANES) {
+  for (; k < size && size >= LANES; k += LANES) {
     lanes block[LANES];
+    /* Where the last columns are fewer than the lanes, some are written twice. */
+    k = k + LANES > size ? size - LANES : k;
     LANES_NAME(lanes_transpose)(from + k, block);
-    for (int lane = 0; lane < count; lane++) {
-      *(LANES_NAME(lanes_row) *)(rows + lane * step + k) = block[lane];
+    if (count == LANES) {
+      for (int lane = 0; lane < LANES; lane++) {
+        *(LANES_NAME(lanes_row) *)(rows + lane * step + k) = block[lane];
+      }
+    } else {
+      for (int lane = 0; lane < count; lane++) {
+        *(LANES_NAME(lanes_row) *)(rows + lane * step + k) = block[lane];
+      }
     }
   }
   for (; k < size; k++) {
@@ -268,28 +353,31 @@ static LANES_TARGET void LANES_NAME(lanes_scatter)(const lanes *from, int size, 
 /* Writes the whole lines among the doubles that are staged, keeps the rest for the next tile. */
 static LANES_TARGET void LANES_NAME(lanes_push)(lanes_stream *stream, size_t added)
 {
+  const double *from = stream->stage + LANES_LINE - stream->held;
+  double *to = stream->to, rest[LANES_LINE];
   size_t total = stream->held + added, whole = total - total % LANES_LINE, k = 0;
   if (whole && stream->skipped) {
     size_t own = LANES_LINE - stream->skipped;
-    memcpy(stream->to + stream->skipped, stream->stage + stream->skipped, own * sizeof(double));
+    memcpy(to + stream->skipped, from + stream->skipped, own * sizeof(double));
     stream->skipped = 0;
     k = LANES_LINE;
   }
 #if CHASLES_ISA == 2
   for (; k < whole; k += 8) {
-    _mm512_stream_pd(stream->to + k, _mm512_load_pd(stream->stage + k));
+    _mm512_stream_pd(to + k, _mm512_loadu_pd(from + k));
   }
 #elif CHASLES_ISA == 1
   for (; k < whole; k += 4) {
-    _mm256_stream_pd(stream->to + k, _mm256_load_pd(stream->stage + k));
+    _mm256_stream_pd(to + k, _mm256_loadu_pd(from + k));
   }
 #else
   for (; k < whole; k += 2) {
-    _mm_stream_pd(stream->to + k, _mm_load_pd(stream->stage + k));
+    _mm_stream_pd(to + k, _mm_loadu_pd(from + k));
   }
 #endif
-  memcpy(stream->stage, stream->stage + whole, (total - whole) * sizeof(double));
-  stream->to += whole;
+  memcpy(rest, stream->stage + added, sizeof rest);
+  memcpy(stream->stage, rest, sizeof rest);
+  stream->to = to + whole;
   stream->held = total - whole;
 }
 
@@ -302,19 +390,26 @@ static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
                                                double *const *outputs,
                                                const ptrdiff_t *output_steps)
 {
-  lanes in[LANES_MOST_INPUTS], out[LANES_MOST_OUTPUTS];
-  double stage[LANES_MOST_OUTPUTS * LANES + LANES_MOST_ARGUMENTS * LANES_LINE]
-      __attribute__((aligned(LANES_LINE * sizeof(double))));
+  /* On a page of its own: elsewhere, by chance, storing and loading it again took twice as long. */
+  lanes work[LANES_MOST_WORK] __attribute__((aligned(4096)));
   lanes_stream streams[LANES_MOST_ARGUMENTS];
   const int *sizes = shape->sizes + shape->inputs;
-  size_t staged = 0;
+  /* One behind the other: arrays that begin on pages of their own would share few cache lines. */
+  lanes *in = work, *out = in;
+  for (int i = 0; i < shape->inputs; i++) {
+    out += shape->sizes[i];
+  }
+  double *stage = (double *)out;
+  for (int i = 0; i < shape->outputs; i++) {
+    stage += (size_t)sizes[i] * LANES;
+  }
   for (int i = 0; i < shape->outputs; i++) {
     size_t past = ((uintptr_t)outputs[i] / sizeof(double)) % LANES_LINE;
     int streamed = output_steps[i] == sizes[i] && n * sizes[i] * sizeof(double) > LANES_STREAMED;
-    streams[i].stage = streamed ? stage + staged : 0;
+    streams[i].stage = streamed ? stage : 0;
     streams[i].to = outputs[i] - past;
     streams[i].held = streams[i].skipped = past;
-    staged += (size_t)sizes[i] * LANES + LANES_LINE;
+    stage += (size_t)sizes[i] * LANES + LANES_LINE;
   }
   for (size_t row = 0; row < n; row += LANES) {
     int count = n - row < LANES ? (int)(n - row) : LANES;
@@ -328,7 +423,7 @@ static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
     at = out;
     for (int i = 0; i < shape->outputs; i++) {
       if (streams[i].stage) {
-        double *rows = streams[i].stage + streams[i].held;
+        double *rows = streams[i].stage + LANES_LINE;
         LANES_NAME(lanes_scatter)(at, sizes[i], count, rows, sizes[i]);
         LANES_NAME(lanes_push)(&streams[i], (size_t)count * sizes[i]);
       } else {
@@ -342,7 +437,8 @@ static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
     const lanes_stream *stream = &streams[i];
     if (stream->stage) {
       size_t own = stream->held - stream->skipped;
-      memcpy(stream->to + stream->skipped, stream->stage + stream->skipped, own * sizeof(double));
+      const double *end = stream->stage + LANES_LINE;
+      memcpy(stream->to + stream->skipped, end - own, own * sizeof(double));
     }
   }
   _mm_sfence();

@@ -5,15 +5,19 @@
 
 #include "ur5e.h"
 
-/* Which instruction sets are compiled: all of x86-64 that the compiler's flags leave open. */
+/* Which instruction sets are compiled: all of x86-64 that the compiler's flags leave open. Not with
+ * clang: where its flags have no AVX, it passes wide vectors to libmvec in the wrong place. */
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_builtin)
 #if __has_builtin(__builtin_shufflevector)
+#define CHASLES_LANES 1
+#if defined(__AVX512F__) || !defined(__clang__)
 #define CHASLES_SET_AVX512 1
-#ifndef __AVX512F__
+#endif
+#if !defined(__AVX512F__) && (defined(__AVX2__) || !defined(__clang__))
 #define CHASLES_SET_AVX2 1
+#endif
 #ifndef __AVX2__
 #define CHASLES_SET_BASELINE 1
-#endif
 #endif
 #endif
 #endif
@@ -47,7 +51,7 @@ extern "C" {
 }
 #endif
 
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
 #define CHASLES_HAS_AVX512 \
   (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && \
    __builtin_cpu_supports("avx512vl"))
@@ -58,7 +62,7 @@ extern "C" {
 static void ur5e_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 16};
   static const lanes_shape shape = {1, 1, sizes};
 #endif
@@ -100,7 +104,7 @@ void ur5e_fk_batch(size_t n, const double *q, double *T_0_ee)
 static void ur5e_link_poses_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 96};
   static const lanes_shape shape = {1, 1, sizes};
 #endif
@@ -142,7 +146,7 @@ void ur5e_link_poses_batch(size_t n, const double *q, double *T)
 static void ur5e_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 16, 36};
   static const lanes_shape shape = {1, 2, sizes};
 #endif
@@ -184,7 +188,7 @@ void ur5e_fk_jacobian_mixed_batch(size_t n, const double *q, double *T_0_ee, dou
 static void ur5e_jacobian_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
 #endif
@@ -226,7 +230,7 @@ void ur5e_jacobian_space_batch(size_t n, const double *q, double *J)
 static void ur5e_jacobian_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
 #endif
@@ -268,7 +272,7 @@ void ur5e_jacobian_body_batch(size_t n, const double *q, double *J)
 static void ur5e_jacobian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
 #endif
@@ -310,7 +314,7 @@ void ur5e_jacobian_mixed_batch(size_t n, const double *q, double *J)
 static void ur5e_jacobian_space_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
 #endif
@@ -352,7 +356,7 @@ void ur5e_jacobian_space_dot_batch(size_t n, const double *q, const double *qd, 
 static void ur5e_jacobian_body_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
 #endif
@@ -394,7 +398,7 @@ void ur5e_jacobian_body_dot_batch(size_t n, const double *q, const double *qd, d
 static void ur5e_jacobian_mixed_dot_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
 #endif
@@ -436,7 +440,7 @@ void ur5e_jacobian_mixed_dot_batch(size_t n, const double *q, const double *qd, 
 static void ur5e_hessian_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 216};
   static const lanes_shape shape = {1, 1, sizes};
 #endif
@@ -478,7 +482,7 @@ void ur5e_hessian_mixed_batch(size_t n, const double *q, double *H)
 static void ur5e_twist_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
 #endif
@@ -520,7 +524,7 @@ void ur5e_twist_space_batch(size_t n, const double *q, const double *qd, double 
 static void ur5e_twist_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
 #endif
@@ -562,7 +566,7 @@ void ur5e_twist_body_batch(size_t n, const double *q, const double *qd, double *
 static void ur5e_twist_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
 #endif
@@ -604,7 +608,7 @@ void ur5e_twist_mixed_batch(size_t n, const double *q, const double *qd, double 
 static void ur5e_acceleration_space_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
 #endif
@@ -646,7 +650,7 @@ void ur5e_acceleration_space_batch(size_t n, const double *q, const double *qd, 
 static void ur5e_acceleration_body_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
 #endif
@@ -688,7 +692,7 @@ void ur5e_acceleration_body_batch(size_t n, const double *q, const double *qd, c
 static void ur5e_acceleration_mixed_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {
-#if CHASLES_SET_AVX512
+#if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
 #endif

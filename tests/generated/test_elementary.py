@@ -5,15 +5,17 @@ The oracle is NumPy, which computes as C does, NaN, infinities and signed zeros 
 
 import ctypes
 import itertools
+import re
 import shutil
 import subprocess
 from pathlib import Path
 
+import mpmath
 import numpy as np
 import pytest
 import sympy as sp
 from derivations import derivation
-from tolerances import LIBMVEC
+from tolerances import COS_SIN, LIBMVEC
 
 from chasles.derive import batch_code, c_code
 from chasles.derive.function import Argument, Result, SymbolicFunction
@@ -87,6 +89,8 @@ CASES = {
         sp.Piecewise((1 / x, x > 1), (sp.sqrt(y), y > 1), (y, True)),
         lambda a, b: chosen(a > 1, 1 / a, chosen(b > 1, np.sqrt(b), b)),
     ),
+    "sine": (sp.sin(x), lambda a, b: np.sin(a)),
+    "cosine": (sp.cos(x), lambda a, b: np.cos(a)),
     "tan": (sp.tan(x), lambda a, b: np.tan(a)),
     "atan": (sp.atan(x), lambda a, b: np.arctan(a)),
     "atan2": (sp.atan2(y, x), lambda a, b: np.arctan2(b, a)),
@@ -94,7 +98,7 @@ CASES = {
 }
 EXTREMES = {"least", "greatest", "clipped", "least_of_three"}
 """C leaves open which of 0 and -0 is the lesser."""
-BY_LIBRARY = {"tan", "atan", "atan2", "atan2_of_number"}
+BY_LIBRARY = {"sine", "cosine", "tan", "atan", "atan2", "atan2_of_number"}
 
 EDGES = [0.0, 5e-324, 1e-310, 2.2e-308, 1e-160, 1e-8, 0.125, 0.5, 1.0, 2.0, 1e8, 1e160, 1.7e308]
 NUMBERS = [*EDGES, np.inf, *(-number for number in (*EDGES, np.inf)), np.nan]
@@ -110,15 +114,19 @@ NEEDED = {"avx512": {"avx512f", "avx512dq", "avx512vl"}, "avx2": {"avx2", "fma"}
 OLD_GLIBC = "#include <features.h>\n#undef __GLIBC_PREREQ\n#define __GLIBC_PREREQ(a, b) 0\n"
 
 
-def function(name, expression):
+def function(name, *expressions):
     arguments = [Argument(str(s), (s,), (1,), "1", "a number") for s in (x, y)]
-    result = Result("value", (expression,), (1,), "1", "a number")
-    return SymbolicFunction(name, "A case.", "", tuple(arguments), (result,), SCOPE)
+    results = [
+        Result(f"value{k}", (expression,), (1,), "1", "a number")
+        for k, expression in enumerate(expressions)
+    ]
+    return SymbolicFunction(name, "A case.", "", tuple(arguments), tuple(results), SCOPE)
 
 
 SCOPE = Scope({})
 ROBOT = derivation("scara").robot
 FUNCTIONS = [function(name, expression) for name, (expression, _) in CASES.items()]
+FUNCTIONS.append(function("turn", sp.cos(x), sp.sin(x)))
 
 
 @pytest.fixture(scope="module")
@@ -242,21 +250,86 @@ def test_where_libmvec_is_old_libm_takes_its_place(chosen_set, sources, numbers)
         ["nm", "-D", library._name], capture_output=True, text=True, check=True
     )
     assert "atan2" in listing.stdout
-    assert not {line.split()[-1] for line in listing.stdout.splitlines() if "_ZGV" in line}
-    for name in BY_LIBRARY:
+    assert set(re.findall(r"_ZGV\w+?_(\w+)", listing.stdout)) == {"cos", "sin"}
+    for name in BY_LIBRARY - {"sine", "cosine"}:
         assert_same(batch(library, name, *numbers), single(library, name, *numbers))
 
 
+def turn(library, angles):
+    """Cosines and sines of a batch."""
+    angles = angles.copy()
+    c, s = np.empty_like(angles), np.empty_like(angles)
+    call = library[f"{ROBOT.name}_turn_batch"]
+    call(ctypes.c_size_t(len(angles)), *map(pointer, (angles, angles, c, s)))
+    return c, s
+
+
+def near_right_angles(largest):
+    """The doubles on both sides of multiples of a right angle, where a sine or cosine vanishes."""
+    multiples = np.unique(np.geomspace(1, largest, 2000).astype(int)) * (np.pi / 2)
+    return np.hstack([np.nextafter(multiples, 0), multiples, -np.nextafter(multiples, np.inf)])
+
+
+def units_off(got, exact):
+    """How far, in units in the last place, the worst is from the exact values."""
+    with mpmath.workdps(50):
+        return max(
+            float(abs(mpmath.mpf(g) - e) / mpmath.mpf(float(np.spacing(abs(float(e))))))
+            for g, e in zip(got.tolist(), exact, strict=True)
+        )
+
+
+ANGLES = {
+    "one turn": (np.random.default_rng(1).uniform(-6.3, 6.3, 6000), COS_SIN),
+    "right angles": (near_right_angles(60_000), COS_SIN),
+    "thousands of turns": (np.random.default_rng(2).uniform(-1e5, 1e5, 3000), COS_SIN),
+    "tiny": (10.0 ** np.random.default_rng(3).uniform(-300, 0, 1000), COS_SIN),
+    "far": (10.0 ** np.random.default_rng(4).uniform(5, 300, 3000), LIBMVEC),
+}
+
+
+@pytest.mark.parametrize("chosen_set", SETS)
+@pytest.mark.parametrize("kind", ANGLES)
+def test_cosines_with_sines_against_thirty_digits(kind, chosen_set, sources):
+    angles, tolerance = ANGLES[kind]
+    with mpmath.workdps(350):
+        exact = [[f(mpmath.mpf(a)) for a in angles.tolist()] for f in (mpmath.cos, mpmath.sin)]
+    for values, expected in zip(turn(compiled(sources, chosen_set), angles), exact, strict=True):
+        assert units_off(values, expected) <= (LIBMVEC if chosen_set == "baseline" else tolerance)
+
+
+@pytest.mark.parametrize("chosen_set", SETS)
+def test_cosines_with_sines_of_edge_cases(chosen_set, sources, numbers):
+    library = compiled(sources, chosen_set)
+    near, far = np.array([0.0, -0.0, 5e-324, -5e-324, 1e-310, -1e-310]), numbers[0]
+    c, s = turn(library, near)
+    assert_same(c, np.ones(6))
+    assert_same(s, near)
+    c, s = turn(library, far)
+    assert_near(c, np.cos(far))
+    assert_near(s, np.sin(far))
+    # A far angle or NaN takes another way; its neighbours do not.
+    alone = turn(library, np.ones(8))
+    for bad in (1e6, np.inf, np.nan):
+        for got, expected in zip(turn(library, np.array([bad, *np.ones(7)])), alone, strict=True):
+            assert_same(got[1:], expected[1:])
+
+
+@pytest.mark.parametrize("chosen_set", ["avx2", "baseline"])
 @pytest.mark.parametrize("program", ["clang", "g++"])
-def test_other_compilers(program, sources, numbers):
+@pytest.mark.parametrize("flags", [("-mavx2", "-mfma"), ()], ids=["avx2 everywhere", "no flags"])
+def test_other_compilers(program, flags, chosen_set, sources, numbers):
     path = shutil.which(program)
     if path is None:
         pytest.skip(f"{program} is not installed")
     language = ("-x", "c++") if program == "g++" else ()
-    library = compiled(sources, "baseline", program=(path, *language))
+    library = compiled(sources, chosen_set, *flags, program=(path, *language))
     for name in CASES:
         got = batch(library, name, *numbers)
         assert_alike(name, got, single(library, name, *numbers))
+    c, s = turn(library, numbers[0])
+    assert_near(c, np.cos(numbers[0]))
+    assert_near(s, np.sin(numbers[0]))
 
 
 REFUSED = {
