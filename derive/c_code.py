@@ -102,7 +102,7 @@ def _definition(prefix: str, function: SymbolicFunction, body: Body) -> str:
     lines = [f"  (void){name};" for i, name in enumerate(inputs) if i not in used]
     # All is read before anything is written: outputs may overlap inputs.
     lines += [f"  const double {inputs[i]}_{k} = {inputs[i]}[{k}];" for i, k in body.loads]
-    before, angles, after = _together(body)
+    before, angles, after = _together(body.by_depth())
     lines += [f"  const double {name} = {expression};" for name, expression in before]
     if angles:
         count = len(angles)
