@@ -59,8 +59,8 @@ class Parameter:
     meaning: str = ""
 
     def __post_init__(self) -> None:
-        _check_name("parameter", self.name)
-        _check_choice("parameter", self.name, self.kind, get_args(ParameterKind))
+        check_name("parameter", self.name)
+        check_choice("parameter", self.name, self.kind, get_args(ParameterKind))
         object.__setattr__(self, "value", exact(self.value))
 
     @property
@@ -92,6 +92,7 @@ class Joint:
         before: The joint's frame in the previous link's frame.
         after: The link's frame in the joint's moved frame.
         link: Name of the link's frame.
+        parent: Name of the body that it stands on, in a robot with loops; empty in a serial one.
         limits: Lowest and highest value of the coordinate (radian or metre), None where unbounded.
         pitch: Advance of a helical joint per radian (metre).
         direction: 1, or -1 for a coordinate that counts the other way.
@@ -105,6 +106,7 @@ class Joint:
     before: Placement = ()
     after: Placement = ()
     link: str = ""
+    parent: str = ""
     limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
     pitch: sp.Expr = sp.S.Zero
     direction: int = 1
@@ -113,9 +115,9 @@ class Joint:
     given: tuple[tuple[str, sp.Expr], ...] = ()
 
     def __post_init__(self) -> None:
-        _check_name("joint", self.name)
-        _check_choice("joint", self.name, self.kind, get_args(JointKind))
-        _check_choice("direction of joint", self.name, self.direction, (1, -1))
+        check_name("joint", self.name)
+        check_choice("joint", self.name, self.kind, get_args(JointKind))
+        check_choice("direction of joint", self.name, self.direction, (1, -1))
         lower, upper = (None if limit is None else exact(limit) for limit in self.limits)
         object.__setattr__(self, "limits", (lower, upper))
         object.__setattr__(self, "pitch", exact(self.pitch))
@@ -158,11 +160,11 @@ class Robot:
     notes: tuple[str, ...] = field(default=())
 
     def __post_init__(self) -> None:
-        _check_name("robot", self.name)
+        check_name("robot", self.name)
         self._check_symbols()
-        _check_unique("joint", [joint.name for joint in self.joints])
-        _check_unique("link", [joint.link for joint in self.joints if joint.link])
-        _check_unique("parameter", [parameter.name for parameter in self.parameters])
+        check_unique("joint", [joint.name for joint in self.joints])
+        check_unique("link", [joint.link for joint in self.joints if joint.link])
+        check_unique("parameter", [parameter.name for parameter in self.parameters])
         if not self.coordinates:
             raise RobotError(f"robot {self.name!r} has no joint that moves by itself")
         leaders = {joint.name for joint in self.coordinates}
@@ -177,7 +179,7 @@ class Robot:
         known = {parameter.symbol for parameter in self.parameters}
         placements = [self.base, self.tool]
         placements += [part for joint in self.joints for part in (joint.before, joint.after)]
-        used = {symbol for placement in placements for symbol in _symbols(placement)}
+        used = {symbol for placement in placements for symbol in symbols_of(placement)}
         used |= {symbol for joint in self.joints for symbol in joint.pitch.free_symbols}
         unknown = sorted(str(symbol) for symbol in used - known)
         if unknown:
@@ -220,7 +222,8 @@ class Robot:
         return sp.ImmutableMatrix(sp.Matrix(self.joint_values(q)).jacobian(sp.Matrix(q)))
 
 
-def _check_unique(what: str, names: Sequence[str]) -> None:
+def check_unique(what: str, names: Sequence[str]) -> None:
+    """Raises RobotError where two names are equal."""
     seen: set[str] = set()
     for name in names:
         if name in seen:
@@ -228,18 +231,21 @@ def _check_unique(what: str, names: Sequence[str]) -> None:
         seen.add(name)
 
 
-def _check_name(what: str, name: object) -> None:
+def check_name(what: str, name: object) -> None:
+    """Raises RobotError where a name is no identifier."""
     if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name):
         raise RobotError(f"{what} {name!r}: expected a name of letters, digits and _")
 
 
-def _check_choice(what: str, name: str, value: object, choices: Sequence[object]) -> None:
+def check_choice(what: str, name: str, value: object, choices: Sequence[object]) -> None:
+    """Raises RobotError where a value is none of the choices."""
     if value not in choices:
         expected = ", ".join(map(str, choices))
         raise RobotError(f"{what} {name!r}: {value!r} is none of {expected}")
 
 
-def _symbols(placement: Placement) -> set[sp.Symbol]:
+def symbols_of(placement: Placement) -> set[sp.Symbol]:
+    """The parameters that a placement uses."""
     found: set[sp.Symbol] = set()
     for motion in placement:
         values = (motion.angle,) if isinstance(motion, Rotation) else motion.vector

@@ -23,12 +23,18 @@ class Scope:
         parameters: The exact default value of every parameter.
         terms: Definition of each named term in symbols before it.
         constants: Definition of each named constant in parameters and constants before it.
+        solved: Cosine and sine of each angle that the solution of a loop gives.
+        turning: For each named cosine or sine that is not a function of its angle but a term of a
+            solution: the angle, and the derivative by it.
     """
 
     def __init__(self, parameters: Mapping[sp.Symbol, sp.Expr]) -> None:
         self.parameters = dict(parameters)
         self.terms: dict[sp.Symbol, sp.Expr] = {}
         self.constants: dict[sp.Symbol, sp.Expr] = {}
+        self.solved: dict[sp.Symbol, tuple[sp.Expr, sp.Expr]] = {}
+        self.turning: dict[sp.Symbol, tuple[sp.Expr, sp.Expr]] = {}
+        self._composed: dict[sp.Expr, tuple[sp.Expr, sp.Expr]] = {}
         self._names: dict[sp.Expr, sp.Expr] = {}
         self._values: dict[sp.Symbol, sp.Expr] = {
             symbol: value.evalf(EVALUATION_DIGITS) for symbol, value in self.parameters.items()
@@ -70,8 +76,28 @@ class Scope:
         return bool(expression.free_symbols <= self._numbers)
 
     def cos_sin(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
-        """Named cosine and sine of an angle; right angles in a sum are taken out exactly."""
-        return self.let(sp.cos(angle)), self.let(sp.sin(angle))
+        """Named cosine and sine of an angle; right angles in a sum are taken out exactly.
+
+        Those of a sum with solved angles come from theirs, without a trigonometric function.
+        """
+        if not self.is_solved(angle):
+            return self.let(sp.cos(angle)), self.let(sp.sin(angle))
+        if angle not in self._composed:
+            self._composed[angle] = self._product_of_turns(sp.expand(angle))
+        return self._composed[angle]
+
+    def solved_angle(self, c: sp.Expr, s: sp.Expr) -> sp.Expr:
+        """The name of an angle whose cosine and sine are known; its value costs an atan2."""
+        c, s = self.let(c), self.let(s)
+        definition = sp.atan2(s, c, evaluate=False)
+        angle = self._names.get(definition) or self._name(definition)
+        self.solved[angle] = c, s
+        self._register(angle, c, s)
+        return angle
+
+    def is_solved(self, angle: sp.Expr) -> bool:
+        """Whether an angle contains one that a loop's solution gives."""
+        return not self.solved.keys().isdisjoint(angle.free_symbols)
 
     def needed(self, expressions: Iterable[sp.Expr]) -> list[sp.Symbol]:
         """The terms that expressions rest on, in the order of their definition."""
@@ -83,6 +109,36 @@ class Scope:
                 found.add(symbol)
                 waiting.extend(self.terms[symbol].free_symbols)
         return [symbol for symbol in self.terms if symbol in found]
+
+    def _product_of_turns(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+        """exp(i (a + b)) = exp(i a) exp(i b), the solved angle that was named last split off."""
+        if angle in self.solved:
+            return self.solved[angle]
+        if -angle in self.solved:
+            c, s = self.solved[-angle]
+            return c, -s
+        order = {symbol: k for k, symbol in enumerate(self.terms)}
+        last = max((s for s in angle.free_symbols if s in self.solved), key=order.__getitem__)
+        factor = angle.coeff(last)
+        if not factor.is_Integer:
+            raise ValueError(
+                f"the solved angle {last} does not enter {angle} a whole number of times"
+            )
+        sign = sp.sign(factor)
+        c1, s1 = self.cos_sin(angle - sign * last)
+        c2, s2 = self.solved[last]
+        c = self.let(c1 * c2 - sign * s1 * s2)
+        s = self.let(s1 * c2 + sign * c1 * s2)
+        self._register(angle, c, s)
+        return c, s
+
+    def _register(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
+        """Notes what the named cosine and sine of an angle become when it turns."""
+        for value, derivative in ((c, -s), (s, c)):
+            if value.is_Symbol:
+                self.turning.setdefault(value, (angle, derivative))
+            elif (-value).is_Symbol:
+                self.turning.setdefault(-value, (angle, -derivative))
 
     def _name(self, expression: sp.Expr) -> sp.Expr:
         symbol = sp.Symbol(f"{TERM}{len(self.terms) + 1}", real=True)

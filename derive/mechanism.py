@@ -1,0 +1,309 @@
+"""A robot with loops as plain data: a tree of joints, closures, struts and drives.
+
+Bodies are named by the joints that carry them; the base is a body too. The joints form a tree; every
+closure and every strut between two bodies closes a loop. The main chain is the path of joints from
+the base to the body that carries the tool: a serial robot, whose coordinates the loops determine.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal, get_args
+
+import sympy as sp
+
+from .errors import RobotError
+from .exact import exact
+from .robot import (
+    Joint,
+    Parameter,
+    Placement,
+    Robot,
+    check_choice,
+    check_name,
+    check_unique,
+    symbols_of,
+)
+
+ClosureKind = Literal["pin", "slider", "ball", "weld"]
+EndKind = Literal["pin", "ball"]
+FREEDOM: Mapping[str, int] = {"pin": 1, "slider": 1, "ball": 3, "weld": 0}
+"""Degrees of freedom that a closure leaves."""
+
+
+@dataclass(frozen=True)
+class Place:
+    """A frame that is fixed on a body: the body's name and the frame's pose in the body's frame."""
+
+    body: str
+    placement: Placement = ()
+
+
+@dataclass(frozen=True)
+class Closure:
+    """A joint that closes a loop: it holds two places on two bodies together.
+
+    Attributes:
+        name: Unique among joints, closures and struts.
+        kind: ``pin`` turns about the places' common z axis, ``slider`` moves along it, ``ball``
+            keeps their origins together, ``weld`` keeps the frames together.
+        a: The place on the one body.
+        b: The place on the other.
+    """
+
+    name: str
+    kind: ClosureKind
+    a: Place
+    b: Place
+
+    def __post_init__(self) -> None:
+        check_name("closure", self.name)
+        check_choice("closure", self.name, self.kind, get_args(ClosureKind))
+
+
+@dataclass(frozen=True)
+class Strut:
+    """A straight member between two bodies: a rod of constant length, or a cylinder.
+
+    Attributes:
+        name: Unique among joints, closures and struts; a cylinder's coordinate has its name.
+        a: Where it begins; only the origin counts.
+        b: Where it ends.
+        length: Of a rod; of a cylinder, its length where its coordinate is zero (metre).
+        is_cylinder: Whether the length is a coordinate.
+        ends: Whether pins or balls hold its ends.
+        swing: Name of its passive angle, measured on the body at its beginning.
+        limits: Lowest and highest value of a cylinder's coordinate (metre).
+    """
+
+    name: str
+    a: Place
+    b: Place
+    length: sp.Expr = sp.S.Zero
+    is_cylinder: bool = False
+    ends: EndKind = "pin"
+    swing: str = ""
+    limits: tuple[sp.Expr | None, sp.Expr | None] = (None, None)
+
+    def __post_init__(self) -> None:
+        check_name("strut", self.name)
+        check_choice("ends of strut", self.name, self.ends, get_args(EndKind))
+        object.__setattr__(self, "length", exact(self.length))
+        if not self.is_cylinder and self.length == 0:
+            raise RobotError(f"rod {self.name!r}: expected a length above 0")
+
+    @property
+    def swing_name(self) -> str:
+        """Name of its passive angle."""
+        return self.swing or f"{self.name}_swing"
+
+
+@dataclass(frozen=True)
+class Drive:
+    """A motor that moves a joint through a gear, a pinion or a sprocket.
+
+    Attributes:
+        name: Name of the motor's coordinate.
+        joint: The joint or cylinder that it moves.
+        ratio: Advance of the joint per radian of the motor: a radius (metre) or a ratio (1).
+    """
+
+    name: str
+    joint: str
+    ratio: sp.Expr
+
+    def __post_init__(self) -> None:
+        check_name("drive", self.name)
+        object.__setattr__(self, "ratio", exact(self.ratio))
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """One actuated coordinate, an element of ``q``.
+
+    Attributes:
+        name: Of the joint, the cylinder or the motor.
+        kind: ``revolute`` or ``prismatic``.
+        limits: Lowest and highest value (radian or metre), None where unbounded.
+        moves: The joint or cylinder that it moves.
+        ratio: Advance of that per unit of the coordinate.
+    """
+
+    name: str
+    kind: str
+    limits: tuple[sp.Expr | None, sp.Expr | None]
+    moves: str
+    ratio: sp.Expr = sp.S.One
+
+    @property
+    def unit(self) -> str:
+        """Unit of the coordinate: m for a slider or cylinder, rad for the rest."""
+        return "m" if self.kind == "prismatic" else "rad"
+
+
+@dataclass(frozen=True)
+class Mechanism:
+    """A robot with loops, or one whose motors act through gears.
+
+    Attributes:
+        name: A C identifier; the prefix of everything generated.
+        joints: The tree; each joint's ``parent`` is the body that it stands on.
+        actuated: Names of joints, cylinders and drives: the order of ``q``.
+        closures: Joints that close loops.
+        struts: Rods and cylinders.
+        drives: Motors behind gears.
+        tool_body: The body that carries the tool.
+        title: What a reader calls the robot.
+        source: Where the numbers come from.
+        base: The base body's frame in the base frame.
+        tool: The tool frame in its body's frame.
+        base_frame: Name of the base frame, and of the base body.
+        tool_frame: Name of the tool frame.
+        parameters: The named lengths and angles that the placements use.
+        reference: Values of coordinates and joints at the configuration whose branch is meant,
+            zero where none is given. Passive ones need be near, not exact.
+        notes: What was changed or assumed on the way in.
+
+    Raises:
+        RobotError: Names clash, a body or joint is unknown, or a body has two parents.
+    """
+
+    name: str
+    joints: tuple[Joint, ...]
+    actuated: tuple[str, ...]
+    closures: tuple[Closure, ...] = ()
+    struts: tuple[Strut, ...] = ()
+    drives: tuple[Drive, ...] = ()
+    tool_body: str = ""
+    title: str = ""
+    source: str = ""
+    base: Placement = ()
+    tool: Placement = ()
+    base_frame: str = "0"
+    tool_frame: str = "ee"
+    parameters: tuple[Parameter, ...] = ()
+    reference: tuple[tuple[str, sp.Expr], ...] = ()
+    notes: tuple[str, ...] = field(default=())
+
+    def __post_init__(self) -> None:
+        check_name("robot", self.name)
+        if not self.tool_body:
+            object.__setattr__(self, "tool_body", self.joints[-1].link)
+        named = [*self.joints, *self.closures, *self.struts, *self.drives]
+        check_unique("joint", [item.name for item in named])
+        check_unique("body", [self.base_frame, *(joint.link for joint in self.joints)])
+        check_unique("parameter", [parameter.name for parameter in self.parameters])
+        self._check_bodies()
+        self._check_symbols()
+        known = {*self.members, *(drive.name for drive in self.drives)}
+        self._check_known("actuated", self.actuated, known)
+        self._check_known("drive", [drive.joint for drive in self.drives], set(self.members))
+        check_unique("actuated coordinate", [c.moves for c in self.coordinates])
+        self._check_known("reference of", [n for n, _ in self.reference], known | self._swings)
+        if not self.actuated:
+            raise RobotError(f"robot {self.name!r} has no actuated coordinate")
+
+    @property
+    def bodies(self) -> tuple[str, ...]:
+        """All bodies, the base first."""
+        return (self.base_frame, *(joint.link for joint in self.joints))
+
+    @cached_property
+    def joint_of(self) -> Mapping[str, Joint]:
+        """The tree joint that carries each body but the base."""
+        return {joint.link: joint for joint in self.joints}
+
+    @cached_property
+    def members(self) -> Mapping[str, Joint | Strut]:
+        """Joints that move and cylinders, by name: what a coordinate may move."""
+        joints = {joint.name: joint for joint in self.joints if joint.kind != "fixed"}
+        return joints | {strut.name: strut for strut in self.struts if strut.is_cylinder}
+
+    @property
+    def coordinates(self) -> tuple[Coordinate, ...]:
+        """The actuated coordinates: the order of ``q``."""
+        drives = {drive.name: drive for drive in self.drives}
+        found = []
+        for name in self.actuated:
+            drive = drives.get(name)
+            member = self.members[drive.joint if drive else name]
+            kind = "prismatic" if isinstance(member, Strut) else member.kind
+            if drive is None:
+                found.append(Coordinate(name, kind, member.limits, name))
+            else:
+                low, high = (None if v is None else v / drive.ratio for v in member.limits)
+                limits = (low, high) if drive.ratio.is_positive else (high, low)
+                found.append(Coordinate(name, "revolute", limits, drive.joint, drive.ratio))
+        return tuple(found)
+
+    @cached_property
+    def main_chain(self) -> Robot:
+        """The path from the base to the tool as a serial robot; its q is theta."""
+        joints: list[Joint] = []
+        body = self.tool_body
+        while body != self.base_frame:
+            joints.append(self.joint_of[body])
+            body = joints[-1].parent
+        return Robot(
+            name=self.name,
+            joints=tuple(replace(joint, parent="") for joint in joints[::-1]),
+            title=self.title,
+            source=self.source,
+            base=self.base,
+            tool=self.tool,
+            base_frame=self.base_frame,
+            tool_frame=self.tool_frame,
+            parameters=self.parameters,
+        )
+
+    @property
+    def passive(self) -> tuple[str, ...]:
+        """Names of the joints and swings that are neither actuated nor in the main chain."""
+        taken = {c.moves for c in self.coordinates}
+        taken |= {joint.name for joint in self.main_chain.moving}
+        joints = [joint.name for joint in self.joints if joint.kind != "fixed"]
+        swings = [strut.swing_name for strut in self.struts if strut.ends == "pin"]
+        cylinders = [strut.name for strut in self.struts if strut.is_cylinder]
+        return tuple(name for name in (*joints, *swings, *cylinders) if name not in taken)
+
+    @property
+    def link_names(self) -> tuple[str, ...]:
+        """Names of the main chain's links."""
+        return self.main_chain.link_names
+
+    @property
+    def _swings(self) -> set[str]:
+        return {strut.swing_name for strut in self.struts}
+
+    def reference_of(self, name: str) -> sp.Expr:
+        """The reference value of a coordinate, joint or swing."""
+        return dict(self.reference).get(name, sp.S.Zero)
+
+    def _check_bodies(self) -> None:
+        seen = {self.base_frame}
+        for joint in self.joints:
+            self._check_known(f"parent of joint {joint.name!r}", [joint.parent], seen)
+            seen.add(joint.link)
+        self._check_known("tool", [self.tool_body], seen)
+        for item in (*self.closures, *self.struts):
+            self._check_known(f"body of {item.name!r}", [item.a.body, item.b.body], seen)
+            if item.a.body == item.b.body:
+                raise RobotError(f"{item.name!r} holds body {item.a.body!r} to itself")
+
+    def _check_known(self, what: str, names: Sequence[str], known: set[str]) -> None:
+        for name in names:
+            if name not in known:
+                there = ", ".join(sorted(known))
+                raise RobotError(f"robot {self.name!r}: {what} {name!r} is none of {there}")
+
+    def _check_symbols(self) -> None:
+        known = {parameter.symbol for parameter in self.parameters}
+        placements = [
+            place.placement for c in (*self.closures, *self.struts) for place in (c.a, c.b)
+        ]
+        used = {symbol for placement in placements for symbol in symbols_of(placement)}
+        used |= {symbol for strut in self.struts for symbol in strut.length.free_symbols}
+        used |= {symbol for drive in self.drives for symbol in drive.ratio.free_symbols}
+        unknown = sorted(str(symbol) for symbol in used - known)
+        if unknown:
+            raise RobotError(f"robot {self.name!r} uses {', '.join(unknown)}, no parameter of it")

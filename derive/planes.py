@@ -1,0 +1,361 @@
+"""Planar loops of a mechanism: which joints move in one plane, and where their pins are in it.
+
+A loop is planar where all its revolute axes are parallel and all its sliders are perpendicular to
+them. Loops that share a joint are one *linkage*. Each body of a linkage gets axes of its own in the
+plane: the first of its frame's x, y, z axes that lies in the plane and the one to the left of it, seen
+against the plane's normal, which is the first revolute axis of the linkage.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import sympy as sp
+
+from .mechanism import Closure, Mechanism, Place, Strut
+from .phasors import ONE, REAL, ZERO, Complex
+from .poe import placement_matrix
+from .robot import Joint
+from .scope import Scope
+
+SMALL = sp.Float("1e-25")
+"""What counts as zero where directions are compared to 40 digits."""
+
+
+@dataclass(frozen=True)
+class Turn:
+    """Two bodies of a linkage that turn about a common point.
+
+    Attributes:
+        name: Of the joint, swing or closure.
+        a: The one body; b turns on it.
+        at_a: The point in a's axes.
+        b: The other body.
+        at_b: The point in b's axes.
+        rotor: b's axes in a's axes where the joint's value is zero, as a unit complex number.
+        sense: 1, or -1 where the joint counts against the plane's normal.
+    """
+
+    name: str
+    a: str
+    at_a: Complex
+    b: str
+    at_b: Complex
+    rotor: Complex = REAL
+    sense: int = 1
+
+
+@dataclass(frozen=True)
+class Slide:
+    """Two bodies of a linkage that slide along each other.
+
+    Attributes:
+        name: Of the joint, cylinder or closure.
+        a: The one body; b slides on it.
+        at_a: A point of the guide, in a's axes.
+        direction: The guide's direction in a's axes, of length 1.
+        b: The other body.
+        at_b: The point of b that is at ``at_a + value * direction``.
+        rotor: b's axes in a's axes.
+    """
+
+    name: str
+    a: str
+    at_a: Complex
+    direction: Complex
+    b: str
+    at_b: Complex
+    rotor: Complex = REAL
+
+
+@dataclass(frozen=True)
+class Weld:
+    """Two bodies of a linkage that are one: b's axes and origin in a's axes."""
+
+    name: str
+    a: str
+    at_a: Complex
+    b: str
+    rotor: Complex = REAL
+
+
+Edge = Turn | Slide | Weld
+
+
+@dataclass(frozen=True)
+class Linkage:
+    """The bodies and joints of planar loops that move together.
+
+    Attributes:
+        root: The body in whose axes the plane stands still.
+        bodies: All bodies, cylinders' barrels and rods included.
+        edges: Joints, swings and closures.
+        joints: Names of the tree's moving joints and of the cylinders in it.
+        closers: Names of the closures and struts that close its loops.
+        axes: The plane's x, y and normal in each body's frame.
+    """
+
+    root: str
+    bodies: tuple[str, ...]
+    edges: tuple[Edge, ...]
+    joints: tuple[str, ...]
+    closers: tuple[str, ...]
+    axes: Mapping[str, "Axes"]
+
+
+class Axes(NamedTuple):
+    """The plane's two axes and its normal in a body's frame."""
+
+    x: sp.Matrix
+    y: sp.Matrix
+    n: sp.Matrix
+
+
+class Loop(NamedTuple):
+    """A closure or strut, the body where its two branches meet, and the joints of both branches."""
+
+    closer: Closure | Strut
+    meeting: str
+    to_a: tuple[Joint, ...]
+    to_b: tuple[Joint, ...]
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """All joints of the loop that move."""
+        return tuple(joint for joint in (*self.to_a, *self.to_b) if joint.kind != "fixed")
+
+
+def loops(mechanism: Mechanism) -> list[Loop]:
+    """One loop for each closure and strut, in the order of the description."""
+    return [_loop(mechanism, closer) for closer in (*mechanism.closures, *mechanism.struts)]
+
+
+def _loop(mechanism: Mechanism, closer: Closure | Strut) -> Loop:
+    a, b = _way(mechanism, closer.a.body), _way(mechanism, closer.b.body)
+    shared = 0
+    while shared < min(len(a), len(b)) and a[shared] is b[shared]:
+        shared += 1
+    meeting = a[shared - 1].link if shared else mechanism.base_frame
+    return Loop(closer, meeting, tuple(a[shared:]), tuple(b[shared:]))
+
+
+def _way(mechanism: Mechanism, body: str) -> list[Joint]:
+    """The joints from the base to a body."""
+    way: list[Joint] = []
+    while body != mechanism.base_frame:
+        way.append(mechanism.joint_of[body])
+        body = way[-1].parent
+    return way[::-1]
+
+
+def linkages(mechanism: Mechanism, scope: Scope) -> tuple[list[Linkage], list[Loop]]:
+    """The planar linkages of a mechanism, and the loops that are not planar."""
+    planar: list[Loop] = []
+    spatial: list[Loop] = []
+    for loop in loops(mechanism):
+        (planar if _is_planar(loop, scope) else spatial).append(loop)
+    return [_linkage(mechanism, scope, group) for group in _sharing(planar)], spatial
+
+
+def _sharing(planar: Sequence[Loop]) -> list[list[Loop]]:
+    """Loops that share joints, together."""
+    groups: list[list[Loop]] = []
+    for loop in planar:
+        names = {joint.name for joint in loop.joints}
+        joined = [g for g in groups if any(names & {j.name for j in other.joints} for other in g)]
+        merged = [member for g in joined for member in g] + [loop]
+        groups = [g for g in groups if g not in joined] + [merged]
+    return groups
+
+
+# --- whether a loop is planar ---
+
+
+def _is_planar(loop: Loop, scope: Scope) -> bool:
+    turning: list[sp.Matrix] = []
+    sliding: list[sp.Matrix] = []
+    ends: list[sp.Matrix] = []
+    for way, place in ((loop.to_a, loop.closer.a), (loop.to_b, loop.closer.b)):
+        R, p = sp.eye(3), sp.zeros(3, 1)
+        for joint in way:
+            R, p = _onward(scope, R, p, joint.before)
+            if joint.kind in ("revolute", "helical"):
+                turning.append(R[:, 2])
+            elif joint.kind == "prismatic":
+                sliding.append(R[:, 2])
+            if joint.kind == "helical":
+                return False
+            R, p = _onward(scope, R, p, joint.after)
+        R, p = _onward(scope, R, p, place.placement)
+        ends.append(p)
+        if isinstance(loop.closer, Closure):
+            kind = loop.closer.kind
+            if kind == "pin":
+                turning.append(R[:, 2])
+            elif kind == "slider":
+                sliding.append(R[:, 2])
+    if not turning:
+        return False
+    n = turning[0]
+    height = n.dot(ends[1] - ends[0])
+    return (
+        all(_is_small(n.cross(other)) for other in turning)
+        and all(_is_small(sp.Matrix([n.dot(other)])) for other in sliding)
+        and abs(height) < SMALL
+    )
+
+
+def _onward(
+    scope: Scope, R: sp.Matrix, p: sp.Matrix, placement: Iterable[object]
+) -> tuple[sp.Matrix, sp.Matrix]:
+    """Orientation and origin, in numbers, after one more placement."""
+    M = placement_matrix(tuple(placement)).applyfunc(scope.value)  # type: ignore[arg-type]
+    return R * M[:3, :3], p + R * M[:3, 3]
+
+
+def _is_small(vector: sp.Matrix) -> bool:
+    return all(abs(entry) < SMALL for entry in vector)
+
+
+# --- the linkage's plane ---
+
+
+def _linkage(mechanism: Mechanism, scope: Scope, group: Sequence[Loop]) -> Linkage:
+    joints = {joint.name: joint for loop in group for joint in (*loop.to_a, *loop.to_b)}
+    order = [joint for joint in mechanism.joints if joint.name in joints]
+    root = next(joint.parent for joint in order if joint.parent not in {j.link for j in order})
+    plane = _Plane(scope, root, order)
+    edges: list[Edge] = [plane.edge(joint) for joint in order]
+    bodies = [root, *(joint.link for joint in order)]
+    for loop in group:
+        if isinstance(loop.closer, Closure):
+            edges.append(plane.closure(loop.closer))
+        else:
+            edges.extend(plane.strut(loop.closer))
+            bodies.append(loop.closer.name)
+            if loop.closer.is_cylinder:
+                bodies.append(piston(loop.closer))
+    moving = [joint.name for joint in order if joint.kind != "fixed"]
+    cylinders = [
+        loop.closer.name
+        for loop in group
+        if isinstance(loop.closer, Strut) and loop.closer.is_cylinder
+    ]
+    closers = tuple(loop.closer.name for loop in group)
+    return Linkage(root, tuple(bodies), tuple(edges), (*moving, *cylinders), closers, plane.axes)
+
+
+def piston(cylinder: Strut) -> str:
+    """Name of the moving half of a cylinder as a body of its linkage."""
+    return f"{cylinder.name}.piston"
+
+
+class _Plane:
+    """The plane's axes in every body's frame, and everything written in them."""
+
+    def __init__(self, scope: Scope, root: str, order: Sequence[Joint]) -> None:
+        self.scope = scope
+        self.axes: dict[str, Axes] = {}
+        # The normal is known in the frame of the first revolute joint, and from there everywhere.
+        first = next(joint for joint in order if joint.kind == "revolute")
+        n = _tidied(scope, self._normal_at_root(first, order))
+        self.axes[root] = self._chosen(n)
+        for joint in order:
+            R = _rotation(joint.before) * _rotation(joint.after)
+            normal = _tidied(scope, R.T * self.axes[joint.parent].n)
+            self.axes[joint.link] = self._chosen(normal)
+
+    def _normal_at_root(self, first: Joint, order: Sequence[Joint]) -> sp.Matrix:
+        """The joint's axis in the root's frame; joints before it do not turn."""
+        n = _rotation(first.before)[:, 2]
+        by_link = {joint.link: joint for joint in order}
+        body = first.parent
+        while body in by_link:
+            joint = by_link[body]
+            n = _rotation(joint.before) * _rotation(joint.after) * n
+            body = joint.parent
+        return n
+
+    def _chosen(self, n: sp.Matrix) -> Axes:
+        for k in range(3):
+            if abs(self.scope.value(n[k])) < SMALL:
+                x = sp.eye(3)[:, k]
+                return Axes(x, _tidied(self.scope, n.cross(x)), n)
+        x = n.cross(sp.Matrix([0, 0, 1]))
+        x = x / sp.sqrt(x.dot(x))
+        return Axes(x, _tidied(self.scope, n.cross(x)), n)
+
+    def point(self, body: str, position: sp.Matrix) -> Complex:
+        """A point or direction of a body's frame in the body's axes of the plane."""
+        axes = self.axes[body]
+        x, y = _tidied(self.scope, sp.Matrix([axes.x.dot(position), axes.y.dot(position)]))
+        return x, y
+
+    def edge(self, joint: Joint) -> Edge:
+        """A joint of the tree."""
+        before, after = placement_matrix(joint.before), placement_matrix(joint.after)
+        R, p = after[:3, :3], after[:3, 3]
+        a, b = joint.parent, joint.link
+        rotor = self.point(a, before[:3, :3] * R * self.axes[b].x)
+        at_a, at_b = self.point(a, before[:3, 3]), self.point(b, -R.T * p)
+        axis = before[:3, 2] * joint.direction
+        if joint.kind == "fixed":
+            origin = self.point(a, before[:3, 3] + before[:3, :3] * p)
+            return Weld(joint.name, a, origin, b, rotor)
+        if joint.kind == "prismatic":
+            return Slide(joint.name, a, at_a, self.point(a, axis), b, at_b, rotor)
+        sense = 1 if self.scope.value(axis.dot(self.axes[a].n)) > 0 else -1
+        return Turn(joint.name, a, at_a, b, at_b, rotor, sense)
+
+    def closure(self, closure: Closure) -> Edge:
+        """A closure between two bodies."""
+        (a, M), (b, N) = self._placed(closure.a), self._placed(closure.b)
+        at_a, at_b = self.point(a, M[:3, 3]), self.point(b, N[:3, 3])
+        rotor = self.point(a, M[:3, :3] * N[:3, :3].T * self.axes[b].x)
+        if closure.kind == "weld":
+            p = M[:3, 3] - M[:3, :3] * N[:3, :3].T * N[:3, 3]
+            return Weld(closure.name, a, self.point(a, p), b, rotor)
+        if closure.kind == "slider":
+            return Slide(closure.name, a, at_a, self.point(a, M[:3, 2]), b, at_b, rotor)
+        return Turn(closure.name, a, at_a, b, at_b)
+
+    def strut(self, strut: Strut) -> list[Edge]:
+        """A rod as a body with two pins, a cylinder as two bodies that slide."""
+        (a, M), (b, N) = self._placed(strut.a), self._placed(strut.b)
+        barrel = strut.name
+        swing = Turn(strut.swing_name, a, self.point(a, M[:3, 3]), barrel, (ZERO, ZERO))
+        far = self.point(b, N[:3, 3])
+        end: Complex = (strut.length, ZERO)
+        if not strut.is_cylinder:
+            return [swing, Turn(f"{strut.name}.end", barrel, end, b, far)]
+        moving = piston(strut)
+        return [
+            swing,
+            Slide(strut.name, barrel, end, (ONE, ZERO), moving, (ZERO, ZERO)),
+            Turn(f"{strut.name}.end", moving, (ZERO, ZERO), b, far),
+        ]
+
+    def _placed(self, place: Place) -> tuple[str, sp.Matrix]:
+        return place.body, placement_matrix(place.placement)
+
+
+def _rotation(placement: Iterable[object]) -> sp.Matrix:
+    return placement_matrix(tuple(placement))[:3, :3]  # type: ignore[arg-type]
+
+
+def _tidied(scope: Scope, vector: sp.Matrix) -> sp.Matrix:
+    """A vector whose entries that are 0, 1 or -1 to 25 digits are so exactly.
+
+    Entries that depend on parameters are never judged so.
+    """
+    return vector.applyfunc(lambda entry: _integer(scope, sp.expand(entry)))
+
+
+def _integer(scope: Scope, entry: sp.Expr) -> sp.Expr:
+    if entry.is_Rational or entry.free_symbols:
+        return entry
+    value = scope.value(entry)
+    for integer in (0, 1, -1):
+        if abs(value - integer) < SMALL:
+            return sp.Integer(integer)
+    return entry
