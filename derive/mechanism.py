@@ -1,8 +1,9 @@
 """A robot with loops as plain data: a tree of joints, closures, struts and drives.
 
-Bodies are named by the joints that carry them; the base is a body too. The joints form a tree; every
-closure and every strut between two bodies closes a loop. The main chain is the path of joints from
-the base to the body that carries the tool: a serial robot, whose coordinates the loops determine.
+Bodies are named by the joints that carry them; the base is a body too. The joints form a tree;
+every closure and every strut between two bodies closes a loop. The main chain is the path of joints
+from the base to the body that carries the tool: a serial robot, whose coordinates the loops
+determine.
 """
 
 from collections.abc import Mapping, Sequence
@@ -189,8 +190,8 @@ class Mechanism:
         check_name("robot", self.name)
         if not self.tool_body:
             object.__setattr__(self, "tool_body", self.joints[-1].link)
-        named = [*self.joints, *self.closures, *self.struts, *self.drives]
-        check_unique("joint", [item.name for item in named])
+        names = [joint.name for joint in self.joints] + [drive.name for drive in self.drives]
+        check_unique("joint", [*names, *(closer.name for closer in self.closers)])
         check_unique("body", [self.base_frame, *(joint.link for joint in self.joints)])
         check_unique("parameter", [parameter.name for parameter in self.parameters])
         self._check_bodies()
@@ -202,6 +203,11 @@ class Mechanism:
         self._check_known("reference of", [n for n, _ in self.reference], known | self._swings)
         if not self.actuated:
             raise RobotError(f"robot {self.name!r} has no actuated coordinate")
+
+    @property
+    def closers(self) -> tuple[Closure | Strut, ...]:
+        """What closes the loops, one each."""
+        return (*self.closures, *self.struts)
 
     @property
     def bodies(self) -> tuple[str, ...]:
@@ -285,7 +291,7 @@ class Mechanism:
             self._check_known(f"parent of joint {joint.name!r}", [joint.parent], seen)
             seen.add(joint.link)
         self._check_known("tool", [self.tool_body], seen)
-        for item in (*self.closures, *self.struts):
+        for item in self.closers:
             self._check_known(f"body of {item.name!r}", [item.a.body, item.b.body], seen)
             if item.a.body == item.b.body:
                 raise RobotError(f"{item.name!r} holds body {item.a.body!r} to itself")
@@ -298,9 +304,7 @@ class Mechanism:
 
     def _check_symbols(self) -> None:
         known = {parameter.symbol for parameter in self.parameters}
-        placements = [
-            place.placement for c in (*self.closures, *self.struts) for place in (c.a, c.b)
-        ]
+        placements = [place.placement for c in self.closers for place in (c.a, c.b)]
         used = {symbol for placement in placements for symbol in symbols_of(placement)}
         used |= {symbol for strut in self.struts for symbol in strut.length.free_symbols}
         used |= {symbol for drive in self.drives for symbol in drive.ratio.free_symbols}

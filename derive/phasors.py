@@ -4,8 +4,8 @@ A point of a planar mechanism is a sum of complex vectors, each of which turns w
 
     p = sum_k c_k exp(i psi_k)
 
-Angles psi are linear in coordinates and in the angles of solved links, and the vectors c_k are exact
-(re, im) pairs of numbers, parameters and lengths that are coordinates. That a parallelogram
+Angles psi are linear in coordinates and in the angles of solved links, and the vectors c_k are
+exact (re, im) pairs of numbers, parameters and lengths that are coordinates. That a parallelogram
 only translates shows here, because sums of angles and of vectors cancel exactly.
 """
 

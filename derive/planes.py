@@ -2,8 +2,8 @@
 
 A loop is planar where all its revolute axes are parallel and all its sliders are perpendicular to
 them. Loops that share a joint are one *linkage*. Each body of a linkage gets axes of its own in the
-plane: the first of its frame's x, y, z axes that lies in the plane and the one to the left of it, seen
-against the plane's normal, which is the first revolute axis of the linkage.
+plane: the first of its frame's x, y, z axes that lies in the plane and the one to the left of it,
+seen against the plane's normal, which is the first revolute axis of the linkage.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -127,7 +127,7 @@ class Loop(NamedTuple):
 
 def loops(mechanism: Mechanism) -> list[Loop]:
     """One loop for each closure and strut, in the order of the description."""
-    return [_loop(mechanism, closer) for closer in (*mechanism.closures, *mechanism.struts)]
+    return [_loop(mechanism, closer) for closer in mechanism.closers]
 
 
 def _loop(mechanism: Mechanism, closer: Closure | Strut) -> Loop:
