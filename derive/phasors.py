@@ -14,6 +14,7 @@ from dataclasses import dataclass, field
 
 import sympy as sp
 
+from .exact import is_zero as constant_is_zero
 from .scope import Scope
 
 Complex = tuple[sp.Expr, sp.Expr]
@@ -126,7 +127,7 @@ def is_zero(expression: sp.Expr) -> bool:
     if expression.is_zero or expression == 0:
         return True
     if not expression.free_symbols:
-        return bool(expression.equals(0))
+        return constant_is_zero(expression)
     return bool(sp.cancel(sp.expand(expression)) == 0)
 
 
