@@ -12,12 +12,15 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .casadi_file import casadi_function as casadi_function
+    from .derivation import Derivation as Derivation
+    from .derivation import derive as derive
     from .description import DescriptionError as DescriptionError
     from .description import load as load
     from .description import loads as loads
     from .errors import RobotError as RobotError
     from .generate import artifacts as artifacts
     from .generate import write as write
+    from .kinematics import FUNCTIONS as FUNCTIONS
     from .poe import to_poe as to_poe
     from .robot import Joint as Joint
     from .robot import Mimic as Mimic
@@ -25,9 +28,6 @@ if TYPE_CHECKING:
     from .robot import Robot as Robot
     from .robot import Rotation as Rotation
     from .robot import Translation as Translation
-    from .serial import FUNCTIONS as FUNCTIONS
-    from .serial import Derivation as Derivation
-    from .serial import derive as derive
     from .urdf import from_urdf as from_urdf
 
 NOT_INSTALLED = "the compiler is not installed: pip install 'chasles[derive]'"
@@ -45,7 +45,8 @@ _ROOMS = {
         "Rotation",
         "Translation",
     ),
-    "serial": ("FUNCTIONS", "Derivation", "derive"),
+    "derivation": ("Derivation", "derive"),
+    "kinematics": ("FUNCTIONS",),
     "urdf": ("from_urdf",),
 }
 _ROOM_OF = {name: room for room, names in _ROOMS.items() for name in names}

@@ -98,6 +98,11 @@ class Step:
     branch: str = ""
     sign: int = 0
 
+    @property
+    def name(self) -> str:
+        """Names of its joints, without the far ends of struts."""
+        return ", ".join(name for name in self.joints if "." not in name)
+
 
 @dataclass(frozen=True)
 class Assembly:

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import casadi as ca
 
+from .derivation import Derivation
 from .lower import whole
-from .serial import Derivation
 
 
 def serialized(derivation: Derivation) -> str:

@@ -248,7 +248,9 @@ class _Builder:
 
     def joint(self, joint: int, value: sp.Expr, pitch: sp.Expr) -> None:
         """A turning joint: its angle joins those before it in the group."""
-        self.turned = self.scope.let(self.turned + self.sign * value)
+        turned = self.turned + self.sign * value
+        # Sums of solved angles stay open: what a loop makes cancel must be seen to cancel.
+        self.turned = sp.expand(turned) if self.scope.solved else self.scope.let(turned)
         self.stations.append(Station(joint, self.sign, pitch, self._angle()))
 
     def stretch(self, stretch: _Stretch) -> None:

@@ -6,16 +6,17 @@ from pathlib import Path
 
 from . import batch_code, c_code, latex, python_package
 from .casadi_file import serialized
+from .derivation import derive
 from .lower import lower
 from .manifest import manifest
+from .mechanism import Mechanism
 from .robot import Robot
-from .serial import FUNCTIONS, derive
 from .statements import bodies
 
 MANIFEST = "manifest.json"
 
 
-def artifacts(robot: Robot, functions: Sequence[str] = FUNCTIONS) -> dict[str, str]:
+def artifacts(robot: Robot | Mechanism, functions: Sequence[str] | None = None) -> dict[str, str]:
     """Every generated file of a robot: its path inside the robot's folder, and its text.
 
     Args:
@@ -43,7 +44,7 @@ def artifacts(robot: Robot, functions: Sequence[str] = FUNCTIONS) -> dict[str, s
     return dict(sorted(files.items()))
 
 
-def write(robot: Robot, folder: str | Path, functions: Sequence[str] = FUNCTIONS) -> list[Path]:
+def write(robot: Robot, folder: str | Path, functions: Sequence[str] | None = None) -> list[Path]:
     """Derives a robot and writes its folder, to be loaded by ``chasles.load(folder)``.
 
     Files that an earlier run left and this one does not make are removed; other files stay.

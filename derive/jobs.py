@@ -13,7 +13,6 @@ from .errors import RobotError
 from .freshness import Job, stamp
 from .generate import MANIFEST, artifacts, generated_files, put
 from .robot import Robot
-from .serial import FUNCTIONS
 from .urdf import from_urdf
 
 
@@ -90,7 +89,7 @@ def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
 def _derive(job: Job) -> Report:
     started = time.perf_counter()
     robot = read(job)
-    files = artifacts(robot, job.functions or FUNCTIONS)
+    files = artifacts(robot, job.functions or None)
     folder = job.to / robot.name
     put(files, folder)
     stamp(job, folder)
@@ -100,7 +99,7 @@ def _derive(job: Job) -> Report:
 
 def _compare(job: Job) -> Report:
     robot = read(job)
-    files = artifacts(robot, job.functions or FUNCTIONS)
+    files = artifacts(robot, job.functions or None)
     folder = job.to / robot.name
     differing = [name for name, text in files.items() if _text(folder / name) != text]
     differing += sorted(generated_files(folder) - files.keys())

@@ -99,6 +99,12 @@ class Scope:
         """Whether an angle contains one that a loop's solution gives."""
         return not self.solved.keys().isdisjoint(angle.free_symbols)
 
+    def spelled(self, expression: sp.Expr) -> sp.Expr:
+        """An expression with its named constants written out in numbers and parameters."""
+        while not self.constants.keys().isdisjoint(expression.free_symbols):
+            expression = expression.xreplace(self.constants)
+        return expression
+
     def needed(self, expressions: Iterable[sp.Expr]) -> list[sp.Symbol]:
         """The terms that expressions rest on, in the order of their definition."""
         found: set[sp.Symbol] = set()

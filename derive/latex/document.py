@@ -2,7 +2,7 @@ r"""The article of a robot, and the fragments that it reads in."""
 
 from collections.abc import Callable, Mapping
 
-from ..serial import Derivation
+from ..derivation import Derivation
 from .functions import forward_kinematics, jacobians
 from .geometry import link_transforms, screws
 from .given import parameters, symbols

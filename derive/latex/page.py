@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..serial import Derivation
+from ..derivation import Derivation
 from . import transforms
 from .layout import Display, matrix, matrix_width
 from .names import frame

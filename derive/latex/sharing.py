@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..serial import Derivation, derive
+from ..derivation import Derivation, derive
 from .notation import Notation
 from .printer import Printer
 from .widths import LINE, width
