@@ -6,7 +6,7 @@ plane: the first of its frame's x, y, z axes that lies in the plane and the one 
 seen against the plane's normal, which is the first revolute axis of the linkage.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -15,7 +15,7 @@ import sympy as sp
 from .mechanism import Closure, Mechanism, Place, Strut
 from .phasors import ONE, REAL, ZERO, Complex
 from .poe import placement_matrix
-from .robot import Joint
+from .robot import Joint, Placement
 from .scope import Scope
 
 SMALL = sp.Float("1e-25")
@@ -150,66 +150,105 @@ def _way(mechanism: Mechanism, body: str) -> list[Joint]:
 
 def linkages(mechanism: Mechanism, scope: Scope) -> tuple[list[Linkage], list[Loop]]:
     """The planar linkages of a mechanism, and the loops that are not planar."""
-    planar: list[Loop] = []
+    planar: list[_PlanarLoop] = []
     spatial: list[Loop] = []
     for loop in loops(mechanism):
-        (planar if _is_planar(loop, scope) else spatial).append(loop)
+        normal = _normal(mechanism, loop, scope)
+        if normal is None:
+            spatial.append(loop)
+        else:
+            planar.append(_PlanarLoop(loop, normal))
     return [_linkage(mechanism, scope, group) for group in _sharing(planar)], spatial
 
 
-def _sharing(planar: Sequence[Loop]) -> list[list[Loop]]:
-    """Loops that share joints, together."""
-    groups: list[list[Loop]] = []
+class _PlanarLoop(NamedTuple):
+    """A planar loop and its plane's normal in the base body's frame, in numbers."""
+
+    loop: Loop
+    normal: sp.Matrix
+
+    def shares_with(self, other: "_PlanarLoop") -> bool:
+        """Whether the loops share a joint and a plane; a slider alone can lie in two planes."""
+        names = {joint.name for joint in self.loop.joints}
+        shared = any(joint.name in names for joint in other.loop.joints)
+        return shared and _is_small(self.normal.cross(other.normal))
+
+
+def _sharing(planar: Sequence[_PlanarLoop]) -> list[list[Loop]]:
+    """Loops that share joints, together, in the order of the description."""
+    groups: list[list[_PlanarLoop]] = []
     for loop in planar:
-        names = {joint.name for joint in loop.joints}
-        joined = [g for g in groups if any(names & {j.name for j in other.joints} for other in g)]
-        merged = [member for g in joined for member in g] + [loop]
-        groups = [g for g in groups if g not in joined] + [merged]
-    return groups
+        joined = [group for group in groups if any(loop.shares_with(other) for other in group)]
+        merged = [member for group in joined for member in group] + [loop]
+        groups = [group for group in groups if group not in joined] + [merged]
+    return [[member.loop for member in planar if member in group] for group in groups]
 
 
 # --- whether a loop is planar ---
 
 
-def _is_planar(loop: Loop, scope: Scope) -> bool:
-    turning: list[sp.Matrix] = []
-    sliding: list[sp.Matrix] = []
-    ends: list[sp.Matrix] = []
-    for way, place in ((loop.to_a, loop.closer.a), (loop.to_b, loop.closer.b)):
+class _Branch:
+    """The way from the base to one side of a loop: axes in numbers where every joint is at zero."""
+
+    def __init__(self, mechanism: Mechanism, scope: Scope, place: Place, way: list[Joint]) -> None:
+        self.turning: list[sp.Matrix] = []
+        self.sliding: list[sp.Matrix] = []
+        self.is_helical = False
         R, p = sp.eye(3), sp.zeros(3, 1)
-        for joint in way:
+        for joint in _way(mechanism, place.body):
             R, p = _onward(scope, R, p, joint.before)
-            if joint.kind in ("revolute", "helical"):
-                turning.append(R[:, 2])
-            elif joint.kind == "prismatic":
-                sliding.append(R[:, 2])
-            if joint.kind == "helical":
-                return False
+            if joint in way:
+                self._pass(joint, R[:, 2])
             R, p = _onward(scope, R, p, joint.after)
-        R, p = _onward(scope, R, p, place.placement)
-        ends.append(p)
-        if isinstance(loop.closer, Closure):
-            kind = loop.closer.kind
-            if kind == "pin":
-                turning.append(R[:, 2])
-            elif kind == "slider":
-                sliding.append(R[:, 2])
-    if not turning:
-        return False
-    n = turning[0]
-    height = n.dot(ends[1] - ends[0])
-    return (
-        all(_is_small(n.cross(other)) for other in turning)
-        and all(_is_small(sp.Matrix([n.dot(other)])) for other in sliding)
-        and abs(height) < SMALL
+        self.R, self.p = _onward(scope, R, p, place.placement)
+
+    def _pass(self, joint: Joint, axis: sp.Matrix) -> None:
+        self.is_helical |= joint.kind == "helical"
+        if joint.kind in ("revolute", "helical"):
+            self.turning.append(axis)
+        elif joint.kind == "prismatic":
+            self.sliding.append(axis)
+
+
+def _normal(mechanism: Mechanism, loop: Loop, scope: Scope) -> sp.Matrix | None:
+    """The normal of a loop's plane in the base body's frame, in numbers; None if it has none."""
+    closer = loop.closer
+    a = _Branch(mechanism, scope, closer.a, list(loop.to_a))
+    b = _Branch(mechanism, scope, closer.b, list(loop.to_b))
+    turning, sliding = [*a.turning, *b.turning], [*a.sliding, *b.sliding]
+    kind = closer.kind if isinstance(closer, Closure) else "ball"
+    if kind == "pin":
+        turning += [a.R[:, 2], b.R[:, 2]]
+    elif kind == "slider":
+        sliding += [a.R[:, 2], b.R[:, 2]]
+    n = turning[0] if turning else _across(sliding)
+    if n is None or a.is_helical or b.is_helical:
+        return None
+    # What keeps the two frames from turning must hold the plane's normal where it is.
+    kept = kind not in ("slider", "weld") or _is_small(a.R.T * n - b.R.T * n)
+    is_planar = (
+        kept
+        and all(_is_small(n.cross(other)) for other in turning)
+        and all(abs(n.dot(other)) < SMALL for other in sliding)
+        and abs(n.dot(b.p - a.p)) < SMALL
     )
+    return n if is_planar else None
+
+
+def _across(sliding: Sequence[sp.Matrix]) -> sp.Matrix | None:
+    """The normal of the plane of two sliders; None where all are parallel."""
+    for other in sliding[1:]:
+        n = sliding[0].cross(other)
+        if not _is_small(n):
+            return n / sp.sqrt(n.dot(n))
+    return None
 
 
 def _onward(
-    scope: Scope, R: sp.Matrix, p: sp.Matrix, placement: Iterable[object]
+    scope: Scope, R: sp.Matrix, p: sp.Matrix, placement: Placement
 ) -> tuple[sp.Matrix, sp.Matrix]:
     """Orientation and origin, in numbers, after one more placement."""
-    M = placement_matrix(tuple(placement)).applyfunc(scope.value)  # type: ignore[arg-type]
+    M = placement_matrix(placement).applyfunc(scope.value)
     return R * M[:3, :3], p + R * M[:3, 3]
 
 
@@ -224,7 +263,7 @@ def _linkage(mechanism: Mechanism, scope: Scope, group: Sequence[Loop]) -> Linka
     joints = {joint.name: joint for loop in group for joint in (*loop.to_a, *loop.to_b)}
     order = [joint for joint in mechanism.joints if joint.name in joints]
     root = next(joint.parent for joint in order if joint.parent not in {j.link for j in order})
-    plane = _Plane(scope, root, order)
+    plane = _Plane(scope, root, order, group)
     edges: list[Edge] = [plane.edge(joint) for joint in order]
     bodies = [root, *(joint.link for joint in order)]
     for loop in group:
@@ -253,42 +292,63 @@ def piston(cylinder: Strut) -> str:
 class _Plane:
     """The plane's axes in every body's frame, and everything written in them."""
 
-    def __init__(self, scope: Scope, root: str, order: Sequence[Joint]) -> None:
+    def __init__(
+        self, scope: Scope, root: str, order: Sequence[Joint], group: Sequence[Loop]
+    ) -> None:
         self.scope = scope
         self.axes: dict[str, Axes] = {}
-        # The normal is known in the frame of the first revolute joint, and from there everywhere.
-        first = next(joint for joint in order if joint.kind == "revolute")
-        n = _tidied(scope, self._normal_at_root(first, order))
-        self.axes[root] = self._chosen(n)
+        self.axes[root] = self._chosen(tidied(scope, self._normal_at_root(order, group)))
         for joint in order:
             R = _rotation(joint.before) * _rotation(joint.after)
-            normal = _tidied(scope, R.T * self.axes[joint.parent].n)
+            normal = tidied(scope, R.T * self.axes[joint.parent].n)
             self.axes[joint.link] = self._chosen(normal)
 
-    def _normal_at_root(self, first: Joint, order: Sequence[Joint]) -> sp.Matrix:
-        """The joint's axis in the root's frame; joints before it do not turn."""
-        n = _rotation(first.before)[:, 2]
+    def _normal_at_root(self, order: Sequence[Joint], group: Sequence[Loop]) -> sp.Matrix:
+        """The first turning axis, or what is perpendicular to the sliders where nothing turns."""
+        for joint in order:
+            if joint.kind == "revolute":
+                return self._at_root(joint.parent, _rotation(joint.before)[:, 2], order)
+        closures = [loop.closer for loop in group if isinstance(loop.closer, Closure)]
+        for closure in closures:
+            if closure.kind == "pin":
+                return self._at_root(closure.a.body, _axis(closure.a), order)
+        sliding = [
+            self._at_root(joint.parent, _rotation(joint.before)[:, 2], order)
+            for joint in order
+            if joint.kind == "prismatic"
+        ]
+        sliding += [
+            self._at_root(closure.a.body, _axis(closure.a), order)
+            for closure in closures
+            if closure.kind == "slider"
+        ]
+        first = sliding[0]
+        across = (first.cross(other) for other in sliding[1:])
+        n = next(n for n in across if not _is_small(n.applyfunc(self.scope.value)))
+        return n / sp.sqrt(n.dot(n))
+
+    def _at_root(self, body: str, direction: sp.Matrix, order: Sequence[Joint]) -> sp.Matrix:
+        """A direction of a body's frame in the root's frame where every joint is at zero."""
         by_link = {joint.link: joint for joint in order}
-        body = first.parent
         while body in by_link:
             joint = by_link[body]
-            n = _rotation(joint.before) * _rotation(joint.after) * n
+            direction = _rotation(joint.before) * _rotation(joint.after) * direction
             body = joint.parent
-        return n
+        return direction
 
     def _chosen(self, n: sp.Matrix) -> Axes:
         for k in range(3):
-            if abs(self.scope.value(n[k])) < SMALL:
+            if not n[k].free_symbols and abs(self.scope.value(n[k])) < SMALL:
                 x = sp.eye(3)[:, k]
-                return Axes(x, _tidied(self.scope, n.cross(x)), n)
+                return Axes(x, tidied(self.scope, n.cross(x)), n)
         x = n.cross(sp.Matrix([0, 0, 1]))
         x = x / sp.sqrt(x.dot(x))
-        return Axes(x, _tidied(self.scope, n.cross(x)), n)
+        return Axes(x, tidied(self.scope, n.cross(x)), n)
 
     def point(self, body: str, position: sp.Matrix) -> Complex:
         """A point or direction of a body's frame in the body's axes of the plane."""
         axes = self.axes[body]
-        x, y = _tidied(self.scope, sp.Matrix([axes.x.dot(position), axes.y.dot(position)]))
+        x, y = tidied(self.scope, sp.Matrix([axes.x.dot(position), axes.y.dot(position)]))
         return x, y
 
     def edge(self, joint: Joint) -> Edge:
@@ -339,11 +399,16 @@ class _Plane:
         return place.body, placement_matrix(place.placement)
 
 
-def _rotation(placement: Iterable[object]) -> sp.Matrix:
-    return placement_matrix(tuple(placement))[:3, :3]  # type: ignore[arg-type]
+def _rotation(placement: Placement) -> sp.Matrix:
+    return placement_matrix(placement)[:3, :3]
 
 
-def _tidied(scope: Scope, vector: sp.Matrix) -> sp.Matrix:
+def _axis(place: Place) -> sp.Matrix:
+    """The z axis of a place in its body's frame."""
+    return _rotation(place.placement)[:, 2]
+
+
+def tidied(scope: Scope, vector: sp.Matrix) -> sp.Matrix:
     """A vector whose entries that are 0, 1 or -1 to 25 digits are so exactly.
 
     Entries that depend on parameters are never judged so.
