@@ -31,7 +31,7 @@ from .dyads import (
 from .errors import RobotError
 from .motion import LoopRate
 from .phasors import REAL, ZERO, Complex, PhasorSum, conjugate, dot, is_zero, product, quotient
-from .planes import Edge, Linkage, Slide, Turn, Weld, tidied
+from .planes import Edge, Linkage, Slide, Turn, Weld, tidied_entry
 from .reference import AtReference, wrapped
 from .scope import Scope
 
@@ -582,7 +582,7 @@ class _Solver:
         return id(self.cluster(body))
 
     def _tidy(self, rotor: Complex) -> Complex:
-        return tidied(self.scope, rotor[0]), tidied(self.scope, rotor[1])
+        return tidied_entry(self.scope, rotor[0]), tidied_entry(self.scope, rotor[1])
 
 
 @dataclass(frozen=True)

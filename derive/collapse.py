@@ -37,10 +37,10 @@ def collapsed(
     translations: list[sp.Expr] = []
     found = []
     for group in groups:
-        shorter = _collapsed(scope, group, relations, count, translations)
-        while shorter is not group:
-            group, shorter = shorter, _collapsed(scope, shorter, relations, count, translations)
-        found.append(group)
+        before, after = None, group
+        while after is not before:
+            before, after = after, _collapsed(scope, after, relations, count, translations)
+        found.append(after)
     return tuple(found), tuple(translations)
 
 

@@ -413,10 +413,10 @@ def tidied(scope: Scope, vector: sp.Matrix) -> sp.Matrix:
 
     Entries that depend on parameters are never judged so.
     """
-    return vector.applyfunc(lambda entry: tidied(scope, sp.expand(entry)))
+    return vector.applyfunc(lambda entry: tidied_entry(scope, sp.expand(entry)))
 
 
-def tidied(scope: Scope, entry: sp.Expr) -> sp.Expr:
+def tidied_entry(scope: Scope, entry: sp.Expr) -> sp.Expr:
     """A number that is 0, 1 or -1 to 25 digits as that integer, all else as it is."""
     if entry.is_Rational or entry.free_symbols:
         return entry
