@@ -12,6 +12,7 @@ from .description import load
 from .errors import RobotError
 from .freshness import Job, stamp
 from .generate import MANIFEST, artifacts, generated_files, put
+from .mechanism import Mechanism
 from .robot import Robot
 from .urdf import from_urdf
 
@@ -34,7 +35,10 @@ def read(job: Job) -> Robot:
         return from_urdf(job.file, job.base, job.tip)
     if job.base or job.tip:
         raise RobotError(f"{job.file}: --base and --tip choose links of a URDF, which this is not")
-    return load(job.file)
+    robot = load(job.file)
+    if isinstance(robot, Mechanism):
+        raise RobotError(f"{job.file}: expected a serial robot; loops are read, not yet derived")
+    return robot
 
 
 def problems(jobs: Sequence[Job]) -> list[str]:

@@ -191,7 +191,8 @@ class Mechanism:
         if not self.tool_body:
             object.__setattr__(self, "tool_body", self.joints[-1].link)
         names = [joint.name for joint in self.joints] + [drive.name for drive in self.drives]
-        check_unique("joint", [*names, *(closer.name for closer in self.closers)])
+        swings = [strut.swing_name for strut in self.struts if strut.ends == "pin"]
+        check_unique("joint", [*names, *swings, *(closer.name for closer in self.closers)])
         check_unique("body", [self.base_frame, *(joint.link for joint in self.joints)])
         check_unique("parameter", [parameter.name for parameter in self.parameters])
         self._check_bodies()
@@ -237,8 +238,9 @@ class Mechanism:
             if drive is None:
                 found.append(Coordinate(name, kind, member.limits, name))
             else:
-                low, high = (None if v is None else v / drive.ratio for v in member.limits)
-                limits = (low, high) if drive.ratio.is_positive else (high, low)
+                ratio = drive.ratio.xreplace({p.symbol: p.value for p in self.parameters})
+                low, high = (None if v is None else v / ratio for v in member.limits)
+                limits = (low, high) if ratio > 0 else (high, low)
                 found.append(Coordinate(name, "revolute", limits, drive.joint, drive.ratio))
         return tuple(found)
 

@@ -14,10 +14,10 @@ import sympy as sp
 from lxml import etree
 
 from . import conventions
-from .description import DescriptionError, read_text
 from .errors import RobotError
 from .exact import NotExact, read, snap_angle
 from .robot import Joint, JointKind, Mimic, Robot
+from .toml_file import DescriptionError, read_text
 
 Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
 ROOT = "robot"
