@@ -10,7 +10,7 @@ from collections.abc import Sequence
 
 from .c_code import notice, support
 from .function import SymbolicFunction
-from .robot import Robot
+from .mechanism import Described
 from .statements import ELEMENTARY, Body, Compute, Store
 
 SUPPORT = "chasles_lanes.h"
@@ -36,7 +36,7 @@ _SETS = (
 
 
 def files(
-    robot: Robot, functions: Sequence[SymbolicFunction], bodies: Sequence[Body]
+    robot: Described, functions: Sequence[SymbolicFunction], bodies: Sequence[Body]
 ) -> dict[str, str]:
     """Header, source, lanes and support of a robot's batches, by file name."""
     pairs = list(zip(functions, bodies, strict=True))
@@ -58,7 +58,7 @@ def has_lanes(function: SymbolicFunction) -> bool:
     )
 
 
-def _header(robot: Robot, functions: Sequence[SymbolicFunction]) -> str:
+def _header(robot: Described, functions: Sequence[SymbolicFunction]) -> str:
     guard = f"CHASLES_{robot.name.upper()}_BATCH_H"
     declarations = "\n".join(f"{_signature(robot, function)};" for function in functions)
     return f"""\
@@ -86,7 +86,7 @@ extern "C" {{
 
 
 def _source(
-    robot: Robot, functions: Sequence[SymbolicFunction], vector: Sequence[SymbolicFunction]
+    robot: Described, functions: Sequence[SymbolicFunction], vector: Sequence[SymbolicFunction]
 ) -> str:
     included = "\n\n".join(
         f"#if CHASLES_SET_{name.upper()}\n#define CHASLES_ISA {number}\n"
@@ -139,7 +139,7 @@ extern "C" {{
 {definitions}"""
 
 
-def _definition(robot: Robot, function: SymbolicFunction, vector: bool) -> str:
+def _definition(robot: Described, function: SymbolicFunction, vector: bool) -> str:
     name = f"{robot.name}_{function.name}"
     sizes_in, sizes_out = _sizes(function)
     pointers = [f"inputs[{i}] + k * input_steps[{i}]" for i in range(len(sizes_in))]
@@ -185,13 +185,13 @@ def _sizes(function: SymbolicFunction) -> tuple[list[int], list[int]]:
     return [argument.size for argument in function.inputs], [r.size for r in function.outputs]
 
 
-def _signature(robot: Robot, function: SymbolicFunction) -> str:
+def _signature(robot: Described, function: SymbolicFunction) -> str:
     inputs = [f"const double *{argument.name}" for argument in function.inputs]
     outputs = [f"double *{result.name}" for result in function.outputs]
     return f"void {robot.name}_{function.name}_batch(size_t n, {', '.join(inputs + outputs)})"
 
 
-def _lanes(robot: Robot, pairs: Sequence[tuple[SymbolicFunction, Body]]) -> str:
+def _lanes(robot: Described, pairs: Sequence[tuple[SymbolicFunction, Body]]) -> str:
     parts = [
         notice(robot),
         f"/* {robot.name}.h on lanes: all inputs in one array, all outputs in another. */\n",

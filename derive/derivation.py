@@ -9,8 +9,7 @@ from .errors import RobotError
 from .function import SymbolicFunction
 from .hybrid import Hybrid
 from .kinematics import FUNCTIONS, Kinematics, arguments_of
-from .mechanism import Mechanism
-from .robot import Robot
+from .mechanism import Described, Mechanism
 from .scope import Scope
 
 
@@ -26,7 +25,7 @@ class Derivation:
         hybrid: The loops and their solution, of a robot that has some.
     """
 
-    robot: Robot | Mechanism
+    robot: Described
     scope: Scope
     groups: tuple[Group, ...]
     functions: tuple[SymbolicFunction, ...]
@@ -44,7 +43,7 @@ class Derivation:
         raise KeyError(f"{self.robot.name} has no function {name!r}")
 
 
-def derive(robot: Robot | Mechanism, functions: Sequence[str] | None = None) -> Derivation:
+def derive(robot: Described, functions: Sequence[str] | None = None) -> Derivation:
     """Derives the functions of a robot: of its tool, and the maps through its loops.
 
     Args:

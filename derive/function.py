@@ -51,6 +51,9 @@ class SymbolicFunction:
         inputs: Arguments in order.
         outputs: Results in order; their entries name terms of the scope.
         scope: The terms and constants that the entries rest on.
+        margin: Name of the function that tells how far the loops that it rests on are from their
+            dead points; empty where it rests on none.
+        steps: Of a function of margins: the names of the loops, one an entry.
     """
 
     name: str
@@ -59,6 +62,8 @@ class SymbolicFunction:
     inputs: tuple[Argument, ...]
     outputs: tuple[Result, ...]
     scope: Scope
+    margin: str = ""
+    steps: tuple[str, ...] = ()
 
     def terms(self) -> list[tuple[sp.Symbol, sp.Expr]]:
         """The shared terms that the outputs rest on, each after those it uses."""

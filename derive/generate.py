@@ -9,14 +9,13 @@ from .casadi_file import serialized
 from .derivation import derive
 from .lower import lower
 from .manifest import manifest
-from .mechanism import Mechanism
-from .robot import Robot
+from .mechanism import Described
 from .statements import bodies
 
 MANIFEST = "manifest.json"
 
 
-def artifacts(robot: Robot | Mechanism, functions: Sequence[str] | None = None) -> dict[str, str]:
+def artifacts(robot: Described, functions: Sequence[str] | None = None) -> dict[str, str]:
     """Every generated file of a robot: its path inside the robot's folder, and its text.
 
     Args:
@@ -40,7 +39,7 @@ def artifacts(robot: Robot | Mechanism, functions: Sequence[str] | None = None) 
         f"{robot.name}.tex": latex.document(derivation),
         **{f"{latex.FOLDER}/{n}": text for n, text in latex.fragments(derivation).items()},
     }
-    files[MANIFEST] = manifest(robot, derivation.functions, lowered, files)
+    files[MANIFEST] = manifest(derivation, lowered, files)
     return dict(sorted(files.items()))
 
 

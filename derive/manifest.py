@@ -9,27 +9,29 @@ from typing import Any
 import casadi as ca
 import sympy as sp
 
+from .derivation import Derivation
 from .function import Argument, Result, SymbolicFunction
+from .hybrid import Hybrid
 from .lower import count_operations
-from .robot import UNITS, Joint, Parameter, Robot
+from .mechanism import Coordinate, Described
+from .robot import UNITS, Joint, Parameter
 
 FORMAT = 1
 
 
 def manifest(
-    robot: Robot,
-    functions: Sequence[SymbolicFunction],
+    derivation: Derivation,
     lowered: Sequence[ca.Function],
     files: Mapping[str, str],
 ) -> str:
     """The manifest as JSON: no date, host or path, so that equal robots give equal bytes.
 
     Args:
-        robot: The description.
-        functions: What was derived.
-        lowered: The same, lowered, for the operation counts.
+        derivation: The robot with what was derived.
+        lowered: Its functions, lowered, for the operation counts.
         files: Name and text of every other generated file, for their hashes.
     """
+    robot, hybrid = derivation.robot, derivation.hybrid
     content = {
         "chasles": FORMAT,
         "name": robot.name,
@@ -45,8 +47,9 @@ def manifest(
         "notes": list(robot.notes),
         "functions": [
             _function(robot, function, kernel)
-            for function, kernel in zip(functions, lowered, strict=True)
+            for function, kernel in zip(derivation.functions, lowered, strict=True)
         ],
+        **({} if hybrid is None else _loops(hybrid)),
         "description_sha256": sha256(repr(robot)),
         "files": {name: sha256(text) for name, text in sorted(files.items())},
         "versions": {package: version(package) for package in ("casadi", "sympy")},
@@ -59,7 +62,26 @@ def sha256(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _coordinate(joint: Joint) -> dict[str, Any]:
+def _loops(hybrid: Hybrid) -> dict[str, Any]:
+    """What the runtime knows of the loops of a robot."""
+    mechanism = hybrid.mechanism
+    names = [variable.name for variable in hybrid.variables]
+    units = {variable.name: variable.unit for variable in hybrid.variables}
+    at = hybrid.at_reference
+    return {
+        "chain": [_coordinate(joint) for joint in mechanism.main_chain.moving],
+        "passive": [{"name": name, "unit": units[name]} for name in mechanism.passive],
+        "configuration": [{"name": name, "unit": units[name]} for name in names],
+        "loops": [closer.name for closer in mechanism.closers],
+        "reference": {"q": list(at.q), "z": list(at.z)},
+        "actuated_in_z": [
+            {"index": names.index(c.moves), "ratio": float(c.ratio)} for c in mechanism.coordinates
+        ],
+        "solution": "newton" if hybrid.forward.open else "closed form",
+    }
+
+
+def _coordinate(joint: Coordinate | Joint) -> dict[str, Any]:
     lower, upper = (None if limit is None else float(limit) for limit in joint.limits)
     return {
         "name": joint.name,
@@ -80,7 +102,7 @@ def _parameter(parameter: Parameter) -> dict[str, Any]:
     }
 
 
-def _function(robot: Robot, function: SymbolicFunction, kernel: ca.Function) -> dict[str, Any]:
+def _function(robot: Described, function: SymbolicFunction, kernel: ca.Function) -> dict[str, Any]:
     return {
         "name": function.name,
         "symbol": f"{robot.name}_{function.name}",
@@ -89,6 +111,8 @@ def _function(robot: Robot, function: SymbolicFunction, kernel: ca.Function) -> 
         "inputs": [_described(argument) for argument in function.inputs],
         "outputs": [_described(result) for result in function.outputs],
         "operations": count_operations(kernel).as_dict(),
+        **({"margin": function.margin} if function.margin else {}),
+        **({"steps": list(function.steps)} if function.steps else {}),
     }
 
 

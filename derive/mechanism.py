@@ -313,3 +313,7 @@ class Mechanism:
         unknown = sorted(str(symbol) for symbol in used - known)
         if unknown:
             raise RobotError(f"robot {self.name!r} uses {', '.join(unknown)}, no parameter of it")
+
+
+Described = Robot | Mechanism
+"""What a file describes: a serial robot, or one with loops."""
