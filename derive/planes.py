@@ -6,7 +6,7 @@ plane: the first of its frame's x, y, z axes that lies in the plane and the one 
 seen against the plane's normal, which is the first revolute axis of the linkage.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -221,22 +221,24 @@ def _normal(mechanism: Mechanism, loop: Loop, scope: Scope) -> sp.Matrix | None:
         turning += [a.R[:, 2], b.R[:, 2]]
     elif kind == "slider":
         sliding += [a.R[:, 2], b.R[:, 2]]
-    n = turning[0] if turning else _across(sliding)
+    n = turning[0] if turning else across(sliding)
     if n is None or a.is_helical or b.is_helical:
         return None
     # What keeps the two frames from turning must hold the plane's normal where it is.
     kept = kind not in ("slider", "weld") or _is_small(a.R.T * n - b.R.T * n)
-    is_planar = (
-        kept
-        and all(_is_small(n.cross(other)) for other in turning)
-        and all(abs(n.dot(other)) < SMALL for other in sliding)
-        and abs(n.dot(b.p - a.p)) < SMALL
-    )
+    is_planar = kept and holds(n, turning, sliding) and abs(n.dot(b.p - a.p)) < SMALL
     return n if is_planar else None
 
 
-def _across(sliding: Sequence[sp.Matrix]) -> sp.Matrix | None:
-    """The normal of the plane of two sliders; None where all are parallel."""
+def holds(n: sp.Matrix, turning: Iterable[sp.Matrix], sliding: Iterable[sp.Matrix]) -> bool:
+    """Whether axes, in numbers, turn about a normal and slide perpendicular to it."""
+    return all(_is_small(n.cross(axis)) for axis in turning) and all(
+        abs(n.dot(axis)) < SMALL for axis in sliding
+    )
+
+
+def across(sliding: Sequence[sp.Matrix]) -> sp.Matrix | None:
+    """The unit normal, in numbers, of the plane of two sliders; None where all are parallel."""
     for other in sliding[1:]:
         n = sliding[0].cross(other)
         if not _is_small(n):
@@ -409,7 +411,7 @@ def _axis(place: Place) -> sp.Matrix:
 
 
 def tidied(scope: Scope, vector: sp.Matrix) -> sp.Matrix:
-    """A vector whose entries that are 0, 1 or -1 to 25 digits are so exactly.
+    """A vector or matrix whose entries that are 0, 1 or -1 to 25 digits are so exactly.
 
     Entries that depend on parameters are never judged so.
     """
