@@ -1,16 +1,21 @@
 """Everything that a robot offers, derived once over one scope of shared terms."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
 
+from . import equations, maps
 from .chain import Group, groups
 from .coordinates import InProportion
 from .errors import RobotError
 from .function import SymbolicFunction
 from .hybrid import Hybrid
 from .kinematics import FUNCTIONS, Kinematics, arguments_of
+from .maps import Maker
 from .mechanism import Described, Mechanism
 from .scope import Scope
+
+_GUARDS = ("margin", "actuator_margin")
 
 
 @dataclass(frozen=True)
@@ -67,9 +72,31 @@ def derive(robot: Described, functions: Sequence[str] | None = None) -> Derivati
 
 def _of_mechanism(mechanism: Mechanism, functions: Sequence[str] | None) -> Derivation:
     hybrid = Hybrid(mechanism)
-    chosen = _chosen(mechanism.name, functions, hybrid.offered)
-    made = tuple(hybrid.function(name) for name in chosen)
-    return Derivation(mechanism, hybrid.scope, hybrid.groups, made, hybrid)
+    offered = _offered(hybrid)
+    chosen = _chosen(mechanism.name, functions, list(offered))
+    made = tuple(_guarded(offered[name](hybrid), offered) for name in chosen)
+    found = () if hybrid.forward.open else hybrid.groups
+    return Derivation(mechanism, hybrid.scope, found, made, hybrid)
+
+
+def _offered(hybrid: Hybrid) -> dict[str, Maker]:
+    """Every function that a robot with loops has in closed form, in order."""
+    of_tool: dict[str, Maker] = {}
+    if not hybrid.forward.open:
+        of_tool = {name: partial(_of_tool, name) for name in FUNCTIONS}
+    return of_tool | maps.makers(hybrid) | equations.makers(hybrid)
+
+
+def _of_tool(name: str, hybrid: Hybrid) -> SymbolicFunction:
+    return hybrid.kinematics.function(name)
+
+
+def _guarded(function: SymbolicFunction, offered: Collection[str]) -> SymbolicFunction:
+    """The function with the name of the one that tells which of its loops do not close."""
+    guard = {"q": "margin", "theta": "actuator_margin"}.get(function.inputs[0].name)
+    if guard not in offered or function.name in (*_GUARDS, "chain_all", "actuators_all"):
+        return function
+    return replace(function, margin=guard)
 
 
 def _chosen(robot: str, functions: Sequence[str] | None, known: Sequence[str]) -> list[str]:

@@ -7,7 +7,7 @@ import sympy as sp
 
 from .chain import Group, groups
 from .collapse import collapsed
-from .constraints import Variable, configuration_names
+from .constraints import LoopEquations, Variable, configuration_names, constraints
 from .coordinates import ThroughLoops
 from .forward import Forward
 from .function import Argument, Result, SymbolicFunction
@@ -41,6 +41,12 @@ class Hybrid:
             self.arguments[name] = Argument(
                 name, symbols, (len(moving),), f"{unit}{of_time}", meaning
             )
+        for name, of_time in (("z", ""), ("zd", "/s")):
+            symbols = coordinates(f"_{name}", len(self.variables))
+            meaning = f"{'rates of the ' if of_time else ''}full configuration"
+            self.arguments[name] = Argument(
+                name, symbols, (len(symbols),), f"(rad or m){of_time}", meaning
+            )
         self.q, self.theta = self.arguments["q"].symbols, self.arguments["theta"].symbols
 
     # --- the solutions ---
@@ -53,11 +59,15 @@ class Hybrid:
     @cached_property
     def backward(self) -> Solution:
         """All joints from the main chain."""
-        closed = {}
-        if not self.forward.open:
-            of = self.forward.reference.of
-            closed = {name: of(value) for name, value in self.forward.values.items()}
-        return from_chain(self.loops, self.scope, self.theta, closed)
+        return from_chain(self.loops, self.scope, self.theta, closed=self.closed)
+
+    @cached_property
+    def closed(self) -> dict[str, float]:
+        """Joint values at the reference configuration, as far as there is a closed form."""
+        of = self.forward.reference.of
+        if self.forward.open:
+            return {}
+        return {name: of(value) for name, value in self.forward.values.items()}
 
     @cached_property
     def variables(self) -> tuple[Variable, ...]:
@@ -72,6 +82,11 @@ class Hybrid:
         values = self.named(self.forward, [variable.name for variable in self.variables])
         of = self.forward.reference.of
         return {v.name: of(value) for v, value in zip(self.variables, values, strict=True)}
+
+    @cached_property
+    def equations(self) -> tuple[LoopEquations, ...]:
+        """The independent scalar equations of all loops, in z."""
+        return constraints(self.mechanism, self.scope, self.arguments["z"].symbols)
 
     # --- the chain in actuated coordinates ---
 
@@ -134,7 +149,6 @@ class Hybrid:
             self.scope.let(value / c.ratio)
             for value, c in zip(values, self.mechanism.coordinates, strict=True)
         )
-
 
     def function(
         self, name: str, summary: str, identity: str, inputs: tuple[str, ...], *outputs: Result

@@ -12,8 +12,7 @@ from .description import load
 from .errors import RobotError
 from .freshness import Job, stamp
 from .generate import MANIFEST, artifacts, generated_files, put
-from .mechanism import Mechanism
-from .robot import Robot
+from .mechanism import Described
 from .urdf import from_urdf
 
 
@@ -25,7 +24,7 @@ class Report:
     line: str
 
 
-def read(job: Job) -> Robot:
+def read(job: Job) -> Described:
     """The robot that a job describes.
 
     Raises:
@@ -35,10 +34,7 @@ def read(job: Job) -> Robot:
         return from_urdf(job.file, job.base, job.tip)
     if job.base or job.tip:
         raise RobotError(f"{job.file}: --base and --tip choose links of a URDF, which this is not")
-    robot = load(job.file)
-    if isinstance(robot, Mechanism):
-        raise RobotError(f"{job.file}: expected a serial robot; loops are read, not yet derived")
-    return robot
+    return load(job.file)
 
 
 def problems(jobs: Sequence[Job]) -> list[str]:

@@ -73,12 +73,20 @@ def _loops(hybrid: Hybrid) -> dict[str, Any]:
         "passive": [{"name": name, "unit": units[name]} for name in mechanism.passive],
         "configuration": [{"name": name, "unit": units[name]} for name in names],
         "loops": [closer.name for closer in mechanism.closers],
-        "reference": {"q": list(at.q), "z": list(at.z)},
+        "reference": {
+            "q": [_rounded(at[c.moves] / float(c.ratio)) for c in mechanism.coordinates],
+            "z": [_rounded(at[name]) for name in names],
+        },
         "actuated_in_z": [
             {"index": names.index(c.moves), "ratio": float(c.ratio)} for c in mechanism.coordinates
         ],
         "solution": "newton" if hybrid.forward.open else "closed form",
     }
+
+
+def _rounded(value: float) -> float:
+    """A number to the digits that are the same on every machine."""
+    return float(f"{value:.12g}") + 0.0
 
 
 def _coordinate(joint: Coordinate | Joint) -> dict[str, Any]:

@@ -1,6 +1,8 @@
 """The maps between actuators, main chain and passive joints of a robot with loops."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
 from itertools import islice, product
 
 import sympy as sp
@@ -8,8 +10,7 @@ import sympy as sp
 from .function import Result, SymbolicFunction, matrix_entries
 from .hybrid import Hybrid
 from .motion import Tangent
-from .scope import Scope
-from .solution import Loops, Solution, from_actuators, from_chain
+from .solution import Solution, from_actuators, from_chain
 
 MOST_BRANCHES = 16
 ONE = sp.Integer(1)
@@ -27,6 +28,7 @@ def chain(h: Hybrid) -> SymbolicFunction:
         _vector("theta", h.chain, h.arguments["theta"].unit, "main chain"),
     )
 
+
 def chain_D_q(h: Hybrid) -> SymbolicFunction:
     """Their derivatives."""
     return h.function(
@@ -36,6 +38,7 @@ def chain_D_q(h: Hybrid) -> SymbolicFunction:
         ("q",),
         _derivative(h, "theta_D_q", h.chain, h.forward, "q"),
     )
+
 
 def passive(h: Hybrid) -> SymbolicFunction:
     """The passive joints from the actuators."""
@@ -47,6 +50,7 @@ def passive(h: Hybrid) -> SymbolicFunction:
         _vector("passive", h.passive, "rad or m", "passive joints"),
     )
 
+
 def passive_D_q(h: Hybrid) -> SymbolicFunction:
     """Their derivatives."""
     return h.function(
@@ -56,6 +60,7 @@ def passive_D_q(h: Hybrid) -> SymbolicFunction:
         ("q",),
         _derivative(h, "passive_D_q", h.passive, h.forward, "q"),
     )
+
 
 def chain_rates(h: Hybrid) -> SymbolicFunction:
     """The main chain's rates from the actuators'."""
@@ -67,6 +72,7 @@ def chain_rates(h: Hybrid) -> SymbolicFunction:
         ("q", "qd"),
         _vector("thetad", rates, h.arguments["thetad"].unit, "rates of the main chain"),
     )
+
 
 def chain_accelerations(h: Hybrid) -> SymbolicFunction:
     """The main chain's accelerations from the actuators'."""
@@ -80,6 +86,7 @@ def chain_accelerations(h: Hybrid) -> SymbolicFunction:
         _vector("thetadd", values, unit, "accelerations of the main chain"),
     )
 
+
 def actuators(h: Hybrid) -> SymbolicFunction:
     """The actuators from the main chain."""
     return h.function(
@@ -90,6 +97,7 @@ def actuators(h: Hybrid) -> SymbolicFunction:
         _vector("q", h.actuators, h.arguments["q"].unit, "actuated coordinates"),
     )
 
+
 def actuators_D_chain(h: Hybrid) -> SymbolicFunction:
     """Their derivatives."""
     return h.function(
@@ -99,6 +107,7 @@ def actuators_D_chain(h: Hybrid) -> SymbolicFunction:
         ("theta",),
         _derivative(h, "q_D_theta", h.actuators, h.backward, "theta"),
     )
+
 
 def actuator_rates(h: Hybrid) -> SymbolicFunction:
     """The actuators' rates from the main chain's."""
@@ -111,6 +120,7 @@ def actuator_rates(h: Hybrid) -> SymbolicFunction:
         _vector("qd", rates, h.arguments["qd"].unit, "actuator rates"),
     )
 
+
 def actuator_accelerations(h: Hybrid) -> SymbolicFunction:
     """The actuators' accelerations from the main chain's."""
     values = _second(h, h.backward, "theta", h.actuators)
@@ -122,13 +132,16 @@ def actuator_accelerations(h: Hybrid) -> SymbolicFunction:
         _vector("qdd", values, h.arguments["qdd"].unit, "actuator accelerations"),
     )
 
+
 def margin(h: Hybrid) -> SymbolicFunction:
     """How far each loop is from its dead point."""
     return _margins(h, "margin", h.forward, "q")
 
+
 def actuator_margin(h: Hybrid) -> SymbolicFunction:
     """The same where the main chain is given."""
     return _margins(h, "actuator_margin", h.backward, "theta")
+
 
 def configuration(h: Hybrid) -> SymbolicFunction:
     """All joints."""
@@ -141,6 +154,7 @@ def configuration(h: Hybrid) -> SymbolicFunction:
         _vector("z", h.named(h.forward, names), "rad or m", "full configuration"),
     )
 
+
 def chain_all(h: Hybrid) -> SymbolicFunction:
     """The main chain on every branch."""
     branches = [
@@ -149,23 +163,18 @@ def chain_all(h: Hybrid) -> SymbolicFunction:
     ]
     return _all(h, "chain_all", "q", "theta", h.arguments["theta"].unit, branches)
 
+
 def actuators_all(h: Hybrid) -> SymbolicFunction:
     """The actuators on every branch."""
     members = [c.moves for c in h.mechanism.coordinates]
     branches = []
-    for solution in _branches(h, h.backward, _from_chain, h.theta):
+    for solution in _branches(h, h.backward, partial(from_chain, closed=h.closed), h.theta):
         values = h.named(solution, members)
         ratios = [c.ratio for c in h.mechanism.coordinates]
         q = tuple(h.scope.let(v / r) for v, r in zip(values, ratios, strict=True))
         branches.append((q, solution))
     return _all(h, "actuators_all", "theta", "q", h.arguments["q"].unit, branches)
 
-
-
-def _from_chain(
-    h: Hybrid, loops: Loops, scope: Scope, theta: Sequence[sp.Symbol], signs: Iterator[int]
-) -> Solution:
-    return from_chain(loops, scope, theta, {}, signs)
 
 def _branches(
     h: Hybrid,
@@ -184,6 +193,7 @@ def _branches(
         for chosen in islice(combinations, MOST_BRANCHES)
     ]
 
+
 def _all(
     h: Hybrid,
     name: str,
@@ -198,8 +208,7 @@ def _all(
     values = tuple(value for row, _ in branches for value in row)
     width = len(branches[0][0])
     names = "; ".join(
-        ", ".join(step.branch for step in solution.steps if step.branch)
-        for _, solution in branches
+        ", ".join(step.branch for step in solution.steps if step.branch) for _, solution in branches
     )
     return h.function(
         name,
@@ -210,22 +219,23 @@ def _all(
         Result("margin", tuple(margins), (count, steps), "1", "margins of each branch"),
     )
 
+
 def _along(h: Hybrid, solution: Solution, argument: str) -> Tangent:
     """Rates of everything at given rates of the coordinates."""
     names = (argument, f"{argument}d")
     given, rates = (h.arguments[name].symbols for name in names)
     return Tangent(h.scope, dict(zip(given, rates, strict=True)), solution.loops)
 
+
 def _second(
     h: Hybrid, solution: Solution, argument: str, values: Sequence[sp.Expr]
 ) -> list[sp.Expr]:
     """Second time derivatives."""
     first = _along(h, solution, argument).of_each(values)
-    given, rates, accelerations = (
-        h.arguments[f"{argument}{d}"].symbols for d in ("", "d", "dd")
-    )
+    given, rates, accelerations = (h.arguments[f"{argument}{d}"].symbols for d in ("", "d", "dd"))
     pairs = (*zip(given, rates, strict=True), *zip(rates, accelerations, strict=True))
     return Tangent(h.scope, dict(pairs), solution.loops).of_each(first)
+
 
 def _derivative(
     h: Hybrid, name: str, values: Sequence[sp.Expr], solution: Solution, argument: str
@@ -237,15 +247,18 @@ def _derivative(
     shape = len(values), len(symbols)
     return Result(name, matrix_entries(columns), shape, "1, m, 1/m", "derivative")
 
+
 def _margins(h: Hybrid, name: str, solution: Solution, argument: str) -> SymbolicFunction:
-    loops = ", ".join(names for names, _ in solution.margins)
-    return h.function(
+    values = [value for _, value in solution.margins]
+    function = h.function(
         name,
         "How far each step of the loops' solution is from its dead point.",
-        f"sin^2 of the transmission angle, below 0 out of reach, of: {loops}",
+        "sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach",
         (argument,),
-        _vector("margin", [value for _, value in solution.margins], "1", "margins"),
+        _vector("margin", values, "1", "margins"),
     )
+    return replace(function, steps=tuple(names for names, _ in solution.margins))
+
 
 def _vector(name: str, values: Sequence[sp.Expr], unit: str, meaning: str) -> Result:
     return Result(name, tuple(values), (len(values),), unit, meaning)

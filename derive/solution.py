@@ -90,8 +90,9 @@ def from_chain(
     loops: Loops,
     scope: Scope,
     theta: Sequence[sp.Symbol],
-    closed: Mapping[str, float],
     signs: Iterator[int] | None = None,
+    *,
+    closed: Mapping[str, float],
 ) -> Solution:
     """All joints, actuators included, from the main chain's.
 
@@ -99,8 +100,8 @@ def from_chain(
         loops: The mechanism and its loops.
         scope: Names of all terms.
         theta: The main chain's joints (radian or metre).
-        closed: Joint values at the reference configuration, as far as they are known.
         signs: Branches other than that of the reference.
+        closed: Joint values at the reference configuration, as far as they are known.
 
     Raises:
         RobotError: A loop does not close at the reference, or its branch there is not clear.
