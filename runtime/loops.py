@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._call import Function
 from .manifest import Coordinate
+from .newton import NewtonMethods
 from .offered import needs
 
 FloatArray = NDArray[np.float64]
@@ -48,21 +49,25 @@ def _moves_a_plane(robot: LoopMethods) -> bool:
     return [joint.kind for joint in robot.chain_joints] == _PLANAR
 
 
-class LoopMethods:
+def _says_what_closes(robot: LoopMethods) -> bool:
+    return robot.solution == "newton" or "margin" in robot.functions
+
+
+class LoopMethods(NewtonMethods):
     """The part of a robot that its loops bring along."""
 
-    functions: Any
     chain_joints: tuple[Coordinate, ...]
     margin: Function[FloatArray]
     actuator_margin: Function[FloatArray]
     chain_all: Function[tuple[FloatArray, FloatArray]]
     actuators_all: Function[tuple[FloatArray, FloatArray]]
 
-    @needs("margin")
+    @needs(when=_says_what_closes)
     def valid(self, q: ArrayLike) -> BoolArray:
         """Whether the loops close at actuated coordinates; dead points do.
 
-        Limits are not looked at.
+        Limits are not looked at. Where loops are solved by Newton's iteration: whether it reaches
+        those coordinates from the reference configuration.
 
         Args:
             q: (..., n) [rad or m].
@@ -70,7 +75,7 @@ class LoopMethods:
         Returns:
             (...,): False also where an input is not finite.
         """
-        return _closes(self.margin(q))
+        return self.follow(q).valid if self.solution == "newton" else _closes(self.margin(q))
 
     @needs("actuator_margin")
     def actuators_valid(self, theta: ArrayLike) -> BoolArray:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from . import newton
 from ._call import Function
 from .errors import SourceMismatchError
 from .library import load_functions
@@ -128,7 +129,11 @@ class Robot(LoopMethods, PlanarMethods, SingularityMethods):
         Raises:
             ChaslesError: If its functions cannot be compiled or loaded; the message says why.
         """
-        functions = load_functions(manifest, _function_pickler(manifest))
+        pickler = _function_pickler(manifest)
+        functions = load_functions(manifest, pickler)
+        if manifest.loops.solution == "newton":
+            vars(self)["_loops"], iterated = newton.functions(manifest, functions, pickler)
+            functions |= iterated
         lower = [-np.inf if c.lower is None else c.lower for c in manifest.coordinates]
         upper = [np.inf if c.upper is None else c.upper for c in manifest.coordinates]
         vars(self).update(
