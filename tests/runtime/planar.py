@@ -2,6 +2,7 @@
 
 import json
 from functools import cache
+from itertools import product
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,20 @@ DIRECTIONS = np.stack([np.cos(ANGLES), np.sin(ANGLES)], -1)
 def _exact(degrees):
     angle = sp.pi * degrees / 180
     return sp.cos(angle), sp.sin(angle)
+
+
+def _inverse(scope, theta, cs, crank, direction, pin, rod):
+    """Where a leg's crank points on average, how far it is off to both sides, and its margin."""
+    (x, y, _), (c, s) = theta, cs
+    base = sp.Rational(str(BASE))
+    dx = scope.let(x + c * pin[0] - s * pin[1] - base * direction[0])
+    dy = scope.let(y + s * pin[0] + c * pin[1] - base * direction[1])
+    square = scope.let(dx**2 + dy**2)
+    bend = scope.let((crank**2 + rod**2 - square) / (2 * crank * rod))
+    margin = scope.let(1 - bend**2)
+    across = scope.let(2 * crank * rod * sp.sqrt(margin))
+    off = scope.let(sp.atan2(across, square + crank**2 - rod**2))
+    return scope.let(sp.atan2(dy, dx)), off, margin
 
 
 @cache
@@ -69,6 +84,14 @@ def functions(rod):
         arm = scope.let(crank * (turned[k][0] * ny - turned[k][1] * nx))
         cranks += [arm if j == k else sp.S.Zero for j in range(3)]
     lines = tuple(rows)
+    legs = [
+        _inverse(scope, theta, (c, s), crank, *leg) for leg in zip(directions, b, L, strict=True)
+    ]
+    slots = list(product((1, -1), repeat=3))
+    inverse = tuple(
+        scope.let(w + side * t) for x in slots for side, (w, t, _) in zip(x, legs, strict=True)
+    )
+    margins = tuple(margin for _ in slots for *_, margin in legs)
     pose = Result("x", (x, y, phi), (3,), "m, rad", "pose")
     mirror = Result("x", (mx, my, phi), (3,), "m, rad", "pose")
     polynomial = tuple(triad_polynomial(scope, A, b, L))
@@ -83,6 +106,12 @@ def functions(rod):
             ("theta", "q"),
             Result("J_x", lines, (3, 3), "1, m", "rods"),
             Result("J_q", tuple(cranks), (3, 3), "m", "cranks"),
+        ),
+        function(
+            "actuators_all",
+            ("theta",),
+            Result("q", inverse, (8, 3), "rad", "branches"),
+            Result("margin", margins, (8, 3), "1", "margins"),
         ),
     )
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import chasles
+from chasles.__main__ import main
 
 from . import lift
 
@@ -25,6 +26,13 @@ def test_facts(robot):
     assert robot.solution == "closed form"
     assert robot.reference.q == (0, 1)
     assert [v.name for v in robot.configuration_variables] == ["theta1", "theta2", "boom_cylinder"]
+
+
+def test_info(tmp_path, cache, capsys):
+    assert main(["info", str(lift.write(tmp_path / "lift"))]) == 0
+    text = capsys.readouterr().out
+    assert "loops (closed form): boom_cylinder" in text
+    assert "main chain (theta): theta1 [rad], theta2 [rad]\n    passive: swing [rad]" in text
 
 
 def test_serial_robots_have_no_loops():
