@@ -89,6 +89,11 @@ def _info(options: argparse.Namespace) -> int:
     for coordinate in manifest.coordinates:
         limits = f"{_limit(coordinate.lower, '-')} to {_limit(coordinate.upper, '')}"
         print(f"    {coordinate.name:<20} {coordinate.kind:<10} {limits} {coordinate.unit}")
+    if manifest.loops.solution:
+        joints = ", ".join(f"{item.name} [{item.unit}]" for item in manifest.loops.chain)
+        passive = ", ".join(f"{item.name} [{item.unit}]" for item in manifest.loops.passive)
+        print(f"\nloops ({manifest.loops.solution}): {', '.join(manifest.loops.names)}")
+        print(f"    main chain (theta): {joints}\n    passive: {passive or 'none'}")
     print("\nparameters:")
     for parameter in manifest.parameters:
         value = f"{parameter.value:.10g} {parameter.unit}"

@@ -9,6 +9,8 @@
  *                          ufunc broadcasts the leading dimensions; with threads= it is called
  *                          on parts of the batch (threads.py), and arguments with a ufunc
  *                          protocol of their own never come to it (overrides.py)
+ *            A function that rests on loops has a guard (guard.py), which is told of every single
+ *            pose whose result is not finite, and may raise.
  * Kernel     the description that Function and ufunc share, kept alive by the ufunc (a capsule).
  */
 #define PY_SSIZE_T_CLEAN
@@ -17,7 +19,9 @@
 
 #include <dlfcn.h>
 #include <fenv.h>
+#include <float.h>
 #include <limits.h>
+#include <math.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -434,6 +438,7 @@ typedef struct {
     const Kernel *kernel; /* owned by the ufunc */
     PyObject *ufunc;
     PyObject *name, *label, *doc, *signature, *inputs, *outputs, *operations, *reduced;
+    PyObject *guard; /* NULL where the result is finite for every finite input */
 } Function;
 
 static PyTypeObject FunctionType;
@@ -446,6 +451,7 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
     Py_VISIT(self->outputs);
     Py_VISIT(self->operations);
     Py_VISIT(self->reduced);
+    Py_VISIT(self->guard);
     return 0;
 }
 
@@ -463,6 +469,7 @@ static void function_dealloc(Function *self)
     Py_XDECREF(self->outputs);
     Py_XDECREF(self->operations);
     Py_XDECREF(self->reduced);
+    Py_XDECREF(self->guard);
     Py_TYPE(self)->tp_free((PyObject *)self);
 }
 
@@ -551,9 +558,65 @@ static PyObject *pack(const Kernel *kernel, PyObject **results, PyObject *const 
     return tuple;
 }
 
-/* Runs the kernel on plain inputs, into plain outs or new arrays (outs NULL, or None within). */
-static PyObject *call_once(const Kernel *kernel, PyObject *const *inputs, PyObject *const *outs)
+static int is_finite(const double *values, npy_intp size)
 {
+    int strange = 0;
+    for (npy_intp k = 0; k < size; k++) {
+        strange |= !(fabs(values[k]) <= DBL_MAX); /* without a branch: in lanes */
+    }
+    return !strange;
+}
+
+/* Whether all outputs of one pose are finite. */
+static int are_finite(const Kernel *kernel, double *const *outputs)
+{
+    for (int i = 0; i < kernel->n_outputs; i++) {
+        if (!is_finite(outputs[i], kernel->operands[kernel->n_inputs + i].size)) {
+            return 0;
+        }
+    }
+    return 1;
+}
+
+/* A tuple of new references; NULL with an error set. */
+static PyObject *tuple_of(int n, PyObject *const *items)
+{
+    PyObject *tuple = PyTuple_New(n);
+    for (int i = 0; tuple && i < n; i++) {
+        PyTuple_SET_ITEM(tuple, i, Py_NewRef(items[i]));
+    }
+    return tuple;
+}
+
+/* Tells the guard of a pose whose result is not finite; -1 with the error that it raised. */
+static int ask_guard(Function *self, PyObject *const *inputs)
+{
+    PyObject *given = tuple_of(self->kernel->n_inputs, inputs);
+    PyObject *answer = given ? PyObject_CallOneArg(self->guard, given) : NULL;
+    Py_XDECREF(given);
+    Py_XDECREF(answer);
+    return answer ? 0 : -1;
+}
+
+/* As pack, unless the guard raises. Not inlined: the way of functions without a guard is short. */
+__attribute__((noinline)) static PyObject *pack_guarded(Function *self, PyObject *const *inputs,
+                                                        double *const *memory, PyObject **results,
+                                                        PyObject *const *outs)
+{
+    const Kernel *kernel = self->kernel;
+    if (!are_finite(kernel, memory) && ask_guard(self, inputs) < 0) {
+        for (int i = 0; i < kernel->n_outputs; i++) {
+            Py_DECREF(results[i]);
+        }
+        return NULL;
+    }
+    return pack(kernel, results, outs);
+}
+
+/* Runs the kernel on plain inputs, into plain outs or new arrays (outs NULL, or None within). */
+static PyObject *call_once(Function *self, PyObject *const *inputs, PyObject *const *outs)
+{
+    const Kernel *kernel = self->kernel;
     const double *from[MAX_OPERANDS];
     double *to[MAX_OPERANDS];
     PyObject *results[MAX_OPERANDS];
@@ -576,6 +639,9 @@ static PyObject *call_once(const Kernel *kernel, PyObject *const *inputs, PyObje
         to[i] = PyArray_DATA((PyArrayObject *)results[i]);
     }
     kernel->call(from, to);
+    if (__builtin_expect(self->guard != NULL, 0)) {
+        return pack_guarded(self, inputs, to, results, outs);
+    }
     return pack(kernel, results, outs);
 }
 
@@ -859,16 +925,6 @@ static int check_out(const Kernel *kernel, const Operand *operand, const Batch *
     return -1;
 }
 
-/* A tuple of new references; NULL with an error set. */
-static PyObject *tuple_of(int n, PyObject *const *items)
-{
-    PyObject *tuple = PyTuple_New(n);
-    for (int i = 0; tuple && i < n; i++) {
-        PyTuple_SET_ITEM(tuple, i, Py_NewRef(items[i]));
-    }
-    return tuple;
-}
-
 /* Hands the inputs to the ufunc, with out=outs where given. */
 static PyObject *call_ufunc(Function *self, PyObject *const *inputs, PyObject *const *outs)
 {
@@ -936,6 +992,28 @@ static PyObject *call_override(Function *self, PyObject *const *inputs, PyObject
     return call_python("chasles.overrides", self, inputs, outs, NULL, threads);
 }
 
+/* The result of one pose that the ufunc computed, unless the guard raises; steals the result. */
+static PyObject *guarded(Function *self, PyObject *const *inputs, PyObject *result)
+{
+    const Kernel *kernel = self->kernel;
+    int finite = 1;
+    for (int i = 0; result && finite && i < kernel->n_outputs; i++) {
+        PyObject *item = kernel->n_outputs == 1 ? result : PyTuple_GET_ITEM(result, i);
+        PyObject *array = PyArray_FROM_OTF(item, NPY_DOUBLE, NPY_ARRAY_IN_ARRAY);
+        if (!array) {
+            Py_CLEAR(result);
+            break;
+        }
+        finite = is_finite(PyArray_DATA((PyArrayObject *)array),
+                           kernel->operands[kernel->n_inputs + i].size);
+        Py_DECREF(array);
+    }
+    if (!finite && ask_guard(self, inputs) < 0) {
+        Py_CLEAR(result);
+    }
+    return result;
+}
+
 /* Checks what was read, then runs the kernel once or over a batch. */
 static PyObject *call_read(Function *self, PyObject *const *inputs, PyObject *const *outs,
                            long threads)
@@ -956,10 +1034,14 @@ static PyObject *call_read(Function *self, PyObject *const *inputs, PyObject *co
         plain = is_plain(inputs[i], &kernel->operands[i]);
     }
     if (plain && (!outs || is_plain_out(kernel, inputs, outs))) {
-        return call_once(kernel, inputs, outs);
+        return call_once(self, inputs, outs);
     }
-    return threads == 1 ? call_ufunc(self, inputs, outs)
-                        : call_threads(self, inputs, outs, &batch, threads);
+    PyObject *result = threads == 1 ? call_ufunc(self, inputs, outs)
+                                    : call_threads(self, inputs, outs, &batch, threads);
+    if (self->guard && batch.ndim == 0) {
+        result = guarded(self, inputs, result);
+    }
+    return result;
 }
 
 static PyObject *call_any(Function *self, PyObject *const *inputs, PyObject *const *outs,
@@ -1142,7 +1224,7 @@ static PyObject *function_vectorcall(PyObject *object, PyObject *const *args, si
     if (outs && !is_plain_out(kernel, inputs, outs)) {
         return call_any(self, inputs, outs, threads);
     }
-    return call_once(kernel, inputs, outs);
+    return call_once(self, inputs, outs);
 }
 
 static PyMemberDef function_members[] = {
@@ -1214,11 +1296,11 @@ static Kernel *kernel_new(Library *library, const chasles_kernel *entry, PyObjec
 static PyObject *library_function(Library *self, PyObject *args, PyObject *kwargs)
 {
     static char *keywords[] = {"name",      "inputs",     "outputs", "label", "doc",
-                               "signature", "operations", "reduced", NULL};
-    PyObject *name, *inputs, *outputs, *label, *doc, *signature, *operations, *reduced;
-    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!:function", keywords, &name,
+                               "signature", "operations", "reduced", "guard", NULL};
+    PyObject *name, *inputs, *outputs, *label, *doc, *signature, *operations, *reduced, *guard;
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!O:function", keywords, &name,
                                      &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &label, &doc,
-                                     &signature, &operations, &PyTuple_Type, &reduced)) {
+                                     &signature, &operations, &PyTuple_Type, &reduced, &guard)) {
         return NULL;
     }
     const char *utf8 = PyUnicode_AsUTF8(name);
@@ -1247,6 +1329,7 @@ static PyObject *library_function(Library *self, PyObject *args, PyObject *kwarg
     function->outputs = Py_NewRef(outputs);
     function->operations = Py_NewRef(operations);
     function->reduced = Py_NewRef(reduced);
+    function->guard = guard == Py_None ? NULL : Py_NewRef(guard);
     return (PyObject *)function;
 }
 

@@ -61,6 +61,7 @@ class Library:
         signature: inspect.Signature,
         operations: Mapping[str, int],
         reduced: tuple[Callable[..., Any], tuple[Any, ...]],
+        guard: Callable[[tuple[NDArray[np.float64], ...]], None] | None,
     ) -> Function[Any]: ...
 
 def open(path: str | PathLike[str], expected_hash: str) -> Library: ...  # noqa: A001

@@ -37,5 +37,13 @@ class ShapeError(ChaslesError, ValueError):
     """An argument has the wrong shape."""
 
 
+class OutOfReachError(ChaslesError, ValueError):
+    """A loop of the robot does not close there; names the loop, its margin and the coordinates."""
+
+
+class SingularityError(OutOfReachError):
+    """The pose exists, but what was asked for is not defined there, as rates at a dead point."""
+
+
 class InputError(ChaslesError, TypeError):
     """An argument is missing, is not made of real numbers, or cannot be written to."""

@@ -26,6 +26,7 @@ from typing import Any
 from . import _call
 from .compiler import Compiler, describe_machine, find_compiler
 from .errors import CacheError, LibraryMismatchError, ManifestError
+from .guard import Guard
 from .manifest import Argument, FunctionInfo, Manifest
 
 _KERNEL_HEADER = Path(__file__).with_name("_kernel.h")
@@ -202,8 +203,10 @@ def load_functions(
     if not recipe.path.exists():
         _compile(recipe)
     library = _open(recipe)
-    return {
-        info.name: library.function(
+    functions: dict[str, _call.Function[Any]] = {}
+    # Those that have no margin first: the margins are among them.
+    for info in sorted(manifest.functions, key=lambda info: bool(info.margin)):
+        functions[info.name] = library.function(
             info.name,
             info.inputs,
             info.outputs,
@@ -212,9 +215,18 @@ def load_functions(
             signature=_signature(info),
             operations=info.operations,
             reduced=reduced(info.name),
+            guard=_guard(manifest, info, functions) if info.margin else None,
         )
-        for info in manifest.functions
-    }
+    return {info.name: functions[info.name] for info in manifest.functions}
+
+
+def _guard(
+    manifest: Manifest, info: FunctionInfo, functions: Mapping[str, _call.Function[Any]]
+) -> Guard:
+    steps = next(item.steps for item in manifest.functions if item.name == info.margin)
+    of_chain = info.inputs[0].name == "theta"
+    coordinates = manifest.loops.chain if of_chain else manifest.coordinates
+    return Guard(f"{manifest.name}.{info.name}", functions[info.margin], steps, coordinates)
 
 
 def _is_sound(recipe: Recipe) -> bool:
@@ -285,6 +297,14 @@ def write_doc(info: FunctionInfo) -> str:
         "",
     ]
     lines += ["Returns:", *(f"    {_describe(item)}" for item in info.outputs), ""]
+    if info.margin:
+        lines += [
+            "Raises:",
+            "    OutOfReachError: A single pose where a loop does not close. A batch, and out,",
+            f"        then hold NaN; {info.margin} says how far each loop is from that.",
+            "    SingularityError: A single pose at a dead point, where this is not defined.",
+            "",
+        ]
     kinds = ", ".join(f"{n} {kind}" for kind, n in info.operations.items() if kind != "total")
     lines += [f"Operations: {info.operations.get('total', 0)} ({kinds})."]
     return "\n".join(lines)

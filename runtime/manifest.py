@@ -42,6 +42,30 @@ class Coordinate:
 
 
 @dataclass(frozen=True, slots=True)
+class Variable:
+    """A passive joint, or an element of a robot's configuration: its name and unit."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True, slots=True)
+class Reference:
+    """The configuration whose branch is meant: actuated coordinates q, and all variables z."""
+
+    q: tuple[float, ...]
+    z: tuple[float, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ActuatedVariable:
+    """Where an actuated coordinate is in the configuration: q = z[index] / ratio."""
+
+    index: int
+    ratio: float
+
+
+@dataclass(frozen=True, slots=True)
 class Frames:
     """The names of the frames: the base, the tip, and the links between."""
 
@@ -83,6 +107,9 @@ class FunctionInfo:
         inputs: In the order of the C arguments.
         outputs: In the order of the C arguments.
         operations: Floating-point operations of one pose, by kind, and their total.
+        margin: The function of the same first input that says how far each loop is from not
+            closing, "" if none needs to.
+        steps: For such a function, the loop of each entry of its result.
     """
 
     name: str
@@ -92,6 +119,31 @@ class FunctionInfo:
     inputs: tuple[Argument, ...]
     outputs: tuple[Argument, ...]
     operations: Mapping[str, int]
+    margin: str = ""
+    steps: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Loops:
+    """What a manifest says of loops; a serial robot has none.
+
+    Attributes:
+        names: The loops.
+        solution: "closed form", "newton", or "" without loops.
+        chain: The joints of the main chain, in the order of `theta`.
+        passive: The joints that are neither actuated nor in the main chain.
+        configuration: All variables of the loops, the vector `z`.
+        reference: The configuration whose branch is meant, None if none is told.
+        actuated_in_z: Where each actuated coordinate is in `z`.
+    """
+
+    names: tuple[str, ...]
+    solution: str
+    chain: tuple[Coordinate, ...]
+    passive: tuple[Variable, ...]
+    configuration: tuple[Variable, ...]
+    reference: Reference | None
+    actuated_in_z: tuple[ActuatedVariable, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,6 +161,7 @@ class Manifest:
         parameters: The geometry.
         notes: What to know about it, such as where it is not what it seems.
         functions: What it offers.
+        loops: Its loops.
         files: SHA-256 of each generated file.
     """
 
@@ -122,6 +175,7 @@ class Manifest:
     parameters: tuple[Parameter, ...]
     notes: tuple[str, ...]
     functions: tuple[FunctionInfo, ...]
+    loops: Loops
     files: Mapping[str, str]
 
     @property
@@ -207,6 +261,9 @@ class _Entry:
             self.fail("a number")
         return float(self.value)
 
+    def numbers(self) -> tuple[float, ...]:
+        return tuple(item.number() for item in self)
+
     def limit(self) -> float | None:
         return None if self.value is None else self.number()
 
@@ -269,12 +326,71 @@ def read_manifest(folder: Path) -> Manifest:
         parameters=tuple(_parameter(item) for item in entry["parameters"]),
         notes=entry.get("notes", []).texts(),
         functions=tuple(_function(item) for item in entry["functions"]),
+        loops=_loops(entry),
         files=MappingProxyType({key: v.sha256() for key, v in entry["files"].mapping().items()}),
     )
     entry["functions"].unique([function.name for function in manifest.functions])
     for needed in (f"{manifest.name}.c", f"{manifest.name}.h"):
         _ = entry["files"][needed]
+    _check_margins(entry, manifest.functions)
     return manifest
+
+
+def _loops(entry: _Entry) -> Loops:
+    solution = entry.get("solution", "")
+    if solution.value not in ("", "closed form", "newton"):
+        solution.fail('"closed form" or "newton"')
+    configuration = tuple(_variable(item) for item in entry.get("configuration", []))
+    reference = entry.get("reference", None)
+    loops = Loops(
+        names=entry.get("loops", []).texts(),
+        solution=solution.text(),
+        chain=tuple(_coordinate(item) for item in entry.get("chain", [])),
+        passive=tuple(_variable(item) for item in entry.get("passive", [])),
+        configuration=configuration,
+        reference=None
+        if reference.value is None
+        else Reference(reference["q"].numbers(), reference["z"].numbers()),
+        actuated_in_z=tuple(_actuated(item) for item in entry.get("actuated_in_z", [])),
+    )
+    _check_sizes(entry, loops)
+    return loops
+
+
+def _check_sizes(entry: _Entry, loops: Loops) -> None:
+    n, n_z = len(list(entry["coordinates"])), len(loops.configuration)
+    if loops.reference and (len(loops.reference.q), len(loops.reference.z)) != (n, n_z):
+        entry["reference"].fail(f"{n} values of q and {n_z} of z")
+    if loops.actuated_in_z and len(loops.actuated_in_z) != n:
+        entry["actuated_in_z"].fail(f"{n} entries, one a coordinate")
+    if any(item.index >= n_z for item in loops.actuated_in_z):
+        entry["actuated_in_z"].fail(f"indices below {n_z}, the size of the configuration")
+    if loops.solution == "newton" and not (loops.reference and loops.actuated_in_z):
+        entry["solution"].fail('"closed form", or reference and actuated_in_z beside it')
+
+
+def _check_margins(entry: _Entry, functions: tuple[FunctionInfo, ...]) -> None:
+    """What a function calls its margin must be one: of the same input, with a loop an entry."""
+    by_name = {function.name: function for function in functions}
+    for function, item in zip(functions, entry["functions"], strict=True):
+        margin, first = by_name.get(function.margin), function.inputs[0]
+        if function.margin and not (
+            margin
+            and margin.steps
+            and [(a.name, a.shape) for a in margin.inputs] == [(first.name, first.shape)]
+        ):
+            item["margin"].fail(f"a function of {first.name} alone that has steps")
+    for function, item in zip(functions, entry["functions"], strict=True):
+        if function.steps and [out.shape for out in function.outputs] != [(len(function.steps),)]:
+            item["steps"].fail("one name for each entry of the only output")
+
+
+def _variable(entry: _Entry) -> Variable:
+    return Variable(entry["name"].text(), entry["unit"].text())
+
+
+def _actuated(entry: _Entry) -> ActuatedVariable:
+    return ActuatedVariable(entry["index"].count(), entry["ratio"].number())
 
 
 def _coordinate(entry: _Entry) -> Coordinate:
@@ -317,6 +433,8 @@ def _function(entry: _Entry) -> FunctionInfo:
         inputs,
         outputs,
         MappingProxyType(operations),
+        entry.get("margin", "").text(),
+        entry.get("steps", []).texts(),
     )
 
 

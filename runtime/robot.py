@@ -12,15 +12,27 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from . import newton
 from ._call import Function
 from .errors import SourceMismatchError
 from .library import load_functions
-from .manifest import Coordinate, Frames, Manifest, Parameter, read_manifest
+from .loops import LoopMethods
+from .manifest import (
+    Coordinate,
+    Frames,
+    Manifest,
+    Parameter,
+    Reference,
+    Variable,
+    read_manifest,
+)
+from .modes import PlanarMethods
+from .singularity import SingularityMethods
 
 FloatArray = NDArray[np.float64]
 
 
-class Robot:
+class Robot(LoopMethods, PlanarMethods, SingularityMethods):
     """A generated robot: what it is, and what it computes.
 
     The functions are attributes (`robot.fk(q)`); which ones there are depends on the robot, and
@@ -45,6 +57,13 @@ class Robot:
         parameters: Its geometry by name.
         notes: What to know about it.
         functions: Its functions by name.
+        loops: The names of its loops; () of a serial robot.
+        solution: How its loops are solved: "closed form", "newton", or "" without loops.
+        chain_joints: The joints of its main chain, in the order of `theta`; of a serial robot its
+            coordinates.
+        passive_joints: Its joints that are neither actuated nor in the main chain.
+        configuration_variables: All variables of its loops, in the order of `z`.
+        reference: The configuration whose branch is meant, None without loops.
         folder: Where it was loaded from.
         digest: SHA-256 of its manifest, and so of all its equations.
     """
@@ -60,6 +79,12 @@ class Robot:
     parameters: Mapping[str, Parameter]
     notes: tuple[str, ...]
     functions: Mapping[str, Function[Any]]
+    loops: tuple[str, ...]
+    solution: str
+    chain_joints: tuple[Coordinate, ...]
+    passive_joints: tuple[Variable, ...]
+    configuration_variables: tuple[Variable, ...]
+    reference: Reference | None
     folder: Path
     digest: str
 
@@ -80,6 +105,21 @@ class Robot:
     acceleration_mixed: Function[FloatArray]
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
 
+    chain: Function[FloatArray]
+    chain_D_q: Function[FloatArray]
+    chain_rates: Function[FloatArray]
+    chain_accelerations: Function[FloatArray]
+    passive: Function[FloatArray]
+    passive_D_q: Function[FloatArray]
+    actuators: Function[FloatArray]
+    actuators_D_chain: Function[FloatArray]
+    actuator_rates: Function[FloatArray]
+    actuator_accelerations: Function[FloatArray]
+    configuration: Function[FloatArray]
+    constraint: Function[FloatArray]
+    constraint_D_z: Function[FloatArray]
+    constraint_D_z_dot: Function[FloatArray]
+
     def __init__(self, manifest: Manifest) -> None:
         """Makes the robot of a manifest; compiles its functions if that was not done before.
 
@@ -89,7 +129,11 @@ class Robot:
         Raises:
             ChaslesError: If its functions cannot be compiled or loaded; the message says why.
         """
-        functions = load_functions(manifest, _function_pickler(manifest))
+        pickler = _function_pickler(manifest)
+        functions = load_functions(manifest, pickler)
+        if manifest.loops.solution == "newton":
+            vars(self)["_loops"], iterated = newton.functions(manifest, functions, pickler)
+            functions |= iterated
         lower = [-np.inf if c.lower is None else c.lower for c in manifest.coordinates]
         upper = [np.inf if c.upper is None else c.upper for c in manifest.coordinates]
         vars(self).update(
@@ -105,6 +149,12 @@ class Robot:
             parameters=MappingProxyType({item.name: item for item in manifest.parameters}),
             notes=manifest.notes,
             functions=MappingProxyType(functions),
+            loops=manifest.loops.names,
+            solution=manifest.loops.solution,
+            chain_joints=manifest.loops.chain or manifest.coordinates,
+            passive_joints=manifest.loops.passive,
+            configuration_variables=manifest.loops.configuration,
+            reference=manifest.loops.reference,
             folder=manifest.folder,
             digest=manifest.digest,
         )

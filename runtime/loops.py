@@ -1,0 +1,141 @@
+"""What a robot with loops offers beside its functions: which poses close, and all branches."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ._call import Function
+from .manifest import Coordinate
+from .newton import NewtonMethods
+from .offered import needs
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+_PLANAR = ["prismatic", "prismatic", "revolute"]
+
+
+class ChainBranches(NamedTuple):
+    """All configurations of the main chain at given actuated coordinates.
+
+    Attributes:
+        theta: (..., k, n_theta) main-chain joints [rad or m], NaN where a branch does not close.
+        valid: (..., k) whether it closes.
+        margin: (..., k) or (..., k, steps) sin^2 of the transmission angle: 0 at a dead point.
+    """
+
+    theta: FloatArray
+    valid: BoolArray
+    margin: FloatArray
+
+
+class ActuatorBranches(NamedTuple):
+    """All actuated coordinates at given joints of the main chain.
+
+    Attributes:
+        q: (..., k, n) actuated coordinates [rad or m], NaN where a branch does not close.
+        valid: (..., k) whether it closes.
+        margin: (..., k) or (..., k, steps) sin^2 of the transmission angle: 0 at a dead point.
+    """
+
+    q: FloatArray
+    valid: BoolArray
+    margin: FloatArray
+
+
+def _moves_a_plane(robot: LoopMethods) -> bool:
+    return [joint.kind for joint in robot.chain_joints] == _PLANAR
+
+
+def _says_what_closes(robot: LoopMethods) -> bool:
+    return robot.solution == "newton" or "margin" in robot.functions
+
+
+class LoopMethods(NewtonMethods):
+    """The part of a robot that its loops bring along."""
+
+    chain_joints: tuple[Coordinate, ...]
+    margin: Function[FloatArray]
+    actuator_margin: Function[FloatArray]
+    chain_all: Function[tuple[FloatArray, FloatArray]]
+    actuators_all: Function[tuple[FloatArray, FloatArray]]
+
+    @needs(when=_says_what_closes)
+    def valid(self, q: ArrayLike) -> BoolArray:
+        """Whether the loops close at actuated coordinates; dead points do.
+
+        Limits are not looked at. Where loops are solved by Newton's iteration: whether it reaches
+        those coordinates from the reference configuration.
+
+        Args:
+            q: (..., n) [rad or m].
+
+        Returns:
+            (...,): False also where an input is not finite.
+        """
+        return self.follow(q).valid if self.solution == "newton" else _closes(self.margin(q))
+
+    @needs("actuator_margin")
+    def actuators_valid(self, theta: ArrayLike) -> BoolArray:
+        """Whether the actuators can hold the main chain at given joints; dead points count.
+
+        Args:
+            theta: (..., n_theta) main-chain joints [rad or m].
+
+        Returns:
+            (...,): False also where an input is not finite.
+        """
+        return _closes(self.actuator_margin(theta))
+
+    @needs("chain_all")
+    def chain_branches(self, q: ArrayLike) -> ChainBranches:
+        """Every configuration of the main chain that closes the loops, in fixed slots.
+
+        Args:
+            q: (..., n) actuated coordinates [rad or m].
+
+        Returns:
+            `theta (..., k, n_theta)`, `valid (..., k)`, `margin`; no slot is ever left out, so that
+            a slot keeps its branch from pose to pose.
+        """
+        theta, margin = self.chain_all(q)
+        return ChainBranches(theta, _branch_closes(theta, margin), margin)
+
+    @needs("actuators_all")
+    def actuator_branches(self, theta: ArrayLike) -> ActuatorBranches:
+        """Every vector of actuated coordinates that holds the main chain there, in fixed slots.
+
+        Args:
+            theta: (..., n_theta) main-chain joints [rad or m].
+
+        Returns:
+            `q (..., k, n)`, `valid (..., k)`, `margin`; a slot keeps its branch from pose to pose.
+        """
+        q, margin = self.actuators_all(theta)
+        return ActuatorBranches(q, _branch_closes(q, margin), margin)
+
+    @needs("actuators_all", when=_moves_a_plane)
+    def ik_planar(self, pose: ArrayLike) -> ActuatorBranches:
+        """Every way to hold a planar platform at a pose: the inverse, leg by leg.
+
+        Args:
+            pose: (..., 3): x, y [m] and phi [rad] of the platform.
+
+        Returns:
+            `q (..., k, n)`, `valid (..., k)`, `margin`; with two branches a leg, k is 8 for three
+            legs.
+        """
+        return self.actuator_branches(pose)
+
+
+def _closes(margin: FloatArray) -> BoolArray:
+    return np.asarray((np.isfinite(margin) & (margin >= 0)).all(-1))
+
+
+def _branch_closes(values: FloatArray, margin: FloatArray) -> BoolArray:
+    closes = np.asarray(np.isfinite(values).all(-1))
+    if margin.ndim > closes.ndim:
+        return closes & _closes(margin)
+    return closes & (margin >= 0)

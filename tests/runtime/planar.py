@@ -1,0 +1,208 @@
+"""A 3-RRR platform, generated from the triad alone: cranks, rods and a platform with pins."""
+
+import json
+from functools import cache
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import sympy as sp
+
+from chasles.derive import c_code
+from chasles.derive.function import Argument, Result, SymbolicFunction
+from chasles.derive.lower import lower
+from chasles.derive.robot import Joint, Robot
+from chasles.derive.scope import Scope
+from chasles.derive.statements import bodies
+from chasles.derive.triad import triad_mirror, triad_polynomial, triad_position
+
+from .tiny import sha256
+
+BASE, CRANK, PLATFORM = 0.29, 0.17, 0.13
+ANGLES = np.radians([210, 330, 90])
+DIRECTIONS = np.stack([np.cos(ANGLES), np.sin(ANGLES)], -1)
+
+
+def _exact(degrees):
+    angle = sp.pi * degrees / 180
+    return sp.cos(angle), sp.sin(angle)
+
+
+def _inverse(scope, theta, cs, crank, direction, pin, rod):
+    """Where a leg's crank points on average, how far it is off to both sides, and its margin."""
+    (x, y, _), (c, s) = theta, cs
+    base = sp.Rational(str(BASE))
+    dx = scope.let(x + c * pin[0] - s * pin[1] - base * direction[0])
+    dy = scope.let(y + s * pin[0] + c * pin[1] - base * direction[1])
+    square = scope.let(dx**2 + dy**2)
+    bend = scope.let((crank**2 + rod**2 - square) / (2 * crank * rod))
+    margin = scope.let(1 - bend**2)
+    across = scope.let(2 * crank * rod * sp.sqrt(margin))
+    off = scope.let(sp.atan2(across, square + crank**2 - rod**2))
+    return scope.let(sp.atan2(dy, dx)), off, margin
+
+
+@cache
+def functions(rod):
+    """The functions of the platform whose rods have the length rod (a text of its metres)."""
+    scope = Scope({})
+    q = sp.symbols("q1:4", real=True)
+    theta = sp.symbols("theta1:4", real=True)
+    phi = sp.Symbol("phi", real=True)
+    directions = [_exact(angle) for angle in (210, 330, 90)]
+    base, crank, platform = (sp.Rational(str(v)) for v in (BASE, CRANK, PLATFORM))
+    turned = [scope.cos_sin(angle) for angle in q]
+    A = [
+        (scope.let(base * dx + crank * c), scope.let(base * dy + crank * s))
+        for (dx, dy), (c, s) in zip(directions, turned, strict=True)
+    ]
+    b = [(platform * dx, platform * dy) for dx, dy in directions]
+    L = [sp.Rational(rod)] * 3
+    cs = scope.cos_sin(phi)
+    arguments = {
+        "q": Argument("q", q, (3,), "rad", "cranks"),
+        "theta": Argument("theta", theta, (3,), "m, rad", "x, y, phi"),
+        "phi": Argument("phi", (phi,), (), "rad", "angle"),
+    }
+
+    def function(name, inputs, *outputs):
+        taken = tuple(arguments[name] for name in inputs)
+        return SymbolicFunction(name, f"{name}.", "", taken, outputs, scope)
+
+    x, y = triad_position(scope, A, b, L, *cs)
+    mx, my = triad_mirror(scope, A, b, L, *cs)
+    px, py, angle = theta
+    c, s = scope.cos_sin(angle)
+    residuals, rows, lines, cranks = [], [], [], []
+    for k, (a, (bx, by)) in enumerate(zip(A, b, strict=True)):
+        rx, ry = scope.let(c * bx - s * by), scope.let(s * bx + c * by)
+        dx, dy = scope.let(px + rx - a[0]), scope.let(py + ry - a[1])
+        length = scope.let(sp.sqrt(dx**2 + dy**2))
+        nx, ny = scope.let(dx / length), scope.let(dy / length)
+        residuals.append(scope.let(length - L[k]))
+        rows += [nx, ny, scope.let(rx * ny - ry * nx)]
+        arm = scope.let(crank * (turned[k][0] * ny - turned[k][1] * nx))
+        cranks += [arm if j == k else sp.S.Zero for j in range(3)]
+    lines = tuple(rows)
+    legs = [
+        _inverse(scope, theta, (c, s), crank, *leg) for leg in zip(directions, b, L, strict=True)
+    ]
+    slots = list(product((1, -1), repeat=3))
+    inverse = tuple(
+        scope.let(w + side * t) for x in slots for side, (w, t, _) in zip(x, legs, strict=True)
+    )
+    margins = tuple(margin for _ in slots for *_, margin in legs)
+    pose = Result("x", (x, y, phi), (3,), "m, rad", "pose")
+    mirror = Result("x", (mx, my, phi), (3,), "m, rad", "pose")
+    polynomial = tuple(triad_polynomial(scope, A, b, L))
+    return (
+        function("assembly_polynomial", "q", Result("a", polynomial, (7,), "1", "coefficients")),
+        function("assembly_position", ("q", "phi"), pose),
+        function("assembly_mirror", ("q", "phi"), mirror),
+        function("rods", ("theta", "q"), Result("r", tuple(residuals), (3,), "m", "residuals")),
+        function("rods_D_chain", ("theta", "q"), Result("D", lines, (3, 3), "1, m", "rows")),
+        function(
+            "velocity_relation",
+            ("theta", "q"),
+            Result("J_x", lines, (3, 3), "1, m", "rods"),
+            Result("J_q", tuple(cranks), (3, 3), "m", "cranks"),
+        ),
+        function(
+            "actuators_all",
+            ("theta",),
+            Result("q", inverse, (8, 3), "rad", "branches"),
+            Result("margin", margins, (8, 3), "1", "margins"),
+        ),
+    )
+
+
+def write(folder: Path, rod="13/100"):
+    """The generated robot, without functions for batches."""
+    derived = functions(rod)
+    joints = tuple(Joint(f"crank_{k}", "revolute") for k in (1, 2, 3))
+    robot = Robot("planar", joints, title="A planar platform")
+    statements = bodies(lower(derived, "planar"))
+    files = {
+        "planar.c": c_code.source(robot, derived, statements),
+        "planar.h": c_code.header(robot, derived),
+        c_code.SUPPORT: c_code.support(c_code.SUPPORT),
+    }
+
+    def described(item):
+        return {
+            "name": item.name,
+            "shape": list(item.shape),
+            "unit": item.unit,
+            "meaning": item.meaning,
+        }
+
+    def joint(name, kind, unit):
+        return {"name": name, "kind": kind, "unit": unit, "lower": None, "upper": None}
+
+    names = ["x", "y", "phi"]
+    manifest = {
+        "chasles": 1,
+        "name": "planar",
+        "title": "A planar platform",
+        "source": "Made up.",
+        "coordinates": [joint(j.name, "revolute", "rad") for j in joints],
+        "chain": [
+            joint("x", "prismatic", "m"),
+            joint("y", "prismatic", "m"),
+            joint("phi", "revolute", "rad"),
+        ],
+        "passive": [],
+        "configuration": [{"name": n, "unit": "rad" if n == "phi" else "m"} for n in names],
+        "loops": ["leg_1", "leg_2", "leg_3"],
+        "reference": reference(float(sp.Rational(rod))),
+        "solution": "closed form",
+        "frames": {"base": "base", "tip": "ee", "links": []},
+        "parameters": [],
+        "functions": [
+            {
+                "name": f.name,
+                "symbol": f"planar_{f.name}",
+                "summary": f.summary,
+                "inputs": [described(item) for item in f.inputs],
+                "outputs": [described(item) for item in f.outputs],
+                "operations": {"total": 300},
+            }
+            for f in derived
+        ],
+        "files": {name: sha256(text) for name, text in files.items()},
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, text in files.items():
+        (folder / name).write_text(text)
+    (folder / "manifest.json").write_text(json.dumps(manifest))
+    return folder
+
+
+def reference(rod):
+    """The platform in the middle, cranks to the left of its pins."""
+    pose = np.zeros(3)
+    return {"q": cranks(pose, rod, 1.0).tolist(), "z": pose.tolist()}
+
+
+def cranks(pose, rod, side):
+    """Crank angles that hold a pose (..., 3), with geometry alone; NaN out of reach."""
+    d = pins(pose) - BASE * DIRECTIONS
+    r = np.hypot(d[..., 0], d[..., 1])
+    with np.errstate(invalid="ignore"):
+        return np.arctan2(d[..., 1], d[..., 0]) + side * np.arccos(
+            (CRANK**2 + r**2 - rod**2) / (2 * CRANK * r)
+        )
+
+
+def pins(pose):
+    """(..., 3, 2) the platform's pins in the base frame."""
+    c, s = np.cos(pose[..., 2, None]), np.sin(pose[..., 2, None])
+    bx, by = PLATFORM * DIRECTIONS.T
+    return np.stack(
+        [pose[..., 0, None] + c * bx - s * by, pose[..., 1, None] + s * bx + c * by], -1
+    )
+
+
+def ends(q):
+    """(..., 3, 2) the ends of the cranks in the base frame."""
+    return BASE * DIRECTIONS + CRANK * np.stack([np.cos(q), np.sin(q)], -1)
