@@ -29,6 +29,7 @@ from .dyads import (
     two_lines,
 )
 from .errors import RobotError
+from .mechanism import Mechanism
 from .motion import LoopRate
 from .phasors import REAL, ZERO, Complex, PhasorSum, conjugate, dot, is_zero, product, quotient
 from .planes import Edge, Linkage, Slide, Turn, Weld, tidied_entry
@@ -98,10 +99,12 @@ class Step:
     branch: str = ""
     sign: int = 0
 
-    @property
-    def name(self) -> str:
-        """Names of its joints, without the far ends of struts."""
-        return ", ".join(name for name in self.joints if "." not in name)
+    def name(self, mechanism: Mechanism) -> str:
+        """Names of the closures and struts that it closes."""
+        swings = {strut.swing_name: strut.name for strut in mechanism.struts}
+        names = [swings.get(name, name.split(".")[0]) for name in self.joints]
+        closers = {closer.name for closer in mechanism.closers}
+        return " and ".join(dict.fromkeys(name for name in names if name in closers))
 
 
 @dataclass(frozen=True)
