@@ -114,14 +114,15 @@ class Mobility:
             yield f"idle: {self.idle} members on balls turn about themselves"
         repeated = self.equations - self.rank
         if repeated:
-            yield f"overconstrained: {repeated} of {self.equations} equations repeat others"
+            yield f"repeated: {repeated} of {self.equations} equations follow from the others"
         moving = " without idle turns" if self.idle else ""
         for name, counted in (
             ("Gruebler-Kutzbach", self._kutzbach_but_idle),
             ("loop by loop", self.by_loops - self.idle),
         ):
             if counted != self.true:
-                yield f"{name} counts {counted}{moving}, true are {self.true}"
+                why = ": overconstrained" if self.true > counted else ""
+                yield f"{name} counts {counted}{moving}, true are {self.true}{why}"
         if self.actuated != self.true:
             yield f"actuated coordinates: {self.actuated}, degrees of freedom: {self.true}"
 
@@ -284,7 +285,7 @@ class _Numbers:
             return None
         step = _step(J, residual, free, rcond)
         for halving in range(HALVINGS):
-            trial = z + step / 2**halving
+            trial: Vector = z + step / 2**halving
             if np.linalg.norm(self.evaluated(trial)[0]) < PROGRESS * np.linalg.norm(residual):
                 return trial
         return None

@@ -192,6 +192,31 @@ def test_equations_that_always_hold_are_left_out():
     assert loop.units == ("m", "m")
 
 
+def test_equations_that_hold_by_cancelling_are_left_out():
+    """A screw and a slider on one skew axis: that they are parallel is cos^2 + sin^2 - 1 = 0."""
+    skew = (1, 2, 3, ("z", sp.Rational(1, 3)), ("x", sp.Rational(2, 7)))
+    screw = replace(pin("screw", BASE, "nut", *skew), kind="helical", pitch="1/100")
+    ram = replace(pin("ram", BASE, "rod", *skew), kind="prismatic")
+    jack = Mechanism(
+        "jack",
+        (screw, ram),
+        ("screw",),
+        closures=(
+            Closure(
+                "thrust",
+                "pin",
+                Place("nut", at(0, 0, 0, ("y", 1))),
+                Place("rod", at(0, 0, 0, ("y", 1))),
+            ),
+        ),
+    )
+    axial = replace(jack, closures=(replace(jack.closures[0], a=Place("nut"), b=Place("rod")),))
+    (loop,) = Case(axial).equations
+    assert loop.units == ("m", "m", "m")
+    (loop,) = Case(jack).equations
+    assert loop.units == ("m", "m", "m", "1", "1")
+
+
 # --- what is true in space ---
 
 
