@@ -3,7 +3,8 @@
 A loop is planar where all its revolute axes are parallel and all its sliders are perpendicular to
 them. Loops that share a joint are one *linkage*. Each body of a linkage gets axes of its own in the
 plane: the first of its frame's x, y, z axes that lies in the plane and the one to the left of it,
-seen against the plane's normal, which is the first revolute axis of the linkage.
+seen against the plane's normal, which is the first revolute axis of the linkage, or across its
+sliders where nothing in it turns.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
