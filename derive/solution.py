@@ -14,6 +14,7 @@ from .planes import Linkage, Loop, linkages
 from .reference import AtReference
 from .robot import Joint
 from .scope import Scope
+from .spatial import Known, assemble_in_space
 
 
 @dataclass(frozen=True)
@@ -134,15 +135,17 @@ def _solved(
     rates: dict[sp.Symbol, LoopRate] = {}
     steps: list[Step] = []
     relations: list[PhasorSum] = []
-    for linkage in loops.planar:
-        try:
+    spatial = Known(values, rates, steps)
+    try:
+        for linkage in loops.planar:
             part = assemble(scope, linkage, values, reference, signs)
-        except RobotError as error:
-            raise RobotError(f"robot {mechanism.name!r}: {error}") from error
-        values |= part.values
-        rates |= part.loops
-        steps.extend(part.steps)
-        relations.extend(part.relations)
+            values |= part.values
+            rates |= part.loops
+            steps.extend(part.steps)
+            relations.extend(part.relations)
+        assemble_in_space(scope, mechanism, loops.spatial, spatial, reference, signs)
+    except RobotError as error:
+        raise RobotError(f"robot {mechanism.name!r}: {error}") from error
     wanted = [*mechanism.members, *swings(mechanism)]
     still_open = tuple(name for name in wanted if name not in values)
     return Solution(mechanism, values, rates, tuple(steps), tuple(relations), still_open, reference)
