@@ -278,6 +278,11 @@ class Mechanism:
         return tuple(name for name in (*joints, *swings, *cylinders) if name not in taken)
 
     @property
+    def tool_place(self) -> Place:
+        """The tool frame on the body that carries it."""
+        return Place(self.tool_body, self.tool)
+
+    @property
     def link_names(self) -> tuple[str, ...]:
         """Names of the main chain's links."""
         return self.main_chain.link_names
