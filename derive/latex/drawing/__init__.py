@@ -5,40 +5,42 @@ from collections.abc import Mapping
 
 from ...mechanism import Coordinate, Mechanism
 from .. import names
-from .labels import LOOP, Label, Obstacles, loop_number, placed
+from .labels import Label, Obstacles, loop_number, placed
 from .marks import Marks
-from .paper import HEIGHT, WIDTH, Paper, Point, at, number, whole
+from .paper import Paper, Point, at, whole
 from .parts import scene
 from .poses import Poses
 from .view import view
 
 PREAMBLE = "\\usepackage{tikz}\n\\usetikzlibrary{arrows.meta}"
 """What a document needs before it reads a drawing in."""
-_STYLES = r"""  [x=1mm,y=1mm,line cap=round,line join=round,font=\footnotesize,>={Stealth[length=1.7mm]},
+_STYLES = r"""  [x=1mm,y=1mm,line cap=round,line join=round,
+   font=\footnotesize,>={Stealth[length=1.7mm]},
    outline/.style={draw=black!70,fill=black!70},
    base/.style={draw=black!60,fill=black!6,line width=0.3mm},
    ground/.style={draw=black!75,line width=0.2mm},
    stand/.style={draw=black!75,fill=white,line width=0.25mm},
    guide/.style={draw=black!75,line width=0.5mm},
-   tint1/.style={draw=blue!18!black!12,fill=blue!18!black!12},
-   tint2/.style={draw=orange!22!black!9,fill=orange!22!black!9},
-   tint3/.style={draw=teal!24!black!10,fill=teal!24!black!10},
-   tint4/.style={draw=black!20,fill=black!20},
-   tint5/.style={draw=violet!20!black!9,fill=violet!20!black!9},
-   tint6/.style={draw=olive!26!black!9,fill=olive!26!black!9},
+   tint1/.style={draw=blue!40!black!24!white,fill=blue!40!black!24!white},
+   tint2/.style={draw=orange!75!black!32!white,fill=orange!75!black!32!white},
+   tint3/.style={draw=teal!80!black!28!white,fill=teal!80!black!28!white},
+   tint4/.style={draw=black!22,fill=black!22},
+   tint5/.style={draw=violet!70!black!24!white,fill=violet!70!black!24!white},
+   tint6/.style={draw=olive!80!black!30!white,fill=olive!80!black!30!white},
    rod outline/.style={draw=black!70,line width=1.2mm},
    rod/.style={draw=black!25,line width=0.8mm},
    piston/.style={draw=black!70,line width=0.9mm},
    barrel/.style={draw=black!80,fill=white,line width=0.3mm},
    pin/.style={draw=black!85,fill=white,line width=0.3mm},
    driven/.style={fill=red!65!orange!85!black},
+   pressed/.style={fill=red!65!orange!85!black!40!white},
    weld/.style={fill=black!85},
    axis/.style={draw=black!85,line width=0.15mm,dash pattern=on 1mm off 0.3mm on 0.2mm off 0.3mm},
    motor/.style={draw=red!65!orange!85!black,line width=0.35mm},
    frame/.style={draw=blue!70!black,line width=0.4mm,->},
    axis name/.style={font=\scriptsize,text=blue!70!black,inner sep=0pt},
    loop/.style={draw=black!60,circle,fill=white,line width=0.2mm,inner sep=0pt,
-     minimum size=4.2mm,font=\scriptsize},
+     minimum size=3.8mm,font=\scriptsize},
    leader/.style={draw=black!45,line width=0.15mm},
    name/.style={inner sep=0pt},
    coordinate name/.style={inner sep=0pt,text=red!65!orange!65!black}]"""
@@ -74,17 +76,19 @@ def drawing(mechanism: Mechanism, configuration: Mapping[str, float]) -> str:
     directions, is_planar = view(mechanism, poses)
     paper = Paper.around(directions, parts.points)
     marks = Marks(parts, paper, is_planar=is_planar)
-    loops = [
-        f"\\node[loop] at {at(loop_number([paper.at(p) for p in corners], marks.obstacles))} {{{k}}};"
-        for k, corners in enumerate(parts.loops, 1)
-    ]
-    labels = [line for label in _labels(mechanism, marks) for line in placed(label, marks.obstacles)]
-    low, high = _extent(marks.obstacles)
+    taken = marks.obstacles
+    # Coordinates have the least choice of places, loops more, and the rest takes what is left.
+    labels = [line for label in _coordinates(mechanism, marks) for line in placed(label, taken)]
+    for k, corners in enumerate(parts.loops, 1):
+        place = loop_number([paper.at(p) for p in corners], taken)
+        labels.append(f"\\node[loop] at {at(place)} {{{k}}};")
+    labels += [line for label in _names(mechanism, marks) for line in placed(label, taken)]
+    low, high = _extent(taken)
     lines = [
         "\\begin{tikzpicture}",
         _STYLES,
         *(f"  {line}" for group in (marks.behind, marks.bodies, marks.joints) for line in group),
-        *(f"  {line}" for group in (marks.arrows, loops, labels) for line in group),
+        *(f"  {line}" for group in (marks.arrows, labels) for line in group),
         *(f"  {line}" for line in _scale(paper.scale, low)),
         f"  \\useasboundingbox {at((low[0], low[1] - _BELOW))} rectangle {at(high)};",
         "\\end{tikzpicture}",
@@ -92,16 +96,22 @@ def drawing(mechanism: Mechanism, configuration: Mapping[str, float]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _labels(mechanism: Mechanism, marks: Marks) -> list[Label]:
-    """Names of the coordinates, of the main chain's other joints and of the tool frame."""
-    found = [
+def _coordinates(mechanism: Mechanism, marks: Marks) -> list[Label]:
+    """Names of the actuated coordinates, at what they move."""
+    return [
         _label(*_coordinate(k, coordinate), *marks.anchors[coordinate.moves], "coordinate name")
         for k, coordinate in enumerate(mechanism.coordinates, 1)
     ]
-    taken = {coordinate.moves for coordinate in mechanism.coordinates}
-    for joint in mechanism.main_chain.moving:
-        if joint.name not in taken and joint.name in marks.anchors:
-            found.append(_label(*_name(joint.name), *marks.anchors[joint.name], "name"))
+
+
+def _names(mechanism: Mechanism, marks: Marks) -> list[Label]:
+    """Names of the main chain's other joints and of the tool frame."""
+    actuated = {coordinate.moves for coordinate in mechanism.coordinates}
+    found = [
+        _label(*_name(joint.name), *marks.anchors[joint.name], "name")
+        for joint in mechanism.main_chain.moving
+        if joint.name in marks.anchors and joint.name not in actuated
+    ]
     return [*found, _label(*_name(mechanism.tool_frame), *marks.anchors["tool"], "name")]
 
 
@@ -131,7 +141,7 @@ def _extent(obstacles: Obstacles) -> tuple[Point, Point]:
     for box in obstacles.boxes:
         x += [box.left, box.right]
         y += [box.bottom, box.top]
-    for a, b, half in obstacles.lines:
+    for a, b, half in (*obstacles.lines, *obstacles.outlines):
         x += [a[0] - half, a[0] + half, b[0] - half, b[0] + half]
         y += [a[1] - half, a[1] + half, b[1] - half, b[1] + half]
     return (min(x) - 5, min(y) - 5), (max(x) + 5, max(y) + 5)

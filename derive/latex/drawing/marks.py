@@ -7,7 +7,6 @@ import numpy as np
 from .labels import Obstacles
 from .paper import Paper, Point, angle, area, at, between, distance, hull, number, turn, whole
 from .parts import Bar, Hinge, Scene, Slide
-from .poses import Array
 
 TINTS = 6
 """How many tints bodies take in turn."""
@@ -18,12 +17,16 @@ SHAFT = 22
 """Half the length of a hinge whose axis lies in the picture."""
 MOTOR = 28
 """Radius of the arrow around a motor."""
+STROKE = 70
+"""Half the longest arrow beside a cylinder."""
+COLLAR = 36
+"""How far from a hinge the arrow around its shaft is."""
 BARREL = 0.55
 """The part of a cylinder that its barrel takes."""
 FORESHORTENED = 0.35
 """Below this part of its length on paper a direction is seen end-on."""
-GUIDE = 60
-"""How far a guide reaches beyond its slider."""
+GUIDE, RAIL = 45, 110
+"""How far a guide reaches beyond its slider, and how far one on the ground without limits."""
 HATCH = 11
 """Between two strokes of the ground's hatching."""
 FOOT, FOOTING = 34, 32
@@ -103,7 +106,7 @@ class Marks:
         self.behind.append(
             f"\\draw[ground] {_frame(a, b)} (0,0) -- ({number(length)},0) {strokes} {{ {stroke} }};"
         )
-        self.obstacles.path([a, b], 8)
+        self.obstacles.path(_beside(a, b, -7), 8)
 
     def _foot(self, hinge: Hinge, feet: list[Point]) -> None:
         point = self.paper.at(hinge.at)
@@ -117,9 +120,9 @@ class Marks:
             side = whole(away[1] * FOOTING), whole(away[0] * FOOTING)
             self._ground((x - side[0], y + side[1]), (x + side[0], y - side[1]))
             return
-        side = self._up(hinge, point)
-        a = (point[0] - side * FOOTING, point[1] - side * FOOT)
-        b = (point[0] + side * FOOTING, point[1] - side * FOOT)
+        up = self._up(hinge, point)
+        a = (point[0] - up * FOOTING, point[1] - up * FOOT)
+        b = (point[0] + up * FOOTING, point[1] - up * FOOT)
         legs = f"{at(between(a, b, 0.2))} -- {at(point)} -- {at(between(a, b, 0.8))}"
         self.behind.append(f"\\filldraw[stand] {legs} -- cycle;")
         self._ground(a, b)
@@ -134,10 +137,9 @@ class Marks:
     def _away(self, hinge: Hinge, shaft: tuple[float, float]) -> tuple[float, float]:
         """The direction of a shaft that leads to what it carries; upwards where both do."""
         point, other = self.paper.at(hinge.at), self._carried(hinge)
-        along = shaft[0] * (other[0] - point[0]) + shaft[1] * (other[1] - point[1])
-        if abs(along) < MOTOR:
-            along = shaft[1]
-        return shaft if along >= 0 else (-shaft[0], -shaft[1])
+        along = whole(shaft[0] * (other[0] - point[0]) + shaft[1] * (other[1] - point[1]))
+        leads = shaft[1] >= 0 if abs(along) < MOTOR else along > 0
+        return shaft if leads else (-shaft[0], -shaft[1])
 
     def _carried(self, hinge: Hinge) -> Point:
         """The middle of what a hinge of the base carries."""
@@ -145,7 +147,9 @@ class Marks:
             bar = next(bar for bar in self.scene.bars if bar.name == hinge.name)
             return self.paper.at((bar.a + bar.b) / 2)
         corners = self.corners[hinge.b if hinge.a == 0 else hinge.a]
-        return sum(x for x, _ in corners) // len(corners), sum(y for _, y in corners) // len(corners)
+        return sum(x for x, _ in corners) // len(corners), sum(y for _, y in corners) // len(
+            corners
+        )
 
     # --- bodies ---
 
@@ -154,7 +158,9 @@ class Marks:
         for k, (solid, corners) in enumerate(zip(self.scene.solids, self.corners, strict=True)):
             if k == 0 or len(corners) < 2:  # noqa: PLR2004
                 continue
-            order = (0, -area(corners)) if self.is_planar else (self.paper.depth(solid.points), 0)
+            order: tuple[int, int] = (
+                (0, -area(corners)) if self.is_planar else (self.paper.depth(solid.points), 0)
+            )
             waiting.append((order, self._body(k, corners)))
         for bar in self.scene.bars:
             depth = self.paper.depth([bar.a, bar.b])
@@ -169,7 +175,7 @@ class Marks:
         command = "filldraw" if is_plate else "draw"
         if is_plate:
             self.obstacles.plates.append(list(corners))
-        self.obstacles.path([*corners, corners[0]] if is_plate else corners, width // 2)
+        self.obstacles.body([*corners, corners[0]] if is_plate else corners, width // 2)
         tint = f"tint{(k - 1) % TINTS + 1}"
         return [
             f"\\{command}[outline,line width={number(width + RIM)}mm] {path};",
@@ -184,13 +190,14 @@ class Marks:
             return [f"\\draw[rod outline] {_open([a, b])};", f"\\draw[rod] {_open([a, b])};"]
         length = distance(a, b)
         barrel = whole(BARREL * length)
-        style = "barrel,driven" if bar.coordinate else "barrel"
+        style = "barrel,pressed" if bar.coordinate else "barrel"
         self.anchors[bar.name] = between(a, b, BARREL / 2), 16
         if bar.coordinate:
-            side = self._free_side(a, b)
+            side, middle = self._free_side(a, b), (barrel + length) // 2
+            half = min(max((length - barrel) // 2 - 10, 30), STROKE)
             self.arrows.append(
-                f"\\draw[motor,<->] {_frame(a, b)} ({number(barrel)},{number(side * 26)})"
-                f" -- ({number(max(length - 20, barrel + 60))},{number(side * 26)});"
+                f"\\draw[motor,<->] {_frame(a, b)} ({number(middle - half)},{number(side * 26)})"
+                f" -- ({number(middle + half)},{number(side * 26)});"
             )
             self.obstacles.path(_beside(between(a, b, BARREL), b, side * 26), 8)
         return [
@@ -210,16 +217,18 @@ class Marks:
 
     def _hinges(self) -> None:
         # What is driven lies on top, where several hinges share a point.
-        for hinge in sorted(self.scene.hinges, key=lambda h: h.coordinate is not None):
+        for hinge in sorted(self.scene.hinges, key=lambda h: (h.coordinate is not None, h.is_main)):
             self._hinge(hinge)
 
     def _hinge(self, hinge: Hinge) -> None:
-        point, radius = self.paper.at(hinge.at), MAIN_PIN if hinge.is_main else PIN
+        point, radius = self._place(hinge), MAIN_PIN if hinge.is_main else PIN
         style = "pin,driven" if hinge.coordinate else "pin"
         shaft = self._shaft(hinge)
         reach = radius + 2
         if hinge.kind == "weld":
-            self.joints.append(f"\\fill[weld,shift={{{at(point)}}}] (-1.6,-1.1) -- (1.6,-1.1) -- (0,1.7) -- cycle;")
+            self.joints.append(
+                f"\\fill[weld,shift={{{at(point)}}}] (-1.6,-1.1) -- (1.6,-1.1) -- (0,1.7) -- cycle;"
+            )
         elif hinge.kind == "ball":
             self.joints.append(f"\\filldraw[{style}] {at(point)} circle[radius={number(radius)}];")
             self.joints.append(f"\\fill[outline] {at(point)} circle[radius={number(radius // 2)}];")
@@ -234,6 +243,26 @@ class Marks:
         self.obstacles.disc(point, reach)
         if hinge.b >= 0:
             self.anchors[hinge.name] = point, reach
+
+    def _place(self, hinge: Hinge) -> Point:
+        """Where a hinge is drawn: one that would cover another moves along its axis."""
+        point, shaft = self.paper.at(hinge.at), self._shaft(hinge)
+        others = [self.paper.at(other.at) for other in self.scene.hinges if other is not hinge]
+        if shaft is None or 0 in (hinge.a, hinge.b) or hinge.b < 0:
+            return point
+        if all(distance(point, other) > 2 * SHAFT for other in others):
+            return point
+        # Along the body that it carries, or else along the one that it stands on.
+        for k in (hinge.b, hinge.a):
+            along = [
+                whole(shaft[0] * (x - point[0]) + shaft[1] * (y - point[1]))
+                for x, y in self.corners[k]
+            ]
+            reach = max(along, key=abs, default=0)
+            if abs(reach) > 2 * SHAFT:
+                step = 2 * SHAFT if reach > 0 else -2 * SHAFT
+                return point[0] + whole(step * shaft[0]), point[1] + whole(step * shaft[1])
+        return point
 
     def _turned_hinge(self, point: Point, style: str, shaft: tuple[float, float]) -> None:
         frame = f"[shift={{{at(point)}}},rotate={angle(*shaft)}]"
@@ -261,10 +290,13 @@ class Marks:
                 f" arc[start angle={begin},end angle={end},radius={number(MOTOR)}];"
             )
             return
-        # Of the turn around a shaft the half that is nearer to the eye is shown.
+        # Of the turn around a shaft the half that is nearer to the eye is shown, beyond the hinge.
+        away = self._away(hinge, shaft)
+        beyond = point[0] + whole(COLLAR * away[0]), point[1] + whole(COLLAR * away[1])
         begin, end = (60, 300) if near >= -FORESHORTENED / 100 else (120, -120)
+        self.obstacles.disc(beyond, MOTOR)
         self.arrows.append(
-            f"\\draw[motor,->,shift={{{at(point)}}},rotate={angle(*shaft)}]"
+            f"\\draw[motor,->,shift={{{at(beyond)}}},rotate={angle(*shaft)}]"
             f" ({begin}:0.9 and {number(MOTOR)})"
             f" arc[start angle={begin},end angle={end},x radius=0.9,y radius={number(MOTOR)}];"
         )
@@ -321,17 +353,33 @@ class Marks:
     ) -> None:
         """The line that a slider moves along, hatched where the base carries it."""
         x, y = direction
-        along = sorted((0, whole(x * (start[0] - point[0]) + y * (start[1] - point[1]))))
-        ends = [
-            (point[0] + whole(x * reach), point[1] + whole(y * reach))
-            for reach in (along[0] - GUIDE, along[1] + GUIDE)
-        ]
-        if slide.a == 0 and not self.has_plate:
+        is_rail = slide.a == 0 and not self.has_plate
+        reaches = self._reaches(slide, start, point, direction, is_rail=is_rail)
+        ends = [(point[0] + whole(x * r), point[1] + whole(y * r)) for r in reaches]
+        if is_rail:
             low = [(px + whole(20 * y), py - whole(20 * x)) for px, py in ends]
             self._ground(low[0], low[1])
         else:
             self.bodies.append(f"\\draw[guide] {_open(ends)};")
             self.obstacles.path(ends, 4)
+
+    def _reaches(
+        self,
+        slide: Slide,
+        start: Point,
+        point: Point,
+        direction: tuple[float, float],
+        *,
+        is_rail: bool,
+    ) -> tuple[int, int]:
+        """From where to where a guide goes, seen from its slider: all its known travel."""
+        shown = [self.paper.at(p) for p in slide.travel] or [point if is_rail else start]
+        along = [
+            whole(direction[0] * (p[0] - point[0]) + direction[1] * (p[1] - point[1]))
+            for p in (point, *shown)
+        ]
+        beyond = RAIL if is_rail and not slide.travel else GUIDE
+        return min(along) - beyond, max(along) + beyond
 
     # --- tool ---
 

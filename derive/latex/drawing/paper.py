@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .parts import SMALL
 from .poses import Array
 
 Point = tuple[int, int]
@@ -43,8 +44,8 @@ class Paper:
         seen = np.array(points) @ view[:2].T
         low, high = seen.min(axis=0), seen.max(axis=0)
         free = (WIDTH - 2 * ROOM_ASIDE, HEIGHT - ROOM_ABOVE - ROOM_BELOW)
-        spans = [max(float(span), 1e-6) for span in high - low]
-        scale = min(room / span for room, span in zip(free, spans, strict=True))
+        spans = zip(free, (float(span) for span in high - low), strict=True)
+        scale = min((room / span for room, span in spans if span > SMALL), default=WIDTH)
         middle = (low[0] + high[0]) / 2
         return cls(view, scale, (middle - WIDTH / 2 / scale, low[1] - ROOM_BELOW / scale))
 
@@ -54,8 +55,8 @@ class Paper:
         return whole(self.scale * (x - self.corner[0])), whole(self.scale * (y - self.corner[1]))
 
     def along(self, direction: Array) -> tuple[float, float, float]:
-        """The parts of a direction to the right, up and towards the eye."""
-        right, up, near = (float(part) for part in self.view @ direction)
+        """The parts of a direction to the right, up and towards the eye, to six digits."""
+        right, up, near = (whole(1e6 * float(part)) / 1e6 for part in self.view @ direction)
         return right, up, near
 
     def depth(self, points: Sequence[Array]) -> int:

@@ -67,6 +67,7 @@ class Slide:
         a: Index of the solid with the guide.
         b: Index of the solid that slides.
         mouth: Where the outer tube of a telescope ends.
+        travel: Where a slider is at its limits.
         coordinate: Which of ``q`` moves it.
         is_main: Whether it is a joint of the main chain.
     """
@@ -78,6 +79,7 @@ class Slide:
     a: int
     b: int
     mouth: Array | None = None
+    travel: tuple[Array, ...] = ()
     coordinate: int | None = None
     is_main: bool = False
 
@@ -118,7 +120,7 @@ class Scene:
         """All points that must be on the picture."""
         found = [point for solid in self.solids for point in solid.points]
         found += [hinge.at for hinge in self.hinges]
-        found += [point for slide in self.slides for point in (slide.start, slide.at)]
+        found += [p for slide in self.slides for p in (slide.start, slide.at, *slide.travel)]
         found += [point for bar in self.bars for point in (bar.a, bar.b)]
         return [*found, self.tool[:3, 3]]
 
@@ -230,26 +232,31 @@ class _Builder:
         axis = joint.direction * fixed[:3, 2]
         coordinate, is_main = self.moved_by.get(joint.name), joint.name in self.main
         if joint.kind == "prismatic":
-            slide = Slide(joint.name, fixed[:3, 3], moved[:3, 3], axis, a, b, None, coordinate)
-            self.slides.append(replace(self._telescope(joint, slide), is_main=is_main))
+            slide = Slide(joint.name, fixed[:3, 3], moved[:3, 3], axis, a, b)
+            slide = replace(slide, coordinate=coordinate, is_main=is_main)
+            self.slides.append(self._guided(joint, slide))
         else:
             kind = "pin" if len(run) == 1 else "ball"
             self.hinges.append(
                 Hinge(joint.name, kind, moved[:3, 3], axis, a, b, coordinate, is_main)
             )
 
-    def _telescope(self, joint: Joint, slide: Slide) -> Slide:
-        """A slide of an arm that turns, as two tubes; any other as it is."""
+    def _guided(self, joint: Joint, slide: Slide) -> Slide:
+        """A slide of an arm that turns as two tubes; any other on a guide as long as its travel."""
         carrier = self.mechanism.joint_of.get(joint.parent)
-        travel = slide.at - slide.start
-        if carrier is None or carrier.kind != "revolute":
-            return slide
-        if np.linalg.norm(travel) < LONG * self.size:
-            return slide
-        mouth = slide.start + MOUTH * travel
+        way = slide.at - slide.start
+        if carrier is None or carrier.kind != "revolute" or np.linalg.norm(way) < LONG * self.size:
+            return replace(slide, travel=self._travel(joint, slide))
+        mouth = slide.start + MOUTH * way
         self.solids[slide.a].points.append(mouth)
         self.solids[slide.b].points.append(mouth)
         return replace(slide, mouth=mouth)
+
+    def _travel(self, joint: Joint, slide: Slide) -> tuple[Array, ...]:
+        if None in joint.limits:
+            return ()
+        values = [float(self.poses.scope.value(limit)) for limit in joint.limits]
+        return tuple(slide.start + value * slide.axis for value in values)
 
     def _closure(self, closure: Closure) -> None:
         A, B = self.poses.of(closure.a), self.poses.of(closure.b)

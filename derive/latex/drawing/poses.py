@@ -48,7 +48,9 @@ class Poses:
     def matrix(self, placement: Placement) -> Array:
         """A constant placement (4, 4)."""
         exact = placement_matrix(placement)
-        return np.array([[float(self.scope.value(entry)) for entry in row] for row in exact.tolist()])
+        return np.array(
+            [[float(self.scope.value(entry)) for entry in row] for row in exact.tolist()]
+        )
 
     def of(self, place: Place) -> Array:
         """The pose of a place on a body (4, 4)."""

@@ -10,8 +10,8 @@ from ...planes import linkages
 from .parts import SMALL
 from .poses import Array, Poses
 
-AZIMUTH, ELEVATION = math.radians(-60), math.radians(22)
-"""Where the eye is that sees a spatial mechanism."""
+AZIMUTH, ELEVATION = math.radians(-56), math.radians(22)
+"""Where the eye is that sees a spatial mechanism: not in line with legs 60 degrees apart."""
 FLAT = 1e-6
 """What counts as one direction in a configuration that was solved for."""
 
