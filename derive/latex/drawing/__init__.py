@@ -129,7 +129,7 @@ def _coordinate(k: int, coordinate: Coordinate) -> tuple[str, float]:
 
 def _name(name: str) -> tuple[str, float]:
     """A name in LaTeX, and how many letters wide it is: a symbol where it looks like one."""
-    head, *rest = re.findall(r"[A-Za-z]+|[0-9]+", name)
+    head, *rest = re.findall(r"[A-Za-z]+|[0-9]+", name) or [name]
     if len(head) > 1 and head not in names.GREEK:
         return names.escape(name), len(name)
     return f"${names.parameter(name)}$", 1.2 + 0.8 * sum(map(len, rest))

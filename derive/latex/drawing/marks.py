@@ -135,10 +135,10 @@ class Marks:
         return -1 if -y > 2 * abs(x) else 1
 
     def _away(self, hinge: Hinge, shaft: tuple[float, float]) -> tuple[float, float]:
-        """The direction of a shaft that leads to what it carries; upwards where both do."""
+        """The direction of a shaft that leads to what it carries; upwards where none does."""
         point, other = self.paper.at(hinge.at), self._carried(hinge)
         along = whole(shaft[0] * (other[0] - point[0]) + shaft[1] * (other[1] - point[1]))
-        leads = shaft[1] >= 0 if abs(along) < MOTOR else along > 0
+        leads = along > 0 if 2 * abs(along) > distance(point, other) else shaft[1] >= 0
         return shaft if leads else (-shaft[0], -shaft[1])
 
     def _carried(self, hinge: Hinge) -> Point:
