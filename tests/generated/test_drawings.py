@@ -10,7 +10,7 @@ import sympy as sp
 
 from chasles.derive import RobotError
 from chasles.derive.latex.drawing import PREAMBLE, drawing
-from chasles.derive.latex.drawing.paper import HEIGHT, WIDTH, Paper, at
+from chasles.derive.latex.drawing.paper import HEIGHT, WIDTH, Paper, at, whole
 from chasles.derive.latex.drawing.parts import scene
 from chasles.derive.latex.drawing.poses import Poses
 from chasles.derive.latex.drawing.view import view
@@ -186,9 +186,23 @@ def welded():
     return robot, {"post": 0.0, "reach": 0.4, "ride": 0.3}
 
 
+def universal():
+    """A four-bar whose coupler hangs in a universal joint and a ball."""
+    joints = (
+        hinge("crank", "0"),
+        hinge("swing", "crank_body", moved(0.1, 0, 0)),
+        hinge("sway", "swing_body", LYING),
+        hinge("rocker", "0", moved(0.3, 0, 0)),
+    )
+    ends = place("sway_body", 0.3, 0, 0), place("rocker_body", 0.1, 0, 0)
+    ball = Closure("ball", "ball", *ends)
+    robot = Mechanism("universal", joints, ("crank",), (ball,), tool_body="rocker_body")
+    return robot, {"crank": 1.0, "swing": -1.0, "sway": 0.0, "rocker": 1.0}
+
+
 MECHANISMS = {
     found.__name__: found
-    for found in (four_bar, slider_crank, hydraulic_arm, platform_3rrr, delta, welded)
+    for found in (four_bar, slider_crank, hydraulic_arm, platform_3rrr, delta, welded, universal)
 }
 every = pytest.mark.parametrize("name", MECHANISMS)
 
@@ -233,7 +247,7 @@ def test_closures_and_struts_are_drawn(name):
             style = "piston" if closer.is_cylinder else "rod"
             assert f"\\draw[{style}] {points[0]} -- {points[1]};" in text
             assert all(f"{point} circle" in text for point in points)
-        elif closer.kind == "pin":
+        elif closer.kind in {"pin", "ball"}:
             assert f"{points[0]} circle" in text
         elif closer.kind == "weld":
             assert f"\\fill[weld,shift={{{points[0]}}}]" in text
@@ -249,7 +263,7 @@ def test_robots_stand_upright_in_their_plane(name):
     robot, values = MECHANISMS[name]()
     _, paper, is_planar = on_paper(robot, values)
     # A loop of sliders alone is in no plane of its own.
-    assert is_planar == (name not in {"delta", "welded"})
+    assert is_planar == (name not in {"delta", "welded", "universal"})
     vertical = paper.along([0, 0, 1])
     assert abs(vertical[0]) < 1e-9
     assert vertical[1] > 0.9 or vertical == (0, 0, 1)
@@ -298,3 +312,14 @@ def test_a_motor_is_named_at_the_joint_that_it_moves():
     text = drawing(robot, values)
     assert f"\\filldraw[pin,driven] {at(paper.at([0, 0, 0]))} circle" in text
     assert text.count("\\filldraw[pin,driven]") == text.count("\\draw[motor") == 1
+
+
+def test_hinges_in_one_point_are_one_ball():
+    text = drawing(*universal())
+    inner = re.findall(r"\\fill\[outline\] (\S+) circle", text)
+    assert len(inner) == len(set(inner)) == 2
+
+
+def test_ties_are_rounded_alike_whatever_the_last_digits_are():
+    for value in (-1.5, -0.5, 0.5, 7.5):
+        assert whole(value - 1e-9) == whole(value) == whole(value + 1e-9) == math.ceil(value)
