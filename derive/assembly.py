@@ -18,6 +18,7 @@ from itertools import combinations
 import sympy as sp
 
 from .dyads import (
+    Arm,
     arm,
     circle_and_line,
     rate_of_direction,
@@ -39,6 +40,8 @@ SIDES = {1: "left", -1: "right"}
 TRAVELS = {1: "far", -1: "near"}
 CLEAR = 1e-6
 """Two branches that differ by less from the reference are not told apart (radian, metre)."""
+Quantities = tuple[tuple[str, sp.Expr], ...]
+"""Named intermediate results."""
 Turned = tuple[sp.Expr, Complex]
 """A turn: an exact angle, and a constant unit rotor."""
 
@@ -78,22 +81,27 @@ class Step:
 
     Attributes:
         kind: ``two circles``, ``circle and line``, ``two lines``, ``parallelogram``, ``two pins``.
+        axes: The body in whose axes the loop is written.
         bodies: One body of each cluster: the one at rest first.
         joints: Names of the pins and slides that hold them.
         relation: The loop: a sum of turning vectors that is zero.
         solved: Named angles and travels that the step gives, with their meaning.
-        quantities: Named intermediate results: symbol for the reader, expression.
+        quantities: Intermediate results in order: ``D_x``, ``D_y`` and ``D^2`` of the base, ``A``
+            and ``B`` of the arms on their own bodies, ``C`` and ``E`` of the arms in the base's
+            axes, lengths ``p``, ``h``, ``n``, ``m`` and travels ``t``, ``u`` as in
+            :mod:`chasles.derive.dyads`.
         margin: 0 at a dead point, below 0 out of reach; None where the step always closes.
         branch: Name of the branch, empty where there is one only.
         sign: Its sign.
     """
 
     kind: str
+    axes: str
     bodies: tuple[str, ...]
     joints: tuple[str, ...]
     relation: PhasorSum
     solved: tuple[sp.Symbol, ...] = ()
-    quantities: tuple[tuple[str, sp.Expr], ...] = ()
+    quantities: Quantities = ()
     margin: sp.Expr | None = None
     branch: str = ""
     sign: int = 0
@@ -252,29 +260,32 @@ class _Solver:
             if {self._id(second.a), self._id(second.b)} != {id(base), id(other)}:
                 continue
             here, there = (self._span(c, first, second) for c in (other, base))
-            turn, solved = self._turn_between(here, there)
+            turn, solved, quantities = self._turn_between(here, there)
             at = self._pin(base, first), self._pin(other, first)
             bodies = self._named(first, base), self._named(first, other)
             relation = here.times(turn[1]).turned(turn[0]) - there
             self._mounted(base, other, turn, *at)
             self.relations.append(relation)
-            self.steps.append(Step("two pins", bodies, (first.name, second.name), relation, solved))
+            joints, axes = (first.name, second.name), next(iter(base))
+            step = Step("two pins", axes, bodies, joints, relation, solved, quantities)
+            self.steps.append(step)
             return True
         return False
 
     def _turn_between(
         self, here: PhasorSum, there: PhasorSum
-    ) -> tuple[tuple[sp.Expr, Complex], tuple[sp.Symbol, ...]]:
+    ) -> tuple[Turned, tuple[sp.Symbol, ...], Quantities]:
         """The turn that carries one vector to another of the same length."""
         exact = _exact_turn(here, there)
         if exact is not None:
-            return exact, ()
+            return exact, (), ()
         a, b = arm(self.scope, there), arm(self.scope, here)
         re, im = product(a.vector, conjugate(b.vector))
         size = self.scope.let(sp.sqrt(a.square * b.square))
         c, s = (self.scope.let(self.scope.let(sp.expand(part)) / size) for part in (re, im))
         angle = self._solved(c, s, rate_of_direction(a.vector, b))
-        return (a.angle + angle - b.angle, REAL), (angle,)
+        quantities = (*_components("C", a), *_components("A", b))
+        return (a.angle + angle - b.angle, REAL), (angle,), quantities
 
     # --- triangles ---
 
@@ -310,7 +321,7 @@ class _Solver:
         W = self._pin(Y, far) - self._pin(Y, to_Y)
         D = self._pin(base, to_Y) - self._pin(base, to_X)
         bodies = self._named(to_X, base), self._named(to_X, X), self._named(to_Y, Y)
-        step = Step("", bodies, (to_X.name, far.name, to_Y.name), D)
+        step = Step("", next(iter(base)), bodies, (to_X.name, far.name, to_Y.name), D)
         sign = self._side(V, W, D, (base, X, Y), (to_X, far, to_Y))
         found = self._parallelogram(V, W, D, sign)
         if found:
@@ -376,7 +387,15 @@ class _Solver:
             step,
             kind="two circles",
             solved=(first, second),
-            quantities=(("D", D), ("h", found.height)),
+            quantities=(
+                *_components("D", d),
+                *_components("A", v),
+                *_components("B", w),
+                ("p", found.p),
+                ("h", found.height),
+                *_pair("C", found.C),
+                *_pair("E", found.W),
+            ),
             margin=found.margin,
             branch=SIDES[sign],
             sign=sign,
@@ -410,11 +429,19 @@ class _Solver:
         relation = relation - R.turned(angle)
         step = Step(
             "circle and line",
+            next(iter(base)),
             bodies,
             (slide.name, far.name, near.name),
             relation,
             (turn,),
-            (("t", found.travel),),
+            (
+                *_pair("D", found.offset),
+                *_components("A", r),
+                ("n", found.n),
+                ("m", found.m),
+                ("t", found.travel),
+                *_pair("C", found.vector),
+            ),
             None if found.margin == 1 else found.margin,
             TRAVELS[sign] if found.margin != 1 else "",
             sign,
@@ -448,9 +475,10 @@ class _Solver:
         self.travels |= {first.name: t, second.name: u}
         self.relations.append(relation)
         bodies = self._named(pin, base), self._named(first, middle), self._named(pin, Z)
-        quantities = (("t", t), ("u", u))
+        quantities = (*_pair("D", d), *_pair("A", e), *_pair("B", f), ("t", t), ("u", u))
         names = (first.name, second.name, pin.name)
-        self.steps.append(Step("two lines", bodies, names, relation, (), quantities))
+        axes = next(iter(base))
+        self.steps.append(Step("two lines", axes, bodies, names, relation, (), quantities))
         self._joined(middle, Z, onward.mounted(u))
         self._joined(base, middle, to_middle.mounted(t))
 
@@ -608,6 +636,14 @@ class _Guide:
         at = self.at + self.along.times((travel, ZERO))
         origin = at - self.at_other.times(self.rotor).turned(self.angle)
         return Pose(self.angle, self.rotor, origin)
+
+
+def _pair(name: str, vector: Complex) -> Quantities:
+    return (f"{name}_x", vector[0]), (f"{name}_y", vector[1])
+
+
+def _components(name: str, vector: Arm) -> Quantities:
+    return (*_pair(name, vector.vector), (f"{name}^2", vector.square))
 
 
 def _exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
