@@ -5,6 +5,7 @@ the files themselves.
 """
 
 import hashlib
+import tomllib
 from dataclasses import dataclass
 from functools import cache
 from importlib.metadata import version
@@ -55,8 +56,22 @@ def stamp(job: Job, folder: Path) -> None:
 
 def _recipe(job: Job) -> str:
     choices = (job.base, job.tip, job.functions)
-    parts = (job.file.read_bytes(), _compiler().encode(), repr(choices).encode())
+    parts = (*_description(job.file), _compiler().encode(), repr(choices).encode())
     return hashlib.sha256(b"\0".join(parts)).hexdigest()
+
+
+def _description(file: Path) -> list[bytes]:
+    """The bytes of a description and of the file that it extends, if it does and that is there."""
+    content = file.read_bytes()
+    if file.suffix != ".toml":
+        return [content]
+    try:
+        extended = tomllib.loads(content.decode("utf-8-sig")).get("extends")
+    except ValueError:
+        # What is wrong with it is said where it is read.
+        return [content]
+    beside = file.parent / extended if isinstance(extended, str) else None
+    return [content, beside.read_bytes()] if beside and beside.is_file() else [content]
 
 
 @cache
