@@ -18,7 +18,6 @@ from itertools import combinations
 import sympy as sp
 
 from .dyads import (
-    Arm,
     arm,
     circle_and_line,
     rate_of_direction,
@@ -40,8 +39,6 @@ SIDES = {1: "left", -1: "right"}
 TRAVELS = {1: "far", -1: "near"}
 CLEAR = 1e-6
 """Two branches that differ by less from the reference are not told apart (radian, metre)."""
-Quantities = tuple[tuple[str, sp.Expr], ...]
-"""Named intermediate results."""
 Turned = tuple[sp.Expr, Complex]
 """A turn: an exact angle, and a constant unit rotor."""
 
@@ -86,10 +83,11 @@ class Step:
         joints: Names of the pins and slides that hold them.
         relation: The loop: a sum of turning vectors that is zero.
         solved: Named angles and travels that the step gives, with their meaning.
-        quantities: Intermediate results in order: ``D_x``, ``D_y`` and ``D^2`` of the base, ``A``
-            and ``B`` of the arms on their own bodies, ``C`` and ``E`` of the arms in the base's
-            axes, lengths ``p``, ``h``, ``n``, ``m`` and travels ``t``, ``u`` as in
-            :mod:`chasles.derive.dyads`.
+        vectors: Components of what the step is solved from, as :mod:`chasles.derive.dyads` calls
+            them: ``D`` with the arms ``v`` and ``w``; the ``offset``, ``direction`` and ``r``; the
+            ``offset`` with ``e`` and ``f``; or ``there`` and ``here``.
+        travels: Named travels of the slides that the step gives.
+        turned: The angle by which the axes of ``D``, ``offset`` or ``there`` are turned.
         margin: 0 at a dead point, below 0 out of reach; None where the step always closes.
         branch: Name of the branch, empty where there is one only.
         sign: Its sign.
@@ -101,7 +99,9 @@ class Step:
     joints: tuple[str, ...]
     relation: PhasorSum
     solved: tuple[sp.Symbol, ...] = ()
-    quantities: Quantities = ()
+    vectors: Mapping[str, Complex] = field(default_factory=dict)
+    travels: tuple[sp.Expr, ...] = ()
+    turned: sp.Expr = ZERO
     margin: sp.Expr | None = None
     branch: str = ""
     sign: int = 0
@@ -260,32 +260,31 @@ class _Solver:
             if {self._id(second.a), self._id(second.b)} != {id(base), id(other)}:
                 continue
             here, there = (self._span(c, first, second) for c in (other, base))
-            turn, solved, quantities = self._turn_between(here, there)
+            turn, solved, vectors = self._turn_between(here, there)
             at = self._pin(base, first), self._pin(other, first)
             bodies = self._named(first, base), self._named(first, other)
             relation = here.times(turn[1]).turned(turn[0]) - there
             self._mounted(base, other, turn, *at)
             self.relations.append(relation)
             joints, axes = (first.name, second.name), next(iter(base))
-            step = Step("two pins", axes, bodies, joints, relation, solved, quantities)
-            self.steps.append(step)
+            step = Step("two pins", axes, bodies, joints, relation, solved, vectors)
+            self.steps.append(replace(step, turned=there.common_angle()))
             return True
         return False
 
     def _turn_between(
         self, here: PhasorSum, there: PhasorSum
-    ) -> tuple[Turned, tuple[sp.Symbol, ...], Quantities]:
+    ) -> tuple[Turned, tuple[sp.Symbol, ...], dict[str, Complex]]:
         """The turn that carries one vector to another of the same length."""
         exact = _exact_turn(here, there)
         if exact is not None:
-            return exact, (), ()
+            return exact, (), {}
         a, b = arm(self.scope, there), arm(self.scope, here)
         re, im = product(a.vector, conjugate(b.vector))
         size = self.scope.let(sp.sqrt(a.square * b.square))
         c, s = (self.scope.let(self.scope.let(sp.expand(part)) / size) for part in (re, im))
         angle = self._solved(c, s, rate_of_direction(a.vector, b))
-        quantities = (*_components("C", a), *_components("A", b))
-        return (a.angle + angle - b.angle, REAL), (angle,), quantities
+        return (a.angle + angle - b.angle, REAL), (angle,), {"there": a.vector, "here": b.vector}
 
     # --- triangles ---
 
@@ -387,15 +386,8 @@ class _Solver:
             step,
             kind="two circles",
             solved=(first, second),
-            quantities=(
-                *_components("D", d),
-                *_components("A", v),
-                *_components("B", w),
-                ("p", found.p),
-                ("h", found.height),
-                *_pair("C", found.C),
-                *_pair("E", found.W),
-            ),
+            vectors={"D": d.vector, "v": v.vector, "w": w.vector},
+            turned=d.angle,
             margin=found.margin,
             branch=SIDES[sign],
             sign=sign,
@@ -434,14 +426,9 @@ class _Solver:
             (slide.name, far.name, near.name),
             relation,
             (turn,),
-            (
-                *_pair("D", found.offset),
-                *_components("A", r),
-                ("n", found.n),
-                ("m", found.m),
-                ("t", found.travel),
-                *_pair("C", found.vector),
-            ),
+            {"offset": found.offset, "direction": direction, "r": r.vector},
+            (found.travel,),
+            delta,
             None if found.margin == 1 else found.margin,
             TRAVELS[sign] if found.margin != 1 else "",
             sign,
@@ -475,10 +462,12 @@ class _Solver:
         self.travels |= {first.name: t, second.name: u}
         self.relations.append(relation)
         bodies = self._named(pin, base), self._named(first, middle), self._named(pin, Z)
-        quantities = (*_pair("D", d), *_pair("A", e), *_pair("B", f), ("t", t), ("u", u))
+        vectors = {"offset": d, "e": e, "f": f}
         names = (first.name, second.name, pin.name)
         axes = next(iter(base))
-        self.steps.append(Step("two lines", axes, bodies, names, relation, (), quantities))
+        self.steps.append(
+            Step("two lines", axes, bodies, names, relation, (), vectors, (t, u), delta)
+        )
         self._joined(middle, Z, onward.mounted(u))
         self._joined(base, middle, to_middle.mounted(t))
 
@@ -636,14 +625,6 @@ class _Guide:
         at = self.at + self.along.times((travel, ZERO))
         origin = at - self.at_other.times(self.rotor).turned(self.angle)
         return Pose(self.angle, self.rotor, origin)
-
-
-def _pair(name: str, vector: Complex) -> Quantities:
-    return (f"{name}_x", vector[0]), (f"{name}_y", vector[1])
-
-
-def _components(name: str, vector: Arm) -> Quantities:
-    return (*_pair(name, vector.vector), (f"{name}^2", vector.square))
 
 
 def _exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:

@@ -64,7 +64,6 @@ class TwoCircles:
         W: From the end of D to that pin, in D's axes.
         v: The same vector C on its own body.
         w: The same vector W on its own body.
-        p: C along D, times |D|.
         height: Twice the triangle's area, positive where C stands to the left of D.
         margin: sin^2 of the transmission angle; 0 at a dead point, below 0 out of reach.
     """
@@ -74,7 +73,6 @@ class TwoCircles:
     D: Complex
     v: Arm
     w: Arm
-    p: sp.Expr
     height: sp.Expr
     margin: sp.Expr
 
@@ -106,7 +104,7 @@ def two_circles(scope: Scope, v: Arm, w: Arm, D: Arm, sign: int) -> TwoCircles:
         C = scope.let(x * along - y * across), scope.let(x * across + y * along)
     W = scope.let(C[0] - D.vector[0]), scope.let(C[1] - D.vector[1])
     margin = scope.let(product_of_sums / (4 * v.square * w.square))
-    return TwoCircles(C, W, D.vector, v, w, p, h, margin)
+    return TwoCircles(C, W, D.vector, v, w, h, margin)
 
 
 def _heron(scope: Scope, *squares: sp.Expr) -> sp.Expr:
@@ -168,8 +166,6 @@ class CircleAndLine:
         offset: From the one pin to the other where the travel is zero, in the line's axes.
         direction: Unit vector of the line.
         r: The same vector on the third body.
-        n: Offset across the line.
-        m: Offset along it.
         travel: Along the line.
         vector: From the one pin to the other.
         margin: cos^2 of the angle between line and vector; 0 at a dead point, below 0 out of reach.
@@ -178,8 +174,6 @@ class CircleAndLine:
     offset: Complex
     direction: Complex
     r: Arm
-    n: sp.Expr
-    m: sp.Expr
     travel: sp.Expr
     vector: Complex
     margin: sp.Expr
@@ -207,7 +201,7 @@ def circle_and_line(
     x = scope.let(direction[0] * along - direction[1] * n)
     y = scope.let(direction[1] * along + direction[0] * n)
     margin = sp.Integer(1) if n == 0 else scope.let(inside / r.square)
-    return CircleAndLine(offset, direction, r, n, m, scope.let(along - m), (x, y), margin)
+    return CircleAndLine(offset, direction, r, scope.let(along - m), (x, y), margin)
 
 
 def rate_of_third(line: CircleAndLine) -> LoopRate:

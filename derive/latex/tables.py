@@ -195,6 +195,7 @@ def value_table(robot: Robot, printer: Printer) -> str:
 
 
 def value_cell(value: sp.Expr) -> str:
+    """A number, and its decimals where it is no fraction."""
     exact = number(value)
     return f"${exact}$" if value.is_Rational else rf"${exact} \approx {decimal(value)}$"
 

@@ -1,0 +1,70 @@
+r"""The fragment of mobility: what is counted, what is true, and why they differ."""
+
+from ..mobility import Mobility, mobility
+from .layout import aligned
+from .loop_page import LoopPage
+from .page import sentence, text
+
+
+def freedoms(page: LoopPage) -> str:
+    """Degrees of freedom, counted twice and taken from the constraint Jacobian."""
+    found = mobility(page.mechanism)
+    n, j, f, order = found.bodies, found.joints, found.freedoms, found.order
+    lost = " ".join(f"- {loop}" for loop in found.loop_orders)
+    counted = aligned(
+        [
+            (
+                r"F_{\mathrm{GK}}",
+                [
+                    rf"\lambda (n - 1 - j) + \textstyle\sum f = "
+                    rf"{order} ({n} - 1 - {j}) + {f} = {found.kutzbach}"
+                ],
+            ),
+            (
+                r"F_{\mathrm{loops}}",
+                [
+                    rf"\textstyle\sum f - \sum \lambda_l = {found.loop_freedoms} {lost} = {found.by_loops}"
+                ],
+            ),
+            (
+                r"F",
+                [
+                    rf"\dim z - \operatorname{{rank}} \partial c / \partial z = {found.coordinates} - {found.rank} = {found.true}"
+                ],
+            ),
+        ]
+    )
+    return text(
+        sentence(
+            rf"There are $n = {n}$ bodies, the base included, and $j = {j}$ joints of"
+            rf" $\sum f = {f}$ degrees of freedom in the group of order $\lambda = {order}$. By"
+            " Gr\\\"ubler and Kutzbach, loop by loop, and truly, by the rank of the loops'"
+            " equations at random closed configurations, the degrees of freedom are",
+            counted,
+        ),
+        " ".join(_sentences(found)),
+    )
+
+
+def _sentences(found: Mobility) -> list[str]:
+    said = []
+    if found.idle:
+        said.append(
+            f"{found.idle} members on balls turn about themselves and move nothing: such turns are"
+            " counted but are no coordinates."
+        )
+    if found.equations > found.rank:
+        said.append(
+            f"The mechanism is overconstrained: {found.equations - found.rank} of its"
+            f" {found.equations} equations repeat others."
+        )
+    agree = found.kutzbach == found.true == found.by_loops
+    if agree:
+        said.append("All counts agree.")
+    elif not said:
+        said.append("The counts presume constraints that are independent, which these are not.")
+    if found.actuated == found.true:
+        said.append("There are as many actuators.")
+    else:
+        said.append(f"There are {found.actuated} actuators.")
+    return said

@@ -1,0 +1,134 @@
+r"""The fragment of velocities: the rates of every step, and the Jacobian in actuated coordinates."""
+
+from collections.abc import Mapping
+
+import sympy as sp
+
+from ..solution import Solution
+from .layout import Equation, aligned
+from .loop_page import LoopPage
+from .members import dotted
+from .notation import OTHER
+from .page import sentence, text
+from .sharing import BRACKET
+from .steps import PrintedStep
+from .widths import width
+
+
+class Rates:
+    """Rates of printed expressions: linear in the rates of coordinates and unknowns.
+
+    Attributes:
+        definitions: Meaning of each symbol that is no coordinate or unknown.
+    """
+
+    def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:
+        """Begins with the coordinates, which move by themselves."""
+        self.page = page
+        self.definitions: dict[sp.Symbol, sp.Expr] = {}
+        self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
+
+    def equations(self, step: PrintedStep) -> list[tuple[sp.Expr, sp.Symbol, sp.Expr]]:
+        """Factor, rate and right side for each unknown of a step, which moves from then on."""
+        self.definitions |= dict(step.vectors)
+        results = []
+        for rate in step.rates:
+            total = sp.expand(sum((w * self.of(part) for part, w in rate.by), sp.S.Zero))
+            self.dotted[rate.symbol] = self._dotted(rate.symbol, len(self.dotted))
+            results.append((rate.factor, self.dotted[rate.symbol], self.collected(total)))
+        return results
+
+    def of(self, expression: sp.Expr) -> sp.Expr:
+        """The rate of an expression."""
+        total = sp.S.Zero
+        for symbol in sorted(expression.free_symbols, key=str):
+            if symbol in self.dotted:
+                total += sp.diff(expression, symbol) * self.dotted[symbol]
+            elif symbol in self.definitions:
+                total += sp.diff(expression, symbol) * self.of(self.definitions[symbol])
+        return total
+
+    def collected(self, total: sp.Expr) -> sp.Expr:
+        """A sum with one term a rate, where its brackets stay short."""
+        parts = [total.coeff(rate) for rate in self.dotted.values()]
+        if any(part.is_Add and width(self.page.tex(part)) > BRACKET for part in parts):
+            return total
+        return sp.Add(*(p * r for p, r in zip(parts, self.dotted.values(), strict=True)))
+
+    def _dotted(self, symbol: sp.Symbol, place: int) -> sp.Symbol:
+        notation = self.page.chain.equations.notation
+        return notation.symbol(dotted(self.page.tex(symbol)), (OTHER, ("~", place)))
+
+
+def rates(page: LoopPage) -> str:
+    """Rates from the actuators and back, and the Jacobian."""
+    forward, backward = page.hybrid.forward, page.hybrid.backward
+    blocks = []
+    main = [joint.name for joint in page.hybrid.robot.moving]
+    actuated = [c.moves for c in page.mechanism.coordinates]
+    if not forward.open:
+        moving = {symbol: k for k, symbol in enumerate(page.q)}
+        blocks.append(
+            _rates(page, forward, page.forward_steps, moving, main, "the actuators' rates, ")
+        )
+    if not set(actuated) & set(backward.open):
+        moving = {symbol: k for k, symbol in enumerate(page.theta)}
+        blocks.append(
+            _rates(page, backward, page.backward_steps, moving, actuated, "the chain's rates, ")
+        )
+    return text(
+        r"The loops' equations, differentiated, are linear in the rates; the factors on the left"
+        r" vanish at dead points.",
+        *blocks,
+        _jacobian(page),
+    )
+
+
+def _rates(
+    page: LoopPage,
+    solved: Solution,
+    steps: tuple[PrintedStep, ...],
+    moving: Mapping[sp.Symbol, int],
+    wanted: list[str],
+    given: str,
+) -> str:
+    found = Rates(page, moving)
+    unknowns: list[Equation] = []
+    for step in steps:
+        for factor, rate, total in found.equations(step):
+            left = page.tex(factor * rate)
+            unknowns.append((left, page.terms.printer.terms(total)))
+    joints = []
+    for name in wanted:
+        symbol = page.joints[name]
+        if symbol in moving or name not in solved.values:
+            continue
+        value = found.of(page.terms.sum(solved.values[name]))
+        joints.append((dotted(page.tex(symbol)), page.terms.printer.terms(value)))
+    words = f"From {given}"
+    if not unknowns:
+        return sentence(words, aligned(joints)) if joints else ""
+    return sentence(
+        words,
+        aligned(unknowns, end="," if joints else "."),
+        sentence("and with these", aligned(joints)) if joints else "",
+    )
+
+
+def _jacobian(page: LoopPage) -> str:
+    theta = r"\frac{\partial \theta}{\partial q}"
+    words = (
+        r"Let $J_\theta$ be the mixed Jacobian by the main chain's joints $\theta$. In actuated"
+        r" coordinates, the twist of the tool and the Jacobian are"
+    )
+    inverse = ""
+    if page.hybrid.forward.open:
+        inverse = (
+            r"Here $\partial \theta / \partial q$ follows from $\frac{\partial c}{\partial z}\,"
+            r"\dot{z} = 0$ by solving for the rates of all joints that are not actuated."
+        )
+    return sentence(
+        words,
+        aligned([("V", [r"J_q\,\dot{q}"]), ("J_q", [rf"J_\theta\,{theta}"])]),
+        inverse,
+    )

@@ -1,0 +1,216 @@
+r"""The fragment of the closed-form solution: step by step from the actuators, and back."""
+
+from collections.abc import Iterable, Sequence
+
+import sympy as sp
+
+from ..collapse import collapsed
+from ..phasors import Complex
+from ..solution import Solution
+from .layout import Equation, aligned
+from .loop_page import LoopPage
+from .members import words
+from .notation import OTHER
+from .page import sentence, text
+from .steps import PrintedStep
+from .terms import Terms
+
+KINDS = {
+    "two circles": "three pins",
+    "circle and line": "two pins and a slide",
+    "two lines": "one pin and two slides",
+    "parallelogram": "a parallelogram",
+    "two pins": "two pins",
+}
+SIDES = {1: "to the left of", -1: "to the right of"}
+
+
+def solution(page: LoopPage) -> str:
+    """All joints from the actuators, then the actuators from the main chain."""
+    forward, backward = page.hybrid.forward, page.hybrid.backward
+    actuated = {c.moves for c in page.mechanism.coordinates}
+    main = [joint.name for joint in page.hybrid.robot.moving]
+    given, sought = ", ".join(page.members.q), ", ".join(page.members.theta)
+    return text(
+        _note(page),
+        rf"\paragraph{{From the actuators.}} Given are $q = ({given})$.",
+        *[_step(page, step) for step in page.forward_steps],
+        _results(page, forward, "All joints follow as", known=set()),
+        _open(page, forward),
+        *_collapsed(page),
+        rf"\paragraph{{From the main chain.}} Given are $\theta = ({sought})$.",
+        *[_step(page, step) for step in page.backward_steps],
+        _results(page, backward, "What is not in the main chain follows as", known=set(main)),
+        _open(page, backward, [*actuated]),
+    )
+
+
+def _note(page: LoopPage) -> str:
+    if not (page.forward_steps or page.backward_steps):
+        return ""
+    return (
+        r"Vectors in the plane of a loop are complex numbers in the axes of one of its bodies;"
+        r" $\times$ and $\cdot$ are their products. The branch of a root is that of the reference"
+        r" configuration. A margin is positive where the step closes, $0$ at a dead point and"
+        r" negative out of reach. Angles are taken between $-\pi$ and $\pi$."
+    )
+
+
+def _step(page: LoopPage, printed: PrintedStep) -> str:
+    step = printed.step
+    pins = [words_of(page, name) for name in step.joints]
+    title = f"\\textbf{{Step {printed.number}: {KINDS[step.kind]}}}"
+    opening = f"{title} -- {', '.join(pins)}."
+    if step.kind == "parallelogram" or not printed.unknown:
+        return sentence(f"{opening} {_parallel(step.kind)}")
+    axes = f"In the axes of {_body(page, step.axes)}, the loop is"
+    blocks = [f"{opening} {axes}", aligned([_relation(page, printed)])]
+    blocks += [_turned(page, printed)]
+    defined = [*printed.vectors, *printed.results]
+    listed: list[Equation] = [
+        (page.tex(name), page.terms.printer.terms(value)) for name, value in defined
+    ]
+    listed += [
+        (page.tex(a.symbol), [rf"\operatorname{{atan2}}({page.tex(a.sine)}, {page.tex(a.cosine)})"])
+        for a in printed.angles
+    ]
+    if listed:
+        blocks += ["It is solved by", aligned(listed)]
+    return sentence(*blocks, _branch(page, printed))
+
+
+def words_of(page: LoopPage, name: str) -> str:
+    """A joint of a step."""
+    return page.members.called(name) if "." not in name else words(name)
+
+
+def _parallel(kind: str) -> str:
+    if kind == "parallelogram":
+        return "Opposite sides are as long as each other: they stay parallel."
+    return "Both vectors between the pins turn with bodies whose turn is known."
+
+
+def _body(page: LoopPage, name: str) -> str:
+    return "the base" if name == page.mechanism.base_frame else page.members.called(name)
+
+
+def _relation(page: LoopPage, printed: PrintedStep) -> Equation:
+    left, right = (_phasors(page.terms, side) for side in (printed.unknown, printed.given))
+    return page.tex(left), page.terms.printer.terms(right)
+
+
+def _phasors(terms: Terms, vectors: Iterable[tuple[sp.Expr, Complex]]) -> sp.Expr:
+    """A sum of vectors, each with the exponential that it turns by."""
+    i = terms.notation.symbol(r"\mathrm{i}", (OTHER, ("a",)))
+    total = sp.S.Zero
+    for k, (angle, (re, im)) in enumerate(vectors):
+        turn = sp.S.One
+        if angle != 0:
+            tex = terms.tex(angle)
+            sign = "-" if tex.startswith("-") and not angle.is_Add else ""
+            inner = rf"({tex})" if angle.is_Add else tex.removeprefix("-")
+            exponent = rf"\mathrm{{e}}^{{{sign}\mathrm{{i}}{inner}}}"
+            turn = terms.notation.symbol(exponent, (OTHER, ("b", k)))
+        total += (re + i * im) * turn
+    return total
+
+
+def _turned(page: LoopPage, printed: PrintedStep) -> str:
+    if printed.step.turned == 0 or not printed.step.vectors:
+        return ""
+    return f"Below, axes are turned by ${page.tex(page.terms.sum(printed.step.turned))}$."
+
+
+def _branch(page: LoopPage, printed: PrintedStep) -> str:
+    """Which root is meant, what the other would be, and the margin."""
+    sentences = []
+    step = printed.step
+    if step.kind == "two circles":
+        D, C = page.letters.letters["D"], page.letters.letters["C"]
+        sign = "positive" if step.sign > 0 else "negative"
+        h = page.tex(page.letters.of_step("h", printed.number))
+        sentences.append(
+            rf"That ${h}$ is {sign} puts ${C}$ {SIDES[step.sign]} ${D}$; the other sign is the"
+            " mirror image."
+        )
+    elif step.branch:
+        sentences.append(f"The sign of the root is that of the {step.branch} travel of two.")
+    if printed.margin is not None:
+        margin = rf"\mu_{{{printed.number}}} = {page.tex(printed.margin)}"
+        sentences.append(rf"The margin is ${margin}$.")
+    return " ".join(sentences)
+
+
+def _results(page: LoopPage, solved: Solution, words: str, known: set[str]) -> str:
+    """Joint values as sums."""
+    listed: list[Equation] = []
+    direct = {c.name for c in page.mechanism.coordinates}
+    for name, symbol in page.joints.items():
+        value = solved.values.get(name)
+        if value is None or name in known:
+            continue
+        shown = page.terms.sum(value)
+        if shown != symbol:
+            listed.append((page.tex(symbol), page.terms.printer.terms(shown)))
+    for k, c in enumerate(page.mechanism.coordinates):
+        if known and c.name != c.moves and c.moves in solved.values:
+            value = page.terms.sum(solved.values[c.moves]) / c.ratio
+            listed.append((page.members.q[k], page.terms.printer.terms(value)))
+        elif known and c.moves in known:
+            listed.append((page.members.q[k], [page.tex(page.joints[c.moves])]))
+    return sentence(words, aligned(listed)) if listed and direct else ""
+
+
+def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:
+    """What has no closed form."""
+    names = [name for name in solved.open if name in page.joints and (not wanted or name in wanted)]
+    if not names:
+        return ""
+    listed = ", ".join(page.tex(page.joints[name]) for name in names)
+    p = r"z_{\mathrm{p}}"
+    newton = (
+        p,
+        [rf"\leftarrow {p} - \Bigl(\frac{{\partial c}}{{\partial {p}}}\Bigr)^{{+}} c(z)"],
+    )
+    return sentence(
+        rf"There is no closed form for ${listed}$. They are followed from the reference"
+        r" configuration by Newton's iteration on the equations of the loops,",
+        rf"\begin{{equation*}}\n{newton[0]} {newton[1][0]},\n\end{{equation*}}%".replace(
+            r"\n", "\n"
+        ),
+        rf"where ${p}$ are the entries of $z$ that are not given.",
+    )
+
+
+def _collapsed(page: LoopPage) -> list[str]:
+    """Stretches of the main chain that only translate."""
+    hybrid = page.hybrid
+    if hybrid.forward.open:
+        return []
+    count = len(hybrid.robot.moving)
+    shorter, translations = collapsed(page.scope, hybrid.groups, hybrid.forward.relations, count)
+    if not translations:
+        return []
+    kept = {s.joint for group in shorter for s in group.stations}
+    gone = [
+        s.joint
+        for group in hybrid.groups
+        for s in group.stations
+        if s.joint is not None and s.joint not in kept
+    ]
+    listed = [
+        (f"{axis}_{{{k}}}", page.terms.printer.terms(page.terms.of(translations[s.joint - count])))
+        for group in shorter
+        for k, station in enumerate(group.stations)
+        for s in station.slides
+        if s.joint >= count
+        for axis in ("x" if s.direction[0] == 1 else "y")
+    ]
+    return [
+        sentence(
+            rf"The joints ${', '.join(page.members.theta[k] for k in gone)}$ of the main chain turn"
+            " by a constant in all, so that what they carry only translates,",
+            aligned(listed, end=","),
+            "in the plane of these joints, in which the loops take all solved angles out.",
+        )
+    ]

@@ -1,0 +1,313 @@
+"""The steps of a closed-form solution in printed symbols: what is named, and what it means.
+
+With J the quarter turn, e the direction of a line and components in the plane of the loop:
+
+    two circles      C = D (p + i h) / D^2,  p = (D^2 + A^2 - B^2) / 2,  h = +-sqrt(D^2 A^2 - p^2)
+                     A e^(i phi) = C,  B e^(i psi) = E = C - D
+    circle and line  C = e (+-sqrt(A^2 - n^2) + i n),  n = e x D,  t = e . (C - D),  A e^(i phi) = C
+    two lines        t = D x B / A x B,  u = A x D / A x B,  t A + u B = D
+    two pins         A e^(i phi) = C |A| / |C|
+
+These are the results of :mod:`chasles.derive.dyads`, in the forms that a reader knows.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ..assembly import Step
+from ..phasors import ONE, ZERO, Complex, cross, dot
+from ..solution import Solution
+from .members import Letters
+from .terms import Definition, Terms
+
+HALF = sp.Rational(1, 2)
+NAMES = {
+    "two circles": {"D": "D", "v": "A", "w": "B"},
+    "circle and line": {"offset": "D", "direction": "B", "r": "A"},
+    "two lines": {"offset": "D", "e": "A", "f": "B"},
+    "two pins": {"there": "C", "here": "A"},
+}
+"""What a step's vectors are called in print."""
+
+
+@dataclass(frozen=True)
+class Angle:
+    """An angle that a step gives: its cosine and sine, up to a common positive factor."""
+
+    symbol: sp.Symbol
+    cosine: sp.Expr
+    sine: sp.Expr
+
+
+@dataclass(frozen=True)
+class Rate:
+    """How fast an unknown of a step moves: ``factor * rate(symbol)`` by the vectors' rates.
+
+    Attributes:
+        symbol: The angle or travel.
+        factor: 0 at a dead point.
+        by: Expressions with the weights of their rates in the sum.
+    """
+
+    symbol: sp.Symbol
+    factor: sp.Expr
+    by: tuple[tuple[sp.Expr, sp.Expr], ...]
+
+
+@dataclass(frozen=True)
+class PrintedStep:
+    """One step of a solution in printed symbols.
+
+    Attributes:
+        step: The step itself.
+        number: Its number in the article.
+        unknown: The side of the loop's equation that turns by what is sought: angle and vector.
+        given: The other side.
+        vectors: Components and lengths of what is given.
+        results: Intermediate results and travels, each in those before it.
+        angles: The angles that follow.
+        margin: The step's margin, None where it always closes.
+        rates: How the unknowns move.
+    """
+
+    step: Step
+    number: int
+    unknown: tuple[tuple[sp.Expr, Complex], ...] = ()
+    given: tuple[tuple[sp.Expr, Complex], ...] = ()
+    vectors: tuple[Definition, ...] = ()
+    results: tuple[Definition, ...] = ()
+    angles: tuple[Angle, ...] = ()
+    margin: sp.Expr | None = None
+    rates: tuple[Rate, ...] = ()
+
+
+def printed_steps(
+    terms: Terms, letters: Letters, solution: Solution, first: int
+) -> tuple[PrintedStep, ...]:
+    """The steps of a solution; what they name keeps its name from then on.
+
+    Args:
+        terms: The robot's terms in printed symbols; receives the names.
+        letters: Free letters for them.
+        solution: Forward or backward.
+        first: Number of the first step.
+    """
+    steps = enumerate(solution.steps, first)
+    return tuple(_Writer(terms, letters, step, number).printed() for number, step in steps)
+
+
+class _Writer:
+    """One step on its way into print."""
+
+    def __init__(self, terms: Terms, letters: Letters, step: Step, number: int) -> None:
+        self.terms, self.letters, self.step, self.number = terms, letters, step, number
+        self.vectors: list[Definition] = []
+        self.results: list[Definition] = []
+        self.angles: list[Angle] = []
+        self.rates: list[Rate] = []
+        self.margin: sp.Expr | None = None
+        self.unknown = [s for s in step.solved if s not in self.terms.known]
+
+    def printed(self) -> PrintedStep:
+        """The step; afterwards its unknowns have names."""
+        named = NAMES.get(self.step.kind, {})
+        parts = {
+            named[name]: self._vector(named[name], vector)
+            for name, vector in self.step.vectors.items()
+        }
+        sought = {*self.unknown, *(t.as_coeff_Mul()[1] for t in self.step.travels)}
+        travels = self._named_travels()
+        for symbol in self.unknown:
+            self.terms.known[symbol] = self.letters.next("angle")
+        if parts:
+            self._solve(parts, travels)
+        unknown, given = self._sides(sought)
+        return PrintedStep(
+            self.step,
+            self.number,
+            unknown,
+            given,
+            tuple(self.vectors),
+            tuple(self.results),
+            tuple(self.angles),
+            self.margin,
+            tuple(self.rates),
+        )
+
+    def _sides(
+        self, sought: Iterable[sp.Symbol]
+    ) -> tuple[tuple[tuple[sp.Expr, Complex], ...], tuple[tuple[sp.Expr, Complex], ...]]:
+        """The loop's equation, what is sought on one side."""
+        unknown, given = [], []
+        for angle, (re, im) in self.step.relation.terms.items():
+            free = angle.free_symbols | re.free_symbols | im.free_symbols
+            x, y = self.terms.of(re), self.terms.of(im)
+            if free.isdisjoint(sought):
+                given.append((self.terms.sum(angle), (-x, -y)))
+            else:
+                unknown.append((self.terms.sum(angle), (x, y)))
+        return tuple(unknown), tuple(given)
+
+    # --- names ---
+
+    def _vector(self, kind: str, vector: Complex) -> Complex:
+        """Components by name, as they are where the vector is a letter or a number."""
+        parts = [self.terms.of(part) for part in vector]
+        return self._component(kind, "x", parts), self._component(kind, "y", parts)
+
+    def _component(self, kind: str, axis: str, parts: Sequence[sp.Expr]) -> sp.Expr:
+        """A component by name, except for letters and for numbers that stand alone."""
+        part = parts["xy".index(axis)]
+        if part == 0 or _is_letter(part) or (part.is_Rational and ZERO in parts):
+            return part
+        symbol = self.letters.of_step(kind, self.number, axis)
+        self.vectors.append((symbol, part))
+        return symbol
+
+    def _length(self, kind: str, vector: Complex) -> sp.Expr:
+        """The length of a vector by name; a component alone stands for it, whatever its sign."""
+        if ZERO in vector:
+            return vector[0] + vector[1]
+        symbol = self.letters.of_step(kind, self.number)
+        self.vectors.append((symbol, sp.sqrt(dot(vector, vector))))
+        return symbol
+
+    def _named_travels(self) -> list[sp.Symbol]:
+        found = []
+        for travel in self.step.travels:
+            sign, term = travel.as_coeff_Mul()
+            symbol = self.letters.next("t")
+            found.append(symbol)
+            if term in self.terms.scope.terms and term not in self.terms.known:
+                self.terms.known[term] = sign * symbol
+        return found
+
+    def _result(self, kind: str, value: sp.Expr, axis: str = "") -> sp.Symbol:
+        symbol = self.letters.of_step(kind, self.number, axis)
+        self.results.append((symbol, value))
+        return symbol
+
+    def _pair(self, kind: str, x: sp.Expr, y: sp.Expr) -> Complex:
+        return self._result(kind, x, "x"), self._result(kind, y, "y")
+
+    # --- solutions ---
+
+    def _solve(self, parts: dict[str, Complex], travels: list[sp.Symbol]) -> None:
+        {
+            "two circles": self._two_circles,
+            "circle and line": self._circle_and_line,
+            "two lines": self._two_lines,
+            "two pins": self._two_pins,
+        }[self.step.kind](travels, **parts)
+
+    def _two_circles(
+        self,
+        _: list[sp.Symbol],
+        D: Complex,
+        A: Complex,
+        B: Complex,
+    ) -> None:
+        d, a, b = (self._length(k, v) for k, v in (("D", D), ("A", A), ("B", B)))
+        p = self._result("p", sp.Mul(HALF, d**2 + a**2 - b**2, evaluate=False))
+        h = self._result("h", self.step.sign * sp.sqrt(d**2 * a**2 - p**2))
+        C = self._pair("C", (D[0] * p - D[1] * h) / d**2, (D[1] * p + D[0] * h) / d**2)
+        E = self._pair("E", C[0] - D[0], C[1] - D[1])
+        self.margin = h**2 / (a**2 * b**2)
+        first, second = self.step.solved
+        turn_A, turn_B = self._turn(first, A, a, C), self._turn(second, B, b, E)
+        moved_D = _weights(D, E)
+        by = [*moved_D, *_weights(A, _turned_back(E, turn_A), -1), *_weights(B, B)]
+        self._rate(first, h, by)
+        by = [*_weights(D, C), *_weights(A, A, -1), *_weights(B, _turned_back(C, turn_B))]
+        self._rate(second, h, by)
+
+    def _circle_and_line(
+        self,
+        travels: list[sp.Symbol],
+        D: Complex,
+        A: Complex,
+        B: Complex,
+    ) -> None:
+        a = self._length("A", A)
+        n, m = sp.expand(cross(B, D)), sp.expand(dot(B, D))
+        n = n if _is_letter(n) or n.is_Rational else self._result("n", n)
+        m = m if _is_letter(m) or m.is_Rational else self._result("m", m)
+        root = _absolute(A, a) if n == 0 else sp.sqrt(a**2 - n**2)
+        (t,) = travels
+        self.results.append((t, self.step.sign * root - m))
+        C = self._pair("C", B[0] * (t + m) - B[1] * n, B[1] * (t + m) + B[0] * n)
+        if self.step.margin is not None:
+            self.margin = (a**2 - n**2) / a**2
+        (angle,) = self.step.solved
+        self._turn(angle, A, a, C)
+        self.rates.append(Rate(t, t + m, (*_weights(A, A), *_weights(D, C, -1))))
+        across = -C[1], C[0]
+        by = [*_weights(D, across), (t, dot(across, B)), *_weights(A, (-A[1], A[0]), -1)]
+        self._rate(angle, a**2, by)
+
+    def _two_lines(
+        self,
+        travels: list[sp.Symbol],
+        D: Complex,
+        A: Complex,
+        B: Complex,
+    ) -> None:
+        n = self._result("n", sp.expand(cross(A, B)))
+        t, u = travels
+        self.results += [(t, sp.expand(cross(D, B)) / n), (u, sp.expand(cross(A, D)) / n)]
+        for symbol, other, sign in ((t, B, 1), (u, A, -1)):
+            normal = sign * other[1], -sign * other[0]
+            by = [
+                *_weights(D, normal),
+                *_weights(A, _scaled(normal, -t)),
+                *_weights(B, _scaled(normal, -u)),
+            ]
+            self.rates.append(Rate(symbol, n, tuple(by)))
+
+    def _two_pins(self, _: list[sp.Symbol], C: Complex, A: Complex) -> None:
+        c, a = self._length("C", C), self._length("A", A)
+        (angle,) = self.step.solved
+        if angle not in self.unknown:
+            return
+        symbol = self.terms.known[angle]
+        self.angles.append(Angle(symbol, dot(A, C), cross(A, C)))
+        across_C, across_A = (-C[1], C[0]), (-A[1], A[0])
+        by = [*_weights(C, across_C), *_weights(A, _scaled(across_A, -(c**2) / a**2))]
+        self._rate(angle, c**2, by)
+
+    def _turn(self, angle: sp.Symbol, A: Complex, a: sp.Expr, C: Complex) -> Complex:
+        """The angle that turns A to C."""
+        symbol = self.terms.known[angle]
+        if angle in self.unknown:
+            scale = a**2 if ZERO in A else ONE
+            self.angles.append(Angle(symbol, dot(A, C) / scale, cross(A, C) / scale))
+        return sp.cos(symbol), sp.sin(symbol)
+
+    def _rate(self, angle: sp.Symbol, factor: sp.Expr, by: list[tuple[sp.Expr, sp.Expr]]) -> None:
+        if angle in self.unknown:
+            self.rates.append(Rate(self.terms.known[angle], factor, tuple(by)))
+
+
+def _weights(vector: Complex, weights: Complex, sign: int = 1) -> list[tuple[sp.Expr, sp.Expr]]:
+    """The components whose rates enter a sum with weights."""
+    return [(part, sign * w) for part, w in zip(vector, weights, strict=True)]
+
+
+def _turned_back(vector: Complex, turn: Complex) -> Complex:
+    """A vector in axes that are turned by an angle of that cosine and sine."""
+    return dot(turn, vector), cross(turn, vector)
+
+
+def _scaled(vector: Complex, factor: sp.Expr) -> Complex:
+    return factor * vector[0], factor * vector[1]
+
+
+def _is_letter(part: sp.Expr) -> bool:
+    return bool(part.is_Symbol or (-part).is_Symbol)
+
+
+def _absolute(vector: Complex, length: sp.Expr) -> sp.Expr:
+    """A vector's length without the sign of its only component."""
+    return sp.Abs(length) if ZERO in vector else length
