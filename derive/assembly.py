@@ -11,7 +11,7 @@ vectors; so a parallelogram is recognised by its vectors, and needs no root.
 
 import cmath
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 
@@ -29,6 +29,7 @@ from .dyads import (
     two_lines,
 )
 from .errors import RobotError
+from .mechanism import Mechanism
 from .motion import LoopRate
 from .phasors import REAL, ZERO, Complex, PhasorSum, conjugate, dot, is_zero, product, quotient
 from .planes import Edge, Linkage, Slide, Turn, Weld, tidied_entry
@@ -106,10 +107,12 @@ class Step:
     branch: str = ""
     sign: int = 0
 
-    @property
-    def name(self) -> str:
-        """Names of its joints, without the far ends of struts."""
-        return ", ".join(name for name in self.joints if "." not in name)
+    def name(self, mechanism: Mechanism) -> str:
+        """Names of the closures and struts that it closes."""
+        swings = {strut.swing_name: strut.name for strut in mechanism.struts}
+        names = [swings.get(name, name.split(".")[0]) for name in self.joints]
+        closers = {closer.name for closer in mechanism.closers}
+        return " and ".join(dict.fromkeys(name for name in names if name in closers))
 
 
 @dataclass(frozen=True)
@@ -158,7 +161,7 @@ def assemble(
         solver.values(),
         solver.loops,
         tuple(solver.relations),
-        tuple(edge.name for edge in solver.between()),
+        tuple(edge.name for edge in solver.between() if edge in linkage.edges),
     )
 
 
@@ -175,6 +178,7 @@ class _Solver:
     ) -> None:
         self.scope, self.linkage, self.known = scope, linkage, known
         self.reference, self.signs = reference, signs
+        self.edges = (*linkage.edges, *_implied(linkage.edges))
         self.clusters: list[Cluster] = [{body: Pose()} for body in linkage.bodies]
         self.steps: list[Step] = []
         self.loops: dict[sp.Symbol, LoopRate] = {}
@@ -187,7 +191,7 @@ class _Solver:
 
     def between(self) -> list[Edge]:
         """The edges whose bodies are not yet rigid together."""
-        return [e for e in self.linkage.edges if self.cluster(e.a) is not self.cluster(e.b)]
+        return [e for e in self.edges if self.cluster(e.a) is not self.cluster(e.b)]
 
     def cluster(self, body: str) -> Cluster:
         return next(cluster for cluster in self.clusters if body in cluster)
@@ -260,6 +264,8 @@ class _Solver:
             if {self._id(second.a), self._id(second.b)} != {id(base), id(other)}:
                 continue
             here, there = (self._span(c, first, second) for c in (other, base))
+            if not here.terms or not there.terms:
+                continue
             turn, solved, vectors = self._turn_between(here, there)
             at = self._pin(base, first), self._pin(other, first)
             bodies = self._named(first, base), self._named(first, other)
@@ -289,47 +295,80 @@ class _Solver:
     # --- triangles ---
 
     def _join_triangle(self) -> bool:
-        edges = self.between()
-        for first, second, third in combinations(edges, 3):
-            if not self._is_triangle(first, second, third):
-                continue
-            triangle = (first, second, third)
-            slides = [edge for edge in triangle if isinstance(edge, Slide)]
-            pins = [edge for edge in triangle if isinstance(edge, Turn)]
-            if len(slides) == 0:
-                self._join_three_pins(pins)
-            elif len(slides) == 1:
-                self._join_two_pins_and_slide(pins, slides[0])
-            elif len(slides) == 2:  # noqa: PLR2004
-                self._join_pin_and_two_slides(pins[0], slides)
-            else:
-                continue
-            return True
-        return False
+        """Joins the triangle that costs least: parallelograms need no root, two slides neither."""
+        triangles = [edges for edges in combinations(self.between(), 3) if self._is_triangle(edges)]
+        ranked = sorted(triangles, key=_slides, reverse=True)
+        if not ranked:
+            return False
+        for edges in ranked:
+            pins = [edge for edge in edges if isinstance(edge, Turn)]
+            if len(pins) == len(edges) and self._join_parallelogram(self._dyad(pins)):
+                return True
+        edges = ranked[0]
+        slides = [edge for edge in edges if isinstance(edge, Slide)]
+        pins = [edge for edge in edges if isinstance(edge, Turn)]
+        if len(slides) == 0:
+            self._join_three_pins(self._dyad(pins))
+        elif len(slides) == 1:
+            self._join_two_pins_and_slide(pins, slides[0])
+        else:
+            self._join_pin_and_two_slides(pins[0], slides)
+        return True
 
-    def _is_triangle(self, *edges: Edge) -> bool:
-        """Whether three edges hold three clusters in a ring."""
+    def _is_triangle(self, edges: tuple[Edge, ...]) -> bool:
+        """Whether three edges hold three clusters in a ring, at different points."""
         pairs = {frozenset((self._id(edge.a), self._id(edge.b))) for edge in edges}
-        return len(pairs) == len(frozenset.union(*pairs)) == len(edges)
+        if len(pairs) != len(edges) or len(frozenset.union(*pairs)) != len(edges):
+            return False
+        pins = [edge for edge in edges if isinstance(edge, Turn)]
+        if not pins:
+            return False
+        spans = [
+            self._span(self.cluster(body), *pair)
+            for pair in combinations(pins, 2)
+            for body in (pair[0].a, pair[0].b)
+            if self._id(body) in (self._id(pair[1].a), self._id(pair[1].b))
+        ]
+        return all(span.terms for span in spans)
 
-    def _join_three_pins(self, pins: Sequence[Turn]) -> None:
+    def _dyad(self, pins: Sequence[Turn]) -> "_Dyad":
         corners = {id(c): c for pin in pins for c in (self.cluster(pin.a), self.cluster(pin.b))}
         base, X, Y = self._first(*corners.values())
         to_X, to_Y, far = (self._shared(pins, *pair) for pair in ((base, X), (base, Y), (X, Y)))
-        V = self._pin(X, far) - self._pin(X, to_X)
-        W = self._pin(Y, far) - self._pin(Y, to_Y)
-        D = self._pin(base, to_Y) - self._pin(base, to_X)
+        return _Dyad(
+            (base, X, Y),
+            (to_X, far, to_Y),
+            V=self._pin(X, far) - self._pin(X, to_X),
+            W=self._pin(Y, far) - self._pin(Y, to_Y),
+            D=self._pin(base, to_Y) - self._pin(base, to_X),
+        )
+
+    def _join_parallelogram(self, dyad: "_Dyad") -> bool:
+        D = dyad.D.reduced(self.relations, lambda total: len(total.terms))
+        turns = self._parallelogram(dyad.V, dyad.W, D, self._side(dyad))
+        if turns:
+            self._join_dyad(dyad, *turns, self._step_of(dyad, "parallelogram"))
+        return bool(turns)
+
+    def _join_three_pins(self, dyad: "_Dyad") -> None:
+        side = self._side(dyad)
+        if side == 0 and self.signs is None:
+            names = _listed(dyad.pins)
+            raise RobotError(f"the loop of {names} does not close at the reference, or not clearly")
+        step = self._step_of(dyad, "two circles")
+        self._join_dyad(dyad, *self._two_circles(dyad.V, dyad.W, dyad.D, self._sign(side), step))
+
+    def _step_of(self, dyad: "_Dyad", kind: str) -> Step:
+        base, X, Y = dyad.clusters
+        to_X, _, to_Y = dyad.pins
         bodies = self._named(to_X, base), self._named(to_X, X), self._named(to_Y, Y)
-        step = Step("", next(iter(base)), bodies, (to_X.name, far.name, to_Y.name), D)
-        sign = self._side(V, W, D, (base, X, Y), (to_X, far, to_Y))
-        found = self._parallelogram(V, W, D, sign)
-        if found:
-            turn_X, turn_Y = found
-            step = replace(step, kind="parallelogram")
-        else:
-            turn_X, turn_Y, step = self._two_circles(V, W, D, self._sign(sign), step)
-        relation = V.times(turn_X[1]).turned(turn_X[0])
-        relation = relation - W.times(turn_Y[1]).turned(turn_Y[0]) - D
+        return Step(kind, next(iter(base)), bodies, tuple(pin.name for pin in dyad.pins), PhasorSum())
+
+    def _join_dyad(self, dyad: "_Dyad", turn_X: Turned, turn_Y: Turned, step: Step) -> None:
+        base, X, Y = dyad.clusters
+        to_X, _, to_Y = dyad.pins
+        relation = dyad.V.times(turn_X[1]).turned(turn_X[0])
+        relation = relation - dyad.W.times(turn_Y[1]).turned(turn_Y[0]) - dyad.D
         if relation.terms:
             self.relations.append(relation)
         self.steps.append(replace(step, relation=relation))
@@ -338,25 +377,18 @@ class _Solver:
         self._mounted(base, X, turn_X, *at_X)
         self._mounted(base, Y, turn_Y, *at_Y)
 
-    def _side(
-        self,
-        V: PhasorSum,
-        W: PhasorSum,
-        D: PhasorSum,
-        clusters: tuple[Cluster, Cluster, Cluster],
-        pins: tuple[Turn, Turn, Turn],
-    ) -> int:
-        """The side of the base on which the far pin is at the reference."""
-        v, w, d = (self.reference.vector(vector) for vector in (V, W, D))
-        base, X, Y = clusters
+    def _side(self, dyad: "_Dyad") -> int:
+        """The side of the base on which the far pin is at the reference; 0 where neither is."""
+        v, w, d = (self.reference.vector(vector) for vector in (dyad.V, dyad.W, dyad.D))
+        base, X, Y = dyad.clusters
         distances = {}
         for sign in SIDES:
             C = _meeting(abs(v), abs(w), d, sign)
             if C is None:
-                return self._does_not_close(*pins)
+                return 0
             turns = {id(base): 0.0, id(X): cmath.phase(C / v), id(Y): cmath.phase((C - d) / w)}
-            distances[sign] = self._distance(pins, turns)
-        return self._nearer(distances, pins)
+            distances[sign] = self._distance(dyad.pins, turns)
+        return self._nearer(distances)
 
     def _parallelogram(
         self, V: PhasorSum, W: PhasorSum, D: PhasorSum, sign: int
@@ -369,7 +401,9 @@ class _Solver:
             turn_V, turn_W = _exact_turn(V, C), _exact_turn(W, -rest)
             c, d = self.reference.vector(C), self.reference.vector(D)
             side = (d.conjugate() * c).imag
-            if turn_V is not None and turn_W is not None and side * sign > 0:
+            # Away from the reference's branch it is the vectors alone that tell.
+            is_meant = side * sign > 0 or self.signs is not None
+            if turn_V is not None and turn_W is not None and is_meant:
                 return turn_V, turn_W
         return None
 
@@ -411,7 +445,11 @@ class _Solver:
         direction = guide.along.turned(-delta).coordinates(self.scope)
         R = self._pin(Z, far) - self._pin(Z, near)
         r = arm(self.scope, R)
-        sign = self._sign(self._reach(offset, direction, R, slide, (near, far), (base, Y, Z)))
+        side = self._reach(offset, direction, R, slide, (near, far), (base, Y, Z))
+        if side == 0 and self.signs is None:
+            names = _listed((slide, near, far))
+            raise RobotError(f"the loop of {names} does not close at the reference, or not clearly")
+        sign = self._sign(side)
         found = circle_and_line(self.scope, offset.coordinates(self.scope), direction, r, sign)
         c, s = turn_of(self.scope, found.vector, r)
         turn = self._solved(c, s, rate_of_third(found))
@@ -492,7 +530,7 @@ class _Solver:
 
     def _sign(self, at_reference: int) -> int:
         """The sign of the branch: that at the reference, or the next one asked for."""
-        return at_reference if self.signs is None else next(self.signs)
+        return at_reference if self.signs is None else next(self.signs, 1)
 
     def _reach(
         self,
@@ -509,7 +547,7 @@ class _Solver:
         n, m = (d.conjugate() * o).imag, (d.conjugate() * o).real
         square = abs(r) ** 2 - n**2
         if not square >= 0:
-            return self._does_not_close(slide, *pins)
+            return 0
         base, Y, Z = clusters
         distances = {}
         for sign in TRAVELS:
@@ -520,7 +558,7 @@ class _Solver:
             turn_Z = delta + cmath.phase(d * complex(along, n) / r)
             turns = {id(base): 0.0, id(Y): turn_Y, id(Z): turn_Z}
             distances[sign] = self._distance((slide, *pins), turns, along - m)
-        return self._nearer(distances, (slide, *pins))
+        return self._nearer(distances)
 
     def _distance(
         self, edges: Sequence[Edge], turns: Mapping[int, float], travel: float = 0.0
@@ -541,20 +579,11 @@ class _Solver:
                 total += (travel - hints[edge.name]) ** 2
         return math.sqrt(total)
 
-    def _nearer(self, distances: Mapping[int, float], edges: Sequence[Edge]) -> int:
-        if self.signs is None and abs(distances[1] - distances[-1]) < CLEAR:
-            names = ", ".join(edge.name for edge in edges if "." not in edge.name)
-            raise RobotError(
-                f"both ways to close the loop of {names} are as near to the reference: "
-                "give the reference value of one of them"
-            )
-        return min(distances, key=distances.__getitem__)
-
-    def _does_not_close(self, *edges: Edge) -> int:
-        if self.signs is not None:
+    def _nearer(self, distances: Mapping[int, float]) -> int:
+        """The sign of the smaller distance; 0 where both are alike."""
+        if abs(distances[1] - distances[-1]) < CLEAR:
             return 0
-        names = ", ".join(edge.name for edge in edges if "." not in edge.name)
-        raise RobotError(f"the loop of {names} does not close at the reference")
+        return min(distances, key=distances.__getitem__)
 
     # --- reading what is joined ---
 
@@ -625,6 +654,53 @@ class _Guide:
         at = self.at + self.along.times((travel, ZERO))
         origin = at - self.at_other.times(self.rotor).turned(self.angle)
         return Pose(self.angle, self.rotor, origin)
+
+
+@dataclass(frozen=True)
+class _Dyad:
+    """Three clusters in a ring of pins: the base, and two whose pins are V and W apart.
+
+    Attributes:
+        clusters: The base, X and Y.
+        pins: Base to X, X to Y, base to Y.
+        V: On X, from its pin on the base to that on Y.
+        W: On Y, from its pin on the base to that on X.
+        D: On the base, from the pin of X to that of Y.
+    """
+
+    clusters: tuple[Cluster, Cluster, Cluster]
+    pins: tuple[Turn, Turn, Turn]
+    V: PhasorSum
+    W: PhasorSum
+    D: PhasorSum
+
+
+def _implied(edges: Sequence[Edge]) -> list[Turn]:
+    """Pins between bodies that turn about the same point of a third."""
+    turns = [edge for edge in edges if isinstance(edge, Turn)]
+    found = []
+    for one, other in combinations(turns, 2):
+        for body in {one.a, one.b} & {other.a, other.b}:
+            (a, at_a, here), (b, at_b, there) = (_seen_from(turn, body) for turn in (one, other))
+            if here == there:
+                found.append(Turn(f"{one.name}.{other.name}", a, at_a, b, at_b))
+    return found
+
+
+def _seen_from(turn: Turn, body: str) -> tuple[str, Complex, Complex]:
+    """The other body of a pin, the pin on it, and the pin on this body."""
+    if turn.a == body:
+        return turn.b, turn.at_b, turn.at_a
+    return turn.a, turn.at_a, turn.at_b
+
+
+def _slides(edges: Sequence[Edge]) -> int:
+    return sum(isinstance(edge, Slide) for edge in edges)
+
+
+def _listed(edges: Iterable[Edge]) -> str:
+    """Names for the reader, without the far ends of struts."""
+    return ", ".join(edge.name for edge in edges if "." not in edge.name)
 
 
 def _exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:

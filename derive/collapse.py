@@ -8,6 +8,7 @@ straight line and a circle, whatever its links do.
 
 from collections.abc import Sequence
 from dataclasses import replace
+from functools import partial
 
 import sympy as sp
 
@@ -59,7 +60,7 @@ def _collapsed(
             inner = stations[first:last]
             if not scope.is_constant(turn) or any(s.pitch != 0 or s.slides for s in inner):
                 continue
-            moved = _sum(scope, inner).reduced(list(relations), scope.is_solved)
+            moved = _sum(scope, inner).reduced(relations, partial(_solved_angles, scope))
             if any(map(scope.is_solved, moved.terms)):
                 continue
             x, y = moved.turned(-stations[first - 1].angle).coordinates(scope)
@@ -87,6 +88,10 @@ def _sum(scope: Scope, stations: Sequence[Station]) -> PhasorSum:
         )
         total = total + PhasorSum.of((c * x - s * y, s * x + c * y), angle)
     return total
+
+
+def _solved_angles(scope: Scope, total: PhasorSum) -> int:
+    return sum(map(scope.is_solved, total.terms))
 
 
 def _parted(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:

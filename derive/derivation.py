@@ -4,7 +4,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from . import equations, maps
+from . import equations, maps, platforms
 from .chain import Group, groups
 from .coordinates import InProportion
 from .errors import RobotError
@@ -84,7 +84,7 @@ def _offered(hybrid: Hybrid) -> dict[str, Maker]:
     of_tool: dict[str, Maker] = {}
     if not hybrid.forward.open:
         of_tool = {name: partial(_of_tool, name) for name in FUNCTIONS}
-    return of_tool | maps.makers(hybrid) | equations.makers(hybrid)
+    return of_tool | maps.makers(hybrid) | equations.makers(hybrid) | platforms.makers(hybrid)
 
 
 def _of_tool(name: str, hybrid: Hybrid) -> SymbolicFunction:

@@ -244,17 +244,20 @@ class Mechanism:
                 found.append(Coordinate(name, "revolute", limits, drive.joint, drive.ratio))
         return tuple(found)
 
+    def way(self, body: str) -> list[Joint]:
+        """The joints from the base to a body."""
+        way: list[Joint] = []
+        while body != self.base_frame:
+            way.append(self.joint_of[body])
+            body = way[-1].parent
+        return way[::-1]
+
     @cached_property
     def main_chain(self) -> Robot:
         """The path from the base to the tool as a serial robot; its q is theta."""
-        joints: list[Joint] = []
-        body = self.tool_body
-        while body != self.base_frame:
-            joints.append(self.joint_of[body])
-            body = joints[-1].parent
         return Robot(
             name=self.name,
-            joints=tuple(replace(joint, parent="") for joint in joints[::-1]),
+            joints=tuple(replace(joint, parent="") for joint in self.way(self.tool_body)),
             title=self.title,
             source=self.source,
             base=self.base,
@@ -273,6 +276,11 @@ class Mechanism:
         swings = [strut.swing_name for strut in self.struts if strut.ends == "pin"]
         cylinders = [strut.name for strut in self.struts if strut.is_cylinder]
         return tuple(name for name in (*joints, *swings, *cylinders) if name not in taken)
+
+    @property
+    def tool_place(self) -> Place:
+        """The tool frame on the body that carries it."""
+        return Place(self.tool_body, self.tool)
 
     @property
     def link_names(self) -> tuple[str, ...]:

@@ -114,14 +114,15 @@ class Mobility:
             yield f"idle: {self.idle} members on balls turn about themselves"
         repeated = self.equations - self.rank
         if repeated:
-            yield f"overconstrained: {repeated} of {self.equations} equations repeat others"
+            yield f"repeated: {repeated} of {self.equations} equations follow from the others"
         moving = " without idle turns" if self.idle else ""
         for name, counted in (
             ("Gruebler-Kutzbach", self._kutzbach_but_idle),
             ("loop by loop", self.by_loops - self.idle),
         ):
             if counted != self.true:
-                yield f"{name} counts {counted}{moving}, true are {self.true}"
+                why = ": overconstrained" if self.true > counted else ""
+                yield f"{name} counts {counted}{moving}, true are {self.true}{why}"
         if self.actuated != self.true:
             yield f"actuated coordinates: {self.actuated}, degrees of freedom: {self.true}"
 
@@ -284,7 +285,7 @@ class _Numbers:
             return None
         step = _step(J, residual, free, rcond)
         for halving in range(HALVINGS):
-            trial = z + step / 2**halving
+            trial: Vector = z + step / 2**halving
             if np.linalg.norm(self.evaluated(trial)[0]) < PROGRESS * np.linalg.norm(residual):
                 return trial
         return None
@@ -306,19 +307,30 @@ class _Numbers:
         start, end = z[index], np.array(list(goal.values()))
         done, step = 0.0, 1.0
         while done < 1:
+            part = min(done + step, 1.0)
             trial = z.copy()
-            trial[index] = start + min(done + step, 1.0) * (end - start)
+            trial[index] = end if part == 1 else start + part * (end - start)
             try:
                 reached = self.closed(trial, self.passive)
-                if self._distance(reached - z) > 2 * self._distance(trial - z) + SPREAD:
-                    raise RobotError(self._open(*self.evaluated(trial)[::2]))
-            except RobotError:
+                self._check_branch(z, trial, reached)
+            except RobotError as error:
+                if part == 1:
+                    at_goal = error
                 step /= 2
                 if step < 1 / 2**HALVINGS:
-                    raise
+                    raise at_goal from error
             else:
-                z, done = reached, min(done + step, 1.0)
+                z, done = reached, part
         return z
+
+    def _check_branch(self, z: Vector, trial: Vector, reached: Vector) -> None:
+        """Raises RobotError where passive entries jumped much farther than actuated ones moved."""
+        if self._distance(reached - z) > 2 * self._distance(trial - z) + SPREAD:
+            residual, _, _ = self.evaluated(trial)
+            name, _ = self._widest(residual)
+            raise RobotError(
+                f"robot {self.mechanism.name!r}: the loop of {name!r} leaves its branch on the way"
+            )
 
     def rank(self) -> int:
         """Rank of the Jacobian at generic closed configurations near the reference."""

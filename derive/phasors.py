@@ -9,7 +9,7 @@ exact (re, im) pairs of numbers, parameters and lengths that are coordinates. Th
 only translates shows here, because sums of angles and of vectors cancel exactly.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import sympy as sp
@@ -95,24 +95,22 @@ class PhasorSum:
         return scope.let(x), scope.let(y)
 
     def reduced(
-        self, relations: "list[PhasorSum]", is_solved: Callable[[sp.Expr], bool]
+        self, relations: "Sequence[PhasorSum]", cost: "Callable[[PhasorSum], int]"
     ) -> "PhasorSum":
-        """The same vector with as few solved angles as loop equations allow.
+        """The same vector in a cheaper form, as far as loop equations give one.
 
         Args:
             relations: Sums that are zero, one a loop.
-            is_solved: Whether an angle rests on the solution of a loop.
+            cost: What shall be small, the number of terms say.
         """
-        best = self
-        for relation in relations:
-            for angle in [a for a in relation.terms if is_solved(a)]:
-                if angle not in best.terms:
-                    continue
-                ratio = quotient(best.terms[angle], relation.terms[angle])
-                other = best - relation.times(ratio)
-                if sum(map(is_solved, other.terms)) < sum(map(is_solved, best.terms)):
-                    best = other
-        return best
+        candidates = [
+            self - relation.times(quotient(self.terms[angle], vector))
+            for relation in relations
+            for angle, vector in relation.terms.items()
+            if angle in self.terms
+        ]
+        best = min(candidates, key=cost, default=self)
+        return best.reduced(relations, cost) if cost(best) < cost(self) else self
 
 
 def quotient(a: Complex, b: Complex) -> Complex:

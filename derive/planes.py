@@ -3,7 +3,8 @@
 A loop is planar where all its revolute axes are parallel and all its sliders are perpendicular to
 them. Loops that share a joint are one *linkage*. Each body of a linkage gets axes of its own in the
 plane: the first of its frame's x, y, z axes that lies in the plane and the one to the left of it,
-seen against the plane's normal, which is the first revolute axis of the linkage.
+seen against the plane's normal, which is the first revolute axis of the linkage, or across its
+sliders where nothing in it turns.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
@@ -131,21 +132,12 @@ def loops(mechanism: Mechanism) -> list[Loop]:
 
 
 def _loop(mechanism: Mechanism, closer: Closure | Strut) -> Loop:
-    a, b = _way(mechanism, closer.a.body), _way(mechanism, closer.b.body)
+    a, b = mechanism.way(closer.a.body), mechanism.way(closer.b.body)
     shared = 0
     while shared < min(len(a), len(b)) and a[shared] is b[shared]:
         shared += 1
     meeting = a[shared - 1].link if shared else mechanism.base_frame
     return Loop(closer, meeting, tuple(a[shared:]), tuple(b[shared:]))
-
-
-def _way(mechanism: Mechanism, body: str) -> list[Joint]:
-    """The joints from the base to a body."""
-    way: list[Joint] = []
-    while body != mechanism.base_frame:
-        way.append(mechanism.joint_of[body])
-        body = way[-1].parent
-    return way[::-1]
 
 
 def linkages(mechanism: Mechanism, scope: Scope) -> tuple[list[Linkage], list[Loop]]:
@@ -195,7 +187,7 @@ class _Branch:
         self.sliding: list[sp.Matrix] = []
         self.is_helical = False
         R, p = sp.eye(3), sp.zeros(3, 1)
-        for joint in _way(mechanism, place.body):
+        for joint in mechanism.way(place.body):
             R, p = _onward(scope, R, p, joint.before)
             if joint in way:
                 self._pass(joint, R[:, 2])

@@ -14,6 +14,7 @@ from .planes import Linkage, Loop, linkages
 from .reference import AtReference
 from .robot import Joint
 from .scope import Scope
+from .spatial import Known, assemble_in_space
 
 
 @dataclass(frozen=True)
@@ -21,6 +22,7 @@ class Solution:
     """The joints of a mechanism in closed form, as far as there is one.
 
     Attributes:
+        mechanism: The description.
         values: Of joints, swings and cylinders by name; angles may exceed a turn.
         loops: Rates of the solved angles, for :class:`~chasles.derive.motion.Tangent`.
         steps: How the loops were solved, in order.
@@ -29,6 +31,7 @@ class Solution:
         reference: The reference configuration, for numbers.
     """
 
+    mechanism: Mechanism
     values: Mapping[str, sp.Expr]
     loops: dict[sp.Symbol, LoopRate]
     steps: tuple[Step, ...]
@@ -38,8 +41,12 @@ class Solution:
 
     @property
     def margins(self) -> tuple[tuple[str, sp.Expr], ...]:
-        """The margin of each step that can fail to close, with the names of its joints."""
-        return tuple((step.name, step.margin) for step in self.steps if step.margin is not None)
+        """The margin of each step that can fail to close, with the name of its loop."""
+        return tuple(
+            (step.name(self.mechanism), step.margin)
+            for step in self.steps
+            if step.margin is not None
+        )
 
 
 @dataclass(frozen=True)
@@ -128,18 +135,20 @@ def _solved(
     rates: dict[sp.Symbol, LoopRate] = {}
     steps: list[Step] = []
     relations: list[PhasorSum] = []
-    for linkage in loops.planar:
-        try:
+    spatial = Known(values, rates, steps)
+    try:
+        for linkage in loops.planar:
             part = assemble(scope, linkage, values, reference, signs)
-        except RobotError as error:
-            raise RobotError(f"robot {mechanism.name!r}: {error}") from error
-        values |= part.values
-        rates |= part.loops
-        steps.extend(part.steps)
-        relations.extend(part.relations)
+            values |= part.values
+            rates |= part.loops
+            steps.extend(part.steps)
+            relations.extend(part.relations)
+        assemble_in_space(scope, mechanism, loops.spatial, spatial, reference, signs)
+    except RobotError as error:
+        raise RobotError(f"robot {mechanism.name!r}: {error}") from error
     wanted = [*mechanism.members, *swings(mechanism)]
     still_open = tuple(name for name in wanted if name not in values)
-    return Solution(values, rates, tuple(steps), tuple(relations), still_open, reference)
+    return Solution(mechanism, values, rates, tuple(steps), tuple(relations), still_open, reference)
 
 
 def swings(mechanism: Mechanism) -> tuple[str, ...]:

@@ -1,0 +1,166 @@
+r"""A mechanism at a configuration as papers draw it, in TikZ, from the description alone."""
+
+import re
+from collections.abc import Mapping
+
+from ...mechanism import Coordinate, Mechanism
+from .. import names
+from .labels import Label, Obstacles, loop_number, placed
+from .marks import Marks
+from .paper import Paper, Point, at, whole
+from .parts import scene
+from .poses import Poses
+from .view import view
+
+PREAMBLE = "\\usepackage{tikz}\n\\usetikzlibrary{arrows.meta}"
+"""What a document needs before it reads a drawing in."""
+_STYLES = r"""  [x=1mm,y=1mm,line cap=round,line join=round,
+   font=\footnotesize,>={Stealth[length=1.7mm]},
+   outline/.style={draw=black!70,fill=black!70},
+   base/.style={draw=black!60,fill=black!6,line width=0.3mm},
+   ground/.style={draw=black!75,line width=0.2mm},
+   stand/.style={draw=black!75,fill=white,line width=0.25mm},
+   guide/.style={draw=black!75,line width=0.5mm},
+   tint1/.style={draw=blue!40!black!24!white,fill=blue!40!black!24!white},
+   tint2/.style={draw=orange!75!black!32!white,fill=orange!75!black!32!white},
+   tint3/.style={draw=teal!80!black!28!white,fill=teal!80!black!28!white},
+   tint4/.style={draw=black!22,fill=black!22},
+   tint5/.style={draw=violet!70!black!24!white,fill=violet!70!black!24!white},
+   tint6/.style={draw=olive!80!black!30!white,fill=olive!80!black!30!white},
+   rod outline/.style={draw=black!70,line width=1.2mm},
+   rod/.style={draw=black!25,line width=0.8mm},
+   piston/.style={draw=black!70,line width=0.9mm},
+   barrel/.style={draw=black!80,fill=white,line width=0.3mm},
+   pin/.style={draw=black!85,fill=white,line width=0.3mm},
+   driven/.style={fill=red!65!orange!85!black},
+   pressed/.style={fill=red!65!orange!85!black!40!white},
+   weld/.style={fill=black!85},
+   axis/.style={draw=black!85,line width=0.15mm,dash pattern=on 1mm off 0.3mm on 0.2mm off 0.3mm},
+   motor/.style={draw=red!65!orange!85!black,line width=0.35mm},
+   frame/.style={draw=blue!70!black,line width=0.4mm,->},
+   axis name/.style={font=\scriptsize,text=blue!70!black,inner sep=0pt},
+   loop/.style={draw=black!60,circle,fill=white,line width=0.2mm,inner sep=0pt,
+     minimum size=3.8mm,font=\scriptsize},
+   leader/.style={draw=black!45,line width=0.15mm},
+   name/.style={inner sep=0pt},
+   coordinate name/.style={inner sep=0pt,text=red!65!orange!65!black}]"""
+_SCALES = (1, 2, 5)
+_SHORTEST = 150
+"""The least length of the scale on paper."""
+_BELOW = 40
+"""How far the scale is below all else."""
+
+
+def drawing(mechanism: Mechanism, configuration: Mapping[str, float]) -> str:
+    r"""A drawing of a mechanism: bodies, joints by kind, actuators, loops, tool frame and scale.
+
+    Bodies join what sits on them, those of the main chain are thicker; actuated members are red,
+    with an arrow in the sense in which they count and their coordinate's name, motors behind gears
+    named at the joint that they move; a number stands in each loop, in the order of
+    :func:`chasles.derive.planes.loops`. Planar loops are seen square to their plane, all else from
+    above and aside, without perspective. The picture is at most 140 mm wide and 110 mm high.
+
+    Args:
+        mechanism: The description.
+        configuration: Value of every moving joint of the tree and of every cylinder (radian or
+            metre) where all loops are closed.
+
+    Returns:
+        A ``tikzpicture``, the same bytes on any machine; it needs :data:`PREAMBLE`.
+
+    Raises:
+        RobotError: A value is missing, or the configuration leaves a loop open.
+    """
+    poses = Poses(mechanism, configuration)
+    parts = scene(mechanism, poses, configuration)
+    directions, is_planar = view(mechanism, poses)
+    paper = Paper.around(directions, parts.points)
+    marks = Marks(parts, paper, is_planar=is_planar)
+    taken = marks.obstacles
+    # Coordinates have the least choice of places, loops more, and the rest takes what is left.
+    labels = [line for label in _coordinates(mechanism, marks) for line in placed(label, taken)]
+    for k, corners in enumerate(parts.loops, 1):
+        place = loop_number([paper.at(p) for p in corners], taken)
+        labels.append(f"\\node[loop] at {at(place)} {{{k}}};")
+    labels += [line for label in _names(mechanism, marks) for line in placed(label, taken)]
+    low, high = _extent(taken)
+    lines = [
+        "\\begin{tikzpicture}",
+        _STYLES,
+        *(f"  {line}" for group in (marks.behind, marks.bodies, marks.joints) for line in group),
+        *(f"  {line}" for group in (marks.arrows, labels) for line in group),
+        *(f"  {line}" for line in _scale(paper.scale, low)),
+        f"  \\useasboundingbox {at((low[0], low[1] - _BELOW))} rectangle {at(high)};",
+        "\\end{tikzpicture}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def _coordinates(mechanism: Mechanism, marks: Marks) -> list[Label]:
+    """Names of the actuated coordinates, at what they move."""
+    return [
+        _label(*_coordinate(k, coordinate), *marks.anchors[coordinate.moves], "coordinate name")
+        for k, coordinate in enumerate(mechanism.coordinates, 1)
+    ]
+
+
+def _names(mechanism: Mechanism, marks: Marks) -> list[Label]:
+    """Names of the main chain's other joints and of the tool frame."""
+    actuated = {coordinate.moves for coordinate in mechanism.coordinates}
+    found = [
+        _label(*_name(joint.name), *marks.anchors[joint.name], "name")
+        for joint in mechanism.main_chain.moving
+        if joint.name in marks.anchors and joint.name not in actuated
+    ]
+    return [*found, _label(*_name(mechanism.tool_frame), *marks.anchors["tool"], "name")]
+
+
+def _label(text: str, letters: float, point: Point, radius: int, style: str) -> Label:
+    return Label(text, letters, point, radius, style)
+
+
+def _coordinate(k: int, coordinate: Coordinate) -> tuple[str, float]:
+    """The place of a coordinate in q and its name, and how many letters wide that is."""
+    if coordinate.name in ("q", f"q{k}", f"q_{k}"):
+        return f"$q_{{{k}}}$", 2
+    text, letters = _name(coordinate.name)
+    return f"$q_{{{k}}}$ {text}", 2.6 + letters
+
+
+def _name(name: str) -> tuple[str, float]:
+    """A name in LaTeX, and how many letters wide it is: a symbol where it looks like one."""
+    head, *rest = re.findall(r"[A-Za-z]+|[0-9]+", name) or [name]
+    if len(head) > 1 and head not in names.GREEK:
+        return names.escape(name), len(name)
+    return f"${names.parameter(name)}$", 1.2 + 0.8 * sum(map(len, rest))
+
+
+def _extent(obstacles: Obstacles) -> tuple[Point, Point]:
+    """The lowest and highest corner of all that is drawn."""
+    x, y = [], []
+    for box in obstacles.boxes:
+        x += [box.left, box.right]
+        y += [box.bottom, box.top]
+    for a, b, half in (*obstacles.lines, *obstacles.outlines):
+        x += [a[0] - half, a[0] + half, b[0] - half, b[0] + half]
+        y += [a[1] - half, a[1] + half, b[1] - half, b[1] + half]
+    return (min(x) - 5, min(y) - 5), (max(x) + 5, max(y) + 5)
+
+
+def _scale(per_metre: float, corner: Point) -> list[str]:
+    """A bar of a round length with that length in metres."""
+    metres = next(
+        digit * 10.0**power
+        for power in range(-9, 9)
+        for digit in _SCALES
+        if whole(digit * 10.0**power * per_metre) >= _SHORTEST
+    )
+    a = (corner[0] + 10, corner[1] - _BELOW + 18)
+    b = (a[0] + whole(metres * per_metre), a[1])
+    return [
+        f"\\draw[ground,|-|] {at(a)} -- {at(b)};",
+        f"\\node[name,anchor=west] at {at((b[0] + 15, b[1]))} {{${metres:g}\\,\\mathrm{{m}}$}};",
+    ]
+
+
+__all__ = ["PREAMBLE", "drawing"]

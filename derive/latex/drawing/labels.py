@@ -1,0 +1,227 @@
+"""Labels where the picture is free: each tries places around its point and takes the best."""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import TypeVar
+
+from .paper import HEIGHT, WIDTH, Point, at, between, is_inside, whole
+
+LINE, LETTER = 28, 15.5
+"""Height of a label and mean width of a letter, at the size of footnotes."""
+_DIRECTIONS = [
+    (whole(1000 * math.cos(k * math.pi / 12)), whole(1000 * math.sin(k * math.pi / 12)))
+    for k in range(24)
+]
+"""Directions that a label may lie in, in thousandths."""
+_NEAR, _STEPS = 8, (0, 8, 18, 30, 44, 60, 80, 100)
+"""Free space around a point and what may be added to it."""
+_AFAR = 40
+"""From how far on a label is joined to its point by a line."""
+_AWAY = 1.2
+"""What a label's distance from its point costs."""
+_GAP = 6
+"""Between such a line and its label."""
+_CROSSED = 3
+"""What a label that covers a line costs, per length."""
+_LEVEL, _STEEP = 380, 380
+"""Parts of a direction from which on a label begins, ends or stands there."""
+
+Line = tuple[Point, Point, int]
+P = TypeVar("P")
+
+
+@dataclass(frozen=True)
+class Box:
+    """A rectangle on paper."""
+
+    left: int
+    bottom: int
+    right: int
+    top: int
+
+    def shared(self, other: "Box") -> int:
+        """The area that two boxes share."""
+        w = min(self.right, other.right) - max(self.left, other.left)
+        h = min(self.top, other.top) - max(self.bottom, other.bottom)
+        return max(w, 0) * max(h, 0)
+
+    def grown(self, by: int) -> "Box":
+        """A box with a margin."""
+        return Box(self.left - by, self.bottom - by, self.right + by, self.top + by)
+
+    def length_inside(self, a: Point, b: Point) -> float:
+        """The length of the part of a line that lies in the box."""
+        first, last = 0.0, 1.0
+        for start, end, low, high in (
+            (a[0], b[0], self.left, self.right),
+            (a[1], b[1], self.bottom, self.top),
+        ):
+            if start == end:
+                if not low <= start <= high:
+                    return 0.0
+                continue
+            enter, leave = sorted(((low - start) / (end - start), (high - start) / (end - start)))
+            first, last = max(first, enter), min(last, leave)
+        length = math.sqrt((b[0] - a[0]) ** 2 + (b[1] - a[1]) ** 2)
+        return max(last - first, 0.0) * max(length, 1.0)
+
+
+@dataclass(frozen=True)
+class Label:
+    """A text beside a point.
+
+    Attributes:
+        text: In LaTeX.
+        letters: About how many letters wide it is.
+        point: What it names.
+        radius: How much space the symbol takes there.
+        style: The TikZ style of its node.
+    """
+
+    text: str
+    letters: float
+    point: Point
+    radius: int
+    style: str
+
+
+@dataclass
+class Obstacles:
+    """What is on paper already.
+
+    Attributes:
+        lines: Begin, end and half the width of what nothing should cross.
+        outlines: The same of bodies, which a loop's number may cross.
+        boxes: Labels and symbols that nothing may cover.
+        plates: Filled polygons, on which a label may lie where nothing better is left.
+    """
+
+    lines: list[Line] = field(default_factory=list)
+    outlines: list[Line] = field(default_factory=list)
+    boxes: list[Box] = field(default_factory=list)
+    plates: list[Sequence[Point]] = field(default_factory=list)
+
+    def disc(self, point: Point, radius: int) -> None:
+        """Notes a symbol around a point."""
+        x, y = point
+        self.boxes.append(Box(x - radius, y - radius, x + radius, y + radius))
+
+    def path(self, corners: Sequence[Point], half: int) -> None:
+        """Notes a line through corners."""
+        self.lines.extend((a, b, half) for a, b in pairwise(corners))
+
+    def body(self, corners: Sequence[Point], half: int) -> None:
+        """Notes a body's outline through corners."""
+        self.outlines.extend((a, b, half) for a, b in pairwise(corners))
+
+    def cost(self, box: Box, on_plate: float, on_outline: float) -> float:
+        """How much a box would cover; what bodies cost depends on what the box is."""
+        covered = sum(min(box.grown(6).shared(other), 4000) / 4 for other in self.boxes)
+        crossed = _CROSSED * _length(box, self.lines) + on_outline * _length(box, self.outlines)
+        middle = ((box.left + box.right) // 2, (box.bottom + box.top) // 2)
+        laid = sum(on_plate for plate in self.plates if is_inside(middle, plate))
+        return covered + crossed + laid + self._outside(box)
+
+    @staticmethod
+    def _outside(box: Box) -> float:
+        over = (-box.left, -box.bottom, box.right - WIDTH, box.top - HEIGHT)
+        return 1000.0 * sum(max(part, 0) for part in over)
+
+
+def _length(box: Box, lines: Sequence[Line]) -> float:
+    """The length of lines that a box would cover."""
+    return sum(box.grown(half + 4).length_inside(a, b) for a, b, half in lines)
+
+
+def placed(label: Label, obstacles: Obstacles) -> list[str]:
+    """TikZ of a label at its best place, which is noted as taken."""
+    places = [(step, direction) for step in _STEPS for direction in range(len(_DIRECTIONS))]
+    best = _least(places, lambda p: _AWAY * p[0], lambda p: _cost(label, obstacles, *p))
+    near, box, anchor = _place(label, *best)
+    obstacles.boxes.append(box)
+    lines = [f"\\node[{label.style},anchor={anchor}] at {at(near)} {{{label.text}}};"]
+    if best[0] >= _AFAR:
+        begin, end = (_place(label, step, best[1])[0] for step in (best[0] - _GAP, -_NEAR))
+        lines.insert(0, f"\\draw[leader] {at(begin)} -- {at(end)};")
+        obstacles.path([near, label.point], 1)
+    return lines
+
+
+def _least(places: Sequence[P], bound: Callable[[P], float], cost: Callable[[P], float]) -> P:
+    """The first place of least cost; places come in the order of a bound below their cost."""
+    best, least = places[0], math.inf
+    for place in places:
+        if bound(place) >= least:
+            break
+        found = cost(place)
+        if found < least:
+            best, least = place, found
+    return best
+
+
+def _cost(label: Label, obstacles: Obstacles, step: int, direction: int) -> float:
+    near, box, _ = _place(label, step, direction)
+    leader = _leader_cost(near, label.point, obstacles) if step >= _AFAR else 0.0
+    # Letters read best beside a point or above it.
+    oblique = 3 if direction % 6 else 0
+    return obstacles.cost(box, 40, _CROSSED) + _AWAY * step + oblique + leader
+
+
+def _leader_cost(near: Point, to: Point, obstacles: Obstacles) -> float:
+    """What a line from a label to its point meets on the way."""
+    cost = 0.0
+    for share in (0.2, 0.4, 0.6):
+        x, y = between(near, to, share)
+        cost += obstacles.cost(Box(x - 3, y - 3, x + 3, y + 3), 0, 1) / 2
+    return cost
+
+
+def _place(label: Label, step: int, direction: int) -> tuple[Point, Box, str]:
+    """The nearest point of a label, its box, and the anchor that lies on that point."""
+    dx, dy = _DIRECTIONS[direction]
+    reach = label.radius + _NEAR + step
+    x = label.point[0] + whole(reach * dx / 1000)
+    y = label.point[1] + whole(reach * dy / 1000)
+    w, h = whole(LETTER * label.letters), LINE
+    side = "west" if dx > _LEVEL else "east" if dx < -_LEVEL else ""
+    end = "south" if dy > _STEEP else "north" if dy < -_STEEP else ""
+    left = {"west": x, "east": x - w, "": x - w // 2}[side]
+    bottom = {"south": y, "north": y - h, "": y - h // 2}[end]
+    anchor = f"{end} {side}".strip()
+    return (x, y), Box(left, bottom, left + w, bottom + h), anchor
+
+
+LOOP = 20
+"""Radius of the circle around a loop's number."""
+_GRID = 15
+_OUTSIDE = 150
+"""What it costs that a loop's number stands outside of the loop."""
+
+
+def loop_number(corners: Sequence[Point], obstacles: Obstacles) -> Point:
+    """Where a loop's number stands: free, and as near as possible to the middle of the loop."""
+    middle = (
+        sum(x for x, _ in corners) // len(corners),
+        sum(y for _, y in corners) // len(corners),
+    )
+    reach = 20
+    tried = [
+        (middle[0] + _GRID * i, middle[1] + _GRID * j)
+        for i in range(-reach, reach + 1)
+        for j in range(-reach, reach + 1)
+    ]
+    inside = {point for point in tried if is_inside(point, corners)}
+
+    def least(point: Point) -> float:
+        away = math.sqrt((point[0] - middle[0]) ** 2 + (point[1] - middle[1]) ** 2)
+        return away + (0 if not inside or point in inside else _OUTSIDE)
+
+    def cost(point: Point) -> float:
+        x, y = point
+        return least(point) + obstacles.cost(Box(x - LOOP, y - LOOP, x + LOOP, y + LOOP), 8, 1)
+
+    best = _least(sorted(tried, key=least), least, cost)
+    obstacles.disc(best, LOOP)
+    return best

@@ -1,0 +1,420 @@
+"""The symbols of the parts on paper, and what they cover."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from .labels import Obstacles
+from .paper import Paper, Point, angle, area, at, between, distance, hull, number, turn, whole
+from .parts import Bar, Hinge, Scene, Slide
+
+TINTS = 6
+"""How many tints bodies take in turn."""
+THIN, THICK, RIM = 14, 22, 4
+"""Width of a body, of one of the main chain, and what its outline adds."""
+PIN, MAIN_PIN = 10, 12
+SHAFT = 22
+"""Half the length of a hinge whose axis lies in the picture."""
+MOTOR = 28
+"""Radius of the arrow around a motor."""
+STROKE = 70
+"""Half the longest arrow beside a cylinder."""
+COLLAR = 36
+"""How far from a hinge the arrow around its shaft is."""
+BARREL = 0.55
+"""The part of a cylinder that its barrel takes."""
+FORESHORTENED = 0.35
+"""Below this part of its length on paper a direction is seen end-on."""
+GUIDE, RAIL = 45, 110
+"""How far a guide reaches beyond its slider, and how far one on the ground without limits."""
+HATCH = 11
+"""Between two strokes of the ground's hatching."""
+FOOT, FOOTING = 34, 32
+"""Height of a pin's stand, and half the width of its ground."""
+AXIS = 80
+"""Length of the tool frame's arrows."""
+
+
+class Marks:
+    """All symbols of a scene.
+
+    Attributes:
+        behind: Ground and base.
+        bodies: Bodies, rods and cylinders.
+        joints: Hinges and sliders.
+        arrows: Motors and the tool frame.
+        obstacles: What they cover.
+        anchors: Where a member is named, and the room that its symbol takes there.
+    """
+
+    def __init__(self, scene: Scene, paper: Paper, *, is_planar: bool) -> None:
+        """Draws everything but the labels.
+
+        Args:
+            scene: The parts.
+            paper: Where they are on paper.
+            is_planar: Whether the picture's plane is that of the mechanism.
+        """
+        self.scene, self.paper, self.is_planar = scene, paper, is_planar
+        self.behind: list[str] = []
+        self.bodies: list[str] = []
+        self.joints: list[str] = []
+        self.arrows: list[str] = []
+        self.obstacles = Obstacles()
+        self.anchors: dict[str, tuple[Point, int]] = {}
+        self.corners = [hull([paper.at(p) for p in solid.points]) for solid in scene.solids]
+        self.has_plate = not is_planar and len(self.corners[0]) > 2  # noqa: PLR2004
+        self._base()
+        self._bodies()
+        for slide in scene.slides:
+            self._slide(slide)
+        self._hinges()
+        self._tool()
+
+    # --- ground ---
+
+    def _base(self) -> None:
+        if self.has_plate:
+            corners = self.corners[0]
+            self.behind.append(f"\\filldraw[base] {_closed(corners)};")
+            self.obstacles.plates.append(corners)
+            side = -1 if self._hangs() else 1
+            for a, b in zip(corners, [*corners[1:], *corners[:1]], strict=True):
+                self.obstacles.path([a, b], 2)
+                if side * (b[0] - a[0]) > 0:
+                    self._ground(a, b)
+            return
+        feet: list[Point] = []
+        for hinge in self.scene.hinges:
+            if 0 in (hinge.a, hinge.b):
+                self._foot(hinge, feet)
+
+    def _hangs(self) -> bool:
+        """Whether the robot is below its base."""
+        moving = [self._height(corners) for corners in self.corners[1:] if corners]
+        return bool(moving) and sum(moving) < len(moving) * self._height(self.corners[0])
+
+    @staticmethod
+    def _height(corners: Sequence[Point]) -> float:
+        return sum(y for _, y in corners) / len(corners)
+
+    def _ground(self, a: Point, b: Point) -> None:
+        """A hatched line; the ground is to the right of the way from a to b."""
+        length = distance(a, b)
+        strokes = f"foreach \\k in {{1,...,{max(length // HATCH, 1)}}}"
+        stroke = f"({number(HATCH)}*\\k,0) -- ++(-1.3,-1.3)"
+        self.behind.append(
+            f"\\draw[ground] {_frame(a, b)} (0,0) -- ({number(length)},0) {strokes} {{ {stroke} }};"
+        )
+        self.obstacles.path(_beside(a, b, -7), 8)
+
+    def _foot(self, hinge: Hinge, feet: list[Point]) -> None:
+        point = self.paper.at(hinge.at)
+        if point in feet:
+            return
+        feet.append(point)
+        shaft = self._shaft(hinge)
+        if shaft is not None:
+            away = self._away(hinge, shaft)
+            x, y = point[0] - whole(away[0] * SHAFT), point[1] - whole(away[1] * SHAFT)
+            side = whole(away[1] * FOOTING), whole(away[0] * FOOTING)
+            self._ground((x - side[0], y + side[1]), (x + side[0], y - side[1]))
+            return
+        up = self._up(hinge, point)
+        a = (point[0] - up * FOOTING, point[1] - up * FOOT)
+        b = (point[0] + up * FOOTING, point[1] - up * FOOT)
+        legs = f"{at(between(a, b, 0.2))} -- {at(point)} -- {at(between(a, b, 0.8))}"
+        self.behind.append(f"\\filldraw[stand] {legs} -- cycle;")
+        self._ground(a, b)
+        self.obstacles.path([point, between(a, b, 0.5)], 20)
+
+    def _up(self, hinge: Hinge, point: Point) -> int:
+        """1 where a stand is below its pin; -1 where what the pin carries hangs below it."""
+        other = self._carried(hinge)
+        x, y = other[0] - point[0], other[1] - point[1]
+        return -1 if -y > 2 * abs(x) else 1
+
+    def _away(self, hinge: Hinge, shaft: tuple[float, float]) -> tuple[float, float]:
+        """The direction of a shaft that leads to what it carries; upwards where none does."""
+        point, other = self.paper.at(hinge.at), self._carried(hinge)
+        along = whole(shaft[0] * (other[0] - point[0]) + shaft[1] * (other[1] - point[1]))
+        leads = along > 0 if 2 * abs(along) > distance(point, other) else shaft[1] >= 0
+        return shaft if leads else (-shaft[0], -shaft[1])
+
+    def _carried(self, hinge: Hinge) -> Point:
+        """The middle of what a hinge of the base carries."""
+        if hinge.b < 0:
+            bar = next(bar for bar in self.scene.bars if bar.name == hinge.name)
+            return self.paper.at((bar.a + bar.b) / 2)
+        corners = self.corners[hinge.b if hinge.a == 0 else hinge.a]
+        return sum(x for x, _ in corners) // len(corners), sum(y for _, y in corners) // len(
+            corners
+        )
+
+    # --- bodies ---
+
+    def _bodies(self) -> None:
+        waiting: list[tuple[tuple[int, int], list[str]]] = []
+        for k, (solid, corners) in enumerate(zip(self.scene.solids, self.corners, strict=True)):
+            if k == 0 or len(corners) < 2:  # noqa: PLR2004
+                continue
+            order: tuple[int, int] = (
+                (0, -area(corners)) if self.is_planar else (self.paper.depth(solid.points), 0)
+            )
+            waiting.append((order, self._body(k, corners)))
+        for bar in self.scene.bars:
+            depth = self.paper.depth([bar.a, bar.b])
+            waiting.append(((1, 0) if self.is_planar else (depth, 0), self._bar(bar)))
+        for _, lines in sorted(waiting, key=lambda item: item[0]):
+            self.bodies.extend(lines)
+
+    def _body(self, k: int, corners: Sequence[Point]) -> list[str]:
+        width = THICK if self.scene.solids[k].is_main else THIN
+        is_plate = len(corners) > 2  # noqa: PLR2004
+        path = _closed(corners) if is_plate else _open(corners)
+        command = "filldraw" if is_plate else "draw"
+        if is_plate:
+            self.obstacles.plates.append(list(corners))
+        self.obstacles.body([*corners, corners[0]] if is_plate else corners, width // 2)
+        tint = f"tint{(k - 1) % TINTS + 1}"
+        return [
+            f"\\{command}[outline,line width={number(width + RIM)}mm] {path};",
+            f"\\{command}[{tint},line width={number(width)}mm] {path};",
+        ]
+
+    def _bar(self, bar: Bar) -> list[str]:
+        a, b = self.paper.at(bar.a), self.paper.at(bar.b)
+        self.anchors[bar.name] = between(a, b, 0.5), 14
+        self.obstacles.path([a, b], 16 if bar.is_cylinder else 6)
+        if not bar.is_cylinder:
+            return [f"\\draw[rod outline] {_open([a, b])};", f"\\draw[rod] {_open([a, b])};"]
+        length = distance(a, b)
+        barrel = whole(BARREL * length)
+        style = "barrel,pressed" if bar.coordinate else "barrel"
+        self.anchors[bar.name] = between(a, b, BARREL / 2), 16
+        if bar.coordinate:
+            side, middle = self._free_side(a, b), (barrel + length) // 2
+            half = min(max((length - barrel) // 2 - 10, 30), STROKE)
+            self.arrows.append(
+                f"\\draw[motor,<->] {_frame(a, b)} ({number(middle - half)},{number(side * 26)})"
+                f" -- ({number(middle + half)},{number(side * 26)});"
+            )
+            self.obstacles.path(_beside(between(a, b, BARREL), b, side * 26), 8)
+        return [
+            f"\\draw[piston] {_open([a, b])};",
+            f"\\filldraw[{style}] {_frame(a, b)} (0,-1.4) rectangle ({number(barrel)},1.4);",
+        ]
+
+    def _free_side(self, a: Point, b: Point) -> int:
+        """The side of a line, 1 to the left, on which fewer bodies have corners."""
+        near = [p for corners in self.corners for p in corners if p not in (a, b)]
+        length = max(distance(a, b), 1)
+        close = [p for p in near if abs(turn(a, b, p)) < length * 300]
+        left = sum(1 if turn(a, b, p) > 0 else -1 for p in close)
+        return -1 if left > 0 else 1
+
+    # --- joints ---
+
+    def _hinges(self) -> None:
+        # What is driven lies on top, where several hinges share a point.
+        for hinge in sorted(self.scene.hinges, key=lambda h: (h.coordinate is not None, h.is_main)):
+            self._hinge(hinge)
+
+    def _hinge(self, hinge: Hinge) -> None:
+        point, radius = self._place(hinge), MAIN_PIN if hinge.is_main else PIN
+        style = "pin,driven" if hinge.coordinate else "pin"
+        shaft = self._shaft(hinge)
+        reach = radius + 2
+        if hinge.kind == "weld":
+            self.joints.append(
+                f"\\fill[weld,shift={{{at(point)}}}] (-1.6,-1.1) -- (1.6,-1.1) -- (0,1.7) -- cycle;"
+            )
+        elif hinge.kind == "ball":
+            self.joints.append(f"\\filldraw[{style}] {at(point)} circle[radius={number(radius)}];")
+            self.joints.append(f"\\fill[outline] {at(point)} circle[radius={number(radius // 2)}];")
+        elif shaft is None:
+            self.joints.append(f"\\filldraw[{style}] {at(point)} circle[radius={number(radius)}];")
+        else:
+            self._turned_hinge(point, style, shaft)
+            reach = SHAFT
+        if hinge.coordinate:
+            self._motor(hinge, point, shaft)
+            reach = MOTOR + 4
+        self.obstacles.disc(point, reach)
+        if hinge.b >= 0:
+            self.anchors[hinge.name] = point, reach
+
+    def _place(self, hinge: Hinge) -> Point:
+        """Where a hinge is drawn: one that would cover another moves along its axis."""
+        point, shaft = self.paper.at(hinge.at), self._shaft(hinge)
+        others = [self.paper.at(other.at) for other in self.scene.hinges if other is not hinge]
+        if shaft is None or 0 in (hinge.a, hinge.b) or hinge.b < 0:
+            return point
+        if all(distance(point, other) > 2 * SHAFT for other in others):
+            return point
+        # Along the body that it carries, or else along the one that it stands on.
+        for k in (hinge.b, hinge.a):
+            along = [
+                whole(shaft[0] * (x - point[0]) + shaft[1] * (y - point[1]))
+                for x, y in self.corners[k]
+            ]
+            reach = max(along, key=abs, default=0)
+            if abs(reach) > 2 * SHAFT:
+                step = 2 * SHAFT if reach > 0 else -2 * SHAFT
+                return point[0] + whole(step * shaft[0]), point[1] + whole(step * shaft[1])
+        return point
+
+    def _turned_hinge(self, point: Point, style: str, shaft: tuple[float, float]) -> None:
+        frame = f"[shift={{{at(point)}}},rotate={angle(*shaft)}]"
+        self.joints.append(f"\\draw[axis] {frame} (-3.6,0) -- (3.6,0);")
+        self.joints.append(
+            f"\\filldraw[{style}] {frame} (-{number(SHAFT)},-1.2) rectangle ({number(SHAFT)},1.2);"
+        )
+
+    def _shaft(self, hinge: Hinge) -> tuple[float, float] | None:
+        """The direction on paper of a pin's axis, None where it is seen end-on."""
+        if hinge.axis is None or hinge.kind != "pin":
+            return None
+        right, up, _ = self.paper.along(hinge.axis)
+        length = float(np.hypot(right, up))
+        return None if length < FORESHORTENED else (right / length, up / length)
+
+    def _motor(self, hinge: Hinge, point: Point, shaft: tuple[float, float] | None) -> None:
+        """An arrow around a motor, in the sense in which its joint counts."""
+        near = 0.0 if hinge.axis is None else self.paper.along(hinge.axis)[2]
+        if shaft is None:
+            middle = self._free_direction(hinge, point)
+            begin, end = (middle - 80, middle + 80) if near >= 0 else (middle + 80, middle - 80)
+            self.arrows.append(
+                f"\\draw[motor,->,shift={{{at(point)}}}] ({begin}:{number(MOTOR)})"
+                f" arc[start angle={begin},end angle={end},radius={number(MOTOR)}];"
+            )
+            return
+        # Of the turn around a shaft the half that is nearer to the eye is shown, beyond the hinge.
+        away = self._away(hinge, shaft)
+        beyond = point[0] + whole(COLLAR * away[0]), point[1] + whole(COLLAR * away[1])
+        begin, end = (60, 300) if near >= -FORESHORTENED / 100 else (120, -120)
+        self.obstacles.disc(beyond, MOTOR)
+        self.arrows.append(
+            f"\\draw[motor,->,shift={{{at(beyond)}}},rotate={angle(*shaft)}]"
+            f" ({begin}:0.9 and {number(MOTOR)})"
+            f" arc[start angle={begin},end angle={end},x radius=0.9,y radius={number(MOTOR)}];"
+        )
+
+    def _free_direction(self, hinge: Hinge, point: Point) -> int:
+        """The direction around a hinge, in degrees, that is farthest from all bodies there."""
+        compass = [(10, 0), (7, 7), (0, 10), (-7, 7), (-10, 0), (-7, -7), (0, -10), (7, -7)]
+        ways = [
+            (x - point[0], y - point[1])
+            for corners in (self.corners[k] for k in (hinge.a, hinge.b) if k > 0)
+            for x, y in corners
+            if (x, y) != point
+        ]
+        if hinge.a == 0:
+            ways.append((0, -100 * self._up(hinge, point)))
+
+        def closeness(k: int) -> int:
+            x, y = compass[k]
+            cosines = [(x * w[0] + y * w[1]) / distance(w, (0, 0)) for w in ways]
+            return whole(10 * max(cosines, default=0.0))
+
+        return 45 * min(range(8), key=closeness)
+
+    def _slide(self, slide: Slide) -> None:
+        point, start = self.paper.at(slide.at), self.paper.at(slide.start)
+        right, up, _ = self.paper.along(slide.axis)
+        length = float(np.hypot(right, up))
+        style = "pin,driven" if slide.coordinate else "pin"
+        self.obstacles.disc(point, 22)
+        self.anchors[slide.name] = point, 24
+        if length < FORESHORTENED:
+            self.joints.append(
+                f"\\filldraw[{style},shift={{{at(point)}}}] (-1.9,-1.9) rectangle (1.9,1.9);"
+            )
+            self.joints.append(f"\\fill[outline] {at(point)} circle[radius=0.5];")
+            return
+        x, y = right / length, up / length
+        if x < 0 or (x == 0 and y < 0):
+            x, y = -x, -y
+        place = point if slide.mouth is None else self.paper.at(slide.mouth)
+        if slide.mouth is None:
+            self._guide(slide, start, point, (x, y))
+        frame = f"[shift={{{at(place)}}},rotate={angle(x, y)}]"
+        self.joints.append(f"\\filldraw[{style}] {frame} (-2.6,-1.8) rectangle (2.6,1.8);")
+        self.anchors[slide.name] = place, 26
+        self.obstacles.disc(place, 24)
+        if slide.coordinate:
+            self.arrows.append(f"\\draw[motor,<->] {frame} (-4.5,3.2) -- (4.5,3.2);")
+            ends = [(place[0] + whole(s * 45 * x), place[1] + whole(s * 45 * y)) for s in (-1, 1)]
+            self.obstacles.path(_beside(ends[0], ends[1], 32), 8)
+
+    def _guide(
+        self, slide: Slide, start: Point, point: Point, direction: tuple[float, float]
+    ) -> None:
+        """The line that a slider moves along, hatched where the base carries it."""
+        x, y = direction
+        is_rail = slide.a == 0 and not self.has_plate
+        reaches = self._reaches(slide, start, point, direction, is_rail=is_rail)
+        ends = [(point[0] + whole(x * r), point[1] + whole(y * r)) for r in reaches]
+        if is_rail:
+            low = [(px + whole(20 * y), py - whole(20 * x)) for px, py in ends]
+            self._ground(low[0], low[1])
+        else:
+            self.bodies.append(f"\\draw[guide] {_open(ends)};")
+            self.obstacles.path(ends, 4)
+
+    def _reaches(
+        self,
+        slide: Slide,
+        start: Point,
+        point: Point,
+        direction: tuple[float, float],
+        *,
+        is_rail: bool,
+    ) -> tuple[int, int]:
+        """From where to where a guide goes, seen from its slider: all its known travel."""
+        shown = [self.paper.at(p) for p in slide.travel] or [point if is_rail else start]
+        along = [
+            whole(direction[0] * (p[0] - point[0]) + direction[1] * (p[1] - point[1]))
+            for p in (point, *shown)
+        ]
+        beyond = RAIL if is_rail and not slide.travel else GUIDE
+        return min(along) - beyond, max(along) + beyond
+
+    # --- tool ---
+
+    def _tool(self) -> None:
+        T = self.scene.tool
+        origin = self.paper.at(T[:3, 3])
+        self.anchors["tool"] = origin, 10
+        for k, name in enumerate("xyz"):
+            right, up, _ = self.paper.along(T[:3, k])
+            if float(np.hypot(right, up)) < FORESHORTENED:
+                continue
+            tip = origin[0] + whole(AXIS * right), origin[1] + whole(AXIS * up)
+            letter = origin[0] + whole(1.22 * AXIS * right), origin[1] + whole(1.22 * AXIS * up)
+            self.arrows.append(f"\\draw[frame] {at(origin)} -- {at(tip)};")
+            self.arrows.append(f"\\node[axis name] at {at(letter)} {{${name}$}};")
+            self.obstacles.path([origin, letter], 6)
+            self.obstacles.disc(letter, 10)
+
+
+def _open(corners: Sequence[Point]) -> str:
+    return " -- ".join(map(at, corners))
+
+
+def _closed(corners: Sequence[Point]) -> str:
+    return f"{_open(corners)} -- cycle"
+
+
+def _frame(a: Point, b: Point) -> str:
+    """Options of a path that begins in a and goes to b along its own x axis."""
+    return f"[shift={{{at(a)}}},rotate={angle(b[0] - a[0], b[1] - a[1])}]"
+
+
+def _beside(a: Point, b: Point, shift: int) -> list[Point]:
+    """A line moved to its left."""
+    length = max(distance(a, b), 1)
+    x, y = (b[0] - a[0]) / length, (b[1] - a[1]) / length
+    move = whole(-shift * y), whole(shift * x)
+    return [(p[0] + move[0], p[1] + move[1]) for p in (a, b)]

@@ -1,0 +1,132 @@
+"""Points on paper: whole tenths of a millimetre, so that layout is exact and bytes repeat."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .parts import SMALL
+from .poses import Array
+
+Point = tuple[int, int]
+"""To the right and up, in tenths of a millimetre."""
+WIDTH, HEIGHT = 1400, 1100
+"""The largest picture, labels and scale included."""
+ROOM_ASIDE, ROOM_ABOVE, ROOM_BELOW = 120, 80, 150
+"""What is left free for labels, and below for the ground and the scale."""
+_TIE = 1e-5
+"""Numbers that lie between two tenths go up, whatever the last digits of a machine are."""
+
+
+def whole(value: float) -> int:
+    """The nearest whole number; a tie, to what machines differ by, goes up."""
+    return math.floor(value + 0.5 + _TIE)
+
+
+@dataclass(frozen=True)
+class Paper:
+    """A projection with its scale.
+
+    Attributes:
+        view: Directions to the right, up and towards the eye, one a row (3, 3).
+        scale: Tenths of a millimetre a metre.
+        corner: Where the paper's origin is in the view (metre).
+    """
+
+    view: Array
+    scale: float
+    corner: tuple[float, float]
+
+    @classmethod
+    def around(cls, view: Array, points: Sequence[Array]) -> "Paper":
+        """The largest scale at which points fit on paper."""
+        seen = np.array(points) @ view[:2].T
+        low, high = seen.min(axis=0), seen.max(axis=0)
+        free = (WIDTH - 2 * ROOM_ASIDE, HEIGHT - ROOM_ABOVE - ROOM_BELOW)
+        spans = zip(free, (float(span) for span in high - low), strict=True)
+        scale = min((room / span for room, span in spans if span > SMALL), default=WIDTH)
+        middle = (low[0] + high[0]) / 2
+        return cls(view, scale, (middle - WIDTH / 2 / scale, low[1] - ROOM_BELOW / scale))
+
+    def at(self, point: Array) -> Point:
+        """A point of the base frame on paper."""
+        x, y = self.view[:2] @ point
+        return whole(self.scale * (x - self.corner[0])), whole(self.scale * (y - self.corner[1]))
+
+    def along(self, direction: Array) -> tuple[float, float, float]:
+        """The parts of a direction to the right, up and towards the eye, to six digits."""
+        right, up, near = (whole(1e6 * float(part)) / 1e6 for part in self.view @ direction)
+        return right, up, near
+
+    def depth(self, points: Sequence[Array]) -> int:
+        """How near to the eye points are on average, in tenths of a millimetre."""
+        return whole(self.scale * float(np.mean(np.array(points) @ self.view[2])))
+
+
+def number(tenths: int) -> str:
+    """Tenths of a millimetre as millimetres."""
+    sign = "-" if tenths < 0 else ""
+    millimetres, rest = divmod(abs(tenths), 10)
+    return f"{sign}{millimetres}.{rest}" if rest else f"{sign}{millimetres}"
+
+
+def at(point: Point) -> str:
+    """A point as TikZ reads it."""
+    return f"({number(point[0])},{number(point[1])})"
+
+
+def angle(x: float, y: float) -> str:
+    """The direction of a vector in whole hundredths of a degree."""
+    hundredths = whole(100 * math.degrees(math.atan2(y, x))) % 36000
+    return f"{hundredths / 100:g}"
+
+
+def distance(a: Point, b: Point) -> int:
+    """Between two points."""
+    return whole(math.sqrt((a[0] - b[0]) ** 2 + (a[1] - b[1]) ** 2))
+
+
+def between(a: Point, b: Point, share: float) -> Point:
+    """The point at a share of the way from a to b."""
+    return whole(a[0] + share * (b[0] - a[0])), whole(a[1] + share * (b[1] - a[1]))
+
+
+def turn(a: Point, b: Point, c: Point) -> int:
+    """Twice the area of a triangle, positive where it turns left."""
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+def hull(points: Sequence[Point]) -> list[Point]:
+    """The corners of the convex hull, counterclockwise; two where all lie on a line."""
+    ordered = sorted(set(points))
+    if len(ordered) < 3:  # noqa: PLR2004
+        return ordered
+    lower, upper = _half(ordered), _half(ordered[::-1])
+    return lower[:-1] + upper[:-1]
+
+
+def _half(ordered: Sequence[Point]) -> list[Point]:
+    corners: list[Point] = []
+    for point in ordered:
+        while len(corners) > 1 and turn(corners[-2], corners[-1], point) <= 0:
+            corners.pop()
+        corners.append(point)
+    return corners
+
+
+def area(corners: Sequence[Point]) -> int:
+    """Twice the area that corners go around, positive counterclockwise."""
+    return sum(
+        a[0] * b[1] - a[1] * b[0]
+        for a, b in zip(corners, [*corners[1:], *corners[:1]], strict=True)
+    )
+
+
+def is_inside(point: Point, corners: Sequence[Point]) -> bool:
+    """Whether a point lies inside a polygon, by the edges that a ray to the right crosses."""
+    inside = False
+    for a, b in zip(corners, [*corners[1:], *corners[:1]], strict=True):
+        if (a[1] > point[1]) != (b[1] > point[1]) and (turn(a, b, point) > 0) == (b[1] > a[1]):
+            inside = not inside
+    return inside

@@ -1,0 +1,325 @@
+"""Drawings of mechanisms: all of it is there, upright, the same everywhere, and it compiles."""
+
+import math
+import re
+import shutil
+import subprocess
+
+import pytest
+import sympy as sp
+
+from chasles.derive import RobotError
+from chasles.derive.latex.drawing import PREAMBLE, drawing
+from chasles.derive.latex.drawing.paper import HEIGHT, WIDTH, Paper, at, whole
+from chasles.derive.latex.drawing.parts import scene
+from chasles.derive.latex.drawing.poses import Poses
+from chasles.derive.latex.drawing.view import view
+from chasles.derive.latex.names import escape
+from chasles.derive.mechanism import Closure, Drive, Mechanism, Place, Strut
+from chasles.derive.robot import Joint, Rotation, Translation
+
+PDFLATEX = shutil.which("pdflatex")
+ACROSS, LYING = Rotation("x", sp.pi / 2), Rotation("x", -sp.pi / 2)
+ALONG_X = Rotation("y", sp.pi / 2)
+DOCUMENT = r"""\documentclass{standalone}
+\pdfcompresslevel=0 \pdfobjcompresslevel=0
+%s
+\begin{document}
+%s\end{document}
+"""
+
+
+def moved(*xyz):
+    return Translation(tuple(map(sp.Rational, map(str, xyz))))
+
+
+def hinge(name, parent, *before):
+    return Joint(name, "revolute", before, (), link=f"{name}_body", parent=parent)
+
+
+def place(body, *xyz):
+    return Place(body, (moved(*xyz),))
+
+
+def third_side(a, b, angle):
+    return math.sqrt(a * a + b * b - 2 * a * b * math.cos(angle))
+
+
+def four_bar():
+    joints = (
+        hinge("crank", "0"),
+        hinge("coupler", "crank_body", moved(0.1, 0, 0)),
+        hinge("rocker", "0", moved(0.3, 0, 0)),
+    )
+    ends = place("coupler_body", 0.3, 0, 0), place("rocker_body", 0.1, 0, 0)
+    robot = Mechanism(
+        "four_bar",
+        joints,
+        ("crank",),
+        closures=(Closure("rocker_pin", "pin", *ends),),
+        tool_body="coupler_body",
+        tool=(moved(0.15, 0.1, 0),),
+    )
+    return robot, {"crank": 1.0, "coupler": -1.0, "rocker": 1.0}
+
+
+def slider_crank():
+    joints = (
+        hinge("crank", "0"),
+        hinge("coupler", "crank_body", moved(0.3, 0, 0)),
+        Joint("piston", "prismatic", (ALONG_X,), (), link="block", parent="0"),
+    )
+    # The block's frame has z along the guide; the pin's z is the plane's.
+    across = Place("block", (Rotation("y", -sp.pi / 2),))
+    robot = Mechanism(
+        "slider_crank",
+        joints,
+        ("motor",),
+        (Closure("wrist_pin", "pin", place("coupler_body", 0.5, 0, 0), across),),
+        drives=(Drive("motor", "crank", sp.Rational(1, 20)),),
+        tool_body="block",
+    )
+    coupler = -math.pi / 2 - math.atan2(3, 4)
+    return robot, {"crank": math.pi / 2, "coupler": coupler, "piston": 0.4}
+
+
+def hydraulic_arm(waist=0.0):
+    joints = (
+        hinge("waist", "0"),
+        hinge("boom", "waist_body", moved(0, 0, 0.8), ACROSS),
+        hinge("stick", "boom_body", moved(2, 0, 0)),
+    )
+    struts = (
+        Strut(
+            "lift_cylinder",
+            place("waist_body", 0, 0, 0.2),
+            place("boom_body", 0.9, 0, 0),
+            length=sp.Rational(1, 2),
+            is_cylinder=True,
+        ),
+        Strut(
+            "stick_cylinder",
+            place("boom_body", 0.8, 0, 0),
+            place("stick_body", -0.3, 0, 0),
+            is_cylinder=True,
+        ),
+    )
+    robot = Mechanism(
+        "hydraulic_arm",
+        joints,
+        ("waist", "lift_cylinder", "stick_cylinder"),
+        struts=struts,
+        tool=(moved(1.5, 0, 0),),
+    )
+    boom, stick = 0.7, -1.2
+    lengths = {
+        "lift_cylinder": third_side(0.6, 0.9, boom + math.pi / 2) - 0.5,
+        "stick_cylinder": third_side(1.2, 0.3, stick),
+    }
+    return robot, {"waist": waist, "boom": boom, "stick": stick} | lengths
+
+
+def platform_3rrr():
+    quarter = Rotation("y", sp.pi / 2)
+    joints = [
+        Joint("x", "prismatic", (quarter,), (Rotation("y", -sp.pi / 2),), "bx", "0"),
+        Joint("y", "prismatic", (LYING,), (ACROSS,), "by", "bx"),
+        hinge("phi", "by"),
+    ]
+    # Each crank leaves the line to its platform joint by the angle that lets the forearm reach.
+    gap, crank, forearm = 0.2, 0.17, 0.13
+    turn = math.acos((gap**2 + crank**2 - forearm**2) / (2 * gap * crank))
+    bend = math.acos((crank**2 + forearm**2 - gap**2) / (2 * crank * forearm)) - math.pi
+    closures, values = [], {"x": 0.0, "y": 0.0, "phi": 0.0}
+    for k in range(3):
+        around = Rotation("z", 2 * sp.pi * k / 3 + sp.pi / 2)
+        at_base = (around, moved(0.3, 0, 0), Rotation("z", sp.pi))
+        joints += [
+            hinge(f"crank_{k}", "0", *at_base),
+            hinge(f"elbow_{k}", f"crank_{k}_body", moved(crank, 0, 0)),
+        ]
+        ends = (
+            place(f"elbow_{k}_body", forearm, 0, 0),
+            Place("phi_body", (around, moved(0.1, 0, 0))),
+        )
+        closures.append(Closure(f"pin_{k}", "pin", *ends))
+        values |= {f"crank_{k}": turn, f"elbow_{k}": bend}
+    cranks = tuple(f"crank_{k}" for k in range(3))
+    robot = Mechanism("rrr", tuple(joints), cranks, tuple(closures), tool_body="phi_body")
+    return robot, values
+
+
+def delta():
+    joints = [
+        Joint("x", "prismatic", (ALONG_X,), (Rotation("y", -sp.pi / 2),), "bx", "0"),
+        Joint("y", "prismatic", (LYING,), (ACROSS,), "by", "bx"),
+        Joint("z", "prismatic", (), (), "platform", "by"),
+    ]
+    struts, values = [], {"x": 0.0, "y": 0.0, "z": -0.4}
+    for k in range(3):
+        around = Rotation("z", 2 * sp.pi * k / 3)
+        joints.append(hinge(f"arm_{k}", "0", around, moved(0.15, 0, 0), ACROSS))
+        values[f"arm_{k}"] = 0.0
+        for side in (-0.04, 0.04):
+            a = place(f"arm_{k}_body", 0.2, 0, side)
+            b = Place("platform", (around, moved(0.05, -side, 0)))
+            name = f"rod_{k}_{'left' if side < 0 else 'right'}"
+            struts.append(Strut(name, a, b, sp.Rational(1, 2), ends="ball"))
+    arms = tuple(f"arm_{k}" for k in range(3))
+    robot = Mechanism("delta", tuple(joints), arms, struts=tuple(struts), tool_body="platform")
+    return robot, values
+
+
+def welded():
+    """A telescope whose inner tube is welded to a slide on a guide."""
+    joints = (
+        hinge("post", "0"),
+        Joint("reach", "prismatic", (ALONG_X,), (Rotation("y", -sp.pi / 2),), "tube", "post_body"),
+        Joint("ride", "prismatic", (ALONG_X,), (Rotation("y", -sp.pi / 2),), "block", "0"),
+    )
+    closures = (
+        Closure("bracket", "weld", place("tube", 0.1, 0, 0), place("block", 0.2, 0, 0)),
+        Closure("rail", "slider", Place("0", (moved(0, 0.1, 0), ALONG_X)),
+                Place("block", (moved(0.2, 0.1, 0), ALONG_X))),
+    )  # fmt: skip
+    robot = Mechanism("welded", joints, ("reach",), closures, tool_body="tube")
+    return robot, {"post": 0.0, "reach": 0.4, "ride": 0.3}
+
+
+def universal():
+    """A four-bar whose coupler hangs in a universal joint and a ball."""
+    joints = (
+        hinge("crank", "0"),
+        hinge("swing", "crank_body", moved(0.1, 0, 0)),
+        hinge("sway", "swing_body", LYING),
+        hinge("rocker", "0", moved(0.3, 0, 0)),
+    )
+    ends = place("sway_body", 0.3, 0, 0), place("rocker_body", 0.1, 0, 0)
+    ball = Closure("ball", "ball", *ends)
+    robot = Mechanism("universal", joints, ("crank",), (ball,), tool_body="rocker_body")
+    return robot, {"crank": 1.0, "swing": -1.0, "sway": 0.0, "rocker": 1.0}
+
+
+MECHANISMS = {
+    found.__name__: found
+    for found in (four_bar, slider_crank, hydraulic_arm, platform_3rrr, delta, welded, universal)
+}
+every = pytest.mark.parametrize("name", MECHANISMS)
+
+
+def on_paper(robot, values):
+    poses = Poses(robot, values)
+    parts = scene(robot, poses, values)
+    directions, is_planar = view(robot, poses)
+    return poses, Paper.around(directions, parts.points), is_planar
+
+
+@every
+def test_last_digits_do_not_show(name):
+    robot, values = MECHANISMS[name]()
+    text = drawing(robot, values)
+    assert text == drawing(robot, {key: v * (1 + 1e-13) + 1e-13 for key, v in values.items()})
+    assert text == drawing(robot, {key: v * (1 - 1e-13) - 1e-13 for key, v in values.items()})
+    assert "-0)" not in text
+    assert "(-0," not in text
+    assert "e-" not in text.replace("line-", "")
+
+
+@every
+def test_coordinates_are_named_and_the_platforms_are_not(name):
+    robot, values = MECHANISMS[name]()
+    text = drawing(robot, values)
+    for k, coordinate in enumerate(robot.coordinates, 1):
+        assert f"{{$q_{{{k}}}$ {escape(coordinate.name)}}};" in text
+    named = re.findall(r"\\node\[name,anchor=[a-z ]+\] at \S+ \{(.*)\};", text)
+    assert not {"$x$", "$y$", "$z$", r"$\phi$"} & set(named)
+
+
+@every
+def test_closures_and_struts_are_drawn(name):
+    robot, values = MECHANISMS[name]()
+    text = drawing(robot, values)
+    poses, paper, _ = on_paper(robot, values)
+    count = 0
+    for closer in robot.closers:
+        points = [at(paper.at(poses.of(end)[:3, 3])) for end in (closer.a, closer.b)]
+        if isinstance(closer, Strut):
+            style = "piston" if closer.is_cylinder else "rod"
+            assert f"\\draw[{style}] {points[0]} -- {points[1]};" in text
+            assert all(f"{point} circle" in text for point in points)
+        elif closer.kind in {"pin", "ball"}:
+            assert f"{points[0]} circle" in text
+        elif closer.kind == "weld":
+            assert f"\\fill[weld,shift={{{points[0]}}}]" in text
+        else:
+            assert f"[pin] [shift={{{points[1]}}}" in text
+        count += 1
+    assert count == len(robot.closers) > 0
+    assert len(re.findall(r"\\node\[loop\]", text)) == count
+
+
+@every
+def test_robots_stand_upright_in_their_plane(name):
+    robot, values = MECHANISMS[name]()
+    _, paper, is_planar = on_paper(robot, values)
+    # A loop of sliders alone is in no plane of its own.
+    assert is_planar == (name not in {"delta", "welded", "universal"})
+    vertical = paper.along([0, 0, 1])
+    assert abs(vertical[0]) < 1e-9
+    assert vertical[1] > 0.9 or vertical == (0, 0, 1)
+    assert paper.along([1, 0, 0])[0] > 0
+
+
+@every
+def test_open_loops_and_missing_values_are_refused(name):
+    robot, values = MECHANISMS[name]()
+    joint = next(joint.name for joint in robot.joints[::-1] if joint.kind != "fixed")
+    with pytest.raises(RobotError, match="stands open"):
+        drawing(robot, values | {joint: values[joint] + 0.2})
+    with pytest.raises(RobotError, match=f"'{joint}' has no value"):
+        drawing(robot, {key: v for key, v in values.items() if key != joint})
+
+
+@every
+@pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not installed")
+def test_drawings_compile_and_fit_the_page(name, tmp_path):
+    robot, values = MECHANISMS[name]()
+    (tmp_path / "robot.tex").write_text(DOCUMENT % (PREAMBLE, drawing(robot, values)))
+    run = subprocess.run(
+        [PDFLATEX, "-interaction=nonstopmode", "-halt-on-error", "robot.tex"],
+        cwd=tmp_path,
+        capture_output=True,
+        check=False,
+        timeout=120,
+    )
+    assert run.returncode == 0, run.stdout.decode(errors="replace")[-2000:]
+    box = re.search(rb"/MediaBox \[0 0 ([\d.]+) ([\d.]+)\]", (tmp_path / "robot.pdf").read_bytes())
+    w, h = (float(size) / 72 * 254 for size in box.groups())
+    assert w <= WIDTH + 10
+    assert h <= HEIGHT + 10
+    assert max(w / WIDTH, h / HEIGHT) > 0.75
+
+
+def test_an_arm_looks_the_same_wherever_its_waist_turns_it():
+    assert (
+        drawing(*hydraulic_arm(0.4)) == drawing(*hydraulic_arm(-0.9)) == drawing(*hydraulic_arm())
+    )
+
+
+def test_a_motor_is_named_at_the_joint_that_it_moves():
+    robot, values = slider_crank()
+    _, paper, _ = on_paper(robot, values)
+    text = drawing(robot, values)
+    assert f"\\filldraw[pin,driven] {at(paper.at([0, 0, 0]))} circle" in text
+    assert text.count("\\filldraw[pin,driven]") == text.count("\\draw[motor") == 1
+
+
+def test_hinges_in_one_point_are_one_ball():
+    text = drawing(*universal())
+    inner = re.findall(r"\\fill\[outline\] (\S+) circle", text)
+    assert len(inner) == len(set(inner)) == 2
+
+
+def test_ties_are_rounded_alike_whatever_the_last_digits_are():
+    for value in (-1.5, -0.5, 0.5, 7.5):
+        assert whole(value - 1e-9) == whole(value) == whole(value + 1e-9) == math.ceil(value)
