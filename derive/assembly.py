@@ -86,7 +86,8 @@ class Step:
         solved: Named angles and travels that the step gives, with their meaning.
         vectors: Components of what the step is solved from, as :mod:`chasles.derive.dyads` calls
             them: ``D`` with the arms ``v`` and ``w``; the ``offset``, ``direction`` and ``r``; the
-            ``offset`` with ``e`` and ``f``; or ``there`` and ``here``.
+            ``offset`` with ``e`` and ``f``; or ``there`` and ``here``. In space, a distance ``d``,
+            or the spheres' centres ``c1`` to ``c3`` with ``l^2`` and the point ``p``.
         travels: Named travels of the slides that the step gives.
         turned: The angle by which the axes of ``D``, ``offset`` or ``there`` are turned.
         margin: 0 at a dead point, below 0 out of reach; None where the step always closes.
@@ -100,7 +101,7 @@ class Step:
     joints: tuple[str, ...]
     relation: PhasorSum
     solved: tuple[sp.Symbol, ...] = ()
-    vectors: Mapping[str, Complex] = field(default_factory=dict)
+    vectors: Mapping[str, tuple[sp.Expr, ...]] = field(default_factory=dict)
     travels: tuple[sp.Expr, ...] = ()
     turned: sp.Expr = ZERO
     margin: sp.Expr | None = None
@@ -362,7 +363,9 @@ class _Solver:
         base, X, Y = dyad.clusters
         to_X, _, to_Y = dyad.pins
         bodies = self._named(to_X, base), self._named(to_X, X), self._named(to_Y, Y)
-        return Step(kind, next(iter(base)), bodies, tuple(pin.name for pin in dyad.pins), PhasorSum())
+        return Step(
+            kind, next(iter(base)), bodies, tuple(pin.name for pin in dyad.pins), PhasorSum()
+        )
 
     def _join_dyad(self, dyad: "_Dyad", turn_X: Turned, turn_Y: Turned, step: Step) -> None:
         base, X, Y = dyad.clusters

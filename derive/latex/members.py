@@ -24,9 +24,10 @@ LETTERS: Mapping[str, tuple[str, ...]] = {
     "freedom": (r"\zeta", r"\sigma", r"\nu"),
     "A": ("A", "U", r"\mathrm{A}"),
     "B": ("B", "V", r"\mathrm{B}"),
-    "C": ("C", "P", r"\mathrm{C}"),
+    "C": ("C", "G", r"\mathrm{C}"),
     "D": ("D", "X", r"\mathrm{D}"),
-    "E": ("E", "Q", r"\mathrm{E}"),
+    "P": ("P", "Q", r"\mathrm{P}"),
+    "E": ("E", "W", r"\mathrm{E}"),
     "h": ("h", "H", r"\mathrm{h}"),
     "m": ("m", "K", r"\mathrm{m}"),
     "n": ("n", "N", r"\mathrm{n}"),
@@ -135,4 +136,4 @@ class Letters:
     def of_step(self, kind: str, step: int, axis: str = "") -> sp.Symbol:
         """The symbol of an intermediate result of a step, or of a component of it."""
         tex = f"{self.letters[kind]}_{{{step}{axis}}}"
-        return self.notation.symbol(tex, (LENGTH, (95, step, "hnmpCEDAB".find(kind), axis)))
+        return self.notation.symbol(tex, (LENGTH, (95, step, "hnmpCEPDAB".find(kind), axis)))

@@ -11,27 +11,20 @@ def freedoms(page: LoopPage) -> str:
     found = mobility(page.mechanism)
     n, j, f, order = found.bodies, found.joints, found.freedoms, found.order
     lost = " ".join(f"- {loop}" for loop in found.loop_orders)
+    by_loops = f"{found.loop_freedoms} {lost} = {found.by_loops}"
+    true = f"{found.coordinates} - {found.rank} = {found.true}"
+    rank = r"\operatorname{rank} \frac{\partial c}{\partial z}"
     counted = aligned(
         [
             (
                 r"F_{\mathrm{GK}}",
                 [
-                    rf"\lambda (n - 1 - j) + \textstyle\sum f = "
-                    rf"{order} ({n} - 1 - {j}) + {f} = {found.kutzbach}"
+                    r"\lambda (n - 1 - j) + \textstyle\sum f",
+                    f"= {order} ({n} - 1 - {j}) + {f} = {found.kutzbach}",
                 ],
             ),
-            (
-                r"F_{\mathrm{loops}}",
-                [
-                    rf"\textstyle\sum f - \sum \lambda_l = {found.loop_freedoms} {lost} = {found.by_loops}"
-                ],
-            ),
-            (
-                r"F",
-                [
-                    rf"\dim z - \operatorname{{rank}} \partial c / \partial z = {found.coordinates} - {found.rank} = {found.true}"
-                ],
-            ),
+            (r"F_{\mathrm{loops}}", [rf"\textstyle\sum f - \sum \lambda_l = {by_loops}"]),
+            ("F", [rf"\dim z - {rank} = {true}"]),
         ]
     )
     return text(

@@ -1,4 +1,4 @@
-r"""The fragment of velocities: the rates of every step, and the Jacobian in actuated coordinates."""
+r"""The fragment of velocities: the rates of every step, the Jacobian in actuated coordinates."""
 
 from collections.abc import Mapping
 
@@ -11,7 +11,7 @@ from .members import dotted
 from .notation import OTHER
 from .page import sentence, text
 from .sharing import BRACKET
-from .steps import PrintedStep
+from .steps import PrintedStep, Rate
 from .widths import width
 
 
@@ -28,14 +28,14 @@ class Rates:
         self.definitions: dict[sp.Symbol, sp.Expr] = {}
         self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
 
-    def equations(self, step: PrintedStep) -> list[tuple[sp.Expr, sp.Symbol, sp.Expr]]:
-        """Factor, rate and right side for each unknown of a step, which moves from then on."""
+    def equations(self, step: PrintedStep) -> list[tuple[Rate, sp.Expr]]:
+        """The rate of each unknown of a step, which moves from then on, and its right side."""
         self.definitions |= dict(step.vectors)
         results = []
         for rate in step.rates:
             total = sp.expand(sum((w * self.of(part) for part, w in rate.by), sp.S.Zero))
             self.dotted[rate.symbol] = self._dotted(rate.symbol, len(self.dotted))
-            results.append((rate.factor, self.dotted[rate.symbol], self.collected(total)))
+            results.append((rate, self.collected(total)))
         return results
 
     def of(self, expression: sp.Expr) -> sp.Expr:
@@ -45,8 +45,14 @@ class Rates:
             if symbol in self.dotted:
                 total += sp.diff(expression, symbol) * self.dotted[symbol]
             elif symbol in self.definitions:
-                total += sp.diff(expression, symbol) * self.of(self.definitions[symbol])
+                total += sp.diff(expression, symbol) * self._of_definition(symbol)
         return total
+
+    def _of_definition(self, symbol: sp.Symbol) -> sp.Expr:
+        meaning = self.definitions[symbol]
+        if meaning.is_Pow and meaning.exp == sp.Rational(1, 2):
+            return self.of(meaning.base) / (2 * symbol)
+        return self.of(meaning)
 
     def collected(self, total: sp.Expr) -> sp.Expr:
         """A sum with one term a rate, where its brackets stay short."""
@@ -95,8 +101,8 @@ def _rates(
     found = Rates(page, moving)
     unknowns: list[Equation] = []
     for step in steps:
-        for factor, rate, total in found.equations(step):
-            left = page.tex(factor * rate)
+        for rate, total in found.equations(step):
+            left = rate.left or page.tex(rate.factor * found.dotted[rate.symbol])
             unknowns.append((left, page.terms.printer.terms(total)))
     joints = []
     for name in wanted:

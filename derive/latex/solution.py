@@ -21,7 +21,12 @@ KINDS = {
     "two lines": "one pin and two slides",
     "parallelogram": "a parallelogram",
     "two pins": "two pins",
+    "distance": "a distance",
+    "circle and sphere": "a circle meets a sphere",
+    "line and sphere": "a line meets a sphere",
+    "three spheres": "three spheres meet",
 }
+LEGS = ("circle and sphere", "line and sphere")
 SIDES = {1: "to the left of", -1: "to the right of"}
 
 
@@ -61,22 +66,36 @@ def _step(page: LoopPage, printed: PrintedStep) -> str:
     pins = [words_of(page, name) for name in step.joints]
     title = f"\\textbf{{Step {printed.number}: {KINDS[step.kind]}}}"
     opening = f"{title} -- {', '.join(pins)}."
-    if step.kind == "parallelogram" or not printed.unknown:
+    if not (printed.unknown or printed.vectors or printed.results):
         return sentence(f"{opening} {_parallel(step.kind)}")
-    axes = f"In the axes of {_body(page, step.axes)}, the loop is"
-    blocks = [f"{opening} {axes}", aligned([_relation(page, printed)])]
-    blocks += [_turned(page, printed)]
-    defined = [*printed.vectors, *printed.results]
-    listed: list[Equation] = [
-        (page.tex(name), page.terms.printer.terms(value)) for name, value in defined
-    ]
-    listed += [
+    axes = "Let, with $z$ along the joint," if step.kind in LEGS else _axes(page, printed)
+    vectors, results = (
+        [(page.tex(name), page.terms.printer.terms(value)) for name, value in listed]
+        for listed in (printed.vectors, printed.results)
+    )
+    results += printed.formulas
+    results += [
         (page.tex(a.symbol), [rf"\operatorname{{atan2}}({page.tex(a.sine)}, {page.tex(a.cosine)})"])
         for a in printed.angles
     ]
-    if listed:
-        blocks += ["It is solved by", aligned(listed)]
+    blocks = [f"{opening} {axes}"]
+    if printed.unknown:
+        blocks.append(aligned([_relation(page, printed)], end="," if vectors or results else "."))
+    if vectors:
+        blocks += ["with" if printed.unknown else "", aligned(vectors, end="," if results else ".")]
+    if results:
+        blocks += ["and is solved by" if printed.unknown else "so that", aligned(results)]
     return sentence(*blocks, _branch(page, printed))
+
+
+def _axes(page: LoopPage, printed: PrintedStep) -> str:
+    """In whose axes a step is written."""
+    axes = f"In the axes of {_body(page, printed.step.axes)}"
+    turned = printed.step.turned
+    if turned != 0 and printed.step.vectors:
+        shown = page.tex(page.terms.sum(turned))
+        axes += f" (of vectors and products below: turned by ${shown}$)"
+    return f"{axes}, {'the loop is' if printed.unknown else 'let'}"
 
 
 def words_of(page: LoopPage, name: str) -> str:
@@ -109,23 +128,17 @@ def _phasors(terms: Terms, vectors: Iterable[tuple[sp.Expr, Complex]]) -> sp.Exp
             tex = terms.tex(angle)
             sign = "-" if tex.startswith("-") and not angle.is_Add else ""
             inner = rf"({tex})" if angle.is_Add else tex.removeprefix("-")
-            exponent = rf"\mathrm{{e}}^{{{sign}\mathrm{{i}}{inner}}}"
+            exponent = rf"\,\mathrm{{e}}^{{{sign}\mathrm{{i}}{inner}}}"
             turn = terms.notation.symbol(exponent, (OTHER, ("b", k)))
         total += (re + i * im) * turn
     return total
-
-
-def _turned(page: LoopPage, printed: PrintedStep) -> str:
-    if printed.step.turned == 0 or not printed.step.vectors:
-        return ""
-    return f"Below, axes are turned by ${page.tex(page.terms.sum(printed.step.turned))}$."
 
 
 def _branch(page: LoopPage, printed: PrintedStep) -> str:
     """Which root is meant, what the other would be, and the margin."""
     sentences = []
     step = printed.step
-    if step.kind == "two circles":
+    if step.kind in ("two circles", "circle and sphere"):
         D, C = page.letters.letters["D"], page.letters.letters["C"]
         sign = "positive" if step.sign > 0 else "negative"
         h = page.tex(page.letters.of_step("h", printed.number))

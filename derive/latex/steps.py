@@ -7,27 +7,38 @@ With J the quarter turn, e the direction of a line and components in the plane o
     circle and line  C = e (+-sqrt(A^2 - n^2) + i n),  n = e x D,  t = e . (C - D),  A e^(i phi) = C
     two lines        t = D x B / A x B,  u = A x D / A x B,  t A + u B = D
     two pins         A e^(i phi) = C |A| / |C|
+    distance         t = |D|
+    circle, sphere   two circles in the plane of the joint, B what the rod spans in it
+    line, sphere     t = D_z +- sqrt(l^2 - D_x^2 - D_y^2), z along the joint
+    three spheres    P = C1 + n +- w sqrt((l1^2 - n^2) / w^2), see :mod:`chasles.derive.spatial`
 
 These are the results of :mod:`chasles.derive.dyads`, in the forms that a reader knows.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import sympy as sp
 
 from ..assembly import Step
-from ..phasors import ONE, ZERO, Complex, cross, dot
+from ..phasors import ONE, ZERO, cross, dot
 from ..solution import Solution
-from .members import Letters
+from .layout import Equation
+from .members import Letters, dotted
 from .terms import Definition, Terms
 
+Vector = tuple[sp.Expr, ...]
+Weights = tuple[tuple[sp.Expr, sp.Expr], ...]
 HALF = sp.Rational(1, 2)
 NAMES = {
     "two circles": {"D": "D", "v": "A", "w": "B"},
     "circle and line": {"offset": "D", "direction": "B", "r": "A"},
     "two lines": {"offset": "D", "e": "A", "f": "B"},
     "two pins": {"there": "C", "here": "A"},
+    "distance": {"d": "D"},
+    "circle and sphere": {"D": "D", "v": "A", "w": "B"},
+    "line and sphere": {"offset": "D", "l^2": ""},
+    "three spheres": {"c1": "A", "c2": "B", "c3": "C", "l^2": "", "p": "P"},
 }
 """What a step's vectors are called in print."""
 
@@ -49,11 +60,13 @@ class Rate:
         symbol: The angle or travel.
         factor: 0 at a dead point.
         by: Expressions with the weights of their rates in the sum.
+        left: LaTeX of the left side where it is no product of factor and rate.
     """
 
     symbol: sp.Symbol
     factor: sp.Expr
     by: tuple[tuple[sp.Expr, sp.Expr], ...]
+    left: str = ""
 
 
 @dataclass(frozen=True)
@@ -67,6 +80,7 @@ class PrintedStep:
         given: The other side.
         vectors: Components and lengths of what is given.
         results: Intermediate results and travels, each in those before it.
+        formulas: Equations between vectors that take the place of results.
         angles: The angles that follow.
         margin: The step's margin, None where it always closes.
         rates: How the unknowns move.
@@ -74,10 +88,11 @@ class PrintedStep:
 
     step: Step
     number: int
-    unknown: tuple[tuple[sp.Expr, Complex], ...] = ()
-    given: tuple[tuple[sp.Expr, Complex], ...] = ()
+    unknown: tuple[tuple[sp.Expr, Vector], ...] = ()
+    given: tuple[tuple[sp.Expr, Vector], ...] = ()
     vectors: tuple[Definition, ...] = ()
     results: tuple[Definition, ...] = ()
+    formulas: tuple[Equation, ...] = ()
     angles: tuple[Angle, ...] = ()
     margin: sp.Expr | None = None
     rates: tuple[Rate, ...] = ()
@@ -105,6 +120,7 @@ class _Writer:
         self.terms, self.letters, self.step, self.number = terms, letters, step, number
         self.vectors: list[Definition] = []
         self.results: list[Definition] = []
+        self.formulas: list[Equation] = []
         self.angles: list[Angle] = []
         self.rates: list[Rate] = []
         self.margin: sp.Expr | None = None
@@ -113,16 +129,17 @@ class _Writer:
     def printed(self) -> PrintedStep:
         """The step; afterwards its unknowns have names."""
         named = NAMES.get(self.step.kind, {})
-        parts = {
+        found = {
             named[name]: self._vector(named[name], vector)
             for name, vector in self.step.vectors.items()
+            if name not in ("l^2", "p")
         }
         sought = {*self.unknown, *(t.as_coeff_Mul()[1] for t in self.step.travels)}
         travels = self._named_travels()
         for symbol in self.unknown:
             self.terms.known[symbol] = self.letters.next("angle")
-        if parts:
-            self._solve(parts, travels)
+        if found:
+            self._solve(found, travels)
         unknown, given = self._sides(sought)
         return PrintedStep(
             self.step,
@@ -131,6 +148,7 @@ class _Writer:
             given,
             tuple(self.vectors),
             tuple(self.results),
+            tuple(self.formulas),
             tuple(self.angles),
             self.margin,
             tuple(self.rates),
@@ -138,7 +156,7 @@ class _Writer:
 
     def _sides(
         self, sought: Iterable[sp.Symbol]
-    ) -> tuple[tuple[tuple[sp.Expr, Complex], ...], tuple[tuple[sp.Expr, Complex], ...]]:
+    ) -> tuple[tuple[tuple[sp.Expr, Vector], ...], tuple[tuple[sp.Expr, Vector], ...]]:
         """The loop's equation, what is sought on one side."""
         unknown, given = [], []
         for angle, (re, im) in self.step.relation.terms.items():
@@ -152,21 +170,20 @@ class _Writer:
 
     # --- names ---
 
-    def _vector(self, kind: str, vector: Complex) -> Complex:
-        """Components by name, as they are where the vector is a letter or a number."""
+    def _vector(self, kind: str, vector: Vector) -> Vector:
+        """Components by name, except for letters and for numbers that stand alone."""
         parts = [self.terms.of(part) for part in vector]
-        return self._component(kind, "x", parts), self._component(kind, "y", parts)
+        found = []
+        for axis, part in zip("xyz"[: len(parts)], parts, strict=True):
+            alone = sum(other != 0 for other in parts) == 1
+            if part == 0 or _is_letter(part) or (part.is_Rational and alone):
+                found.append(part)
+            else:
+                found.append(self.letters.of_step(kind, self.number, axis))
+                self.vectors.append((found[-1], part))
+        return tuple(found)
 
-    def _component(self, kind: str, axis: str, parts: Sequence[sp.Expr]) -> sp.Expr:
-        """A component by name, except for letters and for numbers that stand alone."""
-        part = parts["xy".index(axis)]
-        if part == 0 or _is_letter(part) or (part.is_Rational and ZERO in parts):
-            return part
-        symbol = self.letters.of_step(kind, self.number, axis)
-        self.vectors.append((symbol, part))
-        return symbol
-
-    def _length(self, kind: str, vector: Complex) -> sp.Expr:
+    def _length(self, kind: str, vector: Vector) -> sp.Expr:
         """The length of a vector by name; a component alone stands for it, whatever its sign."""
         if ZERO in vector:
             return vector[0] + vector[1]
@@ -189,25 +206,75 @@ class _Writer:
         self.results.append((symbol, value))
         return symbol
 
-    def _pair(self, kind: str, x: sp.Expr, y: sp.Expr) -> Complex:
+    def _pair(self, kind: str, x: sp.Expr, y: sp.Expr) -> Vector:
         return self._result(kind, x, "x"), self._result(kind, y, "y")
 
     # --- solutions ---
 
-    def _solve(self, parts: dict[str, Complex], travels: list[sp.Symbol]) -> None:
+    def _solve(self, parts: dict[str, Vector], travels: list[sp.Symbol]) -> None:
         {
             "two circles": self._two_circles,
             "circle and line": self._circle_and_line,
             "two lines": self._two_lines,
             "two pins": self._two_pins,
+            "distance": self._distance,
+            "circle and sphere": self._two_circles,
+            "line and sphere": self._line_and_sphere,
+            "three spheres": self._three_spheres,
         }[self.step.kind](travels, **parts)
+
+    def _distance(self, travels: list[sp.Symbol], D: Vector) -> None:
+        (t,) = travels
+        self.results.append((t, sp.sqrt(_square(D))))
+        self.rates.append(Rate(t, t, _weights(D, D)))
+
+    def _line_and_sphere(self, travels: list[sp.Symbol], D: Vector) -> None:
+        (t,), (square,) = travels, map(self.terms.of, self.step.vectors["l^2"])
+        inside = square - D[0] ** 2 - D[1] ** 2
+        self.results.append((t, D[2] + self.step.sign * sp.sqrt(inside)))
+        self.margin = inside / square
+        weights = (-D[0], -D[1], t - D[2])
+        self.rates.append(Rate(t, t - D[2], (*_weights(D, weights), (square, HALF))))
+
+    def _three_spheres(
+        self,
+        _: list[sp.Symbol],
+        A: Vector,
+        B: Vector,
+        C: Vector,
+    ) -> None:
+        """Vectors are too long to be multiplied out in print."""
+        k = self.number
+        a, b, c, P = (self.letters.of_step(kind, k) for kind in "ABCP")
+        a, b, c, P = (self.terms.tex(symbol) for symbol in (a, b, c, P))
+        l1, l2, l3 = (self.terms.tex(self.terms.of(part)) for part in self.step.vectors["l^2"])
+        sign = "+" if self.step.sign > 0 else "-"
+        self.formulas += [
+            ("u", [f"{b} - {a}"]),
+            ("v", [f"{c} - {a}"]),
+            ("w", [r"u \times v"]),
+            (r"\alpha", [rf"\tfrac{{1}}{{2}} (u^2 + {l1} - {l2})"]),
+            (r"\beta", [rf"\tfrac{{1}}{{2}} (v^2 + {l1} - {l3})"]),
+            ("n", [r"\bigl(\alpha\,(v \times w) + \beta\,(w \times u)\bigr) / w^2"]),
+            (P, [f"{a} + n {sign} w", rf"\sqrt{{({l1} - n^2) / w^2}}"]),
+        ]
+        found = []
+        for axis, part in zip("xyz", self.step.vectors["p"], strict=True):
+            sign_of, term = part.as_coeff_Mul()
+            found.append(self.letters.of_step("P", k, axis))
+            self.terms.known[term] = sign_of * found[-1]
+        centres = zip((a, b, c), (A, B, C), found, strict=True)
+        for name, centre, symbol in centres:
+            spread = [p - x for p, x in zip(found, centre, strict=True)]
+            left = rf"({P} - {name}) \cdot {dotted(P)}"
+            self.rates.append(Rate(symbol, sp.S.One, _weights(centre, spread), left))
 
     def _two_circles(
         self,
         _: list[sp.Symbol],
-        D: Complex,
-        A: Complex,
-        B: Complex,
+        D: Vector,
+        A: Vector,
+        B: Vector,
     ) -> None:
         d, a, b = (self._length(k, v) for k, v in (("D", D), ("A", A), ("B", B)))
         p = self._result("p", sp.Mul(HALF, d**2 + a**2 - b**2, evaluate=False))
@@ -215,20 +282,23 @@ class _Writer:
         C = self._pair("C", (D[0] * p - D[1] * h) / d**2, (D[1] * p + D[0] * h) / d**2)
         E = self._pair("E", C[0] - D[0], C[1] - D[1])
         self.margin = h**2 / (a**2 * b**2)
-        first, second = self.step.solved
-        turn_A, turn_B = self._turn(first, A, a, C), self._turn(second, B, b, E)
-        moved_D = _weights(D, E)
-        by = [*moved_D, *_weights(A, _turned_back(E, turn_A), -1), *_weights(B, B)]
+        first = self.step.solved[0]
+        turn_A = self._turn(first, A, a, C)
+        by = (*_weights(D, E), *_weights(A, _turned_back(E, turn_A), -1), *_weights(B, B))
         self._rate(first, h, by)
-        by = [*_weights(D, C), *_weights(A, A, -1), *_weights(B, _turned_back(C, turn_B))]
+        if len(self.step.solved) == 1:
+            return
+        second = self.step.solved[1]
+        turn_B = self._turn(second, B, b, E)
+        by = (*_weights(D, C), *_weights(A, A, -1), *_weights(B, _turned_back(C, turn_B)))
         self._rate(second, h, by)
 
     def _circle_and_line(
         self,
         travels: list[sp.Symbol],
-        D: Complex,
-        A: Complex,
-        B: Complex,
+        D: Vector,
+        A: Vector,
+        B: Vector,
     ) -> None:
         a = self._length("A", A)
         n, m = sp.expand(cross(B, D)), sp.expand(dot(B, D))
@@ -244,29 +314,29 @@ class _Writer:
         self._turn(angle, A, a, C)
         self.rates.append(Rate(t, t + m, (*_weights(A, A), *_weights(D, C, -1))))
         across = -C[1], C[0]
-        by = [*_weights(D, across), (t, dot(across, B)), *_weights(A, (-A[1], A[0]), -1)]
+        by = (*_weights(D, across), (t, dot(across, B)), *_weights(A, (-A[1], A[0]), -1))
         self._rate(angle, a**2, by)
 
     def _two_lines(
         self,
         travels: list[sp.Symbol],
-        D: Complex,
-        A: Complex,
-        B: Complex,
+        D: Vector,
+        A: Vector,
+        B: Vector,
     ) -> None:
         n = self._result("n", sp.expand(cross(A, B)))
         t, u = travels
         self.results += [(t, sp.expand(cross(D, B)) / n), (u, sp.expand(cross(A, D)) / n)]
         for symbol, other, sign in ((t, B, 1), (u, A, -1)):
             normal = sign * other[1], -sign * other[0]
-            by = [
+            by = (
                 *_weights(D, normal),
                 *_weights(A, _scaled(normal, -t)),
                 *_weights(B, _scaled(normal, -u)),
-            ]
-            self.rates.append(Rate(symbol, n, tuple(by)))
+            )
+            self.rates.append(Rate(symbol, n, by))
 
-    def _two_pins(self, _: list[sp.Symbol], C: Complex, A: Complex) -> None:
+    def _two_pins(self, _: list[sp.Symbol], C: Vector, A: Vector) -> None:
         c, a = self._length("C", C), self._length("A", A)
         (angle,) = self.step.solved
         if angle not in self.unknown:
@@ -274,10 +344,10 @@ class _Writer:
         symbol = self.terms.known[angle]
         self.angles.append(Angle(symbol, dot(A, C), cross(A, C)))
         across_C, across_A = (-C[1], C[0]), (-A[1], A[0])
-        by = [*_weights(C, across_C), *_weights(A, _scaled(across_A, -(c**2) / a**2))]
+        by = (*_weights(C, across_C), *_weights(A, _scaled(across_A, -(c**2) / a**2)))
         self._rate(angle, c**2, by)
 
-    def _turn(self, angle: sp.Symbol, A: Complex, a: sp.Expr, C: Complex) -> Complex:
+    def _turn(self, angle: sp.Symbol, A: Vector, a: sp.Expr, C: Vector) -> Vector:
         """The angle that turns A to C."""
         symbol = self.terms.known[angle]
         if angle in self.unknown:
@@ -285,22 +355,26 @@ class _Writer:
             self.angles.append(Angle(symbol, dot(A, C) / scale, cross(A, C) / scale))
         return sp.cos(symbol), sp.sin(symbol)
 
-    def _rate(self, angle: sp.Symbol, factor: sp.Expr, by: list[tuple[sp.Expr, sp.Expr]]) -> None:
+    def _rate(self, angle: sp.Symbol, factor: sp.Expr, by: Weights) -> None:
         if angle in self.unknown:
-            self.rates.append(Rate(self.terms.known[angle], factor, tuple(by)))
+            self.rates.append(Rate(self.terms.known[angle], factor, by))
 
 
-def _weights(vector: Complex, weights: Complex, sign: int = 1) -> list[tuple[sp.Expr, sp.Expr]]:
+def _square(vector: Vector) -> sp.Expr:
+    return sp.Add(*(part**2 for part in vector))
+
+
+def _weights(vector: Vector, weights: Vector, sign: int = 1) -> Weights:
     """The components whose rates enter a sum with weights."""
-    return [(part, sign * w) for part, w in zip(vector, weights, strict=True)]
+    return tuple((part, sign * w) for part, w in zip(vector, weights, strict=True))
 
 
-def _turned_back(vector: Complex, turn: Complex) -> Complex:
+def _turned_back(vector: Vector, turn: Vector) -> Vector:
     """A vector in axes that are turned by an angle of that cosine and sine."""
     return dot(turn, vector), cross(turn, vector)
 
 
-def _scaled(vector: Complex, factor: sp.Expr) -> Complex:
+def _scaled(vector: Vector, factor: sp.Expr) -> Vector:
     return factor * vector[0], factor * vector[1]
 
 
@@ -308,6 +382,6 @@ def _is_letter(part: sp.Expr) -> bool:
     return bool(part.is_Symbol or (-part).is_Symbol)
 
 
-def _absolute(vector: Complex, length: sp.Expr) -> sp.Expr:
+def _absolute(vector: Vector, length: sp.Expr) -> sp.Expr:
     """A vector's length without the sign of its only component."""
     return sp.Abs(length) if ZERO in vector else length
