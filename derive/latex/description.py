@@ -11,7 +11,7 @@ from . import tables
 from .given import joints, noted, values
 from .loop_page import LoopPage
 from .names import escape
-from .page import sentence, text
+from .page import listed, sentence, text
 from .tables import NONE, Column, tabular
 
 CLOSURES = {"pin": "pin", "slider": "slider", "ball": "ball", "weld": "weld"}
@@ -23,7 +23,7 @@ def description(page: LoopPage) -> str:
         _coordinates(page),
         sentence(
             r"The main chain leads from the base to the tool; its joints are"
-            rf" $\theta = ({', '.join(page.members.theta)})$."
+            rf" {listed(page.members.theta)}."
         ),
         joints(page.chain),
         _others(page),

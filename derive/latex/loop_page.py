@@ -85,13 +85,13 @@ class LoopPage:
     @cached_property
     def forward_steps(self) -> tuple[PrintedStep, ...]:
         """The steps from the actuators."""
-        return printed_steps(self.terms, self.letters, self.hybrid.forward, 1)
+        return printed_steps(self.terms, self.letters, self.hybrid.forward, 1, self.joints)
 
     @cached_property
     def backward_steps(self) -> tuple[PrintedStep, ...]:
         """The steps from the main chain, numbered on."""
         first = 1 + len(self.forward_steps)
-        return printed_steps(self.terms, self.letters, self.hybrid.backward, first)
+        return printed_steps(self.terms, self.letters, self.hybrid.backward, first, self.joints)
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
         """A constant in printed symbols, term by term."""

@@ -1,6 +1,7 @@
 r"""The fragment of the loops: products of exponentials that are 1, and the scalar equations."""
 
 from collections.abc import Sequence
+from functools import partial
 
 import sympy as sp
 
@@ -8,19 +9,10 @@ from ..constraints import Factor, LoopEquations
 from ..mechanism import Closure
 from .layout import aligned, filled
 from .loop_page import LoopPage
-from .page import named_matrix, sentence, text
+from .page import listed, named_matrix, sentence, text
 from .tables import Column, tabular
 from .terms import Definition
 from .widths import LINE, width
-
-BRACKET = 0.4 * LINE
-"""Widest square that stands under a root as it is (pt)."""
-HELD = {
-    "planar": "in a plane",
-    "spatial": "in space",
-    "point": "in space, of two points",
-    "distance": "of a distance",
-}
 
 
 def loops(page: LoopPage) -> str:
@@ -28,10 +20,10 @@ def loops(page: LoopPage) -> str:
     equations = page.hybrid.equations
     shown = [_loop(page, loop, k) for k, loop in enumerate(equations, 1)]
     count = sum(len(loop.residual) for loop in equations)
-    z = ", ".join(page.tex(symbol) for symbol in page.joints.values())
+    z = listed(map(page.tex, page.joints.values()))
     rates = sentence(
         rf"Together these are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
-        rf" $z = ({z})$. Rates and accelerations that keep the loops closed satisfy",
+        rf" $z$: {z}. Rates and accelerations that keep the loops closed satisfy",
         aligned(
             [
                 (r"\frac{\partial c}{\partial z}\,\dot{z}", ["0"]),
@@ -130,17 +122,10 @@ def _constant(page: LoopPage, entry: sp.Expr) -> str:
 def _residual(page: LoopPage, loop: LoopEquations) -> tuple[list[Definition], list[sp.Expr]]:
     """The scalar equations, long squares in them by name."""
     definitions: list[Definition] = []
-
-    def shortened(square: sp.Expr) -> sp.Expr:
-        base, exponent = square.args
-        if not base.is_Add or width(page.tex(base)) <= BRACKET or exponent == sp.Rational(1, 2):
-            return square
-        name = page.letters.next("delta")
-        definitions.append((name, base))
-        return name**exponent
-
     entries = []
     for entry in loop.residual:
-        shown = page.terms.of(entry)
-        entries.append(shown.replace(lambda e: e.is_Pow, shortened))
+        delta = partial(page.letters.next, "delta")
+        shown, new = page.terms.shortened(page.terms.of(entry), delta)
+        entries.append(shown)
+        definitions += new
     return definitions, entries

@@ -33,6 +33,7 @@ LETTERS: Mapping[str, tuple[str, ...]] = {
     "n": ("n", "N", r"\mathrm{n}"),
     "p": ("p", "F", r"\mathrm{p}"),
     "t": ("t", r"\tau", r"\mathrm{t}"),
+    "u": ("u", r"\upsilon", r"\mathrm{u}"),
     "delta": (r"\delta", r"\Delta", r"\mathrm{d}"),
 }
 """What the intermediate results of a solution are called, in order of preference."""

@@ -62,6 +62,11 @@ def named_matrix(name: str, rows: Sequence[Sequence[str]]) -> Display:
     return Display(f"{name} = {matrix(rows)}", width(f"{name} =") + matrix_width(rows))
 
 
+def listed(formulas: Iterable[str]) -> str:
+    """Formulas in a sentence that may be broken between any two."""
+    return ", ".join(f"${tex}$" for tex in formulas)
+
+
 def sentence(*blocks: str) -> str:
     """Words and displays that read on as one paragraph."""
     return "\n".join(block for block in blocks if block)

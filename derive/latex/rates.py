@@ -10,22 +10,29 @@ from .loop_page import LoopPage
 from .members import dotted
 from .notation import OTHER
 from .page import sentence, text
-from .sharing import BRACKET
 from .steps import PrintedStep, Rate
-from .widths import width
+from .widths import LINE, width
+
+MOST_TERMS = 8
+"""Terms of a sum in which the rates of intermediate results are written out."""
+BRACKET = 0.6 * LINE
+"""Widest sum that a rate is a factor of (pt)."""
 
 
 class Rates:
     """Rates of printed expressions: linear in the rates of coordinates and unknowns.
 
     Attributes:
+        dotted: The rate of each coordinate and unknown.
         definitions: Meaning of each symbol that is no coordinate or unknown.
+        inner: The rates of those that are written by name.
     """
 
     def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:
         """Begins with the coordinates, which move by themselves."""
         self.page = page
         self.definitions: dict[sp.Symbol, sp.Expr] = {}
+        self.inner: dict[sp.Symbol, sp.Symbol] = {}
         self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
 
     def equations(self, step: PrintedStep) -> list[tuple[Rate, sp.Expr]]:
@@ -34,8 +41,10 @@ class Rates:
         results = []
         for rate in step.rates:
             total = sp.expand(sum((w * self.of(part) for part, w in rate.by), sp.S.Zero))
+            if len(sp.Add.make_args(total)) > MOST_TERMS:
+                total = sum((w * self._by_name(part) for part, w in rate.by), sp.S.Zero)
             self.dotted[rate.symbol] = self._dotted(rate.symbol, len(self.dotted))
-            results.append((rate, self.collected(total)))
+            results.append((rate, self._collected(total)))
         return results
 
     def of(self, expression: sp.Expr) -> sp.Expr:
@@ -48,18 +57,27 @@ class Rates:
                 total += sp.diff(expression, symbol) * self._of_definition(symbol)
         return total
 
+    def _by_name(self, part: sp.Expr) -> sp.Expr:
+        """The rate of a component, named as such where the component has a name."""
+        if part not in self.definitions:
+            return self.of(part)
+        if part not in self.inner:
+            self.inner[part] = self._dotted(part, 1000 + len(self.inner))
+        return self.inner[part]
+
     def _of_definition(self, symbol: sp.Symbol) -> sp.Expr:
         meaning = self.definitions[symbol]
         if meaning.is_Pow and meaning.exp == sp.Rational(1, 2):
             return self.of(meaning.base) / (2 * symbol)
         return self.of(meaning)
 
-    def collected(self, total: sp.Expr) -> sp.Expr:
+    def _collected(self, total: sp.Expr) -> sp.Expr:
         """A sum with one term a rate, where its brackets stay short."""
-        parts = [total.coeff(rate) for rate in self.dotted.values()]
+        rates = [*self.dotted.values(), *self.inner.values()]
+        parts = [sp.expand(total).coeff(rate) for rate in rates]
         if any(part.is_Add and width(self.page.tex(part)) > BRACKET for part in parts):
-            return total
-        return sp.Add(*(p * r for p, r in zip(parts, self.dotted.values(), strict=True)))
+            return sp.expand(total)
+        return sp.Add(*(part * rate for part, rate in zip(parts, rates, strict=True)))
 
     def _dotted(self, symbol: sp.Symbol, place: int) -> sp.Symbol:
         notation = self.page.chain.equations.notation
@@ -75,12 +93,12 @@ def rates(page: LoopPage) -> str:
     if not forward.open:
         moving = {symbol: k for k, symbol in enumerate(page.q)}
         blocks.append(
-            _rates(page, forward, page.forward_steps, moving, main, "the actuators' rates, ")
+            _rates(page, forward, page.forward_steps, moving, main, "the actuators' rates,")
         )
     if not set(actuated) & set(backward.open):
         moving = {symbol: k for k, symbol in enumerate(page.theta)}
         blocks.append(
-            _rates(page, backward, page.backward_steps, moving, actuated, "the chain's rates, ")
+            _rates(page, backward, page.backward_steps, moving, actuated, "the chain's rates,")
         )
     return text(
         r"The loops' equations, differentiated, are linear in the rates; the factors on the left"
@@ -110,6 +128,8 @@ def _rates(
         if symbol in moving or name not in solved.values:
             continue
         value = found.of(page.terms.sum(solved.values[name]))
+        if symbol in found.dotted and value == found.dotted[symbol]:
+            continue
         joints.append((dotted(page.tex(symbol)), page.terms.printer.terms(value)))
     words = f"From {given}"
     if not unknowns:
@@ -118,6 +138,7 @@ def _rates(
         words,
         aligned(unknowns, end="," if joints else "."),
         sentence("and with these", aligned(joints)) if joints else "",
+        "Dots on intermediate results are their rates, by the chain rule." if found.inner else "",
     )
 
 

@@ -11,7 +11,7 @@ from .layout import Equation, aligned
 from .loop_page import LoopPage
 from .members import words
 from .notation import OTHER
-from .page import sentence, text
+from .page import listed, sentence, text
 from .steps import PrintedStep
 from .terms import Terms
 
@@ -35,15 +35,14 @@ def solution(page: LoopPage) -> str:
     forward, backward = page.hybrid.forward, page.hybrid.backward
     actuated = {c.moves for c in page.mechanism.coordinates}
     main = [joint.name for joint in page.hybrid.robot.moving]
-    given, sought = ", ".join(page.members.q), ", ".join(page.members.theta)
     return text(
         _note(page),
-        rf"\paragraph{{From the actuators.}} Given are $q = ({given})$.",
+        rf"\paragraph{{From the actuators.}} Given are {listed(page.members.q)}.",
         *[_step(page, step) for step in page.forward_steps],
         _results(page, forward, "All joints follow as", known=set()),
         _open(page, forward),
         *_collapsed(page),
-        rf"\paragraph{{From the main chain.}} Given are $\theta = ({sought})$.",
+        rf"\paragraph{{From the main chain.}} Given are {listed(page.members.theta)}.",
         *[_step(page, step) for step in page.backward_steps],
         _results(page, backward, "What is not in the main chain follows as", known=set(main)),
         _open(page, backward, [*actuated]),
@@ -70,8 +69,8 @@ def _step(page: LoopPage, printed: PrintedStep) -> str:
         return sentence(f"{opening} {_parallel(step.kind)}")
     axes = "Let, with $z$ along the joint," if step.kind in LEGS else _axes(page, printed)
     vectors, results = (
-        [(page.tex(name), page.terms.printer.terms(value)) for name, value in listed]
-        for listed in (printed.vectors, printed.results)
+        [(page.tex(name), page.terms.printer.terms(value)) for name, value in part]
+        for part in (printed.vectors, printed.results)
     )
     results += printed.formulas
     results += [
@@ -146,32 +145,34 @@ def _branch(page: LoopPage, printed: PrintedStep) -> str:
             rf"That ${h}$ is {sign} puts ${C}$ {SIDES[step.sign]} ${D}$; the other sign is the"
             " mirror image."
         )
+    elif step.kind == "three spheres":
+        sentences.append(f"The sign of the root puts the point {step.branch} the plane.")
     elif step.branch:
         sentences.append(f"The sign of the root is that of the {step.branch} travel of two.")
     if printed.margin is not None:
-        margin = rf"\mu_{{{printed.number}}} = {page.tex(printed.margin)}"
-        sentences.append(rf"The margin is ${margin}$.")
+        above, below = map(page.tex, sp.fraction(printed.margin))
+        over = below if printed.margin.as_numer_denom()[1].is_Symbol else rf"({below})"
+        above = rf"({above})" if " + " in above or " - " in above else above
+        sentences.append(rf"The margin is $\mu_{{{printed.number}}} = {above} / {over}$.")
     return " ".join(sentences)
 
 
-def _results(page: LoopPage, solved: Solution, words: str, known: set[str]) -> str:
+def _results(page: LoopPage, solved: Solution, opening: str, known: set[str]) -> str:
     """Joint values as sums."""
-    listed: list[Equation] = []
-    direct = {c.name for c in page.mechanism.coordinates}
+    found: list[Equation] = []
     for name, symbol in page.joints.items():
         value = solved.values.get(name)
         if value is None or name in known:
             continue
         shown = page.terms.sum(value)
         if shown != symbol:
-            listed.append((page.tex(symbol), page.terms.printer.terms(shown)))
-    for k, c in enumerate(page.mechanism.coordinates):
-        if known and c.name != c.moves and c.moves in solved.values:
-            value = page.terms.sum(solved.values[c.moves]) / c.ratio
-            listed.append((page.members.q[k], page.terms.printer.terms(value)))
-        elif known and c.moves in known:
-            listed.append((page.members.q[k], [page.tex(page.joints[c.moves])]))
-    return sentence(words, aligned(listed)) if listed and direct else ""
+            found.append((page.tex(symbol), page.terms.printer.terms(shown)))
+    if known:
+        for tex, c in zip(page.members.q, page.mechanism.coordinates, strict=True):
+            value = page.joints[c.moves] / page.constant(c.ratio)
+            if page.tex(value) != tex and c.moves in solved.values:
+                found.append((tex, page.terms.printer.terms(value)))
+    return sentence(opening, aligned(found)) if found else ""
 
 
 def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:
@@ -179,14 +180,14 @@ def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:
     names = [name for name in solved.open if name in page.joints and (not wanted or name in wanted)]
     if not names:
         return ""
-    listed = ", ".join(page.tex(page.joints[name]) for name in names)
+    unknown = listed(page.tex(page.joints[name]) for name in names)
     p = r"z_{\mathrm{p}}"
     newton = (
         p,
         [rf"\leftarrow {p} - \Bigl(\frac{{\partial c}}{{\partial {p}}}\Bigr)^{{+}} c(z)"],
     )
     return sentence(
-        rf"There is no closed form for ${listed}$. They are followed from the reference"
+        rf"There is no closed form for {unknown}. They are followed from the reference"
         r" configuration by Newton's iteration on the equations of the loops,",
         rf"\begin{{equation*}}\n{newton[0]} {newton[1][0]},\n\end{{equation*}}%".replace(
             r"\n", "\n"
@@ -211,7 +212,7 @@ def _collapsed(page: LoopPage) -> list[str]:
         for s in group.stations
         if s.joint is not None and s.joint not in kept
     ]
-    listed = [
+    moves = [
         (f"{axis}_{{{k}}}", page.terms.printer.terms(page.terms.of(translations[s.joint - count])))
         for group in shorter
         for k, station in enumerate(group.stations)
@@ -221,9 +222,9 @@ def _collapsed(page: LoopPage) -> list[str]:
     ]
     return [
         sentence(
-            rf"The joints ${', '.join(page.members.theta[k] for k in gone)}$ of the main chain turn"
+            rf"The joints {listed(page.members.theta[k] for k in gone)} of the main chain turn"
             " by a constant in all, so that what they carry only translates,",
-            aligned(listed, end=","),
+            aligned(moves, end=","),
             "in the plane of these joints, in which the loops take all solved angles out.",
         )
     ]

@@ -15,8 +15,9 @@ With J the quarter turn, e the direction of a line and components in the plane o
 These are the results of :mod:`chasles.derive.dyads`, in the forms that a reader knows.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from functools import partial
 
 import sympy as sp
 
@@ -99,7 +100,11 @@ class PrintedStep:
 
 
 def printed_steps(
-    terms: Terms, letters: Letters, solution: Solution, first: int
+    terms: Terms,
+    letters: Letters,
+    solution: Solution,
+    first: int,
+    joints: Mapping[str, sp.Symbol],
 ) -> tuple[PrintedStep, ...]:
     """The steps of a solution; what they name keeps its name from then on.
 
@@ -108,16 +113,28 @@ def printed_steps(
         letters: Free letters for them.
         solution: Forward or backward.
         first: Number of the first step.
+        joints: Symbols of the joints, by which unknowns are called that are a joint's value.
     """
-    steps = enumerate(solution.steps, first)
-    return tuple(_Writer(terms, letters, step, number).printed() for number, step in steps)
+    values = {solution.values[name]: s for name, s in joints.items() if name in solution.values}
+    return tuple(
+        _Writer(terms, letters, step, number, values).printed()
+        for number, step in enumerate(solution.steps, first)
+    )
 
 
 class _Writer:
     """One step on its way into print."""
 
-    def __init__(self, terms: Terms, letters: Letters, step: Step, number: int) -> None:
+    def __init__(
+        self,
+        terms: Terms,
+        letters: Letters,
+        step: Step,
+        number: int,
+        values: Mapping[sp.Expr, sp.Symbol],
+    ) -> None:
         self.terms, self.letters, self.step, self.number = terms, letters, step, number
+        self.values = values
         self.vectors: list[Definition] = []
         self.results: list[Definition] = []
         self.formulas: list[Equation] = []
@@ -137,7 +154,7 @@ class _Writer:
         sought = {*self.unknown, *(t.as_coeff_Mul()[1] for t in self.step.travels)}
         travels = self._named_travels()
         for symbol in self.unknown:
-            self.terms.known[symbol] = self.letters.next("angle")
+            self.terms.known[symbol] = self.values.get(symbol) or self.letters.next("angle")
         if found:
             self._solve(found, travels)
         unknown, given = self._sides(sought)
@@ -180,7 +197,8 @@ class _Writer:
                 found.append(part)
             else:
                 found.append(self.letters.of_step(kind, self.number, axis))
-                self.vectors.append((found[-1], part))
+                shown, new = self.terms.shortened(part, partial(self.letters.next, "delta"))
+                self.vectors += [*new, (found[-1], shown)]
         return tuple(found)
 
     def _length(self, kind: str, vector: Vector) -> sp.Expr:
@@ -193,15 +211,17 @@ class _Writer:
 
     def _named_travels(self) -> list[sp.Symbol]:
         found = []
-        for travel in self.step.travels:
+        for kind, travel in zip("tu", self.step.travels, strict=False):
             sign, term = travel.as_coeff_Mul()
-            symbol = self.letters.next("t")
-            found.append(symbol)
+            found.append(self.values.get(travel) or self.letters.of_step(kind, self.number))
             if term in self.terms.scope.terms and term not in self.terms.known:
-                self.terms.known[term] = sign * symbol
+                self.terms.known[term] = sign * found[-1]
         return found
 
-    def _result(self, kind: str, value: sp.Expr, axis: str = "") -> sp.Symbol:
+    def _result(self, kind: str, value: sp.Expr, axis: str = "") -> sp.Expr:
+        """An intermediate result by name, except for letters and numbers."""
+        if _is_letter(value) or value.is_Rational:
+            return value
         symbol = self.letters.of_step(kind, self.number, axis)
         self.results.append((symbol, value))
         return symbol
@@ -253,8 +273,8 @@ class _Writer:
             ("u", [f"{b} - {a}"]),
             ("v", [f"{c} - {a}"]),
             ("w", [r"u \times v"]),
-            (r"\alpha", [rf"\tfrac{{1}}{{2}} (u^2 + {l1} - {l2})"]),
-            (r"\beta", [rf"\tfrac{{1}}{{2}} (v^2 + {l1} - {l3})"]),
+            (r"\alpha", [_half("u^2", l1, l2)]),
+            (r"\beta", [_half("v^2", l1, l3)]),
             ("n", [r"\bigl(\alpha\,(v \times w) + \beta\,(w \times u)\bigr) / w^2"]),
             (P, [f"{a} + n {sign} w", rf"\sqrt{{({l1} - n^2) / w^2}}"]),
         ]
@@ -301,9 +321,8 @@ class _Writer:
         B: Vector,
     ) -> None:
         a = self._length("A", A)
-        n, m = sp.expand(cross(B, D)), sp.expand(dot(B, D))
-        n = n if _is_letter(n) or n.is_Rational else self._result("n", n)
-        m = m if _is_letter(m) or m.is_Rational else self._result("m", m)
+        n = self._result("n", sp.expand(cross(B, D)))
+        m = self._result("m", sp.expand(dot(B, D)))
         root = _absolute(A, a) if n == 0 else sp.sqrt(a**2 - n**2)
         (t,) = travels
         self.results.append((t, self.step.sign * root - m))
@@ -351,13 +370,19 @@ class _Writer:
         """The angle that turns A to C."""
         symbol = self.terms.known[angle]
         if angle in self.unknown:
-            scale = a**2 if ZERO in A else ONE
+            scale = ONE if ZERO not in A else sp.Abs(a) if a.is_Rational else a**2
             self.angles.append(Angle(symbol, dot(A, C) / scale, cross(A, C) / scale))
         return sp.cos(symbol), sp.sin(symbol)
 
     def _rate(self, angle: sp.Symbol, factor: sp.Expr, by: Weights) -> None:
         if angle in self.unknown:
             self.rates.append(Rate(self.terms.known[angle], factor, by))
+
+
+def _half(square: str, one: str, other: str) -> str:
+    if one == other:
+        return rf"\tfrac{{1}}{{2}} {square}"
+    return rf"\tfrac{{1}}{{2}} ({square} + {one} - {other})"
 
 
 def _square(vector: Vector) -> sp.Expr:

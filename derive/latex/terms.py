@@ -1,6 +1,6 @@
 """The terms of a scope written out in printed symbols, as far as nothing has a name."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 
 import sympy as sp
 
@@ -12,6 +12,8 @@ from .widths import LINE, width
 Definition = tuple[sp.Symbol, sp.Expr]
 NARROW = 0.2 * LINE
 """Widest constant that stands where it is used (pt)."""
+BRACKET = 0.36 * LINE
+"""Widest sum that is written as a factor or squared (pt)."""
 
 
 class Terms:
@@ -26,6 +28,7 @@ class Terms:
     ) -> None:
         """Begins with the names of the coordinates."""
         self.scope, self.notation, self.known = scope, notation, dict(known)
+        self._long: dict[sp.Expr, sp.Symbol] = {}
         self.printer = FractionPrinter(notation.tex, notation.order)
 
     def tex(self, expression: sp.Expr) -> str:
@@ -43,6 +46,32 @@ class Terms:
         if isinstance(definition, sp.cos | sp.sin):
             return definition.func(self.sum(definition.args[0]))
         return self.of(definition)
+
+    def shortened(
+        self, expression: sp.Expr, named: Callable[[], sp.Symbol]
+    ) -> tuple[sp.Expr, list[Definition]]:
+        """A printed expression with names for long sums in brackets, and those that are new.
+
+        Args:
+            expression: In printed symbols.
+            named: Gives the next symbol.
+        """
+        new: list[Definition] = []
+
+        def name(sum_: sp.Expr) -> sp.Expr:
+            if sum_ not in self._long:
+                self._long[sum_] = named()
+                new.append((self._long[sum_], sum_))
+            return self._long[sum_]
+
+        def inside(e: sp.Expr, *, is_bracket: bool) -> sp.Expr:
+            if e.is_Atom:
+                return e
+            is_sum, is_root = e.is_Add, e.is_Pow and e.exp == sp.Rational(1, 2)
+            e = e.func(*(inside(part, is_bracket=not (is_sum or is_root)) for part in e.args))
+            return name(e) if is_bracket and e.is_Add and width(self.tex(e)) > BRACKET else e
+
+        return inside(expression, is_bracket=False), new
 
     def sum(self, angle: sp.Expr) -> sp.Expr:
         """A sum of angles, constant ones included, in printed symbols."""
