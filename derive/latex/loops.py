@@ -101,7 +101,7 @@ def _screws(page: LoopPage, loop: LoopEquations, values: dict[str, sp.Symbol]) -
     """The screws as rows of a table."""
     names = [rf"$\mathcal{{S}}_{{{page.tex(values[f.name])}}}$" for f in loop.factors]
     columns: list[Column] = [
-        ("", names),
+        ("screw", names),
         ("joint", [page.members.called(f.name) for f in loop.factors]),
     ]
     heads = [rf"${part}_{axis}$" for part in ("v", r"\omega") for axis in "xyz"]

@@ -54,10 +54,11 @@ class Members:
     of: Mapping[str, str]
 
     def called(self, name: str) -> str:
-        """A joint, body or closer in a sentence: its symbol if its name is one, else words."""
+        """A joint, body or closer in a sentence: in words unless its name is a symbol, and that."""
+        tex = self.of.get(name, "")
         if is_symbol(name):
-            return f"${names.parameter(name)}$"
-        return words(name)
+            return f"${tex or names.parameter(name)}$"
+        return f"{words(name)} ${tex}$" if tex else words(name)
 
 
 def members(mechanism: Mechanism) -> Members:

@@ -1,6 +1,6 @@
 r"""The fragment of mobility: what is counted, what is true, and why they differ."""
 
-from ..mobility import Mobility, mobility
+from ..mobility import SPATIAL, Mobility, mobility
 from .layout import aligned
 from .loop_page import LoopPage
 from .page import sentence, text
@@ -51,11 +51,17 @@ def _sentences(found: Mobility) -> list[str]:
             f"The mechanism is overconstrained: {found.equations - found.rank} of its"
             f" {found.equations} equations repeat others."
         )
-    agree = found.kutzbach == found.true == found.by_loops
-    if agree:
+    idle = found.idle if found.order == SPATIAL else 0
+    if found.kutzbach - idle != found.true and found.order == SPATIAL:
+        said.append(
+            rf"By Gr\"ubler and Kutzbach there are {found.kutzbach}, truly {found.true}: counted in"
+            rf" the group of order ${SPATIAL}$, constraints of loops that lie in planes repeat each"
+            " other."
+        )
+    if found.by_loops - found.idle != found.true:
+        said.append(f"Counted loop by loop there are {found.by_loops}, truly {found.true}.")
+    if not said:
         said.append("All counts agree.")
-    elif not said:
-        said.append("The counts presume constraints that are independent, which these are not.")
     if found.actuated == found.true:
         said.append("There are as many actuators.")
     else:

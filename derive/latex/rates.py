@@ -74,10 +74,12 @@ class Rates:
     def _collected(self, total: sp.Expr) -> sp.Expr:
         """A sum with one term a rate, where its brackets stay short."""
         rates = [*self.dotted.values(), *self.inner.values()]
-        parts = [sp.expand(total).coeff(rate) for rate in rates]
-        if any(part.is_Add and width(self.page.tex(part)) > BRACKET for part in parts):
-            return sp.expand(total)
-        return sp.Add(*(part * rate for part, rate in zip(parts, rates, strict=True)))
+        addends = []
+        for rate in rates:
+            part = sp.expand(total).coeff(rate)
+            is_long = part.is_Add and width(self.page.tex(part)) > BRACKET
+            addends.append(sp.expand(part * rate) if is_long else part * rate)
+        return sp.Add(*addends)
 
     def _dotted(self, symbol: sp.Symbol, place: int) -> sp.Symbol:
         notation = self.page.chain.equations.notation
@@ -100,9 +102,12 @@ def rates(page: LoopPage) -> str:
         blocks.append(
             _rates(page, backward, page.backward_steps, moving, actuated, "the chain's rates,")
         )
-    return text(
+    dead = (
         r"The loops' equations, differentiated, are linear in the rates; the factors on the left"
-        r" vanish at dead points.",
+        r" vanish at dead points."
+    )
+    return text(
+        dead if page.mechanism.closers else "",
         *blocks,
         _jacobian(page),
     )
@@ -148,7 +153,7 @@ def _jacobian(page: LoopPage) -> str:
         r"Let $J_\theta$ be the mixed Jacobian by the main chain's joints $\theta$. In actuated"
         r" coordinates, the twist of the tool and the Jacobian are"
     )
-    inverse = ""
+    inverse = r"The entries of $\partial \theta / \partial q$ are the factors of $\dot{q}$ above."
     if page.hybrid.forward.open:
         inverse = (
             r"Here $\partial \theta / \partial q$ follows from $\frac{\partial c}{\partial z}\,"

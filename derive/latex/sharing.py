@@ -66,11 +66,12 @@ def equations(derivation: Derivation, called: Sequence[str] = ()) -> Equations:
         derivation: A serial robot with its functions.
         called: LaTeX of its coordinates, q_1 and so on where none is given.
     """
-    assert isinstance(derivation.robot, Robot)
+    robot = derivation.robot
+    assert isinstance(robot, Robot)
     if not {function.name for function in derivation.functions}.issuperset(PRINTED):
-        derivation = derive(derivation.robot, PRINTED)
+        derivation = derive(robot, PRINTED)
     fk = derivation.function("fk")
-    notation = Notation(derivation.robot, derivation.scope, fk.inputs[0].symbols, called)
+    notation = Notation(robot, derivation.scope, fk.inputs[0].symbols, called)
     printer = Printer(notation.tex, notation.order)
     sharing = _Sharing(notation, printer)
     return Equations(

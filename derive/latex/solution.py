@@ -9,7 +9,6 @@ from ..phasors import Complex
 from ..solution import Solution
 from .layout import Equation, aligned
 from .loop_page import LoopPage
-from .members import words
 from .notation import OTHER
 from .page import listed, sentence, text
 from .steps import PrintedStep
@@ -53,8 +52,8 @@ def _note(page: LoopPage) -> str:
     if not (page.forward_steps or page.backward_steps):
         return ""
     return (
-        r"Vectors in the plane of a loop are complex numbers in the axes of one of its bodies;"
-        r" $\times$ and $\cdot$ are their products. The branch of a root is that of the reference"
+        r"Vectors in the plane of a loop are complex numbers in the axes of one of its bodies."
+        r" The branch of a root is that of the reference"
         r" configuration. A margin is positive where the step closes, $0$ at a dead point and"
         r" negative out of reach. Angles are taken between $-\pi$ and $\pi$."
     )
@@ -62,12 +61,14 @@ def _note(page: LoopPage) -> str:
 
 def _step(page: LoopPage, printed: PrintedStep) -> str:
     step = printed.step
-    pins = [words_of(page, name) for name in step.joints]
+    pins = [page.members.called(name) for name in step.joints]
     title = f"\\textbf{{Step {printed.number}: {KINDS[step.kind]}}}"
     opening = f"{title} -- {', '.join(pins)}."
     if not (printed.unknown or printed.vectors or printed.results):
         return sentence(f"{opening} {_parallel(step.kind)}")
     axes = "Let, with $z$ along the joint," if step.kind in LEGS else _axes(page, printed)
+    vectors: list[Equation]
+    results: list[Equation]
     vectors, results = (
         [(page.tex(name), page.terms.printer.terms(value)) for name, value in part]
         for part in (printed.vectors, printed.results)
@@ -95,11 +96,6 @@ def _axes(page: LoopPage, printed: PrintedStep) -> str:
         shown = page.tex(page.terms.sum(turned))
         axes += f" (of vectors and products below: turned by ${shown}$)"
     return f"{axes}, {'the loop is' if printed.unknown else 'let'}"
-
-
-def words_of(page: LoopPage, name: str) -> str:
-    """A joint of a step."""
-    return page.members.called(name) if "." not in name else words(name)
 
 
 def _parallel(kind: str) -> str:

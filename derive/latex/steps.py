@@ -15,7 +15,7 @@ With J the quarter turn, e the direction of a line and components in the plane o
 These are the results of :mod:`chasles.derive.dyads`, in the forms that a reader knows.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 
@@ -178,7 +178,7 @@ class _Writer:
         unknown, given = [], []
         for angle, (re, im) in self.step.relation.terms.items():
             free = angle.free_symbols | re.free_symbols | im.free_symbols
-            x, y = self.terms.of(re), self.terms.of(im)
+            x, y = (self.terms.notation.shortened(self.terms.of(part)) for part in (re, im))
             if free.isdisjoint(sought):
                 given.append((self.terms.sum(angle), (-x, -y)))
             else:
@@ -232,7 +232,7 @@ class _Writer:
     # --- solutions ---
 
     def _solve(self, parts: dict[str, Vector], travels: list[sp.Symbol]) -> None:
-        {
+        solvers: Mapping[str, Callable[..., None]] = {
             "two circles": self._two_circles,
             "circle and line": self._circle_and_line,
             "two lines": self._two_lines,
@@ -241,7 +241,8 @@ class _Writer:
             "circle and sphere": self._two_circles,
             "line and sphere": self._line_and_sphere,
             "three spheres": self._three_spheres,
-        }[self.step.kind](travels, **parts)
+        }
+        solvers[self.step.kind](travels, **parts)
 
     def _distance(self, travels: list[sp.Symbol], D: Vector) -> None:
         (t,) = travels
@@ -285,7 +286,7 @@ class _Writer:
             self.terms.known[term] = sign_of * found[-1]
         centres = zip((a, b, c), (A, B, C), found, strict=True)
         for name, centre, symbol in centres:
-            spread = [p - x for p, x in zip(found, centre, strict=True)]
+            spread = tuple(p - x for p, x in zip(found, centre, strict=True))
             left = rf"({P} - {name}) \cdot {dotted(P)}"
             self.rates.append(Rate(symbol, sp.S.One, _weights(centre, spread), left))
 
