@@ -68,17 +68,22 @@ def _loops(hybrid: Hybrid) -> dict[str, Any]:
     names = [variable.name for variable in hybrid.variables]
     units = {variable.name: variable.unit for variable in hybrid.variables}
     at = hybrid.at_reference
+    ratios = [float(hybrid.scope.value(c.ratio)) for c in mechanism.coordinates]
     return {
         "chain": [_coordinate(joint) for joint in mechanism.main_chain.moving],
         "passive": [{"name": name, "unit": units[name]} for name in mechanism.passive],
         "configuration": [{"name": name, "unit": units[name]} for name in names],
         "loops": [closer.name for closer in mechanism.closers],
         "reference": {
-            "q": [_rounded(at[c.moves] / float(c.ratio)) for c in mechanism.coordinates],
+            "q": [
+                _rounded(at[c.moves] / r)
+                for c, r in zip(mechanism.coordinates, ratios, strict=True)
+            ],
             "z": [_rounded(at[name]) for name in names],
         },
         "actuated_in_z": [
-            {"index": names.index(c.moves), "ratio": float(c.ratio)} for c in mechanism.coordinates
+            {"index": names.index(c.moves), "ratio": ratio}
+            for c, ratio in zip(mechanism.coordinates, ratios, strict=True)
         ],
         "solution": "newton" if hybrid.forward.open else "closed form",
     }

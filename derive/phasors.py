@@ -11,6 +11,7 @@ only translates shows here, because sums of angles and of vectors cancel exactly
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 
 import sympy as sp
 
@@ -67,7 +68,7 @@ class PhasorSum:
         return _collected([*self.terms.items(), *other.terms.items()])
 
     def __neg__(self) -> "PhasorSum":
-        return self.times((-ONE, ZERO))
+        return PhasorSum({angle: (-re, -im) for angle, (re, im) in self.terms.items()})
 
     def __sub__(self, other: "PhasorSum") -> "PhasorSum":
         return self + -other
@@ -122,11 +123,7 @@ def quotient(a: Complex, b: Complex) -> Complex:
 
 def is_zero(expression: sp.Expr) -> bool:
     """Whether an exact expression is zero, whatever the values of its symbols are."""
-    if expression.is_zero or expression == 0:
-        return True
-    if not expression.free_symbols:
-        return constant_is_zero(expression)
-    return bool(sp.cancel(sp.expand(expression)) == 0)
+    return bool(_plain(expression) == 0)
 
 
 def _collected(terms: "list[tuple[sp.Expr, Complex]]") -> PhasorSum:
@@ -146,8 +143,14 @@ def _order(item: tuple[sp.Expr, Complex]) -> tuple[int, str]:
     return len(text), text
 
 
+@cache
 def _plain(expression: sp.Expr) -> sp.Expr:
     """An expression with what cancels taken out."""
     if expression.is_Rational or expression.is_Symbol:
         return expression
-    return ZERO if is_zero(expression) else sp.cancel(expression)
+    if not expression.free_symbols:
+        return ZERO if constant_is_zero(expression) else expression
+    # Sums without quotients and roots are plain when they are expanded, which takes far less time.
+    if expression.is_polynomial(*expression.free_symbols):
+        return sp.expand(expression)
+    return sp.cancel(expression)

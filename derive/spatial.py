@@ -11,6 +11,7 @@ Source: Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for the parallelograms
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import sympy as sp
 
@@ -18,7 +19,7 @@ from .assembly import SIDES, TRAVELS, Step
 from .dyads import Arm, rate_of_first, turn_of, two_circles
 from .errors import RobotError
 from .mechanism import Mechanism, Place, Strut
-from .motion import LoopRate
+from .motion import LoopRate, Tangent
 from .phasors import PhasorSum
 from .places import pose_of
 from .planes import Loop
@@ -298,10 +299,11 @@ class _Solver:
             )
 
         sign = self._sign({s: distance(s) for s in BRANCHES}, struts[0].name)
+        found = position(sign)
+        self._note_rates(found, [centre for centre, _ in spheres])
         bodies = tuple(dict.fromkeys(strut.a.body for strut in struts))
         names = tuple(strut.name for strut in struts)
         margin = let(h2 / l1)
-        found = position(sign)
         vectors = {
             **{f"c{k}": centre for k, (centre, _) in enumerate(spheres, 1)},
             "l^2": (l1, l2, l3),
@@ -309,6 +311,18 @@ class _Solver:
         }
         step = self._step("three spheres", bodies, names, vectors)
         return found, replace(step, margin=margin, branch=BRANCHES[sign], sign=sign)
+
+    def _note_rates(self, position: Vector, centres: Sequence[Vector]) -> None:
+        """The rates of the position, from (p - c_i) . (p' - c_i') = 0."""
+        normals = [subtracted(self.scope, position, centre) for centre in centres]
+        pairs = [(normals[k - 2], normals[k - 1]) for k in range(SPHERES)]
+        crosses = [cross(self.scope, *pair) for pair in pairs]
+        volume = self.scope.let(_dot(normals[0], crosses[0]))
+        for k, component in enumerate(position):
+            factors = [self.scope.let(product[k] / volume) for product in crosses]
+            sign = -ONE if (-component).is_Symbol else ONE
+            rate = partial(_rate_on_spheres, normals, centres, factors, sign)
+            self.known.loops.setdefault(sign * component, rate)
 
     # --- branches ---
 
@@ -382,6 +396,23 @@ class _Solver:
 
     def _note(self, step: Step) -> None:
         self.known.steps.append(step)
+
+
+def _rate_on_spheres(
+    normals: Sequence[Vector],
+    centres: Sequence[Vector],
+    factors: Sequence[sp.Expr],
+    sign: sp.Integer,
+    tangent: Tangent,
+) -> sp.Expr:
+    """The rate of one component of a point that stays on moving spheres."""
+    let = tangent.scope.let
+    along = [let(_dot(n, tangent.of_each(c))) for n, c in zip(normals, centres, strict=True)]
+    return let(sign * _dot(factors, along))
+
+
+def _dot(a: Sequence[sp.Expr], b: Sequence[sp.Expr]) -> sp.Expr:
+    return sum((u * v for u, v in zip(a, b, strict=True)), ZERO)
 
 
 def _square(scope: Scope, vector: Vector) -> sp.Expr:

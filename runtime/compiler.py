@@ -28,6 +28,8 @@ FLAGS = (
     "-fno-trapping-math",
     # A product and a sum may be one instruction: rounded once instead of twice.
     "-ffp-contract=fast",
+    # GCC 12 was seen to give wrong numbers where it packs scalar code into AVX-512 vectors.
+    "-fno-tree-slp-vectorize",
     "-march=native",
     "-fPIC",
     "-shared",

@@ -9,6 +9,12 @@
 
 #include <math.h>
 
+/* GCC 12 was seen to give wrong numbers where it packs scalar code into AVX-512 vectors (a delta
+ * robot's rods, -O2 -march=native -fno-math-errno); there is nothing in this code to gain by it. */
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("no-tree-slp-vectorize")
+#endif
+
 #if defined(__x86_64__) && defined(__GLIBC__) && !defined(CHASLES_PLAIN)
 #if defined(__AVX512F__)
 #define CHASLES_ANGLES 8
