@@ -59,7 +59,7 @@ def _loop(page: LoopPage, loop: LoopEquations, number: int) -> str:
     back = [_exponential(page, values[f.name], f) for f in loop.factors if f.side == "b"]
     home = rf"M_{{{number}}}"
     product = [*closed, *([home] if is_open else []), *back]
-    definitions, residual = _residual(page, loop)
+    definitions, entries = residual(page, loop)
     kind = "closure" if isinstance(loop.loop.closer, Closure) else "member"
     meeting = page.members.called(loop.loop.meeting)
     which = "base" if loop.loop.meeting == page.mechanism.base_frame else f"body {meeting}"
@@ -69,7 +69,7 @@ def _loop(page: LoopPage, loop: LoopEquations, number: int) -> str:
     )
     where = "where the screws are" if not is_open else "where the screws and what is open are"
     terms = [(page.tex(name), page.terms.printer.terms(value)) for name, value in definitions]
-    equals = [("0", page.terms.printer.terms(entry)) for entry in residual]
+    equals = [("0", page.terms.printer.terms(entry)) for entry in entries]
     amounts = "It amounts to" if len(equals) > 1 or terms else "It amounts to the equation"
     return sentence(
         opening,
@@ -119,7 +119,7 @@ def _constant(page: LoopPage, entry: sp.Expr) -> str:
     return f"${page.tex(page.constant(entry))}$"
 
 
-def _residual(page: LoopPage, loop: LoopEquations) -> tuple[list[Definition], list[sp.Expr]]:
+def residual(page: LoopPage, loop: LoopEquations) -> tuple[list[Definition], list[sp.Expr]]:
     """The scalar equations, long squares in them by name."""
     definitions: list[Definition] = []
     entries = []

@@ -12,7 +12,7 @@ from .loop_page import LoopPage
 from .notation import OTHER
 from .page import listed, sentence, text
 from .steps import PrintedStep
-from .terms import Terms
+from .terms import Definition, Terms
 
 KINDS = {
     "two circles": "three pins",
@@ -67,12 +67,7 @@ def _step(page: LoopPage, printed: PrintedStep) -> str:
     if not (printed.unknown or printed.vectors or printed.results):
         return sentence(f"{opening} {_parallel(step.kind)}")
     axes = "Let, with $z$ along the joint," if step.kind in LEGS else _axes(page, printed)
-    vectors: list[Equation]
-    results: list[Equation]
-    vectors, results = (
-        [(page.tex(name), page.terms.printer.terms(value)) for name, value in part]
-        for part in (printed.vectors, printed.results)
-    )
+    vectors, results = _equations(page, printed.vectors), _equations(page, printed.results)
     results += printed.formulas
     results += [
         (page.tex(a.symbol), [rf"\operatorname{{atan2}}({page.tex(a.sine)}, {page.tex(a.cosine)})"])
@@ -86,6 +81,10 @@ def _step(page: LoopPage, printed: PrintedStep) -> str:
     if results:
         blocks += ["and is solved by" if printed.unknown else "so that", aligned(results)]
     return sentence(*blocks, _branch(page, printed))
+
+
+def _equations(page: LoopPage, definitions: Iterable[Definition]) -> list[Equation]:
+    return [(page.tex(name), page.terms.printer.terms(value)) for name, value in definitions]
 
 
 def _axes(page: LoopPage, printed: PrintedStep) -> str:

@@ -277,6 +277,7 @@ class _Writer:
             (r"\alpha", [_half("u^2", l1, l2)]),
             (r"\beta", [_half("v^2", l1, l3)]),
             ("n", [r"\bigl(\alpha\,(v \times w) + \beta\,(w \times u)\bigr) / w^2"]),
+            (rf"\mu_{{{k}}}", [f"1 - n^2 / {l1}"]),
             (P, [f"{a} + n {sign} w", rf"\sqrt{{({l1} - n^2) / w^2}}"]),
         ]
         found = []
