@@ -109,6 +109,13 @@ class FractionPrinter(Printer):
                 return super()._product(numerator)
         return rf"\frac{{{self.tex(numerator)}}}{{{self.tex(denominator)}}}"
 
+    def _power(self, power: sp.Expr) -> str:
+        base, exponent = power.args
+        if isinstance(base, sp.cos | sp.sin) and exponent.is_Integer and exponent > 0:
+            name = _FUNCTIONS[base.func]
+            return self._factor(base).replace(name, f"{name}^{{{exponent}}}", 1)
+        return super()._power(power)
+
     def _factor(self, factor: sp.Expr) -> str:
         if isinstance(factor, sp.Abs):
             return f"|{self.tex(factor.args[0])}|"

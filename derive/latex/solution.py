@@ -26,6 +26,7 @@ KINDS = {
     "three spheres": "three spheres meet",
 }
 LEGS = ("circle and sphere", "line and sphere")
+SPACE = r"\,"
 SIDES = {1: "to the left of", -1: "to the right of"}
 
 
@@ -93,7 +94,7 @@ def _axes(page: LoopPage, printed: PrintedStep) -> str:
     turned = printed.step.turned
     if turned != 0 and printed.step.vectors:
         shown = page.tex(page.terms.sum(turned))
-        axes += f" (of vectors and products below: turned by ${shown}$)"
+        axes += f" (components below: turned by ${shown}$)"
     return f"{axes}, {'the loop is' if printed.unknown else 'let'}"
 
 
@@ -109,7 +110,13 @@ def _body(page: LoopPage, name: str) -> str:
 
 def _relation(page: LoopPage, printed: PrintedStep) -> Equation:
     left, right = (_phasors(page.terms, side) for side in (printed.unknown, printed.given))
-    return page.tex(left), page.terms.printer.terms(right)
+    terms = page.terms.printer.terms
+    return _tight(" ".join(terms(left))), [_tight(term) for term in terms(right)]
+
+
+def _tight(term: str) -> str:
+    """Without the space that sets an exponential apart from its factor where there is none."""
+    return term.replace(rf"- {SPACE}", "- ").replace(rf"+ {SPACE}", "+ ").removeprefix(SPACE)
 
 
 def _phasors(terms: Terms, vectors: Iterable[tuple[sp.Expr, Complex]]) -> sp.Expr:
@@ -122,7 +129,7 @@ def _phasors(terms: Terms, vectors: Iterable[tuple[sp.Expr, Complex]]) -> sp.Exp
             tex = terms.tex(angle)
             sign = "-" if tex.startswith("-") and not angle.is_Add else ""
             inner = rf"({tex})" if angle.is_Add else tex.removeprefix("-")
-            exponent = rf"\,\mathrm{{e}}^{{{sign}\mathrm{{i}}{inner}}}"
+            exponent = rf"{SPACE}\mathrm{{e}}^{{{sign}\mathrm{{i}}{inner}}}"
             turn = terms.notation.symbol(exponent, (OTHER, ("b", k)))
         total += (re + i * im) * turn
     return total
@@ -145,11 +152,21 @@ def _branch(page: LoopPage, printed: PrintedStep) -> str:
     elif step.branch:
         sentences.append(f"The sign of the root is that of the {step.branch} travel of two.")
     if printed.margin is not None:
-        above, below = map(page.tex, sp.fraction(printed.margin))
-        over = below if printed.margin.as_numer_denom()[1].is_Symbol else rf"({below})"
-        above = rf"({above})" if " + " in above or " - " in above else above
-        sentences.append(rf"The margin is $\mu_{{{printed.number}}} = {above} / {over}$.")
+        margin = _quotient(page, printed.margin)
+        sentences.append(rf"The margin is $\mu_{{{printed.number}}} = {margin}$.")
     return " ".join(sentences)
+
+
+def _quotient(page: LoopPage, value: sp.Expr) -> str:
+    """A quotient in a sentence, on one line."""
+    above, below = sp.fraction(value)
+    over = page.tex(above)
+    if below == 1:
+        return over
+    over = f"({over})" if above.is_Add else over
+    return (
+        f"{over} / {page.tex(below) if below.is_Atom or below.is_Pow else f'({page.tex(below)})'}"
+    )
 
 
 def _results(page: LoopPage, solved: Solution, opening: str, known: set[str]) -> str:

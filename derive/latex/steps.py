@@ -178,7 +178,7 @@ class _Writer:
         unknown, given = [], []
         for angle, (re, im) in self.step.relation.terms.items():
             free = angle.free_symbols | re.free_symbols | im.free_symbols
-            x, y = (self.terms.notation.shortened(self.terms.of(part)) for part in (re, im))
+            x, y = self.terms.exact(re), self.terms.exact(im)
             if free.isdisjoint(sought):
                 given.append((self.terms.sum(angle), (-x, -y)))
             else:

@@ -47,6 +47,12 @@ class Terms:
             return definition.func(self.sum(definition.args[0]))
         return self.of(definition)
 
+    def exact(self, expression: sp.Expr) -> sp.Expr:
+        """A sum of constants and lengths that was never named, in printed symbols."""
+        number, rest = expression.as_independent(*expression.free_symbols, as_Add=True)
+        shown = self.constant(number) if number != 0 else number
+        return shown + self.notation.shortened(self.of(rest))
+
     def shortened(
         self, expression: sp.Expr, named: Callable[[], sp.Symbol]
     ) -> tuple[sp.Expr, list[Definition]]:

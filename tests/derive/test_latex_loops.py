@@ -8,7 +8,7 @@ import sys
 import numpy as np
 import pytest
 import sympy as sp
-from derivations import NAMES, ROBOTS, derivation, kernels
+from derivations import ALL, ROBOTS, derivation, kernels
 
 from chasles.derive import Joint, load
 from chasles.derive.latex import document, fragments
@@ -19,7 +19,7 @@ from chasles.derive.latex.printer import FractionPrinter
 from chasles.derive.latex.rates import Rates
 from chasles.derive.mechanism import Closure, Drive, Mechanism, Place, Strut
 
-MECHANISMS = [n for n in NAMES if isinstance(load(ROBOTS / f"{n}.toml"), Mechanism)]
+MECHANISMS = [n for n in ALL if isinstance(load(ROBOTS / f"{n}.toml"), Mechanism)]
 SOLVED = [
     *("board_installer", "delta", "excavator", "five_bar", "four_bar", "slider_crank"),
     "well_manipulator",
@@ -390,6 +390,8 @@ def test_names_in_sentences():
         ("a/(3*c)", r"\frac{\tfrac{1}{3} a}{c}"),
         ("(a + b)/c", r"\frac{a + b}{c}"),
         ("Abs(a)", "|a|"),
+        ("b*sin(a)**2", r"b \sin^{2} a"),
+        ("cos(a + b)**2", r"\cos^{2}(a + b)"),
         ("1/c", r"\frac{1}{c}"),
     ],
 )
