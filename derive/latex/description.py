@@ -56,7 +56,7 @@ def _moved(page: LoopPage, c: Coordinate) -> str:
         ratio = page.terms.constant(c.ratio)
         return f"${page.tex(symbol)} = {page.tex(ratio)}\\,{page.members.q[_place(page, c)]}$"
     if page.members.of[c.moves] in page.members.q:
-        return "member" if isinstance(page.mechanism.members[c.moves], Strut) else "joint"
+        return "cylinder" if isinstance(page.mechanism.members[c.moves], Strut) else "joint"
     return f"${page.tex(symbol)}$"
 
 
@@ -133,7 +133,7 @@ def _swing(page: LoopPage, strut: Strut) -> str:
 
 
 def _length(page: LoopPage, strut: Strut) -> str:
-    length = page.terms.constant(strut.length) if strut.length != 0 else sp.S.Zero
+    length = page.terms.exact(sp.cancel(strut.length))
     variable = page.joints[strut.name] if strut.is_cylinder else sp.S.Zero
     return f"${page.tex(length + variable)}$"
 

@@ -54,11 +54,16 @@ class Members:
     of: Mapping[str, str]
 
     def called(self, name: str) -> str:
-        """A joint, body or closer in a sentence: in words unless its name is a symbol, and that."""
-        tex = self.of.get(name, "")
+        """A joint, body or closer in a sentence: its symbol if its name is one, else words."""
         if is_symbol(name):
-            return f"${tex or names.parameter(name)}$"
-        return f"{words(name)} ${tex}$" if tex else words(name)
+            return f"${self.of.get(name, names.parameter(name))}$"
+        return words(name)
+
+    def with_symbol(self, name: str) -> str:
+        """A joint in a sentence, its symbol behind its name."""
+        if is_symbol(name) or name not in self.of:
+            return self.called(name)
+        return f"{words(name)} ${self.of[name]}$"
 
 
 def members(mechanism: Mechanism) -> Members:

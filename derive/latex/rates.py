@@ -149,18 +149,15 @@ def _rates(
 
 def _jacobian(page: LoopPage) -> str:
     theta = r"\frac{\partial \theta}{\partial q}"
-    words = (
-        r"Let $J_\theta$ be the mixed Jacobian by the main chain's joints $\theta$. In actuated"
-        r" coordinates, the twist of the tool and the Jacobian are"
-    )
-    inverse = r"The entries of $\partial \theta / \partial q$ are the factors of $\dot{q}$ above."
+    maps = r"the factors of $\dot{q}$ in the rates above"
     if page.hybrid.forward.open:
-        inverse = (
-            r"Here $\partial \theta / \partial q$ follows from $\frac{\partial c}{\partial z}\,"
-            r"\dot{z} = 0$ by solving for the rates of all joints that are not actuated."
+        maps = (
+            r"what $\frac{\partial c}{\partial z}\,\dot{z} = 0$ gives, solved for the rates of all"
+            " joints that are not actuated"
         )
     return sentence(
-        words,
+        r"Let $J_\theta$ be the mixed Jacobian by the main chain's joints $\theta$, and"
+        rf" $\partial \theta / \partial q$ {maps}. In actuated coordinates, the twist of the tool"
+        " and the Jacobian are",
         aligned([("V", [r"J_q\,\dot{q}"]), ("J_q", [rf"J_\theta\,{theta}"])]),
-        inverse,
     )

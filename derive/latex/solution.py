@@ -62,7 +62,7 @@ def _note(page: LoopPage) -> str:
 
 def _step(page: LoopPage, printed: PrintedStep) -> str:
     step = printed.step
-    pins = [page.members.called(name) for name in step.joints]
+    pins = [page.members.with_symbol(name) for name in step.joints]
     title = f"\\textbf{{Step {printed.number}: {KINDS[step.kind]}}}"
     opening = f"{title} -- {', '.join(pins)}."
     if not (printed.unknown or printed.vectors or printed.results):

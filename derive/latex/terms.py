@@ -38,7 +38,12 @@ class Terms:
     def of(self, expression: sp.Expr) -> sp.Expr:
         """An expression of the scope's names in printed symbols."""
         ordered = sorted(expression.free_symbols, key=lambda s: (len(s.name), s.name))
-        return expression.xreplace({symbol: self._symbol(symbol) for symbol in ordered})
+        known = {symbol: self._symbol(symbol) for symbol in ordered}
+        for function in sorted(expression.atoms(sp.cos, sp.sin), key=str):
+            # Those of angles that move are terms; only a description writes one out.
+            if function.free_symbols <= self.scope.parameters.keys():
+                known[function] = self.notation.constant(function)
+        return expression.xreplace(known)
 
     def meaning(self, term: sp.Symbol) -> sp.Expr:
         """The definition of a term in printed symbols, its own name aside."""

@@ -300,7 +300,7 @@ def test_mobility_in_words():
     assert "3 (4 - 1 - 4) + 4 = 1" in counted
     assert "All counts agree." in counted
     overconstrained = fragments(derivation("board_installer"))["mobility.tex"]
-    assert "there are -9, truly 6" in overconstrained
+    assert "there are $-9$, truly $6$" in overconstrained
 
 
 def test_a_four_bar_as_in_a_textbook():
