@@ -106,11 +106,9 @@ class Hybrid:
         shorter, translations = collapsed(
             self.scope, self.groups, self.forward.relations, len(values)
         )
-        kept = [s.joint for group in shorter for s in group.stations if s.joint is not None]
-        kept += [slide.joint for group in shorter for s in group.stations for slide in s.slides]
         everything = [*values, *translations]
-        used = sorted(kept)
-        motion = ThroughLoops(self.scope, [everything[k] for k in used], self.forward.loops, self.q)
+        kept = [everything[k] for group in shorter for s in group.stations for k in s.joints]
+        motion = ThroughLoops(self.scope, kept, self.forward.loops, self.q)
         links = Forward(self.scope, self.groups)
         return Kinematics(self.robot, self.scope, shorter, motion, self.arguments, links)
 
