@@ -54,8 +54,8 @@ def _sentences(found: Mobility) -> list[str]:
     idle = found.idle if found.order == SPATIAL else 0
     if found.kutzbach - idle != found.true and found.order == SPATIAL:
         said.append(
-            rf"By Gr\"ubler and Kutzbach there are ${found.kutzbach}$, truly ${found.true}$: counted"
-            rf" in the group of order ${SPATIAL}$, constraints of loops that lie in planes repeat"
+            rf"By Gr\"ubler and Kutzbach there are ${found.kutzbach}$, truly ${found.true}$:"
+            rf" counted in the group of order ${SPATIAL}$, constraints of loops that lie in planes repeat"
             " each other."
         )
     if found.by_loops - found.idle != found.true:
