@@ -55,7 +55,7 @@ def _sentences(found: Mobility) -> list[str]:
     if found.kutzbach - idle != found.true and found.order == SPATIAL:
         said.append(
             rf"By Gr\"ubler and Kutzbach there are ${found.kutzbach}$, truly ${found.true}$:"
-            rf" counted in the group of order ${SPATIAL}$, constraints of loops that lie in planes repeat"
+            rf" counted in the group of order ${SPATIAL}$, constraints of loops in planes repeat"
             " each other."
         )
     if found.by_loops - found.idle != found.true:

@@ -217,20 +217,17 @@ def _collapsed(page: LoopPage) -> list[str]:
     shorter, translations = collapsed(page.scope, hybrid.groups, hybrid.forward.relations, count)
     if not translations:
         return []
-    kept = {s.joint for group in shorter for s in group.stations}
-    gone = [
-        s.joint
-        for group in hybrid.groups
-        for s in group.stations
-        if s.joint is not None and s.joint not in kept
-    ]
+    stations = [station for group in shorter for station in group.stations]
+    kept = {station.joint for station in stations}
+    moving = [s.joint for group in hybrid.groups for s in group.stations if s.joint is not None]
+    gone = [joint for joint in moving if joint not in kept]
+    merged = [[s for s in station.slides if s.joint >= count] for station in stations]
     moves = [
-        (f"{axis}_{{{k}}}", page.terms.printer.terms(page.terms.of(translations[s.joint - count])))
-        for group in shorter
-        for k, station in enumerate(group.stations)
-        for s in station.slides
-        if s.joint >= count
-        for axis in ("x" if s.direction[0] == 1 else "y")
+        (f"{name}{mark}", page.terms.printer.terms(page.terms.of(translations[s.joint - count])))
+        for k, slides in enumerate(filter(None, merged), 1)
+        for mark in (f"_{{{k}}}" if sum(map(bool, merged)) > 1 else "",)
+        for s in slides
+        for name in (r"\Delta x" if s.direction[0] == 1 else r"\Delta y",)
     ]
     return [
         sentence(
