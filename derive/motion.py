@@ -36,6 +36,7 @@ class Tangent:
         self.scope = scope
         self.loops = loops or {}
         self._rates: dict[sp.Symbol, sp.Expr] = dict(rates)
+        self._asked: list[sp.Symbol] = []
 
     def of(self, expression: sp.Expr) -> sp.Expr:
         """The named rate of an expression."""
@@ -57,9 +58,13 @@ class Tangent:
 
     def _found(self, symbol: sp.Symbol) -> sp.Expr:
         if symbol in self.loops:
-            return self.loops[symbol](self)
-        if symbol in self.scope.turning:
-            angle, derivative = self.scope.turning[symbol]
+            self._asked.append(symbol)
+            rate = self.loops[symbol](self)
+            self._asked.pop()
+            return rate
+        angle, derivative = self.scope.turning.get(symbol, (ZERO, ZERO))
+        # Where a link is of length 1, a term of the loop is a cosine of the angle asked for.
+        if derivative != 0 and angle.free_symbols.isdisjoint(self._asked):
             return self.scope.let(derivative * self.of(angle))
         definition = self.scope.terms.get(symbol)
         return ZERO if definition is None else self.of(definition)

@@ -141,9 +141,10 @@ class Scope:
     def _register(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
         """Notes what the named cosine and sine of an angle become when it turns."""
         for value, derivative in ((c, -s), (s, c)):
-            if value.is_Symbol:
+            # A coordinate may be a cosine, of a link of length 1; it moves as it is told to.
+            if value in self.terms:
                 self.turning.setdefault(value, (angle, derivative))
-            elif (-value).is_Symbol:
+            elif -value in self.terms:
                 self.turning.setdefault(-value, (angle, -derivative))
 
     def _name(self, expression: sp.Expr) -> sp.Expr:
