@@ -154,7 +154,9 @@ class _Solver:
         angle = self.scope.solved_angle(c, s)
         self.known.loops.setdefault(angle, rate_of_first(found, c, s))
         self.known.values[joint.name] = joint.direction * angle
-        self._note(self._leg_step(strut, joint, (angle,), found.margin, SIDES[sign], sign))
+        # Of the whole rod, not of its part in the plane, whose square is below 0 out of its reach.
+        margin = let(found.margin * let(flat / square))
+        self._note(self._leg_step(strut, joint, (angle,), margin, SIDES[sign], sign))
 
     def _slide(
         self, strut: Strut, joint: Joint, tip: Vector, target: Vector, square: sp.Expr
