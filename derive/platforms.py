@@ -160,7 +160,7 @@ def velocity_relation(h: Hybrid) -> SymbolicFunction:
         n = named(h.scope, (rod.sense * component / rod.distance for component in rod.d))
         r = subtracted(h.scope, rod.on_platform, tool)
         rows.append((*n, *cross(h.scope, r, n)))
-    free = [k for k in range(6) if any(row[k] != 0 for row in rows)]
+    free = _free(h)
     J_x = tuple(row[k] for row in rows for k in free)
     residuals = _residuals(h)
     columns = [Tangent(h.scope, {symbol: -ONE}).of_each(residuals) for symbol in h.q]
@@ -173,6 +173,13 @@ def velocity_relation(h: Hybrid) -> SymbolicFunction:
         Result("J_x", J_x, (len(rows), len(free)), "1, m", "rods along their directions"),
         Result("J_q", matrix_entries(columns), (len(rows), len(columns)), "1, m", "actuators"),
     )
+
+
+def _free(h: Hybrid) -> list[int]:
+    """The components of the tool's twist in base axes that the main chain can move."""
+    (J,) = of_open_chain("jacobian_mixed", h).outputs
+    _, n = J.shape
+    return [k for k in range(6) if any(J.entries[k * n + j] != 0 for j in range(n))]
 
 
 def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:

@@ -154,8 +154,10 @@ class _Solver:
         angle = self.scope.solved_angle(c, s)
         self.known.loops.setdefault(angle, rate_of_first(found, c, s))
         self.known.values[joint.name] = joint.direction * angle
+        # Of the whole rod, not of its part in the plane, whose square is below 0 out of its reach.
+        margin = let(found.margin * let(flat / square))
         vectors = {"D": D.vector, "v": v.vector, "w": w.vector}
-        step = self._leg_step(strut, joint, vectors, found.margin, SIDES[sign], sign)
+        step = self._leg_step(strut, joint, vectors, margin, SIDES[sign], sign)
         self._note(replace(step, solved=(angle,)))
 
     def _slide(

@@ -651,7 +651,7 @@ def velocity_relation(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Both matrices of the velocity relation of a platform on legs.
 
-    J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions v_x, v_y
+    J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions v_x
 
     Args:
         theta (..., 1): joints of the main chain (m).
@@ -660,6 +660,6 @@ def velocity_relation(
         threads: How many share a large batch.
 
     Returns:
-        J_x (..., 1, 2): rods along their directions (1, m).
+        J_x (..., 1, 1): rods along their directions (1, m).
         J_q (..., 1, 1): actuators (1, m).
     """

@@ -1041,7 +1041,7 @@ void slider_crank_rods_D_chain(const double theta[1], const double q[1], double 
   residual_D_theta[0] = v12;
 }
 
-void slider_crank_velocity_relation(const double theta[1], const double q[1], double J_x[2], double J_q[1]) {
+void slider_crank_velocity_relation(const double theta[1], const double q[1], double J_x[1], double J_q[1]) {
   const double theta_0 = theta[0];
   const double q_0 = q[0];
   const double angle[1] = {q_0};
@@ -1061,11 +1061,8 @@ void slider_crank_velocity_relation(const double theta[1], const double q[1], do
   const double v14 = sqrt(v11);
   const double v15 = v12 - v13;
   const double v16 = v5 / v14;
-  const double v17 = v4 / v14;
-  const double v18 = 0.5 / v14;
+  const double v17 = 0.5 / v14;
   J_x[0] = v16;
-  const double v19 = -v17;
-  const double v20 = v18 * v15;
-  J_x[1] = v19;
-  J_q[0] = v20;
+  const double v18 = v17 * v15;
+  J_q[0] = v18;
 }

@@ -255,12 +255,12 @@ void slider_crank_rods(const double theta[1], const double q[1], double residual
 void slider_crank_rods_D_chain(const double theta[1], const double q[1], double residual_D_theta[1]);
 
 /* Both matrices of the velocity relation of a platform on legs.
- * J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions v_x, v_y
+ * J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions v_x
  *   theta: joints of the main chain, 1 (m)
  *   q: joint coordinates, 1 (rad)
- *   J_x: rods along their directions, 1 x 2 (1, m)
+ *   J_x: rods along their directions, 1 x 1 (1, m)
  *   J_q: actuators, 1 x 1 (1, m) */
-void slider_crank_velocity_relation(const double theta[1], const double q[1], double J_x[2], double J_q[1]);
+void slider_crank_velocity_relation(const double theta[1], const double q[1], double J_x[1], double J_q[1]);
 
 #ifdef __cplusplus
 }

@@ -1575,7 +1575,7 @@ static void slider_crank_velocity_relation_rows(size_t n, const double *const *i
     double *const *outputs, const ptrdiff_t *output_steps)
 {
 #if CHASLES_LANES
-  static const int sizes[] = {1, 1, 2, 1};
+  static const int sizes[] = {1, 1, 1, 1};
   static const lanes_shape shape = {2, 2, sizes};
 #endif
 #if CHASLES_SET_AVX512
@@ -1608,6 +1608,6 @@ void slider_crank_velocity_relation_batch(size_t n, const double *theta, const d
 {
   const double *const inputs[] = {theta, q};
   double *const outputs[] = {J_x, J_q};
-  const ptrdiff_t input_steps[] = {1, 1}, output_steps[] = {2, 1};
+  const ptrdiff_t input_steps[] = {1, 1}, output_steps[] = {1, 1};
   slider_crank_velocity_relation_rows(n, inputs, input_steps, outputs, output_steps);
 }

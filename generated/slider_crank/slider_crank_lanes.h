@@ -1030,16 +1030,13 @@ static LANES_TARGET void LANES_NAME(slider_crank_velocity_relation)(const lanes 
   lanes v9; LANES_NAME(lanes_sqrt)(&v8, &v9);
   const lanes v10 = v4 / v9;
   out[0] = v10;
-  const lanes v11 = v6 / v9;
-  const lanes v12 = -v11;
-  out[1] = v12;
-  const lanes v13 = 0.5 / v9;
-  const lanes v14 = -v6;
-  const lanes v15 = 2.0 * v14;
-  const lanes v16 = v15 * v3;
-  const lanes v17 = 2.0 * v4;
-  const lanes v18 = v17 * v6;
-  const lanes v19 = v16 - v18;
-  const lanes v20 = v13 * v19;
-  out[2] = v20;
+  const lanes v11 = 0.5 / v9;
+  const lanes v12 = -v6;
+  const lanes v13 = 2.0 * v12;
+  const lanes v14 = v13 * v3;
+  const lanes v15 = 2.0 * v4;
+  const lanes v16 = v15 * v6;
+  const lanes v17 = v14 - v16;
+  const lanes v18 = v11 * v17;
+  out[1] = v18;
 }
