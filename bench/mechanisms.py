@@ -13,7 +13,7 @@ from chasles.derive import load, write
 from .cores import one_core
 from .kernel import kernel
 from .native import Loop, aligned
-from .one_call import repeated
+from .one_call import VECTORS, repeated
 from .peers import absent
 from .peers.own import generated_loop
 from .report import Limit, Plan, Ratio, alternated, out, ratio, seconds
@@ -35,8 +35,8 @@ TIMED = (
     ("stewart_gough", "actuators"),
 )
 POSES = 20_000
-PATH = 5000
-"""Points of the five-bar's path: a step turns a crank by less than a milliradian."""
+SWING = 0.075
+"""Radians by which its cranks swing: a step is below a milliradian, as in control."""
 ITERATED = 1000
 """Poses of a batch that is solved by iteration."""
 
@@ -85,10 +85,10 @@ def _posed(loop: Loop, q: np.ndarray) -> Callable[[], None]:
 
 
 def five_bar_path(robot: chasles.Robot) -> np.ndarray:
-    """(5000, 2) cranks' angles on a round within the limits."""
-    turn = np.linspace(0, 2 * np.pi, PATH, endpoint=False)
-    middle, reach = (robot.lower + robot.upper) / 2, 0.45 * (robot.upper - robot.lower)
-    return middle + reach * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
+    """(500, 2) cranks' angles on a round about the middle of the limits."""
+    turn = np.linspace(0, 2 * np.pi, VECTORS, endpoint=False)
+    middle = (robot.lower + robot.upper) / 2
+    return middle + SWING * np.stack([np.cos(turn), np.sin(turn)], axis=-1)
 
 
 def five_bar_peer(robot: chasles.Robot):
@@ -110,12 +110,13 @@ def five_bar(plan: Plan) -> list[Ratio]:
         ("fk_jacobian", newton, FIVE_BAR_BAR): (robot.fk_jacobian_mixed, peer.fk_jacobian, q),
         ("velocity map", known, None): (robot.chain_D_q, peer.velocity_map, z),
     }
+    repeats = max(plan.calls // VECTORS, 1)
     found = []
     for (function, name, bar), (own, theirs, rows) in pairs.items():
-        works = {OWN: repeated(own, q, 1), name: repeated(theirs, rows, 1)}
-        of = alternated(works, plan.rounds)
-        found.append(ratio(f"python five_bar {function}: {name}", of, (OWN, name), len(q), bar))
-    corrections = peer.corrections / (PATH * (plan.rounds + 1))
+        works = {OWN: repeated(own, q, repeats), name: repeated(theirs, rows, repeats)}
+        of, key = alternated(works, plan.rounds), f"python five_bar {function}: {name}"
+        found.append(ratio(key, of, (OWN, name), VECTORS * repeats, bar))
+    corrections = peer.corrections / (VECTORS * repeats * (plan.rounds + 1))
     out.print(f"five_bar: Newton's iteration corrects {corrections:.2f} times a pose")
     return found
 
@@ -126,14 +127,17 @@ def times(plan: Plan) -> list[Limit]:
     for name, function in TIMED:
         robot = chasles.load(name)
         call = getattr(robot, function)
-        q = closed(robot, min(plan.calls, POSES))
+        q = closed(robot, VECTORS)
         rows = q if robot.functions[function].inputs[0].name == "q" else robot.chain(q)
         in_C = kernel(robot, function)
-        many = np.tile(rows, (POSES // len(rows) + 1, 1))
-        works = {"C": lambda k=in_C, m=many: k.run(m), "Python": repeated(call, rows, 1)}
-        counts = {"C": len(many), "Python": len(rows)}
+        repeats = max(plan.calls // VECTORS, 1)
+        many = np.tile(rows, (repeats, 1))
+        works = {
+            "C": lambda k=in_C, m=many: k.run(m),
+            "Python": repeated(call, rows, repeats),
+        }
         of = alternated(works, plan.rounds)
-        found += [_time(f"{name} {function}, {way}", of[way], counts[way], "ns") for way in of]
+        found += [_time(f"{name} {function}, {way}", of[way], len(many), "ns") for way in of]
     return found
 
 
