@@ -21,6 +21,12 @@ if TYPE_CHECKING:
     from .generate import artifacts as artifacts
     from .generate import write as write
     from .kinematics import FUNCTIONS as FUNCTIONS
+    from .mechanism import Closure as Closure
+    from .mechanism import Drive as Drive
+    from .mechanism import Mechanism as Mechanism
+    from .mechanism import Place as Place
+    from .mechanism import Strut as Strut
+    from .mobility import mobility as mobility
     from .poe import to_poe as to_poe
     from .robot import Joint as Joint
     from .robot import Mimic as Mimic
@@ -36,6 +42,8 @@ _ROOMS = {
     "description": ("DescriptionError", "load", "loads"),
     "errors": ("RobotError",),
     "generate": ("artifacts", "write"),
+    "mechanism": ("Closure", "Drive", "Mechanism", "Place", "Strut"),
+    "mobility": ("mobility",),
     "poe": ("to_poe",),
     "robot": (
         "Joint",

@@ -5,7 +5,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from .function import Argument, Result, SymbolicFunction
-from .mechanism import Described
+from .mechanism import Coordinate, Described
+from .robot import Joint
 from .statements import ELEMENTARY, NAME, Body, Compute, Store
 
 SUPPORT = "chasles_cos_sin.h"
@@ -37,9 +38,9 @@ def source(robot: Described, functions: Sequence[SymbolicFunction], bodies: Sequ
 def header(robot: Described, functions: Sequence[SymbolicFunction]) -> str:
     """The header of a robot, as a firmware engineer reads it."""
     guard = f"CHASLES_{robot.name.upper()}_H"
+    moved: Sequence[Joint | Coordinate] = robot.coordinates
     coordinates = "\n".join(
-        f" *   q[{k}]  {joint.name} ({joint.kind}, {joint.unit})"
-        for k, joint in enumerate(robot.coordinates)
+        f" *   q[{k}]  {joint.name} ({joint.kind}, {joint.unit})" for k, joint in enumerate(moved)
     )
     declarations = "\n\n".join(_declaration(robot.name, function) for function in functions)
     return f"""\

@@ -78,6 +78,12 @@ class Station:
     slides: tuple[Slide, ...] = ()
     frames: tuple[Frame, ...] = ()
 
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Indices of the joints that move here, in order."""
+        turning = () if self.joint is None else (self.joint,)
+        return (*turning, *(slide.joint for slide in self.slides))
+
 
 @dataclass(frozen=True)
 class Group:

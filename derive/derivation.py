@@ -93,7 +93,7 @@ def _of_tool(name: str, hybrid: Hybrid) -> SymbolicFunction:
 
 def _guarded(function: SymbolicFunction, offered: Collection[str]) -> SymbolicFunction:
     """The function with the name of the one that tells which of its loops do not close."""
-    guard = {"q": "margin", "theta": "actuator_margin"}.get(function.inputs[0].name)
+    guard = {"q": "margin", "theta": "actuator_margin"}.get(function.inputs[0].name, "")
     if guard not in offered or function.name in (*_GUARDS, "chain_all", "actuators_all"):
         return function
     return replace(function, margin=guard)

@@ -55,21 +55,21 @@ NO_TWIST = Twist(ORIGIN, ORIGIN)
 
 
 def columns(forward: Forward, representation: Representation) -> list[Twist]:
-    """The Jacobian by columns, one a moving joint."""
+    """The Jacobian by columns, one a moving joint, in the order of the chain."""
     if representation == "body":
         axes, end_axes = forward.axes_in_tool()
     else:
         axes, end_axes = forward.axes[:-1], forward.end_axes
     space = representation == "space"
     levers = forward.levers_of_base() if space else forward.levers_of_tool()
-    found: dict[int, Twist] = {}
+    found: list[Twist] = []
     for g, k, station in forward.stations():
         last = k == len(forward.groups[g].stations) - 1
         if station.joint is not None:
             choices = [(axes[g], levers[g].from_axis[k])]
             if last:
                 choices.append((end_axes[g], levers[g].turned))
-            found[station.joint] = _turning(forward.scope, station, choices)
+            found.append(_turning(forward.scope, station, choices))
         for slide in station.slides:
             c, s = forward.trigonometry[g][k]
             choices = [(axes[g], rotated_z(forward.scope, slide.direction, c, s))]
@@ -78,8 +78,8 @@ def columns(forward: Forward, representation: Representation) -> list[Twist]:
             if last and g + 1 < len(axes):
                 c, s = forward.groups[g].tilt
                 choices.append((axes[g + 1], rotated_x(forward.scope, slide.direction, c, -s)))
-            found[slide.joint] = Twist(_cheapest(forward.scope, choices), ORIGIN)
-    return [found[joint] for joint in sorted(found)]
+            found.append(Twist(_cheapest(forward.scope, choices), ORIGIN))
+    return found
 
 
 def rates(

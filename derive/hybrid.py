@@ -14,7 +14,6 @@ from .function import Argument, Result, SymbolicFunction
 from .kinematics import Kinematics, arguments_of, common_unit, coordinates
 from .mechanism import Mechanism, Strut
 from .mobility import closed_configuration
-from .robot import Joint
 from .scope import Scope
 from .solution import Loops, Solution, from_actuators, from_chain, joint_angle, sorted_loops
 
@@ -107,26 +106,21 @@ class Hybrid:
         shorter, translations = collapsed(
             self.scope, self.groups, self.forward.relations, len(values)
         )
-        kept = [s.joint for group in shorter for s in group.stations if s.joint is not None]
-        kept += [slide.joint for group in shorter for s in group.stations for slide in s.slides]
         everything = [*values, *translations]
-        used = sorted(kept)
-        motion = ThroughLoops(self.scope, [everything[k] for k in used], self.forward.loops, self.q)
+        kept = [everything[k] for group in shorter for s in group.stations for k in s.joints]
+        motion = ThroughLoops(self.scope, kept, self.forward.loops, self.q)
         links = Forward(self.scope, self.groups)
         return Kinematics(self.robot, self.scope, shorter, motion, self.arguments, links)
 
     def named(self, solution: Solution, names: Iterable[str]) -> tuple[sp.Expr, ...]:
-        """Joint values between -pi and pi."""
-        mechanism = self.mechanism
-        joints: dict[str, Joint | Strut] = {j.name: j for j in mechanism.joints}
+        """Joint values, angles between -pi and pi."""
+        joints = {joint.name: joint for joint in self.mechanism.joints}
         found = []
         for name in names:
-            value = solution.values[name]
-            is_angle = not isinstance(mechanism.members.get(name), Strut) and not (
-                name in joints and joints[name].kind == "prismatic"
-            )
-            if is_angle:
-                value = joint_angle(self.scope, solution, value, joints.get(name))
+            value, joint = solution.values[name], joints.get(name)
+            lengths = isinstance(self.mechanism.members.get(name), Strut)
+            if not lengths and (joint is None or joint.kind != "prismatic"):
+                value = joint_angle(self.scope, solution, value, joint)
             found.append(self.scope.let(value))
         return tuple(found)
 

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chasles import Robot
 
-robot: Described
+robot: Robot
 '''
 
 

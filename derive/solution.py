@@ -7,7 +7,7 @@ import sympy as sp
 
 from .assembly import Step, assemble
 from .errors import RobotError
-from .mechanism import Mechanism, Strut
+from .mechanism import Mechanism
 from .motion import LoopRate
 from .phasors import PhasorSum
 from .planes import Linkage, Loop, linkages
@@ -156,9 +156,7 @@ def swings(mechanism: Mechanism) -> tuple[str, ...]:
     return tuple(strut.swing_name for strut in mechanism.struts if strut.ends == "pin")
 
 
-def joint_angle(
-    scope: Scope, solution: Solution, value: sp.Expr, joint: Joint | Strut | None
-) -> sp.Expr:
+def joint_angle(scope: Scope, solution: Solution, value: sp.Expr, joint: Joint | None) -> sp.Expr:
     """A solved angle between -pi and pi, or within a turn about the middle of its joint's limits.
 
     Args:
@@ -178,11 +176,9 @@ def joint_angle(
     return scope.let(angle + middle)
 
 
-def _middle(joint: Joint | Strut | None) -> sp.Expr:
-    if joint is None or None in joint.limits:
-        return sp.Integer(0)
-    low, high = joint.limits
-    if low >= -sp.pi and high <= sp.pi:
+def _middle(joint: Joint | None) -> sp.Expr:
+    low, high = (None, None) if joint is None else joint.limits
+    if low is None or high is None or (low >= -sp.pi and high <= sp.pi):
         return sp.Integer(0)
     return (low + high) / 2
 

@@ -14,6 +14,9 @@ from .offered import needs
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
+_TOGETHER = 1e-6
+"""Joints (radian, metre) that differ by less are the same: near a dead point a margin of 1e-10, the
+rounding of the lengths makes half of the digits uncertain."""
 _PLANAR = ["prismatic", "prismatic", "revolute"]
 
 
@@ -53,6 +56,10 @@ def _says_what_closes(robot: LoopMethods) -> bool:
     return robot.solution == "newton" or "margin" in robot.functions
 
 
+def _can_hold(robot: LoopMethods) -> bool:
+    return "actuator_margin" in robot.functions or robot.solution != "newton"
+
+
 class LoopMethods(NewtonMethods):
     """The part of a robot that its loops bring along."""
 
@@ -77,9 +84,12 @@ class LoopMethods(NewtonMethods):
         """
         return self.follow(q).valid if self.solution == "newton" else _closes(self.margin(q))
 
-    @needs("actuator_margin")
+    @needs("actuators", when=_can_hold)
     def actuators_valid(self, theta: ArrayLike) -> BoolArray:
         """Whether the actuators can hold the main chain at given joints; dead points count.
+
+        Joints that the loops do not let come together are none, though `actuators` has a number for
+        them: it reads no more joints than it needs. Nor are joints that another branch has.
 
         Args:
             theta: (..., n_theta) main-chain joints [rad or m].
@@ -87,7 +97,20 @@ class LoopMethods(NewtonMethods):
         Returns:
             (...,): False also where an input is not finite.
         """
-        return _closes(self.actuator_margin(theta))
+        held = np.asarray(np.isfinite(theta).all(-1))
+        if "actuator_margin" in self.functions:
+            held = held & _closes(self.actuator_margin(theta))
+        if "chain" in self.functions and self.solution != "newton":
+            held = held & self._comes_back(np.asarray(theta, dtype=np.float64))
+        return held
+
+    def _comes_back(self, theta: FloatArray) -> BoolArray:
+        """Whether the actuators of some joints give these joints again."""
+        rows = np.atleast_2d(theta)
+        apart = self.functions["chain"](self.functions["actuators"](rows)) - rows
+        turns = [joint.unit == "rad" for joint in self.chain_joints]
+        apart[..., turns] = np.remainder(apart[..., turns] + np.pi, 2 * np.pi) - np.pi
+        return np.asarray((np.abs(apart) < _TOGETHER).all(-1)).reshape(theta.shape[:-1])
 
     @needs("chain_all")
     def chain_branches(self, q: ArrayLike) -> ChainBranches:

@@ -124,7 +124,8 @@ class Loops:
             # What rounding leaves of the way is no step.
             done[done > 1 - _SHORTEST**2] = 1
             part[rows] = np.where(converged, 2 * step, step / 2)
-            going[rows] = part[rows] >= _SHORTEST
+            # The last step may be as short as what was left.
+            going[rows] = (part[rows] >= _SHORTEST) | (done[rows] == 1)
         residual = self.residual(z)
         valid = going & (done == 1) & (residual <= CLOSED)
         z[~valid] = np.nan

@@ -6,12 +6,15 @@ from pathlib import Path
 import numpy as np
 
 import chasles.derive
-from chasles.derive import Derivation, derive, load
+from chasles.derive import Derivation, Robot, derive, load
 from chasles.derive.lower import lower
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 GENERATED = Path(chasles.derive.__file__).parent.parent / "generated"
-NAMES = sorted(path.stem for path in ROBOTS.glob("*.toml"))
+ALL = sorted(path.stem for path in ROBOTS.glob("*.toml"))
+"""Every shipped robot."""
+NAMES = [name for name in ALL if isinstance(load(ROBOTS / f"{name}.toml"), Robot)]
+"""The serial ones."""
 
 
 @cache

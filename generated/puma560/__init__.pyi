@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from chasles import Robot
 
-robot: Described
+robot: Robot
 
 def fk(
     q: ArrayLike, *, out: NDArray[np.float64] | None = None,

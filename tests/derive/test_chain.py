@@ -107,6 +107,7 @@ def test_a_slide_behind_an_antiparallel_axis_points_the_other_way():
 def test_every_shipped_robot_has_the_groups_of_its_data_sheet():
     """Joints by runs of parallel axes, read off the drawings."""
     runs = {
+        "bricklaying_planar": [[0, 1, 2]],
         "iiwa14": [[0], [1], [2], [3], [4], [5], [6]],
         "lynxmotion": [[0], [1, 2, 3], [4]],
         "panda": [[0], [1], [2], [3], [4], [5], [6]],

@@ -1,7 +1,7 @@
 """The command line: what it writes, when it does nothing, what it says of errors."""
 
 import pytest
-from derivations import NAMES, ROBOTS
+from derivations import ALL, ROBOTS
 from typer.testing import CliRunner
 
 from chasles.derive import freshness
@@ -84,7 +84,7 @@ def test_two_robots_of_one_name(arm, tmp_path):
 def test_unknown_robots_are_listed():
     done = run("nope")
     assert done.exit_code == 1
-    assert f"expected a robot file, or one of {', '.join(NAMES)}" in done.output
+    assert f"expected a robot file, or one of {', '.join(ALL)}" in done.output
 
 
 def test_check_sees_a_change_a_missing_and_a_stale_file(arm, tmp_path):
@@ -122,7 +122,7 @@ def test_asking_whether_there_is_work_needs_no_sympy():
 def test_every_shipped_file_is_called_as_its_robot():
     from chasles.derive import load
 
-    assert [load(ROBOTS / f"{name}.toml").name for name in NAMES] == NAMES
+    assert [load(ROBOTS / f"{name}.toml").name for name in ALL] == ALL
 
 
 def test_ones_own_robot_needs_a_folder_of_its_own(arm):

@@ -5,10 +5,10 @@ import shutil
 import subprocess
 
 import pytest
-from derivations import GENERATED, NAMES, derivation
+from derivations import GENERATED, ALL, derivation
 
 STRICT = ["-pedantic", "-Wall", "-Wextra", "-Werror", "-O1"]
-LIBM = {"sin", "cos", "sincos", "tan", "atan", "atan2", "sqrt"}
+LIBM = {"fmax", "fmin", "sin", "cos", "sincos", "tan", "atan", "atan2", "sqrt"}
 COMPILERS = {
     "gcc": ["gcc", "-std=c99"],
     "clang": ["clang", "-std=c99"],
@@ -28,7 +28,7 @@ def compiled(compiler, name, folder, suffix="", flags=()):
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", ALL)
 def test_compiles_without_a_warning(name, compiler, tmp_path):
     compiled(compiler, name, tmp_path)
 
@@ -40,7 +40,7 @@ def test_batches_compile_without_a_warning(name, compiler, flags, tmp_path):
     compiled(compiler, name, tmp_path, "_batch", flags)
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", ALL)
 def test_symbols(name, tmp_path):
     target = compiled("gcc", name, tmp_path)
     listing = subprocess.run(["nm", str(target)], capture_output=True, text=True, check=True)

@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from derivations import GENERATED, NAMES
+from derivations import GENERATED, ALL
 
 from chasles.derive.manifest import sha256
 
@@ -31,7 +31,7 @@ def contents(folder):
 def test_two_directories_and_two_hash_seeds(tmp_path):
     first = generate(tmp_path / "one", "1")
     second = generate(tmp_path / "another place", "4242")
-    assert len([name for name in first if name.endswith("manifest.json")]) == len(NAMES)
+    assert len([name for name in first if name.endswith("manifest.json")]) == len(ALL)
     assert first.keys() == second.keys()
     assert [name for name in first if first[name] != second[name]] == []
     committed = {name: content for name in first if (content := read(GENERATED / name)) is not None}
@@ -42,7 +42,7 @@ def read(path):
     return path.read_bytes() if path.is_file() else None
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", ALL)
 def test_the_manifest_holds_the_hashes_and_nothing_of_this_machine(name):
     text = (GENERATED / name / "manifest.json").read_text()
     for file, digest in json.loads(text)["files"].items():

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 import sympy as sp
 from chains import random_chain
-from derivations import NAMES, derivation
+from derivations import ALL, derivation
 
 from chasles.derive import Joint, Mimic, Parameter, Robot, derive, from_urdf
 from chasles.derive.conventions import dh
@@ -164,7 +164,7 @@ def assert_clean(log, pages=MOST_PAGES):
     assert 2 <= count <= pages
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", ALL)
 def test_documents_of_shipped_robots(name, tmp_path):
     found = derivation(name)
     assert_clean(compiled(tmp_path, document(found), found))
@@ -178,7 +178,7 @@ def test_documents_of_awkward_robots(name, tmp_path):
 
 @pytest.mark.parametrize("name", ["ur5e", "panda", "photo_robot", "imported"])
 def test_fragments_fit_the_plainest_article(name, tmp_path):
-    found = derivation(name) if name in NAMES else derive(BUILT[name]())
+    found = derivation(name) if name in ALL else derive(BUILT[name]())
     robot = replace(found.robot, title="", source="")
     inputs = "\n\n".join(rf"\input{{{FOLDER}/{name}}}" for name in fragments(found))
     log = compiled(tmp_path, PLAIN % inputs, replace(found, robot=robot))

@@ -130,7 +130,7 @@ def test_valid(robot):
     assert robot.valid([0.0, 1.0])
     assert pickle.loads(pickle.dumps(robot.valid))([0.0, 1.0])
     np.testing.assert_array_equal(
-        robot.actuators_valid([[0.0, 1.0], [0.0, -1.0], [np.nan, 1.0]]), [True, False, True]
+        robot.actuators_valid([[0.0, 1.0], [0.0, -1.0], [np.nan, 1.0]]), [True, False, False]
     )
 
 
@@ -166,3 +166,13 @@ def test_wrong_manifest(tmp_path, cache, change, message):
     change(content)
     with pytest.raises(chasles.ManifestError, match=rf"manifest\.json: {message}"):
         chasles.load(lift.write(tmp_path / "lift", content))
+
+
+@pytest.mark.parametrize("name", ["board_installer", "well_manipulator", "excavator", "delta"])
+def test_joints_that_the_loops_do_not_allow_are_not_held(name):
+    robot = chasles.load(name)
+    theta = robot.chain(robot.reference.q)
+    assert robot.actuators_valid(theta)
+    off = theta + np.where([joint.name in ("elbow", "yaw") for joint in robot.chain_joints], 0.01, 0)
+    assert robot.actuators_valid(off) == (name in ("well_manipulator", "excavator"))
+    assert robot.actuators_valid(np.stack([theta, off])).shape == (2,)
