@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from .mechanism import Mechanism as Mechanism
     from .mechanism import Place as Place
     from .mechanism import Strut as Strut
-    from .mobility import mobility as mobility
     from .poe import to_poe as to_poe
     from .robot import Joint as Joint
     from .robot import Mimic as Mimic
@@ -43,7 +42,6 @@ _ROOMS = {
     "errors": ("RobotError",),
     "generate": ("artifacts", "write"),
     "mechanism": ("Closure", "Drive", "Mechanism", "Place", "Strut"),
-    "mobility": ("mobility",),
     "poe": ("to_poe",),
     "robot": (
         "Joint",

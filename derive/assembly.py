@@ -79,22 +79,31 @@ class Step:
 
     Attributes:
         kind: ``two circles``, ``circle and line``, ``two lines``, ``parallelogram``, ``two pins``.
+        axes: The body in whose axes the loop is written.
         bodies: One body of each cluster: the one at rest first.
         joints: Names of the pins and slides that hold them.
         relation: The loop: a sum of turning vectors that is zero.
         solved: Named angles and travels that the step gives, with their meaning.
-        quantities: Named intermediate results: symbol for the reader, expression.
+        vectors: Components of what the step is solved from, as :mod:`chasles.derive.dyads` calls
+            them: ``D`` with the arms ``v`` and ``w``; the ``offset``, ``direction`` and ``r``; the
+            ``offset`` with ``e`` and ``f``; or ``there`` and ``here``. In space, a distance ``d``,
+            or the spheres' centres ``c1`` to ``c3`` with ``l^2`` and the point ``p``.
+        travels: Named travels of the slides that the step gives.
+        turned: The angle by which the axes of ``D``, ``offset`` or ``there`` are turned.
         margin: 0 at a dead point, below 0 out of reach; None where the step always closes.
         branch: Name of the branch, empty where there is one only.
         sign: Its sign.
     """
 
     kind: str
+    axes: str
     bodies: tuple[str, ...]
     joints: tuple[str, ...]
     relation: PhasorSum
     solved: tuple[sp.Symbol, ...] = ()
-    quantities: tuple[tuple[str, sp.Expr], ...] = ()
+    vectors: Mapping[str, tuple[sp.Expr, ...]] = field(default_factory=dict)
+    travels: tuple[sp.Expr, ...] = ()
+    turned: sp.Expr = ZERO
     margin: sp.Expr | None = None
     branch: str = ""
     sign: int = 0
@@ -258,29 +267,31 @@ class _Solver:
             here, there = (self._span(c, first, second) for c in (other, base))
             if not here.terms or not there.terms:
                 continue
-            turn, solved = self._turn_between(here, there)
+            turn, solved, vectors = self._turn_between(here, there)
             at = self._pin(base, first), self._pin(other, first)
             bodies = self._named(first, base), self._named(first, other)
             relation = here.times(turn[1]).turned(turn[0]) - there
             self._mounted(base, other, turn, *at)
             self.relations.append(relation)
-            self.steps.append(Step("two pins", bodies, (first.name, second.name), relation, solved))
+            joints, axes = (first.name, second.name), next(iter(base))
+            step = Step("two pins", axes, bodies, joints, relation, solved, vectors)
+            self.steps.append(replace(step, turned=there.common_angle()))
             return True
         return False
 
     def _turn_between(
         self, here: PhasorSum, there: PhasorSum
-    ) -> tuple[tuple[sp.Expr, Complex], tuple[sp.Symbol, ...]]:
+    ) -> tuple[Turned, tuple[sp.Symbol, ...], dict[str, Complex]]:
         """The turn that carries one vector to another of the same length."""
         exact = _exact_turn(here, there)
         if exact is not None:
-            return exact, ()
+            return exact, (), {}
         a, b = arm(self.scope, there), arm(self.scope, here)
         re, im = product(a.vector, conjugate(b.vector))
         size = self.scope.let(sp.sqrt(a.square * b.square))
         c, s = (self.scope.let(self.scope.let(sp.expand(part)) / size) for part in (re, im))
         angle = self._solved(c, s, rate_of_direction(a.vector, b))
-        return (a.angle + angle - b.angle, REAL), (angle,)
+        return (a.angle + angle - b.angle, REAL), (angle,), {"there": a.vector, "here": b.vector}
 
     # --- triangles ---
 
@@ -352,7 +363,9 @@ class _Solver:
         base, X, Y = dyad.clusters
         to_X, _, to_Y = dyad.pins
         bodies = self._named(to_X, base), self._named(to_X, X), self._named(to_Y, Y)
-        return Step(kind, bodies, tuple(pin.name for pin in dyad.pins), PhasorSum())
+        return Step(
+            kind, next(iter(base)), bodies, tuple(pin.name for pin in dyad.pins), PhasorSum()
+        )
 
     def _join_dyad(self, dyad: "_Dyad", turn_X: Turned, turn_Y: Turned, step: Step) -> None:
         base, X, Y = dyad.clusters
@@ -410,7 +423,8 @@ class _Solver:
             step,
             kind="two circles",
             solved=(first, second),
-            quantities=(("D", D), ("h", found.height)),
+            vectors={"D": d.vector, "v": v.vector, "w": w.vector},
+            turned=d.angle,
             margin=found.margin,
             branch=SIDES[sign],
             sign=sign,
@@ -448,11 +462,14 @@ class _Solver:
         relation = relation - R.turned(angle)
         step = Step(
             "circle and line",
+            next(iter(base)),
             bodies,
             (slide.name, far.name, near.name),
             relation,
             (turn,),
-            (("t", found.travel),),
+            {"offset": found.offset, "direction": direction, "r": r.vector},
+            (found.travel,),
+            delta,
             None if found.margin == 1 else found.margin,
             TRAVELS[sign] if found.margin != 1 else "",
             sign,
@@ -486,9 +503,12 @@ class _Solver:
         self.travels |= {first.name: t, second.name: u}
         self.relations.append(relation)
         bodies = self._named(pin, base), self._named(first, middle), self._named(pin, Z)
-        quantities = (("t", t), ("u", u))
+        vectors = {"offset": d, "e": e, "f": f}
         names = (first.name, second.name, pin.name)
-        self.steps.append(Step("two lines", bodies, names, relation, (), quantities))
+        axes = next(iter(base))
+        self.steps.append(
+            Step("two lines", axes, bodies, names, relation, (), vectors, (t, u), delta)
+        )
         self._joined(middle, Z, onward.mounted(u))
         self._joined(base, middle, to_middle.mounted(t))
 

@@ -9,7 +9,7 @@ from .casadi_file import serialized
 from .derivation import derive
 from .lower import lower
 from .manifest import manifest
-from .mechanism import Described, Mechanism
+from .mechanism import Described
 from .statements import bodies
 
 MANIFEST = "manifest.json"
@@ -27,8 +27,6 @@ def artifacts(robot: Described, functions: Sequence[str] | None = None) -> dict[
         same bytes for the same description on any machine.
     """
     derivation = derive(robot, functions)
-    # The article is that of the main chain until the loops have words of their own.
-    article = derive(robot.main_chain) if isinstance(robot, Mechanism) else derivation
     lowered = lower(derivation.functions, robot.name)
     statements = bodies(lowered)
     files = {
@@ -38,8 +36,8 @@ def artifacts(robot: Described, functions: Sequence[str] | None = None) -> dict[
         **batch_code.files(robot, derivation.functions, statements),
         f"{robot.name}.casadi": serialized(derivation),
         **python_package.files(robot, derivation.functions),
-        f"{robot.name}.tex": latex.document(article),
-        **{f"{latex.FOLDER}/{n}": text for n, text in latex.fragments(article).items()},
+        f"{robot.name}.tex": latex.document(derivation),
+        **{f"{latex.FOLDER}/{n}": text for n, text in latex.fragments(derivation).items()},
     }
     files[MANIFEST] = manifest(derivation, lowered, files)
     return dict(sorted(files.items()))

@@ -10,7 +10,7 @@ Source: Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for the parallelograms
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import sympy as sp
@@ -120,8 +120,8 @@ class _Solver:
         d = subtracted(self.scope, self._point(strut.b), self._point(strut.a))
         distance = self.scope.let(sp.sqrt(_square(self.scope, d)))
         self.known.values[strut.name] = self.scope.let(distance - strut.length)
-        bodies = strut.a.body, strut.b.body
-        self._note(Step("distance", bodies, (strut.name,), PhasorSum()))
+        step = self._step("distance", (strut.a.body, strut.b.body), (strut.name,), {"d": d})
+        self._note(replace(step, travels=(distance,)))
 
     def _leg(self, strut: Strut, joint: Joint, length: sp.Expr) -> None:
         """A rod from a known point to a body that one joint moves."""
@@ -154,7 +154,9 @@ class _Solver:
         angle = self.scope.solved_angle(c, s)
         self.known.loops.setdefault(angle, rate_of_first(found, c, s))
         self.known.values[joint.name] = joint.direction * angle
-        self._note(self._leg_step(strut, joint, (angle,), found.margin, SIDES[sign], sign))
+        vectors = {"D": D.vector, "v": v.vector, "w": w.vector}
+        step = self._leg_step(strut, joint, vectors, found.margin, SIDES[sign], sign)
+        self._note(replace(step, solved=(angle,)))
 
     def _slide(
         self, strut: Strut, joint: Joint, tip: Vector, target: Vector, square: sp.Expr
@@ -169,9 +171,12 @@ class _Solver:
             return self.reference.of(joint.direction * (z + sign * along))
 
         sign = self._chosen(strut, travel, joint)
-        self.known.values[joint.name] = let(joint.direction * (z + sign * along))
+        value = let(z + sign * along)
+        self.known.values[joint.name] = joint.direction * value
         margin = let(inside / square)
-        self._note(self._leg_step(strut, joint, (), margin, TRAVELS[sign], sign))
+        vectors = {"offset": (x, y, z), "l^2": (square,)}
+        step = self._leg_step(strut, joint, vectors, margin, TRAVELS[sign], sign)
+        self._note(replace(step, travels=(value,)))
 
     def _angle_at_reference(self, v: Arm, w: Arm, D: Arm, sign: int) -> float:
         """The angle of a leg's joint, in numbers; NaN where the leg does not reach."""
@@ -299,10 +304,13 @@ class _Solver:
         bodies = tuple(dict.fromkeys(strut.a.body for strut in struts))
         names = tuple(strut.name for strut in struts)
         margin = let(h2 / l1)
-        step = Step(
-            "three spheres", bodies, names, PhasorSum(), (), (), margin, BRANCHES[sign], sign
-        )
-        return found, step
+        vectors = {
+            **{f"c{k}": centre for k, (centre, _) in enumerate(spheres, 1)},
+            "l^2": (l1, l2, l3),
+            "p": found,
+        }
+        step = self._step("three spheres", bodies, names, vectors)
+        return found, replace(step, margin=margin, branch=BRANCHES[sign], sign=sign)
 
     def _note_rates(self, position: Vector, centres: Sequence[Vector]) -> None:
         """The rates of the position, from (p - c_i) . (p' - c_i') = 0."""
@@ -367,15 +375,24 @@ class _Solver:
         self,
         strut: Strut,
         joint: Joint,
-        solved: tuple[sp.Symbol, ...],
+        vectors: Mapping[str, tuple[sp.Expr, ...]],
         margin: sp.Expr,
         branch: str,
         sign: int,
     ) -> Step:
         kind = "line and sphere" if joint.kind == "prismatic" else "circle and sphere"
-        bodies = strut.a.body, strut.b.body
-        names = joint.name, strut.name
-        return Step(kind, bodies, names, PhasorSum(), solved, (), margin, branch, sign)
+        step = self._step(kind, (strut.a.body, strut.b.body), (joint.name, strut.name), vectors)
+        return replace(step, axes=joint.parent, margin=margin, branch=branch, sign=sign)
+
+    def _step(
+        self,
+        kind: str,
+        bodies: tuple[str, ...],
+        joints: tuple[str, ...],
+        vectors: Mapping[str, tuple[sp.Expr, ...]],
+    ) -> Step:
+        axes = self.mechanism.base_frame
+        return Step(kind, axes, bodies, joints, PhasorSum(), vectors=vectors)
 
     def _note(self, step: Step) -> None:
         self.known.steps.append(step)

@@ -1,13 +1,23 @@
 r"""The article of a robot, and the fragments that it reads in."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from ..derivation import Derivation
+from ..mechanism import Mechanism
+from .description import description
+from .drawing import PREAMBLE as DRAWING_PREAMBLE
+from .drawing import drawing
 from .functions import forward_kinematics, jacobians
 from .geometry import link_transforms, screws
 from .given import parameters, symbols
+from .loop_page import LoopPage
+from .loops import loops
+from .mobility import freedoms
 from .names import escape
 from .page import Page
+from .rates import rates
+from .solution import solution
 
 FOLDER = "latex"
 """The folder beside a document that its fragments are read from."""
@@ -22,6 +32,23 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
 """Heading and writer of each fragment, in the order of reading."""
 
 
+_OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
+    "parameters": ("Description", description),
+    "drawing": ("Drawing", lambda page: drawing(page.mechanism, page.hybrid.at_reference)),
+    "symbols": ("Notation", lambda page: symbols(page.chain)),
+    "mobility": ("Mobility", freedoms),
+    "loops": ("Loops", loops),
+    "solution": ("Solution of the loops", solution),
+    "screws": ("Screw axes of the main chain", lambda page: screws(page.chain)),
+    "transforms": ("Link transforms of the main chain", lambda page: link_transforms(page.chain)),
+    "fk": ("Forward kinematics of the main chain", lambda page: forward_kinematics(page.chain)),
+    "jacobian": ("Jacobians of the main chain", lambda page: jacobians(page.chain)),
+    "rates": ("Velocities", rates),
+}
+"""The same of a robot with loops, or with motors behind gears."""
+_NEED_LOOPS = ("loops", "mobility")
+
+
 def fragments(derivation: Derivation) -> dict[str, str]:
     r"""The parts of a robot's kinematics as LaTeX, to ``\input`` in any article.
 
@@ -30,17 +57,38 @@ def fragments(derivation: Derivation) -> dict[str, str]:
     of all.
 
     Args:
-        derivation: A serial robot with its functions.
+        derivation: A robot with its functions.
 
     Returns:
         File name and text of each: ``parameters.tex``, ``symbols.tex``, ``screws.tex``,
-        ``transforms.tex``, ``fk.tex``, ``jacobian.tex``.
+        ``transforms.tex``, ``fk.tex``, ``jacobian.tex``; of a robot with loops also
+        ``drawing.tex``, which needs TikZ, ``mobility.tex``, ``loops.tex``, ``solution.tex`` and
+        ``rates.tex``.
     """
-    page = Page.of(derivation)
+    if isinstance(derivation.robot, Mechanism):
+        page = LoopPage.of(derivation)
+        return _written({name: partial(_OF_LOOPS[name][1], page) for name in _headings(derivation)})
+    chain = Page.of(derivation)
+    return _written({name: partial(write, chain) for name, (_, write) in _FRAGMENTS.items()})
+
+
+def _written(writers: Mapping[str, Callable[[], str]]) -> dict[str, str]:
     # The symbols come last: they list what all others use.
-    order = sorted(_FRAGMENTS, key="symbols".__eq__)
-    written = {name: _FRAGMENTS[name][1](page) for name in order}
-    return {f"{name}.tex": written[name] for name in _FRAGMENTS}
+    order = sorted(writers, key="symbols".__eq__)
+    written = {name: writers[name]() for name in order}
+    return {f"{name}.tex": written[name] for name in writers}
+
+
+def _headings(derivation: Derivation) -> dict[str, str]:
+    """The fragments of a robot's article with their headings."""
+    robot = derivation.robot
+    if not isinstance(robot, Mechanism):
+        return {name: heading for name, (heading, _) in _FRAGMENTS.items()}
+    return {
+        name: heading
+        for name, (heading, _) in _OF_LOOPS.items()
+        if robot.closers or name not in _NEED_LOOPS
+    }
 
 
 def document(derivation: Derivation) -> str:
@@ -49,12 +97,15 @@ def document(derivation: Derivation) -> str:
     source = f"Source of the parameters: {escape(robot.source)}." if robot.source else ""
     title = f"Kinematics of the {escape(robot.title or robot.name)}"
     parts = [
-        f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
-        for name, (heading, _) in _FRAGMENTS.items()
+        _FIGURE if name == "drawing" else f"\\section{{{heading}}}\n\\input{{{FOLDER}/{name}}}"
+        for name, heading in _headings(derivation).items()
     ]
+    preamble = _PREAMBLE
+    if isinstance(robot, Mechanism):
+        preamble = preamble.replace(_BOOKTABS, f"{_BOOKTABS}\n{DRAWING_PREAMBLE}")
     return "\n\n".join(
         [
-            _PREAMBLE,
+            preamble,
             "\\begin{document}",
             f"\\begin{{center}}\n\\LARGE {title}\n\\end{{center}}",
             *([source] if source else []),
@@ -64,6 +115,12 @@ def document(derivation: Derivation) -> str:
     )
 
 
+_BOOKTABS = r"\usepackage{booktabs}"
+_FIGURE = rf"""\begin{{figure}}[!htb]
+\centering
+\input{{{FOLDER}/drawing}}
+\caption{{The robot at its reference configuration, actuators in red, loops numbered.}}
+\end{{figure}}"""
 _PREAMBLE = r"""\documentclass[a4paper]{article}
 \usepackage[utf8]{inputenc}
 \usepackage[T1]{fontenc}

@@ -25,19 +25,24 @@ MOST_WRITTEN = 4
 
 def screws(page: Page) -> str:
     """Screw axes and home pose: the robot as a product of exponentials."""
-    robot = page.derivation.robot
+    robot = page.robot
     found = printed_screws(robot, page.equations.notation)
     values = robot.joint_values(page.equations.notation.q)
-    plain = values == page.equations.notation.q
-    angle = "q" if plain else r"\theta"
+    notation = page.equations.notation
+    plain = values == notation.q
+    joint_values = [notation.tex[q] for q in notation.q]
+    if not plain:
+        letter = r"\vartheta" if notation.called else r"\theta"
+        joint_values = [f"{letter}_{{{k}}}" for k in range(1, len(values) + 1)]
     home = rf"{{}}^{{{frame(robot.base_frame)}}}M_{{{frame(robot.tool_frame)}}}"
     exponentials = [
-        rf"e^{{[\mathcal{{S}}_{{{k}}}] {angle}_{{{k}}}}}" for k in range(1, len(values) + 1)
+        rf"e^{{[\mathcal{{S}}_{{{k}}}] {value}}}" for k, value in enumerate(joint_values, 1)
     ]
     product = (page.pose, [rf"{_product(exponentials)}\,{home}"])
     followers = ""
     if not plain:
-        listed = [_equation(rf"\theta_{{{k}}}", page.tex(v)) for k, v in enumerate(values, 1)]
+        pairs = zip(joint_values, values, strict=True)
+        listed = [_equation(name, page.tex(value)) for name, value in pairs]
         followers = sentence("where the joints' values are", flowed(listed))
     index = "k" if has_fixed(robot) else "i"
     axes = rf"$\mathcal{{S}}_{{{index}}} = (v_{{{index}}}; \omega_{{{index}}})$"
@@ -62,7 +67,7 @@ def screws(page: Page) -> str:
 
 def link_transforms(page: Page) -> str:
     """Each link's pose in the one before it, and their product."""
-    robot, notation = page.derivation.robot, page.equations.notation
+    robot, notation = page.robot, page.equations.notation
     frames = labels(robot)
     names = [transform(*pair) for pair in pairwise(frames)]
     displays = []

@@ -8,7 +8,7 @@ from ..exact import SNAP, read
 from . import tables
 from .layout import aligned
 from .names import escape
-from .notation import COMMAS_FROM
+from .notation import COMMAS_FROM, Notation
 from .page import Page, sentence, text
 from .printer import number
 from .transforms import transform
@@ -22,14 +22,25 @@ ANGLES = {"r": "roll", "p": "pitch", "y": "yaw"}
 
 def parameters(page: Page) -> str:
     """The joints in their own conventions, and the values of the parameters."""
-    robot, equations = page.derivation.robot, page.equations
-    runs = tables.joint_tables(robot, equations.notation, equations.printer)
-    joints = [sentence(_introduced(convention), table) for convention, table in runs]
-    values = ""
-    if robot.parameters:
-        table = tables.value_table(robot, equations.printer)
-        values = sentence("The parameters have the default values", table)
-    return text(_coordinates(page), *joints, _legend(page), values, _notes(robot.notes))
+    return text(_coordinates(page), joints(page), values(page), noted(page.robot.notes))
+
+
+def joints(page: Page) -> str:
+    """The tables of the joints, and what their abbreviations mean."""
+    equations = page.equations
+    runs = tables.joint_tables(page.robot, equations.notation, equations.printer)
+    shown = [
+        sentence(_introduced(convention, equations.notation), table) for convention, table in runs
+    ]
+    return text(*shown, _legend(page)).rstrip()
+
+
+def values(page: Page) -> str:
+    """The values of the parameters, if there are any."""
+    if not page.robot.parameters:
+        return ""
+    table = tables.value_table(page.robot, page.equations.printer)
+    return sentence("The parameters have the default values", table)
 
 
 def symbols(page: Page) -> str:
@@ -45,7 +56,7 @@ def symbols(page: Page) -> str:
 
 def _coordinates(page: Page) -> str:
     notation = page.equations.notation
-    joints = dict(zip(notation.q, page.derivation.robot.coordinates, strict=True))
+    joints = dict(zip(notation.q, page.robot.coordinates, strict=True))
     parts = []
     for unit, one, many in (
         ("rad", "is an angle", "are angles"),
@@ -72,8 +83,10 @@ def _consecutive(names: Sequence[str]) -> bool:
     return numbers == list(range(numbers[0], numbers[0] + len(numbers)))
 
 
-def _introduced(convention: str) -> str:
+def _introduced(convention: str, notation: Notation) -> str:
     words = tables.CONVENTION_NAMES.get(convention)
+    if words and notation.called:
+        words = words.removesuffix(" $q$")
     if convention in tables.FORMULAS:
         _, formula = tables.FORMULAS[convention]
         link = transform("i-1", "i")
@@ -83,7 +96,7 @@ def _introduced(convention: str) -> str:
 
 def _legend(page: Page) -> str:
     """What the tables' abbreviations mean, for those that occur, and how joints are coupled."""
-    robot = page.derivation.robot
+    robot = page.robot
     kinds = {joint.kind for joint in robot.joints}
     if kinds == {"revolute"}:
         sentences = ["All joints are revolute."]
@@ -111,7 +124,7 @@ def _legend(page: Page) -> str:
     return " ".join(sentences)
 
 
-def _notes(notes: Sequence[str]) -> str:
+def noted(notes: Sequence[str]) -> str:
     """What was changed on the way in; angles that were taken for the same are named together."""
     angles: dict[tuple[str, str], list[str]] = {}
     others = []
@@ -147,11 +160,16 @@ def _scientific(value: str) -> str:
 def _rules(page: Page) -> list[str]:
     notation = page.equations.notation
     c, s = notation.letters["cos"], notation.letters["sin"]
-    rules = [rf"Cosines and sines are written ${c}_i = \cos q_i$ and ${s}_i = \sin q_i$."]
+    q = "q"
+    rules = []
+    if notation.called:
+        q = r"\theta"
+        rules = [r"Here $\theta_i$ stands for the $i$-th coordinate of the main chain."]
+    rules.append(rf"Cosines and sines are written ${c}_i = \cos {q}_i$ and ${s}_i = \sin {q}_i$.")
     angles = notation.angles
     if any(len(angle.free_symbols & set(notation.q)) > 1 for angle in angles):
         comma = "," if len(notation.q) >= COMMAS_FROM else ""
-        rules.append(rf"Joined indices stand for a sum, ${c}_{{i{comma}j}} = \cos(q_i + q_j)$.")
+        rules.append(rf"Joined indices stand for a sum, ${c}_{{i{comma}j}} = \cos({q}_i + {q}_j)$.")
     if any(":" in index for _, index in angles.values()):
         rules.append(r"A range $i{:}j$ stands for all indices from $i$ to $j$.")
     if any(r"\bar" in index for _, index in angles.values()):

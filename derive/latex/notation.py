@@ -41,6 +41,7 @@ class Notation:
     Attributes:
         scope: The derivation's terms and constants.
         q: The coordinates.
+        called: Their LaTeX, where they are not called q.
         tex: LaTeX of coordinates, parameters and short symbols.
         order: Where each stands in a product.
         meanings: Each short symbol in coordinates and parameters.
@@ -48,12 +49,17 @@ class Notation:
         constants: The named constants, in order of first use.
     """
 
-    def __init__(self, robot: Robot, scope: Scope, q: Sequence[sp.Symbol]) -> None:
+    def __init__(
+        self, robot: Robot, scope: Scope, q: Sequence[sp.Symbol], called: Sequence[str] = ()
+    ) -> None:
+        """Begins the notation of a chain; its coordinates are q_1 and so on if not called else."""
         self.scope, self.q = scope, tuple(q)
+        self.called = tuple(called)
         parameters = names.distinct(parameter.name for parameter in robot.parameters)
         self.tex = {p.symbol: parameters[p.name] for p in robot.parameters}
-        self.tex |= {symbol: f"q_{{{k}}}" for k, symbol in enumerate(self.q, 1)}
-        self.letters = _letters({names.head(tex) for tex in parameters.values()})
+        tex = self.called or [f"q_{{{k}}}" for k in range(1, len(self.q) + 1)]
+        self.tex |= dict(zip(self.q, tex, strict=True))
+        self.letters = _letters(set(map(names.head, (*parameters.values(), *self.called))))
         self.order: dict[sp.Symbol, Order] = {
             symbol: (LENGTH, place) for symbol, place in _places(robot, self.q).items()
         }
@@ -78,7 +84,7 @@ class Notation:
         letter = self.letters[kind]
         tex = f"{accent.format(letter)}_{{{index}}}"
         joints = tuple(k for k, q in enumerate(self.q) if angle.has(q))
-        symbol = self._symbol(tex, (TRIGONOMETRY, (joints, kind, accent)), expression.func(angle))
+        symbol = self.symbol(tex, (TRIGONOMETRY, (joints, kind, accent)), expression.func(angle))
         return -symbol if negative and kind == "sin" else symbol
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
@@ -121,13 +127,13 @@ class Notation:
         """The next shared term; its definition is kept by who asked for it."""
         self._terms += 1
         tex = f"{self.letters['term']}_{{{self._terms}}}"
-        return self._symbol(tex, (TERM, (self._terms,)))
+        return self.symbol(tex, (TERM, (self._terms,)))
 
     def geometric(self) -> sp.Symbol:
         """The next shared term of the screw axes."""
         self._geometric += 1
         tex = f"{self.letters['geometry']}_{{{self._geometric}}}"
-        return self._symbol(tex, (TERM, (self._geometric,)))
+        return self.symbol(tex, (TERM, (self._geometric,)))
 
     def entries(self) -> tuple[sp.Symbol | None, ...]:
         """Names of the entries of a pose (4, 4) in row-major order, None in its last row."""
@@ -135,10 +141,11 @@ class Notation:
         named: list[sp.Symbol | None] = []
         for i, axis in enumerate("xyz", 1):
             row = [f"{r}_{{{i}{j}}}" for j in (1, 2, 3)] + [f"{p}_{{{axis}}}"]
-            named += [self._symbol(tex, (ENTRY, (tex,))) for tex in row]
+            named += [self.symbol(tex, (ENTRY, (tex,))) for tex in row]
         return (*named, *(None,) * 4)
 
-    def _symbol(self, tex: str, order: Order, meaning: sp.Expr | None = None) -> sp.Symbol:
+    def symbol(self, tex: str, order: Order, meaning: sp.Expr | None = None) -> sp.Symbol:
+        """A symbol of that LaTeX."""
         symbol = sp.Symbol(tex, real=True)
         self.tex[symbol], self.order[symbol] = tex, order
         if meaning is not None:
@@ -179,7 +186,7 @@ class Notation:
         if raw.func in (sp.cos, sp.sin) and raw.args[0].is_Symbol:
             kind = "cos" if raw.func is sp.cos else "sin"
             tex = f"{self.letters[kind]}_{{{self.tex[raw.args[0]]}}}"
-            return self._symbol(tex, (CONSTANT_TRIGONOMETRY, (tex,)), raw)
+            return self.symbol(tex, (CONSTANT_TRIGONOMETRY, (tex,)), raw)
         return self.named(raw)
 
     def _numeric(self, raw: sp.Expr) -> sp.Expr:
@@ -198,7 +205,7 @@ class Notation:
             return self._constants[raw]
         number = len(self.constants) + 1
         tex = f"{self.letters['constant']}_{{{number}}}"
-        symbol = self._constants[raw] = self._symbol(tex, (CONSTANT, (number,)), raw)
+        symbol = self._constants[raw] = self.symbol(tex, (CONSTANT, (number,)), raw)
         self.constants.append(symbol)
         return symbol
 

@@ -1,4 +1,4 @@
-"""What all fragments share: a derivation, its equations, and matrices by name."""
+"""What all fragments share: a chain, its equations, and matrices by name."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ..derivation import Derivation
+from ..robot import Robot
 from . import transforms
 from .layout import Display, matrix, matrix_width
 from .names import frame
@@ -15,25 +16,27 @@ from .widths import width
 
 @dataclass(frozen=True)
 class Page:
-    """A derivation with everything that is printed of it.
+    """A serial chain with everything that is printed of it.
 
     Attributes:
-        derivation: The robot and its functions.
+        robot: The chain.
         equations: Forward kinematics and Jacobians in short symbols.
         links: The transforms between neighbouring frames in short symbols.
     """
 
-    derivation: Derivation
+    robot: Robot
     equations: Equations
     links: tuple[sp.ImmutableMatrix, ...]
 
     @classmethod
-    def of(cls, derivation: Derivation) -> "Page":
-        """The page of a derivation: once it stands, all short symbols are known."""
-        found = equations(derivation)
-        placements = transforms.placements(derivation.robot, found.notation.q)
+    def of(cls, derivation: Derivation, called: Sequence[str] = ()) -> "Page":
+        """The page of a serial robot: once it stands, all short symbols are known."""
+        robot = derivation.robot
+        assert isinstance(robot, Robot)
+        found = equations(derivation, called)
+        placements = transforms.placements(robot, found.notation.q)
         links = [transforms.matrix(placement, found.notation) for placement in placements]
-        return cls(derivation, found, tuple(links))
+        return cls(robot, found, tuple(links))
 
     def tex(self, expression: sp.Expr) -> str:
         """An expression on one line."""
@@ -42,8 +45,8 @@ class Page:
     @property
     def pose(self) -> str:
         """The name of the tool's pose in the base frame."""
-        robot = self.derivation.robot
-        return transforms.transform(frame(robot.base_frame), frame(robot.tool_frame))
+        frames = self.robot.base_frame, self.robot.tool_frame
+        return transforms.transform(*map(frame, frames))
 
     def matrix(self, name: str, entries: sp.Matrix) -> Display:
         """An equation ``name = matrix``."""
@@ -57,6 +60,11 @@ class Page:
 def named_matrix(name: str, rows: Sequence[Sequence[str]]) -> Display:
     """An equation ``name = matrix`` of entries in LaTeX."""
     return Display(f"{name} = {matrix(rows)}", width(f"{name} =") + matrix_width(rows))
+
+
+def listed(formulas: Iterable[str]) -> str:
+    """Formulas in a sentence that may be broken between any two."""
+    return ", ".join(f"${tex}$" for tex in formulas)
 
 
 def sentence(*blocks: str) -> str:

@@ -94,6 +94,34 @@ class Printer:
         return order, str(factor) if factor.is_number else self._factor(factor)
 
 
+class FractionPrinter(Printer):
+    """Prints quotients and halves as fractions, and functions of several arguments."""
+
+    def _product(self, addend: sp.Expr) -> str:
+        positive = -addend if _is_negative(addend) else addend
+        numerator, denominator = sp.fraction(positive)
+        if denominator == 1 or (positive.is_Rational and denominator != 2):  # noqa: PLR2004
+            return super()._product(addend)
+        coefficient, rest = denominator.as_coeff_Mul()
+        if coefficient not in (1, 2):
+            numerator, denominator = numerator / coefficient, rest
+            if denominator == 1:
+                return super()._product(numerator)
+        return rf"\frac{{{self.tex(numerator)}}}{{{self.tex(denominator)}}}"
+
+    def _power(self, power: sp.Expr) -> str:
+        base, exponent = power.args
+        if isinstance(base, sp.cos | sp.sin) and exponent.is_Integer and exponent > 0:
+            name = _FUNCTIONS[base.func]
+            return self._factor(base).replace(name, f"{name}^{{{exponent}}}", 1)
+        return super()._power(power)
+
+    def _factor(self, factor: sp.Expr) -> str:
+        if isinstance(factor, sp.Abs):
+            return f"|{self.tex(factor.args[0])}|"
+        return super()._factor(factor)
+
+
 def number(value: sp.Expr) -> str:
     """An exact number: decimals where they end, else fractions, roots and multiples of pi."""
     if value.is_Float:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ..derivation import Derivation, derive
+from ..robot import Robot
 from .notation import Notation
 from .printer import Printer
 from .widths import LINE, width
@@ -56,15 +57,21 @@ class Equations:
     jacobian_space: Printed
 
 
-def equations(derivation: Derivation) -> Equations:
+def equations(derivation: Derivation, called: Sequence[str] = ()) -> Equations:
     """Forward kinematics and Jacobians of a derivation in short symbols and shared terms.
 
     Where the derivation was asked for less than these, they are derived for the page alone.
+
+    Args:
+        derivation: A serial robot with its functions.
+        called: LaTeX of its coordinates, q_1 and so on where none is given.
     """
+    robot = derivation.robot
+    assert isinstance(robot, Robot)
     if not {function.name for function in derivation.functions}.issuperset(PRINTED):
-        derivation = derive(derivation.robot, PRINTED)
+        derivation = derive(robot, PRINTED)
     fk = derivation.function("fk")
-    notation = Notation(derivation.robot, derivation.scope, fk.inputs[0].symbols)
+    notation = Notation(robot, derivation.scope, fk.inputs[0].symbols, called)
     printer = Printer(notation.tex, notation.order)
     sharing = _Sharing(notation, printer)
     return Equations(

@@ -89,9 +89,10 @@ def joint_tables(robot: Robot, notation: Notation, printer: Printer) -> list[tup
         for i, joint in enumerate(robot.joints, 1)
     ]
     numbers = moving_numbers(robot) if has_fixed(robot) else {}
+    variable = "variable" if notation.called else "$q$"
     tables = []
     for convention, run in groupby(rows, key=lambda row: row[1].convention):
-        columns = _joint_columns(list(run), numbers, printer)
+        columns = _joint_columns(list(run), numbers, printer, variable)
         apart = "$e_x$" if convention == "urdf" else ""
         tables.append((convention, tabular(columns, repeated=1, apart=apart)))
     return tables
@@ -115,7 +116,10 @@ def variable_field(joint: Joint) -> str:
 
 
 def _joint_columns(
-    run: Sequence[tuple[int, Joint, sp.Expr]], numbers: Mapping[str, int], printer: Printer
+    run: Sequence[tuple[int, Joint, sp.Expr]],
+    numbers: Mapping[str, int],
+    printer: Printer,
+    variable: str,
 ) -> list[Column]:
     first = run[0][1]
     fields = list(_given(first))
@@ -131,8 +135,8 @@ def _joint_columns(
         if any(cell != NONE for cell in cells):
             columns.append((f"${HEADINGS.get(field, names.parameter(field))}$", cells))
     if any(_has_column(joint) for _, joint, _ in run):
-        columns.append(("$q$", [_variable(joint, value, printer) for _, joint, value in run]))
-    columns.append(("limits", [_limits(joint) for _, joint, _ in run]))
+        columns.append((variable, [_variable(joint, value, printer) for _, joint, value in run]))
+    columns.append(("limits", [limits(joint.limits) for _, joint, _ in run]))
     return columns
 
 
@@ -158,8 +162,9 @@ def _variable(joint: Joint, value: sp.Expr, printer: Printer) -> str:
     return _math(printer, value) if _has_column(joint) else NONE
 
 
-def _limits(joint: Joint) -> str:
-    lower, upper = joint.limits
+def limits(bounds: tuple[sp.Expr | None, sp.Expr | None]) -> str:
+    """Limits as an interval."""
+    lower, upper = bounds
     if lower is None and upper is None:
         return NONE
     if lower is None or upper is None:
@@ -181,7 +186,7 @@ def value_table(robot: Robot, printer: Printer) -> str:
     """Default values of the parameters with their units and meanings."""
     columns: list[Column] = [
         ("parameter", [_math(printer, p.symbol) for p in robot.parameters]),
-        ("value", [_value(p.value) for p in robot.parameters]),
+        ("value", [value_cell(p.value) for p in robot.parameters]),
         ("unit", [UNITS[p.kind] for p in robot.parameters]),
     ]
     if any(p.meaning for p in robot.parameters):
@@ -189,7 +194,8 @@ def value_table(robot: Robot, printer: Printer) -> str:
     return tabular(columns, repeated=1)
 
 
-def _value(value: sp.Expr) -> str:
+def value_cell(value: sp.Expr) -> str:
+    """A number, and its decimals where it is no fraction."""
     exact = number(value)
     return f"${exact}$" if value.is_Rational else rf"${exact} \approx {decimal(value)}$"
 

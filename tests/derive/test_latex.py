@@ -24,6 +24,7 @@ from chasles.derive.latex.printer import Printer, number
 from chasles.derive.latex.widths import LINE, width
 from chasles.derive.lie import exp_screw
 from chasles.derive.lower import lower
+from chasles.derive.mechanism import Mechanism
 
 FILES = [f"{name}.tex" for name in ("parameters", "symbols", "screws", "transforms")]
 FILES += ["fk.tex", "jacobian.tex"]
@@ -100,7 +101,11 @@ ROBOTS = [*NAMES, *BUILT]
 
 
 def derived(name):
-    return derivation(name) if name in NAMES else derive(BUILT[name]())
+    """A serial robot, or the main chain of one with loops."""
+    if name in BUILT:
+        return derive(BUILT[name]())
+    robot = derivation(name).robot
+    return derive(robot.main_chain) if isinstance(robot, Mechanism) else derivation(name)
 
 
 class Reader:

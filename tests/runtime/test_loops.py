@@ -173,6 +173,8 @@ def test_joints_that_the_loops_do_not_allow_are_not_held(name):
     robot = chasles.load(name)
     theta = robot.chain(robot.reference.q)
     assert robot.actuators_valid(theta)
-    off = theta + np.where([joint.name in ("elbow", "yaw") for joint in robot.chain_joints], 0.01, 0)
+    off = theta + np.where(
+        [joint.name in ("elbow", "yaw") for joint in robot.chain_joints], 0.01, 0
+    )
     assert robot.actuators_valid(off) == (name in ("well_manipulator", "excavator"))
     assert robot.actuators_valid(np.stack([theta, off])).shape == (2,)

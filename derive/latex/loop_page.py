@@ -1,0 +1,106 @@
+"""What the fragments of a robot with loops share."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from ..derivation import Derivation, derive
+from ..hybrid import Hybrid
+from ..mechanism import Mechanism
+from ..scope import Scope
+from .members import Letters, Members, members
+from .notation import LENGTH
+from .page import Page
+from .sharing import PRINTED
+from .steps import PrintedStep, printed_steps
+from .terms import Terms
+
+
+@dataclass(frozen=True)
+class LoopPage:
+    """A robot with loops with everything that is printed of it.
+
+    Attributes:
+        mechanism: The description.
+        hybrid: The derivation of its loops.
+        chain: The page of its main chain; coordinates are called as the members.
+        members: The symbols of its joints.
+        letters: The symbols of intermediate results.
+    """
+
+    mechanism: Mechanism
+    hybrid: Hybrid
+    chain: Page
+    members: Members
+    letters: Letters
+
+    @classmethod
+    def of(cls, derivation: Derivation) -> "LoopPage":
+        """The page of a derivation."""
+        mechanism, hybrid = derivation.robot, derivation.hybrid
+        assert isinstance(mechanism, Mechanism)
+        assert hybrid is not None
+        symbols = members(mechanism)
+        chain = Page.of(derive(mechanism.main_chain, PRINTED), symbols.theta)
+        letters = Letters(chain.equations.notation, symbols)
+        return cls(mechanism, hybrid, chain, symbols, letters)
+
+    @property
+    def scope(self) -> Scope:
+        """The names of all terms of the loops."""
+        return self.hybrid.scope
+
+    @cached_property
+    def q(self) -> tuple[sp.Symbol, ...]:
+        """Printed symbols of the actuated coordinates."""
+        return tuple(self._symbol(tex, k) for k, tex in enumerate(self.members.q))
+
+    @cached_property
+    def theta(self) -> tuple[sp.Expr, ...]:
+        """Printed symbols of the main chain's coordinates."""
+        return self.chain.equations.notation.q
+
+    @cached_property
+    def joints(self) -> dict[str, sp.Symbol]:
+        """Printed symbols of the entries of the full configuration, by name."""
+        known = dict(zip(self.members.q, self.q, strict=True))
+        known |= dict(zip(self.members.theta, self.theta, strict=True))
+        return {
+            name: known.get(tex) or self._symbol(tex, 20 + k)
+            for k, (name, tex) in enumerate(self.members.of.items())
+        }
+
+    @cached_property
+    def terms(self) -> Terms:
+        """The loops' terms in printed symbols."""
+        hybrid = self.hybrid
+        known = dict(zip(hybrid.q, self.q, strict=True))
+        known |= dict(zip(hybrid.theta, self.theta, strict=True))
+        z = hybrid.arguments["z"].symbols
+        pairs = zip(z, hybrid.variables, strict=True)
+        known |= {symbol: self.joints[variable.name] for symbol, variable in pairs}
+        return Terms(self.scope, self.chain.equations.notation, known)
+
+    @cached_property
+    def forward_steps(self) -> tuple[PrintedStep, ...]:
+        """The steps from the actuators."""
+        return printed_steps(self.terms, self.letters, self.hybrid.forward, 1, self.joints)
+
+    @cached_property
+    def backward_steps(self) -> tuple[PrintedStep, ...]:
+        """The steps from the main chain, numbered on."""
+        first = 1 + len(self.forward_steps)
+        return printed_steps(self.terms, self.letters, self.hybrid.backward, first, self.joints)
+
+    def constant(self, expression: sp.Expr) -> sp.Expr:
+        """A constant in printed symbols, term by term."""
+        addends = sp.Add.make_args(sp.expand(self.scope.spelled(expression)))
+        return sp.Add(*map(self.terms.constant, addends))
+
+    def tex(self, expression: sp.Expr) -> str:
+        """A printed expression on one line."""
+        return self.terms.tex(expression)
+
+    def _symbol(self, tex: str, place: int) -> sp.Symbol:
+        return self.chain.equations.notation.symbol(tex, (LENGTH, (80, place)))
