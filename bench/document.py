@@ -45,7 +45,8 @@ def _ratio(row: dict) -> str:
 
 def _limit(row: dict) -> str:
     value = f"{text(row['value'])} {row['unit']}"
-    return f"| {row['key']} | {value} | | | | {row['bar']} {row['unit']} | {_mark(row)} |\n"
+    bar = "" if row["bar"] is None else f"{row['bar']} {row['unit']}"
+    return f"| {row['key']} | {value} | | | | {bar} | {_mark(row)} |\n"
 
 
 def _mark(row: dict) -> str:

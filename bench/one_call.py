@@ -28,7 +28,7 @@ def one_arm(plan: Plan, arm: Arm) -> list[Ratio | Limit]:
     repeats = max(plan.calls // VECTORS, 1)
     found: list[Ratio | Limit] = []
     for function in ("fk", "fk_jacobian"):
-        works = {call.name: _repeated(getattr(call, function), q, repeats) for call in calls}
+        works = {call.name: repeated(getattr(call, function), q, repeats) for call in calls}
         works[KERNEL] = _kernel(arm, function, q, repeats)
         times = alternated(works, plan.rounds)
         count = repeats * VECTORS
@@ -39,7 +39,8 @@ def one_arm(plan: Plan, arm: Arm) -> list[Ratio | Limit]:
     return found
 
 
-def _repeated(work: Callable[[np.ndarray], object], q: np.ndarray, repeats: int):
+def repeated(work: Callable[[np.ndarray], object], q: np.ndarray, repeats: int):
+    """Calls for each row of q, so many times over, each row an array of its own."""
     vectors = [vector.copy() for vector in q] * repeats
 
     def repeat() -> None:

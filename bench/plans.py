@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from . import batch, growth, one_call, scalar, small
+from . import batch, growth, mechanisms, one_call, scalar, small
 from .peers import SLOW_TO_BUILD, is_built
 from .report import Limit, Plan, Ratio
 
@@ -15,6 +15,7 @@ SECTIONS: dict[str, tuple[str, Callable[[Plan], list[Ratio | Limit]]]] = {
     "one_call": ("One call from Python", one_call.run),
     "scalar": ("Compiled code, pose after pose", scalar.run),
     "batch": ("A batch of poses from NumPy", batch.run),
+    "mechanisms": ("Robots with loops", mechanisms.run),
     "small": ("Small things", small.run),
     "growth": ("Growth: a joint of a long chain beside one of a short chain", growth.run),
 }

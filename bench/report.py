@@ -72,17 +72,17 @@ class Ratio:
 
 @dataclass(frozen=True)
 class Limit:
-    """A value that should stay below a bar."""
+    """A value, and the bar that it should stay below, None where nothing is promised."""
 
     key: str
     value: float
     unit: str
-    bar: float
+    bar: float | None = None
 
     @property
     def holds(self) -> bool:
         """Whether it does."""
-        return self.value <= self.bar
+        return self.bar is None or self.value <= self.bar
 
 
 def seconds(work: Callable[[], object], clock: Callable[[], float] = time.perf_counter) -> float:

@@ -7,7 +7,7 @@ from pathlib import Path
 import chasles
 
 from ..arms import Arm
-from ..native import Loop, Source, loop
+from ..native import UNPACKED, Loop, Source, loop
 from . import Batch, Call
 
 NAME = "chasles"
@@ -47,7 +47,7 @@ static void fk_jacobian(void *none, const double *q, double *T, double *J)
 #include "loop.h"
 """
     own = {file.name: file.read_text(encoding="utf-8") for file in folder.glob("*.[ch]")}
-    return loop(NAME, joints, Source(f"own-{name}", {"main.c": main, **own}, flags))
+    return loop(NAME, joints, Source(f"own-{name}", {"main.c": main, **own}, (UNPACKED, *flags)))
 
 
 def batches(arm: Arm) -> list[Batch]:

@@ -28,6 +28,7 @@ def test_ratio_is_of_each_round():
         (Ratio("x", 1.0, 2.0, 2.0, 1.9, bar=2.1), False),
         (Limit("x", 99.0, "ns", 100), True),
         (Limit("x", 101.0, "ns", 100), False),
+        (Limit("x", 101.0, "ns"), True),
     ],
 )
 def test_bars(row, holds):

@@ -1,0 +1,84 @@
+"""A five-bar in Pinocchio: the open tree, a constraint that closes it, and NumPy to solve it.
+
+That is what Pinocchio has for a robot with loops: positions by Newton's iteration on the
+constraint, rates by its Jacobian, ``J_passive z' = -J_actuated q'``. All is made for this robot:
+the rows and columns of the plane are picked, and what the last pose left is where the next begins.
+"""
+
+import numpy as np
+import pinocchio as pin
+
+CLOSED = 1e-12
+"""Metres at which the iteration ends."""
+CORRECTIONS = 20
+MIXED = pin.ReferenceFrame.LOCAL_WORLD_ALIGNED
+ACTUATED, PASSIVE = slice(0, 4, 2), slice(1, 4, 2)
+
+
+class FiveBar:
+    """Two cranks and two couplers that meet in the tool.
+
+    Attributes:
+        z: Left crank and elbow, right crank and elbow (radian): where the next iteration begins.
+        corrections: How often the elbows were corrected so far.
+    """
+
+    def __init__(self, w: float, a: float, b: float, z: np.ndarray) -> None:
+        """Builds the tree, the constraint and the tool.
+
+        Args:
+            w: Half the distance of the base joints (metre).
+            a: Length of the cranks (metre).
+            b: Length of the couplers (metre).
+            z: A configuration near which the loop is closed.
+        """
+        self.model, pivot = pin.Model(), _shift(b)
+        left, right = (self._leg(x, a) for x in (-w, w))
+        frame = pin.Frame("tool", left, 0, pivot, pin.FrameType.OP_FRAME)
+        self.tool = self.model.addFrame(frame)
+        kind, local = pin.ContactType.CONTACT_3D, pin.ReferenceFrame.LOCAL
+        self.closure = pin.RigidConstraintModel(kind, self.model, left, pivot, right, pivot, local)
+        self.data, self.closed = self.model.createData(), self.closure.createData()
+        self.z, self.corrections = np.array(z), 0
+        self.z_D_q = np.zeros((4, 2))
+        self.z_D_q[ACTUATED] = np.eye(2)
+
+    def _leg(self, x: float, a: float) -> int:
+        crank = self.model.addJoint(0, pin.JointModelRZ(), _shift(x), f"crank at {x}")
+        return self.model.addJoint(crank, pin.JointModelRZ(), _shift(a), f"elbow at {x}")
+
+    def close(self, q: np.ndarray) -> np.ndarray:
+        """Closes the loop at the cranks' angles q; the constraint's Jacobian there, (3, 4)."""
+        model, data, closure, closed, z = self.model, self.data, self.closure, self.closed, self.z
+        z[ACTUATED] = q
+        for _ in range(CORRECTIONS):
+            pin.computeJointJacobians(model, data, z)
+            closure.calc(model, data, closed)
+            J = pin.getConstraintJacobian(model, data, closure, closed)
+            gap = closed.c1Mc2.translation
+            if abs(gap[0]) < CLOSED and abs(gap[1]) < CLOSED:
+                return J
+            z[PASSIVE] += np.linalg.solve(J[:2, PASSIVE], gap[:2])
+            self.corrections += 1
+        raise ArithmeticError(f"the loop does not close at q = {q}")
+
+    def fk_jacobian(self, q: np.ndarray) -> tuple[pin.SE3, np.ndarray]:
+        """Pose of the tool and its mixed Jacobian by q, (6, 2)."""
+        z_D_q = self._map(self.close(q))
+        J = pin.getFrameJacobian(self.model, self.data, self.tool, MIXED)
+        return pin.updateFramePlacement(self.model, self.data, self.tool), J @ z_D_q
+
+    def velocity_map(self, z: np.ndarray) -> np.ndarray:
+        """Rates of all four joints by those of the cranks, (4, 2), at a closed configuration."""
+        pin.computeJointJacobians(self.model, self.data, z)
+        return self._map(
+            pin.getConstraintJacobian(self.model, self.data, self.closure, self.closed)
+        )
+
+    def _map(self, J: np.ndarray) -> np.ndarray:
+        self.z_D_q[PASSIVE] = -np.linalg.solve(J[:2, PASSIVE], J[:2, ACTUATED])
+        return self.z_D_q
+
+
+def _shift(x: float) -> pin.SE3:
+    return pin.SE3(np.eye(3), np.array([x, 0.0, 0.0]))
