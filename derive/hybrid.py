@@ -13,7 +13,7 @@ from .forward import Forward
 from .function import Argument, Result, SymbolicFunction
 from .kinematics import Kinematics, arguments_of, common_unit, coordinates
 from .mechanism import Mechanism, Strut
-from .mobility import closed_configuration
+from .mobility import Mobility, closed_configuration, mobility
 from .scope import Scope
 from .solution import Loops, Solution, from_actuators, from_chain, joint_angle, sorted_loops
 
@@ -86,6 +86,11 @@ class Hybrid:
     def equations(self) -> tuple[LoopEquations, ...]:
         """The independent scalar equations of all loops, in z."""
         return constraints(self.mechanism, self.scope, self.arguments["z"].symbols)
+
+    @cached_property
+    def mobility(self) -> Mobility:
+        """Its freedoms, counted and true."""
+        return mobility(self.mechanism)
 
     # --- the chain in actuated coordinates ---
 

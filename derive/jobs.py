@@ -94,7 +94,8 @@ def _derive(job: Job) -> Report:
     put(files, folder)
     stamp(job, folder)
     lines = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
-    return Report(True, "\n    ".join([*lines, *robot.notes]))
+    notes = json.loads(files[MANIFEST])["notes"]
+    return Report(True, "\n    ".join([*lines, *notes]))
 
 
 def _compare(job: Job) -> Report:

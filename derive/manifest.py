@@ -44,7 +44,7 @@ def manifest(
             "links": list(robot.link_names),
         },
         "parameters": [_parameter(parameter) for parameter in robot.parameters],
-        "notes": list(robot.notes),
+        "notes": [*robot.notes, *(hybrid.mobility.disagreements if hybrid else ())],
         "functions": [
             _function(robot, function, kernel)
             for function, kernel in zip(derivation.functions, lowered, strict=True)

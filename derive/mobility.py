@@ -102,12 +102,17 @@ class Mobility:
             f"Gruebler-Kutzbach: {self.order} ({n} - 1 - {j}) + {f} = {self.kutzbach}",
             f"loop by loop: {self.loop_freedoms}{lost} = {self.by_loops}",
             f"constraint Jacobian: {self.coordinates} coordinates - rank {self.rank} = {self.true}",
-            *self._disagreements(),
+            *self.disagreements,
         )
 
     @property
     def _kutzbach_but_idle(self) -> int:
         return self.kutzbach - (self.idle if self.order == SPATIAL else 0)
+
+    @property
+    def disagreements(self) -> tuple[str, ...]:
+        """What the counts do not agree in, a line each; nothing where they do."""
+        return tuple(self._disagreements())
 
     def _disagreements(self) -> Iterator[str]:
         if self.idle:

@@ -1,6 +1,6 @@
 r"""The fragment of mobility: what is counted, what is true, and why they differ."""
 
-from ..mobility import SPATIAL, Mobility, mobility
+from ..mobility import SPATIAL, Mobility
 from .layout import aligned
 from .loop_page import LoopPage
 from .page import sentence, text
@@ -8,7 +8,7 @@ from .page import sentence, text
 
 def freedoms(page: LoopPage) -> str:
     """Degrees of freedom, counted twice and taken from the constraint Jacobian."""
-    found = mobility(page.mechanism)
+    found = page.hybrid.mobility
     n, j, f, order = found.bodies, found.joints, found.freedoms, found.order
     lost = " ".join(f"- {loop}" for loop in found.loop_orders)
     by_loops = f"{found.loop_freedoms} {lost} = {found.by_loops}"
