@@ -36,7 +36,7 @@ class Tangent:
         self.scope = scope
         self.loops = loops or {}
         self._rates: dict[sp.Symbol, sp.Expr] = dict(rates)
-        self._asked: list[sp.Symbol] = []
+        self._solving: set[sp.Symbol] = set()
 
     def of(self, expression: sp.Expr) -> sp.Expr:
         """The named rate of an expression."""
@@ -58,13 +58,13 @@ class Tangent:
 
     def _found(self, symbol: sp.Symbol) -> sp.Expr:
         if symbol in self.loops:
-            self._asked.append(symbol)
+            self._solving.add(symbol)
             rate = self.loops[symbol](self)
-            self._asked.pop()
+            self._solving.remove(symbol)
             return rate
         angle, derivative = self.scope.turning.get(symbol, (ZERO, ZERO))
-        # Where a link is of length 1, a term of the loop is a cosine of the angle asked for.
-        if derivative != 0 and angle.free_symbols.isdisjoint(self._asked):
+        # What a loop rests on may happen to be the cosine or sine of what it gives.
+        if angle != 0 and self._solving.isdisjoint(angle.free_symbols):
             return self.scope.let(derivative * self.of(angle))
         definition = self.scope.terms.get(symbol)
         return ZERO if definition is None else self.of(definition)
