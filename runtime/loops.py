@@ -105,12 +105,18 @@ class LoopMethods(NewtonMethods):
         return held
 
     def _comes_back(self, theta: FloatArray) -> BoolArray:
-        """Whether the actuators of some joints give these joints again."""
+        """Whether the actuators of some joints give these joints again, on whatever branch."""
         rows = np.atleast_2d(theta)
-        apart = self.functions["chain"](self.functions["actuators"](rows)) - rows
+        q = self.functions["actuators"](rows)
+        if "chain_all" in self.functions:
+            again = self.chain_all(q)[0]
+        else:
+            again = self.functions["chain"](q)[..., None, :]
+        apart = again - rows[..., None, :]
         turns = [joint.unit == "rad" for joint in self.chain_joints]
         apart[..., turns] = np.remainder(apart[..., turns] + np.pi, 2 * np.pi) - np.pi
-        return np.asarray((np.abs(apart) < _TOGETHER).all(-1)).reshape(theta.shape[:-1])
+        back = (np.abs(apart) < _TOGETHER).all(-1).any(-1)
+        return np.asarray(back).reshape(theta.shape[:-1])
 
     @needs("chain_all")
     def chain_branches(self, q: ArrayLike) -> ChainBranches:
