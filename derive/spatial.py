@@ -156,7 +156,7 @@ class _Solver:
         self.known.values[joint.name] = joint.direction * angle
         # Of the whole rod, not of its part in the plane, whose square is below 0 out of its reach.
         margin = let(found.margin * let(flat / square))
-        vectors = {"D": D.vector, "v": v.vector, "w": w.vector}
+        vectors = {"D": D.vector, "v": v.vector, "w": w.vector, "l^2": (square,)}
         step = self._leg_step(strut, joint, vectors, margin, SIDES[sign], sign)
         self._note(replace(step, solved=(angle,)))
 

@@ -238,7 +238,7 @@ class _Writer:
             "two lines": self._two_lines,
             "two pins": self._two_pins,
             "distance": self._distance,
-            "circle and sphere": self._two_circles,
+            "circle and sphere": self._circle_and_sphere,
             "line and sphere": self._line_and_sphere,
             "three spheres": self._three_spheres,
         }
@@ -248,6 +248,14 @@ class _Writer:
         (t,) = travels
         self.results.append((t, sp.sqrt(_square(D))))
         self.rates.append(Rate(t, t, _weights(D, D)))
+
+    def _circle_and_sphere(self, travels: list[sp.Symbol], **parts: Vector) -> None:
+        """Two circles in the joint's plane; the margin is that of the whole rod."""
+        self._two_circles(travels, **parts)
+        (square,) = map(self.terms.of, self.step.vectors["l^2"])
+        assert self.margin is not None
+        b = self._length("B", parts["B"])
+        self.margin = self.margin * b**2 / square
 
     def _line_and_sphere(self, travels: list[sp.Symbol], D: Vector) -> None:
         (t,), (square,) = travels, map(self.terms.of, self.step.vectors["l^2"])
