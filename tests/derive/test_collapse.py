@@ -1,5 +1,7 @@
 """Chains whose turns cancel become translations, found from the loops and nowhere typed in."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import sympy as sp
@@ -129,6 +131,28 @@ def test_what_turns_behind_a_translation_moves_with_it():
     # The wrist's lever alone is in the angular part's column; the crank's translates.
     columns = np.array(J(q)).reshape(6, 2)
     np.testing.assert_allclose(columns[5], [0, 1], atol=1e-15)
+
+
+def test_a_parallelogram_on_a_turntable():
+    """The translation is that of the turntable's axes, not of the base's."""
+    table = pin("table", BASE, "table", "1/3")
+    cranks = [
+        replace(j, parent="table") if j.parent == BASE else j for j in parallelogram(2).joints
+    ]
+    linkage = parallelogram(2)
+    mechanism = replace(linkage, joints=(table, *cranks), actuated=("table", "crank0"))
+    derived = derive(mechanism, ["fk", "jacobian_mixed"])
+    assert not any(derived.hybrid.scope.is_solved(s.angle) for s in stations(derived.hybrid))
+    fk, J = lower(derived.functions, "test")
+    a, b = q = np.array([0.8, 1.3])
+    tip = 1 / 3 + np.exp(1j * a) * np.exp(1j * b)
+    T = np.array(fk(q)).reshape(4, 4)
+    np.testing.assert_allclose(T[:2, 3], [tip.real, tip.imag], atol=1e-15)
+    np.testing.assert_allclose(T[:2, 0], [np.cos(a), np.sin(a)], atol=1e-15)
+    speed = 1j * (tip - 1 / 3)
+    columns = np.array(J(q)).reshape(6, 2)
+    np.testing.assert_allclose(columns[:2].T, [[speed.real, speed.imag]] * 2, atol=1e-15)
+    np.testing.assert_allclose(columns[5], [1, 0], atol=0)
 
 
 def test_parallelograms_in_a_row_keep_the_last_body_s_orientation():
