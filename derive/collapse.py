@@ -6,7 +6,7 @@ out of that sum, and what is left is often short: the arm of a pantograph moves 
 straight line and a circle, whatever its links do.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
@@ -17,11 +17,20 @@ from .phasors import PhasorSum
 from .scope import Scope
 from .vectors import ONE, ZERO, added, rotated_z
 
+Gate = Callable[[Sequence[sp.Expr]], sp.Expr]
 X, Y = (ONE, ZERO, ZERO), (ZERO, ONE, ZERO)
 
 
+def _ungated(_: Sequence[sp.Expr]) -> sp.Expr:
+    return ZERO
+
+
 def collapsed(
-    scope: Scope, groups: Sequence[Group], relations: Sequence[PhasorSum], count: int
+    scope: Scope,
+    groups: Sequence[Group],
+    relations: Sequence[PhasorSum],
+    count: int,
+    gate: Gate = _ungated,
 ) -> tuple[tuple[Group, ...], tuple[sp.Expr, ...]]:
     """A chain without the joints whose turns cancel.
 
@@ -30,6 +39,8 @@ def collapsed(
         groups: The chain.
         relations: Sums of turning vectors that are zero.
         count: How many moving joints the chain has.
+        gate: What is added to a translation, 0 where the loops behind some angles close, else NaN:
+            the translation itself no longer rests on them.
 
     Returns:
         The chain for its tool alone (links between are left out where joints are), and the
@@ -40,7 +51,7 @@ def collapsed(
     for group in groups:
         before, after = None, group
         while after is not before:
-            before, after = after, _collapsed(scope, after, relations, count, translations)
+            before, after = after, _collapsed(scope, after, relations, count, translations, gate)
         found.append(after)
     return tuple(found), tuple(translations)
 
@@ -51,6 +62,7 @@ def _collapsed(
     relations: Sequence[PhasorSum],
     count: int,
     translations: list[sp.Expr],
+    gate: Gate,
 ) -> Group:
     """The group with one stretch less, or itself."""
     stations = group.stations
@@ -63,7 +75,9 @@ def _collapsed(
             moved = _sum(scope, inner).reduced(relations, partial(_solved_angles, scope))
             if any(map(scope.is_solved, moved.terms)):
                 continue
-            x, y = moved.turned(-stations[first - 1].angle).coordinates(scope)
+            closed = gate([station.angle for station in inner])
+            still = moved.turned(-stations[first - 1].angle).coordinates(scope)
+            x, y = (scope.let(component + closed) for component in still)
             slides = []
             for value, axis in ((x, X), (y, Y)):
                 if not scope.is_constant(value):

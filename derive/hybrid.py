@@ -1,6 +1,6 @@
 """A robot with loops in derivation: its coordinates, its solved loops and its tool's kinematics."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import cached_property
 
 import sympy as sp
@@ -109,13 +109,30 @@ class Hybrid:
         """The functions of the tool."""
         values = self._joint_values
         shorter, translations = collapsed(
-            self.scope, self.groups, self.forward.relations, len(values)
+            self.scope, self.groups, self.forward.relations, len(values), self._gate
         )
         everything = [*values, *translations]
         kept = [everything[k] for group in shorter for s in group.stations for k in s.joints]
         motion = ThroughLoops(self.scope, kept, self.forward.loops, self.q)
         links = Forward(self.scope, self.groups)
         return Kinematics(self.robot, self.scope, shorter, motion, self.arguments, links)
+
+    def _gate(self, angles: Sequence[sp.Expr]) -> sp.Expr:
+        """0 where the loops behind some angles close, else NaN; its rate is itself."""
+        behind = {*self.scope.needed(angles), *(s for angle in angles for s in angle.free_symbols)}
+        margins = [
+            step.margin
+            for step in self.forward.steps
+            if step.margin is not None and behind.intersection(step.solved)
+        ]
+        if not margins:
+            return sp.Integer(0)
+        # A constant on both sides, so that automatic differentiation finds nothing to divide by.
+        is_closed = sp.And(*(sp.Ge(margin, 0) for margin in margins))
+        square = self.scope.let(sp.Piecewise((0, is_closed), (-1, True)))
+        gate = self.scope.let(sp.sqrt(square))
+        self.forward.loops[gate] = lambda _: gate
+        return gate
 
     def named(self, solution: Solution, names: Iterable[str]) -> tuple[sp.Expr, ...]:
         """Joint values, angles between -pi and pi."""
