@@ -49,11 +49,13 @@ def test_its_translation_is_that_of_the_crank(board):
     values = board.kinematics.motion.values
     named = [v for v in values if v.free_symbols <= board.scope.terms.keys()]
     translations = [v for v in named if not board.scope.is_solved(v)]
+    # What makes them NaN where the loops do not close is 0 where they do.
+    closed = dict.fromkeys(board.forward.loops.keys() - board.scope.solved.keys(), 0)
     found = []
     for value in translations:
         written = value
         while board.scope.terms.keys() & written.free_symbols:
-            written = written.xreplace(board.scope.terms)
+            written = written.xreplace(closed).xreplace(board.scope.terms)
         written = board.scope.spelled(written)
         if written.free_symbols & {q2, q3}:
             found.append(written.xreplace(board.scope.parameters))
@@ -65,7 +67,7 @@ def test_its_translation_is_that_of_the_crank(board):
         assert any(not e.free_symbols for e in rest)
     # Nothing in them was solved.
     for value in translations:
-        assert not solved_terms(board, [value])
+        assert not solved_terms(board, [board.scope.terms[value].xreplace(closed)])
 
 
 def test_the_tool_is_where_the_chain_with_all_joints_has_it(board):
