@@ -64,14 +64,25 @@ def makers(h: Hybrid) -> dict[str, Maker]:
 
 
 def is_platform(mechanism: Mechanism) -> bool:
-    """Whether struts alone join actuated bodies to a main chain without actuators."""
+    """Whether struts alone hold the body of the tool, which a main chain without actuators carries.
+
+    Each leads from a body that actuators move, or the base, to that body, and is of constant or
+    actuated length.
+    """
     actuated = {c.moves for c in mechanism.coordinates}
     chain = {joint.name for joint in mechanism.main_chain.moving}
     if mechanism.closures or not mechanism.struts or actuated & chain:
         return False
-    ends = [place for strut in mechanism.struts for place in (strut.a, strut.b)]
-    moving = [j for place in ends for j in mechanism.way(place.body) if j.kind != "fixed"]
-    return all(joint.name in actuated | chain for joint in moving)
+
+    def is_leg(strut: Strut) -> bool:
+        one, other = (
+            {joint.name for joint in mechanism.way(place.body) if joint.kind != "fixed"}
+            for place in (strut.a, strut.b)
+        )
+        joined = (other == chain and one <= actuated) or (one == chain and other <= actuated)
+        return joined and (not strut.is_cylinder or strut.name in actuated)
+
+    return all(map(is_leg, mechanism.struts))
 
 
 @dataclass(frozen=True)
