@@ -259,12 +259,13 @@ def _lengths(printed: PrintedPlatform) -> str:
     tool = r"$\mathbf{p}$ is the position of the tool"
     if not printed.is_planar:
         tool += rf" and $R$ its orientation, as in ${page.chain.pose}$"
+    each = "The $i$-th of them" if len(printed.rods) > 1 else "It"
     length = _common_length(printed)
     equal = "" if length is None else f" = {printed.terms.tex(length)}"
     names = ", ".join(page.members.called(strut.name) for strut in page.mechanism.struts)
     return sentence(
-        rf"The platform is held by {names}. The $i$-th of them is of length $\ell_i$ and leads from"
-        rf" the point {from_points} to the point {on_platform} of the platform:",
+        rf"The platform is held by {names}. {each} is of length $\ell_i$ and leads from the"
+        rf" point {from_points} to the point {on_platform} of the platform:",
         _equation(rf"|\mathbf{{b}}_i - \mathbf{{a}}_i| = \ell_i{equal}."),
         _axes(printed),
         aligned(_points(printed)),
@@ -362,6 +363,8 @@ def _actuators(printed: PrintedPlatform) -> str:
         for j in range(J.cols)
         if J[i, j] != 0
     ]
+    if len(entries) == len(J):
+        return aligned(entries)
     return sentence(aligned(entries, end=","), rf"and all other entries of ${name}$ are $0$.")
 
 

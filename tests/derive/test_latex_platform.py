@@ -16,7 +16,7 @@ from chasles.derive.latex.platform import PrintedPlatform, platform
 from chasles.derive.lower import lower
 from chasles.derive.platforms import is_platform
 
-PLATFORMS = ["delta", "planar_3rrr", "planar_3rrr_170", "stewart_gough"]
+PLATFORMS = ["delta", "planar_3rrr", "planar_3rrr_170", "slider_crank", "stewart_gough"]
 TRIADS = ["planar_3rrr", "planar_3rrr_170", "crooked"]
 TRUE = 1e-12
 ROUNDING = 1e-9
@@ -205,6 +205,13 @@ def test_rods_of_several_lengths_are_listed():
 def test_printed_twice_it_is_the_same():
     page = LoopPage.of(derivation("planar_3rrr"))
     assert platform(page) == platform(page)
+
+
+def test_one_rod():
+    shown = platform(printed("slider_crank").page)
+    assert "held by connecting rod. It is of length" in shown
+    assert r"(\mathbf{J}_q)_{11} &= r \mathbf{n}_{1y} \cos q_{1}" in shown
+    assert "all other entries" not in shown
 
 
 def test_legs_of_a_hexapod():
