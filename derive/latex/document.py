@@ -17,7 +17,7 @@ from .loops import loops
 from .mobility import freedoms
 from .names import escape
 from .page import Page
-from .platform import platform
+from .platforms import platform
 from .rates import rates
 from .solution import solution
 

@@ -12,7 +12,7 @@ from mechanisms import at
 from chasles.derive import derive, load
 from chasles.derive.latex import document, fragments
 from chasles.derive.latex.loop_page import LoopPage
-from chasles.derive.latex.platform import PrintedPlatform, platform
+from chasles.derive.latex.platforms import PrintedPlatform, platform
 from chasles.derive.lower import lower
 from chasles.derive.platforms import is_platform
 
