@@ -54,7 +54,7 @@ def makers(h: Hybrid) -> dict[str, Maker]:
         "rods_D_chain": rods_D_chain,
         "velocity_relation": velocity_relation,
     }
-    if h.forward.open and _triad(h) is not None:
+    if h.forward.open and triad_of(h) is not None:
         found |= {
             "assembly_polynomial": assembly_polynomial,
             "assembly_position": partial(_assembly, "assembly_position"),
@@ -64,14 +64,25 @@ def makers(h: Hybrid) -> dict[str, Maker]:
 
 
 def is_platform(mechanism: Mechanism) -> bool:
-    """Whether struts alone join actuated bodies to a main chain without actuators."""
+    """Whether struts alone hold the body of the tool, which a main chain without actuators carries.
+
+    Each leads from a body that actuators move, or the base, to that body, and is of constant or
+    actuated length.
+    """
     actuated = {c.moves for c in mechanism.coordinates}
     chain = {joint.name for joint in mechanism.main_chain.moving}
     if mechanism.closures or not mechanism.struts or actuated & chain:
         return False
-    ends = [place for strut in mechanism.struts for place in (strut.a, strut.b)]
-    moving = [j for place in ends for j in mechanism.way(place.body) if j.kind != "fixed"]
-    return all(joint.name in actuated | chain for joint in moving)
+
+    def is_leg(strut: Strut) -> bool:
+        one, other = (
+            {joint.name for joint in mechanism.way(place.body) if joint.kind != "fixed"}
+            for place in (strut.a, strut.b)
+        )
+        joined = (other == chain and one <= actuated) or (one == chain and other <= actuated)
+        return joined and (not strut.is_cylinder or strut.name in actuated)
+
+    return all(map(is_leg, mechanism.struts))
 
 
 @dataclass(frozen=True)
@@ -94,7 +105,7 @@ class _Rod:
 
 
 def _rods(h: Hybrid) -> list[_Rod]:
-    values = _values(h)
+    values = joint_values(h)
     chain = {joint.name for joint in h.robot.moving}
     found = []
     for strut in h.mechanism.struts:
@@ -108,8 +119,8 @@ def _rods(h: Hybrid) -> list[_Rod]:
     return found
 
 
-def _values(h: Hybrid) -> dict[str, sp.Expr]:
-    """Joints of the chain by theta, actuated joints and cylinders by q."""
+def joint_values(h: Hybrid) -> dict[str, sp.Expr]:
+    """Values of the chain's joints in theta, of actuated joints and cylinders in q, by name."""
     coordinates = zip(h.mechanism.coordinates, h.q, strict=True)
     values = {c.moves: c.ratio * symbol for c, symbol in coordinates}
     return values | {j.name: s for j, s in zip(h.robot.moving, h.theta, strict=True)}
@@ -154,13 +165,13 @@ def rods_D_chain(h: Hybrid) -> SymbolicFunction:
 def velocity_relation(h: Hybrid) -> SymbolicFunction:
     """J_x and J_q."""
     found = _rods(h)
-    _, tool = pose_of(h.mechanism, h.scope, h.mechanism.tool_place, _values(h))
+    _, tool = pose_of(h.mechanism, h.scope, h.mechanism.tool_place, joint_values(h))
     rows = []
     for rod in found:
         n = named(h.scope, (rod.sense * component / rod.distance for component in rod.d))
         r = subtracted(h.scope, rod.on_platform, tool)
         rows.append((*n, *cross(h.scope, r, n)))
-    free = _free(h)
+    free = free_directions(h)
     J_x = tuple(row[k] for row in rows for k in free)
     residuals = _residuals(h)
     columns = [Tangent(h.scope, {symbol: -ONE}).of_each(residuals) for symbol in h.q]
@@ -175,7 +186,7 @@ def velocity_relation(h: Hybrid) -> SymbolicFunction:
     )
 
 
-def _free(h: Hybrid) -> list[int]:
+def free_directions(h: Hybrid) -> list[int]:
     """The components of the tool's twist in base axes that the main chain can move."""
     (J,) = of_open_chain("jacobian_mixed", h).outputs
     _, n = J.shape
@@ -203,7 +214,7 @@ def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
 
 
 @dataclass(frozen=True)
-class _Triad:
+class Triad:
     """Three rods that hold a platform in a plane: known points, pins on the platform, lengths."""
 
     A: tuple[Complex, ...]
@@ -211,7 +222,7 @@ class _Triad:
     L: tuple[sp.Expr, ...]
 
 
-def _triad(h: Hybrid) -> _Triad | None:
+def triad_of(h: Hybrid) -> Triad | None:
     """The three rods of a planar platform; None for other robots."""
     mechanism = h.mechanism
     moving = [j for j in mechanism.way(mechanism.tool_body) if j.kind != "fixed"]
@@ -220,7 +231,7 @@ def _triad(h: Hybrid) -> _Triad | None:
         return None
     if any(strut.is_cylinder for strut in mechanism.struts):
         return None
-    still = _values(h) | {joint.name: ZERO for joint in moving}
+    still = joint_values(h) | {joint.name: ZERO for joint in moving}
     frames = [_frame(h, joint, still) for joint in moving]
     directions = [
         named(h.scope, (joint.direction * component for component in axes[2]))
@@ -242,11 +253,11 @@ def _triad(h: Hybrid) -> _Triad | None:
     A, b = [], []
     for strut in mechanism.struts:
         at_a, at_b = (
-            seen(pose_of(mechanism, h.scope, end, still)[1]) for end in _from_base(h, strut)
+            seen(pose_of(mechanism, h.scope, end, still)[1]) for end in from_base(h, strut)
         )
         A.append(at_a)
         b.append(at_b)
-    return _Triad(tuple(A), tuple(b), tuple(strut.length for strut in mechanism.struts))
+    return Triad(tuple(A), tuple(b), tuple(strut.length for strut in mechanism.struts))
 
 
 def _frame(
@@ -256,7 +267,7 @@ def _frame(
     return pose_of(h.mechanism, h.scope, Place(joint.parent, joint.before), values)
 
 
-def _from_base(h: Hybrid, strut: Strut) -> tuple[Place, Place]:
+def from_base(h: Hybrid, strut: Strut) -> tuple[Place, Place]:
     """The ends of a rod, the one that the platform carries last."""
     chain = {joint.name for joint in h.robot.moving}
     at_end = any(joint.name in chain for joint in h.mechanism.way(strut.b.body))
@@ -265,7 +276,7 @@ def _from_base(h: Hybrid, strut: Strut) -> tuple[Place, Place]:
 
 def assembly_polynomial(h: Hybrid) -> SymbolicFunction:
     """The polynomial of all assembly modes."""
-    triad = _triad(h)
+    triad = triad_of(h)
     assert triad is not None
     entries = triad_polynomial(h.scope, triad.A, triad.b, triad.L)
     return h.function(
@@ -279,7 +290,7 @@ def assembly_polynomial(h: Hybrid) -> SymbolicFunction:
 
 def _assembly(name: str, h: Hybrid) -> SymbolicFunction:
     """The platform's pose at an angle that is a zero of the polynomial."""
-    triad = _triad(h)
+    triad = triad_of(h)
     assert triad is not None
     phi = sp.Symbol("_phi", real=True)
     find = triad_mirror if name == "assembly_mirror" else triad_position

@@ -5,6 +5,7 @@ from functools import partial
 
 from ..derivation import Derivation
 from ..mechanism import Mechanism
+from ..platforms import is_platform
 from .description import description
 from .drawing import PREAMBLE as DRAWING_PREAMBLE
 from .drawing import drawing
@@ -16,6 +17,7 @@ from .loops import loops
 from .mobility import freedoms
 from .names import escape
 from .page import Page
+from .platforms import platform
 from .rates import rates
 from .solution import solution
 
@@ -44,6 +46,7 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "fk": ("Forward kinematics of the main chain", lambda page: forward_kinematics(page.chain)),
     "jacobian": ("Jacobians of the main chain", lambda page: jacobians(page.chain)),
     "rates": ("Velocities", rates),
+    "platform": ("Platform on legs", platform),
 }
 """The same of a robot with loops, or with motors behind gears."""
 _NEED_LOOPS = ("loops", "mobility")
@@ -63,7 +66,7 @@ def fragments(derivation: Derivation) -> dict[str, str]:
         File name and text of each: ``parameters.tex``, ``symbols.tex``, ``screws.tex``,
         ``transforms.tex``, ``fk.tex``, ``jacobian.tex``; of a robot with loops also
         ``drawing.tex``, which needs TikZ, ``mobility.tex``, ``loops.tex``, ``solution.tex`` and
-        ``rates.tex``.
+        ``rates.tex``, and of a platform on legs ``platform.tex``.
     """
     if isinstance(derivation.robot, Mechanism):
         page = LoopPage.of(derivation)
@@ -87,7 +90,7 @@ def _headings(derivation: Derivation) -> dict[str, str]:
     return {
         name: heading
         for name, (heading, _) in _OF_LOOPS.items()
-        if robot.closers or name not in _NEED_LOOPS
+        if (robot.closers or name not in _NEED_LOOPS) and (name != "platform" or is_platform(robot))
     }
 
 
