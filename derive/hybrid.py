@@ -28,7 +28,7 @@ class Hybrid:
         self.scope = Scope({p.symbol: p.value for p in mechanism.parameters})
         self.loops: Loops = sorted_loops(mechanism, self.scope)
         moving = self.robot.moving
-        self.arguments = arguments_of([c.unit for c in mechanism.coordinates])
+        self.arguments = arguments_of([c.unit for c in mechanism.coordinates], "actuator")
         unit = common_unit(joint.unit for joint in moving)
         for name, of_time, meaning in (
             ("theta", "", "joints of the main chain"),

@@ -102,10 +102,11 @@ class Kinematics:
 
     def _fk(self) -> SymbolicFunction:
         tip, base = self.robot.tool_frame, self.robot.base_frame
+        x, of_q = ("theta", ", theta = chain(q)") if self.links is not self.forward else ("q", "")
         return self._function(
             "fk",
             f"Pose of the tool ({tip}) in the base frame ({base}).",
-            f"{self.pose} = exp(S_1 q_1) ... exp(S_n q_n) M_{base}_{tip}",
+            f"{self.pose} = exp(S_1 {x}_1) ... exp(S_n {x}_n) M_{base}_{tip}{of_q}",
             ("q",),
             self._pose_result(),
         )
@@ -246,14 +247,19 @@ def coordinates(name: str, count: int) -> tuple[sp.Symbol, ...]:
     return tuple(sp.Symbol(f"{name}{k}", real=True) for k in range(1, count + 1))
 
 
-def arguments_of(units: Sequence[str]) -> dict[str, Argument]:
-    """The arguments ``q``, ``qd`` and ``qdd`` of a robot, from its coordinates' units."""
+def arguments_of(units: Sequence[str], what: str = "joint") -> dict[str, Argument]:
+    """The arguments ``q``, ``qd`` and ``qdd`` of a robot.
+
+    Args:
+        units: Of its coordinates.
+        what: What moves by them: a joint, or an actuator.
+    """
     unit, shape = common_unit(units), (len(units),)
     q, qd, qdd = (coordinates(name, len(units)) for name in ("q", "qd", "qdd"))
     return {
-        "q": Argument("q", q, shape, unit, "joint coordinates"),
-        "qd": Argument("qd", qd, shape, f"{unit}/s", "joint rates"),
-        "qdd": Argument("qdd", qdd, shape, f"{unit}/s^2", "joint accelerations"),
+        "q": Argument("q", q, shape, unit, f"{what} coordinates"),
+        "qd": Argument("qd", qd, shape, f"{unit}/s", f"{what} rates"),
+        "qdd": Argument("qdd", qdd, shape, f"{unit}/s^2", f"{what} accelerations"),
     }
 
 

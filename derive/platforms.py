@@ -9,6 +9,7 @@ give the velocity relation J_x x' = J_q q' and, for three rods in a plane, all a
 Source: Gosselin and Angeles 1990 for both matrices and the three types of singularity.
 """
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -203,7 +204,7 @@ def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
     return SymbolicFunction(
         f"chain_{name}",
         f"{function.summary[:-1]}, from the main chain's joints.",
-        function.identity.replace("(q", "(theta").replace("qd", "thetad"),
+        re.sub(r"\bq(?=[d_,)]|$)", "theta", function.identity),
         function.inputs,
         function.outputs,
         h.scope,
@@ -242,22 +243,21 @@ def triad_of(h: Hybrid) -> Triad | None:
         return None
     _, origin = frames[2]
 
-    def seen(point: Vector) -> Complex:
+    def seen(place: Place) -> Vector:
+        """A place along x, y and the axis, from the platform's axis."""
+        _, point = pose_of(mechanism, h.scope, place, still)
         offset = subtracted(h.scope, point, origin)
-        x, y = (
-            h.scope.let(sum((u * v for u, v in zip(e, offset, strict=True)), ZERO))
-            for e in (e_x, e_y)
+        return named(
+            h.scope,
+            (sum((u * v for u, v in zip(e, offset, strict=True)), ZERO) for e in directions),
         )
-        return x, y
 
-    A, b = [], []
-    for strut in mechanism.struts:
-        at_a, at_b = (
-            seen(pose_of(mechanism, h.scope, end, still)[1]) for end in from_base(h, strut)
-        )
-        A.append(at_a)
-        b.append(at_b)
-    return Triad(tuple(A), tuple(b), tuple(strut.length for strut in mechanism.struts))
+    ends = [tuple(map(seen, from_base(h, strut))) for strut in mechanism.struts]
+    # Rods that rise out of the plane are not circles in it.
+    if any(h.scope.let(a[2] - b[2]) != 0 for a, b in ends):
+        return None
+    A, b = (tuple(end[k][:2] for end in ends) for k in (0, 1))
+    return Triad(A, b, tuple(strut.length for strut in mechanism.struts))
 
 
 def _frame(

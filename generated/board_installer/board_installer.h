@@ -20,171 +20,171 @@ extern "C" {
 #define BOARD_INSTALLER_N 6 /* coordinates */
 
 /* Pose of the tool (ee) in the base frame (0).
- * T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
- *   q: joint coordinates, 6 (rad or m)
+ * T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee, theta = chain(q)
+ *   q: actuator coordinates, 6 (rad or m)
  *   T_0_ee: pose of the tool, 4 x 4 (1, m) */
 void board_installer_fk(const double q[6], double T_0_ee[16]);
 
 /* Pose of every link's frame in the base frame, in order from the base.
  * T[k] is the pose of link k of: rotating_frame, slider, greater_arm, smaller_arm,
  * swinging_bracket, four_axis_reducer, pitch_bracket, end_effector
- *   q: joint coordinates, 6 (rad or m)
+ *   q: actuator coordinates, 6 (rad or m)
  *   T: link poses, 8 x 4 x 4 (1, m) */
 void board_installer_link_poses(const double q[6], double T[128]);
 
 /* Pose of the tool and mixed Jacobian in one call.
  * (fk(q), jacobian_mixed(q))
- *   q: joint coordinates, 6 (rad or m)
+ *   q: actuator coordinates, 6 (rad or m)
  *   T_0_ee: pose of the tool, 4 x 4 (1, m)
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void board_installer_fk_jacobian_mixed(const double q[6], double T_0_ee[16], double J[36]);
 
 /* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
- *   q: joint coordinates, 6 (rad or m)
+ *   q: actuator coordinates, 6 (rad or m)
  *   J: space Jacobian, 6 x 6 (m, 1) */
 void board_installer_jacobian_space(const double q[6], double J[36]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
- *   q: joint coordinates, 6 (rad or m)
+ *   q: actuator coordinates, 6 (rad or m)
  *   J: body Jacobian, 6 x 6 (m, 1) */
 void board_installer_jacobian_body(const double q[6], double J[36]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
- *   q: joint coordinates, 6 (rad or m)
+ *   q: actuator coordinates, 6 (rad or m)
  *   J: mixed Jacobian, 6 x 6 (m, 1) */
 void board_installer_jacobian_mixed(const double q[6], double J[36]);
 
 /* Time derivative of jacobian_space at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 6 (rad or m)
- *   qd: joint rates, 6 (rad or m/s)
+ *   q: actuator coordinates, 6 (rad or m)
+ *   qd: actuator rates, 6 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 6 (m/s, 1/s) */
 void board_installer_jacobian_space_dot(const double q[6], const double qd[6], double J_dot[36]);
 
 /* Time derivative of jacobian_body at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 6 (rad or m)
- *   qd: joint rates, 6 (rad or m/s)
+ *   q: actuator coordinates, 6 (rad or m)
+ *   qd: actuator rates, 6 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 6 (m/s, 1/s) */
 void board_installer_jacobian_body_dot(const double q[6], const double qd[6], double J_dot[36]);
 
 /* Time derivative of jacobian_mixed at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 6 (rad or m)
- *   qd: joint rates, 6 (rad or m/s)
+ *   q: actuator coordinates, 6 (rad or m)
+ *   qd: actuator rates, 6 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 6 (m/s, 1/s) */
 void board_installer_jacobian_mixed_dot(const double q[6], const double qd[6], double J_dot[36]);
 
 /* Derivative of jacobian_mixed by the joint coordinates.
  * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- *   q: joint coordinates, 6 (rad or m)
+ *   q: actuator coordinates, 6 (rad or m)
  *   H: Hessian, 6 x 6 x 6 (m, 1) */
 void board_installer_hessian_mixed(const double q[6], double H[216]);
 
 /* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
  * V = jacobian_space(q) qd
- *   q: joint coordinates, 6 (rad or m)
- *   qd: joint rates, 6 (rad or m/s)
+ *   q: actuator coordinates, 6 (rad or m)
+ *   qd: actuator rates, 6 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void board_installer_twist_space(const double q[6], const double qd[6], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in tool axes.
  * V = jacobian_body(q) qd
- *   q: joint coordinates, 6 (rad or m)
- *   qd: joint rates, 6 (rad or m/s)
+ *   q: actuator coordinates, 6 (rad or m)
+ *   qd: actuator rates, 6 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void board_installer_twist_body(const double q[6], const double qd[6], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in base axes.
  * V = jacobian_mixed(q) qd
- *   q: joint coordinates, 6 (rad or m)
- *   qd: joint rates, 6 (rad or m/s)
+ *   q: actuator coordinates, 6 (rad or m)
+ *   qd: actuator rates, 6 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void board_installer_twist_mixed(const double q[6], const double qd[6], double V[6]);
 
 /* Time derivative of twist_space at rates qd and accelerations qdd.
  * A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
- *   q: joint coordinates, 6 (rad or m)
- *   qd: joint rates, 6 (rad or m/s)
- *   qdd: joint accelerations, 6 (rad or m/s^2)
+ *   q: actuator coordinates, 6 (rad or m)
+ *   qd: actuator rates, 6 (rad or m/s)
+ *   qdd: actuator accelerations, 6 (rad or m/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void board_installer_acceleration_space(const double q[6], const double qd[6], const double qdd[6], double A[6]);
 
 /* Time derivative of twist_body at rates qd and accelerations qdd.
  * A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
- *   q: joint coordinates, 6 (rad or m)
- *   qd: joint rates, 6 (rad or m/s)
- *   qdd: joint accelerations, 6 (rad or m/s^2)
+ *   q: actuator coordinates, 6 (rad or m)
+ *   qd: actuator rates, 6 (rad or m/s)
+ *   qdd: actuator accelerations, 6 (rad or m/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void board_installer_acceleration_body(const double q[6], const double qd[6], const double qdd[6], double A[6]);
 
 /* Time derivative of twist_mixed at rates qd and accelerations qdd.
  * A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
- *   q: joint coordinates, 6 (rad or m)
- *   qd: joint rates, 6 (rad or m/s)
- *   qdd: joint accelerations, 6 (rad or m/s^2)
+ *   q: actuator coordinates, 6 (rad or m)
+ *   qd: actuator rates, 6 (rad or m/s)
+ *   qdd: actuator accelerations, 6 (rad or m/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void board_installer_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]);
 
 /* Joints of the main chain, angles between -pi and pi.
  * theta = (waist, slider, shoulder, elbow, wrist, yaw, pitch, roll), with every loop closed
- *   q: joint coordinates, 6 (rad or m)
+ *   q: actuator coordinates, 6 (rad or m)
  *   theta: main chain, 8 (rad or m) */
 void board_installer_chain(const double q[6], double theta[8]);
 
 /* Derivative of the main chain's joints by the actuated coordinates.
  * chain_D_q[:, k] = d chain / d q_k
- *   q: joint coordinates, 6 (rad or m)
+ *   q: actuator coordinates, 6 (rad or m)
  *   theta_D_q: derivative, 8 x 6 (1, m, 1/m) */
 void board_installer_chain_D_q(const double q[6], double theta_D_q[48]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- *   q: joint coordinates, 6 (rad or m)
- *   qd: joint rates, 6 (rad or m/s)
+ *   q: actuator coordinates, 6 (rad or m)
+ *   qd: actuator rates, 6 (rad or m/s)
  *   thetad: rates of the main chain, 8 (rad or m/s) */
 void board_installer_chain_rates(const double q[6], const double qd[6], double thetad[8]);
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- *   q: joint coordinates, 6 (rad or m)
- *   qd: joint rates, 6 (rad or m/s)
- *   qdd: joint accelerations, 6 (rad or m/s^2)
+ *   q: actuator coordinates, 6 (rad or m)
+ *   qd: actuator rates, 6 (rad or m/s)
+ *   qdd: actuator accelerations, 6 (rad or m/s^2)
  *   thetadd: accelerations of the main chain, 8 (rad or m/s^2) */
 void board_installer_chain_accelerations(const double q[6], const double qd[6], const double qdd[6], double thetadd[8]);
 
 /* Passive joints that are not in the main chain, angles between -pi and pi.
  * passive = (elbow_plate, rod_KH_swing, rod_FH_swing, greater_rod_swing, smaller_rod_swing,
  * push_rod_swing), with every loop closed
- *   q: joint coordinates, 6 (rad or m)
+ *   q: actuator coordinates, 6 (rad or m)
  *   passive: passive joints, 6 (rad or m) */
 void board_installer_passive(const double q[6], double passive[6]);
 
 /* Derivative of the passive joints by the actuated coordinates.
  * passive_D_q[:, k] = d passive / d q_k
- *   q: joint coordinates, 6 (rad or m)
+ *   q: actuator coordinates, 6 (rad or m)
  *   passive_D_q: derivative, 6 x 6 (1, m, 1/m) */
 void board_installer_passive_D_q(const double q[6], double passive_D_q[36]);
 
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (waist, slider, shoulder, elbow, wrist, yaw, pitch, roll, crank, elbow_plate, rod_KH_swing,
  * rod_FH_swing, greater_rod_swing, smaller_rod_swing, push_rod, push_rod_swing), constraint(z) = 0
- *   q: joint coordinates, 6 (rad or m)
+ *   q: actuator coordinates, 6 (rad or m)
  *   z: full configuration, 16 (rad or m) */
 void board_installer_configuration(const double q[6], double z[16]);
 
 /* How far each step of the loops' solution is from its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
- *   q: joint coordinates, 6 (rad or m)
+ *   q: actuator coordinates, 6 (rad or m)
  *   margin: margins, 2 (1) */
 void board_installer_margin(const double q[6], double margin[2]);
 
 /* Every branch of the loops' solution, NaN where it does not close.
  * branches: left, right; left, left; right, right; right, left
- *   q: joint coordinates, 6 (rad or m)
+ *   q: actuator coordinates, 6 (rad or m)
  *   theta: one branch a row, 4 x 8 (rad or m)
  *   margin: margins of each branch, 4 x 2 (1) */
 void board_installer_chain_all(const double q[6], double theta[32], double margin[8]);

@@ -17,144 +17,144 @@ extern "C" {
 #define BRICKLAYING_GANTRY_N 3 /* coordinates */
 
 /* Pose of the tool (ee) in the base frame (0).
- * T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
- *   q: joint coordinates, 3 (rad)
+ * T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee, theta = chain(q)
+ *   q: actuator coordinates, 3 (rad)
  *   T_0_ee: pose of the tool, 4 x 4 (1, m) */
 void bricklaying_gantry_fk(const double q[3], double T_0_ee[16]);
 
 /* Pose of every link's frame in the base frame, in order from the base.
  * T[k] is the pose of link k of: y_platform, x_platform, end_effector_guide
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   T: link poses, 3 x 4 x 4 (1, m) */
 void bricklaying_gantry_link_poses(const double q[3], double T[48]);
 
 /* Pose of the tool and mixed Jacobian in one call.
  * (fk(q), jacobian_mixed(q))
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   T_0_ee: pose of the tool, 4 x 4 (1, m)
  *   J: mixed Jacobian, 6 x 3 (m, 1) */
 void bricklaying_gantry_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18]);
 
 /* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   J: space Jacobian, 6 x 3 (m, 1) */
 void bricklaying_gantry_jacobian_space(const double q[3], double J[18]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   J: body Jacobian, 6 x 3 (m, 1) */
 void bricklaying_gantry_jacobian_body(const double q[3], double J[18]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   J: mixed Jacobian, 6 x 3 (m, 1) */
 void bricklaying_gantry_jacobian_mixed(const double q[3], double J[18]);
 
 /* Time derivative of jacobian_space at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
  *   J_dot: rate of the Jacobian, 6 x 3 (m/s, 1/s) */
 void bricklaying_gantry_jacobian_space_dot(const double q[3], const double qd[3], double J_dot[18]);
 
 /* Time derivative of jacobian_body at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
  *   J_dot: rate of the Jacobian, 6 x 3 (m/s, 1/s) */
 void bricklaying_gantry_jacobian_body_dot(const double q[3], const double qd[3], double J_dot[18]);
 
 /* Time derivative of jacobian_mixed at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
  *   J_dot: rate of the Jacobian, 6 x 3 (m/s, 1/s) */
 void bricklaying_gantry_jacobian_mixed_dot(const double q[3], const double qd[3], double J_dot[18]);
 
 /* Derivative of jacobian_mixed by the joint coordinates.
  * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   H: Hessian, 6 x 3 x 3 (m, 1) */
 void bricklaying_gantry_hessian_mixed(const double q[3], double H[54]);
 
 /* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
  * V = jacobian_space(q) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void bricklaying_gantry_twist_space(const double q[3], const double qd[3], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in tool axes.
  * V = jacobian_body(q) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void bricklaying_gantry_twist_body(const double q[3], const double qd[3], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in base axes.
  * V = jacobian_mixed(q) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void bricklaying_gantry_twist_mixed(const double q[3], const double qd[3], double V[6]);
 
 /* Time derivative of twist_space at rates qd and accelerations qdd.
  * A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
- *   qdd: joint accelerations, 3 (rad/s^2)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   qdd: actuator accelerations, 3 (rad/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void bricklaying_gantry_acceleration_space(const double q[3], const double qd[3], const double qdd[3], double A[6]);
 
 /* Time derivative of twist_body at rates qd and accelerations qdd.
  * A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
- *   qdd: joint accelerations, 3 (rad/s^2)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   qdd: actuator accelerations, 3 (rad/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void bricklaying_gantry_acceleration_body(const double q[3], const double qd[3], const double qdd[3], double A[6]);
 
 /* Time derivative of twist_mixed at rates qd and accelerations qdd.
  * A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
- *   qdd: joint accelerations, 3 (rad/s^2)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   qdd: actuator accelerations, 3 (rad/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void bricklaying_gantry_acceleration_mixed(const double q[3], const double qd[3], const double qdd[3], double A[6]);
 
 /* Joints of the main chain, angles between -pi and pi.
  * theta = (y, x, z), with every loop closed
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   theta: main chain, 3 (m) */
 void bricklaying_gantry_chain(const double q[3], double theta[3]);
 
 /* Derivative of the main chain's joints by the actuated coordinates.
  * chain_D_q[:, k] = d chain / d q_k
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   theta_D_q: derivative, 3 x 3 (1, m, 1/m) */
 void bricklaying_gantry_chain_D_q(const double q[3], double theta_D_q[9]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
  *   thetad: rates of the main chain, 3 (m/s) */
 void bricklaying_gantry_chain_rates(const double q[3], const double qd[3], double thetad[3]);
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
- *   qdd: joint accelerations, 3 (rad/s^2)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   qdd: actuator accelerations, 3 (rad/s^2)
  *   thetadd: accelerations of the main chain, 3 (m/s^2) */
 void bricklaying_gantry_chain_accelerations(const double q[3], const double qd[3], const double qdd[3], double thetadd[3]);
 
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (y, x, z), constraint(z) = 0
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   z: full configuration, 3 (rad or m) */
 void bricklaying_gantry_configuration(const double q[3], double z[3]);
 

@@ -17,157 +17,157 @@ extern "C" {
 #define DELTA_N 3 /* coordinates */
 
 /* Pose of the tool (ee) in the base frame (0).
- * T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
- *   q: joint coordinates, 3 (rad)
+ * T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee, theta = chain(q)
+ *   q: actuator coordinates, 3 (rad)
  *   T_0_ee: pose of the tool, 4 x 4 (1, m) */
 void delta_fk(const double q[3], double T_0_ee[16]);
 
 /* Pose of every link's frame in the base frame, in order from the base.
  * T[k] is the pose of link k of: platform_x, platform_y, platform_z, platform_yaw, platform_pitch,
  * platform
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   T: link poses, 6 x 4 x 4 (1, m) */
 void delta_link_poses(const double q[3], double T[96]);
 
 /* Pose of the tool and mixed Jacobian in one call.
  * (fk(q), jacobian_mixed(q))
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   T_0_ee: pose of the tool, 4 x 4 (1, m)
  *   J: mixed Jacobian, 6 x 3 (m, 1) */
 void delta_fk_jacobian_mixed(const double q[3], double T_0_ee[16], double J[18]);
 
 /* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   J: space Jacobian, 6 x 3 (m, 1) */
 void delta_jacobian_space(const double q[3], double J[18]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   J: body Jacobian, 6 x 3 (m, 1) */
 void delta_jacobian_body(const double q[3], double J[18]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   J: mixed Jacobian, 6 x 3 (m, 1) */
 void delta_jacobian_mixed(const double q[3], double J[18]);
 
 /* Time derivative of jacobian_space at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
  *   J_dot: rate of the Jacobian, 6 x 3 (m/s, 1/s) */
 void delta_jacobian_space_dot(const double q[3], const double qd[3], double J_dot[18]);
 
 /* Time derivative of jacobian_body at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
  *   J_dot: rate of the Jacobian, 6 x 3 (m/s, 1/s) */
 void delta_jacobian_body_dot(const double q[3], const double qd[3], double J_dot[18]);
 
 /* Time derivative of jacobian_mixed at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
  *   J_dot: rate of the Jacobian, 6 x 3 (m/s, 1/s) */
 void delta_jacobian_mixed_dot(const double q[3], const double qd[3], double J_dot[18]);
 
 /* Derivative of jacobian_mixed by the joint coordinates.
  * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   H: Hessian, 6 x 3 x 3 (m, 1) */
 void delta_hessian_mixed(const double q[3], double H[54]);
 
 /* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
  * V = jacobian_space(q) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void delta_twist_space(const double q[3], const double qd[3], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in tool axes.
  * V = jacobian_body(q) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void delta_twist_body(const double q[3], const double qd[3], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in base axes.
  * V = jacobian_mixed(q) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void delta_twist_mixed(const double q[3], const double qd[3], double V[6]);
 
 /* Time derivative of twist_space at rates qd and accelerations qdd.
  * A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
- *   qdd: joint accelerations, 3 (rad/s^2)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   qdd: actuator accelerations, 3 (rad/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void delta_acceleration_space(const double q[3], const double qd[3], const double qdd[3], double A[6]);
 
 /* Time derivative of twist_body at rates qd and accelerations qdd.
  * A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
- *   qdd: joint accelerations, 3 (rad/s^2)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   qdd: actuator accelerations, 3 (rad/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void delta_acceleration_body(const double q[3], const double qd[3], const double qdd[3], double A[6]);
 
 /* Time derivative of twist_mixed at rates qd and accelerations qdd.
  * A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
- *   qdd: joint accelerations, 3 (rad/s^2)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   qdd: actuator accelerations, 3 (rad/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void delta_acceleration_mixed(const double q[3], const double qd[3], const double qdd[3], double A[6]);
 
 /* Joints of the main chain, angles between -pi and pi.
  * theta = (x, y, z, yaw, pitch, roll), with every loop closed
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   theta: main chain, 6 (rad or m) */
 void delta_chain(const double q[3], double theta[6]);
 
 /* Derivative of the main chain's joints by the actuated coordinates.
  * chain_D_q[:, k] = d chain / d q_k
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   theta_D_q: derivative, 6 x 3 (1, m, 1/m) */
 void delta_chain_D_q(const double q[3], double theta_D_q[18]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
  *   thetad: rates of the main chain, 6 (rad or m/s) */
 void delta_chain_rates(const double q[3], const double qd[3], double thetad[6]);
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- *   q: joint coordinates, 3 (rad)
- *   qd: joint rates, 3 (rad/s)
- *   qdd: joint accelerations, 3 (rad/s^2)
+ *   q: actuator coordinates, 3 (rad)
+ *   qd: actuator rates, 3 (rad/s)
+ *   qdd: actuator accelerations, 3 (rad/s^2)
  *   thetadd: accelerations of the main chain, 6 (rad or m/s^2) */
 void delta_chain_accelerations(const double q[3], const double qd[3], const double qdd[3], double thetadd[6]);
 
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (x, y, z, yaw, pitch, roll, arm_1, arm_2, arm_3), constraint(z) = 0
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   z: full configuration, 9 (rad or m) */
 void delta_configuration(const double q[3], double z[9]);
 
 /* How far each step of the loops' solution is from its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   margin: margins, 1 (1) */
 void delta_margin(const double q[3], double margin[1]);
 
 /* Every branch of the loops' solution, NaN where it does not close.
  * branches: below; above
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   theta: one branch a row, 2 x 6 (rad or m)
  *   margin: margins of each branch, 2 x 1 (1) */
 void delta_chain_all(const double q[3], double theta[12], double margin[2]);
@@ -237,14 +237,14 @@ void delta_constraint_D_z_dot(const double z[9], const double zd[9], double resi
  * |b_i(theta) - a_i(q)| - l_i, i = rod_1_left, rod_1_right, rod_2_left, rod_2_right, rod_3_left,
  * rod_3_right
  *   theta: joints of the main chain, 6 (rad or m)
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   residual: excess of distance over length, 6 (m) */
 void delta_rods(const double theta[6], const double q[3], double residual[6]);
 
 /* Derivative of the rods' residuals by the main chain's joints.
  * rods_D_chain[:, k] = d rods / d theta_k
  *   theta: joints of the main chain, 6 (rad or m)
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   residual_D_theta: derivative, 6 x 6 (1, m) */
 void delta_rods_D_chain(const double theta[6], const double q[3], double residual_D_theta[36]);
 
@@ -252,7 +252,7 @@ void delta_rods_D_chain(const double theta[6], const double q[3], double residua
  * J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions v_x, v_y,
  * v_z, omega_x, omega_y, omega_z
  *   theta: joints of the main chain, 6 (rad or m)
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   J_x: rods along their directions, 6 x 6 (1, m)
  *   J_q: actuators, 6 x 3 (1, m) */
 void delta_velocity_relation(const double theta[6], const double q[3], double J_x[36], double J_q[18]);

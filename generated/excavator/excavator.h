@@ -18,164 +18,164 @@ extern "C" {
 #define EXCAVATOR_N 4 /* coordinates */
 
 /* Pose of the tool (tip) in the base frame (0).
- * T_0_tip = exp(S_1 q_1) ... exp(S_n q_n) M_0_tip
- *   q: joint coordinates, 4 (rad or m)
+ * T_0_tip = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_tip, theta = chain(q)
+ *   q: actuator coordinates, 4 (rad or m)
  *   T_0_tip: pose of the tool, 4 x 4 (1, m) */
 void excavator_fk(const double q[4], double T_0_tip[16]);
 
 /* Pose of every link's frame in the base frame, in order from the base.
  * T[k] is the pose of link k of: upper, boom, stick, bucket
- *   q: joint coordinates, 4 (rad or m)
+ *   q: actuator coordinates, 4 (rad or m)
  *   T: link poses, 4 x 4 x 4 (1, m) */
 void excavator_link_poses(const double q[4], double T[64]);
 
 /* Pose of the tool and mixed Jacobian in one call.
  * (fk(q), jacobian_mixed(q))
- *   q: joint coordinates, 4 (rad or m)
+ *   q: actuator coordinates, 4 (rad or m)
  *   T_0_tip: pose of the tool, 4 x 4 (1, m)
  *   J: mixed Jacobian, 6 x 4 (m, 1) */
 void excavator_fk_jacobian_mixed(const double q[4], double T_0_tip[16], double J[24]);
 
 /* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
- *   q: joint coordinates, 4 (rad or m)
+ *   q: actuator coordinates, 4 (rad or m)
  *   J: space Jacobian, 6 x 4 (m, 1) */
 void excavator_jacobian_space(const double q[4], double J[24]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
- *   q: joint coordinates, 4 (rad or m)
+ *   q: actuator coordinates, 4 (rad or m)
  *   J: body Jacobian, 6 x 4 (m, 1) */
 void excavator_jacobian_body(const double q[4], double J[24]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
- *   q: joint coordinates, 4 (rad or m)
+ *   q: actuator coordinates, 4 (rad or m)
  *   J: mixed Jacobian, 6 x 4 (m, 1) */
 void excavator_jacobian_mixed(const double q[4], double J[24]);
 
 /* Time derivative of jacobian_space at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 4 (rad or m)
- *   qd: joint rates, 4 (rad or m/s)
+ *   q: actuator coordinates, 4 (rad or m)
+ *   qd: actuator rates, 4 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 4 (m/s, 1/s) */
 void excavator_jacobian_space_dot(const double q[4], const double qd[4], double J_dot[24]);
 
 /* Time derivative of jacobian_body at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 4 (rad or m)
- *   qd: joint rates, 4 (rad or m/s)
+ *   q: actuator coordinates, 4 (rad or m)
+ *   qd: actuator rates, 4 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 4 (m/s, 1/s) */
 void excavator_jacobian_body_dot(const double q[4], const double qd[4], double J_dot[24]);
 
 /* Time derivative of jacobian_mixed at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 4 (rad or m)
- *   qd: joint rates, 4 (rad or m/s)
+ *   q: actuator coordinates, 4 (rad or m)
+ *   qd: actuator rates, 4 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 4 (m/s, 1/s) */
 void excavator_jacobian_mixed_dot(const double q[4], const double qd[4], double J_dot[24]);
 
 /* Derivative of jacobian_mixed by the joint coordinates.
  * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- *   q: joint coordinates, 4 (rad or m)
+ *   q: actuator coordinates, 4 (rad or m)
  *   H: Hessian, 6 x 4 x 4 (m, 1) */
 void excavator_hessian_mixed(const double q[4], double H[96]);
 
 /* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
  * V = jacobian_space(q) qd
- *   q: joint coordinates, 4 (rad or m)
- *   qd: joint rates, 4 (rad or m/s)
+ *   q: actuator coordinates, 4 (rad or m)
+ *   qd: actuator rates, 4 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void excavator_twist_space(const double q[4], const double qd[4], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in tool axes.
  * V = jacobian_body(q) qd
- *   q: joint coordinates, 4 (rad or m)
- *   qd: joint rates, 4 (rad or m/s)
+ *   q: actuator coordinates, 4 (rad or m)
+ *   qd: actuator rates, 4 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void excavator_twist_body(const double q[4], const double qd[4], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in base axes.
  * V = jacobian_mixed(q) qd
- *   q: joint coordinates, 4 (rad or m)
- *   qd: joint rates, 4 (rad or m/s)
+ *   q: actuator coordinates, 4 (rad or m)
+ *   qd: actuator rates, 4 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void excavator_twist_mixed(const double q[4], const double qd[4], double V[6]);
 
 /* Time derivative of twist_space at rates qd and accelerations qdd.
  * A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
- *   q: joint coordinates, 4 (rad or m)
- *   qd: joint rates, 4 (rad or m/s)
- *   qdd: joint accelerations, 4 (rad or m/s^2)
+ *   q: actuator coordinates, 4 (rad or m)
+ *   qd: actuator rates, 4 (rad or m/s)
+ *   qdd: actuator accelerations, 4 (rad or m/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void excavator_acceleration_space(const double q[4], const double qd[4], const double qdd[4], double A[6]);
 
 /* Time derivative of twist_body at rates qd and accelerations qdd.
  * A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
- *   q: joint coordinates, 4 (rad or m)
- *   qd: joint rates, 4 (rad or m/s)
- *   qdd: joint accelerations, 4 (rad or m/s^2)
+ *   q: actuator coordinates, 4 (rad or m)
+ *   qd: actuator rates, 4 (rad or m/s)
+ *   qdd: actuator accelerations, 4 (rad or m/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void excavator_acceleration_body(const double q[4], const double qd[4], const double qdd[4], double A[6]);
 
 /* Time derivative of twist_mixed at rates qd and accelerations qdd.
  * A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
- *   q: joint coordinates, 4 (rad or m)
- *   qd: joint rates, 4 (rad or m/s)
- *   qdd: joint accelerations, 4 (rad or m/s^2)
+ *   q: actuator coordinates, 4 (rad or m)
+ *   qd: actuator rates, 4 (rad or m/s)
+ *   qdd: actuator accelerations, 4 (rad or m/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void excavator_acceleration_mixed(const double q[4], const double qd[4], const double qdd[4], double A[6]);
 
 /* Joints of the main chain, angles between -pi and pi.
  * theta = (swing, boom, stick, bucket), with every loop closed
- *   q: joint coordinates, 4 (rad or m)
+ *   q: actuator coordinates, 4 (rad or m)
  *   theta: main chain, 4 (rad) */
 void excavator_chain(const double q[4], double theta[4]);
 
 /* Derivative of the main chain's joints by the actuated coordinates.
  * chain_D_q[:, k] = d chain / d q_k
- *   q: joint coordinates, 4 (rad or m)
+ *   q: actuator coordinates, 4 (rad or m)
  *   theta_D_q: derivative, 4 x 4 (1, m, 1/m) */
 void excavator_chain_D_q(const double q[4], double theta_D_q[16]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- *   q: joint coordinates, 4 (rad or m)
- *   qd: joint rates, 4 (rad or m/s)
+ *   q: actuator coordinates, 4 (rad or m)
+ *   qd: actuator rates, 4 (rad or m/s)
  *   thetad: rates of the main chain, 4 (rad/s) */
 void excavator_chain_rates(const double q[4], const double qd[4], double thetad[4]);
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- *   q: joint coordinates, 4 (rad or m)
- *   qd: joint rates, 4 (rad or m/s)
- *   qdd: joint accelerations, 4 (rad or m/s^2)
+ *   q: actuator coordinates, 4 (rad or m)
+ *   qd: actuator rates, 4 (rad or m/s)
+ *   qdd: actuator accelerations, 4 (rad or m/s^2)
  *   thetadd: accelerations of the main chain, 4 (rad/s^2) */
 void excavator_chain_accelerations(const double q[4], const double qd[4], const double qdd[4], double thetadd[4]);
 
 /* Passive joints that are not in the main chain, angles between -pi and pi.
  * passive = (rocker, bucket_link_swing, boom_cylinder_swing, stick_cylinder_swing,
  * bucket_cylinder_swing), with every loop closed
- *   q: joint coordinates, 4 (rad or m)
+ *   q: actuator coordinates, 4 (rad or m)
  *   passive: passive joints, 5 (rad or m) */
 void excavator_passive(const double q[4], double passive[5]);
 
 /* Derivative of the passive joints by the actuated coordinates.
  * passive_D_q[:, k] = d passive / d q_k
- *   q: joint coordinates, 4 (rad or m)
+ *   q: actuator coordinates, 4 (rad or m)
  *   passive_D_q: derivative, 5 x 4 (1, m, 1/m) */
 void excavator_passive_D_q(const double q[4], double passive_D_q[20]);
 
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (swing, boom, stick, bucket, rocker, bucket_link_swing, boom_cylinder, boom_cylinder_swing,
  * stick_cylinder, stick_cylinder_swing, bucket_cylinder, bucket_cylinder_swing), constraint(z) = 0
- *   q: joint coordinates, 4 (rad or m)
+ *   q: actuator coordinates, 4 (rad or m)
  *   z: full configuration, 12 (rad or m) */
 void excavator_configuration(const double q[4], double z[12]);
 
 /* How far each step of the loops' solution is from its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
- *   q: joint coordinates, 4 (rad or m)
+ *   q: actuator coordinates, 4 (rad or m)
  *   margin: margins, 4 (1) */
 void excavator_margin(const double q[4], double margin[4]);
 
@@ -185,7 +185,7 @@ void excavator_margin(const double q[4], double margin[4]);
  * right; right, right, right, left; left, left, left, right; left, left, left, left; left, left,
  * right, right; left, left, right, left; left, right, left, right; left, right, left, left; left,
  * right, right, right; left, right, right, left
- *   q: joint coordinates, 4 (rad or m)
+ *   q: actuator coordinates, 4 (rad or m)
  *   theta: one branch a row, 16 x 4 (rad)
  *   margin: margins of each branch, 16 x 4 (1) */
 void excavator_chain_all(const double q[4], double theta[64], double margin[64]);

@@ -15,10 +15,10 @@ def fk(
 ) -> NDArray[np.float64]:
     """Pose of the tool (ee) in the base frame (0).
 
-    T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
+    T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee, theta = chain(q)
 
     Args:
-        q (..., 2): joint coordinates (rad).
+        q (..., 2): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -35,7 +35,7 @@ def link_poses(
     T[k] is the pose of link k of: left_crank, left_coupler
 
     Args:
-        q (..., 2): joint coordinates (rad).
+        q (..., 2): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -52,7 +52,7 @@ def fk_jacobian_mixed(
     (fk(q), jacobian_mixed(q))
 
     Args:
-        q (..., 2): joint coordinates (rad).
+        q (..., 2): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -70,7 +70,7 @@ def jacobian_space(
     V = J(q) qd with V = twist_space(q, qd)
 
     Args:
-        q (..., 2): joint coordinates (rad).
+        q (..., 2): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -87,7 +87,7 @@ def jacobian_body(
     V = J(q) qd with V = twist_body(q, qd)
 
     Args:
-        q (..., 2): joint coordinates (rad).
+        q (..., 2): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -104,7 +104,7 @@ def jacobian_mixed(
     V = J(q) qd with V = twist_mixed(q, qd)
 
     Args:
-        q (..., 2): joint coordinates (rad).
+        q (..., 2): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -121,8 +121,8 @@ def jacobian_space_dot(
     J_dot = sum_k (d J / d q_k) qd_k
 
     Args:
-        q (..., 2): joint coordinates (rad).
-        qd (..., 2): joint rates (rad/s).
+        q (..., 2): actuator coordinates (rad).
+        qd (..., 2): actuator rates (rad/s).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -139,8 +139,8 @@ def jacobian_body_dot(
     J_dot = sum_k (d J / d q_k) qd_k
 
     Args:
-        q (..., 2): joint coordinates (rad).
-        qd (..., 2): joint rates (rad/s).
+        q (..., 2): actuator coordinates (rad).
+        qd (..., 2): actuator rates (rad/s).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -157,8 +157,8 @@ def jacobian_mixed_dot(
     J_dot = sum_k (d J / d q_k) qd_k
 
     Args:
-        q (..., 2): joint coordinates (rad).
-        qd (..., 2): joint rates (rad/s).
+        q (..., 2): actuator coordinates (rad).
+        qd (..., 2): actuator rates (rad/s).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -175,7 +175,7 @@ def hessian_mixed(
     H[:, j, k] = d jacobian_mixed[:, j] / d q_k
 
     Args:
-        q (..., 2): joint coordinates (rad).
+        q (..., 2): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -192,8 +192,8 @@ def twist_space(
     V = jacobian_space(q) qd
 
     Args:
-        q (..., 2): joint coordinates (rad).
-        qd (..., 2): joint rates (rad/s).
+        q (..., 2): actuator coordinates (rad).
+        qd (..., 2): actuator rates (rad/s).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -210,8 +210,8 @@ def twist_body(
     V = jacobian_body(q) qd
 
     Args:
-        q (..., 2): joint coordinates (rad).
-        qd (..., 2): joint rates (rad/s).
+        q (..., 2): actuator coordinates (rad).
+        qd (..., 2): actuator rates (rad/s).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -228,8 +228,8 @@ def twist_mixed(
     V = jacobian_mixed(q) qd
 
     Args:
-        q (..., 2): joint coordinates (rad).
-        qd (..., 2): joint rates (rad/s).
+        q (..., 2): actuator coordinates (rad).
+        qd (..., 2): actuator rates (rad/s).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -246,9 +246,9 @@ def acceleration_space(
     A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
 
     Args:
-        q (..., 2): joint coordinates (rad).
-        qd (..., 2): joint rates (rad/s).
-        qdd (..., 2): joint accelerations (rad/s^2).
+        q (..., 2): actuator coordinates (rad).
+        qd (..., 2): actuator rates (rad/s).
+        qdd (..., 2): actuator accelerations (rad/s^2).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -265,9 +265,9 @@ def acceleration_body(
     A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
 
     Args:
-        q (..., 2): joint coordinates (rad).
-        qd (..., 2): joint rates (rad/s).
-        qdd (..., 2): joint accelerations (rad/s^2).
+        q (..., 2): actuator coordinates (rad).
+        qd (..., 2): actuator rates (rad/s).
+        qdd (..., 2): actuator accelerations (rad/s^2).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -284,9 +284,9 @@ def acceleration_mixed(
     A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
 
     Args:
-        q (..., 2): joint coordinates (rad).
-        qd (..., 2): joint rates (rad/s).
-        qdd (..., 2): joint accelerations (rad/s^2).
+        q (..., 2): actuator coordinates (rad).
+        qd (..., 2): actuator rates (rad/s).
+        qdd (..., 2): actuator accelerations (rad/s^2).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -303,7 +303,7 @@ def chain(
     theta = (left, left_elbow), with every loop closed
 
     Args:
-        q (..., 2): joint coordinates (rad).
+        q (..., 2): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -320,7 +320,7 @@ def chain_D_q(
     chain_D_q[:, k] = d chain / d q_k
 
     Args:
-        q (..., 2): joint coordinates (rad).
+        q (..., 2): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -337,8 +337,8 @@ def chain_rates(
     thetad = chain_D_q(q) qd
 
     Args:
-        q (..., 2): joint coordinates (rad).
-        qd (..., 2): joint rates (rad/s).
+        q (..., 2): actuator coordinates (rad).
+        qd (..., 2): actuator rates (rad/s).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -355,9 +355,9 @@ def chain_accelerations(
     thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
 
     Args:
-        q (..., 2): joint coordinates (rad).
-        qd (..., 2): joint rates (rad/s).
-        qdd (..., 2): joint accelerations (rad/s^2).
+        q (..., 2): actuator coordinates (rad).
+        qd (..., 2): actuator rates (rad/s).
+        qdd (..., 2): actuator accelerations (rad/s^2).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -374,7 +374,7 @@ def passive(
     passive = (right_elbow), with every loop closed
 
     Args:
-        q (..., 2): joint coordinates (rad).
+        q (..., 2): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -391,7 +391,7 @@ def passive_D_q(
     passive_D_q[:, k] = d passive / d q_k
 
     Args:
-        q (..., 2): joint coordinates (rad).
+        q (..., 2): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -408,7 +408,7 @@ def configuration(
     z = (left, left_elbow, right, right_elbow), constraint(z) = 0
 
     Args:
-        q (..., 2): joint coordinates (rad).
+        q (..., 2): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -425,7 +425,7 @@ def margin(
     sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
 
     Args:
-        q (..., 2): joint coordinates (rad).
+        q (..., 2): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -442,7 +442,7 @@ def chain_all(
     branches: left; right
 
     Args:
-        q (..., 2): joint coordinates (rad).
+        q (..., 2): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 

@@ -16,168 +16,168 @@ extern "C" {
 #define FIVE_BAR_N 2 /* coordinates */
 
 /* Pose of the tool (ee) in the base frame (0).
- * T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
- *   q: joint coordinates, 2 (rad)
+ * T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee, theta = chain(q)
+ *   q: actuator coordinates, 2 (rad)
  *   T_0_ee: pose of the tool, 4 x 4 (1, m) */
 void five_bar_fk(const double q[2], double T_0_ee[16]);
 
 /* Pose of every link's frame in the base frame, in order from the base.
  * T[k] is the pose of link k of: left_crank, left_coupler
- *   q: joint coordinates, 2 (rad)
+ *   q: actuator coordinates, 2 (rad)
  *   T: link poses, 2 x 4 x 4 (1, m) */
 void five_bar_link_poses(const double q[2], double T[32]);
 
 /* Pose of the tool and mixed Jacobian in one call.
  * (fk(q), jacobian_mixed(q))
- *   q: joint coordinates, 2 (rad)
+ *   q: actuator coordinates, 2 (rad)
  *   T_0_ee: pose of the tool, 4 x 4 (1, m)
  *   J: mixed Jacobian, 6 x 2 (m, 1) */
 void five_bar_fk_jacobian_mixed(const double q[2], double T_0_ee[16], double J[12]);
 
 /* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
- *   q: joint coordinates, 2 (rad)
+ *   q: actuator coordinates, 2 (rad)
  *   J: space Jacobian, 6 x 2 (m, 1) */
 void five_bar_jacobian_space(const double q[2], double J[12]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
- *   q: joint coordinates, 2 (rad)
+ *   q: actuator coordinates, 2 (rad)
  *   J: body Jacobian, 6 x 2 (m, 1) */
 void five_bar_jacobian_body(const double q[2], double J[12]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
- *   q: joint coordinates, 2 (rad)
+ *   q: actuator coordinates, 2 (rad)
  *   J: mixed Jacobian, 6 x 2 (m, 1) */
 void five_bar_jacobian_mixed(const double q[2], double J[12]);
 
 /* Time derivative of jacobian_space at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 2 (rad)
- *   qd: joint rates, 2 (rad/s)
+ *   q: actuator coordinates, 2 (rad)
+ *   qd: actuator rates, 2 (rad/s)
  *   J_dot: rate of the Jacobian, 6 x 2 (m/s, 1/s) */
 void five_bar_jacobian_space_dot(const double q[2], const double qd[2], double J_dot[12]);
 
 /* Time derivative of jacobian_body at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 2 (rad)
- *   qd: joint rates, 2 (rad/s)
+ *   q: actuator coordinates, 2 (rad)
+ *   qd: actuator rates, 2 (rad/s)
  *   J_dot: rate of the Jacobian, 6 x 2 (m/s, 1/s) */
 void five_bar_jacobian_body_dot(const double q[2], const double qd[2], double J_dot[12]);
 
 /* Time derivative of jacobian_mixed at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 2 (rad)
- *   qd: joint rates, 2 (rad/s)
+ *   q: actuator coordinates, 2 (rad)
+ *   qd: actuator rates, 2 (rad/s)
  *   J_dot: rate of the Jacobian, 6 x 2 (m/s, 1/s) */
 void five_bar_jacobian_mixed_dot(const double q[2], const double qd[2], double J_dot[12]);
 
 /* Derivative of jacobian_mixed by the joint coordinates.
  * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- *   q: joint coordinates, 2 (rad)
+ *   q: actuator coordinates, 2 (rad)
  *   H: Hessian, 6 x 2 x 2 (m, 1) */
 void five_bar_hessian_mixed(const double q[2], double H[24]);
 
 /* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
  * V = jacobian_space(q) qd
- *   q: joint coordinates, 2 (rad)
- *   qd: joint rates, 2 (rad/s)
+ *   q: actuator coordinates, 2 (rad)
+ *   qd: actuator rates, 2 (rad/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void five_bar_twist_space(const double q[2], const double qd[2], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in tool axes.
  * V = jacobian_body(q) qd
- *   q: joint coordinates, 2 (rad)
- *   qd: joint rates, 2 (rad/s)
+ *   q: actuator coordinates, 2 (rad)
+ *   qd: actuator rates, 2 (rad/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void five_bar_twist_body(const double q[2], const double qd[2], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in base axes.
  * V = jacobian_mixed(q) qd
- *   q: joint coordinates, 2 (rad)
- *   qd: joint rates, 2 (rad/s)
+ *   q: actuator coordinates, 2 (rad)
+ *   qd: actuator rates, 2 (rad/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void five_bar_twist_mixed(const double q[2], const double qd[2], double V[6]);
 
 /* Time derivative of twist_space at rates qd and accelerations qdd.
  * A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
- *   q: joint coordinates, 2 (rad)
- *   qd: joint rates, 2 (rad/s)
- *   qdd: joint accelerations, 2 (rad/s^2)
+ *   q: actuator coordinates, 2 (rad)
+ *   qd: actuator rates, 2 (rad/s)
+ *   qdd: actuator accelerations, 2 (rad/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void five_bar_acceleration_space(const double q[2], const double qd[2], const double qdd[2], double A[6]);
 
 /* Time derivative of twist_body at rates qd and accelerations qdd.
  * A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
- *   q: joint coordinates, 2 (rad)
- *   qd: joint rates, 2 (rad/s)
- *   qdd: joint accelerations, 2 (rad/s^2)
+ *   q: actuator coordinates, 2 (rad)
+ *   qd: actuator rates, 2 (rad/s)
+ *   qdd: actuator accelerations, 2 (rad/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void five_bar_acceleration_body(const double q[2], const double qd[2], const double qdd[2], double A[6]);
 
 /* Time derivative of twist_mixed at rates qd and accelerations qdd.
  * A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
- *   q: joint coordinates, 2 (rad)
- *   qd: joint rates, 2 (rad/s)
- *   qdd: joint accelerations, 2 (rad/s^2)
+ *   q: actuator coordinates, 2 (rad)
+ *   qd: actuator rates, 2 (rad/s)
+ *   qdd: actuator accelerations, 2 (rad/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void five_bar_acceleration_mixed(const double q[2], const double qd[2], const double qdd[2], double A[6]);
 
 /* Joints of the main chain, angles between -pi and pi.
  * theta = (left, left_elbow), with every loop closed
- *   q: joint coordinates, 2 (rad)
+ *   q: actuator coordinates, 2 (rad)
  *   theta: main chain, 2 (rad) */
 void five_bar_chain(const double q[2], double theta[2]);
 
 /* Derivative of the main chain's joints by the actuated coordinates.
  * chain_D_q[:, k] = d chain / d q_k
- *   q: joint coordinates, 2 (rad)
+ *   q: actuator coordinates, 2 (rad)
  *   theta_D_q: derivative, 2 x 2 (1, m, 1/m) */
 void five_bar_chain_D_q(const double q[2], double theta_D_q[4]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- *   q: joint coordinates, 2 (rad)
- *   qd: joint rates, 2 (rad/s)
+ *   q: actuator coordinates, 2 (rad)
+ *   qd: actuator rates, 2 (rad/s)
  *   thetad: rates of the main chain, 2 (rad/s) */
 void five_bar_chain_rates(const double q[2], const double qd[2], double thetad[2]);
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- *   q: joint coordinates, 2 (rad)
- *   qd: joint rates, 2 (rad/s)
- *   qdd: joint accelerations, 2 (rad/s^2)
+ *   q: actuator coordinates, 2 (rad)
+ *   qd: actuator rates, 2 (rad/s)
+ *   qdd: actuator accelerations, 2 (rad/s^2)
  *   thetadd: accelerations of the main chain, 2 (rad/s^2) */
 void five_bar_chain_accelerations(const double q[2], const double qd[2], const double qdd[2], double thetadd[2]);
 
 /* Passive joints that are not in the main chain, angles between -pi and pi.
  * passive = (right_elbow), with every loop closed
- *   q: joint coordinates, 2 (rad)
+ *   q: actuator coordinates, 2 (rad)
  *   passive: passive joints, 1 (rad or m) */
 void five_bar_passive(const double q[2], double passive[1]);
 
 /* Derivative of the passive joints by the actuated coordinates.
  * passive_D_q[:, k] = d passive / d q_k
- *   q: joint coordinates, 2 (rad)
+ *   q: actuator coordinates, 2 (rad)
  *   passive_D_q: derivative, 1 x 2 (1, m, 1/m) */
 void five_bar_passive_D_q(const double q[2], double passive_D_q[2]);
 
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (left, left_elbow, right, right_elbow), constraint(z) = 0
- *   q: joint coordinates, 2 (rad)
+ *   q: actuator coordinates, 2 (rad)
  *   z: full configuration, 4 (rad or m) */
 void five_bar_configuration(const double q[2], double z[4]);
 
 /* How far each step of the loops' solution is from its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
- *   q: joint coordinates, 2 (rad)
+ *   q: actuator coordinates, 2 (rad)
  *   margin: margins, 1 (1) */
 void five_bar_margin(const double q[2], double margin[1]);
 
 /* Every branch of the loops' solution, NaN where it does not close.
  * branches: left; right
- *   q: joint coordinates, 2 (rad)
+ *   q: actuator coordinates, 2 (rad)
  *   theta: one branch a row, 2 x 2 (rad)
  *   margin: margins of each branch, 2 x 1 (1) */
 void five_bar_chain_all(const double q[2], double theta[4], double margin[2]);

@@ -173,7 +173,7 @@ def chain_fk(
 ) -> NDArray[np.float64]:
     """Pose of the tool (ee) in the base frame (0), from the main chain's joints.
 
-    T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
+    T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
@@ -262,7 +262,7 @@ def rods(
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
-        q (..., 3): joint coordinates (rad).
+        q (..., 3): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -280,7 +280,7 @@ def rods_D_chain(
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
-        q (..., 3): joint coordinates (rad).
+        q (..., 3): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -298,7 +298,7 @@ def velocity_relation(
 
     Args:
         theta (..., 3): joints of the main chain (rad or m).
-        q (..., 3): joint coordinates (rad).
+        q (..., 3): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -316,7 +316,7 @@ def assembly_polynomial(
     a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3: a_0, a_1, b_1, ...
 
     Args:
-        q (..., 3): joint coordinates (rad).
+        q (..., 3): actuator coordinates (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -333,7 +333,7 @@ def assembly_position(
     rods((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)
 
     Args:
-        q (..., 3): joint coordinates (rad).
+        q (..., 3): actuator coordinates (rad).
         phi (...): angle of the platform (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
@@ -351,7 +351,7 @@ def assembly_mirror(
     rods((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)
 
     Args:
-        q (..., 3): joint coordinates (rad).
+        q (..., 3): actuator coordinates (rad).
         phi (...): angle of the platform (rad).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.

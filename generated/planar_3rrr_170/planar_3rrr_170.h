@@ -77,7 +77,7 @@ void planar_3rrr_170_constraint_D_z(const double z[9], double residual_D_z[54]);
 void planar_3rrr_170_constraint_D_z_dot(const double z[9], const double zd[9], double residual_D_z_dot[54]);
 
 /* Pose of the tool (ee) in the base frame (0), from the main chain's joints.
- * T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
+ * T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee
  *   theta: joints of the main chain, 3 (rad or m)
  *   T_0_ee: pose of the tool, 4 x 4 (1, m) */
 void planar_3rrr_170_chain_fk(const double theta[3], double T_0_ee[16]);
@@ -109,14 +109,14 @@ void planar_3rrr_170_chain_jacobian_mixed(const double theta[3], double J[18]);
 /* By how much the ends of each rod or cylinder are further apart than its length.
  * |b_i(theta) - a_i(q)| - l_i, i = coupler_1, coupler_2, coupler_3
  *   theta: joints of the main chain, 3 (rad or m)
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   residual: excess of distance over length, 3 (m) */
 void planar_3rrr_170_rods(const double theta[3], const double q[3], double residual[3]);
 
 /* Derivative of the rods' residuals by the main chain's joints.
  * rods_D_chain[:, k] = d rods / d theta_k
  *   theta: joints of the main chain, 3 (rad or m)
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   residual_D_theta: derivative, 3 x 3 (1, m) */
 void planar_3rrr_170_rods_D_chain(const double theta[3], const double q[3], double residual_D_theta[9]);
 
@@ -124,27 +124,27 @@ void planar_3rrr_170_rods_D_chain(const double theta[3], const double q[3], doub
  * J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions v_x, v_y,
  * omega_z
  *   theta: joints of the main chain, 3 (rad or m)
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   J_x: rods along their directions, 3 x 3 (1, m)
  *   J_q: actuators, 3 x 3 (1, m) */
 void planar_3rrr_170_velocity_relation(const double theta[3], const double q[3], double J_x[9], double J_q[9]);
 
 /* Coefficients of the polynomial whose zeros are the platform's angles in all modes.
  * a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3: a_0, a_1, b_1, ...
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   coefficients: trigonometric coefficients, 7 (1) */
 void planar_3rrr_170_assembly_polynomial(const double q[3], double coefficients[7]);
 
 /* Pose of the platform in the assembly mode of an angle.
  * rods((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   phi: angle of the platform,  (rad)
  *   theta: pose of the platform, 3 (m, rad) */
 void planar_3rrr_170_assembly_position(const double q[3], const double phi[1], double theta[3]);
 
 /* Pose of the platform in the assembly mode of an angle, mirrored in the line of two centres.
  * rods((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)
- *   q: joint coordinates, 3 (rad)
+ *   q: actuator coordinates, 3 (rad)
  *   phi: angle of the platform,  (rad)
  *   theta: pose of the platform, 3 (m, rad) */
 void planar_3rrr_170_assembly_mirror(const double q[3], const double phi[1], double theta[3]);

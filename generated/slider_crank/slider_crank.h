@@ -15,168 +15,168 @@ extern "C" {
 #define SLIDER_CRANK_N 1 /* coordinates */
 
 /* Pose of the tool (ee) in the base frame (0).
- * T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
- *   q: joint coordinates, 1 (rad)
+ * T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee, theta = chain(q)
+ *   q: actuator coordinates, 1 (rad)
  *   T_0_ee: pose of the tool, 4 x 4 (1, m) */
 void slider_crank_fk(const double q[1], double T_0_ee[16]);
 
 /* Pose of every link's frame in the base frame, in order from the base.
  * T[k] is the pose of link k of: slider
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   T: link poses, 1 x 4 x 4 (1, m) */
 void slider_crank_link_poses(const double q[1], double T[16]);
 
 /* Pose of the tool and mixed Jacobian in one call.
  * (fk(q), jacobian_mixed(q))
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   T_0_ee: pose of the tool, 4 x 4 (1, m)
  *   J: mixed Jacobian, 6 x 1 (m, 1) */
 void slider_crank_fk_jacobian_mixed(const double q[1], double T_0_ee[16], double J[6]);
 
 /* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   J: space Jacobian, 6 x 1 (m, 1) */
 void slider_crank_jacobian_space(const double q[1], double J[6]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   J: body Jacobian, 6 x 1 (m, 1) */
 void slider_crank_jacobian_body(const double q[1], double J[6]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   J: mixed Jacobian, 6 x 1 (m, 1) */
 void slider_crank_jacobian_mixed(const double q[1], double J[6]);
 
 /* Time derivative of jacobian_space at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 1 (rad)
- *   qd: joint rates, 1 (rad/s)
+ *   q: actuator coordinates, 1 (rad)
+ *   qd: actuator rates, 1 (rad/s)
  *   J_dot: rate of the Jacobian, 6 x 1 (m/s, 1/s) */
 void slider_crank_jacobian_space_dot(const double q[1], const double qd[1], double J_dot[6]);
 
 /* Time derivative of jacobian_body at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 1 (rad)
- *   qd: joint rates, 1 (rad/s)
+ *   q: actuator coordinates, 1 (rad)
+ *   qd: actuator rates, 1 (rad/s)
  *   J_dot: rate of the Jacobian, 6 x 1 (m/s, 1/s) */
 void slider_crank_jacobian_body_dot(const double q[1], const double qd[1], double J_dot[6]);
 
 /* Time derivative of jacobian_mixed at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 1 (rad)
- *   qd: joint rates, 1 (rad/s)
+ *   q: actuator coordinates, 1 (rad)
+ *   qd: actuator rates, 1 (rad/s)
  *   J_dot: rate of the Jacobian, 6 x 1 (m/s, 1/s) */
 void slider_crank_jacobian_mixed_dot(const double q[1], const double qd[1], double J_dot[6]);
 
 /* Derivative of jacobian_mixed by the joint coordinates.
  * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   H: Hessian, 6 x 1 x 1 (m, 1) */
 void slider_crank_hessian_mixed(const double q[1], double H[6]);
 
 /* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
  * V = jacobian_space(q) qd
- *   q: joint coordinates, 1 (rad)
- *   qd: joint rates, 1 (rad/s)
+ *   q: actuator coordinates, 1 (rad)
+ *   qd: actuator rates, 1 (rad/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void slider_crank_twist_space(const double q[1], const double qd[1], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in tool axes.
  * V = jacobian_body(q) qd
- *   q: joint coordinates, 1 (rad)
- *   qd: joint rates, 1 (rad/s)
+ *   q: actuator coordinates, 1 (rad)
+ *   qd: actuator rates, 1 (rad/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void slider_crank_twist_body(const double q[1], const double qd[1], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in base axes.
  * V = jacobian_mixed(q) qd
- *   q: joint coordinates, 1 (rad)
- *   qd: joint rates, 1 (rad/s)
+ *   q: actuator coordinates, 1 (rad)
+ *   qd: actuator rates, 1 (rad/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void slider_crank_twist_mixed(const double q[1], const double qd[1], double V[6]);
 
 /* Time derivative of twist_space at rates qd and accelerations qdd.
  * A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
- *   q: joint coordinates, 1 (rad)
- *   qd: joint rates, 1 (rad/s)
- *   qdd: joint accelerations, 1 (rad/s^2)
+ *   q: actuator coordinates, 1 (rad)
+ *   qd: actuator rates, 1 (rad/s)
+ *   qdd: actuator accelerations, 1 (rad/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void slider_crank_acceleration_space(const double q[1], const double qd[1], const double qdd[1], double A[6]);
 
 /* Time derivative of twist_body at rates qd and accelerations qdd.
  * A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
- *   q: joint coordinates, 1 (rad)
- *   qd: joint rates, 1 (rad/s)
- *   qdd: joint accelerations, 1 (rad/s^2)
+ *   q: actuator coordinates, 1 (rad)
+ *   qd: actuator rates, 1 (rad/s)
+ *   qdd: actuator accelerations, 1 (rad/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void slider_crank_acceleration_body(const double q[1], const double qd[1], const double qdd[1], double A[6]);
 
 /* Time derivative of twist_mixed at rates qd and accelerations qdd.
  * A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
- *   q: joint coordinates, 1 (rad)
- *   qd: joint rates, 1 (rad/s)
- *   qdd: joint accelerations, 1 (rad/s^2)
+ *   q: actuator coordinates, 1 (rad)
+ *   qd: actuator rates, 1 (rad/s)
+ *   qdd: actuator accelerations, 1 (rad/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void slider_crank_acceleration_mixed(const double q[1], const double qd[1], const double qdd[1], double A[6]);
 
 /* Joints of the main chain, angles between -pi and pi.
  * theta = (slider), with every loop closed
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   theta: main chain, 1 (m) */
 void slider_crank_chain(const double q[1], double theta[1]);
 
 /* Derivative of the main chain's joints by the actuated coordinates.
  * chain_D_q[:, k] = d chain / d q_k
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   theta_D_q: derivative, 1 x 1 (1, m, 1/m) */
 void slider_crank_chain_D_q(const double q[1], double theta_D_q[1]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- *   q: joint coordinates, 1 (rad)
- *   qd: joint rates, 1 (rad/s)
+ *   q: actuator coordinates, 1 (rad)
+ *   qd: actuator rates, 1 (rad/s)
  *   thetad: rates of the main chain, 1 (m/s) */
 void slider_crank_chain_rates(const double q[1], const double qd[1], double thetad[1]);
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- *   q: joint coordinates, 1 (rad)
- *   qd: joint rates, 1 (rad/s)
- *   qdd: joint accelerations, 1 (rad/s^2)
+ *   q: actuator coordinates, 1 (rad)
+ *   qd: actuator rates, 1 (rad/s)
+ *   qdd: actuator accelerations, 1 (rad/s^2)
  *   thetadd: accelerations of the main chain, 1 (m/s^2) */
 void slider_crank_chain_accelerations(const double q[1], const double qd[1], const double qdd[1], double thetadd[1]);
 
 /* Passive joints that are not in the main chain, angles between -pi and pi.
  * passive = (rod_angle), with every loop closed
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   passive: passive joints, 1 (rad or m) */
 void slider_crank_passive(const double q[1], double passive[1]);
 
 /* Derivative of the passive joints by the actuated coordinates.
  * passive_D_q[:, k] = d passive / d q_k
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   passive_D_q: derivative, 1 x 1 (1, m, 1/m) */
 void slider_crank_passive_D_q(const double q[1], double passive_D_q[1]);
 
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (slider, crank, rod_angle), constraint(z) = 0
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   z: full configuration, 3 (rad or m) */
 void slider_crank_configuration(const double q[1], double z[3]);
 
 /* How far each step of the loops' solution is from its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   margin: margins, 1 (1) */
 void slider_crank_margin(const double q[1], double margin[1]);
 
 /* Every branch of the loops' solution, NaN where it does not close.
  * branches: far; near
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   theta: one branch a row, 2 x 1 (m)
  *   margin: margins of each branch, 2 x 1 (1) */
 void slider_crank_chain_all(const double q[1], double theta[2], double margin[2]);
@@ -243,21 +243,21 @@ void slider_crank_constraint_D_z_dot(const double z[3], const double zd[3], doub
 /* By how much the ends of each rod or cylinder are further apart than its length.
  * |b_i(theta) - a_i(q)| - l_i, i = connecting_rod
  *   theta: joints of the main chain, 1 (m)
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   residual: excess of distance over length, 1 (m) */
 void slider_crank_rods(const double theta[1], const double q[1], double residual[1]);
 
 /* Derivative of the rods' residuals by the main chain's joints.
  * rods_D_chain[:, k] = d rods / d theta_k
  *   theta: joints of the main chain, 1 (m)
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   residual_D_theta: derivative, 1 x 1 (1, m) */
 void slider_crank_rods_D_chain(const double theta[1], const double q[1], double residual_D_theta[1]);
 
 /* Both matrices of the velocity relation of a platform on legs.
  * J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions v_x
  *   theta: joints of the main chain, 1 (m)
- *   q: joint coordinates, 1 (rad)
+ *   q: actuator coordinates, 1 (rad)
  *   J_x: rods along their directions, 1 x 1 (1, m)
  *   J_q: actuators, 1 x 1 (1, m) */
 void slider_crank_velocity_relation(const double theta[1], const double q[1], double J_x[1], double J_q[1]);

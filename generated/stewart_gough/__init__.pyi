@@ -138,7 +138,7 @@ def chain_fk(
 ) -> NDArray[np.float64]:
     """Pose of the tool (ee) in the base frame (0), from the main chain's joints.
 
-    T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
+    T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
@@ -227,7 +227,7 @@ def rods(
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        q (..., 6): joint coordinates (m).
+        q (..., 6): actuator coordinates (m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -245,7 +245,7 @@ def rods_D_chain(
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        q (..., 6): joint coordinates (m).
+        q (..., 6): actuator coordinates (m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -263,7 +263,7 @@ def velocity_relation(
 
     Args:
         theta (..., 6): joints of the main chain (rad or m).
-        q (..., 6): joint coordinates (m).
+        q (..., 6): actuator coordinates (m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 

@@ -67,7 +67,7 @@ void stewart_gough_constraint_D_z(const double z[12], double residual_D_z[72]);
 void stewart_gough_constraint_D_z_dot(const double z[12], const double zd[12], double residual_D_z_dot[72]);
 
 /* Pose of the tool (ee) in the base frame (0), from the main chain's joints.
- * T_0_ee = exp(S_1 q_1) ... exp(S_n q_n) M_0_ee
+ * T_0_ee = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee
  *   theta: joints of the main chain, 6 (rad or m)
  *   T_0_ee: pose of the tool, 4 x 4 (1, m) */
 void stewart_gough_chain_fk(const double theta[6], double T_0_ee[16]);
@@ -100,14 +100,14 @@ void stewart_gough_chain_jacobian_mixed(const double theta[6], double J[36]);
 /* By how much the ends of each rod or cylinder are further apart than its length.
  * |b_i(theta) - a_i(q)| - l_i, i = leg_1, leg_2, leg_3, leg_4, leg_5, leg_6
  *   theta: joints of the main chain, 6 (rad or m)
- *   q: joint coordinates, 6 (m)
+ *   q: actuator coordinates, 6 (m)
  *   residual: excess of distance over length, 6 (m) */
 void stewart_gough_rods(const double theta[6], const double q[6], double residual[6]);
 
 /* Derivative of the rods' residuals by the main chain's joints.
  * rods_D_chain[:, k] = d rods / d theta_k
  *   theta: joints of the main chain, 6 (rad or m)
- *   q: joint coordinates, 6 (m)
+ *   q: actuator coordinates, 6 (m)
  *   residual_D_theta: derivative, 6 x 6 (1, m) */
 void stewart_gough_rods_D_chain(const double theta[6], const double q[6], double residual_D_theta[36]);
 
@@ -115,7 +115,7 @@ void stewart_gough_rods_D_chain(const double theta[6], const double q[6], double
  * J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions v_x, v_y,
  * v_z, omega_x, omega_y, omega_z
  *   theta: joints of the main chain, 6 (rad or m)
- *   q: joint coordinates, 6 (m)
+ *   q: actuator coordinates, 6 (m)
  *   J_x: rods along their directions, 6 x 6 (1, m)
  *   J_q: actuators, 6 x 6 (1, m) */
 void stewart_gough_velocity_relation(const double theta[6], const double q[6], double J_x[36], double J_q[36]);

@@ -15,10 +15,10 @@ def fk(
 ) -> NDArray[np.float64]:
     """Pose of the tool (R) in the base frame (0).
 
-    T_0_R = exp(S_1 q_1) ... exp(S_n q_n) M_0_R
+    T_0_R = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_R, theta = chain(q)
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
+        q (..., 7): actuator coordinates (rad or m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -35,7 +35,7 @@ def link_poses(
     T[k] is the pose of link k of: arm_1, arm_2, arm_3, arm_4, arm_5, arm_6, arm_7
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
+        q (..., 7): actuator coordinates (rad or m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -52,7 +52,7 @@ def fk_jacobian_mixed(
     (fk(q), jacobian_mixed(q))
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
+        q (..., 7): actuator coordinates (rad or m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -70,7 +70,7 @@ def jacobian_space(
     V = J(q) qd with V = twist_space(q, qd)
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
+        q (..., 7): actuator coordinates (rad or m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -87,7 +87,7 @@ def jacobian_body(
     V = J(q) qd with V = twist_body(q, qd)
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
+        q (..., 7): actuator coordinates (rad or m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -104,7 +104,7 @@ def jacobian_mixed(
     V = J(q) qd with V = twist_mixed(q, qd)
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
+        q (..., 7): actuator coordinates (rad or m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -121,8 +121,8 @@ def jacobian_space_dot(
     J_dot = sum_k (d J / d q_k) qd_k
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
-        qd (..., 7): joint rates (rad or m/s).
+        q (..., 7): actuator coordinates (rad or m).
+        qd (..., 7): actuator rates (rad or m/s).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -139,8 +139,8 @@ def jacobian_body_dot(
     J_dot = sum_k (d J / d q_k) qd_k
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
-        qd (..., 7): joint rates (rad or m/s).
+        q (..., 7): actuator coordinates (rad or m).
+        qd (..., 7): actuator rates (rad or m/s).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -157,8 +157,8 @@ def jacobian_mixed_dot(
     J_dot = sum_k (d J / d q_k) qd_k
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
-        qd (..., 7): joint rates (rad or m/s).
+        q (..., 7): actuator coordinates (rad or m).
+        qd (..., 7): actuator rates (rad or m/s).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -175,7 +175,7 @@ def hessian_mixed(
     H[:, j, k] = d jacobian_mixed[:, j] / d q_k
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
+        q (..., 7): actuator coordinates (rad or m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -192,8 +192,8 @@ def twist_space(
     V = jacobian_space(q) qd
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
-        qd (..., 7): joint rates (rad or m/s).
+        q (..., 7): actuator coordinates (rad or m).
+        qd (..., 7): actuator rates (rad or m/s).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -210,8 +210,8 @@ def twist_body(
     V = jacobian_body(q) qd
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
-        qd (..., 7): joint rates (rad or m/s).
+        q (..., 7): actuator coordinates (rad or m).
+        qd (..., 7): actuator rates (rad or m/s).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -228,8 +228,8 @@ def twist_mixed(
     V = jacobian_mixed(q) qd
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
-        qd (..., 7): joint rates (rad or m/s).
+        q (..., 7): actuator coordinates (rad or m).
+        qd (..., 7): actuator rates (rad or m/s).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -246,9 +246,9 @@ def acceleration_space(
     A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
-        qd (..., 7): joint rates (rad or m/s).
-        qdd (..., 7): joint accelerations (rad or m/s^2).
+        q (..., 7): actuator coordinates (rad or m).
+        qd (..., 7): actuator rates (rad or m/s).
+        qdd (..., 7): actuator accelerations (rad or m/s^2).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -265,9 +265,9 @@ def acceleration_body(
     A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
-        qd (..., 7): joint rates (rad or m/s).
-        qdd (..., 7): joint accelerations (rad or m/s^2).
+        q (..., 7): actuator coordinates (rad or m).
+        qd (..., 7): actuator rates (rad or m/s).
+        qdd (..., 7): actuator accelerations (rad or m/s^2).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -284,9 +284,9 @@ def acceleration_mixed(
     A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
-        qd (..., 7): joint rates (rad or m/s).
-        qdd (..., 7): joint accelerations (rad or m/s^2).
+        q (..., 7): actuator coordinates (rad or m).
+        qd (..., 7): actuator rates (rad or m/s).
+        qdd (..., 7): actuator accelerations (rad or m/s^2).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -303,7 +303,7 @@ def chain(
     theta = (theta1, theta2, theta3, l_HI, theta5, l_MN, theta7), with every loop closed
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
+        q (..., 7): actuator coordinates (rad or m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -320,7 +320,7 @@ def chain_D_q(
     chain_D_q[:, k] = d chain / d q_k
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
+        q (..., 7): actuator coordinates (rad or m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -337,8 +337,8 @@ def chain_rates(
     thetad = chain_D_q(q) qd
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
-        qd (..., 7): joint rates (rad or m/s).
+        q (..., 7): actuator coordinates (rad or m).
+        qd (..., 7): actuator rates (rad or m/s).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -355,9 +355,9 @@ def chain_accelerations(
     thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
-        qd (..., 7): joint rates (rad or m/s).
-        qdd (..., 7): joint accelerations (rad or m/s^2).
+        q (..., 7): actuator coordinates (rad or m).
+        qd (..., 7): actuator rates (rad or m/s).
+        qdd (..., 7): actuator accelerations (rad or m/s^2).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -374,7 +374,7 @@ def passive(
     passive = (theta8, theta9, theta10, theta11), with every loop closed
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
+        q (..., 7): actuator coordinates (rad or m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -391,7 +391,7 @@ def passive_D_q(
     passive_D_q[:, k] = d passive / d q_k
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
+        q (..., 7): actuator coordinates (rad or m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -408,7 +408,7 @@ def configuration(
     z = (theta1, theta2, theta3, l_HI, theta5, l_MN, theta7, cylinder_1, theta8, cylinder_2, theta9, cylinder_3, theta10, cylinder_4, theta11), constraint(z) = 0
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
+        q (..., 7): actuator coordinates (rad or m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -425,7 +425,7 @@ def margin(
     sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
+        q (..., 7): actuator coordinates (rad or m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 
@@ -442,7 +442,7 @@ def chain_all(
     branches: left, left, left, left; left, left, left, right; left, left, right, left; left, left, right, right; left, right, left, left; left, right, left, right; left, right, right, left; left, right, right, right; right, left, left, left; right, left, left, right; right, left, right, left; right, left, right, right; right, right, left, left; right, right, left, right; right, right, right, left; right, right, right, right
 
     Args:
-        q (..., 7): joint coordinates (rad or m).
+        q (..., 7): actuator coordinates (rad or m).
         out: The array to write into, or a tuple of them.
         threads: How many share a large batch.
 

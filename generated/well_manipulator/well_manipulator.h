@@ -21,163 +21,163 @@ extern "C" {
 #define WELL_MANIPULATOR_N 7 /* coordinates */
 
 /* Pose of the tool (R) in the base frame (0).
- * T_0_R = exp(S_1 q_1) ... exp(S_n q_n) M_0_R
- *   q: joint coordinates, 7 (rad or m)
+ * T_0_R = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_R, theta = chain(q)
+ *   q: actuator coordinates, 7 (rad or m)
  *   T_0_R: pose of the tool, 4 x 4 (1, m) */
 void well_manipulator_fk(const double q[7], double T_0_R[16]);
 
 /* Pose of every link's frame in the base frame, in order from the base.
  * T[k] is the pose of link k of: arm_1, arm_2, arm_3, arm_4, arm_5, arm_6, arm_7
- *   q: joint coordinates, 7 (rad or m)
+ *   q: actuator coordinates, 7 (rad or m)
  *   T: link poses, 7 x 4 x 4 (1, m) */
 void well_manipulator_link_poses(const double q[7], double T[112]);
 
 /* Pose of the tool and mixed Jacobian in one call.
  * (fk(q), jacobian_mixed(q))
- *   q: joint coordinates, 7 (rad or m)
+ *   q: actuator coordinates, 7 (rad or m)
  *   T_0_R: pose of the tool, 4 x 4 (1, m)
  *   J: mixed Jacobian, 6 x 7 (m, 1) */
 void well_manipulator_fk_jacobian_mixed(const double q[7], double T_0_R[16], double J[42]);
 
 /* Jacobian whose twist (v, omega) is of the point of the tool's body at the base origin, in base axes.
  * V = J(q) qd with V = twist_space(q, qd)
- *   q: joint coordinates, 7 (rad or m)
+ *   q: actuator coordinates, 7 (rad or m)
  *   J: space Jacobian, 6 x 7 (m, 1) */
 void well_manipulator_jacobian_space(const double q[7], double J[42]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in tool axes.
  * V = J(q) qd with V = twist_body(q, qd)
- *   q: joint coordinates, 7 (rad or m)
+ *   q: actuator coordinates, 7 (rad or m)
  *   J: body Jacobian, 6 x 7 (m, 1) */
 void well_manipulator_jacobian_body(const double q[7], double J[42]);
 
 /* Jacobian whose twist (v, omega) is of the tool's origin, in base axes.
  * V = J(q) qd with V = twist_mixed(q, qd)
- *   q: joint coordinates, 7 (rad or m)
+ *   q: actuator coordinates, 7 (rad or m)
  *   J: mixed Jacobian, 6 x 7 (m, 1) */
 void well_manipulator_jacobian_mixed(const double q[7], double J[42]);
 
 /* Time derivative of jacobian_space at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 7 (rad or m)
- *   qd: joint rates, 7 (rad or m/s)
+ *   q: actuator coordinates, 7 (rad or m)
+ *   qd: actuator rates, 7 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 7 (m/s, 1/s) */
 void well_manipulator_jacobian_space_dot(const double q[7], const double qd[7], double J_dot[42]);
 
 /* Time derivative of jacobian_body at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 7 (rad or m)
- *   qd: joint rates, 7 (rad or m/s)
+ *   q: actuator coordinates, 7 (rad or m)
+ *   qd: actuator rates, 7 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 7 (m/s, 1/s) */
 void well_manipulator_jacobian_body_dot(const double q[7], const double qd[7], double J_dot[42]);
 
 /* Time derivative of jacobian_mixed at joint rates qd.
  * J_dot = sum_k (d J / d q_k) qd_k
- *   q: joint coordinates, 7 (rad or m)
- *   qd: joint rates, 7 (rad or m/s)
+ *   q: actuator coordinates, 7 (rad or m)
+ *   qd: actuator rates, 7 (rad or m/s)
  *   J_dot: rate of the Jacobian, 6 x 7 (m/s, 1/s) */
 void well_manipulator_jacobian_mixed_dot(const double q[7], const double qd[7], double J_dot[42]);
 
 /* Derivative of jacobian_mixed by the joint coordinates.
  * H[:, j, k] = d jacobian_mixed[:, j] / d q_k
- *   q: joint coordinates, 7 (rad or m)
+ *   q: actuator coordinates, 7 (rad or m)
  *   H: Hessian, 6 x 7 x 7 (m, 1) */
 void well_manipulator_hessian_mixed(const double q[7], double H[294]);
 
 /* Twist (v, omega) of the point of the tool's body at the base origin, in base axes.
  * V = jacobian_space(q) qd
- *   q: joint coordinates, 7 (rad or m)
- *   qd: joint rates, 7 (rad or m/s)
+ *   q: actuator coordinates, 7 (rad or m)
+ *   qd: actuator rates, 7 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void well_manipulator_twist_space(const double q[7], const double qd[7], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in tool axes.
  * V = jacobian_body(q) qd
- *   q: joint coordinates, 7 (rad or m)
- *   qd: joint rates, 7 (rad or m/s)
+ *   q: actuator coordinates, 7 (rad or m)
+ *   qd: actuator rates, 7 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void well_manipulator_twist_body(const double q[7], const double qd[7], double V[6]);
 
 /* Twist (v, omega) of the tool's origin, in base axes.
  * V = jacobian_mixed(q) qd
- *   q: joint coordinates, 7 (rad or m)
- *   qd: joint rates, 7 (rad or m/s)
+ *   q: actuator coordinates, 7 (rad or m)
+ *   qd: actuator rates, 7 (rad or m/s)
  *   V: twist, linear first, 6 (m/s, rad/s) */
 void well_manipulator_twist_mixed(const double q[7], const double qd[7], double V[6]);
 
 /* Time derivative of twist_space at rates qd and accelerations qdd.
  * A = jacobian_space(q) qdd + jacobian_space_dot(q, qd) qd
- *   q: joint coordinates, 7 (rad or m)
- *   qd: joint rates, 7 (rad or m/s)
- *   qdd: joint accelerations, 7 (rad or m/s^2)
+ *   q: actuator coordinates, 7 (rad or m)
+ *   qd: actuator rates, 7 (rad or m/s)
+ *   qdd: actuator accelerations, 7 (rad or m/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void well_manipulator_acceleration_space(const double q[7], const double qd[7], const double qdd[7], double A[6]);
 
 /* Time derivative of twist_body at rates qd and accelerations qdd.
  * A = jacobian_body(q) qdd + jacobian_body_dot(q, qd) qd
- *   q: joint coordinates, 7 (rad or m)
- *   qd: joint rates, 7 (rad or m/s)
- *   qdd: joint accelerations, 7 (rad or m/s^2)
+ *   q: actuator coordinates, 7 (rad or m)
+ *   qd: actuator rates, 7 (rad or m/s)
+ *   qdd: actuator accelerations, 7 (rad or m/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void well_manipulator_acceleration_body(const double q[7], const double qd[7], const double qdd[7], double A[6]);
 
 /* Time derivative of twist_mixed at rates qd and accelerations qdd.
  * A = jacobian_mixed(q) qdd + jacobian_mixed_dot(q, qd) qd
- *   q: joint coordinates, 7 (rad or m)
- *   qd: joint rates, 7 (rad or m/s)
- *   qdd: joint accelerations, 7 (rad or m/s^2)
+ *   q: actuator coordinates, 7 (rad or m)
+ *   qd: actuator rates, 7 (rad or m/s)
+ *   qdd: actuator accelerations, 7 (rad or m/s^2)
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void well_manipulator_acceleration_mixed(const double q[7], const double qd[7], const double qdd[7], double A[6]);
 
 /* Joints of the main chain, angles between -pi and pi.
  * theta = (theta1, theta2, theta3, l_HI, theta5, l_MN, theta7), with every loop closed
- *   q: joint coordinates, 7 (rad or m)
+ *   q: actuator coordinates, 7 (rad or m)
  *   theta: main chain, 7 (rad or m) */
 void well_manipulator_chain(const double q[7], double theta[7]);
 
 /* Derivative of the main chain's joints by the actuated coordinates.
  * chain_D_q[:, k] = d chain / d q_k
- *   q: joint coordinates, 7 (rad or m)
+ *   q: actuator coordinates, 7 (rad or m)
  *   theta_D_q: derivative, 7 x 7 (1, m, 1/m) */
 void well_manipulator_chain_D_q(const double q[7], double theta_D_q[49]);
 
 /* Joint rates of the main chain.
  * thetad = chain_D_q(q) qd
- *   q: joint coordinates, 7 (rad or m)
- *   qd: joint rates, 7 (rad or m/s)
+ *   q: actuator coordinates, 7 (rad or m)
+ *   qd: actuator rates, 7 (rad or m/s)
  *   thetad: rates of the main chain, 7 (rad or m/s) */
 void well_manipulator_chain_rates(const double q[7], const double qd[7], double thetad[7]);
 
 /* Joint accelerations of the main chain.
  * thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd
- *   q: joint coordinates, 7 (rad or m)
- *   qd: joint rates, 7 (rad or m/s)
- *   qdd: joint accelerations, 7 (rad or m/s^2)
+ *   q: actuator coordinates, 7 (rad or m)
+ *   qd: actuator rates, 7 (rad or m/s)
+ *   qdd: actuator accelerations, 7 (rad or m/s^2)
  *   thetadd: accelerations of the main chain, 7 (rad or m/s^2) */
 void well_manipulator_chain_accelerations(const double q[7], const double qd[7], const double qdd[7], double thetadd[7]);
 
 /* Passive joints that are not in the main chain, angles between -pi and pi.
  * passive = (theta8, theta9, theta10, theta11), with every loop closed
- *   q: joint coordinates, 7 (rad or m)
+ *   q: actuator coordinates, 7 (rad or m)
  *   passive: passive joints, 4 (rad or m) */
 void well_manipulator_passive(const double q[7], double passive[4]);
 
 /* Derivative of the passive joints by the actuated coordinates.
  * passive_D_q[:, k] = d passive / d q_k
- *   q: joint coordinates, 7 (rad or m)
+ *   q: actuator coordinates, 7 (rad or m)
  *   passive_D_q: derivative, 4 x 7 (1, m, 1/m) */
 void well_manipulator_passive_D_q(const double q[7], double passive_D_q[28]);
 
 /* All joints, swings and cylinder lengths, angles between -pi and pi.
  * z = (theta1, theta2, theta3, l_HI, theta5, l_MN, theta7, cylinder_1, theta8, cylinder_2, theta9,
  * cylinder_3, theta10, cylinder_4, theta11), constraint(z) = 0
- *   q: joint coordinates, 7 (rad or m)
+ *   q: actuator coordinates, 7 (rad or m)
  *   z: full configuration, 15 (rad or m) */
 void well_manipulator_configuration(const double q[7], double z[15]);
 
 /* How far each step of the loops' solution is from its dead point.
  * sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach
- *   q: joint coordinates, 7 (rad or m)
+ *   q: actuator coordinates, 7 (rad or m)
  *   margin: margins, 4 (1) */
 void well_manipulator_margin(const double q[7], double margin[4]);
 
@@ -187,7 +187,7 @@ void well_manipulator_margin(const double q[7], double margin[4]);
  * right, right, right; right, left, left, left; right, left, left, right; right, left, right,
  * left; right, left, right, right; right, right, left, left; right, right, left, right; right,
  * right, right, left; right, right, right, right
- *   q: joint coordinates, 7 (rad or m)
+ *   q: actuator coordinates, 7 (rad or m)
  *   theta: one branch a row, 16 x 7 (rad or m)
  *   margin: margins of each branch, 16 x 4 (1) */
 void well_manipulator_chain_all(const double q[7], double theta[112], double margin[64]);
