@@ -131,7 +131,7 @@ def times(plan: Plan) -> list[Limit]:
         rows = q if robot.functions[function].inputs[0].name == "q" else robot.chain(q)
         in_C = kernel(robot, function)
         repeats = max(plan.calls // VECTORS, 1)
-        many = np.tile(rows, (repeats, 1))
+        many = np.ascontiguousarray(np.tile(rows, (repeats, 1)))
         works = {
             "C": lambda k=in_C, m=many: k.run(m),
             "Python": repeated(call, rows, repeats),
