@@ -26,11 +26,11 @@ def mixed_jacobian(name):
 
 def change_of_frame(representation, T):
     """What turns a mixed Jacobian into another one."""
-    R, p, O = T[:3, :3], T[:3, 3], ca.SX(3, 3)
+    R, p, none = T[:3, :3], T[:3, 3], ca.SX(3, 3)
     if representation == "space":
-        return ca.blockcat([[ca.SX.eye(3), ca.skew(p)], [O, ca.SX.eye(3)]])
+        return ca.blockcat([[ca.SX.eye(3), ca.skew(p)], [none, ca.SX.eye(3)]])
     if representation == "body":
-        return ca.blockcat([[R.T, O], [O, R.T]])
+        return ca.blockcat([[R.T, none], [none, R.T]])
     return ca.SX.eye(6)
 
 

@@ -1,4 +1,4 @@
-"""Every operation that the generated C has, on numbers of every kind: one pose, and lanes of each set.
+"""Every operation that the generated C has, on numbers of every kind: one pose, lanes of each set.
 
 The oracle is NumPy, which computes as C does, NaN, infinities and signed zeros included.
 """
