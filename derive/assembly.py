@@ -11,7 +11,7 @@ vectors; so a parallelogram is recognised by its vectors, and needs no root.
 
 import cmath
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import combinations
 
@@ -31,7 +31,18 @@ from .dyads import (
 from .errors import RobotError
 from .mechanism import Mechanism
 from .motion import LoopRate
-from .phasors import REAL, ZERO, Complex, PhasorSum, conjugate, dot, is_zero, product, quotient
+from .phasors import (
+    REAL,
+    ZERO,
+    Complex,
+    PhasorSum,
+    PlanarPose,
+    conjugate,
+    dot,
+    is_zero,
+    product,
+    quotient,
+)
 from .planes import Edge, Linkage, Slide, Turn, Weld, tidied_entry
 from .reference import AtReference, wrapped
 from .scope import Scope
@@ -44,32 +55,7 @@ Turned = tuple[sp.Expr, Complex]
 """A turn: an exact angle, and a constant unit rotor."""
 
 
-@dataclass(frozen=True)
-class Pose:
-    """A body in its cluster: points p of the body are at ``origin + rotor e^(i angle) p``."""
-
-    angle: sp.Expr = ZERO
-    rotor: Complex = REAL
-    origin: PhasorSum = field(default_factory=PhasorSum)
-
-    def point(self, at: Complex) -> PhasorSum:
-        """Where a point of the body is in the cluster."""
-        return self.origin + self.vector(at)
-
-    def vector(self, along: Complex) -> PhasorSum:
-        """A direction of the body in the cluster."""
-        return PhasorSum.of(product(self.rotor, along), self.angle)
-
-    def carried(self, other: "Pose") -> "Pose":
-        """The pose in this pose's cluster of what is at ``other`` on this body."""
-        return Pose(
-            sp.expand(self.angle + other.angle),
-            product(self.rotor, other.rotor),
-            self.origin + other.origin.times(self.rotor).turned(self.angle),
-        )
-
-
-Cluster = dict[str, Pose]
+Cluster = dict[str, PlanarPose]
 """Bodies that are rigid together, each with its pose in the cluster's axes."""
 
 
@@ -180,7 +166,7 @@ class _Solver:
         self.scope, self.linkage, self.known = scope, linkage, known
         self.reference, self.signs = reference, signs
         self.edges = (*linkage.edges, *_implied(linkage.edges))
-        self.clusters: list[Cluster] = [{body: Pose()} for body in linkage.bodies]
+        self.clusters: list[Cluster] = [{body: PlanarPose()} for body in linkage.bodies]
         self.steps: list[Step] = []
         self.loops: dict[sp.Symbol, LoopRate] = {}
         self.relations: list[PhasorSum] = []
@@ -212,7 +198,7 @@ class _Solver:
 
     # --- joining clusters ---
 
-    def _joined(self, base: Cluster, other: Cluster, pose: Pose) -> None:
+    def _joined(self, base: Cluster, other: Cluster, pose: PlanarPose) -> None:
         base.update({body: pose.carried(there) for body, there in other.items()})
         self.clusters = [cluster for cluster in self.clusters if cluster is not other]
 
@@ -227,7 +213,7 @@ class _Solver:
         """Joins a cluster that is turned by an angle and a rotor and shares a point."""
         angle, rotor = sp.expand(turn[0]), turn[1]
         origin = at - at_other.times(rotor).turned(angle)
-        self._joined(base, other, Pose(angle, rotor, origin))
+        self._joined(base, other, PlanarPose(angle, rotor, origin))
 
     def _first(self, *clusters: Cluster) -> list[Cluster]:
         """Clusters in order: that of the root first, then those of more bodies."""
@@ -352,12 +338,9 @@ class _Solver:
         return bool(turns)
 
     def _join_three_pins(self, dyad: "_Dyad") -> None:
-        side = self._side(dyad)
-        if side == 0 and self.signs is None:
-            names = _listed(dyad.pins)
-            raise RobotError(f"the loop of {names} does not close at the reference, or not clearly")
+        sign = self._sign(self._side(dyad), dyad.pins)
         step = self._step_of(dyad, "two circles")
-        self._join_dyad(dyad, *self._two_circles(dyad.V, dyad.W, dyad.D, self._sign(side), step))
+        self._join_dyad(dyad, *self._two_circles(dyad.V, dyad.W, dyad.D, sign, step))
 
     def _step_of(self, dyad: "_Dyad", kind: str) -> Step:
         base, X, Y = dyad.clusters
@@ -386,7 +369,7 @@ class _Solver:
         base, X, Y = dyad.clusters
         distances = {}
         for sign in SIDES:
-            C = _meeting(abs(v), abs(w), d, sign)
+            C = meeting(abs(v), abs(w), d, sign)
             if C is None:
                 return 0
             turns = {id(base): 0.0, id(X): cmath.phase(C / v), id(Y): cmath.phase((C - d) / w)}
@@ -448,11 +431,8 @@ class _Solver:
         direction = guide.along.turned(-delta).coordinates(self.scope)
         R = self._pin(Z, far) - self._pin(Z, near)
         r = arm(self.scope, R)
-        side = self._reach(offset, direction, R, slide, (near, far), (base, Y, Z))
-        if side == 0 and self.signs is None:
-            names = _listed((slide, near, far))
-            raise RobotError(f"the loop of {names} does not close at the reference, or not clearly")
-        sign = self._sign(side)
+        edges = slide, near, far
+        sign = self._sign(self._reach(offset, direction, R, guide, edges, (base, Y, Z)), edges)
         found = circle_and_line(self.scope, offset.coordinates(self.scope), direction, r, sign)
         c, s = turn_of(self.scope, found.vector, r)
         turn = self._solved(c, s, rate_of_third(found))
@@ -531,20 +511,26 @@ class _Solver:
 
     # --- branches ---
 
-    def _sign(self, at_reference: int) -> int:
+    def _sign(self, at_reference: int, edges: Sequence[Edge]) -> int:
         """The sign of the branch: that at the reference, or the next one asked for."""
-        return at_reference if self.signs is None else next(self.signs, 1)
+        if self.signs is not None:
+            return next(self.signs, 1)
+        if at_reference == 0:
+            # The far ends of struts are no names of the description.
+            names = ", ".join(edge.name for edge in edges if "." not in edge.name)
+            raise RobotError(f"the loop of {names} does not close at the reference, or not clearly")
+        return at_reference
 
     def _reach(
         self,
         offset: PhasorSum,
         direction: Complex,
         R: PhasorSum,
-        slide: Slide,
-        pins: tuple[Turn, Turn],
+        guide: "_Guide",
+        edges: Sequence[Edge],
         clusters: tuple[Cluster, Cluster, Cluster],
     ) -> int:
-        """Which of both travels the reference has: 1 for the greater."""
+        """Which of both travels the reference has: 1 for the greater; 0 where none is clear."""
         o, r = self.reference.vector(offset), self.reference.vector(R)
         d = self.reference.number(direction)
         n, m = (d.conjugate() * o).imag, (d.conjugate() * o).real
@@ -552,15 +538,14 @@ class _Solver:
         if not square >= 0:
             return 0
         base, Y, Z = clusters
+        turn_Y = self.reference.turn(guide.angle, guide.rotor)
+        delta = self.reference.of(guide.along.common_angle())
         distances = {}
         for sign in TRAVELS:
             along = sign * math.sqrt(square)
-            guide = self._guide(slide, base, Y)
-            turn_Y = self.reference.turn(guide.angle, guide.rotor)
-            delta = self.reference.of(guide.along.common_angle())
             turn_Z = delta + cmath.phase(d * complex(along, n) / r)
             turns = {id(base): 0.0, id(Y): turn_Y, id(Z): turn_Z}
-            distances[sign] = self._distance((slide, *pins), turns, along - m)
+            distances[sign] = self._distance(edges, turns, along - m)
         return self._nearer(distances)
 
     def _distance(
@@ -652,11 +637,11 @@ class _Guide:
     at_other: PhasorSum
     along: PhasorSum
 
-    def mounted(self, travel: sp.Expr) -> Pose:
+    def mounted(self, travel: sp.Expr) -> PlanarPose:
         """The sliding cluster's pose."""
         at = self.at + self.along.times((travel, ZERO))
         origin = at - self.at_other.times(self.rotor).turned(self.angle)
-        return Pose(self.angle, self.rotor, origin)
+        return PlanarPose(self.angle, self.rotor, origin)
 
 
 @dataclass(frozen=True)
@@ -701,11 +686,6 @@ def _slides(edges: Sequence[Edge]) -> int:
     return sum(isinstance(edge, Slide) for edge in edges)
 
 
-def _listed(edges: Iterable[Edge]) -> str:
-    """Names for the reader, without the far ends of struts."""
-    return ", ".join(edge.name for edge in edges if "." not in edge.name)
-
-
 def _exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
     """The turn between two single vectors of the same length, without a root."""
     if len(here.terms) != 1 or len(there.terms) != 1:
@@ -717,8 +697,8 @@ def _exact_turn(here: PhasorSum, there: PhasorSum) -> Turned | None:
     return angle_there - angle, quotient(b, a)
 
 
-def _meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
-    """Where circles about the ends of d meet; None where they do not."""
+def meeting(v: float, w: float, d: complex, sign: int) -> complex | None:
+    """Where circles of radius v and w about the ends of d meet; None where they do not."""
     p = (abs(d) ** 2 + v**2 - w**2) / 2
     square = abs(d) ** 2 * v**2 - p**2
     if not square >= 0 or d == 0:

@@ -11,25 +11,25 @@ points are sums of turning vectors; in space, the poses of both branches are com
 """
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import Literal, NamedTuple
 
 import sympy as sp
 
-from .chain import groups
 from .errors import RobotError
 from .exact import EVALUATION_DIGITS
-from .forward import Forward, Pose
+from .forward import Pose
 from .lie import adjoint, inverse_se3, pose, screw_axis
 from .mechanism import Closure, Mechanism, Place, Strut
 from .motion import Tangent
-from .phasors import ONE, REAL, ZERO, Complex, PhasorSum, conjugate, product
+from .phasors import ONE, ZERO, Complex, PhasorSum, PlanarPose, conjugate, product
+from .places import pose_along
 from .planes import SMALL, Axes, Edge, Linkage, Loop, Slide, Turn, Weld, linkages, loops, tidied
 from .poe import placement_matrix
-from .robot import Joint, Robot
+from .robot import Joint
 from .scope import Scope
-from .vectors import Vector, named, subtracted
+from .vectors import Vector, subtracted
 
 EquationKind = Literal["planar", "spatial", "point", "distance"]
 Side = Literal["a", "closer", "b"]
@@ -253,23 +253,6 @@ class _Point:
 # --- loops in a plane ---
 
 
-@dataclass(frozen=True)
-class _Body:
-    """A body in the meeting body's plane: its axes are ``rotor`` turned by ``angle``."""
-
-    angle: sp.Expr = ZERO
-    rotor: Complex = REAL
-    origin: PhasorSum = field(default_factory=PhasorSum)
-
-    def vector(self, components: Complex) -> PhasorSum:
-        """A vector of the body's axes in the meeting body's."""
-        return PhasorSum.of(product(components, self.rotor), self.angle)
-
-    def point(self, components: Complex) -> PhasorSum:
-        """A point of the body in the meeting body's axes."""
-        return self.origin + self.vector(components)
-
-
 class _Planar:
     """The equations of a planar loop from sums of turning vectors."""
 
@@ -293,23 +276,23 @@ class _Planar:
             return met._replace(entries=(*met.entries, s), units=(*met.units, "1"), facing=(c,))
         return _Residual("planar", (self._offset(edge), s), ("m", "1"), (c,))
 
-    def _end(self, way: Iterable[Joint]) -> _Body:
-        body = _Body()
+    def _end(self, way: Iterable[Joint]) -> PlanarPose:
+        body = PlanarPose()
         for joint in way:
             body = self._after(body, self.edges[joint.name])
         return body
 
-    def _after(self, body: _Body, edge: Edge) -> _Body:
+    def _after(self, body: PlanarPose, edge: Edge) -> PlanarPose:
         rotor = product(body.rotor, edge.rotor)
         re, im = tidied(self.scope, sp.Matrix(rotor))
         if isinstance(edge, Weld):
-            return _Body(body.angle, (re, im), body.point(edge.at_a))
+            return PlanarPose(body.angle, (re, im), body.point(edge.at_a))
         value = self.values[edge.name]
         if isinstance(edge, Slide):
             moved = replace(body, rotor=(re, im), origin=body.point(edge.at_a))
             along = body.vector((value * edge.direction[0], value * edge.direction[1]))
             return replace(moved, origin=moved.origin + along - moved.vector(edge.at_b))
-        turned = _Body(body.angle + edge.sense * value, (re, im), body.point(edge.at_a))
+        turned = PlanarPose(body.angle + edge.sense * value, (re, im), body.point(edge.at_a))
         return replace(turned, origin=turned.origin - turned.vector(edge.at_b))
 
     def _met(self, difference: PhasorSum) -> _Residual:
@@ -325,7 +308,7 @@ class _Planar:
             x, y = (begin - far).coordinates(self.scope)
             return _distance(self.scope, (x, y), length)
         angle = self.a.angle + swing.sense * self.values[strut.swing_name]
-        barrel = _Body(angle, self.a.rotor, begin)
+        barrel = PlanarPose(angle, self.a.rotor, begin)
         return self._met(barrel.point((length, ZERO)) - far)
 
     def _turn(self, edge: Slide | Weld) -> Complex:
@@ -391,18 +374,7 @@ class _Spatial:
 
     def _pose(self, way: Sequence[Joint], place: Place) -> Pose:
         """The place in the meeting body's frame."""
-        if all(joint.kind == "fixed" for joint in way):
-            T = _matrix(way) * placement_matrix(place.placement)
-            x, y, z, p = (named(self.scope, T[:3, k]) for k in range(4))
-            return (x, y, z), p
-        robot = Robot(
-            self.mechanism.name,
-            tuple(replace(joint, parent="") for joint in way),
-            tool=place.placement,
-            parameters=self.mechanism.parameters,
-        )
-        q = [self.values[joint.name] for joint in robot.coordinates]
-        return Forward(self.scope, groups(robot, self.scope, robot.joint_values(q))).tool_pose()
+        return pose_along(self.mechanism, self.scope, way, place.placement, self.values)
 
 
 def _dot(scope: Scope, a: Vector, b: Vector) -> sp.Expr:
@@ -483,14 +455,6 @@ def _unit(k: int, pitch: sp.Expr = ZERO) -> sp.Matrix:
 def _in_plane(place: Place, axes: Axes) -> sp.Matrix:
     """A place's point with the axes that its body has in the plane, in the body's frame."""
     return pose(sp.Matrix.hstack(*axes), placement_matrix(place.placement)[:3, 3])
-
-
-def _matrix(way: Iterable[Joint]) -> sp.Matrix:
-    """The pose of the last body of a branch that does not move, in the first's frame."""
-    T = sp.eye(4)
-    for joint in way:
-        T = T * placement_matrix(joint.before) * placement_matrix(joint.after)
-    return T
 
 
 def _screw(scope: Scope, screw: sp.Matrix) -> sp.ImmutableMatrix:

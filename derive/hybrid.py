@@ -159,11 +159,14 @@ class Hybrid:
     @cached_property
     def actuators(self) -> tuple[sp.Expr, ...]:
         """The actuators from the main chain."""
-        members = [c.moves for c in self.mechanism.coordinates]
-        values = self.named(self.backward, members)
+        return self.actuators_in(self.backward)
+
+    def actuators_in(self, solution: Solution) -> tuple[sp.Expr, ...]:
+        """The actuated coordinates of a solution."""
+        coordinates = self.mechanism.coordinates
+        values = self.named(solution, [c.moves for c in coordinates])
         return tuple(
-            self.scope.let(value / c.ratio)
-            for value, c in zip(values, self.mechanism.coordinates, strict=True)
+            self.scope.let(value / c.ratio) for value, c in zip(values, coordinates, strict=True)
         )
 
     def function(

@@ -166,13 +166,8 @@ def chain_all(h: Hybrid) -> SymbolicFunction:
 
 def actuators_all(h: Hybrid) -> SymbolicFunction:
     """The actuators on every branch."""
-    members = [c.moves for c in h.mechanism.coordinates]
-    branches = []
-    for solution in _branches(h, h.backward, partial(from_chain, closed=h.closed), h.theta):
-        values = h.named(solution, members)
-        ratios = [c.ratio for c in h.mechanism.coordinates]
-        q = tuple(h.scope.let(v / r) for v, r in zip(values, ratios, strict=True))
-        branches.append((q, solution))
+    solutions = _branches(h, h.backward, partial(from_chain, closed=h.closed), h.theta)
+    branches = [(h.actuators_in(solution), solution) for solution in solutions]
     return _all(h, "actuators_all", "theta", "q", h.arguments["q"].unit, branches)
 
 

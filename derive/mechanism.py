@@ -273,9 +273,13 @@ class Mechanism:
         taken = {c.moves for c in self.coordinates}
         taken |= {joint.name for joint in self.main_chain.moving}
         joints = [joint.name for joint in self.joints if joint.kind != "fixed"]
-        swings = [strut.swing_name for strut in self.struts if strut.ends == "pin"]
         cylinders = [strut.name for strut in self.struts if strut.is_cylinder]
-        return tuple(name for name in (*joints, *swings, *cylinders) if name not in taken)
+        return tuple(name for name in (*joints, *self.swings, *cylinders) if name not in taken)
+
+    @property
+    def swings(self) -> tuple[str, ...]:
+        """Names of the swing angles of all struts that have one."""
+        return tuple(strut.swing_name for strut in self.struts if strut.ends == "pin")
 
     @property
     def tool_place(self) -> Place:

@@ -114,6 +114,31 @@ class PhasorSum:
         return best.reduced(relations, cost) if cost(best) < cost(self) else self
 
 
+@dataclass(frozen=True)
+class PlanarPose:
+    """A body in a plane: points p of the body are at ``origin + rotor e^(i angle) p``."""
+
+    angle: sp.Expr = ZERO
+    rotor: Complex = REAL
+    origin: PhasorSum = field(default_factory=PhasorSum)
+
+    def point(self, at: Complex) -> PhasorSum:
+        """Where a point of the body is in the plane."""
+        return self.origin + self.vector(at)
+
+    def vector(self, along: Complex) -> PhasorSum:
+        """A direction of the body in the plane."""
+        return PhasorSum.of(product(self.rotor, along), self.angle)
+
+    def carried(self, other: "PlanarPose") -> "PlanarPose":
+        """The pose in this pose's plane of what is at ``other`` on this body."""
+        return PlanarPose(
+            sp.expand(self.angle + other.angle),
+            product(self.rotor, other.rotor),
+            self.origin + other.origin.times(self.rotor).turned(self.angle),
+        )
+
+
 def quotient(a: Complex, b: Complex) -> Complex:
     """A / b."""
     re, im = product(a, conjugate(b))

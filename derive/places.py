@@ -1,6 +1,6 @@
 """Where a place on a body of a mechanism is, at given values of the joints before it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import sympy as sp
@@ -9,7 +9,7 @@ from .chain import groups
 from .forward import Forward, Pose
 from .mechanism import Mechanism, Place
 from .poe import placement_matrix
-from .robot import Robot
+from .robot import Joint, Placement, Robot
 from .scope import Scope
 from .vectors import named
 
@@ -26,18 +26,39 @@ def pose_of(
         values: Values of the joints between the base and the body (radian or metre).
     """
     way = mechanism.way(place.body)
+    return pose_along(mechanism, scope, way, place.placement, values, mechanism.base)
+
+
+def pose_along(
+    mechanism: Mechanism,
+    scope: Scope,
+    way: Sequence[Joint],
+    tool: Placement,
+    values: Mapping[str, sp.Expr],
+    base: Placement = (),
+) -> Pose:
+    """Axes and origin of a frame behind some joints, in the frame before them.
+
+    Args:
+        mechanism: The description that the joints are from.
+        scope: Names of all terms.
+        way: The joints.
+        tool: The frame on the last body.
+        values: Values of the joints that move (radian or metre), by name.
+        base: Where the way begins.
+    """
     if all(joint.kind == "fixed" for joint in way):
-        T = placement_matrix(mechanism.base)
+        T = placement_matrix(base)
         for joint in way:
             T = T * placement_matrix(joint.before) * placement_matrix(joint.after)
-        T = T * placement_matrix(place.placement)
+        T = T * placement_matrix(tool)
         x, y, z, p = (named(scope, T[:3, k]) for k in range(4))
         return (x, y, z), p
     robot = Robot(
         mechanism.name,
         tuple(replace(joint, parent="") for joint in way),
-        base=mechanism.base,
-        tool=place.placement,
+        base=base,
+        tool=tool,
         parameters=mechanism.parameters,
     )
     q = [values[joint.name] for joint in robot.coordinates]

@@ -91,32 +91,27 @@ class _Rod:
     """One strut at given theta and q, in the base frame.
 
     Attributes:
-        d: From its beginning to its end.
+        d: From its other end to that on the platform.
         on_platform: The end that the platform carries.
-        sense: 1 where that is the end, -1 where it is the beginning.
         distance: Of its ends.
         length: That it has.
     """
 
     d: Vector
     on_platform: Vector
-    sense: int
     distance: sp.Expr
     length: sp.Expr
 
 
 def _rods(h: Hybrid) -> list[_Rod]:
     values = joint_values(h)
-    chain = {joint.name for joint in h.robot.moving}
     found = []
     for strut in h.mechanism.struts:
-        (_, a), (_, b) = (pose_of(h.mechanism, h.scope, end, values) for end in (strut.a, strut.b))
+        (_, a), (_, b) = (pose_of(h.mechanism, h.scope, end, values) for end in from_base(h, strut))
         d = subtracted(h.scope, b, a)
         square = h.scope.let(sum((component**2 for component in d), ZERO))
-        at_end = any(joint.name in chain for joint in h.mechanism.way(strut.b.body))
         length = strut.length + (values[strut.name] if strut.is_cylinder else ZERO)
-        distance = h.scope.let(sp.sqrt(square))
-        found.append(_Rod(d, b if at_end else a, 1 if at_end else -1, distance, length))
+        found.append(_Rod(d, b, h.scope.let(sp.sqrt(square)), length))
     return found
 
 
@@ -127,13 +122,13 @@ def joint_values(h: Hybrid) -> dict[str, sp.Expr]:
     return values | {j.name: s for j, s in zip(h.robot.moving, h.theta, strict=True)}
 
 
-def _residuals(h: Hybrid) -> list[sp.Expr]:
-    return [h.scope.let(rod.distance - rod.length) for rod in _rods(h)]
+def _residuals(h: Hybrid, found: Sequence[_Rod]) -> list[sp.Expr]:
+    return [h.scope.let(rod.distance - rod.length) for rod in found]
 
 
 def rods(h: Hybrid) -> SymbolicFunction:
     """What each rod is too long."""
-    entries = tuple(_residuals(h))
+    entries = tuple(_residuals(h, _rods(h)))
     names = ", ".join(strut.name for strut in h.mechanism.struts)
     return h.function(
         "rods",
@@ -146,7 +141,7 @@ def rods(h: Hybrid) -> SymbolicFunction:
 
 def rods_D_chain(h: Hybrid) -> SymbolicFunction:
     """Its derivative by the main chain."""
-    residuals = _residuals(h)
+    residuals = _residuals(h, _rods(h))
     columns = [Tangent(h.scope, {symbol: ONE}).of_each(residuals) for symbol in h.theta]
     return h.function(
         "rods_D_chain",
@@ -169,12 +164,12 @@ def velocity_relation(h: Hybrid) -> SymbolicFunction:
     _, tool = pose_of(h.mechanism, h.scope, h.mechanism.tool_place, joint_values(h))
     rows = []
     for rod in found:
-        n = named(h.scope, (rod.sense * component / rod.distance for component in rod.d))
+        n = named(h.scope, (component / rod.distance for component in rod.d))
         r = subtracted(h.scope, rod.on_platform, tool)
         rows.append((*n, *cross(h.scope, r, n)))
     free = free_directions(h)
     J_x = tuple(row[k] for row in rows for k in free)
-    residuals = _residuals(h)
+    residuals = _residuals(h, found)
     columns = [Tangent(h.scope, {symbol: -ONE}).of_each(residuals) for symbol in h.q]
     return h.function(
         "velocity_relation",

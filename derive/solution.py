@@ -146,14 +146,9 @@ def _solved(
         assemble_in_space(scope, mechanism, loops.spatial, spatial, reference, signs)
     except RobotError as error:
         raise RobotError(f"robot {mechanism.name!r}: {error}") from error
-    wanted = [*mechanism.members, *swings(mechanism)]
+    wanted = [*mechanism.members, *mechanism.swings]
     still_open = tuple(name for name in wanted if name not in values)
     return Solution(mechanism, values, rates, tuple(steps), tuple(relations), still_open, reference)
-
-
-def swings(mechanism: Mechanism) -> tuple[str, ...]:
-    """Names of the swing angles of all struts that have one."""
-    return tuple(strut.swing_name for strut in mechanism.struts if strut.ends == "pin")
 
 
 def joint_angle(scope: Scope, solution: Solution, value: sp.Expr, joint: Joint | None) -> sp.Expr:

@@ -8,6 +8,7 @@ meet). Pairs of equal, parallel rods are such a hold.
 Source: Merlet, Parallel Robots, ch. 2 and 4; Clavel 1988 for the parallelograms of balls.
 """
 
+import cmath
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -15,7 +16,7 @@ from functools import partial
 
 import sympy as sp
 
-from .assembly import SIDES, TRAVELS, Step
+from .assembly import SIDES, TRAVELS, Step, meeting
 from .dyads import Arm, rate_of_first, turn_of, two_circles
 from .errors import RobotError
 from .mechanism import Mechanism, Place, Strut
@@ -183,13 +184,9 @@ class _Solver:
     def _angle_at_reference(self, v: Arm, w: Arm, D: Arm, sign: int) -> float:
         """The angle of a leg's joint, in numbers; NaN where the leg does not reach."""
         d, u = self.reference.number(D.vector), self.reference.number(v.vector)
-        a, b = abs(u) ** 2, self.reference.of(w.square)
-        p = (abs(d) ** 2 + a - b) / 2
-        inside = abs(d) ** 2 * a - p**2
-        if not inside >= 0 or b < 0 or u == 0 or d == 0:
-            return math.nan
-        turn = d * complex(p, sign * math.sqrt(inside)) / abs(d) ** 2 / u
-        return math.atan2(turn.imag, turn.real)
+        square = self.reference.of(w.square)
+        C = meeting(abs(u), math.sqrt(square), d, sign) if square >= 0 and u != 0 else None
+        return math.nan if C is None else cmath.phase(C / u)
 
     # --- three spheres ---
 
@@ -204,7 +201,7 @@ class _Solver:
         if any(self._length(strut) is None for strut in struts):
             return False
         turned = {
-            joint.name: self._number_at_reference(joint.name)
+            joint.name: self.mechanism.reference_of(joint.name)
             for joint in way
             if joint.kind != "prismatic"
         }
@@ -369,9 +366,6 @@ class _Solver:
             self.scope,
             (sum((a * b for a, b in zip(axis, vector, strict=True)), ZERO) for axis in axes),
         )
-
-    def _number_at_reference(self, name: str) -> sp.Expr:
-        return self.mechanism.reference_of(name)
 
     def _leg_step(
         self,
