@@ -64,6 +64,7 @@ class SymbolicFunction:
     scope: Scope
     margin: str = ""
     steps: tuple[str, ...] = ()
+    signs: tuple[sp.Symbol, ...] = ()
 
     def terms(self) -> list[tuple[sp.Symbol, sp.Expr]]:
         """The shared terms that the outputs rest on, each after those it uses."""
