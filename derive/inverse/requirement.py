@@ -42,6 +42,13 @@ def meeting(lines: Lines, *indices: int) -> Requirement:
     return Requirement(f"axes {_names(lines, indices)} {what}", lines.apart_in_place(indices))
 
 
+def across(lines: Lines, i: int, j: int) -> Requirement:
+    """Axes that must be at right angles."""
+    a, b = lines.axes[i], lines.axes[j]
+    apart = abs(float(a.direction @ b.direction))
+    return Requirement(f"axes {a.name} and {b.name} are at right angles", apart)
+
+
 def _names(lines: Lines, indices: Iterable[int]) -> str:
     *names, last = (lines.axes[k].name for k in indices)
     return f"{', '.join(names)} and {last}"

@@ -75,3 +75,13 @@ def rotated(scope: Scope, k: Vector, turn: Turn, v: Vector) -> Vector:
 def perpendicular(scope: Scope, k: Vector, v: Vector) -> Vector:
     """The part of a vector that is perpendicular to a unit vector."""
     return combination(scope, (sp.Integer(1), -dot(scope, k, v)), (v, k))
+
+
+def any_across(scope: Scope, k: Vector) -> Vector:
+    """A constant unit vector across a constant one."""
+    size = [abs(float(scope.value(component))) for component in k]
+    e = [sp.Integer(0)] * 3
+    e[size.index(min(size))] = sp.Integer(1)
+    x, y, z = perpendicular(scope, k, (e[0], e[1], e[2]))
+    length = scope.let(sp.sqrt(x**2 + y**2 + z**2))
+    return scope.let(x / length), scope.let(y / length), scope.let(z / length)

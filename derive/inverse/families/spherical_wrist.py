@@ -21,7 +21,11 @@ TITLE = "spherical wrist"
 
 def requires(lines: Lines) -> list[Requirement]:
     """What the axes must fulfil."""
-    return [revolute(lines, range(3, 6)), meeting(lines, 3, 4, 5), three_joints.requires(_arm(lines))]
+    return [
+        revolute(lines, range(3, 6)),
+        meeting(lines, 3, 4, 5),
+        three_joints.requires(_arm(lines)),
+    ]
 
 
 def solve(work: Work, lines: Lines, target: Target) -> None:

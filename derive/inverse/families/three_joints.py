@@ -9,12 +9,13 @@ place of a rotation about an axis at infinity.
 from collections.abc import Callable
 from dataclasses import dataclass
 
+import numpy as np
 import sympy as sp
 
 from ...scope import Scope
 from ...vectors import Vector, added, combination, dot, subtracted
 from ..lines import Axis, Lines
-from ..requirement import Requirement, meeting, parallel
+from ..requirement import Requirement, across, meeting, parallel
 from ..subproblems.slides import slide_to_plane, slide_to_sphere
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
@@ -22,7 +23,10 @@ from ..subproblems.sp3 import sp3, squared_across
 from ..subproblems.sp4 import sp4
 from ..turns import perpendicular, rotated
 from ..work import Work
+from .triangle import triangle
 
+_OBLIQUE = 1e-3
+"""Sine of an angle that is too flat to solve by."""
 Solver = Callable[[Work, Lines, Vector, Vector], None]
 """Finds the three joints that bring the point O of the home pose to the place W."""
 
@@ -65,7 +69,7 @@ def requires(lines: Lines) -> Requirement:
         for case in CASES
         if case.kinds == kinds
     ]
-    apart, title = min(missed, default=(float("inf"), "no structure of these joints is known"))
+    apart, title = min(missed, default=(np.inf, "no structure of these joints is known"))
     return Requirement(f"of {', '.join(axis.name for axis in lines.axes)}: {title}", apart)
 
 
@@ -83,28 +87,7 @@ def _last_two_parallel(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
     )
     U = added(scope, rotated(scope, a1.h, q1.back, V), subtracted(scope, a1.p, a2.p))
     # 2, 3. A triangle across the parallel axes.
-    _triangle(work, a2, a3, O, perpendicular(scope, a2.h, U))
-
-
-def _triangle(work: Work, first: Axis, second: Axis, O: Vector, A: Vector) -> None:
-    """Two parallel axes that bring O to A, seen from the first axis and across it."""
-    scope = work.scope
-    upper = perpendicular(scope, first.h, subtracted(scope, second.p, first.p))
-    fore = perpendicular(scope, first.h, subtracted(scope, O, second.p))
-    bent = work.step(
-        [second],
-        "subproblem 3",
-        f"it is bent by the distance of the centre from axis {first.name}",
-        sp3(scope, second.h, upper, fore, dot(scope, A, A), work.sign()),
-    )
-    arm = added(scope, upper, rotated(scope, second.h, bent, fore))
-    work.step(
-        [first],
-        "subproblem 1",
-        "the bent arm points to the centre",
-        sp1(scope, first.h, arm, A),
-        "with the centre on the axis every angle will do; it is then 0",
-    )
+    triangle(work, a2, a3, O, U)
 
 
 def _first_two_parallel(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
@@ -120,8 +103,7 @@ def _first_two_parallel(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
     )
     # 2, 3. A triangle across the parallel axes.
     reached = added(scope, a3.p, rotated(scope, a3.h, q3, fore))
-    A = perpendicular(scope, a1.h, subtracted(scope, W, a1.p))
-    _triangle(work, a1, a2, reached, A)
+    triangle(work, a1, a2, reached, subtracted(scope, W, a1.p))
 
 
 def _first_two_meet(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
@@ -172,9 +154,7 @@ def _last_two_meet(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
         "with the centre on the first axis every angle will do; it is then 0",
     )
     # 2, 3. Two turns about one point.
-    _two_about_a_point(
-        work, a2, a3, reach, subtracted(scope, rotated(scope, a1.h, q1.back, V), c)
-    )
+    _two_about_a_point(work, a2, a3, reach, subtracted(scope, rotated(scope, a1.h, q1.back, V), c))
 
 
 def _meeting_then_slide(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
@@ -205,8 +185,7 @@ def _parallel_then_slide(work: Work, lines: Lines, O: Vector, W: Vector) -> None
     )
     # 2, 3. A triangle across the parallel axes.
     extended = combination(scope, (sp.Integer(1), length), (O, a3.h))
-    A = perpendicular(scope, a1.h, subtracted(scope, W, a1.p))
-    _triangle(work, a1, a2, extended, A)
+    triangle(work, a1, a2, extended, subtracted(scope, W, a1.p))
 
 
 def _turn_across_slide(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
@@ -268,10 +247,8 @@ def _slide_then_parallel(work: Work, lines: Lines, O: Vector, W: Vector) -> None
         slide_to_plane(scope, a2.h, a1.h, O, dot(scope, a2.h, W)),
     )
     # 2, 3. A triangle across the parallel axes.
-    A = combination(
-        scope, (sp.Integer(1), sp.Integer(-1), -length), (W, a2.p, a1.h)
-    )
-    _triangle(work, a2, a3, O, perpendicular(scope, a2.h, A))
+    A = combination(scope, (sp.Integer(1), sp.Integer(-1), -length), (W, a2.p, a1.h))
+    triangle(work, a2, a3, O, A)
 
 
 def _slide_then_meeting(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
@@ -316,21 +293,15 @@ def _slides_then_turn(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
         )
 
 
-def _perpendicular(lines: Lines, i: int, j: int) -> Requirement:
-    apart = abs(float(lines.axes[i].direction @ lines.axes[j].direction))
-    return Requirement(f"{lines.axes[i].name} and {lines.axes[j].name} are at right angles", apart)
-
-
 def _oblique(lines: Lines, i: int, j: int) -> Requirement:
-    sideways = abs(float(lines.axes[i].direction @ lines.axes[j].direction)) < 1e-3  # noqa: PLR2004
+    sideways = abs(float(lines.axes[i].direction @ lines.axes[j].direction)) < _OBLIQUE
     text = f"{lines.axes[j].name} does not move across {lines.axes[i].name}"
-    return Requirement(text, float("inf") if sideways else 0.0)
+    return Requirement(text, np.inf if sideways else 0.0)
 
 
 def _independent(lines: Lines) -> Requirement:
-    a, b, c = (axis.direction for axis in lines.axes)
-    flat = abs(float(a @ [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]])) < 1e-3  # noqa: E501, PLR2004
-    return Requirement("the slides span space", float("inf") if flat else 0.0)
+    volume = float(np.linalg.det([axis.direction for axis in lines.axes]))
+    return Requirement("the slides span space", np.inf if abs(volume) < _OBLIQUE else 0.0)
 
 
 CASES = (
@@ -339,22 +310,32 @@ CASES = (
     Case("rrr", "axes 1 and 2 intersecting", 4, lambda a: [meeting(a, 0, 1)], _first_two_meet),
     Case("rrr", "axes 2 and 3 intersecting", 4, lambda a: [meeting(a, 1, 2)], _last_two_meet),
     Case(
-        "rrp", "axes 1 and 2 intersecting, a slide", 4, lambda a: [meeting(a, 0, 1)],
+        "rrp",
+        "axes 1 and 2 intersecting, a slide",
+        4,
+        lambda a: [meeting(a, 0, 1)],
         _meeting_then_slide,
     ),
     Case(
-        "rrp", "axes 1 and 2 parallel, a slide along them", 2,
-        lambda a: [parallel(a, 0, 1), _oblique(a, 0, 2)], _parallel_then_slide,
+        "rrp",
+        "axes 1 and 2 parallel, a slide along them",
+        2,
+        lambda a: [parallel(a, 0, 1), _oblique(a, 0, 2)],
+        _parallel_then_slide,
+    ),
+    Case("rrp", "a slide across axis 2", 4, lambda a: [across(a, 1, 2)], _turn_across_slide),
+    Case(
+        "prr",
+        "a slide along parallel axes 2 and 3",
+        2,
+        lambda a: [parallel(a, 1, 2), _oblique(a, 1, 0)],
+        _slide_then_parallel,
     ),
     Case(
-        "rrp", "a slide across axis 2", 4, lambda a: [_perpendicular(a, 1, 2)], _turn_across_slide
-    ),
-    Case(
-        "prr", "a slide along parallel axes 2 and 3", 2,
-        lambda a: [parallel(a, 1, 2), _oblique(a, 1, 0)], _slide_then_parallel,
-    ),
-    Case(
-        "prr", "a slide, axes 2 and 3 intersecting", 4, lambda a: [meeting(a, 1, 2)],
+        "prr",
+        "a slide, axes 2 and 3 intersecting",
+        4,
+        lambda a: [meeting(a, 1, 2)],
         _slide_then_meeting,
     ),
     Case("ppr", "two slides and a turn", 2, lambda _: [], _slides_then_turn),

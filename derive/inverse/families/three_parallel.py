@@ -15,8 +15,9 @@ from ..subproblems.sp2 import sp2
 from ..subproblems.sp3 import sp3
 from ..subproblems.sp4 import sp4
 from ..target import Target
-from ..turns import Turn, composed, perpendicular, rotated
+from ..turns import Turn, perpendicular, rotated
 from ..work import Work
+from .triangle import remaining, triangle
 
 TITLE = "three parallel axes 2, 3, 4 and intersecting axes 5, 6"
 MOST_SOLUTIONS = 8
@@ -86,25 +87,8 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
 
     # 5. The rest is a triangle across the parallel axes: shoulder, elbow, wrist.
     lever = rotated(scope, a2.h, q234, subtracted(scope, centre, a4.p))
-    A = perpendicular(scope, a2.h, subtracted(scope, U, lever))
-    upper = perpendicular(scope, a2.h, subtracted(scope, a3.p, a2.p))
-    fore = perpendicular(scope, a2.h, subtracted(scope, a4.p, a3.p))
-    q3 = work.step(
-        [a3],
-        "subproblem 3",
-        "the elbow is bent by the distance of axis 4 from axis 2",
-        sp3(scope, a3.h, upper, fore, dot(scope, A, A), work.sign()),
-    )
-    arm = added(scope, upper, rotated(scope, a3.h, q3, fore))
-    q2 = work.step(
-        [a2],
-        "subproblem 1",
-        "the bent arm points to axis 4",
-        sp1(scope, a2.h, arm, A),
-        "folded upon itself, the arm points nowhere; the angle is then 0",
-    )
-    q23 = composed(scope, q2, q3.counted(lines.sense(1, 2)))
-    work.turns[a4.joint] = composed(scope, q234, q23.back).counted(lines.sense(1, 3))
+    triangle(work, a2, a3, a4.p, subtracted(scope, U, lever))
+    remaining(work, (a2, a3, a4), q234)
 
 
 def _reaching(

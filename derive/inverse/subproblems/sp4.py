@@ -31,9 +31,7 @@ MEETING = sp.Float("4e-15", 20)
 """sin^2 of half the angle between two solutions that are one."""
 
 
-def sp4(
-    scope: Scope, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symbol
-) -> FoundTurn:
+def sp4(scope: Scope, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symbol) -> FoundTurn:
     """The turn about the unit vector k after which p has the part d along h (h . R p = d)."""
     a = dot(scope, h, perpendicular(scope, k, p))
     b = dot(scope, h, cross(scope, k, p))
