@@ -4,14 +4,14 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from . import equations, maps, platforms
 from .chain import Group, groups
 from .coordinates import InProportion
 from .errors import RobotError
 from .function import SymbolicFunction
-from .hybrid import Hybrid
 from .kinematics import FUNCTIONS, Kinematics, arguments_of
-from .maps import Maker
+from .loops import equations, maps, platforms
+from .loops.hybrid import Hybrid
+from .loops.maps import Maker
 from .mechanism import Described, Mechanism
 from .scope import Scope
 

@@ -79,23 +79,21 @@ def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Functio
     return [visitor.function(function, prefix) for function in functions]
 
 
-def whole(functions: Iterable[SymbolicFunction], name: str) -> ca.Function:
-    """All functions as one CasADi function, an output each, for optimal control in CasADi.
+def whole(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:
+    """Functions of one output each as one CasADi function, for optimal control in CasADi.
 
-    Inputs are q, qd, qdd; the output called ``fk`` is the matrix that fk computes, and so on. An
-    output of more than two dimensions is flattened behind its first. Functions of several outputs
-    repeat others and are left out.
+    Inputs are those of all functions; the output called ``fk`` is the matrix that fk computes, and
+    so on. An output of more than two dimensions is flattened behind its first.
     """
-    single = [function for function in functions if len(function.outputs) == 1]
-    visitor = _Visitor(single[0].scope)
-    arguments = {argument.name: argument for f in single for argument in f.inputs}
+    visitor = _Visitor(functions[0].scope)
+    arguments = {argument.name: argument for f in functions for argument in f.inputs}
     inputs = [visitor.vector(argument.symbols) for argument in arguments.values()]
     outputs = []
-    for function in single:
+    for function in functions:
         (entries,) = visitor.outputs(function)
         rows = function.outputs[0].shape[0]
         outputs.append(ca.reshape(entries, entries.numel() // rows, rows).T)
-    return ca.Function(name, inputs, outputs, list(arguments), [f.name for f in single])
+    return ca.Function(name, inputs, outputs, list(arguments), [f.name for f in functions])
 
 
 class _Visitor:

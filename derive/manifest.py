@@ -11,7 +11,7 @@ import sympy as sp
 
 from .derivation import Derivation
 from .function import Argument, Result, SymbolicFunction
-from .hybrid import Hybrid
+from .loops.hybrid import Hybrid
 from .lower import count_operations
 from .mechanism import Coordinate, Described
 from .robot import UNITS, Joint, Parameter

@@ -2,8 +2,8 @@
 
 from collections.abc import Mapping
 
+from ..function import Result, SymbolicFunction
 from .constraints import jacobian, jacobian_dot
-from .function import Result, SymbolicFunction
 from .hybrid import Hybrid
 from .maps import Maker
 

@@ -13,11 +13,11 @@ from typing import NamedTuple
 
 import sympy as sp
 
-from .mechanism import Closure, Mechanism, Place, Strut
+from ..mechanism import Closure, Mechanism, Place, Strut
+from ..poe import placement_matrix
+from ..robot import Joint, Placement
+from ..scope import Scope
 from .phasors import ONE, REAL, ZERO, Complex
-from .poe import placement_matrix
-from .robot import Joint, Placement
-from .scope import Scope
 
 SMALL = sp.Float("1e-25")
 """What counts as zero where directions are compared to 40 digits."""

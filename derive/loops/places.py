@@ -5,13 +5,13 @@ from dataclasses import replace
 
 import sympy as sp
 
-from .chain import groups
-from .forward import Forward, Pose
-from .mechanism import Mechanism, Place
-from .poe import placement_matrix
-from .robot import Joint, Placement, Robot
-from .scope import Scope
-from .vectors import named
+from ..chain import groups
+from ..forward import Forward, Pose
+from ..mechanism import Mechanism, Place
+from ..poe import placement_matrix
+from ..robot import Joint, Placement, Robot
+from ..scope import Scope
+from ..vectors import named
 
 
 def pose_of(

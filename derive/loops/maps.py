@@ -7,9 +7,9 @@ from itertools import islice, product
 
 import sympy as sp
 
-from .function import Result, SymbolicFunction, matrix_entries
+from ..function import Result, SymbolicFunction, matrix_entries
+from ..motion import Tangent
 from .hybrid import Hybrid
-from .motion import Tangent
 from .solution import Solution, from_actuators, from_chain
 
 MOST_BRANCHES = 16

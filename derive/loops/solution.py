@@ -5,15 +5,15 @@ from dataclasses import dataclass
 
 import sympy as sp
 
+from ..errors import RobotError
+from ..mechanism import Mechanism
+from ..motion import LoopRate
+from ..robot import Joint
+from ..scope import Scope
 from .assembly import Step, assemble
-from .errors import RobotError
-from .mechanism import Mechanism
-from .motion import LoopRate
 from .phasors import PhasorSum
 from .planes import Linkage, Loop, linkages
 from .reference import AtReference
-from .robot import Joint
-from .scope import Scope
 from .spatial import Known, assemble_in_space
 
 

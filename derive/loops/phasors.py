@@ -15,8 +15,8 @@ from functools import cache
 
 import sympy as sp
 
-from .exact import is_zero as constant_is_zero
-from .scope import Scope
+from ..exact import is_zero as constant_is_zero
+from ..scope import Scope
 
 Complex = tuple[sp.Expr, sp.Expr]
 """Real and imaginary part."""

@@ -9,8 +9,8 @@ from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
 
+from ..scope import Scope
 from .phasors import Complex, PhasorSum
-from .scope import Scope
 
 
 class AtReference:

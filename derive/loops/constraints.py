@@ -17,19 +17,19 @@ from typing import Literal, NamedTuple
 
 import sympy as sp
 
-from .errors import RobotError
-from .exact import EVALUATION_DIGITS
-from .forward import Pose
-from .lie import adjoint, inverse_se3, pose, screw_axis
-from .mechanism import Closure, Mechanism, Place, Strut
-from .motion import Tangent
+from ..errors import RobotError
+from ..exact import EVALUATION_DIGITS
+from ..forward import Pose
+from ..lie import adjoint, inverse_se3, pose, screw_axis
+from ..mechanism import Closure, Mechanism, Place, Strut
+from ..motion import Tangent
+from ..poe import placement_matrix
+from ..robot import Joint
+from ..scope import Scope
+from ..vectors import Vector, subtracted
 from .phasors import ONE, ZERO, Complex, PhasorSum, PlanarPose, conjugate, product
 from .places import pose_along
 from .planes import SMALL, Axes, Edge, Linkage, Loop, Slide, Turn, Weld, linkages, loops, tidied
-from .poe import placement_matrix
-from .robot import Joint
-from .scope import Scope
-from .vectors import Vector, subtracted
 
 EquationKind = Literal["planar", "spatial", "point", "distance"]
 Side = Literal["a", "closer", "b"]

@@ -16,18 +16,18 @@ from functools import partial
 
 import sympy as sp
 
+from ..errors import RobotError
+from ..mechanism import Mechanism, Place, Strut
+from ..motion import LoopRate, Tangent
+from ..robot import Joint
+from ..scope import Scope
+from ..vectors import Vector, cross, named, subtracted
 from .assembly import SIDES, TRAVELS, Step, meeting
 from .dyads import Arm, rate_of_first, turn_of, two_circles
-from .errors import RobotError
-from .mechanism import Mechanism, Place, Strut
-from .motion import LoopRate, Tangent
 from .phasors import PhasorSum
 from .places import pose_of
 from .planes import Loop
 from .reference import AtReference, wrapped
-from .robot import Joint
-from .scope import Scope
-from .vectors import Vector, cross, named, subtracted
 
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 HALF = sp.Rational(1, 2)

@@ -16,19 +16,19 @@ from functools import partial
 
 import sympy as sp
 
-from .chain import groups
-from .coordinates import InProportion
-from .function import Argument, Result, SymbolicFunction, matrix_entries
+from ..chain import groups
+from ..coordinates import InProportion
+from ..function import Argument, Result, SymbolicFunction, matrix_entries
+from ..kinematics import Kinematics
+from ..mechanism import Mechanism, Place, Strut
+from ..motion import Tangent
+from ..robot import Joint
+from ..vectors import ORIGIN, Vector, cross, named, subtracted
 from .hybrid import Hybrid
-from .kinematics import Kinematics
 from .maps import Maker
-from .mechanism import Mechanism, Place, Strut
-from .motion import Tangent
 from .phasors import Complex
 from .places import pose_of
-from .robot import Joint
 from .triad import triad_mirror, triad_polynomial, triad_position
-from .vectors import ORIGIN, Vector, cross, named, subtracted
 
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 TRIAD = 3

@@ -13,7 +13,8 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from .motion import LoopRate, Tangent
+from ..motion import LoopRate, Tangent
+from ..scope import Scope
 from .phasors import (
     ZERO,
     Complex,
@@ -23,7 +24,6 @@ from .phasors import (
     dot,
     product,
 )
-from .scope import Scope
 
 HALF = sp.Rational(1, 2)
 

@@ -2,8 +2,9 @@
 
 At the start every body of a linkage stands alone. Bodies that a known joint or a weld holds are
 joined; then any two that share two pins, and any three that pins and slides hold in a triangle
-(:mod:`chasles.derive.dyads`), and so on: the mechanism is a sequence of Assur groups of class II.
-Whether the actuated joints are known, or those of the main chain, makes no difference here.
+(:mod:`chasles.derive.loops.dyads`), and so on: the mechanism is a sequence of Assur groups of
+class II. Whether the actuated joints are known, or those of the main chain, makes no difference
+here.
 
 A body's pose in its cluster is an angle, a constant turn and a point that is a sum of turning
 vectors; so a parallelogram is recognised by its vectors, and needs no root.
@@ -17,6 +18,10 @@ from itertools import combinations
 
 import sympy as sp
 
+from ..errors import RobotError
+from ..mechanism import Mechanism
+from ..motion import LoopRate
+from ..scope import Scope
 from .dyads import (
     arm,
     circle_and_line,
@@ -28,9 +33,6 @@ from .dyads import (
     two_circles,
     two_lines,
 )
-from .errors import RobotError
-from .mechanism import Mechanism
-from .motion import LoopRate
 from .phasors import (
     REAL,
     ZERO,
@@ -45,7 +47,6 @@ from .phasors import (
 )
 from .planes import Edge, Linkage, Slide, Turn, Weld, tidied_entry
 from .reference import AtReference, wrapped
-from .scope import Scope
 
 SIDES = {1: "left", -1: "right"}
 TRAVELS = {1: "far", -1: "near"}
@@ -70,10 +71,11 @@ class Step:
         joints: Names of the pins and slides that hold them.
         relation: The loop: a sum of turning vectors that is zero.
         solved: Named angles and travels that the step gives, with their meaning.
-        vectors: Components of what the step is solved from, as :mod:`chasles.derive.dyads` calls
-            them: ``D`` with the arms ``v`` and ``w``; the ``offset``, ``direction`` and ``r``; the
-            ``offset`` with ``e`` and ``f``; or ``there`` and ``here``. In space, a distance ``d``,
-            or the spheres' centres ``c1`` to ``c3`` with ``l^2`` and the point ``p``.
+        vectors: Components of what the step is solved from, as
+            :mod:`chasles.derive.loops.dyads` calls them: ``D`` with the arms ``v`` and ``w``; the
+            ``offset``, ``direction`` and ``r``; the ``offset`` with ``e`` and ``f``; or ``there``
+            and ``here``. In space, a distance ``d``, or the spheres' centres ``c1`` to ``c3`` with
+            ``l^2`` and the point ``p``.
         travels: Named travels of the slides that the step gives.
         turned: The angle by which the axes of ``D``, ``offset`` or ``there`` are turned.
         margin: 0 at a dead point, below 0 out of reach; None where the step always closes.

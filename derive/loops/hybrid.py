@@ -5,16 +5,16 @@ from functools import cached_property
 
 import sympy as sp
 
-from .chain import Group, groups
+from ..chain import Group, groups
+from ..coordinates import ThroughLoops
+from ..forward import Forward
+from ..function import Argument, Result, SymbolicFunction
+from ..kinematics import Kinematics, arguments_of, common_unit, coordinates
+from ..mechanism import Mechanism, Strut
+from ..scope import Scope
 from .collapse import collapsed
 from .constraints import LoopEquations, Variable, configuration_names, constraints
-from .coordinates import ThroughLoops
-from .forward import Forward
-from .function import Argument, Result, SymbolicFunction
-from .kinematics import Kinematics, arguments_of, common_unit, coordinates
-from .mechanism import Mechanism, Strut
 from .mobility import Mobility, closed_configuration, mobility
-from .scope import Scope
 from .solution import Loops, Solution, from_actuators, from_chain, joint_angle, sorted_loops
 
 

@@ -13,15 +13,15 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
+from ..errors import RobotError
+from ..function import Argument, Result, SymbolicFunction
+from ..lower import lower
+from ..mechanism import FREEDOM, Closure, Mechanism, Strut
+from ..poe import placement_matrix
+from ..robot import Joint, Placement
+from ..scope import Scope
 from .constraints import LoopEquations, configuration_names, constraints, jacobian
-from .errors import RobotError
-from .function import Argument, Result, SymbolicFunction
-from .lower import lower
-from .mechanism import FREEDOM, Closure, Mechanism, Strut
 from .planes import across, holds, linkages
-from .poe import placement_matrix
-from .robot import Joint, Placement
-from .scope import Scope
 
 Vector = NDArray[np.float64]
 PLANAR, SPATIAL = 3, 6

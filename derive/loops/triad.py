@@ -28,8 +28,8 @@ from collections.abc import Sequence
 
 import sympy as sp
 
+from ..scope import Scope
 from .phasors import ZERO, Complex, conjugate, cross, dot, minus, product
-from .scope import Scope
 
 Harmonics = tuple[Complex, ...]
 """A real trigonometric polynomial: c_0 + Re(c_1 exp(i phi) + c_2 exp(2 i phi) ...), c_0 real."""

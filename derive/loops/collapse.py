@@ -12,10 +12,10 @@ from functools import partial
 
 import sympy as sp
 
-from .chain import Frame, Group, Slide, Station
+from ..chain import Frame, Group, Slide, Station
+from ..scope import Scope
+from ..vectors import ONE, ZERO, added, rotated_z
 from .phasors import PhasorSum
-from .scope import Scope
-from .vectors import ONE, ZERO, added, rotated_z
 
 Gate = Callable[[Sequence[sp.Expr]], sp.Expr]
 X, Y = (ONE, ZERO, ZERO), (ZERO, ONE, ZERO)
