@@ -1,6 +1,7 @@
 """From a solved chain to the function that is generated: every slot with its residual and margin."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import sympy as sp
 
@@ -10,6 +11,7 @@ from ..function import Argument, Result, SymbolicFunction
 from ..kinematics import common_unit
 from ..robot import Robot
 from ..scope import Scope
+from .turns import NO_TURN
 from .work import Work
 
 POSE_SYMBOLS = tuple(
@@ -28,14 +30,27 @@ def pose_argument(robot: Robot) -> Argument:
     return Argument("T", POSE_SYMBOLS, (4, 4), "1, m", meaning)
 
 
-def values_of(work: Work, robot: Robot) -> list[sp.Expr]:
+@dataclass(frozen=True)
+class Solved:
+    """A solved task: the function that is generated, and how it was solved."""
+
+    function: SymbolicFunction
+    work: Work
+    given: tuple[str, ...] = ()
+
+
+def values_of(work: Work, robot: Robot, given: Mapping[int, sp.Expr]) -> list[sp.Expr]:
     """The value of every moving joint: an atan2 where it turns."""
-    return [
-        work.lengths[k]
-        if joint.kind == "prismatic"
-        else work.scope.solved_angle(work.turns[k].c, work.turns[k].s)
-        for k, joint in enumerate(robot.moving)
-    ]
+    return [_value(work, k, given) for k in range(len(robot.moving))]
+
+
+def _value(work: Work, joint: int, given: Mapping[int, sp.Expr]) -> sp.Expr:
+    if joint in given:
+        return given[joint]
+    if joint in work.lengths:
+        return work.lengths[joint]
+    turn = work.turns[joint]
+    return sp.Integer(0) if turn == NO_TURN else work.scope.solved_angle(turn.c, turn.s)
 
 
 def tool_of(scope: Scope, robot: Robot, values: Sequence[sp.Expr]) -> Pose:
@@ -50,11 +65,19 @@ def pose_residual(scope: Scope, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Exp
     angles sqrt(2) of the angle between them.
     """
     axes, origin = pose
-    moved = [scope.let(origin[i] - wanted[4 * i + 3]) for i in range(3)]
-    turned = [scope.let(axes[j][i] - wanted[4 * i + j]) for i in range(3) for j in range(3)]
-    distance2 = scope.let(sum((x**2 for x in moved), sp.Integer(0)))
-    angle2 = scope.let(scope.let(sum((x**2 for x in turned), sp.Integer(0))) / 2)
-    return scope.let(sp.sqrt(sp.Max(distance2, angle2, evaluate=False)))
+    moved = [origin[i] - wanted[4 * i + 3] for i in range(3)]
+    turned = [axes[j][i] - wanted[4 * i + j] for i in range(3) for j in range(3)]
+    return larger(scope, squares(scope, moved), scope.let(squares(scope, turned) / 2))
+
+
+def squares(scope: Scope, values: Iterable[sp.Expr]) -> sp.Expr:
+    """The named sum of squares."""
+    return scope.let(sum((scope.let(value) ** 2 for value in values), sp.Integer(0)))
+
+
+def larger(scope: Scope, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
+    """The residual from the squares of its two parts."""
+    return scope.let(sp.sqrt(scope.let(sp.Max(distance2, angle2, evaluate=False))))
 
 
 def margin_of(work: Work) -> sp.Expr:
@@ -68,6 +91,19 @@ def margin_of(work: Work) -> sp.Expr:
     return least
 
 
+def of_pose_task(
+    robot: Robot, work: Work, more: tuple[Argument, ...], given: Mapping[int, sp.Expr]
+) -> Solved:
+    """The task ``ik``: the pose of the tool."""
+    scope = work.scope
+    values = values_of(work, robot, given)
+    residual = pose_residual(scope, tool_of(scope, robot, values), POSE_SYMBOLS)
+    identity = "fk(q[k]) = T wherever residual[k] is rounding"
+    return branches(
+        "ik", robot, work, (pose_argument(robot), *more), values, residual, identity, given
+    )
+
+
 def branches(
     name: str,
     robot: Robot,
@@ -75,29 +111,28 @@ def branches(
     inputs: tuple[Argument, ...],
     values: Sequence[sp.Expr],
     residual: sp.Expr,
-) -> SymbolicFunction:
+    identity: str,
+    given: Iterable[int] = (),
+) -> Solved:
     """The function of one task over all slots."""
     k, n = 2 ** len(work.signs), len(robot.coordinates)
     q = tuple(
         joint.direction * value for joint, value in zip(robot.coordinates, values, strict=True)
     )
     unit = common_unit([joint.unit for joint in robot.coordinates])
-    return SymbolicFunction(
-        name,
-        f"Every solution of the inverse kinematics, in {k} slots.",
-        "fk(q[k]) = T wherever residual[k] is rounding",
-        inputs,
-        (
-            Result("q", q, (k, n), unit, "joint coordinates, one solution a row"),
-            Result("residual", (residual,), (k,), "m or rad", "distance of fk(q[k]) from T"),
-            Result(
-                "margin",
-                (margin_of(work),),
-                (k,),
-                "1",
-                "distance from the boundary of what can be reached, negative beyond",
-            ),
+    outputs = (
+        Result("q", q, (k, n), unit, "joint coordinates, one solution a row"),
+        Result("residual", (residual,), (k,), "m or rad", "distance of fk(q[k]) from the target"),
+        Result(
+            "margin",
+            (margin_of(work),),
+            (k,),
+            "1",
+            "distance from the boundary of what can be reached, negative beyond",
         ),
-        work.scope,
-        signs=tuple(work.signs),
     )
+    summary = f"Every solution of the inverse kinematics, in {k} slots."
+    function = SymbolicFunction(
+        name, summary, identity, inputs, outputs, work.scope, signs=tuple(work.signs)
+    )
+    return Solved(function, work, tuple(robot.moving[joint].name for joint in given))

@@ -7,6 +7,7 @@ at the default values of all parameters; what then follows is derived in exact e
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 import sympy as sp
@@ -21,6 +22,9 @@ EXACT = 1e-9
 """Axes that miss a structure by no more than this (radian, or parts of the arm's length) have it."""
 SNAPPED = 5e-3
 """Axes that miss it by no more than this are those of a calibrated arm that was built to have it."""
+
+SOME_SLIDE = 0.6180339887
+"""A slide (metre) at which nothing meets that does not meet at others."""
 
 
 @dataclass(frozen=True)
@@ -103,11 +107,22 @@ class Lines:
     def length(self) -> float:
         """The sum of the distances between the origins of neighbouring axes (metre)."""
         points = [axis.origin for axis in self.axes if axis.turns]
-        return sum(float(np.linalg.norm(b - a)) for a, b in zip(points, points[1:], strict=False))
+        return sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points))
 
     def reversed(self) -> "Lines":
         """The axes as one meets them from the tool."""
         return replace(self, axes=tuple(axis.reversed() for axis in self.axes[::-1]))
+
+    def at_generic(self, given: Sequence[int]) -> "Lines":
+        """The other axes where given slides, at some value, bring them; for judging alone."""
+        origin = np.zeros(3)
+        kept = []
+        for k, axis in enumerate(self.axes):
+            if k not in given:
+                kept.append(replace(axis, origin=axis.origin + origin))
+            elif not axis.turns:
+                origin = origin + SOME_SLIDE * axis.direction
+        return replace(self, axes=tuple(kept))
 
     def parallel(self, *indices: int) -> bool:
         """Whether axes have one direction or the opposite one."""
@@ -134,7 +149,7 @@ class Lines:
         axes = [self.axes[k] for k in indices]
         if any(
             float(np.linalg.norm(np.cross(a.direction, b.direction))) < SNAPPED
-            for a, b in zip(axes, axes[1:], strict=False)
+            for a, b in pairwise(axes)
         ):
             return np.inf
         across = [np.eye(3) - np.outer(axis.direction, axis.direction) for axis in axes]

@@ -38,7 +38,7 @@ def parallel(lines: Lines, *indices: int) -> Requirement:
 
 def meeting(lines: Lines, *indices: int) -> Requirement:
     """Axes that must pass through one point."""
-    what = "intersect" if len(indices) == 2 else "pass through one point"  # noqa: PLR2004
+    what = "pass through one point" if len(indices) > 2 else "intersect"  # noqa: PLR2004
     return Requirement(f"axes {_names(lines, indices)} {what}", lines.apart_in_place(indices))
 
 

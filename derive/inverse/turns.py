@@ -56,8 +56,10 @@ def direction(scope: Scope, x: sp.Expr, y: sp.Expr) -> Turn:
 
 def composed(scope: Scope, a: Turn, b: Turn) -> Turn:
     """The turn by the sum of two angles."""
-    if a == NO_TURN or b == NO_TURN:
-        return b if a == NO_TURN else a
+    if a == NO_TURN:
+        return b
+    if b == NO_TURN:
+        return a
     return Turn(scope.let(a.c * b.c - a.s * b.s), scope.let(a.s * b.c + a.c * b.s))
 
 

@@ -1,6 +1,6 @@
 """Three joints that bring a point to a place: the arm in front of a spherical wrist.
 
-``exp(S_1 q_1) exp(S_2 q_2) exp(S_3 q_3) O = W`` is solved by an invariant: the part of a point
+``exp(S_1 q_1) exp(S_2 q_2) exp(S_3 q_3) C = W`` is solved by an invariant: the part of a point
 along parallel axes, its distance from the point where axes meet, or both. The cases in the order in
 which they are tried; those of joints of one kind also solve the arms of others with a slide in the
 place of a rotation about an axis at infinity.
@@ -28,7 +28,7 @@ from .triangle import triangle
 _OBLIQUE = 1e-3
 """Sine of an angle that is too flat to solve by."""
 Solver = Callable[[Work, Lines, Vector, Vector], None]
-"""Finds the three joints that bring the point O of the home pose to the place W."""
+"""Finds the three joints that bring a point of the home pose to the place W."""
 
 
 @dataclass(frozen=True)
@@ -73,11 +73,11 @@ def requires(lines: Lines) -> Requirement:
     return Requirement(f"of {', '.join(axis.name for axis in lines.axes)}: {title}", apart)
 
 
-def _last_two_parallel(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
+def _last_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     scope, (a1, a2, a3) = work.scope, lines.axes
-    # 1. Joints 2 and 3 do not move O along their common direction.
+    # 1. Joints 2 and 3 do not move centre along their common direction.
     V = subtracted(scope, W, a1.p)
-    d = dot(scope, a2.h, subtracted(scope, O, a1.p))
+    d = dot(scope, a2.h, subtracted(scope, centre, a1.p))
     q1 = work.step(
         [a1],
         "subproblem 4",
@@ -87,13 +87,13 @@ def _last_two_parallel(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
     )
     U = added(scope, rotated(scope, a1.h, q1.back, V), subtracted(scope, a1.p, a2.p))
     # 2, 3. A triangle across the parallel axes.
-    triangle(work, a2, a3, O, U)
+    triangle(work, a2, a3, centre, U)
 
 
-def _first_two_parallel(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
+def _first_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     scope, (a1, a2, a3) = work.scope, lines.axes
     # 1. Joints 1 and 2 do not move the centre along their common direction.
-    fore = subtracted(scope, O, a3.p)
+    fore = subtracted(scope, centre, a3.p)
     d = dot(scope, a1.h, subtracted(scope, W, a3.p))
     q3 = work.step(
         [a3],
@@ -106,12 +106,12 @@ def _first_two_parallel(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
     triangle(work, a1, a2, reached, subtracted(scope, W, a1.p))
 
 
-def _first_two_meet(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
+def _first_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     scope, (a1, a2, a3) = work.scope, lines.axes
     C = lines.meeting(0, 1)
     # 1. Joints 1 and 2 keep the distance from the point where their axes meet.
     V = subtracted(scope, W, C)
-    upper, fore = subtracted(scope, a3.p, C), subtracted(scope, O, a3.p)
+    upper, fore = subtracted(scope, a3.p, C), subtracted(scope, centre, a3.p)
     across2 = squared_across(scope, a3.h, V, (upper, fore))
     q3 = work.step(
         [a3],
@@ -136,13 +136,13 @@ def _two_about_a_point(work: Work, a1: Axis, a2: Axis, p: Vector, v: Vector) -> 
     work.step([a2], "subproblem 1", f"what {a1.name} leaves of the turn", second)
 
 
-def _last_two_meet(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
+def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     scope, (a1, a2, a3) = work.scope, lines.axes
     C = lines.meeting(1, 2)
     # 1. Joints 2 and 3 keep the centre's distance from the point where their axes meet, which
     #    joint 1 carries: |R_1^T V - c| is known.
     V, c = subtracted(scope, W, a1.p), subtracted(scope, C, a1.p)
-    reach = subtracted(scope, O, C)
+    reach = subtracted(scope, centre, C)
     minus_h = (-a1.h[0], -a1.h[1], -a1.h[2])
     minus_c = (-c[0], -c[1], -c[2])
     across2 = squared_across(scope, minus_h, reach, (minus_c, V))
@@ -157,11 +157,11 @@ def _last_two_meet(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
     _two_about_a_point(work, a2, a3, reach, subtracted(scope, rotated(scope, a1.h, q1.back, V), c))
 
 
-def _meeting_then_slide(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
+def _meeting_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     scope, (a1, a2, a3) = work.scope, lines.axes
     C = lines.meeting(0, 1)
     # 1. Joints 1 and 2 keep the distance from the point where their axes meet.
-    V, reach = subtracted(scope, W, C), subtracted(scope, O, C)
+    V, reach = subtracted(scope, W, C), subtracted(scope, centre, C)
     r2 = dot(scope, V, V)
     length = work.slide(
         a3,
@@ -174,25 +174,25 @@ def _meeting_then_slide(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
     _two_about_a_point(work, a1, a2, extended, V)
 
 
-def _parallel_then_slide(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
+def _parallel_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     scope, (a1, a2, a3) = work.scope, lines.axes
     # 1. The slide alone moves the centre along the parallel axes.
     length = work.slide(
         a3,
         "a line meets a plane",
         f"{a1.name} and {a2.name} do not move the centre along their axes",
-        slide_to_plane(scope, a1.h, a3.h, O, dot(scope, a1.h, W)),
+        slide_to_plane(scope, a1.h, a3.h, centre, dot(scope, a1.h, W)),
     )
     # 2, 3. A triangle across the parallel axes.
-    extended = combination(scope, (sp.Integer(1), length), (O, a3.h))
+    extended = combination(scope, (sp.Integer(1), length), (centre, a3.h))
     triangle(work, a1, a2, extended, subtracted(scope, W, a1.p))
 
 
-def _turn_across_slide(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
+def _turn_across_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     scope, (a1, a2, a3) = work.scope, lines.axes
     # 1. Neither joint 2 nor the slide, which lies across its axis, moves the centre along it.
     V = subtracted(scope, W, a1.p)
-    d = dot(scope, a2.h, subtracted(scope, O, a1.p))
+    d = dot(scope, a2.h, subtracted(scope, centre, a1.p))
     q1 = work.step(
         [a1],
         "subproblem 4",
@@ -203,7 +203,7 @@ def _turn_across_slide(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
     # 2. Joint 2 keeps the centre's distance from its axis.
     U = added(scope, rotated(scope, a1.h, q1.back, V), subtracted(scope, a1.p, a2.p))
     A = perpendicular(scope, a2.h, U)
-    reach = perpendicular(scope, a2.h, subtracted(scope, O, a2.p))
+    reach = perpendicular(scope, a2.h, subtracted(scope, centre, a2.p))
     length = work.slide(
         a3,
         "a line meets a sphere",
@@ -217,9 +217,9 @@ def _turn_across_slide(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
     )
 
 
-def _three_slides(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
+def _three_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     scope, axes = work.scope, lines.axes
-    way = subtracted(scope, W, O)
+    way = subtracted(scope, W, centre)
     for k, axis in enumerate(axes):
         normal = _across(scope, axes[k - 2].h, axes[k - 1].h)
         work.slide(
@@ -237,25 +237,25 @@ def _across(scope: Scope, a: Vector, b: Vector) -> Vector:
     return scope.let(x), scope.let(y), scope.let(z)
 
 
-def _slide_then_parallel(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
+def _slide_then_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     scope, (a1, a2, a3) = work.scope, lines.axes
     # 1. The slide alone moves the centre along the parallel axes.
     length = work.slide(
         a1,
         "a line meets a plane",
         f"{a2.name} and {a3.name} do not move the centre along their axes",
-        slide_to_plane(scope, a2.h, a1.h, O, dot(scope, a2.h, W)),
+        slide_to_plane(scope, a2.h, a1.h, centre, dot(scope, a2.h, W)),
     )
     # 2, 3. A triangle across the parallel axes.
     A = combination(scope, (sp.Integer(1), sp.Integer(-1), -length), (W, a2.p, a1.h))
-    triangle(work, a2, a3, O, A)
+    triangle(work, a2, a3, centre, A)
 
 
-def _slide_then_meeting(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
+def _slide_then_meeting(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     scope, (a1, a2, a3) = work.scope, lines.axes
     C = lines.meeting(1, 2)
     # 1. Joints 2 and 3 keep the centre's distance from the point where their axes meet.
-    reach, V = subtracted(scope, O, C), subtracted(scope, W, C)
+    reach, V = subtracted(scope, centre, C), subtracted(scope, W, C)
     minus_h = (-a1.h[0], -a1.h[1], -a1.h[2])
     length = work.slide(
         a1,
@@ -268,11 +268,11 @@ def _slide_then_meeting(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
     _two_about_a_point(work, a2, a3, reach, left)
 
 
-def _slides_then_turn(work: Work, lines: Lines, O: Vector, W: Vector) -> None:
+def _slides_then_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     scope, (a1, a2, a3) = work.scope, lines.axes
     # 1. Neither slide moves the centre across both; the turn alone does.
     normal = _across(scope, a1.h, a2.h)
-    reach = subtracted(scope, O, a3.p)
+    reach = subtracted(scope, centre, a3.p)
     d = dot(scope, normal, subtracted(scope, W, a3.p))
     q3 = work.step(
         [a3],

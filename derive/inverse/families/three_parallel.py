@@ -78,7 +78,7 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     )
 
     # 4. Any direction across axis 6 tells the last angle.
-    e = _across(lines, 5, 4)
+    e = cross(scope, a6.h, a5.h)
     left = rotated(scope, a1.h, q1.back, target.turned(scope, e))
     left = rotated(scope, a5.h, q5.back, rotated(scope, a2.h, q234.back, left))
     work.step(
@@ -116,9 +116,3 @@ def _reaching(
         scope.let(sp.Piecewise((found.turn.s, told), (best.s, True), evaluate=False)),
     )
     return FoundTurn(turn, found.equation, found.sign, found.margin)
-
-
-def _across(lines: Lines, i: int, j: int) -> Vector:
-    """A constant unit vector across axis i, in the plane of axes i and j where they span one."""
-    scope = lines.scope
-    return cross(scope, lines.axes[i].h, lines.axes[j].h)

@@ -53,7 +53,9 @@ def on_line(
 
     Args:
         scope: Names of all terms.
-        a, b, e: The line.
+        a: Its coefficient of the cosine.
+        b: Its coefficient of the sine.
+        e: What they sum up to.
         sign: Chooses among the two points: the sign of the turn from (a, b) to the point.
         rho2: ``a^2 + b^2``.
         xi2: ``rho2 - e^2``, computed in the way that keeps most digits.
