@@ -4,7 +4,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import batch_code, c_code, casadi_file, latex, python_package
+from . import batch_code, branch_code, c_code, casadi_file, latex, python_package
 from .derivation import derive
 from .lower import lower
 from .manifest import manifest
@@ -32,6 +32,7 @@ def artifacts(robot: Described, functions: Sequence[str] | None = None) -> dict[
         f"{robot.name}.c": c_code.source(robot, derivation.functions, statements),
         f"{robot.name}.h": c_code.header(robot, derivation.functions),
         c_code.SUPPORT: c_code.support(c_code.SUPPORT),
+        **branch_code.files(robot, derivation.functions),
         **batch_code.files(robot, derivation.functions, statements),
         **casadi_file.files(derivation),
         **python_package.files(robot, derivation.functions),
