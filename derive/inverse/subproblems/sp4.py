@@ -57,8 +57,8 @@ def on_line(
         b: Its coefficient of the sine.
         e: What they sum up to.
         sign: Chooses among the two points: the sign of the turn from (a, b) to the point.
-        rho2: ``a^2 + b^2``.
-        xi2: ``rho2 - e^2``, computed in the way that keeps most digits.
+        rho2: ``a^2 + b^2``, or what xi^2 is small beside.
+        xi2: ``a^2 + b^2 - e^2``, computed in the way that keeps most digits.
     """
     meeting = scope.let(MEETING * rho2)
     xi = scope.let(
