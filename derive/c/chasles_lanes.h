@@ -34,7 +34,13 @@ static const double lanes_arctangent[] = {-0.3333333333333298, 0.199999999999031
   -0.02743532082961043, 0.010117105953140847};
 
 #define LANES_TINY 5e-324 /* the least number above 0 */
-#define LANES_ALWAYS __attribute__((always_inline))
+#define LANES_INLINE static inline __attribute__((always_inline)) LANES_TARGET
+/* Two vectors that do not wait for each other are to be computed side by side. */
+#ifdef __clang__
+#define LANES_SCHEDULED
+#else
+#define LANES_SCHEDULED __attribute__((optimize("schedule-insns")))
+#endif
 
 #define LANES_JOIN_(a, b) a##_##b
 #define LANES_JOIN(a, b) LANES_JOIN_(a, b)
@@ -54,7 +60,7 @@ static const double lanes_arctangent[] = {-0.3333333333333298, 0.199999999999031
 #define LANES_PART(x, k) (((lanes_part *)(x))[k])
 #define LANES_PARTS (int)(sizeof(lanes) / sizeof(lanes_part))
 #define LANES_BY_PARTS(name, function)                                                       \
-  static inline LANES_TARGET void LANES_NAME(lanes_##name)(const lanes *x, lanes *value)     \
+  LANES_INLINE void LANES_NAME(lanes_##name)(const lanes *x, lanes *value)                   \
   {                                                                                          \
     for (int k = 0; k < LANES_PARTS; k++) {                                                  \
       LANES_PART(value, k) = function(LANES_PART(x, k));                                     \
@@ -180,7 +186,7 @@ LANES_LIBM(tan)
 #endif
 LANES_BY_PARTS(sqrt, LANES_SQRT)
 
-static inline LANES_TARGET void LANES_NAME(lanes_fabs)(const lanes *x, lanes *value)
+LANES_INLINE void LANES_NAME(lanes_fabs)(const lanes *x, lanes *value)
 {
   *value = (lanes)((lanes_mask)*x & INT64_MAX);
 }
@@ -240,8 +246,7 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
 /* The angle of a point. Of |x| and |y| the lesser over the greater, or what is left of that angle
  * behind half a right one: one quotient, exact but for its sum and its own rounding. Where |x| and
  * |y| differ and their sum overflows, the angle is off. */
-static inline LANES_ALWAYS LANES_TARGET void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x,
-                                                                     lanes *value)
+LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes *value)
 {
   const double *const p = lanes_arctangent;
   const double eighth = 0.78539816339744828, rest = 3.061616997868383e-17; /* their sum is pi/4 */
@@ -279,9 +284,8 @@ static inline LANES_ALWAYS LANES_TARGET void LANES_NAME(lanes_atan2)(const lanes
 }
 
 /* Of two points that are each the same in lanes 2 k and 2 k + 1, by one call. */
-static inline LANES_TARGET void LANES_NAME(lanes_two_atan2)(const lanes *y1, const lanes *x1,
-                                                            const lanes *y2, const lanes *x2,
-                                                            lanes *value1, lanes *value2)
+LANES_INLINE void LANES_NAME(lanes_two_atan2)(const lanes *y1, const lanes *x1, const lanes *y2,
+                                              const lanes *x2, lanes *value1, lanes *value2)
 {
 #if LANES == 8
   const lanes y = __builtin_shufflevector(*y1, *y2, 0, 9, 2, 11, 4, 13, 6, 15);
@@ -300,25 +304,25 @@ static inline LANES_TARGET void LANES_NAME(lanes_two_atan2)(const lanes *y1, con
 #endif
 }
 
-static inline LANES_TARGET void LANES_NAME(lanes_atan)(const lanes *x, lanes *value)
+LANES_INLINE void LANES_NAME(lanes_atan)(const lanes *x, lanes *value)
 {
   const lanes one = LANES_OF(1.0);
   LANES_NAME(lanes_atan2)(x, &one, value);
 }
 
-static inline LANES_TARGET void LANES_NAME(lanes_sign)(const lanes *x, lanes *value)
+LANES_INLINE void LANES_NAME(lanes_sign)(const lanes *x, lanes *value)
 {
   const lanes_where less = LANES_LT(*x, 0.0), more = LANES_LT(0.0, *x);
   *value = LANES_CHOICE(less, -1.0, LANES_CHOICE(more, 1.0, *x));
 }
 
 /* The number where the other is NaN, as C has it. */
-static inline LANES_TARGET void LANES_NAME(lanes_fmin)(const lanes *x, const lanes *y, lanes *value)
+LANES_INLINE void LANES_NAME(lanes_fmin)(const lanes *x, const lanes *y, lanes *value)
 {
   *value = LANES_CHOICE(LANES_NE(*y, *y), *x, LANES_MIN(*x, *y));
 }
 
-static inline LANES_TARGET void LANES_NAME(lanes_fmax)(const lanes *x, const lanes *y, lanes *value)
+LANES_INLINE void LANES_NAME(lanes_fmax)(const lanes *x, const lanes *y, lanes *value)
 {
   *value = LANES_CHOICE(LANES_NE(*y, *y), *x, LANES_MAX(*x, *y));
 }
@@ -326,7 +330,7 @@ static inline LANES_TARGET void LANES_NAME(lanes_fmax)(const lanes *x, const lan
 /* ---- rows to lanes and back ---- */
 
 /* LANES lanes become LANES rows. */
-static inline LANES_TARGET void LANES_NAME(lanes_transpose)(const lanes *a, lanes *rows)
+LANES_INLINE void LANES_NAME(lanes_transpose)(const lanes *a, lanes *rows)
 {
 #if LANES == 8
   lanes b[8], c[8];
@@ -371,14 +375,6 @@ static inline LANES_TARGET void LANES_NAME(lanes_load)(const double *row, int wi
 #endif
 }
 
-/* One row in all lanes. */
-static inline LANES_TARGET void LANES_NAME(lanes_spread)(const double *row, int size, lanes *to)
-{
-  for (int k = 0; k < size; k++) {
-    to[k] = LANES_OF(row[k]);
-  }
-}
-
 /* Through registers: a wide load would have to wait for narrow stores to reach the cache. */
 static inline LANES_TARGET void LANES_NAME(lanes_gather)(const double *rows, ptrdiff_t step,
                                                          int size, int count, lanes *to)
@@ -398,8 +394,8 @@ static inline LANES_TARGET void LANES_NAME(lanes_gather)(const double *rows, ptr
   }
 }
 
-static inline LANES_TARGET void LANES_NAME(lanes_scatter)(const lanes *from, int size, int count,
-                                                          double *rows, ptrdiff_t step)
+LANES_INLINE void LANES_NAME(lanes_scatter)(const lanes *from, int size, int count, double *rows,
+                                            ptrdiff_t step)
 {
   int k = 0;
   for (; k < size && size >= LANES; k += LANES) {
