@@ -110,6 +110,8 @@ class FunctionInfo:
         margin: The function of the same first input that says how far each loop is from not
             closing, "" if none needs to.
         steps: For such a function, the loop of each entry of its result.
+        branches: How many answers it gives, the first dimension of each result; 0 where it gives
+            one that is not counted.
     """
 
     name: str
@@ -121,6 +123,7 @@ class FunctionInfo:
     operations: Mapping[str, int]
     margin: str = ""
     steps: tuple[str, ...] = ()
+    branches: int = 0
 
 
 @dataclass(frozen=True, slots=True)
@@ -425,6 +428,9 @@ def _function(entry: _Entry) -> FunctionInfo:
     # "out" and "threads" are keywords of every call.
     entry["inputs"].unique([*(argument.name for argument in inputs), "out", "threads"])
     operations = {kind: count.count() for kind, count in entry["operations"].mapping().items()}
+    branches = entry.get("branches", 0)
+    if branches.count() and any(out.shape[:1] != (branches.count(),) for out in outputs):
+        branches.fail("the first dimension of every output")
     return FunctionInfo(
         entry["name"].identifier(),
         entry["symbol"].identifier(),
@@ -435,6 +441,7 @@ def _function(entry: _Entry) -> FunctionInfo:
         MappingProxyType(operations),
         entry.get("margin", "").text(),
         entry.get("steps", []).texts(),
+        branches.count(),
     )
 
 

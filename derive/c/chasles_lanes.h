@@ -105,9 +105,11 @@ static const double lanes_arctangent[] = {-0.3333333333333298, 0.199999999999031
 #define LANES_SET avx512
 #define LANES_TARGET __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma")))
 #define LANES_VECTOR(name) _ZGVeN8v_##name
-#define LANES_SQRT _mm512_sqrt_pd
-#define LANES_MAX(x, y) ((lanes)_mm512_max_pd(LANES_OF(x), LANES_OF(y)))
-#define LANES_MIN(x, y) ((lanes)_mm512_min_pd(LANES_OF(x), LANES_OF(y)))
+/* Of all lanes by name: g++ 12 warns of the plain ones. */
+#define LANES_ALL (__mmask8)-1
+#define LANES_SQRT(x) _mm512_maskz_sqrt_pd(LANES_ALL, x)
+#define LANES_MAX(x, y) ((lanes)_mm512_maskz_max_pd(LANES_ALL, LANES_OF(x), LANES_OF(y)))
+#define LANES_MIN(x, y) ((lanes)_mm512_maskz_min_pd(LANES_ALL, LANES_OF(x), LANES_OF(y)))
 #define LANES_FMA(x, y, z) ((lanes)_mm512_fmadd_pd(x, y, z))
 #define LANES_LESS_PRODUCT(z, x, y) ((lanes)_mm512_fnmadd_pd(x, y, z))
 #define LANES_COMPARED(x, y, how) _mm512_cmp_pd_mask(LANES_OF(x), LANES_OF(y), how)
