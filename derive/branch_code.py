@@ -137,12 +137,13 @@ def _angles_last(body: Body, sign: str) -> tuple[Body, list[str]]:
     Returns:
         The body, and the names of those angles.
     """
-    varying, angles, late = {sign}, [], set()
+    varying, late = {sign}, set[str]()
+    angles: list[str] = []
     for statement in body.computed:
         parts = set(_WORD.findall(statement.expression))
         if parts & varying:
             varying.add(statement.name)
-        if parts & (late | set(angles)):
+        if parts & late.union(angles):
             late.add(statement.name)
         elif statement.name not in varying and statement.expression.startswith("atan2("):
             angles.append(statement.name)

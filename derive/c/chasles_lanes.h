@@ -84,6 +84,8 @@ static const double lanes_arctangent[] = {-0.3333333333333298, 0.199999999999031
 #undef LANES_TARGET
 #undef LANES_VECTOR
 #undef LANES_SQRT
+#undef LANES_ALL
+#undef LANES_COMPARED
 #undef LANES_MAX
 #undef LANES_MIN
 #undef LANES_FMA
@@ -93,13 +95,15 @@ static const double lanes_arctangent[] = {-0.3333333333333298, 0.199999999999031
 #undef LANES_EQ
 #undef LANES_NE
 #undef LANES_NEGATIVE
+#undef LANES_MINUS
 #undef LANES_CHOICE
 #undef LANES_ANY
 #undef lanes
 #undef lanes_mask
 #undef lanes_part
 #undef lanes_where
-/* LANES_MAX and LANES_MIN give the second where one is NaN. */
+/* LANES_MAX and LANES_MIN give the second where one is NaN; LANES_MINUS is the bit of a minus sign,
+ * where a condition holds. */
 #if CHASLES_ISA == 2
 #define LANES 8
 #define LANES_SET avx512
@@ -120,6 +124,8 @@ static const double lanes_arctangent[] = {-0.3333333333333298, 0.199999999999031
 #define LANES_NEGATIVE(x) _mm512_movepi64_mask((__m512i)(x))
 #define LANES_CHOICE(condition, x, y) \
   ((lanes)_mm512_mask_blend_pd(condition, LANES_OF(y), LANES_OF(x)))
+#define LANES_MINUS(condition) \
+  ((lanes_mask)_mm512_maskz_mov_epi64(condition, _mm512_set1_epi64(INT64_MIN)))
 #define LANES_ANY(condition) (condition)
 #define lanes_part __m512d
 #define lanes_where __mmask8
@@ -129,6 +135,7 @@ static const double lanes_arctangent[] = {-0.3333333333333298, 0.199999999999031
 #define LANES_LE(x, y) ((lanes_mask)(LANES_OF(x) <= LANES_OF(y)))
 #define LANES_EQ(x, y) ((lanes_mask)(LANES_OF(x) == LANES_OF(y)))
 #define LANES_NE(x, y) ((lanes_mask)(LANES_OF(x) != LANES_OF(y)))
+#define LANES_MINUS(condition) ((condition) & INT64_MIN)
 #define lanes_where lanes_mask
 #if CHASLES_ISA == 1
 #define LANES_SET avx2
@@ -275,7 +282,7 @@ LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes 
   odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
   /* Counted from the axis or diagonal that is nearest, `count` eighths of a turn from that of x;
    * backwards where one and only one of the two is so: steep, or x negative. */
-  const lanes_mask backwards = (lanes_mask)LANES_CHOICE(steep, -*x, *x) & INT64_MIN;
+  const lanes_mask backwards = LANES_MINUS(steep) ^ ((lanes_mask)*x & INT64_MIN);
   const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
   const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));
   const lanes count = axis + (lanes)((lanes_mask)LANES_NUMBER(diagonal) ^ backwards);
