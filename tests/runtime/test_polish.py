@@ -108,12 +108,12 @@ def test_it_never_gets_worse(arm):
     q = reachable(2000)
     T = arm.fk(q)
     T[:, :2, 3] *= np.random.default_rng(3).uniform(0.2, 4.0, (2000, 1))
-    start = q + 0.05
+    start = q + np.random.default_rng(5).uniform(-1.0, 1.0, q.shape)
     before = error(arm, start, T)
     found, residual = polish(arm, T, start)
     assert (residual <= before + 1e-12).all()
     np.testing.assert_allclose(residual, error(arm, found, T), atol=1e-12)
-    assert 0.1 < (residual < 1e-9).mean() < 0.9
+    assert 0.02 < (residual < 1e-9).mean() < 0.9
 
 
 def test_at_a_singularity():

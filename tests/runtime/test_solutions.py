@@ -377,6 +377,16 @@ def test_prismatic_joints_never_wrap():
     assert solutions.within_limits([-9, -9], [9, 9]).q.shape == (3, 2)
 
 
+def test_slots_that_are_not_valid_are_never_near(arm):
+    kind = type(arm.ik(scara.fk(np.zeros(4))))
+    q = np.array([[0.0] * 4, [2.0] * 4, [1.0] * 4])
+    solutions = kind.judged(q, np.array([1.0, 0.0, 0.0]), np.ones(3))
+    np.testing.assert_array_equal(solutions.nearest(np.zeros(4)), q[2])
+    after = solutions.sorted_from(np.zeros(4))
+    np.testing.assert_array_equal(after.q, q[[2, 1, 0]])
+    np.testing.assert_array_equal(after.valid, [True, True, False])
+
+
 def test_after_limits_a_turn_is_a_move(arm):
     T = scara.fk([3.0, 0.5, 0.0, 0.0])
     seed = [-3.2, 0.5, 0.0, 0.0]
