@@ -38,8 +38,8 @@ class Path:
             nearest is further than a joint may go; "limit": the branch goes on beyond a limit.
         joint: The coordinate that would jump or pass its limit, "" for another reason.
         would_be: The value that it would go to, NaN for another reason.
-        smallest_margin: The smallest margin on the way, small near a singularity; NaN if nothing
-            was reached.
+        smallest_margin: The smallest margin on the way, 0 at the border of reach (a stretched
+            elbow, not a wrist in line); NaN if nothing was reached.
         smallest_margin_at: The index of that pose, -1 if nothing was reached.
         largest_step: (n,) the largest move of each coordinate from a pose to the next.
     """

@@ -17,7 +17,7 @@ Source:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
@@ -91,15 +91,17 @@ def polish(robot: HasJacobian, T: ArrayLike, q: ArrayLike) -> Polished:
     Raises:
         ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
     """
-    return _polish(robot.fk_jacobian_mixed, T, q, _DAMPING)
+    return _polish(robot.fk_jacobian_mixed, T, q, (), _DAMPING)
 
 
 def _polish(
     fk_jacobian: Function[tuple[FloatArray, FloatArray]],
     T: ArrayLike,
     q: ArrayLike,
+    fixed: Sequence[int],
     damping: float,
 ) -> Polished:
+    """As polish, but for coordinates that do not move."""
     poses, start = np.asarray(T, np.float64), np.asarray(q, np.float64)
     n = fk_jacobian.inputs[0].shape[0]
     if poses.shape[-2:] != (4, 4) or start.shape[-1:] != (n,):
@@ -122,7 +124,7 @@ def _polish(
     residual = np.empty(len(found))
     for first in range(0, len(found), _BLOCK):
         block = slice(first, first + _BLOCK)
-        residual[block] = _iterate(fk_jacobian, poses[row[block]], found[block], damping)
+        residual[block] = _iterate(fk_jacobian, poses[row[block]], found[block], fixed, damping)
     return Polished(found.reshape(*batch, n), residual.reshape(batch)[()])
 
 
@@ -130,6 +132,7 @@ def _iterate(
     fk_jacobian: Function[tuple[FloatArray, FloatArray]],
     T: FloatArray,
     q: FloatArray,
+    fixed: Sequence[int],
     damping: float,
 ) -> FloatArray:
     """Moves q (N, n) in place; the residuals (N,)."""
@@ -147,6 +150,7 @@ def _iterate(
         if not going.all():
             active, here, T, J = active[going], here[going], T[going], J[going]
             error = error[:, going]
+        J[..., fixed] = 0.0
         here = here + _step(J, error, damping)
     # Nothing was compared with NaN.
     lost = np.isinf(least)
@@ -279,6 +283,9 @@ class PolishedInverse:
         self.nominal, self.fk_jacobian_mixed = nominal, fk_jacobian_mixed
         self.solutions, self._reduced = solutions, reduced
         self.inputs, self.outputs = nominal.inputs, nominal.outputs
+        # Coordinates that are given beside the pose keep their values.
+        names = [f"q{i + 1}" for i in range(len(solutions.coordinates))]
+        self._fixed = [names.index(item.name) for item in self.inputs if item.name in names]
         self.operations, self.__signature__ = nominal.operations, nominal.__signature__
         self.__name__, self.__qualname__ = nominal.__name__, nominal.__qualname__
         self.__doc__ = f"""{nominal.__doc__}
@@ -303,7 +310,9 @@ branches that it did not bring there.
             )
         T = np.asarray(self.__signature__.bind(*inputs, **named_inputs).args[0], np.float64)
         nominal_residual = began.residual.copy()
-        q, residual = polish(self, T[..., None, :, :], began.q)
+        q, residual = _polish(
+            self.fk_jacobian_mixed, T[..., None, :, :], began.q, self._fixed, _DAMPING
+        )
         self._try_again(T, began.q, nominal_residual, q, residual)
         # In place, so that what was given as out has it too.
         began.q[...], began.residual[...] = q, residual
@@ -330,8 +339,13 @@ branches that it did not bring there.
         *pose, slot = np.nonzero(failed)
         odd = np.array([k.bit_count() % 2 for k in range(failed.shape[-1])])
         nudge = np.where(self.solutions.wraps, _NUDGE, 0.0) * (1 - 2 * odd[slot, None])
+        nudge[:, self._fixed] = 0.0
         again = _polish(
-            self.fk_jacobian_mixed, T[tuple(pose)], start[failed] + nudge, _NUDGED_DAMPING
+            self.fk_jacobian_mixed,
+            np.broadcast_to(T, (*failed.shape[:-1], 4, 4))[tuple(pose)],
+            start[failed] + nudge,
+            self._fixed,
+            _NUDGED_DAMPING,
         )
         better = again.residual <= Solutions.TOLERANCE
         place = tuple(index[better] for index in (*pose, slot))

@@ -335,9 +335,10 @@ class Solutions(_Fields):
 
     def _wrapped(self, difference: FloatArray) -> FloatArray:
         """The shorter way round, of coordinates that wrap; changes what it is given."""
-        wraps = np.array(self.wraps)
-        turning = difference[..., wraps]
-        difference[..., wraps] = turning - _TURN * np.round(turning / _TURN)
+        turns = difference * np.where(self.wraps, 1 / _TURN, 0.0)
+        np.round(turns, out=turns)
+        turns *= _TURN
+        difference -= turns
         return difference
 
     def _largest_move(self, method: str, seed: ArrayLike) -> FloatArray:

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import chasles
-from chasles.polish import PolishedSolutions, polish
-from chasles.solutions import Solutions
+from chasles.polish import PolishedInverse, PolishedSolutions, polish
+from chasles.solutions import Solutions, solutions_of
 
 from . import scara
 
@@ -221,6 +221,34 @@ def test_out_threads_and_names(arm):
     assert repr(arm.ik) == "<chasles function scara.ik(T, *, out=None, threads=1), polished>"
     with pytest.raises(chasles.ShapeError, match="T must end in 4 x 4 values"):
         arm.ik(np.eye(3))
+
+
+class Shifted:
+    """An inverse whose answers are a milliradian off, but for what it is given."""
+
+    def __init__(self, inverse):
+        self.inverse = inverse
+
+    def __getattr__(self, name):
+        return getattr(self.inverse, name)
+
+    def __call__(self, T, q7, **options):
+        exact = self.inverse(T, q7, **options)
+        exact.q[..., :6] += 1e-3
+        return exact
+
+
+def test_a_joint_that_is_given_keeps_its_value():
+    panda = chasles.load("panda")
+    q = np.array([0.1, 0.2, 0.3, -1.5, 0.4, 1.6, 0.5]) + np.linspace(0, 0.3, 20)[:, None]
+    kind = solutions_of(panda.coordinates, (True,) * 7, PolishedSolutions)
+    ik = PolishedInverse(Shifted(panda.ik), panda.fk_jacobian_mixed, kind, ())
+    solutions = ik(panda.fk(q), q[:, 6])
+    assert (solutions.count >= 2).all()
+    given = np.broadcast_to(q[:, None, 6], solutions.valid.shape)
+    np.testing.assert_array_equal(solutions.q[..., 6], given)
+    found = np.abs(solutions.q - q[:, None]).max(-1)
+    assert found.min(-1).max() < 1e-9
 
 
 def test_not_finite_pose_gives_nan(arm):
