@@ -204,3 +204,42 @@ def test_a_manifest_must_describe_the_inverse(tmp_path, cache, inverse):
     folder = scara.write(tmp_path / "scara", inverse=inverse)
     with pytest.raises(chasles.ManifestError, match="inverse"):
         chasles.load(folder.path)
+
+
+# --------------------------------------------------------------- shipped robots
+
+
+@pytest.mark.parametrize("name", ["ur5e", "puma560", "irb6640"])
+def test_through_a_wrist_in_line(name):
+    # At the middle, the fourth and sixth axes lie in line and only their sum is determined.
+    arm = chasles.load(name)
+    start = np.array([0.3, -0.8, 1.5, -0.4, 0.8, 0.2])
+    q = start + np.linspace(0, 1, 401)[:, None] * [0.3, 0.2, -0.1, 0.3, -1.6, 0.4]
+    assert abs(q[200, 4]) < 1e-15
+    path = arm.ik_path(arm.fk(q), q[0])
+    assert path.complete, str(path)
+    assert path.largest_step.max() < 0.5
+    assert np.abs(arm.fk(path.q) - arm.fk(q)).max() < 1e-9
+    np.testing.assert_allclose(path.q[[0, 100]], q[[0, 100]], atol=1e-9)
+
+
+def test_more_than_a_turn():
+    arm = chasles.load("ur5e")
+    start = np.array([-5.0, -1.2, 1.5, -0.4, 0.9, -6.0])
+    q = start + np.linspace(0, 1, 500)[:, None] * [9.0, 0.1, 0.1, 0.1, 0.1, 12.0]
+    path = arm.ik_path(arm.fk(q), q[0])
+    assert path.complete
+    np.testing.assert_allclose(path.q, q, atol=1e-10)
+    beyond = start + np.linspace(0, 1, 500)[:, None] * [-2.0, 0, 0, 0, 0, 0]
+    ended = arm.ik_path(arm.fk(beyond), beyond[0])
+    assert (ended.reason, ended.joint) == ("limit", arm.coordinates[0].name)
+    assert ended.ended_at == np.argmax(beyond[:, 0] < arm.lower[0])
+
+
+def test_seven_joints_with_one_given():
+    arm = chasles.load("panda")
+    start = np.array([0.1, 0.2, 0.3, -1.5, 0.4, 1.6, 0.5])
+    q = start + np.linspace(0, 1, 100)[:, None] * [0.3, 0.2, -0.1, 0.3, 0.2, 0.1, 0.4]
+    path = arm.ik_path(arm.fk(q), q[0], q[:, 6])
+    assert path.complete
+    np.testing.assert_allclose(path.q, q, atol=1e-9)
