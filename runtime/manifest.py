@@ -385,6 +385,9 @@ def _check_branches(entry: _Entry, manifest: Manifest) -> None:
             item["outputs"].fail(f"q ({k}, {n}), residual ({k}) and margin ({k})")
         if k and function.margin:
             item["margin"].fail("none of a function with branches, which tells its own")
+    names = [function.name for function in manifest.functions]
+    if manifest.inverse.tier == "snapped" and "ik" in names and "fk_jacobian_mixed" not in names:
+        entry["inverse"]["tier"].fail('"exact", or a function fk_jacobian_mixed to iterate with')
 
 
 def _loops(entry: _Entry) -> Loops:
