@@ -2,31 +2,20 @@
 
 ``<robot>_lanes.h`` holds each function once, on vectors whose lanes are poses; ``<robot>_batch.c``
 compiles it for every instruction set and chooses by the processor, with a plain loop elsewhere;
-``chasles_lanes.h`` is the part that is the same for every robot.
+``chasles_lanes.h`` and ``chasles_batch.h`` are the part that is the same for every robot.
 """
 
-import re
 from collections.abc import Sequence
 
 from .c_code import notice, support
 from .function import SymbolicFunction
+from .lanes_code import SUPPORT, Sizes, kernel, sizes
 from .mechanism import Described
-from .statements import ELEMENTARY, Body, Compute, Store
+from .statements import Body
 
-SUPPORT = "chasles_lanes.h"
+RUN = "chasles_batch.h"
 MOST_INPUTS, MOST_OUTPUTS, MOST_ARGUMENTS = 256, 512, 8
 """What the arrays of the support file hold; larger functions keep the plain loop."""
-_SQUARE = re.compile(r"sq\((\w+)\)")
-_COMPARISON = re.compile(r"(\S+) (<=?|[!=]=|&&|\|\|) (\S+)")
-_COMPARISONS = {
-    "<": "LT",
-    "<=": "LE",
-    "==": "EQ",
-    "!=": "NE",
-    "&&": "AND",
-    "||": "OR",
-}
-_SELECTION = re.compile(r"(\S+) \? (\S+) : 0\.0")
 _SETS = (
     (2, "avx512", " && CHASLES_HAS_AVX512"),
     (1, "avx2", " && CHASLES_HAS_AVX2"),
@@ -46,14 +35,16 @@ def files(
         f"{robot.name}_batch.c": _source(robot, functions, vector),
         f"{robot.name}_lanes.h": _lanes(robot, [p for p in pairs if p[0] in vector]),
         SUPPORT: support(SUPPORT),
+        RUN: support(RUN),
     }
 
 
 def has_lanes(function: SymbolicFunction) -> bool:
     """Whether a function is small enough to be written on lanes."""
+    of = sizes(function)
     return (
-        sum(_sizes(function)[0]) <= MOST_INPUTS
-        and sum(_sizes(function)[1]) <= MOST_OUTPUTS
+        sum(of.inputs) <= MOST_INPUTS
+        and sum(of.outputs) <= MOST_OUTPUTS
         and max(len(function.inputs), len(function.outputs)) <= MOST_ARGUMENTS
     )
 
@@ -90,7 +81,8 @@ def _source(
 ) -> str:
     included = "\n\n".join(
         f"#if CHASLES_SET_{name.upper()}\n#define CHASLES_ISA {number}\n"
-        f'#include "{SUPPORT}"\n#include "{robot.name}_lanes.h"\n#undef CHASLES_ISA\n#endif'
+        f'#include "{SUPPORT}"\n#include "{RUN}"\n#include "{robot.name}_lanes.h"\n'
+        "#undef CHASLES_ISA\n#endif"
         for number, name, _ in _SETS
     )
     definitions = "\n".join(_definition(robot, f, f in vector) for f in functions)
@@ -141,16 +133,16 @@ extern "C" {{
 
 def _definition(robot: Described, function: SymbolicFunction, vector: bool) -> str:
     name = f"{robot.name}_{function.name}"
-    sizes_in, sizes_out = _sizes(function)
-    pointers = [f"inputs[{i}] + k * input_steps[{i}]" for i in range(len(sizes_in))]
-    pointers += [f"outputs[{i}] + k * output_steps[{i}]" for i in range(len(sizes_out))]
-    steps_in, steps_out = (", ".join(map(str, sizes)) for sizes in (sizes_in, sizes_out))
+    of = sizes(function)
+    pointers = [f"inputs[{i}] + k * input_steps[{i}]" for i in range(len(of.inputs))]
+    pointers += [f"outputs[{i}] + k * output_steps[{i}]" for i in range(len(of.outputs))]
+    steps_in, steps_out = (", ".join(map(str, rows)) for rows in (of.inputs, of.outputs))
     return f"""\
 /* Rows of any step, in doubles. */
 static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
 {{
-{_choice(name, sizes_in, sizes_out) if vector else ""}\
+{_choice(name, of) if vector else ""}\
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {{
     {name}({", ".join(pointers)});
   }}
@@ -166,7 +158,7 @@ static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *
 """
 
 
-def _choice(name: str, sizes_in: Sequence[int], sizes_out: Sequence[int]) -> str:
+def _choice(name: str, of: Sizes) -> str:
     runs = "".join(
         f"#if CHASLES_SET_{isa.upper()}\n  if (n > 1{condition}) {{\n"
         f"    lanes_run_{isa}({name}_{isa}, &shape, n, inputs, input_steps, outputs,\n"
@@ -175,14 +167,10 @@ def _choice(name: str, sizes_in: Sequence[int], sizes_out: Sequence[int]) -> str
     )
     return f"""\
 #if CHASLES_LANES
-  static const int sizes[] = {{{", ".join(map(str, (*sizes_in, *sizes_out)))}}};
-  static const lanes_shape shape = {{{len(sizes_in)}, {len(sizes_out)}, sizes}};
+  static const int sizes[] = {{{", ".join(map(str, (*of.inputs, *of.outputs)))}}};
+  static const lanes_shape shape = {{{len(of.inputs)}, {len(of.outputs)}, sizes}};
 #endif
 {runs}"""
-
-
-def _sizes(function: SymbolicFunction) -> tuple[list[int], list[int]]:
-    return [argument.size for argument in function.inputs], [r.size for r in function.outputs]
 
 
 def _signature(robot: Described, function: SymbolicFunction) -> str:
@@ -196,78 +184,8 @@ def _lanes(robot: Described, pairs: Sequence[tuple[SymbolicFunction, Body]]) -> 
         notice(robot),
         f"/* {robot.name}.h on lanes: all inputs in one array, all outputs in another. */\n",
     ]
-    parts += [_kernel(robot.name, function, body) for function, body in pairs]
+    for function, body in pairs:
+        head = f"static LANES_TARGET void LANES_NAME({robot.name}_{function.name})"
+        inputs = [argument.name for argument in function.inputs]
+        parts.append(kernel(head, body, inputs, sizes(function)))
     return "\n".join(parts)
-
-
-def _kernel(prefix: str, function: SymbolicFunction, body: Body) -> str:
-    first_in, first_out = (_offsets(sizes) for sizes in _sizes(function))
-    lines = [] if body.loads else ["  (void)in;"]
-    for i, k in body.loads:
-        lines.append(f"  const lanes {function.inputs[i].name}_{k} = in[{first_in[i] + k}];")
-    pairs = _cosines_and_sines(body)
-    for statement in body.statements:
-        match statement:
-            case Compute(name) if name in pairs:
-                lines.append(pairs[name])
-            case Compute(name, expression):
-                lines.append(_computed(name, expression))
-            case Store(i, entry, value):
-                stored = f"LANES_OF({value})" if _is_number(value) else value
-                lines.append(f"  out[{first_out[i] + entry}] = {stored};")
-    head = f"static LANES_TARGET void LANES_NAME({prefix}_{function.name})"
-    return "\n".join([f"{head}(const lanes *in, lanes *out)", "{", *filter(None, lines), "}\n"])
-
-
-def _cosines_and_sines(body: Body) -> dict[str, str]:
-    """Calls that give both of an angle: the call at the first's name, nothing at the other's."""
-    names: dict[str, dict[str, str]] = {}
-    for statement in body.computed:
-        call = ELEMENTARY.fullmatch(statement.expression)
-        if call and call.group(1) in ("cos", "sin"):
-            names.setdefault(call.group(2), {})[call.group(1)] = statement.name
-    calls: dict[str, str] = {}
-    for angle, of in names.items():
-        if len(of) == 2:  # noqa: PLR2004
-            c, s = of["cos"], of["sin"]
-            first, second = of.values()
-            addresses = f"&{angle}, &{c}, &{s}"
-            calls[first] = f"  lanes {c}, {s}; LANES_NAME(lanes_cos_sin)({addresses});"
-            calls[second] = ""
-    return calls
-
-
-def _computed(name: str, expression: str) -> str:
-    if call := ELEMENTARY.fullmatch(expression):
-        return _called(name, *call.groups())
-    if comparison := _COMPARISON.fullmatch(expression):
-        left, sign, right = comparison.groups()
-        value = f"LANES_{_COMPARISONS[sign]}({left}, {right})"
-    elif selection := _SELECTION.fullmatch(expression):
-        value = f"LANES_IF({selection.group(1)}, {selection.group(2)})"
-    elif expression.startswith("!"):
-        value = f"LANES_NOT({expression[1:]})"
-    else:
-        value = _SQUARE.sub(r"\1 * \1", expression)
-    return f"  const lanes {name} = {value};"
-
-
-def _called(name: str, function: str, arguments: str) -> str:
-    """A call, by address; numbers among its arguments get a name of their own."""
-    lines: list[str] = []
-    names: list[str] = []
-    for k, argument in enumerate(arguments.split(", ")):
-        names.append(f"{name}_{k}" if _is_number(argument) else argument)
-        if _is_number(argument):
-            lines.append(f"  const lanes {names[-1]} = LANES_OF({argument});")
-    addresses = ", ".join(f"&{argument}" for argument in (*names, name))
-    lines.append(f"  lanes {name}; LANES_NAME(lanes_{function})({addresses});")
-    return "\n".join(lines)
-
-
-def _is_number(value: str) -> bool:
-    return value[0] in "-0123456789"
-
-
-def _offsets(sizes: Sequence[int]) -> list[int]:
-    return [sum(sizes[:k]) for k in range(len(sizes))]

@@ -26,11 +26,18 @@ def source(robot: Described, functions: Sequence[SymbolicFunction], bodies: Sequ
         functions: What the functions mean.
         bodies: Their statements, in the same order.
     """
-    parts = [notice(robot), f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"\n']
-    parts += [f"{text}\n" for name, text in _OWN.items() if any(b.calls(name) for b in bodies)]
+    parts = [notice(robot), f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"']
+    parts[-1] += (
+        f'\n#include "{branches_file(robot)}"\n' if any(f.signs for f in functions) else "\n"
+    )
+    for name, text in _OWN.items():
+        callers = [f for f, body in zip(functions, bodies, strict=True) if body.calls(name)]
+        if callers and all(f.signs for f in callers):
+            parts.append(f"#if !{branches_flag(robot)}\n{text}\n#endif\n")
+        elif callers:
+            parts.append(f"{text}\n")
     parts += [
-        _definition(robot.name, function, body)
-        for function, body in zip(functions, bodies, strict=True)
+        _definition(robot, function, body) for function, body in zip(functions, bodies, strict=True)
     ]
     return "\n".join(parts)
 
@@ -75,6 +82,16 @@ def support(name: str) -> str:
     return (Path(__file__).parent / "c" / name).read_text(encoding="utf-8")
 
 
+def branches_file(robot: Described) -> str:
+    """Name of the header that has all branches of a pose at once."""
+    return f"{robot.name}_branches.h"
+
+
+def branches_flag(robot: Described) -> str:
+    """What that header defines where it has them."""
+    return f"{robot.name.upper()}_BRANCHES"
+
+
 def notice(robot: Described) -> str:
     """The first line of every generated C file."""
     title = robot.title.replace("*/", "* /")
@@ -97,14 +114,24 @@ def _declaration(prefix: str, function: SymbolicFunction) -> str:
     return f"/* {comment} */\n{_signature(prefix, function)};"
 
 
-def _definition(prefix: str, function: SymbolicFunction, body: Body) -> str:
+def _definition(robot: Described, function: SymbolicFunction, body: Body) -> str:
+    lines = _straight(function, body)
+    if function.signs:
+        names = ", ".join(a.name for a in (*function.inputs, *function.outputs))
+        at_once = f"  LANES_NAME({robot.name}_{function.name}_branches)({names});"
+        lines = [f"#if {branches_flag(robot)}", at_once, "#else", *lines, "#endif"]
+    return "\n".join([f"{_signature(robot.name, function)} {{", *lines, "}\n"])
+
+
+def _straight(function: SymbolicFunction, body: Body) -> list[str]:
+    """The lines of a function, one statement after the other."""
     inputs = [argument.name for argument in function.inputs]
     used = {i for i, _ in body.loads}
     lines = [f"  (void){name};" for i, name in enumerate(inputs) if i not in used]
     # All is read before anything is written: outputs may overlap inputs.
     lines += [f"  const double {inputs[i]}_{k} = {inputs[i]}[{k}];" for i, k in body.loads]
     before, angles, after = _together(body.by_depth())
-    lines += [f"  const double {name} = {expression};" for name, expression in before]
+    lines += [_computed(statement) for statement in before]
     if angles:
         count = len(angles)
         lines += [
@@ -114,11 +141,16 @@ def _definition(prefix: str, function: SymbolicFunction, body: Body) -> str:
         ]
     for statement in after:
         match statement:
-            case Compute(name, expression):
-                lines.append(f"  const double {name} = {expression};")
+            case Compute():
+                lines.append(_computed(statement))
             case Store(i, entry, value):
                 lines.append(f"  {function.outputs[i].name}[{entry}] = {value};")
-    return "\n".join([f"{_signature(prefix, function)} {{", *lines, "}\n"])
+    return lines
+
+
+def _computed(statement: Compute) -> str:
+    kind = "int" if statement.is_condition else "double"
+    return f"  const {kind} {statement.name} = {statement.expression};"
 
 
 def _wrapped(line: str) -> list[str]:
@@ -128,14 +160,14 @@ def _wrapped(line: str) -> list[str]:
 
 def _together(
     body: Body,
-) -> tuple[list[tuple[str, str]], list[str], list[Compute | Store]]:
+) -> tuple[list[Compute], list[str], list[Compute | Store]]:
     """What comes before the cosines and sines that depend on no other, their angles, and the rest.
 
     In the rest they are called c[k] and s[k].
     """
     names: dict[str, str] = {}
     angles: dict[str, int] = {}
-    before: list[tuple[str, str]] = []
+    before: list[Compute] = []
     after: list[Compute | Store] = []
     late: set[str] = set()
     for statement in body.statements:
@@ -151,7 +183,7 @@ def _together(
             k = angles.setdefault(call.group(2), len(angles))
             names[statement.name] = f"{call.group(1)[0]}[{k}]"
         else:
-            before.append((statement.name, statement.expression))
+            before.append(statement)
     return before, list(angles), after
 
 

@@ -4,14 +4,15 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from . import equations, maps, platforms
 from .chain import Group, groups
 from .coordinates import InProportion
 from .errors import RobotError
 from .function import SymbolicFunction
-from .hybrid import Hybrid
+from .inverse.inverse import Inverses, inverses
 from .kinematics import FUNCTIONS, Kinematics, arguments_of
-from .maps import Maker
+from .loops import equations, maps, platforms
+from .loops.hybrid import Hybrid
+from .loops.maps import Maker
 from .mechanism import Described, Mechanism
 from .scope import Scope
 
@@ -28,6 +29,7 @@ class Derivation:
         groups: The chain in its smallest form.
         functions: What was derived, in the order in which it is written out.
         hybrid: The loops and their solution, of a robot that has some.
+        inverse: What is known of its inverse, where that was asked for.
     """
 
     robot: Described
@@ -35,6 +37,7 @@ class Derivation:
     groups: tuple[Group, ...]
     functions: tuple[SymbolicFunction, ...]
     hybrid: Hybrid | None = None
+    inverse: Inverses | None = None
 
     def function(self, name: str) -> SymbolicFunction:
         """The function of that name.
@@ -60,14 +63,23 @@ def derive(robot: Described, functions: Sequence[str] | None = None) -> Derivati
     """
     if isinstance(robot, Mechanism):
         return _of_mechanism(robot, functions)
-    chosen = _chosen(robot.name, functions, FUNCTIONS)
     scope = Scope({p.symbol: p.value for p in robot.parameters})
     arguments = arguments_of([joint.unit for joint in robot.coordinates])
     motion = InProportion(robot, scope, arguments["q"].symbols)
     found = groups(robot, scope, motion.values)
     kinematics = Kinematics(robot, scope, found, motion, arguments)
-    made = tuple(kinematics.function(name) for name in chosen)
-    return Derivation(robot, scope, found, made)
+    made = {name: kinematics.function(name) for name in FUNCTIONS if _is_asked(name, functions)}
+    inverse = None
+    if functions is None or not set(functions) <= set(FUNCTIONS):
+        inverse = inverses(robot, scope)
+        made |= inverse.functions
+    offered = [*FUNCTIONS, *(inverse.functions if inverse else ())]
+    chosen = _chosen(robot.name, functions, offered)
+    return Derivation(robot, scope, found, tuple(made[name] for name in chosen), inverse=inverse)
+
+
+def _is_asked(name: str, functions: Sequence[str] | None) -> bool:
+    return functions is None or name in functions
 
 
 def _of_mechanism(mechanism: Mechanism, functions: Sequence[str] | None) -> Derivation:

@@ -1,5 +1,6 @@
 """One named function of a robot: the object that LaTeX prints and C is generated from."""
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -26,7 +27,11 @@ class Argument:
 
 @dataclass(frozen=True)
 class Result:
-    """An output: its entries in row-major order, shape, unit and one-line meaning."""
+    """An output: its entries in row-major order, shape, unit and one-line meaning.
+
+    Of a function with branches, the entries are those of one branch in the function's signs, and
+    the shape is that of all branches, which its first dimension counts.
+    """
 
     name: str
     entries: tuple[sp.Expr, ...]
@@ -37,7 +42,7 @@ class Result:
     @property
     def size(self) -> int:
         """Number of doubles."""
-        return len(self.entries)
+        return math.prod(self.shape)
 
 
 @dataclass(frozen=True)
@@ -54,6 +59,9 @@ class SymbolicFunction:
         margin: Name of the function that tells how far the loops that it rests on are from their
             dead points; empty where it rests on none.
         steps: Of a function of margins: the names of the loops, one an entry.
+        signs: Of a function with branches: symbols that are 1 or -1, one for each two-way choice.
+            Branch b has the i-th of n signs at -1 where bit n - 1 - i of b is set, else at 1, so
+            that the first varies slowest.
     """
 
     name: str
@@ -64,6 +72,12 @@ class SymbolicFunction:
     scope: Scope
     margin: str = ""
     steps: tuple[str, ...] = ()
+    signs: tuple[sp.Symbol, ...] = ()
+
+    @property
+    def branches(self) -> int:
+        """How many branches there are; 1 where nothing is to be chosen."""
+        return int(2 ** len(self.signs))
 
     def terms(self) -> list[tuple[sp.Symbol, sp.Expr]]:
         """The shared terms that the outputs rest on, each after those it uses."""

@@ -4,8 +4,7 @@ import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import batch_code, c_code, latex, python_package
-from .casadi_file import serialized
+from . import batch_code, branch_code, c_code, casadi_file, latex, python_package
 from .derivation import derive
 from .lower import lower
 from .manifest import manifest
@@ -23,7 +22,7 @@ def artifacts(robot: Described, functions: Sequence[str] | None = None) -> dict[
         functions: The functions to derive, all by default.
 
     Returns:
-        C source and header, LaTeX, the CasADi functions, the Python package and the manifest; the
+        C source and header, LaTeX, CasADi functions, the Python package and the manifest; the
         same bytes for the same description on any machine.
     """
     derivation = derive(robot, functions)
@@ -33,8 +32,9 @@ def artifacts(robot: Described, functions: Sequence[str] | None = None) -> dict[
         f"{robot.name}.c": c_code.source(robot, derivation.functions, statements),
         f"{robot.name}.h": c_code.header(robot, derivation.functions),
         c_code.SUPPORT: c_code.support(c_code.SUPPORT),
+        **branch_code.files(robot, derivation.functions),
         **batch_code.files(robot, derivation.functions, statements),
-        f"{robot.name}.casadi": serialized(derivation),
+        **casadi_file.files(derivation),
         **python_package.files(robot, derivation.functions),
         f"{robot.name}.tex": latex.document(derivation),
         **{f"{latex.FOLDER}/{n}": text for n, text in latex.fragments(derivation).items()},

@@ -7,8 +7,9 @@ evaluated at 40 digits and rounded once.
 """
 
 import operator
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
 from functools import reduce
 
 import casadi as ca
@@ -16,8 +17,9 @@ import sympy as sp
 from sympy.core.relational import Relational
 from sympy.logic.boolalg import Boolean
 
+from .branches import unrolled
 from .errors import RobotError
-from .function import SymbolicFunction
+from .function import Argument, SymbolicFunction
 from .scope import Scope
 
 
@@ -69,40 +71,60 @@ def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Functio
     """CasADi functions named ``<prefix>_<name>``; outputs are dense vectors in row-major order.
 
     Args:
-        functions: One or more functions over one scope; what they share is lowered once.
+        functions: One or more functions over one scope; what they share is lowered once. Those with
+            signs are unrolled: their outputs hold all branches.
         prefix: The robot's name.
 
     Raises:
         LoweringError: An expression holds something that no rule lowers.
     """
     visitor = _Visitor(functions[0].scope)
-    return [visitor.function(function, prefix) for function in functions]
+    return [
+        _Visitor(flat.scope).function(flat, prefix)
+        if flat is not function
+        else visitor.function(function, prefix)
+        for function, flat in zip(functions, map(unrolled, functions), strict=True)
+    ]
 
 
-def whole(functions: Iterable[SymbolicFunction], name: str) -> ca.Function:
-    """All functions as one CasADi function, an output each, for optimal control in CasADi.
+def lower_branch(function: SymbolicFunction, prefix: str) -> ca.Function:
+    """One branch of a function, ``<prefix>_<name>_branch``, with its signs as a last input.
 
-    Inputs are q, qd, qdd; the output called ``fk`` is the matrix that fk computes, and so on. An
-    output of more than two dimensions is flattened behind its first. Functions of several outputs
-    repeat others and are left out.
+    Args:
+        function: A function with signs.
+        prefix: The robot's name.
+
+    Raises:
+        LoweringError: An expression holds something that no rule lowers.
     """
-    single = [function for function in functions if len(function.outputs) == 1]
-    visitor = _Visitor(single[0].scope)
-    arguments = {argument.name: argument for f in single for argument in f.inputs}
+    signs = Argument("sign", function.signs, (len(function.signs),), "1", "1 or -1 for each choice")
+    one = replace(function, name=f"{function.name}_branch", inputs=(*function.inputs, signs))
+    return _Visitor(function.scope, function.signs).function(one, prefix)
+
+
+def whole(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:
+    """Functions of one output each as one CasADi function, for optimal control in CasADi.
+
+    Inputs are those of all functions; the output called ``fk`` is the matrix that fk computes, and
+    so on. An output of more than two dimensions is flattened behind its first.
+    """
+    visitor = _Visitor(functions[0].scope)
+    arguments = {argument.name: argument for f in functions for argument in f.inputs}
     inputs = [visitor.vector(argument.symbols) for argument in arguments.values()]
     outputs = []
-    for function in single:
+    for function in functions:
         (entries,) = visitor.outputs(function)
         rows = function.outputs[0].shape[0]
         outputs.append(ca.reshape(entries, entries.numel() // rows, rows).T)
-    return ca.Function(name, inputs, outputs, list(arguments), [f.name for f in single])
+    return ca.Function(name, inputs, outputs, list(arguments), [f.name for f in functions])
 
 
 class _Visitor:
     """One scope as a CasADi graph; every expression is visited once."""
 
-    def __init__(self, scope: Scope) -> None:
+    def __init__(self, scope: Scope, signs: Iterable[sp.Symbol] = ()) -> None:
         self.scope = scope
+        self.signs = frozenset(signs)
         self.nodes: dict[sp.Expr, ca.SX] = {
             symbol: ca.SX(float(scope.value(symbol)))
             for symbol in (*scope.parameters, *scope.constants)
@@ -121,13 +143,13 @@ class _Visitor:
         for symbol, term in function.terms():
             if symbol not in self.nodes:
                 self.nodes[symbol] = self.node(term)
+        nodes = [
+            ca.densify(ca.vertcat(*(self.node(entry) for entry in result.entries)))
+            for result in function.outputs
+        ]
         # Equal terms were never named twice; what is left to share are parts of longer sums.
-        return ca.cse(
-            [
-                ca.densify(ca.vertcat(*(self.node(entry) for entry in result.entries)))
-                for result in function.outputs
-            ]
-        )
+        with _as_written():
+            return ca.cse(nodes)
 
     def node(self, expression: sp.Expr) -> ca.SX:
         known = self.nodes.get(expression)
@@ -151,6 +173,8 @@ class _Visitor:
             return self._power(expression)
         if expression.is_Piecewise:
             return self._choice(expression)
+        if expression.func is sp.atan2:
+            return self._angle(*expression.args)
         rule = _FUNCTIONS.get(expression.func)
         if rule is None:
             raise LoweringError(f"no rule lowers {expression.func.__name__}: {expression}")
@@ -180,9 +204,10 @@ class _Visitor:
                 continue
             if factor.is_Pow and factor.exp.is_negative:
                 divisor = self.node(1 / factor)
-                product = 1 / divisor if product is None else product / divisor
+                product = _over(ca.SX(1) if product is None else product, divisor)
             else:
-                product = self.node(factor) if product is None else product * self.node(factor)
+                node = self.node(factor)
+                product = node if product is None else _times(product, node)
         assert product is not None
         return product
 
@@ -194,8 +219,19 @@ class _Visitor:
         factors = [node] * (abs(exponent.p) // exponent.q)
         if exponent.q == 2:  # noqa: PLR2004
             factors.insert(0, ca.sqrt(node))
-        power = reduce(operator.mul, factors)
+        power = reduce(_times, factors)
         return power if exponent > 0 else 1 / power
+
+    def _angle(self, y: sp.Expr, x: sp.Expr) -> ca.SX:
+        """The angle of a point, which is odd in y: for two signs of y, one call does."""
+        if y.as_coeff_Mul()[0].is_negative:
+            return -self._angle(-y, x)
+        factors = sp.Mul.make_args(self.scope.terms.get(y, y))
+        rest = [factor for factor in factors if factor not in self.signs]
+        if len(rest) == len(factors):
+            return ca.atan2(self.node(y), self.node(x))
+        signs = [self.node(factor) for factor in factors if factor in self.signs]
+        return reduce(operator.mul, signs) * self._angle(sp.Mul(*rest), x)
 
     def _choice(self, expression: sp.Piecewise) -> ca.SX:
         """The value of the first condition that holds; NaN in another value is not seen."""
@@ -218,6 +254,30 @@ class _Visitor:
         return rule(*(self._condition(part) for part in condition.args))
 
 
+@contextmanager
+def _as_written() -> Iterator[None]:
+    """Nodes as they are asked for: CasADi would choose each product with a choice once more."""
+    ca.GlobalOptions.setSimplificationOnTheFly(False)
+    try:
+        yield
+    finally:
+        ca.GlobalOptions.setSimplificationOnTheFly(True)
+
+
+def _times(x: ca.SX, y: ca.SX) -> ca.SX:
+    if not (x.is_op(ca.OP_IF_ELSE_ZERO) or y.is_op(ca.OP_IF_ELSE_ZERO)):
+        return x * y
+    with _as_written():
+        return x * y
+
+
+def _over(x: ca.SX, y: ca.SX) -> ca.SX:
+    if not x.is_op(ca.OP_IF_ELSE_ZERO):
+        return x / y
+    with _as_written():
+        return x / y
+
+
 def _folded(operation: Callable[[ca.SX, ca.SX], ca.SX]) -> Callable[..., ca.SX]:
     """A function of two as one of one or more, from left to right."""
     return lambda *nodes: reduce(operation, nodes)
@@ -228,7 +288,6 @@ _FUNCTIONS: Mapping[type[sp.Expr], Callable[..., ca.SX]] = {
     sp.cos: ca.cos,
     sp.tan: ca.tan,
     sp.atan: ca.atan,
-    sp.atan2: ca.atan2,
     sp.Abs: ca.fabs,
     sp.sign: ca.sign,
     sp.Min: _folded(ca.fmin),

@@ -11,7 +11,7 @@ import sympy as sp
 
 from .derivation import Derivation
 from .function import Argument, Result, SymbolicFunction
-from .hybrid import Hybrid
+from .loops.hybrid import Hybrid
 from .lower import count_operations
 from .mechanism import Coordinate, Described
 from .robot import UNITS, Joint, Parameter
@@ -125,6 +125,7 @@ def _function(robot: Described, function: SymbolicFunction, kernel: ca.Function)
         "outputs": [_described(result) for result in function.outputs],
         "operations": count_operations(kernel).as_dict(),
         **({"margin": function.margin} if function.margin else {}),
+        **({"branches": function.branches} if function.signs else {}),
         **({"steps": list(function.steps)} if function.steps else {}),
     }
 

@@ -9,10 +9,10 @@ import sympy as sp
 from .conventions import ORIGIN, Vector, urdf
 from .errors import RobotError
 from .mechanism import Closure, ClosureKind, Drive, EndKind, Mechanism, Place, Strut
-from .phasors import ONE, ZERO
 from .robot import Joint, JointKind, ParameterKind, Placement
 from .robot_file import JOINT_FIELDS, KINDS, ROBOT_FIELDS, RobotFile
 from .toml_file import DescriptionError, Keys, dotted, hint, listed
+from .vectors import ONE, ZERO
 
 MECHANISM_FIELDS = ("closures", "rods", "cylinders", "drives", "actuated", "reference")
 PLACE_FIELDS = ("body", "xyz", "rpy")

@@ -5,6 +5,7 @@ nothing for dense functions without state. The arithmetic is kept as it stands; 
 not recognised is an error, never passed on.
 """
 
+import itertools
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -25,6 +26,9 @@ _NUMBER_ALONE = re.compile(_NUMBER)
 _UNARY = re.compile(rf"([-!])({_TERM})")
 _BINARY = re.compile(rf"({_TERM})([-+*/]|<=?|[!=]=|&&|\|\|)({_TERM})")
 _SELECTION = re.compile(rf"(\w+)\?({_TERM}):0")
+_HALF = re.compile(r"(\S+) \? (\S+) : 0\.0")
+_SUM = re.compile(r"(\w+) \+ (\w+)")
+_CONDITION = re.compile(r"!.+|\S+ (?:<=?|[!=]=|&&|\|\|) \S+")
 _CALL = re.compile(rf"(?:casadi_)?(\w+)\(({_TERM}(?:,{_TERM})*)\)")
 CALLS = ("sin", "cos", "tan", "atan", "atan2")
 """Functions that are calls of the C library on any machine."""
@@ -42,11 +46,16 @@ class Compute:
     """``name = expression``, each name once.
 
     An expression is one operation of C on names and numbers; ``sq(x)`` is a square and ``sign(x)``
-    is -1, 1 or x itself. Conditions are 0 or 1, and what they choose is ``condition ? x : 0.0``.
+    is -1, 1 or x itself. Conditions are 0 or 1, and what they choose is ``condition ? x : y``.
     """
 
     name: str
     expression: str
+
+    @property
+    def is_condition(self) -> bool:
+        """Whether it is a comparison or a logical connection."""
+        return bool(_CONDITION.fullmatch(self.expression))
 
 
 @dataclass(frozen=True)
@@ -141,7 +150,7 @@ def _body(function: ca.Function, text: str) -> Body:
             now[compute.group(1)] = name
         elif line not in ("  return 0;", "") and not _LOCALS.fullmatch(line):
             raise LoweringError(f"{function.name()}: unknown C statement {line.strip()!r}")
-    return Body(tuple(sorted(loads)), tuple(_calls_first(statements)))
+    return Body(tuple(sorted(loads)), tuple(_calls_first(_used(_choices(statements)))))
 
 
 def _spaced(expression: str) -> str:
@@ -165,6 +174,39 @@ def _spaced(expression: str) -> str:
 
 def _shortest(text: str) -> str:
     return repr(float(text)) if _NUMBER_ALONE.fullmatch(text) else text
+
+
+def _choices(statements: Sequence[Compute | Store]) -> list[Compute | Store]:
+    """CasADi's (c ? x : 0) + (!c ? y : 0) as one choice, which also keeps the sign of -0."""
+    expressions = {s.name: s.expression for s in statements if isinstance(s, Compute)}
+
+    def chosen(left: str, right: str) -> str | None:
+        halves = [_HALF.fullmatch(expressions.get(term, "")) for term in (left, right)]
+        for this, other in itertools.permutations(halves):
+            if this and other and expressions.get(other.group(1)) == f"!{this.group(1)}":
+                return f"{this.group(1)} ? {this.group(2)} : {other.group(2)}"
+        return None
+
+    return [
+        replace(statement, expression=choice)
+        if isinstance(statement, Compute)
+        and (total := _SUM.fullmatch(statement.expression))
+        and (choice := chosen(*total.groups()))
+        else statement
+        for statement in statements
+    ]
+
+
+def _used(statements: Sequence[Compute | Store]) -> list[Compute | Store]:
+    """The statements without those whose value nothing takes."""
+    needed: set[str] = set()
+    kept: list[Compute | Store] = []
+    for statement in reversed(statements):
+        if isinstance(statement, Store) or statement.name in needed:
+            text = statement.value if isinstance(statement, Store) else statement.expression
+            needed.update(NAME.findall(text))
+            kept.append(statement)
+    return kept[::-1]
 
 
 def _calls_first(statements: Sequence[Compute | Store]) -> list[Compute | Store]:

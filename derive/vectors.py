@@ -69,3 +69,8 @@ def rotated_x(scope: Scope, vector: Vector, c: sp.Expr, s: sp.Expr) -> Vector:
     """``Rx(angle) v`` for an angle of cosine c and sine s."""
     x, y, z = vector
     return x, scope.let(c * y - s * z), scope.let(s * y + c * z)
+
+
+def dot(scope: Scope, a: Vector, b: Vector) -> sp.Expr:
+    """The named scalar product of two vectors."""
+    return scope.let(sum((u * v for u, v in zip(a, b, strict=True)), ZERO))

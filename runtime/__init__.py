@@ -28,6 +28,7 @@ from .errors import (
 )
 from .manifest import read_manifest
 from .robot import Robot, shipped_folders
+from .solutions import Solutions
 
 __all__ = [
     "CacheError",
@@ -42,6 +43,7 @@ __all__ = [
     "Robot",
     "ShapeError",
     "SingularityError",
+    "Solutions",
     "SourceMismatchError",
     "UnknownRobotError",
     "load",

@@ -10,7 +10,8 @@
  *                          on parts of the batch (threads.py), and arguments with a ufunc
  *                          protocol of their own never come to it (overrides.py)
  *            A function that rests on loops has a guard (guard.py), which is told of every single
- *            pose whose result is not finite, and may raise.
+ *            pose whose result is not finite, and may raise. One that computes all branches of an
+ *            inverse returns them as Solutions (solutions.py), with a fourth array: which are valid.
  * Kernel     the description that Function and ufunc share, kept alive by the ufunc (a capsule).
  */
 #define PY_SSIZE_T_CLEAN
@@ -439,6 +440,8 @@ typedef struct {
     PyObject *ufunc;
     PyObject *name, *label, *doc, *signature, *inputs, *outputs, *operations, *reduced;
     PyObject *guard; /* NULL where the result is finite for every finite input */
+    PyTypeObject *solutions; /* a kind of tuple; NULL where the outputs are no branches */
+    double tolerance;        /* residual up to which a branch is valid */
 } Function;
 
 static PyTypeObject FunctionType;
@@ -452,6 +455,7 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
     Py_VISIT(self->operations);
     Py_VISIT(self->reduced);
     Py_VISIT(self->guard);
+    Py_VISIT(self->solutions);
     return 0;
 }
 
@@ -470,6 +474,7 @@ static void function_dealloc(Function *self)
     Py_XDECREF(self->operations);
     Py_XDECREF(self->reduced);
     Py_XDECREF(self->guard);
+    Py_XDECREF(self->solutions);
     Py_TYPE(self)->tp_free((PyObject *)self);
 }
 
@@ -533,10 +538,109 @@ static int is_plain_out(const Kernel *kernel, PyObject *const *inputs, PyObject 
     return 1;
 }
 
+/* ---------------------------------------------------------------- branches */
+
+/* The outputs of a function of all branches, in this order, then which of them are valid. */
+enum { BRANCH_Q, BRANCH_RESIDUAL, BRANCH_MARGIN, BRANCH_VALID, N_BRANCH_FIELDS };
+
+/* residual <= tolerance as a new array of booleans, false where the residual is NaN. */
+static PyObject *judge(PyArrayObject *residual, double tolerance)
+{
+    int ndim = PyArray_NDIM(residual);
+    PyArrayObject *valid =
+        (PyArrayObject *)PyArray_SimpleNew(ndim, PyArray_DIMS(residual), NPY_BOOL);
+    PyArrayObject *dense =
+        PyArray_ISCARRAY_RO(residual)
+            ? (PyArrayObject *)Py_NewRef(residual)
+            : (PyArrayObject *)PyArray_FROM_OTF((PyObject *)residual, NPY_DOUBLE,
+                                                NPY_ARRAY_IN_ARRAY);
+    if (!valid || !dense) {
+        Py_XDECREF(valid);
+        Py_XDECREF(dense);
+        return NULL;
+    }
+    npy_intp n = PyArray_SIZE(dense);
+    const double *from = PyArray_DATA(dense);
+    npy_bool *to = PyArray_DATA(valid);
+    NPY_BEGIN_THREADS_DEF
+    NPY_BEGIN_THREADS_THRESHOLDED(n)
+    for (npy_intp i = 0; i < n; i++) {
+        to[i] = from[i] <= tolerance;
+    }
+    NPY_END_THREADS
+    Py_DECREF(dense);
+    return (PyObject *)valid;
+}
+
+/* The branches as Solutions; steals the references of the three results. */
+static PyObject *pack_branches(const Function *self, PyObject **results)
+{
+    PyObject *valid = judge((PyArrayObject *)results[BRANCH_RESIDUAL], self->tolerance);
+    PyObject *solutions =
+        valid ? self->solutions->tp_alloc(self->solutions, N_BRANCH_FIELDS) : NULL;
+    if (!solutions) {
+        Py_XDECREF(valid);
+        for (int i = 0; i < BRANCH_VALID; i++) {
+            Py_DECREF(results[i]);
+        }
+        return NULL;
+    }
+    for (int i = 0; i < BRANCH_VALID; i++) {
+        PyTuple_SET_ITEM(solutions, i, results[i]);
+    }
+    PyTuple_SET_ITEM(solutions, BRANCH_VALID, valid);
+    return solutions;
+}
+
+/* What the ufunc returned, as Solutions where it is branches; steals the reference. */
+static PyObject *as_branches(const Function *self, PyObject *result)
+{
+    if (!self->solutions || !result) {
+        return result;
+    }
+    PyObject *results[BRANCH_VALID];
+    for (int i = 0; i < BRANCH_VALID; i++) {
+        results[i] = Py_NewRef(PyTuple_GET_ITEM(result, i));
+    }
+    Py_DECREF(result);
+    return pack_branches(self, results);
+}
+
+/* Takes the class for the branches and the tolerance that it tells; -1 with an error set. */
+static int take_solutions(Function *self, PyObject *type)
+{
+    if (type == Py_None) {
+        return 0;
+    }
+    if (!PyType_Check(type) || !PyType_IsSubtype((PyTypeObject *)type, &PyTuple_Type) ||
+        ((PyTypeObject *)type)->tp_basicsize != PyTuple_Type.tp_basicsize ||
+        self->kernel->n_outputs != BRANCH_VALID) {
+        PyErr_Format(PyExc_TypeError,
+                     "%U: solutions must be a kind of tuple without fields of its own, for a "
+                     "function of %d outputs, got %R",
+                     self->label, BRANCH_VALID, type);
+        return -1;
+    }
+    PyObject *tolerance = PyObject_GetAttrString(type, "TOLERANCE");
+    self->tolerance = tolerance ? PyFloat_AsDouble(tolerance) : -1.0;
+    Py_XDECREF(tolerance);
+    if (PyErr_Occurred()) {
+        return -1;
+    }
+    self->solutions = (PyTypeObject *)Py_NewRef(type);
+    return 0;
+}
+
+/* ------------------------------------------------------------- the results */
+
 /* One result, or a tuple of several; steals the references. Empty shapes become scalars, as
  * NumPy's own functions have it, unless the caller gave the array. */
-static PyObject *pack(const Kernel *kernel, PyObject **results, PyObject *const *outs)
+static PyObject *pack(const Function *self, PyObject **results, PyObject *const *outs)
 {
+    const Kernel *kernel = self->kernel;
+    if (self->solutions) {
+        return pack_branches(self, results);
+    }
     for (int i = 0; i < kernel->n_outputs; i++) {
         if (!outs || outs[i] == Py_None) {
             results[i] = PyArray_Return((PyArrayObject *)results[i]);
@@ -610,7 +714,7 @@ __attribute__((noinline)) static PyObject *pack_guarded(Function *self, PyObject
         }
         return NULL;
     }
-    return pack(kernel, results, outs);
+    return pack(self, results, outs);
 }
 
 /* Runs the kernel on plain inputs, into plain outs or new arrays (outs NULL, or None within). */
@@ -642,7 +746,7 @@ static PyObject *call_once(Function *self, PyObject *const *inputs, PyObject *co
     if (__builtin_expect(self->guard != NULL, 0)) {
         return pack_guarded(self, inputs, to, results, outs);
     }
-    return pack(kernel, results, outs);
+    return pack(self, results, outs);
 }
 
 /* The leading dimensions that all inputs share where all are dense float64 arrays, else NULL. */
@@ -690,9 +794,10 @@ static void run_dense(const Kernel *kernel, npy_intp n, double **memory)
 
 /* Dense batches of one shape into new arrays: what the ufunc would do, without its preparations,
  * which cost more than a few poses. */
-static PyObject *call_dense(const Kernel *kernel, PyObject *const *inputs, const npy_intp *batch,
+static PyObject *call_dense(const Function *self, PyObject *const *inputs, const npy_intp *batch,
                             int ndim)
 {
+    const Kernel *kernel = self->kernel;
     double *memory[MAX_OPERANDS];
     PyObject *results[MAX_OPERANDS];
     npy_intp dims[NPY_MAXDIMS + MAX_CORE_NDIM];
@@ -717,7 +822,7 @@ static PyObject *call_dense(const Kernel *kernel, PyObject *const *inputs, const
     NPY_BEGIN_THREADS_THRESHOLDED(n)
     run_dense(kernel, n, memory);
     NPY_END_THREADS
-    return pack(kernel, results, NULL);
+    return pack(self, results, NULL);
 }
 
 /* ------------------------------------------------------------- the long way */
@@ -1041,7 +1146,7 @@ static PyObject *call_read(Function *self, PyObject *const *inputs, PyObject *co
     if (self->guard && batch.ndim == 0) {
         result = guarded(self, inputs, result);
     }
-    return result;
+    return as_branches(self, result);
 }
 
 static PyObject *call_any(Function *self, PyObject *const *inputs, PyObject *const *outs,
@@ -1217,7 +1322,7 @@ static PyObject *function_vectorcall(PyObject *object, PyObject *const *args, si
             int ndim;
             const npy_intp *batch =
                 outs || threads != 1 ? NULL : shared_batch(kernel, inputs, &ndim);
-            return batch ? call_dense(kernel, inputs, batch, ndim)
+            return batch ? call_dense(self, inputs, batch, ndim)
                          : call_any(self, inputs, outs, threads);
         }
     }
@@ -1236,6 +1341,8 @@ static PyMemberDef function_members[] = {
      "What it returns: name, shape, unit and meaning of each output."},
     {"operations", T_OBJECT_EX, offsetof(Function, operations), READONLY,
      "How many floating-point operations one pose costs, by kind."},
+    {"solutions", T_OBJECT, offsetof(Function, solutions), READONLY,
+     "The class of its result where that is all branches of an inverse, else None."},
     {"__name__", T_OBJECT_EX, offsetof(Function, name), READONLY, NULL},
     {"__qualname__", T_OBJECT_EX, offsetof(Function, label), READONLY, NULL},
     {"__doc__", T_OBJECT_EX, offsetof(Function, doc), READONLY, NULL},
@@ -1296,11 +1403,14 @@ static Kernel *kernel_new(Library *library, const chasles_kernel *entry, PyObjec
 static PyObject *library_function(Library *self, PyObject *args, PyObject *kwargs)
 {
     static char *keywords[] = {"name",      "inputs",     "outputs", "label", "doc",
-                               "signature", "operations", "reduced", "guard", NULL};
-    PyObject *name, *inputs, *outputs, *label, *doc, *signature, *operations, *reduced, *guard;
-    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!O:function", keywords, &name,
+                               "signature", "operations", "reduced", "guard", "solutions",
+                               NULL};
+    PyObject *name, *inputs, *outputs, *label, *doc, *signature, *operations, *reduced, *guard,
+        *solutions;
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!OO:function", keywords, &name,
                                      &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &label, &doc,
-                                     &signature, &operations, &PyTuple_Type, &reduced, &guard)) {
+                                     &signature, &operations, &PyTuple_Type, &reduced, &guard,
+                                     &solutions)) {
         return NULL;
     }
     const char *utf8 = PyUnicode_AsUTF8(name);
@@ -1330,6 +1440,9 @@ static PyObject *library_function(Library *self, PyObject *args, PyObject *kwarg
     function->operations = Py_NewRef(operations);
     function->reduced = Py_NewRef(reduced);
     function->guard = guard == Py_None ? NULL : Py_NewRef(guard);
+    if (take_solutions(function, solutions) < 0) {
+        Py_CLEAR(function);
+    }
     return (PyObject *)function;
 }
 

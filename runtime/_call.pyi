@@ -7,6 +7,8 @@ from typing import Any, Generic, Literal, Protocol, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .solutions import Solutions
+
 R_co = TypeVar("R_co", covariant=True)
 
 class _Argument(Protocol):
@@ -30,6 +32,8 @@ class Function(Generic[R_co]):
     def outputs(self) -> tuple[_Argument, ...]: ...
     @property
     def operations(self) -> Mapping[str, int]: ...
+    @property
+    def solutions(self) -> type[Solutions] | None: ...
     @property
     def __name__(self) -> str: ...
     @property
@@ -62,6 +66,7 @@ class Library:
         operations: Mapping[str, int],
         reduced: tuple[Callable[..., Any], tuple[Any, ...]],
         guard: Callable[[tuple[NDArray[np.float64], ...]], None] | None,
+        solutions: type[Solutions] | None,
     ) -> Function[Any]: ...
 
 def open(path: str | PathLike[str], expected_hash: str) -> Library: ...  # noqa: A001

@@ -28,6 +28,7 @@ from .compiler import Compiler, describe_machine, find_compiler
 from .errors import CacheError, LibraryMismatchError, ManifestError
 from .guard import Guard
 from .manifest import Argument, FunctionInfo, Manifest
+from .solutions import TOLERANCE, solutions_of
 
 _KERNEL_HEADER = Path(__file__).with_name("_kernel.h")
 _WIDTH = 100
@@ -216,6 +217,7 @@ def load_functions(
             operations=info.operations,
             reduced=reduced(info.name),
             guard=_guard(manifest, info, functions) if info.margin else None,
+            solutions=solutions_of(manifest.coordinates, manifest.wraps) if info.branches else None,
         )
     return {info.name: functions[info.name] for info in manifest.functions}
 
@@ -296,7 +298,10 @@ def write_doc(info: FunctionInfo) -> str:
         "    threads: How many threads to split a large batch over; 'all' is one a core.",
         "",
     ]
-    lines += ["Returns:", *(f"    {_describe(item)}" for item in info.outputs), ""]
+    lines += ["Returns:", *(f"    {_describe(item)}" for item in info.outputs)]
+    if info.branches:
+        lines += [f"    valid: (..., {info.branches}) whether residual <= {TOLERANCE:g}"]
+    lines += [""]
     if info.margin:
         lines += [
             "Raises:",

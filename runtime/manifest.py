@@ -110,6 +110,8 @@ class FunctionInfo:
         margin: The function of the same first input that says how far each loop is from not
             closing, "" if none needs to.
         steps: For such a function, the loop of each entry of its result.
+        branches: How many branches of the inverse it computes, each in a slot of its own; 0 of a
+            function that is no inverse.
     """
 
     name: str
@@ -121,6 +123,21 @@ class FunctionInfo:
     operations: Mapping[str, int]
     margin: str = ""
     steps: tuple[str, ...] = ()
+    branches: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Inverse:
+    """What a manifest says of the inverse as a whole.
+
+    Attributes:
+        tier: "exact"; "snapped" where the generated inverse is that of a nominal arm nearby, from
+            which the true one is reached by iteration; "general" where it is no closed form.
+        missing: Why there is none, "" where there is one or nothing is told.
+    """
+
+    tier: str
+    missing: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -162,6 +179,7 @@ class Manifest:
         notes: What to know about it, such as where it is not what it seems.
         functions: What it offers.
         loops: Its loops.
+        inverse: How its inverse was found, or why none was.
         files: SHA-256 of each generated file.
     """
 
@@ -176,12 +194,25 @@ class Manifest:
     notes: tuple[str, ...]
     functions: tuple[FunctionInfo, ...]
     loops: Loops
+    inverse: Inverse
     files: Mapping[str, str]
 
     @property
     def batch_file(self) -> str:
         """Name of the C file for many poses at once, which a robot may lack."""
         return f"{self.name}_batch.c"
+
+    @property
+    def wraps(self) -> tuple[bool, ...]:
+        """Of which coordinates a full turn changes nothing.
+
+        Of a motor with a gear it changes something, and of one that drives a spindle.
+        """
+        ratios = [item.ratio for item in self.loops.actuated_in_z] or [1.0] * len(self.coordinates)
+        return tuple(
+            coordinate.unit == "rad" and abs(ratio) == 1
+            for coordinate, ratio in zip(self.coordinates, ratios, strict=True)
+        )
 
     @property
     def c_files(self) -> tuple[str, ...]:
@@ -327,13 +358,33 @@ def read_manifest(folder: Path) -> Manifest:
         notes=entry.get("notes", []).texts(),
         functions=tuple(_function(item) for item in entry["functions"]),
         loops=_loops(entry),
+        inverse=_inverse(entry.get("inverse", {})),
         files=MappingProxyType({key: v.sha256() for key, v in entry["files"].mapping().items()}),
     )
     entry["functions"].unique([function.name for function in manifest.functions])
     for needed in (f"{manifest.name}.c", f"{manifest.name}.h"):
         _ = entry["files"][needed]
     _check_margins(entry, manifest.functions)
+    _check_branches(entry, manifest)
     return manifest
+
+
+def _inverse(entry: _Entry) -> Inverse:
+    tier = entry.get("tier", "exact")
+    if tier.value not in ("exact", "snapped", "general"):
+        tier.fail('"exact", "snapped" or "general"')
+    return Inverse(tier.text(), entry.get("missing", "").text())
+
+
+def _check_branches(entry: _Entry, manifest: Manifest) -> None:
+    """The outputs of an inverse are known by their order and shapes, as Solutions have them."""
+    for function, item in zip(manifest.functions, entry["functions"], strict=True):
+        k, n = function.branches, len(manifest.coordinates)
+        expected = [("q", (k, n)), ("residual", (k,)), ("margin", (k,))]
+        if k and [(out.name, out.shape) for out in function.outputs] != expected:
+            item["outputs"].fail(f"q ({k}, {n}), residual ({k}) and margin ({k})")
+        if k and function.margin:
+            item["margin"].fail("none of a function with branches, which tells its own")
 
 
 def _loops(entry: _Entry) -> Loops:
@@ -435,6 +486,7 @@ def _function(entry: _Entry) -> FunctionInfo:
         MappingProxyType(operations),
         entry.get("margin", "").text(),
         entry.get("steps", []).texts(),
+        entry.get("branches", 0).count(),
     )
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import itertools
 import sys
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -28,7 +29,7 @@ def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] 
 
     Returns:
         A dask array, or a tuple of several, if all those arguments are dask arrays; else what they
-        make of the ufunc.
+        make of the ufunc. Branches of an inverse are Solutions of such arrays.
 
     Raises:
         InputError: If a dask array is given as out, or an input does not hold real numbers.
@@ -38,10 +39,12 @@ def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] 
     dask = sys.modules.get("dask.array")
     strange = [value for value in (*inputs, *(outs or ())) if _has_protocol(value)]
     if dask is None or not all(isinstance(value, dask.Array) for value in strange):
-        return function.ufunc(*inputs, **({"out": outs} if outs else {}))
+        result = function.ufunc(*inputs, **({"out": outs} if outs else {}))
+        return function.solutions.judged(*result) if function.solutions else result
     if outs:
         raise InputError(f"{function.__qualname__}: a dask array is lazy, so it takes no out")
-    return _apply(dask, function, [_read(dask, function, i, x) for i, x in enumerate(inputs)])
+    result = _apply(dask, function, [_read(dask, function, i, x) for i, x in enumerate(inputs)])
+    return function.solutions.judged(*result) if function.solutions else result
 
 
 def _has_protocol(value: Any) -> bool:
@@ -86,7 +89,7 @@ def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
     outputs = [[f"o{next(numbers)}" for _ in item.shape] for item in function.outputs]
     sizes = [size for item in function.outputs for size in item.shape]
     return dask.apply_gufunc(
-        function,
+        partial(_outputs, function) if function.solutions else function,
         "->".join(",".join(f"({','.join(dims)})" for dims in side) for side in (inputs, outputs)),
         *arrays,
         output_sizes=dict(zip(itertools.chain(*outputs), sizes, strict=True)),
@@ -94,6 +97,11 @@ def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
         meta=tuple(np.empty(0) for _ in outputs),
         allow_rechunk=True,
     )
+
+
+def _outputs(function: Function[Any], *inputs: Any) -> tuple[Any, ...]:
+    """What was described of an inverse: without `valid`, which is judged of the lazy residual."""
+    return tuple(function(*inputs)[: len(function.outputs)])
 
 
 def _broadcast(

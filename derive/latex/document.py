@@ -4,8 +4,8 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from ..derivation import Derivation
+from ..loops.platforms import is_platform
 from ..mechanism import Mechanism
-from ..platforms import is_platform
 from .description import description
 from .drawing import PREAMBLE as DRAWING_PREAMBLE
 from .drawing import drawing

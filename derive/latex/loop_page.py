@@ -6,7 +6,7 @@ from functools import cached_property
 import sympy as sp
 
 from ..derivation import Derivation, derive
-from ..hybrid import Hybrid
+from ..loops.hybrid import Hybrid
 from ..mechanism import Mechanism
 from ..scope import Scope
 from .members import Letters, Members, members

@@ -5,7 +5,7 @@ from functools import partial
 
 import sympy as sp
 
-from ..constraints import Factor, LoopEquations
+from ..loops.constraints import Factor, LoopEquations
 from ..mechanism import Closure
 from .layout import aligned, filled
 from .loop_page import LoopPage

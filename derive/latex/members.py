@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..constraints import configuration_names
+from ..loops.constraints import configuration_names
 from ..mechanism import Mechanism
 from . import names
 from .notation import LENGTH, Notation

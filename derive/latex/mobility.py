@@ -1,6 +1,6 @@
 r"""The fragment of mobility: what is counted, what is true, and why they differ."""
 
-from ..mobility import SPATIAL, Mobility
+from ..loops.mobility import SPATIAL, Mobility
 from .layout import aligned
 from .loop_page import LoopPage
 from .page import sentence, text

@@ -1,7 +1,7 @@
 r"""The fragment of platforms on legs: rods, the velocity relation, and all assembly modes.
 
-What is printed here in formulas is derived in :mod:`chasles.derive.platforms` and
-:mod:`chasles.derive.triad`.
+What is printed here in formulas is derived in :mod:`chasles.derive.loops.platforms` and
+:mod:`chasles.derive.loops.triad`.
 """
 
 from collections.abc import Iterable
@@ -10,10 +10,10 @@ from functools import cached_property
 
 import sympy as sp
 
-from ..hybrid import Hybrid
-from ..phasors import Complex, dot, minus, product
-from ..places import pose_of
-from ..platforms import Triad, free_directions, from_base, joint_values, triad_of
+from ..loops.hybrid import Hybrid
+from ..loops.phasors import Complex, dot, minus, product
+from ..loops.places import pose_of
+from ..loops.platforms import Triad, free_directions, from_base, joint_values, triad_of
 from .layout import Equation, aligned, flowed
 from .loop_page import LoopPage
 from .names import head

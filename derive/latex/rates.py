@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import sympy as sp
 
-from ..solution import Solution
+from ..loops.solution import Solution
 from .layout import Equation, aligned
 from .loop_page import LoopPage
 from .members import dotted

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Sequence
 
 import sympy as sp
 
-from ..collapse import collapsed
-from ..phasors import Complex
-from ..solution import Solution
+from ..loops.collapse import collapsed
+from ..loops.phasors import Complex
+from ..loops.solution import Solution
 from .layout import Equation, aligned
 from .loop_page import LoopPage
 from .notation import OTHER

@@ -10,9 +10,10 @@ With J the quarter turn, e the direction of a line and components in the plane o
     distance         t = |D|
     circle, sphere   two circles in the plane of the joint, B what the rod spans in it
     line, sphere     t = D_z +- sqrt(l^2 - D_x^2 - D_y^2), z along the joint
-    three spheres    P = C1 + n +- w sqrt((l1^2 - n^2) / w^2), see :mod:`chasles.derive.spatial`
+    three spheres    P = C1 + n +- w sqrt((l1^2 - n^2) / w^2),
+                     see :mod:`chasles.derive.loops.spatial`
 
-These are the results of :mod:`chasles.derive.dyads`, in the forms that a reader knows.
+These are the results of :mod:`chasles.derive.loops.dyads`, in the forms that a reader knows.
 """
 
 from collections.abc import Callable, Iterable, Mapping
@@ -21,9 +22,9 @@ from functools import partial
 
 import sympy as sp
 
-from ..assembly import Step
-from ..phasors import ONE, ZERO, cross, dot
-from ..solution import Solution
+from ..loops.assembly import Step
+from ..loops.phasors import ONE, ZERO, cross, dot
+from ..loops.solution import Solution
 from .layout import Equation
 from .members import Letters, dotted
 from .terms import Definition, Terms

@@ -293,3 +293,41 @@ def acceleration_mixed(
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
     """
+
+def ik(
+    T: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Every solution of the inverse kinematics, in 2 slots.
+
+    fk(q[k]) = T wherever residual[k] is rounding
+
+    Args:
+        T (..., 4, 4): pose of the tool, T_0_ee (1, m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        q (..., 2, 3): joint coordinates, one solution a row (rad).
+        residual (..., 2): distance of fk(q[k]) from the target (m or rad).
+        margin (..., 2): distance from the boundary of what can be reached, negative beyond (1).
+    """
+
+def ik_planar(
+    x: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Every solution of the inverse kinematics, in 2 slots.
+
+    fk(q[k]) has its origin in x[:2] and its first axis at the angle x[2] wherever residual[k] is rounding
+
+    Args:
+        x (..., 3): place of the tool in the plane, its angle (m, rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        q (..., 2, 3): joint coordinates, one solution a row (rad).
+        residual (..., 2): distance of fk(q[k]) from the target (m or rad).
+        margin (..., 2): distance from the boundary of what can be reached, negative beyond (1).
+    """

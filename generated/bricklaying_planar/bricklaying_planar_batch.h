@@ -27,6 +27,8 @@ void bricklaying_planar_twist_mixed_batch(size_t n, const double *q, const doubl
 void bricklaying_planar_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void bricklaying_planar_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void bricklaying_planar_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
+void bricklaying_planar_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
+void bricklaying_planar_ik_planar_batch(size_t n, const double *x, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus
 }

@@ -1796,9 +1796,9 @@ void four_bar_chain_all(const double q[1], double theta[4], double margin[2]) {
   const double v42 = v36 + v37;
   const double v43 = v38 - v39;
   const double v44 = atan2(v40, v41);
-  const double v45 = -v42;
-  const double v46 = atan2(v45, v43);
+  const double v45 = atan2(v42, v43);
   theta[1] = v44;
+  const double v46 = -v45;
   theta[3] = v46;
 }
 

@@ -129,6 +129,21 @@ void iiwa14_acceleration_body(const double q[7], const double qd[7], const doubl
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void iiwa14_acceleration_mixed(const double q[7], const double qd[7], const double qdd[7], double A[6]);
 
+/* Every solution of the inverse kinematics, in 8 slots.
+ * fk(q[k]) = T wherever residual[k] is rounding
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   swivel: swivel angle of the elbow,  (rad)
+ *   q: joint coordinates, one solution a row, 8 x 7 (rad)
+ *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
+ *   margin: distance from the boundary of what can be reached, negative beyond, 8 (1) */
+void iiwa14_ik(const double T[16], const double swivel[1], double q[56], double residual[8], double margin[8]);
+
+/* Angle by which the elbow is turned about the line from shoulder to wrist.
+ * q is among the solutions of ik(fk(q), swivel(q))
+ *   q: joint coordinates, 7 (rad)
+ *   swivel: swivel angle of the elbow,  (rad) */
+void iiwa14_swivel(const double q[7], double swivel[1]);
+
 #ifdef __cplusplus
 }
 #endif

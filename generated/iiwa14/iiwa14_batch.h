@@ -27,6 +27,8 @@ void iiwa14_twist_mixed_batch(size_t n, const double *q, const double *qd, doubl
 void iiwa14_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void iiwa14_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void iiwa14_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
+void iiwa14_ik_batch(size_t n, const double *T, const double *swivel, double *q, double *residual, double *margin);
+void iiwa14_swivel_batch(size_t n, const double *q, double *swivel);
 
 #ifdef __cplusplus
 }

@@ -293,3 +293,79 @@ def acceleration_mixed(
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
     """
+
+def ik(
+    T: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Every solution of the inverse kinematics, in 4 slots.
+
+    fk(q[k]) = T wherever residual[k] is rounding
+
+    Args:
+        T (..., 4, 4): pose of the tool, T_0_ee (1, m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        q (..., 4, 5): joint coordinates, one solution a row (rad).
+        residual (..., 4): distance of fk(q[k]) from the target (m or rad).
+        margin (..., 4): distance from the boundary of what can be reached, negative beyond (1).
+    """
+
+def ik_position(
+    p: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Every solution of the inverse kinematics, in 4 slots.
+
+    fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0
+
+    Args:
+        p (..., 3): place of the tool in the base frame (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        q (..., 4, 5): joint coordinates, one solution a row (rad).
+        residual (..., 4): distance of fk(q[k]) from the target (m or rad).
+        margin (..., 4): distance from the boundary of what can be reached, negative beyond (1).
+    """
+
+def ik_position_pitch(
+    x: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Every solution of the inverse kinematics, in 8 slots.
+
+    fk(q[k]) has its origin in x[:3] and its third axis the elevation x[3] wherever residual[k] is rounding; a free joint is 0
+
+    Args:
+        x (..., 4): place of the tool, elevation of its axis (m, rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        q (..., 8, 5): joint coordinates, one solution a row (rad).
+        residual (..., 8): distance of fk(q[k]) from the target (m or rad).
+        margin (..., 8): distance from the boundary of what can be reached, negative beyond (1).
+    """
+
+def ik_position_direction(
+    x: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Every solution of the inverse kinematics, in 4 slots.
+
+    fk(q[k]) has its origin in x[:3] and the third axis x[3:] wherever residual[k] is rounding; a free joint is 0
+
+    Args:
+        x (..., 6): place of the tool, direction of its axis (m, 1).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        q (..., 4, 5): joint coordinates, one solution a row (rad).
+        residual (..., 4): distance of fk(q[k]) from the target (m or rad).
+        margin (..., 4): distance from the boundary of what can be reached, negative beyond (1).
+    """

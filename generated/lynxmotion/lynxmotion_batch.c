@@ -29,6 +29,7 @@ extern "C" {
 #if CHASLES_SET_AVX512
 #define CHASLES_ISA 2
 #include "chasles_lanes.h"
+#include "chasles_batch.h"
 #include "lynxmotion_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -36,6 +37,7 @@ extern "C" {
 #if CHASLES_SET_AVX2
 #define CHASLES_ISA 1
 #include "chasles_lanes.h"
+#include "chasles_batch.h"
 #include "lynxmotion_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -43,6 +45,7 @@ extern "C" {
 #if CHASLES_SET_BASELINE
 #define CHASLES_ISA 0
 #include "chasles_lanes.h"
+#include "chasles_batch.h"
 #include "lynxmotion_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -728,4 +731,172 @@ void lynxmotion_acceleration_mixed_batch(size_t n, const double *q, const double
   double *const outputs[] = {A};
   const ptrdiff_t input_steps[] = {5, 5, 5}, output_steps[] = {6};
   lynxmotion_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void lynxmotion_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {16, 20, 4, 4};
+  static const lanes_shape shape = {1, 3, sizes};
+#endif
+#if CHASLES_SET_AVX512
+  if (n > 1 && CHASLES_HAS_AVX512) {
+    lanes_run_avx512(lynxmotion_ik_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+#if CHASLES_SET_AVX2
+  if (n > 1 && CHASLES_HAS_AVX2) {
+    lanes_run_avx2(lynxmotion_ik_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+#if CHASLES_SET_BASELINE
+  if (n > 1) {
+    lanes_run_baseline(lynxmotion_ik_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    lynxmotion_ik(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
+  }
+}
+
+void lynxmotion_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin)
+{
+  const double *const inputs[] = {T};
+  double *const outputs[] = {q, residual, margin};
+  const ptrdiff_t input_steps[] = {16}, output_steps[] = {20, 4, 4};
+  lynxmotion_ik_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void lynxmotion_ik_position_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {3, 20, 4, 4};
+  static const lanes_shape shape = {1, 3, sizes};
+#endif
+#if CHASLES_SET_AVX512
+  if (n > 1 && CHASLES_HAS_AVX512) {
+    lanes_run_avx512(lynxmotion_ik_position_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+#if CHASLES_SET_AVX2
+  if (n > 1 && CHASLES_HAS_AVX2) {
+    lanes_run_avx2(lynxmotion_ik_position_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+#if CHASLES_SET_BASELINE
+  if (n > 1) {
+    lanes_run_baseline(lynxmotion_ik_position_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    lynxmotion_ik_position(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
+  }
+}
+
+void lynxmotion_ik_position_batch(size_t n, const double *p, double *q, double *residual, double *margin)
+{
+  const double *const inputs[] = {p};
+  double *const outputs[] = {q, residual, margin};
+  const ptrdiff_t input_steps[] = {3}, output_steps[] = {20, 4, 4};
+  lynxmotion_ik_position_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void lynxmotion_ik_position_pitch_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {4, 40, 8, 8};
+  static const lanes_shape shape = {1, 3, sizes};
+#endif
+#if CHASLES_SET_AVX512
+  if (n > 1 && CHASLES_HAS_AVX512) {
+    lanes_run_avx512(lynxmotion_ik_position_pitch_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+#if CHASLES_SET_AVX2
+  if (n > 1 && CHASLES_HAS_AVX2) {
+    lanes_run_avx2(lynxmotion_ik_position_pitch_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+#if CHASLES_SET_BASELINE
+  if (n > 1) {
+    lanes_run_baseline(lynxmotion_ik_position_pitch_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    lynxmotion_ik_position_pitch(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
+  }
+}
+
+void lynxmotion_ik_position_pitch_batch(size_t n, const double *x, double *q, double *residual, double *margin)
+{
+  const double *const inputs[] = {x};
+  double *const outputs[] = {q, residual, margin};
+  const ptrdiff_t input_steps[] = {4}, output_steps[] = {40, 8, 8};
+  lynxmotion_ik_position_pitch_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void lynxmotion_ik_position_direction_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {6, 20, 4, 4};
+  static const lanes_shape shape = {1, 3, sizes};
+#endif
+#if CHASLES_SET_AVX512
+  if (n > 1 && CHASLES_HAS_AVX512) {
+    lanes_run_avx512(lynxmotion_ik_position_direction_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+#if CHASLES_SET_AVX2
+  if (n > 1 && CHASLES_HAS_AVX2) {
+    lanes_run_avx2(lynxmotion_ik_position_direction_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+#if CHASLES_SET_BASELINE
+  if (n > 1) {
+    lanes_run_baseline(lynxmotion_ik_position_direction_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    lynxmotion_ik_position_direction(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
+  }
+}
+
+void lynxmotion_ik_position_direction_batch(size_t n, const double *x, double *q, double *residual, double *margin)
+{
+  const double *const inputs[] = {x};
+  double *const outputs[] = {q, residual, margin};
+  const ptrdiff_t input_steps[] = {6}, output_steps[] = {20, 4, 4};
+  lynxmotion_ik_position_direction_rows(n, inputs, input_steps, outputs, output_steps);
 }

@@ -27,6 +27,10 @@ void lynxmotion_twist_mixed_batch(size_t n, const double *q, const double *qd, d
 void lynxmotion_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void lynxmotion_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void lynxmotion_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
+void lynxmotion_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
+void lynxmotion_ik_position_batch(size_t n, const double *p, double *q, double *residual, double *margin);
+void lynxmotion_ik_position_pitch_batch(size_t n, const double *x, double *q, double *residual, double *margin);
+void lynxmotion_ik_position_direction_batch(size_t n, const double *x, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus
 }

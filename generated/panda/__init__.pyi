@@ -293,3 +293,23 @@ def acceleration_mixed(
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
     """
+
+def ik(
+    T: ArrayLike, q7: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Every solution of the inverse kinematics, in 8 slots.
+
+    fk(q[k]) = T wherever residual[k] is rounding
+
+    Args:
+        T (..., 4, 4): pose of the tool, T_0_ee (1, m).
+        q7 (...): the value of joint7, which is given (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        q (..., 8, 7): joint coordinates, one solution a row (rad).
+        residual (..., 8): distance of fk(q[k]) from the target (m or rad).
+        margin (..., 8): distance from the boundary of what can be reached, negative beyond (1).
+    """

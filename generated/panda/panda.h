@@ -129,6 +129,15 @@ void panda_acceleration_body(const double q[7], const double qd[7], const double
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void panda_acceleration_mixed(const double q[7], const double qd[7], const double qdd[7], double A[6]);
 
+/* Every solution of the inverse kinematics, in 8 slots.
+ * fk(q[k]) = T wherever residual[k] is rounding
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q7: the value of joint7, which is given,  (rad)
+ *   q: joint coordinates, one solution a row, 8 x 7 (rad)
+ *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
+ *   margin: distance from the boundary of what can be reached, negative beyond, 8 (1) */
+void panda_ik(const double T[16], const double q7[1], double q[56], double residual[8], double margin[8]);
+
 #ifdef __cplusplus
 }
 #endif

@@ -29,6 +29,7 @@ extern "C" {
 #if CHASLES_SET_AVX512
 #define CHASLES_ISA 2
 #include "chasles_lanes.h"
+#include "chasles_batch.h"
 #include "panda_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -36,6 +37,7 @@ extern "C" {
 #if CHASLES_SET_AVX2
 #define CHASLES_ISA 1
 #include "chasles_lanes.h"
+#include "chasles_batch.h"
 #include "panda_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -43,6 +45,7 @@ extern "C" {
 #if CHASLES_SET_BASELINE
 #define CHASLES_ISA 0
 #include "chasles_lanes.h"
+#include "chasles_batch.h"
 #include "panda_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -728,4 +731,46 @@ void panda_acceleration_mixed_batch(size_t n, const double *q, const double *qd,
   double *const outputs[] = {A};
   const ptrdiff_t input_steps[] = {7, 7, 7}, output_steps[] = {6};
   panda_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void panda_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {16, 1, 56, 8, 8};
+  static const lanes_shape shape = {2, 3, sizes};
+#endif
+#if CHASLES_SET_AVX512
+  if (n > 1 && CHASLES_HAS_AVX512) {
+    lanes_run_avx512(panda_ik_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+#if CHASLES_SET_AVX2
+  if (n > 1 && CHASLES_HAS_AVX2) {
+    lanes_run_avx2(panda_ik_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+#if CHASLES_SET_BASELINE
+  if (n > 1) {
+    lanes_run_baseline(panda_ik_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    panda_ik(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
+  }
+}
+
+void panda_ik_batch(size_t n, const double *T, const double *q7, double *q, double *residual, double *margin)
+{
+  const double *const inputs[] = {T, q7};
+  double *const outputs[] = {q, residual, margin};
+  const ptrdiff_t input_steps[] = {16, 1}, output_steps[] = {56, 8, 8};
+  panda_ik_rows(n, inputs, input_steps, outputs, output_steps);
 }

@@ -27,6 +27,7 @@ void panda_twist_mixed_batch(size_t n, const double *q, const double *qd, double
 void panda_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void panda_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void panda_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
+void panda_ik_batch(size_t n, const double *T, const double *q7, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus
 }

@@ -293,3 +293,24 @@ def acceleration_mixed(
     Returns:
         A (..., 6): acceleration, linear first (m/s^2, rad/s^2).
     """
+
+def ik(
+    T: ArrayLike, q1: ArrayLike, q4: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Every solution of the inverse kinematics, in 8 slots.
+
+    fk(q[k]) = T wherever residual[k] is rounding
+
+    Args:
+        T (..., 4, 4): pose of the tool, T_w_ee (1, m).
+        q1 (...): the value of r1, which is given (m).
+        q4 (...): the value of r4, which is given (m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        q (..., 8, 8): joint coordinates, one solution a row (rad or m).
+        residual (..., 8): distance of fk(q[k]) from the target (m or rad).
+        margin (..., 8): distance from the boundary of what can be reached, negative beyond (1).
+    """

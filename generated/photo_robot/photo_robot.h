@@ -130,6 +130,16 @@ void photo_robot_acceleration_body(const double q[8], const double qd[8], const 
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void photo_robot_acceleration_mixed(const double q[8], const double qd[8], const double qdd[8], double A[6]);
 
+/* Every solution of the inverse kinematics, in 8 slots.
+ * fk(q[k]) = T wherever residual[k] is rounding
+ *   T: pose of the tool, T_w_ee, 4 x 4 (1, m)
+ *   q1: the value of r1, which is given,  (m)
+ *   q4: the value of r4, which is given,  (m)
+ *   q: joint coordinates, one solution a row, 8 x 8 (rad or m)
+ *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
+ *   margin: distance from the boundary of what can be reached, negative beyond, 8 (1) */
+void photo_robot_ik(const double T[16], const double q1[1], const double q4[1], double q[64], double residual[8], double margin[8]);
+
 #ifdef __cplusplus
 }
 #endif

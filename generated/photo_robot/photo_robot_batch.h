@@ -27,6 +27,7 @@ void photo_robot_twist_mixed_batch(size_t n, const double *q, const double *qd, 
 void photo_robot_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void photo_robot_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void photo_robot_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
+void photo_robot_ik_batch(size_t n, const double *T, const double *q1, const double *q4, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus
 }

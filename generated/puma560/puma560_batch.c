@@ -29,6 +29,7 @@ extern "C" {
 #if CHASLES_SET_AVX512
 #define CHASLES_ISA 2
 #include "chasles_lanes.h"
+#include "chasles_batch.h"
 #include "puma560_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -36,6 +37,7 @@ extern "C" {
 #if CHASLES_SET_AVX2
 #define CHASLES_ISA 1
 #include "chasles_lanes.h"
+#include "chasles_batch.h"
 #include "puma560_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -43,6 +45,7 @@ extern "C" {
 #if CHASLES_SET_BASELINE
 #define CHASLES_ISA 0
 #include "chasles_lanes.h"
+#include "chasles_batch.h"
 #include "puma560_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -728,4 +731,46 @@ void puma560_acceleration_mixed_batch(size_t n, const double *q, const double *q
   double *const outputs[] = {A};
   const ptrdiff_t input_steps[] = {6, 6, 6}, output_steps[] = {6};
   puma560_acceleration_mixed_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void puma560_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {16, 48, 8, 8};
+  static const lanes_shape shape = {1, 3, sizes};
+#endif
+#if CHASLES_SET_AVX512
+  if (n > 1 && CHASLES_HAS_AVX512) {
+    lanes_run_avx512(puma560_ik_avx512, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+#if CHASLES_SET_AVX2
+  if (n > 1 && CHASLES_HAS_AVX2) {
+    lanes_run_avx2(puma560_ik_avx2, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+#if CHASLES_SET_BASELINE
+  if (n > 1) {
+    lanes_run_baseline(puma560_ik_baseline, &shape, n, inputs, input_steps, outputs,
+        output_steps);
+    return;
+  }
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    puma560_ik(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
+  }
+}
+
+void puma560_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin)
+{
+  const double *const inputs[] = {T};
+  double *const outputs[] = {q, residual, margin};
+  const ptrdiff_t input_steps[] = {16}, output_steps[] = {48, 8, 8};
+  puma560_ik_rows(n, inputs, input_steps, outputs, output_steps);
 }

@@ -126,6 +126,14 @@ void scara_acceleration_body(const double q[4], const double qd[4], const double
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void scara_acceleration_mixed(const double q[4], const double qd[4], const double qdd[4], double A[6]);
 
+/* Every solution of the inverse kinematics, in 2 slots.
+ * fk(q[k]) = T wherever residual[k] is rounding
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q: joint coordinates, one solution a row, 2 x 4 (rad or m)
+ *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
+ *   margin: distance from the boundary of what can be reached, negative beyond, 2 (1) */
+void scara_ik(const double T[16], double q[8], double residual[2], double margin[2]);
+
 #ifdef __cplusplus
 }
 #endif

@@ -27,6 +27,7 @@ void scara_twist_mixed_batch(size_t n, const double *q, const double *qd, double
 void scara_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void scara_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void scara_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
+void scara_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus
 }

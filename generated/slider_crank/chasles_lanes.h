@@ -1,44 +1,21 @@
-/* Lanes: LANES poses at once, one pose a lane; part of chasles, the same for every robot.
+/* Lanes: LANES numbers at once, of as many poses or branches; part of chasles, the same for every
+ * robot.
  *
- * Included once for each instruction set, with CHASLES_ISA 0 (baseline), 1 (AVX2) or 2 (AVX-512).
- * It gives the type `lanes` with its sine, cosine and other functions, and `lanes_run`, which walks
- * over rows of any step in tiles of LANES rows: rows to lanes, a kernel on lanes, lanes to rows.
- * Each lane gets what C gives, NaN and infinities included, but for last places of sines and their
- * kind: with FMA, cosine and sine of an angle are computed here, and are good to 1.5 units; all else
+ * Included once or more for each instruction set, with CHASLES_ISA 0 (baseline), 1 (AVX2) or 2
+ * (AVX-512). It gives the type `lanes` with its functions, and rows to lanes and back. Each lane
+ * gets what C gives, NaN and infinities included, but for last places of sines and their kind:
+ * angles of points are good to 2 units, and with FMA cosine and sine of an angle to 1.5; all else
  * comes from libmvec, the vector part of glibc's libm, by name, and is good to 4.
  */
 #ifndef CHASLES_LANES_H
 #define CHASLES_LANES_H
 
+#include <float.h>
 #include <immintrin.h>
 #include <math.h>
 #include <stddef.h>
 #include <stdint.h>
 #include <string.h>
-
-#define LANES_MOST_INPUTS 256   /* doubles in all inputs of a kernel */
-#define LANES_MOST_OUTPUTS 512  /* doubles in all outputs */
-#define LANES_MOST_ARGUMENTS 8  /* inputs, and outputs */
-#define LANES_LINE 8            /* doubles in a cache line */
-/* Lanes of inputs, of outputs, and of outputs that are staged with a line each. */
-#define LANES_MOST_WORK \
-  (LANES_MOST_INPUTS + 2 * LANES_MOST_OUTPUTS + LANES_MOST_ARGUMENTS * LANES_LINE)
-/* Results larger than this (bytes) go past the caches: they would not be found there anyway. */
-#define LANES_STREAMED ((size_t)4 << 20)
-
-typedef struct {
-  int inputs, outputs;
-  const int *sizes; /* doubles of each input, then of each output */
-} lanes_shape;
-
-/* A result on its way to memory, in whole cache lines: rows are staged behind the first line of
- * `stage`, at whose end `held` doubles of earlier rows wait for the rest of the line that begins at
- * `to`; the first `skipped` of them belong to somebody else. */
-typedef struct {
-  double *to;
-  size_t held, skipped;
-  double *stage;
-} lanes_stream;
 
 /* Minimax on |y| <= pi/4, for z = y^2: sin y = y + y z P(z) to 2^-57, cos y = 1 - z/2 + z^2 Q(z) to
  * 2^-63; highest powers first. */
@@ -50,6 +27,14 @@ static const double lanes_cosine[] = {-1.1358536307896614e-11, 2.087570083772344
 static const double lanes_right_angle[] = {1.5707963267948966, 6.123233995736765e-17,
   1.0828566739219139e-32};
 #define LANES_FARTHEST 1e5 /* radian; farther angles are left to libmvec */
+/* Minimax on |t| <= 1/2, for z = t^2: atan t = t + t z P(z) to 2^-57; lowest power first. */
+static const double lanes_arctangent[] = {-0.3333333333333298, 0.19999999999903106,
+  -0.14285714276386502, 0.11111110659684081, -0.09090896246194469, 0.07692073937540857,
+  -0.0666381088370742, 0.05858300759286596, -0.051220140523104356, 0.04186527516045578,
+  -0.02743532082961043, 0.010117105953140847};
+
+#define LANES_TINY 5e-324 /* the least number above 0 */
+#define LANES_ALWAYS __attribute__((always_inline))
 
 #define LANES_JOIN_(a, b) a##_##b
 #define LANES_JOIN(a, b) LANES_JOIN_(a, b)
@@ -57,18 +42,12 @@ static const double lanes_right_angle[] = {1.5707963267948966, 6.123233995736765
 
 /* Less +0, which leaves -0 as it is. */
 #define LANES_OF(number) ((number) - LANES_NAME(lanes_zero))
-/* Conditions are 1 or 0. What they choose is chosen by bits: NaN elsewhere is not seen. */
-#define LANES_WHERE(mask, x) ((lanes)((lanes_mask)(mask) & (lanes_mask)LANES_OF(x)))
-#define LANES_EITHER(mask, x, y) \
-  ((lanes)(((lanes_mask)(mask) & (lanes_mask)(x)) | (~(lanes_mask)(mask) & (lanes_mask)(y))))
-#define LANES_LT(x, y) LANES_WHERE((x) < (y), 1.0)
-#define LANES_LE(x, y) LANES_WHERE((x) <= (y), 1.0)
-#define LANES_EQ(x, y) LANES_WHERE((x) == (y), 1.0)
-#define LANES_NE(x, y) LANES_WHERE((x) != (y), 1.0)
-#define LANES_NOT(x) LANES_WHERE((x) == 0.0, 1.0)
-#define LANES_AND(x, y) LANES_WHERE(((x) != 0.0) & ((y) != 0.0), 1.0)
-#define LANES_OR(x, y) LANES_WHERE(((x) != 0.0) | ((y) != 0.0), 1.0)
-#define LANES_IF(condition, x) LANES_WHERE((condition) != 0.0, x)
+/* Conditions are `lanes_where`. What they choose is chosen by bits: NaN elsewhere is not seen. */
+#define LANES_NOT(x) ((lanes_where)~(x))
+#define LANES_AND(x, y) ((lanes_where)((x) & (y)))
+#define LANES_OR(x, y) ((lanes_where)((x) | (y)))
+/* 1 or 0. */
+#define LANES_NUMBER(condition) LANES_CHOICE(condition, 1.0, 0.0)
 
 /* Functions take lanes by address: vectors wider than the baseline's are not passed by value in its
  * calls. They call others part by part, a part being a register of the set. */
@@ -81,20 +60,9 @@ static const double lanes_right_angle[] = {1.5707963267948966, 6.123233995736765
       LANES_PART(value, k) = function(LANES_PART(x, k));                                     \
     }                                                                                        \
   }
-#define LANES_BY_PARTS_OF_TWO(name, function)                                                \
-  static inline LANES_TARGET void LANES_NAME(lanes_##name)(const lanes *x, const lanes *y,   \
-                                                           lanes *value)                     \
-  {                                                                                          \
-    for (int k = 0; k < LANES_PARTS; k++) {                                                  \
-      LANES_PART(value, k) = function(LANES_PART(x, k), LANES_PART(y, k));                   \
-    }                                                                                        \
-  }
 #define LANES_LIBMVEC(name)                                \
   LANES_TARGET lanes_part LANES_VECTOR(name)(lanes_part);  \
   LANES_BY_PARTS(name, LANES_VECTOR(name))
-#define LANES_LIBMVEC_OF_TWO(name)                                            \
-  LANES_TARGET lanes_part LANES_VECTOR_OF_TWO(name)(lanes_part, lanes_part);  \
-  LANES_BY_PARTS_OF_TWO(name, LANES_VECTOR_OF_TWO(name))
 /* For a libmvec that has no such function. */
 #define LANES_LIBM(name)                                                                     \
   static inline LANES_TARGET void LANES_NAME(lanes_##name)(const lanes *x, lanes *value)     \
@@ -103,68 +71,103 @@ static const double lanes_right_angle[] = {1.5707963267948966, 6.123233995736765
       (*value)[k] = name((*x)[k]);                                                           \
     }                                                                                        \
   }
-#define LANES_LIBM_OF_TWO(name)                                                              \
-  static inline LANES_TARGET void LANES_NAME(lanes_##name)(const lanes *x, const lanes *y,   \
-                                                           lanes *value)                     \
-  {                                                                                          \
-    for (int k = 0; k < LANES; k++) {                                                        \
-      (*value)[k] = name((*x)[k], (*y)[k]);                                                  \
-    }                                                                                        \
-  }
 #endif
 
 #undef LANES
 #undef LANES_SET
 #undef LANES_TARGET
 #undef LANES_VECTOR
-#undef LANES_VECTOR_OF_TWO
 #undef LANES_SQRT
+#undef LANES_MAX
+#undef LANES_MIN
 #undef LANES_FMA
-#undef LANES_ANY
 #undef LANES_LESS_PRODUCT
+#undef LANES_LT
+#undef LANES_LE
+#undef LANES_EQ
+#undef LANES_NE
+#undef LANES_NEGATIVE
+#undef LANES_CHOICE
+#undef LANES_ANY
 #undef lanes
 #undef lanes_mask
 #undef lanes_part
+#undef lanes_where
+/* LANES_MAX and LANES_MIN give the second where one is NaN. */
 #if CHASLES_ISA == 2
 #define LANES 8
 #define LANES_SET avx512
 #define LANES_TARGET __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma")))
 #define LANES_VECTOR(name) _ZGVeN8v_##name
-#define LANES_VECTOR_OF_TWO(name) _ZGVeN8vv_##name
 #define LANES_SQRT _mm512_sqrt_pd
+#define LANES_MAX(x, y) ((lanes)_mm512_max_pd(LANES_OF(x), LANES_OF(y)))
+#define LANES_MIN(x, y) ((lanes)_mm512_min_pd(LANES_OF(x), LANES_OF(y)))
 #define LANES_FMA(x, y, z) ((lanes)_mm512_fmadd_pd(x, y, z))
 #define LANES_LESS_PRODUCT(z, x, y) ((lanes)_mm512_fnmadd_pd(x, y, z))
-#define LANES_ANY(mask) _mm512_movepi64_mask((__m512i)(mask))
+#define LANES_COMPARED(x, y, how) _mm512_cmp_pd_mask(LANES_OF(x), LANES_OF(y), how)
+#define LANES_LT(x, y) LANES_COMPARED(x, y, _CMP_LT_OQ)
+#define LANES_LE(x, y) LANES_COMPARED(x, y, _CMP_LE_OQ)
+#define LANES_EQ(x, y) LANES_COMPARED(x, y, _CMP_EQ_OQ)
+#define LANES_NE(x, y) LANES_COMPARED(x, y, _CMP_NEQ_UQ)
+#define LANES_NEGATIVE(x) _mm512_movepi64_mask((__m512i)(x))
+#define LANES_CHOICE(condition, x, y) \
+  ((lanes)_mm512_mask_blend_pd(condition, LANES_OF(y), LANES_OF(x)))
+#define LANES_ANY(condition) (condition)
 #define lanes_part __m512d
-#elif CHASLES_ISA == 1
+#define lanes_where __mmask8
+#else
 #define LANES 4
+#define LANES_LT(x, y) ((lanes_mask)(LANES_OF(x) < LANES_OF(y)))
+#define LANES_LE(x, y) ((lanes_mask)(LANES_OF(x) <= LANES_OF(y)))
+#define LANES_EQ(x, y) ((lanes_mask)(LANES_OF(x) == LANES_OF(y)))
+#define LANES_NE(x, y) ((lanes_mask)(LANES_OF(x) != LANES_OF(y)))
+#define lanes_where lanes_mask
+#if CHASLES_ISA == 1
 #define LANES_SET avx2
 #define LANES_TARGET __attribute__((target("avx2,fma")))
 #define LANES_VECTOR(name) _ZGVdN4v_##name
-#define LANES_VECTOR_OF_TWO(name) _ZGVdN4vv_##name
 #define LANES_SQRT _mm256_sqrt_pd
+#define LANES_MAX(x, y) ((lanes)_mm256_max_pd(LANES_OF(x), LANES_OF(y)))
+#define LANES_MIN(x, y) ((lanes)_mm256_min_pd(LANES_OF(x), LANES_OF(y)))
 #define LANES_FMA(x, y, z) ((lanes)_mm256_fmadd_pd(x, y, z))
 #define LANES_LESS_PRODUCT(z, x, y) ((lanes)_mm256_fnmadd_pd(x, y, z))
-#define LANES_ANY(mask) _mm256_movemask_pd((__m256d)(mask))
+#define LANES_NEGATIVE(x) ((lanes_mask)(x)) /* of a condition, the first bit alone is looked at */
+#define LANES_CHOICE(condition, x, y) \
+  ((lanes)_mm256_blendv_pd(LANES_OF(y), LANES_OF(x), (__m256d)(condition)))
+#define LANES_ANY(condition) _mm256_movemask_pd((__m256d)(condition))
 #define lanes_part __m256d
 #else
-#define LANES 4
 #define LANES_SET baseline
 #define LANES_TARGET
 #define LANES_VECTOR(name) _ZGVbN2v_##name
-#define LANES_VECTOR_OF_TWO(name) _ZGVbN2vv_##name
 #define LANES_SQRT _mm_sqrt_pd
+#define LANES_MAX(x, y) LANES_CHOICE(LANES_LT(y, x), x, y)
+#define LANES_MIN(x, y) LANES_CHOICE(LANES_LT(x, y), x, y)
+#define LANES_FMA(x, y, z) ((x) * (y) + (z))
+#define LANES_NEGATIVE(x) ((lanes_mask)((lanes_mask)(x) < 0))
+#define LANES_CHOICE(condition, x, y) \
+  ((lanes)(((condition) & (lanes_mask)LANES_OF(x)) | (~(condition) & (lanes_mask)LANES_OF(y))))
 #define lanes_part __m128d
+#endif
 #endif
 #define lanes LANES_NAME(lanes_type)
 #define lanes_mask LANES_NAME(lanes_mask_type)
+
+#if (CHASLES_ISA == 2 && !LANES_HAS_AVX512) || (CHASLES_ISA == 1 && !LANES_HAS_AVX2) || \
+    (CHASLES_ISA == 0 && !LANES_HAS_BASELINE)
+#if CHASLES_ISA == 2
+#define LANES_HAS_AVX512 1
+#elif CHASLES_ISA == 1
+#define LANES_HAS_AVX2 1
+#else
+#define LANES_HAS_BASELINE 1
+#endif
 
 typedef double lanes __attribute__((vector_size(LANES * sizeof(double))));
 typedef int64_t lanes_mask __attribute__((vector_size(LANES * sizeof(double))));
 typedef double LANES_NAME(lanes_row)
     __attribute__((vector_size(LANES * sizeof(double)), aligned(sizeof(double))));
 static const lanes LANES_NAME(lanes_zero) = {0};
-typedef void (*LANES_NAME(lanes_kernel))(const lanes *in, lanes *out);
 
 /* ---- functions of lanes ---- */
 
@@ -172,12 +175,8 @@ LANES_LIBMVEC(sin)
 LANES_LIBMVEC(cos)
 #if __GLIBC_PREREQ(2, 35)
 LANES_LIBMVEC(tan)
-LANES_LIBMVEC(atan)
-LANES_LIBMVEC_OF_TWO(atan2)
 #else
 LANES_LIBM(tan)
-LANES_LIBM(atan)
-LANES_LIBM_OF_TWO(atan2)
 #endif
 LANES_BY_PARTS(sqrt, LANES_SQRT)
 
@@ -189,13 +188,13 @@ static inline LANES_TARGET void LANES_NAME(lanes_fabs)(const lanes *x, lanes *va
 #if CHASLES_ISA > 0
 /* For angles that are far or not finite, in their own lanes. */
 static __attribute__((noinline, cold)) LANES_TARGET void LANES_NAME(lanes_cos_sin_far)(
-    const lanes *x, const lanes_mask *far, lanes *c, lanes *s)
+    const lanes *x, const lanes_where *far, lanes *c, lanes *s)
 {
   lanes far_c, far_s;
   LANES_NAME(lanes_cos)(x, &far_c);
   LANES_NAME(lanes_sin)(x, &far_s);
-  *c = LANES_EITHER(*far, far_c, *c);
-  *s = LANES_EITHER(*far, far_s, *s);
+  *c = LANES_CHOICE(*far, far_c, *c);
+  *s = LANES_CHOICE(*far, far_s, *s);
 }
 
 /* The angle less n right angles, reduced as Cody and Waite do, then two polynomials. */
@@ -225,7 +224,7 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
   *c = (lanes)((lanes_mask)cosine ^ swapped ^ (((quarter + 1) << 62) & INT64_MIN));
   lanes size;
   LANES_NAME(lanes_fabs)(x, &size);
-  const lanes_mask far = ~(lanes_mask)(size <= LANES_FARTHEST);
+  const lanes_where far = LANES_NOT(LANES_LE(size, LANES_FARTHEST));
   if (LANES_ANY(far)) {
     LANES_NAME(lanes_cos_sin_far)(x, &far, c, s);
   }
@@ -238,20 +237,90 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
 }
 #endif
 
+/* The angle of a point. Of |x| and |y| the lesser over the greater, or what is left of that angle
+ * behind half a right one: one quotient, exact but for its sum and its own rounding. Where |x| and
+ * |y| differ and their sum overflows, the angle is off. */
+static inline LANES_ALWAYS LANES_TARGET void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x,
+                                                                     lanes *value)
+{
+  const double *const p = lanes_arctangent;
+  const double eighth = 0.78539816339744828, rest = 3.061616997868383e-17; /* their sum is pi/4 */
+  lanes width, height;
+  LANES_NAME(lanes_fabs)(x, &width);
+  LANES_NAME(lanes_fabs)(y, &height);
+  const lanes_where steep = LANES_LT(width, height);
+  const lanes large = LANES_CHOICE(steep, height, width);
+  const lanes small = LANES_CHOICE(steep, width, height);
+  /* Not where both are 0, but where both are infinite; then the quotient is 0. */
+  const lanes_where diagonal = LANES_LT(LANES_MIN(0.5 * large, DBL_MAX), small);
+  const lanes above = LANES_CHOICE(diagonal, LANES_MAX(small - large, -DBL_MAX), small);
+  const lanes below = LANES_MAX(LANES_TINY, LANES_CHOICE(diagonal, large + small, large));
+  const lanes t = above / below, z = t * t, zz = z * z;
+  lanes even = LANES_FMA(zz, LANES_OF(p[10]), LANES_OF(p[8]));
+  lanes odd = LANES_FMA(zz, LANES_OF(p[11]), LANES_OF(p[9]));
+  even = LANES_FMA(zz, even, LANES_OF(p[6]));
+  odd = LANES_FMA(zz, odd, LANES_OF(p[7]));
+  even = LANES_FMA(zz, even, LANES_OF(p[4]));
+  odd = LANES_FMA(zz, odd, LANES_OF(p[5]));
+  even = LANES_FMA(zz, even, LANES_OF(p[2]));
+  odd = LANES_FMA(zz, odd, LANES_OF(p[3]));
+  even = LANES_FMA(zz, even, LANES_OF(p[0]));
+  odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
+  /* Counted from the axis or diagonal that is nearest, `count` eighths of a turn from that of x;
+   * backwards where one and only one of the two is so: steep, or x negative. */
+  const lanes_mask backwards = (lanes_mask)LANES_CHOICE(steep, -*x, *x) & INT64_MIN;
+  const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
+  const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));
+  const lanes count = axis + (lanes)((lanes_mask)LANES_NUMBER(diagonal) ^ backwards);
+  const lanes curved = LANES_FMA(signed_t * z, LANES_FMA(z, odd, even), count * rest);
+  /* Products of an eighth with 0 to 4 are exact. */
+  const lanes angle = LANES_FMA(count, LANES_OF(eighth), signed_t + curved);
+  *value = (lanes)((lanes_mask)angle | ((lanes_mask)*y & INT64_MIN));
+}
+
+/* Of two points that are each the same in lanes 2 k and 2 k + 1, by one call. */
+static inline LANES_TARGET void LANES_NAME(lanes_two_atan2)(const lanes *y1, const lanes *x1,
+                                                            const lanes *y2, const lanes *x2,
+                                                            lanes *value1, lanes *value2)
+{
+#if LANES == 8
+  const lanes y = __builtin_shufflevector(*y1, *y2, 0, 9, 2, 11, 4, 13, 6, 15);
+  const lanes x = __builtin_shufflevector(*x1, *x2, 0, 9, 2, 11, 4, 13, 6, 15);
+  lanes both;
+  LANES_NAME(lanes_atan2)(&y, &x, &both);
+  *value1 = __builtin_shufflevector(both, both, 0, 0, 2, 2, 4, 4, 6, 6);
+  *value2 = __builtin_shufflevector(both, both, 1, 1, 3, 3, 5, 5, 7, 7);
+#else
+  const lanes y = __builtin_shufflevector(*y1, *y2, 0, 5, 2, 7);
+  const lanes x = __builtin_shufflevector(*x1, *x2, 0, 5, 2, 7);
+  lanes both;
+  LANES_NAME(lanes_atan2)(&y, &x, &both);
+  *value1 = __builtin_shufflevector(both, both, 0, 0, 2, 2);
+  *value2 = __builtin_shufflevector(both, both, 1, 1, 3, 3);
+#endif
+}
+
+static inline LANES_TARGET void LANES_NAME(lanes_atan)(const lanes *x, lanes *value)
+{
+  const lanes one = LANES_OF(1.0);
+  LANES_NAME(lanes_atan2)(x, &one, value);
+}
+
 static inline LANES_TARGET void LANES_NAME(lanes_sign)(const lanes *x, lanes *value)
 {
-  *value = LANES_EITHER((*x < 0.0) | (*x > 0.0), LANES_LT(0.0, *x) - LANES_LT(*x, 0.0), *x);
+  const lanes_where less = LANES_LT(*x, 0.0), more = LANES_LT(0.0, *x);
+  *value = LANES_CHOICE(less, -1.0, LANES_CHOICE(more, 1.0, *x));
 }
 
 /* The number where the other is NaN, as C has it. */
 static inline LANES_TARGET void LANES_NAME(lanes_fmin)(const lanes *x, const lanes *y, lanes *value)
 {
-  *value = LANES_EITHER((*x < *y) | (*y != *y), *x, *y);
+  *value = LANES_CHOICE(LANES_NE(*y, *y), *x, LANES_MIN(*x, *y));
 }
 
 static inline LANES_TARGET void LANES_NAME(lanes_fmax)(const lanes *x, const lanes *y, lanes *value)
 {
-  *value = LANES_EITHER((*x > *y) | (*y != *y), *x, *y);
+  *value = LANES_CHOICE(LANES_NE(*y, *y), *x, LANES_MAX(*x, *y));
 }
 
 /* ---- rows to lanes and back ---- */
@@ -302,9 +371,17 @@ static inline LANES_TARGET void LANES_NAME(lanes_load)(const double *row, int wi
 #endif
 }
 
+/* One row in all lanes. */
+static inline LANES_TARGET void LANES_NAME(lanes_spread)(const double *row, int size, lanes *to)
+{
+  for (int k = 0; k < size; k++) {
+    to[k] = LANES_OF(row[k]);
+  }
+}
+
 /* Through registers: a wide load would have to wait for narrow stores to reach the cache. */
-static LANES_TARGET void LANES_NAME(lanes_gather)(const double *rows, ptrdiff_t step, int size,
-                                                  int count, lanes *to)
+static inline LANES_TARGET void LANES_NAME(lanes_gather)(const double *rows, ptrdiff_t step,
+                                                         int size, int count, lanes *to)
 {
   for (int k = 0; k < size; k += LANES) {
     int width = size - k < LANES ? size - k : LANES;
@@ -321,8 +398,8 @@ static LANES_TARGET void LANES_NAME(lanes_gather)(const double *rows, ptrdiff_t 
   }
 }
 
-static LANES_TARGET void LANES_NAME(lanes_scatter)(const lanes *from, int size, int count,
-                                                   double *rows, ptrdiff_t step)
+static inline LANES_TARGET void LANES_NAME(lanes_scatter)(const lanes *from, int size, int count,
+                                                          double *rows, ptrdiff_t step)
 {
   int k = 0;
   for (; k < size && size >= LANES; k += LANES) {
@@ -340,6 +417,23 @@ static LANES_TARGET void LANES_NAME(lanes_scatter)(const lanes *from, int size, 
       }
     }
   }
+  if (size == 1 && step == 1 && count == LANES) {
+    *(LANES_NAME(lanes_row) *)rows = *from;
+    return;
+  }
+#if CHASLES_ISA == 2
+  if (2 < size && size < LANES) {
+    lanes block[LANES] = {LANES_NAME(lanes_zero)}, turned[LANES];
+    for (; k < size; k++) {
+      block[k] = from[k];
+    }
+    LANES_NAME(lanes_transpose)(block, turned);
+    for (int lane = 0; lane < count; lane++) {
+      _mm512_mask_storeu_pd(rows + lane * step, (__mmask8)((1 << size) - 1), turned[lane]);
+    }
+    return;
+  }
+#endif
   for (; k < size; k++) {
     const double *at = (const double *)(from + k);
     for (int lane = 0; lane < count; lane++) {
@@ -347,99 +441,4 @@ static LANES_TARGET void LANES_NAME(lanes_scatter)(const lanes *from, int size, 
     }
   }
 }
-
-/* ---- results past the caches ---- */
-
-/* Writes the whole lines among the doubles that are staged, keeps the rest for the next tile. */
-static LANES_TARGET void LANES_NAME(lanes_push)(lanes_stream *stream, size_t added)
-{
-  const double *from = stream->stage + LANES_LINE - stream->held;
-  double *to = stream->to, rest[LANES_LINE];
-  size_t total = stream->held + added, whole = total - total % LANES_LINE, k = 0;
-  if (whole && stream->skipped) {
-    size_t own = LANES_LINE - stream->skipped;
-    memcpy(to + stream->skipped, from + stream->skipped, own * sizeof(double));
-    stream->skipped = 0;
-    k = LANES_LINE;
-  }
-#if CHASLES_ISA == 2
-  for (; k < whole; k += 8) {
-    _mm512_stream_pd(to + k, _mm512_loadu_pd(from + k));
-  }
-#elif CHASLES_ISA == 1
-  for (; k < whole; k += 4) {
-    _mm256_stream_pd(to + k, _mm256_loadu_pd(from + k));
-  }
-#else
-  for (; k < whole; k += 2) {
-    _mm_stream_pd(to + k, _mm_loadu_pd(from + k));
-  }
 #endif
-  memcpy(rest, stream->stage + added, sizeof rest);
-  memcpy(stream->stage, rest, sizeof rest);
-  stream->to = to + whole;
-  stream->held = total - whole;
-}
-
-/* ---- a batch ---- */
-
-static LANES_TARGET void LANES_NAME(lanes_run)(LANES_NAME(lanes_kernel) kernel,
-                                               const lanes_shape *shape, size_t n,
-                                               const double *const *inputs,
-                                               const ptrdiff_t *input_steps,
-                                               double *const *outputs,
-                                               const ptrdiff_t *output_steps)
-{
-  /* On a page of its own: elsewhere, by chance, storing and loading it again took twice as long. */
-  lanes work[LANES_MOST_WORK] __attribute__((aligned(4096)));
-  lanes_stream streams[LANES_MOST_ARGUMENTS];
-  const int *sizes = shape->sizes + shape->inputs;
-  /* One behind the other: arrays that begin on pages of their own would share few cache lines. */
-  lanes *in = work, *out = in;
-  for (int i = 0; i < shape->inputs; i++) {
-    out += shape->sizes[i];
-  }
-  double *stage = (double *)out;
-  for (int i = 0; i < shape->outputs; i++) {
-    stage += (size_t)sizes[i] * LANES;
-  }
-  for (int i = 0; i < shape->outputs; i++) {
-    size_t past = ((uintptr_t)outputs[i] / sizeof(double)) % LANES_LINE;
-    int streamed = output_steps[i] == sizes[i] && n * sizes[i] * sizeof(double) > LANES_STREAMED;
-    streams[i].stage = streamed ? stage : 0;
-    streams[i].to = outputs[i] - past;
-    streams[i].held = streams[i].skipped = past;
-    stage += (size_t)sizes[i] * LANES + LANES_LINE;
-  }
-  for (size_t row = 0; row < n; row += LANES) {
-    int count = n - row < LANES ? (int)(n - row) : LANES;
-    lanes *at = in;
-    for (int i = 0; i < shape->inputs; i++) {
-      const double *rows = inputs[i] + (ptrdiff_t)row * input_steps[i];
-      LANES_NAME(lanes_gather)(rows, input_steps[i], shape->sizes[i], count, at);
-      at += shape->sizes[i];
-    }
-    kernel(in, out);
-    at = out;
-    for (int i = 0; i < shape->outputs; i++) {
-      if (streams[i].stage) {
-        double *rows = streams[i].stage + LANES_LINE;
-        LANES_NAME(lanes_scatter)(at, sizes[i], count, rows, sizes[i]);
-        LANES_NAME(lanes_push)(&streams[i], (size_t)count * sizes[i]);
-      } else {
-        double *rows = outputs[i] + (ptrdiff_t)row * output_steps[i];
-        LANES_NAME(lanes_scatter)(at, sizes[i], count, rows, output_steps[i]);
-      }
-      at += sizes[i];
-    }
-  }
-  for (int i = 0; i < shape->outputs; i++) {
-    const lanes_stream *stream = &streams[i];
-    if (stream->stage) {
-      size_t own = stream->held - stream->skipped;
-      const double *end = stream->stage + LANES_LINE;
-      memcpy(stream->to + stream->skipped, end - own, own * sizeof(double));
-    }
-  }
-  _mm_sfence();
-}

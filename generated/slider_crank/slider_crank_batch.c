@@ -29,6 +29,7 @@ extern "C" {
 #if CHASLES_SET_AVX512
 #define CHASLES_ISA 2
 #include "chasles_lanes.h"
+#include "chasles_batch.h"
 #include "slider_crank_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -36,6 +37,7 @@ extern "C" {
 #if CHASLES_SET_AVX2
 #define CHASLES_ISA 1
 #include "chasles_lanes.h"
+#include "chasles_batch.h"
 #include "slider_crank_lanes.h"
 #undef CHASLES_ISA
 #endif
@@ -43,6 +45,7 @@ extern "C" {
 #if CHASLES_SET_BASELINE
 #define CHASLES_ISA 0
 #include "chasles_lanes.h"
+#include "chasles_batch.h"
 #include "slider_crank_lanes.h"
 #undef CHASLES_ISA
 #endif

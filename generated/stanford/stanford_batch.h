@@ -27,6 +27,7 @@ void stanford_twist_mixed_batch(size_t n, const double *q, const double *qd, dou
 void stanford_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void stanford_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void stanford_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
+void stanford_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus
 }

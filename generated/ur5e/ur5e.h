@@ -128,6 +128,14 @@ void ur5e_acceleration_body(const double q[6], const double qd[6], const double 
  *   A: acceleration, linear first, 6 (m/s^2, rad/s^2) */
 void ur5e_acceleration_mixed(const double q[6], const double qd[6], const double qdd[6], double A[6]);
 
+/* Every solution of the inverse kinematics, in 8 slots.
+ * fk(q[k]) = T wherever residual[k] is rounding
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q: joint coordinates, one solution a row, 8 x 6 (rad)
+ *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
+ *   margin: distance from the boundary of what can be reached, negative beyond, 8 (1) */
+void ur5e_ik(const double T[16], double q[48], double residual[8], double margin[8]);
+
 #ifdef __cplusplus
 }
 #endif

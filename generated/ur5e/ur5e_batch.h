@@ -27,6 +27,7 @@ void ur5e_twist_mixed_batch(size_t n, const double *q, const double *qd, double 
 void ur5e_acceleration_space_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void ur5e_acceleration_body_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
 void ur5e_acceleration_mixed_batch(size_t n, const double *q, const double *qd, const double *qdd, double *A);
+void ur5e_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus
 }

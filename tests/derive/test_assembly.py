@@ -31,7 +31,7 @@ from mechanisms import (
 )
 
 from chasles.derive import RobotError, Rotation, Translation, derive
-from chasles.derive.hybrid import Hybrid
+from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.lower import lower
 from chasles.derive.mechanism import Closure, Mechanism, Place, Strut
 from chasles.derive.robot import Joint, Parameter

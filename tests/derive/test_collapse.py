@@ -9,7 +9,7 @@ from derivations import ROBOTS
 from mechanisms import BASE, at, four_bar, near, parallelogram, pin
 
 from chasles.derive import derive, load
-from chasles.derive.hybrid import Hybrid
+from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.lower import lower
 from chasles.derive.mechanism import Closure, Mechanism, Place
 

@@ -12,11 +12,16 @@ from mechanisms import BASE, at, body_poses, pin
 from tolerances import DERIVATIVES
 
 from chasles.derive import RobotError
-from chasles.derive.constraints import configuration_names, constraints, jacobian, jacobian_dot
 from chasles.derive.function import Argument, Result, SymbolicFunction
+from chasles.derive.loops.constraints import (
+    configuration_names,
+    constraints,
+    jacobian,
+    jacobian_dot,
+)
+from chasles.derive.loops.mobility import closed_configuration
 from chasles.derive.lower import lower
 from chasles.derive.mechanism import Closure, Mechanism, Place, Strut
-from chasles.derive.mobility import closed_configuration
 from chasles.derive.scope import Scope
 
 CLOSED = 1e-11

@@ -13,8 +13,8 @@ from chasles.derive import derive, load
 from chasles.derive.latex import document, fragments
 from chasles.derive.latex.loop_page import LoopPage
 from chasles.derive.latex.platforms import PrintedPlatform, platform
+from chasles.derive.loops.platforms import is_platform
 from chasles.derive.lower import lower
-from chasles.derive.platforms import is_platform
 
 PLATFORMS = ["delta", "planar_3rrr", "planar_3rrr_170", "slider_crank", "stewart_gough"]
 TRIADS = ["planar_3rrr", "planar_3rrr_170", "crooked"]

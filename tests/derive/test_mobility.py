@@ -9,8 +9,8 @@ import sympy as sp
 from mechanisms import BASE, at, body_poses, near, pin, slider
 
 from chasles.derive import RobotError
+from chasles.derive.loops.mobility import closed_configuration, mobility, virtual_joints
 from chasles.derive.mechanism import Mechanism
-from chasles.derive.mobility import closed_configuration, mobility, virtual_joints
 from chasles.derive.scope import Scope
 
 KNOWN = {

@@ -8,7 +8,7 @@ import sympy as sp
 from mechanisms import four_bar, geared, slider_crank, slotted_rocker
 
 from chasles.derive.function import Argument, Result, SymbolicFunction
-from chasles.derive.hybrid import Hybrid
+from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.lower import lower
 from chasles.derive.motion import Tangent
 from chasles.derive.scope import Scope

@@ -6,7 +6,7 @@ import random
 import pytest
 import sympy as sp
 
-from chasles.derive.phasors import (
+from chasles.derive.loops.phasors import (
     PhasorSum,
     conjugate,
     cross,

@@ -8,8 +8,8 @@ import pytest
 import sympy as sp
 from mechanisms import ALONG_X, ALONG_Y, BASE, at, body_poses, near, pin, slider
 
+from chasles.derive.loops.planes import Slide, Turn, Weld, linkages, loops
 from chasles.derive.mechanism import Closure, Mechanism, Place, Strut
-from chasles.derive.planes import Slide, Turn, Weld, linkages, loops
 from chasles.derive.scope import Scope
 
 PLANAR = (

@@ -11,7 +11,7 @@ from closures import Model
 from mechanisms import BASE, at, delta, near, pin, rssr, slider, stewart
 
 from chasles.derive import RobotError, derive
-from chasles.derive.hybrid import Hybrid
+from chasles.derive.loops.hybrid import Hybrid
 from chasles.derive.lower import lower
 from chasles.derive.mechanism import Mechanism, Place, Strut
 

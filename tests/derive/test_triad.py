@@ -5,9 +5,9 @@ import pytest
 import sympy as sp
 
 from chasles.derive.function import Argument, Result, SymbolicFunction
+from chasles.derive.loops.triad import triad_mirror, triad_polynomial, triad_position
 from chasles.derive.lower import lower
 from chasles.derive.scope import Scope
-from chasles.derive.triad import triad_mirror, triad_polynomial, triad_position
 
 C, S = sp.symbols("c s", real=True)
 NAMES = sp.symbols("x1 y1 x2 y2 x3 y3", real=True)

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive.dyads import (
+from chasles.derive.function import Argument, Result, SymbolicFunction
+from chasles.derive.loops.dyads import (
     Arm,
     arm,
     circle_and_line,
@@ -21,10 +22,9 @@ from chasles.derive.dyads import (
     two_circles,
     two_lines,
 )
-from chasles.derive.function import Argument, Result, SymbolicFunction
+from chasles.derive.loops.phasors import ZERO, PhasorSum
 from chasles.derive.lower import lower
 from chasles.derive.motion import Tangent
-from chasles.derive.phasors import ZERO, PhasorSum
 from chasles.derive.scope import Scope
 
 mpmath.mp.dps = 30

@@ -3,7 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
-from derivations import GENERATED, NAMES, derivation, shaped
+from derivations import GENERATED, NAMES, shaped
 from tolerances import DERIVATIVES
 
 from chasles.derive import casadi_function
@@ -63,25 +63,3 @@ def test_hessian(name):
         # vec stacks columns: row j * 6 + i holds entry (i, j).
         expected = np.array(oracle(x)).reshape(n, 6, n).transpose(1, 0, 2)
         assert np.abs(shaped(name, "hessian_mixed", x) - expected).max() <= DERIVATIVES
-
-
-def test_the_loaded_casadi_functions_are_the_compiled_ones():
-    checked = 0
-    for function in derivation("panda").functions:
-        if len(function.outputs) == 1:
-            kept = casadi_function(GENERATED / "panda", function.name)
-            assert kept.n_in() <= len(function.inputs)
-            rng = np.random.default_rng(1)
-            values = {name: rng.uniform(-1, 1, 7) for name in kept.name_in()}
-            arguments = [values.get(a.name, np.zeros(7)) for a in function.inputs]
-            found = np.array(kept(**values)[function.name]).ravel()
-            expected = shaped("panda", function.name, *arguments).ravel()
-            np.testing.assert_array_equal(found, expected)
-            checked += 1
-    assert checked == len(derivation("panda").functions) - 1
-
-
-def test_the_casadi_file_opens_with_casadi_alone():
-    function = ca.Function.load(str(GENERATED / "ur5e" / "ur5e.casadi"))
-    assert function.name_in() == ["q", "qd", "qdd"]
-    assert function.size_out("fk") == (4, 4)

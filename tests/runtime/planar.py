@@ -10,11 +10,11 @@ import sympy as sp
 
 from chasles.derive import c_code
 from chasles.derive.function import Argument, Result, SymbolicFunction
+from chasles.derive.loops.triad import triad_mirror, triad_polynomial, triad_position
 from chasles.derive.lower import lower
 from chasles.derive.robot import Joint, Robot
 from chasles.derive.scope import Scope
 from chasles.derive.statements import bodies
-from chasles.derive.triad import triad_mirror, triad_polynomial, triad_position
 
 from .tiny import sha256
 

@@ -119,13 +119,15 @@ class Folder:
 
     path: Path
     manifest: dict
+    name: str = "tiny"
 
     def write(self, source=SOURCE, header=HEADER):
         """Writes all files; the manifest fits them."""
         self.path.mkdir(parents=True, exist_ok=True)
-        (self.path / "tiny.c").write_text(source)
-        (self.path / "tiny.h").write_text(header)
-        self.manifest["files"] = {"tiny.c": sha256(source), "tiny.h": sha256(header)}
+        (self.path / f"{self.name}.c").write_text(source)
+        (self.path / f"{self.name}.h").write_text(header)
+        files = {f"{self.name}.c": source, f"{self.name}.h": header}
+        self.manifest["files"] = {file: sha256(text) for file, text in files.items()}
         self.write_manifest()
 
     def write_manifest(self):

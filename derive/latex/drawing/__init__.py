@@ -57,8 +57,9 @@ def drawing(mechanism: Mechanism, configuration: Mapping[str, float]) -> str:
     Bodies join what sits on them, those of the main chain are thicker; actuated members are red,
     with an arrow in the sense in which they count and their coordinate's name, motors behind gears
     named at the joint that they move; a number stands in each loop, in the order of
-    :func:`chasles.derive.planes.loops`. Planar loops are seen square to their plane, all else from
-    above and aside, without perspective. The picture is at most 140 mm wide and 110 mm high.
+    :func:`chasles.derive.loops.planes.loops`. Planar loops are seen square to their plane, all
+    else from above and aside, without perspective. The picture is at most 140 mm wide and 110 mm
+    high.
 
     Args:
         mechanism: The description.

@@ -6,8 +6,8 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ...errors import RobotError
+from ...loops.planes import Loop, loops
 from ...mechanism import Closure, Mechanism, Strut
-from ...planes import Loop, loops
 from ...robot import Joint
 from .poses import Array, Poses
 

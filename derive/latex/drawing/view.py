@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...loops.planes import linkages
 from ...mechanism import Mechanism
-from ...planes import linkages
 from .parts import SMALL
 from .poses import Array, Poses
 

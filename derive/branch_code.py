@@ -1,0 +1,144 @@
+"""The C of functions with branches for one pose: all branches at once, a branch a lane.
+
+``<robot>_branches.h`` is what ``<robot>.c`` takes where the compiler's flags allow AVX2 or AVX-512;
+elsewhere that file has the branches one after the other, in plain C.
+"""
+
+import re
+from collections.abc import Sequence
+from dataclasses import replace
+
+from .branches import patterns
+from .c_code import branches_file, branches_flag, notice
+from .function import SymbolicFunction
+from .lanes_code import SUPPORT, Sizes, kernel
+from .lower import lower_branch
+from .mechanism import Described
+from .statements import Body, Compute, Store, bodies
+
+WIDEST = 8
+"""Branches that one vector of AVX-512 holds."""
+FEWEST = 2
+"""Branches from which lanes are worth their way in and out."""
+_WORD = re.compile(r"\w+")
+
+
+def files(robot: Described, functions: Sequence[SymbolicFunction]) -> dict[str, str]:
+    """The header of a robot's branches, by file name; none for a robot without branches."""
+    branched = [function for function in functions if function.branches >= FEWEST]
+    if not branched:
+        return {}
+    lowered = [lower_branch(function, robot.name) for function in branched]
+    pairs = zip(branched, bodies(lowered), strict=True)
+    kernels = "\n".join(_branch(robot.name, *pair) for pair in pairs)
+    return {branches_file(robot): _header(robot, kernels, max(f.branches for f in branched))}
+
+
+def _header(robot: Described, kernels: str, most: int) -> str:
+    flag = branches_flag(robot)
+    wide = (
+        "#if defined(__AVX512F__) && defined(__AVX512DQ__) && defined(__AVX512VL__)\n"
+        "#define CHASLES_ISA 2\n#else\n#define CHASLES_ISA 1\n#endif"
+    )
+    return f"""\
+{notice(robot)}
+/* All branches of a function at once, a branch a lane, where the compiler's flags allow AVX2 or
+ * AVX-512 on glibc; define CHASLES_PLAIN to have the plain C of {robot.name}.c everywhere. */
+#ifndef {flag}
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__AVX2__) && defined(__FMA__) && \\
+    defined(__has_builtin) && !defined(CHASLES_PLAIN)
+#if __has_builtin(__builtin_shufflevector)
+#define {flag} 1
+{wide if most >= WIDEST else "#define CHASLES_ISA 1"}
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+#include "{SUPPORT}"
+
+{kernels}
+#ifdef __cplusplus
+}}
+#endif
+
+#undef CHASLES_ISA
+#endif
+#endif
+#endif
+"""
+
+
+def _branch(prefix: str, function: SymbolicFunction, body: Body) -> str:
+    name = f"{prefix}_{function.name}"
+    k = function.branches
+    inputs = (*(a.size for a in function.inputs), len(function.signs))
+    outputs = tuple(result.size // k for result in function.outputs)
+    names = [*(a.name for a in function.inputs), "sign"]
+    body, alike = _angles_last(body, f"sign_{len(function.signs) - 1}")
+    head = f"static inline LANES_TARGET void LANES_NAME({name}_branch)"
+    code = kernel(head, body, names, Sizes(inputs, outputs), alike)
+    return f"{code}\n{_all_branches(name, function, Sizes(inputs, outputs))}"
+
+
+def _all_branches(name: str, function: SymbolicFunction, of: Sizes) -> str:
+    """The function of one pose: inputs to all lanes, kernels, lanes to rows."""
+    k, n_signs = function.branches, len(function.signs)
+    width = max(k, WIDEST)
+    # Lanes without a branch repeat the last one, so that they compute something tame.
+    columns = [[*c, *[c[-1]] * (width - k)] for c in zip(*patterns(function), strict=True)]
+    table = ",\n".join(f"    {{{', '.join(map(str, column))}}}" for column in columns)
+    lines = [
+        f"  static const double signs[{n_signs}][{width}] = {{\n{table}}};",
+        f"  enum {{ BRANCHES = {k}, COUNT = BRANCHES < LANES ? BRANCHES : LANES }};",
+        f"  lanes in[{sum(of.inputs)}], out[BRANCHES / COUNT][{sum(of.outputs)}];",
+    ]
+    at = 0
+    for argument in function.inputs:
+        lines.append(f"  LANES_NAME(lanes_spread)({argument.name}, {argument.size}, in + {at});")
+        at += argument.size
+    lines += [
+        "  for (int b = 0; b < BRANCHES; b += COUNT) {",
+        f"    for (int i = 0; i < {n_signs}; i++) {{",
+        f"      in[{at} + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);",
+        "    }",
+        f"    LANES_NAME({name}_branch)(in, out[b / COUNT]);",
+        "  }",
+        "  for (int b = 0; b < BRANCHES; b += COUNT) {",
+        "    const lanes *from = out[b / COUNT];",
+    ]
+    first = 0
+    for result, size in zip(function.outputs, of.outputs, strict=True):
+        rows = f"{result.name} + b * {size}" if size > 1 else f"{result.name} + b"
+        call = f"(from + {first}, {size}, COUNT, {rows}, {size})"
+        lines.append(f"    LANES_NAME(lanes_scatter){call};")
+        first += size
+    lines.append("  }")
+    parameters = [f"const double *{a.name}" for a in function.inputs]
+    parameters += [f"double *{r.name}" for r in function.outputs]
+    head = f"static inline LANES_TARGET void LANES_NAME({name}_branches)"
+    return "\n".join([f"{head}({', '.join(parameters)})", "{", *lines, "}\n"])
+
+
+def _angles_last(body: Body, sign: str) -> tuple[Body, list[str]]:
+    """A body with the angles that do not depend on a sign, and what depends on them, at its end.
+
+    Returns:
+        The body, and the names of those angles.
+    """
+    varying, angles, late = {sign}, [], set()
+    for statement in body.computed:
+        parts = set(_WORD.findall(statement.expression))
+        if parts & varying:
+            varying.add(statement.name)
+        if parts & (late | set(angles)):
+            late.add(statement.name)
+        elif statement.name not in varying and statement.expression.startswith("atan2("):
+            angles.append(statement.name)
+
+    def place(statement: Compute | Store) -> int:
+        if isinstance(statement, Store):
+            return 2 if statement.value in late or statement.value in angles else 0
+        return 2 if statement.name in late else int(statement.name in angles)
+
+    return replace(body, statements=tuple(sorted(body.statements, key=place))), angles

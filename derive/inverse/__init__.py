@@ -1,0 +1,1 @@
+"""Closed-form inverse kinematics: the axes' structure, its subproblems, its families."""

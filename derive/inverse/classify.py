@@ -1,0 +1,155 @@
+"""Which closed-form inverse a robot has: the structures are tried in order, and say what they miss."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from types import ModuleType
+
+import numpy as np
+
+from ..robot import Robot
+from ..scope import Scope
+from . import rank
+from .families import column, planar, spherical_wrist, swivel, three_parallel, turntable
+from .lines import EXACT, SNAPPED, Lines, axes_of
+from .locks import can_be_given
+from .requirement import Requirement
+
+FAMILIES: dict[int, tuple[ModuleType, ...]] = {
+    2: (planar,),
+    3: (planar,),
+    4: (planar, turntable),
+    5: (turntable,),
+    6: (three_parallel, spherical_wrist, column),
+    7: (swivel,),
+}
+"""The structures of chains by the number of their joints, in the order in which they are tried."""
+MOST_JOINTS = 6
+"""A longer chain is redundant, and its families say how that is settled."""
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """One structure tried on a chain.
+
+    Attributes:
+        family: The structure's module.
+        backwards: Whether the chain was read from the tool.
+        given: Places of the joints whose values are given.
+        requirements: Its conditions, with how far the axes are from them.
+    """
+
+    family: ModuleType
+    backwards: bool
+    given: tuple[int, ...]
+    requirements: tuple[Requirement, ...]
+
+    @property
+    def apart(self) -> float:
+        """How far the axes are from the structure: radian, or parts of the arm's length."""
+        return max((requirement.apart for requirement in self.requirements), default=0.0)
+
+    @property
+    def title(self) -> str:
+        """The structure in words."""
+        return self.family.TITLE + (", read from the tool" if self.backwards else "")
+
+
+@dataclass(frozen=True)
+class Classification:
+    """What was found out about the inverse of a chain.
+
+    Attributes:
+        lines: Its axes.
+        found: The structure that holds, if one does.
+        attempts: All that were tried, up to the one that holds.
+        missing: Why there is no closed form, in words; empty where there is one.
+    """
+
+    lines: Lines
+    found: Attempt | None
+    attempts: tuple[Attempt, ...]
+    missing: str = ""
+
+    @property
+    def tier(self) -> str:
+        """How well the structure holds: "exact", "snapped" or "none"."""
+        if self.found is None:
+            return "none"
+        return "exact" if self.found.apart <= EXACT else "snapped"
+
+
+def classify(robot: Robot, scope: Scope, given: Sequence[str] | None = None) -> Classification:
+    """The structure of a serial robot.
+
+    Args:
+        robot: The description.
+        scope: Receives the constants of the axes.
+        given: Names of the joints whose values the caller will give; where there are more joints
+            than a pose has freedoms the first choice that leaves a solvable chain, by default.
+    """
+    lines = Lines(scope, axes_of(robot, scope))
+    reason = _unfit(robot, lines)
+    if reason:
+        return Classification(lines, None, (), reason)
+    attempts: list[Attempt] = []
+    for attempt in _attempts(lines, _choices(robot, lines, given)):
+        attempts.append(attempt)
+        if attempt.apart <= EXACT:
+            return Classification(lines, attempt, tuple(attempts))
+    nearest = min(attempts, key=lambda attempt: attempt.apart, default=None)
+    if nearest is not None and nearest.apart <= SNAPPED:
+        return Classification(lines, nearest, tuple(attempts))
+    return Classification(lines, None, tuple(attempts), _nearest_in_words(nearest))
+
+
+def _unfit(robot: Robot, lines: Lines) -> str:
+    """Why a chain is not to be classified at all."""
+    followers = [joint.name for joint in robot.moving if joint.mimic]
+    helical = [joint.name for joint in robot.moving if joint.kind == "helical"]
+    if followers:
+        return f"{', '.join(followers)} follows another joint"
+    if helical:
+        return f"{', '.join(helical)} is a screw joint"
+    return ""
+
+
+def _choices(robot: Robot, lines: Lines, given: Sequence[str] | None) -> Iterable[tuple[int, ...]]:
+    """Which joints may be given: as asked for, or as many as the chain has too many."""
+    if given is not None:
+        names = [joint.name for joint in robot.moving]
+        return [tuple(sorted(names.index(name) for name in given))]
+    count = len(lines.axes)
+    freedoms = rank.of_chain(lines)
+    if freedoms == count:
+        return [()]
+    # From the tool: what is nearest to the hand is what an operator sets first.
+    places = range(count - 1, -1, -1)
+    choices = [tuple(sorted(c)) for c in combinations(places, count - freedoms)]
+    return [(), *(c for c in choices if _leaves_full_rank(lines, c))]
+
+
+def _leaves_full_rank(lines: Lines, given: tuple[int, ...]) -> bool:
+    left = lines.at_generic(given)
+    return can_be_given(lines, given) and rank.of_chain(left) == len(left.axes)
+
+
+def _attempts(lines: Lines, choices: Iterable[tuple[int, ...]]) -> Iterable[Attempt]:
+    for given in choices:
+        left = lines.at_generic(given)
+        if not given and rank.of_chain(left) < len(left.axes) and len(left.axes) <= MOST_JOINTS:
+            continue
+        for family in FAMILIES.get(len(left.axes), ()):
+            for backwards in (False, True):
+                seen = left.reversed() if backwards else left
+                yield Attempt(family, backwards, given, tuple(family.requires(seen)))
+
+
+def _nearest_in_words(nearest: Attempt | None) -> str:
+    if nearest is None:
+        return "no structure of so many joints is known"
+    missed = [r for r in nearest.requirements if r.apart > EXACT]
+    text = "; ".join(f"{r.text} (off by {r.apart:.3g})" for r in missed if np.isfinite(r.apart))
+    never = "; ".join(r.text for r in missed if not np.isfinite(r.apart))
+    parts = [part for part in (text, never) if part]
+    return f"nearest is {nearest.title}, which asks that {'; '.join(parts)}"

@@ -1,0 +1,94 @@
+"""A turning column with two slides, and a hand of three axes of which the first stands like it.
+
+Revolute joint 1, slides 2 and 3 that do not move along each other, revolute joints 4, 5 and 6: axis
+4 is parallel to axis 1, axes 5 and 6 meet. The slides do not turn, so that joints 1 and 4 turn the
+tool as one: the orientation falls to three angles like that of a spherical wrist, though axes 4, 5
+and 6 have no common point. Then joint 1 and the slides bring the hand to its place.
+
+Most solutions: 4 (two of the orientation, two of the place).
+"""
+
+import numpy as np
+
+from ...vectors import combination, cross, dot, subtracted
+from ..lines import Lines
+from ..requirement import Requirement, across, meeting, parallel, revolute
+from ..subproblems.slides import slide_to_plane
+from ..subproblems.sp1 import sp1
+from ..subproblems.sp2 import sp2
+from ..subproblems.sp4 import sp4
+from ..target import Target
+from ..turns import composed, perpendicular, rotated
+from ..work import Work
+
+TITLE = "a turning column with two slides and a hand that turns about its vertical"
+
+
+def requires(lines: Lines) -> list[Requirement]:
+    """What the axes must fulfil."""
+    slides = not lines.axes[1].turns and not lines.axes[2].turns
+    return [
+        Requirement("joints 2 and 3 slide", 0.0 if slides else np.inf),
+        revolute(lines, (0, 3, 4, 5)),
+        parallel(lines, 0, 3),
+        meeting(lines, 4, 5),
+        across(lines, 0, 1),
+        _plane(lines),
+    ]
+
+
+def _plane(lines: Lines) -> Requirement:
+    a1, a2, a3, *_ = (axis.direction for axis in lines.axes)
+    return Requirement(
+        "the slides span a plane along the column", abs(float(np.linalg.det([a1, a2, a3])))
+    )
+
+
+def solve(work: Work, lines: Lines, target: Target) -> None:
+    """All six joints for a target."""
+    scope = work.scope
+    a1, a2, a3, a4, a5, a6 = lines.axes
+
+    # 1 to 3. The orientation, joints 1 and 4 as one.
+    q14, q5 = sp2(scope, a1.h, a5.h, a6.h, target.turned(scope, a6.h), work.sign())
+    q14_turn = work.step(
+        [a1, a4],
+        "subproblem 2",
+        f"{a6.name} does not turn its own axis, and {a1.name} and {a4.name} turn it as one",
+        q14,
+        f"with axis {a6.name} along the column every sum will do; it is then 0",
+    )
+    work.step([a5], "subproblem 1", f"what they leave of the turn of axis {a6.name}", q5)
+    e = cross(scope, a6.h, a5.h)
+    left = rotated(scope, a1.h, q14_turn.back, target.turned(scope, e))
+    left = rotated(scope, a5.h, q5.turn.back, left)
+    work.step([a6], "subproblem 1", "what is left of the turn", sp1(scope, a6.h, e, left))
+
+    # 4. The column: past the hand, the place lies in the plane of the slides.
+    centre = lines.meeting(4, 5)
+    lever = rotated(scope, a1.h, q14_turn, subtracted(scope, centre, a4.p))
+    V = subtracted(scope, subtracted(scope, target.point(scope, centre), lever), a1.p)
+    normal = cross(scope, a1.h, a2.h)
+    d = dot(scope, normal, subtracted(scope, a4.p, a1.p))
+    q1 = work.step(
+        [a1],
+        "subproblem 4",
+        "the slides do not leave their plane",
+        sp4(scope, V, a1.h, normal, d, work.sign()),
+        "with the hand on the column every angle will do; it is then 0",
+    )
+    work.turns[a4.joint] = composed(scope, q14_turn, q1.back).counted(
+        1 if float(a1.direction @ a4.direction) > 0 else -1
+    )
+
+    # 5, 6. The slides in their plane.
+    way = subtracted(scope, rotated(scope, a1.h, q1.back, V), subtracted(scope, a4.p, a1.p))
+    origin = combination(scope, (), ())
+    for axis, other in ((a2, a3), (a3, a2)):
+        n = perpendicular(scope, other.h, axis.h)
+        work.slide(
+            axis,
+            "a line meets a plane",
+            f"{other.name} does not move the hand that way",
+            slide_to_plane(scope, n, axis.h, origin, dot(scope, n, way)),
+        )

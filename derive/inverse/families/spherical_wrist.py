@@ -1,0 +1,79 @@
+"""Six joints whose last three are revolute and meet in one point: the spherical wrist.
+
+The centre of the wrist is reached by the first three joints (:mod:`.three_joints`), then the wrist
+turns the tool. Most solutions: twice those of the first three.
+
+Source: Pieper 1968; Elias and Wen 2022, 4.1.
+"""
+
+from ...vectors import Vector, cross
+from ..lines import Lines
+from ..requirement import Requirement, meeting, revolute
+from ..subproblems.sp1 import sp1
+from ..subproblems.sp2 import sp2
+from ..target import Target
+from ..turns import rotated
+from ..work import Work
+from . import three_joints
+
+TITLE = "spherical wrist"
+
+
+def requires(lines: Lines) -> list[Requirement]:
+    """What the axes must fulfil."""
+    return [
+        revolute(lines, range(3, 6)),
+        meeting(lines, 3, 4, 5),
+        three_joints.requires(_arm(lines)),
+    ]
+
+
+def solve(work: Work, lines: Lines, target: Target) -> None:
+    """All six joints for a target."""
+    scope = work.scope
+    # 1 to 3. The wrist does not move its centre.
+    arm = _arm(lines)
+    case = three_joints.case_of(arm)
+    assert case is not None
+    centre = lines.meeting(5, 4)
+    case.solve(work, arm, centre, target.point(scope, centre))
+    # 4 to 6. What the arm leaves of the turn.
+    wrist(work, lines, 3, target)
+
+
+def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
+    """Three revolute joints that make the rotation which those before them leave.
+
+    ``R_4 R_5 h_6 = v`` with v the target's direction of axis 6, seen past the arm: subproblem 2.
+    Any other direction then tells the last angle.
+    """
+    scope = work.scope
+    a4, a5, a6 = lines.axes[first : first + 3]
+    q4, q5 = sp2(
+        scope, a4.h, a5.h, a6.h, _past(work, lines, first, target.turned(scope, a6.h)), work.sign()
+    )
+    work.step(
+        [a4],
+        "subproblem 2",
+        f"{a6.name} does not turn its own axis, and {a5.name} keeps its part along axis {a5.name}",
+        q4,
+        f"with axis {a6.name} on axis {a4.name} only the sum of the two is determined; this one is "
+        "then 0",
+    )
+    work.step([a5], "subproblem 1", f"what {a4.name} leaves of the turn of axis {a6.name}", q5)
+    e = cross(scope, a6.h, a5.h)
+    left = _past(work, lines, first, target.turned(scope, e))
+    left = rotated(scope, a5.h, q5.turn.back, rotated(scope, a4.h, q4.turn.back, left))
+    work.step([a6], "subproblem 1", "what is left of the turn", sp1(scope, a6.h, e, left))
+
+
+def _past(work: Work, lines: Lines, count: int, v: Vector) -> Vector:
+    """A direction in base axes, turned back by the joints before."""
+    for axis in lines.axes[:count]:
+        if axis.turns:
+            v = rotated(work.scope, axis.h, work.turns[axis.joint].back, v)
+    return v
+
+
+def _arm(lines: Lines) -> Lines:
+    return Lines(lines.scope, lines.axes[:3], lines.tolerance)

@@ -1,0 +1,141 @@
+"""Seven revolute joints: three that meet in the shoulder, an elbow, three that meet in the wrist.
+
+One joint is redundant: with the tool held, the elbow swings about the line from shoulder to wrist.
+Where it swings to is given by the swivel angle, between two half planes that begin at this line:
+the one of the reference, and the one through the elbow.
+
+With S the shoulder, W the wrist's centre, E the elbow (the point of axis 4 that is nearest to S),
+``w = (W - S) / |W - S|``, t the direction opposite to axis 1 and r a direction across it,
+
+    e_x = direction of ((w - t) x r) x w,   e_y = w x e_x,
+    swivel = atan2(e_y . (E - S), e_x . (E - S)).
+
+This reference is smooth but for a wrist straight below the shoulder, where a floor-mounted arm has
+its own foot; there the angle is counted from an arbitrary direction.
+
+Most solutions: 8 for one swivel angle.
+
+Source: Elias and Wen 2023 (stereographic shoulder-elbow-wrist angle), with the pole below.
+"""
+
+import sympy as sp
+
+from ...scope import Scope
+from ...vectors import Vector, added, combination, cross, dot, subtracted
+from ..lines import Axis, Lines
+from ..requirement import Requirement, meeting, revolute
+from ..subproblems.sp1 import sp1
+from ..subproblems.sp2 import sp2
+from ..subproblems.sp3 import sp3, squared_across
+from ..target import Target
+from ..turns import Turn, any_across, direction, rotated
+from ..work import Work
+from .spherical_wrist import wrist
+
+TITLE = "spherical shoulder and spherical wrist"
+_ONE = sp.Integer(1)
+
+
+def requires(lines: Lines) -> list[Requirement]:
+    """What the axes must fulfil."""
+    return [
+        revolute(lines, range(7)),
+        meeting(lines, 0, 1, 2),
+        meeting(lines, 4, 5, 6),
+    ]
+
+
+def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
+    """All seven joints for a target and a swivel angle."""
+    scope = work.scope
+    a1, a2, a3, a4, *_ = lines.axes
+    shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
+
+    # 1. The shoulder does not change the distance of its own centre from the wrist's.
+    V = subtracted(scope, target.point(scope, centre), shoulder)
+    upper, fore = subtracted(scope, elbow, shoulder), subtracted(scope, centre, elbow)
+    across2 = squared_across(scope, a4.h, V, (upper, fore))
+    sign = work.sign()
+    q4 = work.step(
+        [a4],
+        "subproblem 3",
+        "the joints of shoulder and wrist keep the distance of their centres",
+        sp3(scope, a4.h, upper, fore, across2, sign),
+    )
+
+    # 2. The shoulder carries a frame of line, normal and side to where the swivel angle wants it.
+    arm = added(scope, upper, rotated(scope, a4.h, q4, fore))
+    w, n, b = _frame(scope, arm, a4.h)
+    beside = scope.let(
+        sp.Piecewise((_ONE, dot(scope, upper, b) >= 0), (-_ONE, True), evaluate=False)
+    )
+    W, e_x, e_y = reference(scope, a1, V)
+    side = combination(
+        scope, (scope.let(beside * swivel.c), scope.let(beside * swivel.s)), (e_x, e_y)
+    )
+    normal = cross(scope, W, side)
+    v = combination(scope, [dot(scope, a3.h, e) for e in (w, n, b)], (W, normal, side))
+
+    # 3 to 5. Its three angles.
+    q1, q2 = sp2(scope, a1.h, a2.h, a3.h, v, work.sign())
+    work.step(
+        [a1],
+        "subproblem 2",
+        f"{a3.name} does not turn its own axis",
+        q1,
+        f"with axis {a3.name} on axis {a1.name} only the sum of the two is determined; this one is "
+        "then 0",
+    )
+    work.step([a2], "subproblem 1", f"what {a1.name} leaves of the turn of axis {a3.name}", q2)
+    e = cross(scope, a3.h, a2.h)
+    turned = combination(scope, [dot(scope, e, f) for f in (w, n, b)], (W, normal, side))
+    left = rotated(scope, a2.h, q2.turn.back, rotated(scope, a1.h, q1.turn.back, turned))
+    work.step(
+        [a3], "subproblem 1", "what is left of the shoulder's turn", sp1(scope, a3.h, e, left)
+    )
+
+    # 6 to 8. What the arm leaves of the tool's turn.
+    wrist(work, lines, 4, target)
+
+
+def swivel_of(scope: Scope, lines: Lines, turns: dict[int, Turn]) -> Turn:
+    """The swivel angle of a configuration."""
+    a1, a2, a3, a4, *_ = lines.axes
+    shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
+
+    def carried(v: Vector) -> Vector:
+        for axis in (a3, a2, a1):
+            v = rotated(scope, axis.h, turns[axis.joint], v)
+        return v
+
+    upper, fore = subtracted(scope, elbow, shoulder), subtracted(scope, centre, elbow)
+    V = carried(added(scope, upper, rotated(scope, a4.h, turns[a4.joint], fore)))
+    _, e_x, e_y = reference(scope, a1, V)
+    E = carried(upper)
+    return direction(scope, dot(scope, e_x, E), dot(scope, e_y, E))
+
+
+def reference(scope: Scope, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector]:
+    """The direction of the line from shoulder to wrist, and the two that swivel counts from."""
+    w = _unit(scope, V)
+    r = any_across(scope, a1.h)
+    e_x = _unit(scope, cross(scope, cross(scope, added(scope, w, a1.h), r), w))
+    return w, e_x, cross(scope, w, e_x)
+
+
+def _frame(scope: Scope, arm: Vector, h: Vector) -> tuple[Vector, Vector, Vector]:
+    """Line from shoulder to wrist, normal of the arm's plane and side, with joints 1 to 3 at 0."""
+    w = _unit(scope, arm)
+    b = _unit(scope, cross(scope, h, w))
+    return w, cross(scope, w, b), b
+
+
+def _unit(scope: Scope, v: Vector) -> Vector:
+    size2 = dot(scope, v, v)
+    inverse = scope.let(1 / scope.let(sp.sqrt(scope.let(size2 + sp.Float("1e-300", 20)))))
+    return combination(scope, (inverse,), (v,))
+
+
+def _elbow(lines: Lines) -> Vector:
+    """The point of axis 4 that is nearest to axis 3."""
+    return lines.meeting(3, 2)

@@ -1,0 +1,118 @@
+"""Six revolute joints, axes 2, 3 and 4 parallel, axes 5 and 6 meeting: the arms of UR and kin.
+
+Most solutions: 8. Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel, 5-6 intersecting); the order of
+the steps and what is done at the singularities are ours.
+"""
+
+import sympy as sp
+
+from ...vectors import Vector, added, cross, dot, subtracted
+from ..found import FoundTurn
+from ..lines import Lines
+from ..requirement import Requirement, meeting, parallel, revolute
+from ..subproblems.sp1 import sp1
+from ..subproblems.sp2 import sp2
+from ..subproblems.sp3 import sp3
+from ..subproblems.sp4 import sp4
+from ..target import Target
+from ..turns import Turn, perpendicular, rotated
+from ..work import Work
+from .triangle import remaining, triangle
+
+TITLE = "three parallel axes 2, 3, 4 and intersecting axes 5, 6"
+MOST_SOLUTIONS = 8
+UNDETERMINED = sp.Float("5e-10", 20)
+"""Up to this sine of the angle between axis 6 and axes 2 to 4, the three are taken for parallel.
+
+The sum of the angles 2 to 4 is then free to bring the elbow within reach, at the cost of an
+orientation that is off by no more than this.
+"""
+
+
+def requires(lines: Lines) -> list[Requirement]:
+    """What the axes must fulfil."""
+    return [
+        revolute(lines, range(6)),
+        parallel(lines, 1, 2, 3),
+        meeting(lines, 4, 5),
+    ]
+
+
+def solve(work: Work, lines: Lines, target: Target) -> None:
+    """All six angles for a target."""
+    scope = work.scope
+    a1, a2, a3, a4, a5, a6 = lines.axes
+    centre = lines.meeting(5, 4)
+
+    # 1. Joints 5 and 6 leave their common point where it is, and joints 2 to 4 move it across h_2
+    #    only: its part along h_2 is joint 1's affair alone.
+    W = subtracted(scope, target.point(scope, centre), a1.p)
+    d = dot(scope, a2.h, subtracted(scope, centre, a1.p))
+    q1 = work.step(
+        [a1],
+        "subproblem 4",
+        "joints 2 to 6 do not move the common point of axes 5 and 6 along axes 2 to 4",
+        sp4(scope, W, a1.h, a2.h, d, work.sign()),
+        "on axis 1 the common point is reached at every angle; the angle is then 0",
+    )
+    U = added(scope, rotated(scope, a1.h, q1.back, W), subtracted(scope, a1.p, a2.p))
+
+    # 2. Joint 6 does not turn its own axis. 3. The second angle belongs to the first.
+    v = rotated(scope, a1.h, q1.back, target.turned(scope, a6.h))
+    sign = work.sign()
+    found, _ = sp2(scope, a2.h, a5.h, a6.h, v, sign)
+    found = _reaching(work, lines, found, v, U, centre, sign)
+    q234 = work.step(
+        [a2, a3, a4],
+        "subproblem 2",
+        "joint 6 does not turn its own axis, and joints 2 to 4 turn it as one",
+        found,
+        "with axis 6 parallel to axes 2 to 4 every sum will do; it is then the one that brings the "
+        "elbow nearest to a right angle",
+    )
+    q5 = work.step(
+        [a5],
+        "subproblem 1",
+        "what joints 1 to 4 leave of the turn of axis 6",
+        sp1(scope, a5.h, a6.h, rotated(scope, a2.h, q234.back, v)),
+    )
+
+    # 4. Any direction across axis 6 tells the last angle.
+    e = cross(scope, a6.h, a5.h)
+    left = rotated(scope, a1.h, q1.back, target.turned(scope, e))
+    left = rotated(scope, a5.h, q5.back, rotated(scope, a2.h, q234.back, left))
+    work.step(
+        [a6], "subproblem 1", "what joints 1 to 5 leave of the turn", sp1(scope, a6.h, e, left)
+    )
+
+    # 5. The rest is a triangle across the parallel axes: shoulder, elbow, wrist.
+    lever = rotated(scope, a2.h, q234, subtracted(scope, centre, a4.p))
+    triangle(work, a2, a3, a4.p, subtracted(scope, U, lever))
+    remaining(work, (a2, a3, a4), q234)
+
+
+def _reaching(
+    work: Work,
+    lines: Lines,
+    found: FoundTurn,
+    v: Vector,
+    U: Vector,
+    centre: Vector,
+    sign: sp.Symbol,
+) -> FoundTurn:
+    """The sum of angles 2 to 4, and where v does not tell it the one that the elbow likes best."""
+    scope = work.scope
+    _, a2, a3, a4, _, _ = lines.axes
+    lever = perpendicular(scope, a2.h, subtracted(scope, centre, a4.p))
+    minus_U = subtracted(scope, (sp.Integer(0),) * 3, perpendicular(scope, a2.h, U))
+    upper = perpendicular(scope, a2.h, subtracted(scope, a3.p, a2.p))
+    fore = perpendicular(scope, a2.h, subtracted(scope, a4.p, a3.p))
+    right = scope.let(dot(scope, upper, upper) + dot(scope, fore, fore))
+    best = sp3(scope, a2.h, minus_U, lever, right, sign).turn
+    across = perpendicular(scope, a2.h, v)
+    told = dot(scope, across, across) > scope.let(UNDETERMINED**2)
+    turn = Turn(
+        scope.let(sp.Piecewise((found.turn.c, told), (best.c, True), evaluate=False)),
+        scope.let(sp.Piecewise((found.turn.s, told), (best.s, True), evaluate=False)),
+    )
+    return FoundTurn(turn, found.equation, found.sign, found.margin)

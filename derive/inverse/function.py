@@ -1,0 +1,138 @@
+"""From a solved chain to the function that is generated: every slot with its residual and margin."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ..chain import groups
+from ..forward import Forward, Pose
+from ..function import Argument, Result, SymbolicFunction
+from ..kinematics import common_unit
+from ..robot import Robot
+from ..scope import Scope
+from .turns import NO_TURN
+from .work import Work
+
+POSE_SYMBOLS = tuple(
+    sp.Symbol(name, real=True)
+    for name in (
+        *("_r11", "_r12", "_r13", "_p1", "_r21", "_r22", "_r23", "_p2"),
+        *("_r31", "_r32", "_r33", "_p3", "_r41", "_r42", "_r43", "_p4"),
+    )
+)
+"""The entries of a pose, row by row; names in robot files can not begin with an underscore."""
+
+
+def pose_argument(robot: Robot) -> Argument:
+    """The argument ``T``: the pose that the tool is to have."""
+    meaning = f"pose of the tool, T_{robot.base_frame}_{robot.tool_frame}"
+    return Argument("T", POSE_SYMBOLS, (4, 4), "1, m", meaning)
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A solved task: the function that is generated, and how it was solved."""
+
+    function: SymbolicFunction
+    work: Work
+    given: tuple[str, ...] = ()
+
+
+def values_of(work: Work, robot: Robot, given: Mapping[int, sp.Expr]) -> list[sp.Expr]:
+    """The value of every moving joint: an atan2 where it turns."""
+    return [_value(work, k, given) for k in range(len(robot.moving))]
+
+
+def _value(work: Work, joint: int, given: Mapping[int, sp.Expr]) -> sp.Expr:
+    if joint in given:
+        return given[joint]
+    if joint in work.lengths:
+        return work.lengths[joint]
+    turn = work.turns[joint]
+    return sp.Integer(0) if turn == NO_TURN else work.scope.solved_angle(turn.c, turn.s)
+
+
+def tool_of(scope: Scope, robot: Robot, values: Sequence[sp.Expr]) -> Pose:
+    """Where the tool comes with these joint values: forward kinematics on cosines and sines."""
+    return Forward(scope, groups(robot, scope, values)).tool_pose()
+
+
+def pose_residual(scope: Scope, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Expr:
+    """How far a pose is from the one wanted: metre or radian, the larger of the two.
+
+    The distance of two rotation matrices in the Frobenius norm is sqrt(8) sin(angle / 2), for small
+    angles sqrt(2) of the angle between them.
+    """
+    axes, origin = pose
+    moved = [origin[i] - wanted[4 * i + 3] for i in range(3)]
+    turned = [axes[j][i] - wanted[4 * i + j] for i in range(3) for j in range(3)]
+    return larger(scope, squares(scope, moved), scope.let(squares(scope, turned) / 2))
+
+
+def squares(scope: Scope, values: Iterable[sp.Expr]) -> sp.Expr:
+    """The named sum of squares."""
+    return scope.let(sum((scope.let(value) ** 2 for value in values), sp.Integer(0)))
+
+
+def larger(scope: Scope, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
+    """The residual from the squares of its two parts."""
+    return scope.let(sp.sqrt(scope.let(sp.Max(distance2, angle2, evaluate=False))))
+
+
+def margin_of(work: Work) -> sp.Expr:
+    """The smallest margin of all steps; 1 where no step can fail."""
+    margins = work.margins()
+    if not margins:
+        return sp.Integer(1)
+    least = margins[0]
+    for margin in margins[1:]:
+        least = work.scope.let(sp.Min(least, margin, evaluate=False))
+    return least
+
+
+def of_pose_task(
+    robot: Robot, work: Work, more: tuple[Argument, ...], given: Mapping[int, sp.Expr]
+) -> Solved:
+    """The task ``ik``: the pose of the tool."""
+    scope = work.scope
+    values = values_of(work, robot, given)
+    residual = pose_residual(scope, tool_of(scope, robot, values), POSE_SYMBOLS)
+    identity = "fk(q[k]) = T wherever residual[k] is rounding"
+    return branches(
+        "ik", robot, work, (pose_argument(robot), *more), values, residual, identity, given
+    )
+
+
+def branches(
+    name: str,
+    robot: Robot,
+    work: Work,
+    inputs: tuple[Argument, ...],
+    values: Sequence[sp.Expr],
+    residual: sp.Expr,
+    identity: str,
+    given: Iterable[int] = (),
+) -> Solved:
+    """The function of one task over all slots."""
+    k, n = 2 ** len(work.signs), len(robot.coordinates)
+    q = tuple(
+        joint.direction * value for joint, value in zip(robot.coordinates, values, strict=True)
+    )
+    unit = common_unit([joint.unit for joint in robot.coordinates])
+    outputs = (
+        Result("q", q, (k, n), unit, "joint coordinates, one solution a row"),
+        Result("residual", (residual,), (k,), "m or rad", "distance of fk(q[k]) from the target"),
+        Result(
+            "margin",
+            (margin_of(work),),
+            (k,),
+            "1",
+            "distance from the boundary of what can be reached, negative beyond",
+        ),
+    )
+    summary = f"Every solution of the inverse kinematics, in {k} slots."
+    function = SymbolicFunction(
+        name, summary, identity, inputs, outputs, work.scope, signs=tuple(work.signs)
+    )
+    return Solved(function, work, tuple(robot.moving[joint].name for joint in given))

@@ -1,0 +1,181 @@
+"""The axes of a chain as lines in its home pose, and how they lie to each other.
+
+A solvable structure is one of axes that are parallel or meet. Whether they do is judged in numbers
+at the default values of all parameters; what then follows is derived in exact expressions.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from ..poe import to_poe
+from ..robot import JointKind, Robot
+from ..scope import Scope
+from ..vectors import Vector, named, subtracted
+
+EXACT = 1e-9
+"""Axes that miss a structure by no more than this (radian, or parts of the arm's length) have it."""
+SNAPPED = 5e-3
+"""Axes that miss it by no more than this are those of a calibrated arm that was built to have it."""
+
+SOME_SLIDE = 0.6180339887
+"""A slide (metre) at which nothing meets that does not meet at others."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The axis of a joint in the home pose.
+
+    Attributes:
+        joint: Index of the moving joint.
+        name: Its name.
+        kind: Revolute or prismatic.
+        h: Its direction (unit vector), in base axes.
+        p: A point on it (metre); of a prismatic joint of no meaning.
+        direction: h in numbers.
+        origin: p in numbers.
+    """
+
+    joint: int
+    name: str
+    kind: JointKind
+    h: Vector
+    p: Vector
+    direction: NDArray[np.float64]
+    origin: NDArray[np.float64]
+
+    @property
+    def turns(self) -> bool:
+        """Whether the joint is revolute."""
+        return self.kind == "revolute"
+
+    def reversed(self) -> "Axis":
+        """The axis as one sees it from the tool: it turns the other way."""
+        x, y, z = self.h
+        return replace(self, h=(-x, -y, -z), direction=-self.direction)
+
+    def moved(self, p: Vector, origin: NDArray[np.float64]) -> "Axis":
+        """The same axis with another point of it as origin."""
+        return replace(self, p=p, origin=origin)
+
+
+def axes_of(robot: Robot, scope: Scope) -> tuple[Axis, ...]:
+    """The axes of a serial robot's moving joints, from the base."""
+    screws, _ = to_poe(robot)
+    return tuple(
+        _axis(scope, k, joint.name, joint.kind, screws[:, k])
+        for k, joint in enumerate(robot.moving)
+    )
+
+
+def _axis(scope: Scope, k: int, name: str, kind: JointKind, screw: sp.Matrix) -> Axis:
+    moment, direction = screw[:3, 0], screw[3:, 0]
+    if kind == "prismatic":
+        h, p = moment, sp.zeros(3, 1)
+    else:
+        # The point of the axis that is nearest to the base's origin.
+        h, p = direction, direction.cross(moment)
+    exact_h, exact_p = (named(scope, vector.applyfunc(sp.expand)) for vector in (h, p))
+    return Axis(k, name, kind, exact_h, exact_p, numbers(scope, exact_h), numbers(scope, exact_p))
+
+
+def numbers(scope: Scope, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
+    """A constant vector in numbers."""
+    return np.array([float(scope.value(component)) for component in vector])
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Axes of one chain, and the tolerance to which they are taken to be parallel or to meet.
+
+    Attributes:
+        scope: Names of all terms.
+        axes: From the base, or from the tool where the chain is read backwards.
+        tolerance: Radian, or parts of the arm's length.
+    """
+
+    scope: Scope
+    axes: tuple[Axis, ...]
+    tolerance: float = EXACT
+
+    @cached_property
+    def length(self) -> float:
+        """The sum of the distances between the origins of neighbouring axes (metre)."""
+        points = [axis.origin for axis in self.axes if axis.turns]
+        return sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points))
+
+    def reversed(self) -> "Lines":
+        """The axes as one meets them from the tool."""
+        return replace(self, axes=tuple(axis.reversed() for axis in self.axes[::-1]))
+
+    def at_generic(self, given: Sequence[int]) -> "Lines":
+        """The other axes where given slides, at some value, bring them; for judging alone."""
+        origin = np.zeros(3)
+        kept = []
+        for k, axis in enumerate(self.axes):
+            if k not in given:
+                kept.append(replace(axis, origin=axis.origin + origin))
+            elif not axis.turns:
+                origin = origin + SOME_SLIDE * axis.direction
+        return replace(self, axes=tuple(kept))
+
+    def parallel(self, *indices: int) -> bool:
+        """Whether axes have one direction or the opposite one."""
+        return self.apart_in_direction(indices) <= self.tolerance
+
+    def apart_in_direction(self, indices: Sequence[int]) -> float:
+        """The largest sine of the angle between axes and the first of them."""
+        first, *others = (self.axes[k].direction for k in indices)
+        return max(float(np.linalg.norm(np.cross(first, other))) for other in others)
+
+    def perpendicular(self, i: int, j: int) -> bool:
+        """Whether the directions of two axes are at right angles."""
+        return abs(float(self.axes[i].direction @ self.axes[j].direction)) <= self.tolerance
+
+    def meet(self, *indices: int) -> bool:
+        """Whether revolute axes, no two of them parallel, pass through one point."""
+        return self.apart_in_place(indices) <= self.tolerance
+
+    def apart_in_place(self, indices: Sequence[int]) -> float:
+        """The largest distance of axes from the point nearest to all, in parts of the arm's length.
+
+        Infinite where neighbours are parallel: what meets at infinity is no centre.
+        """
+        axes = [self.axes[k] for k in indices]
+        if any(
+            float(np.linalg.norm(np.cross(a.direction, b.direction))) < SNAPPED
+            for a, b in pairwise(axes)
+        ):
+            return np.inf
+        across = [np.eye(3) - np.outer(axis.direction, axis.direction) for axis in axes]
+        centre = np.linalg.solve(
+            sum(across, np.zeros((3, 3))),
+            sum((P @ axis.origin for P, axis in zip(across, axes, strict=True)), np.zeros(3)),
+        )
+        apart = [
+            float(np.linalg.norm(P @ (centre - axis.origin)))
+            for P, axis in zip(across, axes, strict=True)
+        ]
+        return max(apart) / (self.length or 1.0)
+
+    def meeting(self, i: int, j: int) -> Vector:
+        """The point of axis i that is nearest to axis j, in exact expressions."""
+        a, b = self.axes[i], self.axes[j]
+        h_i, h_j = (sp.Matrix(self._spelled(axis.h)) for axis in (a, b))
+        way = sp.Matrix(self._spelled(subtracted(self.scope, b.p, a.p)))
+        normal = h_i.cross(h_j)
+        along = sp.expand(way.cross(h_j).dot(normal) / normal.dot(normal))
+        p = sp.Matrix(self._spelled(a.p))
+        return named(self.scope, (p + along * h_i).applyfunc(sp.expand))
+
+    def _spelled(self, vector: Vector) -> list[sp.Expr]:
+        return [self.scope.spelled(component) for component in vector]
+
+    def sense(self, i: int, j: int) -> int:
+        """1 where axis j has the direction of axis i, -1 where it has the opposite one."""
+        return 1 if float(self.axes[i].direction @ self.axes[j].direction) > 0 else -1

@@ -1,0 +1,66 @@
+"""Joints whose values are given: what is left of a chain and of its target without them.
+
+A redundant arm is solved for given values of as many joints as are too many. A joint at either end
+is taken out by undoing its motion; a slide in between moves all that comes after it along, without
+turning anything, so that it can be undone at the end.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import sympy as sp
+
+from ..scope import Scope
+from ..vectors import Vector, combination
+from .lines import SOME_SLIDE, Axis, Lines
+from .target import Target
+from .turns import Turn
+
+
+def can_be_given(lines: Lines, joints: Sequence[int]) -> bool:
+    """Whether the joints are at an end of the chain, next to others that are given, or slides."""
+    turning = [k for k in joints if lines.axes[k].turns]
+    free = [k for k in range(len(lines.axes)) if k not in joints]
+    return bool(free) and all(k < free[0] or k > free[-1] for k in turning)
+
+
+def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple[Lines, Target]:
+    """The chain and the target that are left for the other joints.
+
+    Args:
+        lines: The chain.
+        target: Its target.
+        given: The value of each given joint (radian or metre), by its place in the chain; see
+            :func:`can_be_given`.
+    """
+    scope, axes = lines.scope, list(lines.axes)
+    free = [k for k in range(len(axes)) if k not in given]
+    for k in sorted(given):
+        if k < free[0]:
+            target = _without_first(scope, target, axes[k], given[k])
+    for k in sorted(given, reverse=True):
+        if k > free[-1]:
+            target = _without_last(scope, target, axes[k], given[k])
+    for k in sorted(given):
+        if free[0] < k < free[-1]:
+            by = combination(scope, (given[k],), (axes[k].h,))
+            axes[k + 1 :] = [_shifted(scope, axis, by, axes[k]) for axis in axes[k + 1 :]]
+            target = target.shifted(scope, by)
+    return Lines(scope, tuple(axes[k] for k in free), lines.tolerance), target
+
+
+def _without_first(scope: Scope, target: Target, axis: Axis, value: sp.Expr) -> Target:
+    back = target.reversed()
+    return _without_last(scope, back, axis.reversed(), value).reversed()
+
+
+def _without_last(scope: Scope, target: Target, axis: Axis, value: sp.Expr) -> Target:
+    if not axis.turns:
+        return target.shifted(scope, combination(scope, (value,), (axis.h,)))
+    return target.without_last(scope, axis.h, axis.p, Turn(*scope.cos_sin(value)))
+
+
+def _shifted(scope: Scope, axis: Axis, by: Vector, slid: Axis) -> Axis:
+    """The axis where a given slide brings it; how it lies to others is judged at one slide."""
+    p = combination(scope, (sp.Integer(1), sp.Integer(1)), (axis.p, by))
+    return replace(axis, p=p, origin=axis.origin + SOME_SLIDE * slid.direction)

@@ -1,0 +1,54 @@
+"""Conditions that a family puts on the axes of a chain, with how far they are from holding."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from .lines import Lines
+
+
+@dataclass(frozen=True)
+class Requirement:
+    """One condition.
+
+    Attributes:
+        text: What must hold, in words.
+        apart: How far it is from holding: radian, or parts of the arm's length; infinite where no
+            small change of the arm would do.
+    """
+
+    text: str
+    apart: float
+
+
+def revolute(lines: Lines, indices: Iterable[int]) -> Requirement:
+    """Joints that must turn."""
+    slides = [lines.axes[k].name for k in indices if not lines.axes[k].turns]
+    text = "all joints are revolute" + (f", but {', '.join(slides)} slides" if slides else "")
+    return Requirement(text, np.inf if slides else 0.0)
+
+
+def parallel(lines: Lines, *indices: int) -> Requirement:
+    """Axes that must be parallel."""
+    return Requirement(
+        f"axes {_names(lines, indices)} are parallel", lines.apart_in_direction(indices)
+    )
+
+
+def meeting(lines: Lines, *indices: int) -> Requirement:
+    """Axes that must pass through one point."""
+    what = "pass through one point" if len(indices) > 2 else "intersect"  # noqa: PLR2004
+    return Requirement(f"axes {_names(lines, indices)} {what}", lines.apart_in_place(indices))
+
+
+def across(lines: Lines, i: int, j: int) -> Requirement:
+    """Axes that must be at right angles."""
+    a, b = lines.axes[i], lines.axes[j]
+    apart = abs(float(a.direction @ b.direction))
+    return Requirement(f"axes {a.name} and {b.name} are at right angles", apart)
+
+
+def _names(lines: Lines, indices: Iterable[int]) -> str:
+    *names, last = (lines.axes[k].name for k in indices)
+    return f"{', '.join(names)} and {last}"

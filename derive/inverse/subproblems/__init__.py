@@ -1,0 +1,1 @@
+"""The subproblems into which closed-form inverses fall, one file each."""

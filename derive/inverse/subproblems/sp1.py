@@ -1,0 +1,26 @@
+"""Subproblem 1: the angle of a rotation about a known axis that carries a vector to another.
+
+Statement: ``R(k, theta) p = v``.
+
+Derivation: with ``p' = p - k (k . p)`` the rotated vector is ``k (k . p) + cos p' + sin (k x p)``;
+its products with p' and with k x p, both of one length and perpendicular, are
+``p' . v = |p'|^2 cos`` and ``(k x p) . v = |p'|^2 sin``. So the angle is the direction of
+``(p' . v, (k x p) . v)``, whatever the length of v: where v has another part along k or another
+length than p, this is the least-squares answer.
+
+Degenerate: where p or v lies along k every angle will do; the angle is then 0.
+
+Source: Paden 1986; Murray, Li and Sastry 1994, 3.3; Elias and Wen 2022, subproblem 1.
+"""
+
+from ...scope import Scope
+from ...vectors import Vector, cross, dot
+from ..found import Direction, FoundTurn
+from ..turns import direction, perpendicular
+
+
+def sp1(scope: Scope, k: Vector, p: Vector, v: Vector) -> FoundTurn:
+    """The turn about the unit vector k that carries p to v (same length, same part along k)."""
+    x = dot(scope, perpendicular(scope, k, p), v)
+    y = dot(scope, cross(scope, k, p), v)
+    return FoundTurn(direction(scope, x, y), Direction(x, y))

@@ -1,0 +1,61 @@
+"""Subproblem 2: two rotations about intersecting axes that carry a vector to another.
+
+Statement: ``R(k1, theta1) R(k2, theta2) p = v``.
+
+Derivation: ``z = R(k1, theta1)^T v = R(k2, theta2) p`` has the part ``k2 . p`` along k2, so that
+subproblem 4 gives theta1, up to a sign; the second angle follows from the first by subproblem 1.
+Taken in this order the two belong together, and where the first is undetermined the second still
+fits it.
+
+Where p comes close to k2, the two solutions come close to each other, and what subproblem 4 makes of
+them, ``xi^2 = |v x k1|^2 s^2 - (k2 . p - c k1 . v)^2`` with ``c = k1 . k2`` and ``s^2 = 1 - c^2``, is
+the small difference of large numbers. As p and v are of one length it equals
+``|p x k2|^2 s^2 - (k1 . v - c k2 . p)^2``, whose terms are small themselves: the one whose terms are
+smaller is taken.
+
+Degenerate: where v lies along k1 every theta1 will do; it is then 0. Where p lies along k2 every
+theta2 will do.
+
+Source: Paden 1986; Elias and Wen 2022, subproblem 2.
+"""
+
+import sympy as sp
+
+from ...scope import Scope
+from ...vectors import Vector, cross, dot
+from ..found import FoundTurn
+from ..turns import perpendicular, rotated
+from .sp1 import sp1
+from .sp4 import on_line, sp4
+
+
+def sp2(
+    scope: Scope, k1: Vector, k2: Vector, p: Vector, v: Vector, sign: sp.Symbol
+) -> tuple[FoundTurn, FoundTurn]:
+    """The turns about the unit vectors k1 and k2 with ``R(k1) R(k2) p = v``."""
+    across = perpendicular(scope, k2, p)
+    r2 = dot(scope, across, across)
+    if scope.is_constant(r2):
+        first = sp4(scope, v, k1, k2, dot(scope, k2, p), sign)
+    else:
+        first = _first(scope, k1, k2, p, v, r2, sign)
+    return first, sp1(scope, k2, p, rotated(scope, k1, first.turn.back, v))
+
+
+def _first(
+    scope: Scope, k1: Vector, k2: Vector, p: Vector, v: Vector, r2: sp.Expr, sign: sp.Symbol
+) -> FoundTurn:
+    """Subproblem 4 with xi^2 from the smaller of two triangles."""
+    c = dot(scope, k1, k2)
+    s2 = scope.let(1 - c**2)
+    along_v, along_p = dot(scope, k1, v), dot(scope, k2, p)
+    a = dot(scope, v, perpendicular(scope, k1, k2))
+    b = dot(scope, v, cross(scope, k1, k2))
+    e = scope.let(along_p - scope.let(c * along_v))
+    rho2 = scope.let(a**2 + b**2)
+    r2_s2 = scope.let(r2 * s2)
+    by_p = scope.let(r2_s2 - scope.let(along_v - scope.let(c * along_p)) ** 2)
+    by_v = scope.let(rho2 - e**2)
+    xi2 = scope.let(sp.Piecewise((by_p, r2_s2 < rho2), (by_v, True), evaluate=False))
+    scale = scope.let(sp.Min(rho2, r2_s2, evaluate=False))
+    return on_line(scope, a, b, e, sign, scale, xi2)

@@ -1,0 +1,69 @@
+"""Subproblem 3: the angles at which a rotated vector and another have a sum of given length.
+
+Statement: ``|p0 + R(k, theta) p| = D``: how far an elbow is bent whose ends are D apart.
+
+Derivation: of both vectors only the parts perpendicular to k, of lengths P and Q, depend on the
+angle phi between them: with ``D'^2 = D^2 - (k . p0 + k . p)^2``,
+
+    2 P Q cos(phi) = D'^2 - P^2 - Q^2,
+    4 P^2 Q^2 sin^2(phi) = (D'^2 - (P - Q)^2) ((P + Q)^2 - D'^2)        (Heron),
+
+a line for subproblem 4. Heron's form keeps the digits where the elbow is folded and P = Q; from the
+cosine alone, an elbow folded to 1e-10 would come out at 1e-8.
+
+Boundary: stretched at D' = P + Q, folded at D' = |P - Q|; beyond them the nearest of these.
+
+Degenerate: where P or Q is 0 the distance does not depend on the angle, which is then 0.
+
+Source: Elias and Wen 2022, subproblem 3, whose cosine is the same.
+"""
+
+import sympy as sp
+
+from ...scope import Scope
+from ...vectors import Vector, cross, dot
+from ..found import FoundTurn
+from ..turns import perpendicular
+from .sp4 import on_line
+
+
+def sp3(
+    scope: Scope, k: Vector, p0: Vector, p: Vector, across2: sp.Expr, sign: sp.Symbol
+) -> FoundTurn:
+    """The turn about the unit vector k after which ``p0 + R p`` has a given length.
+
+    Args:
+        scope: Names of all terms.
+        k: The axis.
+        p0: The vector that stays.
+        p: The vector that turns.
+        across2: ``D'^2``, the square of the length of the sum's part perpendicular to k; see
+            :func:`squared_across`.
+        sign: Chooses among the two angles: the sign of sin(phi).
+    """
+    p0_across, p_across = perpendicular(scope, k, p0), perpendicular(scope, k, p)
+    P2, Q2 = dot(scope, p0_across, p0_across), dot(scope, p_across, p_across)
+    a = scope.let(2 * dot(scope, p0_across, p_across))
+    b = scope.let(2 * dot(scope, p0_across, cross(scope, k, p)))
+    e = scope.let(across2 - scope.let(P2 + Q2))
+    four_P2_Q2 = scope.let(4 * scope.let(P2 * Q2))
+    if scope.is_constant(P2) and scope.is_constant(Q2):
+        P, Q = sp.sqrt(P2), sp.sqrt(Q2)
+        least, most = scope.let((P - Q) ** 2), scope.let((P + Q) ** 2)
+        xi2 = scope.let(scope.let(across2 - least) * scope.let(most - across2))
+    else:
+        xi2 = scope.let(four_P2_Q2 - e**2)
+    return on_line(scope, a, b, e, sign, four_P2_Q2, xi2)
+
+
+def squared_across(scope: Scope, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:
+    """``D'^2`` of a sum whose length is that of a known vector, turned in an unknown way.
+
+    Args:
+        scope: Names of all terms.
+        k: The axis of the subproblem.
+        total: A vector as long as the sum.
+        parts: The sum's parts; along k they are what they are at any angle.
+    """
+    along = scope.let(sum((dot(scope, k, part) for part in parts), sp.Integer(0)))
+    return scope.let(dot(scope, total, total) - along**2)

@@ -1,0 +1,73 @@
+"""Subproblem 4: the angles at which a rotated vector has a given part along another.
+
+Statement: ``h . R(k, theta) p = d``.
+
+Derivation: the left side is ``a cos + b sin + (h . k)(k . p)`` with ``a = h . p'``,
+``p' = p - k (k . p)`` and ``b = h . (k x p)``. With ``e = d - (h . k)(k . p)`` the line
+``a x + b y = e`` meets the unit circle where
+
+    (x, y) (a^2 + b^2) = e (a, b) +- xi (-b, a),    xi^2 = a^2 + b^2 - e^2.
+
+Out of reach xi is 0 and (x, y) points along e (a, b), the nearest that the circle comes.
+
+Boundary: at xi = 0 both solutions meet. Rounding alone moves xi^2 by some 1e-16 (a^2 + b^2), so
+that below :data:`MEETING` of it the two are one: a solution that rounding has moved off its
+singular place by 1e-8 would leave nothing of the singularity to those who follow, and to meet the
+line to 4e-15 of its length costs nothing.
+
+Degenerate: where a = b = 0 every angle will do, if e = 0 too; the angle is then 0.
+
+Source: Elias and Wen 2022, subproblem 4.
+"""
+
+import sympy as sp
+
+from ...scope import Scope
+from ...vectors import Vector, cross, dot
+from ..found import FoundTurn, Linear
+from ..turns import direction, perpendicular
+
+MEETING = sp.Float("4e-15", 20)
+"""sin^2 of half the angle between two solutions that are one."""
+
+
+def sp4(scope: Scope, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symbol) -> FoundTurn:
+    """The turn about the unit vector k after which p has the part d along h (h . R p = d)."""
+    a = dot(scope, h, perpendicular(scope, k, p))
+    b = dot(scope, h, cross(scope, k, p))
+    e = scope.let(d - scope.let(dot(scope, h, k) * dot(scope, k, p)))
+    rho2 = scope.let(a**2 + b**2)
+    return on_line(scope, a, b, e, sign, rho2, scope.let(rho2 - e**2))
+
+
+def on_line(
+    scope: Scope,
+    a: sp.Expr,
+    b: sp.Expr,
+    e: sp.Expr,
+    sign: sp.Symbol,
+    rho2: sp.Expr,
+    xi2: sp.Expr,
+) -> FoundTurn:
+    """Where the line ``a cos + b sin = e`` meets the unit circle.
+
+    Args:
+        scope: Names of all terms.
+        a: Its coefficient of the cosine.
+        b: Its coefficient of the sine.
+        e: What they sum up to.
+        sign: Chooses among the two points: the sign of the turn from (a, b) to the point.
+        rho2: ``a^2 + b^2``, or what xi^2 is small beside.
+        xi2: ``a^2 + b^2 - e^2``, computed in the way that keeps most digits.
+    """
+    meeting = scope.let(MEETING * rho2)
+    xi = scope.let(
+        sp.Piecewise((sp.sqrt(xi2), xi2 > meeting), (sp.Integer(0), True), evaluate=False)
+    )
+    turned = scope.let(sign * xi)
+    x = scope.let(e * a - turned * b)
+    y = scope.let(e * b + turned * a)
+    floor = sp.Float("1e-300", 20)
+    scale = rho2 if scope.is_constant(rho2) else scope.let(rho2 + floor)
+    margin = scope.let(xi2 / scale)
+    return FoundTurn(direction(scope, x, y), Linear(a, b, e), sign, margin)

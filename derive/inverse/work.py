@@ -1,0 +1,80 @@
+"""What a family gathers while it solves: angles, signs, margins, and the steps for the reader."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+from ..scope import Scope
+from .found import FoundLength, FoundTurn
+from .lines import Axis
+from .turns import Turn
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of a closed-form inverse.
+
+    Attributes:
+        joints: Names of the joints whose sum the step finds.
+        method: The subproblem, "subproblem 4".
+        reason: Why the step holds, in words: which joints the equation is free of, and why.
+        found: The angle or length, with its equation.
+        degenerate: Where every value will do, and which one is taken.
+    """
+
+    joints: tuple[str, ...]
+    method: str
+    reason: str
+    found: FoundTurn | FoundLength
+    degenerate: str = ""
+
+
+@dataclass
+class Work:
+    """The state of one derivation.
+
+    Attributes:
+        scope: Names of all terms.
+        turns: Cosine and sine of each joint's angle, by the joint's index.
+        lengths: The value of each prismatic joint.
+        signs: The symbols that stand for 1 or -1, in the order of the slots.
+        steps: What was found, in order.
+    """
+
+    scope: Scope
+    turns: dict[int, Turn] = field(default_factory=dict)
+    lengths: dict[int, sp.Expr] = field(default_factory=dict)
+    signs: list[sp.Symbol] = field(default_factory=list)
+    steps: list[Step] = field(default_factory=list)
+
+    def sign(self) -> sp.Symbol:
+        """A new symbol for a choice between two solutions."""
+        self.signs.append(sp.Symbol(f"_sign{len(self.signs) + 1}", real=True))
+        return self.signs[-1]
+
+    def step(
+        self,
+        axes: Sequence[Axis],
+        method: str,
+        reason: str,
+        found: FoundTurn,
+        degenerate: str = "",
+    ) -> Turn:
+        """Notes a step; what one axis alone turns by is that joint's angle."""
+        self.steps.append(
+            Step(tuple(axis.name for axis in axes), method, reason, found, degenerate)
+        )
+        if len(axes) == 1:
+            self.turns[axes[0].joint] = found.turn
+        return found.turn
+
+    def slide(self, axis: Axis, method: str, reason: str, found: FoundLength) -> sp.Expr:
+        """Notes the step that finds the length of a slide."""
+        self.steps.append(Step((axis.name,), method, reason, found))
+        self.lengths[axis.joint] = found.length
+        return found.length
+
+    def margins(self) -> list[sp.Expr]:
+        """The margins of all steps that can fail."""
+        return [step.found.margin for step in self.steps if step.found.margin is not None]

@@ -1,0 +1,170 @@
+"""A function on lanes: its statements on vectors, by the names of ``chasles_lanes.h``."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from .function import SymbolicFunction
+from .statements import ELEMENTARY, NAME, Body, Compute, Store
+
+SUPPORT = "chasles_lanes.h"
+_SQUARE = re.compile(r"sq\((\w+)\)")
+_COMPARISON = re.compile(r"(\S+) (<=?|[!=]=) (\S+)")
+_COMPARISONS = {"<": "LT", "<=": "LE", "==": "EQ", "!=": "NE"}
+_CONNECTION = re.compile(r"(\S+) (&&|\|\|) (\S+)")
+_CONNECTIONS = {"&&": "AND", "||": "OR"}
+_SELECTION = re.compile(r"(\S+) \? (\S+) : (\S+)")
+_PAIR = 2
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Doubles of each input and of each output of a kernel."""
+
+    inputs: tuple[int, ...]
+    outputs: tuple[int, ...]
+
+
+def sizes(function: SymbolicFunction) -> Sizes:
+    """The sizes of a function's inputs and outputs."""
+    inputs = tuple(argument.size for argument in function.inputs)
+    return Sizes(inputs, tuple(result.size for result in function.outputs))
+
+
+def kernel(
+    head: str, body: Body, inputs: Sequence[str], of: Sizes, alike: Sequence[str] = ()
+) -> str:
+    """A C function ``(const lanes *in, lanes *out)``: all inputs in one array, all outputs in one.
+
+    Args:
+        head: What stands before its parameters.
+        body: Its statements.
+        inputs: Names of the inputs.
+        of: Sizes of inputs and outputs.
+        alike: Names of angles that are the same in lanes 2 k and 2 k + 1 of every vector; two such
+            angles are computed at once, one in the even lanes and one in the odd.
+    """
+    first_in, first_out = _offsets(of.inputs), _offsets(of.outputs)
+    lines = [] if body.loads else ["  (void)in;"]
+    for i, k in body.loads:
+        lines.append(f"  const lanes {inputs[i]}_{k} = in[{first_in[i] + k}];")
+    given = {**_cosines_and_sines(body), **_angles_at_once(body, alike)}
+    writer = _Writer(body)
+    for statement in body.statements:
+        match statement:
+            case Compute(name) if name in given:
+                lines += given[name]
+            case Compute():
+                lines += writer.computed(statement)
+            case Store(i, entry, value):
+                lines.append(f"  out[{first_out[i] + entry}] = {writer.vector(value)};")
+    return "\n".join([f"{head}(const lanes *in, lanes *out)", "{", *lines, "}\n"])
+
+
+class _Writer:
+    """Writes statements; knows which names are conditions, that is, masks."""
+
+    def __init__(self, body: Body) -> None:
+        self.conditions = {s.name for s in body.computed if s.is_condition}
+        self.numbers: set[str] = set()
+        for statement in body.statements:
+            if isinstance(statement, Store):
+                self.numbers.add(statement.value)
+            elif selection := _SELECTION.fullmatch(statement.expression):
+                self.numbers.update(selection.groups()[1:])
+            elif not statement.is_condition or _COMPARISON.fullmatch(statement.expression):
+                self.numbers.update(NAME.findall(statement.expression))
+
+    def computed(self, statement: Compute) -> list[str]:
+        name, expression = statement.name, statement.expression
+        if name in self.conditions:
+            lines = [f"  const lanes_where {name} = {self._condition(expression)};"]
+            if name in self.numbers:
+                lines.append(f"  const lanes {self.number(name)} = LANES_NUMBER({name});")
+            return lines
+        if call := ELEMENTARY.fullmatch(expression):
+            return self._called(name, *call.groups())
+        if selection := _SELECTION.fullmatch(expression):
+            condition, this, other = selection.groups()
+            terms = ", ".join((self._where(condition), self.number(this), self.number(other)))
+            value = f"LANES_CHOICE({terms})"
+        else:
+            value = NAME.sub(lambda match: self.number(match.group()), expression)
+            value = _SQUARE.sub(r"\1 * \1", value)
+        return [f"  const lanes {name} = {value};"]
+
+    def number(self, term: str) -> str:
+        """A term as a number: of a condition, 1 or 0."""
+        return f"{term}_number" if term in self.conditions else term
+
+    def vector(self, term: str) -> str:
+        """A term as lanes."""
+        return f"LANES_OF({term})" if _is_number(term) else self.number(term)
+
+    def _where(self, term: str) -> str:
+        return term if term in self.conditions else f"LANES_NE({term}, 0.0)"
+
+    def _condition(self, expression: str) -> str:
+        if expression.startswith("!"):
+            return f"LANES_NOT({self._where(expression[1:])})"
+        if connection := _CONNECTION.fullmatch(expression):
+            left, sign, right = connection.groups()
+            return f"LANES_{_CONNECTIONS[sign]}({self._where(left)}, {self._where(right)})"
+        comparison = _COMPARISON.fullmatch(expression)
+        assert comparison
+        left, sign, right = comparison.groups()
+        return f"LANES_{_COMPARISONS[sign]}({self.number(left)}, {self.number(right)})"
+
+    def _called(self, name: str, function: str, arguments: str) -> list[str]:
+        """A call, by address; numbers among its arguments get a name of their own."""
+        lines: list[str] = []
+        names: list[str] = []
+        for k, argument in enumerate(arguments.split(", ")):
+            names.append(f"{name}_{k}" if _is_number(argument) else self.number(argument))
+            if _is_number(argument):
+                lines.append(f"  const lanes {names[-1]} = LANES_OF({argument});")
+        addresses = ", ".join(f"&{argument}" for argument in (*names, name))
+        return [*lines, f"  lanes {name}; LANES_NAME(lanes_{function})({addresses});"]
+
+
+def _cosines_and_sines(body: Body) -> dict[str, list[str]]:
+    """Calls that give both of an angle: the call at the first's name, nothing at the other's."""
+    names: dict[str, dict[str, str]] = {}
+    for statement in body.computed:
+        call = ELEMENTARY.fullmatch(statement.expression)
+        if call and call.group(1) in ("cos", "sin"):
+            names.setdefault(call.group(2), {})[call.group(1)] = statement.name
+    calls: dict[str, list[str]] = {}
+    for angle, of in names.items():
+        if len(of) == _PAIR:
+            c, s = of["cos"], of["sin"]
+            first, second = of.values()
+            addresses = f"&{angle}, &{c}, &{s}"
+            calls[first] = [f"  lanes {c}, {s}; LANES_NAME(lanes_cos_sin)({addresses});"]
+            calls[second] = []
+    return calls
+
+
+def _angles_at_once(body: Body, alike: Sequence[str]) -> dict[str, list[str]]:
+    """Calls that give two angles: the call at the second's name, nothing at the first's."""
+    calls: dict[str, list[str]] = {}
+    for first, second in zip(alike[::2], alike[1::2], strict=False):
+        points = [
+            call.group(2)
+            for statement in body.computed
+            if statement.name in (first, second)
+            and (call := ELEMENTARY.fullmatch(statement.expression))
+        ]
+        (y1, x1), (y2, x2) = (point.split(", ") for point in points)
+        addresses = ", ".join(f"&{name}" for name in (y1, x1, y2, x2, first, second))
+        calls[first] = []
+        calls[second] = [f"  lanes {first}, {second}; LANES_NAME(lanes_two_atan2)({addresses});"]
+    return calls
+
+
+def _is_number(value: str) -> bool:
+    return value[0] in "-0123456789"
+
+
+def _offsets(of: Sequence[int]) -> list[int]:
+    return [sum(of[:k]) for k in range(len(of))]

@@ -1,0 +1,140 @@
+"""Stretches of a chain that loops keep from turning: their joints become one translation.
+
+Where the angles of a run of parallel axes sum to a constant, what comes after the run only
+translates, and the translation is a sum of turning vectors. The loops' equations take solved angles
+out of that sum, and what is left is often short: the arm of a pantograph moves its wrist along a
+straight line and a circle, whatever its links do.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+
+import sympy as sp
+
+from ..chain import Frame, Group, Slide, Station
+from ..scope import Scope
+from ..vectors import ONE, ZERO, added, rotated_z
+from .phasors import PhasorSum
+
+Gate = Callable[[Sequence[sp.Expr]], sp.Expr]
+X, Y = (ONE, ZERO, ZERO), (ZERO, ONE, ZERO)
+
+
+def _ungated(_: Sequence[sp.Expr]) -> sp.Expr:
+    return ZERO
+
+
+def collapsed(
+    scope: Scope,
+    groups: Sequence[Group],
+    relations: Sequence[PhasorSum],
+    count: int,
+    gate: Gate = _ungated,
+) -> tuple[tuple[Group, ...], tuple[sp.Expr, ...]]:
+    """A chain without the joints whose turns cancel.
+
+    Args:
+        scope: Names of all terms.
+        groups: The chain.
+        relations: Sums of turning vectors that are zero.
+        count: How many moving joints the chain has.
+        gate: What is added to a translation, 0 where the loops behind some angles close, else NaN:
+            the translation itself no longer rests on them.
+
+    Returns:
+        The chain for its tool alone (links between are left out where joints are), and the
+        translations (metre) that count as joints ``count``, ``count + 1`` and so on.
+    """
+    translations: list[sp.Expr] = []
+    found = []
+    for group in groups:
+        before, after = None, group
+        while after is not before:
+            before, after = after, _collapsed(scope, after, relations, count, translations, gate)
+        found.append(after)
+    return tuple(found), tuple(translations)
+
+
+def _collapsed(
+    scope: Scope,
+    group: Group,
+    relations: Sequence[PhasorSum],
+    count: int,
+    translations: list[sp.Expr],
+    gate: Gate,
+) -> Group:
+    """The group with one stretch less, or itself."""
+    stations = group.stations
+    for first in range(1, len(stations)):
+        for last in range(len(stations) - 1, first, -1):
+            turn = sp.expand(stations[last].angle - stations[first - 1].angle)
+            inner = stations[first:last]
+            if not scope.is_constant(turn) or any(s.pitch != 0 or s.slides for s in inner):
+                continue
+            moved = _sum(scope, inner).reduced(relations, partial(_solved_angles, scope))
+            if any(map(scope.is_solved, moved.terms)):
+                continue
+            closed = gate([station.angle for station in inner])
+            still = moved.turned(-stations[first - 1].angle).coordinates(scope)
+            x, y = (scope.let(component + closed) for component in still)
+            slides = []
+            for value, axis in ((x, X), (y, Y)):
+                if not scope.is_constant(value):
+                    slides.append(Slide(count + len(translations), axis))
+                    translations.append(value)
+            height = sum((station.reach[2] for station in inner), ZERO)
+            merged = _merged(scope, stations[first - 1], stations[last], turn, (x, y, height))
+            merged = replace(merged, slides=(*slides, *merged.slides))
+            return replace(group, stations=(*stations[: first - 1], merged, *stations[last + 1 :]))
+    return group
+
+
+def _sum(scope: Scope, stations: Sequence[Station]) -> PhasorSum:
+    """The reaches of stations, turned as they are."""
+    total = PhasorSum()
+    for station in stations:
+        angle, constant = _parted(station.angle)
+        x, y, _ = (scope.spelled(component) for component in station.reach)
+        c, s = (
+            scope.spelled(scope.let(sp.cos(constant))),
+            scope.spelled(scope.let(sp.sin(constant))),
+        )
+        total = total + PhasorSum.of((c * x - s * y, s * x + c * y), angle)
+    return total
+
+
+def _solved_angles(scope: Scope, total: PhasorSum) -> int:
+    return sum(map(scope.is_solved, total.terms))
+
+
+def _parted(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+    """The part of an angle that moves, and its constant part."""
+    constant, moving = sp.expand(angle).as_independent(*angle.free_symbols, as_Add=True)
+    return moving, constant
+
+
+def _merged(
+    scope: Scope, before: Station, after: Station, turn: sp.Expr, moved: tuple[sp.Expr, ...]
+) -> Station:
+    """What stands after a stretch, in the axes of what stands before it."""
+    c, s = scope.cos_sin(turn)
+    translation = scope.let(moved[0]), scope.let(moved[1]), scope.let(moved[2])
+    reach = added(scope, before.reach, translation)
+    frames = tuple(
+        Frame(
+            frame.name,
+            tuple(rotated_z(scope, axis, c, s) for axis in frame.orientation),  # type: ignore[arg-type]
+            added(scope, reach, rotated_z(scope, frame.origin, c, s)),
+        )
+        for frame in after.frames
+    )
+    slides = tuple(
+        replace(slide, direction=rotated_z(scope, slide.direction, c, s)) for slide in after.slides
+    )
+    return replace(
+        before,
+        reach=added(scope, reach, rotated_z(scope, after.reach, c, s)),
+        slides=(*before.slides, *slides),
+        frames=(*before.frames, *frames),
+    )

@@ -1,0 +1,461 @@
+"""Loop closures on the group SE(3), and the independent scalar equations that they amount to.
+
+A loop starts at the body where its two branches meet, goes out along the one to the closure,
+through it, and back along the other:
+
+    exp(xi_1 z_1) ... exp(xi_k z_k) M exp(xi_(k+1) z_(k+1)) ... exp(xi_n z_n) = 1
+
+with every screw at zero configuration in the meeting body's frame and M what the two branches,
+drawn at zero, leave open. The scalar equations hold exactly where that product is 1: in a plane,
+points are sums of turning vectors; in space, the poses of both branches are compared.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import Literal, NamedTuple
+
+import sympy as sp
+
+from ..errors import RobotError
+from ..exact import EVALUATION_DIGITS
+from ..forward import Pose
+from ..lie import adjoint, inverse_se3, pose, screw_axis
+from ..mechanism import Closure, Mechanism, Place, Strut
+from ..motion import Tangent
+from ..poe import placement_matrix
+from ..robot import Joint
+from ..scope import Scope
+from ..vectors import Vector, subtracted
+from .phasors import ONE, ZERO, Complex, PhasorSum, PlanarPose, conjugate, product
+from .places import pose_along
+from .planes import SMALL, Axes, Edge, Linkage, Loop, Slide, Turn, Weld, linkages, loops, tidied
+
+EquationKind = Literal["planar", "spatial", "point", "distance"]
+Side = Literal["a", "closer", "b"]
+
+
+class Variable(NamedTuple):
+    """One entry of the full configuration z: its name, and its unit, m or rad."""
+
+    name: str
+    unit: str
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One exponential of a loop.
+
+    Attributes:
+        name: Of the joint, swing or cylinder, an entry of z; or of a freedom of the closer that is
+            none (``<closer>``, ``<strut>.end``; ``.x``, ``.y``, ``.z`` behind it for a ball).
+        screw: Twist (v, omega), (6, 1), at zero configuration in the meeting body's frame, of unit
+            speed: metre a radian and 1, or 1 and 0 for a slider.
+        side: The branch it is on. Those of branch b are passed backwards, screw and all.
+    """
+
+    name: str
+    screw: sp.ImmutableMatrix
+    side: Side
+
+
+@dataclass(frozen=True)
+class LoopEquations:
+    """What one closure or strut demands of the full configuration.
+
+    Attributes:
+        loop: The closer and the two branches.
+        kind: ``planar`` where the loop moves in a plane, ``spatial`` where it does not; ``point``
+            for a spatial closure that only holds two points together, ``distance`` for a strut on
+            balls.
+        factors: The exponentials from the meeting body around the loop and back to it; their
+            product with ``home`` after those of side ``closer`` is 1 where the loop is closed.
+        home: M, (4, 4): what is open between the branches at zero configuration.
+        residual: Named scope expressions that are zero where the loop is closed and independent
+            there: differences of points (a less b) or of lengths, and entries of the one place's
+            axes in the other's.
+        units: Unit of each, m or 1.
+        facing: Named scope expressions that are 1 where the loop is closed and not above 0 where
+            the residual is zero for frames that are turned over.
+    """
+
+    loop: Loop
+    kind: EquationKind
+    factors: tuple[Factor, ...]
+    home: sp.ImmutableMatrix
+    residual: tuple[sp.Expr, ...]
+    units: tuple[str, ...]
+    facing: tuple[sp.Expr, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Name of the closure or strut."""
+        return self.loop.closer.name
+
+
+def configuration_names(mechanism: Mechanism) -> tuple[Variable, ...]:
+    """The entries of z, the full configuration.
+
+    All moving joints of the tree in the order of the description; then for every strut, in order,
+    its coordinate if it is a cylinder and its swing if pins hold its ends.
+    """
+    found = [Variable(j.name, j.unit) for j in mechanism.joints if j.kind != "fixed"]
+    for strut in mechanism.struts:
+        if strut.is_cylinder:
+            found.append(Variable(strut.name, "m"))
+        if strut.ends == "pin":
+            found.append(Variable(strut.swing_name, "rad"))
+    return tuple(found)
+
+
+def constraints(
+    mechanism: Mechanism, scope: Scope, z: Sequence[sp.Symbol]
+) -> tuple[LoopEquations, ...]:
+    """The equations of every loop, in the order of the closers.
+
+    | loop    | closer          | equations                                              |
+    |---------|-----------------|--------------------------------------------------------|
+    | planar  | pin, ball       | 2: the points' difference in the meeting body's plane  |
+    | planar  | slider          | 2: the offset from the guide, the sine of the turn     |
+    | planar  | weld            | 3: the points' difference, the sine of the turn        |
+    | planar  | strut on pins   | 2: beginning and length along the swing, less the end  |
+    | any     | strut on balls  | 1: the ends' distance less the length                  |
+    | spatial | ball            | 3: the points' difference in the meeting body's frame  |
+    | spatial | weld            | 6: that, and b's z, x, y axes along a's y, z, x        |
+    | spatial | pin             | 5: that, and b's z axis along a's x and y              |
+    | spatial | slider          | 5: the offset along a's x and y, and b's axes as above |
+
+    Equations that are zero in every configuration are left out.
+
+    Args:
+        mechanism: The description.
+        scope: Receives the named terms.
+        z: The full configuration, as :func:`configuration_names` orders it (radian or metre).
+
+    Raises:
+        RobotError: Pins hold the ends of a strut in a loop that is not planar, or a loop has an
+            equation that is never zero.
+    """
+    return _Constraints(mechanism, scope, z).all()
+
+
+def jacobian(
+    equations: Sequence[LoopEquations], scope: Scope, z: Sequence[sp.Symbol]
+) -> tuple[tuple[sp.Expr, ...], ...]:
+    """Derivative of all residuals by z, named, by rows: (equations, len(z)).
+
+    A row is in the unit of its equation per radian or metre. Its rank is less than the number of
+    equations where the mechanism is overconstrained or at a singularity.
+    """
+    entries = [entry for loop in equations for entry in loop.residual]
+    columns = [Tangent(scope, {symbol: ONE}).of_each(entries) for symbol in z]
+    return tuple(zip(*columns, strict=True)) if entries else ()
+
+
+def jacobian_dot(
+    equations: Sequence[LoopEquations],
+    scope: Scope,
+    z: Sequence[sp.Symbol],
+    zd: Sequence[sp.Symbol],
+) -> tuple[tuple[sp.Expr, ...], ...]:
+    """Time derivative of :func:`jacobian` at the rates zd, named, by rows.
+
+    With it the accelerations of a closed mechanism obey ``J zdd + J_dot zd = 0``.
+    """
+    tangent = Tangent(scope, dict(zip(z, zd, strict=True)))
+    return tuple(tuple(tangent.of_each(row)) for row in jacobian(equations, scope, z))
+
+
+class _Residual(NamedTuple):
+    """Equations with their units, and what is above zero where they are closed."""
+
+    kind: EquationKind
+    entries: tuple[sp.Expr, ...]
+    units: tuple[str, ...]
+    facing: tuple[sp.Expr, ...] = ()
+
+
+class _Constraints:
+    """The loops of one mechanism over one scope."""
+
+    def __init__(self, mechanism: Mechanism, scope: Scope, z: Sequence[sp.Symbol]) -> None:
+        self.mechanism, self.scope, self.z = mechanism, scope, tuple(z)
+        names = [variable.name for variable in configuration_names(mechanism)]
+        self.values: dict[str, sp.Expr] = dict(zip(names, z, strict=True))
+        planar, _ = linkages(mechanism, scope)
+        self.linkage_of = {name: linkage for linkage in planar for name in linkage.closers}
+        self.generic = [_Point(scope, z, phase) for phase in (1, 2)]
+
+    def all(self) -> tuple[LoopEquations, ...]:
+        return tuple(self.of(loop) for loop in loops(self.mechanism))
+
+    def of(self, loop: Loop) -> LoopEquations:
+        linkage = self.linkage_of.get(loop.closer.name)
+        if linkage is not None:
+            residual = _Planar(self.scope, linkage, loop, self.values).residual()
+        else:
+            residual = _Spatial(self.mechanism, self.scope, loop, self.values).residual()
+        kept = [k for k, e in enumerate(residual.entries) if not self._vanishes(loop, e)]
+        factors, home = _around(self.scope, loop, linkage)
+        return LoopEquations(
+            loop,
+            residual.kind,
+            factors,
+            home,
+            tuple(residual.entries[k] for k in kept),
+            tuple(residual.units[k] for k in kept),
+            tuple(entry for entry in residual.facing if entry != ONE),
+        )
+
+    def _vanishes(self, loop: Loop, entry: sp.Expr) -> bool:
+        """Whether an equation holds in every configuration, judged at two generic ones."""
+        if self.scope.is_constant(entry):
+            first = second = self.scope.value(entry)
+        else:
+            first, second = (point.value(entry) for point in self.generic)
+        if abs(first) < SMALL and abs(second) < SMALL:
+            return True
+        if abs(first - second) < SMALL:
+            raise RobotError(
+                f"robot {self.mechanism.name!r}: the loop of {loop.closer.name!r} closes in no "
+                f"configuration, {first.evalf(6)} is left"
+            )
+        return False
+
+
+class _Point:
+    """A generic configuration with generic parameters, at which terms have 40-digit values."""
+
+    def __init__(self, scope: Scope, z: Sequence[sp.Symbol], phase: int) -> None:
+        self.scope = scope
+        self.values: dict[sp.Symbol, sp.Expr] = {}
+        for k, symbol in enumerate((*scope.parameters, *z)):
+            # Fractional parts of multiples of the golden section never repeat.
+            part = (phase * len(z) + k + 1) * (sp.sqrt(5) - 1) / 2
+            default = scope.parameters.get(symbol, ZERO)
+            self.values[symbol] = (default + part - sp.floor(part)).evalf(EVALUATION_DIGITS)
+
+    def value(self, expression: sp.Expr) -> sp.Expr:
+        for symbol, definition in self.scope.constants.items():
+            self._add(symbol, definition)
+        for symbol in self.scope.needed([expression]):
+            self._add(symbol, self.scope.terms[symbol])
+        return self._evaluated(expression)
+
+    def _add(self, symbol: sp.Symbol, definition: sp.Expr) -> None:
+        if symbol not in self.values:
+            self.values[symbol] = self._evaluated(definition)
+
+    def _evaluated(self, expression: sp.Expr) -> sp.Expr:
+        return expression.xreplace(self.values).evalf(EVALUATION_DIGITS)
+
+
+# --- loops in a plane ---
+
+
+class _Planar:
+    """The equations of a planar loop from sums of turning vectors."""
+
+    def __init__(
+        self, scope: Scope, linkage: Linkage, loop: Loop, values: Mapping[str, sp.Expr]
+    ) -> None:
+        self.scope, self.loop, self.linkage, self.values = scope, loop, linkage, values
+        self.edges = {edge.name: edge for edge in linkage.edges}
+        self.a, self.b = self._end(loop.to_a), self._end(loop.to_b)
+
+    def residual(self) -> _Residual:
+        closer = self.loop.closer
+        if isinstance(closer, Strut):
+            return self._strut(closer)
+        edge = self.edges[closer.name]
+        if isinstance(edge, Turn):
+            return self._met(self.a.point(edge.at_a) - self.b.point(edge.at_b))
+        c, s = self._turn(edge)
+        if isinstance(edge, Weld):
+            met = self._met(self.a.point(edge.at_a) - self.b.origin)
+            return met._replace(entries=(*met.entries, s), units=(*met.units, "1"), facing=(c,))
+        return _Residual("planar", (self._offset(edge), s), ("m", "1"), (c,))
+
+    def _end(self, way: Iterable[Joint]) -> PlanarPose:
+        body = PlanarPose()
+        for joint in way:
+            body = self._after(body, self.edges[joint.name])
+        return body
+
+    def _after(self, body: PlanarPose, edge: Edge) -> PlanarPose:
+        rotor = product(body.rotor, edge.rotor)
+        re, im = tidied(self.scope, sp.Matrix(rotor))
+        if isinstance(edge, Weld):
+            return PlanarPose(body.angle, (re, im), body.point(edge.at_a))
+        value = self.values[edge.name]
+        if isinstance(edge, Slide):
+            moved = replace(body, rotor=(re, im), origin=body.point(edge.at_a))
+            along = body.vector((value * edge.direction[0], value * edge.direction[1]))
+            return replace(moved, origin=moved.origin + along - moved.vector(edge.at_b))
+        turned = PlanarPose(body.angle + edge.sense * value, (re, im), body.point(edge.at_a))
+        return replace(turned, origin=turned.origin - turned.vector(edge.at_b))
+
+    def _met(self, difference: PhasorSum) -> _Residual:
+        return _Residual("planar", difference.coordinates(self.scope), ("m", "m"))
+
+    def _strut(self, strut: Strut) -> _Residual:
+        swing, end = self.edges[strut.swing_name], self.edges[f"{strut.name}.end"]
+        assert isinstance(swing, Turn)
+        assert isinstance(end, Turn)
+        begin, far = self.a.point(swing.at_a), self.b.point(end.at_b)
+        length = strut.length + (self.values[strut.name] if strut.is_cylinder else ZERO)
+        if strut.ends == "ball":
+            x, y = (begin - far).coordinates(self.scope)
+            return _distance(self.scope, (x, y), length)
+        angle = self.a.angle + swing.sense * self.values[strut.swing_name]
+        barrel = PlanarPose(angle, self.a.rotor, begin)
+        return self._met(barrel.point((length, ZERO)) - far)
+
+    def _turn(self, edge: Slide | Weld) -> Complex:
+        """Cosine and sine of the turn of b's axes from where the closure wants them."""
+        wanted = product(self.a.rotor, edge.rotor)
+        rotor = product(self.b.rotor, conjugate(wanted))
+        re, im = tidied(self.scope, sp.Matrix(rotor))
+        return PhasorSum.of((re, im), self.b.angle - self.a.angle).coordinates(self.scope)
+
+    def _offset(self, edge: Slide) -> sp.Expr:
+        """How far b's point is to the right of the guide."""
+        guide = product(edge.direction, self.a.rotor)
+        difference = self.a.point(edge.at_a) - self.b.point(edge.at_b)
+        _, across = difference.turned(-self.a.angle).times(conjugate(guide)).coordinates(self.scope)
+        return across
+
+
+def _distance(scope: Scope, difference: Sequence[sp.Expr], length: sp.Expr) -> _Residual:
+    square = scope.let(sum((scope.let(x**2) for x in difference), ZERO))
+    return _Residual("distance", (scope.let(scope.let(sp.sqrt(square)) - length),), ("m",))
+
+
+# --- loops in space ---
+
+
+class _Spatial:
+    """The equations of any other loop from the poses of its two places."""
+
+    def __init__(
+        self, mechanism: Mechanism, scope: Scope, loop: Loop, values: Mapping[str, sp.Expr]
+    ) -> None:
+        self.mechanism, self.scope, self.loop, self.values = mechanism, scope, loop, values
+
+    def residual(self) -> _Residual:
+        closer = self.loop.closer
+        if isinstance(closer, Strut) and closer.ends == "pin":
+            raise RobotError(
+                f"robot {self.mechanism.name!r}: pins hold the ends of {closer.name!r}, but its "
+                "loop is not planar; expected ball ends, or a joint and a closure in its place"
+            )
+        (A, p_a), (B, p_b) = (
+            self._pose(self.loop.to_a, closer.a),
+            self._pose(self.loop.to_b, closer.b),
+        )
+        difference = subtracted(self.scope, p_a, p_b)
+        if isinstance(closer, Strut):
+            length = closer.length + (self.values[closer.name] if closer.is_cylinder else ZERO)
+            return _distance(self.scope, difference, length)
+        along = partial(_dot, self.scope)
+        (x_a, y_a, z_a), (x_b, y_b, z_b) = A, B
+        met = ("m", "m", "m")
+        if closer.kind == "ball":
+            return _Residual("point", difference, met)
+        if closer.kind == "pin":
+            turn = (along(x_a, z_b), along(y_a, z_b))
+            return _Residual("spatial", (*difference, *turn), (*met, "1", "1"), (along(z_a, z_b),))
+        turns = (along(y_a, z_b), along(z_a, x_b), along(x_a, y_b))
+        facing = (along(x_a, x_b), along(y_a, y_b))
+        if closer.kind == "slider":
+            offset = (along(x_a, difference), along(y_a, difference))
+            return _Residual("spatial", (*offset, *turns), ("m", "m", "1", "1", "1"), facing)
+        return _Residual("spatial", (*difference, *turns), (*met, "1", "1", "1"), facing)
+
+    def _pose(self, way: Sequence[Joint], place: Place) -> Pose:
+        """The place in the meeting body's frame."""
+        return pose_along(self.mechanism, self.scope, way, place.placement, self.values)
+
+
+def _dot(scope: Scope, a: Vector, b: Vector) -> sp.Expr:
+    return scope.let(sum((u * v for u, v in zip(a, b, strict=True)), ZERO))
+
+
+# --- loops as products of exponentials ---
+
+
+def _around(
+    scope: Scope, loop: Loop, linkage: Linkage | None
+) -> tuple[tuple[Factor, ...], sp.ImmutableMatrix]:
+    """All exponentials of a loop in order, and what its branches leave open at zero."""
+    out, T_a = _branch(scope, loop.to_a, "a")
+    back, T_b = _branch(scope, loop.to_b, "b")
+    closer = loop.closer
+    if isinstance(closer, Strut) and closer.ends == "pin" and linkage is not None:
+        T_a = T_a * _in_plane(closer.a, linkage.axes[closer.a.body])
+        T_b = T_b * _in_plane(closer.b, linkage.axes[closer.b.body])
+    else:
+        T_a = T_a * placement_matrix(closer.a.placement)
+        T_b = T_b * placement_matrix(closer.b.placement)
+        if linkage is not None and scope.value((T_a[:3, 2]).dot(T_b[:3, 2])) < 0:
+            # In a plane, places whose z axes are opposed are a pin's as well.
+            T_b = T_b * sp.diag(1, -1, -1, 1)
+    between, M = _through(closer)
+    middle = [
+        Factor(name, _screw(scope, adjoint(T_a) * screw), "closer") for name, screw in between
+    ]
+    home = tidied(scope, T_a * M * inverse_se3(T_b))
+    return (*out, *middle, *back[::-1]), sp.ImmutableMatrix(home)
+
+
+def _branch(scope: Scope, way: Sequence[Joint], side: Side) -> tuple[list[Factor], sp.Matrix]:
+    """The screws of a branch, and its last body's pose in the meeting body's frame at zero."""
+    factors: list[Factor] = []
+    T = sp.eye(4)
+    for joint in way:
+        T = tidied(scope, T * placement_matrix(joint.before))
+        if joint.kind != "fixed":
+            pitch = sp.oo if joint.kind == "prismatic" else joint.pitch
+            axis = adjoint(T) * _unit(2, pitch) * joint.direction
+            factors.append(Factor(joint.name, _screw(scope, axis), side))
+        T = tidied(scope, T * placement_matrix(joint.after))
+    return factors, T
+
+
+def _through(closer: Closure | Strut) -> tuple[list[tuple[str, sp.Matrix]], sp.Matrix]:
+    """The freedoms of a closer in the axes of its beginning, and its own length."""
+    name, turn, slide = closer.name, _unit(2), _unit(2, sp.oo)
+    if isinstance(closer, Closure):
+        freedoms = {
+            "pin": [(name, turn)],
+            "slider": [(name, slide)],
+            "ball": _ball(name, sp.eye(4)),
+            "weld": [],
+        }
+        return freedoms[closer.kind], sp.eye(4)
+    # Pins turn about z and the member lies along x; one on balls can lie along any axis.
+    M = pose(sp.eye(3), sp.Matrix([closer.length, 0, 0]))
+    slides = [(name, _unit(0, sp.oo))] if closer.is_cylinder else []
+    if closer.ends == "ball":
+        begin, end = _ball(f"{name}.begin", sp.eye(4)), _ball(f"{name}.end", M)
+        return [*begin, *slides, *end], M
+    end = [(f"{name}.end", adjoint(M) * turn)]
+    return [(closer.swing_name, turn), *slides, *end], M
+
+
+def _ball(name: str, T: sp.Matrix) -> list[tuple[str, sp.Matrix]]:
+    return [(f"{name}.{axis}", adjoint(T) * _unit(k)) for k, axis in enumerate("xyz")]
+
+
+def _unit(k: int, pitch: sp.Expr = ZERO) -> sp.Matrix:
+    """The screw of the k-th axis of a frame."""
+    return screw_axis(sp.eye(3)[:, k], sp.zeros(3, 1), pitch)
+
+
+def _in_plane(place: Place, axes: Axes) -> sp.Matrix:
+    """A place's point with the axes that its body has in the plane, in the body's frame."""
+    return pose(sp.Matrix.hstack(*axes), placement_matrix(place.placement)[:3, 3])
+
+
+def _screw(scope: Scope, screw: sp.Matrix) -> sp.ImmutableMatrix:
+    return sp.ImmutableMatrix(tidied(scope, screw))

@@ -1,0 +1,63 @@
+"""The functions that hold a robot's loops to account: constraints of the full configuration."""
+
+from collections.abc import Mapping
+
+from ..function import Result, SymbolicFunction
+from .constraints import jacobian, jacobian_dot
+from .hybrid import Hybrid
+from .maps import Maker
+
+
+def constraint(h: Hybrid) -> SymbolicFunction:
+    """The residuals of all loops."""
+    entries = [entry for loop in h.equations for entry in loop.residual]
+    names = ", ".join(f"{loop.name} ({len(loop.residual)})" for loop in h.equations)
+    return h.function(
+        "constraint",
+        "What the full configuration leaves open in the loops, zero where they are closed.",
+        f"independent scalar equations of each loop: {names}",
+        ("z",),
+        Result("residual", tuple(entries), (len(entries),), "m or 1", "residuals"),
+    )
+
+
+def constraint_D_z(h: Hybrid) -> SymbolicFunction:
+    """Their derivatives."""
+    rows = jacobian(h.equations, h.scope, h.arguments["z"].symbols)
+    return h.function(
+        "constraint_D_z",
+        "Derivative of the loops' equations by the full configuration.",
+        "constraint_D_z(z) zd = 0 for every motion that keeps the loops closed",
+        ("z",),
+        _matrix("residual_D_z", rows, "1, m, 1/m", "constraint Jacobian"),
+    )
+
+
+def constraint_D_z_dot(h: Hybrid) -> SymbolicFunction:
+    """The time derivative of those."""
+    z, zd = (h.arguments[name].symbols for name in ("z", "zd"))
+    rows = jacobian_dot(h.equations, h.scope, z, zd)
+    return h.function(
+        "constraint_D_z_dot",
+        "Time derivative of the constraint Jacobian.",
+        "constraint_D_z(z) zdd + constraint_D_z_dot(z, zd) zd = 0",
+        ("z", "zd"),
+        _matrix("residual_D_z_dot", rows, "1/s, m/s, 1/(m s)", "rate of the constraint Jacobian"),
+    )
+
+
+def makers(h: Hybrid) -> dict[str, Maker]:
+    """The functions of the loops' equations, in the order in which they are written."""
+    return dict(_EQUATIONS) if h.mechanism.closers else {}
+
+
+def _matrix(name: str, rows: tuple[tuple[object, ...], ...], unit: str, meaning: str) -> Result:
+    entries = tuple(entry for row in rows for entry in row)
+    return Result(name, entries, (len(rows), len(rows[0])), unit, meaning)
+
+
+_EQUATIONS: Mapping[str, Maker] = {
+    "constraint": constraint,
+    "constraint_D_z": constraint_D_z,
+    "constraint_D_z_dot": constraint_D_z_dot,
+}

@@ -1,0 +1,177 @@
+"""A robot with loops in derivation: its coordinates, its solved loops and its tool's kinematics."""
+
+from collections.abc import Iterable, Sequence
+from functools import cached_property
+
+import sympy as sp
+
+from ..chain import Group, groups
+from ..coordinates import ThroughLoops
+from ..forward import Forward
+from ..function import Argument, Result, SymbolicFunction
+from ..kinematics import Kinematics, arguments_of, common_unit, coordinates
+from ..mechanism import Mechanism, Strut
+from ..scope import Scope
+from .collapse import collapsed
+from .constraints import LoopEquations, Variable, configuration_names, constraints
+from .mobility import Mobility, closed_configuration, mobility
+from .solution import Loops, Solution, from_actuators, from_chain, joint_angle, sorted_loops
+
+
+class Hybrid:
+    """What the functions of one mechanism share, made when it is asked for."""
+
+    def __init__(self, mechanism: Mechanism) -> None:
+        """Sorts the loops and names the coordinates."""
+        self.mechanism = mechanism
+        self.robot = mechanism.main_chain
+        self.scope = Scope({p.symbol: p.value for p in mechanism.parameters})
+        self.loops: Loops = sorted_loops(mechanism, self.scope)
+        moving = self.robot.moving
+        self.arguments = arguments_of([c.unit for c in mechanism.coordinates], "actuator")
+        unit = common_unit(joint.unit for joint in moving)
+        for name, of_time, meaning in (
+            ("theta", "", "joints of the main chain"),
+            ("thetad", "/s", "joint rates of the main chain"),
+            ("thetadd", "/s^2", "joint accelerations of the main chain"),
+        ):
+            # A parameter may be called theta4, but no parameter begins with an underscore.
+            symbols = coordinates(f"_{name}", len(moving))
+            self.arguments[name] = Argument(
+                name, symbols, (len(moving),), f"{unit}{of_time}", meaning
+            )
+        for name, of_time in (("z", ""), ("zd", "/s")):
+            symbols = coordinates(f"_{name}", len(self.variables))
+            meaning = f"{'rates of the ' if of_time else ''}full configuration"
+            self.arguments[name] = Argument(
+                name, symbols, (len(symbols),), f"(rad or m){of_time}", meaning
+            )
+        self.q, self.theta = self.arguments["q"].symbols, self.arguments["theta"].symbols
+
+    # --- the solutions ---
+
+    @cached_property
+    def forward(self) -> Solution:
+        """All joints from the actuators."""
+        return from_actuators(self.loops, self.scope, self.q)
+
+    @cached_property
+    def backward(self) -> Solution:
+        """All joints from the main chain."""
+        return from_chain(self.loops, self.scope, self.theta, closed=self.closed)
+
+    @cached_property
+    def closed(self) -> dict[str, float]:
+        """Joint values at the reference configuration, as far as there is a closed form."""
+        of = self.forward.reference.of
+        if self.forward.open:
+            return {}
+        return {name: of(value) for name, value in self.forward.values.items()}
+
+    @cached_property
+    def variables(self) -> tuple[Variable, ...]:
+        """The entries of the full configuration z."""
+        return configuration_names(self.mechanism)
+
+    @cached_property
+    def at_reference(self) -> dict[str, float]:
+        """The value of every entry of z at the reference configuration, its loops closed."""
+        if self.forward.open:
+            return dict(closed_configuration(self.mechanism))
+        values = self.named(self.forward, [variable.name for variable in self.variables])
+        of = self.forward.reference.of
+        return {v.name: of(value) for v, value in zip(self.variables, values, strict=True)}
+
+    @cached_property
+    def equations(self) -> tuple[LoopEquations, ...]:
+        """The independent scalar equations of all loops, in z."""
+        return constraints(self.mechanism, self.scope, self.arguments["z"].symbols)
+
+    @cached_property
+    def mobility(self) -> Mobility:
+        """Its freedoms, counted and true."""
+        return mobility(self.mechanism)
+
+    # --- the chain in actuated coordinates ---
+
+    @cached_property
+    def groups(self) -> tuple[Group, ...]:
+        """The main chain with joint values from the actuators."""
+        return groups(self.robot, self.scope, self._joint_values)
+
+    @cached_property
+    def _joint_values(self) -> list[sp.Expr]:
+        values = self.forward.values
+        return [joint.direction * values[joint.name] for joint in self.robot.moving]
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """The functions of the tool."""
+        values = self._joint_values
+        shorter, translations = collapsed(
+            self.scope, self.groups, self.forward.relations, len(values), self._gate
+        )
+        everything = [*values, *translations]
+        kept = [everything[k] for group in shorter for s in group.stations for k in s.joints]
+        motion = ThroughLoops(self.scope, kept, self.forward.loops, self.q)
+        links = Forward(self.scope, self.groups)
+        return Kinematics(self.robot, self.scope, shorter, motion, self.arguments, links)
+
+    def _gate(self, angles: Sequence[sp.Expr]) -> sp.Expr:
+        """0 where the loops behind some angles close, else NaN; its rate is itself."""
+        behind = {*self.scope.needed(angles), *(s for angle in angles for s in angle.free_symbols)}
+        margins = [
+            step.margin
+            for step in self.forward.steps
+            if step.margin is not None and behind.intersection(step.solved)
+        ]
+        if not margins:
+            return sp.Integer(0)
+        # A constant on both sides, so that automatic differentiation finds nothing to divide by.
+        is_closed = sp.And(*(sp.Ge(margin, 0) for margin in margins))
+        square = self.scope.let(sp.Piecewise((0, is_closed), (-1, True)))
+        gate = self.scope.let(sp.sqrt(square))
+        self.forward.loops[gate] = lambda _: gate
+        return gate
+
+    def named(self, solution: Solution, names: Iterable[str]) -> tuple[sp.Expr, ...]:
+        """Joint values, angles between -pi and pi."""
+        joints = {joint.name: joint for joint in self.mechanism.joints}
+        found = []
+        for name in names:
+            value, joint = solution.values[name], joints.get(name)
+            lengths = isinstance(self.mechanism.members.get(name), Strut)
+            if not lengths and (joint is None or joint.kind != "prismatic"):
+                value = joint_angle(self.scope, solution, value, joint)
+            found.append(self.scope.let(value))
+        return tuple(found)
+
+    @cached_property
+    def chain(self) -> tuple[sp.Expr, ...]:
+        """The main chain's joints from the actuators."""
+        return self.named(self.forward, [joint.name for joint in self.robot.moving])
+
+    @cached_property
+    def passive(self) -> tuple[sp.Expr, ...]:
+        """The passive joints from the actuators."""
+        return self.named(self.forward, self.mechanism.passive)
+
+    @cached_property
+    def actuators(self) -> tuple[sp.Expr, ...]:
+        """The actuators from the main chain."""
+        return self.actuators_in(self.backward)
+
+    def actuators_in(self, solution: Solution) -> tuple[sp.Expr, ...]:
+        """The actuated coordinates of a solution."""
+        coordinates = self.mechanism.coordinates
+        values = self.named(solution, [c.moves for c in coordinates])
+        return tuple(
+            self.scope.let(value / c.ratio) for value, c in zip(values, coordinates, strict=True)
+        )
+
+    def function(
+        self, name: str, summary: str, identity: str, inputs: tuple[str, ...], *outputs: Result
+    ) -> SymbolicFunction:
+        """A function of some of the arguments."""
+        arguments = tuple(self.arguments[argument] for argument in inputs)
+        return SymbolicFunction(name, summary, identity, arguments, outputs, self.scope)

@@ -1,0 +1,293 @@
+"""The maps between actuators, main chain and passive joints of a robot with loops."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from itertools import islice, product
+
+import sympy as sp
+
+from ..function import Result, SymbolicFunction, matrix_entries
+from ..motion import Tangent
+from .hybrid import Hybrid
+from .solution import Solution, from_actuators, from_chain
+
+MOST_BRANCHES = 16
+ONE = sp.Integer(1)
+Maker = Callable[[Hybrid], SymbolicFunction]
+
+
+def chain(h: Hybrid) -> SymbolicFunction:
+    """The main chain's joints from the actuators."""
+    names = ", ".join(joint.name for joint in h.robot.moving)
+    return h.function(
+        "chain",
+        "Joints of the main chain, angles between -pi and pi.",
+        f"theta = ({names}), with every loop closed",
+        ("q",),
+        _vector("theta", h.chain, h.arguments["theta"].unit, "main chain"),
+    )
+
+
+def chain_D_q(h: Hybrid) -> SymbolicFunction:
+    """Their derivatives."""
+    return h.function(
+        "chain_D_q",
+        "Derivative of the main chain's joints by the actuated coordinates.",
+        "chain_D_q[:, k] = d chain / d q_k",
+        ("q",),
+        _derivative(h, "theta_D_q", h.chain, h.forward, "q"),
+    )
+
+
+def passive(h: Hybrid) -> SymbolicFunction:
+    """The passive joints from the actuators."""
+    return h.function(
+        "passive",
+        "Passive joints that are not in the main chain, angles between -pi and pi.",
+        f"passive = ({', '.join(h.mechanism.passive)}), with every loop closed",
+        ("q",),
+        _vector("passive", h.passive, "rad or m", "passive joints"),
+    )
+
+
+def passive_D_q(h: Hybrid) -> SymbolicFunction:
+    """Their derivatives."""
+    return h.function(
+        "passive_D_q",
+        "Derivative of the passive joints by the actuated coordinates.",
+        "passive_D_q[:, k] = d passive / d q_k",
+        ("q",),
+        _derivative(h, "passive_D_q", h.passive, h.forward, "q"),
+    )
+
+
+def chain_rates(h: Hybrid) -> SymbolicFunction:
+    """The main chain's rates from the actuators'."""
+    rates = _along(h, h.forward, "q").of_each(h.chain)
+    return h.function(
+        "chain_rates",
+        "Joint rates of the main chain.",
+        "thetad = chain_D_q(q) qd",
+        ("q", "qd"),
+        _vector("thetad", rates, h.arguments["thetad"].unit, "rates of the main chain"),
+    )
+
+
+def chain_accelerations(h: Hybrid) -> SymbolicFunction:
+    """The main chain's accelerations from the actuators'."""
+    values = _second(h, h.forward, "q", h.chain)
+    unit = h.arguments["thetadd"].unit
+    return h.function(
+        "chain_accelerations",
+        "Joint accelerations of the main chain.",
+        "thetadd = chain_D_q(q) qdd + d/dt chain_D_q(q) qd",
+        ("q", "qd", "qdd"),
+        _vector("thetadd", values, unit, "accelerations of the main chain"),
+    )
+
+
+def actuators(h: Hybrid) -> SymbolicFunction:
+    """The actuators from the main chain."""
+    return h.function(
+        "actuators",
+        "Actuated coordinates from the joints of the main chain.",
+        "actuators(chain(q)) = q",
+        ("theta",),
+        _vector("q", h.actuators, h.arguments["q"].unit, "actuated coordinates"),
+    )
+
+
+def actuators_D_chain(h: Hybrid) -> SymbolicFunction:
+    """Their derivatives."""
+    return h.function(
+        "actuators_D_chain",
+        "Derivative of the actuated coordinates by the main chain's joints.",
+        "actuators_D_chain[:, k] = d actuators / d theta_k",
+        ("theta",),
+        _derivative(h, "q_D_theta", h.actuators, h.backward, "theta"),
+    )
+
+
+def actuator_rates(h: Hybrid) -> SymbolicFunction:
+    """The actuators' rates from the main chain's."""
+    rates = _along(h, h.backward, "theta").of_each(h.actuators)
+    return h.function(
+        "actuator_rates",
+        "Rates of the actuated coordinates.",
+        "qd = actuators_D_chain(theta) thetad",
+        ("theta", "thetad"),
+        _vector("qd", rates, h.arguments["qd"].unit, "actuator rates"),
+    )
+
+
+def actuator_accelerations(h: Hybrid) -> SymbolicFunction:
+    """The actuators' accelerations from the main chain's."""
+    values = _second(h, h.backward, "theta", h.actuators)
+    return h.function(
+        "actuator_accelerations",
+        "Accelerations of the actuated coordinates.",
+        "qdd = actuators_D_chain(theta) thetadd + d/dt actuators_D_chain(theta) thetad",
+        ("theta", "thetad", "thetadd"),
+        _vector("qdd", values, h.arguments["qdd"].unit, "actuator accelerations"),
+    )
+
+
+def margin(h: Hybrid) -> SymbolicFunction:
+    """How far each loop is from its dead point."""
+    return _margins(h, "margin", h.forward, "q")
+
+
+def actuator_margin(h: Hybrid) -> SymbolicFunction:
+    """The same where the main chain is given."""
+    return _margins(h, "actuator_margin", h.backward, "theta")
+
+
+def configuration(h: Hybrid) -> SymbolicFunction:
+    """All joints."""
+    names = [variable.name for variable in h.variables]
+    return h.function(
+        "configuration",
+        "All joints, swings and cylinder lengths, angles between -pi and pi.",
+        f"z = ({', '.join(names)}), constraint(z) = 0",
+        ("q",),
+        _vector("z", h.named(h.forward, names), "rad or m", "full configuration"),
+    )
+
+
+def chain_all(h: Hybrid) -> SymbolicFunction:
+    """The main chain on every branch."""
+    branches = [
+        (h.named(solution, [joint.name for joint in h.robot.moving]), solution)
+        for solution in _branches(h, h.forward, from_actuators, h.q)
+    ]
+    return _all(h, "chain_all", "q", "theta", h.arguments["theta"].unit, branches)
+
+
+def actuators_all(h: Hybrid) -> SymbolicFunction:
+    """The actuators on every branch."""
+    solutions = _branches(h, h.backward, partial(from_chain, closed=h.closed), h.theta)
+    branches = [(h.actuators_in(solution), solution) for solution in solutions]
+    return _all(h, "actuators_all", "theta", "q", h.arguments["q"].unit, branches)
+
+
+def _branches(
+    h: Hybrid,
+    at_reference: Solution,
+    solve: Callable[..., Solution],
+    symbols: Sequence[sp.Symbol],
+) -> list[Solution]:
+    """Solutions with every combination of signs, that of the reference first."""
+    signs = [step.sign for step in at_reference.steps if step.sign]
+    combinations = [
+        [own * flip for own, flip in zip(signs, flips, strict=True)]
+        for flips in product((1, -1), repeat=len(signs))
+    ]
+    return [
+        solve(h.loops, h.scope, symbols, iter(chosen))
+        for chosen in islice(combinations, MOST_BRANCHES)
+    ]
+
+
+def _all(
+    h: Hybrid,
+    name: str,
+    argument: str,
+    result: str,
+    unit: str,
+    branches: Sequence[tuple[tuple[sp.Expr, ...], Solution]],
+) -> SymbolicFunction:
+    count = len(branches)
+    margins = [margin for _, solution in branches for _, margin in solution.margins]
+    steps = len(branches[0][1].margins)
+    values = tuple(value for row, _ in branches for value in row)
+    width = len(branches[0][0])
+    names = "; ".join(
+        ", ".join(step.branch for step in solution.steps if step.branch) for _, solution in branches
+    )
+    return h.function(
+        name,
+        "Every branch of the loops' solution, NaN where it does not close.",
+        f"branches: {names}",
+        (argument,),
+        Result(result, values, (count, width), unit, "one branch a row"),
+        Result("margin", tuple(margins), (count, steps), "1", "margins of each branch"),
+    )
+
+
+def _along(h: Hybrid, solution: Solution, argument: str) -> Tangent:
+    """Rates of everything at given rates of the coordinates."""
+    names = (argument, f"{argument}d")
+    given, rates = (h.arguments[name].symbols for name in names)
+    return Tangent(h.scope, dict(zip(given, rates, strict=True)), solution.loops)
+
+
+def _second(
+    h: Hybrid, solution: Solution, argument: str, values: Sequence[sp.Expr]
+) -> list[sp.Expr]:
+    """Second time derivatives."""
+    first = _along(h, solution, argument).of_each(values)
+    given, rates, accelerations = (h.arguments[f"{argument}{d}"].symbols for d in ("", "d", "dd"))
+    pairs = (*zip(given, rates, strict=True), *zip(rates, accelerations, strict=True))
+    return Tangent(h.scope, dict(pairs), solution.loops).of_each(first)
+
+
+def _derivative(
+    h: Hybrid, name: str, values: Sequence[sp.Expr], solution: Solution, argument: str
+) -> Result:
+    symbols = h.arguments[argument].symbols
+    columns = [
+        Tangent(h.scope, {symbol: ONE}, solution.loops).of_each(values) for symbol in symbols
+    ]
+    shape = len(values), len(symbols)
+    return Result(name, matrix_entries(columns), shape, "1, m, 1/m", "derivative")
+
+
+def _margins(h: Hybrid, name: str, solution: Solution, argument: str) -> SymbolicFunction:
+    values = [value for _, value in solution.margins]
+    function = h.function(
+        name,
+        "How far each step of the loops' solution is from its dead point.",
+        "sin^2 of the transmission angle: 0 at a dead point, below 0 out of reach",
+        (argument,),
+        _vector("margin", values, "1", "margins"),
+    )
+    return replace(function, steps=tuple(names for names, _ in solution.margins))
+
+
+def _vector(name: str, values: Sequence[sp.Expr], unit: str, meaning: str) -> Result:
+    return Result(name, tuple(values), (len(values),), unit, meaning)
+
+
+def makers(h: Hybrid) -> dict[str, Maker]:
+    """The maps that a robot has in closed form, in the order in which they are written."""
+    found: dict[str, Maker] = {}
+    if not h.forward.open:
+        found |= _FORWARD
+        if not h.mechanism.passive:
+            found = {name: maker for name, maker in found.items() if "passive" not in name}
+        if h.forward.margins:
+            found |= {"margin": margin, "chain_all": chain_all}
+    members = {c.moves for c in h.mechanism.coordinates}
+    if members.isdisjoint(h.backward.open):
+        found |= _BACKWARD
+        if h.backward.margins:
+            found |= {"actuator_margin": actuator_margin, "actuators_all": actuators_all}
+    return found
+
+
+_FORWARD: Mapping[str, Maker] = {
+    "chain": chain,
+    "chain_D_q": chain_D_q,
+    "chain_rates": chain_rates,
+    "chain_accelerations": chain_accelerations,
+    "passive": passive,
+    "passive_D_q": passive_D_q,
+    "configuration": configuration,
+}
+_BACKWARD: Mapping[str, Maker] = {
+    "actuators": actuators,
+    "actuators_D_chain": actuators_D_chain,
+    "actuator_rates": actuator_rates,
+    "actuator_accelerations": actuator_accelerations,
+}

@@ -1,0 +1,302 @@
+"""Platforms on legs: rods between actuated bodies and a platform that the main chain places freely.
+
+The main chain of such a robot is virtual: x, y and phi, or six coordinates. Its length equations
+
+    |b_i(theta) - a_i(q)| - l_i = 0
+
+give the velocity relation J_x x' = J_q q' and, for three rods in a plane, all assembly modes.
+
+Source: Gosselin and Angeles 1990 for both matrices and the three types of singularity.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import sympy as sp
+
+from ..chain import groups
+from ..coordinates import InProportion
+from ..function import Argument, Result, SymbolicFunction, matrix_entries
+from ..kinematics import Kinematics
+from ..mechanism import Mechanism, Place, Strut
+from ..motion import Tangent
+from ..robot import Joint
+from ..vectors import ORIGIN, Vector, cross, named, subtracted
+from .hybrid import Hybrid
+from .maps import Maker
+from .phasors import Complex
+from .places import pose_of
+from .triad import triad_mirror, triad_polynomial, triad_position
+
+ONE, ZERO = sp.Integer(1), sp.Integer(0)
+TRIAD = 3
+OF_CHAIN = (
+    "fk",
+    "link_poses",
+    "jacobian_space",
+    "jacobian_body",
+    "jacobian_mixed",
+)
+"""What is offered of the open main chain, as ``chain_fk`` and so on, where loops have no closed
+form."""
+
+
+def makers(h: Hybrid) -> dict[str, Maker]:
+    """The functions of a platform on legs, none for other robots."""
+    found: dict[str, Maker] = {}
+    if h.forward.open:
+        found |= {f"chain_{name}": partial(of_open_chain, name) for name in OF_CHAIN}
+    if not is_platform(h.mechanism):
+        return found
+    found |= {
+        "rods": rods,
+        "rods_D_chain": rods_D_chain,
+        "velocity_relation": velocity_relation,
+    }
+    if h.forward.open and triad_of(h) is not None:
+        found |= {
+            "assembly_polynomial": assembly_polynomial,
+            "assembly_position": partial(_assembly, "assembly_position"),
+            "assembly_mirror": partial(_assembly, "assembly_mirror"),
+        }
+    return found
+
+
+def is_platform(mechanism: Mechanism) -> bool:
+    """Whether struts alone hold the body of the tool, which a main chain without actuators carries.
+
+    Each leads from a body that actuators move, or the base, to that body, and is of constant or
+    actuated length.
+    """
+    actuated = {c.moves for c in mechanism.coordinates}
+    chain = {joint.name for joint in mechanism.main_chain.moving}
+    if mechanism.closures or not mechanism.struts or actuated & chain:
+        return False
+
+    def is_leg(strut: Strut) -> bool:
+        one, other = (
+            {joint.name for joint in mechanism.way(place.body) if joint.kind != "fixed"}
+            for place in (strut.a, strut.b)
+        )
+        joined = (other == chain and one <= actuated) or (one == chain and other <= actuated)
+        return joined and (not strut.is_cylinder or strut.name in actuated)
+
+    return all(map(is_leg, mechanism.struts))
+
+
+@dataclass(frozen=True)
+class _Rod:
+    """One strut at given theta and q, in the base frame.
+
+    Attributes:
+        d: From its other end to that on the platform.
+        on_platform: The end that the platform carries.
+        distance: Of its ends.
+        length: That it has.
+    """
+
+    d: Vector
+    on_platform: Vector
+    distance: sp.Expr
+    length: sp.Expr
+
+
+def _rods(h: Hybrid) -> list[_Rod]:
+    values = joint_values(h)
+    found = []
+    for strut in h.mechanism.struts:
+        (_, a), (_, b) = (pose_of(h.mechanism, h.scope, end, values) for end in from_base(h, strut))
+        d = subtracted(h.scope, b, a)
+        square = h.scope.let(sum((component**2 for component in d), ZERO))
+        length = strut.length + (values[strut.name] if strut.is_cylinder else ZERO)
+        found.append(_Rod(d, b, h.scope.let(sp.sqrt(square)), length))
+    return found
+
+
+def joint_values(h: Hybrid) -> dict[str, sp.Expr]:
+    """Values of the chain's joints in theta, of actuated joints and cylinders in q, by name."""
+    coordinates = zip(h.mechanism.coordinates, h.q, strict=True)
+    values = {c.moves: c.ratio * symbol for c, symbol in coordinates}
+    return values | {j.name: s for j, s in zip(h.robot.moving, h.theta, strict=True)}
+
+
+def _residuals(h: Hybrid, found: Sequence[_Rod]) -> list[sp.Expr]:
+    return [h.scope.let(rod.distance - rod.length) for rod in found]
+
+
+def rods(h: Hybrid) -> SymbolicFunction:
+    """What each rod is too long."""
+    entries = tuple(_residuals(h, _rods(h)))
+    names = ", ".join(strut.name for strut in h.mechanism.struts)
+    return h.function(
+        "rods",
+        "By how much the ends of each rod or cylinder are further apart than its length.",
+        f"|b_i(theta) - a_i(q)| - l_i, i = {names}",
+        ("theta", "q"),
+        Result("residual", entries, (len(entries),), "m", "excess of distance over length"),
+    )
+
+
+def rods_D_chain(h: Hybrid) -> SymbolicFunction:
+    """Its derivative by the main chain."""
+    residuals = _residuals(h, _rods(h))
+    columns = [Tangent(h.scope, {symbol: ONE}).of_each(residuals) for symbol in h.theta]
+    return h.function(
+        "rods_D_chain",
+        "Derivative of the rods' residuals by the main chain's joints.",
+        "rods_D_chain[:, k] = d rods / d theta_k",
+        ("theta", "q"),
+        Result(
+            "residual_D_theta",
+            matrix_entries(columns),
+            (len(residuals), len(columns)),
+            "1, m",
+            "derivative",
+        ),
+    )
+
+
+def velocity_relation(h: Hybrid) -> SymbolicFunction:
+    """J_x and J_q."""
+    found = _rods(h)
+    _, tool = pose_of(h.mechanism, h.scope, h.mechanism.tool_place, joint_values(h))
+    rows = []
+    for rod in found:
+        n = named(h.scope, (component / rod.distance for component in rod.d))
+        r = subtracted(h.scope, rod.on_platform, tool)
+        rows.append((*n, *cross(h.scope, r, n)))
+    free = free_directions(h)
+    J_x = tuple(row[k] for row in rows for k in free)
+    residuals = _residuals(h, found)
+    columns = [Tangent(h.scope, {symbol: -ONE}).of_each(residuals) for symbol in h.q]
+    return h.function(
+        "velocity_relation",
+        "Both matrices of the velocity relation of a platform on legs.",
+        "J_x x' = J_q q', x' the tool's twist (v, omega) in base axes in the free directions "
+        + ", ".join(("v_x", "v_y", "v_z", "omega_x", "omega_y", "omega_z")[k] for k in free),
+        ("theta", "q"),
+        Result("J_x", J_x, (len(rows), len(free)), "1, m", "rods along their directions"),
+        Result("J_q", matrix_entries(columns), (len(rows), len(columns)), "1, m", "actuators"),
+    )
+
+
+def free_directions(h: Hybrid) -> list[int]:
+    """The components of the tool's twist in base axes that the main chain can move."""
+    (J,) = of_open_chain("jacobian_mixed", h).outputs
+    _, n = J.shape
+    return [k for k in range(6) if any(J.entries[k * n + j] != 0 for j in range(n))]
+
+
+def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
+    """A function of the main chain alone, with theta as its coordinates."""
+    motion = InProportion(h.robot, h.scope, h.theta)
+    arguments = {"q": h.arguments["theta"], "qd": h.arguments["thetad"]}
+    arguments["qdd"] = h.arguments["thetadd"]
+    found = groups(h.robot, h.scope, motion.values)
+    function = Kinematics(h.robot, h.scope, found, motion, arguments).function(name)
+    return SymbolicFunction(
+        f"chain_{name}",
+        f"{function.summary[:-1]}, from the main chain's joints.",
+        re.sub(r"\bq(?=[d_,)]|$)", "theta", function.identity),
+        function.inputs,
+        function.outputs,
+        h.scope,
+    )
+
+
+# --- three rods in a plane ---
+
+
+@dataclass(frozen=True)
+class Triad:
+    """Three rods that hold a platform in a plane: known points, pins on the platform, lengths."""
+
+    A: tuple[Complex, ...]
+    b: tuple[Complex, ...]
+    L: tuple[sp.Expr, ...]
+
+
+def triad_of(h: Hybrid) -> Triad | None:
+    """The three rods of a planar platform; None for other robots."""
+    mechanism = h.mechanism
+    moving = [j for j in mechanism.way(mechanism.tool_body) if j.kind != "fixed"]
+    kinds = [joint.kind for joint in moving]
+    if kinds != ["prismatic", "prismatic", "revolute"] or len(mechanism.struts) != TRIAD:
+        return None
+    if any(strut.is_cylinder for strut in mechanism.struts):
+        return None
+    still = joint_values(h) | {joint.name: ZERO for joint in moving}
+    frames = [_frame(h, joint, still) for joint in moving]
+    directions = [
+        named(h.scope, (joint.direction * component for component in axes[2]))
+        for joint, (axes, _) in zip(moving, frames, strict=True)
+    ]
+    e_x, e_y, axis = directions
+    if subtracted(h.scope, cross(h.scope, e_x, e_y), axis) != ORIGIN:
+        return None
+    _, origin = frames[2]
+
+    def seen(place: Place) -> Vector:
+        """A place along x, y and the axis, from the platform's axis."""
+        _, point = pose_of(mechanism, h.scope, place, still)
+        offset = subtracted(h.scope, point, origin)
+        return named(
+            h.scope,
+            (sum((u * v for u, v in zip(e, offset, strict=True)), ZERO) for e in directions),
+        )
+
+    ends = [tuple(map(seen, from_base(h, strut))) for strut in mechanism.struts]
+    # Rods that rise out of the plane are not circles in it.
+    if any(h.scope.let(a[2] - b[2]) != 0 for a, b in ends):
+        return None
+    A, b = (tuple(end[k][:2] for end in ends) for k in (0, 1))
+    return Triad(A, b, tuple(strut.length for strut in mechanism.struts))
+
+
+def _frame(
+    h: Hybrid, joint: Joint, values: Mapping[str, sp.Expr]
+) -> tuple[Sequence[Vector], Vector]:
+    """Axes and origin of a joint's frame in the base frame."""
+    return pose_of(h.mechanism, h.scope, Place(joint.parent, joint.before), values)
+
+
+def from_base(h: Hybrid, strut: Strut) -> tuple[Place, Place]:
+    """The ends of a rod, the one that the platform carries last."""
+    chain = {joint.name for joint in h.robot.moving}
+    at_end = any(joint.name in chain for joint in h.mechanism.way(strut.b.body))
+    return (strut.a, strut.b) if at_end else (strut.b, strut.a)
+
+
+def assembly_polynomial(h: Hybrid) -> SymbolicFunction:
+    """The polynomial of all assembly modes."""
+    triad = triad_of(h)
+    assert triad is not None
+    entries = triad_polynomial(h.scope, triad.A, triad.b, triad.L)
+    return h.function(
+        "assembly_polynomial",
+        "Coefficients of the polynomial whose zeros are the platform's angles in all modes.",
+        "a_0 + sum_k (a_k cos(k phi) + b_k sin(k phi)) = 0, k = 1, 2, 3: a_0, a_1, b_1, ...",
+        ("q",),
+        Result("coefficients", entries, (len(entries),), "1", "trigonometric coefficients"),
+    )
+
+
+def _assembly(name: str, h: Hybrid) -> SymbolicFunction:
+    """The platform's pose at an angle that is a zero of the polynomial."""
+    triad = triad_of(h)
+    assert triad is not None
+    phi = sp.Symbol("_phi", real=True)
+    find = triad_mirror if name == "assembly_mirror" else triad_position
+    x, y = find(h.scope, triad.A, triad.b, triad.L, *h.scope.cos_sin(phi))
+    argument = Argument("phi", (phi,), (), "rad", "angle of the platform")
+    return SymbolicFunction(
+        name,
+        "Pose of the platform in the assembly mode of an angle"
+        + (", mirrored in the line of two centres." if name == "assembly_mirror" else "."),
+        "rods((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)",
+        (h.arguments["q"], argument),
+        (Result("theta", (x, y, phi), (TRIAD,), "m, rad", "pose of the platform"),),
+        h.scope,
+    )

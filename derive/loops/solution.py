@@ -1,0 +1,190 @@
+"""All joints of a mechanism from those that are known: actuators forward, the main chain back."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ..errors import RobotError
+from ..mechanism import Mechanism
+from ..motion import LoopRate
+from ..robot import Joint
+from ..scope import Scope
+from .assembly import Step, assemble
+from .phasors import PhasorSum
+from .planes import Linkage, Loop, linkages
+from .reference import AtReference
+from .spatial import Known, assemble_in_space
+
+
+@dataclass(frozen=True)
+class Solution:
+    """The joints of a mechanism in closed form, as far as there is one.
+
+    Attributes:
+        mechanism: The description.
+        values: Of joints, swings and cylinders by name; angles may exceed a turn.
+        loops: Rates of the solved angles, for :class:`~chasles.derive.motion.Tangent`.
+        steps: How the loops were solved, in order.
+        relations: Sums of turning vectors that are zero where the loops are closed.
+        open: Names of joints that stay undetermined.
+        reference: The reference configuration, for numbers.
+    """
+
+    mechanism: Mechanism
+    values: Mapping[str, sp.Expr]
+    loops: dict[sp.Symbol, LoopRate]
+    steps: tuple[Step, ...]
+    relations: tuple[PhasorSum, ...]
+    open: tuple[str, ...]
+    reference: AtReference
+
+    @property
+    def margins(self) -> tuple[tuple[str, sp.Expr], ...]:
+        """The margin of each step that can fail to close, with the name of its loop."""
+        return tuple(
+            (step.name(self.mechanism), step.margin)
+            for step in self.steps
+            if step.margin is not None
+        )
+
+
+@dataclass(frozen=True)
+class Loops:
+    """The loops of a mechanism, sorted once for every solution.
+
+    Attributes:
+        mechanism: The description.
+        planar: Linkages whose joints move in one plane.
+        spatial: The loops that are not planar.
+    """
+
+    mechanism: Mechanism
+    planar: tuple[Linkage, ...]
+    spatial: tuple[Loop, ...]
+
+
+def sorted_loops(mechanism: Mechanism, scope: Scope) -> Loops:
+    """The loops of a mechanism by kind."""
+    planar, spatial = linkages(mechanism, scope)
+    return Loops(mechanism, tuple(planar), tuple(spatial))
+
+
+def from_actuators(
+    loops: Loops, scope: Scope, q: Sequence[sp.Symbol], signs: Iterator[int] | None = None
+) -> Solution:
+    """All joints from the actuated coordinates.
+
+    Args:
+        loops: The mechanism and its loops.
+        scope: Names of all terms.
+        q: The actuated coordinates (radian or metre).
+        signs: Branches other than that of the reference.
+
+    Raises:
+        RobotError: A loop does not close at the reference, or its branch there is not clear.
+    """
+    coordinates = loops.mechanism.coordinates
+    known = {c.moves: c.ratio * s for c, s in zip(coordinates, q, strict=True)}
+    at = {
+        s: _value_of(loops.mechanism, c.name, c.moves, c.ratio)
+        for c, s in zip(coordinates, q, strict=True)
+    }
+    return _solved(loops, scope, known, at, {}, signs)
+
+
+def from_chain(
+    loops: Loops,
+    scope: Scope,
+    theta: Sequence[sp.Symbol],
+    signs: Iterator[int] | None = None,
+    *,
+    closed: Mapping[str, float],
+) -> Solution:
+    """All joints, actuators included, from the main chain's.
+
+    Args:
+        loops: The mechanism and its loops.
+        scope: Names of all terms.
+        theta: The main chain's joints (radian or metre).
+        signs: Branches other than that of the reference.
+        closed: Joint values at the reference configuration, as far as they are known.
+
+    Raises:
+        RobotError: A loop does not close at the reference, or its branch there is not clear.
+    """
+    moving = loops.mechanism.main_chain.moving
+    known = {joint.name: symbol for joint, symbol in zip(moving, theta, strict=True)}
+    near = _given(loops.mechanism) | dict(closed)
+    at = {symbol: near.get(name, 0.0) for name, symbol in known.items()}
+    return _solved(loops, scope, known, at, closed, signs)
+
+
+def _solved(
+    loops: Loops,
+    scope: Scope,
+    known: Mapping[str, sp.Expr],
+    at: Mapping[sp.Symbol, float],
+    closed: Mapping[str, float],
+    signs: Iterator[int] | None,
+) -> Solution:
+    mechanism = loops.mechanism
+    joints = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
+    reference = AtReference(scope, at, _given(mechanism) | dict(closed), joints)
+    values = dict(known)
+    rates: dict[sp.Symbol, LoopRate] = {}
+    steps: list[Step] = []
+    relations: list[PhasorSum] = []
+    spatial = Known(values, rates, steps)
+    try:
+        for linkage in loops.planar:
+            part = assemble(scope, linkage, values, reference, signs)
+            values |= part.values
+            rates |= part.loops
+            steps.extend(part.steps)
+            relations.extend(part.relations)
+        assemble_in_space(scope, mechanism, loops.spatial, spatial, reference, signs)
+    except RobotError as error:
+        raise RobotError(f"robot {mechanism.name!r}: {error}") from error
+    wanted = [*mechanism.members, *mechanism.swings]
+    still_open = tuple(name for name in wanted if name not in values)
+    return Solution(mechanism, values, rates, tuple(steps), tuple(relations), still_open, reference)
+
+
+def joint_angle(scope: Scope, solution: Solution, value: sp.Expr, joint: Joint | None) -> sp.Expr:
+    """A solved angle between -pi and pi, or within a turn about the middle of its joint's limits.
+
+    Args:
+        scope: Names of all terms.
+        solution: Where the value comes from; receives the rate of the new name.
+        value: A sum of solved angles and coordinates.
+        joint: The joint whose angle it is, None for a swing.
+    """
+    if not scope.is_solved(value):
+        return scope.let(value)
+    middle = _middle(joint)
+    sum_of_angles = sp.expand(value - middle)
+    if sum_of_angles in scope.solved:
+        return scope.let(sum_of_angles + middle)
+    angle = scope.solved_angle(*scope.cos_sin(sum_of_angles))
+    solution.loops.setdefault(angle, lambda tangent: tangent.of(sum_of_angles))
+    return scope.let(angle + middle)
+
+
+def _middle(joint: Joint | None) -> sp.Expr:
+    low, high = (None, None) if joint is None else joint.limits
+    if low is None or high is None or (low >= -sp.pi and high <= sp.pi):
+        return sp.Integer(0)
+    return (low + high) / 2
+
+
+def _given(mechanism: Mechanism) -> dict[str, float]:
+    return {name: float(value) for name, value in mechanism.reference}
+
+
+def _value_of(mechanism: Mechanism, name: str, moves: str, ratio: sp.Expr) -> float:
+    """Reference value of a coordinate, told by itself or by what it moves."""
+    given = dict(mechanism.reference)
+    if name not in given and moves in given:
+        return float(given[moves] / ratio)
+    return float(given.get(name, 0))

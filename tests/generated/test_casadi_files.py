@@ -1,0 +1,67 @@
+"""The ``.casadi`` files: what a robot's equations say of positions, and all that rests on it."""
+
+import re
+
+import casadi as ca
+import numpy as np
+import pytest
+from derivations import ALL, GENERATED, ROBOTS, derivation, kernels
+
+from chasles.derive import artifacts, casadi_function, load
+from chasles.derive.casadi_file import KEPT
+
+DERIVATIVE = re.compile(r"jacobian|hessian|twist|acceleration|_rates|_D_|_dot$")
+"""Names of what CasADi derives from the rest."""
+
+
+def loaded(name):
+    return ca.Function.load(str(GENERATED / name / f"{name}.casadi"))
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_a_file_holds_all_but_derivatives(name):
+    """What has several outputs repeats other functions, or is all branches."""
+    single = [f.name for f in derivation(name).functions if len(f.outputs) == 1]
+    kept = [function for function in single if not DERIVATIVE.search(function)]
+    assert loaded(name).name_out() == kept
+
+
+def test_every_kept_function_is_in_some_file():
+    assert {output for name in ALL for output in loaded(name).name_out()} == set(KEPT)
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_a_file_holds_what_is_compiled(name):
+    rng = np.random.default_rng(1)
+    for function in derivation(name).functions:
+        if function.name not in KEPT:
+            continue
+        kept = casadi_function(GENERATED / name, function.name)
+        assert set(kept.name_in()) <= {argument.name for argument in function.inputs}
+        values = {a.name: rng.uniform(-1, 1, a.size) for a in function.inputs}
+        found = kept(**{key: values[key] for key in kept.name_in()})[function.name]
+        expected = kernels(name)[function.name](*values.values())
+        np.testing.assert_array_equal(np.array(found).ravel(), np.array(expected).ravel())
+
+
+def test_a_file_opens_with_casadi_alone():
+    function = loaded("ur5e")
+    assert function.name_in() == ["q"]
+    assert function.size_out("fk") == (4, 4)
+    assert function.size_out("link_poses") == (6, 16)
+
+
+def test_what_is_not_there():
+    with pytest.raises(KeyError, match=r"ur5e\.casadi has no 'jacobian_mixed'; it has \['fk', "):
+        casadi_function(GENERATED / "ur5e", "jacobian_mixed")
+    with pytest.raises(FileNotFoundError, match=r"no \.casadi file"):
+        casadi_function(GENERATED, "fk")
+
+
+@pytest.mark.parametrize(
+    ("functions", "there"), [(["fk", "twist_mixed"], True), (["fk_jacobian_mixed"], False)]
+)
+def test_no_file_where_there_are_derivatives_alone(functions, there):
+    files = artifacts(load(ROBOTS / "scara.toml"), functions)
+    assert ("scara.casadi" in files) == there
+    assert "scara.c" in files
