@@ -12,6 +12,8 @@ from .tasks import wrapped
 
 VALID = 1e-9
 """The residual of a solution is at most this, in metres and radians."""
+ROUNDING = 1e-14
+"""How far apart a residual may be that is computed in two ways."""
 SAME = 1e-6
 """How far two solutions' joints are apart that are the same [rad or m]."""
 REGULAR = 1e-3
@@ -34,7 +36,8 @@ class Verdict:
         missed: Those for which no solution was claimed that is one.
         unfound: Those for which none was returned at all, claimed or not.
         wrong: Those for which something was claimed that is no solution.
-        lost: Those whose own coordinates are not among the solutions, though regular.
+        lost: Those whose own coordinates are not among the solutions, though regular; None where
+            that is not asked.
         worst: The largest residual of what is claimed and is a solution [m or rad].
     """
 
@@ -42,30 +45,26 @@ class Verdict:
     missed: int
     unfound: int
     wrong: int
-    lost: int
+    lost: int | None
     worst: float
 
 
 def judged(case: Case, poses: PoseSet, solve: Callable[[np.ndarray], Answers]) -> Verdict:
     """The verdict on what `solve` answers for the targets at q (m, n), asked in parts."""
-    parts = [
-        _judged(case, poses, q, solve(q))
-        for q in np.array_split(poses.q, max(1, -(-len(poses.q) // CHUNK)))
-    ]
-    sums = (sum(of) for of in zip(*(part[:-1] for part in parts), strict=True))
-    return Verdict(len(poses.q), *sums, max(part[-1] for part in parts))
+    chunks = np.array_split(poses.q, max(1, -(-len(poses.q) // CHUNK)))
+    parts = [_judged(case, q, solve(q)) for q in chunks]
+    missed, unfound, wrong, lost = (sum(of) for of in zip(*(p[:-1] for p in parts), strict=True))
+    worst = max(part[-1] for part in parts)
+    return Verdict(len(poses.q), missed, unfound, wrong, lost if poses.regular else None, worst)
 
 
-def _judged(
-    case: Case, poses: PoseSet, q: np.ndarray, found: Answers
-) -> tuple[int, int, int, int, float]:
+def _judged(case: Case, q: np.ndarray, found: Answers) -> tuple[int, int, int, int, float]:
     errors = residuals(case, q, found)
-    solved = errors <= VALID
-    good = solved & found.claimed
-    missed, unfound = (int(np.sum(~of.any(axis=1))) for of in (good, solved))
-    wrong = int(np.sum((found.claimed & ~solved).any(axis=1)))
-    lost = int(np.sum(~_included(case, q, found.q, good))) if poses.regular else 0
-    return missed, unfound, wrong, lost, float(np.max(errors, where=good, initial=0.0))
+    good = (errors <= VALID) & found.claimed
+    wrong = (errors > VALID + ROUNDING) & found.claimed
+    missed, unfound = ~good.any(axis=1), ~(errors <= VALID).any(axis=1)
+    marks = (missed, unfound, wrong.any(axis=1), ~_included(case, q, found.q, good))
+    return (*(int(mark.sum()) for mark in marks), float(np.max(errors, where=good, initial=0.0)))
 
 
 def residuals(case: Case, q: np.ndarray, found: Answers) -> np.ndarray:
@@ -118,7 +117,7 @@ def counts(case: Case, found: Answers) -> np.ndarray:
 def newton(case: Case, q: np.ndarray, rng: np.random.Generator) -> np.ndarray:
     """All different solutions (k, n) that Newton's method finds for the target at q (n,).
 
-    It starts from many random coordinates, knows nothing of the arm's structure, and its steps are short.
+    It starts from many random coordinates and knows nothing of the arm's structure.
     """
     target, others = case.targets(q), case.others(q)
     finite = partial(np.nan_to_num, nan=0.0, posinf=0.0, neginf=0.0)

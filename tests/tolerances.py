@@ -16,3 +16,5 @@ LIBMVEC = 4
 """Units in the last place by which functions of glibc's vector library may be off: its promise."""
 COS_SIN = 1.5
 """Units in the last place by which cosines and sines of lanes may be off, up to 1e5 radian."""
+WORST_INVERSE = 5e-14
+"""Residual of a solution of an inverse at a random pose: metres and radians."""
