@@ -18,14 +18,12 @@ from .statements import Body, Compute, Store, bodies
 
 WIDEST = 8
 """Branches that one vector of AVX-512 holds."""
-FEWEST = 2
-"""Branches from which lanes are worth their way in and out."""
 _WORD = re.compile(r"\w+")
 
 
 def files(robot: Described, functions: Sequence[SymbolicFunction]) -> dict[str, str]:
     """The header of a robot's branches, by file name; none for a robot without branches."""
-    branched = [function for function in functions if function.branches >= FEWEST]
+    branched = [function for function in functions if function.signs]
     if not branched:
         return {}
     lowered = [lower_branch(function, robot.name) for function in branched]

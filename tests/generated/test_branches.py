@@ -243,3 +243,21 @@ def test_what_branches_share_is_computed_once():
     assert len(angles(flat)) == 2 + 8 + 4 + 8 + 2 + 4
     assert len(set(angles(flat))) == len(angles(flat))
     assert len(angles(branch)) == 6
+
+
+@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
+def test_the_first_sign_varies_slowest(function):
+    n = len(function.signs)
+    found = list(patterns(function))
+    assert len(found) == COUNTS[function.name]
+    for b, signs in enumerate(found):
+        assert signs == tuple(-1 if b >> (n - 1 - i) & 1 else 1 for i in range(n))
+
+
+def test_branches_in_order(sources):
+    q, _, margin = chasles.load(sources).functions["ik"](poses(50))
+    # The elbow's sign is that of the third angle, the wrist's that of the fifth.
+    as_told = np.sign(q[..., 2]) == [1, -1, 1, -1, 1, -1, 1, -1]
+    assert as_told[margin > 0].all()
+    assert (margin > 0).sum() > 300
+    np.testing.assert_array_equal(np.sign(q[..., 4]), [[1, 1, -1, -1, 1, 1, -1, -1]] * 50)
