@@ -41,7 +41,11 @@ class Solved:
 
 def values_of(work: Work, robot: Robot, given: Mapping[int, sp.Expr]) -> list[sp.Expr]:
     """The value of every moving joint: an atan2 where it turns."""
-    return [_value(work, k, given) for k in range(len(robot.moving))]
+    values = [_value(work, k, given) for k in range(len(robot.moving))]
+    for senses, turn in work.sums:
+        total = sum((sense * values[k] for k, sense in senses), sp.Integer(0))
+        work.scope.know_sum(total, turn.c, turn.s)
+    return values
 
 
 def _value(work: Work, joint: int, given: Mapping[int, sp.Expr]) -> sp.Expr:
