@@ -139,8 +139,9 @@ branches that it did not bring there.
             failed = ~(residual <= Solutions.TOLERANCE)
             missed = failed.all(-1, keepdims=True) & near.any(-1, keepdims=True)
             failed &= missed if rescue else missed | near
+            # Those for poses of which all failed come last.
             if not failed.any():
-                continue
+                break
             slot = np.nonzero(failed)[-1]
             again = polish(self, T[failed], start(failed, slot), self._fixed)
             better = again.residual < residual[failed]

@@ -30,8 +30,8 @@ FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
 
 _STEPS = 40
-"""From an arm 5 mm off it takes three or four, doubling the digits each time; where branches meet, a
-step gains a factor of four, or less."""
+"""From an arm 5 mm off it takes three or four, doubling the digits each time; where branches meet,
+a step gains a factor of four, or less."""
 _POLISHED = 1e-14
 """Residual (metre, radian) at which there is nothing left to gain."""
 _SETTLED = 1e-12
@@ -44,6 +44,8 @@ _LEAST_DAMPING = 1e-14
 """lambda^2 at the least: J J^T is known to 1e-16, and may be singular."""
 _LONGEST_STEP = 0.3
 """Metres or radians that a coordinate may go in a step: further away is another branch."""
+_MANY = 64
+"""Rows from which on array operations on all of them take less time than LAPACK on each."""
 _BLOCK = 4096
 """Rows that are iterated at a time: what is computed of them stays in the processor's cache."""
 
@@ -198,18 +200,19 @@ def _twist(here: FloatArray, there: FloatArray) -> tuple[FloatArray, FloatArray]
 
 def _step(J: FloatArray, error: FloatArray, damping: FloatArray) -> FloatArray:
     """The damped step (N, n) by J (N, 6, n) against errors (N, 6), lambda^2 (N,) given."""
-    rows = np.ascontiguousarray(J.transpose(1, 2, 0))
+    wide = J.shape[2] >= J.shape[1]
+    A = J if wide else J.mT
+    right = error if wide else np.einsum("Nik,Nk->Ni", A, error)
     added = np.maximum(damping, _LEAST_DAMPING)
-    error = error.T
-    wide = rows.shape[1] >= rows.shape[0]
-    if not wide:
-        error = np.einsum("ikN,iN->kN", rows, error)
-        rows = rows.swapaxes(0, 1)
-    step = _solved(_gram(rows, added), error)
-    if wide:
-        step = np.einsum("ikN,iN->kN", rows, step)
-    step *= _LONGEST_STEP / np.maximum(np.abs(step).max(0), _LONGEST_STEP)
-    return step.T
+    if len(J) < _MANY:
+        squared = A @ A.mT + added[:, None, None] * np.eye(A.shape[1])
+        y = np.linalg.solve(squared, right[..., None])[..., 0]
+    else:
+        rows = np.ascontiguousarray(A.transpose(1, 2, 0))
+        y = _solved(_gram(rows, added), right.T).T
+    step = np.einsum("Nik,Ni->Nk", A, y) if wide else y
+    step = step * _LONGEST_STEP / np.maximum(np.abs(step).max(-1, keepdims=True), _LONGEST_STEP)
+    return np.asarray(step)
 
 
 def _gram(rows: FloatArray, added: FloatArray) -> list[list[FloatArray]]:
