@@ -479,6 +479,9 @@ def _function(entry: _Entry) -> FunctionInfo:
     # "out" and "threads" are keywords of every call.
     entry["inputs"].unique([*(argument.name for argument in inputs), "out", "threads"])
     operations = {kind: count.count() for kind, count in entry["operations"].mapping().items()}
+    branches = entry.get("branches", 0)
+    if branches.count() and any(out.shape[:1] != (branches.count(),) for out in outputs):
+        branches.fail("the first dimension of every output")
     return FunctionInfo(
         entry["name"].identifier(),
         entry["symbol"].identifier(),
@@ -489,7 +492,7 @@ def _function(entry: _Entry) -> FunctionInfo:
         MappingProxyType(operations),
         entry.get("margin", "").text(),
         entry.get("steps", []).texts(),
-        entry.get("branches", 0).count(),
+        branches.count(),
     )
 
 

@@ -75,6 +75,18 @@ class Work:
         self.lengths[axis.joint] = found.length
         return found.length
 
+    def note(self, names: Sequence[str], method: str, reason: str, found: FoundTurn) -> Turn:
+        """Notes the step that finds an angle that is no joint's of the chain."""
+        self.steps.append(Step(tuple(names), method, reason, found))
+        return found.turn
+
+    def note_length(
+        self, names: Sequence[str], method: str, reason: str, found: FoundLength
+    ) -> sp.Expr:
+        """Notes the step that finds a length that is no slide's of the chain."""
+        self.steps.append(Step(tuple(names), method, reason, found))
+        return found.length
+
     def margins(self) -> list[sp.Expr]:
         """The margins of all steps that can fail."""
         return [step.found.margin for step in self.steps if step.found.margin is not None]
