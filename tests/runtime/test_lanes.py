@@ -33,10 +33,11 @@ FUNCTIONS = [(name, item) for name in NAMES for item in in_C(chasles.load(name))
 FORWARD = [
     (name, item)
     for name, item in FUNCTIONS
-    if name in SERIAL and not chasles.load(name).functions[item].solutions
+    if name in SERIAL and item != "swivel" and not chasles.load(name).functions[item].solutions
 ]
 """Without inverses, which take poses: of numbers that are none, signs of zeros decide on pi or -pi,
-and rows of a 4 by 4 matrix do not lie as vectors do."""
+and rows of a 4 by 4 matrix do not lie as vectors do; and without the angle of an elbow that may be
+nearly stretched, which multiplies rounding."""
 every_function = pytest.mark.parametrize(("name", "item"), FUNCTIONS)
 centres = {}
 """Where the loops of a function's robot close, by the name of the argument."""
