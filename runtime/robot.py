@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from . import newton, polish
+from . import calibrated, newton
 from ._call import Function
 from .errors import SourceMismatchError
 from .inverse import InverseMethods
@@ -146,7 +146,7 @@ class Robot(InverseMethods, LoopMethods, PlanarMethods, SingularityMethods):
             vars(self)["_loops"], iterated = newton.functions(manifest, functions, pickler)
             functions |= iterated
         if manifest.inverse.tier == "snapped":
-            functions |= polish.functions(manifest, functions, pickler)
+            functions |= calibrated.functions(manifest, functions, pickler)
         lower = [-np.inf if c.lower is None else c.lower for c in manifest.coordinates]
         upper = [np.inf if c.upper is None else c.upper for c in manifest.coordinates]
         vars(self).update(

@@ -470,7 +470,7 @@ def test_filters_leave_what_they_are_called_on(arm, q):
     ("spoil", "message"),
     [
         (lambda f: f["outputs"].pop(), r"expected q \(2, 4\), residual \(2\) and margin \(2\)"),
-        (lambda f: f.update(branches=3), r"expected q \(3, 4\)"),
+        (lambda f: f.update(branches=3), "branches: got 3, expected the first dimension"),
         (lambda f: f["outputs"].reverse(), r"expected q \(2, 4\)"),
         (lambda f: f.update(branches=-1), "expected a count"),
     ],
