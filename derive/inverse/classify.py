@@ -10,17 +10,27 @@ import numpy as np
 from ..robot import Robot
 from ..scope import Scope
 from . import rank
-from .families import column, planar, spherical_wrist, swivel, three_parallel, turntable
+from .families import (
+    column,
+    inner_centre,
+    parallel_forearm,
+    place,
+    planar,
+    spherical_wrist,
+    swivel,
+    three_parallel,
+    turntable,
+)
 from .lines import EXACT, SNAPPED, Lines, axes_of
 from .locks import can_be_given
 from .requirement import Requirement
 
 FAMILIES: dict[int, tuple[ModuleType, ...]] = {
     2: (planar,),
-    3: (planar,),
+    3: (planar, place),
     4: (planar, turntable),
     5: (turntable,),
-    6: (three_parallel, spherical_wrist, column),
+    6: (three_parallel, spherical_wrist, column, parallel_forearm, inner_centre),
     7: (swivel,),
 }
 """The structures of chains by the number of their joints, in the order in which they are tried."""

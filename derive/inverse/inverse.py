@@ -11,12 +11,12 @@ from ..poe import to_poe
 from ..robot import Robot
 from ..scope import Scope
 from .classify import Attempt, Classification, classify
-from .families import planar, swivel, turntable
+from .families import place, planar, swivel, turntable
 from .function import POSE_SYMBOLS, Solved, of_pose_task
 from .lines import Lines
 from .locks import without
 from .target import Target, of_pose
-from .tasks import planar_tasks, turntable_tasks
+from .tasks import planar_tasks, position, turntable_tasks
 from .turns import Turn
 from .work import Work
 
@@ -59,6 +59,8 @@ def inverses(robot: Robot, scope: Scope) -> Inverses:
     others: tuple[SymbolicFunction, ...] = ()
     if found.family is turntable and not found.given:
         solved |= turntable_tasks(robot, classification.lines)
+    elif found.family is place:
+        solved = {"ik_position": position(robot, classification.lines)}
     elif found.family is planar:
         solved |= planar_tasks(robot, classification.lines)
     elif found.family is swivel:

@@ -27,6 +27,7 @@ from ..requirement import Requirement, meeting, revolute
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.sp3 import sp3, squared_across
+from ..subproblems.sp4 import LEAST
 from ..target import Target
 from ..turns import Turn, any_across, direction, rotated
 from ..work import Work
@@ -135,7 +136,7 @@ def _frame(scope: Scope, arm: Vector, h: Vector) -> tuple[Vector, Vector, Vector
 
 def _unit(scope: Scope, v: Vector) -> Vector:
     size2 = dot(scope, v, v)
-    inverse = scope.let(1 / scope.let(sp.sqrt(scope.let(size2 + sp.Float("1e-300", 20)))))
+    inverse = scope.let(1 / scope.let(sp.sqrt(scope.let(size2 + LEAST))))
     return combination(scope, (inverse,), (v,))
 
 

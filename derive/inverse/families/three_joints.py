@@ -53,25 +53,31 @@ class Case:
 
 def case_of(lines: Lines) -> Case | None:
     """The first case whose conditions three axes fulfil."""
-    kinds = "".join("r" if axis.turns else "p" for axis in lines.axes)
+    kinds = _kinds(lines)
     for case in CASES:
-        if case.kinds == kinds and all(
-            condition.apart <= lines.tolerance for condition in case.requires(lines)
-        ):
+        if case.kinds == kinds and _apart(case, lines) <= lines.tolerance:
             return case
     return None
 
 
 def requires(lines: Lines) -> Requirement:
-    """That three joints have one of the structures; of those they miss, the nearest."""
-    kinds = "".join("r" if axis.turns else "p" for axis in lines.axes)
-    missed = [
-        (max((c.apart for c in case.requires(lines)), default=0.0), case.title)
-        for case in CASES
-        if case.kinds == kinds
-    ]
+    """That three joints have one of the structures; the first that they have, or else the nearest."""
+    found = case_of(lines)
+    names = ", ".join(axis.name for axis in lines.axes)
+    if found is not None:
+        return Requirement(f"of {names}: {found.title}", 0.0)
+    kinds = _kinds(lines)
+    missed = [(_apart(case, lines), case.title) for case in CASES if case.kinds == kinds]
     apart, title = min(missed, default=(np.inf, "no structure of these joints is known"))
-    return Requirement(f"of {', '.join(axis.name for axis in lines.axes)}: {title}", apart)
+    return Requirement(f"of {names}: {title}", apart)
+
+
+def _kinds(lines: Lines) -> str:
+    return "".join("r" if axis.turns else "p" for axis in lines.axes)
+
+
+def _apart(case: Case, lines: Lines) -> float:
+    return max((condition.apart for condition in case.requires(lines)), default=0.0)
 
 
 def _last_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:

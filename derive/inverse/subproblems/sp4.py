@@ -29,6 +29,8 @@ from ..turns import Turn, direction, perpendicular
 
 MEETING = sp.Float("4e-15", 20)
 """sin^2 of half the angle between two solutions that are one."""
+LEAST = sp.Float("1e-300", 20)
+"""What is added to a divisor that may be 0."""
 
 
 def sp4(scope: Scope, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symbol) -> FoundTurn:
@@ -72,7 +74,12 @@ def on_line(
     turned = scope.let(sign * xi)
     x = scope.let(e * a - turned * b)
     y = scope.let(e * b + turned * a)
-    floor = sp.Float("1e-300", 20)
-    scale = rho2 if scope.is_constant(rho2) else scope.let(rho2 + floor)
-    margin = scope.let(xi2 / scale)
+    margin = ratio(scope, xi2, rho2)
     return FoundTurn(direction(scope, x, y), Linear(a, b, e), sign, margin)
+
+
+def ratio(scope: Scope, part: sp.Expr, whole: sp.Expr) -> sp.Expr:
+    """A part of something that is never negative, 0 of nothing."""
+    if scope.is_constant(whole):
+        return scope.let(part * scope.let(1 / whole))
+    return scope.let(part / scope.let(whole + LEAST))
