@@ -5,19 +5,55 @@ import textwrap
 import numpy as np
 
 from ..c_code import notice
+from ..function import Result, WrittenFunction
 from ..robot import Robot
+from .function import pose_argument
 from .general_lines import Array
 from .general_tables import tables
 from .raghavan_roth import Split, signs
 
 SUPPORT = "chasles_general.h"
 SLOTS = 16
+CALLS = ("ik_matrices", "fk_jacobian_mixed")
+
+
+def inverse(robot: Robot, split: Split) -> WrittenFunction:
+    """The function ``ik``: every solution of a pose, in sixteen slots.
+
+    Solutions come first, in the order of the suppressed joint; the other slots hold what lies
+    nearest, by the real parts of complex roots. The margin of a solution is |det J| over the
+    product of the lengths of J's columns, with metres in parts of the arm's length: 0 where J is
+    singular and two solutions meet, at most 1. That of another slot is its negative residual.
+    """
+    n = len(robot.coordinates)
+    outputs = (
+        Result("q", (), (SLOTS, n), "rad", "joint coordinates, one solution a row"),
+        Result("residual", (), (SLOTS,), "m or rad", "distance of fk(q[k]) from the target"),
+        Result(
+            "margin",
+            (),
+            (SLOTS,),
+            "1",
+            "distance from a singularity; in a slot without a solution the negative residual",
+        ),
+    )
+    return WrittenFunction(
+        "ik",
+        f"Every solution of the inverse kinematics, in {SLOTS} slots, solutions first.",
+        "fk(q[k]) = T wherever residual[k] is rounding",
+        (pose_argument(robot),),
+        outputs,
+        source(robot, split),
+        SUPPORT,
+        SLOTS,
+        CALLS,
+    )
 
 
 def source(robot: Robot, split: Split) -> str:
-    """The file ``<robot>_ik.c``: ``void <robot>_ik(T, q, residual, margin)``.
+    """The file ``<robot>_ik.h``: ``void <robot>_ik(T, q, residual, margin)`` and its tables.
 
-    It stands beside the robot's own file, whose ``ik_matrices`` and ``fk_jacobian_mixed`` it calls.
+    It stands behind ``ik_matrices`` and ``fk_jacobian_mixed``, which it calls.
     """
     numbers = tables(robot, split)
     joints = ", ".join(map(str, split.joints))
@@ -35,8 +71,6 @@ def source(robot: Robot, split: Split) -> str:
     arm = "\n".join(rows)
     return f"""\
 {notice(robot)}
-#include "{robot.name}.h"
-
 #include "{SUPPORT}"
 
 static const chasles_general_arm {robot.name}_arm = {{

@@ -20,7 +20,7 @@ become sixteen eigenvalues is written in ``chasles_general.h``.
 
 Which joint is suppressed decides all: where neighbouring axes of the arm meet or are parallel, most
 splits give a determinant that vanishes for every theta_3. So the split is chosen by trial, of those
-whose pose is on the left side, on random poses: det M(theta_3) must be a trigonometric polynomial
+whose pose is on the left side, on many poses: det M(theta_3) must be a trigonometric polynomial
 of degree 8, and the second smallest singular value at a solution must be far from zero.
 
 Source:
@@ -29,7 +29,6 @@ Source:
     general 6R manipulators, IEEE Trans. Robotics and Automation 10 (1994), for the eigenvalues.
 """
 
-import random
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -37,10 +36,12 @@ import numpy as np
 import sympy as sp
 
 from ..errors import RobotError
-from ..function import Argument, Result, SymbolicFunction
+from ..function import Result, SymbolicFunction
+from ..kinematics import BOTTOM_ROW
 from ..poe import placement_matrix
 from ..robot import Robot
 from ..scope import Scope
+from .function import POSE_SYMBOLS, pose_argument
 from .general_lines import COUNT, Array, motion, quantities, turn
 
 JOINTS = 6
@@ -49,7 +50,7 @@ SAMPLES = 32
 DEGREE = 8
 """Of the determinant in the suppressed angle: sixteen solutions."""
 POSES = 16
-"""Random poses on which a split is tried."""
+"""Poses on which a split is tried."""
 TAIL = 1e-9
 """Share of degrees above 8 in a determinant that rounding may leave."""
 APART = 1e-12
@@ -105,8 +106,7 @@ def placements(robot: Robot) -> list[Array]:
     Raises:
         RobotError: The robot is no chain of six revolute joints, each with its own coordinate.
     """
-    moving = robot.moving
-    if len(moving) != JOINTS or any(j.kind != "revolute" or j.mimic for j in moving):
+    if not is_fit(robot):
         raise RobotError(f"{robot.name} is no chain of six revolute joints with six coordinates")
     found = [placement_matrix(robot.base)]
     for joint in robot.joints:
@@ -141,20 +141,24 @@ def equations(
     return Equations(_left(inverses, named), _right(inverses, named))
 
 
-def choose(robot: Robot) -> Split:
-    """The split whose solutions stand apart most clearly, over random poses.
+def split_of(robot: Robot) -> Split | None:
+    """The split whose solutions stand apart most clearly, over many poses.
 
-    Raises:
-        RobotError: No split has a determinant of degree 8 and single solutions; the arm has a
-            structure that a simpler decomposition solves.
+    None where the robot is no chain of six revolute joints, or where no split has a determinant of
+    degree 8 and single solutions: such an arm has a structure that a simpler decomposition solves.
     """
-    constants, chance = numbers(robot), random.Random(0)
-    poses = [[chance.uniform(-np.pi, np.pi) for _ in range(JOINTS)] for _ in range(POSES)]
-    ratings = {split: min(_rating(constants, split, q) for q in poses) for split in splits()}
+    if not is_fit(robot):
+        return None
+    constants = numbers(robot)
+    ratings = {split: min(_rating(constants, split, q) for q in _poses()) for split in splits()}
     best = max(ratings, key=lambda split: ratings[split])
-    if ratings[best] < APART:
-        raise RobotError(f"{robot.name}: in no split do solutions stand apart from each other")
-    return best
+    return None if ratings[best] < APART else best
+
+
+def is_fit(robot: Robot) -> bool:
+    """Whether a robot is a chain of six revolute joints, each with its own coordinate."""
+    moving = robot.moving
+    return len(moving) == JOINTS and all(j.kind == "revolute" and not j.mimic for j in moving)
 
 
 def signs(robot: Robot, split: Split) -> tuple[int, ...]:
@@ -164,9 +168,8 @@ def signs(robot: Robot, split: Split) -> tuple[int, ...]:
 
 def matrices(robot: Robot, split: Split, scope: Scope) -> SymbolicFunction:
     """The left side of the equations as a function of the pose, ``ik_matrices(T)``."""
-    T = np.array([[sp.Symbol(f"T{i}{k}", real=True) for k in range(1, 5)] for i in range(1, 5)])
-    T[3] = 0, 0, 0, 1
-    symbols = tuple(sp.Symbol(f"T{i}{k}", real=True) for i in range(1, 5) for k in range(1, 5))
+    T = np.array(POSE_SYMBOLS, object).reshape(4, 4)
+    T[3] = BOTTOM_ROW
     named = np.vectorize(lambda entry: scope.let(sp.S.One * entry), [object])
     found = equations(placements(robot), split, T, named)
     first, second, suppressed, *others, last = (robot.coordinates[k].name for k in split.joints)
@@ -181,7 +184,7 @@ def matrices(robot: Robot, split: Split, scope: Scope) -> SymbolicFunction:
         "ik_matrices",
         f"Left side of Raghavan and Roth's equations, which are free of {last}.",
         f"left (1, y) = B({suppressed}) x, y of {first}, {second} and x of {', '.join(others)}",
-        (Argument("T", symbols, (4, 4), "1, m", "pose of the tool"),),
+        (pose_argument(robot),),
         (result,),
         scope,
     )
@@ -216,6 +219,12 @@ def _rating(constants: Sequence[Array], split: Split, q: Sequence[float]) -> flo
     at = np.tensordot(np.array([1.0, np.cos(angle), np.sin(angle)]), M, 1)
     sizes = np.linalg.svd(at, compute_uv=False)
     return float(sizes[-2] / sizes[0])
+
+
+def _poses() -> list[list[float]]:
+    """Configurations spread evenly and free of any pattern: multiples of square roots."""
+    primes = (2, 3, 5, 7, 11, 13)
+    return [[2 * np.pi * (k * p**0.5 % 1) for p in primes] for k in range(1, POSES + 1)]
 
 
 def _forward(constants: Sequence[Array], angles: Sequence[float]) -> Array:
