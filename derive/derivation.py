@@ -78,6 +78,9 @@ def derive(robot: Described, functions: Sequence[str] | None = None) -> Derivati
     written = {function.name: function for function in inverse.written} if inverse else {}
     offered = [*FUNCTIONS, *(inverse.functions if inverse else ()), *written]
     chosen = _chosen(robot.name, _with_called(functions, written), offered)
+    made |= {
+        name: kinematics.function(name) for name in FUNCTIONS if name in chosen and name not in made
+    }
     return Derivation(
         robot,
         scope,

@@ -24,6 +24,7 @@
 #define CHASLES_SAME 1e-6        /* rad: solutions closer than this are one */
 #define CHASLES_NEARLY_REAL 0.01 /* rad: imaginary part of s at which two real roots may hide */
 #define CHASLES_HIDING 0.5       /* rad: further from real, no solution is sought nearby */
+#define CHASLES_NEAR 1e-4        /* m, rad: what is further off may be out of reach */
 #define CHASLES_PIVOT 1e-4       /* a smaller ratio of pivots: s is counted from elsewhere */
 #define CHASLES_SINGULAR 1e-8    /* a smaller one wherever s is counted from: roots are unsure */
 
@@ -546,6 +547,14 @@ static void chasles_general_step(const double *J, const double *e, double length
   }
 }
 
+/* What is left of a pose as the sum of squares that steps make smaller. */
+static double chasles_general_cost(const double *e, double length)
+{
+  double metres = 0.0, radians = 0.0;
+  for (int k = 0; k < 3; k++) metres += e[k] * e[k], radians += e[3 + k] * e[3 + k];
+  return metres / (length * length) + radians;
+}
+
 /* Steps q towards the pose; returns what is left (metre or radian, the larger). */
 static double chasles_general_polish(const chasles_general_arm *arm, const double *T, int most,
     double *q, double *J)
@@ -553,23 +562,27 @@ static double chasles_general_polish(const chasles_general_arm *arm, const doubl
   double at[16], e[6], step[6], next[6], next_J[36], damping = 0.0;
   arm->pose_jacobian(q, at, J);
   double left = chasles_general_error(T, at, e);
+  double cost = chasles_general_cost(e, arm->length);
   for (int k = 0; k < most && left > CHASLES_CLOSED; k++) {
     double next_e[6];
     chasles_general_step(J, e, arm->length, damping, step);
     for (int i = 0; i < 6; i++) next[i] = q[i] + step[i];
     arm->pose_jacobian(next, at, next_J);
     const double then = chasles_general_error(T, at, next_e);
-    if (then < left) {
+    const double cost_then = chasles_general_cost(next_e, arm->length);
+    if (cost_then < cost) {
+      const int slow = cost_then > 0.999999 * cost && left > CHASLES_NEAR;
       /* Where a step did much, the next may be Newton's. */
-      damping = then < 0.5 * left || damping < 1e-13 ? 0.0 : 0.03 * damping;
-      left = then;
+      damping = cost_then < 0.25 * cost || damping < 1e-13 ? 0.0 : 0.03 * damping;
+      left = then, cost = cost_then;
       memcpy(q, next, sizeof next);
       memcpy(J, next_J, sizeof next_J);
       memcpy(e, next_e, sizeof e);
+      if (slow) break;
     } else if (left < 1e-12 || damping > 1e3) {
       break;
     } else {
-      damping = damping > 0.0 ? 30.0 * damping : 1e-14;
+      damping = damping > 0.0 ? 30.0 * damping : left > CHASLES_NEAR ? 1e-5 : 1e-14;
     }
   }
   for (int i = 0; i < 6; i++) q[i] = chasles_general_wrapped(q[i]);
@@ -745,8 +758,8 @@ static void chasles_general_ik(const chasles_general_arm *arm, const double *T, 
   /* Out of reach, or where several solutions run together and steps get short. */
   for (int k = 0; k < count && found.count == 0; k++) {
     if (starts[k].imaginary < 0.0) continue;
-    double left = chasles_general_polish(arm, T, 30, starts[k].q, J);
-    if (left < 1e-4) left = chasles_general_polish(arm, T, 1000, starts[k].q, J);
+    double left = chasles_general_polish(arm, T, 60, starts[k].q, J);
+    if (left < CHASLES_NEAR) left = chasles_general_polish(arm, T, 1000, starts[k].q, J);
     chasles_general_keep(arm, &found, starts[k].q, left, J);
   }
   for (int i = 0; i < found.count; i++) {
