@@ -758,7 +758,7 @@ static void chasles_general_ik(const chasles_general_arm *arm, const double *T, 
   /* Out of reach, or where several solutions run together and steps get short. */
   for (int k = 0; k < count && found.count == 0; k++) {
     if (starts[k].imaginary < 0.0) continue;
-    double left = chasles_general_polish(arm, T, 60, starts[k].q, J);
+    double left = chasles_general_polish(arm, T, 200, starts[k].q, J);
     if (left < CHASLES_NEAR) left = chasles_general_polish(arm, T, 1000, starts[k].q, J);
     chasles_general_keep(arm, &found, starts[k].q, left, J);
   }

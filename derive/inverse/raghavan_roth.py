@@ -49,6 +49,8 @@ SAMPLES = 32
 """Angles at which the determinant of a split is sampled."""
 DEGREE = 8
 """Of the determinant in the suppressed angle: sixteen solutions."""
+RANK = 8
+"""Of the unknowns that meet exp(i theta) of the suppressed angle, of twelve."""
 POSES = 16
 """Poses on which a split is tried."""
 TAIL = 1e-9
@@ -145,14 +147,19 @@ def split_of(robot: Robot) -> Split | None:
     """The split whose solutions stand apart most clearly, over many poses.
 
     None where the robot is no chain of six revolute joints, or where no split has a determinant of
-    degree 8 and single solutions: such an arm has a structure that a simpler decomposition solves.
+    degree 8, a kernel of dimension 4 (:mod:`.general_tables`) and single solutions: such an arm has
+    a structure that a simpler decomposition solves.
     """
     if not is_fit(robot):
         return None
     constants = numbers(robot)
-    ratings = {split: min(_rating(constants, split, q) for q in _poses()) for split in splits()}
-    best = max(ratings, key=lambda split: ratings[split])
-    return None if ratings[best] < APART else best
+    ratings = {
+        split: min(_rating(constants, split, q) for q in _poses())
+        for split in splits()
+        if _has_kernel(equations(constants, split, np.eye(4)).right)
+    }
+    best = max(ratings, key=lambda split: ratings[split], default=None)
+    return None if best is None or ratings[best] < APART else best
 
 
 def is_fit(robot: Robot) -> bool:
@@ -205,6 +212,15 @@ def suppressed(found: Equations) -> Array:
     right = found.right.copy()
     right[0, :, 0] -= found.left[:, 0]
     return np.array([doubled(orthogonal[:, 8:].T @ part) for part in right])
+
+
+def _has_kernel(right: Array) -> bool:
+    """Whether z is met by eight unknowns of twelve, and real and imaginary kernel are apart."""
+    _, sizes, rows = np.linalg.svd(doubled(right[1]) - 1j * doubled(right[2]))
+    kernel = rows[RANK:].conj()
+    apart = np.linalg.svd(np.vstack([kernel.real, kernel.imag]), compute_uv=False)
+    found = sizes > TAIL * sizes[0]
+    return bool(found[:RANK].all() and not found[RANK:].any() and apart[-1] > TAIL)
 
 
 def _rating(constants: Sequence[Array], split: Split, q: Sequence[float]) -> float:
