@@ -73,12 +73,14 @@ class WrittenFunction(Signature):
         support: The file of C, the same for every robot, that it rests on.
         branches: How many slots it fills.
         calls: Names of the functions that it calls.
+        operations: About how many operations it takes, by which a batch is divided over threads.
     """
 
     text: str
     support: str
     branches: int
     calls: tuple[str, ...]
+    operations: int
 
 
 @dataclass(frozen=True)

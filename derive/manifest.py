@@ -127,8 +127,9 @@ def _function(robot: Described, function: SymbolicFunction, kernel: ca.Function)
 
 
 def _written(robot: Described, function: WrittenFunction) -> dict[str, Any]:
-    """Its operations are not told: they depend on the pose."""
-    return {**_signature(robot, function), "operations": {}, "branches": function.branches}
+    """Its operations are of no kind: how many of each there are depends on the pose."""
+    operations = {"other": function.operations, "total": function.operations}
+    return {**_signature(robot, function), "operations": operations, "branches": function.branches}
 
 
 def _signature(robot: Described, function: Signature) -> dict[str, Any]:
