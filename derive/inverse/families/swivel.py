@@ -91,7 +91,10 @@ def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
     turned = combination(scope, [dot(scope, e, f) for f in (w, n, b)], (W, normal, side))
     left = rotated(scope, a2.h, q2.turn.back, rotated(scope, a1.h, q1.turn.back, turned))
     work.step(
-        [a3], "subproblem 1", "what is left of the shoulder's turn", sp1(scope, a3.h, e, left)
+        [a3],
+        "subproblem 1",
+        "what is left of the shoulder's turn",
+        sp1(scope, a3.h, e, left, sure=True),
     )
 
     # 6 to 8. What the arm leaves of the tool's turn.

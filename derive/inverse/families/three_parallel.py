@@ -74,7 +74,7 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
         [a5],
         "subproblem 1",
         "what joints 1 to 4 leave of the turn of axis 6",
-        sp1(scope, a5.h, a6.h, rotated(scope, a2.h, q234.back, v)),
+        sp1(scope, a5.h, a6.h, rotated(scope, a2.h, q234.back, v), sure=True),
     )
 
     # 4. Any direction across axis 6 tells the last angle.
@@ -82,7 +82,10 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     left = rotated(scope, a1.h, q1.back, target.turned(scope, e))
     left = rotated(scope, a5.h, q5.back, rotated(scope, a2.h, q234.back, left))
     work.step(
-        [a6], "subproblem 1", "what joints 1 to 5 leave of the turn", sp1(scope, a6.h, e, left)
+        [a6],
+        "subproblem 1",
+        "what joints 1 to 5 leave of the turn",
+        sp1(scope, a6.h, e, left, sure=True),
     )
 
     # 5. The rest is a triangle across the parallel axes: shoulder, elbow, wrist.

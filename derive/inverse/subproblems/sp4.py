@@ -25,7 +25,7 @@ import sympy as sp
 from ...scope import Scope
 from ...vectors import Vector, cross, dot
 from ..found import FoundTurn, Linear
-from ..turns import direction, perpendicular
+from ..turns import Turn, direction, perpendicular
 
 MEETING = sp.Float("4e-15", 20)
 """sin^2 of half the angle between two solutions that are one."""
@@ -60,6 +60,11 @@ def on_line(
         rho2: ``a^2 + b^2``, or what xi^2 is small beside.
         xi2: ``a^2 + b^2 - e^2``, computed in the way that keeps most digits.
     """
+    if e == 0:
+        # Through the centre: the two points are opposite, and always there.
+        half = direction(scope, -b, a)
+        turn = Turn(scope.let(sign * half.c), scope.let(sign * half.s))
+        return FoundTurn(turn, Linear(a, b, e), sign)
     meeting = scope.let(MEETING * rho2)
     xi = scope.let(
         sp.Piecewise((sp.sqrt(xi2), xi2 > meeting), (sp.Integer(0), True), evaluate=False)
