@@ -1,7 +1,7 @@
 """Which closed-form inverse a chain has: structures are tried in order, and say what they miss."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from types import ModuleType
 
@@ -108,13 +108,16 @@ def classify(robot: Robot, scope: Scope, given: Sequence[str] | None = None) -> 
 def of_lines(lines: Lines, given: Sequence[str] | None = None) -> Classification:
     """The structure of a chain of axes."""
     attempts: list[Attempt] = []
-    for attempt in _attempts(lines, _choices(lines, given)):
+    choices = list(_choices(lines, given))
+    for attempt in _attempts(lines, choices):
         attempts.append(attempt)
         if attempt.apart <= EXACT:
             return Classification(lines, attempt, tuple(attempts))
+    # Of an arm that was built to a structure and measured, the first that is nearly there.
+    for attempt in _attempts(replace(lines, tolerance=SNAPPED), choices):
+        if attempt.apart <= SNAPPED:
+            return Classification(lines, attempt, tuple(attempts))
     nearest = min(attempts, key=lambda attempt: attempt.apart, default=None)
-    if nearest is not None and nearest.apart <= SNAPPED:
-        return Classification(lines, nearest, tuple(attempts))
     return Classification(lines, None, tuple(attempts), _nearest_in_words(nearest))
 
 

@@ -16,10 +16,16 @@ class Requirement:
         text: What must hold, in words.
         apart: How far it is from holding: radian, or parts of the arm's length; infinite where no
             small change of the arm would do.
+        parallel: The axes that must be parallel, if it is that.
+        meeting: The axes that must meet, if it is that.
+        parts: The conditions that it sums up, if it does.
     """
 
     text: str
     apart: float
+    parallel: tuple[int, ...] = ()
+    meeting: tuple[int, ...] = ()
+    parts: tuple["Requirement", ...] = ()
 
 
 def revolute(lines: Lines, indices: Iterable[int]) -> Requirement:
@@ -32,14 +38,17 @@ def revolute(lines: Lines, indices: Iterable[int]) -> Requirement:
 def parallel(lines: Lines, *indices: int) -> Requirement:
     """Axes that must be parallel."""
     return Requirement(
-        f"axes {_names(lines, indices)} are parallel", lines.apart_in_direction(indices)
+        f"axes {_names(lines, indices)} are parallel",
+        lines.apart_in_direction(indices),
+        parallel=indices,
     )
 
 
 def meeting(lines: Lines, *indices: int) -> Requirement:
     """Axes that must pass through one point."""
     what = "pass through one point" if len(indices) > 2 else "intersect"  # noqa: PLR2004
-    return Requirement(f"axes {_names(lines, indices)} {what}", lines.apart_in_place(indices))
+    text = f"axes {_names(lines, indices)} {what}"
+    return Requirement(text, lines.apart_in_place(indices), meeting=indices)
 
 
 def across(lines: Lines, i: int, j: int) -> Requirement:

@@ -65,7 +65,8 @@ def requires(lines: Lines) -> Requirement:
     found = case_of(lines)
     names = ", ".join(axis.name for axis in lines.axes)
     if found is not None:
-        return Requirement(f"of {names}: {found.title}", 0.0)
+        text = f"of {names}: {found.title}"
+        return Requirement(text, _apart(found, lines), parts=tuple(found.requires(lines)))
     kinds = _kinds(lines)
     missed = [(_apart(case, lines), case.title) for case in CASES if case.kinds == kinds]
     apart, title = min(missed, default=(np.inf, "no structure of these joints is known"))
