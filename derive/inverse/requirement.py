@@ -16,10 +16,12 @@ class Requirement:
         text: What must hold, in words.
         apart: How far it is from holding: radian, or parts of the arm's length; infinite where no
             small change of the arm would do.
+        is_length: Whether it is told in parts of the arm's length.
     """
 
     text: str
     apart: float
+    is_length: bool = False
 
 
 def revolute(lines: Lines, indices: Iterable[int]) -> Requirement:
@@ -39,7 +41,8 @@ def parallel(lines: Lines, *indices: int) -> Requirement:
 def meeting(lines: Lines, *indices: int) -> Requirement:
     """Axes that must pass through one point."""
     what = "pass through one point" if len(indices) > 2 else "intersect"  # noqa: PLR2004
-    return Requirement(f"axes {_names(lines, indices)} {what}", lines.apart_in_place(indices))
+    text = f"axes {_names(lines, indices)} {what}"
+    return Requirement(text, lines.apart_in_place(indices), is_length=True)
 
 
 def across(lines: Lines, i: int, j: int) -> Requirement:

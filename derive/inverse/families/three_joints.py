@@ -64,13 +64,16 @@ def case_of(lines: Lines) -> Case | None:
 def requires(lines: Lines) -> Requirement:
     """That three joints have one of the structures; of those they miss, the nearest."""
     kinds = "".join("r" if axis.turns else "p" for axis in lines.axes)
-    missed = [
-        (max((c.apart for c in case.requires(lines)), default=0.0), case.title)
-        for case in CASES
-        if case.kinds == kinds
+    cases = [(case, case.requires(lines)) for case in CASES if case.kinds == kinds]
+    worst = [
+        (max(conditions, key=lambda c: c.apart, default=Requirement("", 0.0)), case)
+        for case, conditions in cases
     ]
-    apart, title = min(missed, default=(np.inf, "no structure of these joints is known"))
-    return Requirement(f"of {', '.join(axis.name for axis in lines.axes)}: {title}", apart)
+    names = ", ".join(axis.name for axis in lines.axes)
+    if not worst:
+        return Requirement(f"of {names}: no structure of these joints is known", np.inf)
+    nearest, case = min(worst, key=lambda pair: pair[0].apart)
+    return Requirement(f"of {names}: {case.title}", nearest.apart, nearest.is_length)
 
 
 def _last_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
