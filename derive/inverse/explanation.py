@@ -122,16 +122,28 @@ def _distance(requirement: Requirement, classification: Classification) -> str:
     return f"{requirement.apart:.3g} rad"
 
 
-def _nearest(classification: Classification) -> str:
-    """The structures that were tried, by their distance."""
+def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, str]]]]:
+    """The structures that were tried, by their distance, with what they miss and by how much."""
     best: dict[str, Attempt] = {}
     for attempt in sorted(classification.attempts, key=lambda attempt: attempt.apart):
         best.setdefault(attempt.title, attempt)
+    return [
+        (
+            attempt.title + _for_given(attempt, classification),
+            [
+                (requirement.text, _distance(requirement, classification))
+                for requirement in attempt.requirements
+                if requirement.apart > EXACT
+            ],
+        )
+        for attempt in best.values()
+    ]
+
+
+def _nearest(classification: Classification) -> str:
     rows = [("structure, and what of it is missed", "off by")]
-    for attempt in list(best.values())[:MOST_LISTED]:
-        rows.append((attempt.title + _for_given(attempt, classification), ""))
-        missed = [r for r in attempt.requirements if r.apart > EXACT]
-        rows += [(f"  {r.text}", _distance(r, classification)) for r in missed]
+    for title, missed in nearest(classification)[:MOST_LISTED]:
+        rows += [(title, ""), *((f"  {what}", off) for what, off in missed)]
     return "\n".join(_table(rows))
 
 
