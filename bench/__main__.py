@@ -6,9 +6,10 @@ The figures in docs/performance.md are replaced by the new ones. With --quick no
 import argparse
 import sys
 
-from . import check, count, derivation, document
+from . import check, count, derivation, document, misses
 from .peers import absent
 from .plans import FULL, QUICK, SECTIONS, without_slow_builds
+from .poses import CASES
 from .report import Plan, out, records, save, tables
 
 DERIVATION = "derivation"
@@ -21,6 +22,8 @@ def main() -> int:
         return check.run(options.write)
     if options.command == "count":
         return count.run(options.write)
+    if options.command == "misses":
+        return misses.run(options.quick, options.robot)
     if options.quick:
         measure(without_slow_builds(QUICK), options.only, keep=False)
     else:
@@ -61,6 +64,11 @@ def _parser() -> argparse.ArgumentParser:
     for name, text in texts.items():
         command = commands.add_parser(name, help=text)
         command.add_argument("--write", action="store_true", help="write that file instead")
+    lost = commands.add_parser(
+        "misses", help="reachable targets that inverses miss, ours and peers'"
+    )
+    lost.add_argument("--quick", action="store_true", default=argparse.SUPPRESS, help="small sets")
+    lost.add_argument("--robot", choices=[case.name for case in CASES], help="one robot")
     return parser
 
 

@@ -1,6 +1,8 @@
 """Any generated C function in a loop in C, over an array of its input vectors."""
 
 import ctypes
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -48,11 +50,12 @@ class Kernel:
         self.library.run(first, *sizes, results)
 
 
-def kernel(robot: chasles.Robot, function: str) -> Kernel:
-    """A function of a robot that takes one vector, compiled as chasles compiles it."""
-    (vector,), outputs = robot.functions[function].inputs, robot.functions[function].outputs
+def kernel(robot: chasles.Robot, function: str, flags: Sequence[str] = ()) -> Kernel:
+    """A function of a robot that takes one array, compiled as chasles compiles it."""
+    (array,), outputs = robot.functions[function].inputs, robot.functions[function].outputs
     arguments = ["in", *(f"out + {ROOM * k}" for k in range(len(outputs)))]
     main = MAIN.format(robot=robot.name, function=function, arguments=", ".join(arguments))
     own = {file.name: file.read_text(encoding="utf-8") for file in robot.folder.glob("*.[ch]")}
-    library = compiled(Source(f"{robot.name}-{function}", {"main.c": main, **own}, (UNPACKED,)))
-    return Kernel(ctypes.CDLL(str(library)), vector.shape[0], aligned(len(outputs), ROOM))
+    files = {"main.c": main, **own}
+    library = compiled(Source(f"{robot.name}-{function}", files, (UNPACKED, *flags)))
+    return Kernel(ctypes.CDLL(str(library)), math.prod(array.shape), aligned(len(outputs), ROOM))

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from .c_code import notice, support
 from .function import SymbolicFunction
-from .lanes_code import SUPPORT, Sizes, kernel, sizes
+from .lanes_code import SUPPORT, Sizes, kernel, offsets, sizes
 from .mechanism import Described
 from .statements import Body
 
@@ -186,6 +186,12 @@ def _lanes(robot: Described, pairs: Sequence[tuple[SymbolicFunction, Body]]) -> 
     ]
     for function, body in pairs:
         head = f"static LANES_TARGET void LANES_NAME({robot.name}_{function.name})"
-        inputs = [argument.name for argument in function.inputs]
-        parts.append(kernel(head, body, inputs, sizes(function)))
+        of = sizes(function)
+        first = offsets(of.inputs)
+        loads = [
+            f"  const lanes {function.inputs[i].name}_{k} = in[{first[i] + k}];"
+            for i, k in body.loads
+        ]
+        lines = kernel(body, loads or ["  (void)in;"], of)
+        parts.append("\n".join([f"{head}(const lanes *in, lanes *out)", "{", *lines, "}\n"]))
     return "\n".join(parts)

@@ -11,21 +11,19 @@ from dataclasses import replace
 from .branches import patterns
 from .c_code import branches_file, branches_flag, notice
 from .function import SymbolicFunction
-from .lanes_code import SUPPORT, Sizes, kernel
+from .lanes_code import SUPPORT, Sizes, kernel, offsets
 from .lower import lower_branch
 from .mechanism import Described
 from .statements import Body, Compute, Store, bodies
 
 WIDEST = 8
 """Branches that one vector of AVX-512 holds."""
-FEWEST = 2
-"""Branches from which lanes are worth their way in and out."""
 _WORD = re.compile(r"\w+")
 
 
 def files(robot: Described, functions: Sequence[SymbolicFunction]) -> dict[str, str]:
     """The header of a robot's branches, by file name; none for a robot without branches."""
-    branched = [function for function in functions if function.branches >= FEWEST]
+    branched = [function for function in functions if function.signs]
     if not branched:
         return {}
     lowered = [lower_branch(function, robot.name) for function in branched]
@@ -70,53 +68,64 @@ extern "C" {{
 
 
 def _branch(prefix: str, function: SymbolicFunction, body: Body) -> str:
+    """The C of a function's branches: some of them on lanes, and the function of one pose."""
     name = f"{prefix}_{function.name}"
-    k = function.branches
-    inputs = (*(a.size for a in function.inputs), len(function.signs))
-    outputs = tuple(result.size // k for result in function.outputs)
-    names = [*(a.name for a in function.inputs), "sign"]
-    body, alike = _angles_last(body, f"sign_{len(function.signs) - 1}")
-    head = f"static inline LANES_TARGET void LANES_NAME({name}_branch)"
-    code = kernel(head, body, names, Sizes(inputs, outputs), alike)
-    return f"{code}\n{_all_branches(name, function, Sizes(inputs, outputs))}"
+    k, n_signs = function.branches, len(function.signs)
+    of = Sizes(
+        (*(a.size for a in function.inputs), n_signs),
+        tuple(result.size // k for result in function.outputs),
+    )
+    body, alike = _angles_last(body, f"sign_{n_signs - 1}")
+    lines = kernel(body, _loads(function, body), of, alike)
+    parameters = [f"const double *{a.name}" for a in function.inputs]
+    head = (
+        f"LANES_INLINE void LANES_NAME({name}_branch)(\n"
+        f"    {', '.join(parameters)}, const double (*sign)[{max(k, WIDEST)}], int b, lanes *out)"
+    )
+    return "\n".join([head, "{", *lines, "}\n", _all_branches(name, function, of)])
+
+
+def _loads(function: SymbolicFunction, body: Body) -> list[str]:
+    lines = []
+    for i, k in body.loads:
+        if i < len(function.inputs):
+            name = function.inputs[i].name
+            lines.append(f"  const lanes {name}_{k} = LANES_OF({name}[{k}]);")
+        else:
+            row = f"*(const LANES_NAME(lanes_row) *)(sign[{k}] + b)"
+            lines.append(f"  const lanes sign_{k} = {row};")
+    return lines
 
 
 def _all_branches(name: str, function: SymbolicFunction, of: Sizes) -> str:
-    """The function of one pose: inputs to all lanes, kernels, lanes to rows."""
-    k, n_signs = function.branches, len(function.signs)
+    """The function of one pose: kernels, then lanes to rows."""
+    k = function.branches
     width = max(k, WIDEST)
     # Lanes without a branch repeat the last one, so that they compute something tame.
     columns = [[*c, *[c[-1]] * (width - k)] for c in zip(*patterns(function), strict=True)]
     table = ",\n".join(f"    {{{', '.join(map(str, column))}}}" for column in columns)
+    call = f"LANES_NAME({name}_branch)({', '.join(a.name for a in function.inputs)}, sign"
     lines = [
-        f"  static const double signs[{n_signs}][{width}] = {{\n{table}}};",
+        f"  static const double sign[{len(columns)}][{width}] = {{\n{table}}};",
         f"  enum {{ BRANCHES = {k}, COUNT = BRANCHES < LANES ? BRANCHES : LANES }};",
-        f"  lanes in[{sum(of.inputs)}], out[BRANCHES / COUNT][{sum(of.outputs)}];",
+        f"  lanes out[BRANCHES / COUNT][{sum(of.outputs)}];",
+        f"  for (int b = 0; b < BRANCHES; b += {WIDEST}) {{",
+        f"    {call}, b, out[b / COUNT]);",
     ]
-    at = 0
-    for argument in function.inputs:
-        lines.append(f"  LANES_NAME(lanes_spread)({argument.name}, {argument.size}, in + {at});")
-        at += argument.size
+    if k >= WIDEST:
+        lines += ["#if LANES == 4", f"    {call}, b + 4, out[b / COUNT + 1]);", "#endif"]
     lines += [
-        "  for (int b = 0; b < BRANCHES; b += COUNT) {",
-        f"    for (int i = 0; i < {n_signs}; i++) {{",
-        f"      in[{at} + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);",
-        "    }",
-        f"    LANES_NAME({name}_branch)(in, out[b / COUNT]);",
         "  }",
         "  for (int b = 0; b < BRANCHES; b += COUNT) {",
         "    const lanes *from = out[b / COUNT];",
     ]
-    first = 0
-    for result, size in zip(function.outputs, of.outputs, strict=True):
-        rows = f"{result.name} + b * {size}" if size > 1 else f"{result.name} + b"
-        call = f"(from + {first}, {size}, COUNT, {rows}, {size})"
-        lines.append(f"    LANES_NAME(lanes_scatter){call};")
-        first += size
+    for result, size, first in zip(function.outputs, of.outputs, offsets(of.outputs), strict=True):
+        rows = f"(from + {first}, {size}, COUNT, {result.name} + b * {size}, {size})"
+        lines.append(f"    LANES_NAME(lanes_scatter){rows};")
     lines.append("  }")
     parameters = [f"const double *{a.name}" for a in function.inputs]
     parameters += [f"double *{r.name}" for r in function.outputs]
-    head = f"static inline LANES_TARGET void LANES_NAME({name}_branches)"
+    head = f"static LANES_SCHEDULED LANES_TARGET void LANES_NAME({name}_branches)"
     return "\n".join([f"{head}({', '.join(parameters)})", "{", *lines, "}\n"])
 
 
@@ -126,12 +135,13 @@ def _angles_last(body: Body, sign: str) -> tuple[Body, list[str]]:
     Returns:
         The body, and the names of those angles.
     """
-    varying, angles, late = {sign}, [], set()
+    varying, late = {sign}, set[str]()
+    angles: list[str] = []
     for statement in body.computed:
         parts = set(_WORD.findall(statement.expression))
         if parts & varying:
             varying.add(statement.name)
-        if parts & (late | set(angles)):
+        if parts & late.union(angles):
             late.add(statement.name)
         elif statement.name not in varying and statement.expression.startswith("atan2("):
             angles.append(statement.name)

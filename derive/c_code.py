@@ -117,7 +117,8 @@ def _declaration(prefix: str, function: SymbolicFunction) -> str:
 def _definition(robot: Described, function: SymbolicFunction, body: Body) -> str:
     lines = _straight(function, body)
     if function.signs:
-        names = ", ".join(a.name for a in (*function.inputs, *function.outputs))
+        described: list[Argument | Result] = [*function.inputs, *function.outputs]
+        names = ", ".join(what.name for what in described)
         at_once = f"  LANES_NAME({robot.name}_{function.name}_branches)({names});"
         lines = [f"#if {branches_flag(robot)}", at_once, "#else", *lines, "#endif"]
     return "\n".join([f"{_signature(robot.name, function)} {{", *lines, "}\n"])

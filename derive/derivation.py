@@ -8,6 +8,7 @@ from .chain import Group, groups
 from .coordinates import InProportion
 from .errors import RobotError
 from .function import SymbolicFunction
+from .inverse.hybrid import hybrid_inverses
 from .inverse.inverse import Inverses, inverses
 from .kinematics import FUNCTIONS, Kinematics, arguments_of
 from .loops import equations, maps, platforms
@@ -85,10 +86,18 @@ def _is_asked(name: str, functions: Sequence[str] | None) -> bool:
 def _of_mechanism(mechanism: Mechanism, functions: Sequence[str] | None) -> Derivation:
     hybrid = Hybrid(mechanism)
     offered = _offered(hybrid)
+    inverse = None
+    if not hybrid.forward.open and (functions is None or not set(functions) <= offered.keys()):
+        inverse = hybrid_inverses(hybrid)
+        offered |= {name: partial(_made, f) for name, f in inverse.functions.items()}
     chosen = _chosen(mechanism.name, functions, list(offered))
     made = tuple(_guarded(offered[name](hybrid), offered) for name in chosen)
     found = () if hybrid.forward.open else hybrid.groups
-    return Derivation(mechanism, hybrid.scope, found, made, hybrid)
+    return Derivation(mechanism, hybrid.scope, found, made, hybrid, inverse)
+
+
+def _made(function: SymbolicFunction, _: Hybrid) -> SymbolicFunction:
+    return function
 
 
 def _offered(hybrid: Hybrid) -> dict[str, Maker]:

@@ -14,6 +14,7 @@ _COMPARISONS = {"<": "LT", "<=": "LE", "==": "EQ", "!=": "NE"}
 _CONNECTION = re.compile(r"(\S+) (&&|\|\|) (\S+)")
 _CONNECTIONS = {"&&": "AND", "||": "OR"}
 _SELECTION = re.compile(r"(\S+) \? (\S+) : (\S+)")
+_EXTREMES = {"fmin": "MIN", "fmax": "MAX"}
 _PAIR = 2
 
 
@@ -31,25 +32,20 @@ def sizes(function: SymbolicFunction) -> Sizes:
     return Sizes(inputs, tuple(result.size for result in function.outputs))
 
 
-def kernel(
-    head: str, body: Body, inputs: Sequence[str], of: Sizes, alike: Sequence[str] = ()
-) -> str:
-    """A C function ``(const lanes *in, lanes *out)``: all inputs in one array, all outputs in one.
+def kernel(body: Body, loads: Sequence[str], of: Sizes, alike: Sequence[str] = ()) -> list[str]:
+    """The lines of a C function that puts its results into ``out``, one output behind the other.
 
     Args:
-        head: What stands before its parameters.
         body: Its statements.
-        inputs: Names of the inputs.
+        loads: The lines that give names to what it reads.
         of: Sizes of inputs and outputs.
         alike: Names of angles that are the same in lanes 2 k and 2 k + 1 of every vector; two such
             angles are computed at once, one in the even lanes and one in the odd.
     """
-    first_in, first_out = _offsets(of.inputs), _offsets(of.outputs)
-    lines = [] if body.loads else ["  (void)in;"]
-    for i, k in body.loads:
-        lines.append(f"  const lanes {inputs[i]}_{k} = in[{first_in[i] + k}];")
+    first = offsets(of.outputs)
     given = {**_cosines_and_sines(body), **_angles_at_once(body, alike)}
     writer = _Writer(body)
+    lines = list(loads)
     for statement in body.statements:
         match statement:
             case Compute(name) if name in given:
@@ -57,8 +53,13 @@ def kernel(
             case Compute():
                 lines += writer.computed(statement)
             case Store(i, entry, value):
-                lines.append(f"  out[{first_out[i] + entry}] = {writer.vector(value)};")
-    return "\n".join([f"{head}(const lanes *in, lanes *out)", "{", *lines, "}\n"])
+                lines.append(f"  out[{first[i] + entry}] = {writer.vector(value)};")
+    return lines
+
+
+def offsets(of: Sequence[int]) -> list[int]:
+    """Where each of several arrays begins, one behind the other."""
+    return [sum(of[:k]) for k in range(len(of))]
 
 
 class _Writer:
@@ -117,9 +118,15 @@ class _Writer:
 
     def _called(self, name: str, function: str, arguments: str) -> list[str]:
         """A call, by address; numbers among its arguments get a name of their own."""
+        terms = arguments.split(", ")
+        if function in _EXTREMES and any(map(_is_number, terms)):
+            # A number is not NaN: it stands second, so that it takes the place of one.
+            first, second = sorted(terms, key=_is_number)
+            value = f"LANES_{_EXTREMES[function]}({self.number(first)}, {second})"
+            return [f"  const lanes {name} = {value};"]
         lines: list[str] = []
         names: list[str] = []
-        for k, argument in enumerate(arguments.split(", ")):
+        for k, argument in enumerate(terms):
             names.append(f"{name}_{k}" if _is_number(argument) else self.number(argument))
             if _is_number(argument):
                 lines.append(f"  const lanes {names[-1]} = LANES_OF({argument});")
@@ -164,7 +171,3 @@ def _angles_at_once(body: Body, alike: Sequence[str]) -> dict[str, list[str]]:
 
 def _is_number(value: str) -> bool:
     return value[0] in "-0123456789"
-
-
-def _offsets(of: Sequence[int]) -> list[int]:
-    return [sum(of[:k]) for k in range(len(of))]

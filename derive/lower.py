@@ -204,10 +204,9 @@ class _Visitor:
                 continue
             if factor.is_Pow and factor.exp.is_negative:
                 divisor = self.node(1 / factor)
-                product = _over(ca.SX(1) if product is None else product, divisor)
+                product = 1 / divisor if product is None else product / divisor
             else:
-                node = self.node(factor)
-                product = node if product is None else _times(product, node)
+                product = self.node(factor) if product is None else product * self.node(factor)
         assert product is not None
         return product
 
@@ -219,7 +218,7 @@ class _Visitor:
         factors = [node] * (abs(exponent.p) // exponent.q)
         if exponent.q == 2:  # noqa: PLR2004
             factors.insert(0, ca.sqrt(node))
-        power = reduce(_times, factors)
+        power = reduce(operator.mul, factors)
         return power if exponent > 0 else 1 / power
 
     def _angle(self, y: sp.Expr, x: sp.Expr) -> ca.SX:
@@ -240,7 +239,7 @@ class _Visitor:
             raise LoweringError(f"no value where no condition holds: {expression}")
         node = self.node(value)
         for value, condition in reversed(cases):
-            node = ca.if_else(self._condition(condition), self.node(value), node)
+            node = _chosen(self._condition(condition), self.node(value), node)
         return node
 
     def _condition(self, condition: Boolean) -> ca.SX:
@@ -256,7 +255,7 @@ class _Visitor:
 
 @contextmanager
 def _as_written() -> Iterator[None]:
-    """Nodes as they are asked for: CasADi would choose each product with a choice once more."""
+    """Keeps CasADi from simplifying: of (c ? x : 0) * y, it would make one choice a product."""
     ca.GlobalOptions.setSimplificationOnTheFly(False)
     try:
         yield
@@ -264,18 +263,11 @@ def _as_written() -> Iterator[None]:
         ca.GlobalOptions.setSimplificationOnTheFly(True)
 
 
-def _times(x: ca.SX, y: ca.SX) -> ca.SX:
-    if not (x.is_op(ca.OP_IF_ELSE_ZERO) or y.is_op(ca.OP_IF_ELSE_ZERO)):
-        return x * y
+def _chosen(condition: ca.SX, this: ca.SX, other: ca.SX) -> ca.SX:
+    if condition.is_constant():
+        return this if condition.is_one() else other
     with _as_written():
-        return x * y
-
-
-def _over(x: ca.SX, y: ca.SX) -> ca.SX:
-    if not x.is_op(ca.OP_IF_ELSE_ZERO):
-        return x / y
-    with _as_written():
-        return x / y
+        return ca.if_else(condition, this, other)
 
 
 def _folded(operation: Callable[[ca.SX, ca.SX], ca.SX]) -> Callable[..., ca.SX]:

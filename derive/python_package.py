@@ -21,20 +21,27 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import Robot
+from chasles import {imported}
 
 robot: Robot
 '''
+BRANCHES = ["q", "residual", "margin"]
 
 
 def files(robot: Described, functions: Sequence[SymbolicFunction]) -> dict[str, str]:
     """``__init__.py``, which loads the compiled functions at first use, and its typed stub."""
     title = robot.title.replace("\\", "\\\\").replace('"', "'")
     stubs = "\n\n".join(_stub(function) for function in functions)
+    imported = "Robot, Solutions" if any(map(_is_inverse, functions)) else "Robot"
     return {
         "__init__.py": INIT.format(title=title),
-        "__init__.pyi": f"{STUB.format(title=title)}\n{stubs}\n",
+        "__init__.pyi": f"{STUB.format(title=title, imported=imported)}\n{stubs}\n",
     }
+
+
+def _is_inverse(function: SymbolicFunction) -> bool:
+    """Whether its outputs are the branches of an inverse, which the runtime returns as one."""
+    return [output.name for output in function.outputs] == BRANCHES
 
 
 def _stub(function: SymbolicFunction) -> str:
@@ -43,6 +50,8 @@ def _stub(function: SymbolicFunction) -> str:
     array = "NDArray[np.float64]"
     count = len(function.outputs)
     result = array if count == 1 else f"tuple[{', '.join([array] * count)}]"
+    if _is_inverse(function):
+        result = "Solutions"
     out = array if count == 1 else f"tuple[{', '.join([f'{array} | None'] * count)}]"
     return (
         f"def {function.name}(\n    {inputs}, *, out: {out} | None = None,\n"

@@ -83,7 +83,9 @@ class Scope:
         if not self.is_solved(angle):
             return self.let(sp.cos(angle)), self.let(sp.sin(angle))
         if angle not in self._composed:
-            self._composed[angle] = self._product_of_turns(sp.expand(angle))
+            self._composed[angle] = self._known_sum(angle) or self._product_of_turns(
+                sp.expand(angle)
+            )
         return self._composed[angle]
 
     def solved_angle(self, c: sp.Expr, s: sp.Expr) -> sp.Expr:
@@ -94,6 +96,10 @@ class Scope:
         self.solved[angle] = c, s
         self._register(angle, c, s)
         return angle
+
+    def know_sum(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
+        """Notes cosine and sine of a sum of solved angles that was found before its parts."""
+        self._composed[sp.expand(angle)] = self.let(c), self.let(s)
 
     def is_solved(self, angle: sp.Expr) -> bool:
         """Whether an angle contains one that a loop's solution gives."""
@@ -115,6 +121,16 @@ class Scope:
                 found.add(symbol)
                 waiting.extend(self.terms[symbol].free_symbols)
         return [symbol for symbol in self.terms if symbol in found]
+
+    def _known_sum(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr] | None:
+        """From the known cosine and sine of the same sum, but for a constant or its sign."""
+        constant, moving = sp.expand(angle).as_independent(*self.solved, as_Add=True)
+        for sign in (1, -1):
+            known = self._composed.get(sign * moving)
+            if known is not None and self.is_constant(constant):
+                (c1, s1), (c2, s2) = self.cos_sin(constant), (known[0], sign * known[1])
+                return self.let(c1 * c2 - s1 * s2), self.let(s1 * c2 + c1 * s2)
+        return None
 
     def _product_of_turns(self, angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
         """exp(i (a + b)) = exp(i a) exp(i b), the solved angle that was named last split off."""

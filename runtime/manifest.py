@@ -385,6 +385,9 @@ def _check_branches(entry: _Entry, manifest: Manifest) -> None:
             item["outputs"].fail(f"q ({k}, {n}), residual ({k}) and margin ({k})")
         if k and function.margin:
             item["margin"].fail("none of a function with branches, which tells its own")
+    names = [function.name for function in manifest.functions]
+    if manifest.inverse.tier == "snapped" and "ik" in names and "fk_jacobian_mixed" not in names:
+        entry["inverse"]["tier"].fail('"exact", or a function fk_jacobian_mixed to iterate with')
 
 
 def _loops(entry: _Entry) -> Loops:
@@ -476,6 +479,9 @@ def _function(entry: _Entry) -> FunctionInfo:
     # "out" and "threads" are keywords of every call.
     entry["inputs"].unique([*(argument.name for argument in inputs), "out", "threads"])
     operations = {kind: count.count() for kind, count in entry["operations"].mapping().items()}
+    branches = entry.get("branches", 0)
+    if branches.count() and any(out.shape[:1] != (branches.count(),) for out in outputs):
+        branches.fail("the first dimension of every output")
     return FunctionInfo(
         entry["name"].identifier(),
         entry["symbol"].identifier(),
@@ -486,7 +492,7 @@ def _function(entry: _Entry) -> FunctionInfo:
         MappingProxyType(operations),
         entry.get("margin", "").text(),
         entry.get("steps", []).texts(),
-        entry.get("branches", 0).count(),
+        branches.count(),
     )
 
 

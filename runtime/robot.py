@@ -12,12 +12,14 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from . import newton
+from . import calibrated, newton
 from ._call import Function
 from .errors import SourceMismatchError
+from .inverse import InverseMethods
 from .library import load_functions
 from .loops import LoopMethods
 from .manifest import (
+    Argument,
     Coordinate,
     Frames,
     Manifest,
@@ -28,11 +30,12 @@ from .manifest import (
 )
 from .modes import PlanarMethods
 from .singularity import SingularityMethods
+from .solutions import Solutions
 
 FloatArray = NDArray[np.float64]
 
 
-class Robot(LoopMethods, PlanarMethods, SingularityMethods):
+class Robot(InverseMethods, LoopMethods, PlanarMethods, SingularityMethods):
     """A generated robot: what it is, and what it computes.
 
     The functions are attributes (`robot.fk(q)`); which ones there are depends on the robot, and
@@ -57,6 +60,8 @@ class Robot(LoopMethods, PlanarMethods, SingularityMethods):
         parameters: Its geometry by name.
         notes: What to know about it.
         functions: Its functions by name.
+        redundancy: What `ik` takes beside the pose, which chooses one of infinitely many inverses:
+            name, unit and meaning of each; () where the pose is enough, or there is no `ik`.
         loops: The names of its loops; () of a serial robot.
         solution: How its loops are solved: "closed form", "newton", or "" without loops.
         chain_joints: The joints of its main chain, in the order of `theta`; of a serial robot its
@@ -79,6 +84,7 @@ class Robot(LoopMethods, PlanarMethods, SingularityMethods):
     parameters: Mapping[str, Parameter]
     notes: tuple[str, ...]
     functions: Mapping[str, Function[Any]]
+    redundancy: tuple[Argument, ...]
     loops: tuple[str, ...]
     solution: str
     chain_joints: tuple[Coordinate, ...]
@@ -104,6 +110,11 @@ class Robot(LoopMethods, PlanarMethods, SingularityMethods):
     acceleration_body: Function[FloatArray]
     acceleration_mixed: Function[FloatArray]
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
+
+    ik: Function[Solutions]
+    ik_position: Function[Solutions]
+    ik_position_pitch: Function[Solutions]
+    ik_position_direction: Function[Solutions]
 
     chain: Function[FloatArray]
     chain_D_q: Function[FloatArray]
@@ -134,6 +145,8 @@ class Robot(LoopMethods, PlanarMethods, SingularityMethods):
         if manifest.loops.solution == "newton":
             vars(self)["_loops"], iterated = newton.functions(manifest, functions, pickler)
             functions |= iterated
+        if manifest.inverse.tier == "snapped":
+            functions |= calibrated.functions(manifest, functions, pickler)
         lower = [-np.inf if c.lower is None else c.lower for c in manifest.coordinates]
         upper = [np.inf if c.upper is None else c.upper for c in manifest.coordinates]
         vars(self).update(
@@ -149,6 +162,8 @@ class Robot(LoopMethods, PlanarMethods, SingularityMethods):
             parameters=MappingProxyType({item.name: item for item in manifest.parameters}),
             notes=manifest.notes,
             functions=MappingProxyType(functions),
+            redundancy=functions["ik"].inputs[1:] if "ik" in functions else (),
+            _no_inverse=manifest.inverse.missing,
             loops=manifest.loops.names,
             solution=manifest.loops.solution,
             chain_joints=manifest.loops.chain or manifest.coordinates,
@@ -166,8 +181,11 @@ class Robot(LoopMethods, PlanarMethods, SingularityMethods):
             """Says what there is, when asked for what there is not."""
             # Without __init__ (copy, unpickling) there is nothing to list yet.
             offered = ", ".join(vars(self).get("functions", ()))
+            missing = vars(self).get("_no_inverse") if name.startswith("ik") else ""
+            why = f": {missing}" if missing else ""
             raise AttributeError(
-                f"robot {vars(self).get('name')!r} has no {name!r}; its functions are: {offered}",
+                f"robot {vars(self).get('name')!r} has no {name!r}{why}; its functions are: "
+                f"{offered}",
                 name=name,
                 obj=self,
             )

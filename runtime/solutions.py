@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
 from functools import cache
 from typing import Any, ClassVar, NamedTuple, Self
 
@@ -92,6 +91,20 @@ class Solutions(_Fields):
         """(...,) how many slots are valid; it takes the place of the method of tuples."""
         counted: IntArray = self.valid.sum(-1)
         return counted
+
+    def at(self, *index: int) -> Self:
+        """The solutions of one pose of a batch.
+
+        Args:
+            index: Its place, an integer for each leading dimension.
+
+        Raises:
+            InputError: If there are more or fewer leading dimensions.
+        """
+        batch = self.valid.shape[:-1]
+        if len(index) != len(batch):
+            raise InputError(f"Solutions.at: expected an index into {batch}, got {index}")
+        return self._derived(type(self), tuple(field[index] for field in self), index)
 
     def array(self) -> FloatArray:
         """The valid solutions of one pose, without the other slots.
@@ -254,12 +267,21 @@ class Solutions(_Fields):
         """
         return self._moves("moves_from", seed)
 
-    def __reduce__(self) -> tuple[Callable[..., Solutions], tuple[Any, ...]]:
+    def __reduce__(self) -> tuple[Any, ...]:
         """By what its class was made of."""
         return _restore, (self.coordinates, self.wraps, self._kind, tuple(self))
 
-    def _derived(self, kind: type[Self], fields: tuple[Any, ...], order: IntArray | None) -> Self:
-        """Solutions of new fields whose slots are those of self, in another order unless None."""
+    def _derived(
+        self, kind: type[Self], fields: tuple[Any, ...], order: IntArray | tuple[int, ...] | None
+    ) -> Self:
+        """Solutions of new fields.
+
+        Args:
+            kind: Their class.
+            fields: The fields.
+            order: Which slot of self each slot was, (..., k); or of which pose they are; None where
+                nothing moved.
+        """
         del order
         return kind(*fields)
 
@@ -313,9 +335,10 @@ class Solutions(_Fields):
 
     def _wrapped(self, difference: FloatArray) -> FloatArray:
         """The shorter way round, of coordinates that wrap; changes what it is given."""
-        wraps = np.array(self.wraps)
-        turning = difference[..., wraps]
-        difference[..., wraps] = turning - _TURN * np.round(turning / _TURN)
+        turns = difference * np.where(self.wraps, 1 / _TURN, 0.0)
+        np.round(turns, out=turns)
+        turns *= _TURN
+        difference -= turns
         return difference
 
     def _largest_move(self, method: str, seed: ArrayLike) -> FloatArray:

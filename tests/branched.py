@@ -1,9 +1,17 @@
-"""Functions with branches, to test their generated code: the inverse of an arm, and made-up ones."""
+"""Functions with branches, to test their generated code: the inverse of an arm,"""
+
+from pathlib import Path
 
 import sympy as sp
+from derivations import derivation
 
+from chasles.derive import batch_code, branch_code, c_code
+from chasles.derive.derivation import Derivation
 from chasles.derive.function import Argument, Result, SymbolicFunction
+from chasles.derive.lower import lower
+from chasles.derive.manifest import manifest
 from chasles.derive.scope import Scope
+from chasles.derive.statements import bodies
 
 D1, A2, A3, D4, D5, D6 = (
     sp.Rational(*pair)
@@ -38,11 +46,12 @@ def arm(name="ik"):
     n, o, a, p = ([T.symbols[4 * i + j] if i < 3 else None for i in range(3)] for j in range(4))
     shoulder, wrist, elbow = signs = sp.symbols("shoulder wrist elbow", real=True)
     # The first angle: the wrist's centre is D4 off the plane of the arm.
-    x, y, z = (let(p[i] - D6 * a[i]) for i in range(3))
+    x, y = (let(p[i] - D6 * a[i]) for i in range(2))
     reach = let(x**2 + y**2)
     open_1 = let(reach - D4**2)
     side = let(shoulder * root(open_1))
-    s1, c1 = let(guarded(D4 * x + side * y, reach)), let(guarded(side * x - D4 * y, reach))
+    size_1 = let(sp.sqrt(let(D4**2 + side**2) * reach))
+    s1, c1 = let(guarded(D4 * x + side * y, size_1)), let(guarded(side * x - D4 * y, size_1))
     n, o, a = ([let(c1 * v[0] + s1 * v[1]), v[2], let(s1 * v[0] - c1 * v[1])] for v in (n, o, a))
     # The fifth and the sixth: the tip's axes seen along the parallel ones.
     size_5 = let(sp.sqrt(n[2] ** 2 + o[2] ** 2))
@@ -57,11 +66,12 @@ def arm(name="ik"):
         let(p[2] - D1 + D5 * c234 - D6 * a[1]),
     ]
     square = let(w[0] ** 2 + w[1] ** 2)
-    c3 = let((square - A2**2 - A3**2) / (2 * A2 * A3))
-    open_3 = let((1 - c3) * (1 + c3))
+    asked = let((square - A2**2 - A3**2) / (2 * A2 * A3))
+    open_3 = let((1 - asked) * (1 + asked))
+    c3 = let(sp.Min(1, sp.Max(-1, asked)))
     s3 = let(elbow * root(open_3))
     along, across = let(A2 + A3 * c3), let(A3 * s3)
-    size = let(along**2 + across**2)
+    size = let(sp.sqrt(let(along**2 + across**2) * square))
     c2 = let((along * w[0] + across * w[1]) / size)
     s2 = let((along * w[1] - across * w[0]) / size)
     c23, s23 = let(c2 * c3 - s2 * s3), let(s2 * c3 + c2 * s3)
@@ -92,3 +102,62 @@ def arm(name="ik"):
         Result("margin", (sp.Min(open_1, open_3),), (8,), "1", "how far from the edge"),
     )
     return SymbolicFunction(name, "All inverses.", "", (T,), outputs, scope, signs=signs)
+
+
+def every_kind(n_signs, name=None):
+    """Two scalars and a vector to all kinds of numbers of each of 2**n_signs branches."""
+    scope = Scope({})
+    let = scope.let
+    x, y, z = sp.symbols("x y z", real=True)
+    signs = sp.symbols(f"s1:{n_signs + 1}", real=True)
+    inputs = (
+        Argument("x", (x,), (), "1", "a number"),
+        Argument("v", (y, z), (2,), "1", "numbers"),
+    )
+    total = x
+    angles = []
+    for k, sign in enumerate(signs):
+        square = let(total**2 + y - k)
+        step = let(sign * root(square))
+        total = let(z + step / 4 + total * sp.Rational(1, 3))
+        angles += [let(sp.atan2(step, total, evaluate=False))]
+        angles += [let(sp.atan2(-total, let(step + y), evaluate=False))]
+    slope = let(sp.Piecewise((total / y, (y > 0) & (z < total)), (sp.sqrt(-y), y < 0), (-1, True)))
+    turned = let(sp.cos(x) * slope + sp.sin(x) * sum(angle**2 for angle in angles))
+    values = (total, slope, turned, sp.Abs(total), sp.sign(z - total), *angles)
+    k = 2**n_signs
+    outputs = (
+        Result("value", values, (k, len(values)), "1", "numbers"),
+        Result("least", (sp.Min(total, slope, y),), (k,), "1", "a number"),
+        Result(
+            "direction", (sp.atan2(slope, sum(signs, x), evaluate=False),), (k,), "rad", "angle"
+        ),
+    )
+    named = name or f"every_kind_{k}"
+    return SymbolicFunction(named, "Numbers.", "", inputs, outputs, scope, signs=tuple(signs))
+
+
+def files(functions, robot):
+    """The C of functions, as of a robot, by file name."""
+    lowered = [kernel for function in functions for kernel in lower([function], robot.name)]
+    statements = bodies(lowered)
+    return {
+        f"{robot.name}.c": c_code.source(robot, functions, statements),
+        f"{robot.name}.h": c_code.header(robot, functions),
+        c_code.SUPPORT: c_code.support(c_code.SUPPORT),
+        **branch_code.files(robot, functions),
+        **batch_code.files(robot, functions, statements),
+    }
+
+
+def write(folder: Path, functions):
+    """A generated robot with these functions alone, to be loaded."""
+    derived = derivation("ur5e")
+    robot = derived.robot
+    texts = files(functions, robot)
+    lowered = [kernel for function in functions for kernel in lower([function], robot.name)]
+    whole = Derivation(robot, derived.scope, (), tuple(functions))
+    texts["manifest.json"] = manifest(whole, lowered, texts)
+    for name, text in texts.items():
+        (folder / name).write_text(text)
+    return folder

@@ -16,3 +16,9 @@ LIBMVEC = 4
 """Units in the last place by which functions of glibc's vector library may be off: its promise."""
 COS_SIN = 1.5
 """Units in the last place by which cosines and sines of lanes may be off, up to 1e5 radian."""
+ANGLE = 2
+"""Units in the last place by which the angle of a point may be off on lanes; 1.6 were seen."""
+NEAR_ROOT = 1e-11
+"""Branches against 40 digits: where a root nearly vanishes, it is that of a rounding."""
+WORST_INVERSE = 5e-14
+"""Residual of a solution of an inverse at a random pose: metres and radians."""

@@ -1,4 +1,4 @@
-"""Which closed-form inverse a robot has: the structures are tried in order, and say what they miss."""
+"""Which closed-form inverse a chain has: structures are tried in order, and say what they miss."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -10,17 +10,27 @@ import numpy as np
 from ..robot import Robot
 from ..scope import Scope
 from . import rank
-from .families import column, planar, spherical_wrist, swivel, three_parallel, turntable
+from .families import (
+    column,
+    inner_centre,
+    parallel_forearm,
+    place,
+    planar,
+    spherical_wrist,
+    swivel,
+    three_parallel,
+    turntable,
+)
 from .lines import EXACT, SNAPPED, Lines, axes_of
 from .locks import can_be_given
 from .requirement import Requirement
 
 FAMILIES: dict[int, tuple[ModuleType, ...]] = {
     2: (planar,),
-    3: (planar,),
+    3: (planar, place),
     4: (planar, turntable),
     5: (turntable,),
-    6: (three_parallel, spherical_wrist, column),
+    6: (three_parallel, spherical_wrist, column, parallel_forearm, inner_centre),
     7: (swivel,),
 }
 """The structures of chains by the number of their joints, in the order in which they are tried."""
@@ -89,11 +99,16 @@ def classify(robot: Robot, scope: Scope, given: Sequence[str] | None = None) -> 
             than a pose has freedoms the first choice that leaves a solvable chain, by default.
     """
     lines = Lines(scope, axes_of(robot, scope))
-    reason = _unfit(robot, lines)
+    reason = _unfit(robot)
     if reason:
         return Classification(lines, None, (), reason)
+    return of_lines(lines, given)
+
+
+def of_lines(lines: Lines, given: Sequence[str] | None = None) -> Classification:
+    """The structure of a chain of axes."""
     attempts: list[Attempt] = []
-    for attempt in _attempts(lines, _choices(robot, lines, given)):
+    for attempt in _attempts(lines, _choices(lines, given)):
         attempts.append(attempt)
         if attempt.apart <= EXACT:
             return Classification(lines, attempt, tuple(attempts))
@@ -103,7 +118,7 @@ def classify(robot: Robot, scope: Scope, given: Sequence[str] | None = None) -> 
     return Classification(lines, None, tuple(attempts), _nearest_in_words(nearest))
 
 
-def _unfit(robot: Robot, lines: Lines) -> str:
+def _unfit(robot: Robot) -> str:
     """Why a chain is not to be classified at all."""
     followers = [joint.name for joint in robot.moving if joint.mimic]
     helical = [joint.name for joint in robot.moving if joint.kind == "helical"]
@@ -114,10 +129,10 @@ def _unfit(robot: Robot, lines: Lines) -> str:
     return ""
 
 
-def _choices(robot: Robot, lines: Lines, given: Sequence[str] | None) -> Iterable[tuple[int, ...]]:
+def _choices(lines: Lines, given: Sequence[str] | None) -> Iterable[tuple[int, ...]]:
     """Which joints may be given: as asked for, or as many as the chain has too many."""
     if given is not None:
-        names = [joint.name for joint in robot.moving]
+        names = [axis.name for axis in lines.axes]
         return [tuple(sorted(names.index(name) for name in given))]
     count = len(lines.axes)
     freedoms = rank.of_chain(lines)

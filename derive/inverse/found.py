@@ -25,6 +25,19 @@ class Direction:
 
 
 @dataclass(frozen=True)
+class Simultaneous:
+    """Equations for several angles at once, as subproblems 5 and 6 state them.
+
+    Attributes:
+        number: 5 or 6, the subproblem.
+        given: What it is given, by the names of its statement: vectors, or rows of coefficients.
+    """
+
+    number: int
+    given: tuple[tuple[str, tuple[sp.Expr, ...]], ...]
+
+
+@dataclass(frozen=True)
 class FoundTurn:
     """An angle that a subproblem gives.
 
@@ -37,7 +50,7 @@ class FoundTurn:
     """
 
     turn: Turn
-    equation: Linear | Direction
+    equation: Linear | Direction | Simultaneous
     sign: sp.Symbol | None = None
     margin: sp.Expr | None = None
 

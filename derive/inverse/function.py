@@ -41,7 +41,11 @@ class Solved:
 
 def values_of(work: Work, robot: Robot, given: Mapping[int, sp.Expr]) -> list[sp.Expr]:
     """The value of every moving joint: an atan2 where it turns."""
-    return [_value(work, k, given) for k in range(len(robot.moving))]
+    values = [_value(work, k, given) for k in range(len(robot.moving))]
+    for senses, turn in work.sums:
+        total = sum((sense * values[k] for k, sense in senses), sp.Integer(0))
+        work.scope.know_sum(total, turn.c, turn.s)
+    return values
 
 
 def _value(work: Work, joint: int, given: Mapping[int, sp.Expr]) -> sp.Expr:
@@ -114,14 +118,28 @@ def branches(
     identity: str,
     given: Iterable[int] = (),
 ) -> Solved:
-    """The function of one task over all slots."""
-    k, n = 2 ** len(work.signs), len(robot.coordinates)
+    """The task of a serial robot over all slots, from the values of its joints."""
     q = tuple(
         joint.direction * value for joint, value in zip(robot.coordinates, values, strict=True)
     )
     unit = common_unit([joint.unit for joint in robot.coordinates])
+    names = tuple(robot.moving[joint].name for joint in given)
+    return Solved(function_of(name, work, inputs, q, unit, residual, identity), work, names)
+
+
+def function_of(
+    name: str,
+    work: Work,
+    inputs: tuple[Argument, ...],
+    q: tuple[sp.Expr, ...],
+    unit: str,
+    residual: sp.Expr,
+    identity: str,
+) -> SymbolicFunction:
+    """The function of a task over all slots, from one slot's entries."""
+    k = 2 ** len(work.signs)
     outputs = (
-        Result("q", q, (k, n), unit, "joint coordinates, one solution a row"),
+        Result("q", q, (k, len(q)), unit, "joint coordinates, one solution a row"),
         Result("residual", (residual,), (k,), "m or rad", "distance of fk(q[k]) from the target"),
         Result(
             "margin",
@@ -132,7 +150,6 @@ def branches(
         ),
     )
     summary = f"Every solution of the inverse kinematics, in {k} slots."
-    function = SymbolicFunction(
+    return SymbolicFunction(
         name, summary, identity, inputs, outputs, work.scope, signs=tuple(work.signs)
     )
-    return Solved(function, work, tuple(robot.moving[joint].name for joint in given))

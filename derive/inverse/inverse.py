@@ -1,5 +1,6 @@
 """The inverse kinematics of a serial robot: every task that its structure solves, as functions."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import sympy as sp
@@ -10,12 +11,12 @@ from ..poe import to_poe
 from ..robot import Robot
 from ..scope import Scope
 from .classify import Attempt, Classification, classify
-from .families import planar, swivel, turntable
+from .families import place, planar, swivel, turntable
 from .function import POSE_SYMBOLS, Solved, of_pose_task
 from .lines import Lines
 from .locks import without
-from .target import of_pose
-from .tasks import planar_tasks, turntable_tasks
+from .target import Target, of_pose
+from .tasks import planar_tasks, position, turntable_tasks
 from .turns import Turn
 from .work import Work
 
@@ -56,8 +57,10 @@ def inverses(robot: Robot, scope: Scope) -> Inverses:
         return Inverses(classification, {})
     solved = {"ik": _of_pose(robot, classification.lines, found)}
     others: tuple[SymbolicFunction, ...] = ()
-    if found.family is turntable:
+    if found.family is turntable and not found.given:
         solved |= turntable_tasks(robot, classification.lines)
+    elif found.family is place:
+        solved = {"ik_position": position(robot, classification.lines)}
     elif found.family is planar:
         solved |= planar_tasks(robot, classification.lines)
     elif found.family is swivel:
@@ -67,26 +70,46 @@ def inverses(robot: Robot, scope: Scope) -> Inverses:
 
 def _of_pose(robot: Robot, lines: Lines, found: Attempt) -> Solved:
     """All joints from the pose of the tool, and from the values of those that are given."""
-    scope = lines.scope
-    work = Work(scope)
-    inputs = []
-    given = {}
-    for k in found.given:
-        joint = robot.moving[k]
-        symbol = arguments_of([j.unit for j in robot.coordinates])["q"].symbols[k]
-        given[k] = joint.direction * symbol
-        meaning = f"the value of {joint.name}, which is given"
-        inputs.append(Argument(symbol.name, (symbol,), (), joint.unit, meaning))
-    target = of_pose(scope, POSE_SYMBOLS, to_poe(robot)[1])
+    work = Work(lines.scope)
+    units = [joint.unit for joint in robot.coordinates]
+    symbols = arguments_of(units)["q"].symbols
+    arguments = {k: given_argument(robot, k, symbols[k]) for k in found.given}
+    given = {k: robot.moving[k].direction * symbols[k] for k in found.given}
+    target = of_pose(lines.scope, POSE_SYMBOLS, to_poe(robot)[1])
+    more = solve_chain(work, lines, found, target, given)
+    return of_pose_task(robot, work, (*arguments.values(), *more), given)
+
+
+def given_argument(robot: Robot, joint: int, symbol: sp.Symbol) -> Argument:
+    """The input that gives the value of one joint."""
+    moving = robot.moving[joint]
+    meaning = f"the value of {moving.name}, which is given"
+    return Argument(symbol.name.lstrip("_"), (symbol,), (), moving.unit, meaning)
+
+
+def solve_chain(
+    work: Work, lines: Lines, found: Attempt, target: Target, given: Mapping[int, sp.Expr]
+) -> tuple[Argument, ...]:
+    """Finds the joints of a chain by the structure that was found.
+
+    Args:
+        work: Receives the joints and the steps.
+        lines: The chain.
+        found: Its structure.
+        target: What it is to do.
+        given: Values of the joints that are given (radian or metre), by their places.
+
+    Returns:
+        What else the structure asks for.
+    """
     lines, target = without(lines, target, given)
     if found.backwards:
         lines, target = lines.reversed(), target.reversed()
-    if found.family is swivel:
-        inputs.append(Argument("swivel", (SWIVEL,), (), "rad", "swivel angle of the elbow"))
-        found.family.solve(work, lines, target, Turn(*scope.cos_sin(SWIVEL)))
-    else:
+    if found.family is not swivel:
         found.family.solve(work, lines, target)
-    return of_pose_task(robot, work, tuple(inputs), given)
+        return ()
+    swivel.solve(work, lines, target, Turn(*work.scope.cos_sin(SWIVEL)))
+    return (Argument("swivel", (SWIVEL,), (), "rad", "swivel angle of the elbow"),)
 
 
 def _swivel_of(robot: Robot, lines: Lines) -> SymbolicFunction:

@@ -27,7 +27,7 @@ _ON_AXIS = 1e-9
 
 def turntable_tasks(robot: Robot, lines: Lines) -> dict[str, Solved]:
     """The tasks of a turntable with three parallel axes."""
-    made = {"ik_position": _position(robot, lines)}
+    made = {"ik_position": position(robot, lines)}
     if _tool_is_free(robot, lines):
         made["ik_position_pitch"] = _position_pitch(robot, lines)
         made["ik_position_direction"] = _position_direction(robot, lines)
@@ -82,7 +82,7 @@ def _moved2(scope: Scope, pose: Pose) -> sp.Expr:
     return squares(scope, subtracted(scope, pose[1], PLACE))
 
 
-def _position(robot: Robot, lines: Lines) -> Solved:
+def position(robot: Robot, lines: Lines) -> Solved:
     """Place alone, by the first three joints; the others stay at 0."""
     scope = lines.scope
     work = Work(scope)

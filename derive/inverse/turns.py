@@ -39,16 +39,23 @@ class Turn:
 NO_TURN = Turn(sp.Integer(1), sp.Integer(0))
 
 
-def direction(scope: Scope, x: sp.Expr, y: sp.Expr) -> Turn:
+def direction(scope: Scope, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> Turn:
     """The turn by the angle of the vector (x, y), divided by the vector's own length.
 
     By its own: a length known otherwise would leave a pair that is no rotation where x and y are
     small differences. The direction of (0, 0) is the angle 0.
+
+    Args:
+        scope: Names of all terms.
+        x: First component.
+        y: Second component.
+        sure: That the vector is never 0. Opposite vectors then share all but the sign.
     """
     if y == 0 and x == 1:
         return NO_TURN
-    x = scope.let(x + FLOOR) if not scope.is_constant(x) else scope.let(x)
-    y = scope.let(y)
+    x, y = scope.let(x), scope.let(y)
+    if not sure and not scope.is_constant(x):
+        x = scope.let(x + FLOOR)
     length = scope.let(sp.sqrt(scope.let(x**2 + y**2)))
     inverse = scope.let(1 / length)
     return Turn(scope.let(x * inverse), scope.let(y * inverse))

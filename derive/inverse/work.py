@@ -55,6 +55,8 @@ class Work:
     Attributes:
         scope: Names of all terms.
         turns: Cosine and sine of each joint's angle, by the joint's index.
+        sums: Parallel axes whose angles' sum was found before them, counted about the first, with
+            the senses of all; and the sum's turn.
         lengths: The value of each prismatic joint.
         signs: The symbols that stand for 1 or -1, in the order of the slots.
         steps: What was found, in order.
@@ -63,6 +65,7 @@ class Work:
 
     scope: Scope
     turns: dict[int, Turn] = field(default_factory=dict)
+    sums: list[tuple[tuple[tuple[int, int], ...], Turn]] = field(default_factory=list)
     lengths: dict[int, sp.Expr] = field(default_factory=dict)
     signs: list[sp.Symbol] = field(default_factory=list)
     steps: list[Step] = field(default_factory=list)
@@ -98,6 +101,18 @@ class Work:
         """Notes the step that finds the length of a slide."""
         self.steps.append(Step((axis.name,), method, reason, found))
         self.lengths[axis.joint] = found.length
+        return found.length
+
+    def note(self, names: Sequence[str], method: str, reason: str, found: FoundTurn) -> Turn:
+        """Notes the step that finds an angle that is no joint's of the chain."""
+        self.steps.append(Step(tuple(names), method, reason, found))
+        return found.turn
+
+    def note_length(
+        self, names: Sequence[str], method: str, reason: str, found: FoundLength
+    ) -> sp.Expr:
+        """Notes the step that finds a length that is no slide's of the chain."""
+        self.steps.append(Step(tuple(names), method, reason, found))
         return found.length
 
     def margins(self) -> list[sp.Expr]:

@@ -12,7 +12,7 @@ from .drawing import drawing
 from .functions import forward_kinematics, jacobians
 from .geometry import link_transforms, screws
 from .given import parameters, symbols
-from .inverse import inverse
+from .inverse import inverse, inverse_of_loops
 from .loop_page import LoopPage
 from .loops import loops
 from .mobility import freedoms
@@ -47,7 +47,7 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "transforms": ("Link transforms of the main chain", lambda page: link_transforms(page.chain)),
     "fk": ("Forward kinematics of the main chain", lambda page: forward_kinematics(page.chain)),
     "jacobian": ("Jacobians of the main chain", lambda page: jacobians(page.chain)),
-    "inverse": ("Inverse kinematics of the main chain", lambda page: inverse(page.chain)),
+    "inverse": ("Inverse kinematics of the main chain", inverse_of_loops),
     "rates": ("Velocities", rates),
     "platform": ("Platform on legs", platform),
 }

@@ -1,16 +1,20 @@
 r"""The fragment of the inverse: its structure, its steps one after the other, and its slots."""
 
 from collections.abc import Iterable, Mapping
+from itertools import groupby
 
 import sympy as sp
 
 from ..inverse.classify import Attempt, Classification
 from ..inverse.explanation import NEVER, nearest
 from ..inverse.explanation import listed as in_words
-from ..inverse.found import FoundLength, Linear
+from ..inverse.found import FoundLength, Linear, Simultaneous
 from ..inverse.function import POSE_SYMBOLS
+from ..inverse.hybrid import hybrid_inverses
+from ..inverse.inverse import Inverses
 from .inverse_steps import PrintedStep, PrintedTask, printed_task
 from .layout import Equation, aligned
+from .loop_page import LoopPage
 from .names import escape
 from .page import Page, listed, sentence, text
 from .printer import FractionPrinter
@@ -23,23 +27,52 @@ MOST_MISSED = 3
 
 def inverse(page: Page) -> str:
     """The inverse as a derivation, or how far the axes are from one."""
-    classification = page.inverse.classification
-    if classification.found is None:
+    return _written(page, page.inverse, {})
+
+
+def inverse_of_loops(page: LoopPage) -> str:
+    """That of the main chain, or of what loops keep from turning in it."""
+    chain = page.chain
+    if chain.inverse.solved or page.hybrid.forward.open:
+        return inverse(chain)
+    found = hybrid_inverses(page.hybrid)
+    if not found.solved:
+        return inverse(chain)
+    actuators = {q.name: shown for q, shown in zip(page.hybrid.q, page.q, strict=True)}
+    return text(
+        "Where loops keep part of the main chain from turning, that part slides the rest; what it"
+        " slides by is found first.",
+        _written(chain, found, actuators).rstrip(),
+        "What actuates the joints above follows from them as in the solution of the loops.",
+    )
+
+
+def _written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) -> str:
+    classification = found.classification
+    if classification.found is None or not found.solved:
         return text(_missing(classification))
-    tasks = list(printed_tasks(page).values())
+    tasks = list(printed_tasks(page, found, actuators).values())
     parts = [_structure(classification, classification.found), _method(tasks)]
     for task in tasks:
         parts += _task(page, task, titled=len(tasks) > 1)
     return text(*parts, _residual())
 
 
-def printed_tasks(page: Page) -> Mapping[str, PrintedTask]:
-    """All tasks in printed symbols, their steps counted on."""
+def printed_tasks(
+    page: Page, inverses: Inverses, actuators: Mapping[str, sp.Symbol]
+) -> Mapping[str, PrintedTask]:
+    """All tasks in printed symbols, their steps counted on.
+
+    Args:
+        page: The chain's page.
+        inverses: Its inverse.
+        actuators: Printed symbols of actuated coordinates that steps may find, by name.
+    """
     found: dict[str, PrintedTask] = {}
     first = 1
-    notation, lines = page.equations.notation, page.inverse.classification.lines
-    for name, solved in page.inverse.solved.items():
-        found[name] = printed_task(page.robot, notation, lines, solved, first)
+    notation, lines = page.equations.notation, inverses.classification.lines
+    for name, solved in inverses.solved.items():
+        found[name] = printed_task(page.robot, notation, lines, solved, first, actuators)
         first += len(found[name].steps)
     return found
 
@@ -92,9 +125,10 @@ def _method(tasks: Iterable[PrintedTask]) -> str:
         return ""
     return (
         r"A step with two solutions chooses by a sign. An equation $A \cos\theta + B \sin\theta"
-        r" = C$ has them on either side of the angle of $(A, B)$; they meet where $C^2 = A^2 + B^2$."
-        r" Beyond, where the margin $1 - C^2/(A^2 + B^2)$ is negative, the root counts as $0$,"
-        r" which gives the least-squares answer. The margin of a solution is the smallest of its steps."
+        r" = C$ has them on either side of the angle of $(A, B)$; they meet where"
+        r" $C^2 = A^2 + B^2$. Beyond, where the margin $1 - C^2/(A^2 + B^2)$ is negative, the root"
+        r" counts as $0$, which gives the least-squares answer. The margin of a solution is the"
+        r" smallest of its steps."
     )
 
 
@@ -103,8 +137,14 @@ def _task(page: Page, task: PrintedTask, *, titled: bool) -> Iterable[str]:
     name = escape(task.solved.function.name)
     title = rf"\paragraph{{\texttt{{{name}}}.}} " if titled else ""
     yield sentence(f"{title}{_given(page, task)}", _vectors(page, task))
-    for step in task.steps:
-        yield sentence(_step(page, step), _speaking(task, step.number - task.steps[0].number + 1))
+    first = task.steps[0].number
+    for group in _groups(task):
+        equation = _equation(group[0])
+        if isinstance(equation, Simultaneous):
+            yield _together(page, group, equation)
+        else:
+            written = (_step(page, step) for step in group)
+            yield sentence(*written, _speaking(task, group[-1].number - first + 1))
     yield sentence(_rest(page, task), _slots(page, task))
 
 
@@ -171,6 +211,71 @@ def _step(page: Page, printed: PrintedStep) -> str:
     return sentence(opening, *blocks, solution, degenerate)
 
 
+def _equation(printed: PrintedStep) -> object:
+    found = printed.step.found
+    return None if isinstance(found, FoundLength) else found.equation
+
+
+def _groups(task: PrintedTask) -> Iterable[list[PrintedStep]]:
+    """The steps, those that solve one equation together."""
+    for _, run in groupby(task.steps, key=lambda step: id(_equation(step) or step)):
+        yield list(run)
+
+
+def _together(page: Page, steps: list[PrintedStep], equation: Simultaneous) -> str:
+    """Several unknowns of one equation, which a quartic solves."""
+    printer, (first, *_, last) = _printer(page), steps
+    names = listed(printer.tex(step.name) for step in steps)
+    opening = (
+        rf"\textbf{{Steps {first.number} to {last.number}: {names}}}, {first.step.method}:"
+        f" {escape(first.step.reason)}."
+    )
+    shared = _equations(printer, first.definitions)
+    blocks = ["With", aligned(shared)] if shared else []
+    written = _loop_of_three if equation.number == 5 else _two_ellipses  # noqa: PLR2004
+    return sentence(opening, *blocks, *written(printer, steps))
+
+
+def _loop_of_three(printer: FractionPrinter, steps: list[PrintedStep]) -> Iterable[str]:
+    """Subproblem 5."""
+    one, two, three = (_turning(printer, step) for step in steps)
+    p = [rf"\vec{{p}}_{{{k}}}" for k in range(4)]
+    R = [rf"R(\vec{{k}}_{{{k}}}, {angle})" for k, angle in enumerate((one, two, three), 1)]
+    yield rf"They solve ${p[0]} + {R[0]} {p[1]} = {R[1]} \bigl({p[2]} + {R[2]} {p[3]}\bigr)$ with"
+    coefficients = steps[0].coefficients
+    names = ("p_{0}", "k_{1}", "p_{1}", "k_{2}", "p_{2}", "k_{3}", "p_{3}")
+    rows = []
+    for k, name in enumerate(names):
+        x, y, z = map(printer.tex, coefficients[3 * k : 3 * k + 3])
+        rows.append((rf"\vec{{{name[0]}}}{name[1:]}", [f"({x},", f"{y},", f"{z})"]))
+    yield aligned(rows)
+    yield (
+        rf"The turn by ${two}$ changes neither the length of what it turns nor its part along"
+        rf" $\vec{{k}}_{{2}}$: two equations that are linear in the cosines and sines of ${one}$"
+        rf" and ${three}$, a quartic with up to four real roots. Then ${two}$ turns one side to the"
+        " other."
+    )
+
+
+def _two_ellipses(printer: FractionPrinter, steps: list[PrintedStep]) -> Iterable[str]:
+    """Subproblem 6."""
+    yield "They solve"
+    one, two = (step.sense * step.name for step in steps)
+    a = steps[0].coefficients
+    rows = []
+    for k in range(2):
+        left = a[2 * k] * sp.sin(one) + a[2 * k + 1] * sp.cos(one)
+        right = a[4 + 2 * k] * sp.sin(two) + a[5 + 2 * k] * sp.cos(two)
+        rows.append(("0", printer.terms(left + right - a[8 + k])))
+    yield aligned(rows, end=",")
+    yield "a quartic with up to four real roots."
+
+
+def _turning(printer: FractionPrinter, printed: PrintedStep) -> str:
+    """The angle by which a joint turns about its axis."""
+    return printer.tex(printed.sense * printed.name)
+
+
 def _relation(printer: FractionPrinter, printed: PrintedStep) -> str:
     """The equation of a step with two solutions."""
     found, name = printed.step.found, printer.tex(printed.name)
@@ -233,10 +338,10 @@ def _slots(page: Page, task: PrintedTask) -> str:
         return "There is one solution."
     printer = _printer(page)
     steps = {step.step.found.sign: step for step in task.steps}
-    labels = [
-        f"${printer.tex(shown)}$ (${printer.tex(steps[sign].name)}$)"
-        for sign, shown in zip(task.solved.work.signs, task.signs, strict=True)
-    ]
+    labels = []
+    for sign, shown in zip(task.solved.work.signs, task.signs, strict=True):
+        of_step = f" (${printer.tex(steps[sign].name)}$)" if sign in steps else ""
+        labels.append(f"${printer.tex(shown)}${of_step}")
     columns = [("slot", labels)]
     for slot in range(count):
         bits = f"{slot:0{len(task.signs)}b}"

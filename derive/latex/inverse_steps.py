@@ -14,9 +14,9 @@ from itertools import pairwise
 import sympy as sp
 
 from ..function import Argument
-from ..inverse.found import Direction, FoundLength, FoundTurn, Linear
+from ..inverse.found import Direction, FoundLength, FoundTurn, Linear, Simultaneous
 from ..inverse.function import POSE_SYMBOLS, Solved
-from ..inverse.lines import Lines
+from ..inverse.lines import Axis, Lines
 from ..inverse.tasks import PHI, PITCH, PLACE, U
 from ..inverse.turns import Turn
 from ..inverse.work import Called, Step
@@ -35,6 +35,7 @@ COEFFICIENTS = {
     "sigma": (r"\sigma", r"\varsigma", r"\epsilon"),
     "sum": (r"\theta", r"\chi", r"\vartheta"),
     "side": (r"\varepsilon", r"\eta", r"\iota"),
+    "slide": (r"\xi", r"\zeta", r"\Xi"),
     "swivel": (r"\psi", r"\Psi", r"\zeta"),
     "pitch": (r"\lambda", r"\nu", r"\Lambda"),
     "phi": (r"\varphi", r"\rho", r"\Phi"),
@@ -64,8 +65,10 @@ class PrintedStep:
         definitions: Shared terms and coefficients, each in those before it.
         unknown: What the step finds: a coordinate or a sum of coordinates.
         name: The coordinate, or a name for the sum.
+        sense: -1 where the unknown counts against what turns about the step's axis.
         coefficients: A, B and C of its equation, by name or as they are.
-        solution: What add up to the unknown, in the coefficients.
+        solution: What add up to the unknown, in the coefficients; nothing where the equation is
+            one for several unknowns, which a quartic solves.
     """
 
     step: Step
@@ -73,6 +76,7 @@ class PrintedStep:
     definitions: tuple[Definition, ...]
     unknown: sp.Expr
     name: sp.Symbol
+    sense: int
     coefficients: tuple[sp.Expr, ...]
     solution: tuple[sp.Expr, ...]
 
@@ -120,7 +124,12 @@ class PrintedTask:
 
 
 def printed_task(
-    robot: Robot, notation: Notation, lines: Lines, solved: Solved, first: int
+    robot: Robot,
+    notation: Notation,
+    lines: Lines,
+    solved: Solved,
+    first: int,
+    actuators: Mapping[str, sp.Symbol],
 ) -> PrintedTask:
     """The steps of a task; shared terms go on counting.
 
@@ -130,17 +139,26 @@ def printed_task(
         lines: Its axes.
         solved: The task.
         first: Number of the first step.
+        actuators: Printed symbols of actuated coordinates that steps may find, by name.
     """
-    return _Writer(robot, notation, lines, solved).printed(first)
+    return _Writer(robot, notation, lines, solved, actuators).printed(first)
 
 
 class _Writer:
     """One task on its way into print."""
 
-    def __init__(self, robot: Robot, notation: Notation, lines: Lines, solved: Solved) -> None:
+    def __init__(
+        self,
+        robot: Robot,
+        notation: Notation,
+        lines: Lines,
+        solved: Solved,
+        actuators: Mapping[str, sp.Symbol],
+    ) -> None:
         self.robot, self.notation, self.solved = robot, notation, solved
-        self.scope, self.work = notation.scope, solved.work
-        self.axis = {axis.name: axis for axis in lines.axes}
+        self.scope, self.work, self.actuators = solved.work.scope, solved.work, actuators
+        self.axes = lines.axes
+        self.slid: set[int] = set()
         self.letters = _letters(robot, notation)
         self.terms = Terms(self.scope, notation, {})
         self.printer = self.terms.printer
@@ -176,7 +194,9 @@ class _Writer:
         coordinates = zip(self.robot.moving, self.notation.q, strict=True)
         done = {step.name for step in steps} | {q for q, _ in rest}
         free = tuple(
-            q for joint, q in coordinates if q not in done and joint.name not in self.solved.given
+            q
+            for joint, q in coordinates
+            if q not in done and joint.name not in self.solved.given and not self.actuators
         )
         arguments = tuple(
             (argument, tuple(self.inputs[s] for s in argument.symbols if s in self.inputs))
@@ -222,7 +242,7 @@ class _Writer:
             if isinstance(step.found, FoundTurn):
                 self._seed(step.found.turn, self._angle(step.joints))
         for joint, turn in self.work.turns.items():
-            self._seed(turn, self.robot.moving[joint].direction * self.notation.q[joint])
+            self._seed(turn, self._value_of(joint))
 
     def _seed(self, turn: Turn, angle: sp.Expr) -> None:
         for function, value in ((sp.cos, turn.c), (sp.sin, turn.s)):
@@ -232,19 +252,34 @@ class _Writer:
 
     def _trigonometric(self, function: type[sp.Function], angle: sp.Expr) -> sp.Expr:
         negative = angle.could_extract_minus_sign()
-        shown = self.notation.trigonometric(function(-angle if negative else angle))
+        angle = -angle if negative else angle
+        known = angle.free_symbols <= {*self.notation.q}
+        shown = self.notation.trigonometric(function(angle)) if known else function(angle)
         return -shown if negative and function is sp.sin else shown
+
+    def _value_of(self, joint: int) -> sp.Expr:
+        """The value of a joint of the chain, or of a slide that stands for several."""
+        if joint < len(self.notation.q):
+            return self.robot.moving[joint].direction * self.notation.q[joint]
+        number = 1 + sum(axis.joint in range(len(self.notation.q), joint) for axis in self.axes)
+        tex = f"{self.letters['slide']}_{{{number}}}"
+        return self.notation.symbol(tex, (LENGTH, (93, number)))
 
     def _angle(self, joints: Sequence[str]) -> sp.Expr:
         """The sum that joints turn by about the first of them, in coordinates."""
-        first = self.axis[joints[0]]
+        if joints[0] in self.actuators:
+            return self.actuators[joints[0]]
+        axes = [self._axis(name) for name in joints]
         total = sp.Integer(0)
-        for name in joints:
-            axis = self.axis[name]
-            sense = 1 if float(first.direction @ axis.direction) > 0 else -1
-            joint = self.robot.moving[axis.joint]
-            total += sense * joint.direction * self.notation.q[axis.joint]
+        for axis in axes:
+            sense = 1 if float(axes[0].direction @ axis.direction) > 0 else -1
+            total += sense * self._value_of(axis.joint)
         return total
+
+    def _axis(self, name: str) -> Axis:
+        """The axis of that name, the next one where several slides share it."""
+        named = [axis for axis in self.axes if axis.name == name]
+        return next((a for a in named if a.joint not in self.slid), named[0])
 
     def _vector(self, called: Called) -> PrintedVector:
         """Gives the components of a vector that are sums or quotients the vector's letter."""
@@ -275,7 +310,7 @@ class _Writer:
 
     def _pairs(self) -> Iterable[tuple[Turn, Turn, Turn]]:
         """Turns of neighbouring parallel axes with symbols for the turn by their sum."""
-        axes = [axis for axis in self.axis.values() if axis.joint in self.work.turns]
+        axes = [axis for axis in self.axes if axis.joint in self.work.turns]
         for a, b in pairwise(axes):
             turns = self.work.turns[a.joint], self.work.turns[b.joint]
             product = float(a.direction @ b.direction)
@@ -426,13 +461,15 @@ class _Writer:
             *first, linear, constant = found.equation
             return (*first, flip * linear, constant)
         equation = found.equation
+        if isinstance(equation, Simultaneous):
+            return tuple(entry for _, entries in equation.given for entry in entries)
         if isinstance(equation, Linear):
             return equation.a, flip * equation.b, equation.d
         return equation.a, flip * equation.b
 
     def _flip(self, step: Step) -> int:
         """-1 where the first coordinate of a step counts against its joint."""
-        return self.robot.moving[self.axis[step.joints[0]].joint].direction
+        return -1 if self._angle(step.joints[:1]).could_extract_minus_sign() else 1
 
     def _step(self, step: Step, entries: Sequence[sp.Expr], number: int) -> PrintedStep:
         unknown = self._flip(step) * self._angle(step.joints)
@@ -441,6 +478,11 @@ class _Writer:
             tex = f"{self.letters['sum']}_{{{number}}}"
             name = self.notation.symbol(tex, (LENGTH, (94, number)))
         shown = [self._as_it_is(entry) for entry in entries]
+        if isinstance(getattr(step.found, "equation", None), Simultaneous):
+            definitions = tuple(self._taken())
+            return PrintedStep(
+                step, number, definitions, unknown, name, self._flip(step), tuple(shown), ()
+            )
         if not self._fits(step, shown):
             shown = [self._coefficient(e, "ABC"[k], number) for k, e in enumerate(entries)]
         solution = self._solution(step, shown, entries)
@@ -448,8 +490,12 @@ class _Writer:
             sign, term = step.found.length.as_coeff_Mul()
             if term in self.scope.terms and term not in self.known:
                 self.known[term] = sign * self._flip(step) * unknown
+            if step.joints[0] not in self.actuators:
+                self.slid.add(self._axis(step.joints[0]).joint)
         definitions = tuple(self._taken())
-        return PrintedStep(step, number, definitions, unknown, name, tuple(shown), solution)
+        return PrintedStep(
+            step, number, definitions, unknown, name, self._flip(step), tuple(shown), solution
+        )
 
     def _as_it_is(self, entry: sp.Expr) -> sp.Expr:
         self._settle_below(entry)
@@ -488,7 +534,7 @@ class _Writer:
         sign = sp.Integer(1) if found.sign is None else self.known[found.sign] * self._flip(step)
         if isinstance(found, FoundLength):
             if len(shown) == 2:  # noqa: PLR2004
-                return sp.Add.make_args(-shown[1] / shown[0])
+                return tuple(sp.Add.make_args(-shown[1] / shown[0]))
             half = shown[1] / 2
             root = sign * sp.sqrt(half**2 - shown[2])
             return (-half, root) if half != 0 else (root,)

@@ -98,7 +98,7 @@ def target_of(name, function, rng):
 def test_printed_steps_are_the_inverse(name):
     page, rng = Page.of(derivation(name)), np.random.default_rng(5)
     compared = 0
-    for task in printed_tasks(page).values():
+    for task in printed_tasks(page, page.inverse, {}).values():
         function = task.solved.function
         numbers = target_of(name, function, rng)
         q, _, margin = (np.array(x).ravel() for x in kernels(name)[function.name](*numbers))
@@ -136,7 +136,7 @@ def test_every_article_has_its_inverse_or_says_why_not(name):
 @pytest.mark.parametrize("name", SOLVED)
 def test_every_coordinate_is_found_given_or_free(name):
     page = Page.of(derivation(name))
-    for task in printed_tasks(page).values():
+    for task in printed_tasks(page, page.inverse, {}).values():
         symbols = {s for _, given in task.inputs for s in given}
         found = {step.name for step in task.steps} | {q for q, _ in task.rest} | {*task.free}
         assert {*page.equations.notation.q} <= found | symbols
@@ -201,7 +201,11 @@ a = "0.2"
     )
     found = derive(arm)
     page = Page.of(found)
-    (total,) = [s.unknown for s in printed_tasks(page)["ik"].steps if not s.unknown.is_Symbol]
+    (total,) = [
+        s.unknown
+        for s in printed_tasks(page, page.inverse, {})["ik"].steps
+        if not s.unknown.is_Symbol
+    ]
     one, two, three = page.equations.notation.q
     assert total == one - two + three
 

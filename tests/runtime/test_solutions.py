@@ -201,6 +201,26 @@ def test_the_class_is_known(arm):
     assert arm.fk.solutions is None
 
 
+@pytest.mark.parametrize("bad", [int, 3, type("Fat", (tuple,), {}), tuple])
+def test_only_a_class_of_tuples_with_a_tolerance_is_taken(tmp_path, cache, bad):
+    from chasles import _call
+    from chasles.library import build, make_recipe
+    from chasles.manifest import read_manifest
+
+    manifest = read_manifest(scara.write(tmp_path / "scara").path)
+    build(manifest)
+    recipe = make_recipe(manifest)
+    library = _call.open(recipe.path, recipe.key)
+    ik = manifest.functions[2]
+    rest = {"label": "x", "doc": "", "signature": None, "operations": {}, "reduced": ()}
+    rest |= {"guard": None, "solutions": bad}
+    with pytest.raises((TypeError, AttributeError)):
+        library.function("ik", ik.inputs, ik.outputs, **rest)
+    fk, rest["solutions"] = manifest.functions[0], Solutions
+    with pytest.raises(TypeError, match="for a function of 3 outputs"):
+        library.function("fk", fk.inputs, fk.outputs, **rest)
+
+
 def test_help_tells_of_valid(arm):
     assert "q: (..., 2, 4) [rad or m]" in arm.ik.__doc__
     assert "valid: (..., 2) whether residual <= 1e-09" in arm.ik.__doc__
@@ -222,6 +242,17 @@ def test_count_and_array(arm, q):
     assert arm.ik(T[3]).array().shape == (0, 4)
     with pytest.raises(chasles.InputError, match=r"of one pose, and these are \(1000,\)"):
         solutions.array()
+
+
+def test_one_pose_of_a_batch(arm, q):
+    T = scara.fk(q).reshape(20, 50, 4, 4)
+    one = arm.ik(T).at(3, 7)
+    assert type(one) is type(arm.ik(T))
+    for a, b in zip(one, arm.ik(T[3, 7]), strict=True):
+        np.testing.assert_allclose(a, b, atol=1e-15)
+    for index in [(3,), (3, 7, 1), ()]:
+        with pytest.raises(chasles.InputError, match=r"expected an index into \(20, 50\)"):
+            arm.ik(T).at(*index)
 
 
 def windings(value, lower, upper):
@@ -346,6 +377,16 @@ def test_prismatic_joints_never_wrap():
     assert solutions.within_limits([-9, -9], [9, 9]).q.shape == (3, 2)
 
 
+def test_slots_that_are_not_valid_are_never_near(arm):
+    kind = type(arm.ik(scara.fk(np.zeros(4))))
+    q = np.array([[0.0] * 4, [2.0] * 4, [1.0] * 4])
+    solutions = kind.judged(q, np.array([1.0, 0.0, 0.0]), np.ones(3))
+    np.testing.assert_array_equal(solutions.nearest(np.zeros(4)), q[2])
+    after = solutions.sorted_from(np.zeros(4))
+    np.testing.assert_array_equal(after.q, q[[2, 1, 0]])
+    np.testing.assert_array_equal(after.valid, [True, True, False])
+
+
 def test_after_limits_a_turn_is_a_move(arm):
     T = scara.fk([3.0, 0.5, 0.0, 0.0])
     seed = [-3.2, 0.5, 0.0, 0.0]
@@ -429,7 +470,7 @@ def test_filters_leave_what_they_are_called_on(arm, q):
     ("spoil", "message"),
     [
         (lambda f: f["outputs"].pop(), r"expected q \(2, 4\), residual \(2\) and margin \(2\)"),
-        (lambda f: f.update(branches=3), r"expected q \(3, 4\)"),
+        (lambda f: f.update(branches=3), "branches: got 3, expected the first dimension"),
         (lambda f: f["outputs"].reverse(), r"expected q \(2, 4\)"),
         (lambda f: f.update(branches=-1), "expected a count"),
     ],

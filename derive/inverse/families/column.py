@@ -62,7 +62,9 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     e = cross(scope, a6.h, a5.h)
     left = rotated(scope, a1.h, q14_turn.back, target.turned(scope, e))
     left = rotated(scope, a5.h, q5.turn.back, left)
-    work.step([a6], "subproblem 1", "what is left of the turn", sp1(scope, a6.h, e, left))
+    work.step(
+        [a6], "subproblem 1", "what is left of the turn", sp1(scope, a6.h, e, left, sure=True)
+    )
 
     # 4. The column: past the hand, the place lies in the plane of the slides.
     centre = lines.meeting(4, 5)

@@ -6,8 +6,10 @@ turns the tool. Most solutions: twice those of the first three.
 Source: Pieper 1968; Elias and Wen 2022, 4.1.
 """
 
+from collections.abc import Callable
+
 from ...vectors import Vector, cross
-from ..lines import Lines
+from ..lines import Axis, Lines
 from ..requirement import Requirement, meeting, revolute
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
@@ -43,16 +45,30 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
 
 
 def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
-    """Three revolute joints that make the rotation which those before them leave.
+    """Three revolute joints that make the rotation which those before them leave."""
+    axes = lines.axes[first : first + 3]
+    three_turns(
+        work,
+        (axes[0], axes[1], axes[2]),
+        lambda v: _past(work, lines, first, target.turned(work.scope, v)),
+    )
 
-    ``R_4 R_5 h_6 = v`` with v the target's direction of axis 6, seen past the arm: subproblem 2.
-    Any other direction then tells the last angle.
+
+def three_turns(
+    work: Work, axes: tuple[Axis, Axis, Axis], wanted: Callable[[Vector], Vector]
+) -> None:
+    """Three angles of a given rotation, ``R_4 R_5 R_6 = R``.
+
+    ``R_4 R_5 h_6 = R h_6`` is subproblem 2. Any other direction then tells the last angle.
+
+    Args:
+        work: Gathers the steps.
+        axes: The three axes.
+        wanted: What the rotation makes of a direction.
     """
     scope = work.scope
-    a4, a5, a6 = lines.axes[first : first + 3]
-    q4, q5 = sp2(
-        scope, a4.h, a5.h, a6.h, _past(work, lines, first, target.turned(scope, a6.h)), work.sign()
-    )
+    a4, a5, a6 = axes
+    q4, q5 = sp2(scope, a4.h, a5.h, a6.h, wanted(a6.h), work.sign())
     work.step(
         [a4],
         "subproblem 2",
@@ -63,9 +79,10 @@ def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
     )
     work.step([a5], "subproblem 1", f"what {a4.name} leaves of the turn of axis {a6.name}", q5)
     e = cross(scope, a6.h, a5.h)
-    left = _past(work, lines, first, target.turned(scope, e))
-    left = rotated(scope, a5.h, q5.turn.back, rotated(scope, a4.h, q4.turn.back, left))
-    work.step([a6], "subproblem 1", "what is left of the turn", sp1(scope, a6.h, e, left))
+    left = rotated(scope, a5.h, q5.turn.back, rotated(scope, a4.h, q4.turn.back, wanted(e)))
+    work.step(
+        [a6], "subproblem 1", "what is left of the turn", sp1(scope, a6.h, e, left, sure=True)
+    )
 
 
 def _past(work: Work, lines: Lines, count: int, v: Vector) -> Vector:

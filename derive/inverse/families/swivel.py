@@ -27,6 +27,7 @@ from ..requirement import Requirement, meeting, revolute
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.sp3 import sp3, squared_across
+from ..subproblems.sp4 import LEAST
 from ..target import Target
 from ..turns import Turn, any_across, direction, rotated
 from ..work import Work
@@ -101,7 +102,10 @@ def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
     turned = combination(scope, [dot(scope, e, f) for f in (w, n, b)], (W, normal, side))
     left = rotated(scope, a2.h, q2.turn.back, rotated(scope, a1.h, q1.turn.back, turned))
     work.step(
-        [a3], "subproblem 1", "what is left of the shoulder's turn", sp1(scope, a3.h, e, left)
+        [a3],
+        "subproblem 1",
+        "what is left of the shoulder's turn",
+        sp1(scope, a3.h, e, left, sure=True),
     )
 
     # 6 to 8. What the arm leaves of the tool's turn.
@@ -142,7 +146,7 @@ def _frame(scope: Scope, arm: Vector, h: Vector) -> tuple[Vector, Vector, Vector
 
 def _unit(scope: Scope, v: Vector) -> Vector:
     size2 = dot(scope, v, v)
-    inverse = scope.let(1 / scope.let(sp.sqrt(scope.let(size2 + sp.Float("1e-300", 20)))))
+    inverse = scope.let(1 / scope.let(sp.sqrt(scope.let(size2 + LEAST))))
     return combination(scope, (inverse,), (v,))
 
 

@@ -23,6 +23,7 @@ from ..subproblems.sp3 import sp3, squared_across
 from ..subproblems.sp4 import sp4
 from ..turns import perpendicular, rotated
 from ..work import Work
+from .loop import loop_of_three, negative
 from .triangle import triangle
 
 _OBLIQUE = 1e-3
@@ -52,28 +53,35 @@ class Case:
 
 def case_of(lines: Lines) -> Case | None:
     """The first case whose conditions three axes fulfil."""
-    kinds = "".join("r" if axis.turns else "p" for axis in lines.axes)
+    kinds = _kinds(lines)
     for case in CASES:
-        if case.kinds == kinds and all(
-            condition.apart <= lines.tolerance for condition in case.requires(lines)
-        ):
+        if case.kinds == kinds and _worst(case, lines).apart <= lines.tolerance:
             return case
     return None
 
 
 def requires(lines: Lines) -> Requirement:
-    """That three joints have one of the structures; of those they miss, the nearest."""
-    kinds = "".join("r" if axis.turns else "p" for axis in lines.axes)
-    cases = [(case, case.requires(lines)) for case in CASES if case.kinds == kinds]
-    worst = [
-        (max(conditions, key=lambda c: c.apart, default=Requirement("", 0.0)), case)
-        for case, conditions in cases
-    ]
+    """That three joints have one of the structures: the first that holds, or else the nearest."""
+    found = case_of(lines)
     names = ", ".join(axis.name for axis in lines.axes)
-    if not worst:
+    if found is not None:
+        return Requirement(f"of {names}: {found.title}", 0.0)
+    kinds = _kinds(lines)
+    missed = [(_worst(case, lines), case.title) for case in CASES if case.kinds == kinds]
+    if not missed:
         return Requirement(f"of {names}: no structure of these joints is known", np.inf)
-    nearest, case = min(worst, key=lambda pair: pair[0].apart)
-    return Requirement(f"of {names}: {case.title}", nearest.apart, nearest.is_length)
+    worst, title = min(missed, key=lambda one: one[0].apart)
+    return Requirement(f"of {names}: {title}", worst.apart, worst.is_length)
+
+
+def _kinds(lines: Lines) -> str:
+    return "".join("r" if axis.turns else "p" for axis in lines.axes)
+
+
+def _worst(case: Case, lines: Lines) -> Requirement:
+    """The condition that is farthest from holding."""
+    conditions = case.requires(lines)
+    return max(conditions, key=lambda c: c.apart, default=Requirement("", 0.0))
 
 
 def _last_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
@@ -146,8 +154,8 @@ def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     #    joint 1 carries: |R_1^T V - c| is known.
     V, c = subtracted(scope, W, a1.p), subtracted(scope, C, a1.p)
     reach = subtracted(scope, centre, C)
-    minus_h = (-a1.h[0], -a1.h[1], -a1.h[2])
-    minus_c = (-c[0], -c[1], -c[2])
+    minus_h = negative(a1.h)
+    minus_c = negative(c)
     across2 = squared_across(scope, minus_h, reach, (minus_c, V))
     q1 = work.step(
         [a1],
@@ -158,6 +166,22 @@ def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     )
     # 2, 3. Two turns about one point.
     _two_about_a_point(work, a2, a3, reach, subtracted(scope, rotated(scope, a1.h, q1.back, V), c))
+
+
+def _any(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    scope, (a1, a2, a3) = work.scope, lines.axes
+    # R_1^T (W - p_1) - (p_2 - p_1) = R_2 (p_3 - p_2 + R_3 (C - p_3)): joint 2 keeps the length of
+    # what it turns, and its part along its axis.
+    turns = loop_of_three(
+        work,
+        (a1, a2, a3),
+        "the loop of shoulder, elbow and centre closes",
+        (subtracted(scope, a1.p, a2.p), negative(a1.h), subtracted(scope, W, a1.p)),
+        (a2.h, subtracted(scope, a3.p, a2.p)),
+        (a3.h, subtracted(scope, centre, a3.p)),
+    )
+    for axis, turn in zip((a1, a2, a3), turns, strict=True):
+        work.turns[axis.joint] = turn
 
 
 def _meeting_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
@@ -259,7 +283,7 @@ def _slide_then_meeting(work: Work, lines: Lines, centre: Vector, W: Vector) -> 
     C = lines.meeting(1, 2)
     # 1. Joints 2 and 3 keep the centre's distance from the point where their axes meet.
     reach, V = subtracted(scope, centre, C), subtracted(scope, W, C)
-    minus_h = (-a1.h[0], -a1.h[1], -a1.h[2])
+    minus_h = negative(a1.h)
     length = work.slide(
         a1,
         "a line meets a sphere",
@@ -312,6 +336,7 @@ CASES = (
     Case("rrr", "axes 1 and 2 parallel", 4, lambda a: [parallel(a, 0, 1)], _first_two_parallel),
     Case("rrr", "axes 1 and 2 intersecting", 4, lambda a: [meeting(a, 0, 1)], _first_two_meet),
     Case("rrr", "axes 2 and 3 intersecting", 4, lambda a: [meeting(a, 1, 2)], _last_two_meet),
+    Case("rrr", "any axes", 4, lambda _: [], _any),
     Case(
         "rrp",
         "axes 1 and 2 intersecting, a slide",

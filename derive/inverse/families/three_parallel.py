@@ -62,7 +62,7 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     v = rotated(scope, a1.h, q1.back, target.turned(scope, a6.h))
     sign = work.sign()
     found, _ = sp2(scope, a2.h, a5.h, a6.h, v, sign)
-    found = _reaching(work, lines, found, v, U, centre, sign)
+    found = reaching(work, lines, found, v, U, centre, sign)
     q234 = work.step(
         [a2, a3, a4],
         "subproblem 2",
@@ -75,7 +75,7 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
         [a5],
         "subproblem 1",
         "what joints 1 to 4 leave of the turn of axis 6",
-        sp1(scope, a5.h, a6.h, rotated(scope, a2.h, q234.back, v)),
+        sp1(scope, a5.h, a6.h, rotated(scope, a2.h, q234.back, v), sure=True),
     )
 
     # 4. Any direction across axis 6 tells the last angle.
@@ -83,7 +83,10 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     left = rotated(scope, a1.h, q1.back, target.turned(scope, e))
     left = rotated(scope, a5.h, q5.back, rotated(scope, a2.h, q234.back, left))
     work.step(
-        [a6], "subproblem 1", "what joints 1 to 5 leave of the turn", sp1(scope, a6.h, e, left)
+        [a6],
+        "subproblem 1",
+        "what joints 1 to 5 leave of the turn",
+        sp1(scope, a6.h, e, left, sure=True),
     )
 
     # 5. The rest is a triangle across the parallel axes: shoulder, elbow, wrist.
@@ -92,7 +95,7 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     remaining(work, (a2, a3, a4), q234)
 
 
-def _reaching(
+def reaching(
     work: Work,
     lines: Lines,
     found: FoundTurn,
@@ -101,7 +104,17 @@ def _reaching(
     centre: Vector,
     sign: sp.Symbol,
 ) -> FoundTurn:
-    """The sum of angles 2 to 4, and where v does not tell it the one that the elbow likes best."""
+    """The sum of angles 2 to 4, and where v does not tell it the one that the elbow likes best.
+
+    Args:
+        work: Names of all terms.
+        lines: The chain.
+        found: The sum as axis 6 tells it.
+        v: Axis 6 as joint 1 leaves it.
+        U: The hand's place as joint 1 leaves it, seen from axis 2.
+        centre: The hand, with joints 1 to 4 at 0.
+        sign: Chooses among two sums that the elbow likes equally.
+    """
     scope = work.scope
     _, a2, a3, a4, _, _ = lines.axes
     lever = perpendicular(scope, a2.h, subtracted(scope, centre, a4.p))

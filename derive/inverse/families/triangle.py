@@ -52,6 +52,8 @@ def remaining(work: Work, axes: tuple[Axis, ...], total: Turn) -> None:
         before = composed(work.scope, before, work.turns[axis.joint].counted(_sense(first, axis)))
     left = composed(work.scope, total, before.back)
     work.turns[last.joint] = left.counted(_sense(first, last))
+    senses = tuple((axis.joint, _sense(first, axis)) for axis in axes)
+    work.sums.append((senses, total))
 
 
 def _sense(a: Axis, b: Axis) -> int:

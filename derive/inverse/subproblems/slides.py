@@ -15,7 +15,7 @@ from ...scope import Scope
 from ...vectors import Vector, dot
 from ..found import FoundLength
 from ..turns import perpendicular
-from .sp4 import MEETING
+from .sp4 import MEETING, ratio
 
 
 def slide_to_plane(scope: Scope, h: Vector, u: Vector, p: Vector, d: sp.Expr) -> FoundLength:
@@ -39,5 +39,5 @@ def slide_to_sphere(
         )
     )
     length = scope.let(sign * xi - along)
-    margin = scope.let(xi2 / scope.let(size + sp.Float("1e-300", 20)))
-    return FoundLength(length, (sp.Integer(1), 2 * along, scope.let(along**2 - xi2)), sign, margin)
+    equation = (sp.Integer(1), 2 * along, scope.let(along**2 - xi2))
+    return FoundLength(length, equation, sign, ratio(scope, xi2, size))

@@ -19,8 +19,16 @@ from ..found import Direction, FoundTurn
 from ..turns import direction, perpendicular
 
 
-def sp1(scope: Scope, k: Vector, p: Vector, v: Vector) -> FoundTurn:
-    """The turn about the unit vector k that carries p to v (same length, same part along k)."""
+def sp1(scope: Scope, k: Vector, p: Vector, v: Vector, *, sure: bool = False) -> FoundTurn:
+    """The turn about the unit vector k that carries p to v (same length, same part along k).
+
+    Args:
+        scope: Names of all terms.
+        k: The axis.
+        p: The vector before the turn.
+        v: The vector after it.
+        sure: That neither ever lies along k.
+    """
     x = dot(scope, perpendicular(scope, k, p), v)
     y = dot(scope, cross(scope, k, p), v)
-    return FoundTurn(direction(scope, x, y), Direction(x, y))
+    return FoundTurn(direction(scope, x, y, sure=sure), Direction(x, y))

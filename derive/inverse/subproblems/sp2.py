@@ -39,7 +39,8 @@ def sp2(
         first = sp4(scope, v, k1, k2, dot(scope, k2, p), sign)
     else:
         first = _first(scope, k1, k2, p, v, r2, sign)
-    return first, sp1(scope, k2, p, rotated(scope, k1, first.turn.back, v))
+    sure = scope.is_constant(r2)
+    return first, sp1(scope, k2, p, rotated(scope, k1, first.turn.back, v), sure=sure)
 
 
 def _first(

@@ -25,10 +25,12 @@ import sympy as sp
 from ...scope import Scope
 from ...vectors import Vector, cross, dot
 from ..found import FoundTurn, Linear
-from ..turns import direction, perpendicular
+from ..turns import Turn, direction, perpendicular
 
 MEETING = sp.Float("4e-15", 20)
 """sin^2 of half the angle between two solutions that are one."""
+LEAST = sp.Float("1e-300", 20)
+"""What is added to a divisor that may be 0."""
 
 
 def sp4(scope: Scope, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symbol) -> FoundTurn:
@@ -60,6 +62,11 @@ def on_line(
         rho2: ``a^2 + b^2``, or what xi^2 is small beside.
         xi2: ``a^2 + b^2 - e^2``, computed in the way that keeps most digits.
     """
+    if e == 0:
+        # Through the centre: the two points are opposite, and always there.
+        half = direction(scope, -b, a)
+        turn = Turn(scope.let(sign * half.c), scope.let(sign * half.s))
+        return FoundTurn(turn, Linear(a, b, e), sign)
     meeting = scope.let(MEETING * rho2)
     xi = scope.let(
         sp.Piecewise((sp.sqrt(xi2), xi2 > meeting), (sp.Integer(0), True), evaluate=False)
@@ -67,7 +74,12 @@ def on_line(
     turned = scope.let(sign * xi)
     x = scope.let(e * a - turned * b)
     y = scope.let(e * b + turned * a)
-    floor = sp.Float("1e-300", 20)
-    scale = rho2 if scope.is_constant(rho2) else scope.let(rho2 + floor)
-    margin = scope.let(xi2 / scale)
+    margin = ratio(scope, xi2, rho2)
     return FoundTurn(direction(scope, x, y), Linear(a, b, e), sign, margin)
+
+
+def ratio(scope: Scope, part: sp.Expr, whole: sp.Expr) -> sp.Expr:
+    """A part of something that is never negative, 0 of nothing."""
+    if scope.is_constant(whole):
+        return scope.let(part * scope.let(1 / whole))
+    return scope.let(part / scope.let(whole + LEAST))

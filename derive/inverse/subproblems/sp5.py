@@ -1,0 +1,309 @@
+"""Subproblem 5: three rotations that close a loop of vectors.
+
+Statement: ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
+
+Derivation: call the left side v and the right side ``R(k2, theta2) w``. The second rotation changes
+neither the length of w nor its part along k2:
+
+    |v|^2 = |w|^2,   k2 . v = k2 . w,
+
+two equations that are linear in cosine and sine of theta1 and of theta3, which is subproblem 6 with
+up to four solutions. The turn from w to v about k2 is theta2. Where v and w lie almost along k2, their
+squares tell their parts across k2 to 1e-8 only; a few of Newton's steps on ``v - R2 w = 0`` itself, in
+all three angles, restore the digits. They are damped where the Jacobian is singular, and each is
+taken only if it makes the gap smaller.
+
+Boundary: where two of the solutions meet, the determinant of the Jacobian vanishes.
+
+Degenerate: where v and w lie along k2, theta2 is any angle, and 0 is taken; where both equations are
+one, see subproblem 6.
+
+Source: Elias and Wen 2022, subproblem 5.
+"""
+
+from dataclasses import dataclass
+
+import sympy as sp
+from sympy.logic.boolalg import Boolean
+
+from ...scope import Scope
+from ...vectors import Vector, added, combination, cross, dot, named, subtracted
+from ..quartic import ONE, ZERO, select
+from ..turns import FLOOR, Turn, direction, perpendicular, rotated
+from .sp6 import NEARLY, Signs, advanced, algebraic, chosen
+
+DAMPING = sp.Rational(1, 10**10)
+"""The square of the smallest singular value, over the greatest, that Newton's steps trust."""
+APART = sp.Rational(1, 10**7)
+"""By this angle solutions that the squares do not tell apart begin on either side."""
+NEAR = sp.Rational(1, 10**5)
+"""The greatest step on the parabola."""
+STEPS = 2
+
+
+@dataclass(frozen=True)
+class ThreeAngles:
+    """Three angles.
+
+    Attributes:
+        first: Cosine and sine of theta1.
+        second: Cosine and sine of theta2.
+        third: Cosine and sine of theta3.
+        margin: As of subproblem 6.
+    """
+
+    first: Turn
+    second: Turn
+    third: Turn
+    margin: sp.Expr
+
+
+def sp5(
+    scope: Scope,
+    p0: Vector,
+    k1: Vector,
+    p1: Vector,
+    k2: Vector,
+    p2: Vector,
+    k3: Vector,
+    p3: Vector,
+    signs: Signs,
+) -> ThreeAngles:
+    """The angles with ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
+
+    Args:
+        scope: Names of all terms.
+        p0: What stays on the left.
+        k1: Unit vector of the first axis.
+        p1: What turns about it.
+        k2: Unit vector of the second axis.
+        p2: What turns about it alone.
+        k3: Unit vector of the third axis.
+        p3: What turns about it first.
+        signs: Two symbols that stand for 1 or -1; the four choices give all solutions.
+    """
+    let = scope.let
+    loop = _Loop(_Arm.of(scope, p0, k1, p1), k2, _Arm.of(scope, p2, k3, p3))
+    v, w = loop.v, loop.w
+    length2 = let(sum((dot(scope, p, p) for p in (p0, p1, p2, p3)), FLOOR))
+    inverse = let(1 / sp.sqrt(length2))
+    inverse2 = let(1 / length2)
+
+    def row(scale: sp.Expr, a: Vector, b: Vector) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
+        return tuple(
+            (
+                let(scale * sign * dot(scope, c, arm.turned)),
+                let(scale * sign * dot(scope, c, arm.across)),
+            )
+            for sign, c, arm in ((ONE, a, v), (-ONE, b, w))
+        )
+
+    lengths, alongs = row(inverse2, v.still, w.still), row(inverse, k2, k2)
+    squares = subtracted_squares(scope, w, v)
+    found = algebraic(
+        scope,
+        (lengths[0], alongs[0]),
+        (lengths[1], alongs[1]),
+        (
+            let(inverse2 * squares / 2),
+            let(inverse * dot(scope, k2, subtracted(scope, w.still, v.still))),
+        ),
+        signs,
+        APART,
+    )
+    exists = found.margin >= -NEARLY
+    state = loop.closed(scope, found.first, found.second)
+    for _ in range(STEPS):
+        state = loop.on_parabola(scope, state, exists, inverse)
+    state = loop.improved(scope, state, exists)
+    return ThreeAngles(*state.turns, found.margin)
+
+
+def subtracted_squares(scope: Scope, one: "_Arm", other: "_Arm") -> sp.Expr:
+    """The mean of the square of one arm's length less that of the other's, over all angles."""
+    a, b, c, d = (dot(scope, x, x) for x in (one.still, one.across, other.still, other.across))
+    return scope.let(a + b - c - d)
+
+
+@dataclass(frozen=True)
+class _Arm:
+    """``still + cos across + sin turned``: a vector that turns about an axis, and one that does not."""
+
+    still: Vector
+    across: Vector
+    turned: Vector
+
+    @classmethod
+    def of(cls, scope: Scope, offset: Vector, k: Vector, p: Vector) -> "_Arm":
+        across = perpendicular(scope, k, p)
+        along = subtracted(scope, p, across)
+        return cls(added(scope, offset, along), across, cross(scope, k, p))
+
+    def at(self, scope: Scope, turn: Turn) -> Vector:
+        return combination(scope, (ONE, turn.c, turn.s), (self.still, self.across, self.turned))
+
+    def rate(self, scope: Scope, turn: Turn) -> Vector:
+        return combination(scope, (turn.c, -turn.s), (self.turned, self.across))
+
+
+@dataclass(frozen=True)
+class _State:
+    """Three angles, ``R2 w`` at them, and the gap ``v - R2 w``."""
+
+    turns: tuple[Turn, Turn, Turn]
+    image: Vector
+    gap: Vector
+
+
+@dataclass(frozen=True)
+class _Loop:
+    """The two sides of the equation and the axis between them."""
+
+    v: _Arm
+    k2: Vector
+    w: _Arm
+
+    def closed(self, scope: Scope, first: Turn, third: Turn) -> _State:
+        """The second angle, given the others."""
+        v, w = (
+            perpendicular(scope, self.k2, arm.at(scope, turn))
+            for arm, turn in ((self.v, first), (self.w, third))
+        )
+        x, y = dot(scope, w, v), dot(scope, cross(scope, self.k2, w), v)
+        return self.state(scope, (first, direction(scope, x, y), third))
+
+    def state(self, scope: Scope, turns: tuple[Turn, Turn, Turn]) -> _State:
+        first, second, third = turns
+        image = rotated(scope, self.k2, second, self.w.at(scope, third))
+        return _State(turns, image, subtracted(scope, self.v.at(scope, first), image))
+
+    def on_parabola(self, scope: Scope, state: _State, exists: Boolean, inverse: sp.Expr) -> _State:
+        """The nearer root of both equations' expansion to second order, if it makes the gap smaller.
+
+        With the parts v' and w' across k2 the equations are ``k2 . (v - w) = 0`` and
+        ``(|v'|^2 - |w'|^2) / (2 L) = 0``, whose digits are those of v' and w'. Call the one of the
+        greater gradient g and the other h, n and m their gradients and G and H their Hessians by
+        theta1 and theta3. On the parabola ``-(g + tau^2 d . G d / 2) n/|n|^2 + tau d`` with
+        ``d = (-n3, n1)/|n|``, g vanishes to second order, and h is a quadratic in tau.
+        """
+        let = scope.let
+        first, _, third = state.turns
+        v, w = self.v.at(scope, first), self.w.at(scope, third)
+        v_across, w_across = (perpendicular(scope, self.k2, x) for x in (v, w))
+        half = let(inverse / 2)
+        along = dot(scope, self.k2, subtracted(scope, v, w))
+        across = dot(scope, v_across, v_across) - dot(scope, w_across, w_across)
+        of_v = self._expansion(scope, v_across, self.v, first, inverse)
+        of_w = self._expansion(scope, w_across, self.w, third, inverse)
+        equations = [
+            (value, a[0], -b[0], a[1], -b[1])
+            for value, a, b in zip((along, let(half * across)), of_v, of_w, strict=True)
+        ]
+        sizes = [let(n1**2 + n3**2) for _, n1, n3, _, _ in equations]
+        swap = sizes[1] > sizes[0]
+        g, n1, n3, G1, G3 = (select(scope, swap, b, a) for a, b in zip(*equations, strict=True))
+        h, m1, m3, H1, H3 = (select(scope, swap, a, b) for a, b in zip(*equations, strict=True))
+        n2 = let(select(scope, swap, sizes[1], sizes[0]) + FLOOR)
+        d = direction(scope, -n3, n1)
+        ratio = let(let(m1 * n1 + m3 * n3) / n2)
+        bend = let(G1 * d.c**2 + G3 * d.s**2)
+        tau = _nearer_root(
+            scope,
+            let(H1 * d.c**2 + H3 * d.s**2 - ratio * bend),
+            let(m1 * d.c + m3 * d.s),
+            let(h - g * ratio),
+        )
+        off = let(let(g + bend * tau**2 / 2) / n2)
+        there = self.closed(
+            scope,
+            advanced(scope, first, let(tau * d.c - off * n1)),
+            advanced(scope, third, let(tau * d.s - off * n3)),
+        )
+        return _smaller(scope, exists, there, state)
+
+    def _expansion(
+        self, scope: Scope, across: Vector, arm: _Arm, turn: Turn, inverse: sp.Expr
+    ) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr]]:
+        """First and second derivatives of ``k2 . v`` and of ``|v'|^2 / (2 L)`` by an arm's angle."""
+        rate = arm.rate(scope, turn)
+        arrow = subtracted(scope, arm.at(scope, turn), arm.still)
+        rate_across = perpendicular(scope, self.k2, rate)
+        curvature = dot(scope, rate_across, rate_across) - dot(scope, across, arrow)
+        return (
+            (dot(scope, self.k2, rate), -dot(scope, self.k2, arrow)),
+            (scope.let(inverse * dot(scope, across, rate)), scope.let(inverse * curvature)),
+        )
+
+    def improved(self, scope: Scope, state: _State, exists: Boolean) -> _State:
+        """One damped step of Newton's on the gap in all angles, if it makes the gap smaller.
+
+        The step ``-(J^T J + mu)^-1 J^T e`` in the adjugate, in which squaring J costs no digits:
+
+            -(det J adj(J) e + mu (tr M + mu - M) J^T e) / (det^2 + mu |adj J|^2 + mu^2 tr M + mu^3)
+
+        with ``M = J^T J``.
+        """
+        let = scope.let
+        first, second, third = state.turns
+        columns = (
+            self.v.rate(scope, first),
+            cross(scope, state.image, self.k2),
+            _reversed(rotated(scope, self.k2, second, self.w.rate(scope, third))),
+        )
+        a, b, c = columns
+        rows = cross(scope, b, c), cross(scope, c, a), cross(scope, a, b)
+        det = dot(scope, a, rows[0])
+        trace = let(sum((dot(scope, column, column) for column in columns), ZERO))
+        minors = let(sum((dot(scope, row, row) for row in rows), ZERO))
+        mu = let(DAMPING * trace)
+        bottom = let(det**2 + mu * let(minors + mu * let(trace + mu)))
+        inverse = let(1 / let(bottom + FLOOR))
+        gradient = named(scope, (dot(scope, column, state.gap) for column in columns))
+        image = combination(scope, gradient, columns)
+        steps = []
+        for column, row, g in zip(columns, rows, gradient, strict=True):
+            damped = let(let(trace + mu) * g - dot(scope, column, image))
+            steps.append(let(-let(det * dot(scope, row, state.gap) + mu * damped) * inverse))
+        there = self.state(
+            scope,
+            (
+                advanced(scope, first, steps[0]),
+                advanced(scope, second, steps[1]),
+                advanced(scope, third, steps[2]),
+            ),
+        )
+        return _smaller(scope, exists, there, state)
+
+
+def _nearer_root(scope: Scope, A: sp.Expr, B: sp.Expr, C: sp.Expr) -> sp.Expr:
+    """The root of ``A tau^2 / 2 + B tau + C`` nearer to 0, or their mean where they are not real."""
+    let = scope.let
+    square = let(B**2 - 2 * A * C)
+    root = let(sp.sqrt(sp.Max(ZERO, square, evaluate=False)))
+    real = square > 0
+    top = select(scope, real, let(2 * C), B)
+    bottom = select(scope, real, let(B + select(scope, B >= 0, root, -root)), let(A + FLOOR))
+    tau = let(-top / bottom)
+    return let(sp.Max(-NEAR, sp.Min(tau, NEAR, evaluate=False), evaluate=False))
+
+
+def _smaller(scope: Scope, exists: Boolean, new: _State, old: _State) -> _State:
+    """The state with the smaller gap; the old one where there is no solution."""
+    better = sp.And(exists, dot(scope, new.gap, new.gap) < dot(scope, old.gap, old.gap))
+    first, second, third = (
+        chosen(scope, better, a, b) for a, b in zip(new.turns, old.turns, strict=True)
+    )
+    return _State(
+        (first, second, third),
+        _select(scope, better, new.image, old.image),
+        _select(scope, better, new.gap, old.gap),
+    )
+
+
+def _select(scope: Scope, condition: Boolean, one: Vector, other: Vector) -> Vector:
+    x, y, z = (select(scope, condition, a, b) for a, b in zip(one, other, strict=True))
+    return x, y, z
+
+
+def _reversed(v: Vector) -> Vector:
+    return -v[0], -v[1], -v[2]

@@ -1,0 +1,232 @@
+"""Subproblem 6: two angles from two equations that are linear in their cosines and sines.
+
+Statement: ``A1 x1 + A2 x2 = b`` with ``x_j = (sin, cos)(theta_j)``: two ellipses meet, in up to four
+points. It is ``h_i . R(k_i, theta1) p_i + h'_i . R(k'_i, theta2) p'_i = d_i`` for i = 1, 2.
+
+Derivation: the two equations leave a plane of the space of (x1, x2), ``X + N z`` with X its point
+nearest to 0 and N two orthonormal columns. As ``|x1|^2 + |x2|^2 = 2``, z lies on a circle,
+
+    z = rho (cos phi, sin phi),   rho^2 = 2 - |X|^2,
+
+and ``|x1|^2 - |x2|^2 = 0`` is a trigonometric polynomial of degree 2 in phi: a quartic, see
+:mod:`..quartic`. Neither side is eliminated: it does not matter whether A1 or A2 or both are
+singular, only that ``[A1 A2]`` has rank 2. X and N come from two of Householder's reflections. A few
+of Newton's steps on the angles themselves follow, damped where the Jacobian is singular, each
+taken only if it makes the equations' error smaller.
+
+Boundary: where two of the solutions meet, the determinant of the Jacobian vanishes.
+
+Degenerate: where the rank of ``[A1 A2]`` is 1, a curve of solutions; taken are those with
+``a1 . x1 / |a1| = a2 . x2 / |a2|``, which exist wherever any do. Where it is 0 the angles are any.
+
+Source: Elias and Wen 2022, subproblem 6, for the statement; they eliminate one side. The
+circle in the plane of solutions is ours.
+"""
+
+from dataclasses import dataclass
+
+import sympy as sp
+from sympy.logic.boolalg import Boolean
+
+from ...scope import Scope
+from ..quartic import MEETING, ONE, ZERO, circle_roots, select
+from ..turns import FLOOR, Turn, direction
+
+Pair = tuple[sp.Expr, sp.Expr]
+Rows = tuple[Pair, Pair]
+Signs = tuple[sp.Symbol, sp.Symbol]
+RANK = sp.Rational(1, 10**13)
+"""Rows that are dependent up to here are dependent up to rounding."""
+FAR = sp.Integer(10) ** 6
+"""What a part of X is at most; beyond sqrt(2) there is no solution."""
+DAMPING = sp.Rational(1, 10**14)
+"""The square of the smallest singular value, over the greatest, that Newton's steps trust."""
+NEARLY = sp.Rational(1, 10**7)
+"""Solutions whose margin is below this negative do not exist: Newton would only find another."""
+STEPS = 2
+
+
+@dataclass(frozen=True)
+class TwoAngles:
+    """Two angles.
+
+    Attributes:
+        first: Cosine and sine of theta1.
+        second: Cosine and sine of theta2.
+        margin: 0 where two solutions meet, at least 0 where this one is real, negative where it is
+            not and the angles are near the least-squares answer.
+    """
+
+    first: Turn
+    second: Turn
+    margin: sp.Expr
+
+
+def sp6(scope: Scope, A1: Rows, A2: Rows, b: Pair, signs: Signs) -> TwoAngles:
+    """The angles with ``A1 (sin, cos)(theta1) + A2 (sin, cos)(theta2) = b``.
+
+    Args:
+        scope: Names of all terms.
+        A1: Coefficients of sin and cos of theta1, an equation a row.
+        A2: Coefficients of sin and cos of theta2.
+        b: Right sides.
+        signs: Two symbols that stand for 1 or -1; the four choices give all solutions.
+    """
+    found = algebraic(scope, A1, A2, b, signs)
+    angles = found.first, found.second
+    rows = tuple((*one, *two) for one, two in zip(A1, A2, strict=True))
+    error = _error(scope, rows, b, angles)
+    exists = found.margin >= -NEARLY
+    for _ in range(STEPS):
+        angles, error = _improved(scope, rows, b, angles, error, exists)
+    return TwoAngles(*angles, found.margin)
+
+
+def algebraic(
+    scope: Scope, A1: Rows, A2: Rows, b: Pair, signs: Signs, apart: sp.Expr = ZERO
+) -> TwoAngles:
+    """The angles of :func:`sp6` as the quartic gives them, not polished.
+
+    Solutions that are one up to rounding are returned ``apart`` from each other, as an angle.
+    """
+    let = scope.let
+    X, N = _plane(scope, tuple((*one, *two) for one, two in zip(A1, A2, strict=True)), b)
+    rho2 = let(2 - _dot(scope, X, X))
+    rho = select(scope, rho2 > MEETING, sp.sqrt(rho2), apart)
+    # Differences of squares of the first and of the second half of the columns.
+    n, m = N
+    X_X, X_n, X_m = (_difference(scope, X, column) for column in (X, n, m))
+    n_n, n_m, m_m = _difference(scope, n, n), _difference(scope, n, m), _difference(scope, m, m)
+    half = let(let(rho**2) / 2)
+    root = circle_roots(
+        scope,
+        let(X_X + half * let(n_n + m_m)),
+        (let(2 * rho * X_n), let(2 * rho * X_m)),
+        (let(half * let(n_n - m_m)), let(2 * half * n_m)),
+        signs,
+        apart,
+    )
+    z = let(rho * root.turn.c), let(rho * root.turn.s)
+    s1, c1, s2, c2 = (let(x + z[0] * u + z[1] * v) for x, u, v in zip(X, n, m, strict=True))
+    margin = let(sp.Min(rho2, root.margin, evaluate=False))
+    return TwoAngles(direction(scope, c1, s1), direction(scope, c2, s2), margin)
+
+
+Row = tuple[sp.Expr, ...]
+
+
+def _plane(scope: Scope, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row, Row]]:
+    """The point nearest to 0 and an orthonormal basis of the plane ``rows . (x1, x2) = b``."""
+    let = scope.let
+    squares = tuple(_dot(scope, row, row) for row in rows)
+    swap = squares[1] > squares[0]
+    long, short = (
+        tuple(select(scope, swap, one, other) for one, other in zip(rows[i], rows[j], strict=True))
+        for i, j in ((1, 0), (0, 1))
+    )
+    b_long, b_short = select(scope, swap, b[1], b[0]), select(scope, swap, b[0], b[1])
+    long = (let(long[0] + FLOOR), *long[1:])
+    first = _Reflection.of(scope, long)
+    y = _clipped(scope, let(b_long / first.image))
+    head, *tail = first.applied(scope, short)
+    rest = let(b_short - head * y)
+    # Where the rows are dependent another takes the place of the shorter.
+    own = _dot(scope, tail, tail)
+    dependent = own <= let(RANK**2 * _dot(scope, long, long))
+    a1, a2 = (direction(scope, *long[k : k + 2]) for k in (0, 2))
+    head, *other = first.applied(scope, (a1.c, a1.s, -a2.c, -a2.s))
+    tail = [select(scope, dependent, one, two) for one, two in zip(other, tail, strict=True)]
+    rest = select(scope, dependent, let(-head * y), rest)
+    second = _Reflection.of(scope, tail)
+    z = _clipped(scope, let(rest / second.image))
+    X = first.applied(scope, (y, *second.applied(scope, (z, ZERO, ZERO))))
+    n, m = (
+        first.applied(scope, (ZERO, *second.applied(scope, axis)))
+        for axis in ((ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
+    )
+    return X, (n, m)
+
+
+def _clipped(scope: Scope, value: sp.Expr) -> sp.Expr:
+    return scope.let(sp.Max(-FAR, sp.Min(value, FAR, evaluate=False), evaluate=False))
+
+
+@dataclass(frozen=True)
+class _Reflection:
+    """Householder's reflection ``I - v v^T / kappa`` that carries a vector to (image, 0, 0, ...)."""
+
+    v: Row
+    inverse: sp.Expr
+    image: sp.Expr
+
+    @classmethod
+    def of(cls, scope: Scope, vector: Row) -> "_Reflection":
+        let = scope.let
+        norm = let(sp.sqrt(_dot(scope, vector, vector)))
+        image = select(scope, vector[0] >= 0, -norm, norm)
+        kappa = let(norm * let(norm + sp.Abs(vector[0])))
+        return cls((let(vector[0] - image), *vector[1:]), let(1 / kappa), image)
+
+    def applied(self, scope: Scope, vector: Row) -> Row:
+        weight = scope.let(_dot(scope, self.v, vector) * self.inverse)
+        return tuple(scope.let(x - weight * u) for x, u in zip(vector, self.v, strict=True))
+
+
+def _improved(
+    scope: Scope,
+    rows: tuple[Row, ...],
+    b: Pair,
+    angles: tuple[Turn, Turn],
+    error: Row,
+    exists: Boolean,
+) -> tuple[tuple[Turn, Turn], Row]:
+    """One damped step of Newton's on both angles, and the error there, if that is smaller.
+
+    The step is ``-(J^T J + mu)^-1 J^T e``, in the adjugate: ``-(det J adj(J) e + mu J^T e) / (det^2 +
+    mu |J|^2 + mu^2)``, in which no digits are lost by squaring J.
+    """
+    let = scope.let
+    one, two = angles
+    e1, e2 = error
+    (j11, j12), (j21, j22) = (
+        (let(row[0] * one.c - row[1] * one.s), let(row[2] * two.c - row[3] * two.s)) for row in rows
+    )
+    det = let(j11 * j22 - j12 * j21)
+    square = let(j11**2 + j12**2 + j21**2 + j22**2)
+    mu = let(DAMPING * square)
+    inverse = let(1 / let(let(det**2 + mu * let(square + mu)) + FLOOR))
+    top1 = let(det * let(j22 * e1 - j12 * e2) + mu * let(j11 * e1 + j21 * e2))
+    top2 = let(det * let(j11 * e2 - j21 * e1) + mu * let(j12 * e1 + j22 * e2))
+    there = advanced(scope, one, let(-top1 * inverse)), advanced(scope, two, let(-top2 * inverse))
+    left = _error(scope, rows, b, there)
+    smaller = _dot(scope, left, left) < _dot(scope, error, error)
+    better = sp.And(exists, smaller)
+    one, two = (chosen(scope, better, new, old) for new, old in zip(there, angles, strict=True))
+    kept = tuple(select(scope, better, new, old) for new, old in zip(left, error, strict=True))
+    return (one, two), kept
+
+
+def advanced(scope: Scope, turn: Turn, step: sp.Expr) -> Turn:
+    """The turn further on by the angle whose tangent is the step."""
+    let = scope.let
+    return direction(scope, let(turn.c - step * turn.s), let(turn.s + step * turn.c))
+
+
+def chosen(scope: Scope, condition: Boolean, one: Turn, other: Turn) -> Turn:
+    """One turn where a condition holds, another elsewhere."""
+    return Turn(select(scope, condition, one.c, other.c), select(scope, condition, one.s, other.s))
+
+
+def _error(scope: Scope, rows: tuple[Row, ...], b: Pair, angles: tuple[Turn, Turn]) -> Row:
+    one, two = angles
+    x = (one.s, one.c, two.s, two.c)
+    return tuple(scope.let(_dot(scope, row, x) - y) for row, y in zip(rows, b, strict=True))
+
+
+def _dot(scope: Scope, a: Row, b: Row) -> sp.Expr:
+    return scope.let(sum((u * v for u, v in zip(a, b, strict=True)), ZERO))
+
+
+def _difference(scope: Scope, a: Row, b: Row) -> sp.Expr:
+    """``a1 . b1 - a2 . b2`` of the halves of two columns."""
+    return scope.let(a[0] * b[0] + a[1] * b[1] - a[2] * b[2] - a[3] * b[3])

@@ -1,0 +1,263 @@
+"""Functions with branches: one pose in plain C and on lanes, and batches, against 40 digits.
+
+The oracle is each branch by itself: its signs put into the terms of the derivation.
+"""
+
+import ctypes
+import itertools
+import shutil
+import subprocess
+from pathlib import Path
+
+import branched
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+from derivations import derivation
+from tolerances import EXACT_CODE, NEAR_ROOT
+
+import chasles
+from chasles.derive.branches import patterns
+from chasles.derive.lower import lower, lower_branch
+from chasles.derive.statements import bodies
+from chasles.errors import ManifestError
+from chasles.manifest import read_manifest
+
+pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
+
+ROBOT = derivation("ur5e").robot
+FUNCTIONS = {f.name: f for f in (branched.arm(), *map(branched.every_kind, range(5)))}
+ARM = FUNCTIONS["ik"]
+COUNTS = {"ik": 8, **{f"every_kind_{2**n}": 2**n for n in range(5)}}
+AVX2, AVX512 = {"avx2", "fma"}, {"avx2", "fma", "avx512f", "avx512dq", "avx512vl"}
+WAYS = {"plain": set(), "avx2": AVX2, "avx512": AVX512}
+"""What the processor must have for each way to compute one pose."""
+every_way = pytest.mark.parametrize("way", WAYS)
+
+
+@pytest.fixture(scope="module")
+def sources(tmp_path_factory):
+    return branched.write(tmp_path_factory.mktemp("branched"), list(FUNCTIONS.values()))
+
+
+def compiled(folder, way, *flags, program="gcc"):
+    text = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
+    missing = WAYS[way] - set(text.split())
+    if missing:
+        pytest.skip(f"this processor has no {', '.join(sorted(missing))}")
+    target = folder / f"{way}{''.join(flags)}{program}.so"
+    if not target.exists():
+        command = [
+            *(program, "-O2", "-fno-math-errno", "-fno-trapping-math", "-Wall", "-Wextra"),
+            *("-Werror", "-Wno-psabi", "-shared", "-fPIC", *flags),
+            *(f"-m{feature}" for feature in sorted(WAYS[way])),
+            *(f"{ROBOT.name}.c", f"{ROBOT.name}_batch.c", "-o", str(target), "-lm"),
+        ]
+        done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+        assert done.returncode == 0, done.stderr[:2000]
+    return ctypes.CDLL(str(target))
+
+
+def pointer(array):
+    return array.ctypes.data_as(ctypes.POINTER(ctypes.c_double))
+
+
+def one(library, function, inputs):
+    """The results of one pose; what lies behind them is not written."""
+    results = [np.full(item.size + 1, -77.0) for item in function.outputs]
+    held = [np.array(x, float).ravel() for x in inputs]
+    library[f"{ROBOT.name}_{function.name}"](*map(pointer, (*held, *results)))
+    assert all(x[-1] == -77.0 for x in results)
+    return [x[:-1].reshape(r.shape) for x, r in zip(results, function.outputs, strict=True)]
+
+
+def batch(library, function, inputs):
+    """The results of many poses, inputs by rows."""
+    n = len(inputs[0])
+    held = [np.ascontiguousarray(x, float).reshape(n, -1) for x in inputs]
+    results = [np.full((n, *item.shape), -77.0) for item in function.outputs]
+    call = library[f"{ROBOT.name}_{function.name}_batch"]
+    call(ctypes.c_size_t(n), *map(pointer, (*held, *results)))
+    return results
+
+
+def evaluated(expression):
+    """A function of a dictionary of numbers."""
+    names = sorted(expression.free_symbols, key=str)
+    call = sp.lambdify(names, expression, "mpmath", dummify=True)
+    return lambda values: call(*(values[name] for name in names))
+
+
+class Oracle:
+    """A function's branches one by one, at 40 digits."""
+
+    def __init__(self, function):
+        self.function = function
+        self.terms = {symbol: evaluated(term) for symbol, term in function.terms()}
+        self.entries = [list(map(evaluated, result.entries)) for result in function.outputs]
+
+    def __call__(self, inputs):
+        function, results = self.function, [[] for _ in self.function.outputs]
+        with mpmath.workdps(40):
+            scope = function.scope
+            given = {s: mpmath.mpf(str(scope.value(s))) for s in scope.constants}
+            for argument, x in zip(function.inputs, inputs, strict=True):
+                numbers = map(mpmath.mpf, np.ravel(x).tolist())
+                given |= dict(zip(argument.symbols, numbers, strict=True))
+            for signs in patterns(function):
+                values = given | dict(zip(function.signs, map(mpmath.mpf, signs), strict=True))
+                for symbol, term in self.terms.items():
+                    values[symbol] = term(values)
+                for found, entries in zip(results, self.entries, strict=True):
+                    found += [float(entry(values)) for entry in entries]
+        return [
+            np.array(x).reshape(result.shape)
+            for x, result in zip(results, function.outputs, strict=True)
+        ]
+
+
+def poses(count, seed=1):
+    """(count, 4, 4) poses of the arm at random."""
+    q = np.random.default_rng(seed).uniform(-np.pi, np.pi, (count, 6))
+    return chasles.load("ur5e").fk(q)
+
+
+def make_inputs(function, count, seed=1):
+    if function is ARM:
+        return [poses(count, seed)]
+    rng = np.random.default_rng(seed)
+    return [rng.uniform(-3, 3, (count, *item.shape)) for item in function.inputs]
+
+
+def apart(got, expected):
+    """The largest difference; where it is a whole turn, the angle is one and the same."""
+    difference = np.abs(got - expected)
+    return np.minimum(difference, np.abs(difference - 2 * np.pi)).max()
+
+
+@every_way
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_every_branch_against_forty_digits(name, way, sources):
+    function, library = FUNCTIONS[name], compiled(sources, way)
+    oracle, inputs = Oracle(function), make_inputs(function, 24)
+    together = batch(library, function, inputs)
+    for k in range(24):
+        row = [x[k] for x in inputs]
+        expected = oracle(row)
+        assert [x.shape[0] for x in expected] == [COUNTS[name]] * len(expected)
+        for got, many, exact in zip(one(library, function, row), together, expected, strict=True):
+            assert apart(got, exact) <= NEAR_ROOT
+            assert apart(many[k], exact) <= NEAR_ROOT
+
+
+@every_way
+def test_the_arm_is_where_it_shall_be(way, sources):
+    library, fk = compiled(sources, way), chasles.load("ur5e").fk
+    targets = poses(200, seed=3)
+    for T in targets:
+        q, residual, margin = one(library, ARM, [T])
+        reached = residual <= 1e-9
+        assert reached.any()
+        assert np.abs(fk(q[reached]) - T).max() <= EXACT_CODE
+        assert (margin[reached] >= -1e-12).all()
+    T = targets[0].copy()
+    T[:3, 3] *= 100
+    q, residual, margin = one(library, ARM, [T])
+    assert np.isfinite(q).all()
+    assert (residual > 1).all()
+    assert (margin < 0).all()
+
+
+@every_way
+def test_nan_is_seen_and_stays_in_its_row(way, sources):
+    library, targets = compiled(sources, way), poses(19)
+    clean = batch(library, ARM, [targets])
+    for row, entry in itertools.product(range(19), (0, 3, 7)):
+        spoiled = targets.copy()
+        spoiled[row].flat[entry] = np.nan
+        got = batch(library, ARM, [spoiled])
+        others = np.arange(19) != row
+        for a, b in zip(got, clean, strict=True):
+            np.testing.assert_array_equal(a[others], b[others])
+        for residual in (got[1][row], one(library, ARM, [spoiled[row]])[1]):
+            assert not (residual <= 1e-9).any()
+
+
+@every_way
+def test_an_output_may_take_the_place_of_an_input(way, sources):
+    library, T = compiled(sources, way), poses(1)[0]
+    expected, *_ = one(library, ARM, [T])
+    q, residual, margin = np.zeros(48), np.zeros(8), np.zeros(8)
+    q[:16] = T.ravel()
+    library[f"{ROBOT.name}_ik"](*map(pointer, (q, q, residual, margin)))
+    np.testing.assert_array_equal(q.reshape(8, 6), expected)
+
+
+def assert_exact(library):
+    T = poses(1)[0]
+    expected = Oracle(ARM)([T])
+    for got, exact in zip(one(library, ARM, [T]), expected, strict=True):
+        assert apart(got, exact) <= NEAR_ROOT
+
+
+@pytest.mark.parametrize("flags", [("-DCHASLES_PLAIN",), ("-O3", "-std=c99"), ("-O0",)])
+def test_other_flags(flags, sources):
+    assert_exact(compiled(sources, "avx2", *flags))
+
+
+@pytest.mark.parametrize("program", ["clang", "g++"])
+@every_way
+def test_other_compilers(program, way, sources):
+    if shutil.which(program) is None:
+        pytest.skip(f"{program} is not installed")
+    language = ("-x", "c++") if program == "g++" else ()
+    assert_exact(compiled(sources, way, *language, program=program))
+
+
+def test_loaded_with_scalars_and_counted(sources):
+    robot, infos = chasles.load(sources), read_manifest(sources).functions
+    assert {info.name: info.branches for info in infos} == {**COUNTS, "every_kind_1": 0}
+    T = poses(1000)
+    q, residual, margin = robot.functions["ik"](T)
+    assert (q.shape, residual.shape, margin.shape) == ((1000, 8, 6), (1000, 8), (1000, 8))
+    assert apart(robot.functions["ik"](T[7])[0], q[7]) <= NEAR_ROOT
+    value, least, direction = robot.functions["every_kind_4"](0.5, np.ones((9, 2)))
+    assert (value.shape, least.shape, direction.shape) == ((9, 4, 9), (9, 4), (9, 4))
+
+
+def test_a_wrong_count_is_refused(sources, tmp_path):
+    text = (sources / "manifest.json").read_text()
+    (tmp_path / "manifest.json").write_text(text.replace('"branches": 8', '"branches": 7', 1))
+    with pytest.raises(ManifestError, match=r"branches.*first dimension of every output"):
+        read_manifest(tmp_path)
+
+
+def angles(body):
+    return [s.expression for s in body.computed if s.expression.startswith("atan2(")]
+
+
+def test_what_branches_share_is_computed_once():
+    flat, branch = bodies([*lower([ARM], "arm"), lower_branch(ARM, "arm")])
+    # Of the joints in order; those of the elbow and of the fifth do not depend on their own sign.
+    assert len(angles(flat)) == 2 + 8 + 4 + 8 + 2 + 4
+    assert len(set(angles(flat))) == len(angles(flat))
+    assert len(angles(branch)) == 6
+
+
+@pytest.mark.parametrize("function", FUNCTIONS.values(), ids=FUNCTIONS)
+def test_the_first_sign_varies_slowest(function):
+    n = len(function.signs)
+    found = list(patterns(function))
+    assert len(found) == COUNTS[function.name]
+    for b, signs in enumerate(found):
+        assert signs == tuple(-1 if b >> (n - 1 - i) & 1 else 1 for i in range(n))
+
+
+def test_branches_in_order(sources):
+    q, _, margin = chasles.load(sources).functions["ik"](poses(50))
+    # The elbow's sign is that of the third angle, the wrist's that of the fifth.
+    as_told = np.sign(q[..., 2]) == [1, -1, 1, -1, 1, -1, 1, -1]
+    assert as_told[margin > 0].all()
+    assert (margin > 0).sum() > 300
+    np.testing.assert_array_equal(np.sign(q[..., 4]), [[1, 1, -1, -1, 1, 1, -1, -1]] * 50)
