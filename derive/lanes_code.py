@@ -4,7 +4,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from .function import SymbolicFunction
+from .function import Signature
 from .statements import ELEMENTARY, NAME, Body, Compute, Store
 
 SUPPORT = "chasles_lanes.h"
@@ -26,7 +26,7 @@ class Sizes:
     outputs: tuple[int, ...]
 
 
-def sizes(function: SymbolicFunction) -> Sizes:
+def sizes(function: Signature) -> Sizes:
     """The sizes of a function's inputs and outputs."""
     inputs = tuple(argument.size for argument in function.inputs)
     return Sizes(inputs, tuple(result.size for result in function.outputs))

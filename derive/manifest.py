@@ -10,7 +10,7 @@ import casadi as ca
 import sympy as sp
 
 from .derivation import Derivation
-from .function import Argument, Result, SymbolicFunction
+from .function import Argument, Result, Signature, SymbolicFunction, WrittenFunction
 from .loops.hybrid import Hybrid
 from .lower import count_operations
 from .mechanism import Coordinate, Described
@@ -48,7 +48,8 @@ def manifest(
         "functions": [
             _function(robot, function, kernel)
             for function, kernel in zip(derivation.functions, lowered, strict=True)
-        ],
+        ]
+        + [_written(robot, function) for function in derivation.written],
         **({} if hybrid is None else _loops(hybrid)),
         "description_sha256": sha256(repr(robot)),
         "files": {name: sha256(text) for name, text in sorted(files.items())},
@@ -117,16 +118,28 @@ def _parameter(parameter: Parameter) -> dict[str, Any]:
 
 def _function(robot: Described, function: SymbolicFunction, kernel: ca.Function) -> dict[str, Any]:
     return {
+        **_signature(robot, function),
+        "operations": count_operations(kernel).as_dict(),
+        **({"margin": function.margin} if function.margin else {}),
+        **({"branches": function.branches} if function.signs else {}),
+        **({"steps": list(function.steps)} if function.steps else {}),
+    }
+
+
+def _written(robot: Described, function: WrittenFunction) -> dict[str, Any]:
+    """Its operations are of no kind: how many of each there are depends on the pose."""
+    operations = {"other": function.operations, "total": function.operations}
+    return {**_signature(robot, function), "operations": operations, "branches": function.branches}
+
+
+def _signature(robot: Described, function: Signature) -> dict[str, Any]:
+    return {
         "name": function.name,
         "symbol": f"{robot.name}_{function.name}",
         "summary": function.summary,
         "identity": function.identity,
         "inputs": [_described(argument) for argument in function.inputs],
         "outputs": [_described(result) for result in function.outputs],
-        "operations": count_operations(kernel).as_dict(),
-        **({"margin": function.margin} if function.margin else {}),
-        **({"branches": function.branches} if function.signs else {}),
-        **({"steps": list(function.steps)} if function.steps else {}),
     }
 
 

@@ -5,11 +5,12 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..function import Argument, Result, SymbolicFunction
+from ..function import Argument, Result, SymbolicFunction, WrittenFunction
 from ..kinematics import arguments_of
 from ..poe import to_poe
 from ..robot import Robot
 from ..scope import Scope
+from . import general_code, raghavan_roth
 from .classify import Attempt, Classification, classify
 from .families import place, planar, swivel, turntable
 from .function import POSE_SYMBOLS, Solved, of_pose_task
@@ -30,12 +31,15 @@ class Inverses:
     Attributes:
         classification: Its structure, or why there is none.
         solved: The tasks by the names of their functions.
-        others: Functions that belong to them: the swivel angle of a configuration.
+        others: Functions that belong to them: the swivel angle of a configuration,
+            the equations of an arm without structure.
+        written: The inverse of such an arm, which takes the eigenvalues of a matrix.
     """
 
     classification: Classification
     solved: dict[str, Solved]
     others: tuple[SymbolicFunction, ...] = ()
+    written: tuple[WrittenFunction, ...] = ()
 
     @property
     def functions(self) -> dict[str, SymbolicFunction]:
@@ -54,7 +58,7 @@ def inverses(robot: Robot, scope: Scope) -> Inverses:
     classification = classify(robot, scope)
     found = classification.found
     if found is None:
-        return Inverses(classification, {})
+        return _general(robot, classification)
     solved = {"ik": _of_pose(robot, classification.lines, found)}
     others: tuple[SymbolicFunction, ...] = ()
     if found.family is turntable and not found.given:
@@ -66,6 +70,15 @@ def inverses(robot: Robot, scope: Scope) -> Inverses:
     elif found.family is swivel:
         others = (_swivel_of(robot, classification.lines),)
     return Inverses(classification, solved, others)
+
+
+def _general(robot: Robot, classification: Classification) -> Inverses:
+    """The inverse of six revolute joints without a structure, where their equations have one."""
+    split = raghavan_roth.split_of(robot)
+    if split is None:
+        return Inverses(classification, {})
+    equations = raghavan_roth.matrices(robot, split, classification.lines.scope)
+    return Inverses(classification, {}, (equations,), (general_code.inverse(robot, split),))
 
 
 def _of_pose(robot: Robot, lines: Lines, found: Attempt) -> Solved:

@@ -30,8 +30,9 @@ to all its digits, however small. With alpha^2 = g t and beta^2 = g (2 - t) the 
 
     alpha (m + n) = p,   beta (n - m) = q,   m n = r + g - g t,
 
-three equations for two numbers. The second always serves, the first where alpha^2 > \\|p\\|, the third
-elsewhere; so an error of t, relative to t, is one of p, q, r relative to their greatest.
+three equations for two numbers. The second always serves, the first where alpha^2 > |p|, the third
+elsewhere; so an error of t, relative to t, is one of p, q, r relative to their greatest. Where p is
+nothing but rounding, t = 0 is exact, which four roots that are one need.
 
 Degenerate: for g = 0 (a line alone) the second line is far away, which the same formulas bear
 out for g = 1e-20; where all coefficients are 0 any points are returned.
@@ -59,11 +60,16 @@ MEETING = sp.Rational(1, 10**14)
 """sin^2 of half the angle between two roots that are one; rounding parts a double root so."""
 ROUNDING = sp.Rational(4, 10**15)
 """Up to here a coefficient p is rounding, and the conic is taken for even in x: t = 0."""
+LEVEL = sp.Rational(1, 10**13)
+"""Down to this negative slope of the cubic at 0 the lines of t = 0 are real but for rounding."""
 LEAST_SLOPE = sp.Rational(1, 10**10)
 """Slopes of the cubic below this one are those of a triple root that rounding has parted."""
 GREATEST_T = sp.Rational(3, 2)
+"""Where a step from a triple root ends at most."""
 SMALL_T = sp.Rational(1, 10**8)
+"""Below this t, alpha is too small to divide p by."""
 STEPS = 5
+"""From a start that is wrong by 30 percent to 12 digits."""
 POLISHING_STEPS = 2
 
 
@@ -114,15 +120,15 @@ def circle_roots(
         first: Coefficients of cos(phi) and sin(phi).
         second: Coefficients of cos(2 phi) and sin(2 phi).
         signs: Two symbols that stand for 1 or -1. The first chooses the line: 1 the one nearer to
-            the circle's centre. The second chooses the point on it. The four choices give all roots.
+            the circle's centre. The second chooses the point on it. All four choices together give
+            all roots.
         apart: How far, as an angle, either side of their common point two roots are returned that
             are one up to rounding.
     """
-    let = scope.let
     conic, axis = _turned(scope, a0, first, second)
     t, slope, swap = _resolvent(scope, conic)
     p = select(scope, swap, -conic.q, conic.p)
-    even = sp.And(sp.Abs(p) <= ROUNDING, slope >= -ROUNDING)
+    even = sp.And(sp.Abs(p) <= ROUNDING, slope >= -LEVEL)
     p, t = select(scope, even, ZERO, p), select(scope, even, ZERO, t)
     q = select(scope, swap, -conic.p, conic.q)
     r = select(scope, swap, -conic.r, conic.r)

@@ -8,15 +8,19 @@ neither the length of w nor its part along k2:
     |v|^2 = |w|^2,   k2 . v = k2 . w,
 
 two equations that are linear in cosine and sine of theta1 and of theta3, which is subproblem 6 with
-up to four solutions. The turn from w to v about k2 is theta2. Where v and w lie almost along k2, their
-squares tell their parts across k2 to 1e-8 only; a few of Newton's steps on ``v - R2 w = 0`` itself, in
-all three angles, restore the digits. They are damped where the Jacobian is singular, and each is
+up to four solutions. The turn from w to v about k2 is theta2.
+
+Where v and w lie almost along k2, as at a shoulder's singularity, their squares tell their parts
+v' and w' across k2 to 1e-8 only. The digits come back from v' and w' themselves: two solutions
+that the squares do not tell apart start on either side of their common point, and go to the
+nearer root of the equations' expansion to second order. Damped steps of Newton's on
+``v - R2 w = 0`` in all three angles follow, for data whose first derivatives vanish. A step is
 taken only if it makes the gap smaller.
 
 Boundary: where two of the solutions meet, the determinant of the Jacobian vanishes.
 
-Degenerate: where v and w lie along k2, theta2 is any angle, and 0 is taken; where both equations are
-one, see subproblem 6.
+Degenerate: where v and w lie along k2, theta2 is any angle, and 0 is taken; where both equations
+are one, see subproblem 6.
 
 Source: Elias and Wen 2022, subproblem 5.
 """
@@ -30,10 +34,13 @@ from ...scope import Scope
 from ...vectors import Vector, added, combination, cross, dot, named, subtracted
 from ..quartic import ONE, ZERO, select
 from ..turns import FLOOR, Turn, direction, perpendicular, rotated
-from .sp6 import NEARLY, Signs, advanced, algebraic, chosen
+from .sp6 import NEARLY, Pair, Rows, Signs, advanced, algebraic, chosen
 
 DAMPING = sp.Rational(1, 10**10)
-"""The square of the smallest singular value, over the greatest, that Newton's steps trust."""
+"""The square of the smallest singular value, over the greatest, that Newton's steps trust.
+
+Less of it would drown in rounding where the Jacobian has rank 1.
+"""
 APART = sp.Rational(1, 10**7)
 """By this angle solutions that the squares do not tell apart begin on either side."""
 NEAR = sp.Rational(1, 10**5)
@@ -84,50 +91,21 @@ def sp5(
     """
     let = scope.let
     loop = _Loop(_Arm.of(scope, p0, k1, p1), k2, _Arm.of(scope, p2, k3, p3))
-    v, w = loop.v, loop.w
-    length2 = let(sum((dot(scope, p, p) for p in (p0, p1, p2, p3)), FLOOR))
-    inverse = let(1 / sp.sqrt(length2))
-    inverse2 = let(1 / length2)
-
-    def row(scale: sp.Expr, a: Vector, b: Vector) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
-        return tuple(
-            (
-                let(scale * sign * dot(scope, c, arm.turned)),
-                let(scale * sign * dot(scope, c, arm.across)),
-            )
-            for sign, c, arm in ((ONE, a, v), (-ONE, b, w))
-        )
-
-    lengths, alongs = row(inverse2, v.still, w.still), row(inverse, k2, k2)
-    squares = subtracted_squares(scope, w, v)
-    found = algebraic(
-        scope,
-        (lengths[0], alongs[0]),
-        (lengths[1], alongs[1]),
-        (
-            let(inverse2 * squares / 2),
-            let(inverse * dot(scope, k2, subtracted(scope, w.still, v.still))),
-        ),
-        signs,
-        APART,
-    )
+    size2 = let(sum((dot(scope, p, p) for p in (p0, p1, p2, p3)), FLOOR))
+    inverse = let(1 / let(sp.sqrt(size2)))
+    found = algebraic(scope, *loop.equations(scope, inverse), signs, APART)
     exists = found.margin >= -NEARLY
     state = loop.closed(scope, found.first, found.second)
     for _ in range(STEPS):
         state = loop.on_parabola(scope, state, exists, inverse)
-    state = loop.improved(scope, state, exists)
+    for _ in range(STEPS):
+        state = loop.improved(scope, state, exists)
     return ThreeAngles(*state.turns, found.margin)
-
-
-def subtracted_squares(scope: Scope, one: "_Arm", other: "_Arm") -> sp.Expr:
-    """The mean of the square of one arm's length less that of the other's, over all angles."""
-    a, b, c, d = (dot(scope, x, x) for x in (one.still, one.across, other.still, other.across))
-    return scope.let(a + b - c - d)
 
 
 @dataclass(frozen=True)
 class _Arm:
-    """``still + cos across + sin turned``: a vector that turns about an axis, and one that does not."""
+    """``still + cos across + sin turned``: a turning vector and one that stays."""
 
     still: Vector
     across: Vector
@@ -163,6 +141,32 @@ class _Loop:
     k2: Vector
     w: _Arm
 
+    def equations(self, scope: Scope, inverse: sp.Expr) -> tuple[Rows, Rows, Pair]:
+        """``|v|^2 = |w|^2`` over 2 L^2 and ``k2 . v = k2 . w`` over L, as of subproblem 6."""
+        let = scope.let
+        v, w = self.v, self.w
+        inverse2 = let(inverse**2 / 2)
+
+        def coefficients(scale: sp.Expr, c: Vector, arm: _Arm) -> Pair:
+            return let(scale * dot(scope, c, arm.turned)), let(scale * dot(scope, c, arm.across))
+
+        squares = [dot(scope, x, x) for x in (w.still, w.across, v.still, v.across)]
+        along = dot(scope, self.k2, subtracted(scope, w.still, v.still))
+        return (
+            (
+                coefficients(2 * inverse2, v.still, v),
+                coefficients(inverse, self.k2, v),
+            ),
+            (
+                coefficients(-2 * inverse2, w.still, w),
+                coefficients(-inverse, self.k2, w),
+            ),
+            (
+                let(inverse2 * let(squares[0] + squares[1] - squares[2] - squares[3])),
+                let(inverse * along),
+            ),
+        )
+
     def closed(self, scope: Scope, first: Turn, third: Turn) -> _State:
         """The second angle, given the others."""
         v, w = (
@@ -178,7 +182,7 @@ class _Loop:
         return _State(turns, image, subtracted(scope, self.v.at(scope, first), image))
 
     def on_parabola(self, scope: Scope, state: _State, exists: Boolean, inverse: sp.Expr) -> _State:
-        """The nearer root of both equations' expansion to second order, if it makes the gap smaller.
+        """The nearer root of both equations to second order, if it makes the gap smaller.
 
         With the parts v' and w' across k2 the equations are ``k2 . (v - w) = 0`` and
         ``(|v'|^2 - |w'|^2) / (2 L) = 0``, whose digits are those of v' and w'. Call the one of the
@@ -224,7 +228,7 @@ class _Loop:
     def _expansion(
         self, scope: Scope, across: Vector, arm: _Arm, turn: Turn, inverse: sp.Expr
     ) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr]]:
-        """First and second derivatives of ``k2 . v`` and of ``|v'|^2 / (2 L)`` by an arm's angle."""
+        """First and second derivatives of ``k2 . v`` and ``|v'|^2 / (2 L)`` by an arm's angle."""
         rate = arm.rate(scope, turn)
         arrow = subtracted(scope, arm.at(scope, turn), arm.still)
         rate_across = perpendicular(scope, self.k2, rate)
@@ -276,7 +280,7 @@ class _Loop:
 
 
 def _nearer_root(scope: Scope, A: sp.Expr, B: sp.Expr, C: sp.Expr) -> sp.Expr:
-    """The root of ``A tau^2 / 2 + B tau + C`` nearer to 0, or their mean where they are not real."""
+    """The root of ``A tau^2 / 2 + B tau + C`` nearer to 0; both roots' mean if not real."""
     let = scope.let
     square = let(B**2 - 2 * A * C)
     root = let(sp.sqrt(sp.Max(ZERO, square, evaluate=False)))

@@ -1,7 +1,7 @@
 """Subproblem 6: two angles from two equations that are linear in their cosines and sines.
 
-Statement: ``A1 x1 + A2 x2 = b`` with ``x_j = (sin, cos)(theta_j)``: two ellipses meet, in up to four
-points. It is ``h_i . R(k_i, theta1) p_i + h'_i . R(k'_i, theta2) p'_i = d_i`` for i = 1, 2.
+Statement: ``A1 x1 + A2 x2 = b`` with ``x_j = (sin, cos)(theta_j)``: two ellipses meet, in up to
+four points. It is ``h_i . R(k_i, theta1) p_i + h'_i . R(k'_i, theta2) p'_i = d_i`` for i = 1, 2.
 
 Derivation: the two equations leave a plane of the space of (x1, x2), ``X + N z`` with X its point
 nearest to 0 and N two orthonormal columns. As ``|x1|^2 + |x2|^2 = 2``, z lies on a circle,
@@ -10,7 +10,7 @@ nearest to 0 and N two orthonormal columns. As ``|x1|^2 + |x2|^2 = 2``, z lies o
 
 and ``|x1|^2 - |x2|^2 = 0`` is a trigonometric polynomial of degree 2 in phi: a quartic, see
 :mod:`..quartic`. Neither side is eliminated: it does not matter whether A1 or A2 or both are
-singular, only that ``[A1 A2]`` has rank 2. X and N come from two of Householder's reflections. A few
+singular, only that ``[A1 A2]`` has rank 2. X and N come from two of Householder's reflections. Some
 of Newton's steps on the angles themselves follow, damped where the Jacobian is singular, each
 taken only if it makes the equations' error smaller.
 
@@ -128,14 +128,14 @@ def _plane(scope: Scope, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row
     long = (let(long[0] + FLOOR), *long[1:])
     first = _Reflection.of(scope, long)
     y = _clipped(scope, let(b_long / first.image))
-    head, *tail = first.applied(scope, short)
+    head, *left = first.applied(scope, short)
     rest = let(b_short - head * y)
     # Where the rows are dependent another takes the place of the shorter.
-    own = _dot(scope, tail, tail)
+    own = scope.let(sum((x * x for x in left), ZERO))
     dependent = own <= let(RANK**2 * _dot(scope, long, long))
     a1, a2 = (direction(scope, *long[k : k + 2]) for k in (0, 2))
     head, *other = first.applied(scope, (a1.c, a1.s, -a2.c, -a2.s))
-    tail = [select(scope, dependent, one, two) for one, two in zip(other, tail, strict=True)]
+    tail = tuple(select(scope, dependent, one, two) for one, two in zip(other, left, strict=True))
     rest = select(scope, dependent, let(-head * y), rest)
     second = _Reflection.of(scope, tail)
     z = _clipped(scope, let(rest / second.image))
@@ -153,7 +153,7 @@ def _clipped(scope: Scope, value: sp.Expr) -> sp.Expr:
 
 @dataclass(frozen=True)
 class _Reflection:
-    """Householder's reflection ``I - v v^T / kappa`` that carries a vector to (image, 0, 0, ...)."""
+    """Householder's reflection ``I - v v^T / kappa`` of a vector to (image, 0, 0, ...)."""
 
     v: Row
     inverse: sp.Expr
@@ -182,8 +182,9 @@ def _improved(
 ) -> tuple[tuple[Turn, Turn], Row]:
     """One damped step of Newton's on both angles, and the error there, if that is smaller.
 
-    The step is ``-(J^T J + mu)^-1 J^T e``, in the adjugate: ``-(det J adj(J) e + mu J^T e) / (det^2 +
-    mu |J|^2 + mu^2)``, in which no digits are lost by squaring J.
+    The step ``-(J^T J + mu)^-1 J^T e`` in the adjugate, in which squaring J costs no digits:
+
+        -(det J adj(J) e + mu J^T e) / (det^2 + mu |J|^2 + mu^2)
     """
     let = scope.let
     one, two = angles
