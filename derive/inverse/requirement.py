@@ -19,10 +19,12 @@ class Requirement:
         parallel: The axes that must be parallel, if it is that.
         meeting: The axes that must meet, if it is that.
         parts: The conditions that it sums up, if it does.
+        is_length: Whether it is told in parts of the arm's length.
     """
 
     text: str
     apart: float
+    is_length: bool = False
     parallel: tuple[int, ...] = ()
     meeting: tuple[int, ...] = ()
     parts: tuple["Requirement", ...] = ()
@@ -48,7 +50,7 @@ def meeting(lines: Lines, *indices: int) -> Requirement:
     """Axes that must pass through one point."""
     what = "pass through one point" if len(indices) > 2 else "intersect"  # noqa: PLR2004
     text = f"axes {_names(lines, indices)} {what}"
-    return Requirement(text, lines.apart_in_place(indices), meeting=indices)
+    return Requirement(text, lines.apart_in_place(indices), is_length=True, meeting=indices)
 
 
 def across(lines: Lines, i: int, j: int) -> Requirement:

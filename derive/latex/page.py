@@ -2,10 +2,12 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import sympy as sp
 
 from ..derivation import Derivation
+from ..inverse.inverse import Inverses, inverses
 from ..robot import Robot
 from . import transforms
 from .layout import Display, matrix, matrix_width
@@ -22,11 +24,13 @@ class Page:
         robot: The chain.
         equations: Forward kinematics and Jacobians in short symbols.
         links: The transforms between neighbouring frames in short symbols.
+        derived: The inverse, where it was derived in the scope of the equations.
     """
 
     robot: Robot
     equations: Equations
     links: tuple[sp.ImmutableMatrix, ...]
+    derived: Inverses | None = None
 
     @classmethod
     def of(cls, derivation: Derivation, called: Sequence[str] = ()) -> "Page":
@@ -36,7 +40,13 @@ class Page:
         found = equations(derivation, called)
         placements = transforms.placements(robot, found.notation.q)
         links = [transforms.matrix(placement, found.notation) for placement in placements]
-        return cls(robot, found, tuple(links))
+        derived = derivation.inverse if derivation.scope is found.notation.scope else None
+        return cls(robot, found, tuple(links), derived)
+
+    @cached_property
+    def inverse(self) -> Inverses:
+        """All that is known of the inverse, in the names of the equations' scope."""
+        return self.derived or inverses(self.robot, self.equations.notation.scope)
 
     def tex(self, expression: sp.Expr) -> str:
         """An expression on one line."""
