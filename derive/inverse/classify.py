@@ -158,9 +158,19 @@ def _attempts(lines: Lines, choices: Iterable[tuple[int, ...]]) -> Iterable[Atte
         if not given and rank.of_chain(left) < len(left.axes) and len(left.axes) <= MOST_JOINTS:
             continue
         for family in FAMILIES.get(len(left.axes), ()):
-            for backwards in (False, True):
+            for backwards in _readings(family, given):
                 seen = left.reversed() if backwards else left
                 yield Attempt(family, backwards, given, tuple(family.requires(seen)))
+
+
+def _readings(family: ModuleType, given: tuple[int, ...]) -> tuple[bool, ...]:
+    """Whether a structure is looked for from the base, from the tool, or not at all.
+
+    A place alone is no displacement that could be undone.
+    """
+    if family is not place:
+        return (False, True)
+    return () if given else (False,)
 
 
 def _nearest_in_words(nearest: Attempt | None) -> str:

@@ -68,11 +68,12 @@ def inverses(robot: Robot, scope: Scope) -> Inverses:
         return _of_nominal(robot, classification, found)
     solved = {"ik": _of_pose(robot, classification.lines, found)}
     others: tuple[SymbolicFunction, ...] = ()
-    if found.family is turntable and not found.given:
+    as_described = not found.given and not found.backwards
+    if found.family is turntable and as_described:
         solved |= turntable_tasks(robot, classification.lines)
     elif found.family is place:
         solved = {"ik_position": position(robot, classification.lines)}
-    elif found.family is planar:
+    elif found.family is planar and as_described:
         solved |= planar_tasks(robot, classification.lines)
     elif found.family is swivel:
         others = (_swivel_of(robot, classification.lines),)
