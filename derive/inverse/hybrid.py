@@ -38,7 +38,7 @@ def hybrid_inverses(hybrid: Hybrid) -> Inverses:
     Args:
         hybrid: The robot; its loops must be solved in closed form.
     """
-    classification = classify(hybrid.robot, hybrid.scope)
+    classification = classify(hybrid.robot, hybrid.scope, len(hybrid.q))
     if classification.found is not None:
         solved = _by_chain(hybrid, classification.lines, classification.found)
         return Inverses(classification, {"ik": solved})

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .lines import Lines
+from .lines import SNAPPED, Lines
 
 
 @dataclass(frozen=True)
@@ -58,6 +58,12 @@ def across(lines: Lines, i: int, j: int) -> Requirement:
     a, b = lines.axes[i], lines.axes[j]
     apart = abs(float(a.direction @ b.direction))
     return Requirement(f"axes {a.name} and {b.name} are at right angles", apart)
+
+
+def askew(lines: Lines, i: int, j: int) -> Requirement:
+    """Axes that must not be parallel."""
+    text = f"axes {lines.axes[i].name} and {lines.axes[j].name} are not parallel"
+    return Requirement(text, np.inf if lines.apart_in_direction((i, j)) < SNAPPED else 0.0)
 
 
 def _names(lines: Lines, indices: Iterable[int]) -> str:

@@ -66,7 +66,8 @@ def requires(lines: Lines) -> Requirement:
     names = ", ".join(axis.name for axis in lines.axes)
     if found is not None:
         text = f"of {names}: {found.title}"
-        return Requirement(text, _apart(found, lines), parts=tuple(found.requires(lines)))
+        worst, parts = _worst(found, lines), tuple(found.requires(lines))
+        return Requirement(text, worst.apart, worst.is_length, parts=parts)
     kinds = _kinds(lines)
     missed = [(_worst(case, lines), case.title) for case in CASES if case.kinds == kinds]
     if not missed:
