@@ -23,6 +23,9 @@ EXACT = 1e-9
 SNAPPED = 5e-3
 """Axes that miss it by no more than this are those of a calibrated arm that was built to have it."""
 
+_MOST_OPERATIONS = 200
+"""Of an expression that is multiplied out; those of joints at general angles double with each."""
+
 SOME_SLIDE = 0.6180339887
 """A slide (metre) at which nothing meets that does not meet at others."""
 
@@ -80,8 +83,13 @@ def _axis(scope: Scope, k: int, name: str, kind: JointKind, screw: sp.Matrix) ->
     else:
         # The point of the axis that is nearest to the base's origin.
         h, p = direction, direction.cross(moment)
-    exact_h, exact_p = (named(scope, vector.applyfunc(sp.expand)) for vector in (h, p))
+    exact_h, exact_p = (named(scope, vector.applyfunc(_expanded)) for vector in (h, p))
     return Axis(k, name, kind, exact_h, exact_p, numbers(scope, exact_h), numbers(scope, exact_p))
+
+
+def _expanded(expression: sp.Expr) -> sp.Expr:
+    """An expression multiplied out, which shows what cancels, unless it would grow by that."""
+    return sp.expand(expression) if expression.count_ops() < _MOST_OPERATIONS else expression
 
 
 def numbers(scope: Scope, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
