@@ -7,14 +7,18 @@ import numpy as np
 
 from ..loops.hybrid import Hybrid
 from ..mechanism import Described, Mechanism
+from ..robot import Robot
 from ..scope import Scope
+from . import raghavan_roth
 from .classify import Attempt, Classification
 from .function import Solved
+from .hybrid import hybrid_inverses
 from .inverse import Inverses, inverses
 from .lines import EXACT
 from .requirement import Requirement
 from .work import Step
 
+GENERAL = "an arm of six revolute joints without a structure (Raghavan and Roth)"
 NEVER = "no small change of the arm would do"
 MOST_LISTED = 12
 """Structures that a table lists, the nearest first."""
@@ -29,25 +33,35 @@ class Explanation:
 
     Attributes:
         robot: The robot's title.
-        inverses: Its structure, and the tasks that this solves.
+        chain: The chain that is explained.
+        inverses: Its structure, and the tasks that this solves; None where loops leave the tool
+            more than one pose, as a platform's do.
         loops: How the actuators follow from the main chain; empty for a serial robot.
     """
 
     robot: str
-    inverses: Inverses
+    chain: Robot
+    inverses: Inverses | None
     loops: str = ""
 
     @property
     def most_solutions(self) -> int:
-        """How many solutions a pose of the tool can have; 0 where there is no closed form."""
-        solved = self.inverses.solved.get("ik")
-        return solved.function.branches if solved else 0
+        """How many solutions a pose of the tool can have; 0 where they are not known."""
+        if self.inverses is None:
+            return 0
+        solved = self.inverses.solved.get("ik") or next(iter(self.inverses.solved.values()), None)
+        written = [function.branches for function in self.inverses.written]
+        return solved.function.branches if solved else max(written, default=0)
 
     @property
     def line(self) -> str:
         """The explanation in one line."""
+        if self.inverses is None:
+            return self.loops
         classification = self.inverses.classification
         found = classification.found
+        if self.inverses.written:
+            return f"inverse: {GENERAL}, at most {_counted(self.most_solutions, 'solution')}"
         if found is None:
             return f"no closed-form inverse: {classification.missing}"
         of_chain = " of the main chain" if self.loops else ""
@@ -59,11 +73,16 @@ class Explanation:
 
     def __str__(self) -> str:
         """The whole explanation, some 30 lines."""
+        title = f"{self.robot}\n{'=' * len(self.robot)}"
+        if self.inverses is None:
+            return f"{title}\n\n{self.loops}"
         classification = self.inverses.classification
-        parts = [f"{self.robot}\n{'=' * len(self.robot)}", _structure(classification)]
+        parts = [title, _structure(classification)]
         if classification.found is not None:
             parts += [_task(name, solved) for name, solved in self.inverses.solved.items()]
-        elif classification.attempts:
+        if self.inverses.written:
+            parts.append(_general(self.chain, self.most_solutions))
+        if classification.found is None and classification.attempts:
             parts.append(_nearest(classification))
         return "\n\n".join([*parts, *([self.loops] if self.loops else [])])
 
@@ -80,9 +99,13 @@ def explain(robot: Described) -> Explanation:
         closed form, how far the axes are from each structure that has one.
     """
     chain = robot.main_chain if isinstance(robot, Mechanism) else robot
+    title = robot.title or robot.name
+    if isinstance(robot, Mechanism):
+        hybrid = Hybrid(robot)
+        found = None if hybrid.forward.open else hybrid_inverses(hybrid)
+        return Explanation(title, chain, found, _of_loops(hybrid))
     scope = Scope({parameter.symbol: parameter.value for parameter in chain.parameters})
-    loops = _of_loops(robot) if isinstance(robot, Mechanism) else ""
-    return Explanation(robot.title or robot.name, inverses(chain, scope), loops)
+    return Explanation(title, chain, inverses(chain, scope))
 
 
 def _structure(classification: Classification) -> str:
@@ -193,11 +216,30 @@ def _leave(step: Step) -> str:
     return "leave" if len(step.joints) > 2 else "leaves"  # noqa: PLR2004
 
 
-def _of_loops(mechanism: Mechanism) -> str:
+def _general(chain: Robot, most: int) -> str:
+    """The steps for an arm without a structure."""
+    split = raghavan_roth.split_of(chain)
+    assert split is not None
+    one, two, suppressed, v, w, last = (chain.moving[k].name for k in split.joints)
+    steps = (
+        f"{last} does not move its own axis: fourteen quantities of it are linear in the products "
+        f"of cosines and sines of {one} and {two}, and in those of {v} and {w}. Six combinations "
+        f"are free of {one} and {two}.",
+        f"{suppressed}: with the half angle of {v} these are twelve equations, singular at sixteen "
+        "complex angles, the eigenvalues of a matrix. Those that are real are solutions.",
+        f"{v}, {w}: from the eigenvector. {one}, {two}: from the equations that were combined.",
+        f"{last}: what the others leave of the turn. Newton's steps on the pose end it.",
+    )
+    head = f"ik(T): at most {most} solutions in {most} slots, by the eigenvalues of a matrix."
+    return "\n".join([head, *(f"{k:2}. {step}" for k, step in enumerate(steps, 1))])
+
+
+def _of_loops(hybrid: Hybrid) -> str:
     """How the actuators follow."""
+    mechanism = hybrid.mechanism
     if not mechanism.closers:
         return "The actuators follow from the main chain by constant ratios."
-    solution = Hybrid(mechanism).backward
+    solution = hybrid.backward
     actuated = {c.moves for c in mechanism.coordinates}
     if solution.open and actuated & set(solution.open):
         missing = listed(sorted(actuated & set(solution.open)))

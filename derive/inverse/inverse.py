@@ -53,14 +53,15 @@ class Inverses:
         return tasks | {function.name: function for function in self.others}
 
 
-def inverses(robot: Robot, scope: Scope) -> Inverses:
+def inverses(robot: Robot, scope: Scope, coordinates: int | None = None) -> Inverses:
     """The closed-form inverse of a serial robot, in all tasks that its structure solves.
 
     Args:
         robot: The description.
         scope: Names of all terms.
+        coordinates: How many coordinates move it, where it is the main chain of a robot with loops.
     """
-    classification = classify(robot, scope)
+    classification = classify(robot, scope, coordinates)
     found = classification.found
     if found is None:
         return _general(robot, classification)

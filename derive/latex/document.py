@@ -93,8 +93,15 @@ def _headings(derivation: Derivation) -> dict[str, str]:
     return {
         name: heading
         for name, (heading, _) in _OF_LOOPS.items()
-        if (robot.closers or name not in _NEED_LOOPS) and (name != "platform" or is_platform(robot))
+        if (robot.closers or name not in _NEED_LOOPS)
+        and (name != "platform" or is_platform(robot))
+        and (name != "inverse" or not _has_poses(derivation))
     }
+
+
+def _has_poses(derivation: Derivation) -> bool:
+    """Whether loops leave the tool more than one pose; the inverse is then the loops' solution."""
+    return derivation.hybrid is not None and bool(derivation.hybrid.forward.open)
 
 
 def document(derivation: Derivation) -> str:

@@ -1,10 +1,12 @@
 r"""The fragment of the inverse: its structure, its steps one after the other, and its slots."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from itertools import groupby
 
 import sympy as sp
 
+from ..inverse import raghavan_roth
 from ..inverse.classify import Attempt, Classification
 from ..inverse.explanation import NEVER, nearest
 from ..inverse.explanation import listed as in_words
@@ -33,11 +35,14 @@ def inverse(page: Page) -> str:
 def inverse_of_loops(page: LoopPage) -> str:
     """That of the main chain, or of what loops keep from turning in it."""
     chain = page.chain
-    if chain.inverse.solved or page.hybrid.forward.open:
-        return inverse(chain)
+    # Of the tasks, a robot with loops offers the whole pose alone.
+    tasks = {name: solved for name, solved in chain.inverse.solved.items() if name == "ik"}
+    of_chain = replace(chain.inverse, solved=tasks)
+    if tasks:
+        return _written(chain, of_chain, {})
     found = hybrid_inverses(page.hybrid)
     if not found.solved:
-        return inverse(chain)
+        return _written(chain, of_chain, {})
     actuators = {q.name: shown for q, shown in zip(page.hybrid.q, page.q, strict=True)}
     return text(
         "Where loops keep part of the main chain from turning, that part slides the rest; what it"
@@ -49,6 +54,8 @@ def inverse_of_loops(page: LoopPage) -> str:
 
 def _written(page: Page, found: Inverses, actuators: Mapping[str, sp.Symbol]) -> str:
     classification = found.classification
+    if found.written:
+        return text(_missing(classification), _general(page, found), _residual())
     if classification.found is None or not found.solved:
         return text(_missing(classification))
     tasks = list(printed_tasks(page, found, actuators).values())
@@ -85,6 +92,42 @@ def _missing(classification: Classification) -> str:
     opening = "There is no closed form. Of the structures that have one, the nearest are"
     items = [rf"\item {escape(title)}: {_lacking(missed)}" for title, missed in rows]
     return "\n".join([opening, r"\begin{itemize}", *items, r"\end{itemize}"])
+
+
+def _general(page: Page, found: Inverses) -> str:
+    """The equations of an arm of six revolute joints without a structure."""
+    split = raghavan_roth.split_of(page.robot)
+    assert split is not None
+    q = [page.tex(page.equations.notation.q[k]) for k in split.joints]
+    turns = [rf"R({tex})" for tex in q]
+    walked = "from the base to the tool" if split.sense > 0 else "from the tool to the base"
+    count = max(function.branches for function in found.written)
+    loop = r"\, ".join(rf"{turn}\, C_{{{k}}}" for k, turn in enumerate(turns, 1))
+    left = rf"{turns[2]}\, C_3\, {turns[3]}\, C_4\, {turns[4]}\, C_5\, \ell"
+    right = rf"C_2^{{-1}} {turns[1]}^{{-1}} C_1^{{-1}} {turns[0]}^{{-1}} C_6^{{-1}} \ell"
+    return sentence(
+        "Its six revolute joints are solved as those of a general arm (Raghavan and Roth; Manocha"
+        r" and Canny). With $R(\theta)$ the turn by $\theta$ about $z$, counted backwards where the"
+        " loop is walked against the joint, and $C_k$ the placements between the joints, one of"
+        f" which holds the pose, the loop of arm and tool, walked {walked}, is",
+        _centred(f"{loop} = I."),
+        rf"The axis $\ell$ of the last of these joints does not depend on ${q[5]}$:",
+        _centred(f"{left} = {right}."),
+        r"Its direction $l$ and a point $p$ of it give fourteen quantities, $p$, $l$, $p \cdot p$,"
+        r" $p \cdot l$, $p \times l$ and $(p \cdot p)\, l - 2 (p \cdot l)\, p$, that are linear in"
+        rf" the products $x$ of cosines and sines of ${q[3]}$ and ${q[4]}$ on the left and in the"
+        rf" eight products $y$ of those of ${q[0]}$ and ${q[1]}$ on the right:"
+        rf" $A y = B({q[2]})\, x$. Six combinations are free of $y$. Times cosine and sine of"
+        rf" ${q[3]}/2$ they are twelve equations $M({q[2]})\, u = 0$ in as many unknowns; $\det M$"
+        rf" is a trigonometric polynomial of degree 8 in ${q[2]}$, whose {count} roots are the"
+        rf" eigenvalues of a matrix. For a real root, $u$ gives ${q[3]}$ and ${q[4]}$, then $y$"
+        rf" gives ${q[0]}$ and ${q[1]}$, and the loop gives ${q[5]}$. Newton's steps on the pose"
+        rf" end it. There are at most {count} solutions.",
+    )
+
+
+def _centred(formula: str) -> str:
+    return f"\\begin{{equation*}}\n{formula}\n\\end{{equation*}}%"
 
 
 def _lacking(missed: Iterable[tuple[str, str]]) -> str:
