@@ -62,7 +62,7 @@ class Attempt:
     @property
     def title(self) -> str:
         """The structure in words."""
-        return self.family.TITLE + (", read from the tool" if self.backwards else "")
+        return str(self.family.TITLE) + (", read from the tool" if self.backwards else "")
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""From a solved chain to the function that is generated: every slot with its residual and margin."""
+"""From a solved chain to the function that is generated: all slots with residuals and margins."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

@@ -29,9 +29,9 @@ from ..vectors import (
 Frame = tuple[Basis, Vector]
 
 EXACT = 1e-9
-"""Axes that miss a structure by no more than this (radian, or parts of the arm's length) have it."""
+"""Axes that miss a structure by no more (radian, or parts of the arm's length) have it."""
 SNAPPED = 5e-3
-"""Axes that miss it by no more than this are those of a calibrated arm that was built to have it."""
+"""Axes that miss it by no more are those of a calibrated arm that was built to have it."""
 
 SOME_SLIDE = 0.6180339887
 """A slide (metre) at which nothing meets that does not meet at others."""

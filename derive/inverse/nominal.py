@@ -1,7 +1,7 @@
 """The nominal arm of a calibrated one: its axes moved by no more than was measured, to a structure.
 
-A measured arm has no two axes that are parallel or meet. Its inverse is that of the arm it was meant
-to be, taken to the true one by Newton's iteration at run time.
+A measured arm has no two axes that are parallel or meet. Its inverse is that of the arm it was
+meant to be, taken to the true one by Newton's iteration at run time.
 """
 
 from collections.abc import Iterable, Sequence
@@ -75,7 +75,7 @@ def _make_meet(
     if not indices:
         return
     across = {k: np.eye(3) - np.outer(directions[k], directions[k]) for k in indices}
-    centre = np.linalg.solve(
+    centre: FloatArray = np.linalg.solve(
         sum(across.values(), np.zeros((3, 3))),
         sum((P @ origins[k] for k, P in across.items()), np.zeros(3)),
     )
@@ -89,11 +89,10 @@ def _joint(joint: Joint, h: FloatArray, p: FloatArray) -> Joint:
         x, y, z = (mpmath.mpf(float(component)) for component in h)
         azimuth, tilt = mpmath.atan2(x, -y), mpmath.atan2(mpmath.hypot(x, y), z)
         upright = x == y == 0
-        turns = [Rotation("x", _angle(tilt))]
-        if not upright:
-            turns.insert(0, Rotation("z", _angle(azimuth)))
+        tilted = (Rotation("x", _angle(tilt)),)
+        turns = tilted if upright else (Rotation("z", _angle(azimuth)), *tilted)
     x, y, z = (sp.Rational(float(component)) for component in p)
-    before = (Translation((x, y, z)), *turns)
+    before: Placement = (Translation((x, y, z)), *turns)
     return replace(joint, before=before, after=inverse(before))
 
 

@@ -52,7 +52,7 @@ def _tool_is_free(robot: Robot, lines: Lines) -> bool:
     h = axis.direction
     off = [h[i - 2] * way[i - 1] - h[i - 1] * way[i - 2] for i in range(3)]
     tilted = [h[i - 2] * tool[i - 1] - h[i - 1] * tool[i - 2] for i in range(3)]
-    return max(map(abs, (*off, *tilted))) < _ON_AXIS
+    return bool(max(map(abs, (*off, *tilted))) < _ON_AXIS)
 
 
 def _home(robot: Robot, scope: Scope) -> tuple[Vector, Vector]:

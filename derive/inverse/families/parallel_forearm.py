@@ -1,8 +1,8 @@
 """Six revolute joints, axes 2, 3 and 4 parallel, whatever axes 5 and 6 are.
 
-What axes 2 to 4 leave alone, the parts of axis 6 and of a point of it along their direction, are two
-equations for angles 1 and 5 together: subproblem 6. The rest is as in :mod:`.three_parallel`, which
-is tried first. Most solutions: 8.
+What axes 2 to 4 leave alone, the parts of axis 6 and of a point of it along their direction, are
+two equations for angles 1 and 5 together: subproblem 6. The rest is as in :mod:`.three_parallel`,
+which is tried first. Most solutions: 8.
 
 Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel).
 """

@@ -1,7 +1,9 @@
 """Six revolute joints, axes 2, 3 and 4 parallel, axes 5 and 6 meeting: the arms of UR and kin.
 
-Most solutions: 8. Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel, 5-6 intersecting); the order of
-the steps and what is done at the singularities are ours.
+Most solutions: 8.
+
+Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel, 5-6 intersecting); the order of the steps and
+what is done at the singularities are ours.
 """
 
 import sympy as sp
