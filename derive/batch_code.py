@@ -12,6 +12,7 @@ from .function import Signature, SymbolicFunction, WrittenFunction
 from .lanes_code import SUPPORT, Sizes, kernel, offsets, sizes
 from .mechanism import Described
 from .statements import Body
+from .strength import reduced
 
 RUN = "chasles_batch.h"
 MOST_INPUTS, MOST_OUTPUTS, MOST_ARGUMENTS = 256, 512, 8
@@ -206,6 +207,6 @@ def _lanes(robot: Described, pairs: Sequence[tuple[SymbolicFunction, Body]]) -> 
             f"  const lanes {function.inputs[i].name}_{k} = in[{first[i] + k}];"
             for i, k in body.loads
         ]
-        lines = kernel(body, loads or ["  (void)in;"], of)
+        lines = kernel(reduced(body), loads or ["  (void)in;"], of)
         parts.append("\n".join([f"{head}(const lanes *in, lanes *out)", "{", *lines, "}\n"]))
     return "\n".join(parts)

@@ -15,6 +15,7 @@ from .lanes_code import SUPPORT, Sizes, kernel, offsets, sizes
 from .lower import lower_branch
 from .mechanism import Described
 from .statements import Body, Compute, Store, bodies
+from .strength import reduced
 
 WIDEST = 8
 """Branches that one vector of AVX-512 holds."""
@@ -72,7 +73,7 @@ def _branch(prefix: str, function: SymbolicFunction, body: Body) -> str:
     name = f"{prefix}_{function.name}"
     k, n_signs = function.branches, len(function.signs)
     of = sizes(branch(function))
-    body, alike = _angles_last(body, f"choice_{n_signs - 1}")
+    body, alike = _angles_last(reduced(body), f"choice_{n_signs - 1}")
     lines = kernel(body, _loads(function, body), of, alike)
     parameters = [f"const double *{a.name}" for a in function.inputs]
     head = (

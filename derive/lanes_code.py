@@ -6,9 +6,11 @@ from dataclasses import dataclass
 
 from .c_code import WIDTH
 from .function import Signature
-from .statements import ELEMENTARY, NAME, Body, Compute, Store
+from .statements import CALLS, ELEMENTARY, INSTRUCTIONS, NAME, Body, Compute, Store
+from .strength import FUNCTIONS
 
 SUPPORT = "chasles_lanes.h"
+_CALLED = re.compile(rf"({'|'.join((*CALLS, *INSTRUCTIONS, *FUNCTIONS))})\((.*)\)")
 _SQUARE = re.compile(r"sq\((\w+)\)")
 _COMPARISON = re.compile(r"(\S+) (<=?|[!=]=) (\S+)")
 _COMPARISONS = {"<": "LT", "<=": "LE", "==": "EQ", "!=": "NE"}
@@ -104,7 +106,7 @@ class _Writer:
             if name in self.numbers:
                 lines.append(f"  const lanes {self.number(name)} = LANES_NUMBER({name});")
             return lines
-        if call := ELEMENTARY.fullmatch(expression):
+        if call := _CALLED.fullmatch(expression):
             return self._called(name, *call.groups())
         if selection := _SELECTION.fullmatch(expression):
             condition, this, other = selection.groups()

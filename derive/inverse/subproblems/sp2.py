@@ -8,7 +8,7 @@ Taken in this order the two belong together, and where the first is undetermined
 fits it.
 
 Where p comes close to k2, the two solutions come close to each other, and what subproblem 4 makes
-of them, ``xi^2 = |v x k1|^2 s^2 - (k2 . p - c k1 . v)^2`` with ``c = k1 . k2`` and ``s^2 = 1 - c^2``,
+of them, ``xi^2 = |v x k1|^2 s^2 - (k2 . p - c k1 . v)^2`` with ``c = k1 . k2``, ``s^2 = 1 - c^2``,
 is the small difference of large numbers. As p and v are of one length it equals
 ``|p x k2|^2 s^2 - (k1 . v - c k2 . p)^2``, whose terms are small themselves: the one whose terms
 are smaller is taken.
