@@ -26,6 +26,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 #include <numpy/arrayobject.h>
 #include <numpy/ufuncobject.h>
@@ -117,6 +118,170 @@ static PyObject *call_open(PyObject *Py_UNUSED(module), PyObject *args)
     }
     Py_DECREF(path_bytes);
     return (PyObject *)self;
+}
+
+/* -------------------------------------------------------- memory of results
+ *
+ * malloc returns large blocks to the system as soon as they are freed, and the system clears what
+ * it gives: for a large batch that takes as long as the kernel itself. So large results have a
+ * memory handler of their own (NEP 49), which keeps what is freed for the results of the next call.
+ * A block belongs to one array or is kept, never both. Handlers run under the GIL: it is the lock.
+ */
+#define LEAST_KEPT ((size_t)4 << 20)  /* bytes of a result; malloc does as well with smaller ones */
+#define MOST_KEPT ((size_t)256 << 20) /* bytes of all that is kept */
+#define MAX_KEPT 32                   /* blocks */
+#define SMALL_PAGE 4096
+#define BLOCK_HEAD 64 /* bytes before the array's, for the block's size; arrays stay aligned */
+
+typedef struct {
+    char *start;
+    size_t size;
+} Block;
+
+static struct {
+    Block blocks[MAX_KEPT]; /* the oldest first */
+    int n;
+    size_t bytes;
+} kept;
+
+/* The block of an array's memory. */
+static Block block_of(void *memory)
+{
+    char *start = (char *)memory - BLOCK_HEAD;
+    return (Block){start, *(size_t *)start};
+}
+
+/* Takes a block out of those that are kept. */
+static Block kept_take(int i)
+{
+    Block block = kept.blocks[i];
+    kept.n--;
+    kept.bytes -= block.size;
+    memmove(kept.blocks + i, kept.blocks + i + 1, (kept.n - i) * sizeof *kept.blocks);
+    return block;
+}
+
+/* Returns the oldest blocks to the system until no more than that many, and bytes, are left. */
+static void kept_shrink(int n, size_t bytes)
+{
+    while (kept.n > n || kept.bytes > bytes) {
+        Block block = kept_take(0);
+        munmap(block.start, block.size);
+    }
+}
+
+/* The smallest of the kept blocks that hold so much and at most a quarter more; -1 if none does. */
+static int kept_find(size_t size)
+{
+    int best = -1;
+    for (int i = 0; i < kept.n; i++) {
+        size_t own = kept.blocks[i].size;
+        if (own >= size && own <= size + size / 4 &&
+            (best < 0 || own < kept.blocks[best].size)) {
+            best = i;
+        }
+    }
+    return best;
+}
+
+static void *block_new(void *Py_UNUSED(context), size_t n)
+{
+    if (n > (size_t)PY_SSIZE_T_MAX - BLOCK_HEAD - SMALL_PAGE) {
+        return NULL;
+    }
+    size_t size = (n + BLOCK_HEAD + SMALL_PAGE - 1) / SMALL_PAGE * SMALL_PAGE;
+    int found = kept_find(size);
+    Block block = {MAP_FAILED, size};
+    if (found >= 0) {
+        block = kept_take(found);
+    }
+    else {
+        block.start = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        if (block.start == MAP_FAILED) {
+            return NULL;
+        }
+#ifdef MADV_HUGEPAGE
+        madvise(block.start, size, MADV_HUGEPAGE);
+#endif
+    }
+    *(size_t *)block.start = block.size;
+    return block.start + BLOCK_HEAD;
+}
+
+static void block_free(void *Py_UNUSED(context), void *memory, size_t Py_UNUSED(n))
+{
+    if (!memory) {
+        return;
+    }
+    Block block = block_of(memory);
+    if (block.size > MOST_KEPT) {
+        munmap(block.start, block.size);
+        return;
+    }
+    kept_shrink(MAX_KEPT - 1, MOST_KEPT - block.size);
+    kept.blocks[kept.n++] = block;
+    kept.bytes += block.size;
+#ifdef MADV_FREE
+    /* The system may take the pages, contents and all, where it runs short of memory. */
+    madvise(block.start, block.size, MADV_FREE);
+#endif
+}
+
+static void *block_new_zeroed(void *context, size_t n, size_t size)
+{
+    void *memory = size && n > SIZE_MAX / size ? NULL : block_new(context, n * size);
+    return memory ? memset(memory, 0, n * size) : NULL;
+}
+
+static void *block_resize(void *context, void *memory, size_t n)
+{
+    void *other = block_new(context, n);
+    if (other && memory) {
+        size_t held = block_of(memory).size - BLOCK_HEAD;
+        memcpy(other, memory, held < n ? held : n);
+        block_free(context, memory, held);
+    }
+    return other;
+}
+
+static PyDataMem_Handler block_handler = {
+    "chasles_results", 1, {NULL, block_new, block_new_zeroed, block_resize, block_free}};
+static PyObject *block_capsule;
+
+/* Whether a result is worth a block; not if it is too large for any array. */
+static int is_large(int ndim, npy_intp *dims)
+{
+    return PyArray_OverflowMultiplyList(dims, ndim) >= (npy_intp)(LEAST_KEPT / sizeof(double));
+}
+
+/* An array for a result. A handler that the program has chosen for its arrays is left in force. */
+static PyObject *new_result(int ndim, npy_intp *dims)
+{
+    if (!is_large(ndim, dims)) {
+        return PyArray_SimpleNew(ndim, dims, NPY_DOUBLE);
+    }
+    PyObject *chosen = PyDataMem_GetHandler();
+    if (!chosen || chosen != PyDataMem_DefaultHandler) {
+        Py_XDECREF(chosen);
+        return chosen ? PyArray_SimpleNew(ndim, dims, NPY_DOUBLE) : NULL;
+    }
+    PyObject *before = PyDataMem_SetHandler(block_capsule);
+    PyObject *result = before ? PyArray_SimpleNew(ndim, dims, NPY_DOUBLE) : NULL;
+    PyObject *own = before ? PyDataMem_SetHandler(chosen) : NULL;
+    if (!own) {
+        Py_CLEAR(result);
+    }
+    Py_XDECREF(own);
+    Py_XDECREF(before);
+    Py_DECREF(chosen);
+    return result;
+}
+
+static PyObject *call_release_memory(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(ignored))
+{
+    size_t bytes = kept.bytes;
+    kept_shrink(0, 0);
+    return PyLong_FromSize_t(bytes);
 }
 
 /* ------------------------------------------------------------------- Kernel */
@@ -808,7 +973,7 @@ static PyObject *call_dense(const Function *self, PyObject *const *inputs, const
     for (int i = 0; i < kernel->n_outputs; i++) {
         const Operand *operand = &kernel->operands[kernel->n_inputs + i];
         memcpy(dims + ndim, operand->dims, operand->ndim * sizeof(npy_intp));
-        results[i] = PyArray_SimpleNew(ndim + operand->ndim, dims, NPY_DOUBLE);
+        results[i] = new_result(ndim + operand->ndim, dims);
         if (!results[i]) {
             while (i-- > 0) {
                 Py_DECREF(results[i]);
@@ -1119,6 +1284,50 @@ static PyObject *guarded(Function *self, PyObject *const *inputs, PyObject *resu
     return result;
 }
 
+/* The large results of a batch are allocated here, for the ufunc would ask malloc. In the
+ * places of the others are those that the caller gave, or None. Returns how many are new; -1 with an
+ * error set. */
+static int large_results(const Kernel *kernel, const Batch *batch, PyObject *const *outs,
+                         PyObject **results)
+{
+    npy_intp dims[NPY_MAXDIMS + MAX_CORE_NDIM];
+    int n_large = 0;
+    memcpy(dims, batch->dims, batch->ndim * sizeof(npy_intp));
+    for (int i = 0; i < kernel->n_outputs; i++) {
+        const Operand *operand = &kernel->operands[kernel->n_inputs + i];
+        int ndim = batch->ndim + operand->ndim;
+        memcpy(dims + batch->ndim, operand->dims, operand->ndim * sizeof(npy_intp));
+        int wanted = (!outs || outs[i] == Py_None) && ndim <= NPY_MAXDIMS && is_large(ndim, dims);
+        results[i] = wanted ? new_result(ndim, dims) : Py_NewRef(outs ? outs[i] : Py_None);
+        if (!results[i]) {
+            while (i-- > 0) {
+                Py_DECREF(results[i]);
+            }
+            return -1;
+        }
+        n_large += wanted;
+    }
+    return n_large;
+}
+
+/* Runs the ufunc over a batch, on as many threads. */
+static PyObject *call_batch(Function *self, PyObject *const *inputs, PyObject *const *outs,
+                            const Batch *batch, long threads)
+{
+    PyObject *results[MAX_OPERANDS];
+    int n_large = large_results(self->kernel, batch, outs, results);
+    if (n_large < 0) {
+        return NULL;
+    }
+    PyObject *const *into = n_large ? results : outs;
+    PyObject *result = threads == 1 ? call_ufunc(self, inputs, into)
+                                    : call_threads(self, inputs, into, batch, threads);
+    for (int i = 0; i < self->kernel->n_outputs; i++) {
+        Py_DECREF(results[i]);
+    }
+    return result;
+}
+
 /* Checks what was read, then runs the kernel once or over a batch. */
 static PyObject *call_read(Function *self, PyObject *const *inputs, PyObject *const *outs,
                            long threads)
@@ -1141,8 +1350,7 @@ static PyObject *call_read(Function *self, PyObject *const *inputs, PyObject *co
     if (plain && (!outs || is_plain_out(kernel, inputs, outs))) {
         return call_once(self, inputs, outs);
     }
-    PyObject *result = threads == 1 ? call_ufunc(self, inputs, outs)
-                                    : call_threads(self, inputs, outs, &batch, threads);
+    PyObject *result = call_batch(self, inputs, outs, &batch, threads);
     if (self->guard && batch.ndim == 0) {
         result = guarded(self, inputs, result);
     }
@@ -1486,6 +1694,9 @@ static PyTypeObject LibraryType = {
 static PyMethodDef module_methods[] = {
     {"open", call_open, METH_VARARGS,
      "open(path, expected_hash): the library, refused unless it was compiled for that hash."},
+    {"release_memory", call_release_memory, METH_NOARGS,
+     "release_memory(): returns to the system the memory that is kept for large results (of 4 MB\n"
+     "and more, 256 MB at most); gives how many bytes that was."},
     {NULL},
 };
 
@@ -1524,7 +1735,8 @@ PyMODINIT_FUNC PyInit__call(void)
 {
     import_array();
     import_umath();
-    if (import_names() < 0 || PyType_Ready(&LibraryType) < 0 || PyType_Ready(&FunctionType) < 0) {
+    block_capsule = PyCapsule_New(&block_handler, "mem_handler", NULL);
+    if (!block_capsule || import_names() < 0 || PyType_Ready(&LibraryType) < 0 || PyType_Ready(&FunctionType) < 0) {
         return NULL;
     }
     PyObject *module = PyModule_Create(&module_definition);
