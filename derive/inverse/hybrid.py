@@ -12,7 +12,6 @@ import sympy as sp
 from ..function import Argument
 from ..kinematics import common_unit
 from ..loops.hybrid import Hybrid
-from ..poe import to_poe
 from ..vectors import Basis, Vector
 from .classify import Attempt, classify, of_lines
 from .function import (
@@ -24,7 +23,7 @@ from .function import (
     values_of,
 )
 from .inverse import Inverses, given_argument, solve_chain
-from .lines import Lines
+from .lines import Lines, at_home
 from .substitution import substituted
 from .target import of_pose
 from .translation import Translating, actuators_of, translating
@@ -58,7 +57,7 @@ def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt) -> Solved:
     symbols = {k: sp.Symbol(f"_{robot.moving[k].name}", real=True) for k in found.given}
     given = {k: robot.moving[k].direction * symbol for k, symbol in symbols.items()}
     arguments = [given_argument(robot, k, symbol) for k, symbol in symbols.items()]
-    target = of_pose(scope, POSE_SYMBOLS, to_poe(robot)[1])
+    target = of_pose(scope, POSE_SYMBOLS, at_home(robot, scope)[1])
     more = solve_chain(work, lines, found, target, given)
     joints = [
         joint.direction * value

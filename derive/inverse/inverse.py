@@ -7,14 +7,13 @@ import sympy as sp
 
 from ..function import Argument, Result, SymbolicFunction, WrittenFunction
 from ..kinematics import arguments_of
-from ..poe import to_poe
 from ..robot import Robot
 from ..scope import Scope
 from . import general_code, raghavan_roth
 from .classify import Attempt, Classification, classify
 from .families import place, planar, swivel, turntable
 from .function import POSE_SYMBOLS, Solved, of_pose_task
-from .lines import Lines
+from .lines import Lines, at_home
 from .locks import without
 from .target import Target, of_pose
 from .tasks import planar_tasks, position, turntable_tasks
@@ -89,7 +88,7 @@ def _of_pose(robot: Robot, lines: Lines, found: Attempt) -> Solved:
     symbols = arguments_of(units)["q"].symbols
     arguments = {k: given_argument(robot, k, symbols[k]) for k in found.given}
     given = {k: robot.moving[k].direction * symbols[k] for k in found.given}
-    target = of_pose(lines.scope, POSE_SYMBOLS, to_poe(robot)[1])
+    target = of_pose(lines.scope, POSE_SYMBOLS, at_home(robot, lines.scope)[1])
     more = solve_chain(work, lines, found, target, given)
     return of_pose_task(robot, work, (*arguments.values(), *more), given)
 

@@ -13,8 +13,8 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from ..poe import to_poe
-from ..robot import JointKind, Robot
+from ..poe import placement_matrix
+from ..robot import JointKind, Placement, Robot
 from ..scope import Scope
 from ..vectors import Vector, named, subtracted
 
@@ -66,22 +66,52 @@ class Axis:
 
 def axes_of(robot: Robot, scope: Scope) -> tuple[Axis, ...]:
     """The axes of a serial robot's moving joints, from the base."""
-    screws, _ = to_poe(robot)
+    frames, _ = at_home(robot, scope)
     return tuple(
-        _axis(scope, k, joint.name, joint.kind, screws[:, k])
-        for k, joint in enumerate(robot.moving)
+        _axis(scope, k, joint.name, joint.kind, frame)
+        for k, (joint, frame) in enumerate(zip(robot.moving, frames, strict=True))
     )
 
 
-def _axis(scope: Scope, k: int, name: str, kind: JointKind, screw: sp.Matrix) -> Axis:
-    moment, direction = screw[:3, 0], screw[3:, 0]
-    if kind == "prismatic":
-        h, p = moment, sp.zeros(3, 1)
-    else:
-        # The point of the axis that is nearest to the base's origin.
-        h, p = direction, direction.cross(moment)
+def at_home(robot: Robot, scope: Scope) -> tuple[list[sp.Matrix], sp.Matrix]:
+    """The frames of the moving joints and of the tool (4, 4) with every joint at zero.
+
+    Turns that are no right angles are numbers with a name, that their products do not swell.
+    """
+    T, frames = _placed(scope, sp.eye(4), robot.base), []
+    for joint in robot.joints:
+        T = _placed(scope, T, joint.before)
+        if joint.kind != "fixed":
+            frames.append(T)
+        T = _placed(scope, T, joint.after)
+    return frames, _placed(scope, T, robot.tool)
+
+
+def _placed(scope: Scope, T: sp.Matrix, placement: Placement) -> sp.Matrix:
+    T = T * placement_matrix(placement)
+    T[:3, :3] = T[:3, :3].applyfunc(scope.let)
+    return T
+
+
+def _axis(scope: Scope, k: int, name: str, kind: JointKind, frame: sp.Matrix) -> Axis:
+    h, place = frame[:3, 2], frame[:3, 3]
+    # The point of a revolute axis that is nearest to the base's origin.
+    p = sp.zeros(3, 1) if kind == "prismatic" else h.cross(place.cross(h))
     exact_h, exact_p = (named(scope, vector.applyfunc(sp.expand)) for vector in (h, p))
     return Axis(k, name, kind, exact_h, exact_p, numbers(scope, exact_h), numbers(scope, exact_p))
+
+
+def _in_parameters(scope: Scope, expression: sp.Expr) -> sp.Expr:
+    """An expression with its constants written out in parameters and in named numbers."""
+    while True:
+        known = {
+            symbol: scope.constants[symbol]
+            for symbol in expression.free_symbols
+            if symbol in scope.constants and not scope.is_number(symbol)
+        }
+        if not known:
+            return expression
+        expression = expression.xreplace(known)
 
 
 def numbers(scope: Scope, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
@@ -174,7 +204,7 @@ class Lines:
         return named(self.scope, (p + along * h_i).applyfunc(sp.expand))
 
     def _spelled(self, vector: Vector) -> list[sp.Expr]:
-        return [self.scope.spelled(component) for component in vector]
+        return [_in_parameters(self.scope, component) for component in vector]
 
     def sense(self, i: int, j: int) -> int:
         """1 where axis j has the direction of axis i, -1 where it has the opposite one."""
