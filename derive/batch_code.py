@@ -86,6 +86,7 @@ def _source(robot: Described, functions: Sequence[Signature], vector: Sequence[S
         "#undef CHASLES_ISA\n#endif"
         for number, name, _ in _SETS
     )
+    runs = "".join(_run(isa, condition) for _, isa, condition in _SETS)
     definitions = "\n".join(_definition(robot, f, f in vector) for f in functions)
     return f"""\
 {notice(robot)}
@@ -129,6 +130,7 @@ extern "C" {{
 #define CHASLES_HAS_AVX2 (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
 #endif
 
+{runs}
 {definitions}"""
 
 
@@ -160,18 +162,29 @@ static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *
 
 
 def _choice(name: str, of: Sizes) -> str:
-    runs = "".join(
-        f"#if CHASLES_SET_{isa.upper()}\n  if (n > 1{condition}) {{\n"
-        f"    lanes_run_{isa}({name}_{isa}, &shape, n, inputs, input_steps, outputs,\n"
-        "        output_steps);\n    return;\n  }\n#endif\n"
-        for _, isa, condition in _SETS
-    )
+    runs = "".join(f"  CHASLES_RUN_{isa.upper()}({name}_{isa})\n" for _, isa, _ in _SETS)
     return f"""\
 #if CHASLES_LANES
   static const int sizes[] = {{{", ".join(map(str, (*of.inputs, *of.outputs)))}}};
   static const lanes_shape shape = {{{len(of.inputs)}, {len(of.outputs)}, sizes}};
+{runs}#endif
+"""
+
+
+def _run(isa: str, condition: str) -> str:
+    """The macro that leaves a function after a run on lanes, where the processor has them."""
+    name = isa.upper()
+    return f"""\
+#if CHASLES_SET_{name}
+#define CHASLES_RUN_{name}(kernel) \\
+  if (n > 1{condition}) {{ \\
+    lanes_run_{isa}(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \\
+    return; \\
+  }}
+#else
+#define CHASLES_RUN_{name}(kernel)
 #endif
-{runs}"""
+"""
 
 
 def _signature(robot: Described, function: Signature) -> str:

@@ -8,10 +8,10 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 
-from .branches import patterns
+from .branches import branch, patterns
 from .c_code import branches_file, branches_flag, notice
 from .function import SymbolicFunction
-from .lanes_code import SUPPORT, Sizes, kernel, offsets
+from .lanes_code import SUPPORT, Sizes, kernel, offsets, sizes
 from .lower import lower_branch
 from .mechanism import Described
 from .statements import Body, Compute, Store, bodies
@@ -71,16 +71,13 @@ def _branch(prefix: str, function: SymbolicFunction, body: Body) -> str:
     """The C of a function's branches: some of them on lanes, and the function of one pose."""
     name = f"{prefix}_{function.name}"
     k, n_signs = function.branches, len(function.signs)
-    of = Sizes(
-        (*(a.size for a in function.inputs), n_signs),
-        tuple(result.size // k for result in function.outputs),
-    )
-    body, alike = _angles_last(body, f"sign_{n_signs - 1}")
+    of = sizes(branch(function))
+    body, alike = _angles_last(body, f"choice_{n_signs - 1}")
     lines = kernel(body, _loads(function, body), of, alike)
     parameters = [f"const double *{a.name}" for a in function.inputs]
     head = (
         f"LANES_INLINE void LANES_NAME({name}_branch)(\n"
-        f"    {', '.join(parameters)}, const double (*sign)[{max(k, WIDEST)}], int b, lanes *out)"
+        f"    {', '.join(parameters)}, const double (*choice)[{max(k, WIDEST)}], int b, lanes *out)"
     )
     return "\n".join([head, "{", *lines, "}\n", _all_branches(name, function, of)])
 
@@ -92,8 +89,8 @@ def _loads(function: SymbolicFunction, body: Body) -> list[str]:
             name = function.inputs[i].name
             lines.append(f"  const lanes {name}_{k} = LANES_OF({name}[{k}]);")
         else:
-            row = f"*(const LANES_NAME(lanes_row) *)(sign[{k}] + b)"
-            lines.append(f"  const lanes sign_{k} = {row};")
+            row = f"*(const LANES_NAME(lanes_row) *)(choice[{k}] + b)"
+            lines.append(f"  const lanes choice_{k} = {row};")
     return lines
 
 
@@ -104,9 +101,9 @@ def _all_branches(name: str, function: SymbolicFunction, of: Sizes) -> str:
     # Lanes without a branch repeat the last one, so that they compute something tame.
     columns = [[*c, *[c[-1]] * (width - k)] for c in zip(*patterns(function), strict=True)]
     table = ",\n".join(f"    {{{', '.join(map(str, column))}}}" for column in columns)
-    call = f"LANES_NAME({name}_branch)({', '.join(a.name for a in function.inputs)}, sign"
+    call = f"LANES_NAME({name}_branch)({', '.join(a.name for a in function.inputs)}, choice"
     lines = [
-        f"  static const double sign[{len(columns)}][{width}] = {{\n{table}}};",
+        f"  static const double choice[{len(columns)}][{width}] = {{\n{table}}};",
         f"  enum {{ BRANCHES = {k}, COUNT = BRANCHES < LANES ? BRANCHES : LANES }};",
         f"  lanes out[BRANCHES / COUNT][{sum(of.outputs)}];",
         f"  for (int b = 0; b < BRANCHES; b += {WIDEST}) {{",

@@ -6,13 +6,26 @@ from dataclasses import replace
 
 import sympy as sp
 
-from .function import SymbolicFunction
+from .function import Argument, SymbolicFunction
 from .scope import Scope
 
 
 def patterns(function: SymbolicFunction) -> Iterator[tuple[int, ...]]:
     """The signs of each branch, in the order of the branches."""
     return itertools.product((1, -1), repeat=len(function.signs))
+
+
+def branch(function: SymbolicFunction) -> SymbolicFunction:
+    """One branch as a function by itself, with the signs as a last input, ``choice``."""
+    meaning = "1 or -1 for each choice"
+    signs = Argument("choice", function.signs, (len(function.signs),), "1", meaning)
+    return replace(
+        function,
+        name=f"{function.name}_branch",
+        inputs=(*function.inputs, signs),
+        outputs=tuple(replace(result, shape=result.shape[1:]) for result in function.outputs),
+        signs=(),
+    )
 
 
 def unrolled(function: SymbolicFunction) -> SymbolicFunction:

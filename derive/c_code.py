@@ -4,10 +4,13 @@ import textwrap
 from collections.abc import Sequence
 from pathlib import Path
 
+from .branches import branch
 from .function import Argument, Result, Signature, SymbolicFunction, WrittenFunction
+from .lower import lower_branch
 from .mechanism import Coordinate, Described
 from .robot import Joint
 from .statements import ELEMENTARY, NAME, Body, Compute, Store
+from .statements import bodies as bodies_of
 
 SUPPORT = "chasles_cos_sin.h"
 WIDTH = 100
@@ -26,12 +29,18 @@ def source(
 ) -> str:
     """The C99 file of a robot: every function, depending on libm alone.
 
+    Of a function with branches it has one branch, and a loop over them.
+
     Args:
         robot: The robot; its name is the prefix.
         functions: What the functions mean.
         bodies: Their statements, in the same order.
         written: What stands in files of its own, to be included.
     """
+    bodies = [
+        bodies_of([lower_branch(function, robot.name)])[0] if function.signs else body
+        for function, body in zip(functions, bodies, strict=True)
+    ]
     parts = [notice(robot), f'#include "{robot.name}.h"\n\n#include "{SUPPORT}"']
     parts[-1] += (
         f'\n#include "{branches_file(robot)}"\n' if any(f.signs for f in functions) else "\n"
@@ -133,13 +142,51 @@ def _declaration(prefix: str, function: Signature) -> str:
 
 
 def _definition(robot: Described, function: SymbolicFunction, body: Body) -> str:
-    lines = _straight(function, body)
     if function.signs:
-        described: list[Argument | Result] = [*function.inputs, *function.outputs]
-        names = ", ".join(what.name for what in described)
-        at_once = f"  LANES_NAME({robot.name}_{function.name}_branches)({names});"
-        lines = [f"#if {branches_flag(robot)}", at_once, "#else", *lines, "#endif"]
-    return "\n".join([f"{_signature(robot.name, function)} {{", *lines, "}\n"])
+        return _branched(robot, function, body)
+    return "\n".join([f"{_signature(robot.name, function)} {{", *_straight(function, body), "}\n"])
+
+
+def _branched(robot: Described, function: SymbolicFunction, body: Body) -> str:
+    """A function of one branch, and the function that loops over branches."""
+    flag, name, one = branches_flag(robot), f"{robot.name}_{function.name}", branch(function)
+    described: list[Argument | Result] = [*function.inputs, *function.outputs]
+    n = len(function.signs)
+    signs = ", ".join(f"b & {2 ** (n - 1 - i)} ? -1.0 : 1.0" for i in range(n))
+    passed = [f"own_{a.name}" for a in function.inputs]
+    passed += ["choice", *(f"{r.name} + {r.size} * b" for r in one.outputs)]
+    return "\n".join(
+        [
+            f"#if !{flag}",
+            f"static {_signature(robot.name, one)} {{",
+            *_straight(one, body),
+            "}",
+            "#endif\n",
+            f"{_signature(robot.name, function)} {{",
+            f"#if {flag}",
+            f"  LANES_NAME({name}_branches)({', '.join(what.name for what in described)});",
+            "#else",
+            # The first branch is written before the second is computed.
+            *(line for argument in function.inputs for line in _kept(argument)),
+            f"  for (int b = 0; b < {function.branches}; b++) {{",
+            f"    const double choice[{n}] = {{{signs}}};",
+            f"    {name}_branch({', '.join(passed)});",
+            "  }",
+            "#endif",
+            "}\n",
+        ]
+    )
+
+
+def _kept(argument: Argument) -> list[str]:
+    """An input of its own, which no output overlaps."""
+    name = argument.name
+    return [
+        f"  double own_{name}[{argument.size}];",
+        f"  for (int i = 0; i < {argument.size}; i++) {{",
+        f"    own_{name}[i] = {name}[i];",
+        "  }",
+    ]
 
 
 def _straight(function: SymbolicFunction, body: Body) -> list[str]:

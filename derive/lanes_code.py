@@ -1,9 +1,10 @@
 """A function on lanes: its statements on vectors, by the names of ``chasles_lanes.h``."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
+from .c_code import WIDTH
 from .function import Signature
 from .statements import ELEMENTARY, NAME, Body, Compute, Store
 
@@ -16,6 +17,7 @@ _CONNECTIONS = {"&&": "AND", "||": "OR"}
 _SELECTION = re.compile(r"(\S+) \? (\S+) : (\S+)")
 _EXTREMES = {"fmin": "MIN", "fmax": "MAX"}
 _PAIR = 2
+_CONSTANT = "const lanes "
 
 
 @dataclass(frozen=True)
@@ -54,7 +56,26 @@ def kernel(body: Body, loads: Sequence[str], of: Sizes, alike: Sequence[str] = (
                 lines += writer.computed(statement)
             case Store(i, entry, value):
                 lines.append(f"  out[{first[i] + entry}] = {writer.vector(value)};")
-    return lines
+    return _filled(lines)
+
+
+def _filled(lines: Iterable[str]) -> list[str]:
+    """Constants declared together and statements side by side, in lines of the page's width."""
+    filled: list[str] = []
+    declaring = False
+    for line in map(str.strip, lines):
+        constant = line.startswith(_CONSTANT)
+        piece, goes_on = line, constant and declaring
+        if goes_on:
+            filled[-1] = f"{filled[-1][:-1]},"
+            piece = line.removeprefix(_CONSTANT)
+        beside = goes_on or not (constant or declaring)
+        if filled and beside and len(filled[-1]) + len(piece) < WIDTH:
+            filled[-1] += f" {piece}"
+        else:
+            filled.append(f"{'      ' if goes_on else '  '}{piece}")
+        declaring = constant
+    return filled
 
 
 def offsets(of: Sequence[int]) -> list[int]:
@@ -130,8 +151,7 @@ class _Writer:
             names.append(f"{name}_{k}" if _is_number(argument) else self.number(argument))
             if _is_number(argument):
                 lines.append(f"  const lanes {names[-1]} = LANES_OF({argument});")
-        addresses = ", ".join(f"&{argument}" for argument in (*names, name))
-        return [*lines, f"  lanes {name}; LANES_NAME(lanes_{function})({addresses});"]
+        return [*lines, f"  LANES_LET{len(names)}({name}, {function}, {', '.join(names)});"]
 
 
 def _cosines_and_sines(body: Body) -> dict[str, list[str]]:
@@ -146,8 +166,7 @@ def _cosines_and_sines(body: Body) -> dict[str, list[str]]:
         if len(of) == _PAIR:
             c, s = of["cos"], of["sin"]
             first, second = of.values()
-            addresses = f"&{angle}, &{c}, &{s}"
-            calls[first] = [f"  lanes {c}, {s}; LANES_NAME(lanes_cos_sin)({addresses});"]
+            calls[first] = [f"  LANES_COS_SIN({c}, {s}, {angle});"]
             calls[second] = []
     return calls
 

@@ -9,7 +9,7 @@ evaluated at 40 digits and rounded once.
 import operator
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass
 from functools import reduce
 
 import casadi as ca
@@ -17,9 +17,9 @@ import sympy as sp
 from sympy.core.relational import Relational
 from sympy.logic.boolalg import Boolean
 
-from .branches import unrolled
+from .branches import branch, unrolled
 from .errors import RobotError
-from .function import Argument, SymbolicFunction
+from .function import SymbolicFunction
 from .scope import Scope
 
 
@@ -88,7 +88,7 @@ def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Functio
 
 
 def lower_branch(function: SymbolicFunction, prefix: str) -> ca.Function:
-    """One branch of a function, ``<prefix>_<name>_branch``, with its signs as a last input.
+    """One branch of a function, ``<prefix>_<name>_branch``, its signs a last input, ``choice``.
 
     Args:
         function: A function with signs.
@@ -97,9 +97,7 @@ def lower_branch(function: SymbolicFunction, prefix: str) -> ca.Function:
     Raises:
         LoweringError: An expression holds something that no rule lowers.
     """
-    signs = Argument("sign", function.signs, (len(function.signs),), "1", "1 or -1 for each choice")
-    one = replace(function, name=f"{function.name}_branch", inputs=(*function.inputs, signs))
-    return _Visitor(function.scope, function.signs).function(one, prefix)
+    return _Visitor(function.scope, function.signs).function(branch(function), prefix)
 
 
 def whole(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:

@@ -11,6 +11,7 @@ import sympy as sp
 
 from .derivation import Derivation
 from .function import Argument, Result, Signature, SymbolicFunction, WrittenFunction
+from .inverse.inverse import Inverses
 from .loops.hybrid import Hybrid
 from .lower import count_operations
 from .mechanism import Coordinate, Described
@@ -51,6 +52,7 @@ def manifest(
         ]
         + [_written(robot, function) for function in derivation.written],
         **({} if hybrid is None else _loops(hybrid)),
+        **({} if derivation.inverse is None else _inverse(derivation.inverse)),
         "description_sha256": sha256(repr(robot)),
         "files": {name: sha256(text) for name, text in sorted(files.items())},
         "versions": {package: version(package) for package in ("casadi", "sympy")},
@@ -61,6 +63,12 @@ def manifest(
 def sha256(text: str) -> str:
     """SHA-256 of a text in UTF-8, in hexadecimal."""
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _inverse(inverse: Inverses) -> dict[str, Any]:
+    """How the inverse was found, or why there is none."""
+    tier = "general" if inverse.written else inverse.classification.tier
+    return {"inverse": {"tier": tier, "missing": inverse.missing}}
 
 
 def _loops(hybrid: Hybrid) -> dict[str, Any]:

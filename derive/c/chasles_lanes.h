@@ -55,6 +55,11 @@ static const double lanes_arctangent[] = {-0.3333333333333298, 0.199999999999031
 /* 1 or 0. */
 #define LANES_NUMBER(condition) LANES_CHOICE(condition, 1.0, 0.0)
 
+/* Declares what a function of lanes, or two, gives. */
+#define LANES_LET1(value, name, x) lanes value; LANES_NAME(lanes_##name)(&x, &value)
+#define LANES_LET2(value, name, x, y) lanes value; LANES_NAME(lanes_##name)(&x, &y, &value)
+#define LANES_COS_SIN(c, s, x) lanes c, s; LANES_NAME(lanes_cos_sin)(&x, &c, &s)
+
 /* Functions take lanes by address: vectors wider than the baseline's are not passed by value in its
  * calls. They call others part by part, a part being a register of the set. */
 #define LANES_PART(x, k) (((lanes_part *)(x))[k])

@@ -13,8 +13,9 @@ from . import general_code, raghavan_roth
 from .classify import Attempt, Classification, classify
 from .families import place, planar, swivel, turntable
 from .function import POSE_SYMBOLS, Solved, of_pose_task
-from .lines import Lines, at_home
+from .lines import Lines, axes_of, home_of
 from .locks import without
+from .nominal import nominal_of
 from .target import Target, of_pose
 from .tasks import planar_tasks, position, turntable_tasks
 from .turns import Turn
@@ -41,23 +42,31 @@ class Inverses:
     written: tuple[WrittenFunction, ...] = ()
 
     @property
+    def missing(self) -> str:
+        """Why there is no inverse, in words; empty where there is one."""
+        return "" if self.solved or self.written else self.classification.missing
+
+    @property
     def functions(self) -> dict[str, SymbolicFunction]:
         """All functions by name."""
         tasks = {name: solved.function for name, solved in self.solved.items()}
         return tasks | {function.name: function for function in self.others}
 
 
-def inverses(robot: Robot, scope: Scope) -> Inverses:
+def inverses(robot: Robot, scope: Scope, coordinates: int | None = None) -> Inverses:
     """The closed-form inverse of a serial robot, in all tasks that its structure solves.
 
     Args:
         robot: The description.
         scope: Names of all terms.
+        coordinates: How many coordinates move it, where it is the main chain of a robot with loops.
     """
-    classification = classify(robot, scope)
+    classification = classify(robot, scope, coordinates)
     found = classification.found
     if found is None:
         return _general(robot, classification)
+    if classification.tier == "snapped":
+        return _of_nominal(robot, classification, found)
     solved = {"ik": _of_pose(robot, classification.lines, found)}
     others: tuple[SymbolicFunction, ...] = ()
     as_described = not found.given and not found.backwards
@@ -70,6 +79,14 @@ def inverses(robot: Robot, scope: Scope) -> Inverses:
     elif found.family is swivel:
         others = (_swivel_of(robot, classification.lines),)
     return Inverses(classification, solved, others)
+
+
+def _of_nominal(robot: Robot, classification: Classification, found: Attempt) -> Inverses:
+    """The inverse of the arm that a calibrated one was meant to be."""
+    lines = classification.lines
+    nominal = nominal_of(robot, lines, found)
+    exact = Lines(lines.scope, axes_of(nominal, lines.scope))
+    return Inverses(classification, {"ik": _of_pose(nominal, exact, found)})
 
 
 def _general(robot: Robot, classification: Classification) -> Inverses:
@@ -88,7 +105,7 @@ def _of_pose(robot: Robot, lines: Lines, found: Attempt) -> Solved:
     symbols = arguments_of(units)["q"].symbols
     arguments = {k: given_argument(robot, k, symbols[k]) for k in found.given}
     given = {k: robot.moving[k].direction * symbols[k] for k in found.given}
-    target = of_pose(lines.scope, POSE_SYMBOLS, at_home(robot, lines.scope)[1])
+    target = of_pose(lines.scope, POSE_SYMBOLS, home_of(robot, lines.scope))
     more = solve_chain(work, lines, found, target, given)
     return of_pose_task(robot, work, (*arguments.values(), *more), given)
 

@@ -12,7 +12,7 @@ from ..vectors import IDENTITY, Vector, combination, subtracted
 from .families import planar, turntable
 from .families.three_joints import case_of
 from .function import Solved, branches, larger, squares, tool_of, values_of
-from .lines import Lines, at_home
+from .lines import Lines, home_of
 from .target import Target
 from .turns import NO_TURN, Turn
 from .work import Work
@@ -45,10 +45,8 @@ def _tool_is_free(robot: Robot, lines: Lines) -> bool:
     if len(lines.axes) <= 4:  # noqa: PLR2004
         return True
     axis = lines.axes[4]
-    home = [
-        [float(lines.scope.value(e)) for e in row]
-        for row in at_home(robot, lines.scope)[1].tolist()
-    ]
+    matrix = home_of(robot, lines.scope)
+    home = [[float(lines.scope.value(e)) for e in row] for row in matrix.tolist()]
     way = [home[i][3] - axis.origin[i] for i in range(3)]
     tool = [home[i][2] for i in range(3)]
     h = axis.direction
@@ -59,7 +57,7 @@ def _tool_is_free(robot: Robot, lines: Lines) -> bool:
 
 def _home(robot: Robot, scope: Scope) -> tuple[Vector, Vector]:
     """Origin and third axis of the tool in the home pose."""
-    home = at_home(robot, scope)[1]
+    home = home_of(robot, scope)
     return _column(scope, home, 3), _column(scope, home, 2)
 
 
@@ -160,7 +158,7 @@ def _planar(robot: Robot, lines: Lines) -> Solved:
     """Place in the base's x-y plane, and the angle of the tool's x axis in it."""
     scope = lines.scope
     work = Work(scope)
-    home = at_home(robot, scope)[1]
+    home = home_of(robot, scope)
     c, s = scope.cos_sin(PHI)
     c0, s0 = scope.let(home[0, 0]), scope.let(home[1, 0])
     turn = Turn(scope.let(c * c0 + s * s0), scope.let(s * c0 - c * s0))

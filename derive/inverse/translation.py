@@ -1,6 +1,6 @@
 """Stretches of a chain that loops keep from turning, as slides; and the actuators behind them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 

@@ -69,7 +69,8 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     # 4. The column: past the hand, the place lies in the plane of the slides.
     centre = lines.meeting(4, 5)
     lever = rotated(scope, a1.h, q14_turn, subtracted(scope, centre, a4.p))
-    V = subtracted(scope, subtracted(scope, target.point(scope, centre), lever), a1.p)
+    place = work.call("W", "the common point of axes 5 and 6", target.point(scope, centre))
+    V = subtracted(scope, subtracted(scope, place, lever), a1.p)
     normal = cross(scope, a1.h, a2.h)
     d = dot(scope, normal, subtracted(scope, a4.p, a1.p))
     q1 = work.step(

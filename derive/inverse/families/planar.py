@@ -34,8 +34,11 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     scope = work.scope
     turning = tuple(axis for axis in lines.axes if axis.turns)
     first = turning[0]
-    hand = turning[2].p if len(turning) == _MOST_TURNS else target.home
-    W = subtracted(scope, target.point(scope, hand), first.p)
+    hand, meaning = target.home, "the tool's origin"
+    if len(turning) == _MOST_TURNS:
+        hand, meaning = turning[2].p, f"a point of axis {turning[2].name}"
+    place = work.call("W", meaning, target.point(scope, hand))
+    W = subtracted(scope, place, first.p)
     # 1. The slide alone moves the tool along the axes.
     for axis in lines.axes:
         if not axis.turns:

@@ -53,7 +53,8 @@ def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
     shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
 
     # 1. The shoulder does not change the distance of its own centre from the wrist's.
-    V = subtracted(scope, target.point(scope, centre), shoulder)
+    place = work.call("W", "the wrist's centre", target.point(scope, centre))
+    V = subtracted(scope, place, shoulder)
     upper, fore = subtracted(scope, elbow, shoulder), subtracted(scope, centre, elbow)
     across2 = squared_across(scope, a4.h, V, (upper, fore))
     sign = work.sign()
@@ -74,6 +75,15 @@ def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
     side = combination(
         scope, (scope.let(beside * swivel.c), scope.let(beside * swivel.s)), (e_x, e_y)
     )
+    for letter, meaning, vector in (
+        ("u", "the direction from shoulder to wrist with joints 1 to 3 at 0", w),
+        ("b", "the direction across it, in the plane of the arm", b),
+        ("w", "the direction from shoulder to wrist", W),
+        ("e", "the direction across it that the swivel angle is counted from", e_x),
+        ("f", "the direction across both", e_y),
+        ("g", "where the arm's plane has to point, across the line", side),
+    ):
+        work.call(letter, meaning, vector)
     normal = cross(scope, W, side)
     v = combination(scope, [dot(scope, a3.h, e) for e in (w, n, b)], (W, normal, side))
 

@@ -55,29 +55,35 @@ def case_of(lines: Lines) -> Case | None:
     """The first case whose conditions three axes fulfil."""
     kinds = _kinds(lines)
     for case in CASES:
-        if case.kinds == kinds and _apart(case, lines) <= lines.tolerance:
+        if case.kinds == kinds and _worst(case, lines).apart <= lines.tolerance:
             return case
     return None
 
 
 def requires(lines: Lines) -> Requirement:
-    """That three joints have one of the structures; the first that they have, or else the nearest."""
+    """That three joints have one of the structures: the first that holds, or else the nearest."""
     found = case_of(lines)
     names = ", ".join(axis.name for axis in lines.axes)
     if found is not None:
-        return Requirement(f"of {names}: {found.title}", 0.0)
+        text = f"of {names}: {found.title}"
+        worst, parts = _worst(found, lines), tuple(found.requires(lines))
+        return Requirement(text, worst.apart, worst.is_length, parts=parts)
     kinds = _kinds(lines)
-    missed = [(_apart(case, lines), case.title) for case in CASES if case.kinds == kinds]
-    apart, title = min(missed, default=(np.inf, "no structure of these joints is known"))
-    return Requirement(f"of {names}: {title}", apart)
+    missed = [(_worst(case, lines), case.title) for case in CASES if case.kinds == kinds]
+    if not missed:
+        return Requirement(f"of {names}: no structure of these joints is known", np.inf)
+    worst, title = min(missed, key=lambda one: one[0].apart)
+    return Requirement(f"of {names}: {title}", worst.apart, worst.is_length)
 
 
 def _kinds(lines: Lines) -> str:
     return "".join("r" if axis.turns else "p" for axis in lines.axes)
 
 
-def _apart(case: Case, lines: Lines) -> float:
-    return max((condition.apart for condition in case.requires(lines)), default=0.0)
+def _worst(case: Case, lines: Lines) -> Requirement:
+    """The condition that is farthest from holding."""
+    conditions = case.requires(lines)
+    return max(conditions, key=lambda c: c.apart, default=Requirement("", 0.0))
 
 
 def _last_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:

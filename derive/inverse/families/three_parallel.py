@@ -46,7 +46,8 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
 
     # 1. Joints 5 and 6 leave their common point where it is, and joints 2 to 4 move it across h_2
     #    only: its part along h_2 is joint 1's affair alone.
-    W = subtracted(scope, target.point(scope, centre), a1.p)
+    place = work.call("W", "the common point of axes 5 and 6", target.point(scope, centre))
+    W = subtracted(scope, place, a1.p)
     d = dot(scope, a2.h, subtracted(scope, centre, a1.p))
     q1 = work.step(
         [a1],

@@ -41,7 +41,9 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     fifth = lines.axes[4:]
     # 1. The arm moves in a plane.
     carried = fifth[0].p if fifth else target.home
-    U, q1 = _turned_to(work, lines, carried, target.point(scope, carried))
+    meaning = f"a point of axis {fifth[0].name}" if fifth else "the tool's origin"
+    place = work.call("W", meaning, target.point(scope, carried))
+    U, q1 = _turned_to(work, lines, carried, place)
     # 2. The parallel axes turn as one what the last joint leaves alone.
     e = fifth[0].h if fifth else _across(lines)
     v = rotated(scope, a1.h, q1.back, target.turned(scope, e))
