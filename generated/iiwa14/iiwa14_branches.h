@@ -18,534 +18,160 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(iiwa14_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(iiwa14_ik_branch)(
+    const double *T, const double *swivel, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes swivel_0 = in[16];
-  const lanes sign_0 = in[17];
-  const lanes sign_1 = in[18];
-  const lanes sign_2 = in[19];
-  const lanes v1 = 0.126 * T_2;
-  const lanes v2 = T_3 - v1;
-  const lanes v3 = v2 * v2;
-  const lanes v4 = 0.126 * T_6;
-  const lanes v5 = T_7 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 + v6;
-  const lanes v8 = 0.126 * T_10;
-  const lanes v9 = T_11 - v8;
-  const lanes v10 = v9 - 0.36;
-  const lanes v11 = v10 * v10;
-  const lanes v12 = v7 + v11;
-  const lanes v13 = 1e-300 + v12;
-  lanes v14; LANES_NAME(lanes_sqrt)(&v13, &v14);
-  const lanes v15 = v2 / v14;
-  const lanes v16 = v12 - 0.3364;
-  const lanes v17 = 0.336 * v16;
-  const lanes v18 = 1e-150 + v17;
-  const lanes v19 = v12 - 0.0004;
-  const lanes v20 = 0.6724 - v12;
-  const lanes v21 = v19 * v20;
-  const lanes_where v22 = LANES_LT(4.51584e-16, v21);
-  lanes v23; LANES_NAME(lanes_sqrt)(&v21, &v23);
-  const lanes v24 = sign_0 * v23;
-  const lanes v25 = 0.336 * v24;
-  const lanes v26 = v25 * v25;
-  const lanes v27 = LANES_CHOICE(v22, v26, 0.0);
-  const lanes v28 = LANES_CHOICE(v22, v27, 0.0);
-  const lanes v29 = v18 * v18;
-  const lanes v30 = v28 + v29;
-  lanes v31; LANES_NAME(lanes_sqrt)(&v30, &v31);
-  const lanes v32 = v18 / v31;
-  const lanes v33 = 0.4 * v32;
-  const lanes v34 = 0.42 + v33;
-  const lanes v35 = 1.0 / v31;
-  const lanes v36 = v25 * v35;
-  const lanes v37 = 0.4 * v36;
-  const lanes v38 = v37 * v37;
-  const lanes v39 = LANES_CHOICE(v22, v38, 0.0);
-  const lanes v40 = LANES_CHOICE(v22, v39, 0.0);
-  const lanes v41 = v34 * v34;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = 1e-300 + v42;
-  lanes v44; LANES_NAME(lanes_sqrt)(&v43, &v44);
-  const lanes v45 = v34 / v44;
-  const lanes v46 = v15 * v45;
-  const lanes v47 = 1.0 / v44;
-  const lanes v48 = v37 * v47;
-  const lanes v49 = v48 * v48;
-  const lanes v50 = LANES_CHOICE(v22, v49, 0.0);
-  const lanes v51 = LANES_CHOICE(v22, v50, 0.0);
-  const lanes v52 = v45 * v45;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 1e-300 + v53;
-  lanes v55; LANES_NAME(lanes_sqrt)(&v54, &v55);
-  const lanes v56 = 1.0 / v55;
-  const lanes v57 = v48 * v56;
-  const lanes v58 = v5 / v14;
-  const lanes v59 = v58 * v58;
-  const lanes v60 = v10 / v14;
-  const lanes v61 = 1.0 + v60;
-  const lanes v62 = v60 * v61;
-  const lanes v63 = v59 + v62;
-  const lanes v64 = v63 * v63;
-  const lanes v65 = v15 * v58;
-  const lanes v66 = v65 * v65;
-  const lanes v67 = v64 + v66;
-  const lanes v68 = v15 * v61;
-  const lanes v69 = v68 * v68;
-  const lanes v70 = v67 + v69;
-  const lanes v71 = 1e-300 + v70;
-  lanes v72; LANES_NAME(lanes_sqrt)(&v71, &v72);
-  const lanes v73 = v63 / v72;
-  const lanes v74 = 0.42 * v57;
-  const lanes v75 = LANES_CHOICE(v22, v74, 0.0);
-  const lanes v76 = -v75;
-  const lanes_where v77 = LANES_LE(0.0, v76);
-  const lanes v78 = LANES_CHOICE(v77, 1.0, -1.0);
-  lanes v79, v87; LANES_NAME(lanes_cos_sin)(&swivel_0, &v79, &v87);
-  const lanes v80 = v78 * v79;
-  const lanes v81 = v73 * v80;
-  const lanes v82 = v65 / v72;
-  const lanes v83 = v60 * v82;
-  const lanes v84 = v68 / v72;
-  const lanes v85 = v58 * v84;
-  const lanes v86 = v83 - v85;
-  const lanes v88 = v78 * v87;
-  const lanes v89 = v86 * v88;
-  const lanes v90 = v81 + v89;
-  const lanes v91 = v57 * v90;
-  const lanes v92 = LANES_CHOICE(v22, v91, 0.0);
-  const lanes v93 = v46 - v92;
-  const lanes v94 = v93 * v93;
-  const lanes v95 = v58 * v45;
-  const lanes v96 = v15 * v84;
-  const lanes v97 = v60 * v73;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = v98 * v88;
-  const lanes v100 = v82 * v80;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = v57 * v101;
-  const lanes v103 = LANES_CHOICE(v22, v102, 0.0);
-  const lanes v104 = v95 - v103;
-  const lanes v105 = v104 * v104;
-  const lanes v106 = v94 + v105;
-  const lanes v107 = 4e-15 * v106;
-  const lanes_where v108 = LANES_LT(v107, v106);
-  lanes v109; LANES_NAME(lanes_sqrt)(&v106, &v109);
-  const lanes v110 = sign_1 * v109;
-  const lanes v111 = v104 * v110;
-  const lanes v112 = v111 * v111;
-  const lanes v113 = LANES_CHOICE(v108, v112, 0.0);
-  const lanes v114 = LANES_CHOICE(v108, v113, 0.0);
-  const lanes v115 = v93 * v110;
-  const lanes v116 = LANES_CHOICE(v108, v115, 0.0);
-  const lanes v117 = 1e-150 + v116;
-  const lanes v118 = v117 * v117;
-  const lanes v119 = v114 + v118;
-  lanes v120; LANES_NAME(lanes_sqrt)(&v119, &v120);
-  const lanes v121 = 1.0 / v120;
-  const lanes v122 = v111 * v121;
-  const lanes v123 = LANES_CHOICE(v108, v122, 0.0);
-  const lanes v124 = v117 / v120;
-  const lanes v126 = v93 * v124;
-  const lanes v127 = v104 * v122;
-  const lanes v128 = LANES_CHOICE(v108, v127, 0.0);
-  const lanes v129 = v126 + v128;
-  const lanes v130 = v129 * v129;
-  const lanes v131 = v84 * v80;
-  const lanes v132 = v15 * v82;
-  const lanes v133 = v58 * v73;
-  const lanes v134 = v132 + v133;
-  const lanes v135 = v134 * v88;
-  const lanes v136 = v131 + v135;
-  const lanes v137 = v57 * v136;
-  const lanes v138 = LANES_CHOICE(v22, v137, 0.0);
-  const lanes v139 = v60 * v45;
-  const lanes v140 = v138 + v139;
-  const lanes v141 = 1e-150 + v140;
-  const lanes v142 = v141 * v141;
-  const lanes v143 = v130 + v142;
-  lanes v144; LANES_NAME(lanes_sqrt)(&v143, &v144);
-  const lanes v145 = v129 / v144;
-  const lanes v146 = v141 / v144;
-  const lanes v148 = v45 / v55;
-  const lanes v149 = v148 * v101;
-  const lanes v150 = v58 * v48;
-  const lanes v151 = LANES_CHOICE(v22, v150, 0.0);
-  const lanes v152 = v149 + v151;
-  const lanes v153 = v124 * v152;
-  const lanes v154 = v148 * v90;
-  const lanes v155 = v15 * v48;
-  const lanes v156 = LANES_CHOICE(v22, v155, 0.0);
-  const lanes v157 = v154 + v156;
-  const lanes v158 = v122 * v157;
-  const lanes v159 = LANES_CHOICE(v108, v158, 0.0);
-  const lanes v160 = v153 - v159;
-  const lanes v161 = v160 * v160;
-  const lanes v162 = v124 * v157;
-  const lanes v163 = v122 * v152;
-  const lanes v164 = LANES_CHOICE(v108, v163, 0.0);
-  const lanes v165 = v162 + v164;
-  const lanes v166 = v146 * v165;
-  const lanes v167 = v60 * v48;
-  const lanes v168 = LANES_CHOICE(v22, v167, 0.0);
-  const lanes v169 = v148 * v136;
-  const lanes v170 = v168 - v169;
-  const lanes v171 = v145 * v170;
-  const lanes v172 = v166 - v171;
-  const lanes v173 = 1e-150 - v172;
-  const lanes v174 = v173 * v173;
-  const lanes v175 = v161 + v174;
-  lanes v176; LANES_NAME(lanes_sqrt)(&v175, &v176);
-  const lanes v177 = v160 / v176;
-  const lanes v178 = v173 / v176;
-  const lanes v180 = LANES_CHOICE(v22, v36, 0.0);
-  const lanes v182 = T_6 * v124;
-  const lanes v183 = T_2 * v122;
-  const lanes v184 = LANES_CHOICE(v108, v183, 0.0);
-  const lanes v185 = v182 - v184;
-  const lanes v186 = v178 * v185;
-  const lanes v187 = T_2 * v124;
-  const lanes v188 = T_6 * v122;
-  const lanes v189 = LANES_CHOICE(v108, v188, 0.0);
-  const lanes v190 = v187 + v189;
-  const lanes v191 = v146 * v190;
-  const lanes v192 = T_10 * v145;
-  const lanes v193 = v191 - v192;
-  const lanes v194 = v177 * v193;
-  const lanes v195 = v186 + v194;
-  const lanes v196 = v195 * v195;
-  const lanes v197 = T_10 * v146;
-  const lanes v198 = v145 * v190;
-  const lanes v199 = v197 + v198;
-  const lanes v200 = v199 * v36;
-  const lanes v201 = LANES_CHOICE(v22, v200, 0.0);
-  const lanes v202 = v178 * v193;
-  const lanes v203 = v177 * v185;
-  const lanes v204 = v202 - v203;
-  const lanes v205 = v204 * v32;
-  const lanes v206 = v201 + v205;
-  const lanes v207 = v206 * v206;
-  const lanes v208 = v196 + v207;
-  const lanes v209 = 4e-15 * v208;
-  const lanes_where v210 = LANES_LT(v209, v208);
-  lanes v211; LANES_NAME(lanes_sqrt)(&v208, &v211);
-  const lanes v212 = sign_2 * v211;
-  const lanes v213 = v195 * v212;
-  const lanes v214 = v213 * v213;
-  const lanes v215 = LANES_CHOICE(v210, v214, 0.0);
-  const lanes v216 = LANES_CHOICE(v210, v215, 0.0);
-  const lanes v217 = v206 * v212;
-  const lanes v218 = LANES_CHOICE(v210, v217, 0.0);
-  const lanes v219 = 1e-150 + v218;
-  const lanes v220 = v219 * v219;
-  const lanes v221 = v216 + v220;
-  lanes v222; LANES_NAME(lanes_sqrt)(&v221, &v222);
-  const lanes v223 = 1.0 / v222;
-  const lanes v224 = v213 * v223;
-  const lanes v225 = LANES_CHOICE(v210, v224, 0.0);
-  const lanes v226 = v219 / v222;
-  lanes v227; LANES_NAME(lanes_atan2)(&v225, &v226, &v227);
-  const lanes v228 = v195 * v224;
-  const lanes v229 = LANES_CHOICE(v210, v228, 0.0);
-  const lanes v230 = v206 * v226;
-  const lanes v231 = v229 + v230;
-  const lanes v232 = v231 * v231;
-  const lanes v233 = v199 * v32;
-  const lanes v234 = v204 * v36;
-  const lanes v235 = LANES_CHOICE(v22, v234, 0.0);
-  const lanes v236 = v233 - v235;
-  const lanes v237 = 1e-150 + v236;
-  const lanes v238 = v237 * v237;
-  const lanes v239 = v232 + v238;
-  lanes v240; LANES_NAME(lanes_sqrt)(&v239, &v240);
-  const lanes v241 = v231 / v240;
-  const lanes v242 = v237 / v240;
-  lanes v243; LANES_NAME(lanes_atan2)(&v241, &v242, &v243);
-  const lanes v244 = T_0 * v122;
-  const lanes v245 = LANES_CHOICE(v108, v244, 0.0);
-  const lanes v246 = T_4 * v124;
-  const lanes v247 = v245 - v246;
-  const lanes v248 = v178 * v247;
-  const lanes v249 = T_8 * v145;
-  const lanes v250 = T_0 * v124;
-  const lanes v251 = T_4 * v122;
-  const lanes v252 = LANES_CHOICE(v108, v251, 0.0);
-  const lanes v253 = v250 + v252;
-  const lanes v254 = v146 * v253;
-  const lanes v255 = v249 - v254;
-  const lanes v256 = v177 * v255;
-  const lanes v257 = v248 + v256;
-  const lanes v258 = v226 * v257;
-  const lanes v259 = v178 * v255;
-  const lanes v260 = v177 * v247;
-  const lanes v261 = v259 - v260;
-  const lanes v262 = v261 * v32;
-  const lanes v263 = T_8 * v146;
-  const lanes v264 = v145 * v253;
-  const lanes v265 = v263 + v264;
-  const lanes v266 = v265 * v36;
-  const lanes v267 = LANES_CHOICE(v22, v266, 0.0);
-  const lanes v268 = v262 - v267;
-  const lanes v269 = v224 * v268;
-  const lanes v270 = LANES_CHOICE(v210, v269, 0.0);
-  const lanes v271 = v258 - v270;
-  const lanes v272 = v271 * v271;
-  const lanes v273 = v226 * v268;
-  const lanes v274 = v224 * v257;
-  const lanes v275 = LANES_CHOICE(v210, v274, 0.0);
-  const lanes v276 = v273 + v275;
-  const lanes v277 = v242 * v276;
-  const lanes v278 = v265 * v32;
-  const lanes v279 = v261 * v36;
-  const lanes v280 = LANES_CHOICE(v22, v279, 0.0);
-  const lanes v281 = v278 + v280;
-  const lanes v282 = v241 * v281;
-  const lanes v283 = v277 + v282;
-  const lanes v284 = 1e-150 - v283;
-  const lanes v285 = v284 * v284;
-  const lanes v286 = v272 + v285;
-  lanes v287; LANES_NAME(lanes_sqrt)(&v286, &v287);
-  const lanes v288 = v271 / v287;
-  const lanes v289 = v284 / v287;
-  lanes v290; LANES_NAME(lanes_atan2)(&v288, &v289, &v290);
-  out[4] = v227;
-  out[5] = v243;
-  const lanes v292 = -v290;
-  out[6] = v292;
-  const lanes v293 = 0.126 * v241;
-  const lanes v294 = v226 * v293;
-  const lanes v295 = v294 * v32;
-  const lanes v296 = 0.126 * v242;
-  const lanes v297 = v296 + 0.4;
-  const lanes v298 = v297 * v36;
-  const lanes v299 = LANES_CHOICE(v22, v298, 0.0);
-  const lanes v300 = v295 - v299;
-  const lanes v301 = v178 * v300;
-  const lanes v302 = v224 * v293;
-  const lanes v303 = v177 * v302;
-  const lanes v304 = LANES_CHOICE(v210, v303, 0.0);
-  const lanes v305 = v301 + v304;
-  const lanes v306 = v146 * v305;
-  const lanes v307 = v294 * v36;
-  const lanes v308 = LANES_CHOICE(v22, v307, 0.0);
-  const lanes v309 = v297 * v32;
-  const lanes v310 = v308 + v309;
-  const lanes v311 = v310 + 0.42;
-  const lanes v312 = v145 * v311;
-  const lanes v313 = v306 + v312;
-  const lanes v314 = v124 * v313;
-  const lanes v315 = v178 * v302;
-  const lanes v316 = LANES_CHOICE(v210, v315, 0.0);
-  const lanes v317 = v177 * v300;
-  const lanes v318 = v316 - v317;
-  const lanes v319 = v122 * v318;
-  const lanes v320 = LANES_CHOICE(v108, v319, 0.0);
-  const lanes v321 = v314 - v320;
-  const lanes v322 = v321 - T_3;
-  const lanes v323 = v322 * v322;
-  const lanes v324 = v124 * v318;
-  const lanes v325 = v122 * v313;
-  const lanes v326 = LANES_CHOICE(v108, v325, 0.0);
-  const lanes v327 = v324 + v326;
-  const lanes v328 = v327 - T_7;
-  const lanes v329 = v328 * v328;
-  const lanes v330 = v323 + v329;
-  const lanes v331 = v145 * v305;
-  const lanes v332 = v146 * v311;
-  const lanes v333 = v331 - v332;
-  const lanes v334 = 0.36 - v333;
-  const lanes v335 = v334 - T_11;
-  const lanes v336 = v335 * v335;
-  const lanes v337 = v330 + v336;
-  const lanes v338 = v124 * v145;
-  const lanes v339 = v338 * v36;
-  const lanes v340 = LANES_CHOICE(v22, v339, 0.0);
-  const lanes v341 = v122 * v177;
-  const lanes v342 = LANES_CHOICE(v108, v341, 0.0);
-  const lanes v343 = v124 * v146;
-  const lanes v344 = v178 * v343;
-  const lanes v345 = v342 + v344;
-  const lanes v346 = v345 * v32;
-  const lanes v347 = v340 + v346;
-  const lanes v348 = v226 * v347;
-  const lanes v349 = v177 * v343;
-  const lanes v350 = v122 * v178;
-  const lanes v351 = LANES_CHOICE(v108, v350, 0.0);
-  const lanes v352 = v349 - v351;
-  const lanes v353 = v224 * v352;
-  const lanes v354 = LANES_CHOICE(v210, v353, 0.0);
-  const lanes v355 = v348 + v354;
-  const lanes v356 = v242 * v355;
-  const lanes v357 = v338 * v32;
-  const lanes v358 = v345 * v36;
-  const lanes v359 = LANES_CHOICE(v22, v358, 0.0);
-  const lanes v360 = v357 - v359;
-  const lanes v361 = v241 * v360;
-  const lanes v362 = v356 - v361;
-  const lanes v363 = v289 * v362;
-  const lanes v364 = v226 * v352;
-  const lanes v365 = v224 * v347;
-  const lanes v366 = LANES_CHOICE(v210, v365, 0.0);
-  const lanes v367 = v364 - v366;
-  const lanes v368 = v288 * v367;
-  const lanes v369 = v363 - v368;
-  const lanes v370 = v369 - T_0;
-  const lanes v371 = v370 * v370;
-  const lanes v372 = v289 * v367;
-  const lanes v373 = v288 * v362;
-  const lanes v374 = v372 + v373;
-  const lanes v375 = v374 - T_1;
-  const lanes v376 = v375 * v375;
-  const lanes v377 = v371 + v376;
-  const lanes v378 = v242 * v360;
-  const lanes v379 = v241 * v355;
-  const lanes v380 = v378 + v379;
-  const lanes v381 = v380 - T_2;
-  const lanes v382 = v381 * v381;
-  const lanes v383 = v377 + v382;
-  const lanes v384 = v122 * v145;
-  const lanes v385 = v384 * v36;
-  const lanes v386 = LANES_CHOICE(v108, v385, 0.0);
-  const lanes v387 = LANES_CHOICE(v22, v386, 0.0);
-  const lanes v388 = v122 * v146;
-  const lanes v389 = v178 * v388;
-  const lanes v390 = LANES_CHOICE(v108, v389, 0.0);
-  const lanes v391 = v124 * v177;
-  const lanes v392 = v390 - v391;
-  const lanes v393 = v392 * v32;
-  const lanes v394 = v387 + v393;
-  const lanes v395 = v226 * v394;
-  const lanes v396 = v124 * v178;
-  const lanes v397 = v177 * v388;
-  const lanes v398 = LANES_CHOICE(v108, v397, 0.0);
-  const lanes v399 = v396 + v398;
-  const lanes v400 = v224 * v399;
-  const lanes v401 = LANES_CHOICE(v210, v400, 0.0);
-  const lanes v402 = v395 + v401;
-  const lanes v403 = v242 * v402;
-  const lanes v404 = v384 * v32;
-  const lanes v405 = LANES_CHOICE(v108, v404, 0.0);
-  const lanes v406 = v392 * v36;
-  const lanes v407 = LANES_CHOICE(v22, v406, 0.0);
-  const lanes v408 = v405 - v407;
-  const lanes v409 = v241 * v408;
-  const lanes v410 = v403 - v409;
-  const lanes v411 = v289 * v410;
-  const lanes v412 = v226 * v399;
-  const lanes v413 = v224 * v394;
-  const lanes v414 = LANES_CHOICE(v210, v413, 0.0);
-  const lanes v415 = v412 - v414;
-  const lanes v416 = v288 * v415;
-  const lanes v417 = v411 - v416;
-  const lanes v418 = v417 - T_4;
-  const lanes v419 = v418 * v418;
-  const lanes v420 = v383 + v419;
-  const lanes v421 = v289 * v415;
-  const lanes v422 = v288 * v410;
-  const lanes v423 = v421 + v422;
-  const lanes v424 = v423 - T_5;
-  const lanes v425 = v424 * v424;
-  const lanes v426 = v420 + v425;
-  const lanes v427 = v242 * v408;
-  const lanes v428 = v241 * v402;
-  const lanes v429 = v427 + v428;
-  const lanes v430 = v429 - T_6;
-  const lanes v431 = v430 * v430;
-  const lanes v432 = v426 + v431;
-  const lanes v433 = v146 * v36;
-  const lanes v434 = LANES_CHOICE(v22, v433, 0.0);
-  const lanes v435 = v145 * v178;
-  const lanes v436 = v435 * v32;
-  const lanes v437 = v434 - v436;
-  const lanes v438 = v226 * v437;
-  const lanes v439 = v145 * v177;
-  const lanes v440 = v224 * v439;
-  const lanes v441 = LANES_CHOICE(v210, v440, 0.0);
-  const lanes v442 = v438 - v441;
-  const lanes v443 = v242 * v442;
-  const lanes v444 = v146 * v32;
-  const lanes v445 = v435 * v36;
-  const lanes v446 = LANES_CHOICE(v22, v445, 0.0);
-  const lanes v447 = v444 + v446;
-  const lanes v448 = v241 * v447;
-  const lanes v449 = v443 - v448;
-  const lanes v450 = v289 * v449;
-  const lanes v451 = v226 * v439;
-  const lanes v452 = v224 * v437;
-  const lanes v453 = LANES_CHOICE(v210, v452, 0.0);
-  const lanes v454 = v451 + v453;
-  const lanes v455 = v288 * v454;
-  const lanes v456 = v450 + v455;
-  const lanes v457 = v456 - T_8;
-  const lanes v458 = v457 * v457;
-  const lanes v459 = v432 + v458;
-  const lanes v460 = v288 * v449;
-  const lanes v461 = v289 * v454;
-  const lanes v462 = v460 - v461;
-  const lanes v463 = v462 - T_9;
-  const lanes v464 = v463 * v463;
-  const lanes v465 = v459 + v464;
-  const lanes v466 = v242 * v447;
-  const lanes v467 = v241 * v442;
-  const lanes v468 = v466 + v467;
-  const lanes v469 = v468 - T_10;
-  const lanes v470 = v469 * v469;
-  const lanes v471 = v465 + v470;
-  const lanes v472 = 0.5 * v471;
-  lanes v473; LANES_NAME(lanes_fmax)(&v337, &v472, &v473);
-  lanes v474; LANES_NAME(lanes_sqrt)(&v473, &v474);
-  out[7] = v474;
-  const lanes v475 = 1e-300 + v208;
-  const lanes v476 = v208 / v475;
-  const lanes v477 = 1e-300 + v106;
-  const lanes v478 = v106 / v477;
-  const lanes v479 = 8.857709750566894 * v21;
-  lanes v480; LANES_NAME(lanes_fmin)(&v478, &v479, &v480);
-  lanes v481; LANES_NAME(lanes_fmin)(&v476, &v480, &v481);
-  out[8] = v481;
-  lanes v125, v147; LANES_NAME(lanes_two_atan2)(&v123, &v124, &v145, &v146, &v125, &v147);
-  lanes v179, v181; LANES_NAME(lanes_two_atan2)(&v177, &v178, &v180, &v32, &v179, &v181);
-  out[0] = v125;
-  out[1] = v147;
-  const lanes v291 = -v179;
-  out[2] = v291;
-  out[3] = v181;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), swivel_0 = LANES_OF(swivel[0]),
+      choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.126 * T_6, v2 = T_7 - v1,
+      v3 = 0.126 * T_2, v4 = T_3 - v3, v5 = v4 * v4, v6 = v2 * v2, v7 = v5 + v6, v8 = 0.126 * T_10,
+      v9 = T_11 - v8, v10 = v9 - 0.36, v11 = v10 * v10, v12 = v7 + v11, v13 = 1e-300 + v12;
+  LANES_LET1(v14, sqrt, v13);
+  const lanes v15 = v2 / v14, v16 = v12 - 0.3364, v17 = 0.336 * v16, v18 = 1e-150 + v17,
+      v19 = v12 - 0.0004, v20 = 0.6724 - v12, v21 = v19 * v20;
+  const lanes_where v22 = LANES_LT(4.51584e-16, v21); LANES_LET1(v23, sqrt, v21);
+  const lanes v24 = LANES_CHOICE(v22, v23, 0.0), v25 = choice_0 * v24, v26 = 0.336 * v25,
+      v27 = v26 * v26, v28 = v18 * v18, v29 = v27 + v28;
+  LANES_LET1(v30, sqrt, v29);
+  const lanes v31 = v18 / v30, v32 = 0.4 * v31, v33 = 0.42 + v32, v34 = v26 / v30, v35 = 0.4 * v34,
+      v36 = v35 * v35, v37 = v33 * v33, v38 = v36 + v37, v39 = 1e-300 + v38;
+  LANES_LET1(v40, sqrt, v39);
+  const lanes v41 = v33 / v40, v42 = v15 * v41, v43 = v35 / v40, v44 = v43 * v43, v45 = v41 * v41,
+      v46 = v44 + v45, v47 = 1e-300 + v46;
+  LANES_LET1(v48, sqrt, v47);
+  const lanes v49 = v43 / v48, v50 = v4 / v14, v51 = v10 / v14, v52 = 1.0 + v51, v53 = v50 * v52,
+      v54 = v15 * v15, v55 = v51 * v52, v56 = v54 + v55, v57 = v56 * v56, v58 = v50 * v15,
+      v59 = v58 * v58, v60 = v57 + v59, v61 = v53 * v53, v62 = v60 + v61, v63 = 1e-300 + v62;
+  LANES_LET1(v64, sqrt, v63);
+  const lanes v65 = v53 / v64, v66 = v50 * v65, v67 = v56 / v64, v68 = v51 * v67, v69 = v66 + v68,
+      v70 = 0.42 * v49, v71 = -v70;
+  const lanes_where v72 = LANES_LE(0.0, v71);
+  const lanes v73 = LANES_CHOICE(v72, 1.0, -1.0);
+  LANES_COS_SIN(v78, v74, swivel_0);
+  const lanes v75 = v73 * v74, v76 = v69 * v75, v77 = v58 / v64, v79 = v73 * v78, v80 = v77 * v79,
+      v81 = v76 - v80, v82 = v49 * v81, v83 = v42 - v82, v84 = v83 * v83, v85 = v50 * v41,
+      v86 = v67 * v79, v87 = v51 * v77, v88 = v15 * v65, v89 = v87 - v88, v90 = v89 * v75,
+      v91 = v86 + v90, v92 = v49 * v91, v93 = v85 - v92, v94 = 1e-150 + v93, v95 = v94 * v94,
+      v96 = v84 + v95;
+  LANES_LET1(v97, sqrt, v96);
+  const lanes v98 = v83 / v97, v99 = v94 / v97, v100 = choice_1 * v99, v102 = v93 * v100,
+      v103 = choice_1 * v98, v104 = v83 * v103, v105 = v102 + v104, v106 = v65 * v79,
+      v107 = v50 * v77, v108 = v15 * v67, v109 = v107 + v108, v110 = v109 * v75, v111 = v106 + v110,
+      v112 = v49 * v111, v113 = v51 * v41, v114 = v112 + v113, v115 = v114 * v114,
+      v116 = v105 * v105, v117 = v115 + v116;
+  LANES_LET1(v118, sqrt, v117);
+  const lanes v119 = v105 / v118, v120 = v114 / v118, v122 = v41 / v48, v123 = v122 * v81,
+      v124 = v15 * v43, v125 = v123 + v124, v126 = v100 * v125, v127 = v122 * v91, v128 = v50 * v43,
+      v129 = v127 + v128, v130 = v103 * v129, v131 = v126 - v130, v132 = v131 * v131,
+      v133 = v100 * v129, v134 = v103 * v125, v135 = v133 + v134, v136 = v120 * v135,
+      v137 = v51 * v43, v138 = v122 * v111, v139 = v137 - v138, v140 = v119 * v139,
+      v141 = v136 - v140, v142 = v141 * v141, v143 = v132 + v142;
+  LANES_LET1(v144, sqrt, v143);
+  const lanes v145 = v131 / v144, v146 = v141 / v144, v147 = -v146, v150 = T_2 * v100,
+      v151 = T_6 * v103, v152 = v150 + v151, v153 = v120 * v152, v154 = T_10 * v119,
+      v155 = v153 - v154, v156 = v145 * v155, v157 = T_6 * v100, v158 = T_2 * v103,
+      v159 = v157 - v158, v160 = v146 * v159, v161 = v156 - v160, v162 = v161 * v161,
+      v163 = T_10 * v120, v164 = v119 * v152, v165 = v163 + v164, v166 = v165 * v34,
+      v167 = v146 * v155, v168 = v145 * v159, v169 = v167 + v168, v170 = v169 * v31,
+      v171 = v166 - v170, v172 = 1e-150 + v171, v173 = v172 * v172, v174 = v162 + v173;
+  LANES_LET1(v175, sqrt, v174);
+  const lanes v176 = v161 / v175, v177 = v172 / v175, v178 = choice_2 * v177;
+  LANES_LET2(v179, atan2, v176, v178);
+  const lanes v180 = choice_2 * v176, v181 = v161 * v180, v182 = v171 * v178, v183 = v181 + v182,
+      v184 = v165 * v31, v185 = v169 * v34, v186 = v184 + v185, v187 = v186 * v186,
+      v188 = v183 * v183, v189 = v187 + v188;
+  LANES_LET1(v190, sqrt, v189);
+  const lanes v191 = v183 / v190, v192 = v186 / v190;
+  LANES_LET2(v193, atan2, v191, v192);
+  const lanes v194 = T_8 * v119, v195 = T_0 * v100, v196 = T_4 * v103, v197 = v195 + v196,
+      v198 = v120 * v197, v199 = v194 - v198, v200 = v145 * v199, v201 = T_0 * v103,
+      v202 = T_4 * v100, v203 = v201 - v202, v204 = v146 * v203, v205 = v200 - v204,
+      v206 = v178 * v205, v207 = T_8 * v120, v208 = v119 * v197, v209 = v207 + v208,
+      v210 = v209 * v34, v211 = v146 * v199, v212 = v145 * v203, v213 = v211 + v212,
+      v214 = v213 * v31, v215 = v210 + v214, v216 = v180 * v215, v217 = v206 + v216,
+      v218 = v217 * v217, v219 = v180 * v205, v220 = v178 * v215, v221 = v219 - v220,
+      v222 = v192 * v221, v223 = v213 * v34, v224 = v209 * v31, v225 = v223 - v224,
+      v226 = v191 * v225, v227 = v222 - v226, v228 = v227 * v227, v229 = v218 + v228;
+  LANES_LET1(v230, sqrt, v229);
+  const lanes v231 = v217 / v230, v232 = v227 / v230, v233 = -v232;
+  LANES_LET2(v234, atan2, v231, v233);
+  const lanes v237 = choice_2 * v179;
+  out[4] = v237; out[5] = v193;
+  const lanes v238 = -v234;
+  out[6] = v238;
+  const lanes v239 = 0.126 * v191, v240 = v180 * v239, v241 = v145 * v240, v242 = v178 * v239,
+      v243 = v242 * v31, v244 = 0.126 * v192, v245 = v244 + 0.4, v246 = v245 * v34,
+      v247 = v243 - v246, v248 = v146 * v247, v249 = v241 - v248, v250 = v120 * v249,
+      v251 = v242 * v34, v252 = v245 * v31, v253 = v251 + v252, v254 = v253 + 0.42,
+      v255 = v119 * v254, v256 = v250 + v255, v257 = v100 * v256, v258 = v146 * v240,
+      v259 = v145 * v247, v260 = v258 + v259, v261 = v103 * v260, v262 = v257 + v261,
+      v263 = v262 - T_3, v264 = v263 * v263, v265 = v103 * v256, v266 = v100 * v260,
+      v267 = v265 - v266, v268 = v267 - T_7, v269 = v268 * v268, v270 = v264 + v269,
+      v271 = v119 * v249, v272 = v120 * v254, v273 = v271 - v272, v274 = 0.36 - v273,
+      v275 = v274 - T_11, v276 = v275 * v275, v277 = v270 + v276, v278 = v100 * v119,
+      v279 = v278 * v34, v280 = v103 * v145, v281 = v100 * v120, v282 = v146 * v281,
+      v283 = v280 - v282, v284 = v283 * v31, v285 = v279 + v284, v286 = v178 * v285,
+      v287 = v103 * v146, v288 = v145 * v281, v289 = v287 + v288, v290 = v180 * v289,
+      v291 = v286 + v290, v292 = v192 * v291, v293 = v278 * v31, v294 = v283 * v34,
+      v295 = v293 - v294, v296 = v191 * v295, v297 = v292 - v296, v298 = v232 * v297,
+      v299 = v178 * v289, v300 = v180 * v285, v301 = v299 - v300, v302 = v231 * v301,
+      v303 = v298 + v302, v304 = T_0 + v303, v305 = v304 * v304, v306 = v231 * v297,
+      v307 = v232 * v301, v308 = v306 - v307, v309 = v308 - T_1, v310 = v309 * v309,
+      v311 = v305 + v310, v312 = v192 * v295, v313 = v191 * v291, v314 = v312 + v313,
+      v315 = v314 - T_2, v316 = v315 * v315, v317 = v311 + v316, v318 = v103 * v119,
+      v319 = v318 * v34, v320 = v100 * v145, v321 = v103 * v120, v322 = v146 * v321,
+      v323 = v320 + v322, v324 = v323 * v31, v325 = v319 - v324, v326 = v178 * v325,
+      v327 = v145 * v321, v328 = v100 * v146, v329 = v327 - v328, v330 = v180 * v329,
+      v331 = v326 + v330, v332 = v192 * v331, v333 = v318 * v31, v334 = v323 * v34,
+      v335 = v333 + v334, v336 = v191 * v335, v337 = v332 - v336, v338 = v232 * v337,
+      v339 = v178 * v329, v340 = v180 * v325, v341 = v339 - v340, v342 = v231 * v341,
+      v343 = v338 + v342, v344 = T_4 + v343, v345 = v344 * v344, v346 = v317 + v345,
+      v347 = v231 * v337, v348 = v232 * v341, v349 = v347 - v348, v350 = v349 - T_5,
+      v351 = v350 * v350, v352 = v346 + v351, v353 = v192 * v335, v354 = v191 * v331,
+      v355 = v353 + v354, v356 = v355 - T_6, v357 = v356 * v356, v358 = v352 + v357,
+      v359 = v119 * v145, v360 = v178 * v359, v361 = v120 * v34, v362 = v119 * v146,
+      v363 = v362 * v31, v364 = v361 + v363, v365 = v180 * v364, v366 = v360 + v365,
+      v367 = v231 * v366, v368 = v178 * v364, v369 = v180 * v359, v370 = v368 - v369,
+      v371 = v192 * v370, v372 = v120 * v31, v373 = v362 * v34, v374 = v372 - v373,
+      v375 = v191 * v374, v376 = v371 - v375, v377 = v232 * v376, v378 = v367 - v377,
+      v379 = v378 - T_8, v380 = v379 * v379, v381 = v358 + v380, v382 = v232 * v366,
+      v383 = v231 * v376, v384 = v382 + v383, v385 = v384 - T_9, v386 = v385 * v385,
+      v387 = v381 + v386, v388 = v192 * v374, v389 = v191 * v370, v390 = v388 + v389,
+      v391 = v390 - T_10, v392 = v391 * v391, v393 = v387 + v392, v394 = 0.5 * v393;
+  LANES_LET2(v395, fmax, v277, v394); LANES_LET1(v396, sqrt, v395); out[7] = v396;
+  const lanes v397 = 8.857709750566894 * v21;
+  out[8] = v397;
+  lanes v101, v121; LANES_NAME(lanes_two_atan2)(&v98, &v100, &v119, &v120, &v101, &v121);
+  lanes v148, v149; LANES_NAME(lanes_two_atan2)(&v145, &v147, &v34, &v31, &v148, &v149);
+  const lanes v235 = choice_1 * v101;
+  out[0] = v235; out[1] = v121;
+  const lanes v236 = -v148;
+  out[2] = v236; out[3] = v149;
 }
 
-static inline LANES_TARGET void LANES_NAME(iiwa14_ik_branches)(const double *T, const double *swivel, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(iiwa14_ik_branches)(const double *T, const double *swivel, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[20], out[BRANCHES / COUNT][9];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  LANES_NAME(lanes_spread)(swivel, 1, in + 16);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[17 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(iiwa14_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][9];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(iiwa14_ik_branch)(T, swivel, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(iiwa14_ik_branch)(T, swivel, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 7, COUNT, q + b * 7, 7);
-    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 8, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 8, 1, COUNT, margin + b * 1, 1);
   }
 }
 

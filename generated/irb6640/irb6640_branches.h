@@ -18,372 +18,120 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(irb6640_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(irb6640_ik_branch)(
+    const double *T, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes sign_0 = in[16];
-  const lanes sign_1 = in[17];
-  const lanes sign_2 = in[18];
-  const lanes v1 = 0.2 * T_2;
-  const lanes v2 = T_3 - v1;
-  const lanes v3 = v2 * v2;
-  const lanes v4 = 0.2 * T_6;
-  const lanes v5 = T_7 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 + v6;
-  const lanes v8 = 4e-15 * v7;
-  const lanes_where v9 = LANES_LT(v8, v7);
-  lanes v10; LANES_NAME(lanes_sqrt)(&v7, &v10);
-  const lanes v11 = sign_0 * v10;
-  const lanes v12 = v5 * v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = LANES_CHOICE(v9, v13, 0.0);
-  const lanes v15 = LANES_CHOICE(v9, v14, 0.0);
-  const lanes v16 = v2 * v11;
-  const lanes v17 = LANES_CHOICE(v9, v16, 0.0);
-  const lanes v18 = 1e-150 + v17;
-  const lanes v19 = v18 * v18;
-  const lanes v20 = v15 + v19;
-  lanes v21; LANES_NAME(lanes_sqrt)(&v20, &v21);
-  const lanes v22 = 1.0 / v21;
-  const lanes v23 = v12 * v22;
-  const lanes v24 = LANES_CHOICE(v9, v23, 0.0);
-  const lanes v25 = v18 / v21;
-  const lanes v27 = v2 * v25;
-  const lanes v28 = v5 * v23;
-  const lanes v29 = LANES_CHOICE(v9, v28, 0.0);
-  const lanes v30 = v27 + v29;
-  const lanes v31 = v30 - 0.32;
-  const lanes v32 = v31 * v31;
-  const lanes v33 = 0.2 * T_10;
-  const lanes v34 = T_11 - v33;
-  const lanes v35 = v34 - 0.78;
-  const lanes v36 = v35 * v35;
-  const lanes v37 = v32 + v36;
-  const lanes v38 = v37 - 2.50093125;
-  const lanes v39 = 0.43 * v38;
-  const lanes v40 = v37 - 0.007203490074109453;
-  const lanes v41 = 4.994659009925891 - v37;
-  const lanes v42 = v40 * v41;
-  const lanes_where v43 = LANES_LT(2.48747125625e-14, v42);
-  lanes v44; LANES_NAME(lanes_sqrt)(&v42, &v44);
-  const lanes v45 = sign_1 * v44;
-  const lanes v46 = 2.456375 * v45;
-  const lanes v47 = LANES_CHOICE(v43, v46, 0.0);
-  const lanes v48 = v39 + v47;
-  const lanes v49 = 1e-150 + v48;
-  const lanes v50 = 0.43 * v45;
-  const lanes v51 = LANES_CHOICE(v43, v50, 0.0);
-  const lanes v52 = 2.456375 * v38;
-  const lanes v53 = v51 - v52;
-  const lanes v54 = v53 * v53;
-  const lanes v55 = v49 * v49;
-  const lanes v56 = v54 + v55;
-  lanes v57; LANES_NAME(lanes_sqrt)(&v56, &v57);
-  const lanes v58 = v49 / v57;
-  const lanes v59 = 0.2 * v58;
-  const lanes v60 = v53 / v57;
-  const lanes v61 = 1.1425 * v60;
-  const lanes v62 = v59 - v61;
-  const lanes v63 = 1.075 + v62;
-  const lanes v64 = v31 * v63;
-  const lanes v65 = 1.1425 * v58;
-  const lanes v66 = 0.2 * v60;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v35 * v67;
-  const lanes v69 = v64 - v68;
-  const lanes v70 = v69 * v69;
-  const lanes v71 = v31 * v67;
-  const lanes v72 = v35 * v63;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = 1e-150 + v73;
-  const lanes v75 = v74 * v74;
-  const lanes v76 = v70 + v75;
-  lanes v77; LANES_NAME(lanes_sqrt)(&v76, &v77);
-  const lanes v78 = v69 / v77;
-  const lanes v79 = v74 / v77;
-  const lanes v82 = T_6 * v25;
-  const lanes v83 = T_2 * v23;
-  const lanes v84 = LANES_CHOICE(v9, v83, 0.0);
-  const lanes v85 = v82 - v84;
-  const lanes v86 = v85 * v85;
-  const lanes v87 = T_10 * v79;
-  const lanes v88 = T_2 * v25;
-  const lanes v89 = T_6 * v23;
-  const lanes v90 = LANES_CHOICE(v9, v89, 0.0);
-  const lanes v91 = v88 + v90;
-  const lanes v92 = v78 * v91;
-  const lanes v93 = v87 + v92;
-  const lanes v94 = v58 * v93;
-  const lanes v95 = v79 * v91;
-  const lanes v96 = T_10 * v78;
-  const lanes v97 = v95 - v96;
-  const lanes v98 = v60 * v97;
-  const lanes v99 = v94 + v98;
-  const lanes v100 = v99 * v99;
-  const lanes v101 = v86 + v100;
-  const lanes v102 = 4e-15 * v101;
-  const lanes_where v103 = LANES_LT(v102, v101);
-  lanes v104; LANES_NAME(lanes_sqrt)(&v101, &v104);
-  const lanes v105 = sign_2 * v104;
-  const lanes v106 = v85 * v105;
-  const lanes v107 = v106 * v106;
-  const lanes v108 = LANES_CHOICE(v103, v107, 0.0);
-  const lanes v109 = LANES_CHOICE(v103, v108, 0.0);
-  const lanes v110 = v99 * v105;
-  const lanes v111 = LANES_CHOICE(v103, v110, 0.0);
-  const lanes v112 = 1e-150 - v111;
-  const lanes v113 = v112 * v112;
-  const lanes v114 = v109 + v113;
-  lanes v115; LANES_NAME(lanes_sqrt)(&v114, &v115);
-  const lanes v116 = 1.0 / v115;
-  const lanes v117 = v106 * v116;
-  const lanes v118 = LANES_CHOICE(v103, v117, 0.0);
-  const lanes v119 = v112 / v115;
-  lanes v120; LANES_NAME(lanes_atan2)(&v118, &v119, &v120);
-  const lanes v121 = v99 * v119;
-  const lanes v122 = v85 * v117;
-  const lanes v123 = LANES_CHOICE(v103, v122, 0.0);
-  const lanes v124 = v121 - v123;
-  const lanes v125 = v124 * v124;
-  const lanes v126 = v58 * v97;
-  const lanes v127 = v60 * v93;
-  const lanes v128 = v126 - v127;
-  const lanes v129 = 1e-150 + v128;
-  const lanes v130 = v129 * v129;
-  const lanes v131 = v125 + v130;
-  lanes v132; LANES_NAME(lanes_sqrt)(&v131, &v132);
-  const lanes v133 = v124 / v132;
-  const lanes v134 = v129 / v132;
-  lanes v135; LANES_NAME(lanes_atan2)(&v133, &v134, &v135);
-  const lanes v136 = T_0 * v23;
-  const lanes v137 = LANES_CHOICE(v9, v136, 0.0);
-  const lanes v138 = T_4 * v25;
-  const lanes v139 = v137 - v138;
-  const lanes v140 = v119 * v139;
-  const lanes v141 = T_8 * v78;
-  const lanes v142 = T_0 * v25;
-  const lanes v143 = T_4 * v23;
-  const lanes v144 = LANES_CHOICE(v9, v143, 0.0);
-  const lanes v145 = v142 + v144;
-  const lanes v146 = v79 * v145;
-  const lanes v147 = v141 - v146;
-  const lanes v148 = v60 * v147;
-  const lanes v149 = T_8 * v79;
-  const lanes v150 = v78 * v145;
-  const lanes v151 = v149 + v150;
-  const lanes v152 = v58 * v151;
-  const lanes v153 = v148 - v152;
-  const lanes v154 = v117 * v153;
-  const lanes v155 = LANES_CHOICE(v103, v154, 0.0);
-  const lanes v156 = v140 + v155;
-  const lanes v157 = v156 * v156;
-  const lanes v158 = v119 * v153;
-  const lanes v159 = v117 * v139;
-  const lanes v160 = LANES_CHOICE(v103, v159, 0.0);
-  const lanes v161 = v158 - v160;
-  const lanes v162 = v134 * v161;
-  const lanes v163 = v58 * v147;
-  const lanes v164 = v60 * v151;
-  const lanes v165 = v163 + v164;
-  const lanes v166 = v133 * v165;
-  const lanes v167 = v162 - v166;
-  const lanes v168 = 1e-150 + v167;
-  const lanes v169 = v168 * v168;
-  const lanes v170 = v157 + v169;
-  lanes v171; LANES_NAME(lanes_sqrt)(&v170, &v171);
-  const lanes v172 = v156 / v171;
-  const lanes v173 = v168 / v171;
-  lanes v174; LANES_NAME(lanes_atan2)(&v172, &v173, &v174);
-  out[3] = v120;
-  const lanes v175 = -v135;
-  out[4] = v175;
-  const lanes v176 = -v174;
-  out[5] = v176;
-  const lanes v177 = v58 * v78;
-  const lanes v178 = v60 * v79;
-  const lanes v179 = v177 + v178;
-  const lanes v180 = 0.2 * v133;
-  const lanes v181 = v119 * v180;
-  const lanes v182 = v181 + 0.2;
-  const lanes v183 = v179 * v182;
-  const lanes v184 = v60 * v78;
-  const lanes v185 = v58 * v79;
-  const lanes v186 = v184 - v185;
-  const lanes v187 = 0.2 * v134;
-  const lanes v188 = v187 + 1.1425;
-  const lanes v189 = v186 * v188;
-  const lanes v190 = v183 - v189;
-  const lanes v191 = 1.075 * v78;
-  const lanes v192 = v190 + v191;
-  const lanes v193 = v192 + 0.32;
-  const lanes v194 = v25 * v193;
-  const lanes v195 = v117 * v180;
-  const lanes v196 = v23 * v195;
-  const lanes v197 = LANES_CHOICE(v9, v196, 0.0);
-  const lanes v198 = LANES_CHOICE(v103, v197, 0.0);
-  const lanes v199 = v194 + v198;
-  const lanes v200 = v199 - T_3;
-  const lanes v201 = v200 * v200;
-  const lanes v202 = v23 * v193;
-  const lanes v203 = LANES_CHOICE(v9, v202, 0.0);
-  const lanes v204 = v25 * v195;
-  const lanes v205 = LANES_CHOICE(v103, v204, 0.0);
-  const lanes v206 = v203 - v205;
-  const lanes v207 = v206 - T_7;
-  const lanes v208 = v207 * v207;
-  const lanes v209 = v201 + v208;
-  const lanes v210 = v179 * v188;
-  const lanes v211 = v186 * v182;
-  const lanes v212 = v210 + v211;
-  const lanes v213 = 1.075 * v79;
-  const lanes v214 = v212 - v213;
-  const lanes v215 = 0.78 - v214;
-  const lanes v216 = v215 - T_11;
-  const lanes v217 = v216 * v216;
-  const lanes v218 = v209 + v217;
-  const lanes v219 = v23 * v119;
-  const lanes v220 = LANES_CHOICE(v9, v219, 0.0);
-  const lanes v221 = v25 * v179;
-  const lanes v222 = v117 * v221;
-  const lanes v223 = LANES_CHOICE(v103, v222, 0.0);
-  const lanes v224 = v220 - v223;
-  const lanes v225 = v172 * v224;
-  const lanes v226 = v23 * v117;
-  const lanes v227 = LANES_CHOICE(v9, v226, 0.0);
-  const lanes v228 = LANES_CHOICE(v103, v227, 0.0);
-  const lanes v229 = v119 * v221;
-  const lanes v230 = v228 + v229;
-  const lanes v231 = v134 * v230;
-  const lanes v232 = v25 * v186;
-  const lanes v233 = v133 * v232;
-  const lanes v234 = v231 + v233;
-  const lanes v235 = v173 * v234;
-  const lanes v236 = v225 - v235;
-  const lanes v237 = v236 - T_0;
-  const lanes v238 = v237 * v237;
-  const lanes v239 = v173 * v224;
-  const lanes v240 = v172 * v234;
-  const lanes v241 = v239 + v240;
-  const lanes v242 = T_1 + v241;
-  const lanes v243 = v242 * v242;
-  const lanes v244 = v238 + v243;
-  const lanes v245 = v133 * v230;
-  const lanes v246 = v134 * v232;
-  const lanes v247 = v245 - v246;
-  const lanes v248 = v247 - T_2;
-  const lanes v249 = v248 * v248;
-  const lanes v250 = v244 + v249;
-  const lanes v251 = v23 * v179;
-  const lanes v252 = v119 * v251;
-  const lanes v253 = LANES_CHOICE(v9, v252, 0.0);
-  const lanes v254 = v25 * v117;
-  const lanes v255 = LANES_CHOICE(v103, v254, 0.0);
-  const lanes v256 = v253 - v255;
-  const lanes v257 = v134 * v256;
-  const lanes v258 = v23 * v186;
-  const lanes v259 = v133 * v258;
-  const lanes v260 = LANES_CHOICE(v9, v259, 0.0);
-  const lanes v261 = v257 + v260;
-  const lanes v262 = v173 * v261;
-  const lanes v263 = v25 * v119;
-  const lanes v264 = v117 * v251;
-  const lanes v265 = LANES_CHOICE(v103, v264, 0.0);
-  const lanes v266 = LANES_CHOICE(v9, v265, 0.0);
-  const lanes v267 = v263 + v266;
-  const lanes v268 = v172 * v267;
-  const lanes v269 = v262 + v268;
-  const lanes v270 = T_4 + v269;
-  const lanes v271 = v270 * v270;
-  const lanes v272 = v250 + v271;
-  const lanes v273 = v173 * v267;
-  const lanes v274 = v172 * v261;
-  const lanes v275 = v273 - v274;
-  const lanes v276 = v275 - T_5;
-  const lanes v277 = v276 * v276;
-  const lanes v278 = v272 + v277;
-  const lanes v279 = v133 * v256;
-  const lanes v280 = v134 * v258;
-  const lanes v281 = LANES_CHOICE(v9, v280, 0.0);
-  const lanes v282 = v279 - v281;
-  const lanes v283 = v282 - T_6;
-  const lanes v284 = v283 * v283;
-  const lanes v285 = v278 + v284;
-  const lanes v286 = v117 * v186;
-  const lanes v287 = v172 * v286;
-  const lanes v288 = LANES_CHOICE(v103, v287, 0.0);
-  const lanes v289 = v133 * v179;
-  const lanes v290 = v119 * v186;
-  const lanes v291 = v134 * v290;
-  const lanes v292 = v289 - v291;
-  const lanes v293 = v173 * v292;
-  const lanes v294 = v288 - v293;
-  const lanes v295 = v294 - T_8;
-  const lanes v296 = v295 * v295;
-  const lanes v297 = v285 + v296;
-  const lanes v298 = v173 * v286;
-  const lanes v299 = LANES_CHOICE(v103, v298, 0.0);
-  const lanes v300 = v172 * v292;
-  const lanes v301 = v299 + v300;
-  const lanes v302 = T_9 + v301;
-  const lanes v303 = v302 * v302;
-  const lanes v304 = v297 + v303;
-  const lanes v305 = v134 * v179;
-  const lanes v306 = v133 * v290;
-  const lanes v307 = v305 + v306;
-  const lanes v308 = T_10 + v307;
-  const lanes v309 = v308 * v308;
-  const lanes v310 = v304 + v309;
-  const lanes v311 = 0.5 * v310;
-  lanes v312; LANES_NAME(lanes_fmax)(&v218, &v311, &v312);
-  lanes v313; LANES_NAME(lanes_sqrt)(&v312, &v313);
-  out[6] = v313;
-  const lanes v314 = 1e-300 + v101;
-  const lanes v315 = v101 / v314;
-  const lanes v316 = 1e-300 + v7;
-  const lanes v317 = v7 / v316;
-  const lanes v318 = 0.1608058782568696 * v42;
-  lanes v319; LANES_NAME(lanes_fmin)(&v317, &v318, &v319);
-  lanes v320; LANES_NAME(lanes_fmin)(&v315, &v319, &v320);
-  out[7] = v320;
-  lanes v26, v80; LANES_NAME(lanes_two_atan2)(&v24, &v25, &v78, &v79, &v26, &v80);
-  lanes v81; LANES_NAME(lanes_atan2)(&v60, &v58, &v81);
-  out[0] = v26;
-  out[1] = v80;
-  out[2] = v81;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.2 * T_6, v2 = T_7 - v1,
+      v3 = v2 * v2, v4 = 0.2 * T_2, v5 = T_3 - v4, v6 = 1e-150 + v5, v7 = v6 * v6, v8 = v3 + v7;
+  LANES_LET1(v9, sqrt, v8);
+  const lanes v10 = v2 / v9, v11 = v6 / v9, v12 = choice_0 * v11, v14 = v5 * v12,
+      v15 = choice_0 * v10, v16 = v2 * v15, v17 = v14 + v16, v18 = v17 - 0.32, v19 = v18 * v18,
+      v20 = 0.2 * T_10, v21 = T_11 - v20, v22 = v21 - 0.78, v23 = v22 * v22, v24 = v19 + v23,
+      v25 = v24 - 2.50093125, v26 = 0.43 * v25, v27 = v24 - 0.007203490074109453,
+      v28 = 4.994659009925891 - v24, v29 = v27 * v28;
+  const lanes_where v30 = LANES_LT(2.48747125625e-14, v29); LANES_LET1(v31, sqrt, v29);
+  const lanes v32 = LANES_CHOICE(v30, v31, 0.0), v33 = choice_1 * v32, v34 = 2.456375 * v33,
+      v35 = v26 + v34, v36 = 1e-150 + v35, v37 = 0.43 * v33, v38 = 2.456375 * v25, v39 = v37 - v38,
+      v40 = v39 * v39, v41 = v36 * v36, v42 = v40 + v41;
+  LANES_LET1(v43, sqrt, v42);
+  const lanes v44 = v36 / v43, v45 = 0.2 * v44, v46 = v39 / v43, v47 = 1.1425 * v46,
+      v48 = v45 - v47, v49 = 1.075 + v48, v50 = v18 * v49, v51 = 0.2 * v46, v52 = 1.1425 * v44,
+      v53 = v51 + v52, v54 = v22 * v53, v55 = v50 - v54, v56 = v55 * v55, v57 = v18 * v53,
+      v58 = v22 * v49, v59 = v57 + v58, v60 = 1e-150 + v59, v61 = v60 * v60, v62 = v56 + v61;
+  LANES_LET1(v63, sqrt, v62);
+  const lanes v64 = v55 / v63, v65 = v60 / v63, v68 = T_6 * v12, v69 = T_2 * v15, v70 = v68 - v69,
+      v71 = v70 * v70, v72 = T_10 * v65, v73 = T_2 * v12, v74 = T_6 * v15, v75 = v73 + v74,
+      v76 = v64 * v75, v77 = v72 + v76, v78 = v44 * v77, v79 = v65 * v75, v80 = T_10 * v64,
+      v81 = v79 - v80, v82 = v46 * v81, v83 = v78 + v82, v84 = 1e-150 - v83, v85 = v84 * v84,
+      v86 = v71 + v85;
+  LANES_LET1(v87, sqrt, v86);
+  const lanes v88 = v70 / v87, v89 = v84 / v87, v90 = choice_2 * v89;
+  LANES_LET2(v91, atan2, v88, v90);
+  const lanes v92 = v83 * v90, v93 = choice_2 * v88, v94 = v70 * v93, v95 = v92 - v94,
+      v96 = v44 * v81, v97 = v46 * v77, v98 = v96 - v97, v99 = v98 * v98, v100 = v95 * v95,
+      v101 = v99 + v100;
+  LANES_LET1(v102, sqrt, v101);
+  const lanes v103 = v95 / v102, v104 = v98 / v102;
+  LANES_LET2(v105, atan2, v103, v104);
+  const lanes v106 = T_0 * v15, v107 = T_4 * v12, v108 = v106 - v107, v109 = v90 * v108,
+      v110 = T_8 * v64, v111 = T_0 * v12, v112 = T_4 * v15, v113 = v111 + v112, v114 = v65 * v113,
+      v115 = v110 - v114, v116 = v46 * v115, v117 = T_8 * v65, v118 = v64 * v113,
+      v119 = v117 + v118, v120 = v44 * v119, v121 = v116 - v120, v122 = v93 * v121,
+      v123 = v109 + v122, v124 = v123 * v123, v125 = v90 * v121, v126 = v93 * v108,
+      v127 = v125 - v126, v128 = v104 * v127, v129 = v44 * v115, v130 = v46 * v119,
+      v131 = v129 + v130, v132 = v103 * v131, v133 = v128 - v132, v134 = v133 * v133,
+      v135 = v124 + v134;
+  LANES_LET1(v136, sqrt, v135);
+  const lanes v137 = v123 / v136, v138 = v133 / v136;
+  LANES_LET2(v139, atan2, v137, v138);
+  const lanes v141 = choice_2 * v91;
+  out[3] = v141;
+  const lanes v142 = -v105;
+  out[4] = v142;
+  const lanes v143 = -v139;
+  out[5] = v143;
+  const lanes v144 = v44 * v64, v145 = v46 * v65, v146 = v144 + v145, v147 = 0.2 * v103,
+      v148 = v90 * v147, v149 = v148 + 0.2, v150 = v146 * v149, v151 = v46 * v64, v152 = v44 * v65,
+      v153 = v151 - v152, v154 = 0.2 * v104, v155 = v154 + 1.1425, v156 = v153 * v155,
+      v157 = v150 - v156, v158 = 1.075 * v64, v159 = v157 + v158, v160 = v159 + 0.32,
+      v161 = v12 * v160, v162 = v93 * v147, v163 = v15 * v162, v164 = v161 + v163,
+      v165 = v164 - T_3, v166 = v165 * v165, v167 = v15 * v160, v168 = v12 * v162,
+      v169 = v167 - v168, v170 = v169 - T_7, v171 = v170 * v170, v172 = v166 + v171,
+      v173 = v146 * v155, v174 = v153 * v149, v175 = v173 + v174, v176 = 1.075 * v65,
+      v177 = v175 - v176, v178 = 0.78 - v177, v179 = v178 - T_11, v180 = v179 * v179,
+      v181 = v172 + v180, v182 = v15 * v90, v183 = v12 * v146, v184 = v93 * v183,
+      v185 = v182 - v184, v186 = v137 * v185, v187 = v15 * v93, v188 = v90 * v183,
+      v189 = v187 + v188, v190 = v104 * v189, v191 = v12 * v153, v192 = v103 * v191,
+      v193 = v190 + v192, v194 = v138 * v193, v195 = v186 - v194, v196 = v195 - T_0,
+      v197 = v196 * v196, v198 = v138 * v185, v199 = v137 * v193, v200 = v198 + v199,
+      v201 = T_1 + v200, v202 = v201 * v201, v203 = v197 + v202, v204 = v103 * v189,
+      v205 = v104 * v191, v206 = v204 - v205, v207 = v206 - T_2, v208 = v207 * v207,
+      v209 = v203 + v208, v210 = v15 * v146, v211 = v90 * v210, v212 = v12 * v93,
+      v213 = v211 - v212, v214 = v104 * v213, v215 = v15 * v153, v216 = v103 * v215,
+      v217 = v214 + v216, v218 = v138 * v217, v219 = v12 * v90, v220 = v93 * v210,
+      v221 = v219 + v220, v222 = v137 * v221, v223 = v218 + v222, v224 = T_4 + v223,
+      v225 = v224 * v224, v226 = v209 + v225, v227 = v138 * v221, v228 = v137 * v217,
+      v229 = v227 - v228, v230 = v229 - T_5, v231 = v230 * v230, v232 = v226 + v231,
+      v233 = v103 * v213, v234 = v104 * v215, v235 = v233 - v234, v236 = v235 - T_6,
+      v237 = v236 * v236, v238 = v232 + v237, v239 = v93 * v153, v240 = v137 * v239,
+      v241 = v103 * v146, v242 = v90 * v153, v243 = v104 * v242, v244 = v241 - v243,
+      v245 = v138 * v244, v246 = v240 - v245, v247 = v246 - T_8, v248 = v247 * v247,
+      v249 = v238 + v248, v250 = v138 * v239, v251 = v137 * v244, v252 = v250 + v251,
+      v253 = T_9 + v252, v254 = v253 * v253, v255 = v249 + v254, v256 = v104 * v146,
+      v257 = v103 * v242, v258 = v256 + v257, v259 = T_10 + v258, v260 = v259 * v259,
+      v261 = v255 + v260, v262 = 0.5 * v261;
+  LANES_LET2(v263, fmax, v181, v262); LANES_LET1(v264, sqrt, v263); out[6] = v264;
+  const lanes v265 = 0.1608058782568696 * v29;
+  out[7] = v265; lanes v13, v66; LANES_NAME(lanes_two_atan2)(&v10, &v12, &v64, &v65, &v13, &v66);
+  LANES_LET2(v67, atan2, v46, v44);
+  const lanes v140 = choice_0 * v13;
+  out[0] = v140; out[1] = v66; out[2] = v67;
 }
 
-static inline LANES_TARGET void LANES_NAME(irb6640_ik_branches)(const double *T, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(irb6640_ik_branches)(const double *T, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[19], out[BRANCHES / COUNT][8];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[16 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(irb6640_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][8];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(irb6640_ik_branch)(T, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(irb6640_ik_branch)(T, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 6, COUNT, q + b * 6, 6);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b * 1, 1);
   }
 }
 

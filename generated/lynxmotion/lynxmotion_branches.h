@@ -18,772 +18,274 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
+    const double *T, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes sign_0 = in[16];
-  const lanes sign_1 = in[17];
-  const lanes v1 = 0.2 * T_2;
-  const lanes v2 = T_3 - v1;
-  const lanes v3 = v2 * v2;
-  const lanes v4 = 0.2 * T_6;
-  const lanes v5 = T_7 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 + v6;
-  const lanes v8 = 4e-15 * v7;
-  const lanes_where v9 = LANES_LT(v8, v7);
-  lanes v10; LANES_NAME(lanes_sqrt)(&v7, &v10);
-  const lanes v11 = sign_0 * v10;
-  const lanes v12 = v5 * v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = LANES_CHOICE(v9, v13, 0.0);
-  const lanes v15 = LANES_CHOICE(v9, v14, 0.0);
-  const lanes v16 = v2 * v11;
-  const lanes v17 = LANES_CHOICE(v9, v16, 0.0);
-  const lanes v18 = 1e-150 - v17;
-  const lanes v19 = v18 * v18;
-  const lanes v20 = v15 + v19;
-  lanes v21; LANES_NAME(lanes_sqrt)(&v20, &v21);
-  const lanes v22 = 1.0 / v21;
-  const lanes v23 = v12 * v22;
-  const lanes v24 = LANES_CHOICE(v9, v23, 0.0);
-  const lanes v25 = v18 / v21;
-  const lanes v27 = 0.2 * T_10;
-  const lanes v28 = T_11 - v27;
-  const lanes v29 = v28 - 0.1;
-  const lanes v30 = 1e-150 + T_10;
-  const lanes v31 = T_2 * v25;
-  const lanes v32 = T_6 * v23;
-  const lanes v33 = LANES_CHOICE(v9, v32, 0.0);
-  const lanes v34 = v31 - v33;
-  const lanes v35 = v34 * v34;
-  const lanes v36 = v30 * v30;
-  const lanes v37 = v35 + v36;
-  lanes v38; LANES_NAME(lanes_sqrt)(&v37, &v38);
-  const lanes v39 = v30 / v38;
-  const lanes v40 = 0.1 * v39;
-  const lanes v41 = v29 + v40;
-  const lanes v42 = v2 * v25;
-  const lanes v43 = v5 * v23;
-  const lanes v44 = LANES_CHOICE(v9, v43, 0.0);
-  const lanes v45 = v42 - v44;
-  const lanes v46 = v34 / v38;
-  const lanes v47 = 0.1 * v46;
-  const lanes v48 = v45 + v47;
-  const lanes v49 = v48 * v48;
-  const lanes v50 = v41 * v41;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v51 - 0.02;
-  const lanes v53 = 0.02 * v52;
-  const lanes v54 = 1e-150 + v53;
-  const lanes v55 = 0.04 - v51;
-  const lanes v56 = v51 * v55;
-  const lanes_where v57 = LANES_LT(1.6e-18, v56);
-  lanes v58; LANES_NAME(lanes_sqrt)(&v56, &v58);
-  const lanes v59 = sign_1 * v58;
-  const lanes v60 = 0.02 * v59;
-  const lanes v61 = v60 * v60;
-  const lanes v62 = LANES_CHOICE(v57, v61, 0.0);
-  const lanes v63 = LANES_CHOICE(v57, v62, 0.0);
-  const lanes v64 = v54 * v54;
-  const lanes v65 = v63 + v64;
-  lanes v66; LANES_NAME(lanes_sqrt)(&v65, &v66);
-  const lanes v67 = v54 / v66;
-  const lanes v68 = 0.1 * v67;
-  const lanes v69 = v68 + 0.1;
-  const lanes v70 = v41 * v69;
-  const lanes v71 = 1.0 / v66;
-  const lanes v72 = v60 * v71;
-  const lanes v73 = 0.1 * v72;
-  const lanes v74 = v48 * v73;
-  const lanes v75 = LANES_CHOICE(v57, v74, 0.0);
-  const lanes v76 = v70 - v75;
-  const lanes v77 = v76 * v76;
-  const lanes v78 = v48 * v69;
-  const lanes v79 = v41 * v73;
-  const lanes v80 = LANES_CHOICE(v57, v79, 0.0);
-  const lanes v81 = v78 + v80;
-  const lanes v82 = 1e-150 + v81;
-  const lanes v83 = v82 * v82;
-  const lanes v84 = v77 + v83;
-  lanes v85; LANES_NAME(lanes_sqrt)(&v84, &v85);
-  const lanes v86 = v76 / v85;
-  const lanes v87 = v82 / v85;
-  lanes v88; LANES_NAME(lanes_atan2)(&v86, &v87, &v88);
-  const lanes v89 = LANES_CHOICE(v57, v72, 0.0);
-  lanes v90; LANES_NAME(lanes_atan2)(&v89, &v67, &v90);
-  const lanes v91 = v67 * v86;
-  const lanes v92 = v72 * v87;
-  const lanes v93 = LANES_CHOICE(v57, v92, 0.0);
-  const lanes v94 = v91 + v93;
-  const lanes v95 = v39 * v94;
-  const lanes v96 = v67 * v87;
-  const lanes v97 = v72 * v86;
-  const lanes v98 = LANES_CHOICE(v57, v97, 0.0);
-  const lanes v99 = v96 - v98;
-  const lanes v100 = v46 * v99;
-  const lanes v101 = v95 + v100;
-  const lanes v102 = v39 * v99;
-  const lanes v103 = v46 * v94;
-  const lanes v104 = v102 - v103;
-  lanes v105; LANES_NAME(lanes_atan2)(&v101, &v104, &v105);
-  const lanes v106 = T_0 * v23;
-  const lanes v107 = LANES_CHOICE(v9, v106, 0.0);
-  const lanes v108 = T_4 * v25;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = v109 * v109;
-  const lanes v111 = T_0 * v25;
-  const lanes v112 = T_4 * v23;
-  const lanes v113 = LANES_CHOICE(v9, v112, 0.0);
-  const lanes v114 = v111 - v113;
-  const lanes v115 = v39 * v114;
-  const lanes v116 = T_8 * v46;
-  const lanes v117 = v115 - v116;
-  const lanes v118 = 1e-150 + v117;
-  const lanes v119 = v118 * v118;
-  const lanes v120 = v110 + v119;
-  lanes v121; LANES_NAME(lanes_sqrt)(&v120, &v121);
-  const lanes v122 = v109 / v121;
-  const lanes v123 = v118 / v121;
-  out[1] = v88;
-  out[2] = v90;
-  const lanes v126 = -v105;
-  out[3] = v126;
-  const lanes v127 = 0.1 * v99;
-  const lanes v128 = v94 * v104;
-  const lanes v129 = v99 * v101;
-  const lanes v130 = v128 - v129;
-  const lanes v131 = 0.1 * v130;
-  const lanes v132 = v127 - v131;
-  const lanes v133 = 0.1 * v87;
-  const lanes v134 = v132 + v133;
-  const lanes v135 = v25 * v134;
-  const lanes v136 = v135 - T_3;
-  const lanes v137 = v136 * v136;
-  const lanes v138 = v23 * v134;
-  const lanes v139 = LANES_CHOICE(v9, v138, 0.0);
-  const lanes v140 = T_7 + v139;
-  const lanes v141 = v140 * v140;
-  const lanes v142 = v137 + v141;
-  const lanes v143 = v99 * v104;
-  const lanes v144 = v94 * v101;
-  const lanes v145 = v143 + v144;
-  const lanes v146 = 0.1 * v145;
-  const lanes v147 = 0.1 * v94;
-  const lanes v148 = v146 + v147;
-  const lanes v149 = 0.1 * v86;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = v150 + 0.1;
-  const lanes v152 = v151 - T_11;
-  const lanes v153 = v152 * v152;
-  const lanes v154 = v142 + v153;
-  const lanes v155 = v23 * v122;
-  const lanes v156 = LANES_CHOICE(v9, v155, 0.0);
-  const lanes v157 = v25 * v145;
-  const lanes v158 = v123 * v157;
-  const lanes v159 = v156 + v158;
-  const lanes v160 = v159 - T_0;
-  const lanes v161 = v160 * v160;
-  const lanes v162 = v23 * v123;
-  const lanes v163 = LANES_CHOICE(v9, v162, 0.0);
-  const lanes v164 = v122 * v157;
-  const lanes v165 = v163 - v164;
-  const lanes v166 = v165 - T_1;
-  const lanes v167 = v166 * v166;
-  const lanes v168 = v161 + v167;
-  const lanes v169 = v25 * v130;
-  const lanes v170 = T_2 + v169;
-  const lanes v171 = v170 * v170;
-  const lanes v172 = v168 + v171;
-  const lanes v173 = v25 * v122;
-  const lanes v174 = v23 * v145;
-  const lanes v175 = v123 * v174;
-  const lanes v176 = LANES_CHOICE(v9, v175, 0.0);
-  const lanes v177 = v173 - v176;
-  const lanes v178 = v177 - T_4;
-  const lanes v179 = v178 * v178;
-  const lanes v180 = v172 + v179;
-  const lanes v181 = v25 * v123;
-  const lanes v182 = v122 * v174;
-  const lanes v183 = LANES_CHOICE(v9, v182, 0.0);
-  const lanes v184 = v181 + v183;
-  const lanes v185 = v184 - T_5;
-  const lanes v186 = v185 * v185;
-  const lanes v187 = v180 + v186;
-  const lanes v188 = v23 * v130;
-  const lanes v189 = LANES_CHOICE(v9, v188, 0.0);
-  const lanes v190 = v189 - T_6;
-  const lanes v191 = v190 * v190;
-  const lanes v192 = v187 + v191;
-  const lanes v193 = v123 * v130;
-  const lanes v194 = v193 - T_8;
-  const lanes v195 = v194 * v194;
-  const lanes v196 = v192 + v195;
-  const lanes v197 = v122 * v130;
-  const lanes v198 = T_9 + v197;
-  const lanes v199 = v198 * v198;
-  const lanes v200 = v196 + v199;
-  const lanes v201 = v145 - T_10;
-  const lanes v202 = v201 * v201;
-  const lanes v203 = v200 + v202;
-  const lanes v204 = 0.5 * v203;
-  lanes v205; LANES_NAME(lanes_fmax)(&v154, &v204, &v205);
-  lanes v206; LANES_NAME(lanes_sqrt)(&v205, &v206);
-  out[5] = v206;
-  const lanes v207 = 1e-300 + v7;
-  const lanes v208 = v7 / v207;
-  const lanes v209 = 2500.0 * v56;
-  lanes v210; LANES_NAME(lanes_fmin)(&v208, &v209, &v210);
-  out[6] = v210;
-  lanes v26, v124; LANES_NAME(lanes_two_atan2)(&v24, &v25, &v122, &v123, &v26, &v124);
-  const lanes v125 = -v26;
-  out[0] = v125;
-  out[4] = v124;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 0.2 * T_6, v2 = T_7 - v1,
+      v3 = v2 * v2, v4 = 0.2 * T_2, v5 = T_3 - v4, v6 = 1e-150 - v5, v7 = v6 * v6, v8 = v3 + v7;
+  LANES_LET1(v9, sqrt, v8);
+  const lanes v10 = v2 / v9, v11 = v6 / v9, v12 = choice_0 * v11, v14 = 0.2 * T_10,
+      v15 = T_11 - v14, v16 = v15 - 0.1, v17 = 1e-150 + T_10, v18 = T_2 * v12, v19 = choice_0 * v10,
+      v20 = T_6 * v19, v21 = v18 - v20, v22 = v21 * v21, v23 = v17 * v17, v24 = v22 + v23;
+  LANES_LET1(v25, sqrt, v24);
+  const lanes v26 = v17 / v25, v27 = 0.1 * v26, v28 = v16 + v27, v29 = v5 * v12, v30 = v2 * v19,
+      v31 = v29 - v30, v32 = v21 / v25, v33 = 0.1 * v32, v34 = v31 + v33, v35 = v34 * v34,
+      v36 = v28 * v28, v37 = v35 + v36, v38 = v37 - 0.02, v39 = 0.02 * v38, v40 = 1e-150 + v39,
+      v41 = 0.04 - v37, v42 = v37 * v41;
+  const lanes_where v43 = LANES_LT(1.6e-18, v42); LANES_LET1(v44, sqrt, v42);
+  const lanes v45 = LANES_CHOICE(v43, v44, 0.0), v46 = choice_1 * v45, v47 = 0.02 * v46,
+      v48 = v47 * v47, v49 = v40 * v40, v50 = v48 + v49;
+  LANES_LET1(v51, sqrt, v50);
+  const lanes v52 = v40 / v51, v53 = 0.1 * v52, v54 = v53 + 0.1, v55 = v28 * v54, v56 = v47 / v51,
+      v57 = 0.1 * v56, v58 = v34 * v57, v59 = v55 - v58, v60 = v59 * v59, v61 = v34 * v54,
+      v62 = v28 * v57, v63 = v61 + v62, v64 = 1e-150 + v63, v65 = v64 * v64, v66 = v60 + v65;
+  LANES_LET1(v67, sqrt, v66);
+  const lanes v68 = v59 / v67, v69 = v64 / v67;
+  LANES_LET2(v70, atan2, v68, v69); LANES_LET2(v71, atan2, v56, v52);
+  const lanes v72 = v52 * v68, v73 = v56 * v69, v74 = v72 + v73, v75 = v26 * v74, v76 = v52 * v69,
+      v77 = v56 * v68, v78 = v76 - v77, v79 = v32 * v78, v80 = v75 + v79, v81 = v26 * v78,
+      v82 = v32 * v74, v83 = v81 - v82;
+  LANES_LET2(v84, atan2, v80, v83);
+  const lanes v85 = T_0 * v19, v86 = T_4 * v12, v87 = v85 + v86, v88 = v87 * v87, v89 = T_0 * v12,
+      v90 = T_4 * v19, v91 = v89 - v90, v92 = v26 * v91, v93 = T_8 * v32, v94 = v92 - v93,
+      v95 = 1e-150 + v94, v96 = v95 * v95, v97 = v88 + v96;
+  LANES_LET1(v98, sqrt, v97);
+  const lanes v99 = v87 / v98, v100 = v95 / v98;
+  out[1] = v70; out[2] = v71;
+  const lanes v104 = -v84;
+  out[3] = v104;
+  const lanes v105 = 0.1 * v78, v106 = v33 + v105, v107 = 0.1 * v69, v108 = v106 + v107,
+      v109 = v12 * v108, v110 = v109 - T_3, v111 = v110 * v110, v112 = v19 * v108,
+      v113 = T_7 + v112, v114 = v113 * v113, v115 = v111 + v114, v116 = 0.1 * v74,
+      v117 = v27 + v116, v118 = 0.1 * v68, v119 = v117 + v118, v120 = v119 + 0.1,
+      v121 = v120 - T_11, v122 = v121 * v121, v123 = v115 + v122, v124 = v19 * v99,
+      v125 = v12 * v26, v126 = v100 * v125, v127 = v124 + v126, v128 = v127 - T_0,
+      v129 = v128 * v128, v130 = v19 * v100, v131 = v99 * v125, v132 = v130 - v131,
+      v133 = v132 - T_1, v134 = v133 * v133, v135 = v129 + v134, v136 = v12 * v32,
+      v137 = v136 - T_2, v138 = v137 * v137, v139 = v135 + v138, v140 = v12 * v99, v141 = v19 * v26,
+      v142 = v100 * v141, v143 = v140 - v142, v144 = v143 - T_4, v145 = v144 * v144,
+      v146 = v139 + v145, v147 = v12 * v100, v148 = v99 * v141, v149 = v147 + v148,
+      v150 = v149 - T_5, v151 = v150 * v150, v152 = v146 + v151, v153 = v19 * v32,
+      v154 = T_6 + v153, v155 = v154 * v154, v156 = v152 + v155, v157 = v32 * v100,
+      v158 = T_8 + v157, v159 = v158 * v158, v160 = v156 + v159, v161 = v32 * v99,
+      v162 = v161 - T_9, v163 = v162 * v162, v164 = v160 + v163, v165 = v26 - T_10,
+      v166 = v165 * v165, v167 = v164 + v166, v168 = 0.5 * v167;
+  LANES_LET2(v169, fmax, v123, v168); LANES_LET1(v170, sqrt, v169); out[5] = v170;
+  const lanes v171 = 2500.0 * v42;
+  out[6] = v171; lanes v13, v101; LANES_NAME(lanes_two_atan2)(&v10, &v12, &v99, &v100, &v13, &v101);
+  const lanes v102 = choice_0 * v13, v103 = -v102;
+  out[0] = v103; out[4] = v101;
 }
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(const double *T, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(const double *T, double *q, double *residual, double *margin)
 {
-  static const double signs[2][8] = {
+  static const double choice[2][8] = {
     {1, 1, -1, -1, -1, -1, -1, -1},
     {1, -1, 1, -1, -1, -1, -1, -1}};
   enum { BRANCHES = 4, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[18], out[BRANCHES / COUNT][7];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 2; i++) {
-      in[16 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(lynxmotion_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][7];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(lynxmotion_ik_branch)(T, choice, b, out[b / COUNT]);
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 5, COUNT, q + b * 5, 5);
-    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b * 1, 1);
   }
 }
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_position_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(lynxmotion_ik_position_branch)(
+    const double *p, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes p_0 = in[0];
-  const lanes p_1 = in[1];
-  const lanes p_2 = in[2];
-  const lanes sign_0 = in[3];
-  const lanes sign_1 = in[4];
-  const lanes v1 = p_0 * p_0;
-  const lanes v2 = p_1 * p_1;
-  const lanes v3 = v1 + v2;
-  const lanes v4 = 4e-15 * v3;
-  const lanes_where v5 = LANES_LT(v4, v3);
-  lanes v6; LANES_NAME(lanes_sqrt)(&v3, &v6);
-  const lanes v7 = sign_0 * v6;
-  const lanes v8 = v7 * p_1;
-  const lanes v9 = v8 * v8;
-  const lanes v10 = LANES_CHOICE(v5, v9, 0.0);
-  const lanes v11 = LANES_CHOICE(v5, v10, 0.0);
-  const lanes v12 = v7 * p_0;
-  const lanes v13 = LANES_CHOICE(v5, v12, 0.0);
-  const lanes v14 = 1e-150 - v13;
-  const lanes v15 = v14 * v14;
-  const lanes v16 = v11 + v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 1.0 / v17;
-  const lanes v19 = v8 * v18;
-  const lanes v20 = LANES_CHOICE(v5, v19, 0.0);
-  const lanes v21 = v14 / v17;
-  const lanes v23 = p_2 - 0.1;
-  const lanes v24 = v21 * p_0;
-  const lanes v25 = v19 * p_1;
-  const lanes v26 = LANES_CHOICE(v5, v25, 0.0);
-  const lanes v27 = v24 - v26;
-  const lanes v28 = v27 * v27;
-  const lanes v29 = v23 * v23;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = v30 - 0.001715728752538099;
-  const lanes v32 = 0.058284271247461904 - v30;
-  const lanes v33 = v31 * v32;
-  const lanes_where v34 = LANES_LT(3.2e-18, v33);
-  lanes v35; LANES_NAME(lanes_sqrt)(&v33, &v35);
-  const lanes v36 = sign_1 * v35;
-  const lanes v37 = 0.02 * v36;
-  const lanes v38 = LANES_CHOICE(v34, v37, 0.0);
-  const lanes v39 = v30 - 0.03;
-  const lanes v40 = 0.02 * v39;
-  const lanes v41 = v38 + v40;
-  const lanes v42 = 1e-150 + v41;
-  const lanes v43 = v38 - v40;
-  const lanes v44 = v43 * v43;
-  const lanes v45 = v42 * v42;
-  const lanes v46 = v44 + v45;
-  lanes v47; LANES_NAME(lanes_sqrt)(&v46, &v47);
-  const lanes v48 = v42 / v47;
-  const lanes v49 = 0.1 * v48;
-  const lanes v50 = v43 / v47;
-  const lanes v51 = 0.1 * v50;
-  const lanes v52 = v49 - v51;
-  const lanes v53 = v52 + 0.1;
-  const lanes v54 = v23 * v53;
-  const lanes v55 = v49 + v51;
-  const lanes v56 = v27 * v55;
-  const lanes v57 = v54 - v56;
-  const lanes v58 = v57 * v57;
-  const lanes v59 = v27 * v53;
-  const lanes v60 = v23 * v55;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = 1e-150 + v61;
-  const lanes v63 = v62 * v62;
-  const lanes v64 = v58 + v63;
-  lanes v65; LANES_NAME(lanes_sqrt)(&v64, &v65);
-  const lanes v66 = v57 / v65;
-  const lanes v67 = v62 / v65;
-  lanes v68; LANES_NAME(lanes_atan2)(&v66, &v67, &v68);
-  lanes v69; LANES_NAME(lanes_atan2)(&v50, &v48, &v69);
-  out[1] = v68;
-  out[2] = v69;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  const lanes v71 = v48 * v67;
-  const lanes v72 = v50 * v66;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = 0.1 * v73;
-  const lanes v75 = v48 * v66;
-  const lanes v76 = v50 * v67;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = 0.1 * v77;
-  const lanes v79 = v74 - v78;
-  const lanes v80 = 0.1 * v67;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = v21 * v81;
-  const lanes v83 = v82 - p_0;
-  const lanes v84 = v83 * v83;
-  const lanes v85 = v19 * v81;
-  const lanes v86 = LANES_CHOICE(v5, v85, 0.0);
-  const lanes v87 = v86 + p_1;
-  const lanes v88 = v87 * v87;
-  const lanes v89 = v84 + v88;
-  const lanes v90 = v74 + v78;
-  const lanes v91 = 0.1 * v66;
-  const lanes v92 = v90 + v91;
-  const lanes v93 = v92 + 0.1;
-  const lanes v94 = v93 - p_2;
-  const lanes v95 = v94 * v94;
-  const lanes v96 = v89 + v95;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  out[5] = v97;
-  const lanes v98 = 1e-300 + v3;
-  const lanes v99 = v3 / v98;
-  const lanes v100 = 1250.0 * v33;
-  lanes v101; LANES_NAME(lanes_fmin)(&v99, &v100, &v101);
-  out[6] = v101;
-  lanes v22; LANES_NAME(lanes_atan2)(&v20, &v21, &v22);
-  const lanes v70 = -v22;
-  out[0] = v70;
+  const lanes p_0 = LANES_OF(p[0]), p_1 = LANES_OF(p[1]), p_2 = LANES_OF(p[2]),
+      choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 1e-150 - p_0, v2 = v1 * v1,
+      v3 = p_1 * p_1, v4 = v2 + v3;
+  LANES_LET1(v5, sqrt, v4);
+  const lanes v6 = p_1 / v5, v7 = v1 / v5, v8 = choice_0 * v7, v10 = p_2 - 0.1, v11 = v8 * p_0,
+      v12 = choice_0 * v6, v13 = v12 * p_1, v14 = v11 - v13, v15 = v14 * v14, v16 = v10 * v10,
+      v17 = v15 + v16, v18 = v17 - 0.001715728752538099, v19 = 0.058284271247461904 - v17,
+      v20 = v18 * v19;
+  const lanes_where v21 = LANES_LT(3.2e-18, v20); LANES_LET1(v22, sqrt, v20);
+  const lanes v23 = LANES_CHOICE(v21, v22, 0.0), v24 = choice_1 * v23, v25 = 0.02 * v24,
+      v26 = v17 - 0.03, v27 = 0.02 * v26, v28 = v25 + v27, v29 = 1e-150 + v28, v30 = v25 - v27,
+      v31 = v30 * v30, v32 = v29 * v29, v33 = v31 + v32;
+  LANES_LET1(v34, sqrt, v33);
+  const lanes v35 = v29 / v34, v36 = 0.1 * v35, v37 = v30 / v34, v38 = 0.1 * v37, v39 = v36 - v38,
+      v40 = v39 + 0.1, v41 = v10 * v40, v42 = v36 + v38, v43 = v14 * v42, v44 = v41 - v43,
+      v45 = v44 * v44, v46 = v14 * v40, v47 = v10 * v42, v48 = v46 + v47, v49 = 1e-150 + v48,
+      v50 = v49 * v49, v51 = v45 + v50;
+  LANES_LET1(v52, sqrt, v51);
+  const lanes v53 = v44 / v52, v54 = v49 / v52;
+  LANES_LET2(v55, atan2, v53, v54); LANES_LET2(v56, atan2, v37, v35); out[1] = v55; out[2] = v56;
+  out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  const lanes v59 = v35 * v54, v60 = v37 * v53, v61 = v59 - v60, v62 = 0.1 * v61, v63 = v35 * v53,
+      v64 = v37 * v54, v65 = v63 + v64, v66 = 0.1 * v65, v67 = v62 - v66, v68 = 0.1 * v54,
+      v69 = v67 + v68, v70 = v8 * v69, v71 = v70 - p_0, v72 = v71 * v71, v73 = v12 * v69,
+      v74 = v73 + p_1, v75 = v74 * v74, v76 = v72 + v75, v77 = v62 + v66, v78 = 0.1 * v53,
+      v79 = v77 + v78, v80 = v79 + 0.1, v81 = v80 - p_2, v82 = v81 * v81, v83 = v76 + v82;
+  LANES_LET1(v84, sqrt, v83); out[5] = v84;
+  const lanes v85 = 1250.0 * v20;
+  out[6] = v85; LANES_LET2(v9, atan2, v6, v8);
+  const lanes v57 = choice_0 * v9, v58 = -v57;
+  out[0] = v58;
 }
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_position_branches)(const double *p, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_branches)(const double *p, double *q, double *residual, double *margin)
 {
-  static const double signs[2][8] = {
+  static const double choice[2][8] = {
     {1, 1, -1, -1, -1, -1, -1, -1},
     {1, -1, 1, -1, -1, -1, -1, -1}};
   enum { BRANCHES = 4, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[5], out[BRANCHES / COUNT][7];
-  LANES_NAME(lanes_spread)(p, 3, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 2; i++) {
-      in[3 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(lynxmotion_ik_position_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][7];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(lynxmotion_ik_position_branch)(p, choice, b, out[b / COUNT]);
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 5, COUNT, q + b * 5, 5);
-    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b * 1, 1);
   }
 }
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(lynxmotion_ik_position_pitch_branch)(
+    const double *x, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes x_0 = in[0];
-  const lanes x_1 = in[1];
-  const lanes x_2 = in[2];
-  const lanes x_3 = in[3];
-  const lanes sign_0 = in[4];
-  const lanes sign_1 = in[5];
-  const lanes sign_2 = in[6];
-  const lanes v1 = x_0 * x_0;
-  const lanes v2 = x_1 * x_1;
-  const lanes v3 = v1 + v2;
-  const lanes v4 = 4e-15 * v3;
-  const lanes_where v5 = LANES_LT(v4, v3);
-  lanes v6; LANES_NAME(lanes_sqrt)(&v3, &v6);
-  const lanes v7 = sign_0 * v6;
-  const lanes v8 = v7 * x_1;
-  const lanes v9 = v8 * v8;
-  const lanes v10 = LANES_CHOICE(v5, v9, 0.0);
-  const lanes v11 = LANES_CHOICE(v5, v10, 0.0);
-  const lanes v12 = v7 * x_0;
-  const lanes v13 = LANES_CHOICE(v5, v12, 0.0);
-  const lanes v14 = 1e-150 - v13;
-  const lanes v15 = v14 * v14;
-  const lanes v16 = v11 + v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 1.0 / v17;
-  const lanes v19 = v8 * v18;
-  const lanes v20 = LANES_CHOICE(v5, v19, 0.0);
-  const lanes v21 = v14 / v17;
-  const lanes v23 = x_2 - 0.1;
-  lanes v26, v24; LANES_NAME(lanes_cos_sin)(&x_3, &v26, &v24);
-  const lanes v25 = 1e-150 + v24;
-  const lanes v27 = sign_1 * v26;
-  const lanes v28 = v27 * v27;
-  const lanes v29 = v25 * v25;
-  const lanes v30 = v28 + v29;
-  lanes v31; LANES_NAME(lanes_sqrt)(&v30, &v31);
-  const lanes v32 = v25 / v31;
-  const lanes v33 = 0.1 * v32;
-  const lanes v34 = v23 - v33;
-  const lanes v35 = v21 * x_0;
-  const lanes v36 = v19 * x_1;
-  const lanes v37 = LANES_CHOICE(v5, v36, 0.0);
-  const lanes v38 = v35 - v37;
-  const lanes v39 = v27 / v31;
-  const lanes v40 = 0.1 * v39;
-  const lanes v41 = v38 + v40;
-  const lanes v42 = v41 * v41;
-  const lanes v43 = v34 * v34;
-  const lanes v44 = v42 + v43;
-  const lanes v45 = v44 - 0.02;
-  const lanes v46 = 0.02 * v45;
-  const lanes v47 = 1e-150 + v46;
-  const lanes v48 = 0.04 - v44;
-  const lanes v49 = v44 * v48;
-  const lanes_where v50 = LANES_LT(1.6e-18, v49);
-  lanes v51; LANES_NAME(lanes_sqrt)(&v49, &v51);
-  const lanes v52 = sign_2 * v51;
-  const lanes v53 = 0.02 * v52;
-  const lanes v54 = v53 * v53;
-  const lanes v55 = LANES_CHOICE(v50, v54, 0.0);
-  const lanes v56 = LANES_CHOICE(v50, v55, 0.0);
-  const lanes v57 = v47 * v47;
-  const lanes v58 = v56 + v57;
-  lanes v59; LANES_NAME(lanes_sqrt)(&v58, &v59);
-  const lanes v60 = v47 / v59;
-  const lanes v61 = 0.1 * v60;
-  const lanes v62 = v61 + 0.1;
-  const lanes v63 = v34 * v62;
-  const lanes v64 = 1.0 / v59;
-  const lanes v65 = v53 * v64;
-  const lanes v66 = 0.1 * v65;
-  const lanes v67 = v41 * v66;
-  const lanes v68 = LANES_CHOICE(v50, v67, 0.0);
-  const lanes v69 = v63 - v68;
-  const lanes v70 = v69 * v69;
-  const lanes v71 = v41 * v62;
-  const lanes v72 = v34 * v66;
-  const lanes v73 = LANES_CHOICE(v50, v72, 0.0);
-  const lanes v74 = v71 + v73;
-  const lanes v75 = 1e-150 + v74;
-  const lanes v76 = v75 * v75;
-  const lanes v77 = v70 + v76;
-  lanes v78; LANES_NAME(lanes_sqrt)(&v77, &v78);
-  const lanes v79 = v69 / v78;
-  const lanes v80 = v75 / v78;
-  lanes v81; LANES_NAME(lanes_atan2)(&v79, &v80, &v81);
-  const lanes v82 = LANES_CHOICE(v50, v65, 0.0);
-  lanes v83; LANES_NAME(lanes_atan2)(&v82, &v60, &v83);
-  const lanes v84 = v60 * v80;
-  const lanes v85 = v65 * v79;
-  const lanes v86 = LANES_CHOICE(v50, v85, 0.0);
-  const lanes v87 = v84 - v86;
-  const lanes v88 = v39 * v87;
-  const lanes v89 = v60 * v79;
-  const lanes v90 = v65 * v80;
-  const lanes v91 = LANES_CHOICE(v50, v90, 0.0);
-  const lanes v92 = v89 + v91;
-  const lanes v93 = v32 * v92;
-  const lanes v94 = v88 - v93;
-  const lanes v95 = v32 * v87;
-  const lanes v96 = v39 * v92;
-  const lanes v97 = v95 + v96;
-  lanes v98; LANES_NAME(lanes_atan2)(&v94, &v97, &v98);
-  out[1] = v81;
-  out[2] = v83;
-  out[3] = v98;
+  const lanes x_0 = LANES_OF(x[0]), x_1 = LANES_OF(x[1]), x_2 = LANES_OF(x[2]),
+      x_3 = LANES_OF(x[3]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 1e-150 - x_0, v2 = v1 * v1,
+      v3 = x_1 * x_1, v4 = v2 + v3;
+  LANES_LET1(v5, sqrt, v4);
+  const lanes v6 = x_1 / v5, v7 = v1 / v5, v8 = choice_0 * v7, v10 = x_2 - 0.1;
+  LANES_COS_SIN(v13, v11, x_3);
+  const lanes v12 = 1e-150 + v11, v14 = choice_1 * v13, v15 = v14 * v14, v16 = v12 * v12,
+      v17 = v15 + v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = v12 / v18, v20 = 0.1 * v19, v21 = v10 - v20, v22 = v8 * x_0,
+      v23 = choice_0 * v6, v24 = v23 * x_1, v25 = v22 - v24, v26 = v14 / v18, v27 = 0.1 * v26,
+      v28 = v25 + v27, v29 = v28 * v28, v30 = v21 * v21, v31 = v29 + v30, v32 = v31 - 0.02,
+      v33 = 0.02 * v32, v34 = 1e-150 + v33, v35 = 0.04 - v31, v36 = v31 * v35;
+  const lanes_where v37 = LANES_LT(1.6e-18, v36); LANES_LET1(v38, sqrt, v36);
+  const lanes v39 = LANES_CHOICE(v37, v38, 0.0), v40 = choice_2 * v39, v41 = 0.02 * v40,
+      v42 = v41 * v41, v43 = v34 * v34, v44 = v42 + v43;
+  LANES_LET1(v45, sqrt, v44);
+  const lanes v46 = v34 / v45, v47 = 0.1 * v46, v48 = v47 + 0.1, v49 = v21 * v48, v50 = v41 / v45,
+      v51 = 0.1 * v50, v52 = v28 * v51, v53 = v49 - v52, v54 = v53 * v53, v55 = v28 * v48,
+      v56 = v21 * v51, v57 = v55 + v56, v58 = 1e-150 + v57, v59 = v58 * v58, v60 = v54 + v59;
+  LANES_LET1(v61, sqrt, v60);
+  const lanes v62 = v53 / v61, v63 = v58 / v61;
+  LANES_LET2(v64, atan2, v62, v63); LANES_LET2(v65, atan2, v50, v46);
+  const lanes v66 = v46 * v63, v67 = v50 * v62, v68 = v66 - v67, v69 = v26 * v68, v70 = v46 * v62,
+      v71 = v50 * v63, v72 = v70 + v71, v73 = v19 * v72, v74 = v69 - v73, v75 = v19 * v68,
+      v76 = v26 * v72, v77 = v75 + v76;
+  LANES_LET2(v78, atan2, v74, v77); out[1] = v64; out[2] = v65; out[3] = v78;
   out[4] = LANES_OF(0.0);
-  const lanes v100 = 0.1 * v87;
-  const lanes v101 = v87 * v94;
-  const lanes v102 = v92 * v97;
-  const lanes v103 = v101 + v102;
-  const lanes v104 = 0.1 * v103;
-  const lanes v105 = v100 - v104;
-  const lanes v106 = 0.1 * v80;
-  const lanes v107 = v105 + v106;
-  const lanes v108 = v21 * v107;
-  const lanes v109 = v108 - x_0;
-  const lanes v110 = v109 * v109;
-  const lanes v111 = v19 * v107;
-  const lanes v112 = LANES_CHOICE(v5, v111, 0.0);
-  const lanes v113 = v112 + x_1;
-  const lanes v114 = v113 * v113;
-  const lanes v115 = v110 + v114;
-  const lanes v116 = v87 * v97;
-  const lanes v117 = v92 * v94;
-  const lanes v118 = v116 - v117;
-  const lanes v119 = 0.1 * v118;
-  const lanes v120 = 0.1 * v92;
-  const lanes v121 = v119 + v120;
-  const lanes v122 = 0.1 * v79;
-  const lanes v123 = v121 + v122;
-  const lanes v124 = v123 + 0.1;
-  const lanes v125 = v124 - x_2;
-  const lanes v126 = v125 * v125;
-  const lanes v127 = v115 + v126;
-  const lanes v128 = v118 - v24;
-  const lanes v129 = v128 * v128;
-  const lanes v130 = v21 * v103;
-  const lanes v131 = v130 * v130;
-  const lanes v132 = v19 * v103;
-  const lanes v133 = v132 * v132;
-  const lanes v134 = LANES_CHOICE(v5, v133, 0.0);
-  const lanes v135 = LANES_CHOICE(v5, v134, 0.0);
-  const lanes v136 = v131 + v135;
-  lanes v137; LANES_NAME(lanes_sqrt)(&v136, &v137);
-  lanes v138; LANES_NAME(lanes_fabs)(&v26, &v138);
-  const lanes v139 = v137 - v138;
-  const lanes v140 = v139 * v139;
-  const lanes v141 = v129 + v140;
-  lanes v142; LANES_NAME(lanes_fmax)(&v127, &v141, &v142);
-  lanes v143; LANES_NAME(lanes_sqrt)(&v142, &v143);
-  out[5] = v143;
-  const lanes v144 = 1e-300 + v3;
-  const lanes v145 = v3 / v144;
-  const lanes v146 = 2500.0 * v49;
-  lanes v147; LANES_NAME(lanes_fmin)(&v145, &v146, &v147);
-  out[6] = v147;
-  lanes v22; LANES_NAME(lanes_atan2)(&v20, &v21, &v22);
-  const lanes v99 = -v22;
-  out[0] = v99;
+  const lanes v81 = 0.1 * v68, v82 = v81 - v27, v83 = 0.1 * v63, v84 = v82 + v83, v85 = v8 * v84,
+      v86 = v85 - x_0, v87 = v86 * v86, v88 = v23 * v84, v89 = v88 + x_1, v90 = v89 * v89,
+      v91 = v87 + v90, v92 = 0.1 * v72, v93 = v20 + v92, v94 = 0.1 * v62, v95 = v93 + v94,
+      v96 = v95 + 0.1, v97 = v96 - x_2, v98 = v97 * v97, v99 = v91 + v98, v100 = v19 - v11,
+      v101 = v100 * v100, v102 = v8 * v26, v103 = v102 * v102, v104 = v23 * v26, v105 = v104 * v104,
+      v106 = v103 + v105;
+  LANES_LET1(v107, sqrt, v106); LANES_LET1(v108, fabs, v13);
+  const lanes v109 = v107 - v108, v110 = v109 * v109, v111 = v101 + v110;
+  LANES_LET2(v112, fmax, v99, v111); LANES_LET1(v113, sqrt, v112); out[5] = v113;
+  const lanes v114 = 2500.0 * v36;
+  out[6] = v114; LANES_LET2(v9, atan2, v6, v8);
+  const lanes v79 = choice_0 * v9, v80 = -v79;
+  out[0] = v80;
 }
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch_branches)(const double *x, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch_branches)(const double *x, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[7], out[BRANCHES / COUNT][7];
-  LANES_NAME(lanes_spread)(x, 4, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[4 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(lynxmotion_ik_position_pitch_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][7];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(lynxmotion_ik_position_pitch_branch)(x, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(lynxmotion_ik_position_pitch_branch)(x, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 5, COUNT, q + b * 5, 5);
-    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b * 1, 1);
   }
 }
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
+    const double *x, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes x_0 = in[0];
-  const lanes x_1 = in[1];
-  const lanes x_2 = in[2];
-  const lanes x_3 = in[3];
-  const lanes x_4 = in[4];
-  const lanes x_5 = in[5];
-  const lanes sign_0 = in[6];
-  const lanes sign_1 = in[7];
-  const lanes v1 = x_0 * x_0;
-  const lanes v2 = x_1 * x_1;
-  const lanes v3 = v1 + v2;
-  const lanes v4 = 4e-15 * v3;
-  const lanes_where v5 = LANES_LT(v4, v3);
-  lanes v6; LANES_NAME(lanes_sqrt)(&v3, &v6);
-  const lanes v7 = sign_0 * v6;
-  const lanes v8 = v7 * x_1;
-  const lanes v9 = v8 * v8;
-  const lanes v10 = LANES_CHOICE(v5, v9, 0.0);
-  const lanes v11 = LANES_CHOICE(v5, v10, 0.0);
-  const lanes v12 = v7 * x_0;
-  const lanes v13 = LANES_CHOICE(v5, v12, 0.0);
-  const lanes v14 = 1e-150 - v13;
-  const lanes v15 = v14 * v14;
-  const lanes v16 = v11 + v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 1.0 / v17;
-  const lanes v19 = v8 * v18;
-  const lanes v20 = LANES_CHOICE(v5, v19, 0.0);
-  const lanes v21 = v14 / v17;
-  const lanes v23 = x_2 - 0.1;
-  const lanes v24 = 1e-150 + x_5;
-  const lanes v25 = v21 * x_3;
-  const lanes v26 = v19 * x_4;
-  const lanes v27 = LANES_CHOICE(v5, v26, 0.0);
-  const lanes v28 = v25 - v27;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = v24 * v24;
-  const lanes v31 = v29 + v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = v24 / v32;
-  const lanes v34 = 0.1 * v33;
-  const lanes v35 = v23 - v34;
-  const lanes v36 = v21 * x_0;
-  const lanes v37 = v19 * x_1;
-  const lanes v38 = LANES_CHOICE(v5, v37, 0.0);
-  const lanes v39 = v36 - v38;
-  const lanes v40 = v28 / v32;
-  const lanes v41 = 0.1 * v40;
-  const lanes v42 = v39 - v41;
-  const lanes v43 = v42 * v42;
-  const lanes v44 = v35 * v35;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = v45 - 0.02;
-  const lanes v47 = 0.02 * v46;
-  const lanes v48 = 1e-150 + v47;
-  const lanes v49 = 0.04 - v45;
-  const lanes v50 = v45 * v49;
-  const lanes_where v51 = LANES_LT(1.6e-18, v50);
-  lanes v52; LANES_NAME(lanes_sqrt)(&v50, &v52);
-  const lanes v53 = sign_1 * v52;
-  const lanes v54 = 0.02 * v53;
-  const lanes v55 = v54 * v54;
-  const lanes v56 = LANES_CHOICE(v51, v55, 0.0);
-  const lanes v57 = LANES_CHOICE(v51, v56, 0.0);
-  const lanes v58 = v48 * v48;
-  const lanes v59 = v57 + v58;
-  lanes v60; LANES_NAME(lanes_sqrt)(&v59, &v60);
-  const lanes v61 = v48 / v60;
-  const lanes v62 = 0.1 * v61;
-  const lanes v63 = v62 + 0.1;
-  const lanes v64 = v35 * v63;
-  const lanes v65 = 1.0 / v60;
-  const lanes v66 = v54 * v65;
-  const lanes v67 = 0.1 * v66;
-  const lanes v68 = v42 * v67;
-  const lanes v69 = LANES_CHOICE(v51, v68, 0.0);
-  const lanes v70 = v64 - v69;
-  const lanes v71 = v70 * v70;
-  const lanes v72 = v42 * v63;
-  const lanes v73 = v35 * v67;
-  const lanes v74 = LANES_CHOICE(v51, v73, 0.0);
-  const lanes v75 = v72 + v74;
-  const lanes v76 = 1e-150 + v75;
-  const lanes v77 = v76 * v76;
-  const lanes v78 = v71 + v77;
-  lanes v79; LANES_NAME(lanes_sqrt)(&v78, &v79);
-  const lanes v80 = v70 / v79;
-  const lanes v81 = v76 / v79;
-  lanes v82; LANES_NAME(lanes_atan2)(&v80, &v81, &v82);
-  const lanes v83 = LANES_CHOICE(v51, v66, 0.0);
-  lanes v84; LANES_NAME(lanes_atan2)(&v83, &v61, &v84);
-  const lanes v85 = v61 * v80;
-  const lanes v86 = v66 * v81;
-  const lanes v87 = LANES_CHOICE(v51, v86, 0.0);
-  const lanes v88 = v85 + v87;
-  const lanes v89 = v33 * v88;
-  const lanes v90 = v61 * v81;
-  const lanes v91 = v66 * v80;
-  const lanes v92 = LANES_CHOICE(v51, v91, 0.0);
-  const lanes v93 = v90 - v92;
-  const lanes v94 = v40 * v93;
-  const lanes v95 = v89 + v94;
-  const lanes v96 = v33 * v93;
-  const lanes v97 = v40 * v88;
-  const lanes v98 = v96 - v97;
-  lanes v99; LANES_NAME(lanes_atan2)(&v95, &v98, &v99);
-  out[1] = v82;
-  out[2] = v84;
-  const lanes v101 = -v99;
-  out[3] = v101;
-  out[4] = LANES_OF(0.0);
-  const lanes v102 = 0.1 * v93;
-  const lanes v103 = v88 * v98;
-  const lanes v104 = v93 * v95;
-  const lanes v105 = v103 - v104;
-  const lanes v106 = 0.1 * v105;
-  const lanes v107 = v102 - v106;
-  const lanes v108 = 0.1 * v81;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = v21 * v109;
-  const lanes v111 = v110 - x_0;
-  const lanes v112 = v111 * v111;
-  const lanes v113 = v19 * v109;
-  const lanes v114 = LANES_CHOICE(v5, v113, 0.0);
-  const lanes v115 = v114 + x_1;
-  const lanes v116 = v115 * v115;
-  const lanes v117 = v112 + v116;
-  const lanes v118 = v93 * v98;
-  const lanes v119 = v88 * v95;
-  const lanes v120 = v118 + v119;
-  const lanes v121 = 0.1 * v120;
-  const lanes v122 = 0.1 * v88;
-  const lanes v123 = v121 + v122;
-  const lanes v124 = 0.1 * v80;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = v125 + 0.1;
-  const lanes v127 = v126 - x_2;
-  const lanes v128 = v127 * v127;
-  const lanes v129 = v117 + v128;
-  const lanes v130 = v21 * v105;
-  const lanes v131 = v130 + x_3;
-  const lanes v132 = v131 * v131;
-  const lanes v133 = v19 * v105;
-  const lanes v134 = LANES_CHOICE(v5, v133, 0.0);
-  const lanes v135 = v134 - x_4;
-  const lanes v136 = v135 * v135;
-  const lanes v137 = v132 + v136;
-  const lanes v138 = v120 - x_5;
-  const lanes v139 = v138 * v138;
-  const lanes v140 = v137 + v139;
-  lanes v141; LANES_NAME(lanes_fmax)(&v129, &v140, &v141);
-  lanes v142; LANES_NAME(lanes_sqrt)(&v141, &v142);
-  out[5] = v142;
-  const lanes v143 = 1e-300 + v3;
-  const lanes v144 = v3 / v143;
-  const lanes v145 = 2500.0 * v50;
-  lanes v146; LANES_NAME(lanes_fmin)(&v144, &v145, &v146);
-  out[6] = v146;
-  lanes v22; LANES_NAME(lanes_atan2)(&v20, &v21, &v22);
-  const lanes v100 = -v22;
-  out[0] = v100;
+  const lanes x_0 = LANES_OF(x[0]), x_1 = LANES_OF(x[1]), x_2 = LANES_OF(x[2]),
+      x_3 = LANES_OF(x[3]), x_4 = LANES_OF(x[4]), x_5 = LANES_OF(x[5]),
+      choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 1e-150 - x_0, v2 = v1 * v1,
+      v3 = x_1 * x_1, v4 = v2 + v3;
+  LANES_LET1(v5, sqrt, v4);
+  const lanes v6 = x_1 / v5, v7 = v1 / v5, v8 = choice_0 * v7, v10 = x_2 - 0.1, v11 = 1e-150 + x_5,
+      v12 = v8 * x_3, v13 = choice_0 * v6, v14 = v13 * x_4, v15 = v12 - v14, v16 = v15 * v15,
+      v17 = v11 * v11, v18 = v16 + v17;
+  LANES_LET1(v19, sqrt, v18);
+  const lanes v20 = v11 / v19, v21 = 0.1 * v20, v22 = v10 - v21, v23 = v8 * x_0, v24 = v13 * x_1,
+      v25 = v23 - v24, v26 = v15 / v19, v27 = 0.1 * v26, v28 = v25 - v27, v29 = v28 * v28,
+      v30 = v22 * v22, v31 = v29 + v30, v32 = v31 - 0.02, v33 = 0.02 * v32, v34 = 1e-150 + v33,
+      v35 = 0.04 - v31, v36 = v31 * v35;
+  const lanes_where v37 = LANES_LT(1.6e-18, v36); LANES_LET1(v38, sqrt, v36);
+  const lanes v39 = LANES_CHOICE(v37, v38, 0.0), v40 = choice_1 * v39, v41 = 0.02 * v40,
+      v42 = v41 * v41, v43 = v34 * v34, v44 = v42 + v43;
+  LANES_LET1(v45, sqrt, v44);
+  const lanes v46 = v34 / v45, v47 = 0.1 * v46, v48 = v47 + 0.1, v49 = v22 * v48, v50 = v41 / v45,
+      v51 = 0.1 * v50, v52 = v28 * v51, v53 = v49 - v52, v54 = v53 * v53, v55 = v28 * v48,
+      v56 = v22 * v51, v57 = v55 + v56, v58 = 1e-150 + v57, v59 = v58 * v58, v60 = v54 + v59;
+  LANES_LET1(v61, sqrt, v60);
+  const lanes v62 = v53 / v61, v63 = v58 / v61;
+  LANES_LET2(v64, atan2, v62, v63); LANES_LET2(v65, atan2, v50, v46);
+  const lanes v66 = v46 * v62, v67 = v50 * v63, v68 = v66 + v67, v69 = v20 * v68, v70 = v46 * v63,
+      v71 = v50 * v62, v72 = v70 - v71, v73 = v26 * v72, v74 = v69 + v73, v75 = v20 * v72,
+      v76 = v26 * v68, v77 = v75 - v76;
+  LANES_LET2(v78, atan2, v74, v77); out[1] = v64; out[2] = v65;
+  const lanes v81 = -v78;
+  out[3] = v81; out[4] = LANES_OF(0.0);
+  const lanes v82 = 0.1 * v72, v83 = v27 + v82, v84 = 0.1 * v63, v85 = v83 + v84, v86 = v8 * v85,
+      v87 = v86 - x_0, v88 = v87 * v87, v89 = v13 * v85, v90 = v89 + x_1, v91 = v90 * v90,
+      v92 = v88 + v91, v93 = 0.1 * v68, v94 = v21 + v93, v95 = 0.1 * v62, v96 = v94 + v95,
+      v97 = v96 + 0.1, v98 = v97 - x_2, v99 = v98 * v98, v100 = v92 + v99, v101 = v8 * v26,
+      v102 = v101 - x_3, v103 = v102 * v102, v104 = v13 * v26, v105 = v104 + x_4,
+      v106 = v105 * v105, v107 = v103 + v106, v108 = v20 - x_5, v109 = v108 * v108,
+      v110 = v107 + v109;
+  LANES_LET2(v111, fmax, v100, v110); LANES_LET1(v112, sqrt, v111); out[5] = v112;
+  const lanes v113 = 2500.0 * v36;
+  out[6] = v113; LANES_LET2(v9, atan2, v6, v8);
+  const lanes v79 = choice_0 * v9, v80 = -v79;
+  out[0] = v80;
 }
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branches)(const double *x, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branches)(const double *x, double *q, double *residual, double *margin)
 {
-  static const double signs[2][8] = {
+  static const double choice[2][8] = {
     {1, 1, -1, -1, -1, -1, -1, -1},
     {1, -1, 1, -1, -1, -1, -1, -1}};
   enum { BRANCHES = 4, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[8], out[BRANCHES / COUNT][7];
-  LANES_NAME(lanes_spread)(x, 6, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 2; i++) {
-      in[6 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(lynxmotion_ik_position_direction_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][7];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(lynxmotion_ik_position_direction_branch)(x, choice, b, out[b / COUNT]);
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 5, COUNT, q + b * 5, 5);
-    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b * 1, 1);
   }
 }
 

@@ -18,454 +18,150 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(panda_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(panda_ik_branch)(
+    const double *T, const double *q7, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes q7_0 = in[16];
-  const lanes sign_0 = in[17];
-  const lanes sign_1 = in[18];
-  const lanes sign_2 = in[19];
-  const lanes v1 = 0.7071067811865476 * T_8;
-  const lanes v2 = 0.7071067811865476 * T_9;
-  const lanes v3 = v1 - v2;
-  lanes v4, v7; LANES_NAME(lanes_cos_sin)(&q7_0, &v4, &v7);
-  const lanes v5 = v3 * v4;
-  const lanes v6 = v1 + v2;
-  const lanes v8 = v6 * v7;
-  const lanes v9 = v5 - v8;
-  const lanes v10 = 0.333 - T_11;
-  const lanes v11 = v9 * v10;
-  const lanes v12 = 0.7071067811865476 * T_0;
-  const lanes v13 = 0.7071067811865476 * T_1;
-  const lanes v14 = v12 - v13;
-  const lanes v15 = v14 * v4;
-  const lanes v16 = v12 + v13;
-  const lanes v17 = v16 * v7;
-  const lanes v18 = v15 - v17;
-  const lanes v19 = T_3 * v18;
-  const lanes v20 = v11 - v19;
-  const lanes v21 = 0.7071067811865476 * T_4;
-  const lanes v22 = 0.7071067811865476 * T_5;
-  const lanes v23 = v21 - v22;
-  const lanes v24 = v23 * v4;
-  const lanes v25 = v21 + v22;
-  const lanes v26 = v25 * v7;
-  const lanes v27 = v24 - v26;
-  const lanes v28 = T_7 * v27;
-  const lanes v29 = v20 - v28;
-  const lanes v30 = v29 * v29;
-  const lanes v31 = v6 * v4;
-  const lanes v32 = v3 * v7;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v33 * v10;
-  const lanes v35 = v16 * v4;
-  const lanes v36 = v14 * v7;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = T_3 * v37;
-  const lanes v39 = v34 - v38;
-  const lanes v40 = v25 * v4;
-  const lanes v41 = v23 * v7;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = T_7 * v42;
-  const lanes v44 = v39 - v43;
-  const lanes v45 = v44 + 0.088;
-  const lanes v46 = v45 * v45;
-  const lanes v47 = v30 + v46;
-  const lanes v48 = T_3 * T_2;
-  const lanes v49 = T_7 * T_6;
-  const lanes v50 = v48 + v49;
-  const lanes v51 = T_10 * v10;
-  const lanes v52 = v50 - v51;
-  const lanes v53 = 0.926 + v52;
-  const lanes v54 = v53 - 1.033;
-  const lanes v55 = v54 * v54;
-  const lanes v56 = v47 + v55;
-  const lanes v57 = v56 - 0.004378530044808538;
-  const lanes v58 = 0.5174704699551914 - v56;
-  const lanes v59 = v57 * v58;
-  const lanes_where v60 = LANES_LT(2.63263338801e-16, v59);
-  lanes v61; LANES_NAME(lanes_sqrt)(&v59, &v61);
-  const lanes v62 = sign_0 * v61;
-  const lanes v63 = 0.2290755 * v62;
-  const lanes v64 = LANES_CHOICE(v60, v63, 0.0);
-  const lanes v65 = v56 - 0.2609245;
-  const lanes v66 = 0.1155 * v65;
-  const lanes v67 = v64 - v66;
-  const lanes v68 = v67 * v67;
-  const lanes v69 = 0.2290755 * v65;
-  const lanes v70 = 0.1155 * v62;
-  const lanes v71 = LANES_CHOICE(v60, v70, 0.0);
-  const lanes v72 = v69 + v71;
-  const lanes v73 = 1e-150 + v72;
-  const lanes v74 = v73 * v73;
-  const lanes v75 = v68 + v74;
-  lanes v76; LANES_NAME(lanes_sqrt)(&v75, &v76);
-  const lanes v77 = v67 / v76;
-  const lanes v78 = 0.316 * v77;
-  const lanes v79 = v73 / v76;
-  const lanes v80 = 0.0825 * v79;
-  const lanes v81 = v78 + v80;
-  const lanes v82 = 0.0825 - v81;
-  const lanes v83 = v29 * v82;
-  const lanes v84 = v83 * v83;
-  const lanes v85 = v82 * v82;
-  const lanes v86 = v46 + v55;
-  lanes v87; LANES_NAME(lanes_fmin)(&v85, &v86, &v87);
-  const lanes v88 = 4e-15 * v87;
-  const lanes_where v89 = LANES_LT(v85, v86);
-  const lanes v90 = v85 - v30;
-  const lanes v91 = 0.0825 * v77;
-  const lanes v92 = 0.316 * v79;
-  const lanes v93 = v91 - v92;
-  const lanes v94 = v93 - 0.384;
-  const lanes v95 = v94 * v94;
-  const lanes v96 = v86 - v95;
-  const lanes v97 = LANES_CHOICE(v89, v90, v96);
-  const lanes_where v98 = LANES_LT(v88, v97);
-  lanes v99; LANES_NAME(lanes_sqrt)(&v97, &v99);
-  const lanes v100 = sign_1 * v99;
-  const lanes v101 = v45 * v100;
-  const lanes v102 = LANES_CHOICE(v98, v101, 0.0);
-  const lanes v103 = v54 * v94;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = 1e-150 + v104;
-  const lanes v106 = v45 * v94;
-  const lanes v107 = v54 * v100;
-  const lanes v108 = LANES_CHOICE(v98, v107, 0.0);
-  const lanes v109 = v106 - v108;
-  const lanes v110 = v109 * v109;
-  const lanes v111 = v105 * v105;
-  const lanes v112 = v110 + v111;
-  lanes v113; LANES_NAME(lanes_sqrt)(&v112, &v113);
-  const lanes v114 = v105 / v113;
-  const lanes v115 = v45 * v114;
-  const lanes v116 = v109 / v113;
-  const lanes v117 = v54 * v116;
-  const lanes v118 = v115 - v117;
-  const lanes v119 = v82 * v118;
-  const lanes v120 = 1e-150 + v119;
-  const lanes v121 = v120 * v120;
-  const lanes v122 = v84 + v121;
-  lanes v123; LANES_NAME(lanes_sqrt)(&v122, &v123);
-  const lanes v124 = v83 / v123;
-  const lanes v125 = T_10 * v116;
-  const lanes v126 = v114 * v33;
-  const lanes v127 = v125 + v126;
-  const lanes v128 = v124 * v127;
-  const lanes v129 = v120 / v123;
-  const lanes v130 = v129 * v9;
-  const lanes v131 = v128 - v130;
-  const lanes v132 = v131 * v131;
-  const lanes v133 = v129 * v127;
-  const lanes v134 = v124 * v9;
-  const lanes v135 = v133 + v134;
-  const lanes v136 = v79 * v135;
-  const lanes v137 = T_10 * v114;
-  const lanes v138 = v116 * v33;
-  const lanes v139 = v137 - v138;
-  const lanes v140 = v77 * v139;
-  const lanes v141 = v136 + v140;
-  const lanes v142 = v141 * v141;
-  const lanes v143 = v132 + v142;
-  const lanes v144 = 4e-15 * v143;
-  const lanes_where v145 = LANES_LT(v144, v143);
-  lanes v146; LANES_NAME(lanes_sqrt)(&v143, &v146);
-  const lanes v147 = sign_2 * v146;
-  const lanes v148 = v141 * v147;
-  const lanes v149 = LANES_CHOICE(v145, v148, 0.0);
-  const lanes v150 = 1e-150 - v149;
-  const lanes v151 = v131 * v147;
-  const lanes v152 = v151 * v151;
-  const lanes v153 = LANES_CHOICE(v145, v152, 0.0);
-  const lanes v154 = LANES_CHOICE(v145, v153, 0.0);
-  const lanes v155 = v150 * v150;
-  const lanes v156 = v154 + v155;
-  lanes v157; LANES_NAME(lanes_sqrt)(&v156, &v157);
-  const lanes v158 = v150 / v157;
-  const lanes v159 = T_2 * v116;
-  const lanes v160 = v114 * v37;
-  const lanes v161 = v159 + v160;
-  const lanes v162 = v124 * v161;
-  const lanes v163 = v129 * v18;
-  const lanes v164 = v162 - v163;
-  const lanes v165 = v158 * v164;
-  const lanes v166 = 1.0 / v157;
-  const lanes v167 = v151 * v166;
-  const lanes v168 = v129 * v161;
-  const lanes v169 = v124 * v18;
-  const lanes v170 = v168 + v169;
-  const lanes v171 = v79 * v170;
-  const lanes v172 = T_2 * v114;
-  const lanes v173 = v116 * v37;
-  const lanes v174 = v172 - v173;
-  const lanes v175 = v77 * v174;
-  const lanes v176 = v171 + v175;
-  const lanes v177 = v167 * v176;
-  const lanes v178 = LANES_CHOICE(v145, v177, 0.0);
-  const lanes v179 = v165 + v178;
-  const lanes v180 = v179 * v179;
-  const lanes v181 = v79 * v139;
-  const lanes v182 = v77 * v135;
-  const lanes v183 = v181 - v182;
-  const lanes v184 = 1e-150 - v183;
-  const lanes v185 = v131 * v167;
-  const lanes v186 = LANES_CHOICE(v145, v185, 0.0);
-  const lanes v187 = v141 * v158;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = v188 * v188;
-  const lanes v190 = v184 * v184;
-  const lanes v191 = v189 + v190;
-  lanes v192; LANES_NAME(lanes_sqrt)(&v191, &v192);
-  const lanes v193 = v184 / v192;
-  const lanes v194 = v167 * v164;
-  const lanes v195 = LANES_CHOICE(v145, v194, 0.0);
-  const lanes v196 = v158 * v176;
-  const lanes v197 = v195 - v196;
-  const lanes v198 = v193 * v197;
-  const lanes v199 = v188 / v192;
-  const lanes v200 = v79 * v174;
-  const lanes v201 = v77 * v170;
-  const lanes v202 = v200 - v201;
-  const lanes v203 = v199 * v202;
-  const lanes v204 = v198 + v203;
-  const lanes v205 = 1e-150 - v204;
-  const lanes v206 = v205 * v205;
-  const lanes v207 = v180 + v206;
-  lanes v208; LANES_NAME(lanes_sqrt)(&v207, &v208);
-  const lanes v209 = v179 / v208;
-  const lanes v210 = v205 / v208;
-  lanes v211; LANES_NAME(lanes_atan2)(&v209, &v210, &v211);
-  lanes v212; LANES_NAME(lanes_atan2)(&v199, &v193, &v212);
-  const lanes v213 = LANES_CHOICE(v145, v167, 0.0);
-  lanes v214; LANES_NAME(lanes_atan2)(&v213, &v158, &v214);
-  const lanes v218 = q7_0 + 0.7853981633974483;
-  lanes v219, v220; LANES_NAME(lanes_cos_sin)(&v218, &v219, &v220);
-  out[0] = v211;
-  out[1] = v212;
-  const lanes v221 = -v214;
-  out[2] = v221;
-  out[6] = q7_0;
-  const lanes v223 = 0.088 * v114;
-  const lanes v224 = 0.107 * v116;
-  const lanes v225 = v223 + v224;
-  const lanes v226 = v129 * v225;
-  const lanes v227 = v226 - 0.0825;
-  const lanes v228 = v79 * v227;
-  const lanes v229 = 0.088 * v116;
-  const lanes v230 = 0.107 * v114;
-  const lanes v231 = v229 - v230;
-  const lanes v232 = v231 + 0.384;
-  const lanes v233 = v77 * v232;
-  const lanes v234 = v228 - v233;
-  const lanes v235 = v234 + 0.0825;
-  const lanes v236 = v158 * v235;
-  const lanes v237 = v124 * v225;
-  const lanes v238 = v167 * v237;
-  const lanes v239 = LANES_CHOICE(v145, v238, 0.0);
-  const lanes v240 = v236 - v239;
-  const lanes v241 = v193 * v240;
-  const lanes v242 = v79 * v232;
-  const lanes v243 = v77 * v227;
-  const lanes v244 = v242 + v243;
-  const lanes v245 = v244 + 0.316;
-  const lanes v246 = v199 * v245;
-  const lanes v247 = v241 + v246;
-  const lanes v248 = v210 * v247;
-  const lanes v249 = v158 * v237;
-  const lanes v250 = v167 * v235;
-  const lanes v251 = LANES_CHOICE(v145, v250, 0.0);
-  const lanes v252 = v249 + v251;
-  const lanes v253 = v209 * v252;
-  const lanes v254 = v248 + v253;
-  const lanes v255 = v254 - T_3;
-  const lanes v256 = v255 * v255;
-  const lanes v257 = v209 * v247;
-  const lanes v258 = v210 * v252;
-  const lanes v259 = v257 - v258;
-  const lanes v260 = v259 - T_7;
-  const lanes v261 = v260 * v260;
-  const lanes v262 = v256 + v261;
-  const lanes v263 = v199 * v240;
-  const lanes v264 = v193 * v245;
-  const lanes v265 = v263 - v264;
-  const lanes v266 = 0.333 - v265;
-  const lanes v267 = v266 - T_11;
-  const lanes v268 = v267 * v267;
-  const lanes v269 = v262 + v268;
-  const lanes v270 = v193 * v210;
-  const lanes v271 = v167 * v270;
-  const lanes v272 = LANES_CHOICE(v145, v271, 0.0);
-  const lanes v273 = v158 * v209;
-  const lanes v274 = v272 - v273;
-  const lanes v275 = v129 * v274;
-  const lanes v276 = v158 * v270;
-  const lanes v277 = v167 * v209;
-  const lanes v278 = LANES_CHOICE(v145, v277, 0.0);
-  const lanes v279 = v276 + v278;
-  const lanes v280 = v79 * v279;
-  const lanes v281 = v199 * v210;
-  const lanes v282 = v77 * v281;
-  const lanes v283 = v280 + v282;
-  const lanes v284 = v124 * v283;
-  const lanes v285 = v275 + v284;
-  const lanes v286 = v285 * v219;
-  const lanes v287 = v129 * v283;
-  const lanes v288 = v124 * v274;
-  const lanes v289 = v287 - v288;
-  const lanes v290 = v114 * v289;
-  const lanes v291 = v79 * v281;
-  const lanes v292 = v77 * v279;
-  const lanes v293 = v291 - v292;
-  const lanes v294 = v116 * v293;
-  const lanes v295 = v290 + v294;
-  const lanes v296 = v295 * v220;
-  const lanes v297 = v286 + v296;
-  const lanes v298 = v297 - T_0;
-  const lanes v299 = v298 * v298;
-  const lanes v300 = v295 * v219;
-  const lanes v301 = v285 * v220;
-  const lanes v302 = v300 - v301;
-  const lanes v303 = v302 - T_1;
-  const lanes v304 = v303 * v303;
-  const lanes v305 = v299 + v304;
-  const lanes v306 = v114 * v293;
-  const lanes v307 = v116 * v289;
-  const lanes v308 = v306 - v307;
-  const lanes v309 = T_2 + v308;
-  const lanes v310 = v309 * v309;
-  const lanes v311 = v305 + v310;
-  const lanes v312 = v158 * v210;
-  const lanes v313 = v193 * v209;
-  const lanes v314 = v167 * v313;
-  const lanes v315 = LANES_CHOICE(v145, v314, 0.0);
-  const lanes v316 = v312 + v315;
-  const lanes v317 = v129 * v316;
-  const lanes v318 = v158 * v313;
-  const lanes v319 = v167 * v210;
-  const lanes v320 = LANES_CHOICE(v145, v319, 0.0);
-  const lanes v321 = v318 - v320;
-  const lanes v322 = v79 * v321;
-  const lanes v323 = v199 * v209;
-  const lanes v324 = v77 * v323;
-  const lanes v325 = v322 + v324;
-  const lanes v326 = v124 * v325;
-  const lanes v327 = v317 + v326;
-  const lanes v328 = v327 * v219;
-  const lanes v329 = v129 * v325;
-  const lanes v330 = v124 * v316;
-  const lanes v331 = v329 - v330;
-  const lanes v332 = v114 * v331;
-  const lanes v333 = v79 * v323;
-  const lanes v334 = v77 * v321;
-  const lanes v335 = v333 - v334;
-  const lanes v336 = v116 * v335;
-  const lanes v337 = v332 + v336;
-  const lanes v338 = v337 * v220;
-  const lanes v339 = v328 + v338;
-  const lanes v340 = v339 - T_4;
-  const lanes v341 = v340 * v340;
-  const lanes v342 = v311 + v341;
-  const lanes v343 = v337 * v219;
-  const lanes v344 = v327 * v220;
-  const lanes v345 = v343 - v344;
-  const lanes v346 = v345 - T_5;
-  const lanes v347 = v346 * v346;
-  const lanes v348 = v342 + v347;
-  const lanes v349 = v114 * v335;
-  const lanes v350 = v116 * v331;
-  const lanes v351 = v349 - v350;
-  const lanes v352 = T_6 + v351;
-  const lanes v353 = v352 * v352;
-  const lanes v354 = v348 + v353;
-  const lanes v355 = v77 * v193;
-  const lanes v356 = v158 * v199;
-  const lanes v357 = v79 * v356;
-  const lanes v358 = v355 - v357;
-  const lanes v359 = v124 * v358;
-  const lanes v360 = v167 * v199;
-  const lanes v361 = v129 * v360;
-  const lanes v362 = LANES_CHOICE(v145, v361, 0.0);
-  const lanes v363 = v359 - v362;
-  const lanes v364 = v363 * v219;
-  const lanes v365 = v129 * v358;
-  const lanes v366 = v124 * v360;
-  const lanes v367 = LANES_CHOICE(v145, v366, 0.0);
-  const lanes v368 = v365 + v367;
-  const lanes v369 = v114 * v368;
-  const lanes v370 = v79 * v193;
-  const lanes v371 = v77 * v356;
-  const lanes v372 = v370 + v371;
-  const lanes v373 = v116 * v372;
-  const lanes v374 = v369 + v373;
-  const lanes v375 = v374 * v220;
-  const lanes v376 = v364 + v375;
-  const lanes v377 = v376 - T_8;
-  const lanes v378 = v377 * v377;
-  const lanes v379 = v354 + v378;
-  const lanes v380 = v374 * v219;
-  const lanes v381 = v363 * v220;
-  const lanes v382 = v380 - v381;
-  const lanes v383 = v382 - T_9;
-  const lanes v384 = v383 * v383;
-  const lanes v385 = v379 + v384;
-  const lanes v386 = v114 * v372;
-  const lanes v387 = v116 * v368;
-  const lanes v388 = v386 - v387;
-  const lanes v389 = T_10 + v388;
-  const lanes v390 = v389 * v389;
-  const lanes v391 = v385 + v390;
-  const lanes v392 = 0.5 * v391;
-  lanes v393; LANES_NAME(lanes_fmax)(&v269, &v392, &v393);
-  lanes v394; LANES_NAME(lanes_sqrt)(&v393, &v394);
-  out[7] = v394;
-  const lanes v395 = 1e-300 + v143;
-  const lanes v396 = v143 / v395;
-  const lanes v397 = 15.193911990243308 * v59;
-  const lanes v398 = 1e-300 + v87;
-  const lanes v399 = v97 / v398;
-  lanes v400; LANES_NAME(lanes_fmin)(&v397, &v399, &v400);
-  lanes v401; LANES_NAME(lanes_fmin)(&v396, &v400, &v401);
-  out[8] = v401;
-  lanes v215, v216; LANES_NAME(lanes_two_atan2)(&v77, &v79, &v124, &v129, &v215, &v216);
-  lanes v217; LANES_NAME(lanes_atan2)(&v116, &v114, &v217);
-  out[3] = v215;
-  const lanes v222 = -v216;
-  out[4] = v222;
-  out[5] = v217;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), q7_0 = LANES_OF(q7[0]),
+      choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.7071067811865476 * T_8,
+      v2 = 0.7071067811865476 * T_9, v3 = v1 - v2;
+  LANES_COS_SIN(v4, v7, q7_0);
+  const lanes v5 = v3 * v4, v6 = v1 + v2, v8 = v6 * v7, v9 = v5 - v8, v10 = 0.333 - T_11,
+      v11 = v9 * v10, v12 = 0.7071067811865476 * T_0, v13 = 0.7071067811865476 * T_1,
+      v14 = v12 - v13, v15 = v14 * v4, v16 = v12 + v13, v17 = v16 * v7, v18 = v15 - v17,
+      v19 = T_3 * v18, v20 = v11 - v19, v21 = 0.7071067811865476 * T_4,
+      v22 = 0.7071067811865476 * T_5, v23 = v21 - v22, v24 = v23 * v4, v25 = v21 + v22,
+      v26 = v25 * v7, v27 = v24 - v26, v28 = T_7 * v27, v29 = v20 - v28, v30 = v29 * v29,
+      v31 = v6 * v4, v32 = v3 * v7, v33 = v31 + v32, v34 = v33 * v10, v35 = v16 * v4,
+      v36 = v14 * v7, v37 = v35 + v36, v38 = T_3 * v37, v39 = v34 - v38, v40 = v25 * v4,
+      v41 = v23 * v7, v42 = v40 + v41, v43 = T_7 * v42, v44 = v39 - v43, v45 = v44 + 0.088,
+      v46 = v45 * v45, v47 = v30 + v46, v48 = T_3 * T_2, v49 = T_7 * T_6, v50 = v48 + v49,
+      v51 = T_10 * v10, v52 = v50 - v51, v53 = 0.926 + v52, v54 = v53 - 1.033, v55 = v54 * v54,
+      v56 = v47 + v55, v57 = v56 - 0.2609245, v58 = 0.2290755 * v57,
+      v59 = v56 - 0.004378530044808538, v60 = 0.5174704699551914 - v56, v61 = v59 * v60;
+  const lanes_where v62 = LANES_LT(2.63263338801e-16, v61); LANES_LET1(v63, sqrt, v61);
+  const lanes v64 = LANES_CHOICE(v62, v63, 0.0), v65 = choice_0 * v64, v66 = 0.1155 * v65,
+      v67 = v58 + v66, v68 = 1e-150 + v67, v69 = 0.2290755 * v65, v70 = 0.1155 * v57,
+      v71 = v69 - v70, v72 = v71 * v71, v73 = v68 * v68, v74 = v72 + v73;
+  LANES_LET1(v75, sqrt, v74);
+  const lanes v76 = v68 / v75, v77 = v71 / v75, v78 = 0.316 * v77, v79 = 0.0825 * v76,
+      v80 = v78 + v79, v81 = 0.0825 - v80, v82 = v81 * v81, v83 = v46 + v55;
+  LANES_LET2(v84, fmin, v82, v83);
+  const lanes v85 = 4e-15 * v84;
+  const lanes_where v86 = LANES_LT(v82, v83);
+  const lanes v87 = v82 - v30, v88 = 0.0825 * v77, v89 = 0.316 * v76, v90 = v88 - v89,
+      v91 = v90 - 0.384, v92 = v91 * v91, v93 = v83 - v92, v94 = LANES_CHOICE(v86, v87, v93);
+  const lanes_where v95 = LANES_LT(v85, v94); LANES_LET1(v96, sqrt, v94);
+  const lanes v97 = LANES_CHOICE(v95, v96, 0.0), v98 = choice_1 * v97, v99 = v45 * v98,
+      v100 = v54 * v91, v101 = v99 + v100, v102 = 1e-150 + v101, v103 = v45 * v91, v104 = v54 * v98,
+      v105 = v103 - v104, v106 = v105 * v105, v107 = v102 * v102, v108 = v106 + v107;
+  LANES_LET1(v109, sqrt, v108);
+  const lanes v110 = v102 / v109, v111 = v45 * v110, v112 = v105 / v109, v113 = v54 * v112,
+      v114 = v111 - v113, v115 = v81 * v114, v116 = 1e-150 + v115, v117 = v29 * v81,
+      v118 = v117 * v117, v119 = v116 * v116, v120 = v118 + v119;
+  LANES_LET1(v121, sqrt, v120);
+  const lanes v122 = v116 / v121, v123 = T_10 * v112, v124 = v110 * v33, v125 = v123 + v124,
+      v126 = v122 * v125, v127 = v117 / v121, v128 = v127 * v9, v129 = v126 + v128,
+      v130 = v76 * v129, v131 = T_10 * v110, v132 = v112 * v33, v133 = v131 - v132,
+      v134 = v77 * v133, v135 = v130 + v134, v136 = 1e-150 - v135, v137 = v127 * v125,
+      v138 = v122 * v9, v139 = v137 - v138, v140 = v139 * v139, v141 = v136 * v136,
+      v142 = v140 + v141;
+  LANES_LET1(v143, sqrt, v142);
+  const lanes v144 = v136 / v143, v145 = choice_2 * v144, v146 = T_2 * v112, v147 = v110 * v37,
+      v148 = v146 + v147, v149 = v127 * v148, v150 = v122 * v18, v151 = v149 - v150,
+      v152 = v145 * v151, v153 = v139 / v143, v154 = choice_2 * v153, v155 = v122 * v148,
+      v156 = v127 * v18, v157 = v155 + v156, v158 = v76 * v157, v159 = T_2 * v110,
+      v160 = v112 * v37, v161 = v159 - v160, v162 = v77 * v161, v163 = v158 + v162,
+      v164 = v154 * v163, v165 = v152 + v164, v166 = v165 * v165, v167 = v139 * v154,
+      v168 = v135 * v145, v169 = v167 - v168, v170 = v76 * v133, v171 = v77 * v129,
+      v172 = v170 - v171, v173 = v172 * v172, v174 = v169 * v169, v175 = v173 + v174;
+  LANES_LET1(v176, sqrt, v175);
+  const lanes v177 = v169 / v176, v178 = v76 * v161, v179 = v77 * v157, v180 = v178 - v179,
+      v181 = v177 * v180, v182 = v172 / v176, v183 = v154 * v151, v184 = v145 * v163,
+      v185 = v183 - v184, v186 = v182 * v185, v187 = v181 - v186, v188 = v187 * v187,
+      v189 = v166 + v188;
+  LANES_LET1(v190, sqrt, v189);
+  const lanes v191 = v165 / v190, v192 = v187 / v190, v193 = -v192;
+  LANES_LET2(v194, atan2, v191, v193);
+  const lanes v195 = -v182;
+  LANES_LET2(v196, atan2, v177, v195); LANES_LET2(v197, atan2, v153, v145);
+  const lanes v201 = q7_0 + 0.7853981633974483;
+  LANES_COS_SIN(v202, v203, v201); out[0] = v194; out[1] = v196;
+  const lanes v204 = choice_2 * v197, v205 = -v204;
+  out[2] = v205; out[6] = q7_0;
+  const lanes v207 = 0.088 * v110, v208 = 0.107 * v112, v209 = v207 + v208, v210 = v127 * v209,
+      v211 = v145 * v210, v212 = v122 * v209, v213 = v212 - 0.0825, v214 = v76 * v213,
+      v215 = 0.088 * v112, v216 = 0.107 * v110, v217 = v215 - v216, v218 = v217 + 0.384,
+      v219 = v77 * v218, v220 = v214 - v219, v221 = v220 + 0.0825, v222 = v154 * v221,
+      v223 = v211 + v222, v224 = v191 * v223, v225 = v76 * v218, v226 = v77 * v213,
+      v227 = v225 + v226, v228 = v227 + 0.316, v229 = v177 * v228, v230 = v145 * v221,
+      v231 = v154 * v210, v232 = v230 - v231, v233 = v182 * v232, v234 = v229 - v233,
+      v235 = v192 * v234, v236 = v224 - v235, v237 = v236 - T_3, v238 = v237 * v237,
+      v239 = v192 * v223, v240 = v191 * v234, v241 = v239 + v240, v242 = v241 - T_7,
+      v243 = v242 * v242, v244 = v238 + v243, v245 = v182 * v228, v246 = v177 * v232,
+      v247 = v245 + v246, v248 = 0.333 - v247, v249 = v248 - T_11, v250 = v249 * v249,
+      v251 = v244 + v250, v252 = v182 * v192, v253 = v154 * v252, v254 = v145 * v191,
+      v255 = v253 - v254, v256 = v122 * v255, v257 = v145 * v252, v258 = v154 * v191,
+      v259 = v257 + v258, v260 = v76 * v259, v261 = v177 * v192, v262 = v77 * v261,
+      v263 = v260 - v262, v264 = v127 * v263, v265 = v256 + v264, v266 = v265 * v202,
+      v267 = v122 * v263, v268 = v127 * v255, v269 = v267 - v268, v270 = v110 * v269,
+      v271 = v76 * v261, v272 = v77 * v259, v273 = v271 + v272, v274 = v112 * v273,
+      v275 = v270 - v274, v276 = v275 * v203, v277 = v266 + v276, v278 = v277 - T_0,
+      v279 = v278 * v278, v280 = v275 * v202, v281 = v265 * v203, v282 = v280 - v281,
+      v283 = v282 - T_1, v284 = v283 * v283, v285 = v279 + v284, v286 = v110 * v273,
+      v287 = v112 * v269, v288 = v286 + v287, v289 = v288 - T_2, v290 = v289 * v289,
+      v291 = v285 + v290, v292 = v154 * v192, v293 = v182 * v191, v294 = v145 * v293,
+      v295 = v292 - v294, v296 = v76 * v295, v297 = v177 * v191, v298 = v77 * v297,
+      v299 = v296 + v298, v300 = v127 * v299, v301 = v145 * v192, v302 = v154 * v293,
+      v303 = v301 + v302, v304 = v122 * v303, v305 = v300 - v304, v306 = v305 * v202,
+      v307 = v122 * v299, v308 = v127 * v303, v309 = v307 + v308, v310 = v110 * v309,
+      v311 = v76 * v297, v312 = v77 * v295, v313 = v311 - v312, v314 = v112 * v313,
+      v315 = v310 + v314, v316 = v315 * v203, v317 = v306 + v316, v318 = v317 - T_4,
+      v319 = v318 * v318, v320 = v291 + v319, v321 = v315 * v202, v322 = v305 * v203,
+      v323 = v321 - v322, v324 = v323 - T_5, v325 = v324 * v324, v326 = v320 + v325,
+      v327 = v110 * v313, v328 = v112 * v309, v329 = v327 - v328, v330 = T_6 + v329,
+      v331 = v330 * v330, v332 = v326 + v331, v333 = v154 * v177, v334 = v127 * v333,
+      v335 = v145 * v177, v336 = v76 * v335, v337 = v77 * v182, v338 = v336 + v337,
+      v339 = v122 * v338, v340 = v334 - v339, v341 = v110 * v340, v342 = v77 * v335,
+      v343 = v76 * v182, v344 = v342 - v343, v345 = v112 * v344, v346 = v341 + v345,
+      v347 = v346 * v203, v348 = v122 * v333, v349 = v127 * v338, v350 = v348 + v349,
+      v351 = v350 * v202, v352 = v347 - v351, v353 = v352 - T_8, v354 = v353 * v353,
+      v355 = v332 + v354, v356 = v350 * v203, v357 = v346 * v202, v358 = v356 + v357,
+      v359 = v358 - T_9, v360 = v359 * v359, v361 = v355 + v360, v362 = v110 * v344,
+      v363 = v112 * v340, v364 = v362 - v363, v365 = T_10 + v364, v366 = v365 * v365,
+      v367 = v361 + v366, v368 = 0.5 * v367;
+  LANES_LET2(v369, fmax, v251, v368); LANES_LET1(v370, sqrt, v369); out[7] = v370;
+  const lanes v371 = 15.193911990243308 * v61, v372 = 1e-300 + v84, v373 = v94 / v372;
+  LANES_LET2(v374, fmin, v371, v373); out[8] = v374;
+  lanes v198, v199; LANES_NAME(lanes_two_atan2)(&v77, &v76, &v127, &v122, &v198, &v199);
+  LANES_LET2(v200, atan2, v112, v110); out[3] = v198;
+  const lanes v206 = -v199;
+  out[4] = v206; out[5] = v200;
 }
 
-static inline LANES_TARGET void LANES_NAME(panda_ik_branches)(const double *T, const double *q7, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(panda_ik_branches)(const double *T, const double *q7, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[20], out[BRANCHES / COUNT][9];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  LANES_NAME(lanes_spread)(q7, 1, in + 16);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[17 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(panda_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][9];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(panda_ik_branch)(T, q7, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(panda_ik_branch)(T, q7, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 7, COUNT, q + b * 7, 7);
-    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 8, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 8, 1, COUNT, margin + b * 1, 1);
   }
 }
 

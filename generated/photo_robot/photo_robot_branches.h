@@ -18,366 +18,118 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(photo_robot_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
+    const double *T, const double *q1, const double *q4, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes q1_0 = in[16];
-  const lanes q4_0 = in[17];
-  const lanes sign_0 = in[18];
-  const lanes sign_1 = in[19];
-  const lanes sign_2 = in[20];
-  const lanes v1 = T_7 * T_7;
-  const lanes v2 = T_3 - q1_0;
-  const lanes v3 = v2 - 1.0;
-  const lanes v4 = v3 * v3;
-  const lanes v5 = v1 + v4;
-  const lanes v6 = 4e-15 * v5;
-  const lanes_where v7 = LANES_LT(v6, v5);
-  lanes v8; LANES_NAME(lanes_sqrt)(&v5, &v8);
-  const lanes v9 = sign_0 * v8;
-  const lanes v10 = T_7 * v9;
-  const lanes v11 = v10 * v10;
-  const lanes v12 = LANES_CHOICE(v7, v11, 0.0);
-  const lanes v13 = LANES_CHOICE(v7, v12, 0.0);
-  const lanes v14 = v3 * v9;
-  const lanes v15 = LANES_CHOICE(v7, v14, 0.0);
-  const lanes v16 = 1e-150 + v15;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = v13 + v17;
-  lanes v19; LANES_NAME(lanes_sqrt)(&v18, &v19);
-  const lanes v20 = 1.0 / v19;
-  const lanes v21 = v10 * v20;
-  const lanes v22 = LANES_CHOICE(v7, v21, 0.0);
-  const lanes v23 = v16 / v19;
-  const lanes v25 = T_7 * v21;
-  const lanes v26 = LANES_CHOICE(v7, v25, 0.0);
-  const lanes v27 = v3 * v23;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = T_11 - 0.3;
-  const lanes v31 = v30 * v30;
-  const lanes v32 = v29 + v31;
-  const lanes v33 = 1.333 + q4_0;
-  const lanes v34 = v33 - 1.0;
-  const lanes v35 = v34 * v34;
-  const lanes v36 = 0.110889 + v35;
-  const lanes v37 = v36 + 0.927369;
-  const lanes v38 = v32 - v37;
-  const lanes v39 = -0.641358 * v38;
-  const lanes v40 = 1.4837904000000002e-14 * v36;
-  const lanes v41 = 3.709476 * v36;
-  const lanes v42 = v38 * v38;
-  const lanes v43 = v41 - v42;
-  const lanes_where v44 = LANES_LT(v40, v43);
-  const lanes v45 = 1.926 * v34;
-  lanes v46; LANES_NAME(lanes_sqrt)(&v43, &v46);
-  const lanes v47 = sign_1 * v46;
-  const lanes v48 = v45 * v47;
-  const lanes v49 = LANES_CHOICE(v44, v48, 0.0);
-  const lanes v50 = v39 + v49;
-  const lanes v51 = 1e-150 + v50;
-  const lanes v52 = -0.641358 * v47;
-  const lanes v53 = LANES_CHOICE(v44, v52, 0.0);
-  const lanes v54 = v45 * v38;
-  const lanes v55 = v53 - v54;
-  const lanes v56 = v55 * v55;
-  const lanes v57 = v51 * v51;
-  const lanes v58 = v56 + v57;
-  lanes v59; LANES_NAME(lanes_sqrt)(&v58, &v59);
-  const lanes v60 = v51 / v59;
-  const lanes v61 = 0.963 * v60;
-  const lanes v62 = 0.333 - v61;
-  const lanes v63 = v28 * v62;
-  const lanes v64 = v55 / v59;
-  const lanes v65 = 0.963 * v64;
-  const lanes v66 = v34 - v65;
-  const lanes v67 = v30 * v66;
-  const lanes v68 = v63 - v67;
-  const lanes v69 = v68 * v68;
-  const lanes v70 = v28 * v66;
-  const lanes v71 = v30 * v62;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = 1e-150 + v72;
-  const lanes v74 = v73 * v73;
-  const lanes v75 = v69 + v74;
-  lanes v76; LANES_NAME(lanes_sqrt)(&v75, &v76);
-  const lanes v77 = v68 / v76;
-  const lanes v78 = v73 / v76;
-  const lanes v81 = T_6 * v23;
-  const lanes v82 = T_2 * v21;
-  const lanes v83 = LANES_CHOICE(v7, v82, 0.0);
-  const lanes v84 = v81 - v83;
-  const lanes v85 = v84 * v84;
-  const lanes v86 = T_2 * v23;
-  const lanes v87 = T_6 * v21;
-  const lanes v88 = LANES_CHOICE(v7, v87, 0.0);
-  const lanes v89 = v86 + v88;
-  const lanes v90 = v78 * v89;
-  const lanes v91 = T_10 * v77;
-  const lanes v92 = v90 - v91;
-  const lanes v93 = v60 * v92;
-  const lanes v94 = T_10 * v78;
-  const lanes v95 = v77 * v89;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = v64 * v96;
-  const lanes v98 = v93 - v97;
-  const lanes v99 = v98 * v98;
-  const lanes v100 = v85 + v99;
-  const lanes v101 = 4e-15 * v100;
-  const lanes_where v102 = LANES_LT(v101, v100);
-  lanes v103; LANES_NAME(lanes_sqrt)(&v100, &v103);
-  const lanes v104 = sign_2 * v103;
-  const lanes v105 = v84 * v104;
-  const lanes v106 = v105 * v105;
-  const lanes v107 = LANES_CHOICE(v102, v106, 0.0);
-  const lanes v108 = LANES_CHOICE(v102, v107, 0.0);
-  const lanes v109 = v98 * v104;
-  const lanes v110 = LANES_CHOICE(v102, v109, 0.0);
-  const lanes v111 = 1e-150 - v110;
-  const lanes v112 = v111 * v111;
-  const lanes v113 = v108 + v112;
-  lanes v114; LANES_NAME(lanes_sqrt)(&v113, &v114);
-  const lanes v115 = 1.0 / v114;
-  const lanes v116 = v105 * v115;
-  const lanes v117 = LANES_CHOICE(v102, v116, 0.0);
-  const lanes v118 = v111 / v114;
-  lanes v119; LANES_NAME(lanes_atan2)(&v117, &v118, &v119);
-  const lanes v120 = v60 * v96;
-  const lanes v121 = v64 * v92;
-  const lanes v122 = v120 + v121;
-  const lanes v123 = v122 * v122;
-  const lanes v124 = v98 * v118;
-  const lanes v125 = v84 * v116;
-  const lanes v126 = LANES_CHOICE(v102, v125, 0.0);
-  const lanes v127 = v124 - v126;
-  const lanes v128 = 1e-150 + v127;
-  const lanes v129 = v128 * v128;
-  const lanes v130 = v123 + v129;
-  lanes v131; LANES_NAME(lanes_sqrt)(&v130, &v131);
-  const lanes v132 = v122 / v131;
-  const lanes v133 = v128 / v131;
-  lanes v134; LANES_NAME(lanes_atan2)(&v132, &v133, &v134);
-  const lanes v135 = T_4 * v23;
-  const lanes v136 = T_0 * v21;
-  const lanes v137 = LANES_CHOICE(v7, v136, 0.0);
-  const lanes v138 = v135 - v137;
-  const lanes v139 = v118 * v138;
-  const lanes v140 = T_0 * v23;
-  const lanes v141 = T_4 * v21;
-  const lanes v142 = LANES_CHOICE(v7, v141, 0.0);
-  const lanes v143 = v140 + v142;
-  const lanes v144 = v78 * v143;
-  const lanes v145 = T_8 * v77;
-  const lanes v146 = v144 - v145;
-  const lanes v147 = v60 * v146;
-  const lanes v148 = T_8 * v78;
-  const lanes v149 = v77 * v143;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = v64 * v150;
-  const lanes v152 = v147 - v151;
-  const lanes v153 = v116 * v152;
-  const lanes v154 = LANES_CHOICE(v102, v153, 0.0);
-  const lanes v155 = v139 + v154;
-  const lanes v156 = v155 * v155;
-  const lanes v157 = v60 * v150;
-  const lanes v158 = v64 * v146;
-  const lanes v159 = v157 + v158;
-  const lanes v160 = v133 * v159;
-  const lanes v161 = v118 * v152;
-  const lanes v162 = v116 * v138;
-  const lanes v163 = LANES_CHOICE(v102, v162, 0.0);
-  const lanes v164 = v161 - v163;
-  const lanes v165 = v132 * v164;
-  const lanes v166 = v160 - v165;
-  const lanes v167 = 1e-150 + v166;
-  const lanes v168 = v167 * v167;
-  const lanes v169 = v156 + v168;
-  lanes v170; LANES_NAME(lanes_sqrt)(&v169, &v170);
-  const lanes v171 = v155 / v170;
-  const lanes v172 = v167 / v170;
-  lanes v173; LANES_NAME(lanes_atan2)(&v171, &v172, &v173);
-  out[0] = q1_0;
-  out[3] = q4_0;
-  out[5] = v119;
-  const lanes v174 = -v134;
-  out[6] = v174;
-  out[7] = v173;
-  const lanes v175 = q1_0 + 1.0;
-  const lanes v176 = q4_0 + 0.333;
-  const lanes v177 = v176 * v78;
-  const lanes v178 = 0.333 * v77;
-  const lanes v179 = v177 + v178;
-  const lanes v180 = v60 * v77;
-  const lanes v181 = v64 * v78;
-  const lanes v182 = v180 + v181;
-  const lanes v183 = 0.963 * v182;
-  const lanes v184 = v179 - v183;
-  const lanes v185 = v23 * v184;
-  const lanes v186 = v175 + v185;
-  const lanes v187 = v186 - T_3;
-  const lanes v188 = v187 * v187;
-  const lanes v189 = v21 * v184;
-  const lanes v190 = LANES_CHOICE(v7, v189, 0.0);
-  const lanes v191 = v190 - T_7;
-  const lanes v192 = v191 * v191;
-  const lanes v193 = v188 + v192;
-  const lanes v194 = v60 * v78;
-  const lanes v195 = v64 * v77;
-  const lanes v196 = v194 - v195;
-  const lanes v197 = 0.963 * v196;
-  const lanes v198 = v176 * v77;
-  const lanes v199 = 0.333 * v78;
-  const lanes v200 = v198 - v199;
-  const lanes v201 = v197 + v200;
-  const lanes v202 = 0.3 - v201;
-  const lanes v203 = v202 - T_11;
-  const lanes v204 = v203 * v203;
-  const lanes v205 = v193 + v204;
-  const lanes v206 = v23 * v182;
-  const lanes v207 = v133 * v206;
-  const lanes v208 = v21 * v116;
-  const lanes v209 = LANES_CHOICE(v7, v208, 0.0);
-  const lanes v210 = LANES_CHOICE(v102, v209, 0.0);
-  const lanes v211 = v23 * v196;
-  const lanes v212 = v118 * v211;
-  const lanes v213 = v210 + v212;
-  const lanes v214 = v132 * v213;
-  const lanes v215 = v207 - v214;
-  const lanes v216 = v172 * v215;
-  const lanes v217 = v21 * v118;
-  const lanes v218 = LANES_CHOICE(v7, v217, 0.0);
-  const lanes v219 = v116 * v211;
-  const lanes v220 = LANES_CHOICE(v102, v219, 0.0);
-  const lanes v221 = v218 - v220;
-  const lanes v222 = v171 * v221;
-  const lanes v223 = v216 - v222;
-  const lanes v224 = v223 - T_0;
-  const lanes v225 = v224 * v224;
-  const lanes v226 = v172 * v221;
-  const lanes v227 = v171 * v215;
-  const lanes v228 = v226 + v227;
-  const lanes v229 = v228 - T_1;
-  const lanes v230 = v229 * v229;
-  const lanes v231 = v225 + v230;
-  const lanes v232 = v133 * v213;
-  const lanes v233 = v132 * v206;
-  const lanes v234 = v232 + v233;
-  const lanes v235 = v234 - T_2;
-  const lanes v236 = v235 * v235;
-  const lanes v237 = v231 + v236;
-  const lanes v238 = v21 * v182;
-  const lanes v239 = v133 * v238;
-  const lanes v240 = LANES_CHOICE(v7, v239, 0.0);
-  const lanes v241 = v21 * v196;
-  const lanes v242 = v118 * v241;
-  const lanes v243 = LANES_CHOICE(v7, v242, 0.0);
-  const lanes v244 = v23 * v116;
-  const lanes v245 = LANES_CHOICE(v102, v244, 0.0);
-  const lanes v246 = v243 - v245;
-  const lanes v247 = v132 * v246;
-  const lanes v248 = v240 - v247;
-  const lanes v249 = v172 * v248;
-  const lanes v250 = v23 * v118;
-  const lanes v251 = v116 * v241;
-  const lanes v252 = LANES_CHOICE(v102, v251, 0.0);
-  const lanes v253 = LANES_CHOICE(v7, v252, 0.0);
-  const lanes v254 = v250 + v253;
-  const lanes v255 = v171 * v254;
-  const lanes v256 = v249 + v255;
-  const lanes v257 = v256 - T_4;
-  const lanes v258 = v257 * v257;
-  const lanes v259 = v237 + v258;
-  const lanes v260 = v171 * v248;
-  const lanes v261 = v172 * v254;
-  const lanes v262 = v260 - v261;
-  const lanes v263 = v262 - T_5;
-  const lanes v264 = v263 * v263;
-  const lanes v265 = v259 + v264;
-  const lanes v266 = v133 * v246;
-  const lanes v267 = v132 * v238;
-  const lanes v268 = LANES_CHOICE(v7, v267, 0.0);
-  const lanes v269 = v266 + v268;
-  const lanes v270 = v269 - T_6;
-  const lanes v271 = v270 * v270;
-  const lanes v272 = v265 + v271;
-  const lanes v273 = v133 * v196;
-  const lanes v274 = v118 * v182;
-  const lanes v275 = v132 * v274;
-  const lanes v276 = v273 + v275;
-  const lanes v277 = v172 * v276;
-  const lanes v278 = v116 * v182;
-  const lanes v279 = v171 * v278;
-  const lanes v280 = LANES_CHOICE(v102, v279, 0.0);
-  const lanes v281 = v277 - v280;
-  const lanes v282 = v281 - T_8;
-  const lanes v283 = v282 * v282;
-  const lanes v284 = v272 + v283;
-  const lanes v285 = v172 * v278;
-  const lanes v286 = LANES_CHOICE(v102, v285, 0.0);
-  const lanes v287 = v171 * v276;
-  const lanes v288 = v286 + v287;
-  const lanes v289 = v288 - T_9;
-  const lanes v290 = v289 * v289;
-  const lanes v291 = v284 + v290;
-  const lanes v292 = v132 * v196;
-  const lanes v293 = v133 * v274;
-  const lanes v294 = v292 - v293;
-  const lanes v295 = v294 - T_10;
-  const lanes v296 = v295 * v295;
-  const lanes v297 = v291 + v296;
-  const lanes v298 = 0.5 * v297;
-  lanes v299; LANES_NAME(lanes_fmax)(&v205, &v298, &v299);
-  lanes v300; LANES_NAME(lanes_sqrt)(&v299, &v300);
-  out[8] = v300;
-  const lanes v301 = 1e-300 + v100;
-  const lanes v302 = v100 / v301;
-  const lanes v303 = 1e-300 + v5;
-  const lanes v304 = v5 / v303;
-  const lanes v305 = 1e-300 + v41;
-  const lanes v306 = v43 / v305;
-  lanes v307; LANES_NAME(lanes_fmin)(&v304, &v306, &v307);
-  lanes v308; LANES_NAME(lanes_fmin)(&v302, &v307, &v308);
-  out[9] = v308;
-  lanes v24, v79; LANES_NAME(lanes_two_atan2)(&v22, &v23, &v77, &v78, &v24, &v79);
-  lanes v80; LANES_NAME(lanes_atan2)(&v64, &v60, &v80);
-  out[1] = v24;
-  out[2] = v79;
-  out[4] = v80;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), q1_0 = LANES_OF(q1[0]), q4_0 = LANES_OF(q4[0]),
+      choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = T_7 * T_7, v2 = T_3 - q1_0,
+      v3 = v2 - 1.0, v4 = 1e-150 + v3, v5 = v4 * v4, v6 = v1 + v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = T_7 / v7, v9 = v4 / v7, v10 = choice_0 * v9, v12 = choice_0 * v8,
+      v13 = T_7 * v12, v14 = v3 * v10, v15 = v13 + v14, v16 = 1.333 + q4_0, v17 = v16 - 1.0,
+      v18 = 1.926 * v17, v19 = v17 * v17, v20 = 0.110889 + v19, v21 = 1.4837904000000002e-14 * v20,
+      v22 = 3.709476 * v20, v23 = v15 * v15, v24 = T_11 - 0.3, v25 = v24 * v24, v26 = v23 + v25,
+      v27 = 0.927369 + v20, v28 = v26 - v27, v29 = v28 * v28, v30 = v22 - v29;
+  const lanes_where v31 = LANES_LT(v21, v30); LANES_LET1(v32, sqrt, v30);
+  const lanes v33 = LANES_CHOICE(v31, v32, 0.0), v34 = choice_1 * v33, v35 = v18 * v34,
+      v36 = 0.641358 * v28, v37 = v35 - v36, v38 = 1e-150 + v37, v39 = 0.641358 * v34,
+      v40 = v18 * v28, v41 = v39 + v40, v42 = v41 * v41, v43 = v38 * v38, v44 = v42 + v43;
+  LANES_LET1(v45, sqrt, v44);
+  const lanes v46 = v38 / v45, v47 = 0.963 * v46, v48 = 0.333 - v47, v49 = v15 * v48,
+      v50 = v41 / v45, v51 = 0.963 * v50, v52 = v17 + v51, v53 = v24 * v52, v54 = v49 - v53,
+      v55 = v54 * v54, v56 = v15 * v52, v57 = v24 * v48, v58 = v56 + v57, v59 = 1e-150 + v58,
+      v60 = v59 * v59, v61 = v55 + v60;
+  LANES_LET1(v62, sqrt, v61);
+  const lanes v63 = v54 / v62, v64 = v59 / v62, v67 = T_6 * v10, v68 = T_2 * v12, v69 = v67 - v68,
+      v70 = v69 * v69, v71 = T_2 * v10, v72 = T_6 * v12, v73 = v71 + v72, v74 = v64 * v73,
+      v75 = T_10 * v63, v76 = v74 - v75, v77 = v46 * v76, v78 = T_10 * v64, v79 = v63 * v73,
+      v80 = v78 + v79, v81 = v50 * v80, v82 = v77 + v81, v83 = 1e-150 - v82, v84 = v83 * v83,
+      v85 = v70 + v84;
+  LANES_LET1(v86, sqrt, v85);
+  const lanes v87 = v69 / v86, v88 = v83 / v86, v89 = choice_2 * v88;
+  LANES_LET2(v90, atan2, v87, v89);
+  const lanes v91 = v46 * v80, v92 = v50 * v76, v93 = v91 - v92, v94 = v93 * v93, v95 = v82 * v89,
+      v96 = choice_2 * v87, v97 = v69 * v96, v98 = v95 - v97, v99 = v98 * v98, v100 = v94 + v99;
+  LANES_LET1(v101, sqrt, v100);
+  const lanes v102 = v93 / v101, v103 = v98 / v101;
+  LANES_LET2(v104, atan2, v102, v103);
+  const lanes v105 = T_4 * v10, v106 = T_0 * v12, v107 = v105 - v106, v108 = v89 * v107,
+      v109 = T_0 * v10, v110 = T_4 * v12, v111 = v109 + v110, v112 = v64 * v111, v113 = T_8 * v63,
+      v114 = v112 - v113, v115 = v46 * v114, v116 = T_8 * v64, v117 = v63 * v111,
+      v118 = v116 + v117, v119 = v50 * v118, v120 = v115 + v119, v121 = v96 * v120,
+      v122 = v108 + v121, v123 = v122 * v122, v124 = v46 * v118, v125 = v50 * v114,
+      v126 = v124 - v125, v127 = v103 * v126, v128 = v89 * v120, v129 = v96 * v107,
+      v130 = v128 - v129, v131 = v102 * v130, v132 = v127 - v131, v133 = v132 * v132,
+      v134 = v123 + v133;
+  LANES_LET1(v135, sqrt, v134);
+  const lanes v136 = v122 / v135, v137 = v132 / v135;
+  LANES_LET2(v138, atan2, v136, v137); out[0] = q1_0; out[3] = q4_0;
+  const lanes v141 = choice_2 * v90;
+  out[5] = v141;
+  const lanes v142 = -v104;
+  out[6] = v142; out[7] = v138;
+  const lanes v143 = q1_0 + 1.0, v144 = q4_0 + 0.333, v145 = v144 * v64, v146 = 0.333 * v63,
+      v147 = v145 + v146, v148 = v46 * v63, v149 = v50 * v64, v150 = v148 - v149,
+      v151 = 0.963 * v150, v152 = v147 - v151, v153 = v10 * v152, v154 = v143 + v153,
+      v155 = v154 - T_3, v156 = v155 * v155, v157 = v12 * v152, v158 = v157 - T_7,
+      v159 = v158 * v158, v160 = v156 + v159, v161 = v46 * v64, v162 = v50 * v63,
+      v163 = v161 + v162, v164 = 0.963 * v163, v165 = v144 * v63, v166 = 0.333 * v64,
+      v167 = v165 - v166, v168 = v164 + v167, v169 = 0.3 - v168, v170 = v169 - T_11,
+      v171 = v170 * v170, v172 = v160 + v171, v173 = v10 * v150, v174 = v103 * v173,
+      v175 = v12 * v96, v176 = v10 * v163, v177 = v89 * v176, v178 = v175 + v177,
+      v179 = v102 * v178, v180 = v174 - v179, v181 = v137 * v180, v182 = v12 * v89,
+      v183 = v96 * v176, v184 = v182 - v183, v185 = v136 * v184, v186 = v181 - v185,
+      v187 = v186 - T_0, v188 = v187 * v187, v189 = v137 * v184, v190 = v136 * v180,
+      v191 = v189 + v190, v192 = v191 - T_1, v193 = v192 * v192, v194 = v188 + v193,
+      v195 = v103 * v178, v196 = v102 * v173, v197 = v195 + v196, v198 = v197 - T_2,
+      v199 = v198 * v198, v200 = v194 + v199, v201 = v12 * v150, v202 = v103 * v201,
+      v203 = v12 * v163, v204 = v89 * v203, v205 = v10 * v96, v206 = v204 - v205,
+      v207 = v102 * v206, v208 = v202 - v207, v209 = v137 * v208, v210 = v10 * v89,
+      v211 = v96 * v203, v212 = v210 + v211, v213 = v136 * v212, v214 = v209 + v213,
+      v215 = v214 - T_4, v216 = v215 * v215, v217 = v200 + v216, v218 = v136 * v208,
+      v219 = v137 * v212, v220 = v218 - v219, v221 = v220 - T_5, v222 = v221 * v221,
+      v223 = v217 + v222, v224 = v103 * v206, v225 = v102 * v201, v226 = v224 + v225,
+      v227 = v226 - T_6, v228 = v227 * v227, v229 = v223 + v228, v230 = v103 * v163,
+      v231 = v89 * v150, v232 = v102 * v231, v233 = v230 + v232, v234 = v137 * v233,
+      v235 = v96 * v150, v236 = v136 * v235, v237 = v234 - v236, v238 = v237 - T_8,
+      v239 = v238 * v238, v240 = v229 + v239, v241 = v137 * v235, v242 = v136 * v233,
+      v243 = v241 + v242, v244 = v243 - T_9, v245 = v244 * v244, v246 = v240 + v245,
+      v247 = v102 * v163, v248 = v103 * v231, v249 = v247 - v248, v250 = v249 - T_10,
+      v251 = v250 * v250, v252 = v246 + v251, v253 = 0.5 * v252;
+  LANES_LET2(v254, fmax, v172, v253); LANES_LET1(v255, sqrt, v254); out[8] = v255;
+  const lanes v256 = 1e-300 + v22, v257 = v30 / v256;
+  out[9] = v257; lanes v11, v65; LANES_NAME(lanes_two_atan2)(&v8, &v10, &v63, &v64, &v11, &v65);
+  LANES_LET2(v66, atan2, v50, v46);
+  const lanes v139 = choice_0 * v11;
+  out[1] = v139; out[2] = v65;
+  const lanes v140 = -v66;
+  out[4] = v140;
 }
 
-static inline LANES_TARGET void LANES_NAME(photo_robot_ik_branches)(const double *T, const double *q1, const double *q4, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(photo_robot_ik_branches)(const double *T, const double *q1, const double *q4, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[21], out[BRANCHES / COUNT][10];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  LANES_NAME(lanes_spread)(q1, 1, in + 16);
-  LANES_NAME(lanes_spread)(q4, 1, in + 17);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[18 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(photo_robot_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][10];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(photo_robot_ik_branch)(T, q1, q4, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(photo_robot_ik_branch)(T, q1, q4, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 8, COUNT, q + b * 8, 8);
-    LANES_NAME(lanes_scatter)(from + 8, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 9, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 8, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 9, 1, COUNT, margin + b * 1, 1);
   }
 }
 

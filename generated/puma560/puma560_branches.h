@@ -18,345 +18,118 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(puma560_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(puma560_ik_branch)(
+    const double *T, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes sign_0 = in[16];
-  const lanes sign_1 = in[17];
-  const lanes sign_2 = in[18];
-  const lanes v1 = 0.15005 * T_3;
-  const lanes v2 = T_3 * T_3;
-  const lanes v3 = T_7 * T_7;
-  const lanes v4 = v2 + v3;
-  const lanes v5 = 4e-15 * v4;
-  const lanes v6 = v4 - 0.0225150025;
-  const lanes_where v7 = LANES_LT(v5, v6);
-  lanes v8; LANES_NAME(lanes_sqrt)(&v6, &v8);
-  const lanes v9 = sign_0 * v8;
-  const lanes v10 = T_7 * v9;
-  const lanes v11 = LANES_CHOICE(v7, v10, 0.0);
-  const lanes v12 = v1 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = T_3 * v9;
-  const lanes v15 = LANES_CHOICE(v7, v14, 0.0);
-  const lanes v16 = 0.15005 * T_7;
-  const lanes v17 = v15 + v16;
-  const lanes v18 = 1e-150 - v17;
-  const lanes v19 = v18 * v18;
-  const lanes v20 = v13 + v19;
-  lanes v21; LANES_NAME(lanes_sqrt)(&v20, &v21);
-  const lanes v22 = v12 / v21;
-  const lanes v23 = v18 / v21;
-  const lanes v25 = T_11 - 0.67183;
-  const lanes v26 = T_3 * v23;
-  const lanes v27 = T_7 * v22;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = v25 * v25;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v31 - 2.274465470661e-07;
-  const lanes v33 = 0.746628912553453 - v31;
-  const lanes v34 = v32 * v33;
-  const lanes_where v35 = LANES_LT(5.574543934244672e-16, v34);
-  lanes v36; LANES_NAME(lanes_sqrt)(&v34, &v36);
-  const lanes v37 = sign_1 * v36;
-  const lanes v38 = 0.37290248 * v37;
-  const lanes v39 = LANES_CHOICE(v35, v38, 0.0);
-  const lanes v40 = v31 - 0.37331457;
-  const lanes v41 = 0.01753108 * v40;
-  const lanes v42 = v39 + v41;
-  const lanes v43 = 1e-150 + v42;
-  const lanes v44 = 0.01753108 * v37;
-  const lanes v45 = LANES_CHOICE(v35, v44, 0.0);
-  const lanes v46 = 0.37290248 * v40;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v47 * v47;
-  const lanes v49 = v43 * v43;
-  const lanes v50 = v48 + v49;
-  lanes v51; LANES_NAME(lanes_sqrt)(&v50, &v51);
-  const lanes v52 = v43 / v51;
-  const lanes v53 = 0.0203 * v52;
-  const lanes v54 = v47 / v51;
-  const lanes v55 = 0.4318 * v54;
-  const lanes v56 = v53 - v55;
-  const lanes v57 = v56 + 0.4318;
-  const lanes v58 = v25 * v57;
-  const lanes v59 = 0.0203 * v54;
-  const lanes v60 = 0.4318 * v52;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = v28 * v61;
-  const lanes v63 = v58 - v62;
-  const lanes v64 = v63 * v63;
-  const lanes v65 = v28 * v57;
-  const lanes v66 = v25 * v61;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = 1e-150 + v67;
-  const lanes v69 = v68 * v68;
-  const lanes v70 = v64 + v69;
-  lanes v71; LANES_NAME(lanes_sqrt)(&v70, &v71);
-  const lanes v72 = v63 / v71;
-  const lanes v73 = v68 / v71;
-  const lanes v76 = T_6 * v23;
-  const lanes v77 = T_2 * v22;
-  const lanes v78 = v76 - v77;
-  const lanes v79 = v78 * v78;
-  const lanes v80 = T_10 * v72;
-  const lanes v81 = T_2 * v23;
-  const lanes v82 = T_6 * v22;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = v73 * v83;
-  const lanes v85 = v80 + v84;
-  const lanes v86 = v52 * v85;
-  const lanes v87 = T_10 * v73;
-  const lanes v88 = v72 * v83;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v54 * v89;
-  const lanes v91 = v86 + v90;
-  const lanes v92 = v91 * v91;
-  const lanes v93 = v79 + v92;
-  const lanes v94 = 4e-15 * v93;
-  const lanes_where v95 = LANES_LT(v94, v93);
-  lanes v96; LANES_NAME(lanes_sqrt)(&v93, &v96);
-  const lanes v97 = sign_2 * v96;
-  const lanes v98 = v78 * v97;
-  const lanes v99 = v98 * v98;
-  const lanes v100 = LANES_CHOICE(v95, v99, 0.0);
-  const lanes v101 = LANES_CHOICE(v95, v100, 0.0);
-  const lanes v102 = v91 * v97;
-  const lanes v103 = LANES_CHOICE(v95, v102, 0.0);
-  const lanes v104 = 1e-150 - v103;
-  const lanes v105 = v104 * v104;
-  const lanes v106 = v101 + v105;
-  lanes v107; LANES_NAME(lanes_sqrt)(&v106, &v107);
-  const lanes v108 = 1.0 / v107;
-  const lanes v109 = v98 * v108;
-  const lanes v110 = LANES_CHOICE(v95, v109, 0.0);
-  const lanes v111 = v104 / v107;
-  lanes v112; LANES_NAME(lanes_atan2)(&v110, &v111, &v112);
-  const lanes v113 = v91 * v111;
-  const lanes v114 = v78 * v109;
-  const lanes v115 = LANES_CHOICE(v95, v114, 0.0);
-  const lanes v116 = v113 - v115;
-  const lanes v117 = v116 * v116;
-  const lanes v118 = v52 * v89;
-  const lanes v119 = v54 * v85;
-  const lanes v120 = v118 - v119;
-  const lanes v121 = 1e-150 + v120;
-  const lanes v122 = v121 * v121;
-  const lanes v123 = v117 + v122;
-  lanes v124; LANES_NAME(lanes_sqrt)(&v123, &v124);
-  const lanes v125 = v116 / v124;
-  const lanes v126 = v121 / v124;
-  lanes v127; LANES_NAME(lanes_atan2)(&v125, &v126, &v127);
-  const lanes v128 = T_4 * v23;
-  const lanes v129 = T_0 * v22;
-  const lanes v130 = v128 - v129;
-  const lanes v131 = v111 * v130;
-  const lanes v132 = T_8 * v72;
-  const lanes v133 = T_0 * v23;
-  const lanes v134 = T_4 * v22;
-  const lanes v135 = v133 + v134;
-  const lanes v136 = v73 * v135;
-  const lanes v137 = v132 + v136;
-  const lanes v138 = v52 * v137;
-  const lanes v139 = T_8 * v73;
-  const lanes v140 = v72 * v135;
-  const lanes v141 = v139 - v140;
-  const lanes v142 = v54 * v141;
-  const lanes v143 = v138 + v142;
-  const lanes v144 = v109 * v143;
-  const lanes v145 = LANES_CHOICE(v95, v144, 0.0);
-  const lanes v146 = v131 + v145;
-  const lanes v147 = v146 * v146;
-  const lanes v148 = v111 * v143;
-  const lanes v149 = v109 * v130;
-  const lanes v150 = LANES_CHOICE(v95, v149, 0.0);
-  const lanes v151 = v148 - v150;
-  const lanes v152 = v126 * v151;
-  const lanes v153 = v52 * v141;
-  const lanes v154 = v54 * v137;
-  const lanes v155 = v153 - v154;
-  const lanes v156 = v125 * v155;
-  const lanes v157 = v152 - v156;
-  const lanes v158 = 1e-150 + v157;
-  const lanes v159 = v158 * v158;
-  const lanes v160 = v147 + v159;
-  lanes v161; LANES_NAME(lanes_sqrt)(&v160, &v161);
-  const lanes v162 = v146 / v161;
-  const lanes v163 = v158 / v161;
-  lanes v164; LANES_NAME(lanes_atan2)(&v162, &v163, &v164);
-  const lanes v165 = -v112;
-  out[3] = v165;
-  const lanes v166 = -v127;
-  out[4] = v166;
-  out[5] = v164;
-  const lanes v167 = v52 * v73;
-  const lanes v168 = v54 * v72;
-  const lanes v169 = v167 - v168;
-  const lanes v170 = 0.0203 * v169;
-  const lanes v171 = v52 * v72;
-  const lanes v172 = v54 * v73;
-  const lanes v173 = v171 + v172;
-  const lanes v174 = 0.4318 * v173;
-  const lanes v175 = v170 - v174;
-  const lanes v176 = 0.4318 * v73;
-  const lanes v177 = v175 + v176;
-  const lanes v178 = v23 * v177;
-  const lanes v179 = 0.15005 * v22;
-  const lanes v180 = v178 + v179;
-  const lanes v181 = v180 - T_3;
-  const lanes v182 = v181 * v181;
-  const lanes v183 = v22 * v177;
-  const lanes v184 = 0.15005 * v23;
-  const lanes v185 = v183 - v184;
-  const lanes v186 = v185 - T_7;
-  const lanes v187 = v186 * v186;
-  const lanes v188 = v182 + v187;
-  const lanes v189 = 0.4318 * v169;
-  const lanes v190 = 0.0203 * v173;
-  const lanes v191 = v189 + v190;
-  const lanes v192 = 0.4318 * v72;
-  const lanes v193 = v191 + v192;
-  const lanes v194 = v193 + 0.67183;
-  const lanes v195 = v194 - T_11;
-  const lanes v196 = v195 * v195;
-  const lanes v197 = v188 + v196;
-  const lanes v198 = v22 * v109;
-  const lanes v199 = LANES_CHOICE(v95, v198, 0.0);
-  const lanes v200 = v23 * v169;
-  const lanes v201 = v111 * v200;
-  const lanes v202 = v199 + v201;
-  const lanes v203 = v126 * v202;
-  const lanes v204 = v23 * v173;
-  const lanes v205 = v125 * v204;
-  const lanes v206 = v203 + v205;
-  const lanes v207 = v163 * v206;
-  const lanes v208 = v109 * v200;
-  const lanes v209 = LANES_CHOICE(v95, v208, 0.0);
-  const lanes v210 = v22 * v111;
-  const lanes v211 = v209 - v210;
-  const lanes v212 = v162 * v211;
-  const lanes v213 = v207 + v212;
-  const lanes v214 = v213 - T_0;
-  const lanes v215 = v214 * v214;
-  const lanes v216 = v163 * v211;
-  const lanes v217 = v162 * v206;
-  const lanes v218 = v216 - v217;
-  const lanes v219 = v218 - T_1;
-  const lanes v220 = v219 * v219;
-  const lanes v221 = v215 + v220;
-  const lanes v222 = v125 * v202;
-  const lanes v223 = v126 * v204;
-  const lanes v224 = v222 - v223;
-  const lanes v225 = v224 - T_2;
-  const lanes v226 = v225 * v225;
-  const lanes v227 = v221 + v226;
-  const lanes v228 = v22 * v169;
-  const lanes v229 = v111 * v228;
-  const lanes v230 = v23 * v109;
-  const lanes v231 = LANES_CHOICE(v95, v230, 0.0);
-  const lanes v232 = v229 - v231;
-  const lanes v233 = v126 * v232;
-  const lanes v234 = v22 * v173;
-  const lanes v235 = v125 * v234;
-  const lanes v236 = v233 + v235;
-  const lanes v237 = v163 * v236;
-  const lanes v238 = v23 * v111;
-  const lanes v239 = v109 * v228;
-  const lanes v240 = LANES_CHOICE(v95, v239, 0.0);
-  const lanes v241 = v238 + v240;
-  const lanes v242 = v162 * v241;
-  const lanes v243 = v237 + v242;
-  const lanes v244 = v243 - T_4;
-  const lanes v245 = v244 * v244;
-  const lanes v246 = v227 + v245;
-  const lanes v247 = v163 * v241;
-  const lanes v248 = v162 * v236;
-  const lanes v249 = v247 - v248;
-  const lanes v250 = v249 - T_5;
-  const lanes v251 = v250 * v250;
-  const lanes v252 = v246 + v251;
-  const lanes v253 = v125 * v232;
-  const lanes v254 = v126 * v234;
-  const lanes v255 = v253 - v254;
-  const lanes v256 = v255 - T_6;
-  const lanes v257 = v256 * v256;
-  const lanes v258 = v252 + v257;
-  const lanes v259 = v111 * v173;
-  const lanes v260 = v126 * v259;
-  const lanes v261 = v125 * v169;
-  const lanes v262 = v260 - v261;
-  const lanes v263 = v163 * v262;
-  const lanes v264 = v109 * v173;
-  const lanes v265 = v162 * v264;
-  const lanes v266 = LANES_CHOICE(v95, v265, 0.0);
-  const lanes v267 = v263 + v266;
-  const lanes v268 = v267 - T_8;
-  const lanes v269 = v268 * v268;
-  const lanes v270 = v258 + v269;
-  const lanes v271 = v163 * v264;
-  const lanes v272 = LANES_CHOICE(v95, v271, 0.0);
-  const lanes v273 = v162 * v262;
-  const lanes v274 = v272 - v273;
-  const lanes v275 = v274 - T_9;
-  const lanes v276 = v275 * v275;
-  const lanes v277 = v270 + v276;
-  const lanes v278 = v126 * v169;
-  const lanes v279 = v125 * v259;
-  const lanes v280 = v278 + v279;
-  const lanes v281 = v280 - T_10;
-  const lanes v282 = v281 * v281;
-  const lanes v283 = v277 + v282;
-  const lanes v284 = 0.5 * v283;
-  lanes v285; LANES_NAME(lanes_fmax)(&v197, &v284, &v285);
-  lanes v286; LANES_NAME(lanes_sqrt)(&v285, &v286);
-  out[6] = v286;
-  const lanes v287 = 1e-300 + v93;
-  const lanes v288 = v93 / v287;
-  const lanes v289 = 1e-300 + v4;
-  const lanes v290 = v6 / v289;
-  const lanes v291 = 7.1754748858069295 * v34;
-  lanes v292; LANES_NAME(lanes_fmin)(&v290, &v291, &v292);
-  lanes v293; LANES_NAME(lanes_fmin)(&v288, &v292, &v293);
-  out[7] = v293;
-  lanes v24, v74; LANES_NAME(lanes_two_atan2)(&v22, &v23, &v72, &v73, &v24, &v74);
-  lanes v75; LANES_NAME(lanes_atan2)(&v54, &v52, &v75);
-  out[0] = v24;
-  out[1] = v74;
-  out[2] = v75;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.15005 * T_3,
+      v2 = T_3 * T_3, v3 = T_7 * T_7, v4 = v2 + v3, v5 = 4e-15 * v4, v6 = v4 - 0.0225150025;
+  const lanes_where v7 = LANES_LT(v5, v6); LANES_LET1(v8, sqrt, v6);
+  const lanes v9 = LANES_CHOICE(v7, v8, 0.0), v10 = choice_0 * v9, v11 = T_7 * v10, v12 = v1 - v11,
+      v13 = v12 * v12, v14 = T_3 * v10, v15 = 0.15005 * T_7, v16 = v14 + v15, v17 = 1e-150 - v16,
+      v18 = v17 * v17, v19 = v13 + v18;
+  LANES_LET1(v20, sqrt, v19);
+  const lanes v21 = v12 / v20, v22 = v17 / v20, v24 = T_11 - 0.67183, v25 = T_3 * v22,
+      v26 = T_7 * v21, v27 = v25 + v26, v28 = v27 * v27, v29 = v24 * v24, v30 = v28 + v29,
+      v31 = v30 - 2.274465470661e-07, v32 = 0.746628912553453 - v30, v33 = v31 * v32;
+  const lanes_where v34 = LANES_LT(5.574543934244672e-16, v33); LANES_LET1(v35, sqrt, v33);
+  const lanes v36 = LANES_CHOICE(v34, v35, 0.0), v37 = choice_1 * v36, v38 = 0.37290248 * v37,
+      v39 = v30 - 0.37331457, v40 = 0.01753108 * v39, v41 = v38 + v40, v42 = 1e-150 + v41,
+      v43 = 0.01753108 * v37, v44 = 0.37290248 * v39, v45 = v43 - v44, v46 = v45 * v45,
+      v47 = v42 * v42, v48 = v46 + v47;
+  LANES_LET1(v49, sqrt, v48);
+  const lanes v50 = v42 / v49, v51 = 0.0203 * v50, v52 = v45 / v49, v53 = 0.4318 * v52,
+      v54 = v51 - v53, v55 = v54 + 0.4318, v56 = v24 * v55, v57 = 0.0203 * v52, v58 = 0.4318 * v50,
+      v59 = v57 + v58, v60 = v27 * v59, v61 = v56 - v60, v62 = v61 * v61, v63 = v27 * v55,
+      v64 = v24 * v59, v65 = v63 + v64, v66 = 1e-150 + v65, v67 = v66 * v66, v68 = v62 + v67;
+  LANES_LET1(v69, sqrt, v68);
+  const lanes v70 = v61 / v69, v71 = v66 / v69, v74 = T_6 * v22, v75 = T_2 * v21, v76 = v74 - v75,
+      v77 = v76 * v76, v78 = T_10 * v70, v79 = T_2 * v22, v80 = T_6 * v21, v81 = v79 + v80,
+      v82 = v71 * v81, v83 = v78 + v82, v84 = v50 * v83, v85 = T_10 * v71, v86 = v70 * v81,
+      v87 = v85 - v86, v88 = v52 * v87, v89 = v84 + v88, v90 = 1e-150 - v89, v91 = v90 * v90,
+      v92 = v77 + v91;
+  LANES_LET1(v93, sqrt, v92);
+  const lanes v94 = v76 / v93, v95 = v90 / v93, v96 = choice_2 * v95;
+  LANES_LET2(v97, atan2, v94, v96);
+  const lanes v98 = v89 * v96, v99 = choice_2 * v94, v100 = v76 * v99, v101 = v98 - v100,
+      v102 = v50 * v87, v103 = v52 * v83, v104 = v102 - v103, v105 = v104 * v104,
+      v106 = v101 * v101, v107 = v105 + v106;
+  LANES_LET1(v108, sqrt, v107);
+  const lanes v109 = v101 / v108, v110 = v104 / v108;
+  LANES_LET2(v111, atan2, v109, v110);
+  const lanes v112 = T_4 * v22, v113 = T_0 * v21, v114 = v112 - v113, v115 = v96 * v114,
+      v116 = T_8 * v70, v117 = T_0 * v22, v118 = T_4 * v21, v119 = v117 + v118, v120 = v71 * v119,
+      v121 = v116 + v120, v122 = v50 * v121, v123 = T_8 * v71, v124 = v70 * v119,
+      v125 = v123 - v124, v126 = v52 * v125, v127 = v122 + v126, v128 = v99 * v127,
+      v129 = v115 + v128, v130 = v129 * v129, v131 = v96 * v127, v132 = v99 * v114,
+      v133 = v131 - v132, v134 = v110 * v133, v135 = v50 * v125, v136 = v52 * v121,
+      v137 = v135 - v136, v138 = v109 * v137, v139 = v134 - v138, v140 = v139 * v139,
+      v141 = v130 + v140;
+  LANES_LET1(v142, sqrt, v141);
+  const lanes v143 = v129 / v142, v144 = v139 / v142;
+  LANES_LET2(v145, atan2, v143, v144);
+  const lanes v146 = choice_2 * v97, v147 = -v146;
+  out[3] = v147;
+  const lanes v148 = -v111;
+  out[4] = v148; out[5] = v145;
+  const lanes v149 = v50 * v71, v150 = v52 * v70, v151 = v149 - v150, v152 = 0.0203 * v151,
+      v153 = v50 * v70, v154 = v52 * v71, v155 = v153 + v154, v156 = 0.4318 * v155,
+      v157 = v152 - v156, v158 = 0.4318 * v71, v159 = v157 + v158, v160 = v22 * v159,
+      v161 = 0.15005 * v21, v162 = v160 + v161, v163 = v162 - T_3, v164 = v163 * v163,
+      v165 = v21 * v159, v166 = 0.15005 * v22, v167 = v165 - v166, v168 = v167 - T_7,
+      v169 = v168 * v168, v170 = v164 + v169, v171 = 0.4318 * v151, v172 = 0.0203 * v155,
+      v173 = v171 + v172, v174 = 0.4318 * v70, v175 = v173 + v174, v176 = v175 + 0.67183,
+      v177 = v176 - T_11, v178 = v177 * v177, v179 = v170 + v178, v180 = v21 * v99,
+      v181 = v22 * v151, v182 = v96 * v181, v183 = v180 + v182, v184 = v110 * v183,
+      v185 = v22 * v155, v186 = v109 * v185, v187 = v184 + v186, v188 = v144 * v187,
+      v189 = v99 * v181, v190 = v21 * v96, v191 = v189 - v190, v192 = v143 * v191,
+      v193 = v188 + v192, v194 = v193 - T_0, v195 = v194 * v194, v196 = v144 * v191,
+      v197 = v143 * v187, v198 = v196 - v197, v199 = v198 - T_1, v200 = v199 * v199,
+      v201 = v195 + v200, v202 = v109 * v183, v203 = v110 * v185, v204 = v202 - v203,
+      v205 = v204 - T_2, v206 = v205 * v205, v207 = v201 + v206, v208 = v21 * v151,
+      v209 = v96 * v208, v210 = v22 * v99, v211 = v209 - v210, v212 = v110 * v211,
+      v213 = v21 * v155, v214 = v109 * v213, v215 = v212 + v214, v216 = v144 * v215,
+      v217 = v22 * v96, v218 = v99 * v208, v219 = v217 + v218, v220 = v143 * v219,
+      v221 = v216 + v220, v222 = v221 - T_4, v223 = v222 * v222, v224 = v207 + v223,
+      v225 = v144 * v219, v226 = v143 * v215, v227 = v225 - v226, v228 = v227 - T_5,
+      v229 = v228 * v228, v230 = v224 + v229, v231 = v109 * v211, v232 = v110 * v213,
+      v233 = v231 - v232, v234 = v233 - T_6, v235 = v234 * v234, v236 = v230 + v235,
+      v237 = v96 * v155, v238 = v110 * v237, v239 = v109 * v151, v240 = v238 - v239,
+      v241 = v144 * v240, v242 = v99 * v155, v243 = v143 * v242, v244 = v241 + v243,
+      v245 = v244 - T_8, v246 = v245 * v245, v247 = v236 + v246, v248 = v144 * v242,
+      v249 = v143 * v240, v250 = v248 - v249, v251 = v250 - T_9, v252 = v251 * v251,
+      v253 = v247 + v252, v254 = v110 * v151, v255 = v109 * v237, v256 = v254 + v255,
+      v257 = v256 - T_10, v258 = v257 * v257, v259 = v253 + v258, v260 = 0.5 * v259;
+  LANES_LET2(v261, fmax, v179, v260); LANES_LET1(v262, sqrt, v261); out[6] = v262;
+  const lanes v263 = 1e-300 + v4, v264 = v6 / v263, v265 = 7.1754748858069295 * v33;
+  LANES_LET2(v266, fmin, v264, v265); out[7] = v266;
+  lanes v23, v72; LANES_NAME(lanes_two_atan2)(&v21, &v22, &v70, &v71, &v23, &v72);
+  LANES_LET2(v73, atan2, v52, v50); out[0] = v23; out[1] = v72; out[2] = v73;
 }
 
-static inline LANES_TARGET void LANES_NAME(puma560_ik_branches)(const double *T, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(puma560_ik_branches)(const double *T, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[19], out[BRANCHES / COUNT][8];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[16 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(puma560_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][8];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(puma560_ik_branch)(T, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(puma560_ik_branch)(T, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 6, COUNT, q + b * 6, 6);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b * 1, 1);
   }
 }
 

@@ -18,336 +18,112 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(stanford_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(stanford_ik_branch)(
+    const double *T, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes sign_0 = in[16];
-  const lanes sign_1 = in[17];
-  const lanes sign_2 = in[18];
-  const lanes v1 = 0.26289 * T_2;
-  const lanes v2 = T_3 - v1;
-  const lanes v3 = v2 * v2;
-  const lanes v4 = 0.26289 * T_6;
-  const lanes v5 = T_7 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 + v6;
-  const lanes v8 = 0.26289 * T_10;
-  const lanes v9 = T_11 - v8;
-  const lanes v10 = v9 - 0.411988;
-  const lanes v11 = v10 * v10;
-  const lanes v12 = v7 + v11;
-  const lanes v13 = 0.0236144689 + v12;
-  const lanes v14 = 4e-15 * v13;
-  const lanes v15 = v12 - 0.0236144689;
-  const lanes_where v16 = LANES_LT(v14, v15);
-  lanes v17; LANES_NAME(lanes_sqrt)(&v15, &v17);
-  const lanes v18 = sign_0 * v17;
-  const lanes v19 = v18 * v18;
-  const lanes v20 = LANES_CHOICE(v16, v19, 0.0);
-  const lanes v21 = LANES_CHOICE(v16, v20, 0.0);
-  lanes v22; LANES_NAME(lanes_fmin)(&v21, &v7, &v22);
-  const lanes v23 = 4e-15 * v22;
-  const lanes_where v24 = LANES_LT(v21, v7);
-  const lanes v25 = v21 - v11;
-  const lanes v26 = v7 - 0.0236144689;
-  const lanes v27 = LANES_CHOICE(v24, v25, v26);
-  const lanes_where v28 = LANES_LT(v23, v27);
-  lanes v29; LANES_NAME(lanes_sqrt)(&v27, &v29);
-  const lanes v30 = sign_1 * v29;
-  const lanes v31 = v5 * v30;
-  const lanes v32 = LANES_CHOICE(v28, v31, 0.0);
-  const lanes v33 = 0.15367 * v2;
-  const lanes v34 = v32 - v33;
-  const lanes v35 = v34 * v34;
-  const lanes v36 = v2 * v30;
-  const lanes v37 = LANES_CHOICE(v28, v36, 0.0);
-  const lanes v38 = 0.15367 * v5;
-  const lanes v39 = v37 + v38;
-  const lanes v40 = 1e-150 + v39;
-  const lanes v41 = v40 * v40;
-  const lanes v42 = v35 + v41;
-  lanes v43; LANES_NAME(lanes_sqrt)(&v42, &v43);
-  const lanes v44 = v34 / v43;
-  const lanes v45 = v40 / v43;
-  const lanes v47 = v2 * v45;
-  const lanes v48 = v5 * v44;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = v18 * v49;
-  const lanes v51 = v50 * v50;
-  const lanes v52 = LANES_CHOICE(v16, v51, 0.0);
-  const lanes v53 = LANES_CHOICE(v16, v52, 0.0);
-  const lanes v54 = v10 * v18;
-  const lanes v55 = LANES_CHOICE(v16, v54, 0.0);
-  const lanes v56 = 1e-150 + v55;
-  const lanes v57 = v56 * v56;
-  const lanes v58 = v53 + v57;
-  lanes v59; LANES_NAME(lanes_sqrt)(&v58, &v59);
-  const lanes v60 = 1.0 / v59;
-  const lanes v61 = v50 * v60;
-  const lanes v62 = LANES_CHOICE(v16, v61, 0.0);
-  const lanes v63 = v56 / v59;
-  const lanes v65 = T_6 * v45;
-  const lanes v66 = T_2 * v44;
-  const lanes v67 = v65 - v66;
-  const lanes v68 = v67 * v67;
-  const lanes v69 = T_2 * v45;
-  const lanes v70 = T_6 * v44;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = v63 * v71;
-  const lanes v73 = T_10 * v61;
-  const lanes v74 = LANES_CHOICE(v16, v73, 0.0);
-  const lanes v75 = v72 - v74;
-  const lanes v76 = v75 * v75;
-  const lanes v77 = v68 + v76;
-  const lanes v78 = 4e-15 * v77;
-  const lanes_where v79 = LANES_LT(v78, v77);
-  lanes v80; LANES_NAME(lanes_sqrt)(&v77, &v80);
-  const lanes v81 = sign_2 * v80;
-  const lanes v82 = v75 * v81;
-  const lanes v83 = v82 * v82;
-  const lanes v84 = LANES_CHOICE(v79, v83, 0.0);
-  const lanes v85 = LANES_CHOICE(v79, v84, 0.0);
-  const lanes v86 = v67 * v81;
-  const lanes v87 = LANES_CHOICE(v79, v86, 0.0);
-  const lanes v88 = 1e-150 - v87;
-  const lanes v89 = v88 * v88;
-  const lanes v90 = v85 + v89;
-  lanes v91; LANES_NAME(lanes_sqrt)(&v90, &v91);
-  const lanes v92 = 1.0 / v91;
-  const lanes v93 = v82 * v92;
-  const lanes v94 = LANES_CHOICE(v79, v93, 0.0);
-  const lanes v95 = v88 / v91;
-  lanes v96; LANES_NAME(lanes_atan2)(&v94, &v95, &v96);
-  const lanes v97 = v67 * v95;
-  const lanes v98 = v75 * v93;
-  const lanes v99 = LANES_CHOICE(v79, v98, 0.0);
-  const lanes v100 = v97 - v99;
-  const lanes v101 = v100 * v100;
-  const lanes v102 = T_10 * v63;
-  const lanes v103 = v61 * v71;
-  const lanes v104 = LANES_CHOICE(v16, v103, 0.0);
-  const lanes v105 = v102 + v104;
-  const lanes v106 = 1e-150 + v105;
-  const lanes v107 = v106 * v106;
-  const lanes v108 = v101 + v107;
-  lanes v109; LANES_NAME(lanes_sqrt)(&v108, &v109);
-  const lanes v110 = v100 / v109;
-  const lanes v111 = v106 / v109;
-  lanes v112; LANES_NAME(lanes_atan2)(&v110, &v111, &v112);
-  const lanes v113 = T_8 * v61;
-  const lanes v114 = LANES_CHOICE(v16, v113, 0.0);
-  const lanes v115 = T_0 * v45;
-  const lanes v116 = T_4 * v44;
-  const lanes v117 = v115 + v116;
-  const lanes v118 = v63 * v117;
-  const lanes v119 = v114 - v118;
-  const lanes v120 = v95 * v119;
-  const lanes v121 = T_0 * v44;
-  const lanes v122 = T_4 * v45;
-  const lanes v123 = v121 - v122;
-  const lanes v124 = v93 * v123;
-  const lanes v125 = LANES_CHOICE(v79, v124, 0.0);
-  const lanes v126 = v120 + v125;
-  const lanes v127 = v126 * v126;
-  const lanes v128 = v95 * v123;
-  const lanes v129 = v93 * v119;
-  const lanes v130 = LANES_CHOICE(v79, v129, 0.0);
-  const lanes v131 = v128 - v130;
-  const lanes v132 = v111 * v131;
-  const lanes v133 = T_8 * v63;
-  const lanes v134 = v61 * v117;
-  const lanes v135 = LANES_CHOICE(v16, v134, 0.0);
-  const lanes v136 = v133 + v135;
-  const lanes v137 = v110 * v136;
-  const lanes v138 = v132 + v137;
-  const lanes v139 = 1e-150 + v138;
-  const lanes v140 = v139 * v139;
-  const lanes v141 = v127 + v140;
-  lanes v142; LANES_NAME(lanes_sqrt)(&v141, &v142);
-  const lanes v143 = v126 / v142;
-  const lanes v144 = v139 / v142;
-  lanes v145; LANES_NAME(lanes_atan2)(&v143, &v144, &v145);
-  const lanes v146 = LANES_CHOICE(v16, v18, 0.0);
-  out[2] = v146;
-  out[3] = v96;
-  const lanes v147 = -v112;
-  out[4] = v147;
-  const lanes v148 = -v145;
-  out[5] = v148;
-  const lanes v149 = 0.26289 * v111;
-  const lanes v150 = v146 + v149;
-  const lanes v151 = v61 * v150;
-  const lanes v152 = LANES_CHOICE(v16, v151, 0.0);
-  const lanes v153 = 0.26289 * v110;
-  const lanes v154 = v93 * v153;
-  const lanes v155 = v63 * v154;
-  const lanes v156 = LANES_CHOICE(v79, v155, 0.0);
-  const lanes v157 = v152 - v156;
-  const lanes v158 = v45 * v157;
-  const lanes v159 = v95 * v153;
-  const lanes v160 = v159 + 0.15367;
-  const lanes v161 = v44 * v160;
-  const lanes v162 = v158 - v161;
-  const lanes v163 = v162 - T_3;
-  const lanes v164 = v163 * v163;
-  const lanes v165 = v45 * v160;
-  const lanes v166 = v44 * v157;
-  const lanes v167 = v165 + v166;
-  const lanes v168 = v167 - T_7;
-  const lanes v169 = v168 * v168;
-  const lanes v170 = v164 + v169;
-  const lanes v171 = v63 * v150;
-  const lanes v172 = v61 * v154;
-  const lanes v173 = LANES_CHOICE(v16, v172, 0.0);
-  const lanes v174 = LANES_CHOICE(v79, v173, 0.0);
-  const lanes v175 = v171 + v174;
-  const lanes v176 = v175 + 0.411988;
-  const lanes v177 = v176 - T_11;
-  const lanes v178 = v177 * v177;
-  const lanes v179 = v170 + v178;
-  const lanes v180 = v44 * v95;
-  const lanes v181 = v45 * v63;
-  const lanes v182 = v93 * v181;
-  const lanes v183 = LANES_CHOICE(v79, v182, 0.0);
-  const lanes v184 = v180 + v183;
-  const lanes v185 = v111 * v184;
-  const lanes v186 = v45 * v61;
-  const lanes v187 = v110 * v186;
-  const lanes v188 = LANES_CHOICE(v16, v187, 0.0);
-  const lanes v189 = v185 + v188;
-  const lanes v190 = v144 * v189;
-  const lanes v191 = v95 * v181;
-  const lanes v192 = v44 * v93;
-  const lanes v193 = LANES_CHOICE(v79, v192, 0.0);
-  const lanes v194 = v191 - v193;
-  const lanes v195 = v143 * v194;
-  const lanes v196 = v190 - v195;
-  const lanes v197 = v196 - T_0;
-  const lanes v198 = v197 * v197;
-  const lanes v199 = v144 * v194;
-  const lanes v200 = v143 * v189;
-  const lanes v201 = v199 + v200;
-  const lanes v202 = v201 - T_1;
-  const lanes v203 = v202 * v202;
-  const lanes v204 = v198 + v203;
-  const lanes v205 = v110 * v184;
-  const lanes v206 = v111 * v186;
-  const lanes v207 = LANES_CHOICE(v16, v206, 0.0);
-  const lanes v208 = v205 - v207;
-  const lanes v209 = T_2 + v208;
-  const lanes v210 = v209 * v209;
-  const lanes v211 = v204 + v210;
-  const lanes v212 = v44 * v63;
-  const lanes v213 = v93 * v212;
-  const lanes v214 = LANES_CHOICE(v79, v213, 0.0);
-  const lanes v215 = v45 * v95;
-  const lanes v216 = v214 - v215;
-  const lanes v217 = v111 * v216;
-  const lanes v218 = v44 * v61;
-  const lanes v219 = v110 * v218;
-  const lanes v220 = LANES_CHOICE(v16, v219, 0.0);
-  const lanes v221 = v217 + v220;
-  const lanes v222 = v144 * v221;
-  const lanes v223 = v45 * v93;
-  const lanes v224 = LANES_CHOICE(v79, v223, 0.0);
-  const lanes v225 = v95 * v212;
-  const lanes v226 = v224 + v225;
-  const lanes v227 = v143 * v226;
-  const lanes v228 = v222 - v227;
-  const lanes v229 = v228 - T_4;
-  const lanes v230 = v229 * v229;
-  const lanes v231 = v211 + v230;
-  const lanes v232 = v144 * v226;
-  const lanes v233 = v143 * v221;
-  const lanes v234 = v232 + v233;
-  const lanes v235 = v234 - T_5;
-  const lanes v236 = v235 * v235;
-  const lanes v237 = v231 + v236;
-  const lanes v238 = v110 * v216;
-  const lanes v239 = v111 * v218;
-  const lanes v240 = LANES_CHOICE(v16, v239, 0.0);
-  const lanes v241 = v238 - v240;
-  const lanes v242 = T_6 + v241;
-  const lanes v243 = v242 * v242;
-  const lanes v244 = v237 + v243;
-  const lanes v245 = v63 * v110;
-  const lanes v246 = v61 * v93;
-  const lanes v247 = v111 * v246;
-  const lanes v248 = LANES_CHOICE(v16, v247, 0.0);
-  const lanes v249 = LANES_CHOICE(v79, v248, 0.0);
-  const lanes v250 = v245 - v249;
-  const lanes v251 = v144 * v250;
-  const lanes v252 = v61 * v95;
-  const lanes v253 = v143 * v252;
-  const lanes v254 = LANES_CHOICE(v16, v253, 0.0);
-  const lanes v255 = v251 + v254;
-  const lanes v256 = v255 - T_8;
-  const lanes v257 = v256 * v256;
-  const lanes v258 = v244 + v257;
-  const lanes v259 = v143 * v250;
-  const lanes v260 = v144 * v252;
-  const lanes v261 = LANES_CHOICE(v16, v260, 0.0);
-  const lanes v262 = v259 - v261;
-  const lanes v263 = v262 - T_9;
-  const lanes v264 = v263 * v263;
-  const lanes v265 = v258 + v264;
-  const lanes v266 = v63 * v111;
-  const lanes v267 = v110 * v246;
-  const lanes v268 = LANES_CHOICE(v16, v267, 0.0);
-  const lanes v269 = LANES_CHOICE(v79, v268, 0.0);
-  const lanes v270 = v266 + v269;
-  const lanes v271 = v270 - T_10;
-  const lanes v272 = v271 * v271;
-  const lanes v273 = v265 + v272;
-  const lanes v274 = 0.5 * v273;
-  lanes v275; LANES_NAME(lanes_fmax)(&v179, &v274, &v275);
-  lanes v276; LANES_NAME(lanes_sqrt)(&v275, &v276);
-  out[6] = v276;
-  const lanes v277 = 1e-300 + v77;
-  const lanes v278 = v77 / v277;
-  const lanes v279 = 1e-300 + v13;
-  const lanes v280 = v15 / v279;
-  const lanes v281 = 1e-300 + v22;
-  const lanes v282 = v27 / v281;
-  lanes v283; LANES_NAME(lanes_fmin)(&v280, &v282, &v283);
-  lanes v284; LANES_NAME(lanes_fmin)(&v278, &v283, &v284);
-  out[7] = v284;
-  lanes v46, v64; LANES_NAME(lanes_two_atan2)(&v44, &v45, &v62, &v63, &v46, &v64);
-  out[0] = v46;
-  out[1] = v64;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.26289 * T_6, v2 = T_7 - v1,
+      v3 = 0.26289 * T_2, v4 = T_3 - v3, v5 = v4 * v4, v6 = v2 * v2, v7 = v5 + v6,
+      v8 = 0.26289 * T_10, v9 = T_11 - v8, v10 = v9 - 0.411988, v11 = v10 * v10, v12 = v7 + v11,
+      v13 = 0.0236144689 + v12, v14 = 4e-15 * v13, v15 = v12 - 0.0236144689;
+  const lanes_where v16 = LANES_LT(v14, v15); LANES_LET1(v17, sqrt, v15);
+  const lanes v18 = LANES_CHOICE(v16, v17, 0.0), v19 = choice_0 * v18, v20 = v19 * v19;
+  LANES_LET2(v21, fmin, v20, v7);
+  const lanes v22 = 4e-15 * v21;
+  const lanes_where v23 = LANES_LT(v20, v7);
+  const lanes v24 = v20 - v11, v25 = v7 - 0.0236144689, v26 = LANES_CHOICE(v23, v24, v25);
+  const lanes_where v27 = LANES_LT(v22, v26); LANES_LET1(v28, sqrt, v26);
+  const lanes v29 = LANES_CHOICE(v27, v28, 0.0), v30 = choice_1 * v29, v31 = v2 * v30,
+      v32 = 0.15367 * v4, v33 = v31 - v32, v34 = v33 * v33, v35 = v4 * v30, v36 = 0.15367 * v2,
+      v37 = v35 + v36, v38 = 1e-150 + v37, v39 = v38 * v38, v40 = v34 + v39;
+  LANES_LET1(v41, sqrt, v40);
+  const lanes v42 = v33 / v41, v43 = v38 / v41, v45 = v4 * v43, v46 = v2 * v42, v47 = v45 + v46,
+      v48 = v19 * v47, v49 = v48 * v48, v50 = v10 * v19, v51 = 1e-150 + v50, v52 = v51 * v51,
+      v53 = v49 + v52;
+  LANES_LET1(v54, sqrt, v53);
+  const lanes v55 = v48 / v54, v56 = v51 / v54, v58 = T_2 * v43, v59 = T_6 * v42, v60 = v58 + v59,
+      v61 = v56 * v60, v62 = T_10 * v55, v63 = v61 - v62, v64 = v63 * v63, v65 = T_6 * v43,
+      v66 = T_2 * v42, v67 = v65 - v66, v68 = 1e-150 - v67, v69 = v68 * v68, v70 = v64 + v69;
+  LANES_LET1(v71, sqrt, v70);
+  const lanes v72 = v63 / v71, v73 = v68 / v71, v74 = choice_2 * v73;
+  LANES_LET2(v75, atan2, v72, v74);
+  const lanes v76 = v67 * v74, v77 = choice_2 * v72, v78 = v63 * v77, v79 = v76 - v78,
+      v80 = T_10 * v56, v81 = v55 * v60, v82 = v80 + v81, v83 = v82 * v82, v84 = v79 * v79,
+      v85 = v83 + v84;
+  LANES_LET1(v86, sqrt, v85);
+  const lanes v87 = v79 / v86, v88 = v82 / v86;
+  LANES_LET2(v89, atan2, v87, v88);
+  const lanes v90 = T_8 * v55, v91 = T_0 * v43, v92 = T_4 * v42, v93 = v91 + v92, v94 = v56 * v93,
+      v95 = v90 - v94, v96 = v74 * v95, v97 = T_0 * v42, v98 = T_4 * v43, v99 = v97 - v98,
+      v100 = v77 * v99, v101 = v96 + v100, v102 = v101 * v101, v103 = v74 * v99, v104 = v77 * v95,
+      v105 = v103 - v104, v106 = v88 * v105, v107 = T_8 * v56, v108 = v55 * v93, v109 = v107 + v108,
+      v110 = v87 * v109, v111 = v106 + v110, v112 = v111 * v111, v113 = v102 + v112;
+  LANES_LET1(v114, sqrt, v113);
+  const lanes v115 = v101 / v114, v116 = v111 / v114;
+  LANES_LET2(v117, atan2, v115, v116); out[2] = v19;
+  const lanes v118 = choice_2 * v75;
+  out[3] = v118;
+  const lanes v119 = -v89;
+  out[4] = v119;
+  const lanes v120 = -v117;
+  out[5] = v120;
+  const lanes v121 = 0.26289 * v88, v122 = v19 + v121, v123 = v55 * v122, v124 = 0.26289 * v87,
+      v125 = v77 * v124, v126 = v56 * v125, v127 = v123 - v126, v128 = v43 * v127,
+      v129 = v74 * v124, v130 = v129 + 0.15367, v131 = v42 * v130, v132 = v128 - v131,
+      v133 = v132 - T_3, v134 = v133 * v133, v135 = v43 * v130, v136 = v42 * v127,
+      v137 = v135 + v136, v138 = v137 - T_7, v139 = v138 * v138, v140 = v134 + v139,
+      v141 = v56 * v122, v142 = v55 * v125, v143 = v141 + v142, v144 = v143 + 0.411988,
+      v145 = v144 - T_11, v146 = v145 * v145, v147 = v140 + v146, v148 = v42 * v74,
+      v149 = v43 * v56, v150 = v77 * v149, v151 = v148 + v150, v152 = v88 * v151, v153 = v43 * v55,
+      v154 = v87 * v153, v155 = v152 + v154, v156 = v116 * v155, v157 = v74 * v149,
+      v158 = v42 * v77, v159 = v157 - v158, v160 = v115 * v159, v161 = v156 - v160,
+      v162 = v161 - T_0, v163 = v162 * v162, v164 = v116 * v159, v165 = v115 * v155,
+      v166 = v164 + v165, v167 = v166 - T_1, v168 = v167 * v167, v169 = v163 + v168,
+      v170 = v87 * v151, v171 = v88 * v153, v172 = v170 - v171, v173 = T_2 + v172,
+      v174 = v173 * v173, v175 = v169 + v174, v176 = v42 * v56, v177 = v77 * v176, v178 = v43 * v74,
+      v179 = v177 - v178, v180 = v88 * v179, v181 = v42 * v55, v182 = v87 * v181,
+      v183 = v180 + v182, v184 = v116 * v183, v185 = v43 * v77, v186 = v74 * v176,
+      v187 = v185 + v186, v188 = v115 * v187, v189 = v184 - v188, v190 = v189 - T_4,
+      v191 = v190 * v190, v192 = v175 + v191, v193 = v116 * v187, v194 = v115 * v183,
+      v195 = v193 + v194, v196 = v195 - T_5, v197 = v196 * v196, v198 = v192 + v197,
+      v199 = v87 * v179, v200 = v88 * v181, v201 = v199 - v200, v202 = T_6 + v201,
+      v203 = v202 * v202, v204 = v198 + v203, v205 = v56 * v87, v206 = v55 * v77, v207 = v88 * v206,
+      v208 = v205 - v207, v209 = v116 * v208, v210 = v55 * v74, v211 = v115 * v210,
+      v212 = v209 + v211, v213 = v212 - T_8, v214 = v213 * v213, v215 = v204 + v214,
+      v216 = v115 * v208, v217 = v116 * v210, v218 = v216 - v217, v219 = v218 - T_9,
+      v220 = v219 * v219, v221 = v215 + v220, v222 = v56 * v88, v223 = v87 * v206,
+      v224 = v222 + v223, v225 = v224 - T_10, v226 = v225 * v225, v227 = v221 + v226,
+      v228 = 0.5 * v227;
+  LANES_LET2(v229, fmax, v147, v228); LANES_LET1(v230, sqrt, v229); out[6] = v230;
+  const lanes v231 = 1e-300 + v13, v232 = v15 / v231, v233 = 1e-300 + v21, v234 = v26 / v233;
+  LANES_LET2(v235, fmin, v232, v234); out[7] = v235;
+  lanes v44, v57; LANES_NAME(lanes_two_atan2)(&v42, &v43, &v55, &v56, &v44, &v57); out[0] = v44;
+  out[1] = v57;
 }
 
-static inline LANES_TARGET void LANES_NAME(stanford_ik_branches)(const double *T, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(stanford_ik_branches)(const double *T, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[19], out[BRANCHES / COUNT][8];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[16 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(stanford_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][8];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(stanford_ik_branch)(T, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(stanford_ik_branch)(T, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 6, COUNT, q + b * 6, 6);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b * 1, 1);
   }
 }
 

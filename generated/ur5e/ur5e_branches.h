@@ -18,353 +18,121 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(ur5e_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(ur5e_ik_branch)(
+    const double *T, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes sign_0 = in[16];
-  const lanes sign_1 = in[17];
-  const lanes sign_2 = in[18];
-  const lanes v1 = 0.0996 * T_2;
-  const lanes v2 = T_3 - v1;
-  const lanes v3 = 0.1333 * v2;
-  const lanes v4 = v2 * v2;
-  const lanes v5 = 0.0996 * T_6;
-  const lanes v6 = T_7 - v5;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v4 + v7;
-  const lanes v9 = 4e-15 * v8;
-  const lanes v10 = v8 - 0.01776889;
-  const lanes_where v11 = LANES_LT(v9, v10);
-  lanes v12; LANES_NAME(lanes_sqrt)(&v10, &v12);
-  const lanes v13 = sign_0 * v12;
-  const lanes v14 = v6 * v13;
-  const lanes v15 = LANES_CHOICE(v11, v14, 0.0);
-  const lanes v16 = v3 - v15;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = v2 * v13;
-  const lanes v19 = LANES_CHOICE(v11, v18, 0.0);
-  const lanes v20 = 0.1333 * v6;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = 1e-150 - v21;
-  const lanes v23 = v22 * v22;
-  const lanes v24 = v17 + v23;
-  lanes v25; LANES_NAME(lanes_sqrt)(&v24, &v25);
-  const lanes v26 = v16 / v25;
-  const lanes v27 = v22 / v25;
-  const lanes v29 = v2 * v27;
-  const lanes v30 = v6 * v26;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = T_10 * T_10;
-  const lanes v33 = T_2 * v27;
-  const lanes v34 = T_6 * v26;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = v35 * v35;
-  const lanes v37 = v32 + v36;
-  const lanes_where v38 = LANES_LT(2.5e-19, v37);
-  const lanes v39 = 4e-15 * v37;
-  const lanes_where v40 = LANES_LT(v39, v37);
-  lanes v41; LANES_NAME(lanes_sqrt)(&v37, &v41);
-  const lanes v42 = sign_1 * v41;
-  const lanes v43 = T_10 * v42;
-  const lanes v44 = v43 * v43;
-  const lanes v45 = LANES_CHOICE(v40, v44, 0.0);
-  const lanes v46 = LANES_CHOICE(v40, v45, 0.0);
-  const lanes v47 = v35 * v42;
-  const lanes v48 = LANES_CHOICE(v40, v47, 0.0);
-  const lanes v49 = 1e-150 - v48;
-  const lanes v50 = v49 * v49;
-  const lanes v51 = v46 + v50;
-  lanes v52; LANES_NAME(lanes_sqrt)(&v51, &v52);
-  const lanes v53 = 1.0 / v52;
-  const lanes v54 = v43 * v53;
-  const lanes v55 = LANES_CHOICE(v40, v54, 0.0);
-  const lanes v56 = -v55;
-  const lanes v57 = v31 * v31;
-  const lanes v58 = 0.0996 * T_10;
-  const lanes v59 = T_11 - v58;
-  const lanes v60 = v59 - 0.1625;
-  const lanes v61 = v60 * v60;
-  const lanes v62 = v57 + v61;
-  const lanes v63 = 1.5904144000000003e-16 * v62;
-  const lanes v64 = 0.03976036 * v62;
-  const lanes v65 = 0.00994009 + v62;
-  const lanes v66 = 0.33444584 - v65;
-  const lanes v67 = v66 * v66;
-  const lanes v68 = v64 - v67;
-  const lanes_where v69 = LANES_LT(v63, v68);
-  const lanes v70 = 0.1994 * v60;
-  lanes v71; LANES_NAME(lanes_sqrt)(&v68, &v71);
-  const lanes v72 = sign_1 * v71;
-  const lanes v73 = v70 * v72;
-  const lanes v74 = LANES_CHOICE(v69, v73, 0.0);
-  const lanes v75 = 0.1994 * v31;
-  const lanes v76 = v75 * v66;
-  const lanes v77 = v74 - v76;
-  const lanes v78 = v77 * v77;
-  const lanes v79 = v70 * v66;
-  const lanes v80 = v75 * v72;
-  const lanes v81 = LANES_CHOICE(v69, v80, 0.0);
-  const lanes v82 = v79 + v81;
-  const lanes v83 = 1e-150 + v82;
-  const lanes v84 = v83 * v83;
-  const lanes v85 = v78 + v84;
-  lanes v86; LANES_NAME(lanes_sqrt)(&v85, &v86);
-  const lanes v87 = v77 / v86;
-  const lanes v88 = LANES_CHOICE(v38, v56, v87);
-  const lanes v89 = 0.0997 * v88;
-  const lanes v90 = v31 - v89;
-  const lanes v91 = v90 * v90;
-  const lanes v92 = v49 / v52;
-  const lanes v93 = v83 / v86;
-  const lanes v94 = LANES_CHOICE(v38, v92, v93);
-  const lanes v95 = 0.0997 * v94;
-  const lanes v96 = v60 + v95;
-  const lanes v97 = v96 * v96;
-  const lanes v98 = v91 + v97;
-  const lanes v99 = v98 - 0.00107584;
-  const lanes v100 = 0.66781584 - v98;
-  const lanes v101 = v99 * v100;
-  const lanes_where v102 = LANES_LT(4.445422276e-16, v101);
-  lanes v103; LANES_NAME(lanes_sqrt)(&v101, &v103);
-  const lanes v104 = sign_2 * v103;
-  const lanes v105 = 0.33337 * v104;
-  const lanes v106 = v105 * v105;
-  const lanes v107 = LANES_CHOICE(v102, v106, 0.0);
-  const lanes v108 = LANES_CHOICE(v102, v107, 0.0);
-  const lanes v109 = v98 - 0.33444584;
-  const lanes v110 = 0.33337 * v109;
-  const lanes v111 = 1e-150 + v110;
-  const lanes v112 = v111 * v111;
-  const lanes v113 = v108 + v112;
-  lanes v114; LANES_NAME(lanes_sqrt)(&v113, &v114);
-  const lanes v115 = 1.0 / v114;
-  const lanes v116 = v105 * v115;
-  const lanes v117 = 0.3922 * v116;
-  const lanes v118 = v90 * v117;
-  const lanes v119 = LANES_CHOICE(v102, v118, 0.0);
-  const lanes v120 = v111 / v114;
-  const lanes v121 = 0.3922 * v120;
-  const lanes v122 = -0.425 - v121;
-  const lanes v123 = v96 * v122;
-  const lanes v124 = v119 + v123;
-  const lanes v125 = v124 * v124;
-  const lanes v126 = v90 * v122;
-  const lanes v127 = v96 * v117;
-  const lanes v128 = LANES_CHOICE(v102, v127, 0.0);
-  const lanes v129 = v126 - v128;
-  const lanes v130 = 1e-150 + v129;
-  const lanes v131 = v130 * v130;
-  const lanes v132 = v125 + v131;
-  lanes v133; LANES_NAME(lanes_sqrt)(&v132, &v133);
-  const lanes v134 = v124 / v133;
-  const lanes v135 = v130 / v133;
-  lanes v136; LANES_NAME(lanes_atan2)(&v134, &v135, &v136);
-  const lanes v137 = LANES_CHOICE(v102, v116, 0.0);
-  lanes v138; LANES_NAME(lanes_atan2)(&v137, &v120, &v138);
-  const lanes v139 = v120 * v135;
-  const lanes v140 = v116 * v134;
-  const lanes v141 = LANES_CHOICE(v102, v140, 0.0);
-  const lanes v142 = v139 - v141;
-  const lanes v143 = v88 * v142;
-  const lanes v144 = v120 * v134;
-  const lanes v145 = v116 * v135;
-  const lanes v146 = LANES_CHOICE(v102, v145, 0.0);
-  const lanes v147 = v144 + v146;
-  const lanes v148 = v94 * v147;
-  const lanes v149 = v143 - v148;
-  const lanes v150 = v94 * v142;
-  const lanes v151 = v88 * v147;
-  const lanes v152 = v150 + v151;
-  lanes v153; LANES_NAME(lanes_atan2)(&v149, &v152, &v153);
-  const lanes v154 = T_10 * v88;
-  const lanes v155 = v35 * v94;
-  const lanes v156 = v154 + v155;
-  const lanes v157 = T_6 * v27;
-  const lanes v158 = T_2 * v26;
-  const lanes v159 = v157 - v158;
-  const lanes v160 = 1e-150 - v159;
-  const lanes v161 = v160 * v160;
-  const lanes v162 = v156 * v156;
-  const lanes v163 = v161 + v162;
-  lanes v164; LANES_NAME(lanes_sqrt)(&v163, &v164);
-  const lanes v165 = v156 / v164;
-  const lanes v166 = v160 / v164;
-  const lanes v168 = T_8 * v94;
-  const lanes v169 = T_0 * v27;
-  const lanes v170 = T_4 * v26;
-  const lanes v171 = v169 + v170;
-  const lanes v172 = v88 * v171;
-  const lanes v173 = v168 - v172;
-  const lanes v174 = v173 * v173;
-  const lanes v175 = T_8 * v88;
-  const lanes v176 = v94 * v171;
-  const lanes v177 = v175 + v176;
-  const lanes v178 = v166 * v177;
-  const lanes v179 = T_4 * v27;
-  const lanes v180 = T_0 * v26;
-  const lanes v181 = v179 - v180;
-  const lanes v182 = v165 * v181;
-  const lanes v183 = v178 + v182;
-  const lanes v184 = 1e-150 + v183;
-  const lanes v185 = v184 * v184;
-  const lanes v186 = v174 + v185;
-  lanes v187; LANES_NAME(lanes_sqrt)(&v186, &v187);
-  const lanes v188 = v173 / v187;
-  const lanes v189 = v184 / v187;
-  out[1] = v136;
-  out[2] = v138;
-  out[3] = v153;
-  const lanes v192 = v142 * v152;
-  const lanes v193 = v147 * v149;
-  const lanes v194 = v192 - v193;
-  const lanes v195 = 0.0996 * v165;
-  const lanes v196 = v194 * v195;
-  const lanes v197 = v142 * v149;
-  const lanes v198 = v147 * v152;
-  const lanes v199 = v197 + v198;
-  const lanes v200 = 0.0997 * v199;
-  const lanes v201 = v196 + v200;
-  const lanes v202 = -0.3922 * v142;
-  const lanes v203 = v201 + v202;
-  const lanes v204 = -0.425 * v135;
-  const lanes v205 = v203 + v204;
-  const lanes v206 = v27 * v205;
-  const lanes v207 = 0.0996 * v166;
-  const lanes v208 = v207 + 0.1333;
-  const lanes v209 = v26 * v208;
-  const lanes v210 = v206 + v209;
-  const lanes v211 = v210 - T_3;
-  const lanes v212 = v211 * v211;
-  const lanes v213 = v26 * v205;
-  const lanes v214 = v27 * v208;
-  const lanes v215 = v213 - v214;
-  const lanes v216 = v215 - T_7;
-  const lanes v217 = v216 * v216;
-  const lanes v218 = v212 + v217;
-  const lanes v219 = v199 * v195;
-  const lanes v220 = 0.0997 * v194;
-  const lanes v221 = v219 - v220;
-  const lanes v222 = -0.3922 * v147;
-  const lanes v223 = v221 + v222;
-  const lanes v224 = -0.425 * v134;
-  const lanes v225 = v223 + v224;
-  const lanes v226 = v225 + 0.1625;
-  const lanes v227 = v226 - T_11;
-  const lanes v228 = v227 * v227;
-  const lanes v229 = v218 + v228;
-  const lanes v230 = v27 * v194;
-  const lanes v231 = v166 * v230;
-  const lanes v232 = v26 * v165;
-  const lanes v233 = v231 - v232;
-  const lanes v234 = v189 * v233;
-  const lanes v235 = v27 * v199;
-  const lanes v236 = v188 * v235;
-  const lanes v237 = v234 - v236;
-  const lanes v238 = v237 - T_0;
-  const lanes v239 = v238 * v238;
-  const lanes v240 = v189 * v235;
-  const lanes v241 = v188 * v233;
-  const lanes v242 = v240 + v241;
-  const lanes v243 = T_1 + v242;
-  const lanes v244 = v243 * v243;
-  const lanes v245 = v239 + v244;
-  const lanes v246 = v26 * v166;
-  const lanes v247 = v165 * v230;
-  const lanes v248 = v246 + v247;
-  const lanes v249 = v248 - T_2;
-  const lanes v250 = v249 * v249;
-  const lanes v251 = v245 + v250;
-  const lanes v252 = v27 * v165;
-  const lanes v253 = v26 * v194;
-  const lanes v254 = v166 * v253;
-  const lanes v255 = v252 + v254;
-  const lanes v256 = v189 * v255;
-  const lanes v257 = v26 * v199;
-  const lanes v258 = v188 * v257;
-  const lanes v259 = v256 - v258;
-  const lanes v260 = v259 - T_4;
-  const lanes v261 = v260 * v260;
-  const lanes v262 = v251 + v261;
-  const lanes v263 = v189 * v257;
-  const lanes v264 = v188 * v255;
-  const lanes v265 = v263 + v264;
-  const lanes v266 = T_5 + v265;
-  const lanes v267 = v266 * v266;
-  const lanes v268 = v262 + v267;
-  const lanes v269 = v165 * v253;
-  const lanes v270 = v27 * v166;
-  const lanes v271 = v269 - v270;
-  const lanes v272 = v271 - T_6;
-  const lanes v273 = v272 * v272;
-  const lanes v274 = v268 + v273;
-  const lanes v275 = v166 * v199;
-  const lanes v276 = v189 * v275;
-  const lanes v277 = v188 * v194;
-  const lanes v278 = v276 + v277;
-  const lanes v279 = v278 - T_8;
-  const lanes v280 = v279 * v279;
-  const lanes v281 = v274 + v280;
-  const lanes v282 = v189 * v194;
-  const lanes v283 = v188 * v275;
-  const lanes v284 = v282 - v283;
-  const lanes v285 = v284 - T_9;
-  const lanes v286 = v285 * v285;
-  const lanes v287 = v281 + v286;
-  const lanes v288 = v165 * v199;
-  const lanes v289 = v288 - T_10;
-  const lanes v290 = v289 * v289;
-  const lanes v291 = v287 + v290;
-  const lanes v292 = 0.5 * v291;
-  lanes v293; LANES_NAME(lanes_fmax)(&v229, &v292, &v293);
-  lanes v294; LANES_NAME(lanes_sqrt)(&v293, &v294);
-  out[6] = v294;
-  const lanes v295 = 8.99802032665209 * v101;
-  const lanes v296 = 1e-300 + v8;
-  const lanes v297 = v10 / v296;
-  const lanes v298 = 1e-300 + v37;
-  const lanes v299 = v37 / v298;
-  lanes v300; LANES_NAME(lanes_fmin)(&v297, &v299, &v300);
-  lanes v301; LANES_NAME(lanes_fmin)(&v295, &v300, &v301);
-  out[7] = v301;
-  lanes v28, v167; LANES_NAME(lanes_two_atan2)(&v26, &v27, &v165, &v166, &v28, &v167);
-  lanes v190; LANES_NAME(lanes_atan2)(&v188, &v189, &v190);
-  out[0] = v28;
-  const lanes v191 = -v167;
-  out[4] = v191;
-  out[5] = v190;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.0996 * T_2, v2 = T_3 - v1,
+      v3 = 0.1333 * v2, v4 = 0.0996 * T_6, v5 = T_7 - v4, v6 = v2 * v2, v7 = v5 * v5, v8 = v6 + v7,
+      v9 = 4e-15 * v8, v10 = v8 - 0.01776889;
+  const lanes_where v11 = LANES_LT(v9, v10); LANES_LET1(v12, sqrt, v10);
+  const lanes v13 = LANES_CHOICE(v11, v12, 0.0), v14 = choice_0 * v13, v15 = v5 * v14,
+      v16 = v3 - v15, v17 = v16 * v16, v18 = v2 * v14, v19 = 0.1333 * v5, v20 = v18 + v19,
+      v21 = 1e-150 - v20, v22 = v21 * v21, v23 = v17 + v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = v16 / v24, v26 = v21 / v24, v28 = v2 * v26, v29 = v5 * v25, v30 = v28 + v29,
+      v31 = T_10 * T_10, v32 = T_2 * v26, v33 = T_6 * v25, v34 = v32 + v33, v35 = v34 * v34,
+      v36 = v31 + v35;
+  const lanes_where v37 = LANES_LT(2.5e-19, v36);
+  const lanes v38 = 1e-150 - v34, v39 = v38 * v38, v40 = v31 + v39;
+  LANES_LET1(v41, sqrt, v40);
+  const lanes v42 = T_10 / v41, v43 = choice_1 * v42, v44 = -v43, v45 = 0.0996 * T_10,
+      v46 = T_11 - v45, v47 = v46 - 0.1625, v48 = 0.1994 * v47, v49 = v30 * v30, v50 = v47 * v47,
+      v51 = v49 + v50, v52 = 1.5904144000000003e-16 * v51, v53 = 0.03976036 * v51,
+      v54 = 0.00994009 + v51, v55 = 0.33444584 - v54, v56 = v55 * v55, v57 = v53 - v56;
+  const lanes_where v58 = LANES_LT(v52, v57); LANES_LET1(v59, sqrt, v57);
+  const lanes v60 = LANES_CHOICE(v58, v59, 0.0), v61 = choice_1 * v60, v62 = v48 * v61,
+      v63 = 0.1994 * v30, v64 = v63 * v55, v65 = v62 - v64, v66 = v65 * v65, v67 = v48 * v55,
+      v68 = v63 * v61, v69 = v67 + v68, v70 = 1e-150 + v69, v71 = v70 * v70, v72 = v66 + v71;
+  LANES_LET1(v73, sqrt, v72);
+  const lanes v74 = v65 / v73, v75 = LANES_CHOICE(v37, v44, v74), v76 = 0.0997 * v75,
+      v77 = v30 - v76, v78 = v77 * v77, v79 = v38 / v41, v80 = choice_1 * v79, v81 = v70 / v73,
+      v82 = LANES_CHOICE(v37, v80, v81), v83 = 0.0997 * v82, v84 = v47 + v83, v85 = v84 * v84,
+      v86 = v78 + v85, v87 = v86 - 0.00107584, v88 = 0.66781584 - v86, v89 = v87 * v88;
+  const lanes_where v90 = LANES_LT(4.445422276e-16, v89); LANES_LET1(v91, sqrt, v89);
+  const lanes v92 = LANES_CHOICE(v90, v91, 0.0), v93 = choice_2 * v92, v94 = 0.33337 * v93,
+      v95 = v94 * v94, v96 = v86 - 0.33444584, v97 = 0.33337 * v96, v98 = 1e-150 + v97,
+      v99 = v98 * v98, v100 = v95 + v99;
+  LANES_LET1(v101, sqrt, v100);
+  const lanes v102 = v94 / v101, v103 = 0.3922 * v102, v104 = v77 * v103, v105 = v98 / v101,
+      v106 = 0.3922 * v105, v107 = -0.425 - v106, v108 = v84 * v107, v109 = v104 + v108,
+      v110 = v109 * v109, v111 = v77 * v107, v112 = v84 * v103, v113 = v111 - v112,
+      v114 = 1e-150 + v113, v115 = v114 * v114, v116 = v110 + v115;
+  LANES_LET1(v117, sqrt, v116);
+  const lanes v118 = v109 / v117, v119 = v114 / v117;
+  LANES_LET2(v120, atan2, v118, v119); LANES_LET2(v121, atan2, v102, v105);
+  const lanes v122 = v105 * v119, v123 = v102 * v118, v124 = v122 - v123, v125 = v75 * v124,
+      v126 = v105 * v118, v127 = v102 * v119, v128 = v126 + v127, v129 = v82 * v128,
+      v130 = v125 - v129, v131 = v82 * v124, v132 = v75 * v128, v133 = v131 + v132;
+  LANES_LET2(v134, atan2, v130, v133);
+  const lanes v135 = T_10 * v75, v136 = v34 * v82, v137 = v135 + v136, v138 = T_6 * v26,
+      v139 = T_2 * v25, v140 = v138 - v139, v141 = v140 * v140, v142 = v137 * v137,
+      v143 = v141 + v142;
+  LANES_LET1(v144, sqrt, v143);
+  const lanes v145 = v137 / v144, v146 = v140 / v144, v147 = -v146, v149 = T_8 * v82,
+      v150 = T_0 * v26, v151 = T_4 * v25, v152 = v150 + v151, v153 = v75 * v152, v154 = v149 - v153,
+      v155 = v154 * v154, v156 = T_4 * v26, v157 = T_0 * v25, v158 = v156 - v157,
+      v159 = v145 * v158, v160 = T_8 * v75, v161 = v82 * v152, v162 = v160 + v161,
+      v163 = v146 * v162, v164 = v159 - v163, v165 = v164 * v164, v166 = v155 + v165;
+  LANES_LET1(v167, sqrt, v166);
+  const lanes v168 = v154 / v167, v169 = v164 / v167;
+  out[1] = v120; out[2] = v121; out[3] = v134;
+  const lanes v172 = 0.0996 * v145, v173 = v82 * v172, v174 = v173 + v76, v175 = -0.3922 * v124,
+      v176 = v174 + v175, v177 = -0.425 * v119, v178 = v176 + v177, v179 = v26 * v178,
+      v180 = 0.0996 * v146, v181 = 0.1333 - v180, v182 = v25 * v181, v183 = v179 + v182,
+      v184 = v183 - T_3, v185 = v184 * v184, v186 = v25 * v178, v187 = v26 * v181,
+      v188 = v186 - v187, v189 = v188 - T_7, v190 = v189 * v189, v191 = v185 + v190,
+      v192 = v75 * v172, v193 = v192 - v83, v194 = -0.3922 * v128, v195 = v193 + v194,
+      v196 = -0.425 * v118, v197 = v195 + v196, v198 = v197 + 0.1625, v199 = v198 - T_11,
+      v200 = v199 * v199, v201 = v191 + v200, v202 = v25 * v145, v203 = v26 * v82,
+      v204 = v146 * v203, v205 = v202 + v204, v206 = v169 * v205, v207 = v26 * v75,
+      v208 = v168 * v207, v209 = v206 + v208, v210 = T_0 + v209, v211 = v210 * v210,
+      v212 = v168 * v205, v213 = v169 * v207, v214 = v212 - v213, v215 = v214 - T_1,
+      v216 = v215 * v215, v217 = v211 + v216, v218 = v145 * v203, v219 = v25 * v146,
+      v220 = v218 - v219, v221 = v220 - T_2, v222 = v221 * v221, v223 = v217 + v222,
+      v224 = v26 * v145, v225 = v25 * v82, v226 = v146 * v225, v227 = v224 - v226,
+      v228 = v169 * v227, v229 = v25 * v75, v230 = v168 * v229, v231 = v228 - v230,
+      v232 = v231 - T_4, v233 = v232 * v232, v234 = v223 + v233, v235 = v169 * v229,
+      v236 = v168 * v227, v237 = v235 + v236, v238 = T_5 + v237, v239 = v238 * v238,
+      v240 = v234 + v239, v241 = v26 * v146, v242 = v145 * v225, v243 = v241 + v242,
+      v244 = v243 - T_6, v245 = v244 * v244, v246 = v240 + v245, v247 = v82 * v168,
+      v248 = v75 * v146, v249 = v169 * v248, v250 = v247 - v249, v251 = v250 - T_8,
+      v252 = v251 * v251, v253 = v246 + v252, v254 = v82 * v169, v255 = v168 * v248,
+      v256 = v254 + v255, v257 = v256 - T_9, v258 = v257 * v257, v259 = v253 + v258,
+      v260 = v75 * v145, v261 = v260 - T_10, v262 = v261 * v261, v263 = v259 + v262,
+      v264 = 0.5 * v263;
+  LANES_LET2(v265, fmax, v201, v264); LANES_LET1(v266, sqrt, v265); out[6] = v266;
+  const lanes v267 = 1e-300 + v8, v268 = v10 / v267, v269 = 8.99802032665209 * v89;
+  LANES_LET2(v270, fmin, v268, v269); out[7] = v270;
+  lanes v27, v148; LANES_NAME(lanes_two_atan2)(&v25, &v26, &v145, &v147, &v27, &v148);
+  LANES_LET2(v170, atan2, v168, v169); out[0] = v27;
+  const lanes v171 = -v148;
+  out[4] = v171; out[5] = v170;
 }
 
-static inline LANES_TARGET void LANES_NAME(ur5e_ik_branches)(const double *T, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(ur5e_ik_branches)(const double *T, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[19], out[BRANCHES / COUNT][8];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[16 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(ur5e_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][8];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(ur5e_ik_branch)(T, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(ur5e_ik_branch)(T, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 6, COUNT, q + b * 6, 6);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b * 1, 1);
   }
 }
 

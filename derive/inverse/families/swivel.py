@@ -27,7 +27,6 @@ from ..requirement import Requirement, meeting, revolute
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.sp3 import sp3, squared_across
-from ..subproblems.sp4 import LEAST
 from ..target import Target
 from ..turns import Turn, any_across, direction, rotated
 from ..work import Work
@@ -35,6 +34,8 @@ from .spherical_wrist import wrist
 
 TITLE = "spherical shoulder and spherical wrist"
 _ONE = sp.Integer(1)
+NOTHING = sp.Float("1e-140", 20)
+"""The part of another vector that is added to one that may be 0, and changes no other."""
 
 
 def requires(lines: Lines) -> list[Requirement]:
@@ -67,7 +68,7 @@ def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
 
     # 2. The shoulder carries a frame of line, normal and side to where the swivel angle wants it.
     arm = added(scope, upper, rotated(scope, a4.h, q4, fore))
-    w, n, b = _frame(scope, arm, a4.h)
+    w, n, b = _frame(scope, arm, upper, a4.h)
     beside = scope.let(
         sp.Piecewise((_ONE, dot(scope, upper, b) >= 0), (-_ONE, True), evaluate=False)
     )
@@ -131,22 +132,25 @@ def swivel_of(scope: Scope, lines: Lines, turns: dict[int, Turn]) -> Turn:
 
 def reference(scope: Scope, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector]:
     """The direction of the line from shoulder to wrist, and the two that swivel counts from."""
-    w = _unit(scope, V)
+    w = _unit(scope, V, a1.h)
     r = any_across(scope, a1.h)
-    e_x = _unit(scope, cross(scope, cross(scope, added(scope, w, a1.h), r), w))
+    # Straight below the shoulder nothing is left of w - t; it then counts as pointing upwards.
+    away = combination(scope, (_ONE, NOTHING), (added(scope, w, a1.h), a1.h))
+    e_x = _unit(scope, cross(scope, cross(scope, away, r), w), r)
     return w, e_x, cross(scope, w, e_x)
 
 
-def _frame(scope: Scope, arm: Vector, h: Vector) -> tuple[Vector, Vector, Vector]:
+def _frame(scope: Scope, arm: Vector, upper: Vector, h: Vector) -> tuple[Vector, Vector, Vector]:
     """Line from shoulder to wrist, normal of the arm's plane and side, with joints 1 to 3 at 0."""
-    w = _unit(scope, arm)
-    b = _unit(scope, cross(scope, h, w))
+    w = _unit(scope, arm, upper)
+    b = _unit(scope, cross(scope, h, w), upper)
     return w, cross(scope, w, b), b
 
 
-def _unit(scope: Scope, v: Vector) -> Vector:
-    size2 = dot(scope, v, v)
-    inverse = scope.let(1 / scope.let(sp.sqrt(scope.let(size2 + LEAST))))
+def _unit(scope: Scope, v: Vector, instead: Vector) -> Vector:
+    """The direction of a vector, or that of another where it is 0."""
+    v = combination(scope, (_ONE, NOTHING), (v, instead))
+    inverse = scope.let(1 / scope.let(sp.sqrt(dot(scope, v, v))))
     return combination(scope, (inverse,), (v,))
 
 

@@ -71,11 +71,12 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
         "with axis 6 parallel to axes 2 to 4 every sum will do; it is then the one that brings the "
         "elbow nearest to a right angle",
     )
+    seen = rotated(scope, a2.h, q234.back, v)
     q5 = work.step(
         [a5],
         "subproblem 1",
         "what joints 1 to 4 leave of the turn of axis 6",
-        sp1(scope, a5.h, a6.h, rotated(scope, a2.h, q234.back, v), sure=True),
+        sp1(scope, a5.h, a6.h, seen, sure=found.margin is None),
     )
 
     # 4. Any direction across axis 6 tells the last angle.

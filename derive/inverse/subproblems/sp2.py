@@ -39,7 +39,8 @@ def sp2(
         first = sp4(scope, v, k1, k2, dot(scope, k2, p), sign)
     else:
         first = _first(scope, k1, k2, p, v, r2, sign)
-    sure = scope.is_constant(r2)
+    # Where the first angle always exists, what it leaves is as far from k2 as p is.
+    sure = scope.is_constant(r2) and first.margin is None
     return first, sp1(scope, k2, p, rotated(scope, k1, first.turn.back, v), sure=sure)
 
 
