@@ -4,7 +4,7 @@ One joint is redundant: with the tool held, the elbow swings about the line from
 Where it swings to is given by the swivel angle, between two half planes that begin at this line:
 the one of the reference, and the one through the elbow.
 
-With S the shoulder, W the wrist's centre, E the elbow (the point of axis 4 that is nearest to S),
+With S the shoulder, W the wrist's centre, E the elbow (of axis 4 the point nearest to axis 3),
 ``w = (W - S) / |W - S|``, t the direction opposite to axis 1 and r a direction across it,
 
     e_x = direction of ((w - t) x r) x w,   e_y = w x e_x,
@@ -22,13 +22,13 @@ import sympy as sp
 
 from ...scope import Scope
 from ...vectors import Vector, added, combination, cross, dot, subtracted
-from ..lines import Axis, Lines
+from ..lines import EXACT, Axis, Lines
 from ..requirement import Requirement, meeting, revolute
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.sp3 import sp3, squared_across
 from ..target import Target
-from ..turns import Turn, any_across, direction, rotated
+from ..turns import Turn, any_across, direction, perpendicular, rotated
 from ..work import Work
 from .spherical_wrist import wrist
 
@@ -68,7 +68,7 @@ def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
 
     # 2. The shoulder carries a frame of line, normal and side to where the swivel angle wants it.
     arm = added(scope, upper, rotated(scope, a4.h, q4, fore))
-    w, n, b = _frame(scope, arm, upper, a4.h)
+    w, n, b = _frame(scope, arm, upper, fore, a4.h)
     beside = scope.let(
         sp.Piecewise((_ONE, dot(scope, upper, b) >= 0), (-_ONE, True), evaluate=False)
     )
@@ -140,10 +140,17 @@ def reference(scope: Scope, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector
     return w, e_x, cross(scope, w, e_x)
 
 
-def _frame(scope: Scope, arm: Vector, upper: Vector, h: Vector) -> tuple[Vector, Vector, Vector]:
-    """Line from shoulder to wrist, normal of the arm's plane and side, with joints 1 to 3 at 0."""
+def _frame(
+    scope: Scope, arm: Vector, upper: Vector, fore: Vector, h: Vector
+) -> tuple[Vector, Vector, Vector]:
+    """Line from shoulder to wrist, normal of the arm's plane and side, with joints 1 to 3 at 0.
+
+    An arm that bends in a plane across the elbow's axis has its side across that axis, stretched
+    too; any other on the side of its elbow.
+    """
     w = _unit(scope, arm, upper)
-    b = _unit(scope, cross(scope, h, w), upper)
+    flat = all(abs(float(scope.value(dot(scope, h, part)))) <= EXACT for part in (upper, fore))
+    b = _unit(scope, cross(scope, h, w) if flat else perpendicular(scope, w, upper), upper)
     return w, cross(scope, w, b), b
 
 
