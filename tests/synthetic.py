@@ -132,7 +132,9 @@ class Function:
         ]
         slots = list(product((1.0, -1.0), repeat=len(self.signs)))
         values = [self._outputs(columns, signs) for signs in slots]
-        whole = [np.stack(of, axis=1).reshape(*lead, len(slots), -1) for of in zip(*values, strict=True)]
+        whole = [
+            np.stack(of, axis=1).reshape(*lead, len(slots), -1) for of in zip(*values, strict=True)
+        ]
         if len(whole) == 1:
             return whole[0].reshape(lead)
         return Found(whole[0], whole[1][..., 0], whole[2][..., 0])
