@@ -11,7 +11,8 @@
  *                          protocol of their own never come to it (overrides.py)
  *            A function that rests on loops has a guard (guard.py), which is told of every single
  *            pose whose result is not finite, and may raise. One that computes all branches of an
- *            inverse returns them as Solutions (solutions.py), with a fourth array: which are valid.
+ *            inverse returns them as Solutions (solutions.py), with a fourth array: which are valid;
+ *            where it comes near to a pose without reaching it, a last resort is asked (rescue.py).
  * Kernel     the description that Function and ufunc share, kept alive by the ufunc (a capsule).
  */
 #define PY_SSIZE_T_CLEAN
@@ -607,6 +608,8 @@ typedef struct {
     PyObject *guard; /* NULL where the result is finite for every finite input */
     PyTypeObject *solutions; /* a kind of tuple; NULL where the outputs are no branches */
     double tolerance;        /* residual up to which a branch is valid */
+    PyObject *rescue;        /* NULL where there is no last resort */
+    double near;             /* residual up to which it is asked */
 } Function;
 
 static PyTypeObject FunctionType;
@@ -621,6 +624,7 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
     Py_VISIT(self->reduced);
     Py_VISIT(self->guard);
     Py_VISIT(self->solutions);
+    Py_VISIT(self->rescue);
     return 0;
 }
 
@@ -640,6 +644,7 @@ static void function_dealloc(Function *self)
     Py_XDECREF(self->reduced);
     Py_XDECREF(self->guard);
     Py_XDECREF(self->solutions);
+    Py_XDECREF(self->rescue);
     Py_TYPE(self)->tp_free((PyObject *)self);
 }
 
@@ -703,13 +708,42 @@ static int is_plain_out(const Kernel *kernel, PyObject *const *inputs, PyObject 
     return 1;
 }
 
+/* A tuple of new references; NULL with an error set. */
+static PyObject *tuple_of(int n, PyObject *const *items)
+{
+    PyObject *tuple = PyTuple_New(n);
+    for (int i = 0; tuple && i < n; i++) {
+        PyTuple_SET_ITEM(tuple, i, Py_NewRef(items[i]));
+    }
+    return tuple;
+}
+
 /* ---------------------------------------------------------------- branches */
 
 /* The outputs of a function of all branches, in this order, then which of them are valid. */
 enum { BRANCH_Q, BRANCH_RESIDUAL, BRANCH_MARGIN, BRANCH_VALID, N_BRANCH_FIELDS };
 
-/* residual <= tolerance as a new array of booleans, false where the residual is NaN. */
-static PyObject *judge(PyArrayObject *residual, double tolerance)
+/* Whether any of n poses has no valid slot of its k, but one with a residual of at most near. */
+static int any_missed(npy_intp n, npy_intp k, const double *residual, const npy_bool *valid,
+                      double near)
+{
+    for (; n-- > 0; residual += k, valid += k) {
+        npy_bool solved = 0;
+        for (npy_intp slot = 0; slot < k; slot++) {
+            solved |= valid[slot];
+        }
+        for (npy_intp slot = 0; !solved && slot < k; slot++) {
+            if (residual[slot] <= near) {
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
+/* residual <= tolerance as a new array of booleans, false where the residual is NaN. Sets *missed to
+ * whether the last resort is to be asked. */
+static PyObject *judge(const Function *self, PyArrayObject *residual, int *missed)
 {
     int ndim = PyArray_NDIM(residual);
     PyArrayObject *valid =
@@ -724,23 +758,42 @@ static PyObject *judge(PyArrayObject *residual, double tolerance)
         Py_XDECREF(dense);
         return NULL;
     }
-    npy_intp n = PyArray_SIZE(dense);
-    const double *from = PyArray_DATA(dense);
+    npy_intp n = PyArray_SIZE(dense), k = PyArray_DIM(dense, ndim - 1);
+    const double *from = PyArray_DATA(dense), tolerance = self->tolerance;
     npy_bool *to = PyArray_DATA(valid);
     NPY_BEGIN_THREADS_DEF
     NPY_BEGIN_THREADS_THRESHOLDED(n)
     for (npy_intp i = 0; i < n; i++) {
         to[i] = from[i] <= tolerance;
     }
+    *missed = self->rescue && any_missed(n / k, k, from, to, self->near);
     NPY_END_THREADS
     Py_DECREF(dense);
     return (PyObject *)valid;
 }
 
-/* The branches as Solutions; steals the references of the three results. */
-static PyObject *pack_branches(const Function *self, PyObject **results)
+/* Asks the last resort, which changes results and valid in place; -1 with an error set. */
+static int ask_rescue(const Function *self, PyObject *const *inputs, PyObject **results,
+                      PyObject *valid)
 {
-    PyObject *valid = judge((PyArrayObject *)results[BRANCH_RESIDUAL], self->tolerance);
+    PyObject *given = tuple_of(self->kernel->n_inputs, inputs);
+    PyObject *answer =
+        given ? PyObject_CallFunctionObjArgs(self->rescue, given, results[BRANCH_Q],
+                                             results[BRANCH_RESIDUAL], valid, NULL)
+              : NULL;
+    Py_XDECREF(given);
+    Py_XDECREF(answer);
+    return answer ? 0 : -1;
+}
+
+/* The branches as Solutions; steals the references of the three results. */
+static PyObject *pack_branches(const Function *self, PyObject *const *inputs, PyObject **results)
+{
+    int missed = 0;
+    PyObject *valid = judge(self, (PyArrayObject *)results[BRANCH_RESIDUAL], &missed);
+    if (missed && ask_rescue(self, inputs, results, valid) < 0) {
+        Py_CLEAR(valid);
+    }
     PyObject *solutions =
         valid ? self->solutions->tp_alloc(self->solutions, N_BRANCH_FIELDS) : NULL;
     if (!solutions) {
@@ -758,7 +811,7 @@ static PyObject *pack_branches(const Function *self, PyObject **results)
 }
 
 /* What the ufunc returned, as Solutions where it is branches; steals the reference. */
-static PyObject *as_branches(const Function *self, PyObject *result)
+static PyObject *as_branches(const Function *self, PyObject *const *inputs, PyObject *result)
 {
     if (!self->solutions || !result) {
         return result;
@@ -768,7 +821,7 @@ static PyObject *as_branches(const Function *self, PyObject *result)
         results[i] = Py_NewRef(PyTuple_GET_ITEM(result, i));
     }
     Py_DECREF(result);
-    return pack_branches(self, results);
+    return pack_branches(self, inputs, results);
 }
 
 /* Takes the class for the branches and the tolerance that it tells; -1 with an error set. */
@@ -796,15 +849,32 @@ static int take_solutions(Function *self, PyObject *type)
     return 0;
 }
 
+/* Takes the last resort and from which residual on it is asked; -1 with an error set. */
+static int take_rescue(Function *self, PyObject *rescue)
+{
+    if (rescue == Py_None) {
+        return 0;
+    }
+    PyObject *near = PyObject_GetAttrString(rescue, "near");
+    self->near = near ? PyFloat_AsDouble(near) : -1.0;
+    Py_XDECREF(near);
+    if (PyErr_Occurred()) {
+        return -1;
+    }
+    self->rescue = Py_NewRef(rescue);
+    return 0;
+}
+
 /* ------------------------------------------------------------- the results */
 
 /* One result, or a tuple of several; steals the references. Empty shapes become scalars, as
  * NumPy's own functions have it, unless the caller gave the array. */
-static PyObject *pack(const Function *self, PyObject **results, PyObject *const *outs)
+static PyObject *pack(const Function *self, PyObject *const *inputs, PyObject **results,
+                      PyObject *const *outs)
 {
     const Kernel *kernel = self->kernel;
     if (self->solutions) {
-        return pack_branches(self, results);
+        return pack_branches(self, inputs, results);
     }
     for (int i = 0; i < kernel->n_outputs; i++) {
         if (!outs || outs[i] == Py_None) {
@@ -847,16 +917,6 @@ static int are_finite(const Kernel *kernel, double *const *outputs)
     return 1;
 }
 
-/* A tuple of new references; NULL with an error set. */
-static PyObject *tuple_of(int n, PyObject *const *items)
-{
-    PyObject *tuple = PyTuple_New(n);
-    for (int i = 0; tuple && i < n; i++) {
-        PyTuple_SET_ITEM(tuple, i, Py_NewRef(items[i]));
-    }
-    return tuple;
-}
-
 /* Tells the guard of a pose whose result is not finite; -1 with the error that it raised. */
 static int ask_guard(Function *self, PyObject *const *inputs)
 {
@@ -879,7 +939,7 @@ __attribute__((noinline)) static PyObject *pack_guarded(Function *self, PyObject
         }
         return NULL;
     }
-    return pack(self, results, outs);
+    return pack(self, inputs, results, outs);
 }
 
 /* Runs the kernel on plain inputs, into plain outs or new arrays (outs NULL, or None within). */
@@ -911,7 +971,7 @@ static PyObject *call_once(Function *self, PyObject *const *inputs, PyObject *co
     if (__builtin_expect(self->guard != NULL, 0)) {
         return pack_guarded(self, inputs, to, results, outs);
     }
-    return pack(self, results, outs);
+    return pack(self, inputs, results, outs);
 }
 
 /* The leading dimensions that all inputs share where all are dense float64 arrays, else NULL. */
@@ -987,7 +1047,7 @@ static PyObject *call_dense(const Function *self, PyObject *const *inputs, const
     NPY_BEGIN_THREADS_THRESHOLDED(n)
     run_dense(kernel, n, memory);
     NPY_END_THREADS
-    return pack(self, results, NULL);
+    return pack(self, inputs, results, NULL);
 }
 
 /* ------------------------------------------------------------- the long way */
@@ -1354,7 +1414,7 @@ static PyObject *call_read(Function *self, PyObject *const *inputs, PyObject *co
     if (self->guard && batch.ndim == 0) {
         result = guarded(self, inputs, result);
     }
-    return as_branches(self, result);
+    return as_branches(self, inputs, result);
 }
 
 static PyObject *call_any(Function *self, PyObject *const *inputs, PyObject *const *outs,
@@ -1612,13 +1672,13 @@ static PyObject *library_function(Library *self, PyObject *args, PyObject *kwarg
 {
     static char *keywords[] = {"name",      "inputs",     "outputs", "label", "doc",
                                "signature", "operations", "reduced", "guard", "solutions",
-                               NULL};
+                               "rescue",    NULL};
     PyObject *name, *inputs, *outputs, *label, *doc, *signature, *operations, *reduced, *guard,
-        *solutions;
-    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!OO:function", keywords, &name,
+        *solutions, *rescue;
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!OOO:function", keywords, &name,
                                      &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &label, &doc,
                                      &signature, &operations, &PyTuple_Type, &reduced, &guard,
-                                     &solutions)) {
+                                     &solutions, &rescue)) {
         return NULL;
     }
     const char *utf8 = PyUnicode_AsUTF8(name);
@@ -1648,7 +1708,7 @@ static PyObject *library_function(Library *self, PyObject *args, PyObject *kwarg
     function->operations = Py_NewRef(operations);
     function->reduced = Py_NewRef(reduced);
     function->guard = guard == Py_None ? NULL : Py_NewRef(guard);
-    if (take_solutions(function, solutions) < 0) {
+    if (take_solutions(function, solutions) < 0 || take_rescue(function, rescue) < 0) {
         Py_CLEAR(function);
     }
     return (PyObject *)function;

@@ -259,9 +259,10 @@ class _Writer:
 
     def _value_of(self, joint: int) -> sp.Expr:
         """The value of a joint of the chain, or of a slide that stands for several."""
-        if joint < len(self.notation.q):
+        slides = [axis.joint for axis in self.axes if not axis.turns]
+        if not self.actuators or joint not in slides:
             return self.robot.moving[joint].direction * self.notation.q[joint]
-        number = 1 + sum(axis.joint in range(len(self.notation.q), joint) for axis in self.axes)
+        number = 1 + slides.index(joint)
         tex = f"{self.letters['slide']}_{{{number}}}"
         return self.notation.symbol(tex, (LENGTH, (93, number)))
 

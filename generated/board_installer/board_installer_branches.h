@@ -28,30 +28,30 @@ LANES_INLINE void LANES_NAME(board_installer_ik_branch)(
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
       choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = T_4 * T_4, v2 = 1e-150 - T_0,
       v3 = v2 * v2, v4 = v1 + v3;
-  LANES_LET1(v5, sqrt, v4);
-  const lanes v6 = T_4 / v5, v7 = choice_0 * v6, v8 = 0.12 * v7, v9 = 0.28 * T_4, v10 = T_7 - v9,
-      v11 = v8 + v10, v12 = v11 * v11, v13 = 0.28 * T_0, v14 = T_3 - v13, v15 = v2 / v5,
+  LANES_LET1(v5, rsqrt, v4);
+  const lanes v6 = T_4 * v5, v7 = choice_0 * v6, v8 = 0.12 * v7, v9 = 0.28 * T_4, v10 = T_7 - v9,
+      v11 = v8 + v10, v12 = v11 * v11, v13 = 0.28 * T_0, v14 = T_3 - v13, v15 = v2 * v5,
       v16 = choice_0 * v15, v17 = 0.12 * v16, v18 = v14 - v17, v19 = 1e-150 + v18, v20 = v19 * v19,
       v21 = v12 + v20;
-  LANES_LET1(v22, sqrt, v21);
-  const lanes v23 = v11 / v22, v24 = v19 / v22, v25 = choice_1 * v24, v27 = choice_1 * v23,
+  LANES_LET1(v22, rsqrt, v21);
+  const lanes v23 = v11 * v22, v24 = v19 * v22, v25 = choice_1 * v24, v27 = choice_1 * v23,
       v28 = 0.28 * T_8, v29 = T_11 - v28, v30 = 0.3 + v29, v31 = v30 - 0.54, v32 = -4.0 * v31,
       v33 = -4.0 - v32, v34 = v33 * v33, v35 = 10.24 - v34;
   const lanes_where v36 = LANES_LT(4.096e-14, v35); LANES_LET1(v37, sqrt, v35);
   const lanes v38 = LANES_CHOICE(v36, v37, 0.0), v39 = choice_2 * v38, v40 = 3.2 * v39,
       v41 = 1e-150 - v40, v42 = 3.2 * v33, v43 = v42 * v42, v44 = v41 * v41, v45 = v43 + v44;
-  LANES_LET1(v46, sqrt, v45);
-  const lanes v47 = v41 / v46, v48 = v42 / v46;
+  LANES_LET1(v46, rsqrt, v45);
+  const lanes v47 = v41 * v46, v48 = v42 * v46;
   LANES_LET2(v49, atan2, v48, v47);
   const lanes v50 = v16 * v27, v51 = v7 * v25, v52 = v50 + v51, v53 = v16 * v25, v54 = v7 * v27,
       v55 = v53 - v54, v57 = T_0 * v16, v58 = T_4 * v7, v59 = v57 - v58, v60 = T_8 * T_8,
       v61 = v59 * v59, v62 = v60 + v61;
-  LANES_LET1(v63, sqrt, v62);
-  const lanes v64 = v59 / v63, v65 = T_8 / v63, v66 = T_2 * v7, v67 = T_6 * v16, v68 = v66 + v67,
+  LANES_LET1(v63, rsqrt, v62);
+  const lanes v64 = v59 * v63, v65 = T_8 * v63, v66 = T_2 * v7, v67 = T_6 * v16, v68 = v66 + v67,
       v69 = v68 * v68, v70 = T_10 * v64, v71 = T_6 * v7, v72 = T_2 * v16, v73 = v71 - v72,
       v74 = v65 * v73, v75 = v70 + v74, v76 = v75 * v75, v77 = v69 + v76;
-  LANES_LET1(v78, sqrt, v77);
-  const lanes v79 = v68 / v78, v80 = v75 / v78, v83 = v18 * v25, v84 = v11 * v27, v85 = v83 + v84,
+  LANES_LET1(v78, rsqrt, v77);
+  const lanes v79 = v68 * v78, v80 = v75 * v78, v83 = v18 * v25, v84 = v11 * v27, v85 = v83 + v84,
       v86 = 0.1 + v85, v87 = v86 + 0.8, v88 = v87 - 1.2, v89 = 0.8 * v47, v90 = v88 - v89,
       v91 = 0.25 * v90, v92 = -v91;
   out[1] = v92; out[2] = v49;

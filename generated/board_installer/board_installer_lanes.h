@@ -1641,8 +1641,8 @@ static LANES_TARGET void LANES_NAME(board_installer_actuators)(const lanes *in, 
       v10 = v9 + 0.8, v11 = v10 - 1.2, v12 = 0.2 * v11, v14 = 0.24 * v13, v15 = v12 + v14,
       v17 = 0.2 * v16, v18 = v15 - v17, v19 = v18 * v18, v20 = v7 * v7, v21 = v19 + v20,
       v22 = 0.0256 * v21;
-  LANES_LET1(v23, sqrt, v22);
-  const lanes v24 = v8 / v23, v25 = 0.16 * v18, v26 = v25 / v23;
+  LANES_LET1(v23, rsqrt, v22);
+  const lanes v24 = v8 * v23, v25 = 0.16 * v18, v26 = v25 * v23;
   LANES_LET2(v27, atan2, v24, v26); LANES_COS_SIN(v28, v29, theta_6); out[0] = theta_0;
   out[1] = theta_1; out[2] = v27; out[3] = theta_5;
   const lanes v30 = 0.15 * v28, v31 = 0.12 - v30, v32 = v31 * v31, v33 = 0.15 * v29,
@@ -1680,8 +1680,8 @@ static LANES_TARGET void LANES_NAME(board_installer_actuators_D_chain)(const lan
   const lanes v34 = 0.15 * v6, v35 = 0.15 * v7, v36 = 0.12 - v35, v37 = 2.0 * v36, v38 = v34 * v37,
       v39 = 0.20784609690826528 + v34, v40 = 2.0 * v39, v41 = v35 * v40, v42 = v38 + v41,
       v43 = v36 * v36, v44 = v39 * v39, v45 = v43 + v44;
-  LANES_LET1(v46, sqrt, v45);
-  const lanes v47 = 0.5 / v46, v48 = v42 * v47;
+  LANES_LET1(v46, rsqrt, v45);
+  const lanes v47 = 0.5 * v46, v48 = v42 * v47;
   out[38] = v48; out[39] = LANES_OF(0.0); out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0);
   out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0); out[44] = LANES_OF(0.0);
   out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0); out[47] = LANES_OF(1.0);
@@ -1704,8 +1704,8 @@ static LANES_TARGET void LANES_NAME(board_installer_actuator_rates)(const lanes 
   out[2] = v41; out[3] = thetad_5;
   const lanes v42 = 0.15 * v6, v43 = 0.12 - v42, v44 = v43 * v43, v45 = 0.15 * v7,
       v46 = 0.20784609690826528 + v45, v47 = v46 * v46, v48 = v44 + v47;
-  LANES_LET1(v49, sqrt, v48);
-  const lanes v50 = 0.5 / v49, v51 = 2.0 * v43, v52 = v7 * thetad_6, v53 = 0.15 * v52,
+  LANES_LET1(v49, rsqrt, v48);
+  const lanes v50 = 0.5 * v49, v51 = 2.0 * v43, v52 = v7 * thetad_6, v53 = 0.15 * v52,
       v54 = v51 * v53, v55 = 2.0 * v46, v56 = v6 * thetad_6, v57 = 0.15 * v56, v58 = v55 * v57,
       v59 = v54 + v58, v60 = v50 * v59;
   out[4] = v60; out[5] = thetad_7;
@@ -2012,55 +2012,55 @@ static LANES_TARGET void LANES_NAME(board_installer_ik)(const lanes *in, lanes *
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
       v1 = 0.28 * T_4, v2 = T_7 - v1, v3 = T_4 * T_4, v4 = 1e-150 - T_0, v5 = v4 * v4, v6 = v3 + v5;
-  LANES_LET1(v7, sqrt, v6);
-  const lanes v8 = T_4 / v7, v9 = 0.12 * v8, v10 = v2 + v9, v11 = v10 * v10, v12 = 0.28 * T_0,
-      v13 = T_3 - v12, v14 = v4 / v7, v15 = 0.12 * v14, v16 = v13 - v15, v17 = 1e-150 + v16,
+  LANES_LET1(v7, rsqrt, v6);
+  const lanes v8 = T_4 * v7, v9 = 0.12 * v8, v10 = v2 + v9, v11 = v10 * v10, v12 = 0.28 * T_0,
+      v13 = T_3 - v12, v14 = v4 * v7, v15 = 0.12 * v14, v16 = v13 - v15, v17 = 1e-150 + v16,
       v18 = v17 * v17, v19 = v11 + v18;
-  LANES_LET1(v20, sqrt, v19);
-  const lanes v21 = v10 / v20, v22 = v17 / v20;
+  LANES_LET1(v20, rsqrt, v19);
+  const lanes v21 = v10 * v20, v22 = v17 * v20;
   LANES_LET2(v23, atan2, v21, v22);
   const lanes v24 = 0.28 * T_8, v25 = T_11 - v24, v26 = 0.3 + v25, v27 = v26 - 0.54,
       v28 = -4.0 * v27, v29 = -4.0 - v28, v30 = v29 * v29, v31 = 10.24 - v30;
   const lanes_where v32 = LANES_LT(4.096e-14, v31); LANES_LET1(v33, sqrt, v31);
   const lanes v34 = LANES_CHOICE(v32, v33, 0.0), v35 = 3.2 * v34, v36 = 1e-150 - v35,
       v37 = 3.2 * v29, v38 = v37 * v37, v39 = v36 * v36, v40 = v38 + v39;
-  LANES_LET1(v41, sqrt, v40);
-  const lanes v42 = v36 / v41, v43 = v37 / v41;
+  LANES_LET1(v41, rsqrt, v40);
+  const lanes v42 = v36 * v41, v43 = v37 * v41;
   LANES_LET2(v44, atan2, v43, v42);
   const lanes v45 = v22 * v8, v46 = v21 * v14, v47 = v45 + v46, v48 = v22 * v14, v49 = v21 * v8,
       v50 = v48 - v49;
   LANES_LET2(v51, atan2, v47, v50);
   const lanes v52 = T_0 * v14, v53 = T_4 * v8, v54 = v52 - v53, v55 = T_8 * T_8, v56 = v54 * v54,
       v57 = v55 + v56;
-  LANES_LET1(v58, sqrt, v57);
-  const lanes v59 = v54 / v58, v60 = T_8 / v58, v61 = T_2 * v8, v62 = T_6 * v14, v63 = v61 + v62,
+  LANES_LET1(v58, rsqrt, v57);
+  const lanes v59 = v54 * v58, v60 = T_8 * v58, v61 = T_2 * v8, v62 = T_6 * v14, v63 = v61 + v62,
       v64 = v63 * v63, v65 = T_10 * v59, v66 = T_6 * v8, v67 = T_2 * v14, v68 = v66 - v67,
       v69 = v60 * v68, v70 = v65 + v69, v71 = v70 * v70, v72 = v64 + v71;
-  LANES_LET1(v73, sqrt, v72);
-  const lanes v74 = v63 / v73, v75 = v70 / v73;
+  LANES_LET1(v73, rsqrt, v72);
+  const lanes v74 = v63 * v73, v75 = v70 * v73;
   LANES_LET2(v76, atan2, v74, v75);
   const lanes v77 = 1e-150 + v35, v78 = v77 * v77, v79 = v78 + v38;
-  LANES_LET1(v80, sqrt, v79);
-  const lanes v81 = v77 / v80, v82 = v37 / v80;
+  LANES_LET1(v80, rsqrt, v79);
+  const lanes v81 = v77 * v80, v82 = v37 * v80;
   LANES_LET2(v83, atan2, v82, v81);
   const lanes v84 = -v22;
-  LANES_LET2(v85, atan2, v21, v84);
+  LANES_LET2(v85, supplement, v23, v21);
   const lanes v86 = -v50;
-  LANES_LET2(v87, atan2, v47, v86);
+  LANES_LET2(v87, supplement, v51, v47);
   const lanes v88 = v2 - v9, v89 = v88 * v88, v90 = v13 + v15, v91 = 1e-150 + v90, v92 = v91 * v91,
       v93 = v89 + v92;
-  LANES_LET1(v94, sqrt, v93);
-  const lanes v95 = v88 / v94, v96 = v91 / v94;
+  LANES_LET1(v94, rsqrt, v93);
+  const lanes v95 = v88 * v94, v96 = v91 * v94;
   LANES_LET2(v97, atan2, v95, v96);
   const lanes v98 = v96 * v8, v99 = v95 * v14, v100 = v98 + v99, v101 = v95 * v8, v102 = v96 * v14,
       v103 = v101 - v102;
   LANES_LET2(v104, atan2, v100, v103);
   const lanes v105 = -v75;
-  LANES_LET2(v106, atan2, v74, v105);
+  LANES_LET2(v106, supplement, v76, v74);
   const lanes v107 = -v96;
-  LANES_LET2(v108, atan2, v95, v107);
+  LANES_LET2(v108, supplement, v97, v95);
   const lanes v109 = -v103;
-  LANES_LET2(v110, atan2, v100, v109); out[0] = v23;
+  LANES_LET2(v110, supplement, v104, v100); out[0] = v23;
   const lanes v111 = v16 * v22, v112 = v10 * v21, v113 = v111 + v112, v114 = 0.1 + v113,
       v115 = v114 + 0.8, v116 = v115 - 1.2, v117 = 0.8 * v42, v118 = v116 - v117,
       v119 = 0.25 * v118, v120 = -v119;

@@ -27,18 +27,18 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_branch)(
   const lanes_where v14 = LANES_LT(8.15813594176e-18, v13); LANES_LET1(v15, sqrt, v13);
   const lanes v16 = LANES_CHOICE(v14, v15, 0.0), v17 = choice_0 * v16, v18 = 0.0451612 * v17,
       v19 = v18 * v18, v20 = v10 * v10, v21 = v19 + v20;
-  LANES_LET1(v22, sqrt, v21);
-  const lanes v23 = v10 / v22, v24 = 0.127 * v23, v25 = v24 + 0.1778, v26 = v2 * v25,
-      v27 = v18 / v22, v28 = 0.127 * v27, v29 = v4 * v28, v30 = v26 - v29, v31 = v30 * v30,
+  LANES_LET1(v22, rsqrt, v21);
+  const lanes v23 = v10 * v22, v24 = 0.127 * v23, v25 = v24 + 0.1778, v26 = v2 * v25,
+      v27 = v18 * v22, v28 = 0.127 * v27, v29 = v4 * v28, v30 = v26 - v29, v31 = v30 * v30,
       v32 = v4 * v25, v33 = v2 * v28, v34 = v32 + v33, v35 = 1e-150 + v34, v36 = v35 * v35,
       v37 = v31 + v36;
-  LANES_LET1(v38, sqrt, v37);
-  const lanes v39 = v30 / v38, v40 = v35 / v38;
+  LANES_LET1(v38, rsqrt, v37);
+  const lanes v39 = v30 * v38, v40 = v35 * v38;
   LANES_LET2(v41, atan2, v39, v40); LANES_LET2(v42, atan2, v27, v23);
   const lanes v43 = T_4 * T_4, v44 = 1e-150 + T_0, v45 = v44 * v44, v46 = v43 + v45;
-  LANES_LET1(v47, sqrt, v46);
-  const lanes v48 = T_4 / v47, v49 = v23 * v40, v50 = v27 * v39, v51 = v49 - v50, v52 = v48 * v51,
-      v53 = v44 / v47, v54 = v23 * v39, v55 = v27 * v40, v56 = v54 + v55, v57 = v53 * v56,
+  LANES_LET1(v47, rsqrt, v46);
+  const lanes v48 = T_4 * v47, v49 = v23 * v40, v50 = v27 * v39, v51 = v49 - v50, v52 = v48 * v51,
+      v53 = v44 * v47, v54 = v23 * v39, v55 = v27 * v40, v56 = v54 + v55, v57 = v53 * v56,
       v58 = v52 - v57, v59 = v53 * v51, v60 = v48 * v56, v61 = v59 + v60;
   LANES_LET2(v62, atan2, v58, v61); out[0] = v41; out[1] = v42; out[2] = v62;
   const lanes v63 = T_11 * T_11, v64 = 0.127 * v53, v65 = 0.127 * v51, v66 = v64 + v65,
@@ -84,18 +84,18 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_planar_branch)(
   const lanes_where v16 = LANES_LT(8.15813594176e-18, v15); LANES_LET1(v17, sqrt, v15);
   const lanes v18 = LANES_CHOICE(v16, v17, 0.0), v19 = choice_0 * v18, v20 = 0.0451612 * v19,
       v21 = v20 * v20, v22 = v12 * v12, v23 = v21 + v22;
-  LANES_LET1(v24, sqrt, v23);
-  const lanes v25 = v12 / v24, v26 = 0.127 * v25, v27 = v26 + 0.1778, v28 = v3 * v27,
-      v29 = v20 / v24, v30 = 0.127 * v29, v31 = v6 * v30, v32 = v28 - v31, v33 = v32 * v32,
+  LANES_LET1(v24, rsqrt, v23);
+  const lanes v25 = v12 * v24, v26 = 0.127 * v25, v27 = v26 + 0.1778, v28 = v3 * v27,
+      v29 = v20 * v24, v30 = 0.127 * v29, v31 = v6 * v30, v32 = v28 - v31, v33 = v32 * v32,
       v34 = v6 * v27, v35 = v3 * v30, v36 = v34 + v35, v37 = 1e-150 + v36, v38 = v37 * v37,
       v39 = v33 + v38;
-  LANES_LET1(v40, sqrt, v39);
-  const lanes v41 = v32 / v40, v42 = v37 / v40;
+  LANES_LET1(v40, rsqrt, v39);
+  const lanes v41 = v32 * v40, v42 = v37 * v40;
   LANES_LET2(v43, atan2, v41, v42); LANES_LET2(v44, atan2, v29, v25);
   const lanes v45 = v1 * v1, v46 = 1e-150 + v4, v47 = v46 * v46, v48 = v45 + v47;
-  LANES_LET1(v49, sqrt, v48);
-  const lanes v50 = v1 / v49, v51 = v25 * v42, v52 = v29 * v41, v53 = v51 - v52, v54 = v50 * v53,
-      v55 = v46 / v49, v56 = v25 * v41, v57 = v29 * v42, v58 = v56 + v57, v59 = v55 * v58,
+  LANES_LET1(v49, rsqrt, v48);
+  const lanes v50 = v1 * v49, v51 = v25 * v42, v52 = v29 * v41, v53 = v51 - v52, v54 = v50 * v53,
+      v55 = v46 * v49, v56 = v25 * v41, v57 = v29 * v42, v58 = v56 + v57, v59 = v55 * v58,
       v60 = v54 - v59, v61 = v55 * v53, v62 = v50 * v58, v63 = v61 + v62;
   LANES_LET2(v64, atan2, v60, v63); out[0] = v43; out[1] = v44; out[2] = v64;
   const lanes v65 = 0.127 * v55, v66 = 0.127 * v53, v67 = v65 + v66, v68 = 0.1778 * v42,

@@ -371,24 +371,24 @@ static LANES_TARGET void LANES_NAME(bricklaying_planar_ik)(const lanes *in, lane
   const lanes_where v15 = LANES_LT(8.15813594176e-18, v14); LANES_LET1(v16, sqrt, v14);
   const lanes v17 = LANES_CHOICE(v15, v16, 0.0), v18 = 0.0451612 * v17, v19 = v18 * v18,
       v20 = v11 + v19;
-  LANES_LET1(v21, sqrt, v20);
-  const lanes v22 = v10 / v21, v23 = 0.127 * v22, v24 = v23 + 0.1778, v25 = v24 * v5,
-      v26 = v18 / v21, v27 = 0.127 * v26, v28 = v2 * v27, v29 = v25 - v28, v30 = v29 * v29,
+  LANES_LET1(v21, rsqrt, v20);
+  const lanes v22 = v10 * v21, v23 = 0.127 * v22, v24 = v23 + 0.1778, v25 = v24 * v5,
+      v26 = v18 * v21, v27 = 0.127 * v26, v28 = v2 * v27, v29 = v25 - v28, v30 = v29 * v29,
       v31 = v2 * v24, v32 = v27 * v5, v33 = v31 + v32, v34 = 1e-150 + v33, v35 = v34 * v34,
       v36 = v30 + v35;
-  LANES_LET1(v37, sqrt, v36);
-  const lanes v38 = v29 / v37, v39 = v34 / v37;
+  LANES_LET1(v37, rsqrt, v36);
+  const lanes v38 = v29 * v37, v39 = v34 * v37;
   LANES_LET2(v40, atan2, v38, v39); LANES_LET2(v41, atan2, v26, v22);
   const lanes v42 = T_4 * T_4, v43 = 1e-150 + T_0, v44 = v43 * v43, v45 = v42 + v44;
-  LANES_LET1(v46, sqrt, v45);
-  const lanes v47 = T_4 / v46, v48 = v22 * v39, v49 = v26 * v38, v50 = v48 - v49, v51 = v47 * v50,
-      v52 = v43 / v46, v53 = v22 * v38, v54 = v26 * v39, v55 = v53 + v54, v56 = v52 * v55,
+  LANES_LET1(v46, rsqrt, v45);
+  const lanes v47 = T_4 * v46, v48 = v22 * v39, v49 = v26 * v38, v50 = v48 - v49, v51 = v47 * v50,
+      v52 = v43 * v46, v53 = v22 * v38, v54 = v26 * v39, v55 = v53 + v54, v56 = v52 * v55,
       v57 = v51 - v56, v58 = v52 * v50, v59 = v47 * v55, v60 = v58 + v59;
   LANES_LET2(v61, atan2, v57, v60);
   const lanes v62 = v28 + v25, v63 = v62 * v62, v64 = v31 - v32, v65 = 1e-150 + v64,
       v66 = v65 * v65, v67 = v63 + v66;
-  LANES_LET1(v68, sqrt, v67);
-  const lanes v69 = v62 / v68, v70 = v65 / v68;
+  LANES_LET1(v68, rsqrt, v67);
+  const lanes v69 = v62 * v68, v70 = v65 * v68;
   LANES_LET2(v71, atan2, v69, v70);
   const lanes v72 = v22 * v70, v73 = v26 * v69, v74 = v72 + v73, v75 = v47 * v74, v76 = v22 * v69,
       v77 = v26 * v70, v78 = v76 - v77, v79 = v52 * v78, v80 = v75 - v79, v81 = v52 * v74,
@@ -426,24 +426,24 @@ static LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar)(const lanes *i
   const lanes_where v17 = LANES_LT(8.15813594176e-18, v16); LANES_LET1(v18, sqrt, v16);
   const lanes v19 = LANES_CHOICE(v17, v18, 0.0), v20 = 0.0451612 * v19, v21 = v20 * v20,
       v22 = v13 + v21;
-  LANES_LET1(v23, sqrt, v22);
-  const lanes v24 = v12 / v23, v25 = 0.127 * v24, v26 = v25 + 0.1778, v27 = v26 * v7,
-      v28 = v20 / v23, v29 = 0.127 * v28, v30 = v29 * v3, v31 = v27 - v30, v32 = v31 * v31,
+  LANES_LET1(v23, rsqrt, v22);
+  const lanes v24 = v12 * v23, v25 = 0.127 * v24, v26 = v25 + 0.1778, v27 = v26 * v7,
+      v28 = v20 * v23, v29 = 0.127 * v28, v30 = v29 * v3, v31 = v27 - v30, v32 = v31 * v31,
       v33 = v29 * v7, v34 = v26 * v3, v35 = v33 + v34, v36 = 1e-150 + v35, v37 = v36 * v36,
       v38 = v32 + v37;
-  LANES_LET1(v39, sqrt, v38);
-  const lanes v40 = v31 / v39, v41 = v36 / v39;
+  LANES_LET1(v39, rsqrt, v38);
+  const lanes v40 = v31 * v39, v41 = v36 * v39;
   LANES_LET2(v42, atan2, v40, v41); LANES_LET2(v43, atan2, v28, v24);
   const lanes v44 = 1e-150 + v1, v45 = v44 * v44, v46 = v5 * v5, v47 = v45 + v46;
-  LANES_LET1(v48, sqrt, v47);
-  const lanes v49 = v5 / v48, v50 = v24 * v41, v51 = v28 * v40, v52 = v50 - v51, v53 = v49 * v52,
-      v54 = v44 / v48, v55 = v24 * v40, v56 = v28 * v41, v57 = v55 + v56, v58 = v54 * v57,
+  LANES_LET1(v48, rsqrt, v47);
+  const lanes v49 = v5 * v48, v50 = v24 * v41, v51 = v28 * v40, v52 = v50 - v51, v53 = v49 * v52,
+      v54 = v44 * v48, v55 = v24 * v40, v56 = v28 * v41, v57 = v55 + v56, v58 = v54 * v57,
       v59 = v53 - v58, v60 = v54 * v52, v61 = v49 * v57, v62 = v60 + v61;
   LANES_LET2(v63, atan2, v59, v62);
   const lanes v64 = v30 + v27, v65 = v64 * v64, v66 = v34 - v33, v67 = 1e-150 + v66,
       v68 = v67 * v67, v69 = v65 + v68;
-  LANES_LET1(v70, sqrt, v69);
-  const lanes v71 = v64 / v70, v72 = v67 / v70;
+  LANES_LET1(v70, rsqrt, v69);
+  const lanes v71 = v64 * v70, v72 = v67 * v70;
   LANES_LET2(v73, atan2, v71, v72);
   const lanes v74 = v24 * v72, v75 = v28 * v71, v76 = v74 + v75, v77 = v49 * v76, v78 = v24 * v71,
       v79 = v28 * v72, v80 = v78 - v79, v81 = v54 * v80, v82 = v77 - v81, v83 = v54 * v76,

@@ -22,17 +22,17 @@ LANES_INLINE void LANES_NAME(delta_ik_branch)(
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       v1 = T_8 * T_8, v2 = 1e-150 + T_0, v3 = T_4 * T_4, v4 = v2 * v2, v5 = v3 + v4;
-  LANES_LET1(v6, sqrt, v5);
-  const lanes v7 = v2 / v6, v8 = choice_0 * v7, v9 = T_0 * v8, v10 = T_4 / v6, v11 = choice_0 * v10,
+  LANES_LET1(v6, rsqrt, v5);
+  const lanes v7 = v2 * v6, v8 = choice_0 * v7, v9 = T_0 * v8, v10 = T_4 * v6, v11 = choice_0 * v10,
       v12 = T_4 * v11, v13 = v9 + v12, v14 = v13 * v13, v15 = v1 + v14;
-  LANES_LET1(v16, sqrt, v15);
-  const lanes v17 = T_8 / v16, v18 = 0.05 * v17, v19 = v13 / v16, v20 = T_6 * v8, v21 = T_2 * v11,
+  LANES_LET1(v16, rsqrt, v15);
+  const lanes v17 = T_8 * v16, v18 = 0.05 * v17, v19 = v13 * v16, v20 = T_6 * v8, v21 = T_2 * v11,
       v22 = v20 - v21, v23 = v22 * v22, v24 = T_10 * v19, v25 = T_2 * v8, v26 = T_6 * v11,
       v27 = v25 + v26, v28 = v17 * v27, v29 = v24 - v28, v30 = v29 * v29, v31 = v23 + v30;
-  LANES_LET1(v32, sqrt, v31);
-  const lanes v33 = v22 / v32, v34 = 0.04 * v33, v35 = v19 * v34, v36 = v18 - v35, v37 = T_11 + v36,
+  LANES_LET1(v32, rsqrt, v31);
+  const lanes v33 = v22 * v32, v34 = 0.04 * v33, v35 = v19 * v34, v36 = v18 - v35, v37 = T_11 + v36,
       v38 = v37 * v37, v39 = 0.05 * v19, v40 = v17 * v34, v41 = v39 + v40, v42 = v8 * v41,
-      v43 = v29 / v32, v44 = 0.04 * v43, v45 = v11 * v44, v46 = v42 - v45, v47 = T_3 + v46,
+      v43 = v29 * v32, v44 = 0.04 * v43, v45 = v11 * v44, v46 = v42 - v45, v47 = T_3 + v46,
       v48 = v47 - 0.2, v49 = v48 * v48, v50 = v38 + v49, v51 = 0.5 * v50, v52 = 0.0338 + v51,
       v53 = v8 * v44, v54 = v11 * v41, v55 = v53 + v54, v56 = T_7 + v55, v57 = v56 - 0.04,
       v58 = v57 * v57, v59 = 0.64 - v58, v60 = 0.5 * v59, v61 = v52 - v60, v62 = v61 / v50,

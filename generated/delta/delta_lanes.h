@@ -2449,8 +2449,8 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes
       v28 = v6 * v18, v29 = v27 + v28, v30 = v29 + z_1, v31 = 0.04 - v30, v32 = v31 * v31,
       v33 = v26 + v32, v34 = 0.26 * v8, v35 = v5 * v15, v36 = 0.05 * v3, v37 = v35 - v36,
       v38 = v37 + z_2, v39 = v34 + v38, v40 = v39 * v39, v41 = v33 + v40;
-  LANES_LET1(v42, sqrt, v41);
-  const lanes v43 = 0.5 / v42, v44 = v25 * v43, v45 = -v44;
+  LANES_LET1(v42, rsqrt, v41);
+  const lanes v43 = 0.5 * v42, v44 = v25 * v43, v45 = -v44;
   out[0] = v45;
   const lanes v46 = 2.0 * v31, v47 = v43 * v46, v48 = -v47;
   out[1] = v48;
@@ -2471,8 +2471,8 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes
       v87 = 2.0 * v86, v88 = v86 * v86, v89 = v82 * v6, v90 = v89 + v27, v91 = z_1 - v90,
       v92 = v91 + 0.04, v93 = v92 * v92, v94 = v88 + v93, v95 = v36 + v35, v96 = z_2 - v95,
       v97 = v96 + v34, v98 = v97 * v97, v99 = v94 + v98;
-  LANES_LET1(v100, sqrt, v99);
-  const lanes v101 = 0.5 / v100, v102 = v87 * v101, v103 = -v102;
+  LANES_LET1(v100, rsqrt, v99);
+  const lanes v101 = 0.5 * v100, v102 = v87 * v101, v103 = -v102;
   out[9] = v103;
   const lanes v104 = 2.0 * v92, v105 = v101 * v104;
   out[10] = v105;
@@ -2497,8 +2497,8 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes
       v152 = v147 - v151, v153 = v152 * v152, v154 = v145 + v153, v155 = 0.26 * v10,
       v156 = 0.05964101615137755 * v3, v157 = v137 * v5, v158 = v156 + v157, v159 = v158 + z_2,
       v160 = v155 + v159, v161 = v160 * v160, v162 = v154 + v161;
-  LANES_LET1(v163, sqrt, v162);
-  const lanes v164 = 0.5 / v163, v165 = v144 * v164;
+  LANES_LET1(v163, rsqrt, v162);
+  const lanes v164 = 0.5 * v163, v165 = v144 * v164;
   out[18] = v165;
   const lanes v166 = 2.0 * v152, v167 = v164 * v166, v168 = -v167;
   out[19] = v168;
@@ -2525,8 +2525,8 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes
       v224 = v223 * v223, v225 = v217 + v224, v226 = v207 * v5, v227 = 0.009641016151377546 * v3,
       v228 = v226 - v227, v229 = v228 + z_2, v230 = v155 + v229, v231 = v230 * v230,
       v232 = v225 + v231;
-  LANES_LET1(v233, sqrt, v232);
-  const lanes v234 = 0.5 / v233, v235 = v216 * v234, v236 = -v235;
+  LANES_LET1(v233, rsqrt, v232);
+  const lanes v234 = 0.5 * v233, v235 = v216 * v234, v236 = -v235;
   out[27] = v236;
   const lanes v237 = 2.0 * v223, v238 = v234 * v237, v239 = -v238;
   out[28] = v239;
@@ -2552,8 +2552,8 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes
       v290 = z_1 - v289, v291 = v287 + v290, v292 = v291 * v291, v293 = v285 + v292,
       v294 = 0.26 * v12, v295 = v227 + v226, v296 = z_2 - v295, v297 = v294 + v296,
       v298 = v297 * v297, v299 = v293 + v298;
-  LANES_LET1(v300, sqrt, v299);
-  const lanes v301 = 0.5 / v300, v302 = v284 * v301, v303 = -v302;
+  LANES_LET1(v300, rsqrt, v299);
+  const lanes v301 = 0.5 * v300, v302 = v284 * v301, v303 = -v302;
   out[36] = v303;
   const lanes v304 = 2.0 * v291, v305 = v301 * v304;
   out[37] = v305;
@@ -2576,8 +2576,8 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes
       v345 = z_1 - v344, v346 = v342 - v345, v347 = v346 * v346, v348 = v341 + v347,
       v349 = v156 - v157, v350 = v349 + z_2, v351 = v294 + v350, v352 = v351 * v351,
       v353 = v348 + v352;
-  LANES_LET1(v354, sqrt, v353);
-  const lanes v355 = 0.5 / v354, v356 = v340 * v355;
+  LANES_LET1(v354, rsqrt, v353);
+  const lanes v355 = 0.5 * v354, v356 = v340 * v355;
   out[45] = v356;
   const lanes v357 = 2.0 * v346, v358 = v355 * v357, v359 = -v358;
   out[46] = v359;
@@ -2989,8 +2989,8 @@ static LANES_TARGET void LANES_NAME(delta_rods_D_chain)(const lanes *in, lanes *
       v28 = v26 + v27, v29 = v28 + theta_1, v30 = v29 - 0.04, v31 = v30 * v30, v32 = v24 * v24,
       v33 = v31 + v32, v34 = v4 * v13, v35 = 0.05 * v2, v36 = v34 - v35, v37 = v36 + theta_2,
       v38 = 0.26 * v8, v39 = v37 + v38, v40 = v39 * v39, v41 = v33 + v40;
-  LANES_LET1(v42, sqrt, v41);
-  const lanes v43 = 0.5 / v42, v44 = v25 * v43;
+  LANES_LET1(v42, rsqrt, v41);
+  const lanes v43 = 0.5 * v42, v44 = v25 * v43;
   out[0] = v44;
   const lanes v45 = 2.0 * v30, v46 = v43 * v45;
   out[1] = v46;
@@ -3009,8 +3009,8 @@ static LANES_TARGET void LANES_NAME(delta_rods_D_chain)(const lanes *in, lanes *
       v79 = v78 - v23, v80 = 2.0 * v79, v81 = v79 * v79, v82 = v5 * v75, v83 = v26 + v82,
       v84 = theta_1 - v83, v85 = v84 + 0.04, v86 = v85 * v85, v87 = v81 + v86, v88 = v35 + v34,
       v89 = theta_2 - v88, v90 = v89 + v38, v91 = v90 * v90, v92 = v87 + v91;
-  LANES_LET1(v93, sqrt, v92);
-  const lanes v94 = 0.5 / v93, v95 = v80 * v94;
+  LANES_LET1(v93, rsqrt, v92);
+  const lanes v94 = 0.5 * v93, v95 = v80 * v94;
   out[6] = v95;
   const lanes v96 = 2.0 * v85, v97 = v94 * v96;
   out[7] = v97;
@@ -3033,8 +3033,8 @@ static LANES_TARGET void LANES_NAME(delta_rods_D_chain)(const lanes *in, lanes *
       v140 = v139 - 0.02, v141 = v138 - v140, v142 = v141 * v141, v143 = v134 + v142,
       v144 = 0.26 * v10, v145 = 0.05964101615137755 * v2, v146 = v4 * v124, v147 = v145 + v146,
       v148 = v147 + theta_2, v149 = v144 + v148, v150 = v149 * v149, v151 = v143 + v150;
-  LANES_LET1(v152, sqrt, v151);
-  const lanes v153 = 0.5 / v152, v154 = v133 * v153;
+  LANES_LET1(v152, rsqrt, v151);
+  const lanes v153 = 0.5 * v152, v154 = v133 * v153;
   out[12] = v154;
   const lanes v155 = 2.0 * v141, v156 = v153 * v155;
   out[13] = v156;
@@ -3059,8 +3059,8 @@ static LANES_TARGET void LANES_NAME(delta_rods_D_chain)(const lanes *in, lanes *
       v205 = v204 * v204, v206 = v198 + v205, v207 = v4 * v187, v208 = 0.009641016151377546 * v2,
       v209 = v207 - v208, v210 = v209 + theta_2, v211 = v144 + v210, v212 = v211 * v211,
       v213 = v206 + v212;
-  LANES_LET1(v214, sqrt, v213);
-  const lanes v215 = 0.5 / v214, v216 = v197 * v215;
+  LANES_LET1(v214, rsqrt, v213);
+  const lanes v215 = 0.5 * v214, v216 = v197 * v215;
   out[18] = v216;
   const lanes v217 = 2.0 * v204, v218 = v215 * v217;
   out[19] = v218;
@@ -3083,8 +3083,8 @@ static LANES_TARGET void LANES_NAME(delta_rods_D_chain)(const lanes *in, lanes *
       v262 = 0.02 + v261, v263 = v260 + v262, v264 = v263 * v263, v265 = v257 + v264,
       v266 = v208 + v207, v267 = theta_2 - v266, v268 = 0.26 * v12, v269 = v267 + v268,
       v270 = v269 * v269, v271 = v265 + v270;
-  LANES_LET1(v272, sqrt, v271);
-  const lanes v273 = 0.5 / v272, v274 = v256 * v273;
+  LANES_LET1(v272, rsqrt, v271);
+  const lanes v273 = 0.5 * v272, v274 = v256 * v273;
   out[24] = v274;
   const lanes v275 = 2.0 * v263, v276 = v273 * v275;
   out[25] = v276;
@@ -3103,8 +3103,8 @@ static LANES_TARGET void LANES_NAME(delta_rods_D_chain)(const lanes *in, lanes *
       v306 = v5 * v298, v307 = v135 + v306, v308 = theta_1 - v307, v309 = 0.02 - v261,
       v310 = v308 - v309, v311 = v310 * v310, v312 = v305 + v311, v313 = v145 - v146,
       v314 = v313 + theta_2, v315 = v314 + v268, v316 = v315 * v315, v317 = v312 + v316;
-  LANES_LET1(v318, sqrt, v317);
-  const lanes v319 = 0.5 / v318, v320 = v304 * v319;
+  LANES_LET1(v318, rsqrt, v317);
+  const lanes v319 = 0.5 * v318, v320 = v304 * v319;
   out[30] = v320;
   const lanes v321 = 2.0 * v310, v322 = v319 * v321;
   out[31] = v322;
@@ -3132,12 +3132,12 @@ static LANES_TARGET void LANES_NAME(delta_velocity_relation)(const lanes *in, la
       v28 = v27 + theta_1, v29 = v28 - 0.04, v30 = v29 * v29, v31 = v24 * v24, v32 = v30 + v31,
       v33 = v4 * v13, v34 = 0.05 * v2, v35 = v33 - v34, v36 = v35 + theta_2, v37 = 0.26 * v8,
       v38 = v36 + v37, v39 = v38 * v38, v40 = v32 + v39;
-  LANES_LET1(v41, sqrt, v40);
-  const lanes v42 = v24 / v41;
+  LANES_LET1(v41, rsqrt, v40);
+  const lanes v42 = v24 * v41;
   out[0] = v42;
-  const lanes v43 = v29 / v41;
+  const lanes v43 = v29 * v41;
   out[1] = v43;
-  const lanes v44 = v38 / v41;
+  const lanes v44 = v38 * v41;
   out[2] = v44;
   const lanes v45 = v44 * v27, v46 = v43 * v35, v47 = v45 - v46;
   out[3] = v47;
@@ -3149,12 +3149,12 @@ static LANES_TARGET void LANES_NAME(delta_velocity_relation)(const lanes *in, la
       v58 = v57 - v23, v59 = v58 * v58, v60 = v5 * v54, v61 = v25 + v60, v62 = theta_1 - v61,
       v63 = v62 + 0.04, v64 = v63 * v63, v65 = v59 + v64, v66 = v34 + v33, v67 = theta_2 - v66,
       v68 = v67 + v37, v69 = v68 * v68, v70 = v65 + v69;
-  LANES_LET1(v71, sqrt, v70);
-  const lanes v72 = v58 / v71;
+  LANES_LET1(v71, rsqrt, v70);
+  const lanes v72 = v58 * v71;
   out[6] = v72;
-  const lanes v73 = v63 / v71;
+  const lanes v73 = v63 * v71;
   out[7] = v73;
-  const lanes v74 = v68 / v71;
+  const lanes v74 = v68 * v71;
   out[8] = v74;
   const lanes v75 = v62 - theta_1, v76 = v74 * v75, v77 = v67 - theta_2, v78 = v73 * v77,
       v79 = v76 - v78;
@@ -3171,12 +3171,12 @@ static LANES_TARGET void LANES_NAME(delta_velocity_relation)(const lanes *in, la
       v106 = v105 - 0.02, v107 = v104 - v106, v108 = v107 * v107, v109 = v100 + v108,
       v110 = 0.26 * v10, v111 = 0.05964101615137755 * v2, v112 = v4 * v91, v113 = v111 + v112,
       v114 = v113 + theta_2, v115 = v110 + v114, v116 = v115 * v115, v117 = v109 + v116;
-  LANES_LET1(v118, sqrt, v117);
-  const lanes v119 = v99 / v118;
+  LANES_LET1(v118, rsqrt, v117);
+  const lanes v119 = v99 * v118;
   out[12] = v119;
-  const lanes v120 = v107 / v118;
+  const lanes v120 = v107 * v118;
   out[13] = v120;
-  const lanes v121 = v115 / v118;
+  const lanes v121 = v115 * v118;
   out[14] = v121;
   const lanes v122 = v121 * v103, v123 = v120 * v113, v124 = v122 - v123;
   out[15] = v124;
@@ -3192,12 +3192,12 @@ static LANES_TARGET void LANES_NAME(delta_velocity_relation)(const lanes *in, la
       v150 = v149 * v149, v151 = v143 + v150, v152 = v4 * v133, v153 = 0.009641016151377546 * v2,
       v154 = v152 - v153, v155 = v154 + theta_2, v156 = v110 + v155, v157 = v156 * v156,
       v158 = v151 + v157;
-  LANES_LET1(v159, sqrt, v158);
-  const lanes v160 = v142 / v159;
+  LANES_LET1(v159, rsqrt, v158);
+  const lanes v160 = v142 * v159;
   out[18] = v160;
-  const lanes v161 = v149 / v159;
+  const lanes v161 = v149 * v159;
   out[19] = v161;
-  const lanes v162 = v156 / v159;
+  const lanes v162 = v156 * v159;
   out[20] = v162;
   const lanes v163 = v162 * v146, v164 = v161 * v154, v165 = v163 - v164;
   out[21] = v165;
@@ -3212,12 +3212,12 @@ static LANES_TARGET void LANES_NAME(delta_velocity_relation)(const lanes *in, la
       v187 = v184 + v186, v188 = v187 * v187, v189 = v181 + v188, v190 = v153 + v152,
       v191 = theta_2 - v190, v192 = 0.26 * v12, v193 = v191 + v192, v194 = v193 * v193,
       v195 = v189 + v194;
-  LANES_LET1(v196, sqrt, v195);
-  const lanes v197 = v180 / v196;
+  LANES_LET1(v196, rsqrt, v195);
+  const lanes v197 = v180 * v196;
   out[24] = v197;
-  const lanes v198 = v187 / v196;
+  const lanes v198 = v187 * v196;
   out[25] = v198;
-  const lanes v199 = v193 / v196;
+  const lanes v199 = v193 * v196;
   out[26] = v199;
   const lanes v200 = v184 - theta_1, v201 = v199 * v200, v202 = v191 - theta_2, v203 = v198 * v202,
       v204 = v201 - v203;
@@ -3231,12 +3231,12 @@ static LANES_TARGET void LANES_NAME(delta_velocity_relation)(const lanes *in, la
       v219 = v101 + v218, v220 = theta_1 - v219, v221 = 0.02 - v185, v222 = v220 - v221,
       v223 = v222 * v222, v224 = v217 + v223, v225 = v111 - v112, v226 = v225 + theta_2,
       v227 = v226 + v192, v228 = v227 * v227, v229 = v224 + v228;
-  LANES_LET1(v230, sqrt, v229);
-  const lanes v231 = v216 / v230;
+  LANES_LET1(v230, rsqrt, v229);
+  const lanes v231 = v216 * v230;
   out[30] = v231;
-  const lanes v232 = v222 / v230;
+  const lanes v232 = v222 * v230;
   out[31] = v232;
-  const lanes v233 = v227 / v230;
+  const lanes v233 = v227 * v230;
   out[32] = v233;
   const lanes v234 = v220 - theta_1, v235 = v233 * v234, v236 = v232 * v225, v237 = v235 - v236;
   out[33] = v237;
@@ -3244,25 +3244,25 @@ static LANES_TARGET void LANES_NAME(delta_velocity_relation)(const lanes *in, la
   out[34] = v240;
   const lanes v241 = v232 * v213, v242 = v231 * v234, v243 = v241 - v242;
   out[35] = v243;
-  const lanes v244 = 0.5 / v41, v245 = 2.0 * v24, v246 = v245 * v37, v247 = 2.0 * v38,
+  const lanes v244 = 0.5 * v41, v245 = 2.0 * v24, v246 = v245 * v37, v247 = 2.0 * v38,
       v248 = v247 * v22, v249 = v246 + v248, v250 = v244 * v249, v251 = -v250;
   out[36] = v251; out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0);
-  const lanes v252 = 0.5 / v71, v253 = 2.0 * v58, v254 = v253 * v37, v255 = 2.0 * v68,
+  const lanes v252 = 0.5 * v71, v253 = 2.0 * v58, v254 = v253 * v37, v255 = 2.0 * v68,
       v256 = v255 * v22, v257 = v254 + v256, v258 = v252 * v257, v259 = -v258;
   out[39] = v259; out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0); out[42] = LANES_OF(0.0);
-  const lanes v260 = 0.5 / v118, v261 = 2.0 * v99, v262 = 0.13 * v10, v263 = v261 * v262,
+  const lanes v260 = 0.5 * v118, v261 = 2.0 * v99, v262 = 0.13 * v10, v263 = v261 * v262,
       v264 = 2.0 * v115, v265 = v86 * v264, v266 = v263 - v265, v267 = 2.0 * v107,
       v268 = 0.22516660498395405 * v10, v269 = v267 * v268, v270 = v266 - v269, v271 = v260 * v270;
   out[43] = v271; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0);
-  const lanes v272 = 0.5 / v159, v273 = 2.0 * v142, v274 = v273 * v262, v275 = 2.0 * v156,
+  const lanes v272 = 0.5 * v159, v273 = 2.0 * v142, v274 = v273 * v262, v275 = 2.0 * v156,
       v276 = v86 * v275, v277 = v274 - v276, v278 = 2.0 * v149, v279 = v278 * v268,
       v280 = v277 - v279, v281 = v272 * v280;
   out[46] = v281; out[47] = LANES_OF(0.0); out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0);
-  const lanes v282 = 0.5 / v196, v283 = 2.0 * v180, v284 = 0.13 * v12, v285 = v283 * v284,
+  const lanes v282 = 0.5 * v196, v283 = 2.0 * v180, v284 = 0.13 * v12, v285 = v283 * v284,
       v286 = 2.0 * v187, v287 = 0.22516660498395405 * v12, v288 = v286 * v287, v289 = v285 + v288,
       v290 = 2.0 * v193, v291 = v290 * v176, v292 = v289 - v291, v293 = v282 * v292;
   out[50] = v293; out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0);
-  const lanes v294 = 0.5 / v230, v295 = 2.0 * v216, v296 = v295 * v284, v297 = 2.0 * v222,
+  const lanes v294 = 0.5 * v230, v295 = 2.0 * v216, v296 = v295 * v284, v297 = 2.0 * v222,
       v298 = v297 * v287, v299 = v296 + v298, v300 = 2.0 * v227, v301 = v300 * v176,
       v302 = v299 - v301, v303 = v294 * v302;
   out[53] = v303;
@@ -3273,17 +3273,17 @@ static LANES_TARGET void LANES_NAME(delta_ik)(const lanes *in, lanes *out)
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
       v1 = T_8 * T_8, v2 = 1e-150 + T_0, v3 = T_4 * T_4, v4 = v2 * v2, v5 = v3 + v4;
-  LANES_LET1(v6, sqrt, v5);
-  const lanes v7 = v2 / v6, v8 = T_0 * v7, v9 = T_4 / v6, v10 = T_4 * v9, v11 = v8 + v10,
+  LANES_LET1(v6, rsqrt, v5);
+  const lanes v7 = v2 * v6, v8 = T_0 * v7, v9 = T_4 * v6, v10 = T_4 * v9, v11 = v8 + v10,
       v12 = v11 * v11, v13 = v1 + v12;
-  LANES_LET1(v14, sqrt, v13);
-  const lanes v15 = T_8 / v14, v16 = 0.05 * v15, v17 = v11 / v14, v18 = T_6 * v7, v19 = T_2 * v9,
+  LANES_LET1(v14, rsqrt, v13);
+  const lanes v15 = T_8 * v14, v16 = 0.05 * v15, v17 = v11 * v14, v18 = T_6 * v7, v19 = T_2 * v9,
       v20 = v18 - v19, v21 = v20 * v20, v22 = T_10 * v17, v23 = T_2 * v7, v24 = T_6 * v9,
       v25 = v23 + v24, v26 = v15 * v25, v27 = v22 - v26, v28 = v27 * v27, v29 = v21 + v28;
-  LANES_LET1(v30, sqrt, v29);
-  const lanes v31 = v20 / v30, v32 = 0.04 * v31, v33 = v17 * v32, v34 = v16 - v33, v35 = T_11 + v34,
+  LANES_LET1(v30, rsqrt, v29);
+  const lanes v31 = v20 * v30, v32 = 0.04 * v31, v33 = v17 * v32, v34 = v16 - v33, v35 = T_11 + v34,
       v36 = v35 * v35, v37 = 0.05 * v17, v38 = v15 * v32, v39 = v37 + v38, v40 = v39 * v7,
-      v41 = v27 / v30, v42 = 0.04 * v41, v43 = v42 * v9, v44 = v40 - v43, v45 = T_3 + v44,
+      v41 = v27 * v30, v42 = 0.04 * v41, v43 = v42 * v9, v44 = v40 - v43, v45 = T_3 + v44,
       v46 = v45 - 0.2, v47 = v46 * v46, v48 = v36 + v47, v49 = 0.5 * v48, v50 = 0.0338 + v49,
       v51 = v42 * v7, v52 = v39 * v9, v53 = v51 + v52, v54 = T_7 + v53, v55 = v54 - 0.04,
       v56 = v55 * v55, v57 = 0.64 - v56, v58 = 0.5 * v57, v59 = v50 - v58, v60 = v59 / v48,

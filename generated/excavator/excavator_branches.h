@@ -23,24 +23,24 @@ LANES_INLINE void LANES_NAME(excavator_ik_branch)(
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = T_7 * T_7, v2 = 1e-150 - T_3,
       v3 = v2 * v2, v4 = v1 + v3;
-  LANES_LET1(v5, sqrt, v4);
-  const lanes v6 = T_7 / v5, v7 = v2 / v5, v8 = choice_0 * v7, v12 = T_3 * v8, v13 = choice_0 * v6,
+  LANES_LET1(v5, rsqrt, v4);
+  const lanes v6 = T_7 * v5, v7 = v2 * v5, v8 = choice_0 * v7, v12 = T_3 * v8, v13 = choice_0 * v6,
       v14 = T_7 * v13, v15 = v12 - v14, v16 = v15 - 0.15, v17 = 1e-150 + T_10, v18 = T_2 * v8,
       v19 = T_6 * v13, v20 = v18 - v19, v21 = v20 * v20, v22 = v17 * v17, v23 = v21 + v22;
-  LANES_LET1(v24, sqrt, v23);
-  const lanes v25 = v17 / v24, v26 = 1.45 * v25, v27 = v16 - v26, v28 = v27 * v27,
-      v29 = T_11 - 1.75, v30 = v20 / v24, v31 = 1.45 * v30, v32 = v29 + v31, v33 = v32 * v32,
+  LANES_LET1(v24, rsqrt, v23);
+  const lanes v25 = v17 * v24, v26 = 1.45 * v25, v27 = v16 - v26, v28 = v27 * v27,
+      v29 = T_11 - 1.75, v30 = v20 * v24, v31 = 1.45 * v30, v32 = v29 + v31, v33 = v32 * v32,
       v34 = v28 + v33, v35 = v34 - 40.9, v36 = 33.06 * v35, v37 = 1e-150 + v36, v38 = v34 - 7.84,
       v39 = 73.96 - v34, v40 = v38 * v39;
   const lanes_where v41 = LANES_LT(4.3718544e-12, v40); LANES_LET1(v42, sqrt, v40);
   const lanes v43 = LANES_CHOICE(v41, v42, 0.0), v44 = choice_1 * v43, v45 = 33.06 * v44,
       v46 = v45 * v45, v47 = v37 * v37, v48 = v46 + v47;
-  LANES_LET1(v49, sqrt, v48);
-  const lanes v50 = v37 / v49, v51 = 2.9 * v50, v52 = 5.7 + v51, v53 = v27 * v52, v54 = v45 / v49,
+  LANES_LET1(v49, rsqrt, v48);
+  const lanes v50 = v37 * v49, v51 = 2.9 * v50, v52 = 5.7 + v51, v53 = v27 * v52, v54 = v45 * v49,
       v55 = 2.9 * v54, v56 = v32 * v55, v57 = v53 + v56, v58 = 1e-150 + v57, v59 = v32 * v52,
       v60 = v27 * v55, v61 = v59 - v60, v62 = v61 * v61, v63 = v58 * v58, v64 = v62 + v63;
-  LANES_LET1(v65, sqrt, v64);
-  const lanes v66 = v58 / v65, v67 = 2.6 * v66, v68 = v67 - 0.55, v69 = v61 / v65, v70 = 0.85 * v69,
+  LANES_LET1(v65, rsqrt, v64);
+  const lanes v66 = v58 * v65, v67 = 2.6 * v66, v68 = v67 - 0.55, v69 = v61 * v65, v70 = 0.85 * v69,
       v71 = v68 - v70, v72 = v71 * v71, v73 = 2.6 * v69, v74 = 0.65 + v73, v75 = 0.85 * v66,
       v76 = v74 + v75, v77 = v76 * v76, v78 = v72 + v77;
   LANES_LET1(v79, sqrt, v78);

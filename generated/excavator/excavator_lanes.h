@@ -2002,16 +2002,16 @@ static LANES_TARGET void LANES_NAME(excavator_actuators_D_chain)(const lanes *in
       v12 = 0.85 * v1, v13 = v11 + v12, v14 = 2.0 * v13, v15 = v9 * v14, v16 = v10 + v12,
       v17 = v7 - 0.55, v18 = v17 - v8, v19 = 2.0 * v18, v20 = v16 * v19, v21 = v15 - v20,
       v22 = v18 * v18, v23 = v13 * v13, v24 = v22 + v23;
-  LANES_LET1(v25, sqrt, v24);
-  const lanes v26 = 0.5 / v25, v27 = v21 * v26;
+  LANES_LET1(v25, rsqrt, v24);
+  const lanes v26 = 0.5 * v25, v27 = v21 * v26;
   out[5] = v27; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
   out[9] = LANES_OF(0.0);
   const lanes v28 = 0.8 * v3, v29 = 0.25 * v4, v30 = v28 - v29, v31 = 0.8 * v4, v32 = 2.8 - v31,
       v33 = 0.25 * v3, v34 = v32 - v33, v35 = 2.0 * v34, v36 = v30 * v35, v37 = v33 + v31,
       v38 = v29 - 1.25, v39 = v38 - v28, v40 = 2.0 * v39, v41 = v37 * v40, v42 = v36 - v41,
       v43 = v34 * v34, v44 = v39 * v39, v45 = v43 + v44;
-  LANES_LET1(v46, sqrt, v45);
-  const lanes v47 = 0.5 / v46, v48 = v42 * v47;
+  LANES_LET1(v46, rsqrt, v45);
+  const lanes v47 = 0.5 * v46, v48 = v42 * v47;
   out[10] = v48; out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
   out[14] = LANES_OF(0.0);
   const lanes v49 = 0.04 * v5, v50 = 0.46 * v6, v51 = v49 - v50, v52 = 0.46 * v5, v53 = 0.42 - v52,
@@ -2027,8 +2027,8 @@ static LANES_TARGET void LANES_NAME(excavator_actuators_D_chain)(const lanes *in
       v90 = 1.6129032258064515 * v78, v91 = v82 * v90, v92 = 0.62 * v91,
       v93 = 0.9999999999999999 * v72, v94 = 1.98 + v93, v95 = 2.0 * v94, v96 = v92 * v95,
       v97 = v89 - v96, v98 = v94 * v94, v99 = v87 * v87, v100 = v98 + v99;
-  LANES_LET1(v101, sqrt, v100);
-  const lanes v102 = 0.5 / v101, v103 = v97 * v102;
+  LANES_LET1(v101, rsqrt, v100);
+  const lanes v102 = 0.5 * v101, v103 = v97 * v102;
   out[15] = v103;
 }
 
@@ -2041,8 +2041,8 @@ static LANES_TARGET void LANES_NAME(excavator_actuator_rates)(const lanes *in, l
   const lanes v7 = 2.6 * v1, v8 = v7 - 0.55, v9 = 0.85 * v2, v10 = v8 - v9, v11 = v10 * v10,
       v12 = 2.6 * v2, v13 = 0.65 + v12, v14 = 0.85 * v1, v15 = v13 + v14, v16 = v15 * v15,
       v17 = v11 + v16;
-  LANES_LET1(v18, sqrt, v17);
-  const lanes v19 = 0.5 / v18, v20 = 2.0 * v15, v21 = v1 * thetad_1, v22 = 2.6 * v21,
+  LANES_LET1(v18, rsqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = 2.0 * v15, v21 = v1 * thetad_1, v22 = 2.6 * v21,
       v23 = v2 * thetad_1, v24 = 0.85 * v23, v25 = v22 - v24, v26 = v20 * v25, v27 = 2.0 * v10,
       v28 = 2.6 * v23, v29 = 0.85 * v21, v30 = v28 + v29, v31 = v27 * v30, v32 = v26 - v31,
       v33 = v19 * v32;
@@ -2050,8 +2050,8 @@ static LANES_TARGET void LANES_NAME(excavator_actuator_rates)(const lanes *in, l
   const lanes v34 = 0.8 * v3, v35 = 2.8 - v34, v36 = 0.25 * v4, v37 = v35 - v36, v38 = v37 * v37,
       v39 = 0.25 * v3, v40 = v39 - 1.25, v41 = 0.8 * v4, v42 = v40 - v41, v43 = v42 * v42,
       v44 = v38 + v43;
-  LANES_LET1(v45, sqrt, v44);
-  const lanes v46 = 0.5 / v45, v47 = 2.0 * v37, v48 = v4 * thetad_2, v49 = 0.8 * v48,
+  LANES_LET1(v45, rsqrt, v44);
+  const lanes v46 = 0.5 * v45, v47 = 2.0 * v37, v48 = v4 * thetad_2, v49 = 0.8 * v48,
       v50 = v3 * thetad_2, v51 = 0.25 * v50, v52 = v49 - v51, v53 = v47 * v52, v54 = 2.0 * v42,
       v55 = 0.25 * v48, v56 = 0.8 * v50, v57 = v55 + v56, v58 = v54 * v57, v59 = v53 - v58,
       v60 = v46 * v59;
@@ -2065,8 +2065,8 @@ static LANES_TARGET void LANES_NAME(excavator_actuator_rates)(const lanes *in, l
       v84 = 0.9999999999999999 * v83, v85 = 1.98 + v84, v86 = v85 * v85, v87 = v64 * v81,
       v88 = v69 * v74, v89 = v87 + v88, v90 = 0.9999999999999999 * v89, v91 = v90 - 0.51,
       v92 = v91 * v91, v93 = v86 + v92;
-  LANES_LET1(v94, sqrt, v93);
-  const lanes v95 = 0.5 / v94, v96 = 2.0 * v91, v97 = v5 * thetad_3, v98 = 0.04 * v97,
+  LANES_LET1(v94, rsqrt, v93);
+  const lanes v95 = 0.5 * v94, v96 = 2.0 * v91, v97 = v5 * thetad_3, v98 = 0.04 * v97,
       v99 = v6 * thetad_3, v100 = 0.46 * v99, v101 = v98 - v100, v102 = v83 - v64,
       v103 = v101 * v102, v104 = 0.04 * v99, v105 = 0.46 * v97, v106 = v104 + v105,
       v107 = v89 - v69, v108 = v106 * v107, v109 = v103 - v108, v110 = v109 / v80,
@@ -2393,30 +2393,30 @@ static LANES_TARGET void LANES_NAME(excavator_ik)(const lanes *in, lanes *out)
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
       v1 = T_7 * T_7, v2 = 1e-150 - T_3, v3 = v2 * v2, v4 = v1 + v3;
-  LANES_LET1(v5, sqrt, v4);
-  const lanes v6 = T_7 / v5, v7 = v2 / v5;
+  LANES_LET1(v5, rsqrt, v4);
+  const lanes v6 = T_7 * v5, v7 = v2 * v5;
   LANES_LET2(v8, atan2, v6, v7);
   const lanes v9 = -v7;
-  LANES_LET2(v10, atan2, v6, v9);
+  LANES_LET2(v10, supplement, v8, v6);
   const lanes v11 = -v8;
   out[0] = v11;
   const lanes v12 = T_3 * v7, v13 = T_7 * v6, v14 = v12 - v13, v15 = v14 - 0.15,
       v16 = 1e-150 + T_10, v17 = T_2 * v7, v18 = T_6 * v6, v19 = v17 - v18, v20 = v19 * v19,
       v21 = v16 * v16, v22 = v20 + v21;
-  LANES_LET1(v23, sqrt, v22);
-  const lanes v24 = v16 / v23, v25 = 1.45 * v24, v26 = v15 - v25, v27 = v26 * v26, v28 = v19 / v23,
+  LANES_LET1(v23, rsqrt, v22);
+  const lanes v24 = v16 * v23, v25 = 1.45 * v24, v26 = v15 - v25, v27 = v26 * v26, v28 = v19 * v23,
       v29 = 1.45 * v28, v30 = T_11 - 1.75, v31 = v29 + v30, v32 = v31 * v31, v33 = v27 + v32,
       v34 = v33 - 40.9, v35 = 33.06 * v34, v36 = 1e-150 + v35, v37 = v33 - 7.84, v38 = 73.96 - v33,
       v39 = v37 * v38;
   const lanes_where v40 = LANES_LT(4.3718544e-12, v39); LANES_LET1(v41, sqrt, v39);
   const lanes v42 = LANES_CHOICE(v40, v41, 0.0), v43 = 33.06 * v42, v44 = v43 * v43,
       v45 = v36 * v36, v46 = v44 + v45;
-  LANES_LET1(v47, sqrt, v46);
-  const lanes v48 = v36 / v47, v49 = 2.9 * v48, v50 = 5.7 + v49, v51 = v26 * v50, v52 = v43 / v47,
+  LANES_LET1(v47, rsqrt, v46);
+  const lanes v48 = v36 * v47, v49 = 2.9 * v48, v50 = 5.7 + v49, v51 = v26 * v50, v52 = v43 * v47,
       v53 = 2.9 * v52, v54 = v31 * v53, v55 = v51 + v54, v56 = 1e-150 + v55, v57 = v31 * v50,
       v58 = v26 * v53, v59 = v57 - v58, v60 = v59 * v59, v61 = v56 * v56, v62 = v60 + v61;
-  LANES_LET1(v63, sqrt, v62);
-  const lanes v64 = v56 / v63, v65 = 2.6 * v64, v66 = v65 - 0.55, v67 = v59 / v63, v68 = 0.85 * v67,
+  LANES_LET1(v63, rsqrt, v62);
+  const lanes v64 = v56 * v63, v65 = 2.6 * v64, v66 = v65 - 0.55, v67 = v59 * v63, v68 = 0.85 * v67,
       v69 = v66 - v68, v70 = v69 * v69, v71 = 2.6 * v67, v72 = 0.65 + v71, v73 = 0.85 * v64,
       v74 = v72 + v73, v75 = v74 * v74, v76 = v70 + v75;
   LANES_LET1(v77, sqrt, v76);
@@ -2445,8 +2445,8 @@ static LANES_TARGET void LANES_NAME(excavator_ik)(const lanes *in, lanes *out)
   out[3] = v138; out[4] = v11;
   const lanes v139 = v51 - v54, v140 = 1e-150 + v139, v141 = v58 + v57, v142 = v141 * v141,
       v143 = v140 * v140, v144 = v142 + v143;
-  LANES_LET1(v145, sqrt, v144);
-  const lanes v146 = v140 / v145, v147 = 2.6 * v146, v148 = v147 - 0.55, v149 = v141 / v145,
+  LANES_LET1(v145, rsqrt, v144);
+  const lanes v146 = v140 * v145, v147 = 2.6 * v146, v148 = v147 - 0.55, v149 = v141 * v145,
       v150 = 0.85 * v149, v151 = v148 - v150, v152 = v151 * v151, v153 = 2.6 * v149,
       v154 = 0.65 + v153, v155 = 0.85 * v146, v156 = v154 + v155, v157 = v156 * v156,
       v158 = v152 + v157;
@@ -2481,13 +2481,13 @@ static LANES_TARGET void LANES_NAME(excavator_ik)(const lanes *in, lanes *out)
   const lanes v228 = LANES_CHOICE(v226, v227, 0.0), v229 = 33.06 * v228, v230 = v229 * v229,
       v231 = v222 - 40.9, v232 = 33.06 * v231, v233 = 1e-150 + v232, v234 = v233 * v233,
       v235 = v230 + v234;
-  LANES_LET1(v236, sqrt, v235);
-  const lanes v237 = v229 / v236, v238 = 2.9 * v237, v239 = v217 * v238, v240 = v233 / v236,
+  LANES_LET1(v236, rsqrt, v235);
+  const lanes v237 = v229 * v236, v238 = 2.9 * v237, v239 = v217 * v238, v240 = v233 * v236,
       v241 = 2.9 * v240, v242 = 5.7 + v241, v243 = v219 * v242, v244 = v239 - v243,
       v245 = 1e-150 + v244, v246 = v219 * v238, v247 = v217 * v242, v248 = v246 + v247,
       v249 = v248 * v248, v250 = v245 * v245, v251 = v249 + v250;
-  LANES_LET1(v252, sqrt, v251);
-  const lanes v253 = v245 / v252, v254 = 2.6 * v253, v255 = v254 - 0.55, v256 = v248 / v252,
+  LANES_LET1(v252, rsqrt, v251);
+  const lanes v253 = v245 * v252, v254 = 2.6 * v253, v255 = v254 - 0.55, v256 = v248 * v252,
       v257 = 0.85 * v256, v258 = v255 - v257, v259 = v258 * v258, v260 = 2.6 * v256,
       v261 = 0.65 + v260, v262 = 0.85 * v253, v263 = v261 + v262, v264 = v263 * v263,
       v265 = v259 + v264;
@@ -2518,8 +2518,8 @@ static LANES_TARGET void LANES_NAME(excavator_ik)(const lanes *in, lanes *out)
   out[11] = v327; out[12] = v10;
   const lanes v328 = v243 + v239, v329 = 1e-150 - v328, v330 = v247 - v246, v331 = v330 * v330,
       v332 = v329 * v329, v333 = v331 + v332;
-  LANES_LET1(v334, sqrt, v333);
-  const lanes v335 = v329 / v334, v336 = 2.6 * v335, v337 = v336 - 0.55, v338 = v330 / v334,
+  LANES_LET1(v334, rsqrt, v333);
+  const lanes v335 = v329 * v334, v336 = 2.6 * v335, v337 = v336 - 0.55, v338 = v330 * v334,
       v339 = 0.85 * v338, v340 = v337 - v339, v341 = v340 * v340, v342 = 2.6 * v338,
       v343 = 0.65 + v342, v344 = 0.85 * v335, v345 = v343 + v344, v346 = v345 * v345,
       v347 = v341 + v346;

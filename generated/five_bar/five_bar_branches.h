@@ -26,12 +26,12 @@ LANES_INLINE void LANES_NAME(five_bar_ik_branch)(
   const lanes_where v11 = LANES_LT(5.76e-17, v10); LANES_LET1(v12, sqrt, v10);
   const lanes v13 = LANES_CHOICE(v11, v12, 0.0), v14 = choice_0 * v13, v15 = 0.12 * v14,
       v16 = v15 * v15, v17 = v7 * v7, v18 = v16 + v17;
-  LANES_LET1(v19, sqrt, v18);
-  const lanes v20 = v7 / v19, v21 = 0.3 * v20, v22 = 0.2 + v21, v23 = T_7 * v22, v24 = v15 / v19,
+  LANES_LET1(v19, rsqrt, v18);
+  const lanes v20 = v7 * v19, v21 = 0.3 * v20, v22 = 0.2 + v21, v23 = T_7 * v22, v24 = v15 * v19,
       v25 = 0.3 * v24, v26 = v2 * v25, v27 = v23 - v26, v28 = v27 * v27, v29 = T_7 * v25,
       v30 = v2 * v22, v31 = v29 + v30, v32 = 1e-150 + v31, v33 = v32 * v32, v34 = v28 + v33;
-  LANES_LET1(v35, sqrt, v34);
-  const lanes v36 = v27 / v35, v37 = v32 / v35;
+  LANES_LET1(v35, rsqrt, v34);
+  const lanes v36 = v27 * v35, v37 = v32 * v35;
   LANES_LET2(v38, atan2, v36, v37);
   const lanes v39 = 0.2 * v36, v40 = v20 * v36, v41 = v24 * v37, v42 = v40 + v41, v43 = 0.3 * v42,
       v44 = v39 + v43, v45 = 0.2 * v37, v46 = v20 * v37, v47 = v24 * v36, v48 = v46 - v47,

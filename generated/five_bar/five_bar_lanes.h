@@ -873,12 +873,12 @@ static LANES_TARGET void LANES_NAME(five_bar_ik)(const lanes *in, lanes *out)
       v7 = 1e-150 + v6, v8 = v7 * v7, v9 = v4 - 0.01, v10 = 0.25 - v4, v11 = v9 * v10;
   const lanes_where v12 = LANES_LT(5.76e-17, v11); LANES_LET1(v13, sqrt, v11);
   const lanes v14 = LANES_CHOICE(v12, v13, 0.0), v15 = 0.12 * v14, v16 = v15 * v15, v17 = v8 + v16;
-  LANES_LET1(v18, sqrt, v17);
-  const lanes v19 = v7 / v18, v20 = 0.3 * v19, v21 = 0.2 + v20, v22 = T_7 * v21, v23 = v15 / v18,
+  LANES_LET1(v18, rsqrt, v17);
+  const lanes v19 = v7 * v18, v20 = 0.3 * v19, v21 = 0.2 + v20, v22 = T_7 * v21, v23 = v15 * v18,
       v24 = 0.3 * v23, v25 = v2 * v24, v26 = v22 - v25, v27 = v26 * v26, v28 = T_7 * v24,
       v29 = v2 * v21, v30 = v28 + v29, v31 = 1e-150 + v30, v32 = v31 * v31, v33 = v27 + v32;
-  LANES_LET1(v34, sqrt, v33);
-  const lanes v35 = v26 / v34, v36 = v31 / v34;
+  LANES_LET1(v34, rsqrt, v33);
+  const lanes v35 = v26 * v34, v36 = v31 * v34;
   LANES_LET2(v37, atan2, v35, v36);
   const lanes v38 = 0.2 * v35, v39 = v19 * v35, v40 = v23 * v36, v41 = v39 + v40, v42 = 0.3 * v41,
       v43 = v38 + v42, v44 = 0.2 * v36, v45 = v19 * v36, v46 = v23 * v35, v47 = v45 - v46,
@@ -891,8 +891,8 @@ static LANES_TARGET void LANES_NAME(five_bar_ik)(const lanes *in, lanes *out)
   LANES_LET2(v72, atan2, v67, v71);
   const lanes v73 = v22 + v25, v74 = v73 * v73, v75 = v29 - v28, v76 = 1e-150 + v75,
       v77 = v76 * v76, v78 = v74 + v77;
-  LANES_LET1(v79, sqrt, v78);
-  const lanes v80 = v73 / v79, v81 = v76 / v79;
+  LANES_LET1(v79, rsqrt, v78);
+  const lanes v80 = v73 * v79, v81 = v76 * v79;
   LANES_LET2(v82, atan2, v80, v81);
   const lanes v83 = 0.2 * v81, v84 = v19 * v81, v85 = v23 * v80, v86 = v84 + v85, v87 = 0.3 * v86,
       v88 = v83 + v87, v89 = v88 - 0.2, v90 = v89 * v89, v91 = 0.2 * v80, v92 = v19 * v80,

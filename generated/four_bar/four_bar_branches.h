@@ -27,13 +27,13 @@ LANES_INLINE void LANES_NAME(four_bar_ik_branch)(
   const lanes v11 = LANES_CHOICE(v9, v10, 0.0), v12 = choice_0 * v11, v13 = 0.024 * v12,
       v14 = v5 + v13, v15 = 1e-150 + v14, v16 = 0.03 * v12, v17 = 0.024 * v4, v18 = v16 - v17,
       v19 = v18 * v18, v20 = v15 * v15, v21 = v19 + v20;
-  LANES_LET1(v22, sqrt, v21);
-  const lanes v23 = v15 / v22, v24 = 0.15 * v23, v25 = v18 / v22, v26 = 0.12 * v25, v27 = v24 - v26,
+  LANES_LET1(v22, rsqrt, v21);
+  const lanes v23 = v15 * v22, v24 = 0.15 * v23, v25 = v18 * v22, v26 = 0.12 * v25, v27 = v24 - v26,
       v28 = v27 + 0.1, v29 = T_7 * v28, v30 = 0.15 * v25, v31 = 0.12 * v23, v32 = v30 + v31,
       v33 = T_3 * v32, v34 = v29 - v33, v35 = v34 * v34, v36 = T_3 * v28, v37 = T_7 * v32,
       v38 = v36 + v37, v39 = 1e-150 + v38, v40 = v39 * v39, v41 = v35 + v40;
-  LANES_LET1(v42, sqrt, v41);
-  const lanes v43 = v34 / v42, v44 = v39 / v42;
+  LANES_LET1(v42, rsqrt, v41);
+  const lanes v43 = v34 * v42, v44 = v39 * v42;
   LANES_LET2(v45, atan2, v43, v44); out[0] = v45;
   const lanes v46 = T_2 * T_2, v47 = T_6 * T_6, v48 = v46 + v47, v49 = T_8 * T_8, v50 = v48 + v49,
       v51 = T_9 * T_9, v52 = v50 + v51, v53 = 0.1 * v44, v54 = 0.35 - v53, v55 = v54 * v54,

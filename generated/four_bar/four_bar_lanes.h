@@ -673,23 +673,23 @@ static LANES_TARGET void LANES_NAME(four_bar_ik)(const lanes *in, lanes *out)
   const lanes v11 = LANES_CHOICE(v9, v10, 0.0), v12 = 0.024 * v11, v13 = v5 + v12,
       v14 = 1e-150 + v13, v15 = 0.03 * v11, v16 = 0.024 * v4, v17 = v15 - v16, v18 = v17 * v17,
       v19 = v14 * v14, v20 = v18 + v19;
-  LANES_LET1(v21, sqrt, v20);
-  const lanes v22 = v14 / v21, v23 = 0.15 * v22, v24 = v17 / v21, v25 = 0.12 * v24, v26 = v23 - v25,
+  LANES_LET1(v21, rsqrt, v20);
+  const lanes v22 = v14 * v21, v23 = 0.15 * v22, v24 = v17 * v21, v25 = 0.12 * v24, v26 = v23 - v25,
       v27 = v26 + 0.1, v28 = T_7 * v27, v29 = 0.15 * v24, v30 = 0.12 * v22, v31 = v29 + v30,
       v32 = T_3 * v31, v33 = v28 - v32, v34 = v33 * v33, v35 = T_3 * v27, v36 = T_7 * v31,
       v37 = v35 + v36, v38 = 1e-150 + v37, v39 = v38 * v38, v40 = v34 + v39;
-  LANES_LET1(v41, sqrt, v40);
-  const lanes v42 = v33 / v41, v43 = v38 / v41;
+  LANES_LET1(v41, rsqrt, v40);
+  const lanes v42 = v33 * v41, v43 = v38 * v41;
   LANES_LET2(v44, atan2, v42, v43);
   const lanes v45 = v5 - v12, v46 = 1e-150 + v45, v47 = v15 + v16, v48 = v47 * v47, v49 = v46 * v46,
       v50 = v48 + v49;
-  LANES_LET1(v51, sqrt, v50);
-  const lanes v52 = v46 / v51, v53 = 0.15 * v52, v54 = v47 / v51, v55 = 0.12 * v54, v56 = v53 + v55,
+  LANES_LET1(v51, rsqrt, v50);
+  const lanes v52 = v46 * v51, v53 = 0.15 * v52, v54 = v47 * v51, v55 = 0.12 * v54, v56 = v53 + v55,
       v57 = v56 + 0.1, v58 = T_7 * v57, v59 = 0.12 * v52, v60 = 0.15 * v54, v61 = v59 - v60,
       v62 = T_3 * v61, v63 = v58 - v62, v64 = v63 * v63, v65 = T_3 * v57, v66 = T_7 * v61,
       v67 = v65 + v66, v68 = 1e-150 + v67, v69 = v68 * v68, v70 = v64 + v69;
-  LANES_LET1(v71, sqrt, v70);
-  const lanes v72 = v63 / v71, v73 = v68 / v71;
+  LANES_LET1(v71, rsqrt, v70);
+  const lanes v72 = v63 * v71, v73 = v68 * v71;
   LANES_LET2(v74, atan2, v72, v73); out[0] = v44; out[1] = v74;
   const lanes v75 = T_11 * T_11, v76 = 0.1 * v43, v77 = 0.35 - v76, v78 = v77 * v77,
       v79 = 0.1 * v42, v80 = v79 * v79, v81 = v78 + v80, v82 = 0.5 * v81, v83 = 0.045 + v82,

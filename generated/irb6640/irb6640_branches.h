@@ -28,8 +28,8 @@ LANES_INLINE void LANES_NAME(irb6640_ik_branch)(
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
       choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.2 * T_6, v2 = T_7 - v1,
       v3 = v2 * v2, v4 = 0.2 * T_2, v5 = T_3 - v4, v6 = 1e-150 + v5, v7 = v6 * v6, v8 = v3 + v7;
-  LANES_LET1(v9, sqrt, v8);
-  const lanes v10 = v2 / v9, v11 = v6 / v9, v12 = choice_0 * v11, v14 = v5 * v12,
+  LANES_LET1(v9, rsqrt, v8);
+  const lanes v10 = v2 * v9, v11 = v6 * v9, v12 = choice_0 * v11, v14 = v5 * v12,
       v15 = choice_0 * v10, v16 = v2 * v15, v17 = v14 + v16, v18 = v17 - 0.32, v19 = v18 * v18,
       v20 = 0.2 * T_10, v21 = T_11 - v20, v22 = v21 - 0.78, v23 = v22 * v22, v24 = v19 + v23,
       v25 = v24 - 2.50093125, v26 = 0.43 * v25, v27 = v24 - 0.007203490074109453,
@@ -38,25 +38,25 @@ LANES_INLINE void LANES_NAME(irb6640_ik_branch)(
   const lanes v32 = LANES_CHOICE(v30, v31, 0.0), v33 = choice_1 * v32, v34 = 2.456375 * v33,
       v35 = v26 + v34, v36 = 1e-150 + v35, v37 = 0.43 * v33, v38 = 2.456375 * v25, v39 = v37 - v38,
       v40 = v39 * v39, v41 = v36 * v36, v42 = v40 + v41;
-  LANES_LET1(v43, sqrt, v42);
-  const lanes v44 = v36 / v43, v45 = 0.2 * v44, v46 = v39 / v43, v47 = 1.1425 * v46,
+  LANES_LET1(v43, rsqrt, v42);
+  const lanes v44 = v36 * v43, v45 = 0.2 * v44, v46 = v39 * v43, v47 = 1.1425 * v46,
       v48 = v45 - v47, v49 = 1.075 + v48, v50 = v18 * v49, v51 = 0.2 * v46, v52 = 1.1425 * v44,
       v53 = v51 + v52, v54 = v22 * v53, v55 = v50 - v54, v56 = v55 * v55, v57 = v18 * v53,
       v58 = v22 * v49, v59 = v57 + v58, v60 = 1e-150 + v59, v61 = v60 * v60, v62 = v56 + v61;
-  LANES_LET1(v63, sqrt, v62);
-  const lanes v64 = v55 / v63, v65 = v60 / v63, v68 = T_6 * v12, v69 = T_2 * v15, v70 = v68 - v69,
+  LANES_LET1(v63, rsqrt, v62);
+  const lanes v64 = v55 * v63, v65 = v60 * v63, v68 = T_6 * v12, v69 = T_2 * v15, v70 = v68 - v69,
       v71 = v70 * v70, v72 = T_10 * v65, v73 = T_2 * v12, v74 = T_6 * v15, v75 = v73 + v74,
       v76 = v64 * v75, v77 = v72 + v76, v78 = v44 * v77, v79 = v65 * v75, v80 = T_10 * v64,
       v81 = v79 - v80, v82 = v46 * v81, v83 = v78 + v82, v84 = 1e-150 - v83, v85 = v84 * v84,
       v86 = v71 + v85;
-  LANES_LET1(v87, sqrt, v86);
-  const lanes v88 = v70 / v87, v89 = v84 / v87, v90 = choice_2 * v89;
+  LANES_LET1(v87, rsqrt, v86);
+  const lanes v88 = v70 * v87, v89 = v84 * v87, v90 = choice_2 * v89;
   LANES_LET2(v91, atan2, v88, v90);
   const lanes v92 = v83 * v90, v93 = choice_2 * v88, v94 = v70 * v93, v95 = v92 - v94,
       v96 = v44 * v81, v97 = v46 * v77, v98 = v96 - v97, v99 = v98 * v98, v100 = v95 * v95,
       v101 = v99 + v100;
-  LANES_LET1(v102, sqrt, v101);
-  const lanes v103 = v95 / v102, v104 = v98 / v102;
+  LANES_LET1(v102, rsqrt, v101);
+  const lanes v103 = v95 * v102, v104 = v98 * v102;
   LANES_LET2(v105, atan2, v103, v104);
   const lanes v106 = T_0 * v15, v107 = T_4 * v12, v108 = v106 - v107, v109 = v90 * v108,
       v110 = T_8 * v64, v111 = T_0 * v12, v112 = T_4 * v15, v113 = v111 + v112, v114 = v65 * v113,
@@ -66,8 +66,8 @@ LANES_INLINE void LANES_NAME(irb6640_ik_branch)(
       v127 = v125 - v126, v128 = v104 * v127, v129 = v44 * v115, v130 = v46 * v119,
       v131 = v129 + v130, v132 = v103 * v131, v133 = v128 - v132, v134 = v133 * v133,
       v135 = v124 + v134;
-  LANES_LET1(v136, sqrt, v135);
-  const lanes v137 = v123 / v136, v138 = v133 / v136;
+  LANES_LET1(v136, rsqrt, v135);
+  const lanes v137 = v123 * v136, v138 = v133 * v136;
   LANES_LET2(v139, atan2, v137, v138);
   const lanes v141 = choice_2 * v91;
   out[3] = v141;

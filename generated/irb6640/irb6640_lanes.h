@@ -1288,8 +1288,8 @@ static LANES_TARGET void LANES_NAME(irb6640_ik)(const lanes *in, lanes *out)
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
       v1 = 0.2 * T_6, v2 = T_7 - v1, v3 = v2 * v2, v4 = 0.2 * T_2, v5 = T_3 - v4, v6 = 1e-150 + v5,
       v7 = v6 * v6, v8 = v3 + v7;
-  LANES_LET1(v9, sqrt, v8);
-  const lanes v10 = v2 / v9, v11 = v6 / v9;
+  LANES_LET1(v9, rsqrt, v8);
+  const lanes v10 = v2 * v9, v11 = v6 * v9;
   LANES_LET2(v12, atan2, v10, v11);
   const lanes v13 = v11 * v5, v14 = v10 * v2, v15 = v13 + v14, v16 = v15 - 0.32, v17 = 0.2 * T_10,
       v18 = T_11 - v17, v19 = v18 - 0.78, v20 = v19 * v19, v21 = v16 * v16, v22 = v20 + v21,
@@ -1299,25 +1299,25 @@ static LANES_TARGET void LANES_NAME(irb6640_ik)(const lanes *in, lanes *out)
   const lanes v30 = LANES_CHOICE(v28, v29, 0.0), v31 = 2.456375 * v30, v32 = v24 + v31,
       v33 = 1e-150 + v32, v34 = 0.43 * v30, v35 = 2.456375 * v23, v36 = v34 - v35, v37 = v36 * v36,
       v38 = v33 * v33, v39 = v37 + v38;
-  LANES_LET1(v40, sqrt, v39);
-  const lanes v41 = v33 / v40, v42 = 0.2 * v41, v43 = v36 / v40, v44 = 1.1425 * v43,
+  LANES_LET1(v40, rsqrt, v39);
+  const lanes v41 = v33 * v40, v42 = 0.2 * v41, v43 = v36 * v40, v44 = 1.1425 * v43,
       v45 = v42 - v44, v46 = 1.075 + v45, v47 = v16 * v46, v48 = 0.2 * v43, v49 = 1.1425 * v41,
       v50 = v48 + v49, v51 = v19 * v50, v52 = v47 - v51, v53 = v52 * v52, v54 = v19 * v46,
       v55 = v16 * v50, v56 = v54 + v55, v57 = 1e-150 + v56, v58 = v57 * v57, v59 = v53 + v58;
-  LANES_LET1(v60, sqrt, v59);
-  const lanes v61 = v52 / v60, v62 = v57 / v60;
+  LANES_LET1(v60, rsqrt, v59);
+  const lanes v61 = v52 * v60, v62 = v57 * v60;
   LANES_LET2(v63, atan2, v61, v62); LANES_LET2(v64, atan2, v43, v41);
   const lanes v65 = T_6 * v11, v66 = T_2 * v10, v67 = v65 - v66, v68 = v67 * v67, v69 = T_10 * v62,
       v70 = T_2 * v11, v71 = T_6 * v10, v72 = v70 + v71, v73 = v61 * v72, v74 = v69 + v73,
       v75 = v41 * v74, v76 = v62 * v72, v77 = T_10 * v61, v78 = v76 - v77, v79 = v43 * v78,
       v80 = v75 + v79, v81 = 1e-150 - v80, v82 = v81 * v81, v83 = v68 + v82;
-  LANES_LET1(v84, sqrt, v83);
-  const lanes v85 = v67 / v84, v86 = v81 / v84;
+  LANES_LET1(v84, rsqrt, v83);
+  const lanes v85 = v67 * v84, v86 = v81 * v84;
   LANES_LET2(v87, atan2, v85, v86);
   const lanes v88 = v80 * v86, v89 = v67 * v85, v90 = v88 - v89, v91 = v41 * v78, v92 = v43 * v74,
       v93 = v91 - v92, v94 = v93 * v93, v95 = v90 * v90, v96 = v94 + v95;
-  LANES_LET1(v97, sqrt, v96);
-  const lanes v98 = v90 / v97, v99 = v93 / v97;
+  LANES_LET1(v97, rsqrt, v96);
+  const lanes v98 = v90 * v97, v99 = v93 * v97;
   LANES_LET2(v100, atan2, v98, v99);
   const lanes v101 = T_0 * v10, v102 = T_4 * v11, v103 = v101 - v102, v104 = v86 * v103,
       v105 = T_8 * v61, v106 = T_0 * v11, v107 = T_4 * v10, v108 = v106 + v107, v109 = v62 * v108,
@@ -1327,35 +1327,35 @@ static LANES_TARGET void LANES_NAME(irb6640_ik)(const lanes *in, lanes *out)
       v122 = v120 - v121, v123 = v99 * v122, v124 = v41 * v110, v125 = v43 * v114,
       v126 = v124 + v125, v127 = v98 * v126, v128 = v123 - v127, v129 = v128 * v128,
       v130 = v119 + v129;
-  LANES_LET1(v131, sqrt, v130);
-  const lanes v132 = v118 / v131, v133 = v128 / v131;
+  LANES_LET1(v131, rsqrt, v130);
+  const lanes v132 = v118 * v131, v133 = v128 * v131;
   LANES_LET2(v134, atan2, v132, v133);
   const lanes v135 = -v86;
-  LANES_LET2(v136, atan2, v85, v135);
+  LANES_LET2(v136, supplement, v87, v85);
   const lanes v137 = -v133;
-  LANES_LET2(v138, atan2, v132, v137);
+  LANES_LET2(v138, supplement, v134, v132);
   const lanes v139 = v24 - v31, v140 = 1e-150 + v139, v141 = v34 + v35, v142 = v141 * v141,
       v143 = v140 * v140, v144 = v142 + v143;
-  LANES_LET1(v145, sqrt, v144);
-  const lanes v146 = v140 / v145, v147 = 0.2 * v146, v148 = v141 / v145, v149 = 1.1425 * v148,
+  LANES_LET1(v145, rsqrt, v144);
+  const lanes v146 = v140 * v145, v147 = 0.2 * v146, v148 = v141 * v145, v149 = 1.1425 * v148,
       v150 = v147 + v149, v151 = 1.075 + v150, v152 = v151 * v16, v153 = 1.1425 * v146,
       v154 = 0.2 * v148, v155 = v153 - v154, v156 = v19 * v155, v157 = v152 - v156,
       v158 = v157 * v157, v159 = v19 * v151, v160 = v155 * v16, v161 = v159 + v160,
       v162 = 1e-150 + v161, v163 = v162 * v162, v164 = v158 + v163;
-  LANES_LET1(v165, sqrt, v164);
-  const lanes v166 = v157 / v165, v167 = v162 / v165;
+  LANES_LET1(v165, rsqrt, v164);
+  const lanes v166 = v157 * v165, v167 = v162 * v165;
   LANES_LET2(v168, atan2, v166, v167); LANES_LET2(v169, atan2, v148, v146);
   const lanes v170 = T_10 * v167, v171 = v166 * v72, v172 = v170 + v171, v173 = v146 * v172,
       v174 = v167 * v72, v175 = T_10 * v166, v176 = v174 - v175, v177 = v148 * v176,
       v178 = v173 - v177, v179 = 1e-150 - v178, v180 = v179 * v179, v181 = v180 + v68;
-  LANES_LET1(v182, sqrt, v181);
-  const lanes v183 = v67 / v182, v184 = v179 / v182;
+  LANES_LET1(v182, rsqrt, v181);
+  const lanes v183 = v67 * v182, v184 = v179 * v182;
   LANES_LET2(v185, atan2, v183, v184);
   const lanes v186 = v178 * v184, v187 = v183 * v67, v188 = v186 - v187, v189 = v146 * v176,
       v190 = v148 * v172, v191 = v189 + v190, v192 = v191 * v191, v193 = v188 * v188,
       v194 = v192 + v193;
-  LANES_LET1(v195, sqrt, v194);
-  const lanes v196 = v188 / v195, v197 = v191 / v195;
+  LANES_LET1(v195, rsqrt, v194);
+  const lanes v196 = v188 * v195, v197 = v191 * v195;
   LANES_LET2(v198, atan2, v196, v197);
   const lanes v199 = v184 * v103, v200 = T_8 * v167, v201 = v166 * v108, v202 = v200 + v201,
       v203 = v146 * v202, v204 = T_8 * v166, v205 = v167 * v108, v206 = v204 - v205,
@@ -1363,13 +1363,13 @@ static LANES_TARGET void LANES_NAME(irb6640_ik)(const lanes *in, lanes *out)
       v211 = v210 * v210, v212 = v184 * v208, v213 = v183 * v103, v214 = v212 + v213,
       v215 = v197 * v214, v216 = v146 * v206, v217 = v148 * v202, v218 = v216 - v217,
       v219 = v196 * v218, v220 = v215 + v219, v221 = v220 * v220, v222 = v211 + v221;
-  LANES_LET1(v223, sqrt, v222);
-  const lanes v224 = v210 / v223, v225 = v220 / v223, v226 = -v225;
+  LANES_LET1(v223, rsqrt, v222);
+  const lanes v224 = v210 * v223, v225 = v220 * v223, v226 = -v225;
   LANES_LET2(v227, atan2, v224, v226);
   const lanes v228 = -v184;
-  LANES_LET2(v229, atan2, v183, v228); LANES_LET2(v230, atan2, v224, v225);
+  LANES_LET2(v229, supplement, v185, v183); LANES_LET2(v230, supplement, v227, v224);
   const lanes v231 = -v11;
-  LANES_LET2(v232, atan2, v10, v231);
+  LANES_LET2(v232, supplement, v12, v10);
   const lanes v233 = v15 + 0.32, v234 = v233 * v233, v235 = v20 + v234,
       v236 = v235 - 0.007203490074109453, v237 = 4.994659009925891 - v235, v238 = v236 * v237;
   const lanes_where v239 = LANES_LT(2.48747125625e-14, v238); LANES_LET1(v240, sqrt, v238);
@@ -1377,26 +1377,26 @@ static LANES_TARGET void LANES_NAME(irb6640_ik)(const lanes *in, lanes *out)
       v244 = 2.456375 * v243, v245 = v242 - v244, v246 = v245 * v245, v247 = 0.43 * v243,
       v248 = 2.456375 * v241, v249 = v247 + v248, v250 = 1e-150 + v249, v251 = v250 * v250,
       v252 = v246 + v251;
-  LANES_LET1(v253, sqrt, v252);
-  const lanes v254 = v245 / v253, v255 = 0.2 * v254, v256 = v250 / v253, v257 = 1.1425 * v256,
+  LANES_LET1(v253, rsqrt, v252);
+  const lanes v254 = v245 * v253, v255 = 0.2 * v254, v256 = v250 * v253, v257 = 1.1425 * v256,
       v258 = v255 + v257, v259 = v19 * v258, v260 = 0.2 * v256, v261 = 1.1425 * v254,
       v262 = v260 - v261, v263 = 1.075 + v262, v264 = v233 * v263, v265 = v259 + v264,
       v266 = v265 * v265, v267 = v19 * v263, v268 = v233 * v258, v269 = v267 - v268,
       v270 = 1e-150 + v269, v271 = v270 * v270, v272 = v266 + v271;
-  LANES_LET1(v273, sqrt, v272);
-  const lanes v274 = v265 / v273, v275 = v270 / v273;
+  LANES_LET1(v273, rsqrt, v272);
+  const lanes v274 = v265 * v273, v275 = v270 * v273;
   LANES_LET2(v276, atan2, v274, v275); LANES_LET2(v277, atan2, v254, v256);
   const lanes v278 = T_10 * v275, v279 = v274 * v72, v280 = v278 + v279, v281 = v256 * v280,
       v282 = T_10 * v274, v283 = v275 * v72, v284 = v282 - v283, v285 = v254 * v284,
       v286 = v281 + v285, v287 = 1e-150 - v286, v288 = v287 * v287, v289 = v288 + v68;
-  LANES_LET1(v290, sqrt, v289);
-  const lanes v291 = v67 / v290, v292 = v287 / v290;
+  LANES_LET1(v290, rsqrt, v289);
+  const lanes v291 = v67 * v290, v292 = v287 * v290;
   LANES_LET2(v293, atan2, v291, v292);
   const lanes v294 = v286 * v292, v295 = v291 * v67, v296 = v294 - v295, v297 = v256 * v284,
       v298 = v254 * v280, v299 = v297 - v298, v300 = v299 * v299, v301 = v296 * v296,
       v302 = v300 + v301;
-  LANES_LET1(v303, sqrt, v302);
-  const lanes v304 = v296 / v303, v305 = v299 / v303;
+  LANES_LET1(v303, rsqrt, v302);
+  const lanes v304 = v296 * v303, v305 = v299 * v303;
   LANES_LET2(v306, atan2, v304, v305);
   const lanes v307 = v292 * v103, v308 = v275 * v108, v309 = T_8 * v274, v310 = v308 - v309,
       v311 = v254 * v310, v312 = T_8 * v275, v313 = v274 * v108, v314 = v312 + v313,
@@ -1404,35 +1404,35 @@ static LANES_TARGET void LANES_NAME(irb6640_ik)(const lanes *in, lanes *out)
       v319 = v318 * v318, v320 = v292 * v316, v321 = v291 * v103, v322 = v320 - v321,
       v323 = v305 * v322, v324 = v256 * v310, v325 = v254 * v314, v326 = v324 + v325,
       v327 = v304 * v326, v328 = v323 - v327, v329 = v328 * v328, v330 = v319 + v329;
-  LANES_LET1(v331, sqrt, v330);
-  const lanes v332 = v318 / v331, v333 = v328 / v331;
+  LANES_LET1(v331, rsqrt, v330);
+  const lanes v332 = v318 * v331, v333 = v328 * v331;
   LANES_LET2(v334, atan2, v332, v333);
   const lanes v335 = -v292;
-  LANES_LET2(v336, atan2, v291, v335);
+  LANES_LET2(v336, supplement, v293, v291);
   const lanes v337 = -v333;
-  LANES_LET2(v338, atan2, v332, v337);
+  LANES_LET2(v338, supplement, v334, v332);
   const lanes v339 = v247 - v248, v340 = 1e-150 + v339, v341 = v242 + v244, v342 = v341 * v341,
       v343 = v340 * v340, v344 = v342 + v343;
-  LANES_LET1(v345, sqrt, v344);
-  const lanes v346 = v340 / v345, v347 = 1.1425 * v346, v348 = v341 / v345, v349 = 0.2 * v348,
+  LANES_LET1(v345, rsqrt, v344);
+  const lanes v346 = v340 * v345, v347 = 1.1425 * v346, v348 = v341 * v345, v349 = 0.2 * v348,
       v350 = v347 - v349, v351 = v19 * v350, v352 = 0.2 * v346, v353 = 1.1425 * v348,
       v354 = v352 + v353, v355 = 1.075 + v354, v356 = v233 * v355, v357 = v351 + v356,
       v358 = v357 * v357, v359 = v19 * v355, v360 = v233 * v350, v361 = v359 - v360,
       v362 = 1e-150 + v361, v363 = v362 * v362, v364 = v358 + v363;
-  LANES_LET1(v365, sqrt, v364);
-  const lanes v366 = v357 / v365, v367 = v362 / v365;
+  LANES_LET1(v365, rsqrt, v364);
+  const lanes v366 = v357 * v365, v367 = v362 * v365;
   LANES_LET2(v368, atan2, v366, v367); LANES_LET2(v369, atan2, v348, v346);
   const lanes v370 = T_10 * v367, v371 = v366 * v72, v372 = v370 + v371, v373 = v346 * v372,
       v374 = T_10 * v366, v375 = v367 * v72, v376 = v374 - v375, v377 = v348 * v376,
       v378 = v373 - v377, v379 = 1e-150 - v378, v380 = v379 * v379, v381 = v380 + v68;
-  LANES_LET1(v382, sqrt, v381);
-  const lanes v383 = v67 / v382, v384 = v379 / v382;
+  LANES_LET1(v382, rsqrt, v381);
+  const lanes v383 = v67 * v382, v384 = v379 * v382;
   LANES_LET2(v385, atan2, v383, v384);
   const lanes v386 = v378 * v384, v387 = v383 * v67, v388 = v386 - v387, v389 = v346 * v376,
       v390 = v348 * v372, v391 = v389 + v390, v392 = v391 * v391, v393 = v388 * v388,
       v394 = v392 + v393;
-  LANES_LET1(v395, sqrt, v394);
-  const lanes v396 = v388 / v395, v397 = v391 / v395;
+  LANES_LET1(v395, rsqrt, v394);
+  const lanes v396 = v388 * v395, v397 = v391 * v395;
   LANES_LET2(v398, atan2, v396, v397);
   const lanes v399 = T_8 * v367, v400 = v366 * v108, v401 = v399 + v400, v402 = v346 * v401,
       v403 = v367 * v108, v404 = T_8 * v366, v405 = v403 - v404, v406 = v348 * v405,
@@ -1440,11 +1440,11 @@ static LANES_TARGET void LANES_NAME(irb6640_ik)(const lanes *in, lanes *out)
       v411 = v410 * v410, v412 = v384 * v407, v413 = v383 * v103, v414 = v412 + v413,
       v415 = v397 * v414, v416 = v346 * v405, v417 = v348 * v401, v418 = v416 - v417,
       v419 = v396 * v418, v420 = v415 + v419, v421 = v420 * v420, v422 = v411 + v421;
-  LANES_LET1(v423, sqrt, v422);
-  const lanes v424 = v410 / v423, v425 = v420 / v423, v426 = -v425;
+  LANES_LET1(v423, rsqrt, v422);
+  const lanes v424 = v410 * v423, v425 = v420 * v423, v426 = -v425;
   LANES_LET2(v427, atan2, v424, v426);
   const lanes v428 = -v384;
-  LANES_LET2(v429, atan2, v383, v428); LANES_LET2(v430, atan2, v424, v425); out[0] = v12;
+  LANES_LET2(v429, supplement, v385, v383); LANES_LET2(v430, supplement, v427, v424); out[0] = v12;
   out[1] = v63; out[2] = v64; out[3] = v87;
   const lanes v431 = -v100;
   out[4] = v431;

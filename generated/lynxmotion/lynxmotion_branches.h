@@ -27,24 +27,24 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 0.2 * T_6, v2 = T_7 - v1,
       v3 = v2 * v2, v4 = 0.2 * T_2, v5 = T_3 - v4, v6 = 1e-150 - v5, v7 = v6 * v6, v8 = v3 + v7;
-  LANES_LET1(v9, sqrt, v8);
-  const lanes v10 = v2 / v9, v11 = v6 / v9, v12 = choice_0 * v11, v14 = 0.2 * T_10,
+  LANES_LET1(v9, rsqrt, v8);
+  const lanes v10 = v2 * v9, v11 = v6 * v9, v12 = choice_0 * v11, v14 = 0.2 * T_10,
       v15 = T_11 - v14, v16 = v15 - 0.1, v17 = 1e-150 + T_10, v18 = T_2 * v12, v19 = choice_0 * v10,
       v20 = T_6 * v19, v21 = v18 - v20, v22 = v21 * v21, v23 = v17 * v17, v24 = v22 + v23;
-  LANES_LET1(v25, sqrt, v24);
-  const lanes v26 = v17 / v25, v27 = 0.1 * v26, v28 = v16 + v27, v29 = v5 * v12, v30 = v2 * v19,
-      v31 = v29 - v30, v32 = v21 / v25, v33 = 0.1 * v32, v34 = v31 + v33, v35 = v34 * v34,
+  LANES_LET1(v25, rsqrt, v24);
+  const lanes v26 = v17 * v25, v27 = 0.1 * v26, v28 = v16 + v27, v29 = v5 * v12, v30 = v2 * v19,
+      v31 = v29 - v30, v32 = v21 * v25, v33 = 0.1 * v32, v34 = v31 + v33, v35 = v34 * v34,
       v36 = v28 * v28, v37 = v35 + v36, v38 = v37 - 0.02, v39 = 0.02 * v38, v40 = 1e-150 + v39,
       v41 = 0.04 - v37, v42 = v37 * v41;
   const lanes_where v43 = LANES_LT(1.6e-18, v42); LANES_LET1(v44, sqrt, v42);
   const lanes v45 = LANES_CHOICE(v43, v44, 0.0), v46 = choice_1 * v45, v47 = 0.02 * v46,
       v48 = v47 * v47, v49 = v40 * v40, v50 = v48 + v49;
-  LANES_LET1(v51, sqrt, v50);
-  const lanes v52 = v40 / v51, v53 = 0.1 * v52, v54 = v53 + 0.1, v55 = v28 * v54, v56 = v47 / v51,
+  LANES_LET1(v51, rsqrt, v50);
+  const lanes v52 = v40 * v51, v53 = 0.1 * v52, v54 = v53 + 0.1, v55 = v28 * v54, v56 = v47 * v51,
       v57 = 0.1 * v56, v58 = v34 * v57, v59 = v55 - v58, v60 = v59 * v59, v61 = v34 * v54,
       v62 = v28 * v57, v63 = v61 + v62, v64 = 1e-150 + v63, v65 = v64 * v64, v66 = v60 + v65;
-  LANES_LET1(v67, sqrt, v66);
-  const lanes v68 = v59 / v67, v69 = v64 / v67;
+  LANES_LET1(v67, rsqrt, v66);
+  const lanes v68 = v59 * v67, v69 = v64 * v67;
   LANES_LET2(v70, atan2, v68, v69); LANES_LET2(v71, atan2, v56, v52);
   const lanes v72 = v52 * v68, v73 = v56 * v69, v74 = v72 + v73, v75 = v26 * v74, v76 = v52 * v69,
       v77 = v56 * v68, v78 = v76 - v77, v79 = v32 * v78, v80 = v75 + v79, v81 = v26 * v78,
@@ -53,8 +53,8 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
   const lanes v85 = T_0 * v19, v86 = T_4 * v12, v87 = v85 + v86, v88 = v87 * v87, v89 = T_0 * v12,
       v90 = T_4 * v19, v91 = v89 - v90, v92 = v26 * v91, v93 = T_8 * v32, v94 = v92 - v93,
       v95 = 1e-150 + v94, v96 = v95 * v95, v97 = v88 + v96;
-  LANES_LET1(v98, sqrt, v97);
-  const lanes v99 = v87 / v98, v100 = v95 / v98;
+  LANES_LET1(v98, rsqrt, v97);
+  const lanes v99 = v87 * v98, v100 = v95 * v98;
   out[1] = v70; out[2] = v71;
   const lanes v104 = -v84;
   out[3] = v104;
@@ -106,8 +106,8 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_branch)(
       choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 1e-150 - p_0, v2 = v1 * v1,
       v3 = p_1 * p_1, v4 = v2 + v3;
-  LANES_LET1(v5, sqrt, v4);
-  const lanes v6 = p_1 / v5, v7 = v1 / v5, v8 = choice_0 * v7, v10 = p_2 - 0.1, v11 = v8 * p_0,
+  LANES_LET1(v5, rsqrt, v4);
+  const lanes v6 = p_1 * v5, v7 = v1 * v5, v8 = choice_0 * v7, v10 = p_2 - 0.1, v11 = v8 * p_0,
       v12 = choice_0 * v6, v13 = v12 * p_1, v14 = v11 - v13, v15 = v14 * v14, v16 = v10 * v10,
       v17 = v15 + v16, v18 = v17 - 0.001715728752538099, v19 = 0.058284271247461904 - v17,
       v20 = v18 * v19;
@@ -115,13 +115,13 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_branch)(
   const lanes v23 = LANES_CHOICE(v21, v22, 0.0), v24 = choice_1 * v23, v25 = 0.02 * v24,
       v26 = v17 - 0.03, v27 = 0.02 * v26, v28 = v25 + v27, v29 = 1e-150 + v28, v30 = v25 - v27,
       v31 = v30 * v30, v32 = v29 * v29, v33 = v31 + v32;
-  LANES_LET1(v34, sqrt, v33);
-  const lanes v35 = v29 / v34, v36 = 0.1 * v35, v37 = v30 / v34, v38 = 0.1 * v37, v39 = v36 - v38,
+  LANES_LET1(v34, rsqrt, v33);
+  const lanes v35 = v29 * v34, v36 = 0.1 * v35, v37 = v30 * v34, v38 = 0.1 * v37, v39 = v36 - v38,
       v40 = v39 + 0.1, v41 = v10 * v40, v42 = v36 + v38, v43 = v14 * v42, v44 = v41 - v43,
       v45 = v44 * v44, v46 = v14 * v40, v47 = v10 * v42, v48 = v46 + v47, v49 = 1e-150 + v48,
       v50 = v49 * v49, v51 = v45 + v50;
-  LANES_LET1(v52, sqrt, v51);
-  const lanes v53 = v44 / v52, v54 = v49 / v52;
+  LANES_LET1(v52, rsqrt, v51);
+  const lanes v53 = v44 * v52, v54 = v49 * v52;
   LANES_LET2(v55, atan2, v53, v54); LANES_LET2(v56, atan2, v37, v35); out[1] = v55; out[2] = v56;
   out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   const lanes v59 = v35 * v54, v60 = v37 * v53, v61 = v59 - v60, v62 = 0.1 * v61, v63 = v35 * v53,
@@ -162,25 +162,25 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_pitch_branch)(
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
       choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 1e-150 - x_0, v2 = v1 * v1,
       v3 = x_1 * x_1, v4 = v2 + v3;
-  LANES_LET1(v5, sqrt, v4);
-  const lanes v6 = x_1 / v5, v7 = v1 / v5, v8 = choice_0 * v7, v10 = x_2 - 0.1;
+  LANES_LET1(v5, rsqrt, v4);
+  const lanes v6 = x_1 * v5, v7 = v1 * v5, v8 = choice_0 * v7, v10 = x_2 - 0.1;
   LANES_COS_SIN(v13, v11, x_3);
   const lanes v12 = 1e-150 + v11, v14 = choice_1 * v13, v15 = v14 * v14, v16 = v12 * v12,
       v17 = v15 + v16;
-  LANES_LET1(v18, sqrt, v17);
-  const lanes v19 = v12 / v18, v20 = 0.1 * v19, v21 = v10 - v20, v22 = v8 * x_0,
-      v23 = choice_0 * v6, v24 = v23 * x_1, v25 = v22 - v24, v26 = v14 / v18, v27 = 0.1 * v26,
+  LANES_LET1(v18, rsqrt, v17);
+  const lanes v19 = v12 * v18, v20 = 0.1 * v19, v21 = v10 - v20, v22 = v8 * x_0,
+      v23 = choice_0 * v6, v24 = v23 * x_1, v25 = v22 - v24, v26 = v14 * v18, v27 = 0.1 * v26,
       v28 = v25 + v27, v29 = v28 * v28, v30 = v21 * v21, v31 = v29 + v30, v32 = v31 - 0.02,
       v33 = 0.02 * v32, v34 = 1e-150 + v33, v35 = 0.04 - v31, v36 = v31 * v35;
   const lanes_where v37 = LANES_LT(1.6e-18, v36); LANES_LET1(v38, sqrt, v36);
   const lanes v39 = LANES_CHOICE(v37, v38, 0.0), v40 = choice_2 * v39, v41 = 0.02 * v40,
       v42 = v41 * v41, v43 = v34 * v34, v44 = v42 + v43;
-  LANES_LET1(v45, sqrt, v44);
-  const lanes v46 = v34 / v45, v47 = 0.1 * v46, v48 = v47 + 0.1, v49 = v21 * v48, v50 = v41 / v45,
+  LANES_LET1(v45, rsqrt, v44);
+  const lanes v46 = v34 * v45, v47 = 0.1 * v46, v48 = v47 + 0.1, v49 = v21 * v48, v50 = v41 * v45,
       v51 = 0.1 * v50, v52 = v28 * v51, v53 = v49 - v52, v54 = v53 * v53, v55 = v28 * v48,
       v56 = v21 * v51, v57 = v55 + v56, v58 = 1e-150 + v57, v59 = v58 * v58, v60 = v54 + v59;
-  LANES_LET1(v61, sqrt, v60);
-  const lanes v62 = v53 / v61, v63 = v58 / v61;
+  LANES_LET1(v61, rsqrt, v60);
+  const lanes v62 = v53 * v61, v63 = v58 * v61;
   LANES_LET2(v64, atan2, v62, v63); LANES_LET2(v65, atan2, v50, v46);
   const lanes v66 = v46 * v63, v67 = v50 * v62, v68 = v66 - v67, v69 = v26 * v68, v70 = v46 * v62,
       v71 = v50 * v63, v72 = v70 + v71, v73 = v19 * v72, v74 = v69 - v73, v75 = v19 * v68,
@@ -232,24 +232,24 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
       choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 1e-150 - x_0, v2 = v1 * v1,
       v3 = x_1 * x_1, v4 = v2 + v3;
-  LANES_LET1(v5, sqrt, v4);
-  const lanes v6 = x_1 / v5, v7 = v1 / v5, v8 = choice_0 * v7, v10 = x_2 - 0.1, v11 = 1e-150 + x_5,
+  LANES_LET1(v5, rsqrt, v4);
+  const lanes v6 = x_1 * v5, v7 = v1 * v5, v8 = choice_0 * v7, v10 = x_2 - 0.1, v11 = 1e-150 + x_5,
       v12 = v8 * x_3, v13 = choice_0 * v6, v14 = v13 * x_4, v15 = v12 - v14, v16 = v15 * v15,
       v17 = v11 * v11, v18 = v16 + v17;
-  LANES_LET1(v19, sqrt, v18);
-  const lanes v20 = v11 / v19, v21 = 0.1 * v20, v22 = v10 - v21, v23 = v8 * x_0, v24 = v13 * x_1,
-      v25 = v23 - v24, v26 = v15 / v19, v27 = 0.1 * v26, v28 = v25 - v27, v29 = v28 * v28,
+  LANES_LET1(v19, rsqrt, v18);
+  const lanes v20 = v11 * v19, v21 = 0.1 * v20, v22 = v10 - v21, v23 = v8 * x_0, v24 = v13 * x_1,
+      v25 = v23 - v24, v26 = v15 * v19, v27 = 0.1 * v26, v28 = v25 - v27, v29 = v28 * v28,
       v30 = v22 * v22, v31 = v29 + v30, v32 = v31 - 0.02, v33 = 0.02 * v32, v34 = 1e-150 + v33,
       v35 = 0.04 - v31, v36 = v31 * v35;
   const lanes_where v37 = LANES_LT(1.6e-18, v36); LANES_LET1(v38, sqrt, v36);
   const lanes v39 = LANES_CHOICE(v37, v38, 0.0), v40 = choice_1 * v39, v41 = 0.02 * v40,
       v42 = v41 * v41, v43 = v34 * v34, v44 = v42 + v43;
-  LANES_LET1(v45, sqrt, v44);
-  const lanes v46 = v34 / v45, v47 = 0.1 * v46, v48 = v47 + 0.1, v49 = v22 * v48, v50 = v41 / v45,
+  LANES_LET1(v45, rsqrt, v44);
+  const lanes v46 = v34 * v45, v47 = 0.1 * v46, v48 = v47 + 0.1, v49 = v22 * v48, v50 = v41 * v45,
       v51 = 0.1 * v50, v52 = v28 * v51, v53 = v49 - v52, v54 = v53 * v53, v55 = v28 * v48,
       v56 = v22 * v51, v57 = v55 + v56, v58 = 1e-150 + v57, v59 = v58 * v58, v60 = v54 + v59;
-  LANES_LET1(v61, sqrt, v60);
-  const lanes v62 = v53 / v61, v63 = v58 / v61;
+  LANES_LET1(v61, rsqrt, v60);
+  const lanes v62 = v53 * v61, v63 = v58 * v61;
   LANES_LET2(v64, atan2, v62, v63); LANES_LET2(v65, atan2, v50, v46);
   const lanes v66 = v46 * v62, v67 = v50 * v63, v68 = v66 + v67, v69 = v20 * v68, v70 = v46 * v63,
       v71 = v50 * v62, v72 = v70 - v71, v73 = v26 * v72, v74 = v69 + v73, v75 = v20 * v72,

@@ -813,26 +813,26 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in, lanes *out)
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
       v1 = 0.2 * T_6, v2 = T_7 - v1, v3 = v2 * v2, v4 = 0.2 * T_2, v5 = T_3 - v4, v6 = 1e-150 - v5,
       v7 = v6 * v6, v8 = v3 + v7;
-  LANES_LET1(v9, sqrt, v8);
-  const lanes v10 = v2 / v9, v11 = v6 / v9;
+  LANES_LET1(v9, rsqrt, v8);
+  const lanes v10 = v2 * v9, v11 = v6 * v9;
   LANES_LET2(v12, atan2, v10, v11);
   const lanes v13 = 0.2 * T_10, v14 = T_11 - v13, v15 = v14 - 0.1, v16 = 1e-150 + T_10,
       v17 = v16 * v16, v18 = T_2 * v11, v19 = T_6 * v10, v20 = v18 - v19, v21 = v20 * v20,
       v22 = v17 + v21;
-  LANES_LET1(v23, sqrt, v22);
-  const lanes v24 = v16 / v23, v25 = 0.1 * v24, v26 = v15 + v25, v27 = v11 * v5, v28 = v10 * v2,
-      v29 = v27 - v28, v30 = v20 / v23, v31 = 0.1 * v30, v32 = v29 + v31, v33 = v32 * v32,
+  LANES_LET1(v23, rsqrt, v22);
+  const lanes v24 = v16 * v23, v25 = 0.1 * v24, v26 = v15 + v25, v27 = v11 * v5, v28 = v10 * v2,
+      v29 = v27 - v28, v30 = v20 * v23, v31 = 0.1 * v30, v32 = v29 + v31, v33 = v32 * v32,
       v34 = v26 * v26, v35 = v33 + v34, v36 = v35 - 0.02, v37 = 0.02 * v36, v38 = 1e-150 + v37,
       v39 = 0.04 - v35, v40 = v35 * v39;
   const lanes_where v41 = LANES_LT(1.6e-18, v40); LANES_LET1(v42, sqrt, v40);
   const lanes v43 = LANES_CHOICE(v41, v42, 0.0), v44 = 0.02 * v43, v45 = v44 * v44, v46 = v38 * v38,
       v47 = v45 + v46;
-  LANES_LET1(v48, sqrt, v47);
-  const lanes v49 = v38 / v48, v50 = 0.1 * v49, v51 = v50 + 0.1, v52 = v26 * v51, v53 = v44 / v48,
+  LANES_LET1(v48, rsqrt, v47);
+  const lanes v49 = v38 * v48, v50 = 0.1 * v49, v51 = v50 + 0.1, v52 = v26 * v51, v53 = v44 * v48,
       v54 = 0.1 * v53, v55 = v32 * v54, v56 = v52 - v55, v57 = v56 * v56, v58 = v32 * v51,
       v59 = v26 * v54, v60 = v58 + v59, v61 = 1e-150 + v60, v62 = v61 * v61, v63 = v57 + v62;
-  LANES_LET1(v64, sqrt, v63);
-  const lanes v65 = v56 / v64, v66 = v61 / v64;
+  LANES_LET1(v64, rsqrt, v63);
+  const lanes v65 = v56 * v64, v66 = v61 * v64;
   LANES_LET2(v67, atan2, v65, v66); LANES_LET2(v68, atan2, v53, v49);
   const lanes v69 = v49 * v65, v70 = v53 * v66, v71 = v69 + v70, v72 = v24 * v71, v73 = v49 * v66,
       v74 = v53 * v65, v75 = v73 - v74, v76 = v30 * v75, v77 = v72 + v76, v78 = v24 * v75,
@@ -841,35 +841,35 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in, lanes *out)
   const lanes v82 = T_0 * v10, v83 = T_4 * v11, v84 = v82 + v83, v85 = v84 * v84, v86 = T_0 * v11,
       v87 = T_4 * v10, v88 = v86 - v87, v89 = v24 * v88, v90 = T_8 * v30, v91 = v89 - v90,
       v92 = 1e-150 + v91, v93 = v92 * v92, v94 = v85 + v93;
-  LANES_LET1(v95, sqrt, v94);
-  const lanes v96 = v84 / v95, v97 = v92 / v95;
+  LANES_LET1(v95, rsqrt, v94);
+  const lanes v96 = v84 * v95, v97 = v92 * v95;
   LANES_LET2(v98, atan2, v96, v97);
   const lanes v99 = v55 + v52, v100 = v99 * v99, v101 = v58 - v59, v102 = 1e-150 + v101,
       v103 = v102 * v102, v104 = v100 + v103;
-  LANES_LET1(v105, sqrt, v104);
-  const lanes v106 = v99 / v105, v107 = v102 / v105;
+  LANES_LET1(v105, rsqrt, v104);
+  const lanes v106 = v99 * v105, v107 = v102 * v105;
   LANES_LET2(v108, atan2, v106, v107);
   const lanes v109 = v107 * v49, v110 = v106 * v53, v111 = v109 + v110, v112 = v111 * v30,
       v113 = v106 * v49, v114 = v107 * v53, v115 = v113 - v114, v116 = v115 * v24,
       v117 = v112 + v116, v118 = v111 * v24, v119 = v115 * v30, v120 = v118 - v119;
   LANES_LET2(v121, atan2, v117, v120);
   const lanes v122 = -v11;
-  LANES_LET2(v123, atan2, v10, v122);
+  LANES_LET2(v123, supplement, v12, v10);
   const lanes v124 = 1e-150 - v101, v125 = v124 * v124, v126 = v100 + v125;
-  LANES_LET1(v127, sqrt, v126);
-  const lanes v128 = v99 / v127, v129 = v124 / v127;
+  LANES_LET1(v127, rsqrt, v126);
+  const lanes v128 = v99 * v127, v129 = v124 * v127;
   LANES_LET2(v130, atan2, v128, v129);
   const lanes v131 = v129 * v53, v132 = v128 * v49, v133 = v131 + v132, v134 = v133 * v24,
       v135 = v129 * v49, v136 = v128 * v53, v137 = v135 - v136, v138 = v137 * v30,
       v139 = v134 - v138, v140 = v137 * v24, v141 = v133 * v30, v142 = v140 + v141;
   LANES_LET2(v143, atan2, v139, v142);
   const lanes v144 = 1e-150 - v91, v145 = v144 * v144, v146 = v145 + v85;
-  LANES_LET1(v147, sqrt, v146);
-  const lanes v148 = v84 / v147, v149 = v144 / v147;
+  LANES_LET1(v147, rsqrt, v146);
+  const lanes v148 = v84 * v147, v149 = v144 * v147;
   LANES_LET2(v150, atan2, v148, v149);
   const lanes v151 = 1e-150 - v60, v152 = v151 * v151, v153 = v152 + v57;
-  LANES_LET1(v154, sqrt, v153);
-  const lanes v155 = v56 / v154, v156 = v151 / v154;
+  LANES_LET1(v154, rsqrt, v153);
+  const lanes v155 = v56 * v154, v156 = v151 * v154;
   LANES_LET2(v157, atan2, v155, v156);
   const lanes v158 = v155 * v49, v159 = v156 * v53, v160 = v158 - v159, v161 = v160 * v24,
       v162 = v156 * v49, v163 = v155 * v53, v164 = v162 + v163, v165 = v164 * v30,
@@ -940,8 +940,8 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const lanes *in, lan
 {
   const lanes p_0 = in[0], p_1 = in[1], p_2 = in[2], v1 = 1e-150 - p_0, v2 = v1 * v1,
       v3 = p_1 * p_1, v4 = v2 + v3;
-  LANES_LET1(v5, sqrt, v4);
-  const lanes v6 = p_1 / v5, v7 = v1 / v5;
+  LANES_LET1(v5, rsqrt, v4);
+  const lanes v6 = p_1 * v5, v7 = v1 * v5;
   LANES_LET2(v8, atan2, v6, v7);
   const lanes v9 = p_2 - 0.1, v10 = v9 * v9, v11 = v7 * p_0, v12 = v6 * p_1, v13 = v11 - v12,
       v14 = v13 * v13, v15 = v10 + v14, v16 = v15 - 0.001715728752538099,
@@ -950,35 +950,35 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const lanes *in, lan
   const lanes v21 = LANES_CHOICE(v19, v20, 0.0), v22 = 0.02 * v21, v23 = v15 - 0.03,
       v24 = 0.02 * v23, v25 = v22 + v24, v26 = 1e-150 + v25, v27 = v22 - v24, v28 = v27 * v27,
       v29 = v26 * v26, v30 = v28 + v29;
-  LANES_LET1(v31, sqrt, v30);
-  const lanes v32 = v26 / v31, v33 = 0.1 * v32, v34 = v27 / v31, v35 = 0.1 * v34, v36 = v33 - v35,
+  LANES_LET1(v31, rsqrt, v30);
+  const lanes v32 = v26 * v31, v33 = 0.1 * v32, v34 = v27 * v31, v35 = 0.1 * v34, v36 = v33 - v35,
       v37 = v36 + 0.1, v38 = v37 * v9, v39 = v33 + v35, v40 = v39 * v13, v41 = v38 - v40,
       v42 = v41 * v41, v43 = v39 * v9, v44 = v37 * v13, v45 = v43 + v44, v46 = 1e-150 + v45,
       v47 = v46 * v46, v48 = v42 + v47;
-  LANES_LET1(v49, sqrt, v48);
-  const lanes v50 = v41 / v49, v51 = v46 / v49;
+  LANES_LET1(v49, rsqrt, v48);
+  const lanes v50 = v41 * v49, v51 = v46 * v49;
   LANES_LET2(v52, atan2, v50, v51); LANES_LET2(v53, atan2, v34, v32);
   const lanes v54 = v24 + v22, v55 = v54 * v54, v56 = v24 - v22, v57 = 1e-150 + v56,
       v58 = v57 * v57, v59 = v55 + v58;
-  LANES_LET1(v60, sqrt, v59);
-  const lanes v61 = v54 / v60, v62 = 0.1 * v61, v63 = v57 / v60, v64 = 0.1 * v63, v65 = v62 + v64,
+  LANES_LET1(v60, rsqrt, v59);
+  const lanes v61 = v54 * v60, v62 = 0.1 * v61, v63 = v57 * v60, v64 = 0.1 * v63, v65 = v62 + v64,
       v66 = v65 + 0.1, v67 = v66 * v9, v68 = v64 - v62, v69 = v68 * v13, v70 = v67 - v69,
       v71 = v70 * v70, v72 = v68 * v9, v73 = v66 * v13, v74 = v72 + v73, v75 = 1e-150 + v74,
       v76 = v75 * v75, v77 = v71 + v76;
-  LANES_LET1(v78, sqrt, v77);
-  const lanes v79 = v70 / v78, v80 = v75 / v78;
+  LANES_LET1(v78, rsqrt, v77);
+  const lanes v79 = v70 * v78, v80 = v75 * v78;
   LANES_LET2(v81, atan2, v79, v80); LANES_LET2(v82, atan2, v61, v63);
   const lanes v83 = -v7;
-  LANES_LET2(v84, atan2, v6, v83);
+  LANES_LET2(v84, supplement, v8, v6);
   const lanes v85 = v40 + v38, v86 = v85 * v85, v87 = v43 - v44, v88 = 1e-150 + v87,
       v89 = v88 * v88, v90 = v86 + v89;
-  LANES_LET1(v91, sqrt, v90);
-  const lanes v92 = v85 / v91, v93 = v88 / v91;
+  LANES_LET1(v91, rsqrt, v90);
+  const lanes v92 = v85 * v91, v93 = v88 * v91;
   LANES_LET2(v94, atan2, v92, v93);
   const lanes v95 = v69 + v67, v96 = v95 * v95, v97 = v72 - v73, v98 = 1e-150 + v97,
       v99 = v98 * v98, v100 = v96 + v99;
-  LANES_LET1(v101, sqrt, v100);
-  const lanes v102 = v95 / v101, v103 = v98 / v101;
+  LANES_LET1(v101, rsqrt, v100);
+  const lanes v102 = v95 * v101, v103 = v98 * v101;
   LANES_LET2(v104, atan2, v102, v103);
   const lanes v105 = -v8;
   out[0] = v105; out[1] = v52; out[2] = v53; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
@@ -1024,26 +1024,26 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(const lanes *i
 {
   const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2], x_3 = in[3], v1 = 1e-150 - x_0, v2 = v1 * v1,
       v3 = x_1 * x_1, v4 = v2 + v3;
-  LANES_LET1(v5, sqrt, v4);
-  const lanes v6 = x_1 / v5, v7 = v1 / v5;
+  LANES_LET1(v5, rsqrt, v4);
+  const lanes v6 = x_1 * v5, v7 = v1 * v5;
   LANES_LET2(v8, atan2, v6, v7);
   const lanes v9 = x_2 - 0.1;
   LANES_COS_SIN(v13, v10, x_3);
   const lanes v11 = 1e-150 + v10, v12 = v11 * v11, v14 = v13 * v13, v15 = v12 + v14;
-  LANES_LET1(v16, sqrt, v15);
-  const lanes v17 = v11 / v16, v18 = 0.1 * v17, v19 = v9 - v18, v20 = v7 * x_0, v21 = v6 * x_1,
-      v22 = v20 - v21, v23 = v13 / v16, v24 = 0.1 * v23, v25 = v22 + v24, v26 = v25 * v25,
+  LANES_LET1(v16, rsqrt, v15);
+  const lanes v17 = v11 * v16, v18 = 0.1 * v17, v19 = v9 - v18, v20 = v7 * x_0, v21 = v6 * x_1,
+      v22 = v20 - v21, v23 = v13 * v16, v24 = 0.1 * v23, v25 = v22 + v24, v26 = v25 * v25,
       v27 = v19 * v19, v28 = v26 + v27, v29 = v28 - 0.02, v30 = 0.02 * v29, v31 = 1e-150 + v30,
       v32 = 0.04 - v28, v33 = v28 * v32;
   const lanes_where v34 = LANES_LT(1.6e-18, v33); LANES_LET1(v35, sqrt, v33);
   const lanes v36 = LANES_CHOICE(v34, v35, 0.0), v37 = 0.02 * v36, v38 = v37 * v37, v39 = v31 * v31,
       v40 = v38 + v39;
-  LANES_LET1(v41, sqrt, v40);
-  const lanes v42 = v31 / v41, v43 = 0.1 * v42, v44 = v43 + 0.1, v45 = v19 * v44, v46 = v37 / v41,
+  LANES_LET1(v41, rsqrt, v40);
+  const lanes v42 = v31 * v41, v43 = 0.1 * v42, v44 = v43 + 0.1, v45 = v19 * v44, v46 = v37 * v41,
       v47 = 0.1 * v46, v48 = v25 * v47, v49 = v45 - v48, v50 = v49 * v49, v51 = v25 * v44,
       v52 = v19 * v47, v53 = v51 + v52, v54 = 1e-150 + v53, v55 = v54 * v54, v56 = v50 + v55;
-  LANES_LET1(v57, sqrt, v56);
-  const lanes v58 = v49 / v57, v59 = v54 / v57;
+  LANES_LET1(v57, rsqrt, v56);
+  const lanes v58 = v49 * v57, v59 = v54 * v57;
   LANES_LET2(v60, atan2, v58, v59); LANES_LET2(v61, atan2, v46, v42);
   const lanes v62 = v42 * v59, v63 = v46 * v58, v64 = v62 - v63, v65 = v23 * v64, v66 = v42 * v58,
       v67 = v46 * v59, v68 = v66 + v67, v69 = v17 * v68, v70 = v65 - v69, v71 = v17 * v64,
@@ -1051,8 +1051,8 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(const lanes *i
   LANES_LET2(v74, atan2, v70, v73);
   const lanes v75 = v48 + v45, v76 = v75 * v75, v77 = v51 - v52, v78 = 1e-150 + v77,
       v79 = v78 * v78, v80 = v76 + v79;
-  LANES_LET1(v81, sqrt, v80);
-  const lanes v82 = v75 / v81, v83 = v78 / v81;
+  LANES_LET1(v81, rsqrt, v80);
+  const lanes v82 = v75 * v81, v83 = v78 * v81;
   LANES_LET2(v84, atan2, v82, v83);
   const lanes v85 = v42 * v83, v86 = v46 * v82, v87 = v85 + v86, v88 = v23 * v87, v89 = v42 * v82,
       v90 = v46 * v83, v91 = v89 - v90, v92 = v17 * v91, v93 = v88 - v92, v94 = v17 * v87,
@@ -1063,13 +1063,13 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(const lanes *i
   const lanes_where v106 = LANES_LT(1.6e-18, v105); LANES_LET1(v107, sqrt, v105);
   const lanes v108 = LANES_CHOICE(v106, v107, 0.0), v109 = 0.02 * v108, v110 = v109 * v109,
       v111 = v103 * v103, v112 = v110 + v111;
-  LANES_LET1(v113, sqrt, v112);
-  const lanes v114 = v103 / v113, v115 = 0.1 * v114, v116 = v115 + 0.1, v117 = v116 * v19,
-      v118 = v109 / v113, v119 = 0.1 * v118, v120 = v98 * v119, v121 = v117 - v120,
+  LANES_LET1(v113, rsqrt, v112);
+  const lanes v114 = v103 * v113, v115 = 0.1 * v114, v116 = v115 + 0.1, v117 = v116 * v19,
+      v118 = v109 * v113, v119 = 0.1 * v118, v120 = v98 * v119, v121 = v117 - v120,
       v122 = v121 * v121, v123 = v98 * v116, v124 = v119 * v19, v125 = v123 + v124,
       v126 = 1e-150 + v125, v127 = v126 * v126, v128 = v122 + v127;
-  LANES_LET1(v129, sqrt, v128);
-  const lanes v130 = v121 / v129, v131 = v126 / v129;
+  LANES_LET1(v129, rsqrt, v128);
+  const lanes v130 = v121 * v129, v131 = v126 * v129;
   LANES_LET2(v132, atan2, v130, v131); LANES_LET2(v133, atan2, v118, v114);
   const lanes v134 = v114 * v131, v135 = v118 * v130, v136 = v134 - v135, v137 = v136 * v23,
       v138 = v114 * v130, v139 = v118 * v131, v140 = v138 + v139, v141 = v140 * v17,
@@ -1077,42 +1077,42 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(const lanes *i
   LANES_LET2(v146, atan2, v142, v145);
   const lanes v147 = v120 + v117, v148 = v147 * v147, v149 = v123 - v124, v150 = 1e-150 + v149,
       v151 = v150 * v150, v152 = v148 + v151;
-  LANES_LET1(v153, sqrt, v152);
-  const lanes v154 = v147 / v153, v155 = v150 / v153;
+  LANES_LET1(v153, rsqrt, v152);
+  const lanes v154 = v147 * v153, v155 = v150 * v153;
   LANES_LET2(v156, atan2, v154, v155);
   const lanes v157 = v114 * v154, v158 = v118 * v155, v159 = v157 - v158, v160 = v17 * v159,
       v161 = v114 * v155, v162 = v118 * v154, v163 = v161 + v162, v164 = v163 * v23,
       v165 = v160 + v164, v166 = v17 * v163, v167 = v159 * v23, v168 = v166 - v167;
   LANES_LET2(v169, atan2, v165, v168);
   const lanes v170 = -v7;
-  LANES_LET2(v171, atan2, v6, v170);
+  LANES_LET2(v171, supplement, v8, v6);
   const lanes v172 = 1e-150 - v149, v173 = v172 * v172, v174 = v148 + v173;
-  LANES_LET1(v175, sqrt, v174);
-  const lanes v176 = v147 / v175, v177 = v172 / v175;
+  LANES_LET1(v175, rsqrt, v174);
+  const lanes v176 = v147 * v175, v177 = v172 * v175;
   LANES_LET2(v178, atan2, v176, v177);
   const lanes v179 = v114 * v177, v180 = v118 * v176, v181 = v179 - v180, v182 = v23 * v181,
       v183 = v114 * v176, v184 = v118 * v177, v185 = v183 + v184, v186 = v17 * v185,
       v187 = v182 - v186, v188 = v17 * v181, v189 = v23 * v185, v190 = v188 + v189;
   LANES_LET2(v191, atan2, v187, v190);
   const lanes v192 = 1e-150 - v125, v193 = v192 * v192, v194 = v122 + v193;
-  LANES_LET1(v195, sqrt, v194);
-  const lanes v196 = v121 / v195, v197 = v192 / v195;
+  LANES_LET1(v195, rsqrt, v194);
+  const lanes v196 = v121 * v195, v197 = v192 * v195;
   LANES_LET2(v198, atan2, v196, v197);
   const lanes v199 = v114 * v197, v200 = v118 * v196, v201 = v199 + v200, v202 = v23 * v201,
       v203 = v114 * v196, v204 = v118 * v197, v205 = v203 - v204, v206 = v17 * v205,
       v207 = v202 - v206, v208 = v17 * v201, v209 = v23 * v205, v210 = v208 + v209;
   LANES_LET2(v211, atan2, v207, v210);
   const lanes v212 = 1e-150 - v77, v213 = v212 * v212, v214 = v213 + v76;
-  LANES_LET1(v215, sqrt, v214);
-  const lanes v216 = v75 / v215, v217 = v212 / v215;
+  LANES_LET1(v215, rsqrt, v214);
+  const lanes v216 = v75 * v215, v217 = v212 * v215;
   LANES_LET2(v218, atan2, v216, v217);
   const lanes v219 = v217 * v46, v220 = v216 * v42, v221 = v219 + v220, v222 = v17 * v221,
       v223 = v217 * v42, v224 = v216 * v46, v225 = v223 - v224, v226 = v23 * v225,
       v227 = v222 + v226, v228 = v17 * v225, v229 = v23 * v221, v230 = v228 - v229;
   LANES_LET2(v231, atan2, v227, v230);
   const lanes v232 = 1e-150 - v53, v233 = v232 * v232, v234 = v233 + v50;
-  LANES_LET1(v235, sqrt, v234);
-  const lanes v236 = v49 / v235, v237 = v232 / v235;
+  LANES_LET1(v235, rsqrt, v234);
+  const lanes v236 = v49 * v235, v237 = v232 * v235;
   LANES_LET2(v238, atan2, v236, v237);
   const lanes v239 = v236 * v42, v240 = v237 * v46, v241 = v239 - v240, v242 = v17 * v241,
       v243 = v237 * v42, v244 = v236 * v46, v245 = v243 + v244, v246 = v23 * v245,
@@ -1197,25 +1197,25 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction)(const lane
 {
   const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2], x_3 = in[3], x_4 = in[4], x_5 = in[5],
       v1 = 1e-150 - x_0, v2 = v1 * v1, v3 = x_1 * x_1, v4 = v2 + v3;
-  LANES_LET1(v5, sqrt, v4);
-  const lanes v6 = x_1 / v5, v7 = v1 / v5;
+  LANES_LET1(v5, rsqrt, v4);
+  const lanes v6 = x_1 * v5, v7 = v1 * v5;
   LANES_LET2(v8, atan2, v6, v7);
   const lanes v9 = x_2 - 0.1, v10 = 1e-150 + x_5, v11 = v7 * x_3, v12 = v6 * x_4, v13 = v11 - v12,
       v14 = v13 * v13, v15 = v10 * v10, v16 = v14 + v15;
-  LANES_LET1(v17, sqrt, v16);
-  const lanes v18 = v10 / v17, v19 = 0.1 * v18, v20 = v9 - v19, v21 = v7 * x_0, v22 = v6 * x_1,
-      v23 = v21 - v22, v24 = v13 / v17, v25 = 0.1 * v24, v26 = v23 - v25, v27 = v26 * v26,
+  LANES_LET1(v17, rsqrt, v16);
+  const lanes v18 = v10 * v17, v19 = 0.1 * v18, v20 = v9 - v19, v21 = v7 * x_0, v22 = v6 * x_1,
+      v23 = v21 - v22, v24 = v13 * v17, v25 = 0.1 * v24, v26 = v23 - v25, v27 = v26 * v26,
       v28 = v20 * v20, v29 = v27 + v28, v30 = v29 - 0.02, v31 = 0.02 * v30, v32 = 1e-150 + v31,
       v33 = 0.04 - v29, v34 = v29 * v33;
   const lanes_where v35 = LANES_LT(1.6e-18, v34); LANES_LET1(v36, sqrt, v34);
   const lanes v37 = LANES_CHOICE(v35, v36, 0.0), v38 = 0.02 * v37, v39 = v38 * v38, v40 = v32 * v32,
       v41 = v39 + v40;
-  LANES_LET1(v42, sqrt, v41);
-  const lanes v43 = v32 / v42, v44 = 0.1 * v43, v45 = v44 + 0.1, v46 = v20 * v45, v47 = v38 / v42,
+  LANES_LET1(v42, rsqrt, v41);
+  const lanes v43 = v32 * v42, v44 = 0.1 * v43, v45 = v44 + 0.1, v46 = v20 * v45, v47 = v38 * v42,
       v48 = 0.1 * v47, v49 = v26 * v48, v50 = v46 - v49, v51 = v50 * v50, v52 = v26 * v45,
       v53 = v20 * v48, v54 = v52 + v53, v55 = 1e-150 + v54, v56 = v55 * v55, v57 = v51 + v56;
-  LANES_LET1(v58, sqrt, v57);
-  const lanes v59 = v50 / v58, v60 = v55 / v58;
+  LANES_LET1(v58, rsqrt, v57);
+  const lanes v59 = v50 * v58, v60 = v55 * v58;
   LANES_LET2(v61, atan2, v59, v60); LANES_LET2(v62, atan2, v47, v43);
   const lanes v63 = v43 * v59, v64 = v47 * v60, v65 = v63 + v64, v66 = v18 * v65, v67 = v43 * v60,
       v68 = v47 * v59, v69 = v67 - v68, v70 = v24 * v69, v71 = v66 + v70, v72 = v18 * v69,
@@ -1223,26 +1223,26 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction)(const lane
   LANES_LET2(v75, atan2, v71, v74);
   const lanes v76 = v49 + v46, v77 = v76 * v76, v78 = v52 - v53, v79 = 1e-150 + v78,
       v80 = v79 * v79, v81 = v77 + v80;
-  LANES_LET1(v82, sqrt, v81);
-  const lanes v83 = v76 / v82, v84 = v79 / v82;
+  LANES_LET1(v82, rsqrt, v81);
+  const lanes v83 = v76 * v82, v84 = v79 * v82;
   LANES_LET2(v85, atan2, v83, v84);
   const lanes v86 = v43 * v83, v87 = v47 * v84, v88 = v86 - v87, v89 = v18 * v88, v90 = v43 * v84,
       v91 = v47 * v83, v92 = v90 + v91, v93 = v24 * v92, v94 = v89 + v93, v95 = v18 * v92,
       v96 = v24 * v88, v97 = v95 - v96;
   LANES_LET2(v98, atan2, v94, v97);
   const lanes v99 = -v7;
-  LANES_LET2(v100, atan2, v6, v99);
+  LANES_LET2(v100, supplement, v8, v6);
   const lanes v101 = 1e-150 - v78, v102 = v101 * v101, v103 = v102 + v77;
-  LANES_LET1(v104, sqrt, v103);
-  const lanes v105 = v76 / v104, v106 = v101 / v104;
+  LANES_LET1(v104, rsqrt, v103);
+  const lanes v105 = v76 * v104, v106 = v101 * v104;
   LANES_LET2(v107, atan2, v105, v106);
   const lanes v108 = v106 * v47, v109 = v105 * v43, v110 = v108 + v109, v111 = v110 * v18,
       v112 = v106 * v43, v113 = v105 * v47, v114 = v112 - v113, v115 = v114 * v24,
       v116 = v111 - v115, v117 = v114 * v18, v118 = v110 * v24, v119 = v117 + v118;
   LANES_LET2(v120, atan2, v116, v119);
   const lanes v121 = 1e-150 - v54, v122 = v121 * v121, v123 = v122 + v51;
-  LANES_LET1(v124, sqrt, v123);
-  const lanes v125 = v50 / v124, v126 = v121 / v124;
+  LANES_LET1(v124, rsqrt, v123);
+  const lanes v125 = v50 * v124, v126 = v121 * v124;
   LANES_LET2(v127, atan2, v125, v126);
   const lanes v128 = v125 * v43, v129 = v126 * v47, v130 = v128 - v129, v131 = v130 * v18,
       v132 = v126 * v43, v133 = v125 * v47, v134 = v132 + v133, v135 = v134 * v24,

@@ -200,6 +200,22 @@ LANES_LIBM(tan)
 #endif
 LANES_BY_PARTS(sqrt, LANES_SQRT)
 
+/* 1 / sqrt(x), to 2 units. From 14 bits by the series of (1 - e)^(-1/2), where e is at most 2^-13 and
+ * what is left out 35/128 e^4; where x is 0 or infinite, e is NaN and the estimate exact. */
+LANES_INLINE void LANES_NAME(lanes_rsqrt)(const lanes *x, lanes *value)
+{
+#if CHASLES_ISA == 2
+  const lanes estimate = (lanes)_mm512_maskz_rsqrt14_pd(LANES_ALL, *x);
+  const lanes e = LANES_LESS_PRODUCT(LANES_OF(1.0), *x * estimate, estimate);
+  const lanes series = LANES_FMA(LANES_FMA(LANES_OF(0.3125), e, LANES_OF(0.375)), e, LANES_OF(0.5));
+  const lanes_where finite = LANES_EQ(e, e);
+  *value = (lanes)_mm512_mask3_fmadd_pd(series, estimate * e, estimate, finite);
+#else
+  LANES_NAME(lanes_sqrt)(x, value);
+  *value = 1.0 / *value;
+#endif
+}
+
 LANES_INLINE void LANES_NAME(lanes_fabs)(const lanes *x, lanes *value)
 {
   *value = (lanes)((lanes_mask)*x & INT64_MAX);
@@ -316,6 +332,14 @@ LANES_INLINE void LANES_NAME(lanes_two_atan2)(const lanes *y1, const lanes *x1, 
   *value1 = __builtin_shufflevector(both, both, 0, 0, 2, 2);
   *value2 = __builtin_shufflevector(both, both, 1, 1, 3, 3);
 #endif
+}
+
+/* Of an angle a from -pi to pi, the one whose size is pi less that of a, with the sign of y. */
+LANES_INLINE void LANES_NAME(lanes_supplement)(const lanes *a, const lanes *y, lanes *value)
+{
+  lanes size;
+  LANES_NAME(lanes_fabs)(a, &size);
+  *value = (lanes)((lanes_mask)(3.14159265358979323846 - size) | ((lanes_mask)*y & INT64_MIN));
 }
 
 LANES_INLINE void LANES_NAME(lanes_atan)(const lanes *x, lanes *value)

@@ -47,8 +47,8 @@ LANES_INLINE void LANES_NAME(panda_ik_branch)(
   const lanes v64 = LANES_CHOICE(v62, v63, 0.0), v65 = choice_0 * v64, v66 = 0.1155 * v65,
       v67 = v58 + v66, v68 = 1e-150 + v67, v69 = 0.2290755 * v65, v70 = 0.1155 * v57,
       v71 = v69 - v70, v72 = v71 * v71, v73 = v68 * v68, v74 = v72 + v73;
-  LANES_LET1(v75, sqrt, v74);
-  const lanes v76 = v68 / v75, v77 = v71 / v75, v78 = 0.316 * v77, v79 = 0.0825 * v76,
+  LANES_LET1(v75, rsqrt, v74);
+  const lanes v76 = v68 * v75, v77 = v71 * v75, v78 = 0.316 * v77, v79 = 0.0825 * v76,
       v80 = v78 + v79, v81 = 0.0825 - v80, v82 = v81 * v81, v83 = v46 + v55;
   LANES_LET2(v84, fmin, v82, v83);
   const lanes v85 = 4e-15 * v84;
@@ -59,33 +59,33 @@ LANES_INLINE void LANES_NAME(panda_ik_branch)(
   const lanes v97 = LANES_CHOICE(v95, v96, 0.0), v98 = choice_1 * v97, v99 = v45 * v98,
       v100 = v54 * v91, v101 = v99 + v100, v102 = 1e-150 + v101, v103 = v45 * v91, v104 = v54 * v98,
       v105 = v103 - v104, v106 = v105 * v105, v107 = v102 * v102, v108 = v106 + v107;
-  LANES_LET1(v109, sqrt, v108);
-  const lanes v110 = v102 / v109, v111 = v45 * v110, v112 = v105 / v109, v113 = v54 * v112,
+  LANES_LET1(v109, rsqrt, v108);
+  const lanes v110 = v102 * v109, v111 = v45 * v110, v112 = v105 * v109, v113 = v54 * v112,
       v114 = v111 - v113, v115 = v81 * v114, v116 = 1e-150 + v115, v117 = v29 * v81,
       v118 = v117 * v117, v119 = v116 * v116, v120 = v118 + v119;
-  LANES_LET1(v121, sqrt, v120);
-  const lanes v122 = v116 / v121, v123 = T_10 * v112, v124 = v110 * v33, v125 = v123 + v124,
-      v126 = v122 * v125, v127 = v117 / v121, v128 = v127 * v9, v129 = v126 + v128,
+  LANES_LET1(v121, rsqrt, v120);
+  const lanes v122 = v116 * v121, v123 = T_10 * v112, v124 = v110 * v33, v125 = v123 + v124,
+      v126 = v122 * v125, v127 = v117 * v121, v128 = v127 * v9, v129 = v126 + v128,
       v130 = v76 * v129, v131 = T_10 * v110, v132 = v112 * v33, v133 = v131 - v132,
       v134 = v77 * v133, v135 = v130 + v134, v136 = 1e-150 - v135, v137 = v127 * v125,
       v138 = v122 * v9, v139 = v137 - v138, v140 = v139 * v139, v141 = v136 * v136,
       v142 = v140 + v141;
-  LANES_LET1(v143, sqrt, v142);
-  const lanes v144 = v136 / v143, v145 = choice_2 * v144, v146 = T_2 * v112, v147 = v110 * v37,
+  LANES_LET1(v143, rsqrt, v142);
+  const lanes v144 = v136 * v143, v145 = choice_2 * v144, v146 = T_2 * v112, v147 = v110 * v37,
       v148 = v146 + v147, v149 = v127 * v148, v150 = v122 * v18, v151 = v149 - v150,
-      v152 = v145 * v151, v153 = v139 / v143, v154 = choice_2 * v153, v155 = v122 * v148,
+      v152 = v145 * v151, v153 = v139 * v143, v154 = choice_2 * v153, v155 = v122 * v148,
       v156 = v127 * v18, v157 = v155 + v156, v158 = v76 * v157, v159 = T_2 * v110,
       v160 = v112 * v37, v161 = v159 - v160, v162 = v77 * v161, v163 = v158 + v162,
       v164 = v154 * v163, v165 = v152 + v164, v166 = v165 * v165, v167 = v139 * v154,
       v168 = v135 * v145, v169 = v167 - v168, v170 = v76 * v133, v171 = v77 * v129,
       v172 = v170 - v171, v173 = v172 * v172, v174 = v169 * v169, v175 = v173 + v174;
-  LANES_LET1(v176, sqrt, v175);
-  const lanes v177 = v169 / v176, v178 = v76 * v161, v179 = v77 * v157, v180 = v178 - v179,
-      v181 = v177 * v180, v182 = v172 / v176, v183 = v154 * v151, v184 = v145 * v163,
+  LANES_LET1(v176, rsqrt, v175);
+  const lanes v177 = v169 * v176, v178 = v76 * v161, v179 = v77 * v157, v180 = v178 - v179,
+      v181 = v177 * v180, v182 = v172 * v176, v183 = v154 * v151, v184 = v145 * v163,
       v185 = v183 - v184, v186 = v182 * v185, v187 = v181 - v186, v188 = v187 * v187,
       v189 = v166 + v188;
-  LANES_LET1(v190, sqrt, v189);
-  const lanes v191 = v165 / v190, v192 = v187 / v190, v193 = -v192;
+  LANES_LET1(v190, rsqrt, v189);
+  const lanes v191 = v165 * v190, v192 = v187 * v190, v193 = -v192;
   LANES_LET2(v194, atan2, v191, v193);
   const lanes v195 = -v182;
   LANES_LET2(v196, atan2, v177, v195); LANES_LET2(v197, atan2, v153, v145);

@@ -1793,8 +1793,8 @@ static LANES_TARGET void LANES_NAME(panda_ik)(const lanes *in, lanes *out)
   const lanes v64 = LANES_CHOICE(v62, v63, 0.0), v65 = 0.1155 * v64, v66 = v58 + v65,
       v67 = 1e-150 + v66, v68 = 0.2290755 * v64, v69 = 0.1155 * v57, v70 = v68 - v69,
       v71 = v70 * v70, v72 = v67 * v67, v73 = v71 + v72;
-  LANES_LET1(v74, sqrt, v73);
-  const lanes v75 = v67 / v74, v76 = v70 / v74, v77 = 0.316 * v76, v78 = 0.0825 * v75,
+  LANES_LET1(v74, rsqrt, v73);
+  const lanes v75 = v67 * v74, v76 = v70 * v74, v77 = 0.316 * v76, v78 = 0.0825 * v75,
       v79 = v77 + v78, v80 = 0.0825 - v79, v81 = v29 * v80, v82 = v81 * v81, v83 = v46 + v55,
       v84 = v80 * v80;
   LANES_LET2(v85, fmin, v83, v84);
@@ -1806,80 +1806,80 @@ static LANES_TARGET void LANES_NAME(panda_ik)(const lanes *in, lanes *out)
   const lanes v98 = LANES_CHOICE(v96, v97, 0.0), v99 = v45 * v98, v100 = v54 * v92,
       v101 = v99 + v100, v102 = 1e-150 + v101, v103 = v45 * v92, v104 = v54 * v98,
       v105 = v103 - v104, v106 = v105 * v105, v107 = v102 * v102, v108 = v106 + v107;
-  LANES_LET1(v109, sqrt, v108);
-  const lanes v110 = v102 / v109, v111 = v45 * v110, v112 = v105 / v109, v113 = v54 * v112,
+  LANES_LET1(v109, rsqrt, v108);
+  const lanes v110 = v102 * v109, v111 = v45 * v110, v112 = v105 * v109, v113 = v54 * v112,
       v114 = v111 - v113, v115 = v80 * v114, v116 = 1e-150 + v115, v117 = v116 * v116,
       v118 = v82 + v117;
-  LANES_LET1(v119, sqrt, v118);
-  const lanes v120 = v81 / v119, v121 = v9 * v120, v122 = v116 / v119, v123 = T_10 * v112,
+  LANES_LET1(v119, rsqrt, v118);
+  const lanes v120 = v81 * v119, v121 = v9 * v120, v122 = v116 * v119, v123 = T_10 * v112,
       v124 = v33 * v110, v125 = v123 + v124, v126 = v122 * v125, v127 = v121 + v126,
       v128 = v75 * v127, v129 = T_10 * v110, v130 = v33 * v112, v131 = v129 - v130,
       v132 = v76 * v131, v133 = v128 + v132, v134 = 1e-150 - v133, v135 = v120 * v125,
       v136 = v9 * v122, v137 = v135 - v136, v138 = v137 * v137, v139 = v134 * v134,
       v140 = v138 + v139;
-  LANES_LET1(v141, sqrt, v140);
-  const lanes v142 = v134 / v141, v143 = T_2 * v112, v144 = v37 * v110, v145 = v143 + v144,
+  LANES_LET1(v141, rsqrt, v140);
+  const lanes v142 = v134 * v141, v143 = T_2 * v112, v144 = v37 * v110, v145 = v143 + v144,
       v146 = v120 * v145, v147 = v18 * v122, v148 = v146 - v147, v149 = v142 * v148,
-      v150 = v137 / v141, v151 = v18 * v120, v152 = v122 * v145, v153 = v151 + v152,
+      v150 = v137 * v141, v151 = v18 * v120, v152 = v122 * v145, v153 = v151 + v152,
       v154 = v75 * v153, v155 = T_2 * v110, v156 = v37 * v112, v157 = v155 - v156,
       v158 = v76 * v157, v159 = v154 + v158, v160 = v150 * v159, v161 = v149 + v160,
       v162 = v161 * v161, v163 = v137 * v150, v164 = v133 * v142, v165 = v163 - v164,
       v166 = v75 * v131, v167 = v76 * v127, v168 = v166 - v167, v169 = v168 * v168,
       v170 = v165 * v165, v171 = v169 + v170;
-  LANES_LET1(v172, sqrt, v171);
-  const lanes v173 = v165 / v172, v174 = v75 * v157, v175 = v76 * v153, v176 = v174 - v175,
-      v177 = v173 * v176, v178 = v168 / v172, v179 = v150 * v148, v180 = v142 * v159,
+  LANES_LET1(v172, rsqrt, v171);
+  const lanes v173 = v165 * v172, v174 = v75 * v157, v175 = v76 * v153, v176 = v174 - v175,
+      v177 = v173 * v176, v178 = v168 * v172, v179 = v150 * v148, v180 = v142 * v159,
       v181 = v179 - v180, v182 = v178 * v181, v183 = v177 - v182, v184 = v183 * v183,
       v185 = v162 + v184;
-  LANES_LET1(v186, sqrt, v185);
-  const lanes v187 = v161 / v186, v188 = v183 / v186, v189 = -v188;
+  LANES_LET1(v186, rsqrt, v185);
+  const lanes v187 = v161 * v186, v188 = v183 * v186, v189 = -v188;
   LANES_LET2(v190, atan2, v187, v189);
   const lanes v191 = -v178;
   LANES_LET2(v192, atan2, v173, v191); LANES_LET2(v193, atan2, v150, v142);
   LANES_LET2(v194, atan2, v76, v75); LANES_LET2(v195, atan2, v120, v122);
-  LANES_LET2(v196, atan2, v112, v110); LANES_LET2(v197, atan2, v187, v188);
+  LANES_LET2(v196, atan2, v112, v110); LANES_LET2(v197, supplement, v190, v187);
   const lanes v198 = -v142;
-  LANES_LET2(v199, atan2, v150, v198);
+  LANES_LET2(v199, supplement, v193, v150);
   const lanes v200 = v100 - v99, v201 = 1e-150 + v200, v202 = v103 + v104, v203 = v202 * v202,
       v204 = v201 * v201, v205 = v203 + v204;
-  LANES_LET1(v206, sqrt, v205);
-  const lanes v207 = v201 / v206, v208 = T_10 * v207, v209 = v202 / v206, v210 = v33 * v209,
+  LANES_LET1(v206, rsqrt, v205);
+  const lanes v207 = v201 * v206, v208 = T_10 * v207, v209 = v202 * v206, v210 = v33 * v209,
       v211 = v208 - v210, v212 = v211 * v76, v213 = v207 * v45, v214 = v209 * v54,
       v215 = v213 - v214, v216 = v215 * v80, v217 = 1e-150 + v216, v218 = v217 * v217,
       v219 = v218 + v82;
-  LANES_LET1(v220, sqrt, v219);
-  const lanes v221 = v81 / v220, v222 = v9 * v221, v223 = v217 / v220, v224 = T_10 * v209,
+  LANES_LET1(v220, rsqrt, v219);
+  const lanes v221 = v81 * v220, v222 = v9 * v221, v223 = v217 * v220, v224 = T_10 * v209,
       v225 = v33 * v207, v226 = v224 + v225, v227 = v223 * v226, v228 = v222 + v227,
       v229 = v228 * v75, v230 = v212 + v229, v231 = 1e-150 - v230, v232 = v221 * v226,
       v233 = v9 * v223, v234 = v232 - v233, v235 = v234 * v234, v236 = v231 * v231,
       v237 = v235 + v236;
-  LANES_LET1(v238, sqrt, v237);
-  const lanes v239 = v231 / v238, v240 = T_2 * v209, v241 = v37 * v207, v242 = v240 + v241,
+  LANES_LET1(v238, rsqrt, v237);
+  const lanes v239 = v231 * v238, v240 = T_2 * v209, v241 = v37 * v207, v242 = v240 + v241,
       v243 = v221 * v242, v244 = v18 * v223, v245 = v243 - v244, v246 = v239 * v245,
-      v247 = v234 / v238, v248 = T_2 * v207, v249 = v37 * v209, v250 = v248 - v249,
+      v247 = v234 * v238, v248 = T_2 * v207, v249 = v37 * v209, v250 = v248 - v249,
       v251 = v250 * v76, v252 = v18 * v221, v253 = v223 * v242, v254 = v252 + v253,
       v255 = v254 * v75, v256 = v251 + v255, v257 = v247 * v256, v258 = v246 + v257,
       v259 = v258 * v258, v260 = v234 * v247, v261 = v230 * v239, v262 = v260 - v261,
       v263 = v211 * v75, v264 = v228 * v76, v265 = v263 - v264, v266 = v265 * v265,
       v267 = v262 * v262, v268 = v266 + v267;
-  LANES_LET1(v269, sqrt, v268);
-  const lanes v270 = v262 / v269, v271 = v250 * v75, v272 = v254 * v76, v273 = v271 - v272,
-      v274 = v270 * v273, v275 = v265 / v269, v276 = v247 * v245, v277 = v239 * v256,
+  LANES_LET1(v269, rsqrt, v268);
+  const lanes v270 = v262 * v269, v271 = v250 * v75, v272 = v254 * v76, v273 = v271 - v272,
+      v274 = v270 * v273, v275 = v265 * v269, v276 = v247 * v245, v277 = v239 * v256,
       v278 = v276 - v277, v279 = v275 * v278, v280 = v274 - v279, v281 = v280 * v280,
       v282 = v259 + v281;
-  LANES_LET1(v283, sqrt, v282);
-  const lanes v284 = v258 / v283, v285 = v280 / v283, v286 = -v285;
+  LANES_LET1(v283, rsqrt, v282);
+  const lanes v284 = v258 * v283, v285 = v280 * v283, v286 = -v285;
   LANES_LET2(v287, atan2, v284, v286);
   const lanes v288 = -v275;
   LANES_LET2(v289, atan2, v270, v288); LANES_LET2(v290, atan2, v247, v239);
   LANES_LET2(v291, atan2, v221, v223); LANES_LET2(v292, atan2, v209, v207);
-  LANES_LET2(v293, atan2, v284, v285);
+  LANES_LET2(v293, supplement, v287, v284);
   const lanes v294 = -v239;
-  LANES_LET2(v295, atan2, v247, v294);
+  LANES_LET2(v295, supplement, v290, v247);
   const lanes v296 = v58 - v65, v297 = 1e-150 + v296, v298 = v68 + v69, v299 = v298 * v298,
       v300 = v297 * v297, v301 = v299 + v300;
-  LANES_LET1(v302, sqrt, v301);
-  const lanes v303 = v297 / v302, v304 = 0.0825 * v303, v305 = v298 / v302, v306 = 0.316 * v305,
+  LANES_LET1(v302, rsqrt, v301);
+  const lanes v303 = v297 * v302, v304 = 0.0825 * v303, v305 = v298 * v302, v306 = 0.316 * v305,
       v307 = v304 - v306, v308 = 0.0825 - v307, v309 = v29 * v308, v310 = v309 * v309,
       v311 = v308 * v308;
   LANES_LET2(v312, fmin, v83, v311);
@@ -1892,76 +1892,76 @@ static LANES_TARGET void LANES_NAME(panda_ik)(const lanes *in, lanes *out)
   const lanes v325 = LANES_CHOICE(v323, v324, 0.0), v326 = v45 * v325, v327 = v54 * v319,
       v328 = v326 - v327, v329 = 1e-150 + v328, v330 = v45 * v319, v331 = v54 * v325,
       v332 = v330 + v331, v333 = v332 * v332, v334 = v329 * v329, v335 = v333 + v334;
-  LANES_LET1(v336, sqrt, v335);
-  const lanes v337 = v329 / v336, v338 = v45 * v337, v339 = v332 / v336, v340 = v54 * v339,
+  LANES_LET1(v336, rsqrt, v335);
+  const lanes v337 = v329 * v336, v338 = v45 * v337, v339 = v332 * v336, v340 = v54 * v339,
       v341 = v338 + v340, v342 = v308 * v341, v343 = 1e-150 + v342, v344 = v343 * v343,
       v345 = v310 + v344;
-  LANES_LET1(v346, sqrt, v345);
-  const lanes v347 = v309 / v346, v348 = v9 * v347, v349 = v343 / v346, v350 = v33 * v337,
+  LANES_LET1(v346, rsqrt, v345);
+  const lanes v347 = v309 * v346, v348 = v9 * v347, v349 = v343 * v346, v350 = v33 * v337,
       v351 = T_10 * v339, v352 = v350 - v351, v353 = v349 * v352, v354 = v348 + v353,
       v355 = v303 * v354, v356 = T_10 * v337, v357 = v33 * v339, v358 = v356 + v357,
       v359 = v305 * v358, v360 = v355 - v359, v361 = 1e-150 - v360, v362 = v347 * v352,
       v363 = v9 * v349, v364 = v362 - v363, v365 = v364 * v364, v366 = v361 * v361,
       v367 = v365 + v366;
-  LANES_LET1(v368, sqrt, v367);
-  const lanes v369 = v361 / v368, v370 = v37 * v337, v371 = T_2 * v339, v372 = v370 - v371,
+  LANES_LET1(v368, rsqrt, v367);
+  const lanes v369 = v361 * v368, v370 = v37 * v337, v371 = T_2 * v339, v372 = v370 - v371,
       v373 = v347 * v372, v374 = v18 * v349, v375 = v373 - v374, v376 = v369 * v375,
-      v377 = v364 / v368, v378 = v18 * v347, v379 = v349 * v372, v380 = v378 + v379,
+      v377 = v364 * v368, v378 = v18 * v347, v379 = v349 * v372, v380 = v378 + v379,
       v381 = v303 * v380, v382 = T_2 * v337, v383 = v37 * v339, v384 = v382 + v383,
       v385 = v305 * v384, v386 = v381 - v385, v387 = v377 * v386, v388 = v376 + v387,
       v389 = v388 * v388, v390 = v364 * v377, v391 = v360 * v369, v392 = v390 - v391,
       v393 = v303 * v358, v394 = v305 * v354, v395 = v393 + v394, v396 = v395 * v395,
       v397 = v392 * v392, v398 = v396 + v397;
-  LANES_LET1(v399, sqrt, v398);
-  const lanes v400 = v392 / v399, v401 = v303 * v384, v402 = v305 * v380, v403 = v401 + v402,
-      v404 = v400 * v403, v405 = v395 / v399, v406 = v377 * v375, v407 = v369 * v386,
+  LANES_LET1(v399, rsqrt, v398);
+  const lanes v400 = v392 * v399, v401 = v303 * v384, v402 = v305 * v380, v403 = v401 + v402,
+      v404 = v400 * v403, v405 = v395 * v399, v406 = v377 * v375, v407 = v369 * v386,
       v408 = v406 - v407, v409 = v405 * v408, v410 = v404 - v409, v411 = v410 * v410,
       v412 = v389 + v411;
-  LANES_LET1(v413, sqrt, v412);
-  const lanes v414 = v388 / v413, v415 = v410 / v413, v416 = -v415;
+  LANES_LET1(v413, rsqrt, v412);
+  const lanes v414 = v388 * v413, v415 = v410 * v413, v416 = -v415;
   LANES_LET2(v417, atan2, v414, v416);
   const lanes v418 = -v405;
   LANES_LET2(v419, atan2, v400, v418); LANES_LET2(v420, atan2, v377, v369);
   LANES_LET2(v421, atan2, v305, v303); LANES_LET2(v422, atan2, v347, v349);
-  LANES_LET2(v423, atan2, v339, v337); LANES_LET2(v424, atan2, v414, v415);
+  LANES_LET2(v423, atan2, v339, v337); LANES_LET2(v424, supplement, v417, v414);
   const lanes v425 = -v369;
-  LANES_LET2(v426, atan2, v377, v425);
+  LANES_LET2(v426, supplement, v420, v377);
   const lanes v427 = v326 + v327, v428 = 1e-150 - v427, v429 = v331 - v330, v430 = v429 * v429,
       v431 = v428 * v428, v432 = v430 + v431;
-  LANES_LET1(v433, sqrt, v432);
-  const lanes v434 = v428 / v433, v435 = v45 * v434, v436 = v429 / v433, v437 = v54 * v436,
+  LANES_LET1(v433, rsqrt, v432);
+  const lanes v434 = v428 * v433, v435 = v45 * v434, v436 = v429 * v433, v437 = v54 * v436,
       v438 = v435 - v437, v439 = v308 * v438, v440 = 1e-150 + v439, v441 = v440 * v440,
       v442 = v310 + v441;
-  LANES_LET1(v443, sqrt, v442);
-  const lanes v444 = v309 / v443, v445 = v9 * v444, v446 = v440 / v443, v447 = T_10 * v436,
+  LANES_LET1(v443, rsqrt, v442);
+  const lanes v444 = v309 * v443, v445 = v9 * v444, v446 = v440 * v443, v447 = T_10 * v436,
       v448 = v33 * v434, v449 = v447 + v448, v450 = v446 * v449, v451 = v445 + v450,
       v452 = v303 * v451, v453 = T_10 * v434, v454 = v33 * v436, v455 = v453 - v454,
       v456 = v305 * v455, v457 = v452 - v456, v458 = 1e-150 - v457, v459 = v444 * v449,
       v460 = v9 * v446, v461 = v459 - v460, v462 = v461 * v461, v463 = v458 * v458,
       v464 = v462 + v463;
-  LANES_LET1(v465, sqrt, v464);
-  const lanes v466 = v458 / v465, v467 = T_2 * v436, v468 = v37 * v434, v469 = v467 + v468,
+  LANES_LET1(v465, rsqrt, v464);
+  const lanes v466 = v458 * v465, v467 = T_2 * v436, v468 = v37 * v434, v469 = v467 + v468,
       v470 = v444 * v469, v471 = v18 * v446, v472 = v470 - v471, v473 = v466 * v472,
-      v474 = v461 / v465, v475 = v18 * v444, v476 = v446 * v469, v477 = v475 + v476,
+      v474 = v461 * v465, v475 = v18 * v444, v476 = v446 * v469, v477 = v475 + v476,
       v478 = v303 * v477, v479 = T_2 * v434, v480 = v37 * v436, v481 = v479 - v480,
       v482 = v305 * v481, v483 = v478 - v482, v484 = v474 * v483, v485 = v473 + v484,
       v486 = v485 * v485, v487 = v461 * v474, v488 = v457 * v466, v489 = v487 - v488,
       v490 = v303 * v455, v491 = v305 * v451, v492 = v490 + v491, v493 = v492 * v492,
       v494 = v489 * v489, v495 = v493 + v494;
-  LANES_LET1(v496, sqrt, v495);
-  const lanes v497 = v489 / v496, v498 = v303 * v481, v499 = v305 * v477, v500 = v498 + v499,
-      v501 = v497 * v500, v502 = v492 / v496, v503 = v474 * v472, v504 = v466 * v483,
+  LANES_LET1(v496, rsqrt, v495);
+  const lanes v497 = v489 * v496, v498 = v303 * v481, v499 = v305 * v477, v500 = v498 + v499,
+      v501 = v497 * v500, v502 = v492 * v496, v503 = v474 * v472, v504 = v466 * v483,
       v505 = v503 - v504, v506 = v502 * v505, v507 = v501 - v506, v508 = v507 * v507,
       v509 = v486 + v508;
-  LANES_LET1(v510, sqrt, v509);
-  const lanes v511 = v485 / v510, v512 = v507 / v510, v513 = -v512;
+  LANES_LET1(v510, rsqrt, v509);
+  const lanes v511 = v485 * v510, v512 = v507 * v510, v513 = -v512;
   LANES_LET2(v514, atan2, v511, v513);
   const lanes v515 = -v502;
   LANES_LET2(v516, atan2, v497, v515); LANES_LET2(v517, atan2, v474, v466);
   LANES_LET2(v518, atan2, v444, v446); LANES_LET2(v519, atan2, v436, v434);
-  LANES_LET2(v520, atan2, v511, v512);
+  LANES_LET2(v520, supplement, v514, v511);
   const lanes v521 = -v466;
-  LANES_LET2(v522, atan2, v474, v521);
+  LANES_LET2(v522, supplement, v517, v474);
   const lanes v523 = q7_0 + 0.7853981633974483;
   LANES_COS_SIN(v525, v524, v523); out[0] = v190; out[1] = v192;
   const lanes v526 = -v193;

@@ -29,8 +29,8 @@ LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
       choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = T_7 * T_7, v2 = T_3 - q1_0,
       v3 = v2 - 1.0, v4 = 1e-150 + v3, v5 = v4 * v4, v6 = v1 + v5;
-  LANES_LET1(v7, sqrt, v6);
-  const lanes v8 = T_7 / v7, v9 = v4 / v7, v10 = choice_0 * v9, v12 = choice_0 * v8,
+  LANES_LET1(v7, rsqrt, v6);
+  const lanes v8 = T_7 * v7, v9 = v4 * v7, v10 = choice_0 * v9, v12 = choice_0 * v8,
       v13 = T_7 * v12, v14 = v3 * v10, v15 = v13 + v14, v16 = 1.333 + q4_0, v17 = v16 - 1.0,
       v18 = 1.926 * v17, v19 = v17 * v17, v20 = 0.110889 + v19, v21 = 1.4837904000000002e-14 * v20,
       v22 = 3.709476 * v20, v23 = v15 * v15, v24 = T_11 - 0.3, v25 = v24 * v24, v26 = v23 + v25,
@@ -39,24 +39,24 @@ LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
   const lanes v33 = LANES_CHOICE(v31, v32, 0.0), v34 = choice_1 * v33, v35 = v18 * v34,
       v36 = 0.641358 * v28, v37 = v35 - v36, v38 = 1e-150 + v37, v39 = 0.641358 * v34,
       v40 = v18 * v28, v41 = v39 + v40, v42 = v41 * v41, v43 = v38 * v38, v44 = v42 + v43;
-  LANES_LET1(v45, sqrt, v44);
-  const lanes v46 = v38 / v45, v47 = 0.963 * v46, v48 = 0.333 - v47, v49 = v15 * v48,
-      v50 = v41 / v45, v51 = 0.963 * v50, v52 = v17 + v51, v53 = v24 * v52, v54 = v49 - v53,
+  LANES_LET1(v45, rsqrt, v44);
+  const lanes v46 = v38 * v45, v47 = 0.963 * v46, v48 = 0.333 - v47, v49 = v15 * v48,
+      v50 = v41 * v45, v51 = 0.963 * v50, v52 = v17 + v51, v53 = v24 * v52, v54 = v49 - v53,
       v55 = v54 * v54, v56 = v15 * v52, v57 = v24 * v48, v58 = v56 + v57, v59 = 1e-150 + v58,
       v60 = v59 * v59, v61 = v55 + v60;
-  LANES_LET1(v62, sqrt, v61);
-  const lanes v63 = v54 / v62, v64 = v59 / v62, v67 = T_6 * v10, v68 = T_2 * v12, v69 = v67 - v68,
+  LANES_LET1(v62, rsqrt, v61);
+  const lanes v63 = v54 * v62, v64 = v59 * v62, v67 = T_6 * v10, v68 = T_2 * v12, v69 = v67 - v68,
       v70 = v69 * v69, v71 = T_2 * v10, v72 = T_6 * v12, v73 = v71 + v72, v74 = v64 * v73,
       v75 = T_10 * v63, v76 = v74 - v75, v77 = v46 * v76, v78 = T_10 * v64, v79 = v63 * v73,
       v80 = v78 + v79, v81 = v50 * v80, v82 = v77 + v81, v83 = 1e-150 - v82, v84 = v83 * v83,
       v85 = v70 + v84;
-  LANES_LET1(v86, sqrt, v85);
-  const lanes v87 = v69 / v86, v88 = v83 / v86, v89 = choice_2 * v88;
+  LANES_LET1(v86, rsqrt, v85);
+  const lanes v87 = v69 * v86, v88 = v83 * v86, v89 = choice_2 * v88;
   LANES_LET2(v90, atan2, v87, v89);
   const lanes v91 = v46 * v80, v92 = v50 * v76, v93 = v91 - v92, v94 = v93 * v93, v95 = v82 * v89,
       v96 = choice_2 * v87, v97 = v69 * v96, v98 = v95 - v97, v99 = v98 * v98, v100 = v94 + v99;
-  LANES_LET1(v101, sqrt, v100);
-  const lanes v102 = v93 / v101, v103 = v98 / v101;
+  LANES_LET1(v101, rsqrt, v100);
+  const lanes v102 = v93 * v101, v103 = v98 * v101;
   LANES_LET2(v104, atan2, v102, v103);
   const lanes v105 = T_4 * v10, v106 = T_0 * v12, v107 = v105 - v106, v108 = v89 * v107,
       v109 = T_0 * v10, v110 = T_4 * v12, v111 = v109 + v110, v112 = v64 * v111, v113 = T_8 * v63,
@@ -66,8 +66,8 @@ LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
       v126 = v124 - v125, v127 = v103 * v126, v128 = v89 * v120, v129 = v96 * v107,
       v130 = v128 - v129, v131 = v102 * v130, v132 = v127 - v131, v133 = v132 * v132,
       v134 = v123 + v133;
-  LANES_LET1(v135, sqrt, v134);
-  const lanes v136 = v122 / v135, v137 = v132 / v135;
+  LANES_LET1(v135, rsqrt, v134);
+  const lanes v136 = v122 * v135, v137 = v132 * v135;
   LANES_LET2(v138, atan2, v136, v137); out[0] = q1_0; out[3] = q4_0;
   const lanes v141 = choice_2 * v90;
   out[5] = v141;

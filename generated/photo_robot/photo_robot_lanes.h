@@ -1343,8 +1343,8 @@ static LANES_TARGET void LANES_NAME(photo_robot_ik)(const lanes *in, lanes *out)
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
       q1_0 = in[16], q4_0 = in[17], v1 = T_7 * T_7, v2 = T_3 - q1_0, v3 = v2 - 1.0,
       v4 = 1e-150 + v3, v5 = v4 * v4, v6 = v1 + v5;
-  LANES_LET1(v7, sqrt, v6);
-  const lanes v8 = T_7 / v7, v9 = v4 / v7;
+  LANES_LET1(v7, rsqrt, v6);
+  const lanes v8 = T_7 * v7, v9 = v4 * v7;
   LANES_LET2(v10, atan2, v8, v9);
   const lanes v11 = T_7 * v8, v12 = v9 * v3, v13 = v11 + v12, v14 = 1.333 + q4_0, v15 = v14 - 1.0,
       v16 = 1.926 * v15, v17 = v15 * v15, v18 = 0.110889 + v17, v19 = 1.4837904000000002e-14 * v18,
@@ -1354,25 +1354,25 @@ static LANES_TARGET void LANES_NAME(photo_robot_ik)(const lanes *in, lanes *out)
   const lanes v31 = LANES_CHOICE(v29, v30, 0.0), v32 = v16 * v31, v33 = 0.641358 * v26,
       v34 = v32 - v33, v35 = 1e-150 + v34, v36 = 0.641358 * v31, v37 = v16 * v26, v38 = v36 + v37,
       v39 = v38 * v38, v40 = v35 * v35, v41 = v39 + v40;
-  LANES_LET1(v42, sqrt, v41);
-  const lanes v43 = v35 / v42, v44 = 0.963 * v43, v45 = 0.333 - v44, v46 = v13 * v45,
-      v47 = v38 / v42, v48 = 0.963 * v47, v49 = v48 + v15, v50 = v21 * v49, v51 = v46 - v50,
+  LANES_LET1(v42, rsqrt, v41);
+  const lanes v43 = v35 * v42, v44 = 0.963 * v43, v45 = 0.333 - v44, v46 = v13 * v45,
+      v47 = v38 * v42, v48 = 0.963 * v47, v49 = v48 + v15, v50 = v21 * v49, v51 = v46 - v50,
       v52 = v51 * v51, v53 = v21 * v45, v54 = v13 * v49, v55 = v53 + v54, v56 = 1e-150 + v55,
       v57 = v56 * v56, v58 = v52 + v57;
-  LANES_LET1(v59, sqrt, v58);
-  const lanes v60 = v51 / v59, v61 = v56 / v59;
+  LANES_LET1(v59, rsqrt, v58);
+  const lanes v60 = v51 * v59, v61 = v56 * v59;
   LANES_LET2(v62, atan2, v60, v61); LANES_LET2(v63, atan2, v47, v43);
   const lanes v64 = T_6 * v9, v65 = T_2 * v8, v66 = v64 - v65, v67 = v66 * v66, v68 = T_2 * v9,
       v69 = T_6 * v8, v70 = v68 + v69, v71 = v61 * v70, v72 = T_10 * v60, v73 = v71 - v72,
       v74 = v43 * v73, v75 = T_10 * v61, v76 = v60 * v70, v77 = v75 + v76, v78 = v47 * v77,
       v79 = v74 + v78, v80 = 1e-150 - v79, v81 = v80 * v80, v82 = v67 + v81;
-  LANES_LET1(v83, sqrt, v82);
-  const lanes v84 = v66 / v83, v85 = v80 / v83;
+  LANES_LET1(v83, rsqrt, v82);
+  const lanes v84 = v66 * v83, v85 = v80 * v83;
   LANES_LET2(v86, atan2, v84, v85);
   const lanes v87 = v43 * v77, v88 = v47 * v73, v89 = v87 - v88, v90 = v89 * v89, v91 = v79 * v85,
       v92 = v66 * v84, v93 = v91 - v92, v94 = v93 * v93, v95 = v90 + v94;
-  LANES_LET1(v96, sqrt, v95);
-  const lanes v97 = v89 / v96, v98 = v93 / v96;
+  LANES_LET1(v96, rsqrt, v95);
+  const lanes v97 = v89 * v96, v98 = v93 * v96;
   LANES_LET2(v99, atan2, v97, v98);
   const lanes v100 = T_4 * v9, v101 = T_0 * v8, v102 = v100 - v101, v103 = v85 * v102,
       v104 = T_0 * v9, v105 = T_4 * v8, v106 = v104 + v105, v107 = v61 * v106, v108 = T_8 * v60,
@@ -1382,36 +1382,36 @@ static LANES_TARGET void LANES_NAME(photo_robot_ik)(const lanes *in, lanes *out)
       v121 = v119 - v120, v122 = v98 * v121, v123 = v85 * v115, v124 = v84 * v102,
       v125 = v123 - v124, v126 = v97 * v125, v127 = v122 - v126, v128 = v127 * v127,
       v129 = v118 + v128;
-  LANES_LET1(v130, sqrt, v129);
-  const lanes v131 = v117 / v130, v132 = v127 / v130;
+  LANES_LET1(v130, rsqrt, v129);
+  const lanes v131 = v117 * v130, v132 = v127 * v130;
   LANES_LET2(v133, atan2, v131, v132);
   const lanes v134 = -v85;
-  LANES_LET2(v135, atan2, v84, v134);
+  LANES_LET2(v135, supplement, v86, v84);
   const lanes v136 = -v98;
-  LANES_LET2(v137, atan2, v97, v136);
+  LANES_LET2(v137, supplement, v99, v97);
   const lanes v138 = -v132;
-  LANES_LET2(v139, atan2, v131, v138);
+  LANES_LET2(v139, supplement, v133, v131);
   const lanes v140 = v33 + v32, v141 = 1e-150 - v140, v142 = v37 - v36, v143 = v142 * v142,
       v144 = v141 * v141, v145 = v143 + v144;
-  LANES_LET1(v146, sqrt, v145);
-  const lanes v147 = v141 / v146, v148 = 0.963 * v147, v149 = 0.333 - v148, v150 = v149 * v13,
-      v151 = v142 / v146, v152 = 0.963 * v151, v153 = v152 + v15, v154 = v21 * v153,
+  LANES_LET1(v146, rsqrt, v145);
+  const lanes v147 = v141 * v146, v148 = 0.963 * v147, v149 = 0.333 - v148, v150 = v149 * v13,
+      v151 = v142 * v146, v152 = 0.963 * v151, v153 = v152 + v15, v154 = v21 * v153,
       v155 = v150 - v154, v156 = v155 * v155, v157 = v21 * v149, v158 = v153 * v13,
       v159 = v157 + v158, v160 = 1e-150 + v159, v161 = v160 * v160, v162 = v156 + v161;
-  LANES_LET1(v163, sqrt, v162);
-  const lanes v164 = v155 / v163, v165 = v160 / v163;
+  LANES_LET1(v163, rsqrt, v162);
+  const lanes v164 = v155 * v163, v165 = v160 * v163;
   LANES_LET2(v166, atan2, v164, v165); LANES_LET2(v167, atan2, v151, v147);
   const lanes v168 = v165 * v70, v169 = T_10 * v164, v170 = v168 - v169, v171 = v147 * v170,
       v172 = T_10 * v165, v173 = v164 * v70, v174 = v172 + v173, v175 = v151 * v174,
       v176 = v171 + v175, v177 = 1e-150 - v176, v178 = v177 * v177, v179 = v178 + v67;
-  LANES_LET1(v180, sqrt, v179);
-  const lanes v181 = v66 / v180, v182 = v177 / v180;
+  LANES_LET1(v180, rsqrt, v179);
+  const lanes v181 = v66 * v180, v182 = v177 * v180;
   LANES_LET2(v183, atan2, v181, v182);
   const lanes v184 = v147 * v174, v185 = v151 * v170, v186 = v184 - v185, v187 = v186 * v186,
       v188 = v176 * v182, v189 = v181 * v66, v190 = v188 - v189, v191 = v190 * v190,
       v192 = v187 + v191;
-  LANES_LET1(v193, sqrt, v192);
-  const lanes v194 = v186 / v193, v195 = v190 / v193;
+  LANES_LET1(v193, rsqrt, v192);
+  const lanes v194 = v186 * v193, v195 = v190 * v193;
   LANES_LET2(v196, atan2, v194, v195);
   const lanes v197 = v182 * v102, v198 = v165 * v106, v199 = T_8 * v164, v200 = v198 - v199,
       v201 = v147 * v200, v202 = T_8 * v165, v203 = v164 * v106, v204 = v202 + v203,
@@ -1419,33 +1419,33 @@ static LANES_TARGET void LANES_NAME(photo_robot_ik)(const lanes *in, lanes *out)
       v209 = v208 * v208, v210 = v147 * v204, v211 = v151 * v200, v212 = v210 - v211,
       v213 = v195 * v212, v214 = v182 * v206, v215 = v181 * v102, v216 = v214 - v215,
       v217 = v194 * v216, v218 = v213 - v217, v219 = v218 * v218, v220 = v209 + v219;
-  LANES_LET1(v221, sqrt, v220);
-  const lanes v222 = v208 / v221, v223 = v218 / v221;
+  LANES_LET1(v221, rsqrt, v220);
+  const lanes v222 = v208 * v221, v223 = v218 * v221;
   LANES_LET2(v224, atan2, v222, v223);
   const lanes v225 = -v182;
-  LANES_LET2(v226, atan2, v181, v225);
+  LANES_LET2(v226, supplement, v183, v181);
   const lanes v227 = -v195;
-  LANES_LET2(v228, atan2, v194, v227);
+  LANES_LET2(v228, supplement, v196, v194);
   const lanes v229 = -v223;
-  LANES_LET2(v230, atan2, v222, v229);
+  LANES_LET2(v230, supplement, v224, v222);
   const lanes v231 = -v9;
-  LANES_LET2(v232, atan2, v8, v231);
+  LANES_LET2(v232, supplement, v10, v8);
   const lanes v233 = v50 + v46, v234 = v233 * v233, v235 = v53 - v54, v236 = 1e-150 + v235,
       v237 = v236 * v236, v238 = v234 + v237;
-  LANES_LET1(v239, sqrt, v238);
-  const lanes v240 = v233 / v239, v241 = v236 / v239;
+  LANES_LET1(v239, rsqrt, v238);
+  const lanes v240 = v233 * v239, v241 = v236 * v239;
   LANES_LET2(v242, atan2, v240, v241);
   const lanes v243 = T_10 * v240, v244 = v241 * v70, v245 = v243 - v244, v246 = v245 * v43,
       v247 = T_10 * v241, v248 = v240 * v70, v249 = v247 + v248, v250 = v249 * v47,
       v251 = v246 + v250, v252 = 1e-150 - v251, v253 = v252 * v252, v254 = v253 + v67;
-  LANES_LET1(v255, sqrt, v254);
-  const lanes v256 = v66 / v255, v257 = v252 / v255;
+  LANES_LET1(v255, rsqrt, v254);
+  const lanes v256 = v66 * v255, v257 = v252 * v255;
   LANES_LET2(v258, atan2, v256, v257);
   const lanes v259 = v249 * v43, v260 = v245 * v47, v261 = v259 - v260, v262 = v261 * v261,
       v263 = v251 * v257, v264 = v256 * v66, v265 = v263 - v264, v266 = v265 * v265,
       v267 = v262 + v266;
-  LANES_LET1(v268, sqrt, v267);
-  const lanes v269 = v261 / v268, v270 = v265 / v268;
+  LANES_LET1(v268, rsqrt, v267);
+  const lanes v269 = v261 * v268, v270 = v265 * v268;
   LANES_LET2(v271, atan2, v269, v270);
   const lanes v272 = v257 * v102, v273 = T_8 * v240, v274 = v241 * v106, v275 = v273 - v274,
       v276 = v275 * v43, v277 = T_8 * v241, v278 = v240 * v106, v279 = v277 + v278,
@@ -1453,31 +1453,31 @@ static LANES_TARGET void LANES_NAME(photo_robot_ik)(const lanes *in, lanes *out)
       v284 = v283 * v283, v285 = v279 * v43, v286 = v275 * v47, v287 = v285 - v286,
       v288 = v270 * v287, v289 = v257 * v281, v290 = v256 * v102, v291 = v289 - v290,
       v292 = v269 * v291, v293 = v288 - v292, v294 = v293 * v293, v295 = v284 + v294;
-  LANES_LET1(v296, sqrt, v295);
-  const lanes v297 = v283 / v296, v298 = v293 / v296;
+  LANES_LET1(v296, rsqrt, v295);
+  const lanes v297 = v283 * v296, v298 = v293 * v296;
   LANES_LET2(v299, atan2, v297, v298);
   const lanes v300 = -v257;
-  LANES_LET2(v301, atan2, v256, v300);
+  LANES_LET2(v301, supplement, v258, v256);
   const lanes v302 = -v270;
-  LANES_LET2(v303, atan2, v269, v302);
+  LANES_LET2(v303, supplement, v271, v269);
   const lanes v304 = -v298;
-  LANES_LET2(v305, atan2, v297, v304);
+  LANES_LET2(v305, supplement, v299, v297);
   const lanes v306 = v154 + v150, v307 = v306 * v306, v308 = v157 - v158, v309 = 1e-150 + v308,
       v310 = v309 * v309, v311 = v307 + v310;
-  LANES_LET1(v312, sqrt, v311);
-  const lanes v313 = v306 / v312, v314 = v309 / v312;
+  LANES_LET1(v312, rsqrt, v311);
+  const lanes v313 = v306 * v312, v314 = v309 * v312;
   LANES_LET2(v315, atan2, v313, v314);
   const lanes v316 = T_10 * v313, v317 = v314 * v70, v318 = v316 - v317, v319 = v147 * v318,
       v320 = T_10 * v314, v321 = v313 * v70, v322 = v320 + v321, v323 = v151 * v322,
       v324 = v319 + v323, v325 = 1e-150 - v324, v326 = v325 * v325, v327 = v326 + v67;
-  LANES_LET1(v328, sqrt, v327);
-  const lanes v329 = v66 / v328, v330 = v325 / v328;
+  LANES_LET1(v328, rsqrt, v327);
+  const lanes v329 = v66 * v328, v330 = v325 * v328;
   LANES_LET2(v331, atan2, v329, v330);
   const lanes v332 = v147 * v322, v333 = v151 * v318, v334 = v332 - v333, v335 = v334 * v334,
       v336 = v324 * v330, v337 = v329 * v66, v338 = v336 - v337, v339 = v338 * v338,
       v340 = v335 + v339;
-  LANES_LET1(v341, sqrt, v340);
-  const lanes v342 = v334 / v341, v343 = v338 / v341;
+  LANES_LET1(v341, rsqrt, v340);
+  const lanes v342 = v334 * v341, v343 = v338 * v341;
   LANES_LET2(v344, atan2, v342, v343);
   const lanes v345 = v330 * v102, v346 = T_8 * v313, v347 = v314 * v106, v348 = v346 - v347,
       v349 = v147 * v348, v350 = T_8 * v314, v351 = v313 * v106, v352 = v350 + v351,
@@ -1485,15 +1485,16 @@ static LANES_TARGET void LANES_NAME(photo_robot_ik)(const lanes *in, lanes *out)
       v357 = v356 * v356, v358 = v147 * v352, v359 = v151 * v348, v360 = v358 - v359,
       v361 = v343 * v360, v362 = v330 * v354, v363 = v329 * v102, v364 = v362 - v363,
       v365 = v342 * v364, v366 = v361 - v365, v367 = v366 * v366, v368 = v357 + v367;
-  LANES_LET1(v369, sqrt, v368);
-  const lanes v370 = v356 / v369, v371 = v366 / v369;
+  LANES_LET1(v369, rsqrt, v368);
+  const lanes v370 = v356 * v369, v371 = v366 * v369;
   LANES_LET2(v372, atan2, v370, v371);
   const lanes v373 = -v330;
-  LANES_LET2(v374, atan2, v329, v373);
+  LANES_LET2(v374, supplement, v331, v329);
   const lanes v375 = -v343;
-  LANES_LET2(v376, atan2, v342, v375);
+  LANES_LET2(v376, supplement, v344, v342);
   const lanes v377 = -v371;
-  LANES_LET2(v378, atan2, v370, v377); out[0] = q1_0; out[1] = v10; out[2] = v62; out[3] = q4_0;
+  LANES_LET2(v378, supplement, v372, v370); out[0] = q1_0; out[1] = v10; out[2] = v62;
+  out[3] = q4_0;
   const lanes v379 = -v63;
   out[4] = v379; out[5] = v86;
   const lanes v380 = -v99;

@@ -32,8 +32,8 @@ LANES_INLINE void LANES_NAME(puma560_ik_branch)(
   const lanes v9 = LANES_CHOICE(v7, v8, 0.0), v10 = choice_0 * v9, v11 = T_7 * v10, v12 = v1 - v11,
       v13 = v12 * v12, v14 = T_3 * v10, v15 = 0.15005 * T_7, v16 = v14 + v15, v17 = 1e-150 - v16,
       v18 = v17 * v17, v19 = v13 + v18;
-  LANES_LET1(v20, sqrt, v19);
-  const lanes v21 = v12 / v20, v22 = v17 / v20, v24 = T_11 - 0.67183, v25 = T_3 * v22,
+  LANES_LET1(v20, rsqrt, v19);
+  const lanes v21 = v12 * v20, v22 = v17 * v20, v24 = T_11 - 0.67183, v25 = T_3 * v22,
       v26 = T_7 * v21, v27 = v25 + v26, v28 = v27 * v27, v29 = v24 * v24, v30 = v28 + v29,
       v31 = v30 - 2.274465470661e-07, v32 = 0.746628912553453 - v30, v33 = v31 * v32;
   const lanes_where v34 = LANES_LT(5.574543934244672e-16, v33); LANES_LET1(v35, sqrt, v33);
@@ -41,25 +41,25 @@ LANES_INLINE void LANES_NAME(puma560_ik_branch)(
       v39 = v30 - 0.37331457, v40 = 0.01753108 * v39, v41 = v38 + v40, v42 = 1e-150 + v41,
       v43 = 0.01753108 * v37, v44 = 0.37290248 * v39, v45 = v43 - v44, v46 = v45 * v45,
       v47 = v42 * v42, v48 = v46 + v47;
-  LANES_LET1(v49, sqrt, v48);
-  const lanes v50 = v42 / v49, v51 = 0.0203 * v50, v52 = v45 / v49, v53 = 0.4318 * v52,
+  LANES_LET1(v49, rsqrt, v48);
+  const lanes v50 = v42 * v49, v51 = 0.0203 * v50, v52 = v45 * v49, v53 = 0.4318 * v52,
       v54 = v51 - v53, v55 = v54 + 0.4318, v56 = v24 * v55, v57 = 0.0203 * v52, v58 = 0.4318 * v50,
       v59 = v57 + v58, v60 = v27 * v59, v61 = v56 - v60, v62 = v61 * v61, v63 = v27 * v55,
       v64 = v24 * v59, v65 = v63 + v64, v66 = 1e-150 + v65, v67 = v66 * v66, v68 = v62 + v67;
-  LANES_LET1(v69, sqrt, v68);
-  const lanes v70 = v61 / v69, v71 = v66 / v69, v74 = T_6 * v22, v75 = T_2 * v21, v76 = v74 - v75,
+  LANES_LET1(v69, rsqrt, v68);
+  const lanes v70 = v61 * v69, v71 = v66 * v69, v74 = T_6 * v22, v75 = T_2 * v21, v76 = v74 - v75,
       v77 = v76 * v76, v78 = T_10 * v70, v79 = T_2 * v22, v80 = T_6 * v21, v81 = v79 + v80,
       v82 = v71 * v81, v83 = v78 + v82, v84 = v50 * v83, v85 = T_10 * v71, v86 = v70 * v81,
       v87 = v85 - v86, v88 = v52 * v87, v89 = v84 + v88, v90 = 1e-150 - v89, v91 = v90 * v90,
       v92 = v77 + v91;
-  LANES_LET1(v93, sqrt, v92);
-  const lanes v94 = v76 / v93, v95 = v90 / v93, v96 = choice_2 * v95;
+  LANES_LET1(v93, rsqrt, v92);
+  const lanes v94 = v76 * v93, v95 = v90 * v93, v96 = choice_2 * v95;
   LANES_LET2(v97, atan2, v94, v96);
   const lanes v98 = v89 * v96, v99 = choice_2 * v94, v100 = v76 * v99, v101 = v98 - v100,
       v102 = v50 * v87, v103 = v52 * v83, v104 = v102 - v103, v105 = v104 * v104,
       v106 = v101 * v101, v107 = v105 + v106;
-  LANES_LET1(v108, sqrt, v107);
-  const lanes v109 = v101 / v108, v110 = v104 / v108;
+  LANES_LET1(v108, rsqrt, v107);
+  const lanes v109 = v101 * v108, v110 = v104 * v108;
   LANES_LET2(v111, atan2, v109, v110);
   const lanes v112 = T_4 * v22, v113 = T_0 * v21, v114 = v112 - v113, v115 = v96 * v114,
       v116 = T_8 * v70, v117 = T_0 * v22, v118 = T_4 * v21, v119 = v117 + v118, v120 = v71 * v119,
@@ -69,8 +69,8 @@ LANES_INLINE void LANES_NAME(puma560_ik_branch)(
       v133 = v131 - v132, v134 = v110 * v133, v135 = v50 * v125, v136 = v52 * v121,
       v137 = v135 - v136, v138 = v109 * v137, v139 = v134 - v138, v140 = v139 * v139,
       v141 = v130 + v140;
-  LANES_LET1(v142, sqrt, v141);
-  const lanes v143 = v129 / v142, v144 = v139 / v142;
+  LANES_LET1(v142, rsqrt, v141);
+  const lanes v143 = v129 * v142, v144 = v139 * v142;
   LANES_LET2(v145, atan2, v143, v144);
   const lanes v146 = choice_2 * v97, v147 = -v146;
   out[3] = v147;

@@ -1146,8 +1146,8 @@ static LANES_TARGET void LANES_NAME(puma560_ik)(const lanes *in, lanes *out)
   const lanes v9 = LANES_CHOICE(v7, v8, 0.0), v10 = T_7 * v9, v11 = v1 - v10, v12 = T_3 * v9,
       v13 = 0.15005 * T_7, v14 = v12 + v13, v15 = 1e-150 - v14, v16 = v15 * v15, v17 = v11 * v11,
       v18 = v16 + v17;
-  LANES_LET1(v19, sqrt, v18);
-  const lanes v20 = v11 / v19, v21 = v15 / v19;
+  LANES_LET1(v19, rsqrt, v18);
+  const lanes v20 = v11 * v19, v21 = v15 * v19;
   LANES_LET2(v22, atan2, v20, v21);
   const lanes v23 = T_3 * v21, v24 = T_7 * v20, v25 = v23 + v24, v26 = v25 * v25,
       v27 = T_11 - 0.67183, v28 = v27 * v27, v29 = v26 + v28, v30 = v29 - 2.274465470661e-07,
@@ -1156,25 +1156,25 @@ static LANES_TARGET void LANES_NAME(puma560_ik)(const lanes *in, lanes *out)
   const lanes v35 = LANES_CHOICE(v33, v34, 0.0), v36 = 0.37290248 * v35, v37 = v29 - 0.37331457,
       v38 = 0.01753108 * v37, v39 = v36 + v38, v40 = 1e-150 + v39, v41 = 0.01753108 * v35,
       v42 = 0.37290248 * v37, v43 = v41 - v42, v44 = v43 * v43, v45 = v40 * v40, v46 = v44 + v45;
-  LANES_LET1(v47, sqrt, v46);
-  const lanes v48 = v40 / v47, v49 = 0.0203 * v48, v50 = v43 / v47, v51 = 0.4318 * v50,
+  LANES_LET1(v47, rsqrt, v46);
+  const lanes v48 = v40 * v47, v49 = 0.0203 * v48, v50 = v43 * v47, v51 = 0.4318 * v50,
       v52 = v49 - v51, v53 = v52 + 0.4318, v54 = v53 * v27, v55 = 0.0203 * v50, v56 = 0.4318 * v48,
       v57 = v55 + v56, v58 = v25 * v57, v59 = v54 - v58, v60 = v59 * v59, v61 = v25 * v53,
       v62 = v57 * v27, v63 = v61 + v62, v64 = 1e-150 + v63, v65 = v64 * v64, v66 = v60 + v65;
-  LANES_LET1(v67, sqrt, v66);
-  const lanes v68 = v59 / v67, v69 = v64 / v67;
+  LANES_LET1(v67, rsqrt, v66);
+  const lanes v68 = v59 * v67, v69 = v64 * v67;
   LANES_LET2(v70, atan2, v68, v69); LANES_LET2(v71, atan2, v50, v48);
   const lanes v72 = T_6 * v21, v73 = T_2 * v20, v74 = v72 - v73, v75 = v74 * v74, v76 = T_10 * v68,
       v77 = T_2 * v21, v78 = T_6 * v20, v79 = v77 + v78, v80 = v69 * v79, v81 = v76 + v80,
       v82 = v48 * v81, v83 = T_10 * v69, v84 = v68 * v79, v85 = v83 - v84, v86 = v50 * v85,
       v87 = v82 + v86, v88 = 1e-150 - v87, v89 = v88 * v88, v90 = v75 + v89;
-  LANES_LET1(v91, sqrt, v90);
-  const lanes v92 = v74 / v91, v93 = v88 / v91;
+  LANES_LET1(v91, rsqrt, v90);
+  const lanes v92 = v74 * v91, v93 = v88 * v91;
   LANES_LET2(v94, atan2, v92, v93);
   const lanes v95 = v87 * v93, v96 = v74 * v92, v97 = v95 - v96, v98 = v48 * v85, v99 = v50 * v81,
       v100 = v98 - v99, v101 = v100 * v100, v102 = v97 * v97, v103 = v101 + v102;
-  LANES_LET1(v104, sqrt, v103);
-  const lanes v105 = v97 / v104, v106 = v100 / v104;
+  LANES_LET1(v104, rsqrt, v103);
+  const lanes v105 = v97 * v104, v106 = v100 * v104;
   LANES_LET2(v107, atan2, v105, v106);
   const lanes v108 = T_4 * v21, v109 = T_0 * v20, v110 = v108 - v109, v111 = v93 * v110,
       v112 = T_8 * v68, v113 = T_0 * v21, v114 = T_4 * v20, v115 = v113 + v114, v116 = v69 * v115,
@@ -1184,35 +1184,35 @@ static LANES_TARGET void LANES_NAME(puma560_ik)(const lanes *in, lanes *out)
       v129 = v127 - v128, v130 = v106 * v129, v131 = v48 * v121, v132 = v50 * v117,
       v133 = v131 - v132, v134 = v105 * v133, v135 = v130 - v134, v136 = v135 * v135,
       v137 = v126 + v136;
-  LANES_LET1(v138, sqrt, v137);
-  const lanes v139 = v125 / v138, v140 = v135 / v138;
+  LANES_LET1(v138, rsqrt, v137);
+  const lanes v139 = v125 * v138, v140 = v135 * v138;
   LANES_LET2(v141, atan2, v139, v140);
   const lanes v142 = -v93;
-  LANES_LET2(v143, atan2, v92, v142);
+  LANES_LET2(v143, supplement, v94, v92);
   const lanes v144 = -v140;
-  LANES_LET2(v145, atan2, v139, v144);
+  LANES_LET2(v145, supplement, v141, v139);
   const lanes v146 = v38 - v36, v147 = 1e-150 + v146, v148 = v42 + v41, v149 = v148 * v148,
       v150 = v147 * v147, v151 = v149 + v150;
-  LANES_LET1(v152, sqrt, v151);
-  const lanes v153 = v147 / v152, v154 = 0.0203 * v153, v155 = v148 / v152, v156 = 0.4318 * v155,
+  LANES_LET1(v152, rsqrt, v151);
+  const lanes v153 = v147 * v152, v154 = 0.0203 * v153, v155 = v148 * v152, v156 = 0.4318 * v155,
       v157 = v154 + v156, v158 = v157 + 0.4318, v159 = v158 * v27, v160 = 0.4318 * v153,
       v161 = 0.0203 * v155, v162 = v160 - v161, v163 = v162 * v25, v164 = v159 - v163,
       v165 = v164 * v164, v166 = v162 * v27, v167 = v158 * v25, v168 = v166 + v167,
       v169 = 1e-150 + v168, v170 = v169 * v169, v171 = v165 + v170;
-  LANES_LET1(v172, sqrt, v171);
-  const lanes v173 = v164 / v172, v174 = v169 / v172;
+  LANES_LET1(v172, rsqrt, v171);
+  const lanes v173 = v164 * v172, v174 = v169 * v172;
   LANES_LET2(v175, atan2, v173, v174); LANES_LET2(v176, atan2, v155, v153);
   const lanes v177 = T_10 * v173, v178 = v174 * v79, v179 = v177 + v178, v180 = v153 * v179,
       v181 = T_10 * v174, v182 = v173 * v79, v183 = v181 - v182, v184 = v155 * v183,
       v185 = v180 - v184, v186 = 1e-150 - v185, v187 = v186 * v186, v188 = v187 + v75;
-  LANES_LET1(v189, sqrt, v188);
-  const lanes v190 = v74 / v189, v191 = v186 / v189;
+  LANES_LET1(v189, rsqrt, v188);
+  const lanes v190 = v74 * v189, v191 = v186 * v189;
   LANES_LET2(v192, atan2, v190, v191);
   const lanes v193 = v185 * v191, v194 = v190 * v74, v195 = v193 - v194, v196 = v153 * v183,
       v197 = v155 * v179, v198 = v196 + v197, v199 = v198 * v198, v200 = v195 * v195,
       v201 = v199 + v200;
-  LANES_LET1(v202, sqrt, v201);
-  const lanes v203 = v195 / v202, v204 = v198 / v202;
+  LANES_LET1(v202, rsqrt, v201);
+  const lanes v203 = v195 * v202, v204 = v198 * v202;
   LANES_LET2(v205, atan2, v203, v204);
   const lanes v206 = v191 * v110, v207 = T_8 * v173, v208 = v174 * v115, v209 = v207 + v208,
       v210 = v153 * v209, v211 = T_8 * v174, v212 = v173 * v115, v213 = v211 - v212,
@@ -1220,17 +1220,17 @@ static LANES_TARGET void LANES_NAME(puma560_ik)(const lanes *in, lanes *out)
       v218 = v217 * v217, v219 = v191 * v215, v220 = v190 * v110, v221 = v219 - v220,
       v222 = v204 * v221, v223 = v153 * v213, v224 = v155 * v209, v225 = v223 + v224,
       v226 = v203 * v225, v227 = v222 - v226, v228 = v227 * v227, v229 = v218 + v228;
-  LANES_LET1(v230, sqrt, v229);
-  const lanes v231 = v217 / v230, v232 = v227 / v230;
+  LANES_LET1(v230, rsqrt, v229);
+  const lanes v231 = v217 * v230, v232 = v227 * v230;
   LANES_LET2(v233, atan2, v231, v232);
   const lanes v234 = -v191;
-  LANES_LET2(v235, atan2, v190, v234);
+  LANES_LET2(v235, supplement, v192, v190);
   const lanes v236 = -v232;
-  LANES_LET2(v237, atan2, v231, v236);
+  LANES_LET2(v237, supplement, v233, v231);
   const lanes v238 = v1 + v10, v239 = v238 * v238, v240 = v13 - v12, v241 = 1e-150 - v240,
       v242 = v241 * v241, v243 = v239 + v242;
-  LANES_LET1(v244, sqrt, v243);
-  const lanes v245 = v238 / v244, v246 = v241 / v244;
+  LANES_LET1(v244, rsqrt, v243);
+  const lanes v245 = v238 * v244, v246 = v241 * v244;
   LANES_LET2(v247, atan2, v245, v246);
   const lanes v248 = T_3 * v246, v249 = T_7 * v245, v250 = v248 + v249, v251 = v250 * v250,
       v252 = v251 + v28, v253 = v252 - 2.274465470661e-07, v254 = 0.746628912553453 - v252,
@@ -1240,28 +1240,28 @@ static LANES_TARGET void LANES_NAME(puma560_ik)(const lanes *in, lanes *out)
       v260 = v252 - 0.37331457, v261 = 0.01753108 * v260, v262 = v259 + v261, v263 = 1e-150 + v262,
       v264 = 0.01753108 * v258, v265 = 0.37290248 * v260, v266 = v264 - v265, v267 = v266 * v266,
       v268 = v263 * v263, v269 = v267 + v268;
-  LANES_LET1(v270, sqrt, v269);
-  const lanes v271 = v263 / v270, v272 = 0.0203 * v271, v273 = v266 / v270, v274 = 0.4318 * v273,
+  LANES_LET1(v270, rsqrt, v269);
+  const lanes v271 = v263 * v270, v272 = 0.0203 * v271, v273 = v266 * v270, v274 = 0.4318 * v273,
       v275 = v272 - v274, v276 = v275 + 0.4318, v277 = v276 * v27, v278 = 0.0203 * v273,
       v279 = 0.4318 * v271, v280 = v278 + v279, v281 = v250 * v280, v282 = v277 - v281,
       v283 = v282 * v282, v284 = v250 * v276, v285 = v280 * v27, v286 = v284 + v285,
       v287 = 1e-150 + v286, v288 = v287 * v287, v289 = v283 + v288;
-  LANES_LET1(v290, sqrt, v289);
-  const lanes v291 = v282 / v290, v292 = v287 / v290;
+  LANES_LET1(v290, rsqrt, v289);
+  const lanes v291 = v282 * v290, v292 = v287 * v290;
   LANES_LET2(v293, atan2, v291, v292); LANES_LET2(v294, atan2, v273, v271);
   const lanes v295 = T_6 * v246, v296 = T_2 * v245, v297 = v295 - v296, v298 = v297 * v297,
       v299 = T_10 * v291, v300 = T_2 * v246, v301 = T_6 * v245, v302 = v300 + v301,
       v303 = v292 * v302, v304 = v299 + v303, v305 = v271 * v304, v306 = T_10 * v292,
       v307 = v291 * v302, v308 = v306 - v307, v309 = v273 * v308, v310 = v305 + v309,
       v311 = 1e-150 - v310, v312 = v311 * v311, v313 = v298 + v312;
-  LANES_LET1(v314, sqrt, v313);
-  const lanes v315 = v297 / v314, v316 = v311 / v314;
+  LANES_LET1(v314, rsqrt, v313);
+  const lanes v315 = v297 * v314, v316 = v311 * v314;
   LANES_LET2(v317, atan2, v315, v316);
   const lanes v318 = v310 * v316, v319 = v297 * v315, v320 = v318 - v319, v321 = v271 * v308,
       v322 = v273 * v304, v323 = v321 - v322, v324 = v323 * v323, v325 = v320 * v320,
       v326 = v324 + v325;
-  LANES_LET1(v327, sqrt, v326);
-  const lanes v328 = v320 / v327, v329 = v323 / v327;
+  LANES_LET1(v327, rsqrt, v326);
+  const lanes v328 = v320 * v327, v329 = v323 * v327;
   LANES_LET2(v330, atan2, v328, v329);
   const lanes v331 = T_4 * v246, v332 = T_0 * v245, v333 = v331 - v332, v334 = v316 * v333,
       v335 = T_8 * v291, v336 = T_0 * v246, v337 = T_4 * v245, v338 = v336 + v337,
@@ -1271,35 +1271,35 @@ static LANES_TARGET void LANES_NAME(puma560_ik)(const lanes *in, lanes *out)
       v351 = v315 * v333, v352 = v350 - v351, v353 = v329 * v352, v354 = v271 * v344,
       v355 = v273 * v340, v356 = v354 - v355, v357 = v328 * v356, v358 = v353 - v357,
       v359 = v358 * v358, v360 = v349 + v359;
-  LANES_LET1(v361, sqrt, v360);
-  const lanes v362 = v348 / v361, v363 = v358 / v361;
+  LANES_LET1(v361, rsqrt, v360);
+  const lanes v362 = v348 * v361, v363 = v358 * v361;
   LANES_LET2(v364, atan2, v362, v363);
   const lanes v365 = -v316;
-  LANES_LET2(v366, atan2, v315, v365);
+  LANES_LET2(v366, supplement, v317, v315);
   const lanes v367 = -v363;
-  LANES_LET2(v368, atan2, v362, v367);
+  LANES_LET2(v368, supplement, v364, v362);
   const lanes v369 = v261 - v259, v370 = 1e-150 + v369, v371 = v265 + v264, v372 = v371 * v371,
       v373 = v370 * v370, v374 = v372 + v373;
-  LANES_LET1(v375, sqrt, v374);
-  const lanes v376 = v370 / v375, v377 = 0.0203 * v376, v378 = v371 / v375, v379 = 0.4318 * v378,
+  LANES_LET1(v375, rsqrt, v374);
+  const lanes v376 = v370 * v375, v377 = 0.0203 * v376, v378 = v371 * v375, v379 = 0.4318 * v378,
       v380 = v377 + v379, v381 = v380 + 0.4318, v382 = v381 * v27, v383 = 0.4318 * v376,
       v384 = 0.0203 * v378, v385 = v383 - v384, v386 = v250 * v385, v387 = v382 - v386,
       v388 = v387 * v387, v389 = v250 * v381, v390 = v385 * v27, v391 = v389 + v390,
       v392 = 1e-150 + v391, v393 = v392 * v392, v394 = v388 + v393;
-  LANES_LET1(v395, sqrt, v394);
-  const lanes v396 = v387 / v395, v397 = v392 / v395;
+  LANES_LET1(v395, rsqrt, v394);
+  const lanes v396 = v387 * v395, v397 = v392 * v395;
   LANES_LET2(v398, atan2, v396, v397); LANES_LET2(v399, atan2, v378, v376);
   const lanes v400 = T_10 * v396, v401 = v302 * v397, v402 = v400 + v401, v403 = v376 * v402,
       v404 = T_10 * v397, v405 = v302 * v396, v406 = v404 - v405, v407 = v378 * v406,
       v408 = v403 - v407, v409 = 1e-150 - v408, v410 = v409 * v409, v411 = v298 + v410;
-  LANES_LET1(v412, sqrt, v411);
-  const lanes v413 = v297 / v412, v414 = v409 / v412;
+  LANES_LET1(v412, rsqrt, v411);
+  const lanes v413 = v297 * v412, v414 = v409 * v412;
   LANES_LET2(v415, atan2, v413, v414);
   const lanes v416 = v408 * v414, v417 = v297 * v413, v418 = v416 - v417, v419 = v376 * v406,
       v420 = v378 * v402, v421 = v419 + v420, v422 = v421 * v421, v423 = v418 * v418,
       v424 = v422 + v423;
-  LANES_LET1(v425, sqrt, v424);
-  const lanes v426 = v418 / v425, v427 = v421 / v425;
+  LANES_LET1(v425, rsqrt, v424);
+  const lanes v426 = v418 * v425, v427 = v421 * v425;
   LANES_LET2(v428, atan2, v426, v427);
   const lanes v429 = v333 * v414, v430 = T_8 * v396, v431 = v338 * v397, v432 = v430 + v431,
       v433 = v376 * v432, v434 = T_8 * v397, v435 = v338 * v396, v436 = v434 - v435,
@@ -1307,13 +1307,13 @@ static LANES_TARGET void LANES_NAME(puma560_ik)(const lanes *in, lanes *out)
       v441 = v440 * v440, v442 = v414 * v438, v443 = v333 * v413, v444 = v442 - v443,
       v445 = v427 * v444, v446 = v376 * v436, v447 = v378 * v432, v448 = v446 + v447,
       v449 = v426 * v448, v450 = v445 - v449, v451 = v450 * v450, v452 = v441 + v451;
-  LANES_LET1(v453, sqrt, v452);
-  const lanes v454 = v440 / v453, v455 = v450 / v453;
+  LANES_LET1(v453, rsqrt, v452);
+  const lanes v454 = v440 * v453, v455 = v450 * v453;
   LANES_LET2(v456, atan2, v454, v455);
   const lanes v457 = -v414;
-  LANES_LET2(v458, atan2, v413, v457);
+  LANES_LET2(v458, supplement, v415, v413);
   const lanes v459 = -v455;
-  LANES_LET2(v460, atan2, v454, v459); out[0] = v22; out[1] = v70; out[2] = v71;
+  LANES_LET2(v460, supplement, v456, v454); out[0] = v22; out[1] = v70; out[2] = v71;
   const lanes v461 = -v94;
   out[3] = v461;
   const lanes v462 = -v107;

@@ -27,18 +27,18 @@ LANES_INLINE void LANES_NAME(scara_ik_branch)(
   const lanes_where v14 = LANES_LT(4.0640625e-16, v13); LANES_LET1(v15, sqrt, v13);
   const lanes v16 = LANES_CHOICE(v14, v15, 0.0), v17 = choice_0 * v16, v18 = 0.31875 * v17,
       v19 = v18 * v18, v20 = v10 * v10, v21 = v19 + v20;
-  LANES_LET1(v22, sqrt, v21);
-  const lanes v23 = v10 / v22, v24 = 0.375 * v23, v25 = v24 + 0.425, v26 = v2 * v25,
-      v27 = v18 / v22, v28 = 0.375 * v27, v29 = v4 * v28, v30 = v26 - v29, v31 = v30 * v30,
+  LANES_LET1(v22, rsqrt, v21);
+  const lanes v23 = v10 * v22, v24 = 0.375 * v23, v25 = v24 + 0.425, v26 = v2 * v25,
+      v27 = v18 * v22, v28 = 0.375 * v27, v29 = v4 * v28, v30 = v26 - v29, v31 = v30 * v30,
       v32 = v4 * v25, v33 = v2 * v28, v34 = v32 + v33, v35 = 1e-150 + v34, v36 = v35 * v35,
       v37 = v31 + v36;
-  LANES_LET1(v38, sqrt, v37);
-  const lanes v39 = v30 / v38, v40 = v35 / v38;
+  LANES_LET1(v38, rsqrt, v37);
+  const lanes v39 = v30 * v38, v40 = v35 * v38;
   LANES_LET2(v41, atan2, v39, v40); LANES_LET2(v42, atan2, v27, v23);
   const lanes v43 = T_4 * T_4, v44 = 1e-150 + T_0, v45 = v44 * v44, v46 = v43 + v45;
-  LANES_LET1(v47, sqrt, v46);
-  const lanes v48 = T_4 / v47, v49 = v23 * v40, v50 = v27 * v39, v51 = v49 - v50, v52 = v48 * v51,
-      v53 = v44 / v47, v54 = v23 * v39, v55 = v27 * v40, v56 = v54 + v55, v57 = v53 * v56,
+  LANES_LET1(v47, rsqrt, v46);
+  const lanes v48 = T_4 * v47, v49 = v23 * v40, v50 = v27 * v39, v51 = v49 - v50, v52 = v48 * v51,
+      v53 = v44 * v47, v54 = v23 * v39, v55 = v27 * v40, v56 = v54 + v55, v57 = v53 * v56,
       v58 = v52 - v57, v59 = v53 * v51, v60 = v48 * v56, v61 = v59 + v60;
   LANES_LET2(v62, atan2, v58, v61); out[0] = v41; out[1] = v42;
   const lanes v63 = 0.677 * T_10, v64 = T_11 + v63, v65 = -v64;

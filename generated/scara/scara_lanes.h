@@ -379,24 +379,24 @@ static LANES_TARGET void LANES_NAME(scara_ik)(const lanes *in, lanes *out)
   const lanes_where v15 = LANES_LT(4.0640625e-16, v14); LANES_LET1(v16, sqrt, v14);
   const lanes v17 = LANES_CHOICE(v15, v16, 0.0), v18 = 0.31875 * v17, v19 = v18 * v18,
       v20 = v11 + v19;
-  LANES_LET1(v21, sqrt, v20);
-  const lanes v22 = v10 / v21, v23 = 0.375 * v22, v24 = v23 + 0.425, v25 = v24 * v5,
-      v26 = v18 / v21, v27 = 0.375 * v26, v28 = v27 * v2, v29 = v25 - v28, v30 = v29 * v29,
+  LANES_LET1(v21, rsqrt, v20);
+  const lanes v22 = v10 * v21, v23 = 0.375 * v22, v24 = v23 + 0.425, v25 = v24 * v5,
+      v26 = v18 * v21, v27 = 0.375 * v26, v28 = v27 * v2, v29 = v25 - v28, v30 = v29 * v29,
       v31 = v27 * v5, v32 = v2 * v24, v33 = v31 + v32, v34 = 1e-150 + v33, v35 = v34 * v34,
       v36 = v30 + v35;
-  LANES_LET1(v37, sqrt, v36);
-  const lanes v38 = v29 / v37, v39 = v34 / v37;
+  LANES_LET1(v37, rsqrt, v36);
+  const lanes v38 = v29 * v37, v39 = v34 * v37;
   LANES_LET2(v40, atan2, v38, v39); LANES_LET2(v41, atan2, v26, v22);
   const lanes v42 = T_4 * T_4, v43 = 1e-150 + T_0, v44 = v43 * v43, v45 = v42 + v44;
-  LANES_LET1(v46, sqrt, v45);
-  const lanes v47 = T_4 / v46, v48 = v22 * v39, v49 = v26 * v38, v50 = v48 - v49, v51 = v47 * v50,
-      v52 = v43 / v46, v53 = v22 * v38, v54 = v26 * v39, v55 = v53 + v54, v56 = v52 * v55,
+  LANES_LET1(v46, rsqrt, v45);
+  const lanes v47 = T_4 * v46, v48 = v22 * v39, v49 = v26 * v38, v50 = v48 - v49, v51 = v47 * v50,
+      v52 = v43 * v46, v53 = v22 * v38, v54 = v26 * v39, v55 = v53 + v54, v56 = v52 * v55,
       v57 = v51 - v56, v58 = v52 * v50, v59 = v47 * v55, v60 = v58 + v59;
   LANES_LET2(v61, atan2, v57, v60);
   const lanes v62 = v28 + v25, v63 = v62 * v62, v64 = v32 - v31, v65 = 1e-150 + v64,
       v66 = v65 * v65, v67 = v63 + v66;
-  LANES_LET1(v68, sqrt, v67);
-  const lanes v69 = v62 / v68, v70 = v65 / v68;
+  LANES_LET1(v68, rsqrt, v67);
+  const lanes v69 = v62 * v68, v70 = v65 * v68;
   LANES_LET2(v71, atan2, v69, v70);
   const lanes v72 = v22 * v70, v73 = v26 * v69, v74 = v72 + v73, v75 = v47 * v74, v76 = v22 * v69,
       v77 = v26 * v70, v78 = v76 - v77, v79 = v52 * v78, v80 = v75 - v79, v81 = v52 * v74,

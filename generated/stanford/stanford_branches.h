@@ -40,30 +40,30 @@ LANES_INLINE void LANES_NAME(stanford_ik_branch)(
   const lanes v29 = LANES_CHOICE(v27, v28, 0.0), v30 = choice_1 * v29, v31 = v2 * v30,
       v32 = 0.15367 * v4, v33 = v31 - v32, v34 = v33 * v33, v35 = v4 * v30, v36 = 0.15367 * v2,
       v37 = v35 + v36, v38 = 1e-150 + v37, v39 = v38 * v38, v40 = v34 + v39;
-  LANES_LET1(v41, sqrt, v40);
-  const lanes v42 = v33 / v41, v43 = v38 / v41, v45 = v4 * v43, v46 = v2 * v42, v47 = v45 + v46,
+  LANES_LET1(v41, rsqrt, v40);
+  const lanes v42 = v33 * v41, v43 = v38 * v41, v45 = v4 * v43, v46 = v2 * v42, v47 = v45 + v46,
       v48 = v19 * v47, v49 = v48 * v48, v50 = v10 * v19, v51 = 1e-150 + v50, v52 = v51 * v51,
       v53 = v49 + v52;
-  LANES_LET1(v54, sqrt, v53);
-  const lanes v55 = v48 / v54, v56 = v51 / v54, v58 = T_2 * v43, v59 = T_6 * v42, v60 = v58 + v59,
+  LANES_LET1(v54, rsqrt, v53);
+  const lanes v55 = v48 * v54, v56 = v51 * v54, v58 = T_2 * v43, v59 = T_6 * v42, v60 = v58 + v59,
       v61 = v56 * v60, v62 = T_10 * v55, v63 = v61 - v62, v64 = v63 * v63, v65 = T_6 * v43,
       v66 = T_2 * v42, v67 = v65 - v66, v68 = 1e-150 - v67, v69 = v68 * v68, v70 = v64 + v69;
-  LANES_LET1(v71, sqrt, v70);
-  const lanes v72 = v63 / v71, v73 = v68 / v71, v74 = choice_2 * v73;
+  LANES_LET1(v71, rsqrt, v70);
+  const lanes v72 = v63 * v71, v73 = v68 * v71, v74 = choice_2 * v73;
   LANES_LET2(v75, atan2, v72, v74);
   const lanes v76 = v67 * v74, v77 = choice_2 * v72, v78 = v63 * v77, v79 = v76 - v78,
       v80 = T_10 * v56, v81 = v55 * v60, v82 = v80 + v81, v83 = v82 * v82, v84 = v79 * v79,
       v85 = v83 + v84;
-  LANES_LET1(v86, sqrt, v85);
-  const lanes v87 = v79 / v86, v88 = v82 / v86;
+  LANES_LET1(v86, rsqrt, v85);
+  const lanes v87 = v79 * v86, v88 = v82 * v86;
   LANES_LET2(v89, atan2, v87, v88);
   const lanes v90 = T_8 * v55, v91 = T_0 * v43, v92 = T_4 * v42, v93 = v91 + v92, v94 = v56 * v93,
       v95 = v90 - v94, v96 = v74 * v95, v97 = T_0 * v42, v98 = T_4 * v43, v99 = v97 - v98,
       v100 = v77 * v99, v101 = v96 + v100, v102 = v101 * v101, v103 = v74 * v99, v104 = v77 * v95,
       v105 = v103 - v104, v106 = v88 * v105, v107 = T_8 * v56, v108 = v55 * v93, v109 = v107 + v108,
       v110 = v87 * v109, v111 = v106 + v110, v112 = v111 * v111, v113 = v102 + v112;
-  LANES_LET1(v114, sqrt, v113);
-  const lanes v115 = v101 / v114, v116 = v111 / v114;
+  LANES_LET1(v114, rsqrt, v113);
+  const lanes v115 = v101 * v114, v116 = v111 * v114;
   LANES_LET2(v117, atan2, v115, v116); out[2] = v19;
   const lanes v118 = choice_2 * v75;
   out[3] = v118;

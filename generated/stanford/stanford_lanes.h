@@ -1158,59 +1158,59 @@ static LANES_TARGET void LANES_NAME(stanford_ik)(const lanes *in, lanes *out)
   const lanes v28 = LANES_CHOICE(v26, v27, 0.0), v29 = v28 * v5, v30 = 0.15367 * v2,
       v31 = v29 - v30, v32 = v31 * v31, v33 = v28 * v2, v34 = 0.15367 * v5, v35 = v33 + v34,
       v36 = 1e-150 + v35, v37 = v36 * v36, v38 = v32 + v37;
-  LANES_LET1(v39, sqrt, v38);
-  const lanes v40 = v31 / v39, v41 = v36 / v39;
+  LANES_LET1(v39, rsqrt, v38);
+  const lanes v40 = v31 * v39, v41 = v36 * v39;
   LANES_LET2(v42, atan2, v40, v41);
   const lanes v43 = v41 * v2, v44 = v40 * v5, v45 = v43 + v44, v46 = v18 * v45, v47 = v46 * v46,
       v48 = v18 * v10, v49 = 1e-150 + v48, v50 = v49 * v49, v51 = v47 + v50;
-  LANES_LET1(v52, sqrt, v51);
-  const lanes v53 = v46 / v52, v54 = v49 / v52;
+  LANES_LET1(v52, rsqrt, v51);
+  const lanes v53 = v46 * v52, v54 = v49 * v52;
   LANES_LET2(v55, atan2, v53, v54);
   const lanes v56 = T_2 * v41, v57 = T_6 * v40, v58 = v56 + v57, v59 = v54 * v58, v60 = T_10 * v53,
       v61 = v59 - v60, v62 = v61 * v61, v63 = T_6 * v41, v64 = T_2 * v40, v65 = v63 - v64,
       v66 = 1e-150 - v65, v67 = v66 * v66, v68 = v62 + v67;
-  LANES_LET1(v69, sqrt, v68);
-  const lanes v70 = v61 / v69, v71 = v66 / v69;
+  LANES_LET1(v69, rsqrt, v68);
+  const lanes v70 = v61 * v69, v71 = v66 * v69;
   LANES_LET2(v72, atan2, v70, v71);
   const lanes v73 = v65 * v71, v74 = v61 * v70, v75 = v73 - v74, v76 = T_10 * v54, v77 = v53 * v58,
       v78 = v76 + v77, v79 = v78 * v78, v80 = v75 * v75, v81 = v79 + v80;
-  LANES_LET1(v82, sqrt, v81);
-  const lanes v83 = v75 / v82, v84 = v78 / v82;
+  LANES_LET1(v82, rsqrt, v81);
+  const lanes v83 = v75 * v82, v84 = v78 * v82;
   LANES_LET2(v85, atan2, v83, v84);
   const lanes v86 = T_8 * v53, v87 = T_0 * v41, v88 = T_4 * v40, v89 = v87 + v88, v90 = v54 * v89,
       v91 = v86 - v90, v92 = v71 * v91, v93 = T_0 * v40, v94 = T_4 * v41, v95 = v93 - v94,
       v96 = v70 * v95, v97 = v92 + v96, v98 = v97 * v97, v99 = v71 * v95, v100 = v70 * v91,
       v101 = v99 - v100, v102 = v84 * v101, v103 = T_8 * v54, v104 = v53 * v89, v105 = v103 + v104,
       v106 = v83 * v105, v107 = v102 + v106, v108 = v107 * v107, v109 = v98 + v108;
-  LANES_LET1(v110, sqrt, v109);
-  const lanes v111 = v97 / v110, v112 = v107 / v110;
+  LANES_LET1(v110, rsqrt, v109);
+  const lanes v111 = v97 * v110, v112 = v107 * v110;
   LANES_LET2(v113, atan2, v111, v112);
   const lanes v114 = -v71;
-  LANES_LET2(v115, atan2, v70, v114);
+  LANES_LET2(v115, supplement, v72, v70);
   const lanes v116 = -v112;
-  LANES_LET2(v117, atan2, v111, v116);
+  LANES_LET2(v117, supplement, v113, v111);
   const lanes v118 = v29 + v30, v119 = v118 * v118, v120 = v34 - v33, v121 = 1e-150 + v120,
       v122 = v121 * v121, v123 = v119 + v122;
-  LANES_LET1(v124, sqrt, v123);
-  const lanes v125 = v118 / v124, v126 = v121 / v124;
+  LANES_LET1(v124, rsqrt, v123);
+  const lanes v125 = v118 * v124, v126 = v121 * v124;
   LANES_LET2(v127, atan2, v125, v126);
   const lanes v128 = v126 * v2, v129 = v125 * v5, v130 = v128 - v129, v131 = v18 * v130,
       v132 = v131 * v131, v133 = v132 + v50;
-  LANES_LET1(v134, sqrt, v133);
-  const lanes v135 = v131 / v134, v136 = v49 / v134;
+  LANES_LET1(v134, rsqrt, v133);
+  const lanes v135 = v131 * v134, v136 = v49 * v134;
   LANES_LET2(v137, atan2, v135, v136);
   const lanes v138 = T_2 * v126, v139 = T_6 * v125, v140 = v138 - v139, v141 = v136 * v140,
       v142 = T_10 * v135, v143 = v141 - v142, v144 = v143 * v143, v145 = T_2 * v125,
       v146 = T_6 * v126, v147 = v145 + v146, v148 = 1e-150 - v147, v149 = v148 * v148,
       v150 = v144 + v149;
-  LANES_LET1(v151, sqrt, v150);
-  const lanes v152 = v143 / v151, v153 = v148 / v151;
+  LANES_LET1(v151, rsqrt, v150);
+  const lanes v152 = v143 * v151, v153 = v148 * v151;
   LANES_LET2(v154, atan2, v152, v153);
   const lanes v155 = v147 * v153, v156 = v143 * v152, v157 = v155 - v156, v158 = T_10 * v136,
       v159 = v135 * v140, v160 = v158 + v159, v161 = v160 * v160, v162 = v157 * v157,
       v163 = v161 + v162;
-  LANES_LET1(v164, sqrt, v163);
-  const lanes v165 = v157 / v164, v166 = v160 / v164;
+  LANES_LET1(v164, rsqrt, v163);
+  const lanes v165 = v157 * v164, v166 = v160 * v164;
   LANES_LET2(v167, atan2, v165, v166);
   const lanes v168 = T_8 * v135, v169 = T_0 * v126, v170 = T_4 * v125, v171 = v169 - v170,
       v172 = v136 * v171, v173 = v168 - v172, v174 = v153 * v173, v175 = T_0 * v125,
@@ -1218,67 +1218,67 @@ static LANES_TARGET void LANES_NAME(stanford_ik)(const lanes *in, lanes *out)
       v180 = v179 * v179, v181 = T_8 * v136, v182 = v135 * v171, v183 = v181 + v182,
       v184 = v165 * v183, v185 = v153 * v177, v186 = v152 * v173, v187 = v185 + v186,
       v188 = v166 * v187, v189 = v184 - v188, v190 = v189 * v189, v191 = v180 + v190;
-  LANES_LET1(v192, sqrt, v191);
-  const lanes v193 = v179 / v192, v194 = v189 / v192;
+  LANES_LET1(v192, rsqrt, v191);
+  const lanes v193 = v179 * v192, v194 = v189 * v192;
   LANES_LET2(v195, atan2, v193, v194);
   const lanes v196 = -v153;
-  LANES_LET2(v197, atan2, v152, v196);
+  LANES_LET2(v197, supplement, v154, v152);
   const lanes v198 = -v194;
-  LANES_LET2(v199, atan2, v193, v198);
+  LANES_LET2(v199, supplement, v195, v193);
   const lanes v200 = 1e-150 - v48, v201 = v200 * v200, v202 = v201 + v47;
-  LANES_LET1(v203, sqrt, v202);
-  const lanes v204 = v46 / v203, v205 = v200 / v203;
+  LANES_LET1(v203, rsqrt, v202);
+  const lanes v204 = v46 * v203, v205 = v200 * v203;
   LANES_LET2(v206, atan2, v204, v205);
   const lanes v207 = T_10 * v204, v208 = v205 * v58, v209 = v207 + v208, v210 = v209 * v209,
       v211 = v210 + v67;
-  LANES_LET1(v212, sqrt, v211);
-  const lanes v213 = v209 / v212, v214 = v66 / v212;
+  LANES_LET1(v212, rsqrt, v211);
+  const lanes v213 = v209 * v212, v214 = v66 * v212;
   LANES_LET2(v215, atan2, v213, v214);
   const lanes v216 = v214 * v65, v217 = v209 * v213, v218 = v216 - v217, v219 = T_10 * v205,
       v220 = v204 * v58, v221 = v219 - v220, v222 = v221 * v221, v223 = v218 * v218,
       v224 = v222 + v223;
-  LANES_LET1(v225, sqrt, v224);
-  const lanes v226 = v218 / v225, v227 = v221 / v225;
+  LANES_LET1(v225, rsqrt, v224);
+  const lanes v226 = v218 * v225, v227 = v221 * v225;
   LANES_LET2(v228, atan2, v226, v227);
   const lanes v229 = v213 * v95, v230 = T_8 * v204, v231 = v205 * v89, v232 = v230 + v231,
       v233 = v214 * v232, v234 = v229 - v233, v235 = v234 * v234, v236 = v214 * v95,
       v237 = v213 * v232, v238 = v236 + v237, v239 = v227 * v238, v240 = T_8 * v205,
       v241 = v204 * v89, v242 = v240 - v241, v243 = v226 * v242, v244 = v239 + v243,
       v245 = v244 * v244, v246 = v235 + v245;
-  LANES_LET1(v247, sqrt, v246);
-  const lanes v248 = v234 / v247, v249 = v244 / v247;
+  LANES_LET1(v247, rsqrt, v246);
+  const lanes v248 = v234 * v247, v249 = v244 * v247;
   LANES_LET2(v250, atan2, v248, v249);
   const lanes v251 = -v214;
-  LANES_LET2(v252, atan2, v213, v251);
+  LANES_LET2(v252, supplement, v215, v213);
   const lanes v253 = -v249;
-  LANES_LET2(v254, atan2, v248, v253);
+  LANES_LET2(v254, supplement, v250, v248);
   const lanes v255 = v132 + v201;
-  LANES_LET1(v256, sqrt, v255);
-  const lanes v257 = v131 / v256, v258 = v200 / v256;
+  LANES_LET1(v256, rsqrt, v255);
+  const lanes v257 = v131 * v256, v258 = v200 * v256;
   LANES_LET2(v259, atan2, v257, v258);
   const lanes v260 = T_10 * v257, v261 = v140 * v258, v262 = v260 + v261, v263 = v262 * v262,
       v264 = v149 + v263;
-  LANES_LET1(v265, sqrt, v264);
-  const lanes v266 = v262 / v265, v267 = v148 / v265;
+  LANES_LET1(v265, rsqrt, v264);
+  const lanes v266 = v262 * v265, v267 = v148 * v265;
   LANES_LET2(v268, atan2, v266, v267);
   const lanes v269 = v147 * v267, v270 = v262 * v266, v271 = v269 - v270, v272 = T_10 * v258,
       v273 = v140 * v257, v274 = v272 - v273, v275 = v274 * v274, v276 = v271 * v271,
       v277 = v275 + v276;
-  LANES_LET1(v278, sqrt, v277);
-  const lanes v279 = v271 / v278, v280 = v274 / v278;
+  LANES_LET1(v278, rsqrt, v277);
+  const lanes v279 = v271 * v278, v280 = v274 * v278;
   LANES_LET2(v281, atan2, v279, v280);
   const lanes v282 = v177 * v266, v283 = T_8 * v257, v284 = v171 * v258, v285 = v283 + v284,
       v286 = v267 * v285, v287 = v282 + v286, v288 = v287 * v287, v289 = v266 * v285,
       v290 = v177 * v267, v291 = v289 - v290, v292 = v280 * v291, v293 = T_8 * v258,
       v294 = v171 * v257, v295 = v293 - v294, v296 = v279 * v295, v297 = v292 + v296,
       v298 = v297 * v297, v299 = v288 + v298;
-  LANES_LET1(v300, sqrt, v299);
-  const lanes v301 = v287 / v300, v302 = v297 / v300;
+  LANES_LET1(v300, rsqrt, v299);
+  const lanes v301 = v287 * v300, v302 = v297 * v300;
   LANES_LET2(v303, atan2, v301, v302);
   const lanes v304 = -v267;
-  LANES_LET2(v305, atan2, v266, v304);
+  LANES_LET2(v305, supplement, v268, v266);
   const lanes v306 = -v302;
-  LANES_LET2(v307, atan2, v301, v306); out[0] = v42; out[1] = v55; out[2] = v18; out[3] = v72;
+  LANES_LET2(v307, supplement, v303, v301); out[0] = v42; out[1] = v55; out[2] = v18; out[3] = v72;
   const lanes v308 = -v85;
   out[4] = v308;
   const lanes v309 = -v113;

@@ -33,14 +33,14 @@ LANES_INLINE void LANES_NAME(ur5e_ik_branch)(
   const lanes v13 = LANES_CHOICE(v11, v12, 0.0), v14 = choice_0 * v13, v15 = v5 * v14,
       v16 = v3 - v15, v17 = v16 * v16, v18 = v2 * v14, v19 = 0.1333 * v5, v20 = v18 + v19,
       v21 = 1e-150 - v20, v22 = v21 * v21, v23 = v17 + v22;
-  LANES_LET1(v24, sqrt, v23);
-  const lanes v25 = v16 / v24, v26 = v21 / v24, v28 = v2 * v26, v29 = v5 * v25, v30 = v28 + v29,
+  LANES_LET1(v24, rsqrt, v23);
+  const lanes v25 = v16 * v24, v26 = v21 * v24, v28 = v2 * v26, v29 = v5 * v25, v30 = v28 + v29,
       v31 = T_10 * T_10, v32 = T_2 * v26, v33 = T_6 * v25, v34 = v32 + v33, v35 = v34 * v34,
       v36 = v31 + v35;
   const lanes_where v37 = LANES_LT(2.5e-19, v36);
   const lanes v38 = 1e-150 - v34, v39 = v38 * v38, v40 = v31 + v39;
-  LANES_LET1(v41, sqrt, v40);
-  const lanes v42 = T_10 / v41, v43 = choice_1 * v42, v44 = -v43, v45 = 0.0996 * T_10,
+  LANES_LET1(v41, rsqrt, v40);
+  const lanes v42 = T_10 * v41, v43 = choice_1 * v42, v44 = -v43, v45 = 0.0996 * T_10,
       v46 = T_11 - v45, v47 = v46 - 0.1625, v48 = 0.1994 * v47, v49 = v30 * v30, v50 = v47 * v47,
       v51 = v49 + v50, v52 = 1.5904144000000003e-16 * v51, v53 = 0.03976036 * v51,
       v54 = 0.00994009 + v51, v55 = 0.33444584 - v54, v56 = v55 * v55, v57 = v53 - v56;
@@ -48,22 +48,22 @@ LANES_INLINE void LANES_NAME(ur5e_ik_branch)(
   const lanes v60 = LANES_CHOICE(v58, v59, 0.0), v61 = choice_1 * v60, v62 = v48 * v61,
       v63 = 0.1994 * v30, v64 = v63 * v55, v65 = v62 - v64, v66 = v65 * v65, v67 = v48 * v55,
       v68 = v63 * v61, v69 = v67 + v68, v70 = 1e-150 + v69, v71 = v70 * v70, v72 = v66 + v71;
-  LANES_LET1(v73, sqrt, v72);
-  const lanes v74 = v65 / v73, v75 = LANES_CHOICE(v37, v44, v74), v76 = 0.0997 * v75,
-      v77 = v30 - v76, v78 = v77 * v77, v79 = v38 / v41, v80 = choice_1 * v79, v81 = v70 / v73,
+  LANES_LET1(v73, rsqrt, v72);
+  const lanes v74 = v65 * v73, v75 = LANES_CHOICE(v37, v44, v74), v76 = 0.0997 * v75,
+      v77 = v30 - v76, v78 = v77 * v77, v79 = v38 * v41, v80 = choice_1 * v79, v81 = v70 * v73,
       v82 = LANES_CHOICE(v37, v80, v81), v83 = 0.0997 * v82, v84 = v47 + v83, v85 = v84 * v84,
       v86 = v78 + v85, v87 = v86 - 0.00107584, v88 = 0.66781584 - v86, v89 = v87 * v88;
   const lanes_where v90 = LANES_LT(4.445422276e-16, v89); LANES_LET1(v91, sqrt, v89);
   const lanes v92 = LANES_CHOICE(v90, v91, 0.0), v93 = choice_2 * v92, v94 = 0.33337 * v93,
       v95 = v94 * v94, v96 = v86 - 0.33444584, v97 = 0.33337 * v96, v98 = 1e-150 + v97,
       v99 = v98 * v98, v100 = v95 + v99;
-  LANES_LET1(v101, sqrt, v100);
-  const lanes v102 = v94 / v101, v103 = 0.3922 * v102, v104 = v77 * v103, v105 = v98 / v101,
+  LANES_LET1(v101, rsqrt, v100);
+  const lanes v102 = v94 * v101, v103 = 0.3922 * v102, v104 = v77 * v103, v105 = v98 * v101,
       v106 = 0.3922 * v105, v107 = -0.425 - v106, v108 = v84 * v107, v109 = v104 + v108,
       v110 = v109 * v109, v111 = v77 * v107, v112 = v84 * v103, v113 = v111 - v112,
       v114 = 1e-150 + v113, v115 = v114 * v114, v116 = v110 + v115;
-  LANES_LET1(v117, sqrt, v116);
-  const lanes v118 = v109 / v117, v119 = v114 / v117;
+  LANES_LET1(v117, rsqrt, v116);
+  const lanes v118 = v109 * v117, v119 = v114 * v117;
   LANES_LET2(v120, atan2, v118, v119); LANES_LET2(v121, atan2, v102, v105);
   const lanes v122 = v105 * v119, v123 = v102 * v118, v124 = v122 - v123, v125 = v75 * v124,
       v126 = v105 * v118, v127 = v102 * v119, v128 = v126 + v127, v129 = v82 * v128,
@@ -72,14 +72,14 @@ LANES_INLINE void LANES_NAME(ur5e_ik_branch)(
   const lanes v135 = T_10 * v75, v136 = v34 * v82, v137 = v135 + v136, v138 = T_6 * v26,
       v139 = T_2 * v25, v140 = v138 - v139, v141 = v140 * v140, v142 = v137 * v137,
       v143 = v141 + v142;
-  LANES_LET1(v144, sqrt, v143);
-  const lanes v145 = v137 / v144, v146 = v140 / v144, v147 = -v146, v149 = T_8 * v82,
+  LANES_LET1(v144, rsqrt, v143);
+  const lanes v145 = v137 * v144, v146 = v140 * v144, v147 = -v146, v149 = T_8 * v82,
       v150 = T_0 * v26, v151 = T_4 * v25, v152 = v150 + v151, v153 = v75 * v152, v154 = v149 - v153,
       v155 = v154 * v154, v156 = T_4 * v26, v157 = T_0 * v25, v158 = v156 - v157,
       v159 = v145 * v158, v160 = T_8 * v75, v161 = v82 * v152, v162 = v160 + v161,
       v163 = v146 * v162, v164 = v159 - v163, v165 = v164 * v164, v166 = v155 + v165;
-  LANES_LET1(v167, sqrt, v166);
-  const lanes v168 = v154 / v167, v169 = v164 / v167;
+  LANES_LET1(v167, rsqrt, v166);
+  const lanes v168 = v154 * v167, v169 = v164 * v167;
   out[1] = v120; out[2] = v121; out[3] = v134;
   const lanes v172 = 0.0996 * v145, v173 = v82 * v172, v174 = v173 + v76, v175 = -0.3922 * v124,
       v176 = v174 + v175, v177 = -0.425 * v119, v178 = v176 + v177, v179 = v26 * v178,

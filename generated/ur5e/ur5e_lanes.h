@@ -1184,15 +1184,15 @@ static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
   const lanes v13 = LANES_CHOICE(v11, v12, 0.0), v14 = v13 * v6, v15 = v3 - v14, v16 = v15 * v15,
       v17 = v13 * v2, v18 = 0.1333 * v6, v19 = v17 + v18, v20 = 1e-150 - v19, v21 = v20 * v20,
       v22 = v16 + v21;
-  LANES_LET1(v23, sqrt, v22);
-  const lanes v24 = v15 / v23, v25 = v20 / v23;
+  LANES_LET1(v23, rsqrt, v22);
+  const lanes v24 = v15 * v23, v25 = v20 * v23;
   LANES_LET2(v26, atan2, v24, v25);
   const lanes v27 = v25 * v2, v28 = v24 * v6, v29 = v27 + v28, v30 = T_10 * T_10, v31 = T_2 * v25,
       v32 = T_6 * v24, v33 = v31 + v32, v34 = v33 * v33, v35 = v30 + v34;
   const lanes_where v36 = LANES_LT(2.5e-19, v35);
   const lanes v37 = 1e-150 - v33, v38 = v37 * v37, v39 = v30 + v38;
-  LANES_LET1(v40, sqrt, v39);
-  const lanes v41 = T_10 / v40, v42 = -v41, v43 = 0.0996 * T_10, v44 = T_11 - v43,
+  LANES_LET1(v40, rsqrt, v39);
+  const lanes v41 = T_10 * v40, v42 = -v41, v43 = 0.0996 * T_10, v44 = T_11 - v43,
       v45 = v44 - 0.1625, v46 = 0.1994 * v45, v47 = v45 * v45, v48 = v29 * v29, v49 = v47 + v48,
       v50 = 1.5904144000000003e-16 * v49, v51 = 0.03976036 * v49, v52 = 0.00994009 + v49,
       v53 = 0.33444584 - v52, v54 = v53 * v53, v55 = v51 - v54;
@@ -1200,22 +1200,22 @@ static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
   const lanes v58 = LANES_CHOICE(v56, v57, 0.0), v59 = v46 * v58, v60 = 0.1994 * v29,
       v61 = v60 * v53, v62 = v59 - v61, v63 = v62 * v62, v64 = v46 * v53, v65 = v60 * v58,
       v66 = v64 + v65, v67 = 1e-150 + v66, v68 = v67 * v67, v69 = v63 + v68;
-  LANES_LET1(v70, sqrt, v69);
-  const lanes v71 = v62 / v70, v72 = LANES_CHOICE(v36, v42, v71), v73 = 0.0997 * v72,
-      v74 = v29 - v73, v75 = v74 * v74, v76 = v37 / v40, v77 = v67 / v70,
+  LANES_LET1(v70, rsqrt, v69);
+  const lanes v71 = v62 * v70, v72 = LANES_CHOICE(v36, v42, v71), v73 = 0.0997 * v72,
+      v74 = v29 - v73, v75 = v74 * v74, v76 = v37 * v40, v77 = v67 * v70,
       v78 = LANES_CHOICE(v36, v76, v77), v79 = 0.0997 * v78, v80 = v45 + v79, v81 = v80 * v80,
       v82 = v75 + v81, v83 = v82 - 0.00107584, v84 = 0.66781584 - v82, v85 = v83 * v84;
   const lanes_where v86 = LANES_LT(4.445422276e-16, v85); LANES_LET1(v87, sqrt, v85);
   const lanes v88 = LANES_CHOICE(v86, v87, 0.0), v89 = 0.33337 * v88, v90 = v89 * v89,
       v91 = v82 - 0.33444584, v92 = 0.33337 * v91, v93 = 1e-150 + v92, v94 = v93 * v93,
       v95 = v90 + v94;
-  LANES_LET1(v96, sqrt, v95);
-  const lanes v97 = v89 / v96, v98 = 0.3922 * v97, v99 = v74 * v98, v100 = v93 / v96,
+  LANES_LET1(v96, rsqrt, v95);
+  const lanes v97 = v89 * v96, v98 = 0.3922 * v97, v99 = v74 * v98, v100 = v93 * v96,
       v101 = 0.3922 * v100, v102 = -0.425 - v101, v103 = v80 * v102, v104 = v99 + v103,
       v105 = v104 * v104, v106 = v74 * v102, v107 = v80 * v98, v108 = v106 - v107,
       v109 = 1e-150 + v108, v110 = v109 * v109, v111 = v105 + v110;
-  LANES_LET1(v112, sqrt, v111);
-  const lanes v113 = v104 / v112, v114 = v109 / v112;
+  LANES_LET1(v112, rsqrt, v111);
+  const lanes v113 = v104 * v112, v114 = v109 * v112;
   LANES_LET2(v115, atan2, v113, v114); LANES_LET2(v116, atan2, v97, v100);
   const lanes v117 = v100 * v114, v118 = v97 * v113, v119 = v117 - v118, v120 = v119 * v72,
       v121 = v100 * v113, v122 = v97 * v114, v123 = v121 + v122, v124 = v123 * v78,
@@ -1224,21 +1224,21 @@ static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
   const lanes v130 = T_10 * v72, v131 = v33 * v78, v132 = v130 + v131, v133 = T_6 * v25,
       v134 = T_2 * v24, v135 = v133 - v134, v136 = v135 * v135, v137 = v132 * v132,
       v138 = v136 + v137;
-  LANES_LET1(v139, sqrt, v138);
-  const lanes v140 = v132 / v139, v141 = v135 / v139, v142 = -v141;
+  LANES_LET1(v139, rsqrt, v138);
+  const lanes v140 = v132 * v139, v141 = v135 * v139, v142 = -v141;
   LANES_LET2(v143, atan2, v140, v142);
   const lanes v144 = T_8 * v78, v145 = T_0 * v25, v146 = T_4 * v24, v147 = v145 + v146,
       v148 = v72 * v147, v149 = v144 - v148, v150 = v149 * v149, v151 = T_4 * v25, v152 = T_0 * v24,
       v153 = v151 - v152, v154 = v140 * v153, v155 = T_8 * v72, v156 = v78 * v147,
       v157 = v155 + v156, v158 = v141 * v157, v159 = v154 - v158, v160 = v159 * v159,
       v161 = v150 + v160;
-  LANES_LET1(v162, sqrt, v161);
-  const lanes v163 = v149 / v162, v164 = v159 / v162;
+  LANES_LET1(v162, rsqrt, v161);
+  const lanes v163 = v149 * v162, v164 = v159 * v162;
   LANES_LET2(v165, atan2, v163, v164);
   const lanes v166 = v103 - v99, v167 = v166 * v166, v168 = v106 + v107, v169 = 1e-150 + v168,
       v170 = v169 * v169, v171 = v167 + v170;
-  LANES_LET1(v172, sqrt, v171);
-  const lanes v173 = v166 / v172, v174 = v169 / v172;
+  LANES_LET1(v172, rsqrt, v171);
+  const lanes v173 = v166 * v172, v174 = v169 * v172;
   LANES_LET2(v175, atan2, v173, v174);
   const lanes v176 = v174 * v100, v177 = v173 * v97, v178 = v176 + v177, v179 = v178 * v72,
       v180 = v173 * v100, v181 = v174 * v97, v182 = v180 - v181, v183 = v182 * v78,
@@ -1246,9 +1246,9 @@ static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
   LANES_LET2(v188, atan2, v184, v187);
   const lanes v189 = v59 + v61, v190 = v189 * v189, v191 = v64 - v65, v192 = 1e-150 + v191,
       v193 = v192 * v192, v194 = v190 + v193;
-  LANES_LET1(v195, sqrt, v194);
-  const lanes v196 = v189 / v195, v197 = -v196, v198 = LANES_CHOICE(v36, v41, v197),
-      v199 = 0.0997 * v198, v200 = v29 - v199, v201 = v200 * v200, v202 = -v76, v203 = v192 / v195,
+  LANES_LET1(v195, rsqrt, v194);
+  const lanes v196 = v189 * v195, v197 = -v196, v198 = LANES_CHOICE(v36, v41, v197),
+      v199 = 0.0997 * v198, v200 = v29 - v199, v201 = v200 * v200, v202 = -v76, v203 = v192 * v195,
       v204 = LANES_CHOICE(v36, v202, v203), v205 = 0.0997 * v204, v206 = v45 + v205,
       v207 = v206 * v206, v208 = v201 + v207, v209 = v208 - 0.00107584, v210 = 0.66781584 - v208,
       v211 = v209 * v210;
@@ -1256,13 +1256,13 @@ static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
   const lanes v214 = LANES_CHOICE(v212, v213, 0.0), v215 = 0.33337 * v214, v216 = v215 * v215,
       v217 = v208 - 0.33444584, v218 = 0.33337 * v217, v219 = 1e-150 + v218, v220 = v219 * v219,
       v221 = v216 + v220;
-  LANES_LET1(v222, sqrt, v221);
-  const lanes v223 = v215 / v222, v224 = 0.3922 * v223, v225 = v200 * v224, v226 = v219 / v222,
+  LANES_LET1(v222, rsqrt, v221);
+  const lanes v223 = v215 * v222, v224 = 0.3922 * v223, v225 = v200 * v224, v226 = v219 * v222,
       v227 = 0.3922 * v226, v228 = -0.425 - v227, v229 = v206 * v228, v230 = v225 + v229,
       v231 = v230 * v230, v232 = v200 * v228, v233 = v206 * v224, v234 = v232 - v233,
       v235 = 1e-150 + v234, v236 = v235 * v235, v237 = v231 + v236;
-  LANES_LET1(v238, sqrt, v237);
-  const lanes v239 = v230 / v238, v240 = v235 / v238;
+  LANES_LET1(v238, rsqrt, v237);
+  const lanes v239 = v230 * v238, v240 = v235 * v238;
   LANES_LET2(v241, atan2, v239, v240); LANES_LET2(v242, atan2, v223, v226);
   const lanes v243 = v226 * v240, v244 = v223 * v239, v245 = v243 - v244, v246 = v198 * v245,
       v247 = v226 * v239, v248 = v223 * v240, v249 = v247 + v248, v250 = v204 * v249,
@@ -1270,19 +1270,19 @@ static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
   LANES_LET2(v255, atan2, v251, v254);
   const lanes v256 = T_10 * v198, v257 = v204 * v33, v258 = v256 + v257, v259 = v258 * v258,
       v260 = v259 + v136;
-  LANES_LET1(v261, sqrt, v260);
-  const lanes v262 = v258 / v261, v263 = v135 / v261, v264 = -v263;
+  LANES_LET1(v261, rsqrt, v260);
+  const lanes v262 = v258 * v261, v263 = v135 * v261, v264 = -v263;
   LANES_LET2(v265, atan2, v262, v264);
   const lanes v266 = T_8 * v204, v267 = v198 * v147, v268 = v266 - v267, v269 = v268 * v268,
       v270 = v262 * v153, v271 = T_8 * v198, v272 = v204 * v147, v273 = v271 + v272,
       v274 = v263 * v273, v275 = v270 - v274, v276 = v275 * v275, v277 = v269 + v276;
-  LANES_LET1(v278, sqrt, v277);
-  const lanes v279 = v268 / v278, v280 = v275 / v278;
+  LANES_LET1(v278, rsqrt, v277);
+  const lanes v279 = v268 * v278, v280 = v275 * v278;
   LANES_LET2(v281, atan2, v279, v280);
   const lanes v282 = v229 - v225, v283 = v282 * v282, v284 = v232 + v233, v285 = 1e-150 + v284,
       v286 = v285 * v285, v287 = v283 + v286;
-  LANES_LET1(v288, sqrt, v287);
-  const lanes v289 = v282 / v288, v290 = v285 / v288;
+  LANES_LET1(v288, rsqrt, v287);
+  const lanes v289 = v282 * v288, v290 = v285 * v288;
   LANES_LET2(v291, atan2, v289, v290);
   const lanes v292 = v226 * v290, v293 = v223 * v289, v294 = v292 + v293, v295 = v198 * v294,
       v296 = v226 * v289, v297 = v223 * v290, v298 = v296 - v297, v299 = v204 * v298,
@@ -1290,15 +1290,15 @@ static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
   LANES_LET2(v304, atan2, v300, v303);
   const lanes v305 = v14 + v3, v306 = v305 * v305, v307 = v18 - v17, v308 = 1e-150 - v307,
       v309 = v308 * v308, v310 = v306 + v309;
-  LANES_LET1(v311, sqrt, v310);
-  const lanes v312 = v305 / v311, v313 = v308 / v311;
+  LANES_LET1(v311, rsqrt, v310);
+  const lanes v312 = v305 * v311, v313 = v308 * v311;
   LANES_LET2(v314, atan2, v312, v313);
   const lanes v315 = v313 * v2, v316 = v312 * v6, v317 = v315 + v316, v318 = T_2 * v313,
       v319 = T_6 * v312, v320 = v318 + v319, v321 = v320 * v320, v322 = v30 + v321;
   const lanes_where v323 = LANES_LT(2.5e-19, v322);
   const lanes v324 = 1e-150 - v320, v325 = v324 * v324, v326 = v30 + v325;
-  LANES_LET1(v327, sqrt, v326);
-  const lanes v328 = T_10 / v327, v329 = -v328, v330 = v317 * v317, v331 = v47 + v330,
+  LANES_LET1(v327, rsqrt, v326);
+  const lanes v328 = T_10 * v327, v329 = -v328, v330 = v317 * v317, v331 = v47 + v330,
       v332 = 1.5904144000000003e-16 * v331, v333 = 0.03976036 * v331, v334 = 0.00994009 + v331,
       v335 = 0.33444584 - v334, v336 = v335 * v335, v337 = v333 - v336;
   const lanes_where v338 = LANES_LT(v332, v337); LANES_LET1(v339, sqrt, v337);
@@ -1306,9 +1306,9 @@ static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
       v343 = v342 * v335, v344 = v341 - v343, v345 = v344 * v344, v346 = v46 * v335,
       v347 = v342 * v340, v348 = v346 + v347, v349 = 1e-150 + v348, v350 = v349 * v349,
       v351 = v345 + v350;
-  LANES_LET1(v352, sqrt, v351);
-  const lanes v353 = v344 / v352, v354 = LANES_CHOICE(v323, v329, v353), v355 = 0.0997 * v354,
-      v356 = v317 - v355, v357 = v356 * v356, v358 = v324 / v327, v359 = v349 / v352,
+  LANES_LET1(v352, rsqrt, v351);
+  const lanes v353 = v344 * v352, v354 = LANES_CHOICE(v323, v329, v353), v355 = 0.0997 * v354,
+      v356 = v317 - v355, v357 = v356 * v356, v358 = v324 * v327, v359 = v349 * v352,
       v360 = LANES_CHOICE(v323, v358, v359), v361 = 0.0997 * v360, v362 = v45 + v361,
       v363 = v362 * v362, v364 = v357 + v363, v365 = v364 - 0.00107584, v366 = 0.66781584 - v364,
       v367 = v365 * v366;
@@ -1316,13 +1316,13 @@ static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
   const lanes v370 = LANES_CHOICE(v368, v369, 0.0), v371 = 0.33337 * v370, v372 = v371 * v371,
       v373 = v364 - 0.33444584, v374 = 0.33337 * v373, v375 = 1e-150 + v374, v376 = v375 * v375,
       v377 = v372 + v376;
-  LANES_LET1(v378, sqrt, v377);
-  const lanes v379 = v371 / v378, v380 = 0.3922 * v379, v381 = v356 * v380, v382 = v375 / v378,
+  LANES_LET1(v378, rsqrt, v377);
+  const lanes v379 = v371 * v378, v380 = 0.3922 * v379, v381 = v356 * v380, v382 = v375 * v378,
       v383 = 0.3922 * v382, v384 = -0.425 - v383, v385 = v362 * v384, v386 = v381 + v385,
       v387 = v386 * v386, v388 = v356 * v384, v389 = v362 * v380, v390 = v388 - v389,
       v391 = 1e-150 + v390, v392 = v391 * v391, v393 = v387 + v392;
-  LANES_LET1(v394, sqrt, v393);
-  const lanes v395 = v386 / v394, v396 = v391 / v394;
+  LANES_LET1(v394, rsqrt, v393);
+  const lanes v395 = v386 * v394, v396 = v391 * v394;
   LANES_LET2(v397, atan2, v395, v396); LANES_LET2(v398, atan2, v379, v382);
   const lanes v399 = v382 * v396, v400 = v379 * v395, v401 = v399 - v400, v402 = v354 * v401,
       v403 = v382 * v395, v404 = v379 * v396, v405 = v403 + v404, v406 = v360 * v405,
@@ -1331,21 +1331,21 @@ static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
   const lanes v412 = T_10 * v354, v413 = v320 * v360, v414 = v412 + v413, v415 = T_6 * v313,
       v416 = T_2 * v312, v417 = v415 - v416, v418 = v417 * v417, v419 = v414 * v414,
       v420 = v418 + v419;
-  LANES_LET1(v421, sqrt, v420);
-  const lanes v422 = v414 / v421, v423 = v417 / v421, v424 = -v423;
+  LANES_LET1(v421, rsqrt, v420);
+  const lanes v422 = v414 * v421, v423 = v417 * v421, v424 = -v423;
   LANES_LET2(v425, atan2, v422, v424);
   const lanes v426 = T_8 * v360, v427 = T_0 * v313, v428 = T_4 * v312, v429 = v427 + v428,
       v430 = v354 * v429, v431 = v426 - v430, v432 = v431 * v431, v433 = T_4 * v313,
       v434 = T_0 * v312, v435 = v433 - v434, v436 = v422 * v435, v437 = T_8 * v354,
       v438 = v360 * v429, v439 = v437 + v438, v440 = v423 * v439, v441 = v436 - v440,
       v442 = v441 * v441, v443 = v432 + v442;
-  LANES_LET1(v444, sqrt, v443);
-  const lanes v445 = v431 / v444, v446 = v441 / v444;
+  LANES_LET1(v444, rsqrt, v443);
+  const lanes v445 = v431 * v444, v446 = v441 * v444;
   LANES_LET2(v447, atan2, v445, v446);
   const lanes v448 = v385 - v381, v449 = v448 * v448, v450 = v388 + v389, v451 = 1e-150 + v450,
       v452 = v451 * v451, v453 = v449 + v452;
-  LANES_LET1(v454, sqrt, v453);
-  const lanes v455 = v448 / v454, v456 = v451 / v454;
+  LANES_LET1(v454, rsqrt, v453);
+  const lanes v455 = v448 * v454, v456 = v451 * v454;
   LANES_LET2(v457, atan2, v455, v456);
   const lanes v458 = v382 * v456, v459 = v379 * v455, v460 = v458 + v459, v461 = v354 * v460,
       v462 = v382 * v455, v463 = v379 * v456, v464 = v462 - v463, v465 = v360 * v464,
@@ -1353,23 +1353,23 @@ static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
   LANES_LET2(v470, atan2, v466, v469);
   const lanes v471 = v341 + v343, v472 = v471 * v471, v473 = v346 - v347, v474 = 1e-150 + v473,
       v475 = v474 * v474, v476 = v472 + v475;
-  LANES_LET1(v477, sqrt, v476);
-  const lanes v478 = v471 / v477, v479 = -v478, v480 = LANES_CHOICE(v323, v328, v479),
+  LANES_LET1(v477, rsqrt, v476);
+  const lanes v478 = v471 * v477, v479 = -v478, v480 = LANES_CHOICE(v323, v328, v479),
       v481 = 0.0997 * v480, v482 = v317 - v481, v483 = v482 * v482, v484 = -v358,
-      v485 = v474 / v477, v486 = LANES_CHOICE(v323, v484, v485), v487 = 0.0997 * v486,
+      v485 = v474 * v477, v486 = LANES_CHOICE(v323, v484, v485), v487 = 0.0997 * v486,
       v488 = v45 + v487, v489 = v488 * v488, v490 = v483 + v489, v491 = v490 - 0.00107584,
       v492 = 0.66781584 - v490, v493 = v491 * v492;
   const lanes_where v494 = LANES_LT(4.445422276e-16, v493); LANES_LET1(v495, sqrt, v493);
   const lanes v496 = LANES_CHOICE(v494, v495, 0.0), v497 = 0.33337 * v496, v498 = v497 * v497,
       v499 = v490 - 0.33444584, v500 = 0.33337 * v499, v501 = 1e-150 + v500, v502 = v501 * v501,
       v503 = v498 + v502;
-  LANES_LET1(v504, sqrt, v503);
-  const lanes v505 = v497 / v504, v506 = 0.3922 * v505, v507 = v482 * v506, v508 = v501 / v504,
+  LANES_LET1(v504, rsqrt, v503);
+  const lanes v505 = v497 * v504, v506 = 0.3922 * v505, v507 = v482 * v506, v508 = v501 * v504,
       v509 = 0.3922 * v508, v510 = -0.425 - v509, v511 = v488 * v510, v512 = v507 + v511,
       v513 = v512 * v512, v514 = v482 * v510, v515 = v488 * v506, v516 = v514 - v515,
       v517 = 1e-150 + v516, v518 = v517 * v517, v519 = v513 + v518;
-  LANES_LET1(v520, sqrt, v519);
-  const lanes v521 = v512 / v520, v522 = v517 / v520;
+  LANES_LET1(v520, rsqrt, v519);
+  const lanes v521 = v512 * v520, v522 = v517 * v520;
   LANES_LET2(v523, atan2, v521, v522); LANES_LET2(v524, atan2, v505, v508);
   const lanes v525 = v508 * v522, v526 = v505 * v521, v527 = v525 - v526, v528 = v480 * v527,
       v529 = v508 * v521, v530 = v505 * v522, v531 = v529 + v530, v532 = v486 * v531,
@@ -1377,19 +1377,19 @@ static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
   LANES_LET2(v537, atan2, v533, v536);
   const lanes v538 = T_10 * v480, v539 = v320 * v486, v540 = v538 + v539, v541 = v540 * v540,
       v542 = v418 + v541;
-  LANES_LET1(v543, sqrt, v542);
-  const lanes v544 = v540 / v543, v545 = v417 / v543, v546 = -v545;
+  LANES_LET1(v543, rsqrt, v542);
+  const lanes v544 = v540 * v543, v545 = v417 * v543, v546 = -v545;
   LANES_LET2(v547, atan2, v544, v546);
   const lanes v548 = T_8 * v486, v549 = v429 * v480, v550 = v548 - v549, v551 = v550 * v550,
       v552 = v435 * v544, v553 = T_8 * v480, v554 = v429 * v486, v555 = v553 + v554,
       v556 = v545 * v555, v557 = v552 - v556, v558 = v557 * v557, v559 = v551 + v558;
-  LANES_LET1(v560, sqrt, v559);
-  const lanes v561 = v550 / v560, v562 = v557 / v560;
+  LANES_LET1(v560, rsqrt, v559);
+  const lanes v561 = v550 * v560, v562 = v557 * v560;
   LANES_LET2(v563, atan2, v561, v562);
   const lanes v564 = v511 - v507, v565 = v564 * v564, v566 = v514 + v515, v567 = 1e-150 + v566,
       v568 = v567 * v567, v569 = v565 + v568;
-  LANES_LET1(v570, sqrt, v569);
-  const lanes v571 = v564 / v570, v572 = v567 / v570;
+  LANES_LET1(v570, rsqrt, v569);
+  const lanes v571 = v564 * v570, v572 = v567 * v570;
   LANES_LET2(v573, atan2, v571, v572);
   const lanes v574 = v508 * v572, v575 = v505 * v571, v576 = v574 + v575, v577 = v480 * v576,
       v578 = v508 * v571, v579 = v505 * v572, v580 = v578 - v579, v581 = v486 * v580,

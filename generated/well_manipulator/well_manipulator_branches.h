@@ -24,8 +24,8 @@ LANES_INLINE void LANES_NAME(well_manipulator_ik_branch)(
       theta7_0 = LANES_OF(theta7[0]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = T_7 * T_7, v2 = 1e-150 - T_3,
       v3 = v2 * v2, v4 = v1 + v3;
-  LANES_LET1(v5, sqrt, v4);
-  const lanes v6 = T_7 / v5, v7 = v2 / v5, v8 = choice_0 * v7;
+  LANES_LET1(v5, rsqrt, v4);
+  const lanes v6 = T_7 * v5, v7 = v2 * v5, v8 = choice_0 * v7;
   LANES_COS_SIN(v10, v11, theta7_0);
   const lanes v14 = T_11 - 1.03, v15 = 0.9992562012543986 * T_9, v16 = 0.03856221278179919 * T_8,
       v17 = v15 - v16, v18 = v10 * v17, v19 = 0.9992562012543986 * T_8,
@@ -38,11 +38,11 @@ LANES_INLINE void LANES_NAME(well_manipulator_ik_branch)(
       v40 = 0.03856221278179919 * T_5, v41 = v39 + v40, v42 = v11 * v41, v43 = v38 + v42,
       v44 = choice_0 * v6, v45 = v43 * v44, v46 = v34 - v45, v47 = v46 * v46, v48 = v24 * v24,
       v49 = v47 + v48;
-  LANES_LET1(v50, sqrt, v49);
-  const lanes v51 = v24 / v50, v52 = 1.274228688026137 * v11, v53 = 0.10681652779972366 * v10,
+  LANES_LET1(v50, rsqrt, v49);
+  const lanes v51 = v24 * v50, v52 = 1.274228688026137 * v11, v53 = 0.10681652779972366 * v10,
       v54 = v52 - v53, v55 = 1.0423042442295005 + v54, v56 = 0.03856221278179919 * l_MN_0,
       v57 = v55 - v56, v58 = 0.020837722980371797 * l_HI_0, v59 = v57 - v58,
-      v60 = 1.0683236174435116 - v58, v61 = v59 - v60, v62 = v51 * v61, v63 = v46 / v50,
+      v60 = 1.0683236174435116 - v58, v61 = v59 - v60, v62 = v51 * v61, v63 = v46 * v50,
       v64 = 1.274228688026137 * v10, v65 = 0.10681652779972366 * v11, v66 = v64 + v65,
       v67 = 4.189052620449837 + v66, v68 = 0.9992562012543986 * l_MN_0, v69 = v67 + v68,
       v70 = 0.9997828710780122 * l_HI_0, v71 = v69 + v70, v72 = 2.5829849354066767 + v70,
@@ -56,14 +56,14 @@ LANES_INLINE void LANES_NAME(well_manipulator_ik_branch)(
   const lanes v103 = LANES_CHOICE(v101, v102, 0.0), v104 = choice_1 * v103, v105 = v96 * v104,
       v106 = v95 + v105, v107 = 1e-150 + v106, v108 = v78 * v104, v109 = v96 * v94,
       v110 = v108 - v109, v111 = v110 * v110, v112 = v107 * v107, v113 = v111 + v112;
-  LANES_LET1(v114, sqrt, v113);
-  const lanes v115 = v107 / v114, v116 = v77 * v115, v117 = v110 / v114, v118 = v90 * v117,
+  LANES_LET1(v114, rsqrt, v113);
+  const lanes v115 = v107 * v114, v116 = v77 * v115, v117 = v110 * v114, v118 = v90 * v117,
       v119 = v116 - v118, v120 = v119 + 0.9687, v121 = v76 * v120, v122 = v77 * v117,
       v123 = v90 * v115, v124 = v122 + v123, v125 = v85 * v124, v126 = v121 - v125,
       v127 = v126 * v126, v128 = v85 * v120, v129 = v76 * v124, v130 = v128 + v129,
       v131 = 1e-150 + v130, v132 = v131 * v131, v133 = v127 + v132;
-  LANES_LET1(v134, sqrt, v133);
-  const lanes v135 = v126 / v134, v136 = 0.1708 * v135, v137 = 0.0854 - v136, v138 = v131 / v134,
+  LANES_LET1(v134, rsqrt, v133);
+  const lanes v135 = v126 * v134, v136 = 0.1708 * v135, v137 = 0.0854 - v136, v138 = v131 * v134,
       v139 = 0.209 * v138, v140 = v137 - v139, v141 = v140 * v140, v142 = 0.1708 * v138,
       v143 = 0.8755 + v142, v144 = 0.209 * v135, v145 = v143 - v144, v146 = v145 * v145,
       v147 = v141 + v146;

@@ -2594,8 +2594,8 @@ static LANES_TARGET void LANES_NAME(well_manipulator_actuators_D_chain)(const la
       v13 = 0.0854 - v12, v14 = 0.209 * v2, v15 = v13 - v14, v16 = 2.0 * v15, v17 = v11 * v16,
       v18 = v14 + v12, v19 = 0.8755 + v10, v20 = v19 - v9, v21 = 2.0 * v20, v22 = v18 * v21,
       v23 = v17 - v22, v24 = v15 * v15, v25 = v20 * v20, v26 = v24 + v25;
-  LANES_LET1(v27, sqrt, v26);
-  const lanes v28 = 0.5 / v27, v29 = v23 * v28;
+  LANES_LET1(v27, rsqrt, v26);
+  const lanes v28 = 0.5 * v27, v29 = v23 * v28;
   out[8] = v29; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
   out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(0.0);
@@ -2603,8 +2603,8 @@ static LANES_TARGET void LANES_NAME(well_manipulator_actuators_D_chain)(const la
       v34 = 0.7874 - v33, v35 = 0.1772 * v4, v36 = v34 - v35, v37 = 2.0 * v36, v38 = v32 * v37,
       v39 = v35 + v33, v40 = v31 - 0.2478, v41 = v40 - v30, v42 = 2.0 * v41, v43 = v39 * v42,
       v44 = v38 - v43, v45 = v36 * v36, v46 = v41 * v41, v47 = v45 + v46;
-  LANES_LET1(v48, sqrt, v47);
-  const lanes v49 = 0.5 / v48, v50 = v44 * v49;
+  LANES_LET1(v48, rsqrt, v47);
+  const lanes v49 = 0.5 * v48, v50 = v44 * v49;
   out[16] = v50; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
   out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0);
   out[23] = LANES_OF(0.0); out[24] = LANES_OF(1.0); out[25] = LANES_OF(0.0);
@@ -2614,8 +2614,8 @@ static LANES_TARGET void LANES_NAME(well_manipulator_actuators_D_chain)(const la
       v55 = 0.6511 - v54, v56 = 0.1139 * v5, v57 = v55 - v56, v58 = 2.0 * v57, v59 = v53 * v58,
       v60 = v56 + v54, v61 = v52 - 0.11, v62 = v61 - v51, v63 = 2.0 * v62, v64 = v60 * v63,
       v65 = v59 - v64, v66 = v57 * v57, v67 = v62 * v62, v68 = v66 + v67;
-  LANES_LET1(v69, sqrt, v68);
-  const lanes v70 = 0.5 / v69, v71 = v65 * v70;
+  LANES_LET1(v69, rsqrt, v68);
+  const lanes v70 = 0.5 * v69, v71 = v65 * v70;
   out[32] = v71; out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0);
   out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0);
   out[39] = LANES_OF(0.0); out[40] = LANES_OF(1.0); out[41] = LANES_OF(0.0);
@@ -2625,8 +2625,8 @@ static LANES_TARGET void LANES_NAME(well_manipulator_actuators_D_chain)(const la
       v76 = 0.6996 * v8, v77 = v75 + v76, v78 = v77 - 0.1031, v79 = 2.0 * v78, v80 = v74 * v79,
       v81 = v72 - 0.1346, v82 = v81 - v73, v83 = 2.0 * v82, v84 = v77 * v83, v85 = v80 - v84,
       v86 = v82 * v82, v87 = v78 * v78, v88 = v86 + v87;
-  LANES_LET1(v89, sqrt, v88);
-  const lanes v90 = 0.5 / v89, v91 = v85 * v90;
+  LANES_LET1(v89, rsqrt, v88);
+  const lanes v90 = 0.5 * v89, v91 = v85 * v90;
   out[48] = v91;
 }
 
@@ -2640,8 +2640,8 @@ static LANES_TARGET void LANES_NAME(well_manipulator_actuator_rates)(const lanes
   const lanes v9 = 0.1708 * v1, v10 = 0.0854 - v9, v11 = 0.209 * v2, v12 = v10 - v11,
       v13 = v12 * v12, v14 = 0.1708 * v2, v15 = 0.8755 + v14, v16 = 0.209 * v1, v17 = v15 - v16,
       v18 = v17 * v17, v19 = v13 + v18;
-  LANES_LET1(v20, sqrt, v19);
-  const lanes v21 = 0.5 / v20, v22 = 2.0 * v12, v23 = v1 * thetad_1, v24 = 0.209 * v23,
+  LANES_LET1(v20, rsqrt, v19);
+  const lanes v21 = 0.5 * v20, v22 = 2.0 * v12, v23 = v1 * thetad_1, v24 = 0.209 * v23,
       v25 = v2 * thetad_1, v26 = 0.1708 * v25, v27 = v24 - v26, v28 = v22 * v27, v29 = 2.0 * v17,
       v30 = 0.209 * v25, v31 = 0.1708 * v23, v32 = v30 + v31, v33 = v29 * v32, v34 = v28 - v33,
       v35 = v21 * v34;
@@ -2649,8 +2649,8 @@ static LANES_TARGET void LANES_NAME(well_manipulator_actuator_rates)(const lanes
   const lanes v36 = 0.0991 * v3, v37 = 0.7874 - v36, v38 = 0.1772 * v4, v39 = v37 - v38,
       v40 = v39 * v39, v41 = 0.0991 * v4, v42 = v41 - 0.2478, v43 = 0.1772 * v3, v44 = v42 - v43,
       v45 = v44 * v44, v46 = v40 + v45;
-  LANES_LET1(v47, sqrt, v46);
-  const lanes v48 = 0.5 / v47, v49 = 2.0 * v39, v50 = v3 * thetad_2, v51 = 0.1772 * v50,
+  LANES_LET1(v47, rsqrt, v46);
+  const lanes v48 = 0.5 * v47, v49 = 2.0 * v39, v50 = v3 * thetad_2, v51 = 0.1772 * v50,
       v52 = v4 * thetad_2, v53 = 0.0991 * v52, v54 = v51 - v53, v55 = v49 * v54, v56 = 2.0 * v44,
       v57 = 0.1772 * v52, v58 = 0.0991 * v50, v59 = v57 + v58, v60 = v56 * v59, v61 = v55 - v60,
       v62 = v48 * v61;
@@ -2658,8 +2658,8 @@ static LANES_TARGET void LANES_NAME(well_manipulator_actuator_rates)(const lanes
   const lanes v63 = 0.1369 * v5, v64 = 0.6511 - v63, v65 = 0.1139 * v6, v66 = v64 - v65,
       v67 = v66 * v66, v68 = 0.1139 * v5, v69 = v68 - 0.11, v70 = 0.1369 * v6, v71 = v69 - v70,
       v72 = v71 * v71, v73 = v67 + v72;
-  LANES_LET1(v74, sqrt, v73);
-  const lanes v75 = 0.5 / v74, v76 = 2.0 * v66, v77 = v6 * thetad_4, v78 = 0.1369 * v77,
+  LANES_LET1(v74, rsqrt, v73);
+  const lanes v75 = 0.5 * v74, v76 = 2.0 * v66, v77 = v6 * thetad_4, v78 = 0.1369 * v77,
       v79 = v5 * thetad_4, v80 = 0.1139 * v79, v81 = v78 - v80, v82 = v76 * v81, v83 = 2.0 * v71,
       v84 = 0.1139 * v77, v85 = 0.1369 * v79, v86 = v84 + v85, v87 = v83 * v86, v88 = v82 - v87,
       v89 = v75 * v88;
@@ -2667,8 +2667,8 @@ static LANES_TARGET void LANES_NAME(well_manipulator_actuator_rates)(const lanes
   const lanes v90 = 0.6996 * v7, v91 = v90 - 0.1346, v92 = 0.0974 * v8, v93 = v91 - v92,
       v94 = v93 * v93, v95 = 0.0974 * v7, v96 = 0.6996 * v8, v97 = v95 + v96, v98 = v97 - 0.1031,
       v99 = v98 * v98, v100 = v94 + v99;
-  LANES_LET1(v101, sqrt, v100);
-  const lanes v102 = 0.5 / v101, v103 = 2.0 * v98, v104 = v7 * thetad_6, v105 = 0.6996 * v104,
+  LANES_LET1(v101, rsqrt, v100);
+  const lanes v102 = 0.5 * v101, v103 = 2.0 * v98, v104 = v7 * thetad_6, v105 = 0.6996 * v104,
       v106 = v8 * thetad_6, v107 = 0.0974 * v106, v108 = v105 - v107, v109 = v103 * v108,
       v110 = 2.0 * v93, v111 = 0.0974 * v104, v112 = 0.6996 * v106, v113 = v111 + v112,
       v114 = v110 * v113, v115 = v109 - v114, v116 = v102 * v115;
@@ -2919,11 +2919,11 @@ static LANES_TARGET void LANES_NAME(well_manipulator_ik)(const lanes *in, lanes 
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
       l_HI_0 = in[16], l_MN_0 = in[17], theta7_0 = in[18], v1 = T_7 * T_7, v2 = 1e-150 - T_3,
       v3 = v2 * v2, v4 = v1 + v3;
-  LANES_LET1(v5, sqrt, v4);
-  const lanes v6 = T_7 / v5, v7 = v2 / v5;
+  LANES_LET1(v5, rsqrt, v4);
+  const lanes v6 = T_7 * v5, v7 = v2 * v5;
   LANES_LET2(v8, atan2, v6, v7); LANES_COS_SIN(v10, v9, theta7_0);
   const lanes v11 = -v7;
-  LANES_LET2(v12, atan2, v6, v11);
+  LANES_LET2(v12, supplement, v8, v6);
   const lanes v13 = -v8;
   out[0] = v13;
   const lanes v14 = T_11 - 1.03, v15 = 1.274228688026137 * v9, v16 = 0.10681652779972366 * v10,
@@ -2940,11 +2940,11 @@ static LANES_TARGET void LANES_NAME(well_manipulator_ik)(const lanes *in, lanes 
       v49 = v10 * v48, v50 = 0.9992562012543986 * T_4, v51 = 0.03856221278179919 * T_5,
       v52 = v50 + v51, v53 = v9 * v52, v54 = v49 + v53, v55 = v54 * v6, v56 = v45 - v55,
       v57 = v56 * v56, v58 = v35 + v57;
-  LANES_LET1(v59, sqrt, v58);
-  const lanes v60 = v34 / v59, v61 = v24 * v60, v62 = 1.274228688026137 * v10,
+  LANES_LET1(v59, rsqrt, v58);
+  const lanes v60 = v34 * v59, v61 = v24 * v60, v62 = 1.274228688026137 * v10,
       v63 = 0.10681652779972366 * v9, v64 = v62 + v63, v65 = 4.189052620449837 + v64,
       v66 = 0.9992562012543986 * l_MN_0, v67 = v65 + v66, v68 = 0.9997828710780122 * l_HI_0,
-      v69 = v67 + v68, v70 = 2.5829849354066767 + v68, v71 = v69 - v70, v72 = v56 / v59,
+      v69 = v67 + v68, v70 = 2.5829849354066767 + v68, v71 = v69 - v70, v72 = v56 * v59,
       v73 = v71 * v72, v74 = v61 - v73, v75 = v14 - v74, v76 = v70 - 0.9687, v77 = 1.9374 * v76,
       v78 = T_3 * v7, v79 = T_7 * v6, v80 = v78 - v79, v81 = v71 * v60, v82 = v24 * v72,
       v83 = v81 + v82, v84 = v80 - v83, v85 = v84 * v84, v86 = v75 * v75, v87 = v85 + v86,
@@ -2955,14 +2955,14 @@ static LANES_TARGET void LANES_NAME(well_manipulator_ik)(const lanes *in, lanes 
   const lanes v102 = LANES_CHOICE(v100, v101, 0.0), v103 = v95 * v102, v104 = v94 + v103,
       v105 = 1e-150 + v104, v106 = v77 * v102, v107 = v95 * v93, v108 = v106 - v107,
       v109 = v108 * v108, v110 = v105 * v105, v111 = v109 + v110;
-  LANES_LET1(v112, sqrt, v111);
-  const lanes v113 = v105 / v112, v114 = v76 * v113, v115 = v108 / v112, v116 = v89 * v115,
+  LANES_LET1(v112, rsqrt, v111);
+  const lanes v113 = v105 * v112, v114 = v76 * v113, v115 = v108 * v112, v116 = v89 * v115,
       v117 = v114 - v116, v118 = v117 + 0.9687, v119 = v75 * v118, v120 = v76 * v115,
       v121 = v89 * v113, v122 = v120 + v121, v123 = v84 * v122, v124 = v119 - v123,
       v125 = v124 * v124, v126 = v84 * v118, v127 = v75 * v122, v128 = v126 + v127,
       v129 = 1e-150 + v128, v130 = v129 * v129, v131 = v125 + v130;
-  LANES_LET1(v132, sqrt, v131);
-  const lanes v133 = v124 / v132, v134 = 0.1708 * v133, v135 = 0.0854 - v134, v136 = v129 / v132,
+  LANES_LET1(v132, rsqrt, v131);
+  const lanes v133 = v124 * v132, v134 = 0.1708 * v133, v135 = 0.0854 - v134, v136 = v129 * v132,
       v137 = 0.209 * v136, v138 = v135 - v137, v139 = v138 * v138, v140 = 0.1708 * v136,
       v141 = 0.8755 + v140, v142 = 0.209 * v133, v143 = v141 - v142, v144 = v143 * v143,
       v145 = v139 + v144;
@@ -2984,14 +2984,14 @@ static LANES_TARGET void LANES_NAME(well_manipulator_ik)(const lanes *in, lanes 
   LANES_LET1(v194, sqrt, v193); out[6] = v194; out[7] = v13;
   const lanes v195 = v94 - v103, v196 = 1e-150 + v195, v197 = v106 + v107, v198 = v197 * v197,
       v199 = v196 * v196, v200 = v198 + v199;
-  LANES_LET1(v201, sqrt, v200);
-  const lanes v202 = v196 / v201, v203 = v202 * v76, v204 = v197 / v201, v205 = v204 * v89,
+  LANES_LET1(v201, rsqrt, v200);
+  const lanes v202 = v196 * v201, v203 = v202 * v76, v204 = v197 * v201, v205 = v204 * v89,
       v206 = v203 + v205, v207 = v206 + 0.9687, v208 = v207 * v75, v209 = v202 * v89,
       v210 = v204 * v76, v211 = v209 - v210, v212 = v211 * v84, v213 = v208 - v212,
       v214 = v213 * v213, v215 = v211 * v75, v216 = v207 * v84, v217 = v215 + v216,
       v218 = 1e-150 + v217, v219 = v218 * v218, v220 = v214 + v219;
-  LANES_LET1(v221, sqrt, v220);
-  const lanes v222 = v213 / v221, v223 = 0.1708 * v222, v224 = 0.0854 - v223, v225 = v218 / v221,
+  LANES_LET1(v221, rsqrt, v220);
+  const lanes v222 = v213 * v221, v223 = 0.1708 * v222, v224 = 0.0854 - v223, v225 = v218 * v221,
       v226 = 0.209 * v225, v227 = v224 - v226, v228 = v227 * v227, v229 = 0.1708 * v225,
       v230 = 0.8755 + v229, v231 = 0.209 * v222, v232 = v230 - v231, v233 = v232 * v232,
       v234 = v228 + v233;
@@ -3014,14 +3014,14 @@ static LANES_TARGET void LANES_NAME(well_manipulator_ik)(const lanes *in, lanes 
   const lanes v285 = LANES_CHOICE(v283, v284, 0.0), v286 = v285 * v95, v287 = v280 + v286,
       v288 = 1e-150 + v287, v289 = v285 * v77, v290 = v279 * v95, v291 = v289 - v290,
       v292 = v291 * v291, v293 = v288 * v288, v294 = v292 + v293;
-  LANES_LET1(v295, sqrt, v294);
-  const lanes v296 = v288 / v295, v297 = v296 * v89, v298 = v291 / v295, v299 = v298 * v76,
+  LANES_LET1(v295, rsqrt, v294);
+  const lanes v296 = v288 * v295, v297 = v296 * v89, v298 = v291 * v295, v299 = v298 * v76,
       v300 = v297 + v299, v301 = v273 * v300, v302 = v296 * v76, v303 = v298 * v89,
       v304 = v302 - v303, v305 = v304 + 0.9687, v306 = v276 * v305, v307 = v301 + v306,
       v308 = v307 * v307, v309 = v276 * v300, v310 = v273 * v305, v311 = v309 - v310,
       v312 = 1e-150 + v311, v313 = v312 * v312, v314 = v308 + v313;
-  LANES_LET1(v315, sqrt, v314);
-  const lanes v316 = v307 / v315, v317 = 0.1708 * v316, v318 = 0.0854 - v317, v319 = v312 / v315,
+  LANES_LET1(v315, rsqrt, v314);
+  const lanes v316 = v307 * v315, v317 = 0.1708 * v316, v318 = 0.0854 - v317, v319 = v312 * v315,
       v320 = 0.209 * v319, v321 = v318 - v320, v322 = v321 * v321, v323 = 0.1708 * v319,
       v324 = 0.8755 + v323, v325 = 0.209 * v316, v326 = v324 - v325, v327 = v326 * v326,
       v328 = v322 + v327;
@@ -3039,14 +3039,14 @@ static LANES_TARGET void LANES_NAME(well_manipulator_ik)(const lanes *in, lanes 
   LANES_LET1(v365, sqrt, v364); out[18] = v365; out[19] = l_MN_0; out[20] = v194; out[21] = v12;
   const lanes v366 = v280 - v286, v367 = 1e-150 + v366, v368 = v290 + v289, v369 = v368 * v368,
       v370 = v367 * v367, v371 = v369 + v370;
-  LANES_LET1(v372, sqrt, v371);
-  const lanes v373 = v367 / v372, v374 = v89 * v373, v375 = v368 / v372, v376 = v76 * v375,
+  LANES_LET1(v372, rsqrt, v371);
+  const lanes v373 = v367 * v372, v374 = v89 * v373, v375 = v368 * v372, v376 = v76 * v375,
       v377 = v374 - v376, v378 = v273 * v377, v379 = v76 * v373, v380 = v89 * v375,
       v381 = v379 + v380, v382 = v381 + 0.9687, v383 = v276 * v382, v384 = v378 + v383,
       v385 = v384 * v384, v386 = v276 * v377, v387 = v273 * v382, v388 = v386 - v387,
       v389 = 1e-150 + v388, v390 = v389 * v389, v391 = v385 + v390;
-  LANES_LET1(v392, sqrt, v391);
-  const lanes v393 = v384 / v392, v394 = 0.1708 * v393, v395 = 0.0854 - v394, v396 = v389 / v392,
+  LANES_LET1(v392, rsqrt, v391);
+  const lanes v393 = v384 * v392, v394 = 0.1708 * v393, v395 = 0.0854 - v394, v396 = v389 * v392,
       v397 = 0.209 * v396, v398 = v395 - v397, v399 = v398 * v398, v400 = 0.1708 * v396,
       v401 = 0.8755 + v400, v402 = 0.209 * v393, v403 = v401 - v402, v404 = v403 * v403,
       v405 = v399 + v404;
