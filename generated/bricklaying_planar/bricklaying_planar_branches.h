@@ -41,18 +41,20 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_branch)(
       v53 = v44 * v47, v54 = v23 * v39, v55 = v27 * v40, v56 = v54 + v55, v57 = v53 * v56,
       v58 = v52 - v57, v59 = v53 * v51, v60 = v48 * v56, v61 = v59 + v60;
   LANES_LET2(v62, atan2, v58, v61); out[0] = v41; out[1] = v42; out[2] = v62;
-  const lanes v63 = T_11 * T_11, v64 = 0.127 * v53, v65 = 0.127 * v51, v66 = v64 + v65,
-      v67 = 0.1778 * v40, v68 = v66 + v67, v69 = v68 - T_3, v70 = v69 * v69, v71 = v63 + v70,
-      v72 = 0.127 * v48, v73 = 0.127 * v56, v74 = v72 + v73, v75 = 0.1778 * v39, v76 = v74 + v75,
-      v77 = v76 - T_7, v78 = v77 * v77, v79 = v71 + v78, v80 = T_2 * T_2, v81 = T_6 * T_6,
-      v82 = v80 + v81, v83 = T_8 * T_8, v84 = v82 + v83, v85 = T_9 * T_9, v86 = v84 + v85,
-      v87 = v53 - T_0, v88 = v87 * v87, v89 = v86 + v88, v90 = T_1 + v48, v91 = v90 * v90,
-      v92 = v89 + v91, v93 = v48 - T_4, v94 = v93 * v93, v95 = v92 + v94, v96 = v53 - T_5,
-      v97 = v96 * v96, v98 = v95 + v97, v99 = 1.0 - T_10, v100 = v99 * v99, v101 = v98 + v100,
-      v102 = 0.5 * v101;
-  LANES_LET2(v103, fmax, v79, v102); LANES_LET1(v104, sqrt, v103); out[3] = v104;
-  const lanes v105 = 490.3080836793531 * v13;
-  out[4] = v105;
+  const lanes v63 = T_2 * T_2, v64 = T_6 * T_6, v65 = v63 + v64, v66 = T_8 * T_8, v67 = v65 + v66,
+      v68 = T_9 * T_9, v69 = v67 + v68, v70 = v53 - T_0, v71 = v70 * v70, v72 = v69 + v71,
+      v73 = T_1 + v48, v74 = v73 * v73, v75 = v72 + v74, v76 = v48 - T_4, v77 = v76 * v76,
+      v78 = v75 + v77, v79 = v53 - T_5, v80 = v79 * v79, v81 = v78 + v80, v82 = 1.0 - T_10,
+      v83 = v82 * v82, v84 = v81 + v83, v85 = 0.5 * v84, v86 = T_11 * T_11, v87 = 0.127 * v53,
+      v88 = 0.127 * v51, v89 = v87 + v88, v90 = 0.1778 * v40, v91 = v89 + v90, v92 = v91 - T_3,
+      v93 = v92 * v92, v94 = v86 + v93, v95 = 0.127 * v48, v96 = 0.127 * v56, v97 = v95 + v96,
+      v98 = 0.1778 * v39, v99 = v97 + v98, v100 = v99 - T_7, v101 = v100 * v100, v102 = v94 + v101;
+  const lanes_where v103 = LANES_LT(v85, v102); const lanes_where v104 = LANES_LE(v102, v85);
+  const lanes v105 = v102 + v85, v106 = LANES_CHOICE(v104, v85, v105),
+      v107 = LANES_CHOICE(v103, v102, v106);
+  LANES_LET1(v108, sqrt, v107); out[3] = v108;
+  const lanes v109 = 490.3080836793531 * v13;
+  out[4] = v109;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_branches)(const double *T, double *q, double *residual, double *margin)
@@ -98,14 +100,15 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_planar_branch)(
       v55 = v46 * v49, v56 = v25 * v41, v57 = v29 * v42, v58 = v56 + v57, v59 = v55 * v58,
       v60 = v54 - v59, v61 = v55 * v53, v62 = v50 * v58, v63 = v61 + v62;
   LANES_LET2(v64, atan2, v60, v63); out[0] = v43; out[1] = v44; out[2] = v64;
-  const lanes v65 = 0.127 * v55, v66 = 0.127 * v53, v67 = v65 + v66, v68 = 0.1778 * v42,
-      v69 = v67 + v68, v70 = v69 - x_0, v71 = v70 * v70, v72 = 0.127 * v50, v73 = 0.127 * v58,
-      v74 = v72 + v73, v75 = 0.1778 * v41, v76 = v74 + v75, v77 = v76 - x_1, v78 = v77 * v77,
-      v79 = v71 + v78, v80 = v55 - v4, v81 = v80 * v80, v82 = v50 - v1, v83 = v82 * v82,
-      v84 = v81 + v83;
-  LANES_LET2(v85, fmax, v79, v84); LANES_LET1(v86, sqrt, v85); out[3] = v86;
-  const lanes v87 = 490.3080836793531 * v15;
-  out[4] = v87;
+  const lanes v65 = v55 - v4, v66 = v65 * v65, v67 = v50 - v1, v68 = v67 * v67, v69 = v66 + v68,
+      v70 = 0.127 * v55, v71 = 0.127 * v53, v72 = v70 + v71, v73 = 0.1778 * v42, v74 = v72 + v73,
+      v75 = v74 - x_0, v76 = v75 * v75, v77 = 0.127 * v50, v78 = 0.127 * v58, v79 = v77 + v78,
+      v80 = 0.1778 * v41, v81 = v79 + v80, v82 = v81 - x_1, v83 = v82 * v82, v84 = v76 + v83;
+  const lanes_where v85 = LANES_LT(v69, v84); const lanes_where v86 = LANES_LE(v84, v69);
+  const lanes v87 = v84 + v69, v88 = LANES_CHOICE(v86, v69, v87), v89 = LANES_CHOICE(v85, v84, v88);
+  LANES_LET1(v90, sqrt, v89); out[3] = v90;
+  const lanes v91 = 490.3080836793531 * v15;
+  out[4] = v91;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar_branches)(const double *x, double *q, double *residual, double *margin)

@@ -406,14 +406,18 @@ static LANES_TARGET void LANES_NAME(bricklaying_planar_ik)(const lanes *in, lane
       v117 = v109 + v116, v118 = 0.127 * v47, v119 = 0.127 * v55, v120 = v118 + v119,
       v121 = 0.1778 * v38, v122 = v120 + v121, v123 = v122 - T_7, v124 = v123 * v123,
       v125 = v117 + v124;
-  LANES_LET2(v126, fmax, v108, v125); LANES_LET1(v127, sqrt, v126); out[6] = v127;
-  const lanes v128 = 0.127 * v74, v129 = v110 + v128, v130 = 0.1778 * v70, v131 = v129 + v130,
-      v132 = v131 - T_3, v133 = v132 * v132, v134 = v109 + v133, v135 = 0.127 * v78,
-      v136 = v118 + v135, v137 = 0.1778 * v69, v138 = v136 + v137, v139 = v138 - T_7,
-      v140 = v139 * v139, v141 = v134 + v140;
-  LANES_LET2(v142, fmax, v108, v141); LANES_LET1(v143, sqrt, v142); out[7] = v143;
-  const lanes v144 = 490.3080836793531 * v14;
-  out[8] = v144; out[9] = v144;
+  const lanes_where v126 = LANES_LT(v108, v125);
+  const lanes v127 = LANES_CHOICE(v126, v125, v108);
+  LANES_LET1(v128, sqrt, v127); out[6] = v128;
+  const lanes v129 = 0.127 * v74, v130 = v110 + v129, v131 = 0.1778 * v70, v132 = v130 + v131,
+      v133 = v132 - T_3, v134 = v133 * v133, v135 = v109 + v134, v136 = 0.127 * v78,
+      v137 = v118 + v136, v138 = 0.1778 * v69, v139 = v137 + v138, v140 = v139 - T_7,
+      v141 = v140 * v140, v142 = v135 + v141;
+  const lanes_where v143 = LANES_LT(v108, v142);
+  const lanes v144 = LANES_CHOICE(v143, v142, v108);
+  LANES_LET1(v145, sqrt, v144); out[7] = v145;
+  const lanes v146 = 490.3080836793531 * v14;
+  out[8] = v146; out[9] = v146;
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar)(const lanes *in, lanes *out)
@@ -456,12 +460,16 @@ static LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar)(const lanes *i
       v98 = v97 - x_0, v99 = v98 * v98, v100 = 0.127 * v49, v101 = 0.127 * v57, v102 = v100 + v101,
       v103 = 0.1778 * v40, v104 = v102 + v103, v105 = v104 - x_1, v106 = v105 * v105,
       v107 = v99 + v106;
-  LANES_LET2(v108, fmax, v92, v107); LANES_LET1(v109, sqrt, v108); out[6] = v109;
-  const lanes v110 = 0.127 * v76, v111 = v93 + v110, v112 = 0.1778 * v72, v113 = v111 + v112,
-      v114 = v113 - x_0, v115 = v114 * v114, v116 = 0.127 * v80, v117 = v100 + v116,
-      v118 = 0.1778 * v71, v119 = v117 + v118, v120 = v119 - x_1, v121 = v120 * v120,
-      v122 = v115 + v121;
-  LANES_LET2(v123, fmax, v92, v122); LANES_LET1(v124, sqrt, v123); out[7] = v124;
-  const lanes v125 = 490.3080836793531 * v16;
-  out[8] = v125; out[9] = v125;
+  const lanes_where v108 = LANES_LT(v92, v107);
+  const lanes v109 = LANES_CHOICE(v108, v107, v92);
+  LANES_LET1(v110, sqrt, v109); out[6] = v110;
+  const lanes v111 = 0.127 * v76, v112 = v93 + v111, v113 = 0.1778 * v72, v114 = v112 + v113,
+      v115 = v114 - x_0, v116 = v115 * v115, v117 = 0.127 * v80, v118 = v100 + v117,
+      v119 = 0.1778 * v71, v120 = v118 + v119, v121 = v120 - x_1, v122 = v121 * v121,
+      v123 = v116 + v122;
+  const lanes_where v124 = LANES_LT(v92, v123);
+  const lanes v125 = LANES_CHOICE(v124, v123, v92);
+  LANES_LET1(v126, sqrt, v125); out[7] = v126;
+  const lanes v127 = 490.3080836793531 * v16;
+  out[8] = v127; out[9] = v127;
 }

@@ -3370,6 +3370,8 @@ static LANES_TARGET void LANES_NAME(delta_ik)(const lanes *in, lanes *out)
       v307 = v250 * v302, v308 = v285 - v307, v309 = v308 - T_7, v310 = v309 * v309,
       v311 = v306 + v310, v312 = v74 + v297, v313 = v245 * v302, v314 = v312 - v313,
       v315 = v314 - T_11, v316 = v315 * v315, v317 = v311 + v316;
-  LANES_LET2(v318, fmax, v217, v317); LANES_LET1(v319, sqrt, v318); out[6] = v319; out[7] = v319;
-  out[8] = LANES_OF(1.0); out[9] = LANES_OF(1.0);
+  const lanes_where v318 = LANES_LT(v217, v317);
+  const lanes v319 = LANES_CHOICE(v318, v317, v217);
+  LANES_LET1(v320, sqrt, v319); out[6] = v320; out[7] = v320; out[8] = LANES_OF(1.0);
+  out[9] = LANES_OF(1.0);
 }

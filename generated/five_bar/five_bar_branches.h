@@ -42,23 +42,27 @@ LANES_INLINE void LANES_NAME(five_bar_ik_branch)(
   const lanes v64 = 0.5 * v63, v65 = v64 / v54, v66 = v51 * v65, v67 = v59 - v66, v68 = 5.0 * v67,
       v69 = v51 * v58, v70 = v44 * v65, v71 = v69 + v70, v72 = 5.0 * v71;
   LANES_LET2(v73, atan2, v68, v72); out[0] = v38; out[1] = v73;
-  const lanes v74 = T_11 * T_11, v75 = 0.2 + v71, v76 = v75 - v45, v77 = 0.5 * v76, v78 = v67 - v39,
-      v79 = v76 * v76, v80 = v78 * v78, v81 = v79 + v80, v82 = 0.36 - v81, v83 = v81 * v82;
-  LANES_LET1(v84, sqrt, v83);
-  const lanes v85 = 0.5 * v84, v86 = v85 / v81, v87 = v78 * v86, v88 = v77 - v87,
-      v89 = 0.9999999999999999 * v88, v90 = v89 + v45, v91 = v90 - 0.1, v92 = v91 - T_3,
-      v93 = v92 * v92, v94 = v74 + v93, v95 = v76 * v86, v96 = 0.5 * v78, v97 = v95 + v96,
-      v98 = 0.9999999999999999 * v97, v99 = v98 + v39, v100 = v99 - T_7, v101 = v100 * v100,
-      v102 = v94 + v101, v103 = T_2 * T_2, v104 = T_6 * T_6, v105 = v103 + v104, v106 = T_8 * T_8,
-      v107 = v105 + v106, v108 = T_9 * T_9, v109 = v107 + v108, v110 = 3.333333333333333 * v88,
-      v111 = v110 - T_0, v112 = v111 * v111, v113 = v109 + v112, v114 = 3.333333333333333 * v97,
-      v115 = T_1 + v114, v116 = v115 * v115, v117 = v113 + v116, v118 = v114 - T_4,
-      v119 = v118 * v118, v120 = v117 + v119, v121 = v110 - T_5, v122 = v121 * v121,
-      v123 = v120 + v122, v124 = 1.0 - T_10, v125 = v124 * v124, v126 = v123 + v125,
-      v127 = 0.5 * v126;
-  LANES_LET2(v128, fmax, v102, v127); LANES_LET1(v129, sqrt, v128); out[2] = v129;
-  const lanes v130 = 69.44444444444444 * v10;
-  out[3] = v130;
+  const lanes v74 = T_2 * T_2, v75 = T_6 * T_6, v76 = v74 + v75, v77 = T_8 * T_8, v78 = v76 + v77,
+      v79 = T_9 * T_9, v80 = v78 + v79, v81 = 0.2 + v71, v82 = v81 - v45, v83 = 0.5 * v82,
+      v84 = v67 - v39, v85 = v82 * v82, v86 = v84 * v84, v87 = v85 + v86, v88 = 0.36 - v87,
+      v89 = v87 * v88;
+  LANES_LET1(v90, sqrt, v89);
+  const lanes v91 = 0.5 * v90, v92 = v91 / v87, v93 = v84 * v92, v94 = v83 - v93,
+      v95 = 3.333333333333333 * v94, v96 = v95 - T_0, v97 = v96 * v96, v98 = v80 + v97,
+      v99 = v82 * v92, v100 = 0.5 * v84, v101 = v99 + v100, v102 = 3.333333333333333 * v101,
+      v103 = T_1 + v102, v104 = v103 * v103, v105 = v98 + v104, v106 = v102 - T_4,
+      v107 = v106 * v106, v108 = v105 + v107, v109 = v95 - T_5, v110 = v109 * v109,
+      v111 = v108 + v110, v112 = 1.0 - T_10, v113 = v112 * v112, v114 = v111 + v113,
+      v115 = 0.5 * v114, v116 = T_11 * T_11, v117 = 0.9999999999999999 * v94, v118 = v117 + v45,
+      v119 = v118 - 0.1, v120 = v119 - T_3, v121 = v120 * v120, v122 = v116 + v121,
+      v123 = 0.9999999999999999 * v101, v124 = v123 + v39, v125 = v124 - T_7, v126 = v125 * v125,
+      v127 = v122 + v126;
+  const lanes_where v128 = LANES_LT(v115, v127); const lanes_where v129 = LANES_LE(v127, v115);
+  const lanes v130 = v127 + v115, v131 = LANES_CHOICE(v129, v115, v130),
+      v132 = LANES_CHOICE(v128, v127, v131);
+  LANES_LET1(v133, sqrt, v132); out[2] = v133;
+  const lanes v134 = 69.44444444444444 * v10;
+  out[3] = v134;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(five_bar_ik_branches)(const double *T, double *q, double *residual, double *margin)

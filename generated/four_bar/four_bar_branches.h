@@ -51,9 +51,12 @@ LANES_INLINE void LANES_NAME(four_bar_ik_branch)(
       v97 = v96 + v53, v98 = v97 - T_3, v99 = v98 * v98, v100 = v93 + v99,
       v101 = 0.49999999999999994 * v71, v102 = 0.39999999999999997 * v81, v103 = v101 + v102,
       v104 = v56 + v103, v105 = v104 - T_7, v106 = v105 * v105, v107 = v100 + v106;
-  LANES_LET2(v108, fmax, v92, v107); LANES_LET1(v109, sqrt, v108); out[1] = v109;
-  const lanes v110 = 677.5067750677507 * v8;
-  out[2] = v110;
+  const lanes_where v108 = LANES_LT(v92, v107); const lanes_where v109 = LANES_LE(v107, v92);
+  const lanes v110 = v92 + v107, v111 = LANES_CHOICE(v109, v92, v110),
+      v112 = LANES_CHOICE(v108, v107, v111);
+  LANES_LET1(v113, sqrt, v112); out[1] = v113;
+  const lanes v114 = 677.5067750677507 * v8;
+  out[2] = v114;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(four_bar_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -58,25 +58,28 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
   out[1] = v70; out[2] = v71;
   const lanes v104 = -v84;
   out[3] = v104;
-  const lanes v105 = 0.1 * v78, v106 = v33 + v105, v107 = 0.1 * v69, v108 = v106 + v107,
-      v109 = v12 * v108, v110 = v109 - T_3, v111 = v110 * v110, v112 = v19 * v108,
-      v113 = T_7 + v112, v114 = v113 * v113, v115 = v111 + v114, v116 = 0.1 * v74,
-      v117 = v27 + v116, v118 = 0.1 * v68, v119 = v117 + v118, v120 = v119 + 0.1,
-      v121 = v120 - T_11, v122 = v121 * v121, v123 = v115 + v122, v124 = v19 * v99,
-      v125 = v12 * v26, v126 = v100 * v125, v127 = v124 + v126, v128 = v127 - T_0,
-      v129 = v128 * v128, v130 = v19 * v100, v131 = v99 * v125, v132 = v130 - v131,
-      v133 = v132 - T_1, v134 = v133 * v133, v135 = v129 + v134, v136 = v12 * v32,
-      v137 = v136 - T_2, v138 = v137 * v137, v139 = v135 + v138, v140 = v12 * v99, v141 = v19 * v26,
-      v142 = v100 * v141, v143 = v140 - v142, v144 = v143 - T_4, v145 = v144 * v144,
-      v146 = v139 + v145, v147 = v12 * v100, v148 = v99 * v141, v149 = v147 + v148,
-      v150 = v149 - T_5, v151 = v150 * v150, v152 = v146 + v151, v153 = v19 * v32,
-      v154 = T_6 + v153, v155 = v154 * v154, v156 = v152 + v155, v157 = v32 * v100,
-      v158 = T_8 + v157, v159 = v158 * v158, v160 = v156 + v159, v161 = v32 * v99,
-      v162 = v161 - T_9, v163 = v162 * v162, v164 = v160 + v163, v165 = v26 - T_10,
-      v166 = v165 * v165, v167 = v164 + v166, v168 = 0.5 * v167;
-  LANES_LET2(v169, fmax, v123, v168); LANES_LET1(v170, sqrt, v169); out[5] = v170;
-  const lanes v171 = 2500.0 * v42;
-  out[6] = v171; lanes v13, v101; LANES_NAME(lanes_two_atan2)(&v10, &v12, &v99, &v100, &v13, &v101);
+  const lanes v105 = v19 * v99, v106 = v12 * v26, v107 = v100 * v106, v108 = v105 + v107,
+      v109 = v108 - T_0, v110 = v109 * v109, v111 = v19 * v100, v112 = v99 * v106,
+      v113 = v111 - v112, v114 = v113 - T_1, v115 = v114 * v114, v116 = v110 + v115,
+      v117 = v12 * v32, v118 = v117 - T_2, v119 = v118 * v118, v120 = v116 + v119, v121 = v12 * v99,
+      v122 = v19 * v26, v123 = v100 * v122, v124 = v121 - v123, v125 = v124 - T_4,
+      v126 = v125 * v125, v127 = v120 + v126, v128 = v12 * v100, v129 = v99 * v122,
+      v130 = v128 + v129, v131 = v130 - T_5, v132 = v131 * v131, v133 = v127 + v132,
+      v134 = v19 * v32, v135 = T_6 + v134, v136 = v135 * v135, v137 = v133 + v136,
+      v138 = v32 * v100, v139 = T_8 + v138, v140 = v139 * v139, v141 = v137 + v140,
+      v142 = v32 * v99, v143 = v142 - T_9, v144 = v143 * v143, v145 = v141 + v144,
+      v146 = v26 - T_10, v147 = v146 * v146, v148 = v145 + v147, v149 = 0.5 * v148,
+      v150 = 0.1 * v78, v151 = v33 + v150, v152 = 0.1 * v69, v153 = v151 + v152, v154 = v12 * v153,
+      v155 = v154 - T_3, v156 = v155 * v155, v157 = v19 * v153, v158 = T_7 + v157,
+      v159 = v158 * v158, v160 = v156 + v159, v161 = 0.1 * v74, v162 = v27 + v161, v163 = 0.1 * v68,
+      v164 = v162 + v163, v165 = v164 + 0.1, v166 = v165 - T_11, v167 = v166 * v166,
+      v168 = v160 + v167;
+  const lanes_where v169 = LANES_LT(v149, v168); const lanes_where v170 = LANES_LE(v168, v149);
+  const lanes v171 = v168 + v149, v172 = LANES_CHOICE(v170, v149, v171),
+      v173 = LANES_CHOICE(v169, v168, v172);
+  LANES_LET1(v174, sqrt, v173); out[5] = v174;
+  const lanes v175 = 2500.0 * v42;
+  out[6] = v175; lanes v13, v101; LANES_NAME(lanes_two_atan2)(&v10, &v12, &v99, &v100, &v13, &v101);
   const lanes v102 = choice_0 * v13, v103 = -v102;
   out[0] = v103; out[4] = v101;
 }
@@ -187,17 +190,20 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_pitch_branch)(
       v76 = v26 * v72, v77 = v75 + v76;
   LANES_LET2(v78, atan2, v74, v77); out[1] = v64; out[2] = v65; out[3] = v78;
   out[4] = LANES_OF(0.0);
-  const lanes v81 = 0.1 * v68, v82 = v81 - v27, v83 = 0.1 * v63, v84 = v82 + v83, v85 = v8 * v84,
-      v86 = v85 - x_0, v87 = v86 * v86, v88 = v23 * v84, v89 = v88 + x_1, v90 = v89 * v89,
-      v91 = v87 + v90, v92 = 0.1 * v72, v93 = v20 + v92, v94 = 0.1 * v62, v95 = v93 + v94,
-      v96 = v95 + 0.1, v97 = v96 - x_2, v98 = v97 * v97, v99 = v91 + v98, v100 = v19 - v11,
-      v101 = v100 * v100, v102 = v8 * v26, v103 = v102 * v102, v104 = v23 * v26, v105 = v104 * v104,
-      v106 = v103 + v105;
-  LANES_LET1(v107, sqrt, v106); LANES_LET1(v108, fabs, v13);
-  const lanes v109 = v107 - v108, v110 = v109 * v109, v111 = v101 + v110;
-  LANES_LET2(v112, fmax, v99, v111); LANES_LET1(v113, sqrt, v112); out[5] = v113;
-  const lanes v114 = 2500.0 * v36;
-  out[6] = v114; LANES_LET2(v9, atan2, v6, v8);
+  const lanes v81 = v19 - v11, v82 = v81 * v81, v83 = v8 * v26, v84 = v83 * v83, v85 = v23 * v26,
+      v86 = v85 * v85, v87 = v84 + v86;
+  LANES_LET1(v88, sqrt, v87); LANES_LET1(v89, fabs, v13);
+  const lanes v90 = v88 - v89, v91 = v90 * v90, v92 = v82 + v91, v93 = 0.1 * v68, v94 = v93 - v27,
+      v95 = 0.1 * v63, v96 = v94 + v95, v97 = v8 * v96, v98 = v97 - x_0, v99 = v98 * v98,
+      v100 = v23 * v96, v101 = v100 + x_1, v102 = v101 * v101, v103 = v99 + v102, v104 = 0.1 * v72,
+      v105 = v20 + v104, v106 = 0.1 * v62, v107 = v105 + v106, v108 = v107 + 0.1, v109 = v108 - x_2,
+      v110 = v109 * v109, v111 = v103 + v110;
+  const lanes_where v112 = LANES_LT(v92, v111); const lanes_where v113 = LANES_LE(v111, v92);
+  const lanes v114 = v111 + v92, v115 = LANES_CHOICE(v113, v92, v114),
+      v116 = LANES_CHOICE(v112, v111, v115);
+  LANES_LET1(v117, sqrt, v116); out[5] = v117;
+  const lanes v118 = 2500.0 * v36;
+  out[6] = v118; LANES_LET2(v9, atan2, v6, v8);
   const lanes v79 = choice_0 * v9, v80 = -v79;
   out[0] = v80;
 }
@@ -257,16 +263,18 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
   LANES_LET2(v78, atan2, v74, v77); out[1] = v64; out[2] = v65;
   const lanes v81 = -v78;
   out[3] = v81; out[4] = LANES_OF(0.0);
-  const lanes v82 = 0.1 * v72, v83 = v27 + v82, v84 = 0.1 * v63, v85 = v83 + v84, v86 = v8 * v85,
-      v87 = v86 - x_0, v88 = v87 * v87, v89 = v13 * v85, v90 = v89 + x_1, v91 = v90 * v90,
-      v92 = v88 + v91, v93 = 0.1 * v68, v94 = v21 + v93, v95 = 0.1 * v62, v96 = v94 + v95,
-      v97 = v96 + 0.1, v98 = v97 - x_2, v99 = v98 * v98, v100 = v92 + v99, v101 = v8 * v26,
-      v102 = v101 - x_3, v103 = v102 * v102, v104 = v13 * v26, v105 = v104 + x_4,
-      v106 = v105 * v105, v107 = v103 + v106, v108 = v20 - x_5, v109 = v108 * v108,
-      v110 = v107 + v109;
-  LANES_LET2(v111, fmax, v100, v110); LANES_LET1(v112, sqrt, v111); out[5] = v112;
-  const lanes v113 = 2500.0 * v36;
-  out[6] = v113; LANES_LET2(v9, atan2, v6, v8);
+  const lanes v82 = v8 * v26, v83 = v82 - x_3, v84 = v83 * v83, v85 = v13 * v26, v86 = v85 + x_4,
+      v87 = v86 * v86, v88 = v84 + v87, v89 = v20 - x_5, v90 = v89 * v89, v91 = v88 + v90,
+      v92 = 0.1 * v72, v93 = v27 + v92, v94 = 0.1 * v63, v95 = v93 + v94, v96 = v8 * v95,
+      v97 = v96 - x_0, v98 = v97 * v97, v99 = v13 * v95, v100 = v99 + x_1, v101 = v100 * v100,
+      v102 = v98 + v101, v103 = 0.1 * v68, v104 = v21 + v103, v105 = 0.1 * v62, v106 = v104 + v105,
+      v107 = v106 + 0.1, v108 = v107 - x_2, v109 = v108 * v108, v110 = v102 + v109;
+  const lanes_where v111 = LANES_LT(v91, v110); const lanes_where v112 = LANES_LE(v110, v91);
+  const lanes v113 = v110 + v91, v114 = LANES_CHOICE(v112, v91, v113),
+      v115 = LANES_CHOICE(v111, v110, v114);
+  LANES_LET1(v116, sqrt, v115); out[5] = v116;
+  const lanes v117 = 2500.0 * v36;
+  out[6] = v117; LANES_LET2(v9, atan2, v6, v8);
   const lanes v79 = choice_0 * v9, v80 = -v79;
   out[0] = v80;
 }

@@ -871,9 +871,9 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in, lanes *out)
   LANES_LET1(v154, rsqrt, v153);
   const lanes v155 = v56 * v154, v156 = v151 * v154;
   LANES_LET2(v157, atan2, v155, v156);
-  const lanes v158 = v155 * v49, v159 = v156 * v53, v160 = v158 - v159, v161 = v160 * v24,
+  const lanes v158 = v155 * v49, v159 = v156 * v53, v160 = v158 - v159, v161 = v24 * v160,
       v162 = v156 * v49, v163 = v155 * v53, v164 = v162 + v163, v165 = v164 * v30,
-      v166 = v161 - v165, v167 = v164 * v24, v168 = v160 * v30, v169 = v167 + v168;
+      v166 = v161 - v165, v167 = v24 * v164, v168 = v160 * v30, v169 = v167 + v168;
   LANES_LET2(v170, atan2, v166, v169);
   const lanes v171 = -v12;
   out[0] = v171; out[1] = v67; out[2] = v68;
@@ -904,36 +904,44 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in, lanes *out)
       v229 = v228 * v228, v230 = v10 * v226, v231 = T_7 + v230, v232 = v231 * v231,
       v233 = v229 + v232, v234 = 0.1 * v71, v235 = v25 + v234, v236 = 0.1 * v65, v237 = v235 + v236,
       v238 = v237 + 0.1, v239 = v238 - T_11, v240 = v239 * v239, v241 = v233 + v240;
-  LANES_LET2(v242, fmax, v222, v241); LANES_LET1(v243, sqrt, v242); out[20] = v243;
-  const lanes v244 = 0.1 * v111, v245 = v244 + v31, v246 = 0.1 * v107, v247 = v245 + v246,
-      v248 = v11 * v247, v249 = v248 - T_3, v250 = v249 * v249, v251 = v10 * v247,
-      v252 = T_7 + v251, v253 = v252 * v252, v254 = v250 + v253, v255 = 0.1 * v115,
-      v256 = v255 + v25, v257 = 0.1 * v106, v258 = v256 + v257, v259 = v258 + 0.1,
-      v260 = v259 - T_11, v261 = v260 * v260, v262 = v254 + v261;
-  LANES_LET2(v263, fmax, v222, v262); LANES_LET1(v264, sqrt, v263); out[21] = v264;
-  const lanes v265 = 0.1 * v137, v266 = v265 - v31, v267 = 0.1 * v129, v268 = v266 + v267,
-      v269 = v11 * v268, v270 = T_3 + v269, v271 = v270 * v270, v272 = v10 * v268,
-      v273 = T_7 - v272, v274 = v273 * v273, v275 = v271 + v274, v276 = 0.1 * v133,
-      v277 = v276 + v25, v278 = 0.1 * v128, v279 = v277 + v278, v280 = v279 + 0.1,
-      v281 = v280 - T_11, v282 = v281 * v281, v283 = v275 + v282, v284 = v192 + v203,
-      v285 = v10 * v148, v286 = v149 * v206, v287 = v285 - v286, v288 = v287 - T_0,
-      v289 = v288 * v288, v290 = v284 + v289, v291 = v10 * v149, v292 = v148 * v206,
-      v293 = v291 + v292, v294 = T_1 + v293, v295 = v294 * v294, v296 = v290 + v295,
-      v297 = v11 * v148, v298 = v149 * v179, v299 = v297 + v298, v300 = v299 - T_4,
-      v301 = v300 * v300, v302 = v296 + v301, v303 = v148 * v179, v304 = v11 * v149,
-      v305 = v303 - v304, v306 = v305 - T_5, v307 = v306 * v306, v308 = v302 + v307,
-      v309 = v149 * v30, v310 = T_8 - v309, v311 = v310 * v310, v312 = v308 + v311,
-      v313 = v148 * v30, v314 = v313 - T_9, v315 = v314 * v314, v316 = v312 + v315,
-      v317 = v316 + v220, v318 = 0.5 * v317;
-  LANES_LET2(v319, fmax, v283, v318); LANES_LET1(v320, sqrt, v319); out[22] = v320;
-  const lanes v321 = 0.1 * v164, v322 = v321 - v31, v323 = 0.1 * v156, v324 = v322 + v323,
-      v325 = v11 * v324, v326 = T_3 + v325, v327 = v326 * v326, v328 = v10 * v324,
-      v329 = T_7 - v328, v330 = v329 * v329, v331 = v327 + v330, v332 = 0.1 * v160,
-      v333 = v332 + v25, v334 = 0.1 * v155, v335 = v333 + v334, v336 = v335 + 0.1,
-      v337 = v336 - T_11, v338 = v337 * v337, v339 = v331 + v338;
-  LANES_LET2(v340, fmax, v318, v339); LANES_LET1(v341, sqrt, v340); out[23] = v341;
-  const lanes v342 = 2500.0 * v40;
-  out[24] = v342; out[25] = v342; out[26] = v342; out[27] = v342;
+  const lanes_where v242 = LANES_LT(v222, v241);
+  const lanes v243 = LANES_CHOICE(v242, v241, v222);
+  LANES_LET1(v244, sqrt, v243); out[20] = v244;
+  const lanes v245 = 0.1 * v111, v246 = v245 + v31, v247 = 0.1 * v107, v248 = v246 + v247,
+      v249 = v11 * v248, v250 = v249 - T_3, v251 = v250 * v250, v252 = v10 * v248,
+      v253 = T_7 + v252, v254 = v253 * v253, v255 = v251 + v254, v256 = 0.1 * v115,
+      v257 = v256 + v25, v258 = 0.1 * v106, v259 = v257 + v258, v260 = v259 + 0.1,
+      v261 = v260 - T_11, v262 = v261 * v261, v263 = v255 + v262;
+  const lanes_where v264 = LANES_LT(v222, v263);
+  const lanes v265 = LANES_CHOICE(v264, v263, v222);
+  LANES_LET1(v266, sqrt, v265); out[21] = v266;
+  const lanes v267 = v192 + v203, v268 = v10 * v148, v269 = v149 * v206, v270 = v268 - v269,
+      v271 = v270 - T_0, v272 = v271 * v271, v273 = v267 + v272, v274 = v10 * v149,
+      v275 = v148 * v206, v276 = v274 + v275, v277 = T_1 + v276, v278 = v277 * v277,
+      v279 = v273 + v278, v280 = v11 * v148, v281 = v149 * v179, v282 = v280 + v281,
+      v283 = v282 - T_4, v284 = v283 * v283, v285 = v279 + v284, v286 = v148 * v179,
+      v287 = v11 * v149, v288 = v286 - v287, v289 = v288 - T_5, v290 = v289 * v289,
+      v291 = v285 + v290, v292 = v149 * v30, v293 = T_8 - v292, v294 = v293 * v293,
+      v295 = v291 + v294, v296 = v148 * v30, v297 = v296 - T_9, v298 = v297 * v297,
+      v299 = v295 + v298, v300 = v299 + v220, v301 = 0.5 * v300, v302 = 0.1 * v137,
+      v303 = v302 - v31, v304 = 0.1 * v129, v305 = v303 + v304, v306 = v11 * v305,
+      v307 = T_3 + v306, v308 = v307 * v307, v309 = v10 * v305, v310 = T_7 - v309,
+      v311 = v310 * v310, v312 = v308 + v311, v313 = 0.1 * v133, v314 = v313 + v25,
+      v315 = 0.1 * v128, v316 = v314 + v315, v317 = v316 + 0.1, v318 = v317 - T_11,
+      v319 = v318 * v318, v320 = v312 + v319;
+  const lanes_where v321 = LANES_LT(v301, v320);
+  const lanes v322 = LANES_CHOICE(v321, v320, v301);
+  LANES_LET1(v323, sqrt, v322); out[22] = v323;
+  const lanes v324 = 0.1 * v164, v325 = v324 - v31, v326 = 0.1 * v156, v327 = v325 + v326,
+      v328 = v11 * v327, v329 = T_3 + v328, v330 = v329 * v329, v331 = v10 * v327,
+      v332 = T_7 - v331, v333 = v332 * v332, v334 = v330 + v333, v335 = 0.1 * v160,
+      v336 = v335 + v25, v337 = 0.1 * v155, v338 = v336 + v337, v339 = v338 + 0.1,
+      v340 = v339 - T_11, v341 = v340 * v340, v342 = v334 + v341;
+  const lanes_where v343 = LANES_LT(v301, v342);
+  const lanes v344 = LANES_CHOICE(v343, v342, v301);
+  LANES_LET1(v345, sqrt, v344); out[23] = v345;
+  const lanes v346 = 2500.0 * v40;
+  out[24] = v346; out[25] = v346; out[26] = v346; out[27] = v346;
 }
 
 static LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const lanes *in, lanes *out)
@@ -1136,61 +1144,77 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(const lanes *i
   out[33] = v257; out[34] = LANES_OF(0.0); out[35] = v171; out[36] = v238; out[37] = v253;
   const lanes v258 = -v251;
   out[38] = v258; out[39] = LANES_OF(0.0);
-  const lanes v259 = 0.1 * v64, v260 = v259 - v24, v261 = 0.1 * v59, v262 = v260 + v261,
-      v263 = v7 * v262, v264 = v263 - x_0, v265 = v264 * v264, v266 = v6 * v262, v267 = v266 + x_1,
-      v268 = v267 * v267, v269 = v265 + v268, v270 = 0.1 * v68, v271 = v18 + v270, v272 = 0.1 * v58,
-      v273 = v271 + v272, v274 = v273 + 0.1, v275 = v274 - x_2, v276 = v275 * v275,
-      v277 = v269 + v276, v278 = v17 - v10, v279 = v278 * v278, v280 = v23 * v7, v281 = v280 * v280,
-      v282 = v23 * v6, v283 = v282 * v282, v284 = v281 + v283;
-  LANES_LET1(v285, sqrt, v284); LANES_LET1(v286, fabs, v13);
-  const lanes v287 = v285 - v286, v288 = v287 * v287, v289 = v279 + v288;
-  LANES_LET2(v290, fmax, v277, v289); LANES_LET1(v291, sqrt, v290); out[40] = v291;
-  const lanes v292 = 0.1 * v83, v293 = 0.1 * v87, v294 = v293 - v24, v295 = v292 + v294,
-      v296 = v295 * v7, v297 = v296 - x_0, v298 = v297 * v297, v299 = v295 * v6, v300 = v299 + x_1,
-      v301 = v300 * v300, v302 = v298 + v301, v303 = 0.1 * v82, v304 = 0.1 * v91, v305 = v18 + v304,
-      v306 = v303 + v305, v307 = v306 + 0.1, v308 = v307 - x_2, v309 = v308 * v308,
-      v310 = v302 + v309;
-  LANES_LET2(v311, fmax, v310, v289); LANES_LET1(v312, sqrt, v311); out[41] = v312;
-  const lanes v313 = 0.1 * v136, v314 = v313 + v24, v315 = 0.1 * v131, v316 = v314 + v315,
-      v317 = v316 * v7, v318 = v317 - x_0, v319 = v318 * v318, v320 = v316 * v6, v321 = v320 + x_1,
-      v322 = v321 * v321, v323 = v319 + v322, v324 = 0.1 * v140, v325 = v324 + v18,
-      v326 = 0.1 * v130, v327 = v325 + v326, v328 = v327 + 0.1, v329 = v328 - x_2,
-      v330 = v329 * v329, v331 = v323 + v330;
-  LANES_LET2(v332, fmax, v331, v289); LANES_LET1(v333, sqrt, v332); out[42] = v333;
-  const lanes v334 = 0.1 * v163, v335 = v334 + v24, v336 = 0.1 * v155, v337 = v335 + v336,
-      v338 = v337 * v7, v339 = v338 - x_0, v340 = v339 * v339, v341 = v337 * v6, v342 = v341 + x_1,
-      v343 = v342 * v342, v344 = v340 + v343, v345 = 0.1 * v159, v346 = v345 + v18,
-      v347 = 0.1 * v154, v348 = v346 + v347, v349 = v348 + 0.1, v350 = v349 - x_2,
-      v351 = v350 * v350, v352 = v344 + v351;
-  LANES_LET2(v353, fmax, v352, v289); LANES_LET1(v354, sqrt, v353); out[43] = v354;
-  const lanes v355 = 0.1 * v181, v356 = v355 - v24, v357 = 0.1 * v177, v358 = v356 + v357,
-      v359 = v358 * v7, v360 = v359 + x_0, v361 = v360 * v360, v362 = v358 * v6, v363 = x_1 - v362,
-      v364 = v363 * v363, v365 = v361 + v364, v366 = 0.1 * v185, v367 = v366 + v18,
-      v368 = 0.1 * v176, v369 = v367 + v368, v370 = v369 + 0.1, v371 = v370 - x_2,
-      v372 = v371 * v371, v373 = v365 + v372;
-  LANES_LET2(v374, fmax, v373, v289); LANES_LET1(v375, sqrt, v374); out[44] = v375;
-  const lanes v376 = 0.1 * v201, v377 = v376 - v24, v378 = 0.1 * v197, v379 = v377 + v378,
-      v380 = v379 * v7, v381 = v380 + x_0, v382 = v381 * v381, v383 = v379 * v6, v384 = x_1 - v383,
-      v385 = v384 * v384, v386 = v382 + v385, v387 = 0.1 * v205, v388 = v387 + v18,
-      v389 = 0.1 * v196, v390 = v388 + v389, v391 = v390 + 0.1, v392 = v391 - x_2,
-      v393 = v392 * v392, v394 = v386 + v393;
-  LANES_LET2(v395, fmax, v394, v289); LANES_LET1(v396, sqrt, v395); out[45] = v396;
-  const lanes v397 = 0.1 * v225, v398 = v397 + v24, v399 = 0.1 * v217, v400 = v398 + v399,
-      v401 = v400 * v7, v402 = v401 + x_0, v403 = v402 * v402, v404 = v400 * v6, v405 = x_1 - v404,
-      v406 = v405 * v405, v407 = v403 + v406, v408 = 0.1 * v221, v409 = v408 + v18,
-      v410 = 0.1 * v216, v411 = v409 + v410, v412 = v411 + 0.1, v413 = v412 - x_2,
-      v414 = v413 * v413, v415 = v407 + v414;
-  LANES_LET2(v416, fmax, v415, v289); LANES_LET1(v417, sqrt, v416); out[46] = v417;
-  const lanes v418 = 0.1 * v245, v419 = v418 + v24, v420 = 0.1 * v237, v421 = v419 + v420,
-      v422 = v421 * v7, v423 = v422 + x_0, v424 = v423 * v423, v425 = v421 * v6, v426 = x_1 - v425,
-      v427 = v426 * v426, v428 = v424 + v427, v429 = 0.1 * v241, v430 = v429 + v18,
-      v431 = 0.1 * v236, v432 = v430 + v431, v433 = v432 + 0.1, v434 = v433 - x_2,
-      v435 = v434 * v434, v436 = v428 + v435;
-  LANES_LET2(v437, fmax, v436, v289); LANES_LET1(v438, sqrt, v437); out[47] = v438;
-  const lanes v439 = 2500.0 * v33;
-  out[48] = v439; out[49] = v439;
-  const lanes v440 = 2500.0 * v105;
-  out[50] = v440; out[51] = v440; out[52] = v440; out[53] = v440; out[54] = v439; out[55] = v439;
+  const lanes v259 = v17 - v10, v260 = v259 * v259, v261 = v23 * v7, v262 = v261 * v261,
+      v263 = v23 * v6, v264 = v263 * v263, v265 = v262 + v264;
+  LANES_LET1(v266, sqrt, v265); LANES_LET1(v267, fabs, v13);
+  const lanes v268 = v266 - v267, v269 = v268 * v268, v270 = v260 + v269, v271 = 0.1 * v64,
+      v272 = v271 - v24, v273 = 0.1 * v59, v274 = v272 + v273, v275 = v7 * v274, v276 = v275 - x_0,
+      v277 = v276 * v276, v278 = v6 * v274, v279 = v278 + x_1, v280 = v279 * v279,
+      v281 = v277 + v280, v282 = 0.1 * v68, v283 = v18 + v282, v284 = 0.1 * v58, v285 = v283 + v284,
+      v286 = v285 + 0.1, v287 = v286 - x_2, v288 = v287 * v287, v289 = v281 + v288;
+  const lanes_where v290 = LANES_LT(v270, v289);
+  const lanes v291 = LANES_CHOICE(v290, v289, v270);
+  LANES_LET1(v292, sqrt, v291); out[40] = v292;
+  const lanes v293 = 0.1 * v83, v294 = 0.1 * v87, v295 = v294 - v24, v296 = v293 + v295,
+      v297 = v296 * v7, v298 = v297 - x_0, v299 = v298 * v298, v300 = v296 * v6, v301 = v300 + x_1,
+      v302 = v301 * v301, v303 = v299 + v302, v304 = 0.1 * v91, v305 = v18 + v304, v306 = 0.1 * v82,
+      v307 = v305 + v306, v308 = v307 + 0.1, v309 = v308 - x_2, v310 = v309 * v309,
+      v311 = v303 + v310;
+  const lanes_where v312 = LANES_LT(v270, v311);
+  const lanes v313 = LANES_CHOICE(v312, v311, v270);
+  LANES_LET1(v314, sqrt, v313); out[41] = v314;
+  const lanes v315 = 0.1 * v136, v316 = v315 + v24, v317 = 0.1 * v131, v318 = v316 + v317,
+      v319 = v318 * v7, v320 = v319 - x_0, v321 = v320 * v320, v322 = v318 * v6, v323 = v322 + x_1,
+      v324 = v323 * v323, v325 = v321 + v324, v326 = 0.1 * v140, v327 = v326 + v18,
+      v328 = 0.1 * v130, v329 = v327 + v328, v330 = v329 + 0.1, v331 = v330 - x_2,
+      v332 = v331 * v331, v333 = v325 + v332;
+  const lanes_where v334 = LANES_LT(v270, v333);
+  const lanes v335 = LANES_CHOICE(v334, v333, v270);
+  LANES_LET1(v336, sqrt, v335); out[42] = v336;
+  const lanes v337 = 0.1 * v163, v338 = v337 + v24, v339 = 0.1 * v155, v340 = v338 + v339,
+      v341 = v340 * v7, v342 = v341 - x_0, v343 = v342 * v342, v344 = v340 * v6, v345 = v344 + x_1,
+      v346 = v345 * v345, v347 = v343 + v346, v348 = 0.1 * v159, v349 = v348 + v18,
+      v350 = 0.1 * v154, v351 = v349 + v350, v352 = v351 + 0.1, v353 = v352 - x_2,
+      v354 = v353 * v353, v355 = v347 + v354;
+  const lanes_where v356 = LANES_LT(v270, v355);
+  const lanes v357 = LANES_CHOICE(v356, v355, v270);
+  LANES_LET1(v358, sqrt, v357); out[43] = v358;
+  const lanes v359 = 0.1 * v181, v360 = v359 - v24, v361 = 0.1 * v177, v362 = v360 + v361,
+      v363 = v362 * v7, v364 = v363 + x_0, v365 = v364 * v364, v366 = v362 * v6, v367 = x_1 - v366,
+      v368 = v367 * v367, v369 = v365 + v368, v370 = 0.1 * v185, v371 = v370 + v18,
+      v372 = 0.1 * v176, v373 = v371 + v372, v374 = v373 + 0.1, v375 = v374 - x_2,
+      v376 = v375 * v375, v377 = v369 + v376;
+  const lanes_where v378 = LANES_LT(v270, v377);
+  const lanes v379 = LANES_CHOICE(v378, v377, v270);
+  LANES_LET1(v380, sqrt, v379); out[44] = v380;
+  const lanes v381 = 0.1 * v201, v382 = v381 - v24, v383 = 0.1 * v197, v384 = v382 + v383,
+      v385 = v384 * v7, v386 = v385 + x_0, v387 = v386 * v386, v388 = v384 * v6, v389 = x_1 - v388,
+      v390 = v389 * v389, v391 = v387 + v390, v392 = 0.1 * v205, v393 = v392 + v18,
+      v394 = 0.1 * v196, v395 = v393 + v394, v396 = v395 + 0.1, v397 = v396 - x_2,
+      v398 = v397 * v397, v399 = v391 + v398;
+  const lanes_where v400 = LANES_LT(v270, v399);
+  const lanes v401 = LANES_CHOICE(v400, v399, v270);
+  LANES_LET1(v402, sqrt, v401); out[45] = v402;
+  const lanes v403 = 0.1 * v225, v404 = v403 + v24, v405 = 0.1 * v217, v406 = v404 + v405,
+      v407 = v406 * v7, v408 = v407 + x_0, v409 = v408 * v408, v410 = v406 * v6, v411 = x_1 - v410,
+      v412 = v411 * v411, v413 = v409 + v412, v414 = 0.1 * v221, v415 = v414 + v18,
+      v416 = 0.1 * v216, v417 = v415 + v416, v418 = v417 + 0.1, v419 = v418 - x_2,
+      v420 = v419 * v419, v421 = v413 + v420;
+  const lanes_where v422 = LANES_LT(v270, v421);
+  const lanes v423 = LANES_CHOICE(v422, v421, v270);
+  LANES_LET1(v424, sqrt, v423); out[46] = v424;
+  const lanes v425 = 0.1 * v245, v426 = v425 + v24, v427 = 0.1 * v237, v428 = v426 + v427,
+      v429 = v428 * v7, v430 = v429 + x_0, v431 = v430 * v430, v432 = v428 * v6, v433 = x_1 - v432,
+      v434 = v433 * v433, v435 = v431 + v434, v436 = 0.1 * v241, v437 = v436 + v18,
+      v438 = 0.1 * v236, v439 = v437 + v438, v440 = v439 + 0.1, v441 = v440 - x_2,
+      v442 = v441 * v441, v443 = v435 + v442;
+  const lanes_where v444 = LANES_LT(v270, v443);
+  const lanes v445 = LANES_CHOICE(v444, v443, v270);
+  LANES_LET1(v446, sqrt, v445); out[47] = v446;
+  const lanes v447 = 2500.0 * v33;
+  out[48] = v447; out[49] = v447;
+  const lanes v448 = 2500.0 * v105;
+  out[50] = v448; out[51] = v448; out[52] = v448; out[53] = v448; out[54] = v447; out[55] = v447;
 }
 
 static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction)(const lanes *in, lanes *out)
@@ -1244,7 +1268,7 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction)(const lane
   LANES_LET1(v124, rsqrt, v123);
   const lanes v125 = v50 * v124, v126 = v121 * v124;
   LANES_LET2(v127, atan2, v125, v126);
-  const lanes v128 = v125 * v43, v129 = v126 * v47, v130 = v128 - v129, v131 = v130 * v18,
+  const lanes v128 = v125 * v43, v129 = v126 * v47, v130 = v128 - v129, v131 = v18 * v130,
       v132 = v126 * v43, v133 = v125 * v47, v134 = v132 + v133, v135 = v134 * v24,
       v136 = v131 - v135, v137 = v134 * v18, v138 = v130 * v24, v139 = v137 + v138;
   LANES_LET2(v140, atan2, v136, v139);
@@ -1260,32 +1284,40 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction)(const lane
   out[13] = v145; out[14] = LANES_OF(0.0); out[15] = v100; out[16] = v127; out[17] = v143;
   const lanes v146 = -v140;
   out[18] = v146; out[19] = LANES_OF(0.0);
-  const lanes v147 = 0.1 * v69, v148 = v25 + v147, v149 = 0.1 * v60, v150 = v148 + v149,
-      v151 = v7 * v150, v152 = v151 - x_0, v153 = v152 * v152, v154 = v6 * v150, v155 = v154 + x_1,
-      v156 = v155 * v155, v157 = v153 + v156, v158 = 0.1 * v65, v159 = v19 + v158, v160 = 0.1 * v59,
-      v161 = v159 + v160, v162 = v161 + 0.1, v163 = v162 - x_2, v164 = v163 * v163,
-      v165 = v157 + v164, v166 = v24 * v7, v167 = v166 - x_3, v168 = v167 * v167, v169 = v24 * v6,
-      v170 = v169 + x_4, v171 = v170 * v170, v172 = v168 + v171, v173 = v18 - x_5,
-      v174 = v173 * v173, v175 = v172 + v174;
-  LANES_LET2(v176, fmax, v165, v175); LANES_LET1(v177, sqrt, v176); out[20] = v177;
-  const lanes v178 = 0.1 * v92, v179 = v25 + v178, v180 = 0.1 * v84, v181 = v179 + v180,
-      v182 = v7 * v181, v183 = v182 - x_0, v184 = v183 * v183, v185 = v6 * v181, v186 = v185 + x_1,
-      v187 = v186 * v186, v188 = v184 + v187, v189 = 0.1 * v88, v190 = v19 + v189, v191 = 0.1 * v83,
-      v192 = v190 + v191, v193 = v192 + 0.1, v194 = v193 - x_2, v195 = v194 * v194,
-      v196 = v188 + v195;
-  LANES_LET2(v197, fmax, v196, v175); LANES_LET1(v198, sqrt, v197); out[21] = v198;
-  const lanes v199 = 0.1 * v114, v200 = v199 - v25, v201 = 0.1 * v106, v202 = v200 + v201,
-      v203 = v202 * v7, v204 = v203 + x_0, v205 = v204 * v204, v206 = v202 * v6, v207 = x_1 - v206,
-      v208 = v207 * v207, v209 = v205 + v208, v210 = 0.1 * v110, v211 = v210 + v19,
-      v212 = 0.1 * v105, v213 = v211 + v212, v214 = v213 + 0.1, v215 = v214 - x_2,
-      v216 = v215 * v215, v217 = v209 + v216;
-  LANES_LET2(v218, fmax, v217, v175); LANES_LET1(v219, sqrt, v218); out[22] = v219;
-  const lanes v220 = 0.1 * v134, v221 = v220 - v25, v222 = 0.1 * v126, v223 = v221 + v222,
-      v224 = v223 * v7, v225 = v224 + x_0, v226 = v225 * v225, v227 = v223 * v6, v228 = x_1 - v227,
-      v229 = v228 * v228, v230 = v226 + v229, v231 = 0.1 * v130, v232 = v231 + v19,
-      v233 = 0.1 * v125, v234 = v232 + v233, v235 = v234 + 0.1, v236 = v235 - x_2,
-      v237 = v236 * v236, v238 = v230 + v237;
-  LANES_LET2(v239, fmax, v238, v175); LANES_LET1(v240, sqrt, v239); out[23] = v240;
-  const lanes v241 = 2500.0 * v34;
-  out[24] = v241; out[25] = v241; out[26] = v241; out[27] = v241;
+  const lanes v147 = v24 * v7, v148 = v147 - x_3, v149 = v148 * v148, v150 = v24 * v6,
+      v151 = v150 + x_4, v152 = v151 * v151, v153 = v149 + v152, v154 = v18 - x_5,
+      v155 = v154 * v154, v156 = v153 + v155, v157 = 0.1 * v69, v158 = v25 + v157, v159 = 0.1 * v60,
+      v160 = v158 + v159, v161 = v7 * v160, v162 = v161 - x_0, v163 = v162 * v162, v164 = v6 * v160,
+      v165 = v164 + x_1, v166 = v165 * v165, v167 = v163 + v166, v168 = 0.1 * v65,
+      v169 = v19 + v168, v170 = 0.1 * v59, v171 = v169 + v170, v172 = v171 + 0.1, v173 = v172 - x_2,
+      v174 = v173 * v173, v175 = v167 + v174;
+  const lanes_where v176 = LANES_LT(v156, v175);
+  const lanes v177 = LANES_CHOICE(v176, v175, v156);
+  LANES_LET1(v178, sqrt, v177); out[20] = v178;
+  const lanes v179 = 0.1 * v92, v180 = v25 + v179, v181 = 0.1 * v84, v182 = v180 + v181,
+      v183 = v182 * v7, v184 = v183 - x_0, v185 = v184 * v184, v186 = v182 * v6, v187 = v186 + x_1,
+      v188 = v187 * v187, v189 = v185 + v188, v190 = 0.1 * v88, v191 = v19 + v190, v192 = 0.1 * v83,
+      v193 = v191 + v192, v194 = v193 + 0.1, v195 = v194 - x_2, v196 = v195 * v195,
+      v197 = v189 + v196;
+  const lanes_where v198 = LANES_LT(v156, v197);
+  const lanes v199 = LANES_CHOICE(v198, v197, v156);
+  LANES_LET1(v200, sqrt, v199); out[21] = v200;
+  const lanes v201 = 0.1 * v114, v202 = v201 - v25, v203 = 0.1 * v106, v204 = v202 + v203,
+      v205 = v204 * v7, v206 = v205 + x_0, v207 = v206 * v206, v208 = v204 * v6, v209 = x_1 - v208,
+      v210 = v209 * v209, v211 = v207 + v210, v212 = 0.1 * v110, v213 = v212 + v19,
+      v214 = 0.1 * v105, v215 = v213 + v214, v216 = v215 + 0.1, v217 = v216 - x_2,
+      v218 = v217 * v217, v219 = v211 + v218;
+  const lanes_where v220 = LANES_LT(v156, v219);
+  const lanes v221 = LANES_CHOICE(v220, v219, v156);
+  LANES_LET1(v222, sqrt, v221); out[22] = v222;
+  const lanes v223 = 0.1 * v134, v224 = v223 - v25, v225 = 0.1 * v126, v226 = v224 + v225,
+      v227 = v226 * v7, v228 = v227 + x_0, v229 = v228 * v228, v230 = v226 * v6, v231 = x_1 - v230,
+      v232 = v231 * v231, v233 = v229 + v232, v234 = 0.1 * v130, v235 = v234 + v19,
+      v236 = 0.1 * v125, v237 = v235 + v236, v238 = v237 + 0.1, v239 = v238 - x_2,
+      v240 = v239 * v239, v241 = v233 + v240;
+  const lanes_where v242 = LANES_LT(v156, v241);
+  const lanes v243 = LANES_CHOICE(v242, v241, v156);
+  LANES_LET1(v244, sqrt, v243); out[23] = v244;
+  const lanes v245 = 2500.0 * v34;
+  out[24] = v245; out[25] = v245; out[26] = v245; out[27] = v245;
 }

@@ -45,18 +45,20 @@ LANES_INLINE void LANES_NAME(scara_ik_branch)(
   out[2] = v65;
   const lanes v66 = -v62;
   out[3] = v66;
-  const lanes v67 = 0.375 * v51, v68 = 0.425 * v40, v69 = v67 + v68, v70 = v69 - T_3,
-      v71 = v70 * v70, v72 = 0.375 * v56, v73 = 0.425 * v39, v74 = v72 + v73, v75 = v74 - T_7,
-      v76 = v75 * v75, v77 = v71 + v76, v78 = v64 - 0.2, v79 = v78 + 0.877, v80 = v79 - T_11,
-      v81 = v80 * v80, v82 = v77 + v81, v83 = T_2 * T_2, v84 = T_6 * T_6, v85 = v83 + v84,
-      v86 = T_8 * T_8, v87 = v85 + v86, v88 = T_9 * T_9, v89 = v87 + v88, v90 = v53 - T_0,
-      v91 = v90 * v90, v92 = v89 + v91, v93 = v48 - T_1, v94 = v93 * v93, v95 = v92 + v94,
-      v96 = v48 - T_4, v97 = v96 * v96, v98 = v95 + v97, v99 = T_5 + v53, v100 = v99 * v99,
-      v101 = v98 + v100, v102 = 1.0 + T_10, v103 = v102 * v102, v104 = v101 + v103,
-      v105 = 0.5 * v104;
-  LANES_LET2(v106, fmax, v82, v105); LANES_LET1(v107, sqrt, v106); out[4] = v107;
-  const lanes v108 = 9.84236831987697 * v13;
-  out[5] = v108;
+  const lanes v67 = T_2 * T_2, v68 = T_6 * T_6, v69 = v67 + v68, v70 = T_8 * T_8, v71 = v69 + v70,
+      v72 = T_9 * T_9, v73 = v71 + v72, v74 = v53 - T_0, v75 = v74 * v74, v76 = v73 + v75,
+      v77 = v48 - T_1, v78 = v77 * v77, v79 = v76 + v78, v80 = v48 - T_4, v81 = v80 * v80,
+      v82 = v79 + v81, v83 = T_5 + v53, v84 = v83 * v83, v85 = v82 + v84, v86 = 1.0 + T_10,
+      v87 = v86 * v86, v88 = v85 + v87, v89 = 0.5 * v88, v90 = 0.375 * v51, v91 = 0.425 * v40,
+      v92 = v90 + v91, v93 = v92 - T_3, v94 = v93 * v93, v95 = 0.375 * v56, v96 = 0.425 * v39,
+      v97 = v95 + v96, v98 = v97 - T_7, v99 = v98 * v98, v100 = v94 + v99, v101 = v64 - 0.2,
+      v102 = v101 + 0.877, v103 = v102 - T_11, v104 = v103 * v103, v105 = v100 + v104;
+  const lanes_where v106 = LANES_LT(v89, v105); const lanes_where v107 = LANES_LE(v105, v89);
+  const lanes v108 = v105 + v89, v109 = LANES_CHOICE(v107, v89, v108),
+      v110 = LANES_CHOICE(v106, v105, v109);
+  LANES_LET1(v111, sqrt, v110); out[4] = v111;
+  const lanes v112 = 9.84236831987697 * v13;
+  out[5] = v112;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(scara_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -420,11 +420,15 @@ static LANES_TARGET void LANES_NAME(scara_ik)(const lanes *in, lanes *out)
       v121 = v120 - T_3, v122 = v121 * v121, v123 = v117 + v122, v124 = 0.375 * v55,
       v125 = 0.425 * v38, v126 = v124 + v125, v127 = v126 - T_7, v128 = v127 * v127,
       v129 = v123 + v128;
-  LANES_LET2(v130, fmax, v113, v129); LANES_LET1(v131, sqrt, v130); out[8] = v131;
-  const lanes v132 = 0.375 * v74, v133 = 0.425 * v70, v134 = v132 + v133, v135 = v134 - T_3,
-      v136 = v135 * v135, v137 = v117 + v136, v138 = 0.375 * v78, v139 = 0.425 * v69,
-      v140 = v138 + v139, v141 = v140 - T_7, v142 = v141 * v141, v143 = v137 + v142;
-  LANES_LET2(v144, fmax, v113, v143); LANES_LET1(v145, sqrt, v144); out[9] = v145;
-  const lanes v146 = 9.84236831987697 * v14;
-  out[10] = v146; out[11] = v146;
+  const lanes_where v130 = LANES_LT(v113, v129);
+  const lanes v131 = LANES_CHOICE(v130, v129, v113);
+  LANES_LET1(v132, sqrt, v131); out[8] = v132;
+  const lanes v133 = 0.375 * v74, v134 = 0.425 * v70, v135 = v133 + v134, v136 = v135 - T_3,
+      v137 = v136 * v136, v138 = v117 + v137, v139 = 0.375 * v78, v140 = 0.425 * v69,
+      v141 = v139 + v140, v142 = v141 - T_7, v143 = v142 * v142, v144 = v138 + v143;
+  const lanes_where v145 = LANES_LT(v113, v144);
+  const lanes v146 = LANES_CHOICE(v145, v144, v113);
+  LANES_LET1(v147, sqrt, v146); out[9] = v147;
+  const lanes v148 = 9.84236831987697 * v14;
+  out[10] = v148; out[11] = v148;
 }
