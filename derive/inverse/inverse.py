@@ -10,18 +10,26 @@ from ..kinematics import arguments_of
 from ..robot import Robot
 from ..scope import Scope
 from . import general_code, raghavan_roth
-from .classify import Attempt, Classification, classify
+from .classify import Attempt, Classification, classify, of_lines
 from .families import place, planar, swivel, turntable
 from .function import POSE_SYMBOLS, Solved, of_pose_task
-from .lines import Lines, axes_of, home_of
+from .lines import Lines, axes_of, home_of, with_tool_axis
 from .locks import without
 from .nominal import nominal_of
 from .target import Target, of_pose
-from .tasks import planar_tasks, position, turntable_tasks
+from .tasks import (
+    planar_tasks,
+    position,
+    position_direction,
+    target_of_direction,
+    turntable_tasks,
+)
 from .turns import Turn
 from .work import Work
 
 SWIVEL = sp.Symbol("_swivel", real=True)
+_WITHOUT_TOOL_AXIS = 5
+"""So many joints meet place and direction of the tool, if they are not what a turntable has."""
 
 
 @dataclass(frozen=True)
@@ -63,6 +71,8 @@ def inverses(robot: Robot, scope: Scope, coordinates: int | None = None) -> Inve
     """
     classification = classify(robot, scope, coordinates)
     found = classification.found
+    if found is None and len(classification.lines.axes) == _WITHOUT_TOOL_AXIS:
+        return _with_tool_axis(robot, classification)
     if found is None:
         return _general(robot, classification)
     if classification.tier == "snapped":
@@ -79,6 +89,24 @@ def inverses(robot: Robot, scope: Scope, coordinates: int | None = None) -> Inve
     elif found.family is swivel:
         others = (_swivel_of(robot, classification.lines),)
     return Inverses(classification, solved, others)
+
+
+def _with_tool_axis(robot: Robot, classification: Classification) -> Inverses:
+    """The inverse of five joints, as that of six of which the last would turn the tool.
+
+    What it would turn about is the tool's own axis, so that place and direction of the tool do not
+    tell of it; and a pose that the five can have leaves it at 0.
+    """
+    lines = with_tool_axis(robot, classification.lines)
+    longer = of_lines(lines)
+    if longer.found is None or longer.tier != "exact":
+        return Inverses(classification, {})
+    solved = {"ik": _of_pose(robot, lines, longer.found)}
+    work = Work(lines.scope)
+    target = target_of_direction(robot, lines.scope)
+    solve_chain(work, lines, longer.found, target, {})
+    solved["ik_position_direction"] = position_direction(robot, work)
+    return Inverses(longer, solved)
 
 
 def _of_nominal(robot: Robot, classification: Classification, found: Attempt) -> Inverses:

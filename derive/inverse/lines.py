@@ -92,6 +92,15 @@ def home_of(robot: Robot, scope: Scope) -> sp.Matrix:
     return T
 
 
+def with_tool_axis(robot: Robot, lines: "Lines") -> "Lines":
+    """The chain with one more joint, which turns the tool about its own third axis."""
+    scope = lines.scope
+    _, ((_, _, h), origin) = _home_frames(robot, scope)
+    joint = Joint("tool_axis", "revolute")
+    axis = _axis(scope, len(lines.axes), joint, h, origin)
+    return replace(lines, axes=(*lines.axes, axis))
+
+
 def _home_frames(robot: Robot, scope: Scope) -> tuple[list[Frame], Frame]:
     """The frames of the moving joints in the home pose, and the tool's."""
     frames = []

@@ -13,7 +13,7 @@ from .families import planar, turntable
 from .families.three_joints import case_of
 from .function import Solved, branches, larger, squares, tool_of, values_of
 from .lines import Lines, home_of
-from .target import Target
+from .target import Target, of_pose
 from .turns import NO_TURN, Turn
 from .work import Work
 
@@ -135,11 +135,17 @@ def _position_pitch(robot: Robot, lines: Lines) -> Solved:
 
 
 def _position_direction(robot: Robot, lines: Lines) -> Solved:
-    """Place and direction of the tool's axis."""
+    """Place and direction of the tool's axis; a fifth joint stays at 0."""
     scope = lines.scope
     work = Work(scope)
     tool, axis = _home(robot, scope)
     turntable.solve_direction(work, lines, tool, axis, PLACE, U)
+    return position_direction(robot, work)
+
+
+def position_direction(robot: Robot, work: Work) -> Solved:
+    """The task of place and direction, from the joints that were found for it."""
+    scope = work.scope
 
     def residual(pose: Pose) -> sp.Expr:
         return larger(scope, _moved2(scope, pose), squares(scope, subtracted(scope, pose[0][2], U)))
@@ -153,6 +159,23 @@ def _position_direction(robot: Robot, lines: Lines) -> Solved:
         "fk(q[k]) has its origin in x[:3] and the third axis x[3:] wherever residual[k] is "
         "rounding; a free joint is 0",
     )
+
+
+def target_of_direction(robot: Robot, scope: Scope) -> Target:
+    """Some pose with the tool in its place and its third axis in its direction.
+
+    Source: Duff et al. 2017, Building an orthonormal basis, revisited: the two other axes without a
+    case that loses digits.
+    """
+    x, y, z = U
+    side = scope.let(sp.Piecewise((1, z >= 0), (-1, True), evaluate=False))
+    a = scope.let(-1 / scope.let(side + z))
+    b = scope.let(x * y * a)
+    first = scope.let(1 + side * x**2 * a), scope.let(side * b), scope.let(-side * x)
+    second = b, scope.let(side + y**2 * a), scope.let(-y)
+    entries = [*zip(first, second, U, PLACE, strict=True)]
+    pose = [entry for row in entries for entry in row]
+    return of_pose(scope, pose, home_of(robot, scope))
 
 
 def _planar(robot: Robot, lines: Lines) -> Solved:

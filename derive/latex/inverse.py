@@ -108,7 +108,7 @@ def _general(page: Page, found: Inverses) -> str:
     return sentence(
         "Its six revolute joints are solved as those of a general arm (Raghavan and Roth; Manocha"
         r" and Canny). With $R(\theta)$ the turn by $\theta$ about $z$, counted backwards where the"
-        " loop is walked against the joint, and $C_k$ the placements between the joints, one of"
+        " loop is walked against the joint, and $C_{i}$ the placements between the joints, one of"
         f" which holds the pose, the loop of arm and tool, walked {walked}, is",
         _centred(f"{loop} = I."),
         rf"The axis $\ell$ of the last of these joints does not depend on ${q[5]}$:",

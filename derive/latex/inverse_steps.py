@@ -260,6 +260,9 @@ class _Writer:
     def _value_of(self, joint: int) -> sp.Expr:
         """The value of a joint of the chain, or of a slide that stands for several."""
         slides = [axis.joint for axis in self.axes if not axis.turns]
+        if not self.actuators and joint == len(self.robot.moving):
+            # The joint that would turn the tool about its own axis.
+            return self.notation.symbol(f"q_{{{joint + 1}}}", (LENGTH, (92, joint)))
         if not self.actuators or joint not in slides:
             return self.robot.moving[joint].direction * self.notation.q[joint]
         number = 1 + slides.index(joint)

@@ -328,6 +328,14 @@ def _oblique(lines: Lines, i: int, j: int) -> Requirement:
     return Requirement(text, np.inf if sideways else 0.0)
 
 
+def _turned_out(lines: Lines) -> Requirement:
+    a, b, c = (axis.direction for axis in lines.axes)
+    normal = np.cross(a, b)
+    flat = np.linalg.norm(np.cross(normal, c)) < _OBLIQUE
+    text = f"{lines.axes[2].name} moves the point out of the plane of the slides"
+    return Requirement(text, np.inf if flat else 0.0)
+
+
 def _independent(lines: Lines) -> Requirement:
     volume = float(np.linalg.det([axis.direction for axis in lines.axes]))
     return Requirement("the slides span space", np.inf if abs(volume) < _OBLIQUE else 0.0)
@@ -368,6 +376,6 @@ CASES = (
         lambda a: [meeting(a, 1, 2)],
         _slide_then_meeting,
     ),
-    Case("ppr", "two slides and a turn", 2, lambda _: [], _slides_then_turn),
+    Case("ppr", "two slides and a turn", 2, lambda a: [_turned_out(a)], _slides_then_turn),
     Case("ppp", "three slides", 1, lambda a: [_independent(a)], _three_slides),
 )
