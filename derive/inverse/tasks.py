@@ -34,10 +34,11 @@ def turntable_tasks(robot: Robot, lines: Lines) -> dict[str, Solved]:
 
 
 def planar_tasks(robot: Robot, lines: Lines) -> dict[str, Solved]:
-    """The task of a planar arm of three joints whose plane is the base's."""
+    """The task of a planar arm whose plane is the base's, and in which the tool's x axis lies."""
     upright = abs(float(lines.axes[0].direction[2])) > 1 - _ON_AXIS
     turning = all(axis.turns for axis in lines.axes)
-    return {"ik_planar": _planar(robot, lines)} if turning and upright else {}
+    heading = abs(float(lines.scope.value(home_of(robot, lines.scope)[2, 0]))) < _ON_AXIS
+    return {"ik_planar": _planar(robot, lines)} if turning and upright and heading else {}
 
 
 def _tool_is_free(robot: Robot, lines: Lines) -> bool:
