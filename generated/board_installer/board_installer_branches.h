@@ -27,88 +27,88 @@ LANES_INLINE void LANES_NAME(board_installer_ik_branch)(
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
       choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = T_4 * T_4, v2 = 1e-150 - T_0,
-      v3 = v2 * v2, v4 = v1 + v3;
-  LANES_LET1(v5, rsqrt, v4);
-  const lanes v6 = T_4 * v5, v7 = choice_0 * v6, v8 = 0.12 * v7, v9 = 0.28 * T_4, v10 = T_7 - v9,
-      v11 = v8 + v10, v12 = v11 * v11, v13 = 0.28 * T_0, v14 = T_3 - v13, v15 = v2 * v5,
-      v16 = choice_0 * v15, v17 = 0.12 * v16, v18 = v14 - v17, v19 = 1e-150 + v18, v20 = v19 * v19,
-      v21 = v12 + v20;
-  LANES_LET1(v22, rsqrt, v21);
-  const lanes v23 = v11 * v22, v24 = v19 * v22, v25 = choice_1 * v24, v27 = choice_1 * v23,
-      v28 = 0.28 * T_8, v29 = T_11 - v28, v30 = 0.3 + v29, v31 = v30 - 0.54, v32 = -4.0 * v31,
-      v33 = -4.0 - v32, v34 = v33 * v33, v35 = 10.24 - v34;
-  const lanes_where v36 = LANES_LT(4.096e-14, v35); LANES_LET1(v37, sqrt, v35);
-  const lanes v38 = LANES_CHOICE(v36, v37, 0.0), v39 = choice_2 * v38, v40 = 3.2 * v39,
-      v41 = 1e-150 - v40, v42 = 3.2 * v33, v43 = v42 * v42, v44 = v41 * v41, v45 = v43 + v44;
-  LANES_LET1(v46, rsqrt, v45);
-  const lanes v47 = v41 * v46, v48 = v42 * v46;
-  LANES_LET2(v49, atan2, v48, v47);
-  const lanes v50 = v16 * v27, v51 = v7 * v25, v52 = v50 + v51, v53 = v16 * v25, v54 = v7 * v27,
-      v55 = v53 - v54, v57 = T_0 * v16, v58 = T_4 * v7, v59 = v57 - v58, v60 = T_8 * T_8,
-      v61 = v59 * v59, v62 = v60 + v61;
-  LANES_LET1(v63, rsqrt, v62);
-  const lanes v64 = v59 * v63, v65 = T_8 * v63, v66 = T_2 * v7, v67 = T_6 * v16, v68 = v66 + v67,
-      v69 = v68 * v68, v70 = T_10 * v64, v71 = T_6 * v7, v72 = T_2 * v16, v73 = v71 - v72,
-      v74 = v65 * v73, v75 = v70 + v74, v76 = v75 * v75, v77 = v69 + v76;
-  LANES_LET1(v78, rsqrt, v77);
-  const lanes v79 = v68 * v78, v80 = v75 * v78, v83 = v18 * v25, v84 = v11 * v27, v85 = v83 + v84,
-      v86 = 0.1 + v85, v87 = v86 + 0.8, v88 = v87 - 1.2, v89 = 0.8 * v47, v90 = v88 - v89,
-      v91 = 0.25 * v90, v92 = -v91;
-  out[1] = v92; out[2] = v49;
-  const lanes v94 = 0.15 * v64, v95 = 0.12 - v94, v96 = v95 * v95, v97 = 0.15 * v65,
-      v98 = 0.20784609690826528 + v97, v99 = v98 * v98, v100 = v96 + v99;
-  LANES_LET1(v101, sqrt, v100);
-  const lanes v102 = v101 - 0.21;
-  out[4] = v102;
-  const lanes v104 = v102 * v102, v105 = v104 + 0.0576, v106 = v105 + 0.0225, v107 = 0.42 * v102,
-      v108 = v106 + v107, v109 = v108 - 0.036, v110 = 0.5 * v109, v111 = 0.0288 + v110,
-      v112 = v111 - 0.01125, v113 = 2.0833333333333335 * v112, v114 = 0.1521 - v109,
-      v115 = v109 - 0.0081, v116 = v114 * v115;
-  LANES_LET1(v117, sqrt, v116);
-  const lanes v118 = 1.8042195912175805 * v117, v119 = v113 - v118, v120 = v119 - 0.12,
-      v121 = 6.666666666666666 * v120, v122 = v25 * v55, v123 = v27 * v52, v124 = v122 + v123,
-      v125 = v121 * v124, v126 = T_0 + v125, v127 = v126 * v126, v128 = v27 * v55, v129 = v25 * v52,
-      v130 = v128 - v129, v131 = v80 * v130, v132 = 1.0416666666666667 * v117,
-      v133 = 3.608439182435161 * v112, v134 = v132 + v133, v135 = 0.20784609690826528 - v134,
-      v136 = 6.666666666666666 * v135, v137 = v136 * v124, v138 = v79 * v137, v139 = v131 + v138,
-      v140 = T_1 + v139, v141 = v140 * v140, v142 = v127 + v141, v143 = v80 * v137,
-      v144 = v79 * v130, v145 = v143 - v144, v146 = v145 - T_2, v147 = v146 * v146,
-      v148 = v142 + v147, v149 = v121 * v130, v150 = T_4 + v149, v151 = v150 * v150,
-      v152 = v148 + v151, v153 = v80 * v124, v154 = v136 * v130, v155 = v79 * v154,
-      v156 = v153 - v155, v157 = v156 - T_5, v158 = v157 * v157, v159 = v152 + v158,
-      v160 = v80 * v154, v161 = v79 * v124, v162 = v160 + v161, v163 = v162 - T_6,
-      v164 = v163 * v163, v165 = v159 + v164, v166 = T_8 + v136, v167 = v166 * v166,
-      v168 = v165 + v167, v169 = v79 * v121, v170 = v169 - T_9, v171 = v170 * v170,
-      v172 = v168 + v171, v173 = v80 * v121, v174 = T_10 + v173, v175 = v174 * v174,
-      v176 = v172 + v175, v177 = 0.5 * v176, v178 = -0.2 - v91, v179 = 1.25 * v90,
-      v180 = 1.2 + v179, v181 = v180 - 0.8, v182 = v181 + v89, v183 = 0.2 * v181, v184 = 0.16 * v47,
-      v185 = v183 + v184, v186 = v185 * v185, v187 = 0.16 * v48, v188 = 0.2 + v187,
-      v189 = v188 * v188, v190 = v186 + v189, v191 = 0.1936 - v190, v192 = v190 - 0.0016,
-      v193 = v191 * v192, v194 = 108.50694444444444 * v193;
-  const lanes_where v195 = LANES_LE(0.0, v194);
-  const lanes v196 = LANES_CHOICE(v195, 0.0, -1.0);
-  LANES_LET1(v197, sqrt, v196);
-  const lanes v198 = v182 + v197, v199 = v198 + 0.1, v200 = 1.8666666666666667 * v120,
-      v201 = 0.12 - v200, v202 = v55 * v201, v203 = v199 + v202, v204 = v178 + v203,
-      v205 = v25 * v204, v206 = v52 * v201, v207 = v27 * v206, v208 = v205 + v207,
-      v209 = v208 - T_3, v210 = v209 * v209, v211 = v27 * v204, v212 = v25 * v206,
-      v213 = v211 - v212, v214 = v213 - T_7, v215 = v214 * v214, v216 = v210 + v215,
-      v217 = 0.8 * v48, v218 = 1.0 + v217, v219 = v218 + v197, v220 = 1.8666666666666667 * v135,
-      v221 = v220 + 0.3, v222 = v219 - v221, v223 = v222 + 0.54, v224 = v223 - T_11,
-      v225 = v224 * v224, v226 = v216 + v225;
-  const lanes_where v227 = LANES_LT(v177, v226); const lanes_where v228 = LANES_LE(v226, v177);
-  const lanes v229 = v226 + v177, v230 = LANES_CHOICE(v228, v177, v229),
-      v231 = LANES_CHOICE(v227, v226, v230);
-  LANES_LET1(v232, sqrt, v231); out[6] = v232;
-  const lanes v233 = 0.09765625 * v35;
-  out[7] = v233; lanes v26, v56; LANES_NAME(lanes_two_atan2)(&v23, &v25, &v52, &v55, &v26, &v56);
-  LANES_LET2(v81, atan2, v79, v80);
-  const lanes v82 = choice_1 * v26;
-  out[0] = v82;
-  const lanes v93 = -v56;
-  out[3] = v93;
-  const lanes v103 = -v81;
-  out[5] = v103;
+      v3 = 0.28 * T_4, v4 = 0.28 * T_0, v5 = 0.28 * T_8, v6 = T_8 * T_8, v7 = v2 * v2,
+      v8 = T_7 - v3, v9 = T_3 - v4, v10 = T_11 - v5, v11 = v1 + v7, v12 = 0.3 + v10;
+  LANES_LET1(v13, rsqrt, v11);
+  const lanes v14 = v12 - 0.54, v15 = T_4 * v13, v16 = v2 * v13, v17 = -4.0 * v14,
+      v18 = choice_0 * v15, v19 = choice_0 * v16, v20 = -4.0 - v17, v21 = 0.12 * v18,
+      v22 = 0.12 * v19, v23 = v20 * v20, v24 = 3.2 * v20, v25 = T_0 * v19, v26 = T_4 * v18,
+      v27 = T_2 * v18, v28 = T_6 * v19, v29 = T_6 * v18, v30 = T_2 * v19, v31 = v21 + v8,
+      v32 = v9 - v22, v33 = 10.24 - v23, v34 = v24 * v24, v35 = v25 - v26, v36 = v27 + v28,
+      v37 = v29 - v30, v38 = v31 * v31, v39 = 1e-150 + v32;
+  const lanes_where v40 = LANES_LT(4.096e-14, v33); LANES_LET1(v41, sqrt, v33);
+  const lanes v42 = v35 * v35, v43 = v36 * v36, v44 = 0.09765625 * v33, v45 = v39 * v39,
+      v46 = LANES_CHOICE(v40, v41, 0.0), v47 = v6 + v42;
+  out[7] = v44;
+  const lanes v48 = v38 + v45, v49 = choice_2 * v46;
+  LANES_LET1(v50, rsqrt, v47); LANES_LET1(v51, rsqrt, v48);
+  const lanes v52 = 3.2 * v49, v53 = v35 * v50, v54 = T_8 * v50, v55 = v31 * v51, v56 = v39 * v51,
+      v57 = 1e-150 - v52, v58 = T_10 * v53, v59 = v54 * v37, v60 = 0.15 * v53, v61 = 0.15 * v54,
+      v62 = choice_1 * v56, v63 = choice_1 * v55, v64 = v57 * v57, v65 = v58 + v59,
+      v66 = 0.12 - v60, v67 = 0.20784609690826528 + v61, v69 = v34 + v64, v70 = v19 * v63,
+      v71 = v18 * v62, v72 = v19 * v62, v73 = v18 * v63, v74 = v65 * v65, v75 = v32 * v62,
+      v76 = v31 * v63, v77 = v66 * v66, v78 = v67 * v67;
+  LANES_LET1(v79, rsqrt, v69);
+  const lanes v80 = v70 + v71, v81 = v72 - v73, v82 = v43 + v74, v84 = v75 + v76, v85 = v77 + v78,
+      v86 = v57 * v79, v87 = v24 * v79;
+  LANES_LET1(v89, rsqrt, v82);
+  const lanes v90 = 0.1 + v84;
+  LANES_LET1(v91, sqrt, v85);
+  const lanes v92 = v62 * v81, v93 = v63 * v80, v94 = v63 * v81, v95 = v62 * v80;
+  LANES_LET2(v96, atan2, v87, v86);
+  const lanes v97 = v36 * v89, v98 = v65 * v89, v99 = v90 + 0.8, v100 = 0.8 * v86,
+      v102 = v91 - 0.21, v103 = v92 + v93, v104 = v94 - v95, v105 = 0.16 * v86, v106 = 0.16 * v87,
+      v107 = 0.8 * v87, v109 = v99 - 1.2;
+  out[2] = v96; out[4] = v102;
+  const lanes v110 = v102 * v102, v111 = 0.42 * v102, v112 = v98 * v104, v113 = v97 * v104,
+      v114 = v98 * v103, v115 = v97 * v103, v116 = 0.2 + v106, v117 = 1.0 + v107,
+      v118 = v109 - v100, v120 = v110 + 0.0576, v121 = v116 * v116, v122 = 0.25 * v118,
+      v123 = v120 + 0.0225, v124 = 1.25 * v118, v125 = -v122, v126 = v123 + v111,
+      v127 = -0.2 - v122, v128 = 1.2 + v124;
+  out[1] = v125;
+  const lanes v129 = v126 - 0.036, v130 = v128 - 0.8, v131 = 0.5 * v129, v132 = 0.1521 - v129,
+      v133 = v129 - 0.0081, v134 = v130 + v100, v135 = 0.2 * v130, v136 = 0.0288 + v131,
+      v137 = v132 * v133, v138 = v135 + v105, v139 = v136 - 0.01125;
+  LANES_LET1(v140, sqrt, v137);
+  const lanes v141 = v138 * v138, v142 = 2.0833333333333335 * v139,
+      v143 = 1.8042195912175805 * v140, v144 = 1.0416666666666667 * v140,
+      v145 = 3.608439182435161 * v139, v146 = v141 + v121, v147 = v142 - v143, v148 = v144 + v145,
+      v149 = 0.1936 - v146, v150 = v146 - 0.0016, v151 = v147 - 0.12,
+      v152 = 0.20784609690826528 - v148, v153 = v149 * v150, v154 = 6.666666666666666 * v151,
+      v155 = 6.666666666666666 * v152, v156 = 108.50694444444444 * v153,
+      v157 = 1.8666666666666667 * v151, v158 = 1.8666666666666667 * v152, v159 = v154 * v103,
+      v160 = v155 * v103, v161 = v154 * v104, v162 = v155 * v104, v163 = T_8 + v155,
+      v164 = v97 * v154, v165 = v98 * v154;
+  const lanes_where v166 = LANES_LE(0.0, v156);
+  const lanes v167 = 0.12 - v157, v168 = v158 + 0.3, v169 = T_0 + v159, v170 = v97 * v160,
+      v171 = v98 * v160, v172 = T_4 + v161, v173 = v97 * v162, v174 = v98 * v162,
+      v175 = v163 * v163, v176 = v164 - T_9, v177 = T_10 + v165,
+      v178 = LANES_CHOICE(v166, 0.0, -1.0), v179 = v81 * v167, v180 = v80 * v167,
+      v181 = v169 * v169, v182 = v112 + v170, v183 = v171 - v113, v184 = v172 * v172,
+      v185 = v114 - v173, v186 = v174 + v115, v187 = v176 * v176, v188 = v177 * v177;
+  LANES_LET1(v189, sqrt, v178);
+  const lanes v190 = v63 * v180, v191 = v62 * v180, v192 = T_1 + v182, v193 = v183 - T_2,
+      v194 = v185 - T_5, v195 = v186 - T_6, v196 = v134 + v189, v197 = v117 + v189,
+      v198 = v192 * v192, v199 = v193 * v193, v200 = v194 * v194, v201 = v195 * v195,
+      v202 = v196 + 0.1, v203 = v197 - v168, v204 = v181 + v198, v205 = v202 + v179,
+      v206 = v203 + 0.54, v207 = v204 + v199, v208 = v127 + v205, v209 = v206 - T_11,
+      v210 = v207 + v184, v211 = v62 * v208, v212 = v63 * v208, v213 = v209 * v209,
+      v214 = v210 + v200, v215 = v211 + v190, v216 = v212 - v191, v217 = v214 + v201,
+      v218 = v215 - T_3, v219 = v216 - T_7, v220 = v217 + v175, v221 = v218 * v218,
+      v222 = v219 * v219, v223 = v220 + v187, v224 = v221 + v222, v225 = v223 + v188,
+      v226 = v224 + v213, v227 = 0.5 * v225;
+  const lanes_where v228 = LANES_LT(v227, v226); const lanes_where v229 = LANES_LE(v226, v227);
+  const lanes v230 = v226 + v227, v231 = LANES_CHOICE(v229, v227, v230),
+      v232 = LANES_CHOICE(v228, v226, v231);
+  LANES_LET1(v233, sqrt, v232); out[6] = v233;
+  lanes v68, v88; LANES_NAME(lanes_two_atan2)(&v55, &v62, &v80, &v81, &v68, &v88);
+  LANES_LET2(v108, atan2, v97, v98);
+  const lanes v83 = choice_1 * v68;
+  out[0] = v83;
+  const lanes v101 = -v88;
+  out[3] = v101;
+  const lanes v119 = -v108;
+  out[5] = v119;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(board_installer_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -27,91 +27,90 @@ LANES_INLINE void LANES_NAME(puma560_ik_branch)(
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
       choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.15005 * T_3,
-      v2 = T_3 * T_3, v3 = T_7 * T_7, v4 = v2 + v3, v5 = 4e-15 * v4, v6 = v4 - 0.0225150025;
-  const lanes_where v7 = LANES_LT(v5, v6); LANES_LET1(v8, sqrt, v6);
-  const lanes v9 = LANES_CHOICE(v7, v8, 0.0), v10 = choice_0 * v9, v11 = T_7 * v10, v12 = v1 - v11,
-      v13 = v12 * v12, v14 = T_3 * v10, v15 = 0.15005 * T_7, v16 = v14 + v15, v17 = 1e-150 - v16,
-      v18 = v17 * v17, v19 = v13 + v18;
-  LANES_LET1(v20, rsqrt, v19);
-  const lanes v21 = v12 * v20, v22 = v17 * v20, v24 = T_11 - 0.67183, v25 = T_3 * v22,
-      v26 = T_7 * v21, v27 = v25 + v26, v28 = v27 * v27, v29 = v24 * v24, v30 = v28 + v29,
-      v31 = v30 - 2.274465470661e-07, v32 = 0.746628912553453 - v30, v33 = v31 * v32;
-  const lanes_where v34 = LANES_LT(5.574543934244672e-16, v33); LANES_LET1(v35, sqrt, v33);
-  const lanes v36 = LANES_CHOICE(v34, v35, 0.0), v37 = choice_1 * v36, v38 = 0.37290248 * v37,
-      v39 = v30 - 0.37331457, v40 = 0.01753108 * v39, v41 = v38 + v40, v42 = 1e-150 + v41,
-      v43 = 0.01753108 * v37, v44 = 0.37290248 * v39, v45 = v43 - v44, v46 = v45 * v45,
-      v47 = v42 * v42, v48 = v46 + v47;
-  LANES_LET1(v49, rsqrt, v48);
-  const lanes v50 = v42 * v49, v51 = 0.0203 * v50, v52 = v45 * v49, v53 = 0.4318 * v52,
-      v54 = v51 - v53, v55 = v54 + 0.4318, v56 = v24 * v55, v57 = 0.0203 * v52, v58 = 0.4318 * v50,
-      v59 = v57 + v58, v60 = v27 * v59, v61 = v56 - v60, v62 = v61 * v61, v63 = v27 * v55,
-      v64 = v24 * v59, v65 = v63 + v64, v66 = 1e-150 + v65, v67 = v66 * v66, v68 = v62 + v67;
-  LANES_LET1(v69, rsqrt, v68);
-  const lanes v70 = v61 * v69, v71 = v66 * v69, v74 = T_6 * v22, v75 = T_2 * v21, v76 = v74 - v75,
-      v77 = v76 * v76, v78 = T_10 * v70, v79 = T_2 * v22, v80 = T_6 * v21, v81 = v79 + v80,
-      v82 = v71 * v81, v83 = v78 + v82, v84 = v50 * v83, v85 = T_10 * v71, v86 = v70 * v81,
-      v87 = v85 - v86, v88 = v52 * v87, v89 = v84 + v88, v90 = 1e-150 - v89, v91 = v90 * v90,
-      v92 = v77 + v91;
-  LANES_LET1(v93, rsqrt, v92);
-  const lanes v94 = v76 * v93, v95 = v90 * v93, v96 = choice_2 * v95;
-  LANES_LET2(v97, atan2, v94, v96);
-  const lanes v98 = v89 * v96, v99 = choice_2 * v94, v100 = v76 * v99, v101 = v98 - v100,
-      v102 = v50 * v87, v103 = v52 * v83, v104 = v102 - v103, v105 = v104 * v104,
-      v106 = v101 * v101, v107 = v105 + v106;
-  LANES_LET1(v108, rsqrt, v107);
-  const lanes v109 = v101 * v108, v110 = v104 * v108;
-  LANES_LET2(v111, atan2, v109, v110);
-  const lanes v112 = T_4 * v22, v113 = T_0 * v21, v114 = v112 - v113, v115 = v96 * v114,
-      v116 = T_8 * v70, v117 = T_0 * v22, v118 = T_4 * v21, v119 = v117 + v118, v120 = v71 * v119,
-      v121 = v116 + v120, v122 = v50 * v121, v123 = T_8 * v71, v124 = v70 * v119,
-      v125 = v123 - v124, v126 = v52 * v125, v127 = v122 + v126, v128 = v99 * v127,
-      v129 = v115 + v128, v130 = v129 * v129, v131 = v96 * v127, v132 = v99 * v114,
-      v133 = v131 - v132, v134 = v110 * v133, v135 = v50 * v125, v136 = v52 * v121,
-      v137 = v135 - v136, v138 = v109 * v137, v139 = v134 - v138, v140 = v139 * v139,
-      v141 = v130 + v140;
-  LANES_LET1(v142, rsqrt, v141);
-  const lanes v143 = v129 * v142, v144 = v139 * v142;
-  LANES_LET2(v145, atan2, v143, v144);
-  const lanes v146 = choice_2 * v97, v147 = -v146;
-  out[3] = v147;
-  const lanes v148 = -v111;
-  out[4] = v148; out[5] = v145;
-  const lanes v149 = v21 * v99, v150 = v50 * v71, v151 = v52 * v70, v152 = v150 - v151,
-      v153 = v22 * v152, v154 = v96 * v153, v155 = v149 + v154, v156 = v110 * v155,
-      v157 = v50 * v70, v158 = v52 * v71, v159 = v157 + v158, v160 = v22 * v159, v161 = v109 * v160,
-      v162 = v156 + v161, v163 = v144 * v162, v164 = v99 * v153, v165 = v21 * v96,
-      v166 = v164 - v165, v167 = v143 * v166, v168 = v163 + v167, v169 = v168 - T_0,
-      v170 = v169 * v169, v171 = v144 * v166, v172 = v143 * v162, v173 = v171 - v172,
-      v174 = v173 - T_1, v175 = v174 * v174, v176 = v170 + v175, v177 = v109 * v155,
-      v178 = v110 * v160, v179 = v177 - v178, v180 = v179 - T_2, v181 = v180 * v180,
-      v182 = v176 + v181, v183 = v21 * v152, v184 = v96 * v183, v185 = v22 * v99,
-      v186 = v184 - v185, v187 = v110 * v186, v188 = v21 * v159, v189 = v109 * v188,
-      v190 = v187 + v189, v191 = v144 * v190, v192 = v22 * v96, v193 = v99 * v183,
-      v194 = v192 + v193, v195 = v143 * v194, v196 = v191 + v195, v197 = v196 - T_4,
-      v198 = v197 * v197, v199 = v182 + v198, v200 = v144 * v194, v201 = v143 * v190,
-      v202 = v200 - v201, v203 = v202 - T_5, v204 = v203 * v203, v205 = v199 + v204,
-      v206 = v109 * v186, v207 = v110 * v188, v208 = v206 - v207, v209 = v208 - T_6,
-      v210 = v209 * v209, v211 = v205 + v210, v212 = v96 * v159, v213 = v110 * v212,
-      v214 = v109 * v152, v215 = v213 - v214, v216 = v144 * v215, v217 = v99 * v159,
-      v218 = v143 * v217, v219 = v216 + v218, v220 = v219 - T_8, v221 = v220 * v220,
-      v222 = v211 + v221, v223 = v144 * v217, v224 = v143 * v215, v225 = v223 - v224,
-      v226 = v225 - T_9, v227 = v226 * v226, v228 = v222 + v227, v229 = v110 * v152,
-      v230 = v109 * v212, v231 = v229 + v230, v232 = v231 - T_10, v233 = v232 * v232,
-      v234 = v228 + v233, v235 = 0.5 * v234, v236 = 0.0203 * v152, v237 = 0.4318 * v159,
-      v238 = v236 - v237, v239 = 0.4318 * v71, v240 = v238 + v239, v241 = v22 * v240,
-      v242 = 0.15005 * v21, v243 = v241 + v242, v244 = v243 - T_3, v245 = v244 * v244,
-      v246 = v21 * v240, v247 = 0.15005 * v22, v248 = v246 - v247, v249 = v248 - T_7,
-      v250 = v249 * v249, v251 = v245 + v250, v252 = 0.4318 * v152, v253 = 0.0203 * v159,
-      v254 = v252 + v253, v255 = 0.4318 * v70, v256 = v254 + v255, v257 = v256 + 0.67183,
-      v258 = v257 - T_11, v259 = v258 * v258, v260 = v251 + v259;
-  const lanes_where v261 = LANES_LT(v235, v260); const lanes_where v262 = LANES_LE(v260, v235);
-  const lanes v263 = v260 + v235, v264 = LANES_CHOICE(v262, v235, v263),
-      v265 = LANES_CHOICE(v261, v260, v264);
-  LANES_LET1(v266, sqrt, v265); out[6] = v266;
-  const lanes v267 = 1e-300 + v4, v268 = v6 / v267, v269 = 7.1754748858069295 * v33;
-  LANES_LET2(v270, fmin, v268, v269); out[7] = v270;
-  lanes v23, v72; LANES_NAME(lanes_two_atan2)(&v21, &v22, &v70, &v71, &v23, &v72);
-  LANES_LET2(v73, atan2, v52, v50); out[0] = v23; out[1] = v72; out[2] = v73;
+      v2 = T_3 * T_3, v3 = T_7 * T_7, v4 = 0.15005 * T_7, v5 = T_11 - 0.67183, v6 = v2 + v3,
+      v7 = v5 * v5, v8 = 4e-15 * v6, v9 = v6 - 0.0225150025, v10 = 1e-300 + v6;
+  const lanes_where v11 = LANES_LT(v8, v9); LANES_LET1(v12, sqrt, v9);
+  const lanes v13 = v9 / v10, v14 = LANES_CHOICE(v11, v12, 0.0), v15 = choice_0 * v14,
+      v16 = T_7 * v15, v17 = T_3 * v15, v18 = v1 - v16, v19 = v17 + v4, v20 = v18 * v18,
+      v21 = 1e-150 - v19, v22 = v21 * v21, v23 = v20 + v22;
+  LANES_LET1(v24, rsqrt, v23);
+  const lanes v25 = v18 * v24, v26 = v21 * v24, v28 = T_3 * v26, v29 = T_7 * v25, v30 = T_6 * v26,
+      v31 = T_2 * v25, v32 = T_2 * v26, v33 = T_6 * v25, v34 = T_4 * v26, v35 = T_0 * v25,
+      v36 = T_0 * v26, v37 = T_4 * v25, v38 = 0.15005 * v25, v39 = 0.15005 * v26, v40 = v28 + v29,
+      v41 = v30 - v31, v42 = v32 + v33, v43 = v34 - v35, v44 = v36 + v37, v45 = v40 * v40,
+      v46 = v41 * v41, v47 = v45 + v7, v48 = v47 - 2.274465470661e-07,
+      v49 = 0.746628912553453 - v47, v50 = v47 - 0.37331457, v51 = v48 * v49,
+      v52 = 0.01753108 * v50, v53 = 0.37290248 * v50;
+  const lanes_where v54 = LANES_LT(5.574543934244672e-16, v51); LANES_LET1(v55, sqrt, v51);
+  const lanes v56 = 7.1754748858069295 * v51, v57 = LANES_CHOICE(v54, v55, 0.0);
+  LANES_LET2(v58, fmin, v13, v56);
+  const lanes v59 = choice_1 * v57;
+  out[7] = v58;
+  const lanes v60 = 0.37290248 * v59, v61 = 0.01753108 * v59, v62 = v60 + v52, v63 = v61 - v53,
+      v64 = 1e-150 + v62, v65 = v63 * v63, v66 = v64 * v64, v67 = v65 + v66;
+  LANES_LET1(v68, rsqrt, v67);
+  const lanes v69 = v64 * v68, v70 = v63 * v68, v71 = 0.0203 * v69, v72 = 0.4318 * v70,
+      v73 = 0.0203 * v70, v74 = 0.4318 * v69, v76 = v71 - v72, v77 = v73 + v74, v78 = v76 + 0.4318,
+      v79 = v40 * v77, v80 = v5 * v77, v81 = v5 * v78, v82 = v40 * v78, v83 = v81 - v79,
+      v84 = v82 + v80, v85 = v83 * v83, v86 = 1e-150 + v84, v87 = v86 * v86, v88 = v85 + v87;
+  LANES_LET1(v89, rsqrt, v88);
+  const lanes v90 = v83 * v89, v91 = v86 * v89, v93 = T_10 * v90, v94 = v91 * v42, v95 = T_10 * v91,
+      v96 = v90 * v42, v97 = T_8 * v90, v98 = v91 * v44, v99 = T_8 * v91, v100 = v90 * v44,
+      v101 = v69 * v91, v102 = v70 * v90, v103 = v69 * v90, v104 = v70 * v91, v105 = 0.4318 * v91,
+      v106 = 0.4318 * v90, v107 = v93 + v94, v108 = v95 - v96, v109 = v97 + v98, v110 = v99 - v100,
+      v111 = v101 - v102, v112 = v103 + v104, v113 = v69 * v107, v114 = v70 * v108,
+      v115 = v69 * v108, v116 = v70 * v107, v117 = v69 * v109, v118 = v70 * v110, v119 = v69 * v110,
+      v120 = v70 * v109, v121 = v26 * v111, v122 = v26 * v112, v123 = v25 * v111, v124 = v25 * v112,
+      v125 = 0.0203 * v111, v126 = 0.4318 * v112, v127 = 0.4318 * v111, v128 = 0.0203 * v112,
+      v129 = v113 + v114, v130 = v115 - v116, v131 = v117 + v118, v132 = v119 - v120,
+      v133 = v125 - v126, v134 = v127 + v128, v135 = 1e-150 - v129, v136 = v130 * v130,
+      v137 = v133 + v105, v138 = v134 + v106, v139 = v135 * v135, v140 = v26 * v137,
+      v141 = v25 * v137, v142 = v138 + 0.67183, v143 = v46 + v139, v144 = v140 + v38,
+      v145 = v141 - v39, v146 = v142 - T_11;
+  LANES_LET1(v147, rsqrt, v143);
+  const lanes v148 = v144 - T_3, v149 = v145 - T_7, v150 = v146 * v146, v151 = v41 * v147,
+      v152 = v135 * v147, v153 = v148 * v148, v154 = v149 * v149, v155 = choice_2 * v152,
+      v156 = choice_2 * v151, v157 = v153 + v154;
+  LANES_LET2(v158, atan2, v151, v155);
+  const lanes v159 = v129 * v155, v160 = v41 * v156, v161 = v155 * v43, v162 = v156 * v131,
+      v163 = v155 * v131, v164 = v156 * v43, v165 = v25 * v156, v166 = v155 * v121,
+      v167 = v156 * v121, v168 = v25 * v155, v169 = v155 * v123, v170 = v26 * v156,
+      v171 = v26 * v155, v172 = v156 * v123, v173 = v155 * v112, v174 = v156 * v112,
+      v175 = v157 + v150, v176 = v159 - v160, v177 = v161 + v162, v178 = v163 - v164,
+      v179 = choice_2 * v158, v180 = v165 + v166, v181 = v167 - v168, v182 = v169 - v170,
+      v183 = v171 + v172, v184 = v176 * v176, v185 = v177 * v177, v186 = -v179, v187 = v136 + v184;
+  out[3] = v186; LANES_LET1(v188, rsqrt, v187);
+  const lanes v189 = v176 * v188, v190 = v130 * v188;
+  LANES_LET2(v191, atan2, v189, v190);
+  const lanes v192 = v190 * v178, v193 = v189 * v132, v194 = v190 * v180, v195 = v189 * v122,
+      v196 = v189 * v180, v197 = v190 * v122, v198 = v190 * v182, v199 = v189 * v124,
+      v200 = v189 * v182, v201 = v190 * v124, v202 = v190 * v173, v203 = v189 * v111,
+      v204 = v190 * v111, v205 = v189 * v173, v206 = v192 - v193, v207 = -v191, v208 = v194 + v195,
+      v209 = v196 - v197, v210 = v198 + v199, v211 = v200 - v201, v212 = v202 - v203,
+      v213 = v204 + v205, v214 = v206 * v206;
+  out[4] = v207;
+  const lanes v215 = v209 - T_2, v216 = v211 - T_6, v217 = v213 - T_10, v218 = v185 + v214,
+      v219 = v215 * v215, v220 = v216 * v216, v221 = v217 * v217;
+  LANES_LET1(v222, rsqrt, v218);
+  const lanes v223 = v177 * v222, v224 = v206 * v222;
+  LANES_LET2(v225, atan2, v223, v224);
+  const lanes v226 = v224 * v208, v227 = v223 * v181, v228 = v224 * v181, v229 = v223 * v208,
+      v230 = v224 * v210, v231 = v223 * v183, v232 = v224 * v183, v233 = v223 * v210,
+      v234 = v224 * v212, v235 = v223 * v174, v236 = v224 * v174, v237 = v223 * v212;
+  out[5] = v225;
+  const lanes v238 = v226 + v227, v239 = v228 - v229, v240 = v230 + v231, v241 = v232 - v233,
+      v242 = v234 + v235, v243 = v236 - v237, v244 = v238 - T_0, v245 = v239 - T_1,
+      v246 = v240 - T_4, v247 = v241 - T_5, v248 = v242 - T_8, v249 = v243 - T_9,
+      v250 = v244 * v244, v251 = v245 * v245, v252 = v246 * v246, v253 = v247 * v247,
+      v254 = v248 * v248, v255 = v249 * v249, v256 = v250 + v251, v257 = v256 + v219,
+      v258 = v257 + v252, v259 = v258 + v253, v260 = v259 + v220, v261 = v260 + v254,
+      v262 = v261 + v255, v263 = v262 + v221, v264 = 0.5 * v263;
+  const lanes_where v265 = LANES_LT(v264, v175); const lanes_where v266 = LANES_LE(v175, v264);
+  const lanes v267 = v175 + v264, v268 = LANES_CHOICE(v266, v264, v267),
+      v269 = LANES_CHOICE(v265, v175, v268);
+  LANES_LET1(v270, sqrt, v269); out[6] = v270;
+  lanes v27, v75; LANES_NAME(lanes_two_atan2)(&v25, &v26, &v70, &v69, &v27, &v75);
+  LANES_LET2(v92, atan2, v90, v91); out[0] = v27; out[2] = v75; out[1] = v92;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(puma560_ik_branches)(const double *T, double *q, double *residual, double *margin)
