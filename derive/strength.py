@@ -4,6 +4,7 @@ Square roots, divisions and angles of points are most of what an inverse costs. 
 their place differs from them by roundings.
 """
 
+import itertools
 import re
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,15 +17,19 @@ size and that of a are together pi, with the sign of y."""
 _ROOT = re.compile(r"sqrt\((\w+)\)")
 _QUOTIENT = re.compile(r"(\S+) / (\w+)")
 _NEGATIVE = re.compile(r"-([a-zA-Z]\w*)")
+_PRODUCT = re.compile(r"(\S+) \* (\S+)")
+_TERM = re.compile(r"\w+|-?\d\S*")
 _ANGLE = re.compile(r"atan2\((\S+), (\S+)\)")
 
 
 def reduced(body: Body) -> Body:
     """A body with reciprocal roots for lengths that only divide, and one angle for opposite points.
 
+    Angles do not wait for the length that their points are divided by.
+
     Satisfies: atan2(-y, x) = -atan2(y, x), and atan2(y, -x) = pi - atan2(y, x) where y > 0.
     """
-    return _angles_of_opposites(_reciprocal_roots(body)).used().by_depth()
+    return _angles_before_lengths(_angles_of_opposites(_reciprocal_roots(body))).used().by_depth()
 
 
 def _reciprocal_roots(body: Body) -> Body:
@@ -52,6 +57,10 @@ def _quotient(statement: Compute | Store) -> re.Match[str] | None:
     return None if isinstance(statement, Store) else _QUOTIENT.fullmatch(statement.expression)
 
 
+def _point(statement: Compute | Store) -> re.Match[str] | None:
+    return None if isinstance(statement, Store) else _ANGLE.fullmatch(statement.expression)
+
+
 def _text(statement: Compute | Store) -> str:
     return statement.value if isinstance(statement, Store) else statement.expression
 
@@ -71,7 +80,7 @@ def _angles_of_opposites(body: Body) -> Body:
     known: dict[Sequence[str], tuple[str, bool, bool]] = {}
 
     def cheap(statement: Compute | Store) -> Compute | Store:
-        point = None if isinstance(statement, Store) else _ANGLE.fullmatch(statement.expression)
+        point = _point(statement)
         if point is None or isinstance(statement, Store):
             return statement
         (y, down), (x, left) = map(signed, point.groups())
@@ -84,3 +93,42 @@ def _angles_of_opposites(body: Body) -> Body:
         return replace(statement, expression=f"-{angle}")
 
     return replace(body, statements=tuple(map(cheap, body.statements)))
+
+
+def _angles_before_lengths(body: Body) -> Body:
+    """The angle of a point without the reciprocal length that both coordinates are products with."""
+    expressions = {s.name: s.expression for s in body.computed}
+    numbers = itertools.count(len(body.statements) + 1)
+    statements: list[Compute | Store] = []
+
+    def whole(term: str, length: str) -> str | None:
+        """An expression whose product with the length is a term, or None."""
+        expression = expressions.get(term, "")
+        if negative := _NEGATIVE.fullmatch(expression):
+            rest = whole(negative[1], length)
+            return rest and f"-{named(rest)}"
+        product = _PRODUCT.fullmatch(expression)
+        if product is None:
+            return None
+        for factor, other in itertools.permutations(product.groups()):
+            if other == length:
+                return factor
+            if rest := whole(factor, length):
+                return f"{named(rest)} * {other}"
+        return None
+
+    def named(expression: str) -> str:
+        if _TERM.fullmatch(expression):
+            return expression
+        statements.append(Compute(f"v{next(numbers)}", expression))
+        return statements[-1].name
+
+    lengths = [s.name for s in body.computed if s.expression.startswith("rsqrt(")]
+    for statement in body.statements:
+        point = _point(statement)
+        for length in lengths if point else ():
+            if (y := whole(point[1], length)) and (x := whole(point[2], length)):
+                statement = replace(statement, expression=f"atan2({named(y)}, {named(x)})")
+                break
+        statements.append(statement)
+    return replace(body, statements=tuple(statements))
