@@ -82,11 +82,11 @@ def squares(scope: Scope, values: Iterable[sp.Expr]) -> sp.Expr:
 def larger(scope: Scope, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
     """The residual from the squares of its two parts, NaN where one of them is.
 
-    C's fmax would leave out what is no number, and call a pose solved that no loop can hold.
+    C's fmax would leave out what is no number, and call a pose solved that no loop can hold; and a
+    choice by comparison is of real numbers to SymPy, which takes their order for complete.
     """
-    known = (distance2, distance2 > angle2), (angle2, angle2 >= distance2)
-    none = (scope.let(distance2 + angle2), True)
-    return scope.let(sp.sqrt(scope.let(sp.Piecewise(*known, none, evaluate=False))))
+    twice = scope.let(distance2 + angle2) + scope.let(sp.Abs(scope.let(distance2 - angle2)))
+    return scope.let(sp.sqrt(scope.let(scope.let(twice) / 2)))
 
 
 def margin_of(work: Work) -> sp.Expr:

@@ -273,3 +273,21 @@ def test_what_is_no_number_is_no_solution(chain, row, column):
     T = arm.targets(some(arm, 10))
     T[:, row, column] = np.nan
     assert not arm.robot.functions["ik"](T).valid.any()
+
+
+@pytest.mark.parametrize("by", [1e-6, 1e-4, 1e-3])
+@pytest.mark.parametrize("moved", [False, True])
+def test_a_residual_is_the_distance_or_the_angle_that_is_left(by, moved):
+    """Of an arm that cannot follow: a plane's, whose target is tilted or lifted out of it."""
+    arm = arm_of("R=R=R")
+    T = arm.targets(some(arm, 100))
+    if moved:
+        T[:, :3, 3] += by * arm.screws.axes[0]
+    else:
+        c, s = np.cos(by), np.sin(by)
+        T[:, :3, :3] = T[:, :3, :3] @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+    found = arm.robot.functions["ik"](T)
+    left = arm.error(found.q, np.repeat(T[:, None], found.q.shape[1], axis=1))
+    assert not found.valid.any()
+    assert left.min() >= 0.9 * by
+    np.testing.assert_allclose(found.residual, left, rtol=1e-6)
