@@ -129,9 +129,15 @@ def _function(robot: Described, function: SymbolicFunction, kernel: ca.Function)
         **_signature(robot, function),
         "operations": count_operations(kernel).as_dict(),
         **({"margin": function.margin} if function.margin else {}),
-        **({"branches": function.branches} if function.signs else {}),
+        **({"branches": function.branches} if _is_inverse(function) else {}),
         **({"steps": list(function.steps)} if function.steps else {}),
     }
+
+
+def _is_inverse(function: SymbolicFunction) -> bool:
+    """Whether a function gives solutions, if only one."""
+    names = [result.name for result in function.outputs]
+    return bool(function.signs) or names == ["q", "residual", "margin"]
 
 
 def _written(robot: Described, function: WrittenFunction) -> dict[str, Any]:
