@@ -207,6 +207,8 @@ def _lanes(robot: Described, pairs: Sequence[tuple[SymbolicFunction, Body]]) -> 
             f"  const lanes {function.inputs[i].name}_{k} = in[{first[i] + k}];"
             for i, k in body.loads
         ]
-        lines = kernel(reduced(body), loads or ["  (void)in;"], of)
+        # Branches are chains side by side, of lengths and angles; other functions are sums.
+        cheap = reduced(body) if function.signs else body
+        lines = kernel(cheap, loads or ["  (void)in;"], of)
         parts.append("\n".join([f"{head}(const lanes *in, lanes *out)", "{", *lines, "}\n"]))
     return "\n".join(parts)

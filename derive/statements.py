@@ -102,6 +102,10 @@ class Body:
             depth[statement.name] = deep(statement) + 1
         return replace(self, statements=tuple(_numbered(sorted(self.statements, key=deep))))
 
+    def used(self) -> "Body":
+        """The same body without statements whose value nothing takes."""
+        return replace(self, statements=tuple(_used(self.statements)))
+
     def calls(self, function: str) -> bool:
         """Whether a function is called somewhere."""
         return any(statement.expression.startswith(f"{function}(") for statement in self.computed)

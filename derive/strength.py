@@ -24,7 +24,7 @@ def reduced(body: Body) -> Body:
 
     Satisfies: atan2(-y, x) = -atan2(y, x), and atan2(y, -x) = pi - atan2(y, x) where y > 0.
     """
-    return _angles_of_opposites(_reciprocal_roots(body))
+    return _angles_of_opposites(_reciprocal_roots(body)).used().by_depth()
 
 
 def _reciprocal_roots(body: Body) -> Body:

@@ -123,15 +123,15 @@ static PyObject *call_open(PyObject *Py_UNUSED(module), PyObject *args)
 
 /* -------------------------------------------------------- memory of results
  *
- * malloc returns large blocks to the system as soon as they are freed, and the system clears what
- * it gives: for a large batch that takes as long as the kernel itself. So large results have a
- * memory handler of their own (NEP 49), which keeps what is freed for the results of the next call.
+ * malloc returns blocks of 32 MB to the system as soon as they are freed (glibc), and the system
+ * clears what it gives: for a large batch that takes as long as the kernel itself. So large results
+ * have a memory handler of their own (NEP 49), which keeps what is freed for those of the next call.
  * A block belongs to one array or is kept, never both. Handlers run under the GIL: it is the lock.
  */
-#define LEAST_KEPT ((size_t)4 << 20)  /* bytes of a result; malloc does as well with smaller ones */
+#define LEAST_KEPT ((size_t)32 << 20) /* bytes of a call's results; else malloc does as well */
 #define MOST_KEPT ((size_t)256 << 20) /* bytes of all that is kept */
 #define MAX_KEPT 32                   /* blocks */
-#define SMALL_PAGE 4096
+#define HUGE_PAGE ((size_t)2 << 20) /* the system places whole ones at their boundaries */
 #define BLOCK_HEAD 64 /* bytes before the array's, for the block's size; arrays stay aligned */
 
 typedef struct {
@@ -187,10 +187,10 @@ static int kept_find(size_t size)
 
 static void *block_new(void *Py_UNUSED(context), size_t n)
 {
-    if (n > (size_t)PY_SSIZE_T_MAX - BLOCK_HEAD - SMALL_PAGE) {
+    if (n > (size_t)PY_SSIZE_T_MAX - BLOCK_HEAD - HUGE_PAGE) {
         return NULL;
     }
-    size_t size = (n + BLOCK_HEAD + SMALL_PAGE - 1) / SMALL_PAGE * SMALL_PAGE;
+    size_t size = (n + BLOCK_HEAD + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
     int found = kept_find(size);
     Block block = {MAP_FAILED, size};
     if (found >= 0) {
@@ -249,18 +249,9 @@ static PyDataMem_Handler block_handler = {
     "chasles_results", 1, {NULL, block_new, block_new_zeroed, block_resize, block_free}};
 static PyObject *block_capsule;
 
-/* Whether a result is worth a block; not if it is too large for any array. */
-static int is_large(int ndim, npy_intp *dims)
+/* An array in a block. A handler that the program has chosen for its arrays is left in force. */
+static PyObject *new_large(int ndim, npy_intp *dims)
 {
-    return PyArray_OverflowMultiplyList(dims, ndim) >= (npy_intp)(LEAST_KEPT / sizeof(double));
-}
-
-/* An array for a result. A handler that the program has chosen for its arrays is left in force. */
-static PyObject *new_result(int ndim, npy_intp *dims)
-{
-    if (!is_large(ndim, dims)) {
-        return PyArray_SimpleNew(ndim, dims, NPY_DOUBLE);
-    }
     PyObject *chosen = PyDataMem_GetHandler();
     if (!chosen || chosen != PyDataMem_DefaultHandler) {
         Py_XDECREF(chosen);
@@ -997,6 +988,16 @@ static const npy_intp *shared_batch(const Kernel *kernel, PyObject *const *input
     return batch;
 }
 
+/* Whether the results for n rows are worth blocks. */
+static int is_large(const Kernel *kernel, npy_intp n)
+{
+    double size = 0.0; /* in floating point it cannot overflow */
+    for (int i = kernel->n_inputs; i < kernel->n_operands; i++) {
+        size += (double)kernel->operands[i].size;
+    }
+    return (double)n * size >= (double)(LEAST_KEPT / sizeof(double));
+}
+
 /* Runs the kernel on n rows without gaps. */
 static void run_dense(const Kernel *kernel, npy_intp n, double **memory)
 {
@@ -1025,7 +1026,8 @@ static PyObject *call_dense(const Function *self, PyObject *const *inputs, const
     const Kernel *kernel = self->kernel;
     double *memory[MAX_OPERANDS];
     PyObject *results[MAX_OPERANDS];
-    npy_intp dims[NPY_MAXDIMS + MAX_CORE_NDIM];
+    npy_intp n = PyArray_MultiplyList(batch, ndim), dims[NPY_MAXDIMS + MAX_CORE_NDIM];
+    int large = is_large(kernel, n);
     memcpy(dims, batch, ndim * sizeof(npy_intp));
     for (int i = 0; i < kernel->n_inputs; i++) {
         memory[i] = PyArray_DATA((PyArrayObject *)inputs[i]);
@@ -1033,7 +1035,8 @@ static PyObject *call_dense(const Function *self, PyObject *const *inputs, const
     for (int i = 0; i < kernel->n_outputs; i++) {
         const Operand *operand = &kernel->operands[kernel->n_inputs + i];
         memcpy(dims + ndim, operand->dims, operand->ndim * sizeof(npy_intp));
-        results[i] = new_result(ndim + operand->ndim, dims);
+        results[i] = large ? new_large(ndim + operand->ndim, dims)
+                           : PyArray_SimpleNew(ndim + operand->ndim, dims, NPY_DOUBLE);
         if (!results[i]) {
             while (i-- > 0) {
                 Py_DECREF(results[i]);
@@ -1042,7 +1045,6 @@ static PyObject *call_dense(const Function *self, PyObject *const *inputs, const
         }
         memory[kernel->n_inputs + i] = PyArray_DATA((PyArrayObject *)results[i]);
     }
-    npy_intp n = PyArray_MultiplyList(batch, ndim);
     NPY_BEGIN_THREADS_DEF
     NPY_BEGIN_THREADS_THRESHOLDED(n)
     run_dense(kernel, n, memory);
@@ -1344,45 +1346,43 @@ static PyObject *guarded(Function *self, PyObject *const *inputs, PyObject *resu
     return result;
 }
 
-/* The large results of a batch are allocated here, for the ufunc would ask malloc. In the
- * places of the others are those that the caller gave, or None. Returns how many are new; -1 with an
- * error set. */
+/* The arrays for a large batch, for the ufunc would ask malloc: new ones in the places that the caller
+ * left free. -1 with an error set. */
 static int large_results(const Kernel *kernel, const Batch *batch, PyObject *const *outs,
                          PyObject **results)
 {
     npy_intp dims[NPY_MAXDIMS + MAX_CORE_NDIM];
-    int n_large = 0;
     memcpy(dims, batch->dims, batch->ndim * sizeof(npy_intp));
     for (int i = 0; i < kernel->n_outputs; i++) {
         const Operand *operand = &kernel->operands[kernel->n_inputs + i];
-        int ndim = batch->ndim + operand->ndim;
         memcpy(dims + batch->ndim, operand->dims, operand->ndim * sizeof(npy_intp));
-        int wanted = (!outs || outs[i] == Py_None) && ndim <= NPY_MAXDIMS && is_large(ndim, dims);
-        results[i] = wanted ? new_result(ndim, dims) : Py_NewRef(outs ? outs[i] : Py_None);
+        results[i] = outs && outs[i] != Py_None ? Py_NewRef(outs[i])
+                                                : new_large(batch->ndim + operand->ndim, dims);
         if (!results[i]) {
             while (i-- > 0) {
                 Py_DECREF(results[i]);
             }
             return -1;
         }
-        n_large += wanted;
     }
-    return n_large;
+    return 0;
 }
 
 /* Runs the ufunc over a batch, on as many threads. */
 static PyObject *call_batch(Function *self, PyObject *const *inputs, PyObject *const *outs,
                             const Batch *batch, long threads)
 {
+    const Kernel *kernel = self->kernel;
     PyObject *results[MAX_OPERANDS];
-    int n_large = large_results(self->kernel, batch, outs, results);
-    if (n_large < 0) {
+    npy_intp n = PyArray_OverflowMultiplyList((npy_intp *)batch->dims, batch->ndim);
+    int large = is_large(kernel, n); /* not if n is -1, too many for any array */
+    if (large && large_results(kernel, batch, outs, results) < 0) {
         return NULL;
     }
-    PyObject *const *into = n_large ? results : outs;
+    PyObject *const *into = large ? results : outs;
     PyObject *result = threads == 1 ? call_ufunc(self, inputs, into)
                                     : call_threads(self, inputs, into, batch, threads);
-    for (int i = 0; i < self->kernel->n_outputs; i++) {
+    for (int i = 0; large && i < kernel->n_outputs; i++) {
         Py_DECREF(results[i]);
     }
     return result;
@@ -1755,8 +1755,8 @@ static PyMethodDef module_methods[] = {
     {"open", call_open, METH_VARARGS,
      "open(path, expected_hash): the library, refused unless it was compiled for that hash."},
     {"release_memory", call_release_memory, METH_NOARGS,
-     "release_memory(): returns to the system the memory that is kept for large results (of 4 MB\n"
-     "and more, 256 MB at most); gives how many bytes that was."},
+     "release_memory(): returns to the system the memory that is kept for large results (of 32 MB\n"
+     "a call and more; 256 MB at most); gives how many bytes that was."},
     {NULL},
 };
 

@@ -75,9 +75,9 @@ def open(path: str | PathLike[str], expected_hash: str) -> Library: ...  # noqa:
 def release_memory() -> int:
     """Returns to the system the memory that is kept for large results.
 
-    What large results (4 MB and more) held is kept once they are gone, 256 MB at most, for those of
-    the next call: else the system would have to clear new memory each time. Where it runs short
-    of memory, Linux takes it by itself.
+    What the results of large batches (32 MB a call and more) held is kept once they are gone, 256
+    MB at most, for those of the next call: else the system would have to clear new memory each
+    time. Where it runs short of memory, Linux takes it by itself.
 
     Returns:
         How many bytes that was.

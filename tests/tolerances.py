@@ -18,6 +18,8 @@ COS_SIN = 1.5
 """Units in the last place by which cosines and sines of lanes may be off, up to 1e5 radian."""
 ANGLE = 2
 """Units in the last place by which the angle of a point may be off on lanes; 1.6 were seen."""
+RECIPROCAL_ROOT = 2
+"""Units in the last place by which 1 / sqrt(x) may be off on lanes; 1.5 were seen."""
 NEAR_ROOT = 1e-11
 """Branches against 40 digits: where a root nearly vanishes, it is that of a rounding."""
 WORST_INVERSE = 5e-14

@@ -27,86 +27,88 @@ LANES_INLINE void LANES_NAME(board_installer_ik_branch)(
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
       choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = T_4 * T_4, v2 = 1e-150 - T_0,
-      v3 = v2 * v2, v4 = v1 + v3;
-  LANES_LET1(v5, rsqrt, v4);
-  const lanes v6 = T_4 * v5, v7 = choice_0 * v6, v8 = 0.12 * v7, v9 = 0.28 * T_4, v10 = T_7 - v9,
-      v11 = v8 + v10, v12 = v11 * v11, v13 = 0.28 * T_0, v14 = T_3 - v13, v15 = v2 * v5,
-      v16 = choice_0 * v15, v17 = 0.12 * v16, v18 = v14 - v17, v19 = 1e-150 + v18, v20 = v19 * v19,
-      v21 = v12 + v20;
-  LANES_LET1(v22, rsqrt, v21);
-  const lanes v23 = v11 * v22, v24 = v19 * v22, v25 = choice_1 * v24, v27 = choice_1 * v23,
-      v28 = 0.28 * T_8, v29 = T_11 - v28, v30 = 0.3 + v29, v31 = v30 - 0.54, v32 = -4.0 * v31,
-      v33 = -4.0 - v32, v34 = v33 * v33, v35 = 10.24 - v34;
-  const lanes_where v36 = LANES_LT(4.096e-14, v35); LANES_LET1(v37, sqrt, v35);
-  const lanes v38 = LANES_CHOICE(v36, v37, 0.0), v39 = choice_2 * v38, v40 = 3.2 * v39,
-      v41 = 1e-150 - v40, v42 = 3.2 * v33, v43 = v42 * v42, v44 = v41 * v41, v45 = v43 + v44;
-  LANES_LET1(v46, rsqrt, v45);
-  const lanes v47 = v41 * v46, v48 = v42 * v46;
-  LANES_LET2(v49, atan2, v48, v47);
-  const lanes v50 = v16 * v27, v51 = v7 * v25, v52 = v50 + v51, v53 = v16 * v25, v54 = v7 * v27,
-      v55 = v53 - v54, v57 = T_0 * v16, v58 = T_4 * v7, v59 = v57 - v58, v60 = T_8 * T_8,
-      v61 = v59 * v59, v62 = v60 + v61;
-  LANES_LET1(v63, rsqrt, v62);
-  const lanes v64 = v59 * v63, v65 = T_8 * v63, v66 = T_2 * v7, v67 = T_6 * v16, v68 = v66 + v67,
-      v69 = v68 * v68, v70 = T_10 * v64, v71 = T_6 * v7, v72 = T_2 * v16, v73 = v71 - v72,
-      v74 = v65 * v73, v75 = v70 + v74, v76 = v75 * v75, v77 = v69 + v76;
-  LANES_LET1(v78, rsqrt, v77);
-  const lanes v79 = v68 * v78, v80 = v75 * v78, v83 = v18 * v25, v84 = v11 * v27, v85 = v83 + v84,
-      v86 = 0.1 + v85, v87 = v86 + 0.8, v88 = v87 - 1.2, v89 = 0.8 * v47, v90 = v88 - v89,
-      v91 = 0.25 * v90, v92 = -v91;
-  out[1] = v92; out[2] = v49;
-  const lanes v94 = 0.15 * v64, v95 = 0.12 - v94, v96 = v95 * v95, v97 = 0.15 * v65,
-      v98 = 0.20784609690826528 + v97, v99 = v98 * v98, v100 = v96 + v99;
-  LANES_LET1(v101, sqrt, v100);
-  const lanes v102 = v101 - 0.21;
-  out[4] = v102;
-  const lanes v104 = -0.2 - v91, v105 = 1.25 * v90, v106 = 1.2 + v105, v107 = v106 - 0.8,
-      v108 = v107 + v89, v109 = 0.2 * v107, v110 = 0.16 * v47, v111 = v109 + v110,
-      v112 = v111 * v111, v113 = 0.16 * v48, v114 = 0.2 + v113, v115 = v114 * v114,
-      v116 = v112 + v115, v117 = 0.1936 - v116, v118 = v116 - 0.0016, v119 = v117 * v118,
-      v120 = 108.50694444444444 * v119;
-  const lanes_where v121 = LANES_LE(0.0, v120);
-  const lanes v122 = LANES_CHOICE(v121, 0.0, -1.0);
-  LANES_LET1(v123, sqrt, v122);
-  const lanes v124 = v108 + v123, v125 = v124 + 0.1, v126 = v102 * v102, v127 = v126 + 0.0576,
-      v128 = v127 + 0.0225, v129 = 0.42 * v102, v130 = v128 + v129, v131 = v130 - 0.036,
-      v132 = 0.5 * v131, v133 = 0.0288 + v132, v134 = v133 - 0.01125,
-      v135 = 2.0833333333333335 * v134, v136 = 0.1521 - v131, v137 = v131 - 0.0081,
-      v138 = v136 * v137;
-  LANES_LET1(v139, sqrt, v138);
-  const lanes v140 = 1.8042195912175805 * v139, v141 = v135 - v140, v142 = v141 - 0.12,
-      v143 = 1.8666666666666667 * v142, v144 = 0.12 - v143, v145 = v55 * v144, v146 = v125 + v145,
-      v147 = v104 + v146, v148 = v25 * v147, v149 = v52 * v144, v150 = v27 * v149,
-      v151 = v148 + v150, v152 = v151 - T_3, v153 = v152 * v152, v154 = v27 * v147,
-      v155 = v25 * v149, v156 = v154 - v155, v157 = v156 - T_7, v158 = v157 * v157,
-      v159 = v153 + v158, v160 = 0.8 * v48, v161 = 1.0 + v160, v162 = v161 + v123,
-      v163 = 1.0416666666666667 * v139, v164 = 3.608439182435161 * v134, v165 = v163 + v164,
-      v166 = 0.20784609690826528 - v165, v167 = 1.8666666666666667 * v166, v168 = v167 + 0.3,
-      v169 = v162 - v168, v170 = v169 + 0.54, v171 = v170 - T_11, v172 = v171 * v171,
-      v173 = v159 + v172, v174 = 6.666666666666666 * v142, v175 = v25 * v55, v176 = v27 * v52,
-      v177 = v175 + v176, v178 = v174 * v177, v179 = T_0 + v178, v180 = v179 * v179,
-      v181 = v27 * v55, v182 = v25 * v52, v183 = v181 - v182, v184 = v80 * v183,
-      v185 = 6.666666666666666 * v166, v186 = v185 * v177, v187 = v79 * v186, v188 = v184 + v187,
-      v189 = T_1 + v188, v190 = v189 * v189, v191 = v180 + v190, v192 = v80 * v186,
-      v193 = v79 * v183, v194 = v192 - v193, v195 = v194 - T_2, v196 = v195 * v195,
-      v197 = v191 + v196, v198 = v174 * v183, v199 = T_4 + v198, v200 = v199 * v199,
-      v201 = v197 + v200, v202 = v80 * v177, v203 = v185 * v183, v204 = v79 * v203,
-      v205 = v202 - v204, v206 = v205 - T_5, v207 = v206 * v206, v208 = v201 + v207,
-      v209 = v80 * v203, v210 = v79 * v177, v211 = v209 + v210, v212 = v211 - T_6,
-      v213 = v212 * v212, v214 = v208 + v213, v215 = T_8 + v185, v216 = v215 * v215,
-      v217 = v214 + v216, v218 = v79 * v174, v219 = v218 - T_9, v220 = v219 * v219,
-      v221 = v217 + v220, v222 = v80 * v174, v223 = T_10 + v222, v224 = v223 * v223,
-      v225 = v221 + v224, v226 = 0.5 * v225;
-  LANES_LET2(v227, fmax, v173, v226); LANES_LET1(v228, sqrt, v227); out[6] = v228;
-  const lanes v229 = 0.09765625 * v35;
-  out[7] = v229; lanes v26, v56; LANES_NAME(lanes_two_atan2)(&v23, &v25, &v52, &v55, &v26, &v56);
-  LANES_LET2(v81, atan2, v79, v80);
-  const lanes v82 = choice_1 * v26;
-  out[0] = v82;
-  const lanes v93 = -v56;
-  out[3] = v93;
-  const lanes v103 = -v81;
-  out[5] = v103;
+      v3 = 0.28 * T_4, v4 = 0.28 * T_0, v5 = 0.28 * T_8, v6 = T_8 * T_8, v7 = v2 * v2,
+      v8 = T_7 - v3, v9 = T_3 - v4, v10 = T_11 - v5, v11 = v1 + v7, v12 = 0.3 + v10;
+  LANES_LET1(v13, rsqrt, v11);
+  const lanes v14 = v12 - 0.54, v15 = T_4 * v13, v16 = v2 * v13, v17 = -4.0 * v14,
+      v18 = choice_0 * v15, v19 = choice_0 * v16, v20 = -4.0 - v17, v21 = 0.12 * v18,
+      v22 = 0.12 * v19, v23 = v20 * v20, v24 = 3.2 * v20, v25 = T_0 * v19, v26 = T_4 * v18,
+      v27 = T_2 * v18, v28 = T_6 * v19, v29 = T_6 * v18, v30 = T_2 * v19, v31 = v21 + v8,
+      v32 = v9 - v22, v33 = 10.24 - v23, v34 = v24 * v24, v35 = v25 - v26, v36 = v27 + v28,
+      v37 = v29 - v30, v38 = v31 * v31, v39 = 1e-150 + v32;
+  const lanes_where v40 = LANES_LT(4.096e-14, v33); LANES_LET1(v41, sqrt, v33);
+  const lanes v42 = v35 * v35, v43 = v36 * v36, v44 = 0.09765625 * v33, v45 = v39 * v39,
+      v46 = LANES_CHOICE(v40, v41, 0.0), v47 = v6 + v42;
+  out[7] = v44;
+  const lanes v48 = v38 + v45, v49 = choice_2 * v46;
+  LANES_LET1(v50, rsqrt, v47); LANES_LET1(v51, rsqrt, v48);
+  const lanes v52 = 3.2 * v49, v53 = v35 * v50, v54 = T_8 * v50, v55 = v31 * v51, v56 = v39 * v51,
+      v57 = 1e-150 - v52, v58 = T_10 * v53, v59 = v54 * v37, v60 = 0.15 * v53, v61 = 0.15 * v54,
+      v62 = choice_1 * v56, v63 = choice_1 * v55, v64 = v57 * v57, v65 = v58 + v59,
+      v66 = 0.12 - v60, v67 = 0.20784609690826528 + v61, v69 = v34 + v64, v70 = v19 * v63,
+      v71 = v18 * v62, v72 = v19 * v62, v73 = v18 * v63, v74 = v65 * v65, v75 = v32 * v62,
+      v76 = v31 * v63, v77 = v66 * v66, v78 = v67 * v67;
+  LANES_LET1(v79, rsqrt, v69);
+  const lanes v80 = v70 + v71, v81 = v72 - v73, v82 = v43 + v74, v84 = v75 + v76, v85 = v77 + v78,
+      v86 = v57 * v79, v87 = v24 * v79;
+  LANES_LET1(v89, rsqrt, v82);
+  const lanes v90 = 0.1 + v84;
+  LANES_LET1(v91, sqrt, v85);
+  const lanes v92 = v62 * v81, v93 = v63 * v80, v94 = v63 * v81, v95 = v62 * v80;
+  LANES_LET2(v96, atan2, v87, v86);
+  const lanes v97 = v36 * v89, v98 = v65 * v89, v99 = v90 + 0.8, v100 = 0.8 * v86,
+      v102 = v91 - 0.21, v103 = v92 + v93, v104 = v94 - v95, v105 = 0.16 * v86, v106 = 0.16 * v87,
+      v107 = 0.8 * v87, v109 = v99 - 1.2;
+  out[2] = v96; out[4] = v102;
+  const lanes v110 = v102 * v102, v111 = 0.42 * v102, v112 = v98 * v104, v113 = v97 * v104,
+      v114 = v98 * v103, v115 = v97 * v103, v116 = 0.2 + v106, v117 = 1.0 + v107,
+      v118 = v109 - v100, v120 = v110 + 0.0576, v121 = v116 * v116, v122 = 0.25 * v118,
+      v123 = v120 + 0.0225, v124 = 1.25 * v118, v125 = -v122, v126 = v123 + v111,
+      v127 = -0.2 - v122, v128 = 1.2 + v124;
+  out[1] = v125;
+  const lanes v129 = v126 - 0.036, v130 = v128 - 0.8, v131 = 0.5 * v129, v132 = 0.1521 - v129,
+      v133 = v129 - 0.0081, v134 = v130 + v100, v135 = 0.2 * v130, v136 = 0.0288 + v131,
+      v137 = v132 * v133, v138 = v135 + v105, v139 = v136 - 0.01125;
+  LANES_LET1(v140, sqrt, v137);
+  const lanes v141 = v138 * v138, v142 = 2.0833333333333335 * v139,
+      v143 = 1.8042195912175805 * v140, v144 = 1.0416666666666667 * v140,
+      v145 = 3.608439182435161 * v139, v146 = v141 + v121, v147 = v142 - v143, v148 = v144 + v145,
+      v149 = 0.1936 - v146, v150 = v146 - 0.0016, v151 = v147 - 0.12,
+      v152 = 0.20784609690826528 - v148, v153 = v149 * v150, v154 = 6.666666666666666 * v151,
+      v155 = 6.666666666666666 * v152, v156 = 108.50694444444444 * v153,
+      v157 = 1.8666666666666667 * v151, v158 = 1.8666666666666667 * v152, v159 = v154 * v103,
+      v160 = v155 * v103, v161 = v154 * v104, v162 = v155 * v104, v163 = T_8 + v155,
+      v164 = v97 * v154, v165 = v98 * v154;
+  const lanes_where v166 = LANES_LE(0.0, v156);
+  const lanes v167 = 0.12 - v157, v168 = v158 + 0.3, v169 = T_0 + v159, v170 = v97 * v160,
+      v171 = v98 * v160, v172 = T_4 + v161, v173 = v97 * v162, v174 = v98 * v162,
+      v175 = v163 * v163, v176 = v164 - T_9, v177 = T_10 + v165,
+      v178 = LANES_CHOICE(v166, 0.0, -1.0), v179 = v81 * v167, v180 = v80 * v167,
+      v181 = v169 * v169, v182 = v112 + v170, v183 = v171 - v113, v184 = v172 * v172,
+      v185 = v114 - v173, v186 = v174 + v115, v187 = v176 * v176, v188 = v177 * v177;
+  LANES_LET1(v189, sqrt, v178);
+  const lanes v190 = v63 * v180, v191 = v62 * v180, v192 = T_1 + v182, v193 = v183 - T_2,
+      v194 = v185 - T_5, v195 = v186 - T_6, v196 = v134 + v189, v197 = v117 + v189,
+      v198 = v192 * v192, v199 = v193 * v193, v200 = v194 * v194, v201 = v195 * v195,
+      v202 = v196 + 0.1, v203 = v197 - v168, v204 = v181 + v198, v205 = v202 + v179,
+      v206 = v203 + 0.54, v207 = v204 + v199, v208 = v127 + v205, v209 = v206 - T_11,
+      v210 = v207 + v184, v211 = v62 * v208, v212 = v63 * v208, v213 = v209 * v209,
+      v214 = v210 + v200, v215 = v211 + v190, v216 = v212 - v191, v217 = v214 + v201,
+      v218 = v215 - T_3, v219 = v216 - T_7, v220 = v217 + v175, v221 = v218 * v218,
+      v222 = v219 * v219, v223 = v220 + v187, v224 = v221 + v222, v225 = v223 + v188,
+      v226 = v224 + v213, v227 = 0.5 * v225;
+  const lanes_where v228 = LANES_LT(v227, v226); const lanes_where v229 = LANES_LE(v226, v227);
+  const lanes v230 = v226 + v227, v231 = LANES_CHOICE(v229, v227, v230),
+      v232 = LANES_CHOICE(v228, v226, v231);
+  LANES_LET1(v233, sqrt, v232); out[6] = v233;
+  lanes v68, v88; LANES_NAME(lanes_two_atan2)(&v55, &v62, &v80, &v81, &v68, &v88);
+  LANES_LET2(v108, atan2, v97, v98);
+  const lanes v83 = choice_1 * v68;
+  out[0] = v83;
+  const lanes v101 = -v88;
+  out[3] = v101;
+  const lanes v119 = -v108;
+  out[5] = v119;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(board_installer_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -296,6 +296,8 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_ik)(const lanes *in, lane
       v9 = T_6 * T_6, v10 = v8 + v9, v11 = T_8 * T_8, v12 = v10 + v11, v13 = T_9 * T_9,
       v14 = v12 + v13, v15 = 1.0 - T_0, v16 = v15 * v15, v17 = v14 + v16, v18 = 1.0 - T_5,
       v19 = v18 * v18, v20 = v17 + v19, v21 = 1.0 - T_10, v22 = v21 * v21, v23 = v20 + v22,
-      v24 = 0.5 * v23, v25 = LANES_MAX(v24, 0.0);
-  LANES_LET1(v26, sqrt, v25); out[3] = v26; out[4] = LANES_OF(1.0);
+      v24 = 0.5 * v23;
+  const lanes_where v25 = LANES_LT(v24, 0.0); const lanes_where v26 = LANES_LE(0.0, v24);
+  const lanes v27 = LANES_CHOICE(v26, v24, v24), v28 = LANES_CHOICE(v25, 0.0, v27);
+  LANES_LET1(v29, sqrt, v28); out[3] = v29; out[4] = LANES_OF(1.0);
 }

@@ -21,38 +21,47 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_branch)(
       T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
-      v1 = 0.127 * T_4, v2 = T_7 - v1, v3 = 0.127 * T_0, v4 = T_3 - v3, v5 = v4 * v4, v6 = v2 * v2,
-      v7 = v5 + v6, v8 = v7 - 0.04774184, v9 = 0.0451612 * v8, v10 = 1e-150 + v9,
-      v11 = v7 - 0.00258064, v12 = 0.09290304 - v7, v13 = v11 * v12;
-  const lanes_where v14 = LANES_LT(8.15813594176e-18, v13); LANES_LET1(v15, sqrt, v13);
-  const lanes v16 = LANES_CHOICE(v14, v15, 0.0), v17 = choice_0 * v16, v18 = 0.0451612 * v17,
-      v19 = v18 * v18, v20 = v10 * v10, v21 = v19 + v20;
-  LANES_LET1(v22, rsqrt, v21);
-  const lanes v23 = v10 * v22, v24 = 0.127 * v23, v25 = v24 + 0.1778, v26 = v2 * v25,
-      v27 = v18 * v22, v28 = 0.127 * v27, v29 = v4 * v28, v30 = v26 - v29, v31 = v30 * v30,
-      v32 = v4 * v25, v33 = v2 * v28, v34 = v32 + v33, v35 = 1e-150 + v34, v36 = v35 * v35,
-      v37 = v31 + v36;
-  LANES_LET1(v38, rsqrt, v37);
-  const lanes v39 = v30 * v38, v40 = v35 * v38;
-  LANES_LET2(v41, atan2, v39, v40); LANES_LET2(v42, atan2, v27, v23);
-  const lanes v43 = T_4 * T_4, v44 = 1e-150 + T_0, v45 = v44 * v44, v46 = v43 + v45;
-  LANES_LET1(v47, rsqrt, v46);
-  const lanes v48 = T_4 * v47, v49 = v23 * v40, v50 = v27 * v39, v51 = v49 - v50, v52 = v48 * v51,
-      v53 = v44 * v47, v54 = v23 * v39, v55 = v27 * v40, v56 = v54 + v55, v57 = v53 * v56,
-      v58 = v52 - v57, v59 = v53 * v51, v60 = v48 * v56, v61 = v59 + v60;
-  LANES_LET2(v62, atan2, v58, v61); out[0] = v41; out[1] = v42; out[2] = v62;
-  const lanes v63 = T_11 * T_11, v64 = 0.127 * v53, v65 = 0.127 * v51, v66 = v64 + v65,
-      v67 = 0.1778 * v40, v68 = v66 + v67, v69 = v68 - T_3, v70 = v69 * v69, v71 = v63 + v70,
-      v72 = 0.127 * v48, v73 = 0.127 * v56, v74 = v72 + v73, v75 = 0.1778 * v39, v76 = v74 + v75,
-      v77 = v76 - T_7, v78 = v77 * v77, v79 = v71 + v78, v80 = T_2 * T_2, v81 = T_6 * T_6,
-      v82 = v80 + v81, v83 = T_8 * T_8, v84 = v82 + v83, v85 = T_9 * T_9, v86 = v84 + v85,
-      v87 = v53 - T_0, v88 = v87 * v87, v89 = v86 + v88, v90 = T_1 + v48, v91 = v90 * v90,
-      v92 = v89 + v91, v93 = v48 - T_4, v94 = v93 * v93, v95 = v92 + v94, v96 = v53 - T_5,
-      v97 = v96 * v96, v98 = v95 + v97, v99 = 1.0 - T_10, v100 = v99 * v99, v101 = v98 + v100,
-      v102 = 0.5 * v101;
-  LANES_LET2(v103, fmax, v79, v102); LANES_LET1(v104, sqrt, v103); out[3] = v104;
-  const lanes v105 = 490.3080836793531 * v13;
-  out[4] = v105;
+      v1 = 0.127 * T_4, v2 = 0.127 * T_0, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = T_2 * T_2,
+      v6 = T_6 * T_6, v7 = T_8 * T_8, v8 = T_9 * T_9, v9 = 1.0 - T_10, v10 = T_11 * T_11,
+      v11 = T_7 - v1, v12 = T_3 - v2, v13 = v4 * v4, v14 = v5 + v6, v15 = v9 * v9, v16 = v12 * v12,
+      v17 = v11 * v11, v18 = v3 + v13, v19 = v14 + v7, v20 = v16 + v17;
+  LANES_LET1(v21, rsqrt, v18);
+  const lanes v22 = v19 + v8, v23 = v20 - 0.04774184, v24 = v20 - 0.00258064,
+      v25 = 0.09290304 - v20, v26 = T_4 * v21, v27 = v4 * v21, v28 = 0.0451612 * v23,
+      v29 = v24 * v25, v30 = v27 - T_0, v31 = T_1 + v26, v32 = v26 - T_4, v33 = v27 - T_5,
+      v34 = 0.127 * v27, v35 = 0.127 * v26, v36 = 1e-150 + v28;
+  const lanes_where v37 = LANES_LT(8.15813594176e-18, v29); LANES_LET1(v38, sqrt, v29);
+  const lanes v39 = v30 * v30, v40 = v31 * v31, v41 = v32 * v32, v42 = v33 * v33,
+      v43 = 490.3080836793531 * v29, v44 = LANES_CHOICE(v37, v38, 0.0), v45 = v36 * v36,
+      v46 = v22 + v39;
+  out[4] = v43;
+  const lanes v47 = choice_0 * v44, v48 = v46 + v40, v49 = 0.0451612 * v47, v50 = v48 + v41,
+      v51 = v49 * v49, v52 = v50 + v42, v53 = v51 + v45, v54 = v52 + v15;
+  LANES_LET1(v55, rsqrt, v53);
+  const lanes v56 = 0.5 * v54, v57 = v36 * v55, v58 = v49 * v55, v59 = 0.127 * v57,
+      v60 = 0.127 * v58;
+  LANES_LET2(v61, atan2, v58, v57);
+  const lanes v62 = v59 + 0.1778, v63 = v12 * v60, v64 = v11 * v60;
+  out[1] = v61;
+  const lanes v65 = v11 * v62, v66 = v12 * v62, v67 = v65 - v63, v68 = v66 + v64, v69 = v67 * v67,
+      v70 = 1e-150 + v68, v71 = v70 * v70, v72 = v69 + v71;
+  LANES_LET1(v73, rsqrt, v72);
+  const lanes v74 = v67 * v73, v75 = v70 * v73;
+  LANES_LET2(v76, atan2, v74, v75);
+  const lanes v77 = v57 * v75, v78 = v58 * v74, v79 = v57 * v74, v80 = v58 * v75,
+      v81 = 0.1778 * v75, v82 = 0.1778 * v74, v83 = v77 - v78, v84 = v79 + v80;
+  out[0] = v76;
+  const lanes v85 = v26 * v83, v86 = v27 * v84, v87 = v27 * v83, v88 = v26 * v84, v89 = 0.127 * v83,
+      v90 = 0.127 * v84, v91 = v85 - v86, v92 = v87 + v88, v93 = v34 + v89, v94 = v35 + v90;
+  LANES_LET2(v95, atan2, v91, v92);
+  const lanes v96 = v93 + v81, v97 = v94 + v82;
+  out[2] = v95;
+  const lanes v98 = v96 - T_3, v99 = v97 - T_7, v100 = v98 * v98, v101 = v99 * v99,
+      v102 = v10 + v100, v103 = v102 + v101;
+  const lanes_where v104 = LANES_LT(v56, v103); const lanes_where v105 = LANES_LE(v103, v56);
+  const lanes v106 = v103 + v56, v107 = LANES_CHOICE(v105, v56, v106),
+      v108 = LANES_CHOICE(v104, v103, v107);
+  LANES_LET1(v109, sqrt, v108); out[3] = v109;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_branches)(const double *T, double *q, double *residual, double *margin)
@@ -77,35 +86,40 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_planar_branch)(
 {
   const lanes x_0 = LANES_OF(x[0]), x_1 = LANES_OF(x[1]), x_2 = LANES_OF(x[2]),
       choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b);
-  LANES_COS_SIN(v4, v1, x_2);
-  const lanes v2 = 0.127 * v1, v3 = x_1 - v2, v5 = 0.127 * v4, v6 = x_0 - v5, v7 = v6 * v6,
-      v8 = v3 * v3, v9 = v7 + v8, v10 = v9 - 0.04774184, v11 = 0.0451612 * v10, v12 = 1e-150 + v11,
-      v13 = v9 - 0.00258064, v14 = 0.09290304 - v9, v15 = v13 * v14;
-  const lanes_where v16 = LANES_LT(8.15813594176e-18, v15); LANES_LET1(v17, sqrt, v15);
-  const lanes v18 = LANES_CHOICE(v16, v17, 0.0), v19 = choice_0 * v18, v20 = 0.0451612 * v19,
-      v21 = v20 * v20, v22 = v12 * v12, v23 = v21 + v22;
-  LANES_LET1(v24, rsqrt, v23);
-  const lanes v25 = v12 * v24, v26 = 0.127 * v25, v27 = v26 + 0.1778, v28 = v3 * v27,
-      v29 = v20 * v24, v30 = 0.127 * v29, v31 = v6 * v30, v32 = v28 - v31, v33 = v32 * v32,
-      v34 = v6 * v27, v35 = v3 * v30, v36 = v34 + v35, v37 = 1e-150 + v36, v38 = v37 * v37,
-      v39 = v33 + v38;
-  LANES_LET1(v40, rsqrt, v39);
-  const lanes v41 = v32 * v40, v42 = v37 * v40;
-  LANES_LET2(v43, atan2, v41, v42); LANES_LET2(v44, atan2, v29, v25);
-  const lanes v45 = v1 * v1, v46 = 1e-150 + v4, v47 = v46 * v46, v48 = v45 + v47;
-  LANES_LET1(v49, rsqrt, v48);
-  const lanes v50 = v1 * v49, v51 = v25 * v42, v52 = v29 * v41, v53 = v51 - v52, v54 = v50 * v53,
-      v55 = v46 * v49, v56 = v25 * v41, v57 = v29 * v42, v58 = v56 + v57, v59 = v55 * v58,
-      v60 = v54 - v59, v61 = v55 * v53, v62 = v50 * v58, v63 = v61 + v62;
-  LANES_LET2(v64, atan2, v60, v63); out[0] = v43; out[1] = v44; out[2] = v64;
-  const lanes v65 = 0.127 * v55, v66 = 0.127 * v53, v67 = v65 + v66, v68 = 0.1778 * v42,
-      v69 = v67 + v68, v70 = v69 - x_0, v71 = v70 * v70, v72 = 0.127 * v50, v73 = 0.127 * v58,
-      v74 = v72 + v73, v75 = 0.1778 * v41, v76 = v74 + v75, v77 = v76 - x_1, v78 = v77 * v77,
-      v79 = v71 + v78, v80 = v55 - v4, v81 = v80 * v80, v82 = v50 - v1, v83 = v82 * v82,
-      v84 = v81 + v83;
-  LANES_LET2(v85, fmax, v79, v84); LANES_LET1(v86, sqrt, v85); out[3] = v86;
-  const lanes v87 = 490.3080836793531 * v15;
-  out[4] = v87;
+  LANES_COS_SIN(v2, v1, x_2);
+  const lanes v3 = 0.127 * v1, v4 = 0.127 * v2, v5 = v1 * v1, v6 = 1e-150 + v2, v7 = x_1 - v3,
+      v8 = x_0 - v4, v9 = v6 * v6, v10 = v8 * v8, v11 = v7 * v7, v12 = v5 + v9, v13 = v10 + v11;
+  LANES_LET1(v14, rsqrt, v12);
+  const lanes v15 = v13 - 0.04774184, v16 = v13 - 0.00258064, v17 = 0.09290304 - v13,
+      v18 = v1 * v14, v19 = v6 * v14, v20 = 0.0451612 * v15, v21 = v16 * v17, v22 = v19 - v2,
+      v23 = v18 - v1, v24 = 0.127 * v19, v25 = 0.127 * v18, v26 = 1e-150 + v20;
+  const lanes_where v27 = LANES_LT(8.15813594176e-18, v21); LANES_LET1(v28, sqrt, v21);
+  const lanes v29 = v22 * v22, v30 = v23 * v23, v31 = 490.3080836793531 * v21,
+      v32 = LANES_CHOICE(v27, v28, 0.0), v33 = v26 * v26, v34 = v29 + v30;
+  out[4] = v31;
+  const lanes v35 = choice_0 * v32, v36 = 0.0451612 * v35, v37 = v36 * v36, v38 = v37 + v33;
+  LANES_LET1(v39, rsqrt, v38);
+  const lanes v40 = v26 * v39, v41 = v36 * v39, v42 = 0.127 * v40, v43 = 0.127 * v41;
+  LANES_LET2(v44, atan2, v41, v40);
+  const lanes v45 = v42 + 0.1778, v46 = v8 * v43, v47 = v7 * v43;
+  out[1] = v44;
+  const lanes v48 = v7 * v45, v49 = v8 * v45, v50 = v48 - v46, v51 = v49 + v47, v52 = v50 * v50,
+      v53 = 1e-150 + v51, v54 = v53 * v53, v55 = v52 + v54;
+  LANES_LET1(v56, rsqrt, v55);
+  const lanes v57 = v50 * v56, v58 = v53 * v56;
+  LANES_LET2(v59, atan2, v57, v58);
+  const lanes v60 = v40 * v58, v61 = v41 * v57, v62 = v40 * v57, v63 = v41 * v58,
+      v64 = 0.1778 * v58, v65 = 0.1778 * v57, v66 = v60 - v61, v67 = v62 + v63;
+  out[0] = v59;
+  const lanes v68 = v18 * v66, v69 = v19 * v67, v70 = v19 * v66, v71 = v18 * v67, v72 = 0.127 * v66,
+      v73 = 0.127 * v67, v74 = v68 - v69, v75 = v70 + v71, v76 = v24 + v72, v77 = v25 + v73;
+  LANES_LET2(v78, atan2, v74, v75);
+  const lanes v79 = v76 + v64, v80 = v77 + v65;
+  out[2] = v78;
+  const lanes v81 = v79 - x_0, v82 = v80 - x_1, v83 = v81 * v81, v84 = v82 * v82, v85 = v83 + v84;
+  const lanes_where v86 = LANES_LT(v34, v85); const lanes_where v87 = LANES_LE(v85, v34);
+  const lanes v88 = v85 + v34, v89 = LANES_CHOICE(v87, v34, v88), v90 = LANES_CHOICE(v86, v85, v89);
+  LANES_LET1(v91, sqrt, v90); out[3] = v91;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar_branches)(const double *x, double *q, double *residual, double *margin)

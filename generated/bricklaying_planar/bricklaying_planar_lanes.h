@@ -365,103 +365,103 @@ static LANES_TARGET void LANES_NAME(bricklaying_planar_ik)(const lanes *in, lane
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
-      v1 = 0.127 * T_0, v2 = T_3 - v1, v3 = v2 * v2, v4 = 0.127 * T_4, v5 = T_7 - v4, v6 = v5 * v5,
-      v7 = v3 + v6, v8 = v7 - 0.04774184, v9 = 0.0451612 * v8, v10 = 1e-150 + v9, v11 = v10 * v10,
-      v12 = v7 - 0.00258064, v13 = 0.09290304 - v7, v14 = v12 * v13;
-  const lanes_where v15 = LANES_LT(8.15813594176e-18, v14); LANES_LET1(v16, sqrt, v14);
-  const lanes v17 = LANES_CHOICE(v15, v16, 0.0), v18 = 0.0451612 * v17, v19 = v18 * v18,
-      v20 = v11 + v19;
-  LANES_LET1(v21, rsqrt, v20);
-  const lanes v22 = v10 * v21, v23 = 0.127 * v22, v24 = v23 + 0.1778, v25 = v24 * v5,
-      v26 = v18 * v21, v27 = 0.127 * v26, v28 = v2 * v27, v29 = v25 - v28, v30 = v29 * v29,
-      v31 = v2 * v24, v32 = v27 * v5, v33 = v31 + v32, v34 = 1e-150 + v33, v35 = v34 * v34,
-      v36 = v30 + v35;
-  LANES_LET1(v37, rsqrt, v36);
-  const lanes v38 = v29 * v37, v39 = v34 * v37;
-  LANES_LET2(v40, atan2, v38, v39); LANES_LET2(v41, atan2, v26, v22);
-  const lanes v42 = T_4 * T_4, v43 = 1e-150 + T_0, v44 = v43 * v43, v45 = v42 + v44;
-  LANES_LET1(v46, rsqrt, v45);
-  const lanes v47 = T_4 * v46, v48 = v22 * v39, v49 = v26 * v38, v50 = v48 - v49, v51 = v47 * v50,
-      v52 = v43 * v46, v53 = v22 * v38, v54 = v26 * v39, v55 = v53 + v54, v56 = v52 * v55,
-      v57 = v51 - v56, v58 = v52 * v50, v59 = v47 * v55, v60 = v58 + v59;
-  LANES_LET2(v61, atan2, v57, v60);
-  const lanes v62 = v28 + v25, v63 = v62 * v62, v64 = v31 - v32, v65 = 1e-150 + v64,
-      v66 = v65 * v65, v67 = v63 + v66;
-  LANES_LET1(v68, rsqrt, v67);
-  const lanes v69 = v62 * v68, v70 = v65 * v68;
-  LANES_LET2(v71, atan2, v69, v70);
-  const lanes v72 = v22 * v70, v73 = v26 * v69, v74 = v72 + v73, v75 = v47 * v74, v76 = v22 * v69,
-      v77 = v26 * v70, v78 = v76 - v77, v79 = v52 * v78, v80 = v75 - v79, v81 = v52 * v74,
-      v82 = v47 * v78, v83 = v81 + v82;
-  LANES_LET2(v84, atan2, v80, v83); out[0] = v40; out[1] = v41; out[2] = v61; out[3] = v71;
-  const lanes v85 = -v41;
-  out[4] = v85; out[5] = v84;
-  const lanes v86 = T_2 * T_2, v87 = T_6 * T_6, v88 = v86 + v87, v89 = T_8 * T_8, v90 = v88 + v89,
-      v91 = T_9 * T_9, v92 = v90 + v91, v93 = v52 - T_0, v94 = v93 * v93, v95 = v92 + v94,
-      v96 = T_1 + v47, v97 = v96 * v96, v98 = v95 + v97, v99 = v47 - T_4, v100 = v99 * v99,
-      v101 = v98 + v100, v102 = v52 - T_5, v103 = v102 * v102, v104 = v101 + v103,
-      v105 = 1.0 - T_10, v106 = v105 * v105, v107 = v104 + v106, v108 = 0.5 * v107,
-      v109 = T_11 * T_11, v110 = 0.127 * v52, v111 = 0.127 * v50, v112 = v110 + v111,
-      v113 = 0.1778 * v39, v114 = v112 + v113, v115 = v114 - T_3, v116 = v115 * v115,
-      v117 = v109 + v116, v118 = 0.127 * v47, v119 = 0.127 * v55, v120 = v118 + v119,
-      v121 = 0.1778 * v38, v122 = v120 + v121, v123 = v122 - T_7, v124 = v123 * v123,
-      v125 = v117 + v124;
-  LANES_LET2(v126, fmax, v108, v125); LANES_LET1(v127, sqrt, v126); out[6] = v127;
-  const lanes v128 = 0.127 * v74, v129 = v110 + v128, v130 = 0.1778 * v70, v131 = v129 + v130,
-      v132 = v131 - T_3, v133 = v132 * v132, v134 = v109 + v133, v135 = 0.127 * v78,
-      v136 = v118 + v135, v137 = 0.1778 * v69, v138 = v136 + v137, v139 = v138 - T_7,
-      v140 = v139 * v139, v141 = v134 + v140;
-  LANES_LET2(v142, fmax, v108, v141); LANES_LET1(v143, sqrt, v142); out[7] = v143;
-  const lanes v144 = 490.3080836793531 * v14;
-  out[8] = v144; out[9] = v144;
+      v1 = 0.127 * T_0, v2 = 0.127 * T_4, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = T_2 * T_2,
+      v6 = T_6 * T_6, v7 = T_8 * T_8, v8 = T_9 * T_9, v9 = 1.0 - T_10, v10 = T_11 * T_11,
+      v11 = T_3 - v1, v12 = T_7 - v2, v13 = v4 * v4, v14 = v5 + v6, v15 = v9 * v9, v16 = v11 * v11,
+      v17 = v12 * v12, v18 = v3 + v13, v19 = v14 + v7, v20 = v16 + v17;
+  LANES_LET1(v21, rsqrt, v18);
+  const lanes v22 = v19 + v8, v23 = v20 - 0.04774184, v24 = v20 - 0.00258064,
+      v25 = 0.09290304 - v20, v26 = T_4 * v21, v27 = v4 * v21, v28 = 0.0451612 * v23,
+      v29 = v24 * v25, v30 = v27 - T_0, v31 = T_1 + v26, v32 = v26 - T_4, v33 = v27 - T_5,
+      v34 = 0.127 * v27, v35 = 0.127 * v26, v36 = 1e-150 + v28;
+  const lanes_where v37 = LANES_LT(8.15813594176e-18, v29); LANES_LET1(v38, sqrt, v29);
+  const lanes v39 = v30 * v30, v40 = v31 * v31, v41 = v32 * v32, v42 = v33 * v33,
+      v43 = 490.3080836793531 * v29, v44 = v36 * v36, v45 = LANES_CHOICE(v37, v38, 0.0),
+      v46 = v22 + v39;
+  out[8] = v43; out[9] = v43;
+  const lanes v47 = 0.0451612 * v45, v48 = v46 + v40, v49 = v47 * v47, v50 = v48 + v41,
+      v51 = v44 + v49, v52 = v50 + v42;
+  LANES_LET1(v53, rsqrt, v51);
+  const lanes v54 = v52 + v15, v55 = v36 * v53, v56 = v47 * v53, v57 = 0.5 * v54, v58 = 0.127 * v55,
+      v59 = 0.127 * v56;
+  LANES_LET2(v60, atan2, v56, v55);
+  const lanes v61 = v58 + 0.1778, v62 = v11 * v59, v63 = v59 * v12;
+  out[1] = v60;
+  const lanes v64 = -v60, v65 = v61 * v12, v66 = v11 * v61;
+  out[4] = v64;
+  const lanes v67 = v65 - v62, v68 = v66 + v63, v69 = v62 + v65, v70 = v66 - v63, v71 = v67 * v67,
+      v72 = 1e-150 + v68, v73 = v69 * v69, v74 = 1e-150 + v70, v75 = v72 * v72, v76 = v74 * v74,
+      v77 = v71 + v75, v78 = v73 + v76;
+  LANES_LET1(v79, rsqrt, v77); LANES_LET1(v80, rsqrt, v78);
+  const lanes v81 = v67 * v79, v82 = v72 * v79, v83 = v69 * v80, v84 = v74 * v80;
+  LANES_LET2(v85, atan2, v81, v82);
+  const lanes v86 = v55 * v82, v87 = v56 * v81, v88 = v55 * v81, v89 = v56 * v82;
+  LANES_LET2(v90, atan2, v83, v84);
+  const lanes v91 = v55 * v84, v92 = v56 * v83, v93 = v55 * v83, v94 = v56 * v84,
+      v95 = 0.1778 * v82, v96 = 0.1778 * v81, v97 = 0.1778 * v84, v98 = 0.1778 * v83,
+      v99 = v86 - v87, v100 = v88 + v89, v101 = v91 + v92, v102 = v93 - v94;
+  out[0] = v85; out[3] = v90;
+  const lanes v103 = v26 * v99, v104 = v27 * v100, v105 = v27 * v99, v106 = v26 * v100,
+      v107 = v26 * v101, v108 = v27 * v102, v109 = v27 * v101, v110 = v26 * v102,
+      v111 = 0.127 * v99, v112 = 0.127 * v100, v113 = 0.127 * v101, v114 = 0.127 * v102,
+      v115 = v103 - v104, v116 = v105 + v106, v117 = v107 - v108, v118 = v109 + v110,
+      v119 = v34 + v111, v120 = v35 + v112, v121 = v34 + v113, v122 = v35 + v114;
+  LANES_LET2(v123, atan2, v115, v116); LANES_LET2(v124, atan2, v117, v118);
+  const lanes v125 = v119 + v95, v126 = v120 + v96, v127 = v121 + v97, v128 = v122 + v98;
+  out[2] = v123; out[5] = v124;
+  const lanes v129 = v125 - T_3, v130 = v126 - T_7, v131 = v127 - T_3, v132 = v128 - T_7,
+      v133 = v129 * v129, v134 = v130 * v130, v135 = v131 * v131, v136 = v132 * v132,
+      v137 = v10 + v133, v138 = v10 + v135, v139 = v137 + v134, v140 = v138 + v136;
+  const lanes_where v141 = LANES_LT(v57, v139); const lanes_where v142 = LANES_LT(v57, v140);
+  const lanes v143 = LANES_CHOICE(v141, v139, v57), v144 = LANES_CHOICE(v142, v140, v57);
+  LANES_LET1(v145, sqrt, v143); LANES_LET1(v146, sqrt, v144); out[6] = v145; out[7] = v146;
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar)(const lanes *in, lanes *out)
 {
   const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2];
-  LANES_COS_SIN(v1, v5, x_2);
-  const lanes v2 = 0.127 * v1, v3 = x_0 - v2, v4 = v3 * v3, v6 = 0.127 * v5, v7 = x_1 - v6,
-      v8 = v7 * v7, v9 = v4 + v8, v10 = v9 - 0.04774184, v11 = 0.0451612 * v10, v12 = 1e-150 + v11,
-      v13 = v12 * v12, v14 = 0.09290304 - v9, v15 = v9 - 0.00258064, v16 = v14 * v15;
-  const lanes_where v17 = LANES_LT(8.15813594176e-18, v16); LANES_LET1(v18, sqrt, v16);
-  const lanes v19 = LANES_CHOICE(v17, v18, 0.0), v20 = 0.0451612 * v19, v21 = v20 * v20,
-      v22 = v13 + v21;
-  LANES_LET1(v23, rsqrt, v22);
-  const lanes v24 = v12 * v23, v25 = 0.127 * v24, v26 = v25 + 0.1778, v27 = v26 * v7,
-      v28 = v20 * v23, v29 = 0.127 * v28, v30 = v29 * v3, v31 = v27 - v30, v32 = v31 * v31,
-      v33 = v29 * v7, v34 = v26 * v3, v35 = v33 + v34, v36 = 1e-150 + v35, v37 = v36 * v36,
-      v38 = v32 + v37;
-  LANES_LET1(v39, rsqrt, v38);
-  const lanes v40 = v31 * v39, v41 = v36 * v39;
-  LANES_LET2(v42, atan2, v40, v41); LANES_LET2(v43, atan2, v28, v24);
-  const lanes v44 = 1e-150 + v1, v45 = v44 * v44, v46 = v5 * v5, v47 = v45 + v46;
-  LANES_LET1(v48, rsqrt, v47);
-  const lanes v49 = v5 * v48, v50 = v24 * v41, v51 = v28 * v40, v52 = v50 - v51, v53 = v49 * v52,
-      v54 = v44 * v48, v55 = v24 * v40, v56 = v28 * v41, v57 = v55 + v56, v58 = v54 * v57,
-      v59 = v53 - v58, v60 = v54 * v52, v61 = v49 * v57, v62 = v60 + v61;
-  LANES_LET2(v63, atan2, v59, v62);
-  const lanes v64 = v30 + v27, v65 = v64 * v64, v66 = v34 - v33, v67 = 1e-150 + v66,
-      v68 = v67 * v67, v69 = v65 + v68;
-  LANES_LET1(v70, rsqrt, v69);
-  const lanes v71 = v64 * v70, v72 = v67 * v70;
-  LANES_LET2(v73, atan2, v71, v72);
-  const lanes v74 = v24 * v72, v75 = v28 * v71, v76 = v74 + v75, v77 = v49 * v76, v78 = v24 * v71,
-      v79 = v28 * v72, v80 = v78 - v79, v81 = v54 * v80, v82 = v77 - v81, v83 = v54 * v76,
-      v84 = v49 * v80, v85 = v83 + v84;
-  LANES_LET2(v86, atan2, v82, v85); out[0] = v42; out[1] = v43; out[2] = v63; out[3] = v73;
-  const lanes v87 = -v43;
-  out[4] = v87; out[5] = v86;
-  const lanes v88 = v54 - v1, v89 = v88 * v88, v90 = v49 - v5, v91 = v90 * v90, v92 = v89 + v91,
-      v93 = 0.127 * v54, v94 = 0.127 * v52, v95 = v93 + v94, v96 = 0.1778 * v41, v97 = v95 + v96,
-      v98 = v97 - x_0, v99 = v98 * v98, v100 = 0.127 * v49, v101 = 0.127 * v57, v102 = v100 + v101,
-      v103 = 0.1778 * v40, v104 = v102 + v103, v105 = v104 - x_1, v106 = v105 * v105,
-      v107 = v99 + v106;
-  LANES_LET2(v108, fmax, v92, v107); LANES_LET1(v109, sqrt, v108); out[6] = v109;
-  const lanes v110 = 0.127 * v76, v111 = v93 + v110, v112 = 0.1778 * v72, v113 = v111 + v112,
-      v114 = v113 - x_0, v115 = v114 * v114, v116 = 0.127 * v80, v117 = v100 + v116,
-      v118 = 0.1778 * v71, v119 = v117 + v118, v120 = v119 - x_1, v121 = v120 * v120,
-      v122 = v115 + v121;
-  LANES_LET2(v123, fmax, v92, v122); LANES_LET1(v124, sqrt, v123); out[7] = v124;
-  const lanes v125 = 490.3080836793531 * v16;
-  out[8] = v125; out[9] = v125;
+  LANES_COS_SIN(v1, v2, x_2);
+  const lanes v3 = 0.127 * v1, v4 = 0.127 * v2, v5 = 1e-150 + v1, v6 = v2 * v2, v7 = x_0 - v3,
+      v8 = x_1 - v4, v9 = v5 * v5, v10 = v7 * v7, v11 = v8 * v8, v12 = v9 + v6, v13 = v10 + v11;
+  LANES_LET1(v14, rsqrt, v12);
+  const lanes v15 = v13 - 0.04774184, v16 = 0.09290304 - v13, v17 = v13 - 0.00258064,
+      v18 = v2 * v14, v19 = v5 * v14, v20 = 0.0451612 * v15, v21 = v16 * v17, v22 = v19 - v1,
+      v23 = v18 - v2, v24 = 0.127 * v19, v25 = 0.127 * v18, v26 = 1e-150 + v20;
+  const lanes_where v27 = LANES_LT(8.15813594176e-18, v21); LANES_LET1(v28, sqrt, v21);
+  const lanes v29 = v22 * v22, v30 = v23 * v23, v31 = 490.3080836793531 * v21, v32 = v26 * v26,
+      v33 = LANES_CHOICE(v27, v28, 0.0), v34 = v29 + v30;
+  out[8] = v31; out[9] = v31;
+  const lanes v35 = 0.0451612 * v33, v36 = v35 * v35, v37 = v32 + v36;
+  LANES_LET1(v38, rsqrt, v37);
+  const lanes v39 = v26 * v38, v40 = v35 * v38, v41 = 0.127 * v39, v42 = 0.127 * v40;
+  LANES_LET2(v43, atan2, v40, v39);
+  const lanes v44 = v41 + 0.1778, v45 = v42 * v7, v46 = v42 * v8;
+  out[1] = v43;
+  const lanes v47 = -v43, v48 = v44 * v8, v49 = v44 * v7;
+  out[4] = v47;
+  const lanes v50 = v48 - v45, v51 = v46 + v49, v52 = v45 + v48, v53 = v49 - v46, v54 = v50 * v50,
+      v55 = 1e-150 + v51, v56 = v52 * v52, v57 = 1e-150 + v53, v58 = v55 * v55, v59 = v57 * v57,
+      v60 = v54 + v58, v61 = v56 + v59;
+  LANES_LET1(v62, rsqrt, v60); LANES_LET1(v63, rsqrt, v61);
+  const lanes v64 = v50 * v62, v65 = v55 * v62, v66 = v52 * v63, v67 = v57 * v63;
+  LANES_LET2(v68, atan2, v64, v65);
+  const lanes v69 = v39 * v65, v70 = v40 * v64, v71 = v39 * v64, v72 = v40 * v65;
+  LANES_LET2(v73, atan2, v66, v67);
+  const lanes v74 = v39 * v67, v75 = v40 * v66, v76 = v39 * v66, v77 = v40 * v67,
+      v78 = 0.1778 * v65, v79 = 0.1778 * v64, v80 = 0.1778 * v67, v81 = 0.1778 * v66,
+      v82 = v69 - v70, v83 = v71 + v72, v84 = v74 + v75, v85 = v76 - v77;
+  out[0] = v68; out[3] = v73;
+  const lanes v86 = v18 * v82, v87 = v19 * v83, v88 = v19 * v82, v89 = v18 * v83, v90 = v18 * v84,
+      v91 = v19 * v85, v92 = v19 * v84, v93 = v18 * v85, v94 = 0.127 * v82, v95 = 0.127 * v83,
+      v96 = 0.127 * v84, v97 = 0.127 * v85, v98 = v86 - v87, v99 = v88 + v89, v100 = v90 - v91,
+      v101 = v92 + v93, v102 = v24 + v94, v103 = v25 + v95, v104 = v24 + v96, v105 = v25 + v97;
+  LANES_LET2(v106, atan2, v98, v99); LANES_LET2(v107, atan2, v100, v101);
+  const lanes v108 = v102 + v78, v109 = v103 + v79, v110 = v104 + v80, v111 = v105 + v81;
+  out[2] = v106; out[5] = v107;
+  const lanes v112 = v108 - x_0, v113 = v109 - x_1, v114 = v110 - x_0, v115 = v111 - x_1,
+      v116 = v112 * v112, v117 = v113 * v113, v118 = v114 * v114, v119 = v115 * v115,
+      v120 = v116 + v117, v121 = v118 + v119;
+  const lanes_where v122 = LANES_LT(v34, v120); const lanes_where v123 = LANES_LT(v34, v121);
+  const lanes v124 = LANES_CHOICE(v122, v120, v34), v125 = LANES_CHOICE(v123, v121, v34);
+  LANES_LET1(v126, sqrt, v124); LANES_LET1(v127, sqrt, v125); out[6] = v126; out[7] = v127;
 }

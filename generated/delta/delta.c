@@ -11207,13 +11207,17 @@ static void delta_ik_branch(const double T[16], const double choice[1], double q
   const double v317 = sq(v314);
   const double v318 = v315 + v316;
   const double v319 = v318 + v317;
-  const double v320 = fmax(v319, v41);
-  const double v321 = sqrt(v320);
+  const int v320 = v41 < v319;
+  const int v321 = v319 <= v41;
+  const double v322 = v319 + v41;
+  const double v323 = v321 ? v41 : v322;
+  const double v324 = v320 ? v319 : v323;
+  const double v325 = sqrt(v324);
   margin[0] = 1.0;
   q[0] = v221;
   q[1] = v234;
   q[2] = v235;
-  residual[0] = v321;
+  residual[0] = v325;
 }
 #endif
 

@@ -2449,8 +2449,8 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes
       v28 = v6 * v18, v29 = v27 + v28, v30 = v29 + z_1, v31 = 0.04 - v30, v32 = v31 * v31,
       v33 = v26 + v32, v34 = 0.26 * v8, v35 = v5 * v15, v36 = 0.05 * v3, v37 = v35 - v36,
       v38 = v37 + z_2, v39 = v34 + v38, v40 = v39 * v39, v41 = v33 + v40;
-  LANES_LET1(v42, rsqrt, v41);
-  const lanes v43 = 0.5 * v42, v44 = v25 * v43, v45 = -v44;
+  LANES_LET1(v42, sqrt, v41);
+  const lanes v43 = 0.5 / v42, v44 = v25 * v43, v45 = -v44;
   out[0] = v45;
   const lanes v46 = 2.0 * v31, v47 = v43 * v46, v48 = -v47;
   out[1] = v48;
@@ -2471,8 +2471,8 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes
       v87 = 2.0 * v86, v88 = v86 * v86, v89 = v82 * v6, v90 = v89 + v27, v91 = z_1 - v90,
       v92 = v91 + 0.04, v93 = v92 * v92, v94 = v88 + v93, v95 = v36 + v35, v96 = z_2 - v95,
       v97 = v96 + v34, v98 = v97 * v97, v99 = v94 + v98;
-  LANES_LET1(v100, rsqrt, v99);
-  const lanes v101 = 0.5 * v100, v102 = v87 * v101, v103 = -v102;
+  LANES_LET1(v100, sqrt, v99);
+  const lanes v101 = 0.5 / v100, v102 = v87 * v101, v103 = -v102;
   out[9] = v103;
   const lanes v104 = 2.0 * v92, v105 = v101 * v104;
   out[10] = v105;
@@ -2497,8 +2497,8 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes
       v152 = v147 - v151, v153 = v152 * v152, v154 = v145 + v153, v155 = 0.26 * v10,
       v156 = 0.05964101615137755 * v3, v157 = v137 * v5, v158 = v156 + v157, v159 = v158 + z_2,
       v160 = v155 + v159, v161 = v160 * v160, v162 = v154 + v161;
-  LANES_LET1(v163, rsqrt, v162);
-  const lanes v164 = 0.5 * v163, v165 = v144 * v164;
+  LANES_LET1(v163, sqrt, v162);
+  const lanes v164 = 0.5 / v163, v165 = v144 * v164;
   out[18] = v165;
   const lanes v166 = 2.0 * v152, v167 = v164 * v166, v168 = -v167;
   out[19] = v168;
@@ -2525,8 +2525,8 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes
       v224 = v223 * v223, v225 = v217 + v224, v226 = v207 * v5, v227 = 0.009641016151377546 * v3,
       v228 = v226 - v227, v229 = v228 + z_2, v230 = v155 + v229, v231 = v230 * v230,
       v232 = v225 + v231;
-  LANES_LET1(v233, rsqrt, v232);
-  const lanes v234 = 0.5 * v233, v235 = v216 * v234, v236 = -v235;
+  LANES_LET1(v233, sqrt, v232);
+  const lanes v234 = 0.5 / v233, v235 = v216 * v234, v236 = -v235;
   out[27] = v236;
   const lanes v237 = 2.0 * v223, v238 = v234 * v237, v239 = -v238;
   out[28] = v239;
@@ -2552,8 +2552,8 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes
       v290 = z_1 - v289, v291 = v287 + v290, v292 = v291 * v291, v293 = v285 + v292,
       v294 = 0.26 * v12, v295 = v227 + v226, v296 = z_2 - v295, v297 = v294 + v296,
       v298 = v297 * v297, v299 = v293 + v298;
-  LANES_LET1(v300, rsqrt, v299);
-  const lanes v301 = 0.5 * v300, v302 = v284 * v301, v303 = -v302;
+  LANES_LET1(v300, sqrt, v299);
+  const lanes v301 = 0.5 / v300, v302 = v284 * v301, v303 = -v302;
   out[36] = v303;
   const lanes v304 = 2.0 * v291, v305 = v301 * v304;
   out[37] = v305;
@@ -2576,8 +2576,8 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes
       v345 = z_1 - v344, v346 = v342 - v345, v347 = v346 * v346, v348 = v341 + v347,
       v349 = v156 - v157, v350 = v349 + z_2, v351 = v294 + v350, v352 = v351 * v351,
       v353 = v348 + v352;
-  LANES_LET1(v354, rsqrt, v353);
-  const lanes v355 = 0.5 * v354, v356 = v340 * v355;
+  LANES_LET1(v354, sqrt, v353);
+  const lanes v355 = 0.5 / v354, v356 = v340 * v355;
   out[45] = v356;
   const lanes v357 = 2.0 * v346, v358 = v355 * v357, v359 = -v358;
   out[46] = v359;
@@ -2989,8 +2989,8 @@ static LANES_TARGET void LANES_NAME(delta_rods_D_chain)(const lanes *in, lanes *
       v28 = v26 + v27, v29 = v28 + theta_1, v30 = v29 - 0.04, v31 = v30 * v30, v32 = v24 * v24,
       v33 = v31 + v32, v34 = v4 * v13, v35 = 0.05 * v2, v36 = v34 - v35, v37 = v36 + theta_2,
       v38 = 0.26 * v8, v39 = v37 + v38, v40 = v39 * v39, v41 = v33 + v40;
-  LANES_LET1(v42, rsqrt, v41);
-  const lanes v43 = 0.5 * v42, v44 = v25 * v43;
+  LANES_LET1(v42, sqrt, v41);
+  const lanes v43 = 0.5 / v42, v44 = v25 * v43;
   out[0] = v44;
   const lanes v45 = 2.0 * v30, v46 = v43 * v45;
   out[1] = v46;
@@ -3009,8 +3009,8 @@ static LANES_TARGET void LANES_NAME(delta_rods_D_chain)(const lanes *in, lanes *
       v79 = v78 - v23, v80 = 2.0 * v79, v81 = v79 * v79, v82 = v5 * v75, v83 = v26 + v82,
       v84 = theta_1 - v83, v85 = v84 + 0.04, v86 = v85 * v85, v87 = v81 + v86, v88 = v35 + v34,
       v89 = theta_2 - v88, v90 = v89 + v38, v91 = v90 * v90, v92 = v87 + v91;
-  LANES_LET1(v93, rsqrt, v92);
-  const lanes v94 = 0.5 * v93, v95 = v80 * v94;
+  LANES_LET1(v93, sqrt, v92);
+  const lanes v94 = 0.5 / v93, v95 = v80 * v94;
   out[6] = v95;
   const lanes v96 = 2.0 * v85, v97 = v94 * v96;
   out[7] = v97;
@@ -3033,8 +3033,8 @@ static LANES_TARGET void LANES_NAME(delta_rods_D_chain)(const lanes *in, lanes *
       v140 = v139 - 0.02, v141 = v138 - v140, v142 = v141 * v141, v143 = v134 + v142,
       v144 = 0.26 * v10, v145 = 0.05964101615137755 * v2, v146 = v4 * v124, v147 = v145 + v146,
       v148 = v147 + theta_2, v149 = v144 + v148, v150 = v149 * v149, v151 = v143 + v150;
-  LANES_LET1(v152, rsqrt, v151);
-  const lanes v153 = 0.5 * v152, v154 = v133 * v153;
+  LANES_LET1(v152, sqrt, v151);
+  const lanes v153 = 0.5 / v152, v154 = v133 * v153;
   out[12] = v154;
   const lanes v155 = 2.0 * v141, v156 = v153 * v155;
   out[13] = v156;
@@ -3059,8 +3059,8 @@ static LANES_TARGET void LANES_NAME(delta_rods_D_chain)(const lanes *in, lanes *
       v205 = v204 * v204, v206 = v198 + v205, v207 = v4 * v187, v208 = 0.009641016151377546 * v2,
       v209 = v207 - v208, v210 = v209 + theta_2, v211 = v144 + v210, v212 = v211 * v211,
       v213 = v206 + v212;
-  LANES_LET1(v214, rsqrt, v213);
-  const lanes v215 = 0.5 * v214, v216 = v197 * v215;
+  LANES_LET1(v214, sqrt, v213);
+  const lanes v215 = 0.5 / v214, v216 = v197 * v215;
   out[18] = v216;
   const lanes v217 = 2.0 * v204, v218 = v215 * v217;
   out[19] = v218;
@@ -3083,8 +3083,8 @@ static LANES_TARGET void LANES_NAME(delta_rods_D_chain)(const lanes *in, lanes *
       v262 = 0.02 + v261, v263 = v260 + v262, v264 = v263 * v263, v265 = v257 + v264,
       v266 = v208 + v207, v267 = theta_2 - v266, v268 = 0.26 * v12, v269 = v267 + v268,
       v270 = v269 * v269, v271 = v265 + v270;
-  LANES_LET1(v272, rsqrt, v271);
-  const lanes v273 = 0.5 * v272, v274 = v256 * v273;
+  LANES_LET1(v272, sqrt, v271);
+  const lanes v273 = 0.5 / v272, v274 = v256 * v273;
   out[24] = v274;
   const lanes v275 = 2.0 * v263, v276 = v273 * v275;
   out[25] = v276;
@@ -3103,8 +3103,8 @@ static LANES_TARGET void LANES_NAME(delta_rods_D_chain)(const lanes *in, lanes *
       v306 = v5 * v298, v307 = v135 + v306, v308 = theta_1 - v307, v309 = 0.02 - v261,
       v310 = v308 - v309, v311 = v310 * v310, v312 = v305 + v311, v313 = v145 - v146,
       v314 = v313 + theta_2, v315 = v314 + v268, v316 = v315 * v315, v317 = v312 + v316;
-  LANES_LET1(v318, rsqrt, v317);
-  const lanes v319 = 0.5 * v318, v320 = v304 * v319;
+  LANES_LET1(v318, sqrt, v317);
+  const lanes v319 = 0.5 / v318, v320 = v304 * v319;
   out[30] = v320;
   const lanes v321 = 2.0 * v310, v322 = v319 * v321;
   out[31] = v322;
@@ -3132,12 +3132,12 @@ static LANES_TARGET void LANES_NAME(delta_velocity_relation)(const lanes *in, la
       v28 = v27 + theta_1, v29 = v28 - 0.04, v30 = v29 * v29, v31 = v24 * v24, v32 = v30 + v31,
       v33 = v4 * v13, v34 = 0.05 * v2, v35 = v33 - v34, v36 = v35 + theta_2, v37 = 0.26 * v8,
       v38 = v36 + v37, v39 = v38 * v38, v40 = v32 + v39;
-  LANES_LET1(v41, rsqrt, v40);
-  const lanes v42 = v24 * v41;
+  LANES_LET1(v41, sqrt, v40);
+  const lanes v42 = v24 / v41;
   out[0] = v42;
-  const lanes v43 = v29 * v41;
+  const lanes v43 = v29 / v41;
   out[1] = v43;
-  const lanes v44 = v38 * v41;
+  const lanes v44 = v38 / v41;
   out[2] = v44;
   const lanes v45 = v44 * v27, v46 = v43 * v35, v47 = v45 - v46;
   out[3] = v47;
@@ -3149,12 +3149,12 @@ static LANES_TARGET void LANES_NAME(delta_velocity_relation)(const lanes *in, la
       v58 = v57 - v23, v59 = v58 * v58, v60 = v5 * v54, v61 = v25 + v60, v62 = theta_1 - v61,
       v63 = v62 + 0.04, v64 = v63 * v63, v65 = v59 + v64, v66 = v34 + v33, v67 = theta_2 - v66,
       v68 = v67 + v37, v69 = v68 * v68, v70 = v65 + v69;
-  LANES_LET1(v71, rsqrt, v70);
-  const lanes v72 = v58 * v71;
+  LANES_LET1(v71, sqrt, v70);
+  const lanes v72 = v58 / v71;
   out[6] = v72;
-  const lanes v73 = v63 * v71;
+  const lanes v73 = v63 / v71;
   out[7] = v73;
-  const lanes v74 = v68 * v71;
+  const lanes v74 = v68 / v71;
   out[8] = v74;
   const lanes v75 = v62 - theta_1, v76 = v74 * v75, v77 = v67 - theta_2, v78 = v73 * v77,
       v79 = v76 - v78;
@@ -3171,12 +3171,12 @@ static LANES_TARGET void LANES_NAME(delta_velocity_relation)(const lanes *in, la
       v106 = v105 - 0.02, v107 = v104 - v106, v108 = v107 * v107, v109 = v100 + v108,
       v110 = 0.26 * v10, v111 = 0.05964101615137755 * v2, v112 = v4 * v91, v113 = v111 + v112,
       v114 = v113 + theta_2, v115 = v110 + v114, v116 = v115 * v115, v117 = v109 + v116;
-  LANES_LET1(v118, rsqrt, v117);
-  const lanes v119 = v99 * v118;
+  LANES_LET1(v118, sqrt, v117);
+  const lanes v119 = v99 / v118;
   out[12] = v119;
-  const lanes v120 = v107 * v118;
+  const lanes v120 = v107 / v118;
   out[13] = v120;
-  const lanes v121 = v115 * v118;
+  const lanes v121 = v115 / v118;
   out[14] = v121;
   const lanes v122 = v121 * v103, v123 = v120 * v113, v124 = v122 - v123;
   out[15] = v124;
@@ -3192,12 +3192,12 @@ static LANES_TARGET void LANES_NAME(delta_velocity_relation)(const lanes *in, la
       v150 = v149 * v149, v151 = v143 + v150, v152 = v4 * v133, v153 = 0.009641016151377546 * v2,
       v154 = v152 - v153, v155 = v154 + theta_2, v156 = v110 + v155, v157 = v156 * v156,
       v158 = v151 + v157;
-  LANES_LET1(v159, rsqrt, v158);
-  const lanes v160 = v142 * v159;
+  LANES_LET1(v159, sqrt, v158);
+  const lanes v160 = v142 / v159;
   out[18] = v160;
-  const lanes v161 = v149 * v159;
+  const lanes v161 = v149 / v159;
   out[19] = v161;
-  const lanes v162 = v156 * v159;
+  const lanes v162 = v156 / v159;
   out[20] = v162;
   const lanes v163 = v162 * v146, v164 = v161 * v154, v165 = v163 - v164;
   out[21] = v165;
@@ -3212,12 +3212,12 @@ static LANES_TARGET void LANES_NAME(delta_velocity_relation)(const lanes *in, la
       v187 = v184 + v186, v188 = v187 * v187, v189 = v181 + v188, v190 = v153 + v152,
       v191 = theta_2 - v190, v192 = 0.26 * v12, v193 = v191 + v192, v194 = v193 * v193,
       v195 = v189 + v194;
-  LANES_LET1(v196, rsqrt, v195);
-  const lanes v197 = v180 * v196;
+  LANES_LET1(v196, sqrt, v195);
+  const lanes v197 = v180 / v196;
   out[24] = v197;
-  const lanes v198 = v187 * v196;
+  const lanes v198 = v187 / v196;
   out[25] = v198;
-  const lanes v199 = v193 * v196;
+  const lanes v199 = v193 / v196;
   out[26] = v199;
   const lanes v200 = v184 - theta_1, v201 = v199 * v200, v202 = v191 - theta_2, v203 = v198 * v202,
       v204 = v201 - v203;
@@ -3231,12 +3231,12 @@ static LANES_TARGET void LANES_NAME(delta_velocity_relation)(const lanes *in, la
       v219 = v101 + v218, v220 = theta_1 - v219, v221 = 0.02 - v185, v222 = v220 - v221,
       v223 = v222 * v222, v224 = v217 + v223, v225 = v111 - v112, v226 = v225 + theta_2,
       v227 = v226 + v192, v228 = v227 * v227, v229 = v224 + v228;
-  LANES_LET1(v230, rsqrt, v229);
-  const lanes v231 = v216 * v230;
+  LANES_LET1(v230, sqrt, v229);
+  const lanes v231 = v216 / v230;
   out[30] = v231;
-  const lanes v232 = v222 * v230;
+  const lanes v232 = v222 / v230;
   out[31] = v232;
-  const lanes v233 = v227 * v230;
+  const lanes v233 = v227 / v230;
   out[32] = v233;
   const lanes v234 = v220 - theta_1, v235 = v233 * v234, v236 = v232 * v225, v237 = v235 - v236;
   out[33] = v237;
@@ -3244,25 +3244,25 @@ static LANES_TARGET void LANES_NAME(delta_velocity_relation)(const lanes *in, la
   out[34] = v240;
   const lanes v241 = v232 * v213, v242 = v231 * v234, v243 = v241 - v242;
   out[35] = v243;
-  const lanes v244 = 0.5 * v41, v245 = 2.0 * v24, v246 = v245 * v37, v247 = 2.0 * v38,
+  const lanes v244 = 0.5 / v41, v245 = 2.0 * v24, v246 = v245 * v37, v247 = 2.0 * v38,
       v248 = v247 * v22, v249 = v246 + v248, v250 = v244 * v249, v251 = -v250;
   out[36] = v251; out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0);
-  const lanes v252 = 0.5 * v71, v253 = 2.0 * v58, v254 = v253 * v37, v255 = 2.0 * v68,
+  const lanes v252 = 0.5 / v71, v253 = 2.0 * v58, v254 = v253 * v37, v255 = 2.0 * v68,
       v256 = v255 * v22, v257 = v254 + v256, v258 = v252 * v257, v259 = -v258;
   out[39] = v259; out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0); out[42] = LANES_OF(0.0);
-  const lanes v260 = 0.5 * v118, v261 = 2.0 * v99, v262 = 0.13 * v10, v263 = v261 * v262,
+  const lanes v260 = 0.5 / v118, v261 = 2.0 * v99, v262 = 0.13 * v10, v263 = v261 * v262,
       v264 = 2.0 * v115, v265 = v86 * v264, v266 = v263 - v265, v267 = 2.0 * v107,
       v268 = 0.22516660498395405 * v10, v269 = v267 * v268, v270 = v266 - v269, v271 = v260 * v270;
   out[43] = v271; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0);
-  const lanes v272 = 0.5 * v159, v273 = 2.0 * v142, v274 = v273 * v262, v275 = 2.0 * v156,
+  const lanes v272 = 0.5 / v159, v273 = 2.0 * v142, v274 = v273 * v262, v275 = 2.0 * v156,
       v276 = v86 * v275, v277 = v274 - v276, v278 = 2.0 * v149, v279 = v278 * v268,
       v280 = v277 - v279, v281 = v272 * v280;
   out[46] = v281; out[47] = LANES_OF(0.0); out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0);
-  const lanes v282 = 0.5 * v196, v283 = 2.0 * v180, v284 = 0.13 * v12, v285 = v283 * v284,
+  const lanes v282 = 0.5 / v196, v283 = 2.0 * v180, v284 = 0.13 * v12, v285 = v283 * v284,
       v286 = 2.0 * v187, v287 = 0.22516660498395405 * v12, v288 = v286 * v287, v289 = v285 + v288,
       v290 = 2.0 * v193, v291 = v290 * v176, v292 = v289 - v291, v293 = v282 * v292;
   out[50] = v293; out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0);
-  const lanes v294 = 0.5 * v230, v295 = 2.0 * v216, v296 = v295 * v284, v297 = 2.0 * v222,
+  const lanes v294 = 0.5 / v230, v295 = 2.0 * v216, v296 = v295 * v284, v297 = 2.0 * v222,
       v298 = v297 * v287, v299 = v296 + v298, v300 = 2.0 * v227, v301 = v300 * v176,
       v302 = v299 - v301, v303 = v294 * v302;
   out[53] = v303;
@@ -3272,104 +3272,101 @@ static LANES_TARGET void LANES_NAME(delta_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
-      v1 = T_8 * T_8, v2 = 1e-150 + T_0, v3 = T_4 * T_4, v4 = v2 * v2, v5 = v3 + v4;
-  LANES_LET1(v6, rsqrt, v5);
-  const lanes v7 = v2 * v6, v8 = T_0 * v7, v9 = T_4 * v6, v10 = T_4 * v9, v11 = v8 + v10,
-      v12 = v11 * v11, v13 = v1 + v12;
-  LANES_LET1(v14, rsqrt, v13);
-  const lanes v15 = T_8 * v14, v16 = 0.05 * v15, v17 = v11 * v14, v18 = T_6 * v7, v19 = T_2 * v9,
-      v20 = v18 - v19, v21 = v20 * v20, v22 = T_10 * v17, v23 = T_2 * v7, v24 = T_6 * v9,
-      v25 = v23 + v24, v26 = v15 * v25, v27 = v22 - v26, v28 = v27 * v27, v29 = v21 + v28;
-  LANES_LET1(v30, rsqrt, v29);
-  const lanes v31 = v20 * v30, v32 = 0.04 * v31, v33 = v17 * v32, v34 = v16 - v33, v35 = T_11 + v34,
-      v36 = v35 * v35, v37 = 0.05 * v17, v38 = v15 * v32, v39 = v37 + v38, v40 = v39 * v7,
-      v41 = v27 * v30, v42 = 0.04 * v41, v43 = v42 * v9, v44 = v40 - v43, v45 = T_3 + v44,
-      v46 = v45 - 0.2, v47 = v46 * v46, v48 = v36 + v47, v49 = 0.5 * v48, v50 = 0.0338 + v49,
-      v51 = v42 * v7, v52 = v39 * v9, v53 = v51 + v52, v54 = T_7 + v53, v55 = v54 - 0.04,
-      v56 = v55 * v55, v57 = 0.64 - v56, v58 = 0.5 * v57, v59 = v50 - v58, v60 = v59 / v48,
-      v61 = v35 * v60;
-  LANES_LET1(v62, sqrt, v48);
-  const lanes v63 = 0.26 + v62, v64 = v63 * v63, v65 = v64 - v57, v66 = v62 - 0.26, v67 = v66 * v66,
-      v68 = v57 - v67, v69 = v65 * v68;
-  LANES_LET1(v70, sqrt, v69);
-  const lanes v71 = 0.5 * v70, v72 = v71 / v48, v73 = v46 * v72, v74 = v61 + v73,
-      v75 = 3.8461538461538463 * v74, v76 = v35 * v72, v77 = v46 * v60, v78 = v76 - v77,
-      v79 = 3.8461538461538463 * v78, v80 = -v79;
-  LANES_LET2(v81, atan2, v75, v80);
-  const lanes v82 = 0.05964101615137755 * v15, v83 = 0.023301270189221932 * v31, v84 = v17 * v83,
-      v85 = v82 + v84, v86 = T_11 - v85, v87 = v86 * v86, v88 = 0.05964101615137755 * v17,
-      v89 = v15 * v83, v90 = v88 - v89, v91 = v7 * v90, v92 = 0.023301270189221932 * v41,
-      v93 = v92 * v9, v94 = v91 + v93, v95 = T_3 - v94, v96 = 0.1 + v95, v97 = 0.5 * v96,
-      v98 = v7 * v92, v99 = v90 * v9, v100 = v98 - v99, v101 = T_7 + v100,
-      v102 = v101 - 0.17320508075688773, v103 = 0.8660254037844386 * v102, v104 = v97 - v103,
-      v105 = v104 * v104, v106 = v87 + v105, v107 = 0.5 * v106, v108 = 0.0338 + v107,
-      v109 = 0.5 * v102, v110 = 0.8660254037844386 * v96, v111 = v109 + v110, v112 = 0.04 + v111,
-      v113 = v112 * v112, v114 = 0.64 - v113, v115 = 0.5 * v114, v116 = v108 - v115,
-      v117 = v116 / v106, v118 = v86 * v117;
-  LANES_LET1(v119, sqrt, v106);
-  const lanes v120 = 0.26 + v119, v121 = v120 * v120, v122 = v121 - v114, v123 = v119 - 0.26,
-      v124 = v123 * v123, v125 = v114 - v124, v126 = v122 * v125;
-  LANES_LET1(v127, sqrt, v126);
-  const lanes v128 = 0.5 * v127, v129 = v128 / v106, v130 = v104 * v129, v131 = v118 - v130,
-      v132 = 3.8461538461538463 * v131, v133 = v86 * v129, v134 = v104 * v117, v135 = v133 + v134,
-      v136 = 3.8461538461538463 * v135, v137 = -v136;
-  LANES_LET2(v138, atan2, v132, v137);
-  const lanes v139 = 0.06330127018922194 * v41, v140 = v9 * v139, v141 = 0.06330127018922194 * v31,
-      v142 = v15 * v141, v143 = 0.009641016151377546 * v17, v144 = v142 - v143, v145 = v7 * v144,
-      v146 = v140 - v145, v147 = T_3 + v146, v148 = 0.1 + v147, v149 = 0.5 * v148, v150 = v7 * v139,
-      v151 = v9 * v144, v152 = v150 + v151, v153 = T_7 - v152, v154 = 0.17320508075688773 + v153,
-      v155 = 0.8660254037844386 * v154, v156 = v149 + v155, v157 = v156 * v156,
-      v158 = 0.009641016151377546 * v15, v159 = v17 * v141, v160 = v158 + v159, v161 = T_11 + v160,
-      v162 = v161 * v161, v163 = v157 + v162, v164 = 0.5 * v163, v165 = 0.0338 + v164,
-      v166 = 0.8660254037844386 * v148, v167 = 0.5 * v154, v168 = v166 - v167, v169 = v168 - 0.04,
-      v170 = v169 * v169, v171 = 0.64 - v170, v172 = 0.5 * v171, v173 = v165 - v172,
-      v174 = v173 / v163, v175 = v174 * v161;
-  LANES_LET1(v176, sqrt, v163);
-  const lanes v177 = 0.26 + v176, v178 = v177 * v177, v179 = v178 - v171, v180 = v176 - 0.26,
-      v181 = v180 * v180, v182 = v171 - v181, v183 = v179 * v182;
-  LANES_LET1(v184, sqrt, v183);
-  const lanes v185 = 0.5 * v184, v186 = v185 / v163, v187 = v156 * v186, v188 = v175 - v187,
-      v189 = 3.8461538461538463 * v188, v190 = v156 * v174, v191 = v186 * v161, v192 = v190 + v191,
-      v193 = 3.8461538461538463 * v192, v194 = -v193;
-  LANES_LET2(v195, atan2, v189, v194);
-  const lanes v196 = -v81;
-  out[0] = v196;
-  const lanes v197 = -v138;
-  out[1] = v197;
-  const lanes v198 = -v195;
-  out[2] = v198; out[3] = v196; out[4] = v197; out[5] = v198;
-  const lanes v199 = T_1 * T_1, v200 = T_2 * T_2, v201 = v199 + v200, v202 = v201 + v3,
-      v203 = T_6 * T_6, v204 = v202 + v203, v205 = v204 + v1, v206 = T_9 * T_9, v207 = v205 + v206,
-      v208 = 1.0 - T_0, v209 = v208 * v208, v210 = v207 + v209, v211 = 1.0 - T_5,
-      v212 = v211 * v211, v213 = v210 + v212, v214 = 1.0 - T_10, v215 = v214 * v214,
-      v216 = v213 + v215, v217 = 0.5 * v216, v218 = 0.2 - v78, v219 = v218 - 0.05,
-      v220 = 0.2 - v135, v221 = 0.8660254037844386 * v220, v222 = v221 - 0.02,
-      v223 = v222 - 0.023301270189221932, v224 = v223 * v223, v225 = 0.5 * v220,
-      v226 = v225 + 0.034641016151377546, v227 = 0.05964101615137755 - v226, v228 = v227 - v219,
-      v229 = v228 * v228, v230 = v224 + v229, v231 = v131 - v74, v232 = v231 * v231,
-      v233 = v230 + v232, v234 = 0.5 * v233, v235 = 0.2 - v192, v236 = 0.8660254037844386 * v235,
-      v237 = 0.02 + v236, v238 = 0.06330127018922194 - v237, v239 = v238 * v228, v240 = 0.5 * v235,
-      v241 = 0.034641016151377546 - v240, v242 = v241 - 0.009641016151377546, v243 = v242 - v219,
-      v244 = v223 * v243, v245 = v239 - v244, v246 = v238 * v245, v247 = v188 - v74,
-      v248 = v231 * v243, v249 = v228 * v247, v250 = v248 - v249, v251 = v247 * v250,
-      v252 = v246 - v251, v253 = v234 * v252, v254 = v238 * v238, v255 = v243 * v243,
-      v256 = v254 + v255, v257 = v247 * v247, v258 = v256 + v257, v259 = 0.5 * v258,
-      v260 = v231 * v250, v261 = v223 * v245, v262 = v260 - v261, v263 = v259 * v262,
-      v264 = v253 + v263, v265 = v223 * v247, v266 = v238 * v231, v267 = v265 - v266,
-      v268 = v267 * v267, v269 = v250 * v250, v270 = v268 + v269, v271 = v245 * v245,
-      v272 = v270 + v271, v273 = v264 / v272, v274 = v219 + v273, v275 = v273 * v273,
-      v276 = v247 * v267, v277 = v243 * v245, v278 = v276 - v277, v279 = v234 * v278,
-      v280 = v228 * v245, v281 = v231 * v267, v282 = v280 - v281, v283 = v259 * v282,
-      v284 = v279 + v283, v285 = v284 / v272, v286 = v285 * v285, v287 = v275 + v286,
-      v288 = v243 * v250, v289 = v238 * v267, v290 = v288 - v289, v291 = v234 * v290,
-      v292 = v223 * v267, v293 = v228 * v250, v294 = v292 - v293, v295 = v259 * v294,
-      v296 = v291 + v295, v297 = v296 / v272, v298 = v297 * v297, v299 = v287 + v298,
-      v300 = 0.64 - v299, v301 = v300 / v272;
-  LANES_LET1(v302, sqrt, v301);
-  const lanes v303 = v267 * v302, v304 = v274 - v303, v305 = v304 - T_3, v306 = v305 * v305,
-      v307 = v250 * v302, v308 = v285 - v307, v309 = v308 - T_7, v310 = v309 * v309,
-      v311 = v306 + v310, v312 = v74 + v297, v313 = v245 * v302, v314 = v312 - v313,
-      v315 = v314 - T_11, v316 = v315 * v315, v317 = v311 + v316;
-  LANES_LET2(v318, fmax, v217, v317); LANES_LET1(v319, sqrt, v318); out[6] = v319; out[7] = v319;
+      v1 = T_8 * T_8, v2 = 1e-150 + T_0, v3 = T_4 * T_4, v4 = T_1 * T_1, v5 = T_2 * T_2,
+      v6 = T_6 * T_6, v7 = T_9 * T_9, v8 = 1.0 - T_0, v9 = 1.0 - T_5, v10 = 1.0 - T_10;
   out[8] = LANES_OF(1.0); out[9] = LANES_OF(1.0);
+  const lanes v11 = v2 * v2, v12 = v4 + v5, v13 = v8 * v8, v14 = v9 * v9, v15 = v10 * v10,
+      v16 = v3 + v11, v17 = v12 + v3;
+  LANES_LET1(v18, rsqrt, v16);
+  const lanes v19 = v17 + v6, v20 = v2 * v18, v21 = T_4 * v18, v22 = v19 + v1, v23 = T_0 * v20,
+      v24 = T_4 * v21, v25 = T_6 * v20, v26 = T_2 * v21, v27 = T_2 * v20, v28 = T_6 * v21,
+      v29 = v22 + v7, v30 = v23 + v24, v31 = v25 - v26, v32 = v27 + v28, v33 = v29 + v13,
+      v34 = v30 * v30, v35 = v31 * v31, v36 = v33 + v14, v37 = v1 + v34, v38 = v36 + v15;
+  LANES_LET1(v39, rsqrt, v37);
+  const lanes v40 = 0.5 * v38, v41 = T_8 * v39, v42 = v30 * v39, v43 = 0.05 * v41, v44 = T_10 * v42,
+      v45 = v41 * v32, v46 = 0.05 * v42, v47 = 0.05964101615137755 * v41,
+      v48 = 0.05964101615137755 * v42, v49 = 0.009641016151377546 * v42,
+      v50 = 0.009641016151377546 * v41, v51 = v44 - v45, v52 = v51 * v51, v53 = v35 + v52;
+  LANES_LET1(v54, rsqrt, v53);
+  const lanes v55 = v31 * v54, v56 = v51 * v54, v57 = 0.04 * v55, v58 = 0.04 * v56,
+      v59 = 0.023301270189221932 * v55, v60 = 0.023301270189221932 * v56,
+      v61 = 0.06330127018922194 * v56, v62 = 0.06330127018922194 * v55, v63 = v42 * v57,
+      v64 = v41 * v57, v65 = v58 * v21, v66 = v58 * v20, v67 = v42 * v59, v68 = v41 * v59,
+      v69 = v60 * v21, v70 = v20 * v60, v71 = v21 * v61, v72 = v41 * v62, v73 = v20 * v61,
+      v74 = v42 * v62, v75 = v43 - v63, v76 = v46 + v64, v77 = v47 + v67, v78 = v48 - v68,
+      v79 = v72 - v49, v80 = v50 + v74, v81 = T_11 + v75, v82 = v76 * v20, v83 = v76 * v21,
+      v84 = T_11 - v77, v85 = v20 * v78, v86 = v78 * v21, v87 = v20 * v79, v88 = v21 * v79,
+      v89 = T_11 + v80, v90 = v81 * v81, v91 = v82 - v65, v92 = v66 + v83, v93 = v84 * v84,
+      v94 = v85 + v69, v95 = v70 - v86, v96 = v71 - v87, v97 = v73 + v88, v98 = v89 * v89,
+      v99 = T_3 + v91, v100 = T_7 + v92, v101 = T_3 - v94, v102 = T_7 + v95, v103 = T_3 + v96,
+      v104 = T_7 - v97, v105 = v99 - 0.2, v106 = v100 - 0.04, v107 = 0.1 + v101,
+      v108 = v102 - 0.17320508075688773, v109 = 0.1 + v103, v110 = 0.17320508075688773 + v104,
+      v111 = v105 * v105, v112 = v106 * v106, v113 = 0.5 * v107, v114 = 0.8660254037844386 * v108,
+      v115 = 0.5 * v108, v116 = 0.8660254037844386 * v107, v117 = 0.5 * v109,
+      v118 = 0.8660254037844386 * v110, v119 = 0.8660254037844386 * v109, v120 = 0.5 * v110,
+      v121 = v90 + v111, v122 = 0.64 - v112, v123 = v113 - v114, v124 = v115 + v116,
+      v125 = v117 + v118, v126 = v119 - v120, v127 = 0.5 * v121, v128 = 0.5 * v122;
+  LANES_LET1(v129, sqrt, v121);
+  const lanes v130 = v123 * v123, v131 = 0.04 + v124, v132 = v125 * v125, v133 = v126 - 0.04,
+      v134 = 0.0338 + v127, v135 = 0.26 + v129, v136 = v129 - 0.26, v137 = v93 + v130,
+      v138 = v131 * v131, v139 = v132 + v98, v140 = v133 * v133, v141 = v134 - v128,
+      v142 = v135 * v135, v143 = v136 * v136, v144 = 0.5 * v137, v145 = 0.64 - v138;
+  LANES_LET1(v146, sqrt, v137);
+  const lanes v147 = 0.5 * v139, v148 = 0.64 - v140;
+  LANES_LET1(v149, sqrt, v139);
+  const lanes v150 = v141 / v121, v151 = v142 - v122, v152 = v122 - v143, v153 = 0.0338 + v144,
+      v154 = 0.5 * v145, v155 = 0.26 + v146, v156 = v146 - 0.26, v157 = 0.0338 + v147,
+      v158 = 0.5 * v148, v159 = 0.26 + v149, v160 = v149 - 0.26, v161 = v81 * v150,
+      v162 = v151 * v152, v163 = v105 * v150, v164 = v153 - v154, v165 = v155 * v155,
+      v166 = v156 * v156, v167 = v157 - v158, v168 = v159 * v159, v169 = v160 * v160;
+  LANES_LET1(v170, sqrt, v162);
+  const lanes v171 = v164 / v137, v172 = v165 - v145, v173 = v145 - v166, v174 = v167 / v139,
+      v175 = v168 - v148, v176 = v148 - v169, v177 = 0.5 * v170, v178 = v84 * v171,
+      v179 = v172 * v173, v180 = v123 * v171, v181 = v174 * v89, v182 = v175 * v176,
+      v183 = v125 * v174, v184 = v177 / v121;
+  LANES_LET1(v185, sqrt, v179); LANES_LET1(v186, sqrt, v182);
+  const lanes v187 = v105 * v184, v188 = v81 * v184, v189 = 0.5 * v185, v190 = 0.5 * v186,
+      v191 = v161 + v187, v192 = v188 - v163, v193 = v189 / v137, v194 = v190 / v139,
+      v195 = 3.8461538461538463 * v191, v196 = 3.8461538461538463 * v192, v197 = v123 * v193,
+      v198 = v84 * v193, v199 = v125 * v194, v200 = v194 * v89, v201 = 0.2 - v192, v202 = -v196,
+      v203 = v178 - v197, v204 = v198 + v180, v205 = v181 - v199, v206 = v183 + v200,
+      v207 = v201 - 0.05;
+  LANES_LET2(v208, atan2, v195, v202);
+  const lanes v209 = 3.8461538461538463 * v203, v210 = 3.8461538461538463 * v204,
+      v211 = 3.8461538461538463 * v205, v212 = 3.8461538461538463 * v206, v213 = 0.2 - v204,
+      v214 = v203 - v191, v215 = 0.2 - v206, v216 = v205 - v191, v217 = -v210, v218 = -v212,
+      v219 = -v208, v220 = 0.8660254037844386 * v213, v221 = 0.5 * v213, v222 = v214 * v214,
+      v223 = 0.8660254037844386 * v215, v224 = 0.5 * v215, v225 = v216 * v216;
+  LANES_LET2(v226, atan2, v209, v217); LANES_LET2(v227, atan2, v211, v218); out[0] = v219;
+  out[3] = v219;
+  const lanes v228 = v220 - 0.02, v229 = v221 + 0.034641016151377546, v230 = 0.02 + v223,
+      v231 = 0.034641016151377546 - v224, v232 = -v226, v233 = -v227,
+      v234 = v228 - 0.023301270189221932, v235 = 0.05964101615137755 - v229,
+      v236 = 0.06330127018922194 - v230, v237 = v231 - 0.009641016151377546;
+  out[1] = v232; out[2] = v233; out[4] = v232; out[5] = v233;
+  const lanes v238 = v234 * v234, v239 = v235 - v207, v240 = v237 - v207, v241 = v236 * v236,
+      v242 = v234 * v216, v243 = v236 * v214, v244 = v239 * v239, v245 = v236 * v239,
+      v246 = v234 * v240, v247 = v214 * v240, v248 = v239 * v216, v249 = v240 * v240,
+      v250 = v242 - v243, v251 = v238 + v244, v252 = v245 - v246, v253 = v247 - v248,
+      v254 = v241 + v249, v255 = v250 * v250, v256 = v216 * v250, v257 = v214 * v250,
+      v258 = v236 * v250, v259 = v234 * v250, v260 = v251 + v222, v261 = v236 * v252,
+      v262 = v216 * v253, v263 = v254 + v225, v264 = v214 * v253, v265 = v234 * v252,
+      v266 = v253 * v253, v267 = v252 * v252, v268 = v240 * v252, v269 = v239 * v252,
+      v270 = v240 * v253, v271 = v239 * v253, v272 = 0.5 * v260, v273 = v261 - v262,
+      v274 = 0.5 * v263, v275 = v264 - v265, v276 = v255 + v266, v277 = v256 - v268,
+      v278 = v269 - v257, v279 = v270 - v258, v280 = v259 - v271, v281 = v272 * v273,
+      v282 = v274 * v275, v283 = v276 + v267, v284 = v272 * v277, v285 = v274 * v278,
+      v286 = v272 * v279, v287 = v274 * v280, v288 = v281 + v282, v289 = v284 + v285,
+      v290 = v286 + v287, v291 = v288 / v283, v292 = v289 / v283, v293 = v290 / v283,
+      v294 = v207 + v291, v295 = v291 * v291, v296 = v292 * v292, v297 = v293 * v293,
+      v298 = v191 + v293, v299 = v295 + v296, v300 = v299 + v297, v301 = 0.64 - v300,
+      v302 = v301 / v283;
+  LANES_LET1(v303, sqrt, v302);
+  const lanes v304 = v250 * v303, v305 = v253 * v303, v306 = v252 * v303, v307 = v294 - v304,
+      v308 = v292 - v305, v309 = v298 - v306, v310 = v307 - T_3, v311 = v308 - T_7,
+      v312 = v309 - T_11, v313 = v310 * v310, v314 = v311 * v311, v315 = v312 * v312,
+      v316 = v313 + v314, v317 = v316 + v315;
+  const lanes_where v318 = LANES_LT(v40, v317);
+  const lanes v319 = LANES_CHOICE(v318, v317, v40);
+  LANES_LET1(v320, sqrt, v319); out[6] = v320; out[7] = v320;
 }

@@ -21,44 +21,49 @@ LANES_INLINE void LANES_NAME(five_bar_ik_branch)(
       T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
-      v1 = T_7 * T_7, v2 = T_3 + 0.1, v3 = v2 * v2, v4 = v1 + v3, v5 = v4 - 0.13, v6 = 0.12 * v5,
-      v7 = 1e-150 + v6, v8 = v4 - 0.01, v9 = 0.25 - v4, v10 = v8 * v9;
-  const lanes_where v11 = LANES_LT(5.76e-17, v10); LANES_LET1(v12, sqrt, v10);
-  const lanes v13 = LANES_CHOICE(v11, v12, 0.0), v14 = choice_0 * v13, v15 = 0.12 * v14,
-      v16 = v15 * v15, v17 = v7 * v7, v18 = v16 + v17;
-  LANES_LET1(v19, rsqrt, v18);
-  const lanes v20 = v7 * v19, v21 = 0.3 * v20, v22 = 0.2 + v21, v23 = T_7 * v22, v24 = v15 * v19,
-      v25 = 0.3 * v24, v26 = v2 * v25, v27 = v23 - v26, v28 = v27 * v27, v29 = T_7 * v25,
-      v30 = v2 * v22, v31 = v29 + v30, v32 = 1e-150 + v31, v33 = v32 * v32, v34 = v28 + v33;
-  LANES_LET1(v35, rsqrt, v34);
-  const lanes v36 = v27 * v35, v37 = v32 * v35;
-  LANES_LET2(v38, atan2, v36, v37);
-  const lanes v39 = 0.2 * v36, v40 = v20 * v36, v41 = v24 * v37, v42 = v40 + v41, v43 = 0.3 * v42,
-      v44 = v39 + v43, v45 = 0.2 * v37, v46 = v20 * v37, v47 = v24 * v36, v48 = v46 - v47,
-      v49 = 0.3 * v48, v50 = v45 + v49, v51 = v50 - 0.2, v52 = v51 * v51, v53 = v44 * v44,
-      v54 = v52 + v53, v55 = 0.5 * v54, v56 = 0.02 + v55, v57 = v56 - 0.045, v58 = v57 / v54,
-      v59 = v44 * v58, v60 = 0.25 - v54, v61 = v54 - 0.01, v62 = v60 * v61;
-  LANES_LET1(v63, sqrt, v62);
-  const lanes v64 = 0.5 * v63, v65 = v64 / v54, v66 = v51 * v65, v67 = v59 - v66, v68 = 5.0 * v67,
-      v69 = v51 * v58, v70 = v44 * v65, v71 = v69 + v70, v72 = 5.0 * v71;
-  LANES_LET2(v73, atan2, v68, v72); out[0] = v38; out[1] = v73;
-  const lanes v74 = T_11 * T_11, v75 = 0.2 + v71, v76 = v75 - v45, v77 = 0.5 * v76, v78 = v67 - v39,
-      v79 = v76 * v76, v80 = v78 * v78, v81 = v79 + v80, v82 = 0.36 - v81, v83 = v81 * v82;
-  LANES_LET1(v84, sqrt, v83);
-  const lanes v85 = 0.5 * v84, v86 = v85 / v81, v87 = v78 * v86, v88 = v77 - v87,
-      v89 = 0.9999999999999999 * v88, v90 = v89 + v45, v91 = v90 - 0.1, v92 = v91 - T_3,
-      v93 = v92 * v92, v94 = v74 + v93, v95 = v76 * v86, v96 = 0.5 * v78, v97 = v95 + v96,
-      v98 = 0.9999999999999999 * v97, v99 = v98 + v39, v100 = v99 - T_7, v101 = v100 * v100,
-      v102 = v94 + v101, v103 = T_2 * T_2, v104 = T_6 * T_6, v105 = v103 + v104, v106 = T_8 * T_8,
-      v107 = v105 + v106, v108 = T_9 * T_9, v109 = v107 + v108, v110 = 3.333333333333333 * v88,
-      v111 = v110 - T_0, v112 = v111 * v111, v113 = v109 + v112, v114 = 3.333333333333333 * v97,
-      v115 = T_1 + v114, v116 = v115 * v115, v117 = v113 + v116, v118 = v114 - T_4,
-      v119 = v118 * v118, v120 = v117 + v119, v121 = v110 - T_5, v122 = v121 * v121,
-      v123 = v120 + v122, v124 = 1.0 - T_10, v125 = v124 * v124, v126 = v123 + v125,
-      v127 = 0.5 * v126;
-  LANES_LET2(v128, fmax, v102, v127); LANES_LET1(v129, sqrt, v128); out[2] = v129;
-  const lanes v130 = 69.44444444444444 * v10;
-  out[3] = v130;
+      v1 = T_7 * T_7, v2 = T_3 + 0.1, v3 = T_2 * T_2, v4 = T_6 * T_6, v5 = T_8 * T_8,
+      v6 = T_9 * T_9, v7 = 1.0 - T_10, v8 = T_11 * T_11, v9 = v2 * v2, v10 = v3 + v4, v11 = v7 * v7,
+      v12 = v1 + v9, v13 = v10 + v5, v14 = v12 - 0.13, v15 = v12 - 0.01, v16 = 0.25 - v12,
+      v17 = v13 + v6, v18 = 0.12 * v14, v19 = v15 * v16, v20 = 1e-150 + v18;
+  const lanes_where v21 = LANES_LT(5.76e-17, v19); LANES_LET1(v22, sqrt, v19);
+  const lanes v23 = 69.44444444444444 * v19, v24 = LANES_CHOICE(v21, v22, 0.0), v25 = v20 * v20;
+  out[3] = v23;
+  const lanes v26 = choice_0 * v24, v27 = 0.12 * v26, v28 = v27 * v27, v29 = v28 + v25;
+  LANES_LET1(v30, rsqrt, v29);
+  const lanes v31 = v20 * v30, v32 = v27 * v30, v33 = 0.3 * v31, v34 = 0.3 * v32, v35 = 0.2 + v33,
+      v36 = v2 * v34, v37 = T_7 * v34, v38 = T_7 * v35, v39 = v2 * v35, v40 = v38 - v36,
+      v41 = v37 + v39, v42 = v40 * v40, v43 = 1e-150 + v41, v44 = v43 * v43, v45 = v42 + v44;
+  LANES_LET1(v46, rsqrt, v45);
+  const lanes v47 = v40 * v46, v48 = v43 * v46;
+  LANES_LET2(v49, atan2, v47, v48);
+  const lanes v50 = 0.2 * v47, v51 = v31 * v47, v52 = v32 * v48, v53 = 0.2 * v48, v54 = v31 * v48,
+      v55 = v32 * v47, v56 = v51 + v52, v57 = v54 - v55;
+  out[0] = v49;
+  const lanes v58 = 0.3 * v56, v59 = 0.3 * v57, v60 = v50 + v58, v61 = v53 + v59, v62 = v61 - 0.2,
+      v63 = v60 * v60, v64 = v62 * v62, v65 = v64 + v63, v66 = 0.5 * v65, v67 = 0.25 - v65,
+      v68 = v65 - 0.01, v69 = 0.02 + v66, v70 = v67 * v68, v71 = v69 - 0.045;
+  LANES_LET1(v72, sqrt, v70);
+  const lanes v73 = v71 / v65, v74 = 0.5 * v72, v75 = v60 * v73, v76 = v74 / v65, v77 = v62 * v73,
+      v78 = v62 * v76, v79 = v60 * v76, v80 = v75 - v78, v81 = v77 + v79, v82 = 5.0 * v80,
+      v83 = 5.0 * v81, v84 = 0.2 + v81, v85 = v80 - v50;
+  LANES_LET2(v86, atan2, v82, v83);
+  const lanes v87 = v84 - v53, v88 = v85 * v85, v89 = 0.5 * v85;
+  out[1] = v86;
+  const lanes v90 = 0.5 * v87, v91 = v87 * v87, v92 = v91 + v88, v93 = 0.36 - v92, v94 = v92 * v93;
+  LANES_LET1(v95, sqrt, v94);
+  const lanes v96 = 0.5 * v95, v97 = v96 / v92, v98 = v85 * v97, v99 = v87 * v97, v100 = v90 - v98,
+      v101 = v99 + v89, v102 = 3.333333333333333 * v100, v103 = 3.333333333333333 * v101,
+      v104 = 0.9999999999999999 * v100, v105 = 0.9999999999999999 * v101, v106 = v102 - T_0,
+      v107 = T_1 + v103, v108 = v103 - T_4, v109 = v102 - T_5, v110 = v104 + v53, v111 = v105 + v50,
+      v112 = v106 * v106, v113 = v107 * v107, v114 = v108 * v108, v115 = v109 * v109,
+      v116 = v110 - 0.1, v117 = v111 - T_7, v118 = v17 + v112, v119 = v116 - T_3,
+      v120 = v117 * v117, v121 = v118 + v113, v122 = v119 * v119, v123 = v121 + v114,
+      v124 = v8 + v122, v125 = v123 + v115, v126 = v124 + v120, v127 = v125 + v11,
+      v128 = 0.5 * v127;
+  const lanes_where v129 = LANES_LT(v128, v126); const lanes_where v130 = LANES_LE(v126, v128);
+  const lanes v131 = v126 + v128, v132 = LANES_CHOICE(v130, v128, v131),
+      v133 = LANES_CHOICE(v129, v126, v132);
+  LANES_LET1(v134, sqrt, v133); out[2] = v134;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(five_bar_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -21,39 +21,42 @@ LANES_INLINE void LANES_NAME(four_bar_ik_branch)(
       T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
-      v1 = T_3 * T_3, v2 = T_7 * T_7, v3 = v1 + v2, v4 = v3 - 0.0469, v5 = 0.03 * v4,
-      v6 = v3 - 0.008481254575402908, v7 = 0.0853187454245971 - v3, v8 = v6 * v7;
-  const lanes_where v9 = LANES_LT(5.904e-18, v8); LANES_LET1(v10, sqrt, v8);
-  const lanes v11 = LANES_CHOICE(v9, v10, 0.0), v12 = choice_0 * v11, v13 = 0.024 * v12,
-      v14 = v5 + v13, v15 = 1e-150 + v14, v16 = 0.03 * v12, v17 = 0.024 * v4, v18 = v16 - v17,
-      v19 = v18 * v18, v20 = v15 * v15, v21 = v19 + v20;
-  LANES_LET1(v22, rsqrt, v21);
-  const lanes v23 = v15 * v22, v24 = 0.15 * v23, v25 = v18 * v22, v26 = 0.12 * v25, v27 = v24 - v26,
-      v28 = v27 + 0.1, v29 = T_7 * v28, v30 = 0.15 * v25, v31 = 0.12 * v23, v32 = v30 + v31,
-      v33 = T_3 * v32, v34 = v29 - v33, v35 = v34 * v34, v36 = T_3 * v28, v37 = T_7 * v32,
-      v38 = v36 + v37, v39 = 1e-150 + v38, v40 = v39 * v39, v41 = v35 + v40;
-  LANES_LET1(v42, rsqrt, v41);
-  const lanes v43 = v34 * v42, v44 = v39 * v42;
-  LANES_LET2(v45, atan2, v43, v44); out[0] = v45;
-  const lanes v46 = T_2 * T_2, v47 = T_6 * T_6, v48 = v46 + v47, v49 = T_8 * T_8, v50 = v48 + v49,
-      v51 = T_9 * T_9, v52 = v50 + v51, v53 = 0.1 * v44, v54 = 0.35 - v53, v55 = v54 * v54,
-      v56 = 0.1 * v43, v57 = v56 * v56, v58 = v55 + v57, v59 = 0.3025 - v58, v60 = v58 - 0.0025,
-      v61 = v59 * v60;
-  LANES_LET1(v62, sqrt, v61);
-  const lanes v63 = 0.5 * v62, v64 = v63 / v58, v65 = v54 * v64, v66 = 0.5 * v58, v67 = 0.045 + v66,
-      v68 = v67 - 0.03125, v69 = v68 / v58, v70 = v56 * v69, v71 = v65 - v70,
-      v72 = 3.333333333333333 * v71, v73 = T_1 + v72, v74 = v73 * v73, v75 = v52 + v74,
-      v76 = v72 - T_4, v77 = v76 * v76, v78 = v75 + v77, v79 = v54 * v69, v80 = v56 * v64,
-      v81 = v79 + v80, v82 = 3.333333333333333 * v81, v83 = v82 - T_5, v84 = v83 * v83,
-      v85 = v78 + v84, v86 = 1.0 - T_10, v87 = v86 * v86, v88 = v85 + v87, v89 = v82 - T_0,
-      v90 = v89 * v89, v91 = v88 + v90, v92 = 0.5 * v91, v93 = T_11 * T_11,
-      v94 = 0.49999999999999994 * v81, v95 = 0.39999999999999997 * v71, v96 = v94 - v95,
-      v97 = v96 + v53, v98 = v97 - T_3, v99 = v98 * v98, v100 = v93 + v99,
-      v101 = 0.49999999999999994 * v71, v102 = 0.39999999999999997 * v81, v103 = v101 + v102,
-      v104 = v56 + v103, v105 = v104 - T_7, v106 = v105 * v105, v107 = v100 + v106;
-  LANES_LET2(v108, fmax, v92, v107); LANES_LET1(v109, sqrt, v108); out[1] = v109;
-  const lanes v110 = 677.5067750677507 * v8;
-  out[2] = v110;
+      v1 = T_3 * T_3, v2 = T_7 * T_7, v3 = T_2 * T_2, v4 = T_6 * T_6, v5 = T_8 * T_8,
+      v6 = T_9 * T_9, v7 = 1.0 - T_10, v8 = T_11 * T_11, v9 = v1 + v2, v10 = v3 + v4, v11 = v7 * v7,
+      v12 = v9 - 0.0469, v13 = v9 - 0.008481254575402908, v14 = 0.0853187454245971 - v9,
+      v15 = v10 + v5, v16 = 0.03 * v12, v17 = v13 * v14, v18 = 0.024 * v12, v19 = v15 + v6;
+  const lanes_where v20 = LANES_LT(5.904e-18, v17); LANES_LET1(v21, sqrt, v17);
+  const lanes v22 = 677.5067750677507 * v17, v23 = LANES_CHOICE(v20, v21, 0.0);
+  out[2] = v22;
+  const lanes v24 = choice_0 * v23, v25 = 0.024 * v24, v26 = 0.03 * v24, v27 = v16 + v25,
+      v28 = v26 - v18, v29 = 1e-150 + v27, v30 = v28 * v28, v31 = v29 * v29, v32 = v30 + v31;
+  LANES_LET1(v33, rsqrt, v32);
+  const lanes v34 = v29 * v33, v35 = v28 * v33, v36 = 0.15 * v34, v37 = 0.12 * v35,
+      v38 = 0.15 * v35, v39 = 0.12 * v34, v40 = v36 - v37, v41 = v38 + v39, v42 = v40 + 0.1,
+      v43 = T_3 * v41, v44 = T_7 * v41, v45 = T_7 * v42, v46 = T_3 * v42, v47 = v45 - v43,
+      v48 = v46 + v44, v49 = v47 * v47, v50 = 1e-150 + v48, v51 = v50 * v50, v52 = v49 + v51;
+  LANES_LET1(v53, rsqrt, v52);
+  const lanes v54 = v47 * v53, v55 = v50 * v53;
+  LANES_LET2(v56, atan2, v54, v55);
+  const lanes v57 = 0.1 * v55, v58 = 0.1 * v54;
+  out[0] = v56;
+  const lanes v59 = 0.35 - v57, v60 = v58 * v58, v61 = v59 * v59, v62 = v61 + v60,
+      v63 = 0.3025 - v62, v64 = v62 - 0.0025, v65 = 0.5 * v62, v66 = v63 * v64, v67 = 0.045 + v65;
+  LANES_LET1(v68, sqrt, v66);
+  const lanes v69 = v67 - 0.03125, v70 = 0.5 * v68, v71 = v69 / v62, v72 = v70 / v62,
+      v73 = v58 * v71, v74 = v59 * v71, v75 = v59 * v72, v76 = v58 * v72, v77 = v75 - v73,
+      v78 = v74 + v76, v79 = 3.333333333333333 * v77, v80 = 3.333333333333333 * v78,
+      v81 = 0.49999999999999994 * v78, v82 = 0.39999999999999997 * v77,
+      v83 = 0.49999999999999994 * v77, v84 = 0.39999999999999997 * v78, v85 = T_1 + v79,
+      v86 = v79 - T_4, v87 = v80 - T_5, v88 = v80 - T_0, v89 = v81 - v82, v90 = v83 + v84,
+      v91 = v85 * v85, v92 = v86 * v86, v93 = v87 * v87, v94 = v88 * v88, v95 = v89 + v57,
+      v96 = v58 + v90, v97 = v19 + v91, v98 = v95 - T_3, v99 = v96 - T_7, v100 = v97 + v92,
+      v101 = v98 * v98, v102 = v99 * v99, v103 = v100 + v93, v104 = v8 + v101, v105 = v103 + v11,
+      v106 = v104 + v102, v107 = v105 + v94, v108 = 0.5 * v107;
+  const lanes_where v109 = LANES_LT(v108, v106); const lanes_where v110 = LANES_LE(v106, v108);
+  const lanes v111 = v108 + v106, v112 = LANES_CHOICE(v110, v108, v111),
+      v113 = LANES_CHOICE(v109, v106, v112);
+  LANES_LET1(v114, sqrt, v113); out[1] = v114;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(four_bar_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -26,91 +26,91 @@ LANES_INLINE void LANES_NAME(irb6640_ik_branch)(
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
-      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.2 * T_6, v2 = T_7 - v1,
-      v3 = v2 * v2, v4 = 0.2 * T_2, v5 = T_3 - v4, v6 = 1e-150 + v5, v7 = v6 * v6, v8 = v3 + v7;
-  LANES_LET1(v9, rsqrt, v8);
-  const lanes v10 = v2 * v9, v11 = v6 * v9, v12 = choice_0 * v11, v14 = v5 * v12,
-      v15 = choice_0 * v10, v16 = v2 * v15, v17 = v14 + v16, v18 = v17 - 0.32, v19 = v18 * v18,
-      v20 = 0.2 * T_10, v21 = T_11 - v20, v22 = v21 - 0.78, v23 = v22 * v22, v24 = v19 + v23,
-      v25 = v24 - 2.50093125, v26 = 0.43 * v25, v27 = v24 - 0.007203490074109453,
-      v28 = 4.994659009925891 - v24, v29 = v27 * v28;
-  const lanes_where v30 = LANES_LT(2.48747125625e-14, v29); LANES_LET1(v31, sqrt, v29);
-  const lanes v32 = LANES_CHOICE(v30, v31, 0.0), v33 = choice_1 * v32, v34 = 2.456375 * v33,
-      v35 = v26 + v34, v36 = 1e-150 + v35, v37 = 0.43 * v33, v38 = 2.456375 * v25, v39 = v37 - v38,
-      v40 = v39 * v39, v41 = v36 * v36, v42 = v40 + v41;
-  LANES_LET1(v43, rsqrt, v42);
-  const lanes v44 = v36 * v43, v45 = 0.2 * v44, v46 = v39 * v43, v47 = 1.1425 * v46,
-      v48 = v45 - v47, v49 = 1.075 + v48, v50 = v18 * v49, v51 = 0.2 * v46, v52 = 1.1425 * v44,
-      v53 = v51 + v52, v54 = v22 * v53, v55 = v50 - v54, v56 = v55 * v55, v57 = v18 * v53,
-      v58 = v22 * v49, v59 = v57 + v58, v60 = 1e-150 + v59, v61 = v60 * v60, v62 = v56 + v61;
-  LANES_LET1(v63, rsqrt, v62);
-  const lanes v64 = v55 * v63, v65 = v60 * v63, v68 = T_6 * v12, v69 = T_2 * v15, v70 = v68 - v69,
-      v71 = v70 * v70, v72 = T_10 * v65, v73 = T_2 * v12, v74 = T_6 * v15, v75 = v73 + v74,
-      v76 = v64 * v75, v77 = v72 + v76, v78 = v44 * v77, v79 = v65 * v75, v80 = T_10 * v64,
-      v81 = v79 - v80, v82 = v46 * v81, v83 = v78 + v82, v84 = 1e-150 - v83, v85 = v84 * v84,
-      v86 = v71 + v85;
-  LANES_LET1(v87, rsqrt, v86);
-  const lanes v88 = v70 * v87, v89 = v84 * v87, v90 = choice_2 * v89;
-  LANES_LET2(v91, atan2, v88, v90);
-  const lanes v92 = v83 * v90, v93 = choice_2 * v88, v94 = v70 * v93, v95 = v92 - v94,
-      v96 = v44 * v81, v97 = v46 * v77, v98 = v96 - v97, v99 = v98 * v98, v100 = v95 * v95,
-      v101 = v99 + v100;
-  LANES_LET1(v102, rsqrt, v101);
-  const lanes v103 = v95 * v102, v104 = v98 * v102;
-  LANES_LET2(v105, atan2, v103, v104);
-  const lanes v106 = T_0 * v15, v107 = T_4 * v12, v108 = v106 - v107, v109 = v90 * v108,
-      v110 = T_8 * v64, v111 = T_0 * v12, v112 = T_4 * v15, v113 = v111 + v112, v114 = v65 * v113,
-      v115 = v110 - v114, v116 = v46 * v115, v117 = T_8 * v65, v118 = v64 * v113,
-      v119 = v117 + v118, v120 = v44 * v119, v121 = v116 - v120, v122 = v93 * v121,
-      v123 = v109 + v122, v124 = v123 * v123, v125 = v90 * v121, v126 = v93 * v108,
-      v127 = v125 - v126, v128 = v104 * v127, v129 = v44 * v115, v130 = v46 * v119,
-      v131 = v129 + v130, v132 = v103 * v131, v133 = v128 - v132, v134 = v133 * v133,
-      v135 = v124 + v134;
-  LANES_LET1(v136, rsqrt, v135);
-  const lanes v137 = v123 * v136, v138 = v133 * v136;
-  LANES_LET2(v139, atan2, v137, v138);
-  const lanes v141 = choice_2 * v91;
-  out[3] = v141;
-  const lanes v142 = -v105;
-  out[4] = v142;
-  const lanes v143 = -v139;
-  out[5] = v143;
-  const lanes v144 = v44 * v64, v145 = v46 * v65, v146 = v144 + v145, v147 = 0.2 * v103,
-      v148 = v90 * v147, v149 = v148 + 0.2, v150 = v146 * v149, v151 = v46 * v64, v152 = v44 * v65,
-      v153 = v151 - v152, v154 = 0.2 * v104, v155 = v154 + 1.1425, v156 = v153 * v155,
-      v157 = v150 - v156, v158 = 1.075 * v64, v159 = v157 + v158, v160 = v159 + 0.32,
-      v161 = v12 * v160, v162 = v93 * v147, v163 = v15 * v162, v164 = v161 + v163,
-      v165 = v164 - T_3, v166 = v165 * v165, v167 = v15 * v160, v168 = v12 * v162,
-      v169 = v167 - v168, v170 = v169 - T_7, v171 = v170 * v170, v172 = v166 + v171,
-      v173 = v146 * v155, v174 = v153 * v149, v175 = v173 + v174, v176 = 1.075 * v65,
-      v177 = v175 - v176, v178 = 0.78 - v177, v179 = v178 - T_11, v180 = v179 * v179,
-      v181 = v172 + v180, v182 = v15 * v90, v183 = v12 * v146, v184 = v93 * v183,
-      v185 = v182 - v184, v186 = v137 * v185, v187 = v15 * v93, v188 = v90 * v183,
-      v189 = v187 + v188, v190 = v104 * v189, v191 = v12 * v153, v192 = v103 * v191,
-      v193 = v190 + v192, v194 = v138 * v193, v195 = v186 - v194, v196 = v195 - T_0,
-      v197 = v196 * v196, v198 = v138 * v185, v199 = v137 * v193, v200 = v198 + v199,
-      v201 = T_1 + v200, v202 = v201 * v201, v203 = v197 + v202, v204 = v103 * v189,
-      v205 = v104 * v191, v206 = v204 - v205, v207 = v206 - T_2, v208 = v207 * v207,
-      v209 = v203 + v208, v210 = v15 * v146, v211 = v90 * v210, v212 = v12 * v93,
-      v213 = v211 - v212, v214 = v104 * v213, v215 = v15 * v153, v216 = v103 * v215,
-      v217 = v214 + v216, v218 = v138 * v217, v219 = v12 * v90, v220 = v93 * v210,
-      v221 = v219 + v220, v222 = v137 * v221, v223 = v218 + v222, v224 = T_4 + v223,
-      v225 = v224 * v224, v226 = v209 + v225, v227 = v138 * v221, v228 = v137 * v217,
-      v229 = v227 - v228, v230 = v229 - T_5, v231 = v230 * v230, v232 = v226 + v231,
-      v233 = v103 * v213, v234 = v104 * v215, v235 = v233 - v234, v236 = v235 - T_6,
-      v237 = v236 * v236, v238 = v232 + v237, v239 = v93 * v153, v240 = v137 * v239,
-      v241 = v103 * v146, v242 = v90 * v153, v243 = v104 * v242, v244 = v241 - v243,
-      v245 = v138 * v244, v246 = v240 - v245, v247 = v246 - T_8, v248 = v247 * v247,
-      v249 = v238 + v248, v250 = v138 * v239, v251 = v137 * v244, v252 = v250 + v251,
-      v253 = T_9 + v252, v254 = v253 * v253, v255 = v249 + v254, v256 = v104 * v146,
-      v257 = v103 * v242, v258 = v256 + v257, v259 = T_10 + v258, v260 = v259 * v259,
-      v261 = v255 + v260, v262 = 0.5 * v261;
-  LANES_LET2(v263, fmax, v181, v262); LANES_LET1(v264, sqrt, v263); out[6] = v264;
-  const lanes v265 = 0.1608058782568696 * v29;
-  out[7] = v265; lanes v13, v66; LANES_NAME(lanes_two_atan2)(&v10, &v12, &v64, &v65, &v13, &v66);
-  LANES_LET2(v67, atan2, v46, v44);
-  const lanes v140 = choice_0 * v13;
-  out[0] = v140; out[1] = v66; out[2] = v67;
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.2 * T_6, v2 = 0.2 * T_2,
+      v3 = 0.2 * T_10, v4 = T_7 - v1, v5 = T_3 - v2, v6 = T_11 - v3, v7 = v4 * v4, v8 = 1e-150 + v5,
+      v9 = v6 - 0.78, v10 = v8 * v8, v11 = v9 * v9, v12 = v7 + v10;
+  LANES_LET1(v13, rsqrt, v12);
+  const lanes v14 = v4 * v13, v15 = v8 * v13, v16 = choice_0 * v15, v17 = choice_0 * v14,
+      v19 = v5 * v16, v20 = v4 * v17, v21 = T_6 * v16, v22 = T_2 * v17, v23 = T_2 * v16,
+      v24 = T_6 * v17, v25 = T_0 * v17, v26 = T_4 * v16, v27 = T_0 * v16, v28 = T_4 * v17,
+      v29 = v19 + v20, v30 = v21 - v22, v31 = v23 + v24, v32 = v25 - v26, v33 = v27 + v28,
+      v35 = v29 - 0.32, v36 = v30 * v30, v37 = v35 * v35, v38 = v37 + v11, v39 = v38 - 2.50093125,
+      v40 = v38 - 0.007203490074109453, v41 = 4.994659009925891 - v38, v42 = 0.43 * v39,
+      v43 = v40 * v41, v44 = 2.456375 * v39;
+  const lanes_where v45 = LANES_LT(2.48747125625e-14, v43); LANES_LET1(v46, sqrt, v43);
+  const lanes v47 = 0.1608058782568696 * v43, v48 = LANES_CHOICE(v45, v46, 0.0);
+  out[7] = v47;
+  const lanes v49 = choice_1 * v48, v50 = 2.456375 * v49, v51 = 0.43 * v49, v52 = v42 + v50,
+      v53 = v51 - v44, v54 = 1e-150 + v52, v55 = v53 * v53, v56 = v54 * v54, v57 = v55 + v56;
+  LANES_LET1(v58, rsqrt, v57);
+  const lanes v59 = v54 * v58, v60 = v53 * v58, v61 = 0.2 * v59, v62 = 1.1425 * v60,
+      v63 = 0.2 * v60, v64 = 1.1425 * v59, v66 = v61 - v62, v67 = v63 + v64, v68 = 1.075 + v66,
+      v69 = v9 * v67, v70 = v35 * v67, v71 = v35 * v68, v72 = v9 * v68, v73 = v71 - v69,
+      v74 = v70 + v72, v75 = v73 * v73, v76 = 1e-150 + v74, v77 = v76 * v76, v78 = v75 + v77;
+  LANES_LET1(v79, rsqrt, v78);
+  const lanes v80 = v73 * v79, v81 = v76 * v79, v83 = T_10 * v81, v84 = v80 * v31, v85 = v81 * v31,
+      v86 = T_10 * v80, v87 = T_8 * v80, v88 = v81 * v33, v89 = T_8 * v81, v90 = v80 * v33,
+      v91 = v59 * v80, v92 = v60 * v81, v93 = v60 * v80, v94 = v59 * v81, v95 = 1.075 * v80,
+      v96 = 1.075 * v81, v97 = v83 + v84, v98 = v85 - v86, v99 = v87 - v88, v100 = v89 + v90,
+      v101 = v91 + v92, v102 = v93 - v94, v103 = v59 * v97, v104 = v60 * v98, v105 = v59 * v98,
+      v106 = v60 * v97, v107 = v60 * v99, v108 = v59 * v100, v109 = v59 * v99, v110 = v60 * v100,
+      v111 = v16 * v101, v112 = v16 * v102, v113 = v17 * v101, v114 = v17 * v102,
+      v115 = v103 + v104, v116 = v105 - v106, v117 = v107 - v108, v118 = v109 + v110,
+      v119 = 1e-150 - v115, v120 = v116 * v116, v121 = v119 * v119, v122 = v36 + v121;
+  LANES_LET1(v123, rsqrt, v122);
+  const lanes v124 = v30 * v123, v125 = v119 * v123, v126 = choice_2 * v125, v127 = choice_2 * v124;
+  LANES_LET2(v128, atan2, v124, v126);
+  const lanes v129 = v115 * v126, v130 = v30 * v127, v131 = v126 * v32, v132 = v127 * v117,
+      v133 = v126 * v117, v134 = v127 * v32, v135 = v17 * v126, v136 = v127 * v111,
+      v137 = v17 * v127, v138 = v126 * v111, v139 = v126 * v113, v140 = v16 * v127,
+      v141 = v16 * v126, v142 = v127 * v113, v143 = v127 * v102, v144 = v126 * v102,
+      v145 = v129 - v130, v146 = v131 + v132, v147 = v133 - v134, v148 = choice_2 * v128,
+      v149 = v135 - v136, v150 = v137 + v138, v151 = v139 - v140, v152 = v141 + v142,
+      v153 = v145 * v145, v154 = v146 * v146;
+  out[3] = v148;
+  const lanes v155 = v120 + v153;
+  LANES_LET1(v156, rsqrt, v155);
+  const lanes v157 = v145 * v156, v158 = v116 * v156;
+  LANES_LET2(v159, atan2, v157, v158);
+  const lanes v160 = v158 * v147, v161 = v157 * v118, v162 = v158 * v150, v163 = v157 * v112,
+      v164 = v157 * v150, v165 = v158 * v112, v166 = v158 * v151, v167 = v157 * v114,
+      v168 = v157 * v151, v169 = v158 * v114, v170 = v157 * v101, v171 = v158 * v144,
+      v172 = v158 * v101, v173 = v157 * v144, v174 = 0.2 * v157, v175 = 0.2 * v158,
+      v176 = v160 - v161, v177 = -v159, v178 = v162 + v163, v179 = v164 - v165, v180 = v166 + v167,
+      v181 = v168 - v169, v182 = v170 - v171, v183 = v172 + v173, v184 = v126 * v174,
+      v185 = v175 + 1.1425, v186 = v127 * v174, v187 = v176 * v176;
+  out[4] = v177;
+  const lanes v188 = v179 - T_2, v189 = v181 - T_6, v190 = T_10 + v183, v191 = v184 + 0.2,
+      v192 = v102 * v185, v193 = v17 * v186, v194 = v16 * v186, v195 = v101 * v185,
+      v196 = v154 + v187, v197 = v188 * v188, v198 = v189 * v189, v199 = v190 * v190,
+      v200 = v101 * v191, v201 = v102 * v191;
+  LANES_LET1(v202, rsqrt, v196);
+  const lanes v203 = v200 - v192, v204 = v195 + v201, v205 = v146 * v202, v206 = v176 * v202,
+      v207 = v203 + v95, v208 = v204 - v96;
+  LANES_LET2(v209, atan2, v205, v206);
+  const lanes v210 = v205 * v149, v211 = v206 * v178, v212 = v206 * v149, v213 = v205 * v178,
+      v214 = v206 * v180, v215 = v205 * v152, v216 = v206 * v152, v217 = v205 * v180,
+      v218 = v205 * v143, v219 = v206 * v182, v220 = v206 * v143, v221 = v205 * v182,
+      v222 = v207 + 0.32, v223 = 0.78 - v208, v224 = -v209, v225 = v210 - v211, v226 = v212 + v213,
+      v227 = v214 + v215, v228 = v216 - v217, v229 = v218 - v219, v230 = v220 + v221,
+      v231 = v16 * v222, v232 = v17 * v222, v233 = v223 - T_11;
+  out[5] = v224;
+  const lanes v234 = v225 - T_0, v235 = T_1 + v226, v236 = T_4 + v227, v237 = v228 - T_5,
+      v238 = v229 - T_8, v239 = T_9 + v230, v240 = v231 + v193, v241 = v232 - v194,
+      v242 = v233 * v233, v243 = v234 * v234, v244 = v235 * v235, v245 = v236 * v236,
+      v246 = v237 * v237, v247 = v238 * v238, v248 = v239 * v239, v249 = v240 - T_3,
+      v250 = v241 - T_7, v251 = v243 + v244, v252 = v249 * v249, v253 = v250 * v250,
+      v254 = v251 + v197, v255 = v252 + v253, v256 = v254 + v245, v257 = v255 + v242,
+      v258 = v256 + v246, v259 = v258 + v198, v260 = v259 + v247, v261 = v260 + v248,
+      v262 = v261 + v199, v263 = 0.5 * v262;
+  const lanes_where v264 = LANES_LT(v263, v257); const lanes_where v265 = LANES_LE(v257, v263);
+  const lanes v266 = v257 + v263, v267 = LANES_CHOICE(v265, v263, v266),
+      v268 = LANES_CHOICE(v264, v257, v267);
+  LANES_LET1(v269, sqrt, v268); out[6] = v269;
+  lanes v18, v65; LANES_NAME(lanes_two_atan2)(&v14, &v16, &v60, &v59, &v18, &v65);
+  LANES_LET2(v82, atan2, v80, v81);
+  const lanes v34 = choice_0 * v18;
+  out[0] = v34; out[2] = v65; out[1] = v82;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(irb6640_ik_branches)(const double *T, double *q, double *residual, double *margin)

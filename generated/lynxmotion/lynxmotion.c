@@ -2350,15 +2350,19 @@ static void lynxmotion_ik_branch(const double T[16], const double choice[2], dou
   const double v167 = sq(v164);
   const double v168 = v165 + v166;
   const double v169 = v168 + v167;
-  const double v170 = fmax(v169, v131);
-  const double v171 = sqrt(v170);
+  const int v170 = v131 < v169;
+  const int v171 = v169 <= v131;
+  const double v172 = v169 + v131;
+  const double v173 = v171 ? v131 : v172;
+  const double v174 = v170 ? v169 : v173;
+  const double v175 = sqrt(v174);
   q[0] = v35;
   margin[0] = v73;
   q[4] = v76;
   q[2] = v115;
   q[1] = v136;
   q[3] = v158;
-  residual[0] = v171;
+  residual[0] = v175;
 }
 #endif
 
@@ -2622,9 +2626,13 @@ static void lynxmotion_ik_position_pitch_branch(const double x[4], const double 
   const double v110 = sq(v107);
   const double v111 = v108 + v109;
   const double v112 = v111 + v110;
-  const double v113 = fmax(v112, v49);
-  const double v114 = sqrt(v113);
-  residual[0] = v114;
+  const int v113 = v49 < v112;
+  const int v114 = v112 <= v49;
+  const double v115 = v112 + v49;
+  const double v116 = v114 ? v49 : v115;
+  const double v117 = v113 ? v112 : v116;
+  const double v118 = sqrt(v117);
+  residual[0] = v118;
 }
 #endif
 
@@ -2764,15 +2772,19 @@ static void lynxmotion_ik_position_direction_branch(const double x[6], const dou
   const double v109 = sq(v106);
   const double v110 = v107 + v108;
   const double v111 = v110 + v109;
-  const double v112 = fmax(v111, v45);
-  const double v113 = sqrt(v112);
+  const int v112 = v45 < v111;
+  const int v113 = v111 <= v45;
+  const double v114 = v111 + v45;
+  const double v115 = v113 ? v45 : v114;
+  const double v116 = v112 ? v111 : v115;
+  const double v117 = sqrt(v116);
   q[4] = 0.0;
   q[0] = v22;
   margin[0] = v51;
   q[2] = v63;
   q[1] = v78;
   q[3] = v100;
-  residual[0] = v113;
+  residual[0] = v117;
 }
 #endif
 

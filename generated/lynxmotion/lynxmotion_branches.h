@@ -25,60 +25,67 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
       T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
-      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 0.2 * T_6, v2 = T_7 - v1,
-      v3 = v2 * v2, v4 = 0.2 * T_2, v5 = T_3 - v4, v6 = 1e-150 - v5, v7 = v6 * v6, v8 = v3 + v7;
-  LANES_LET1(v9, rsqrt, v8);
-  const lanes v10 = v2 * v9, v11 = v6 * v9, v12 = choice_0 * v11, v14 = 0.2 * T_10,
-      v15 = T_11 - v14, v16 = v15 - 0.1, v17 = 1e-150 + T_10, v18 = T_2 * v12, v19 = choice_0 * v10,
-      v20 = T_6 * v19, v21 = v18 - v20, v22 = v21 * v21, v23 = v17 * v17, v24 = v22 + v23;
-  LANES_LET1(v25, rsqrt, v24);
-  const lanes v26 = v17 * v25, v27 = 0.1 * v26, v28 = v16 + v27, v29 = v5 * v12, v30 = v2 * v19,
-      v31 = v29 - v30, v32 = v21 * v25, v33 = 0.1 * v32, v34 = v31 + v33, v35 = v34 * v34,
-      v36 = v28 * v28, v37 = v35 + v36, v38 = v37 - 0.02, v39 = 0.02 * v38, v40 = 1e-150 + v39,
-      v41 = 0.04 - v37, v42 = v37 * v41;
-  const lanes_where v43 = LANES_LT(1.6e-18, v42); LANES_LET1(v44, sqrt, v42);
-  const lanes v45 = LANES_CHOICE(v43, v44, 0.0), v46 = choice_1 * v45, v47 = 0.02 * v46,
-      v48 = v47 * v47, v49 = v40 * v40, v50 = v48 + v49;
-  LANES_LET1(v51, rsqrt, v50);
-  const lanes v52 = v40 * v51, v53 = 0.1 * v52, v54 = v53 + 0.1, v55 = v28 * v54, v56 = v47 * v51,
-      v57 = 0.1 * v56, v58 = v34 * v57, v59 = v55 - v58, v60 = v59 * v59, v61 = v34 * v54,
-      v62 = v28 * v57, v63 = v61 + v62, v64 = 1e-150 + v63, v65 = v64 * v64, v66 = v60 + v65;
-  LANES_LET1(v67, rsqrt, v66);
-  const lanes v68 = v59 * v67, v69 = v64 * v67;
-  LANES_LET2(v70, atan2, v68, v69); LANES_LET2(v71, atan2, v56, v52);
-  const lanes v72 = v52 * v68, v73 = v56 * v69, v74 = v72 + v73, v75 = v26 * v74, v76 = v52 * v69,
-      v77 = v56 * v68, v78 = v76 - v77, v79 = v32 * v78, v80 = v75 + v79, v81 = v26 * v78,
-      v82 = v32 * v74, v83 = v81 - v82;
-  LANES_LET2(v84, atan2, v80, v83);
-  const lanes v85 = T_0 * v19, v86 = T_4 * v12, v87 = v85 + v86, v88 = v87 * v87, v89 = T_0 * v12,
-      v90 = T_4 * v19, v91 = v89 - v90, v92 = v26 * v91, v93 = T_8 * v32, v94 = v92 - v93,
-      v95 = 1e-150 + v94, v96 = v95 * v95, v97 = v88 + v96;
-  LANES_LET1(v98, rsqrt, v97);
-  const lanes v99 = v87 * v98, v100 = v95 * v98;
-  out[1] = v70; out[2] = v71;
-  const lanes v104 = -v84;
-  out[3] = v104;
-  const lanes v105 = 0.1 * v78, v106 = v33 + v105, v107 = 0.1 * v69, v108 = v106 + v107,
-      v109 = v12 * v108, v110 = v109 - T_3, v111 = v110 * v110, v112 = v19 * v108,
-      v113 = T_7 + v112, v114 = v113 * v113, v115 = v111 + v114, v116 = 0.1 * v74,
-      v117 = v27 + v116, v118 = 0.1 * v68, v119 = v117 + v118, v120 = v119 + 0.1,
-      v121 = v120 - T_11, v122 = v121 * v121, v123 = v115 + v122, v124 = v19 * v99,
-      v125 = v12 * v26, v126 = v100 * v125, v127 = v124 + v126, v128 = v127 - T_0,
-      v129 = v128 * v128, v130 = v19 * v100, v131 = v99 * v125, v132 = v130 - v131,
-      v133 = v132 - T_1, v134 = v133 * v133, v135 = v129 + v134, v136 = v12 * v32,
-      v137 = v136 - T_2, v138 = v137 * v137, v139 = v135 + v138, v140 = v12 * v99, v141 = v19 * v26,
-      v142 = v100 * v141, v143 = v140 - v142, v144 = v143 - T_4, v145 = v144 * v144,
-      v146 = v139 + v145, v147 = v12 * v100, v148 = v99 * v141, v149 = v147 + v148,
-      v150 = v149 - T_5, v151 = v150 * v150, v152 = v146 + v151, v153 = v19 * v32,
-      v154 = T_6 + v153, v155 = v154 * v154, v156 = v152 + v155, v157 = v32 * v100,
-      v158 = T_8 + v157, v159 = v158 * v158, v160 = v156 + v159, v161 = v32 * v99,
-      v162 = v161 - T_9, v163 = v162 * v162, v164 = v160 + v163, v165 = v26 - T_10,
-      v166 = v165 * v165, v167 = v164 + v166, v168 = 0.5 * v167;
-  LANES_LET2(v169, fmax, v123, v168); LANES_LET1(v170, sqrt, v169); out[5] = v170;
-  const lanes v171 = 2500.0 * v42;
-  out[6] = v171; lanes v13, v101; LANES_NAME(lanes_two_atan2)(&v10, &v12, &v99, &v100, &v13, &v101);
-  const lanes v102 = choice_0 * v13, v103 = -v102;
-  out[0] = v103; out[4] = v101;
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 0.2 * T_6, v2 = 0.2 * T_2,
+      v3 = 0.2 * T_10, v4 = 1e-150 + T_10, v5 = T_7 - v1, v6 = T_3 - v2, v7 = T_11 - v3,
+      v8 = v4 * v4, v9 = v5 * v5, v10 = 1e-150 - v6, v11 = v7 - 0.1, v12 = v10 * v10,
+      v13 = v9 + v12;
+  LANES_LET1(v14, rsqrt, v13);
+  const lanes v15 = v5 * v14, v16 = v10 * v14, v17 = choice_0 * v16, v18 = choice_0 * v15,
+      v20 = T_2 * v17, v21 = T_6 * v18, v22 = v6 * v17, v23 = v5 * v18, v24 = T_0 * v18,
+      v25 = T_4 * v17, v26 = T_0 * v17, v27 = T_4 * v18, v28 = v20 - v21, v29 = v22 - v23,
+      v30 = v24 + v25, v31 = v26 - v27, v33 = v28 * v28, v34 = v30 * v30, v36 = v33 + v8;
+  LANES_LET1(v37, rsqrt, v36);
+  const lanes v38 = v4 * v37, v39 = v28 * v37, v40 = 0.1 * v38, v41 = 0.1 * v39, v42 = v38 * v31,
+      v43 = T_8 * v39, v44 = v17 * v38, v45 = v17 * v39, v46 = v18 * v38, v47 = v18 * v39,
+      v48 = v38 - T_10, v49 = v11 + v40, v50 = v29 + v41, v51 = v42 - v43, v52 = v45 - T_2,
+      v53 = T_6 + v47, v54 = v48 * v48, v55 = v50 * v50, v56 = v49 * v49, v57 = 1e-150 + v51,
+      v58 = v52 * v52, v59 = v53 * v53, v60 = v55 + v56, v61 = v57 * v57, v62 = v60 - 0.02,
+      v63 = 0.04 - v60, v64 = v34 + v61, v65 = 0.02 * v62, v66 = v60 * v63;
+  LANES_LET1(v67, rsqrt, v64);
+  const lanes v68 = 1e-150 + v65;
+  const lanes_where v69 = LANES_LT(1.6e-18, v66); LANES_LET1(v70, sqrt, v66);
+  const lanes v71 = v30 * v67, v72 = v57 * v67, v73 = 2500.0 * v66,
+      v74 = LANES_CHOICE(v69, v70, 0.0), v75 = v68 * v68, v77 = v18 * v71, v78 = v72 * v44,
+      v79 = v18 * v72, v80 = v71 * v44, v81 = v17 * v71, v82 = v72 * v46, v83 = v17 * v72,
+      v84 = v71 * v46, v85 = v39 * v72, v86 = v39 * v71;
+  out[6] = v73;
+  const lanes v87 = choice_1 * v74, v88 = v77 + v78, v89 = v79 - v80, v90 = v81 - v82,
+      v91 = v83 + v84, v92 = T_8 + v85, v93 = v86 - T_9, v94 = 0.02 * v87, v95 = v88 - T_0,
+      v96 = v89 - T_1, v97 = v90 - T_4, v98 = v91 - T_5, v99 = v92 * v92, v100 = v93 * v93,
+      v101 = v94 * v94, v102 = v95 * v95, v103 = v96 * v96, v104 = v97 * v97, v105 = v98 * v98,
+      v106 = v101 + v75, v107 = v102 + v103;
+  LANES_LET1(v108, rsqrt, v106);
+  const lanes v109 = v107 + v58, v110 = v68 * v108, v111 = v94 * v108, v112 = v109 + v104,
+      v113 = 0.1 * v110, v114 = 0.1 * v111;
+  LANES_LET2(v115, atan2, v111, v110);
+  const lanes v116 = v112 + v105, v117 = v113 + 0.1, v118 = v50 * v114, v119 = v49 * v114;
+  out[2] = v115;
+  const lanes v120 = v116 + v59, v121 = v49 * v117, v122 = v50 * v117, v123 = v120 + v99,
+      v124 = v121 - v118, v125 = v122 + v119, v126 = v123 + v100, v127 = v124 * v124,
+      v128 = 1e-150 + v125, v129 = v126 + v54, v130 = v128 * v128, v131 = 0.5 * v129,
+      v132 = v127 + v130;
+  LANES_LET1(v133, rsqrt, v132);
+  const lanes v134 = v124 * v133, v135 = v128 * v133;
+  LANES_LET2(v136, atan2, v134, v135);
+  const lanes v137 = v110 * v134, v138 = v111 * v135, v139 = v110 * v135, v140 = v111 * v134,
+      v141 = 0.1 * v135, v142 = 0.1 * v134, v143 = v137 + v138, v144 = v139 - v140;
+  out[1] = v136;
+  const lanes v145 = v38 * v143, v146 = v39 * v144, v147 = v38 * v144, v148 = v39 * v143,
+      v149 = 0.1 * v144, v150 = 0.1 * v143, v151 = v145 + v146, v152 = v147 - v148,
+      v153 = v41 + v149, v154 = v40 + v150;
+  LANES_LET2(v155, atan2, v151, v152);
+  const lanes v156 = v153 + v141, v157 = v154 + v142, v158 = -v155, v159 = v17 * v156,
+      v160 = v18 * v156, v161 = v157 + 0.1;
+  out[3] = v158;
+  const lanes v162 = v159 - T_3, v163 = T_7 + v160, v164 = v161 - T_11, v165 = v162 * v162,
+      v166 = v163 * v163, v167 = v164 * v164, v168 = v165 + v166, v169 = v168 + v167;
+  const lanes_where v170 = LANES_LT(v131, v169); const lanes_where v171 = LANES_LE(v169, v131);
+  const lanes v172 = v169 + v131, v173 = LANES_CHOICE(v171, v131, v172),
+      v174 = LANES_CHOICE(v170, v169, v173);
+  LANES_LET1(v175, sqrt, v174); out[5] = v175;
+  lanes v19, v76; LANES_NAME(lanes_two_atan2)(&v15, &v17, &v71, &v72, &v19, &v76);
+  const lanes v32 = choice_0 * v19, v35 = -v32;
+  out[0] = v35; out[4] = v76;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(const double *T, double *q, double *residual, double *margin)
@@ -104,36 +111,41 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_branch)(
 {
   const lanes p_0 = LANES_OF(p[0]), p_1 = LANES_OF(p[1]), p_2 = LANES_OF(p[2]),
       choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
-      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 1e-150 - p_0, v2 = v1 * v1,
-      v3 = p_1 * p_1, v4 = v2 + v3;
-  LANES_LET1(v5, rsqrt, v4);
-  const lanes v6 = p_1 * v5, v7 = v1 * v5, v8 = choice_0 * v7, v10 = p_2 - 0.1, v11 = v8 * p_0,
-      v12 = choice_0 * v6, v13 = v12 * p_1, v14 = v11 - v13, v15 = v14 * v14, v16 = v10 * v10,
-      v17 = v15 + v16, v18 = v17 - 0.001715728752538099, v19 = 0.058284271247461904 - v17,
-      v20 = v18 * v19;
-  const lanes_where v21 = LANES_LT(3.2e-18, v20); LANES_LET1(v22, sqrt, v20);
-  const lanes v23 = LANES_CHOICE(v21, v22, 0.0), v24 = choice_1 * v23, v25 = 0.02 * v24,
-      v26 = v17 - 0.03, v27 = 0.02 * v26, v28 = v25 + v27, v29 = 1e-150 + v28, v30 = v25 - v27,
-      v31 = v30 * v30, v32 = v29 * v29, v33 = v31 + v32;
-  LANES_LET1(v34, rsqrt, v33);
-  const lanes v35 = v29 * v34, v36 = 0.1 * v35, v37 = v30 * v34, v38 = 0.1 * v37, v39 = v36 - v38,
-      v40 = v39 + 0.1, v41 = v10 * v40, v42 = v36 + v38, v43 = v14 * v42, v44 = v41 - v43,
-      v45 = v44 * v44, v46 = v14 * v40, v47 = v10 * v42, v48 = v46 + v47, v49 = 1e-150 + v48,
-      v50 = v49 * v49, v51 = v45 + v50;
-  LANES_LET1(v52, rsqrt, v51);
-  const lanes v53 = v44 * v52, v54 = v49 * v52;
-  LANES_LET2(v55, atan2, v53, v54); LANES_LET2(v56, atan2, v37, v35); out[1] = v55; out[2] = v56;
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 1e-150 - p_0, v2 = p_1 * p_1,
+      v3 = p_2 - 0.1;
   out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
-  const lanes v59 = v35 * v54, v60 = v37 * v53, v61 = v59 - v60, v62 = 0.1 * v61, v63 = v35 * v53,
-      v64 = v37 * v54, v65 = v63 + v64, v66 = 0.1 * v65, v67 = v62 - v66, v68 = 0.1 * v54,
-      v69 = v67 + v68, v70 = v8 * v69, v71 = v70 - p_0, v72 = v71 * v71, v73 = v12 * v69,
-      v74 = v73 + p_1, v75 = v74 * v74, v76 = v72 + v75, v77 = v62 + v66, v78 = 0.1 * v53,
-      v79 = v77 + v78, v80 = v79 + 0.1, v81 = v80 - p_2, v82 = v81 * v81, v83 = v76 + v82;
-  LANES_LET1(v84, sqrt, v83); out[5] = v84;
-  const lanes v85 = 1250.0 * v20;
-  out[6] = v85; LANES_LET2(v9, atan2, v6, v8);
-  const lanes v57 = choice_0 * v9, v58 = -v57;
-  out[0] = v58;
+  const lanes v4 = v1 * v1, v5 = v3 * v3, v6 = v4 + v2;
+  LANES_LET1(v7, rsqrt, v6);
+  const lanes v8 = p_1 * v7, v9 = v1 * v7, v10 = choice_0 * v9, v11 = choice_0 * v8,
+      v13 = v10 * p_0, v14 = v11 * p_1, v15 = v13 - v14, v17 = v15 * v15, v19 = v17 + v5,
+      v20 = v19 - 0.001715728752538099, v21 = 0.058284271247461904 - v19, v22 = v19 - 0.03,
+      v23 = v20 * v21, v24 = 0.02 * v22;
+  const lanes_where v25 = LANES_LT(3.2e-18, v23); LANES_LET1(v26, sqrt, v23);
+  const lanes v27 = 1250.0 * v23, v28 = LANES_CHOICE(v25, v26, 0.0);
+  out[6] = v27;
+  const lanes v29 = choice_1 * v28, v30 = 0.02 * v29, v31 = v30 + v24, v32 = v30 - v24,
+      v33 = 1e-150 + v31, v34 = v32 * v32, v35 = v33 * v33, v36 = v34 + v35;
+  LANES_LET1(v37, rsqrt, v36);
+  const lanes v38 = v33 * v37, v39 = v32 * v37, v40 = 0.1 * v38, v41 = 0.1 * v39;
+  LANES_LET2(v42, atan2, v39, v38);
+  const lanes v43 = v40 - v41, v44 = v40 + v41;
+  out[2] = v42;
+  const lanes v45 = v43 + 0.1, v46 = v15 * v44, v47 = v3 * v44, v48 = v3 * v45, v49 = v15 * v45,
+      v50 = v48 - v46, v51 = v49 + v47, v52 = v50 * v50, v53 = 1e-150 + v51, v54 = v53 * v53,
+      v55 = v52 + v54;
+  LANES_LET1(v56, rsqrt, v55);
+  const lanes v57 = v50 * v56, v58 = v53 * v56;
+  LANES_LET2(v59, atan2, v57, v58);
+  const lanes v60 = v38 * v58, v61 = v39 * v57, v62 = v38 * v57, v63 = v39 * v58, v64 = 0.1 * v58,
+      v65 = 0.1 * v57;
+  out[1] = v59;
+  const lanes v66 = v60 - v61, v67 = v62 + v63, v68 = 0.1 * v66, v69 = 0.1 * v67, v70 = v68 - v69,
+      v71 = v68 + v69, v72 = v70 + v64, v73 = v71 + v65, v74 = v10 * v72, v75 = v11 * v72,
+      v76 = v73 + 0.1, v77 = v74 - p_0, v78 = v75 + p_1, v79 = v76 - p_2, v80 = v77 * v77,
+      v81 = v78 * v78, v82 = v79 * v79, v83 = v80 + v81, v84 = v83 + v82;
+  LANES_LET1(v85, sqrt, v84); out[5] = v85; LANES_LET2(v12, atan2, v8, v10);
+  const lanes v16 = choice_0 * v12, v18 = -v16;
+  out[0] = v18;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_branches)(const double *p, double *q, double *residual, double *margin)
@@ -160,46 +172,54 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_pitch_branch)(
   const lanes x_0 = LANES_OF(x[0]), x_1 = LANES_OF(x[1]), x_2 = LANES_OF(x[2]),
       x_3 = LANES_OF(x[3]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
-      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 1e-150 - x_0, v2 = v1 * v1,
-      v3 = x_1 * x_1, v4 = v2 + v3;
-  LANES_LET1(v5, rsqrt, v4);
-  const lanes v6 = x_1 * v5, v7 = v1 * v5, v8 = choice_0 * v7, v10 = x_2 - 0.1;
-  LANES_COS_SIN(v13, v11, x_3);
-  const lanes v12 = 1e-150 + v11, v14 = choice_1 * v13, v15 = v14 * v14, v16 = v12 * v12,
-      v17 = v15 + v16;
-  LANES_LET1(v18, rsqrt, v17);
-  const lanes v19 = v12 * v18, v20 = 0.1 * v19, v21 = v10 - v20, v22 = v8 * x_0,
-      v23 = choice_0 * v6, v24 = v23 * x_1, v25 = v22 - v24, v26 = v14 * v18, v27 = 0.1 * v26,
-      v28 = v25 + v27, v29 = v28 * v28, v30 = v21 * v21, v31 = v29 + v30, v32 = v31 - 0.02,
-      v33 = 0.02 * v32, v34 = 1e-150 + v33, v35 = 0.04 - v31, v36 = v31 * v35;
-  const lanes_where v37 = LANES_LT(1.6e-18, v36); LANES_LET1(v38, sqrt, v36);
-  const lanes v39 = LANES_CHOICE(v37, v38, 0.0), v40 = choice_2 * v39, v41 = 0.02 * v40,
-      v42 = v41 * v41, v43 = v34 * v34, v44 = v42 + v43;
-  LANES_LET1(v45, rsqrt, v44);
-  const lanes v46 = v34 * v45, v47 = 0.1 * v46, v48 = v47 + 0.1, v49 = v21 * v48, v50 = v41 * v45,
-      v51 = 0.1 * v50, v52 = v28 * v51, v53 = v49 - v52, v54 = v53 * v53, v55 = v28 * v48,
-      v56 = v21 * v51, v57 = v55 + v56, v58 = 1e-150 + v57, v59 = v58 * v58, v60 = v54 + v59;
-  LANES_LET1(v61, rsqrt, v60);
-  const lanes v62 = v53 * v61, v63 = v58 * v61;
-  LANES_LET2(v64, atan2, v62, v63); LANES_LET2(v65, atan2, v50, v46);
-  const lanes v66 = v46 * v63, v67 = v50 * v62, v68 = v66 - v67, v69 = v26 * v68, v70 = v46 * v62,
-      v71 = v50 * v63, v72 = v70 + v71, v73 = v19 * v72, v74 = v69 - v73, v75 = v19 * v68,
-      v76 = v26 * v72, v77 = v75 + v76;
-  LANES_LET2(v78, atan2, v74, v77); out[1] = v64; out[2] = v65; out[3] = v78;
-  out[4] = LANES_OF(0.0);
-  const lanes v81 = 0.1 * v68, v82 = v81 - v27, v83 = 0.1 * v63, v84 = v82 + v83, v85 = v8 * v84,
-      v86 = v85 - x_0, v87 = v86 * v86, v88 = v23 * v84, v89 = v88 + x_1, v90 = v89 * v89,
-      v91 = v87 + v90, v92 = 0.1 * v72, v93 = v20 + v92, v94 = 0.1 * v62, v95 = v93 + v94,
-      v96 = v95 + 0.1, v97 = v96 - x_2, v98 = v97 * v97, v99 = v91 + v98, v100 = v19 - v11,
-      v101 = v100 * v100, v102 = v8 * v26, v103 = v102 * v102, v104 = v23 * v26, v105 = v104 * v104,
-      v106 = v103 + v105;
-  LANES_LET1(v107, sqrt, v106); LANES_LET1(v108, fabs, v13);
-  const lanes v109 = v107 - v108, v110 = v109 * v109, v111 = v101 + v110;
-  LANES_LET2(v112, fmax, v99, v111); LANES_LET1(v113, sqrt, v112); out[5] = v113;
-  const lanes v114 = 2500.0 * v36;
-  out[6] = v114; LANES_LET2(v9, atan2, v6, v8);
-  const lanes v79 = choice_0 * v9, v80 = -v79;
-  out[0] = v80;
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 1e-150 - x_0, v2 = x_1 * x_1,
+      v3 = x_2 - 0.1;
+  LANES_COS_SIN(v5, v4, x_3); out[4] = LANES_OF(0.0);
+  const lanes v6 = v1 * v1, v7 = 1e-150 + v4, v8 = choice_1 * v5;
+  LANES_LET1(v9, fabs, v5);
+  const lanes v10 = v6 + v2, v11 = v8 * v8, v12 = v7 * v7;
+  LANES_LET1(v13, rsqrt, v10);
+  const lanes v14 = v11 + v12, v15 = x_1 * v13, v16 = v1 * v13;
+  LANES_LET1(v17, rsqrt, v14);
+  const lanes v18 = choice_0 * v16, v19 = v7 * v17, v20 = choice_0 * v15, v21 = v8 * v17,
+      v23 = 0.1 * v19, v24 = v18 * x_0, v25 = v20 * x_1, v26 = 0.1 * v21, v27 = v19 - v4,
+      v28 = v18 * v21, v29 = v20 * v21, v30 = v3 - v23, v31 = v24 - v25, v33 = v27 * v27,
+      v34 = v28 * v28, v35 = v29 * v29, v36 = v31 + v26, v37 = v30 * v30, v39 = v34 + v35,
+      v40 = v36 * v36;
+  LANES_LET1(v41, sqrt, v39);
+  const lanes v42 = v40 + v37, v43 = v41 - v9, v44 = v42 - 0.02, v45 = 0.04 - v42, v46 = v43 * v43,
+      v47 = 0.02 * v44, v48 = v42 * v45, v49 = v33 + v46, v50 = 1e-150 + v47;
+  const lanes_where v51 = LANES_LT(1.6e-18, v48); LANES_LET1(v52, sqrt, v48);
+  const lanes v53 = 2500.0 * v48, v54 = LANES_CHOICE(v51, v52, 0.0), v55 = v50 * v50;
+  out[6] = v53;
+  const lanes v56 = choice_2 * v54, v57 = 0.02 * v56, v58 = v57 * v57, v59 = v58 + v55;
+  LANES_LET1(v60, rsqrt, v59);
+  const lanes v61 = v50 * v60, v62 = v57 * v60, v63 = 0.1 * v61, v64 = 0.1 * v62;
+  LANES_LET2(v65, atan2, v62, v61);
+  const lanes v66 = v63 + 0.1, v67 = v36 * v64, v68 = v30 * v64;
+  out[2] = v65;
+  const lanes v69 = v30 * v66, v70 = v36 * v66, v71 = v69 - v67, v72 = v70 + v68, v73 = v71 * v71,
+      v74 = 1e-150 + v72, v75 = v74 * v74, v76 = v73 + v75;
+  LANES_LET1(v77, rsqrt, v76);
+  const lanes v78 = v71 * v77, v79 = v74 * v77;
+  LANES_LET2(v80, atan2, v78, v79);
+  const lanes v81 = v61 * v79, v82 = v62 * v78, v83 = v61 * v78, v84 = v62 * v79, v85 = 0.1 * v79,
+      v86 = 0.1 * v78, v87 = v81 - v82, v88 = v83 + v84;
+  out[1] = v80;
+  const lanes v89 = v21 * v87, v90 = v19 * v88, v91 = v19 * v87, v92 = v21 * v88, v93 = 0.1 * v87,
+      v94 = 0.1 * v88, v95 = v89 - v90, v96 = v91 + v92, v97 = v93 - v26, v98 = v23 + v94;
+  LANES_LET2(v99, atan2, v95, v96);
+  const lanes v100 = v97 + v85, v101 = v98 + v86;
+  out[3] = v99;
+  const lanes v102 = v18 * v100, v103 = v20 * v100, v104 = v101 + 0.1, v105 = v102 - x_0,
+      v106 = v103 + x_1, v107 = v104 - x_2, v108 = v105 * v105, v109 = v106 * v106,
+      v110 = v107 * v107, v111 = v108 + v109, v112 = v111 + v110;
+  const lanes_where v113 = LANES_LT(v49, v112); const lanes_where v114 = LANES_LE(v112, v49);
+  const lanes v115 = v112 + v49, v116 = LANES_CHOICE(v114, v49, v115),
+      v117 = LANES_CHOICE(v113, v112, v116);
+  LANES_LET1(v118, sqrt, v117); out[5] = v118; LANES_LET2(v22, atan2, v15, v18);
+  const lanes v32 = choice_0 * v22, v38 = -v32;
+  out[0] = v38;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch_branches)(const double *x, double *q, double *residual, double *margin)
@@ -230,45 +250,51 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
   const lanes x_0 = LANES_OF(x[0]), x_1 = LANES_OF(x[1]), x_2 = LANES_OF(x[2]),
       x_3 = LANES_OF(x[3]), x_4 = LANES_OF(x[4]), x_5 = LANES_OF(x[5]),
       choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
-      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 1e-150 - x_0, v2 = v1 * v1,
-      v3 = x_1 * x_1, v4 = v2 + v3;
-  LANES_LET1(v5, rsqrt, v4);
-  const lanes v6 = x_1 * v5, v7 = v1 * v5, v8 = choice_0 * v7, v10 = x_2 - 0.1, v11 = 1e-150 + x_5,
-      v12 = v8 * x_3, v13 = choice_0 * v6, v14 = v13 * x_4, v15 = v12 - v14, v16 = v15 * v15,
-      v17 = v11 * v11, v18 = v16 + v17;
-  LANES_LET1(v19, rsqrt, v18);
-  const lanes v20 = v11 * v19, v21 = 0.1 * v20, v22 = v10 - v21, v23 = v8 * x_0, v24 = v13 * x_1,
-      v25 = v23 - v24, v26 = v15 * v19, v27 = 0.1 * v26, v28 = v25 - v27, v29 = v28 * v28,
-      v30 = v22 * v22, v31 = v29 + v30, v32 = v31 - 0.02, v33 = 0.02 * v32, v34 = 1e-150 + v33,
-      v35 = 0.04 - v31, v36 = v31 * v35;
-  const lanes_where v37 = LANES_LT(1.6e-18, v36); LANES_LET1(v38, sqrt, v36);
-  const lanes v39 = LANES_CHOICE(v37, v38, 0.0), v40 = choice_1 * v39, v41 = 0.02 * v40,
-      v42 = v41 * v41, v43 = v34 * v34, v44 = v42 + v43;
-  LANES_LET1(v45, rsqrt, v44);
-  const lanes v46 = v34 * v45, v47 = 0.1 * v46, v48 = v47 + 0.1, v49 = v22 * v48, v50 = v41 * v45,
-      v51 = 0.1 * v50, v52 = v28 * v51, v53 = v49 - v52, v54 = v53 * v53, v55 = v28 * v48,
-      v56 = v22 * v51, v57 = v55 + v56, v58 = 1e-150 + v57, v59 = v58 * v58, v60 = v54 + v59;
-  LANES_LET1(v61, rsqrt, v60);
-  const lanes v62 = v53 * v61, v63 = v58 * v61;
-  LANES_LET2(v64, atan2, v62, v63); LANES_LET2(v65, atan2, v50, v46);
-  const lanes v66 = v46 * v62, v67 = v50 * v63, v68 = v66 + v67, v69 = v20 * v68, v70 = v46 * v63,
-      v71 = v50 * v62, v72 = v70 - v71, v73 = v26 * v72, v74 = v69 + v73, v75 = v20 * v72,
-      v76 = v26 * v68, v77 = v75 - v76;
-  LANES_LET2(v78, atan2, v74, v77); out[1] = v64; out[2] = v65;
-  const lanes v81 = -v78;
-  out[3] = v81; out[4] = LANES_OF(0.0);
-  const lanes v82 = 0.1 * v72, v83 = v27 + v82, v84 = 0.1 * v63, v85 = v83 + v84, v86 = v8 * v85,
-      v87 = v86 - x_0, v88 = v87 * v87, v89 = v13 * v85, v90 = v89 + x_1, v91 = v90 * v90,
-      v92 = v88 + v91, v93 = 0.1 * v68, v94 = v21 + v93, v95 = 0.1 * v62, v96 = v94 + v95,
-      v97 = v96 + 0.1, v98 = v97 - x_2, v99 = v98 * v98, v100 = v92 + v99, v101 = v8 * v26,
-      v102 = v101 - x_3, v103 = v102 * v102, v104 = v13 * v26, v105 = v104 + x_4,
-      v106 = v105 * v105, v107 = v103 + v106, v108 = v20 - x_5, v109 = v108 * v108,
-      v110 = v107 + v109;
-  LANES_LET2(v111, fmax, v100, v110); LANES_LET1(v112, sqrt, v111); out[5] = v112;
-  const lanes v113 = 2500.0 * v36;
-  out[6] = v113; LANES_LET2(v9, atan2, v6, v8);
-  const lanes v79 = choice_0 * v9, v80 = -v79;
-  out[0] = v80;
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 1e-150 - x_0, v2 = x_1 * x_1,
+      v3 = x_2 - 0.1, v4 = 1e-150 + x_5;
+  out[4] = LANES_OF(0.0);
+  const lanes v5 = v1 * v1, v6 = v4 * v4, v7 = v5 + v2;
+  LANES_LET1(v8, rsqrt, v7);
+  const lanes v9 = x_1 * v8, v10 = v1 * v8, v11 = choice_0 * v10, v12 = choice_0 * v9,
+      v14 = v11 * x_3, v15 = v12 * x_4, v16 = v11 * x_0, v17 = v12 * x_1, v18 = v14 - v15,
+      v19 = v16 - v17, v21 = v18 * v18, v23 = v21 + v6;
+  LANES_LET1(v24, rsqrt, v23);
+  const lanes v25 = v4 * v24, v26 = v18 * v24, v27 = 0.1 * v25, v28 = 0.1 * v26, v29 = v11 * v26,
+      v30 = v12 * v26, v31 = v25 - x_5, v32 = v3 - v27, v33 = v19 - v28, v34 = v29 - x_3,
+      v35 = v30 + x_4, v36 = v31 * v31, v37 = v33 * v33, v38 = v32 * v32, v39 = v34 * v34,
+      v40 = v35 * v35, v41 = v37 + v38, v42 = v39 + v40, v43 = v41 - 0.02, v44 = 0.04 - v41,
+      v45 = v42 + v36, v46 = 0.02 * v43, v47 = v41 * v44, v48 = 1e-150 + v46;
+  const lanes_where v49 = LANES_LT(1.6e-18, v47); LANES_LET1(v50, sqrt, v47);
+  const lanes v51 = 2500.0 * v47, v52 = LANES_CHOICE(v49, v50, 0.0), v53 = v48 * v48;
+  out[6] = v51;
+  const lanes v54 = choice_1 * v52, v55 = 0.02 * v54, v56 = v55 * v55, v57 = v56 + v53;
+  LANES_LET1(v58, rsqrt, v57);
+  const lanes v59 = v48 * v58, v60 = v55 * v58, v61 = 0.1 * v59, v62 = 0.1 * v60;
+  LANES_LET2(v63, atan2, v60, v59);
+  const lanes v64 = v61 + 0.1, v65 = v33 * v62, v66 = v32 * v62;
+  out[2] = v63;
+  const lanes v67 = v32 * v64, v68 = v33 * v64, v69 = v67 - v65, v70 = v68 + v66, v71 = v69 * v69,
+      v72 = 1e-150 + v70, v73 = v72 * v72, v74 = v71 + v73;
+  LANES_LET1(v75, rsqrt, v74);
+  const lanes v76 = v69 * v75, v77 = v72 * v75;
+  LANES_LET2(v78, atan2, v76, v77);
+  const lanes v79 = v59 * v76, v80 = v60 * v77, v81 = v59 * v77, v82 = v60 * v76, v83 = 0.1 * v77,
+      v84 = 0.1 * v76, v85 = v79 + v80, v86 = v81 - v82;
+  out[1] = v78;
+  const lanes v87 = v25 * v85, v88 = v26 * v86, v89 = v25 * v86, v90 = v26 * v85, v91 = 0.1 * v86,
+      v92 = 0.1 * v85, v93 = v87 + v88, v94 = v89 - v90, v95 = v28 + v91, v96 = v27 + v92;
+  LANES_LET2(v97, atan2, v93, v94);
+  const lanes v98 = v95 + v83, v99 = v96 + v84, v100 = -v97, v101 = v11 * v98, v102 = v12 * v98,
+      v103 = v99 + 0.1;
+  out[3] = v100;
+  const lanes v104 = v101 - x_0, v105 = v102 + x_1, v106 = v103 - x_2, v107 = v104 * v104,
+      v108 = v105 * v105, v109 = v106 * v106, v110 = v107 + v108, v111 = v110 + v109;
+  const lanes_where v112 = LANES_LT(v45, v111); const lanes_where v113 = LANES_LE(v111, v45);
+  const lanes v114 = v111 + v45, v115 = LANES_CHOICE(v113, v45, v114),
+      v116 = LANES_CHOICE(v112, v111, v115);
+  LANES_LET1(v117, sqrt, v116); out[5] = v117; LANES_LET2(v13, atan2, v9, v11);
+  const lanes v20 = choice_0 * v13, v22 = -v20;
+  out[0] = v22;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branches)(const double *x, double *q, double *residual, double *margin)

@@ -811,481 +811,435 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
-      v1 = 0.2 * T_6, v2 = T_7 - v1, v3 = v2 * v2, v4 = 0.2 * T_2, v5 = T_3 - v4, v6 = 1e-150 - v5,
-      v7 = v6 * v6, v8 = v3 + v7;
-  LANES_LET1(v9, rsqrt, v8);
-  const lanes v10 = v2 * v9, v11 = v6 * v9;
-  LANES_LET2(v12, atan2, v10, v11);
-  const lanes v13 = 0.2 * T_10, v14 = T_11 - v13, v15 = v14 - 0.1, v16 = 1e-150 + T_10,
-      v17 = v16 * v16, v18 = T_2 * v11, v19 = T_6 * v10, v20 = v18 - v19, v21 = v20 * v20,
-      v22 = v17 + v21;
-  LANES_LET1(v23, rsqrt, v22);
-  const lanes v24 = v16 * v23, v25 = 0.1 * v24, v26 = v15 + v25, v27 = v11 * v5, v28 = v10 * v2,
-      v29 = v27 - v28, v30 = v20 * v23, v31 = 0.1 * v30, v32 = v29 + v31, v33 = v32 * v32,
-      v34 = v26 * v26, v35 = v33 + v34, v36 = v35 - 0.02, v37 = 0.02 * v36, v38 = 1e-150 + v37,
-      v39 = 0.04 - v35, v40 = v35 * v39;
-  const lanes_where v41 = LANES_LT(1.6e-18, v40); LANES_LET1(v42, sqrt, v40);
-  const lanes v43 = LANES_CHOICE(v41, v42, 0.0), v44 = 0.02 * v43, v45 = v44 * v44, v46 = v38 * v38,
-      v47 = v45 + v46;
-  LANES_LET1(v48, rsqrt, v47);
-  const lanes v49 = v38 * v48, v50 = 0.1 * v49, v51 = v50 + 0.1, v52 = v26 * v51, v53 = v44 * v48,
-      v54 = 0.1 * v53, v55 = v32 * v54, v56 = v52 - v55, v57 = v56 * v56, v58 = v32 * v51,
-      v59 = v26 * v54, v60 = v58 + v59, v61 = 1e-150 + v60, v62 = v61 * v61, v63 = v57 + v62;
-  LANES_LET1(v64, rsqrt, v63);
-  const lanes v65 = v56 * v64, v66 = v61 * v64;
-  LANES_LET2(v67, atan2, v65, v66); LANES_LET2(v68, atan2, v53, v49);
-  const lanes v69 = v49 * v65, v70 = v53 * v66, v71 = v69 + v70, v72 = v24 * v71, v73 = v49 * v66,
-      v74 = v53 * v65, v75 = v73 - v74, v76 = v30 * v75, v77 = v72 + v76, v78 = v24 * v75,
-      v79 = v30 * v71, v80 = v78 - v79;
-  LANES_LET2(v81, atan2, v77, v80);
-  const lanes v82 = T_0 * v10, v83 = T_4 * v11, v84 = v82 + v83, v85 = v84 * v84, v86 = T_0 * v11,
-      v87 = T_4 * v10, v88 = v86 - v87, v89 = v24 * v88, v90 = T_8 * v30, v91 = v89 - v90,
-      v92 = 1e-150 + v91, v93 = v92 * v92, v94 = v85 + v93;
-  LANES_LET1(v95, rsqrt, v94);
-  const lanes v96 = v84 * v95, v97 = v92 * v95;
-  LANES_LET2(v98, atan2, v96, v97);
-  const lanes v99 = v55 + v52, v100 = v99 * v99, v101 = v58 - v59, v102 = 1e-150 + v101,
-      v103 = v102 * v102, v104 = v100 + v103;
-  LANES_LET1(v105, rsqrt, v104);
-  const lanes v106 = v99 * v105, v107 = v102 * v105;
-  LANES_LET2(v108, atan2, v106, v107);
-  const lanes v109 = v107 * v49, v110 = v106 * v53, v111 = v109 + v110, v112 = v111 * v30,
-      v113 = v106 * v49, v114 = v107 * v53, v115 = v113 - v114, v116 = v115 * v24,
-      v117 = v112 + v116, v118 = v111 * v24, v119 = v115 * v30, v120 = v118 - v119;
-  LANES_LET2(v121, atan2, v117, v120);
-  const lanes v122 = -v11;
-  LANES_LET2(v123, supplement, v12, v10);
-  const lanes v124 = 1e-150 - v101, v125 = v124 * v124, v126 = v100 + v125;
-  LANES_LET1(v127, rsqrt, v126);
-  const lanes v128 = v99 * v127, v129 = v124 * v127;
-  LANES_LET2(v130, atan2, v128, v129);
-  const lanes v131 = v129 * v53, v132 = v128 * v49, v133 = v131 + v132, v134 = v133 * v24,
-      v135 = v129 * v49, v136 = v128 * v53, v137 = v135 - v136, v138 = v137 * v30,
-      v139 = v134 - v138, v140 = v137 * v24, v141 = v133 * v30, v142 = v140 + v141;
-  LANES_LET2(v143, atan2, v139, v142);
-  const lanes v144 = 1e-150 - v91, v145 = v144 * v144, v146 = v145 + v85;
-  LANES_LET1(v147, rsqrt, v146);
-  const lanes v148 = v84 * v147, v149 = v144 * v147;
-  LANES_LET2(v150, atan2, v148, v149);
-  const lanes v151 = 1e-150 - v60, v152 = v151 * v151, v153 = v152 + v57;
-  LANES_LET1(v154, rsqrt, v153);
-  const lanes v155 = v56 * v154, v156 = v151 * v154;
-  LANES_LET2(v157, atan2, v155, v156);
-  const lanes v158 = v155 * v49, v159 = v156 * v53, v160 = v158 - v159, v161 = v160 * v24,
-      v162 = v156 * v49, v163 = v155 * v53, v164 = v162 + v163, v165 = v164 * v30,
-      v166 = v161 - v165, v167 = v164 * v24, v168 = v160 * v30, v169 = v167 + v168;
-  LANES_LET2(v170, atan2, v166, v169);
-  const lanes v171 = -v12;
-  out[0] = v171; out[1] = v67; out[2] = v68;
-  const lanes v172 = -v81;
-  out[3] = v172; out[4] = v98; out[5] = v171; out[6] = v108;
-  const lanes v173 = -v68;
-  out[7] = v173;
-  const lanes v174 = -v121;
-  out[8] = v174; out[9] = v98; out[10] = v123; out[11] = v130; out[12] = v68;
-  const lanes v175 = -v143;
-  out[13] = v175;
-  const lanes v176 = -v150;
-  out[14] = v176; out[15] = v123; out[16] = v157; out[17] = v173;
-  const lanes v177 = -v170;
-  out[18] = v177; out[19] = v176;
-  const lanes v178 = v11 * v96, v179 = v10 * v24, v180 = v97 * v179, v181 = v178 - v180,
-      v182 = v181 - T_4, v183 = v182 * v182, v184 = v11 * v97, v185 = v96 * v179,
-      v186 = v184 + v185, v187 = v186 - T_5, v188 = v187 * v187, v189 = v183 + v188,
-      v190 = v10 * v30, v191 = T_6 + v190, v192 = v191 * v191, v193 = v189 + v192, v194 = v30 * v97,
-      v195 = T_8 + v194, v196 = v195 * v195, v197 = v193 + v196, v198 = v30 * v96,
-      v199 = v198 - T_9, v200 = v199 * v199, v201 = v197 + v200, v202 = v24 - T_10,
-      v203 = v202 * v202, v204 = v201 + v203, v205 = v10 * v96, v206 = v11 * v24, v207 = v97 * v206,
-      v208 = v205 + v207, v209 = v208 - T_0, v210 = v209 * v209, v211 = v204 + v210,
-      v212 = v10 * v97, v213 = v96 * v206, v214 = v212 - v213, v215 = v214 - T_1,
-      v216 = v215 * v215, v217 = v211 + v216, v218 = v11 * v30, v219 = v218 - T_2,
-      v220 = v219 * v219, v221 = v217 + v220, v222 = 0.5 * v221, v223 = 0.1 * v75,
-      v224 = v31 + v223, v225 = 0.1 * v66, v226 = v224 + v225, v227 = v11 * v226, v228 = v227 - T_3,
-      v229 = v228 * v228, v230 = v10 * v226, v231 = T_7 + v230, v232 = v231 * v231,
-      v233 = v229 + v232, v234 = 0.1 * v71, v235 = v25 + v234, v236 = 0.1 * v65, v237 = v235 + v236,
-      v238 = v237 + 0.1, v239 = v238 - T_11, v240 = v239 * v239, v241 = v233 + v240;
-  LANES_LET2(v242, fmax, v222, v241); LANES_LET1(v243, sqrt, v242); out[20] = v243;
-  const lanes v244 = 0.1 * v111, v245 = v244 + v31, v246 = 0.1 * v107, v247 = v245 + v246,
-      v248 = v11 * v247, v249 = v248 - T_3, v250 = v249 * v249, v251 = v10 * v247,
-      v252 = T_7 + v251, v253 = v252 * v252, v254 = v250 + v253, v255 = 0.1 * v115,
-      v256 = v255 + v25, v257 = 0.1 * v106, v258 = v256 + v257, v259 = v258 + 0.1,
-      v260 = v259 - T_11, v261 = v260 * v260, v262 = v254 + v261;
-  LANES_LET2(v263, fmax, v222, v262); LANES_LET1(v264, sqrt, v263); out[21] = v264;
-  const lanes v265 = 0.1 * v137, v266 = v265 - v31, v267 = 0.1 * v129, v268 = v266 + v267,
-      v269 = v11 * v268, v270 = T_3 + v269, v271 = v270 * v270, v272 = v10 * v268,
-      v273 = T_7 - v272, v274 = v273 * v273, v275 = v271 + v274, v276 = 0.1 * v133,
-      v277 = v276 + v25, v278 = 0.1 * v128, v279 = v277 + v278, v280 = v279 + 0.1,
-      v281 = v280 - T_11, v282 = v281 * v281, v283 = v275 + v282, v284 = v192 + v203,
-      v285 = v10 * v148, v286 = v149 * v206, v287 = v285 - v286, v288 = v287 - T_0,
-      v289 = v288 * v288, v290 = v284 + v289, v291 = v10 * v149, v292 = v148 * v206,
-      v293 = v291 + v292, v294 = T_1 + v293, v295 = v294 * v294, v296 = v290 + v295,
-      v297 = v11 * v148, v298 = v149 * v179, v299 = v297 + v298, v300 = v299 - T_4,
-      v301 = v300 * v300, v302 = v296 + v301, v303 = v148 * v179, v304 = v11 * v149,
-      v305 = v303 - v304, v306 = v305 - T_5, v307 = v306 * v306, v308 = v302 + v307,
-      v309 = v149 * v30, v310 = T_8 - v309, v311 = v310 * v310, v312 = v308 + v311,
-      v313 = v148 * v30, v314 = v313 - T_9, v315 = v314 * v314, v316 = v312 + v315,
-      v317 = v316 + v220, v318 = 0.5 * v317;
-  LANES_LET2(v319, fmax, v283, v318); LANES_LET1(v320, sqrt, v319); out[22] = v320;
-  const lanes v321 = 0.1 * v164, v322 = v321 - v31, v323 = 0.1 * v156, v324 = v322 + v323,
-      v325 = v11 * v324, v326 = T_3 + v325, v327 = v326 * v326, v328 = v10 * v324,
-      v329 = T_7 - v328, v330 = v329 * v329, v331 = v327 + v330, v332 = 0.1 * v160,
-      v333 = v332 + v25, v334 = 0.1 * v155, v335 = v333 + v334, v336 = v335 + 0.1,
-      v337 = v336 - T_11, v338 = v337 * v337, v339 = v331 + v338;
-  LANES_LET2(v340, fmax, v318, v339); LANES_LET1(v341, sqrt, v340); out[23] = v341;
-  const lanes v342 = 2500.0 * v40;
-  out[24] = v342; out[25] = v342; out[26] = v342; out[27] = v342;
+      v1 = 0.2 * T_6, v2 = 0.2 * T_2, v3 = 0.2 * T_10, v4 = 1e-150 + T_10, v5 = T_7 - v1,
+      v6 = T_3 - v2, v7 = T_11 - v3, v8 = v4 * v4, v9 = v5 * v5, v10 = 1e-150 - v6, v11 = v7 - 0.1,
+      v12 = v10 * v10, v13 = v9 + v12;
+  LANES_LET1(v14, rsqrt, v13);
+  const lanes v15 = v5 * v14, v16 = v10 * v14;
+  LANES_LET2(v17, atan2, v15, v16);
+  const lanes v18 = T_2 * v16, v19 = T_6 * v15, v20 = v16 * v6, v21 = v15 * v5, v22 = T_0 * v15,
+      v23 = T_4 * v16, v24 = T_0 * v16, v25 = T_4 * v15, v26 = v18 - v19, v27 = v20 - v21,
+      v28 = v22 + v23, v29 = v24 - v25;
+  LANES_LET2(v30, supplement, v17, v15);
+  const lanes v31 = -v17, v32 = v26 * v26, v33 = v28 * v28;
+  out[0] = v31; out[5] = v31; out[10] = v30; out[15] = v30;
+  const lanes v34 = v8 + v32;
+  LANES_LET1(v35, rsqrt, v34);
+  const lanes v36 = v4 * v35, v37 = v26 * v35, v38 = 0.1 * v36, v39 = 0.1 * v37, v40 = v36 * v29,
+      v41 = T_8 * v37, v42 = v15 * v36, v43 = v15 * v37, v44 = v36 - T_10, v45 = v16 * v36,
+      v46 = v16 * v37, v47 = v11 + v38, v48 = v27 + v39, v49 = v40 - v41, v50 = T_6 + v43,
+      v51 = v44 * v44, v52 = v46 - T_2, v53 = v48 * v48, v54 = v47 * v47, v55 = 1e-150 + v49,
+      v56 = 1e-150 - v49, v57 = v50 * v50, v58 = v52 * v52, v59 = v53 + v54, v60 = v55 * v55,
+      v61 = v56 * v56, v62 = v57 + v51, v63 = v59 - 0.02, v64 = 0.04 - v59, v65 = v33 + v60,
+      v66 = v61 + v33, v67 = 0.02 * v63, v68 = v59 * v64;
+  LANES_LET1(v69, rsqrt, v65); LANES_LET1(v70, rsqrt, v66);
+  const lanes v71 = 1e-150 + v67;
+  const lanes_where v72 = LANES_LT(1.6e-18, v68); LANES_LET1(v73, sqrt, v68);
+  const lanes v74 = v28 * v69, v75 = v55 * v69, v76 = v28 * v70, v77 = v56 * v70,
+      v78 = 2500.0 * v68, v79 = LANES_CHOICE(v72, v73, 0.0), v80 = v71 * v71;
+  LANES_LET2(v81, atan2, v74, v75); LANES_LET2(v82, atan2, v76, v77);
+  const lanes v83 = v16 * v74, v84 = v75 * v42, v85 = v16 * v75, v86 = v74 * v42, v87 = v37 * v75,
+      v88 = v37 * v74, v89 = v15 * v74, v90 = v75 * v45, v91 = v15 * v75, v92 = v74 * v45,
+      v93 = v15 * v76, v94 = v77 * v45, v95 = v15 * v77, v96 = v76 * v45, v97 = v16 * v76,
+      v98 = v77 * v42, v99 = v76 * v42, v100 = v16 * v77, v101 = v77 * v37, v102 = v76 * v37;
+  out[24] = v78; out[25] = v78; out[26] = v78; out[27] = v78;
+  const lanes v103 = 0.02 * v79;
+  out[4] = v81; out[9] = v81;
+  const lanes v104 = -v82, v105 = v83 - v84, v106 = v85 + v86, v107 = T_8 + v87, v108 = v88 - T_9,
+      v109 = v89 + v90, v110 = v91 - v92, v111 = v93 - v94, v112 = v95 + v96, v113 = v97 + v98,
+      v114 = v99 - v100, v115 = T_8 - v101, v116 = v102 - T_9, v117 = v103 * v103;
+  out[14] = v104; out[19] = v104;
+  const lanes v118 = v105 - T_4, v119 = v106 - T_5, v120 = v107 * v107, v121 = v108 * v108,
+      v122 = v109 - T_0, v123 = v110 - T_1, v124 = v111 - T_0, v125 = T_1 + v112, v126 = v113 - T_4,
+      v127 = v114 - T_5, v128 = v115 * v115, v129 = v116 * v116, v130 = v117 + v80,
+      v131 = v118 * v118, v132 = v119 * v119, v133 = v122 * v122, v134 = v123 * v123,
+      v135 = v124 * v124, v136 = v125 * v125, v137 = v126 * v126, v138 = v127 * v127;
+  LANES_LET1(v139, rsqrt, v130);
+  const lanes v140 = v131 + v132, v141 = v62 + v135, v142 = v71 * v139, v143 = v103 * v139,
+      v144 = v140 + v57, v145 = v141 + v136, v146 = 0.1 * v142, v147 = 0.1 * v143;
+  LANES_LET2(v148, atan2, v143, v142);
+  const lanes v149 = v144 + v120, v150 = v145 + v137, v151 = v146 + 0.1, v152 = v48 * v147,
+      v153 = v47 * v147;
+  out[2] = v148;
+  const lanes v154 = -v148;
+  out[12] = v148;
+  const lanes v155 = v149 + v121, v156 = v150 + v138, v157 = v47 * v151, v158 = v48 * v151;
+  out[7] = v154; out[17] = v154;
+  const lanes v159 = v155 + v51, v160 = v156 + v128, v161 = v157 - v152, v162 = v158 + v153,
+      v163 = v152 + v157, v164 = v158 - v153, v165 = v159 + v133, v166 = v160 + v129,
+      v167 = v161 * v161, v168 = 1e-150 + v162, v169 = v163 * v163, v170 = 1e-150 + v164,
+      v171 = 1e-150 - v164, v172 = 1e-150 - v162, v173 = v165 + v134, v174 = v166 + v58,
+      v175 = v168 * v168, v176 = v170 * v170, v177 = v171 * v171, v178 = v172 * v172,
+      v179 = v173 + v58, v180 = 0.5 * v174, v181 = v167 + v175, v182 = v169 + v176,
+      v183 = v169 + v177, v184 = v178 + v167, v185 = 0.5 * v179;
+  LANES_LET1(v186, rsqrt, v181); LANES_LET1(v187, rsqrt, v182); LANES_LET1(v188, rsqrt, v183);
+  LANES_LET1(v189, rsqrt, v184);
+  const lanes v190 = v161 * v186, v191 = v168 * v186, v192 = v163 * v187, v193 = v170 * v187,
+      v194 = v163 * v188, v195 = v171 * v188, v196 = v161 * v189, v197 = v172 * v189;
+  LANES_LET2(v198, atan2, v190, v191);
+  const lanes v199 = v142 * v190, v200 = v143 * v191, v201 = v142 * v191, v202 = v143 * v190;
+  LANES_LET2(v203, atan2, v192, v193);
+  const lanes v204 = v193 * v142, v205 = v192 * v143, v206 = v192 * v142, v207 = v193 * v143;
+  LANES_LET2(v208, atan2, v194, v195);
+  const lanes v209 = v195 * v143, v210 = v194 * v142, v211 = v195 * v142, v212 = v194 * v143;
+  LANES_LET2(v213, atan2, v196, v197);
+  const lanes v214 = v196 * v142, v215 = v197 * v143, v216 = v197 * v142, v217 = v196 * v143,
+      v218 = 0.1 * v191, v219 = 0.1 * v190, v220 = 0.1 * v193, v221 = 0.1 * v192, v222 = 0.1 * v195,
+      v223 = 0.1 * v194, v224 = 0.1 * v197, v225 = 0.1 * v196, v226 = v199 + v200,
+      v227 = v201 - v202, v228 = v204 + v205, v229 = v206 - v207, v230 = v209 + v210,
+      v231 = v211 - v212, v232 = v214 - v215, v233 = v216 + v217;
+  out[1] = v198; out[6] = v203; out[11] = v208; out[16] = v213;
+  const lanes v234 = v36 * v226, v235 = v37 * v227, v236 = v36 * v227, v237 = v37 * v226,
+      v238 = v228 * v37, v239 = v229 * v36, v240 = v228 * v36, v241 = v229 * v37, v242 = v230 * v36,
+      v243 = v231 * v37, v244 = v231 * v36, v245 = v230 * v37, v246 = v36 * v232, v247 = v233 * v37,
+      v248 = v36 * v233, v249 = v232 * v37, v250 = 0.1 * v227, v251 = 0.1 * v226, v252 = 0.1 * v228,
+      v253 = 0.1 * v229, v254 = 0.1 * v231, v255 = 0.1 * v230, v256 = 0.1 * v233, v257 = 0.1 * v232,
+      v258 = v234 + v235, v259 = v236 - v237, v260 = v238 + v239, v261 = v240 - v241,
+      v262 = v242 - v243, v263 = v244 + v245, v264 = v246 - v247, v265 = v248 + v249,
+      v266 = v39 + v250, v267 = v38 + v251, v268 = v252 + v39, v269 = v253 + v38, v270 = v254 - v39,
+      v271 = v255 + v38, v272 = v256 - v39, v273 = v257 + v38;
+  LANES_LET2(v274, atan2, v258, v259); LANES_LET2(v275, atan2, v260, v261);
+  LANES_LET2(v276, atan2, v262, v263); LANES_LET2(v277, atan2, v264, v265);
+  const lanes v278 = v266 + v218, v279 = v267 + v219, v280 = v268 + v220, v281 = v269 + v221,
+      v282 = v270 + v222, v283 = v271 + v223, v284 = v272 + v224, v285 = v273 + v225, v286 = -v274,
+      v287 = -v275, v288 = -v276, v289 = -v277, v290 = v16 * v278, v291 = v15 * v278,
+      v292 = v279 + 0.1, v293 = v16 * v280, v294 = v15 * v280, v295 = v281 + 0.1, v296 = v16 * v282,
+      v297 = v15 * v282, v298 = v283 + 0.1, v299 = v16 * v284, v300 = v15 * v284, v301 = v285 + 0.1;
+  out[3] = v286; out[8] = v287; out[13] = v288; out[18] = v289;
+  const lanes v302 = v290 - T_3, v303 = T_7 + v291, v304 = v292 - T_11, v305 = v293 - T_3,
+      v306 = T_7 + v294, v307 = v295 - T_11, v308 = T_3 + v296, v309 = T_7 - v297,
+      v310 = v298 - T_11, v311 = T_3 + v299, v312 = T_7 - v300, v313 = v301 - T_11,
+      v314 = v302 * v302, v315 = v303 * v303, v316 = v304 * v304, v317 = v305 * v305,
+      v318 = v306 * v306, v319 = v307 * v307, v320 = v308 * v308, v321 = v309 * v309,
+      v322 = v310 * v310, v323 = v311 * v311, v324 = v312 * v312, v325 = v313 * v313,
+      v326 = v314 + v315, v327 = v317 + v318, v328 = v320 + v321, v329 = v323 + v324,
+      v330 = v326 + v316, v331 = v327 + v319, v332 = v328 + v322, v333 = v329 + v325;
+  const lanes_where v334 = LANES_LT(v185, v330); const lanes_where v335 = LANES_LT(v185, v331);
+  const lanes_where v336 = LANES_LT(v180, v332); const lanes_where v337 = LANES_LT(v180, v333);
+  const lanes v338 = LANES_CHOICE(v334, v330, v185), v339 = LANES_CHOICE(v335, v331, v185),
+      v340 = LANES_CHOICE(v336, v332, v180), v341 = LANES_CHOICE(v337, v333, v180);
+  LANES_LET1(v342, sqrt, v338); LANES_LET1(v343, sqrt, v339); LANES_LET1(v344, sqrt, v340);
+  LANES_LET1(v345, sqrt, v341); out[20] = v342; out[21] = v343; out[22] = v344; out[23] = v345;
 }
 
 static LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const lanes *in, lanes *out)
 {
-  const lanes p_0 = in[0], p_1 = in[1], p_2 = in[2], v1 = 1e-150 - p_0, v2 = v1 * v1,
-      v3 = p_1 * p_1, v4 = v2 + v3;
-  LANES_LET1(v5, rsqrt, v4);
-  const lanes v6 = p_1 * v5, v7 = v1 * v5;
-  LANES_LET2(v8, atan2, v6, v7);
-  const lanes v9 = p_2 - 0.1, v10 = v9 * v9, v11 = v7 * p_0, v12 = v6 * p_1, v13 = v11 - v12,
-      v14 = v13 * v13, v15 = v10 + v14, v16 = v15 - 0.001715728752538099,
-      v17 = 0.058284271247461904 - v15, v18 = v16 * v17;
-  const lanes_where v19 = LANES_LT(3.2e-18, v18); LANES_LET1(v20, sqrt, v18);
-  const lanes v21 = LANES_CHOICE(v19, v20, 0.0), v22 = 0.02 * v21, v23 = v15 - 0.03,
-      v24 = 0.02 * v23, v25 = v22 + v24, v26 = 1e-150 + v25, v27 = v22 - v24, v28 = v27 * v27,
-      v29 = v26 * v26, v30 = v28 + v29;
-  LANES_LET1(v31, rsqrt, v30);
-  const lanes v32 = v26 * v31, v33 = 0.1 * v32, v34 = v27 * v31, v35 = 0.1 * v34, v36 = v33 - v35,
-      v37 = v36 + 0.1, v38 = v37 * v9, v39 = v33 + v35, v40 = v39 * v13, v41 = v38 - v40,
-      v42 = v41 * v41, v43 = v39 * v9, v44 = v37 * v13, v45 = v43 + v44, v46 = 1e-150 + v45,
-      v47 = v46 * v46, v48 = v42 + v47;
-  LANES_LET1(v49, rsqrt, v48);
-  const lanes v50 = v41 * v49, v51 = v46 * v49;
-  LANES_LET2(v52, atan2, v50, v51); LANES_LET2(v53, atan2, v34, v32);
-  const lanes v54 = v24 + v22, v55 = v54 * v54, v56 = v24 - v22, v57 = 1e-150 + v56,
-      v58 = v57 * v57, v59 = v55 + v58;
-  LANES_LET1(v60, rsqrt, v59);
-  const lanes v61 = v54 * v60, v62 = 0.1 * v61, v63 = v57 * v60, v64 = 0.1 * v63, v65 = v62 + v64,
-      v66 = v65 + 0.1, v67 = v66 * v9, v68 = v64 - v62, v69 = v68 * v13, v70 = v67 - v69,
-      v71 = v70 * v70, v72 = v68 * v9, v73 = v66 * v13, v74 = v72 + v73, v75 = 1e-150 + v74,
-      v76 = v75 * v75, v77 = v71 + v76;
-  LANES_LET1(v78, rsqrt, v77);
-  const lanes v79 = v70 * v78, v80 = v75 * v78;
-  LANES_LET2(v81, atan2, v79, v80); LANES_LET2(v82, atan2, v61, v63);
-  const lanes v83 = -v7;
-  LANES_LET2(v84, supplement, v8, v6);
-  const lanes v85 = v40 + v38, v86 = v85 * v85, v87 = v43 - v44, v88 = 1e-150 + v87,
-      v89 = v88 * v88, v90 = v86 + v89;
-  LANES_LET1(v91, rsqrt, v90);
-  const lanes v92 = v85 * v91, v93 = v88 * v91;
-  LANES_LET2(v94, atan2, v92, v93);
-  const lanes v95 = v69 + v67, v96 = v95 * v95, v97 = v72 - v73, v98 = 1e-150 + v97,
-      v99 = v98 * v98, v100 = v96 + v99;
-  LANES_LET1(v101, rsqrt, v100);
-  const lanes v102 = v95 * v101, v103 = v98 * v101;
-  LANES_LET2(v104, atan2, v102, v103);
-  const lanes v105 = -v8;
-  out[0] = v105; out[1] = v52; out[2] = v53; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
-  out[5] = v105; out[6] = v81;
-  const lanes v106 = -v82;
-  out[7] = v106; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = v84; out[11] = v94;
-  out[12] = v53; out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = v84; out[16] = v104;
-  out[17] = v106; out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
-  const lanes v107 = v32 * v51, v108 = v34 * v50, v109 = v107 - v108, v110 = 0.1 * v109,
-      v111 = v32 * v50, v112 = v34 * v51, v113 = v111 + v112, v114 = 0.1 * v113, v115 = v110 - v114,
-      v116 = 0.1 * v51, v117 = v115 + v116, v118 = v117 * v7, v119 = v118 - p_0, v120 = v119 * v119,
-      v121 = v117 * v6, v122 = v121 + p_1, v123 = v122 * v122, v124 = v120 + v123,
-      v125 = v110 + v114, v126 = 0.1 * v50, v127 = v125 + v126, v128 = v127 + 0.1,
-      v129 = v128 - p_2, v130 = v129 * v129, v131 = v124 + v130;
-  LANES_LET1(v132, sqrt, v131); out[20] = v132;
-  const lanes v133 = v63 * v80, v134 = v61 * v79, v135 = v133 + v134, v136 = 0.1 * v135,
-      v137 = v63 * v79, v138 = v61 * v80, v139 = v137 - v138, v140 = 0.1 * v139, v141 = v136 - v140,
-      v142 = 0.1 * v80, v143 = v141 + v142, v144 = v7 * v143, v145 = v144 - p_0, v146 = v145 * v145,
-      v147 = v6 * v143, v148 = v147 + p_1, v149 = v148 * v148, v150 = v146 + v149,
-      v151 = v136 + v140, v152 = 0.1 * v79, v153 = v151 + v152, v154 = v153 + 0.1,
-      v155 = v154 - p_2, v156 = v155 * v155, v157 = v150 + v156;
-  LANES_LET1(v158, sqrt, v157); out[21] = v158;
-  const lanes v159 = v93 * v32, v160 = v92 * v34, v161 = v159 - v160, v162 = 0.1 * v161,
-      v163 = v93 * v34, v164 = v92 * v32, v165 = v163 + v164, v166 = 0.1 * v165, v167 = v162 - v166,
-      v168 = 0.1 * v93, v169 = v167 + v168, v170 = v169 * v7, v171 = v170 + p_0, v172 = v171 * v171,
-      v173 = v169 * v6, v174 = p_1 - v173, v175 = v174 * v174, v176 = v172 + v175,
-      v177 = v162 + v166, v178 = 0.1 * v92, v179 = v177 + v178, v180 = v179 + 0.1,
-      v181 = v180 - p_2, v182 = v181 * v181, v183 = v176 + v182;
-  LANES_LET1(v184, sqrt, v183); out[22] = v184;
-  const lanes v185 = v103 * v63, v186 = v102 * v61, v187 = v185 + v186, v188 = 0.1 * v187,
-      v189 = v102 * v63, v190 = v103 * v61, v191 = v189 - v190, v192 = 0.1 * v191,
-      v193 = v188 - v192, v194 = 0.1 * v103, v195 = v193 + v194, v196 = v195 * v7,
-      v197 = v196 + p_0, v198 = v197 * v197, v199 = v195 * v6, v200 = p_1 - v199,
-      v201 = v200 * v200, v202 = v198 + v201, v203 = v188 + v192, v204 = 0.1 * v102,
-      v205 = v203 + v204, v206 = v205 + 0.1, v207 = v206 - p_2, v208 = v207 * v207,
-      v209 = v202 + v208;
-  LANES_LET1(v210, sqrt, v209); out[23] = v210;
-  const lanes v211 = 1250.0 * v18;
-  out[24] = v211; out[25] = v211; out[26] = v211; out[27] = v211;
+  const lanes p_0 = in[0], p_1 = in[1], p_2 = in[2], v1 = 1e-150 - p_0, v2 = p_1 * p_1,
+      v3 = p_2 - 0.1;
+  out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[18] = LANES_OF(0.0);
+  out[19] = LANES_OF(0.0);
+  const lanes v4 = v1 * v1, v5 = v3 * v3, v6 = v4 + v2;
+  LANES_LET1(v7, rsqrt, v6);
+  const lanes v8 = p_1 * v7, v9 = v1 * v7;
+  LANES_LET2(v10, atan2, v8, v9);
+  const lanes v11 = v9 * p_0, v12 = v8 * p_1, v13 = v11 - v12;
+  LANES_LET2(v14, supplement, v10, v8);
+  const lanes v15 = -v10, v16 = v13 * v13;
+  out[0] = v15; out[5] = v15; out[10] = v14; out[15] = v14;
+  const lanes v17 = v5 + v16, v18 = v17 - 0.001715728752538099, v19 = 0.058284271247461904 - v17,
+      v20 = v17 - 0.03, v21 = v18 * v19, v22 = 0.02 * v20;
+  const lanes_where v23 = LANES_LT(3.2e-18, v21); LANES_LET1(v24, sqrt, v21);
+  const lanes v25 = 1250.0 * v21, v26 = LANES_CHOICE(v23, v24, 0.0);
+  out[24] = v25; out[25] = v25; out[26] = v25; out[27] = v25;
+  const lanes v27 = 0.02 * v26, v28 = v27 + v22, v29 = v27 - v22, v30 = v22 + v27, v31 = v22 - v27,
+      v32 = 1e-150 + v28, v33 = v29 * v29, v34 = v30 * v30, v35 = 1e-150 + v31, v36 = v32 * v32,
+      v37 = v35 * v35, v38 = v33 + v36, v39 = v34 + v37;
+  LANES_LET1(v40, rsqrt, v38); LANES_LET1(v41, rsqrt, v39);
+  const lanes v42 = v32 * v40, v43 = v29 * v40, v44 = v30 * v41, v45 = v35 * v41, v46 = 0.1 * v42,
+      v47 = 0.1 * v43;
+  LANES_LET2(v48, atan2, v43, v42);
+  const lanes v49 = 0.1 * v44, v50 = 0.1 * v45;
+  LANES_LET2(v51, atan2, v44, v45);
+  const lanes v52 = v46 - v47, v53 = v46 + v47, v54 = v49 + v50, v55 = v50 - v49;
+  out[2] = v48;
+  const lanes v56 = -v51;
+  out[12] = v48;
+  const lanes v57 = v52 + 0.1, v58 = v53 * v13, v59 = v53 * v3, v60 = v54 + 0.1, v61 = v55 * v13,
+      v62 = v55 * v3;
+  out[7] = v56; out[17] = v56;
+  const lanes v63 = v57 * v3, v64 = v57 * v13, v65 = v60 * v3, v66 = v60 * v13, v67 = v63 - v58,
+      v68 = v59 + v64, v69 = v65 - v61, v70 = v62 + v66, v71 = v58 + v63, v72 = v59 - v64,
+      v73 = v61 + v65, v74 = v62 - v66, v75 = v67 * v67, v76 = 1e-150 + v68, v77 = v69 * v69,
+      v78 = 1e-150 + v70, v79 = v71 * v71, v80 = 1e-150 + v72, v81 = v73 * v73, v82 = 1e-150 + v74,
+      v83 = v76 * v76, v84 = v78 * v78, v85 = v80 * v80, v86 = v82 * v82, v87 = v75 + v83,
+      v88 = v77 + v84, v89 = v79 + v85, v90 = v81 + v86;
+  LANES_LET1(v91, rsqrt, v87); LANES_LET1(v92, rsqrt, v88); LANES_LET1(v93, rsqrt, v89);
+  LANES_LET1(v94, rsqrt, v90);
+  const lanes v95 = v67 * v91, v96 = v76 * v91, v97 = v69 * v92, v98 = v78 * v92, v99 = v71 * v93,
+      v100 = v80 * v93, v101 = v73 * v94, v102 = v82 * v94;
+  LANES_LET2(v103, atan2, v95, v96); LANES_LET2(v104, atan2, v97, v98);
+  LANES_LET2(v105, atan2, v99, v100); LANES_LET2(v106, atan2, v101, v102);
+  const lanes v107 = v42 * v96, v108 = v43 * v95, v109 = v42 * v95, v110 = v43 * v96,
+      v111 = 0.1 * v96, v112 = 0.1 * v95, v113 = v45 * v98, v114 = v44 * v97, v115 = v45 * v97,
+      v116 = v44 * v98, v117 = 0.1 * v98, v118 = 0.1 * v97, v119 = v100 * v42, v120 = v99 * v43,
+      v121 = v100 * v43, v122 = v99 * v42, v123 = 0.1 * v100, v124 = 0.1 * v99, v125 = v102 * v45,
+      v126 = v101 * v44, v127 = v101 * v45, v128 = v102 * v44, v129 = 0.1 * v102, v130 = 0.1 * v101;
+  out[1] = v103; out[6] = v104; out[11] = v105; out[16] = v106;
+  const lanes v131 = v107 - v108, v132 = v109 + v110, v133 = v113 + v114, v134 = v115 - v116,
+      v135 = v119 - v120, v136 = v121 + v122, v137 = v125 + v126, v138 = v127 - v128,
+      v139 = 0.1 * v131, v140 = 0.1 * v132, v141 = 0.1 * v133, v142 = 0.1 * v134, v143 = 0.1 * v135,
+      v144 = 0.1 * v136, v145 = 0.1 * v137, v146 = 0.1 * v138, v147 = v139 - v140,
+      v148 = v139 + v140, v149 = v141 - v142, v150 = v141 + v142, v151 = v143 - v144,
+      v152 = v143 + v144, v153 = v145 - v146, v154 = v145 + v146, v155 = v147 + v111,
+      v156 = v148 + v112, v157 = v149 + v117, v158 = v150 + v118, v159 = v151 + v123,
+      v160 = v152 + v124, v161 = v153 + v129, v162 = v154 + v130, v163 = v155 * v9,
+      v164 = v155 * v8, v165 = v156 + 0.1, v166 = v9 * v157, v167 = v8 * v157, v168 = v158 + 0.1,
+      v169 = v159 * v9, v170 = v159 * v8, v171 = v160 + 0.1, v172 = v161 * v9, v173 = v161 * v8,
+      v174 = v162 + 0.1, v175 = v163 - p_0, v176 = v164 + p_1, v177 = v165 - p_2, v178 = v166 - p_0,
+      v179 = v167 + p_1, v180 = v168 - p_2, v181 = v169 + p_0, v182 = p_1 - v170, v183 = v171 - p_2,
+      v184 = v172 + p_0, v185 = p_1 - v173, v186 = v174 - p_2, v187 = v175 * v175,
+      v188 = v176 * v176, v189 = v177 * v177, v190 = v178 * v178, v191 = v179 * v179,
+      v192 = v180 * v180, v193 = v181 * v181, v194 = v182 * v182, v195 = v183 * v183,
+      v196 = v184 * v184, v197 = v185 * v185, v198 = v186 * v186, v199 = v187 + v188,
+      v200 = v190 + v191, v201 = v193 + v194, v202 = v196 + v197, v203 = v199 + v189,
+      v204 = v200 + v192, v205 = v201 + v195, v206 = v202 + v198;
+  LANES_LET1(v207, sqrt, v203); LANES_LET1(v208, sqrt, v204); LANES_LET1(v209, sqrt, v205);
+  LANES_LET1(v210, sqrt, v206); out[20] = v207; out[21] = v208; out[22] = v209; out[23] = v210;
 }
 
 static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(const lanes *in, lanes *out)
 {
-  const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2], x_3 = in[3], v1 = 1e-150 - x_0, v2 = v1 * v1,
-      v3 = x_1 * x_1, v4 = v2 + v3;
-  LANES_LET1(v5, rsqrt, v4);
-  const lanes v6 = x_1 * v5, v7 = v1 * v5;
-  LANES_LET2(v8, atan2, v6, v7);
-  const lanes v9 = x_2 - 0.1;
-  LANES_COS_SIN(v13, v10, x_3);
-  const lanes v11 = 1e-150 + v10, v12 = v11 * v11, v14 = v13 * v13, v15 = v12 + v14;
-  LANES_LET1(v16, rsqrt, v15);
-  const lanes v17 = v11 * v16, v18 = 0.1 * v17, v19 = v9 - v18, v20 = v7 * x_0, v21 = v6 * x_1,
-      v22 = v20 - v21, v23 = v13 * v16, v24 = 0.1 * v23, v25 = v22 + v24, v26 = v25 * v25,
-      v27 = v19 * v19, v28 = v26 + v27, v29 = v28 - 0.02, v30 = 0.02 * v29, v31 = 1e-150 + v30,
-      v32 = 0.04 - v28, v33 = v28 * v32;
-  const lanes_where v34 = LANES_LT(1.6e-18, v33); LANES_LET1(v35, sqrt, v33);
-  const lanes v36 = LANES_CHOICE(v34, v35, 0.0), v37 = 0.02 * v36, v38 = v37 * v37, v39 = v31 * v31,
-      v40 = v38 + v39;
-  LANES_LET1(v41, rsqrt, v40);
-  const lanes v42 = v31 * v41, v43 = 0.1 * v42, v44 = v43 + 0.1, v45 = v19 * v44, v46 = v37 * v41,
-      v47 = 0.1 * v46, v48 = v25 * v47, v49 = v45 - v48, v50 = v49 * v49, v51 = v25 * v44,
-      v52 = v19 * v47, v53 = v51 + v52, v54 = 1e-150 + v53, v55 = v54 * v54, v56 = v50 + v55;
-  LANES_LET1(v57, rsqrt, v56);
-  const lanes v58 = v49 * v57, v59 = v54 * v57;
-  LANES_LET2(v60, atan2, v58, v59); LANES_LET2(v61, atan2, v46, v42);
-  const lanes v62 = v42 * v59, v63 = v46 * v58, v64 = v62 - v63, v65 = v23 * v64, v66 = v42 * v58,
-      v67 = v46 * v59, v68 = v66 + v67, v69 = v17 * v68, v70 = v65 - v69, v71 = v17 * v64,
-      v72 = v23 * v68, v73 = v71 + v72;
-  LANES_LET2(v74, atan2, v70, v73);
-  const lanes v75 = v48 + v45, v76 = v75 * v75, v77 = v51 - v52, v78 = 1e-150 + v77,
-      v79 = v78 * v78, v80 = v76 + v79;
-  LANES_LET1(v81, rsqrt, v80);
-  const lanes v82 = v75 * v81, v83 = v78 * v81;
-  LANES_LET2(v84, atan2, v82, v83);
-  const lanes v85 = v42 * v83, v86 = v46 * v82, v87 = v85 + v86, v88 = v23 * v87, v89 = v42 * v82,
-      v90 = v46 * v83, v91 = v89 - v90, v92 = v17 * v91, v93 = v88 - v92, v94 = v17 * v87,
-      v95 = v23 * v91, v96 = v94 + v95;
-  LANES_LET2(v97, atan2, v93, v96);
-  const lanes v98 = v22 - v24, v99 = v98 * v98, v100 = v99 + v27, v101 = v100 - 0.02,
-      v102 = 0.02 * v101, v103 = 1e-150 + v102, v104 = 0.04 - v100, v105 = v100 * v104;
-  const lanes_where v106 = LANES_LT(1.6e-18, v105); LANES_LET1(v107, sqrt, v105);
-  const lanes v108 = LANES_CHOICE(v106, v107, 0.0), v109 = 0.02 * v108, v110 = v109 * v109,
-      v111 = v103 * v103, v112 = v110 + v111;
-  LANES_LET1(v113, rsqrt, v112);
-  const lanes v114 = v103 * v113, v115 = 0.1 * v114, v116 = v115 + 0.1, v117 = v116 * v19,
-      v118 = v109 * v113, v119 = 0.1 * v118, v120 = v98 * v119, v121 = v117 - v120,
-      v122 = v121 * v121, v123 = v98 * v116, v124 = v119 * v19, v125 = v123 + v124,
-      v126 = 1e-150 + v125, v127 = v126 * v126, v128 = v122 + v127;
-  LANES_LET1(v129, rsqrt, v128);
-  const lanes v130 = v121 * v129, v131 = v126 * v129;
-  LANES_LET2(v132, atan2, v130, v131); LANES_LET2(v133, atan2, v118, v114);
-  const lanes v134 = v114 * v131, v135 = v118 * v130, v136 = v134 - v135, v137 = v136 * v23,
-      v138 = v114 * v130, v139 = v118 * v131, v140 = v138 + v139, v141 = v140 * v17,
-      v142 = v137 + v141, v143 = v136 * v17, v144 = v140 * v23, v145 = v143 - v144;
-  LANES_LET2(v146, atan2, v142, v145);
-  const lanes v147 = v120 + v117, v148 = v147 * v147, v149 = v123 - v124, v150 = 1e-150 + v149,
-      v151 = v150 * v150, v152 = v148 + v151;
-  LANES_LET1(v153, rsqrt, v152);
-  const lanes v154 = v147 * v153, v155 = v150 * v153;
-  LANES_LET2(v156, atan2, v154, v155);
-  const lanes v157 = v114 * v154, v158 = v118 * v155, v159 = v157 - v158, v160 = v17 * v159,
-      v161 = v114 * v155, v162 = v118 * v154, v163 = v161 + v162, v164 = v163 * v23,
-      v165 = v160 + v164, v166 = v17 * v163, v167 = v159 * v23, v168 = v166 - v167;
-  LANES_LET2(v169, atan2, v165, v168);
-  const lanes v170 = -v7;
-  LANES_LET2(v171, supplement, v8, v6);
-  const lanes v172 = 1e-150 - v149, v173 = v172 * v172, v174 = v148 + v173;
-  LANES_LET1(v175, rsqrt, v174);
-  const lanes v176 = v147 * v175, v177 = v172 * v175;
-  LANES_LET2(v178, atan2, v176, v177);
-  const lanes v179 = v114 * v177, v180 = v118 * v176, v181 = v179 - v180, v182 = v23 * v181,
-      v183 = v114 * v176, v184 = v118 * v177, v185 = v183 + v184, v186 = v17 * v185,
-      v187 = v182 - v186, v188 = v17 * v181, v189 = v23 * v185, v190 = v188 + v189;
-  LANES_LET2(v191, atan2, v187, v190);
-  const lanes v192 = 1e-150 - v125, v193 = v192 * v192, v194 = v122 + v193;
-  LANES_LET1(v195, rsqrt, v194);
-  const lanes v196 = v121 * v195, v197 = v192 * v195;
-  LANES_LET2(v198, atan2, v196, v197);
-  const lanes v199 = v114 * v197, v200 = v118 * v196, v201 = v199 + v200, v202 = v23 * v201,
-      v203 = v114 * v196, v204 = v118 * v197, v205 = v203 - v204, v206 = v17 * v205,
-      v207 = v202 - v206, v208 = v17 * v201, v209 = v23 * v205, v210 = v208 + v209;
-  LANES_LET2(v211, atan2, v207, v210);
-  const lanes v212 = 1e-150 - v77, v213 = v212 * v212, v214 = v213 + v76;
-  LANES_LET1(v215, rsqrt, v214);
-  const lanes v216 = v75 * v215, v217 = v212 * v215;
-  LANES_LET2(v218, atan2, v216, v217);
-  const lanes v219 = v217 * v46, v220 = v216 * v42, v221 = v219 + v220, v222 = v17 * v221,
-      v223 = v217 * v42, v224 = v216 * v46, v225 = v223 - v224, v226 = v23 * v225,
-      v227 = v222 + v226, v228 = v17 * v225, v229 = v23 * v221, v230 = v228 - v229;
-  LANES_LET2(v231, atan2, v227, v230);
-  const lanes v232 = 1e-150 - v53, v233 = v232 * v232, v234 = v233 + v50;
-  LANES_LET1(v235, rsqrt, v234);
-  const lanes v236 = v49 * v235, v237 = v232 * v235;
-  LANES_LET2(v238, atan2, v236, v237);
-  const lanes v239 = v236 * v42, v240 = v237 * v46, v241 = v239 - v240, v242 = v17 * v241,
-      v243 = v237 * v42, v244 = v236 * v46, v245 = v243 + v244, v246 = v23 * v245,
-      v247 = v242 + v246, v248 = v17 * v245, v249 = v23 * v241, v250 = v248 - v249;
-  LANES_LET2(v251, atan2, v247, v250);
-  const lanes v252 = -v8;
-  out[0] = v252; out[1] = v60; out[2] = v61; out[3] = v74; out[4] = LANES_OF(0.0); out[5] = v252;
-  out[6] = v84;
-  const lanes v253 = -v61;
-  out[7] = v253; out[8] = v97; out[9] = LANES_OF(0.0); out[10] = v252; out[11] = v132;
-  out[12] = v133;
-  const lanes v254 = -v146;
-  out[13] = v254; out[14] = LANES_OF(0.0); out[15] = v252; out[16] = v156;
-  const lanes v255 = -v133;
-  out[17] = v255;
-  const lanes v256 = -v169;
-  out[18] = v256; out[19] = LANES_OF(0.0); out[20] = v171; out[21] = v178; out[22] = v133;
-  out[23] = v191; out[24] = LANES_OF(0.0); out[25] = v171; out[26] = v198; out[27] = v255;
-  out[28] = v211; out[29] = LANES_OF(0.0); out[30] = v171; out[31] = v218; out[32] = v61;
-  const lanes v257 = -v231;
-  out[33] = v257; out[34] = LANES_OF(0.0); out[35] = v171; out[36] = v238; out[37] = v253;
-  const lanes v258 = -v251;
-  out[38] = v258; out[39] = LANES_OF(0.0);
-  const lanes v259 = 0.1 * v64, v260 = v259 - v24, v261 = 0.1 * v59, v262 = v260 + v261,
-      v263 = v7 * v262, v264 = v263 - x_0, v265 = v264 * v264, v266 = v6 * v262, v267 = v266 + x_1,
-      v268 = v267 * v267, v269 = v265 + v268, v270 = 0.1 * v68, v271 = v18 + v270, v272 = 0.1 * v58,
-      v273 = v271 + v272, v274 = v273 + 0.1, v275 = v274 - x_2, v276 = v275 * v275,
-      v277 = v269 + v276, v278 = v17 - v10, v279 = v278 * v278, v280 = v23 * v7, v281 = v280 * v280,
-      v282 = v23 * v6, v283 = v282 * v282, v284 = v281 + v283;
-  LANES_LET1(v285, sqrt, v284); LANES_LET1(v286, fabs, v13);
-  const lanes v287 = v285 - v286, v288 = v287 * v287, v289 = v279 + v288;
-  LANES_LET2(v290, fmax, v277, v289); LANES_LET1(v291, sqrt, v290); out[40] = v291;
-  const lanes v292 = 0.1 * v83, v293 = 0.1 * v87, v294 = v293 - v24, v295 = v292 + v294,
-      v296 = v295 * v7, v297 = v296 - x_0, v298 = v297 * v297, v299 = v295 * v6, v300 = v299 + x_1,
-      v301 = v300 * v300, v302 = v298 + v301, v303 = 0.1 * v82, v304 = 0.1 * v91, v305 = v18 + v304,
-      v306 = v303 + v305, v307 = v306 + 0.1, v308 = v307 - x_2, v309 = v308 * v308,
-      v310 = v302 + v309;
-  LANES_LET2(v311, fmax, v310, v289); LANES_LET1(v312, sqrt, v311); out[41] = v312;
-  const lanes v313 = 0.1 * v136, v314 = v313 + v24, v315 = 0.1 * v131, v316 = v314 + v315,
-      v317 = v316 * v7, v318 = v317 - x_0, v319 = v318 * v318, v320 = v316 * v6, v321 = v320 + x_1,
-      v322 = v321 * v321, v323 = v319 + v322, v324 = 0.1 * v140, v325 = v324 + v18,
-      v326 = 0.1 * v130, v327 = v325 + v326, v328 = v327 + 0.1, v329 = v328 - x_2,
-      v330 = v329 * v329, v331 = v323 + v330;
-  LANES_LET2(v332, fmax, v331, v289); LANES_LET1(v333, sqrt, v332); out[42] = v333;
-  const lanes v334 = 0.1 * v163, v335 = v334 + v24, v336 = 0.1 * v155, v337 = v335 + v336,
-      v338 = v337 * v7, v339 = v338 - x_0, v340 = v339 * v339, v341 = v337 * v6, v342 = v341 + x_1,
-      v343 = v342 * v342, v344 = v340 + v343, v345 = 0.1 * v159, v346 = v345 + v18,
-      v347 = 0.1 * v154, v348 = v346 + v347, v349 = v348 + 0.1, v350 = v349 - x_2,
-      v351 = v350 * v350, v352 = v344 + v351;
-  LANES_LET2(v353, fmax, v352, v289); LANES_LET1(v354, sqrt, v353); out[43] = v354;
-  const lanes v355 = 0.1 * v181, v356 = v355 - v24, v357 = 0.1 * v177, v358 = v356 + v357,
-      v359 = v358 * v7, v360 = v359 + x_0, v361 = v360 * v360, v362 = v358 * v6, v363 = x_1 - v362,
-      v364 = v363 * v363, v365 = v361 + v364, v366 = 0.1 * v185, v367 = v366 + v18,
-      v368 = 0.1 * v176, v369 = v367 + v368, v370 = v369 + 0.1, v371 = v370 - x_2,
-      v372 = v371 * v371, v373 = v365 + v372;
-  LANES_LET2(v374, fmax, v373, v289); LANES_LET1(v375, sqrt, v374); out[44] = v375;
-  const lanes v376 = 0.1 * v201, v377 = v376 - v24, v378 = 0.1 * v197, v379 = v377 + v378,
-      v380 = v379 * v7, v381 = v380 + x_0, v382 = v381 * v381, v383 = v379 * v6, v384 = x_1 - v383,
-      v385 = v384 * v384, v386 = v382 + v385, v387 = 0.1 * v205, v388 = v387 + v18,
-      v389 = 0.1 * v196, v390 = v388 + v389, v391 = v390 + 0.1, v392 = v391 - x_2,
-      v393 = v392 * v392, v394 = v386 + v393;
-  LANES_LET2(v395, fmax, v394, v289); LANES_LET1(v396, sqrt, v395); out[45] = v396;
-  const lanes v397 = 0.1 * v225, v398 = v397 + v24, v399 = 0.1 * v217, v400 = v398 + v399,
-      v401 = v400 * v7, v402 = v401 + x_0, v403 = v402 * v402, v404 = v400 * v6, v405 = x_1 - v404,
-      v406 = v405 * v405, v407 = v403 + v406, v408 = 0.1 * v221, v409 = v408 + v18,
-      v410 = 0.1 * v216, v411 = v409 + v410, v412 = v411 + 0.1, v413 = v412 - x_2,
-      v414 = v413 * v413, v415 = v407 + v414;
-  LANES_LET2(v416, fmax, v415, v289); LANES_LET1(v417, sqrt, v416); out[46] = v417;
-  const lanes v418 = 0.1 * v245, v419 = v418 + v24, v420 = 0.1 * v237, v421 = v419 + v420,
-      v422 = v421 * v7, v423 = v422 + x_0, v424 = v423 * v423, v425 = v421 * v6, v426 = x_1 - v425,
-      v427 = v426 * v426, v428 = v424 + v427, v429 = 0.1 * v241, v430 = v429 + v18,
-      v431 = 0.1 * v236, v432 = v430 + v431, v433 = v432 + 0.1, v434 = v433 - x_2,
-      v435 = v434 * v434, v436 = v428 + v435;
-  LANES_LET2(v437, fmax, v436, v289); LANES_LET1(v438, sqrt, v437); out[47] = v438;
-  const lanes v439 = 2500.0 * v33;
-  out[48] = v439; out[49] = v439;
-  const lanes v440 = 2500.0 * v105;
-  out[50] = v440; out[51] = v440; out[52] = v440; out[53] = v440; out[54] = v439; out[55] = v439;
+  const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2], x_3 = in[3], v1 = 1e-150 - x_0, v2 = x_1 * x_1,
+      v3 = x_2 - 0.1;
+  LANES_COS_SIN(v5, v4, x_3); out[4] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[24] = LANES_OF(0.0);
+  out[29] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[39] = LANES_OF(0.0);
+  const lanes v6 = v1 * v1, v7 = 1e-150 + v4, v8 = v5 * v5;
+  LANES_LET1(v9, fabs, v5);
+  const lanes v10 = v6 + v2, v11 = v7 * v7;
+  LANES_LET1(v12, rsqrt, v10);
+  const lanes v13 = v11 + v8, v14 = x_1 * v12, v15 = v1 * v12;
+  LANES_LET1(v16, rsqrt, v13); LANES_LET2(v17, atan2, v14, v15);
+  const lanes v18 = v7 * v16, v19 = v15 * x_0, v20 = v14 * x_1, v21 = v5 * v16, v22 = 0.1 * v18,
+      v23 = v19 - v20, v24 = 0.1 * v21;
+  LANES_LET2(v25, supplement, v17, v14);
+  const lanes v26 = -v17, v27 = v18 - v4, v28 = v21 * v15, v29 = v21 * v14, v30 = v3 - v22,
+      v31 = v23 + v24, v32 = v23 - v24;
+  out[0] = v26; out[5] = v26; out[10] = v26; out[15] = v26; out[20] = v25; out[25] = v25;
+  out[30] = v25; out[35] = v25;
+  const lanes v33 = v27 * v27, v34 = v28 * v28, v35 = v29 * v29, v36 = v31 * v31, v37 = v30 * v30,
+      v38 = v32 * v32, v39 = v34 + v35, v40 = v36 + v37, v41 = v38 + v37;
+  LANES_LET1(v42, sqrt, v39);
+  const lanes v43 = v40 - 0.02, v44 = 0.04 - v40, v45 = v41 - 0.02, v46 = 0.04 - v41,
+      v47 = v42 - v9, v48 = 0.02 * v43, v49 = v40 * v44, v50 = 0.02 * v45, v51 = v41 * v46,
+      v52 = v47 * v47, v53 = 1e-150 + v48;
+  const lanes_where v54 = LANES_LT(1.6e-18, v49); LANES_LET1(v55, sqrt, v49);
+  const lanes v56 = 1e-150 + v50;
+  const lanes_where v57 = LANES_LT(1.6e-18, v51); LANES_LET1(v58, sqrt, v51);
+  const lanes v59 = v33 + v52, v60 = 2500.0 * v49, v61 = 2500.0 * v51,
+      v62 = LANES_CHOICE(v54, v55, 0.0), v63 = v53 * v53, v64 = LANES_CHOICE(v57, v58, 0.0),
+      v65 = v56 * v56;
+  out[48] = v60; out[49] = v60; out[50] = v61; out[51] = v61; out[52] = v61; out[53] = v61;
+  out[54] = v60; out[55] = v60;
+  const lanes v66 = 0.02 * v62, v67 = 0.02 * v64, v68 = v66 * v66, v69 = v67 * v67, v70 = v68 + v63,
+      v71 = v69 + v65;
+  LANES_LET1(v72, rsqrt, v70); LANES_LET1(v73, rsqrt, v71);
+  const lanes v74 = v53 * v72, v75 = v66 * v72, v76 = v56 * v73, v77 = v67 * v73, v78 = 0.1 * v74,
+      v79 = 0.1 * v75;
+  LANES_LET2(v80, atan2, v75, v74);
+  const lanes v81 = 0.1 * v76, v82 = 0.1 * v77;
+  LANES_LET2(v83, atan2, v77, v76);
+  const lanes v84 = v78 + 0.1, v85 = v31 * v79, v86 = v30 * v79, v87 = v81 + 0.1, v88 = v32 * v82,
+      v89 = v82 * v30;
+  out[2] = v80;
+  const lanes v90 = -v80;
+  out[12] = v83;
+  const lanes v91 = -v83;
+  out[22] = v83; out[32] = v80;
+  const lanes v92 = v30 * v84, v93 = v31 * v84, v94 = v87 * v30, v95 = v32 * v87;
+  out[7] = v90; out[17] = v91; out[27] = v91; out[37] = v90;
+  const lanes v96 = v92 - v85, v97 = v93 + v86, v98 = v85 + v92, v99 = v93 - v86, v100 = v94 - v88,
+      v101 = v95 + v89, v102 = v88 + v94, v103 = v95 - v89, v104 = v96 * v96, v105 = 1e-150 + v97,
+      v106 = v98 * v98, v107 = 1e-150 + v99, v108 = v100 * v100, v109 = 1e-150 + v101,
+      v110 = v102 * v102, v111 = 1e-150 + v103, v112 = 1e-150 - v103, v113 = 1e-150 - v101,
+      v114 = 1e-150 - v99, v115 = 1e-150 - v97, v116 = v105 * v105, v117 = v107 * v107,
+      v118 = v109 * v109, v119 = v111 * v111, v120 = v112 * v112, v121 = v113 * v113,
+      v122 = v114 * v114, v123 = v115 * v115, v124 = v104 + v116, v125 = v106 + v117,
+      v126 = v108 + v118, v127 = v110 + v119, v128 = v110 + v120, v129 = v108 + v121,
+      v130 = v122 + v106, v131 = v123 + v104;
+  LANES_LET1(v132, rsqrt, v124); LANES_LET1(v133, rsqrt, v125); LANES_LET1(v134, rsqrt, v126);
+  LANES_LET1(v135, rsqrt, v127); LANES_LET1(v136, rsqrt, v128); LANES_LET1(v137, rsqrt, v129);
+  LANES_LET1(v138, rsqrt, v130); LANES_LET1(v139, rsqrt, v131);
+  const lanes v140 = v96 * v132, v141 = v105 * v132, v142 = v98 * v133, v143 = v107 * v133,
+      v144 = v100 * v134, v145 = v109 * v134, v146 = v102 * v135, v147 = v111 * v135,
+      v148 = v102 * v136, v149 = v112 * v136, v150 = v100 * v137, v151 = v113 * v137,
+      v152 = v98 * v138, v153 = v114 * v138, v154 = v96 * v139, v155 = v115 * v139;
+  LANES_LET2(v156, atan2, v140, v141);
+  const lanes v157 = v74 * v141, v158 = v75 * v140, v159 = v74 * v140, v160 = v75 * v141;
+  LANES_LET2(v161, atan2, v142, v143);
+  const lanes v162 = v74 * v143, v163 = v75 * v142, v164 = v74 * v142, v165 = v75 * v143;
+  LANES_LET2(v166, atan2, v144, v145);
+  const lanes v167 = v76 * v145, v168 = v77 * v144, v169 = v76 * v144, v170 = v77 * v145;
+  LANES_LET2(v171, atan2, v146, v147);
+  const lanes v172 = v76 * v146, v173 = v77 * v147, v174 = v76 * v147, v175 = v77 * v146;
+  LANES_LET2(v176, atan2, v148, v149);
+  const lanes v177 = v76 * v149, v178 = v77 * v148, v179 = v76 * v148, v180 = v77 * v149;
+  LANES_LET2(v181, atan2, v150, v151);
+  const lanes v182 = v76 * v151, v183 = v77 * v150, v184 = v76 * v150, v185 = v77 * v151;
+  LANES_LET2(v186, atan2, v152, v153);
+  const lanes v187 = v153 * v75, v188 = v152 * v74, v189 = v153 * v74, v190 = v152 * v75;
+  LANES_LET2(v191, atan2, v154, v155);
+  const lanes v192 = v154 * v74, v193 = v155 * v75, v194 = v155 * v74, v195 = v154 * v75,
+      v196 = 0.1 * v141, v197 = 0.1 * v140, v198 = 0.1 * v143, v199 = 0.1 * v142, v200 = 0.1 * v145,
+      v201 = 0.1 * v144, v202 = 0.1 * v147, v203 = 0.1 * v146, v204 = 0.1 * v149, v205 = 0.1 * v148,
+      v206 = 0.1 * v151, v207 = 0.1 * v150, v208 = 0.1 * v153, v209 = 0.1 * v152, v210 = 0.1 * v155,
+      v211 = 0.1 * v154, v212 = v157 - v158, v213 = v159 + v160, v214 = v162 + v163,
+      v215 = v164 - v165, v216 = v167 - v168, v217 = v169 + v170, v218 = v172 - v173,
+      v219 = v174 + v175, v220 = v177 - v178, v221 = v179 + v180, v222 = v182 + v183,
+      v223 = v184 - v185, v224 = v187 + v188, v225 = v189 - v190, v226 = v192 - v193,
+      v227 = v194 + v195;
+  out[1] = v156; out[6] = v161; out[11] = v166; out[16] = v171; out[21] = v176; out[26] = v181;
+  out[31] = v186; out[36] = v191;
+  const lanes v228 = v21 * v212, v229 = v18 * v213, v230 = v18 * v212, v231 = v21 * v213,
+      v232 = v21 * v214, v233 = v18 * v215, v234 = v18 * v214, v235 = v21 * v215, v236 = v216 * v21,
+      v237 = v217 * v18, v238 = v216 * v18, v239 = v217 * v21, v240 = v18 * v218, v241 = v219 * v21,
+      v242 = v18 * v219, v243 = v218 * v21, v244 = v21 * v220, v245 = v18 * v221, v246 = v18 * v220,
+      v247 = v21 * v221, v248 = v21 * v222, v249 = v18 * v223, v250 = v18 * v222, v251 = v21 * v223,
+      v252 = v18 * v224, v253 = v21 * v225, v254 = v18 * v225, v255 = v21 * v224, v256 = v18 * v226,
+      v257 = v21 * v227, v258 = v18 * v227, v259 = v21 * v226, v260 = 0.1 * v212, v261 = 0.1 * v213,
+      v262 = 0.1 * v214, v263 = 0.1 * v215, v264 = 0.1 * v216, v265 = 0.1 * v217, v266 = 0.1 * v219,
+      v267 = 0.1 * v218, v268 = 0.1 * v220, v269 = 0.1 * v221, v270 = 0.1 * v222, v271 = 0.1 * v223,
+      v272 = 0.1 * v225, v273 = 0.1 * v224, v274 = 0.1 * v227, v275 = 0.1 * v226,
+      v276 = v228 - v229, v277 = v230 + v231, v278 = v232 - v233, v279 = v234 + v235,
+      v280 = v236 + v237, v281 = v238 - v239, v282 = v240 + v241, v283 = v242 - v243,
+      v284 = v244 - v245, v285 = v246 + v247, v286 = v248 - v249, v287 = v250 + v251,
+      v288 = v252 + v253, v289 = v254 - v255, v290 = v256 + v257, v291 = v258 - v259,
+      v292 = v260 - v24, v293 = v22 + v261, v294 = v262 - v24, v295 = v22 + v263, v296 = v264 + v24,
+      v297 = v265 + v22, v298 = v266 + v24, v299 = v267 + v22, v300 = v268 - v24, v301 = v269 + v22,
+      v302 = v270 - v24, v303 = v271 + v22, v304 = v272 + v24, v305 = v273 + v22, v306 = v274 + v24,
+      v307 = v275 + v22;
+  LANES_LET2(v308, atan2, v276, v277); LANES_LET2(v309, atan2, v278, v279);
+  LANES_LET2(v310, atan2, v280, v281); LANES_LET2(v311, atan2, v282, v283);
+  LANES_LET2(v312, atan2, v284, v285); LANES_LET2(v313, atan2, v286, v287);
+  LANES_LET2(v314, atan2, v288, v289); LANES_LET2(v315, atan2, v290, v291);
+  const lanes v316 = v292 + v196, v317 = v293 + v197, v318 = v198 + v294, v319 = v295 + v199,
+      v320 = v296 + v200, v321 = v297 + v201, v322 = v298 + v202, v323 = v299 + v203,
+      v324 = v300 + v204, v325 = v301 + v205, v326 = v302 + v206, v327 = v303 + v207,
+      v328 = v304 + v208, v329 = v305 + v209, v330 = v306 + v210, v331 = v307 + v211;
+  out[3] = v308; out[8] = v309;
+  const lanes v332 = -v310, v333 = -v311;
+  out[23] = v312; out[28] = v313;
+  const lanes v334 = -v314, v335 = -v315, v336 = v15 * v316, v337 = v14 * v316, v338 = v317 + 0.1,
+      v339 = v318 * v15, v340 = v318 * v14, v341 = v319 + 0.1, v342 = v320 * v15, v343 = v320 * v14,
+      v344 = v321 + 0.1, v345 = v322 * v15, v346 = v322 * v14, v347 = v323 + 0.1, v348 = v324 * v15,
+      v349 = v324 * v14, v350 = v325 + 0.1, v351 = v326 * v15, v352 = v326 * v14, v353 = v327 + 0.1,
+      v354 = v328 * v15, v355 = v328 * v14, v356 = v329 + 0.1, v357 = v330 * v15, v358 = v330 * v14,
+      v359 = v331 + 0.1;
+  out[13] = v332; out[18] = v333; out[33] = v334; out[38] = v335;
+  const lanes v360 = v336 - x_0, v361 = v337 + x_1, v362 = v338 - x_2, v363 = v339 - x_0,
+      v364 = v340 + x_1, v365 = v341 - x_2, v366 = v342 - x_0, v367 = v343 + x_1, v368 = v344 - x_2,
+      v369 = v345 - x_0, v370 = v346 + x_1, v371 = v347 - x_2, v372 = v348 + x_0, v373 = x_1 - v349,
+      v374 = v350 - x_2, v375 = v351 + x_0, v376 = x_1 - v352, v377 = v353 - x_2, v378 = v354 + x_0,
+      v379 = x_1 - v355, v380 = v356 - x_2, v381 = v357 + x_0, v382 = x_1 - v358, v383 = v359 - x_2,
+      v384 = v360 * v360, v385 = v361 * v361, v386 = v362 * v362, v387 = v363 * v363,
+      v388 = v364 * v364, v389 = v365 * v365, v390 = v366 * v366, v391 = v367 * v367,
+      v392 = v368 * v368, v393 = v369 * v369, v394 = v370 * v370, v395 = v371 * v371,
+      v396 = v372 * v372, v397 = v373 * v373, v398 = v374 * v374, v399 = v375 * v375,
+      v400 = v376 * v376, v401 = v377 * v377, v402 = v378 * v378, v403 = v379 * v379,
+      v404 = v380 * v380, v405 = v381 * v381, v406 = v382 * v382, v407 = v383 * v383,
+      v408 = v384 + v385, v409 = v387 + v388, v410 = v390 + v391, v411 = v393 + v394,
+      v412 = v396 + v397, v413 = v399 + v400, v414 = v402 + v403, v415 = v405 + v406,
+      v416 = v408 + v386, v417 = v409 + v389, v418 = v410 + v392, v419 = v411 + v395,
+      v420 = v412 + v398, v421 = v413 + v401, v422 = v414 + v404, v423 = v415 + v407;
+  const lanes_where v424 = LANES_LT(v59, v416); const lanes_where v425 = LANES_LT(v59, v417);
+  const lanes_where v426 = LANES_LT(v59, v418); const lanes_where v427 = LANES_LT(v59, v419);
+  const lanes_where v428 = LANES_LT(v59, v420); const lanes_where v429 = LANES_LT(v59, v421);
+  const lanes_where v430 = LANES_LT(v59, v422); const lanes_where v431 = LANES_LT(v59, v423);
+  const lanes v432 = LANES_CHOICE(v424, v416, v59), v433 = LANES_CHOICE(v425, v417, v59),
+      v434 = LANES_CHOICE(v426, v418, v59), v435 = LANES_CHOICE(v427, v419, v59),
+      v436 = LANES_CHOICE(v428, v420, v59), v437 = LANES_CHOICE(v429, v421, v59),
+      v438 = LANES_CHOICE(v430, v422, v59), v439 = LANES_CHOICE(v431, v423, v59);
+  LANES_LET1(v440, sqrt, v432); LANES_LET1(v441, sqrt, v433); LANES_LET1(v442, sqrt, v434);
+  LANES_LET1(v443, sqrt, v435); LANES_LET1(v444, sqrt, v436); LANES_LET1(v445, sqrt, v437);
+  LANES_LET1(v446, sqrt, v438); LANES_LET1(v447, sqrt, v439); out[40] = v440; out[41] = v441;
+  out[42] = v442; out[43] = v443; out[44] = v444; out[45] = v445; out[46] = v446; out[47] = v447;
 }
 
 static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction)(const lanes *in, lanes *out)
 {
   const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2], x_3 = in[3], x_4 = in[4], x_5 = in[5],
-      v1 = 1e-150 - x_0, v2 = v1 * v1, v3 = x_1 * x_1, v4 = v2 + v3;
-  LANES_LET1(v5, rsqrt, v4);
-  const lanes v6 = x_1 * v5, v7 = v1 * v5;
-  LANES_LET2(v8, atan2, v6, v7);
-  const lanes v9 = x_2 - 0.1, v10 = 1e-150 + x_5, v11 = v7 * x_3, v12 = v6 * x_4, v13 = v11 - v12,
-      v14 = v13 * v13, v15 = v10 * v10, v16 = v14 + v15;
-  LANES_LET1(v17, rsqrt, v16);
-  const lanes v18 = v10 * v17, v19 = 0.1 * v18, v20 = v9 - v19, v21 = v7 * x_0, v22 = v6 * x_1,
-      v23 = v21 - v22, v24 = v13 * v17, v25 = 0.1 * v24, v26 = v23 - v25, v27 = v26 * v26,
-      v28 = v20 * v20, v29 = v27 + v28, v30 = v29 - 0.02, v31 = 0.02 * v30, v32 = 1e-150 + v31,
-      v33 = 0.04 - v29, v34 = v29 * v33;
-  const lanes_where v35 = LANES_LT(1.6e-18, v34); LANES_LET1(v36, sqrt, v34);
-  const lanes v37 = LANES_CHOICE(v35, v36, 0.0), v38 = 0.02 * v37, v39 = v38 * v38, v40 = v32 * v32,
-      v41 = v39 + v40;
-  LANES_LET1(v42, rsqrt, v41);
-  const lanes v43 = v32 * v42, v44 = 0.1 * v43, v45 = v44 + 0.1, v46 = v20 * v45, v47 = v38 * v42,
-      v48 = 0.1 * v47, v49 = v26 * v48, v50 = v46 - v49, v51 = v50 * v50, v52 = v26 * v45,
-      v53 = v20 * v48, v54 = v52 + v53, v55 = 1e-150 + v54, v56 = v55 * v55, v57 = v51 + v56;
-  LANES_LET1(v58, rsqrt, v57);
-  const lanes v59 = v50 * v58, v60 = v55 * v58;
-  LANES_LET2(v61, atan2, v59, v60); LANES_LET2(v62, atan2, v47, v43);
-  const lanes v63 = v43 * v59, v64 = v47 * v60, v65 = v63 + v64, v66 = v18 * v65, v67 = v43 * v60,
-      v68 = v47 * v59, v69 = v67 - v68, v70 = v24 * v69, v71 = v66 + v70, v72 = v18 * v69,
-      v73 = v24 * v65, v74 = v72 - v73;
-  LANES_LET2(v75, atan2, v71, v74);
-  const lanes v76 = v49 + v46, v77 = v76 * v76, v78 = v52 - v53, v79 = 1e-150 + v78,
-      v80 = v79 * v79, v81 = v77 + v80;
-  LANES_LET1(v82, rsqrt, v81);
-  const lanes v83 = v76 * v82, v84 = v79 * v82;
-  LANES_LET2(v85, atan2, v83, v84);
-  const lanes v86 = v43 * v83, v87 = v47 * v84, v88 = v86 - v87, v89 = v18 * v88, v90 = v43 * v84,
-      v91 = v47 * v83, v92 = v90 + v91, v93 = v24 * v92, v94 = v89 + v93, v95 = v18 * v92,
-      v96 = v24 * v88, v97 = v95 - v96;
-  LANES_LET2(v98, atan2, v94, v97);
-  const lanes v99 = -v7;
-  LANES_LET2(v100, supplement, v8, v6);
-  const lanes v101 = 1e-150 - v78, v102 = v101 * v101, v103 = v102 + v77;
-  LANES_LET1(v104, rsqrt, v103);
-  const lanes v105 = v76 * v104, v106 = v101 * v104;
-  LANES_LET2(v107, atan2, v105, v106);
-  const lanes v108 = v106 * v47, v109 = v105 * v43, v110 = v108 + v109, v111 = v110 * v18,
-      v112 = v106 * v43, v113 = v105 * v47, v114 = v112 - v113, v115 = v114 * v24,
-      v116 = v111 - v115, v117 = v114 * v18, v118 = v110 * v24, v119 = v117 + v118;
-  LANES_LET2(v120, atan2, v116, v119);
-  const lanes v121 = 1e-150 - v54, v122 = v121 * v121, v123 = v122 + v51;
-  LANES_LET1(v124, rsqrt, v123);
-  const lanes v125 = v50 * v124, v126 = v121 * v124;
-  LANES_LET2(v127, atan2, v125, v126);
-  const lanes v128 = v125 * v43, v129 = v126 * v47, v130 = v128 - v129, v131 = v130 * v18,
-      v132 = v126 * v43, v133 = v125 * v47, v134 = v132 + v133, v135 = v134 * v24,
-      v136 = v131 - v135, v137 = v134 * v18, v138 = v130 * v24, v139 = v137 + v138;
-  LANES_LET2(v140, atan2, v136, v139);
-  const lanes v141 = -v8;
-  out[0] = v141; out[1] = v61; out[2] = v62;
-  const lanes v142 = -v75;
-  out[3] = v142; out[4] = LANES_OF(0.0); out[5] = v141; out[6] = v85;
-  const lanes v143 = -v62;
-  out[7] = v143;
-  const lanes v144 = -v98;
-  out[8] = v144; out[9] = LANES_OF(0.0); out[10] = v100; out[11] = v107; out[12] = v62;
-  const lanes v145 = -v120;
-  out[13] = v145; out[14] = LANES_OF(0.0); out[15] = v100; out[16] = v127; out[17] = v143;
-  const lanes v146 = -v140;
-  out[18] = v146; out[19] = LANES_OF(0.0);
-  const lanes v147 = 0.1 * v69, v148 = v25 + v147, v149 = 0.1 * v60, v150 = v148 + v149,
-      v151 = v7 * v150, v152 = v151 - x_0, v153 = v152 * v152, v154 = v6 * v150, v155 = v154 + x_1,
-      v156 = v155 * v155, v157 = v153 + v156, v158 = 0.1 * v65, v159 = v19 + v158, v160 = 0.1 * v59,
-      v161 = v159 + v160, v162 = v161 + 0.1, v163 = v162 - x_2, v164 = v163 * v163,
-      v165 = v157 + v164, v166 = v24 * v7, v167 = v166 - x_3, v168 = v167 * v167, v169 = v24 * v6,
-      v170 = v169 + x_4, v171 = v170 * v170, v172 = v168 + v171, v173 = v18 - x_5,
-      v174 = v173 * v173, v175 = v172 + v174;
-  LANES_LET2(v176, fmax, v165, v175); LANES_LET1(v177, sqrt, v176); out[20] = v177;
-  const lanes v178 = 0.1 * v92, v179 = v25 + v178, v180 = 0.1 * v84, v181 = v179 + v180,
-      v182 = v7 * v181, v183 = v182 - x_0, v184 = v183 * v183, v185 = v6 * v181, v186 = v185 + x_1,
-      v187 = v186 * v186, v188 = v184 + v187, v189 = 0.1 * v88, v190 = v19 + v189, v191 = 0.1 * v83,
-      v192 = v190 + v191, v193 = v192 + 0.1, v194 = v193 - x_2, v195 = v194 * v194,
-      v196 = v188 + v195;
-  LANES_LET2(v197, fmax, v196, v175); LANES_LET1(v198, sqrt, v197); out[21] = v198;
-  const lanes v199 = 0.1 * v114, v200 = v199 - v25, v201 = 0.1 * v106, v202 = v200 + v201,
-      v203 = v202 * v7, v204 = v203 + x_0, v205 = v204 * v204, v206 = v202 * v6, v207 = x_1 - v206,
-      v208 = v207 * v207, v209 = v205 + v208, v210 = 0.1 * v110, v211 = v210 + v19,
-      v212 = 0.1 * v105, v213 = v211 + v212, v214 = v213 + 0.1, v215 = v214 - x_2,
-      v216 = v215 * v215, v217 = v209 + v216;
-  LANES_LET2(v218, fmax, v217, v175); LANES_LET1(v219, sqrt, v218); out[22] = v219;
-  const lanes v220 = 0.1 * v134, v221 = v220 - v25, v222 = 0.1 * v126, v223 = v221 + v222,
-      v224 = v223 * v7, v225 = v224 + x_0, v226 = v225 * v225, v227 = v223 * v6, v228 = x_1 - v227,
-      v229 = v228 * v228, v230 = v226 + v229, v231 = 0.1 * v130, v232 = v231 + v19,
-      v233 = 0.1 * v125, v234 = v232 + v233, v235 = v234 + 0.1, v236 = v235 - x_2,
-      v237 = v236 * v236, v238 = v230 + v237;
-  LANES_LET2(v239, fmax, v238, v175); LANES_LET1(v240, sqrt, v239); out[23] = v240;
-  const lanes v241 = 2500.0 * v34;
-  out[24] = v241; out[25] = v241; out[26] = v241; out[27] = v241;
+      v1 = 1e-150 - x_0, v2 = x_1 * x_1, v3 = x_2 - 0.1, v4 = 1e-150 + x_5;
+  out[4] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
+  const lanes v5 = v1 * v1, v6 = v4 * v4, v7 = v5 + v2;
+  LANES_LET1(v8, rsqrt, v7);
+  const lanes v9 = x_1 * v8, v10 = v1 * v8;
+  LANES_LET2(v11, atan2, v9, v10);
+  const lanes v12 = v10 * x_3, v13 = v9 * x_4, v14 = v10 * x_0, v15 = v9 * x_1, v16 = v12 - v13,
+      v17 = v14 - v15;
+  LANES_LET2(v18, supplement, v11, v9);
+  const lanes v19 = -v11, v20 = v16 * v16;
+  out[0] = v19; out[5] = v19; out[10] = v18; out[15] = v18;
+  const lanes v21 = v20 + v6;
+  LANES_LET1(v22, rsqrt, v21);
+  const lanes v23 = v4 * v22, v24 = v16 * v22, v25 = 0.1 * v23, v26 = 0.1 * v24, v27 = v24 * v10,
+      v28 = v24 * v9, v29 = v23 - x_5, v30 = v3 - v25, v31 = v17 - v26, v32 = v27 - x_3,
+      v33 = v28 + x_4, v34 = v29 * v29, v35 = v31 * v31, v36 = v30 * v30, v37 = v32 * v32,
+      v38 = v33 * v33, v39 = v35 + v36, v40 = v37 + v38, v41 = v39 - 0.02, v42 = 0.04 - v39,
+      v43 = v40 + v34, v44 = 0.02 * v41, v45 = v39 * v42, v46 = 1e-150 + v44;
+  const lanes_where v47 = LANES_LT(1.6e-18, v45); LANES_LET1(v48, sqrt, v45);
+  const lanes v49 = 2500.0 * v45, v50 = LANES_CHOICE(v47, v48, 0.0), v51 = v46 * v46;
+  out[24] = v49; out[25] = v49; out[26] = v49; out[27] = v49;
+  const lanes v52 = 0.02 * v50, v53 = v52 * v52, v54 = v53 + v51;
+  LANES_LET1(v55, rsqrt, v54);
+  const lanes v56 = v46 * v55, v57 = v52 * v55, v58 = 0.1 * v56, v59 = 0.1 * v57;
+  LANES_LET2(v60, atan2, v57, v56);
+  const lanes v61 = v58 + 0.1, v62 = v31 * v59, v63 = v30 * v59;
+  out[2] = v60;
+  const lanes v64 = -v60;
+  out[12] = v60;
+  const lanes v65 = v30 * v61, v66 = v31 * v61;
+  out[7] = v64; out[17] = v64;
+  const lanes v67 = v65 - v62, v68 = v66 + v63, v69 = v62 + v65, v70 = v66 - v63, v71 = v67 * v67,
+      v72 = 1e-150 + v68, v73 = v69 * v69, v74 = 1e-150 + v70, v75 = 1e-150 - v70,
+      v76 = 1e-150 - v68, v77 = v72 * v72, v78 = v74 * v74, v79 = v75 * v75, v80 = v76 * v76,
+      v81 = v71 + v77, v82 = v73 + v78, v83 = v79 + v73, v84 = v80 + v71;
+  LANES_LET1(v85, rsqrt, v81); LANES_LET1(v86, rsqrt, v82); LANES_LET1(v87, rsqrt, v83);
+  LANES_LET1(v88, rsqrt, v84);
+  const lanes v89 = v67 * v85, v90 = v72 * v85, v91 = v69 * v86, v92 = v74 * v86, v93 = v69 * v87,
+      v94 = v75 * v87, v95 = v67 * v88, v96 = v76 * v88;
+  LANES_LET2(v97, atan2, v89, v90);
+  const lanes v98 = v56 * v89, v99 = v57 * v90, v100 = v56 * v90, v101 = v57 * v89;
+  LANES_LET2(v102, atan2, v91, v92);
+  const lanes v103 = v56 * v91, v104 = v57 * v92, v105 = v56 * v92, v106 = v57 * v91;
+  LANES_LET2(v107, atan2, v93, v94);
+  const lanes v108 = v94 * v57, v109 = v93 * v56, v110 = v94 * v56, v111 = v93 * v57;
+  LANES_LET2(v112, atan2, v95, v96);
+  const lanes v113 = v95 * v56, v114 = v96 * v57, v115 = v96 * v56, v116 = v95 * v57,
+      v117 = 0.1 * v90, v118 = 0.1 * v89, v119 = 0.1 * v92, v120 = 0.1 * v91, v121 = 0.1 * v94,
+      v122 = 0.1 * v93, v123 = 0.1 * v96, v124 = 0.1 * v95, v125 = v98 + v99, v126 = v100 - v101,
+      v127 = v103 - v104, v128 = v105 + v106, v129 = v108 + v109, v130 = v110 - v111,
+      v131 = v113 - v114, v132 = v115 + v116;
+  out[1] = v97; out[6] = v102; out[11] = v107; out[16] = v112;
+  const lanes v133 = v23 * v125, v134 = v24 * v126, v135 = v23 * v126, v136 = v24 * v125,
+      v137 = v23 * v127, v138 = v24 * v128, v139 = v23 * v128, v140 = v24 * v127, v141 = v129 * v23,
+      v142 = v130 * v24, v143 = v130 * v23, v144 = v129 * v24, v145 = v23 * v131, v146 = v132 * v24,
+      v147 = v132 * v23, v148 = v131 * v24, v149 = 0.1 * v126, v150 = 0.1 * v125, v151 = 0.1 * v128,
+      v152 = 0.1 * v127, v153 = 0.1 * v130, v154 = 0.1 * v129, v155 = 0.1 * v132, v156 = 0.1 * v131,
+      v157 = v133 + v134, v158 = v135 - v136, v159 = v137 + v138, v160 = v139 - v140,
+      v161 = v141 - v142, v162 = v143 + v144, v163 = v145 - v146, v164 = v147 + v148,
+      v165 = v26 + v149, v166 = v25 + v150, v167 = v26 + v151, v168 = v25 + v152, v169 = v153 - v26,
+      v170 = v154 + v25, v171 = v155 - v26, v172 = v156 + v25;
+  LANES_LET2(v173, atan2, v157, v158); LANES_LET2(v174, atan2, v159, v160);
+  LANES_LET2(v175, atan2, v161, v162); LANES_LET2(v176, atan2, v163, v164);
+  const lanes v177 = v165 + v117, v178 = v166 + v118, v179 = v167 + v119, v180 = v168 + v120,
+      v181 = v169 + v121, v182 = v170 + v122, v183 = v171 + v123, v184 = v172 + v124, v185 = -v173,
+      v186 = -v174, v187 = -v175, v188 = -v176, v189 = v10 * v177, v190 = v9 * v177,
+      v191 = v178 + 0.1, v192 = v179 * v10, v193 = v179 * v9, v194 = v180 + 0.1, v195 = v181 * v10,
+      v196 = v181 * v9, v197 = v182 + 0.1, v198 = v183 * v10, v199 = v183 * v9, v200 = v184 + 0.1;
+  out[3] = v185; out[8] = v186; out[13] = v187; out[18] = v188;
+  const lanes v201 = v189 - x_0, v202 = v190 + x_1, v203 = v191 - x_2, v204 = v192 - x_0,
+      v205 = v193 + x_1, v206 = v194 - x_2, v207 = v195 + x_0, v208 = x_1 - v196, v209 = v197 - x_2,
+      v210 = v198 + x_0, v211 = x_1 - v199, v212 = v200 - x_2, v213 = v201 * v201,
+      v214 = v202 * v202, v215 = v203 * v203, v216 = v204 * v204, v217 = v205 * v205,
+      v218 = v206 * v206, v219 = v207 * v207, v220 = v208 * v208, v221 = v209 * v209,
+      v222 = v210 * v210, v223 = v211 * v211, v224 = v212 * v212, v225 = v213 + v214,
+      v226 = v216 + v217, v227 = v219 + v220, v228 = v222 + v223, v229 = v225 + v215,
+      v230 = v226 + v218, v231 = v227 + v221, v232 = v228 + v224;
+  const lanes_where v233 = LANES_LT(v43, v229); const lanes_where v234 = LANES_LT(v43, v230);
+  const lanes_where v235 = LANES_LT(v43, v231); const lanes_where v236 = LANES_LT(v43, v232);
+  const lanes v237 = LANES_CHOICE(v233, v229, v43), v238 = LANES_CHOICE(v234, v230, v43),
+      v239 = LANES_CHOICE(v235, v231, v43), v240 = LANES_CHOICE(v236, v232, v43);
+  LANES_LET1(v241, sqrt, v237); LANES_LET1(v242, sqrt, v238); LANES_LET1(v243, sqrt, v239);
+  LANES_LET1(v244, sqrt, v240); out[20] = v241; out[21] = v242; out[22] = v243; out[23] = v244;
 }

@@ -28,87 +28,93 @@ LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
       choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
       choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = T_7 * T_7, v2 = T_3 - q1_0,
-      v3 = v2 - 1.0, v4 = 1e-150 + v3, v5 = v4 * v4, v6 = v1 + v5;
-  LANES_LET1(v7, rsqrt, v6);
-  const lanes v8 = T_7 * v7, v9 = v4 * v7, v10 = choice_0 * v9, v12 = choice_0 * v8,
-      v13 = T_7 * v12, v14 = v3 * v10, v15 = v13 + v14, v16 = 1.333 + q4_0, v17 = v16 - 1.0,
-      v18 = 1.926 * v17, v19 = v17 * v17, v20 = 0.110889 + v19, v21 = 1.4837904000000002e-14 * v20,
-      v22 = 3.709476 * v20, v23 = v15 * v15, v24 = T_11 - 0.3, v25 = v24 * v24, v26 = v23 + v25,
-      v27 = 0.927369 + v20, v28 = v26 - v27, v29 = v28 * v28, v30 = v22 - v29;
-  const lanes_where v31 = LANES_LT(v21, v30); LANES_LET1(v32, sqrt, v30);
-  const lanes v33 = LANES_CHOICE(v31, v32, 0.0), v34 = choice_1 * v33, v35 = v18 * v34,
-      v36 = 0.641358 * v28, v37 = v35 - v36, v38 = 1e-150 + v37, v39 = 0.641358 * v34,
-      v40 = v18 * v28, v41 = v39 + v40, v42 = v41 * v41, v43 = v38 * v38, v44 = v42 + v43;
-  LANES_LET1(v45, rsqrt, v44);
-  const lanes v46 = v38 * v45, v47 = 0.963 * v46, v48 = 0.333 - v47, v49 = v15 * v48,
-      v50 = v41 * v45, v51 = 0.963 * v50, v52 = v17 + v51, v53 = v24 * v52, v54 = v49 - v53,
-      v55 = v54 * v54, v56 = v15 * v52, v57 = v24 * v48, v58 = v56 + v57, v59 = 1e-150 + v58,
-      v60 = v59 * v59, v61 = v55 + v60;
-  LANES_LET1(v62, rsqrt, v61);
-  const lanes v63 = v54 * v62, v64 = v59 * v62, v67 = T_6 * v10, v68 = T_2 * v12, v69 = v67 - v68,
-      v70 = v69 * v69, v71 = T_2 * v10, v72 = T_6 * v12, v73 = v71 + v72, v74 = v64 * v73,
-      v75 = T_10 * v63, v76 = v74 - v75, v77 = v46 * v76, v78 = T_10 * v64, v79 = v63 * v73,
-      v80 = v78 + v79, v81 = v50 * v80, v82 = v77 + v81, v83 = 1e-150 - v82, v84 = v83 * v83,
-      v85 = v70 + v84;
-  LANES_LET1(v86, rsqrt, v85);
-  const lanes v87 = v69 * v86, v88 = v83 * v86, v89 = choice_2 * v88;
-  LANES_LET2(v90, atan2, v87, v89);
-  const lanes v91 = v46 * v80, v92 = v50 * v76, v93 = v91 - v92, v94 = v93 * v93, v95 = v82 * v89,
-      v96 = choice_2 * v87, v97 = v69 * v96, v98 = v95 - v97, v99 = v98 * v98, v100 = v94 + v99;
-  LANES_LET1(v101, rsqrt, v100);
-  const lanes v102 = v93 * v101, v103 = v98 * v101;
-  LANES_LET2(v104, atan2, v102, v103);
-  const lanes v105 = T_4 * v10, v106 = T_0 * v12, v107 = v105 - v106, v108 = v89 * v107,
-      v109 = T_0 * v10, v110 = T_4 * v12, v111 = v109 + v110, v112 = v64 * v111, v113 = T_8 * v63,
-      v114 = v112 - v113, v115 = v46 * v114, v116 = T_8 * v64, v117 = v63 * v111,
-      v118 = v116 + v117, v119 = v50 * v118, v120 = v115 + v119, v121 = v96 * v120,
-      v122 = v108 + v121, v123 = v122 * v122, v124 = v46 * v118, v125 = v50 * v114,
-      v126 = v124 - v125, v127 = v103 * v126, v128 = v89 * v120, v129 = v96 * v107,
-      v130 = v128 - v129, v131 = v102 * v130, v132 = v127 - v131, v133 = v132 * v132,
-      v134 = v123 + v133;
-  LANES_LET1(v135, rsqrt, v134);
-  const lanes v136 = v122 * v135, v137 = v132 * v135;
-  LANES_LET2(v138, atan2, v136, v137); out[0] = q1_0; out[3] = q4_0;
-  const lanes v141 = choice_2 * v90;
-  out[5] = v141;
-  const lanes v142 = -v104;
-  out[6] = v142; out[7] = v138;
-  const lanes v143 = q1_0 + 1.0, v144 = q4_0 + 0.333, v145 = v144 * v64, v146 = 0.333 * v63,
-      v147 = v145 + v146, v148 = v46 * v63, v149 = v50 * v64, v150 = v148 - v149,
-      v151 = 0.963 * v150, v152 = v147 - v151, v153 = v10 * v152, v154 = v143 + v153,
-      v155 = v154 - T_3, v156 = v155 * v155, v157 = v12 * v152, v158 = v157 - T_7,
-      v159 = v158 * v158, v160 = v156 + v159, v161 = v46 * v64, v162 = v50 * v63,
-      v163 = v161 + v162, v164 = 0.963 * v163, v165 = v144 * v63, v166 = 0.333 * v64,
-      v167 = v165 - v166, v168 = v164 + v167, v169 = 0.3 - v168, v170 = v169 - T_11,
-      v171 = v170 * v170, v172 = v160 + v171, v173 = v10 * v150, v174 = v103 * v173,
-      v175 = v12 * v96, v176 = v10 * v163, v177 = v89 * v176, v178 = v175 + v177,
-      v179 = v102 * v178, v180 = v174 - v179, v181 = v137 * v180, v182 = v12 * v89,
-      v183 = v96 * v176, v184 = v182 - v183, v185 = v136 * v184, v186 = v181 - v185,
-      v187 = v186 - T_0, v188 = v187 * v187, v189 = v137 * v184, v190 = v136 * v180,
-      v191 = v189 + v190, v192 = v191 - T_1, v193 = v192 * v192, v194 = v188 + v193,
-      v195 = v103 * v178, v196 = v102 * v173, v197 = v195 + v196, v198 = v197 - T_2,
-      v199 = v198 * v198, v200 = v194 + v199, v201 = v12 * v150, v202 = v103 * v201,
-      v203 = v12 * v163, v204 = v89 * v203, v205 = v10 * v96, v206 = v204 - v205,
-      v207 = v102 * v206, v208 = v202 - v207, v209 = v137 * v208, v210 = v10 * v89,
-      v211 = v96 * v203, v212 = v210 + v211, v213 = v136 * v212, v214 = v209 + v213,
-      v215 = v214 - T_4, v216 = v215 * v215, v217 = v200 + v216, v218 = v136 * v208,
-      v219 = v137 * v212, v220 = v218 - v219, v221 = v220 - T_5, v222 = v221 * v221,
-      v223 = v217 + v222, v224 = v103 * v206, v225 = v102 * v201, v226 = v224 + v225,
-      v227 = v226 - T_6, v228 = v227 * v227, v229 = v223 + v228, v230 = v103 * v163,
-      v231 = v89 * v150, v232 = v102 * v231, v233 = v230 + v232, v234 = v137 * v233,
-      v235 = v96 * v150, v236 = v136 * v235, v237 = v234 - v236, v238 = v237 - T_8,
-      v239 = v238 * v238, v240 = v229 + v239, v241 = v137 * v235, v242 = v136 * v233,
-      v243 = v241 + v242, v244 = v243 - T_9, v245 = v244 * v244, v246 = v240 + v245,
-      v247 = v102 * v163, v248 = v103 * v231, v249 = v247 - v248, v250 = v249 - T_10,
-      v251 = v250 * v250, v252 = v246 + v251, v253 = 0.5 * v252;
-  LANES_LET2(v254, fmax, v172, v253); LANES_LET1(v255, sqrt, v254); out[8] = v255;
-  const lanes v256 = 1e-300 + v22, v257 = v30 / v256;
-  out[9] = v257; lanes v11, v65; LANES_NAME(lanes_two_atan2)(&v8, &v10, &v63, &v64, &v11, &v65);
-  LANES_LET2(v66, atan2, v50, v46);
-  const lanes v139 = choice_0 * v11;
-  out[1] = v139; out[2] = v65;
-  const lanes v140 = -v66;
-  out[4] = v140;
+      v3 = 1.333 + q4_0, v4 = T_11 - 0.3;
+  out[0] = q1_0; out[3] = q4_0;
+  const lanes v5 = q1_0 + 1.0, v6 = q4_0 + 0.333, v7 = v2 - 1.0, v8 = v3 - 1.0, v9 = v4 * v4,
+      v10 = 1e-150 + v7, v11 = 1.926 * v8, v12 = v8 * v8, v13 = v10 * v10, v14 = 0.110889 + v12,
+      v15 = v1 + v13, v16 = 1.4837904000000002e-14 * v14, v17 = 3.709476 * v14,
+      v18 = 0.927369 + v14;
+  LANES_LET1(v19, rsqrt, v15);
+  const lanes v20 = 1e-300 + v17, v21 = T_7 * v19, v22 = v10 * v19, v23 = choice_0 * v22,
+      v24 = choice_0 * v21, v26 = T_7 * v24, v27 = v7 * v23, v28 = T_6 * v23, v29 = T_2 * v24,
+      v30 = T_2 * v23, v31 = T_6 * v24, v32 = T_4 * v23, v33 = T_0 * v24, v34 = T_0 * v23,
+      v35 = T_4 * v24, v36 = v26 + v27, v37 = v28 - v29, v38 = v30 + v31, v39 = v32 - v33,
+      v40 = v34 + v35, v42 = v36 * v36, v43 = v37 * v37, v44 = v42 + v9, v45 = v44 - v18,
+      v46 = v45 * v45, v47 = 0.641358 * v45, v48 = v11 * v45, v49 = v17 - v46;
+  const lanes_where v50 = LANES_LT(v16, v49); LANES_LET1(v51, sqrt, v49);
+  const lanes v52 = v49 / v20, v53 = LANES_CHOICE(v50, v51, 0.0);
+  out[9] = v52;
+  const lanes v54 = choice_1 * v53, v55 = v11 * v54, v56 = 0.641358 * v54, v57 = v55 - v47,
+      v58 = v56 + v48, v59 = 1e-150 + v57, v60 = v58 * v58, v61 = v59 * v59, v62 = v60 + v61;
+  LANES_LET1(v63, rsqrt, v62);
+  const lanes v64 = v59 * v63, v65 = v58 * v63, v66 = 0.963 * v64, v67 = 0.963 * v65,
+      v69 = 0.333 - v66, v70 = v8 + v67, v72 = v36 * v69, v73 = v4 * v70, v74 = v36 * v70,
+      v75 = v4 * v69, v76 = v72 - v73, v77 = v74 + v75, v78 = v76 * v76, v79 = 1e-150 + v77,
+      v80 = v79 * v79, v81 = v78 + v80;
+  LANES_LET1(v82, rsqrt, v81);
+  const lanes v83 = v76 * v82, v84 = v79 * v82, v86 = v84 * v38, v87 = T_10 * v83, v88 = T_10 * v84,
+      v89 = v83 * v38, v90 = v84 * v40, v91 = T_8 * v83, v92 = T_8 * v84, v93 = v83 * v40,
+      v94 = v64 * v83, v95 = v65 * v84, v96 = v64 * v84, v97 = v65 * v83, v98 = v6 * v84,
+      v99 = 0.333 * v83, v100 = v6 * v83, v101 = 0.333 * v84, v102 = v86 - v87, v103 = v88 + v89,
+      v104 = v90 - v91, v105 = v92 + v93, v106 = v94 - v95, v107 = v96 + v97, v108 = v98 + v99,
+      v109 = v100 - v101, v110 = v64 * v102, v111 = v65 * v103, v112 = v64 * v103,
+      v113 = v65 * v102, v114 = v64 * v104, v115 = v65 * v105, v116 = v64 * v105, v117 = v65 * v104,
+      v118 = v23 * v106, v119 = v23 * v107, v120 = v24 * v106, v121 = v24 * v107,
+      v122 = 0.963 * v106, v123 = 0.963 * v107, v124 = v110 + v111, v125 = v112 - v113,
+      v126 = v114 + v115, v127 = v116 - v117, v128 = v108 - v122, v129 = v123 + v109,
+      v130 = 1e-150 - v124, v131 = v125 * v125, v132 = v23 * v128, v133 = v24 * v128,
+      v134 = 0.3 - v129, v135 = v130 * v130, v136 = v5 + v132, v137 = v133 - T_7,
+      v138 = v134 - T_11, v139 = v43 + v135, v140 = v136 - T_3, v141 = v137 * v137,
+      v142 = v138 * v138;
+  LANES_LET1(v143, rsqrt, v139);
+  const lanes v144 = v140 * v140, v145 = v37 * v143, v146 = v130 * v143, v147 = v144 + v141,
+      v148 = choice_2 * v146, v149 = choice_2 * v145, v150 = v147 + v142;
+  LANES_LET2(v151, atan2, v145, v148);
+  const lanes v152 = v124 * v148, v153 = v37 * v149, v154 = v148 * v39, v155 = v149 * v126,
+      v156 = v148 * v126, v157 = v149 * v39, v158 = v24 * v149, v159 = v148 * v119,
+      v160 = v24 * v148, v161 = v149 * v119, v162 = v148 * v121, v163 = v23 * v149,
+      v164 = v23 * v148, v165 = v149 * v121, v166 = v148 * v106, v167 = v149 * v106,
+      v168 = v152 - v153, v169 = v154 + v155, v170 = v156 - v157, v171 = choice_2 * v151,
+      v172 = v158 + v159, v173 = v160 - v161, v174 = v162 - v163, v175 = v164 + v165,
+      v176 = v168 * v168, v177 = v169 * v169;
+  out[5] = v171;
+  const lanes v178 = v131 + v176;
+  LANES_LET1(v179, rsqrt, v178);
+  const lanes v180 = v125 * v179, v181 = v168 * v179;
+  LANES_LET2(v182, atan2, v180, v181);
+  const lanes v183 = v181 * v127, v184 = v180 * v170, v185 = v181 * v118, v186 = v180 * v172,
+      v187 = v181 * v172, v188 = v180 * v118, v189 = v181 * v120, v190 = v180 * v174,
+      v191 = v181 * v174, v192 = v180 * v120, v193 = v181 * v107, v194 = v180 * v166,
+      v195 = v180 * v107, v196 = v181 * v166, v197 = v183 - v184, v198 = -v182, v199 = v185 - v186,
+      v200 = v187 + v188, v201 = v189 - v190, v202 = v191 + v192, v203 = v193 + v194,
+      v204 = v195 - v196, v205 = v197 * v197;
+  out[6] = v198;
+  const lanes v206 = v200 - T_2, v207 = v202 - T_6, v208 = v204 - T_10, v209 = v177 + v205,
+      v210 = v206 * v206, v211 = v207 * v207, v212 = v208 * v208;
+  LANES_LET1(v213, rsqrt, v209);
+  const lanes v214 = v169 * v213, v215 = v197 * v213;
+  LANES_LET2(v216, atan2, v214, v215);
+  const lanes v217 = v215 * v199, v218 = v214 * v173, v219 = v215 * v173, v220 = v214 * v199,
+      v221 = v215 * v201, v222 = v214 * v175, v223 = v214 * v201, v224 = v215 * v175,
+      v225 = v215 * v203, v226 = v214 * v167, v227 = v215 * v167, v228 = v214 * v203;
+  out[7] = v216;
+  const lanes v229 = v217 - v218, v230 = v219 + v220, v231 = v221 + v222, v232 = v223 - v224,
+      v233 = v225 - v226, v234 = v227 + v228, v235 = v229 - T_0, v236 = v230 - T_1,
+      v237 = v231 - T_4, v238 = v232 - T_5, v239 = v233 - T_8, v240 = v234 - T_9,
+      v241 = v235 * v235, v242 = v236 * v236, v243 = v237 * v237, v244 = v238 * v238,
+      v245 = v239 * v239, v246 = v240 * v240, v247 = v241 + v242, v248 = v247 + v210,
+      v249 = v248 + v243, v250 = v249 + v244, v251 = v250 + v211, v252 = v251 + v245,
+      v253 = v252 + v246, v254 = v253 + v212, v255 = 0.5 * v254;
+  const lanes_where v256 = LANES_LT(v255, v150); const lanes_where v257 = LANES_LE(v150, v255);
+  const lanes v258 = v150 + v255, v259 = LANES_CHOICE(v257, v255, v258),
+      v260 = LANES_CHOICE(v256, v150, v259);
+  LANES_LET1(v261, sqrt, v260); out[8] = v261;
+  lanes v25, v68; LANES_NAME(lanes_two_atan2)(&v21, &v23, &v65, &v64, &v25, &v68);
+  LANES_LET2(v85, atan2, v83, v84);
+  const lanes v41 = choice_0 * v25;
+  out[1] = v41;
+  const lanes v71 = -v68;
+  out[4] = v71; out[2] = v85;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(photo_robot_ik_branches)(const double *T, const double *q1, const double *q4, double *q, double *residual, double *margin)

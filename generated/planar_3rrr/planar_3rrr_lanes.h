@@ -524,8 +524,8 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_rods_D_chain)(const lanes *in, l
       v17 = v15 * v15, v18 = 0.11258330249197702 * v1, v19 = 0.065 * v2, v20 = v18 + v19,
       v21 = theta_1 - v20, v22 = 0.17 * v4, v23 = v22 - 0.145, v24 = v21 - v23, v25 = v24 * v24,
       v26 = v17 + v25;
-  LANES_LET1(v27, rsqrt, v26);
-  const lanes v28 = 0.5 * v27, v29 = v16 * v28;
+  LANES_LET1(v27, sqrt, v26);
+  const lanes v28 = 0.5 / v27, v29 = v16 * v28;
   out[0] = v29;
   const lanes v30 = 2.0 * v24, v31 = v28 * v30;
   out[1] = v31;
@@ -534,8 +534,8 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_rods_D_chain)(const lanes *in, l
   const lanes v36 = v10 + v9, v37 = v36 + theta_0, v38 = 0.17 * v5, v39 = 0.2511473670974872 + v38,
       v40 = v37 - v39, v41 = 2.0 * v40, v42 = v40 * v40, v43 = v19 - v18, v44 = theta_1 - v43,
       v45 = 0.17 * v6, v46 = v45 - 0.145, v47 = v44 - v46, v48 = v47 * v47, v49 = v42 + v48;
-  LANES_LET1(v50, rsqrt, v49);
-  const lanes v51 = 0.5 * v50, v52 = v41 * v51;
+  LANES_LET1(v50, sqrt, v49);
+  const lanes v51 = 0.5 / v50, v52 = v41 * v51;
   out[3] = v52;
   const lanes v53 = 2.0 * v47, v54 = v51 * v53;
   out[4] = v54;
@@ -544,8 +544,8 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_rods_D_chain)(const lanes *in, l
   const lanes v59 = 0.13 * v1, v60 = theta_0 - v59, v61 = 0.17 * v7, v62 = v60 - v61,
       v63 = 2.0 * v62, v64 = v62 * v62, v65 = 0.13 * v2, v66 = v65 + theta_1, v67 = 0.17 * v8,
       v68 = v67 + 0.29, v69 = v66 - v68, v70 = v69 * v69, v71 = v64 + v70;
-  LANES_LET1(v72, rsqrt, v71);
-  const lanes v73 = 0.5 * v72, v74 = v63 * v73;
+  LANES_LET1(v72, sqrt, v71);
+  const lanes v73 = 0.5 / v72, v74 = v63 * v73;
   out[6] = v74;
   const lanes v75 = 2.0 * v69, v76 = v73 * v75;
   out[7] = v76;
@@ -563,40 +563,40 @@ static LANES_TARGET void LANES_NAME(planar_3rrr_velocity_relation)(const lanes *
       v13 = 0.17 * v3, v14 = v13 - 0.2511473670974872, v15 = v12 - v14, v16 = v15 * v15,
       v17 = 0.11258330249197702 * v1, v18 = 0.065 * v2, v19 = v17 + v18, v20 = theta_1 - v19,
       v21 = 0.17 * v4, v22 = v21 - 0.145, v23 = v20 - v22, v24 = v23 * v23, v25 = v16 + v24;
-  LANES_LET1(v26, rsqrt, v25);
-  const lanes v27 = v15 * v26;
+  LANES_LET1(v26, sqrt, v25);
+  const lanes v27 = v15 / v26;
   out[0] = v27;
-  const lanes v28 = v23 * v26;
+  const lanes v28 = v23 / v26;
   out[1] = v28;
   const lanes v29 = v28 * v11, v30 = v20 - theta_1, v31 = v27 * v30, v32 = v29 - v31;
   out[2] = v32;
   const lanes v33 = v10 + v9, v34 = v33 + theta_0, v35 = 0.17 * v5, v36 = 0.2511473670974872 + v35,
       v37 = v34 - v36, v38 = v37 * v37, v39 = v18 - v17, v40 = theta_1 - v39, v41 = 0.17 * v6,
       v42 = v41 - 0.145, v43 = v40 - v42, v44 = v43 * v43, v45 = v38 + v44;
-  LANES_LET1(v46, rsqrt, v45);
-  const lanes v47 = v37 * v46;
+  LANES_LET1(v46, sqrt, v45);
+  const lanes v47 = v37 / v46;
   out[3] = v47;
-  const lanes v48 = v43 * v46;
+  const lanes v48 = v43 / v46;
   out[4] = v48;
   const lanes v49 = v48 * v33, v50 = v40 - theta_1, v51 = v47 * v50, v52 = v49 - v51;
   out[5] = v52;
   const lanes v53 = 0.13 * v1, v54 = theta_0 - v53, v55 = 0.17 * v7, v56 = v54 - v55,
       v57 = v56 * v56, v58 = 0.13 * v2, v59 = v58 + theta_1, v60 = 0.17 * v8, v61 = v60 + 0.29,
       v62 = v59 - v61, v63 = v62 * v62, v64 = v57 + v63;
-  LANES_LET1(v65, rsqrt, v64);
-  const lanes v66 = v56 * v65;
+  LANES_LET1(v65, sqrt, v64);
+  const lanes v66 = v56 / v65;
   out[6] = v66;
-  const lanes v67 = v62 * v65;
+  const lanes v67 = v62 / v65;
   out[7] = v67;
   const lanes v68 = v54 - theta_0, v69 = v67 * v68, v70 = v66 * v58, v71 = v69 - v70;
   out[8] = v71;
-  const lanes v72 = 0.5 * v26, v73 = 2.0 * v23, v74 = v73 * v13, v75 = 2.0 * v15, v76 = v75 * v21,
+  const lanes v72 = 0.5 / v26, v73 = 2.0 * v23, v74 = v73 * v13, v75 = 2.0 * v15, v76 = v75 * v21,
       v77 = v74 - v76, v78 = v72 * v77;
   out[9] = v78; out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
-  const lanes v79 = 0.5 * v46, v80 = 2.0 * v43, v81 = v80 * v35, v82 = 2.0 * v37, v83 = v82 * v41,
+  const lanes v79 = 0.5 / v46, v80 = 2.0 * v43, v81 = v80 * v35, v82 = 2.0 * v37, v83 = v82 * v41,
       v84 = v81 - v83, v85 = v79 * v84;
   out[13] = v85; out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
-  const lanes v86 = 0.5 * v65, v87 = 2.0 * v62, v88 = v87 * v55, v89 = 2.0 * v56, v90 = v89 * v60,
+  const lanes v86 = 0.5 / v65, v87 = 2.0 * v62, v88 = v87 * v55, v89 = 2.0 * v56, v90 = v89 * v60,
       v91 = v88 - v90, v92 = v86 * v91;
   out[17] = v92;
 }

@@ -21,42 +21,48 @@ LANES_INLINE void LANES_NAME(scara_ik_branch)(
       T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
-      v1 = 0.677 * T_6, v2 = T_7 + v1, v3 = 0.677 * T_2, v4 = T_3 + v3, v5 = v4 * v4, v6 = v2 * v2,
-      v7 = v5 + v6, v8 = v7 - 0.32125, v9 = 0.31875 * v8, v10 = 1e-150 + v9, v11 = v7 - 0.0025,
-      v12 = 0.64 - v7, v13 = v11 * v12;
-  const lanes_where v14 = LANES_LT(4.0640625e-16, v13); LANES_LET1(v15, sqrt, v13);
-  const lanes v16 = LANES_CHOICE(v14, v15, 0.0), v17 = choice_0 * v16, v18 = 0.31875 * v17,
-      v19 = v18 * v18, v20 = v10 * v10, v21 = v19 + v20;
-  LANES_LET1(v22, rsqrt, v21);
-  const lanes v23 = v10 * v22, v24 = 0.375 * v23, v25 = v24 + 0.425, v26 = v2 * v25,
-      v27 = v18 * v22, v28 = 0.375 * v27, v29 = v4 * v28, v30 = v26 - v29, v31 = v30 * v30,
-      v32 = v4 * v25, v33 = v2 * v28, v34 = v32 + v33, v35 = 1e-150 + v34, v36 = v35 * v35,
-      v37 = v31 + v36;
-  LANES_LET1(v38, rsqrt, v37);
-  const lanes v39 = v30 * v38, v40 = v35 * v38;
-  LANES_LET2(v41, atan2, v39, v40); LANES_LET2(v42, atan2, v27, v23);
-  const lanes v43 = T_4 * T_4, v44 = 1e-150 + T_0, v45 = v44 * v44, v46 = v43 + v45;
-  LANES_LET1(v47, rsqrt, v46);
-  const lanes v48 = T_4 * v47, v49 = v23 * v40, v50 = v27 * v39, v51 = v49 - v50, v52 = v48 * v51,
-      v53 = v44 * v47, v54 = v23 * v39, v55 = v27 * v40, v56 = v54 + v55, v57 = v53 * v56,
-      v58 = v52 - v57, v59 = v53 * v51, v60 = v48 * v56, v61 = v59 + v60;
-  LANES_LET2(v62, atan2, v58, v61); out[0] = v41; out[1] = v42;
-  const lanes v63 = 0.677 * T_10, v64 = T_11 + v63, v65 = -v64;
-  out[2] = v65;
-  const lanes v66 = -v62;
-  out[3] = v66;
-  const lanes v67 = 0.375 * v51, v68 = 0.425 * v40, v69 = v67 + v68, v70 = v69 - T_3,
-      v71 = v70 * v70, v72 = 0.375 * v56, v73 = 0.425 * v39, v74 = v72 + v73, v75 = v74 - T_7,
-      v76 = v75 * v75, v77 = v71 + v76, v78 = v64 - 0.2, v79 = v78 + 0.877, v80 = v79 - T_11,
-      v81 = v80 * v80, v82 = v77 + v81, v83 = T_2 * T_2, v84 = T_6 * T_6, v85 = v83 + v84,
-      v86 = T_8 * T_8, v87 = v85 + v86, v88 = T_9 * T_9, v89 = v87 + v88, v90 = v53 - T_0,
-      v91 = v90 * v90, v92 = v89 + v91, v93 = v48 - T_1, v94 = v93 * v93, v95 = v92 + v94,
-      v96 = v48 - T_4, v97 = v96 * v96, v98 = v95 + v97, v99 = T_5 + v53, v100 = v99 * v99,
-      v101 = v98 + v100, v102 = 1.0 + T_10, v103 = v102 * v102, v104 = v101 + v103,
-      v105 = 0.5 * v104;
-  LANES_LET2(v106, fmax, v82, v105); LANES_LET1(v107, sqrt, v106); out[4] = v107;
-  const lanes v108 = 9.84236831987697 * v13;
-  out[5] = v108;
+      v1 = 0.677 * T_6, v2 = 0.677 * T_2, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = 0.677 * T_10,
+      v6 = T_2 * T_2, v7 = T_6 * T_6, v8 = T_8 * T_8, v9 = T_9 * T_9, v10 = 1.0 + T_10,
+      v11 = T_7 + v1, v12 = T_3 + v2, v13 = v4 * v4, v14 = T_11 + v5, v15 = v6 + v7,
+      v16 = v10 * v10, v17 = v12 * v12, v18 = v11 * v11, v19 = v3 + v13, v20 = -v14, v21 = v15 + v8,
+      v22 = v14 - 0.2, v23 = v17 + v18;
+  LANES_LET1(v24, rsqrt, v19); out[2] = v20;
+  const lanes v25 = v21 + v9, v26 = v22 + 0.877, v27 = v23 - 0.32125, v28 = v23 - 0.0025,
+      v29 = 0.64 - v23, v30 = T_4 * v24, v31 = v4 * v24, v32 = v26 - T_11, v33 = 0.31875 * v27,
+      v34 = v28 * v29, v35 = v31 - T_0, v36 = v30 - T_1, v37 = v30 - T_4, v38 = T_5 + v31,
+      v39 = v32 * v32, v40 = 1e-150 + v33;
+  const lanes_where v41 = LANES_LT(4.0640625e-16, v34); LANES_LET1(v42, sqrt, v34);
+  const lanes v43 = v35 * v35, v44 = v36 * v36, v45 = v37 * v37, v46 = v38 * v38,
+      v47 = 9.84236831987697 * v34, v48 = LANES_CHOICE(v41, v42, 0.0), v49 = v40 * v40,
+      v50 = v25 + v43;
+  out[5] = v47;
+  const lanes v51 = choice_0 * v48, v52 = v50 + v44, v53 = 0.31875 * v51, v54 = v52 + v45,
+      v55 = v53 * v53, v56 = v54 + v46, v57 = v55 + v49, v58 = v56 + v16;
+  LANES_LET1(v59, rsqrt, v57);
+  const lanes v60 = 0.5 * v58, v61 = v40 * v59, v62 = v53 * v59, v63 = 0.375 * v61,
+      v64 = 0.375 * v62;
+  LANES_LET2(v65, atan2, v62, v61);
+  const lanes v66 = v63 + 0.425, v67 = v12 * v64, v68 = v11 * v64;
+  out[1] = v65;
+  const lanes v69 = v11 * v66, v70 = v12 * v66, v71 = v69 - v67, v72 = v70 + v68, v73 = v71 * v71,
+      v74 = 1e-150 + v72, v75 = v74 * v74, v76 = v73 + v75;
+  LANES_LET1(v77, rsqrt, v76);
+  const lanes v78 = v71 * v77, v79 = v74 * v77;
+  LANES_LET2(v80, atan2, v78, v79);
+  const lanes v81 = v61 * v79, v82 = v62 * v78, v83 = v61 * v78, v84 = v62 * v79, v85 = 0.425 * v79,
+      v86 = 0.425 * v78, v87 = v81 - v82, v88 = v83 + v84;
+  out[0] = v80;
+  const lanes v89 = v30 * v87, v90 = v31 * v88, v91 = v31 * v87, v92 = v30 * v88, v93 = 0.375 * v87,
+      v94 = 0.375 * v88, v95 = v89 - v90, v96 = v91 + v92, v97 = v93 + v85, v98 = v94 + v86;
+  LANES_LET2(v99, atan2, v95, v96);
+  const lanes v100 = v97 - T_3, v101 = v98 - T_7, v102 = -v99, v103 = v100 * v100,
+      v104 = v101 * v101;
+  out[3] = v102;
+  const lanes v105 = v103 + v104, v106 = v105 + v39;
+  const lanes_where v107 = LANES_LT(v60, v106); const lanes_where v108 = LANES_LE(v106, v60);
+  const lanes v109 = v106 + v60, v110 = LANES_CHOICE(v108, v60, v109),
+      v111 = LANES_CHOICE(v107, v106, v110);
+  LANES_LET1(v112, sqrt, v111); out[4] = v112;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(scara_ik_branches)(const double *T, double *q, double *residual, double *margin)

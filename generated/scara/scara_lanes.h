@@ -373,58 +373,55 @@ static LANES_TARGET void LANES_NAME(scara_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
-      v1 = 0.677 * T_2, v2 = T_3 + v1, v3 = v2 * v2, v4 = 0.677 * T_6, v5 = T_7 + v4, v6 = v5 * v5,
-      v7 = v3 + v6, v8 = v7 - 0.32125, v9 = 0.31875 * v8, v10 = 1e-150 + v9, v11 = v10 * v10,
-      v12 = 0.64 - v7, v13 = v7 - 0.0025, v14 = v12 * v13;
-  const lanes_where v15 = LANES_LT(4.0640625e-16, v14); LANES_LET1(v16, sqrt, v14);
-  const lanes v17 = LANES_CHOICE(v15, v16, 0.0), v18 = 0.31875 * v17, v19 = v18 * v18,
-      v20 = v11 + v19;
-  LANES_LET1(v21, rsqrt, v20);
-  const lanes v22 = v10 * v21, v23 = 0.375 * v22, v24 = v23 + 0.425, v25 = v24 * v5,
-      v26 = v18 * v21, v27 = 0.375 * v26, v28 = v27 * v2, v29 = v25 - v28, v30 = v29 * v29,
-      v31 = v27 * v5, v32 = v2 * v24, v33 = v31 + v32, v34 = 1e-150 + v33, v35 = v34 * v34,
-      v36 = v30 + v35;
-  LANES_LET1(v37, rsqrt, v36);
-  const lanes v38 = v29 * v37, v39 = v34 * v37;
-  LANES_LET2(v40, atan2, v38, v39); LANES_LET2(v41, atan2, v26, v22);
-  const lanes v42 = T_4 * T_4, v43 = 1e-150 + T_0, v44 = v43 * v43, v45 = v42 + v44;
-  LANES_LET1(v46, rsqrt, v45);
-  const lanes v47 = T_4 * v46, v48 = v22 * v39, v49 = v26 * v38, v50 = v48 - v49, v51 = v47 * v50,
-      v52 = v43 * v46, v53 = v22 * v38, v54 = v26 * v39, v55 = v53 + v54, v56 = v52 * v55,
-      v57 = v51 - v56, v58 = v52 * v50, v59 = v47 * v55, v60 = v58 + v59;
-  LANES_LET2(v61, atan2, v57, v60);
-  const lanes v62 = v28 + v25, v63 = v62 * v62, v64 = v32 - v31, v65 = 1e-150 + v64,
-      v66 = v65 * v65, v67 = v63 + v66;
-  LANES_LET1(v68, rsqrt, v67);
-  const lanes v69 = v62 * v68, v70 = v65 * v68;
-  LANES_LET2(v71, atan2, v69, v70);
-  const lanes v72 = v22 * v70, v73 = v26 * v69, v74 = v72 + v73, v75 = v47 * v74, v76 = v22 * v69,
-      v77 = v26 * v70, v78 = v76 - v77, v79 = v52 * v78, v80 = v75 - v79, v81 = v52 * v74,
-      v82 = v47 * v78, v83 = v81 + v82;
-  LANES_LET2(v84, atan2, v80, v83); out[0] = v40; out[1] = v41;
-  const lanes v85 = 0.677 * T_10, v86 = T_11 + v85, v87 = -v86;
-  out[2] = v87;
-  const lanes v88 = -v61;
-  out[3] = v88; out[4] = v71;
-  const lanes v89 = -v41;
-  out[5] = v89; out[6] = v87;
-  const lanes v90 = -v84;
-  out[7] = v90;
-  const lanes v91 = T_2 * T_2, v92 = T_6 * T_6, v93 = v91 + v92, v94 = T_8 * T_8, v95 = v93 + v94,
-      v96 = T_9 * T_9, v97 = v95 + v96, v98 = v52 - T_0, v99 = v98 * v98, v100 = v97 + v99,
-      v101 = v47 - T_1, v102 = v101 * v101, v103 = v100 + v102, v104 = v47 - T_4,
-      v105 = v104 * v104, v106 = v103 + v105, v107 = T_5 + v52, v108 = v107 * v107,
-      v109 = v106 + v108, v110 = 1.0 + T_10, v111 = v110 * v110, v112 = v109 + v111,
-      v113 = 0.5 * v112, v114 = v86 - 0.2, v115 = v114 + 0.877, v116 = v115 - T_11,
-      v117 = v116 * v116, v118 = 0.375 * v50, v119 = 0.425 * v39, v120 = v118 + v119,
-      v121 = v120 - T_3, v122 = v121 * v121, v123 = v117 + v122, v124 = 0.375 * v55,
-      v125 = 0.425 * v38, v126 = v124 + v125, v127 = v126 - T_7, v128 = v127 * v127,
-      v129 = v123 + v128;
-  LANES_LET2(v130, fmax, v113, v129); LANES_LET1(v131, sqrt, v130); out[8] = v131;
-  const lanes v132 = 0.375 * v74, v133 = 0.425 * v70, v134 = v132 + v133, v135 = v134 - T_3,
-      v136 = v135 * v135, v137 = v117 + v136, v138 = 0.375 * v78, v139 = 0.425 * v69,
-      v140 = v138 + v139, v141 = v140 - T_7, v142 = v141 * v141, v143 = v137 + v142;
-  LANES_LET2(v144, fmax, v113, v143); LANES_LET1(v145, sqrt, v144); out[9] = v145;
-  const lanes v146 = 9.84236831987697 * v14;
-  out[10] = v146; out[11] = v146;
+      v1 = 0.677 * T_2, v2 = 0.677 * T_6, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = 0.677 * T_10,
+      v6 = T_2 * T_2, v7 = T_6 * T_6, v8 = T_8 * T_8, v9 = T_9 * T_9, v10 = 1.0 + T_10,
+      v11 = T_3 + v1, v12 = T_7 + v2, v13 = v4 * v4, v14 = T_11 + v5, v15 = v6 + v7,
+      v16 = v10 * v10, v17 = v11 * v11, v18 = v12 * v12, v19 = v3 + v13, v20 = -v14, v21 = v15 + v8,
+      v22 = v14 - 0.2, v23 = v17 + v18;
+  LANES_LET1(v24, rsqrt, v19); out[2] = v20; out[6] = v20;
+  const lanes v25 = v21 + v9, v26 = v22 + 0.877, v27 = v23 - 0.32125, v28 = 0.64 - v23,
+      v29 = v23 - 0.0025, v30 = T_4 * v24, v31 = v4 * v24, v32 = v26 - T_11, v33 = 0.31875 * v27,
+      v34 = v28 * v29, v35 = v31 - T_0, v36 = v30 - T_1, v37 = v30 - T_4, v38 = T_5 + v31,
+      v39 = v32 * v32, v40 = 1e-150 + v33;
+  const lanes_where v41 = LANES_LT(4.0640625e-16, v34); LANES_LET1(v42, sqrt, v34);
+  const lanes v43 = v35 * v35, v44 = v36 * v36, v45 = v37 * v37, v46 = v38 * v38,
+      v47 = 9.84236831987697 * v34, v48 = v40 * v40, v49 = LANES_CHOICE(v41, v42, 0.0),
+      v50 = v25 + v43;
+  out[10] = v47; out[11] = v47;
+  const lanes v51 = 0.31875 * v49, v52 = v50 + v44, v53 = v51 * v51, v54 = v52 + v45,
+      v55 = v48 + v53, v56 = v54 + v46;
+  LANES_LET1(v57, rsqrt, v55);
+  const lanes v58 = v56 + v16, v59 = v40 * v57, v60 = v51 * v57, v61 = 0.5 * v58, v62 = 0.375 * v59,
+      v63 = 0.375 * v60;
+  LANES_LET2(v64, atan2, v60, v59);
+  const lanes v65 = v62 + 0.425, v66 = v63 * v11, v67 = v63 * v12;
+  out[1] = v64;
+  const lanes v68 = -v64, v69 = v65 * v12, v70 = v11 * v65;
+  out[5] = v68;
+  const lanes v71 = v69 - v66, v72 = v67 + v70, v73 = v66 + v69, v74 = v70 - v67, v75 = v71 * v71,
+      v76 = 1e-150 + v72, v77 = v73 * v73, v78 = 1e-150 + v74, v79 = v76 * v76, v80 = v78 * v78,
+      v81 = v75 + v79, v82 = v77 + v80;
+  LANES_LET1(v83, rsqrt, v81); LANES_LET1(v84, rsqrt, v82);
+  const lanes v85 = v71 * v83, v86 = v76 * v83, v87 = v73 * v84, v88 = v78 * v84;
+  LANES_LET2(v89, atan2, v85, v86);
+  const lanes v90 = v59 * v86, v91 = v60 * v85, v92 = v59 * v85, v93 = v60 * v86;
+  LANES_LET2(v94, atan2, v87, v88);
+  const lanes v95 = v59 * v88, v96 = v60 * v87, v97 = v59 * v87, v98 = v60 * v88, v99 = 0.425 * v86,
+      v100 = 0.425 * v85, v101 = 0.425 * v88, v102 = 0.425 * v87, v103 = v90 - v91,
+      v104 = v92 + v93, v105 = v95 + v96, v106 = v97 - v98;
+  out[0] = v89; out[4] = v94;
+  const lanes v107 = v30 * v103, v108 = v31 * v104, v109 = v31 * v103, v110 = v30 * v104,
+      v111 = v30 * v105, v112 = v31 * v106, v113 = v31 * v105, v114 = v30 * v106,
+      v115 = 0.375 * v103, v116 = 0.375 * v104, v117 = 0.375 * v105, v118 = 0.375 * v106,
+      v119 = v107 - v108, v120 = v109 + v110, v121 = v111 - v112, v122 = v113 + v114,
+      v123 = v115 + v99, v124 = v116 + v100, v125 = v117 + v101, v126 = v118 + v102;
+  LANES_LET2(v127, atan2, v119, v120); LANES_LET2(v128, atan2, v121, v122);
+  const lanes v129 = v123 - T_3, v130 = v124 - T_7, v131 = v125 - T_3, v132 = v126 - T_7,
+      v133 = -v127, v134 = -v128, v135 = v129 * v129, v136 = v130 * v130, v137 = v131 * v131,
+      v138 = v132 * v132;
+  out[3] = v133; out[7] = v134;
+  const lanes v139 = v39 + v135, v140 = v39 + v137, v141 = v139 + v136, v142 = v140 + v138;
+  const lanes_where v143 = LANES_LT(v61, v141); const lanes_where v144 = LANES_LT(v61, v142);
+  const lanes v145 = LANES_CHOICE(v143, v141, v61), v146 = LANES_CHOICE(v144, v142, v61);
+  LANES_LET1(v147, sqrt, v145); LANES_LET1(v148, sqrt, v146); out[8] = v147; out[9] = v148;
 }

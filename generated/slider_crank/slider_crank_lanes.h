@@ -53,8 +53,8 @@ static LANES_TARGET void LANES_NAME(slider_crank_jacobian_space)(const lanes *in
   LANES_COS_SIN(v1, v2, q_0);
   const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 - v4, v6 = v3 * v5, v7 = 0.18 + v4,
       v8 = v3 * v7, v9 = v6 - v8, v10 = v7 * v5;
-  LANES_LET1(v11, rsqrt, v10);
-  const lanes v12 = 0.5 * v11, v13 = v9 * v12, v14 = v13 - v4;
+  LANES_LET1(v11, sqrt, v10);
+  const lanes v12 = 0.5 / v11, v13 = v9 * v12, v14 = v13 - v4;
   out[0] = v14; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
@@ -65,8 +65,8 @@ static LANES_TARGET void LANES_NAME(slider_crank_jacobian_body)(const lanes *in,
   LANES_COS_SIN(v1, v2, q_0);
   const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 - v4, v6 = v3 * v5, v7 = 0.18 + v4,
       v8 = v3 * v7, v9 = v6 - v8, v10 = v7 * v5;
-  LANES_LET1(v11, rsqrt, v10);
-  const lanes v12 = 0.5 * v11, v13 = v9 * v12, v14 = v13 - v4;
+  LANES_LET1(v11, sqrt, v10);
+  const lanes v12 = 0.5 / v11, v13 = v9 * v12, v14 = v13 - v4;
   out[0] = v14; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
@@ -77,8 +77,8 @@ static LANES_TARGET void LANES_NAME(slider_crank_jacobian_mixed)(const lanes *in
   LANES_COS_SIN(v1, v2, q_0);
   const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 - v4, v6 = v3 * v5, v7 = 0.18 + v4,
       v8 = v3 * v7, v9 = v6 - v8, v10 = v7 * v5;
-  LANES_LET1(v11, rsqrt, v10);
-  const lanes v12 = 0.5 * v11, v13 = v9 * v12, v14 = v13 - v4;
+  LANES_LET1(v11, sqrt, v10);
+  const lanes v12 = 0.5 / v11, v13 = v9 * v12, v14 = v13 - v4;
   out[0] = v14; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
@@ -147,8 +147,8 @@ static LANES_TARGET void LANES_NAME(slider_crank_twist_space)(const lanes *in, l
   const lanes q_0 = in[0], qd_0 = in[1];
   LANES_COS_SIN(v2, v1, q_0);
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
-  LANES_LET1(v7, rsqrt, v6);
-  const lanes v8 = 0.5 * v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
       v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
   out[0] = v17; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
@@ -159,8 +159,8 @@ static LANES_TARGET void LANES_NAME(slider_crank_twist_body)(const lanes *in, la
   const lanes q_0 = in[0], qd_0 = in[1];
   LANES_COS_SIN(v2, v1, q_0);
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
-  LANES_LET1(v7, rsqrt, v6);
-  const lanes v8 = 0.5 * v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
       v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
   out[0] = v17; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
@@ -171,8 +171,8 @@ static LANES_TARGET void LANES_NAME(slider_crank_twist_mixed)(const lanes *in, l
   const lanes q_0 = in[0], qd_0 = in[1];
   LANES_COS_SIN(v2, v1, q_0);
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
-  LANES_LET1(v7, rsqrt, v6);
-  const lanes v8 = 0.5 * v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
       v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
   out[0] = v17; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
@@ -242,8 +242,8 @@ static LANES_TARGET void LANES_NAME(slider_crank_chain_D_q)(const lanes *in, lan
   LANES_COS_SIN(v1, v2, q_0);
   const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 - v4, v6 = v3 * v5, v7 = 0.18 + v4,
       v8 = v3 * v7, v9 = v6 - v8, v10 = v7 * v5;
-  LANES_LET1(v11, rsqrt, v10);
-  const lanes v12 = 0.5 * v11, v13 = v9 * v12, v14 = v13 - v4;
+  LANES_LET1(v11, sqrt, v10);
+  const lanes v12 = 0.5 / v11, v13 = v9 * v12, v14 = v13 - v4;
   out[0] = v14;
 }
 
@@ -252,8 +252,8 @@ static LANES_TARGET void LANES_NAME(slider_crank_chain_rates)(const lanes *in, l
   const lanes q_0 = in[0], qd_0 = in[1];
   LANES_COS_SIN(v2, v1, q_0);
   const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
-  LANES_LET1(v7, rsqrt, v6);
-  const lanes v8 = 0.5 * v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
       v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
   out[0] = v17;
 }
@@ -395,8 +395,8 @@ static LANES_TARGET void LANES_NAME(slider_crank_actuators_all)(const lanes *in,
       v11 = 0.00125 + v10, v12 = v11 - 0.0162, v13 = v12 / v1, v14 = v13 * theta_0,
       v15 = 20.0 * v14;
   LANES_LET2(v16, atan2, v9, v15);
-  const lanes v17 = -v9, v18 = -v16;
-  out[0] = v16; out[1] = v18;
+  const lanes v17 = -v9;
+  LANES_LET2(v18, atan2, v17, v15); out[0] = v16; out[1] = v18;
   const lanes v19 = 3086.41975308642 * v4;
   out[2] = v19; out[3] = v19;
 }
@@ -462,8 +462,8 @@ static LANES_TARGET void LANES_NAME(slider_crank_rods_D_chain)(const lanes *in, 
   LANES_COS_SIN(v1, v2, q_0);
   const lanes v3 = 0.05 * v1, v4 = theta_0 - v3, v5 = 2.0 * v4, v6 = v4 * v4, v7 = 0.05 * v2,
       v8 = v7 * v7, v9 = v6 + v8;
-  LANES_LET1(v10, rsqrt, v9);
-  const lanes v11 = 0.5 * v10, v12 = v5 * v11;
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = 0.5 / v10, v12 = v5 * v11;
   out[0] = v12;
 }
 
@@ -473,10 +473,10 @@ static LANES_TARGET void LANES_NAME(slider_crank_velocity_relation)(const lanes 
   LANES_COS_SIN(v1, v2, q_0);
   const lanes v3 = 0.05 * v1, v4 = theta_0 - v3, v5 = v4 * v4, v6 = 0.05 * v2, v7 = v6 * v6,
       v8 = v5 + v7;
-  LANES_LET1(v9, rsqrt, v8);
-  const lanes v10 = v4 * v9;
+  LANES_LET1(v9, sqrt, v8);
+  const lanes v10 = v4 / v9;
   out[0] = v10;
-  const lanes v11 = 0.5 * v9, v12 = -v6, v13 = 2.0 * v12, v14 = v13 * v3, v15 = 2.0 * v4,
+  const lanes v11 = 0.5 / v9, v12 = -v6, v13 = 2.0 * v12, v14 = v13 * v3, v15 = 2.0 * v4,
       v16 = v15 * v6, v17 = v14 - v16, v18 = v11 * v17;
   out[1] = v18;
 }

@@ -26,83 +26,87 @@ LANES_INLINE void LANES_NAME(stanford_ik_branch)(
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
-      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.26289 * T_6, v2 = T_7 - v1,
-      v3 = 0.26289 * T_2, v4 = T_3 - v3, v5 = v4 * v4, v6 = v2 * v2, v7 = v5 + v6,
-      v8 = 0.26289 * T_10, v9 = T_11 - v8, v10 = v9 - 0.411988, v11 = v10 * v10, v12 = v7 + v11,
-      v13 = 0.0236144689 + v12, v14 = 4e-15 * v13, v15 = v12 - 0.0236144689;
-  const lanes_where v16 = LANES_LT(v14, v15); LANES_LET1(v17, sqrt, v15);
-  const lanes v18 = LANES_CHOICE(v16, v17, 0.0), v19 = choice_0 * v18, v20 = v19 * v19;
-  LANES_LET2(v21, fmin, v20, v7);
-  const lanes v22 = 4e-15 * v21;
-  const lanes_where v23 = LANES_LT(v20, v7);
-  const lanes v24 = v20 - v11, v25 = v7 - 0.0236144689, v26 = LANES_CHOICE(v23, v24, v25);
-  const lanes_where v27 = LANES_LT(v22, v26); LANES_LET1(v28, sqrt, v26);
-  const lanes v29 = LANES_CHOICE(v27, v28, 0.0), v30 = choice_1 * v29, v31 = v2 * v30,
-      v32 = 0.15367 * v4, v33 = v31 - v32, v34 = v33 * v33, v35 = v4 * v30, v36 = 0.15367 * v2,
-      v37 = v35 + v36, v38 = 1e-150 + v37, v39 = v38 * v38, v40 = v34 + v39;
-  LANES_LET1(v41, rsqrt, v40);
-  const lanes v42 = v33 * v41, v43 = v38 * v41, v45 = v4 * v43, v46 = v2 * v42, v47 = v45 + v46,
-      v48 = v19 * v47, v49 = v48 * v48, v50 = v10 * v19, v51 = 1e-150 + v50, v52 = v51 * v51,
-      v53 = v49 + v52;
-  LANES_LET1(v54, rsqrt, v53);
-  const lanes v55 = v48 * v54, v56 = v51 * v54, v58 = T_2 * v43, v59 = T_6 * v42, v60 = v58 + v59,
-      v61 = v56 * v60, v62 = T_10 * v55, v63 = v61 - v62, v64 = v63 * v63, v65 = T_6 * v43,
-      v66 = T_2 * v42, v67 = v65 - v66, v68 = 1e-150 - v67, v69 = v68 * v68, v70 = v64 + v69;
-  LANES_LET1(v71, rsqrt, v70);
-  const lanes v72 = v63 * v71, v73 = v68 * v71, v74 = choice_2 * v73;
-  LANES_LET2(v75, atan2, v72, v74);
-  const lanes v76 = v67 * v74, v77 = choice_2 * v72, v78 = v63 * v77, v79 = v76 - v78,
-      v80 = T_10 * v56, v81 = v55 * v60, v82 = v80 + v81, v83 = v82 * v82, v84 = v79 * v79,
-      v85 = v83 + v84;
-  LANES_LET1(v86, rsqrt, v85);
-  const lanes v87 = v79 * v86, v88 = v82 * v86;
-  LANES_LET2(v89, atan2, v87, v88);
-  const lanes v90 = T_8 * v55, v91 = T_0 * v43, v92 = T_4 * v42, v93 = v91 + v92, v94 = v56 * v93,
-      v95 = v90 - v94, v96 = v74 * v95, v97 = T_0 * v42, v98 = T_4 * v43, v99 = v97 - v98,
-      v100 = v77 * v99, v101 = v96 + v100, v102 = v101 * v101, v103 = v74 * v99, v104 = v77 * v95,
-      v105 = v103 - v104, v106 = v88 * v105, v107 = T_8 * v56, v108 = v55 * v93, v109 = v107 + v108,
-      v110 = v87 * v109, v111 = v106 + v110, v112 = v111 * v111, v113 = v102 + v112;
-  LANES_LET1(v114, rsqrt, v113);
-  const lanes v115 = v101 * v114, v116 = v111 * v114;
-  LANES_LET2(v117, atan2, v115, v116); out[2] = v19;
-  const lanes v118 = choice_2 * v75;
-  out[3] = v118;
-  const lanes v119 = -v89;
-  out[4] = v119;
-  const lanes v120 = -v117;
-  out[5] = v120;
-  const lanes v121 = 0.26289 * v88, v122 = v19 + v121, v123 = v55 * v122, v124 = 0.26289 * v87,
-      v125 = v77 * v124, v126 = v56 * v125, v127 = v123 - v126, v128 = v43 * v127,
-      v129 = v74 * v124, v130 = v129 + 0.15367, v131 = v42 * v130, v132 = v128 - v131,
-      v133 = v132 - T_3, v134 = v133 * v133, v135 = v43 * v130, v136 = v42 * v127,
-      v137 = v135 + v136, v138 = v137 - T_7, v139 = v138 * v138, v140 = v134 + v139,
-      v141 = v56 * v122, v142 = v55 * v125, v143 = v141 + v142, v144 = v143 + 0.411988,
-      v145 = v144 - T_11, v146 = v145 * v145, v147 = v140 + v146, v148 = v42 * v74,
-      v149 = v43 * v56, v150 = v77 * v149, v151 = v148 + v150, v152 = v88 * v151, v153 = v43 * v55,
-      v154 = v87 * v153, v155 = v152 + v154, v156 = v116 * v155, v157 = v74 * v149,
-      v158 = v42 * v77, v159 = v157 - v158, v160 = v115 * v159, v161 = v156 - v160,
-      v162 = v161 - T_0, v163 = v162 * v162, v164 = v116 * v159, v165 = v115 * v155,
-      v166 = v164 + v165, v167 = v166 - T_1, v168 = v167 * v167, v169 = v163 + v168,
-      v170 = v87 * v151, v171 = v88 * v153, v172 = v170 - v171, v173 = T_2 + v172,
-      v174 = v173 * v173, v175 = v169 + v174, v176 = v42 * v56, v177 = v77 * v176, v178 = v43 * v74,
-      v179 = v177 - v178, v180 = v88 * v179, v181 = v42 * v55, v182 = v87 * v181,
-      v183 = v180 + v182, v184 = v116 * v183, v185 = v43 * v77, v186 = v74 * v176,
-      v187 = v185 + v186, v188 = v115 * v187, v189 = v184 - v188, v190 = v189 - T_4,
-      v191 = v190 * v190, v192 = v175 + v191, v193 = v116 * v187, v194 = v115 * v183,
-      v195 = v193 + v194, v196 = v195 - T_5, v197 = v196 * v196, v198 = v192 + v197,
-      v199 = v87 * v179, v200 = v88 * v181, v201 = v199 - v200, v202 = T_6 + v201,
-      v203 = v202 * v202, v204 = v198 + v203, v205 = v56 * v87, v206 = v55 * v77, v207 = v88 * v206,
-      v208 = v205 - v207, v209 = v116 * v208, v210 = v55 * v74, v211 = v115 * v210,
-      v212 = v209 + v211, v213 = v212 - T_8, v214 = v213 * v213, v215 = v204 + v214,
-      v216 = v115 * v208, v217 = v116 * v210, v218 = v216 - v217, v219 = v218 - T_9,
-      v220 = v219 * v219, v221 = v215 + v220, v222 = v56 * v88, v223 = v87 * v206,
-      v224 = v222 + v223, v225 = v224 - T_10, v226 = v225 * v225, v227 = v221 + v226,
-      v228 = 0.5 * v227;
-  LANES_LET2(v229, fmax, v147, v228); LANES_LET1(v230, sqrt, v229); out[6] = v230;
-  const lanes v231 = 1e-300 + v13, v232 = v15 / v231, v233 = 1e-300 + v21, v234 = v26 / v233;
-  LANES_LET2(v235, fmin, v232, v234); out[7] = v235;
-  lanes v44, v57; LANES_NAME(lanes_two_atan2)(&v42, &v43, &v55, &v56, &v44, &v57); out[0] = v44;
-  out[1] = v57;
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.26289 * T_6,
+      v2 = 0.26289 * T_2, v3 = 0.26289 * T_10, v4 = T_7 - v1, v5 = T_3 - v2, v6 = T_11 - v3,
+      v7 = v5 * v5, v8 = v4 * v4, v9 = v6 - 0.411988, v10 = 0.15367 * v5, v11 = 0.15367 * v4,
+      v12 = v7 + v8, v13 = v9 * v9, v14 = v12 + v13, v15 = v12 - 0.0236144689,
+      v16 = 0.0236144689 + v14, v17 = v14 - 0.0236144689, v18 = 4e-15 * v16;
+  LANES_LET1(v19, sqrt, v17);
+  const lanes v20 = 1e-300 + v16;
+  const lanes_where v21 = LANES_LT(v18, v17);
+  const lanes v22 = v17 / v20, v23 = LANES_CHOICE(v21, v19, 0.0), v24 = choice_0 * v23,
+      v25 = v24 * v24, v26 = v9 * v24;
+  out[2] = v24; LANES_LET2(v27, fmin, v25, v12); const lanes_where v28 = LANES_LT(v25, v12);
+  const lanes v29 = v25 - v13, v30 = 1e-150 + v26, v31 = 4e-15 * v27,
+      v32 = LANES_CHOICE(v28, v29, v15), v33 = v30 * v30, v34 = 1e-300 + v27;
+  const lanes_where v35 = LANES_LT(v31, v32); LANES_LET1(v36, sqrt, v32);
+  const lanes v37 = v32 / v34, v38 = LANES_CHOICE(v35, v36, 0.0);
+  LANES_LET2(v39, fmin, v22, v37);
+  const lanes v40 = choice_1 * v38;
+  out[7] = v39;
+  const lanes v41 = v4 * v40, v42 = v5 * v40, v43 = v41 - v10, v44 = v42 + v11, v45 = v43 * v43,
+      v46 = 1e-150 + v44, v47 = v46 * v46, v48 = v45 + v47;
+  LANES_LET1(v49, rsqrt, v48);
+  const lanes v50 = v43 * v49, v51 = v46 * v49, v53 = v5 * v51, v54 = v4 * v50, v55 = T_2 * v51,
+      v56 = T_6 * v50, v57 = T_6 * v51, v58 = T_2 * v50, v59 = T_0 * v51, v60 = T_4 * v50,
+      v61 = T_0 * v50, v62 = T_4 * v51, v63 = v53 + v54, v64 = v55 + v56, v65 = v57 - v58,
+      v66 = v59 + v60, v67 = v61 - v62, v68 = v24 * v63, v69 = 1e-150 - v65, v70 = v68 * v68,
+      v71 = v69 * v69, v72 = v70 + v33;
+  LANES_LET1(v73, rsqrt, v72);
+  const lanes v74 = v68 * v73, v75 = v30 * v73, v77 = v75 * v64, v78 = T_10 * v74, v79 = T_10 * v75,
+      v80 = v74 * v64, v81 = T_8 * v74, v82 = v75 * v66, v83 = T_8 * v75, v84 = v74 * v66,
+      v85 = v51 * v75, v86 = v51 * v74, v87 = v50 * v75, v88 = v50 * v74, v89 = v77 - v78,
+      v90 = v79 + v80, v91 = v81 - v82, v92 = v83 + v84, v93 = v89 * v89, v94 = v90 * v90,
+      v95 = v93 + v71;
+  LANES_LET1(v96, rsqrt, v95);
+  const lanes v97 = v89 * v96, v98 = v69 * v96, v99 = choice_2 * v98, v100 = choice_2 * v97;
+  LANES_LET2(v101, atan2, v97, v99);
+  const lanes v102 = v65 * v99, v103 = v89 * v100, v104 = v99 * v91, v105 = v100 * v67,
+      v106 = v99 * v67, v107 = v100 * v91, v108 = v50 * v99, v109 = v100 * v85, v110 = v99 * v85,
+      v111 = v50 * v100, v112 = v100 * v87, v113 = v51 * v99, v114 = v51 * v100, v115 = v99 * v87,
+      v116 = v74 * v100, v117 = v74 * v99, v118 = v102 - v103, v119 = v104 + v105,
+      v120 = v106 - v107, v121 = choice_2 * v101, v122 = v108 + v109, v123 = v110 - v111,
+      v124 = v112 - v113, v125 = v114 + v115, v126 = v118 * v118, v127 = v119 * v119;
+  out[3] = v121;
+  const lanes v128 = v94 + v126;
+  LANES_LET1(v129, rsqrt, v128);
+  const lanes v130 = v118 * v129, v131 = v90 * v129;
+  LANES_LET2(v132, atan2, v130, v131);
+  const lanes v133 = v131 * v120, v134 = v130 * v92, v135 = v131 * v122, v136 = v130 * v86,
+      v137 = v130 * v122, v138 = v131 * v86, v139 = v131 * v124, v140 = v130 * v88,
+      v141 = v130 * v124, v142 = v131 * v88, v143 = v75 * v130, v144 = v131 * v116,
+      v145 = v75 * v131, v146 = v130 * v116, v147 = 0.26289 * v131, v148 = 0.26289 * v130,
+      v149 = v133 + v134, v150 = -v132, v151 = v135 + v136, v152 = v137 - v138, v153 = v139 + v140,
+      v154 = v141 - v142, v155 = v143 - v144, v156 = v145 + v146, v157 = v24 + v147,
+      v158 = v100 * v148, v159 = v99 * v148, v160 = v149 * v149;
+  out[4] = v150;
+  const lanes v161 = T_2 + v152, v162 = T_6 + v154, v163 = v156 - T_10, v164 = v74 * v157,
+      v165 = v75 * v158, v166 = v159 + 0.15367, v167 = v75 * v157, v168 = v74 * v158,
+      v169 = v127 + v160, v170 = v161 * v161, v171 = v162 * v162, v172 = v163 * v163,
+      v173 = v164 - v165, v174 = v50 * v166, v175 = v51 * v166, v176 = v167 + v168;
+  LANES_LET1(v177, rsqrt, v169);
+  const lanes v178 = v51 * v173, v179 = v50 * v173, v180 = v176 + 0.411988, v181 = v119 * v177,
+      v182 = v149 * v177, v183 = v178 - v174, v184 = v175 + v179, v185 = v180 - T_11;
+  LANES_LET2(v186, atan2, v181, v182);
+  const lanes v187 = v182 * v151, v188 = v181 * v123, v189 = v182 * v123, v190 = v181 * v151,
+      v191 = v182 * v153, v192 = v181 * v125, v193 = v182 * v125, v194 = v181 * v153,
+      v195 = v182 * v155, v196 = v181 * v117, v197 = v181 * v155, v198 = v182 * v117,
+      v199 = v183 - T_3, v200 = v184 - T_7, v201 = v185 * v185, v202 = -v186, v203 = v187 - v188,
+      v204 = v189 + v190, v205 = v191 - v192, v206 = v193 + v194, v207 = v195 + v196,
+      v208 = v197 - v198, v209 = v199 * v199, v210 = v200 * v200;
+  out[5] = v202;
+  const lanes v211 = v203 - T_0, v212 = v204 - T_1, v213 = v205 - T_4, v214 = v206 - T_5,
+      v215 = v207 - T_8, v216 = v208 - T_9, v217 = v209 + v210, v218 = v211 * v211,
+      v219 = v212 * v212, v220 = v213 * v213, v221 = v214 * v214, v222 = v215 * v215,
+      v223 = v216 * v216, v224 = v217 + v201, v225 = v218 + v219, v226 = v225 + v170,
+      v227 = v226 + v220, v228 = v227 + v221, v229 = v228 + v171, v230 = v229 + v222,
+      v231 = v230 + v223, v232 = v231 + v172, v233 = 0.5 * v232;
+  const lanes_where v234 = LANES_LT(v233, v224); const lanes_where v235 = LANES_LE(v224, v233);
+  const lanes v236 = v224 + v233, v237 = LANES_CHOICE(v235, v233, v236),
+      v238 = LANES_CHOICE(v234, v224, v237);
+  LANES_LET1(v239, sqrt, v238); out[6] = v239;
+  lanes v52, v76; LANES_NAME(lanes_two_atan2)(&v50, &v51, &v74, &v75, &v52, &v76); out[0] = v52;
+  out[1] = v76;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(stanford_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -70,8 +70,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_actuators_D_chain)(const lanes
       v22 = v21 * v21, v23 = v16 * v16, v24 = v22 + v23, v25 = v7 * v6, v26 = v12 * v2,
       v27 = v25 + v26, v28 = theta_1 - v27, v29 = 0.06945927106677215 + v28, v30 = v29 * v29,
       v31 = v24 + v30;
-  LANES_LET1(v32, rsqrt, v31);
-  const lanes v33 = 0.5 * v32, v34 = v17 * v33;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = 0.5 / v32, v34 = v17 * v33;
   out[0] = v34;
   const lanes v35 = 2.0 * v29, v36 = v33 * v35;
   out[1] = v36;
@@ -90,8 +90,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_actuators_D_chain)(const lanes
       v70 = v69 - 0.3939231012048832, v71 = 2.0 * v70, v72 = v19 - v18, v73 = v72 + theta_2,
       v74 = v73 * v73, v75 = v70 * v70, v76 = v74 + v75, v77 = v66 * v2, v78 = v25 + v77,
       v79 = v78 + theta_1, v80 = v79 - 0.06945927106677215, v81 = v80 * v80, v82 = v76 + v81;
-  LANES_LET1(v83, rsqrt, v82);
-  const lanes v84 = 0.5 * v83, v85 = v71 * v84;
+  LANES_LET1(v83, sqrt, v82);
+  const lanes v84 = 0.5 / v83, v85 = v71 * v84;
   out[6] = v85;
   const lanes v86 = 2.0 * v80, v87 = v84 * v86;
   out[7] = v87;
@@ -112,8 +112,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_actuators_D_chain)(const lanes
       v122 = v121 + theta_2, v123 = v122 * v122, v124 = v117 * v117, v125 = v123 + v124,
       v126 = v113 * v6, v127 = v111 * v2, v128 = v126 + v127, v129 = v128 + theta_1,
       v130 = v129 - 0.37587704831436336, v131 = v130 * v130, v132 = v125 + v131;
-  LANES_LET1(v133, rsqrt, v132);
-  const lanes v134 = 0.5 * v133, v135 = v118 * v134;
+  LANES_LET1(v133, sqrt, v132);
+  const lanes v134 = 0.5 / v133, v135 = v118 * v134;
   out[12] = v135;
   const lanes v136 = 2.0 * v130, v137 = v134 * v136;
   out[13] = v137;
@@ -136,8 +136,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_actuators_D_chain)(const lanes
       v180 = v179 + theta_2, v181 = v180 * v180, v182 = v175 * v175, v183 = v181 + v182,
       v184 = v166 * v6, v185 = v171 * v2, v186 = v184 - v185, v187 = v186 + theta_1,
       v188 = v187 - 0.3064177772475912, v189 = v188 * v188, v190 = v183 + v189;
-  LANES_LET1(v191, rsqrt, v190);
-  const lanes v192 = 0.5 * v191, v193 = v176 * v192;
+  LANES_LET1(v191, sqrt, v190);
+  const lanes v192 = 0.5 / v191, v193 = v176 * v192;
   out[18] = v193;
   const lanes v194 = 2.0 * v188, v195 = v192 * v194;
   out[19] = v195;
@@ -159,8 +159,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_actuators_D_chain)(const lanes
       v232 = v231 + theta_2, v233 = v232 * v232, v234 = v229 * v229, v235 = v233 + v234,
       v236 = v225 * v2, v237 = v184 + v236, v238 = theta_1 - v237, v239 = 0.3064177772475912 + v238,
       v240 = v239 * v239, v241 = v235 + v240;
-  LANES_LET1(v242, rsqrt, v241);
-  const lanes v243 = 0.5 * v242, v244 = v230 * v243;
+  LANES_LET1(v242, sqrt, v241);
+  const lanes v243 = 0.5 / v242, v244 = v230 * v243;
   out[24] = v244;
   const lanes v245 = 2.0 * v239, v246 = v243 * v245;
   out[25] = v246;
@@ -179,8 +179,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_actuators_D_chain)(const lanes
       v275 = theta_2 - v274, v276 = v275 * v275, v277 = v272 * v272, v278 = v276 + v277,
       v279 = v2 * v268, v280 = v126 + v279, v281 = theta_1 - v280,
       v282 = 0.37587704831436336 + v281, v283 = v282 * v282, v284 = v278 + v283;
-  LANES_LET1(v285, rsqrt, v284);
-  const lanes v286 = 0.5 * v285, v287 = v273 * v286;
+  LANES_LET1(v285, sqrt, v284);
+  const lanes v286 = 0.5 / v285, v287 = v273 * v286;
   out[30] = v287;
   const lanes v288 = 2.0 * v282, v289 = v286 * v288;
   out[31] = v289;
@@ -208,8 +208,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_actuator_rates)(const lanes *i
       v18 = v17 * v6, v19 = v14 - v18, v20 = v19 + theta_0, v21 = v20 - 0.3939231012048832,
       v22 = v21 * v21, v23 = v12 + v22, v24 = v13 * v6, v25 = v17 * v5, v26 = v24 + v25,
       v27 = theta_1 - v26, v28 = 0.06945927106677215 + v27, v29 = v28 * v28, v30 = v23 + v29;
-  LANES_LET1(v31, rsqrt, v30);
-  const lanes v32 = 0.5 * v31, v33 = 2.0 * v21, v34 = v5 * thetad_3, v35 = v34 * v17,
+  LANES_LET1(v31, sqrt, v30);
+  const lanes v32 = 0.5 / v31, v33 = 2.0 * v21, v34 = v5 * thetad_3, v35 = v34 * v17,
       v36 = v6 * thetad_3, v37 = v36 * v13, v38 = v35 + v37, v39 = v3 * thetad_5,
       v40 = 0.1915111107797445 * v39, v41 = v40 * v5, v42 = v38 - v41, v43 = v1 * thetad_4,
       v44 = 0.16069690242163484 * v43, v45 = v2 * thetad_4, v46 = v45 * v8, v47 = v44 + v46,
@@ -225,8 +225,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_actuator_rates)(const lanes *i
       v82 = v81 - v14, v83 = v82 + theta_0, v84 = v83 - 0.3939231012048832, v85 = v84 * v84,
       v86 = v79 + v85, v87 = v80 * v5, v88 = v24 + v87, v89 = v88 + theta_1,
       v90 = v89 - 0.06945927106677215, v91 = v90 * v90, v92 = v86 + v91;
-  LANES_LET1(v93, rsqrt, v92);
-  const lanes v94 = 0.5 * v93, v95 = 2.0 * v84, v96 = v46 + v50, v97 = v96 - v44, v98 = v97 * v6,
+  LANES_LET1(v93, sqrt, v92);
+  const lanes v94 = 0.5 / v93, v95 = 2.0 * v84, v96 = v46 + v50, v97 = v96 - v44, v98 = v97 * v6,
       v99 = v41 + v98, v100 = v34 * v80, v101 = v99 - v100, v102 = v101 - v37,
       v103 = v102 + thetad_0, v104 = v95 * v103, v105 = 2.0 * v90, v106 = v36 * v80,
       v107 = v97 * v5, v108 = v106 + v107, v109 = v108 - v60, v110 = v109 - v62,
@@ -241,8 +241,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_actuator_rates)(const lanes *i
       v135 = 0.1368080573302675 + v134, v136 = v135 * v135, v137 = v126 + v136, v138 = v131 * v6,
       v139 = v129 * v5, v140 = v138 + v139, v141 = v140 + theta_1,
       v142 = v141 - 0.37587704831436336, v143 = v142 * v142, v144 = v137 + v143;
-  LANES_LET1(v145, rsqrt, v144);
-  const lanes v146 = 0.5 * v145, v147 = 2.0 * v135, v148 = 0.2349231551964771 * v39,
+  LANES_LET1(v145, sqrt, v144);
+  const lanes v146 = 0.5 / v145, v147 = 2.0 * v135, v148 = 0.2349231551964771 * v39,
       v149 = v148 * v5, v150 = v45 * v121, v151 = 0.2349231551964771 * v48, v152 = v151 * v1,
       v153 = v150 + v152, v154 = 0.08550503583141718 * v43, v155 = v153 - v154, v156 = v155 * v6,
       v157 = v149 + v156, v158 = v34 * v129, v159 = v157 - v158, v160 = v36 * v131,
@@ -261,8 +261,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_actuator_rates)(const lanes *i
       v201 = v190 + v200, v202 = v191 * v6, v203 = v195 * v5, v204 = v202 - v203,
       v205 = v204 + theta_1, v206 = v205 - 0.3064177772475912, v207 = v206 * v206,
       v208 = v201 + v207;
-  LANES_LET1(v209, rsqrt, v208);
-  const lanes v210 = 0.5 * v209, v211 = 2.0 * v199, v212 = v36 * v191, v213 = v34 * v195,
+  LANES_LET1(v209, sqrt, v208);
+  const lanes v210 = 0.5 / v209, v211 = 2.0 * v199, v212 = v36 * v191, v213 = v34 * v195,
       v214 = v212 - v213, v215 = 0.04341204441673259 * v39, v216 = v215 * v5, v217 = v214 - v216,
       v218 = 0.246201938253052 * v43, v219 = v45 * v186, v220 = v218 + v219,
       v221 = 0.04341204441673259 * v48, v222 = v221 * v1, v223 = v220 + v222, v224 = v223 * v6,
@@ -278,8 +278,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_actuator_rates)(const lanes *i
       v256 = 0.25711504387461576 + v255, v257 = v256 * v256, v258 = v251 + v257, v259 = v252 * v5,
       v260 = v202 + v259, v261 = theta_1 - v260, v262 = 0.3064177772475912 + v261,
       v263 = v262 * v262, v264 = v258 + v263;
-  LANES_LET1(v265, rsqrt, v264);
-  const lanes v266 = 0.5 * v265, v267 = 2.0 * v256, v268 = v34 * v252, v269 = v268 + v212,
+  LANES_LET1(v265, sqrt, v264);
+  const lanes v266 = 0.5 / v265, v267 = 2.0 * v256, v268 = v34 * v252, v269 = v268 + v212,
       v270 = v269 - v216, v271 = v219 + v222, v272 = v271 - v218, v273 = v272 * v6,
       v274 = v270 - v273, v275 = v274 + thetad_0, v276 = v267 * v275, v277 = 2.0 * v262,
       v278 = v36 * v252, v279 = v272 * v5, v280 = v278 + v279, v281 = v280 - v230,
@@ -292,8 +292,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_actuator_rates)(const lanes *i
       v301 = v300 * v300, v302 = v295 + v301, v303 = v5 * v296, v304 = v138 + v303,
       v305 = theta_1 - v304, v306 = 0.37587704831436336 + v305, v307 = v306 * v306,
       v308 = v302 + v307;
-  LANES_LET1(v309, rsqrt, v308);
-  const lanes v310 = 0.5 * v309, v311 = 2.0 * v300, v312 = v34 * v296, v313 = v312 + v160,
+  LANES_LET1(v309, sqrt, v308);
+  const lanes v310 = 0.5 / v309, v311 = 2.0 * v300, v312 = v34 * v296, v313 = v312 + v160,
       v314 = v313 - v149, v315 = v154 + v150, v316 = v315 + v152, v317 = v316 * v6,
       v318 = v314 - v317, v319 = v318 + thetad_0, v320 = v311 * v319, v321 = 2.0 * v306,
       v322 = v36 * v296, v323 = v316 * v5, v324 = v322 + v323, v325 = v324 - v168,
@@ -563,8 +563,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_constraint_D_z)(const lanes *i
       v23 = 0.06945927106677215 + v22, v24 = v23 * v23, v25 = v18 + v24,
       v26 = 0.16069690242163484 * v4, v27 = v6 * v9, v28 = v26 + v27, v29 = z_2 - v28,
       v30 = v29 * v29, v31 = v25 + v30;
-  LANES_LET1(v32, rsqrt, v31);
-  const lanes v33 = 0.5 * v32, v34 = v17 * v33, v35 = -v34;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = 0.5 / v32, v34 = v17 * v33, v35 = -v34;
   out[0] = v35;
   const lanes v36 = 2.0 * v23, v37 = v33 * v36;
   out[1] = v37;
@@ -584,8 +584,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_constraint_D_z)(const lanes *i
       v70 = 0.3939231012048832 - v69, v71 = 2.0 * v70, v72 = v70 * v70, v73 = v1 * v66,
       v74 = v19 + v73, v75 = v74 + z_1, v76 = 0.06945927106677215 - v75, v77 = v76 * v76,
       v78 = v72 + v77, v79 = v27 - v26, v80 = v79 + z_2, v81 = v80 * v80, v82 = v78 + v81;
-  LANES_LET1(v83, rsqrt, v82);
-  const lanes v84 = 0.5 * v83, v85 = v71 * v84, v86 = -v85;
+  LANES_LET1(v83, sqrt, v82);
+  const lanes v84 = 0.5 / v83, v85 = v71 * v84, v86 = -v85;
   out[12] = v86;
   const lanes v87 = 2.0 * v76, v88 = v84 * v87, v89 = -v88;
   out[13] = v89;
@@ -607,8 +607,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_constraint_D_z)(const lanes *i
       v127 = 0.37587704831436336 - v126, v128 = v127 * v127, v129 = v122 + v128, v130 = v6 * v112,
       v131 = 0.08550503583141718 * v4, v132 = v130 - v131, v133 = v132 + z_2, v134 = v133 * v133,
       v135 = v129 + v134;
-  LANES_LET1(v136, rsqrt, v135);
-  const lanes v137 = 0.5 * v136, v138 = v121 * v137;
+  LANES_LET1(v136, sqrt, v135);
+  const lanes v137 = 0.5 / v136, v138 = v121 * v137;
   out[24] = v138;
   const lanes v139 = 2.0 * v127, v140 = v137 * v139, v141 = -v140;
   out[25] = v141;
@@ -633,8 +633,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_constraint_D_z)(const lanes *i
       v187 = 0.3064177772475912 - v186, v188 = v187 * v187, v189 = v182 + v188,
       v190 = 0.246201938253052 * v4, v191 = v6 * v172, v192 = v190 + v191, v193 = v192 + z_2,
       v194 = v193 * v193, v195 = v189 + v194;
-  LANES_LET1(v196, rsqrt, v195);
-  const lanes v197 = 0.5 * v196, v198 = v181 * v197;
+  LANES_LET1(v196, sqrt, v195);
+  const lanes v197 = 0.5 / v196, v198 = v181 * v197;
   out[36] = v198;
   const lanes v199 = 2.0 * v187, v200 = v197 * v199, v201 = -v200;
   out[37] = v201;
@@ -656,8 +656,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_constraint_D_z)(const lanes *i
       v238 = v183 + v237, v239 = z_1 - v238, v240 = 0.3064177772475912 + v239, v241 = v240 * v240,
       v242 = v236 + v241, v243 = v190 - v191, v244 = v243 + z_2, v245 = v244 * v244,
       v246 = v242 + v245;
-  LANES_LET1(v247, rsqrt, v246);
-  const lanes v248 = 0.5 * v247, v249 = v235 * v248;
+  LANES_LET1(v247, sqrt, v246);
+  const lanes v248 = 0.5 / v247, v249 = v235 * v248;
   out[48] = v249;
   const lanes v250 = 2.0 * v240, v251 = v248 * v250;
   out[49] = v251;
@@ -677,8 +677,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_constraint_D_z)(const lanes *i
       v281 = v123 + v280, v282 = z_1 - v281, v283 = 0.37587704831436336 + v282, v284 = v283 * v283,
       v285 = v279 + v284, v286 = v131 + v130, v287 = z_2 - v286, v288 = v287 * v287,
       v289 = v285 + v288;
-  LANES_LET1(v290, rsqrt, v289);
-  const lanes v291 = 0.5 * v290, v292 = v278 * v291;
+  LANES_LET1(v290, sqrt, v289);
+  const lanes v291 = 0.5 / v290, v292 = v278 * v291;
   out[60] = v292;
   const lanes v293 = 2.0 * v283, v294 = v291 * v293;
   out[61] = v294;
@@ -1200,8 +1200,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_rods_D_chain)(const lanes *in,
       v22 = v21 * v21, v23 = v16 * v16, v24 = v22 + v23, v25 = v7 * v6, v26 = v12 * v2,
       v27 = v25 + v26, v28 = theta_1 - v27, v29 = 0.06945927106677215 + v28, v30 = v29 * v29,
       v31 = v24 + v30;
-  LANES_LET1(v32, rsqrt, v31);
-  const lanes v33 = 0.5 * v32, v34 = v17 * v33;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = 0.5 / v32, v34 = v17 * v33;
   out[0] = v34;
   const lanes v35 = 2.0 * v29, v36 = v33 * v35;
   out[1] = v36;
@@ -1220,8 +1220,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_rods_D_chain)(const lanes *in,
       v70 = v69 - 0.3939231012048832, v71 = 2.0 * v70, v72 = v19 - v18, v73 = v72 + theta_2,
       v74 = v73 * v73, v75 = v70 * v70, v76 = v74 + v75, v77 = v66 * v2, v78 = v25 + v77,
       v79 = v78 + theta_1, v80 = v79 - 0.06945927106677215, v81 = v80 * v80, v82 = v76 + v81;
-  LANES_LET1(v83, rsqrt, v82);
-  const lanes v84 = 0.5 * v83, v85 = v71 * v84;
+  LANES_LET1(v83, sqrt, v82);
+  const lanes v84 = 0.5 / v83, v85 = v71 * v84;
   out[6] = v85;
   const lanes v86 = 2.0 * v80, v87 = v84 * v86;
   out[7] = v87;
@@ -1242,8 +1242,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_rods_D_chain)(const lanes *in,
       v122 = v121 + theta_2, v123 = v122 * v122, v124 = v117 * v117, v125 = v123 + v124,
       v126 = v113 * v6, v127 = v111 * v2, v128 = v126 + v127, v129 = v128 + theta_1,
       v130 = v129 - 0.37587704831436336, v131 = v130 * v130, v132 = v125 + v131;
-  LANES_LET1(v133, rsqrt, v132);
-  const lanes v134 = 0.5 * v133, v135 = v118 * v134;
+  LANES_LET1(v133, sqrt, v132);
+  const lanes v134 = 0.5 / v133, v135 = v118 * v134;
   out[12] = v135;
   const lanes v136 = 2.0 * v130, v137 = v134 * v136;
   out[13] = v137;
@@ -1266,8 +1266,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_rods_D_chain)(const lanes *in,
       v180 = v179 + theta_2, v181 = v180 * v180, v182 = v175 * v175, v183 = v181 + v182,
       v184 = v166 * v6, v185 = v171 * v2, v186 = v184 - v185, v187 = v186 + theta_1,
       v188 = v187 - 0.3064177772475912, v189 = v188 * v188, v190 = v183 + v189;
-  LANES_LET1(v191, rsqrt, v190);
-  const lanes v192 = 0.5 * v191, v193 = v176 * v192;
+  LANES_LET1(v191, sqrt, v190);
+  const lanes v192 = 0.5 / v191, v193 = v176 * v192;
   out[18] = v193;
   const lanes v194 = 2.0 * v188, v195 = v192 * v194;
   out[19] = v195;
@@ -1289,8 +1289,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_rods_D_chain)(const lanes *in,
       v232 = v231 + theta_2, v233 = v232 * v232, v234 = v229 * v229, v235 = v233 + v234,
       v236 = v225 * v2, v237 = v184 + v236, v238 = theta_1 - v237, v239 = 0.3064177772475912 + v238,
       v240 = v239 * v239, v241 = v235 + v240;
-  LANES_LET1(v242, rsqrt, v241);
-  const lanes v243 = 0.5 * v242, v244 = v230 * v243;
+  LANES_LET1(v242, sqrt, v241);
+  const lanes v243 = 0.5 / v242, v244 = v230 * v243;
   out[24] = v244;
   const lanes v245 = 2.0 * v239, v246 = v243 * v245;
   out[25] = v246;
@@ -1309,8 +1309,8 @@ static LANES_TARGET void LANES_NAME(stewart_gough_rods_D_chain)(const lanes *in,
       v275 = theta_2 - v274, v276 = v275 * v275, v277 = v272 * v272, v278 = v276 + v277,
       v279 = v2 * v268, v280 = v126 + v279, v281 = theta_1 - v280,
       v282 = 0.37587704831436336 + v281, v283 = v282 * v282, v284 = v278 + v283;
-  LANES_LET1(v285, rsqrt, v284);
-  const lanes v286 = 0.5 * v285, v287 = v273 * v286;
+  LANES_LET1(v285, sqrt, v284);
+  const lanes v286 = 0.5 / v285, v287 = v273 * v286;
   out[30] = v287;
   const lanes v288 = 2.0 * v282, v289 = v286 * v288;
   out[31] = v289;
@@ -1338,12 +1338,12 @@ static LANES_TARGET void LANES_NAME(stewart_gough_velocity_relation)(const lanes
       v21 = v20 * v20, v22 = v16 * v16, v23 = v21 + v22, v24 = v7 * v6, v25 = v12 * v2,
       v26 = v24 + v25, v27 = theta_1 - v26, v28 = 0.06945927106677215 + v27, v29 = v28 * v28,
       v30 = v23 + v29;
-  LANES_LET1(v31, rsqrt, v30);
-  const lanes v32 = v16 * v31;
+  LANES_LET1(v31, sqrt, v30);
+  const lanes v32 = v16 / v31;
   out[0] = v32;
-  const lanes v33 = v28 * v31;
+  const lanes v33 = v28 / v31;
   out[1] = v33;
-  const lanes v34 = v20 * v31;
+  const lanes v34 = v20 / v31;
   out[2] = v34;
   const lanes v35 = v27 - theta_1, v36 = v34 * v35, v37 = v20 - theta_2, v38 = v33 * v37,
       v39 = v36 - v38;
@@ -1356,12 +1356,12 @@ static LANES_TARGET void LANES_NAME(stewart_gough_velocity_relation)(const lanes
       v50 = v49 - 0.3939231012048832, v51 = v18 - v17, v52 = v51 + theta_2, v53 = v52 * v52,
       v54 = v50 * v50, v55 = v53 + v54, v56 = v46 * v2, v57 = v24 + v56, v58 = v57 + theta_1,
       v59 = v58 - 0.06945927106677215, v60 = v59 * v59, v61 = v55 + v60;
-  LANES_LET1(v62, rsqrt, v61);
-  const lanes v63 = v50 * v62;
+  LANES_LET1(v62, sqrt, v61);
+  const lanes v63 = v50 / v62;
   out[6] = v63;
-  const lanes v64 = v59 * v62;
+  const lanes v64 = v59 / v62;
   out[7] = v64;
-  const lanes v65 = v52 * v62;
+  const lanes v65 = v52 / v62;
   out[8] = v65;
   const lanes v66 = v65 * v57, v67 = v64 * v51, v68 = v66 - v67;
   out[9] = v68;
@@ -1375,12 +1375,12 @@ static LANES_TARGET void LANES_NAME(stewart_gough_velocity_relation)(const lanes
       v86 = 0.08550503583141718 * v4, v87 = v85 - v86, v88 = v87 + theta_2, v89 = v88 * v88,
       v90 = v84 * v84, v91 = v89 + v90, v92 = v80 * v6, v93 = v78 * v2, v94 = v92 + v93,
       v95 = v94 + theta_1, v96 = v95 - 0.37587704831436336, v97 = v96 * v96, v98 = v91 + v97;
-  LANES_LET1(v99, rsqrt, v98);
-  const lanes v100 = v84 * v99;
+  LANES_LET1(v99, sqrt, v98);
+  const lanes v100 = v84 / v99;
   out[12] = v100;
-  const lanes v101 = v96 * v99;
+  const lanes v101 = v96 / v99;
   out[13] = v101;
-  const lanes v102 = v88 * v99;
+  const lanes v102 = v88 / v99;
   out[14] = v102;
   const lanes v103 = v102 * v94, v104 = v101 * v87, v105 = v103 - v104;
   out[15] = v105;
@@ -1395,12 +1395,12 @@ static LANES_TARGET void LANES_NAME(stewart_gough_velocity_relation)(const lanes
       v126 = v125 * v125, v127 = v121 * v121, v128 = v126 + v127, v129 = v112 * v6,
       v130 = v117 * v2, v131 = v129 - v130, v132 = v131 + theta_1, v133 = v132 - 0.3064177772475912,
       v134 = v133 * v133, v135 = v128 + v134;
-  LANES_LET1(v136, rsqrt, v135);
-  const lanes v137 = v121 * v136;
+  LANES_LET1(v136, sqrt, v135);
+  const lanes v137 = v121 / v136;
   out[18] = v137;
-  const lanes v138 = v133 * v136;
+  const lanes v138 = v133 / v136;
   out[19] = v138;
-  const lanes v139 = v125 * v136;
+  const lanes v139 = v125 / v136;
   out[20] = v139;
   const lanes v140 = v139 * v131, v141 = v138 * v124, v142 = v140 - v141;
   out[21] = v142;
@@ -1413,12 +1413,12 @@ static LANES_TARGET void LANES_NAME(stewart_gough_velocity_relation)(const lanes
       v157 = v156 * v156, v158 = v154 * v154, v159 = v157 + v158, v160 = v150 * v2,
       v161 = v129 + v160, v162 = theta_1 - v161, v163 = 0.3064177772475912 + v162,
       v164 = v163 * v163, v165 = v159 + v164;
-  LANES_LET1(v166, rsqrt, v165);
-  const lanes v167 = v154 * v166;
+  LANES_LET1(v166, sqrt, v165);
+  const lanes v167 = v154 / v166;
   out[24] = v167;
-  const lanes v168 = v163 * v166;
+  const lanes v168 = v163 / v166;
   out[25] = v168;
-  const lanes v169 = v156 * v166;
+  const lanes v169 = v156 / v166;
   out[26] = v169;
   const lanes v170 = v162 - theta_1, v171 = v169 * v170, v172 = v168 * v155, v173 = v171 - v172;
   out[27] = v173;
@@ -1431,12 +1431,12 @@ static LANES_TARGET void LANES_NAME(stewart_gough_velocity_relation)(const lanes
       v188 = v184 * v184, v189 = v187 + v188, v190 = v2 * v180, v191 = v92 + v190,
       v192 = theta_1 - v191, v193 = 0.37587704831436336 + v192, v194 = v193 * v193,
       v195 = v189 + v194;
-  LANES_LET1(v196, rsqrt, v195);
-  const lanes v197 = v184 * v196;
+  LANES_LET1(v196, sqrt, v195);
+  const lanes v197 = v184 / v196;
   out[30] = v197;
-  const lanes v198 = v193 * v196;
+  const lanes v198 = v193 / v196;
   out[31] = v198;
-  const lanes v199 = v186 * v196;
+  const lanes v199 = v186 / v196;
   out[32] = v199;
   const lanes v200 = v192 - theta_1, v201 = v199 * v200, v202 = v186 - theta_2, v203 = v198 * v202,
       v204 = v201 - v203;

@@ -26,92 +26,103 @@ LANES_INLINE void LANES_NAME(ur5e_ik_branch)(
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
-      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.0996 * T_2, v2 = T_3 - v1,
-      v3 = 0.1333 * v2, v4 = 0.0996 * T_6, v5 = T_7 - v4, v6 = v2 * v2, v7 = v5 * v5, v8 = v6 + v7,
-      v9 = 4e-15 * v8, v10 = v8 - 0.01776889;
-  const lanes_where v11 = LANES_LT(v9, v10); LANES_LET1(v12, sqrt, v10);
-  const lanes v13 = LANES_CHOICE(v11, v12, 0.0), v14 = choice_0 * v13, v15 = v5 * v14,
-      v16 = v3 - v15, v17 = v16 * v16, v18 = v2 * v14, v19 = 0.1333 * v5, v20 = v18 + v19,
-      v21 = 1e-150 - v20, v22 = v21 * v21, v23 = v17 + v22;
-  LANES_LET1(v24, rsqrt, v23);
-  const lanes v25 = v16 * v24, v26 = v21 * v24, v28 = v2 * v26, v29 = v5 * v25, v30 = v28 + v29,
-      v31 = T_10 * T_10, v32 = T_2 * v26, v33 = T_6 * v25, v34 = v32 + v33, v35 = v34 * v34,
-      v36 = v31 + v35;
-  const lanes_where v37 = LANES_LT(2.5e-19, v36);
-  const lanes v38 = 1e-150 - v34, v39 = v38 * v38, v40 = v31 + v39;
-  LANES_LET1(v41, rsqrt, v40);
-  const lanes v42 = T_10 * v41, v43 = choice_1 * v42, v44 = -v43, v45 = 0.0996 * T_10,
-      v46 = T_11 - v45, v47 = v46 - 0.1625, v48 = 0.1994 * v47, v49 = v30 * v30, v50 = v47 * v47,
-      v51 = v49 + v50, v52 = 1.5904144000000003e-16 * v51, v53 = 0.03976036 * v51,
-      v54 = 0.00994009 + v51, v55 = 0.33444584 - v54, v56 = v55 * v55, v57 = v53 - v56;
-  const lanes_where v58 = LANES_LT(v52, v57); LANES_LET1(v59, sqrt, v57);
-  const lanes v60 = LANES_CHOICE(v58, v59, 0.0), v61 = choice_1 * v60, v62 = v48 * v61,
-      v63 = 0.1994 * v30, v64 = v63 * v55, v65 = v62 - v64, v66 = v65 * v65, v67 = v48 * v55,
-      v68 = v63 * v61, v69 = v67 + v68, v70 = 1e-150 + v69, v71 = v70 * v70, v72 = v66 + v71;
-  LANES_LET1(v73, rsqrt, v72);
-  const lanes v74 = v65 * v73, v75 = LANES_CHOICE(v37, v44, v74), v76 = 0.0997 * v75,
-      v77 = v30 - v76, v78 = v77 * v77, v79 = v38 * v41, v80 = choice_1 * v79, v81 = v70 * v73,
-      v82 = LANES_CHOICE(v37, v80, v81), v83 = 0.0997 * v82, v84 = v47 + v83, v85 = v84 * v84,
-      v86 = v78 + v85, v87 = v86 - 0.00107584, v88 = 0.66781584 - v86, v89 = v87 * v88;
-  const lanes_where v90 = LANES_LT(4.445422276e-16, v89); LANES_LET1(v91, sqrt, v89);
-  const lanes v92 = LANES_CHOICE(v90, v91, 0.0), v93 = choice_2 * v92, v94 = 0.33337 * v93,
-      v95 = v94 * v94, v96 = v86 - 0.33444584, v97 = 0.33337 * v96, v98 = 1e-150 + v97,
-      v99 = v98 * v98, v100 = v95 + v99;
-  LANES_LET1(v101, rsqrt, v100);
-  const lanes v102 = v94 * v101, v103 = 0.3922 * v102, v104 = v77 * v103, v105 = v98 * v101,
-      v106 = 0.3922 * v105, v107 = -0.425 - v106, v108 = v84 * v107, v109 = v104 + v108,
-      v110 = v109 * v109, v111 = v77 * v107, v112 = v84 * v103, v113 = v111 - v112,
-      v114 = 1e-150 + v113, v115 = v114 * v114, v116 = v110 + v115;
-  LANES_LET1(v117, rsqrt, v116);
-  const lanes v118 = v109 * v117, v119 = v114 * v117;
-  LANES_LET2(v120, atan2, v118, v119); LANES_LET2(v121, atan2, v102, v105);
-  const lanes v122 = v105 * v119, v123 = v102 * v118, v124 = v122 - v123, v125 = v75 * v124,
-      v126 = v105 * v118, v127 = v102 * v119, v128 = v126 + v127, v129 = v82 * v128,
-      v130 = v125 - v129, v131 = v82 * v124, v132 = v75 * v128, v133 = v131 + v132;
-  LANES_LET2(v134, atan2, v130, v133);
-  const lanes v135 = T_10 * v75, v136 = v34 * v82, v137 = v135 + v136, v138 = T_6 * v26,
-      v139 = T_2 * v25, v140 = v138 - v139, v141 = v140 * v140, v142 = v137 * v137,
-      v143 = v141 + v142;
-  LANES_LET1(v144, rsqrt, v143);
-  const lanes v145 = v137 * v144, v146 = v140 * v144, v147 = -v146, v149 = T_8 * v82,
-      v150 = T_0 * v26, v151 = T_4 * v25, v152 = v150 + v151, v153 = v75 * v152, v154 = v149 - v153,
-      v155 = v154 * v154, v156 = T_4 * v26, v157 = T_0 * v25, v158 = v156 - v157,
-      v159 = v145 * v158, v160 = T_8 * v75, v161 = v82 * v152, v162 = v160 + v161,
-      v163 = v146 * v162, v164 = v159 - v163, v165 = v164 * v164, v166 = v155 + v165;
-  LANES_LET1(v167, rsqrt, v166);
-  const lanes v168 = v154 * v167, v169 = v164 * v167;
-  out[1] = v120; out[2] = v121; out[3] = v134;
-  const lanes v172 = 0.0996 * v145, v173 = v82 * v172, v174 = v173 + v76, v175 = -0.3922 * v124,
-      v176 = v174 + v175, v177 = -0.425 * v119, v178 = v176 + v177, v179 = v26 * v178,
-      v180 = 0.0996 * v146, v181 = 0.1333 - v180, v182 = v25 * v181, v183 = v179 + v182,
-      v184 = v183 - T_3, v185 = v184 * v184, v186 = v25 * v178, v187 = v26 * v181,
-      v188 = v186 - v187, v189 = v188 - T_7, v190 = v189 * v189, v191 = v185 + v190,
-      v192 = v75 * v172, v193 = v192 - v83, v194 = -0.3922 * v128, v195 = v193 + v194,
-      v196 = -0.425 * v118, v197 = v195 + v196, v198 = v197 + 0.1625, v199 = v198 - T_11,
-      v200 = v199 * v199, v201 = v191 + v200, v202 = v25 * v145, v203 = v26 * v82,
-      v204 = v146 * v203, v205 = v202 + v204, v206 = v169 * v205, v207 = v26 * v75,
-      v208 = v168 * v207, v209 = v206 + v208, v210 = T_0 + v209, v211 = v210 * v210,
-      v212 = v168 * v205, v213 = v169 * v207, v214 = v212 - v213, v215 = v214 - T_1,
-      v216 = v215 * v215, v217 = v211 + v216, v218 = v145 * v203, v219 = v25 * v146,
-      v220 = v218 - v219, v221 = v220 - T_2, v222 = v221 * v221, v223 = v217 + v222,
-      v224 = v26 * v145, v225 = v25 * v82, v226 = v146 * v225, v227 = v224 - v226,
-      v228 = v169 * v227, v229 = v25 * v75, v230 = v168 * v229, v231 = v228 - v230,
-      v232 = v231 - T_4, v233 = v232 * v232, v234 = v223 + v233, v235 = v169 * v229,
-      v236 = v168 * v227, v237 = v235 + v236, v238 = T_5 + v237, v239 = v238 * v238,
-      v240 = v234 + v239, v241 = v26 * v146, v242 = v145 * v225, v243 = v241 + v242,
-      v244 = v243 - T_6, v245 = v244 * v244, v246 = v240 + v245, v247 = v82 * v168,
-      v248 = v75 * v146, v249 = v169 * v248, v250 = v247 - v249, v251 = v250 - T_8,
-      v252 = v251 * v251, v253 = v246 + v252, v254 = v82 * v169, v255 = v168 * v248,
-      v256 = v254 + v255, v257 = v256 - T_9, v258 = v257 * v257, v259 = v253 + v258,
-      v260 = v75 * v145, v261 = v260 - T_10, v262 = v261 * v261, v263 = v259 + v262,
-      v264 = 0.5 * v263;
-  LANES_LET2(v265, fmax, v201, v264); LANES_LET1(v266, sqrt, v265); out[6] = v266;
-  const lanes v267 = 1e-300 + v8, v268 = v10 / v267, v269 = 8.99802032665209 * v89;
-  LANES_LET2(v270, fmin, v268, v269); out[7] = v270;
-  lanes v27, v148; LANES_NAME(lanes_two_atan2)(&v25, &v26, &v145, &v147, &v27, &v148);
-  LANES_LET2(v170, atan2, v168, v169); out[0] = v27;
-  const lanes v171 = -v148;
-  out[4] = v171; out[5] = v170;
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.0996 * T_2,
+      v2 = 0.0996 * T_6, v3 = T_10 * T_10, v4 = 0.0996 * T_10, v5 = T_3 - v1, v6 = T_7 - v2,
+      v7 = T_11 - v4, v8 = 0.1333 * v5, v9 = v5 * v5, v10 = v6 * v6, v11 = 0.1333 * v6,
+      v12 = v7 - 0.1625, v13 = v9 + v10, v14 = 0.1994 * v12, v15 = v12 * v12, v16 = 4e-15 * v13,
+      v17 = v13 - 0.01776889, v18 = 1e-300 + v13;
+  const lanes_where v19 = LANES_LT(v16, v17); LANES_LET1(v20, sqrt, v17);
+  const lanes v21 = v17 / v18, v22 = LANES_CHOICE(v19, v20, 0.0), v23 = choice_0 * v22,
+      v24 = v6 * v23, v25 = v5 * v23, v26 = v8 - v24, v27 = v25 + v11, v28 = v26 * v26,
+      v29 = 1e-150 - v27, v30 = v29 * v29, v31 = v28 + v30;
+  LANES_LET1(v32, rsqrt, v31);
+  const lanes v33 = v26 * v32, v34 = v29 * v32, v36 = v5 * v34, v37 = v6 * v33, v38 = T_2 * v34,
+      v39 = T_6 * v33, v40 = T_6 * v34, v41 = T_2 * v33, v42 = T_0 * v34, v43 = T_4 * v33,
+      v44 = T_4 * v34, v45 = T_0 * v33, v46 = v36 + v37, v47 = v38 + v39, v48 = v40 - v41,
+      v49 = v42 + v43, v50 = v44 - v45, v51 = v47 * v47, v52 = 1e-150 - v47, v53 = v46 * v46,
+      v54 = 0.1994 * v46, v55 = v48 * v48, v56 = v3 + v51, v57 = v52 * v52, v58 = v53 + v15;
+  const lanes_where v59 = LANES_LT(2.5e-19, v56);
+  const lanes v60 = v3 + v57, v61 = 1.5904144000000003e-16 * v58, v62 = 0.03976036 * v58,
+      v63 = 0.00994009 + v58;
+  LANES_LET1(v64, rsqrt, v60);
+  const lanes v65 = 0.33444584 - v63, v66 = T_10 * v64, v67 = v65 * v65, v68 = v54 * v65,
+      v69 = v14 * v65, v70 = v52 * v64, v71 = choice_1 * v66, v72 = v62 - v67, v73 = choice_1 * v70,
+      v74 = -v71;
+  const lanes_where v75 = LANES_LT(v61, v72); LANES_LET1(v76, sqrt, v72);
+  const lanes v77 = LANES_CHOICE(v75, v76, 0.0), v78 = choice_1 * v77, v79 = v14 * v78,
+      v80 = v54 * v78, v81 = v79 - v68, v82 = v69 + v80, v83 = v81 * v81, v84 = 1e-150 + v82,
+      v85 = v84 * v84, v86 = v83 + v85;
+  LANES_LET1(v87, rsqrt, v86);
+  const lanes v88 = v81 * v87, v89 = v84 * v87, v90 = LANES_CHOICE(v59, v74, v88),
+      v91 = LANES_CHOICE(v59, v73, v89), v92 = 0.0997 * v90, v93 = 0.0997 * v91, v94 = T_10 * v90,
+      v95 = v47 * v91, v96 = T_8 * v91, v97 = v90 * v49, v98 = T_8 * v90, v99 = v91 * v49,
+      v100 = v34 * v91, v101 = v34 * v90, v102 = v33 * v91, v103 = v33 * v90, v104 = v46 - v92,
+      v105 = v12 + v93, v106 = v94 + v95, v107 = v96 - v97, v108 = v98 + v99, v109 = v104 * v104,
+      v110 = v105 * v105, v111 = v106 * v106, v112 = v107 * v107, v113 = v109 + v110,
+      v114 = v55 + v111, v115 = v113 - 0.00107584, v116 = 0.66781584 - v113,
+      v117 = v113 - 0.33444584;
+  LANES_LET1(v118, rsqrt, v114);
+  const lanes v119 = v115 * v116, v120 = 0.33337 * v117, v121 = v106 * v118, v122 = v48 * v118;
+  const lanes_where v123 = LANES_LT(4.445422276e-16, v119); LANES_LET1(v124, sqrt, v119);
+  const lanes v125 = 1e-150 + v120, v126 = -v122, v127 = v121 * v50, v128 = v122 * v108,
+      v129 = v33 * v121, v130 = v122 * v100, v131 = v121 * v100, v132 = v33 * v122,
+      v133 = v34 * v121, v134 = v122 * v102, v135 = v34 * v122, v136 = v121 * v102,
+      v137 = v90 * v122, v138 = v90 * v121, v139 = 0.0996 * v121, v140 = 0.0996 * v122,
+      v141 = 8.99802032665209 * v119, v142 = LANES_CHOICE(v123, v124, 0.0), v143 = v125 * v125,
+      v145 = v127 - v128, v146 = v129 + v130, v147 = v131 - v132, v148 = v133 - v134,
+      v149 = v135 + v136, v150 = v138 - T_10, v151 = v91 * v139, v152 = 0.1333 - v140,
+      v153 = v90 * v139;
+  LANES_LET2(v154, fmin, v21, v141);
+  const lanes v155 = choice_2 * v142, v156 = v145 * v145, v158 = v147 - T_2, v159 = v149 - T_6,
+      v160 = v150 * v150, v161 = v151 + v92, v162 = v33 * v152, v163 = v34 * v152,
+      v164 = v153 - v93;
+  out[7] = v154;
+  const lanes v165 = 0.33337 * v155, v166 = v112 + v156, v167 = v158 * v158, v168 = v159 * v159,
+      v169 = v165 * v165;
+  LANES_LET1(v170, rsqrt, v166);
+  const lanes v171 = v169 + v143, v172 = v107 * v170, v173 = v145 * v170;
+  LANES_LET1(v174, rsqrt, v171);
+  const lanes v176 = v173 * v146, v177 = v172 * v101, v178 = v172 * v146, v179 = v173 * v101,
+      v180 = v173 * v148, v181 = v172 * v103, v182 = v173 * v103, v183 = v172 * v148,
+      v184 = v91 * v172, v185 = v173 * v137, v186 = v91 * v173, v187 = v172 * v137,
+      v188 = v165 * v174, v189 = v125 * v174, v190 = v176 + v177, v191 = v178 - v179,
+      v192 = v180 - v181, v193 = v182 + v183, v194 = v184 - v185, v195 = v186 + v187,
+      v196 = 0.3922 * v188, v197 = 0.3922 * v189;
+  LANES_LET2(v198, atan2, v188, v189);
+  const lanes v199 = T_0 + v190, v200 = v191 - T_1, v201 = v192 - T_4, v202 = T_5 + v193,
+      v203 = v194 - T_8, v204 = v195 - T_9, v205 = v104 * v196, v206 = -0.425 - v197,
+      v207 = v105 * v196;
+  out[2] = v198;
+  const lanes v208 = v199 * v199, v209 = v200 * v200, v210 = v201 * v201, v211 = v202 * v202,
+      v212 = v203 * v203, v213 = v204 * v204, v214 = v105 * v206, v215 = v104 * v206,
+      v216 = v208 + v209, v217 = v205 + v214, v218 = v215 - v207, v219 = v216 + v167,
+      v220 = v217 * v217, v221 = 1e-150 + v218, v222 = v219 + v210, v223 = v221 * v221,
+      v224 = v222 + v211, v225 = v220 + v223, v226 = v224 + v168;
+  LANES_LET1(v227, rsqrt, v225);
+  const lanes v228 = v226 + v212, v229 = v217 * v227, v230 = v221 * v227, v231 = v228 + v213;
+  LANES_LET2(v232, atan2, v229, v230);
+  const lanes v233 = v189 * v230, v234 = v188 * v229, v235 = v189 * v229, v236 = v188 * v230,
+      v237 = v231 + v160, v238 = -0.425 * v230, v239 = -0.425 * v229, v240 = v233 - v234,
+      v241 = v235 + v236;
+  out[1] = v232;
+  const lanes v242 = 0.5 * v237, v243 = v90 * v240, v244 = v91 * v241, v245 = v91 * v240,
+      v246 = v90 * v241, v247 = -0.3922 * v240, v248 = -0.3922 * v241, v249 = v243 - v244,
+      v250 = v245 + v246, v251 = v161 + v247, v252 = v164 + v248;
+  LANES_LET2(v253, atan2, v249, v250);
+  const lanes v254 = v251 + v238, v255 = v252 + v239;
+  out[3] = v253;
+  const lanes v256 = v34 * v254, v257 = v33 * v254, v258 = v255 + 0.1625, v259 = v256 + v162,
+      v260 = v257 - v163, v261 = v258 - T_11, v262 = v259 - T_3, v263 = v260 - T_7,
+      v264 = v261 * v261, v265 = v262 * v262, v266 = v263 * v263, v267 = v265 + v266,
+      v268 = v267 + v264;
+  const lanes_where v269 = LANES_LT(v242, v268); const lanes_where v270 = LANES_LE(v268, v242);
+  const lanes v271 = v268 + v242, v272 = LANES_CHOICE(v270, v242, v271),
+      v273 = LANES_CHOICE(v269, v268, v272);
+  LANES_LET1(v274, sqrt, v273); out[6] = v274;
+  lanes v35, v144; LANES_NAME(lanes_two_atan2)(&v33, &v34, &v121, &v126, &v35, &v144);
+  LANES_LET2(v175, atan2, v172, v173); out[0] = v35;
+  const lanes v157 = -v144;
+  out[4] = v157; out[5] = v175;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(ur5e_ik_branches)(const double *T, double *q, double *residual, double *margin)

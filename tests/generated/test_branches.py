@@ -15,9 +15,10 @@ import numpy as np
 import pytest
 import sympy as sp
 from derivations import derivation
-from tolerances import EXACT_CODE, NEAR_ROOT
+from tolerances import EXACT_CODE, NEAR_ROOT, RECIPROCAL_ROOT
 
 import chasles
+from chasles.derive import c_code
 from chasles.derive.branches import patterns
 from chasles.derive.lower import lower, lower_branch
 from chasles.derive.statements import bodies
@@ -41,11 +42,22 @@ def sources(tmp_path_factory):
     return branched.write(tmp_path_factory.mktemp("branched"), list(FUNCTIONS.values()))
 
 
-def compiled(folder, way, *flags, program="gcc"):
+def require(features):
     text = Path("/proc/cpuinfo").read_text() if Path("/proc/cpuinfo").exists() else ""
-    missing = WAYS[way] - set(text.split())
+    missing = features - set(text.split())
     if missing:
         pytest.skip(f"this processor has no {', '.join(sorted(missing))}")
+
+
+@pytest.fixture(scope="module")
+def loadable(tmp_path_factory):
+    """A folder as of a robot whose only functions with branches are inverses."""
+    folder = tmp_path_factory.mktemp("loadable")
+    return branched.write(folder, [ARM, branched.every_kind(0)])
+
+
+def compiled(folder, way, *flags, program="gcc"):
+    require(WAYS[way])
     target = folder / f"{way}{''.join(flags)}{program}.so"
     if not target.exists():
         command = [
@@ -215,22 +227,84 @@ def test_other_compilers(program, way, sources):
     assert_exact(compiled(sources, way, *language, program=program))
 
 
-def test_loaded_with_scalars_and_counted(sources):
-    robot, infos = chasles.load(sources), read_manifest(sources).functions
-    assert {info.name: info.branches for info in infos} == {**COUNTS, "every_kind_1": 0}
+def test_loaded_with_scalars_and_counted(loadable):
+    robot, infos = chasles.load(loadable), read_manifest(loadable).functions
+    assert {info.name: info.branches for info in infos} == {"ik": 8, "every_kind_1": 0}
     T = poses(1000)
-    q, residual, margin = robot.functions["ik"](T)
-    assert (q.shape, residual.shape, margin.shape) == ((1000, 8, 6), (1000, 8), (1000, 8))
-    assert apart(robot.functions["ik"](T[7])[0], q[7]) <= NEAR_ROOT
-    value, least, direction = robot.functions["every_kind_4"](0.5, np.ones((9, 2)))
-    assert (value.shape, least.shape, direction.shape) == ((9, 4, 9), (9, 4), (9, 4))
+    solutions = robot.functions["ik"](T)
+    shapes = (solutions.q.shape, solutions.residual.shape, solutions.margin.shape)
+    assert shapes == ((1000, 8, 6), (1000, 8), (1000, 8))
+    assert apart(robot.functions["ik"](T[7]).q, solutions.q[7]) <= NEAR_ROOT
+    value, least, direction = robot.functions["every_kind_1"](0.5, np.ones((9, 2)))
+    assert (value.shape, least.shape, direction.shape) == ((9, 1, 5), (9, 1), (9, 1))
 
 
-def test_a_wrong_count_is_refused(sources, tmp_path):
-    text = (sources / "manifest.json").read_text()
+def test_a_wrong_count_is_refused(loadable, tmp_path):
+    text = (loadable / "manifest.json").read_text()
     (tmp_path / "manifest.json").write_text(text.replace('"branches": 8', '"branches": 7', 1))
     with pytest.raises(ManifestError, match=r"branches.*first dimension of every output"):
         read_manifest(tmp_path)
+
+
+LANES = {"baseline": (0, set()), "avx2": (1, AVX2), "avx512": (2, AVX512)}
+"""Number of each instruction set in C, and what the processor must have for it."""
+CALLS = """\
+#define CHASLES_ISA {}
+#include "chasles_lanes.h"
+void rsqrt(size_t n, const double *x, double *value) {{
+  for (; n >= LANES; n -= LANES, x += LANES, value += LANES)
+    LANES_NAME(lanes_rsqrt)((const lanes *)x, (lanes *)value);
+}}
+void supplement(size_t n, const double *a, const double *y, double *value) {{
+  for (; n >= LANES; n -= LANES, a += LANES, y += LANES, value += LANES)
+    LANES_NAME(lanes_supplement)((const lanes *)a, (const lanes *)y, (lanes *)value);
+}}
+"""
+
+
+@pytest.fixture(params=LANES)
+def on_lanes(request, tmp_path):
+    """A function of lanes by name, as one of arrays."""
+    number, needed = LANES[request.param]
+    require(needed)
+    (tmp_path / "calls.c").write_text(CALLS.format(number))
+    (tmp_path / "chasles_lanes.h").write_text(c_code.support("chasles_lanes.h"))
+    flags = ("-O2", "-Wno-psabi", "-shared", "-fPIC", *(f"-m{f}" for f in sorted(needed)))
+    subprocess.run(["gcc", *flags, "calls.c", "-o", "calls.so"], cwd=tmp_path, check=True)
+    library = ctypes.CDLL(str(tmp_path / "calls.so"))
+
+    def call(name, *arrays):
+        n, size = len(arrays[0]), -(-len(arrays[0]) // 8) * 8
+        held = np.zeros((len(arrays) + 2, size))
+        # Vectors are read where cache lines begin.
+        held = held.ravel()[-(held.ctypes.data // 8) % 8 :][: size * (len(arrays) + 1)]
+        held = held.reshape(-1, size)
+        held[:-1, :n] = arrays
+        library[name](ctypes.c_size_t(size), *map(pointer, held))
+        return held[-1, :n]
+
+    return call
+
+
+def test_reciprocal_roots(on_lanes):
+    rng = np.random.default_rng(4)
+    x = np.concatenate([rng.uniform(1, 4, 200_000), 10.0 ** rng.uniform(-320, 308, 20_000)])
+    exact = 1 / np.sqrt(x.astype(np.longdouble))
+    off = np.abs(on_lanes("rsqrt", x) - exact) / np.spacing(exact.astype(float))
+    assert off.max() <= RECIPROCAL_ROOT
+    edges = np.array([0.0, -0.0, np.inf, -1.0, -np.inf, np.nan, 5e-324])
+    with np.errstate(all="ignore"):
+        np.testing.assert_allclose(on_lanes("rsqrt", edges), 1 / np.sqrt(edges), rtol=1e-15)
+
+
+def test_supplements_are_the_angles_of_opposite_points(on_lanes):
+    numbers = [0.0, -0.0, 1.0, -1.0, 1e-300, -1e-300, 3.5, -0.1, np.inf, -np.inf]
+    y, x = np.array(list(itertools.product(numbers, numbers))).T
+    for side in (y, -y):
+        got, expected = on_lanes("supplement", np.arctan2(y, x), side), np.arctan2(side, -x)
+        np.testing.assert_allclose(got, expected, rtol=0, atol=5e-16)
+        assert (np.signbit(got) == np.signbit(expected)).all()
+    assert np.isnan(on_lanes("supplement", np.array([np.nan]), np.array([1.0]))).all()
 
 
 def angles(body):
@@ -254,8 +328,9 @@ def test_the_first_sign_varies_slowest(function):
         assert signs == tuple(-1 if b >> (n - 1 - i) & 1 else 1 for i in range(n))
 
 
-def test_branches_in_order(sources):
-    q, _, margin = chasles.load(sources).functions["ik"](poses(50))
+def test_branches_in_order(loadable):
+    solutions = chasles.load(loadable).functions["ik"](poses(50))
+    q, margin = solutions.q, solutions.margin
     # The elbow's sign is that of the third angle, the wrist's that of the fifth.
     as_told = np.sign(q[..., 2]) == [1, -1, 1, -1, 1, -1, 1, -1]
     assert as_told[margin > 0].all()

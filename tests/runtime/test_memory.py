@@ -12,9 +12,9 @@ import pytest
 
 import chasles
 
-N = 40_000
+N = 270_000
 BLOCK = N * 16 * 8
-"""Poses whose matrices take 5 MB, more than what is left to malloc."""
+"""Poses whose matrices take 35 MB, more than what is left to malloc."""
 MOST = 256 << 20
 
 handler_of = np._core.multiarray.get_handler_name
@@ -54,12 +54,12 @@ def test_what_is_freed_is_used_again(arm, q, expected):
     np.testing.assert_array_equal(again, expected)
     del again
     # Nearly as large fits as well; half as large would waste the rest.
-    fewer = arm.fk(q[: N * 9 // 10])
+    fewer = arm.fk(q[: N * 98 // 100])
     assert address(fewer) == place
     del fewer
     other = arm.fk(np.tile(q, (2, 1)))
     assert address(other) != place
-    assert chasles.release_memory() == pytest.approx(BLOCK, rel=0.01)
+    assert chasles.release_memory() == pytest.approx(BLOCK, rel=0.1)
     assert chasles.release_memory() == 0
 
 
@@ -70,8 +70,15 @@ def test_small_results_are_left_to_numpy(arm, q):
     assert handler_of(np.empty((N, 16))) == "default_allocator"
 
 
+def test_a_call_with_several_results(arm, q):
+    # 32 MB in all, of which neither result takes as much.
+    both = arm.fk_jacobian_mixed(q[: N * 4 // 10])
+    assert [handler_of(array) for array in both] == ["chasles_results"] * 2
+    assert max(array.nbytes for array in both) < BLOCK
+
+
 def test_every_way_of_a_large_batch(arm, q, expected):
-    for found in (arm.fk(q[::-1])[::-1], arm.fk(q.tolist()), arm.fk(q, threads=2)):
+    for found in (arm.fk(q[::-1])[::-1], arm.fk(q.astype(np.longdouble)), arm.fk(q, threads=2)):
         assert handler_of(found if found.base is None else found.base) == "chasles_results"
         np.testing.assert_array_equal(found, expected)
     T = np.empty((N, 4, 4))
@@ -90,7 +97,7 @@ def test_results_in_use_share_nothing(arm, q, expected):
     kept_alive = memoryview(arm.fk(q))
     held += [np.asarray(kept_alive), arm.fk(q)]
     copies = [array.copy() for array in held]
-    for _ in range(5):
+    for _ in range(2):
         arm.fk(-q)
         arm.fk_jacobian_mixed(-q)
     count = 0
@@ -120,12 +127,12 @@ def test_arrays_are_ordinary_ones(arm, q, expected):
 
 
 def test_what_is_kept_is_bounded(arm, q):
-    results = [arm.fk(q) for _ in range(80)]
+    results = [arm.fk(q) for _ in range(9)]
     assert sum(array.nbytes for array in results) > MOST
     del results
-    assert 16 * BLOCK < chasles.release_memory() <= MOST
+    assert 6 * BLOCK < chasles.release_memory() <= MOST
     # Larger than all that may be kept.
-    assert arm.fk(np.tile(q, (55, 1))).nbytes > MOST
+    assert arm.fk(np.tile(q, (8, 1))).nbytes > MOST
     assert chasles.release_memory() == 0
 
 
@@ -135,7 +142,7 @@ def test_many_threads_at_once(arm, q, expected):
     def work(sign):
         reference = expected if sign > 0 else arm.fk.ufunc(-q)
         held = []
-        for _ in range(15):
+        for _ in range(4):
             held.append(arm.fk(sign * q))
             if not all(np.array_equal(array, reference) for array in held[-2:]):
                 failures.append(sign)

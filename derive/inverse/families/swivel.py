@@ -25,13 +25,11 @@ from ...scope import Scope
 from ...vectors import Vector, added, combination, cross, dot, subtracted
 from ..lines import EXACT, SNAPPED, Axis, Lines
 from ..requirement import Requirement, meeting, revolute
-from ..subproblems.sp1 import sp1
-from ..subproblems.sp2 import sp2
 from ..subproblems.sp3 import sp3, squared_across
 from ..target import Target
 from ..turns import Turn, any_across, direction, perpendicular, rotated
 from ..work import Work
-from .spherical_wrist import wrist
+from .spherical_wrist import three_turns, wrist
 
 TITLE = "spherical shoulder and spherical wrist"
 _ONE = sp.Integer(1)
@@ -95,27 +93,12 @@ def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
     ):
         work.call(letter, meaning, vector)
     normal = cross(scope, W, side)
-    v = combination(scope, [dot(scope, a3.h, e) for e in (w, n, b)], (W, normal, side))
 
     # 3 to 5. Its three angles.
-    q1, q2 = sp2(scope, a1.h, a2.h, a3.h, v, work.sign())
-    work.step(
-        [a1],
-        "subproblem 2",
-        f"{a3.name} does not turn its own axis",
-        q1,
-        f"with axis {a3.name} on axis {a1.name} only the sum of the two is determined; this one is "
-        "then 0",
-    )
-    work.step([a2], "subproblem 1", f"what {a1.name} leaves of the turn of axis {a3.name}", q2)
-    e = cross(scope, a3.h, a2.h)
-    turned = combination(scope, [dot(scope, e, f) for f in (w, n, b)], (W, normal, side))
-    left = rotated(scope, a2.h, q2.turn.back, rotated(scope, a1.h, q1.turn.back, turned))
-    work.step(
-        [a3],
-        "subproblem 1",
-        "what is left of the shoulder's turn",
-        sp1(scope, a3.h, e, left, sure=True),
+    three_turns(
+        work,
+        (a1, a2, a3),
+        lambda v: combination(scope, [dot(scope, v, e) for e in (w, n, b)], (W, normal, side)),
     )
 
     # 6 to 8. What the arm leaves of the tool's turn.

@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from ...scope import Scope
-from ...vectors import Vector, added, combination, dot, subtracted
+from ...vectors import ORIGIN, Vector, added, combination, dot, subtracted
 from ..lines import Axis, Lines
 from ..requirement import Requirement, across, meeting, parallel
 from ..subproblems.slides import slide_to_plane, slide_to_sphere
@@ -24,6 +24,7 @@ from ..subproblems.sp4 import sp4
 from ..turns import perpendicular, rotated
 from ..work import Work
 from .loop import loop_of_three, negative
+from .plane import turn_to_plane
 from .triangle import triangle
 
 _OBLIQUE = 1e-3
@@ -87,18 +88,10 @@ def _worst(case: Case, lines: Lines) -> Requirement:
 
 
 def _last_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
-    scope, (a1, a2, a3) = work.scope, lines.axes
-    # 1. Joints 2 and 3 do not move centre along their common direction.
-    V = subtracted(scope, W, a1.p)
-    d = dot(scope, a2.h, subtracted(scope, centre, a1.p))
-    q1 = work.step(
-        [a1],
-        "subproblem 4",
-        f"{a2.name} and {a3.name} do not move the centre along their axes",
-        sp4(scope, V, a1.h, a2.h, d, work.sign()),
-        "with the centre on the first axis every angle will do; it is then 0",
-    )
-    U = added(scope, rotated(scope, a1.h, q1.back, V), subtracted(scope, a1.p, a2.p))
+    a1, a2, a3 = lines.axes
+    # 1. Joints 2 and 3 do not move the centre along their common direction.
+    reason = f"{a2.name} and {a3.name} do not move the centre along their axes"
+    U, _ = turn_to_plane(work, a1, a2, centre, W, reason)
     # 2, 3. A triangle across the parallel axes.
     triangle(work, a2, a3, centre, U)
 
@@ -220,17 +213,9 @@ def _parallel_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) ->
 def _turn_across_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     scope, (a1, a2, a3) = work.scope, lines.axes
     # 1. Neither joint 2 nor the slide, which lies across its axis, moves the centre along it.
-    V = subtracted(scope, W, a1.p)
-    d = dot(scope, a2.h, subtracted(scope, centre, a1.p))
-    q1 = work.step(
-        [a1],
-        "subproblem 4",
-        f"{a2.name} and {a3.name} do not move the centre along axis {a2.name}",
-        sp4(scope, V, a1.h, a2.h, d, work.sign()),
-        "with the centre on the first axis every angle will do; it is then 0",
-    )
+    reason = f"{a2.name} and {a3.name} do not move the centre along axis {a2.name}"
+    U, _ = turn_to_plane(work, a1, a2, centre, W, reason)
     # 2. Joint 2 keeps the centre's distance from its axis.
-    U = added(scope, rotated(scope, a1.h, q1.back, V), subtracted(scope, a1.p, a2.p))
     A = perpendicular(scope, a2.h, U)
     reach = perpendicular(scope, a2.h, subtracted(scope, centre, a2.p))
     length = work.slide(
@@ -255,7 +240,7 @@ def _three_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
             axis,
             "a line meets a plane",
             "the other slides move the centre in a plane",
-            slide_to_plane(scope, normal, axis.h, (sp.Integer(0),) * 3, dot(scope, normal, way)),
+            slide_to_plane(scope, normal, axis.h, ORIGIN, dot(scope, normal, way)),
         )
 
 
@@ -312,13 +297,19 @@ def _slides_then_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> No
     # 2, 3. Two slides in their plane.
     reached = added(scope, a3.p, rotated(scope, a3.h, q3, reach))
     way = subtracted(scope, W, reached)
-    for axis, other in ((a1, a2), (a2, a1)):
+    two_slides(work, a1, a2, way)
+
+
+def two_slides(work: Work, first: Axis, second: Axis, way: Vector) -> None:
+    """Two slides that move a point by a given way in their plane."""
+    scope = work.scope
+    for axis, other in ((first, second), (second, first)):
         n = perpendicular(scope, other.h, axis.h)
         work.slide(
             axis,
             "a line meets a plane",
-            f"{other.name} does not move the centre that way",
-            slide_to_plane(scope, n, axis.h, (sp.Integer(0),) * 3, dot(scope, n, way)),
+            f"{other.name} does not move the point that way",
+            slide_to_plane(scope, n, axis.h, ORIGIN, dot(scope, n, way)),
         )
 
 

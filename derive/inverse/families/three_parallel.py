@@ -8,17 +8,17 @@ what is done at the singularities are ours.
 
 import sympy as sp
 
-from ...vectors import Vector, added, cross, dot, subtracted
+from ...vectors import Vector, cross, dot, subtracted
 from ..found import FoundTurn
 from ..lines import Lines
 from ..requirement import Requirement, meeting, parallel, revolute
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.sp3 import sp3
-from ..subproblems.sp4 import sp4
 from ..target import Target
 from ..turns import Turn, perpendicular, rotated
 from ..work import Work
+from .plane import turn_to_plane
 from .triangle import remaining, triangle
 
 TITLE = "three parallel axes 2, 3, 4 and intersecting axes 5, 6"
@@ -49,16 +49,14 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     # 1. Joints 5 and 6 leave their common point where it is, and joints 2 to 4 move it across h_2
     #    only: its part along h_2 is joint 1's affair alone.
     place = work.call("W", "the common point of axes 5 and 6", target.point(scope, centre))
-    W = subtracted(scope, place, a1.p)
-    d = dot(scope, a2.h, subtracted(scope, centre, a1.p))
-    q1 = work.step(
-        [a1],
-        "subproblem 4",
+    U, q1 = turn_to_plane(
+        work,
+        a1,
+        a2,
+        centre,
+        place,
         "joints 2 to 6 do not move the common point of axes 5 and 6 along axes 2 to 4",
-        sp4(scope, W, a1.h, a2.h, d, work.sign()),
-        "on axis 1 the common point is reached at every angle; the angle is then 0",
     )
-    U = added(scope, rotated(scope, a1.h, q1.back, W), subtracted(scope, a1.p, a2.p))
 
     # 2. Joint 6 does not turn its own axis. 3. The second angle belongs to the first.
     v = rotated(scope, a1.h, q1.back, target.turned(scope, a6.h))
