@@ -164,11 +164,11 @@ def _attempts(lines: Lines, choices: Iterable[tuple[int, ...]]) -> Iterable[Atte
 def _readings(family: ModuleType, given: tuple[int, ...]) -> tuple[bool, ...]:
     """Whether a structure is looked for from the base, from the tool, or not at all.
 
-    A place alone is no displacement that could be undone.
+    A place alone is no displacement that could be undone, and a swivel angle is told by the base.
     """
-    if family is not place:
-        return (False, True)
-    return () if given else (False,)
+    if family is place:
+        return () if given else (False,)
+    return (False,) if family is swivel else (False, True)
 
 
 def _nearest_in_words(nearest: Attempt | None) -> str:

@@ -201,6 +201,12 @@ def test_arms_without_a_structure_say_what_is_missing(chain, asked):
     assert asked in classification.missing or asked == "no structure"
 
 
+def test_an_arm_without_an_elbow_is_asked_for_a_joint():
+    arm = arm_of("RxrxR=R/RxrxR")
+    assert len(arm.inverses.classification.found.given) == 1
+    assert_nothing_is_missed(arm)
+
+
 def test_a_plane_is_asked_for_the_joint_that_is_too_many():
     classification = classify_of("R=R=R=R")
     assert classification.found.given == (3,)

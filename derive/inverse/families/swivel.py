@@ -18,11 +18,12 @@ Most solutions: 8 for one swivel angle.
 Source: Elias and Wen 2023 (stereographic shoulder-elbow-wrist angle), with the pole below.
 """
 
+import numpy as np
 import sympy as sp
 
 from ...scope import Scope
 from ...vectors import Vector, added, combination, cross, dot, subtracted
-from ..lines import EXACT, Axis, Lines
+from ..lines import EXACT, SNAPPED, Axis, Lines
 from ..requirement import Requirement, meeting, revolute
 from ..subproblems.sp3 import sp3, squared_across
 from ..target import Target
@@ -42,7 +43,15 @@ def requires(lines: Lines) -> list[Requirement]:
         revolute(lines, range(7)),
         meeting(lines, 0, 1, 2),
         meeting(lines, 4, 5, 6),
+        _has_an_elbow(lines),
     ]
+
+
+def _has_an_elbow(lines: Lines) -> Requirement:
+    """Of parallel axes no point is nearest."""
+    third, fourth = lines.axes[2], lines.axes[3]
+    apart = 0.0 if lines.apart_in_direction((2, 3)) > SNAPPED else np.inf
+    return Requirement(f"axes {third.name} and {fourth.name} are not parallel", apart)
 
 
 def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
