@@ -575,14 +575,13 @@ void bricklaying_gantry_ik(const double T[16], double q[3], double residual[1], 
   const double v22 = v21 + v15;
   const double v23 = v22 + v16;
   const double v24 = 0.5 * v23;
-  const int v25 = v24 < 0.0;
-  const int v26 = 0.0 <= v24;
-  const double v27 = v26 ? v24 : v24;
-  const double v28 = v25 ? 0.0 : v27;
-  const double v29 = sqrt(v28);
+  const double v25 = fabs(v24);
+  const double v26 = v24 + v25;
+  const double v27 = 0.5 * v26;
+  const double v28 = sqrt(v27);
   margin[0] = 1.0;
   q[0] = v1;
   q[1] = v2;
   q[2] = v3;
-  residual[0] = v29;
+  residual[0] = v28;
 }

@@ -297,7 +297,7 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_ik)(const lanes *in, lane
       v14 = v12 + v13, v15 = 1.0 - T_0, v16 = v15 * v15, v17 = v14 + v16, v18 = 1.0 - T_5,
       v19 = v18 * v18, v20 = v17 + v19, v21 = 1.0 - T_10, v22 = v21 * v21, v23 = v20 + v22,
       v24 = 0.5 * v23;
-  const lanes_where v25 = LANES_LT(v24, 0.0); const lanes_where v26 = LANES_LE(0.0, v24);
-  const lanes v27 = LANES_CHOICE(v26, v24, v24), v28 = LANES_CHOICE(v25, 0.0, v27);
-  LANES_LET1(v29, sqrt, v28); out[3] = v29; out[4] = LANES_OF(1.0);
+  LANES_LET1(v25, fabs, v24);
+  const lanes v26 = v24 + v25, v27 = 0.5 * v26;
+  LANES_LET1(v28, sqrt, v27); out[3] = v28; out[4] = LANES_OF(1.0);
 }

@@ -21,46 +21,45 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_branch)(
       T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
-      v1 = 0.127 * T_4, v2 = 0.127 * T_0, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = T_2 * T_2,
-      v6 = T_6 * T_6, v7 = T_8 * T_8, v8 = T_9 * T_9, v9 = 1.0 - T_10, v10 = T_11 * T_11,
-      v11 = T_7 - v1, v12 = T_3 - v2, v13 = v4 * v4, v14 = v5 + v6, v15 = v9 * v9, v16 = v12 * v12,
-      v17 = v11 * v11, v18 = v3 + v13, v19 = v14 + v7, v20 = v16 + v17;
+      v1 = 0.127 * T_4, v2 = 0.127 * T_0, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = T_11 * T_11,
+      v6 = T_2 * T_2, v7 = T_6 * T_6, v8 = T_8 * T_8, v9 = T_9 * T_9, v10 = 1.0 - T_10,
+      v11 = T_7 - v1, v12 = T_3 - v2, v13 = v4 * v4, v14 = v6 + v7, v15 = v10 * v10,
+      v16 = v12 * v12, v17 = v11 * v11, v18 = v3 + v13, v19 = v14 + v8, v20 = v16 + v17;
   LANES_LET1(v21, rsqrt, v18);
-  const lanes v22 = v19 + v8, v23 = v20 - 0.04774184, v24 = v20 - 0.00258064,
+  const lanes v22 = v19 + v9, v23 = v20 - 0.04774184, v24 = v20 - 0.00258064,
       v25 = 0.09290304 - v20, v26 = T_4 * v21, v27 = v4 * v21, v28 = 0.0451612 * v23,
-      v29 = v24 * v25, v30 = v27 - T_0, v31 = T_1 + v26, v32 = v26 - T_4, v33 = v27 - T_5,
-      v34 = 0.127 * v27, v35 = 0.127 * v26, v36 = 1e-150 + v28;
+      v29 = v24 * v25, v30 = 0.127 * v27, v31 = 0.127 * v26, v32 = v27 - T_0, v33 = T_1 + v26,
+      v34 = v26 - T_4, v35 = v27 - T_5, v36 = 1e-150 + v28;
   const lanes_where v37 = LANES_LT(8.15813594176e-18, v29); LANES_LET1(v38, sqrt, v29);
-  const lanes v39 = v30 * v30, v40 = v31 * v31, v41 = v32 * v32, v42 = v33 * v33,
+  const lanes v39 = v32 * v32, v40 = v33 * v33, v41 = v34 * v34, v42 = v35 * v35,
       v43 = 490.3080836793531 * v29, v44 = LANES_CHOICE(v37, v38, 0.0), v45 = v36 * v36,
       v46 = v22 + v39;
   out[4] = v43;
   const lanes v47 = choice_0 * v44, v48 = v46 + v40, v49 = 0.0451612 * v47, v50 = v48 + v41,
-      v51 = v49 * v49, v52 = v50 + v42, v53 = v51 + v45, v54 = v52 + v15;
-  LANES_LET1(v55, rsqrt, v53);
-  const lanes v56 = 0.5 * v54, v57 = v36 * v55, v58 = v49 * v55, v59 = 0.127 * v57,
-      v60 = 0.127 * v58;
-  LANES_LET2(v61, atan2, v58, v57);
-  const lanes v62 = v59 + 0.1778, v63 = v12 * v60, v64 = v11 * v60;
-  out[1] = v61;
-  const lanes v65 = v11 * v62, v66 = v12 * v62, v67 = v65 - v63, v68 = v66 + v64, v69 = v67 * v67,
-      v70 = 1e-150 + v68, v71 = v70 * v70, v72 = v69 + v71;
-  LANES_LET1(v73, rsqrt, v72);
-  const lanes v74 = v67 * v73, v75 = v70 * v73;
-  LANES_LET2(v76, atan2, v74, v75);
-  const lanes v77 = v57 * v75, v78 = v58 * v74, v79 = v57 * v74, v80 = v58 * v75,
-      v81 = 0.1778 * v75, v82 = 0.1778 * v74, v83 = v77 - v78, v84 = v79 + v80;
-  out[0] = v76;
-  const lanes v85 = v26 * v83, v86 = v27 * v84, v87 = v27 * v83, v88 = v26 * v84, v89 = 0.127 * v83,
-      v90 = 0.127 * v84, v91 = v85 - v86, v92 = v87 + v88, v93 = v34 + v89, v94 = v35 + v90;
+      v51 = v49 * v49;
+  LANES_LET2(v52, atan2, v49, v36);
+  const lanes v53 = v50 + v42, v54 = v51 + v45;
+  out[1] = v52;
+  const lanes v55 = v53 + v15;
+  LANES_LET1(v56, rsqrt, v54);
+  const lanes v57 = 0.5 * v55, v58 = v36 * v56, v59 = v49 * v56, v60 = 0.127 * v58,
+      v61 = 0.127 * v59, v62 = v60 + 0.1778, v63 = v12 * v61, v64 = v11 * v61, v65 = v11 * v62,
+      v66 = v12 * v62, v67 = v65 - v63, v68 = v66 + v64, v69 = v67 * v67, v70 = 1e-150 + v68,
+      v71 = v70 * v70;
+  LANES_LET2(v72, atan2, v67, v70);
+  const lanes v73 = v69 + v71;
+  out[0] = v72; LANES_LET1(v74, rsqrt, v73);
+  const lanes v75 = v67 * v74, v76 = v70 * v74, v77 = v58 * v76, v78 = v59 * v75, v79 = v58 * v75,
+      v80 = v59 * v76, v81 = 0.1778 * v76, v82 = 0.1778 * v75, v83 = v77 - v78, v84 = v79 + v80,
+      v85 = v26 * v83, v86 = v27 * v84, v87 = v27 * v83, v88 = v26 * v84, v89 = 0.127 * v83,
+      v90 = 0.127 * v84, v91 = v85 - v86, v92 = v87 + v88, v93 = v30 + v89, v94 = v31 + v90;
   LANES_LET2(v95, atan2, v91, v92);
   const lanes v96 = v93 + v81, v97 = v94 + v82;
   out[2] = v95;
   const lanes v98 = v96 - T_3, v99 = v97 - T_7, v100 = v98 * v98, v101 = v99 * v99,
-      v102 = v10 + v100, v103 = v102 + v101;
-  const lanes_where v104 = LANES_LT(v56, v103); const lanes_where v105 = LANES_LE(v103, v56);
-  const lanes v106 = v103 + v56, v107 = LANES_CHOICE(v105, v56, v106),
-      v108 = LANES_CHOICE(v104, v103, v107);
+      v102 = v5 + v100, v103 = v102 + v101, v104 = v103 + v57, v105 = v103 - v57;
+  LANES_LET1(v106, fabs, v105);
+  const lanes v107 = v104 + v106, v108 = 0.5 * v107;
   LANES_LET1(v109, sqrt, v108); out[3] = v109;
 }
 
@@ -91,34 +90,33 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_planar_branch)(
       v8 = x_0 - v4, v9 = v6 * v6, v10 = v8 * v8, v11 = v7 * v7, v12 = v5 + v9, v13 = v10 + v11;
   LANES_LET1(v14, rsqrt, v12);
   const lanes v15 = v13 - 0.04774184, v16 = v13 - 0.00258064, v17 = 0.09290304 - v13,
-      v18 = v1 * v14, v19 = v6 * v14, v20 = 0.0451612 * v15, v21 = v16 * v17, v22 = v19 - v2,
-      v23 = v18 - v1, v24 = 0.127 * v19, v25 = 0.127 * v18, v26 = 1e-150 + v20;
+      v18 = v1 * v14, v19 = v6 * v14, v20 = 0.0451612 * v15, v21 = v16 * v17, v22 = 0.127 * v19,
+      v23 = 0.127 * v18, v24 = v19 - v2, v25 = v18 - v1, v26 = 1e-150 + v20;
   const lanes_where v27 = LANES_LT(8.15813594176e-18, v21); LANES_LET1(v28, sqrt, v21);
-  const lanes v29 = v22 * v22, v30 = v23 * v23, v31 = 490.3080836793531 * v21,
+  const lanes v29 = v24 * v24, v30 = v25 * v25, v31 = 490.3080836793531 * v21,
       v32 = LANES_CHOICE(v27, v28, 0.0), v33 = v26 * v26, v34 = v29 + v30;
   out[4] = v31;
-  const lanes v35 = choice_0 * v32, v36 = 0.0451612 * v35, v37 = v36 * v36, v38 = v37 + v33;
-  LANES_LET1(v39, rsqrt, v38);
-  const lanes v40 = v26 * v39, v41 = v36 * v39, v42 = 0.127 * v40, v43 = 0.127 * v41;
-  LANES_LET2(v44, atan2, v41, v40);
-  const lanes v45 = v42 + 0.1778, v46 = v8 * v43, v47 = v7 * v43;
-  out[1] = v44;
-  const lanes v48 = v7 * v45, v49 = v8 * v45, v50 = v48 - v46, v51 = v49 + v47, v52 = v50 * v50,
-      v53 = 1e-150 + v51, v54 = v53 * v53, v55 = v52 + v54;
-  LANES_LET1(v56, rsqrt, v55);
-  const lanes v57 = v50 * v56, v58 = v53 * v56;
-  LANES_LET2(v59, atan2, v57, v58);
-  const lanes v60 = v40 * v58, v61 = v41 * v57, v62 = v40 * v57, v63 = v41 * v58,
-      v64 = 0.1778 * v58, v65 = 0.1778 * v57, v66 = v60 - v61, v67 = v62 + v63;
-  out[0] = v59;
-  const lanes v68 = v18 * v66, v69 = v19 * v67, v70 = v19 * v66, v71 = v18 * v67, v72 = 0.127 * v66,
-      v73 = 0.127 * v67, v74 = v68 - v69, v75 = v70 + v71, v76 = v24 + v72, v77 = v25 + v73;
+  const lanes v35 = choice_0 * v32, v36 = 0.0451612 * v35, v37 = v36 * v36;
+  LANES_LET2(v38, atan2, v36, v26);
+  const lanes v39 = v37 + v33;
+  out[1] = v38; LANES_LET1(v40, rsqrt, v39);
+  const lanes v41 = v26 * v40, v42 = v36 * v40, v43 = 0.127 * v41, v44 = 0.127 * v42,
+      v45 = v43 + 0.1778, v46 = v8 * v44, v47 = v7 * v44, v48 = v7 * v45, v49 = v8 * v45,
+      v50 = v48 - v46, v51 = v49 + v47, v52 = v50 * v50, v53 = 1e-150 + v51, v54 = v53 * v53;
+  LANES_LET2(v55, atan2, v50, v53);
+  const lanes v56 = v52 + v54;
+  out[0] = v55; LANES_LET1(v57, rsqrt, v56);
+  const lanes v58 = v50 * v57, v59 = v53 * v57, v60 = v41 * v59, v61 = v42 * v58, v62 = v41 * v58,
+      v63 = v42 * v59, v64 = 0.1778 * v59, v65 = 0.1778 * v58, v66 = v60 - v61, v67 = v62 + v63,
+      v68 = v18 * v66, v69 = v19 * v67, v70 = v19 * v66, v71 = v18 * v67, v72 = 0.127 * v66,
+      v73 = 0.127 * v67, v74 = v68 - v69, v75 = v70 + v71, v76 = v22 + v72, v77 = v23 + v73;
   LANES_LET2(v78, atan2, v74, v75);
   const lanes v79 = v76 + v64, v80 = v77 + v65;
   out[2] = v78;
-  const lanes v81 = v79 - x_0, v82 = v80 - x_1, v83 = v81 * v81, v84 = v82 * v82, v85 = v83 + v84;
-  const lanes_where v86 = LANES_LT(v34, v85); const lanes_where v87 = LANES_LE(v85, v34);
-  const lanes v88 = v85 + v34, v89 = LANES_CHOICE(v87, v34, v88), v90 = LANES_CHOICE(v86, v85, v89);
+  const lanes v81 = v79 - x_0, v82 = v80 - x_1, v83 = v81 * v81, v84 = v82 * v82, v85 = v83 + v84,
+      v86 = v85 + v34, v87 = v85 - v34;
+  LANES_LET1(v88, fabs, v87);
+  const lanes v89 = v86 + v88, v90 = 0.5 * v89;
   LANES_LET1(v91, sqrt, v90); out[3] = v91;
 }
 

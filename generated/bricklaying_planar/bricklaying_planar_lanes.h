@@ -379,42 +379,40 @@ static LANES_TARGET void LANES_NAME(bricklaying_planar_ik)(const lanes *in, lane
       v43 = 490.3080836793531 * v29, v44 = v36 * v36, v45 = LANES_CHOICE(v37, v38, 0.0),
       v46 = v22 + v39;
   out[8] = v43; out[9] = v43;
-  const lanes v47 = 0.0451612 * v45, v48 = v46 + v40, v49 = v47 * v47, v50 = v48 + v41,
-      v51 = v44 + v49, v52 = v50 + v42;
-  LANES_LET1(v53, rsqrt, v51);
-  const lanes v54 = v52 + v15, v55 = v36 * v53, v56 = v47 * v53, v57 = 0.5 * v54, v58 = 0.127 * v55,
-      v59 = 0.127 * v56;
-  LANES_LET2(v60, atan2, v56, v55);
-  const lanes v61 = v58 + 0.1778, v62 = v11 * v59, v63 = v59 * v12;
-  out[1] = v60;
-  const lanes v64 = -v60, v65 = v61 * v12, v66 = v11 * v61;
-  out[4] = v64;
-  const lanes v67 = v65 - v62, v68 = v66 + v63, v69 = v62 + v65, v70 = v66 - v63, v71 = v67 * v67,
-      v72 = 1e-150 + v68, v73 = v69 * v69, v74 = 1e-150 + v70, v75 = v72 * v72, v76 = v74 * v74,
-      v77 = v71 + v75, v78 = v73 + v76;
-  LANES_LET1(v79, rsqrt, v77); LANES_LET1(v80, rsqrt, v78);
-  const lanes v81 = v67 * v79, v82 = v72 * v79, v83 = v69 * v80, v84 = v74 * v80;
-  LANES_LET2(v85, atan2, v81, v82);
-  const lanes v86 = v55 * v82, v87 = v56 * v81, v88 = v55 * v81, v89 = v56 * v82;
-  LANES_LET2(v90, atan2, v83, v84);
-  const lanes v91 = v55 * v84, v92 = v56 * v83, v93 = v55 * v83, v94 = v56 * v84,
-      v95 = 0.1778 * v82, v96 = 0.1778 * v81, v97 = 0.1778 * v84, v98 = 0.1778 * v83,
-      v99 = v86 - v87, v100 = v88 + v89, v101 = v91 + v92, v102 = v93 - v94;
-  out[0] = v85; out[3] = v90;
-  const lanes v103 = v26 * v99, v104 = v27 * v100, v105 = v27 * v99, v106 = v26 * v100,
-      v107 = v26 * v101, v108 = v27 * v102, v109 = v27 * v101, v110 = v26 * v102,
-      v111 = 0.127 * v99, v112 = 0.127 * v100, v113 = 0.127 * v101, v114 = 0.127 * v102,
-      v115 = v103 - v104, v116 = v105 + v106, v117 = v107 - v108, v118 = v109 + v110,
-      v119 = v34 + v111, v120 = v35 + v112, v121 = v34 + v113, v122 = v35 + v114;
+  const lanes v47 = 0.0451612 * v45, v48 = v46 + v40, v49 = v47 * v47;
+  LANES_LET2(v50, atan2, v47, v36);
+  const lanes v51 = v48 + v41, v52 = v44 + v49;
+  out[1] = v50;
+  const lanes v53 = -v50, v54 = v51 + v42;
+  LANES_LET1(v55, rsqrt, v52); out[4] = v53;
+  const lanes v56 = v54 + v15, v57 = v36 * v55, v58 = v47 * v55, v59 = 0.5 * v56, v60 = 0.127 * v57,
+      v61 = 0.127 * v58, v62 = v60 + 0.1778, v63 = v11 * v61, v64 = v61 * v12, v65 = v62 * v12,
+      v66 = v11 * v62, v67 = v65 - v63, v68 = v66 + v64, v69 = v63 + v65, v70 = v66 - v64,
+      v71 = v67 * v67, v72 = 1e-150 + v68, v73 = v69 * v69, v74 = 1e-150 + v70, v75 = v72 * v72;
+  LANES_LET2(v76, atan2, v67, v72);
+  const lanes v77 = v74 * v74;
+  LANES_LET2(v78, atan2, v69, v74);
+  const lanes v79 = v71 + v75, v80 = v73 + v77;
+  out[0] = v76; out[3] = v78; LANES_LET1(v81, rsqrt, v79); LANES_LET1(v82, rsqrt, v80);
+  const lanes v83 = v67 * v81, v84 = v72 * v81, v85 = v69 * v82, v86 = v74 * v82, v87 = v57 * v84,
+      v88 = v58 * v83, v89 = v57 * v83, v90 = v58 * v84, v91 = v57 * v86, v92 = v58 * v85,
+      v93 = v57 * v85, v94 = v58 * v86, v95 = 0.1778 * v84, v96 = 0.1778 * v83, v97 = 0.1778 * v86,
+      v98 = 0.1778 * v85, v99 = v87 - v88, v100 = v89 + v90, v101 = v91 + v92, v102 = v93 - v94,
+      v103 = v26 * v99, v104 = v27 * v100, v105 = v27 * v99, v106 = v26 * v100, v107 = v26 * v101,
+      v108 = v27 * v102, v109 = v27 * v101, v110 = v26 * v102, v111 = 0.127 * v99,
+      v112 = 0.127 * v100, v113 = 0.127 * v101, v114 = 0.127 * v102, v115 = v103 - v104,
+      v116 = v105 + v106, v117 = v107 - v108, v118 = v109 + v110, v119 = v34 + v111,
+      v120 = v35 + v112, v121 = v34 + v113, v122 = v35 + v114;
   LANES_LET2(v123, atan2, v115, v116); LANES_LET2(v124, atan2, v117, v118);
   const lanes v125 = v119 + v95, v126 = v120 + v96, v127 = v121 + v97, v128 = v122 + v98;
   out[2] = v123; out[5] = v124;
   const lanes v129 = v125 - T_3, v130 = v126 - T_7, v131 = v127 - T_3, v132 = v128 - T_7,
       v133 = v129 * v129, v134 = v130 * v130, v135 = v131 * v131, v136 = v132 * v132,
-      v137 = v10 + v133, v138 = v10 + v135, v139 = v137 + v134, v140 = v138 + v136;
-  const lanes_where v141 = LANES_LT(v57, v139); const lanes_where v142 = LANES_LT(v57, v140);
-  const lanes v143 = LANES_CHOICE(v141, v139, v57), v144 = LANES_CHOICE(v142, v140, v57);
-  LANES_LET1(v145, sqrt, v143); LANES_LET1(v146, sqrt, v144); out[6] = v145; out[7] = v146;
+      v137 = v10 + v133, v138 = v10 + v135, v139 = v137 + v134, v140 = v138 + v136,
+      v141 = v59 + v139, v142 = v139 - v59, v143 = v59 + v140, v144 = v140 - v59;
+  LANES_LET1(v145, fabs, v142); LANES_LET1(v146, fabs, v144);
+  const lanes v147 = v141 + v145, v148 = v143 + v146, v149 = 0.5 * v147, v150 = 0.5 * v148;
+  LANES_LET1(v151, sqrt, v149); LANES_LET1(v152, sqrt, v150); out[6] = v151; out[7] = v152;
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar)(const lanes *in, lanes *out)
@@ -431,27 +429,26 @@ static LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar)(const lanes *i
   const lanes v29 = v22 * v22, v30 = v23 * v23, v31 = 490.3080836793531 * v21, v32 = v26 * v26,
       v33 = LANES_CHOICE(v27, v28, 0.0), v34 = v29 + v30;
   out[8] = v31; out[9] = v31;
-  const lanes v35 = 0.0451612 * v33, v36 = v35 * v35, v37 = v32 + v36;
-  LANES_LET1(v38, rsqrt, v37);
-  const lanes v39 = v26 * v38, v40 = v35 * v38, v41 = 0.127 * v39, v42 = 0.127 * v40;
-  LANES_LET2(v43, atan2, v40, v39);
-  const lanes v44 = v41 + 0.1778, v45 = v42 * v7, v46 = v42 * v8;
-  out[1] = v43;
-  const lanes v47 = -v43, v48 = v44 * v8, v49 = v44 * v7;
-  out[4] = v47;
-  const lanes v50 = v48 - v45, v51 = v46 + v49, v52 = v45 + v48, v53 = v49 - v46, v54 = v50 * v50,
-      v55 = 1e-150 + v51, v56 = v52 * v52, v57 = 1e-150 + v53, v58 = v55 * v55, v59 = v57 * v57,
-      v60 = v54 + v58, v61 = v56 + v59;
-  LANES_LET1(v62, rsqrt, v60); LANES_LET1(v63, rsqrt, v61);
-  const lanes v64 = v50 * v62, v65 = v55 * v62, v66 = v52 * v63, v67 = v57 * v63;
-  LANES_LET2(v68, atan2, v64, v65);
-  const lanes v69 = v39 * v65, v70 = v40 * v64, v71 = v39 * v64, v72 = v40 * v65;
-  LANES_LET2(v73, atan2, v66, v67);
-  const lanes v74 = v39 * v67, v75 = v40 * v66, v76 = v39 * v66, v77 = v40 * v67,
-      v78 = 0.1778 * v65, v79 = 0.1778 * v64, v80 = 0.1778 * v67, v81 = 0.1778 * v66,
-      v82 = v69 - v70, v83 = v71 + v72, v84 = v74 + v75, v85 = v76 - v77;
-  out[0] = v68; out[3] = v73;
-  const lanes v86 = v18 * v82, v87 = v19 * v83, v88 = v19 * v82, v89 = v18 * v83, v90 = v18 * v84,
+  const lanes v35 = 0.0451612 * v33, v36 = v35 * v35;
+  LANES_LET2(v37, atan2, v35, v26);
+  const lanes v38 = v32 + v36;
+  out[1] = v37;
+  const lanes v39 = -v37;
+  LANES_LET1(v40, rsqrt, v38); out[4] = v39;
+  const lanes v41 = v26 * v40, v42 = v35 * v40, v43 = 0.127 * v41, v44 = 0.127 * v42,
+      v45 = v43 + 0.1778, v46 = v44 * v7, v47 = v44 * v8, v48 = v45 * v8, v49 = v45 * v7,
+      v50 = v48 - v46, v51 = v47 + v49, v52 = v46 + v48, v53 = v49 - v47, v54 = v50 * v50,
+      v55 = 1e-150 + v51, v56 = v52 * v52, v57 = 1e-150 + v53, v58 = v55 * v55;
+  LANES_LET2(v59, atan2, v50, v55);
+  const lanes v60 = v57 * v57;
+  LANES_LET2(v61, atan2, v52, v57);
+  const lanes v62 = v54 + v58, v63 = v56 + v60;
+  out[0] = v59; out[3] = v61; LANES_LET1(v64, rsqrt, v62); LANES_LET1(v65, rsqrt, v63);
+  const lanes v66 = v50 * v64, v67 = v55 * v64, v68 = v52 * v65, v69 = v57 * v65, v70 = v41 * v67,
+      v71 = v42 * v66, v72 = v41 * v66, v73 = v42 * v67, v74 = v41 * v69, v75 = v42 * v68,
+      v76 = v41 * v68, v77 = v42 * v69, v78 = 0.1778 * v67, v79 = 0.1778 * v66, v80 = 0.1778 * v69,
+      v81 = 0.1778 * v68, v82 = v70 - v71, v83 = v72 + v73, v84 = v74 + v75, v85 = v76 - v77,
+      v86 = v18 * v82, v87 = v19 * v83, v88 = v19 * v82, v89 = v18 * v83, v90 = v18 * v84,
       v91 = v19 * v85, v92 = v19 * v84, v93 = v18 * v85, v94 = 0.127 * v82, v95 = 0.127 * v83,
       v96 = 0.127 * v84, v97 = 0.127 * v85, v98 = v86 - v87, v99 = v88 + v89, v100 = v90 - v91,
       v101 = v92 + v93, v102 = v24 + v94, v103 = v25 + v95, v104 = v24 + v96, v105 = v25 + v97;
@@ -460,8 +457,9 @@ static LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar)(const lanes *i
   out[2] = v106; out[5] = v107;
   const lanes v112 = v108 - x_0, v113 = v109 - x_1, v114 = v110 - x_0, v115 = v111 - x_1,
       v116 = v112 * v112, v117 = v113 * v113, v118 = v114 * v114, v119 = v115 * v115,
-      v120 = v116 + v117, v121 = v118 + v119;
-  const lanes_where v122 = LANES_LT(v34, v120); const lanes_where v123 = LANES_LT(v34, v121);
-  const lanes v124 = LANES_CHOICE(v122, v120, v34), v125 = LANES_CHOICE(v123, v121, v34);
-  LANES_LET1(v126, sqrt, v124); LANES_LET1(v127, sqrt, v125); out[6] = v126; out[7] = v127;
+      v120 = v116 + v117, v121 = v118 + v119, v122 = v34 + v120, v123 = v120 - v34,
+      v124 = v34 + v121, v125 = v121 - v34;
+  LANES_LET1(v126, fabs, v123); LANES_LET1(v127, fabs, v125);
+  const lanes v128 = v122 + v126, v129 = v124 + v127, v130 = 0.5 * v128, v131 = 0.5 * v129;
+  LANES_LET1(v132, sqrt, v130); LANES_LET1(v133, sqrt, v131); out[6] = v132; out[7] = v133;
 }

@@ -114,10 +114,9 @@ LANES_INLINE void LANES_NAME(delta_ik_branch)(
   const lanes v306 = v252 * v305, v307 = v255 * v305, v308 = v254 * v305, v309 = v296 - v306,
       v310 = v294 - v307, v311 = v300 - v308, v312 = v309 - T_3, v313 = v310 - T_7,
       v314 = v311 - T_11, v315 = v312 * v312, v316 = v313 * v313, v317 = v314 * v314,
-      v318 = v315 + v316, v319 = v318 + v317;
-  const lanes_where v320 = LANES_LT(v41, v319); const lanes_where v321 = LANES_LE(v319, v41);
-  const lanes v322 = v319 + v41, v323 = LANES_CHOICE(v321, v41, v322),
-      v324 = LANES_CHOICE(v320, v319, v323);
+      v318 = v315 + v316, v319 = v318 + v317, v320 = v319 + v41, v321 = v319 - v41;
+  LANES_LET1(v322, fabs, v321);
+  const lanes v323 = v320 + v322, v324 = 0.5 * v323;
   LANES_LET1(v325, sqrt, v324); out[3] = v325;
 }
 

@@ -2384,14 +2384,14 @@ static LANES_TARGET void LANES_NAME(delta_constraint)(const lanes *in, lanes *ou
       v18 = v16 + v17, v19 = v2 * v18, v20 = 0.04 * v7, v21 = v6 * v20, v22 = v19 - v21,
       v23 = v22 + z_0, v24 = v14 - v23, v25 = v24 * v24, v26 = v2 * v20, v27 = v6 * v18,
       v28 = v26 + v27, v29 = v28 + z_1, v30 = 0.04 - v29, v31 = v30 * v30, v32 = v25 + v31,
-      v33 = 0.26 * v8, v34 = v5 * v15, v35 = 0.05 * v3, v36 = v34 - v35, v37 = v36 + z_2,
-      v38 = v33 + v37, v39 = v38 * v38, v40 = v32 + v39;
+      v33 = v5 * v15, v34 = 0.05 * v3, v35 = v33 - v34, v36 = v35 + z_2, v37 = 0.26 * v8,
+      v38 = v36 + v37, v39 = v38 * v38, v40 = v32 + v39;
   LANES_LET1(v41, sqrt, v40);
   const lanes v42 = v41 - 0.8;
   out[0] = v42;
   const lanes v43 = v16 - v17, v44 = v43 * v2, v45 = v21 - v44, v46 = v45 + z_0, v47 = v14 - v46,
       v48 = v47 * v47, v49 = v43 * v6, v50 = v49 + v26, v51 = z_1 - v50, v52 = v51 + 0.04,
-      v53 = v52 * v52, v54 = v48 + v53, v55 = v35 + v34, v56 = z_2 - v55, v57 = v56 + v33,
+      v53 = v52 * v52, v54 = v48 + v53, v55 = v34 + v33, v56 = z_2 - v55, v57 = v56 + v37,
       v58 = v57 * v57, v59 = v54 + v58;
   LANES_LET1(v60, sqrt, v59);
   const lanes v61 = v60 - 0.8;
@@ -2447,8 +2447,8 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes
       v18 = v16 + v17, v19 = v2 * v18, v20 = 0.04 * v7, v21 = v6 * v20, v22 = v19 - v21,
       v23 = v22 + z_0, v24 = v14 - v23, v25 = 2.0 * v24, v26 = v24 * v24, v27 = v2 * v20,
       v28 = v6 * v18, v29 = v27 + v28, v30 = v29 + z_1, v31 = 0.04 - v30, v32 = v31 * v31,
-      v33 = v26 + v32, v34 = 0.26 * v8, v35 = v5 * v15, v36 = 0.05 * v3, v37 = v35 - v36,
-      v38 = v37 + z_2, v39 = v34 + v38, v40 = v39 * v39, v41 = v33 + v40;
+      v33 = v26 + v32, v34 = v5 * v15, v35 = 0.05 * v3, v36 = v34 - v35, v37 = v36 + z_2,
+      v38 = 0.26 * v8, v39 = v37 + v38, v40 = v39 * v39, v41 = v33 + v40;
   LANES_LET1(v42, sqrt, v41);
   const lanes v43 = 0.5 / v42, v44 = v25 * v43, v45 = -v44;
   out[0] = v45;
@@ -2458,19 +2458,19 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes
   out[2] = v50;
   const lanes v51 = v25 * v29, v52 = v46 * v22, v53 = v51 - v52, v54 = v43 * v53;
   out[3] = v54;
-  const lanes v55 = v2 * v37, v56 = v25 * v55, v57 = v6 * v37, v58 = v46 * v57, v59 = v56 + v58,
+  const lanes v55 = v2 * v36, v56 = v25 * v55, v57 = v6 * v36, v58 = v46 * v57, v59 = v56 + v58,
       v60 = v49 * v18, v61 = v59 + v60, v62 = v43 * v61, v63 = -v62;
   out[4] = v63;
   const lanes v64 = v5 * v20, v65 = v49 * v64, v66 = v3 * v20, v67 = v66 * v2, v68 = v6 * v15,
       v69 = v67 + v68, v70 = v25 * v69, v71 = v65 - v70, v72 = v66 * v6, v73 = v2 * v15,
       v74 = v72 - v73, v75 = v46 * v74, v76 = v71 - v75, v77 = v43 * v76;
   out[5] = v77;
-  const lanes v78 = v49 * v13, v79 = v25 * v34, v80 = v78 - v79, v81 = v43 * v80;
+  const lanes v78 = v49 * v13, v79 = v25 * v38, v80 = v78 - v79, v81 = v43 * v80;
   out[6] = v81; out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
   const lanes v82 = v16 - v17, v83 = v82 * v2, v84 = v21 - v83, v85 = v84 + z_0, v86 = v14 - v85,
       v87 = 2.0 * v86, v88 = v86 * v86, v89 = v82 * v6, v90 = v89 + v27, v91 = z_1 - v90,
-      v92 = v91 + 0.04, v93 = v92 * v92, v94 = v88 + v93, v95 = v36 + v35, v96 = z_2 - v95,
-      v97 = v96 + v34, v98 = v97 * v97, v99 = v94 + v98;
+      v92 = v91 + 0.04, v93 = v92 * v92, v94 = v88 + v93, v95 = v35 + v34, v96 = z_2 - v95,
+      v97 = v96 + v38, v98 = v97 * v97, v99 = v94 + v98;
   LANES_LET1(v100, sqrt, v99);
   const lanes v101 = 0.5 / v100, v102 = v87 * v101, v103 = -v102;
   out[9] = v103;
@@ -2486,7 +2486,7 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes
   const lanes v120 = v87 * v69, v121 = v104 * v74, v122 = v120 - v121, v123 = v106 * v64,
       v124 = v122 - v123, v125 = v101 * v124;
   out[14] = v125;
-  const lanes v126 = v106 * v13, v127 = v87 * v34, v128 = v126 - v127, v129 = v101 * v128;
+  const lanes v126 = v106 * v13, v127 = v87 * v38, v128 = v126 - v127, v129 = v101 * v128;
   out[15] = v129; out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
   const lanes v130 = 0.26 * v9, v131 = 0.2 + v130, v132 = 0.5 * v131,
       v133 = v132 + 0.034641016151377546, v134 = 0.023301270189221932 * v7, v135 = v134 * v6,
@@ -2605,8 +2605,8 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z_dot)(const lanes *in, l
   LANES_COS_SIN(v7, v4, z_5); LANES_COS_SIN(v9, v10, z_7); LANES_COS_SIN(v11, v12, z_8);
   const lanes v13 = 0.26 * v1, v14 = v13 + 0.2, v15 = 0.04 * v4, v16 = v3 * v15, v17 = 0.05 * v5,
       v18 = v16 + v17, v19 = v2 * v18, v20 = 0.04 * v7, v21 = v6 * v20, v22 = v19 - v21,
-      v23 = v22 + z_0, v24 = v14 - v23, v25 = 2.0 * v24, v26 = 0.26 * v8, v27 = v5 * v15,
-      v28 = 0.05 * v3, v29 = v27 - v28, v30 = v29 + z_2, v31 = v26 + v30, v32 = 2.0 * v31,
+      v23 = v22 + z_0, v24 = v14 - v23, v25 = 2.0 * v24, v26 = v5 * v15, v27 = 0.05 * v3,
+      v28 = v26 - v27, v29 = v28 + z_2, v30 = 0.26 * v8, v31 = v29 + v30, v32 = 2.0 * v31,
       v33 = v1 * zd_6, v34 = 0.26 * v33, v35 = v7 * zd_5, v36 = 0.04 * v35, v37 = v36 * v5,
       v38 = v5 * zd_4, v39 = 0.05 * v38, v40 = v37 - v39, v41 = v3 * zd_4, v42 = v41 * v15,
       v43 = v40 - v42, v44 = v43 + zd_2, v45 = v34 + v44, v46 = v32 * v45, v47 = v8 * zd_6,
@@ -2631,9 +2631,9 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z_dot)(const lanes *in, l
       v111 = v99 * v22, v112 = v110 - v111, v113 = v109 - v112, v114 = v95 * v113, v115 = v25 * v71,
       v116 = v74 * v22, v117 = v115 - v116, v118 = v117 * v93, v119 = v114 - v118;
   out[3] = v119;
-  const lanes v120 = v43 * v2, v121 = v59 * v29, v122 = v120 - v121, v123 = v25 * v122,
-      v124 = v2 * v29, v125 = v124 * v96, v126 = v123 - v125, v127 = v62 * v29, v128 = v43 * v6,
-      v129 = v127 + v128, v130 = v74 * v129, v131 = v6 * v29, v132 = v131 * v99, v133 = v130 - v132,
+  const lanes v120 = v43 * v2, v121 = v59 * v28, v122 = v120 - v121, v123 = v25 * v122,
+      v124 = v2 * v28, v125 = v124 * v96, v126 = v123 - v125, v127 = v62 * v28, v128 = v43 * v6,
+      v129 = v127 + v128, v130 = v74 * v129, v131 = v6 * v28, v132 = v131 * v99, v133 = v130 - v132,
       v134 = v126 + v133, v135 = v32 * v56, v136 = v103 * v18, v137 = v135 + v136,
       v138 = v134 + v137, v139 = v95 * v138, v140 = v25 * v124, v141 = v74 * v131,
       v142 = v140 + v141, v143 = v32 * v18, v144 = v142 + v143, v145 = v144 * v93,
@@ -2652,15 +2652,15 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z_dot)(const lanes *in, l
       v194 = v187 - v193;
   out[5] = v194;
   const lanes v195 = v103 * v13, v196 = v32 * v48, v197 = v195 - v196, v198 = v25 * v34,
-      v199 = v96 * v26, v200 = v198 - v199, v201 = v197 - v200, v202 = v95 * v201, v203 = v32 * v13,
-      v204 = v25 * v26, v205 = v203 - v204, v206 = v205 * v93, v207 = v202 - v206;
+      v199 = v96 * v30, v200 = v198 - v199, v201 = v197 - v200, v202 = v95 * v201, v203 = v32 * v13,
+      v204 = v25 * v30, v205 = v203 - v204, v206 = v205 * v93, v207 = v202 - v206;
   out[6] = v207; out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
   const lanes v208 = v16 - v17, v209 = v208 * v2, v210 = v21 - v209, v211 = v210 + z_0,
       v212 = v14 - v211, v213 = 2.0 * v212, v214 = v208 * v6, v215 = v214 + v69, v216 = z_1 - v215,
       v217 = v216 + 0.04, v218 = 2.0 * v217, v219 = v208 * v62, v220 = v52 + v55, v221 = v220 + v53,
       v222 = v221 * v6, v223 = v219 + v222, v224 = v223 - v78, v225 = v224 - v80,
-      v226 = zd_1 - v225, v227 = v218 * v226, v228 = v28 + v27, v229 = z_2 - v228,
-      v230 = v229 + v26, v231 = 2.0 * v230, v232 = v39 + v37, v233 = v232 - v42, v234 = zd_2 - v233,
+      v226 = zd_1 - v225, v227 = v218 * v226, v228 = v27 + v26, v229 = z_2 - v228,
+      v230 = v229 + v30, v231 = 2.0 * v230, v232 = v39 + v37, v233 = v232 - v42, v234 = zd_2 - v233,
       v235 = v34 + v234, v236 = v231 * v235, v237 = v227 + v236, v238 = v208 * v59,
       v239 = v238 + v63, v240 = v239 - v51, v241 = v221 * v2, v242 = v240 - v241,
       v243 = v242 + zd_0, v244 = v48 + v243, v245 = v213 * v244, v246 = v237 - v245,
@@ -2694,8 +2694,8 @@ static LANES_TARGET void LANES_NAME(delta_constraint_D_z_dot)(const lanes *in, l
       v325 = v323 - v324, v326 = v325 * v255, v327 = v320 - v326;
   out[14] = v327;
   const lanes v328 = v265 * v13, v329 = v231 * v48, v330 = v328 - v329, v331 = v213 * v34,
-      v332 = v258 * v26, v333 = v331 - v332, v334 = v330 - v333, v335 = v257 * v334,
-      v336 = v231 * v13, v337 = v213 * v26, v338 = v336 - v337, v339 = v338 * v255,
+      v332 = v258 * v30, v333 = v331 - v332, v334 = v330 - v333, v335 = v257 * v334,
+      v336 = v231 * v13, v337 = v213 * v30, v338 = v336 - v337, v339 = v338 * v255,
       v340 = v335 - v339;
   out[15] = v340; out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
   const lanes v341 = 0.26 * v9, v342 = 0.2 + v341, v343 = 0.5 * v342,
@@ -3365,8 +3365,8 @@ static LANES_TARGET void LANES_NAME(delta_ik)(const lanes *in, lanes *out)
   const lanes v304 = v250 * v303, v305 = v253 * v303, v306 = v252 * v303, v307 = v294 - v304,
       v308 = v292 - v305, v309 = v298 - v306, v310 = v307 - T_3, v311 = v308 - T_7,
       v312 = v309 - T_11, v313 = v310 * v310, v314 = v311 * v311, v315 = v312 * v312,
-      v316 = v313 + v314, v317 = v316 + v315;
-  const lanes_where v318 = LANES_LT(v40, v317);
-  const lanes v319 = LANES_CHOICE(v318, v317, v40);
-  LANES_LET1(v320, sqrt, v319); out[6] = v320; out[7] = v320;
+      v316 = v313 + v314, v317 = v316 + v315, v318 = v40 + v317, v319 = v317 - v40;
+  LANES_LET1(v320, fabs, v319);
+  const lanes v321 = v318 + v320, v322 = 0.5 * v321;
+  LANES_LET1(v323, sqrt, v322); out[6] = v323; out[7] = v323;
 }

@@ -21,10 +21,10 @@ LANES_INLINE void LANES_NAME(five_bar_ik_branch)(
       T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
-      v1 = T_7 * T_7, v2 = T_3 + 0.1, v3 = T_2 * T_2, v4 = T_6 * T_6, v5 = T_8 * T_8,
-      v6 = T_9 * T_9, v7 = 1.0 - T_10, v8 = T_11 * T_11, v9 = v2 * v2, v10 = v3 + v4, v11 = v7 * v7,
-      v12 = v1 + v9, v13 = v10 + v5, v14 = v12 - 0.13, v15 = v12 - 0.01, v16 = 0.25 - v12,
-      v17 = v13 + v6, v18 = 0.12 * v14, v19 = v15 * v16, v20 = 1e-150 + v18;
+      v1 = T_7 * T_7, v2 = T_3 + 0.1, v3 = T_11 * T_11, v4 = T_2 * T_2, v5 = T_6 * T_6,
+      v6 = T_8 * T_8, v7 = T_9 * T_9, v8 = 1.0 - T_10, v9 = v2 * v2, v10 = v4 + v5, v11 = v8 * v8,
+      v12 = v1 + v9, v13 = v10 + v6, v14 = v12 - 0.13, v15 = v12 - 0.01, v16 = 0.25 - v12,
+      v17 = v13 + v7, v18 = 0.12 * v14, v19 = v15 * v16, v20 = 1e-150 + v18;
   const lanes_where v21 = LANES_LT(5.76e-17, v19); LANES_LET1(v22, sqrt, v19);
   const lanes v23 = 69.44444444444444 * v19, v24 = LANES_CHOICE(v21, v22, 0.0), v25 = v20 * v20;
   out[3] = v23;
@@ -32,14 +32,13 @@ LANES_INLINE void LANES_NAME(five_bar_ik_branch)(
   LANES_LET1(v30, rsqrt, v29);
   const lanes v31 = v20 * v30, v32 = v27 * v30, v33 = 0.3 * v31, v34 = 0.3 * v32, v35 = 0.2 + v33,
       v36 = v2 * v34, v37 = T_7 * v34, v38 = T_7 * v35, v39 = v2 * v35, v40 = v38 - v36,
-      v41 = v37 + v39, v42 = v40 * v40, v43 = 1e-150 + v41, v44 = v43 * v43, v45 = v42 + v44;
-  LANES_LET1(v46, rsqrt, v45);
-  const lanes v47 = v40 * v46, v48 = v43 * v46;
-  LANES_LET2(v49, atan2, v47, v48);
-  const lanes v50 = 0.2 * v47, v51 = v31 * v47, v52 = v32 * v48, v53 = 0.2 * v48, v54 = v31 * v48,
-      v55 = v32 * v47, v56 = v51 + v52, v57 = v54 - v55;
-  out[0] = v49;
-  const lanes v58 = 0.3 * v56, v59 = 0.3 * v57, v60 = v50 + v58, v61 = v53 + v59, v62 = v61 - 0.2,
+      v41 = v37 + v39, v42 = v40 * v40, v43 = 1e-150 + v41, v44 = v43 * v43;
+  LANES_LET2(v45, atan2, v40, v43);
+  const lanes v46 = v42 + v44;
+  out[0] = v45; LANES_LET1(v47, rsqrt, v46);
+  const lanes v48 = v40 * v47, v49 = v43 * v47, v50 = 0.2 * v48, v51 = v31 * v48, v52 = v32 * v49,
+      v53 = 0.2 * v49, v54 = v31 * v49, v55 = v32 * v48, v56 = v51 + v52, v57 = v54 - v55,
+      v58 = 0.3 * v56, v59 = 0.3 * v57, v60 = v50 + v58, v61 = v53 + v59, v62 = v61 - 0.2,
       v63 = v60 * v60, v64 = v62 * v62, v65 = v64 + v63, v66 = 0.5 * v65, v67 = 0.25 - v65,
       v68 = v65 - 0.01, v69 = 0.02 + v66, v70 = v67 * v68, v71 = v69 - 0.045;
   LANES_LET1(v72, sqrt, v70);
@@ -52,17 +51,16 @@ LANES_INLINE void LANES_NAME(five_bar_ik_branch)(
   const lanes v90 = 0.5 * v87, v91 = v87 * v87, v92 = v91 + v88, v93 = 0.36 - v92, v94 = v92 * v93;
   LANES_LET1(v95, sqrt, v94);
   const lanes v96 = 0.5 * v95, v97 = v96 / v92, v98 = v85 * v97, v99 = v87 * v97, v100 = v90 - v98,
-      v101 = v99 + v89, v102 = 3.333333333333333 * v100, v103 = 3.333333333333333 * v101,
-      v104 = 0.9999999999999999 * v100, v105 = 0.9999999999999999 * v101, v106 = v102 - T_0,
-      v107 = T_1 + v103, v108 = v103 - T_4, v109 = v102 - T_5, v110 = v104 + v53, v111 = v105 + v50,
-      v112 = v106 * v106, v113 = v107 * v107, v114 = v108 * v108, v115 = v109 * v109,
-      v116 = v110 - 0.1, v117 = v111 - T_7, v118 = v17 + v112, v119 = v116 - T_3,
-      v120 = v117 * v117, v121 = v118 + v113, v122 = v119 * v119, v123 = v121 + v114,
-      v124 = v8 + v122, v125 = v123 + v115, v126 = v124 + v120, v127 = v125 + v11,
-      v128 = 0.5 * v127;
-  const lanes_where v129 = LANES_LT(v128, v126); const lanes_where v130 = LANES_LE(v126, v128);
-  const lanes v131 = v126 + v128, v132 = LANES_CHOICE(v130, v128, v131),
-      v133 = LANES_CHOICE(v129, v126, v132);
+      v101 = v99 + v89, v102 = 0.9999999999999999 * v100, v103 = 0.9999999999999999 * v101,
+      v104 = 3.333333333333333 * v100, v105 = 3.333333333333333 * v101, v106 = v102 + v53,
+      v107 = v103 + v50, v108 = v104 - T_0, v109 = T_1 + v105, v110 = v105 - T_4, v111 = v104 - T_5,
+      v112 = v106 - 0.1, v113 = v107 - T_7, v114 = v108 * v108, v115 = v109 * v109,
+      v116 = v110 * v110, v117 = v111 * v111, v118 = v112 - T_3, v119 = v113 * v113,
+      v120 = v17 + v114, v121 = v118 * v118, v122 = v120 + v115, v123 = v3 + v121,
+      v124 = v122 + v116, v125 = v123 + v119, v126 = v124 + v117, v127 = v126 + v11,
+      v128 = 0.5 * v127, v129 = v125 + v128, v130 = v125 - v128;
+  LANES_LET1(v131, fabs, v130);
+  const lanes v132 = v129 + v131, v133 = 0.5 * v132;
   LANES_LET1(v134, sqrt, v133); out[2] = v134;
 }
 

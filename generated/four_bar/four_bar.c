@@ -2041,11 +2041,11 @@ static void four_bar_ik_branch(const double T[16], const double choice[1], doubl
   const double v106 = v104 + v102;
   const double v107 = v105 + v94;
   const double v108 = 0.5 * v107;
-  const int v109 = v108 < v106;
-  const int v110 = v106 <= v108;
-  const double v111 = v108 + v106;
-  const double v112 = v110 ? v108 : v111;
-  const double v113 = v109 ? v106 : v112;
+  const double v109 = v108 + v106;
+  const double v110 = v106 - v108;
+  const double v111 = fabs(v110);
+  const double v112 = v109 + v111;
+  const double v113 = 0.5 * v112;
   const double v114 = sqrt(v113);
   margin[0] = v22;
   q[0] = v56;

@@ -34,14 +34,13 @@ LANES_INLINE void LANES_NAME(four_bar_ik_branch)(
   const lanes v34 = v29 * v33, v35 = v28 * v33, v36 = 0.15 * v34, v37 = 0.12 * v35,
       v38 = 0.15 * v35, v39 = 0.12 * v34, v40 = v36 - v37, v41 = v38 + v39, v42 = v40 + 0.1,
       v43 = T_3 * v41, v44 = T_7 * v41, v45 = T_7 * v42, v46 = T_3 * v42, v47 = v45 - v43,
-      v48 = v46 + v44, v49 = v47 * v47, v50 = 1e-150 + v48, v51 = v50 * v50, v52 = v49 + v51;
-  LANES_LET1(v53, rsqrt, v52);
-  const lanes v54 = v47 * v53, v55 = v50 * v53;
-  LANES_LET2(v56, atan2, v54, v55);
-  const lanes v57 = 0.1 * v55, v58 = 0.1 * v54;
-  out[0] = v56;
-  const lanes v59 = 0.35 - v57, v60 = v58 * v58, v61 = v59 * v59, v62 = v61 + v60,
-      v63 = 0.3025 - v62, v64 = v62 - 0.0025, v65 = 0.5 * v62, v66 = v63 * v64, v67 = 0.045 + v65;
+      v48 = v46 + v44, v49 = v47 * v47, v50 = 1e-150 + v48, v51 = v50 * v50;
+  LANES_LET2(v52, atan2, v47, v50);
+  const lanes v53 = v49 + v51;
+  out[0] = v52; LANES_LET1(v54, rsqrt, v53);
+  const lanes v55 = v47 * v54, v56 = v50 * v54, v57 = 0.1 * v56, v58 = 0.1 * v55, v59 = 0.35 - v57,
+      v60 = v58 * v58, v61 = v59 * v59, v62 = v61 + v60, v63 = 0.3025 - v62, v64 = v62 - 0.0025,
+      v65 = 0.5 * v62, v66 = v63 * v64, v67 = 0.045 + v65;
   LANES_LET1(v68, sqrt, v66);
   const lanes v69 = v67 - 0.03125, v70 = 0.5 * v68, v71 = v69 / v62, v72 = v70 / v62,
       v73 = v58 * v71, v74 = v59 * v71, v75 = v59 * v72, v76 = v58 * v72, v77 = v75 - v73,
@@ -52,10 +51,10 @@ LANES_INLINE void LANES_NAME(four_bar_ik_branch)(
       v91 = v85 * v85, v92 = v86 * v86, v93 = v87 * v87, v94 = v88 * v88, v95 = v89 + v57,
       v96 = v58 + v90, v97 = v19 + v91, v98 = v95 - T_3, v99 = v96 - T_7, v100 = v97 + v92,
       v101 = v98 * v98, v102 = v99 * v99, v103 = v100 + v93, v104 = v8 + v101, v105 = v103 + v11,
-      v106 = v104 + v102, v107 = v105 + v94, v108 = 0.5 * v107;
-  const lanes_where v109 = LANES_LT(v108, v106); const lanes_where v110 = LANES_LE(v106, v108);
-  const lanes v111 = v108 + v106, v112 = LANES_CHOICE(v110, v108, v111),
-      v113 = LANES_CHOICE(v109, v106, v112);
+      v106 = v104 + v102, v107 = v105 + v94, v108 = 0.5 * v107, v109 = v108 + v106,
+      v110 = v106 - v108;
+  LANES_LET1(v111, fabs, v110);
+  const lanes v112 = v109 + v111, v113 = 0.5 * v112;
   LANES_LET1(v114, sqrt, v113); out[1] = v114;
 }
 

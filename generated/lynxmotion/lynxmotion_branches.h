@@ -28,64 +28,63 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 0.2 * T_6, v2 = 0.2 * T_2,
       v3 = 0.2 * T_10, v4 = 1e-150 + T_10, v5 = T_7 - v1, v6 = T_3 - v2, v7 = T_11 - v3,
       v8 = v4 * v4, v9 = v5 * v5, v10 = 1e-150 - v6, v11 = v7 - 0.1, v12 = v10 * v10,
-      v13 = v9 + v12;
-  LANES_LET1(v14, rsqrt, v13);
-  const lanes v15 = v5 * v14, v16 = v10 * v14, v17 = choice_0 * v16, v18 = choice_0 * v15,
-      v20 = T_2 * v17, v21 = T_6 * v18, v22 = v6 * v17, v23 = v5 * v18, v24 = T_0 * v18,
-      v25 = T_4 * v17, v26 = T_0 * v17, v27 = T_4 * v18, v28 = v20 - v21, v29 = v22 - v23,
-      v30 = v24 + v25, v31 = v26 - v27, v33 = v28 * v28, v34 = v30 * v30, v36 = v33 + v8;
-  LANES_LET1(v37, rsqrt, v36);
-  const lanes v38 = v4 * v37, v39 = v28 * v37, v40 = 0.1 * v38, v41 = 0.1 * v39, v42 = v38 * v31,
-      v43 = T_8 * v39, v44 = v17 * v38, v45 = v17 * v39, v46 = v18 * v38, v47 = v18 * v39,
-      v48 = v38 - T_10, v49 = v11 + v40, v50 = v29 + v41, v51 = v42 - v43, v52 = v45 - T_2,
-      v53 = T_6 + v47, v54 = v48 * v48, v55 = v50 * v50, v56 = v49 * v49, v57 = 1e-150 + v51,
-      v58 = v52 * v52, v59 = v53 * v53, v60 = v55 + v56, v61 = v57 * v57, v62 = v60 - 0.02,
-      v63 = 0.04 - v60, v64 = v34 + v61, v65 = 0.02 * v62, v66 = v60 * v63;
-  LANES_LET1(v67, rsqrt, v64);
-  const lanes v68 = 1e-150 + v65;
-  const lanes_where v69 = LANES_LT(1.6e-18, v66); LANES_LET1(v70, sqrt, v66);
-  const lanes v71 = v30 * v67, v72 = v57 * v67, v73 = 2500.0 * v66,
-      v74 = LANES_CHOICE(v69, v70, 0.0), v75 = v68 * v68, v77 = v18 * v71, v78 = v72 * v44,
-      v79 = v18 * v72, v80 = v71 * v44, v81 = v17 * v71, v82 = v72 * v46, v83 = v17 * v72,
-      v84 = v71 * v46, v85 = v39 * v72, v86 = v39 * v71;
-  out[6] = v73;
-  const lanes v87 = choice_1 * v74, v88 = v77 + v78, v89 = v79 - v80, v90 = v81 - v82,
-      v91 = v83 + v84, v92 = T_8 + v85, v93 = v86 - T_9, v94 = 0.02 * v87, v95 = v88 - T_0,
-      v96 = v89 - T_1, v97 = v90 - T_4, v98 = v91 - T_5, v99 = v92 * v92, v100 = v93 * v93,
-      v101 = v94 * v94, v102 = v95 * v95, v103 = v96 * v96, v104 = v97 * v97, v105 = v98 * v98,
-      v106 = v101 + v75, v107 = v102 + v103;
-  LANES_LET1(v108, rsqrt, v106);
-  const lanes v109 = v107 + v58, v110 = v68 * v108, v111 = v94 * v108, v112 = v109 + v104,
-      v113 = 0.1 * v110, v114 = 0.1 * v111;
-  LANES_LET2(v115, atan2, v111, v110);
-  const lanes v116 = v112 + v105, v117 = v113 + 0.1, v118 = v50 * v114, v119 = v49 * v114;
-  out[2] = v115;
-  const lanes v120 = v116 + v59, v121 = v49 * v117, v122 = v50 * v117, v123 = v120 + v99,
-      v124 = v121 - v118, v125 = v122 + v119, v126 = v123 + v100, v127 = v124 * v124,
-      v128 = 1e-150 + v125, v129 = v126 + v54, v130 = v128 * v128, v131 = 0.5 * v129,
-      v132 = v127 + v130;
-  LANES_LET1(v133, rsqrt, v132);
-  const lanes v134 = v124 * v133, v135 = v128 * v133;
-  LANES_LET2(v136, atan2, v134, v135);
-  const lanes v137 = v110 * v134, v138 = v111 * v135, v139 = v110 * v135, v140 = v111 * v134,
-      v141 = 0.1 * v135, v142 = 0.1 * v134, v143 = v137 + v138, v144 = v139 - v140;
-  out[1] = v136;
-  const lanes v145 = v38 * v143, v146 = v39 * v144, v147 = v38 * v144, v148 = v39 * v143,
-      v149 = 0.1 * v144, v150 = 0.1 * v143, v151 = v145 + v146, v152 = v147 - v148,
-      v153 = v41 + v149, v154 = v40 + v150;
-  LANES_LET2(v155, atan2, v151, v152);
-  const lanes v156 = v153 + v141, v157 = v154 + v142, v158 = -v155, v159 = v17 * v156,
-      v160 = v18 * v156, v161 = v157 + 0.1;
-  out[3] = v158;
-  const lanes v162 = v159 - T_3, v163 = T_7 + v160, v164 = v161 - T_11, v165 = v162 * v162,
-      v166 = v163 * v163, v167 = v164 * v164, v168 = v165 + v166, v169 = v168 + v167;
-  const lanes_where v170 = LANES_LT(v131, v169); const lanes_where v171 = LANES_LE(v169, v131);
-  const lanes v172 = v169 + v131, v173 = LANES_CHOICE(v171, v131, v172),
-      v174 = LANES_CHOICE(v170, v169, v173);
-  LANES_LET1(v175, sqrt, v174); out[5] = v175;
-  lanes v19, v76; LANES_NAME(lanes_two_atan2)(&v15, &v17, &v71, &v72, &v19, &v76);
-  const lanes v32 = choice_0 * v19, v35 = -v32;
-  out[0] = v35; out[4] = v76;
+      v13 = v10 * choice_0, v14 = v9 + v12;
+  LANES_LET1(v16, rsqrt, v14);
+  const lanes v18 = v5 * v16, v19 = v10 * v16, v21 = choice_0 * v19, v22 = choice_0 * v18,
+      v23 = T_2 * v21, v24 = T_6 * v22, v25 = v6 * v21, v26 = v5 * v22, v27 = T_0 * v22,
+      v28 = T_4 * v21, v29 = T_0 * v21, v30 = T_4 * v22, v31 = v23 - v24, v32 = v25 - v26,
+      v33 = v27 + v28, v34 = v29 - v30, v35 = v31 * v31, v36 = v33 * v33, v37 = v35 + v8;
+  LANES_LET1(v38, rsqrt, v37);
+  const lanes v39 = v4 * v38, v40 = v31 * v38, v41 = 0.1 * v39, v42 = 0.1 * v40, v43 = v39 * v34,
+      v44 = T_8 * v40, v45 = v21 * v39, v46 = v21 * v40, v47 = v22 * v39, v48 = v22 * v40,
+      v49 = v39 - T_10, v50 = v11 + v41, v51 = v32 + v42, v52 = v43 - v44, v53 = v46 - T_2,
+      v54 = T_6 + v48, v55 = v49 * v49, v56 = v51 * v51, v57 = v50 * v50, v58 = 1e-150 + v52,
+      v59 = v53 * v53, v60 = v54 * v54, v61 = v56 + v57, v62 = v58 * v58, v64 = v61 - 0.02,
+      v65 = 0.04 - v61, v66 = v36 + v62, v67 = 0.02 * v64, v68 = v61 * v65;
+  LANES_LET1(v69, rsqrt, v66);
+  const lanes v70 = 1e-150 + v67;
+  const lanes_where v71 = LANES_LT(1.6e-18, v68); LANES_LET1(v72, sqrt, v68);
+  const lanes v73 = v33 * v69, v74 = v58 * v69, v75 = 2500.0 * v68,
+      v76 = LANES_CHOICE(v71, v72, 0.0), v77 = v70 * v70, v78 = v22 * v73, v79 = v74 * v45,
+      v80 = v22 * v74, v81 = v73 * v45, v82 = v21 * v73, v83 = v74 * v47, v84 = v21 * v74,
+      v85 = v73 * v47, v86 = v40 * v74, v87 = v40 * v73;
+  out[6] = v75;
+  const lanes v88 = choice_1 * v76, v89 = v78 + v79, v90 = v80 - v81, v91 = v82 - v83,
+      v92 = v84 + v85, v93 = T_8 + v86, v94 = v87 - T_9, v95 = 0.02 * v88, v96 = v89 - T_0,
+      v97 = v90 - T_1, v98 = v91 - T_4, v99 = v92 - T_5, v100 = v93 * v93, v101 = v94 * v94,
+      v102 = v95 * v95;
+  LANES_LET2(v103, atan2, v95, v70);
+  const lanes v104 = v96 * v96, v105 = v97 * v97, v106 = v98 * v98, v107 = v99 * v99,
+      v108 = v102 + v77;
+  out[2] = v103;
+  const lanes v109 = v104 + v105;
+  LANES_LET1(v110, rsqrt, v108);
+  const lanes v111 = v109 + v59, v112 = v70 * v110, v113 = v95 * v110, v114 = v111 + v106,
+      v115 = 0.1 * v112, v116 = 0.1 * v113, v117 = v114 + v107, v118 = v115 + 0.1,
+      v119 = v51 * v116, v120 = v50 * v116, v121 = v117 + v60, v122 = v50 * v118, v123 = v51 * v118,
+      v124 = v121 + v100, v125 = v122 - v119, v126 = v123 + v120, v127 = v124 + v101,
+      v128 = v125 * v125, v129 = 1e-150 + v126, v130 = v127 + v55, v131 = v129 * v129;
+  LANES_LET2(v132, atan2, v125, v129);
+  const lanes v133 = 0.5 * v130, v134 = v128 + v131;
+  out[1] = v132; LANES_LET1(v135, rsqrt, v134);
+  const lanes v136 = v125 * v135, v137 = v129 * v135, v138 = v112 * v136, v139 = v113 * v137,
+      v140 = v112 * v137, v141 = v113 * v136, v142 = 0.1 * v137, v143 = 0.1 * v136,
+      v144 = v138 + v139, v145 = v140 - v141, v146 = v39 * v144, v147 = v40 * v145,
+      v148 = v39 * v145, v149 = v40 * v144, v150 = 0.1 * v145, v151 = 0.1 * v144,
+      v152 = v146 + v147, v153 = v148 - v149, v154 = v42 + v150, v155 = v41 + v151;
+  LANES_LET2(v156, atan2, v152, v153);
+  const lanes v157 = v154 + v142, v158 = v155 + v143, v159 = -v156, v160 = v21 * v157,
+      v161 = v22 * v157, v162 = v158 + 0.1;
+  out[3] = v159;
+  const lanes v163 = v160 - T_3, v164 = T_7 + v161, v165 = v162 - T_11, v166 = v163 * v163,
+      v167 = v164 * v164, v168 = v165 * v165, v169 = v166 + v167, v170 = v169 + v168,
+      v171 = v170 + v133, v172 = v170 - v133;
+  LANES_LET1(v173, fabs, v172);
+  const lanes v174 = v171 + v173, v175 = 0.5 * v174;
+  LANES_LET1(v176, sqrt, v175); out[5] = v176;
+  lanes v15, v63; LANES_NAME(lanes_two_atan2)(&v5, &v13, &v33, &v58, &v15, &v63);
+  const lanes v17 = choice_0 * v15, v20 = -v17;
+  out[0] = v20; out[4] = v63;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(const double *T, double *q, double *residual, double *margin)
@@ -114,38 +113,36 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_branch)(
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 1e-150 - p_0, v2 = p_1 * p_1,
       v3 = p_2 - 0.1;
   out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
-  const lanes v4 = v1 * v1, v5 = v3 * v3, v6 = v4 + v2;
-  LANES_LET1(v7, rsqrt, v6);
-  const lanes v8 = p_1 * v7, v9 = v1 * v7, v10 = choice_0 * v9, v11 = choice_0 * v8,
-      v13 = v10 * p_0, v14 = v11 * p_1, v15 = v13 - v14, v17 = v15 * v15, v19 = v17 + v5,
-      v20 = v19 - 0.001715728752538099, v21 = 0.058284271247461904 - v19, v22 = v19 - 0.03,
-      v23 = v20 * v21, v24 = 0.02 * v22;
-  const lanes_where v25 = LANES_LT(3.2e-18, v23); LANES_LET1(v26, sqrt, v23);
-  const lanes v27 = 1250.0 * v23, v28 = LANES_CHOICE(v25, v26, 0.0);
-  out[6] = v27;
-  const lanes v29 = choice_1 * v28, v30 = 0.02 * v29, v31 = v30 + v24, v32 = v30 - v24,
-      v33 = 1e-150 + v31, v34 = v32 * v32, v35 = v33 * v33, v36 = v34 + v35;
-  LANES_LET1(v37, rsqrt, v36);
-  const lanes v38 = v33 * v37, v39 = v32 * v37, v40 = 0.1 * v38, v41 = 0.1 * v39;
-  LANES_LET2(v42, atan2, v39, v38);
-  const lanes v43 = v40 - v41, v44 = v40 + v41;
-  out[2] = v42;
-  const lanes v45 = v43 + 0.1, v46 = v15 * v44, v47 = v3 * v44, v48 = v3 * v45, v49 = v15 * v45,
-      v50 = v48 - v46, v51 = v49 + v47, v52 = v50 * v50, v53 = 1e-150 + v51, v54 = v53 * v53,
-      v55 = v52 + v54;
-  LANES_LET1(v56, rsqrt, v55);
-  const lanes v57 = v50 * v56, v58 = v53 * v56;
-  LANES_LET2(v59, atan2, v57, v58);
-  const lanes v60 = v38 * v58, v61 = v39 * v57, v62 = v38 * v57, v63 = v39 * v58, v64 = 0.1 * v58,
-      v65 = 0.1 * v57;
-  out[1] = v59;
-  const lanes v66 = v60 - v61, v67 = v62 + v63, v68 = 0.1 * v66, v69 = 0.1 * v67, v70 = v68 - v69,
-      v71 = v68 + v69, v72 = v70 + v64, v73 = v71 + v65, v74 = v10 * v72, v75 = v11 * v72,
-      v76 = v73 + 0.1, v77 = v74 - p_0, v78 = v75 + p_1, v79 = v76 - p_2, v80 = v77 * v77,
-      v81 = v78 * v78, v82 = v79 * v79, v83 = v80 + v81, v84 = v83 + v82;
-  LANES_LET1(v85, sqrt, v84); out[5] = v85; LANES_LET2(v12, atan2, v8, v10);
-  const lanes v16 = choice_0 * v12, v18 = -v16;
-  out[0] = v18;
+  const lanes v4 = v1 * v1, v5 = v1 * choice_0, v6 = v3 * v3, v7 = v4 + v2;
+  LANES_LET1(v9, rsqrt, v7);
+  const lanes v11 = p_1 * v9, v12 = v1 * v9, v14 = choice_0 * v12, v15 = choice_0 * v11,
+      v16 = v14 * p_0, v17 = v15 * p_1, v18 = v16 - v17, v19 = v18 * v18, v20 = v19 + v6,
+      v21 = v20 - 0.001715728752538099, v22 = 0.058284271247461904 - v20, v23 = v20 - 0.03,
+      v24 = v21 * v22, v25 = 0.02 * v23;
+  const lanes_where v26 = LANES_LT(3.2e-18, v24); LANES_LET1(v27, sqrt, v24);
+  const lanes v28 = 1250.0 * v24, v29 = LANES_CHOICE(v26, v27, 0.0);
+  out[6] = v28;
+  const lanes v30 = choice_1 * v29, v31 = 0.02 * v30, v32 = v31 + v25, v33 = v31 - v25,
+      v34 = 1e-150 + v32, v35 = v33 * v33, v36 = v34 * v34;
+  LANES_LET2(v37, atan2, v33, v34);
+  const lanes v38 = v35 + v36;
+  out[2] = v37; LANES_LET1(v39, rsqrt, v38);
+  const lanes v40 = v34 * v39, v41 = v33 * v39, v42 = 0.1 * v40, v43 = 0.1 * v41, v44 = v42 - v43,
+      v45 = v42 + v43, v46 = v44 + 0.1, v47 = v18 * v45, v48 = v3 * v45, v49 = v3 * v46,
+      v50 = v18 * v46, v51 = v49 - v47, v52 = v50 + v48, v53 = v51 * v51, v54 = 1e-150 + v52,
+      v55 = v54 * v54;
+  LANES_LET2(v56, atan2, v51, v54);
+  const lanes v57 = v53 + v55;
+  out[1] = v56; LANES_LET1(v58, rsqrt, v57);
+  const lanes v59 = v51 * v58, v60 = v54 * v58, v61 = v40 * v60, v62 = v41 * v59, v63 = v40 * v59,
+      v64 = v41 * v60, v65 = 0.1 * v60, v66 = 0.1 * v59, v67 = v61 - v62, v68 = v63 + v64,
+      v69 = 0.1 * v67, v70 = 0.1 * v68, v71 = v69 - v70, v72 = v69 + v70, v73 = v71 + v65,
+      v74 = v72 + v66, v75 = v14 * v73, v76 = v15 * v73, v77 = v74 + 0.1, v78 = v75 - p_0,
+      v79 = v76 + p_1, v80 = v77 - p_2, v81 = v78 * v78, v82 = v79 * v79, v83 = v80 * v80,
+      v84 = v81 + v82, v85 = v84 + v83;
+  LANES_LET1(v86, sqrt, v85); out[5] = v86; LANES_LET2(v8, atan2, p_1, v5);
+  const lanes v10 = choice_0 * v8, v13 = -v10;
+  out[0] = v13;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_branches)(const double *p, double *q, double *residual, double *margin)
@@ -175,51 +172,49 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_pitch_branch)(
       choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 1e-150 - x_0, v2 = x_1 * x_1,
       v3 = x_2 - 0.1;
   LANES_COS_SIN(v5, v4, x_3); out[4] = LANES_OF(0.0);
-  const lanes v6 = v1 * v1, v7 = 1e-150 + v4, v8 = choice_1 * v5;
-  LANES_LET1(v9, fabs, v5);
-  const lanes v10 = v6 + v2, v11 = v8 * v8, v12 = v7 * v7;
-  LANES_LET1(v13, rsqrt, v10);
-  const lanes v14 = v11 + v12, v15 = x_1 * v13, v16 = v1 * v13;
-  LANES_LET1(v17, rsqrt, v14);
-  const lanes v18 = choice_0 * v16, v19 = v7 * v17, v20 = choice_0 * v15, v21 = v8 * v17,
-      v23 = 0.1 * v19, v24 = v18 * x_0, v25 = v20 * x_1, v26 = 0.1 * v21, v27 = v19 - v4,
-      v28 = v18 * v21, v29 = v20 * v21, v30 = v3 - v23, v31 = v24 - v25, v33 = v27 * v27,
-      v34 = v28 * v28, v35 = v29 * v29, v36 = v31 + v26, v37 = v30 * v30, v39 = v34 + v35,
-      v40 = v36 * v36;
-  LANES_LET1(v41, sqrt, v39);
-  const lanes v42 = v40 + v37, v43 = v41 - v9, v44 = v42 - 0.02, v45 = 0.04 - v42, v46 = v43 * v43,
-      v47 = 0.02 * v44, v48 = v42 * v45, v49 = v33 + v46, v50 = 1e-150 + v47;
-  const lanes_where v51 = LANES_LT(1.6e-18, v48); LANES_LET1(v52, sqrt, v48);
-  const lanes v53 = 2500.0 * v48, v54 = LANES_CHOICE(v51, v52, 0.0), v55 = v50 * v50;
-  out[6] = v53;
-  const lanes v56 = choice_2 * v54, v57 = 0.02 * v56, v58 = v57 * v57, v59 = v58 + v55;
-  LANES_LET1(v60, rsqrt, v59);
-  const lanes v61 = v50 * v60, v62 = v57 * v60, v63 = 0.1 * v61, v64 = 0.1 * v62;
-  LANES_LET2(v65, atan2, v62, v61);
-  const lanes v66 = v63 + 0.1, v67 = v36 * v64, v68 = v30 * v64;
-  out[2] = v65;
-  const lanes v69 = v30 * v66, v70 = v36 * v66, v71 = v69 - v67, v72 = v70 + v68, v73 = v71 * v71,
-      v74 = 1e-150 + v72, v75 = v74 * v74, v76 = v73 + v75;
-  LANES_LET1(v77, rsqrt, v76);
-  const lanes v78 = v71 * v77, v79 = v74 * v77;
-  LANES_LET2(v80, atan2, v78, v79);
-  const lanes v81 = v61 * v79, v82 = v62 * v78, v83 = v61 * v78, v84 = v62 * v79, v85 = 0.1 * v79,
-      v86 = 0.1 * v78, v87 = v81 - v82, v88 = v83 + v84;
-  out[1] = v80;
-  const lanes v89 = v21 * v87, v90 = v19 * v88, v91 = v19 * v87, v92 = v21 * v88, v93 = 0.1 * v87,
-      v94 = 0.1 * v88, v95 = v89 - v90, v96 = v91 + v92, v97 = v93 - v26, v98 = v23 + v94;
-  LANES_LET2(v99, atan2, v95, v96);
-  const lanes v100 = v97 + v85, v101 = v98 + v86;
-  out[3] = v99;
-  const lanes v102 = v18 * v100, v103 = v20 * v100, v104 = v101 + 0.1, v105 = v102 - x_0,
-      v106 = v103 + x_1, v107 = v104 - x_2, v108 = v105 * v105, v109 = v106 * v106,
-      v110 = v107 * v107, v111 = v108 + v109, v112 = v111 + v110;
-  const lanes_where v113 = LANES_LT(v49, v112); const lanes_where v114 = LANES_LE(v112, v49);
-  const lanes v115 = v112 + v49, v116 = LANES_CHOICE(v114, v49, v115),
-      v117 = LANES_CHOICE(v113, v112, v116);
-  LANES_LET1(v118, sqrt, v117); out[5] = v118; LANES_LET2(v22, atan2, v15, v18);
-  const lanes v32 = choice_0 * v22, v38 = -v32;
-  out[0] = v38;
+  const lanes v6 = v1 * v1, v7 = v1 * choice_0, v8 = 1e-150 + v4, v9 = choice_1 * v5;
+  LANES_LET1(v10, fabs, v5);
+  const lanes v11 = v6 + v2, v13 = v9 * v9, v14 = v8 * v8;
+  LANES_LET1(v15, rsqrt, v11);
+  const lanes v16 = v13 + v14, v18 = x_1 * v15, v19 = v1 * v15;
+  LANES_LET1(v20, rsqrt, v16);
+  const lanes v22 = choice_0 * v19, v23 = v8 * v20, v24 = choice_0 * v18, v25 = v9 * v20,
+      v26 = 0.1 * v23, v27 = v22 * x_0, v28 = v24 * x_1, v29 = 0.1 * v25, v30 = v23 - v4,
+      v31 = v22 * v25, v32 = v24 * v25, v33 = v3 - v26, v34 = v27 - v28, v35 = v30 * v30,
+      v36 = v31 * v31, v37 = v32 * v32, v38 = v34 + v29, v39 = v33 * v33, v40 = v36 + v37,
+      v41 = v38 * v38;
+  LANES_LET1(v42, sqrt, v40);
+  const lanes v43 = v41 + v39, v44 = v42 - v10, v45 = v43 - 0.02, v46 = 0.04 - v43, v47 = v44 * v44,
+      v48 = 0.02 * v45, v49 = v43 * v46, v50 = v35 + v47, v51 = 1e-150 + v48;
+  const lanes_where v52 = LANES_LT(1.6e-18, v49); LANES_LET1(v53, sqrt, v49);
+  const lanes v54 = 2500.0 * v49, v55 = LANES_CHOICE(v52, v53, 0.0), v56 = v51 * v51;
+  out[6] = v54;
+  const lanes v57 = choice_2 * v55, v58 = 0.02 * v57, v59 = v58 * v58;
+  LANES_LET2(v60, atan2, v58, v51);
+  const lanes v61 = v59 + v56;
+  out[2] = v60; LANES_LET1(v62, rsqrt, v61);
+  const lanes v63 = v51 * v62, v64 = v58 * v62, v65 = 0.1 * v63, v66 = 0.1 * v64, v67 = v65 + 0.1,
+      v68 = v38 * v66, v69 = v33 * v66, v70 = v33 * v67, v71 = v38 * v67, v72 = v70 - v68,
+      v73 = v71 + v69, v74 = v72 * v72, v75 = 1e-150 + v73, v76 = v75 * v75;
+  LANES_LET2(v77, atan2, v72, v75);
+  const lanes v78 = v74 + v76;
+  out[1] = v77; LANES_LET1(v79, rsqrt, v78);
+  const lanes v80 = v72 * v79, v81 = v75 * v79, v82 = v63 * v81, v83 = v64 * v80, v84 = v63 * v80,
+      v85 = v64 * v81, v86 = 0.1 * v81, v87 = 0.1 * v80, v88 = v82 - v83, v89 = v84 + v85,
+      v90 = v25 * v88, v91 = v23 * v89, v92 = v23 * v88, v93 = v25 * v89, v94 = 0.1 * v88,
+      v95 = 0.1 * v89, v96 = v90 - v91, v97 = v92 + v93, v98 = v94 - v29, v99 = v26 + v95;
+  LANES_LET2(v100, atan2, v96, v97);
+  const lanes v101 = v98 + v86, v102 = v99 + v87;
+  out[3] = v100;
+  const lanes v103 = v22 * v101, v104 = v24 * v101, v105 = v102 + 0.1, v106 = v103 - x_0,
+      v107 = v104 + x_1, v108 = v105 - x_2, v109 = v106 * v106, v110 = v107 * v107,
+      v111 = v108 * v108, v112 = v109 + v110, v113 = v112 + v111, v114 = v113 + v50,
+      v115 = v113 - v50;
+  LANES_LET1(v116, fabs, v115);
+  const lanes v117 = v114 + v116, v118 = 0.5 * v117;
+  LANES_LET1(v119, sqrt, v118); out[5] = v119; LANES_LET2(v12, atan2, x_1, v7);
+  const lanes v17 = choice_0 * v12, v21 = -v17;
+  out[0] = v21;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch_branches)(const double *x, double *q, double *residual, double *margin)
@@ -253,48 +248,46 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 1e-150 - x_0, v2 = x_1 * x_1,
       v3 = x_2 - 0.1, v4 = 1e-150 + x_5;
   out[4] = LANES_OF(0.0);
-  const lanes v5 = v1 * v1, v6 = v4 * v4, v7 = v5 + v2;
-  LANES_LET1(v8, rsqrt, v7);
-  const lanes v9 = x_1 * v8, v10 = v1 * v8, v11 = choice_0 * v10, v12 = choice_0 * v9,
-      v14 = v11 * x_3, v15 = v12 * x_4, v16 = v11 * x_0, v17 = v12 * x_1, v18 = v14 - v15,
-      v19 = v16 - v17, v21 = v18 * v18, v23 = v21 + v6;
-  LANES_LET1(v24, rsqrt, v23);
-  const lanes v25 = v4 * v24, v26 = v18 * v24, v27 = 0.1 * v25, v28 = 0.1 * v26, v29 = v11 * v26,
-      v30 = v12 * v26, v31 = v25 - x_5, v32 = v3 - v27, v33 = v19 - v28, v34 = v29 - x_3,
-      v35 = v30 + x_4, v36 = v31 * v31, v37 = v33 * v33, v38 = v32 * v32, v39 = v34 * v34,
-      v40 = v35 * v35, v41 = v37 + v38, v42 = v39 + v40, v43 = v41 - 0.02, v44 = 0.04 - v41,
-      v45 = v42 + v36, v46 = 0.02 * v43, v47 = v41 * v44, v48 = 1e-150 + v46;
-  const lanes_where v49 = LANES_LT(1.6e-18, v47); LANES_LET1(v50, sqrt, v47);
-  const lanes v51 = 2500.0 * v47, v52 = LANES_CHOICE(v49, v50, 0.0), v53 = v48 * v48;
-  out[6] = v51;
-  const lanes v54 = choice_1 * v52, v55 = 0.02 * v54, v56 = v55 * v55, v57 = v56 + v53;
-  LANES_LET1(v58, rsqrt, v57);
-  const lanes v59 = v48 * v58, v60 = v55 * v58, v61 = 0.1 * v59, v62 = 0.1 * v60;
-  LANES_LET2(v63, atan2, v60, v59);
-  const lanes v64 = v61 + 0.1, v65 = v33 * v62, v66 = v32 * v62;
-  out[2] = v63;
-  const lanes v67 = v32 * v64, v68 = v33 * v64, v69 = v67 - v65, v70 = v68 + v66, v71 = v69 * v69,
-      v72 = 1e-150 + v70, v73 = v72 * v72, v74 = v71 + v73;
-  LANES_LET1(v75, rsqrt, v74);
-  const lanes v76 = v69 * v75, v77 = v72 * v75;
-  LANES_LET2(v78, atan2, v76, v77);
-  const lanes v79 = v59 * v76, v80 = v60 * v77, v81 = v59 * v77, v82 = v60 * v76, v83 = 0.1 * v77,
-      v84 = 0.1 * v76, v85 = v79 + v80, v86 = v81 - v82;
-  out[1] = v78;
-  const lanes v87 = v25 * v85, v88 = v26 * v86, v89 = v25 * v86, v90 = v26 * v85, v91 = 0.1 * v86,
-      v92 = 0.1 * v85, v93 = v87 + v88, v94 = v89 - v90, v95 = v28 + v91, v96 = v27 + v92;
-  LANES_LET2(v97, atan2, v93, v94);
-  const lanes v98 = v95 + v83, v99 = v96 + v84, v100 = -v97, v101 = v11 * v98, v102 = v12 * v98,
-      v103 = v99 + 0.1;
-  out[3] = v100;
-  const lanes v104 = v101 - x_0, v105 = v102 + x_1, v106 = v103 - x_2, v107 = v104 * v104,
-      v108 = v105 * v105, v109 = v106 * v106, v110 = v107 + v108, v111 = v110 + v109;
-  const lanes_where v112 = LANES_LT(v45, v111); const lanes_where v113 = LANES_LE(v111, v45);
-  const lanes v114 = v111 + v45, v115 = LANES_CHOICE(v113, v45, v114),
-      v116 = LANES_CHOICE(v112, v111, v115);
-  LANES_LET1(v117, sqrt, v116); out[5] = v117; LANES_LET2(v13, atan2, v9, v11);
-  const lanes v20 = choice_0 * v13, v22 = -v20;
-  out[0] = v22;
+  const lanes v5 = v1 * v1, v6 = v1 * choice_0, v7 = v4 * v4, v8 = v5 + v2;
+  LANES_LET1(v10, rsqrt, v8);
+  const lanes v12 = x_1 * v10, v13 = v1 * v10, v15 = choice_0 * v13, v16 = choice_0 * v12,
+      v17 = v15 * x_3, v18 = v16 * x_4, v19 = v15 * x_0, v20 = v16 * x_1, v21 = v17 - v18,
+      v22 = v19 - v20, v23 = v21 * v21, v24 = v23 + v7;
+  LANES_LET1(v25, rsqrt, v24);
+  const lanes v26 = v4 * v25, v27 = v21 * v25, v28 = 0.1 * v26, v29 = 0.1 * v27, v30 = v15 * v27,
+      v31 = v16 * v27, v32 = v26 - x_5, v33 = v3 - v28, v34 = v22 - v29, v35 = v30 - x_3,
+      v36 = v31 + x_4, v37 = v32 * v32, v38 = v34 * v34, v39 = v33 * v33, v40 = v35 * v35,
+      v41 = v36 * v36, v42 = v38 + v39, v43 = v40 + v41, v44 = v42 - 0.02, v45 = 0.04 - v42,
+      v46 = v43 + v37, v47 = 0.02 * v44, v48 = v42 * v45, v49 = 1e-150 + v47;
+  const lanes_where v50 = LANES_LT(1.6e-18, v48); LANES_LET1(v51, sqrt, v48);
+  const lanes v52 = 2500.0 * v48, v53 = LANES_CHOICE(v50, v51, 0.0), v54 = v49 * v49;
+  out[6] = v52;
+  const lanes v55 = choice_1 * v53, v56 = 0.02 * v55, v57 = v56 * v56;
+  LANES_LET2(v58, atan2, v56, v49);
+  const lanes v59 = v57 + v54;
+  out[2] = v58; LANES_LET1(v60, rsqrt, v59);
+  const lanes v61 = v49 * v60, v62 = v56 * v60, v63 = 0.1 * v61, v64 = 0.1 * v62, v65 = v63 + 0.1,
+      v66 = v34 * v64, v67 = v33 * v64, v68 = v33 * v65, v69 = v34 * v65, v70 = v68 - v66,
+      v71 = v69 + v67, v72 = v70 * v70, v73 = 1e-150 + v71, v74 = v73 * v73;
+  LANES_LET2(v75, atan2, v70, v73);
+  const lanes v76 = v72 + v74;
+  out[1] = v75; LANES_LET1(v77, rsqrt, v76);
+  const lanes v78 = v70 * v77, v79 = v73 * v77, v80 = v61 * v78, v81 = v62 * v79, v82 = v61 * v79,
+      v83 = v62 * v78, v84 = 0.1 * v79, v85 = 0.1 * v78, v86 = v80 + v81, v87 = v82 - v83,
+      v88 = v26 * v86, v89 = v27 * v87, v90 = v26 * v87, v91 = v27 * v86, v92 = 0.1 * v87,
+      v93 = 0.1 * v86, v94 = v88 + v89, v95 = v90 - v91, v96 = v29 + v92, v97 = v28 + v93;
+  LANES_LET2(v98, atan2, v94, v95);
+  const lanes v99 = v96 + v84, v100 = v97 + v85, v101 = -v98, v102 = v15 * v99, v103 = v16 * v99,
+      v104 = v100 + 0.1;
+  out[3] = v101;
+  const lanes v105 = v102 - x_0, v106 = v103 + x_1, v107 = v104 - x_2, v108 = v105 * v105,
+      v109 = v106 * v106, v110 = v107 * v107, v111 = v108 + v109, v112 = v111 + v110,
+      v113 = v112 + v46, v114 = v112 - v46;
+  LANES_LET1(v115, fabs, v114);
+  const lanes v116 = v113 + v115, v117 = 0.5 * v116;
+  LANES_LET1(v118, sqrt, v117); out[5] = v118; LANES_LET2(v9, atan2, x_1, v6);
+  const lanes v11 = choice_0 * v9, v14 = -v11;
+  out[0] = v14;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branches)(const double *x, double *q, double *residual, double *margin)

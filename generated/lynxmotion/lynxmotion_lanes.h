@@ -813,98 +813,100 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in, lanes *out)
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
       v1 = 0.2 * T_6, v2 = 0.2 * T_2, v3 = 0.2 * T_10, v4 = 1e-150 + T_10, v5 = T_7 - v1,
       v6 = T_3 - v2, v7 = T_11 - v3, v8 = v4 * v4, v9 = v5 * v5, v10 = 1e-150 - v6, v11 = v7 - 0.1,
-      v12 = v10 * v10, v13 = v9 + v12;
-  LANES_LET1(v14, rsqrt, v13);
-  const lanes v15 = v5 * v14, v16 = v10 * v14;
-  LANES_LET2(v17, atan2, v15, v16);
-  const lanes v18 = T_2 * v16, v19 = T_6 * v15, v20 = v16 * v6, v21 = v15 * v5, v22 = T_0 * v15,
-      v23 = T_4 * v16, v24 = T_0 * v16, v25 = T_4 * v15, v26 = v18 - v19, v27 = v20 - v21,
-      v28 = v22 + v23, v29 = v24 - v25;
-  LANES_LET2(v30, supplement, v17, v15);
-  const lanes v31 = -v17, v32 = v26 * v26, v33 = v28 * v28;
-  out[0] = v31; out[5] = v31; out[10] = v30; out[15] = v30;
-  const lanes v34 = v8 + v32;
+      v12 = v10 * v10;
+  LANES_LET2(v13, atan2, v5, v10);
+  const lanes v14 = v9 + v12, v15 = -v13;
+  LANES_LET1(v16, rsqrt, v14); out[0] = v15; out[5] = v15;
+  const lanes v17 = v5 * v16, v18 = v10 * v16, v19 = T_2 * v18, v20 = T_6 * v17, v21 = v18 * v6,
+      v22 = v17 * v5, v23 = T_0 * v17, v24 = T_4 * v18, v25 = T_0 * v18, v26 = T_4 * v17;
+  LANES_LET2(v27, supplement, v13, v17);
+  const lanes v28 = v19 - v20, v29 = v21 - v22, v30 = v23 + v24, v31 = v25 - v26;
+  out[10] = v27; out[15] = v27;
+  const lanes v32 = v28 * v28, v33 = v30 * v30, v34 = v8 + v32;
   LANES_LET1(v35, rsqrt, v34);
-  const lanes v36 = v4 * v35, v37 = v26 * v35, v38 = 0.1 * v36, v39 = 0.1 * v37, v40 = v36 * v29,
-      v41 = T_8 * v37, v42 = v15 * v36, v43 = v15 * v37, v44 = v36 - T_10, v45 = v16 * v36,
-      v46 = v16 * v37, v47 = v11 + v38, v48 = v27 + v39, v49 = v40 - v41, v50 = T_6 + v43,
+  const lanes v36 = v4 * v35, v37 = v28 * v35, v38 = 0.1 * v36, v39 = 0.1 * v37, v40 = v36 * v31,
+      v41 = T_8 * v37, v42 = v17 * v36, v43 = v17 * v37, v44 = v36 - T_10, v45 = v18 * v36,
+      v46 = v18 * v37, v47 = v11 + v38, v48 = v29 + v39, v49 = v40 - v41, v50 = T_6 + v43,
       v51 = v44 * v44, v52 = v46 - T_2, v53 = v48 * v48, v54 = v47 * v47, v55 = 1e-150 + v49,
-      v56 = 1e-150 - v49, v57 = v50 * v50, v58 = v52 * v52, v59 = v53 + v54, v60 = v55 * v55,
-      v61 = v56 * v56, v62 = v57 + v51, v63 = v59 - 0.02, v64 = 0.04 - v59, v65 = v33 + v60,
-      v66 = v61 + v33, v67 = 0.02 * v63, v68 = v59 * v64;
-  LANES_LET1(v69, rsqrt, v65); LANES_LET1(v70, rsqrt, v66);
-  const lanes v71 = 1e-150 + v67;
-  const lanes_where v72 = LANES_LT(1.6e-18, v68); LANES_LET1(v73, sqrt, v68);
-  const lanes v74 = v28 * v69, v75 = v55 * v69, v76 = v28 * v70, v77 = v56 * v70,
-      v78 = 2500.0 * v68, v79 = LANES_CHOICE(v72, v73, 0.0), v80 = v71 * v71;
-  LANES_LET2(v81, atan2, v74, v75); LANES_LET2(v82, atan2, v76, v77);
-  const lanes v83 = v16 * v74, v84 = v75 * v42, v85 = v16 * v75, v86 = v74 * v42, v87 = v37 * v75,
-      v88 = v37 * v74, v89 = v15 * v74, v90 = v75 * v45, v91 = v15 * v75, v92 = v74 * v45,
-      v93 = v15 * v76, v94 = v77 * v45, v95 = v15 * v77, v96 = v76 * v45, v97 = v16 * v76,
-      v98 = v77 * v42, v99 = v76 * v42, v100 = v16 * v77, v101 = v77 * v37, v102 = v76 * v37;
-  out[24] = v78; out[25] = v78; out[26] = v78; out[27] = v78;
-  const lanes v103 = 0.02 * v79;
-  out[4] = v81; out[9] = v81;
-  const lanes v104 = -v82, v105 = v83 - v84, v106 = v85 + v86, v107 = T_8 + v87, v108 = v88 - T_9,
-      v109 = v89 + v90, v110 = v91 - v92, v111 = v93 - v94, v112 = v95 + v96, v113 = v97 + v98,
-      v114 = v99 - v100, v115 = T_8 - v101, v116 = v102 - T_9, v117 = v103 * v103;
-  out[14] = v104; out[19] = v104;
-  const lanes v118 = v105 - T_4, v119 = v106 - T_5, v120 = v107 * v107, v121 = v108 * v108,
-      v122 = v109 - T_0, v123 = v110 - T_1, v124 = v111 - T_0, v125 = T_1 + v112, v126 = v113 - T_4,
-      v127 = v114 - T_5, v128 = v115 * v115, v129 = v116 * v116, v130 = v117 + v80,
-      v131 = v118 * v118, v132 = v119 * v119, v133 = v122 * v122, v134 = v123 * v123,
-      v135 = v124 * v124, v136 = v125 * v125, v137 = v126 * v126, v138 = v127 * v127;
-  LANES_LET1(v139, rsqrt, v130);
-  const lanes v140 = v131 + v132, v141 = v62 + v135, v142 = v71 * v139, v143 = v103 * v139,
-      v144 = v140 + v57, v145 = v141 + v136, v146 = 0.1 * v142, v147 = 0.1 * v143;
-  LANES_LET2(v148, atan2, v143, v142);
-  const lanes v149 = v144 + v120, v150 = v145 + v137, v151 = v146 + 0.1, v152 = v48 * v147,
-      v153 = v47 * v147;
-  out[2] = v148;
-  const lanes v154 = -v148;
-  out[12] = v148;
-  const lanes v155 = v149 + v121, v156 = v150 + v138, v157 = v47 * v151, v158 = v48 * v151;
-  out[7] = v154; out[17] = v154;
-  const lanes v159 = v155 + v51, v160 = v156 + v128, v161 = v157 - v152, v162 = v158 + v153,
-      v163 = v152 + v157, v164 = v158 - v153, v165 = v159 + v133, v166 = v160 + v129,
-      v167 = v161 * v161, v168 = 1e-150 + v162, v169 = v163 * v163, v170 = 1e-150 + v164,
-      v171 = 1e-150 - v164, v172 = 1e-150 - v162, v173 = v165 + v134, v174 = v166 + v58,
-      v175 = v168 * v168, v176 = v170 * v170, v177 = v171 * v171, v178 = v172 * v172,
-      v179 = v173 + v58, v180 = 0.5 * v174, v181 = v167 + v175, v182 = v169 + v176,
-      v183 = v169 + v177, v184 = v178 + v167, v185 = 0.5 * v179;
-  LANES_LET1(v186, rsqrt, v181); LANES_LET1(v187, rsqrt, v182); LANES_LET1(v188, rsqrt, v183);
-  LANES_LET1(v189, rsqrt, v184);
-  const lanes v190 = v161 * v186, v191 = v168 * v186, v192 = v163 * v187, v193 = v170 * v187,
-      v194 = v163 * v188, v195 = v171 * v188, v196 = v161 * v189, v197 = v172 * v189;
-  LANES_LET2(v198, atan2, v190, v191);
-  const lanes v199 = v142 * v190, v200 = v143 * v191, v201 = v142 * v191, v202 = v143 * v190;
-  LANES_LET2(v203, atan2, v192, v193);
-  const lanes v204 = v193 * v142, v205 = v192 * v143, v206 = v192 * v142, v207 = v193 * v143;
-  LANES_LET2(v208, atan2, v194, v195);
-  const lanes v209 = v195 * v143, v210 = v194 * v142, v211 = v195 * v142, v212 = v194 * v143;
-  LANES_LET2(v213, atan2, v196, v197);
-  const lanes v214 = v196 * v142, v215 = v197 * v143, v216 = v197 * v142, v217 = v196 * v143,
-      v218 = 0.1 * v191, v219 = 0.1 * v190, v220 = 0.1 * v193, v221 = 0.1 * v192, v222 = 0.1 * v195,
-      v223 = 0.1 * v194, v224 = 0.1 * v197, v225 = 0.1 * v196, v226 = v199 + v200,
-      v227 = v201 - v202, v228 = v204 + v205, v229 = v206 - v207, v230 = v209 + v210,
-      v231 = v211 - v212, v232 = v214 - v215, v233 = v216 + v217;
-  out[1] = v198; out[6] = v203; out[11] = v208; out[16] = v213;
-  const lanes v234 = v36 * v226, v235 = v37 * v227, v236 = v36 * v227, v237 = v37 * v226,
-      v238 = v228 * v37, v239 = v229 * v36, v240 = v228 * v36, v241 = v229 * v37, v242 = v230 * v36,
-      v243 = v231 * v37, v244 = v231 * v36, v245 = v230 * v37, v246 = v36 * v232, v247 = v233 * v37,
-      v248 = v36 * v233, v249 = v232 * v37, v250 = 0.1 * v227, v251 = 0.1 * v226, v252 = 0.1 * v228,
-      v253 = 0.1 * v229, v254 = 0.1 * v231, v255 = 0.1 * v230, v256 = 0.1 * v233, v257 = 0.1 * v232,
-      v258 = v234 + v235, v259 = v236 - v237, v260 = v238 + v239, v261 = v240 - v241,
-      v262 = v242 - v243, v263 = v244 + v245, v264 = v246 - v247, v265 = v248 + v249,
-      v266 = v39 + v250, v267 = v38 + v251, v268 = v252 + v39, v269 = v253 + v38, v270 = v254 - v39,
-      v271 = v255 + v38, v272 = v256 - v39, v273 = v257 + v38;
+      v56 = 1e-150 - v49, v57 = v50 * v50, v58 = v52 * v52, v59 = v53 + v54, v60 = v55 * v55;
+  LANES_LET2(v61, atan2, v30, v55);
+  const lanes v62 = v56 * v56;
+  LANES_LET2(v63, atan2, v30, v56);
+  const lanes v64 = v57 + v51, v65 = v59 - 0.02, v66 = 0.04 - v59, v67 = v33 + v60, v68 = v62 + v33;
+  out[4] = v61; out[9] = v61;
+  const lanes v69 = -v63, v70 = 0.02 * v65, v71 = v59 * v66;
+  LANES_LET1(v72, rsqrt, v67); LANES_LET1(v73, rsqrt, v68); out[14] = v69; out[19] = v69;
+  const lanes v74 = 1e-150 + v70;
+  const lanes_where v75 = LANES_LT(1.6e-18, v71); LANES_LET1(v76, sqrt, v71);
+  const lanes v77 = v30 * v72, v78 = v55 * v72, v79 = v30 * v73, v80 = v56 * v73,
+      v81 = 2500.0 * v71, v82 = LANES_CHOICE(v75, v76, 0.0), v83 = v74 * v74, v84 = v18 * v77,
+      v85 = v78 * v42, v86 = v18 * v78, v87 = v77 * v42, v88 = v37 * v78, v89 = v37 * v77,
+      v90 = v17 * v77, v91 = v78 * v45, v92 = v17 * v78, v93 = v77 * v45, v94 = v17 * v79,
+      v95 = v80 * v45, v96 = v17 * v80, v97 = v79 * v45, v98 = v18 * v79, v99 = v80 * v42,
+      v100 = v79 * v42, v101 = v18 * v80, v102 = v80 * v37, v103 = v79 * v37;
+  out[24] = v81; out[25] = v81; out[26] = v81; out[27] = v81;
+  const lanes v104 = 0.02 * v82, v105 = v84 - v85, v106 = v86 + v87, v107 = T_8 + v88,
+      v108 = v89 - T_9, v109 = v90 + v91, v110 = v92 - v93, v111 = v94 - v95, v112 = v96 + v97,
+      v113 = v98 + v99, v114 = v100 - v101, v115 = T_8 - v102, v116 = v103 - T_9,
+      v117 = v104 * v104;
+  LANES_LET2(v118, atan2, v104, v74);
+  const lanes v119 = v105 - T_4, v120 = v106 - T_5, v121 = v107 * v107, v122 = v108 * v108,
+      v123 = v109 - T_0, v124 = v110 - T_1, v125 = v111 - T_0, v126 = T_1 + v112, v127 = v113 - T_4,
+      v128 = v114 - T_5, v129 = v115 * v115, v130 = v116 * v116, v131 = v117 + v83;
+  out[2] = v118;
+  const lanes v132 = -v118;
+  out[12] = v118;
+  const lanes v133 = v119 * v119, v134 = v120 * v120, v135 = v123 * v123, v136 = v124 * v124,
+      v137 = v125 * v125, v138 = v126 * v126, v139 = v127 * v127, v140 = v128 * v128;
+  LANES_LET1(v141, rsqrt, v131); out[7] = v132; out[17] = v132;
+  const lanes v142 = v133 + v134, v143 = v64 + v137, v144 = v74 * v141, v145 = v104 * v141,
+      v146 = v142 + v57, v147 = v143 + v138, v148 = 0.1 * v144, v149 = 0.1 * v145,
+      v150 = v146 + v121, v151 = v147 + v139, v152 = v148 + 0.1, v153 = v48 * v149,
+      v154 = v47 * v149, v155 = v150 + v122, v156 = v151 + v140, v157 = v47 * v152,
+      v158 = v48 * v152, v159 = v155 + v51, v160 = v156 + v129, v161 = v157 - v153,
+      v162 = v158 + v154, v163 = v153 + v157, v164 = v158 - v154, v165 = v159 + v135,
+      v166 = v160 + v130, v167 = v161 * v161, v168 = 1e-150 + v162, v169 = v163 * v163,
+      v170 = 1e-150 + v164, v171 = 1e-150 - v164, v172 = 1e-150 - v162, v173 = v165 + v136,
+      v174 = v166 + v58, v175 = v168 * v168;
+  LANES_LET2(v176, atan2, v161, v168);
+  const lanes v177 = v170 * v170;
+  LANES_LET2(v178, atan2, v163, v170);
+  const lanes v179 = v171 * v171;
+  LANES_LET2(v180, atan2, v163, v171);
+  const lanes v181 = v172 * v172;
+  LANES_LET2(v182, atan2, v161, v172);
+  const lanes v183 = v173 + v58, v184 = 0.5 * v174, v185 = v167 + v175, v186 = v169 + v177,
+      v187 = v169 + v179, v188 = v181 + v167;
+  out[1] = v176; out[6] = v178; out[11] = v180; out[16] = v182;
+  const lanes v189 = 0.5 * v183;
+  LANES_LET1(v190, rsqrt, v185); LANES_LET1(v191, rsqrt, v186); LANES_LET1(v192, rsqrt, v187);
+  LANES_LET1(v193, rsqrt, v188);
+  const lanes v194 = v161 * v190, v195 = v168 * v190, v196 = v163 * v191, v197 = v170 * v191,
+      v198 = v163 * v192, v199 = v171 * v192, v200 = v161 * v193, v201 = v172 * v193,
+      v202 = v144 * v194, v203 = v145 * v195, v204 = v144 * v195, v205 = v145 * v194,
+      v206 = v197 * v144, v207 = v196 * v145, v208 = v196 * v144, v209 = v197 * v145,
+      v210 = v199 * v145, v211 = v198 * v144, v212 = v199 * v144, v213 = v198 * v145,
+      v214 = v200 * v144, v215 = v201 * v145, v216 = v201 * v144, v217 = v200 * v145,
+      v218 = 0.1 * v195, v219 = 0.1 * v194, v220 = 0.1 * v197, v221 = 0.1 * v196, v222 = 0.1 * v199,
+      v223 = 0.1 * v198, v224 = 0.1 * v201, v225 = 0.1 * v200, v226 = v202 + v203,
+      v227 = v204 - v205, v228 = v206 + v207, v229 = v208 - v209, v230 = v210 + v211,
+      v231 = v212 - v213, v232 = v214 - v215, v233 = v216 + v217, v234 = v36 * v226,
+      v235 = v37 * v227, v236 = v36 * v227, v237 = v37 * v226, v238 = v228 * v37, v239 = v229 * v36,
+      v240 = v228 * v36, v241 = v229 * v37, v242 = v230 * v36, v243 = v231 * v37, v244 = v231 * v36,
+      v245 = v230 * v37, v246 = v36 * v232, v247 = v37 * v233, v248 = v36 * v233, v249 = v37 * v232,
+      v250 = 0.1 * v227, v251 = 0.1 * v226, v252 = 0.1 * v228, v253 = 0.1 * v229, v254 = 0.1 * v231,
+      v255 = 0.1 * v230, v256 = 0.1 * v233, v257 = 0.1 * v232, v258 = v234 + v235,
+      v259 = v236 - v237, v260 = v238 + v239, v261 = v240 - v241, v262 = v242 - v243,
+      v263 = v244 + v245, v264 = v246 - v247, v265 = v248 + v249, v266 = v39 + v250,
+      v267 = v38 + v251, v268 = v252 + v39, v269 = v253 + v38, v270 = v254 - v39, v271 = v255 + v38,
+      v272 = v256 - v39, v273 = v257 + v38;
   LANES_LET2(v274, atan2, v258, v259); LANES_LET2(v275, atan2, v260, v261);
   LANES_LET2(v276, atan2, v262, v263); LANES_LET2(v277, atan2, v264, v265);
   const lanes v278 = v266 + v218, v279 = v267 + v219, v280 = v268 + v220, v281 = v269 + v221,
       v282 = v270 + v222, v283 = v271 + v223, v284 = v272 + v224, v285 = v273 + v225, v286 = -v274,
-      v287 = -v275, v288 = -v276, v289 = -v277, v290 = v16 * v278, v291 = v15 * v278,
-      v292 = v279 + 0.1, v293 = v16 * v280, v294 = v15 * v280, v295 = v281 + 0.1, v296 = v16 * v282,
-      v297 = v15 * v282, v298 = v283 + 0.1, v299 = v16 * v284, v300 = v15 * v284, v301 = v285 + 0.1;
+      v287 = -v275, v288 = -v276, v289 = -v277, v290 = v18 * v278, v291 = v17 * v278,
+      v292 = v279 + 0.1, v293 = v18 * v280, v294 = v17 * v280, v295 = v281 + 0.1, v296 = v18 * v282,
+      v297 = v17 * v282, v298 = v283 + 0.1, v299 = v18 * v284, v300 = v17 * v284, v301 = v285 + 0.1;
   out[3] = v286; out[8] = v287; out[13] = v288; out[18] = v289;
   const lanes v302 = v290 - T_3, v303 = T_7 + v291, v304 = v292 - T_11, v305 = v293 - T_3,
       v306 = T_7 + v294, v307 = v295 - T_11, v308 = T_3 + v296, v309 = T_7 - v297,
@@ -913,13 +915,15 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in, lanes *out)
       v318 = v306 * v306, v319 = v307 * v307, v320 = v308 * v308, v321 = v309 * v309,
       v322 = v310 * v310, v323 = v311 * v311, v324 = v312 * v312, v325 = v313 * v313,
       v326 = v314 + v315, v327 = v317 + v318, v328 = v320 + v321, v329 = v323 + v324,
-      v330 = v326 + v316, v331 = v327 + v319, v332 = v328 + v322, v333 = v329 + v325;
-  const lanes_where v334 = LANES_LT(v185, v330); const lanes_where v335 = LANES_LT(v185, v331);
-  const lanes_where v336 = LANES_LT(v180, v332); const lanes_where v337 = LANES_LT(v180, v333);
-  const lanes v338 = LANES_CHOICE(v334, v330, v185), v339 = LANES_CHOICE(v335, v331, v185),
-      v340 = LANES_CHOICE(v336, v332, v180), v341 = LANES_CHOICE(v337, v333, v180);
-  LANES_LET1(v342, sqrt, v338); LANES_LET1(v343, sqrt, v339); LANES_LET1(v344, sqrt, v340);
-  LANES_LET1(v345, sqrt, v341); out[20] = v342; out[21] = v343; out[22] = v344; out[23] = v345;
+      v330 = v326 + v316, v331 = v327 + v319, v332 = v328 + v322, v333 = v329 + v325,
+      v334 = v189 + v330, v335 = v330 - v189, v336 = v189 + v331, v337 = v331 - v189,
+      v338 = v332 + v184, v339 = v332 - v184, v340 = v184 + v333, v341 = v333 - v184;
+  LANES_LET1(v342, fabs, v335); LANES_LET1(v343, fabs, v337); LANES_LET1(v344, fabs, v339);
+  LANES_LET1(v345, fabs, v341);
+  const lanes v346 = v334 + v342, v347 = v336 + v343, v348 = v338 + v344, v349 = v340 + v345,
+      v350 = 0.5 * v346, v351 = 0.5 * v347, v352 = 0.5 * v348, v353 = 0.5 * v349;
+  LANES_LET1(v354, sqrt, v350); LANES_LET1(v355, sqrt, v351); LANES_LET1(v356, sqrt, v352);
+  LANES_LET1(v357, sqrt, v353); out[20] = v354; out[21] = v355; out[22] = v356; out[23] = v357;
 }
 
 static LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const lanes *in, lanes *out)
@@ -929,71 +933,72 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const lanes *in, lan
   out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
   out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[18] = LANES_OF(0.0);
   out[19] = LANES_OF(0.0);
-  const lanes v4 = v1 * v1, v5 = v3 * v3, v6 = v4 + v2;
-  LANES_LET1(v7, rsqrt, v6);
-  const lanes v8 = p_1 * v7, v9 = v1 * v7;
-  LANES_LET2(v10, atan2, v8, v9);
-  const lanes v11 = v9 * p_0, v12 = v8 * p_1, v13 = v11 - v12;
-  LANES_LET2(v14, supplement, v10, v8);
-  const lanes v15 = -v10, v16 = v13 * v13;
-  out[0] = v15; out[5] = v15; out[10] = v14; out[15] = v14;
-  const lanes v17 = v5 + v16, v18 = v17 - 0.001715728752538099, v19 = 0.058284271247461904 - v17,
-      v20 = v17 - 0.03, v21 = v18 * v19, v22 = 0.02 * v20;
+  const lanes v4 = v1 * v1;
+  LANES_LET2(v5, atan2, p_1, v1);
+  const lanes v6 = v3 * v3, v7 = v4 + v2, v8 = -v5;
+  LANES_LET1(v9, rsqrt, v7); out[0] = v8; out[5] = v8;
+  const lanes v10 = p_1 * v9, v11 = v1 * v9, v12 = v11 * p_0, v13 = v10 * p_1;
+  LANES_LET2(v14, supplement, v5, v10);
+  const lanes v15 = v12 - v13;
+  out[10] = v14; out[15] = v14;
+  const lanes v16 = v15 * v15, v17 = v6 + v16, v18 = v17 - 0.001715728752538099,
+      v19 = 0.058284271247461904 - v17, v20 = v17 - 0.03, v21 = v18 * v19, v22 = 0.02 * v20;
   const lanes_where v23 = LANES_LT(3.2e-18, v21); LANES_LET1(v24, sqrt, v21);
   const lanes v25 = 1250.0 * v21, v26 = LANES_CHOICE(v23, v24, 0.0);
   out[24] = v25; out[25] = v25; out[26] = v25; out[27] = v25;
   const lanes v27 = 0.02 * v26, v28 = v27 + v22, v29 = v27 - v22, v30 = v22 + v27, v31 = v22 - v27,
-      v32 = 1e-150 + v28, v33 = v29 * v29, v34 = v30 * v30, v35 = 1e-150 + v31, v36 = v32 * v32,
-      v37 = v35 * v35, v38 = v33 + v36, v39 = v34 + v37;
-  LANES_LET1(v40, rsqrt, v38); LANES_LET1(v41, rsqrt, v39);
-  const lanes v42 = v32 * v40, v43 = v29 * v40, v44 = v30 * v41, v45 = v35 * v41, v46 = 0.1 * v42,
-      v47 = 0.1 * v43;
-  LANES_LET2(v48, atan2, v43, v42);
-  const lanes v49 = 0.1 * v44, v50 = 0.1 * v45;
-  LANES_LET2(v51, atan2, v44, v45);
-  const lanes v52 = v46 - v47, v53 = v46 + v47, v54 = v49 + v50, v55 = v50 - v49;
-  out[2] = v48;
-  const lanes v56 = -v51;
-  out[12] = v48;
-  const lanes v57 = v52 + 0.1, v58 = v53 * v13, v59 = v53 * v3, v60 = v54 + 0.1, v61 = v55 * v13,
-      v62 = v55 * v3;
-  out[7] = v56; out[17] = v56;
-  const lanes v63 = v57 * v3, v64 = v57 * v13, v65 = v60 * v3, v66 = v60 * v13, v67 = v63 - v58,
-      v68 = v59 + v64, v69 = v65 - v61, v70 = v62 + v66, v71 = v58 + v63, v72 = v59 - v64,
-      v73 = v61 + v65, v74 = v62 - v66, v75 = v67 * v67, v76 = 1e-150 + v68, v77 = v69 * v69,
-      v78 = 1e-150 + v70, v79 = v71 * v71, v80 = 1e-150 + v72, v81 = v73 * v73, v82 = 1e-150 + v74,
-      v83 = v76 * v76, v84 = v78 * v78, v85 = v80 * v80, v86 = v82 * v82, v87 = v75 + v83,
-      v88 = v77 + v84, v89 = v79 + v85, v90 = v81 + v86;
-  LANES_LET1(v91, rsqrt, v87); LANES_LET1(v92, rsqrt, v88); LANES_LET1(v93, rsqrt, v89);
-  LANES_LET1(v94, rsqrt, v90);
-  const lanes v95 = v67 * v91, v96 = v76 * v91, v97 = v69 * v92, v98 = v78 * v92, v99 = v71 * v93,
-      v100 = v80 * v93, v101 = v73 * v94, v102 = v82 * v94;
-  LANES_LET2(v103, atan2, v95, v96); LANES_LET2(v104, atan2, v97, v98);
-  LANES_LET2(v105, atan2, v99, v100); LANES_LET2(v106, atan2, v101, v102);
-  const lanes v107 = v42 * v96, v108 = v43 * v95, v109 = v42 * v95, v110 = v43 * v96,
-      v111 = 0.1 * v96, v112 = 0.1 * v95, v113 = v45 * v98, v114 = v44 * v97, v115 = v45 * v97,
-      v116 = v44 * v98, v117 = 0.1 * v98, v118 = 0.1 * v97, v119 = v100 * v42, v120 = v99 * v43,
-      v121 = v100 * v43, v122 = v99 * v42, v123 = 0.1 * v100, v124 = 0.1 * v99, v125 = v102 * v45,
-      v126 = v101 * v44, v127 = v101 * v45, v128 = v102 * v44, v129 = 0.1 * v102, v130 = 0.1 * v101;
-  out[1] = v103; out[6] = v104; out[11] = v105; out[16] = v106;
-  const lanes v131 = v107 - v108, v132 = v109 + v110, v133 = v113 + v114, v134 = v115 - v116,
-      v135 = v119 - v120, v136 = v121 + v122, v137 = v125 + v126, v138 = v127 - v128,
-      v139 = 0.1 * v131, v140 = 0.1 * v132, v141 = 0.1 * v133, v142 = 0.1 * v134, v143 = 0.1 * v135,
-      v144 = 0.1 * v136, v145 = 0.1 * v137, v146 = 0.1 * v138, v147 = v139 - v140,
-      v148 = v139 + v140, v149 = v141 - v142, v150 = v141 + v142, v151 = v143 - v144,
-      v152 = v143 + v144, v153 = v145 - v146, v154 = v145 + v146, v155 = v147 + v111,
-      v156 = v148 + v112, v157 = v149 + v117, v158 = v150 + v118, v159 = v151 + v123,
-      v160 = v152 + v124, v161 = v153 + v129, v162 = v154 + v130, v163 = v155 * v9,
-      v164 = v155 * v8, v165 = v156 + 0.1, v166 = v9 * v157, v167 = v8 * v157, v168 = v158 + 0.1,
-      v169 = v159 * v9, v170 = v159 * v8, v171 = v160 + 0.1, v172 = v161 * v9, v173 = v161 * v8,
-      v174 = v162 + 0.1, v175 = v163 - p_0, v176 = v164 + p_1, v177 = v165 - p_2, v178 = v166 - p_0,
-      v179 = v167 + p_1, v180 = v168 - p_2, v181 = v169 + p_0, v182 = p_1 - v170, v183 = v171 - p_2,
-      v184 = v172 + p_0, v185 = p_1 - v173, v186 = v174 - p_2, v187 = v175 * v175,
-      v188 = v176 * v176, v189 = v177 * v177, v190 = v178 * v178, v191 = v179 * v179,
-      v192 = v180 * v180, v193 = v181 * v181, v194 = v182 * v182, v195 = v183 * v183,
-      v196 = v184 * v184, v197 = v185 * v185, v198 = v186 * v186, v199 = v187 + v188,
-      v200 = v190 + v191, v201 = v193 + v194, v202 = v196 + v197, v203 = v199 + v189,
-      v204 = v200 + v192, v205 = v201 + v195, v206 = v202 + v198;
+      v32 = 1e-150 + v28, v33 = v29 * v29, v34 = v30 * v30, v35 = 1e-150 + v31, v36 = v32 * v32;
+  LANES_LET2(v37, atan2, v29, v32);
+  const lanes v38 = v35 * v35;
+  LANES_LET2(v39, atan2, v30, v35);
+  const lanes v40 = v33 + v36, v41 = v34 + v38;
+  out[2] = v37;
+  const lanes v42 = -v39;
+  out[12] = v37; LANES_LET1(v43, rsqrt, v40); LANES_LET1(v44, rsqrt, v41); out[7] = v42;
+  out[17] = v42;
+  const lanes v45 = v32 * v43, v46 = v29 * v43, v47 = v30 * v44, v48 = v35 * v44, v49 = 0.1 * v45,
+      v50 = 0.1 * v46, v51 = 0.1 * v47, v52 = 0.1 * v48, v53 = v49 - v50, v54 = v49 + v50,
+      v55 = v51 + v52, v56 = v52 - v51, v57 = v53 + 0.1, v58 = v54 * v15, v59 = v54 * v3,
+      v60 = v55 + 0.1, v61 = v56 * v15, v62 = v56 * v3, v63 = v57 * v3, v64 = v57 * v15,
+      v65 = v60 * v3, v66 = v60 * v15, v67 = v63 - v58, v68 = v59 + v64, v69 = v65 - v61,
+      v70 = v62 + v66, v71 = v58 + v63, v72 = v59 - v64, v73 = v61 + v65, v74 = v62 - v66,
+      v75 = v67 * v67, v76 = 1e-150 + v68, v77 = v69 * v69, v78 = 1e-150 + v70, v79 = v71 * v71,
+      v80 = 1e-150 + v72, v81 = v73 * v73, v82 = 1e-150 + v74, v83 = v76 * v76;
+  LANES_LET2(v84, atan2, v67, v76);
+  const lanes v85 = v78 * v78;
+  LANES_LET2(v86, atan2, v69, v78);
+  const lanes v87 = v80 * v80;
+  LANES_LET2(v88, atan2, v71, v80);
+  const lanes v89 = v82 * v82;
+  LANES_LET2(v90, atan2, v73, v82);
+  const lanes v91 = v75 + v83, v92 = v77 + v85, v93 = v79 + v87, v94 = v81 + v89;
+  out[1] = v84; out[6] = v86; out[11] = v88; out[16] = v90; LANES_LET1(v95, rsqrt, v91);
+  LANES_LET1(v96, rsqrt, v92); LANES_LET1(v97, rsqrt, v93); LANES_LET1(v98, rsqrt, v94);
+  const lanes v99 = v67 * v95, v100 = v76 * v95, v101 = v69 * v96, v102 = v78 * v96,
+      v103 = v71 * v97, v104 = v80 * v97, v105 = v73 * v98, v106 = v82 * v98, v107 = v45 * v100,
+      v108 = v46 * v99, v109 = v45 * v99, v110 = v46 * v100, v111 = 0.1 * v100, v112 = 0.1 * v99,
+      v113 = v48 * v102, v114 = v47 * v101, v115 = v48 * v101, v116 = v47 * v102, v117 = 0.1 * v102,
+      v118 = 0.1 * v101, v119 = v104 * v45, v120 = v103 * v46, v121 = v104 * v46, v122 = v103 * v45,
+      v123 = 0.1 * v104, v124 = 0.1 * v103, v125 = v106 * v48, v126 = v105 * v47, v127 = v105 * v48,
+      v128 = v106 * v47, v129 = 0.1 * v106, v130 = 0.1 * v105, v131 = v107 - v108,
+      v132 = v109 + v110, v133 = v113 + v114, v134 = v115 - v116, v135 = v119 - v120,
+      v136 = v121 + v122, v137 = v125 + v126, v138 = v127 - v128, v139 = 0.1 * v131,
+      v140 = 0.1 * v132, v141 = 0.1 * v133, v142 = 0.1 * v134, v143 = 0.1 * v135, v144 = 0.1 * v136,
+      v145 = 0.1 * v137, v146 = 0.1 * v138, v147 = v139 - v140, v148 = v139 + v140,
+      v149 = v141 - v142, v150 = v141 + v142, v151 = v143 - v144, v152 = v143 + v144,
+      v153 = v145 - v146, v154 = v145 + v146, v155 = v147 + v111, v156 = v148 + v112,
+      v157 = v149 + v117, v158 = v150 + v118, v159 = v151 + v123, v160 = v152 + v124,
+      v161 = v153 + v129, v162 = v154 + v130, v163 = v155 * v11, v164 = v155 * v10,
+      v165 = v156 + 0.1, v166 = v11 * v157, v167 = v10 * v157, v168 = v158 + 0.1, v169 = v159 * v11,
+      v170 = v159 * v10, v171 = v160 + 0.1, v172 = v161 * v11, v173 = v161 * v10, v174 = v162 + 0.1,
+      v175 = v163 - p_0, v176 = v164 + p_1, v177 = v165 - p_2, v178 = v166 - p_0, v179 = v167 + p_1,
+      v180 = v168 - p_2, v181 = v169 + p_0, v182 = p_1 - v170, v183 = v171 - p_2, v184 = v172 + p_0,
+      v185 = p_1 - v173, v186 = v174 - p_2, v187 = v175 * v175, v188 = v176 * v176,
+      v189 = v177 * v177, v190 = v178 * v178, v191 = v179 * v179, v192 = v180 * v180,
+      v193 = v181 * v181, v194 = v182 * v182, v195 = v183 * v183, v196 = v184 * v184,
+      v197 = v185 * v185, v198 = v186 * v186, v199 = v187 + v188, v200 = v190 + v191,
+      v201 = v193 + v194, v202 = v196 + v197, v203 = v199 + v189, v204 = v200 + v192,
+      v205 = v201 + v195, v206 = v202 + v198;
   LANES_LET1(v207, sqrt, v203); LANES_LET1(v208, sqrt, v204); LANES_LET1(v209, sqrt, v205);
   LANES_LET1(v210, sqrt, v206); out[20] = v207; out[21] = v208; out[22] = v209; out[23] = v210;
 }
@@ -1005,24 +1010,26 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(const lanes *i
   LANES_COS_SIN(v5, v4, x_3); out[4] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
   out[14] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[24] = LANES_OF(0.0);
   out[29] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[39] = LANES_OF(0.0);
-  const lanes v6 = v1 * v1, v7 = 1e-150 + v4, v8 = v5 * v5;
-  LANES_LET1(v9, fabs, v5);
-  const lanes v10 = v6 + v2, v11 = v7 * v7;
-  LANES_LET1(v12, rsqrt, v10);
-  const lanes v13 = v11 + v8, v14 = x_1 * v12, v15 = v1 * v12;
-  LANES_LET1(v16, rsqrt, v13); LANES_LET2(v17, atan2, v14, v15);
-  const lanes v18 = v7 * v16, v19 = v15 * x_0, v20 = v14 * x_1, v21 = v5 * v16, v22 = 0.1 * v18,
-      v23 = v19 - v20, v24 = 0.1 * v21;
-  LANES_LET2(v25, supplement, v17, v14);
-  const lanes v26 = -v17, v27 = v18 - v4, v28 = v21 * v15, v29 = v21 * v14, v30 = v3 - v22,
-      v31 = v23 + v24, v32 = v23 - v24;
-  out[0] = v26; out[5] = v26; out[10] = v26; out[15] = v26; out[20] = v25; out[25] = v25;
-  out[30] = v25; out[35] = v25;
-  const lanes v33 = v27 * v27, v34 = v28 * v28, v35 = v29 * v29, v36 = v31 * v31, v37 = v30 * v30,
-      v38 = v32 * v32, v39 = v34 + v35, v40 = v36 + v37, v41 = v38 + v37;
+  const lanes v6 = v1 * v1;
+  LANES_LET2(v7, atan2, x_1, v1);
+  const lanes v8 = 1e-150 + v4, v9 = v5 * v5;
+  LANES_LET1(v10, fabs, v5);
+  const lanes v11 = v6 + v2, v12 = v8 * v8, v13 = -v7;
+  LANES_LET1(v14, rsqrt, v11);
+  const lanes v15 = v12 + v9;
+  out[0] = v13; out[5] = v13; out[10] = v13; out[15] = v13;
+  const lanes v16 = x_1 * v14, v17 = v1 * v14;
+  LANES_LET1(v18, rsqrt, v15);
+  const lanes v19 = v8 * v18, v20 = v17 * x_0, v21 = v16 * x_1, v22 = v5 * v18;
+  LANES_LET2(v23, supplement, v7, v16);
+  const lanes v24 = 0.1 * v19, v25 = v20 - v21, v26 = 0.1 * v22;
+  out[20] = v23; out[25] = v23; out[30] = v23; out[35] = v23;
+  const lanes v27 = v19 - v4, v28 = v22 * v17, v29 = v22 * v16, v30 = v3 - v24, v31 = v25 + v26,
+      v32 = v25 - v26, v33 = v27 * v27, v34 = v28 * v28, v35 = v29 * v29, v36 = v31 * v31,
+      v37 = v30 * v30, v38 = v32 * v32, v39 = v34 + v35, v40 = v36 + v37, v41 = v38 + v37;
   LANES_LET1(v42, sqrt, v39);
   const lanes v43 = v40 - 0.02, v44 = 0.04 - v40, v45 = v41 - 0.02, v46 = 0.04 - v41,
-      v47 = v42 - v9, v48 = 0.02 * v43, v49 = v40 * v44, v50 = 0.02 * v45, v51 = v41 * v46,
+      v47 = v42 - v10, v48 = 0.02 * v43, v49 = v40 * v44, v50 = 0.02 * v45, v51 = v41 * v46,
       v52 = v47 * v47, v53 = 1e-150 + v48;
   const lanes_where v54 = LANES_LT(1.6e-18, v49); LANES_LET1(v55, sqrt, v49);
   const lanes v56 = 1e-150 + v50;
@@ -1032,99 +1039,98 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(const lanes *i
       v65 = v56 * v56;
   out[48] = v60; out[49] = v60; out[50] = v61; out[51] = v61; out[52] = v61; out[53] = v61;
   out[54] = v60; out[55] = v60;
-  const lanes v66 = 0.02 * v62, v67 = 0.02 * v64, v68 = v66 * v66, v69 = v67 * v67, v70 = v68 + v63,
-      v71 = v69 + v65;
-  LANES_LET1(v72, rsqrt, v70); LANES_LET1(v73, rsqrt, v71);
-  const lanes v74 = v53 * v72, v75 = v66 * v72, v76 = v56 * v73, v77 = v67 * v73, v78 = 0.1 * v74,
-      v79 = 0.1 * v75;
-  LANES_LET2(v80, atan2, v75, v74);
-  const lanes v81 = 0.1 * v76, v82 = 0.1 * v77;
-  LANES_LET2(v83, atan2, v77, v76);
-  const lanes v84 = v78 + 0.1, v85 = v31 * v79, v86 = v30 * v79, v87 = v81 + 0.1, v88 = v32 * v82,
-      v89 = v82 * v30;
-  out[2] = v80;
-  const lanes v90 = -v80;
-  out[12] = v83;
-  const lanes v91 = -v83;
-  out[22] = v83; out[32] = v80;
-  const lanes v92 = v30 * v84, v93 = v31 * v84, v94 = v87 * v30, v95 = v32 * v87;
-  out[7] = v90; out[17] = v91; out[27] = v91; out[37] = v90;
-  const lanes v96 = v92 - v85, v97 = v93 + v86, v98 = v85 + v92, v99 = v93 - v86, v100 = v94 - v88,
-      v101 = v95 + v89, v102 = v88 + v94, v103 = v95 - v89, v104 = v96 * v96, v105 = 1e-150 + v97,
-      v106 = v98 * v98, v107 = 1e-150 + v99, v108 = v100 * v100, v109 = 1e-150 + v101,
-      v110 = v102 * v102, v111 = 1e-150 + v103, v112 = 1e-150 - v103, v113 = 1e-150 - v101,
-      v114 = 1e-150 - v99, v115 = 1e-150 - v97, v116 = v105 * v105, v117 = v107 * v107,
-      v118 = v109 * v109, v119 = v111 * v111, v120 = v112 * v112, v121 = v113 * v113,
-      v122 = v114 * v114, v123 = v115 * v115, v124 = v104 + v116, v125 = v106 + v117,
-      v126 = v108 + v118, v127 = v110 + v119, v128 = v110 + v120, v129 = v108 + v121,
-      v130 = v122 + v106, v131 = v123 + v104;
-  LANES_LET1(v132, rsqrt, v124); LANES_LET1(v133, rsqrt, v125); LANES_LET1(v134, rsqrt, v126);
-  LANES_LET1(v135, rsqrt, v127); LANES_LET1(v136, rsqrt, v128); LANES_LET1(v137, rsqrt, v129);
-  LANES_LET1(v138, rsqrt, v130); LANES_LET1(v139, rsqrt, v131);
-  const lanes v140 = v96 * v132, v141 = v105 * v132, v142 = v98 * v133, v143 = v107 * v133,
-      v144 = v100 * v134, v145 = v109 * v134, v146 = v102 * v135, v147 = v111 * v135,
-      v148 = v102 * v136, v149 = v112 * v136, v150 = v100 * v137, v151 = v113 * v137,
-      v152 = v98 * v138, v153 = v114 * v138, v154 = v96 * v139, v155 = v115 * v139;
-  LANES_LET2(v156, atan2, v140, v141);
-  const lanes v157 = v74 * v141, v158 = v75 * v140, v159 = v74 * v140, v160 = v75 * v141;
-  LANES_LET2(v161, atan2, v142, v143);
-  const lanes v162 = v74 * v143, v163 = v75 * v142, v164 = v74 * v142, v165 = v75 * v143;
-  LANES_LET2(v166, atan2, v144, v145);
-  const lanes v167 = v76 * v145, v168 = v77 * v144, v169 = v76 * v144, v170 = v77 * v145;
-  LANES_LET2(v171, atan2, v146, v147);
-  const lanes v172 = v76 * v146, v173 = v77 * v147, v174 = v76 * v147, v175 = v77 * v146;
-  LANES_LET2(v176, atan2, v148, v149);
-  const lanes v177 = v76 * v149, v178 = v77 * v148, v179 = v76 * v148, v180 = v77 * v149;
-  LANES_LET2(v181, atan2, v150, v151);
-  const lanes v182 = v76 * v151, v183 = v77 * v150, v184 = v76 * v150, v185 = v77 * v151;
-  LANES_LET2(v186, atan2, v152, v153);
-  const lanes v187 = v153 * v75, v188 = v152 * v74, v189 = v153 * v74, v190 = v152 * v75;
-  LANES_LET2(v191, atan2, v154, v155);
-  const lanes v192 = v154 * v74, v193 = v155 * v75, v194 = v155 * v74, v195 = v154 * v75,
-      v196 = 0.1 * v141, v197 = 0.1 * v140, v198 = 0.1 * v143, v199 = 0.1 * v142, v200 = 0.1 * v145,
-      v201 = 0.1 * v144, v202 = 0.1 * v147, v203 = 0.1 * v146, v204 = 0.1 * v149, v205 = 0.1 * v148,
-      v206 = 0.1 * v151, v207 = 0.1 * v150, v208 = 0.1 * v153, v209 = 0.1 * v152, v210 = 0.1 * v155,
-      v211 = 0.1 * v154, v212 = v157 - v158, v213 = v159 + v160, v214 = v162 + v163,
-      v215 = v164 - v165, v216 = v167 - v168, v217 = v169 + v170, v218 = v172 - v173,
-      v219 = v174 + v175, v220 = v177 - v178, v221 = v179 + v180, v222 = v182 + v183,
-      v223 = v184 - v185, v224 = v187 + v188, v225 = v189 - v190, v226 = v192 - v193,
-      v227 = v194 + v195;
-  out[1] = v156; out[6] = v161; out[11] = v166; out[16] = v171; out[21] = v176; out[26] = v181;
-  out[31] = v186; out[36] = v191;
-  const lanes v228 = v21 * v212, v229 = v18 * v213, v230 = v18 * v212, v231 = v21 * v213,
-      v232 = v21 * v214, v233 = v18 * v215, v234 = v18 * v214, v235 = v21 * v215, v236 = v216 * v21,
-      v237 = v217 * v18, v238 = v216 * v18, v239 = v217 * v21, v240 = v18 * v218, v241 = v219 * v21,
-      v242 = v18 * v219, v243 = v218 * v21, v244 = v21 * v220, v245 = v18 * v221, v246 = v18 * v220,
-      v247 = v21 * v221, v248 = v21 * v222, v249 = v18 * v223, v250 = v18 * v222, v251 = v21 * v223,
-      v252 = v18 * v224, v253 = v21 * v225, v254 = v18 * v225, v255 = v21 * v224, v256 = v18 * v226,
-      v257 = v21 * v227, v258 = v18 * v227, v259 = v21 * v226, v260 = 0.1 * v212, v261 = 0.1 * v213,
-      v262 = 0.1 * v214, v263 = 0.1 * v215, v264 = 0.1 * v216, v265 = 0.1 * v217, v266 = 0.1 * v219,
-      v267 = 0.1 * v218, v268 = 0.1 * v220, v269 = 0.1 * v221, v270 = 0.1 * v222, v271 = 0.1 * v223,
-      v272 = 0.1 * v225, v273 = 0.1 * v224, v274 = 0.1 * v227, v275 = 0.1 * v226,
-      v276 = v228 - v229, v277 = v230 + v231, v278 = v232 - v233, v279 = v234 + v235,
-      v280 = v236 + v237, v281 = v238 - v239, v282 = v240 + v241, v283 = v242 - v243,
-      v284 = v244 - v245, v285 = v246 + v247, v286 = v248 - v249, v287 = v250 + v251,
-      v288 = v252 + v253, v289 = v254 - v255, v290 = v256 + v257, v291 = v258 - v259,
-      v292 = v260 - v24, v293 = v22 + v261, v294 = v262 - v24, v295 = v22 + v263, v296 = v264 + v24,
-      v297 = v265 + v22, v298 = v266 + v24, v299 = v267 + v22, v300 = v268 - v24, v301 = v269 + v22,
-      v302 = v270 - v24, v303 = v271 + v22, v304 = v272 + v24, v305 = v273 + v22, v306 = v274 + v24,
-      v307 = v275 + v22;
+  const lanes v66 = 0.02 * v62, v67 = 0.02 * v64, v68 = v66 * v66;
+  LANES_LET2(v69, atan2, v66, v53);
+  const lanes v70 = v67 * v67;
+  LANES_LET2(v71, atan2, v67, v56);
+  const lanes v72 = v68 + v63, v73 = v70 + v65;
+  out[2] = v69;
+  const lanes v74 = -v69;
+  out[12] = v71;
+  const lanes v75 = -v71;
+  out[22] = v71; out[32] = v69; LANES_LET1(v76, rsqrt, v72); LANES_LET1(v77, rsqrt, v73);
+  out[7] = v74; out[17] = v75; out[27] = v75; out[37] = v74;
+  const lanes v78 = v53 * v76, v79 = v66 * v76, v80 = v56 * v77, v81 = v67 * v77, v82 = 0.1 * v78,
+      v83 = 0.1 * v79, v84 = 0.1 * v80, v85 = 0.1 * v81, v86 = v82 + 0.1, v87 = v31 * v83,
+      v88 = v30 * v83, v89 = v84 + 0.1, v90 = v32 * v85, v91 = v85 * v30, v92 = v30 * v86,
+      v93 = v31 * v86, v94 = v89 * v30, v95 = v32 * v89, v96 = v92 - v87, v97 = v93 + v88,
+      v98 = v87 + v92, v99 = v93 - v88, v100 = v94 - v90, v101 = v95 + v91, v102 = v90 + v94,
+      v103 = v95 - v91, v104 = v96 * v96, v105 = 1e-150 + v97, v106 = v98 * v98,
+      v107 = 1e-150 + v99, v108 = v100 * v100, v109 = 1e-150 + v101, v110 = v102 * v102,
+      v111 = 1e-150 + v103, v112 = 1e-150 - v103, v113 = 1e-150 - v101, v114 = 1e-150 - v99,
+      v115 = 1e-150 - v97, v116 = v105 * v105;
+  LANES_LET2(v117, atan2, v96, v105);
+  const lanes v118 = v107 * v107;
+  LANES_LET2(v119, atan2, v98, v107);
+  const lanes v120 = v109 * v109;
+  LANES_LET2(v121, atan2, v100, v109);
+  const lanes v122 = v111 * v111;
+  LANES_LET2(v123, atan2, v102, v111);
+  const lanes v124 = v112 * v112;
+  LANES_LET2(v125, atan2, v102, v112);
+  const lanes v126 = v113 * v113;
+  LANES_LET2(v127, atan2, v100, v113);
+  const lanes v128 = v114 * v114;
+  LANES_LET2(v129, atan2, v98, v114);
+  const lanes v130 = v115 * v115;
+  LANES_LET2(v131, atan2, v96, v115);
+  const lanes v132 = v104 + v116, v133 = v106 + v118, v134 = v108 + v120, v135 = v110 + v122,
+      v136 = v110 + v124, v137 = v108 + v126, v138 = v128 + v106, v139 = v130 + v104;
+  out[1] = v117; out[6] = v119; out[11] = v121; out[16] = v123; out[21] = v125; out[26] = v127;
+  out[31] = v129; out[36] = v131; LANES_LET1(v140, rsqrt, v132); LANES_LET1(v141, rsqrt, v133);
+  LANES_LET1(v142, rsqrt, v134); LANES_LET1(v143, rsqrt, v135); LANES_LET1(v144, rsqrt, v136);
+  LANES_LET1(v145, rsqrt, v137); LANES_LET1(v146, rsqrt, v138); LANES_LET1(v147, rsqrt, v139);
+  const lanes v148 = v96 * v140, v149 = v105 * v140, v150 = v98 * v141, v151 = v107 * v141,
+      v152 = v100 * v142, v153 = v109 * v142, v154 = v102 * v143, v155 = v111 * v143,
+      v156 = v102 * v144, v157 = v112 * v144, v158 = v100 * v145, v159 = v113 * v145,
+      v160 = v98 * v146, v161 = v114 * v146, v162 = v96 * v147, v163 = v115 * v147,
+      v164 = v78 * v149, v165 = v79 * v148, v166 = v78 * v148, v167 = v79 * v149, v168 = v78 * v151,
+      v169 = v79 * v150, v170 = v78 * v150, v171 = v79 * v151, v172 = v80 * v153, v173 = v81 * v152,
+      v174 = v80 * v152, v175 = v81 * v153, v176 = v80 * v154, v177 = v81 * v155, v178 = v80 * v155,
+      v179 = v81 * v154, v180 = v80 * v157, v181 = v81 * v156, v182 = v80 * v156, v183 = v81 * v157,
+      v184 = v80 * v159, v185 = v81 * v158, v186 = v80 * v158, v187 = v81 * v159, v188 = v161 * v79,
+      v189 = v160 * v78, v190 = v161 * v78, v191 = v160 * v79, v192 = v162 * v78, v193 = v163 * v79,
+      v194 = v163 * v78, v195 = v162 * v79, v196 = 0.1 * v149, v197 = 0.1 * v148, v198 = 0.1 * v151,
+      v199 = 0.1 * v150, v200 = 0.1 * v153, v201 = 0.1 * v152, v202 = 0.1 * v155, v203 = 0.1 * v154,
+      v204 = 0.1 * v157, v205 = 0.1 * v156, v206 = 0.1 * v159, v207 = 0.1 * v158, v208 = 0.1 * v161,
+      v209 = 0.1 * v160, v210 = 0.1 * v163, v211 = 0.1 * v162, v212 = v164 - v165,
+      v213 = v166 + v167, v214 = v168 + v169, v215 = v170 - v171, v216 = v172 - v173,
+      v217 = v174 + v175, v218 = v176 - v177, v219 = v178 + v179, v220 = v180 - v181,
+      v221 = v182 + v183, v222 = v184 + v185, v223 = v186 - v187, v224 = v188 + v189,
+      v225 = v190 - v191, v226 = v192 - v193, v227 = v194 + v195, v228 = v22 * v212,
+      v229 = v19 * v213, v230 = v19 * v212, v231 = v22 * v213, v232 = v22 * v214, v233 = v19 * v215,
+      v234 = v19 * v214, v235 = v22 * v215, v236 = v216 * v22, v237 = v217 * v19, v238 = v216 * v19,
+      v239 = v217 * v22, v240 = v19 * v218, v241 = v22 * v219, v242 = v19 * v219, v243 = v22 * v218,
+      v244 = v22 * v220, v245 = v19 * v221, v246 = v19 * v220, v247 = v22 * v221, v248 = v22 * v222,
+      v249 = v19 * v223, v250 = v19 * v222, v251 = v22 * v223, v252 = v19 * v224, v253 = v22 * v225,
+      v254 = v19 * v225, v255 = v22 * v224, v256 = v19 * v226, v257 = v22 * v227, v258 = v19 * v227,
+      v259 = v22 * v226, v260 = 0.1 * v212, v261 = 0.1 * v213, v262 = 0.1 * v214, v263 = 0.1 * v215,
+      v264 = 0.1 * v216, v265 = 0.1 * v217, v266 = 0.1 * v219, v267 = 0.1 * v218, v268 = 0.1 * v220,
+      v269 = 0.1 * v221, v270 = 0.1 * v222, v271 = 0.1 * v223, v272 = 0.1 * v225, v273 = 0.1 * v224,
+      v274 = 0.1 * v227, v275 = 0.1 * v226, v276 = v228 - v229, v277 = v230 + v231,
+      v278 = v232 - v233, v279 = v234 + v235, v280 = v236 + v237, v281 = v238 - v239,
+      v282 = v240 + v241, v283 = v242 - v243, v284 = v244 - v245, v285 = v246 + v247,
+      v286 = v248 - v249, v287 = v250 + v251, v288 = v252 + v253, v289 = v254 - v255,
+      v290 = v256 + v257, v291 = v258 - v259, v292 = v260 - v26, v293 = v24 + v261,
+      v294 = v262 - v26, v295 = v263 + v24, v296 = v264 + v26, v297 = v265 + v24, v298 = v266 + v26,
+      v299 = v267 + v24, v300 = v268 - v26, v301 = v269 + v24, v302 = v270 - v26, v303 = v271 + v24,
+      v304 = v272 + v26, v305 = v273 + v24, v306 = v274 + v26, v307 = v275 + v24;
   LANES_LET2(v308, atan2, v276, v277); LANES_LET2(v309, atan2, v278, v279);
   LANES_LET2(v310, atan2, v280, v281); LANES_LET2(v311, atan2, v282, v283);
   LANES_LET2(v312, atan2, v284, v285); LANES_LET2(v313, atan2, v286, v287);
   LANES_LET2(v314, atan2, v288, v289); LANES_LET2(v315, atan2, v290, v291);
-  const lanes v316 = v292 + v196, v317 = v293 + v197, v318 = v198 + v294, v319 = v295 + v199,
+  const lanes v316 = v292 + v196, v317 = v293 + v197, v318 = v294 + v198, v319 = v295 + v199,
       v320 = v296 + v200, v321 = v297 + v201, v322 = v298 + v202, v323 = v299 + v203,
       v324 = v300 + v204, v325 = v301 + v205, v326 = v302 + v206, v327 = v303 + v207,
       v328 = v304 + v208, v329 = v305 + v209, v330 = v306 + v210, v331 = v307 + v211;
   out[3] = v308; out[8] = v309;
   const lanes v332 = -v310, v333 = -v311;
   out[23] = v312; out[28] = v313;
-  const lanes v334 = -v314, v335 = -v315, v336 = v15 * v316, v337 = v14 * v316, v338 = v317 + 0.1,
-      v339 = v318 * v15, v340 = v318 * v14, v341 = v319 + 0.1, v342 = v320 * v15, v343 = v320 * v14,
-      v344 = v321 + 0.1, v345 = v322 * v15, v346 = v322 * v14, v347 = v323 + 0.1, v348 = v324 * v15,
-      v349 = v324 * v14, v350 = v325 + 0.1, v351 = v326 * v15, v352 = v326 * v14, v353 = v327 + 0.1,
-      v354 = v328 * v15, v355 = v328 * v14, v356 = v329 + 0.1, v357 = v330 * v15, v358 = v330 * v14,
+  const lanes v334 = -v314, v335 = -v315, v336 = v17 * v316, v337 = v16 * v316, v338 = v317 + 0.1,
+      v339 = v318 * v17, v340 = v318 * v16, v341 = v319 + 0.1, v342 = v320 * v17, v343 = v320 * v16,
+      v344 = v321 + 0.1, v345 = v322 * v17, v346 = v322 * v16, v347 = v323 + 0.1, v348 = v324 * v17,
+      v349 = v324 * v16, v350 = v325 + 0.1, v351 = v326 * v17, v352 = v326 * v16, v353 = v327 + 0.1,
+      v354 = v328 * v17, v355 = v328 * v16, v356 = v329 + 0.1, v357 = v330 * v17, v358 = v330 * v16,
       v359 = v331 + 0.1;
   out[13] = v332; out[18] = v333; out[33] = v334; out[38] = v335;
   const lanes v360 = v336 - x_0, v361 = v337 + x_1, v362 = v338 - x_2, v363 = v339 - x_0,
@@ -1141,19 +1147,22 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(const lanes *i
       v408 = v384 + v385, v409 = v387 + v388, v410 = v390 + v391, v411 = v393 + v394,
       v412 = v396 + v397, v413 = v399 + v400, v414 = v402 + v403, v415 = v405 + v406,
       v416 = v408 + v386, v417 = v409 + v389, v418 = v410 + v392, v419 = v411 + v395,
-      v420 = v412 + v398, v421 = v413 + v401, v422 = v414 + v404, v423 = v415 + v407;
-  const lanes_where v424 = LANES_LT(v59, v416); const lanes_where v425 = LANES_LT(v59, v417);
-  const lanes_where v426 = LANES_LT(v59, v418); const lanes_where v427 = LANES_LT(v59, v419);
-  const lanes_where v428 = LANES_LT(v59, v420); const lanes_where v429 = LANES_LT(v59, v421);
-  const lanes_where v430 = LANES_LT(v59, v422); const lanes_where v431 = LANES_LT(v59, v423);
-  const lanes v432 = LANES_CHOICE(v424, v416, v59), v433 = LANES_CHOICE(v425, v417, v59),
-      v434 = LANES_CHOICE(v426, v418, v59), v435 = LANES_CHOICE(v427, v419, v59),
-      v436 = LANES_CHOICE(v428, v420, v59), v437 = LANES_CHOICE(v429, v421, v59),
-      v438 = LANES_CHOICE(v430, v422, v59), v439 = LANES_CHOICE(v431, v423, v59);
-  LANES_LET1(v440, sqrt, v432); LANES_LET1(v441, sqrt, v433); LANES_LET1(v442, sqrt, v434);
-  LANES_LET1(v443, sqrt, v435); LANES_LET1(v444, sqrt, v436); LANES_LET1(v445, sqrt, v437);
-  LANES_LET1(v446, sqrt, v438); LANES_LET1(v447, sqrt, v439); out[40] = v440; out[41] = v441;
-  out[42] = v442; out[43] = v443; out[44] = v444; out[45] = v445; out[46] = v446; out[47] = v447;
+      v420 = v412 + v398, v421 = v413 + v401, v422 = v414 + v404, v423 = v415 + v407,
+      v424 = v416 + v59, v425 = v416 - v59, v426 = v417 + v59, v427 = v417 - v59, v428 = v418 + v59,
+      v429 = v418 - v59, v430 = v419 + v59, v431 = v419 - v59, v432 = v420 + v59, v433 = v420 - v59,
+      v434 = v421 + v59, v435 = v421 - v59, v436 = v422 + v59, v437 = v422 - v59, v438 = v423 + v59,
+      v439 = v423 - v59;
+  LANES_LET1(v440, fabs, v425); LANES_LET1(v441, fabs, v427); LANES_LET1(v442, fabs, v429);
+  LANES_LET1(v443, fabs, v431); LANES_LET1(v444, fabs, v433); LANES_LET1(v445, fabs, v435);
+  LANES_LET1(v446, fabs, v437); LANES_LET1(v447, fabs, v439);
+  const lanes v448 = v424 + v440, v449 = v426 + v441, v450 = v428 + v442, v451 = v430 + v443,
+      v452 = v432 + v444, v453 = v434 + v445, v454 = v436 + v446, v455 = v438 + v447,
+      v456 = 0.5 * v448, v457 = 0.5 * v449, v458 = 0.5 * v450, v459 = 0.5 * v451, v460 = 0.5 * v452,
+      v461 = 0.5 * v453, v462 = 0.5 * v454, v463 = 0.5 * v455;
+  LANES_LET1(v464, sqrt, v456); LANES_LET1(v465, sqrt, v457); LANES_LET1(v466, sqrt, v458);
+  LANES_LET1(v467, sqrt, v459); LANES_LET1(v468, sqrt, v460); LANES_LET1(v469, sqrt, v461);
+  LANES_LET1(v470, sqrt, v462); LANES_LET1(v471, sqrt, v463); out[40] = v464; out[41] = v465;
+  out[42] = v466; out[43] = v467; out[44] = v468; out[45] = v469; out[46] = v470; out[47] = v471;
 }
 
 static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction)(const lanes *in, lanes *out)
@@ -1161,72 +1170,70 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction)(const lane
   const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2], x_3 = in[3], x_4 = in[4], x_5 = in[5],
       v1 = 1e-150 - x_0, v2 = x_1 * x_1, v3 = x_2 - 0.1, v4 = 1e-150 + x_5;
   out[4] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
-  const lanes v5 = v1 * v1, v6 = v4 * v4, v7 = v5 + v2;
-  LANES_LET1(v8, rsqrt, v7);
-  const lanes v9 = x_1 * v8, v10 = v1 * v8;
-  LANES_LET2(v11, atan2, v9, v10);
-  const lanes v12 = v10 * x_3, v13 = v9 * x_4, v14 = v10 * x_0, v15 = v9 * x_1, v16 = v12 - v13,
-      v17 = v14 - v15;
-  LANES_LET2(v18, supplement, v11, v9);
-  const lanes v19 = -v11, v20 = v16 * v16;
-  out[0] = v19; out[5] = v19; out[10] = v18; out[15] = v18;
-  const lanes v21 = v20 + v6;
+  const lanes v5 = v1 * v1;
+  LANES_LET2(v6, atan2, x_1, v1);
+  const lanes v7 = v4 * v4, v8 = v5 + v2, v9 = -v6;
+  LANES_LET1(v10, rsqrt, v8); out[0] = v9; out[5] = v9;
+  const lanes v11 = x_1 * v10, v12 = v1 * v10, v13 = v12 * x_3, v14 = v11 * x_4, v15 = v12 * x_0,
+      v16 = v11 * x_1;
+  LANES_LET2(v17, supplement, v6, v11);
+  const lanes v18 = v13 - v14, v19 = v15 - v16;
+  out[10] = v17; out[15] = v17;
+  const lanes v20 = v18 * v18, v21 = v20 + v7;
   LANES_LET1(v22, rsqrt, v21);
-  const lanes v23 = v4 * v22, v24 = v16 * v22, v25 = 0.1 * v23, v26 = 0.1 * v24, v27 = v24 * v10,
-      v28 = v24 * v9, v29 = v23 - x_5, v30 = v3 - v25, v31 = v17 - v26, v32 = v27 - x_3,
+  const lanes v23 = v4 * v22, v24 = v18 * v22, v25 = 0.1 * v23, v26 = 0.1 * v24, v27 = v24 * v12,
+      v28 = v24 * v11, v29 = v23 - x_5, v30 = v3 - v25, v31 = v19 - v26, v32 = v27 - x_3,
       v33 = v28 + x_4, v34 = v29 * v29, v35 = v31 * v31, v36 = v30 * v30, v37 = v32 * v32,
       v38 = v33 * v33, v39 = v35 + v36, v40 = v37 + v38, v41 = v39 - 0.02, v42 = 0.04 - v39,
       v43 = v40 + v34, v44 = 0.02 * v41, v45 = v39 * v42, v46 = 1e-150 + v44;
   const lanes_where v47 = LANES_LT(1.6e-18, v45); LANES_LET1(v48, sqrt, v45);
   const lanes v49 = 2500.0 * v45, v50 = LANES_CHOICE(v47, v48, 0.0), v51 = v46 * v46;
   out[24] = v49; out[25] = v49; out[26] = v49; out[27] = v49;
-  const lanes v52 = 0.02 * v50, v53 = v52 * v52, v54 = v53 + v51;
-  LANES_LET1(v55, rsqrt, v54);
-  const lanes v56 = v46 * v55, v57 = v52 * v55, v58 = 0.1 * v56, v59 = 0.1 * v57;
-  LANES_LET2(v60, atan2, v57, v56);
-  const lanes v61 = v58 + 0.1, v62 = v31 * v59, v63 = v30 * v59;
-  out[2] = v60;
-  const lanes v64 = -v60;
-  out[12] = v60;
-  const lanes v65 = v30 * v61, v66 = v31 * v61;
-  out[7] = v64; out[17] = v64;
-  const lanes v67 = v65 - v62, v68 = v66 + v63, v69 = v62 + v65, v70 = v66 - v63, v71 = v67 * v67,
-      v72 = 1e-150 + v68, v73 = v69 * v69, v74 = 1e-150 + v70, v75 = 1e-150 - v70,
-      v76 = 1e-150 - v68, v77 = v72 * v72, v78 = v74 * v74, v79 = v75 * v75, v80 = v76 * v76,
-      v81 = v71 + v77, v82 = v73 + v78, v83 = v79 + v73, v84 = v80 + v71;
-  LANES_LET1(v85, rsqrt, v81); LANES_LET1(v86, rsqrt, v82); LANES_LET1(v87, rsqrt, v83);
-  LANES_LET1(v88, rsqrt, v84);
-  const lanes v89 = v67 * v85, v90 = v72 * v85, v91 = v69 * v86, v92 = v74 * v86, v93 = v69 * v87,
-      v94 = v75 * v87, v95 = v67 * v88, v96 = v76 * v88;
-  LANES_LET2(v97, atan2, v89, v90);
-  const lanes v98 = v56 * v89, v99 = v57 * v90, v100 = v56 * v90, v101 = v57 * v89;
-  LANES_LET2(v102, atan2, v91, v92);
-  const lanes v103 = v56 * v91, v104 = v57 * v92, v105 = v56 * v92, v106 = v57 * v91;
-  LANES_LET2(v107, atan2, v93, v94);
-  const lanes v108 = v94 * v57, v109 = v93 * v56, v110 = v94 * v56, v111 = v93 * v57;
-  LANES_LET2(v112, atan2, v95, v96);
-  const lanes v113 = v95 * v56, v114 = v96 * v57, v115 = v96 * v56, v116 = v95 * v57,
-      v117 = 0.1 * v90, v118 = 0.1 * v89, v119 = 0.1 * v92, v120 = 0.1 * v91, v121 = 0.1 * v94,
-      v122 = 0.1 * v93, v123 = 0.1 * v96, v124 = 0.1 * v95, v125 = v98 + v99, v126 = v100 - v101,
-      v127 = v103 - v104, v128 = v105 + v106, v129 = v108 + v109, v130 = v110 - v111,
-      v131 = v113 - v114, v132 = v115 + v116;
-  out[1] = v97; out[6] = v102; out[11] = v107; out[16] = v112;
-  const lanes v133 = v23 * v125, v134 = v24 * v126, v135 = v23 * v126, v136 = v24 * v125,
-      v137 = v23 * v127, v138 = v24 * v128, v139 = v23 * v128, v140 = v24 * v127, v141 = v129 * v23,
-      v142 = v130 * v24, v143 = v130 * v23, v144 = v129 * v24, v145 = v23 * v131, v146 = v132 * v24,
-      v147 = v132 * v23, v148 = v131 * v24, v149 = 0.1 * v126, v150 = 0.1 * v125, v151 = 0.1 * v128,
-      v152 = 0.1 * v127, v153 = 0.1 * v130, v154 = 0.1 * v129, v155 = 0.1 * v132, v156 = 0.1 * v131,
-      v157 = v133 + v134, v158 = v135 - v136, v159 = v137 + v138, v160 = v139 - v140,
-      v161 = v141 - v142, v162 = v143 + v144, v163 = v145 - v146, v164 = v147 + v148,
-      v165 = v26 + v149, v166 = v25 + v150, v167 = v26 + v151, v168 = v25 + v152, v169 = v153 - v26,
-      v170 = v154 + v25, v171 = v155 - v26, v172 = v156 + v25;
+  const lanes v52 = 0.02 * v50, v53 = v52 * v52;
+  LANES_LET2(v54, atan2, v52, v46);
+  const lanes v55 = v53 + v51;
+  out[2] = v54;
+  const lanes v56 = -v54;
+  out[12] = v54; LANES_LET1(v57, rsqrt, v55); out[7] = v56; out[17] = v56;
+  const lanes v58 = v46 * v57, v59 = v52 * v57, v60 = 0.1 * v58, v61 = 0.1 * v59, v62 = v60 + 0.1,
+      v63 = v31 * v61, v64 = v30 * v61, v65 = v30 * v62, v66 = v31 * v62, v67 = v65 - v63,
+      v68 = v66 + v64, v69 = v63 + v65, v70 = v66 - v64, v71 = v67 * v67, v72 = 1e-150 + v68,
+      v73 = v69 * v69, v74 = 1e-150 + v70, v75 = 1e-150 - v70, v76 = 1e-150 - v68, v77 = v72 * v72;
+  LANES_LET2(v78, atan2, v67, v72);
+  const lanes v79 = v74 * v74;
+  LANES_LET2(v80, atan2, v69, v74);
+  const lanes v81 = v75 * v75;
+  LANES_LET2(v82, atan2, v69, v75);
+  const lanes v83 = v76 * v76;
+  LANES_LET2(v84, atan2, v67, v76);
+  const lanes v85 = v71 + v77, v86 = v73 + v79, v87 = v81 + v73, v88 = v83 + v71;
+  out[1] = v78; out[6] = v80; out[11] = v82; out[16] = v84; LANES_LET1(v89, rsqrt, v85);
+  LANES_LET1(v90, rsqrt, v86); LANES_LET1(v91, rsqrt, v87); LANES_LET1(v92, rsqrt, v88);
+  const lanes v93 = v67 * v89, v94 = v72 * v89, v95 = v69 * v90, v96 = v74 * v90, v97 = v69 * v91,
+      v98 = v75 * v91, v99 = v67 * v92, v100 = v76 * v92, v101 = v58 * v93, v102 = v59 * v94,
+      v103 = v58 * v94, v104 = v59 * v93, v105 = v58 * v95, v106 = v59 * v96, v107 = v58 * v96,
+      v108 = v59 * v95, v109 = v98 * v59, v110 = v97 * v58, v111 = v98 * v58, v112 = v97 * v59,
+      v113 = v99 * v58, v114 = v100 * v59, v115 = v100 * v58, v116 = v99 * v59, v117 = 0.1 * v94,
+      v118 = 0.1 * v93, v119 = 0.1 * v96, v120 = 0.1 * v95, v121 = 0.1 * v98, v122 = 0.1 * v97,
+      v123 = 0.1 * v100, v124 = 0.1 * v99, v125 = v101 + v102, v126 = v103 - v104,
+      v127 = v105 - v106, v128 = v107 + v108, v129 = v109 + v110, v130 = v111 - v112,
+      v131 = v113 - v114, v132 = v115 + v116, v133 = v23 * v125, v134 = v24 * v126,
+      v135 = v23 * v126, v136 = v24 * v125, v137 = v23 * v127, v138 = v24 * v128, v139 = v23 * v128,
+      v140 = v24 * v127, v141 = v129 * v23, v142 = v130 * v24, v143 = v130 * v23, v144 = v129 * v24,
+      v145 = v23 * v131, v146 = v132 * v24, v147 = v23 * v132, v148 = v131 * v24, v149 = 0.1 * v126,
+      v150 = 0.1 * v125, v151 = 0.1 * v128, v152 = 0.1 * v127, v153 = 0.1 * v130, v154 = 0.1 * v129,
+      v155 = 0.1 * v132, v156 = 0.1 * v131, v157 = v133 + v134, v158 = v135 - v136,
+      v159 = v137 + v138, v160 = v139 - v140, v161 = v141 - v142, v162 = v143 + v144,
+      v163 = v145 - v146, v164 = v147 + v148, v165 = v26 + v149, v166 = v25 + v150,
+      v167 = v26 + v151, v168 = v25 + v152, v169 = v153 - v26, v170 = v154 + v25, v171 = v155 - v26,
+      v172 = v156 + v25;
   LANES_LET2(v173, atan2, v157, v158); LANES_LET2(v174, atan2, v159, v160);
   LANES_LET2(v175, atan2, v161, v162); LANES_LET2(v176, atan2, v163, v164);
-  const lanes v177 = v165 + v117, v178 = v166 + v118, v179 = v167 + v119, v180 = v168 + v120,
+  const lanes v177 = v165 + v117, v178 = v166 + v118, v179 = v119 + v167, v180 = v168 + v120,
       v181 = v169 + v121, v182 = v170 + v122, v183 = v171 + v123, v184 = v172 + v124, v185 = -v173,
-      v186 = -v174, v187 = -v175, v188 = -v176, v189 = v10 * v177, v190 = v9 * v177,
-      v191 = v178 + 0.1, v192 = v179 * v10, v193 = v179 * v9, v194 = v180 + 0.1, v195 = v181 * v10,
-      v196 = v181 * v9, v197 = v182 + 0.1, v198 = v183 * v10, v199 = v183 * v9, v200 = v184 + 0.1;
+      v186 = -v174, v187 = -v175, v188 = -v176, v189 = v12 * v177, v190 = v11 * v177,
+      v191 = v178 + 0.1, v192 = v179 * v12, v193 = v179 * v11, v194 = v180 + 0.1, v195 = v181 * v12,
+      v196 = v181 * v11, v197 = v182 + 0.1, v198 = v183 * v12, v199 = v183 * v11, v200 = v184 + 0.1;
   out[3] = v185; out[8] = v186; out[13] = v187; out[18] = v188;
   const lanes v201 = v189 - x_0, v202 = v190 + x_1, v203 = v191 - x_2, v204 = v192 - x_0,
       v205 = v193 + x_1, v206 = v194 - x_2, v207 = v195 + x_0, v208 = x_1 - v196, v209 = v197 - x_2,
@@ -1235,11 +1242,13 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction)(const lane
       v218 = v206 * v206, v219 = v207 * v207, v220 = v208 * v208, v221 = v209 * v209,
       v222 = v210 * v210, v223 = v211 * v211, v224 = v212 * v212, v225 = v213 + v214,
       v226 = v216 + v217, v227 = v219 + v220, v228 = v222 + v223, v229 = v225 + v215,
-      v230 = v226 + v218, v231 = v227 + v221, v232 = v228 + v224;
-  const lanes_where v233 = LANES_LT(v43, v229); const lanes_where v234 = LANES_LT(v43, v230);
-  const lanes_where v235 = LANES_LT(v43, v231); const lanes_where v236 = LANES_LT(v43, v232);
-  const lanes v237 = LANES_CHOICE(v233, v229, v43), v238 = LANES_CHOICE(v234, v230, v43),
-      v239 = LANES_CHOICE(v235, v231, v43), v240 = LANES_CHOICE(v236, v232, v43);
-  LANES_LET1(v241, sqrt, v237); LANES_LET1(v242, sqrt, v238); LANES_LET1(v243, sqrt, v239);
-  LANES_LET1(v244, sqrt, v240); out[20] = v241; out[21] = v242; out[22] = v243; out[23] = v244;
+      v230 = v226 + v218, v231 = v227 + v221, v232 = v228 + v224, v233 = v229 + v43,
+      v234 = v229 - v43, v235 = v230 + v43, v236 = v230 - v43, v237 = v231 + v43, v238 = v231 - v43,
+      v239 = v232 + v43, v240 = v232 - v43;
+  LANES_LET1(v241, fabs, v234); LANES_LET1(v242, fabs, v236); LANES_LET1(v243, fabs, v238);
+  LANES_LET1(v244, fabs, v240);
+  const lanes v245 = v233 + v241, v246 = v235 + v242, v247 = v237 + v243, v248 = v239 + v244,
+      v249 = 0.5 * v245, v250 = 0.5 * v246, v251 = 0.5 * v247, v252 = 0.5 * v248;
+  LANES_LET1(v253, sqrt, v249); LANES_LET1(v254, sqrt, v250); LANES_LET1(v255, sqrt, v251);
+  LANES_LET1(v256, sqrt, v252); out[20] = v253; out[21] = v254; out[22] = v255; out[23] = v256;
 }

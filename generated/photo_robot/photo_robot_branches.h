@@ -31,90 +31,87 @@ LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
       v3 = 1.333 + q4_0, v4 = T_11 - 0.3;
   out[0] = q1_0; out[3] = q4_0;
   const lanes v5 = q1_0 + 1.0, v6 = q4_0 + 0.333, v7 = v2 - 1.0, v8 = v3 - 1.0, v9 = v4 * v4,
-      v10 = 1e-150 + v7, v11 = 1.926 * v8, v12 = v8 * v8, v13 = v10 * v10, v14 = 0.110889 + v12,
-      v15 = v1 + v13, v16 = 1.4837904000000002e-14 * v14, v17 = 3.709476 * v14,
-      v18 = 0.927369 + v14;
-  LANES_LET1(v19, rsqrt, v15);
-  const lanes v20 = 1e-300 + v17, v21 = T_7 * v19, v22 = v10 * v19, v23 = choice_0 * v22,
-      v24 = choice_0 * v21, v26 = T_7 * v24, v27 = v7 * v23, v28 = T_6 * v23, v29 = T_2 * v24,
-      v30 = T_2 * v23, v31 = T_6 * v24, v32 = T_4 * v23, v33 = T_0 * v24, v34 = T_0 * v23,
-      v35 = T_4 * v24, v36 = v26 + v27, v37 = v28 - v29, v38 = v30 + v31, v39 = v32 - v33,
-      v40 = v34 + v35, v42 = v36 * v36, v43 = v37 * v37, v44 = v42 + v9, v45 = v44 - v18,
-      v46 = v45 * v45, v47 = 0.641358 * v45, v48 = v11 * v45, v49 = v17 - v46;
-  const lanes_where v50 = LANES_LT(v16, v49); LANES_LET1(v51, sqrt, v49);
-  const lanes v52 = v49 / v20, v53 = LANES_CHOICE(v50, v51, 0.0);
-  out[9] = v52;
-  const lanes v54 = choice_1 * v53, v55 = v11 * v54, v56 = 0.641358 * v54, v57 = v55 - v47,
-      v58 = v56 + v48, v59 = 1e-150 + v57, v60 = v58 * v58, v61 = v59 * v59, v62 = v60 + v61;
-  LANES_LET1(v63, rsqrt, v62);
-  const lanes v64 = v59 * v63, v65 = v58 * v63, v66 = 0.963 * v64, v67 = 0.963 * v65,
-      v69 = 0.333 - v66, v70 = v8 + v67, v72 = v36 * v69, v73 = v4 * v70, v74 = v36 * v70,
-      v75 = v4 * v69, v76 = v72 - v73, v77 = v74 + v75, v78 = v76 * v76, v79 = 1e-150 + v77,
-      v80 = v79 * v79, v81 = v78 + v80;
-  LANES_LET1(v82, rsqrt, v81);
-  const lanes v83 = v76 * v82, v84 = v79 * v82, v86 = v84 * v38, v87 = T_10 * v83, v88 = T_10 * v84,
-      v89 = v83 * v38, v90 = v84 * v40, v91 = T_8 * v83, v92 = T_8 * v84, v93 = v83 * v40,
-      v94 = v64 * v83, v95 = v65 * v84, v96 = v64 * v84, v97 = v65 * v83, v98 = v6 * v84,
-      v99 = 0.333 * v83, v100 = v6 * v83, v101 = 0.333 * v84, v102 = v86 - v87, v103 = v88 + v89,
-      v104 = v90 - v91, v105 = v92 + v93, v106 = v94 - v95, v107 = v96 + v97, v108 = v98 + v99,
-      v109 = v100 - v101, v110 = v64 * v102, v111 = v65 * v103, v112 = v64 * v103,
-      v113 = v65 * v102, v114 = v64 * v104, v115 = v65 * v105, v116 = v64 * v105, v117 = v65 * v104,
-      v118 = v23 * v106, v119 = v23 * v107, v120 = v24 * v106, v121 = v24 * v107,
-      v122 = 0.963 * v106, v123 = 0.963 * v107, v124 = v110 + v111, v125 = v112 - v113,
-      v126 = v114 + v115, v127 = v116 - v117, v128 = v108 - v122, v129 = v123 + v109,
-      v130 = 1e-150 - v124, v131 = v125 * v125, v132 = v23 * v128, v133 = v24 * v128,
-      v134 = 0.3 - v129, v135 = v130 * v130, v136 = v5 + v132, v137 = v133 - T_7,
-      v138 = v134 - T_11, v139 = v43 + v135, v140 = v136 - T_3, v141 = v137 * v137,
-      v142 = v138 * v138;
-  LANES_LET1(v143, rsqrt, v139);
-  const lanes v144 = v140 * v140, v145 = v37 * v143, v146 = v130 * v143, v147 = v144 + v141,
-      v148 = choice_2 * v146, v149 = choice_2 * v145, v150 = v147 + v142;
-  LANES_LET2(v151, atan2, v145, v148);
-  const lanes v152 = v124 * v148, v153 = v37 * v149, v154 = v148 * v39, v155 = v149 * v126,
-      v156 = v148 * v126, v157 = v149 * v39, v158 = v24 * v149, v159 = v148 * v119,
-      v160 = v24 * v148, v161 = v149 * v119, v162 = v148 * v121, v163 = v23 * v149,
-      v164 = v23 * v148, v165 = v149 * v121, v166 = v148 * v106, v167 = v149 * v106,
-      v168 = v152 - v153, v169 = v154 + v155, v170 = v156 - v157, v171 = choice_2 * v151,
-      v172 = v158 + v159, v173 = v160 - v161, v174 = v162 - v163, v175 = v164 + v165,
-      v176 = v168 * v168, v177 = v169 * v169;
-  out[5] = v171;
-  const lanes v178 = v131 + v176;
-  LANES_LET1(v179, rsqrt, v178);
-  const lanes v180 = v125 * v179, v181 = v168 * v179;
-  LANES_LET2(v182, atan2, v180, v181);
-  const lanes v183 = v181 * v127, v184 = v180 * v170, v185 = v181 * v118, v186 = v180 * v172,
-      v187 = v181 * v172, v188 = v180 * v118, v189 = v181 * v120, v190 = v180 * v174,
-      v191 = v181 * v174, v192 = v180 * v120, v193 = v181 * v107, v194 = v180 * v166,
-      v195 = v180 * v107, v196 = v181 * v166, v197 = v183 - v184, v198 = -v182, v199 = v185 - v186,
-      v200 = v187 + v188, v201 = v189 - v190, v202 = v191 + v192, v203 = v193 + v194,
-      v204 = v195 - v196, v205 = v197 * v197;
-  out[6] = v198;
-  const lanes v206 = v200 - T_2, v207 = v202 - T_6, v208 = v204 - T_10, v209 = v177 + v205,
-      v210 = v206 * v206, v211 = v207 * v207, v212 = v208 * v208;
-  LANES_LET1(v213, rsqrt, v209);
-  const lanes v214 = v169 * v213, v215 = v197 * v213;
-  LANES_LET2(v216, atan2, v214, v215);
-  const lanes v217 = v215 * v199, v218 = v214 * v173, v219 = v215 * v173, v220 = v214 * v199,
-      v221 = v215 * v201, v222 = v214 * v175, v223 = v214 * v201, v224 = v215 * v175,
-      v225 = v215 * v203, v226 = v214 * v167, v227 = v215 * v167, v228 = v214 * v203;
-  out[7] = v216;
-  const lanes v229 = v217 - v218, v230 = v219 + v220, v231 = v221 + v222, v232 = v223 - v224,
-      v233 = v225 - v226, v234 = v227 + v228, v235 = v229 - T_0, v236 = v230 - T_1,
-      v237 = v231 - T_4, v238 = v232 - T_5, v239 = v233 - T_8, v240 = v234 - T_9,
-      v241 = v235 * v235, v242 = v236 * v236, v243 = v237 * v237, v244 = v238 * v238,
-      v245 = v239 * v239, v246 = v240 * v240, v247 = v241 + v242, v248 = v247 + v210,
-      v249 = v248 + v243, v250 = v249 + v244, v251 = v250 + v211, v252 = v251 + v245,
-      v253 = v252 + v246, v254 = v253 + v212, v255 = 0.5 * v254;
-  const lanes_where v256 = LANES_LT(v255, v150); const lanes_where v257 = LANES_LE(v150, v255);
-  const lanes v258 = v150 + v255, v259 = LANES_CHOICE(v257, v255, v258),
-      v260 = LANES_CHOICE(v256, v150, v259);
-  LANES_LET1(v261, sqrt, v260); out[8] = v261;
-  lanes v25, v68; LANES_NAME(lanes_two_atan2)(&v21, &v23, &v65, &v64, &v25, &v68);
-  LANES_LET2(v85, atan2, v83, v84);
-  const lanes v41 = choice_0 * v25;
-  out[1] = v41;
-  const lanes v71 = -v68;
-  out[4] = v71; out[2] = v85;
+      v10 = 1e-150 + v7, v11 = 1.926 * v8, v12 = v8 * v8, v13 = v10 * v10, v14 = v10 * choice_0,
+      v15 = 0.110889 + v12, v16 = v1 + v13, v18 = 1.4837904000000002e-14 * v15,
+      v19 = 3.709476 * v15, v20 = 0.927369 + v15;
+  LANES_LET1(v21, rsqrt, v16);
+  const lanes v23 = 1e-300 + v19, v24 = T_7 * v21, v25 = v10 * v21, v26 = choice_0 * v25,
+      v27 = choice_0 * v24, v28 = T_7 * v27, v29 = v7 * v26, v30 = T_6 * v26, v31 = T_2 * v27,
+      v32 = T_2 * v26, v33 = T_6 * v27, v34 = T_4 * v26, v35 = T_0 * v27, v36 = T_0 * v26,
+      v37 = T_4 * v27, v38 = v28 + v29, v39 = v30 - v31, v40 = v32 + v33, v41 = v34 - v35,
+      v42 = v36 + v37, v43 = v38 * v38, v44 = v39 * v39, v45 = v43 + v9, v46 = v45 - v20,
+      v47 = v46 * v46, v48 = 0.641358 * v46, v49 = v11 * v46, v50 = v19 - v47;
+  const lanes_where v51 = LANES_LT(v18, v50); LANES_LET1(v52, sqrt, v50);
+  const lanes v53 = v50 / v23, v54 = LANES_CHOICE(v51, v52, 0.0);
+  out[9] = v53;
+  const lanes v55 = choice_1 * v54, v56 = v11 * v55, v57 = 0.641358 * v55, v58 = v56 - v48,
+      v59 = v57 + v49, v60 = 1e-150 + v58, v61 = v59 * v59, v62 = v60 * v60, v64 = v61 + v62;
+  LANES_LET1(v66, rsqrt, v64);
+  const lanes v67 = v60 * v66, v68 = v59 * v66, v69 = 0.963 * v67, v70 = 0.963 * v68,
+      v71 = 0.333 - v69, v72 = v8 + v70, v73 = v38 * v71, v74 = v4 * v72, v75 = v38 * v72,
+      v76 = v4 * v71, v77 = v73 - v74, v78 = v75 + v76, v79 = v77 * v77, v80 = 1e-150 + v78,
+      v81 = v80 * v80, v83 = v79 + v81;
+  LANES_LET1(v84, rsqrt, v83);
+  const lanes v85 = v77 * v84, v86 = v80 * v84, v87 = v86 * v40, v88 = T_10 * v85, v89 = T_10 * v86,
+      v90 = v85 * v40, v91 = v86 * v42, v92 = T_8 * v85, v93 = T_8 * v86, v94 = v85 * v42,
+      v95 = v6 * v86, v96 = 0.333 * v85, v97 = v67 * v85, v98 = v68 * v86, v99 = v67 * v86,
+      v100 = v68 * v85, v101 = v6 * v85, v102 = 0.333 * v86, v103 = v87 - v88, v104 = v89 + v90,
+      v105 = v91 - v92, v106 = v93 + v94, v107 = v95 + v96, v108 = v97 - v98, v109 = v99 + v100,
+      v110 = v101 - v102, v111 = v67 * v103, v112 = v68 * v104, v113 = v67 * v104,
+      v114 = v68 * v103, v115 = v67 * v105, v116 = v68 * v106, v117 = v67 * v106, v118 = v68 * v105,
+      v119 = 0.963 * v108, v120 = 0.963 * v109, v121 = v26 * v108, v122 = v26 * v109,
+      v123 = v27 * v108, v124 = v27 * v109, v125 = v111 + v112, v126 = v113 - v114,
+      v127 = v115 + v116, v128 = v117 - v118, v129 = v107 - v119, v130 = v120 + v110,
+      v131 = 1e-150 - v125, v132 = v126 * v126, v133 = v26 * v129, v134 = v27 * v129,
+      v135 = 0.3 - v130, v136 = v131 * v131, v137 = v131 * choice_2, v138 = v5 + v133,
+      v139 = v134 - T_7, v140 = v135 - T_11, v141 = v44 + v136;
+  LANES_LET2(v142, atan2, v39, v137);
+  const lanes v143 = v138 - T_3, v144 = v139 * v139, v145 = v140 * v140;
+  LANES_LET1(v146, rsqrt, v141);
+  const lanes v147 = choice_2 * v142, v148 = v143 * v143, v149 = v39 * v146, v150 = v131 * v146;
+  out[5] = v147;
+  const lanes v151 = v148 + v144, v152 = choice_2 * v150, v153 = choice_2 * v149,
+      v154 = v151 + v145, v155 = v125 * v152, v156 = v39 * v153, v157 = v152 * v41,
+      v158 = v153 * v127, v159 = v152 * v127, v160 = v153 * v41, v161 = v27 * v153,
+      v162 = v152 * v122, v163 = v27 * v152, v164 = v153 * v122, v165 = v152 * v124,
+      v166 = v26 * v153, v167 = v26 * v152, v168 = v153 * v124, v169 = v152 * v108,
+      v170 = v153 * v108, v171 = v155 - v156, v172 = v157 + v158, v173 = v159 - v160,
+      v174 = v161 + v162, v175 = v163 - v164, v176 = v165 - v166, v177 = v167 + v168,
+      v178 = v171 * v171;
+  LANES_LET2(v179, atan2, v126, v171);
+  const lanes v180 = v172 * v172, v181 = v132 + v178, v182 = -v179;
+  LANES_LET1(v183, rsqrt, v181); out[6] = v182;
+  const lanes v184 = v126 * v183, v185 = v171 * v183, v186 = v185 * v128, v187 = v184 * v173,
+      v188 = v185 * v121, v189 = v184 * v174, v190 = v185 * v174, v191 = v184 * v121,
+      v192 = v185 * v123, v193 = v184 * v176, v194 = v185 * v176, v195 = v184 * v123,
+      v196 = v185 * v109, v197 = v184 * v169, v198 = v184 * v109, v199 = v185 * v169,
+      v200 = v186 - v187, v201 = v188 - v189, v202 = v190 + v191, v203 = v192 - v193,
+      v204 = v194 + v195, v205 = v196 + v197, v206 = v198 - v199, v207 = v200 * v200;
+  LANES_LET2(v208, atan2, v172, v200);
+  const lanes v209 = v202 - T_2, v210 = v204 - T_6, v211 = v206 - T_10, v212 = v180 + v207;
+  out[7] = v208;
+  const lanes v213 = v209 * v209, v214 = v210 * v210, v215 = v211 * v211;
+  LANES_LET1(v216, rsqrt, v212);
+  const lanes v217 = v172 * v216, v218 = v200 * v216, v219 = v218 * v201, v220 = v217 * v175,
+      v221 = v218 * v175, v222 = v217 * v201, v223 = v218 * v203, v224 = v217 * v177,
+      v225 = v217 * v203, v226 = v218 * v177, v227 = v218 * v205, v228 = v217 * v170,
+      v229 = v218 * v170, v230 = v217 * v205, v231 = v219 - v220, v232 = v221 + v222,
+      v233 = v223 + v224, v234 = v225 - v226, v235 = v227 - v228, v236 = v229 + v230,
+      v237 = v231 - T_0, v238 = v232 - T_1, v239 = v233 - T_4, v240 = v234 - T_5, v241 = v235 - T_8,
+      v242 = v236 - T_9, v243 = v237 * v237, v244 = v238 * v238, v245 = v239 * v239,
+      v246 = v240 * v240, v247 = v241 * v241, v248 = v242 * v242, v249 = v243 + v244,
+      v250 = v249 + v213, v251 = v250 + v245, v252 = v251 + v246, v253 = v252 + v214,
+      v254 = v253 + v247, v255 = v254 + v248, v256 = v255 + v215, v257 = 0.5 * v256,
+      v258 = v154 + v257, v259 = v154 - v257;
+  LANES_LET1(v260, fabs, v259);
+  const lanes v261 = v258 + v260, v262 = 0.5 * v261;
+  LANES_LET1(v263, sqrt, v262); out[8] = v263;
+  lanes v17, v63; LANES_NAME(lanes_two_atan2)(&T_7, &v14, &v59, &v60, &v17, &v63);
+  LANES_LET2(v82, atan2, v77, v80);
+  const lanes v22 = choice_0 * v17;
+  out[1] = v22;
+  const lanes v65 = -v63;
+  out[4] = v65; out[2] = v82;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(photo_robot_ik_branches)(const double *T, const double *q1, const double *q4, double *q, double *residual, double *margin)

@@ -24,44 +24,43 @@ LANES_INLINE void LANES_NAME(scara_ik_branch)(
       v1 = 0.677 * T_6, v2 = 0.677 * T_2, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = 0.677 * T_10,
       v6 = T_2 * T_2, v7 = T_6 * T_6, v8 = T_8 * T_8, v9 = T_9 * T_9, v10 = 1.0 + T_10,
       v11 = T_7 + v1, v12 = T_3 + v2, v13 = v4 * v4, v14 = T_11 + v5, v15 = v6 + v7,
-      v16 = v10 * v10, v17 = v12 * v12, v18 = v11 * v11, v19 = v3 + v13, v20 = -v14, v21 = v15 + v8,
-      v22 = v14 - 0.2, v23 = v17 + v18;
+      v16 = v10 * v10, v17 = v12 * v12, v18 = v11 * v11, v19 = v3 + v13, v20 = -v14,
+      v21 = v14 - 0.2, v22 = v15 + v8, v23 = v17 + v18;
   LANES_LET1(v24, rsqrt, v19); out[2] = v20;
-  const lanes v25 = v21 + v9, v26 = v22 + 0.877, v27 = v23 - 0.32125, v28 = v23 - 0.0025,
-      v29 = 0.64 - v23, v30 = T_4 * v24, v31 = v4 * v24, v32 = v26 - T_11, v33 = 0.31875 * v27,
-      v34 = v28 * v29, v35 = v31 - T_0, v36 = v30 - T_1, v37 = v30 - T_4, v38 = T_5 + v31,
-      v39 = v32 * v32, v40 = 1e-150 + v33;
+  const lanes v25 = v21 + 0.877, v26 = v22 + v9, v27 = v23 - 0.32125, v28 = v23 - 0.0025,
+      v29 = 0.64 - v23, v30 = T_4 * v24, v31 = v4 * v24, v32 = v25 - T_11, v33 = 0.31875 * v27,
+      v34 = v28 * v29, v35 = v32 * v32, v36 = v31 - T_0, v37 = v30 - T_1, v38 = v30 - T_4,
+      v39 = T_5 + v31, v40 = 1e-150 + v33;
   const lanes_where v41 = LANES_LT(4.0640625e-16, v34); LANES_LET1(v42, sqrt, v34);
-  const lanes v43 = v35 * v35, v44 = v36 * v36, v45 = v37 * v37, v46 = v38 * v38,
+  const lanes v43 = v36 * v36, v44 = v37 * v37, v45 = v38 * v38, v46 = v39 * v39,
       v47 = 9.84236831987697 * v34, v48 = LANES_CHOICE(v41, v42, 0.0), v49 = v40 * v40,
-      v50 = v25 + v43;
+      v50 = v26 + v43;
   out[5] = v47;
   const lanes v51 = choice_0 * v48, v52 = v50 + v44, v53 = 0.31875 * v51, v54 = v52 + v45,
-      v55 = v53 * v53, v56 = v54 + v46, v57 = v55 + v49, v58 = v56 + v16;
-  LANES_LET1(v59, rsqrt, v57);
-  const lanes v60 = 0.5 * v58, v61 = v40 * v59, v62 = v53 * v59, v63 = 0.375 * v61,
-      v64 = 0.375 * v62;
-  LANES_LET2(v65, atan2, v62, v61);
-  const lanes v66 = v63 + 0.425, v67 = v12 * v64, v68 = v11 * v64;
-  out[1] = v65;
-  const lanes v69 = v11 * v66, v70 = v12 * v66, v71 = v69 - v67, v72 = v70 + v68, v73 = v71 * v71,
-      v74 = 1e-150 + v72, v75 = v74 * v74, v76 = v73 + v75;
-  LANES_LET1(v77, rsqrt, v76);
-  const lanes v78 = v71 * v77, v79 = v74 * v77;
-  LANES_LET2(v80, atan2, v78, v79);
-  const lanes v81 = v61 * v79, v82 = v62 * v78, v83 = v61 * v78, v84 = v62 * v79, v85 = 0.425 * v79,
-      v86 = 0.425 * v78, v87 = v81 - v82, v88 = v83 + v84;
-  out[0] = v80;
-  const lanes v89 = v30 * v87, v90 = v31 * v88, v91 = v31 * v87, v92 = v30 * v88, v93 = 0.375 * v87,
+      v55 = v53 * v53;
+  LANES_LET2(v56, atan2, v53, v40);
+  const lanes v57 = v54 + v46, v58 = v55 + v49;
+  out[1] = v56;
+  const lanes v59 = v57 + v16;
+  LANES_LET1(v60, rsqrt, v58);
+  const lanes v61 = 0.5 * v59, v62 = v40 * v60, v63 = v53 * v60, v64 = 0.375 * v62,
+      v65 = 0.375 * v63, v66 = v64 + 0.425, v67 = v12 * v65, v68 = v11 * v65, v69 = v11 * v66,
+      v70 = v12 * v66, v71 = v69 - v67, v72 = v70 + v68, v73 = v71 * v71, v74 = 1e-150 + v72,
+      v75 = v74 * v74;
+  LANES_LET2(v76, atan2, v71, v74);
+  const lanes v77 = v73 + v75;
+  out[0] = v76; LANES_LET1(v78, rsqrt, v77);
+  const lanes v79 = v71 * v78, v80 = v74 * v78, v81 = v62 * v80, v82 = v63 * v79, v83 = v62 * v79,
+      v84 = v63 * v80, v85 = 0.425 * v80, v86 = 0.425 * v79, v87 = v81 - v82, v88 = v83 + v84,
+      v89 = v30 * v87, v90 = v31 * v88, v91 = v31 * v87, v92 = v30 * v88, v93 = 0.375 * v87,
       v94 = 0.375 * v88, v95 = v89 - v90, v96 = v91 + v92, v97 = v93 + v85, v98 = v94 + v86;
   LANES_LET2(v99, atan2, v95, v96);
   const lanes v100 = v97 - T_3, v101 = v98 - T_7, v102 = -v99, v103 = v100 * v100,
       v104 = v101 * v101;
   out[3] = v102;
-  const lanes v105 = v103 + v104, v106 = v105 + v39;
-  const lanes_where v107 = LANES_LT(v60, v106); const lanes_where v108 = LANES_LE(v106, v60);
-  const lanes v109 = v106 + v60, v110 = LANES_CHOICE(v108, v60, v109),
-      v111 = LANES_CHOICE(v107, v106, v110);
+  const lanes v105 = v103 + v104, v106 = v105 + v35, v107 = v106 + v61, v108 = v106 - v61;
+  LANES_LET1(v109, fabs, v108);
+  const lanes v110 = v107 + v109, v111 = 0.5 * v110;
   LANES_LET1(v112, sqrt, v111); out[4] = v112;
 }
 

@@ -388,40 +388,38 @@ static LANES_TARGET void LANES_NAME(scara_ik)(const lanes *in, lanes *out)
       v47 = 9.84236831987697 * v34, v48 = v40 * v40, v49 = LANES_CHOICE(v41, v42, 0.0),
       v50 = v25 + v43;
   out[10] = v47; out[11] = v47;
-  const lanes v51 = 0.31875 * v49, v52 = v50 + v44, v53 = v51 * v51, v54 = v52 + v45,
-      v55 = v48 + v53, v56 = v54 + v46;
-  LANES_LET1(v57, rsqrt, v55);
-  const lanes v58 = v56 + v16, v59 = v40 * v57, v60 = v51 * v57, v61 = 0.5 * v58, v62 = 0.375 * v59,
-      v63 = 0.375 * v60;
-  LANES_LET2(v64, atan2, v60, v59);
-  const lanes v65 = v62 + 0.425, v66 = v63 * v11, v67 = v63 * v12;
-  out[1] = v64;
-  const lanes v68 = -v64, v69 = v65 * v12, v70 = v11 * v65;
-  out[5] = v68;
-  const lanes v71 = v69 - v66, v72 = v67 + v70, v73 = v66 + v69, v74 = v70 - v67, v75 = v71 * v71,
-      v76 = 1e-150 + v72, v77 = v73 * v73, v78 = 1e-150 + v74, v79 = v76 * v76, v80 = v78 * v78,
-      v81 = v75 + v79, v82 = v77 + v80;
-  LANES_LET1(v83, rsqrt, v81); LANES_LET1(v84, rsqrt, v82);
-  const lanes v85 = v71 * v83, v86 = v76 * v83, v87 = v73 * v84, v88 = v78 * v84;
-  LANES_LET2(v89, atan2, v85, v86);
-  const lanes v90 = v59 * v86, v91 = v60 * v85, v92 = v59 * v85, v93 = v60 * v86;
-  LANES_LET2(v94, atan2, v87, v88);
-  const lanes v95 = v59 * v88, v96 = v60 * v87, v97 = v59 * v87, v98 = v60 * v88, v99 = 0.425 * v86,
-      v100 = 0.425 * v85, v101 = 0.425 * v88, v102 = 0.425 * v87, v103 = v90 - v91,
-      v104 = v92 + v93, v105 = v95 + v96, v106 = v97 - v98;
-  out[0] = v89; out[4] = v94;
-  const lanes v107 = v30 * v103, v108 = v31 * v104, v109 = v31 * v103, v110 = v30 * v104,
-      v111 = v30 * v105, v112 = v31 * v106, v113 = v31 * v105, v114 = v30 * v106,
-      v115 = 0.375 * v103, v116 = 0.375 * v104, v117 = 0.375 * v105, v118 = 0.375 * v106,
-      v119 = v107 - v108, v120 = v109 + v110, v121 = v111 - v112, v122 = v113 + v114,
-      v123 = v115 + v99, v124 = v116 + v100, v125 = v117 + v101, v126 = v118 + v102;
+  const lanes v51 = 0.31875 * v49, v52 = v50 + v44, v53 = v51 * v51;
+  LANES_LET2(v54, atan2, v51, v40);
+  const lanes v55 = v52 + v45, v56 = v48 + v53;
+  out[1] = v54;
+  const lanes v57 = -v54, v58 = v55 + v46;
+  LANES_LET1(v59, rsqrt, v56); out[5] = v57;
+  const lanes v60 = v58 + v16, v61 = v40 * v59, v62 = v51 * v59, v63 = 0.5 * v60, v64 = 0.375 * v61,
+      v65 = 0.375 * v62, v66 = v64 + 0.425, v67 = v65 * v11, v68 = v65 * v12, v69 = v66 * v12,
+      v70 = v11 * v66, v71 = v69 - v67, v72 = v68 + v70, v73 = v67 + v69, v74 = v70 - v68,
+      v75 = v71 * v71, v76 = 1e-150 + v72, v77 = v73 * v73, v78 = 1e-150 + v74, v79 = v76 * v76;
+  LANES_LET2(v80, atan2, v71, v76);
+  const lanes v81 = v78 * v78;
+  LANES_LET2(v82, atan2, v73, v78);
+  const lanes v83 = v75 + v79, v84 = v77 + v81;
+  out[0] = v80; out[4] = v82; LANES_LET1(v85, rsqrt, v83); LANES_LET1(v86, rsqrt, v84);
+  const lanes v87 = v71 * v85, v88 = v76 * v85, v89 = v73 * v86, v90 = v78 * v86, v91 = v61 * v88,
+      v92 = v62 * v87, v93 = v61 * v87, v94 = v62 * v88, v95 = v61 * v90, v96 = v62 * v89,
+      v97 = v61 * v89, v98 = v62 * v90, v99 = 0.425 * v88, v100 = 0.425 * v87, v101 = 0.425 * v90,
+      v102 = 0.425 * v89, v103 = v91 - v92, v104 = v93 + v94, v105 = v95 + v96, v106 = v97 - v98,
+      v107 = v30 * v103, v108 = v31 * v104, v109 = v31 * v103, v110 = v30 * v104, v111 = v30 * v105,
+      v112 = v31 * v106, v113 = v31 * v105, v114 = v30 * v106, v115 = 0.375 * v103,
+      v116 = 0.375 * v104, v117 = 0.375 * v105, v118 = 0.375 * v106, v119 = v107 - v108,
+      v120 = v109 + v110, v121 = v111 - v112, v122 = v113 + v114, v123 = v115 + v99,
+      v124 = v116 + v100, v125 = v117 + v101, v126 = v118 + v102;
   LANES_LET2(v127, atan2, v119, v120); LANES_LET2(v128, atan2, v121, v122);
   const lanes v129 = v123 - T_3, v130 = v124 - T_7, v131 = v125 - T_3, v132 = v126 - T_7,
       v133 = -v127, v134 = -v128, v135 = v129 * v129, v136 = v130 * v130, v137 = v131 * v131,
       v138 = v132 * v132;
   out[3] = v133; out[7] = v134;
-  const lanes v139 = v39 + v135, v140 = v39 + v137, v141 = v139 + v136, v142 = v140 + v138;
-  const lanes_where v143 = LANES_LT(v61, v141); const lanes_where v144 = LANES_LT(v61, v142);
-  const lanes v145 = LANES_CHOICE(v143, v141, v61), v146 = LANES_CHOICE(v144, v142, v61);
-  LANES_LET1(v147, sqrt, v145); LANES_LET1(v148, sqrt, v146); out[8] = v147; out[9] = v148;
+  const lanes v139 = v39 + v135, v140 = v39 + v137, v141 = v139 + v136, v142 = v140 + v138,
+      v143 = v63 + v141, v144 = v141 - v63, v145 = v63 + v142, v146 = v142 - v63;
+  LANES_LET1(v147, fabs, v144); LANES_LET1(v148, fabs, v146);
+  const lanes v149 = v143 + v147, v150 = v145 + v148, v151 = 0.5 * v149, v152 = 0.5 * v150;
+  LANES_LET1(v153, sqrt, v151); LANES_LET1(v154, sqrt, v152); out[8] = v153; out[9] = v154;
 }

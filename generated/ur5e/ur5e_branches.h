@@ -34,95 +34,91 @@ LANES_INLINE void LANES_NAME(ur5e_ik_branch)(
   const lanes_where v19 = LANES_LT(v16, v17); LANES_LET1(v20, sqrt, v17);
   const lanes v21 = v17 / v18, v22 = LANES_CHOICE(v19, v20, 0.0), v23 = choice_0 * v22,
       v24 = v6 * v23, v25 = v5 * v23, v26 = v8 - v24, v27 = v25 + v11, v28 = v26 * v26,
-      v29 = 1e-150 - v27, v30 = v29 * v29, v31 = v28 + v30;
-  LANES_LET1(v32, rsqrt, v31);
-  const lanes v33 = v26 * v32, v34 = v29 * v32, v36 = v5 * v34, v37 = v6 * v33, v38 = T_2 * v34,
-      v39 = T_6 * v33, v40 = T_6 * v34, v41 = T_2 * v33, v42 = T_0 * v34, v43 = T_4 * v33,
-      v44 = T_4 * v34, v45 = T_0 * v33, v46 = v36 + v37, v47 = v38 + v39, v48 = v40 - v41,
+      v29 = 1e-150 - v27, v30 = v29 * v29, v32 = v28 + v30;
+  LANES_LET1(v33, rsqrt, v32);
+  const lanes v34 = v26 * v33, v35 = v29 * v33, v36 = v5 * v35, v37 = v6 * v34, v38 = T_2 * v35,
+      v39 = T_6 * v34, v40 = T_6 * v35, v41 = T_2 * v34, v42 = T_0 * v35, v43 = T_4 * v34,
+      v44 = T_4 * v35, v45 = T_0 * v34, v46 = v36 + v37, v47 = v38 + v39, v48 = v40 - v41,
       v49 = v42 + v43, v50 = v44 - v45, v51 = v47 * v47, v52 = 1e-150 - v47, v53 = v46 * v46,
-      v54 = 0.1994 * v46, v55 = v48 * v48, v56 = v3 + v51, v57 = v52 * v52, v58 = v53 + v15;
-  const lanes_where v59 = LANES_LT(2.5e-19, v56);
-  const lanes v60 = v3 + v57, v61 = 1.5904144000000003e-16 * v58, v62 = 0.03976036 * v58,
-      v63 = 0.00994009 + v58;
-  LANES_LET1(v64, rsqrt, v60);
-  const lanes v65 = 0.33444584 - v63, v66 = T_10 * v64, v67 = v65 * v65, v68 = v54 * v65,
-      v69 = v14 * v65, v70 = v52 * v64, v71 = choice_1 * v66, v72 = v62 - v67, v73 = choice_1 * v70,
-      v74 = -v71;
-  const lanes_where v75 = LANES_LT(v61, v72); LANES_LET1(v76, sqrt, v72);
-  const lanes v77 = LANES_CHOICE(v75, v76, 0.0), v78 = choice_1 * v77, v79 = v14 * v78,
-      v80 = v54 * v78, v81 = v79 - v68, v82 = v69 + v80, v83 = v81 * v81, v84 = 1e-150 + v82,
-      v85 = v84 * v84, v86 = v83 + v85;
-  LANES_LET1(v87, rsqrt, v86);
-  const lanes v88 = v81 * v87, v89 = v84 * v87, v90 = LANES_CHOICE(v59, v74, v88),
-      v91 = LANES_CHOICE(v59, v73, v89), v92 = 0.0997 * v90, v93 = 0.0997 * v91, v94 = T_10 * v90,
-      v95 = v47 * v91, v96 = T_8 * v91, v97 = v90 * v49, v98 = T_8 * v90, v99 = v91 * v49,
-      v100 = v34 * v91, v101 = v34 * v90, v102 = v33 * v91, v103 = v33 * v90, v104 = v46 - v92,
-      v105 = v12 + v93, v106 = v94 + v95, v107 = v96 - v97, v108 = v98 + v99, v109 = v104 * v104,
-      v110 = v105 * v105, v111 = v106 * v106, v112 = v107 * v107, v113 = v109 + v110,
-      v114 = v55 + v111, v115 = v113 - 0.00107584, v116 = 0.66781584 - v113,
-      v117 = v113 - 0.33444584;
-  LANES_LET1(v118, rsqrt, v114);
-  const lanes v119 = v115 * v116, v120 = 0.33337 * v117, v121 = v106 * v118, v122 = v48 * v118;
-  const lanes_where v123 = LANES_LT(4.445422276e-16, v119); LANES_LET1(v124, sqrt, v119);
-  const lanes v125 = 1e-150 + v120, v126 = -v122, v127 = v121 * v50, v128 = v122 * v108,
-      v129 = v33 * v121, v130 = v122 * v100, v131 = v121 * v100, v132 = v33 * v122,
-      v133 = v34 * v121, v134 = v122 * v102, v135 = v34 * v122, v136 = v121 * v102,
-      v137 = v90 * v122, v138 = v90 * v121, v139 = 0.0996 * v121, v140 = 0.0996 * v122,
-      v141 = 8.99802032665209 * v119, v142 = LANES_CHOICE(v123, v124, 0.0), v143 = v125 * v125,
-      v145 = v127 - v128, v146 = v129 + v130, v147 = v131 - v132, v148 = v133 - v134,
-      v149 = v135 + v136, v150 = v138 - T_10, v151 = v91 * v139, v152 = 0.1333 - v140,
-      v153 = v90 * v139;
-  LANES_LET2(v154, fmin, v21, v141);
-  const lanes v155 = choice_2 * v142, v156 = v145 * v145, v158 = v147 - T_2, v159 = v149 - T_6,
-      v160 = v150 * v150, v161 = v151 + v92, v162 = v33 * v152, v163 = v34 * v152,
-      v164 = v153 - v93;
-  out[7] = v154;
-  const lanes v165 = 0.33337 * v155, v166 = v112 + v156, v167 = v158 * v158, v168 = v159 * v159,
-      v169 = v165 * v165;
-  LANES_LET1(v170, rsqrt, v166);
-  const lanes v171 = v169 + v143, v172 = v107 * v170, v173 = v145 * v170;
-  LANES_LET1(v174, rsqrt, v171);
-  const lanes v176 = v173 * v146, v177 = v172 * v101, v178 = v172 * v146, v179 = v173 * v101,
-      v180 = v173 * v148, v181 = v172 * v103, v182 = v173 * v103, v183 = v172 * v148,
-      v184 = v91 * v172, v185 = v173 * v137, v186 = v91 * v173, v187 = v172 * v137,
-      v188 = v165 * v174, v189 = v125 * v174, v190 = v176 + v177, v191 = v178 - v179,
-      v192 = v180 - v181, v193 = v182 + v183, v194 = v184 - v185, v195 = v186 + v187,
-      v196 = 0.3922 * v188, v197 = 0.3922 * v189;
-  LANES_LET2(v198, atan2, v188, v189);
-  const lanes v199 = T_0 + v190, v200 = v191 - T_1, v201 = v192 - T_4, v202 = T_5 + v193,
-      v203 = v194 - T_8, v204 = v195 - T_9, v205 = v104 * v196, v206 = -0.425 - v197,
-      v207 = v105 * v196;
-  out[2] = v198;
-  const lanes v208 = v199 * v199, v209 = v200 * v200, v210 = v201 * v201, v211 = v202 * v202,
-      v212 = v203 * v203, v213 = v204 * v204, v214 = v105 * v206, v215 = v104 * v206,
-      v216 = v208 + v209, v217 = v205 + v214, v218 = v215 - v207, v219 = v216 + v167,
-      v220 = v217 * v217, v221 = 1e-150 + v218, v222 = v219 + v210, v223 = v221 * v221,
-      v224 = v222 + v211, v225 = v220 + v223, v226 = v224 + v168;
-  LANES_LET1(v227, rsqrt, v225);
-  const lanes v228 = v226 + v212, v229 = v217 * v227, v230 = v221 * v227, v231 = v228 + v213;
-  LANES_LET2(v232, atan2, v229, v230);
-  const lanes v233 = v189 * v230, v234 = v188 * v229, v235 = v189 * v229, v236 = v188 * v230,
-      v237 = v231 + v160, v238 = -0.425 * v230, v239 = -0.425 * v229, v240 = v233 - v234,
-      v241 = v235 + v236;
-  out[1] = v232;
-  const lanes v242 = 0.5 * v237, v243 = v90 * v240, v244 = v91 * v241, v245 = v91 * v240,
-      v246 = v90 * v241, v247 = -0.3922 * v240, v248 = -0.3922 * v241, v249 = v243 - v244,
-      v250 = v245 + v246, v251 = v161 + v247, v252 = v164 + v248;
+      v54 = 0.1994 * v46, v55 = v48 * v48, v56 = -v48, v57 = v3 + v51, v58 = v52 * v52,
+      v59 = v53 + v15;
+  const lanes_where v60 = LANES_LT(2.5e-19, v57);
+  const lanes v61 = v3 + v58, v62 = 1.5904144000000003e-16 * v59, v63 = 0.03976036 * v59,
+      v64 = 0.00994009 + v59;
+  LANES_LET1(v65, rsqrt, v61);
+  const lanes v66 = 0.33444584 - v64, v67 = T_10 * v65, v68 = v66 * v66, v69 = v54 * v66,
+      v70 = v14 * v66, v71 = v52 * v65, v72 = choice_1 * v67, v73 = v63 - v68, v74 = choice_1 * v71,
+      v75 = -v72;
+  const lanes_where v76 = LANES_LT(v62, v73); LANES_LET1(v77, sqrt, v73);
+  const lanes v78 = LANES_CHOICE(v76, v77, 0.0), v79 = choice_1 * v78, v80 = v14 * v79,
+      v81 = v54 * v79, v82 = v80 - v69, v83 = v70 + v81, v84 = v82 * v82, v85 = 1e-150 + v83,
+      v86 = v85 * v85, v87 = v84 + v86;
+  LANES_LET1(v88, rsqrt, v87);
+  const lanes v89 = v82 * v88, v90 = v85 * v88, v91 = LANES_CHOICE(v60, v75, v89),
+      v92 = LANES_CHOICE(v60, v74, v90), v93 = 0.0997 * v91, v94 = 0.0997 * v92, v95 = T_10 * v91,
+      v96 = v47 * v92, v97 = T_8 * v92, v98 = v91 * v49, v99 = T_8 * v91, v100 = v92 * v49,
+      v101 = v35 * v92, v102 = v35 * v91, v103 = v34 * v92, v104 = v34 * v91, v105 = v46 - v93,
+      v106 = v12 + v94, v107 = v95 + v96, v108 = v97 - v98, v109 = v99 + v100, v110 = v105 * v105,
+      v111 = v106 * v106, v112 = v107 * v107, v114 = v108 * v108, v115 = v110 + v111,
+      v116 = v55 + v112, v118 = v115 - 0.00107584, v119 = 0.66781584 - v115,
+      v120 = v115 - 0.33444584;
+  LANES_LET1(v121, rsqrt, v116);
+  const lanes v122 = v118 * v119, v123 = 0.33337 * v120, v124 = v107 * v121, v125 = v48 * v121;
+  const lanes_where v126 = LANES_LT(4.445422276e-16, v122); LANES_LET1(v127, sqrt, v122);
+  const lanes v128 = 1e-150 + v123, v129 = v124 * v50, v130 = v125 * v109, v131 = 0.0996 * v124,
+      v132 = 0.0996 * v125, v133 = v34 * v124, v134 = v125 * v101, v135 = v124 * v101,
+      v136 = v34 * v125, v137 = v35 * v124, v138 = v125 * v103, v139 = v35 * v125,
+      v140 = v124 * v103, v141 = v91 * v125, v142 = v91 * v124, v143 = 8.99802032665209 * v122,
+      v144 = LANES_CHOICE(v126, v127, 0.0), v145 = v128 * v128, v146 = v129 - v130,
+      v147 = v92 * v131, v148 = 0.1333 - v132, v149 = v91 * v131, v150 = v133 + v134,
+      v151 = v135 - v136, v152 = v137 - v138, v153 = v139 + v140, v154 = v142 - T_10;
+  LANES_LET2(v155, fmin, v21, v143);
+  const lanes v156 = choice_2 * v144, v157 = v146 * v146, v159 = v147 + v93, v160 = v34 * v148,
+      v161 = v35 * v148, v162 = v149 - v94, v163 = v151 - T_2, v164 = v153 - T_6,
+      v165 = v154 * v154;
+  out[7] = v155;
+  const lanes v166 = 0.33337 * v156, v167 = v114 + v157, v168 = v163 * v163, v169 = v164 * v164,
+      v170 = v166 * v166;
+  LANES_LET2(v171, atan2, v166, v128); LANES_LET1(v172, rsqrt, v167);
+  const lanes v173 = v170 + v145, v174 = v108 * v172, v175 = v146 * v172;
+  out[2] = v171; LANES_LET1(v176, rsqrt, v173);
+  const lanes v177 = v175 * v150, v178 = v174 * v102, v179 = v174 * v150, v180 = v175 * v102,
+      v181 = v175 * v152, v182 = v174 * v104, v183 = v175 * v104, v184 = v174 * v152,
+      v185 = v92 * v174, v186 = v175 * v141, v187 = v92 * v175, v188 = v174 * v141,
+      v189 = v166 * v176, v190 = v128 * v176, v191 = v177 + v178, v192 = v179 - v180,
+      v193 = v181 - v182, v194 = v183 + v184, v195 = v185 - v186, v196 = v187 + v188,
+      v197 = 0.3922 * v189, v198 = 0.3922 * v190, v199 = T_0 + v191, v200 = v192 - T_1,
+      v201 = v193 - T_4, v202 = T_5 + v194, v203 = v195 - T_8, v204 = v196 - T_9,
+      v205 = v105 * v197, v206 = -0.425 - v198, v207 = v106 * v197, v208 = v199 * v199,
+      v209 = v200 * v200, v210 = v201 * v201, v211 = v202 * v202, v212 = v203 * v203,
+      v213 = v204 * v204, v214 = v106 * v206, v215 = v105 * v206, v216 = v208 + v209,
+      v217 = v205 + v214, v218 = v215 - v207, v219 = v216 + v168, v220 = v217 * v217,
+      v221 = 1e-150 + v218, v222 = v219 + v210, v223 = v221 * v221;
+  LANES_LET2(v224, atan2, v217, v221);
+  const lanes v225 = v222 + v211, v226 = v220 + v223;
+  out[1] = v224;
+  const lanes v227 = v225 + v169;
+  LANES_LET1(v228, rsqrt, v226);
+  const lanes v229 = v227 + v212, v230 = v217 * v228, v231 = v221 * v228, v232 = v229 + v213,
+      v233 = v190 * v231, v234 = v189 * v230, v235 = v190 * v230, v236 = v189 * v231,
+      v237 = -0.425 * v231, v238 = -0.425 * v230, v239 = v232 + v165, v240 = v233 - v234,
+      v241 = v235 + v236, v242 = 0.5 * v239, v243 = v91 * v240, v244 = v92 * v241,
+      v245 = v92 * v240, v246 = v91 * v241, v247 = -0.3922 * v240, v248 = -0.3922 * v241,
+      v249 = v243 - v244, v250 = v245 + v246, v251 = v159 + v247, v252 = v162 + v248;
   LANES_LET2(v253, atan2, v249, v250);
-  const lanes v254 = v251 + v238, v255 = v252 + v239;
+  const lanes v254 = v251 + v237, v255 = v252 + v238;
   out[3] = v253;
-  const lanes v256 = v34 * v254, v257 = v33 * v254, v258 = v255 + 0.1625, v259 = v256 + v162,
-      v260 = v257 - v163, v261 = v258 - T_11, v262 = v259 - T_3, v263 = v260 - T_7,
+  const lanes v256 = v35 * v254, v257 = v34 * v254, v258 = v255 + 0.1625, v259 = v256 + v160,
+      v260 = v257 - v161, v261 = v258 - T_11, v262 = v259 - T_3, v263 = v260 - T_7,
       v264 = v261 * v261, v265 = v262 * v262, v266 = v263 * v263, v267 = v265 + v266,
-      v268 = v267 + v264;
-  const lanes_where v269 = LANES_LT(v242, v268); const lanes_where v270 = LANES_LE(v268, v242);
-  const lanes v271 = v268 + v242, v272 = LANES_CHOICE(v270, v242, v271),
-      v273 = LANES_CHOICE(v269, v268, v272);
+      v268 = v267 + v264, v269 = v268 + v242, v270 = v268 - v242;
+  LANES_LET1(v271, fabs, v270);
+  const lanes v272 = v269 + v271, v273 = 0.5 * v272;
   LANES_LET1(v274, sqrt, v273); out[6] = v274;
-  lanes v35, v144; LANES_NAME(lanes_two_atan2)(&v33, &v34, &v121, &v126, &v35, &v144);
-  LANES_LET2(v175, atan2, v172, v173); out[0] = v35;
-  const lanes v157 = -v144;
-  out[4] = v157; out[5] = v175;
+  lanes v31, v113; LANES_NAME(lanes_two_atan2)(&v26, &v29, &v107, &v56, &v31, &v113);
+  LANES_LET2(v158, atan2, v108, v146); out[0] = v31;
+  const lanes v117 = -v113;
+  out[4] = v117; out[5] = v158;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(ur5e_ik_branches)(const double *T, double *q, double *residual, double *margin)
