@@ -19,6 +19,8 @@ Order = tuple[int, tuple[object, ...]]
 CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = range(7)
 
 ACCENTS = ("hat", "tilde", "check", "breve")
+MOST_PARTS = 12
+"""Named numbers in a number that is printed by its parts."""
 COMMAS_FROM = 10
 """From this number of coordinates on, the indices of a sum are set apart by commas."""
 LONG_RUN = 3
@@ -92,6 +94,8 @@ class Notation:
 
         Numbers of equal value have one name, whatever their form.
         """
+        if self.scope.is_number(expression) and self._rests_on_many(expression):
+            return self._numeric(self.scope.value(expression))
         raw = self.expanded(expression)
         known = self._constants.get(raw)
         if known is None:
@@ -173,6 +177,17 @@ class Notation:
         )
         signed = [-k if c.could_extract_minus_sign() else k for k, c in coefficients.items()]
         return _joined(signed, commas=len(self.q) >= COMMAS_FROM), plain
+
+    def _rests_on_many(self, expression: sp.Expr) -> bool:
+        """Whether a number is made of so many others that nobody would read it written out."""
+        found: set[sp.Symbol] = set()
+        waiting = [*expression.free_symbols]
+        while waiting and len(found) <= MOST_PARTS:
+            symbol = waiting.pop()
+            if symbol in self.scope.constants and symbol not in found:
+                found.add(symbol)
+                waiting.extend(self.scope.constants[symbol].free_symbols)
+        return len(found) > MOST_PARTS
 
     def _printed_constant(self, raw: sp.Expr) -> sp.Expr:
         if raw.is_Symbol:
