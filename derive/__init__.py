@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from .errors import RobotError as RobotError
     from .generate import artifacts as artifacts
     from .generate import write as write
+    from .inverse.explanation import Explanation as Explanation
+    from .inverse.explanation import explain as explain
     from .kinematics import FUNCTIONS as FUNCTIONS
     from .mechanism import Closure as Closure
     from .mechanism import Drive as Drive
@@ -52,6 +54,7 @@ _ROOMS = {
         "Translation",
     ),
     "derivation": ("Derivation", "derive"),
+    "inverse.explanation": ("Explanation", "explain"),
     "kinematics": ("FUNCTIONS",),
     "urdf": ("from_urdf",),
 }

@@ -8,7 +8,7 @@ compiles it for every instruction set and chooses by the processor, with a plain
 from collections.abc import Sequence
 
 from .c_code import notice, support
-from .function import SymbolicFunction
+from .function import Signature, SymbolicFunction, WrittenFunction
 from .lanes_code import SUPPORT, Sizes, kernel, offsets, sizes
 from .mechanism import Described
 from .statements import Body
@@ -26,14 +26,17 @@ _SETS = (
 
 
 def files(
-    robot: Described, functions: Sequence[SymbolicFunction], bodies: Sequence[Body]
+    robot: Described,
+    functions: Sequence[SymbolicFunction],
+    bodies: Sequence[Body],
+    written: Sequence[WrittenFunction] = (),
 ) -> dict[str, str]:
     """Header, source, lanes and support of a robot's batches, by file name."""
     pairs = list(zip(functions, bodies, strict=True))
     vector = [function for function in functions if has_lanes(function)]
     return {
-        f"{robot.name}_batch.h": _header(robot, functions),
-        f"{robot.name}_batch.c": _source(robot, functions, vector),
+        f"{robot.name}_batch.h": _header(robot, [*functions, *written]),
+        f"{robot.name}_batch.c": _source(robot, [*functions, *written], vector),
         f"{robot.name}_lanes.h": _lanes(robot, [p for p in pairs if p[0] in vector]),
         SUPPORT: support(SUPPORT),
         RUN: support(RUN),
@@ -50,7 +53,7 @@ def has_lanes(function: SymbolicFunction) -> bool:
     )
 
 
-def _header(robot: Described, functions: Sequence[SymbolicFunction]) -> str:
+def _header(robot: Described, functions: Sequence[Signature]) -> str:
     guard = f"CHASLES_{robot.name.upper()}_BATCH_H"
     declarations = "\n".join(f"{_signature(robot, function)};" for function in functions)
     return f"""\
@@ -77,9 +80,7 @@ extern "C" {{
 """
 
 
-def _source(
-    robot: Described, functions: Sequence[SymbolicFunction], vector: Sequence[SymbolicFunction]
-) -> str:
+def _source(robot: Described, functions: Sequence[Signature], vector: Sequence[Signature]) -> str:
     included = "\n\n".join(
         f"#if CHASLES_SET_{name.upper()}\n#define CHASLES_ISA {number}\n"
         f'#include "{SUPPORT}"\n#include "{RUN}"\n#include "{robot.name}_lanes.h"\n'
@@ -134,7 +135,7 @@ extern "C" {{
 {definitions}"""
 
 
-def _definition(robot: Described, function: SymbolicFunction, vector: bool) -> str:
+def _definition(robot: Described, function: Signature, vector: bool) -> str:
     name = f"{robot.name}_{function.name}"
     of = sizes(function)
     pointers = [f"inputs[{i}] + k * input_steps[{i}]" for i in range(len(of.inputs))]
@@ -187,7 +188,7 @@ def _run(isa: str, condition: str) -> str:
 """
 
 
-def _signature(robot: Described, function: SymbolicFunction) -> str:
+def _signature(robot: Described, function: Signature) -> str:
     inputs = [f"const double *{argument.name}" for argument in function.inputs]
     outputs = [f"double *{result.name}" for result in function.outputs]
     return f"void {robot.name}_{function.name}_batch(size_t n, {', '.join(inputs + outputs)})"

@@ -45,6 +45,10 @@ def derive(
     check: Annotated[
         bool, typer.Option("--check", help="Write nothing, compare, fail where files differ.")
     ] = False,
+    explain: Annotated[
+        bool,
+        typer.Option("--explain", help="Write nothing, say which inverse each robot has and why."),
+    ] = False,
 ) -> None:
     """Derives robots: equations, LaTeX, C and a Python package each.
 
@@ -53,6 +57,9 @@ def derive(
     started = time.perf_counter()
     wanted = tuple(name.strip() for name in functions.split(",") if name.strip())
     files = [_file(robot) for robot in robots or _shipped()]
+    if explain:
+        _explain([Job(file, GENERATED, base, tip) for file in files])
+        return
     folder = _target(files, to)
     due = [Job(file, folder, base, tip, wanted) for file in files]
     if not check:
@@ -82,6 +89,16 @@ def derive(
 def main() -> None:
     """The console script."""
     app()
+
+
+def _explain(asked: list[Job]) -> None:
+    from . import jobs as work  # noqa: PLC0415
+
+    problems = work.problems(asked)
+    if problems:
+        _stop("\n".join(problems))
+    for text in work.explained(asked):
+        out.print(text, end="\n\n", markup=False)
 
 
 def _shipped() -> list[str]:

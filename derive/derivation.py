@@ -1,13 +1,13 @@
 """Everything that a robot offers, derived once over one scope of shared terms."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 from .chain import Group, groups
 from .coordinates import InProportion
 from .errors import RobotError
-from .function import SymbolicFunction
+from .function import SymbolicFunction, WrittenFunction
 from .inverse.hybrid import hybrid_inverses
 from .inverse.inverse import Inverses, inverses
 from .kinematics import FUNCTIONS, Kinematics, arguments_of
@@ -31,6 +31,7 @@ class Derivation:
         functions: What was derived, in the order in which it is written out.
         hybrid: The loops and their solution, of a robot that has some.
         inverse: What is known of its inverse, where that was asked for.
+        written: Functions whose C is written by hand over tables of the robot.
     """
 
     robot: Described
@@ -39,6 +40,7 @@ class Derivation:
     functions: tuple[SymbolicFunction, ...]
     hybrid: Hybrid | None = None
     inverse: Inverses | None = None
+    written: tuple[WrittenFunction, ...] = ()
 
     def function(self, name: str) -> SymbolicFunction:
         """The function of that name.
@@ -74,9 +76,29 @@ def derive(robot: Described, functions: Sequence[str] | None = None) -> Derivati
     if functions is None or not set(functions) <= set(FUNCTIONS):
         inverse = inverses(robot, scope)
         made |= inverse.functions
-    offered = [*FUNCTIONS, *(inverse.functions if inverse else ())]
-    chosen = _chosen(robot.name, functions, offered)
-    return Derivation(robot, scope, found, tuple(made[name] for name in chosen), inverse=inverse)
+    written = {function.name: function for function in inverse.written} if inverse else {}
+    offered = [*FUNCTIONS, *(inverse.functions if inverse else ()), *written]
+    chosen = _chosen(robot.name, _with_called(functions, written), offered)
+    made |= {
+        name: kinematics.function(name) for name in FUNCTIONS if name in chosen and name not in made
+    }
+    return Derivation(
+        robot,
+        scope,
+        found,
+        tuple(made[name] for name in chosen if name not in written),
+        inverse=inverse,
+        written=tuple(written[name] for name in chosen if name in written),
+    )
+
+
+def _with_called(
+    functions: Sequence[str] | None, written: Mapping[str, WrittenFunction]
+) -> Sequence[str] | None:
+    """The names asked for, and those of the functions that these call."""
+    if functions is None:
+        return None
+    return [*functions, *(c for name in functions if name in written for c in written[name].calls)]
 
 
 def _is_asked(name: str, functions: Sequence[str] | None) -> bool:

@@ -46,15 +46,48 @@ class Result:
 
 
 @dataclass(frozen=True)
-class SymbolicFunction:
-    """A function with named inputs and outputs over the shared terms of a scope.
+class Signature:
+    """What is told of a function.
 
     Attributes:
         name: The function's name without the robot's.
         summary: What it computes, in one line.
         identity: The identity that it satisfies, in one line.
         inputs: Arguments in order.
-        outputs: Results in order; their entries name terms of the scope.
+        outputs: Results in order.
+    """
+
+    name: str
+    summary: str
+    identity: str
+    inputs: tuple[Argument, ...]
+    outputs: tuple[Result, ...]
+
+
+@dataclass(frozen=True)
+class WrittenFunction(Signature):
+    """A function whose C is written by hand, over tables of the robot; its results have no entries.
+
+    Attributes:
+        text: The header ``<robot>_<name>.h`` that defines it, to stand after all other functions.
+        support: The file of C, the same for every robot, that it rests on.
+        branches: How many slots it fills.
+        calls: Names of the functions that it calls.
+        operations: About how many operations it takes, by which a batch is divided over threads.
+    """
+
+    text: str
+    support: str
+    branches: int
+    calls: tuple[str, ...]
+    operations: int
+
+
+@dataclass(frozen=True)
+class SymbolicFunction(Signature):
+    """A function over the shared terms of a scope, which the entries of its results name.
+
+    Attributes:
         scope: The terms and constants that the entries rest on.
         margin: Name of the function that tells how far the loops that it rests on are from their
             dead points; empty where it rests on none.
@@ -64,11 +97,6 @@ class SymbolicFunction:
             that the first varies slowest.
     """
 
-    name: str
-    summary: str
-    identity: str
-    inputs: tuple[Argument, ...]
-    outputs: tuple[Result, ...]
     scope: Scope
     margin: str = ""
     steps: tuple[str, ...] = ()

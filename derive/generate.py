@@ -28,14 +28,16 @@ def artifacts(robot: Described, functions: Sequence[str] | None = None) -> dict[
     derivation = derive(robot, functions)
     lowered = lower(derivation.functions, robot.name)
     statements = bodies(lowered)
+    written, every = derivation.written, (*derivation.functions, *derivation.written)
     files = {
-        f"{robot.name}.c": c_code.source(robot, derivation.functions, statements),
-        f"{robot.name}.h": c_code.header(robot, derivation.functions),
+        f"{robot.name}.c": c_code.source(robot, derivation.functions, statements, written),
+        f"{robot.name}.h": c_code.header(robot, every),
         c_code.SUPPORT: c_code.support(c_code.SUPPORT),
+        **c_code.written_files(robot, written),
         **branch_code.files(robot, derivation.functions),
-        **batch_code.files(robot, derivation.functions, statements),
+        **batch_code.files(robot, derivation.functions, statements, written),
         **casadi_file.files(derivation),
-        **python_package.files(robot, derivation.functions),
+        **python_package.files(robot, every),
         f"{robot.name}.tex": latex.document(derivation),
         **{f"{latex.FOLDER}/{n}": text for n, text in latex.fragments(derivation).items()},
     }

@@ -12,6 +12,7 @@ from .description import load
 from .errors import RobotError
 from .freshness import Job, stamp
 from .generate import MANIFEST, artifacts, generated_files, put
+from .inverse.explanation import explain
 from .mechanism import Described
 from .urdf import from_urdf
 
@@ -63,6 +64,11 @@ def compared(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
     return _each(_compare, jobs, workers)
 
 
+def explained(jobs: Sequence[Job]) -> Iterator[str]:
+    """What is known of the inverse of each robot."""
+    return (str(explain(read(job))) for job in jobs)
+
+
 def orphans(jobs: Sequence[Job], to: Path) -> list[str]:
     """Generated folders that no description accounts for."""
     names = {read(job).name for job in jobs}
@@ -94,6 +100,7 @@ def _derive(job: Job) -> Report:
     put(files, folder)
     stamp(job, folder)
     lines = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
+    lines += [] if job.functions else [explain(robot).line]
     notes = json.loads(files[MANIFEST])["notes"]
     return Report(True, "\n    ".join([*lines, *notes]))
 

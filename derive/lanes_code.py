@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 from .c_code import WIDTH
-from .function import SymbolicFunction
+from .function import Signature
 from .statements import CALLS, ELEMENTARY, INSTRUCTIONS, NAME, Body, Compute, Store
 from .strength import FUNCTIONS
 
@@ -30,7 +30,7 @@ class Sizes:
     outputs: tuple[int, ...]
 
 
-def sizes(function: SymbolicFunction) -> Sizes:
+def sizes(function: Signature) -> Sizes:
     """The sizes of a function's inputs and outputs."""
     inputs = tuple(argument.size for argument in function.inputs)
     return Sizes(inputs, tuple(result.size for result in function.outputs))

@@ -10,7 +10,8 @@ import casadi as ca
 import sympy as sp
 
 from .derivation import Derivation
-from .function import Argument, Result, SymbolicFunction
+from .function import Argument, Result, Signature, SymbolicFunction, WrittenFunction
+from .inverse.inverse import Inverses
 from .loops.hybrid import Hybrid
 from .lower import count_operations
 from .mechanism import Coordinate, Described
@@ -48,8 +49,10 @@ def manifest(
         "functions": [
             _function(robot, function, kernel)
             for function, kernel in zip(derivation.functions, lowered, strict=True)
-        ],
+        ]
+        + [_written(robot, function) for function in derivation.written],
         **({} if hybrid is None else _loops(hybrid)),
+        **({} if derivation.inverse is None else _inverse(derivation.inverse)),
         "description_sha256": sha256(repr(robot)),
         "files": {name: sha256(text) for name, text in sorted(files.items())},
         "versions": {package: version(package) for package in ("casadi", "sympy")},
@@ -60,6 +63,12 @@ def manifest(
 def sha256(text: str) -> str:
     """SHA-256 of a text in UTF-8, in hexadecimal."""
     return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _inverse(inverse: Inverses) -> dict[str, Any]:
+    """How the inverse was found, or why there is none."""
+    tier = "general" if inverse.written else inverse.classification.tier
+    return {"inverse": {"tier": tier, "missing": inverse.missing}}
 
 
 def _loops(hybrid: Hybrid) -> dict[str, Any]:
@@ -117,16 +126,34 @@ def _parameter(parameter: Parameter) -> dict[str, Any]:
 
 def _function(robot: Described, function: SymbolicFunction, kernel: ca.Function) -> dict[str, Any]:
     return {
+        **_signature(robot, function),
+        "operations": count_operations(kernel).as_dict(),
+        **({"margin": function.margin} if function.margin else {}),
+        **({"branches": function.branches} if _is_inverse(function) else {}),
+        **({"steps": list(function.steps)} if function.steps else {}),
+    }
+
+
+def _is_inverse(function: SymbolicFunction) -> bool:
+    """Whether a function gives solutions, if only one."""
+    names = [result.name for result in function.outputs]
+    return bool(function.signs) or names == ["q", "residual", "margin"]
+
+
+def _written(robot: Described, function: WrittenFunction) -> dict[str, Any]:
+    """Its operations are of no kind: how many of each there are depends on the pose."""
+    operations = {"other": function.operations, "total": function.operations}
+    return {**_signature(robot, function), "operations": operations, "branches": function.branches}
+
+
+def _signature(robot: Described, function: Signature) -> dict[str, Any]:
+    return {
         "name": function.name,
         "symbol": f"{robot.name}_{function.name}",
         "summary": function.summary,
         "identity": function.identity,
         "inputs": [_described(argument) for argument in function.inputs],
         "outputs": [_described(result) for result in function.outputs],
-        "operations": count_operations(kernel).as_dict(),
-        **({"margin": function.margin} if function.margin else {}),
-        **({"branches": function.branches} if function.signs else {}),
-        **({"steps": list(function.steps)} if function.steps else {}),
     }
 
 

@@ -3,7 +3,7 @@
 import textwrap
 from collections.abc import Sequence
 
-from .function import Argument, Result, SymbolicFunction
+from .function import Argument, Result, Signature
 from .mechanism import Described
 
 INIT = '''\
@@ -28,7 +28,7 @@ robot: Robot
 BRANCHES = ["q", "residual", "margin"]
 
 
-def files(robot: Described, functions: Sequence[SymbolicFunction]) -> dict[str, str]:
+def files(robot: Described, functions: Sequence[Signature]) -> dict[str, str]:
     """``__init__.py``, which loads the compiled functions at first use, and its typed stub."""
     title = robot.title.replace("\\", "\\\\").replace('"', "'")
     stubs = "\n\n".join(_stub(function) for function in functions)
@@ -39,12 +39,12 @@ def files(robot: Described, functions: Sequence[SymbolicFunction]) -> dict[str, 
     }
 
 
-def _is_inverse(function: SymbolicFunction) -> bool:
+def _is_inverse(function: Signature) -> bool:
     """Whether its outputs are the branches of an inverse, which the runtime returns as one."""
     return [output.name for output in function.outputs] == BRANCHES
 
 
-def _stub(function: SymbolicFunction) -> str:
+def _stub(function: Signature) -> str:
     names = [argument.name for argument in function.inputs]
     inputs = ", ".join(f"{name}: ArrayLike" for name in names)
     array = "NDArray[np.float64]"
@@ -60,7 +60,7 @@ def _stub(function: SymbolicFunction) -> str:
     )
 
 
-def _docstring(function: SymbolicFunction) -> str:
+def _docstring(function: Signature) -> str:
     lines = [f'"""{function.summary}', "", function.identity, "", "Args:"]
     lines += [f"    {_line(argument)}" for argument in function.inputs]
     lines += ["    out: The array to write into, or a tuple of them."]

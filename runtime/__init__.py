@@ -11,7 +11,7 @@ import difflib
 import os
 from pathlib import Path
 
-from ._call import Function
+from ._call import Function, release_memory
 from .errors import (
     CacheError,
     ChaslesError,
@@ -47,6 +47,7 @@ __all__ = [
     "SourceMismatchError",
     "UnknownRobotError",
     "load",
+    "release_memory",
     "robots",
 ]
 

@@ -11,7 +11,8 @@
  *                          protocol of their own never come to it (overrides.py)
  *            A function that rests on loops has a guard (guard.py), which is told of every single
  *            pose whose result is not finite, and may raise. One that computes all branches of an
- *            inverse returns them as Solutions (solutions.py), with a fourth array: which are valid.
+ *            inverse returns them as Solutions (solutions.py), with a fourth array: which are valid;
+ *            where it comes near to a pose without reaching it, a last resort is asked (rescue.py).
  * Kernel     the description that Function and ufunc share, kept alive by the ufunc (a capsule).
  */
 #define PY_SSIZE_T_CLEAN
@@ -26,6 +27,7 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
 
 #include <numpy/arrayobject.h>
 #include <numpy/ufuncobject.h>
@@ -117,6 +119,161 @@ static PyObject *call_open(PyObject *Py_UNUSED(module), PyObject *args)
     }
     Py_DECREF(path_bytes);
     return (PyObject *)self;
+}
+
+/* -------------------------------------------------------- memory of results
+ *
+ * malloc returns blocks of 32 MB to the system as soon as they are freed (glibc), and the system
+ * clears what it gives: for a large batch that takes as long as the kernel itself. So large results
+ * have a memory handler of their own (NEP 49), which keeps what is freed for those of the next call.
+ * A block belongs to one array or is kept, never both. Handlers run under the GIL: it is the lock.
+ */
+#define LEAST_KEPT ((size_t)32 << 20) /* bytes of a call's results; else malloc does as well */
+#define MOST_KEPT ((size_t)256 << 20) /* bytes of all that is kept */
+#define MAX_KEPT 32                   /* blocks */
+#define HUGE_PAGE ((size_t)2 << 20) /* the system places whole ones at their boundaries */
+#define BLOCK_HEAD 64 /* bytes before the array's, for the block's size; arrays stay aligned */
+
+typedef struct {
+    char *start;
+    size_t size;
+} Block;
+
+static struct {
+    Block blocks[MAX_KEPT]; /* the oldest first */
+    int n;
+    size_t bytes;
+} kept;
+
+/* The block of an array's memory. */
+static Block block_of(void *memory)
+{
+    char *start = (char *)memory - BLOCK_HEAD;
+    return (Block){start, *(size_t *)start};
+}
+
+/* Takes a block out of those that are kept. */
+static Block kept_take(int i)
+{
+    Block block = kept.blocks[i];
+    kept.n--;
+    kept.bytes -= block.size;
+    memmove(kept.blocks + i, kept.blocks + i + 1, (kept.n - i) * sizeof *kept.blocks);
+    return block;
+}
+
+/* Returns the oldest blocks to the system until no more than that many, and bytes, are left. */
+static void kept_shrink(int n, size_t bytes)
+{
+    while (kept.n > n || kept.bytes > bytes) {
+        Block block = kept_take(0);
+        munmap(block.start, block.size);
+    }
+}
+
+/* The smallest of the kept blocks that hold so much and at most a quarter more; -1 if none does. */
+static int kept_find(size_t size)
+{
+    int best = -1;
+    for (int i = 0; i < kept.n; i++) {
+        size_t own = kept.blocks[i].size;
+        if (own >= size && own <= size + size / 4 &&
+            (best < 0 || own < kept.blocks[best].size)) {
+            best = i;
+        }
+    }
+    return best;
+}
+
+static void *block_new(void *Py_UNUSED(context), size_t n)
+{
+    if (n > (size_t)PY_SSIZE_T_MAX - BLOCK_HEAD - HUGE_PAGE) {
+        return NULL;
+    }
+    size_t size = (n + BLOCK_HEAD + HUGE_PAGE - 1) / HUGE_PAGE * HUGE_PAGE;
+    int found = kept_find(size);
+    Block block = {MAP_FAILED, size};
+    if (found >= 0) {
+        block = kept_take(found);
+    }
+    else {
+        block.start = mmap(NULL, size, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        if (block.start == MAP_FAILED) {
+            return NULL;
+        }
+#ifdef MADV_HUGEPAGE
+        madvise(block.start, size, MADV_HUGEPAGE);
+#endif
+    }
+    *(size_t *)block.start = block.size;
+    return block.start + BLOCK_HEAD;
+}
+
+static void block_free(void *Py_UNUSED(context), void *memory, size_t Py_UNUSED(n))
+{
+    if (!memory) {
+        return;
+    }
+    Block block = block_of(memory);
+    if (block.size > MOST_KEPT) {
+        munmap(block.start, block.size);
+        return;
+    }
+    kept_shrink(MAX_KEPT - 1, MOST_KEPT - block.size);
+    kept.blocks[kept.n++] = block;
+    kept.bytes += block.size;
+#ifdef MADV_FREE
+    /* The system may take the pages, contents and all, where it runs short of memory. */
+    madvise(block.start, block.size, MADV_FREE);
+#endif
+}
+
+static void *block_new_zeroed(void *context, size_t n, size_t size)
+{
+    void *memory = size && n > SIZE_MAX / size ? NULL : block_new(context, n * size);
+    return memory ? memset(memory, 0, n * size) : NULL;
+}
+
+static void *block_resize(void *context, void *memory, size_t n)
+{
+    void *other = block_new(context, n);
+    if (other && memory) {
+        size_t held = block_of(memory).size - BLOCK_HEAD;
+        memcpy(other, memory, held < n ? held : n);
+        block_free(context, memory, held);
+    }
+    return other;
+}
+
+static PyDataMem_Handler block_handler = {
+    "chasles_results", 1, {NULL, block_new, block_new_zeroed, block_resize, block_free}};
+static PyObject *block_capsule;
+
+/* An array in a block. A handler that the program has chosen for its arrays is left in force. */
+static PyObject *new_large(int ndim, npy_intp *dims)
+{
+    PyObject *chosen = PyDataMem_GetHandler();
+    if (!chosen || chosen != PyDataMem_DefaultHandler) {
+        Py_XDECREF(chosen);
+        return chosen ? PyArray_SimpleNew(ndim, dims, NPY_DOUBLE) : NULL;
+    }
+    PyObject *before = PyDataMem_SetHandler(block_capsule);
+    PyObject *result = before ? PyArray_SimpleNew(ndim, dims, NPY_DOUBLE) : NULL;
+    PyObject *own = before ? PyDataMem_SetHandler(chosen) : NULL;
+    if (!own) {
+        Py_CLEAR(result);
+    }
+    Py_XDECREF(own);
+    Py_XDECREF(before);
+    Py_DECREF(chosen);
+    return result;
+}
+
+static PyObject *call_release_memory(PyObject *Py_UNUSED(module), PyObject *Py_UNUSED(ignored))
+{
+    size_t bytes = kept.bytes;
+    kept_shrink(0, 0);
+    return PyLong_FromSize_t(bytes);
 }
 
 /* ------------------------------------------------------------------- Kernel */
@@ -442,6 +599,8 @@ typedef struct {
     PyObject *guard; /* NULL where the result is finite for every finite input */
     PyTypeObject *solutions; /* a kind of tuple; NULL where the outputs are no branches */
     double tolerance;        /* residual up to which a branch is valid */
+    PyObject *rescue;        /* NULL where there is no last resort */
+    double near;             /* residual up to which it is asked */
 } Function;
 
 static PyTypeObject FunctionType;
@@ -456,6 +615,7 @@ static int function_traverse(Function *self, visitproc visit, void *arg)
     Py_VISIT(self->reduced);
     Py_VISIT(self->guard);
     Py_VISIT(self->solutions);
+    Py_VISIT(self->rescue);
     return 0;
 }
 
@@ -475,6 +635,7 @@ static void function_dealloc(Function *self)
     Py_XDECREF(self->reduced);
     Py_XDECREF(self->guard);
     Py_XDECREF(self->solutions);
+    Py_XDECREF(self->rescue);
     Py_TYPE(self)->tp_free((PyObject *)self);
 }
 
@@ -538,13 +699,42 @@ static int is_plain_out(const Kernel *kernel, PyObject *const *inputs, PyObject 
     return 1;
 }
 
+/* A tuple of new references; NULL with an error set. */
+static PyObject *tuple_of(int n, PyObject *const *items)
+{
+    PyObject *tuple = PyTuple_New(n);
+    for (int i = 0; tuple && i < n; i++) {
+        PyTuple_SET_ITEM(tuple, i, Py_NewRef(items[i]));
+    }
+    return tuple;
+}
+
 /* ---------------------------------------------------------------- branches */
 
 /* The outputs of a function of all branches, in this order, then which of them are valid. */
 enum { BRANCH_Q, BRANCH_RESIDUAL, BRANCH_MARGIN, BRANCH_VALID, N_BRANCH_FIELDS };
 
-/* residual <= tolerance as a new array of booleans, false where the residual is NaN. */
-static PyObject *judge(PyArrayObject *residual, double tolerance)
+/* Whether any of n poses has no valid slot of its k, but one with a residual of at most near. */
+static int any_missed(npy_intp n, npy_intp k, const double *residual, const npy_bool *valid,
+                      double near)
+{
+    for (; n-- > 0; residual += k, valid += k) {
+        npy_bool solved = 0;
+        for (npy_intp slot = 0; slot < k; slot++) {
+            solved |= valid[slot];
+        }
+        for (npy_intp slot = 0; !solved && slot < k; slot++) {
+            if (residual[slot] <= near) {
+                return 1;
+            }
+        }
+    }
+    return 0;
+}
+
+/* residual <= tolerance as a new array of booleans, false where the residual is NaN. Sets *missed to
+ * whether the last resort is to be asked. */
+static PyObject *judge(const Function *self, PyArrayObject *residual, int *missed)
 {
     int ndim = PyArray_NDIM(residual);
     PyArrayObject *valid =
@@ -559,23 +749,42 @@ static PyObject *judge(PyArrayObject *residual, double tolerance)
         Py_XDECREF(dense);
         return NULL;
     }
-    npy_intp n = PyArray_SIZE(dense);
-    const double *from = PyArray_DATA(dense);
+    npy_intp n = PyArray_SIZE(dense), k = PyArray_DIM(dense, ndim - 1);
+    const double *from = PyArray_DATA(dense), tolerance = self->tolerance;
     npy_bool *to = PyArray_DATA(valid);
     NPY_BEGIN_THREADS_DEF
     NPY_BEGIN_THREADS_THRESHOLDED(n)
     for (npy_intp i = 0; i < n; i++) {
         to[i] = from[i] <= tolerance;
     }
+    *missed = self->rescue && any_missed(n / k, k, from, to, self->near);
     NPY_END_THREADS
     Py_DECREF(dense);
     return (PyObject *)valid;
 }
 
-/* The branches as Solutions; steals the references of the three results. */
-static PyObject *pack_branches(const Function *self, PyObject **results)
+/* Asks the last resort, which changes results and valid in place; -1 with an error set. */
+static int ask_rescue(const Function *self, PyObject *const *inputs, PyObject **results,
+                      PyObject *valid)
 {
-    PyObject *valid = judge((PyArrayObject *)results[BRANCH_RESIDUAL], self->tolerance);
+    PyObject *given = tuple_of(self->kernel->n_inputs, inputs);
+    PyObject *answer =
+        given ? PyObject_CallFunctionObjArgs(self->rescue, given, results[BRANCH_Q],
+                                             results[BRANCH_RESIDUAL], valid, NULL)
+              : NULL;
+    Py_XDECREF(given);
+    Py_XDECREF(answer);
+    return answer ? 0 : -1;
+}
+
+/* The branches as Solutions; steals the references of the three results. */
+static PyObject *pack_branches(const Function *self, PyObject *const *inputs, PyObject **results)
+{
+    int missed = 0;
+    PyObject *valid = judge(self, (PyArrayObject *)results[BRANCH_RESIDUAL], &missed);
+    if (missed && ask_rescue(self, inputs, results, valid) < 0) {
+        Py_CLEAR(valid);
+    }
     PyObject *solutions =
         valid ? self->solutions->tp_alloc(self->solutions, N_BRANCH_FIELDS) : NULL;
     if (!solutions) {
@@ -593,7 +802,7 @@ static PyObject *pack_branches(const Function *self, PyObject **results)
 }
 
 /* What the ufunc returned, as Solutions where it is branches; steals the reference. */
-static PyObject *as_branches(const Function *self, PyObject *result)
+static PyObject *as_branches(const Function *self, PyObject *const *inputs, PyObject *result)
 {
     if (!self->solutions || !result) {
         return result;
@@ -603,7 +812,7 @@ static PyObject *as_branches(const Function *self, PyObject *result)
         results[i] = Py_NewRef(PyTuple_GET_ITEM(result, i));
     }
     Py_DECREF(result);
-    return pack_branches(self, results);
+    return pack_branches(self, inputs, results);
 }
 
 /* Takes the class for the branches and the tolerance that it tells; -1 with an error set. */
@@ -631,15 +840,32 @@ static int take_solutions(Function *self, PyObject *type)
     return 0;
 }
 
+/* Takes the last resort and from which residual on it is asked; -1 with an error set. */
+static int take_rescue(Function *self, PyObject *rescue)
+{
+    if (rescue == Py_None) {
+        return 0;
+    }
+    PyObject *near = PyObject_GetAttrString(rescue, "near");
+    self->near = near ? PyFloat_AsDouble(near) : -1.0;
+    Py_XDECREF(near);
+    if (PyErr_Occurred()) {
+        return -1;
+    }
+    self->rescue = Py_NewRef(rescue);
+    return 0;
+}
+
 /* ------------------------------------------------------------- the results */
 
 /* One result, or a tuple of several; steals the references. Empty shapes become scalars, as
  * NumPy's own functions have it, unless the caller gave the array. */
-static PyObject *pack(const Function *self, PyObject **results, PyObject *const *outs)
+static PyObject *pack(const Function *self, PyObject *const *inputs, PyObject **results,
+                      PyObject *const *outs)
 {
     const Kernel *kernel = self->kernel;
     if (self->solutions) {
-        return pack_branches(self, results);
+        return pack_branches(self, inputs, results);
     }
     for (int i = 0; i < kernel->n_outputs; i++) {
         if (!outs || outs[i] == Py_None) {
@@ -682,16 +908,6 @@ static int are_finite(const Kernel *kernel, double *const *outputs)
     return 1;
 }
 
-/* A tuple of new references; NULL with an error set. */
-static PyObject *tuple_of(int n, PyObject *const *items)
-{
-    PyObject *tuple = PyTuple_New(n);
-    for (int i = 0; tuple && i < n; i++) {
-        PyTuple_SET_ITEM(tuple, i, Py_NewRef(items[i]));
-    }
-    return tuple;
-}
-
 /* Tells the guard of a pose whose result is not finite; -1 with the error that it raised. */
 static int ask_guard(Function *self, PyObject *const *inputs)
 {
@@ -714,7 +930,7 @@ __attribute__((noinline)) static PyObject *pack_guarded(Function *self, PyObject
         }
         return NULL;
     }
-    return pack(self, results, outs);
+    return pack(self, inputs, results, outs);
 }
 
 /* Runs the kernel on plain inputs, into plain outs or new arrays (outs NULL, or None within). */
@@ -746,7 +962,7 @@ static PyObject *call_once(Function *self, PyObject *const *inputs, PyObject *co
     if (__builtin_expect(self->guard != NULL, 0)) {
         return pack_guarded(self, inputs, to, results, outs);
     }
-    return pack(self, results, outs);
+    return pack(self, inputs, results, outs);
 }
 
 /* The leading dimensions that all inputs share where all are dense float64 arrays, else NULL. */
@@ -770,6 +986,16 @@ static const npy_intp *shared_batch(const Kernel *kernel, PyObject *const *input
         *ndim = leading;
     }
     return batch;
+}
+
+/* Whether the results for n rows are worth blocks. */
+static int is_large(const Kernel *kernel, npy_intp n)
+{
+    double size = 0.0; /* in floating point it cannot overflow */
+    for (int i = kernel->n_inputs; i < kernel->n_operands; i++) {
+        size += (double)kernel->operands[i].size;
+    }
+    return (double)n * size >= (double)(LEAST_KEPT / sizeof(double));
 }
 
 /* Runs the kernel on n rows without gaps. */
@@ -800,7 +1026,8 @@ static PyObject *call_dense(const Function *self, PyObject *const *inputs, const
     const Kernel *kernel = self->kernel;
     double *memory[MAX_OPERANDS];
     PyObject *results[MAX_OPERANDS];
-    npy_intp dims[NPY_MAXDIMS + MAX_CORE_NDIM];
+    npy_intp n = PyArray_MultiplyList(batch, ndim), dims[NPY_MAXDIMS + MAX_CORE_NDIM];
+    int large = is_large(kernel, n);
     memcpy(dims, batch, ndim * sizeof(npy_intp));
     for (int i = 0; i < kernel->n_inputs; i++) {
         memory[i] = PyArray_DATA((PyArrayObject *)inputs[i]);
@@ -808,7 +1035,8 @@ static PyObject *call_dense(const Function *self, PyObject *const *inputs, const
     for (int i = 0; i < kernel->n_outputs; i++) {
         const Operand *operand = &kernel->operands[kernel->n_inputs + i];
         memcpy(dims + ndim, operand->dims, operand->ndim * sizeof(npy_intp));
-        results[i] = PyArray_SimpleNew(ndim + operand->ndim, dims, NPY_DOUBLE);
+        results[i] = large ? new_large(ndim + operand->ndim, dims)
+                           : PyArray_SimpleNew(ndim + operand->ndim, dims, NPY_DOUBLE);
         if (!results[i]) {
             while (i-- > 0) {
                 Py_DECREF(results[i]);
@@ -817,12 +1045,11 @@ static PyObject *call_dense(const Function *self, PyObject *const *inputs, const
         }
         memory[kernel->n_inputs + i] = PyArray_DATA((PyArrayObject *)results[i]);
     }
-    npy_intp n = PyArray_MultiplyList(batch, ndim);
     NPY_BEGIN_THREADS_DEF
     NPY_BEGIN_THREADS_THRESHOLDED(n)
     run_dense(kernel, n, memory);
     NPY_END_THREADS
-    return pack(self, results, NULL);
+    return pack(self, inputs, results, NULL);
 }
 
 /* ------------------------------------------------------------- the long way */
@@ -1119,6 +1346,48 @@ static PyObject *guarded(Function *self, PyObject *const *inputs, PyObject *resu
     return result;
 }
 
+/* The arrays for a large batch, for the ufunc would ask malloc: new ones in the places that the caller
+ * left free. -1 with an error set. */
+static int large_results(const Kernel *kernel, const Batch *batch, PyObject *const *outs,
+                         PyObject **results)
+{
+    npy_intp dims[NPY_MAXDIMS + MAX_CORE_NDIM];
+    memcpy(dims, batch->dims, batch->ndim * sizeof(npy_intp));
+    for (int i = 0; i < kernel->n_outputs; i++) {
+        const Operand *operand = &kernel->operands[kernel->n_inputs + i];
+        memcpy(dims + batch->ndim, operand->dims, operand->ndim * sizeof(npy_intp));
+        results[i] = outs && outs[i] != Py_None ? Py_NewRef(outs[i])
+                                                : new_large(batch->ndim + operand->ndim, dims);
+        if (!results[i]) {
+            while (i-- > 0) {
+                Py_DECREF(results[i]);
+            }
+            return -1;
+        }
+    }
+    return 0;
+}
+
+/* Runs the ufunc over a batch, on as many threads. */
+static PyObject *call_batch(Function *self, PyObject *const *inputs, PyObject *const *outs,
+                            const Batch *batch, long threads)
+{
+    const Kernel *kernel = self->kernel;
+    PyObject *results[MAX_OPERANDS];
+    npy_intp n = PyArray_OverflowMultiplyList((npy_intp *)batch->dims, batch->ndim);
+    int large = is_large(kernel, n); /* not if n is -1, too many for any array */
+    if (large && large_results(kernel, batch, outs, results) < 0) {
+        return NULL;
+    }
+    PyObject *const *into = large ? results : outs;
+    PyObject *result = threads == 1 ? call_ufunc(self, inputs, into)
+                                    : call_threads(self, inputs, into, batch, threads);
+    for (int i = 0; large && i < kernel->n_outputs; i++) {
+        Py_DECREF(results[i]);
+    }
+    return result;
+}
+
 /* Checks what was read, then runs the kernel once or over a batch. */
 static PyObject *call_read(Function *self, PyObject *const *inputs, PyObject *const *outs,
                            long threads)
@@ -1141,12 +1410,11 @@ static PyObject *call_read(Function *self, PyObject *const *inputs, PyObject *co
     if (plain && (!outs || is_plain_out(kernel, inputs, outs))) {
         return call_once(self, inputs, outs);
     }
-    PyObject *result = threads == 1 ? call_ufunc(self, inputs, outs)
-                                    : call_threads(self, inputs, outs, &batch, threads);
+    PyObject *result = call_batch(self, inputs, outs, &batch, threads);
     if (self->guard && batch.ndim == 0) {
         result = guarded(self, inputs, result);
     }
-    return as_branches(self, result);
+    return as_branches(self, inputs, result);
 }
 
 static PyObject *call_any(Function *self, PyObject *const *inputs, PyObject *const *outs,
@@ -1404,13 +1672,13 @@ static PyObject *library_function(Library *self, PyObject *args, PyObject *kwarg
 {
     static char *keywords[] = {"name",      "inputs",     "outputs", "label", "doc",
                                "signature", "operations", "reduced", "guard", "solutions",
-                               NULL};
+                               "rescue",    NULL};
     PyObject *name, *inputs, *outputs, *label, *doc, *signature, *operations, *reduced, *guard,
-        *solutions;
-    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!OO:function", keywords, &name,
+        *solutions, *rescue;
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "UO!O!$UUOOO!OOO:function", keywords, &name,
                                      &PyTuple_Type, &inputs, &PyTuple_Type, &outputs, &label, &doc,
                                      &signature, &operations, &PyTuple_Type, &reduced, &guard,
-                                     &solutions)) {
+                                     &solutions, &rescue)) {
         return NULL;
     }
     const char *utf8 = PyUnicode_AsUTF8(name);
@@ -1440,7 +1708,7 @@ static PyObject *library_function(Library *self, PyObject *args, PyObject *kwarg
     function->operations = Py_NewRef(operations);
     function->reduced = Py_NewRef(reduced);
     function->guard = guard == Py_None ? NULL : Py_NewRef(guard);
-    if (take_solutions(function, solutions) < 0) {
+    if (take_solutions(function, solutions) < 0 || take_rescue(function, rescue) < 0) {
         Py_CLEAR(function);
     }
     return (PyObject *)function;
@@ -1486,6 +1754,9 @@ static PyTypeObject LibraryType = {
 static PyMethodDef module_methods[] = {
     {"open", call_open, METH_VARARGS,
      "open(path, expected_hash): the library, refused unless it was compiled for that hash."},
+    {"release_memory", call_release_memory, METH_NOARGS,
+     "release_memory(): returns to the system the memory that is kept for large results (of 32 MB\n"
+     "a call and more; 256 MB at most); gives how many bytes that was."},
     {NULL},
 };
 
@@ -1524,7 +1795,8 @@ PyMODINIT_FUNC PyInit__call(void)
 {
     import_array();
     import_umath();
-    if (import_names() < 0 || PyType_Ready(&LibraryType) < 0 || PyType_Ready(&FunctionType) < 0) {
+    block_capsule = PyCapsule_New(&block_handler, "mem_handler", NULL);
+    if (!block_capsule || import_names() < 0 || PyType_Ready(&LibraryType) < 0 || PyType_Ready(&FunctionType) < 0) {
         return NULL;
     }
     PyObject *module = PyModule_Create(&module_definition);

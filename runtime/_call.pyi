@@ -7,6 +7,7 @@ from typing import Any, Generic, Literal, Protocol, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .rescue import Rescue
 from .solutions import Solutions
 
 R_co = TypeVar("R_co", covariant=True)
@@ -67,6 +68,17 @@ class Library:
         reduced: tuple[Callable[..., Any], tuple[Any, ...]],
         guard: Callable[[tuple[NDArray[np.float64], ...]], None] | None,
         solutions: type[Solutions] | None,
+        rescue: Rescue | None,
     ) -> Function[Any]: ...
 
 def open(path: str | PathLike[str], expected_hash: str) -> Library: ...  # noqa: A001
+def release_memory() -> int:
+    """Returns to the system the memory that is kept for large results.
+
+    What the results of large batches (32 MB a call and more) held is kept once they are gone, 256
+    MB at most, for those of the next call: else the system would have to clear new memory each
+    time. Where it runs short of memory, Linux takes it by itself.
+
+    Returns:
+        How many bytes that was.
+    """

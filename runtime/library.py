@@ -28,6 +28,7 @@ from .compiler import Compiler, describe_machine, find_compiler
 from .errors import CacheError, LibraryMismatchError, ManifestError
 from .guard import Guard
 from .manifest import Argument, FunctionInfo, Manifest
+from .rescue import rescue_of
 from .solutions import TOLERANCE, solutions_of
 
 _KERNEL_HEADER = Path(__file__).with_name("_kernel.h")
@@ -205,8 +206,10 @@ def load_functions(
         _compile(recipe)
     library = _open(recipe)
     functions: dict[str, _call.Function[Any]] = {}
-    # Those that have no margin first: the margins are among them.
-    for info in sorted(manifest.functions, key=lambda info: bool(info.margin)):
+    # Those that have no margin first: the margins are among them. Inverses last: they may rest on
+    # any other.
+    order = sorted(manifest.functions, key=lambda info: (bool(info.branches), bool(info.margin)))
+    for info in order:
         functions[info.name] = library.function(
             info.name,
             info.inputs,
@@ -218,6 +221,7 @@ def load_functions(
             reduced=reduced(info.name),
             guard=_guard(manifest, info, functions) if info.margin else None,
             solutions=solutions_of(manifest.coordinates, manifest.wraps) if info.branches else None,
+            rescue=rescue_of(manifest, info, functions) if info.branches else None,
         )
     return {info.name: functions[info.name] for info in manifest.functions}
 

@@ -132,7 +132,8 @@ class Inverse:
 
     Attributes:
         tier: "exact"; "snapped" where the generated inverse is that of a nominal arm nearby, from
-            which the true one is reached by iteration; "general" where it is no closed form.
+            which the true one is reached by iteration; "general" where it is no closed form; "none"
+            where there is none.
         missing: Why there is none, "" where there is one or nothing is told.
     """
 
@@ -371,8 +372,8 @@ def read_manifest(folder: Path) -> Manifest:
 
 def _inverse(entry: _Entry) -> Inverse:
     tier = entry.get("tier", "exact")
-    if tier.value not in ("exact", "snapped", "general"):
-        tier.fail('"exact", "snapped" or "general"')
+    if tier.value not in ("exact", "snapped", "general", "none"):
+        tier.fail('"exact", "snapped", "general" or "none"')
     return Inverse(tier.text(), entry.get("missing", "").text())
 
 

@@ -1,7 +1,7 @@
 """Which closed-form inverse a chain has: structures are tried in order, and say what they miss."""
 
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from itertools import combinations
 from types import ModuleType
 
@@ -62,7 +62,7 @@ class Attempt:
     @property
     def title(self) -> str:
         """The structure in words."""
-        return self.family.TITLE + (", read from the tool" if self.backwards else "")
+        return str(self.family.TITLE) + (", read from the tool" if self.backwards else "")
 
 
 @dataclass(frozen=True)
@@ -89,32 +89,37 @@ class Classification:
         return "exact" if self.found.apart <= EXACT else "snapped"
 
 
-def classify(robot: Robot, scope: Scope, given: Sequence[str] | None = None) -> Classification:
-    """The structure of a serial robot.
+def classify(robot: Robot, scope: Scope, coordinates: int | None = None) -> Classification:
+    """The structure of a serial robot, or of the main chain of one with loops.
+
+    Where there are more coordinates than the tool has freedoms, so many joints must be given: the
+    first choice that leaves a solvable chain.
 
     Args:
         robot: The description.
         scope: Receives the constants of the axes.
-        given: Names of the joints whose values the caller will give; where there are more joints
-            than a pose has freedoms the first choice that leaves a solvable chain, by default.
+        coordinates: How many coordinates move the chain, where loops hold some of its joints.
     """
     lines = Lines(scope, axes_of(robot, scope))
     reason = _unfit(robot)
     if reason:
         return Classification(lines, None, (), reason)
-    return of_lines(lines, given)
+    return of_lines(lines, coordinates)
 
 
-def of_lines(lines: Lines, given: Sequence[str] | None = None) -> Classification:
-    """The structure of a chain of axes."""
+def of_lines(lines: Lines, coordinates: int | None = None) -> Classification:
+    """The structure of a chain of axes, moved by so many coordinates, all its joints by default."""
     attempts: list[Attempt] = []
-    for attempt in _attempts(lines, _choices(lines, given)):
+    choices = list(_choices(lines, coordinates or len(lines.axes)))
+    for attempt in _attempts(lines, choices):
         attempts.append(attempt)
         if attempt.apart <= EXACT:
             return Classification(lines, attempt, tuple(attempts))
+    # Of an arm that was built to a structure and measured, the first that is nearly there.
+    for attempt in _attempts(replace(lines, tolerance=SNAPPED), choices):
+        if attempt.apart <= SNAPPED:
+            return Classification(lines, attempt, tuple(attempts))
     nearest = min(attempts, key=lambda attempt: attempt.apart, default=None)
-    if nearest is not None and nearest.apart <= SNAPPED:
-        return Classification(lines, nearest, tuple(attempts))
     return Classification(lines, None, tuple(attempts), _nearest_in_words(nearest))
 
 
@@ -129,18 +134,14 @@ def _unfit(robot: Robot) -> str:
     return ""
 
 
-def _choices(lines: Lines, given: Sequence[str] | None) -> Iterable[tuple[int, ...]]:
-    """Which joints may be given: as asked for, or as many as the chain has too many."""
-    if given is not None:
-        names = [axis.name for axis in lines.axes]
-        return [tuple(sorted(names.index(name) for name in given))]
-    count = len(lines.axes)
-    freedoms = rank.of_chain(lines)
-    if freedoms == count:
+def _choices(lines: Lines, coordinates: int) -> Iterable[tuple[int, ...]]:
+    """Which joints may be given: as many as there are coordinates too many."""
+    too_many = coordinates - rank.of_chain(lines)
+    if too_many <= 0:
         return [()]
     # From the tool: what is nearest to the hand is what an operator sets first.
-    places = range(count - 1, -1, -1)
-    choices = [tuple(sorted(c)) for c in combinations(places, count - freedoms)]
+    places = range(len(lines.axes) - 1, -1, -1)
+    choices = [tuple(sorted(c)) for c in combinations(places, too_many)]
     return [(), *(c for c in choices if _leaves_full_rank(lines, c))]
 
 
@@ -155,9 +156,19 @@ def _attempts(lines: Lines, choices: Iterable[tuple[int, ...]]) -> Iterable[Atte
         if not given and rank.of_chain(left) < len(left.axes) and len(left.axes) <= MOST_JOINTS:
             continue
         for family in FAMILIES.get(len(left.axes), ()):
-            for backwards in (False, True):
+            for backwards in _readings(family, given):
                 seen = left.reversed() if backwards else left
                 yield Attempt(family, backwards, given, tuple(family.requires(seen)))
+
+
+def _readings(family: ModuleType, given: tuple[int, ...]) -> tuple[bool, ...]:
+    """Whether a structure is looked for from the base, from the tool, or not at all.
+
+    A place alone is no displacement that could be undone, and a swivel angle is told by the base.
+    """
+    if family is place:
+        return () if given else (False,)
+    return (False,) if family is swivel else (False, True)
 
 
 def _nearest_in_words(nearest: Attempt | None) -> str:

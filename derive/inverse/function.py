@@ -1,4 +1,4 @@
-"""From a solved chain to the function that is generated: every slot with its residual and margin."""
+"""From a solved chain to the function that is generated: all slots with residuals and margins."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
@@ -80,8 +80,13 @@ def squares(scope: Scope, values: Iterable[sp.Expr]) -> sp.Expr:
 
 
 def larger(scope: Scope, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
-    """The residual from the squares of its two parts."""
-    return scope.let(sp.sqrt(scope.let(sp.Max(distance2, angle2, evaluate=False))))
+    """The residual from the squares of its two parts, NaN where one of them is.
+
+    C's fmax would leave out what is no number, and call a pose solved that no loop can hold; and a
+    choice by comparison is of real numbers to SymPy, which takes their order for complete.
+    """
+    twice = scope.let(distance2 + angle2) + scope.let(sp.Abs(scope.let(distance2 - angle2)))
+    return scope.let(sp.sqrt(scope.let(scope.let(twice) / 2)))
 
 
 def margin_of(work: Work) -> sp.Expr:

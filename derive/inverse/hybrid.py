@@ -12,7 +12,6 @@ import sympy as sp
 from ..function import Argument
 from ..kinematics import common_unit
 from ..loops.hybrid import Hybrid
-from ..poe import to_poe
 from ..vectors import Basis, Vector
 from .classify import Attempt, classify, of_lines
 from .function import (
@@ -24,7 +23,7 @@ from .function import (
     values_of,
 )
 from .inverse import Inverses, given_argument, solve_chain
-from .lines import Lines
+from .lines import Lines, home_of
 from .substitution import substituted
 from .target import of_pose
 from .translation import Translating, actuators_of, translating
@@ -39,7 +38,7 @@ def hybrid_inverses(hybrid: Hybrid) -> Inverses:
     Args:
         hybrid: The robot; its loops must be solved in closed form.
     """
-    classification = classify(hybrid.robot, hybrid.scope)
+    classification = classify(hybrid.robot, hybrid.scope, len(hybrid.q))
     if classification.found is not None:
         solved = _by_chain(hybrid, classification.lines, classification.found)
         return Inverses(classification, {"ik": solved})
@@ -58,7 +57,7 @@ def _by_chain(hybrid: Hybrid, lines: Lines, found: Attempt) -> Solved:
     symbols = {k: sp.Symbol(f"_{robot.moving[k].name}", real=True) for k in found.given}
     given = {k: robot.moving[k].direction * symbol for k, symbol in symbols.items()}
     arguments = [given_argument(robot, k, symbol) for k, symbol in symbols.items()]
-    target = of_pose(scope, POSE_SYMBOLS, to_poe(robot)[1])
+    target = of_pose(scope, POSE_SYMBOLS, home_of(robot, scope))
     more = solve_chain(work, lines, found, target, given)
     joints = [
         joint.direction * value

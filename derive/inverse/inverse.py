@@ -5,22 +5,31 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..function import Argument, Result, SymbolicFunction
+from ..function import Argument, Result, SymbolicFunction, WrittenFunction
 from ..kinematics import arguments_of
-from ..poe import to_poe
 from ..robot import Robot
 from ..scope import Scope
-from .classify import Attempt, Classification, classify
+from . import general_code, raghavan_roth
+from .classify import Attempt, Classification, classify, of_lines
 from .families import place, planar, swivel, turntable
 from .function import POSE_SYMBOLS, Solved, of_pose_task
-from .lines import Lines
+from .lines import Lines, axes_of, home_of, with_tool_axis
 from .locks import without
+from .nominal import nominal_of
 from .target import Target, of_pose
-from .tasks import planar_tasks, position, turntable_tasks
+from .tasks import (
+    planar_tasks,
+    position,
+    position_direction,
+    target_of_direction,
+    turntable_tasks,
+)
 from .turns import Turn
 from .work import Work
 
 SWIVEL = sp.Symbol("_swivel", real=True)
+_WITHOUT_TOOL_AXIS = 5
+"""So many joints meet place and direction of the tool, if they are not what a turntable has."""
 
 
 @dataclass(frozen=True)
@@ -30,12 +39,20 @@ class Inverses:
     Attributes:
         classification: Its structure, or why there is none.
         solved: The tasks by the names of their functions.
-        others: Functions that belong to them: the swivel angle of a configuration.
+        others: Functions that belong to them: the swivel angle of a configuration,
+            the equations of an arm without structure.
+        written: The inverse of such an arm, which takes the eigenvalues of a matrix.
     """
 
     classification: Classification
     solved: dict[str, Solved]
     others: tuple[SymbolicFunction, ...] = ()
+    written: tuple[WrittenFunction, ...] = ()
+
+    @property
+    def missing(self) -> str:
+        """Why there is no inverse, in words; empty where there is one."""
+        return "" if self.solved or self.written else self.classification.missing
 
     @property
     def functions(self) -> dict[str, SymbolicFunction]:
@@ -44,28 +61,69 @@ class Inverses:
         return tasks | {function.name: function for function in self.others}
 
 
-def inverses(robot: Robot, scope: Scope) -> Inverses:
+def inverses(robot: Robot, scope: Scope, coordinates: int | None = None) -> Inverses:
     """The closed-form inverse of a serial robot, in all tasks that its structure solves.
 
     Args:
         robot: The description.
         scope: Names of all terms.
+        coordinates: How many coordinates move it, where it is the main chain of a robot with loops.
     """
-    classification = classify(robot, scope)
+    classification = classify(robot, scope, coordinates)
     found = classification.found
+    if found is None and len(classification.lines.axes) == _WITHOUT_TOOL_AXIS:
+        return _with_tool_axis(robot, classification)
     if found is None:
-        return Inverses(classification, {})
+        return _general(robot, classification)
+    if classification.tier == "snapped":
+        return _of_nominal(robot, classification, found)
     solved = {"ik": _of_pose(robot, classification.lines, found)}
     others: tuple[SymbolicFunction, ...] = ()
-    if found.family is turntable and not found.given:
+    as_described = not found.given and not found.backwards
+    if found.family is turntable and as_described:
         solved |= turntable_tasks(robot, classification.lines)
     elif found.family is place:
         solved = {"ik_position": position(robot, classification.lines)}
-    elif found.family is planar:
+    elif found.family is planar and as_described:
         solved |= planar_tasks(robot, classification.lines)
     elif found.family is swivel:
         others = (_swivel_of(robot, classification.lines),)
     return Inverses(classification, solved, others)
+
+
+def _with_tool_axis(robot: Robot, classification: Classification) -> Inverses:
+    """The inverse of five joints, as that of six of which the last would turn the tool.
+
+    What it would turn about is the tool's own axis, so that place and direction of the tool do not
+    tell of it; and a pose that the five can have leaves it at 0.
+    """
+    lines = with_tool_axis(robot, classification.lines)
+    longer = of_lines(lines)
+    if longer.found is None or longer.tier != "exact":
+        return Inverses(classification, {})
+    solved = {"ik": _of_pose(robot, lines, longer.found)}
+    work = Work(lines.scope)
+    target = target_of_direction(robot, lines.scope)
+    solve_chain(work, lines, longer.found, target, {})
+    solved["ik_position_direction"] = position_direction(robot, work)
+    return Inverses(longer, solved)
+
+
+def _of_nominal(robot: Robot, classification: Classification, found: Attempt) -> Inverses:
+    """The inverse of the arm that a calibrated one was meant to be."""
+    lines = classification.lines
+    nominal = nominal_of(robot, lines, found)
+    exact = Lines(lines.scope, axes_of(nominal, lines.scope))
+    return Inverses(classification, {"ik": _of_pose(nominal, exact, found)})
+
+
+def _general(robot: Robot, classification: Classification) -> Inverses:
+    """The inverse of six revolute joints without a structure, where their equations have one."""
+    split = raghavan_roth.split_of(robot)
+    if split is None:
+        return Inverses(classification, {})
+    equations = raghavan_roth.matrices(robot, split, classification.lines.scope)
+    return Inverses(classification, {}, (equations,), (general_code.inverse(robot, split),))
 
 
 def _of_pose(robot: Robot, lines: Lines, found: Attempt) -> Solved:
@@ -75,7 +133,7 @@ def _of_pose(robot: Robot, lines: Lines, found: Attempt) -> Solved:
     symbols = arguments_of(units)["q"].symbols
     arguments = {k: given_argument(robot, k, symbols[k]) for k in found.given}
     given = {k: robot.moving[k].direction * symbols[k] for k in found.given}
-    target = of_pose(lines.scope, POSE_SYMBOLS, to_poe(robot)[1])
+    target = of_pose(lines.scope, POSE_SYMBOLS, home_of(robot, lines.scope))
     more = solve_chain(work, lines, found, target, given)
     return of_pose_task(robot, work, (*arguments.values(), *more), given)
 

@@ -13,15 +13,25 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from ..poe import to_poe
-from ..robot import JointKind, Robot
+from ..robot import Joint, JointKind, Placement, Robot, Rotation
 from ..scope import Scope
-from ..vectors import Vector, named, subtracted
+from ..vectors import (
+    IDENTITY,
+    ORIGIN,
+    Basis,
+    Vector,
+    combination,
+    named,
+    turned_about_x,
+    turned_about_z,
+)
+
+Frame = tuple[Basis, Vector]
 
 EXACT = 1e-9
-"""Axes that miss a structure by no more than this (radian, or parts of the arm's length) have it."""
+"""Axes that miss a structure by no more (radian, or parts of the arm's length) have it."""
 SNAPPED = 5e-3
-"""Axes that miss it by no more than this are those of a calibrated arm that was built to have it."""
+"""Axes that miss it by no more are those of a calibrated arm that was built to have it."""
 
 SOME_SLIDE = 0.6180339887
 """A slide (metre) at which nothing meets that does not meet at others."""
@@ -65,23 +75,74 @@ class Axis:
 
 
 def axes_of(robot: Robot, scope: Scope) -> tuple[Axis, ...]:
-    """The axes of a serial robot's moving joints, from the base."""
-    screws, _ = to_poe(robot)
+    """The axes of a serial robot's moving joints in its home pose, from the base."""
+    frames, _ = _home_frames(robot, scope)
     return tuple(
-        _axis(scope, k, joint.name, joint.kind, screws[:, k])
-        for k, joint in enumerate(robot.moving)
+        _axis(scope, k, joint, basis[2], origin)
+        for k, (joint, (basis, origin)) in enumerate(zip(robot.moving, frames, strict=True))
     )
 
 
-def _axis(scope: Scope, k: int, name: str, kind: JointKind, screw: sp.Matrix) -> Axis:
-    moment, direction = screw[:3, 0], screw[3:, 0]
-    if kind == "prismatic":
-        h, p = moment, sp.zeros(3, 1)
-    else:
-        # The point of the axis that is nearest to the base's origin.
-        h, p = direction, direction.cross(moment)
-    exact_h, exact_p = (named(scope, vector.applyfunc(sp.expand)) for vector in (h, p))
-    return Axis(k, name, kind, exact_h, exact_p, numbers(scope, exact_h), numbers(scope, exact_p))
+def home_of(robot: Robot, scope: Scope) -> sp.Matrix:
+    """``M_0_ee`` (4, 4), the tool's pose with every joint at zero."""
+    _, (basis, origin) = _home_frames(robot, scope)
+    T = sp.eye(4)
+    for j, column in enumerate((*basis, origin)):
+        T[:3, j] = sp.Matrix([_short(scope, component) for component in column])
+    return T
+
+
+def with_tool_axis(robot: Robot, lines: "Lines") -> "Lines":
+    """The chain with one more joint, which turns the tool about its own third axis."""
+    scope = lines.scope
+    _, ((_, _, h), origin) = _home_frames(robot, scope)
+    joint = Joint("tool_axis", "revolute")
+    axis = _axis(scope, len(lines.axes), joint, h, origin)
+    return replace(lines, axes=(*lines.axes, axis))
+
+
+def _home_frames(robot: Robot, scope: Scope) -> tuple[list[Frame], Frame]:
+    """The frames of the moving joints in the home pose, and the tool's."""
+    frames = []
+    frame = _placed(scope, (IDENTITY, ORIGIN), robot.base)
+    for joint in robot.joints:
+        frame = _placed(scope, frame, joint.before)
+        if joint.kind != "fixed":
+            frames.append(frame)
+        frame = _placed(scope, frame, joint.after)
+    return frames, _placed(scope, frame, robot.tool)
+
+
+def _placed(scope: Scope, frame: Frame, placement: Placement) -> Frame:
+    """A frame moved by a constant placement, every component named."""
+    basis, origin = frame
+    for motion in placement:
+        if isinstance(motion, Rotation):
+            c, s = scope.cos_sin(motion.angle)
+            x, y, z = basis
+            if motion.axis == "x":
+                basis = turned_about_x(scope, basis, c, s)
+            elif motion.axis == "z":
+                basis = turned_about_z(scope, basis, c, s)
+            else:
+                basis = (combination(scope, (c, -s), (x, z)), y, combination(scope, (c, s), (z, x)))
+        else:
+            origin = combination(scope, (sp.Integer(1), *motion.vector), (origin, *basis))
+    return basis, origin
+
+
+def _axis(scope: Scope, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
+    """The axis through p, named by its point nearest to the base's origin."""
+    h = named(scope, (_short(scope, component) for component in h))
+    along = sum((a * _short(scope, b) for a, b in zip(h, p, strict=True)), sp.Integer(0))
+    near = (sp.expand(_short(scope, b) - a * along) for a, b in zip(h, p, strict=True))
+    point = named(scope, near) if joint.kind != "prismatic" else ORIGIN
+    return Axis(k, joint.name, joint.kind, h, point, numbers(scope, h), numbers(scope, point))
+
+
+def _short(scope: Scope, component: sp.Expr) -> sp.Expr:
+    """A constant in parameters, so that what cancels is seen to; a number keeps its name."""
+    return component if scope.is_number(component) else sp.expand(scope.spelled(component))
 
 
 def numbers(scope: Scope, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
@@ -166,15 +227,11 @@ class Lines:
     def meeting(self, i: int, j: int) -> Vector:
         """The point of axis i that is nearest to axis j, in exact expressions."""
         a, b = self.axes[i], self.axes[j]
-        h_i, h_j = (sp.Matrix(self._spelled(axis.h)) for axis in (a, b))
-        way = sp.Matrix(self._spelled(subtracted(self.scope, b.p, a.p)))
+        h_i, h_j = (sp.Matrix(axis.h) for axis in (a, b))
+        p_i, p_j = (sp.Matrix([_short(self.scope, e) for e in axis.p]) for axis in (a, b))
         normal = h_i.cross(h_j)
-        along = sp.expand(way.cross(h_j).dot(normal) / normal.dot(normal))
-        p = sp.Matrix(self._spelled(a.p))
-        return named(self.scope, (p + along * h_i).applyfunc(sp.expand))
-
-    def _spelled(self, vector: Vector) -> list[sp.Expr]:
-        return [self.scope.spelled(component) for component in vector]
+        along = sp.expand((p_j - p_i).cross(h_j).dot(normal) / normal.dot(normal))
+        return named(self.scope, (p_i + along * h_i).applyfunc(sp.expand))
 
     def sense(self, i: int, j: int) -> int:
         """1 where axis j has the direction of axis i, -1 where it has the opposite one."""

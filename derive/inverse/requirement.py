@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .lines import Lines
+from .lines import SNAPPED, Lines
 
 
 @dataclass(frozen=True)
@@ -16,10 +16,18 @@ class Requirement:
         text: What must hold, in words.
         apart: How far it is from holding: radian, or parts of the arm's length; infinite where no
             small change of the arm would do.
+        parallel: The axes that must be parallel, if it is that.
+        meeting: The axes that must meet, if it is that.
+        parts: The conditions that it sums up, if it does.
+        is_length: Whether it is told in parts of the arm's length.
     """
 
     text: str
     apart: float
+    is_length: bool = False
+    parallel: tuple[int, ...] = ()
+    meeting: tuple[int, ...] = ()
+    parts: tuple["Requirement", ...] = ()
 
 
 def revolute(lines: Lines, indices: Iterable[int]) -> Requirement:
@@ -32,14 +40,17 @@ def revolute(lines: Lines, indices: Iterable[int]) -> Requirement:
 def parallel(lines: Lines, *indices: int) -> Requirement:
     """Axes that must be parallel."""
     return Requirement(
-        f"axes {_names(lines, indices)} are parallel", lines.apart_in_direction(indices)
+        f"axes {_names(lines, indices)} are parallel",
+        lines.apart_in_direction(indices),
+        parallel=indices,
     )
 
 
 def meeting(lines: Lines, *indices: int) -> Requirement:
     """Axes that must pass through one point."""
     what = "pass through one point" if len(indices) > 2 else "intersect"  # noqa: PLR2004
-    return Requirement(f"axes {_names(lines, indices)} {what}", lines.apart_in_place(indices))
+    text = f"axes {_names(lines, indices)} {what}"
+    return Requirement(text, lines.apart_in_place(indices), is_length=True, meeting=indices)
 
 
 def across(lines: Lines, i: int, j: int) -> Requirement:
@@ -47,6 +58,12 @@ def across(lines: Lines, i: int, j: int) -> Requirement:
     a, b = lines.axes[i], lines.axes[j]
     apart = abs(float(a.direction @ b.direction))
     return Requirement(f"axes {a.name} and {b.name} are at right angles", apart)
+
+
+def askew(lines: Lines, i: int, j: int) -> Requirement:
+    """Axes that must not be parallel."""
+    text = f"axes {lines.axes[i].name} and {lines.axes[j].name} are not parallel"
+    return Requirement(text, np.inf if lines.apart_in_direction((i, j)) < SNAPPED else 0.0)
 
 
 def _names(lines: Lines, indices: Iterable[int]) -> str:

@@ -6,15 +6,14 @@ import sympy as sp
 
 from ..forward import Pose
 from ..function import Argument
-from ..poe import to_poe
 from ..robot import Robot
 from ..scope import Scope
 from ..vectors import IDENTITY, Vector, combination, subtracted
 from .families import planar, turntable
 from .families.three_joints import case_of
 from .function import Solved, branches, larger, squares, tool_of, values_of
-from .lines import Lines
-from .target import Target
+from .lines import Lines, home_of
+from .target import Target, of_pose
 from .turns import NO_TURN, Turn
 from .work import Work
 
@@ -35,10 +34,11 @@ def turntable_tasks(robot: Robot, lines: Lines) -> dict[str, Solved]:
 
 
 def planar_tasks(robot: Robot, lines: Lines) -> dict[str, Solved]:
-    """The task of a planar arm of three joints whose plane is the base's."""
+    """The task of a planar arm whose plane is the base's, and in which the tool's x axis lies."""
     upright = abs(float(lines.axes[0].direction[2])) > 1 - _ON_AXIS
     turning = all(axis.turns for axis in lines.axes)
-    return {"ik_planar": _planar(robot, lines)} if turning and upright else {}
+    heading = abs(float(lines.scope.value(home_of(robot, lines.scope)[2, 0]))) < _ON_AXIS
+    return {"ik_planar": _planar(robot, lines)} if turning and upright and heading else {}
 
 
 def _tool_is_free(robot: Robot, lines: Lines) -> bool:
@@ -46,18 +46,19 @@ def _tool_is_free(robot: Robot, lines: Lines) -> bool:
     if len(lines.axes) <= 4:  # noqa: PLR2004
         return True
     axis = lines.axes[4]
-    home = [[float(lines.scope.value(e)) for e in row] for row in to_poe(robot)[1].tolist()]
+    matrix = home_of(robot, lines.scope)
+    home = [[float(lines.scope.value(e)) for e in row] for row in matrix.tolist()]
     way = [home[i][3] - axis.origin[i] for i in range(3)]
     tool = [home[i][2] for i in range(3)]
     h = axis.direction
     off = [h[i - 2] * way[i - 1] - h[i - 1] * way[i - 2] for i in range(3)]
     tilted = [h[i - 2] * tool[i - 1] - h[i - 1] * tool[i - 2] for i in range(3)]
-    return max(map(abs, (*off, *tilted))) < _ON_AXIS
+    return bool(max(map(abs, (*off, *tilted))) < _ON_AXIS)
 
 
 def _home(robot: Robot, scope: Scope) -> tuple[Vector, Vector]:
     """Origin and third axis of the tool in the home pose."""
-    home = to_poe(robot)[1]
+    home = home_of(robot, scope)
     return _column(scope, home, 3), _column(scope, home, 2)
 
 
@@ -134,11 +135,17 @@ def _position_pitch(robot: Robot, lines: Lines) -> Solved:
 
 
 def _position_direction(robot: Robot, lines: Lines) -> Solved:
-    """Place and direction of the tool's axis."""
+    """Place and direction of the tool's axis; a fifth joint stays at 0."""
     scope = lines.scope
     work = Work(scope)
     tool, axis = _home(robot, scope)
     turntable.solve_direction(work, lines, tool, axis, PLACE, U)
+    return position_direction(robot, work)
+
+
+def position_direction(robot: Robot, work: Work) -> Solved:
+    """The task of place and direction, from the joints that were found for it."""
+    scope = work.scope
 
     def residual(pose: Pose) -> sp.Expr:
         return larger(scope, _moved2(scope, pose), squares(scope, subtracted(scope, pose[0][2], U)))
@@ -154,11 +161,28 @@ def _position_direction(robot: Robot, lines: Lines) -> Solved:
     )
 
 
+def target_of_direction(robot: Robot, scope: Scope) -> Target:
+    """Some pose with the tool in its place and its third axis in its direction.
+
+    Source: Duff et al. 2017, Building an orthonormal basis, revisited: the two other axes without a
+    case that loses digits.
+    """
+    x, y, z = U
+    side = scope.let(sp.Piecewise((1, z >= 0), (-1, True), evaluate=False))
+    a = scope.let(-1 / scope.let(side + z))
+    b = scope.let(x * y * a)
+    first = scope.let(1 + side * x**2 * a), scope.let(side * b), scope.let(-side * x)
+    second = b, scope.let(side + y**2 * a), scope.let(-y)
+    entries = [*zip(first, second, U, PLACE, strict=True)]
+    pose = [entry for row in entries for entry in row]
+    return of_pose(scope, pose, home_of(robot, scope))
+
+
 def _planar(robot: Robot, lines: Lines) -> Solved:
     """Place in the base's x-y plane, and the angle of the tool's x axis in it."""
     scope = lines.scope
     work = Work(scope)
-    home = to_poe(robot)[1]
+    home = home_of(robot, scope)
     c, s = scope.cos_sin(PHI)
     c0, s0 = scope.let(home[0, 0]), scope.let(home[1, 0])
     turn = Turn(scope.let(c * c0 + s * s0), scope.let(s * c0 - c * s0))

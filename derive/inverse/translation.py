@@ -1,6 +1,6 @@
 """Stretches of a chain that loops keep from turning, as slides; and the actuators behind them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -10,6 +10,7 @@ import sympy as sp
 from ..chain import Group, Station
 from ..loops.collapse import collapsed
 from ..loops.hybrid import Hybrid
+from ..robot import JointKind
 from ..scope import Scope
 from ..vectors import IDENTITY, ORIGIN, Basis, Vector, combination, turned_about_x, turned_about_z
 from .found import FoundLength
@@ -87,7 +88,7 @@ def _home(
             for slide in station.slides:
                 h = combination(scope, slide.direction, turned)
                 axes.append(_axis(scope, slide.joint, names, "prismatic", h, ORIGIN))
-            reach = _at_rest(scope, station, values)
+            reach = _still(scope, station.reach, station, values)
             for frame in station.frames:
                 x, y, z = (combination(scope, e, turned) for e in frame.orientation)
                 at = combination(
@@ -101,22 +102,11 @@ def _home(
     return axes, tool
 
 
-def _axis(scope: Scope, joint: int, names: Sequence[str], kind: str, h: Vector, p: Vector) -> Axis:
+def _axis(
+    scope: Scope, joint: int, names: Sequence[str], kind: JointKind, h: Vector, p: Vector
+) -> Axis:
     name = names[joint] if joint < len(names) else "translation"
-    revolute = kind == "revolute"
-    return Axis(
-        joint,
-        name,
-        "revolute" if revolute else "prismatic",
-        h,
-        p,
-        numbers(scope, h),
-        numbers(scope, p),
-    )
-
-
-def _at_rest(scope: Scope, station: Station, values: Sequence[sp.Expr]) -> Vector:
-    return _still(scope, station.reach, station, values)
+    return Axis(joint, name, kind, h, p, numbers(scope, h), numbers(scope, p))
 
 
 def _still(scope: Scope, vector: Vector, station: Station, values: Sequence[sp.Expr]) -> Vector:
@@ -155,7 +145,7 @@ def _independent(
 
 
 def actuators_of(
-    work: Work, translating_: Translating, q: Sequence[sp.Symbol]
+    work: Work, moved: Translating, q: Sequence[sp.Symbol]
 ) -> dict[sp.Symbol, sp.Expr] | None:
     """The actuated coordinates that make the slides what the pose wants.
 
@@ -164,15 +154,15 @@ def actuators_of(
 
     Args:
         work: Holds the lengths of the slides; receives the step.
-        translating_: The shorter chain.
+        moved: The shorter chain.
         q: The actuated coordinates.
 
     Returns:
         Their values, or None where they enter in another way.
     """
     scope = work.scope
-    slides = translating_.slides
-    kept = [axis for axis in translating_.lines.axes if not axis.turns]
+    slides = moved.slides
+    kept = [axis for axis in moved.lines.axes if not axis.turns]
     equations = [
         sp.expand(
             sum(

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 import sympy as sp
 
 from ..scope import Scope
+from ..vectors import Vector
 from .found import FoundLength, FoundTurn
 from .lines import Axis
 from .turns import Turn
@@ -30,6 +31,23 @@ class Step:
     degenerate: str = ""
 
 
+@dataclass(frozen=True)
+class Called:
+    """A vector that has a name for the reader.
+
+    Attributes:
+        letter: Its letter, "W".
+        meaning: What it is, in words.
+        vector: Its components (metre where it is a place).
+        after: How many steps it rests on.
+    """
+
+    letter: str
+    meaning: str
+    vector: Vector
+    after: int
+
+
 @dataclass
 class Work:
     """The state of one derivation.
@@ -42,6 +60,7 @@ class Work:
         lengths: The value of each prismatic joint.
         signs: The symbols that stand for 1 or -1, in the order of the slots.
         steps: What was found, in order.
+        called: Vectors that the steps speak of by name.
     """
 
     scope: Scope
@@ -50,11 +69,17 @@ class Work:
     lengths: dict[int, sp.Expr] = field(default_factory=dict)
     signs: list[sp.Symbol] = field(default_factory=list)
     steps: list[Step] = field(default_factory=list)
+    called: list[Called] = field(default_factory=list)
 
     def sign(self) -> sp.Symbol:
         """A new symbol for a choice between two solutions."""
         self.signs.append(sp.Symbol(f"_sign{len(self.signs) + 1}", real=True))
         return self.signs[-1]
+
+    def call(self, letter: str, meaning: str, vector: Vector) -> Vector:
+        """Names a vector for the reader; returns it."""
+        self.called.append(Called(letter, meaning, vector, len(self.steps)))
+        return vector
 
     def step(
         self,

@@ -12,6 +12,7 @@ from .drawing import drawing
 from .functions import forward_kinematics, jacobians
 from .geometry import link_transforms, screws
 from .given import parameters, symbols
+from .inverse import inverse, inverse_of_loops
 from .loop_page import LoopPage
 from .loops import loops
 from .mobility import freedoms
@@ -30,6 +31,7 @@ _FRAGMENTS: Mapping[str, tuple[str, Callable[[Page], str]]] = {
     "transforms": ("Link transforms", link_transforms),
     "fk": ("Forward kinematics", forward_kinematics),
     "jacobian": ("Jacobians", jacobians),
+    "inverse": ("Inverse kinematics", inverse),
 }
 """Heading and writer of each fragment, in the order of reading."""
 
@@ -45,6 +47,7 @@ _OF_LOOPS: Mapping[str, tuple[str, Callable[[LoopPage], str]]] = {
     "transforms": ("Link transforms of the main chain", lambda page: link_transforms(page.chain)),
     "fk": ("Forward kinematics of the main chain", lambda page: forward_kinematics(page.chain)),
     "jacobian": ("Jacobians of the main chain", lambda page: jacobians(page.chain)),
+    "inverse": ("Inverse kinematics of the main chain", inverse_of_loops),
     "rates": ("Velocities", rates),
     "platform": ("Platform on legs", platform),
 }
@@ -56,17 +59,17 @@ def fragments(derivation: Derivation) -> dict[str, str]:
     r"""The parts of a robot's kinematics as LaTeX, to ``\input`` in any article.
 
     They need amsmath and booktabs, fit a line of 345 pt at 10 pt, and hold no headings. Shared
-    terms carry on from ``fk.tex`` to ``jacobian.tex``; ``symbols.tex`` explains the short symbols
-    of all.
+    terms carry on from ``fk.tex`` to ``jacobian.tex`` and ``inverse.tex``; ``symbols.tex`` explains
+    the short symbols of all.
 
     Args:
         derivation: A robot with its functions.
 
     Returns:
         File name and text of each: ``parameters.tex``, ``symbols.tex``, ``screws.tex``,
-        ``transforms.tex``, ``fk.tex``, ``jacobian.tex``; of a robot with loops also
-        ``drawing.tex``, which needs TikZ, ``mobility.tex``, ``loops.tex``, ``solution.tex`` and
-        ``rates.tex``, and of a platform on legs ``platform.tex``.
+        ``transforms.tex``, ``fk.tex``, ``jacobian.tex``, ``inverse.tex``; of a robot with loops
+        also ``drawing.tex``, which needs TikZ, ``mobility.tex``, ``loops.tex``, ``solution.tex``
+        and ``rates.tex``, and of a platform on legs ``platform.tex``.
     """
     if isinstance(derivation.robot, Mechanism):
         page = LoopPage.of(derivation)
@@ -90,8 +93,15 @@ def _headings(derivation: Derivation) -> dict[str, str]:
     return {
         name: heading
         for name, (heading, _) in _OF_LOOPS.items()
-        if (robot.closers or name not in _NEED_LOOPS) and (name != "platform" or is_platform(robot))
+        if (robot.closers or name not in _NEED_LOOPS)
+        and (name != "platform" or is_platform(robot))
+        and (name != "inverse" or not _has_poses(derivation))
     }
+
+
+def _has_poses(derivation: Derivation) -> bool:
+    """Whether loops leave the tool more than one pose; the inverse is then the loops' solution."""
+    return derivation.hybrid is not None and bool(derivation.hybrid.forward.open)
 
 
 def document(derivation: Derivation) -> str:

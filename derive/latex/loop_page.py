@@ -42,7 +42,8 @@ class LoopPage:
         assert isinstance(mechanism, Mechanism)
         assert hybrid is not None
         symbols = members(mechanism)
-        chain = Page.of(derive(mechanism.main_chain, PRINTED), symbols.theta)
+        printed = derive(mechanism.main_chain, PRINTED)
+        chain = Page.of(printed, symbols.theta, len(mechanism.coordinates))
         letters = Letters(chain.equations.notation, symbols)
         return cls(mechanism, hybrid, chain, symbols, letters)
 

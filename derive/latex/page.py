@@ -2,10 +2,12 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import sympy as sp
 
 from ..derivation import Derivation
+from ..inverse.inverse import Inverses, inverses
 from ..robot import Robot
 from . import transforms
 from .layout import Display, matrix, matrix_width
@@ -22,21 +24,37 @@ class Page:
         robot: The chain.
         equations: Forward kinematics and Jacobians in short symbols.
         links: The transforms between neighbouring frames in short symbols.
+        derived: The inverse, where it was derived in the scope of the equations.
+        coordinates: How many coordinates move it, where it is the main chain of a robot with loops.
     """
 
     robot: Robot
     equations: Equations
     links: tuple[sp.ImmutableMatrix, ...]
+    derived: Inverses | None = None
+    coordinates: int | None = None
 
     @classmethod
-    def of(cls, derivation: Derivation, called: Sequence[str] = ()) -> "Page":
+    def of(
+        cls,
+        derivation: Derivation,
+        called: Sequence[str] = (),
+        coordinates: int | None = None,
+    ) -> "Page":
         """The page of a serial robot: once it stands, all short symbols are known."""
         robot = derivation.robot
         assert isinstance(robot, Robot)
         found = equations(derivation, called)
         placements = transforms.placements(robot, found.notation.q)
         links = [transforms.matrix(placement, found.notation) for placement in placements]
-        return cls(robot, found, tuple(links))
+        derived = derivation.inverse if derivation.scope is found.notation.scope else None
+        return cls(robot, found, tuple(links), derived, coordinates)
+
+    @cached_property
+    def inverse(self) -> Inverses:
+        """All that is known of the inverse, in the names of the equations' scope."""
+        scope = self.equations.notation.scope
+        return self.derived or inverses(self.robot, scope, self.coordinates)
 
     def tex(self, expression: sp.Expr) -> str:
         """An expression on one line."""

@@ -68,7 +68,8 @@ class Printer:
             return self._power(factor)
         inner = ", ".join(self.tex(argument) for argument in factor.args)
         name = _FUNCTIONS.get(factor.func, rf"\operatorname{{{factor.func.__name__}}}")
-        return f"{name} {inner}" if factor.args[0].is_Symbol else f"{name}({inner})"
+        alone = len(factor.args) == 1 and factor.args[0].is_Symbol
+        return f"{name} {inner}" if alone else f"{name}({inner})"
 
     def _power(self, power: sp.Expr) -> str:
         base, exponent = power.args

@@ -173,7 +173,7 @@ class _Sharing:
                     self._fit_in_brackets(base, value)
         known = {}
         # Naming a constant numbers it: the order must not be that of a set.
-        for symbol in sorted(expression.free_symbols, key=_numbered):
+        for symbol in sorted(expression.free_symbols, key=numbered):
             if symbol in self.scope.constants:
                 known[symbol] = self.notation.constant(symbol)
             elif symbol in self.scope.terms:
@@ -181,7 +181,7 @@ class _Sharing:
         return expression.xreplace(known)
 
     def _fit_in_brackets(self, term: sp.Symbol, value: sp.Expr) -> None:
-        if value.is_Add and (_depth(value) >= DEEPEST or width(self.printer.tex(value)) > BRACKET):
+        if value.is_Add and (depth(value) >= DEEPEST or width(self.printer.tex(value)) > BRACKET):
             self._name(term, value)
 
     def _name(self, term: sp.Symbol, value: sp.Expr) -> None:
@@ -222,7 +222,7 @@ class _Sharing:
         )
 
 
-def _numbered(symbol: sp.Symbol) -> tuple[int, str]:
+def numbered(symbol: sp.Symbol) -> tuple[int, str]:
     """The order in which a scope numbered its names."""
     return len(symbol.name), symbol.name
 
@@ -231,8 +231,8 @@ def _is_trigonometric(expression: sp.Expr) -> bool:
     return isinstance(expression, sp.cos | sp.sin)
 
 
-def _depth(expression: sp.Expr) -> int:
+def depth(expression: sp.Expr) -> int:
     """How many brackets stand inside each other when an expression is printed."""
     if expression.is_Add:
-        return max(_depth(addend) for addend in expression.args)
-    return max((1 + _depth(f) for f in sp.Mul.make_args(expression) if f.is_Add), default=0)
+        return max(depth(addend) for addend in expression.args)
+    return max((1 + depth(f) for f in sp.Mul.make_args(expression) if f.is_Add), default=0)

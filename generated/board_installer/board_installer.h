@@ -236,6 +236,14 @@ void board_installer_constraint_D_z(const double z[16], double residual_D_z[160]
  *   residual_D_z_dot: rate of the constraint Jacobian, 10 x 16 (1/s, m/s, 1/(m s)) */
 void board_installer_constraint_D_z_dot(const double z[16], const double zd[16], double residual_D_z_dot[160]);
 
+/* Every solution of the inverse kinematics, in 8 slots.
+ * fk(q[k]) = T wherever residual[k] is rounding
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q: joint coordinates, one solution a row, 8 x 6 (rad or m)
+ *   residual: distance of fk(q[k]) from the target, 8 (m or rad)
+ *   margin: distance from the boundary of what can be reached, negative beyond, 8 (1) */
+void board_installer_ik(const double T[16], double q[48], double residual[8], double margin[8]);
+
 #ifdef __cplusplus
 }
 #endif

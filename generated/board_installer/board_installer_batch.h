@@ -43,6 +43,7 @@ void board_installer_actuator_accelerations_batch(size_t n, const double *theta,
 void board_installer_constraint_batch(size_t n, const double *z, double *residual);
 void board_installer_constraint_D_z_batch(size_t n, const double *z, double *residual_D_z);
 void board_installer_constraint_D_z_dot_batch(size_t n, const double *z, const double *zd, double *residual_D_z_dot);
+void board_installer_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus
 }

@@ -3,4285 +3,1463 @@
 
 static LANES_TARGET void LANES_NAME(board_installer_fk)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v2, v3; LANES_NAME(lanes_cos_sin)(&q_3, &v2, &v3);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&q_5, &v6, &v5);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_2, &v7, &v8);
-  const lanes v9 = v1 * v2;
-  const lanes v10 = v3 * v4;
-  const lanes v11 = v9 - v10;
-  const lanes v12 = q_4 * q_4;
-  const lanes v13 = 0.0801 + v12;
-  const lanes v14 = 0.42 * q_4;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = v15 - 0.036;
-  const lanes v17 = 0.5 * v16;
-  const lanes v18 = 0.0288 + v17;
-  const lanes v19 = v18 - 0.01125;
-  const lanes v20 = 2.0833333333333335 * v19;
-  const lanes v21 = 0.1521 - v16;
-  const lanes v22 = v16 - 0.0081;
-  const lanes v23 = v21 * v22;
-  lanes v24; LANES_NAME(lanes_sqrt)(&v23, &v24);
-  const lanes v25 = 1.8042195912175805 * v24;
-  const lanes v26 = v20 - v25;
-  const lanes v27 = v26 - 0.12;
-  const lanes v28 = 6.666666666666666 * v27;
-  const lanes v29 = v11 * v28;
-  const lanes v30 = -v29;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v3, q_0); LANES_COS_SIN(v2, v4, q_3); LANES_COS_SIN(v6, v5, q_5);
+  LANES_COS_SIN(v7, v8, q_2);
+  const lanes v9 = v1 * v2, v10 = v3 * v4, v11 = v9 - v10, v12 = q_4 * q_4, v13 = 0.0801 + v12,
+      v14 = 0.42 * q_4, v15 = v13 + v14, v16 = v15 - 0.036, v17 = 0.5 * v16, v18 = 0.0288 + v17,
+      v19 = v18 - 0.01125, v20 = 2.0833333333333335 * v19, v21 = 0.1521 - v16, v22 = v16 - 0.0081,
+      v23 = v21 * v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 1.8042195912175805 * v24, v26 = v20 - v25, v27 = v26 - 0.12,
+      v28 = 6.666666666666666 * v27, v29 = v11 * v28, v30 = -v29;
   out[0] = v30;
-  const lanes v31 = 1.0416666666666667 * v24;
-  const lanes v32 = 3.608439182435161 * v19;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = 0.20784609690826528 - v33;
-  const lanes v35 = 6.666666666666666 * v34;
-  const lanes v36 = v11 * v35;
-  const lanes v37 = v5 * v36;
-  const lanes v38 = v3 * v1;
-  const lanes v39 = v4 * v2;
-  const lanes v40 = v38 + v39;
-  const lanes v41 = v6 * v40;
-  const lanes v42 = v37 - v41;
+  const lanes v31 = 1.0416666666666667 * v24, v32 = 3.608439182435161 * v19, v33 = v31 + v32,
+      v34 = 0.20784609690826528 - v33, v35 = 6.666666666666666 * v34, v36 = v11 * v35,
+      v37 = v5 * v36, v38 = v1 * v4, v39 = v3 * v2, v40 = v38 + v39, v41 = v6 * v40,
+      v42 = v37 - v41;
   out[1] = v42;
-  const lanes v43 = v5 * v40;
-  const lanes v44 = v6 * v36;
-  const lanes v45 = v43 + v44;
+  const lanes v43 = v5 * v40, v44 = v6 * v36, v45 = v43 + v44;
   out[2] = v45;
-  const lanes v46 = 1.8666666666666667 * v27;
-  const lanes v47 = 0.12 - v46;
-  const lanes v48 = v47 * v2;
-  const lanes v49 = 5.0 * q_1;
-  const lanes v50 = 1.2 - v49;
-  const lanes v51 = v50 - 0.8;
-  const lanes v52 = 0.2 * v51;
-  const lanes v53 = 0.16 * v7;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = v54 * v54;
-  const lanes v56 = 0.16 * v8;
-  const lanes v57 = 0.2 + v56;
-  const lanes v58 = v57 * v57;
-  const lanes v59 = v55 + v58;
-  const lanes v60 = 0.1936 - v59;
-  const lanes v61 = v59 - 0.0016;
-  const lanes v62 = v60 * v61;
-  const lanes v63 = 108.50694444444444 * v62;
-  const lanes_where v64 = LANES_LE(0.0, v63);
-  const lanes_where v65 = LANES_NOT(v64);
-  const lanes v66 = LANES_CHOICE(v65, -1.0, 0.0);
-  lanes v67; LANES_NAME(lanes_sqrt)(&v66, &v67);
-  const lanes v68 = 0.8 * v7;
-  const lanes v69 = v51 + v68;
-  const lanes v70 = v67 + v69;
-  const lanes v71 = v70 + 0.1;
-  const lanes v72 = v48 + v71;
-  const lanes v73 = -0.2 + q_1;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v74 * v1;
-  const lanes v76 = v3 * v47;
-  const lanes v77 = v76 * v4;
-  const lanes v78 = v75 - v77;
-  out[3] = v78;
-  const lanes v79 = v40 * v28;
-  const lanes v80 = -v79;
-  out[4] = v80;
-  const lanes v81 = v40 * v35;
-  const lanes v82 = v5 * v81;
-  const lanes v83 = v6 * v11;
-  const lanes v84 = v82 + v83;
-  out[5] = v84;
-  const lanes v85 = v6 * v81;
-  const lanes v86 = v5 * v11;
-  const lanes v87 = v85 - v86;
-  out[6] = v87;
-  const lanes v88 = v76 * v1;
-  const lanes v89 = v74 * v4;
-  const lanes v90 = v88 + v89;
-  out[7] = v90;
-  const lanes v91 = -v35;
-  out[8] = v91;
-  const lanes v92 = v5 * v28;
-  const lanes v93 = -v92;
-  out[9] = v93;
-  const lanes v94 = v6 * v28;
-  const lanes v95 = -v94;
-  out[10] = v95;
-  const lanes v96 = 0.8 * v8;
-  const lanes v97 = 1.0 + v96;
-  const lanes v98 = v67 + v97;
-  const lanes v99 = 1.8666666666666667 * v34;
-  const lanes v100 = v99 + 0.3;
-  const lanes v101 = v98 - v100;
-  const lanes v102 = v101 + 0.54;
-  out[11] = v102;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v46 = 5.0 * q_1, v47 = 1.2 - v46, v48 = v47 - 0.8, v49 = 0.2 * v48, v50 = 0.16 * v7,
+      v51 = v49 + v50, v52 = v51 * v51, v53 = 0.16 * v8, v54 = 0.2 + v53, v55 = v54 * v54,
+      v56 = v52 + v55, v57 = 0.1936 - v56, v58 = v56 - 0.0016, v59 = v57 * v58,
+      v60 = 108.50694444444444 * v59;
+  const lanes_where v61 = LANES_LE(0.0, v60);
+  const lanes v62 = LANES_CHOICE(v61, 0.0, -1.0);
+  LANES_LET1(v63, sqrt, v62);
+  const lanes v64 = 0.8 * v7, v65 = v48 + v64, v66 = v63 + v65, v67 = v66 + 0.1,
+      v68 = 1.8666666666666667 * v27, v69 = 0.12 - v68, v70 = v2 * v69, v71 = v67 + v70,
+      v72 = -0.2 + q_1, v73 = v71 + v72, v74 = v1 * v73, v75 = v4 * v69, v76 = v3 * v75,
+      v77 = v74 - v76;
+  out[3] = v77;
+  const lanes v78 = v40 * v28, v79 = -v78;
+  out[4] = v79;
+  const lanes v80 = v40 * v35, v81 = v5 * v80, v82 = v6 * v11, v83 = v81 + v82;
+  out[5] = v83;
+  const lanes v84 = v6 * v80, v85 = v5 * v11, v86 = v84 - v85;
+  out[6] = v86;
+  const lanes v87 = v1 * v75, v88 = v3 * v73, v89 = v87 + v88;
+  out[7] = v89;
+  const lanes v90 = -v35;
+  out[8] = v90;
+  const lanes v91 = v5 * v28, v92 = -v91;
+  out[9] = v92;
+  const lanes v93 = v6 * v28, v94 = -v93;
+  out[10] = v94;
+  const lanes v95 = 0.8 * v8, v96 = 1.0 + v95, v97 = v63 + v96, v98 = 1.8666666666666667 * v34,
+      v99 = v98 + 0.3, v100 = v97 - v99, v101 = v100 + 0.54;
+  out[11] = v101; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_link_poses)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_2, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v5, &v6);
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&q_5, &v8, &v7);
-  out[0] = v1;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_2); LANES_COS_SIN(v5, v6, q_3);
+  LANES_COS_SIN(v8, v7, q_5); out[0] = v1;
   const lanes v9 = -v2;
-  out[1] = v9;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = v2;
-  out[5] = v1;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  out[16] = v1;
-  out[17] = v9;
-  out[18] = LANES_OF(0.0);
-  const lanes v10 = -0.2 + q_1;
-  const lanes v11 = v10 * v1;
-  out[19] = v11;
-  out[20] = v2;
-  out[21] = v1;
-  out[22] = LANES_OF(0.0);
-  const lanes v12 = v10 * v2;
-  out[23] = v12;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(1.0);
-  out[27] = LANES_OF(0.54);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(1.0);
-  const lanes v13 = 5.0 * q_1;
-  const lanes v14 = 1.2 - v13;
-  const lanes v15 = v14 - 0.8;
-  const lanes v16 = 0.2 * v15;
-  const lanes v17 = 0.16 * v3;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = v18 * v18;
-  const lanes v20 = 0.16 * v4;
-  const lanes v21 = 0.2 + v20;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v19 + v22;
-  const lanes v24 = 0.5 * v23;
-  const lanes v25 = 0.02 + v24;
-  const lanes v26 = v25 - 0.0288;
-  const lanes v27 = v26 / v23;
-  const lanes v28 = v27 * v21;
-  const lanes v29 = 0.1936 - v23;
-  const lanes v30 = v23 - 0.0016;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.5 * v32;
-  const lanes v34 = v33 / v23;
-  const lanes v35 = v34 * v18;
-  const lanes v36 = v28 + v35;
-  const lanes v37 = 5.0 * v36;
-  const lanes v38 = v37 * v1;
-  out[32] = v38;
-  out[33] = v9;
-  const lanes v39 = v27 * v18;
-  const lanes v40 = v34 * v21;
-  const lanes v41 = v39 - v40;
-  const lanes v42 = 5.0 * v41;
-  const lanes v43 = v42 * v1;
-  out[34] = v43;
-  out[35] = v11;
-  const lanes v44 = v37 * v2;
-  out[36] = v44;
-  out[37] = v1;
-  const lanes v45 = v42 * v2;
-  out[38] = v45;
-  out[39] = v12;
+  out[1] = v9; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = v2; out[5] = v1;
+  out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
+  out[10] = LANES_OF(1.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0); out[16] = v1;
+  out[17] = v9; out[18] = LANES_OF(0.0);
+  const lanes v10 = -0.2 + q_1, v11 = v1 * v10;
+  out[19] = v11; out[20] = v2; out[21] = v1; out[22] = LANES_OF(0.0);
+  const lanes v12 = v2 * v10;
+  out[23] = v12; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(1.0);
+  out[27] = LANES_OF(0.54); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
+  out[30] = LANES_OF(0.0); out[31] = LANES_OF(1.0);
+  const lanes v13 = 5.0 * q_1, v14 = 1.2 - v13, v15 = v14 - 0.8, v16 = 0.2 * v15, v17 = 0.16 * v3,
+      v18 = v16 + v17, v19 = v18 * v18, v20 = 0.16 * v4, v21 = 0.2 + v20, v22 = v21 * v21,
+      v23 = v19 + v22, v24 = 0.5 * v23, v25 = 0.02 + v24, v26 = v25 - 0.0288, v27 = v26 / v23,
+      v28 = v27 * v21, v29 = 0.1936 - v23, v30 = v23 - 0.0016, v31 = v29 * v30;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = 0.5 * v32, v34 = v33 / v23, v35 = v34 * v18, v36 = v28 + v35, v37 = 5.0 * v36,
+      v38 = v1 * v37;
+  out[32] = v38; out[33] = v9;
+  const lanes v39 = v27 * v18, v40 = v34 * v21, v41 = v39 - v40, v42 = 5.0 * v41, v43 = v1 * v42;
+  out[34] = v43; out[35] = v11;
+  const lanes v44 = v2 * v37;
+  out[36] = v44; out[37] = v1;
+  const lanes v45 = v2 * v42;
+  out[38] = v45; out[39] = v12;
   const lanes v46 = -v42;
-  out[40] = v46;
-  out[41] = LANES_OF(0.0);
-  out[42] = v37;
-  out[43] = LANES_OF(0.54);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
+  out[40] = v46; out[41] = LANES_OF(0.0); out[42] = v37; out[43] = LANES_OF(0.54);
+  out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
   out[47] = LANES_OF(1.0);
-  const lanes v47 = v41 - v18;
-  const lanes v48 = 4.166666666666666 * v47;
-  const lanes v49 = v48 * v1;
-  const lanes v50 = -v49;
-  out[48] = v50;
-  out[49] = v9;
-  const lanes v51 = v36 - v21;
-  const lanes v52 = 4.166666666666666 * v51;
-  const lanes v53 = v52 * v1;
+  const lanes v47 = v41 - v18, v48 = 4.166666666666666 * v47, v49 = v1 * v48, v50 = -v49;
+  out[48] = v50; out[49] = v9;
+  const lanes v51 = v36 - v21, v52 = 4.166666666666666 * v51, v53 = v1 * v52;
   out[50] = v53;
   const lanes v54 = v11 + v43;
   out[51] = v54;
-  const lanes v55 = v48 * v2;
-  const lanes v56 = -v55;
-  out[52] = v56;
-  out[53] = v1;
-  const lanes v57 = v52 * v2;
+  const lanes v55 = v2 * v48, v56 = -v55;
+  out[52] = v56; out[53] = v1;
+  const lanes v57 = v2 * v52;
   out[54] = v57;
   const lanes v58 = v12 + v45;
   out[55] = v58;
   const lanes v59 = -v52;
-  out[56] = v59;
-  out[57] = LANES_OF(0.0);
+  out[56] = v59; out[57] = LANES_OF(0.0);
   const lanes v60 = -v48;
   out[58] = v60;
   const lanes v61 = 0.54 + v37;
-  out[59] = v61;
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
-  out[63] = LANES_OF(1.0);
-  out[64] = v1;
-  out[65] = v9;
-  out[66] = LANES_OF(0.0);
-  const lanes v62 = 1.2 * v49;
-  const lanes v63 = v54 - v62;
-  out[67] = v63;
-  out[68] = v2;
-  out[69] = v1;
-  out[70] = LANES_OF(0.0);
-  const lanes v64 = 1.2 * v55;
-  const lanes v65 = v58 - v64;
-  out[71] = v65;
-  out[72] = LANES_OF(0.0);
-  out[73] = LANES_OF(0.0);
-  out[74] = LANES_OF(1.0);
-  const lanes v66 = 4.999999999999999 * v51;
-  const lanes v67 = v61 - v66;
-  out[75] = v67;
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
+  out[59] = v61; out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0); out[62] = LANES_OF(0.0);
+  out[63] = LANES_OF(1.0); out[64] = v1; out[65] = v9; out[66] = LANES_OF(0.0);
+  const lanes v62 = 1.2 * v49, v63 = v54 - v62;
+  out[67] = v63; out[68] = v2; out[69] = v1; out[70] = LANES_OF(0.0);
+  const lanes v64 = 1.2 * v55, v65 = v58 - v64;
+  out[71] = v65; out[72] = LANES_OF(0.0); out[73] = LANES_OF(0.0); out[74] = LANES_OF(1.0);
+  const lanes v66 = 4.999999999999999 * v51, v67 = v61 - v66;
+  out[75] = v67; out[76] = LANES_OF(0.0); out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0);
   out[79] = LANES_OF(1.0);
-  const lanes v68 = v1 * v5;
-  const lanes v69 = v6 * v2;
-  const lanes v70 = v68 - v69;
+  const lanes v68 = v1 * v5, v69 = v2 * v6, v70 = v68 - v69;
   out[80] = v70;
-  const lanes v71 = v6 * v1;
-  const lanes v72 = v2 * v5;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = -v73;
-  out[81] = v74;
-  out[82] = LANES_OF(0.0);
-  const lanes v75 = 0.1 * v1;
-  const lanes v76 = v63 + v75;
-  out[83] = v76;
-  out[84] = v73;
-  out[85] = v70;
-  out[86] = LANES_OF(0.0);
-  const lanes v77 = 0.1 * v2;
-  const lanes v78 = v65 + v77;
-  out[87] = v78;
-  out[88] = LANES_OF(0.0);
-  out[89] = LANES_OF(0.0);
-  out[90] = LANES_OF(1.0);
-  out[91] = v67;
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
+  const lanes v71 = v1 * v6, v72 = v2 * v5, v73 = v71 + v72, v74 = -v73;
+  out[81] = v74; out[82] = LANES_OF(0.0);
+  const lanes v75 = 0.1 * v1, v76 = v63 + v75;
+  out[83] = v76; out[84] = v73; out[85] = v70; out[86] = LANES_OF(0.0);
+  const lanes v77 = 0.1 * v2, v78 = v65 + v77;
+  out[87] = v78; out[88] = LANES_OF(0.0); out[89] = LANES_OF(0.0); out[90] = LANES_OF(1.0);
+  out[91] = v67; out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0); out[94] = LANES_OF(0.0);
   out[95] = LANES_OF(1.0);
-  const lanes v79 = q_4 * q_4;
-  const lanes v80 = 0.0801 + v79;
-  const lanes v81 = 0.42 * q_4;
-  const lanes v82 = v80 + v81;
-  const lanes v83 = v82 - 0.036;
-  const lanes v84 = 0.5 * v83;
-  const lanes v85 = 0.0288 + v84;
-  const lanes v86 = v85 - 0.01125;
-  const lanes v87 = 2.0833333333333335 * v86;
-  const lanes v88 = 0.1521 - v83;
-  const lanes v89 = v83 - 0.0081;
-  const lanes v90 = v88 * v89;
-  lanes v91; LANES_NAME(lanes_sqrt)(&v90, &v91);
-  const lanes v92 = 1.8042195912175805 * v91;
-  const lanes v93 = v87 - v92;
-  const lanes v94 = v93 - 0.12;
-  const lanes v95 = 6.666666666666666 * v94;
-  const lanes v96 = v70 * v95;
-  const lanes v97 = -v96;
-  out[96] = v97;
-  out[97] = v74;
-  const lanes v98 = 1.0416666666666667 * v91;
-  const lanes v99 = 3.608439182435161 * v86;
-  const lanes v100 = v98 + v99;
-  const lanes v101 = 0.20784609690826528 - v100;
-  const lanes v102 = 6.666666666666666 * v101;
-  const lanes v103 = v70 * v102;
+  const lanes v79 = q_4 * q_4, v80 = 0.0801 + v79, v81 = 0.42 * q_4, v82 = v80 + v81,
+      v83 = v82 - 0.036, v84 = 0.5 * v83, v85 = 0.0288 + v84, v86 = v85 - 0.01125,
+      v87 = 2.0833333333333335 * v86, v88 = 0.1521 - v83, v89 = v83 - 0.0081, v90 = v88 * v89;
+  LANES_LET1(v91, sqrt, v90);
+  const lanes v92 = 1.8042195912175805 * v91, v93 = v87 - v92, v94 = v93 - 0.12,
+      v95 = 6.666666666666666 * v94, v96 = v70 * v95, v97 = -v96;
+  out[96] = v97; out[97] = v74;
+  const lanes v98 = 1.0416666666666667 * v91, v99 = 3.608439182435161 * v86, v100 = v98 + v99,
+      v101 = 0.20784609690826528 - v100, v102 = 6.666666666666666 * v101, v103 = v70 * v102;
   out[98] = v103;
-  const lanes v104 = 0.12 * v70;
-  const lanes v105 = v76 + v104;
+  const lanes v104 = 0.12 * v70, v105 = v76 + v104;
   out[99] = v105;
-  const lanes v106 = v73 * v95;
-  const lanes v107 = -v106;
-  out[100] = v107;
-  out[101] = v70;
+  const lanes v106 = v73 * v95, v107 = -v106;
+  out[100] = v107; out[101] = v70;
   const lanes v108 = v73 * v102;
   out[102] = v108;
-  const lanes v109 = 0.12 * v73;
-  const lanes v110 = v78 + v109;
+  const lanes v109 = 0.12 * v73, v110 = v78 + v109;
   out[103] = v110;
   const lanes v111 = -v102;
-  out[104] = v111;
-  out[105] = LANES_OF(0.0);
+  out[104] = v111; out[105] = LANES_OF(0.0);
   const lanes v112 = -v95;
   out[106] = v112;
   const lanes v113 = v67 - 0.3;
-  out[107] = v113;
-  out[108] = LANES_OF(0.0);
-  out[109] = LANES_OF(0.0);
-  out[110] = LANES_OF(0.0);
-  out[111] = LANES_OF(1.0);
-  out[112] = v97;
-  const lanes v114 = v7 * v103;
-  const lanes v115 = v8 * v73;
-  const lanes v116 = v114 - v115;
+  out[107] = v113; out[108] = LANES_OF(0.0); out[109] = LANES_OF(0.0); out[110] = LANES_OF(0.0);
+  out[111] = LANES_OF(1.0); out[112] = v97;
+  const lanes v114 = v7 * v103, v115 = v8 * v73, v116 = v114 - v115;
   out[113] = v116;
-  const lanes v117 = v7 * v73;
-  const lanes v118 = v8 * v103;
-  const lanes v119 = v117 + v118;
-  out[114] = v119;
-  out[115] = v105;
-  out[116] = v107;
-  const lanes v120 = v7 * v108;
-  const lanes v121 = v8 * v70;
-  const lanes v122 = v120 + v121;
+  const lanes v117 = v7 * v73, v118 = v8 * v103, v119 = v117 + v118;
+  out[114] = v119; out[115] = v105; out[116] = v107;
+  const lanes v120 = v7 * v108, v121 = v8 * v70, v122 = v120 + v121;
   out[117] = v122;
-  const lanes v123 = v8 * v108;
-  const lanes v124 = v7 * v70;
-  const lanes v125 = v123 - v124;
-  out[118] = v125;
-  out[119] = v110;
-  out[120] = v111;
-  const lanes v126 = v7 * v95;
-  const lanes v127 = -v126;
+  const lanes v123 = v8 * v108, v124 = v7 * v70, v125 = v123 - v124;
+  out[118] = v125; out[119] = v110; out[120] = v111;
+  const lanes v126 = v7 * v95, v127 = -v126;
   out[121] = v127;
-  const lanes v128 = v8 * v95;
-  const lanes v129 = -v128;
-  out[122] = v129;
-  out[123] = v113;
-  out[124] = LANES_OF(0.0);
-  out[125] = LANES_OF(0.0);
-  out[126] = LANES_OF(0.0);
-  out[127] = LANES_OF(1.0);
+  const lanes v128 = v8 * v95, v129 = -v128;
+  out[122] = v129; out[123] = v113; out[124] = LANES_OF(0.0); out[125] = LANES_OF(0.0);
+  out[126] = LANES_OF(0.0); out[127] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v2, v3; LANES_NAME(lanes_cos_sin)(&q_3, &v2, &v3);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&q_5, &v6, &v5);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_2, &v7, &v8);
-  const lanes v9 = v1 * v2;
-  const lanes v10 = v3 * v4;
-  const lanes v11 = v9 - v10;
-  const lanes v12 = q_4 * q_4;
-  const lanes v13 = 0.0801 + v12;
-  const lanes v14 = 0.42 * q_4;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = v15 - 0.036;
-  const lanes v17 = 0.5 * v16;
-  const lanes v18 = 0.0288 + v17;
-  const lanes v19 = v18 - 0.01125;
-  const lanes v20 = 2.0833333333333335 * v19;
-  const lanes v21 = 0.1521 - v16;
-  const lanes v22 = v16 - 0.0081;
-  const lanes v23 = v21 * v22;
-  lanes v24; LANES_NAME(lanes_sqrt)(&v23, &v24);
-  const lanes v25 = 1.8042195912175805 * v24;
-  const lanes v26 = v20 - v25;
-  const lanes v27 = v26 - 0.12;
-  const lanes v28 = 6.666666666666666 * v27;
-  const lanes v29 = v11 * v28;
-  const lanes v30 = -v29;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v3, q_0); LANES_COS_SIN(v2, v4, q_3); LANES_COS_SIN(v6, v5, q_5);
+  LANES_COS_SIN(v7, v8, q_2);
+  const lanes v9 = v1 * v2, v10 = v3 * v4, v11 = v9 - v10, v12 = q_4 * q_4, v13 = 0.0801 + v12,
+      v14 = 0.42 * q_4, v15 = v13 + v14, v16 = v15 - 0.036, v17 = 0.5 * v16, v18 = 0.0288 + v17,
+      v19 = v18 - 0.01125, v20 = 2.0833333333333335 * v19, v21 = 0.1521 - v16, v22 = v16 - 0.0081,
+      v23 = v21 * v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 1.8042195912175805 * v24, v26 = v20 - v25, v27 = v26 - 0.12,
+      v28 = 6.666666666666666 * v27, v29 = v11 * v28, v30 = -v29;
   out[0] = v30;
-  const lanes v31 = 1.0416666666666667 * v24;
-  const lanes v32 = 3.608439182435161 * v19;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = 0.20784609690826528 - v33;
-  const lanes v35 = 6.666666666666666 * v34;
-  const lanes v36 = v11 * v35;
-  const lanes v37 = v5 * v36;
-  const lanes v38 = v3 * v1;
-  const lanes v39 = v4 * v2;
-  const lanes v40 = v38 + v39;
-  const lanes v41 = v6 * v40;
-  const lanes v42 = v37 - v41;
+  const lanes v31 = 1.0416666666666667 * v24, v32 = 3.608439182435161 * v19, v33 = v31 + v32,
+      v34 = 0.20784609690826528 - v33, v35 = 6.666666666666666 * v34, v36 = v11 * v35,
+      v37 = v5 * v36, v38 = v1 * v4, v39 = v3 * v2, v40 = v38 + v39, v41 = v6 * v40,
+      v42 = v37 - v41;
   out[1] = v42;
-  const lanes v43 = v5 * v40;
-  const lanes v44 = v6 * v36;
-  const lanes v45 = v43 + v44;
+  const lanes v43 = v5 * v40, v44 = v6 * v36, v45 = v43 + v44;
   out[2] = v45;
-  const lanes v46 = 1.8666666666666667 * v27;
-  const lanes v47 = 0.12 - v46;
-  const lanes v48 = v47 * v2;
-  const lanes v49 = 5.0 * q_1;
-  const lanes v50 = 1.2 - v49;
-  const lanes v51 = v50 - 0.8;
-  const lanes v52 = 0.2 * v51;
-  const lanes v53 = 0.16 * v7;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = v54 * v54;
-  const lanes v56 = 0.16 * v8;
-  const lanes v57 = 0.2 + v56;
-  const lanes v58 = v57 * v57;
-  const lanes v59 = v55 + v58;
-  const lanes v60 = 0.1936 - v59;
-  const lanes v61 = v59 - 0.0016;
-  const lanes v62 = v60 * v61;
-  const lanes v63 = 108.50694444444444 * v62;
-  const lanes_where v64 = LANES_LE(0.0, v63);
-  const lanes_where v65 = LANES_NOT(v64);
-  const lanes v66 = LANES_CHOICE(v65, -1.0, 0.0);
-  lanes v67; LANES_NAME(lanes_sqrt)(&v66, &v67);
-  const lanes v68 = 0.8 * v7;
-  const lanes v69 = v51 + v68;
-  const lanes v70 = v67 + v69;
-  const lanes v71 = v70 + 0.1;
-  const lanes v72 = v48 + v71;
-  const lanes v73 = -0.2 + q_1;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v74 * v1;
-  const lanes v76 = v3 * v47;
-  const lanes v77 = v76 * v4;
-  const lanes v78 = v75 - v77;
-  out[3] = v78;
-  const lanes v79 = v40 * v28;
-  const lanes v80 = -v79;
-  out[4] = v80;
-  const lanes v81 = v40 * v35;
-  const lanes v82 = v5 * v81;
-  const lanes v83 = v6 * v11;
-  const lanes v84 = v82 + v83;
-  out[5] = v84;
-  const lanes v85 = v6 * v81;
-  const lanes v86 = v5 * v11;
-  const lanes v87 = v85 - v86;
-  out[6] = v87;
-  const lanes v88 = v76 * v1;
-  const lanes v89 = v74 * v4;
-  const lanes v90 = v88 + v89;
-  out[7] = v90;
-  const lanes v91 = -v35;
-  out[8] = v91;
-  const lanes v92 = v5 * v28;
-  const lanes v93 = -v92;
-  out[9] = v93;
-  const lanes v94 = v6 * v28;
-  const lanes v95 = -v94;
-  out[10] = v95;
-  const lanes v96 = 0.8 * v8;
-  const lanes v97 = 1.0 + v96;
-  const lanes v98 = v67 + v97;
-  const lanes v99 = 1.8666666666666667 * v34;
-  const lanes v100 = v99 + 0.3;
-  const lanes v101 = v98 - v100;
-  const lanes v102 = v101 + 0.54;
-  out[11] = v102;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v46 = 5.0 * q_1, v47 = 1.2 - v46, v48 = v47 - 0.8, v49 = 0.2 * v48, v50 = 0.16 * v7,
+      v51 = v49 + v50, v52 = v51 * v51, v53 = 0.16 * v8, v54 = 0.2 + v53, v55 = v54 * v54,
+      v56 = v52 + v55, v57 = 0.1936 - v56, v58 = v56 - 0.0016, v59 = v57 * v58,
+      v60 = 108.50694444444444 * v59;
+  const lanes_where v61 = LANES_LE(0.0, v60);
+  const lanes v62 = LANES_CHOICE(v61, 0.0, -1.0);
+  LANES_LET1(v63, sqrt, v62);
+  const lanes v64 = 0.8 * v7, v65 = v48 + v64, v66 = v63 + v65, v67 = v66 + 0.1,
+      v68 = 1.8666666666666667 * v27, v69 = 0.12 - v68, v70 = v2 * v69, v71 = v67 + v70,
+      v72 = -0.2 + q_1, v73 = v71 + v72, v74 = v1 * v73, v75 = v4 * v69, v76 = v3 * v75,
+      v77 = v74 - v76;
+  out[3] = v77;
+  const lanes v78 = v40 * v28, v79 = -v78;
+  out[4] = v79;
+  const lanes v80 = v40 * v35, v81 = v5 * v80, v82 = v6 * v11, v83 = v81 + v82;
+  out[5] = v83;
+  const lanes v84 = v6 * v80, v85 = v5 * v11, v86 = v84 - v85;
+  out[6] = v86;
+  const lanes v87 = v1 * v75, v88 = v3 * v73, v89 = v87 + v88;
+  out[7] = v89;
+  const lanes v90 = -v35;
+  out[8] = v90;
+  const lanes v91 = v5 * v28, v92 = -v91;
+  out[9] = v92;
+  const lanes v93 = v6 * v28, v94 = -v93;
+  out[10] = v94;
+  const lanes v95 = 0.8 * v8, v96 = 1.0 + v95, v97 = v63 + v96, v98 = 1.8666666666666667 * v34,
+      v99 = v98 + 0.3, v100 = v97 - v99, v101 = v100 + 0.54;
+  out[11] = v101; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
-  const lanes v103 = v67 * v1;
-  const lanes v104 = v103 - v90;
-  out[16] = v104;
-  const lanes v105 = v67 - 5.0;
-  const lanes v106 = v105 * v1;
-  const lanes v107 = v106 + v1;
-  out[17] = v107;
-  const lanes v108 = v67 - v96;
-  const lanes v109 = v108 * v1;
-  out[18] = v109;
-  const lanes v110 = v40 * v47;
-  const lanes v111 = v103 - v110;
-  out[19] = v111;
-  const lanes v112 = v11 * v99;
-  const lanes v113 = q_4 + 0.21;
-  const lanes v114 = 0.5 * v24;
-  const lanes v115 = v113 / v114;
-  const lanes v116 = v112 * v115;
-  const lanes v117 = v103 + v116;
-  out[20] = v117;
-  out[21] = v103;
-  const lanes v118 = v67 * v4;
-  const lanes v119 = v78 + v118;
-  out[22] = v119;
-  const lanes v120 = v105 * v4;
-  const lanes v121 = v120 + v4;
-  out[23] = v121;
-  const lanes v122 = v108 * v4;
-  out[24] = v122;
-  const lanes v123 = v11 * v47;
-  const lanes v124 = v123 + v118;
-  out[25] = v124;
-  const lanes v125 = v40 * v99;
-  const lanes v126 = v125 * v115;
-  const lanes v127 = v118 + v126;
-  out[26] = v127;
-  out[27] = v118;
-  out[28] = v67;
-  out[29] = v67;
-  const lanes v128 = v68 + v67;
-  out[30] = v128;
-  out[31] = v67;
-  const lanes v129 = v46 * v115;
-  const lanes v130 = v67 - v129;
-  out[32] = v130;
-  out[33] = v67;
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
-  const lanes v131 = v40 * v115;
-  out[38] = v131;
-  out[39] = v30;
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  const lanes v132 = v11 * v115;
-  const lanes v133 = -v132;
-  out[44] = v133;
-  out[45] = v80;
-  out[46] = LANES_OF(1.0);
-  out[47] = LANES_OF(0.0);
-  out[48] = LANES_OF(0.0);
-  out[49] = LANES_OF(1.0);
-  out[50] = LANES_OF(0.0);
-  out[51] = v91;
+  const lanes v102 = v63 * v1, v103 = v102 - v89;
+  out[16] = v103;
+  const lanes v104 = v63 - 5.0, v105 = v1 * v104, v106 = v1 + v105;
+  out[17] = v106;
+  const lanes v107 = v63 - v95, v108 = v1 * v107;
+  out[18] = v108;
+  const lanes v109 = v40 * v69, v110 = v102 - v109;
+  out[19] = v110;
+  const lanes v111 = v11 * v98, v112 = q_4 + 0.21, v113 = 0.5 * v24, v114 = v112 / v113,
+      v115 = v111 * v114, v116 = v102 + v115;
+  out[20] = v116; out[21] = v102;
+  const lanes v117 = v63 * v3, v118 = v77 + v117;
+  out[22] = v118;
+  const lanes v119 = v3 * v104, v120 = v3 + v119;
+  out[23] = v120;
+  const lanes v121 = v3 * v107;
+  out[24] = v121;
+  const lanes v122 = v11 * v69, v123 = v122 + v117;
+  out[25] = v123;
+  const lanes v124 = v40 * v98, v125 = v124 * v114, v126 = v117 + v125;
+  out[26] = v126; out[27] = v117; out[28] = v63; out[29] = v63;
+  const lanes v127 = v63 + v64;
+  out[30] = v127; out[31] = v63;
+  const lanes v128 = v68 * v114, v129 = v63 - v128;
+  out[32] = v129; out[33] = v63; out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0);
+  out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0);
+  const lanes v130 = v40 * v114;
+  out[38] = v130; out[39] = v30; out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0);
+  out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0);
+  const lanes v131 = v11 * v114, v132 = -v131;
+  out[44] = v132; out[45] = v79; out[46] = LANES_OF(1.0); out[47] = LANES_OF(0.0);
+  out[48] = LANES_OF(0.0); out[49] = LANES_OF(1.0); out[50] = LANES_OF(0.0); out[51] = v90;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_jacobian_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_2, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v5, &v6);
-  const lanes v7 = 5.0 * q_1;
-  const lanes v8 = 1.2 - v7;
-  const lanes v9 = v8 - 0.8;
-  const lanes v10 = 0.2 * v9;
-  const lanes v11 = 0.16 * v1;
-  const lanes v12 = v10 + v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = 0.16 * v2;
-  const lanes v15 = 0.2 + v14;
-  const lanes v16 = v15 * v15;
-  const lanes v17 = v13 + v16;
-  const lanes v18 = 0.1936 - v17;
-  const lanes v19 = v17 - 0.0016;
-  const lanes v20 = v18 * v19;
-  const lanes v21 = 108.50694444444444 * v20;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4];
+  LANES_COS_SIN(v1, v2, q_2); LANES_COS_SIN(v3, v4, q_0); LANES_COS_SIN(v5, v6, q_3);
+  const lanes v7 = 5.0 * q_1, v8 = 1.2 - v7, v9 = v8 - 0.8, v10 = 0.2 * v9, v11 = 0.16 * v1,
+      v12 = v10 + v11, v13 = v12 * v12, v14 = 0.16 * v2, v15 = 0.2 + v14, v16 = v15 * v15,
+      v17 = v13 + v16, v18 = 0.1936 - v17, v19 = v17 - 0.0016, v20 = v18 * v19,
+      v21 = 108.50694444444444 * v20;
   const lanes_where v22 = LANES_LE(0.0, v21);
-  const lanes_where v23 = LANES_NOT(v22);
-  const lanes v24 = LANES_CHOICE(v23, -1.0, 0.0);
-  lanes v25; LANES_NAME(lanes_sqrt)(&v24, &v25);
-  const lanes v26 = v25 * v3;
-  out[0] = v26;
-  const lanes v27 = v25 - 5.0;
-  const lanes v28 = v27 * v3;
-  const lanes v29 = v28 + v3;
-  out[1] = v29;
-  const lanes v30 = 0.8 * v2;
-  const lanes v31 = v25 - v30;
-  const lanes v32 = v31 * v3;
-  out[2] = v32;
-  const lanes v33 = -0.2 + q_1;
-  const lanes v34 = 0.8 * v1;
-  const lanes v35 = v9 + v34;
-  const lanes v36 = v25 + v35;
-  const lanes v37 = v36 + 0.1;
-  const lanes v38 = v33 + v37;
-  const lanes v39 = v38 * v4;
-  const lanes v40 = v26 + v39;
-  out[3] = v40;
-  const lanes v41 = q_4 + 0.21;
-  const lanes v42 = q_4 * q_4;
-  const lanes v43 = 0.0801 + v42;
-  const lanes v44 = 0.42 * q_4;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = v45 - 0.036;
-  const lanes v47 = 0.1521 - v46;
-  const lanes v48 = v46 - 0.0081;
-  const lanes v49 = v47 * v48;
-  lanes v50; LANES_NAME(lanes_sqrt)(&v49, &v50);
-  const lanes v51 = 0.5 * v50;
-  const lanes v52 = v41 / v51;
-  const lanes v53 = v3 * v5;
-  const lanes v54 = v6 * v4;
-  const lanes v55 = v53 - v54;
-  const lanes v56 = 1.0 + v30;
-  const lanes v57 = v25 + v56;
-  const lanes v58 = v57 + 0.54;
-  const lanes v59 = 0.3 - v58;
-  const lanes v60 = v55 * v59;
-  const lanes v61 = v52 * v60;
-  const lanes v62 = v26 - v61;
-  out[4] = v62;
-  const lanes v63 = 1.0416666666666667 * v50;
-  const lanes v64 = 0.5 * v46;
-  const lanes v65 = 0.0288 + v64;
-  const lanes v66 = v65 - 0.01125;
-  const lanes v67 = 3.608439182435161 * v66;
-  const lanes v68 = v63 + v67;
-  const lanes v69 = 0.20784609690826528 - v68;
-  const lanes v70 = 6.666666666666666 * v69;
-  const lanes v71 = v55 * v70;
-  const lanes v72 = v6 * v38;
-  const lanes v73 = v71 * v72;
-  const lanes v74 = v6 * v3;
-  const lanes v75 = v4 * v5;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v38 * v5;
-  const lanes v78 = v77 + 0.12;
-  const lanes v79 = v78 * v70;
-  const lanes v80 = 2.0833333333333335 * v66;
-  const lanes v81 = 1.8042195912175805 * v50;
-  const lanes v82 = v80 - v81;
-  const lanes v83 = v82 - 0.12;
-  const lanes v84 = 6.666666666666666 * v83;
-  const lanes v85 = v59 * v84;
-  const lanes v86 = v79 + v85;
-  const lanes v87 = v76 * v86;
-  const lanes v88 = v73 - v87;
-  const lanes v89 = v26 + v88;
-  out[5] = v89;
-  const lanes v90 = v25 * v4;
-  out[6] = v90;
-  const lanes v91 = v27 * v4;
-  const lanes v92 = v91 + v4;
-  out[7] = v92;
-  const lanes v93 = v31 * v4;
-  out[8] = v93;
-  const lanes v94 = v38 * v3;
-  const lanes v95 = v90 - v94;
-  out[9] = v95;
-  const lanes v96 = v76 * v59;
-  const lanes v97 = v52 * v96;
-  const lanes v98 = v90 - v97;
-  out[10] = v98;
-  const lanes v99 = v55 * v86;
-  const lanes v100 = v76 * v70;
-  const lanes v101 = v100 * v72;
-  const lanes v102 = v99 + v101;
-  const lanes v103 = v90 + v102;
-  out[11] = v103;
-  out[12] = v25;
-  out[13] = v25;
-  const lanes v104 = v34 + v25;
-  out[14] = v104;
-  out[15] = v25;
-  const lanes v105 = v52 * v78;
-  const lanes v106 = v25 - v105;
-  out[16] = v106;
-  const lanes v107 = v72 * v84;
-  const lanes v108 = v25 - v107;
-  out[17] = v108;
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
+  const lanes v23 = LANES_CHOICE(v22, 0.0, -1.0);
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = v24 * v3;
+  out[0] = v25;
+  const lanes v26 = v24 - 5.0, v27 = v3 * v26, v28 = v3 + v27;
+  out[1] = v28;
+  const lanes v29 = 0.8 * v2, v30 = v24 - v29, v31 = v3 * v30;
+  out[2] = v31;
+  const lanes v32 = 0.8 * v1, v33 = v9 + v32, v34 = v24 + v33, v35 = v34 + 0.1, v36 = -0.2 + q_1,
+      v37 = v35 + v36, v38 = v4 * v37, v39 = v25 + v38;
+  out[3] = v39;
+  const lanes v40 = q_4 + 0.21, v41 = q_4 * q_4, v42 = 0.0801 + v41, v43 = 0.42 * q_4,
+      v44 = v42 + v43, v45 = v44 - 0.036, v46 = 0.1521 - v45, v47 = v45 - 0.0081, v48 = v46 * v47;
+  LANES_LET1(v49, sqrt, v48);
+  const lanes v50 = 0.5 * v49, v51 = v40 / v50, v52 = v3 * v5, v53 = v4 * v6, v54 = v52 - v53,
+      v55 = 1.0 + v29, v56 = v24 + v55, v57 = v56 + 0.54, v58 = 0.3 - v57, v59 = v54 * v58,
+      v60 = v51 * v59, v61 = v25 - v60;
+  out[4] = v61;
+  const lanes v62 = 1.0416666666666667 * v49, v63 = 0.5 * v45, v64 = 0.0288 + v63,
+      v65 = v64 - 0.01125, v66 = 3.608439182435161 * v65, v67 = v62 + v66,
+      v68 = 0.20784609690826528 - v67, v69 = 6.666666666666666 * v68, v70 = v54 * v69,
+      v71 = v6 * v37, v72 = v70 * v71, v73 = v3 * v6, v74 = v4 * v5, v75 = v73 + v74,
+      v76 = v5 * v37, v77 = v76 + 0.12, v78 = v77 * v69, v79 = 2.0833333333333335 * v65,
+      v80 = 1.8042195912175805 * v49, v81 = v79 - v80, v82 = v81 - 0.12,
+      v83 = 6.666666666666666 * v82, v84 = v58 * v83, v85 = v78 + v84, v86 = v75 * v85,
+      v87 = v72 - v86, v88 = v25 + v87;
+  out[5] = v88;
+  const lanes v89 = v24 * v4;
+  out[6] = v89;
+  const lanes v90 = v4 * v26, v91 = v4 + v90;
+  out[7] = v91;
+  const lanes v92 = v4 * v30;
+  out[8] = v92;
+  const lanes v93 = v3 * v37, v94 = v89 - v93;
+  out[9] = v94;
+  const lanes v95 = v75 * v58, v96 = v51 * v95, v97 = v89 - v96;
+  out[10] = v97;
+  const lanes v98 = v54 * v85, v99 = v75 * v69, v100 = v99 * v71, v101 = v98 + v100,
+      v102 = v89 + v101;
+  out[11] = v102; out[12] = v24; out[13] = v24;
+  const lanes v103 = v24 + v32;
+  out[14] = v103; out[15] = v24;
+  const lanes v104 = v51 * v77, v105 = v24 - v104;
+  out[16] = v105;
+  const lanes v106 = v71 * v83, v107 = v24 - v106;
+  out[17] = v107; out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0);
   out[21] = LANES_OF(0.0);
-  const lanes v109 = v76 * v52;
-  out[22] = v109;
-  const lanes v110 = v55 * v84;
-  const lanes v111 = -v110;
-  out[23] = v111;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
+  const lanes v108 = v75 * v51;
+  out[22] = v108;
+  const lanes v109 = v54 * v83, v110 = -v109;
+  out[23] = v110; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0);
   out[27] = LANES_OF(0.0);
-  const lanes v112 = v55 * v52;
-  const lanes v113 = -v112;
-  out[28] = v113;
-  const lanes v114 = v76 * v84;
-  const lanes v115 = -v114;
-  out[29] = v115;
-  out[30] = LANES_OF(1.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(1.0);
-  out[34] = LANES_OF(0.0);
-  const lanes v116 = -v70;
-  out[35] = v116;
+  const lanes v111 = v54 * v51, v112 = -v111;
+  out[28] = v112;
+  const lanes v113 = v75 * v83, v114 = -v113;
+  out[29] = v114; out[30] = LANES_OF(1.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
+  out[33] = LANES_OF(1.0); out[34] = LANES_OF(0.0);
+  const lanes v115 = -v69;
+  out[35] = v115;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_jacobian_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_2, &v1, &v2);
-  lanes v3, v5; LANES_NAME(lanes_cos_sin)(&q_3, &v3, &v5);
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v6);
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&q_5, &v8, &v7);
-  const lanes v9 = q_4 * q_4;
-  const lanes v10 = 0.0801 + v9;
-  const lanes v11 = 0.42 * q_4;
-  const lanes v12 = v10 + v11;
-  const lanes v13 = v12 - 0.036;
-  const lanes v14 = 0.1521 - v13;
-  const lanes v15 = v13 - 0.0081;
-  const lanes v16 = v14 * v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 1.0416666666666667 * v17;
-  const lanes v19 = 0.5 * v13;
-  const lanes v20 = 0.0288 + v19;
-  const lanes v21 = v20 - 0.01125;
-  const lanes v22 = 3.608439182435161 * v21;
-  const lanes v23 = v18 + v22;
-  const lanes v24 = 0.20784609690826528 - v23;
-  const lanes v25 = 6.666666666666666 * v24;
-  const lanes v26 = 5.0 * q_1;
-  const lanes v27 = 1.2 - v26;
-  const lanes v28 = v27 - 0.8;
-  const lanes v29 = 0.2 * v28;
-  const lanes v30 = 0.16 * v1;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v31 * v31;
-  const lanes v33 = 0.16 * v2;
-  const lanes v34 = 0.2 + v33;
-  const lanes v35 = v34 * v34;
-  const lanes v36 = v32 + v35;
-  const lanes v37 = 0.1936 - v36;
-  const lanes v38 = v36 - 0.0016;
-  const lanes v39 = v37 * v38;
-  const lanes v40 = 108.50694444444444 * v39;
-  const lanes_where v41 = LANES_LE(0.0, v40);
-  const lanes_where v42 = LANES_NOT(v41);
-  const lanes v43 = LANES_CHOICE(v42, -1.0, 0.0);
-  lanes v44; LANES_NAME(lanes_sqrt)(&v43, &v44);
-  const lanes v45 = v25 * v44;
-  const lanes v46 = 2.0833333333333335 * v21;
-  const lanes v47 = 1.8042195912175805 * v17;
-  const lanes v48 = v46 - v47;
-  const lanes v49 = v48 - 0.12;
-  const lanes v50 = 1.8666666666666667 * v49;
-  const lanes v51 = 0.12 - v50;
-  const lanes v52 = v51 * v3;
-  const lanes v53 = 0.8 * v1;
-  const lanes v54 = v28 + v53;
-  const lanes v55 = v44 + v54;
-  const lanes v56 = v55 + 0.1;
-  const lanes v57 = v52 + v56;
-  const lanes v58 = -0.2 + q_1;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = v59 * v4;
-  const lanes v61 = v5 * v51;
-  const lanes v62 = v61 * v6;
-  const lanes v63 = v60 - v62;
-  const lanes v64 = 6.666666666666666 * v49;
-  const lanes v65 = v64 * v3;
-  const lanes v66 = v65 * v6;
-  const lanes v67 = v5 * v64;
-  const lanes v68 = v67 * v4;
-  const lanes v69 = v66 + v68;
-  const lanes v70 = v63 * v69;
-  const lanes v71 = v61 * v4;
-  const lanes v72 = v59 * v6;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = v67 * v6;
-  const lanes v75 = v65 * v4;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v73 * v76;
-  const lanes v78 = v70 + v77;
-  const lanes v79 = v65 * v44;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = v45 + v80;
-  const lanes v82 = -v81;
-  out[0] = v82;
-  const lanes v83 = v44 - 5.0;
-  const lanes v84 = v83 * v65;
-  const lanes v85 = v65 + v84;
-  const lanes v86 = v45 + v85;
-  const lanes v87 = -v86;
-  out[1] = v87;
-  const lanes v88 = 0.8 * v2;
-  const lanes v89 = v44 - v88;
-  const lanes v90 = v89 * v65;
-  const lanes v91 = v53 + v44;
-  const lanes v92 = v91 * v25;
-  const lanes v93 = v90 + v92;
-  const lanes v94 = -v93;
-  out[2] = v94;
-  const lanes v95 = v79 + v45;
-  const lanes v96 = -v95;
-  out[3] = v96;
-  out[4] = v96;
-  out[5] = v96;
-  const lanes v97 = v7 * v25;
-  const lanes v98 = v97 * v3;
-  const lanes v99 = v5 * v8;
-  const lanes v100 = v98 - v99;
-  const lanes v101 = v100 * v6;
-  const lanes v102 = v5 * v97;
-  const lanes v103 = v8 * v3;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = v104 * v4;
-  const lanes v106 = v101 + v105;
-  const lanes v107 = v63 * v106;
-  const lanes v108 = v100 * v4;
-  const lanes v109 = v104 * v6;
-  const lanes v110 = v108 - v109;
-  const lanes v111 = v73 * v110;
-  const lanes v112 = v107 - v111;
-  const lanes v113 = v100 * v44;
-  const lanes v114 = v112 + v113;
-  const lanes v115 = v7 * v64;
-  const lanes v116 = v115 * v44;
-  const lanes v117 = v114 - v116;
-  out[6] = v117;
-  const lanes v118 = v83 * v100;
-  const lanes v119 = v100 + v118;
-  const lanes v120 = v119 - v116;
-  out[7] = v120;
-  const lanes v121 = v89 * v100;
-  const lanes v122 = v115 * v91;
-  const lanes v123 = v121 - v122;
-  out[8] = v123;
-  const lanes v124 = v8 * v51;
-  const lanes v125 = v113 - v116;
-  const lanes v126 = v124 + v125;
-  out[9] = v126;
-  const lanes v127 = q_4 + 0.21;
-  const lanes v128 = 0.5 * v17;
-  const lanes v129 = v127 / v128;
-  const lanes v130 = 0.28 * v7;
-  const lanes v131 = v129 * v130;
-  const lanes v132 = v125 + v131;
-  out[10] = v132;
-  out[11] = v125;
-  const lanes v133 = v5 * v7;
-  const lanes v134 = v8 * v25;
-  const lanes v135 = v134 * v3;
-  const lanes v136 = v133 + v135;
-  const lanes v137 = v136 * v6;
-  const lanes v138 = v5 * v134;
-  const lanes v139 = v7 * v3;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = v140 * v4;
-  const lanes v142 = v137 + v141;
-  const lanes v143 = v63 * v142;
-  const lanes v144 = v136 * v4;
-  const lanes v145 = v140 * v6;
-  const lanes v146 = v144 - v145;
-  const lanes v147 = v73 * v146;
-  const lanes v148 = v143 - v147;
-  const lanes v149 = v136 * v44;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = v8 * v64;
-  const lanes v152 = v151 * v44;
-  const lanes v153 = v150 - v152;
-  out[12] = v153;
-  const lanes v154 = v83 * v136;
-  const lanes v155 = v136 + v154;
-  const lanes v156 = v155 - v152;
-  out[13] = v156;
-  const lanes v157 = v89 * v136;
-  const lanes v158 = v151 * v91;
-  const lanes v159 = v157 - v158;
-  out[14] = v159;
-  const lanes v160 = v149 - v152;
-  const lanes v161 = v7 * v51;
-  const lanes v162 = v160 - v161;
-  out[15] = v162;
-  const lanes v163 = 0.28 * v8;
-  const lanes v164 = v129 * v163;
-  const lanes v165 = v160 + v164;
-  out[16] = v165;
-  out[17] = v160;
-  const lanes v166 = -v25;
-  out[18] = v166;
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = v166;
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(1.0);
-  const lanes v167 = -v115;
-  out[24] = v167;
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = v167;
-  const lanes v168 = v8 * v129;
-  const lanes v169 = -v168;
-  out[28] = v169;
-  out[29] = LANES_OF(0.0);
-  const lanes v170 = -v151;
-  out[30] = v170;
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = v170;
-  const lanes v171 = v7 * v129;
-  out[34] = v171;
-  out[35] = LANES_OF(0.0);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v2, q_2); LANES_COS_SIN(v3, v5, q_0); LANES_COS_SIN(v4, v6, q_3);
+  LANES_COS_SIN(v7, v8, q_5);
+  const lanes v9 = 5.0 * q_1, v10 = 1.2 - v9, v11 = v10 - 0.8, v12 = 0.2 * v11, v13 = 0.16 * v1,
+      v14 = v12 + v13, v15 = v14 * v14, v16 = 0.16 * v2, v17 = 0.2 + v16, v18 = v17 * v17,
+      v19 = v15 + v18, v20 = 0.1936 - v19, v21 = v19 - 0.0016, v22 = v20 * v21,
+      v23 = 108.50694444444444 * v22;
+  const lanes_where v24 = LANES_LE(0.0, v23);
+  const lanes v25 = LANES_CHOICE(v24, 0.0, -1.0);
+  LANES_LET1(v26, sqrt, v25);
+  const lanes v27 = q_4 * q_4, v28 = 0.0801 + v27, v29 = 0.42 * q_4, v30 = v28 + v29,
+      v31 = v30 - 0.036, v32 = 0.1521 - v31, v33 = v31 - 0.0081, v34 = v32 * v33;
+  LANES_LET1(v35, sqrt, v34);
+  const lanes v36 = 1.0416666666666667 * v35, v37 = 0.5 * v31, v38 = 0.0288 + v37,
+      v39 = v38 - 0.01125, v40 = 3.608439182435161 * v39, v41 = v36 + v40,
+      v42 = 0.20784609690826528 - v41, v43 = 6.666666666666666 * v42, v44 = v26 * v43,
+      v45 = 0.8 * v1, v46 = v11 + v45, v47 = v26 + v46, v48 = v47 + 0.1,
+      v49 = 2.0833333333333335 * v39, v50 = 1.8042195912175805 * v35, v51 = v49 - v50,
+      v52 = v51 - 0.12, v53 = 1.8666666666666667 * v52, v54 = 0.12 - v53, v55 = v4 * v54,
+      v56 = v48 + v55, v57 = -0.2 + q_1, v58 = v56 + v57, v59 = v3 * v58, v60 = v6 * v54,
+      v61 = v5 * v60, v62 = v59 - v61, v63 = 6.666666666666666 * v52, v64 = v6 * v63,
+      v65 = v3 * v64, v66 = v4 * v63, v67 = v5 * v66, v68 = v65 + v67, v69 = v62 * v68,
+      v70 = v3 * v60, v71 = v5 * v58, v72 = v70 + v71, v73 = v5 * v64, v74 = v3 * v66,
+      v75 = v73 - v74, v76 = v72 * v75, v77 = v69 + v76, v78 = v26 * v66, v79 = v77 + v78,
+      v80 = v44 + v79, v81 = -v80;
+  out[0] = v81;
+  const lanes v82 = v26 - 5.0, v83 = v82 * v66, v84 = v66 + v83, v85 = v44 + v84, v86 = -v85;
+  out[1] = v86;
+  const lanes v87 = 0.8 * v2, v88 = v26 - v87, v89 = v88 * v66, v90 = v26 + v45, v91 = v90 * v43,
+      v92 = v89 + v91, v93 = -v92;
+  out[2] = v93;
+  const lanes v94 = v78 + v44, v95 = -v94;
+  out[3] = v95; out[4] = v95; out[5] = v95;
+  const lanes v96 = v4 * v7, v97 = v8 * v43, v98 = v6 * v97, v99 = v96 + v98, v100 = v3 * v99,
+      v101 = v4 * v97, v102 = v6 * v7, v103 = v101 - v102, v104 = v5 * v103, v105 = v100 + v104,
+      v106 = v62 * v105, v107 = v3 * v103, v108 = v5 * v99, v109 = v107 - v108, v110 = v72 * v109,
+      v111 = v106 - v110, v112 = v26 * v103, v113 = v111 + v112, v114 = v8 * v63, v115 = v26 * v114,
+      v116 = v113 - v115;
+  out[6] = v116;
+  const lanes v117 = v82 * v103, v118 = v103 + v117, v119 = v118 - v115;
+  out[7] = v119;
+  const lanes v120 = v88 * v103, v121 = v114 * v90, v122 = v120 - v121;
+  out[8] = v122;
+  const lanes v123 = v7 * v54, v124 = v112 - v115, v125 = v123 + v124;
+  out[9] = v125;
+  const lanes v126 = q_4 + 0.21, v127 = 0.5 * v35, v128 = v126 / v127, v129 = 0.28 * v8,
+      v130 = v128 * v129, v131 = v124 + v130;
+  out[10] = v131; out[11] = v124;
+  const lanes v132 = v7 * v43, v133 = v6 * v132, v134 = v4 * v8, v135 = v133 - v134,
+      v136 = v3 * v135, v137 = v4 * v132, v138 = v6 * v8, v139 = v137 + v138, v140 = v5 * v139,
+      v141 = v136 + v140, v142 = v62 * v141, v143 = v3 * v139, v144 = v5 * v135, v145 = v143 - v144,
+      v146 = v72 * v145, v147 = v142 - v146, v148 = v26 * v139, v149 = v147 + v148, v150 = v7 * v63,
+      v151 = v26 * v150, v152 = v149 - v151;
+  out[12] = v152;
+  const lanes v153 = v82 * v139, v154 = v139 + v153, v155 = v154 - v151;
+  out[13] = v155;
+  const lanes v156 = v88 * v139, v157 = v150 * v90, v158 = v156 - v157;
+  out[14] = v158;
+  const lanes v159 = v148 - v151, v160 = v8 * v54, v161 = v159 - v160;
+  out[15] = v161;
+  const lanes v162 = 0.28 * v7, v163 = v128 * v162, v164 = v159 + v163;
+  out[16] = v164; out[17] = v159;
+  const lanes v165 = -v43;
+  out[18] = v165; out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0); out[21] = v165;
+  out[22] = LANES_OF(0.0); out[23] = LANES_OF(1.0);
+  const lanes v166 = -v114;
+  out[24] = v166; out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0); out[27] = v166;
+  const lanes v167 = v7 * v128, v168 = -v167;
+  out[28] = v168; out[29] = LANES_OF(0.0);
+  const lanes v169 = -v150;
+  out[30] = v169; out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0); out[33] = v169;
+  const lanes v170 = v8 * v128;
+  out[34] = v170; out[35] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_2, &v1, &v2);
-  lanes v3, v6; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v6);
-  lanes v5, v4; LANES_NAME(lanes_cos_sin)(&q_3, &v5, &v4);
-  const lanes v7 = 5.0 * q_1;
-  const lanes v8 = 1.2 - v7;
-  const lanes v9 = v8 - 0.8;
-  const lanes v10 = 0.2 * v9;
-  const lanes v11 = 0.16 * v1;
-  const lanes v12 = v10 + v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = 0.16 * v2;
-  const lanes v15 = 0.2 + v14;
-  const lanes v16 = v15 * v15;
-  const lanes v17 = v13 + v16;
-  const lanes v18 = 0.1936 - v17;
-  const lanes v19 = v17 - 0.0016;
-  const lanes v20 = v18 * v19;
-  const lanes v21 = 108.50694444444444 * v20;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4];
+  LANES_COS_SIN(v1, v2, q_2); LANES_COS_SIN(v3, v5, q_0); LANES_COS_SIN(v6, v4, q_3);
+  const lanes v7 = 5.0 * q_1, v8 = 1.2 - v7, v9 = v8 - 0.8, v10 = 0.2 * v9, v11 = 0.16 * v1,
+      v12 = v10 + v11, v13 = v12 * v12, v14 = 0.16 * v2, v15 = 0.2 + v14, v16 = v15 * v15,
+      v17 = v13 + v16, v18 = 0.1936 - v17, v19 = v17 - 0.0016, v20 = v18 * v19,
+      v21 = 108.50694444444444 * v20;
   const lanes_where v22 = LANES_LE(0.0, v21);
-  const lanes_where v23 = LANES_NOT(v22);
-  const lanes v24 = LANES_CHOICE(v23, -1.0, 0.0);
-  lanes v25; LANES_NAME(lanes_sqrt)(&v24, &v25);
-  const lanes v26 = v25 * v3;
-  const lanes v27 = q_4 * q_4;
-  const lanes v28 = 0.0801 + v27;
-  const lanes v29 = 0.42 * q_4;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = v30 - 0.036;
-  const lanes v32 = 0.5 * v31;
-  const lanes v33 = 0.0288 + v32;
-  const lanes v34 = v33 - 0.01125;
-  const lanes v35 = 2.0833333333333335 * v34;
-  const lanes v36 = 0.1521 - v31;
-  const lanes v37 = v31 - 0.0081;
-  const lanes v38 = v36 * v37;
-  lanes v39; LANES_NAME(lanes_sqrt)(&v38, &v39);
-  const lanes v40 = 1.8042195912175805 * v39;
-  const lanes v41 = v35 - v40;
-  const lanes v42 = v41 - 0.12;
-  const lanes v43 = 1.8666666666666667 * v42;
-  const lanes v44 = 0.12 - v43;
-  const lanes v45 = v4 * v44;
-  const lanes v46 = v45 * v3;
-  const lanes v47 = v44 * v5;
-  const lanes v48 = 0.8 * v1;
-  const lanes v49 = v9 + v48;
-  const lanes v50 = v25 + v49;
-  const lanes v51 = v50 + 0.1;
-  const lanes v52 = v47 + v51;
-  const lanes v53 = -0.2 + q_1;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = v54 * v6;
-  const lanes v56 = v46 + v55;
-  const lanes v57 = v26 - v56;
-  out[0] = v57;
-  const lanes v58 = v25 - 5.0;
-  const lanes v59 = v58 * v3;
-  const lanes v60 = v59 + v3;
-  out[1] = v60;
-  const lanes v61 = 0.8 * v2;
-  const lanes v62 = v25 - v61;
-  const lanes v63 = v62 * v3;
-  out[2] = v63;
-  const lanes v64 = v4 * v3;
-  const lanes v65 = v6 * v5;
-  const lanes v66 = v64 + v65;
-  const lanes v67 = v66 * v44;
-  const lanes v68 = v26 - v67;
-  out[3] = v68;
-  const lanes v69 = v3 * v5;
-  const lanes v70 = v4 * v6;
-  const lanes v71 = v69 - v70;
-  const lanes v72 = 1.0416666666666667 * v39;
-  const lanes v73 = 3.608439182435161 * v34;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = 0.20784609690826528 - v74;
-  const lanes v76 = 1.8666666666666667 * v75;
-  const lanes v77 = v71 * v76;
-  const lanes v78 = q_4 + 0.21;
-  const lanes v79 = 0.5 * v39;
-  const lanes v80 = v78 / v79;
-  const lanes v81 = v77 * v80;
-  const lanes v82 = v26 + v81;
-  out[4] = v82;
-  out[5] = v26;
-  const lanes v83 = v54 * v3;
-  const lanes v84 = v45 * v6;
-  const lanes v85 = v83 - v84;
-  const lanes v86 = v25 * v6;
-  const lanes v87 = v85 + v86;
-  out[6] = v87;
-  const lanes v88 = v58 * v6;
-  const lanes v89 = v88 + v6;
-  out[7] = v89;
-  const lanes v90 = v62 * v6;
-  out[8] = v90;
-  const lanes v91 = v71 * v44;
-  const lanes v92 = v91 + v86;
-  out[9] = v92;
-  const lanes v93 = v66 * v76;
-  const lanes v94 = v93 * v80;
-  const lanes v95 = v86 + v94;
-  out[10] = v95;
-  out[11] = v86;
-  out[12] = v25;
-  out[13] = v25;
-  const lanes v96 = v48 + v25;
-  out[14] = v96;
-  out[15] = v25;
-  const lanes v97 = v43 * v80;
-  const lanes v98 = v25 - v97;
-  out[16] = v98;
-  out[17] = v25;
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  const lanes v99 = v66 * v80;
-  out[22] = v99;
-  const lanes v100 = 6.666666666666666 * v42;
-  const lanes v101 = v71 * v100;
-  const lanes v102 = -v101;
-  out[23] = v102;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
+  const lanes v23 = LANES_CHOICE(v22, 0.0, -1.0);
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = v24 * v3, v26 = q_4 * q_4, v27 = 0.0801 + v26, v28 = 0.42 * q_4,
+      v29 = v27 + v28, v30 = v29 - 0.036, v31 = 0.5 * v30, v32 = 0.0288 + v31, v33 = v32 - 0.01125,
+      v34 = 2.0833333333333335 * v33, v35 = 0.1521 - v30, v36 = v30 - 0.0081, v37 = v35 * v36;
+  LANES_LET1(v38, sqrt, v37);
+  const lanes v39 = 1.8042195912175805 * v38, v40 = v34 - v39, v41 = v40 - 0.12,
+      v42 = 1.8666666666666667 * v41, v43 = 0.12 - v42, v44 = v4 * v43, v45 = v3 * v44,
+      v46 = 0.8 * v1, v47 = v9 + v46, v48 = v24 + v47, v49 = v48 + 0.1, v50 = v6 * v43,
+      v51 = v49 + v50, v52 = -0.2 + q_1, v53 = v51 + v52, v54 = v5 * v53, v55 = v45 + v54,
+      v56 = v25 - v55;
+  out[0] = v56;
+  const lanes v57 = v24 - 5.0, v58 = v3 * v57, v59 = v3 + v58;
+  out[1] = v59;
+  const lanes v60 = 0.8 * v2, v61 = v24 - v60, v62 = v3 * v61;
+  out[2] = v62;
+  const lanes v63 = v3 * v4, v64 = v5 * v6, v65 = v63 + v64, v66 = v65 * v43, v67 = v25 - v66;
+  out[3] = v67;
+  const lanes v68 = v3 * v6, v69 = v5 * v4, v70 = v68 - v69, v71 = 1.0416666666666667 * v38,
+      v72 = 3.608439182435161 * v33, v73 = v71 + v72, v74 = 0.20784609690826528 - v73,
+      v75 = 1.8666666666666667 * v74, v76 = v70 * v75, v77 = q_4 + 0.21, v78 = 0.5 * v38,
+      v79 = v77 / v78, v80 = v76 * v79, v81 = v25 + v80;
+  out[4] = v81; out[5] = v25;
+  const lanes v82 = v3 * v53, v83 = v5 * v44, v84 = v82 - v83, v85 = v24 * v5, v86 = v84 + v85;
+  out[6] = v86;
+  const lanes v87 = v5 * v57, v88 = v5 + v87;
+  out[7] = v88;
+  const lanes v89 = v5 * v61;
+  out[8] = v89;
+  const lanes v90 = v70 * v43, v91 = v90 + v85;
+  out[9] = v91;
+  const lanes v92 = v65 * v75, v93 = v92 * v79, v94 = v85 + v93;
+  out[10] = v94; out[11] = v85; out[12] = v24; out[13] = v24;
+  const lanes v95 = v24 + v46;
+  out[14] = v95; out[15] = v24;
+  const lanes v96 = v42 * v79, v97 = v24 - v96;
+  out[16] = v97; out[17] = v24; out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
+  out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
+  const lanes v98 = v65 * v79;
+  out[22] = v98;
+  const lanes v99 = 6.666666666666666 * v41, v100 = v70 * v99, v101 = -v100;
+  out[23] = v101; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0);
   out[27] = LANES_OF(0.0);
-  const lanes v103 = v71 * v80;
-  const lanes v104 = -v103;
-  out[28] = v104;
-  const lanes v105 = v66 * v100;
-  const lanes v106 = -v105;
-  out[29] = v106;
-  out[30] = LANES_OF(1.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(1.0);
-  out[34] = LANES_OF(0.0);
-  const lanes v107 = 6.666666666666666 * v75;
-  const lanes v108 = -v107;
-  out[35] = v108;
+  const lanes v102 = v70 * v79, v103 = -v102;
+  out[28] = v103;
+  const lanes v104 = v65 * v99, v105 = -v104;
+  out[29] = v105; out[30] = LANES_OF(1.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
+  out[33] = LANES_OF(1.0); out[34] = LANES_OF(0.0);
+  const lanes v106 = 6.666666666666666 * v74, v107 = -v106;
+  out[35] = v107;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_jacobian_space_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_2, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v4);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v5);
-  const lanes v7 = 5.0 * q_1;
-  const lanes v8 = 1.2 - v7;
-  const lanes v9 = v8 - 0.8;
-  const lanes v10 = 0.2 * v9;
-  const lanes v11 = 0.16 * v1;
-  const lanes v12 = v10 + v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = 0.16 * v2;
-  const lanes v15 = 0.2 + v14;
-  const lanes v16 = v15 * v15;
-  const lanes v17 = v13 + v16;
-  const lanes v18 = 0.1936 - v17;
-  const lanes v19 = v17 - 0.0016;
-  const lanes v20 = v18 * v19;
-  const lanes v21 = 108.50694444444444 * v20;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10];
+  LANES_COS_SIN(v1, v2, q_2); LANES_COS_SIN(v3, v4, q_0); LANES_COS_SIN(v6, v5, q_3);
+  const lanes v7 = 5.0 * q_1, v8 = 1.2 - v7, v9 = v8 - 0.8, v10 = 0.2 * v9, v11 = 0.16 * v1,
+      v12 = v10 + v11, v13 = v12 * v12, v14 = 0.16 * v2, v15 = 0.2 + v14, v16 = v15 * v15,
+      v17 = v13 + v16, v18 = 0.1936 - v17, v19 = v17 - 0.0016, v20 = v18 * v19,
+      v21 = 108.50694444444444 * v20;
   const lanes_where v22 = LANES_LE(0.0, v21);
-  const lanes_where v23 = LANES_NOT(v22);
-  const lanes v24 = LANES_CHOICE(v23, -1.0, 0.0);
-  lanes v25; LANES_NAME(lanes_sqrt)(&v24, &v25);
-  const lanes v26 = v25 * v3;
-  const lanes v27 = v4 * qd_0;
-  const lanes v28 = v27 * v25;
-  const lanes v29 = v26 - v28;
-  out[0] = v29;
-  const lanes v30 = v25 - 5.0;
-  const lanes v31 = v30 * v27;
-  const lanes v32 = v27 + v31;
-  const lanes v33 = v26 - v32;
-  out[1] = v33;
-  const lanes v34 = v1 * qd_2;
-  const lanes v35 = 0.8 * v34;
-  const lanes v36 = v25 - v35;
-  const lanes v37 = v36 * v3;
-  const lanes v38 = 0.8 * v2;
-  const lanes v39 = v25 - v38;
-  const lanes v40 = v39 * v27;
-  const lanes v41 = v37 - v40;
-  out[2] = v41;
-  const lanes v42 = v4 * qd_1;
-  const lanes v43 = 5.0 * qd_1;
-  const lanes v44 = v2 * qd_2;
-  const lanes v45 = 0.8 * v44;
-  const lanes v46 = v43 + v45;
-  const lanes v47 = v25 - v46;
-  const lanes v48 = v47 * v4;
-  const lanes v49 = v42 + v48;
-  const lanes v50 = -0.2 + q_1;
-  const lanes v51 = 0.8 * v1;
-  const lanes v52 = v9 + v51;
-  const lanes v53 = v25 + v52;
-  const lanes v54 = v53 + 0.1;
-  const lanes v55 = v50 + v54;
-  const lanes v56 = v55 * v3;
-  const lanes v57 = v56 * qd_0;
-  const lanes v58 = v49 + v57;
-  const lanes v59 = v58 - v28;
-  const lanes v60 = v26 + v59;
-  out[3] = v60;
-  const lanes v61 = q_4 + 0.21;
-  const lanes v62 = q_4 * q_4;
-  const lanes v63 = 0.0801 + v62;
-  const lanes v64 = 0.42 * q_4;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = v65 - 0.036;
-  const lanes v67 = 0.1521 - v66;
-  const lanes v68 = v66 - 0.0081;
-  const lanes v69 = v67 * v68;
-  lanes v70; LANES_NAME(lanes_sqrt)(&v69, &v70);
-  const lanes v71 = 0.5 * v70;
-  const lanes v72 = v61 / v71;
-  const lanes v73 = v5 * v3;
-  const lanes v74 = v4 * v6;
-  const lanes v75 = v73 + v74;
-  const lanes v76 = 1.0 + v38;
-  const lanes v77 = v25 + v76;
-  const lanes v78 = v77 + 0.54;
-  const lanes v79 = 0.3 - v78;
-  const lanes v80 = v75 * v79;
-  const lanes v81 = qd_0 + qd_3;
-  const lanes v82 = v80 * v81;
-  const lanes v83 = v3 * v6;
-  const lanes v84 = v5 * v4;
-  const lanes v85 = v83 - v84;
-  const lanes v86 = v35 + v25;
-  const lanes v87 = v85 * v86;
-  const lanes v88 = v82 + v87;
-  const lanes v89 = v72 * v88;
-  const lanes v90 = v89 - v28;
-  const lanes v91 = v85 * v79;
-  const lanes v92 = qd_4 / v71;
-  const lanes v93 = 2.0 * q_4;
-  const lanes v94 = v93 + 0.42;
-  const lanes v95 = v94 * qd_4;
-  const lanes v96 = v67 * v95;
-  const lanes v97 = v68 * v95;
-  const lanes v98 = v96 - v97;
-  const lanes v99 = 0.25 / v70;
-  const lanes v100 = v98 * v99;
-  const lanes v101 = v71 * v71;
-  const lanes v102 = v61 / v101;
-  const lanes v103 = v100 * v102;
-  const lanes v104 = v92 - v103;
-  const lanes v105 = v91 * v104;
-  const lanes v106 = v26 - v105;
-  const lanes v107 = v90 + v106;
-  out[4] = v107;
-  const lanes v108 = v5 * v55;
-  const lanes v109 = 0.5 * v66;
-  const lanes v110 = 0.0288 + v109;
-  const lanes v111 = v110 - 0.01125;
-  const lanes v112 = 2.0833333333333335 * v111;
-  const lanes v113 = 1.8042195912175805 * v70;
-  const lanes v114 = v112 - v113;
-  const lanes v115 = v114 - 0.12;
-  const lanes v116 = 6.666666666666666 * v115;
-  const lanes v117 = v108 * v116;
-  const lanes v118 = v61 * qd_4;
-  const lanes v119 = v118 / v71;
-  const lanes v120 = v85 * v119;
-  const lanes v121 = v117 * v120;
-  const lanes v122 = v55 * v6;
-  const lanes v123 = v122 + 0.12;
-  const lanes v124 = 1.0416666666666667 * v70;
-  const lanes v125 = 3.608439182435161 * v111;
-  const lanes v126 = v124 + v125;
-  const lanes v127 = 0.20784609690826528 - v126;
-  const lanes v128 = 6.666666666666666 * v127;
-  const lanes v129 = v123 * v128;
-  const lanes v130 = v79 * v116;
-  const lanes v131 = v129 + v130;
-  const lanes v132 = v85 * v131;
-  const lanes v133 = v75 * v128;
-  const lanes v134 = v133 * v108;
-  const lanes v135 = v132 + v134;
-  const lanes v136 = v135 * v81;
-  const lanes v137 = v121 - v136;
-  const lanes v138 = v75 * v116;
-  const lanes v139 = v123 * v119;
-  const lanes v140 = v86 - v139;
-  const lanes v141 = v138 * v140;
-  const lanes v142 = v56 * qd_3;
-  const lanes v143 = v49 - v142;
-  const lanes v144 = v80 * v119;
-  const lanes v145 = v143 - v144;
-  const lanes v146 = v145 * v128;
-  const lanes v147 = v141 - v146;
-  const lanes v148 = v137 + v147;
-  const lanes v149 = v148 - v28;
-  const lanes v150 = v26 + v149;
-  out[5] = v150;
-  const lanes v151 = v25 * v4;
-  const lanes v152 = v3 * qd_0;
-  const lanes v153 = v152 * v25;
-  const lanes v154 = v151 + v153;
-  out[6] = v154;
-  const lanes v155 = v30 * v152;
-  const lanes v156 = v152 + v155;
-  const lanes v157 = v151 + v156;
-  out[7] = v157;
-  const lanes v158 = v39 * v152;
-  const lanes v159 = v36 * v4;
-  const lanes v160 = v158 + v159;
-  out[8] = v160;
-  const lanes v161 = v55 * v4;
-  const lanes v162 = v161 * qd_0;
-  const lanes v163 = v3 * qd_1;
-  const lanes v164 = v47 * v3;
-  const lanes v165 = v163 + v164;
-  const lanes v166 = v162 - v165;
-  const lanes v167 = v166 + v153;
-  const lanes v168 = v151 + v167;
-  out[9] = v168;
-  const lanes v169 = v75 * v86;
-  const lanes v170 = v91 * v81;
-  const lanes v171 = v169 - v170;
-  const lanes v172 = v72 * v171;
-  const lanes v173 = v153 + v172;
-  const lanes v174 = v80 * v104;
-  const lanes v175 = v151 - v174;
-  const lanes v176 = v173 + v175;
-  out[10] = v176;
-  const lanes v177 = v85 * v128;
-  const lanes v178 = v177 * v108;
-  const lanes v179 = v75 * v131;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v180 * v81;
-  const lanes v182 = v75 * v119;
-  const lanes v183 = v117 * v182;
-  const lanes v184 = v181 + v183;
-  const lanes v185 = v161 * qd_3;
-  const lanes v186 = v185 + v165;
-  const lanes v187 = v91 * v119;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = v188 * v128;
-  const lanes v190 = v85 * v116;
-  const lanes v191 = v190 * v140;
-  const lanes v192 = v189 - v191;
-  const lanes v193 = v184 + v192;
-  const lanes v194 = v193 + v153;
-  const lanes v195 = v151 + v194;
-  out[11] = v195;
-  out[12] = v25;
-  out[13] = v25;
-  const lanes v196 = v25 - v45;
-  out[14] = v196;
-  out[15] = v25;
-  const lanes v197 = v123 * v104;
-  const lanes v198 = v25 - v197;
-  const lanes v199 = v85 * v186;
-  const lanes v200 = v75 * v143;
-  const lanes v201 = v199 + v200;
-  const lanes v202 = v72 * v201;
-  const lanes v203 = v198 - v202;
-  out[16] = v203;
-  const lanes v204 = v180 * v120;
-  const lanes v205 = v135 * v182;
-  const lanes v206 = v204 + v205;
-  const lanes v207 = v190 * v145;
-  const lanes v208 = v138 * v188;
-  const lanes v209 = v207 - v208;
-  const lanes v210 = v206 + v209;
-  const lanes v211 = v210 + v25;
-  out[17] = v211;
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
+  const lanes v23 = LANES_CHOICE(v22, 0.0, -1.0);
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = v24 * v3, v26 = v4 * qd_0, v27 = v24 * v26, v28 = v25 - v27;
+  out[0] = v28;
+  const lanes v29 = v24 - 5.0, v30 = v29 * v26, v31 = v26 + v30, v32 = v25 - v31;
+  out[1] = v32;
+  const lanes v33 = v1 * qd_2, v34 = 0.8 * v33, v35 = v24 - v34, v36 = v3 * v35, v37 = 0.8 * v2,
+      v38 = v24 - v37, v39 = v38 * v26, v40 = v36 - v39;
+  out[2] = v40;
+  const lanes v41 = v4 * qd_1, v42 = 5.0 * qd_1, v43 = v2 * qd_2, v44 = 0.8 * v43, v45 = v42 + v44,
+      v46 = v24 - v45, v47 = v4 * v46, v48 = v41 + v47, v49 = 0.8 * v1, v50 = v9 + v49,
+      v51 = v24 + v50, v52 = v51 + 0.1, v53 = -0.2 + q_1, v54 = v52 + v53, v55 = v3 * v54,
+      v56 = v55 * qd_0, v57 = v48 + v56, v58 = v57 - v27, v59 = v25 + v58;
+  out[3] = v59;
+  const lanes v60 = q_4 + 0.21, v61 = q_4 * q_4, v62 = 0.0801 + v61, v63 = 0.42 * q_4,
+      v64 = v62 + v63, v65 = v64 - 0.036, v66 = 0.1521 - v65, v67 = v65 - 0.0081, v68 = v66 * v67;
+  LANES_LET1(v69, sqrt, v68);
+  const lanes v70 = 0.5 * v69, v71 = v60 / v70, v72 = v3 * v5, v73 = v4 * v6, v74 = v72 + v73,
+      v75 = 1.0 + v37, v76 = v24 + v75, v77 = v76 + 0.54, v78 = 0.3 - v77, v79 = v74 * v78,
+      v80 = qd_0 + qd_3, v81 = v79 * v80, v82 = v3 * v6, v83 = v4 * v5, v84 = v82 - v83,
+      v85 = v24 + v34, v86 = v84 * v85, v87 = v81 + v86, v88 = v71 * v87, v89 = v88 - v27,
+      v90 = v84 * v78, v91 = qd_4 / v70, v92 = 2.0 * q_4, v93 = v92 + 0.42, v94 = v93 * qd_4,
+      v95 = v66 * v94, v96 = v67 * v94, v97 = v95 - v96, v98 = 0.25 / v69, v99 = v97 * v98,
+      v100 = v70 * v70, v101 = v60 / v100, v102 = v99 * v101, v103 = v91 - v102, v104 = v90 * v103,
+      v105 = v25 - v104, v106 = v89 + v105;
+  out[4] = v106;
+  const lanes v107 = v5 * v54, v108 = 0.5 * v65, v109 = 0.0288 + v108, v110 = v109 - 0.01125,
+      v111 = 2.0833333333333335 * v110, v112 = 1.8042195912175805 * v69, v113 = v111 - v112,
+      v114 = v113 - 0.12, v115 = 6.666666666666666 * v114, v116 = v107 * v115, v117 = v60 * qd_4,
+      v118 = v117 / v70, v119 = v84 * v118, v120 = v116 * v119, v121 = v6 * v54, v122 = v121 + 0.12,
+      v123 = 1.0416666666666667 * v69, v124 = 3.608439182435161 * v110, v125 = v123 + v124,
+      v126 = 0.20784609690826528 - v125, v127 = 6.666666666666666 * v126, v128 = v122 * v127,
+      v129 = v78 * v115, v130 = v128 + v129, v131 = v84 * v130, v132 = v74 * v127,
+      v133 = v132 * v107, v134 = v131 + v133, v135 = v134 * v80, v136 = v120 - v135,
+      v137 = v74 * v115, v138 = v122 * v118, v139 = v85 - v138, v140 = v137 * v139,
+      v141 = v55 * qd_3, v142 = v48 - v141, v143 = v79 * v118, v144 = v142 - v143,
+      v145 = v144 * v127, v146 = v140 - v145, v147 = v136 + v146, v148 = v147 - v27,
+      v149 = v25 + v148;
+  out[5] = v149;
+  const lanes v150 = v24 * v4, v151 = v3 * qd_0, v152 = v24 * v151, v153 = v150 + v152;
+  out[6] = v153;
+  const lanes v154 = v29 * v151, v155 = v151 + v154, v156 = v150 + v155;
+  out[7] = v156;
+  const lanes v157 = v38 * v151, v158 = v4 * v35, v159 = v157 + v158;
+  out[8] = v159;
+  const lanes v160 = v4 * v54, v161 = v160 * qd_0, v162 = v3 * qd_1, v163 = v3 * v46,
+      v164 = v162 + v163, v165 = v161 - v164, v166 = v165 + v152, v167 = v150 + v166;
+  out[9] = v167;
+  const lanes v168 = v74 * v85, v169 = v90 * v80, v170 = v168 - v169, v171 = v71 * v170,
+      v172 = v152 + v171, v173 = v79 * v103, v174 = v150 - v173, v175 = v172 + v174;
+  out[10] = v175;
+  const lanes v176 = v84 * v127, v177 = v176 * v107, v178 = v74 * v130, v179 = v177 - v178,
+      v180 = v179 * v80, v181 = v74 * v118, v182 = v116 * v181, v183 = v180 + v182,
+      v184 = v160 * qd_3, v185 = v184 + v164, v186 = v90 * v118, v187 = v185 - v186,
+      v188 = v187 * v127, v189 = v84 * v115, v190 = v189 * v139, v191 = v188 - v190,
+      v192 = v183 + v191, v193 = v192 + v152, v194 = v150 + v193;
+  out[11] = v194; out[12] = v24; out[13] = v24;
+  const lanes v195 = v24 - v44;
+  out[14] = v195; out[15] = v24;
+  const lanes v196 = v122 * v103, v197 = v24 - v196, v198 = v84 * v185, v199 = v74 * v142,
+      v200 = v198 + v199, v201 = v71 * v200, v202 = v197 - v201;
+  out[16] = v202;
+  const lanes v203 = v179 * v119, v204 = v134 * v181, v205 = v203 + v204, v206 = v189 * v144,
+      v207 = v137 * v187, v208 = v206 - v207, v209 = v205 + v208, v210 = v24 + v209;
+  out[17] = v210; out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0);
   out[21] = LANES_OF(0.0);
-  const lanes v212 = v85 * v81;
-  const lanes v213 = v72 * v212;
-  const lanes v214 = v75 * v104;
-  const lanes v215 = v213 + v214;
-  out[22] = v215;
-  const lanes v216 = v138 * v81;
-  const lanes v217 = v120 * v128;
-  const lanes v218 = v216 + v217;
-  out[23] = v218;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
+  const lanes v211 = v84 * v80, v212 = v71 * v211, v213 = v74 * v103, v214 = v212 + v213;
+  out[22] = v214;
+  const lanes v215 = v137 * v80, v216 = v119 * v127, v217 = v215 + v216;
+  out[23] = v217; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0);
   out[27] = LANES_OF(0.0);
-  const lanes v219 = v75 * v81;
-  const lanes v220 = v72 * v219;
-  const lanes v221 = v85 * v104;
-  const lanes v222 = v220 - v221;
-  out[28] = v222;
-  const lanes v223 = v182 * v128;
-  const lanes v224 = v190 * v81;
-  const lanes v225 = v223 - v224;
-  out[29] = v225;
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  const lanes v226 = v190 * v120;
-  const lanes v227 = v138 * v182;
-  const lanes v228 = v226 + v227;
-  const lanes v229 = -v228;
-  out[35] = v229;
+  const lanes v218 = v74 * v80, v219 = v71 * v218, v220 = v84 * v103, v221 = v219 - v220;
+  out[28] = v221;
+  const lanes v222 = v181 * v127, v223 = v189 * v80, v224 = v222 - v223;
+  out[29] = v224; out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
+  out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0);
+  const lanes v225 = v189 * v119, v226 = v137 * v181, v227 = v225 + v226, v228 = -v227;
+  out[35] = v228;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_jacobian_body_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_3, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v7, &v8);
-  const lanes v9 = q_4 * q_4;
-  const lanes v10 = 0.0801 + v9;
-  const lanes v11 = 0.42 * q_4;
-  const lanes v12 = v10 + v11;
-  const lanes v13 = v12 - 0.036;
-  const lanes v14 = 0.5 * v13;
-  const lanes v15 = 0.0288 + v14;
-  const lanes v16 = v15 - 0.01125;
-  const lanes v17 = 2.0833333333333335 * v16;
-  const lanes v18 = 0.1521 - v13;
-  const lanes v19 = v13 - 0.0081;
-  const lanes v20 = v18 * v19;
-  lanes v21; LANES_NAME(lanes_sqrt)(&v20, &v21);
-  const lanes v22 = 1.8042195912175805 * v21;
-  const lanes v23 = v17 - v22;
-  const lanes v24 = v23 - 0.12;
-  const lanes v25 = 6.666666666666666 * v24;
-  const lanes v26 = v1 * v25;
-  const lanes v27 = 1.0416666666666667 * v21;
-  const lanes v28 = 3.608439182435161 * v16;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = 0.20784609690826528 - v29;
-  const lanes v31 = 6.666666666666666 * v30;
-  const lanes v32 = v2 * v31;
-  const lanes v33 = v32 * v3;
-  const lanes v34 = v4 * v1;
-  const lanes v35 = v33 - v34;
-  const lanes v36 = v35 * qd_1;
-  const lanes v37 = 5.0 * q_1;
-  const lanes v38 = 1.2 - v37;
-  const lanes v39 = v38 - 0.8;
-  const lanes v40 = 0.2 * v39;
-  const lanes v41 = 0.16 * v5;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = v42 * v42;
-  const lanes v44 = 0.16 * v6;
-  const lanes v45 = 0.2 + v44;
-  const lanes v46 = v45 * v45;
-  const lanes v47 = v43 + v46;
-  const lanes v48 = 0.1936 - v47;
-  const lanes v49 = v47 - 0.0016;
-  const lanes v50 = v48 * v49;
-  const lanes v51 = 108.50694444444444 * v50;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v3, q_5); LANES_COS_SIN(v2, v4, q_3); LANES_COS_SIN(v5, v6, q_2);
+  LANES_COS_SIN(v7, v8, q_0);
+  const lanes v9 = q_4 * q_4, v10 = 0.0801 + v9, v11 = 0.42 * q_4, v12 = v10 + v11,
+      v13 = v12 - 0.036, v14 = 0.5 * v13, v15 = 0.0288 + v14, v16 = v15 - 0.01125,
+      v17 = 2.0833333333333335 * v16, v18 = 0.1521 - v13, v19 = v13 - 0.0081, v20 = v18 * v19;
+  LANES_LET1(v21, sqrt, v20);
+  const lanes v22 = 1.8042195912175805 * v21, v23 = v17 - v22, v24 = v23 - 0.12,
+      v25 = 6.666666666666666 * v24, v26 = v1 * v25, v27 = 1.0416666666666667 * v21,
+      v28 = 3.608439182435161 * v16, v29 = v27 + v28, v30 = 0.20784609690826528 - v29,
+      v31 = 6.666666666666666 * v30, v32 = v3 * v31, v33 = v2 * v32, v34 = v4 * v1, v35 = v33 - v34,
+      v36 = v35 * qd_1, v37 = 5.0 * q_1, v38 = 1.2 - v37, v39 = v38 - 0.8, v40 = 0.2 * v39,
+      v41 = 0.16 * v5, v42 = v40 + v41, v43 = v42 * v42, v44 = 0.16 * v6, v45 = 0.2 + v44,
+      v46 = v45 * v45, v47 = v43 + v46, v48 = 0.1936 - v47, v49 = v47 - 0.0016, v50 = v48 * v49,
+      v51 = 108.50694444444444 * v50;
   const lanes_where v52 = LANES_LE(0.0, v51);
-  const lanes_where v53 = LANES_NOT(v52);
-  const lanes v54 = LANES_CHOICE(v53, -1.0, 0.0);
-  lanes v55; LANES_NAME(lanes_sqrt)(&v54, &v55);
-  const lanes v56 = 5.0 * qd_1;
-  const lanes v57 = v6 * qd_2;
-  const lanes v58 = 0.8 * v57;
-  const lanes v59 = v56 + v58;
-  const lanes v60 = v55 - v59;
-  const lanes v61 = v35 * v60;
-  const lanes v62 = 1.8666666666666667 * v24;
-  const lanes v63 = 0.12 - v62;
-  const lanes v64 = v1 * v63;
-  const lanes v65 = v64 * qd_3;
-  const lanes v66 = 0.28 * v2;
-  const lanes v67 = q_4 + 0.21;
-  const lanes v68 = v67 * qd_4;
-  const lanes v69 = 0.5 * v21;
-  const lanes v70 = v68 / v69;
-  const lanes v71 = v66 * v70;
-  const lanes v72 = v65 + v71;
-  const lanes v73 = v2 * v25;
-  const lanes v74 = v5 * qd_2;
-  const lanes v75 = 0.8 * v74;
-  const lanes v76 = v75 + v55;
-  const lanes v77 = v73 * v76;
-  const lanes v78 = v72 - v77;
-  const lanes v79 = v61 + v78;
-  const lanes v80 = v36 + v79;
-  const lanes v81 = v26 * v80;
-  const lanes v82 = v4 * v2;
-  const lanes v83 = v1 * v31;
-  const lanes v84 = v83 * v3;
-  const lanes v85 = v82 + v84;
-  const lanes v86 = v85 * qd_1;
-  const lanes v87 = v85 * v60;
-  const lanes v88 = 0.28 * v1;
-  const lanes v89 = v88 * v70;
-  const lanes v90 = v2 * v63;
-  const lanes v91 = v90 * qd_3;
-  const lanes v92 = v89 - v91;
-  const lanes v93 = v26 * v76;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = v87 + v94;
-  const lanes v96 = v86 + v95;
-  const lanes v97 = v73 * v96;
-  const lanes v98 = v81 - v97;
-  const lanes v99 = v63 * v3;
-  const lanes v100 = 0.8 * v5;
-  const lanes v101 = v39 + v100;
-  const lanes v102 = v55 + v101;
-  const lanes v103 = v102 + 0.1;
-  const lanes v104 = v99 + v103;
-  const lanes v105 = -0.2 + q_1;
-  const lanes v106 = v104 + v105;
-  const lanes v107 = v106 * v7;
-  const lanes v108 = v4 * v63;
-  const lanes v109 = v108 * v8;
-  const lanes v110 = v107 - v109;
-  const lanes v111 = v35 * v8;
-  const lanes v112 = v4 * v32;
-  const lanes v113 = v1 * v3;
-  const lanes v114 = v112 + v113;
-  const lanes v115 = v114 * v7;
-  const lanes v116 = v111 + v115;
-  const lanes v117 = v110 * v116;
-  const lanes v118 = v108 * v7;
-  const lanes v119 = v106 * v8;
-  const lanes v120 = v118 + v119;
-  const lanes v121 = v35 * v7;
-  const lanes v122 = v114 * v8;
-  const lanes v123 = v121 - v122;
-  const lanes v124 = v120 * v123;
-  const lanes v125 = v117 - v124;
-  const lanes v126 = v2 * v70;
-  const lanes v127 = v26 * qd_3;
-  const lanes v128 = v126 - v127;
-  const lanes v129 = v125 * v128;
-  const lanes v130 = v85 * v8;
-  const lanes v131 = v4 * v83;
-  const lanes v132 = v2 * v3;
-  const lanes v133 = v131 - v132;
-  const lanes v134 = v133 * v7;
-  const lanes v135 = v130 + v134;
-  const lanes v136 = v110 * v135;
-  const lanes v137 = v85 * v7;
-  const lanes v138 = v133 * v8;
-  const lanes v139 = v137 - v138;
-  const lanes v140 = v120 * v139;
-  const lanes v141 = v136 - v140;
-  const lanes v142 = v73 * qd_3;
-  const lanes v143 = v1 * v70;
-  const lanes v144 = v142 + v143;
-  const lanes v145 = v141 * v144;
-  const lanes v146 = v129 + v145;
-  const lanes v147 = v98 + v146;
-  const lanes v148 = v35 * v128;
-  const lanes v149 = v85 * v144;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = v150 * v55;
-  const lanes v152 = v147 + v151;
-  const lanes v153 = v73 * v128;
-  const lanes v154 = v26 * v144;
-  const lanes v155 = v153 + v154;
-  const lanes v156 = v155 * v55;
-  const lanes v157 = v152 - v156;
-  const lanes v158 = v25 * v3;
-  const lanes v159 = v158 * v55;
-  const lanes v160 = v31 * v55;
-  const lanes v161 = v159 + v160;
-  const lanes v162 = v157 - v161;
-  out[0] = v162;
-  const lanes v163 = v55 - 5.0;
-  const lanes v164 = v163 * v150;
-  const lanes v165 = v150 + v164;
-  const lanes v166 = v165 - v156;
-  const lanes v167 = v166 - v161;
-  out[1] = v167;
-  const lanes v168 = 0.8 * v6;
-  const lanes v169 = v55 - v168;
-  const lanes v170 = v169 * v150;
-  const lanes v171 = v100 + v55;
-  const lanes v172 = v171 * v155;
-  const lanes v173 = v170 - v172;
-  const lanes v174 = v55 - v75;
-  const lanes v175 = v158 * v174;
-  const lanes v176 = v55 - v58;
-  const lanes v177 = v176 * v31;
-  const lanes v178 = v175 + v177;
-  const lanes v179 = v173 - v178;
-  out[2] = v179;
-  const lanes v180 = v26 * v71;
-  const lanes v181 = v73 * v89;
-  const lanes v182 = v180 - v181;
-  const lanes v183 = v64 * v126;
-  const lanes v184 = v90 * v143;
-  const lanes v185 = v183 - v184;
-  const lanes v186 = v182 + v185;
-  const lanes v187 = v151 - v156;
-  const lanes v188 = v186 + v187;
-  const lanes v189 = v188 - v161;
-  out[3] = v189;
-  const lanes v190 = v187 - v161;
-  out[4] = v190;
-  out[5] = v190;
-  const lanes v191 = v35 * v55;
-  const lanes v192 = v73 * v55;
-  const lanes v193 = v191 - v192;
-  const lanes v194 = v128 * v31;
-  const lanes v195 = v31 * qd_3;
-  const lanes v196 = qd_5 - v195;
-  const lanes v197 = v26 * v196;
-  const lanes v198 = v194 - v197;
-  const lanes v199 = v198 * v55;
-  const lanes v200 = v158 * qd_1;
-  const lanes v201 = v158 * v60;
-  const lanes v202 = v76 * v31;
-  const lanes v203 = v201 + v202;
-  const lanes v204 = v200 + v203;
-  const lanes v205 = v26 * v204;
-  const lanes v206 = v96 * v31;
-  const lanes v207 = v205 + v206;
-  const lanes v208 = v158 * v8;
-  const lanes v209 = v4 * v25;
-  const lanes v210 = v209 * v7;
-  const lanes v211 = v208 + v210;
-  const lanes v212 = v110 * v211;
-  const lanes v213 = v209 * v8;
-  const lanes v214 = v158 * v7;
-  const lanes v215 = v213 - v214;
-  const lanes v216 = v120 * v215;
-  const lanes v217 = v212 + v216;
-  const lanes v218 = v217 * v128;
-  const lanes v219 = v141 * v196;
-  const lanes v220 = v218 + v219;
-  const lanes v221 = v207 + v220;
-  const lanes v222 = v158 * v128;
-  const lanes v223 = v85 * v196;
-  const lanes v224 = v222 + v223;
-  const lanes v225 = v224 * v55;
-  const lanes v226 = v221 + v225;
-  const lanes v227 = v199 + v226;
-  const lanes v228 = v193 + v227;
-  out[6] = v228;
-  const lanes v229 = v163 * v224;
-  const lanes v230 = v224 + v229;
-  const lanes v231 = v199 + v230;
-  const lanes v232 = v193 + v231;
-  out[7] = v232;
-  const lanes v233 = v169 * v224;
-  const lanes v234 = v171 * v198;
-  const lanes v235 = v233 + v234;
-  const lanes v236 = v35 * v174;
-  const lanes v237 = v73 * v176;
-  const lanes v238 = v236 - v237;
-  const lanes v239 = v235 + v238;
-  out[8] = v239;
-  const lanes v240 = v89 * v31;
-  const lanes v241 = v90 * qd_5;
-  const lanes v242 = v240 - v241;
-  const lanes v243 = v225 + v199;
-  const lanes v244 = v242 + v243;
-  const lanes v245 = v193 + v244;
-  out[9] = v245;
-  const lanes v246 = v67 / v69;
-  const lanes v247 = v88 * qd_5;
-  const lanes v248 = v246 * v247;
-  const lanes v249 = v243 + v248;
-  const lanes v250 = qd_4 / v69;
-  const lanes v251 = 2.0 * q_4;
-  const lanes v252 = v251 + 0.42;
-  const lanes v253 = v252 * qd_4;
-  const lanes v254 = v18 * v253;
-  const lanes v255 = v19 * v253;
-  const lanes v256 = v254 - v255;
-  const lanes v257 = 0.25 / v21;
-  const lanes v258 = v256 * v257;
-  const lanes v259 = v69 * v69;
-  const lanes v260 = v67 / v259;
-  const lanes v261 = v258 * v260;
-  const lanes v262 = v250 - v261;
-  const lanes v263 = v66 * v262;
-  const lanes v264 = v193 + v263;
-  const lanes v265 = v249 + v264;
-  out[10] = v265;
-  const lanes v266 = v193 + v243;
-  out[11] = v266;
-  const lanes v267 = v85 * v55;
-  const lanes v268 = v26 * v55;
-  const lanes v269 = v267 - v268;
-  const lanes v270 = v73 * v196;
-  const lanes v271 = v144 * v31;
-  const lanes v272 = v270 + v271;
-  const lanes v273 = v272 * v55;
-  const lanes v274 = v217 * v144;
-  const lanes v275 = v125 * v196;
-  const lanes v276 = v274 - v275;
-  const lanes v277 = v73 * v204;
-  const lanes v278 = v80 * v31;
-  const lanes v279 = v277 + v278;
-  const lanes v280 = v276 - v279;
-  const lanes v281 = v158 * v144;
-  const lanes v282 = v35 * v196;
-  const lanes v283 = v281 - v282;
-  const lanes v284 = v283 * v55;
-  const lanes v285 = v280 + v284;
-  const lanes v286 = v273 + v285;
-  const lanes v287 = v269 + v286;
-  out[12] = v287;
-  const lanes v288 = v163 * v283;
-  const lanes v289 = v283 + v288;
-  const lanes v290 = v273 + v289;
-  const lanes v291 = v269 + v290;
-  out[13] = v291;
-  const lanes v292 = v169 * v283;
-  const lanes v293 = v171 * v272;
-  const lanes v294 = v292 + v293;
-  const lanes v295 = v85 * v174;
-  const lanes v296 = v26 * v176;
-  const lanes v297 = v295 - v296;
-  const lanes v298 = v294 + v297;
-  out[14] = v298;
-  const lanes v299 = v284 + v273;
-  const lanes v300 = v71 * v31;
-  const lanes v301 = v64 * qd_5;
-  const lanes v302 = v300 + v301;
-  const lanes v303 = v299 - v302;
-  const lanes v304 = v269 + v303;
-  out[15] = v304;
-  const lanes v305 = v66 * qd_5;
-  const lanes v306 = v246 * v305;
-  const lanes v307 = v299 - v306;
-  const lanes v308 = v88 * v262;
-  const lanes v309 = v269 + v308;
-  const lanes v310 = v307 + v309;
-  out[16] = v310;
-  const lanes v311 = v269 + v299;
-  out[17] = v311;
-  const lanes v312 = -v155;
-  out[18] = v312;
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  const lanes v313 = v73 * v126;
-  const lanes v314 = v26 * v143;
-  const lanes v315 = v313 + v314;
-  const lanes v316 = -v315;
-  out[21] = v316;
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = v198;
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  const lanes v317 = v126 * v31;
-  const lanes v318 = v26 * qd_5;
-  const lanes v319 = v317 - v318;
-  out[27] = v319;
-  const lanes v320 = v2 * qd_5;
-  const lanes v321 = v246 * v320;
-  const lanes v322 = v1 * v262;
-  const lanes v323 = v321 - v322;
-  out[28] = v323;
-  out[29] = LANES_OF(0.0);
-  out[30] = v272;
-  out[31] = LANES_OF(0.0);
+  const lanes v53 = LANES_CHOICE(v52, 0.0, -1.0);
+  LANES_LET1(v54, sqrt, v53);
+  const lanes v55 = 5.0 * qd_1, v56 = v6 * qd_2, v57 = 0.8 * v56, v58 = v55 + v57, v59 = v54 - v58,
+      v60 = v35 * v59, v61 = 1.8666666666666667 * v24, v62 = 0.12 - v61, v63 = v1 * v62,
+      v64 = v63 * qd_3, v65 = 0.28 * v3, v66 = q_4 + 0.21, v67 = v66 * qd_4, v68 = 0.5 * v21,
+      v69 = v67 / v68, v70 = v65 * v69, v71 = v64 + v70, v72 = v3 * v25, v73 = v5 * qd_2,
+      v74 = 0.8 * v73, v75 = v54 + v74, v76 = v72 * v75, v77 = v71 - v76, v78 = v60 + v77,
+      v79 = v36 + v78, v80 = v26 * v79, v81 = v1 * v31, v82 = v2 * v81, v83 = v4 * v3,
+      v84 = v82 + v83, v85 = v84 * qd_1, v86 = v84 * v59, v87 = 0.28 * v1, v88 = v87 * v69,
+      v89 = v3 * v62, v90 = v89 * qd_3, v91 = v88 - v90, v92 = v26 * v75, v93 = v91 - v92,
+      v94 = v86 + v93, v95 = v85 + v94, v96 = v72 * v95, v97 = v80 - v96, v98 = 0.8 * v5,
+      v99 = v39 + v98, v100 = v54 + v99, v101 = v100 + 0.1, v102 = v2 * v62, v103 = v101 + v102,
+      v104 = -0.2 + q_1, v105 = v103 + v104, v106 = v7 * v105, v107 = v4 * v62, v108 = v8 * v107,
+      v109 = v106 - v108, v110 = v2 * v1, v111 = v4 * v32, v112 = v110 + v111, v113 = v7 * v112,
+      v114 = v8 * v35, v115 = v113 + v114, v116 = v109 * v115, v117 = v7 * v107, v118 = v8 * v105,
+      v119 = v117 + v118, v120 = v7 * v35, v121 = v8 * v112, v122 = v120 - v121, v123 = v119 * v122,
+      v124 = v116 - v123, v125 = v3 * v69, v126 = v26 * qd_3, v127 = v125 - v126,
+      v128 = v124 * v127, v129 = v4 * v81, v130 = v2 * v3, v131 = v129 - v130, v132 = v7 * v131,
+      v133 = v8 * v84, v134 = v132 + v133, v135 = v109 * v134, v136 = v7 * v84, v137 = v8 * v131,
+      v138 = v136 - v137, v139 = v119 * v138, v140 = v135 - v139, v141 = v72 * qd_3,
+      v142 = v1 * v69, v143 = v141 + v142, v144 = v140 * v143, v145 = v128 + v144,
+      v146 = v97 + v145, v147 = v35 * v127, v148 = v84 * v143, v149 = v147 + v148,
+      v150 = v54 * v149, v151 = v146 + v150, v152 = v72 * v127, v153 = v26 * v143,
+      v154 = v152 + v153, v155 = v54 * v154, v156 = v151 - v155, v157 = v2 * v25, v158 = v54 * v157,
+      v159 = v54 * v31, v160 = v158 + v159, v161 = v156 - v160;
+  out[0] = v161;
+  const lanes v162 = v54 - 5.0, v163 = v162 * v149, v164 = v149 + v163, v165 = v164 - v155,
+      v166 = v165 - v160;
+  out[1] = v166;
+  const lanes v167 = 0.8 * v6, v168 = v54 - v167, v169 = v168 * v149, v170 = v54 + v98,
+      v171 = v170 * v154, v172 = v169 - v171, v173 = v54 - v74, v174 = v157 * v173,
+      v175 = v54 - v57, v176 = v31 * v175, v177 = v174 + v176, v178 = v172 - v177;
+  out[2] = v178;
+  const lanes v179 = v26 * v70, v180 = v72 * v88, v181 = v179 - v180, v182 = v63 * v125,
+      v183 = v89 * v142, v184 = v182 - v183, v185 = v181 + v184, v186 = v150 - v155,
+      v187 = v185 + v186, v188 = v187 - v160;
+  out[3] = v188;
+  const lanes v189 = v186 - v160;
+  out[4] = v189; out[5] = v189;
+  const lanes v190 = v54 * v35, v191 = v54 * v72, v192 = v190 - v191, v193 = v31 * v127,
+      v194 = v31 * qd_3, v195 = qd_5 - v194, v196 = v26 * v195, v197 = v193 - v196,
+      v198 = v54 * v197, v199 = v157 * qd_1, v200 = v157 * v59, v201 = v75 * v31,
+      v202 = v200 + v201, v203 = v199 + v202, v204 = v26 * v203, v205 = v31 * v95,
+      v206 = v204 + v205, v207 = v4 * v25, v208 = v7 * v207, v209 = v8 * v157, v210 = v208 + v209,
+      v211 = v109 * v210, v212 = v8 * v207, v213 = v7 * v157, v214 = v212 - v213,
+      v215 = v119 * v214, v216 = v211 + v215, v217 = v216 * v127, v218 = v140 * v195,
+      v219 = v217 + v218, v220 = v206 + v219, v221 = v157 * v127, v222 = v84 * v195,
+      v223 = v221 + v222, v224 = v54 * v223, v225 = v220 + v224, v226 = v198 + v225,
+      v227 = v192 + v226;
+  out[6] = v227;
+  const lanes v228 = v162 * v223, v229 = v223 + v228, v230 = v198 + v229, v231 = v192 + v230;
+  out[7] = v231;
+  const lanes v232 = v168 * v223, v233 = v170 * v197, v234 = v232 + v233, v235 = v35 * v173,
+      v236 = v72 * v175, v237 = v235 - v236, v238 = v234 + v237;
+  out[8] = v238;
+  const lanes v239 = v31 * v88, v240 = v89 * qd_5, v241 = v239 - v240, v242 = v224 + v198,
+      v243 = v241 + v242, v244 = v192 + v243;
+  out[9] = v244;
+  const lanes v245 = v66 / v68, v246 = v87 * qd_5, v247 = v245 * v246, v248 = v242 + v247,
+      v249 = qd_4 / v68, v250 = 2.0 * q_4, v251 = v250 + 0.42, v252 = v251 * qd_4,
+      v253 = v18 * v252, v254 = v19 * v252, v255 = v253 - v254, v256 = 0.25 / v21,
+      v257 = v255 * v256, v258 = v68 * v68, v259 = v66 / v258, v260 = v257 * v259,
+      v261 = v249 - v260, v262 = v65 * v261, v263 = v192 + v262, v264 = v248 + v263;
+  out[10] = v264;
+  const lanes v265 = v192 + v242;
+  out[11] = v265;
+  const lanes v266 = v54 * v84, v267 = v54 * v26, v268 = v266 - v267, v269 = v72 * v195,
+      v270 = v31 * v143, v271 = v269 + v270, v272 = v54 * v271, v273 = v216 * v143,
+      v274 = v124 * v195, v275 = v273 - v274, v276 = v72 * v203, v277 = v31 * v79,
+      v278 = v276 + v277, v279 = v275 - v278, v280 = v157 * v143, v281 = v35 * v195,
+      v282 = v280 - v281, v283 = v54 * v282, v284 = v279 + v283, v285 = v272 + v284,
+      v286 = v268 + v285;
+  out[12] = v286;
+  const lanes v287 = v162 * v282, v288 = v282 + v287, v289 = v272 + v288, v290 = v268 + v289;
+  out[13] = v290;
+  const lanes v291 = v168 * v282, v292 = v170 * v271, v293 = v291 + v292, v294 = v84 * v173,
+      v295 = v26 * v175, v296 = v294 - v295, v297 = v293 + v296;
+  out[14] = v297;
+  const lanes v298 = v283 + v272, v299 = v31 * v70, v300 = v63 * qd_5, v301 = v299 + v300,
+      v302 = v298 - v301, v303 = v268 + v302;
+  out[15] = v303;
+  const lanes v304 = v65 * qd_5, v305 = v245 * v304, v306 = v298 - v305, v307 = v87 * v261,
+      v308 = v268 + v307, v309 = v306 + v308;
+  out[16] = v309;
+  const lanes v310 = v268 + v298;
+  out[17] = v310;
+  const lanes v311 = -v154;
+  out[18] = v311; out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0);
+  const lanes v312 = v72 * v125, v313 = v26 * v142, v314 = v312 + v313, v315 = -v314;
+  out[21] = v315; out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0); out[24] = v197;
+  out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0);
+  const lanes v316 = v31 * v125, v317 = v26 * qd_5, v318 = v316 - v317;
+  out[27] = v318;
+  const lanes v319 = v3 * qd_5, v320 = v245 * v319, v321 = v1 * v261, v322 = v320 - v321;
+  out[28] = v322; out[29] = LANES_OF(0.0); out[30] = v271; out[31] = LANES_OF(0.0);
   out[32] = LANES_OF(0.0);
-  const lanes v324 = v73 * qd_5;
-  const lanes v325 = v143 * v31;
-  const lanes v326 = v324 + v325;
-  out[33] = v326;
-  const lanes v327 = v1 * qd_5;
-  const lanes v328 = v246 * v327;
-  const lanes v329 = v2 * v262;
-  const lanes v330 = v328 + v329;
-  out[34] = v330;
-  out[35] = LANES_OF(0.0);
+  const lanes v323 = v72 * qd_5, v324 = v31 * v142, v325 = v323 + v324;
+  out[33] = v325;
+  const lanes v326 = v1 * qd_5, v327 = v245 * v326, v328 = v3 * v261, v329 = v327 + v328;
+  out[34] = v329; out[35] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_2, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v5, &v6);
-  const lanes v7 = 5.0 * q_1;
-  const lanes v8 = 1.2 - v7;
-  const lanes v9 = v8 - 0.8;
-  const lanes v10 = 0.2 * v9;
-  const lanes v11 = 0.16 * v1;
-  const lanes v12 = v10 + v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = 0.16 * v2;
-  const lanes v15 = 0.2 + v14;
-  const lanes v16 = v15 * v15;
-  const lanes v17 = v13 + v16;
-  const lanes v18 = 0.1936 - v17;
-  const lanes v19 = v17 - 0.0016;
-  const lanes v20 = v18 * v19;
-  const lanes v21 = 108.50694444444444 * v20;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10];
+  LANES_COS_SIN(v1, v2, q_2); LANES_COS_SIN(v3, v4, q_0); LANES_COS_SIN(v5, v6, q_3);
+  const lanes v7 = 5.0 * q_1, v8 = 1.2 - v7, v9 = v8 - 0.8, v10 = 0.2 * v9, v11 = 0.16 * v1,
+      v12 = v10 + v11, v13 = v12 * v12, v14 = 0.16 * v2, v15 = 0.2 + v14, v16 = v15 * v15,
+      v17 = v13 + v16, v18 = 0.1936 - v17, v19 = v17 - 0.0016, v20 = v18 * v19,
+      v21 = 108.50694444444444 * v20;
   const lanes_where v22 = LANES_LE(0.0, v21);
-  const lanes_where v23 = LANES_NOT(v22);
-  const lanes v24 = LANES_CHOICE(v23, -1.0, 0.0);
-  lanes v25; LANES_NAME(lanes_sqrt)(&v24, &v25);
-  const lanes v26 = v25 * v3;
-  const lanes v27 = v4 * qd_0;
-  const lanes v28 = v27 * v25;
-  const lanes v29 = q_4 * q_4;
-  const lanes v30 = 0.0801 + v29;
-  const lanes v31 = 0.42 * q_4;
-  const lanes v32 = v30 + v31;
-  const lanes v33 = v32 - 0.036;
-  const lanes v34 = 0.5 * v33;
-  const lanes v35 = 0.0288 + v34;
-  const lanes v36 = v35 - 0.01125;
-  const lanes v37 = 2.0833333333333335 * v36;
-  const lanes v38 = 0.1521 - v33;
-  const lanes v39 = v33 - 0.0081;
-  const lanes v40 = v38 * v39;
-  lanes v41; LANES_NAME(lanes_sqrt)(&v40, &v41);
-  const lanes v42 = 1.8042195912175805 * v41;
-  const lanes v43 = v37 - v42;
-  const lanes v44 = v43 - 0.12;
-  const lanes v45 = 1.8666666666666667 * v44;
-  const lanes v46 = 0.12 - v45;
-  const lanes v47 = v46 * v5;
-  const lanes v48 = 0.8 * v1;
-  const lanes v49 = v9 + v48;
-  const lanes v50 = v25 + v49;
-  const lanes v51 = v50 + 0.1;
-  const lanes v52 = v47 + v51;
-  const lanes v53 = -0.2 + q_1;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = v54 * v3;
-  const lanes v56 = v6 * v46;
-  const lanes v57 = v56 * v4;
-  const lanes v58 = v55 - v57;
-  const lanes v59 = v58 * qd_0;
-  const lanes v60 = v4 * qd_1;
-  const lanes v61 = 5.0 * qd_1;
-  const lanes v62 = v2 * qd_2;
-  const lanes v63 = 0.8 * v62;
-  const lanes v64 = v61 + v63;
-  const lanes v65 = v25 - v64;
-  const lanes v66 = v65 * v4;
-  const lanes v67 = v3 * v5;
-  const lanes v68 = v6 * v4;
-  const lanes v69 = v67 - v68;
-  const lanes v70 = v69 * v46;
-  const lanes v71 = v70 * qd_3;
-  const lanes v72 = v6 * v3;
-  const lanes v73 = v4 * v5;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = 1.0416666666666667 * v41;
-  const lanes v76 = 3.608439182435161 * v36;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = 0.20784609690826528 - v77;
-  const lanes v79 = 1.8666666666666667 * v78;
-  const lanes v80 = v74 * v79;
-  const lanes v81 = q_4 + 0.21;
-  const lanes v82 = v81 * qd_4;
-  const lanes v83 = 0.5 * v41;
-  const lanes v84 = v82 / v83;
-  const lanes v85 = v80 * v84;
-  const lanes v86 = v71 + v85;
-  const lanes v87 = v66 + v86;
-  const lanes v88 = v60 + v87;
-  const lanes v89 = v59 + v88;
-  const lanes v90 = v28 + v89;
-  const lanes v91 = v26 - v90;
-  out[0] = v91;
-  const lanes v92 = v25 - 5.0;
-  const lanes v93 = v92 * v27;
-  const lanes v94 = v27 + v93;
-  const lanes v95 = v26 - v94;
-  out[1] = v95;
-  const lanes v96 = v1 * qd_2;
-  const lanes v97 = 0.8 * v96;
-  const lanes v98 = v25 - v97;
-  const lanes v99 = v98 * v3;
-  const lanes v100 = 0.8 * v2;
-  const lanes v101 = v25 - v100;
-  const lanes v102 = v101 * v27;
-  const lanes v103 = v99 - v102;
-  out[2] = v103;
-  const lanes v104 = qd_0 + qd_3;
-  const lanes v105 = v70 * v104;
-  const lanes v106 = v85 + v105;
-  const lanes v107 = v28 + v106;
-  const lanes v108 = v26 - v107;
-  out[3] = v108;
-  const lanes v109 = v81 / v83;
-  const lanes v110 = v69 * v84;
-  const lanes v111 = v45 * v110;
-  const lanes v112 = v80 * v104;
-  const lanes v113 = v111 - v112;
-  const lanes v114 = v109 * v113;
-  const lanes v115 = v114 - v28;
-  const lanes v116 = v69 * v79;
-  const lanes v117 = qd_4 / v83;
-  const lanes v118 = 2.0 * q_4;
-  const lanes v119 = v118 + 0.42;
-  const lanes v120 = v119 * qd_4;
-  const lanes v121 = v38 * v120;
-  const lanes v122 = v39 * v120;
-  const lanes v123 = v121 - v122;
-  const lanes v124 = 0.25 / v41;
-  const lanes v125 = v123 * v124;
-  const lanes v126 = v83 * v83;
-  const lanes v127 = v81 / v126;
-  const lanes v128 = v125 * v127;
-  const lanes v129 = v117 - v128;
-  const lanes v130 = v116 * v129;
-  const lanes v131 = v26 + v130;
-  const lanes v132 = v115 + v131;
-  out[4] = v132;
-  const lanes v133 = v26 - v28;
-  out[5] = v133;
-  const lanes v134 = v25 * v4;
-  const lanes v135 = v3 * qd_0;
-  const lanes v136 = v135 * v25;
-  const lanes v137 = v3 * qd_1;
-  const lanes v138 = v65 * v3;
-  const lanes v139 = v116 * v84;
-  const lanes v140 = v74 * v46;
-  const lanes v141 = v140 * qd_3;
-  const lanes v142 = v139 - v141;
-  const lanes v143 = v138 + v142;
-  const lanes v144 = v137 + v143;
-  const lanes v145 = v56 * v3;
-  const lanes v146 = v54 * v4;
-  const lanes v147 = v145 + v146;
-  const lanes v148 = v147 * qd_0;
-  const lanes v149 = v144 - v148;
-  const lanes v150 = v136 + v149;
-  const lanes v151 = v134 + v150;
-  out[6] = v151;
-  const lanes v152 = v92 * v135;
-  const lanes v153 = v135 + v152;
-  const lanes v154 = v134 + v153;
-  out[7] = v154;
-  const lanes v155 = v101 * v135;
-  const lanes v156 = v98 * v4;
-  const lanes v157 = v155 + v156;
-  out[8] = v157;
-  const lanes v158 = v140 * v104;
-  const lanes v159 = v139 - v158;
-  const lanes v160 = v136 + v159;
-  const lanes v161 = v134 + v160;
-  out[9] = v161;
-  const lanes v162 = v74 * v84;
-  const lanes v163 = v45 * v162;
-  const lanes v164 = v116 * v104;
-  const lanes v165 = v163 + v164;
-  const lanes v166 = v109 * v165;
-  const lanes v167 = v136 + v166;
-  const lanes v168 = v80 * v129;
-  const lanes v169 = v134 + v168;
-  const lanes v170 = v167 + v169;
-  out[10] = v170;
-  const lanes v171 = v134 + v136;
-  out[11] = v171;
-  out[12] = v25;
-  out[13] = v25;
-  const lanes v172 = v25 - v63;
-  out[14] = v172;
-  out[15] = v25;
-  const lanes v173 = v116 * v110;
-  const lanes v174 = v80 * v162;
-  const lanes v175 = v173 + v174;
-  const lanes v176 = v109 * v175;
-  const lanes v177 = v45 * v129;
-  const lanes v178 = v25 - v177;
-  const lanes v179 = v176 + v178;
-  out[16] = v179;
-  out[17] = v25;
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  const lanes v180 = v69 * v104;
-  const lanes v181 = v109 * v180;
-  const lanes v182 = v74 * v129;
-  const lanes v183 = v181 + v182;
-  out[22] = v183;
-  const lanes v184 = 6.666666666666666 * v44;
-  const lanes v185 = v74 * v184;
-  const lanes v186 = v185 * v104;
-  const lanes v187 = 6.666666666666666 * v78;
-  const lanes v188 = v110 * v187;
-  const lanes v189 = v186 + v188;
-  out[23] = v189;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
+  const lanes v23 = LANES_CHOICE(v22, 0.0, -1.0);
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = v24 * v3, v26 = v4 * qd_0, v27 = v24 * v26, v28 = 0.8 * v1, v29 = v9 + v28,
+      v30 = v24 + v29, v31 = v30 + 0.1, v32 = q_4 * q_4, v33 = 0.0801 + v32, v34 = 0.42 * q_4,
+      v35 = v33 + v34, v36 = v35 - 0.036, v37 = 0.5 * v36, v38 = 0.0288 + v37, v39 = v38 - 0.01125,
+      v40 = 2.0833333333333335 * v39, v41 = 0.1521 - v36, v42 = v36 - 0.0081, v43 = v41 * v42;
+  LANES_LET1(v44, sqrt, v43);
+  const lanes v45 = 1.8042195912175805 * v44, v46 = v40 - v45, v47 = v46 - 0.12,
+      v48 = 1.8666666666666667 * v47, v49 = 0.12 - v48, v50 = v5 * v49, v51 = v31 + v50,
+      v52 = -0.2 + q_1, v53 = v51 + v52, v54 = v3 * v53, v55 = v6 * v49, v56 = v4 * v55,
+      v57 = v54 - v56, v58 = v57 * qd_0, v59 = v4 * qd_1, v60 = 5.0 * qd_1, v61 = v2 * qd_2,
+      v62 = 0.8 * v61, v63 = v60 + v62, v64 = v24 - v63, v65 = v4 * v64, v66 = v3 * v5,
+      v67 = v4 * v6, v68 = v66 - v67, v69 = v68 * v49, v70 = v69 * qd_3, v71 = v3 * v6,
+      v72 = v4 * v5, v73 = v71 + v72, v74 = 1.0416666666666667 * v44, v75 = 3.608439182435161 * v39,
+      v76 = v74 + v75, v77 = 0.20784609690826528 - v76, v78 = 1.8666666666666667 * v77,
+      v79 = v73 * v78, v80 = q_4 + 0.21, v81 = v80 * qd_4, v82 = 0.5 * v44, v83 = v81 / v82,
+      v84 = v79 * v83, v85 = v70 + v84, v86 = v65 + v85, v87 = v59 + v86, v88 = v58 + v87,
+      v89 = v27 + v88, v90 = v25 - v89;
+  out[0] = v90;
+  const lanes v91 = v24 - 5.0, v92 = v91 * v26, v93 = v26 + v92, v94 = v25 - v93;
+  out[1] = v94;
+  const lanes v95 = v1 * qd_2, v96 = 0.8 * v95, v97 = v24 - v96, v98 = v3 * v97, v99 = 0.8 * v2,
+      v100 = v24 - v99, v101 = v100 * v26, v102 = v98 - v101;
+  out[2] = v102;
+  const lanes v103 = qd_0 + qd_3, v104 = v69 * v103, v105 = v84 + v104, v106 = v27 + v105,
+      v107 = v25 - v106;
+  out[3] = v107;
+  const lanes v108 = v80 / v82, v109 = v68 * v83, v110 = v48 * v109, v111 = v79 * v103,
+      v112 = v110 - v111, v113 = v108 * v112, v114 = v113 - v27, v115 = v68 * v78,
+      v116 = qd_4 / v82, v117 = 2.0 * q_4, v118 = v117 + 0.42, v119 = v118 * qd_4,
+      v120 = v41 * v119, v121 = v42 * v119, v122 = v120 - v121, v123 = 0.25 / v44,
+      v124 = v122 * v123, v125 = v82 * v82, v126 = v80 / v125, v127 = v124 * v126,
+      v128 = v116 - v127, v129 = v115 * v128, v130 = v25 + v129, v131 = v114 + v130;
+  out[4] = v131;
+  const lanes v132 = v25 - v27;
+  out[5] = v132;
+  const lanes v133 = v24 * v4, v134 = v3 * qd_0, v135 = v24 * v134, v136 = v3 * qd_1,
+      v137 = v3 * v64, v138 = v115 * v83, v139 = v73 * v49, v140 = v139 * qd_3, v141 = v138 - v140,
+      v142 = v137 + v141, v143 = v136 + v142, v144 = v3 * v55, v145 = v4 * v53, v146 = v144 + v145,
+      v147 = v146 * qd_0, v148 = v143 - v147, v149 = v135 + v148, v150 = v133 + v149;
+  out[6] = v150;
+  const lanes v151 = v91 * v134, v152 = v134 + v151, v153 = v133 + v152;
+  out[7] = v153;
+  const lanes v154 = v100 * v134, v155 = v4 * v97, v156 = v154 + v155;
+  out[8] = v156;
+  const lanes v157 = v139 * v103, v158 = v138 - v157, v159 = v135 + v158, v160 = v133 + v159;
+  out[9] = v160;
+  const lanes v161 = v73 * v83, v162 = v48 * v161, v163 = v115 * v103, v164 = v162 + v163,
+      v165 = v108 * v164, v166 = v135 + v165, v167 = v79 * v128, v168 = v133 + v167,
+      v169 = v166 + v168;
+  out[10] = v169;
+  const lanes v170 = v133 + v135;
+  out[11] = v170; out[12] = v24; out[13] = v24;
+  const lanes v171 = v24 - v62;
+  out[14] = v171; out[15] = v24;
+  const lanes v172 = v115 * v109, v173 = v79 * v161, v174 = v172 + v173, v175 = v108 * v174,
+      v176 = v48 * v128, v177 = v24 - v176, v178 = v175 + v177;
+  out[16] = v178; out[17] = v24; out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
+  out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
+  const lanes v179 = v68 * v103, v180 = v108 * v179, v181 = v73 * v128, v182 = v180 + v181;
+  out[22] = v182;
+  const lanes v183 = 6.666666666666666 * v47, v184 = v73 * v183, v185 = v184 * v103,
+      v186 = 6.666666666666666 * v77, v187 = v109 * v186, v188 = v185 + v187;
+  out[23] = v188; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0);
   out[27] = LANES_OF(0.0);
-  const lanes v190 = v74 * v104;
-  const lanes v191 = v109 * v190;
-  const lanes v192 = v69 * v129;
-  const lanes v193 = v191 - v192;
-  out[28] = v193;
-  const lanes v194 = v162 * v187;
-  const lanes v195 = v69 * v184;
-  const lanes v196 = v195 * v104;
-  const lanes v197 = v194 - v196;
-  out[29] = v197;
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  const lanes v198 = v195 * v110;
-  const lanes v199 = v185 * v162;
-  const lanes v200 = v198 + v199;
-  const lanes v201 = -v200;
-  out[35] = v201;
+  const lanes v189 = v73 * v103, v190 = v108 * v189, v191 = v68 * v128, v192 = v190 - v191;
+  out[28] = v192;
+  const lanes v193 = v161 * v186, v194 = v68 * v183, v195 = v194 * v103, v196 = v193 - v195;
+  out[29] = v196; out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
+  out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0);
+  const lanes v197 = v194 * v109, v198 = v184 * v161, v199 = v197 + v198, v200 = -v199;
+  out[35] = v200;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_hessian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_2, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v5, &v6);
-  const lanes v7 = 5.0 * q_1;
-  const lanes v8 = 1.2 - v7;
-  const lanes v9 = v8 - 0.8;
-  const lanes v10 = 0.2 * v9;
-  const lanes v11 = 0.16 * v1;
-  const lanes v12 = v10 + v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = 0.16 * v2;
-  const lanes v15 = 0.2 + v14;
-  const lanes v16 = v15 * v15;
-  const lanes v17 = v13 + v16;
-  const lanes v18 = 0.1936 - v17;
-  const lanes v19 = v17 - 0.0016;
-  const lanes v20 = v18 * v19;
-  const lanes v21 = 108.50694444444444 * v20;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4];
+  LANES_COS_SIN(v1, v2, q_2); LANES_COS_SIN(v3, v4, q_0); LANES_COS_SIN(v5, v6, q_3);
+  const lanes v7 = 5.0 * q_1, v8 = 1.2 - v7, v9 = v8 - 0.8, v10 = 0.2 * v9, v11 = 0.16 * v1,
+      v12 = v10 + v11, v13 = v12 * v12, v14 = 0.16 * v2, v15 = 0.2 + v14, v16 = v15 * v15,
+      v17 = v13 + v16, v18 = 0.1936 - v17, v19 = v17 - 0.0016, v20 = v18 * v19,
+      v21 = 108.50694444444444 * v20;
   const lanes_where v22 = LANES_LE(0.0, v21);
-  const lanes_where v23 = LANES_NOT(v22);
-  const lanes v24 = LANES_CHOICE(v23, -1.0, 0.0);
-  lanes v25; LANES_NAME(lanes_sqrt)(&v24, &v25);
-  const lanes v26 = v25 * v3;
-  const lanes v27 = v25 * v4;
-  const lanes v28 = q_4 * q_4;
-  const lanes v29 = 0.0801 + v28;
-  const lanes v30 = 0.42 * q_4;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v31 - 0.036;
-  const lanes v33 = 0.5 * v32;
-  const lanes v34 = 0.0288 + v33;
-  const lanes v35 = v34 - 0.01125;
-  const lanes v36 = 2.0833333333333335 * v35;
-  const lanes v37 = 0.1521 - v32;
-  const lanes v38 = v32 - 0.0081;
-  const lanes v39 = v37 * v38;
-  lanes v40; LANES_NAME(lanes_sqrt)(&v39, &v40);
-  const lanes v41 = 1.8042195912175805 * v40;
-  const lanes v42 = v36 - v41;
-  const lanes v43 = v42 - 0.12;
-  const lanes v44 = 1.8666666666666667 * v43;
-  const lanes v45 = 0.12 - v44;
-  const lanes v46 = v45 * v5;
-  const lanes v47 = 0.8 * v1;
-  const lanes v48 = v9 + v47;
-  const lanes v49 = v25 + v48;
-  const lanes v50 = v49 + 0.1;
-  const lanes v51 = v46 + v50;
-  const lanes v52 = -0.2 + q_1;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v53 * v3;
-  const lanes v55 = v6 * v45;
-  const lanes v56 = v55 * v4;
-  const lanes v57 = v54 - v56;
-  const lanes v58 = v57 + v27;
-  const lanes v59 = v27 + v58;
-  const lanes v60 = v26 - v59;
-  out[0] = v60;
-  const lanes v61 = v25 - 5.0;
-  const lanes v62 = v61 * v4;
-  const lanes v63 = v62 + v4;
-  const lanes v64 = v26 - v63;
-  out[1] = v64;
-  const lanes v65 = 0.8 * v2;
-  const lanes v66 = v25 - v65;
-  const lanes v67 = v66 * v4;
-  const lanes v68 = v26 - v67;
-  out[2] = v68;
-  const lanes v69 = v3 * v5;
-  const lanes v70 = v6 * v4;
-  const lanes v71 = v69 - v70;
-  const lanes v72 = v71 * v45;
-  const lanes v73 = v72 + v27;
-  const lanes v74 = v26 - v73;
-  out[3] = v74;
-  const lanes v75 = v6 * v3;
-  const lanes v76 = v4 * v5;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = 1.0416666666666667 * v40;
-  const lanes v79 = 3.608439182435161 * v35;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = 0.20784609690826528 - v80;
-  const lanes v82 = 1.8666666666666667 * v81;
-  const lanes v83 = v77 * v82;
-  const lanes v84 = q_4 + 0.21;
-  const lanes v85 = 0.5 * v40;
-  const lanes v86 = v84 / v85;
-  const lanes v87 = v83 * v86;
-  const lanes v88 = v27 + v87;
-  const lanes v89 = v26 - v88;
-  out[4] = v89;
-  const lanes v90 = v26 - v27;
-  out[5] = v90;
-  out[6] = v64;
-  out[7] = v26;
-  out[8] = v26;
-  out[9] = v26;
-  out[10] = v26;
-  out[11] = v26;
-  out[12] = v68;
-  out[13] = v26;
-  const lanes v91 = v25 - v47;
-  const lanes v92 = v91 * v3;
-  out[14] = v92;
-  out[15] = v26;
-  out[16] = v26;
-  out[17] = v26;
-  out[18] = v74;
-  out[19] = v26;
-  out[20] = v26;
-  const lanes v93 = v26 - v72;
-  out[21] = v93;
-  const lanes v94 = v26 - v87;
-  out[22] = v94;
-  out[23] = v26;
-  out[24] = v89;
-  out[25] = v26;
-  out[26] = v26;
-  out[27] = v94;
-  const lanes v95 = v71 * v44;
-  const lanes v96 = v86 * v95;
-  const lanes v97 = v86 * v96;
-  const lanes v98 = v71 * v82;
-  const lanes v99 = 1.0 / v85;
-  const lanes v100 = v85 * v85;
-  const lanes v101 = v84 / v100;
-  const lanes v102 = 0.25 / v40;
-  const lanes v103 = 2.0 * q_4;
-  const lanes v104 = v103 + 0.42;
-  const lanes v105 = v37 * v104;
-  const lanes v106 = v38 * v104;
-  const lanes v107 = v105 - v106;
-  const lanes v108 = v102 * v107;
-  const lanes v109 = v101 * v108;
-  const lanes v110 = v99 - v109;
-  const lanes v111 = v98 * v110;
-  const lanes v112 = v26 + v111;
-  const lanes v113 = v97 + v112;
-  out[28] = v113;
-  out[29] = v26;
-  out[30] = v90;
-  out[31] = v26;
-  out[32] = v26;
-  out[33] = v26;
-  out[34] = v26;
-  out[35] = v26;
-  const lanes v114 = v55 * v3;
-  const lanes v115 = v53 * v4;
-  const lanes v116 = v114 + v115;
-  const lanes v117 = v26 - v116;
-  const lanes v118 = v26 + v117;
-  const lanes v119 = v27 + v118;
-  out[36] = v119;
-  const lanes v120 = v61 * v3;
-  const lanes v121 = v120 + v3;
-  const lanes v122 = v27 + v121;
-  out[37] = v122;
-  const lanes v123 = v66 * v3;
-  const lanes v124 = v27 + v123;
-  out[38] = v124;
-  const lanes v125 = v77 * v45;
-  const lanes v126 = v26 - v125;
-  const lanes v127 = v27 + v126;
-  out[39] = v127;
-  const lanes v128 = v98 * v86;
-  const lanes v129 = v26 + v128;
-  const lanes v130 = v27 + v129;
-  out[40] = v130;
-  const lanes v131 = v26 + v27;
-  out[41] = v131;
-  out[42] = v122;
-  out[43] = v27;
-  out[44] = v27;
-  out[45] = v27;
-  out[46] = v27;
-  out[47] = v27;
-  out[48] = v124;
-  out[49] = v27;
-  const lanes v132 = v91 * v4;
-  out[50] = v132;
-  out[51] = v27;
-  out[52] = v27;
-  out[53] = v27;
-  out[54] = v127;
-  out[55] = v27;
-  out[56] = v27;
-  const lanes v133 = v27 - v125;
-  out[57] = v133;
-  const lanes v134 = v27 + v128;
-  out[58] = v134;
-  out[59] = v27;
-  out[60] = v130;
-  out[61] = v27;
-  out[62] = v27;
-  out[63] = v134;
-  const lanes v135 = v77 * v44;
-  const lanes v136 = v86 * v135;
-  const lanes v137 = v86 * v136;
-  const lanes v138 = v83 * v110;
-  const lanes v139 = v27 + v138;
-  const lanes v140 = v137 + v139;
-  out[64] = v140;
-  out[65] = v27;
-  out[66] = v131;
-  out[67] = v27;
-  out[68] = v27;
-  out[69] = v27;
-  out[70] = v27;
-  out[71] = v27;
-  out[72] = v25;
-  out[73] = v25;
-  out[74] = v25;
-  out[75] = v25;
-  out[76] = v25;
-  out[77] = v25;
-  out[78] = v25;
-  out[79] = v25;
-  out[80] = v25;
-  out[81] = v25;
-  out[82] = v25;
-  out[83] = v25;
-  out[84] = v25;
-  out[85] = v25;
-  out[86] = v66;
-  out[87] = v25;
-  out[88] = v25;
-  out[89] = v25;
-  out[90] = v25;
-  out[91] = v25;
-  out[92] = v25;
-  out[93] = v25;
-  out[94] = v25;
-  out[95] = v25;
-  out[96] = v25;
-  out[97] = v25;
-  out[98] = v25;
-  out[99] = v25;
-  const lanes v141 = v71 * v98;
-  const lanes v142 = v77 * v83;
-  const lanes v143 = v141 + v142;
-  const lanes v144 = v86 * v143;
-  const lanes v145 = v86 * v144;
-  const lanes v146 = v44 * v110;
-  const lanes v147 = v25 - v146;
-  const lanes v148 = v145 + v147;
-  out[100] = v148;
-  out[101] = v25;
-  out[102] = v25;
-  out[103] = v25;
-  out[104] = v25;
-  out[105] = v25;
-  out[106] = v25;
-  out[107] = v25;
-  out[108] = LANES_OF(0.0);
-  out[109] = LANES_OF(0.0);
-  out[110] = LANES_OF(0.0);
-  out[111] = LANES_OF(0.0);
-  out[112] = LANES_OF(0.0);
-  out[113] = LANES_OF(0.0);
-  out[114] = LANES_OF(0.0);
-  out[115] = LANES_OF(0.0);
-  out[116] = LANES_OF(0.0);
-  out[117] = LANES_OF(0.0);
-  out[118] = LANES_OF(0.0);
-  out[119] = LANES_OF(0.0);
-  out[120] = LANES_OF(0.0);
-  out[121] = LANES_OF(0.0);
-  out[122] = LANES_OF(0.0);
-  out[123] = LANES_OF(0.0);
-  out[124] = LANES_OF(0.0);
-  out[125] = LANES_OF(0.0);
-  out[126] = LANES_OF(0.0);
-  out[127] = LANES_OF(0.0);
-  out[128] = LANES_OF(0.0);
-  out[129] = LANES_OF(0.0);
-  out[130] = LANES_OF(0.0);
+  const lanes v23 = LANES_CHOICE(v22, 0.0, -1.0);
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = v24 * v3, v26 = v24 * v4, v27 = 0.8 * v1, v28 = v9 + v27, v29 = v24 + v28,
+      v30 = v29 + 0.1, v31 = q_4 * q_4, v32 = 0.0801 + v31, v33 = 0.42 * q_4, v34 = v32 + v33,
+      v35 = v34 - 0.036, v36 = 0.5 * v35, v37 = 0.0288 + v36, v38 = v37 - 0.01125,
+      v39 = 2.0833333333333335 * v38, v40 = 0.1521 - v35, v41 = v35 - 0.0081, v42 = v40 * v41;
+  LANES_LET1(v43, sqrt, v42);
+  const lanes v44 = 1.8042195912175805 * v43, v45 = v39 - v44, v46 = v45 - 0.12,
+      v47 = 1.8666666666666667 * v46, v48 = 0.12 - v47, v49 = v5 * v48, v50 = v30 + v49,
+      v51 = -0.2 + q_1, v52 = v50 + v51, v53 = v3 * v52, v54 = v6 * v48, v55 = v4 * v54,
+      v56 = v53 - v55, v57 = v56 + v26, v58 = v26 + v57, v59 = v25 - v58;
+  out[0] = v59;
+  const lanes v60 = v24 - 5.0, v61 = v4 * v60, v62 = v4 + v61, v63 = v25 - v62;
+  out[1] = v63;
+  const lanes v64 = 0.8 * v2, v65 = v24 - v64, v66 = v4 * v65, v67 = v25 - v66;
+  out[2] = v67;
+  const lanes v68 = v3 * v5, v69 = v4 * v6, v70 = v68 - v69, v71 = v70 * v48, v72 = v71 + v26,
+      v73 = v25 - v72;
+  out[3] = v73;
+  const lanes v74 = v3 * v6, v75 = v4 * v5, v76 = v74 + v75, v77 = 1.0416666666666667 * v43,
+      v78 = 3.608439182435161 * v38, v79 = v77 + v78, v80 = 0.20784609690826528 - v79,
+      v81 = 1.8666666666666667 * v80, v82 = v76 * v81, v83 = q_4 + 0.21, v84 = 0.5 * v43,
+      v85 = v83 / v84, v86 = v82 * v85, v87 = v26 + v86, v88 = v25 - v87;
+  out[4] = v88;
+  const lanes v89 = v25 - v26;
+  out[5] = v89; out[6] = v63; out[7] = v25; out[8] = v25; out[9] = v25; out[10] = v25;
+  out[11] = v25; out[12] = v67; out[13] = v25;
+  const lanes v90 = v24 - v27, v91 = v3 * v90;
+  out[14] = v91; out[15] = v25; out[16] = v25; out[17] = v25; out[18] = v73; out[19] = v25;
+  out[20] = v25;
+  const lanes v92 = v25 - v71;
+  out[21] = v92;
+  const lanes v93 = v25 - v86;
+  out[22] = v93; out[23] = v25; out[24] = v88; out[25] = v25; out[26] = v25; out[27] = v93;
+  const lanes v94 = v70 * v47, v95 = v85 * v94, v96 = v85 * v95, v97 = v70 * v81, v98 = 1.0 / v84,
+      v99 = v84 * v84, v100 = v83 / v99, v101 = 0.25 / v43, v102 = 2.0 * q_4, v103 = v102 + 0.42,
+      v104 = v40 * v103, v105 = v41 * v103, v106 = v104 - v105, v107 = v101 * v106,
+      v108 = v100 * v107, v109 = v98 - v108, v110 = v97 * v109, v111 = v25 + v110,
+      v112 = v96 + v111;
+  out[28] = v112; out[29] = v25; out[30] = v89; out[31] = v25; out[32] = v25; out[33] = v25;
+  out[34] = v25; out[35] = v25;
+  const lanes v113 = v3 * v54, v114 = v4 * v52, v115 = v113 + v114, v116 = v25 - v115,
+      v117 = v25 + v116, v118 = v26 + v117;
+  out[36] = v118;
+  const lanes v119 = v3 * v60, v120 = v3 + v119, v121 = v26 + v120;
+  out[37] = v121;
+  const lanes v122 = v3 * v65, v123 = v26 + v122;
+  out[38] = v123;
+  const lanes v124 = v76 * v48, v125 = v25 - v124, v126 = v26 + v125;
+  out[39] = v126;
+  const lanes v127 = v97 * v85, v128 = v25 + v127, v129 = v26 + v128;
+  out[40] = v129;
+  const lanes v130 = v25 + v26;
+  out[41] = v130; out[42] = v121; out[43] = v26; out[44] = v26; out[45] = v26; out[46] = v26;
+  out[47] = v26; out[48] = v123; out[49] = v26;
+  const lanes v131 = v4 * v90;
+  out[50] = v131; out[51] = v26; out[52] = v26; out[53] = v26; out[54] = v126; out[55] = v26;
+  out[56] = v26;
+  const lanes v132 = v26 - v124;
+  out[57] = v132;
+  const lanes v133 = v26 + v127;
+  out[58] = v133; out[59] = v26; out[60] = v129; out[61] = v26; out[62] = v26; out[63] = v133;
+  const lanes v134 = v76 * v47, v135 = v85 * v134, v136 = v85 * v135, v137 = v82 * v109,
+      v138 = v26 + v137, v139 = v136 + v138;
+  out[64] = v139; out[65] = v26; out[66] = v130; out[67] = v26; out[68] = v26; out[69] = v26;
+  out[70] = v26; out[71] = v26; out[72] = v24; out[73] = v24; out[74] = v24; out[75] = v24;
+  out[76] = v24; out[77] = v24; out[78] = v24; out[79] = v24; out[80] = v24; out[81] = v24;
+  out[82] = v24; out[83] = v24; out[84] = v24; out[85] = v24; out[86] = v65; out[87] = v24;
+  out[88] = v24; out[89] = v24; out[90] = v24; out[91] = v24; out[92] = v24; out[93] = v24;
+  out[94] = v24; out[95] = v24; out[96] = v24; out[97] = v24; out[98] = v24; out[99] = v24;
+  const lanes v140 = v70 * v97, v141 = v76 * v82, v142 = v140 + v141, v143 = v85 * v142,
+      v144 = v85 * v143, v145 = v47 * v109, v146 = v24 - v145, v147 = v144 + v146;
+  out[100] = v147; out[101] = v24; out[102] = v24; out[103] = v24; out[104] = v24; out[105] = v24;
+  out[106] = v24; out[107] = v24; out[108] = LANES_OF(0.0); out[109] = LANES_OF(0.0);
+  out[110] = LANES_OF(0.0); out[111] = LANES_OF(0.0); out[112] = LANES_OF(0.0);
+  out[113] = LANES_OF(0.0); out[114] = LANES_OF(0.0); out[115] = LANES_OF(0.0);
+  out[116] = LANES_OF(0.0); out[117] = LANES_OF(0.0); out[118] = LANES_OF(0.0);
+  out[119] = LANES_OF(0.0); out[120] = LANES_OF(0.0); out[121] = LANES_OF(0.0);
+  out[122] = LANES_OF(0.0); out[123] = LANES_OF(0.0); out[124] = LANES_OF(0.0);
+  out[125] = LANES_OF(0.0); out[126] = LANES_OF(0.0); out[127] = LANES_OF(0.0);
+  out[128] = LANES_OF(0.0); out[129] = LANES_OF(0.0); out[130] = LANES_OF(0.0);
   out[131] = LANES_OF(0.0);
-  const lanes v149 = v71 * v86;
-  out[132] = v149;
-  out[133] = LANES_OF(0.0);
-  out[134] = LANES_OF(0.0);
-  out[135] = v149;
-  const lanes v150 = v77 * v110;
-  out[136] = v150;
-  out[137] = LANES_OF(0.0);
-  const lanes v151 = 6.666666666666666 * v43;
-  const lanes v152 = v77 * v151;
-  out[138] = v152;
-  out[139] = LANES_OF(0.0);
-  out[140] = LANES_OF(0.0);
-  out[141] = v152;
-  const lanes v153 = 6.666666666666666 * v81;
-  const lanes v154 = v71 * v153;
-  const lanes v155 = v154 * v86;
-  out[142] = v155;
-  out[143] = LANES_OF(0.0);
-  out[144] = LANES_OF(0.0);
-  out[145] = LANES_OF(0.0);
-  out[146] = LANES_OF(0.0);
-  out[147] = LANES_OF(0.0);
-  out[148] = LANES_OF(0.0);
-  out[149] = LANES_OF(0.0);
-  out[150] = LANES_OF(0.0);
-  out[151] = LANES_OF(0.0);
-  out[152] = LANES_OF(0.0);
-  out[153] = LANES_OF(0.0);
-  out[154] = LANES_OF(0.0);
-  out[155] = LANES_OF(0.0);
-  out[156] = LANES_OF(0.0);
-  out[157] = LANES_OF(0.0);
-  out[158] = LANES_OF(0.0);
-  out[159] = LANES_OF(0.0);
-  out[160] = LANES_OF(0.0);
-  out[161] = LANES_OF(0.0);
-  out[162] = LANES_OF(0.0);
-  out[163] = LANES_OF(0.0);
-  out[164] = LANES_OF(0.0);
-  out[165] = LANES_OF(0.0);
-  out[166] = LANES_OF(0.0);
+  const lanes v148 = v70 * v85;
+  out[132] = v148; out[133] = LANES_OF(0.0); out[134] = LANES_OF(0.0); out[135] = v148;
+  const lanes v149 = v76 * v109;
+  out[136] = v149; out[137] = LANES_OF(0.0);
+  const lanes v150 = 6.666666666666666 * v46, v151 = v76 * v150;
+  out[138] = v151; out[139] = LANES_OF(0.0); out[140] = LANES_OF(0.0); out[141] = v151;
+  const lanes v152 = 6.666666666666666 * v80, v153 = v70 * v152, v154 = v153 * v85;
+  out[142] = v154; out[143] = LANES_OF(0.0); out[144] = LANES_OF(0.0); out[145] = LANES_OF(0.0);
+  out[146] = LANES_OF(0.0); out[147] = LANES_OF(0.0); out[148] = LANES_OF(0.0);
+  out[149] = LANES_OF(0.0); out[150] = LANES_OF(0.0); out[151] = LANES_OF(0.0);
+  out[152] = LANES_OF(0.0); out[153] = LANES_OF(0.0); out[154] = LANES_OF(0.0);
+  out[155] = LANES_OF(0.0); out[156] = LANES_OF(0.0); out[157] = LANES_OF(0.0);
+  out[158] = LANES_OF(0.0); out[159] = LANES_OF(0.0); out[160] = LANES_OF(0.0);
+  out[161] = LANES_OF(0.0); out[162] = LANES_OF(0.0); out[163] = LANES_OF(0.0);
+  out[164] = LANES_OF(0.0); out[165] = LANES_OF(0.0); out[166] = LANES_OF(0.0);
   out[167] = LANES_OF(0.0);
-  const lanes v156 = v77 * v86;
-  out[168] = v156;
-  out[169] = LANES_OF(0.0);
-  out[170] = LANES_OF(0.0);
-  out[171] = v156;
-  const lanes v157 = v71 * v110;
-  const lanes v158 = -v157;
-  out[172] = v158;
-  out[173] = LANES_OF(0.0);
-  const lanes v159 = v71 * v151;
-  const lanes v160 = -v159;
-  out[174] = v160;
-  out[175] = LANES_OF(0.0);
-  out[176] = LANES_OF(0.0);
-  out[177] = v160;
-  const lanes v161 = v77 * v153;
-  const lanes v162 = v161 * v86;
-  out[178] = v162;
-  out[179] = LANES_OF(0.0);
-  out[180] = LANES_OF(0.0);
-  out[181] = LANES_OF(0.0);
-  out[182] = LANES_OF(0.0);
-  out[183] = LANES_OF(0.0);
-  out[184] = LANES_OF(0.0);
-  out[185] = LANES_OF(0.0);
-  out[186] = LANES_OF(0.0);
-  out[187] = LANES_OF(0.0);
-  out[188] = LANES_OF(0.0);
-  out[189] = LANES_OF(0.0);
-  out[190] = LANES_OF(0.0);
-  out[191] = LANES_OF(0.0);
-  out[192] = LANES_OF(0.0);
-  out[193] = LANES_OF(0.0);
-  out[194] = LANES_OF(0.0);
-  out[195] = LANES_OF(0.0);
-  out[196] = LANES_OF(0.0);
-  out[197] = LANES_OF(0.0);
-  out[198] = LANES_OF(0.0);
-  out[199] = LANES_OF(0.0);
-  out[200] = LANES_OF(0.0);
-  out[201] = LANES_OF(0.0);
-  out[202] = LANES_OF(0.0);
-  out[203] = LANES_OF(0.0);
-  out[204] = LANES_OF(0.0);
-  out[205] = LANES_OF(0.0);
-  out[206] = LANES_OF(0.0);
-  out[207] = LANES_OF(0.0);
-  out[208] = LANES_OF(0.0);
-  out[209] = LANES_OF(0.0);
-  out[210] = LANES_OF(0.0);
-  out[211] = LANES_OF(0.0);
-  out[212] = LANES_OF(0.0);
-  out[213] = LANES_OF(0.0);
-  const lanes v163 = v71 * v159;
-  const lanes v164 = v77 * v152;
-  const lanes v165 = v163 + v164;
-  const lanes v166 = v86 * v165;
-  const lanes v167 = -v166;
-  out[214] = v167;
-  out[215] = LANES_OF(0.0);
+  const lanes v155 = v76 * v85;
+  out[168] = v155; out[169] = LANES_OF(0.0); out[170] = LANES_OF(0.0); out[171] = v155;
+  const lanes v156 = v70 * v109, v157 = -v156;
+  out[172] = v157; out[173] = LANES_OF(0.0);
+  const lanes v158 = v70 * v150, v159 = -v158;
+  out[174] = v159; out[175] = LANES_OF(0.0); out[176] = LANES_OF(0.0); out[177] = v159;
+  const lanes v160 = v76 * v152, v161 = v160 * v85;
+  out[178] = v161; out[179] = LANES_OF(0.0); out[180] = LANES_OF(0.0); out[181] = LANES_OF(0.0);
+  out[182] = LANES_OF(0.0); out[183] = LANES_OF(0.0); out[184] = LANES_OF(0.0);
+  out[185] = LANES_OF(0.0); out[186] = LANES_OF(0.0); out[187] = LANES_OF(0.0);
+  out[188] = LANES_OF(0.0); out[189] = LANES_OF(0.0); out[190] = LANES_OF(0.0);
+  out[191] = LANES_OF(0.0); out[192] = LANES_OF(0.0); out[193] = LANES_OF(0.0);
+  out[194] = LANES_OF(0.0); out[195] = LANES_OF(0.0); out[196] = LANES_OF(0.0);
+  out[197] = LANES_OF(0.0); out[198] = LANES_OF(0.0); out[199] = LANES_OF(0.0);
+  out[200] = LANES_OF(0.0); out[201] = LANES_OF(0.0); out[202] = LANES_OF(0.0);
+  out[203] = LANES_OF(0.0); out[204] = LANES_OF(0.0); out[205] = LANES_OF(0.0);
+  out[206] = LANES_OF(0.0); out[207] = LANES_OF(0.0); out[208] = LANES_OF(0.0);
+  out[209] = LANES_OF(0.0); out[210] = LANES_OF(0.0); out[211] = LANES_OF(0.0);
+  out[212] = LANES_OF(0.0); out[213] = LANES_OF(0.0);
+  const lanes v162 = v70 * v158, v163 = v76 * v151, v164 = v162 + v163, v165 = v85 * v164,
+      v166 = -v165;
+  out[214] = v166; out[215] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_twist_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v2, v3; LANES_NAME(lanes_cos_sin)(&q_3, &v2, &v3);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = v1 * v2;
-  const lanes v8 = v3 * v4;
-  const lanes v9 = v7 - v8;
-  const lanes v10 = q_4 * q_4;
-  const lanes v11 = 0.0801 + v10;
-  const lanes v12 = 0.42 * q_4;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = v13 - 0.036;
-  const lanes v15 = 0.1521 - v14;
-  const lanes v16 = v14 - 0.0081;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 1.0416666666666667 * v18;
-  const lanes v20 = 0.5 * v14;
-  const lanes v21 = 0.0288 + v20;
-  const lanes v22 = v21 - 0.01125;
-  const lanes v23 = 3.608439182435161 * v22;
-  const lanes v24 = v19 + v23;
-  const lanes v25 = 0.20784609690826528 - v24;
-  const lanes v26 = 6.666666666666666 * v25;
-  const lanes v27 = v9 * v26;
-  const lanes v28 = -0.2 + q_1;
-  const lanes v29 = 5.0 * q_1;
-  const lanes v30 = 1.2 - v29;
-  const lanes v31 = v30 - 0.8;
-  const lanes v32 = 0.2 * v31;
-  const lanes v33 = 0.16 * v5;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = v34 * v34;
-  const lanes v36 = 0.16 * v6;
-  const lanes v37 = 0.2 + v36;
-  const lanes v38 = v37 * v37;
-  const lanes v39 = v35 + v38;
-  const lanes v40 = 0.1936 - v39;
-  const lanes v41 = v39 - 0.0016;
-  const lanes v42 = v40 * v41;
-  const lanes v43 = 108.50694444444444 * v42;
-  const lanes_where v44 = LANES_LE(0.0, v43);
-  const lanes_where v45 = LANES_NOT(v44);
-  const lanes v46 = LANES_CHOICE(v45, -1.0, 0.0);
-  lanes v47; LANES_NAME(lanes_sqrt)(&v46, &v47);
-  const lanes v48 = 0.8 * v5;
-  const lanes v49 = v31 + v48;
-  const lanes v50 = v47 + v49;
-  const lanes v51 = v50 + 0.1;
-  const lanes v52 = v28 + v51;
-  const lanes v53 = v3 * v52;
-  const lanes v54 = v27 * v53;
-  const lanes v55 = v3 * v1;
-  const lanes v56 = v4 * v2;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = v52 * v2;
-  const lanes v59 = v58 + 0.12;
-  const lanes v60 = v59 * v26;
-  const lanes v61 = 0.8 * v6;
-  const lanes v62 = 1.0 + v61;
-  const lanes v63 = v47 + v62;
-  const lanes v64 = v63 + 0.54;
-  const lanes v65 = 0.3 - v64;
-  const lanes v66 = 2.0833333333333335 * v22;
-  const lanes v67 = 1.8042195912175805 * v18;
-  const lanes v68 = v66 - v67;
-  const lanes v69 = v68 - 0.12;
-  const lanes v70 = 6.666666666666666 * v69;
-  const lanes v71 = v65 * v70;
-  const lanes v72 = v60 + v71;
-  const lanes v73 = v57 * v72;
-  const lanes v74 = v54 - v73;
-  const lanes v75 = v74 * qd_5;
-  const lanes v76 = v52 * v4;
-  const lanes v77 = v76 * qd_3;
-  const lanes v78 = v1 * qd_1;
-  const lanes v79 = 5.0 * qd_1;
-  const lanes v80 = v6 * qd_2;
-  const lanes v81 = 0.8 * v80;
-  const lanes v82 = v79 + v81;
-  const lanes v83 = v47 - v82;
-  const lanes v84 = v83 * v1;
-  const lanes v85 = v78 + v84;
-  const lanes v86 = v77 + v85;
-  const lanes v87 = v9 * v65;
-  const lanes v88 = q_4 + 0.21;
-  const lanes v89 = v88 * qd_4;
-  const lanes v90 = 0.5 * v18;
-  const lanes v91 = v89 / v90;
-  const lanes v92 = v87 * v91;
-  const lanes v93 = v86 - v92;
-  const lanes v94 = v75 + v93;
-  out[0] = v94;
-  const lanes v95 = v9 * v72;
-  const lanes v96 = v57 * v26;
-  const lanes v97 = v96 * v53;
-  const lanes v98 = v95 + v97;
-  const lanes v99 = v98 * qd_5;
-  const lanes v100 = v4 * qd_1;
-  const lanes v101 = v83 * v4;
-  const lanes v102 = v100 + v101;
-  const lanes v103 = v52 * v1;
-  const lanes v104 = v103 * qd_3;
-  const lanes v105 = v102 - v104;
-  const lanes v106 = v57 * v65;
-  const lanes v107 = v106 * v91;
-  const lanes v108 = v105 - v107;
-  const lanes v109 = v99 + v108;
-  out[1] = v109;
-  const lanes v110 = v5 * qd_2;
-  const lanes v111 = 0.8 * v110;
-  const lanes v112 = v111 + v47;
-  const lanes v113 = v59 * v91;
-  const lanes v114 = v112 - v113;
-  const lanes v115 = v53 * v70;
-  const lanes v116 = v115 * qd_5;
-  const lanes v117 = v114 - v116;
-  out[2] = v117;
-  const lanes v118 = v57 * v91;
-  const lanes v119 = v9 * v70;
-  const lanes v120 = v119 * qd_5;
-  const lanes v121 = v118 - v120;
-  out[3] = v121;
-  const lanes v122 = v9 * v91;
-  const lanes v123 = v57 * v70;
-  const lanes v124 = v123 * qd_5;
-  const lanes v125 = v122 + v124;
-  const lanes v126 = -v125;
-  out[4] = v126;
-  const lanes v127 = qd_0 + qd_3;
-  const lanes v128 = v26 * qd_5;
-  const lanes v129 = v127 - v128;
-  out[5] = v129;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v3, q_0); LANES_COS_SIN(v2, v4, q_3); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = v1 * v2, v8 = v3 * v4, v9 = v7 - v8, v10 = q_4 * q_4, v11 = 0.0801 + v10,
+      v12 = 0.42 * q_4, v13 = v11 + v12, v14 = v13 - 0.036, v15 = 0.1521 - v14, v16 = v14 - 0.0081,
+      v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 1.0416666666666667 * v18, v20 = 0.5 * v14, v21 = 0.0288 + v20,
+      v22 = v21 - 0.01125, v23 = 3.608439182435161 * v22, v24 = v19 + v23,
+      v25 = 0.20784609690826528 - v24, v26 = 6.666666666666666 * v25, v27 = v9 * v26,
+      v28 = 5.0 * q_1, v29 = 1.2 - v28, v30 = v29 - 0.8, v31 = 0.2 * v30, v32 = 0.16 * v5,
+      v33 = v31 + v32, v34 = v33 * v33, v35 = 0.16 * v6, v36 = 0.2 + v35, v37 = v36 * v36,
+      v38 = v34 + v37, v39 = 0.1936 - v38, v40 = v38 - 0.0016, v41 = v39 * v40,
+      v42 = 108.50694444444444 * v41;
+  const lanes_where v43 = LANES_LE(0.0, v42);
+  const lanes v44 = LANES_CHOICE(v43, 0.0, -1.0);
+  LANES_LET1(v45, sqrt, v44);
+  const lanes v46 = 0.8 * v5, v47 = v30 + v46, v48 = v45 + v47, v49 = v48 + 0.1, v50 = -0.2 + q_1,
+      v51 = v49 + v50, v52 = v4 * v51, v53 = v27 * v52, v54 = v1 * v4, v55 = v3 * v2,
+      v56 = v54 + v55, v57 = v2 * v51, v58 = v57 + 0.12, v59 = v58 * v26, v60 = 0.8 * v6,
+      v61 = 1.0 + v60, v62 = v45 + v61, v63 = v62 + 0.54, v64 = 0.3 - v63,
+      v65 = 2.0833333333333335 * v22, v66 = 1.8042195912175805 * v18, v67 = v65 - v66,
+      v68 = v67 - 0.12, v69 = 6.666666666666666 * v68, v70 = v64 * v69, v71 = v59 + v70,
+      v72 = v56 * v71, v73 = v53 - v72, v74 = v73 * qd_5, v75 = v3 * v51, v76 = v75 * qd_3,
+      v77 = v1 * qd_1, v78 = 5.0 * qd_1, v79 = v6 * qd_2, v80 = 0.8 * v79, v81 = v78 + v80,
+      v82 = v45 - v81, v83 = v1 * v82, v84 = v77 + v83, v85 = v76 + v84, v86 = v9 * v64,
+      v87 = q_4 + 0.21, v88 = v87 * qd_4, v89 = 0.5 * v18, v90 = v88 / v89, v91 = v86 * v90,
+      v92 = v85 - v91, v93 = v74 + v92;
+  out[0] = v93;
+  const lanes v94 = v9 * v71, v95 = v56 * v26, v96 = v95 * v52, v97 = v94 + v96, v98 = v97 * qd_5,
+      v99 = v3 * qd_1, v100 = v3 * v82, v101 = v99 + v100, v102 = v1 * v51, v103 = v102 * qd_3,
+      v104 = v101 - v103, v105 = v56 * v64, v106 = v105 * v90, v107 = v104 - v106,
+      v108 = v98 + v107;
+  out[1] = v108;
+  const lanes v109 = v5 * qd_2, v110 = 0.8 * v109, v111 = v45 + v110, v112 = v58 * v90,
+      v113 = v111 - v112, v114 = v52 * v69, v115 = v114 * qd_5, v116 = v113 - v115;
+  out[2] = v116;
+  const lanes v117 = v56 * v90, v118 = v9 * v69, v119 = v118 * qd_5, v120 = v117 - v119;
+  out[3] = v120;
+  const lanes v121 = v9 * v90, v122 = v56 * v69, v123 = v122 * qd_5, v124 = v121 + v123,
+      v125 = -v124;
+  out[4] = v125;
+  const lanes v126 = qd_0 + qd_3, v127 = v26 * qd_5, v128 = v126 - v127;
+  out[5] = v128;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_twist_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_2, &v1, &v2);
-  lanes v3, v5; LANES_NAME(lanes_cos_sin)(&q_3, &v3, &v5);
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v6);
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&q_5, &v8, &v7);
-  const lanes v9 = v1 * qd_2;
-  const lanes v10 = 0.8 * v9;
-  const lanes v11 = 5.0 * q_1;
-  const lanes v12 = 1.2 - v11;
-  const lanes v13 = v12 - 0.8;
-  const lanes v14 = 0.2 * v13;
-  const lanes v15 = 0.16 * v1;
-  const lanes v16 = v14 + v15;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = 0.16 * v2;
-  const lanes v19 = 0.2 + v18;
-  const lanes v20 = v19 * v19;
-  const lanes v21 = v17 + v20;
-  const lanes v22 = 0.1936 - v21;
-  const lanes v23 = v21 - 0.0016;
-  const lanes v24 = v22 * v23;
-  const lanes v25 = 108.50694444444444 * v24;
-  const lanes_where v26 = LANES_LE(0.0, v25);
-  const lanes_where v27 = LANES_NOT(v26);
-  const lanes v28 = LANES_CHOICE(v27, -1.0, 0.0);
-  lanes v29; LANES_NAME(lanes_sqrt)(&v28, &v29);
-  const lanes v30 = v10 + v29;
-  const lanes v31 = q_4 * q_4;
-  const lanes v32 = 0.0801 + v31;
-  const lanes v33 = 0.42 * q_4;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = v34 - 0.036;
-  const lanes v36 = 0.1521 - v35;
-  const lanes v37 = v35 - 0.0081;
-  const lanes v38 = v36 * v37;
-  lanes v39; LANES_NAME(lanes_sqrt)(&v38, &v39);
-  const lanes v40 = 1.0416666666666667 * v39;
-  const lanes v41 = 0.5 * v35;
-  const lanes v42 = 0.0288 + v41;
-  const lanes v43 = v42 - 0.01125;
-  const lanes v44 = 3.608439182435161 * v43;
-  const lanes v45 = v40 + v44;
-  const lanes v46 = 0.20784609690826528 - v45;
-  const lanes v47 = 6.666666666666666 * v46;
-  const lanes v48 = v30 * v47;
-  const lanes v49 = 2.0833333333333335 * v43;
-  const lanes v50 = 1.8042195912175805 * v39;
-  const lanes v51 = v49 - v50;
-  const lanes v52 = v51 - 0.12;
-  const lanes v53 = 6.666666666666666 * v52;
-  const lanes v54 = v53 * v3;
-  const lanes v55 = 5.0 * qd_1;
-  const lanes v56 = v2 * qd_2;
-  const lanes v57 = 0.8 * v56;
-  const lanes v58 = v55 + v57;
-  const lanes v59 = v29 - v58;
-  const lanes v60 = v54 * v59;
-  const lanes v61 = 1.8666666666666667 * v52;
-  const lanes v62 = 0.12 - v61;
-  const lanes v63 = v62 * v3;
-  const lanes v64 = 0.8 * v1;
-  const lanes v65 = v13 + v64;
-  const lanes v66 = v29 + v65;
-  const lanes v67 = v66 + 0.1;
-  const lanes v68 = v63 + v67;
-  const lanes v69 = -0.2 + q_1;
-  const lanes v70 = v68 + v69;
-  const lanes v71 = v70 * v4;
-  const lanes v72 = v5 * v62;
-  const lanes v73 = v72 * v6;
-  const lanes v74 = v71 - v73;
-  const lanes v75 = v54 * v6;
-  const lanes v76 = v5 * v53;
-  const lanes v77 = v76 * v4;
-  const lanes v78 = v75 + v77;
-  const lanes v79 = v74 * v78;
-  const lanes v80 = v72 * v4;
-  const lanes v81 = v70 * v6;
-  const lanes v82 = v80 + v81;
-  const lanes v83 = v76 * v6;
-  const lanes v84 = v54 * v4;
-  const lanes v85 = v83 - v84;
-  const lanes v86 = v82 * v85;
-  const lanes v87 = v79 + v86;
-  const lanes v88 = v87 * qd_0;
-  const lanes v89 = v54 * qd_1;
-  const lanes v90 = v88 + v89;
-  const lanes v91 = v60 + v90;
-  const lanes v92 = v48 + v91;
-  const lanes v93 = -v92;
-  out[0] = v93;
-  const lanes v94 = 0.28 * v7;
-  const lanes v95 = q_4 + 0.21;
-  const lanes v96 = v95 * qd_4;
-  const lanes v97 = 0.5 * v39;
-  const lanes v98 = v96 / v97;
-  const lanes v99 = v94 * v98;
-  const lanes v100 = v8 * v62;
-  const lanes v101 = v100 * qd_3;
-  const lanes v102 = v7 * v47;
-  const lanes v103 = v102 * v3;
-  const lanes v104 = v5 * v8;
-  const lanes v105 = v103 - v104;
-  const lanes v106 = v105 * v59;
-  const lanes v107 = v105 * v6;
-  const lanes v108 = v5 * v102;
-  const lanes v109 = v8 * v3;
-  const lanes v110 = v108 + v109;
-  const lanes v111 = v110 * v4;
-  const lanes v112 = v107 + v111;
-  const lanes v113 = v74 * v112;
-  const lanes v114 = v105 * v4;
-  const lanes v115 = v110 * v6;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v82 * v116;
-  const lanes v118 = v113 - v117;
-  const lanes v119 = v118 * qd_0;
-  const lanes v120 = v105 * qd_1;
-  const lanes v121 = v119 + v120;
-  const lanes v122 = v106 + v121;
-  const lanes v123 = v7 * v53;
-  const lanes v124 = v123 * v30;
-  const lanes v125 = v122 - v124;
-  const lanes v126 = v101 + v125;
-  const lanes v127 = v99 + v126;
-  out[1] = v127;
-  const lanes v128 = 0.28 * v8;
-  const lanes v129 = v128 * v98;
-  const lanes v130 = v5 * v7;
-  const lanes v131 = v8 * v47;
-  const lanes v132 = v131 * v3;
-  const lanes v133 = v130 + v132;
-  const lanes v134 = v133 * v59;
-  const lanes v135 = v133 * v6;
-  const lanes v136 = v5 * v131;
-  const lanes v137 = v7 * v3;
-  const lanes v138 = v136 - v137;
-  const lanes v139 = v138 * v4;
-  const lanes v140 = v135 + v139;
-  const lanes v141 = v74 * v140;
-  const lanes v142 = v133 * v4;
-  const lanes v143 = v138 * v6;
-  const lanes v144 = v142 - v143;
-  const lanes v145 = v82 * v144;
-  const lanes v146 = v141 - v145;
-  const lanes v147 = v146 * qd_0;
-  const lanes v148 = v133 * qd_1;
-  const lanes v149 = v147 + v148;
-  const lanes v150 = v134 + v149;
-  const lanes v151 = v8 * v53;
-  const lanes v152 = v151 * v30;
-  const lanes v153 = v150 - v152;
-  const lanes v154 = v7 * v62;
-  const lanes v155 = v154 * qd_3;
-  const lanes v156 = v153 - v155;
-  const lanes v157 = v129 + v156;
-  out[2] = v157;
-  const lanes v158 = v47 * qd_0;
-  const lanes v159 = v47 * qd_3;
-  const lanes v160 = v158 + v159;
-  const lanes v161 = qd_5 - v160;
-  out[3] = v161;
-  const lanes v162 = v8 * v98;
-  const lanes v163 = v123 * qd_0;
-  const lanes v164 = v123 * qd_3;
-  const lanes v165 = v163 + v164;
-  const lanes v166 = v162 + v165;
-  const lanes v167 = -v166;
-  out[4] = v167;
-  const lanes v168 = v7 * v98;
-  const lanes v169 = v151 * qd_0;
-  const lanes v170 = v151 * qd_3;
-  const lanes v171 = v169 + v170;
-  const lanes v172 = v168 - v171;
-  out[5] = v172;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[6], qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v2, q_2); LANES_COS_SIN(v3, v6, q_3); LANES_COS_SIN(v4, v5, q_0);
+  LANES_COS_SIN(v8, v7, q_5);
+  const lanes v9 = 5.0 * q_1, v10 = 1.2 - v9, v11 = v10 - 0.8, v12 = 0.2 * v11, v13 = 0.16 * v1,
+      v14 = v12 + v13, v15 = v14 * v14, v16 = 0.16 * v2, v17 = 0.2 + v16, v18 = v17 * v17,
+      v19 = v15 + v18, v20 = 0.1936 - v19, v21 = v19 - 0.0016, v22 = v20 * v21,
+      v23 = 108.50694444444444 * v22;
+  const lanes_where v24 = LANES_LE(0.0, v23);
+  const lanes v25 = LANES_CHOICE(v24, 0.0, -1.0);
+  LANES_LET1(v26, sqrt, v25);
+  const lanes v27 = v1 * qd_2, v28 = 0.8 * v27, v29 = v26 + v28, v30 = q_4 * q_4,
+      v31 = 0.0801 + v30, v32 = 0.42 * q_4, v33 = v31 + v32, v34 = v33 - 0.036, v35 = 0.1521 - v34,
+      v36 = v34 - 0.0081, v37 = v35 * v36;
+  LANES_LET1(v38, sqrt, v37);
+  const lanes v39 = 1.0416666666666667 * v38, v40 = 0.5 * v34, v41 = 0.0288 + v40,
+      v42 = v41 - 0.01125, v43 = 3.608439182435161 * v42, v44 = v39 + v43,
+      v45 = 0.20784609690826528 - v44, v46 = 6.666666666666666 * v45, v47 = v29 * v46,
+      v48 = 2.0833333333333335 * v42, v49 = 1.8042195912175805 * v38, v50 = v48 - v49,
+      v51 = v50 - 0.12, v52 = 6.666666666666666 * v51, v53 = v3 * v52, v54 = 5.0 * qd_1,
+      v55 = v2 * qd_2, v56 = 0.8 * v55, v57 = v54 + v56, v58 = v26 - v57, v59 = v53 * v58,
+      v60 = 0.8 * v1, v61 = v11 + v60, v62 = v26 + v61, v63 = v62 + 0.1,
+      v64 = 1.8666666666666667 * v51, v65 = 0.12 - v64, v66 = v3 * v65, v67 = v63 + v66,
+      v68 = -0.2 + q_1, v69 = v67 + v68, v70 = v4 * v69, v71 = v6 * v65, v72 = v5 * v71,
+      v73 = v70 - v72, v74 = v6 * v52, v75 = v4 * v74, v76 = v5 * v53, v77 = v75 + v76,
+      v78 = v73 * v77, v79 = v4 * v71, v80 = v5 * v69, v81 = v79 + v80, v82 = v5 * v74,
+      v83 = v4 * v53, v84 = v82 - v83, v85 = v81 * v84, v86 = v78 + v85, v87 = v86 * qd_0,
+      v88 = v53 * qd_1, v89 = v87 + v88, v90 = v59 + v89, v91 = v47 + v90, v92 = -v91;
+  out[0] = v92;
+  const lanes v93 = 0.28 * v7, v94 = q_4 + 0.21, v95 = v94 * qd_4, v96 = 0.5 * v38, v97 = v95 / v96,
+      v98 = v93 * v97, v99 = v8 * v65, v100 = v99 * qd_3, v101 = v7 * v46, v102 = v3 * v101,
+      v103 = v6 * v8, v104 = v102 - v103, v105 = v104 * v58, v106 = v3 * v8, v107 = v6 * v101,
+      v108 = v106 + v107, v109 = v4 * v108, v110 = v5 * v104, v111 = v109 + v110, v112 = v73 * v111,
+      v113 = v4 * v104, v114 = v5 * v108, v115 = v113 - v114, v116 = v81 * v115, v117 = v112 - v116,
+      v118 = v117 * qd_0, v119 = v104 * qd_1, v120 = v118 + v119, v121 = v105 + v120,
+      v122 = v7 * v52, v123 = v122 * v29, v124 = v121 - v123, v125 = v100 + v124, v126 = v98 + v125;
+  out[1] = v126;
+  const lanes v127 = 0.28 * v8, v128 = v127 * v97, v129 = v8 * v46, v130 = v3 * v129,
+      v131 = v6 * v7, v132 = v130 + v131, v133 = v132 * v58, v134 = v6 * v129, v135 = v3 * v7,
+      v136 = v134 - v135, v137 = v4 * v136, v138 = v5 * v132, v139 = v137 + v138, v140 = v73 * v139,
+      v141 = v4 * v132, v142 = v5 * v136, v143 = v141 - v142, v144 = v81 * v143, v145 = v140 - v144,
+      v146 = v145 * qd_0, v147 = v132 * qd_1, v148 = v146 + v147, v149 = v133 + v148,
+      v150 = v8 * v52, v151 = v150 * v29, v152 = v149 - v151, v153 = v7 * v65, v154 = v153 * qd_3,
+      v155 = v152 - v154, v156 = v128 + v155;
+  out[2] = v156;
+  const lanes v157 = v46 * qd_0, v158 = v46 * qd_3, v159 = v157 + v158, v160 = qd_5 - v159;
+  out[3] = v160;
+  const lanes v161 = v8 * v97, v162 = v122 * qd_0, v163 = v122 * qd_3, v164 = v162 + v163,
+      v165 = v161 + v164, v166 = -v165;
+  out[4] = v166;
+  const lanes v167 = v7 * v97, v168 = v150 * qd_0, v169 = v150 * qd_3, v170 = v168 + v169,
+      v171 = v167 - v170;
+  out[5] = v171;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_twist_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v2, v3; LANES_NAME(lanes_cos_sin)(&q_3, &v2, &v3);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = v1 * v2;
-  const lanes v8 = v3 * v4;
-  const lanes v9 = v7 - v8;
-  const lanes v10 = q_4 * q_4;
-  const lanes v11 = 0.0801 + v10;
-  const lanes v12 = 0.42 * q_4;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = v13 - 0.036;
-  const lanes v15 = 0.1521 - v14;
-  const lanes v16 = v14 - 0.0081;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 1.0416666666666667 * v18;
-  const lanes v20 = 0.5 * v14;
-  const lanes v21 = 0.0288 + v20;
-  const lanes v22 = v21 - 0.01125;
-  const lanes v23 = 3.608439182435161 * v22;
-  const lanes v24 = v19 + v23;
-  const lanes v25 = 0.20784609690826528 - v24;
-  const lanes v26 = 1.8666666666666667 * v25;
-  const lanes v27 = v9 * v26;
-  const lanes v28 = q_4 + 0.21;
-  const lanes v29 = v28 * qd_4;
-  const lanes v30 = 0.5 * v18;
-  const lanes v31 = v29 / v30;
-  const lanes v32 = v27 * v31;
-  const lanes v33 = 5.0 * q_1;
-  const lanes v34 = 1.2 - v33;
-  const lanes v35 = v34 - 0.8;
-  const lanes v36 = 0.2 * v35;
-  const lanes v37 = 0.16 * v5;
-  const lanes v38 = v36 + v37;
-  const lanes v39 = v38 * v38;
-  const lanes v40 = 0.16 * v6;
-  const lanes v41 = 0.2 + v40;
-  const lanes v42 = v41 * v41;
-  const lanes v43 = v39 + v42;
-  const lanes v44 = 0.1936 - v43;
-  const lanes v45 = v43 - 0.0016;
-  const lanes v46 = v44 * v45;
-  const lanes v47 = 108.50694444444444 * v46;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v3, q_0); LANES_COS_SIN(v2, v4, q_3); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = v1 * v2, v8 = v3 * v4, v9 = v7 - v8, v10 = q_4 * q_4, v11 = 0.0801 + v10,
+      v12 = 0.42 * q_4, v13 = v11 + v12, v14 = v13 - 0.036, v15 = 0.1521 - v14, v16 = v14 - 0.0081,
+      v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 1.0416666666666667 * v18, v20 = 0.5 * v14, v21 = 0.0288 + v20,
+      v22 = v21 - 0.01125, v23 = 3.608439182435161 * v22, v24 = v19 + v23,
+      v25 = 0.20784609690826528 - v24, v26 = 1.8666666666666667 * v25, v27 = v9 * v26,
+      v28 = q_4 + 0.21, v29 = v28 * qd_4, v30 = 0.5 * v18, v31 = v29 / v30, v32 = v27 * v31,
+      v33 = 5.0 * q_1, v34 = 1.2 - v33, v35 = v34 - 0.8, v36 = 0.2 * v35, v37 = 0.16 * v5,
+      v38 = v36 + v37, v39 = v38 * v38, v40 = 0.16 * v6, v41 = 0.2 + v40, v42 = v41 * v41,
+      v43 = v39 + v42, v44 = 0.1936 - v43, v45 = v43 - 0.0016, v46 = v44 * v45,
+      v47 = 108.50694444444444 * v46;
   const lanes_where v48 = LANES_LE(0.0, v47);
-  const lanes_where v49 = LANES_NOT(v48);
-  const lanes v50 = LANES_CHOICE(v49, -1.0, 0.0);
-  lanes v51; LANES_NAME(lanes_sqrt)(&v50, &v51);
-  const lanes v52 = 5.0 * qd_1;
-  const lanes v53 = v6 * qd_2;
-  const lanes v54 = 0.8 * v53;
-  const lanes v55 = v52 + v54;
-  const lanes v56 = v51 - v55;
-  const lanes v57 = v56 * v1;
-  const lanes v58 = v1 * qd_1;
-  const lanes v59 = 2.0833333333333335 * v22;
-  const lanes v60 = 1.8042195912175805 * v18;
-  const lanes v61 = v59 - v60;
-  const lanes v62 = v61 - 0.12;
-  const lanes v63 = 1.8666666666666667 * v62;
-  const lanes v64 = 0.12 - v63;
-  const lanes v65 = v3 * v64;
-  const lanes v66 = v65 * v1;
-  const lanes v67 = v64 * v2;
-  const lanes v68 = 0.8 * v5;
-  const lanes v69 = v35 + v68;
-  const lanes v70 = v51 + v69;
-  const lanes v71 = v70 + 0.1;
-  const lanes v72 = v67 + v71;
-  const lanes v73 = -0.2 + q_1;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v74 * v4;
-  const lanes v76 = v66 + v75;
-  const lanes v77 = v76 * qd_0;
-  const lanes v78 = v58 - v77;
-  const lanes v79 = v57 + v78;
-  const lanes v80 = v3 * v1;
-  const lanes v81 = v4 * v2;
-  const lanes v82 = v80 + v81;
-  const lanes v83 = v82 * v64;
-  const lanes v84 = v83 * qd_3;
-  const lanes v85 = v79 - v84;
-  const lanes v86 = v32 + v85;
-  out[0] = v86;
-  const lanes v87 = v82 * v26;
-  const lanes v88 = v87 * v31;
-  const lanes v89 = v9 * v64;
-  const lanes v90 = v89 * qd_3;
-  const lanes v91 = v56 * v4;
-  const lanes v92 = v4 * qd_1;
-  const lanes v93 = v74 * v1;
-  const lanes v94 = v65 * v4;
-  const lanes v95 = v93 - v94;
-  const lanes v96 = v95 * qd_0;
-  const lanes v97 = v92 + v96;
-  const lanes v98 = v91 + v97;
-  const lanes v99 = v90 + v98;
-  const lanes v100 = v88 + v99;
-  out[1] = v100;
-  const lanes v101 = v5 * qd_2;
-  const lanes v102 = 0.8 * v101;
-  const lanes v103 = v102 + v51;
-  const lanes v104 = v63 * v31;
-  const lanes v105 = v103 - v104;
-  out[2] = v105;
-  const lanes v106 = v82 * v31;
-  const lanes v107 = 6.666666666666666 * v62;
-  const lanes v108 = v9 * v107;
-  const lanes v109 = v108 * qd_5;
-  const lanes v110 = v106 - v109;
-  out[3] = v110;
-  const lanes v111 = v9 * v31;
-  const lanes v112 = v82 * v107;
-  const lanes v113 = v112 * qd_5;
-  const lanes v114 = v111 + v113;
-  const lanes v115 = -v114;
-  out[4] = v115;
-  const lanes v116 = qd_0 + qd_3;
-  const lanes v117 = 6.666666666666666 * v25;
-  const lanes v118 = v117 * qd_5;
-  const lanes v119 = v116 - v118;
-  out[5] = v119;
+  const lanes v49 = LANES_CHOICE(v48, 0.0, -1.0);
+  LANES_LET1(v50, sqrt, v49);
+  const lanes v51 = 5.0 * qd_1, v52 = v6 * qd_2, v53 = 0.8 * v52, v54 = v51 + v53, v55 = v50 - v54,
+      v56 = v1 * v55, v57 = v1 * qd_1, v58 = 2.0833333333333335 * v22,
+      v59 = 1.8042195912175805 * v18, v60 = v58 - v59, v61 = v60 - 0.12,
+      v62 = 1.8666666666666667 * v61, v63 = 0.12 - v62, v64 = v4 * v63, v65 = v1 * v64,
+      v66 = 0.8 * v5, v67 = v35 + v66, v68 = v50 + v67, v69 = v68 + 0.1, v70 = v2 * v63,
+      v71 = v69 + v70, v72 = -0.2 + q_1, v73 = v71 + v72, v74 = v3 * v73, v75 = v65 + v74,
+      v76 = v75 * qd_0, v77 = v57 - v76, v78 = v56 + v77, v79 = v1 * v4, v80 = v3 * v2,
+      v81 = v79 + v80, v82 = v81 * v63, v83 = v82 * qd_3, v84 = v78 - v83, v85 = v32 + v84;
+  out[0] = v85;
+  const lanes v86 = v81 * v26, v87 = v86 * v31, v88 = v9 * v63, v89 = v88 * qd_3, v90 = v3 * v55,
+      v91 = v3 * qd_1, v92 = v1 * v73, v93 = v3 * v64, v94 = v92 - v93, v95 = v94 * qd_0,
+      v96 = v91 + v95, v97 = v90 + v96, v98 = v89 + v97, v99 = v87 + v98;
+  out[1] = v99;
+  const lanes v100 = v5 * qd_2, v101 = 0.8 * v100, v102 = v50 + v101, v103 = v62 * v31,
+      v104 = v102 - v103;
+  out[2] = v104;
+  const lanes v105 = v81 * v31, v106 = 6.666666666666666 * v61, v107 = v9 * v106,
+      v108 = v107 * qd_5, v109 = v105 - v108;
+  out[3] = v109;
+  const lanes v110 = v9 * v31, v111 = v81 * v106, v112 = v111 * qd_5, v113 = v110 + v112,
+      v114 = -v113;
+  out[4] = v114;
+  const lanes v115 = qd_0 + qd_3, v116 = 6.666666666666666 * v25, v117 = v116 * qd_5,
+      v118 = v115 - v117;
+  out[5] = v118;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_acceleration_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v2, v3; LANES_NAME(lanes_cos_sin)(&q_3, &v2, &v3);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = v1 * v2;
-  const lanes v8 = v3 * v4;
-  const lanes v9 = v7 - v8;
-  const lanes v10 = q_4 * q_4;
-  const lanes v11 = 0.0801 + v10;
-  const lanes v12 = 0.42 * q_4;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = v13 - 0.036;
-  const lanes v15 = 0.1521 - v14;
-  const lanes v16 = v14 - 0.0081;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 1.0416666666666667 * v18;
-  const lanes v20 = 0.5 * v14;
-  const lanes v21 = 0.0288 + v20;
-  const lanes v22 = v21 - 0.01125;
-  const lanes v23 = 3.608439182435161 * v22;
-  const lanes v24 = v19 + v23;
-  const lanes v25 = 0.20784609690826528 - v24;
-  const lanes v26 = 6.666666666666666 * v25;
-  const lanes v27 = v9 * v26;
-  const lanes v28 = -0.2 + q_1;
-  const lanes v29 = 5.0 * q_1;
-  const lanes v30 = 1.2 - v29;
-  const lanes v31 = v30 - 0.8;
-  const lanes v32 = 0.2 * v31;
-  const lanes v33 = 0.16 * v5;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = v34 * v34;
-  const lanes v36 = 0.16 * v6;
-  const lanes v37 = 0.2 + v36;
-  const lanes v38 = v37 * v37;
-  const lanes v39 = v35 + v38;
-  const lanes v40 = 0.1936 - v39;
-  const lanes v41 = v39 - 0.0016;
-  const lanes v42 = v40 * v41;
-  const lanes v43 = 108.50694444444444 * v42;
-  const lanes_where v44 = LANES_LE(0.0, v43);
-  const lanes_where v45 = LANES_NOT(v44);
-  const lanes v46 = LANES_CHOICE(v45, -1.0, 0.0);
-  lanes v47; LANES_NAME(lanes_sqrt)(&v46, &v47);
-  const lanes v48 = 0.8 * v5;
-  const lanes v49 = v31 + v48;
-  const lanes v50 = v47 + v49;
-  const lanes v51 = v50 + 0.1;
-  const lanes v52 = v28 + v51;
-  const lanes v53 = v3 * v52;
-  const lanes v54 = v27 * v53;
-  const lanes v55 = v3 * v1;
-  const lanes v56 = v4 * v2;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = v52 * v2;
-  const lanes v59 = v58 + 0.12;
-  const lanes v60 = v59 * v26;
-  const lanes v61 = 0.8 * v6;
-  const lanes v62 = 1.0 + v61;
-  const lanes v63 = v47 + v62;
-  const lanes v64 = v63 + 0.54;
-  const lanes v65 = 0.3 - v64;
-  const lanes v66 = 2.0833333333333335 * v22;
-  const lanes v67 = 1.8042195912175805 * v18;
-  const lanes v68 = v66 - v67;
-  const lanes v69 = v68 - 0.12;
-  const lanes v70 = 6.666666666666666 * v69;
-  const lanes v71 = v65 * v70;
-  const lanes v72 = v60 + v71;
-  const lanes v73 = v57 * v72;
-  const lanes v74 = v54 - v73;
-  const lanes v75 = v74 * qdd_5;
-  const lanes v76 = v52 * v4;
-  const lanes v77 = v76 * qdd_3;
-  const lanes v78 = v1 * qdd_1;
-  const lanes v79 = 5.0 * qdd_1;
-  const lanes v80 = v5 * qd_2;
-  const lanes v81 = v80 * qd_2;
-  const lanes v82 = v6 * qdd_2;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = 0.8 * v83;
-  const lanes v85 = v79 + v84;
-  const lanes v86 = v47 - v85;
-  const lanes v87 = v86 * v1;
-  const lanes v88 = v78 + v87;
-  const lanes v89 = v77 + v88;
-  const lanes v90 = v9 * v65;
-  const lanes v91 = qd_4 * qd_4;
-  const lanes v92 = q_4 + 0.21;
-  const lanes v93 = v92 * qdd_4;
-  const lanes v94 = v91 + v93;
-  const lanes v95 = 0.5 * v18;
-  const lanes v96 = v94 / v95;
-  const lanes v97 = 2.0 * q_4;
-  const lanes v98 = v97 + 0.42;
-  const lanes v99 = v98 * qd_4;
-  const lanes v100 = v15 * v99;
-  const lanes v101 = v16 * v99;
-  const lanes v102 = v100 - v101;
-  const lanes v103 = 0.25 / v18;
-  const lanes v104 = v102 * v103;
-  const lanes v105 = v92 * qd_4;
-  const lanes v106 = v95 * v95;
-  const lanes v107 = v105 / v106;
-  const lanes v108 = v104 * v107;
-  const lanes v109 = v96 - v108;
-  const lanes v110 = v90 * v109;
-  const lanes v111 = v89 - v110;
-  const lanes v112 = v75 + v111;
-  const lanes v113 = v53 * v70;
-  const lanes v114 = v105 / v95;
-  const lanes v115 = v9 * v114;
-  const lanes v116 = v113 * v115;
-  const lanes v117 = v9 * v72;
-  const lanes v118 = v57 * v26;
-  const lanes v119 = v118 * v53;
-  const lanes v120 = v117 + v119;
-  const lanes v121 = qd_0 + qd_3;
-  const lanes v122 = v120 * v121;
-  const lanes v123 = v116 - v122;
-  const lanes v124 = v57 * v70;
-  const lanes v125 = 0.8 * v80;
-  const lanes v126 = v125 + v47;
-  const lanes v127 = v59 * v114;
-  const lanes v128 = v126 - v127;
-  const lanes v129 = v124 * v128;
-  const lanes v130 = v4 * qd_1;
-  const lanes v131 = 5.0 * qd_1;
-  const lanes v132 = v6 * qd_2;
-  const lanes v133 = 0.8 * v132;
-  const lanes v134 = v131 + v133;
-  const lanes v135 = v47 - v134;
-  const lanes v136 = v135 * v4;
-  const lanes v137 = v130 + v136;
-  const lanes v138 = v52 * v1;
-  const lanes v139 = v138 * qd_3;
-  const lanes v140 = v137 - v139;
-  const lanes v141 = v57 * v65;
-  const lanes v142 = v141 * v114;
-  const lanes v143 = v140 - v142;
-  const lanes v144 = v143 * v26;
-  const lanes v145 = v129 - v144;
-  const lanes v146 = v123 + v145;
-  const lanes v147 = v146 * qd_5;
-  const lanes v148 = v141 * v121;
-  const lanes v149 = v9 * v126;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = v114 * v150;
-  const lanes v152 = v138 * qd_0;
-  const lanes v153 = v137 + v152;
-  const lanes v154 = v153 * qd_3;
-  const lanes v155 = v4 * qd_0;
-  const lanes v156 = v155 * qd_1;
-  const lanes v157 = v135 * v155;
-  const lanes v158 = v156 + v157;
-  const lanes v159 = v154 - v158;
-  const lanes v160 = v151 + v159;
-  const lanes v161 = v147 + v160;
-  const lanes v162 = v112 + v161;
-  out[0] = v162;
-  const lanes v163 = v120 * qdd_5;
-  const lanes v164 = v4 * qdd_1;
-  const lanes v165 = v86 * v4;
-  const lanes v166 = v164 + v165;
-  const lanes v167 = v138 * qdd_3;
-  const lanes v168 = v166 - v167;
-  const lanes v169 = v141 * v109;
-  const lanes v170 = v168 - v169;
-  const lanes v171 = v163 + v170;
-  const lanes v172 = v74 * v121;
-  const lanes v173 = v57 * v114;
-  const lanes v174 = v113 * v173;
-  const lanes v175 = v172 + v174;
-  const lanes v176 = v76 * qd_3;
-  const lanes v177 = v1 * qd_1;
-  const lanes v178 = v135 * v1;
-  const lanes v179 = v177 + v178;
-  const lanes v180 = v176 + v179;
-  const lanes v181 = v90 * v114;
-  const lanes v182 = v180 - v181;
-  const lanes v183 = v182 * v26;
-  const lanes v184 = v9 * v70;
-  const lanes v185 = v184 * v128;
-  const lanes v186 = v183 - v185;
-  const lanes v187 = v175 + v186;
-  const lanes v188 = v187 * qd_5;
-  const lanes v189 = v57 * v126;
-  const lanes v190 = v90 * v121;
-  const lanes v191 = v189 - v190;
-  const lanes v192 = v114 * v191;
-  const lanes v193 = v76 * qd_0;
-  const lanes v194 = v193 - v179;
-  const lanes v195 = v194 * qd_3;
-  const lanes v196 = v1 * qd_0;
-  const lanes v197 = v196 * qd_1;
-  const lanes v198 = v135 * v196;
-  const lanes v199 = v197 + v198;
-  const lanes v200 = v195 + v199;
-  const lanes v201 = v192 + v200;
-  const lanes v202 = v188 + v201;
-  const lanes v203 = v171 + v202;
-  out[1] = v203;
-  const lanes v204 = v5 * qdd_2;
-  const lanes v205 = v132 * qd_2;
-  const lanes v206 = v204 - v205;
-  const lanes v207 = 0.8 * v206;
-  const lanes v208 = v207 + v47;
-  const lanes v209 = v59 * v109;
-  const lanes v210 = v208 - v209;
-  const lanes v211 = v113 * qdd_5;
-  const lanes v212 = v210 - v211;
-  const lanes v213 = v74 * v115;
-  const lanes v214 = v120 * v173;
-  const lanes v215 = v213 + v214;
-  const lanes v216 = v184 * v143;
-  const lanes v217 = v124 * v182;
-  const lanes v218 = v216 - v217;
-  const lanes v219 = v215 + v218;
-  const lanes v220 = v219 * qd_5;
-  const lanes v221 = v9 * v180;
-  const lanes v222 = v57 * v140;
-  const lanes v223 = v221 + v222;
-  const lanes v224 = v114 * v223;
-  const lanes v225 = v220 - v224;
-  const lanes v226 = v212 + v225;
-  out[2] = v226;
-  const lanes v227 = v57 * v109;
-  const lanes v228 = v184 * qdd_5;
-  const lanes v229 = v227 - v228;
-  const lanes v230 = v9 * v121;
-  const lanes v231 = v114 * v230;
-  const lanes v232 = v124 * v121;
-  const lanes v233 = v115 * v26;
-  const lanes v234 = v232 + v233;
-  const lanes v235 = v234 * qd_5;
-  const lanes v236 = v231 + v235;
-  const lanes v237 = v229 + v236;
-  out[3] = v237;
-  const lanes v238 = v57 * v121;
-  const lanes v239 = v114 * v238;
-  const lanes v240 = v173 * v26;
-  const lanes v241 = v184 * v121;
-  const lanes v242 = v240 - v241;
-  const lanes v243 = v242 * qd_5;
-  const lanes v244 = v239 + v243;
-  const lanes v245 = v9 * v109;
-  const lanes v246 = v124 * qdd_5;
-  const lanes v247 = v245 + v246;
-  const lanes v248 = v244 - v247;
-  out[4] = v248;
-  const lanes v249 = qdd_0 + qdd_3;
-  const lanes v250 = v26 * qdd_5;
-  const lanes v251 = v249 - v250;
-  const lanes v252 = v184 * v115;
-  const lanes v253 = v124 * v173;
-  const lanes v254 = v252 + v253;
-  const lanes v255 = v254 * qd_5;
-  const lanes v256 = v251 - v255;
-  out[5] = v256;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11], qdd_0 = in[12],
+      qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16], qdd_5 = in[17];
+  LANES_COS_SIN(v1, v3, q_0); LANES_COS_SIN(v2, v4, q_3); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = v1 * v2, v8 = v3 * v4, v9 = v7 - v8, v10 = q_4 * q_4, v11 = 0.0801 + v10,
+      v12 = 0.42 * q_4, v13 = v11 + v12, v14 = v13 - 0.036, v15 = 0.1521 - v14, v16 = v14 - 0.0081,
+      v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 1.0416666666666667 * v18, v20 = 0.5 * v14, v21 = 0.0288 + v20,
+      v22 = v21 - 0.01125, v23 = 3.608439182435161 * v22, v24 = v19 + v23,
+      v25 = 0.20784609690826528 - v24, v26 = 6.666666666666666 * v25, v27 = v9 * v26,
+      v28 = 5.0 * q_1, v29 = 1.2 - v28, v30 = v29 - 0.8, v31 = 0.2 * v30, v32 = 0.16 * v5,
+      v33 = v31 + v32, v34 = v33 * v33, v35 = 0.16 * v6, v36 = 0.2 + v35, v37 = v36 * v36,
+      v38 = v34 + v37, v39 = 0.1936 - v38, v40 = v38 - 0.0016, v41 = v39 * v40,
+      v42 = 108.50694444444444 * v41;
+  const lanes_where v43 = LANES_LE(0.0, v42);
+  const lanes v44 = LANES_CHOICE(v43, 0.0, -1.0);
+  LANES_LET1(v45, sqrt, v44);
+  const lanes v46 = 0.8 * v5, v47 = v30 + v46, v48 = v45 + v47, v49 = v48 + 0.1, v50 = -0.2 + q_1,
+      v51 = v49 + v50, v52 = v4 * v51, v53 = v27 * v52, v54 = v1 * v4, v55 = v3 * v2,
+      v56 = v54 + v55, v57 = v2 * v51, v58 = v57 + 0.12, v59 = v58 * v26, v60 = 0.8 * v6,
+      v61 = 1.0 + v60, v62 = v45 + v61, v63 = v62 + 0.54, v64 = 0.3 - v63,
+      v65 = 2.0833333333333335 * v22, v66 = 1.8042195912175805 * v18, v67 = v65 - v66,
+      v68 = v67 - 0.12, v69 = 6.666666666666666 * v68, v70 = v64 * v69, v71 = v59 + v70,
+      v72 = v56 * v71, v73 = v53 - v72, v74 = v73 * qdd_5, v75 = v3 * v51, v76 = v75 * qdd_3,
+      v77 = v1 * qdd_1, v78 = 5.0 * qdd_1, v79 = v6 * qdd_2, v80 = v5 * qd_2, v81 = v80 * qd_2,
+      v82 = v79 + v81, v83 = 0.8 * v82, v84 = v78 + v83, v85 = v45 - v84, v86 = v1 * v85,
+      v87 = v77 + v86, v88 = v76 + v87, v89 = v9 * v64, v90 = qd_4 * qd_4, v91 = q_4 + 0.21,
+      v92 = v91 * qdd_4, v93 = v90 + v92, v94 = 0.5 * v18, v95 = v93 / v94, v96 = 2.0 * q_4,
+      v97 = v96 + 0.42, v98 = v97 * qd_4, v99 = v15 * v98, v100 = v16 * v98, v101 = v99 - v100,
+      v102 = 0.25 / v18, v103 = v101 * v102, v104 = v91 * qd_4, v105 = v94 * v94,
+      v106 = v104 / v105, v107 = v103 * v106, v108 = v95 - v107, v109 = v89 * v108,
+      v110 = v88 - v109, v111 = v74 + v110, v112 = v52 * v69, v113 = v104 / v94, v114 = v9 * v113,
+      v115 = v112 * v114, v116 = v9 * v71, v117 = v56 * v26, v118 = v117 * v52, v119 = v116 + v118,
+      v120 = qd_0 + qd_3, v121 = v119 * v120, v122 = v115 - v121, v123 = v56 * v69,
+      v124 = 0.8 * v80, v125 = v45 + v124, v126 = v58 * v113, v127 = v125 - v126,
+      v128 = v123 * v127, v129 = v3 * qd_1, v130 = 5.0 * qd_1, v131 = v6 * qd_2, v132 = 0.8 * v131,
+      v133 = v130 + v132, v134 = v45 - v133, v135 = v3 * v134, v136 = v129 + v135, v137 = v1 * v51,
+      v138 = v137 * qd_3, v139 = v136 - v138, v140 = v56 * v64, v141 = v140 * v113,
+      v142 = v139 - v141, v143 = v142 * v26, v144 = v128 - v143, v145 = v122 + v144,
+      v146 = v145 * qd_5, v147 = v140 * v120, v148 = v9 * v125, v149 = v147 + v148,
+      v150 = v113 * v149, v151 = v137 * qd_0, v152 = v136 + v151, v153 = v152 * qd_3,
+      v154 = v3 * qd_0, v155 = v154 * qd_1, v156 = v134 * v154, v157 = v155 + v156,
+      v158 = v153 - v157, v159 = v150 + v158, v160 = v146 + v159, v161 = v111 + v160;
+  out[0] = v161;
+  const lanes v162 = v119 * qdd_5, v163 = v3 * qdd_1, v164 = v3 * v85, v165 = v163 + v164,
+      v166 = v137 * qdd_3, v167 = v165 - v166, v168 = v140 * v108, v169 = v167 - v168,
+      v170 = v162 + v169, v171 = v73 * v120, v172 = v56 * v113, v173 = v112 * v172,
+      v174 = v171 + v173, v175 = v75 * qd_3, v176 = v1 * qd_1, v177 = v1 * v134, v178 = v176 + v177,
+      v179 = v175 + v178, v180 = v89 * v113, v181 = v179 - v180, v182 = v181 * v26, v183 = v9 * v69,
+      v184 = v183 * v127, v185 = v182 - v184, v186 = v174 + v185, v187 = v186 * qd_5,
+      v188 = v56 * v125, v189 = v89 * v120, v190 = v188 - v189, v191 = v113 * v190,
+      v192 = v75 * qd_0, v193 = v192 - v178, v194 = v193 * qd_3, v195 = v1 * qd_0,
+      v196 = v195 * qd_1, v197 = v134 * v195, v198 = v196 + v197, v199 = v194 + v198,
+      v200 = v191 + v199, v201 = v187 + v200, v202 = v170 + v201;
+  out[1] = v202;
+  const lanes v203 = v5 * qdd_2, v204 = v131 * qd_2, v205 = v203 - v204, v206 = 0.8 * v205,
+      v207 = v45 + v206, v208 = v58 * v108, v209 = v207 - v208, v210 = v112 * qdd_5,
+      v211 = v209 - v210, v212 = v73 * v114, v213 = v119 * v172, v214 = v212 + v213,
+      v215 = v183 * v142, v216 = v123 * v181, v217 = v215 - v216, v218 = v214 + v217,
+      v219 = v218 * qd_5, v220 = v9 * v179, v221 = v56 * v139, v222 = v220 + v221,
+      v223 = v113 * v222, v224 = v219 - v223, v225 = v211 + v224;
+  out[2] = v225;
+  const lanes v226 = v56 * v108, v227 = v183 * qdd_5, v228 = v226 - v227, v229 = v9 * v120,
+      v230 = v113 * v229, v231 = v123 * v120, v232 = v114 * v26, v233 = v231 + v232,
+      v234 = v233 * qd_5, v235 = v230 + v234, v236 = v228 + v235;
+  out[3] = v236;
+  const lanes v237 = v56 * v120, v238 = v113 * v237, v239 = v172 * v26, v240 = v183 * v120,
+      v241 = v239 - v240, v242 = v241 * qd_5, v243 = v238 + v242, v244 = v9 * v108,
+      v245 = v123 * qdd_5, v246 = v244 + v245, v247 = v243 - v246;
+  out[4] = v247;
+  const lanes v248 = qdd_0 + qdd_3, v249 = v26 * qdd_5, v250 = v248 - v249, v251 = v183 * v114,
+      v252 = v123 * v172, v253 = v251 + v252, v254 = v253 * qd_5, v255 = v250 - v254;
+  out[5] = v255;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_acceleration_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_2, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v5, &v6);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v7, &v8);
-  const lanes v9 = q_4 * q_4;
-  const lanes v10 = 0.0801 + v9;
-  const lanes v11 = 0.42 * q_4;
-  const lanes v12 = v10 + v11;
-  const lanes v13 = v12 - 0.036;
-  const lanes v14 = 0.5 * v13;
-  const lanes v15 = 0.0288 + v14;
-  const lanes v16 = v15 - 0.01125;
-  const lanes v17 = 2.0833333333333335 * v16;
-  const lanes v18 = 0.1521 - v13;
-  const lanes v19 = v13 - 0.0081;
-  const lanes v20 = v18 * v19;
-  lanes v21; LANES_NAME(lanes_sqrt)(&v20, &v21);
-  const lanes v22 = 1.8042195912175805 * v21;
-  const lanes v23 = v17 - v22;
-  const lanes v24 = v23 - 0.12;
-  const lanes v25 = 6.666666666666666 * v24;
-  const lanes v26 = v1 * v25;
-  const lanes v27 = 0.28 * v2;
-  const lanes v28 = q_4 + 0.21;
-  const lanes v29 = v28 * qd_4;
-  const lanes v30 = 0.5 * v21;
-  const lanes v31 = v29 / v30;
-  const lanes v32 = v27 * v31;
-  const lanes v33 = v26 * v32;
-  const lanes v34 = v2 * v25;
-  const lanes v35 = 0.28 * v1;
-  const lanes v36 = v35 * v31;
-  const lanes v37 = v34 * v36;
-  const lanes v38 = v33 - v37;
-  const lanes v39 = 1.8666666666666667 * v24;
-  const lanes v40 = 0.12 - v39;
-  const lanes v41 = v1 * v40;
-  const lanes v42 = v2 * v31;
-  const lanes v43 = v41 * v42;
-  const lanes v44 = v2 * v40;
-  const lanes v45 = v1 * v31;
-  const lanes v46 = v44 * v45;
-  const lanes v47 = v43 - v46;
-  const lanes v48 = v38 + v47;
-  const lanes v49 = v48 * qd_3;
-  const lanes v50 = 5.0 * q_1;
-  const lanes v51 = 1.2 - v50;
-  const lanes v52 = v51 - 0.8;
-  const lanes v53 = 0.2 * v52;
-  const lanes v54 = 0.16 * v3;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = v55 * v55;
-  const lanes v57 = 0.16 * v4;
-  const lanes v58 = 0.2 + v57;
-  const lanes v59 = v58 * v58;
-  const lanes v60 = v56 + v59;
-  const lanes v61 = 0.1936 - v60;
-  const lanes v62 = v60 - 0.0016;
-  const lanes v63 = v61 * v62;
-  const lanes v64 = 108.50694444444444 * v63;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[6], qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11],
+      qdd_0 = in[12], qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16],
+      qdd_5 = in[17];
+  LANES_COS_SIN(v1, v2, q_5); LANES_COS_SIN(v3, v4, q_2); LANES_COS_SIN(v5, v6, q_3);
+  LANES_COS_SIN(v7, v8, q_0);
+  const lanes v9 = q_4 * q_4, v10 = 0.0801 + v9, v11 = 0.42 * q_4, v12 = v10 + v11,
+      v13 = v12 - 0.036, v14 = 0.5 * v13, v15 = 0.0288 + v14, v16 = v15 - 0.01125,
+      v17 = 2.0833333333333335 * v16, v18 = 0.1521 - v13, v19 = v13 - 0.0081, v20 = v18 * v19;
+  LANES_LET1(v21, sqrt, v20);
+  const lanes v22 = 1.8042195912175805 * v21, v23 = v17 - v22, v24 = v23 - 0.12,
+      v25 = 6.666666666666666 * v24, v26 = v1 * v25, v27 = 0.28 * v2, v28 = q_4 + 0.21,
+      v29 = v28 * qd_4, v30 = 0.5 * v21, v31 = v29 / v30, v32 = v27 * v31, v33 = v26 * v32,
+      v34 = v2 * v25, v35 = 0.28 * v1, v36 = v35 * v31, v37 = v34 * v36, v38 = v33 - v37,
+      v39 = 1.8666666666666667 * v24, v40 = 0.12 - v39, v41 = v1 * v40, v42 = v2 * v31,
+      v43 = v41 * v42, v44 = v2 * v40, v45 = v1 * v31, v46 = v44 * v45, v47 = v43 - v46,
+      v48 = v38 + v47, v49 = v48 * qd_3, v50 = 5.0 * q_1, v51 = 1.2 - v50, v52 = v51 - 0.8,
+      v53 = 0.2 * v52, v54 = 0.16 * v3, v55 = v53 + v54, v56 = v55 * v55, v57 = 0.16 * v4,
+      v58 = 0.2 + v57, v59 = v58 * v58, v60 = v56 + v59, v61 = 0.1936 - v60, v62 = v60 - 0.0016,
+      v63 = v61 * v62, v64 = 108.50694444444444 * v63;
   const lanes_where v65 = LANES_LE(0.0, v64);
-  const lanes_where v66 = LANES_NOT(v65);
-  const lanes v67 = LANES_CHOICE(v66, -1.0, 0.0);
-  lanes v68; LANES_NAME(lanes_sqrt)(&v67, &v68);
-  const lanes v69 = 5.0 * qd_1;
-  const lanes v70 = v4 * qd_2;
-  const lanes v71 = 0.8 * v70;
-  const lanes v72 = v69 + v71;
-  const lanes v73 = v68 - v72;
-  const lanes v74 = 1.0416666666666667 * v21;
-  const lanes v75 = 3.608439182435161 * v16;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = 0.20784609690826528 - v76;
-  const lanes v78 = 6.666666666666666 * v77;
-  const lanes v79 = v2 * v78;
-  const lanes v80 = v79 * v5;
-  const lanes v81 = v6 * v1;
-  const lanes v82 = v80 - v81;
-  const lanes v83 = v26 * qd_3;
-  const lanes v84 = v42 - v83;
-  const lanes v85 = v82 * v84;
-  const lanes v86 = v6 * v2;
-  const lanes v87 = v1 * v78;
-  const lanes v88 = v87 * v5;
-  const lanes v89 = v86 + v88;
-  const lanes v90 = v34 * qd_3;
-  const lanes v91 = v90 + v45;
-  const lanes v92 = v89 * v91;
-  const lanes v93 = v85 + v92;
-  const lanes v94 = v73 * v93;
-  const lanes v95 = v82 * qd_1;
-  const lanes v96 = v82 * v73;
-  const lanes v97 = v41 * qd_3;
-  const lanes v98 = v97 + v32;
-  const lanes v99 = v3 * qd_2;
-  const lanes v100 = 0.8 * v99;
-  const lanes v101 = v100 + v68;
-  const lanes v102 = v34 * v101;
-  const lanes v103 = v98 - v102;
-  const lanes v104 = v96 + v103;
-  const lanes v105 = v95 + v104;
-  const lanes v106 = v26 * v105;
-  const lanes v107 = v89 * qd_1;
-  const lanes v108 = v89 * v73;
-  const lanes v109 = v44 * qd_3;
-  const lanes v110 = v36 - v109;
-  const lanes v111 = v26 * v101;
-  const lanes v112 = v110 - v111;
-  const lanes v113 = v108 + v112;
-  const lanes v114 = v107 + v113;
-  const lanes v115 = v34 * v114;
-  const lanes v116 = v106 - v115;
-  const lanes v117 = v40 * v5;
-  const lanes v118 = 0.8 * v3;
-  const lanes v119 = v52 + v118;
-  const lanes v120 = v68 + v119;
-  const lanes v121 = v120 + 0.1;
-  const lanes v122 = v117 + v121;
-  const lanes v123 = -0.2 + q_1;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = v124 * v7;
-  const lanes v126 = v6 * v40;
-  const lanes v127 = v126 * v8;
-  const lanes v128 = v125 - v127;
-  const lanes v129 = v82 * v8;
-  const lanes v130 = v6 * v79;
-  const lanes v131 = v1 * v5;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v132 * v7;
-  const lanes v134 = v129 + v133;
-  const lanes v135 = v128 * v134;
-  const lanes v136 = v126 * v7;
-  const lanes v137 = v124 * v8;
-  const lanes v138 = v136 + v137;
-  const lanes v139 = v82 * v7;
-  const lanes v140 = v132 * v8;
-  const lanes v141 = v139 - v140;
-  const lanes v142 = v138 * v141;
-  const lanes v143 = v135 - v142;
-  const lanes v144 = v143 * v84;
-  const lanes v145 = v89 * v8;
-  const lanes v146 = v6 * v87;
-  const lanes v147 = v2 * v5;
-  const lanes v148 = v146 - v147;
-  const lanes v149 = v148 * v7;
-  const lanes v150 = v145 + v149;
-  const lanes v151 = v128 * v150;
-  const lanes v152 = v89 * v7;
-  const lanes v153 = v148 * v8;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v138 * v154;
-  const lanes v156 = v151 - v155;
-  const lanes v157 = v156 * v91;
-  const lanes v158 = v144 + v157;
-  const lanes v159 = v116 + v158;
-  const lanes v160 = v159 * qd_0;
-  const lanes v161 = v93 * qd_1;
-  const lanes v162 = v160 + v161;
-  const lanes v163 = v94 + v162;
-  const lanes v164 = v34 * v84;
-  const lanes v165 = v26 * v91;
-  const lanes v166 = v164 + v165;
-  const lanes v167 = v101 * v166;
-  const lanes v168 = v163 - v167;
-  const lanes v169 = v49 + v168;
-  const lanes v170 = v3 * qdd_2;
-  const lanes v171 = v70 * qd_2;
-  const lanes v172 = v170 - v171;
-  const lanes v173 = 0.8 * v172;
-  const lanes v174 = v173 + v68;
-  const lanes v175 = v78 * v174;
-  const lanes v176 = v25 * v5;
-  const lanes v177 = 5.0 * qdd_1;
-  const lanes v178 = v99 * qd_2;
-  const lanes v179 = v4 * qdd_2;
-  const lanes v180 = v178 + v179;
-  const lanes v181 = 0.8 * v180;
-  const lanes v182 = v177 + v181;
-  const lanes v183 = v68 - v182;
-  const lanes v184 = v176 * v183;
-  const lanes v185 = v176 * v8;
-  const lanes v186 = v6 * v25;
-  const lanes v187 = v186 * v7;
-  const lanes v188 = v185 + v187;
-  const lanes v189 = v128 * v188;
-  const lanes v190 = v186 * v8;
-  const lanes v191 = v176 * v7;
-  const lanes v192 = v190 - v191;
-  const lanes v193 = v138 * v192;
-  const lanes v194 = v189 + v193;
-  const lanes v195 = v194 * qdd_0;
-  const lanes v196 = v176 * qdd_1;
-  const lanes v197 = v195 + v196;
-  const lanes v198 = v184 + v197;
-  const lanes v199 = v175 + v198;
-  const lanes v200 = v169 - v199;
-  out[0] = v200;
-  const lanes v201 = qd_4 * qd_4;
-  const lanes v202 = v28 * qdd_4;
-  const lanes v203 = v201 + v202;
-  const lanes v204 = v203 / v30;
-  const lanes v205 = 2.0 * q_4;
-  const lanes v206 = v205 + 0.42;
-  const lanes v207 = v206 * qd_4;
-  const lanes v208 = v18 * v207;
-  const lanes v209 = v19 * v207;
-  const lanes v210 = v208 - v209;
-  const lanes v211 = 0.25 / v21;
-  const lanes v212 = v210 * v211;
-  const lanes v213 = v30 * v30;
-  const lanes v214 = v29 / v213;
-  const lanes v215 = v212 * v214;
-  const lanes v216 = v204 - v215;
-  const lanes v217 = v27 * v216;
-  const lanes v218 = v41 * qdd_3;
-  const lanes v219 = v82 * v183;
-  const lanes v220 = v143 * qdd_0;
-  const lanes v221 = v82 * qdd_1;
-  const lanes v222 = v220 + v221;
-  const lanes v223 = v219 + v222;
-  const lanes v224 = v34 * v174;
-  const lanes v225 = v223 - v224;
-  const lanes v226 = v218 + v225;
-  const lanes v227 = v217 + v226;
-  const lanes v228 = v35 * qd_5;
-  const lanes v229 = v31 * v228;
-  const lanes v230 = v36 * v78;
-  const lanes v231 = v44 * qd_5;
-  const lanes v232 = v230 - v231;
-  const lanes v233 = v232 * qd_3;
-  const lanes v234 = v84 * v78;
-  const lanes v235 = v78 * qd_3;
-  const lanes v236 = qd_5 - v235;
-  const lanes v237 = v26 * v236;
-  const lanes v238 = v234 - v237;
-  const lanes v239 = v101 * v238;
-  const lanes v240 = v176 * v84;
-  const lanes v241 = v89 * v236;
-  const lanes v242 = v240 + v241;
-  const lanes v243 = v73 * v242;
-  const lanes v244 = v176 * qd_1;
-  const lanes v245 = v176 * v73;
-  const lanes v246 = v101 * v78;
-  const lanes v247 = v245 + v246;
-  const lanes v248 = v244 + v247;
-  const lanes v249 = v26 * v248;
-  const lanes v250 = v114 * v78;
-  const lanes v251 = v249 + v250;
-  const lanes v252 = v194 * v84;
-  const lanes v253 = v156 * v236;
-  const lanes v254 = v252 + v253;
-  const lanes v255 = v251 + v254;
-  const lanes v256 = v255 * qd_0;
-  const lanes v257 = v242 * qd_1;
-  const lanes v258 = v256 + v257;
-  const lanes v259 = v243 + v258;
-  const lanes v260 = v239 + v259;
-  const lanes v261 = v233 + v260;
-  const lanes v262 = v229 + v261;
-  const lanes v263 = v227 + v262;
-  out[1] = v263;
-  const lanes v264 = v35 * v216;
-  const lanes v265 = v89 * v183;
-  const lanes v266 = v156 * qdd_0;
-  const lanes v267 = v89 * qdd_1;
-  const lanes v268 = v266 + v267;
-  const lanes v269 = v265 + v268;
-  const lanes v270 = v26 * v174;
-  const lanes v271 = v269 - v270;
-  const lanes v272 = v44 * qdd_3;
-  const lanes v273 = v271 - v272;
-  const lanes v274 = v264 + v273;
-  const lanes v275 = v34 * v236;
-  const lanes v276 = v91 * v78;
-  const lanes v277 = v275 + v276;
-  const lanes v278 = v101 * v277;
-  const lanes v279 = v176 * v91;
-  const lanes v280 = v82 * v236;
-  const lanes v281 = v279 - v280;
-  const lanes v282 = v73 * v281;
-  const lanes v283 = v194 * v91;
-  const lanes v284 = v143 * v236;
-  const lanes v285 = v283 - v284;
-  const lanes v286 = v34 * v248;
-  const lanes v287 = v105 * v78;
-  const lanes v288 = v286 + v287;
-  const lanes v289 = v285 - v288;
-  const lanes v290 = v289 * qd_0;
-  const lanes v291 = v281 * qd_1;
-  const lanes v292 = v290 + v291;
-  const lanes v293 = v282 + v292;
-  const lanes v294 = v278 + v293;
-  const lanes v295 = v32 * v78;
-  const lanes v296 = v41 * qd_5;
-  const lanes v297 = v295 + v296;
-  const lanes v298 = v297 * qd_3;
-  const lanes v299 = v294 - v298;
-  const lanes v300 = v27 * qd_5;
-  const lanes v301 = v31 * v300;
-  const lanes v302 = v299 - v301;
-  const lanes v303 = v274 + v302;
-  out[2] = v303;
-  const lanes v304 = v78 * qdd_0;
-  const lanes v305 = v78 * qdd_3;
-  const lanes v306 = v304 + v305;
-  const lanes v307 = qdd_5 - v306;
-  const lanes v308 = v166 * qd_0;
-  const lanes v309 = v34 * v42;
-  const lanes v310 = v26 * v45;
-  const lanes v311 = v309 + v310;
-  const lanes v312 = v311 * qd_3;
-  const lanes v313 = v308 + v312;
-  const lanes v314 = v307 - v313;
-  out[3] = v314;
-  const lanes v315 = v2 * qd_5;
-  const lanes v316 = v31 * v315;
-  const lanes v317 = v238 * qd_0;
-  const lanes v318 = v42 * v78;
-  const lanes v319 = v26 * qd_5;
-  const lanes v320 = v318 - v319;
-  const lanes v321 = v320 * qd_3;
-  const lanes v322 = v317 + v321;
-  const lanes v323 = v316 + v322;
-  const lanes v324 = v1 * v216;
-  const lanes v325 = v34 * qdd_0;
-  const lanes v326 = v34 * qdd_3;
-  const lanes v327 = v325 + v326;
-  const lanes v328 = v324 + v327;
-  const lanes v329 = v323 - v328;
-  out[4] = v329;
-  const lanes v330 = v2 * v216;
-  const lanes v331 = v26 * qdd_0;
-  const lanes v332 = v26 * qdd_3;
-  const lanes v333 = v331 + v332;
-  const lanes v334 = v330 - v333;
-  const lanes v335 = v1 * qd_5;
-  const lanes v336 = v31 * v335;
-  const lanes v337 = v277 * qd_0;
-  const lanes v338 = v34 * qd_5;
-  const lanes v339 = v45 * v78;
-  const lanes v340 = v338 + v339;
-  const lanes v341 = v340 * qd_3;
-  const lanes v342 = v337 + v341;
-  const lanes v343 = v336 + v342;
-  const lanes v344 = v334 + v343;
-  out[5] = v344;
+  const lanes v66 = LANES_CHOICE(v65, 0.0, -1.0);
+  LANES_LET1(v67, sqrt, v66);
+  const lanes v68 = 5.0 * qd_1, v69 = v4 * qd_2, v70 = 0.8 * v69, v71 = v68 + v70, v72 = v67 - v71,
+      v73 = 1.0416666666666667 * v21, v74 = 3.608439182435161 * v16, v75 = v73 + v74,
+      v76 = 0.20784609690826528 - v75, v77 = 6.666666666666666 * v76, v78 = v2 * v77,
+      v79 = v5 * v78, v80 = v6 * v1, v81 = v79 - v80, v82 = v26 * qd_3, v83 = v42 - v82,
+      v84 = v81 * v83, v85 = v1 * v77, v86 = v5 * v85, v87 = v6 * v2, v88 = v86 + v87,
+      v89 = v34 * qd_3, v90 = v89 + v45, v91 = v88 * v90, v92 = v84 + v91, v93 = v72 * v92,
+      v94 = v81 * qd_1, v95 = v81 * v72, v96 = v41 * qd_3, v97 = v96 + v32, v98 = v3 * qd_2,
+      v99 = 0.8 * v98, v100 = v67 + v99, v101 = v34 * v100, v102 = v97 - v101, v103 = v95 + v102,
+      v104 = v94 + v103, v105 = v26 * v104, v106 = v88 * qd_1, v107 = v88 * v72, v108 = v44 * qd_3,
+      v109 = v36 - v108, v110 = v26 * v100, v111 = v109 - v110, v112 = v107 + v111,
+      v113 = v106 + v112, v114 = v34 * v113, v115 = v105 - v114, v116 = 0.8 * v3, v117 = v52 + v116,
+      v118 = v67 + v117, v119 = v118 + 0.1, v120 = v5 * v40, v121 = v119 + v120, v122 = -0.2 + q_1,
+      v123 = v121 + v122, v124 = v7 * v123, v125 = v6 * v40, v126 = v8 * v125, v127 = v124 - v126,
+      v128 = v5 * v1, v129 = v6 * v78, v130 = v128 + v129, v131 = v7 * v130, v132 = v8 * v81,
+      v133 = v131 + v132, v134 = v127 * v133, v135 = v7 * v125, v136 = v8 * v123,
+      v137 = v135 + v136, v138 = v7 * v81, v139 = v8 * v130, v140 = v138 - v139, v141 = v137 * v140,
+      v142 = v134 - v141, v143 = v142 * v83, v144 = v6 * v85, v145 = v5 * v2, v146 = v144 - v145,
+      v147 = v7 * v146, v148 = v8 * v88, v149 = v147 + v148, v150 = v127 * v149, v151 = v7 * v88,
+      v152 = v8 * v146, v153 = v151 - v152, v154 = v137 * v153, v155 = v150 - v154,
+      v156 = v155 * v90, v157 = v143 + v156, v158 = v115 + v157, v159 = v158 * qd_0,
+      v160 = v92 * qd_1, v161 = v159 + v160, v162 = v93 + v161, v163 = v34 * v83, v164 = v26 * v90,
+      v165 = v163 + v164, v166 = v100 * v165, v167 = v162 - v166, v168 = v49 + v167,
+      v169 = v3 * qdd_2, v170 = v69 * qd_2, v171 = v169 - v170, v172 = 0.8 * v171,
+      v173 = v67 + v172, v174 = v77 * v173, v175 = v5 * v25, v176 = 5.0 * qdd_1, v177 = v4 * qdd_2,
+      v178 = v98 * qd_2, v179 = v177 + v178, v180 = 0.8 * v179, v181 = v176 + v180,
+      v182 = v67 - v181, v183 = v175 * v182, v184 = v6 * v25, v185 = v7 * v184, v186 = v8 * v175,
+      v187 = v185 + v186, v188 = v127 * v187, v189 = v8 * v184, v190 = v7 * v175,
+      v191 = v189 - v190, v192 = v137 * v191, v193 = v188 + v192, v194 = v193 * qdd_0,
+      v195 = v175 * qdd_1, v196 = v194 + v195, v197 = v183 + v196, v198 = v174 + v197,
+      v199 = v168 - v198;
+  out[0] = v199;
+  const lanes v200 = qd_4 * qd_4, v201 = v28 * qdd_4, v202 = v200 + v201, v203 = v202 / v30,
+      v204 = 2.0 * q_4, v205 = v204 + 0.42, v206 = v205 * qd_4, v207 = v18 * v206,
+      v208 = v19 * v206, v209 = v207 - v208, v210 = 0.25 / v21, v211 = v209 * v210,
+      v212 = v30 * v30, v213 = v29 / v212, v214 = v211 * v213, v215 = v203 - v214,
+      v216 = v27 * v215, v217 = v41 * qdd_3, v218 = v81 * v182, v219 = v142 * qdd_0,
+      v220 = v81 * qdd_1, v221 = v219 + v220, v222 = v218 + v221, v223 = v34 * v173,
+      v224 = v222 - v223, v225 = v217 + v224, v226 = v216 + v225, v227 = v35 * qd_5,
+      v228 = v31 * v227, v229 = v77 * v36, v230 = v44 * qd_5, v231 = v229 - v230,
+      v232 = v231 * qd_3, v233 = v77 * v83, v234 = v77 * qd_3, v235 = qd_5 - v234,
+      v236 = v26 * v235, v237 = v233 - v236, v238 = v100 * v237, v239 = v175 * v83,
+      v240 = v88 * v235, v241 = v239 + v240, v242 = v72 * v241, v243 = v175 * qd_1,
+      v244 = v175 * v72, v245 = v100 * v77, v246 = v244 + v245, v247 = v243 + v246,
+      v248 = v26 * v247, v249 = v77 * v113, v250 = v248 + v249, v251 = v193 * v83,
+      v252 = v155 * v235, v253 = v251 + v252, v254 = v250 + v253, v255 = v254 * qd_0,
+      v256 = v241 * qd_1, v257 = v255 + v256, v258 = v242 + v257, v259 = v238 + v258,
+      v260 = v232 + v259, v261 = v228 + v260, v262 = v226 + v261;
+  out[1] = v262;
+  const lanes v263 = v35 * v215, v264 = v88 * v182, v265 = v155 * qdd_0, v266 = v88 * qdd_1,
+      v267 = v265 + v266, v268 = v264 + v267, v269 = v26 * v173, v270 = v268 - v269,
+      v271 = v44 * qdd_3, v272 = v270 - v271, v273 = v263 + v272, v274 = v34 * v235,
+      v275 = v77 * v90, v276 = v274 + v275, v277 = v100 * v276, v278 = v175 * v90,
+      v279 = v81 * v235, v280 = v278 - v279, v281 = v72 * v280, v282 = v193 * v90,
+      v283 = v142 * v235, v284 = v282 - v283, v285 = v34 * v247, v286 = v77 * v104,
+      v287 = v285 + v286, v288 = v284 - v287, v289 = v288 * qd_0, v290 = v280 * qd_1,
+      v291 = v289 + v290, v292 = v281 + v291, v293 = v277 + v292, v294 = v77 * v32,
+      v295 = v41 * qd_5, v296 = v294 + v295, v297 = v296 * qd_3, v298 = v293 - v297,
+      v299 = v27 * qd_5, v300 = v31 * v299, v301 = v298 - v300, v302 = v273 + v301;
+  out[2] = v302;
+  const lanes v303 = v77 * qdd_0, v304 = v77 * qdd_3, v305 = v303 + v304, v306 = qdd_5 - v305,
+      v307 = v165 * qd_0, v308 = v34 * v42, v309 = v26 * v45, v310 = v308 + v309,
+      v311 = v310 * qd_3, v312 = v307 + v311, v313 = v306 - v312;
+  out[3] = v313;
+  const lanes v314 = v2 * qd_5, v315 = v31 * v314, v316 = v237 * qd_0, v317 = v77 * v42,
+      v318 = v26 * qd_5, v319 = v317 - v318, v320 = v319 * qd_3, v321 = v316 + v320,
+      v322 = v315 + v321, v323 = v1 * v215, v324 = v34 * qdd_0, v325 = v34 * qdd_3,
+      v326 = v324 + v325, v327 = v323 + v326, v328 = v322 - v327;
+  out[4] = v328;
+  const lanes v329 = v2 * v215, v330 = v26 * qdd_0, v331 = v26 * qdd_3, v332 = v330 + v331,
+      v333 = v329 - v332, v334 = v1 * qd_5, v335 = v31 * v334, v336 = v276 * qd_0,
+      v337 = v34 * qd_5, v338 = v77 * v45, v339 = v337 + v338, v340 = v339 * qd_3,
+      v341 = v336 + v340, v342 = v335 + v341, v343 = v333 + v342;
+  out[5] = v343;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_acceleration_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v2, v3; LANES_NAME(lanes_cos_sin)(&q_3, &v2, &v3);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = v1 * v2;
-  const lanes v8 = v3 * v4;
-  const lanes v9 = v7 - v8;
-  const lanes v10 = q_4 * q_4;
-  const lanes v11 = 0.0801 + v10;
-  const lanes v12 = 0.42 * q_4;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = v13 - 0.036;
-  const lanes v15 = 0.1521 - v14;
-  const lanes v16 = v14 - 0.0081;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 1.0416666666666667 * v18;
-  const lanes v20 = 0.5 * v14;
-  const lanes v21 = 0.0288 + v20;
-  const lanes v22 = v21 - 0.01125;
-  const lanes v23 = 3.608439182435161 * v22;
-  const lanes v24 = v19 + v23;
-  const lanes v25 = 0.20784609690826528 - v24;
-  const lanes v26 = 1.8666666666666667 * v25;
-  const lanes v27 = v9 * v26;
-  const lanes v28 = qd_4 * qd_4;
-  const lanes v29 = q_4 + 0.21;
-  const lanes v30 = v29 * qdd_4;
-  const lanes v31 = v28 + v30;
-  const lanes v32 = 0.5 * v18;
-  const lanes v33 = v31 / v32;
-  const lanes v34 = 2.0 * q_4;
-  const lanes v35 = v34 + 0.42;
-  const lanes v36 = v35 * qd_4;
-  const lanes v37 = v15 * v36;
-  const lanes v38 = v16 * v36;
-  const lanes v39 = v37 - v38;
-  const lanes v40 = 0.25 / v18;
-  const lanes v41 = v39 * v40;
-  const lanes v42 = v29 * qd_4;
-  const lanes v43 = v32 * v32;
-  const lanes v44 = v42 / v43;
-  const lanes v45 = v41 * v44;
-  const lanes v46 = v33 - v45;
-  const lanes v47 = v27 * v46;
-  const lanes v48 = 5.0 * q_1;
-  const lanes v49 = 1.2 - v48;
-  const lanes v50 = v49 - 0.8;
-  const lanes v51 = 0.2 * v50;
-  const lanes v52 = 0.16 * v5;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v53 * v53;
-  const lanes v55 = 0.16 * v6;
-  const lanes v56 = 0.2 + v55;
-  const lanes v57 = v56 * v56;
-  const lanes v58 = v54 + v57;
-  const lanes v59 = 0.1936 - v58;
-  const lanes v60 = v58 - 0.0016;
-  const lanes v61 = v59 * v60;
-  const lanes v62 = 108.50694444444444 * v61;
-  const lanes_where v63 = LANES_LE(0.0, v62);
-  const lanes_where v64 = LANES_NOT(v63);
-  const lanes v65 = LANES_CHOICE(v64, -1.0, 0.0);
-  lanes v66; LANES_NAME(lanes_sqrt)(&v65, &v66);
-  const lanes v67 = 5.0 * qdd_1;
-  const lanes v68 = v5 * qd_2;
-  const lanes v69 = v68 * qd_2;
-  const lanes v70 = v6 * qdd_2;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = 0.8 * v71;
-  const lanes v73 = v67 + v72;
-  const lanes v74 = v66 - v73;
-  const lanes v75 = v74 * v1;
-  const lanes v76 = v1 * qdd_1;
-  const lanes v77 = 2.0833333333333335 * v22;
-  const lanes v78 = 1.8042195912175805 * v18;
-  const lanes v79 = v77 - v78;
-  const lanes v80 = v79 - 0.12;
-  const lanes v81 = 1.8666666666666667 * v80;
-  const lanes v82 = 0.12 - v81;
-  const lanes v83 = v3 * v82;
-  const lanes v84 = v83 * v1;
-  const lanes v85 = v82 * v2;
-  const lanes v86 = 0.8 * v5;
-  const lanes v87 = v50 + v86;
-  const lanes v88 = v66 + v87;
-  const lanes v89 = v88 + 0.1;
-  const lanes v90 = v85 + v89;
-  const lanes v91 = -0.2 + q_1;
-  const lanes v92 = v90 + v91;
-  const lanes v93 = v92 * v4;
-  const lanes v94 = v84 + v93;
-  const lanes v95 = v94 * qdd_0;
-  const lanes v96 = v76 - v95;
-  const lanes v97 = v75 + v96;
-  const lanes v98 = v3 * v1;
-  const lanes v99 = v4 * v2;
-  const lanes v100 = v98 + v99;
-  const lanes v101 = v100 * v82;
-  const lanes v102 = v101 * qdd_3;
-  const lanes v103 = v97 - v102;
-  const lanes v104 = v47 + v103;
-  const lanes v105 = v42 / v32;
-  const lanes v106 = v9 * v105;
-  const lanes v107 = v81 * v106;
-  const lanes v108 = v100 * v26;
-  const lanes v109 = qd_0 + qd_3;
-  const lanes v110 = v108 * v109;
-  const lanes v111 = v107 - v110;
-  const lanes v112 = v105 * v111;
-  const lanes v113 = v108 * v105;
-  const lanes v114 = v9 * v82;
-  const lanes v115 = v114 * v109;
-  const lanes v116 = v113 + v115;
-  const lanes v117 = v116 * qd_3;
-  const lanes v118 = 5.0 * qd_1;
-  const lanes v119 = v6 * qd_2;
-  const lanes v120 = 0.8 * v119;
-  const lanes v121 = v118 + v120;
-  const lanes v122 = v66 - v121;
-  const lanes v123 = v4 * qd_0;
-  const lanes v124 = v122 * v123;
-  const lanes v125 = v123 * qd_1;
-  const lanes v126 = v92 * v1;
-  const lanes v127 = v83 * v4;
-  const lanes v128 = v126 - v127;
-  const lanes v129 = v128 * qd_0;
-  const lanes v130 = v4 * qd_1;
-  const lanes v131 = v122 * v4;
-  const lanes v132 = v114 * qd_3;
-  const lanes v133 = v132 + v113;
-  const lanes v134 = v131 + v133;
-  const lanes v135 = v130 + v134;
-  const lanes v136 = v129 + v135;
-  const lanes v137 = v136 * qd_0;
-  const lanes v138 = v125 + v137;
-  const lanes v139 = v124 + v138;
-  const lanes v140 = v117 + v139;
-  const lanes v141 = v112 - v140;
-  const lanes v142 = v104 + v141;
-  out[0] = v142;
-  const lanes v143 = v108 * v46;
-  const lanes v144 = v114 * qdd_3;
-  const lanes v145 = v74 * v4;
-  const lanes v146 = v4 * qdd_1;
-  const lanes v147 = v128 * qdd_0;
-  const lanes v148 = v146 + v147;
-  const lanes v149 = v145 + v148;
-  const lanes v150 = v144 + v149;
-  const lanes v151 = v143 + v150;
-  const lanes v152 = v100 * v105;
-  const lanes v153 = v81 * v152;
-  const lanes v154 = v27 * v109;
-  const lanes v155 = v153 + v154;
-  const lanes v156 = v105 * v155;
-  const lanes v157 = v27 * v105;
-  const lanes v158 = v101 * v109;
-  const lanes v159 = v157 - v158;
-  const lanes v160 = v159 * qd_3;
-  const lanes v161 = v1 * qd_0;
-  const lanes v162 = v122 * v161;
-  const lanes v163 = v161 * qd_1;
-  const lanes v164 = v1 * qd_1;
-  const lanes v165 = v122 * v1;
-  const lanes v166 = v101 * qd_3;
-  const lanes v167 = v157 - v166;
-  const lanes v168 = v165 + v167;
-  const lanes v169 = v164 + v168;
-  const lanes v170 = v94 * qd_0;
-  const lanes v171 = v169 - v170;
-  const lanes v172 = v171 * qd_0;
-  const lanes v173 = v163 + v172;
-  const lanes v174 = v162 + v173;
-  const lanes v175 = v160 + v174;
-  const lanes v176 = v156 + v175;
-  const lanes v177 = v151 + v176;
-  out[1] = v177;
-  const lanes v178 = v5 * qdd_2;
-  const lanes v179 = v119 * qd_2;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = 0.8 * v180;
-  const lanes v182 = v181 + v66;
-  const lanes v183 = v81 * v46;
-  const lanes v184 = v182 - v183;
-  const lanes v185 = v27 * v106;
-  const lanes v186 = v108 * v152;
-  const lanes v187 = v185 + v186;
-  const lanes v188 = v105 * v187;
-  const lanes v189 = v184 + v188;
-  out[2] = v189;
-  const lanes v190 = v100 * v46;
-  const lanes v191 = 6.666666666666666 * v80;
-  const lanes v192 = v9 * v191;
-  const lanes v193 = v192 * qdd_5;
-  const lanes v194 = v190 - v193;
-  const lanes v195 = v9 * v109;
-  const lanes v196 = v105 * v195;
-  const lanes v197 = v100 * v191;
-  const lanes v198 = v197 * v109;
-  const lanes v199 = 6.666666666666666 * v25;
-  const lanes v200 = v106 * v199;
-  const lanes v201 = v198 + v200;
-  const lanes v202 = v201 * qd_5;
-  const lanes v203 = v196 + v202;
-  const lanes v204 = v194 + v203;
-  out[3] = v204;
-  const lanes v205 = v100 * v109;
-  const lanes v206 = v105 * v205;
-  const lanes v207 = v152 * v199;
-  const lanes v208 = v192 * v109;
-  const lanes v209 = v207 - v208;
-  const lanes v210 = v209 * qd_5;
-  const lanes v211 = v206 + v210;
-  const lanes v212 = v9 * v46;
-  const lanes v213 = v197 * qdd_5;
-  const lanes v214 = v212 + v213;
-  const lanes v215 = v211 - v214;
-  out[4] = v215;
-  const lanes v216 = qdd_0 + qdd_3;
-  const lanes v217 = v199 * qdd_5;
-  const lanes v218 = v216 - v217;
-  const lanes v219 = v192 * v106;
-  const lanes v220 = v197 * v152;
-  const lanes v221 = v219 + v220;
-  const lanes v222 = v221 * qd_5;
-  const lanes v223 = v218 - v222;
-  out[5] = v223;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11], qdd_0 = in[12],
+      qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16], qdd_5 = in[17];
+  LANES_COS_SIN(v1, v5, q_0); LANES_COS_SIN(v2, v3, q_2); LANES_COS_SIN(v6, v4, q_3);
+  const lanes v7 = 5.0 * q_1, v8 = 1.2 - v7, v9 = v8 - 0.8, v10 = 0.2 * v9, v11 = 0.16 * v2,
+      v12 = v10 + v11, v13 = v12 * v12, v14 = 0.16 * v3, v15 = 0.2 + v14, v16 = v15 * v15,
+      v17 = v13 + v16, v18 = 0.1936 - v17, v19 = v17 - 0.0016, v20 = v18 * v19,
+      v21 = 108.50694444444444 * v20;
+  const lanes_where v22 = LANES_LE(0.0, v21);
+  const lanes v23 = LANES_CHOICE(v22, 0.0, -1.0);
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 5.0 * qdd_1, v26 = v3 * qdd_2, v27 = v2 * qd_2, v28 = v27 * qd_2,
+      v29 = v26 + v28, v30 = 0.8 * v29, v31 = v25 + v30, v32 = v24 - v31, v33 = v1 * v32,
+      v34 = v1 * qdd_1, v35 = q_4 * q_4, v36 = 0.0801 + v35, v37 = 0.42 * q_4, v38 = v36 + v37,
+      v39 = v38 - 0.036, v40 = 0.5 * v39, v41 = 0.0288 + v40, v42 = v41 - 0.01125,
+      v43 = 2.0833333333333335 * v42, v44 = 0.1521 - v39, v45 = v39 - 0.0081, v46 = v44 * v45;
+  LANES_LET1(v47, sqrt, v46);
+  const lanes v48 = 1.8042195912175805 * v47, v49 = v43 - v48, v50 = v49 - 0.12,
+      v51 = 1.8666666666666667 * v50, v52 = 0.12 - v51, v53 = v4 * v52, v54 = v1 * v53,
+      v55 = 0.8 * v2, v56 = v9 + v55, v57 = v24 + v56, v58 = v57 + 0.1, v59 = v6 * v52,
+      v60 = v58 + v59, v61 = -0.2 + q_1, v62 = v60 + v61, v63 = v5 * v62, v64 = v54 + v63,
+      v65 = v64 * qdd_0, v66 = v34 - v65, v67 = v33 + v66, v68 = v1 * v4, v69 = v5 * v6,
+      v70 = v68 + v69, v71 = v70 * v52, v72 = v71 * qdd_3, v73 = v67 - v72, v74 = v1 * v6,
+      v75 = v5 * v4, v76 = v74 - v75, v77 = 1.0416666666666667 * v47, v78 = 3.608439182435161 * v42,
+      v79 = v77 + v78, v80 = 0.20784609690826528 - v79, v81 = 1.8666666666666667 * v80,
+      v82 = v76 * v81, v83 = qd_4 * qd_4, v84 = q_4 + 0.21, v85 = v84 * qdd_4, v86 = v83 + v85,
+      v87 = 0.5 * v47, v88 = v86 / v87, v89 = 2.0 * q_4, v90 = v89 + 0.42, v91 = v90 * qd_4,
+      v92 = v44 * v91, v93 = v45 * v91, v94 = v92 - v93, v95 = 0.25 / v47, v96 = v94 * v95,
+      v97 = v84 * qd_4, v98 = v87 * v87, v99 = v97 / v98, v100 = v96 * v99, v101 = v88 - v100,
+      v102 = v82 * v101, v103 = v73 + v102, v104 = v97 / v87, v105 = v76 * v104, v106 = v51 * v105,
+      v107 = v70 * v81, v108 = qd_0 + qd_3, v109 = v107 * v108, v110 = v106 - v109,
+      v111 = v104 * v110, v112 = v107 * v104, v113 = v76 * v52, v114 = v113 * v108,
+      v115 = v112 + v114, v116 = v115 * qd_3, v117 = v1 * v62, v118 = v5 * v53, v119 = v117 - v118,
+      v120 = v119 * qd_0, v121 = v5 * qd_1, v122 = 5.0 * qd_1, v123 = v3 * qd_2, v124 = 0.8 * v123,
+      v125 = v122 + v124, v126 = v24 - v125, v127 = v5 * v126, v128 = v113 * qd_3,
+      v129 = v128 + v112, v130 = v127 + v129, v131 = v121 + v130, v132 = v120 + v131,
+      v133 = v132 * qd_0, v134 = v5 * qd_0, v135 = v134 * qd_1, v136 = v133 + v135,
+      v137 = v126 * v134, v138 = v136 + v137, v139 = v116 + v138, v140 = v111 - v139,
+      v141 = v103 + v140;
+  out[0] = v141;
+  const lanes v142 = v5 * v32, v143 = v5 * qdd_1, v144 = v119 * qdd_0, v145 = v143 + v144,
+      v146 = v142 + v145, v147 = v113 * qdd_3, v148 = v146 + v147, v149 = v107 * v101,
+      v150 = v148 + v149, v151 = v70 * v104, v152 = v51 * v151, v153 = v82 * v108,
+      v154 = v152 + v153, v155 = v104 * v154, v156 = v82 * v104, v157 = v71 * v108,
+      v158 = v156 - v157, v159 = v158 * qd_3, v160 = v1 * qd_1, v161 = v1 * v126, v162 = v71 * qd_3,
+      v163 = v156 - v162, v164 = v161 + v163, v165 = v160 + v164, v166 = v64 * qd_0,
+      v167 = v165 - v166, v168 = v167 * qd_0, v169 = v1 * qd_0, v170 = v169 * qd_1,
+      v171 = v168 + v170, v172 = v126 * v169, v173 = v171 + v172, v174 = v159 + v173,
+      v175 = v155 + v174, v176 = v150 + v175;
+  out[1] = v176;
+  const lanes v177 = v2 * qdd_2, v178 = v123 * qd_2, v179 = v177 - v178, v180 = 0.8 * v179,
+      v181 = v24 + v180, v182 = v51 * v101, v183 = v181 - v182, v184 = v82 * v105,
+      v185 = v107 * v151, v186 = v184 + v185, v187 = v104 * v186, v188 = v183 + v187;
+  out[2] = v188;
+  const lanes v189 = v70 * v101, v190 = 6.666666666666666 * v50, v191 = v76 * v190,
+      v192 = v191 * qdd_5, v193 = v189 - v192, v194 = v76 * v108, v195 = v104 * v194,
+      v196 = v70 * v190, v197 = v196 * v108, v198 = 6.666666666666666 * v80, v199 = v105 * v198,
+      v200 = v197 + v199, v201 = v200 * qd_5, v202 = v195 + v201, v203 = v193 + v202;
+  out[3] = v203;
+  const lanes v204 = v70 * v108, v205 = v104 * v204, v206 = v151 * v198, v207 = v191 * v108,
+      v208 = v206 - v207, v209 = v208 * qd_5, v210 = v205 + v209, v211 = v76 * v101,
+      v212 = v196 * qdd_5, v213 = v211 + v212, v214 = v210 - v213;
+  out[4] = v214;
+  const lanes v215 = qdd_0 + qdd_3, v216 = v198 * qdd_5, v217 = v215 - v216, v218 = v191 * v105,
+      v219 = v196 * v151, v220 = v218 + v219, v221 = v220 * qd_5, v222 = v217 - v221;
+  out[5] = v222;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_chain)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes v1 = 5.0 * q_1;
-  const lanes v2 = 1.2 - v1;
-  const lanes v3 = v2 - 0.8;
-  const lanes v4 = 0.2 * v3;
-  lanes v5, v9; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v9);
-  const lanes v6 = 0.16 * v5;
-  const lanes v7 = v4 + v6;
-  const lanes v8 = v7 * v7;
-  const lanes v10 = 0.16 * v9;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = v8 + v12;
-  const lanes v14 = 0.5 * v13;
-  const lanes v15 = 0.02 + v14;
-  const lanes v16 = v15 - 0.0288;
-  const lanes v17 = v16 / v13;
-  const lanes v18 = v17 * v7;
-  const lanes v19 = 0.1936 - v13;
-  const lanes v20 = v13 - 0.0016;
-  const lanes v21 = v19 * v20;
-  lanes v22; LANES_NAME(lanes_sqrt)(&v21, &v22);
-  const lanes v23 = 0.5 * v22;
-  const lanes v24 = v23 / v13;
-  const lanes v25 = v24 * v11;
-  const lanes v26 = v18 - v25;
-  const lanes v27 = 5.0 * v26;
-  const lanes v28 = v17 * v11;
-  const lanes v29 = v24 * v7;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = 5.0 * v30;
-  lanes v32; LANES_NAME(lanes_atan2)(&v27, &v31, &v32);
-  const lanes v33 = v30 - v11;
-  const lanes v34 = 4.166666666666666 * v33;
-  const lanes v35 = v31 * v34;
-  const lanes v36 = v26 - v7;
-  const lanes v37 = 4.166666666666666 * v36;
-  const lanes v38 = v27 * v37;
-  const lanes v39 = v35 + v38;
-  const lanes v40 = v27 * v34;
-  const lanes v41 = v31 * v37;
-  const lanes v42 = v40 - v41;
-  lanes v43; LANES_NAME(lanes_atan2)(&v39, &v42, &v43);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      v1 = 5.0 * q_1, v2 = 1.2 - v1, v3 = v2 - 0.8, v4 = 0.2 * v3;
+  LANES_COS_SIN(v5, v9, q_2);
+  const lanes v6 = 0.16 * v5, v7 = v4 + v6, v8 = v7 * v7, v10 = 0.16 * v9, v11 = 0.2 + v10,
+      v12 = v11 * v11, v13 = v8 + v12, v14 = 0.5 * v13, v15 = 0.02 + v14, v16 = v15 - 0.0288,
+      v17 = v16 / v13, v18 = v17 * v7, v19 = 0.1936 - v13, v20 = v13 - 0.0016, v21 = v19 * v20;
+  LANES_LET1(v22, sqrt, v21);
+  const lanes v23 = 0.5 * v22, v24 = v23 / v13, v25 = v24 * v11, v26 = v18 - v25, v27 = 5.0 * v26,
+      v28 = v17 * v11, v29 = v24 * v7, v30 = v28 + v29, v31 = 5.0 * v30;
+  LANES_LET2(v32, atan2, v27, v31);
+  const lanes v33 = v30 - v11, v34 = 4.166666666666666 * v33, v35 = v31 * v34, v36 = v26 - v7,
+      v37 = 4.166666666666666 * v36, v38 = v27 * v37, v39 = v35 + v38, v40 = v27 * v34,
+      v41 = v31 * v37, v42 = v40 - v41;
+  LANES_LET2(v43, atan2, v39, v42);
   const lanes v44 = -v37;
-  lanes v45; LANES_NAME(lanes_atan2)(&v34, &v44, &v45);
-  const lanes v46 = q_4 * q_4;
-  const lanes v47 = 0.0801 + v46;
-  const lanes v48 = 0.42 * q_4;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = v49 - 0.036;
-  const lanes v51 = 0.1521 - v50;
-  const lanes v52 = v50 - 0.0081;
-  const lanes v53 = v51 * v52;
-  lanes v54; LANES_NAME(lanes_sqrt)(&v53, &v54);
-  const lanes v55 = 1.0416666666666667 * v54;
-  const lanes v56 = 0.5 * v50;
-  const lanes v57 = 0.0288 + v56;
-  const lanes v58 = v57 - 0.01125;
-  const lanes v59 = 3.608439182435161 * v58;
-  const lanes v60 = v55 + v59;
-  const lanes v61 = 0.20784609690826528 - v60;
-  const lanes v62 = 6.666666666666666 * v61;
-  const lanes v63 = 2.0833333333333335 * v58;
-  const lanes v64 = 1.8042195912175805 * v54;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 - 0.12;
-  const lanes v67 = 6.666666666666666 * v66;
-  const lanes v68 = -v67;
-  lanes v69; LANES_NAME(lanes_atan2)(&v62, &v68, &v69);
-  out[0] = q_0;
-  out[1] = q_1;
+  LANES_LET2(v45, atan2, v34, v44);
+  const lanes v46 = q_4 * q_4, v47 = 0.0801 + v46, v48 = 0.42 * q_4, v49 = v47 + v48,
+      v50 = v49 - 0.036, v51 = 0.1521 - v50, v52 = v50 - 0.0081, v53 = v51 * v52;
+  LANES_LET1(v54, sqrt, v53);
+  const lanes v55 = 1.0416666666666667 * v54, v56 = 0.5 * v50, v57 = 0.0288 + v56,
+      v58 = v57 - 0.01125, v59 = 3.608439182435161 * v58, v60 = v55 + v59,
+      v61 = 0.20784609690826528 - v60, v62 = 6.666666666666666 * v61,
+      v63 = 2.0833333333333335 * v58, v64 = 1.8042195912175805 * v54, v65 = v63 - v64,
+      v66 = v65 - 0.12, v67 = 6.666666666666666 * v66, v68 = -v67;
+  LANES_LET2(v69, atan2, v62, v68); out[0] = q_0; out[1] = q_1;
   const lanes v70 = -v32;
   out[2] = v70;
   const lanes v71 = -v43;
-  out[3] = v71;
-  out[4] = v45;
-  out[5] = q_3;
+  out[3] = v71; out[4] = v45; out[5] = q_3;
   const lanes v72 = -v69;
-  out[6] = v72;
-  out[7] = q_5;
+  out[6] = v72; out[7] = q_5;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_chain_D_q)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_4 = in[4];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_2, &v1, &v2);
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(1.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  const lanes v3 = 5.0 * q_1;
-  const lanes v4 = 1.2 - v3;
-  const lanes v5 = v4 - 0.8;
-  const lanes v6 = 0.2 * v5;
-  const lanes v7 = 0.16 * v1;
-  const lanes v8 = v6 + v7;
-  const lanes v9 = v8 * v8;
-  const lanes v10 = 0.16 * v2;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = v9 + v12;
-  const lanes v14 = 0.5 * v13;
-  const lanes v15 = 0.02 + v14;
-  const lanes v16 = v15 - 0.0288;
-  const lanes v17 = v16 / v13;
-  const lanes v18 = v17 * v8;
-  const lanes v19 = 0.1936 - v13;
-  const lanes v20 = v13 - 0.0016;
-  const lanes v21 = v19 * v20;
-  lanes v22; LANES_NAME(lanes_sqrt)(&v21, &v22);
-  const lanes v23 = 0.5 * v22;
-  const lanes v24 = v23 / v13;
-  const lanes v25 = v24 * v11;
-  const lanes v26 = v18 - v25;
-  const lanes v27 = v26 - v8;
-  const lanes v28 = v27 / v23;
-  const lanes v29 = -v28;
+  const lanes q_1 = in[1], q_2 = in[2], q_4 = in[4];
+  LANES_COS_SIN(v1, v2, q_2); out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0);
+  out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
+  out[6] = LANES_OF(0.0); out[7] = LANES_OF(1.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
+  out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  const lanes v3 = 5.0 * q_1, v4 = 1.2 - v3, v5 = v4 - 0.8, v6 = 0.2 * v5, v7 = 0.16 * v1,
+      v8 = v6 + v7, v9 = v8 * v8, v10 = 0.16 * v2, v11 = 0.2 + v10, v12 = v11 * v11, v13 = v9 + v12,
+      v14 = 0.5 * v13, v15 = 0.02 + v14, v16 = v15 - 0.0288, v17 = v16 / v13, v18 = v17 * v8,
+      v19 = 0.1936 - v13, v20 = v13 - 0.0016, v21 = v19 * v20;
+  LANES_LET1(v22, sqrt, v21);
+  const lanes v23 = 0.5 * v22, v24 = v23 / v13, v25 = v24 * v11, v26 = v18 - v25, v27 = v26 - v8,
+      v28 = v27 / v23, v29 = -v28;
   out[13] = v29;
-  const lanes v30 = v17 * v11;
-  const lanes v31 = v24 * v8;
-  const lanes v32 = v30 + v31;
-  const lanes v33 = v32 - v11;
-  const lanes v34 = v33 * v7;
-  const lanes v35 = v27 * v10;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = v36 / v23;
-  out[14] = v37;
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
+  const lanes v30 = v17 * v11, v31 = v24 * v8, v32 = v30 + v31, v33 = v32 - v11, v34 = v7 * v33,
+      v35 = v10 * v27, v36 = v34 - v35, v37 = v36 / v23;
+  out[14] = v37; out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
   out[18] = LANES_OF(0.0);
-  const lanes v38 = v26 / v23;
-  const lanes v39 = v28 - v38;
+  const lanes v38 = v26 / v23, v39 = v28 - v38;
   out[19] = v39;
-  const lanes v40 = v32 * v7;
-  const lanes v41 = v26 * v10;
-  const lanes v42 = v40 - v41;
-  const lanes v43 = v42 / v23;
-  const lanes v44 = v43 - v37;
-  out[20] = v44;
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(0.0);
-  out[25] = v38;
+  const lanes v40 = v7 * v32, v41 = v10 * v26, v42 = v40 - v41, v43 = v42 / v23, v44 = v43 - v37;
+  out[20] = v44; out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0);
+  out[24] = LANES_OF(0.0); out[25] = v38;
   const lanes v45 = -v43;
-  out[26] = v45;
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(1.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
-  out[38] = LANES_OF(0.0);
+  out[26] = v45; out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
+  out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
+  out[33] = LANES_OF(1.0); out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0);
+  out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0);
   out[39] = LANES_OF(0.0);
-  const lanes v46 = q_4 + 0.21;
-  const lanes v47 = q_4 * q_4;
-  const lanes v48 = 0.0801 + v47;
-  const lanes v49 = 0.42 * q_4;
-  const lanes v50 = v48 + v49;
-  const lanes v51 = v50 - 0.036;
-  const lanes v52 = 0.1521 - v51;
-  const lanes v53 = v51 - 0.0081;
-  const lanes v54 = v52 * v53;
-  lanes v55; LANES_NAME(lanes_sqrt)(&v54, &v55);
-  const lanes v56 = 0.5 * v55;
-  const lanes v57 = v46 / v56;
-  out[40] = v57;
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
+  const lanes v46 = q_4 + 0.21, v47 = q_4 * q_4, v48 = 0.0801 + v47, v49 = 0.42 * q_4,
+      v50 = v48 + v49, v51 = v50 - 0.036, v52 = 0.1521 - v51, v53 = v51 - 0.0081, v54 = v52 * v53;
+  LANES_LET1(v55, sqrt, v54);
+  const lanes v56 = 0.5 * v55, v57 = v46 / v56;
+  out[40] = v57; out[41] = LANES_OF(0.0); out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0);
+  out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
   out[47] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_chain_rates)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_2, &v1, &v2);
-  out[0] = qd_0;
-  out[1] = qd_1;
-  const lanes v3 = 5.0 * q_1;
-  const lanes v4 = 1.2 - v3;
-  const lanes v5 = v4 - 0.8;
-  const lanes v6 = 0.2 * v5;
-  const lanes v7 = 0.16 * v1;
-  const lanes v8 = v6 + v7;
-  const lanes v9 = v8 * v8;
-  const lanes v10 = 0.16 * v2;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = v9 + v12;
-  const lanes v14 = 0.5 * v13;
-  const lanes v15 = 0.02 + v14;
-  const lanes v16 = v15 - 0.0288;
-  const lanes v17 = v16 / v13;
-  const lanes v18 = v17 * v11;
-  const lanes v19 = 0.1936 - v13;
-  const lanes v20 = v13 - 0.0016;
-  const lanes v21 = v19 * v20;
-  lanes v22; LANES_NAME(lanes_sqrt)(&v21, &v22);
-  const lanes v23 = 0.5 * v22;
-  const lanes v24 = v23 / v13;
-  const lanes v25 = v24 * v8;
-  const lanes v26 = v18 + v25;
-  const lanes v27 = v26 - v11;
-  const lanes v28 = v1 * qd_2;
-  const lanes v29 = 0.16 * v28;
-  const lanes v30 = v27 * v29;
-  const lanes v31 = v17 * v8;
-  const lanes v32 = v24 * v11;
-  const lanes v33 = v31 - v32;
-  const lanes v34 = v33 - v8;
-  const lanes v35 = v2 * qd_2;
-  const lanes v36 = 0.16 * v35;
-  const lanes v37 = qd_1 + v36;
-  const lanes v38 = v34 * v37;
-  const lanes v39 = v30 - v38;
-  const lanes v40 = v39 / v23;
+  const lanes q_1 = in[1], q_2 = in[2], q_4 = in[4], qd_0 = in[6], qd_1 = in[7], qd_2 = in[8],
+      qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v2, q_2); out[0] = qd_0; out[1] = qd_1;
+  const lanes v3 = v1 * qd_2, v4 = 0.16 * v3, v5 = 5.0 * q_1, v6 = 1.2 - v5, v7 = v6 - 0.8,
+      v8 = 0.2 * v7, v9 = 0.16 * v1, v10 = v8 + v9, v11 = v10 * v10, v12 = 0.16 * v2,
+      v13 = 0.2 + v12, v14 = v13 * v13, v15 = v11 + v14, v16 = 0.5 * v15, v17 = 0.02 + v16,
+      v18 = v17 - 0.0288, v19 = v18 / v15, v20 = v19 * v13, v21 = 0.1936 - v15, v22 = v15 - 0.0016,
+      v23 = v21 * v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.5 * v24, v26 = v25 / v15, v27 = v26 * v10, v28 = v20 + v27, v29 = v28 - v13,
+      v30 = v4 * v29, v31 = v2 * qd_2, v32 = 0.16 * v31, v33 = qd_1 + v32, v34 = v19 * v10,
+      v35 = v26 * v13, v36 = v34 - v35, v37 = v36 - v10, v38 = v33 * v37, v39 = v30 - v38,
+      v40 = v39 / v25;
   out[2] = v40;
-  const lanes v41 = v26 * v29;
-  const lanes v42 = v33 * v37;
-  const lanes v43 = v41 - v42;
-  const lanes v44 = v43 / v23;
-  const lanes v45 = v44 - v40;
+  const lanes v41 = v4 * v28, v42 = v33 * v36, v43 = v41 - v42, v44 = v43 / v25, v45 = v44 - v40;
   out[3] = v45;
   const lanes v46 = -v44;
-  out[4] = v46;
-  out[5] = qd_3;
-  const lanes v47 = q_4 + 0.21;
-  const lanes v48 = v47 * qd_4;
-  const lanes v49 = q_4 * q_4;
-  const lanes v50 = 0.0801 + v49;
-  const lanes v51 = 0.42 * q_4;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = v52 - 0.036;
-  const lanes v54 = 0.1521 - v53;
-  const lanes v55 = v53 - 0.0081;
-  const lanes v56 = v54 * v55;
-  lanes v57; LANES_NAME(lanes_sqrt)(&v56, &v57);
-  const lanes v58 = 0.5 * v57;
-  const lanes v59 = v48 / v58;
-  out[6] = v59;
-  out[7] = qd_5;
+  out[4] = v46; out[5] = qd_3;
+  const lanes v47 = q_4 + 0.21, v48 = v47 * qd_4, v49 = q_4 * q_4, v50 = 0.0801 + v49,
+      v51 = 0.42 * q_4, v52 = v50 + v51, v53 = v52 - 0.036, v54 = 0.1521 - v53, v55 = v53 - 0.0081,
+      v56 = v54 * v55;
+  LANES_LET1(v57, sqrt, v56);
+  const lanes v58 = 0.5 * v57, v59 = v48 / v58;
+  out[6] = v59; out[7] = qd_5;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_chain_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_4 = in[4];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_4 = in[10];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_2, &v1, &v2);
-  out[0] = qdd_0;
-  out[1] = qdd_1;
-  const lanes v3 = 5.0 * q_1;
-  const lanes v4 = 1.2 - v3;
-  const lanes v5 = v4 - 0.8;
-  const lanes v6 = 0.2 * v5;
-  const lanes v7 = 0.16 * v1;
-  const lanes v8 = v6 + v7;
-  const lanes v9 = v8 * v8;
-  const lanes v10 = 0.16 * v2;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = v9 + v12;
-  const lanes v14 = 0.5 * v13;
-  const lanes v15 = 0.02 + v14;
-  const lanes v16 = v15 - 0.0288;
-  const lanes v17 = v16 / v13;
-  const lanes v18 = v17 * v11;
-  const lanes v19 = 0.1936 - v13;
-  const lanes v20 = v13 - 0.0016;
-  const lanes v21 = v19 * v20;
-  lanes v22; LANES_NAME(lanes_sqrt)(&v21, &v22);
-  const lanes v23 = 0.5 * v22;
-  const lanes v24 = v23 / v13;
-  const lanes v25 = v24 * v8;
-  const lanes v26 = v18 + v25;
-  const lanes v27 = v26 - v11;
-  const lanes v28 = v1 * qdd_2;
-  const lanes v29 = v2 * qd_2;
-  const lanes v30 = v29 * qd_2;
-  const lanes v31 = v28 - v30;
-  const lanes v32 = 0.16 * v31;
-  const lanes v33 = v27 * v32;
-  const lanes v34 = v1 * qd_2;
-  const lanes v35 = 0.16 * v34;
-  const lanes v36 = v17 * v35;
-  const lanes v37 = 2.0 * v11;
-  const lanes v38 = v35 * v37;
-  const lanes v39 = 0.16 * v29;
-  const lanes v40 = qd_1 + v39;
-  const lanes v41 = 2.0 * v8;
-  const lanes v42 = v40 * v41;
-  const lanes v43 = v38 - v42;
-  const lanes v44 = v19 * v43;
-  const lanes v45 = v43 * v20;
-  const lanes v46 = v44 - v45;
-  const lanes v47 = 0.25 / v22;
-  const lanes v48 = v46 * v47;
-  const lanes v49 = v48 / v13;
-  const lanes v50 = v13 * v13;
-  const lanes v51 = v23 / v50;
-  const lanes v52 = v43 * v51;
-  const lanes v53 = v49 - v52;
-  const lanes v54 = v8 * v53;
-  const lanes v55 = v36 + v54;
-  const lanes v56 = 0.5 * v43;
-  const lanes v57 = v56 / v13;
-  const lanes v58 = v16 / v50;
-  const lanes v59 = v43 * v58;
-  const lanes v60 = v57 - v59;
-  const lanes v61 = v11 * v60;
-  const lanes v62 = v55 + v61;
-  const lanes v63 = v24 * v40;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v64 - v35;
-  const lanes v66 = v35 * v65;
-  const lanes v67 = v33 + v66;
-  const lanes v68 = v17 * v8;
-  const lanes v69 = v24 * v11;
-  const lanes v70 = v68 - v69;
-  const lanes v71 = v70 - v8;
-  const lanes v72 = v34 * qd_2;
-  const lanes v73 = v2 * qdd_2;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = 0.16 * v74;
-  const lanes v76 = qdd_1 + v75;
-  const lanes v77 = v71 * v76;
-  const lanes v78 = v67 - v77;
-  const lanes v79 = v8 * v60;
-  const lanes v80 = v17 * v40;
-  const lanes v81 = v79 - v80;
-  const lanes v82 = v24 * v35;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v11 * v53;
-  const lanes v85 = v83 - v84;
-  const lanes v86 = v40 + v85;
-  const lanes v87 = v40 * v86;
-  const lanes v88 = v78 - v87;
-  const lanes v89 = v88 / v23;
-  const lanes v90 = v27 * v35;
-  const lanes v91 = v71 * v40;
-  const lanes v92 = v90 - v91;
-  const lanes v93 = v23 * v23;
-  const lanes v94 = v92 / v93;
-  const lanes v95 = v48 * v94;
-  const lanes v96 = v89 - v95;
+  const lanes q_1 = in[1], q_2 = in[2], q_4 = in[4], qd_1 = in[7], qd_2 = in[8], qd_4 = in[10],
+      qdd_0 = in[12], qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16],
+      qdd_5 = in[17];
+  LANES_COS_SIN(v1, v2, q_2); out[0] = qdd_0; out[1] = qdd_1;
+  const lanes v3 = v1 * qd_2, v4 = 0.16 * v3, v5 = 5.0 * q_1, v6 = 1.2 - v5, v7 = v6 - 0.8,
+      v8 = 0.2 * v7, v9 = 0.16 * v1, v10 = v8 + v9, v11 = v10 * v10, v12 = 0.16 * v2,
+      v13 = 0.2 + v12, v14 = v13 * v13, v15 = v11 + v14, v16 = 0.5 * v15, v17 = 0.02 + v16,
+      v18 = v17 - 0.0288, v19 = v18 / v15, v20 = v4 * v19, v21 = 2.0 * v13, v22 = v4 * v21,
+      v23 = v2 * qd_2, v24 = 0.16 * v23, v25 = qd_1 + v24, v26 = 2.0 * v10, v27 = v25 * v26,
+      v28 = v22 - v27, v29 = 0.5 * v28, v30 = v29 / v15, v31 = v15 * v15, v32 = v18 / v31,
+      v33 = v28 * v32, v34 = v30 - v33, v35 = v34 * v13, v36 = v20 + v35, v37 = 0.1936 - v15,
+      v38 = v28 * v37, v39 = v15 - 0.0016, v40 = v28 * v39, v41 = v38 - v40, v42 = v37 * v39;
+  LANES_LET1(v43, sqrt, v42);
+  const lanes v44 = 0.25 / v43, v45 = v41 * v44, v46 = v45 / v15, v47 = 0.5 * v43, v48 = v47 / v31,
+      v49 = v28 * v48, v50 = v46 - v49, v51 = v50 * v10, v52 = v36 + v51, v53 = v47 / v15,
+      v54 = v25 * v53, v55 = v52 - v54, v56 = v55 - v4, v57 = v4 * v56, v58 = v1 * qdd_2,
+      v59 = v23 * qd_2, v60 = v58 - v59, v61 = 0.16 * v60, v62 = v19 * v13, v63 = v53 * v10,
+      v64 = v62 + v63, v65 = v64 - v13, v66 = v61 * v65, v67 = v57 + v66, v68 = v34 * v10,
+      v69 = v25 * v19, v70 = v68 - v69, v71 = v4 * v53, v72 = v70 - v71, v73 = v50 * v13,
+      v74 = v72 - v73, v75 = v25 + v74, v76 = v25 * v75, v77 = v67 - v76, v78 = v2 * qdd_2,
+      v79 = v3 * qd_2, v80 = v78 + v79, v81 = 0.16 * v80, v82 = qdd_1 + v81, v83 = v19 * v10,
+      v84 = v53 * v13, v85 = v83 - v84, v86 = v85 - v10, v87 = v82 * v86, v88 = v77 - v87,
+      v89 = v88 / v47, v90 = v4 * v65, v91 = v25 * v86, v92 = v90 - v91, v93 = v47 * v47,
+      v94 = v92 / v93, v95 = v45 * v94, v96 = v89 - v95;
   out[2] = v96;
-  const lanes v97 = v26 * v32;
-  const lanes v98 = v35 * v64;
-  const lanes v99 = v97 + v98;
-  const lanes v100 = v70 * v76;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = v40 * v85;
-  const lanes v103 = v101 - v102;
-  const lanes v104 = v103 / v23;
-  const lanes v105 = v26 * v35;
-  const lanes v106 = v70 * v40;
-  const lanes v107 = v105 - v106;
-  const lanes v108 = v107 / v93;
-  const lanes v109 = v48 * v108;
-  const lanes v110 = v104 - v109;
-  const lanes v111 = v110 - v96;
+  const lanes v97 = v4 * v55, v98 = v61 * v64, v99 = v97 + v98, v100 = v25 * v74, v101 = v99 - v100,
+      v102 = v82 * v85, v103 = v101 - v102, v104 = v103 / v47, v105 = v4 * v64, v106 = v25 * v85,
+      v107 = v105 - v106, v108 = v107 / v93, v109 = v45 * v108, v110 = v104 - v109,
+      v111 = v110 - v96;
   out[3] = v111;
   const lanes v112 = -v110;
-  out[4] = v112;
-  out[5] = qdd_3;
-  const lanes v113 = qd_4 * qd_4;
-  const lanes v114 = q_4 + 0.21;
-  const lanes v115 = v114 * qdd_4;
-  const lanes v116 = v113 + v115;
-  const lanes v117 = q_4 * q_4;
-  const lanes v118 = 0.0801 + v117;
-  const lanes v119 = 0.42 * q_4;
-  const lanes v120 = v118 + v119;
-  const lanes v121 = v120 - 0.036;
-  const lanes v122 = 0.1521 - v121;
-  const lanes v123 = v121 - 0.0081;
-  const lanes v124 = v122 * v123;
-  lanes v125; LANES_NAME(lanes_sqrt)(&v124, &v125);
-  const lanes v126 = 0.5 * v125;
-  const lanes v127 = v116 / v126;
-  const lanes v128 = 2.0 * q_4;
-  const lanes v129 = v128 + 0.42;
-  const lanes v130 = v129 * qd_4;
-  const lanes v131 = v122 * v130;
-  const lanes v132 = v123 * v130;
-  const lanes v133 = v131 - v132;
-  const lanes v134 = 0.25 / v125;
-  const lanes v135 = v133 * v134;
-  const lanes v136 = v114 * qd_4;
-  const lanes v137 = v126 * v126;
-  const lanes v138 = v136 / v137;
-  const lanes v139 = v135 * v138;
-  const lanes v140 = v127 - v139;
-  out[6] = v140;
-  out[7] = qdd_5;
+  out[4] = v112; out[5] = qdd_3;
+  const lanes v113 = qd_4 * qd_4, v114 = q_4 + 0.21, v115 = v114 * qdd_4, v116 = v113 + v115,
+      v117 = q_4 * q_4, v118 = 0.0801 + v117, v119 = 0.42 * q_4, v120 = v118 + v119,
+      v121 = v120 - 0.036, v122 = 0.1521 - v121, v123 = v121 - 0.0081, v124 = v122 * v123;
+  LANES_LET1(v125, sqrt, v124);
+  const lanes v126 = 0.5 * v125, v127 = v116 / v126, v128 = 2.0 * q_4, v129 = v128 + 0.42,
+      v130 = v129 * qd_4, v131 = v122 * v130, v132 = v123 * v130, v133 = v131 - v132,
+      v134 = 0.25 / v125, v135 = v133 * v134, v136 = v114 * qd_4, v137 = v126 * v126,
+      v138 = v136 / v137, v139 = v135 * v138, v140 = v127 - v139;
+  out[6] = v140; out[7] = qdd_5;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_passive)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_4 = in[4];
-  const lanes v1 = 5.0 * q_1;
-  const lanes v2 = 1.2 - v1;
-  const lanes v3 = v2 - 0.8;
-  const lanes v4 = 0.2 * v3;
-  lanes v5, v9; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v9);
-  const lanes v6 = 0.16 * v5;
-  const lanes v7 = v4 + v6;
-  const lanes v8 = v7 * v7;
-  const lanes v10 = 0.16 * v9;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = v8 + v12;
-  const lanes v14 = 0.5 * v13;
-  const lanes v15 = 0.02 + v14;
-  const lanes v16 = v15 - 0.0288;
-  const lanes v17 = v16 / v13;
-  const lanes v18 = v17 * v7;
-  const lanes v19 = 0.1936 - v13;
-  const lanes v20 = v13 - 0.0016;
-  const lanes v21 = v19 * v20;
-  lanes v22; LANES_NAME(lanes_sqrt)(&v21, &v22);
-  const lanes v23 = 0.5 * v22;
-  const lanes v24 = v23 / v13;
-  const lanes v25 = v24 * v11;
-  const lanes v26 = v18 - v25;
-  const lanes v27 = 5.0 * v26;
-  const lanes v28 = v17 * v11;
-  const lanes v29 = v24 * v7;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = 5.0 * v30;
-  lanes v32; LANES_NAME(lanes_atan2)(&v27, &v31, &v32);
-  const lanes v33 = v30 - v11;
-  const lanes v34 = 4.166666666666666 * v33;
-  const lanes v35 = v31 * v34;
-  const lanes v36 = v26 - v7;
-  const lanes v37 = 4.166666666666666 * v36;
-  const lanes v38 = v27 * v37;
-  const lanes v39 = v35 + v38;
-  const lanes v40 = v27 * v34;
-  const lanes v41 = v31 * v37;
-  const lanes v42 = v40 - v41;
-  lanes v43; LANES_NAME(lanes_atan2)(&v39, &v42, &v43);
-  lanes v44; LANES_NAME(lanes_atan2)(&v42, &v39, &v44);
-  lanes v45; LANES_NAME(lanes_atan2)(&v31, &v27, &v45);
+  const lanes q_1 = in[1], q_2 = in[2], q_4 = in[4], v1 = 5.0 * q_1, v2 = 1.2 - v1, v3 = v2 - 0.8,
+      v4 = 0.2 * v3;
+  LANES_COS_SIN(v5, v9, q_2);
+  const lanes v6 = 0.16 * v5, v7 = v4 + v6, v8 = v7 * v7, v10 = 0.16 * v9, v11 = 0.2 + v10,
+      v12 = v11 * v11, v13 = v8 + v12, v14 = 0.5 * v13, v15 = 0.02 + v14, v16 = v15 - 0.0288,
+      v17 = v16 / v13, v18 = v17 * v7, v19 = 0.1936 - v13, v20 = v13 - 0.0016, v21 = v19 * v20;
+  LANES_LET1(v22, sqrt, v21);
+  const lanes v23 = 0.5 * v22, v24 = v23 / v13, v25 = v24 * v11, v26 = v18 - v25, v27 = 5.0 * v26,
+      v28 = v17 * v11, v29 = v24 * v7, v30 = v28 + v29, v31 = 5.0 * v30;
+  LANES_LET2(v32, atan2, v27, v31);
+  const lanes v33 = v30 - v11, v34 = 4.166666666666666 * v33, v35 = v31 * v34, v36 = v26 - v7,
+      v37 = 4.166666666666666 * v36, v38 = v27 * v37, v39 = v35 + v38, v40 = v27 * v34,
+      v41 = v31 * v37, v42 = v40 - v41;
+  LANES_LET2(v43, atan2, v39, v42); LANES_LET2(v44, atan2, v42, v39);
+  LANES_LET2(v45, atan2, v31, v27);
   const lanes v46 = -v37;
-  lanes v47; LANES_NAME(lanes_atan2)(&v34, &v46, &v47);
-  const lanes v48 = q_4 + 0.21;
-  const lanes v49 = q_4 * q_4;
-  const lanes v50 = 0.0801 + v49;
-  const lanes v51 = 0.42 * q_4;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = v52 - 0.036;
-  const lanes v54 = 0.1521 - v53;
-  const lanes v55 = v53 - 0.0081;
-  const lanes v56 = v54 * v55;
-  lanes v57; LANES_NAME(lanes_sqrt)(&v56, &v57);
-  const lanes v58 = 1.0416666666666667 * v57;
-  const lanes v59 = 0.5 * v53;
-  const lanes v60 = 0.0288 + v59;
-  const lanes v61 = v60 - 0.01125;
-  const lanes v62 = 3.608439182435161 * v61;
-  const lanes v63 = v58 + v62;
-  const lanes v64 = v48 * v63;
-  const lanes v65 = v64 / v53;
-  const lanes v66 = 2.0833333333333335 * v61;
-  const lanes v67 = 1.8042195912175805 * v57;
-  const lanes v68 = v66 - v67;
-  const lanes v69 = v48 * v68;
-  const lanes v70 = v69 / v53;
-  lanes v71; LANES_NAME(lanes_atan2)(&v65, &v70, &v71);
-  out[0] = v32;
+  LANES_LET2(v47, atan2, v34, v46);
+  const lanes v48 = q_4 + 0.21, v49 = q_4 * q_4, v50 = 0.0801 + v49, v51 = 0.42 * q_4,
+      v52 = v50 + v51, v53 = v52 - 0.036, v54 = 0.1521 - v53, v55 = v53 - 0.0081, v56 = v54 * v55;
+  LANES_LET1(v57, sqrt, v56);
+  const lanes v58 = 1.0416666666666667 * v57, v59 = 0.5 * v53, v60 = 0.0288 + v59,
+      v61 = v60 - 0.01125, v62 = 3.608439182435161 * v61, v63 = v58 + v62, v64 = v48 * v63,
+      v65 = v64 / v53, v66 = 2.0833333333333335 * v61, v67 = 1.8042195912175805 * v57,
+      v68 = v66 - v67, v69 = v48 * v68, v70 = v69 / v53;
+  LANES_LET2(v71, atan2, v65, v70); out[0] = v32;
   const lanes v72 = -v43;
   out[1] = v72;
   const lanes v73 = -v44;
-  out[2] = v73;
-  out[3] = v45;
+  out[2] = v73; out[3] = v45;
   const lanes v74 = -v47;
   out[4] = v74;
   const lanes v75 = -v71;
@@ -4290,1467 +1468,799 @@ static LANES_TARGET void LANES_NAME(board_installer_passive)(const lanes *in, la
 
 static LANES_TARGET void LANES_NAME(board_installer_passive_D_q)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_4 = in[4];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_2, &v1, &v2);
-  out[0] = LANES_OF(0.0);
-  const lanes v3 = 5.0 * q_1;
-  const lanes v4 = 1.2 - v3;
-  const lanes v5 = v4 - 0.8;
-  const lanes v6 = 0.2 * v5;
-  const lanes v7 = 0.16 * v1;
-  const lanes v8 = v6 + v7;
-  const lanes v9 = v8 * v8;
-  const lanes v10 = 0.16 * v2;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = v9 + v12;
-  const lanes v14 = 0.5 * v13;
-  const lanes v15 = 0.02 + v14;
-  const lanes v16 = v15 - 0.0288;
-  const lanes v17 = v16 / v13;
-  const lanes v18 = v17 * v8;
-  const lanes v19 = 0.1936 - v13;
-  const lanes v20 = v13 - 0.0016;
-  const lanes v21 = v19 * v20;
-  lanes v22; LANES_NAME(lanes_sqrt)(&v21, &v22);
-  const lanes v23 = 0.5 * v22;
-  const lanes v24 = v23 / v13;
-  const lanes v25 = v24 * v11;
-  const lanes v26 = v18 - v25;
-  const lanes v27 = v26 - v8;
-  const lanes v28 = v27 / v23;
+  const lanes q_1 = in[1], q_2 = in[2], q_4 = in[4];
+  LANES_COS_SIN(v1, v2, q_2); out[0] = LANES_OF(0.0);
+  const lanes v3 = 5.0 * q_1, v4 = 1.2 - v3, v5 = v4 - 0.8, v6 = 0.2 * v5, v7 = 0.16 * v1,
+      v8 = v6 + v7, v9 = v8 * v8, v10 = 0.16 * v2, v11 = 0.2 + v10, v12 = v11 * v11, v13 = v9 + v12,
+      v14 = 0.5 * v13, v15 = 0.02 + v14, v16 = v15 - 0.0288, v17 = v16 / v13, v18 = v17 * v8,
+      v19 = 0.1936 - v13, v20 = v13 - 0.0016, v21 = v19 * v20;
+  LANES_LET1(v22, sqrt, v21);
+  const lanes v23 = 0.5 * v22, v24 = v23 / v13, v25 = v24 * v11, v26 = v18 - v25, v27 = v26 - v8,
+      v28 = v27 / v23;
   out[1] = v28;
-  const lanes v29 = v17 * v11;
-  const lanes v30 = v24 * v8;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v31 - v11;
-  const lanes v33 = v32 * v7;
-  const lanes v34 = v27 * v10;
-  const lanes v35 = v33 - v34;
-  const lanes v36 = v35 / v23;
-  const lanes v37 = -v36;
-  out[2] = v37;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes v29 = v17 * v11, v30 = v24 * v8, v31 = v29 + v30, v32 = v31 - v11, v33 = v7 * v32,
+      v34 = v10 * v27, v35 = v33 - v34, v36 = v35 / v23, v37 = -v36;
+  out[2] = v37; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
   out[6] = LANES_OF(0.0);
-  const lanes v38 = v26 / v23;
-  const lanes v39 = v28 - v38;
+  const lanes v38 = v26 / v23, v39 = v28 - v38;
   out[7] = v39;
-  const lanes v40 = v31 * v7;
-  const lanes v41 = v26 * v10;
-  const lanes v42 = v40 - v41;
-  const lanes v43 = v42 / v23;
-  const lanes v44 = v43 - v36;
-  out[8] = v44;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
+  const lanes v40 = v7 * v31, v41 = v10 * v26, v42 = v40 - v41, v43 = v42 / v23, v44 = v43 - v36;
+  out[8] = v44; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
   out[12] = LANES_OF(0.0);
   const lanes v45 = -v39;
   out[13] = v45;
   const lanes v46 = -v44;
-  out[14] = v46;
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
+  out[14] = v46; out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
   out[18] = LANES_OF(0.0);
   const lanes v47 = -v28;
-  out[19] = v47;
-  out[20] = v36;
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(0.0);
+  out[19] = v47; out[20] = v36; out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0);
+  out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0);
   const lanes v48 = -v38;
-  out[25] = v48;
-  out[26] = v43;
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  const lanes v49 = q_4 * q_4;
-  const lanes v50 = 0.0801 + v49;
-  const lanes v51 = 0.42 * q_4;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = v52 - 0.036;
-  const lanes v54 = 0.1521 - v53;
-  const lanes v55 = v53 - 0.0081;
-  const lanes v56 = v54 * v55;
-  lanes v57; LANES_NAME(lanes_sqrt)(&v56, &v57);
-  const lanes v58 = 1.0416666666666667 * v57;
-  const lanes v59 = 0.5 * v53;
-  const lanes v60 = 0.0288 + v59;
-  const lanes v61 = v60 - 0.01125;
-  const lanes v62 = 3.608439182435161 * v61;
-  const lanes v63 = v58 + v62;
-  const lanes v64 = 0.20784609690826528 - v63;
-  const lanes v65 = q_4 + 0.21;
-  const lanes v66 = v65 * v63;
-  const lanes v67 = v66 / v53;
-  const lanes v68 = v64 * v67;
-  const lanes v69 = 2.0833333333333335 * v61;
-  const lanes v70 = 1.8042195912175805 * v57;
-  const lanes v71 = v69 - v70;
-  const lanes v72 = v71 - 0.12;
-  const lanes v73 = v65 * v71;
-  const lanes v74 = v73 / v53;
-  const lanes v75 = v72 * v74;
-  const lanes v76 = v68 - v75;
-  const lanes v77 = 0.5 * v57;
-  const lanes v78 = v76 / v77;
-  const lanes v79 = -v78;
-  out[34] = v79;
-  out[35] = LANES_OF(0.0);
+  out[25] = v48; out[26] = v43; out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
+  out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0);
+  const lanes v49 = q_4 * q_4, v50 = 0.0801 + v49, v51 = 0.42 * q_4, v52 = v50 + v51,
+      v53 = v52 - 0.036, v54 = 0.1521 - v53, v55 = v53 - 0.0081, v56 = v54 * v55;
+  LANES_LET1(v57, sqrt, v56);
+  const lanes v58 = 1.0416666666666667 * v57, v59 = 0.5 * v53, v60 = 0.0288 + v59,
+      v61 = v60 - 0.01125, v62 = 3.608439182435161 * v61, v63 = v58 + v62,
+      v64 = 0.20784609690826528 - v63, v65 = q_4 + 0.21, v66 = v65 * v63, v67 = v66 / v53,
+      v68 = v64 * v67, v69 = 2.0833333333333335 * v61, v70 = 1.8042195912175805 * v57,
+      v71 = v69 - v70, v72 = v71 - 0.12, v73 = v65 * v71, v74 = v73 / v53, v75 = v72 * v74,
+      v76 = v68 - v75, v77 = 0.5 * v57, v78 = v76 / v77, v79 = -v78;
+  out[34] = v79; out[35] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_configuration)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes v1 = 5.0 * q_1;
-  const lanes v2 = 1.2 - v1;
-  const lanes v3 = v2 - 0.8;
-  const lanes v4 = 0.2 * v3;
-  lanes v5, v9; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v9);
-  const lanes v6 = 0.16 * v5;
-  const lanes v7 = v4 + v6;
-  const lanes v8 = v7 * v7;
-  const lanes v10 = 0.16 * v9;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = v8 + v12;
-  const lanes v14 = 0.5 * v13;
-  const lanes v15 = 0.02 + v14;
-  const lanes v16 = v15 - 0.0288;
-  const lanes v17 = v16 / v13;
-  const lanes v18 = v17 * v7;
-  const lanes v19 = 0.1936 - v13;
-  const lanes v20 = v13 - 0.0016;
-  const lanes v21 = v19 * v20;
-  lanes v22; LANES_NAME(lanes_sqrt)(&v21, &v22);
-  const lanes v23 = 0.5 * v22;
-  const lanes v24 = v23 / v13;
-  const lanes v25 = v24 * v11;
-  const lanes v26 = v18 - v25;
-  const lanes v27 = 5.0 * v26;
-  const lanes v28 = v17 * v11;
-  const lanes v29 = v24 * v7;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = 5.0 * v30;
-  lanes v32; LANES_NAME(lanes_atan2)(&v27, &v31, &v32);
-  const lanes v33 = v30 - v11;
-  const lanes v34 = 4.166666666666666 * v33;
-  const lanes v35 = v31 * v34;
-  const lanes v36 = v26 - v7;
-  const lanes v37 = 4.166666666666666 * v36;
-  const lanes v38 = v27 * v37;
-  const lanes v39 = v35 + v38;
-  const lanes v40 = v27 * v34;
-  const lanes v41 = v31 * v37;
-  const lanes v42 = v40 - v41;
-  lanes v43; LANES_NAME(lanes_atan2)(&v39, &v42, &v43);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      v1 = 5.0 * q_1, v2 = 1.2 - v1, v3 = v2 - 0.8, v4 = 0.2 * v3;
+  LANES_COS_SIN(v5, v9, q_2);
+  const lanes v6 = 0.16 * v5, v7 = v4 + v6, v8 = v7 * v7, v10 = 0.16 * v9, v11 = 0.2 + v10,
+      v12 = v11 * v11, v13 = v8 + v12, v14 = 0.5 * v13, v15 = 0.02 + v14, v16 = v15 - 0.0288,
+      v17 = v16 / v13, v18 = v17 * v7, v19 = 0.1936 - v13, v20 = v13 - 0.0016, v21 = v19 * v20;
+  LANES_LET1(v22, sqrt, v21);
+  const lanes v23 = 0.5 * v22, v24 = v23 / v13, v25 = v24 * v11, v26 = v18 - v25, v27 = 5.0 * v26,
+      v28 = v17 * v11, v29 = v24 * v7, v30 = v28 + v29, v31 = 5.0 * v30;
+  LANES_LET2(v32, atan2, v27, v31);
+  const lanes v33 = v30 - v11, v34 = 4.166666666666666 * v33, v35 = v31 * v34, v36 = v26 - v7,
+      v37 = 4.166666666666666 * v36, v38 = v27 * v37, v39 = v35 + v38, v40 = v27 * v34,
+      v41 = v31 * v37, v42 = v40 - v41;
+  LANES_LET2(v43, atan2, v39, v42);
   const lanes v44 = -v37;
-  lanes v45; LANES_NAME(lanes_atan2)(&v34, &v44, &v45);
-  const lanes v46 = q_4 * q_4;
-  const lanes v47 = 0.0801 + v46;
-  const lanes v48 = 0.42 * q_4;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = v49 - 0.036;
-  const lanes v51 = 0.1521 - v50;
-  const lanes v52 = v50 - 0.0081;
-  const lanes v53 = v51 * v52;
-  lanes v54; LANES_NAME(lanes_sqrt)(&v53, &v54);
-  const lanes v55 = 1.0416666666666667 * v54;
-  const lanes v56 = 0.5 * v50;
-  const lanes v57 = 0.0288 + v56;
-  const lanes v58 = v57 - 0.01125;
-  const lanes v59 = 3.608439182435161 * v58;
-  const lanes v60 = v55 + v59;
-  const lanes v61 = 0.20784609690826528 - v60;
-  const lanes v62 = 6.666666666666666 * v61;
-  const lanes v63 = 2.0833333333333335 * v58;
-  const lanes v64 = 1.8042195912175805 * v54;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 - 0.12;
-  const lanes v67 = 6.666666666666666 * v66;
-  const lanes v68 = -v67;
-  lanes v69; LANES_NAME(lanes_atan2)(&v62, &v68, &v69);
-  lanes v70; LANES_NAME(lanes_atan2)(&v42, &v39, &v70);
-  lanes v71; LANES_NAME(lanes_atan2)(&v31, &v27, &v71);
-  const lanes v72 = q_4 + 0.21;
-  const lanes v73 = v72 * v60;
-  const lanes v74 = v73 / v50;
-  const lanes v75 = v72 * v65;
-  const lanes v76 = v75 / v50;
-  lanes v77; LANES_NAME(lanes_atan2)(&v74, &v76, &v77);
-  out[0] = q_0;
-  out[1] = q_1;
+  LANES_LET2(v45, atan2, v34, v44);
+  const lanes v46 = q_4 * q_4, v47 = 0.0801 + v46, v48 = 0.42 * q_4, v49 = v47 + v48,
+      v50 = v49 - 0.036, v51 = 0.1521 - v50, v52 = v50 - 0.0081, v53 = v51 * v52;
+  LANES_LET1(v54, sqrt, v53);
+  const lanes v55 = 1.0416666666666667 * v54, v56 = 0.5 * v50, v57 = 0.0288 + v56,
+      v58 = v57 - 0.01125, v59 = 3.608439182435161 * v58, v60 = v55 + v59,
+      v61 = 0.20784609690826528 - v60, v62 = 6.666666666666666 * v61,
+      v63 = 2.0833333333333335 * v58, v64 = 1.8042195912175805 * v54, v65 = v63 - v64,
+      v66 = v65 - 0.12, v67 = 6.666666666666666 * v66, v68 = -v67;
+  LANES_LET2(v69, atan2, v62, v68); LANES_LET2(v70, atan2, v42, v39);
+  LANES_LET2(v71, atan2, v31, v27);
+  const lanes v72 = q_4 + 0.21, v73 = v72 * v60, v74 = v73 / v50, v75 = v72 * v65, v76 = v75 / v50;
+  LANES_LET2(v77, atan2, v74, v76); out[0] = q_0; out[1] = q_1;
   const lanes v78 = -v32;
   out[2] = v78;
   const lanes v79 = -v43;
-  out[3] = v79;
-  out[4] = v45;
-  out[5] = q_3;
+  out[3] = v79; out[4] = v45; out[5] = q_3;
   const lanes v80 = -v69;
-  out[6] = v80;
-  out[7] = q_5;
-  out[8] = q_2;
-  out[9] = v32;
-  out[10] = v79;
+  out[6] = v80; out[7] = q_5; out[8] = q_2; out[9] = v32; out[10] = v79;
   const lanes v81 = -v70;
-  out[11] = v81;
-  out[12] = v71;
+  out[11] = v81; out[12] = v71;
   const lanes v82 = -v45;
-  out[13] = v82;
-  out[14] = q_4;
+  out[13] = v82; out[14] = q_4;
   const lanes v83 = -v77;
   out[15] = v83;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_margin)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_4 = in[4];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_2, &v1, &v2);
-  const lanes v3 = 5.0 * q_1;
-  const lanes v4 = 1.2 - v3;
-  const lanes v5 = v4 - 0.8;
-  const lanes v6 = 0.2 * v5;
-  const lanes v7 = 0.16 * v1;
-  const lanes v8 = v6 + v7;
-  const lanes v9 = v8 * v8;
-  const lanes v10 = 0.16 * v2;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = v9 + v12;
-  const lanes v14 = 0.1936 - v13;
-  const lanes v15 = v13 - 0.0016;
-  const lanes v16 = v14 * v15;
-  const lanes v17 = 108.50694444444444 * v16;
+  const lanes q_1 = in[1], q_2 = in[2], q_4 = in[4];
+  LANES_COS_SIN(v1, v2, q_2);
+  const lanes v3 = 5.0 * q_1, v4 = 1.2 - v3, v5 = v4 - 0.8, v6 = 0.2 * v5, v7 = 0.16 * v1,
+      v8 = v6 + v7, v9 = v8 * v8, v10 = 0.16 * v2, v11 = 0.2 + v10, v12 = v11 * v11, v13 = v9 + v12,
+      v14 = 0.1936 - v13, v15 = v13 - 0.0016, v16 = v14 * v15, v17 = 108.50694444444444 * v16;
   out[0] = v17;
-  const lanes v18 = q_4 * q_4;
-  const lanes v19 = 0.0801 + v18;
-  const lanes v20 = 0.42 * q_4;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = v21 - 0.036;
-  const lanes v23 = 0.1521 - v22;
-  const lanes v24 = v22 - 0.0081;
-  const lanes v25 = v23 * v24;
-  const lanes v26 = 11.11111111111111 * v25;
-  const lanes v27 = v26 / v22;
+  const lanes v18 = q_4 * q_4, v19 = 0.0801 + v18, v20 = 0.42 * q_4, v21 = v19 + v20,
+      v22 = v21 - 0.036, v23 = 0.1521 - v22, v24 = v22 - 0.0081, v25 = v23 * v24,
+      v26 = 11.11111111111111 * v25, v27 = v26 / v22;
   out[1] = v27;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_chain_all)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes v1 = 5.0 * q_1;
-  const lanes v2 = 1.2 - v1;
-  const lanes v3 = v2 - 0.8;
-  const lanes v4 = 0.2 * v3;
-  lanes v5, v9; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v9);
-  const lanes v6 = 0.16 * v5;
-  const lanes v7 = v4 + v6;
-  const lanes v8 = v7 * v7;
-  const lanes v10 = 0.16 * v9;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = v8 + v12;
-  const lanes v14 = 0.5 * v13;
-  const lanes v15 = 0.02 + v14;
-  const lanes v16 = v15 - 0.0288;
-  const lanes v17 = v16 / v13;
-  const lanes v18 = v17 * v7;
-  const lanes v19 = 0.1936 - v13;
-  const lanes v20 = v13 - 0.0016;
-  const lanes v21 = v19 * v20;
-  lanes v22; LANES_NAME(lanes_sqrt)(&v21, &v22);
-  const lanes v23 = 0.5 * v22;
-  const lanes v24 = v23 / v13;
-  const lanes v25 = v24 * v11;
-  const lanes v26 = v18 - v25;
-  const lanes v27 = 5.0 * v26;
-  const lanes v28 = v17 * v11;
-  const lanes v29 = v24 * v7;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = 5.0 * v30;
-  lanes v32; LANES_NAME(lanes_atan2)(&v27, &v31, &v32);
-  const lanes v33 = v30 - v11;
-  const lanes v34 = 4.166666666666666 * v33;
-  const lanes v35 = v31 * v34;
-  const lanes v36 = v26 - v7;
-  const lanes v37 = 4.166666666666666 * v36;
-  const lanes v38 = v27 * v37;
-  const lanes v39 = v35 + v38;
-  const lanes v40 = v27 * v34;
-  const lanes v41 = v31 * v37;
-  const lanes v42 = v40 - v41;
-  lanes v43; LANES_NAME(lanes_atan2)(&v39, &v42, &v43);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      v1 = 5.0 * q_1, v2 = 1.2 - v1, v3 = v2 - 0.8, v4 = 0.2 * v3;
+  LANES_COS_SIN(v5, v9, q_2);
+  const lanes v6 = 0.16 * v5, v7 = v4 + v6, v8 = v7 * v7, v10 = 0.16 * v9, v11 = 0.2 + v10,
+      v12 = v11 * v11, v13 = v8 + v12, v14 = 0.5 * v13, v15 = 0.02 + v14, v16 = v15 - 0.0288,
+      v17 = v16 / v13, v18 = v17 * v7, v19 = 0.1936 - v13, v20 = v13 - 0.0016, v21 = v19 * v20;
+  LANES_LET1(v22, sqrt, v21);
+  const lanes v23 = 0.5 * v22, v24 = v23 / v13, v25 = v24 * v11, v26 = v18 - v25, v27 = 5.0 * v26,
+      v28 = v17 * v11, v29 = v24 * v7, v30 = v28 + v29, v31 = 5.0 * v30;
+  LANES_LET2(v32, atan2, v27, v31);
+  const lanes v33 = v30 - v11, v34 = 4.166666666666666 * v33, v35 = v31 * v34, v36 = v26 - v7,
+      v37 = 4.166666666666666 * v36, v38 = v27 * v37, v39 = v35 + v38, v40 = v27 * v34,
+      v41 = v31 * v37, v42 = v40 - v41;
+  LANES_LET2(v43, atan2, v39, v42);
   const lanes v44 = -v37;
-  lanes v45; LANES_NAME(lanes_atan2)(&v34, &v44, &v45);
-  const lanes v46 = q_4 * q_4;
-  const lanes v47 = 0.0801 + v46;
-  const lanes v48 = 0.42 * q_4;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = v49 - 0.036;
-  const lanes v51 = 0.1521 - v50;
-  const lanes v52 = v50 - 0.0081;
-  const lanes v53 = v51 * v52;
-  lanes v54; LANES_NAME(lanes_sqrt)(&v53, &v54);
-  const lanes v55 = 1.0416666666666667 * v54;
-  const lanes v56 = 0.5 * v50;
-  const lanes v57 = 0.0288 + v56;
-  const lanes v58 = v57 - 0.01125;
-  const lanes v59 = 3.608439182435161 * v58;
-  const lanes v60 = v55 + v59;
-  const lanes v61 = 0.20784609690826528 - v60;
-  const lanes v62 = 6.666666666666666 * v61;
-  const lanes v63 = 2.0833333333333335 * v58;
-  const lanes v64 = 1.8042195912175805 * v54;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 - 0.12;
-  const lanes v67 = 6.666666666666666 * v66;
-  const lanes v68 = -v67;
-  lanes v69; LANES_NAME(lanes_atan2)(&v62, &v68, &v69);
-  const lanes v70 = v55 - v59;
-  const lanes v71 = 0.20784609690826528 + v70;
-  const lanes v72 = 6.666666666666666 * v71;
-  const lanes v73 = v63 + v64;
-  const lanes v74 = v73 - 0.12;
-  const lanes v75 = 6.666666666666666 * v74;
-  const lanes v76 = -v75;
-  lanes v77; LANES_NAME(lanes_atan2)(&v72, &v76, &v77);
-  const lanes v78 = v18 + v25;
-  const lanes v79 = 5.0 * v78;
-  const lanes v80 = v28 - v29;
-  const lanes v81 = 5.0 * v80;
-  lanes v82; LANES_NAME(lanes_atan2)(&v79, &v81, &v82);
-  const lanes v83 = v80 - v11;
-  const lanes v84 = 4.166666666666666 * v83;
-  const lanes v85 = v81 * v84;
-  const lanes v86 = v78 - v7;
-  const lanes v87 = 4.166666666666666 * v86;
-  const lanes v88 = v79 * v87;
-  const lanes v89 = v85 + v88;
-  const lanes v90 = v79 * v84;
-  const lanes v91 = v81 * v87;
-  const lanes v92 = v90 - v91;
-  lanes v93; LANES_NAME(lanes_atan2)(&v89, &v92, &v93);
+  LANES_LET2(v45, atan2, v34, v44);
+  const lanes v46 = q_4 * q_4, v47 = 0.0801 + v46, v48 = 0.42 * q_4, v49 = v47 + v48,
+      v50 = v49 - 0.036, v51 = 0.1521 - v50, v52 = v50 - 0.0081, v53 = v51 * v52;
+  LANES_LET1(v54, sqrt, v53);
+  const lanes v55 = 1.0416666666666667 * v54, v56 = 0.5 * v50, v57 = 0.0288 + v56,
+      v58 = v57 - 0.01125, v59 = 3.608439182435161 * v58, v60 = v55 + v59,
+      v61 = 0.20784609690826528 - v60, v62 = 6.666666666666666 * v61,
+      v63 = 2.0833333333333335 * v58, v64 = 1.8042195912175805 * v54, v65 = v63 - v64,
+      v66 = v65 - 0.12, v67 = 6.666666666666666 * v66, v68 = -v67;
+  LANES_LET2(v69, atan2, v62, v68);
+  const lanes v70 = v55 - v59, v71 = 0.20784609690826528 + v70, v72 = 6.666666666666666 * v71,
+      v73 = v63 + v64, v74 = v73 - 0.12, v75 = 6.666666666666666 * v74, v76 = -v75;
+  LANES_LET2(v77, atan2, v72, v76);
+  const lanes v78 = v18 + v25, v79 = 5.0 * v78, v80 = v28 - v29, v81 = 5.0 * v80;
+  LANES_LET2(v82, atan2, v79, v81);
+  const lanes v83 = v80 - v11, v84 = 4.166666666666666 * v83, v85 = v81 * v84, v86 = v78 - v7,
+      v87 = 4.166666666666666 * v86, v88 = v79 * v87, v89 = v85 + v88, v90 = v79 * v84,
+      v91 = v81 * v87, v92 = v90 - v91;
+  LANES_LET2(v93, atan2, v89, v92);
   const lanes v94 = -v87;
-  lanes v95; LANES_NAME(lanes_atan2)(&v84, &v94, &v95);
-  out[0] = q_0;
-  out[1] = q_1;
+  LANES_LET2(v95, atan2, v84, v94); out[0] = q_0; out[1] = q_1;
   const lanes v96 = -v32;
   out[2] = v96;
   const lanes v97 = -v43;
-  out[3] = v97;
-  out[4] = v45;
-  out[5] = q_3;
+  out[3] = v97; out[4] = v45; out[5] = q_3;
   const lanes v98 = -v69;
-  out[6] = v98;
-  out[7] = q_5;
-  out[8] = q_0;
-  out[9] = q_1;
-  out[10] = v96;
-  out[11] = v97;
-  out[12] = v45;
-  out[13] = q_3;
+  out[6] = v98; out[7] = q_5; out[8] = q_0; out[9] = q_1; out[10] = v96; out[11] = v97;
+  out[12] = v45; out[13] = q_3;
   const lanes v99 = -v77;
-  out[14] = v99;
-  out[15] = q_5;
-  out[16] = q_0;
-  out[17] = q_1;
+  out[14] = v99; out[15] = q_5; out[16] = q_0; out[17] = q_1;
   const lanes v100 = -v82;
   out[18] = v100;
   const lanes v101 = -v93;
-  out[19] = v101;
-  out[20] = v95;
-  out[21] = q_3;
-  out[22] = v98;
-  out[23] = q_5;
-  out[24] = q_0;
-  out[25] = q_1;
-  out[26] = v100;
-  out[27] = v101;
-  out[28] = v95;
-  out[29] = q_3;
-  out[30] = v99;
+  out[19] = v101; out[20] = v95; out[21] = q_3; out[22] = v98; out[23] = q_5; out[24] = q_0;
+  out[25] = q_1; out[26] = v100; out[27] = v101; out[28] = v95; out[29] = q_3; out[30] = v99;
   out[31] = q_5;
   const lanes v102 = 108.50694444444444 * v21;
   out[32] = v102;
-  const lanes v103 = 11.11111111111111 * v53;
-  const lanes v104 = v103 / v50;
-  out[33] = v104;
-  out[34] = v102;
-  out[35] = v104;
-  out[36] = v102;
-  out[37] = v104;
-  out[38] = v102;
+  const lanes v103 = 11.11111111111111 * v53, v104 = v103 / v50;
+  out[33] = v104; out[34] = v102; out[35] = v104; out[36] = v102; out[37] = v104; out[38] = v102;
   out[39] = v104;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_actuators)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_5 = in[5];
-  const lanes theta_6 = in[6];
-  const lanes theta_7 = in[7];
-  lanes v1, v16; LANES_NAME(lanes_cos_sin)(&theta_2, &v1, &v16);
-  const lanes v2 = 0.2 * v1;
-  const lanes v3 = theta_2 + theta_3;
-  lanes v13, v4; LANES_NAME(lanes_cos_sin)(&v3, &v13, &v4);
-  const lanes v5 = 0.24 * v4;
-  const lanes v6 = v2 + v5;
-  const lanes v7 = v6 - 0.2;
-  const lanes v8 = 0.16 * v7;
-  const lanes v9 = 5.0 * theta_1;
-  const lanes v10 = v9 + 0.8;
-  const lanes v11 = v10 - 1.2;
-  const lanes v12 = 0.2 * v11;
-  const lanes v14 = 0.24 * v13;
-  const lanes v15 = v12 + v14;
-  const lanes v17 = 0.2 * v16;
-  const lanes v18 = v15 - v17;
-  const lanes v19 = v18 * v18;
-  const lanes v20 = v7 * v7;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = 0.0256 * v21;
-  lanes v23; LANES_NAME(lanes_sqrt)(&v22, &v23);
-  const lanes v24 = v8 / v23;
-  const lanes v25 = 0.16 * v18;
-  const lanes v26 = v25 / v23;
-  lanes v27; LANES_NAME(lanes_atan2)(&v24, &v26, &v27);
-  lanes v28, v29; LANES_NAME(lanes_cos_sin)(&theta_6, &v28, &v29);
-  out[0] = theta_0;
-  out[1] = theta_1;
-  out[2] = v27;
-  out[3] = theta_5;
-  const lanes v30 = 0.15 * v28;
-  const lanes v31 = 0.12 - v30;
-  const lanes v32 = v31 * v31;
-  const lanes v33 = 0.15 * v29;
-  const lanes v34 = 0.20784609690826528 + v33;
-  const lanes v35 = v34 * v34;
-  const lanes v36 = v32 + v35;
-  lanes v37; LANES_NAME(lanes_sqrt)(&v36, &v37);
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_5 = in[5],
+      theta_6 = in[6], theta_7 = in[7];
+  LANES_COS_SIN(v1, v16, theta_2);
+  const lanes v2 = 0.2 * v1, v3 = theta_2 + theta_3;
+  LANES_COS_SIN(v13, v4, v3);
+  const lanes v5 = 0.24 * v4, v6 = v2 + v5, v7 = v6 - 0.2, v8 = 0.16 * v7, v9 = 5.0 * theta_1,
+      v10 = v9 + 0.8, v11 = v10 - 1.2, v12 = 0.2 * v11, v14 = 0.24 * v13, v15 = v12 + v14,
+      v17 = 0.2 * v16, v18 = v15 - v17, v19 = v18 * v18, v20 = v7 * v7, v21 = v19 + v20,
+      v22 = 0.0256 * v21;
+  LANES_LET1(v23, sqrt, v22);
+  const lanes v24 = v8 / v23, v25 = 0.16 * v18, v26 = v25 / v23;
+  LANES_LET2(v27, atan2, v24, v26); LANES_COS_SIN(v28, v29, theta_6); out[0] = theta_0;
+  out[1] = theta_1; out[2] = v27; out[3] = theta_5;
+  const lanes v30 = 0.15 * v28, v31 = 0.12 - v30, v32 = v31 * v31, v33 = 0.15 * v29,
+      v34 = 0.20784609690826528 + v33, v35 = v34 * v34, v36 = v32 + v35;
+  LANES_LET1(v37, sqrt, v36);
   const lanes v38 = v37 - 0.21;
-  out[4] = v38;
-  out[5] = theta_7;
+  out[4] = v38; out[5] = theta_7;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_actuators_D_chain)(const lanes *in, lanes *out)
 {
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_6 = in[6];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&theta_2, &v1, &v5);
+  const lanes theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_6 = in[6];
+  LANES_COS_SIN(v1, v5, theta_2);
   const lanes v2 = theta_2 + theta_3;
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&v2, &v4, &v3);
-  lanes v7, v6; LANES_NAME(lanes_cos_sin)(&theta_6, &v7, &v6);
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(1.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
+  LANES_COS_SIN(v4, v3, v2); LANES_COS_SIN(v7, v6, theta_6); out[0] = LANES_OF(1.0);
+  out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
+  out[9] = LANES_OF(1.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0);
   out[16] = LANES_OF(0.0);
-  const lanes v8 = 0.2 * v1;
-  const lanes v9 = 0.24 * v3;
-  const lanes v10 = v8 + v9;
-  const lanes v11 = v10 - 0.2;
-  const lanes v12 = 5.0 * theta_1;
-  const lanes v13 = v12 + 0.8;
-  const lanes v14 = v13 - 1.2;
-  const lanes v15 = 0.2 * v14;
-  const lanes v16 = 0.24 * v4;
-  const lanes v17 = v15 + v16;
-  const lanes v18 = 0.2 * v5;
-  const lanes v19 = v17 - v18;
-  const lanes v20 = v19 * v19;
-  const lanes v21 = v11 * v11;
-  const lanes v22 = v20 + v21;
-  const lanes v23 = v11 / v22;
-  const lanes v24 = -v23;
+  const lanes v8 = 0.2 * v1, v9 = 0.24 * v3, v10 = v8 + v9, v11 = v10 - 0.2, v12 = 5.0 * theta_1,
+      v13 = v12 + 0.8, v14 = v13 - 1.2, v15 = 0.2 * v14, v16 = 0.24 * v4, v17 = v15 + v16,
+      v18 = 0.2 * v5, v19 = v17 - v18, v20 = v19 * v19, v21 = v11 * v11, v22 = v20 + v21,
+      v23 = v11 / v22, v24 = -v23;
   out[17] = v24;
-  const lanes v25 = v16 - v18;
-  const lanes v26 = v19 * v25;
-  const lanes v27 = v11 * v10;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v28 / v22;
+  const lanes v25 = v10 * v11, v26 = v16 - v18, v27 = v26 * v19, v28 = v25 + v27, v29 = v28 / v22;
   out[18] = v29;
-  const lanes v30 = v19 * v16;
-  const lanes v31 = v11 * v9;
-  const lanes v32 = v30 + v31;
-  const lanes v33 = v32 / v22;
-  out[19] = v33;
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(1.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
-  const lanes v34 = 0.15 * v6;
-  const lanes v35 = 0.15 * v7;
-  const lanes v36 = 0.12 - v35;
-  const lanes v37 = 2.0 * v36;
-  const lanes v38 = v34 * v37;
-  const lanes v39 = 0.20784609690826528 + v34;
-  const lanes v40 = 2.0 * v39;
-  const lanes v41 = v35 * v40;
-  const lanes v42 = v38 + v41;
-  const lanes v43 = v36 * v36;
-  const lanes v44 = v39 * v39;
-  const lanes v45 = v43 + v44;
-  lanes v46; LANES_NAME(lanes_sqrt)(&v45, &v46);
-  const lanes v47 = 0.5 / v46;
-  const lanes v48 = v42 * v47;
-  out[38] = v48;
-  out[39] = LANES_OF(0.0);
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(1.0);
+  const lanes v30 = v9 * v11, v31 = v16 * v19, v32 = v30 + v31, v33 = v32 / v22;
+  out[19] = v33; out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0);
+  out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0);
+  out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
+  out[29] = LANES_OF(1.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0);
+  out[35] = LANES_OF(0.0); out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0);
+  const lanes v34 = 0.15 * v6, v35 = 0.15 * v7, v36 = 0.12 - v35, v37 = 2.0 * v36, v38 = v34 * v37,
+      v39 = 0.20784609690826528 + v34, v40 = 2.0 * v39, v41 = v35 * v40, v42 = v38 + v41,
+      v43 = v36 * v36, v44 = v39 * v39, v45 = v43 + v44;
+  LANES_LET1(v46, sqrt, v45);
+  const lanes v47 = 0.5 / v46, v48 = v42 * v47;
+  out[38] = v48; out[39] = LANES_OF(0.0); out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0);
+  out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0); out[44] = LANES_OF(0.0);
+  out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0); out[47] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_actuator_rates)(const lanes *in, lanes *out)
 {
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_6 = in[6];
-  const lanes thetad_0 = in[8];
-  const lanes thetad_1 = in[9];
-  const lanes thetad_2 = in[10];
-  const lanes thetad_3 = in[11];
-  const lanes thetad_5 = in[13];
-  const lanes thetad_6 = in[14];
-  const lanes thetad_7 = in[15];
-  const lanes v1 = theta_2 + theta_3;
-  lanes v2, v5; LANES_NAME(lanes_cos_sin)(&v1, &v2, &v5);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&theta_2, &v4, &v3);
-  lanes v6, v7; LANES_NAME(lanes_cos_sin)(&theta_6, &v6, &v7);
-  out[0] = thetad_0;
-  out[1] = thetad_1;
-  const lanes v8 = 5.0 * theta_1;
-  const lanes v9 = v8 + 0.8;
-  const lanes v10 = v9 - 1.2;
-  const lanes v11 = 0.2 * v10;
-  const lanes v12 = 0.24 * v2;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = 0.2 * v3;
-  const lanes v15 = v13 - v14;
-  const lanes v16 = v2 * thetad_2;
-  const lanes v17 = v2 * thetad_3;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = 0.24 * v18;
-  const lanes v20 = v3 * thetad_2;
-  const lanes v21 = 0.2 * v20;
-  const lanes v22 = v19 - v21;
-  const lanes v23 = v15 * v22;
-  const lanes v24 = 0.2 * v4;
-  const lanes v25 = 0.24 * v5;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = v26 - 0.2;
-  const lanes v28 = v4 * thetad_2;
-  const lanes v29 = 0.2 * v28;
-  const lanes v30 = thetad_1 - v29;
-  const lanes v31 = v5 * thetad_2;
-  const lanes v32 = v5 * thetad_3;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = 0.24 * v33;
-  const lanes v35 = v30 - v34;
-  const lanes v36 = v27 * v35;
-  const lanes v37 = v23 - v36;
-  const lanes v38 = v15 * v15;
-  const lanes v39 = v27 * v27;
-  const lanes v40 = v38 + v39;
-  const lanes v41 = v37 / v40;
-  out[2] = v41;
-  out[3] = thetad_5;
-  const lanes v42 = 0.15 * v6;
-  const lanes v43 = 0.12 - v42;
-  const lanes v44 = v43 * v43;
-  const lanes v45 = 0.15 * v7;
-  const lanes v46 = 0.20784609690826528 + v45;
-  const lanes v47 = v46 * v46;
-  const lanes v48 = v44 + v47;
-  lanes v49; LANES_NAME(lanes_sqrt)(&v48, &v49);
-  const lanes v50 = 0.5 / v49;
-  const lanes v51 = 2.0 * v43;
-  const lanes v52 = v7 * thetad_6;
-  const lanes v53 = 0.15 * v52;
-  const lanes v54 = v51 * v53;
-  const lanes v55 = 2.0 * v46;
-  const lanes v56 = v6 * thetad_6;
-  const lanes v57 = 0.15 * v56;
-  const lanes v58 = v55 * v57;
-  const lanes v59 = v54 + v58;
-  const lanes v60 = v50 * v59;
-  out[4] = v60;
-  out[5] = thetad_7;
+  const lanes theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_6 = in[6], thetad_0 = in[8],
+      thetad_1 = in[9], thetad_2 = in[10], thetad_3 = in[11], thetad_5 = in[13], thetad_6 = in[14],
+      thetad_7 = in[15], v1 = theta_2 + theta_3;
+  LANES_COS_SIN(v2, v5, v1); LANES_COS_SIN(v4, v3, theta_2); LANES_COS_SIN(v6, v7, theta_6);
+  out[0] = thetad_0; out[1] = thetad_1;
+  const lanes v8 = v2 * thetad_2, v9 = v2 * thetad_3, v10 = v8 + v9, v11 = 0.24 * v10,
+      v12 = v3 * thetad_2, v13 = 0.2 * v12, v14 = v11 - v13, v15 = 5.0 * theta_1, v16 = v15 + 0.8,
+      v17 = v16 - 1.2, v18 = 0.2 * v17, v19 = 0.24 * v2, v20 = v18 + v19, v21 = 0.2 * v3,
+      v22 = v20 - v21, v23 = v14 * v22, v24 = v4 * thetad_2, v25 = 0.2 * v24, v26 = thetad_1 - v25,
+      v27 = v5 * thetad_2, v28 = v5 * thetad_3, v29 = v27 + v28, v30 = 0.24 * v29, v31 = v26 - v30,
+      v32 = 0.2 * v4, v33 = 0.24 * v5, v34 = v32 + v33, v35 = v34 - 0.2, v36 = v31 * v35,
+      v37 = v23 - v36, v38 = v22 * v22, v39 = v35 * v35, v40 = v38 + v39, v41 = v37 / v40;
+  out[2] = v41; out[3] = thetad_5;
+  const lanes v42 = 0.15 * v6, v43 = 0.12 - v42, v44 = v43 * v43, v45 = 0.15 * v7,
+      v46 = 0.20784609690826528 + v45, v47 = v46 * v46, v48 = v44 + v47;
+  LANES_LET1(v49, sqrt, v48);
+  const lanes v50 = 0.5 / v49, v51 = 2.0 * v43, v52 = v7 * thetad_6, v53 = 0.15 * v52,
+      v54 = v51 * v53, v55 = 2.0 * v46, v56 = v6 * thetad_6, v57 = 0.15 * v56, v58 = v55 * v57,
+      v59 = v54 + v58, v60 = v50 * v59;
+  out[4] = v60; out[5] = thetad_7;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_actuator_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_6 = in[6];
-  const lanes thetad_1 = in[9];
-  const lanes thetad_2 = in[10];
-  const lanes thetad_3 = in[11];
-  const lanes thetad_6 = in[14];
-  const lanes thetadd_0 = in[16];
-  const lanes thetadd_1 = in[17];
-  const lanes thetadd_2 = in[18];
-  const lanes thetadd_3 = in[19];
-  const lanes thetadd_5 = in[21];
-  const lanes thetadd_6 = in[22];
-  const lanes thetadd_7 = in[23];
-  const lanes v1 = theta_2 + theta_3;
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&v1, &v2, &v4);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&theta_2, &v5, &v3);
-  lanes v7, v6; LANES_NAME(lanes_cos_sin)(&theta_6, &v7, &v6);
-  out[0] = thetadd_0;
-  out[1] = thetadd_1;
-  const lanes v8 = 5.0 * theta_1;
-  const lanes v9 = v8 + 0.8;
-  const lanes v10 = v9 - 1.2;
-  const lanes v11 = 0.2 * v10;
-  const lanes v12 = 0.24 * v2;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = 0.2 * v3;
-  const lanes v15 = v13 - v14;
-  const lanes v16 = v2 * thetadd_2;
-  const lanes v17 = v2 * thetadd_3;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = v4 * thetad_2;
-  const lanes v20 = v4 * thetad_3;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = thetad_2 + thetad_3;
-  const lanes v23 = v21 * v22;
-  const lanes v24 = v18 - v23;
-  const lanes v25 = 0.24 * v24;
-  const lanes v26 = v3 * thetadd_2;
-  const lanes v27 = v5 * thetad_2;
-  const lanes v28 = v27 * thetad_2;
-  const lanes v29 = v26 + v28;
-  const lanes v30 = 0.2 * v29;
-  const lanes v31 = v25 - v30;
-  const lanes v32 = v15 * v31;
-  const lanes v33 = 0.2 * v5;
-  const lanes v34 = 0.24 * v4;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = v35 - 0.2;
-  const lanes v37 = v5 * thetadd_2;
-  const lanes v38 = v3 * thetad_2;
-  const lanes v39 = v38 * thetad_2;
-  const lanes v40 = v37 - v39;
-  const lanes v41 = 0.2 * v40;
-  const lanes v42 = thetadd_1 - v41;
-  const lanes v43 = v4 * thetadd_2;
-  const lanes v44 = v4 * thetadd_3;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = v2 * thetad_2;
-  const lanes v47 = v2 * thetad_3;
-  const lanes v48 = v46 + v47;
-  const lanes v49 = v48 * v22;
-  const lanes v50 = v45 + v49;
-  const lanes v51 = 0.24 * v50;
-  const lanes v52 = v42 - v51;
-  const lanes v53 = v36 * v52;
-  const lanes v54 = v32 - v53;
-  const lanes v55 = v15 * v15;
-  const lanes v56 = v36 * v36;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = v54 / v57;
-  const lanes v59 = 0.2 * v27;
-  const lanes v60 = thetad_1 - v59;
-  const lanes v61 = 0.24 * v21;
-  const lanes v62 = v60 - v61;
-  const lanes v63 = 2.0 * v15;
-  const lanes v64 = v62 * v63;
-  const lanes v65 = 0.24 * v48;
-  const lanes v66 = 0.2 * v38;
-  const lanes v67 = v65 - v66;
-  const lanes v68 = 2.0 * v36;
-  const lanes v69 = v67 * v68;
-  const lanes v70 = v64 + v69;
-  const lanes v71 = v15 * v67;
-  const lanes v72 = v36 * v62;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = v57 * v57;
-  const lanes v75 = v73 / v74;
-  const lanes v76 = v70 * v75;
-  const lanes v77 = v58 - v76;
-  out[2] = v77;
-  out[3] = thetadd_5;
-  const lanes v78 = v6 * thetad_6;
-  const lanes v79 = 0.3 * v78;
-  const lanes v80 = 0.15 * v78;
-  const lanes v81 = v79 * v80;
-  const lanes v82 = v7 * thetad_6;
-  const lanes v83 = 0.3 * v82;
-  const lanes v84 = 0.15 * v82;
-  const lanes v85 = v83 * v84;
-  const lanes v86 = v81 + v85;
-  const lanes v87 = v6 * thetadd_6;
-  const lanes v88 = v82 * thetad_6;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = 0.15 * v89;
-  const lanes v91 = 0.15 * v7;
-  const lanes v92 = 0.12 - v91;
-  const lanes v93 = 2.0 * v92;
-  const lanes v94 = v90 * v93;
-  const lanes v95 = v86 + v94;
-  const lanes v96 = v7 * thetadd_6;
-  const lanes v97 = v78 * thetad_6;
-  const lanes v98 = v96 - v97;
-  const lanes v99 = 0.15 * v98;
-  const lanes v100 = 0.15 * v6;
-  const lanes v101 = 0.20784609690826528 + v100;
-  const lanes v102 = 2.0 * v101;
-  const lanes v103 = v99 * v102;
-  const lanes v104 = v95 + v103;
-  const lanes v105 = v92 * v92;
-  const lanes v106 = v101 * v101;
-  const lanes v107 = v105 + v106;
-  lanes v108; LANES_NAME(lanes_sqrt)(&v107, &v108);
-  const lanes v109 = 0.5 / v108;
-  const lanes v110 = v104 * v109;
-  const lanes v111 = v108 * v107;
-  const lanes v112 = 0.25 / v111;
-  const lanes v113 = v93 * v80;
-  const lanes v114 = v102 * v84;
-  const lanes v115 = v113 + v114;
-  const lanes v116 = v112 * v115;
-  const lanes v117 = v116 * v115;
-  const lanes v118 = v110 - v117;
-  out[4] = v118;
-  out[5] = thetadd_7;
+  const lanes theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_6 = in[6], thetad_1 = in[9],
+      thetad_2 = in[10], thetad_3 = in[11], thetad_6 = in[14], thetadd_0 = in[16],
+      thetadd_1 = in[17], thetadd_2 = in[18], thetadd_3 = in[19], thetadd_5 = in[21],
+      thetadd_6 = in[22], thetadd_7 = in[23], v1 = theta_2 + theta_3;
+  LANES_COS_SIN(v2, v3, v1); LANES_COS_SIN(v4, v5, theta_2); LANES_COS_SIN(v6, v7, theta_6);
+  out[0] = thetadd_0; out[1] = thetadd_1;
+  const lanes v8 = v2 * thetadd_2, v9 = v2 * thetadd_3, v10 = v8 + v9, v11 = v3 * thetad_2,
+      v12 = v3 * thetad_3, v13 = v11 + v12, v14 = thetad_2 + thetad_3, v15 = v13 * v14,
+      v16 = v10 - v15, v17 = 0.24 * v16, v18 = v4 * thetad_2, v19 = v18 * thetad_2,
+      v20 = v5 * thetadd_2, v21 = v19 + v20, v22 = 0.2 * v21, v23 = v17 - v22, v24 = 5.0 * theta_1,
+      v25 = v24 + 0.8, v26 = v25 - 1.2, v27 = 0.2 * v26, v28 = 0.24 * v2, v29 = v27 + v28,
+      v30 = 0.2 * v5, v31 = v29 - v30, v32 = v23 * v31, v33 = v4 * thetadd_2, v34 = v5 * thetad_2,
+      v35 = v34 * thetad_2, v36 = v33 - v35, v37 = 0.2 * v36, v38 = thetadd_1 - v37,
+      v39 = v2 * thetad_2, v40 = v2 * thetad_3, v41 = v39 + v40, v42 = v41 * v14,
+      v43 = v3 * thetadd_2, v44 = v42 + v43, v45 = v3 * thetadd_3, v46 = v44 + v45,
+      v47 = 0.24 * v46, v48 = v38 - v47, v49 = 0.2 * v4, v50 = 0.24 * v3, v51 = v49 + v50,
+      v52 = v51 - 0.2, v53 = v48 * v52, v54 = v32 - v53, v55 = v31 * v31, v56 = v52 * v52,
+      v57 = v55 + v56, v58 = v54 / v57, v59 = 0.2 * v18, v60 = thetad_1 - v59, v61 = 0.24 * v13,
+      v62 = v60 - v61, v63 = 2.0 * v31, v64 = v62 * v63, v65 = 0.24 * v41, v66 = 0.2 * v34,
+      v67 = v65 - v66, v68 = 2.0 * v52, v69 = v67 * v68, v70 = v64 + v69, v71 = v67 * v31,
+      v72 = v62 * v52, v73 = v71 - v72, v74 = v57 * v57, v75 = v73 / v74, v76 = v70 * v75,
+      v77 = v58 - v76;
+  out[2] = v77; out[3] = thetadd_5;
+  const lanes v78 = 0.15 * v6, v79 = 0.12 - v78, v80 = v79 * v79, v81 = 0.15 * v7,
+      v82 = 0.20784609690826528 + v81, v83 = v82 * v82, v84 = v80 + v83;
+  LANES_LET1(v85, sqrt, v84);
+  const lanes v86 = 0.5 / v85, v87 = 2.0 * v79, v88 = v6 * thetad_6, v89 = v88 * thetad_6,
+      v90 = v7 * thetadd_6, v91 = v89 + v90, v92 = 0.15 * v91, v93 = v87 * v92, v94 = 2.0 * v82,
+      v95 = v6 * thetadd_6, v96 = v7 * thetad_6, v97 = v96 * thetad_6, v98 = v95 - v97,
+      v99 = 0.15 * v98, v100 = v94 * v99, v101 = v93 + v100, v102 = 0.15 * v96, v103 = 0.3 * v96,
+      v104 = v102 * v103, v105 = v101 + v104, v106 = 0.15 * v88, v107 = 0.3 * v88,
+      v108 = v106 * v107, v109 = v105 + v108, v110 = v86 * v109, v111 = v87 * v102,
+      v112 = v94 * v106, v113 = v111 + v112, v114 = v85 * v84, v115 = 0.25 / v114,
+      v116 = v113 * v115, v117 = v113 * v116, v118 = v110 - v117;
+  out[4] = v118; out[5] = thetadd_7;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_constraint)(const lanes *in, lanes *out)
 {
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes z_4 = in[4];
-  const lanes z_6 = in[6];
-  const lanes z_8 = in[8];
-  const lanes z_9 = in[9];
-  const lanes z_10 = in[10];
-  const lanes z_11 = in[11];
-  const lanes z_12 = in[12];
-  const lanes z_13 = in[13];
-  const lanes z_14 = in[14];
-  const lanes z_15 = in[15];
-  const lanes v1 = z_10 + z_2;
-  lanes v2, v6; LANES_NAME(lanes_cos_sin)(&v1, &v2, &v6);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&z_2, &v5, &v3);
-  lanes v4, v7; LANES_NAME(lanes_cos_sin)(&z_8, &v4, &v7);
-  const lanes v8 = z_11 + z_2;
-  const lanes v9 = v8 + z_3;
-  lanes v10, v13; LANES_NAME(lanes_cos_sin)(&v9, &v10, &v13);
-  const lanes v11 = z_2 + z_3;
-  lanes v12, v14; LANES_NAME(lanes_cos_sin)(&v11, &v12, &v14);
-  lanes v15, v18; LANES_NAME(lanes_cos_sin)(&z_12, &v15, &v18);
+  const lanes z_1 = in[1], z_2 = in[2], z_3 = in[3], z_4 = in[4], z_6 = in[6], z_8 = in[8],
+      z_9 = in[9], z_10 = in[10], z_11 = in[11], z_12 = in[12], z_13 = in[13], z_14 = in[14],
+      z_15 = in[15], v1 = z_10 + z_2;
+  LANES_COS_SIN(v2, v6, v1); LANES_COS_SIN(v5, v3, z_2); LANES_COS_SIN(v4, v7, z_8);
+  const lanes v8 = z_2 + z_3;
+  LANES_COS_SIN(v9, v13, v8);
+  const lanes v10 = z_11 + z_2, v11 = v10 + z_3;
+  LANES_COS_SIN(v12, v14, v11); LANES_COS_SIN(v15, v18, z_12);
   const lanes v16 = z_9 + z_2;
-  lanes v17, v19; LANES_NAME(lanes_cos_sin)(&v16, &v17, &v19);
+  LANES_COS_SIN(v17, v19, v16);
   const lanes v20 = z_9 + z_13;
-  lanes v21, v26; LANES_NAME(lanes_cos_sin)(&v20, &v21, &v26);
+  LANES_COS_SIN(v21, v26, v20);
   const lanes v22 = z_3 + z_4;
-  lanes v29, v23; LANES_NAME(lanes_cos_sin)(&v22, &v29, &v23);
-  lanes v24, v28; LANES_NAME(lanes_cos_sin)(&z_3, &v24, &v28);
-  lanes v27, v25; LANES_NAME(lanes_cos_sin)(&z_9, &v27, &v25);
-  lanes v30, v32; LANES_NAME(lanes_cos_sin)(&z_6, &v30, &v32);
-  lanes v31, v33; LANES_NAME(lanes_cos_sin)(&z_15, &v31, &v33);
-  const lanes v34 = 5.0 * z_1;
-  const lanes v35 = v34 + 0.8;
-  const lanes v36 = v35 - 1.2;
-  const lanes v37 = 0.2 * v36;
-  const lanes v38 = 0.24 * v2;
-  const lanes v39 = v37 + v38;
-  const lanes v40 = 0.2 * v3;
-  const lanes v41 = v39 - v40;
-  const lanes v42 = 0.16 * v4;
-  const lanes v43 = v41 - v42;
+  LANES_COS_SIN(v29, v23, v22); LANES_COS_SIN(v24, v28, z_3); LANES_COS_SIN(v27, v25, z_9);
+  LANES_COS_SIN(v30, v32, z_6); LANES_COS_SIN(v31, v33, z_15);
+  const lanes v34 = 5.0 * z_1, v35 = v34 + 0.8, v36 = v35 - 1.2, v37 = 0.2 * v36, v38 = 0.24 * v2,
+      v39 = v37 + v38, v40 = 0.2 * v3, v41 = v39 - v40, v42 = 0.16 * v4, v43 = v41 - v42;
   out[0] = v43;
-  const lanes v44 = 0.2 * v5;
-  const lanes v45 = 0.24 * v6;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = v46 - 0.2;
-  const lanes v48 = 0.16 * v7;
-  const lanes v49 = v47 - v48;
+  const lanes v44 = 0.2 * v5, v45 = 0.24 * v6, v46 = v44 + v45, v47 = v46 - 0.2, v48 = 0.16 * v7,
+      v49 = v47 - v48;
   out[1] = v49;
-  const lanes v50 = 0.8 * v10;
-  const lanes v51 = v37 + v50;
-  const lanes v52 = 0.24 * v12;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v53 - v3;
-  const lanes v55 = v54 - v42;
+  const lanes v50 = 0.24 * v9, v51 = v37 + v50, v52 = 0.8 * v12, v53 = v51 + v52, v54 = v53 - v3,
+      v55 = v54 - v42;
   out[2] = v55;
-  const lanes v56 = 0.8 * v13;
-  const lanes v57 = v5 + v56;
-  const lanes v58 = 0.24 * v14;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = v59 - 0.2;
-  const lanes v61 = v60 - v48;
+  const lanes v56 = 0.24 * v13, v57 = v5 + v56, v58 = 0.8 * v14, v59 = v57 + v58, v60 = v59 - 0.2,
+      v61 = v60 - v48;
   out[3] = v61;
-  const lanes v62 = v3 + v15;
-  const lanes v63 = 0.12 * v17;
-  const lanes v64 = v62 + v63;
-  const lanes v65 = v64 - 0.12;
+  const lanes v62 = v3 + v15, v63 = 0.12 * v17, v64 = v62 + v63, v65 = v64 - 0.12;
   out[4] = v65;
-  const lanes v66 = 0.12 * v19;
-  const lanes v67 = v18 + v66;
-  const lanes v68 = v67 - v5;
+  const lanes v66 = 0.12 * v19, v67 = v18 + v66, v68 = v67 - v5;
   out[5] = v68;
-  const lanes v69 = 1.2 * v21;
-  const lanes v70 = 0.12 * v23;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = 1.2 * v24;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = 0.12 * v25;
-  const lanes v75 = v73 - v74;
+  const lanes v69 = 1.2 * v21, v70 = 0.12 * v23, v71 = v69 + v70, v72 = 1.2 * v24, v73 = v71 - v72,
+      v74 = 0.12 * v25, v75 = v73 - v74;
   out[6] = v75;
-  const lanes v76 = 1.2 * v26;
-  const lanes v77 = 0.12 * v27;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = 1.2 * v28;
-  const lanes v80 = v78 - v79;
-  const lanes v81 = 0.12 * v29;
-  const lanes v82 = v80 - v81;
+  const lanes v76 = 1.2 * v26, v77 = 0.12 * v27, v78 = v76 + v77, v79 = 1.2 * v28, v80 = v78 - v79,
+      v81 = 0.12 * v29, v82 = v80 - v81;
   out[7] = v82;
-  const lanes v83 = 0.15 * v30;
-  const lanes v84 = z_14 + 0.21;
-  const lanes v85 = v84 * v31;
-  const lanes v86 = v83 + v85;
-  const lanes v87 = v86 - 0.12;
+  const lanes v83 = 0.15 * v30, v84 = z_14 + 0.21, v85 = v84 * v31, v86 = v83 + v85,
+      v87 = v86 - 0.12;
   out[8] = v87;
-  const lanes v88 = 0.15 * v32;
-  const lanes v89 = 0.20784609690826528 + v88;
-  const lanes v90 = v84 * v33;
-  const lanes v91 = v89 + v90;
+  const lanes v88 = 0.15 * v32, v89 = 0.20784609690826528 + v88, v90 = v84 * v33, v91 = v89 + v90;
   out[9] = v91;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_constraint_D_z)(const lanes *in, lanes *out)
 {
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes z_4 = in[4];
-  const lanes z_6 = in[6];
-  const lanes z_8 = in[8];
-  const lanes z_9 = in[9];
-  const lanes z_10 = in[10];
-  const lanes z_11 = in[11];
-  const lanes z_12 = in[12];
-  const lanes z_13 = in[13];
-  const lanes z_14 = in[14];
-  const lanes z_15 = in[15];
-  lanes v1, v6; LANES_NAME(lanes_cos_sin)(&z_2, &v1, &v6);
+  const lanes z_2 = in[2], z_3 = in[3], z_4 = in[4], z_6 = in[6], z_8 = in[8], z_9 = in[9],
+      z_10 = in[10], z_11 = in[11], z_12 = in[12], z_13 = in[13], z_14 = in[14], z_15 = in[15];
+  LANES_COS_SIN(v1, v6, z_2);
   const lanes v2 = z_10 + z_2;
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&v2, &v5, &v3);
-  lanes v7, v4; LANES_NAME(lanes_cos_sin)(&z_8, &v7, &v4);
-  const lanes v8 = z_11 + z_2;
-  const lanes v9 = v8 + z_3;
-  lanes v13, v10; LANES_NAME(lanes_cos_sin)(&v9, &v13, &v10);
-  const lanes v11 = z_2 + z_3;
-  lanes v14, v12; LANES_NAME(lanes_cos_sin)(&v11, &v14, &v12);
+  LANES_COS_SIN(v5, v3, v2); LANES_COS_SIN(v7, v4, z_8);
+  const lanes v8 = z_2 + z_3;
+  LANES_COS_SIN(v13, v9, v8);
+  const lanes v10 = z_11 + z_2, v11 = v10 + z_3;
+  LANES_COS_SIN(v14, v12, v11);
   const lanes v15 = z_9 + z_2;
-  lanes v18, v16; LANES_NAME(lanes_cos_sin)(&v15, &v18, &v16);
-  lanes v19, v17; LANES_NAME(lanes_cos_sin)(&z_12, &v19, &v17);
-  lanes v27, v20; LANES_NAME(lanes_cos_sin)(&z_3, &v27, &v20);
+  LANES_COS_SIN(v18, v16, v15); LANES_COS_SIN(v19, v17, z_12); LANES_COS_SIN(v27, v20, z_3);
   const lanes v21 = z_3 + z_4;
-  lanes v22, v26; LANES_NAME(lanes_cos_sin)(&v21, &v22, &v26);
+  LANES_COS_SIN(v22, v26, v21);
   const lanes v23 = z_9 + z_13;
-  lanes v28, v24; LANES_NAME(lanes_cos_sin)(&v23, &v28, &v24);
-  lanes v25, v29; LANES_NAME(lanes_cos_sin)(&z_9, &v25, &v29);
-  lanes v33, v30; LANES_NAME(lanes_cos_sin)(&z_6, &v33, &v30);
-  lanes v31, v32; LANES_NAME(lanes_cos_sin)(&z_15, &v31, &v32);
-  out[0] = LANES_OF(0.0);
-  out[1] = LANES_OF(1.0);
-  const lanes v34 = 0.2 * v1;
-  const lanes v35 = 0.24 * v3;
-  const lanes v36 = v34 + v35;
-  const lanes v37 = -v36;
-  out[2] = v37;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
+  LANES_COS_SIN(v28, v24, v23); LANES_COS_SIN(v25, v29, z_9); LANES_COS_SIN(v33, v30, z_6);
+  LANES_COS_SIN(v31, v32, z_15); out[0] = LANES_OF(0.0); out[1] = LANES_OF(1.0);
+  const lanes v34 = 0.2 * v1, v35 = 0.24 * v3, v36 = v34 + v35, v37 = -v36;
+  out[2] = v37; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
+  out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
   const lanes v38 = 0.16 * v4;
-  out[8] = v38;
-  out[9] = LANES_OF(0.0);
+  out[8] = v38; out[9] = LANES_OF(0.0);
   const lanes v39 = -v35;
-  out[10] = v39;
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
+  out[10] = v39; out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
   out[17] = LANES_OF(0.0);
-  const lanes v40 = 0.24 * v5;
-  const lanes v41 = 0.2 * v6;
-  const lanes v42 = v40 - v41;
-  out[18] = v42;
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  const lanes v43 = 0.16 * v7;
-  const lanes v44 = -v43;
-  out[24] = v44;
-  out[25] = LANES_OF(0.0);
-  out[26] = v40;
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(1.0);
-  const lanes v45 = 0.8 * v10;
-  const lanes v46 = v1 + v45;
-  const lanes v47 = 0.24 * v12;
-  const lanes v48 = v46 + v47;
-  const lanes v49 = -v48;
+  const lanes v40 = 0.24 * v5, v41 = 0.2 * v6, v42 = v40 - v41;
+  out[18] = v42; out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
+  out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0);
+  const lanes v43 = 0.16 * v7, v44 = -v43;
+  out[24] = v44; out[25] = LANES_OF(0.0); out[26] = v40; out[27] = LANES_OF(0.0);
+  out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0);
+  out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0); out[33] = LANES_OF(1.0);
+  const lanes v45 = 0.24 * v9, v46 = v1 + v45, v47 = 0.8 * v12, v48 = v46 + v47, v49 = -v48;
   out[34] = v49;
-  const lanes v50 = v45 + v47;
-  const lanes v51 = -v50;
-  out[35] = v51;
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
-  out[38] = LANES_OF(0.0);
-  out[39] = LANES_OF(0.0);
-  out[40] = v38;
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  const lanes v52 = -v45;
-  out[43] = v52;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(0.0);
-  out[48] = LANES_OF(0.0);
-  out[49] = LANES_OF(0.0);
-  const lanes v53 = 0.8 * v13;
-  const lanes v54 = 0.24 * v14;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = v55 - v6;
-  out[50] = v56;
-  out[51] = v55;
-  out[52] = LANES_OF(0.0);
-  out[53] = LANES_OF(0.0);
-  out[54] = LANES_OF(0.0);
-  out[55] = LANES_OF(0.0);
-  out[56] = v44;
-  out[57] = LANES_OF(0.0);
-  out[58] = LANES_OF(0.0);
-  out[59] = v53;
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
-  out[63] = LANES_OF(0.0);
-  out[64] = LANES_OF(0.0);
+  const lanes v50 = v45 + v47, v51 = -v50;
+  out[35] = v51; out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0);
+  out[39] = LANES_OF(0.0); out[40] = v38; out[41] = LANES_OF(0.0); out[42] = LANES_OF(0.0);
+  const lanes v52 = -v47;
+  out[43] = v52; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
+  out[47] = LANES_OF(0.0); out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0);
+  const lanes v53 = 0.24 * v13, v54 = 0.8 * v14, v55 = v53 + v54, v56 = v55 - v6;
+  out[50] = v56; out[51] = v55; out[52] = LANES_OF(0.0); out[53] = LANES_OF(0.0);
+  out[54] = LANES_OF(0.0); out[55] = LANES_OF(0.0); out[56] = v44; out[57] = LANES_OF(0.0);
+  out[58] = LANES_OF(0.0); out[59] = v54; out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0);
+  out[62] = LANES_OF(0.0); out[63] = LANES_OF(0.0); out[64] = LANES_OF(0.0);
   out[65] = LANES_OF(0.0);
-  const lanes v57 = 0.12 * v16;
-  const lanes v58 = v1 - v57;
-  out[66] = v58;
-  out[67] = LANES_OF(0.0);
-  out[68] = LANES_OF(0.0);
-  out[69] = LANES_OF(0.0);
-  out[70] = LANES_OF(0.0);
-  out[71] = LANES_OF(0.0);
-  out[72] = LANES_OF(0.0);
+  const lanes v57 = 0.12 * v16, v58 = v1 - v57;
+  out[66] = v58; out[67] = LANES_OF(0.0); out[68] = LANES_OF(0.0); out[69] = LANES_OF(0.0);
+  out[70] = LANES_OF(0.0); out[71] = LANES_OF(0.0); out[72] = LANES_OF(0.0);
   const lanes v59 = -v57;
-  out[73] = v59;
-  out[74] = LANES_OF(0.0);
-  out[75] = LANES_OF(0.0);
+  out[73] = v59; out[74] = LANES_OF(0.0); out[75] = LANES_OF(0.0);
   const lanes v60 = -v17;
-  out[76] = v60;
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
-  out[79] = LANES_OF(0.0);
-  out[80] = LANES_OF(0.0);
-  out[81] = LANES_OF(0.0);
-  const lanes v61 = 0.12 * v18;
-  const lanes v62 = v6 + v61;
-  out[82] = v62;
-  out[83] = LANES_OF(0.0);
-  out[84] = LANES_OF(0.0);
-  out[85] = LANES_OF(0.0);
-  out[86] = LANES_OF(0.0);
-  out[87] = LANES_OF(0.0);
-  out[88] = LANES_OF(0.0);
-  out[89] = v61;
-  out[90] = LANES_OF(0.0);
-  out[91] = LANES_OF(0.0);
-  out[92] = v19;
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
-  out[95] = LANES_OF(0.0);
-  out[96] = LANES_OF(0.0);
-  out[97] = LANES_OF(0.0);
-  out[98] = LANES_OF(0.0);
-  const lanes v63 = 1.2 * v20;
-  const lanes v64 = 0.12 * v22;
-  const lanes v65 = v63 + v64;
-  out[99] = v65;
-  out[100] = v64;
-  out[101] = LANES_OF(0.0);
-  out[102] = LANES_OF(0.0);
-  out[103] = LANES_OF(0.0);
-  out[104] = LANES_OF(0.0);
-  const lanes v66 = 1.2 * v24;
-  const lanes v67 = 0.12 * v25;
-  const lanes v68 = v66 + v67;
-  const lanes v69 = -v68;
-  out[105] = v69;
-  out[106] = LANES_OF(0.0);
-  out[107] = LANES_OF(0.0);
-  out[108] = LANES_OF(0.0);
+  out[76] = v60; out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0); out[79] = LANES_OF(0.0);
+  out[80] = LANES_OF(0.0); out[81] = LANES_OF(0.0);
+  const lanes v61 = 0.12 * v18, v62 = v6 + v61;
+  out[82] = v62; out[83] = LANES_OF(0.0); out[84] = LANES_OF(0.0); out[85] = LANES_OF(0.0);
+  out[86] = LANES_OF(0.0); out[87] = LANES_OF(0.0); out[88] = LANES_OF(0.0); out[89] = v61;
+  out[90] = LANES_OF(0.0); out[91] = LANES_OF(0.0); out[92] = v19; out[93] = LANES_OF(0.0);
+  out[94] = LANES_OF(0.0); out[95] = LANES_OF(0.0); out[96] = LANES_OF(0.0);
+  out[97] = LANES_OF(0.0); out[98] = LANES_OF(0.0);
+  const lanes v63 = 1.2 * v20, v64 = 0.12 * v22, v65 = v63 + v64;
+  out[99] = v65; out[100] = v64; out[101] = LANES_OF(0.0); out[102] = LANES_OF(0.0);
+  out[103] = LANES_OF(0.0); out[104] = LANES_OF(0.0);
+  const lanes v66 = 1.2 * v24, v67 = 0.12 * v25, v68 = v66 + v67, v69 = -v68;
+  out[105] = v69; out[106] = LANES_OF(0.0); out[107] = LANES_OF(0.0); out[108] = LANES_OF(0.0);
   const lanes v70 = -v66;
-  out[109] = v70;
-  out[110] = LANES_OF(0.0);
-  out[111] = LANES_OF(0.0);
-  out[112] = LANES_OF(0.0);
-  out[113] = LANES_OF(0.0);
-  out[114] = LANES_OF(0.0);
-  const lanes v71 = 0.12 * v26;
-  const lanes v72 = 1.2 * v27;
-  const lanes v73 = v71 - v72;
-  out[115] = v73;
-  out[116] = v71;
-  out[117] = LANES_OF(0.0);
-  out[118] = LANES_OF(0.0);
-  out[119] = LANES_OF(0.0);
-  out[120] = LANES_OF(0.0);
-  const lanes v74 = 1.2 * v28;
-  const lanes v75 = 0.12 * v29;
-  const lanes v76 = v74 - v75;
-  out[121] = v76;
-  out[122] = LANES_OF(0.0);
-  out[123] = LANES_OF(0.0);
-  out[124] = LANES_OF(0.0);
-  out[125] = v74;
-  out[126] = LANES_OF(0.0);
-  out[127] = LANES_OF(0.0);
-  out[128] = LANES_OF(0.0);
-  out[129] = LANES_OF(0.0);
-  out[130] = LANES_OF(0.0);
-  out[131] = LANES_OF(0.0);
-  out[132] = LANES_OF(0.0);
-  out[133] = LANES_OF(0.0);
-  const lanes v77 = 0.15 * v30;
-  const lanes v78 = -v77;
-  out[134] = v78;
-  out[135] = LANES_OF(0.0);
-  out[136] = LANES_OF(0.0);
-  out[137] = LANES_OF(0.0);
-  out[138] = LANES_OF(0.0);
-  out[139] = LANES_OF(0.0);
-  out[140] = LANES_OF(0.0);
-  out[141] = LANES_OF(0.0);
-  out[142] = v31;
-  const lanes v79 = z_14 + 0.21;
-  const lanes v80 = v79 * v32;
-  const lanes v81 = -v80;
-  out[143] = v81;
-  out[144] = LANES_OF(0.0);
-  out[145] = LANES_OF(0.0);
-  out[146] = LANES_OF(0.0);
-  out[147] = LANES_OF(0.0);
-  out[148] = LANES_OF(0.0);
-  out[149] = LANES_OF(0.0);
+  out[109] = v70; out[110] = LANES_OF(0.0); out[111] = LANES_OF(0.0); out[112] = LANES_OF(0.0);
+  out[113] = LANES_OF(0.0); out[114] = LANES_OF(0.0);
+  const lanes v71 = 0.12 * v26, v72 = 1.2 * v27, v73 = v71 - v72;
+  out[115] = v73; out[116] = v71; out[117] = LANES_OF(0.0); out[118] = LANES_OF(0.0);
+  out[119] = LANES_OF(0.0); out[120] = LANES_OF(0.0);
+  const lanes v74 = 1.2 * v28, v75 = 0.12 * v29, v76 = v74 - v75;
+  out[121] = v76; out[122] = LANES_OF(0.0); out[123] = LANES_OF(0.0); out[124] = LANES_OF(0.0);
+  out[125] = v74; out[126] = LANES_OF(0.0); out[127] = LANES_OF(0.0); out[128] = LANES_OF(0.0);
+  out[129] = LANES_OF(0.0); out[130] = LANES_OF(0.0); out[131] = LANES_OF(0.0);
+  out[132] = LANES_OF(0.0); out[133] = LANES_OF(0.0);
+  const lanes v77 = 0.15 * v30, v78 = -v77;
+  out[134] = v78; out[135] = LANES_OF(0.0); out[136] = LANES_OF(0.0); out[137] = LANES_OF(0.0);
+  out[138] = LANES_OF(0.0); out[139] = LANES_OF(0.0); out[140] = LANES_OF(0.0);
+  out[141] = LANES_OF(0.0); out[142] = v31;
+  const lanes v79 = z_14 + 0.21, v80 = v79 * v32, v81 = -v80;
+  out[143] = v81; out[144] = LANES_OF(0.0); out[145] = LANES_OF(0.0); out[146] = LANES_OF(0.0);
+  out[147] = LANES_OF(0.0); out[148] = LANES_OF(0.0); out[149] = LANES_OF(0.0);
   const lanes v82 = 0.15 * v33;
-  out[150] = v82;
-  out[151] = LANES_OF(0.0);
-  out[152] = LANES_OF(0.0);
-  out[153] = LANES_OF(0.0);
-  out[154] = LANES_OF(0.0);
-  out[155] = LANES_OF(0.0);
-  out[156] = LANES_OF(0.0);
-  out[157] = LANES_OF(0.0);
-  out[158] = v32;
+  out[150] = v82; out[151] = LANES_OF(0.0); out[152] = LANES_OF(0.0); out[153] = LANES_OF(0.0);
+  out[154] = LANES_OF(0.0); out[155] = LANES_OF(0.0); out[156] = LANES_OF(0.0);
+  out[157] = LANES_OF(0.0); out[158] = v32;
   const lanes v83 = v79 * v31;
   out[159] = v83;
 }
 
 static LANES_TARGET void LANES_NAME(board_installer_constraint_D_z_dot)(const lanes *in, lanes *out)
 {
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes z_4 = in[4];
-  const lanes z_6 = in[6];
-  const lanes z_8 = in[8];
-  const lanes z_9 = in[9];
-  const lanes z_10 = in[10];
-  const lanes z_11 = in[11];
-  const lanes z_12 = in[12];
-  const lanes z_13 = in[13];
-  const lanes z_14 = in[14];
-  const lanes z_15 = in[15];
-  const lanes zd_2 = in[18];
-  const lanes zd_3 = in[19];
-  const lanes zd_4 = in[20];
-  const lanes zd_6 = in[22];
-  const lanes zd_8 = in[24];
-  const lanes zd_9 = in[25];
-  const lanes zd_10 = in[26];
-  const lanes zd_11 = in[27];
-  const lanes zd_12 = in[28];
-  const lanes zd_13 = in[29];
-  const lanes zd_14 = in[30];
-  const lanes zd_15 = in[31];
-  const lanes v1 = z_10 + z_2;
-  lanes v2, v6; LANES_NAME(lanes_cos_sin)(&v1, &v2, &v6);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&z_2, &v5, &v3);
-  lanes v4, v7; LANES_NAME(lanes_cos_sin)(&z_8, &v4, &v7);
-  const lanes v8 = z_11 + z_2;
-  const lanes v9 = v8 + z_3;
-  lanes v10, v13; LANES_NAME(lanes_cos_sin)(&v9, &v10, &v13);
-  const lanes v11 = z_2 + z_3;
-  lanes v12, v14; LANES_NAME(lanes_cos_sin)(&v11, &v12, &v14);
+  const lanes z_2 = in[2], z_3 = in[3], z_4 = in[4], z_6 = in[6], z_8 = in[8], z_9 = in[9],
+      z_10 = in[10], z_11 = in[11], z_12 = in[12], z_13 = in[13], z_14 = in[14], z_15 = in[15],
+      zd_2 = in[18], zd_3 = in[19], zd_4 = in[20], zd_6 = in[22], zd_8 = in[24], zd_9 = in[25],
+      zd_10 = in[26], zd_11 = in[27], zd_12 = in[28], zd_13 = in[29], zd_14 = in[30],
+      zd_15 = in[31], v1 = z_10 + z_2;
+  LANES_COS_SIN(v2, v6, v1); LANES_COS_SIN(v5, v3, z_2); LANES_COS_SIN(v4, v7, z_8);
+  const lanes v8 = z_2 + z_3;
+  LANES_COS_SIN(v9, v13, v8);
+  const lanes v10 = z_11 + z_2, v11 = v10 + z_3;
+  LANES_COS_SIN(v12, v14, v11);
   const lanes v15 = z_9 + z_2;
-  lanes v16, v18; LANES_NAME(lanes_cos_sin)(&v15, &v16, &v18);
-  lanes v17, v19; LANES_NAME(lanes_cos_sin)(&z_12, &v17, &v19);
-  lanes v20, v26; LANES_NAME(lanes_cos_sin)(&z_3, &v20, &v26);
+  LANES_COS_SIN(v16, v18, v15); LANES_COS_SIN(v17, v19, z_12); LANES_COS_SIN(v20, v26, z_3);
   const lanes v21 = z_3 + z_4;
-  lanes v27, v22; LANES_NAME(lanes_cos_sin)(&v21, &v27, &v22);
+  LANES_COS_SIN(v27, v22, v21);
   const lanes v23 = z_9 + z_13;
-  lanes v24, v28; LANES_NAME(lanes_cos_sin)(&v23, &v24, &v28);
-  lanes v29, v25; LANES_NAME(lanes_cos_sin)(&z_9, &v29, &v25);
-  lanes v30, v33; LANES_NAME(lanes_cos_sin)(&z_6, &v30, &v33);
-  lanes v32, v31; LANES_NAME(lanes_cos_sin)(&z_15, &v32, &v31);
-  out[0] = LANES_OF(0.0);
-  out[1] = LANES_OF(0.0);
-  const lanes v34 = v2 * zd_10;
-  const lanes v35 = v2 * zd_2;
-  const lanes v36 = v34 + v35;
-  const lanes v37 = 0.24 * v36;
-  const lanes v38 = v3 * zd_2;
-  const lanes v39 = 0.2 * v38;
-  const lanes v40 = v37 - v39;
-  const lanes v41 = -v40;
-  out[2] = v41;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  const lanes v42 = v4 * zd_8;
-  const lanes v43 = 0.16 * v42;
-  out[8] = v43;
-  out[9] = LANES_OF(0.0);
+  LANES_COS_SIN(v24, v28, v23); LANES_COS_SIN(v29, v25, z_9); LANES_COS_SIN(v30, v33, z_6);
+  LANES_COS_SIN(v32, v31, z_15); out[0] = LANES_OF(0.0); out[1] = LANES_OF(0.0);
+  const lanes v34 = v2 * zd_10, v35 = v2 * zd_2, v36 = v34 + v35, v37 = 0.24 * v36, v38 = v3 * zd_2,
+      v39 = 0.2 * v38, v40 = v37 - v39, v41 = -v40;
+  out[2] = v41; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
+  out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
+  const lanes v42 = v4 * zd_8, v43 = 0.16 * v42;
+  out[8] = v43; out[9] = LANES_OF(0.0);
   const lanes v44 = -v37;
-  out[10] = v44;
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
+  out[10] = v44; out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
   out[17] = LANES_OF(0.0);
-  const lanes v45 = v5 * zd_2;
-  const lanes v46 = 0.2 * v45;
-  const lanes v47 = v6 * zd_10;
-  const lanes v48 = v6 * zd_2;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = 0.24 * v49;
-  const lanes v51 = v46 + v50;
-  const lanes v52 = -v51;
-  out[18] = v52;
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  const lanes v53 = v7 * zd_8;
-  const lanes v54 = 0.16 * v53;
-  out[24] = v54;
-  out[25] = LANES_OF(0.0);
+  const lanes v45 = v5 * zd_2, v46 = 0.2 * v45, v47 = v6 * zd_10, v48 = v6 * zd_2, v49 = v47 + v48,
+      v50 = 0.24 * v49, v51 = v46 + v50, v52 = -v51;
+  out[18] = v52; out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
+  out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0);
+  const lanes v53 = v7 * zd_8, v54 = 0.16 * v53;
+  out[24] = v54; out[25] = LANES_OF(0.0);
   const lanes v55 = -v50;
-  out[26] = v55;
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
+  out[26] = v55; out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
+  out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
   out[33] = LANES_OF(0.0);
-  const lanes v56 = v10 * zd_11;
-  const lanes v57 = v10 * zd_2;
-  const lanes v58 = v56 + v57;
-  const lanes v59 = v10 * zd_3;
-  const lanes v60 = v58 + v59;
-  const lanes v61 = 0.8 * v60;
-  const lanes v62 = v12 * zd_2;
-  const lanes v63 = v12 * zd_3;
-  const lanes v64 = v62 + v63;
-  const lanes v65 = 0.24 * v64;
-  const lanes v66 = v61 + v65;
-  const lanes v67 = v66 - v38;
-  const lanes v68 = -v67;
+  const lanes v56 = v9 * zd_2, v57 = v9 * zd_3, v58 = v56 + v57, v59 = 0.24 * v58,
+      v60 = v12 * zd_11, v61 = v12 * zd_2, v62 = v60 + v61, v63 = v12 * zd_3, v64 = v62 + v63,
+      v65 = 0.8 * v64, v66 = v59 + v65, v67 = v66 - v38, v68 = -v67;
   out[34] = v68;
   const lanes v69 = -v66;
-  out[35] = v69;
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
-  out[38] = LANES_OF(0.0);
-  out[39] = LANES_OF(0.0);
-  out[40] = v43;
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  const lanes v70 = -v61;
-  out[43] = v70;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(0.0);
-  out[48] = LANES_OF(0.0);
-  out[49] = LANES_OF(0.0);
-  const lanes v71 = v13 * zd_11;
-  const lanes v72 = v13 * zd_2;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = v13 * zd_3;
-  const lanes v75 = v73 + v74;
-  const lanes v76 = 0.8 * v75;
-  const lanes v77 = v45 + v76;
-  const lanes v78 = v14 * zd_2;
-  const lanes v79 = v14 * zd_3;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = 0.24 * v80;
-  const lanes v82 = v77 + v81;
-  const lanes v83 = -v82;
+  out[35] = v69; out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0);
+  out[39] = LANES_OF(0.0); out[40] = v43; out[41] = LANES_OF(0.0); out[42] = LANES_OF(0.0);
+  const lanes v70 = -v65;
+  out[43] = v70; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
+  out[47] = LANES_OF(0.0); out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0);
+  const lanes v71 = v13 * zd_2, v72 = v13 * zd_3, v73 = v71 + v72, v74 = 0.24 * v73,
+      v75 = v45 + v74, v76 = v14 * zd_11, v77 = v14 * zd_2, v78 = v76 + v77, v79 = v14 * zd_3,
+      v80 = v78 + v79, v81 = 0.8 * v80, v82 = v75 + v81, v83 = -v82;
   out[50] = v83;
-  const lanes v84 = v76 + v81;
-  const lanes v85 = -v84;
-  out[51] = v85;
-  out[52] = LANES_OF(0.0);
-  out[53] = LANES_OF(0.0);
-  out[54] = LANES_OF(0.0);
-  out[55] = LANES_OF(0.0);
-  out[56] = v54;
-  out[57] = LANES_OF(0.0);
-  out[58] = LANES_OF(0.0);
-  const lanes v86 = -v76;
-  out[59] = v86;
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
-  out[63] = LANES_OF(0.0);
-  out[64] = LANES_OF(0.0);
-  out[65] = LANES_OF(0.0);
-  const lanes v87 = v16 * zd_9;
-  const lanes v88 = v16 * zd_2;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = 0.12 * v89;
-  const lanes v91 = v38 + v90;
-  const lanes v92 = -v91;
-  out[66] = v92;
-  out[67] = LANES_OF(0.0);
-  out[68] = LANES_OF(0.0);
-  out[69] = LANES_OF(0.0);
-  out[70] = LANES_OF(0.0);
-  out[71] = LANES_OF(0.0);
-  out[72] = LANES_OF(0.0);
+  const lanes v84 = v74 + v81, v85 = -v84;
+  out[51] = v85; out[52] = LANES_OF(0.0); out[53] = LANES_OF(0.0); out[54] = LANES_OF(0.0);
+  out[55] = LANES_OF(0.0); out[56] = v54; out[57] = LANES_OF(0.0); out[58] = LANES_OF(0.0);
+  const lanes v86 = -v81;
+  out[59] = v86; out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0); out[62] = LANES_OF(0.0);
+  out[63] = LANES_OF(0.0); out[64] = LANES_OF(0.0); out[65] = LANES_OF(0.0);
+  const lanes v87 = v16 * zd_9, v88 = v16 * zd_2, v89 = v87 + v88, v90 = 0.12 * v89,
+      v91 = v38 + v90, v92 = -v91;
+  out[66] = v92; out[67] = LANES_OF(0.0); out[68] = LANES_OF(0.0); out[69] = LANES_OF(0.0);
+  out[70] = LANES_OF(0.0); out[71] = LANES_OF(0.0); out[72] = LANES_OF(0.0);
   const lanes v93 = -v90;
-  out[73] = v93;
-  out[74] = LANES_OF(0.0);
-  out[75] = LANES_OF(0.0);
-  const lanes v94 = v17 * zd_12;
-  const lanes v95 = -v94;
-  out[76] = v95;
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
-  out[79] = LANES_OF(0.0);
-  out[80] = LANES_OF(0.0);
-  out[81] = LANES_OF(0.0);
-  const lanes v96 = v18 * zd_9;
-  const lanes v97 = v18 * zd_2;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = 0.12 * v98;
-  const lanes v100 = v45 - v99;
-  out[82] = v100;
-  out[83] = LANES_OF(0.0);
-  out[84] = LANES_OF(0.0);
-  out[85] = LANES_OF(0.0);
-  out[86] = LANES_OF(0.0);
-  out[87] = LANES_OF(0.0);
-  out[88] = LANES_OF(0.0);
+  out[73] = v93; out[74] = LANES_OF(0.0); out[75] = LANES_OF(0.0);
+  const lanes v94 = v17 * zd_12, v95 = -v94;
+  out[76] = v95; out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0); out[79] = LANES_OF(0.0);
+  out[80] = LANES_OF(0.0); out[81] = LANES_OF(0.0);
+  const lanes v96 = v18 * zd_9, v97 = v18 * zd_2, v98 = v96 + v97, v99 = 0.12 * v98,
+      v100 = v45 - v99;
+  out[82] = v100; out[83] = LANES_OF(0.0); out[84] = LANES_OF(0.0); out[85] = LANES_OF(0.0);
+  out[86] = LANES_OF(0.0); out[87] = LANES_OF(0.0); out[88] = LANES_OF(0.0);
   const lanes v101 = -v99;
-  out[89] = v101;
-  out[90] = LANES_OF(0.0);
-  out[91] = LANES_OF(0.0);
-  const lanes v102 = v19 * zd_12;
-  const lanes v103 = -v102;
-  out[92] = v103;
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
-  out[95] = LANES_OF(0.0);
-  out[96] = LANES_OF(0.0);
-  out[97] = LANES_OF(0.0);
-  out[98] = LANES_OF(0.0);
-  const lanes v104 = v20 * zd_3;
-  const lanes v105 = 1.2 * v104;
-  const lanes v106 = v22 * zd_3;
-  const lanes v107 = v22 * zd_4;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = 0.12 * v108;
-  const lanes v110 = v105 - v109;
+  out[89] = v101; out[90] = LANES_OF(0.0); out[91] = LANES_OF(0.0);
+  const lanes v102 = v19 * zd_12, v103 = -v102;
+  out[92] = v103; out[93] = LANES_OF(0.0); out[94] = LANES_OF(0.0); out[95] = LANES_OF(0.0);
+  out[96] = LANES_OF(0.0); out[97] = LANES_OF(0.0); out[98] = LANES_OF(0.0);
+  const lanes v104 = v20 * zd_3, v105 = 1.2 * v104, v106 = v22 * zd_3, v107 = v22 * zd_4,
+      v108 = v106 + v107, v109 = 0.12 * v108, v110 = v105 - v109;
   out[99] = v110;
   const lanes v111 = -v109;
-  out[100] = v111;
-  out[101] = LANES_OF(0.0);
-  out[102] = LANES_OF(0.0);
-  out[103] = LANES_OF(0.0);
+  out[100] = v111; out[101] = LANES_OF(0.0); out[102] = LANES_OF(0.0); out[103] = LANES_OF(0.0);
   out[104] = LANES_OF(0.0);
-  const lanes v112 = v24 * zd_9;
-  const lanes v113 = v24 * zd_13;
-  const lanes v114 = v112 + v113;
-  const lanes v115 = 1.2 * v114;
-  const lanes v116 = v25 * zd_9;
-  const lanes v117 = 0.12 * v116;
-  const lanes v118 = v115 - v117;
-  const lanes v119 = -v118;
-  out[105] = v119;
-  out[106] = LANES_OF(0.0);
-  out[107] = LANES_OF(0.0);
-  out[108] = LANES_OF(0.0);
+  const lanes v112 = v24 * zd_9, v113 = v24 * zd_13, v114 = v112 + v113, v115 = 1.2 * v114,
+      v116 = v25 * zd_9, v117 = 0.12 * v116, v118 = v115 - v117, v119 = -v118;
+  out[105] = v119; out[106] = LANES_OF(0.0); out[107] = LANES_OF(0.0); out[108] = LANES_OF(0.0);
   const lanes v120 = -v115;
-  out[109] = v120;
-  out[110] = LANES_OF(0.0);
-  out[111] = LANES_OF(0.0);
-  out[112] = LANES_OF(0.0);
-  out[113] = LANES_OF(0.0);
-  out[114] = LANES_OF(0.0);
-  const lanes v121 = v26 * zd_3;
-  const lanes v122 = 1.2 * v121;
-  const lanes v123 = v27 * zd_3;
-  const lanes v124 = v27 * zd_4;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = 0.12 * v125;
-  const lanes v127 = v122 + v126;
-  out[115] = v127;
-  out[116] = v126;
-  out[117] = LANES_OF(0.0);
-  out[118] = LANES_OF(0.0);
-  out[119] = LANES_OF(0.0);
-  out[120] = LANES_OF(0.0);
-  const lanes v128 = v28 * zd_9;
-  const lanes v129 = v28 * zd_13;
-  const lanes v130 = v128 + v129;
-  const lanes v131 = 1.2 * v130;
-  const lanes v132 = v29 * zd_9;
-  const lanes v133 = 0.12 * v132;
-  const lanes v134 = v131 + v133;
-  const lanes v135 = -v134;
-  out[121] = v135;
-  out[122] = LANES_OF(0.0);
-  out[123] = LANES_OF(0.0);
-  out[124] = LANES_OF(0.0);
+  out[109] = v120; out[110] = LANES_OF(0.0); out[111] = LANES_OF(0.0); out[112] = LANES_OF(0.0);
+  out[113] = LANES_OF(0.0); out[114] = LANES_OF(0.0);
+  const lanes v121 = v26 * zd_3, v122 = 1.2 * v121, v123 = v27 * zd_3, v124 = v27 * zd_4,
+      v125 = v123 + v124, v126 = 0.12 * v125, v127 = v122 + v126;
+  out[115] = v127; out[116] = v126; out[117] = LANES_OF(0.0); out[118] = LANES_OF(0.0);
+  out[119] = LANES_OF(0.0); out[120] = LANES_OF(0.0);
+  const lanes v128 = v28 * zd_9, v129 = v28 * zd_13, v130 = v128 + v129, v131 = 1.2 * v130,
+      v132 = v29 * zd_9, v133 = 0.12 * v132, v134 = v131 + v133, v135 = -v134;
+  out[121] = v135; out[122] = LANES_OF(0.0); out[123] = LANES_OF(0.0); out[124] = LANES_OF(0.0);
   const lanes v136 = -v131;
-  out[125] = v136;
-  out[126] = LANES_OF(0.0);
-  out[127] = LANES_OF(0.0);
-  out[128] = LANES_OF(0.0);
-  out[129] = LANES_OF(0.0);
-  out[130] = LANES_OF(0.0);
-  out[131] = LANES_OF(0.0);
-  out[132] = LANES_OF(0.0);
-  out[133] = LANES_OF(0.0);
-  const lanes v137 = v30 * zd_6;
-  const lanes v138 = 0.15 * v137;
-  const lanes v139 = -v138;
-  out[134] = v139;
-  out[135] = LANES_OF(0.0);
-  out[136] = LANES_OF(0.0);
-  out[137] = LANES_OF(0.0);
-  out[138] = LANES_OF(0.0);
-  out[139] = LANES_OF(0.0);
-  out[140] = LANES_OF(0.0);
+  out[125] = v136; out[126] = LANES_OF(0.0); out[127] = LANES_OF(0.0); out[128] = LANES_OF(0.0);
+  out[129] = LANES_OF(0.0); out[130] = LANES_OF(0.0); out[131] = LANES_OF(0.0);
+  out[132] = LANES_OF(0.0); out[133] = LANES_OF(0.0);
+  const lanes v137 = v30 * zd_6, v138 = 0.15 * v137, v139 = -v138;
+  out[134] = v139; out[135] = LANES_OF(0.0); out[136] = LANES_OF(0.0); out[137] = LANES_OF(0.0);
+  out[138] = LANES_OF(0.0); out[139] = LANES_OF(0.0); out[140] = LANES_OF(0.0);
   out[141] = LANES_OF(0.0);
-  const lanes v140 = v31 * zd_15;
-  const lanes v141 = -v140;
+  const lanes v140 = v31 * zd_15, v141 = -v140;
   out[142] = v141;
-  const lanes v142 = z_14 + 0.21;
-  const lanes v143 = v32 * zd_15;
-  const lanes v144 = v142 * v143;
-  const lanes v145 = v31 * zd_14;
-  const lanes v146 = v144 + v145;
-  const lanes v147 = -v146;
-  out[143] = v147;
-  out[144] = LANES_OF(0.0);
-  out[145] = LANES_OF(0.0);
-  out[146] = LANES_OF(0.0);
-  out[147] = LANES_OF(0.0);
-  out[148] = LANES_OF(0.0);
-  out[149] = LANES_OF(0.0);
-  const lanes v148 = v33 * zd_6;
-  const lanes v149 = 0.15 * v148;
-  const lanes v150 = -v149;
-  out[150] = v150;
-  out[151] = LANES_OF(0.0);
-  out[152] = LANES_OF(0.0);
-  out[153] = LANES_OF(0.0);
-  out[154] = LANES_OF(0.0);
-  out[155] = LANES_OF(0.0);
-  out[156] = LANES_OF(0.0);
-  out[157] = LANES_OF(0.0);
-  out[158] = v143;
-  const lanes v151 = v32 * zd_14;
-  const lanes v152 = v142 * v140;
-  const lanes v153 = v151 - v152;
+  const lanes v142 = z_14 + 0.21, v143 = v32 * zd_15, v144 = v142 * v143, v145 = v31 * zd_14,
+      v146 = v144 + v145, v147 = -v146;
+  out[143] = v147; out[144] = LANES_OF(0.0); out[145] = LANES_OF(0.0); out[146] = LANES_OF(0.0);
+  out[147] = LANES_OF(0.0); out[148] = LANES_OF(0.0); out[149] = LANES_OF(0.0);
+  const lanes v148 = v33 * zd_6, v149 = 0.15 * v148, v150 = -v149;
+  out[150] = v150; out[151] = LANES_OF(0.0); out[152] = LANES_OF(0.0); out[153] = LANES_OF(0.0);
+  out[154] = LANES_OF(0.0); out[155] = LANES_OF(0.0); out[156] = LANES_OF(0.0);
+  out[157] = LANES_OF(0.0); out[158] = v143;
+  const lanes v151 = v32 * zd_14, v152 = v142 * v140, v153 = v151 - v152;
   out[159] = v153;
+}
+
+static LANES_TARGET void LANES_NAME(board_installer_ik)(const lanes *in, lanes *out)
+{
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      v1 = 0.28 * T_4, v2 = T_4 * T_4, v3 = 1e-150 - T_0, v4 = 0.28 * T_0, v5 = 0.28 * T_8,
+      v6 = T_8 * T_8, v7 = T_7 - v1, v8 = v3 * v3, v9 = T_3 - v4, v10 = T_11 - v5, v11 = v2 + v8,
+      v12 = 0.3 + v10;
+  LANES_LET1(v13, rsqrt, v11);
+  const lanes v14 = v12 - 0.54, v15 = T_4 * v13, v16 = v3 * v13, v17 = -4.0 * v14, v18 = 0.12 * v15,
+      v19 = 0.12 * v16, v20 = -4.0 - v17, v21 = T_0 * v16, v22 = T_4 * v15, v23 = T_2 * v15,
+      v24 = T_6 * v16, v25 = T_6 * v15, v26 = T_2 * v16, v27 = v7 + v18, v28 = v9 - v19,
+      v29 = v20 * v20, v30 = 3.2 * v20, v31 = v21 - v22, v32 = v23 + v24, v33 = v25 - v26,
+      v34 = v7 - v18, v35 = v9 + v19, v36 = v27 * v27, v37 = 1e-150 + v28, v38 = 10.24 - v29,
+      v39 = v30 * v30, v40 = v31 * v31, v41 = v32 * v32, v42 = v34 * v34, v43 = 1e-150 + v35,
+      v44 = v37 * v37;
+  LANES_LET2(v45, atan2, v27, v37); const lanes_where v46 = LANES_LT(4.096e-14, v38);
+  LANES_LET1(v47, sqrt, v38);
+  const lanes v48 = v6 + v40, v49 = v43 * v43;
+  LANES_LET2(v50, atan2, v34, v43);
+  const lanes v51 = 0.09765625 * v38, v52 = v36 + v44, v53 = LANES_CHOICE(v46, v47, 0.0);
+  LANES_LET1(v54, rsqrt, v48);
+  const lanes v55 = v42 + v49;
+  out[0] = v45; out[6] = v45; out[24] = v50; out[30] = v50; out[56] = v51; out[57] = v51;
+  out[58] = v51; out[59] = v51; out[60] = v51; out[61] = v51; out[62] = v51; out[63] = v51;
+  LANES_LET1(v56, rsqrt, v52);
+  const lanes v57 = 3.2 * v53, v58 = v31 * v54, v59 = T_8 * v54;
+  LANES_LET1(v60, rsqrt, v55);
+  const lanes v61 = v27 * v56, v62 = v37 * v56, v63 = 1e-150 - v57, v64 = T_10 * v58,
+      v65 = v59 * v33, v66 = 1e-150 + v57, v67 = v34 * v60, v68 = v43 * v60, v69 = 0.15 * v58,
+      v70 = 0.15 * v59, v71 = v63 * v63;
+  LANES_LET2(v72, atan2, v30, v63);
+  const lanes v73 = v62 * v15, v74 = v61 * v16, v75 = v62 * v16, v76 = v61 * v15, v77 = v64 + v65,
+      v78 = v66 * v66;
+  LANES_LET2(v79, atan2, v30, v66); LANES_LET2(v80, supplement, v45, v61);
+  const lanes v81 = v68 * v15, v82 = v67 * v16, v83 = v67 * v15, v84 = v68 * v16;
+  LANES_LET2(v85, supplement, v50, v67);
+  const lanes v86 = v28 * v62, v87 = v27 * v61, v88 = 0.12 - v69, v89 = 0.20784609690826528 + v70,
+      v90 = v35 * v68, v91 = v34 * v67, v92 = 0.12 + v69, v93 = v39 + v71, v94 = v73 + v74,
+      v95 = v75 - v76, v96 = v77 * v77;
+  LANES_LET2(v97, atan2, v32, v77);
+  const lanes v98 = v78 + v39, v99 = v81 + v82, v100 = v83 - v84, v101 = v86 + v87;
+  out[2] = v72;
+  const lanes v102 = v88 * v88, v103 = v89 * v89;
+  out[8] = v79;
+  const lanes v104 = -v80;
+  out[14] = v72; out[20] = v79;
+  const lanes v105 = v90 + v91;
+  out[26] = v72;
+  const lanes v106 = v92 * v92;
+  out[32] = v79;
+  const lanes v107 = -v85;
+  out[38] = v72; out[44] = v79; LANES_LET1(v108, rsqrt, v93); LANES_LET2(v109, atan2, v94, v95);
+  const lanes v110 = v41 + v96;
+  LANES_LET1(v111, rsqrt, v98); LANES_LET2(v112, atan2, v99, v100);
+  const lanes v113 = 0.1 + v101, v114 = v102 + v103, v115 = -v97;
+  out[12] = v104;
+  const lanes v116 = 0.1 - v101;
+  out[18] = v104;
+  const lanes v117 = 0.1 + v105, v118 = v106 + v103;
+  out[36] = v107;
+  const lanes v119 = 0.1 - v105;
+  out[42] = v107;
+  const lanes v120 = v62 * v95, v121 = v61 * v94, v122 = v61 * v95, v123 = v62 * v94,
+      v124 = v68 * v100, v125 = v67 * v99, v126 = v68 * v99, v127 = v67 * v100, v128 = v63 * v108,
+      v129 = v30 * v108;
+  LANES_LET1(v130, rsqrt, v110);
+  const lanes v131 = v66 * v111, v132 = v30 * v111;
+  LANES_LET2(v133, supplement, v109, v94); LANES_LET2(v134, supplement, v112, v99);
+  const lanes v135 = v113 + 0.8, v136 = -v109;
+  LANES_LET1(v137, sqrt, v114); out[5] = v115; out[11] = v115;
+  const lanes v138 = v116 + 0.8;
+  out[17] = v115; out[23] = v115;
+  const lanes v139 = v117 + 0.8;
+  out[27] = v112; LANES_LET1(v140, sqrt, v118); out[33] = v112;
+  const lanes v141 = v119 + 0.8, v142 = v120 + v121, v143 = v122 - v123, v144 = v124 - v125,
+      v145 = v126 + v127, v146 = v32 * v130, v147 = v77 * v130, v148 = v135 - 1.2,
+      v149 = 0.8 * v128;
+  out[3] = v136;
+  const lanes v150 = v137 - 0.21, v151 = 0.8 * v131;
+  out[9] = v136;
+  const lanes v152 = v138 - 1.2;
+  out[15] = v133; out[21] = v133;
+  const lanes v153 = v139 - 1.2, v154 = v140 - 0.21, v155 = v141 - 1.2, v156 = -v134,
+      v157 = 0.16 * v128, v158 = 0.16 * v129, v159 = 0.8 * v129, v160 = 0.16 * v131,
+      v161 = 0.16 * v132, v162 = 0.8 * v132;
+  LANES_LET2(v163, supplement, v97, v146);
+  const lanes v164 = v148 - v149;
+  out[4] = v150;
+  const lanes v165 = v148 - v151;
+  out[10] = v150;
+  const lanes v166 = v152 - v149;
+  out[16] = v150;
+  const lanes v167 = v152 - v151;
+  out[22] = v150;
+  const lanes v168 = v153 - v149;
+  out[28] = v154;
+  const lanes v169 = v153 - v151;
+  out[34] = v154;
+  const lanes v170 = v155 - v149;
+  out[39] = v156; out[40] = v154;
+  const lanes v171 = v155 - v151;
+  out[45] = v156; out[46] = v154;
+  const lanes v172 = v150 * v150, v173 = 0.42 * v150, v174 = 0.2 + v158, v175 = 1.0 + v159,
+      v176 = v147 * v143, v177 = v146 * v143, v178 = v147 * v142, v179 = v146 * v142,
+      v180 = 0.2 + v161, v181 = 1.0 + v162, v182 = v154 * v154, v183 = 0.42 * v154,
+      v184 = v145 * v147, v185 = v145 * v146, v186 = v144 * v147, v187 = v144 * v146,
+      v188 = 0.25 * v164, v189 = 0.25 * v165, v190 = 0.25 * v166, v191 = 0.25 * v167,
+      v192 = 0.25 * v168;
+  out[29] = v163;
+  const lanes v193 = 0.25 * v169;
+  out[35] = v163;
+  const lanes v194 = 0.25 * v170;
+  out[41] = v163;
+  const lanes v195 = 0.25 * v171;
+  out[47] = v163;
+  const lanes v196 = v172 + 0.0576, v197 = 1.25 * v164, v198 = v174 * v174, v199 = 1.25 * v165,
+      v200 = v180 * v180, v201 = 1.25 * v166, v202 = 1.25 * v167, v203 = 1.25 * v168,
+      v204 = v182 + 0.0576, v205 = 1.25 * v169, v206 = 1.25 * v170, v207 = 1.25 * v171,
+      v208 = -v188, v209 = -v189, v210 = -v190, v211 = -v191, v212 = -v192, v213 = -v193,
+      v214 = -v194, v215 = -v195, v216 = v196 + 0.0225, v217 = 1.2 + v197, v218 = -0.2 - v188,
+      v219 = -0.2 - v189, v220 = 1.2 + v199, v221 = -0.2 - v190, v222 = 1.2 + v201,
+      v223 = -0.2 - v191, v224 = 1.2 + v202, v225 = -0.2 - v192, v226 = 1.2 + v203,
+      v227 = v204 + 0.0225, v228 = -0.2 - v193, v229 = 1.2 + v205, v230 = -0.2 - v194,
+      v231 = 1.2 + v206, v232 = -0.2 - v195, v233 = 1.2 + v207;
+  out[1] = v208; out[7] = v209; out[13] = v210; out[19] = v211; out[25] = v212; out[31] = v213;
+  out[37] = v214; out[43] = v215;
+  const lanes v234 = v216 + v173, v235 = v217 - 0.8, v236 = v220 - 0.8, v237 = v222 - 0.8,
+      v238 = v224 - 0.8, v239 = v226 - 0.8, v240 = v227 + v183, v241 = v229 - 0.8,
+      v242 = v231 - 0.8, v243 = v233 - 0.8, v244 = v234 - 0.036, v245 = v235 + v149,
+      v246 = 0.2 * v235, v247 = v236 + v151, v248 = 0.2 * v236, v249 = v237 + v149,
+      v250 = 0.2 * v237, v251 = v238 + v151, v252 = 0.2 * v238, v253 = v239 + v149,
+      v254 = 0.2 * v239, v255 = v240 - 0.036, v256 = v241 + v151, v257 = 0.2 * v241,
+      v258 = v242 + v149, v259 = 0.2 * v242, v260 = v243 + v151, v261 = 0.2 * v243,
+      v262 = 0.5 * v244, v263 = 0.1521 - v244, v264 = v244 - 0.0081, v265 = v246 + v157,
+      v266 = v248 + v160, v267 = v250 + v157, v268 = v252 + v160, v269 = v254 + v157,
+      v270 = 0.5 * v255, v271 = 0.1521 - v255, v272 = v255 - 0.0081, v273 = v257 + v160,
+      v274 = v259 + v157, v275 = v261 + v160, v276 = 0.0288 + v262, v277 = v263 * v264,
+      v278 = v265 * v265, v279 = v266 * v266, v280 = v267 * v267, v281 = v268 * v268,
+      v282 = v269 * v269, v283 = 0.0288 + v270, v284 = v271 * v272, v285 = v273 * v273,
+      v286 = v274 * v274, v287 = v275 * v275, v288 = v276 - 0.01125;
+  LANES_LET1(v289, sqrt, v277);
+  const lanes v290 = v278 + v198, v291 = v279 + v200, v292 = v280 + v198, v293 = v200 + v281,
+      v294 = v282 + v198, v295 = v283 - 0.01125;
+  LANES_LET1(v296, sqrt, v284);
+  const lanes v297 = v200 + v285, v298 = v286 + v198, v299 = v200 + v287,
+      v300 = 2.0833333333333335 * v288, v301 = 1.8042195912175805 * v289, v302 = 0.1936 - v290,
+      v303 = v290 - 0.0016, v304 = 1.0416666666666667 * v289, v305 = 3.608439182435161 * v288,
+      v306 = 0.1936 - v291, v307 = v291 - 0.0016, v308 = 0.1936 - v292, v309 = v292 - 0.0016,
+      v310 = 0.1936 - v293, v311 = v293 - 0.0016, v312 = 0.1936 - v294, v313 = v294 - 0.0016,
+      v314 = 2.0833333333333335 * v295, v315 = 1.8042195912175805 * v296,
+      v316 = 1.0416666666666667 * v296, v317 = 3.608439182435161 * v295, v318 = 0.1936 - v297,
+      v319 = v297 - 0.0016, v320 = 0.1936 - v298, v321 = v298 - 0.0016, v322 = 0.1936 - v299,
+      v323 = v299 - 0.0016, v324 = v300 - v301, v325 = v302 * v303, v326 = v304 + v305,
+      v327 = v306 * v307, v328 = v308 * v309, v329 = v310 * v311, v330 = v312 * v313,
+      v331 = v314 - v315, v332 = v316 + v317, v333 = v318 * v319, v334 = v320 * v321,
+      v335 = v322 * v323, v336 = v324 - 0.12, v337 = 108.50694444444444 * v325,
+      v338 = 0.20784609690826528 - v326, v339 = 108.50694444444444 * v327,
+      v340 = 108.50694444444444 * v328, v341 = 108.50694444444444 * v329,
+      v342 = 108.50694444444444 * v330, v343 = v331 - 0.12, v344 = 0.20784609690826528 - v332,
+      v345 = 108.50694444444444 * v333, v346 = 108.50694444444444 * v334,
+      v347 = 108.50694444444444 * v335, v348 = 1.8666666666666667 * v336;
+  const lanes_where v349 = LANES_LE(0.0, v337);
+  const lanes v350 = 1.8666666666666667 * v338, v351 = 6.666666666666666 * v336,
+      v352 = 6.666666666666666 * v338;
+  const lanes_where v353 = LANES_LE(0.0, v339); const lanes_where v354 = LANES_LE(0.0, v340);
+  const lanes_where v355 = LANES_LE(0.0, v341); const lanes_where v356 = LANES_LE(0.0, v342);
+  const lanes v357 = 1.8666666666666667 * v343, v358 = 1.8666666666666667 * v344,
+      v359 = 6.666666666666666 * v343, v360 = 6.666666666666666 * v344;
+  const lanes_where v361 = LANES_LE(0.0, v345); const lanes_where v362 = LANES_LE(0.0, v346);
+  const lanes_where v363 = LANES_LE(0.0, v347);
+  const lanes v364 = 0.12 - v348, v365 = LANES_CHOICE(v349, 0.0, -1.0), v366 = v350 + 0.3,
+      v367 = v351 * v142, v368 = v352 * v142, v369 = v351 * v143, v370 = v352 * v143,
+      v371 = T_8 + v352, v372 = v146 * v351, v373 = v147 * v351,
+      v374 = LANES_CHOICE(v353, 0.0, -1.0), v375 = LANES_CHOICE(v354, 0.0, -1.0),
+      v376 = LANES_CHOICE(v355, 0.0, -1.0), v377 = LANES_CHOICE(v356, 0.0, -1.0),
+      v378 = 0.12 - v357, v379 = v358 + 0.3, v380 = v359 * v144, v381 = v360 * v144,
+      v382 = v359 * v145, v383 = v360 * v145, v384 = T_8 + v360, v385 = v359 * v146,
+      v386 = v359 * v147, v387 = LANES_CHOICE(v361, 0.0, -1.0),
+      v388 = LANES_CHOICE(v362, 0.0, -1.0), v389 = LANES_CHOICE(v363, 0.0, -1.0), v390 = v364 * v94,
+      v391 = v364 * v95;
+  LANES_LET1(v392, sqrt, v365);
+  const lanes v393 = T_0 + v367, v394 = v146 * v368, v395 = v147 * v368, v396 = T_4 + v369,
+      v397 = v370 * v146, v398 = v370 * v147, v399 = v371 * v371, v400 = v372 - T_9,
+      v401 = T_10 + v373;
+  LANES_LET1(v402, sqrt, v374); LANES_LET1(v403, sqrt, v375); LANES_LET1(v404, sqrt, v376);
+  LANES_LET1(v405, sqrt, v377);
+  const lanes v406 = v100 * v378, v407 = v99 * v378, v408 = T_0 + v380, v409 = v381 * v146,
+      v410 = v381 * v147, v411 = T_4 + v382, v412 = v383 * v146, v413 = v383 * v147,
+      v414 = v384 * v384, v415 = T_9 + v385, v416 = T_10 - v386;
+  LANES_LET1(v417, sqrt, v387); LANES_LET1(v418, sqrt, v388); LANES_LET1(v419, sqrt, v389);
+  const lanes v420 = v390 * v61, v421 = v245 + v392, v422 = v390 * v62, v423 = v175 + v392,
+      v424 = v393 * v393, v425 = v176 + v394, v426 = v395 - v177, v427 = v396 * v396,
+      v428 = v178 - v397, v429 = v398 + v179, v430 = v400 * v400, v431 = v401 * v401,
+      v432 = v247 + v402, v433 = v181 + v402, v434 = v249 + v403, v435 = v403 + v175,
+      v436 = v251 + v404, v437 = v181 + v404, v438 = v253 + v405, v439 = v67 * v407,
+      v440 = v68 * v407, v441 = v405 + v175, v442 = v408 * v408, v443 = v184 + v409,
+      v444 = v185 - v410, v445 = v411 * v411, v446 = v412 - v186, v447 = v187 + v413,
+      v448 = v415 * v415, v449 = v416 * v416, v450 = v256 + v417, v451 = v181 + v417,
+      v452 = v258 + v418, v453 = v418 + v175, v454 = v260 + v419, v455 = v181 + v419,
+      v456 = v421 + 0.1, v457 = v423 - v366, v458 = T_1 + v425, v459 = v426 - T_2,
+      v460 = v428 - T_5, v461 = v429 - T_6, v462 = v432 + 0.1, v463 = v433 - v366,
+      v464 = v434 + 0.1, v465 = v435 - v366, v466 = v436 + 0.1, v467 = v437 - v366,
+      v468 = v438 + 0.1, v469 = v441 - v379, v470 = T_1 - v443, v471 = v444 - T_2,
+      v472 = v446 - T_5, v473 = T_6 + v447, v474 = v450 + 0.1, v475 = v451 - v379,
+      v476 = v452 + 0.1, v477 = v453 - v379, v478 = v454 + 0.1, v479 = v455 - v379,
+      v480 = v391 + v456, v481 = v457 + 0.54, v482 = v458 * v458, v483 = v459 * v459,
+      v484 = v460 * v460, v485 = v461 * v461, v486 = v391 + v462, v487 = v463 + 0.54,
+      v488 = v464 - v391, v489 = v465 + 0.54, v490 = v466 - v391, v491 = v467 + 0.54,
+      v492 = v468 + v406, v493 = v469 + 0.54, v494 = v470 * v470, v495 = v471 * v471,
+      v496 = v472 * v472, v497 = v473 * v473, v498 = v406 + v474, v499 = v475 + 0.54,
+      v500 = v476 - v406, v501 = v477 + 0.54, v502 = v478 - v406, v503 = v479 + 0.54,
+      v504 = v480 + v218, v505 = v481 - T_11, v506 = v424 + v482, v507 = v219 + v486,
+      v508 = v487 - T_11, v509 = v221 + v488, v510 = v489 - T_11, v511 = v223 + v490,
+      v512 = v491 - T_11, v513 = v225 + v492, v514 = v493 - T_11, v515 = v442 + v494,
+      v516 = v228 + v498, v517 = v499 - T_11, v518 = v230 + v500, v519 = v501 - T_11,
+      v520 = v232 + v502, v521 = v503 - T_11, v522 = v504 * v62, v523 = v504 * v61,
+      v524 = v505 * v505, v525 = v506 + v483, v526 = v507 * v62, v527 = v507 * v61,
+      v528 = v508 * v508, v529 = v509 * v62, v530 = v509 * v61, v531 = v510 * v510,
+      v532 = v511 * v62, v533 = v511 * v61, v534 = v512 * v512, v535 = v68 * v513,
+      v536 = v67 * v513, v537 = v514 * v514, v538 = v515 + v495, v539 = v68 * v516,
+      v540 = v67 * v516, v541 = v517 * v517, v542 = v68 * v518, v543 = v67 * v518,
+      v544 = v519 * v519, v545 = v68 * v520, v546 = v67 * v520, v547 = v521 * v521,
+      v548 = v420 + v522, v549 = v523 - v422, v550 = v525 + v427, v551 = v420 + v526,
+      v552 = v527 - v422, v553 = v420 - v529, v554 = v422 + v530, v555 = v420 - v532,
+      v556 = v422 + v533, v557 = v535 - v439, v558 = v440 + v536, v559 = v538 + v445,
+      v560 = v539 - v439, v561 = v440 + v540, v562 = v542 + v439, v563 = v440 - v543,
+      v564 = v545 + v439, v565 = v440 - v546, v566 = v548 - T_3, v567 = v549 - T_7,
+      v568 = v550 + v484, v569 = v551 - T_3, v570 = v552 - T_7, v571 = v553 - T_3,
+      v572 = T_7 + v554, v573 = v555 - T_3, v574 = T_7 + v556, v575 = v557 - T_3, v576 = v558 - T_7,
+      v577 = v559 + v496, v578 = v560 - T_3, v579 = v561 - T_7, v580 = T_3 + v562,
+      v581 = v563 - T_7, v582 = T_3 + v564, v583 = v565 - T_7, v584 = v566 * v566,
+      v585 = v567 * v567, v586 = v568 + v485, v587 = v569 * v569, v588 = v570 * v570,
+      v589 = v571 * v571, v590 = v572 * v572, v591 = v573 * v573, v592 = v574 * v574,
+      v593 = v575 * v575, v594 = v576 * v576, v595 = v577 + v497, v596 = v578 * v578,
+      v597 = v579 * v579, v598 = v580 * v580, v599 = v581 * v581, v600 = v582 * v582,
+      v601 = v583 * v583, v602 = v584 + v585, v603 = v586 + v399, v604 = v587 + v588,
+      v605 = v589 + v590, v606 = v591 + v592, v607 = v593 + v594, v608 = v595 + v414,
+      v609 = v596 + v597, v610 = v598 + v599, v611 = v600 + v601, v612 = v602 + v524,
+      v613 = v603 + v430, v614 = v604 + v528, v615 = v605 + v531, v616 = v606 + v534,
+      v617 = v607 + v537, v618 = v608 + v448, v619 = v609 + v541, v620 = v610 + v544,
+      v621 = v611 + v547, v622 = v613 + v431, v623 = v618 + v449, v624 = 0.5 * v622,
+      v625 = 0.5 * v623, v626 = v612 + v624, v627 = v612 - v624, v628 = v624 + v614,
+      v629 = v614 - v624, v630 = v624 + v615, v631 = v615 - v624, v632 = v624 + v616,
+      v633 = v616 - v624, v634 = v617 + v625, v635 = v617 - v625, v636 = v625 + v619,
+      v637 = v619 - v625, v638 = v625 + v620, v639 = v620 - v625, v640 = v625 + v621,
+      v641 = v621 - v625;
+  LANES_LET1(v642, fabs, v627); LANES_LET1(v643, fabs, v629); LANES_LET1(v644, fabs, v631);
+  LANES_LET1(v645, fabs, v633); LANES_LET1(v646, fabs, v635); LANES_LET1(v647, fabs, v637);
+  LANES_LET1(v648, fabs, v639); LANES_LET1(v649, fabs, v641);
+  const lanes v650 = v626 + v642, v651 = v628 + v643, v652 = v630 + v644, v653 = v632 + v645,
+      v654 = v634 + v646, v655 = v636 + v647, v656 = v638 + v648, v657 = v640 + v649,
+      v658 = 0.5 * v650, v659 = 0.5 * v651, v660 = 0.5 * v652, v661 = 0.5 * v653, v662 = 0.5 * v654,
+      v663 = 0.5 * v655, v664 = 0.5 * v656, v665 = 0.5 * v657;
+  LANES_LET1(v666, sqrt, v658); LANES_LET1(v667, sqrt, v659); LANES_LET1(v668, sqrt, v660);
+  LANES_LET1(v669, sqrt, v661); LANES_LET1(v670, sqrt, v662); LANES_LET1(v671, sqrt, v663);
+  LANES_LET1(v672, sqrt, v664); LANES_LET1(v673, sqrt, v665); out[48] = v666; out[49] = v667;
+  out[50] = v668; out[51] = v669; out[52] = v670; out[53] = v671; out[54] = v672; out[55] = v673;
 }

@@ -3,6 +3,8 @@
 
 #include "chasles_cos_sin.h"
 
+static double sq(double x) { return x * x; }
+
 void bricklaying_gantry_fk(const double q[3], double T_0_ee[16]) {
   const double q_0 = q[0];
   const double q_1 = q[1];
@@ -534,4 +536,52 @@ void bricklaying_gantry_actuator_accelerations(const double theta[3], const doub
   qdd[0] = v1;
   qdd[1] = v2;
   qdd[2] = v3;
+}
+
+void bricklaying_gantry_ik(const double T[16], double q[3], double residual[1], double margin[1]) {
+  const double T_0 = T[0];
+  const double T_1 = T[1];
+  const double T_2 = T[2];
+  const double T_3 = T[3];
+  const double T_4 = T[4];
+  const double T_5 = T[5];
+  const double T_6 = T[6];
+  const double T_7 = T[7];
+  const double T_8 = T[8];
+  const double T_9 = T[9];
+  const double T_10 = T[10];
+  const double T_11 = T[11];
+  const double v1 = 100.0 * T_3;
+  const double v2 = 100.0 * T_7;
+  const double v3 = 66.66666666666667 * T_11;
+  const double v4 = sq(T_1);
+  const double v5 = sq(T_2);
+  const double v6 = sq(T_4);
+  const double v7 = sq(T_6);
+  const double v8 = sq(T_8);
+  const double v9 = sq(T_9);
+  const double v10 = 1.0 - T_0;
+  const double v11 = 1.0 - T_5;
+  const double v12 = 1.0 - T_10;
+  const double v13 = v4 + v5;
+  const double v14 = sq(v10);
+  const double v15 = sq(v11);
+  const double v16 = sq(v12);
+  const double v17 = v13 + v6;
+  const double v18 = v17 + v7;
+  const double v19 = v18 + v8;
+  const double v20 = v19 + v9;
+  const double v21 = v20 + v14;
+  const double v22 = v21 + v15;
+  const double v23 = v22 + v16;
+  const double v24 = 0.5 * v23;
+  const double v25 = fabs(v24);
+  const double v26 = v24 + v25;
+  const double v27 = 0.5 * v26;
+  const double v28 = sqrt(v27);
+  margin[0] = 1.0;
+  q[0] = v1;
+  q[1] = v2;
+  q[2] = v3;
+  residual[0] = v28;
 }

@@ -36,6 +36,7 @@ void bricklaying_gantry_actuators_batch(size_t n, const double *theta, double *q
 void bricklaying_gantry_actuators_D_chain_batch(size_t n, const double *theta, double *q_D_theta);
 void bricklaying_gantry_actuator_rates_batch(size_t n, const double *theta, const double *thetad, double *qd);
 void bricklaying_gantry_actuator_accelerations_batch(size_t n, const double *theta, const double *thetad, const double *thetadd, double *qdd);
+void bricklaying_gantry_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus
 }

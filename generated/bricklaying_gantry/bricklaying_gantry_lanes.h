@@ -3,431 +3,204 @@
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_fk)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0);
   const lanes v1 = 0.01 * q_0;
-  out[3] = v1;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(1.0);
-  out[6] = LANES_OF(0.0);
+  out[3] = v1; out[4] = LANES_OF(0.0); out[5] = LANES_OF(1.0); out[6] = LANES_OF(0.0);
   const lanes v2 = 0.01 * q_1;
-  out[7] = v2;
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
+  out[7] = v2; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
   const lanes v3 = 0.015 * q_2;
-  out[11] = v3;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  out[11] = v3; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_link_poses)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(1.0);
-  out[6] = LANES_OF(0.0);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(1.0); out[6] = LANES_OF(0.0);
   const lanes v1 = 0.01 * q_1;
-  out[7] = v1;
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  out[16] = LANES_OF(1.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
+  out[7] = v1; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0); out[16] = LANES_OF(1.0);
+  out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0);
   const lanes v2 = 0.01 * q_0;
-  out[19] = v2;
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(1.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = v1;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(1.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(1.0);
-  out[32] = LANES_OF(1.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = v2;
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(1.0);
-  out[38] = LANES_OF(0.0);
-  out[39] = v1;
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(1.0);
+  out[19] = v2; out[20] = LANES_OF(0.0); out[21] = LANES_OF(1.0); out[22] = LANES_OF(0.0);
+  out[23] = v1; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(1.0);
+  out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
+  out[30] = LANES_OF(0.0); out[31] = LANES_OF(1.0); out[32] = LANES_OF(1.0);
+  out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[35] = v2; out[36] = LANES_OF(0.0);
+  out[37] = LANES_OF(1.0); out[38] = LANES_OF(0.0); out[39] = v1; out[40] = LANES_OF(0.0);
+  out[41] = LANES_OF(0.0); out[42] = LANES_OF(1.0);
   const lanes v3 = 0.015 * q_2;
-  out[43] = v3;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
+  out[43] = v3; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
   out[47] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0);
   const lanes v1 = 0.01 * q_0;
-  out[3] = v1;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(1.0);
-  out[6] = LANES_OF(0.0);
+  out[3] = v1; out[4] = LANES_OF(0.0); out[5] = LANES_OF(1.0); out[6] = LANES_OF(0.0);
   const lanes v2 = 0.01 * q_1;
-  out[7] = v2;
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
+  out[7] = v2; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
   const lanes v3 = 0.015 * q_2;
-  out[11] = v3;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  out[16] = LANES_OF(0.01);
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.01);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(0.015);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
+  out[11] = v3; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(1.0); out[16] = LANES_OF(0.01); out[17] = LANES_OF(0.0);
+  out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.01);
+  out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0);
+  out[24] = LANES_OF(0.015); out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0);
+  out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
+  out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
   out[33] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_jacobian_space)(const lanes *in, lanes *out)
 {
-  (void)in;
-  out[0] = LANES_OF(0.01);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.01);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.015);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
+  (void)in; out[0] = LANES_OF(0.01); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0);
+  out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.01); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.015); out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
   out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_jacobian_body)(const lanes *in, lanes *out)
 {
-  (void)in;
-  out[0] = LANES_OF(0.01);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.01);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.015);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
+  (void)in; out[0] = LANES_OF(0.01); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0);
+  out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.01); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.015); out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
   out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  (void)in;
-  out[0] = LANES_OF(0.01);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.01);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.015);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
+  (void)in; out[0] = LANES_OF(0.01); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0);
+  out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.01); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.015); out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
   out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_jacobian_space_dot)(const lanes *in, lanes *out)
 {
-  (void)in;
-  out[0] = LANES_OF(0.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
+  (void)in; out[0] = LANES_OF(0.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0);
+  out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
   out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_jacobian_body_dot)(const lanes *in, lanes *out)
 {
-  (void)in;
-  out[0] = LANES_OF(0.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
+  (void)in; out[0] = LANES_OF(0.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0);
+  out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
   out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
-  (void)in;
-  out[0] = LANES_OF(0.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
+  (void)in; out[0] = LANES_OF(0.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0);
+  out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
   out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_hessian_mixed)(const lanes *in, lanes *out)
 {
-  (void)in;
-  out[0] = LANES_OF(0.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
-  out[38] = LANES_OF(0.0);
-  out[39] = LANES_OF(0.0);
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(0.0);
-  out[48] = LANES_OF(0.0);
-  out[49] = LANES_OF(0.0);
-  out[50] = LANES_OF(0.0);
-  out[51] = LANES_OF(0.0);
-  out[52] = LANES_OF(0.0);
+  (void)in; out[0] = LANES_OF(0.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0);
+  out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
+  out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
+  out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0);
+  out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0);
+  out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
+  out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0);
+  out[35] = LANES_OF(0.0); out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0);
+  out[38] = LANES_OF(0.0); out[39] = LANES_OF(0.0); out[40] = LANES_OF(0.0);
+  out[41] = LANES_OF(0.0); out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0);
+  out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
+  out[47] = LANES_OF(0.0); out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0);
+  out[50] = LANES_OF(0.0); out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0);
   out[53] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_twist_space)(const lanes *in, lanes *out)
 {
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  const lanes v1 = 0.01 * qd_0;
+  const lanes qd_0 = in[3], qd_1 = in[4], qd_2 = in[5], v1 = 0.01 * qd_0;
   out[0] = v1;
   const lanes v2 = 0.01 * qd_1;
   out[1] = v2;
   const lanes v3 = 0.015 * qd_2;
-  out[2] = v3;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  out[2] = v3; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_twist_body)(const lanes *in, lanes *out)
 {
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  const lanes v1 = 0.01 * qd_0;
+  const lanes qd_0 = in[3], qd_1 = in[4], qd_2 = in[5], v1 = 0.01 * qd_0;
   out[0] = v1;
   const lanes v2 = 0.01 * qd_1;
   out[1] = v2;
   const lanes v3 = 0.015 * qd_2;
-  out[2] = v3;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  out[2] = v3; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_twist_mixed)(const lanes *in, lanes *out)
 {
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  const lanes v1 = 0.01 * qd_0;
+  const lanes qd_0 = in[3], qd_1 = in[4], qd_2 = in[5], v1 = 0.01 * qd_0;
   out[0] = v1;
   const lanes v2 = 0.01 * qd_1;
   out[1] = v2;
   const lanes v3 = 0.015 * qd_2;
-  out[2] = v3;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  out[2] = v3; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_acceleration_space)(const lanes *in, lanes *out)
 {
-  const lanes qdd_0 = in[6];
-  const lanes qdd_1 = in[7];
-  const lanes qdd_2 = in[8];
-  const lanes v1 = 0.01 * qdd_0;
+  const lanes qdd_0 = in[6], qdd_1 = in[7], qdd_2 = in[8], v1 = 0.01 * qdd_0;
   out[0] = v1;
   const lanes v2 = 0.01 * qdd_1;
   out[1] = v2;
   const lanes v3 = 0.015 * qdd_2;
-  out[2] = v3;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  out[2] = v3; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_acceleration_body)(const lanes *in, lanes *out)
 {
-  const lanes qdd_0 = in[6];
-  const lanes qdd_1 = in[7];
-  const lanes qdd_2 = in[8];
-  const lanes v1 = 0.01 * qdd_0;
+  const lanes qdd_0 = in[6], qdd_1 = in[7], qdd_2 = in[8], v1 = 0.01 * qdd_0;
   out[0] = v1;
   const lanes v2 = 0.01 * qdd_1;
   out[1] = v2;
   const lanes v3 = 0.015 * qdd_2;
-  out[2] = v3;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  out[2] = v3; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_acceleration_mixed)(const lanes *in, lanes *out)
 {
-  const lanes qdd_0 = in[6];
-  const lanes qdd_1 = in[7];
-  const lanes qdd_2 = in[8];
-  const lanes v1 = 0.01 * qdd_0;
+  const lanes qdd_0 = in[6], qdd_1 = in[7], qdd_2 = in[8], v1 = 0.01 * qdd_0;
   out[0] = v1;
   const lanes v2 = 0.01 * qdd_1;
   out[1] = v2;
   const lanes v3 = 0.015 * qdd_2;
-  out[2] = v3;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  out[2] = v3; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_chain)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes v1 = 0.01 * q_1;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], v1 = 0.01 * q_1;
   out[0] = v1;
   const lanes v2 = 0.01 * q_0;
   out[1] = v2;
@@ -437,24 +210,14 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_chain)(const lanes *in, l
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_chain_D_q)(const lanes *in, lanes *out)
 {
-  (void)in;
-  out[0] = LANES_OF(0.0);
-  out[1] = LANES_OF(0.01);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.01);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.015);
+  (void)in; out[0] = LANES_OF(0.0); out[1] = LANES_OF(0.01); out[2] = LANES_OF(0.0);
+  out[3] = LANES_OF(0.01); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.015);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_chain_rates)(const lanes *in, lanes *out)
 {
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  const lanes v1 = 0.01 * qd_1;
+  const lanes qd_0 = in[3], qd_1 = in[4], qd_2 = in[5], v1 = 0.01 * qd_1;
   out[0] = v1;
   const lanes v2 = 0.01 * qd_0;
   out[1] = v2;
@@ -464,10 +227,7 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_chain_rates)(const lanes 
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_chain_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes qdd_0 = in[6];
-  const lanes qdd_1 = in[7];
-  const lanes qdd_2 = in[8];
-  const lanes v1 = 0.01 * qdd_1;
+  const lanes qdd_0 = in[6], qdd_1 = in[7], qdd_2 = in[8], v1 = 0.01 * qdd_1;
   out[0] = v1;
   const lanes v2 = 0.01 * qdd_0;
   out[1] = v2;
@@ -477,10 +237,7 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_chain_accelerations)(cons
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_configuration)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes v1 = 0.01 * q_1;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], v1 = 0.01 * q_1;
   out[0] = v1;
   const lanes v2 = 0.01 * q_0;
   out[1] = v2;
@@ -490,10 +247,7 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_configuration)(const lane
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_actuators)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes v1 = 100.0 * theta_1;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], v1 = 100.0 * theta_1;
   out[0] = v1;
   const lanes v2 = 100.0 * theta_0;
   out[1] = v2;
@@ -503,24 +257,14 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_actuators)(const lanes *i
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_actuators_D_chain)(const lanes *in, lanes *out)
 {
-  (void)in;
-  out[0] = LANES_OF(0.0);
-  out[1] = LANES_OF(100.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(100.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(66.66666666666667);
+  (void)in; out[0] = LANES_OF(0.0); out[1] = LANES_OF(100.0); out[2] = LANES_OF(0.0);
+  out[3] = LANES_OF(100.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(66.66666666666667);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_actuator_rates)(const lanes *in, lanes *out)
 {
-  const lanes thetad_0 = in[3];
-  const lanes thetad_1 = in[4];
-  const lanes thetad_2 = in[5];
-  const lanes v1 = 100.0 * thetad_1;
+  const lanes thetad_0 = in[3], thetad_1 = in[4], thetad_2 = in[5], v1 = 100.0 * thetad_1;
   out[0] = v1;
   const lanes v2 = 100.0 * thetad_0;
   out[1] = v2;
@@ -530,13 +274,30 @@ static LANES_TARGET void LANES_NAME(bricklaying_gantry_actuator_rates)(const lan
 
 static LANES_TARGET void LANES_NAME(bricklaying_gantry_actuator_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes thetadd_0 = in[6];
-  const lanes thetadd_1 = in[7];
-  const lanes thetadd_2 = in[8];
-  const lanes v1 = 100.0 * thetadd_1;
+  const lanes thetadd_0 = in[6], thetadd_1 = in[7], thetadd_2 = in[8], v1 = 100.0 * thetadd_1;
   out[0] = v1;
   const lanes v2 = 100.0 * thetadd_0;
   out[1] = v2;
   const lanes v3 = 66.66666666666667 * thetadd_2;
   out[2] = v3;
+}
+
+static LANES_TARGET void LANES_NAME(bricklaying_gantry_ik)(const lanes *in, lanes *out)
+{
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      v1 = 100.0 * T_3;
+  out[0] = v1;
+  const lanes v2 = 100.0 * T_7;
+  out[1] = v2;
+  const lanes v3 = 66.66666666666667 * T_11;
+  out[2] = v3;
+  const lanes v4 = T_1 * T_1, v5 = T_2 * T_2, v6 = v4 + v5, v7 = T_4 * T_4, v8 = v6 + v7,
+      v9 = T_6 * T_6, v10 = v8 + v9, v11 = T_8 * T_8, v12 = v10 + v11, v13 = T_9 * T_9,
+      v14 = v12 + v13, v15 = 1.0 - T_0, v16 = v15 * v15, v17 = v14 + v16, v18 = 1.0 - T_5,
+      v19 = v18 * v18, v20 = v17 + v19, v21 = 1.0 - T_10, v22 = v21 * v21, v23 = v20 + v22,
+      v24 = 0.5 * v23;
+  LANES_LET1(v25, fabs, v24);
+  const lanes v26 = v24 + v25, v27 = 0.5 * v26;
+  LANES_LET1(v28, sqrt, v27); out[3] = v28; out[4] = LANES_OF(1.0);
 }

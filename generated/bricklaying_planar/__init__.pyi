@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import Robot
+from chasles import Robot, Solutions
 
 robot: Robot
 
@@ -297,7 +297,7 @@ def acceleration_mixed(
 def ik(
     T: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> Solutions:
     """Every solution of the inverse kinematics, in 2 slots.
 
     fk(q[k]) = T wherever residual[k] is rounding
@@ -316,7 +316,7 @@ def ik(
 def ik_planar(
     x: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> Solutions:
     """Every solution of the inverse kinematics, in 2 slots.
 
     fk(q[k]) has its origin in x[:2] and its first axis at the angle x[2] wherever residual[k] is rounding

@@ -14,297 +14,126 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(bricklaying_planar_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(bricklaying_planar_ik_branch)(
+    const double *T, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes sign_0 = in[16];
-  const lanes v1 = 0.127 * T_4;
-  const lanes v2 = T_7 - v1;
-  const lanes v3 = 0.127 * T_0;
-  const lanes v4 = T_3 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = v2 * v2;
-  const lanes v7 = v5 + v6;
-  const lanes v8 = v7 - 0.04774184;
-  const lanes v9 = 0.0451612 * v8;
-  const lanes v10 = 1e-150 + v9;
-  const lanes v11 = v7 - 0.00258064;
-  const lanes v12 = 0.09290304 - v7;
-  const lanes v13 = v11 * v12;
-  const lanes_where v14 = LANES_LT(8.15813594176e-18, v13);
-  lanes v15; LANES_NAME(lanes_sqrt)(&v13, &v15);
-  const lanes v16 = sign_0 * v15;
-  const lanes v17 = 0.0451612 * v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = LANES_CHOICE(v14, v18, 0.0);
-  const lanes v20 = LANES_CHOICE(v14, v19, 0.0);
-  const lanes v21 = v10 * v10;
-  const lanes v22 = v20 + v21;
-  lanes v23; LANES_NAME(lanes_sqrt)(&v22, &v23);
-  const lanes v24 = v10 / v23;
-  const lanes v25 = 0.127 * v24;
-  const lanes v26 = v25 + 0.1778;
-  const lanes v27 = v2 * v26;
-  const lanes v28 = 1.0 / v23;
-  const lanes v29 = v17 * v28;
-  const lanes v30 = 0.127 * v29;
-  const lanes v31 = v4 * v30;
-  const lanes v32 = LANES_CHOICE(v14, v31, 0.0);
-  const lanes v33 = v27 - v32;
-  const lanes v34 = v33 * v33;
-  const lanes v35 = v4 * v26;
-  const lanes v36 = v2 * v30;
-  const lanes v37 = LANES_CHOICE(v14, v36, 0.0);
-  const lanes v38 = v35 + v37;
-  const lanes v39 = 1e-150 + v38;
-  const lanes v40 = v39 * v39;
-  const lanes v41 = v34 + v40;
-  lanes v42; LANES_NAME(lanes_sqrt)(&v41, &v42);
-  const lanes v43 = v33 / v42;
-  const lanes v44 = v39 / v42;
-  lanes v45; LANES_NAME(lanes_atan2)(&v43, &v44, &v45);
-  const lanes v46 = LANES_CHOICE(v14, v29, 0.0);
-  lanes v47; LANES_NAME(lanes_atan2)(&v46, &v24, &v47);
-  const lanes v48 = T_4 * T_4;
-  const lanes v49 = 1e-150 + T_0;
-  const lanes v50 = v49 * v49;
-  const lanes v51 = v48 + v50;
-  lanes v52; LANES_NAME(lanes_sqrt)(&v51, &v52);
-  const lanes v53 = T_4 / v52;
-  const lanes v54 = v24 * v44;
-  const lanes v55 = v29 * v43;
-  const lanes v56 = LANES_CHOICE(v14, v55, 0.0);
-  const lanes v57 = v54 - v56;
-  const lanes v58 = v53 * v57;
-  const lanes v59 = v49 / v52;
-  const lanes v60 = v24 * v43;
-  const lanes v61 = v29 * v44;
-  const lanes v62 = LANES_CHOICE(v14, v61, 0.0);
-  const lanes v63 = v60 + v62;
-  const lanes v64 = v59 * v63;
-  const lanes v65 = v58 - v64;
-  const lanes v66 = v59 * v57;
-  const lanes v67 = v53 * v63;
-  const lanes v68 = v66 + v67;
-  lanes v69; LANES_NAME(lanes_atan2)(&v65, &v68, &v69);
-  out[0] = v45;
-  out[1] = v47;
-  out[2] = v69;
-  const lanes v70 = T_11 * T_11;
-  const lanes v71 = v57 * v68;
-  const lanes v72 = v63 * v65;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = 0.127 * v73;
-  const lanes v75 = 0.127 * v57;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = 0.1778 * v44;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = v78 - T_3;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v70 + v80;
-  const lanes v82 = v57 * v65;
-  const lanes v83 = v63 * v68;
-  const lanes v84 = v82 + v83;
-  const lanes v85 = 0.127 * v84;
-  const lanes v86 = 0.127 * v63;
-  const lanes v87 = v85 + v86;
-  const lanes v88 = 0.1778 * v43;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v89 - T_7;
-  const lanes v91 = v90 * v90;
-  const lanes v92 = v81 + v91;
-  const lanes v93 = T_2 * T_2;
-  const lanes v94 = T_6 * T_6;
-  const lanes v95 = v93 + v94;
-  const lanes v96 = T_8 * T_8;
-  const lanes v97 = v95 + v96;
-  const lanes v98 = T_9 * T_9;
-  const lanes v99 = v97 + v98;
-  const lanes v100 = v73 - T_0;
-  const lanes v101 = v100 * v100;
-  const lanes v102 = v99 + v101;
-  const lanes v103 = T_1 + v84;
-  const lanes v104 = v103 * v103;
-  const lanes v105 = v102 + v104;
-  const lanes v106 = v84 - T_4;
-  const lanes v107 = v106 * v106;
-  const lanes v108 = v105 + v107;
-  const lanes v109 = v73 - T_5;
-  const lanes v110 = v109 * v109;
-  const lanes v111 = v108 + v110;
-  const lanes v112 = 1.0 - T_10;
-  const lanes v113 = v112 * v112;
-  const lanes v114 = v111 + v113;
-  const lanes v115 = 0.5 * v114;
-  lanes v116; LANES_NAME(lanes_fmax)(&v92, &v115, &v116);
-  lanes v117; LANES_NAME(lanes_sqrt)(&v116, &v117);
-  out[3] = v117;
-  const lanes v118 = 490.3080836793531 * v13;
-  out[4] = v118;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      v1 = 0.127 * T_4, v2 = 0.127 * T_0, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = T_11 * T_11,
+      v6 = T_2 * T_2, v7 = T_6 * T_6, v8 = T_8 * T_8, v9 = T_9 * T_9, v10 = 1.0 - T_10,
+      v11 = T_7 - v1, v12 = T_3 - v2, v13 = v4 * v4, v14 = v6 + v7, v15 = v10 * v10,
+      v16 = v12 * v12, v17 = v11 * v11, v18 = v3 + v13, v19 = v14 + v8, v20 = v16 + v17;
+  LANES_LET1(v21, rsqrt, v18);
+  const lanes v22 = v19 + v9, v23 = v20 - 0.04774184, v24 = v20 - 0.00258064,
+      v25 = 0.09290304 - v20, v26 = T_4 * v21, v27 = v4 * v21, v28 = 0.0451612 * v23,
+      v29 = v24 * v25, v30 = 0.127 * v27, v31 = 0.127 * v26, v32 = v27 - T_0, v33 = T_1 + v26,
+      v34 = v26 - T_4, v35 = v27 - T_5, v36 = 1e-150 + v28;
+  const lanes_where v37 = LANES_LT(8.15813594176e-18, v29); LANES_LET1(v38, sqrt, v29);
+  const lanes v39 = v32 * v32, v40 = v33 * v33, v41 = v34 * v34, v42 = v35 * v35,
+      v43 = 490.3080836793531 * v29, v44 = LANES_CHOICE(v37, v38, 0.0), v45 = v36 * v36,
+      v46 = v22 + v39;
+  out[4] = v43;
+  const lanes v47 = choice_0 * v44, v48 = v46 + v40, v49 = 0.0451612 * v47, v50 = v48 + v41,
+      v51 = v49 * v49;
+  LANES_LET2(v52, atan2, v49, v36);
+  const lanes v53 = v50 + v42, v54 = v51 + v45;
+  out[1] = v52;
+  const lanes v55 = v53 + v15;
+  LANES_LET1(v56, rsqrt, v54);
+  const lanes v57 = 0.5 * v55, v58 = v36 * v56, v59 = v49 * v56, v60 = 0.127 * v58,
+      v61 = 0.127 * v59, v62 = v60 + 0.1778, v63 = v12 * v61, v64 = v11 * v61, v65 = v11 * v62,
+      v66 = v12 * v62, v67 = v65 - v63, v68 = v66 + v64, v69 = v67 * v67, v70 = 1e-150 + v68,
+      v71 = v70 * v70;
+  LANES_LET2(v72, atan2, v67, v70);
+  const lanes v73 = v69 + v71;
+  out[0] = v72; LANES_LET1(v74, rsqrt, v73);
+  const lanes v75 = v67 * v74, v76 = v70 * v74, v77 = v58 * v76, v78 = v59 * v75, v79 = v58 * v75,
+      v80 = v59 * v76, v81 = 0.1778 * v76, v82 = 0.1778 * v75, v83 = v77 - v78, v84 = v79 + v80,
+      v85 = v26 * v83, v86 = v27 * v84, v87 = v27 * v83, v88 = v26 * v84, v89 = 0.127 * v83,
+      v90 = 0.127 * v84, v91 = v85 - v86, v92 = v87 + v88, v93 = v30 + v89, v94 = v31 + v90;
+  LANES_LET2(v95, atan2, v91, v92);
+  const lanes v96 = v93 + v81, v97 = v94 + v82;
+  out[2] = v95;
+  const lanes v98 = v96 - T_3, v99 = v97 - T_7, v100 = v98 * v98, v101 = v99 * v99,
+      v102 = v5 + v100, v103 = v102 + v101, v104 = v103 + v57, v105 = v103 - v57;
+  LANES_LET1(v106, fabs, v105);
+  const lanes v107 = v104 + v106, v108 = 0.5 * v107;
+  LANES_LET1(v109, sqrt, v108); out[3] = v109;
 }
 
-static inline LANES_TARGET void LANES_NAME(bricklaying_planar_ik_branches)(const double *T, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_branches)(const double *T, double *q, double *residual, double *margin)
 {
-  static const double signs[1][8] = {
+  static const double choice[1][8] = {
     {1, -1, -1, -1, -1, -1, -1, -1}};
   enum { BRANCHES = 2, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[17], out[BRANCHES / COUNT][5];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 1; i++) {
-      in[16 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(bricklaying_planar_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][5];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(bricklaying_planar_ik_branch)(T, choice, b, out[b / COUNT]);
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 3, COUNT, q + b * 3, 3);
-    LANES_NAME(lanes_scatter)(from + 3, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 4, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 3, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 4, 1, COUNT, margin + b * 1, 1);
   }
 }
 
-static inline LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(bricklaying_planar_ik_planar_branch)(
+    const double *x, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes x_0 = in[0];
-  const lanes x_1 = in[1];
-  const lanes x_2 = in[2];
-  const lanes sign_0 = in[3];
-  lanes v4, v1; LANES_NAME(lanes_cos_sin)(&x_2, &v4, &v1);
-  const lanes v2 = 0.127 * v1;
-  const lanes v3 = x_1 - v2;
-  const lanes v5 = 0.127 * v4;
-  const lanes v6 = x_0 - v5;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v3 * v3;
-  const lanes v9 = v7 + v8;
-  const lanes v10 = v9 - 0.04774184;
-  const lanes v11 = 0.0451612 * v10;
-  const lanes v12 = 1e-150 + v11;
-  const lanes v13 = v9 - 0.00258064;
-  const lanes v14 = 0.09290304 - v9;
-  const lanes v15 = v13 * v14;
-  const lanes_where v16 = LANES_LT(8.15813594176e-18, v15);
-  lanes v17; LANES_NAME(lanes_sqrt)(&v15, &v17);
-  const lanes v18 = sign_0 * v17;
-  const lanes v19 = 0.0451612 * v18;
-  const lanes v20 = v19 * v19;
-  const lanes v21 = LANES_CHOICE(v16, v20, 0.0);
-  const lanes v22 = LANES_CHOICE(v16, v21, 0.0);
-  const lanes v23 = v12 * v12;
-  const lanes v24 = v22 + v23;
-  lanes v25; LANES_NAME(lanes_sqrt)(&v24, &v25);
-  const lanes v26 = v12 / v25;
-  const lanes v27 = 0.127 * v26;
-  const lanes v28 = v27 + 0.1778;
-  const lanes v29 = v3 * v28;
-  const lanes v30 = 1.0 / v25;
-  const lanes v31 = v19 * v30;
-  const lanes v32 = 0.127 * v31;
-  const lanes v33 = v6 * v32;
-  const lanes v34 = LANES_CHOICE(v16, v33, 0.0);
-  const lanes v35 = v29 - v34;
-  const lanes v36 = v35 * v35;
-  const lanes v37 = v6 * v28;
-  const lanes v38 = v3 * v32;
-  const lanes v39 = LANES_CHOICE(v16, v38, 0.0);
-  const lanes v40 = v37 + v39;
-  const lanes v41 = 1e-150 + v40;
-  const lanes v42 = v41 * v41;
-  const lanes v43 = v36 + v42;
-  lanes v44; LANES_NAME(lanes_sqrt)(&v43, &v44);
-  const lanes v45 = v35 / v44;
-  const lanes v46 = v41 / v44;
-  lanes v47; LANES_NAME(lanes_atan2)(&v45, &v46, &v47);
-  const lanes v48 = LANES_CHOICE(v16, v31, 0.0);
-  lanes v49; LANES_NAME(lanes_atan2)(&v48, &v26, &v49);
-  const lanes v50 = v1 * v1;
-  const lanes v51 = 1e-150 + v4;
-  const lanes v52 = v51 * v51;
-  const lanes v53 = v50 + v52;
-  lanes v54; LANES_NAME(lanes_sqrt)(&v53, &v54);
-  const lanes v55 = v1 / v54;
-  const lanes v56 = v26 * v46;
-  const lanes v57 = v31 * v45;
-  const lanes v58 = LANES_CHOICE(v16, v57, 0.0);
-  const lanes v59 = v56 - v58;
-  const lanes v60 = v55 * v59;
-  const lanes v61 = v51 / v54;
-  const lanes v62 = v26 * v45;
-  const lanes v63 = v31 * v46;
-  const lanes v64 = LANES_CHOICE(v16, v63, 0.0);
-  const lanes v65 = v62 + v64;
-  const lanes v66 = v61 * v65;
-  const lanes v67 = v60 - v66;
-  const lanes v68 = v61 * v59;
-  const lanes v69 = v55 * v65;
-  const lanes v70 = v68 + v69;
-  lanes v71; LANES_NAME(lanes_atan2)(&v67, &v70, &v71);
-  out[0] = v47;
-  out[1] = v49;
-  out[2] = v71;
-  const lanes v72 = v59 * v70;
-  const lanes v73 = v65 * v67;
-  const lanes v74 = v72 - v73;
-  const lanes v75 = 0.127 * v74;
-  const lanes v76 = 0.127 * v59;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = 0.1778 * v46;
-  const lanes v79 = v77 + v78;
-  const lanes v80 = v79 - x_0;
-  const lanes v81 = v80 * v80;
-  const lanes v82 = v59 * v67;
-  const lanes v83 = v65 * v70;
-  const lanes v84 = v82 + v83;
-  const lanes v85 = 0.127 * v84;
-  const lanes v86 = 0.127 * v65;
-  const lanes v87 = v85 + v86;
-  const lanes v88 = 0.1778 * v45;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v89 - x_1;
-  const lanes v91 = v90 * v90;
-  const lanes v92 = v81 + v91;
-  const lanes v93 = v74 - v4;
-  const lanes v94 = v93 * v93;
-  const lanes v95 = v84 - v1;
-  const lanes v96 = v95 * v95;
-  const lanes v97 = v94 + v96;
-  lanes v98; LANES_NAME(lanes_fmax)(&v92, &v97, &v98);
-  lanes v99; LANES_NAME(lanes_sqrt)(&v98, &v99);
-  out[3] = v99;
-  const lanes v100 = 490.3080836793531 * v15;
-  out[4] = v100;
+  const lanes x_0 = LANES_OF(x[0]), x_1 = LANES_OF(x[1]), x_2 = LANES_OF(x[2]),
+      choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b);
+  LANES_COS_SIN(v2, v1, x_2);
+  const lanes v3 = 0.127 * v1, v4 = 0.127 * v2, v5 = v1 * v1, v6 = 1e-150 + v2, v7 = x_1 - v3,
+      v8 = x_0 - v4, v9 = v6 * v6, v10 = v8 * v8, v11 = v7 * v7, v12 = v5 + v9, v13 = v10 + v11;
+  LANES_LET1(v14, rsqrt, v12);
+  const lanes v15 = v13 - 0.04774184, v16 = v13 - 0.00258064, v17 = 0.09290304 - v13,
+      v18 = v1 * v14, v19 = v6 * v14, v20 = 0.0451612 * v15, v21 = v16 * v17, v22 = 0.127 * v19,
+      v23 = 0.127 * v18, v24 = v19 - v2, v25 = v18 - v1, v26 = 1e-150 + v20;
+  const lanes_where v27 = LANES_LT(8.15813594176e-18, v21); LANES_LET1(v28, sqrt, v21);
+  const lanes v29 = v24 * v24, v30 = v25 * v25, v31 = 490.3080836793531 * v21,
+      v32 = LANES_CHOICE(v27, v28, 0.0), v33 = v26 * v26, v34 = v29 + v30;
+  out[4] = v31;
+  const lanes v35 = choice_0 * v32, v36 = 0.0451612 * v35, v37 = v36 * v36;
+  LANES_LET2(v38, atan2, v36, v26);
+  const lanes v39 = v37 + v33;
+  out[1] = v38; LANES_LET1(v40, rsqrt, v39);
+  const lanes v41 = v26 * v40, v42 = v36 * v40, v43 = 0.127 * v41, v44 = 0.127 * v42,
+      v45 = v43 + 0.1778, v46 = v8 * v44, v47 = v7 * v44, v48 = v7 * v45, v49 = v8 * v45,
+      v50 = v48 - v46, v51 = v49 + v47, v52 = v50 * v50, v53 = 1e-150 + v51, v54 = v53 * v53;
+  LANES_LET2(v55, atan2, v50, v53);
+  const lanes v56 = v52 + v54;
+  out[0] = v55; LANES_LET1(v57, rsqrt, v56);
+  const lanes v58 = v50 * v57, v59 = v53 * v57, v60 = v41 * v59, v61 = v42 * v58, v62 = v41 * v58,
+      v63 = v42 * v59, v64 = 0.1778 * v59, v65 = 0.1778 * v58, v66 = v60 - v61, v67 = v62 + v63,
+      v68 = v18 * v66, v69 = v19 * v67, v70 = v19 * v66, v71 = v18 * v67, v72 = 0.127 * v66,
+      v73 = 0.127 * v67, v74 = v68 - v69, v75 = v70 + v71, v76 = v22 + v72, v77 = v23 + v73;
+  LANES_LET2(v78, atan2, v74, v75);
+  const lanes v79 = v76 + v64, v80 = v77 + v65;
+  out[2] = v78;
+  const lanes v81 = v79 - x_0, v82 = v80 - x_1, v83 = v81 * v81, v84 = v82 * v82, v85 = v83 + v84,
+      v86 = v85 + v34, v87 = v85 - v34;
+  LANES_LET1(v88, fabs, v87);
+  const lanes v89 = v86 + v88, v90 = 0.5 * v89;
+  LANES_LET1(v91, sqrt, v90); out[3] = v91;
 }
 
-static inline LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar_branches)(const double *x, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar_branches)(const double *x, double *q, double *residual, double *margin)
 {
-  static const double signs[1][8] = {
+  static const double choice[1][8] = {
     {1, -1, -1, -1, -1, -1, -1, -1}};
   enum { BRANCHES = 2, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[4], out[BRANCHES / COUNT][5];
-  LANES_NAME(lanes_spread)(x, 3, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 1; i++) {
-      in[3 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(bricklaying_planar_ik_planar_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][5];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(bricklaying_planar_ik_planar_branch)(x, choice, b, out[b / COUNT]);
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 3, COUNT, q + b * 3, 3);
-    LANES_NAME(lanes_scatter)(from + 3, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 4, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 3, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 4, 1, COUNT, margin + b * 1, 1);
   }
 }
 

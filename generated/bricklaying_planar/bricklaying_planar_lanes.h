@@ -3,1273 +3,463 @@
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_fk)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes v1 = q_0 + q_1;
-  const lanes v2 = v1 + q_2;
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v4);
-  lanes v5, v7; LANES_NAME(lanes_cos_sin)(&v1, &v5, &v7);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v6, &v8);
-  out[0] = v3;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], v1 = q_0 + q_1, v2 = v1 + q_2;
+  LANES_COS_SIN(v3, v4, v2); LANES_COS_SIN(v5, v7, v1); LANES_COS_SIN(v6, v8, q_0); out[0] = v3;
   const lanes v9 = -v4;
-  out[1] = v9;
-  out[2] = LANES_OF(0.0);
-  const lanes v10 = 0.127 * v5;
-  const lanes v11 = 0.127 * v3;
-  const lanes v12 = v10 + v11;
-  const lanes v13 = 0.1778 * v6;
-  const lanes v14 = v12 + v13;
-  out[3] = v14;
-  out[4] = v4;
-  out[5] = v3;
-  out[6] = LANES_OF(0.0);
-  const lanes v15 = 0.127 * v4;
-  const lanes v16 = 0.127 * v7;
-  const lanes v17 = v15 + v16;
-  const lanes v18 = 0.1778 * v8;
-  const lanes v19 = v17 + v18;
-  out[7] = v19;
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
+  out[1] = v9; out[2] = LANES_OF(0.0);
+  const lanes v10 = 0.127 * v5, v11 = 0.127 * v3, v12 = v10 + v11, v13 = 0.1778 * v6,
+      v14 = v12 + v13;
+  out[3] = v14; out[4] = v4; out[5] = v3; out[6] = LANES_OF(0.0);
+  const lanes v15 = 0.127 * v4, v16 = 0.127 * v7, v17 = v15 + v16, v18 = 0.1778 * v8,
+      v19 = v17 + v18;
+  out[7] = v19; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_link_poses)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  LANES_COS_SIN(v1, v2, q_0);
   const lanes v3 = q_0 + q_1;
-  lanes v4, v5; LANES_NAME(lanes_cos_sin)(&v3, &v4, &v5);
+  LANES_COS_SIN(v4, v5, v3);
   const lanes v6 = v3 + q_2;
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&v6, &v7, &v8);
-  out[0] = v1;
+  LANES_COS_SIN(v7, v8, v6); out[0] = v1;
   const lanes v9 = -v2;
-  out[1] = v9;
-  out[2] = LANES_OF(0.0);
+  out[1] = v9; out[2] = LANES_OF(0.0);
   const lanes v10 = 0.1778 * v1;
-  out[3] = v10;
-  out[4] = v2;
-  out[5] = v1;
-  out[6] = LANES_OF(0.0);
+  out[3] = v10; out[4] = v2; out[5] = v1; out[6] = LANES_OF(0.0);
   const lanes v11 = 0.1778 * v2;
-  out[7] = v11;
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  out[16] = v4;
+  out[7] = v11; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0); out[16] = v4;
   const lanes v12 = -v5;
-  out[17] = v12;
-  out[18] = LANES_OF(0.0);
-  const lanes v13 = 0.127 * v4;
-  const lanes v14 = v10 + v13;
-  out[19] = v14;
-  out[20] = v5;
-  out[21] = v4;
-  out[22] = LANES_OF(0.0);
-  const lanes v15 = 0.127 * v5;
-  const lanes v16 = v11 + v15;
-  out[23] = v16;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(1.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(1.0);
-  out[32] = v7;
+  out[17] = v12; out[18] = LANES_OF(0.0);
+  const lanes v13 = 0.127 * v4, v14 = v10 + v13;
+  out[19] = v14; out[20] = v5; out[21] = v4; out[22] = LANES_OF(0.0);
+  const lanes v15 = 0.127 * v5, v16 = v11 + v15;
+  out[23] = v16; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(1.0);
+  out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
+  out[30] = LANES_OF(0.0); out[31] = LANES_OF(1.0); out[32] = v7;
   const lanes v17 = -v8;
-  out[33] = v17;
-  out[34] = LANES_OF(0.0);
-  const lanes v18 = 0.127 * v7;
-  const lanes v19 = v14 + v18;
-  out[35] = v19;
-  out[36] = v8;
-  out[37] = v7;
-  out[38] = LANES_OF(0.0);
-  const lanes v20 = 0.127 * v8;
-  const lanes v21 = v16 + v20;
-  out[39] = v21;
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(1.0);
-  out[43] = LANES_OF(0.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(1.0);
+  out[33] = v17; out[34] = LANES_OF(0.0);
+  const lanes v18 = 0.127 * v7, v19 = v14 + v18;
+  out[35] = v19; out[36] = v8; out[37] = v7; out[38] = LANES_OF(0.0);
+  const lanes v20 = 0.127 * v8, v21 = v16 + v20;
+  out[39] = v21; out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0); out[42] = LANES_OF(1.0);
+  out[43] = LANES_OF(0.0); out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0);
+  out[46] = LANES_OF(0.0); out[47] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes v1 = q_0 + q_1;
-  const lanes v2 = v1 + q_2;
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v4);
-  lanes v5, v7; LANES_NAME(lanes_cos_sin)(&v1, &v5, &v7);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v6, &v8);
-  out[0] = v3;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], v1 = q_0 + q_1, v2 = v1 + q_2;
+  LANES_COS_SIN(v3, v4, v2); LANES_COS_SIN(v5, v7, v1); LANES_COS_SIN(v6, v8, q_0); out[0] = v3;
   const lanes v9 = -v4;
-  out[1] = v9;
-  out[2] = LANES_OF(0.0);
-  const lanes v10 = 0.127 * v5;
-  const lanes v11 = 0.127 * v3;
-  const lanes v12 = v10 + v11;
-  const lanes v13 = 0.1778 * v6;
-  const lanes v14 = v12 + v13;
-  out[3] = v14;
-  out[4] = v4;
-  out[5] = v3;
-  out[6] = LANES_OF(0.0);
-  const lanes v15 = 0.127 * v4;
-  const lanes v16 = 0.127 * v7;
-  const lanes v17 = v15 + v16;
-  const lanes v18 = 0.1778 * v8;
-  const lanes v19 = v17 + v18;
-  out[7] = v19;
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
+  out[1] = v9; out[2] = LANES_OF(0.0);
+  const lanes v10 = 0.127 * v5, v11 = 0.127 * v3, v12 = v10 + v11, v13 = 0.1778 * v6,
+      v14 = v12 + v13;
+  out[3] = v14; out[4] = v4; out[5] = v3; out[6] = LANES_OF(0.0);
+  const lanes v15 = 0.127 * v4, v16 = 0.127 * v7, v17 = v15 + v16, v18 = 0.1778 * v8,
+      v19 = v17 + v18;
+  out[7] = v19; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
   const lanes v20 = -v19;
   out[16] = v20;
   const lanes v21 = -v17;
   out[17] = v21;
   const lanes v22 = -v15;
-  out[18] = v22;
-  out[19] = v14;
-  out[20] = v12;
-  out[21] = v11;
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(1.0);
-  out[32] = LANES_OF(1.0);
-  out[33] = LANES_OF(1.0);
+  out[18] = v22; out[19] = v14; out[20] = v12; out[21] = v11; out[22] = LANES_OF(0.0);
+  out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0);
+  out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
+  out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(1.0);
+  out[32] = LANES_OF(1.0); out[33] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_jacobian_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  lanes v4, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v1);
+  const lanes q_0 = in[0], q_1 = in[1];
+  LANES_COS_SIN(v4, v1, q_0);
   const lanes v2 = q_0 + q_1;
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&v2, &v5, &v3);
-  out[0] = LANES_OF(0.0);
+  LANES_COS_SIN(v5, v3, v2); out[0] = LANES_OF(0.0);
   const lanes v6 = 0.1778 * v1;
   out[1] = v6;
-  const lanes v7 = 0.127 * v3;
-  const lanes v8 = v7 + v6;
-  out[2] = v8;
-  out[3] = LANES_OF(0.0);
-  const lanes v9 = 0.1778 * v4;
-  const lanes v10 = -v9;
+  const lanes v7 = 0.127 * v3, v8 = v7 + v6;
+  out[2] = v8; out[3] = LANES_OF(0.0);
+  const lanes v9 = 0.1778 * v4, v10 = -v9;
   out[4] = v10;
-  const lanes v11 = 0.127 * v5;
-  const lanes v12 = v11 + v9;
-  const lanes v13 = -v12;
-  out[5] = v13;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  out[16] = LANES_OF(1.0);
-  out[17] = LANES_OF(1.0);
+  const lanes v11 = 0.127 * v5, v12 = v11 + v9, v13 = -v12;
+  out[5] = v13; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
+  out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
+  out[16] = LANES_OF(1.0); out[17] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_jacobian_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes v1 = q_0 + q_1;
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&v1, &v2, &v7);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], v1 = q_0 + q_1;
+  LANES_COS_SIN(v2, v7, v1);
   const lanes v3 = v1 + q_2;
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&v3, &v4, &v6);
-  lanes v5, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v5, &v8);
-  const lanes v9 = 0.127 * v2;
-  const lanes v10 = 0.127 * v4;
-  const lanes v11 = v9 + v10;
-  const lanes v12 = 0.1778 * v5;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = v13 * v6;
-  const lanes v15 = 0.127 * v6;
-  const lanes v16 = 0.127 * v7;
-  const lanes v17 = v15 + v16;
-  const lanes v18 = 0.1778 * v8;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = v19 * v4;
-  const lanes v21 = v14 - v20;
+  LANES_COS_SIN(v4, v6, v3); LANES_COS_SIN(v5, v8, q_0);
+  const lanes v9 = 0.127 * v2, v10 = 0.127 * v4, v11 = v9 + v10, v12 = 0.1778 * v5, v13 = v11 + v12,
+      v14 = v13 * v6, v15 = 0.127 * v6, v16 = 0.127 * v7, v17 = v15 + v16, v18 = 0.1778 * v8,
+      v19 = v17 + v18, v20 = v19 * v4, v21 = v14 - v20;
   out[0] = v21;
-  const lanes v22 = v11 * v6;
-  const lanes v23 = v17 * v4;
-  const lanes v24 = v22 - v23;
-  out[1] = v24;
-  out[2] = LANES_OF(0.0);
-  const lanes v25 = v13 * v4;
-  const lanes v26 = v19 * v6;
-  const lanes v27 = v25 + v26;
+  const lanes v22 = v11 * v6, v23 = v17 * v4, v24 = v22 - v23;
+  out[1] = v24; out[2] = LANES_OF(0.0);
+  const lanes v25 = v13 * v4, v26 = v19 * v6, v27 = v25 + v26;
   out[3] = v27;
-  const lanes v28 = v11 * v4;
-  const lanes v29 = v17 * v6;
-  const lanes v30 = v28 + v29;
-  out[4] = v30;
-  out[5] = LANES_OF(0.127);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  out[16] = LANES_OF(1.0);
-  out[17] = LANES_OF(1.0);
+  const lanes v28 = v11 * v4, v29 = v17 * v6, v30 = v28 + v29;
+  out[4] = v30; out[5] = LANES_OF(0.127); out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
+  out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(1.0); out[16] = LANES_OF(1.0); out[17] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes v1 = q_0 + q_1;
-  const lanes v2 = v1 + q_2;
-  lanes v7, v3; LANES_NAME(lanes_cos_sin)(&v2, &v7, &v3);
-  lanes v6, v4; LANES_NAME(lanes_cos_sin)(&v1, &v6, &v4);
-  lanes v8, v5; LANES_NAME(lanes_cos_sin)(&q_0, &v8, &v5);
-  const lanes v9 = 0.127 * v3;
-  const lanes v10 = 0.127 * v4;
-  const lanes v11 = v9 + v10;
-  const lanes v12 = 0.1778 * v5;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = -v13;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], v1 = q_0 + q_1, v2 = v1 + q_2;
+  LANES_COS_SIN(v7, v3, v2); LANES_COS_SIN(v6, v4, v1); LANES_COS_SIN(v8, v5, q_0);
+  const lanes v9 = 0.127 * v3, v10 = 0.127 * v4, v11 = v9 + v10, v12 = 0.1778 * v5, v13 = v11 + v12,
+      v14 = -v13;
   out[0] = v14;
   const lanes v15 = -v11;
   out[1] = v15;
   const lanes v16 = -v9;
   out[2] = v16;
-  const lanes v17 = 0.127 * v6;
-  const lanes v18 = 0.127 * v7;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = 0.1778 * v8;
-  const lanes v21 = v19 + v20;
-  out[3] = v21;
-  out[4] = v19;
-  out[5] = v18;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  out[16] = LANES_OF(1.0);
-  out[17] = LANES_OF(1.0);
+  const lanes v17 = 0.127 * v6, v18 = 0.127 * v7, v19 = v17 + v18, v20 = 0.1778 * v8,
+      v21 = v19 + v20;
+  out[3] = v21; out[4] = v19; out[5] = v18; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
+  out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(1.0); out[16] = LANES_OF(1.0); out[17] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_jacobian_space_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
+  const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[3], qd_1 = in[4];
+  LANES_COS_SIN(v1, v4, q_0);
   const lanes v2 = q_0 + q_1;
-  lanes v3, v5; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v5);
-  out[0] = LANES_OF(0.0);
-  const lanes v6 = 0.1778 * v1;
-  const lanes v7 = v6 * qd_0;
+  LANES_COS_SIN(v3, v5, v2); out[0] = LANES_OF(0.0);
+  const lanes v6 = 0.1778 * v1, v7 = v6 * qd_0;
   out[1] = v7;
-  const lanes v8 = 0.127 * v3;
-  const lanes v9 = v8 + v6;
-  const lanes v10 = qd_0 + qd_1;
-  const lanes v11 = v9 * v10;
-  const lanes v12 = v6 * qd_1;
-  const lanes v13 = v11 - v12;
-  out[2] = v13;
-  out[3] = LANES_OF(0.0);
-  const lanes v14 = 0.1778 * v4;
-  const lanes v15 = v14 * qd_0;
+  const lanes v8 = 0.127 * v3, v9 = v8 + v6, v10 = qd_0 + qd_1, v11 = v9 * v10, v12 = v6 * qd_1,
+      v13 = v11 - v12;
+  out[2] = v13; out[3] = LANES_OF(0.0);
+  const lanes v14 = 0.1778 * v4, v15 = v14 * qd_0;
   out[4] = v15;
-  const lanes v16 = 0.127 * v5;
-  const lanes v17 = v16 + v14;
-  const lanes v18 = v17 * v10;
-  const lanes v19 = v14 * qd_1;
-  const lanes v20 = v18 - v19;
-  out[5] = v20;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
+  const lanes v16 = 0.127 * v5, v17 = v16 + v14, v18 = v17 * v10, v19 = v14 * qd_1, v20 = v18 - v19;
+  out[5] = v20; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
+  out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0);
+  out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_jacobian_body_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  const lanes v1 = q_0 + q_1;
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&v1, &v2, &v7);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_1 = in[4], qd_2 = in[5], v1 = q_0 + q_1;
+  LANES_COS_SIN(v2, v7, v1);
   const lanes v3 = v1 + q_2;
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&v3, &v4, &v6);
-  lanes v5, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v5, &v8);
-  const lanes v9 = 0.127 * v2;
-  const lanes v10 = 0.127 * v4;
-  const lanes v11 = v9 + v10;
-  const lanes v12 = 0.1778 * v5;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = v13 * v4;
-  const lanes v15 = 0.127 * v6;
-  const lanes v16 = 0.127 * v7;
-  const lanes v17 = v15 + v16;
-  const lanes v18 = 0.1778 * v8;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v14 + v20;
-  const lanes v22 = qd_1 + qd_2;
-  const lanes v23 = v21 * v22;
-  const lanes v24 = v11 * v4;
-  const lanes v25 = v17 * v6;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = v26 * qd_1;
-  const lanes v28 = 0.127 * qd_2;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = v23 - v29;
+  LANES_COS_SIN(v4, v6, v3); LANES_COS_SIN(v5, v8, q_0);
+  const lanes v9 = 0.127 * v2, v10 = 0.127 * v4, v11 = v9 + v10, v12 = 0.1778 * v5, v13 = v11 + v12,
+      v14 = v13 * v4, v15 = 0.127 * v6, v16 = 0.127 * v7, v17 = v15 + v16, v18 = 0.1778 * v8,
+      v19 = v17 + v18, v20 = v19 * v6, v21 = v14 + v20, v22 = qd_1 + qd_2, v23 = v21 * v22,
+      v24 = v11 * v4, v25 = v17 * v6, v26 = v24 + v25, v27 = v26 * qd_1, v28 = 0.127 * qd_2,
+      v29 = v27 + v28, v30 = v23 - v29;
   out[0] = v30;
-  const lanes v31 = v26 * qd_2;
-  const lanes v32 = v31 - v28;
-  out[1] = v32;
-  out[2] = LANES_OF(0.0);
-  const lanes v33 = v11 * v6;
-  const lanes v34 = v17 * v4;
-  const lanes v35 = v33 - v34;
-  const lanes v36 = v35 * qd_1;
-  const lanes v37 = v13 * v6;
-  const lanes v38 = v19 * v4;
-  const lanes v39 = v37 - v38;
-  const lanes v40 = v39 * v22;
-  const lanes v41 = v36 - v40;
+  const lanes v31 = v26 * qd_2, v32 = v31 - v28;
+  out[1] = v32; out[2] = LANES_OF(0.0);
+  const lanes v33 = v11 * v6, v34 = v17 * v4, v35 = v33 - v34, v36 = v35 * qd_1, v37 = v13 * v6,
+      v38 = v19 * v4, v39 = v37 - v38, v40 = v39 * v22, v41 = v36 - v40;
   out[3] = v41;
-  const lanes v42 = v35 * qd_2;
-  const lanes v43 = -v42;
-  out[4] = v43;
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
+  const lanes v42 = v35 * qd_2, v43 = -v42;
+  out[4] = v43; out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
+  out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  const lanes v1 = q_0 + q_1;
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&v1, &v2, &v7);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5],
+      v1 = q_0 + q_1;
+  LANES_COS_SIN(v2, v7, v1);
   const lanes v3 = v1 + q_2;
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&v3, &v4, &v6);
-  lanes v5, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v5, &v8);
-  const lanes v9 = 0.127 * v2;
-  const lanes v10 = 0.127 * v4;
-  const lanes v11 = v9 + v10;
-  const lanes v12 = 0.1778 * v5;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = v13 * qd_0;
-  const lanes v15 = v11 * qd_1;
-  const lanes v16 = v10 * qd_2;
-  const lanes v17 = v15 + v16;
-  const lanes v18 = v14 + v17;
-  const lanes v19 = -v18;
+  LANES_COS_SIN(v4, v6, v3); LANES_COS_SIN(v5, v8, q_0);
+  const lanes v9 = 0.127 * v2, v10 = 0.127 * v4, v11 = v9 + v10, v12 = 0.1778 * v5, v13 = v11 + v12,
+      v14 = v13 * qd_0, v15 = v11 * qd_1, v16 = v10 * qd_2, v17 = v15 + v16, v18 = v14 + v17,
+      v19 = -v18;
   out[0] = v19;
-  const lanes v20 = qd_0 + qd_1;
-  const lanes v21 = v11 * v20;
-  const lanes v22 = v16 + v21;
-  const lanes v23 = -v22;
+  const lanes v20 = qd_0 + qd_1, v21 = v11 * v20, v22 = v16 + v21, v23 = -v22;
   out[1] = v23;
-  const lanes v24 = v20 + qd_2;
-  const lanes v25 = v24 * v10;
-  const lanes v26 = -v25;
+  const lanes v24 = v20 + qd_2, v25 = v24 * v10, v26 = -v25;
   out[2] = v26;
-  const lanes v27 = 0.127 * v6;
-  const lanes v28 = 0.127 * v7;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = 0.1778 * v8;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v31 * qd_0;
-  const lanes v33 = v29 * qd_1;
-  const lanes v34 = v27 * qd_2;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = v32 + v35;
-  const lanes v37 = -v36;
+  const lanes v27 = 0.127 * v6, v28 = 0.127 * v7, v29 = v27 + v28, v30 = 0.1778 * v8,
+      v31 = v29 + v30, v32 = v31 * qd_0, v33 = v29 * qd_1, v34 = v27 * qd_2, v35 = v33 + v34,
+      v36 = v32 + v35, v37 = -v36;
   out[3] = v37;
-  const lanes v38 = v29 * v20;
-  const lanes v39 = v34 + v38;
-  const lanes v40 = -v39;
+  const lanes v38 = v29 * v20, v39 = v34 + v38, v40 = -v39;
   out[4] = v40;
-  const lanes v41 = v27 * v24;
-  const lanes v42 = -v41;
-  out[5] = v42;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
+  const lanes v41 = v27 * v24, v42 = -v41;
+  out[5] = v42; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
+  out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0);
+  out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_hessian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes v1 = q_0 + q_1;
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&v1, &v2, &v7);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], v1 = q_0 + q_1;
+  LANES_COS_SIN(v2, v7, v1);
   const lanes v3 = v1 + q_2;
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&v3, &v4, &v6);
-  lanes v5, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v5, &v8);
-  const lanes v9 = 0.127 * v2;
-  const lanes v10 = 0.127 * v4;
-  const lanes v11 = v9 + v10;
-  const lanes v12 = 0.1778 * v5;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = -v13;
+  LANES_COS_SIN(v4, v6, v3); LANES_COS_SIN(v5, v8, q_0);
+  const lanes v9 = 0.127 * v2, v10 = 0.127 * v4, v11 = v9 + v10, v12 = 0.1778 * v5, v13 = v11 + v12,
+      v14 = -v13;
   out[0] = v14;
   const lanes v15 = -v11;
   out[1] = v15;
   const lanes v16 = -v10;
-  out[2] = v16;
-  out[3] = v15;
-  out[4] = v15;
-  out[5] = v16;
-  out[6] = v16;
-  out[7] = v16;
-  out[8] = v16;
-  const lanes v17 = 0.127 * v6;
-  const lanes v18 = 0.127 * v7;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = 0.1778 * v8;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = -v21;
+  out[2] = v16; out[3] = v15; out[4] = v15; out[5] = v16; out[6] = v16; out[7] = v16; out[8] = v16;
+  const lanes v17 = 0.127 * v6, v18 = 0.127 * v7, v19 = v17 + v18, v20 = 0.1778 * v8,
+      v21 = v19 + v20, v22 = -v21;
   out[9] = v22;
   const lanes v23 = -v19;
   out[10] = v23;
   const lanes v24 = -v17;
-  out[11] = v24;
-  out[12] = v23;
-  out[13] = v23;
-  out[14] = v24;
-  out[15] = v24;
-  out[16] = v24;
-  out[17] = v24;
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
-  out[38] = LANES_OF(0.0);
-  out[39] = LANES_OF(0.0);
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(0.0);
-  out[48] = LANES_OF(0.0);
-  out[49] = LANES_OF(0.0);
-  out[50] = LANES_OF(0.0);
-  out[51] = LANES_OF(0.0);
-  out[52] = LANES_OF(0.0);
-  out[53] = LANES_OF(0.0);
+  out[11] = v24; out[12] = v23; out[13] = v23; out[14] = v24; out[15] = v24; out[16] = v24;
+  out[17] = v24; out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0);
+  out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0);
+  out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0);
+  out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
+  out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
+  out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0);
+  out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0);
+  out[39] = LANES_OF(0.0); out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0);
+  out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0); out[44] = LANES_OF(0.0);
+  out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0); out[47] = LANES_OF(0.0);
+  out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0); out[50] = LANES_OF(0.0);
+  out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0); out[53] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_twist_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  lanes v4, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v1);
+  const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5];
+  LANES_COS_SIN(v4, v1, q_0);
   const lanes v2 = q_0 + q_1;
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&v2, &v5, &v3);
-  const lanes v6 = 0.1778 * v1;
-  const lanes v7 = v6 * qd_1;
-  const lanes v8 = 0.127 * v3;
-  const lanes v9 = v8 + v6;
-  const lanes v10 = v9 * qd_2;
-  const lanes v11 = v7 + v10;
+  LANES_COS_SIN(v5, v3, v2);
+  const lanes v6 = 0.1778 * v1, v7 = v6 * qd_1, v8 = 0.127 * v3, v9 = v8 + v6, v10 = v9 * qd_2,
+      v11 = v7 + v10;
   out[0] = v11;
-  const lanes v12 = 0.1778 * v4;
-  const lanes v13 = v12 * qd_1;
-  const lanes v14 = 0.127 * v5;
-  const lanes v15 = v14 + v12;
-  const lanes v16 = v15 * qd_2;
-  const lanes v17 = v13 + v16;
-  const lanes v18 = -v17;
-  out[1] = v18;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  const lanes v19 = qd_0 + qd_1;
-  const lanes v20 = v19 + qd_2;
+  const lanes v12 = 0.1778 * v4, v13 = v12 * qd_1, v14 = 0.127 * v5, v15 = v14 + v12,
+      v16 = v15 * qd_2, v17 = v13 + v16, v18 = -v17;
+  out[1] = v18; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  const lanes v19 = qd_0 + qd_1, v20 = v19 + qd_2;
   out[5] = v20;
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_twist_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  const lanes v1 = q_0 + q_1;
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&v1, &v2, &v7);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5],
+      v1 = q_0 + q_1;
+  LANES_COS_SIN(v2, v7, v1);
   const lanes v3 = v1 + q_2;
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&v3, &v4, &v6);
-  lanes v5, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v5, &v8);
-  const lanes v9 = 0.127 * v2;
-  const lanes v10 = 0.127 * v4;
-  const lanes v11 = v9 + v10;
-  const lanes v12 = 0.1778 * v5;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = v13 * v6;
-  const lanes v15 = 0.127 * v6;
-  const lanes v16 = 0.127 * v7;
-  const lanes v17 = v15 + v16;
-  const lanes v18 = 0.1778 * v8;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = v19 * v4;
-  const lanes v21 = v14 - v20;
-  const lanes v22 = v21 * qd_0;
-  const lanes v23 = v11 * v6;
-  const lanes v24 = v17 * v4;
-  const lanes v25 = v23 - v24;
-  const lanes v26 = v25 * qd_1;
-  const lanes v27 = v22 + v26;
+  LANES_COS_SIN(v4, v6, v3); LANES_COS_SIN(v5, v8, q_0);
+  const lanes v9 = 0.127 * v2, v10 = 0.127 * v4, v11 = v9 + v10, v12 = 0.1778 * v5, v13 = v11 + v12,
+      v14 = v13 * v6, v15 = 0.127 * v6, v16 = 0.127 * v7, v17 = v15 + v16, v18 = 0.1778 * v8,
+      v19 = v17 + v18, v20 = v19 * v4, v21 = v14 - v20, v22 = v21 * qd_0, v23 = v11 * v6,
+      v24 = v17 * v4, v25 = v23 - v24, v26 = v25 * qd_1, v27 = v22 + v26;
   out[0] = v27;
-  const lanes v28 = 0.127 * qd_2;
-  const lanes v29 = v13 * v4;
-  const lanes v30 = v19 * v6;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v31 * qd_0;
-  const lanes v33 = v11 * v4;
-  const lanes v34 = v17 * v6;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = v35 * qd_1;
-  const lanes v37 = v32 + v36;
-  const lanes v38 = v28 + v37;
-  out[1] = v38;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  const lanes v39 = qd_0 + qd_1;
-  const lanes v40 = v39 + qd_2;
+  const lanes v28 = 0.127 * qd_2, v29 = v13 * v4, v30 = v19 * v6, v31 = v29 + v30, v32 = v31 * qd_0,
+      v33 = v11 * v4, v34 = v17 * v6, v35 = v33 + v34, v36 = v35 * qd_1, v37 = v32 + v36,
+      v38 = v28 + v37;
+  out[1] = v38; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  const lanes v39 = qd_0 + qd_1, v40 = v39 + qd_2;
   out[5] = v40;
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_twist_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  const lanes v1 = q_0 + q_1;
-  const lanes v2 = v1 + q_2;
-  lanes v6, v3; LANES_NAME(lanes_cos_sin)(&v2, &v6, &v3);
-  lanes v7, v4; LANES_NAME(lanes_cos_sin)(&v1, &v7, &v4);
-  lanes v8, v5; LANES_NAME(lanes_cos_sin)(&q_0, &v8, &v5);
-  const lanes v9 = 0.127 * v3;
-  const lanes v10 = v9 * qd_2;
-  const lanes v11 = 0.127 * v4;
-  const lanes v12 = v9 + v11;
-  const lanes v13 = 0.1778 * v5;
-  const lanes v14 = v12 + v13;
-  const lanes v15 = v14 * qd_0;
-  const lanes v16 = v12 * qd_1;
-  const lanes v17 = v15 + v16;
-  const lanes v18 = v10 + v17;
-  const lanes v19 = -v18;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5],
+      v1 = q_0 + q_1, v2 = v1 + q_2;
+  LANES_COS_SIN(v6, v3, v2); LANES_COS_SIN(v7, v4, v1); LANES_COS_SIN(v8, v5, q_0);
+  const lanes v9 = 0.127 * v3, v10 = v9 * qd_2, v11 = 0.127 * v4, v12 = v9 + v11, v13 = 0.1778 * v5,
+      v14 = v12 + v13, v15 = v14 * qd_0, v16 = v12 * qd_1, v17 = v15 + v16, v18 = v10 + v17,
+      v19 = -v18;
   out[0] = v19;
-  const lanes v20 = 0.127 * v6;
-  const lanes v21 = v20 * qd_2;
-  const lanes v22 = 0.127 * v7;
-  const lanes v23 = v22 + v20;
-  const lanes v24 = 0.1778 * v8;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = v25 * qd_0;
-  const lanes v27 = v23 * qd_1;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v21 + v28;
-  out[1] = v29;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  const lanes v30 = qd_0 + qd_1;
-  const lanes v31 = v30 + qd_2;
+  const lanes v20 = 0.127 * v6, v21 = v20 * qd_2, v22 = 0.127 * v7, v23 = v22 + v20,
+      v24 = 0.1778 * v8, v25 = v23 + v24, v26 = v25 * qd_0, v27 = v23 * qd_1, v28 = v26 + v27,
+      v29 = v21 + v28;
+  out[1] = v29; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  const lanes v30 = qd_0 + qd_1, v31 = v30 + qd_2;
   out[5] = v31;
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_acceleration_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  const lanes qdd_0 = in[6];
-  const lanes qdd_1 = in[7];
-  const lanes qdd_2 = in[8];
-  lanes v4, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v1);
+  const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5], qdd_0 = in[6],
+      qdd_1 = in[7], qdd_2 = in[8];
+  LANES_COS_SIN(v4, v1, q_0);
   const lanes v2 = q_0 + q_1;
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&v2, &v5, &v3);
-  const lanes v6 = 0.1778 * v1;
-  const lanes v7 = v6 * qdd_1;
-  const lanes v8 = 0.127 * v3;
-  const lanes v9 = v8 + v6;
-  const lanes v10 = v9 * qdd_2;
-  const lanes v11 = v7 + v10;
-  const lanes v12 = 0.1778 * v4;
-  const lanes v13 = v12 * qd_0;
-  const lanes v14 = v13 * qd_1;
-  const lanes v15 = 0.127 * v5;
-  const lanes v16 = v15 + v12;
-  const lanes v17 = qd_0 + qd_1;
-  const lanes v18 = v16 * v17;
-  const lanes v19 = v12 * qd_1;
-  const lanes v20 = v18 - v19;
-  const lanes v21 = v20 * qd_2;
-  const lanes v22 = v14 + v21;
-  const lanes v23 = v11 + v22;
+  LANES_COS_SIN(v5, v3, v2);
+  const lanes v6 = 0.1778 * v1, v7 = v6 * qdd_1, v8 = 0.127 * v3, v9 = v8 + v6, v10 = v9 * qdd_2,
+      v11 = v7 + v10, v12 = 0.1778 * v4, v13 = v12 * qd_0, v14 = v13 * qd_1, v15 = 0.127 * v5,
+      v16 = v15 + v12, v17 = qd_0 + qd_1, v18 = v16 * v17, v19 = v12 * qd_1, v20 = v18 - v19,
+      v21 = v20 * qd_2, v22 = v14 + v21, v23 = v11 + v22;
   out[0] = v23;
-  const lanes v24 = v6 * qd_0;
-  const lanes v25 = v24 * qd_1;
-  const lanes v26 = v9 * v17;
-  const lanes v27 = v6 * qd_1;
-  const lanes v28 = v26 - v27;
-  const lanes v29 = v28 * qd_2;
-  const lanes v30 = v25 + v29;
-  const lanes v31 = v12 * qdd_1;
-  const lanes v32 = v16 * qdd_2;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v30 - v33;
-  out[1] = v34;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  const lanes v35 = qdd_0 + qdd_1;
-  const lanes v36 = v35 + qdd_2;
+  const lanes v24 = v6 * qd_0, v25 = v24 * qd_1, v26 = v9 * v17, v27 = v6 * qd_1, v28 = v26 - v27,
+      v29 = v28 * qd_2, v30 = v25 + v29, v31 = v12 * qdd_1, v32 = v16 * qdd_2, v33 = v31 + v32,
+      v34 = v30 - v33;
+  out[1] = v34; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  const lanes v35 = qdd_0 + qdd_1, v36 = v35 + qdd_2;
   out[5] = v36;
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_acceleration_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  const lanes qdd_0 = in[6];
-  const lanes qdd_1 = in[7];
-  const lanes qdd_2 = in[8];
-  const lanes v1 = q_0 + q_1;
-  lanes v2, v6; LANES_NAME(lanes_cos_sin)(&v1, &v2, &v6);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5],
+      qdd_0 = in[6], qdd_1 = in[7], qdd_2 = in[8], v1 = q_0 + q_1;
+  LANES_COS_SIN(v2, v6, v1);
   const lanes v3 = v1 + q_2;
-  lanes v4, v5; LANES_NAME(lanes_cos_sin)(&v3, &v4, &v5);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v7, &v8);
-  const lanes v9 = 0.127 * v2;
-  const lanes v10 = 0.127 * v4;
-  const lanes v11 = v9 + v10;
-  const lanes v12 = v11 * v5;
-  const lanes v13 = 0.127 * v5;
-  const lanes v14 = 0.127 * v6;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = v15 * v4;
-  const lanes v17 = v12 - v16;
-  const lanes v18 = v17 * qdd_1;
-  const lanes v19 = 0.1778 * v7;
-  const lanes v20 = v11 + v19;
-  const lanes v21 = v20 * v5;
-  const lanes v22 = 0.1778 * v8;
-  const lanes v23 = v15 + v22;
-  const lanes v24 = v23 * v4;
-  const lanes v25 = v21 - v24;
-  const lanes v26 = v25 * qdd_0;
-  const lanes v27 = v18 + v26;
-  const lanes v28 = v20 * v4;
-  const lanes v29 = v23 * v5;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = qd_1 + qd_2;
-  const lanes v32 = v30 * v31;
-  const lanes v33 = v11 * v4;
-  const lanes v34 = v15 * v5;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = v35 * qd_1;
-  const lanes v37 = 0.127 * qd_2;
-  const lanes v38 = v36 + v37;
-  const lanes v39 = v32 - v38;
-  const lanes v40 = v39 * qd_0;
-  const lanes v41 = v35 * qd_2;
-  const lanes v42 = v41 - v37;
-  const lanes v43 = v42 * qd_1;
-  const lanes v44 = v40 + v43;
-  const lanes v45 = v27 + v44;
+  LANES_COS_SIN(v4, v5, v3); LANES_COS_SIN(v7, v8, q_0);
+  const lanes v9 = 0.127 * v2, v10 = 0.127 * v4, v11 = v9 + v10, v12 = v11 * v5, v13 = 0.127 * v5,
+      v14 = 0.127 * v6, v15 = v13 + v14, v16 = v15 * v4, v17 = v12 - v16, v18 = v17 * qdd_1,
+      v19 = 0.1778 * v7, v20 = v11 + v19, v21 = v20 * v5, v22 = 0.1778 * v8, v23 = v15 + v22,
+      v24 = v23 * v4, v25 = v21 - v24, v26 = v25 * qdd_0, v27 = v18 + v26, v28 = v20 * v4,
+      v29 = v23 * v5, v30 = v28 + v29, v31 = qd_1 + qd_2, v32 = v30 * v31, v33 = v11 * v4,
+      v34 = v15 * v5, v35 = v33 + v34, v36 = v35 * qd_1, v37 = 0.127 * qd_2, v38 = v36 + v37,
+      v39 = v32 - v38, v40 = v39 * qd_0, v41 = v35 * qd_2, v42 = v41 - v37, v43 = v42 * qd_1,
+      v44 = v40 + v43, v45 = v27 + v44;
   out[0] = v45;
-  const lanes v46 = 0.127 * qdd_2;
-  const lanes v47 = v30 * qdd_0;
-  const lanes v48 = v35 * qdd_1;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = v46 + v49;
-  const lanes v51 = v17 * qd_1;
-  const lanes v52 = v25 * v31;
-  const lanes v53 = v51 - v52;
-  const lanes v54 = v53 * qd_0;
-  const lanes v55 = v17 * qd_2;
-  const lanes v56 = v55 * qd_1;
-  const lanes v57 = v54 - v56;
-  const lanes v58 = v50 + v57;
-  out[1] = v58;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  const lanes v59 = qdd_0 + qdd_1;
-  const lanes v60 = v59 + qdd_2;
+  const lanes v46 = 0.127 * qdd_2, v47 = v30 * qdd_0, v48 = v35 * qdd_1, v49 = v47 + v48,
+      v50 = v46 + v49, v51 = v17 * qd_1, v52 = v25 * v31, v53 = v51 - v52, v54 = v53 * qd_0,
+      v55 = v17 * qd_2, v56 = v55 * qd_1, v57 = v54 - v56, v58 = v50 + v57;
+  out[1] = v58; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  const lanes v59 = qdd_0 + qdd_1, v60 = v59 + qdd_2;
   out[5] = v60;
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_acceleration_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  const lanes qdd_0 = in[6];
-  const lanes qdd_1 = in[7];
-  const lanes qdd_2 = in[8];
-  const lanes v1 = q_0 + q_1;
-  const lanes v2 = v1 + q_2;
-  lanes v6, v3; LANES_NAME(lanes_cos_sin)(&v2, &v6, &v3);
-  lanes v7, v4; LANES_NAME(lanes_cos_sin)(&v1, &v7, &v4);
-  lanes v8, v5; LANES_NAME(lanes_cos_sin)(&q_0, &v8, &v5);
-  const lanes v9 = 0.127 * v3;
-  const lanes v10 = v9 * qdd_2;
-  const lanes v11 = 0.127 * v4;
-  const lanes v12 = v9 + v11;
-  const lanes v13 = 0.1778 * v5;
-  const lanes v14 = v12 + v13;
-  const lanes v15 = v14 * qdd_0;
-  const lanes v16 = v12 * qdd_1;
-  const lanes v17 = v15 + v16;
-  const lanes v18 = v10 + v17;
-  const lanes v19 = qd_0 + qd_1;
-  const lanes v20 = v19 + qd_2;
-  const lanes v21 = 0.127 * v6;
-  const lanes v22 = v20 * v21;
-  const lanes v23 = v22 * qd_2;
-  const lanes v24 = 0.127 * v7;
-  const lanes v25 = v24 + v21;
-  const lanes v26 = 0.1778 * v8;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = v27 * qd_0;
-  const lanes v29 = v25 * qd_1;
-  const lanes v30 = v21 * qd_2;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v28 + v31;
-  const lanes v33 = v32 * qd_0;
-  const lanes v34 = v25 * v19;
-  const lanes v35 = v30 + v34;
-  const lanes v36 = v35 * qd_1;
-  const lanes v37 = v33 + v36;
-  const lanes v38 = v23 + v37;
-  const lanes v39 = v18 + v38;
-  const lanes v40 = -v39;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5],
+      qdd_0 = in[6], qdd_1 = in[7], qdd_2 = in[8], v1 = q_0 + q_1, v2 = v1 + q_2;
+  LANES_COS_SIN(v6, v3, v2); LANES_COS_SIN(v7, v4, v1); LANES_COS_SIN(v8, v5, q_0);
+  const lanes v9 = 0.127 * v3, v10 = v9 * qdd_2, v11 = 0.127 * v4, v12 = v9 + v11,
+      v13 = 0.1778 * v5, v14 = v12 + v13, v15 = v14 * qdd_0, v16 = v12 * qdd_1, v17 = v15 + v16,
+      v18 = v10 + v17, v19 = qd_0 + qd_1, v20 = v19 + qd_2, v21 = 0.127 * v6, v22 = v20 * v21,
+      v23 = v22 * qd_2, v24 = 0.127 * v7, v25 = v24 + v21, v26 = 0.1778 * v8, v27 = v25 + v26,
+      v28 = v27 * qd_0, v29 = v25 * qd_1, v30 = v21 * qd_2, v31 = v29 + v30, v32 = v28 + v31,
+      v33 = v32 * qd_0, v34 = v25 * v19, v35 = v30 + v34, v36 = v35 * qd_1, v37 = v33 + v36,
+      v38 = v23 + v37, v39 = v18 + v38, v40 = -v39;
   out[0] = v40;
-  const lanes v41 = v21 * qdd_2;
-  const lanes v42 = v27 * qdd_0;
-  const lanes v43 = v25 * qdd_1;
-  const lanes v44 = v42 + v43;
-  const lanes v45 = v41 + v44;
-  const lanes v46 = v9 * v20;
-  const lanes v47 = v46 * qd_2;
-  const lanes v48 = v14 * qd_0;
-  const lanes v49 = v12 * qd_1;
-  const lanes v50 = v9 * qd_2;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v48 + v51;
-  const lanes v53 = v52 * qd_0;
-  const lanes v54 = v12 * v19;
-  const lanes v55 = v50 + v54;
-  const lanes v56 = v55 * qd_1;
-  const lanes v57 = v53 + v56;
-  const lanes v58 = v47 + v57;
-  const lanes v59 = v45 - v58;
-  out[1] = v59;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  const lanes v60 = qdd_0 + qdd_1;
-  const lanes v61 = v60 + qdd_2;
+  const lanes v41 = v21 * qdd_2, v42 = v27 * qdd_0, v43 = v25 * qdd_1, v44 = v42 + v43,
+      v45 = v41 + v44, v46 = v9 * v20, v47 = v46 * qd_2, v48 = v14 * qd_0, v49 = v12 * qd_1,
+      v50 = v9 * qd_2, v51 = v49 + v50, v52 = v48 + v51, v53 = v52 * qd_0, v54 = v12 * v19,
+      v55 = v50 + v54, v56 = v55 * qd_1, v57 = v53 + v56, v58 = v47 + v57, v59 = v45 - v58;
+  out[1] = v59; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  const lanes v60 = qdd_0 + qdd_1, v61 = v60 + qdd_2;
   out[5] = v61;
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_ik)(const lanes *in, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes v1 = 0.127 * T_0;
-  const lanes v2 = T_3 - v1;
-  const lanes v3 = v2 * v2;
-  const lanes v4 = 0.127 * T_4;
-  const lanes v5 = T_7 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 + v6;
-  const lanes v8 = v7 - 0.04774184;
-  const lanes v9 = 0.0451612 * v8;
-  const lanes v10 = 1e-150 + v9;
-  const lanes v11 = v10 * v10;
-  const lanes v12 = v7 - 0.00258064;
-  const lanes v13 = 0.09290304 - v7;
-  const lanes v14 = v12 * v13;
-  const lanes_where v15 = LANES_LT(8.15813594176e-18, v14);
-  lanes v16; LANES_NAME(lanes_sqrt)(&v14, &v16);
-  const lanes v17 = 0.0451612 * v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = LANES_CHOICE(v15, v18, 0.0);
-  const lanes v20 = LANES_CHOICE(v15, v19, 0.0);
-  const lanes v21 = v11 + v20;
-  lanes v22; LANES_NAME(lanes_sqrt)(&v21, &v22);
-  const lanes v23 = v10 / v22;
-  const lanes v24 = 0.127 * v23;
-  const lanes v25 = v24 + 0.1778;
-  const lanes v26 = v25 * v5;
-  const lanes v27 = 1.0 / v22;
-  const lanes v28 = v17 * v27;
-  const lanes v29 = 0.127 * v28;
-  const lanes v30 = v29 * v2;
-  const lanes v31 = LANES_CHOICE(v15, v30, 0.0);
-  const lanes v32 = v26 - v31;
-  const lanes v33 = v32 * v32;
-  const lanes v34 = v29 * v5;
-  const lanes v35 = LANES_CHOICE(v15, v34, 0.0);
-  const lanes v36 = v25 * v2;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = 1e-150 + v37;
-  const lanes v39 = v38 * v38;
-  const lanes v40 = v33 + v39;
-  lanes v41; LANES_NAME(lanes_sqrt)(&v40, &v41);
-  const lanes v42 = v32 / v41;
-  const lanes v43 = v38 / v41;
-  lanes v44; LANES_NAME(lanes_atan2)(&v42, &v43, &v44);
-  const lanes v45 = LANES_CHOICE(v15, v28, 0.0);
-  lanes v46; LANES_NAME(lanes_atan2)(&v45, &v23, &v46);
-  const lanes v47 = T_4 * T_4;
-  const lanes v48 = 1e-150 + T_0;
-  const lanes v49 = v48 * v48;
-  const lanes v50 = v47 + v49;
-  lanes v51; LANES_NAME(lanes_sqrt)(&v50, &v51);
-  const lanes v52 = T_4 / v51;
-  const lanes v53 = v23 * v43;
-  const lanes v54 = v28 * v42;
-  const lanes v55 = LANES_CHOICE(v15, v54, 0.0);
-  const lanes v56 = v53 - v55;
-  const lanes v57 = v52 * v56;
-  const lanes v58 = v48 / v51;
-  const lanes v59 = v23 * v42;
-  const lanes v60 = v28 * v43;
-  const lanes v61 = LANES_CHOICE(v15, v60, 0.0);
-  const lanes v62 = v59 + v61;
-  const lanes v63 = v58 * v62;
-  const lanes v64 = v57 - v63;
-  const lanes v65 = v58 * v56;
-  const lanes v66 = v52 * v62;
-  const lanes v67 = v65 + v66;
-  lanes v68; LANES_NAME(lanes_atan2)(&v64, &v67, &v68);
-  const lanes v69 = v31 + v26;
-  const lanes v70 = v69 * v69;
-  const lanes v71 = v36 - v35;
-  const lanes v72 = 1e-150 + v71;
-  const lanes v73 = v72 * v72;
-  const lanes v74 = v70 + v73;
-  lanes v75; LANES_NAME(lanes_sqrt)(&v74, &v75);
-  const lanes v76 = v69 / v75;
-  const lanes v77 = v72 / v75;
-  lanes v78; LANES_NAME(lanes_atan2)(&v76, &v77, &v78);
-  const lanes v79 = v23 * v77;
-  const lanes v80 = v28 * v76;
-  const lanes v81 = LANES_CHOICE(v15, v80, 0.0);
-  const lanes v82 = v79 + v81;
-  const lanes v83 = v52 * v82;
-  const lanes v84 = v23 * v76;
-  const lanes v85 = v28 * v77;
-  const lanes v86 = LANES_CHOICE(v15, v85, 0.0);
-  const lanes v87 = v84 - v86;
-  const lanes v88 = v58 * v87;
-  const lanes v89 = v83 - v88;
-  const lanes v90 = v58 * v82;
-  const lanes v91 = v52 * v87;
-  const lanes v92 = v90 + v91;
-  lanes v93; LANES_NAME(lanes_atan2)(&v89, &v92, &v93);
-  out[0] = v44;
-  out[1] = v46;
-  out[2] = v68;
-  out[3] = v78;
-  const lanes v94 = -v46;
-  out[4] = v94;
-  out[5] = v93;
-  const lanes v95 = T_11 * T_11;
-  const lanes v96 = v56 * v67;
-  const lanes v97 = v62 * v64;
-  const lanes v98 = v96 - v97;
-  const lanes v99 = 0.127 * v98;
-  const lanes v100 = 0.127 * v56;
-  const lanes v101 = v99 + v100;
-  const lanes v102 = 0.1778 * v43;
-  const lanes v103 = v101 + v102;
-  const lanes v104 = v103 - T_3;
-  const lanes v105 = v104 * v104;
-  const lanes v106 = v95 + v105;
-  const lanes v107 = v56 * v64;
-  const lanes v108 = v62 * v67;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = 0.127 * v109;
-  const lanes v111 = 0.127 * v62;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = 0.1778 * v42;
-  const lanes v114 = v112 + v113;
-  const lanes v115 = v114 - T_7;
-  const lanes v116 = v115 * v115;
-  const lanes v117 = v106 + v116;
-  const lanes v118 = T_2 * T_2;
-  const lanes v119 = T_6 * T_6;
-  const lanes v120 = v118 + v119;
-  const lanes v121 = T_8 * T_8;
-  const lanes v122 = v120 + v121;
-  const lanes v123 = T_9 * T_9;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = 1.0 - T_10;
-  const lanes v126 = v125 * v125;
-  const lanes v127 = v124 + v126;
-  const lanes v128 = v98 - T_0;
-  const lanes v129 = v128 * v128;
-  const lanes v130 = v127 + v129;
-  const lanes v131 = T_1 + v109;
-  const lanes v132 = v131 * v131;
-  const lanes v133 = v130 + v132;
-  const lanes v134 = v109 - T_4;
-  const lanes v135 = v134 * v134;
-  const lanes v136 = v133 + v135;
-  const lanes v137 = v98 - T_5;
-  const lanes v138 = v137 * v137;
-  const lanes v139 = v136 + v138;
-  const lanes v140 = 0.5 * v139;
-  lanes v141; LANES_NAME(lanes_fmax)(&v117, &v140, &v141);
-  lanes v142; LANES_NAME(lanes_sqrt)(&v141, &v142);
-  out[6] = v142;
-  const lanes v143 = v82 * v92;
-  const lanes v144 = v87 * v89;
-  const lanes v145 = v143 - v144;
-  const lanes v146 = v145 - T_5;
-  const lanes v147 = v146 * v146;
-  const lanes v148 = v124 + v147;
-  const lanes v149 = v148 + v126;
-  const lanes v150 = v145 - T_0;
-  const lanes v151 = v150 * v150;
-  const lanes v152 = v149 + v151;
-  const lanes v153 = v82 * v89;
-  const lanes v154 = v87 * v92;
-  const lanes v155 = v153 + v154;
-  const lanes v156 = T_1 + v155;
-  const lanes v157 = v156 * v156;
-  const lanes v158 = v152 + v157;
-  const lanes v159 = v155 - T_4;
-  const lanes v160 = v159 * v159;
-  const lanes v161 = v158 + v160;
-  const lanes v162 = 0.5 * v161;
-  const lanes v163 = 0.127 * v145;
-  const lanes v164 = 0.127 * v82;
-  const lanes v165 = v163 + v164;
-  const lanes v166 = 0.1778 * v77;
-  const lanes v167 = v165 + v166;
-  const lanes v168 = v167 - T_3;
-  const lanes v169 = v168 * v168;
-  const lanes v170 = v95 + v169;
-  const lanes v171 = 0.127 * v155;
-  const lanes v172 = 0.127 * v87;
-  const lanes v173 = v171 + v172;
-  const lanes v174 = 0.1778 * v76;
-  const lanes v175 = v173 + v174;
-  const lanes v176 = v175 - T_7;
-  const lanes v177 = v176 * v176;
-  const lanes v178 = v170 + v177;
-  lanes v179; LANES_NAME(lanes_fmax)(&v162, &v178, &v179);
-  lanes v180; LANES_NAME(lanes_sqrt)(&v179, &v180);
-  out[7] = v180;
-  const lanes v181 = 490.3080836793531 * v14;
-  out[8] = v181;
-  out[9] = v181;
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      v1 = 0.127 * T_0, v2 = 0.127 * T_4, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = T_2 * T_2,
+      v6 = T_6 * T_6, v7 = T_8 * T_8, v8 = T_9 * T_9, v9 = 1.0 - T_10, v10 = T_11 * T_11,
+      v11 = T_3 - v1, v12 = T_7 - v2, v13 = v4 * v4, v14 = v5 + v6, v15 = v9 * v9, v16 = v11 * v11,
+      v17 = v12 * v12, v18 = v3 + v13, v19 = v14 + v7, v20 = v16 + v17;
+  LANES_LET1(v21, rsqrt, v18);
+  const lanes v22 = v19 + v8, v23 = v20 - 0.04774184, v24 = v20 - 0.00258064,
+      v25 = 0.09290304 - v20, v26 = T_4 * v21, v27 = v4 * v21, v28 = 0.0451612 * v23,
+      v29 = v24 * v25, v30 = v27 - T_0, v31 = T_1 + v26, v32 = v26 - T_4, v33 = v27 - T_5,
+      v34 = 0.127 * v27, v35 = 0.127 * v26, v36 = 1e-150 + v28;
+  const lanes_where v37 = LANES_LT(8.15813594176e-18, v29); LANES_LET1(v38, sqrt, v29);
+  const lanes v39 = v30 * v30, v40 = v31 * v31, v41 = v32 * v32, v42 = v33 * v33,
+      v43 = 490.3080836793531 * v29, v44 = v36 * v36, v45 = LANES_CHOICE(v37, v38, 0.0),
+      v46 = v22 + v39;
+  out[8] = v43; out[9] = v43;
+  const lanes v47 = 0.0451612 * v45, v48 = v46 + v40, v49 = v47 * v47;
+  LANES_LET2(v50, atan2, v47, v36);
+  const lanes v51 = v48 + v41, v52 = v44 + v49;
+  out[1] = v50;
+  const lanes v53 = -v50, v54 = v51 + v42;
+  LANES_LET1(v55, rsqrt, v52); out[4] = v53;
+  const lanes v56 = v54 + v15, v57 = v36 * v55, v58 = v47 * v55, v59 = 0.5 * v56, v60 = 0.127 * v57,
+      v61 = 0.127 * v58, v62 = v60 + 0.1778, v63 = v11 * v61, v64 = v61 * v12, v65 = v62 * v12,
+      v66 = v11 * v62, v67 = v65 - v63, v68 = v66 + v64, v69 = v63 + v65, v70 = v66 - v64,
+      v71 = v67 * v67, v72 = 1e-150 + v68, v73 = v69 * v69, v74 = 1e-150 + v70, v75 = v72 * v72;
+  LANES_LET2(v76, atan2, v67, v72);
+  const lanes v77 = v74 * v74;
+  LANES_LET2(v78, atan2, v69, v74);
+  const lanes v79 = v71 + v75, v80 = v73 + v77;
+  out[0] = v76; out[3] = v78; LANES_LET1(v81, rsqrt, v79); LANES_LET1(v82, rsqrt, v80);
+  const lanes v83 = v67 * v81, v84 = v72 * v81, v85 = v69 * v82, v86 = v74 * v82, v87 = v57 * v84,
+      v88 = v58 * v83, v89 = v57 * v83, v90 = v58 * v84, v91 = v57 * v86, v92 = v58 * v85,
+      v93 = v57 * v85, v94 = v58 * v86, v95 = 0.1778 * v84, v96 = 0.1778 * v83, v97 = 0.1778 * v86,
+      v98 = 0.1778 * v85, v99 = v87 - v88, v100 = v89 + v90, v101 = v91 + v92, v102 = v93 - v94,
+      v103 = v26 * v99, v104 = v27 * v100, v105 = v27 * v99, v106 = v26 * v100, v107 = v26 * v101,
+      v108 = v27 * v102, v109 = v27 * v101, v110 = v26 * v102, v111 = 0.127 * v99,
+      v112 = 0.127 * v100, v113 = 0.127 * v101, v114 = 0.127 * v102, v115 = v103 - v104,
+      v116 = v105 + v106, v117 = v107 - v108, v118 = v109 + v110, v119 = v34 + v111,
+      v120 = v35 + v112, v121 = v34 + v113, v122 = v35 + v114;
+  LANES_LET2(v123, atan2, v115, v116); LANES_LET2(v124, atan2, v117, v118);
+  const lanes v125 = v119 + v95, v126 = v120 + v96, v127 = v121 + v97, v128 = v122 + v98;
+  out[2] = v123; out[5] = v124;
+  const lanes v129 = v125 - T_3, v130 = v126 - T_7, v131 = v127 - T_3, v132 = v128 - T_7,
+      v133 = v129 * v129, v134 = v130 * v130, v135 = v131 * v131, v136 = v132 * v132,
+      v137 = v10 + v133, v138 = v10 + v135, v139 = v137 + v134, v140 = v138 + v136,
+      v141 = v59 + v139, v142 = v139 - v59, v143 = v59 + v140, v144 = v140 - v59;
+  LANES_LET1(v145, fabs, v142); LANES_LET1(v146, fabs, v144);
+  const lanes v147 = v141 + v145, v148 = v143 + v146, v149 = 0.5 * v147, v150 = 0.5 * v148;
+  LANES_LET1(v151, sqrt, v149); LANES_LET1(v152, sqrt, v150); out[6] = v151; out[7] = v152;
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar)(const lanes *in, lanes *out)
 {
-  const lanes x_0 = in[0];
-  const lanes x_1 = in[1];
-  const lanes x_2 = in[2];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&x_2, &v1, &v5);
-  const lanes v2 = 0.127 * v1;
-  const lanes v3 = x_0 - v2;
-  const lanes v4 = v3 * v3;
-  const lanes v6 = 0.127 * v5;
-  const lanes v7 = x_1 - v6;
-  const lanes v8 = v7 * v7;
-  const lanes v9 = v4 + v8;
-  const lanes v10 = v9 - 0.04774184;
-  const lanes v11 = 0.0451612 * v10;
-  const lanes v12 = 1e-150 + v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = 0.09290304 - v9;
-  const lanes v15 = v9 - 0.00258064;
-  const lanes v16 = v14 * v15;
-  const lanes_where v17 = LANES_LT(8.15813594176e-18, v16);
-  lanes v18; LANES_NAME(lanes_sqrt)(&v16, &v18);
-  const lanes v19 = 0.0451612 * v18;
-  const lanes v20 = v19 * v19;
-  const lanes v21 = LANES_CHOICE(v17, v20, 0.0);
-  const lanes v22 = LANES_CHOICE(v17, v21, 0.0);
-  const lanes v23 = v13 + v22;
-  lanes v24; LANES_NAME(lanes_sqrt)(&v23, &v24);
-  const lanes v25 = v12 / v24;
-  const lanes v26 = 0.127 * v25;
-  const lanes v27 = v26 + 0.1778;
-  const lanes v28 = v27 * v7;
-  const lanes v29 = 1.0 / v24;
-  const lanes v30 = v19 * v29;
-  const lanes v31 = 0.127 * v30;
-  const lanes v32 = v31 * v3;
-  const lanes v33 = LANES_CHOICE(v17, v32, 0.0);
-  const lanes v34 = v28 - v33;
-  const lanes v35 = v34 * v34;
-  const lanes v36 = v31 * v7;
-  const lanes v37 = LANES_CHOICE(v17, v36, 0.0);
-  const lanes v38 = v27 * v3;
-  const lanes v39 = v37 + v38;
-  const lanes v40 = 1e-150 + v39;
-  const lanes v41 = v40 * v40;
-  const lanes v42 = v35 + v41;
-  lanes v43; LANES_NAME(lanes_sqrt)(&v42, &v43);
-  const lanes v44 = v34 / v43;
-  const lanes v45 = v40 / v43;
-  lanes v46; LANES_NAME(lanes_atan2)(&v44, &v45, &v46);
-  const lanes v47 = LANES_CHOICE(v17, v30, 0.0);
-  lanes v48; LANES_NAME(lanes_atan2)(&v47, &v25, &v48);
-  const lanes v49 = 1e-150 + v1;
-  const lanes v50 = v49 * v49;
-  const lanes v51 = v5 * v5;
-  const lanes v52 = v50 + v51;
-  lanes v53; LANES_NAME(lanes_sqrt)(&v52, &v53);
-  const lanes v54 = v5 / v53;
-  const lanes v55 = v25 * v45;
-  const lanes v56 = v30 * v44;
-  const lanes v57 = LANES_CHOICE(v17, v56, 0.0);
-  const lanes v58 = v55 - v57;
-  const lanes v59 = v54 * v58;
-  const lanes v60 = v49 / v53;
-  const lanes v61 = v25 * v44;
-  const lanes v62 = v30 * v45;
-  const lanes v63 = LANES_CHOICE(v17, v62, 0.0);
-  const lanes v64 = v61 + v63;
-  const lanes v65 = v60 * v64;
-  const lanes v66 = v59 - v65;
-  const lanes v67 = v60 * v58;
-  const lanes v68 = v54 * v64;
-  const lanes v69 = v67 + v68;
-  lanes v70; LANES_NAME(lanes_atan2)(&v66, &v69, &v70);
-  const lanes v71 = v33 + v28;
-  const lanes v72 = v71 * v71;
-  const lanes v73 = v38 - v37;
-  const lanes v74 = 1e-150 + v73;
-  const lanes v75 = v74 * v74;
-  const lanes v76 = v72 + v75;
-  lanes v77; LANES_NAME(lanes_sqrt)(&v76, &v77);
-  const lanes v78 = v71 / v77;
-  const lanes v79 = v74 / v77;
-  lanes v80; LANES_NAME(lanes_atan2)(&v78, &v79, &v80);
-  const lanes v81 = v25 * v79;
-  const lanes v82 = v30 * v78;
-  const lanes v83 = LANES_CHOICE(v17, v82, 0.0);
-  const lanes v84 = v81 + v83;
-  const lanes v85 = v54 * v84;
-  const lanes v86 = v25 * v78;
-  const lanes v87 = v30 * v79;
-  const lanes v88 = LANES_CHOICE(v17, v87, 0.0);
-  const lanes v89 = v86 - v88;
-  const lanes v90 = v60 * v89;
-  const lanes v91 = v85 - v90;
-  const lanes v92 = v60 * v84;
-  const lanes v93 = v54 * v89;
-  const lanes v94 = v92 + v93;
-  lanes v95; LANES_NAME(lanes_atan2)(&v91, &v94, &v95);
-  out[0] = v46;
-  out[1] = v48;
-  out[2] = v70;
-  out[3] = v80;
-  const lanes v96 = -v48;
-  out[4] = v96;
-  out[5] = v95;
-  const lanes v97 = v58 * v69;
-  const lanes v98 = v64 * v66;
-  const lanes v99 = v97 - v98;
-  const lanes v100 = 0.127 * v99;
-  const lanes v101 = 0.127 * v58;
-  const lanes v102 = v100 + v101;
-  const lanes v103 = 0.1778 * v45;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = v104 - x_0;
-  const lanes v106 = v105 * v105;
-  const lanes v107 = v58 * v66;
-  const lanes v108 = v64 * v69;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = 0.127 * v109;
-  const lanes v111 = 0.127 * v64;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = 0.1778 * v44;
-  const lanes v114 = v112 + v113;
-  const lanes v115 = v114 - x_1;
-  const lanes v116 = v115 * v115;
-  const lanes v117 = v106 + v116;
-  const lanes v118 = v99 - v1;
-  const lanes v119 = v118 * v118;
-  const lanes v120 = v109 - v5;
-  const lanes v121 = v120 * v120;
-  const lanes v122 = v119 + v121;
-  lanes v123; LANES_NAME(lanes_fmax)(&v117, &v122, &v123);
-  lanes v124; LANES_NAME(lanes_sqrt)(&v123, &v124);
-  out[6] = v124;
-  const lanes v125 = v84 * v94;
-  const lanes v126 = v89 * v91;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = 0.127 * v127;
-  const lanes v129 = 0.127 * v84;
-  const lanes v130 = v128 + v129;
-  const lanes v131 = 0.1778 * v79;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v132 - x_0;
-  const lanes v134 = v133 * v133;
-  const lanes v135 = v84 * v91;
-  const lanes v136 = v89 * v94;
-  const lanes v137 = v135 + v136;
-  const lanes v138 = 0.127 * v137;
-  const lanes v139 = 0.127 * v89;
-  const lanes v140 = v138 + v139;
-  const lanes v141 = 0.1778 * v78;
-  const lanes v142 = v140 + v141;
-  const lanes v143 = v142 - x_1;
-  const lanes v144 = v143 * v143;
-  const lanes v145 = v134 + v144;
-  const lanes v146 = v127 - v1;
-  const lanes v147 = v146 * v146;
-  const lanes v148 = v137 - v5;
-  const lanes v149 = v148 * v148;
-  const lanes v150 = v147 + v149;
-  lanes v151; LANES_NAME(lanes_fmax)(&v145, &v150, &v151);
-  lanes v152; LANES_NAME(lanes_sqrt)(&v151, &v152);
-  out[7] = v152;
-  const lanes v153 = 490.3080836793531 * v16;
-  out[8] = v153;
-  out[9] = v153;
+  const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2];
+  LANES_COS_SIN(v1, v2, x_2);
+  const lanes v3 = 0.127 * v1, v4 = 0.127 * v2, v5 = 1e-150 + v1, v6 = v2 * v2, v7 = x_0 - v3,
+      v8 = x_1 - v4, v9 = v5 * v5, v10 = v7 * v7, v11 = v8 * v8, v12 = v9 + v6, v13 = v10 + v11;
+  LANES_LET1(v14, rsqrt, v12);
+  const lanes v15 = v13 - 0.04774184, v16 = 0.09290304 - v13, v17 = v13 - 0.00258064,
+      v18 = v2 * v14, v19 = v5 * v14, v20 = 0.0451612 * v15, v21 = v16 * v17, v22 = v19 - v1,
+      v23 = v18 - v2, v24 = 0.127 * v19, v25 = 0.127 * v18, v26 = 1e-150 + v20;
+  const lanes_where v27 = LANES_LT(8.15813594176e-18, v21); LANES_LET1(v28, sqrt, v21);
+  const lanes v29 = v22 * v22, v30 = v23 * v23, v31 = 490.3080836793531 * v21, v32 = v26 * v26,
+      v33 = LANES_CHOICE(v27, v28, 0.0), v34 = v29 + v30;
+  out[8] = v31; out[9] = v31;
+  const lanes v35 = 0.0451612 * v33, v36 = v35 * v35;
+  LANES_LET2(v37, atan2, v35, v26);
+  const lanes v38 = v32 + v36;
+  out[1] = v37;
+  const lanes v39 = -v37;
+  LANES_LET1(v40, rsqrt, v38); out[4] = v39;
+  const lanes v41 = v26 * v40, v42 = v35 * v40, v43 = 0.127 * v41, v44 = 0.127 * v42,
+      v45 = v43 + 0.1778, v46 = v44 * v7, v47 = v44 * v8, v48 = v45 * v8, v49 = v45 * v7,
+      v50 = v48 - v46, v51 = v47 + v49, v52 = v46 + v48, v53 = v49 - v47, v54 = v50 * v50,
+      v55 = 1e-150 + v51, v56 = v52 * v52, v57 = 1e-150 + v53, v58 = v55 * v55;
+  LANES_LET2(v59, atan2, v50, v55);
+  const lanes v60 = v57 * v57;
+  LANES_LET2(v61, atan2, v52, v57);
+  const lanes v62 = v54 + v58, v63 = v56 + v60;
+  out[0] = v59; out[3] = v61; LANES_LET1(v64, rsqrt, v62); LANES_LET1(v65, rsqrt, v63);
+  const lanes v66 = v50 * v64, v67 = v55 * v64, v68 = v52 * v65, v69 = v57 * v65, v70 = v41 * v67,
+      v71 = v42 * v66, v72 = v41 * v66, v73 = v42 * v67, v74 = v41 * v69, v75 = v42 * v68,
+      v76 = v41 * v68, v77 = v42 * v69, v78 = 0.1778 * v67, v79 = 0.1778 * v66, v80 = 0.1778 * v69,
+      v81 = 0.1778 * v68, v82 = v70 - v71, v83 = v72 + v73, v84 = v74 + v75, v85 = v76 - v77,
+      v86 = v18 * v82, v87 = v19 * v83, v88 = v19 * v82, v89 = v18 * v83, v90 = v18 * v84,
+      v91 = v19 * v85, v92 = v19 * v84, v93 = v18 * v85, v94 = 0.127 * v82, v95 = 0.127 * v83,
+      v96 = 0.127 * v84, v97 = 0.127 * v85, v98 = v86 - v87, v99 = v88 + v89, v100 = v90 - v91,
+      v101 = v92 + v93, v102 = v24 + v94, v103 = v25 + v95, v104 = v24 + v96, v105 = v25 + v97;
+  LANES_LET2(v106, atan2, v98, v99); LANES_LET2(v107, atan2, v100, v101);
+  const lanes v108 = v102 + v78, v109 = v103 + v79, v110 = v104 + v80, v111 = v105 + v81;
+  out[2] = v106; out[5] = v107;
+  const lanes v112 = v108 - x_0, v113 = v109 - x_1, v114 = v110 - x_0, v115 = v111 - x_1,
+      v116 = v112 * v112, v117 = v113 * v113, v118 = v114 * v114, v119 = v115 * v115,
+      v120 = v116 + v117, v121 = v118 + v119, v122 = v34 + v120, v123 = v120 - v34,
+      v124 = v34 + v121, v125 = v121 - v34;
+  LANES_LET1(v126, fabs, v123); LANES_LET1(v127, fabs, v125);
+  const lanes v128 = v122 + v126, v129 = v124 + v127, v130 = 0.5 * v128, v131 = 0.5 * v129;
+  LANES_LET1(v132, sqrt, v130); LANES_LET1(v133, sqrt, v131); out[6] = v132; out[7] = v133;
 }

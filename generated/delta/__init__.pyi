@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import Robot
+from chasles import Robot, Solutions
 
 robot: Robot
 
@@ -628,4 +628,23 @@ def velocity_relation(
     Returns:
         J_x (..., 6, 6): rods along their directions (1, m).
         J_q (..., 6, 3): actuators (1, m).
+    """
+
+def ik(
+    T: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> Solutions:
+    """Every solution of the inverse kinematics, in 2 slots.
+
+    fk(q[k]) = T wherever residual[k] is rounding
+
+    Args:
+        T (..., 4, 4): pose of the tool, T_0_ee (1, m).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        q (..., 2, 3): joint coordinates, one solution a row (rad).
+        residual (..., 2): distance of fk(q[k]) from the target (m or rad).
+        margin (..., 2): distance from the boundary of what can be reached, negative beyond (1).
     """

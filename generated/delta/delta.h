@@ -257,6 +257,14 @@ void delta_rods_D_chain(const double theta[6], const double q[3], double residua
  *   J_q: actuators, 6 x 3 (1, m) */
 void delta_velocity_relation(const double theta[6], const double q[3], double J_x[36], double J_q[18]);
 
+/* Every solution of the inverse kinematics, in 2 slots.
+ * fk(q[k]) = T wherever residual[k] is rounding
+ *   T: pose of the tool, T_0_ee, 4 x 4 (1, m)
+ *   q: joint coordinates, one solution a row, 2 x 3 (rad)
+ *   residual: distance of fk(q[k]) from the target, 2 (m or rad)
+ *   margin: distance from the boundary of what can be reached, negative beyond, 2 (1) */
+void delta_ik(const double T[16], double q[6], double residual[2], double margin[2]);
+
 #ifdef __cplusplus
 }
 #endif

@@ -61,6 +61,34 @@ extern "C" {
 #define CHASLES_HAS_AVX2 (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
 #endif
 
+#if CHASLES_SET_AVX512
+#define CHASLES_RUN_AVX512(kernel) \
+  if (n > 1 && CHASLES_HAS_AVX512) { \
+    lanes_run_avx512(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    return; \
+  }
+#else
+#define CHASLES_RUN_AVX512(kernel)
+#endif
+#if CHASLES_SET_AVX2
+#define CHASLES_RUN_AVX2(kernel) \
+  if (n > 1 && CHASLES_HAS_AVX2) { \
+    lanes_run_avx2(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    return; \
+  }
+#else
+#define CHASLES_RUN_AVX2(kernel)
+#endif
+#if CHASLES_SET_BASELINE
+#define CHASLES_RUN_BASELINE(kernel) \
+  if (n > 1) { \
+    lanes_run_baseline(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    return; \
+  }
+#else
+#define CHASLES_RUN_BASELINE(kernel)
+#endif
+
 /* Rows of any step, in doubles. */
 static void delta_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
@@ -68,27 +96,9 @@ static void delta_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t
 #if CHASLES_LANES
   static const int sizes[] = {3, 16};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_fk_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_fk_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_fk_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_fk_avx512)
+  CHASLES_RUN_AVX2(delta_fk_avx2)
+  CHASLES_RUN_BASELINE(delta_fk_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -110,27 +120,9 @@ static void delta_link_poses_rows(size_t n, const double *const *inputs, const p
 #if CHASLES_LANES
   static const int sizes[] = {3, 96};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_link_poses_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_link_poses_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_link_poses_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_link_poses_avx512)
+  CHASLES_RUN_AVX2(delta_link_poses_avx2)
+  CHASLES_RUN_BASELINE(delta_link_poses_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -152,27 +144,9 @@ static void delta_fk_jacobian_mixed_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {3, 16, 18};
   static const lanes_shape shape = {1, 2, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_fk_jacobian_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_fk_jacobian_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_fk_jacobian_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_fk_jacobian_mixed_avx512)
+  CHASLES_RUN_AVX2(delta_fk_jacobian_mixed_avx2)
+  CHASLES_RUN_BASELINE(delta_fk_jacobian_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_fk_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -194,27 +168,9 @@ static void delta_jacobian_space_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {3, 18};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_jacobian_space_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_jacobian_space_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_jacobian_space_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_jacobian_space_avx512)
+  CHASLES_RUN_AVX2(delta_jacobian_space_avx2)
+  CHASLES_RUN_BASELINE(delta_jacobian_space_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -236,27 +192,9 @@ static void delta_jacobian_body_rows(size_t n, const double *const *inputs, cons
 #if CHASLES_LANES
   static const int sizes[] = {3, 18};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_jacobian_body_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_jacobian_body_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_jacobian_body_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_jacobian_body_avx512)
+  CHASLES_RUN_AVX2(delta_jacobian_body_avx2)
+  CHASLES_RUN_BASELINE(delta_jacobian_body_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -278,27 +216,9 @@ static void delta_jacobian_mixed_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {3, 18};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_jacobian_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_jacobian_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_jacobian_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_jacobian_mixed_avx512)
+  CHASLES_RUN_AVX2(delta_jacobian_mixed_avx2)
+  CHASLES_RUN_BASELINE(delta_jacobian_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -320,27 +240,9 @@ static void delta_jacobian_space_dot_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 18};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_jacobian_space_dot_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_jacobian_space_dot_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_jacobian_space_dot_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_jacobian_space_dot_avx512)
+  CHASLES_RUN_AVX2(delta_jacobian_space_dot_avx2)
+  CHASLES_RUN_BASELINE(delta_jacobian_space_dot_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_jacobian_space_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -362,27 +264,9 @@ static void delta_jacobian_body_dot_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 18};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_jacobian_body_dot_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_jacobian_body_dot_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_jacobian_body_dot_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_jacobian_body_dot_avx512)
+  CHASLES_RUN_AVX2(delta_jacobian_body_dot_avx2)
+  CHASLES_RUN_BASELINE(delta_jacobian_body_dot_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_jacobian_body_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -404,27 +288,9 @@ static void delta_jacobian_mixed_dot_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 18};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_jacobian_mixed_dot_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_jacobian_mixed_dot_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_jacobian_mixed_dot_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_jacobian_mixed_dot_avx512)
+  CHASLES_RUN_AVX2(delta_jacobian_mixed_dot_avx2)
+  CHASLES_RUN_BASELINE(delta_jacobian_mixed_dot_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_jacobian_mixed_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -446,27 +312,9 @@ static void delta_hessian_mixed_rows(size_t n, const double *const *inputs, cons
 #if CHASLES_LANES
   static const int sizes[] = {3, 54};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_hessian_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_hessian_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_hessian_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_hessian_mixed_avx512)
+  CHASLES_RUN_AVX2(delta_hessian_mixed_avx2)
+  CHASLES_RUN_BASELINE(delta_hessian_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_hessian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -488,27 +336,9 @@ static void delta_twist_space_rows(size_t n, const double *const *inputs, const 
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 6};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_twist_space_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_twist_space_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_twist_space_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_twist_space_avx512)
+  CHASLES_RUN_AVX2(delta_twist_space_avx2)
+  CHASLES_RUN_BASELINE(delta_twist_space_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_twist_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -530,27 +360,9 @@ static void delta_twist_body_rows(size_t n, const double *const *inputs, const p
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 6};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_twist_body_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_twist_body_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_twist_body_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_twist_body_avx512)
+  CHASLES_RUN_AVX2(delta_twist_body_avx2)
+  CHASLES_RUN_BASELINE(delta_twist_body_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_twist_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -572,27 +384,9 @@ static void delta_twist_mixed_rows(size_t n, const double *const *inputs, const 
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 6};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_twist_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_twist_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_twist_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_twist_mixed_avx512)
+  CHASLES_RUN_AVX2(delta_twist_mixed_avx2)
+  CHASLES_RUN_BASELINE(delta_twist_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_twist_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -614,27 +408,9 @@ static void delta_acceleration_space_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3, 6};
   static const lanes_shape shape = {3, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_acceleration_space_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_acceleration_space_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_acceleration_space_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_acceleration_space_avx512)
+  CHASLES_RUN_AVX2(delta_acceleration_space_avx2)
+  CHASLES_RUN_BASELINE(delta_acceleration_space_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_acceleration_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -656,27 +432,9 @@ static void delta_acceleration_body_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3, 6};
   static const lanes_shape shape = {3, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_acceleration_body_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_acceleration_body_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_acceleration_body_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_acceleration_body_avx512)
+  CHASLES_RUN_AVX2(delta_acceleration_body_avx2)
+  CHASLES_RUN_BASELINE(delta_acceleration_body_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_acceleration_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -698,27 +456,9 @@ static void delta_acceleration_mixed_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3, 6};
   static const lanes_shape shape = {3, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_acceleration_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_acceleration_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_acceleration_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_acceleration_mixed_avx512)
+  CHASLES_RUN_AVX2(delta_acceleration_mixed_avx2)
+  CHASLES_RUN_BASELINE(delta_acceleration_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_acceleration_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -740,27 +480,9 @@ static void delta_chain_rows(size_t n, const double *const *inputs, const ptrdif
 #if CHASLES_LANES
   static const int sizes[] = {3, 6};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_chain_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_chain_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_chain_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_chain_avx512)
+  CHASLES_RUN_AVX2(delta_chain_avx2)
+  CHASLES_RUN_BASELINE(delta_chain_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_chain(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -782,27 +504,9 @@ static void delta_chain_D_q_rows(size_t n, const double *const *inputs, const pt
 #if CHASLES_LANES
   static const int sizes[] = {3, 18};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_chain_D_q_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_chain_D_q_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_chain_D_q_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_chain_D_q_avx512)
+  CHASLES_RUN_AVX2(delta_chain_D_q_avx2)
+  CHASLES_RUN_BASELINE(delta_chain_D_q_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_chain_D_q(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -824,27 +528,9 @@ static void delta_chain_rates_rows(size_t n, const double *const *inputs, const 
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 6};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_chain_rates_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_chain_rates_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_chain_rates_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_chain_rates_avx512)
+  CHASLES_RUN_AVX2(delta_chain_rates_avx2)
+  CHASLES_RUN_BASELINE(delta_chain_rates_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_chain_rates(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -866,27 +552,9 @@ static void delta_chain_accelerations_rows(size_t n, const double *const *inputs
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3, 6};
   static const lanes_shape shape = {3, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_chain_accelerations_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_chain_accelerations_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_chain_accelerations_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_chain_accelerations_avx512)
+  CHASLES_RUN_AVX2(delta_chain_accelerations_avx2)
+  CHASLES_RUN_BASELINE(delta_chain_accelerations_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_chain_accelerations(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -908,27 +576,9 @@ static void delta_configuration_rows(size_t n, const double *const *inputs, cons
 #if CHASLES_LANES
   static const int sizes[] = {3, 9};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_configuration_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_configuration_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_configuration_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_configuration_avx512)
+  CHASLES_RUN_AVX2(delta_configuration_avx2)
+  CHASLES_RUN_BASELINE(delta_configuration_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_configuration(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -950,27 +600,9 @@ static void delta_margin_rows(size_t n, const double *const *inputs, const ptrdi
 #if CHASLES_LANES
   static const int sizes[] = {3, 1};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_margin_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_margin_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_margin_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_margin_avx512)
+  CHASLES_RUN_AVX2(delta_margin_avx2)
+  CHASLES_RUN_BASELINE(delta_margin_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_margin(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -992,27 +624,9 @@ static void delta_chain_all_rows(size_t n, const double *const *inputs, const pt
 #if CHASLES_LANES
   static const int sizes[] = {3, 12, 2};
   static const lanes_shape shape = {1, 2, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_chain_all_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_chain_all_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_chain_all_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_chain_all_avx512)
+  CHASLES_RUN_AVX2(delta_chain_all_avx2)
+  CHASLES_RUN_BASELINE(delta_chain_all_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_chain_all(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -1034,27 +648,9 @@ static void delta_actuators_rows(size_t n, const double *const *inputs, const pt
 #if CHASLES_LANES
   static const int sizes[] = {6, 3};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_actuators_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_actuators_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_actuators_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_actuators_avx512)
+  CHASLES_RUN_AVX2(delta_actuators_avx2)
+  CHASLES_RUN_BASELINE(delta_actuators_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_actuators(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -1076,27 +672,9 @@ static void delta_actuators_D_chain_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {6, 18};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_actuators_D_chain_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_actuators_D_chain_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_actuators_D_chain_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_actuators_D_chain_avx512)
+  CHASLES_RUN_AVX2(delta_actuators_D_chain_avx2)
+  CHASLES_RUN_BASELINE(delta_actuators_D_chain_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_actuators_D_chain(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -1118,27 +696,9 @@ static void delta_actuator_rates_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 3};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_actuator_rates_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_actuator_rates_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_actuator_rates_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_actuator_rates_avx512)
+  CHASLES_RUN_AVX2(delta_actuator_rates_avx2)
+  CHASLES_RUN_BASELINE(delta_actuator_rates_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_actuator_rates(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -1160,27 +720,9 @@ static void delta_actuator_accelerations_rows(size_t n, const double *const *inp
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 3};
   static const lanes_shape shape = {3, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_actuator_accelerations_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_actuator_accelerations_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_actuator_accelerations_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_actuator_accelerations_avx512)
+  CHASLES_RUN_AVX2(delta_actuator_accelerations_avx2)
+  CHASLES_RUN_BASELINE(delta_actuator_accelerations_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_actuator_accelerations(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -1202,27 +744,9 @@ static void delta_actuator_margin_rows(size_t n, const double *const *inputs, co
 #if CHASLES_LANES
   static const int sizes[] = {6, 3};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_actuator_margin_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_actuator_margin_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_actuator_margin_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_actuator_margin_avx512)
+  CHASLES_RUN_AVX2(delta_actuator_margin_avx2)
+  CHASLES_RUN_BASELINE(delta_actuator_margin_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_actuator_margin(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -1244,27 +768,9 @@ static void delta_actuators_all_rows(size_t n, const double *const *inputs, cons
 #if CHASLES_LANES
   static const int sizes[] = {6, 24, 24};
   static const lanes_shape shape = {1, 2, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_actuators_all_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_actuators_all_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_actuators_all_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_actuators_all_avx512)
+  CHASLES_RUN_AVX2(delta_actuators_all_avx2)
+  CHASLES_RUN_BASELINE(delta_actuators_all_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_actuators_all(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -1286,27 +792,9 @@ static void delta_constraint_rows(size_t n, const double *const *inputs, const p
 #if CHASLES_LANES
   static const int sizes[] = {9, 6};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_constraint_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_constraint_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_constraint_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_constraint_avx512)
+  CHASLES_RUN_AVX2(delta_constraint_avx2)
+  CHASLES_RUN_BASELINE(delta_constraint_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_constraint(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -1328,27 +816,9 @@ static void delta_constraint_D_z_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {9, 54};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_constraint_D_z_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_constraint_D_z_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_constraint_D_z_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_constraint_D_z_avx512)
+  CHASLES_RUN_AVX2(delta_constraint_D_z_avx2)
+  CHASLES_RUN_BASELINE(delta_constraint_D_z_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_constraint_D_z(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -1370,27 +840,9 @@ static void delta_constraint_D_z_dot_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {9, 9, 54};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_constraint_D_z_dot_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_constraint_D_z_dot_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_constraint_D_z_dot_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_constraint_D_z_dot_avx512)
+  CHASLES_RUN_AVX2(delta_constraint_D_z_dot_avx2)
+  CHASLES_RUN_BASELINE(delta_constraint_D_z_dot_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_constraint_D_z_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -1412,27 +864,9 @@ static void delta_rods_rows(size_t n, const double *const *inputs, const ptrdiff
 #if CHASLES_LANES
   static const int sizes[] = {6, 3, 6};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_rods_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_rods_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_rods_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_rods_avx512)
+  CHASLES_RUN_AVX2(delta_rods_avx2)
+  CHASLES_RUN_BASELINE(delta_rods_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_rods(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -1454,27 +888,9 @@ static void delta_rods_D_chain_rows(size_t n, const double *const *inputs, const
 #if CHASLES_LANES
   static const int sizes[] = {6, 3, 36};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_rods_D_chain_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_rods_D_chain_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_rods_D_chain_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_rods_D_chain_avx512)
+  CHASLES_RUN_AVX2(delta_rods_D_chain_avx2)
+  CHASLES_RUN_BASELINE(delta_rods_D_chain_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_rods_D_chain(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -1496,27 +912,9 @@ static void delta_velocity_relation_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {6, 3, 36, 18};
   static const lanes_shape shape = {2, 2, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(delta_velocity_relation_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(delta_velocity_relation_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(delta_velocity_relation_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(delta_velocity_relation_avx512)
+  CHASLES_RUN_AVX2(delta_velocity_relation_avx2)
+  CHASLES_RUN_BASELINE(delta_velocity_relation_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     delta_velocity_relation(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -1529,4 +927,28 @@ void delta_velocity_relation_batch(size_t n, const double *theta, const double *
   double *const outputs[] = {J_x, J_q};
   const ptrdiff_t input_steps[] = {6, 3}, output_steps[] = {36, 18};
   delta_velocity_relation_rows(n, inputs, input_steps, outputs, output_steps);
+}
+
+/* Rows of any step, in doubles. */
+static void delta_ik_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{
+#if CHASLES_LANES
+  static const int sizes[] = {16, 6, 2, 2};
+  static const lanes_shape shape = {1, 3, sizes};
+  CHASLES_RUN_AVX512(delta_ik_avx512)
+  CHASLES_RUN_AVX2(delta_ik_avx2)
+  CHASLES_RUN_BASELINE(delta_ik_baseline)
+#endif
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
+    delta_ik(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
+  }
+}
+
+void delta_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin)
+{
+  const double *const inputs[] = {T};
+  double *const outputs[] = {q, residual, margin};
+  const ptrdiff_t input_steps[] = {16}, output_steps[] = {6, 2, 2};
+  delta_ik_rows(n, inputs, input_steps, outputs, output_steps);
 }

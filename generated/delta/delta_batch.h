@@ -46,6 +46,7 @@ void delta_constraint_D_z_dot_batch(size_t n, const double *z, const double *zd,
 void delta_rods_batch(size_t n, const double *theta, const double *q, double *residual);
 void delta_rods_D_chain_batch(size_t n, const double *theta, const double *q, double *residual_D_theta);
 void delta_velocity_relation_batch(size_t n, const double *theta, const double *q, double *J_x, double *J_q);
+void delta_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus
 }

@@ -3,6453 +3,1826 @@
 
 static LANES_TARGET void LANES_NAME(delta_fk)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  const lanes v7 = 0.26 * v1;
-  const lanes v8 = v7 + 0.2;
-  const lanes v9 = v8 - 0.05;
-  const lanes v10 = 0.26 * v2;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = 0.8660254037844386 * v11;
-  const lanes v13 = v12 - 0.02;
-  const lanes v14 = v13 - 0.023301270189221932;
-  const lanes v15 = v14 * v14;
-  const lanes v16 = 0.5 * v11;
-  const lanes v17 = v16 + 0.034641016151377546;
-  const lanes v18 = 0.05964101615137755 - v17;
-  const lanes v19 = v18 - v9;
-  const lanes v20 = v19 * v19;
-  const lanes v21 = v15 + v20;
-  const lanes v22 = 0.26 * v3;
-  const lanes v23 = 0.26 * v4;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v21 + v25;
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = 0.26 * v5;
-  const lanes v29 = 0.2 + v28;
-  const lanes v30 = 0.8660254037844386 * v29;
-  const lanes v31 = 0.02 + v30;
-  const lanes v32 = 0.06330127018922194 - v31;
-  const lanes v33 = v32 * v19;
-  const lanes v34 = 0.5 * v29;
-  const lanes v35 = 0.034641016151377546 - v34;
-  const lanes v36 = v35 - 0.009641016151377546;
-  const lanes v37 = v36 - v9;
-  const lanes v38 = v14 * v37;
-  const lanes v39 = v33 - v38;
-  const lanes v40 = v32 * v39;
-  const lanes v41 = 0.26 * v6;
-  const lanes v42 = v22 - v41;
-  const lanes v43 = v24 * v37;
-  const lanes v44 = v19 * v42;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v40 - v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = v32 * v32;
-  const lanes v50 = v37 * v37;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v42 * v42;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v24 * v45;
-  const lanes v56 = v14 * v39;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v48 + v58;
-  const lanes v60 = v14 * v42;
-  const lanes v61 = v32 * v24;
-  const lanes v62 = v60 - v61;
-  const lanes v63 = v62 * v62;
-  const lanes v64 = v45 * v45;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = v39 * v39;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v59 / v67;
-  const lanes v69 = v9 + v68;
-  const lanes v70 = v68 * v68;
-  const lanes v71 = v42 * v62;
-  const lanes v72 = v37 * v39;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = v27 * v73;
-  const lanes v75 = v19 * v39;
-  const lanes v76 = v24 * v62;
-  const lanes v77 = v75 - v76;
-  const lanes v78 = v54 * v77;
-  const lanes v79 = v74 + v78;
-  const lanes v80 = v79 / v67;
-  const lanes v81 = v80 * v80;
-  const lanes v82 = v70 + v81;
-  const lanes v83 = v37 * v45;
-  const lanes v84 = v32 * v62;
-  const lanes v85 = v83 - v84;
-  const lanes v86 = v27 * v85;
-  const lanes v87 = v14 * v62;
-  const lanes v88 = v19 * v45;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v54 * v89;
-  const lanes v91 = v86 + v90;
-  const lanes v92 = v91 / v67;
-  const lanes v93 = v92 * v92;
-  const lanes v94 = v82 + v93;
-  const lanes v95 = 0.64 - v94;
-  const lanes v96 = v95 / v67;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  const lanes v98 = v62 * v97;
-  const lanes v99 = v69 - v98;
-  out[3] = v99;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(1.0);
-  out[6] = LANES_OF(0.0);
-  const lanes v100 = v45 * v97;
-  const lanes v101 = v80 - v100;
-  out[7] = v101;
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  const lanes v102 = v92 - v22;
-  const lanes v103 = v39 * v97;
-  const lanes v104 = v102 - v103;
-  out[11] = v104;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  LANES_COS_SIN(v1, v3, q_0); LANES_COS_SIN(v2, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0);
+  const lanes v7 = 0.26 * v1, v8 = v7 + 0.2, v9 = v8 - 0.05, v10 = 0.26 * v2, v11 = 0.2 + v10,
+      v12 = 0.8660254037844386 * v11, v13 = v12 - 0.02, v14 = v13 - 0.023301270189221932,
+      v15 = v14 * v14, v16 = 0.5 * v11, v17 = v16 + 0.034641016151377546,
+      v18 = 0.05964101615137755 - v17, v19 = v18 - v9, v20 = v19 * v19, v21 = v15 + v20,
+      v22 = 0.26 * v3, v23 = 0.26 * v4, v24 = v22 - v23, v25 = v24 * v24, v26 = v21 + v25,
+      v27 = 0.5 * v26, v28 = 0.26 * v5, v29 = 0.2 + v28, v30 = 0.8660254037844386 * v29,
+      v31 = 0.02 + v30, v32 = 0.06330127018922194 - v31, v33 = v32 * v19, v34 = 0.5 * v29,
+      v35 = 0.034641016151377546 - v34, v36 = v35 - 0.009641016151377546, v37 = v36 - v9,
+      v38 = v14 * v37, v39 = v33 - v38, v40 = v32 * v39, v41 = 0.26 * v6, v42 = v22 - v41,
+      v43 = v24 * v37, v44 = v19 * v42, v45 = v43 - v44, v46 = v42 * v45, v47 = v40 - v46,
+      v48 = v27 * v47, v49 = v32 * v32, v50 = v37 * v37, v51 = v49 + v50, v52 = v42 * v42,
+      v53 = v51 + v52, v54 = 0.5 * v53, v55 = v24 * v45, v56 = v14 * v39, v57 = v55 - v56,
+      v58 = v54 * v57, v59 = v48 + v58, v60 = v14 * v42, v61 = v32 * v24, v62 = v60 - v61,
+      v63 = v62 * v62, v64 = v45 * v45, v65 = v63 + v64, v66 = v39 * v39, v67 = v65 + v66,
+      v68 = v59 / v67, v69 = v9 + v68, v70 = v68 * v68, v71 = v42 * v62, v72 = v37 * v39,
+      v73 = v71 - v72, v74 = v27 * v73, v75 = v19 * v39, v76 = v24 * v62, v77 = v75 - v76,
+      v78 = v54 * v77, v79 = v74 + v78, v80 = v79 / v67, v81 = v80 * v80, v82 = v70 + v81,
+      v83 = v37 * v45, v84 = v32 * v62, v85 = v83 - v84, v86 = v27 * v85, v87 = v14 * v62,
+      v88 = v19 * v45, v89 = v87 - v88, v90 = v54 * v89, v91 = v86 + v90, v92 = v91 / v67,
+      v93 = v92 * v92, v94 = v82 + v93, v95 = 0.64 - v94, v96 = v95 / v67;
+  LANES_LET1(v97, sqrt, v96);
+  const lanes v98 = v62 * v97, v99 = v69 - v98;
+  out[3] = v99; out[4] = LANES_OF(0.0); out[5] = LANES_OF(1.0); out[6] = LANES_OF(0.0);
+  const lanes v100 = v45 * v97, v101 = v80 - v100;
+  out[7] = v101; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
+  const lanes v102 = v92 - v22, v103 = v39 * v97, v104 = v102 - v103;
+  out[11] = v104; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_link_poses)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  const lanes v7 = 0.26 * v1;
-  const lanes v8 = v7 + 0.2;
-  const lanes v9 = v8 - 0.05;
-  const lanes v10 = 0.26 * v2;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = 0.8660254037844386 * v11;
-  const lanes v13 = v12 - 0.02;
-  const lanes v14 = v13 - 0.023301270189221932;
-  const lanes v15 = v14 * v14;
-  const lanes v16 = 0.5 * v11;
-  const lanes v17 = v16 + 0.034641016151377546;
-  const lanes v18 = 0.05964101615137755 - v17;
-  const lanes v19 = v18 - v9;
-  const lanes v20 = v19 * v19;
-  const lanes v21 = v15 + v20;
-  const lanes v22 = 0.26 * v3;
-  const lanes v23 = 0.26 * v4;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v21 + v25;
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = 0.26 * v5;
-  const lanes v29 = 0.2 + v28;
-  const lanes v30 = 0.8660254037844386 * v29;
-  const lanes v31 = 0.02 + v30;
-  const lanes v32 = 0.06330127018922194 - v31;
-  const lanes v33 = v32 * v19;
-  const lanes v34 = 0.5 * v29;
-  const lanes v35 = 0.034641016151377546 - v34;
-  const lanes v36 = v35 - 0.009641016151377546;
-  const lanes v37 = v36 - v9;
-  const lanes v38 = v14 * v37;
-  const lanes v39 = v33 - v38;
-  const lanes v40 = v32 * v39;
-  const lanes v41 = 0.26 * v6;
-  const lanes v42 = v22 - v41;
-  const lanes v43 = v24 * v37;
-  const lanes v44 = v19 * v42;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v40 - v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = v32 * v32;
-  const lanes v50 = v37 * v37;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v42 * v42;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v24 * v45;
-  const lanes v56 = v14 * v39;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v48 + v58;
-  const lanes v60 = v14 * v42;
-  const lanes v61 = v32 * v24;
-  const lanes v62 = v60 - v61;
-  const lanes v63 = v62 * v62;
-  const lanes v64 = v45 * v45;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = v39 * v39;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v59 / v67;
-  const lanes v69 = v9 + v68;
-  const lanes v70 = v68 * v68;
-  const lanes v71 = v42 * v62;
-  const lanes v72 = v37 * v39;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = v27 * v73;
-  const lanes v75 = v19 * v39;
-  const lanes v76 = v24 * v62;
-  const lanes v77 = v75 - v76;
-  const lanes v78 = v54 * v77;
-  const lanes v79 = v74 + v78;
-  const lanes v80 = v79 / v67;
-  const lanes v81 = v80 * v80;
-  const lanes v82 = v70 + v81;
-  const lanes v83 = v37 * v45;
-  const lanes v84 = v32 * v62;
-  const lanes v85 = v83 - v84;
-  const lanes v86 = v27 * v85;
-  const lanes v87 = v14 * v62;
-  const lanes v88 = v19 * v45;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v54 * v89;
-  const lanes v91 = v86 + v90;
-  const lanes v92 = v91 / v67;
-  const lanes v93 = v92 * v92;
-  const lanes v94 = v82 + v93;
-  const lanes v95 = 0.64 - v94;
-  const lanes v96 = v95 / v67;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  const lanes v98 = v62 * v97;
-  const lanes v99 = v69 - v98;
-  out[3] = v99;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(1.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  out[16] = LANES_OF(1.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = v99;
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(1.0);
-  out[22] = LANES_OF(0.0);
-  const lanes v100 = v45 * v97;
-  const lanes v101 = v80 - v100;
-  out[23] = v101;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(1.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(1.0);
-  out[32] = LANES_OF(1.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = v99;
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(1.0);
-  out[38] = LANES_OF(0.0);
-  out[39] = v101;
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(1.0);
-  const lanes v102 = v92 - v22;
-  const lanes v103 = v39 * v97;
-  const lanes v104 = v102 - v103;
-  out[43] = v104;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(1.0);
-  out[48] = LANES_OF(1.0);
-  out[49] = LANES_OF(0.0);
-  out[50] = LANES_OF(0.0);
-  out[51] = v99;
-  out[52] = LANES_OF(0.0);
-  out[53] = LANES_OF(1.0);
-  out[54] = LANES_OF(0.0);
-  out[55] = v101;
-  out[56] = LANES_OF(0.0);
-  out[57] = LANES_OF(0.0);
-  out[58] = LANES_OF(1.0);
-  out[59] = v104;
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
-  out[63] = LANES_OF(1.0);
-  out[64] = LANES_OF(1.0);
-  out[65] = LANES_OF(0.0);
-  out[66] = LANES_OF(0.0);
-  out[67] = v99;
-  out[68] = LANES_OF(0.0);
-  out[69] = LANES_OF(1.0);
-  out[70] = LANES_OF(0.0);
-  out[71] = v101;
-  out[72] = LANES_OF(0.0);
-  out[73] = LANES_OF(0.0);
-  out[74] = LANES_OF(1.0);
-  out[75] = v104;
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
-  out[79] = LANES_OF(1.0);
-  out[80] = LANES_OF(1.0);
-  out[81] = LANES_OF(0.0);
-  out[82] = LANES_OF(0.0);
-  out[83] = v99;
-  out[84] = LANES_OF(0.0);
-  out[85] = LANES_OF(1.0);
-  out[86] = LANES_OF(0.0);
-  out[87] = v101;
-  out[88] = LANES_OF(0.0);
-  out[89] = LANES_OF(0.0);
-  out[90] = LANES_OF(1.0);
-  out[91] = v104;
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  LANES_COS_SIN(v1, v3, q_0); LANES_COS_SIN(v2, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0);
+  const lanes v7 = 0.26 * v1, v8 = v7 + 0.2, v9 = v8 - 0.05, v10 = 0.26 * v2, v11 = 0.2 + v10,
+      v12 = 0.8660254037844386 * v11, v13 = v12 - 0.02, v14 = v13 - 0.023301270189221932,
+      v15 = v14 * v14, v16 = 0.5 * v11, v17 = v16 + 0.034641016151377546,
+      v18 = 0.05964101615137755 - v17, v19 = v18 - v9, v20 = v19 * v19, v21 = v15 + v20,
+      v22 = 0.26 * v3, v23 = 0.26 * v4, v24 = v22 - v23, v25 = v24 * v24, v26 = v21 + v25,
+      v27 = 0.5 * v26, v28 = 0.26 * v5, v29 = 0.2 + v28, v30 = 0.8660254037844386 * v29,
+      v31 = 0.02 + v30, v32 = 0.06330127018922194 - v31, v33 = v32 * v19, v34 = 0.5 * v29,
+      v35 = 0.034641016151377546 - v34, v36 = v35 - 0.009641016151377546, v37 = v36 - v9,
+      v38 = v14 * v37, v39 = v33 - v38, v40 = v32 * v39, v41 = 0.26 * v6, v42 = v22 - v41,
+      v43 = v24 * v37, v44 = v19 * v42, v45 = v43 - v44, v46 = v42 * v45, v47 = v40 - v46,
+      v48 = v27 * v47, v49 = v32 * v32, v50 = v37 * v37, v51 = v49 + v50, v52 = v42 * v42,
+      v53 = v51 + v52, v54 = 0.5 * v53, v55 = v24 * v45, v56 = v14 * v39, v57 = v55 - v56,
+      v58 = v54 * v57, v59 = v48 + v58, v60 = v14 * v42, v61 = v32 * v24, v62 = v60 - v61,
+      v63 = v62 * v62, v64 = v45 * v45, v65 = v63 + v64, v66 = v39 * v39, v67 = v65 + v66,
+      v68 = v59 / v67, v69 = v9 + v68, v70 = v68 * v68, v71 = v42 * v62, v72 = v37 * v39,
+      v73 = v71 - v72, v74 = v27 * v73, v75 = v19 * v39, v76 = v24 * v62, v77 = v75 - v76,
+      v78 = v54 * v77, v79 = v74 + v78, v80 = v79 / v67, v81 = v80 * v80, v82 = v70 + v81,
+      v83 = v37 * v45, v84 = v32 * v62, v85 = v83 - v84, v86 = v27 * v85, v87 = v14 * v62,
+      v88 = v19 * v45, v89 = v87 - v88, v90 = v54 * v89, v91 = v86 + v90, v92 = v91 / v67,
+      v93 = v92 * v92, v94 = v82 + v93, v95 = 0.64 - v94, v96 = v95 / v67;
+  LANES_LET1(v97, sqrt, v96);
+  const lanes v98 = v62 * v97, v99 = v69 - v98;
+  out[3] = v99; out[4] = LANES_OF(0.0); out[5] = LANES_OF(1.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0); out[16] = LANES_OF(1.0);
+  out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = v99; out[20] = LANES_OF(0.0);
+  out[21] = LANES_OF(1.0); out[22] = LANES_OF(0.0);
+  const lanes v100 = v45 * v97, v101 = v80 - v100;
+  out[23] = v101; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(1.0);
+  out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
+  out[30] = LANES_OF(0.0); out[31] = LANES_OF(1.0); out[32] = LANES_OF(1.0);
+  out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[35] = v99; out[36] = LANES_OF(0.0);
+  out[37] = LANES_OF(1.0); out[38] = LANES_OF(0.0); out[39] = v101; out[40] = LANES_OF(0.0);
+  out[41] = LANES_OF(0.0); out[42] = LANES_OF(1.0);
+  const lanes v102 = v92 - v22, v103 = v39 * v97, v104 = v102 - v103;
+  out[43] = v104; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
+  out[47] = LANES_OF(1.0); out[48] = LANES_OF(1.0); out[49] = LANES_OF(0.0);
+  out[50] = LANES_OF(0.0); out[51] = v99; out[52] = LANES_OF(0.0); out[53] = LANES_OF(1.0);
+  out[54] = LANES_OF(0.0); out[55] = v101; out[56] = LANES_OF(0.0); out[57] = LANES_OF(0.0);
+  out[58] = LANES_OF(1.0); out[59] = v104; out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0);
+  out[62] = LANES_OF(0.0); out[63] = LANES_OF(1.0); out[64] = LANES_OF(1.0);
+  out[65] = LANES_OF(0.0); out[66] = LANES_OF(0.0); out[67] = v99; out[68] = LANES_OF(0.0);
+  out[69] = LANES_OF(1.0); out[70] = LANES_OF(0.0); out[71] = v101; out[72] = LANES_OF(0.0);
+  out[73] = LANES_OF(0.0); out[74] = LANES_OF(1.0); out[75] = v104; out[76] = LANES_OF(0.0);
+  out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0); out[79] = LANES_OF(1.0);
+  out[80] = LANES_OF(1.0); out[81] = LANES_OF(0.0); out[82] = LANES_OF(0.0); out[83] = v99;
+  out[84] = LANES_OF(0.0); out[85] = LANES_OF(1.0); out[86] = LANES_OF(0.0); out[87] = v101;
+  out[88] = LANES_OF(0.0); out[89] = LANES_OF(0.0); out[90] = LANES_OF(1.0); out[91] = v104;
+  out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0); out[94] = LANES_OF(0.0);
   out[95] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  const lanes v7 = 0.26 * v1;
-  const lanes v8 = v7 + 0.2;
-  const lanes v9 = v8 - 0.05;
-  const lanes v10 = 0.26 * v2;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = 0.8660254037844386 * v11;
-  const lanes v13 = v12 - 0.02;
-  const lanes v14 = v13 - 0.023301270189221932;
-  const lanes v15 = v14 * v14;
-  const lanes v16 = 0.5 * v11;
-  const lanes v17 = v16 + 0.034641016151377546;
-  const lanes v18 = 0.05964101615137755 - v17;
-  const lanes v19 = v18 - v9;
-  const lanes v20 = v19 * v19;
-  const lanes v21 = v15 + v20;
-  const lanes v22 = 0.26 * v3;
-  const lanes v23 = 0.26 * v4;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v21 + v25;
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = 0.26 * v5;
-  const lanes v29 = 0.2 + v28;
-  const lanes v30 = 0.8660254037844386 * v29;
-  const lanes v31 = 0.02 + v30;
-  const lanes v32 = 0.06330127018922194 - v31;
-  const lanes v33 = v32 * v19;
-  const lanes v34 = 0.5 * v29;
-  const lanes v35 = 0.034641016151377546 - v34;
-  const lanes v36 = v35 - 0.009641016151377546;
-  const lanes v37 = v36 - v9;
-  const lanes v38 = v14 * v37;
-  const lanes v39 = v33 - v38;
-  const lanes v40 = v32 * v39;
-  const lanes v41 = 0.26 * v6;
-  const lanes v42 = v22 - v41;
-  const lanes v43 = v24 * v37;
-  const lanes v44 = v19 * v42;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v40 - v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = v32 * v32;
-  const lanes v50 = v37 * v37;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v42 * v42;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v24 * v45;
-  const lanes v56 = v14 * v39;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v48 + v58;
-  const lanes v60 = v14 * v42;
-  const lanes v61 = v32 * v24;
-  const lanes v62 = v60 - v61;
-  const lanes v63 = v62 * v62;
-  const lanes v64 = v45 * v45;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = v39 * v39;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v59 / v67;
-  const lanes v69 = v9 + v68;
-  const lanes v70 = v68 * v68;
-  const lanes v71 = v42 * v62;
-  const lanes v72 = v37 * v39;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = v27 * v73;
-  const lanes v75 = v19 * v39;
-  const lanes v76 = v24 * v62;
-  const lanes v77 = v75 - v76;
-  const lanes v78 = v54 * v77;
-  const lanes v79 = v74 + v78;
-  const lanes v80 = v79 / v67;
-  const lanes v81 = v80 * v80;
-  const lanes v82 = v70 + v81;
-  const lanes v83 = v37 * v45;
-  const lanes v84 = v32 * v62;
-  const lanes v85 = v83 - v84;
-  const lanes v86 = v27 * v85;
-  const lanes v87 = v14 * v62;
-  const lanes v88 = v19 * v45;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v54 * v89;
-  const lanes v91 = v86 + v90;
-  const lanes v92 = v91 / v67;
-  const lanes v93 = v92 * v92;
-  const lanes v94 = v82 + v93;
-  const lanes v95 = 0.64 - v94;
-  const lanes v96 = v95 / v67;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  const lanes v98 = v62 * v97;
-  const lanes v99 = v69 - v98;
-  out[3] = v99;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(1.0);
-  out[6] = LANES_OF(0.0);
-  const lanes v100 = v45 * v97;
-  const lanes v101 = v80 - v100;
-  out[7] = v101;
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  const lanes v102 = v92 - v22;
-  const lanes v103 = v39 * v97;
-  const lanes v104 = v102 - v103;
-  out[11] = v104;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  LANES_COS_SIN(v1, v3, q_0); LANES_COS_SIN(v2, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0);
+  const lanes v7 = 0.26 * v1, v8 = v7 + 0.2, v9 = v8 - 0.05, v10 = 0.26 * v2, v11 = 0.2 + v10,
+      v12 = 0.8660254037844386 * v11, v13 = v12 - 0.02, v14 = v13 - 0.023301270189221932,
+      v15 = v14 * v14, v16 = 0.5 * v11, v17 = v16 + 0.034641016151377546,
+      v18 = 0.05964101615137755 - v17, v19 = v18 - v9, v20 = v19 * v19, v21 = v15 + v20,
+      v22 = 0.26 * v3, v23 = 0.26 * v4, v24 = v22 - v23, v25 = v24 * v24, v26 = v21 + v25,
+      v27 = 0.5 * v26, v28 = 0.26 * v5, v29 = 0.2 + v28, v30 = 0.8660254037844386 * v29,
+      v31 = 0.02 + v30, v32 = 0.06330127018922194 - v31, v33 = v32 * v19, v34 = 0.5 * v29,
+      v35 = 0.034641016151377546 - v34, v36 = v35 - 0.009641016151377546, v37 = v36 - v9,
+      v38 = v14 * v37, v39 = v33 - v38, v40 = v32 * v39, v41 = 0.26 * v6, v42 = v22 - v41,
+      v43 = v24 * v37, v44 = v19 * v42, v45 = v43 - v44, v46 = v42 * v45, v47 = v40 - v46,
+      v48 = v27 * v47, v49 = v32 * v32, v50 = v37 * v37, v51 = v49 + v50, v52 = v42 * v42,
+      v53 = v51 + v52, v54 = 0.5 * v53, v55 = v24 * v45, v56 = v14 * v39, v57 = v55 - v56,
+      v58 = v54 * v57, v59 = v48 + v58, v60 = v14 * v42, v61 = v32 * v24, v62 = v60 - v61,
+      v63 = v62 * v62, v64 = v45 * v45, v65 = v63 + v64, v66 = v39 * v39, v67 = v65 + v66,
+      v68 = v59 / v67, v69 = v9 + v68, v70 = v68 * v68, v71 = v42 * v62, v72 = v37 * v39,
+      v73 = v71 - v72, v74 = v27 * v73, v75 = v19 * v39, v76 = v24 * v62, v77 = v75 - v76,
+      v78 = v54 * v77, v79 = v74 + v78, v80 = v79 / v67, v81 = v80 * v80, v82 = v70 + v81,
+      v83 = v37 * v45, v84 = v32 * v62, v85 = v83 - v84, v86 = v27 * v85, v87 = v14 * v62,
+      v88 = v19 * v45, v89 = v87 - v88, v90 = v54 * v89, v91 = v86 + v90, v92 = v91 / v67,
+      v93 = v92 * v92, v94 = v82 + v93, v95 = 0.64 - v94, v96 = v95 / v67;
+  LANES_LET1(v97, sqrt, v96);
+  const lanes v98 = v62 * v97, v99 = v69 - v98;
+  out[3] = v99; out[4] = LANES_OF(0.0); out[5] = LANES_OF(1.0); out[6] = LANES_OF(0.0);
+  const lanes v100 = v45 * v97, v101 = v80 - v100;
+  out[7] = v101; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
+  const lanes v102 = v92 - v22, v103 = v39 * v97, v104 = v102 - v103;
+  out[11] = v104; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
-  const lanes v105 = v22 + v104;
-  const lanes v106 = v7 * v105;
-  const lanes v107 = v99 - v9;
-  const lanes v108 = v22 * v107;
-  const lanes v109 = v106 + v108;
-  const lanes v110 = v101 - v14;
-  const lanes v111 = v41 + v104;
-  const lanes v112 = v110 * v111;
-  const lanes v113 = v23 + v104;
-  const lanes v114 = v101 - v32;
-  const lanes v115 = v113 * v114;
-  const lanes v116 = v112 - v115;
-  const lanes v117 = v99 - v36;
-  const lanes v118 = v113 * v117;
-  const lanes v119 = v99 - v18;
-  const lanes v120 = v119 * v111;
-  const lanes v121 = v118 - v120;
-  const lanes v122 = v101 * v121;
-  const lanes v123 = v107 * v116;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = v119 * v114;
-  const lanes v126 = v110 * v117;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v105 * v127;
-  const lanes v129 = v124 + v128;
-  const lanes v130 = v116 / v129;
-  const lanes v131 = v109 * v130;
-  const lanes v132 = -v131;
+  const lanes v105 = v22 + v104, v106 = v7 * v105, v107 = v99 - v9, v108 = v22 * v107,
+      v109 = v106 + v108, v110 = v101 - v14, v111 = v41 + v104, v112 = v110 * v111,
+      v113 = v23 + v104, v114 = v101 - v32, v115 = v113 * v114, v116 = v112 - v115,
+      v117 = v99 - v36, v118 = v113 * v117, v119 = v99 - v18, v120 = v119 * v111,
+      v121 = v118 - v120, v122 = v101 * v121, v123 = v107 * v116, v124 = v122 + v123,
+      v125 = v119 * v114, v126 = v110 * v117, v127 = v125 - v126, v128 = v105 * v127,
+      v129 = v124 + v128, v130 = v116 / v129, v131 = v109 * v130, v132 = -v131;
   out[16] = v132;
-  const lanes v133 = 0.13 * v4;
-  const lanes v134 = v133 * v119;
-  const lanes v135 = v10 * v113;
-  const lanes v136 = v134 - v135;
-  const lanes v137 = 0.22516660498395405 * v4;
-  const lanes v138 = v137 * v110;
-  const lanes v139 = v136 - v138;
-  const lanes v140 = v105 * v114;
-  const lanes v141 = v101 * v111;
-  const lanes v142 = v140 - v141;
-  const lanes v143 = v142 / v129;
-  const lanes v144 = v139 * v143;
+  const lanes v133 = 0.13 * v4, v134 = v133 * v119, v135 = v10 * v113, v136 = v134 - v135,
+      v137 = 0.22516660498395405 * v4, v138 = v137 * v110, v139 = v136 - v138, v140 = v105 * v114,
+      v141 = v101 * v111, v142 = v140 - v141, v143 = v142 / v129, v144 = v139 * v143;
   out[17] = v144;
-  const lanes v145 = 0.13 * v6;
-  const lanes v146 = v145 * v117;
-  const lanes v147 = 0.22516660498395405 * v6;
-  const lanes v148 = v147 * v114;
-  const lanes v149 = v146 + v148;
-  const lanes v150 = v28 * v111;
-  const lanes v151 = v149 - v150;
-  const lanes v152 = v101 * v113;
-  const lanes v153 = v105 * v110;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 / v129;
-  const lanes v156 = v151 * v155;
+  const lanes v145 = 0.13 * v6, v146 = v145 * v117, v147 = 0.22516660498395405 * v6,
+      v148 = v147 * v114, v149 = v146 + v148, v150 = v28 * v111, v151 = v149 - v150,
+      v152 = v101 * v113, v153 = v105 * v110, v154 = v152 - v153, v155 = v154 / v129,
+      v156 = v151 * v155;
   out[18] = v156;
-  const lanes v157 = v121 / v129;
-  const lanes v158 = v109 * v157;
-  const lanes v159 = -v158;
+  const lanes v157 = v121 / v129, v158 = v109 * v157, v159 = -v158;
   out[19] = v159;
-  const lanes v160 = v107 * v111;
-  const lanes v161 = v105 * v117;
-  const lanes v162 = v160 - v161;
-  const lanes v163 = v162 / v129;
-  const lanes v164 = v139 * v163;
+  const lanes v160 = v107 * v111, v161 = v105 * v117, v162 = v160 - v161, v163 = v162 / v129,
+      v164 = v139 * v163;
   out[20] = v164;
-  const lanes v165 = v105 * v119;
-  const lanes v166 = v107 * v113;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v167 / v129;
-  const lanes v169 = v151 * v168;
+  const lanes v165 = v105 * v119, v166 = v107 * v113, v167 = v165 - v166, v168 = v167 / v129,
+      v169 = v151 * v168;
   out[21] = v169;
-  const lanes v170 = v127 / v129;
-  const lanes v171 = v109 * v170;
-  const lanes v172 = -v171;
+  const lanes v170 = v127 / v129, v171 = v109 * v170, v172 = -v171;
   out[22] = v172;
-  const lanes v173 = v101 * v117;
-  const lanes v174 = v107 * v114;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 / v129;
-  const lanes v177 = v176 * v139;
+  const lanes v173 = v101 * v117, v174 = v107 * v114, v175 = v173 - v174, v176 = v175 / v129,
+      v177 = v176 * v139;
   out[23] = v177;
-  const lanes v178 = v107 * v110;
-  const lanes v179 = v101 * v119;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v180 / v129;
-  const lanes v182 = v181 * v151;
-  out[24] = v182;
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
+  const lanes v178 = v107 * v110, v179 = v101 * v119, v180 = v178 - v179, v181 = v180 / v129,
+      v182 = v181 * v151;
+  out[24] = v182; out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0);
+  out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0);
+  out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_jacobian_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = 0.26 * v1;
-  const lanes v8 = 0.26 * v2;
-  const lanes v9 = 0.26 * v3;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.8660254037844386 * v10;
-  const lanes v12 = v11 - 0.02;
-  const lanes v13 = v12 - 0.023301270189221932;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = 0.5 * v10;
-  const lanes v16 = v15 + 0.034641016151377546;
-  const lanes v17 = 0.05964101615137755 - v16;
-  const lanes v18 = v7 + 0.2;
-  const lanes v19 = v18 - 0.05;
-  const lanes v20 = v17 - v19;
-  const lanes v21 = v20 * v20;
-  const lanes v22 = v14 + v21;
-  const lanes v23 = 0.26 * v4;
-  const lanes v24 = v8 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v22 + v25;
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = 0.26 * v5;
-  const lanes v29 = 0.2 + v28;
-  const lanes v30 = 0.5 * v29;
-  const lanes v31 = 0.034641016151377546 - v30;
-  const lanes v32 = v31 - 0.009641016151377546;
-  const lanes v33 = v32 - v19;
-  const lanes v34 = v24 * v33;
-  const lanes v35 = 0.26 * v6;
-  const lanes v36 = v8 - v35;
-  const lanes v37 = v20 * v36;
-  const lanes v38 = v34 - v37;
-  const lanes v39 = v33 * v38;
-  const lanes v40 = 0.8660254037844386 * v29;
-  const lanes v41 = 0.02 + v40;
-  const lanes v42 = 0.06330127018922194 - v41;
-  const lanes v43 = v13 * v36;
-  const lanes v44 = v42 * v24;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v39 - v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = v42 * v42;
-  const lanes v50 = v33 * v33;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v36 * v36;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v13 * v45;
-  const lanes v56 = v20 * v38;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v48 + v58;
-  const lanes v60 = v45 * v45;
-  const lanes v61 = v38 * v38;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v42 * v20;
-  const lanes v64 = v13 * v33;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 * v65;
-  const lanes v67 = v62 + v66;
-  const lanes v68 = v59 / v67;
-  const lanes v69 = v68 - v8;
-  const lanes v70 = v42 * v65;
-  const lanes v71 = v36 * v38;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v27 * v72;
-  const lanes v74 = v24 * v38;
-  const lanes v75 = v13 * v65;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v54 * v76;
-  const lanes v78 = v73 + v77;
-  const lanes v79 = v78 / v67;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v36 * v45;
-  const lanes v82 = v33 * v65;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v27 * v83;
-  const lanes v85 = v20 * v65;
-  const lanes v86 = v24 * v45;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v54 * v87;
-  const lanes v89 = v84 + v88;
-  const lanes v90 = v89 / v67;
-  const lanes v91 = v90 * v90;
-  const lanes v92 = v80 + v91;
-  const lanes v93 = v68 * v68;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = 0.64 - v94;
-  const lanes v96 = v95 / v67;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  const lanes v98 = v65 * v97;
-  const lanes v99 = v69 - v98;
-  const lanes v100 = v8 + v99;
-  const lanes v101 = v7 * v100;
-  const lanes v102 = v19 + v79;
-  const lanes v103 = v45 * v97;
-  const lanes v104 = v102 - v103;
-  const lanes v105 = v104 - v19;
-  const lanes v106 = v8 * v105;
-  const lanes v107 = v101 + v106;
-  const lanes v108 = v38 * v97;
-  const lanes v109 = v90 - v108;
-  const lanes v110 = v109 - v13;
-  const lanes v111 = v35 + v99;
-  const lanes v112 = v110 * v111;
-  const lanes v113 = v23 + v99;
-  const lanes v114 = v109 - v42;
-  const lanes v115 = v113 * v114;
-  const lanes v116 = v112 - v115;
-  const lanes v117 = v104 - v32;
-  const lanes v118 = v113 * v117;
-  const lanes v119 = v104 - v17;
-  const lanes v120 = v119 * v111;
-  const lanes v121 = v118 - v120;
-  const lanes v122 = v109 * v121;
-  const lanes v123 = v105 * v116;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = v119 * v114;
-  const lanes v126 = v110 * v117;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v100 * v127;
-  const lanes v129 = v124 + v128;
-  const lanes v130 = v116 / v129;
-  const lanes v131 = v107 * v130;
-  const lanes v132 = -v131;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = 0.26 * v1, v8 = 0.26 * v2, v9 = 0.26 * v3, v10 = 0.2 + v9,
+      v11 = 0.8660254037844386 * v10, v12 = v11 - 0.02, v13 = v12 - 0.023301270189221932,
+      v14 = v13 * v13, v15 = 0.5 * v10, v16 = v15 + 0.034641016151377546,
+      v17 = 0.05964101615137755 - v16, v18 = v7 + 0.2, v19 = v18 - 0.05, v20 = v17 - v19,
+      v21 = v20 * v20, v22 = v14 + v21, v23 = 0.26 * v4, v24 = v8 - v23, v25 = v24 * v24,
+      v26 = v22 + v25, v27 = 0.5 * v26, v28 = 0.26 * v5, v29 = 0.2 + v28, v30 = 0.5 * v29,
+      v31 = 0.034641016151377546 - v30, v32 = v31 - 0.009641016151377546, v33 = v32 - v19,
+      v34 = v24 * v33, v35 = 0.26 * v6, v36 = v8 - v35, v37 = v20 * v36, v38 = v34 - v37,
+      v39 = v33 * v38, v40 = 0.8660254037844386 * v29, v41 = 0.02 + v40,
+      v42 = 0.06330127018922194 - v41, v43 = v13 * v36, v44 = v42 * v24, v45 = v43 - v44,
+      v46 = v42 * v45, v47 = v39 - v46, v48 = v27 * v47, v49 = v42 * v42, v50 = v33 * v33,
+      v51 = v49 + v50, v52 = v36 * v36, v53 = v51 + v52, v54 = 0.5 * v53, v55 = v13 * v45,
+      v56 = v20 * v38, v57 = v55 - v56, v58 = v54 * v57, v59 = v48 + v58, v60 = v45 * v45,
+      v61 = v38 * v38, v62 = v60 + v61, v63 = v42 * v20, v64 = v13 * v33, v65 = v63 - v64,
+      v66 = v65 * v65, v67 = v62 + v66, v68 = v59 / v67, v69 = v68 - v8, v70 = v42 * v65,
+      v71 = v36 * v38, v72 = v70 - v71, v73 = v27 * v72, v74 = v24 * v38, v75 = v13 * v65,
+      v76 = v74 - v75, v77 = v54 * v76, v78 = v73 + v77, v79 = v78 / v67, v80 = v79 * v79,
+      v81 = v36 * v45, v82 = v33 * v65, v83 = v81 - v82, v84 = v27 * v83, v85 = v20 * v65,
+      v86 = v24 * v45, v87 = v85 - v86, v88 = v54 * v87, v89 = v84 + v88, v90 = v89 / v67,
+      v91 = v90 * v90, v92 = v80 + v91, v93 = v68 * v68, v94 = v92 + v93, v95 = 0.64 - v94,
+      v96 = v95 / v67;
+  LANES_LET1(v97, sqrt, v96);
+  const lanes v98 = v65 * v97, v99 = v69 - v98, v100 = v8 + v99, v101 = v7 * v100, v102 = v19 + v79,
+      v103 = v45 * v97, v104 = v102 - v103, v105 = v104 - v19, v106 = v8 * v105, v107 = v101 + v106,
+      v108 = v38 * v97, v109 = v90 - v108, v110 = v109 - v13, v111 = v35 + v99, v112 = v110 * v111,
+      v113 = v23 + v99, v114 = v109 - v42, v115 = v113 * v114, v116 = v112 - v115,
+      v117 = v104 - v32, v118 = v113 * v117, v119 = v104 - v17, v120 = v119 * v111,
+      v121 = v118 - v120, v122 = v109 * v121, v123 = v105 * v116, v124 = v122 + v123,
+      v125 = v119 * v114, v126 = v110 * v117, v127 = v125 - v126, v128 = v100 * v127,
+      v129 = v124 + v128, v130 = v116 / v129, v131 = v107 * v130, v132 = -v131;
   out[0] = v132;
-  const lanes v133 = 0.13 * v4;
-  const lanes v134 = v133 * v119;
-  const lanes v135 = v9 * v113;
-  const lanes v136 = v134 - v135;
-  const lanes v137 = 0.22516660498395405 * v4;
-  const lanes v138 = v137 * v110;
-  const lanes v139 = v136 - v138;
-  const lanes v140 = v100 * v114;
-  const lanes v141 = v109 * v111;
-  const lanes v142 = v140 - v141;
-  const lanes v143 = v142 / v129;
-  const lanes v144 = v139 * v143;
+  const lanes v133 = 0.13 * v4, v134 = v133 * v119, v135 = v9 * v113, v136 = v134 - v135,
+      v137 = 0.22516660498395405 * v4, v138 = v137 * v110, v139 = v136 - v138, v140 = v100 * v114,
+      v141 = v109 * v111, v142 = v140 - v141, v143 = v142 / v129, v144 = v139 * v143;
   out[1] = v144;
-  const lanes v145 = 0.13 * v6;
-  const lanes v146 = v145 * v117;
-  const lanes v147 = 0.22516660498395405 * v6;
-  const lanes v148 = v147 * v114;
-  const lanes v149 = v146 + v148;
-  const lanes v150 = v28 * v111;
-  const lanes v151 = v149 - v150;
-  const lanes v152 = v109 * v113;
-  const lanes v153 = v100 * v110;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 / v129;
-  const lanes v156 = v151 * v155;
+  const lanes v145 = 0.13 * v6, v146 = v145 * v117, v147 = 0.22516660498395405 * v6,
+      v148 = v147 * v114, v149 = v146 + v148, v150 = v28 * v111, v151 = v149 - v150,
+      v152 = v109 * v113, v153 = v100 * v110, v154 = v152 - v153, v155 = v154 / v129,
+      v156 = v151 * v155;
   out[2] = v156;
-  const lanes v157 = v121 / v129;
-  const lanes v158 = v107 * v157;
-  const lanes v159 = -v158;
+  const lanes v157 = v121 / v129, v158 = v107 * v157, v159 = -v158;
   out[3] = v159;
-  const lanes v160 = v105 * v111;
-  const lanes v161 = v100 * v117;
-  const lanes v162 = v160 - v161;
-  const lanes v163 = v162 / v129;
-  const lanes v164 = v139 * v163;
+  const lanes v160 = v105 * v111, v161 = v100 * v117, v162 = v160 - v161, v163 = v162 / v129,
+      v164 = v139 * v163;
   out[4] = v164;
-  const lanes v165 = v100 * v119;
-  const lanes v166 = v105 * v113;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v167 / v129;
-  const lanes v169 = v151 * v168;
+  const lanes v165 = v100 * v119, v166 = v105 * v113, v167 = v165 - v166, v168 = v167 / v129,
+      v169 = v151 * v168;
   out[5] = v169;
-  const lanes v170 = v127 / v129;
-  const lanes v171 = v107 * v170;
-  const lanes v172 = -v171;
+  const lanes v170 = v127 / v129, v171 = v107 * v170, v172 = -v171;
   out[6] = v172;
-  const lanes v173 = v109 * v117;
-  const lanes v174 = v105 * v114;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 / v129;
-  const lanes v177 = v176 * v139;
+  const lanes v173 = v109 * v117, v174 = v105 * v114, v175 = v173 - v174, v176 = v175 / v129,
+      v177 = v176 * v139;
   out[7] = v177;
-  const lanes v178 = v105 * v110;
-  const lanes v179 = v109 * v119;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v180 / v129;
-  const lanes v182 = v181 * v151;
-  out[8] = v182;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
+  const lanes v178 = v105 * v110, v179 = v109 * v119, v180 = v178 - v179, v181 = v180 / v129,
+      v182 = v181 * v151;
+  out[8] = v182; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_jacobian_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = 0.26 * v1;
-  const lanes v8 = 0.26 * v2;
-  const lanes v9 = 0.26 * v3;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.8660254037844386 * v10;
-  const lanes v12 = v11 - 0.02;
-  const lanes v13 = v12 - 0.023301270189221932;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = 0.5 * v10;
-  const lanes v16 = v15 + 0.034641016151377546;
-  const lanes v17 = 0.05964101615137755 - v16;
-  const lanes v18 = v7 + 0.2;
-  const lanes v19 = v18 - 0.05;
-  const lanes v20 = v17 - v19;
-  const lanes v21 = v20 * v20;
-  const lanes v22 = v14 + v21;
-  const lanes v23 = 0.26 * v4;
-  const lanes v24 = v8 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v22 + v25;
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = 0.26 * v5;
-  const lanes v29 = 0.2 + v28;
-  const lanes v30 = 0.5 * v29;
-  const lanes v31 = 0.034641016151377546 - v30;
-  const lanes v32 = v31 - 0.009641016151377546;
-  const lanes v33 = v32 - v19;
-  const lanes v34 = v24 * v33;
-  const lanes v35 = 0.26 * v6;
-  const lanes v36 = v8 - v35;
-  const lanes v37 = v20 * v36;
-  const lanes v38 = v34 - v37;
-  const lanes v39 = v33 * v38;
-  const lanes v40 = 0.8660254037844386 * v29;
-  const lanes v41 = 0.02 + v40;
-  const lanes v42 = 0.06330127018922194 - v41;
-  const lanes v43 = v13 * v36;
-  const lanes v44 = v42 * v24;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v39 - v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = v42 * v42;
-  const lanes v50 = v33 * v33;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v36 * v36;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v13 * v45;
-  const lanes v56 = v20 * v38;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v48 + v58;
-  const lanes v60 = v45 * v45;
-  const lanes v61 = v38 * v38;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v42 * v20;
-  const lanes v64 = v13 * v33;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 * v65;
-  const lanes v67 = v62 + v66;
-  const lanes v68 = v59 / v67;
-  const lanes v69 = v68 - v8;
-  const lanes v70 = v42 * v65;
-  const lanes v71 = v36 * v38;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v27 * v72;
-  const lanes v74 = v24 * v38;
-  const lanes v75 = v13 * v65;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v54 * v76;
-  const lanes v78 = v73 + v77;
-  const lanes v79 = v78 / v67;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v36 * v45;
-  const lanes v82 = v33 * v65;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v27 * v83;
-  const lanes v85 = v20 * v65;
-  const lanes v86 = v24 * v45;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v54 * v87;
-  const lanes v89 = v84 + v88;
-  const lanes v90 = v89 / v67;
-  const lanes v91 = v90 * v90;
-  const lanes v92 = v80 + v91;
-  const lanes v93 = v68 * v68;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = 0.64 - v94;
-  const lanes v96 = v95 / v67;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  const lanes v98 = v65 * v97;
-  const lanes v99 = v69 - v98;
-  const lanes v100 = v8 + v99;
-  const lanes v101 = v7 * v100;
-  const lanes v102 = v19 + v79;
-  const lanes v103 = v45 * v97;
-  const lanes v104 = v102 - v103;
-  const lanes v105 = v104 - v19;
-  const lanes v106 = v8 * v105;
-  const lanes v107 = v101 + v106;
-  const lanes v108 = v38 * v97;
-  const lanes v109 = v90 - v108;
-  const lanes v110 = v109 - v13;
-  const lanes v111 = v35 + v99;
-  const lanes v112 = v110 * v111;
-  const lanes v113 = v23 + v99;
-  const lanes v114 = v109 - v42;
-  const lanes v115 = v113 * v114;
-  const lanes v116 = v112 - v115;
-  const lanes v117 = v104 - v32;
-  const lanes v118 = v113 * v117;
-  const lanes v119 = v104 - v17;
-  const lanes v120 = v119 * v111;
-  const lanes v121 = v118 - v120;
-  const lanes v122 = v109 * v121;
-  const lanes v123 = v105 * v116;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = v119 * v114;
-  const lanes v126 = v110 * v117;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v100 * v127;
-  const lanes v129 = v124 + v128;
-  const lanes v130 = v116 / v129;
-  const lanes v131 = v107 * v130;
-  const lanes v132 = -v131;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = 0.26 * v1, v8 = 0.26 * v2, v9 = 0.26 * v3, v10 = 0.2 + v9,
+      v11 = 0.8660254037844386 * v10, v12 = v11 - 0.02, v13 = v12 - 0.023301270189221932,
+      v14 = v13 * v13, v15 = 0.5 * v10, v16 = v15 + 0.034641016151377546,
+      v17 = 0.05964101615137755 - v16, v18 = v7 + 0.2, v19 = v18 - 0.05, v20 = v17 - v19,
+      v21 = v20 * v20, v22 = v14 + v21, v23 = 0.26 * v4, v24 = v8 - v23, v25 = v24 * v24,
+      v26 = v22 + v25, v27 = 0.5 * v26, v28 = 0.26 * v5, v29 = 0.2 + v28, v30 = 0.5 * v29,
+      v31 = 0.034641016151377546 - v30, v32 = v31 - 0.009641016151377546, v33 = v32 - v19,
+      v34 = v24 * v33, v35 = 0.26 * v6, v36 = v8 - v35, v37 = v20 * v36, v38 = v34 - v37,
+      v39 = v33 * v38, v40 = 0.8660254037844386 * v29, v41 = 0.02 + v40,
+      v42 = 0.06330127018922194 - v41, v43 = v13 * v36, v44 = v42 * v24, v45 = v43 - v44,
+      v46 = v42 * v45, v47 = v39 - v46, v48 = v27 * v47, v49 = v42 * v42, v50 = v33 * v33,
+      v51 = v49 + v50, v52 = v36 * v36, v53 = v51 + v52, v54 = 0.5 * v53, v55 = v13 * v45,
+      v56 = v20 * v38, v57 = v55 - v56, v58 = v54 * v57, v59 = v48 + v58, v60 = v45 * v45,
+      v61 = v38 * v38, v62 = v60 + v61, v63 = v42 * v20, v64 = v13 * v33, v65 = v63 - v64,
+      v66 = v65 * v65, v67 = v62 + v66, v68 = v59 / v67, v69 = v68 - v8, v70 = v42 * v65,
+      v71 = v36 * v38, v72 = v70 - v71, v73 = v27 * v72, v74 = v24 * v38, v75 = v13 * v65,
+      v76 = v74 - v75, v77 = v54 * v76, v78 = v73 + v77, v79 = v78 / v67, v80 = v79 * v79,
+      v81 = v36 * v45, v82 = v33 * v65, v83 = v81 - v82, v84 = v27 * v83, v85 = v20 * v65,
+      v86 = v24 * v45, v87 = v85 - v86, v88 = v54 * v87, v89 = v84 + v88, v90 = v89 / v67,
+      v91 = v90 * v90, v92 = v80 + v91, v93 = v68 * v68, v94 = v92 + v93, v95 = 0.64 - v94,
+      v96 = v95 / v67;
+  LANES_LET1(v97, sqrt, v96);
+  const lanes v98 = v65 * v97, v99 = v69 - v98, v100 = v8 + v99, v101 = v7 * v100, v102 = v19 + v79,
+      v103 = v45 * v97, v104 = v102 - v103, v105 = v104 - v19, v106 = v8 * v105, v107 = v101 + v106,
+      v108 = v38 * v97, v109 = v90 - v108, v110 = v109 - v13, v111 = v35 + v99, v112 = v110 * v111,
+      v113 = v23 + v99, v114 = v109 - v42, v115 = v113 * v114, v116 = v112 - v115,
+      v117 = v104 - v32, v118 = v113 * v117, v119 = v104 - v17, v120 = v119 * v111,
+      v121 = v118 - v120, v122 = v109 * v121, v123 = v105 * v116, v124 = v122 + v123,
+      v125 = v119 * v114, v126 = v110 * v117, v127 = v125 - v126, v128 = v100 * v127,
+      v129 = v124 + v128, v130 = v116 / v129, v131 = v107 * v130, v132 = -v131;
   out[0] = v132;
-  const lanes v133 = 0.13 * v4;
-  const lanes v134 = v133 * v119;
-  const lanes v135 = v9 * v113;
-  const lanes v136 = v134 - v135;
-  const lanes v137 = 0.22516660498395405 * v4;
-  const lanes v138 = v137 * v110;
-  const lanes v139 = v136 - v138;
-  const lanes v140 = v100 * v114;
-  const lanes v141 = v109 * v111;
-  const lanes v142 = v140 - v141;
-  const lanes v143 = v142 / v129;
-  const lanes v144 = v139 * v143;
+  const lanes v133 = 0.13 * v4, v134 = v133 * v119, v135 = v9 * v113, v136 = v134 - v135,
+      v137 = 0.22516660498395405 * v4, v138 = v137 * v110, v139 = v136 - v138, v140 = v100 * v114,
+      v141 = v109 * v111, v142 = v140 - v141, v143 = v142 / v129, v144 = v139 * v143;
   out[1] = v144;
-  const lanes v145 = 0.13 * v6;
-  const lanes v146 = v145 * v117;
-  const lanes v147 = 0.22516660498395405 * v6;
-  const lanes v148 = v147 * v114;
-  const lanes v149 = v146 + v148;
-  const lanes v150 = v28 * v111;
-  const lanes v151 = v149 - v150;
-  const lanes v152 = v109 * v113;
-  const lanes v153 = v100 * v110;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 / v129;
-  const lanes v156 = v151 * v155;
+  const lanes v145 = 0.13 * v6, v146 = v145 * v117, v147 = 0.22516660498395405 * v6,
+      v148 = v147 * v114, v149 = v146 + v148, v150 = v28 * v111, v151 = v149 - v150,
+      v152 = v109 * v113, v153 = v100 * v110, v154 = v152 - v153, v155 = v154 / v129,
+      v156 = v151 * v155;
   out[2] = v156;
-  const lanes v157 = v121 / v129;
-  const lanes v158 = v107 * v157;
-  const lanes v159 = -v158;
+  const lanes v157 = v121 / v129, v158 = v107 * v157, v159 = -v158;
   out[3] = v159;
-  const lanes v160 = v105 * v111;
-  const lanes v161 = v100 * v117;
-  const lanes v162 = v160 - v161;
-  const lanes v163 = v162 / v129;
-  const lanes v164 = v139 * v163;
+  const lanes v160 = v105 * v111, v161 = v100 * v117, v162 = v160 - v161, v163 = v162 / v129,
+      v164 = v139 * v163;
   out[4] = v164;
-  const lanes v165 = v100 * v119;
-  const lanes v166 = v105 * v113;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v167 / v129;
-  const lanes v169 = v151 * v168;
+  const lanes v165 = v100 * v119, v166 = v105 * v113, v167 = v165 - v166, v168 = v167 / v129,
+      v169 = v151 * v168;
   out[5] = v169;
-  const lanes v170 = v127 / v129;
-  const lanes v171 = v107 * v170;
-  const lanes v172 = -v171;
+  const lanes v170 = v127 / v129, v171 = v107 * v170, v172 = -v171;
   out[6] = v172;
-  const lanes v173 = v109 * v117;
-  const lanes v174 = v105 * v114;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 / v129;
-  const lanes v177 = v176 * v139;
+  const lanes v173 = v109 * v117, v174 = v105 * v114, v175 = v173 - v174, v176 = v175 / v129,
+      v177 = v176 * v139;
   out[7] = v177;
-  const lanes v178 = v105 * v110;
-  const lanes v179 = v109 * v119;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v180 / v129;
-  const lanes v182 = v181 * v151;
-  out[8] = v182;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
+  const lanes v178 = v105 * v110, v179 = v109 * v119, v180 = v178 - v179, v181 = v180 / v129,
+      v182 = v181 * v151;
+  out[8] = v182; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = 0.26 * v1;
-  const lanes v8 = 0.26 * v2;
-  const lanes v9 = 0.26 * v3;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.8660254037844386 * v10;
-  const lanes v12 = v11 - 0.02;
-  const lanes v13 = v12 - 0.023301270189221932;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = 0.5 * v10;
-  const lanes v16 = v15 + 0.034641016151377546;
-  const lanes v17 = 0.05964101615137755 - v16;
-  const lanes v18 = v7 + 0.2;
-  const lanes v19 = v18 - 0.05;
-  const lanes v20 = v17 - v19;
-  const lanes v21 = v20 * v20;
-  const lanes v22 = v14 + v21;
-  const lanes v23 = 0.26 * v4;
-  const lanes v24 = v8 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v22 + v25;
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = 0.26 * v5;
-  const lanes v29 = 0.2 + v28;
-  const lanes v30 = 0.5 * v29;
-  const lanes v31 = 0.034641016151377546 - v30;
-  const lanes v32 = v31 - 0.009641016151377546;
-  const lanes v33 = v32 - v19;
-  const lanes v34 = v24 * v33;
-  const lanes v35 = 0.26 * v6;
-  const lanes v36 = v8 - v35;
-  const lanes v37 = v20 * v36;
-  const lanes v38 = v34 - v37;
-  const lanes v39 = v33 * v38;
-  const lanes v40 = 0.8660254037844386 * v29;
-  const lanes v41 = 0.02 + v40;
-  const lanes v42 = 0.06330127018922194 - v41;
-  const lanes v43 = v13 * v36;
-  const lanes v44 = v42 * v24;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v39 - v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = v42 * v42;
-  const lanes v50 = v33 * v33;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v36 * v36;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v13 * v45;
-  const lanes v56 = v20 * v38;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v48 + v58;
-  const lanes v60 = v45 * v45;
-  const lanes v61 = v38 * v38;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v42 * v20;
-  const lanes v64 = v13 * v33;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 * v65;
-  const lanes v67 = v62 + v66;
-  const lanes v68 = v59 / v67;
-  const lanes v69 = v68 - v8;
-  const lanes v70 = v42 * v65;
-  const lanes v71 = v36 * v38;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v27 * v72;
-  const lanes v74 = v24 * v38;
-  const lanes v75 = v13 * v65;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v54 * v76;
-  const lanes v78 = v73 + v77;
-  const lanes v79 = v78 / v67;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v36 * v45;
-  const lanes v82 = v33 * v65;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v27 * v83;
-  const lanes v85 = v20 * v65;
-  const lanes v86 = v24 * v45;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v54 * v87;
-  const lanes v89 = v84 + v88;
-  const lanes v90 = v89 / v67;
-  const lanes v91 = v90 * v90;
-  const lanes v92 = v80 + v91;
-  const lanes v93 = v68 * v68;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = 0.64 - v94;
-  const lanes v96 = v95 / v67;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  const lanes v98 = v65 * v97;
-  const lanes v99 = v69 - v98;
-  const lanes v100 = v8 + v99;
-  const lanes v101 = v7 * v100;
-  const lanes v102 = v19 + v79;
-  const lanes v103 = v45 * v97;
-  const lanes v104 = v102 - v103;
-  const lanes v105 = v104 - v19;
-  const lanes v106 = v8 * v105;
-  const lanes v107 = v101 + v106;
-  const lanes v108 = v38 * v97;
-  const lanes v109 = v90 - v108;
-  const lanes v110 = v109 - v13;
-  const lanes v111 = v35 + v99;
-  const lanes v112 = v110 * v111;
-  const lanes v113 = v23 + v99;
-  const lanes v114 = v109 - v42;
-  const lanes v115 = v113 * v114;
-  const lanes v116 = v112 - v115;
-  const lanes v117 = v104 - v32;
-  const lanes v118 = v113 * v117;
-  const lanes v119 = v104 - v17;
-  const lanes v120 = v119 * v111;
-  const lanes v121 = v118 - v120;
-  const lanes v122 = v109 * v121;
-  const lanes v123 = v105 * v116;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = v119 * v114;
-  const lanes v126 = v110 * v117;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v100 * v127;
-  const lanes v129 = v124 + v128;
-  const lanes v130 = v116 / v129;
-  const lanes v131 = v107 * v130;
-  const lanes v132 = -v131;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = 0.26 * v1, v8 = 0.26 * v2, v9 = 0.26 * v3, v10 = 0.2 + v9,
+      v11 = 0.8660254037844386 * v10, v12 = v11 - 0.02, v13 = v12 - 0.023301270189221932,
+      v14 = v13 * v13, v15 = 0.5 * v10, v16 = v15 + 0.034641016151377546,
+      v17 = 0.05964101615137755 - v16, v18 = v7 + 0.2, v19 = v18 - 0.05, v20 = v17 - v19,
+      v21 = v20 * v20, v22 = v14 + v21, v23 = 0.26 * v4, v24 = v8 - v23, v25 = v24 * v24,
+      v26 = v22 + v25, v27 = 0.5 * v26, v28 = 0.26 * v5, v29 = 0.2 + v28, v30 = 0.5 * v29,
+      v31 = 0.034641016151377546 - v30, v32 = v31 - 0.009641016151377546, v33 = v32 - v19,
+      v34 = v24 * v33, v35 = 0.26 * v6, v36 = v8 - v35, v37 = v20 * v36, v38 = v34 - v37,
+      v39 = v33 * v38, v40 = 0.8660254037844386 * v29, v41 = 0.02 + v40,
+      v42 = 0.06330127018922194 - v41, v43 = v13 * v36, v44 = v42 * v24, v45 = v43 - v44,
+      v46 = v42 * v45, v47 = v39 - v46, v48 = v27 * v47, v49 = v42 * v42, v50 = v33 * v33,
+      v51 = v49 + v50, v52 = v36 * v36, v53 = v51 + v52, v54 = 0.5 * v53, v55 = v13 * v45,
+      v56 = v20 * v38, v57 = v55 - v56, v58 = v54 * v57, v59 = v48 + v58, v60 = v45 * v45,
+      v61 = v38 * v38, v62 = v60 + v61, v63 = v42 * v20, v64 = v13 * v33, v65 = v63 - v64,
+      v66 = v65 * v65, v67 = v62 + v66, v68 = v59 / v67, v69 = v68 - v8, v70 = v42 * v65,
+      v71 = v36 * v38, v72 = v70 - v71, v73 = v27 * v72, v74 = v24 * v38, v75 = v13 * v65,
+      v76 = v74 - v75, v77 = v54 * v76, v78 = v73 + v77, v79 = v78 / v67, v80 = v79 * v79,
+      v81 = v36 * v45, v82 = v33 * v65, v83 = v81 - v82, v84 = v27 * v83, v85 = v20 * v65,
+      v86 = v24 * v45, v87 = v85 - v86, v88 = v54 * v87, v89 = v84 + v88, v90 = v89 / v67,
+      v91 = v90 * v90, v92 = v80 + v91, v93 = v68 * v68, v94 = v92 + v93, v95 = 0.64 - v94,
+      v96 = v95 / v67;
+  LANES_LET1(v97, sqrt, v96);
+  const lanes v98 = v65 * v97, v99 = v69 - v98, v100 = v8 + v99, v101 = v7 * v100, v102 = v19 + v79,
+      v103 = v45 * v97, v104 = v102 - v103, v105 = v104 - v19, v106 = v8 * v105, v107 = v101 + v106,
+      v108 = v38 * v97, v109 = v90 - v108, v110 = v109 - v13, v111 = v35 + v99, v112 = v110 * v111,
+      v113 = v23 + v99, v114 = v109 - v42, v115 = v113 * v114, v116 = v112 - v115,
+      v117 = v104 - v32, v118 = v113 * v117, v119 = v104 - v17, v120 = v119 * v111,
+      v121 = v118 - v120, v122 = v109 * v121, v123 = v105 * v116, v124 = v122 + v123,
+      v125 = v119 * v114, v126 = v110 * v117, v127 = v125 - v126, v128 = v100 * v127,
+      v129 = v124 + v128, v130 = v116 / v129, v131 = v107 * v130, v132 = -v131;
   out[0] = v132;
-  const lanes v133 = 0.13 * v4;
-  const lanes v134 = v133 * v119;
-  const lanes v135 = v9 * v113;
-  const lanes v136 = v134 - v135;
-  const lanes v137 = 0.22516660498395405 * v4;
-  const lanes v138 = v137 * v110;
-  const lanes v139 = v136 - v138;
-  const lanes v140 = v100 * v114;
-  const lanes v141 = v109 * v111;
-  const lanes v142 = v140 - v141;
-  const lanes v143 = v142 / v129;
-  const lanes v144 = v139 * v143;
+  const lanes v133 = 0.13 * v4, v134 = v133 * v119, v135 = v9 * v113, v136 = v134 - v135,
+      v137 = 0.22516660498395405 * v4, v138 = v137 * v110, v139 = v136 - v138, v140 = v100 * v114,
+      v141 = v109 * v111, v142 = v140 - v141, v143 = v142 / v129, v144 = v139 * v143;
   out[1] = v144;
-  const lanes v145 = 0.13 * v6;
-  const lanes v146 = v145 * v117;
-  const lanes v147 = 0.22516660498395405 * v6;
-  const lanes v148 = v147 * v114;
-  const lanes v149 = v146 + v148;
-  const lanes v150 = v28 * v111;
-  const lanes v151 = v149 - v150;
-  const lanes v152 = v109 * v113;
-  const lanes v153 = v100 * v110;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 / v129;
-  const lanes v156 = v151 * v155;
+  const lanes v145 = 0.13 * v6, v146 = v145 * v117, v147 = 0.22516660498395405 * v6,
+      v148 = v147 * v114, v149 = v146 + v148, v150 = v28 * v111, v151 = v149 - v150,
+      v152 = v109 * v113, v153 = v100 * v110, v154 = v152 - v153, v155 = v154 / v129,
+      v156 = v151 * v155;
   out[2] = v156;
-  const lanes v157 = v121 / v129;
-  const lanes v158 = v107 * v157;
-  const lanes v159 = -v158;
+  const lanes v157 = v121 / v129, v158 = v107 * v157, v159 = -v158;
   out[3] = v159;
-  const lanes v160 = v105 * v111;
-  const lanes v161 = v100 * v117;
-  const lanes v162 = v160 - v161;
-  const lanes v163 = v162 / v129;
-  const lanes v164 = v139 * v163;
+  const lanes v160 = v105 * v111, v161 = v100 * v117, v162 = v160 - v161, v163 = v162 / v129,
+      v164 = v139 * v163;
   out[4] = v164;
-  const lanes v165 = v100 * v119;
-  const lanes v166 = v105 * v113;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v167 / v129;
-  const lanes v169 = v151 * v168;
+  const lanes v165 = v100 * v119, v166 = v105 * v113, v167 = v165 - v166, v168 = v167 / v129,
+      v169 = v151 * v168;
   out[5] = v169;
-  const lanes v170 = v127 / v129;
-  const lanes v171 = v107 * v170;
-  const lanes v172 = -v171;
+  const lanes v170 = v127 / v129, v171 = v107 * v170, v172 = -v171;
   out[6] = v172;
-  const lanes v173 = v109 * v117;
-  const lanes v174 = v105 * v114;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 / v129;
-  const lanes v177 = v176 * v139;
+  const lanes v173 = v109 * v117, v174 = v105 * v114, v175 = v173 - v174, v176 = v175 / v129,
+      v177 = v176 * v139;
   out[7] = v177;
-  const lanes v178 = v105 * v110;
-  const lanes v179 = v109 * v119;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v180 / v129;
-  const lanes v182 = v181 * v151;
-  out[8] = v182;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
+  const lanes v178 = v105 * v110, v179 = v109 * v119, v180 = v178 - v179, v181 = v180 / v129,
+      v182 = v181 * v151;
+  out[8] = v182; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_jacobian_space_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = 0.26 * v1;
-  const lanes v8 = 0.26 * v2;
-  const lanes v9 = 0.26 * v3;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.8660254037844386 * v10;
-  const lanes v12 = v11 - 0.02;
-  const lanes v13 = v12 - 0.023301270189221932;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = 0.5 * v10;
-  const lanes v16 = v15 + 0.034641016151377546;
-  const lanes v17 = 0.05964101615137755 - v16;
-  const lanes v18 = v7 + 0.2;
-  const lanes v19 = v18 - 0.05;
-  const lanes v20 = v17 - v19;
-  const lanes v21 = v20 * v20;
-  const lanes v22 = v14 + v21;
-  const lanes v23 = 0.26 * v4;
-  const lanes v24 = v8 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v22 + v25;
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = 0.26 * v5;
-  const lanes v29 = 0.2 + v28;
-  const lanes v30 = 0.5 * v29;
-  const lanes v31 = 0.034641016151377546 - v30;
-  const lanes v32 = v31 - 0.009641016151377546;
-  const lanes v33 = v32 - v19;
-  const lanes v34 = v24 * v33;
-  const lanes v35 = 0.26 * v6;
-  const lanes v36 = v8 - v35;
-  const lanes v37 = v20 * v36;
-  const lanes v38 = v34 - v37;
-  const lanes v39 = v33 * v38;
-  const lanes v40 = 0.8660254037844386 * v29;
-  const lanes v41 = 0.02 + v40;
-  const lanes v42 = 0.06330127018922194 - v41;
-  const lanes v43 = v13 * v36;
-  const lanes v44 = v42 * v24;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v39 - v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = v42 * v42;
-  const lanes v50 = v33 * v33;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v36 * v36;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v13 * v45;
-  const lanes v56 = v20 * v38;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v48 + v58;
-  const lanes v60 = v45 * v45;
-  const lanes v61 = v38 * v38;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v42 * v20;
-  const lanes v64 = v13 * v33;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 * v65;
-  const lanes v67 = v62 + v66;
-  const lanes v68 = v59 / v67;
-  const lanes v69 = v68 - v8;
-  const lanes v70 = v42 * v65;
-  const lanes v71 = v36 * v38;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v27 * v72;
-  const lanes v74 = v24 * v38;
-  const lanes v75 = v13 * v65;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v54 * v76;
-  const lanes v78 = v73 + v77;
-  const lanes v79 = v78 / v67;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v36 * v45;
-  const lanes v82 = v33 * v65;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v27 * v83;
-  const lanes v85 = v20 * v65;
-  const lanes v86 = v24 * v45;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v54 * v87;
-  const lanes v89 = v84 + v88;
-  const lanes v90 = v89 / v67;
-  const lanes v91 = v90 * v90;
-  const lanes v92 = v80 + v91;
-  const lanes v93 = v68 * v68;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = 0.64 - v94;
-  const lanes v96 = v95 / v67;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  const lanes v98 = v65 * v97;
-  const lanes v99 = v69 - v98;
-  const lanes v100 = v8 + v99;
-  const lanes v101 = v7 * v100;
-  const lanes v102 = v19 + v79;
-  const lanes v103 = v45 * v97;
-  const lanes v104 = v102 - v103;
-  const lanes v105 = v104 - v19;
-  const lanes v106 = v8 * v105;
-  const lanes v107 = v101 + v106;
-  const lanes v108 = v4 * qd_1;
-  const lanes v109 = 0.22516660498395405 * v108;
-  const lanes v110 = 0.13 * v108;
-  const lanes v111 = v104 - v17;
-  const lanes v112 = v110 * v111;
-  const lanes v113 = v38 * v97;
-  const lanes v114 = v90 - v113;
-  const lanes v115 = v114 - v13;
-  const lanes v116 = v109 * v115;
-  const lanes v117 = v112 - v116;
-  const lanes v118 = v3 * qd_1;
-  const lanes v119 = 0.26 * v118;
-  const lanes v120 = v23 + v99;
-  const lanes v121 = v119 * v120;
-  const lanes v122 = v117 - v121;
-  const lanes v123 = v35 + v99;
-  const lanes v124 = v105 * v123;
-  const lanes v125 = v104 - v32;
-  const lanes v126 = v100 * v125;
-  const lanes v127 = v124 - v126;
-  const lanes v128 = v120 * v125;
-  const lanes v129 = v111 * v123;
-  const lanes v130 = v128 - v129;
-  const lanes v131 = v114 * v130;
-  const lanes v132 = v115 * v123;
-  const lanes v133 = v114 - v42;
-  const lanes v134 = v120 * v133;
-  const lanes v135 = v132 - v134;
-  const lanes v136 = v105 * v135;
-  const lanes v137 = v131 + v136;
-  const lanes v138 = v111 * v133;
-  const lanes v139 = v115 * v125;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = v100 * v140;
-  const lanes v142 = v137 + v141;
-  const lanes v143 = v127 / v142;
-  const lanes v144 = v122 * v143;
-  const lanes v145 = v6 * qd_2;
-  const lanes v146 = 0.13 * v145;
-  const lanes v147 = v146 * v125;
-  const lanes v148 = 0.22516660498395405 * v145;
-  const lanes v149 = v148 * v133;
-  const lanes v150 = v147 + v149;
-  const lanes v151 = v5 * qd_2;
-  const lanes v152 = 0.26 * v151;
-  const lanes v153 = v152 * v123;
-  const lanes v154 = v150 - v153;
-  const lanes v155 = v100 * v111;
-  const lanes v156 = v105 * v120;
-  const lanes v157 = v155 - v156;
-  const lanes v158 = v157 / v142;
-  const lanes v159 = v154 * v158;
-  const lanes v160 = v144 + v159;
-  const lanes v161 = v2 * qd_0;
-  const lanes v162 = 0.26 * v161;
-  const lanes v163 = v162 * v105;
-  const lanes v164 = v1 * qd_0;
-  const lanes v165 = 0.26 * v164;
-  const lanes v166 = v165 * v100;
-  const lanes v167 = v163 + v166;
-  const lanes v168 = v130 / v142;
-  const lanes v169 = v167 * v168;
-  const lanes v170 = v160 - v169;
-  const lanes v171 = v109 + v170;
-  const lanes v172 = v171 * v123;
-  const lanes v173 = v114 * v125;
-  const lanes v174 = v105 * v133;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 / v142;
-  const lanes v177 = v176 * v122;
-  const lanes v178 = v105 * v115;
-  const lanes v179 = v114 * v111;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v180 / v142;
-  const lanes v182 = v181 * v154;
-  const lanes v183 = v177 + v182;
-  const lanes v184 = v140 / v142;
-  const lanes v185 = v167 * v184;
-  const lanes v186 = v183 - v185;
-  const lanes v187 = v152 + v186;
-  const lanes v188 = v187 * v115;
-  const lanes v189 = v172 + v188;
-  const lanes v190 = v119 + v186;
-  const lanes v191 = v190 * v133;
-  const lanes v192 = v189 - v191;
-  const lanes v193 = v170 - v148;
-  const lanes v194 = v193 * v120;
-  const lanes v195 = v192 - v194;
-  const lanes v196 = v195 / v142;
-  const lanes v197 = v170 * v130;
-  const lanes v198 = v195 * v105;
-  const lanes v199 = v197 + v198;
-  const lanes v200 = v100 * v133;
-  const lanes v201 = v114 * v123;
-  const lanes v202 = v200 - v201;
-  const lanes v203 = v202 / v142;
-  const lanes v204 = v122 * v203;
-  const lanes v205 = v114 * v120;
-  const lanes v206 = v100 * v115;
-  const lanes v207 = v205 - v206;
-  const lanes v208 = v207 / v142;
-  const lanes v209 = v154 * v208;
-  const lanes v210 = v204 + v209;
-  const lanes v211 = v135 / v142;
-  const lanes v212 = v167 * v211;
-  const lanes v213 = v210 - v212;
-  const lanes v214 = v162 + v213;
-  const lanes v215 = v214 * v135;
-  const lanes v216 = v199 + v215;
-  const lanes v217 = v165 + v186;
-  const lanes v218 = v217 * v140;
-  const lanes v219 = v216 + v218;
-  const lanes v220 = v190 * v125;
-  const lanes v221 = v213 - v146;
-  const lanes v222 = v221 * v120;
-  const lanes v223 = v220 + v222;
-  const lanes v224 = v187 * v111;
-  const lanes v225 = v223 - v224;
-  const lanes v226 = v213 - v110;
-  const lanes v227 = v226 * v123;
-  const lanes v228 = v225 - v227;
-  const lanes v229 = v228 * v114;
-  const lanes v230 = v219 + v229;
-  const lanes v231 = v193 * v111;
-  const lanes v232 = v226 * v133;
-  const lanes v233 = v231 + v232;
-  const lanes v234 = v171 * v125;
-  const lanes v235 = v233 - v234;
-  const lanes v236 = v221 * v115;
-  const lanes v237 = v235 - v236;
-  const lanes v238 = v237 * v100;
-  const lanes v239 = v230 + v238;
-  const lanes v240 = v142 * v142;
-  const lanes v241 = v135 / v240;
-  const lanes v242 = v239 * v241;
-  const lanes v243 = v196 - v242;
-  const lanes v244 = v107 * v243;
-  const lanes v245 = v165 * v105;
-  const lanes v246 = v214 * v8;
-  const lanes v247 = v245 + v246;
-  const lanes v248 = v217 * v7;
-  const lanes v249 = v247 + v248;
-  const lanes v250 = v162 * v100;
-  const lanes v251 = v249 - v250;
-  const lanes v252 = v251 * v211;
-  const lanes v253 = v244 + v252;
-  const lanes v254 = -v253;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = 0.26 * v1, v8 = 0.26 * v2, v9 = 0.26 * v3, v10 = 0.2 + v9,
+      v11 = 0.8660254037844386 * v10, v12 = v11 - 0.02, v13 = v12 - 0.023301270189221932,
+      v14 = v13 * v13, v15 = 0.5 * v10, v16 = v15 + 0.034641016151377546,
+      v17 = 0.05964101615137755 - v16, v18 = v7 + 0.2, v19 = v18 - 0.05, v20 = v17 - v19,
+      v21 = v20 * v20, v22 = v14 + v21, v23 = 0.26 * v4, v24 = v8 - v23, v25 = v24 * v24,
+      v26 = v22 + v25, v27 = 0.5 * v26, v28 = 0.26 * v5, v29 = 0.2 + v28, v30 = 0.5 * v29,
+      v31 = 0.034641016151377546 - v30, v32 = v31 - 0.009641016151377546, v33 = v32 - v19,
+      v34 = v24 * v33, v35 = 0.26 * v6, v36 = v8 - v35, v37 = v20 * v36, v38 = v34 - v37,
+      v39 = v33 * v38, v40 = 0.8660254037844386 * v29, v41 = 0.02 + v40,
+      v42 = 0.06330127018922194 - v41, v43 = v13 * v36, v44 = v42 * v24, v45 = v43 - v44,
+      v46 = v42 * v45, v47 = v39 - v46, v48 = v27 * v47, v49 = v42 * v42, v50 = v33 * v33,
+      v51 = v49 + v50, v52 = v36 * v36, v53 = v51 + v52, v54 = 0.5 * v53, v55 = v13 * v45,
+      v56 = v20 * v38, v57 = v55 - v56, v58 = v54 * v57, v59 = v48 + v58, v60 = v45 * v45,
+      v61 = v38 * v38, v62 = v60 + v61, v63 = v42 * v20, v64 = v13 * v33, v65 = v63 - v64,
+      v66 = v65 * v65, v67 = v62 + v66, v68 = v59 / v67, v69 = v68 - v8, v70 = v42 * v65,
+      v71 = v36 * v38, v72 = v70 - v71, v73 = v27 * v72, v74 = v24 * v38, v75 = v13 * v65,
+      v76 = v74 - v75, v77 = v54 * v76, v78 = v73 + v77, v79 = v78 / v67, v80 = v79 * v79,
+      v81 = v36 * v45, v82 = v33 * v65, v83 = v81 - v82, v84 = v27 * v83, v85 = v20 * v65,
+      v86 = v24 * v45, v87 = v85 - v86, v88 = v54 * v87, v89 = v84 + v88, v90 = v89 / v67,
+      v91 = v90 * v90, v92 = v80 + v91, v93 = v68 * v68, v94 = v92 + v93, v95 = 0.64 - v94,
+      v96 = v95 / v67;
+  LANES_LET1(v97, sqrt, v96);
+  const lanes v98 = v65 * v97, v99 = v69 - v98, v100 = v8 + v99, v101 = v7 * v100, v102 = v19 + v79,
+      v103 = v45 * v97, v104 = v102 - v103, v105 = v104 - v19, v106 = v8 * v105, v107 = v101 + v106,
+      v108 = v4 * qd_1, v109 = 0.22516660498395405 * v108, v110 = 0.13 * v108, v111 = v104 - v17,
+      v112 = v110 * v111, v113 = v38 * v97, v114 = v90 - v113, v115 = v114 - v13,
+      v116 = v109 * v115, v117 = v112 - v116, v118 = v3 * qd_1, v119 = 0.26 * v118,
+      v120 = v23 + v99, v121 = v119 * v120, v122 = v117 - v121, v123 = v35 + v99,
+      v124 = v105 * v123, v125 = v104 - v32, v126 = v100 * v125, v127 = v124 - v126,
+      v128 = v120 * v125, v129 = v111 * v123, v130 = v128 - v129, v131 = v114 * v130,
+      v132 = v115 * v123, v133 = v114 - v42, v134 = v120 * v133, v135 = v132 - v134,
+      v136 = v105 * v135, v137 = v131 + v136, v138 = v111 * v133, v139 = v115 * v125,
+      v140 = v138 - v139, v141 = v100 * v140, v142 = v137 + v141, v143 = v127 / v142,
+      v144 = v122 * v143, v145 = v6 * qd_2, v146 = 0.13 * v145, v147 = v146 * v125,
+      v148 = 0.22516660498395405 * v145, v149 = v148 * v133, v150 = v147 + v149, v151 = v5 * qd_2,
+      v152 = 0.26 * v151, v153 = v152 * v123, v154 = v150 - v153, v155 = v100 * v111,
+      v156 = v105 * v120, v157 = v155 - v156, v158 = v157 / v142, v159 = v154 * v158,
+      v160 = v144 + v159, v161 = v2 * qd_0, v162 = 0.26 * v161, v163 = v162 * v105,
+      v164 = v1 * qd_0, v165 = 0.26 * v164, v166 = v165 * v100, v167 = v163 + v166,
+      v168 = v130 / v142, v169 = v167 * v168, v170 = v160 - v169, v171 = v109 + v170,
+      v172 = v171 * v123, v173 = v114 * v125, v174 = v105 * v133, v175 = v173 - v174,
+      v176 = v175 / v142, v177 = v176 * v122, v178 = v105 * v115, v179 = v114 * v111,
+      v180 = v178 - v179, v181 = v180 / v142, v182 = v181 * v154, v183 = v177 + v182,
+      v184 = v140 / v142, v185 = v167 * v184, v186 = v183 - v185, v187 = v152 + v186,
+      v188 = v187 * v115, v189 = v172 + v188, v190 = v119 + v186, v191 = v190 * v133,
+      v192 = v189 - v191, v193 = v170 - v148, v194 = v193 * v120, v195 = v192 - v194,
+      v196 = v195 / v142, v197 = v170 * v130, v198 = v195 * v105, v199 = v197 + v198,
+      v200 = v100 * v133, v201 = v114 * v123, v202 = v200 - v201, v203 = v202 / v142,
+      v204 = v122 * v203, v205 = v114 * v120, v206 = v100 * v115, v207 = v205 - v206,
+      v208 = v207 / v142, v209 = v154 * v208, v210 = v204 + v209, v211 = v135 / v142,
+      v212 = v167 * v211, v213 = v210 - v212, v214 = v162 + v213, v215 = v214 * v135,
+      v216 = v199 + v215, v217 = v165 + v186, v218 = v217 * v140, v219 = v216 + v218,
+      v220 = v190 * v125, v221 = v213 - v146, v222 = v221 * v120, v223 = v220 + v222,
+      v224 = v187 * v111, v225 = v223 - v224, v226 = v213 - v110, v227 = v226 * v123,
+      v228 = v225 - v227, v229 = v228 * v114, v230 = v219 + v229, v231 = v193 * v111,
+      v232 = v226 * v133, v233 = v231 + v232, v234 = v171 * v125, v235 = v233 - v234,
+      v236 = v221 * v115, v237 = v235 - v236, v238 = v237 * v100, v239 = v230 + v238,
+      v240 = v142 * v142, v241 = v135 / v240, v242 = v239 * v241, v243 = v196 - v242,
+      v244 = v107 * v243, v245 = v7 * v217, v246 = v8 * v214, v247 = v245 + v246,
+      v248 = v165 * v105, v249 = v247 + v248, v250 = v162 * v100, v251 = v249 - v250,
+      v252 = v251 * v211, v253 = v244 + v252, v254 = -v253;
   out[0] = v254;
-  const lanes v255 = 0.13 * v4;
-  const lanes v256 = v255 * v111;
-  const lanes v257 = v9 * v120;
-  const lanes v258 = v256 - v257;
-  const lanes v259 = 0.22516660498395405 * v4;
-  const lanes v260 = v259 * v115;
-  const lanes v261 = v258 - v260;
-  const lanes v262 = v193 * v100;
-  const lanes v263 = v217 * v133;
-  const lanes v264 = v262 + v263;
-  const lanes v265 = v170 * v123;
-  const lanes v266 = v264 - v265;
-  const lanes v267 = v187 * v114;
-  const lanes v268 = v266 - v267;
-  const lanes v269 = v268 / v142;
-  const lanes v270 = v202 / v240;
-  const lanes v271 = v239 * v270;
-  const lanes v272 = v269 - v271;
-  const lanes v273 = v261 * v272;
-  const lanes v274 = v255 * v226;
-  const lanes v275 = 0.26 * v108;
-  const lanes v276 = v275 * v120;
-  const lanes v277 = v274 + v276;
-  const lanes v278 = 0.13 * v118;
-  const lanes v279 = v278 * v111;
-  const lanes v280 = v277 + v279;
-  const lanes v281 = v9 * v190;
-  const lanes v282 = v280 - v281;
-  const lanes v283 = v259 * v171;
-  const lanes v284 = v282 - v283;
-  const lanes v285 = 0.22516660498395405 * v118;
-  const lanes v286 = v285 * v115;
-  const lanes v287 = v284 - v286;
-  const lanes v288 = v287 * v203;
-  const lanes v289 = v273 + v288;
+  const lanes v255 = 0.13 * v4, v256 = v255 * v111, v257 = v9 * v120, v258 = v256 - v257,
+      v259 = 0.22516660498395405 * v4, v260 = v259 * v115, v261 = v258 - v260, v262 = v193 * v100,
+      v263 = v217 * v133, v264 = v262 + v263, v265 = v170 * v123, v266 = v264 - v265,
+      v267 = v187 * v114, v268 = v266 - v267, v269 = v268 / v142, v270 = v202 / v240,
+      v271 = v239 * v270, v272 = v269 - v271, v273 = v261 * v272, v274 = v255 * v226,
+      v275 = 0.26 * v108, v276 = v275 * v120, v277 = v274 + v276, v278 = 0.13 * v118,
+      v279 = v278 * v111, v280 = v277 + v279, v281 = v9 * v190, v282 = v280 - v281,
+      v283 = v259 * v171, v284 = v282 - v283, v285 = 0.22516660498395405 * v118, v286 = v285 * v115,
+      v287 = v284 - v286, v288 = v287 * v203, v289 = v273 + v288;
   out[1] = v289;
-  const lanes v290 = 0.13 * v6;
-  const lanes v291 = v290 * v125;
-  const lanes v292 = 0.22516660498395405 * v6;
-  const lanes v293 = v292 * v133;
-  const lanes v294 = v291 + v293;
-  const lanes v295 = v28 * v123;
-  const lanes v296 = v294 - v295;
-  const lanes v297 = v170 * v120;
-  const lanes v298 = v190 * v114;
-  const lanes v299 = v297 + v298;
-  const lanes v300 = v171 * v100;
-  const lanes v301 = v299 - v300;
-  const lanes v302 = v217 * v115;
-  const lanes v303 = v301 - v302;
-  const lanes v304 = v303 / v142;
-  const lanes v305 = v207 / v240;
-  const lanes v306 = v239 * v305;
-  const lanes v307 = v304 - v306;
-  const lanes v308 = v296 * v307;
-  const lanes v309 = v290 * v221;
-  const lanes v310 = v292 * v193;
-  const lanes v311 = v309 + v310;
-  const lanes v312 = 0.26 * v145;
-  const lanes v313 = v312 * v123;
-  const lanes v314 = v311 + v313;
-  const lanes v315 = 0.13 * v151;
-  const lanes v316 = v315 * v125;
-  const lanes v317 = v314 + v316;
-  const lanes v318 = 0.22516660498395405 * v151;
-  const lanes v319 = v318 * v133;
-  const lanes v320 = v317 + v319;
-  const lanes v321 = v187 * v28;
-  const lanes v322 = v320 - v321;
-  const lanes v323 = v322 * v208;
-  const lanes v324 = v308 + v323;
+  const lanes v290 = 0.13 * v6, v291 = v290 * v125, v292 = 0.22516660498395405 * v6,
+      v293 = v292 * v133, v294 = v291 + v293, v295 = v28 * v123, v296 = v294 - v295,
+      v297 = v170 * v120, v298 = v190 * v114, v299 = v297 + v298, v300 = v171 * v100,
+      v301 = v299 - v300, v302 = v217 * v115, v303 = v301 - v302, v304 = v303 / v142,
+      v305 = v207 / v240, v306 = v239 * v305, v307 = v304 - v306, v308 = v296 * v307,
+      v309 = v290 * v221, v310 = v292 * v193, v311 = v309 + v310, v312 = 0.26 * v145,
+      v313 = v312 * v123, v314 = v311 + v313, v315 = 0.13 * v151, v316 = v315 * v125,
+      v317 = v314 + v316, v318 = 0.22516660498395405 * v151, v319 = v318 * v133, v320 = v317 + v319,
+      v321 = v28 * v187, v322 = v320 - v321, v323 = v322 * v208, v324 = v308 + v323;
   out[2] = v324;
-  const lanes v325 = v228 / v142;
-  const lanes v326 = v130 / v240;
-  const lanes v327 = v239 * v326;
-  const lanes v328 = v325 - v327;
-  const lanes v329 = v107 * v328;
-  const lanes v330 = v251 * v168;
-  const lanes v331 = v329 + v330;
-  const lanes v332 = -v331;
+  const lanes v325 = v228 / v142, v326 = v130 / v240, v327 = v239 * v326, v328 = v325 - v327,
+      v329 = v107 * v328, v330 = v251 * v168, v331 = v329 + v330, v332 = -v331;
   out[3] = v332;
-  const lanes v333 = v187 * v105;
-  const lanes v334 = v214 * v123;
-  const lanes v335 = v333 + v334;
-  const lanes v336 = v217 * v125;
-  const lanes v337 = v335 - v336;
-  const lanes v338 = v221 * v100;
-  const lanes v339 = v337 - v338;
-  const lanes v340 = v339 / v142;
-  const lanes v341 = v127 / v240;
-  const lanes v342 = v239 * v341;
-  const lanes v343 = v340 - v342;
-  const lanes v344 = v261 * v343;
-  const lanes v345 = v287 * v143;
-  const lanes v346 = v344 + v345;
+  const lanes v333 = v187 * v105, v334 = v214 * v123, v335 = v333 + v334, v336 = v217 * v125,
+      v337 = v335 - v336, v338 = v221 * v100, v339 = v337 - v338, v340 = v339 / v142,
+      v341 = v127 / v240, v342 = v239 * v341, v343 = v340 - v342, v344 = v261 * v343,
+      v345 = v287 * v143, v346 = v344 + v345;
   out[4] = v346;
-  const lanes v347 = v217 * v111;
-  const lanes v348 = v226 * v100;
-  const lanes v349 = v347 + v348;
-  const lanes v350 = v190 * v105;
-  const lanes v351 = v349 - v350;
-  const lanes v352 = v214 * v120;
-  const lanes v353 = v351 - v352;
-  const lanes v354 = v353 / v142;
-  const lanes v355 = v157 / v240;
-  const lanes v356 = v239 * v355;
-  const lanes v357 = v354 - v356;
-  const lanes v358 = v296 * v357;
-  const lanes v359 = v322 * v158;
-  const lanes v360 = v358 + v359;
+  const lanes v347 = v217 * v111, v348 = v226 * v100, v349 = v347 + v348, v350 = v190 * v105,
+      v351 = v349 - v350, v352 = v214 * v120, v353 = v351 - v352, v354 = v353 / v142,
+      v355 = v157 / v240, v356 = v239 * v355, v357 = v354 - v356, v358 = v296 * v357,
+      v359 = v322 * v158, v360 = v358 + v359;
   out[5] = v360;
-  const lanes v361 = v237 / v142;
-  const lanes v362 = v140 / v240;
-  const lanes v363 = v239 * v362;
-  const lanes v364 = v361 - v363;
-  const lanes v365 = v107 * v364;
-  const lanes v366 = v251 * v184;
-  const lanes v367 = v365 + v366;
-  const lanes v368 = -v367;
+  const lanes v361 = v237 / v142, v362 = v140 / v240, v363 = v239 * v362, v364 = v361 - v363,
+      v365 = v107 * v364, v366 = v251 * v184, v367 = v365 + v366, v368 = -v367;
   out[6] = v368;
-  const lanes v369 = v176 * v287;
-  const lanes v370 = v170 * v125;
-  const lanes v371 = v221 * v114;
-  const lanes v372 = v370 + v371;
-  const lanes v373 = v193 * v105;
-  const lanes v374 = v372 - v373;
-  const lanes v375 = v214 * v133;
-  const lanes v376 = v374 - v375;
-  const lanes v377 = v376 / v142;
-  const lanes v378 = v175 / v240;
-  const lanes v379 = v239 * v378;
-  const lanes v380 = v377 - v379;
-  const lanes v381 = v261 * v380;
-  const lanes v382 = v369 + v381;
+  const lanes v369 = v176 * v287, v370 = v170 * v125, v371 = v221 * v114, v372 = v370 + v371,
+      v373 = v193 * v105, v374 = v372 - v373, v375 = v214 * v133, v376 = v374 - v375,
+      v377 = v376 / v142, v378 = v175 / v240, v379 = v239 * v378, v380 = v377 - v379,
+      v381 = v261 * v380, v382 = v369 + v381;
   out[7] = v382;
-  const lanes v383 = v181 * v322;
-  const lanes v384 = v171 * v105;
-  const lanes v385 = v214 * v115;
-  const lanes v386 = v384 + v385;
-  const lanes v387 = v170 * v111;
-  const lanes v388 = v386 - v387;
-  const lanes v389 = v226 * v114;
-  const lanes v390 = v388 - v389;
-  const lanes v391 = v390 / v142;
-  const lanes v392 = v180 / v240;
-  const lanes v393 = v239 * v392;
-  const lanes v394 = v391 - v393;
-  const lanes v395 = v296 * v394;
-  const lanes v396 = v383 + v395;
-  out[8] = v396;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
+  const lanes v383 = v181 * v322, v384 = v171 * v105, v385 = v214 * v115, v386 = v384 + v385,
+      v387 = v170 * v111, v388 = v386 - v387, v389 = v226 * v114, v390 = v388 - v389,
+      v391 = v390 / v142, v392 = v180 / v240, v393 = v239 * v392, v394 = v391 - v393,
+      v395 = v296 * v394, v396 = v383 + v395;
+  out[8] = v396; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_jacobian_body_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = 0.26 * v1;
-  const lanes v8 = 0.26 * v2;
-  const lanes v9 = 0.26 * v3;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.8660254037844386 * v10;
-  const lanes v12 = v11 - 0.02;
-  const lanes v13 = v12 - 0.023301270189221932;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = 0.5 * v10;
-  const lanes v16 = v15 + 0.034641016151377546;
-  const lanes v17 = 0.05964101615137755 - v16;
-  const lanes v18 = v7 + 0.2;
-  const lanes v19 = v18 - 0.05;
-  const lanes v20 = v17 - v19;
-  const lanes v21 = v20 * v20;
-  const lanes v22 = v14 + v21;
-  const lanes v23 = 0.26 * v4;
-  const lanes v24 = v8 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v22 + v25;
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = 0.26 * v5;
-  const lanes v29 = 0.2 + v28;
-  const lanes v30 = 0.5 * v29;
-  const lanes v31 = 0.034641016151377546 - v30;
-  const lanes v32 = v31 - 0.009641016151377546;
-  const lanes v33 = v32 - v19;
-  const lanes v34 = v24 * v33;
-  const lanes v35 = 0.26 * v6;
-  const lanes v36 = v8 - v35;
-  const lanes v37 = v20 * v36;
-  const lanes v38 = v34 - v37;
-  const lanes v39 = v33 * v38;
-  const lanes v40 = 0.8660254037844386 * v29;
-  const lanes v41 = 0.02 + v40;
-  const lanes v42 = 0.06330127018922194 - v41;
-  const lanes v43 = v13 * v36;
-  const lanes v44 = v42 * v24;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v39 - v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = v42 * v42;
-  const lanes v50 = v33 * v33;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v36 * v36;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v13 * v45;
-  const lanes v56 = v20 * v38;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v48 + v58;
-  const lanes v60 = v45 * v45;
-  const lanes v61 = v38 * v38;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v42 * v20;
-  const lanes v64 = v13 * v33;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 * v65;
-  const lanes v67 = v62 + v66;
-  const lanes v68 = v59 / v67;
-  const lanes v69 = v68 - v8;
-  const lanes v70 = v42 * v65;
-  const lanes v71 = v36 * v38;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v27 * v72;
-  const lanes v74 = v24 * v38;
-  const lanes v75 = v13 * v65;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v54 * v76;
-  const lanes v78 = v73 + v77;
-  const lanes v79 = v78 / v67;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v36 * v45;
-  const lanes v82 = v33 * v65;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v27 * v83;
-  const lanes v85 = v20 * v65;
-  const lanes v86 = v24 * v45;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v54 * v87;
-  const lanes v89 = v84 + v88;
-  const lanes v90 = v89 / v67;
-  const lanes v91 = v90 * v90;
-  const lanes v92 = v80 + v91;
-  const lanes v93 = v68 * v68;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = 0.64 - v94;
-  const lanes v96 = v95 / v67;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  const lanes v98 = v65 * v97;
-  const lanes v99 = v69 - v98;
-  const lanes v100 = v8 + v99;
-  const lanes v101 = v7 * v100;
-  const lanes v102 = v19 + v79;
-  const lanes v103 = v45 * v97;
-  const lanes v104 = v102 - v103;
-  const lanes v105 = v104 - v19;
-  const lanes v106 = v8 * v105;
-  const lanes v107 = v101 + v106;
-  const lanes v108 = v4 * qd_1;
-  const lanes v109 = 0.22516660498395405 * v108;
-  const lanes v110 = 0.13 * v108;
-  const lanes v111 = v104 - v17;
-  const lanes v112 = v110 * v111;
-  const lanes v113 = v38 * v97;
-  const lanes v114 = v90 - v113;
-  const lanes v115 = v114 - v13;
-  const lanes v116 = v109 * v115;
-  const lanes v117 = v112 - v116;
-  const lanes v118 = v3 * qd_1;
-  const lanes v119 = 0.26 * v118;
-  const lanes v120 = v23 + v99;
-  const lanes v121 = v119 * v120;
-  const lanes v122 = v117 - v121;
-  const lanes v123 = v35 + v99;
-  const lanes v124 = v105 * v123;
-  const lanes v125 = v104 - v32;
-  const lanes v126 = v100 * v125;
-  const lanes v127 = v124 - v126;
-  const lanes v128 = v120 * v125;
-  const lanes v129 = v111 * v123;
-  const lanes v130 = v128 - v129;
-  const lanes v131 = v114 * v130;
-  const lanes v132 = v115 * v123;
-  const lanes v133 = v114 - v42;
-  const lanes v134 = v120 * v133;
-  const lanes v135 = v132 - v134;
-  const lanes v136 = v105 * v135;
-  const lanes v137 = v131 + v136;
-  const lanes v138 = v111 * v133;
-  const lanes v139 = v115 * v125;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = v100 * v140;
-  const lanes v142 = v137 + v141;
-  const lanes v143 = v127 / v142;
-  const lanes v144 = v122 * v143;
-  const lanes v145 = v6 * qd_2;
-  const lanes v146 = 0.13 * v145;
-  const lanes v147 = v146 * v125;
-  const lanes v148 = 0.22516660498395405 * v145;
-  const lanes v149 = v148 * v133;
-  const lanes v150 = v147 + v149;
-  const lanes v151 = v5 * qd_2;
-  const lanes v152 = 0.26 * v151;
-  const lanes v153 = v152 * v123;
-  const lanes v154 = v150 - v153;
-  const lanes v155 = v100 * v111;
-  const lanes v156 = v105 * v120;
-  const lanes v157 = v155 - v156;
-  const lanes v158 = v157 / v142;
-  const lanes v159 = v154 * v158;
-  const lanes v160 = v144 + v159;
-  const lanes v161 = v2 * qd_0;
-  const lanes v162 = 0.26 * v161;
-  const lanes v163 = v162 * v105;
-  const lanes v164 = v1 * qd_0;
-  const lanes v165 = 0.26 * v164;
-  const lanes v166 = v165 * v100;
-  const lanes v167 = v163 + v166;
-  const lanes v168 = v130 / v142;
-  const lanes v169 = v167 * v168;
-  const lanes v170 = v160 - v169;
-  const lanes v171 = v109 + v170;
-  const lanes v172 = v171 * v123;
-  const lanes v173 = v114 * v125;
-  const lanes v174 = v105 * v133;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 / v142;
-  const lanes v177 = v176 * v122;
-  const lanes v178 = v105 * v115;
-  const lanes v179 = v114 * v111;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v180 / v142;
-  const lanes v182 = v181 * v154;
-  const lanes v183 = v177 + v182;
-  const lanes v184 = v140 / v142;
-  const lanes v185 = v167 * v184;
-  const lanes v186 = v183 - v185;
-  const lanes v187 = v152 + v186;
-  const lanes v188 = v187 * v115;
-  const lanes v189 = v172 + v188;
-  const lanes v190 = v119 + v186;
-  const lanes v191 = v190 * v133;
-  const lanes v192 = v189 - v191;
-  const lanes v193 = v170 - v148;
-  const lanes v194 = v193 * v120;
-  const lanes v195 = v192 - v194;
-  const lanes v196 = v195 / v142;
-  const lanes v197 = v170 * v130;
-  const lanes v198 = v195 * v105;
-  const lanes v199 = v197 + v198;
-  const lanes v200 = v100 * v133;
-  const lanes v201 = v114 * v123;
-  const lanes v202 = v200 - v201;
-  const lanes v203 = v202 / v142;
-  const lanes v204 = v122 * v203;
-  const lanes v205 = v114 * v120;
-  const lanes v206 = v100 * v115;
-  const lanes v207 = v205 - v206;
-  const lanes v208 = v207 / v142;
-  const lanes v209 = v154 * v208;
-  const lanes v210 = v204 + v209;
-  const lanes v211 = v135 / v142;
-  const lanes v212 = v167 * v211;
-  const lanes v213 = v210 - v212;
-  const lanes v214 = v162 + v213;
-  const lanes v215 = v214 * v135;
-  const lanes v216 = v199 + v215;
-  const lanes v217 = v165 + v186;
-  const lanes v218 = v217 * v140;
-  const lanes v219 = v216 + v218;
-  const lanes v220 = v190 * v125;
-  const lanes v221 = v213 - v146;
-  const lanes v222 = v221 * v120;
-  const lanes v223 = v220 + v222;
-  const lanes v224 = v187 * v111;
-  const lanes v225 = v223 - v224;
-  const lanes v226 = v213 - v110;
-  const lanes v227 = v226 * v123;
-  const lanes v228 = v225 - v227;
-  const lanes v229 = v228 * v114;
-  const lanes v230 = v219 + v229;
-  const lanes v231 = v193 * v111;
-  const lanes v232 = v226 * v133;
-  const lanes v233 = v231 + v232;
-  const lanes v234 = v171 * v125;
-  const lanes v235 = v233 - v234;
-  const lanes v236 = v221 * v115;
-  const lanes v237 = v235 - v236;
-  const lanes v238 = v237 * v100;
-  const lanes v239 = v230 + v238;
-  const lanes v240 = v142 * v142;
-  const lanes v241 = v135 / v240;
-  const lanes v242 = v239 * v241;
-  const lanes v243 = v196 - v242;
-  const lanes v244 = v107 * v243;
-  const lanes v245 = v165 * v105;
-  const lanes v246 = v214 * v8;
-  const lanes v247 = v245 + v246;
-  const lanes v248 = v217 * v7;
-  const lanes v249 = v247 + v248;
-  const lanes v250 = v162 * v100;
-  const lanes v251 = v249 - v250;
-  const lanes v252 = v251 * v211;
-  const lanes v253 = v244 + v252;
-  const lanes v254 = -v253;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = 0.26 * v1, v8 = 0.26 * v2, v9 = 0.26 * v3, v10 = 0.2 + v9,
+      v11 = 0.8660254037844386 * v10, v12 = v11 - 0.02, v13 = v12 - 0.023301270189221932,
+      v14 = v13 * v13, v15 = 0.5 * v10, v16 = v15 + 0.034641016151377546,
+      v17 = 0.05964101615137755 - v16, v18 = v7 + 0.2, v19 = v18 - 0.05, v20 = v17 - v19,
+      v21 = v20 * v20, v22 = v14 + v21, v23 = 0.26 * v4, v24 = v8 - v23, v25 = v24 * v24,
+      v26 = v22 + v25, v27 = 0.5 * v26, v28 = 0.26 * v5, v29 = 0.2 + v28, v30 = 0.5 * v29,
+      v31 = 0.034641016151377546 - v30, v32 = v31 - 0.009641016151377546, v33 = v32 - v19,
+      v34 = v24 * v33, v35 = 0.26 * v6, v36 = v8 - v35, v37 = v20 * v36, v38 = v34 - v37,
+      v39 = v33 * v38, v40 = 0.8660254037844386 * v29, v41 = 0.02 + v40,
+      v42 = 0.06330127018922194 - v41, v43 = v13 * v36, v44 = v42 * v24, v45 = v43 - v44,
+      v46 = v42 * v45, v47 = v39 - v46, v48 = v27 * v47, v49 = v42 * v42, v50 = v33 * v33,
+      v51 = v49 + v50, v52 = v36 * v36, v53 = v51 + v52, v54 = 0.5 * v53, v55 = v13 * v45,
+      v56 = v20 * v38, v57 = v55 - v56, v58 = v54 * v57, v59 = v48 + v58, v60 = v45 * v45,
+      v61 = v38 * v38, v62 = v60 + v61, v63 = v42 * v20, v64 = v13 * v33, v65 = v63 - v64,
+      v66 = v65 * v65, v67 = v62 + v66, v68 = v59 / v67, v69 = v68 - v8, v70 = v42 * v65,
+      v71 = v36 * v38, v72 = v70 - v71, v73 = v27 * v72, v74 = v24 * v38, v75 = v13 * v65,
+      v76 = v74 - v75, v77 = v54 * v76, v78 = v73 + v77, v79 = v78 / v67, v80 = v79 * v79,
+      v81 = v36 * v45, v82 = v33 * v65, v83 = v81 - v82, v84 = v27 * v83, v85 = v20 * v65,
+      v86 = v24 * v45, v87 = v85 - v86, v88 = v54 * v87, v89 = v84 + v88, v90 = v89 / v67,
+      v91 = v90 * v90, v92 = v80 + v91, v93 = v68 * v68, v94 = v92 + v93, v95 = 0.64 - v94,
+      v96 = v95 / v67;
+  LANES_LET1(v97, sqrt, v96);
+  const lanes v98 = v65 * v97, v99 = v69 - v98, v100 = v8 + v99, v101 = v7 * v100, v102 = v19 + v79,
+      v103 = v45 * v97, v104 = v102 - v103, v105 = v104 - v19, v106 = v8 * v105, v107 = v101 + v106,
+      v108 = v4 * qd_1, v109 = 0.22516660498395405 * v108, v110 = 0.13 * v108, v111 = v104 - v17,
+      v112 = v110 * v111, v113 = v38 * v97, v114 = v90 - v113, v115 = v114 - v13,
+      v116 = v109 * v115, v117 = v112 - v116, v118 = v3 * qd_1, v119 = 0.26 * v118,
+      v120 = v23 + v99, v121 = v119 * v120, v122 = v117 - v121, v123 = v35 + v99,
+      v124 = v105 * v123, v125 = v104 - v32, v126 = v100 * v125, v127 = v124 - v126,
+      v128 = v120 * v125, v129 = v111 * v123, v130 = v128 - v129, v131 = v114 * v130,
+      v132 = v115 * v123, v133 = v114 - v42, v134 = v120 * v133, v135 = v132 - v134,
+      v136 = v105 * v135, v137 = v131 + v136, v138 = v111 * v133, v139 = v115 * v125,
+      v140 = v138 - v139, v141 = v100 * v140, v142 = v137 + v141, v143 = v127 / v142,
+      v144 = v122 * v143, v145 = v6 * qd_2, v146 = 0.13 * v145, v147 = v146 * v125,
+      v148 = 0.22516660498395405 * v145, v149 = v148 * v133, v150 = v147 + v149, v151 = v5 * qd_2,
+      v152 = 0.26 * v151, v153 = v152 * v123, v154 = v150 - v153, v155 = v100 * v111,
+      v156 = v105 * v120, v157 = v155 - v156, v158 = v157 / v142, v159 = v154 * v158,
+      v160 = v144 + v159, v161 = v2 * qd_0, v162 = 0.26 * v161, v163 = v162 * v105,
+      v164 = v1 * qd_0, v165 = 0.26 * v164, v166 = v165 * v100, v167 = v163 + v166,
+      v168 = v130 / v142, v169 = v167 * v168, v170 = v160 - v169, v171 = v109 + v170,
+      v172 = v171 * v123, v173 = v114 * v125, v174 = v105 * v133, v175 = v173 - v174,
+      v176 = v175 / v142, v177 = v176 * v122, v178 = v105 * v115, v179 = v114 * v111,
+      v180 = v178 - v179, v181 = v180 / v142, v182 = v181 * v154, v183 = v177 + v182,
+      v184 = v140 / v142, v185 = v167 * v184, v186 = v183 - v185, v187 = v152 + v186,
+      v188 = v187 * v115, v189 = v172 + v188, v190 = v119 + v186, v191 = v190 * v133,
+      v192 = v189 - v191, v193 = v170 - v148, v194 = v193 * v120, v195 = v192 - v194,
+      v196 = v195 / v142, v197 = v170 * v130, v198 = v195 * v105, v199 = v197 + v198,
+      v200 = v100 * v133, v201 = v114 * v123, v202 = v200 - v201, v203 = v202 / v142,
+      v204 = v122 * v203, v205 = v114 * v120, v206 = v100 * v115, v207 = v205 - v206,
+      v208 = v207 / v142, v209 = v154 * v208, v210 = v204 + v209, v211 = v135 / v142,
+      v212 = v167 * v211, v213 = v210 - v212, v214 = v162 + v213, v215 = v214 * v135,
+      v216 = v199 + v215, v217 = v165 + v186, v218 = v217 * v140, v219 = v216 + v218,
+      v220 = v190 * v125, v221 = v213 - v146, v222 = v221 * v120, v223 = v220 + v222,
+      v224 = v187 * v111, v225 = v223 - v224, v226 = v213 - v110, v227 = v226 * v123,
+      v228 = v225 - v227, v229 = v228 * v114, v230 = v219 + v229, v231 = v193 * v111,
+      v232 = v226 * v133, v233 = v231 + v232, v234 = v171 * v125, v235 = v233 - v234,
+      v236 = v221 * v115, v237 = v235 - v236, v238 = v237 * v100, v239 = v230 + v238,
+      v240 = v142 * v142, v241 = v135 / v240, v242 = v239 * v241, v243 = v196 - v242,
+      v244 = v107 * v243, v245 = v7 * v217, v246 = v8 * v214, v247 = v245 + v246,
+      v248 = v165 * v105, v249 = v247 + v248, v250 = v162 * v100, v251 = v249 - v250,
+      v252 = v251 * v211, v253 = v244 + v252, v254 = -v253;
   out[0] = v254;
-  const lanes v255 = 0.13 * v4;
-  const lanes v256 = v255 * v111;
-  const lanes v257 = v9 * v120;
-  const lanes v258 = v256 - v257;
-  const lanes v259 = 0.22516660498395405 * v4;
-  const lanes v260 = v259 * v115;
-  const lanes v261 = v258 - v260;
-  const lanes v262 = v193 * v100;
-  const lanes v263 = v217 * v133;
-  const lanes v264 = v262 + v263;
-  const lanes v265 = v170 * v123;
-  const lanes v266 = v264 - v265;
-  const lanes v267 = v187 * v114;
-  const lanes v268 = v266 - v267;
-  const lanes v269 = v268 / v142;
-  const lanes v270 = v202 / v240;
-  const lanes v271 = v239 * v270;
-  const lanes v272 = v269 - v271;
-  const lanes v273 = v261 * v272;
-  const lanes v274 = v255 * v226;
-  const lanes v275 = 0.26 * v108;
-  const lanes v276 = v275 * v120;
-  const lanes v277 = v274 + v276;
-  const lanes v278 = 0.13 * v118;
-  const lanes v279 = v278 * v111;
-  const lanes v280 = v277 + v279;
-  const lanes v281 = v9 * v190;
-  const lanes v282 = v280 - v281;
-  const lanes v283 = v259 * v171;
-  const lanes v284 = v282 - v283;
-  const lanes v285 = 0.22516660498395405 * v118;
-  const lanes v286 = v285 * v115;
-  const lanes v287 = v284 - v286;
-  const lanes v288 = v287 * v203;
-  const lanes v289 = v273 + v288;
+  const lanes v255 = 0.13 * v4, v256 = v255 * v111, v257 = v9 * v120, v258 = v256 - v257,
+      v259 = 0.22516660498395405 * v4, v260 = v259 * v115, v261 = v258 - v260, v262 = v193 * v100,
+      v263 = v217 * v133, v264 = v262 + v263, v265 = v170 * v123, v266 = v264 - v265,
+      v267 = v187 * v114, v268 = v266 - v267, v269 = v268 / v142, v270 = v202 / v240,
+      v271 = v239 * v270, v272 = v269 - v271, v273 = v261 * v272, v274 = v255 * v226,
+      v275 = 0.26 * v108, v276 = v275 * v120, v277 = v274 + v276, v278 = 0.13 * v118,
+      v279 = v278 * v111, v280 = v277 + v279, v281 = v9 * v190, v282 = v280 - v281,
+      v283 = v259 * v171, v284 = v282 - v283, v285 = 0.22516660498395405 * v118, v286 = v285 * v115,
+      v287 = v284 - v286, v288 = v287 * v203, v289 = v273 + v288;
   out[1] = v289;
-  const lanes v290 = 0.13 * v6;
-  const lanes v291 = v290 * v125;
-  const lanes v292 = 0.22516660498395405 * v6;
-  const lanes v293 = v292 * v133;
-  const lanes v294 = v291 + v293;
-  const lanes v295 = v28 * v123;
-  const lanes v296 = v294 - v295;
-  const lanes v297 = v170 * v120;
-  const lanes v298 = v190 * v114;
-  const lanes v299 = v297 + v298;
-  const lanes v300 = v171 * v100;
-  const lanes v301 = v299 - v300;
-  const lanes v302 = v217 * v115;
-  const lanes v303 = v301 - v302;
-  const lanes v304 = v303 / v142;
-  const lanes v305 = v207 / v240;
-  const lanes v306 = v239 * v305;
-  const lanes v307 = v304 - v306;
-  const lanes v308 = v296 * v307;
-  const lanes v309 = v290 * v221;
-  const lanes v310 = v292 * v193;
-  const lanes v311 = v309 + v310;
-  const lanes v312 = 0.26 * v145;
-  const lanes v313 = v312 * v123;
-  const lanes v314 = v311 + v313;
-  const lanes v315 = 0.13 * v151;
-  const lanes v316 = v315 * v125;
-  const lanes v317 = v314 + v316;
-  const lanes v318 = 0.22516660498395405 * v151;
-  const lanes v319 = v318 * v133;
-  const lanes v320 = v317 + v319;
-  const lanes v321 = v187 * v28;
-  const lanes v322 = v320 - v321;
-  const lanes v323 = v322 * v208;
-  const lanes v324 = v308 + v323;
+  const lanes v290 = 0.13 * v6, v291 = v290 * v125, v292 = 0.22516660498395405 * v6,
+      v293 = v292 * v133, v294 = v291 + v293, v295 = v28 * v123, v296 = v294 - v295,
+      v297 = v170 * v120, v298 = v190 * v114, v299 = v297 + v298, v300 = v171 * v100,
+      v301 = v299 - v300, v302 = v217 * v115, v303 = v301 - v302, v304 = v303 / v142,
+      v305 = v207 / v240, v306 = v239 * v305, v307 = v304 - v306, v308 = v296 * v307,
+      v309 = v290 * v221, v310 = v292 * v193, v311 = v309 + v310, v312 = 0.26 * v145,
+      v313 = v312 * v123, v314 = v311 + v313, v315 = 0.13 * v151, v316 = v315 * v125,
+      v317 = v314 + v316, v318 = 0.22516660498395405 * v151, v319 = v318 * v133, v320 = v317 + v319,
+      v321 = v28 * v187, v322 = v320 - v321, v323 = v322 * v208, v324 = v308 + v323;
   out[2] = v324;
-  const lanes v325 = v228 / v142;
-  const lanes v326 = v130 / v240;
-  const lanes v327 = v239 * v326;
-  const lanes v328 = v325 - v327;
-  const lanes v329 = v107 * v328;
-  const lanes v330 = v251 * v168;
-  const lanes v331 = v329 + v330;
-  const lanes v332 = -v331;
+  const lanes v325 = v228 / v142, v326 = v130 / v240, v327 = v239 * v326, v328 = v325 - v327,
+      v329 = v107 * v328, v330 = v251 * v168, v331 = v329 + v330, v332 = -v331;
   out[3] = v332;
-  const lanes v333 = v187 * v105;
-  const lanes v334 = v214 * v123;
-  const lanes v335 = v333 + v334;
-  const lanes v336 = v217 * v125;
-  const lanes v337 = v335 - v336;
-  const lanes v338 = v221 * v100;
-  const lanes v339 = v337 - v338;
-  const lanes v340 = v339 / v142;
-  const lanes v341 = v127 / v240;
-  const lanes v342 = v239 * v341;
-  const lanes v343 = v340 - v342;
-  const lanes v344 = v261 * v343;
-  const lanes v345 = v287 * v143;
-  const lanes v346 = v344 + v345;
+  const lanes v333 = v187 * v105, v334 = v214 * v123, v335 = v333 + v334, v336 = v217 * v125,
+      v337 = v335 - v336, v338 = v221 * v100, v339 = v337 - v338, v340 = v339 / v142,
+      v341 = v127 / v240, v342 = v239 * v341, v343 = v340 - v342, v344 = v261 * v343,
+      v345 = v287 * v143, v346 = v344 + v345;
   out[4] = v346;
-  const lanes v347 = v217 * v111;
-  const lanes v348 = v226 * v100;
-  const lanes v349 = v347 + v348;
-  const lanes v350 = v190 * v105;
-  const lanes v351 = v349 - v350;
-  const lanes v352 = v214 * v120;
-  const lanes v353 = v351 - v352;
-  const lanes v354 = v353 / v142;
-  const lanes v355 = v157 / v240;
-  const lanes v356 = v239 * v355;
-  const lanes v357 = v354 - v356;
-  const lanes v358 = v296 * v357;
-  const lanes v359 = v322 * v158;
-  const lanes v360 = v358 + v359;
+  const lanes v347 = v217 * v111, v348 = v226 * v100, v349 = v347 + v348, v350 = v190 * v105,
+      v351 = v349 - v350, v352 = v214 * v120, v353 = v351 - v352, v354 = v353 / v142,
+      v355 = v157 / v240, v356 = v239 * v355, v357 = v354 - v356, v358 = v296 * v357,
+      v359 = v322 * v158, v360 = v358 + v359;
   out[5] = v360;
-  const lanes v361 = v237 / v142;
-  const lanes v362 = v140 / v240;
-  const lanes v363 = v239 * v362;
-  const lanes v364 = v361 - v363;
-  const lanes v365 = v107 * v364;
-  const lanes v366 = v251 * v184;
-  const lanes v367 = v365 + v366;
-  const lanes v368 = -v367;
+  const lanes v361 = v237 / v142, v362 = v140 / v240, v363 = v239 * v362, v364 = v361 - v363,
+      v365 = v107 * v364, v366 = v251 * v184, v367 = v365 + v366, v368 = -v367;
   out[6] = v368;
-  const lanes v369 = v176 * v287;
-  const lanes v370 = v170 * v125;
-  const lanes v371 = v221 * v114;
-  const lanes v372 = v370 + v371;
-  const lanes v373 = v193 * v105;
-  const lanes v374 = v372 - v373;
-  const lanes v375 = v214 * v133;
-  const lanes v376 = v374 - v375;
-  const lanes v377 = v376 / v142;
-  const lanes v378 = v175 / v240;
-  const lanes v379 = v239 * v378;
-  const lanes v380 = v377 - v379;
-  const lanes v381 = v261 * v380;
-  const lanes v382 = v369 + v381;
+  const lanes v369 = v176 * v287, v370 = v170 * v125, v371 = v221 * v114, v372 = v370 + v371,
+      v373 = v193 * v105, v374 = v372 - v373, v375 = v214 * v133, v376 = v374 - v375,
+      v377 = v376 / v142, v378 = v175 / v240, v379 = v239 * v378, v380 = v377 - v379,
+      v381 = v261 * v380, v382 = v369 + v381;
   out[7] = v382;
-  const lanes v383 = v181 * v322;
-  const lanes v384 = v171 * v105;
-  const lanes v385 = v214 * v115;
-  const lanes v386 = v384 + v385;
-  const lanes v387 = v170 * v111;
-  const lanes v388 = v386 - v387;
-  const lanes v389 = v226 * v114;
-  const lanes v390 = v388 - v389;
-  const lanes v391 = v390 / v142;
-  const lanes v392 = v180 / v240;
-  const lanes v393 = v239 * v392;
-  const lanes v394 = v391 - v393;
-  const lanes v395 = v296 * v394;
-  const lanes v396 = v383 + v395;
-  out[8] = v396;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
+  const lanes v383 = v181 * v322, v384 = v171 * v105, v385 = v214 * v115, v386 = v384 + v385,
+      v387 = v170 * v111, v388 = v386 - v387, v389 = v226 * v114, v390 = v388 - v389,
+      v391 = v390 / v142, v392 = v180 / v240, v393 = v239 * v392, v394 = v391 - v393,
+      v395 = v296 * v394, v396 = v383 + v395;
+  out[8] = v396; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = 0.26 * v1;
-  const lanes v8 = 0.26 * v2;
-  const lanes v9 = 0.26 * v3;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.8660254037844386 * v10;
-  const lanes v12 = v11 - 0.02;
-  const lanes v13 = v12 - 0.023301270189221932;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = 0.5 * v10;
-  const lanes v16 = v15 + 0.034641016151377546;
-  const lanes v17 = 0.05964101615137755 - v16;
-  const lanes v18 = v7 + 0.2;
-  const lanes v19 = v18 - 0.05;
-  const lanes v20 = v17 - v19;
-  const lanes v21 = v20 * v20;
-  const lanes v22 = v14 + v21;
-  const lanes v23 = 0.26 * v4;
-  const lanes v24 = v8 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v22 + v25;
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = 0.26 * v5;
-  const lanes v29 = 0.2 + v28;
-  const lanes v30 = 0.5 * v29;
-  const lanes v31 = 0.034641016151377546 - v30;
-  const lanes v32 = v31 - 0.009641016151377546;
-  const lanes v33 = v32 - v19;
-  const lanes v34 = v24 * v33;
-  const lanes v35 = 0.26 * v6;
-  const lanes v36 = v8 - v35;
-  const lanes v37 = v20 * v36;
-  const lanes v38 = v34 - v37;
-  const lanes v39 = v33 * v38;
-  const lanes v40 = 0.8660254037844386 * v29;
-  const lanes v41 = 0.02 + v40;
-  const lanes v42 = 0.06330127018922194 - v41;
-  const lanes v43 = v13 * v36;
-  const lanes v44 = v42 * v24;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v39 - v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = v42 * v42;
-  const lanes v50 = v33 * v33;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v36 * v36;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v13 * v45;
-  const lanes v56 = v20 * v38;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v48 + v58;
-  const lanes v60 = v45 * v45;
-  const lanes v61 = v38 * v38;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v42 * v20;
-  const lanes v64 = v13 * v33;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 * v65;
-  const lanes v67 = v62 + v66;
-  const lanes v68 = v59 / v67;
-  const lanes v69 = v68 - v8;
-  const lanes v70 = v42 * v65;
-  const lanes v71 = v36 * v38;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v27 * v72;
-  const lanes v74 = v24 * v38;
-  const lanes v75 = v13 * v65;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v54 * v76;
-  const lanes v78 = v73 + v77;
-  const lanes v79 = v78 / v67;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v36 * v45;
-  const lanes v82 = v33 * v65;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v27 * v83;
-  const lanes v85 = v20 * v65;
-  const lanes v86 = v24 * v45;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v54 * v87;
-  const lanes v89 = v84 + v88;
-  const lanes v90 = v89 / v67;
-  const lanes v91 = v90 * v90;
-  const lanes v92 = v80 + v91;
-  const lanes v93 = v68 * v68;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = 0.64 - v94;
-  const lanes v96 = v95 / v67;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  const lanes v98 = v65 * v97;
-  const lanes v99 = v69 - v98;
-  const lanes v100 = v8 + v99;
-  const lanes v101 = v7 * v100;
-  const lanes v102 = v19 + v79;
-  const lanes v103 = v45 * v97;
-  const lanes v104 = v102 - v103;
-  const lanes v105 = v104 - v19;
-  const lanes v106 = v8 * v105;
-  const lanes v107 = v101 + v106;
-  const lanes v108 = v4 * qd_1;
-  const lanes v109 = 0.22516660498395405 * v108;
-  const lanes v110 = 0.13 * v108;
-  const lanes v111 = v104 - v17;
-  const lanes v112 = v110 * v111;
-  const lanes v113 = v38 * v97;
-  const lanes v114 = v90 - v113;
-  const lanes v115 = v114 - v13;
-  const lanes v116 = v109 * v115;
-  const lanes v117 = v112 - v116;
-  const lanes v118 = v3 * qd_1;
-  const lanes v119 = 0.26 * v118;
-  const lanes v120 = v23 + v99;
-  const lanes v121 = v119 * v120;
-  const lanes v122 = v117 - v121;
-  const lanes v123 = v35 + v99;
-  const lanes v124 = v105 * v123;
-  const lanes v125 = v104 - v32;
-  const lanes v126 = v100 * v125;
-  const lanes v127 = v124 - v126;
-  const lanes v128 = v120 * v125;
-  const lanes v129 = v111 * v123;
-  const lanes v130 = v128 - v129;
-  const lanes v131 = v114 * v130;
-  const lanes v132 = v115 * v123;
-  const lanes v133 = v114 - v42;
-  const lanes v134 = v120 * v133;
-  const lanes v135 = v132 - v134;
-  const lanes v136 = v105 * v135;
-  const lanes v137 = v131 + v136;
-  const lanes v138 = v111 * v133;
-  const lanes v139 = v115 * v125;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = v100 * v140;
-  const lanes v142 = v137 + v141;
-  const lanes v143 = v127 / v142;
-  const lanes v144 = v122 * v143;
-  const lanes v145 = v6 * qd_2;
-  const lanes v146 = 0.13 * v145;
-  const lanes v147 = v146 * v125;
-  const lanes v148 = 0.22516660498395405 * v145;
-  const lanes v149 = v148 * v133;
-  const lanes v150 = v147 + v149;
-  const lanes v151 = v5 * qd_2;
-  const lanes v152 = 0.26 * v151;
-  const lanes v153 = v152 * v123;
-  const lanes v154 = v150 - v153;
-  const lanes v155 = v100 * v111;
-  const lanes v156 = v105 * v120;
-  const lanes v157 = v155 - v156;
-  const lanes v158 = v157 / v142;
-  const lanes v159 = v154 * v158;
-  const lanes v160 = v144 + v159;
-  const lanes v161 = v2 * qd_0;
-  const lanes v162 = 0.26 * v161;
-  const lanes v163 = v162 * v105;
-  const lanes v164 = v1 * qd_0;
-  const lanes v165 = 0.26 * v164;
-  const lanes v166 = v165 * v100;
-  const lanes v167 = v163 + v166;
-  const lanes v168 = v130 / v142;
-  const lanes v169 = v167 * v168;
-  const lanes v170 = v160 - v169;
-  const lanes v171 = v109 + v170;
-  const lanes v172 = v171 * v123;
-  const lanes v173 = v114 * v125;
-  const lanes v174 = v105 * v133;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 / v142;
-  const lanes v177 = v176 * v122;
-  const lanes v178 = v105 * v115;
-  const lanes v179 = v114 * v111;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v180 / v142;
-  const lanes v182 = v181 * v154;
-  const lanes v183 = v177 + v182;
-  const lanes v184 = v140 / v142;
-  const lanes v185 = v167 * v184;
-  const lanes v186 = v183 - v185;
-  const lanes v187 = v152 + v186;
-  const lanes v188 = v187 * v115;
-  const lanes v189 = v172 + v188;
-  const lanes v190 = v119 + v186;
-  const lanes v191 = v190 * v133;
-  const lanes v192 = v189 - v191;
-  const lanes v193 = v170 - v148;
-  const lanes v194 = v193 * v120;
-  const lanes v195 = v192 - v194;
-  const lanes v196 = v195 / v142;
-  const lanes v197 = v170 * v130;
-  const lanes v198 = v195 * v105;
-  const lanes v199 = v197 + v198;
-  const lanes v200 = v100 * v133;
-  const lanes v201 = v114 * v123;
-  const lanes v202 = v200 - v201;
-  const lanes v203 = v202 / v142;
-  const lanes v204 = v122 * v203;
-  const lanes v205 = v114 * v120;
-  const lanes v206 = v100 * v115;
-  const lanes v207 = v205 - v206;
-  const lanes v208 = v207 / v142;
-  const lanes v209 = v154 * v208;
-  const lanes v210 = v204 + v209;
-  const lanes v211 = v135 / v142;
-  const lanes v212 = v167 * v211;
-  const lanes v213 = v210 - v212;
-  const lanes v214 = v162 + v213;
-  const lanes v215 = v214 * v135;
-  const lanes v216 = v199 + v215;
-  const lanes v217 = v165 + v186;
-  const lanes v218 = v217 * v140;
-  const lanes v219 = v216 + v218;
-  const lanes v220 = v190 * v125;
-  const lanes v221 = v213 - v146;
-  const lanes v222 = v221 * v120;
-  const lanes v223 = v220 + v222;
-  const lanes v224 = v187 * v111;
-  const lanes v225 = v223 - v224;
-  const lanes v226 = v213 - v110;
-  const lanes v227 = v226 * v123;
-  const lanes v228 = v225 - v227;
-  const lanes v229 = v228 * v114;
-  const lanes v230 = v219 + v229;
-  const lanes v231 = v193 * v111;
-  const lanes v232 = v226 * v133;
-  const lanes v233 = v231 + v232;
-  const lanes v234 = v171 * v125;
-  const lanes v235 = v233 - v234;
-  const lanes v236 = v221 * v115;
-  const lanes v237 = v235 - v236;
-  const lanes v238 = v237 * v100;
-  const lanes v239 = v230 + v238;
-  const lanes v240 = v142 * v142;
-  const lanes v241 = v135 / v240;
-  const lanes v242 = v239 * v241;
-  const lanes v243 = v196 - v242;
-  const lanes v244 = v107 * v243;
-  const lanes v245 = v165 * v105;
-  const lanes v246 = v214 * v8;
-  const lanes v247 = v245 + v246;
-  const lanes v248 = v217 * v7;
-  const lanes v249 = v247 + v248;
-  const lanes v250 = v162 * v100;
-  const lanes v251 = v249 - v250;
-  const lanes v252 = v251 * v211;
-  const lanes v253 = v244 + v252;
-  const lanes v254 = -v253;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = 0.26 * v1, v8 = 0.26 * v2, v9 = 0.26 * v3, v10 = 0.2 + v9,
+      v11 = 0.8660254037844386 * v10, v12 = v11 - 0.02, v13 = v12 - 0.023301270189221932,
+      v14 = v13 * v13, v15 = 0.5 * v10, v16 = v15 + 0.034641016151377546,
+      v17 = 0.05964101615137755 - v16, v18 = v7 + 0.2, v19 = v18 - 0.05, v20 = v17 - v19,
+      v21 = v20 * v20, v22 = v14 + v21, v23 = 0.26 * v4, v24 = v8 - v23, v25 = v24 * v24,
+      v26 = v22 + v25, v27 = 0.5 * v26, v28 = 0.26 * v5, v29 = 0.2 + v28, v30 = 0.5 * v29,
+      v31 = 0.034641016151377546 - v30, v32 = v31 - 0.009641016151377546, v33 = v32 - v19,
+      v34 = v24 * v33, v35 = 0.26 * v6, v36 = v8 - v35, v37 = v20 * v36, v38 = v34 - v37,
+      v39 = v33 * v38, v40 = 0.8660254037844386 * v29, v41 = 0.02 + v40,
+      v42 = 0.06330127018922194 - v41, v43 = v13 * v36, v44 = v42 * v24, v45 = v43 - v44,
+      v46 = v42 * v45, v47 = v39 - v46, v48 = v27 * v47, v49 = v42 * v42, v50 = v33 * v33,
+      v51 = v49 + v50, v52 = v36 * v36, v53 = v51 + v52, v54 = 0.5 * v53, v55 = v13 * v45,
+      v56 = v20 * v38, v57 = v55 - v56, v58 = v54 * v57, v59 = v48 + v58, v60 = v45 * v45,
+      v61 = v38 * v38, v62 = v60 + v61, v63 = v42 * v20, v64 = v13 * v33, v65 = v63 - v64,
+      v66 = v65 * v65, v67 = v62 + v66, v68 = v59 / v67, v69 = v68 - v8, v70 = v42 * v65,
+      v71 = v36 * v38, v72 = v70 - v71, v73 = v27 * v72, v74 = v24 * v38, v75 = v13 * v65,
+      v76 = v74 - v75, v77 = v54 * v76, v78 = v73 + v77, v79 = v78 / v67, v80 = v79 * v79,
+      v81 = v36 * v45, v82 = v33 * v65, v83 = v81 - v82, v84 = v27 * v83, v85 = v20 * v65,
+      v86 = v24 * v45, v87 = v85 - v86, v88 = v54 * v87, v89 = v84 + v88, v90 = v89 / v67,
+      v91 = v90 * v90, v92 = v80 + v91, v93 = v68 * v68, v94 = v92 + v93, v95 = 0.64 - v94,
+      v96 = v95 / v67;
+  LANES_LET1(v97, sqrt, v96);
+  const lanes v98 = v65 * v97, v99 = v69 - v98, v100 = v8 + v99, v101 = v7 * v100, v102 = v19 + v79,
+      v103 = v45 * v97, v104 = v102 - v103, v105 = v104 - v19, v106 = v8 * v105, v107 = v101 + v106,
+      v108 = v4 * qd_1, v109 = 0.22516660498395405 * v108, v110 = 0.13 * v108, v111 = v104 - v17,
+      v112 = v110 * v111, v113 = v38 * v97, v114 = v90 - v113, v115 = v114 - v13,
+      v116 = v109 * v115, v117 = v112 - v116, v118 = v3 * qd_1, v119 = 0.26 * v118,
+      v120 = v23 + v99, v121 = v119 * v120, v122 = v117 - v121, v123 = v35 + v99,
+      v124 = v105 * v123, v125 = v104 - v32, v126 = v100 * v125, v127 = v124 - v126,
+      v128 = v120 * v125, v129 = v111 * v123, v130 = v128 - v129, v131 = v114 * v130,
+      v132 = v115 * v123, v133 = v114 - v42, v134 = v120 * v133, v135 = v132 - v134,
+      v136 = v105 * v135, v137 = v131 + v136, v138 = v111 * v133, v139 = v115 * v125,
+      v140 = v138 - v139, v141 = v100 * v140, v142 = v137 + v141, v143 = v127 / v142,
+      v144 = v122 * v143, v145 = v6 * qd_2, v146 = 0.13 * v145, v147 = v146 * v125,
+      v148 = 0.22516660498395405 * v145, v149 = v148 * v133, v150 = v147 + v149, v151 = v5 * qd_2,
+      v152 = 0.26 * v151, v153 = v152 * v123, v154 = v150 - v153, v155 = v100 * v111,
+      v156 = v105 * v120, v157 = v155 - v156, v158 = v157 / v142, v159 = v154 * v158,
+      v160 = v144 + v159, v161 = v2 * qd_0, v162 = 0.26 * v161, v163 = v162 * v105,
+      v164 = v1 * qd_0, v165 = 0.26 * v164, v166 = v165 * v100, v167 = v163 + v166,
+      v168 = v130 / v142, v169 = v167 * v168, v170 = v160 - v169, v171 = v109 + v170,
+      v172 = v171 * v123, v173 = v114 * v125, v174 = v105 * v133, v175 = v173 - v174,
+      v176 = v175 / v142, v177 = v176 * v122, v178 = v105 * v115, v179 = v114 * v111,
+      v180 = v178 - v179, v181 = v180 / v142, v182 = v181 * v154, v183 = v177 + v182,
+      v184 = v140 / v142, v185 = v167 * v184, v186 = v183 - v185, v187 = v152 + v186,
+      v188 = v187 * v115, v189 = v172 + v188, v190 = v119 + v186, v191 = v190 * v133,
+      v192 = v189 - v191, v193 = v170 - v148, v194 = v193 * v120, v195 = v192 - v194,
+      v196 = v195 / v142, v197 = v170 * v130, v198 = v195 * v105, v199 = v197 + v198,
+      v200 = v100 * v133, v201 = v114 * v123, v202 = v200 - v201, v203 = v202 / v142,
+      v204 = v122 * v203, v205 = v114 * v120, v206 = v100 * v115, v207 = v205 - v206,
+      v208 = v207 / v142, v209 = v154 * v208, v210 = v204 + v209, v211 = v135 / v142,
+      v212 = v167 * v211, v213 = v210 - v212, v214 = v162 + v213, v215 = v214 * v135,
+      v216 = v199 + v215, v217 = v165 + v186, v218 = v217 * v140, v219 = v216 + v218,
+      v220 = v190 * v125, v221 = v213 - v146, v222 = v221 * v120, v223 = v220 + v222,
+      v224 = v187 * v111, v225 = v223 - v224, v226 = v213 - v110, v227 = v226 * v123,
+      v228 = v225 - v227, v229 = v228 * v114, v230 = v219 + v229, v231 = v193 * v111,
+      v232 = v226 * v133, v233 = v231 + v232, v234 = v171 * v125, v235 = v233 - v234,
+      v236 = v221 * v115, v237 = v235 - v236, v238 = v237 * v100, v239 = v230 + v238,
+      v240 = v142 * v142, v241 = v135 / v240, v242 = v239 * v241, v243 = v196 - v242,
+      v244 = v107 * v243, v245 = v7 * v217, v246 = v8 * v214, v247 = v245 + v246,
+      v248 = v165 * v105, v249 = v247 + v248, v250 = v162 * v100, v251 = v249 - v250,
+      v252 = v251 * v211, v253 = v244 + v252, v254 = -v253;
   out[0] = v254;
-  const lanes v255 = 0.13 * v4;
-  const lanes v256 = v255 * v111;
-  const lanes v257 = v9 * v120;
-  const lanes v258 = v256 - v257;
-  const lanes v259 = 0.22516660498395405 * v4;
-  const lanes v260 = v259 * v115;
-  const lanes v261 = v258 - v260;
-  const lanes v262 = v193 * v100;
-  const lanes v263 = v217 * v133;
-  const lanes v264 = v262 + v263;
-  const lanes v265 = v170 * v123;
-  const lanes v266 = v264 - v265;
-  const lanes v267 = v187 * v114;
-  const lanes v268 = v266 - v267;
-  const lanes v269 = v268 / v142;
-  const lanes v270 = v202 / v240;
-  const lanes v271 = v239 * v270;
-  const lanes v272 = v269 - v271;
-  const lanes v273 = v261 * v272;
-  const lanes v274 = v255 * v226;
-  const lanes v275 = 0.26 * v108;
-  const lanes v276 = v275 * v120;
-  const lanes v277 = v274 + v276;
-  const lanes v278 = 0.13 * v118;
-  const lanes v279 = v278 * v111;
-  const lanes v280 = v277 + v279;
-  const lanes v281 = v9 * v190;
-  const lanes v282 = v280 - v281;
-  const lanes v283 = v259 * v171;
-  const lanes v284 = v282 - v283;
-  const lanes v285 = 0.22516660498395405 * v118;
-  const lanes v286 = v285 * v115;
-  const lanes v287 = v284 - v286;
-  const lanes v288 = v287 * v203;
-  const lanes v289 = v273 + v288;
+  const lanes v255 = 0.13 * v4, v256 = v255 * v111, v257 = v9 * v120, v258 = v256 - v257,
+      v259 = 0.22516660498395405 * v4, v260 = v259 * v115, v261 = v258 - v260, v262 = v193 * v100,
+      v263 = v217 * v133, v264 = v262 + v263, v265 = v170 * v123, v266 = v264 - v265,
+      v267 = v187 * v114, v268 = v266 - v267, v269 = v268 / v142, v270 = v202 / v240,
+      v271 = v239 * v270, v272 = v269 - v271, v273 = v261 * v272, v274 = v255 * v226,
+      v275 = 0.26 * v108, v276 = v275 * v120, v277 = v274 + v276, v278 = 0.13 * v118,
+      v279 = v278 * v111, v280 = v277 + v279, v281 = v9 * v190, v282 = v280 - v281,
+      v283 = v259 * v171, v284 = v282 - v283, v285 = 0.22516660498395405 * v118, v286 = v285 * v115,
+      v287 = v284 - v286, v288 = v287 * v203, v289 = v273 + v288;
   out[1] = v289;
-  const lanes v290 = 0.13 * v6;
-  const lanes v291 = v290 * v125;
-  const lanes v292 = 0.22516660498395405 * v6;
-  const lanes v293 = v292 * v133;
-  const lanes v294 = v291 + v293;
-  const lanes v295 = v28 * v123;
-  const lanes v296 = v294 - v295;
-  const lanes v297 = v170 * v120;
-  const lanes v298 = v190 * v114;
-  const lanes v299 = v297 + v298;
-  const lanes v300 = v171 * v100;
-  const lanes v301 = v299 - v300;
-  const lanes v302 = v217 * v115;
-  const lanes v303 = v301 - v302;
-  const lanes v304 = v303 / v142;
-  const lanes v305 = v207 / v240;
-  const lanes v306 = v239 * v305;
-  const lanes v307 = v304 - v306;
-  const lanes v308 = v296 * v307;
-  const lanes v309 = v290 * v221;
-  const lanes v310 = v292 * v193;
-  const lanes v311 = v309 + v310;
-  const lanes v312 = 0.26 * v145;
-  const lanes v313 = v312 * v123;
-  const lanes v314 = v311 + v313;
-  const lanes v315 = 0.13 * v151;
-  const lanes v316 = v315 * v125;
-  const lanes v317 = v314 + v316;
-  const lanes v318 = 0.22516660498395405 * v151;
-  const lanes v319 = v318 * v133;
-  const lanes v320 = v317 + v319;
-  const lanes v321 = v187 * v28;
-  const lanes v322 = v320 - v321;
-  const lanes v323 = v322 * v208;
-  const lanes v324 = v308 + v323;
+  const lanes v290 = 0.13 * v6, v291 = v290 * v125, v292 = 0.22516660498395405 * v6,
+      v293 = v292 * v133, v294 = v291 + v293, v295 = v28 * v123, v296 = v294 - v295,
+      v297 = v170 * v120, v298 = v190 * v114, v299 = v297 + v298, v300 = v171 * v100,
+      v301 = v299 - v300, v302 = v217 * v115, v303 = v301 - v302, v304 = v303 / v142,
+      v305 = v207 / v240, v306 = v239 * v305, v307 = v304 - v306, v308 = v296 * v307,
+      v309 = v290 * v221, v310 = v292 * v193, v311 = v309 + v310, v312 = 0.26 * v145,
+      v313 = v312 * v123, v314 = v311 + v313, v315 = 0.13 * v151, v316 = v315 * v125,
+      v317 = v314 + v316, v318 = 0.22516660498395405 * v151, v319 = v318 * v133, v320 = v317 + v319,
+      v321 = v28 * v187, v322 = v320 - v321, v323 = v322 * v208, v324 = v308 + v323;
   out[2] = v324;
-  const lanes v325 = v228 / v142;
-  const lanes v326 = v130 / v240;
-  const lanes v327 = v239 * v326;
-  const lanes v328 = v325 - v327;
-  const lanes v329 = v107 * v328;
-  const lanes v330 = v251 * v168;
-  const lanes v331 = v329 + v330;
-  const lanes v332 = -v331;
+  const lanes v325 = v228 / v142, v326 = v130 / v240, v327 = v239 * v326, v328 = v325 - v327,
+      v329 = v107 * v328, v330 = v251 * v168, v331 = v329 + v330, v332 = -v331;
   out[3] = v332;
-  const lanes v333 = v187 * v105;
-  const lanes v334 = v214 * v123;
-  const lanes v335 = v333 + v334;
-  const lanes v336 = v217 * v125;
-  const lanes v337 = v335 - v336;
-  const lanes v338 = v221 * v100;
-  const lanes v339 = v337 - v338;
-  const lanes v340 = v339 / v142;
-  const lanes v341 = v127 / v240;
-  const lanes v342 = v239 * v341;
-  const lanes v343 = v340 - v342;
-  const lanes v344 = v261 * v343;
-  const lanes v345 = v287 * v143;
-  const lanes v346 = v344 + v345;
+  const lanes v333 = v187 * v105, v334 = v214 * v123, v335 = v333 + v334, v336 = v217 * v125,
+      v337 = v335 - v336, v338 = v221 * v100, v339 = v337 - v338, v340 = v339 / v142,
+      v341 = v127 / v240, v342 = v239 * v341, v343 = v340 - v342, v344 = v261 * v343,
+      v345 = v287 * v143, v346 = v344 + v345;
   out[4] = v346;
-  const lanes v347 = v217 * v111;
-  const lanes v348 = v226 * v100;
-  const lanes v349 = v347 + v348;
-  const lanes v350 = v190 * v105;
-  const lanes v351 = v349 - v350;
-  const lanes v352 = v214 * v120;
-  const lanes v353 = v351 - v352;
-  const lanes v354 = v353 / v142;
-  const lanes v355 = v157 / v240;
-  const lanes v356 = v239 * v355;
-  const lanes v357 = v354 - v356;
-  const lanes v358 = v296 * v357;
-  const lanes v359 = v322 * v158;
-  const lanes v360 = v358 + v359;
+  const lanes v347 = v217 * v111, v348 = v226 * v100, v349 = v347 + v348, v350 = v190 * v105,
+      v351 = v349 - v350, v352 = v214 * v120, v353 = v351 - v352, v354 = v353 / v142,
+      v355 = v157 / v240, v356 = v239 * v355, v357 = v354 - v356, v358 = v296 * v357,
+      v359 = v322 * v158, v360 = v358 + v359;
   out[5] = v360;
-  const lanes v361 = v237 / v142;
-  const lanes v362 = v140 / v240;
-  const lanes v363 = v239 * v362;
-  const lanes v364 = v361 - v363;
-  const lanes v365 = v107 * v364;
-  const lanes v366 = v251 * v184;
-  const lanes v367 = v365 + v366;
-  const lanes v368 = -v367;
+  const lanes v361 = v237 / v142, v362 = v140 / v240, v363 = v239 * v362, v364 = v361 - v363,
+      v365 = v107 * v364, v366 = v251 * v184, v367 = v365 + v366, v368 = -v367;
   out[6] = v368;
-  const lanes v369 = v176 * v287;
-  const lanes v370 = v170 * v125;
-  const lanes v371 = v221 * v114;
-  const lanes v372 = v370 + v371;
-  const lanes v373 = v193 * v105;
-  const lanes v374 = v372 - v373;
-  const lanes v375 = v214 * v133;
-  const lanes v376 = v374 - v375;
-  const lanes v377 = v376 / v142;
-  const lanes v378 = v175 / v240;
-  const lanes v379 = v239 * v378;
-  const lanes v380 = v377 - v379;
-  const lanes v381 = v261 * v380;
-  const lanes v382 = v369 + v381;
+  const lanes v369 = v176 * v287, v370 = v170 * v125, v371 = v221 * v114, v372 = v370 + v371,
+      v373 = v193 * v105, v374 = v372 - v373, v375 = v214 * v133, v376 = v374 - v375,
+      v377 = v376 / v142, v378 = v175 / v240, v379 = v239 * v378, v380 = v377 - v379,
+      v381 = v261 * v380, v382 = v369 + v381;
   out[7] = v382;
-  const lanes v383 = v181 * v322;
-  const lanes v384 = v171 * v105;
-  const lanes v385 = v214 * v115;
-  const lanes v386 = v384 + v385;
-  const lanes v387 = v170 * v111;
-  const lanes v388 = v386 - v387;
-  const lanes v389 = v226 * v114;
-  const lanes v390 = v388 - v389;
-  const lanes v391 = v390 / v142;
-  const lanes v392 = v180 / v240;
-  const lanes v393 = v239 * v392;
-  const lanes v394 = v391 - v393;
-  const lanes v395 = v296 * v394;
-  const lanes v396 = v383 + v395;
-  out[8] = v396;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
+  const lanes v383 = v181 * v322, v384 = v171 * v105, v385 = v214 * v115, v386 = v384 + v385,
+      v387 = v170 * v111, v388 = v386 - v387, v389 = v226 * v114, v390 = v388 - v389,
+      v391 = v390 / v142, v392 = v180 / v240, v393 = v239 * v392, v394 = v391 - v393,
+      v395 = v296 * v394, v396 = v383 + v395;
+  out[8] = v396; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_hessian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = 0.26 * v1;
-  const lanes v8 = 0.26 * v2;
-  const lanes v9 = 0.26 * v3;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.8660254037844386 * v10;
-  const lanes v12 = v11 - 0.02;
-  const lanes v13 = v12 - 0.023301270189221932;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = 0.5 * v10;
-  const lanes v16 = v15 + 0.034641016151377546;
-  const lanes v17 = 0.05964101615137755 - v16;
-  const lanes v18 = v7 + 0.2;
-  const lanes v19 = v18 - 0.05;
-  const lanes v20 = v17 - v19;
-  const lanes v21 = v20 * v20;
-  const lanes v22 = v14 + v21;
-  const lanes v23 = 0.26 * v4;
-  const lanes v24 = v8 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v22 + v25;
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = 0.26 * v5;
-  const lanes v29 = 0.2 + v28;
-  const lanes v30 = 0.5 * v29;
-  const lanes v31 = 0.034641016151377546 - v30;
-  const lanes v32 = v31 - 0.009641016151377546;
-  const lanes v33 = v32 - v19;
-  const lanes v34 = v24 * v33;
-  const lanes v35 = 0.26 * v6;
-  const lanes v36 = v8 - v35;
-  const lanes v37 = v20 * v36;
-  const lanes v38 = v34 - v37;
-  const lanes v39 = v33 * v38;
-  const lanes v40 = 0.8660254037844386 * v29;
-  const lanes v41 = 0.02 + v40;
-  const lanes v42 = 0.06330127018922194 - v41;
-  const lanes v43 = v13 * v36;
-  const lanes v44 = v42 * v24;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v39 - v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = v42 * v42;
-  const lanes v50 = v33 * v33;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v36 * v36;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v13 * v45;
-  const lanes v56 = v20 * v38;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v48 + v58;
-  const lanes v60 = v45 * v45;
-  const lanes v61 = v38 * v38;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v42 * v20;
-  const lanes v64 = v13 * v33;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 * v65;
-  const lanes v67 = v62 + v66;
-  const lanes v68 = v59 / v67;
-  const lanes v69 = v68 - v8;
-  const lanes v70 = v42 * v65;
-  const lanes v71 = v36 * v38;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v27 * v72;
-  const lanes v74 = v24 * v38;
-  const lanes v75 = v13 * v65;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v54 * v76;
-  const lanes v78 = v73 + v77;
-  const lanes v79 = v78 / v67;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v36 * v45;
-  const lanes v82 = v33 * v65;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v27 * v83;
-  const lanes v85 = v20 * v65;
-  const lanes v86 = v24 * v45;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v54 * v87;
-  const lanes v89 = v84 + v88;
-  const lanes v90 = v89 / v67;
-  const lanes v91 = v90 * v90;
-  const lanes v92 = v80 + v91;
-  const lanes v93 = v68 * v68;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = 0.64 - v94;
-  const lanes v96 = v95 / v67;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  const lanes v98 = v65 * v97;
-  const lanes v99 = v69 - v98;
-  const lanes v100 = v8 + v99;
-  const lanes v101 = v7 * v100;
-  const lanes v102 = v19 + v79;
-  const lanes v103 = v45 * v97;
-  const lanes v104 = v102 - v103;
-  const lanes v105 = v104 - v19;
-  const lanes v106 = v8 * v105;
-  const lanes v107 = v101 + v106;
-  const lanes v108 = v23 + v99;
-  const lanes v109 = v104 - v32;
-  const lanes v110 = v108 * v109;
-  const lanes v111 = v104 - v17;
-  const lanes v112 = v35 + v99;
-  const lanes v113 = v111 * v112;
-  const lanes v114 = v110 - v113;
-  const lanes v115 = v38 * v97;
-  const lanes v116 = v90 - v115;
-  const lanes v117 = v116 * v114;
-  const lanes v118 = v116 - v13;
-  const lanes v119 = v118 * v112;
-  const lanes v120 = v116 - v42;
-  const lanes v121 = v108 * v120;
-  const lanes v122 = v119 - v121;
-  const lanes v123 = v105 * v122;
-  const lanes v124 = v117 + v123;
-  const lanes v125 = v111 * v120;
-  const lanes v126 = v118 * v109;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v100 * v127;
-  const lanes v129 = v124 + v128;
-  const lanes v130 = v114 / v129;
-  const lanes v131 = v107 * v130;
-  const lanes v132 = v131 * v108;
-  const lanes v133 = v127 / v129;
-  const lanes v134 = v107 * v133;
-  const lanes v135 = v134 * v120;
-  const lanes v136 = v132 + v135;
-  const lanes v137 = v131 * v112;
-  const lanes v138 = v136 - v137;
-  const lanes v139 = v134 * v118;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = v140 / v129;
-  const lanes v142 = v129 * v129;
-  const lanes v143 = v122 / v142;
-  const lanes v144 = v140 * v105;
-  const lanes v145 = v122 / v129;
-  const lanes v146 = v107 * v145;
-  const lanes v147 = v8 - v146;
-  const lanes v148 = v147 * v122;
-  const lanes v149 = v144 + v148;
-  const lanes v150 = v7 - v134;
-  const lanes v151 = v150 * v127;
-  const lanes v152 = v149 + v151;
-  const lanes v153 = v146 * v112;
-  const lanes v154 = v134 * v111;
-  const lanes v155 = v153 + v154;
-  const lanes v156 = v146 * v108;
-  const lanes v157 = v155 - v156;
-  const lanes v158 = v134 * v109;
-  const lanes v159 = v157 - v158;
-  const lanes v160 = v159 * v116;
-  const lanes v161 = v152 + v160;
-  const lanes v162 = v146 * v118;
-  const lanes v163 = v131 * v109;
-  const lanes v164 = v162 + v163;
-  const lanes v165 = v146 * v120;
-  const lanes v166 = v164 - v165;
-  const lanes v167 = v131 * v111;
-  const lanes v168 = v166 - v167;
-  const lanes v169 = v168 * v100;
-  const lanes v170 = v161 + v169;
-  const lanes v171 = v131 * v114;
-  const lanes v172 = v170 - v171;
-  const lanes v173 = v143 * v172;
-  const lanes v174 = v141 - v173;
-  const lanes v175 = v107 * v174;
-  const lanes v176 = v7 * v150;
-  const lanes v177 = v7 * v105;
-  const lanes v178 = v176 + v177;
-  const lanes v179 = v147 * v8;
-  const lanes v180 = v178 + v179;
-  const lanes v181 = v8 * v100;
-  const lanes v182 = v180 - v181;
-  const lanes v183 = v182 * v145;
-  const lanes v184 = v175 + v183;
-  const lanes v185 = -v184;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = 0.26 * v1, v8 = 0.26 * v2, v9 = 0.26 * v3, v10 = 0.2 + v9,
+      v11 = 0.8660254037844386 * v10, v12 = v11 - 0.02, v13 = v12 - 0.023301270189221932,
+      v14 = v13 * v13, v15 = 0.5 * v10, v16 = v15 + 0.034641016151377546,
+      v17 = 0.05964101615137755 - v16, v18 = v7 + 0.2, v19 = v18 - 0.05, v20 = v17 - v19,
+      v21 = v20 * v20, v22 = v14 + v21, v23 = 0.26 * v4, v24 = v8 - v23, v25 = v24 * v24,
+      v26 = v22 + v25, v27 = 0.5 * v26, v28 = 0.26 * v5, v29 = 0.2 + v28, v30 = 0.5 * v29,
+      v31 = 0.034641016151377546 - v30, v32 = v31 - 0.009641016151377546, v33 = v32 - v19,
+      v34 = v24 * v33, v35 = 0.26 * v6, v36 = v8 - v35, v37 = v20 * v36, v38 = v34 - v37,
+      v39 = v33 * v38, v40 = 0.8660254037844386 * v29, v41 = 0.02 + v40,
+      v42 = 0.06330127018922194 - v41, v43 = v13 * v36, v44 = v42 * v24, v45 = v43 - v44,
+      v46 = v42 * v45, v47 = v39 - v46, v48 = v27 * v47, v49 = v42 * v42, v50 = v33 * v33,
+      v51 = v49 + v50, v52 = v36 * v36, v53 = v51 + v52, v54 = 0.5 * v53, v55 = v13 * v45,
+      v56 = v20 * v38, v57 = v55 - v56, v58 = v54 * v57, v59 = v48 + v58, v60 = v45 * v45,
+      v61 = v38 * v38, v62 = v60 + v61, v63 = v42 * v20, v64 = v13 * v33, v65 = v63 - v64,
+      v66 = v65 * v65, v67 = v62 + v66, v68 = v59 / v67, v69 = v68 - v8, v70 = v42 * v65,
+      v71 = v36 * v38, v72 = v70 - v71, v73 = v27 * v72, v74 = v24 * v38, v75 = v13 * v65,
+      v76 = v74 - v75, v77 = v54 * v76, v78 = v73 + v77, v79 = v78 / v67, v80 = v79 * v79,
+      v81 = v36 * v45, v82 = v33 * v65, v83 = v81 - v82, v84 = v27 * v83, v85 = v20 * v65,
+      v86 = v24 * v45, v87 = v85 - v86, v88 = v54 * v87, v89 = v84 + v88, v90 = v89 / v67,
+      v91 = v90 * v90, v92 = v80 + v91, v93 = v68 * v68, v94 = v92 + v93, v95 = 0.64 - v94,
+      v96 = v95 / v67;
+  LANES_LET1(v97, sqrt, v96);
+  const lanes v98 = v65 * v97, v99 = v69 - v98, v100 = v8 + v99, v101 = v7 * v100, v102 = v19 + v79,
+      v103 = v45 * v97, v104 = v102 - v103, v105 = v104 - v19, v106 = v8 * v105, v107 = v101 + v106,
+      v108 = v23 + v99, v109 = v104 - v32, v110 = v108 * v109, v111 = v104 - v17, v112 = v35 + v99,
+      v113 = v111 * v112, v114 = v110 - v113, v115 = v38 * v97, v116 = v90 - v115,
+      v117 = v116 * v114, v118 = v116 - v13, v119 = v118 * v112, v120 = v116 - v42,
+      v121 = v108 * v120, v122 = v119 - v121, v123 = v105 * v122, v124 = v117 + v123,
+      v125 = v111 * v120, v126 = v118 * v109, v127 = v125 - v126, v128 = v100 * v127,
+      v129 = v124 + v128, v130 = v114 / v129, v131 = v107 * v130, v132 = v131 * v108,
+      v133 = v127 / v129, v134 = v107 * v133, v135 = v134 * v120, v136 = v132 + v135,
+      v137 = v131 * v112, v138 = v136 - v137, v139 = v134 * v118, v140 = v138 - v139,
+      v141 = v140 / v129, v142 = v129 * v129, v143 = v122 / v142, v144 = v140 * v105,
+      v145 = v122 / v129, v146 = v107 * v145, v147 = v8 - v146, v148 = v147 * v122,
+      v149 = v144 + v148, v150 = v7 - v134, v151 = v150 * v127, v152 = v149 + v151,
+      v153 = v146 * v112, v154 = v134 * v111, v155 = v153 + v154, v156 = v146 * v108,
+      v157 = v155 - v156, v158 = v134 * v109, v159 = v157 - v158, v160 = v159 * v116,
+      v161 = v152 + v160, v162 = v146 * v118, v163 = v131 * v109, v164 = v162 + v163,
+      v165 = v146 * v120, v166 = v164 - v165, v167 = v131 * v111, v168 = v166 - v167,
+      v169 = v168 * v100, v170 = v161 + v169, v171 = v131 * v114, v172 = v170 - v171,
+      v173 = v143 * v172, v174 = v141 - v173, v175 = v107 * v174, v176 = v7 * v150,
+      v177 = v7 * v105, v178 = v176 + v177, v179 = v8 * v147, v180 = v178 + v179, v181 = v8 * v100,
+      v182 = v180 - v181, v183 = v182 * v145, v184 = v175 + v183, v185 = -v184;
   out[0] = v185;
-  const lanes v186 = v116 * v109;
-  const lanes v187 = v105 * v120;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = v188 / v129;
-  const lanes v190 = 0.13 * v4;
-  const lanes v191 = v190 * v111;
-  const lanes v192 = v9 * v108;
-  const lanes v193 = v191 - v192;
-  const lanes v194 = 0.22516660498395405 * v4;
-  const lanes v195 = v194 * v118;
-  const lanes v196 = v193 - v195;
-  const lanes v197 = v189 * v196;
-  const lanes v198 = v197 * v118;
-  const lanes v199 = v105 * v112;
-  const lanes v200 = v100 * v109;
-  const lanes v201 = v199 - v200;
-  const lanes v202 = v201 / v129;
-  const lanes v203 = v196 * v202;
-  const lanes v204 = v194 + v203;
-  const lanes v205 = v204 * v112;
-  const lanes v206 = v198 + v205;
-  const lanes v207 = v203 * v108;
-  const lanes v208 = v206 - v207;
-  const lanes v209 = v9 + v197;
-  const lanes v210 = v209 * v120;
-  const lanes v211 = v208 - v210;
-  const lanes v212 = v211 / v129;
-  const lanes v213 = v100 * v120;
-  const lanes v214 = v116 * v112;
-  const lanes v215 = v213 - v214;
-  const lanes v216 = v215 / v129;
-  const lanes v217 = v196 * v216;
-  const lanes v218 = v217 * v122;
-  const lanes v219 = v203 * v114;
-  const lanes v220 = v218 + v219;
-  const lanes v221 = v197 * v127;
-  const lanes v222 = v220 + v221;
-  const lanes v223 = v211 * v105;
-  const lanes v224 = v222 + v223;
-  const lanes v225 = v217 * v108;
-  const lanes v226 = v209 * v109;
-  const lanes v227 = v225 + v226;
-  const lanes v228 = v197 * v111;
-  const lanes v229 = v227 - v228;
-  const lanes v230 = v217 - v190;
-  const lanes v231 = v230 * v112;
-  const lanes v232 = v229 - v231;
-  const lanes v233 = v232 * v116;
-  const lanes v234 = v224 + v233;
-  const lanes v235 = v203 * v111;
-  const lanes v236 = v230 * v120;
-  const lanes v237 = v235 + v236;
-  const lanes v238 = v217 * v118;
-  const lanes v239 = v237 - v238;
-  const lanes v240 = v204 * v109;
-  const lanes v241 = v239 - v240;
-  const lanes v242 = v241 * v100;
-  const lanes v243 = v234 + v242;
-  const lanes v244 = v143 * v243;
-  const lanes v245 = v212 - v244;
-  const lanes v246 = v107 * v245;
-  const lanes v247 = v217 * v8;
-  const lanes v248 = v197 * v7;
-  const lanes v249 = v247 + v248;
-  const lanes v250 = v249 * v145;
-  const lanes v251 = v246 + v250;
-  const lanes v252 = -v251;
+  const lanes v186 = v116 * v109, v187 = v105 * v120, v188 = v186 - v187, v189 = v188 / v129,
+      v190 = 0.13 * v4, v191 = v190 * v111, v192 = v9 * v108, v193 = v191 - v192,
+      v194 = 0.22516660498395405 * v4, v195 = v194 * v118, v196 = v193 - v195, v197 = v189 * v196,
+      v198 = v197 * v118, v199 = v105 * v112, v200 = v100 * v109, v201 = v199 - v200,
+      v202 = v201 / v129, v203 = v196 * v202, v204 = v194 + v203, v205 = v204 * v112,
+      v206 = v198 + v205, v207 = v203 * v108, v208 = v206 - v207, v209 = v9 + v197,
+      v210 = v209 * v120, v211 = v208 - v210, v212 = v211 / v129, v213 = v100 * v120,
+      v214 = v116 * v112, v215 = v213 - v214, v216 = v215 / v129, v217 = v196 * v216,
+      v218 = v217 * v122, v219 = v203 * v114, v220 = v218 + v219, v221 = v197 * v127,
+      v222 = v220 + v221, v223 = v211 * v105, v224 = v222 + v223, v225 = v217 * v108,
+      v226 = v209 * v109, v227 = v225 + v226, v228 = v197 * v111, v229 = v227 - v228,
+      v230 = v217 - v190, v231 = v230 * v112, v232 = v229 - v231, v233 = v232 * v116,
+      v234 = v224 + v233, v235 = v203 * v111, v236 = v230 * v120, v237 = v235 + v236,
+      v238 = v217 * v118, v239 = v237 - v238, v240 = v204 * v109, v241 = v239 - v240,
+      v242 = v241 * v100, v243 = v234 + v242, v244 = v143 * v243, v245 = v212 - v244,
+      v246 = v107 * v245, v247 = v7 * v197, v248 = v8 * v217, v249 = v247 + v248,
+      v250 = v249 * v145, v251 = v246 + v250, v252 = -v251;
   out[1] = v252;
-  const lanes v253 = 0.13 * v6;
-  const lanes v254 = v253 * v109;
-  const lanes v255 = 0.22516660498395405 * v6;
-  const lanes v256 = v255 * v120;
-  const lanes v257 = v254 + v256;
-  const lanes v258 = v28 * v112;
-  const lanes v259 = v257 - v258;
-  const lanes v260 = v100 * v111;
-  const lanes v261 = v105 * v108;
-  const lanes v262 = v260 - v261;
-  const lanes v263 = v262 / v129;
-  const lanes v264 = v259 * v263;
-  const lanes v265 = v264 * v112;
-  const lanes v266 = v105 * v118;
-  const lanes v267 = v116 * v111;
-  const lanes v268 = v266 - v267;
-  const lanes v269 = v268 / v129;
-  const lanes v270 = v269 * v259;
-  const lanes v271 = v270 + v28;
-  const lanes v272 = v271 * v118;
-  const lanes v273 = v265 + v272;
-  const lanes v274 = v270 * v120;
-  const lanes v275 = v273 - v274;
-  const lanes v276 = v264 - v255;
-  const lanes v277 = v276 * v108;
-  const lanes v278 = v275 - v277;
-  const lanes v279 = v278 / v129;
-  const lanes v280 = v116 * v108;
-  const lanes v281 = v100 * v118;
-  const lanes v282 = v280 - v281;
-  const lanes v283 = v282 / v129;
-  const lanes v284 = v259 * v283;
-  const lanes v285 = v284 * v122;
-  const lanes v286 = v264 * v114;
-  const lanes v287 = v285 + v286;
-  const lanes v288 = v270 * v127;
-  const lanes v289 = v287 + v288;
-  const lanes v290 = v278 * v105;
-  const lanes v291 = v289 + v290;
-  const lanes v292 = v270 * v109;
-  const lanes v293 = v284 - v253;
-  const lanes v294 = v293 * v108;
-  const lanes v295 = v292 + v294;
-  const lanes v296 = v284 * v112;
-  const lanes v297 = v295 - v296;
-  const lanes v298 = v271 * v111;
-  const lanes v299 = v297 - v298;
-  const lanes v300 = v299 * v116;
-  const lanes v301 = v291 + v300;
-  const lanes v302 = v284 * v120;
-  const lanes v303 = v276 * v111;
-  const lanes v304 = v302 + v303;
-  const lanes v305 = v264 * v109;
-  const lanes v306 = v304 - v305;
-  const lanes v307 = v293 * v118;
-  const lanes v308 = v306 - v307;
-  const lanes v309 = v308 * v100;
-  const lanes v310 = v301 + v309;
-  const lanes v311 = v143 * v310;
-  const lanes v312 = v279 - v311;
-  const lanes v313 = v107 * v312;
-  const lanes v314 = v284 * v8;
-  const lanes v315 = v270 * v7;
-  const lanes v316 = v314 + v315;
-  const lanes v317 = v316 * v145;
-  const lanes v318 = v313 + v317;
-  const lanes v319 = -v318;
+  const lanes v253 = 0.13 * v6, v254 = v253 * v109, v255 = 0.22516660498395405 * v6,
+      v256 = v255 * v120, v257 = v254 + v256, v258 = v28 * v112, v259 = v257 - v258,
+      v260 = v100 * v111, v261 = v105 * v108, v262 = v260 - v261, v263 = v262 / v129,
+      v264 = v259 * v263, v265 = v264 * v112, v266 = v105 * v118, v267 = v116 * v111,
+      v268 = v266 - v267, v269 = v268 / v129, v270 = v269 * v259, v271 = v28 + v270,
+      v272 = v271 * v118, v273 = v265 + v272, v274 = v270 * v120, v275 = v273 - v274,
+      v276 = v264 - v255, v277 = v276 * v108, v278 = v275 - v277, v279 = v278 / v129,
+      v280 = v116 * v108, v281 = v100 * v118, v282 = v280 - v281, v283 = v282 / v129,
+      v284 = v259 * v283, v285 = v284 * v122, v286 = v264 * v114, v287 = v285 + v286,
+      v288 = v270 * v127, v289 = v287 + v288, v290 = v278 * v105, v291 = v289 + v290,
+      v292 = v270 * v109, v293 = v284 - v253, v294 = v293 * v108, v295 = v292 + v294,
+      v296 = v284 * v112, v297 = v295 - v296, v298 = v271 * v111, v299 = v297 - v298,
+      v300 = v299 * v116, v301 = v291 + v300, v302 = v284 * v120, v303 = v276 * v111,
+      v304 = v302 + v303, v305 = v264 * v109, v306 = v304 - v305, v307 = v293 * v118,
+      v308 = v306 - v307, v309 = v308 * v100, v310 = v301 + v309, v311 = v143 * v310,
+      v312 = v279 - v311, v313 = v107 * v312, v314 = v7 * v270, v315 = v8 * v284,
+      v316 = v314 + v315, v317 = v316 * v145, v318 = v313 + v317, v319 = -v318;
   out[2] = v319;
-  const lanes v320 = v134 * v116;
-  const lanes v321 = v137 + v320;
-  const lanes v322 = v150 * v120;
-  const lanes v323 = v321 + v322;
-  const lanes v324 = v131 * v100;
-  const lanes v325 = v323 - v324;
-  const lanes v326 = v325 / v129;
-  const lanes v327 = v215 / v142;
-  const lanes v328 = v327 * v172;
-  const lanes v329 = v326 - v328;
-  const lanes v330 = v196 * v329;
-  const lanes v331 = v9 * v134;
-  const lanes v332 = v194 * v131;
-  const lanes v333 = v331 + v332;
-  const lanes v334 = v146 * v190;
-  const lanes v335 = v333 - v334;
-  const lanes v336 = v335 * v216;
-  const lanes v337 = v330 + v336;
+  const lanes v320 = v134 * v116, v321 = v137 + v320, v322 = v150 * v120, v323 = v321 + v322,
+      v324 = v131 * v100, v325 = v323 - v324, v326 = v325 / v129, v327 = v215 / v142,
+      v328 = v327 * v172, v329 = v326 - v328, v330 = v196 * v329, v331 = v9 * v134,
+      v332 = v194 * v131, v333 = v331 + v332, v334 = v146 * v190, v335 = v333 - v334,
+      v336 = v335 * v216, v337 = v330 + v336;
   out[3] = v337;
-  const lanes v338 = v203 * v100;
-  const lanes v339 = v197 * v120;
-  const lanes v340 = v338 + v339;
-  const lanes v341 = v203 * v112;
-  const lanes v342 = v340 - v341;
-  const lanes v343 = v197 * v116;
-  const lanes v344 = v342 - v343;
-  const lanes v345 = v344 / v129;
-  const lanes v346 = v327 * v243;
-  const lanes v347 = v345 - v346;
-  const lanes v348 = v196 * v347;
-  const lanes v349 = v23 * v108;
-  const lanes v350 = v190 * v230;
-  const lanes v351 = v349 + v350;
-  const lanes v352 = 0.13 * v3;
-  const lanes v353 = v352 * v111;
-  const lanes v354 = v351 + v353;
-  const lanes v355 = v9 * v209;
-  const lanes v356 = v354 - v355;
-  const lanes v357 = v194 * v204;
-  const lanes v358 = v356 - v357;
-  const lanes v359 = 0.22516660498395405 * v3;
-  const lanes v360 = v359 * v118;
-  const lanes v361 = v358 - v360;
-  const lanes v362 = v361 * v216;
-  const lanes v363 = v348 + v362;
+  const lanes v338 = v203 * v100, v339 = v197 * v120, v340 = v338 + v339, v341 = v203 * v112,
+      v342 = v340 - v341, v343 = v197 * v116, v344 = v342 - v343, v345 = v344 / v129,
+      v346 = v327 * v243, v347 = v345 - v346, v348 = v196 * v347, v349 = v23 * v108,
+      v350 = v190 * v230, v351 = v349 + v350, v352 = 0.13 * v3, v353 = v352 * v111,
+      v354 = v351 + v353, v355 = v9 * v209, v356 = v354 - v355, v357 = v194 * v204,
+      v358 = v356 - v357, v359 = 0.22516660498395405 * v3, v360 = v359 * v118, v361 = v358 - v360,
+      v362 = v361 * v216, v363 = v348 + v362;
   out[4] = v363;
-  const lanes v364 = v276 * v100;
-  const lanes v365 = v274 + v364;
-  const lanes v366 = v365 - v265;
-  const lanes v367 = v271 * v116;
-  const lanes v368 = v366 - v367;
-  const lanes v369 = v368 / v129;
-  const lanes v370 = v327 * v310;
-  const lanes v371 = v369 - v370;
-  const lanes v372 = v196 * v371;
-  const lanes v373 = v190 * v284;
-  const lanes v374 = v9 * v270;
-  const lanes v375 = v373 - v374;
-  const lanes v376 = v194 * v264;
-  const lanes v377 = v375 - v376;
-  const lanes v378 = v377 * v216;
-  const lanes v379 = v372 + v378;
+  const lanes v364 = v276 * v100, v365 = v274 + v364, v366 = v365 - v265, v367 = v271 * v116,
+      v368 = v366 - v367, v369 = v368 / v129, v370 = v327 * v310, v371 = v369 - v370,
+      v372 = v196 * v371, v373 = v190 * v284, v374 = v9 * v270, v375 = v373 - v374,
+      v376 = v194 * v264, v377 = v375 - v376, v378 = v377 * v216, v379 = v372 + v378;
   out[5] = v379;
-  const lanes v380 = v324 - v132;
-  const lanes v381 = v380 - v320;
-  const lanes v382 = v150 * v118;
-  const lanes v383 = v381 - v382;
-  const lanes v384 = v383 / v129;
-  const lanes v385 = v282 / v142;
-  const lanes v386 = v385 * v172;
-  const lanes v387 = v384 - v386;
-  const lanes v388 = v259 * v387;
-  const lanes v389 = v134 * v28;
-  const lanes v390 = v146 * v253;
-  const lanes v391 = v389 - v390;
-  const lanes v392 = v255 * v131;
-  const lanes v393 = v391 - v392;
-  const lanes v394 = v393 * v283;
-  const lanes v395 = v388 + v394;
+  const lanes v380 = v324 - v132, v381 = v380 - v320, v382 = v150 * v118, v383 = v381 - v382,
+      v384 = v383 / v129, v385 = v282 / v142, v386 = v385 * v172, v387 = v384 - v386,
+      v388 = v259 * v387, v389 = v28 * v134, v390 = v146 * v253, v391 = v389 - v390,
+      v392 = v255 * v131, v393 = v391 - v392, v394 = v393 * v283, v395 = v388 + v394;
   out[6] = v395;
-  const lanes v396 = v209 * v116;
-  const lanes v397 = v207 + v396;
-  const lanes v398 = v397 - v198;
-  const lanes v399 = v204 * v100;
-  const lanes v400 = v398 - v399;
-  const lanes v401 = v400 / v129;
-  const lanes v402 = v385 * v243;
-  const lanes v403 = v401 - v402;
-  const lanes v404 = v259 * v403;
-  const lanes v405 = v217 * v253;
-  const lanes v406 = v255 * v203;
-  const lanes v407 = v405 + v406;
-  const lanes v408 = v197 * v28;
-  const lanes v409 = v407 - v408;
-  const lanes v410 = v409 * v283;
-  const lanes v411 = v404 + v410;
+  const lanes v396 = v209 * v116, v397 = v207 + v396, v398 = v397 - v198, v399 = v204 * v100,
+      v400 = v398 - v399, v401 = v400 / v129, v402 = v385 * v243, v403 = v401 - v402,
+      v404 = v259 * v403, v405 = v217 * v253, v406 = v255 * v203, v407 = v405 + v406,
+      v408 = v28 * v197, v409 = v407 - v408, v410 = v409 * v283, v411 = v404 + v410;
   out[7] = v411;
-  const lanes v412 = v264 * v108;
-  const lanes v413 = v270 * v116;
-  const lanes v414 = v412 + v413;
-  const lanes v415 = v264 * v100;
-  const lanes v416 = v414 - v415;
-  const lanes v417 = v270 * v118;
-  const lanes v418 = v416 - v417;
-  const lanes v419 = v418 / v129;
-  const lanes v420 = v385 * v310;
-  const lanes v421 = v419 - v420;
-  const lanes v422 = v259 * v421;
-  const lanes v423 = v253 * v293;
-  const lanes v424 = v255 * v276;
-  const lanes v425 = v423 + v424;
-  const lanes v426 = v35 * v112;
-  const lanes v427 = v425 + v426;
-  const lanes v428 = 0.13 * v5;
-  const lanes v429 = v428 * v109;
-  const lanes v430 = v427 + v429;
-  const lanes v431 = 0.22516660498395405 * v5;
-  const lanes v432 = v431 * v120;
-  const lanes v433 = v430 + v432;
-  const lanes v434 = v28 * v271;
-  const lanes v435 = v433 - v434;
-  const lanes v436 = v435 * v283;
-  const lanes v437 = v422 + v436;
+  const lanes v412 = v264 * v108, v413 = v270 * v116, v414 = v412 + v413, v415 = v264 * v100,
+      v416 = v414 - v415, v417 = v270 * v118, v418 = v416 - v417, v419 = v418 / v129,
+      v420 = v385 * v310, v421 = v419 - v420, v422 = v259 * v421, v423 = v35 * v112,
+      v424 = v253 * v293, v425 = v423 + v424, v426 = v255 * v276, v427 = v425 + v426,
+      v428 = 0.13 * v5, v429 = v428 * v109, v430 = v427 + v429, v431 = 0.22516660498395405 * v5,
+      v432 = v431 * v120, v433 = v430 + v432, v434 = v28 * v271, v435 = v433 - v434,
+      v436 = v435 * v283, v437 = v422 + v436;
   out[8] = v437;
-  const lanes v438 = v159 / v129;
-  const lanes v439 = v114 / v142;
-  const lanes v440 = v439 * v172;
-  const lanes v441 = v438 - v440;
-  const lanes v442 = v107 * v441;
-  const lanes v443 = v182 * v130;
-  const lanes v444 = v442 + v443;
-  const lanes v445 = -v444;
+  const lanes v438 = v159 / v129, v439 = v114 / v142, v440 = v439 * v172, v441 = v438 - v440,
+      v442 = v107 * v441, v443 = v182 * v130, v444 = v442 + v443, v445 = -v444;
   out[9] = v445;
-  const lanes v446 = v232 / v129;
-  const lanes v447 = v439 * v243;
-  const lanes v448 = v446 - v447;
-  const lanes v449 = v107 * v448;
-  const lanes v450 = v249 * v130;
-  const lanes v451 = v449 + v450;
-  const lanes v452 = -v451;
+  const lanes v446 = v232 / v129, v447 = v439 * v243, v448 = v446 - v447, v449 = v107 * v448,
+      v450 = v249 * v130, v451 = v449 + v450, v452 = -v451;
   out[10] = v452;
-  const lanes v453 = v299 / v129;
-  const lanes v454 = v439 * v310;
-  const lanes v455 = v453 - v454;
-  const lanes v456 = v107 * v455;
-  const lanes v457 = v316 * v130;
-  const lanes v458 = v456 + v457;
-  const lanes v459 = -v458;
+  const lanes v453 = v299 / v129, v454 = v439 * v310, v455 = v453 - v454, v456 = v107 * v455,
+      v457 = v316 * v130, v458 = v456 + v457, v459 = -v458;
   out[11] = v459;
-  const lanes v460 = v146 * v100;
-  const lanes v461 = v147 * v112;
-  const lanes v462 = v460 + v461;
-  const lanes v463 = v134 * v105;
-  const lanes v464 = v462 - v463;
-  const lanes v465 = v150 * v109;
-  const lanes v466 = v464 - v465;
-  const lanes v467 = v466 / v129;
-  const lanes v468 = v201 / v142;
-  const lanes v469 = v468 * v172;
-  const lanes v470 = v467 - v469;
-  const lanes v471 = v196 * v470;
-  const lanes v472 = v335 * v202;
-  const lanes v473 = v471 + v472;
+  const lanes v460 = v146 * v100, v461 = v147 * v112, v462 = v460 + v461, v463 = v134 * v105,
+      v464 = v462 - v463, v465 = v150 * v109, v466 = v464 - v465, v467 = v466 / v129,
+      v468 = v201 / v142, v469 = v468 * v172, v470 = v467 - v469, v471 = v196 * v470,
+      v472 = v335 * v202, v473 = v471 + v472;
   out[12] = v473;
-  const lanes v474 = v217 * v112;
-  const lanes v475 = v197 * v105;
-  const lanes v476 = v474 + v475;
-  const lanes v477 = v217 * v100;
-  const lanes v478 = v476 - v477;
-  const lanes v479 = v197 * v109;
-  const lanes v480 = v478 - v479;
-  const lanes v481 = v480 / v129;
-  const lanes v482 = v468 * v243;
-  const lanes v483 = v481 - v482;
-  const lanes v484 = v196 * v483;
-  const lanes v485 = v361 * v202;
-  const lanes v486 = v484 + v485;
+  const lanes v474 = v217 * v112, v475 = v197 * v105, v476 = v474 + v475, v477 = v217 * v100,
+      v478 = v476 - v477, v479 = v197 * v109, v480 = v478 - v479, v481 = v480 / v129,
+      v482 = v468 * v243, v483 = v481 - v482, v484 = v196 * v483, v485 = v361 * v202,
+      v486 = v484 + v485;
   out[13] = v486;
-  const lanes v487 = v271 * v105;
-  const lanes v488 = v296 + v487;
-  const lanes v489 = v488 - v292;
-  const lanes v490 = v293 * v100;
-  const lanes v491 = v489 - v490;
-  const lanes v492 = v491 / v129;
-  const lanes v493 = v468 * v310;
-  const lanes v494 = v492 - v493;
-  const lanes v495 = v196 * v494;
-  const lanes v496 = v377 * v202;
-  const lanes v497 = v495 + v496;
+  const lanes v487 = v271 * v105, v488 = v296 + v487, v489 = v488 - v292, v490 = v293 * v100,
+      v491 = v489 - v490, v492 = v491 / v129, v493 = v468 * v310, v494 = v492 - v493,
+      v495 = v196 * v494, v496 = v377 * v202, v497 = v495 + v496;
   out[14] = v497;
-  const lanes v498 = v150 * v111;
-  const lanes v499 = v463 + v498;
-  const lanes v500 = v499 - v460;
-  const lanes v501 = v147 * v108;
-  const lanes v502 = v500 - v501;
-  const lanes v503 = v502 / v129;
-  const lanes v504 = v262 / v142;
-  const lanes v505 = v504 * v172;
-  const lanes v506 = v503 - v505;
-  const lanes v507 = v259 * v506;
-  const lanes v508 = v393 * v263;
-  const lanes v509 = v507 + v508;
+  const lanes v498 = v150 * v111, v499 = v463 + v498, v500 = v499 - v460, v501 = v147 * v108,
+      v502 = v500 - v501, v503 = v502 / v129, v504 = v262 / v142, v505 = v504 * v172,
+      v506 = v503 - v505, v507 = v259 * v506, v508 = v393 * v263, v509 = v507 + v508;
   out[15] = v509;
-  const lanes v510 = v230 * v100;
-  const lanes v511 = v228 + v510;
-  const lanes v512 = v511 - v225;
-  const lanes v513 = v209 * v105;
-  const lanes v514 = v512 - v513;
-  const lanes v515 = v514 / v129;
-  const lanes v516 = v504 * v243;
-  const lanes v517 = v515 - v516;
-  const lanes v518 = v259 * v517;
-  const lanes v519 = v409 * v263;
-  const lanes v520 = v518 + v519;
+  const lanes v510 = v230 * v100, v511 = v228 + v510, v512 = v511 - v225, v513 = v209 * v105,
+      v514 = v512 - v513, v515 = v514 / v129, v516 = v504 * v243, v517 = v515 - v516,
+      v518 = v259 * v517, v519 = v409 * v263, v520 = v518 + v519;
   out[16] = v520;
-  const lanes v521 = v284 * v100;
-  const lanes v522 = v270 * v111;
-  const lanes v523 = v521 + v522;
-  const lanes v524 = v284 * v108;
-  const lanes v525 = v523 - v524;
-  const lanes v526 = v270 * v105;
-  const lanes v527 = v525 - v526;
-  const lanes v528 = v527 / v129;
-  const lanes v529 = v504 * v310;
-  const lanes v530 = v528 - v529;
-  const lanes v531 = v259 * v530;
-  const lanes v532 = v435 * v263;
-  const lanes v533 = v531 + v532;
+  const lanes v521 = v284 * v100, v522 = v270 * v111, v523 = v521 + v522, v524 = v284 * v108,
+      v525 = v523 - v524, v526 = v270 * v105, v527 = v525 - v526, v528 = v527 / v129,
+      v529 = v504 * v310, v530 = v528 - v529, v531 = v259 * v530, v532 = v435 * v263,
+      v533 = v531 + v532;
   out[17] = v533;
-  const lanes v534 = v168 / v129;
-  const lanes v535 = v127 / v142;
-  const lanes v536 = v535 * v172;
-  const lanes v537 = v534 - v536;
-  const lanes v538 = v107 * v537;
-  const lanes v539 = v182 * v133;
-  const lanes v540 = v538 + v539;
-  const lanes v541 = -v540;
+  const lanes v534 = v168 / v129, v535 = v127 / v142, v536 = v535 * v172, v537 = v534 - v536,
+      v538 = v107 * v537, v539 = v182 * v133, v540 = v538 + v539, v541 = -v540;
   out[18] = v541;
-  const lanes v542 = v241 / v129;
-  const lanes v543 = v535 * v243;
-  const lanes v544 = v542 - v543;
-  const lanes v545 = v107 * v544;
-  const lanes v546 = v249 * v133;
-  const lanes v547 = v545 + v546;
-  const lanes v548 = -v547;
+  const lanes v542 = v241 / v129, v543 = v535 * v243, v544 = v542 - v543, v545 = v107 * v544,
+      v546 = v249 * v133, v547 = v545 + v546, v548 = -v547;
   out[19] = v548;
-  const lanes v549 = v308 / v129;
-  const lanes v550 = v535 * v310;
-  const lanes v551 = v549 - v550;
-  const lanes v552 = v107 * v551;
-  const lanes v553 = v316 * v133;
-  const lanes v554 = v552 + v553;
-  const lanes v555 = -v554;
+  const lanes v549 = v308 / v129, v550 = v535 * v310, v551 = v549 - v550, v552 = v107 * v551,
+      v553 = v316 * v133, v554 = v552 + v553, v555 = -v554;
   out[20] = v555;
-  const lanes v556 = v189 * v335;
-  const lanes v557 = v131 * v105;
-  const lanes v558 = v146 * v116;
-  const lanes v559 = v557 - v558;
-  const lanes v560 = v559 - v163;
-  const lanes v561 = v147 * v120;
-  const lanes v562 = v560 - v561;
-  const lanes v563 = v562 / v129;
-  const lanes v564 = v188 / v142;
-  const lanes v565 = v564 * v172;
-  const lanes v566 = v563 - v565;
-  const lanes v567 = v196 * v566;
-  const lanes v568 = v556 + v567;
+  const lanes v556 = v189 * v335, v557 = v131 * v105, v558 = v146 * v116, v559 = v557 - v558,
+      v560 = v559 - v163, v561 = v147 * v120, v562 = v560 - v561, v563 = v562 / v129,
+      v564 = v188 / v142, v565 = v564 * v172, v566 = v563 - v565, v567 = v196 * v566,
+      v568 = v556 + v567;
   out[21] = v568;
-  const lanes v569 = v189 * v361;
-  const lanes v570 = v217 * v116;
-  const lanes v571 = v203 * v109;
-  const lanes v572 = v570 + v571;
-  const lanes v573 = v217 * v120;
-  const lanes v574 = v572 - v573;
-  const lanes v575 = v203 * v105;
-  const lanes v576 = v574 - v575;
-  const lanes v577 = v576 / v129;
-  const lanes v578 = v564 * v243;
-  const lanes v579 = v577 - v578;
-  const lanes v580 = v196 * v579;
-  const lanes v581 = v569 + v580;
+  const lanes v569 = v189 * v361, v570 = v217 * v116, v571 = v203 * v109, v572 = v570 + v571,
+      v573 = v217 * v120, v574 = v572 - v573, v575 = v203 * v105, v576 = v574 - v575,
+      v577 = v576 / v129, v578 = v564 * v243, v579 = v577 - v578, v580 = v196 * v579,
+      v581 = v569 + v580;
   out[22] = v581;
-  const lanes v582 = v189 * v377;
-  const lanes v583 = v293 * v116;
-  const lanes v584 = v305 + v583;
-  const lanes v585 = v584 - v302;
-  const lanes v586 = v276 * v105;
-  const lanes v587 = v585 - v586;
-  const lanes v588 = v587 / v129;
-  const lanes v589 = v564 * v310;
-  const lanes v590 = v588 - v589;
-  const lanes v591 = v196 * v590;
-  const lanes v592 = v582 + v591;
+  const lanes v582 = v189 * v377, v583 = v293 * v116, v584 = v305 + v583, v585 = v584 - v302,
+      v586 = v276 * v105, v587 = v585 - v586, v588 = v587 / v129, v589 = v564 * v310,
+      v590 = v588 - v589, v591 = v196 * v590, v592 = v582 + v591;
   out[23] = v592;
-  const lanes v593 = v269 * v393;
-  const lanes v594 = v558 + v167;
-  const lanes v595 = v147 * v118;
-  const lanes v596 = v594 + v595;
-  const lanes v597 = v596 - v557;
-  const lanes v598 = v597 / v129;
-  const lanes v599 = v268 / v142;
-  const lanes v600 = v599 * v172;
-  const lanes v601 = v598 - v600;
-  const lanes v602 = v259 * v601;
-  const lanes v603 = v593 + v602;
+  const lanes v593 = v269 * v393, v594 = v558 + v167, v595 = v147 * v118, v596 = v594 + v595,
+      v597 = v596 - v557, v598 = v597 / v129, v599 = v268 / v142, v600 = v599 * v172,
+      v601 = v598 - v600, v602 = v259 * v601, v603 = v593 + v602;
   out[24] = v603;
-  const lanes v604 = v269 * v409;
-  const lanes v605 = v204 * v105;
-  const lanes v606 = v238 + v605;
-  const lanes v607 = v606 - v235;
-  const lanes v608 = v230 * v116;
-  const lanes v609 = v607 - v608;
-  const lanes v610 = v609 / v129;
-  const lanes v611 = v599 * v243;
-  const lanes v612 = v610 - v611;
-  const lanes v613 = v259 * v612;
-  const lanes v614 = v604 + v613;
+  const lanes v604 = v269 * v409, v605 = v204 * v105, v606 = v238 + v605, v607 = v606 - v235,
+      v608 = v230 * v116, v609 = v607 - v608, v610 = v609 / v129, v611 = v599 * v243,
+      v612 = v610 - v611, v613 = v259 * v612, v614 = v604 + v613;
   out[25] = v614;
-  const lanes v615 = v269 * v435;
-  const lanes v616 = v284 * v118;
-  const lanes v617 = v264 * v105;
-  const lanes v618 = v616 + v617;
-  const lanes v619 = v284 * v116;
-  const lanes v620 = v618 - v619;
-  const lanes v621 = v264 * v111;
-  const lanes v622 = v620 - v621;
-  const lanes v623 = v622 / v129;
-  const lanes v624 = v599 * v310;
-  const lanes v625 = v623 - v624;
-  const lanes v626 = v259 * v625;
-  const lanes v627 = v615 + v626;
-  out[26] = v627;
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
-  out[38] = LANES_OF(0.0);
-  out[39] = LANES_OF(0.0);
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(0.0);
-  out[48] = LANES_OF(0.0);
-  out[49] = LANES_OF(0.0);
-  out[50] = LANES_OF(0.0);
-  out[51] = LANES_OF(0.0);
-  out[52] = LANES_OF(0.0);
-  out[53] = LANES_OF(0.0);
+  const lanes v615 = v269 * v435, v616 = v284 * v118, v617 = v264 * v105, v618 = v616 + v617,
+      v619 = v284 * v116, v620 = v618 - v619, v621 = v264 * v111, v622 = v620 - v621,
+      v623 = v622 / v129, v624 = v599 * v310, v625 = v623 - v624, v626 = v259 * v625,
+      v627 = v615 + v626;
+  out[26] = v627; out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
+  out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
+  out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0);
+  out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0);
+  out[39] = LANES_OF(0.0); out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0);
+  out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0); out[44] = LANES_OF(0.0);
+  out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0); out[47] = LANES_OF(0.0);
+  out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0); out[50] = LANES_OF(0.0);
+  out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0); out[53] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_twist_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v1);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = v1 * qd_1;
-  const lanes v8 = 0.13 * v7;
-  const lanes v9 = 0.26 * v2;
-  const lanes v10 = v9 + 0.2;
-  const lanes v11 = v10 - 0.05;
-  const lanes v12 = 0.26 * v3;
-  const lanes v13 = 0.2 + v12;
-  const lanes v14 = 0.8660254037844386 * v13;
-  const lanes v15 = v14 - 0.02;
-  const lanes v16 = v15 - 0.023301270189221932;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = 0.5 * v13;
-  const lanes v19 = v18 + 0.034641016151377546;
-  const lanes v20 = 0.05964101615137755 - v19;
-  const lanes v21 = v20 - v11;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v17 + v22;
-  const lanes v24 = 0.26 * v4;
-  const lanes v25 = 0.26 * v1;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = v26 * v26;
-  const lanes v28 = v23 + v27;
-  const lanes v29 = 0.5 * v28;
-  const lanes v30 = 0.26 * v5;
-  const lanes v31 = 0.2 + v30;
-  const lanes v32 = 0.8660254037844386 * v31;
-  const lanes v33 = 0.02 + v32;
-  const lanes v34 = 0.06330127018922194 - v33;
-  const lanes v35 = v34 * v21;
-  const lanes v36 = 0.5 * v31;
-  const lanes v37 = 0.034641016151377546 - v36;
-  const lanes v38 = v37 - 0.009641016151377546;
-  const lanes v39 = v38 - v11;
-  const lanes v40 = v16 * v39;
-  const lanes v41 = v35 - v40;
-  const lanes v42 = v34 * v41;
-  const lanes v43 = 0.26 * v6;
-  const lanes v44 = v24 - v43;
-  const lanes v45 = v26 * v39;
-  const lanes v46 = v21 * v44;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v44 * v47;
-  const lanes v49 = v42 - v48;
-  const lanes v50 = v29 * v49;
-  const lanes v51 = v34 * v34;
-  const lanes v52 = v39 * v39;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v44 * v44;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = 0.5 * v55;
-  const lanes v57 = v26 * v47;
-  const lanes v58 = v16 * v41;
-  const lanes v59 = v57 - v58;
-  const lanes v60 = v56 * v59;
-  const lanes v61 = v50 + v60;
-  const lanes v62 = v16 * v44;
-  const lanes v63 = v34 * v26;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v64 * v64;
-  const lanes v66 = v47 * v47;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v41 * v41;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v61 / v69;
-  const lanes v71 = v11 + v70;
-  const lanes v72 = v70 * v70;
-  const lanes v73 = v44 * v64;
-  const lanes v74 = v39 * v41;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v29 * v75;
-  const lanes v77 = v21 * v41;
-  const lanes v78 = v26 * v64;
-  const lanes v79 = v77 - v78;
-  const lanes v80 = v56 * v79;
-  const lanes v81 = v76 + v80;
-  const lanes v82 = v81 / v69;
-  const lanes v83 = v82 * v82;
-  const lanes v84 = v72 + v83;
-  const lanes v85 = v39 * v47;
-  const lanes v86 = v34 * v64;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v29 * v87;
-  const lanes v89 = v16 * v64;
-  const lanes v90 = v21 * v47;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = v56 * v91;
-  const lanes v93 = v88 + v92;
-  const lanes v94 = v93 / v69;
-  const lanes v95 = v94 * v94;
-  const lanes v96 = v84 + v95;
-  const lanes v97 = 0.64 - v96;
-  const lanes v98 = v97 / v69;
-  lanes v99; LANES_NAME(lanes_sqrt)(&v98, &v99);
-  const lanes v100 = v64 * v99;
-  const lanes v101 = v71 - v100;
-  const lanes v102 = v101 - v20;
-  const lanes v103 = v8 * v102;
-  const lanes v104 = 0.22516660498395405 * v7;
-  const lanes v105 = v47 * v99;
-  const lanes v106 = v82 - v105;
-  const lanes v107 = v106 - v16;
-  const lanes v108 = v104 * v107;
-  const lanes v109 = v103 - v108;
-  const lanes v110 = v3 * qd_1;
-  const lanes v111 = 0.26 * v110;
-  const lanes v112 = v94 - v24;
-  const lanes v113 = v41 * v99;
-  const lanes v114 = v112 - v113;
-  const lanes v115 = v25 + v114;
-  const lanes v116 = v111 * v115;
-  const lanes v117 = v109 - v116;
-  const lanes v118 = v24 + v114;
-  const lanes v119 = v106 - v34;
-  const lanes v120 = v118 * v119;
-  const lanes v121 = v43 + v114;
-  const lanes v122 = v106 * v121;
-  const lanes v123 = v120 - v122;
-  const lanes v124 = v101 - v38;
-  const lanes v125 = v115 * v124;
-  const lanes v126 = v102 * v121;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v106 * v127;
-  const lanes v129 = v101 - v11;
-  const lanes v130 = v107 * v121;
-  const lanes v131 = v115 * v119;
-  const lanes v132 = v130 - v131;
-  const lanes v133 = v129 * v132;
-  const lanes v134 = v128 + v133;
-  const lanes v135 = v102 * v119;
-  const lanes v136 = v107 * v124;
-  const lanes v137 = v135 - v136;
-  const lanes v138 = v118 * v137;
-  const lanes v139 = v134 + v138;
-  const lanes v140 = v123 / v139;
-  const lanes v141 = v117 * v140;
-  const lanes v142 = v6 * qd_2;
-  const lanes v143 = 0.13 * v142;
-  const lanes v144 = v143 * v124;
-  const lanes v145 = 0.22516660498395405 * v142;
-  const lanes v146 = v145 * v119;
-  const lanes v147 = v144 + v146;
-  const lanes v148 = v5 * qd_2;
-  const lanes v149 = 0.26 * v148;
-  const lanes v150 = v149 * v121;
-  const lanes v151 = v147 - v150;
-  const lanes v152 = v106 * v115;
-  const lanes v153 = v118 * v107;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 / v139;
-  const lanes v156 = v151 * v155;
-  const lanes v157 = v141 + v156;
-  const lanes v158 = v4 * qd_0;
-  const lanes v159 = 0.26 * v158;
-  const lanes v160 = v159 * v129;
-  const lanes v161 = v2 * qd_0;
-  const lanes v162 = 0.26 * v161;
-  const lanes v163 = v162 * v118;
-  const lanes v164 = v160 + v163;
-  const lanes v165 = v132 / v139;
-  const lanes v166 = v164 * v165;
-  const lanes v167 = v157 - v166;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5];
+  LANES_COS_SIN(v3, v1, q_1); LANES_COS_SIN(v2, v4, q_0); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = v1 * qd_1, v8 = 0.13 * v7, v9 = 0.26 * v2, v10 = v9 + 0.2, v11 = v10 - 0.05,
+      v12 = 0.26 * v3, v13 = 0.2 + v12, v14 = 0.8660254037844386 * v13, v15 = v14 - 0.02,
+      v16 = v15 - 0.023301270189221932, v17 = v16 * v16, v18 = 0.5 * v13,
+      v19 = v18 + 0.034641016151377546, v20 = 0.05964101615137755 - v19, v21 = v20 - v11,
+      v22 = v21 * v21, v23 = v17 + v22, v24 = 0.26 * v4, v25 = 0.26 * v1, v26 = v24 - v25,
+      v27 = v26 * v26, v28 = v23 + v27, v29 = 0.5 * v28, v30 = 0.26 * v5, v31 = 0.2 + v30,
+      v32 = 0.8660254037844386 * v31, v33 = 0.02 + v32, v34 = 0.06330127018922194 - v33,
+      v35 = v34 * v21, v36 = 0.5 * v31, v37 = 0.034641016151377546 - v36,
+      v38 = v37 - 0.009641016151377546, v39 = v38 - v11, v40 = v16 * v39, v41 = v35 - v40,
+      v42 = v34 * v41, v43 = 0.26 * v6, v44 = v24 - v43, v45 = v26 * v39, v46 = v21 * v44,
+      v47 = v45 - v46, v48 = v44 * v47, v49 = v42 - v48, v50 = v29 * v49, v51 = v34 * v34,
+      v52 = v39 * v39, v53 = v51 + v52, v54 = v44 * v44, v55 = v53 + v54, v56 = 0.5 * v55,
+      v57 = v26 * v47, v58 = v16 * v41, v59 = v57 - v58, v60 = v56 * v59, v61 = v50 + v60,
+      v62 = v16 * v44, v63 = v34 * v26, v64 = v62 - v63, v65 = v64 * v64, v66 = v47 * v47,
+      v67 = v65 + v66, v68 = v41 * v41, v69 = v67 + v68, v70 = v61 / v69, v71 = v11 + v70,
+      v72 = v70 * v70, v73 = v44 * v64, v74 = v39 * v41, v75 = v73 - v74, v76 = v29 * v75,
+      v77 = v21 * v41, v78 = v26 * v64, v79 = v77 - v78, v80 = v56 * v79, v81 = v76 + v80,
+      v82 = v81 / v69, v83 = v82 * v82, v84 = v72 + v83, v85 = v39 * v47, v86 = v34 * v64,
+      v87 = v85 - v86, v88 = v29 * v87, v89 = v16 * v64, v90 = v21 * v47, v91 = v89 - v90,
+      v92 = v56 * v91, v93 = v88 + v92, v94 = v93 / v69, v95 = v94 * v94, v96 = v84 + v95,
+      v97 = 0.64 - v96, v98 = v97 / v69;
+  LANES_LET1(v99, sqrt, v98);
+  const lanes v100 = v64 * v99, v101 = v71 - v100, v102 = v101 - v20, v103 = v8 * v102,
+      v104 = 0.22516660498395405 * v7, v105 = v47 * v99, v106 = v82 - v105, v107 = v106 - v16,
+      v108 = v104 * v107, v109 = v103 - v108, v110 = v3 * qd_1, v111 = 0.26 * v110,
+      v112 = v94 - v24, v113 = v41 * v99, v114 = v112 - v113, v115 = v25 + v114, v116 = v111 * v115,
+      v117 = v109 - v116, v118 = v24 + v114, v119 = v106 - v34, v120 = v118 * v119,
+      v121 = v43 + v114, v122 = v106 * v121, v123 = v120 - v122, v124 = v101 - v38,
+      v125 = v115 * v124, v126 = v102 * v121, v127 = v125 - v126, v128 = v106 * v127,
+      v129 = v101 - v11, v130 = v107 * v121, v131 = v115 * v119, v132 = v130 - v131,
+      v133 = v129 * v132, v134 = v128 + v133, v135 = v102 * v119, v136 = v107 * v124,
+      v137 = v135 - v136, v138 = v118 * v137, v139 = v134 + v138, v140 = v123 / v139,
+      v141 = v117 * v140, v142 = v6 * qd_2, v143 = 0.13 * v142, v144 = v143 * v124,
+      v145 = 0.22516660498395405 * v142, v146 = v145 * v119, v147 = v144 + v146, v148 = v5 * qd_2,
+      v149 = 0.26 * v148, v150 = v149 * v121, v151 = v147 - v150, v152 = v106 * v115,
+      v153 = v118 * v107, v154 = v152 - v153, v155 = v154 / v139, v156 = v151 * v155,
+      v157 = v141 + v156, v158 = v4 * qd_0, v159 = 0.26 * v158, v160 = v159 * v129,
+      v161 = v2 * qd_0, v162 = 0.26 * v161, v163 = v162 * v118, v164 = v160 + v163,
+      v165 = v132 / v139, v166 = v164 * v165, v167 = v157 - v166;
   out[0] = v167;
-  const lanes v168 = v129 * v121;
-  const lanes v169 = v118 * v124;
-  const lanes v170 = v168 - v169;
-  const lanes v171 = v170 / v139;
-  const lanes v172 = v117 * v171;
-  const lanes v173 = v118 * v102;
-  const lanes v174 = v129 * v115;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 / v139;
-  const lanes v177 = v151 * v176;
-  const lanes v178 = v172 + v177;
-  const lanes v179 = v127 / v139;
-  const lanes v180 = v164 * v179;
-  const lanes v181 = v178 - v180;
+  const lanes v168 = v129 * v121, v169 = v118 * v124, v170 = v168 - v169, v171 = v170 / v139,
+      v172 = v117 * v171, v173 = v118 * v102, v174 = v129 * v115, v175 = v173 - v174,
+      v176 = v175 / v139, v177 = v151 * v176, v178 = v172 + v177, v179 = v127 / v139,
+      v180 = v164 * v179, v181 = v178 - v180;
   out[1] = v181;
-  const lanes v182 = v106 * v124;
-  const lanes v183 = v129 * v119;
-  const lanes v184 = v182 - v183;
-  const lanes v185 = v184 / v139;
-  const lanes v186 = v185 * v117;
-  const lanes v187 = v129 * v107;
-  const lanes v188 = v106 * v102;
-  const lanes v189 = v187 - v188;
-  const lanes v190 = v189 / v139;
-  const lanes v191 = v190 * v151;
-  const lanes v192 = v186 + v191;
-  const lanes v193 = v137 / v139;
-  const lanes v194 = v164 * v193;
-  const lanes v195 = v192 - v194;
-  out[2] = v195;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes v182 = v106 * v124, v183 = v129 * v119, v184 = v182 - v183, v185 = v184 / v139,
+      v186 = v185 * v117, v187 = v129 * v107, v188 = v106 * v102, v189 = v187 - v188,
+      v190 = v189 / v139, v191 = v190 * v151, v192 = v186 + v191, v193 = v137 / v139,
+      v194 = v164 * v193, v195 = v192 - v194;
+  out[2] = v195; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_twist_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v1);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = v1 * qd_1;
-  const lanes v8 = 0.13 * v7;
-  const lanes v9 = 0.26 * v2;
-  const lanes v10 = v9 + 0.2;
-  const lanes v11 = v10 - 0.05;
-  const lanes v12 = 0.26 * v3;
-  const lanes v13 = 0.2 + v12;
-  const lanes v14 = 0.8660254037844386 * v13;
-  const lanes v15 = v14 - 0.02;
-  const lanes v16 = v15 - 0.023301270189221932;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = 0.5 * v13;
-  const lanes v19 = v18 + 0.034641016151377546;
-  const lanes v20 = 0.05964101615137755 - v19;
-  const lanes v21 = v20 - v11;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v17 + v22;
-  const lanes v24 = 0.26 * v4;
-  const lanes v25 = 0.26 * v1;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = v26 * v26;
-  const lanes v28 = v23 + v27;
-  const lanes v29 = 0.5 * v28;
-  const lanes v30 = 0.26 * v5;
-  const lanes v31 = 0.2 + v30;
-  const lanes v32 = 0.8660254037844386 * v31;
-  const lanes v33 = 0.02 + v32;
-  const lanes v34 = 0.06330127018922194 - v33;
-  const lanes v35 = v34 * v21;
-  const lanes v36 = 0.5 * v31;
-  const lanes v37 = 0.034641016151377546 - v36;
-  const lanes v38 = v37 - 0.009641016151377546;
-  const lanes v39 = v38 - v11;
-  const lanes v40 = v16 * v39;
-  const lanes v41 = v35 - v40;
-  const lanes v42 = v34 * v41;
-  const lanes v43 = 0.26 * v6;
-  const lanes v44 = v24 - v43;
-  const lanes v45 = v26 * v39;
-  const lanes v46 = v21 * v44;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v44 * v47;
-  const lanes v49 = v42 - v48;
-  const lanes v50 = v29 * v49;
-  const lanes v51 = v34 * v34;
-  const lanes v52 = v39 * v39;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v44 * v44;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = 0.5 * v55;
-  const lanes v57 = v26 * v47;
-  const lanes v58 = v16 * v41;
-  const lanes v59 = v57 - v58;
-  const lanes v60 = v56 * v59;
-  const lanes v61 = v50 + v60;
-  const lanes v62 = v16 * v44;
-  const lanes v63 = v34 * v26;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v64 * v64;
-  const lanes v66 = v47 * v47;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v41 * v41;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v61 / v69;
-  const lanes v71 = v11 + v70;
-  const lanes v72 = v70 * v70;
-  const lanes v73 = v44 * v64;
-  const lanes v74 = v39 * v41;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v29 * v75;
-  const lanes v77 = v21 * v41;
-  const lanes v78 = v26 * v64;
-  const lanes v79 = v77 - v78;
-  const lanes v80 = v56 * v79;
-  const lanes v81 = v76 + v80;
-  const lanes v82 = v81 / v69;
-  const lanes v83 = v82 * v82;
-  const lanes v84 = v72 + v83;
-  const lanes v85 = v39 * v47;
-  const lanes v86 = v34 * v64;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v29 * v87;
-  const lanes v89 = v16 * v64;
-  const lanes v90 = v21 * v47;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = v56 * v91;
-  const lanes v93 = v88 + v92;
-  const lanes v94 = v93 / v69;
-  const lanes v95 = v94 * v94;
-  const lanes v96 = v84 + v95;
-  const lanes v97 = 0.64 - v96;
-  const lanes v98 = v97 / v69;
-  lanes v99; LANES_NAME(lanes_sqrt)(&v98, &v99);
-  const lanes v100 = v64 * v99;
-  const lanes v101 = v71 - v100;
-  const lanes v102 = v101 - v20;
-  const lanes v103 = v8 * v102;
-  const lanes v104 = 0.22516660498395405 * v7;
-  const lanes v105 = v47 * v99;
-  const lanes v106 = v82 - v105;
-  const lanes v107 = v106 - v16;
-  const lanes v108 = v104 * v107;
-  const lanes v109 = v103 - v108;
-  const lanes v110 = v3 * qd_1;
-  const lanes v111 = 0.26 * v110;
-  const lanes v112 = v94 - v24;
-  const lanes v113 = v41 * v99;
-  const lanes v114 = v112 - v113;
-  const lanes v115 = v25 + v114;
-  const lanes v116 = v111 * v115;
-  const lanes v117 = v109 - v116;
-  const lanes v118 = v24 + v114;
-  const lanes v119 = v106 - v34;
-  const lanes v120 = v118 * v119;
-  const lanes v121 = v43 + v114;
-  const lanes v122 = v106 * v121;
-  const lanes v123 = v120 - v122;
-  const lanes v124 = v101 - v38;
-  const lanes v125 = v115 * v124;
-  const lanes v126 = v102 * v121;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v106 * v127;
-  const lanes v129 = v101 - v11;
-  const lanes v130 = v107 * v121;
-  const lanes v131 = v115 * v119;
-  const lanes v132 = v130 - v131;
-  const lanes v133 = v129 * v132;
-  const lanes v134 = v128 + v133;
-  const lanes v135 = v102 * v119;
-  const lanes v136 = v107 * v124;
-  const lanes v137 = v135 - v136;
-  const lanes v138 = v118 * v137;
-  const lanes v139 = v134 + v138;
-  const lanes v140 = v123 / v139;
-  const lanes v141 = v117 * v140;
-  const lanes v142 = v6 * qd_2;
-  const lanes v143 = 0.13 * v142;
-  const lanes v144 = v143 * v124;
-  const lanes v145 = 0.22516660498395405 * v142;
-  const lanes v146 = v145 * v119;
-  const lanes v147 = v144 + v146;
-  const lanes v148 = v5 * qd_2;
-  const lanes v149 = 0.26 * v148;
-  const lanes v150 = v149 * v121;
-  const lanes v151 = v147 - v150;
-  const lanes v152 = v106 * v115;
-  const lanes v153 = v118 * v107;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 / v139;
-  const lanes v156 = v151 * v155;
-  const lanes v157 = v141 + v156;
-  const lanes v158 = v4 * qd_0;
-  const lanes v159 = 0.26 * v158;
-  const lanes v160 = v159 * v129;
-  const lanes v161 = v2 * qd_0;
-  const lanes v162 = 0.26 * v161;
-  const lanes v163 = v162 * v118;
-  const lanes v164 = v160 + v163;
-  const lanes v165 = v132 / v139;
-  const lanes v166 = v164 * v165;
-  const lanes v167 = v157 - v166;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5];
+  LANES_COS_SIN(v3, v1, q_1); LANES_COS_SIN(v2, v4, q_0); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = v1 * qd_1, v8 = 0.13 * v7, v9 = 0.26 * v2, v10 = v9 + 0.2, v11 = v10 - 0.05,
+      v12 = 0.26 * v3, v13 = 0.2 + v12, v14 = 0.8660254037844386 * v13, v15 = v14 - 0.02,
+      v16 = v15 - 0.023301270189221932, v17 = v16 * v16, v18 = 0.5 * v13,
+      v19 = v18 + 0.034641016151377546, v20 = 0.05964101615137755 - v19, v21 = v20 - v11,
+      v22 = v21 * v21, v23 = v17 + v22, v24 = 0.26 * v4, v25 = 0.26 * v1, v26 = v24 - v25,
+      v27 = v26 * v26, v28 = v23 + v27, v29 = 0.5 * v28, v30 = 0.26 * v5, v31 = 0.2 + v30,
+      v32 = 0.8660254037844386 * v31, v33 = 0.02 + v32, v34 = 0.06330127018922194 - v33,
+      v35 = v34 * v21, v36 = 0.5 * v31, v37 = 0.034641016151377546 - v36,
+      v38 = v37 - 0.009641016151377546, v39 = v38 - v11, v40 = v16 * v39, v41 = v35 - v40,
+      v42 = v34 * v41, v43 = 0.26 * v6, v44 = v24 - v43, v45 = v26 * v39, v46 = v21 * v44,
+      v47 = v45 - v46, v48 = v44 * v47, v49 = v42 - v48, v50 = v29 * v49, v51 = v34 * v34,
+      v52 = v39 * v39, v53 = v51 + v52, v54 = v44 * v44, v55 = v53 + v54, v56 = 0.5 * v55,
+      v57 = v26 * v47, v58 = v16 * v41, v59 = v57 - v58, v60 = v56 * v59, v61 = v50 + v60,
+      v62 = v16 * v44, v63 = v34 * v26, v64 = v62 - v63, v65 = v64 * v64, v66 = v47 * v47,
+      v67 = v65 + v66, v68 = v41 * v41, v69 = v67 + v68, v70 = v61 / v69, v71 = v11 + v70,
+      v72 = v70 * v70, v73 = v44 * v64, v74 = v39 * v41, v75 = v73 - v74, v76 = v29 * v75,
+      v77 = v21 * v41, v78 = v26 * v64, v79 = v77 - v78, v80 = v56 * v79, v81 = v76 + v80,
+      v82 = v81 / v69, v83 = v82 * v82, v84 = v72 + v83, v85 = v39 * v47, v86 = v34 * v64,
+      v87 = v85 - v86, v88 = v29 * v87, v89 = v16 * v64, v90 = v21 * v47, v91 = v89 - v90,
+      v92 = v56 * v91, v93 = v88 + v92, v94 = v93 / v69, v95 = v94 * v94, v96 = v84 + v95,
+      v97 = 0.64 - v96, v98 = v97 / v69;
+  LANES_LET1(v99, sqrt, v98);
+  const lanes v100 = v64 * v99, v101 = v71 - v100, v102 = v101 - v20, v103 = v8 * v102,
+      v104 = 0.22516660498395405 * v7, v105 = v47 * v99, v106 = v82 - v105, v107 = v106 - v16,
+      v108 = v104 * v107, v109 = v103 - v108, v110 = v3 * qd_1, v111 = 0.26 * v110,
+      v112 = v94 - v24, v113 = v41 * v99, v114 = v112 - v113, v115 = v25 + v114, v116 = v111 * v115,
+      v117 = v109 - v116, v118 = v24 + v114, v119 = v106 - v34, v120 = v118 * v119,
+      v121 = v43 + v114, v122 = v106 * v121, v123 = v120 - v122, v124 = v101 - v38,
+      v125 = v115 * v124, v126 = v102 * v121, v127 = v125 - v126, v128 = v106 * v127,
+      v129 = v101 - v11, v130 = v107 * v121, v131 = v115 * v119, v132 = v130 - v131,
+      v133 = v129 * v132, v134 = v128 + v133, v135 = v102 * v119, v136 = v107 * v124,
+      v137 = v135 - v136, v138 = v118 * v137, v139 = v134 + v138, v140 = v123 / v139,
+      v141 = v117 * v140, v142 = v6 * qd_2, v143 = 0.13 * v142, v144 = v143 * v124,
+      v145 = 0.22516660498395405 * v142, v146 = v145 * v119, v147 = v144 + v146, v148 = v5 * qd_2,
+      v149 = 0.26 * v148, v150 = v149 * v121, v151 = v147 - v150, v152 = v106 * v115,
+      v153 = v118 * v107, v154 = v152 - v153, v155 = v154 / v139, v156 = v151 * v155,
+      v157 = v141 + v156, v158 = v4 * qd_0, v159 = 0.26 * v158, v160 = v159 * v129,
+      v161 = v2 * qd_0, v162 = 0.26 * v161, v163 = v162 * v118, v164 = v160 + v163,
+      v165 = v132 / v139, v166 = v164 * v165, v167 = v157 - v166;
   out[0] = v167;
-  const lanes v168 = v129 * v121;
-  const lanes v169 = v118 * v124;
-  const lanes v170 = v168 - v169;
-  const lanes v171 = v170 / v139;
-  const lanes v172 = v117 * v171;
-  const lanes v173 = v118 * v102;
-  const lanes v174 = v129 * v115;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 / v139;
-  const lanes v177 = v151 * v176;
-  const lanes v178 = v172 + v177;
-  const lanes v179 = v127 / v139;
-  const lanes v180 = v164 * v179;
-  const lanes v181 = v178 - v180;
+  const lanes v168 = v129 * v121, v169 = v118 * v124, v170 = v168 - v169, v171 = v170 / v139,
+      v172 = v117 * v171, v173 = v118 * v102, v174 = v129 * v115, v175 = v173 - v174,
+      v176 = v175 / v139, v177 = v151 * v176, v178 = v172 + v177, v179 = v127 / v139,
+      v180 = v164 * v179, v181 = v178 - v180;
   out[1] = v181;
-  const lanes v182 = v106 * v124;
-  const lanes v183 = v129 * v119;
-  const lanes v184 = v182 - v183;
-  const lanes v185 = v184 / v139;
-  const lanes v186 = v185 * v117;
-  const lanes v187 = v129 * v107;
-  const lanes v188 = v106 * v102;
-  const lanes v189 = v187 - v188;
-  const lanes v190 = v189 / v139;
-  const lanes v191 = v190 * v151;
-  const lanes v192 = v186 + v191;
-  const lanes v193 = v137 / v139;
-  const lanes v194 = v164 * v193;
-  const lanes v195 = v192 - v194;
-  out[2] = v195;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes v182 = v106 * v124, v183 = v129 * v119, v184 = v182 - v183, v185 = v184 / v139,
+      v186 = v185 * v117, v187 = v129 * v107, v188 = v106 * v102, v189 = v187 - v188,
+      v190 = v189 / v139, v191 = v190 * v151, v192 = v186 + v191, v193 = v137 / v139,
+      v194 = v164 * v193, v195 = v192 - v194;
+  out[2] = v195; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_twist_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v1);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = v1 * qd_1;
-  const lanes v8 = 0.13 * v7;
-  const lanes v9 = 0.26 * v2;
-  const lanes v10 = v9 + 0.2;
-  const lanes v11 = v10 - 0.05;
-  const lanes v12 = 0.26 * v3;
-  const lanes v13 = 0.2 + v12;
-  const lanes v14 = 0.8660254037844386 * v13;
-  const lanes v15 = v14 - 0.02;
-  const lanes v16 = v15 - 0.023301270189221932;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = 0.5 * v13;
-  const lanes v19 = v18 + 0.034641016151377546;
-  const lanes v20 = 0.05964101615137755 - v19;
-  const lanes v21 = v20 - v11;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v17 + v22;
-  const lanes v24 = 0.26 * v4;
-  const lanes v25 = 0.26 * v1;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = v26 * v26;
-  const lanes v28 = v23 + v27;
-  const lanes v29 = 0.5 * v28;
-  const lanes v30 = 0.26 * v5;
-  const lanes v31 = 0.2 + v30;
-  const lanes v32 = 0.8660254037844386 * v31;
-  const lanes v33 = 0.02 + v32;
-  const lanes v34 = 0.06330127018922194 - v33;
-  const lanes v35 = v34 * v21;
-  const lanes v36 = 0.5 * v31;
-  const lanes v37 = 0.034641016151377546 - v36;
-  const lanes v38 = v37 - 0.009641016151377546;
-  const lanes v39 = v38 - v11;
-  const lanes v40 = v16 * v39;
-  const lanes v41 = v35 - v40;
-  const lanes v42 = v34 * v41;
-  const lanes v43 = 0.26 * v6;
-  const lanes v44 = v24 - v43;
-  const lanes v45 = v26 * v39;
-  const lanes v46 = v21 * v44;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v44 * v47;
-  const lanes v49 = v42 - v48;
-  const lanes v50 = v29 * v49;
-  const lanes v51 = v34 * v34;
-  const lanes v52 = v39 * v39;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v44 * v44;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = 0.5 * v55;
-  const lanes v57 = v26 * v47;
-  const lanes v58 = v16 * v41;
-  const lanes v59 = v57 - v58;
-  const lanes v60 = v56 * v59;
-  const lanes v61 = v50 + v60;
-  const lanes v62 = v16 * v44;
-  const lanes v63 = v34 * v26;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v64 * v64;
-  const lanes v66 = v47 * v47;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v41 * v41;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v61 / v69;
-  const lanes v71 = v11 + v70;
-  const lanes v72 = v70 * v70;
-  const lanes v73 = v44 * v64;
-  const lanes v74 = v39 * v41;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v29 * v75;
-  const lanes v77 = v21 * v41;
-  const lanes v78 = v26 * v64;
-  const lanes v79 = v77 - v78;
-  const lanes v80 = v56 * v79;
-  const lanes v81 = v76 + v80;
-  const lanes v82 = v81 / v69;
-  const lanes v83 = v82 * v82;
-  const lanes v84 = v72 + v83;
-  const lanes v85 = v39 * v47;
-  const lanes v86 = v34 * v64;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v29 * v87;
-  const lanes v89 = v16 * v64;
-  const lanes v90 = v21 * v47;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = v56 * v91;
-  const lanes v93 = v88 + v92;
-  const lanes v94 = v93 / v69;
-  const lanes v95 = v94 * v94;
-  const lanes v96 = v84 + v95;
-  const lanes v97 = 0.64 - v96;
-  const lanes v98 = v97 / v69;
-  lanes v99; LANES_NAME(lanes_sqrt)(&v98, &v99);
-  const lanes v100 = v64 * v99;
-  const lanes v101 = v71 - v100;
-  const lanes v102 = v101 - v20;
-  const lanes v103 = v8 * v102;
-  const lanes v104 = 0.22516660498395405 * v7;
-  const lanes v105 = v47 * v99;
-  const lanes v106 = v82 - v105;
-  const lanes v107 = v106 - v16;
-  const lanes v108 = v104 * v107;
-  const lanes v109 = v103 - v108;
-  const lanes v110 = v3 * qd_1;
-  const lanes v111 = 0.26 * v110;
-  const lanes v112 = v94 - v24;
-  const lanes v113 = v41 * v99;
-  const lanes v114 = v112 - v113;
-  const lanes v115 = v25 + v114;
-  const lanes v116 = v111 * v115;
-  const lanes v117 = v109 - v116;
-  const lanes v118 = v24 + v114;
-  const lanes v119 = v106 - v34;
-  const lanes v120 = v118 * v119;
-  const lanes v121 = v43 + v114;
-  const lanes v122 = v106 * v121;
-  const lanes v123 = v120 - v122;
-  const lanes v124 = v101 - v38;
-  const lanes v125 = v115 * v124;
-  const lanes v126 = v102 * v121;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v106 * v127;
-  const lanes v129 = v101 - v11;
-  const lanes v130 = v107 * v121;
-  const lanes v131 = v115 * v119;
-  const lanes v132 = v130 - v131;
-  const lanes v133 = v129 * v132;
-  const lanes v134 = v128 + v133;
-  const lanes v135 = v102 * v119;
-  const lanes v136 = v107 * v124;
-  const lanes v137 = v135 - v136;
-  const lanes v138 = v118 * v137;
-  const lanes v139 = v134 + v138;
-  const lanes v140 = v123 / v139;
-  const lanes v141 = v117 * v140;
-  const lanes v142 = v6 * qd_2;
-  const lanes v143 = 0.13 * v142;
-  const lanes v144 = v143 * v124;
-  const lanes v145 = 0.22516660498395405 * v142;
-  const lanes v146 = v145 * v119;
-  const lanes v147 = v144 + v146;
-  const lanes v148 = v5 * qd_2;
-  const lanes v149 = 0.26 * v148;
-  const lanes v150 = v149 * v121;
-  const lanes v151 = v147 - v150;
-  const lanes v152 = v106 * v115;
-  const lanes v153 = v118 * v107;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 / v139;
-  const lanes v156 = v151 * v155;
-  const lanes v157 = v141 + v156;
-  const lanes v158 = v4 * qd_0;
-  const lanes v159 = 0.26 * v158;
-  const lanes v160 = v159 * v129;
-  const lanes v161 = v2 * qd_0;
-  const lanes v162 = 0.26 * v161;
-  const lanes v163 = v162 * v118;
-  const lanes v164 = v160 + v163;
-  const lanes v165 = v132 / v139;
-  const lanes v166 = v164 * v165;
-  const lanes v167 = v157 - v166;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5];
+  LANES_COS_SIN(v3, v1, q_1); LANES_COS_SIN(v2, v4, q_0); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = v1 * qd_1, v8 = 0.13 * v7, v9 = 0.26 * v2, v10 = v9 + 0.2, v11 = v10 - 0.05,
+      v12 = 0.26 * v3, v13 = 0.2 + v12, v14 = 0.8660254037844386 * v13, v15 = v14 - 0.02,
+      v16 = v15 - 0.023301270189221932, v17 = v16 * v16, v18 = 0.5 * v13,
+      v19 = v18 + 0.034641016151377546, v20 = 0.05964101615137755 - v19, v21 = v20 - v11,
+      v22 = v21 * v21, v23 = v17 + v22, v24 = 0.26 * v4, v25 = 0.26 * v1, v26 = v24 - v25,
+      v27 = v26 * v26, v28 = v23 + v27, v29 = 0.5 * v28, v30 = 0.26 * v5, v31 = 0.2 + v30,
+      v32 = 0.8660254037844386 * v31, v33 = 0.02 + v32, v34 = 0.06330127018922194 - v33,
+      v35 = v34 * v21, v36 = 0.5 * v31, v37 = 0.034641016151377546 - v36,
+      v38 = v37 - 0.009641016151377546, v39 = v38 - v11, v40 = v16 * v39, v41 = v35 - v40,
+      v42 = v34 * v41, v43 = 0.26 * v6, v44 = v24 - v43, v45 = v26 * v39, v46 = v21 * v44,
+      v47 = v45 - v46, v48 = v44 * v47, v49 = v42 - v48, v50 = v29 * v49, v51 = v34 * v34,
+      v52 = v39 * v39, v53 = v51 + v52, v54 = v44 * v44, v55 = v53 + v54, v56 = 0.5 * v55,
+      v57 = v26 * v47, v58 = v16 * v41, v59 = v57 - v58, v60 = v56 * v59, v61 = v50 + v60,
+      v62 = v16 * v44, v63 = v34 * v26, v64 = v62 - v63, v65 = v64 * v64, v66 = v47 * v47,
+      v67 = v65 + v66, v68 = v41 * v41, v69 = v67 + v68, v70 = v61 / v69, v71 = v11 + v70,
+      v72 = v70 * v70, v73 = v44 * v64, v74 = v39 * v41, v75 = v73 - v74, v76 = v29 * v75,
+      v77 = v21 * v41, v78 = v26 * v64, v79 = v77 - v78, v80 = v56 * v79, v81 = v76 + v80,
+      v82 = v81 / v69, v83 = v82 * v82, v84 = v72 + v83, v85 = v39 * v47, v86 = v34 * v64,
+      v87 = v85 - v86, v88 = v29 * v87, v89 = v16 * v64, v90 = v21 * v47, v91 = v89 - v90,
+      v92 = v56 * v91, v93 = v88 + v92, v94 = v93 / v69, v95 = v94 * v94, v96 = v84 + v95,
+      v97 = 0.64 - v96, v98 = v97 / v69;
+  LANES_LET1(v99, sqrt, v98);
+  const lanes v100 = v64 * v99, v101 = v71 - v100, v102 = v101 - v20, v103 = v8 * v102,
+      v104 = 0.22516660498395405 * v7, v105 = v47 * v99, v106 = v82 - v105, v107 = v106 - v16,
+      v108 = v104 * v107, v109 = v103 - v108, v110 = v3 * qd_1, v111 = 0.26 * v110,
+      v112 = v94 - v24, v113 = v41 * v99, v114 = v112 - v113, v115 = v25 + v114, v116 = v111 * v115,
+      v117 = v109 - v116, v118 = v24 + v114, v119 = v106 - v34, v120 = v118 * v119,
+      v121 = v43 + v114, v122 = v106 * v121, v123 = v120 - v122, v124 = v101 - v38,
+      v125 = v115 * v124, v126 = v102 * v121, v127 = v125 - v126, v128 = v106 * v127,
+      v129 = v101 - v11, v130 = v107 * v121, v131 = v115 * v119, v132 = v130 - v131,
+      v133 = v129 * v132, v134 = v128 + v133, v135 = v102 * v119, v136 = v107 * v124,
+      v137 = v135 - v136, v138 = v118 * v137, v139 = v134 + v138, v140 = v123 / v139,
+      v141 = v117 * v140, v142 = v6 * qd_2, v143 = 0.13 * v142, v144 = v143 * v124,
+      v145 = 0.22516660498395405 * v142, v146 = v145 * v119, v147 = v144 + v146, v148 = v5 * qd_2,
+      v149 = 0.26 * v148, v150 = v149 * v121, v151 = v147 - v150, v152 = v106 * v115,
+      v153 = v118 * v107, v154 = v152 - v153, v155 = v154 / v139, v156 = v151 * v155,
+      v157 = v141 + v156, v158 = v4 * qd_0, v159 = 0.26 * v158, v160 = v159 * v129,
+      v161 = v2 * qd_0, v162 = 0.26 * v161, v163 = v162 * v118, v164 = v160 + v163,
+      v165 = v132 / v139, v166 = v164 * v165, v167 = v157 - v166;
   out[0] = v167;
-  const lanes v168 = v129 * v121;
-  const lanes v169 = v118 * v124;
-  const lanes v170 = v168 - v169;
-  const lanes v171 = v170 / v139;
-  const lanes v172 = v117 * v171;
-  const lanes v173 = v118 * v102;
-  const lanes v174 = v129 * v115;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 / v139;
-  const lanes v177 = v151 * v176;
-  const lanes v178 = v172 + v177;
-  const lanes v179 = v127 / v139;
-  const lanes v180 = v164 * v179;
-  const lanes v181 = v178 - v180;
+  const lanes v168 = v129 * v121, v169 = v118 * v124, v170 = v168 - v169, v171 = v170 / v139,
+      v172 = v117 * v171, v173 = v118 * v102, v174 = v129 * v115, v175 = v173 - v174,
+      v176 = v175 / v139, v177 = v151 * v176, v178 = v172 + v177, v179 = v127 / v139,
+      v180 = v164 * v179, v181 = v178 - v180;
   out[1] = v181;
-  const lanes v182 = v106 * v124;
-  const lanes v183 = v129 * v119;
-  const lanes v184 = v182 - v183;
-  const lanes v185 = v184 / v139;
-  const lanes v186 = v185 * v117;
-  const lanes v187 = v129 * v107;
-  const lanes v188 = v106 * v102;
-  const lanes v189 = v187 - v188;
-  const lanes v190 = v189 / v139;
-  const lanes v191 = v190 * v151;
-  const lanes v192 = v186 + v191;
-  const lanes v193 = v137 / v139;
-  const lanes v194 = v164 * v193;
-  const lanes v195 = v192 - v194;
-  out[2] = v195;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes v182 = v106 * v124, v183 = v129 * v119, v184 = v182 - v183, v185 = v184 / v139,
+      v186 = v185 * v117, v187 = v129 * v107, v188 = v106 * v102, v189 = v187 - v188,
+      v190 = v189 / v139, v191 = v190 * v151, v192 = v186 + v191, v193 = v137 / v139,
+      v194 = v164 * v193, v195 = v192 - v194;
+  out[2] = v195; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_acceleration_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  const lanes qdd_0 = in[6];
-  const lanes qdd_1 = in[7];
-  const lanes qdd_2 = in[8];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v1);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = v1 * qd_1;
-  const lanes v8 = 0.13 * v7;
-  const lanes v9 = 0.26 * v2;
-  const lanes v10 = v9 + 0.2;
-  const lanes v11 = v10 - 0.05;
-  const lanes v12 = 0.26 * v3;
-  const lanes v13 = 0.2 + v12;
-  const lanes v14 = 0.8660254037844386 * v13;
-  const lanes v15 = v14 - 0.02;
-  const lanes v16 = v15 - 0.023301270189221932;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = 0.5 * v13;
-  const lanes v19 = v18 + 0.034641016151377546;
-  const lanes v20 = 0.05964101615137755 - v19;
-  const lanes v21 = v20 - v11;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v17 + v22;
-  const lanes v24 = 0.26 * v4;
-  const lanes v25 = 0.26 * v1;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = v26 * v26;
-  const lanes v28 = v23 + v27;
-  const lanes v29 = 0.5 * v28;
-  const lanes v30 = 0.26 * v5;
-  const lanes v31 = 0.2 + v30;
-  const lanes v32 = 0.8660254037844386 * v31;
-  const lanes v33 = 0.02 + v32;
-  const lanes v34 = 0.06330127018922194 - v33;
-  const lanes v35 = v34 * v21;
-  const lanes v36 = 0.5 * v31;
-  const lanes v37 = 0.034641016151377546 - v36;
-  const lanes v38 = v37 - 0.009641016151377546;
-  const lanes v39 = v38 - v11;
-  const lanes v40 = v16 * v39;
-  const lanes v41 = v35 - v40;
-  const lanes v42 = v34 * v41;
-  const lanes v43 = 0.26 * v6;
-  const lanes v44 = v24 - v43;
-  const lanes v45 = v26 * v39;
-  const lanes v46 = v21 * v44;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v44 * v47;
-  const lanes v49 = v42 - v48;
-  const lanes v50 = v29 * v49;
-  const lanes v51 = v34 * v34;
-  const lanes v52 = v39 * v39;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v44 * v44;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = 0.5 * v55;
-  const lanes v57 = v26 * v47;
-  const lanes v58 = v16 * v41;
-  const lanes v59 = v57 - v58;
-  const lanes v60 = v56 * v59;
-  const lanes v61 = v50 + v60;
-  const lanes v62 = v16 * v44;
-  const lanes v63 = v34 * v26;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v64 * v64;
-  const lanes v66 = v47 * v47;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v41 * v41;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v61 / v69;
-  const lanes v71 = v11 + v70;
-  const lanes v72 = v70 * v70;
-  const lanes v73 = v44 * v64;
-  const lanes v74 = v39 * v41;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v29 * v75;
-  const lanes v77 = v21 * v41;
-  const lanes v78 = v26 * v64;
-  const lanes v79 = v77 - v78;
-  const lanes v80 = v56 * v79;
-  const lanes v81 = v76 + v80;
-  const lanes v82 = v81 / v69;
-  const lanes v83 = v82 * v82;
-  const lanes v84 = v72 + v83;
-  const lanes v85 = v39 * v47;
-  const lanes v86 = v34 * v64;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v29 * v87;
-  const lanes v89 = v16 * v64;
-  const lanes v90 = v21 * v47;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = v56 * v91;
-  const lanes v93 = v88 + v92;
-  const lanes v94 = v93 / v69;
-  const lanes v95 = v94 * v94;
-  const lanes v96 = v84 + v95;
-  const lanes v97 = 0.64 - v96;
-  const lanes v98 = v97 / v69;
-  lanes v99; LANES_NAME(lanes_sqrt)(&v98, &v99);
-  const lanes v100 = v64 * v99;
-  const lanes v101 = v71 - v100;
-  const lanes v102 = v101 - v20;
-  const lanes v103 = v8 * v102;
-  const lanes v104 = 0.22516660498395405 * v7;
-  const lanes v105 = v47 * v99;
-  const lanes v106 = v82 - v105;
-  const lanes v107 = v106 - v16;
-  const lanes v108 = v104 * v107;
-  const lanes v109 = v103 - v108;
-  const lanes v110 = v3 * qd_1;
-  const lanes v111 = 0.26 * v110;
-  const lanes v112 = v94 - v24;
-  const lanes v113 = v41 * v99;
-  const lanes v114 = v112 - v113;
-  const lanes v115 = v25 + v114;
-  const lanes v116 = v111 * v115;
-  const lanes v117 = v109 - v116;
-  const lanes v118 = v101 - v11;
-  const lanes v119 = v43 + v114;
-  const lanes v120 = v118 * v119;
-  const lanes v121 = v24 + v114;
-  const lanes v122 = v101 - v38;
-  const lanes v123 = v121 * v122;
-  const lanes v124 = v120 - v123;
-  const lanes v125 = v115 * v122;
-  const lanes v126 = v102 * v119;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v106 * v127;
-  const lanes v129 = v107 * v119;
-  const lanes v130 = v106 - v34;
-  const lanes v131 = v115 * v130;
-  const lanes v132 = v129 - v131;
-  const lanes v133 = v118 * v132;
-  const lanes v134 = v128 + v133;
-  const lanes v135 = v102 * v130;
-  const lanes v136 = v107 * v122;
-  const lanes v137 = v135 - v136;
-  const lanes v138 = v121 * v137;
-  const lanes v139 = v134 + v138;
-  const lanes v140 = v124 / v139;
-  const lanes v141 = v117 * v140;
-  const lanes v142 = v6 * qd_2;
-  const lanes v143 = 0.13 * v142;
-  const lanes v144 = v143 * v122;
-  const lanes v145 = 0.22516660498395405 * v142;
-  const lanes v146 = v145 * v130;
-  const lanes v147 = v144 + v146;
-  const lanes v148 = v5 * qd_2;
-  const lanes v149 = 0.26 * v148;
-  const lanes v150 = v149 * v119;
-  const lanes v151 = v147 - v150;
-  const lanes v152 = v121 * v102;
-  const lanes v153 = v118 * v115;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 / v139;
-  const lanes v156 = v151 * v155;
-  const lanes v157 = v141 + v156;
-  const lanes v158 = v4 * qd_0;
-  const lanes v159 = 0.26 * v158;
-  const lanes v160 = v159 * v118;
-  const lanes v161 = v2 * qd_0;
-  const lanes v162 = 0.26 * v161;
-  const lanes v163 = v162 * v121;
-  const lanes v164 = v160 + v163;
-  const lanes v165 = v127 / v139;
-  const lanes v166 = v164 * v165;
-  const lanes v167 = v157 - v166;
-  const lanes v168 = v167 - v145;
-  const lanes v169 = v168 * v121;
-  const lanes v170 = v106 * v122;
-  const lanes v171 = v118 * v130;
-  const lanes v172 = v170 - v171;
-  const lanes v173 = v172 / v139;
-  const lanes v174 = v173 * v117;
-  const lanes v175 = v118 * v107;
-  const lanes v176 = v106 * v102;
-  const lanes v177 = v175 - v176;
-  const lanes v178 = v177 / v139;
-  const lanes v179 = v178 * v151;
-  const lanes v180 = v174 + v179;
-  const lanes v181 = v137 / v139;
-  const lanes v182 = v164 * v181;
-  const lanes v183 = v180 - v182;
-  const lanes v184 = v162 + v183;
-  const lanes v185 = v184 * v130;
-  const lanes v186 = v169 + v185;
-  const lanes v187 = v167 * v119;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = v149 + v183;
-  const lanes v190 = v189 * v106;
-  const lanes v191 = v188 - v190;
-  const lanes v192 = v191 / v139;
-  const lanes v193 = v167 * v127;
-  const lanes v194 = v104 + v167;
-  const lanes v195 = v194 * v119;
-  const lanes v196 = v189 * v107;
-  const lanes v197 = v195 + v196;
-  const lanes v198 = v111 + v183;
-  const lanes v199 = v198 * v130;
-  const lanes v200 = v197 - v199;
-  const lanes v201 = v168 * v115;
-  const lanes v202 = v200 - v201;
-  const lanes v203 = v202 * v118;
-  const lanes v204 = v193 + v203;
-  const lanes v205 = v121 * v130;
-  const lanes v206 = v106 * v119;
-  const lanes v207 = v205 - v206;
-  const lanes v208 = v207 / v139;
-  const lanes v209 = v117 * v208;
-  const lanes v210 = v106 * v115;
-  const lanes v211 = v121 * v107;
-  const lanes v212 = v210 - v211;
-  const lanes v213 = v212 / v139;
-  const lanes v214 = v151 * v213;
-  const lanes v215 = v209 + v214;
-  const lanes v216 = v132 / v139;
-  const lanes v217 = v164 * v216;
-  const lanes v218 = v215 - v217;
-  const lanes v219 = v159 + v218;
-  const lanes v220 = v219 * v132;
-  const lanes v221 = v204 + v220;
-  const lanes v222 = v184 * v137;
-  const lanes v223 = v221 + v222;
-  const lanes v224 = v198 * v122;
-  const lanes v225 = v218 - v143;
-  const lanes v226 = v225 * v115;
-  const lanes v227 = v224 + v226;
-  const lanes v228 = v189 * v102;
-  const lanes v229 = v227 - v228;
-  const lanes v230 = v218 - v8;
-  const lanes v231 = v230 * v119;
-  const lanes v232 = v229 - v231;
-  const lanes v233 = v232 * v106;
-  const lanes v234 = v223 + v233;
-  const lanes v235 = v168 * v102;
-  const lanes v236 = v230 * v130;
-  const lanes v237 = v235 + v236;
-  const lanes v238 = v194 * v122;
-  const lanes v239 = v237 - v238;
-  const lanes v240 = v225 * v107;
-  const lanes v241 = v239 - v240;
-  const lanes v242 = v241 * v121;
-  const lanes v243 = v234 + v242;
-  const lanes v244 = v139 * v139;
-  const lanes v245 = v207 / v244;
-  const lanes v246 = v243 * v245;
-  const lanes v247 = v192 - v246;
-  const lanes v248 = v117 * v247;
-  const lanes v249 = v167 * v115;
-  const lanes v250 = v198 * v106;
-  const lanes v251 = v249 + v250;
-  const lanes v252 = v194 * v121;
-  const lanes v253 = v251 - v252;
-  const lanes v254 = v184 * v107;
-  const lanes v255 = v253 - v254;
-  const lanes v256 = v255 / v139;
-  const lanes v257 = v212 / v244;
-  const lanes v258 = v243 * v257;
-  const lanes v259 = v256 - v258;
-  const lanes v260 = v151 * v259;
-  const lanes v261 = v248 + v260;
-  const lanes v262 = v8 * v230;
-  const lanes v263 = v110 * qd_1;
-  const lanes v264 = v1 * qdd_1;
-  const lanes v265 = v263 + v264;
-  const lanes v266 = 0.13 * v265;
-  const lanes v267 = v266 * v102;
-  const lanes v268 = v262 + v267;
-  const lanes v269 = v104 * v194;
-  const lanes v270 = v268 - v269;
-  const lanes v271 = v111 * v198;
-  const lanes v272 = v270 - v271;
-  const lanes v273 = 0.22516660498395405 * v265;
-  const lanes v274 = v273 * v107;
-  const lanes v275 = v272 - v274;
-  const lanes v276 = v3 * qdd_1;
-  const lanes v277 = v7 * qd_1;
-  const lanes v278 = v276 - v277;
-  const lanes v279 = 0.26 * v278;
-  const lanes v280 = v279 * v115;
-  const lanes v281 = v275 - v280;
-  const lanes v282 = v281 * v208;
-  const lanes v283 = v261 + v282;
-  const lanes v284 = v143 * v225;
-  const lanes v285 = v145 * v168;
-  const lanes v286 = v284 + v285;
-  const lanes v287 = v6 * qdd_2;
-  const lanes v288 = v148 * qd_2;
-  const lanes v289 = v287 + v288;
-  const lanes v290 = 0.13 * v289;
-  const lanes v291 = v290 * v122;
-  const lanes v292 = v286 + v291;
-  const lanes v293 = 0.22516660498395405 * v289;
-  const lanes v294 = v293 * v130;
-  const lanes v295 = v292 + v294;
-  const lanes v296 = v149 * v189;
-  const lanes v297 = v295 - v296;
-  const lanes v298 = v5 * qdd_2;
-  const lanes v299 = v142 * qd_2;
-  const lanes v300 = v298 - v299;
-  const lanes v301 = 0.26 * v300;
-  const lanes v302 = v301 * v119;
-  const lanes v303 = v297 - v302;
-  const lanes v304 = v303 * v213;
-  const lanes v305 = v283 + v304;
-  const lanes v306 = v202 / v139;
-  const lanes v307 = v132 / v244;
-  const lanes v308 = v243 * v307;
-  const lanes v309 = v306 - v308;
-  const lanes v310 = v164 * v309;
-  const lanes v311 = v305 - v310;
-  const lanes v312 = v159 * v219;
-  const lanes v313 = v162 * v184;
-  const lanes v314 = v312 + v313;
-  const lanes v315 = v4 * qdd_0;
-  const lanes v316 = v161 * qd_0;
-  const lanes v317 = v315 + v316;
-  const lanes v318 = 0.26 * v317;
-  const lanes v319 = v318 * v118;
-  const lanes v320 = v314 + v319;
-  const lanes v321 = v2 * qdd_0;
-  const lanes v322 = v158 * qd_0;
-  const lanes v323 = v321 - v322;
-  const lanes v324 = 0.26 * v323;
-  const lanes v325 = v324 * v121;
-  const lanes v326 = v320 + v325;
-  const lanes v327 = v326 * v216;
-  const lanes v328 = v311 - v327;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5],
+      qdd_0 = in[6], qdd_1 = in[7], qdd_2 = in[8];
+  LANES_COS_SIN(v3, v1, q_1); LANES_COS_SIN(v2, v4, q_0); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = v1 * qd_1, v8 = 0.13 * v7, v9 = 0.26 * v2, v10 = v9 + 0.2, v11 = v10 - 0.05,
+      v12 = 0.26 * v3, v13 = 0.2 + v12, v14 = 0.8660254037844386 * v13, v15 = v14 - 0.02,
+      v16 = v15 - 0.023301270189221932, v17 = v16 * v16, v18 = 0.5 * v13,
+      v19 = v18 + 0.034641016151377546, v20 = 0.05964101615137755 - v19, v21 = v20 - v11,
+      v22 = v21 * v21, v23 = v17 + v22, v24 = 0.26 * v4, v25 = 0.26 * v1, v26 = v24 - v25,
+      v27 = v26 * v26, v28 = v23 + v27, v29 = 0.5 * v28, v30 = 0.26 * v5, v31 = 0.2 + v30,
+      v32 = 0.8660254037844386 * v31, v33 = 0.02 + v32, v34 = 0.06330127018922194 - v33,
+      v35 = v34 * v21, v36 = 0.5 * v31, v37 = 0.034641016151377546 - v36,
+      v38 = v37 - 0.009641016151377546, v39 = v38 - v11, v40 = v16 * v39, v41 = v35 - v40,
+      v42 = v34 * v41, v43 = 0.26 * v6, v44 = v24 - v43, v45 = v26 * v39, v46 = v21 * v44,
+      v47 = v45 - v46, v48 = v44 * v47, v49 = v42 - v48, v50 = v29 * v49, v51 = v34 * v34,
+      v52 = v39 * v39, v53 = v51 + v52, v54 = v44 * v44, v55 = v53 + v54, v56 = 0.5 * v55,
+      v57 = v26 * v47, v58 = v16 * v41, v59 = v57 - v58, v60 = v56 * v59, v61 = v50 + v60,
+      v62 = v16 * v44, v63 = v34 * v26, v64 = v62 - v63, v65 = v64 * v64, v66 = v47 * v47,
+      v67 = v65 + v66, v68 = v41 * v41, v69 = v67 + v68, v70 = v61 / v69, v71 = v11 + v70,
+      v72 = v70 * v70, v73 = v44 * v64, v74 = v39 * v41, v75 = v73 - v74, v76 = v29 * v75,
+      v77 = v21 * v41, v78 = v26 * v64, v79 = v77 - v78, v80 = v56 * v79, v81 = v76 + v80,
+      v82 = v81 / v69, v83 = v82 * v82, v84 = v72 + v83, v85 = v39 * v47, v86 = v34 * v64,
+      v87 = v85 - v86, v88 = v29 * v87, v89 = v16 * v64, v90 = v21 * v47, v91 = v89 - v90,
+      v92 = v56 * v91, v93 = v88 + v92, v94 = v93 / v69, v95 = v94 * v94, v96 = v84 + v95,
+      v97 = 0.64 - v96, v98 = v97 / v69;
+  LANES_LET1(v99, sqrt, v98);
+  const lanes v100 = v64 * v99, v101 = v71 - v100, v102 = v101 - v20, v103 = v8 * v102,
+      v104 = 0.22516660498395405 * v7, v105 = v47 * v99, v106 = v82 - v105, v107 = v106 - v16,
+      v108 = v104 * v107, v109 = v103 - v108, v110 = v3 * qd_1, v111 = 0.26 * v110,
+      v112 = v94 - v24, v113 = v41 * v99, v114 = v112 - v113, v115 = v25 + v114, v116 = v111 * v115,
+      v117 = v109 - v116, v118 = v101 - v11, v119 = v43 + v114, v120 = v118 * v119,
+      v121 = v24 + v114, v122 = v101 - v38, v123 = v121 * v122, v124 = v120 - v123,
+      v125 = v115 * v122, v126 = v102 * v119, v127 = v125 - v126, v128 = v106 * v127,
+      v129 = v107 * v119, v130 = v106 - v34, v131 = v115 * v130, v132 = v129 - v131,
+      v133 = v118 * v132, v134 = v128 + v133, v135 = v102 * v130, v136 = v107 * v122,
+      v137 = v135 - v136, v138 = v121 * v137, v139 = v134 + v138, v140 = v124 / v139,
+      v141 = v117 * v140, v142 = v6 * qd_2, v143 = 0.13 * v142, v144 = v143 * v122,
+      v145 = 0.22516660498395405 * v142, v146 = v145 * v130, v147 = v144 + v146, v148 = v5 * qd_2,
+      v149 = 0.26 * v148, v150 = v149 * v119, v151 = v147 - v150, v152 = v121 * v102,
+      v153 = v118 * v115, v154 = v152 - v153, v155 = v154 / v139, v156 = v151 * v155,
+      v157 = v141 + v156, v158 = v4 * qd_0, v159 = 0.26 * v158, v160 = v159 * v118,
+      v161 = v2 * qd_0, v162 = 0.26 * v161, v163 = v162 * v121, v164 = v160 + v163,
+      v165 = v127 / v139, v166 = v164 * v165, v167 = v157 - v166, v168 = v167 - v145,
+      v169 = v168 * v121, v170 = v106 * v122, v171 = v118 * v130, v172 = v170 - v171,
+      v173 = v172 / v139, v174 = v173 * v117, v175 = v118 * v107, v176 = v106 * v102,
+      v177 = v175 - v176, v178 = v177 / v139, v179 = v178 * v151, v180 = v174 + v179,
+      v181 = v137 / v139, v182 = v164 * v181, v183 = v180 - v182, v184 = v162 + v183,
+      v185 = v184 * v130, v186 = v169 + v185, v187 = v167 * v119, v188 = v186 - v187,
+      v189 = v149 + v183, v190 = v189 * v106, v191 = v188 - v190, v192 = v191 / v139,
+      v193 = v167 * v127, v194 = v104 + v167, v195 = v194 * v119, v196 = v189 * v107,
+      v197 = v195 + v196, v198 = v111 + v183, v199 = v198 * v130, v200 = v197 - v199,
+      v201 = v168 * v115, v202 = v200 - v201, v203 = v202 * v118, v204 = v193 + v203,
+      v205 = v121 * v130, v206 = v106 * v119, v207 = v205 - v206, v208 = v207 / v139,
+      v209 = v117 * v208, v210 = v106 * v115, v211 = v121 * v107, v212 = v210 - v211,
+      v213 = v212 / v139, v214 = v151 * v213, v215 = v209 + v214, v216 = v132 / v139,
+      v217 = v164 * v216, v218 = v215 - v217, v219 = v159 + v218, v220 = v219 * v132,
+      v221 = v204 + v220, v222 = v184 * v137, v223 = v221 + v222, v224 = v198 * v122,
+      v225 = v218 - v143, v226 = v225 * v115, v227 = v224 + v226, v228 = v189 * v102,
+      v229 = v227 - v228, v230 = v218 - v8, v231 = v230 * v119, v232 = v229 - v231,
+      v233 = v232 * v106, v234 = v223 + v233, v235 = v168 * v102, v236 = v230 * v130,
+      v237 = v235 + v236, v238 = v194 * v122, v239 = v237 - v238, v240 = v225 * v107,
+      v241 = v239 - v240, v242 = v241 * v121, v243 = v234 + v242, v244 = v139 * v139,
+      v245 = v207 / v244, v246 = v243 * v245, v247 = v192 - v246, v248 = v117 * v247,
+      v249 = v167 * v115, v250 = v198 * v106, v251 = v249 + v250, v252 = v194 * v121,
+      v253 = v251 - v252, v254 = v184 * v107, v255 = v253 - v254, v256 = v255 / v139,
+      v257 = v212 / v244, v258 = v243 * v257, v259 = v256 - v258, v260 = v151 * v259,
+      v261 = v248 + v260, v262 = v8 * v230, v263 = v110 * qd_1, v264 = v1 * qdd_1,
+      v265 = v263 + v264, v266 = 0.13 * v265, v267 = v266 * v102, v268 = v262 + v267,
+      v269 = v104 * v194, v270 = v268 - v269, v271 = v111 * v198, v272 = v270 - v271,
+      v273 = 0.22516660498395405 * v265, v274 = v273 * v107, v275 = v272 - v274, v276 = v3 * qdd_1,
+      v277 = v7 * qd_1, v278 = v276 - v277, v279 = 0.26 * v278, v280 = v279 * v115,
+      v281 = v275 - v280, v282 = v281 * v208, v283 = v261 + v282, v284 = v143 * v225,
+      v285 = v145 * v168, v286 = v284 + v285, v287 = v6 * qdd_2, v288 = v148 * qd_2,
+      v289 = v287 + v288, v290 = 0.13 * v289, v291 = v290 * v122, v292 = v286 + v291,
+      v293 = 0.22516660498395405 * v289, v294 = v293 * v130, v295 = v292 + v294, v296 = v149 * v189,
+      v297 = v295 - v296, v298 = v5 * qdd_2, v299 = v142 * qd_2, v300 = v298 - v299,
+      v301 = 0.26 * v300, v302 = v301 * v119, v303 = v297 - v302, v304 = v303 * v213,
+      v305 = v283 + v304, v306 = v202 / v139, v307 = v132 / v244, v308 = v243 * v307,
+      v309 = v306 - v308, v310 = v164 * v309, v311 = v305 - v310, v312 = v159 * v219,
+      v313 = v162 * v184, v314 = v312 + v313, v315 = v4 * qdd_0, v316 = v161 * qd_0,
+      v317 = v315 + v316, v318 = 0.26 * v317, v319 = v318 * v118, v320 = v314 + v319,
+      v321 = v2 * qdd_0, v322 = v158 * qd_0, v323 = v321 - v322, v324 = 0.26 * v323,
+      v325 = v324 * v121, v326 = v320 + v325, v327 = v326 * v216, v328 = v311 - v327;
   out[0] = v328;
-  const lanes v329 = v189 * v118;
-  const lanes v330 = v219 * v119;
-  const lanes v331 = v329 + v330;
-  const lanes v332 = v184 * v122;
-  const lanes v333 = v331 - v332;
-  const lanes v334 = v225 * v121;
-  const lanes v335 = v333 - v334;
-  const lanes v336 = v335 / v139;
-  const lanes v337 = v124 / v244;
-  const lanes v338 = v243 * v337;
-  const lanes v339 = v336 - v338;
-  const lanes v340 = v117 * v339;
-  const lanes v341 = v184 * v102;
-  const lanes v342 = v230 * v121;
-  const lanes v343 = v341 + v342;
-  const lanes v344 = v198 * v118;
-  const lanes v345 = v343 - v344;
-  const lanes v346 = v219 * v115;
-  const lanes v347 = v345 - v346;
-  const lanes v348 = v347 / v139;
-  const lanes v349 = v154 / v244;
-  const lanes v350 = v243 * v349;
-  const lanes v351 = v348 - v350;
-  const lanes v352 = v151 * v351;
-  const lanes v353 = v340 + v352;
-  const lanes v354 = v281 * v140;
-  const lanes v355 = v353 + v354;
-  const lanes v356 = v303 * v155;
-  const lanes v357 = v355 + v356;
-  const lanes v358 = v232 / v139;
-  const lanes v359 = v127 / v244;
-  const lanes v360 = v243 * v359;
-  const lanes v361 = v358 - v360;
-  const lanes v362 = v164 * v361;
-  const lanes v363 = v357 - v362;
-  const lanes v364 = v326 * v165;
-  const lanes v365 = v363 - v364;
+  const lanes v329 = v189 * v118, v330 = v219 * v119, v331 = v329 + v330, v332 = v184 * v122,
+      v333 = v331 - v332, v334 = v225 * v121, v335 = v333 - v334, v336 = v335 / v139,
+      v337 = v124 / v244, v338 = v243 * v337, v339 = v336 - v338, v340 = v117 * v339,
+      v341 = v184 * v102, v342 = v230 * v121, v343 = v341 + v342, v344 = v198 * v118,
+      v345 = v343 - v344, v346 = v219 * v115, v347 = v345 - v346, v348 = v347 / v139,
+      v349 = v154 / v244, v350 = v243 * v349, v351 = v348 - v350, v352 = v151 * v351,
+      v353 = v340 + v352, v354 = v281 * v140, v355 = v353 + v354, v356 = v303 * v155,
+      v357 = v355 + v356, v358 = v232 / v139, v359 = v127 / v244, v360 = v243 * v359,
+      v361 = v358 - v360, v362 = v164 * v361, v363 = v357 - v362, v364 = v326 * v165,
+      v365 = v363 - v364;
   out[1] = v365;
-  const lanes v366 = v173 * v281;
-  const lanes v367 = v178 * v303;
-  const lanes v368 = v366 + v367;
-  const lanes v369 = v167 * v122;
-  const lanes v370 = v225 * v106;
-  const lanes v371 = v369 + v370;
-  const lanes v372 = v168 * v118;
-  const lanes v373 = v371 - v372;
-  const lanes v374 = v219 * v130;
-  const lanes v375 = v373 - v374;
-  const lanes v376 = v375 / v139;
-  const lanes v377 = v172 / v244;
-  const lanes v378 = v243 * v377;
-  const lanes v379 = v376 - v378;
-  const lanes v380 = v117 * v379;
-  const lanes v381 = v368 + v380;
-  const lanes v382 = v194 * v118;
-  const lanes v383 = v219 * v107;
-  const lanes v384 = v382 + v383;
-  const lanes v385 = v167 * v102;
-  const lanes v386 = v384 - v385;
-  const lanes v387 = v230 * v106;
-  const lanes v388 = v386 - v387;
-  const lanes v389 = v388 / v139;
-  const lanes v390 = v177 / v244;
-  const lanes v391 = v243 * v390;
-  const lanes v392 = v389 - v391;
-  const lanes v393 = v151 * v392;
-  const lanes v394 = v381 + v393;
-  const lanes v395 = v241 / v139;
-  const lanes v396 = v137 / v244;
-  const lanes v397 = v243 * v396;
-  const lanes v398 = v395 - v397;
-  const lanes v399 = v164 * v398;
-  const lanes v400 = v394 - v399;
-  const lanes v401 = v326 * v181;
-  const lanes v402 = v400 - v401;
-  out[2] = v402;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes v366 = v173 * v281, v367 = v178 * v303, v368 = v366 + v367, v369 = v167 * v122,
+      v370 = v225 * v106, v371 = v369 + v370, v372 = v168 * v118, v373 = v371 - v372,
+      v374 = v219 * v130, v375 = v373 - v374, v376 = v375 / v139, v377 = v172 / v244,
+      v378 = v243 * v377, v379 = v376 - v378, v380 = v117 * v379, v381 = v368 + v380,
+      v382 = v194 * v118, v383 = v219 * v107, v384 = v382 + v383, v385 = v167 * v102,
+      v386 = v384 - v385, v387 = v230 * v106, v388 = v386 - v387, v389 = v388 / v139,
+      v390 = v177 / v244, v391 = v243 * v390, v392 = v389 - v391, v393 = v151 * v392,
+      v394 = v381 + v393, v395 = v241 / v139, v396 = v137 / v244, v397 = v243 * v396,
+      v398 = v395 - v397, v399 = v164 * v398, v400 = v394 - v399, v401 = v326 * v181,
+      v402 = v400 - v401;
+  out[2] = v402; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_acceleration_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  const lanes qdd_0 = in[6];
-  const lanes qdd_1 = in[7];
-  const lanes qdd_2 = in[8];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v1);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = v1 * qd_1;
-  const lanes v8 = 0.13 * v7;
-  const lanes v9 = 0.26 * v2;
-  const lanes v10 = v9 + 0.2;
-  const lanes v11 = v10 - 0.05;
-  const lanes v12 = 0.26 * v3;
-  const lanes v13 = 0.2 + v12;
-  const lanes v14 = 0.8660254037844386 * v13;
-  const lanes v15 = v14 - 0.02;
-  const lanes v16 = v15 - 0.023301270189221932;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = 0.5 * v13;
-  const lanes v19 = v18 + 0.034641016151377546;
-  const lanes v20 = 0.05964101615137755 - v19;
-  const lanes v21 = v20 - v11;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v17 + v22;
-  const lanes v24 = 0.26 * v4;
-  const lanes v25 = 0.26 * v1;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = v26 * v26;
-  const lanes v28 = v23 + v27;
-  const lanes v29 = 0.5 * v28;
-  const lanes v30 = 0.26 * v5;
-  const lanes v31 = 0.2 + v30;
-  const lanes v32 = 0.8660254037844386 * v31;
-  const lanes v33 = 0.02 + v32;
-  const lanes v34 = 0.06330127018922194 - v33;
-  const lanes v35 = v34 * v21;
-  const lanes v36 = 0.5 * v31;
-  const lanes v37 = 0.034641016151377546 - v36;
-  const lanes v38 = v37 - 0.009641016151377546;
-  const lanes v39 = v38 - v11;
-  const lanes v40 = v16 * v39;
-  const lanes v41 = v35 - v40;
-  const lanes v42 = v34 * v41;
-  const lanes v43 = 0.26 * v6;
-  const lanes v44 = v24 - v43;
-  const lanes v45 = v26 * v39;
-  const lanes v46 = v21 * v44;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v44 * v47;
-  const lanes v49 = v42 - v48;
-  const lanes v50 = v29 * v49;
-  const lanes v51 = v34 * v34;
-  const lanes v52 = v39 * v39;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v44 * v44;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = 0.5 * v55;
-  const lanes v57 = v26 * v47;
-  const lanes v58 = v16 * v41;
-  const lanes v59 = v57 - v58;
-  const lanes v60 = v56 * v59;
-  const lanes v61 = v50 + v60;
-  const lanes v62 = v16 * v44;
-  const lanes v63 = v34 * v26;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v64 * v64;
-  const lanes v66 = v47 * v47;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v41 * v41;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v61 / v69;
-  const lanes v71 = v11 + v70;
-  const lanes v72 = v70 * v70;
-  const lanes v73 = v44 * v64;
-  const lanes v74 = v39 * v41;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v29 * v75;
-  const lanes v77 = v21 * v41;
-  const lanes v78 = v26 * v64;
-  const lanes v79 = v77 - v78;
-  const lanes v80 = v56 * v79;
-  const lanes v81 = v76 + v80;
-  const lanes v82 = v81 / v69;
-  const lanes v83 = v82 * v82;
-  const lanes v84 = v72 + v83;
-  const lanes v85 = v39 * v47;
-  const lanes v86 = v34 * v64;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v29 * v87;
-  const lanes v89 = v16 * v64;
-  const lanes v90 = v21 * v47;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = v56 * v91;
-  const lanes v93 = v88 + v92;
-  const lanes v94 = v93 / v69;
-  const lanes v95 = v94 * v94;
-  const lanes v96 = v84 + v95;
-  const lanes v97 = 0.64 - v96;
-  const lanes v98 = v97 / v69;
-  lanes v99; LANES_NAME(lanes_sqrt)(&v98, &v99);
-  const lanes v100 = v64 * v99;
-  const lanes v101 = v71 - v100;
-  const lanes v102 = v101 - v20;
-  const lanes v103 = v8 * v102;
-  const lanes v104 = 0.22516660498395405 * v7;
-  const lanes v105 = v47 * v99;
-  const lanes v106 = v82 - v105;
-  const lanes v107 = v106 - v16;
-  const lanes v108 = v104 * v107;
-  const lanes v109 = v103 - v108;
-  const lanes v110 = v3 * qd_1;
-  const lanes v111 = 0.26 * v110;
-  const lanes v112 = v94 - v24;
-  const lanes v113 = v41 * v99;
-  const lanes v114 = v112 - v113;
-  const lanes v115 = v25 + v114;
-  const lanes v116 = v111 * v115;
-  const lanes v117 = v109 - v116;
-  const lanes v118 = v101 - v11;
-  const lanes v119 = v43 + v114;
-  const lanes v120 = v118 * v119;
-  const lanes v121 = v24 + v114;
-  const lanes v122 = v101 - v38;
-  const lanes v123 = v121 * v122;
-  const lanes v124 = v120 - v123;
-  const lanes v125 = v115 * v122;
-  const lanes v126 = v102 * v119;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v106 * v127;
-  const lanes v129 = v107 * v119;
-  const lanes v130 = v106 - v34;
-  const lanes v131 = v115 * v130;
-  const lanes v132 = v129 - v131;
-  const lanes v133 = v118 * v132;
-  const lanes v134 = v128 + v133;
-  const lanes v135 = v102 * v130;
-  const lanes v136 = v107 * v122;
-  const lanes v137 = v135 - v136;
-  const lanes v138 = v121 * v137;
-  const lanes v139 = v134 + v138;
-  const lanes v140 = v124 / v139;
-  const lanes v141 = v117 * v140;
-  const lanes v142 = v6 * qd_2;
-  const lanes v143 = 0.13 * v142;
-  const lanes v144 = v143 * v122;
-  const lanes v145 = 0.22516660498395405 * v142;
-  const lanes v146 = v145 * v130;
-  const lanes v147 = v144 + v146;
-  const lanes v148 = v5 * qd_2;
-  const lanes v149 = 0.26 * v148;
-  const lanes v150 = v149 * v119;
-  const lanes v151 = v147 - v150;
-  const lanes v152 = v121 * v102;
-  const lanes v153 = v118 * v115;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 / v139;
-  const lanes v156 = v151 * v155;
-  const lanes v157 = v141 + v156;
-  const lanes v158 = v4 * qd_0;
-  const lanes v159 = 0.26 * v158;
-  const lanes v160 = v159 * v118;
-  const lanes v161 = v2 * qd_0;
-  const lanes v162 = 0.26 * v161;
-  const lanes v163 = v162 * v121;
-  const lanes v164 = v160 + v163;
-  const lanes v165 = v127 / v139;
-  const lanes v166 = v164 * v165;
-  const lanes v167 = v157 - v166;
-  const lanes v168 = v167 - v145;
-  const lanes v169 = v168 * v121;
-  const lanes v170 = v106 * v122;
-  const lanes v171 = v118 * v130;
-  const lanes v172 = v170 - v171;
-  const lanes v173 = v172 / v139;
-  const lanes v174 = v173 * v117;
-  const lanes v175 = v118 * v107;
-  const lanes v176 = v106 * v102;
-  const lanes v177 = v175 - v176;
-  const lanes v178 = v177 / v139;
-  const lanes v179 = v178 * v151;
-  const lanes v180 = v174 + v179;
-  const lanes v181 = v137 / v139;
-  const lanes v182 = v164 * v181;
-  const lanes v183 = v180 - v182;
-  const lanes v184 = v162 + v183;
-  const lanes v185 = v184 * v130;
-  const lanes v186 = v169 + v185;
-  const lanes v187 = v167 * v119;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = v149 + v183;
-  const lanes v190 = v189 * v106;
-  const lanes v191 = v188 - v190;
-  const lanes v192 = v191 / v139;
-  const lanes v193 = v167 * v127;
-  const lanes v194 = v104 + v167;
-  const lanes v195 = v194 * v119;
-  const lanes v196 = v189 * v107;
-  const lanes v197 = v195 + v196;
-  const lanes v198 = v111 + v183;
-  const lanes v199 = v198 * v130;
-  const lanes v200 = v197 - v199;
-  const lanes v201 = v168 * v115;
-  const lanes v202 = v200 - v201;
-  const lanes v203 = v202 * v118;
-  const lanes v204 = v193 + v203;
-  const lanes v205 = v121 * v130;
-  const lanes v206 = v106 * v119;
-  const lanes v207 = v205 - v206;
-  const lanes v208 = v207 / v139;
-  const lanes v209 = v117 * v208;
-  const lanes v210 = v106 * v115;
-  const lanes v211 = v121 * v107;
-  const lanes v212 = v210 - v211;
-  const lanes v213 = v212 / v139;
-  const lanes v214 = v151 * v213;
-  const lanes v215 = v209 + v214;
-  const lanes v216 = v132 / v139;
-  const lanes v217 = v164 * v216;
-  const lanes v218 = v215 - v217;
-  const lanes v219 = v159 + v218;
-  const lanes v220 = v219 * v132;
-  const lanes v221 = v204 + v220;
-  const lanes v222 = v184 * v137;
-  const lanes v223 = v221 + v222;
-  const lanes v224 = v198 * v122;
-  const lanes v225 = v218 - v143;
-  const lanes v226 = v225 * v115;
-  const lanes v227 = v224 + v226;
-  const lanes v228 = v189 * v102;
-  const lanes v229 = v227 - v228;
-  const lanes v230 = v218 - v8;
-  const lanes v231 = v230 * v119;
-  const lanes v232 = v229 - v231;
-  const lanes v233 = v232 * v106;
-  const lanes v234 = v223 + v233;
-  const lanes v235 = v168 * v102;
-  const lanes v236 = v230 * v130;
-  const lanes v237 = v235 + v236;
-  const lanes v238 = v194 * v122;
-  const lanes v239 = v237 - v238;
-  const lanes v240 = v225 * v107;
-  const lanes v241 = v239 - v240;
-  const lanes v242 = v241 * v121;
-  const lanes v243 = v234 + v242;
-  const lanes v244 = v139 * v139;
-  const lanes v245 = v207 / v244;
-  const lanes v246 = v243 * v245;
-  const lanes v247 = v192 - v246;
-  const lanes v248 = v117 * v247;
-  const lanes v249 = v167 * v115;
-  const lanes v250 = v198 * v106;
-  const lanes v251 = v249 + v250;
-  const lanes v252 = v194 * v121;
-  const lanes v253 = v251 - v252;
-  const lanes v254 = v184 * v107;
-  const lanes v255 = v253 - v254;
-  const lanes v256 = v255 / v139;
-  const lanes v257 = v212 / v244;
-  const lanes v258 = v243 * v257;
-  const lanes v259 = v256 - v258;
-  const lanes v260 = v151 * v259;
-  const lanes v261 = v248 + v260;
-  const lanes v262 = v8 * v230;
-  const lanes v263 = v110 * qd_1;
-  const lanes v264 = v1 * qdd_1;
-  const lanes v265 = v263 + v264;
-  const lanes v266 = 0.13 * v265;
-  const lanes v267 = v266 * v102;
-  const lanes v268 = v262 + v267;
-  const lanes v269 = v104 * v194;
-  const lanes v270 = v268 - v269;
-  const lanes v271 = v111 * v198;
-  const lanes v272 = v270 - v271;
-  const lanes v273 = 0.22516660498395405 * v265;
-  const lanes v274 = v273 * v107;
-  const lanes v275 = v272 - v274;
-  const lanes v276 = v3 * qdd_1;
-  const lanes v277 = v7 * qd_1;
-  const lanes v278 = v276 - v277;
-  const lanes v279 = 0.26 * v278;
-  const lanes v280 = v279 * v115;
-  const lanes v281 = v275 - v280;
-  const lanes v282 = v281 * v208;
-  const lanes v283 = v261 + v282;
-  const lanes v284 = v143 * v225;
-  const lanes v285 = v145 * v168;
-  const lanes v286 = v284 + v285;
-  const lanes v287 = v6 * qdd_2;
-  const lanes v288 = v148 * qd_2;
-  const lanes v289 = v287 + v288;
-  const lanes v290 = 0.13 * v289;
-  const lanes v291 = v290 * v122;
-  const lanes v292 = v286 + v291;
-  const lanes v293 = 0.22516660498395405 * v289;
-  const lanes v294 = v293 * v130;
-  const lanes v295 = v292 + v294;
-  const lanes v296 = v149 * v189;
-  const lanes v297 = v295 - v296;
-  const lanes v298 = v5 * qdd_2;
-  const lanes v299 = v142 * qd_2;
-  const lanes v300 = v298 - v299;
-  const lanes v301 = 0.26 * v300;
-  const lanes v302 = v301 * v119;
-  const lanes v303 = v297 - v302;
-  const lanes v304 = v303 * v213;
-  const lanes v305 = v283 + v304;
-  const lanes v306 = v202 / v139;
-  const lanes v307 = v132 / v244;
-  const lanes v308 = v243 * v307;
-  const lanes v309 = v306 - v308;
-  const lanes v310 = v164 * v309;
-  const lanes v311 = v305 - v310;
-  const lanes v312 = v159 * v219;
-  const lanes v313 = v162 * v184;
-  const lanes v314 = v312 + v313;
-  const lanes v315 = v4 * qdd_0;
-  const lanes v316 = v161 * qd_0;
-  const lanes v317 = v315 + v316;
-  const lanes v318 = 0.26 * v317;
-  const lanes v319 = v318 * v118;
-  const lanes v320 = v314 + v319;
-  const lanes v321 = v2 * qdd_0;
-  const lanes v322 = v158 * qd_0;
-  const lanes v323 = v321 - v322;
-  const lanes v324 = 0.26 * v323;
-  const lanes v325 = v324 * v121;
-  const lanes v326 = v320 + v325;
-  const lanes v327 = v326 * v216;
-  const lanes v328 = v311 - v327;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5],
+      qdd_0 = in[6], qdd_1 = in[7], qdd_2 = in[8];
+  LANES_COS_SIN(v3, v1, q_1); LANES_COS_SIN(v2, v4, q_0); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = v1 * qd_1, v8 = 0.13 * v7, v9 = 0.26 * v2, v10 = v9 + 0.2, v11 = v10 - 0.05,
+      v12 = 0.26 * v3, v13 = 0.2 + v12, v14 = 0.8660254037844386 * v13, v15 = v14 - 0.02,
+      v16 = v15 - 0.023301270189221932, v17 = v16 * v16, v18 = 0.5 * v13,
+      v19 = v18 + 0.034641016151377546, v20 = 0.05964101615137755 - v19, v21 = v20 - v11,
+      v22 = v21 * v21, v23 = v17 + v22, v24 = 0.26 * v4, v25 = 0.26 * v1, v26 = v24 - v25,
+      v27 = v26 * v26, v28 = v23 + v27, v29 = 0.5 * v28, v30 = 0.26 * v5, v31 = 0.2 + v30,
+      v32 = 0.8660254037844386 * v31, v33 = 0.02 + v32, v34 = 0.06330127018922194 - v33,
+      v35 = v34 * v21, v36 = 0.5 * v31, v37 = 0.034641016151377546 - v36,
+      v38 = v37 - 0.009641016151377546, v39 = v38 - v11, v40 = v16 * v39, v41 = v35 - v40,
+      v42 = v34 * v41, v43 = 0.26 * v6, v44 = v24 - v43, v45 = v26 * v39, v46 = v21 * v44,
+      v47 = v45 - v46, v48 = v44 * v47, v49 = v42 - v48, v50 = v29 * v49, v51 = v34 * v34,
+      v52 = v39 * v39, v53 = v51 + v52, v54 = v44 * v44, v55 = v53 + v54, v56 = 0.5 * v55,
+      v57 = v26 * v47, v58 = v16 * v41, v59 = v57 - v58, v60 = v56 * v59, v61 = v50 + v60,
+      v62 = v16 * v44, v63 = v34 * v26, v64 = v62 - v63, v65 = v64 * v64, v66 = v47 * v47,
+      v67 = v65 + v66, v68 = v41 * v41, v69 = v67 + v68, v70 = v61 / v69, v71 = v11 + v70,
+      v72 = v70 * v70, v73 = v44 * v64, v74 = v39 * v41, v75 = v73 - v74, v76 = v29 * v75,
+      v77 = v21 * v41, v78 = v26 * v64, v79 = v77 - v78, v80 = v56 * v79, v81 = v76 + v80,
+      v82 = v81 / v69, v83 = v82 * v82, v84 = v72 + v83, v85 = v39 * v47, v86 = v34 * v64,
+      v87 = v85 - v86, v88 = v29 * v87, v89 = v16 * v64, v90 = v21 * v47, v91 = v89 - v90,
+      v92 = v56 * v91, v93 = v88 + v92, v94 = v93 / v69, v95 = v94 * v94, v96 = v84 + v95,
+      v97 = 0.64 - v96, v98 = v97 / v69;
+  LANES_LET1(v99, sqrt, v98);
+  const lanes v100 = v64 * v99, v101 = v71 - v100, v102 = v101 - v20, v103 = v8 * v102,
+      v104 = 0.22516660498395405 * v7, v105 = v47 * v99, v106 = v82 - v105, v107 = v106 - v16,
+      v108 = v104 * v107, v109 = v103 - v108, v110 = v3 * qd_1, v111 = 0.26 * v110,
+      v112 = v94 - v24, v113 = v41 * v99, v114 = v112 - v113, v115 = v25 + v114, v116 = v111 * v115,
+      v117 = v109 - v116, v118 = v101 - v11, v119 = v43 + v114, v120 = v118 * v119,
+      v121 = v24 + v114, v122 = v101 - v38, v123 = v121 * v122, v124 = v120 - v123,
+      v125 = v115 * v122, v126 = v102 * v119, v127 = v125 - v126, v128 = v106 * v127,
+      v129 = v107 * v119, v130 = v106 - v34, v131 = v115 * v130, v132 = v129 - v131,
+      v133 = v118 * v132, v134 = v128 + v133, v135 = v102 * v130, v136 = v107 * v122,
+      v137 = v135 - v136, v138 = v121 * v137, v139 = v134 + v138, v140 = v124 / v139,
+      v141 = v117 * v140, v142 = v6 * qd_2, v143 = 0.13 * v142, v144 = v143 * v122,
+      v145 = 0.22516660498395405 * v142, v146 = v145 * v130, v147 = v144 + v146, v148 = v5 * qd_2,
+      v149 = 0.26 * v148, v150 = v149 * v119, v151 = v147 - v150, v152 = v121 * v102,
+      v153 = v118 * v115, v154 = v152 - v153, v155 = v154 / v139, v156 = v151 * v155,
+      v157 = v141 + v156, v158 = v4 * qd_0, v159 = 0.26 * v158, v160 = v159 * v118,
+      v161 = v2 * qd_0, v162 = 0.26 * v161, v163 = v162 * v121, v164 = v160 + v163,
+      v165 = v127 / v139, v166 = v164 * v165, v167 = v157 - v166, v168 = v167 - v145,
+      v169 = v168 * v121, v170 = v106 * v122, v171 = v118 * v130, v172 = v170 - v171,
+      v173 = v172 / v139, v174 = v173 * v117, v175 = v118 * v107, v176 = v106 * v102,
+      v177 = v175 - v176, v178 = v177 / v139, v179 = v178 * v151, v180 = v174 + v179,
+      v181 = v137 / v139, v182 = v164 * v181, v183 = v180 - v182, v184 = v162 + v183,
+      v185 = v184 * v130, v186 = v169 + v185, v187 = v167 * v119, v188 = v186 - v187,
+      v189 = v149 + v183, v190 = v189 * v106, v191 = v188 - v190, v192 = v191 / v139,
+      v193 = v167 * v127, v194 = v104 + v167, v195 = v194 * v119, v196 = v189 * v107,
+      v197 = v195 + v196, v198 = v111 + v183, v199 = v198 * v130, v200 = v197 - v199,
+      v201 = v168 * v115, v202 = v200 - v201, v203 = v202 * v118, v204 = v193 + v203,
+      v205 = v121 * v130, v206 = v106 * v119, v207 = v205 - v206, v208 = v207 / v139,
+      v209 = v117 * v208, v210 = v106 * v115, v211 = v121 * v107, v212 = v210 - v211,
+      v213 = v212 / v139, v214 = v151 * v213, v215 = v209 + v214, v216 = v132 / v139,
+      v217 = v164 * v216, v218 = v215 - v217, v219 = v159 + v218, v220 = v219 * v132,
+      v221 = v204 + v220, v222 = v184 * v137, v223 = v221 + v222, v224 = v198 * v122,
+      v225 = v218 - v143, v226 = v225 * v115, v227 = v224 + v226, v228 = v189 * v102,
+      v229 = v227 - v228, v230 = v218 - v8, v231 = v230 * v119, v232 = v229 - v231,
+      v233 = v232 * v106, v234 = v223 + v233, v235 = v168 * v102, v236 = v230 * v130,
+      v237 = v235 + v236, v238 = v194 * v122, v239 = v237 - v238, v240 = v225 * v107,
+      v241 = v239 - v240, v242 = v241 * v121, v243 = v234 + v242, v244 = v139 * v139,
+      v245 = v207 / v244, v246 = v243 * v245, v247 = v192 - v246, v248 = v117 * v247,
+      v249 = v167 * v115, v250 = v198 * v106, v251 = v249 + v250, v252 = v194 * v121,
+      v253 = v251 - v252, v254 = v184 * v107, v255 = v253 - v254, v256 = v255 / v139,
+      v257 = v212 / v244, v258 = v243 * v257, v259 = v256 - v258, v260 = v151 * v259,
+      v261 = v248 + v260, v262 = v8 * v230, v263 = v110 * qd_1, v264 = v1 * qdd_1,
+      v265 = v263 + v264, v266 = 0.13 * v265, v267 = v266 * v102, v268 = v262 + v267,
+      v269 = v104 * v194, v270 = v268 - v269, v271 = v111 * v198, v272 = v270 - v271,
+      v273 = 0.22516660498395405 * v265, v274 = v273 * v107, v275 = v272 - v274, v276 = v3 * qdd_1,
+      v277 = v7 * qd_1, v278 = v276 - v277, v279 = 0.26 * v278, v280 = v279 * v115,
+      v281 = v275 - v280, v282 = v281 * v208, v283 = v261 + v282, v284 = v143 * v225,
+      v285 = v145 * v168, v286 = v284 + v285, v287 = v6 * qdd_2, v288 = v148 * qd_2,
+      v289 = v287 + v288, v290 = 0.13 * v289, v291 = v290 * v122, v292 = v286 + v291,
+      v293 = 0.22516660498395405 * v289, v294 = v293 * v130, v295 = v292 + v294, v296 = v149 * v189,
+      v297 = v295 - v296, v298 = v5 * qdd_2, v299 = v142 * qd_2, v300 = v298 - v299,
+      v301 = 0.26 * v300, v302 = v301 * v119, v303 = v297 - v302, v304 = v303 * v213,
+      v305 = v283 + v304, v306 = v202 / v139, v307 = v132 / v244, v308 = v243 * v307,
+      v309 = v306 - v308, v310 = v164 * v309, v311 = v305 - v310, v312 = v159 * v219,
+      v313 = v162 * v184, v314 = v312 + v313, v315 = v4 * qdd_0, v316 = v161 * qd_0,
+      v317 = v315 + v316, v318 = 0.26 * v317, v319 = v318 * v118, v320 = v314 + v319,
+      v321 = v2 * qdd_0, v322 = v158 * qd_0, v323 = v321 - v322, v324 = 0.26 * v323,
+      v325 = v324 * v121, v326 = v320 + v325, v327 = v326 * v216, v328 = v311 - v327;
   out[0] = v328;
-  const lanes v329 = v189 * v118;
-  const lanes v330 = v219 * v119;
-  const lanes v331 = v329 + v330;
-  const lanes v332 = v184 * v122;
-  const lanes v333 = v331 - v332;
-  const lanes v334 = v225 * v121;
-  const lanes v335 = v333 - v334;
-  const lanes v336 = v335 / v139;
-  const lanes v337 = v124 / v244;
-  const lanes v338 = v243 * v337;
-  const lanes v339 = v336 - v338;
-  const lanes v340 = v117 * v339;
-  const lanes v341 = v184 * v102;
-  const lanes v342 = v230 * v121;
-  const lanes v343 = v341 + v342;
-  const lanes v344 = v198 * v118;
-  const lanes v345 = v343 - v344;
-  const lanes v346 = v219 * v115;
-  const lanes v347 = v345 - v346;
-  const lanes v348 = v347 / v139;
-  const lanes v349 = v154 / v244;
-  const lanes v350 = v243 * v349;
-  const lanes v351 = v348 - v350;
-  const lanes v352 = v151 * v351;
-  const lanes v353 = v340 + v352;
-  const lanes v354 = v281 * v140;
-  const lanes v355 = v353 + v354;
-  const lanes v356 = v303 * v155;
-  const lanes v357 = v355 + v356;
-  const lanes v358 = v232 / v139;
-  const lanes v359 = v127 / v244;
-  const lanes v360 = v243 * v359;
-  const lanes v361 = v358 - v360;
-  const lanes v362 = v164 * v361;
-  const lanes v363 = v357 - v362;
-  const lanes v364 = v326 * v165;
-  const lanes v365 = v363 - v364;
+  const lanes v329 = v189 * v118, v330 = v219 * v119, v331 = v329 + v330, v332 = v184 * v122,
+      v333 = v331 - v332, v334 = v225 * v121, v335 = v333 - v334, v336 = v335 / v139,
+      v337 = v124 / v244, v338 = v243 * v337, v339 = v336 - v338, v340 = v117 * v339,
+      v341 = v184 * v102, v342 = v230 * v121, v343 = v341 + v342, v344 = v198 * v118,
+      v345 = v343 - v344, v346 = v219 * v115, v347 = v345 - v346, v348 = v347 / v139,
+      v349 = v154 / v244, v350 = v243 * v349, v351 = v348 - v350, v352 = v151 * v351,
+      v353 = v340 + v352, v354 = v281 * v140, v355 = v353 + v354, v356 = v303 * v155,
+      v357 = v355 + v356, v358 = v232 / v139, v359 = v127 / v244, v360 = v243 * v359,
+      v361 = v358 - v360, v362 = v164 * v361, v363 = v357 - v362, v364 = v326 * v165,
+      v365 = v363 - v364;
   out[1] = v365;
-  const lanes v366 = v173 * v281;
-  const lanes v367 = v178 * v303;
-  const lanes v368 = v366 + v367;
-  const lanes v369 = v167 * v122;
-  const lanes v370 = v225 * v106;
-  const lanes v371 = v369 + v370;
-  const lanes v372 = v168 * v118;
-  const lanes v373 = v371 - v372;
-  const lanes v374 = v219 * v130;
-  const lanes v375 = v373 - v374;
-  const lanes v376 = v375 / v139;
-  const lanes v377 = v172 / v244;
-  const lanes v378 = v243 * v377;
-  const lanes v379 = v376 - v378;
-  const lanes v380 = v117 * v379;
-  const lanes v381 = v368 + v380;
-  const lanes v382 = v194 * v118;
-  const lanes v383 = v219 * v107;
-  const lanes v384 = v382 + v383;
-  const lanes v385 = v167 * v102;
-  const lanes v386 = v384 - v385;
-  const lanes v387 = v230 * v106;
-  const lanes v388 = v386 - v387;
-  const lanes v389 = v388 / v139;
-  const lanes v390 = v177 / v244;
-  const lanes v391 = v243 * v390;
-  const lanes v392 = v389 - v391;
-  const lanes v393 = v151 * v392;
-  const lanes v394 = v381 + v393;
-  const lanes v395 = v241 / v139;
-  const lanes v396 = v137 / v244;
-  const lanes v397 = v243 * v396;
-  const lanes v398 = v395 - v397;
-  const lanes v399 = v164 * v398;
-  const lanes v400 = v394 - v399;
-  const lanes v401 = v326 * v181;
-  const lanes v402 = v400 - v401;
-  out[2] = v402;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes v366 = v173 * v281, v367 = v178 * v303, v368 = v366 + v367, v369 = v167 * v122,
+      v370 = v225 * v106, v371 = v369 + v370, v372 = v168 * v118, v373 = v371 - v372,
+      v374 = v219 * v130, v375 = v373 - v374, v376 = v375 / v139, v377 = v172 / v244,
+      v378 = v243 * v377, v379 = v376 - v378, v380 = v117 * v379, v381 = v368 + v380,
+      v382 = v194 * v118, v383 = v219 * v107, v384 = v382 + v383, v385 = v167 * v102,
+      v386 = v384 - v385, v387 = v230 * v106, v388 = v386 - v387, v389 = v388 / v139,
+      v390 = v177 / v244, v391 = v243 * v390, v392 = v389 - v391, v393 = v151 * v392,
+      v394 = v381 + v393, v395 = v241 / v139, v396 = v137 / v244, v397 = v243 * v396,
+      v398 = v395 - v397, v399 = v164 * v398, v400 = v394 - v399, v401 = v326 * v181,
+      v402 = v400 - v401;
+  out[2] = v402; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_acceleration_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  const lanes qdd_0 = in[6];
-  const lanes qdd_1 = in[7];
-  const lanes qdd_2 = in[8];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v1);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = v1 * qd_1;
-  const lanes v8 = 0.13 * v7;
-  const lanes v9 = 0.26 * v2;
-  const lanes v10 = v9 + 0.2;
-  const lanes v11 = v10 - 0.05;
-  const lanes v12 = 0.26 * v3;
-  const lanes v13 = 0.2 + v12;
-  const lanes v14 = 0.8660254037844386 * v13;
-  const lanes v15 = v14 - 0.02;
-  const lanes v16 = v15 - 0.023301270189221932;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = 0.5 * v13;
-  const lanes v19 = v18 + 0.034641016151377546;
-  const lanes v20 = 0.05964101615137755 - v19;
-  const lanes v21 = v20 - v11;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v17 + v22;
-  const lanes v24 = 0.26 * v4;
-  const lanes v25 = 0.26 * v1;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = v26 * v26;
-  const lanes v28 = v23 + v27;
-  const lanes v29 = 0.5 * v28;
-  const lanes v30 = 0.26 * v5;
-  const lanes v31 = 0.2 + v30;
-  const lanes v32 = 0.8660254037844386 * v31;
-  const lanes v33 = 0.02 + v32;
-  const lanes v34 = 0.06330127018922194 - v33;
-  const lanes v35 = v34 * v21;
-  const lanes v36 = 0.5 * v31;
-  const lanes v37 = 0.034641016151377546 - v36;
-  const lanes v38 = v37 - 0.009641016151377546;
-  const lanes v39 = v38 - v11;
-  const lanes v40 = v16 * v39;
-  const lanes v41 = v35 - v40;
-  const lanes v42 = v34 * v41;
-  const lanes v43 = 0.26 * v6;
-  const lanes v44 = v24 - v43;
-  const lanes v45 = v26 * v39;
-  const lanes v46 = v21 * v44;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v44 * v47;
-  const lanes v49 = v42 - v48;
-  const lanes v50 = v29 * v49;
-  const lanes v51 = v34 * v34;
-  const lanes v52 = v39 * v39;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v44 * v44;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = 0.5 * v55;
-  const lanes v57 = v26 * v47;
-  const lanes v58 = v16 * v41;
-  const lanes v59 = v57 - v58;
-  const lanes v60 = v56 * v59;
-  const lanes v61 = v50 + v60;
-  const lanes v62 = v16 * v44;
-  const lanes v63 = v34 * v26;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v64 * v64;
-  const lanes v66 = v47 * v47;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v41 * v41;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v61 / v69;
-  const lanes v71 = v11 + v70;
-  const lanes v72 = v70 * v70;
-  const lanes v73 = v44 * v64;
-  const lanes v74 = v39 * v41;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v29 * v75;
-  const lanes v77 = v21 * v41;
-  const lanes v78 = v26 * v64;
-  const lanes v79 = v77 - v78;
-  const lanes v80 = v56 * v79;
-  const lanes v81 = v76 + v80;
-  const lanes v82 = v81 / v69;
-  const lanes v83 = v82 * v82;
-  const lanes v84 = v72 + v83;
-  const lanes v85 = v39 * v47;
-  const lanes v86 = v34 * v64;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v29 * v87;
-  const lanes v89 = v16 * v64;
-  const lanes v90 = v21 * v47;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = v56 * v91;
-  const lanes v93 = v88 + v92;
-  const lanes v94 = v93 / v69;
-  const lanes v95 = v94 * v94;
-  const lanes v96 = v84 + v95;
-  const lanes v97 = 0.64 - v96;
-  const lanes v98 = v97 / v69;
-  lanes v99; LANES_NAME(lanes_sqrt)(&v98, &v99);
-  const lanes v100 = v64 * v99;
-  const lanes v101 = v71 - v100;
-  const lanes v102 = v101 - v20;
-  const lanes v103 = v8 * v102;
-  const lanes v104 = 0.22516660498395405 * v7;
-  const lanes v105 = v47 * v99;
-  const lanes v106 = v82 - v105;
-  const lanes v107 = v106 - v16;
-  const lanes v108 = v104 * v107;
-  const lanes v109 = v103 - v108;
-  const lanes v110 = v3 * qd_1;
-  const lanes v111 = 0.26 * v110;
-  const lanes v112 = v94 - v24;
-  const lanes v113 = v41 * v99;
-  const lanes v114 = v112 - v113;
-  const lanes v115 = v25 + v114;
-  const lanes v116 = v111 * v115;
-  const lanes v117 = v109 - v116;
-  const lanes v118 = v101 - v11;
-  const lanes v119 = v43 + v114;
-  const lanes v120 = v118 * v119;
-  const lanes v121 = v24 + v114;
-  const lanes v122 = v101 - v38;
-  const lanes v123 = v121 * v122;
-  const lanes v124 = v120 - v123;
-  const lanes v125 = v115 * v122;
-  const lanes v126 = v102 * v119;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v106 * v127;
-  const lanes v129 = v107 * v119;
-  const lanes v130 = v106 - v34;
-  const lanes v131 = v115 * v130;
-  const lanes v132 = v129 - v131;
-  const lanes v133 = v118 * v132;
-  const lanes v134 = v128 + v133;
-  const lanes v135 = v102 * v130;
-  const lanes v136 = v107 * v122;
-  const lanes v137 = v135 - v136;
-  const lanes v138 = v121 * v137;
-  const lanes v139 = v134 + v138;
-  const lanes v140 = v124 / v139;
-  const lanes v141 = v117 * v140;
-  const lanes v142 = v6 * qd_2;
-  const lanes v143 = 0.13 * v142;
-  const lanes v144 = v143 * v122;
-  const lanes v145 = 0.22516660498395405 * v142;
-  const lanes v146 = v145 * v130;
-  const lanes v147 = v144 + v146;
-  const lanes v148 = v5 * qd_2;
-  const lanes v149 = 0.26 * v148;
-  const lanes v150 = v149 * v119;
-  const lanes v151 = v147 - v150;
-  const lanes v152 = v121 * v102;
-  const lanes v153 = v118 * v115;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 / v139;
-  const lanes v156 = v151 * v155;
-  const lanes v157 = v141 + v156;
-  const lanes v158 = v4 * qd_0;
-  const lanes v159 = 0.26 * v158;
-  const lanes v160 = v159 * v118;
-  const lanes v161 = v2 * qd_0;
-  const lanes v162 = 0.26 * v161;
-  const lanes v163 = v162 * v121;
-  const lanes v164 = v160 + v163;
-  const lanes v165 = v127 / v139;
-  const lanes v166 = v164 * v165;
-  const lanes v167 = v157 - v166;
-  const lanes v168 = v167 - v145;
-  const lanes v169 = v168 * v121;
-  const lanes v170 = v106 * v122;
-  const lanes v171 = v118 * v130;
-  const lanes v172 = v170 - v171;
-  const lanes v173 = v172 / v139;
-  const lanes v174 = v173 * v117;
-  const lanes v175 = v118 * v107;
-  const lanes v176 = v106 * v102;
-  const lanes v177 = v175 - v176;
-  const lanes v178 = v177 / v139;
-  const lanes v179 = v178 * v151;
-  const lanes v180 = v174 + v179;
-  const lanes v181 = v137 / v139;
-  const lanes v182 = v164 * v181;
-  const lanes v183 = v180 - v182;
-  const lanes v184 = v162 + v183;
-  const lanes v185 = v184 * v130;
-  const lanes v186 = v169 + v185;
-  const lanes v187 = v167 * v119;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = v149 + v183;
-  const lanes v190 = v189 * v106;
-  const lanes v191 = v188 - v190;
-  const lanes v192 = v191 / v139;
-  const lanes v193 = v167 * v127;
-  const lanes v194 = v104 + v167;
-  const lanes v195 = v194 * v119;
-  const lanes v196 = v189 * v107;
-  const lanes v197 = v195 + v196;
-  const lanes v198 = v111 + v183;
-  const lanes v199 = v198 * v130;
-  const lanes v200 = v197 - v199;
-  const lanes v201 = v168 * v115;
-  const lanes v202 = v200 - v201;
-  const lanes v203 = v202 * v118;
-  const lanes v204 = v193 + v203;
-  const lanes v205 = v121 * v130;
-  const lanes v206 = v106 * v119;
-  const lanes v207 = v205 - v206;
-  const lanes v208 = v207 / v139;
-  const lanes v209 = v117 * v208;
-  const lanes v210 = v106 * v115;
-  const lanes v211 = v121 * v107;
-  const lanes v212 = v210 - v211;
-  const lanes v213 = v212 / v139;
-  const lanes v214 = v151 * v213;
-  const lanes v215 = v209 + v214;
-  const lanes v216 = v132 / v139;
-  const lanes v217 = v164 * v216;
-  const lanes v218 = v215 - v217;
-  const lanes v219 = v159 + v218;
-  const lanes v220 = v219 * v132;
-  const lanes v221 = v204 + v220;
-  const lanes v222 = v184 * v137;
-  const lanes v223 = v221 + v222;
-  const lanes v224 = v198 * v122;
-  const lanes v225 = v218 - v143;
-  const lanes v226 = v225 * v115;
-  const lanes v227 = v224 + v226;
-  const lanes v228 = v189 * v102;
-  const lanes v229 = v227 - v228;
-  const lanes v230 = v218 - v8;
-  const lanes v231 = v230 * v119;
-  const lanes v232 = v229 - v231;
-  const lanes v233 = v232 * v106;
-  const lanes v234 = v223 + v233;
-  const lanes v235 = v168 * v102;
-  const lanes v236 = v230 * v130;
-  const lanes v237 = v235 + v236;
-  const lanes v238 = v194 * v122;
-  const lanes v239 = v237 - v238;
-  const lanes v240 = v225 * v107;
-  const lanes v241 = v239 - v240;
-  const lanes v242 = v241 * v121;
-  const lanes v243 = v234 + v242;
-  const lanes v244 = v139 * v139;
-  const lanes v245 = v207 / v244;
-  const lanes v246 = v243 * v245;
-  const lanes v247 = v192 - v246;
-  const lanes v248 = v117 * v247;
-  const lanes v249 = v167 * v115;
-  const lanes v250 = v198 * v106;
-  const lanes v251 = v249 + v250;
-  const lanes v252 = v194 * v121;
-  const lanes v253 = v251 - v252;
-  const lanes v254 = v184 * v107;
-  const lanes v255 = v253 - v254;
-  const lanes v256 = v255 / v139;
-  const lanes v257 = v212 / v244;
-  const lanes v258 = v243 * v257;
-  const lanes v259 = v256 - v258;
-  const lanes v260 = v151 * v259;
-  const lanes v261 = v248 + v260;
-  const lanes v262 = v8 * v230;
-  const lanes v263 = v110 * qd_1;
-  const lanes v264 = v1 * qdd_1;
-  const lanes v265 = v263 + v264;
-  const lanes v266 = 0.13 * v265;
-  const lanes v267 = v266 * v102;
-  const lanes v268 = v262 + v267;
-  const lanes v269 = v104 * v194;
-  const lanes v270 = v268 - v269;
-  const lanes v271 = v111 * v198;
-  const lanes v272 = v270 - v271;
-  const lanes v273 = 0.22516660498395405 * v265;
-  const lanes v274 = v273 * v107;
-  const lanes v275 = v272 - v274;
-  const lanes v276 = v3 * qdd_1;
-  const lanes v277 = v7 * qd_1;
-  const lanes v278 = v276 - v277;
-  const lanes v279 = 0.26 * v278;
-  const lanes v280 = v279 * v115;
-  const lanes v281 = v275 - v280;
-  const lanes v282 = v281 * v208;
-  const lanes v283 = v261 + v282;
-  const lanes v284 = v143 * v225;
-  const lanes v285 = v145 * v168;
-  const lanes v286 = v284 + v285;
-  const lanes v287 = v6 * qdd_2;
-  const lanes v288 = v148 * qd_2;
-  const lanes v289 = v287 + v288;
-  const lanes v290 = 0.13 * v289;
-  const lanes v291 = v290 * v122;
-  const lanes v292 = v286 + v291;
-  const lanes v293 = 0.22516660498395405 * v289;
-  const lanes v294 = v293 * v130;
-  const lanes v295 = v292 + v294;
-  const lanes v296 = v149 * v189;
-  const lanes v297 = v295 - v296;
-  const lanes v298 = v5 * qdd_2;
-  const lanes v299 = v142 * qd_2;
-  const lanes v300 = v298 - v299;
-  const lanes v301 = 0.26 * v300;
-  const lanes v302 = v301 * v119;
-  const lanes v303 = v297 - v302;
-  const lanes v304 = v303 * v213;
-  const lanes v305 = v283 + v304;
-  const lanes v306 = v202 / v139;
-  const lanes v307 = v132 / v244;
-  const lanes v308 = v243 * v307;
-  const lanes v309 = v306 - v308;
-  const lanes v310 = v164 * v309;
-  const lanes v311 = v305 - v310;
-  const lanes v312 = v159 * v219;
-  const lanes v313 = v162 * v184;
-  const lanes v314 = v312 + v313;
-  const lanes v315 = v4 * qdd_0;
-  const lanes v316 = v161 * qd_0;
-  const lanes v317 = v315 + v316;
-  const lanes v318 = 0.26 * v317;
-  const lanes v319 = v318 * v118;
-  const lanes v320 = v314 + v319;
-  const lanes v321 = v2 * qdd_0;
-  const lanes v322 = v158 * qd_0;
-  const lanes v323 = v321 - v322;
-  const lanes v324 = 0.26 * v323;
-  const lanes v325 = v324 * v121;
-  const lanes v326 = v320 + v325;
-  const lanes v327 = v326 * v216;
-  const lanes v328 = v311 - v327;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5],
+      qdd_0 = in[6], qdd_1 = in[7], qdd_2 = in[8];
+  LANES_COS_SIN(v3, v1, q_1); LANES_COS_SIN(v2, v4, q_0); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = v1 * qd_1, v8 = 0.13 * v7, v9 = 0.26 * v2, v10 = v9 + 0.2, v11 = v10 - 0.05,
+      v12 = 0.26 * v3, v13 = 0.2 + v12, v14 = 0.8660254037844386 * v13, v15 = v14 - 0.02,
+      v16 = v15 - 0.023301270189221932, v17 = v16 * v16, v18 = 0.5 * v13,
+      v19 = v18 + 0.034641016151377546, v20 = 0.05964101615137755 - v19, v21 = v20 - v11,
+      v22 = v21 * v21, v23 = v17 + v22, v24 = 0.26 * v4, v25 = 0.26 * v1, v26 = v24 - v25,
+      v27 = v26 * v26, v28 = v23 + v27, v29 = 0.5 * v28, v30 = 0.26 * v5, v31 = 0.2 + v30,
+      v32 = 0.8660254037844386 * v31, v33 = 0.02 + v32, v34 = 0.06330127018922194 - v33,
+      v35 = v34 * v21, v36 = 0.5 * v31, v37 = 0.034641016151377546 - v36,
+      v38 = v37 - 0.009641016151377546, v39 = v38 - v11, v40 = v16 * v39, v41 = v35 - v40,
+      v42 = v34 * v41, v43 = 0.26 * v6, v44 = v24 - v43, v45 = v26 * v39, v46 = v21 * v44,
+      v47 = v45 - v46, v48 = v44 * v47, v49 = v42 - v48, v50 = v29 * v49, v51 = v34 * v34,
+      v52 = v39 * v39, v53 = v51 + v52, v54 = v44 * v44, v55 = v53 + v54, v56 = 0.5 * v55,
+      v57 = v26 * v47, v58 = v16 * v41, v59 = v57 - v58, v60 = v56 * v59, v61 = v50 + v60,
+      v62 = v16 * v44, v63 = v34 * v26, v64 = v62 - v63, v65 = v64 * v64, v66 = v47 * v47,
+      v67 = v65 + v66, v68 = v41 * v41, v69 = v67 + v68, v70 = v61 / v69, v71 = v11 + v70,
+      v72 = v70 * v70, v73 = v44 * v64, v74 = v39 * v41, v75 = v73 - v74, v76 = v29 * v75,
+      v77 = v21 * v41, v78 = v26 * v64, v79 = v77 - v78, v80 = v56 * v79, v81 = v76 + v80,
+      v82 = v81 / v69, v83 = v82 * v82, v84 = v72 + v83, v85 = v39 * v47, v86 = v34 * v64,
+      v87 = v85 - v86, v88 = v29 * v87, v89 = v16 * v64, v90 = v21 * v47, v91 = v89 - v90,
+      v92 = v56 * v91, v93 = v88 + v92, v94 = v93 / v69, v95 = v94 * v94, v96 = v84 + v95,
+      v97 = 0.64 - v96, v98 = v97 / v69;
+  LANES_LET1(v99, sqrt, v98);
+  const lanes v100 = v64 * v99, v101 = v71 - v100, v102 = v101 - v20, v103 = v8 * v102,
+      v104 = 0.22516660498395405 * v7, v105 = v47 * v99, v106 = v82 - v105, v107 = v106 - v16,
+      v108 = v104 * v107, v109 = v103 - v108, v110 = v3 * qd_1, v111 = 0.26 * v110,
+      v112 = v94 - v24, v113 = v41 * v99, v114 = v112 - v113, v115 = v25 + v114, v116 = v111 * v115,
+      v117 = v109 - v116, v118 = v101 - v11, v119 = v43 + v114, v120 = v118 * v119,
+      v121 = v24 + v114, v122 = v101 - v38, v123 = v121 * v122, v124 = v120 - v123,
+      v125 = v115 * v122, v126 = v102 * v119, v127 = v125 - v126, v128 = v106 * v127,
+      v129 = v107 * v119, v130 = v106 - v34, v131 = v115 * v130, v132 = v129 - v131,
+      v133 = v118 * v132, v134 = v128 + v133, v135 = v102 * v130, v136 = v107 * v122,
+      v137 = v135 - v136, v138 = v121 * v137, v139 = v134 + v138, v140 = v124 / v139,
+      v141 = v117 * v140, v142 = v6 * qd_2, v143 = 0.13 * v142, v144 = v143 * v122,
+      v145 = 0.22516660498395405 * v142, v146 = v145 * v130, v147 = v144 + v146, v148 = v5 * qd_2,
+      v149 = 0.26 * v148, v150 = v149 * v119, v151 = v147 - v150, v152 = v121 * v102,
+      v153 = v118 * v115, v154 = v152 - v153, v155 = v154 / v139, v156 = v151 * v155,
+      v157 = v141 + v156, v158 = v4 * qd_0, v159 = 0.26 * v158, v160 = v159 * v118,
+      v161 = v2 * qd_0, v162 = 0.26 * v161, v163 = v162 * v121, v164 = v160 + v163,
+      v165 = v127 / v139, v166 = v164 * v165, v167 = v157 - v166, v168 = v167 - v145,
+      v169 = v168 * v121, v170 = v106 * v122, v171 = v118 * v130, v172 = v170 - v171,
+      v173 = v172 / v139, v174 = v173 * v117, v175 = v118 * v107, v176 = v106 * v102,
+      v177 = v175 - v176, v178 = v177 / v139, v179 = v178 * v151, v180 = v174 + v179,
+      v181 = v137 / v139, v182 = v164 * v181, v183 = v180 - v182, v184 = v162 + v183,
+      v185 = v184 * v130, v186 = v169 + v185, v187 = v167 * v119, v188 = v186 - v187,
+      v189 = v149 + v183, v190 = v189 * v106, v191 = v188 - v190, v192 = v191 / v139,
+      v193 = v167 * v127, v194 = v104 + v167, v195 = v194 * v119, v196 = v189 * v107,
+      v197 = v195 + v196, v198 = v111 + v183, v199 = v198 * v130, v200 = v197 - v199,
+      v201 = v168 * v115, v202 = v200 - v201, v203 = v202 * v118, v204 = v193 + v203,
+      v205 = v121 * v130, v206 = v106 * v119, v207 = v205 - v206, v208 = v207 / v139,
+      v209 = v117 * v208, v210 = v106 * v115, v211 = v121 * v107, v212 = v210 - v211,
+      v213 = v212 / v139, v214 = v151 * v213, v215 = v209 + v214, v216 = v132 / v139,
+      v217 = v164 * v216, v218 = v215 - v217, v219 = v159 + v218, v220 = v219 * v132,
+      v221 = v204 + v220, v222 = v184 * v137, v223 = v221 + v222, v224 = v198 * v122,
+      v225 = v218 - v143, v226 = v225 * v115, v227 = v224 + v226, v228 = v189 * v102,
+      v229 = v227 - v228, v230 = v218 - v8, v231 = v230 * v119, v232 = v229 - v231,
+      v233 = v232 * v106, v234 = v223 + v233, v235 = v168 * v102, v236 = v230 * v130,
+      v237 = v235 + v236, v238 = v194 * v122, v239 = v237 - v238, v240 = v225 * v107,
+      v241 = v239 - v240, v242 = v241 * v121, v243 = v234 + v242, v244 = v139 * v139,
+      v245 = v207 / v244, v246 = v243 * v245, v247 = v192 - v246, v248 = v117 * v247,
+      v249 = v167 * v115, v250 = v198 * v106, v251 = v249 + v250, v252 = v194 * v121,
+      v253 = v251 - v252, v254 = v184 * v107, v255 = v253 - v254, v256 = v255 / v139,
+      v257 = v212 / v244, v258 = v243 * v257, v259 = v256 - v258, v260 = v151 * v259,
+      v261 = v248 + v260, v262 = v8 * v230, v263 = v110 * qd_1, v264 = v1 * qdd_1,
+      v265 = v263 + v264, v266 = 0.13 * v265, v267 = v266 * v102, v268 = v262 + v267,
+      v269 = v104 * v194, v270 = v268 - v269, v271 = v111 * v198, v272 = v270 - v271,
+      v273 = 0.22516660498395405 * v265, v274 = v273 * v107, v275 = v272 - v274, v276 = v3 * qdd_1,
+      v277 = v7 * qd_1, v278 = v276 - v277, v279 = 0.26 * v278, v280 = v279 * v115,
+      v281 = v275 - v280, v282 = v281 * v208, v283 = v261 + v282, v284 = v143 * v225,
+      v285 = v145 * v168, v286 = v284 + v285, v287 = v6 * qdd_2, v288 = v148 * qd_2,
+      v289 = v287 + v288, v290 = 0.13 * v289, v291 = v290 * v122, v292 = v286 + v291,
+      v293 = 0.22516660498395405 * v289, v294 = v293 * v130, v295 = v292 + v294, v296 = v149 * v189,
+      v297 = v295 - v296, v298 = v5 * qdd_2, v299 = v142 * qd_2, v300 = v298 - v299,
+      v301 = 0.26 * v300, v302 = v301 * v119, v303 = v297 - v302, v304 = v303 * v213,
+      v305 = v283 + v304, v306 = v202 / v139, v307 = v132 / v244, v308 = v243 * v307,
+      v309 = v306 - v308, v310 = v164 * v309, v311 = v305 - v310, v312 = v159 * v219,
+      v313 = v162 * v184, v314 = v312 + v313, v315 = v4 * qdd_0, v316 = v161 * qd_0,
+      v317 = v315 + v316, v318 = 0.26 * v317, v319 = v318 * v118, v320 = v314 + v319,
+      v321 = v2 * qdd_0, v322 = v158 * qd_0, v323 = v321 - v322, v324 = 0.26 * v323,
+      v325 = v324 * v121, v326 = v320 + v325, v327 = v326 * v216, v328 = v311 - v327;
   out[0] = v328;
-  const lanes v329 = v189 * v118;
-  const lanes v330 = v219 * v119;
-  const lanes v331 = v329 + v330;
-  const lanes v332 = v184 * v122;
-  const lanes v333 = v331 - v332;
-  const lanes v334 = v225 * v121;
-  const lanes v335 = v333 - v334;
-  const lanes v336 = v335 / v139;
-  const lanes v337 = v124 / v244;
-  const lanes v338 = v243 * v337;
-  const lanes v339 = v336 - v338;
-  const lanes v340 = v117 * v339;
-  const lanes v341 = v184 * v102;
-  const lanes v342 = v230 * v121;
-  const lanes v343 = v341 + v342;
-  const lanes v344 = v198 * v118;
-  const lanes v345 = v343 - v344;
-  const lanes v346 = v219 * v115;
-  const lanes v347 = v345 - v346;
-  const lanes v348 = v347 / v139;
-  const lanes v349 = v154 / v244;
-  const lanes v350 = v243 * v349;
-  const lanes v351 = v348 - v350;
-  const lanes v352 = v151 * v351;
-  const lanes v353 = v340 + v352;
-  const lanes v354 = v281 * v140;
-  const lanes v355 = v353 + v354;
-  const lanes v356 = v303 * v155;
-  const lanes v357 = v355 + v356;
-  const lanes v358 = v232 / v139;
-  const lanes v359 = v127 / v244;
-  const lanes v360 = v243 * v359;
-  const lanes v361 = v358 - v360;
-  const lanes v362 = v164 * v361;
-  const lanes v363 = v357 - v362;
-  const lanes v364 = v326 * v165;
-  const lanes v365 = v363 - v364;
+  const lanes v329 = v189 * v118, v330 = v219 * v119, v331 = v329 + v330, v332 = v184 * v122,
+      v333 = v331 - v332, v334 = v225 * v121, v335 = v333 - v334, v336 = v335 / v139,
+      v337 = v124 / v244, v338 = v243 * v337, v339 = v336 - v338, v340 = v117 * v339,
+      v341 = v184 * v102, v342 = v230 * v121, v343 = v341 + v342, v344 = v198 * v118,
+      v345 = v343 - v344, v346 = v219 * v115, v347 = v345 - v346, v348 = v347 / v139,
+      v349 = v154 / v244, v350 = v243 * v349, v351 = v348 - v350, v352 = v151 * v351,
+      v353 = v340 + v352, v354 = v281 * v140, v355 = v353 + v354, v356 = v303 * v155,
+      v357 = v355 + v356, v358 = v232 / v139, v359 = v127 / v244, v360 = v243 * v359,
+      v361 = v358 - v360, v362 = v164 * v361, v363 = v357 - v362, v364 = v326 * v165,
+      v365 = v363 - v364;
   out[1] = v365;
-  const lanes v366 = v173 * v281;
-  const lanes v367 = v178 * v303;
-  const lanes v368 = v366 + v367;
-  const lanes v369 = v167 * v122;
-  const lanes v370 = v225 * v106;
-  const lanes v371 = v369 + v370;
-  const lanes v372 = v168 * v118;
-  const lanes v373 = v371 - v372;
-  const lanes v374 = v219 * v130;
-  const lanes v375 = v373 - v374;
-  const lanes v376 = v375 / v139;
-  const lanes v377 = v172 / v244;
-  const lanes v378 = v243 * v377;
-  const lanes v379 = v376 - v378;
-  const lanes v380 = v117 * v379;
-  const lanes v381 = v368 + v380;
-  const lanes v382 = v194 * v118;
-  const lanes v383 = v219 * v107;
-  const lanes v384 = v382 + v383;
-  const lanes v385 = v167 * v102;
-  const lanes v386 = v384 - v385;
-  const lanes v387 = v230 * v106;
-  const lanes v388 = v386 - v387;
-  const lanes v389 = v388 / v139;
-  const lanes v390 = v177 / v244;
-  const lanes v391 = v243 * v390;
-  const lanes v392 = v389 - v391;
-  const lanes v393 = v151 * v392;
-  const lanes v394 = v381 + v393;
-  const lanes v395 = v241 / v139;
-  const lanes v396 = v137 / v244;
-  const lanes v397 = v243 * v396;
-  const lanes v398 = v395 - v397;
-  const lanes v399 = v164 * v398;
-  const lanes v400 = v394 - v399;
-  const lanes v401 = v326 * v181;
-  const lanes v402 = v400 - v401;
-  out[2] = v402;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes v366 = v173 * v281, v367 = v178 * v303, v368 = v366 + v367, v369 = v167 * v122,
+      v370 = v225 * v106, v371 = v369 + v370, v372 = v168 * v118, v373 = v371 - v372,
+      v374 = v219 * v130, v375 = v373 - v374, v376 = v375 / v139, v377 = v172 / v244,
+      v378 = v243 * v377, v379 = v376 - v378, v380 = v117 * v379, v381 = v368 + v380,
+      v382 = v194 * v118, v383 = v219 * v107, v384 = v382 + v383, v385 = v167 * v102,
+      v386 = v384 - v385, v387 = v230 * v106, v388 = v386 - v387, v389 = v388 / v139,
+      v390 = v177 / v244, v391 = v243 * v390, v392 = v389 - v391, v393 = v151 * v392,
+      v394 = v381 + v393, v395 = v241 / v139, v396 = v137 / v244, v397 = v243 * v396,
+      v398 = v395 - v397, v399 = v164 * v398, v400 = v394 - v399, v401 = v326 * v181,
+      v402 = v400 - v401;
+  out[2] = v402; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_chain)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = 0.26 * v1;
-  const lanes v8 = v7 + 0.2;
-  const lanes v9 = v8 - 0.05;
-  const lanes v10 = 0.26 * v2;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = 0.8660254037844386 * v11;
-  const lanes v13 = v12 - 0.02;
-  const lanes v14 = v13 - 0.023301270189221932;
-  const lanes v15 = v14 * v14;
-  const lanes v16 = 0.5 * v11;
-  const lanes v17 = v16 + 0.034641016151377546;
-  const lanes v18 = 0.05964101615137755 - v17;
-  const lanes v19 = v18 - v9;
-  const lanes v20 = v19 * v19;
-  const lanes v21 = v15 + v20;
-  const lanes v22 = 0.26 * v3;
-  const lanes v23 = 0.26 * v4;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v21 + v25;
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = 0.26 * v5;
-  const lanes v29 = 0.2 + v28;
-  const lanes v30 = 0.8660254037844386 * v29;
-  const lanes v31 = 0.02 + v30;
-  const lanes v32 = 0.06330127018922194 - v31;
-  const lanes v33 = v32 * v19;
-  const lanes v34 = 0.5 * v29;
-  const lanes v35 = 0.034641016151377546 - v34;
-  const lanes v36 = v35 - 0.009641016151377546;
-  const lanes v37 = v36 - v9;
-  const lanes v38 = v14 * v37;
-  const lanes v39 = v33 - v38;
-  const lanes v40 = v32 * v39;
-  const lanes v41 = 0.26 * v6;
-  const lanes v42 = v22 - v41;
-  const lanes v43 = v24 * v37;
-  const lanes v44 = v19 * v42;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v40 - v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = v32 * v32;
-  const lanes v50 = v37 * v37;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v42 * v42;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v24 * v45;
-  const lanes v56 = v14 * v39;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v48 + v58;
-  const lanes v60 = v14 * v42;
-  const lanes v61 = v32 * v24;
-  const lanes v62 = v60 - v61;
-  const lanes v63 = v62 * v62;
-  const lanes v64 = v45 * v45;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = v39 * v39;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v59 / v67;
-  const lanes v69 = v9 + v68;
-  const lanes v70 = v68 * v68;
-  const lanes v71 = v42 * v62;
-  const lanes v72 = v37 * v39;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = v27 * v73;
-  const lanes v75 = v19 * v39;
-  const lanes v76 = v24 * v62;
-  const lanes v77 = v75 - v76;
-  const lanes v78 = v54 * v77;
-  const lanes v79 = v74 + v78;
-  const lanes v80 = v79 / v67;
-  const lanes v81 = v80 * v80;
-  const lanes v82 = v70 + v81;
-  const lanes v83 = v37 * v45;
-  const lanes v84 = v32 * v62;
-  const lanes v85 = v83 - v84;
-  const lanes v86 = v27 * v85;
-  const lanes v87 = v14 * v62;
-  const lanes v88 = v19 * v45;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v54 * v89;
-  const lanes v91 = v86 + v90;
-  const lanes v92 = v91 / v67;
-  const lanes v93 = v92 * v92;
-  const lanes v94 = v82 + v93;
-  const lanes v95 = 0.64 - v94;
-  const lanes v96 = v95 / v67;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  const lanes v98 = v62 * v97;
-  const lanes v99 = v69 - v98;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  LANES_COS_SIN(v1, v3, q_0); LANES_COS_SIN(v2, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = 0.26 * v1, v8 = v7 + 0.2, v9 = v8 - 0.05, v10 = 0.26 * v2, v11 = 0.2 + v10,
+      v12 = 0.8660254037844386 * v11, v13 = v12 - 0.02, v14 = v13 - 0.023301270189221932,
+      v15 = v14 * v14, v16 = 0.5 * v11, v17 = v16 + 0.034641016151377546,
+      v18 = 0.05964101615137755 - v17, v19 = v18 - v9, v20 = v19 * v19, v21 = v15 + v20,
+      v22 = 0.26 * v3, v23 = 0.26 * v4, v24 = v22 - v23, v25 = v24 * v24, v26 = v21 + v25,
+      v27 = 0.5 * v26, v28 = 0.26 * v5, v29 = 0.2 + v28, v30 = 0.8660254037844386 * v29,
+      v31 = 0.02 + v30, v32 = 0.06330127018922194 - v31, v33 = v32 * v19, v34 = 0.5 * v29,
+      v35 = 0.034641016151377546 - v34, v36 = v35 - 0.009641016151377546, v37 = v36 - v9,
+      v38 = v14 * v37, v39 = v33 - v38, v40 = v32 * v39, v41 = 0.26 * v6, v42 = v22 - v41,
+      v43 = v24 * v37, v44 = v19 * v42, v45 = v43 - v44, v46 = v42 * v45, v47 = v40 - v46,
+      v48 = v27 * v47, v49 = v32 * v32, v50 = v37 * v37, v51 = v49 + v50, v52 = v42 * v42,
+      v53 = v51 + v52, v54 = 0.5 * v53, v55 = v24 * v45, v56 = v14 * v39, v57 = v55 - v56,
+      v58 = v54 * v57, v59 = v48 + v58, v60 = v14 * v42, v61 = v32 * v24, v62 = v60 - v61,
+      v63 = v62 * v62, v64 = v45 * v45, v65 = v63 + v64, v66 = v39 * v39, v67 = v65 + v66,
+      v68 = v59 / v67, v69 = v9 + v68, v70 = v68 * v68, v71 = v42 * v62, v72 = v37 * v39,
+      v73 = v71 - v72, v74 = v27 * v73, v75 = v19 * v39, v76 = v24 * v62, v77 = v75 - v76,
+      v78 = v54 * v77, v79 = v74 + v78, v80 = v79 / v67, v81 = v80 * v80, v82 = v70 + v81,
+      v83 = v37 * v45, v84 = v32 * v62, v85 = v83 - v84, v86 = v27 * v85, v87 = v14 * v62,
+      v88 = v19 * v45, v89 = v87 - v88, v90 = v54 * v89, v91 = v86 + v90, v92 = v91 / v67,
+      v93 = v92 * v92, v94 = v82 + v93, v95 = 0.64 - v94, v96 = v95 / v67;
+  LANES_LET1(v97, sqrt, v96);
+  const lanes v98 = v62 * v97, v99 = v69 - v98;
   out[0] = v99;
-  const lanes v100 = v45 * v97;
-  const lanes v101 = v80 - v100;
+  const lanes v100 = v45 * v97, v101 = v80 - v100;
   out[1] = v101;
-  const lanes v102 = v92 - v22;
-  const lanes v103 = v39 * v97;
-  const lanes v104 = v102 - v103;
-  out[2] = v104;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes v102 = v92 - v22, v103 = v39 * v97, v104 = v102 - v103;
+  out[2] = v104; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_chain_D_q)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = 0.26 * v1;
-  const lanes v8 = 0.26 * v2;
-  const lanes v9 = 0.26 * v3;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.8660254037844386 * v10;
-  const lanes v12 = v11 - 0.02;
-  const lanes v13 = v12 - 0.023301270189221932;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = 0.5 * v10;
-  const lanes v16 = v15 + 0.034641016151377546;
-  const lanes v17 = 0.05964101615137755 - v16;
-  const lanes v18 = v7 + 0.2;
-  const lanes v19 = v18 - 0.05;
-  const lanes v20 = v17 - v19;
-  const lanes v21 = v20 * v20;
-  const lanes v22 = v14 + v21;
-  const lanes v23 = 0.26 * v4;
-  const lanes v24 = v8 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v22 + v25;
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = 0.26 * v5;
-  const lanes v29 = 0.2 + v28;
-  const lanes v30 = 0.5 * v29;
-  const lanes v31 = 0.034641016151377546 - v30;
-  const lanes v32 = v31 - 0.009641016151377546;
-  const lanes v33 = v32 - v19;
-  const lanes v34 = v24 * v33;
-  const lanes v35 = 0.26 * v6;
-  const lanes v36 = v8 - v35;
-  const lanes v37 = v20 * v36;
-  const lanes v38 = v34 - v37;
-  const lanes v39 = v33 * v38;
-  const lanes v40 = 0.8660254037844386 * v29;
-  const lanes v41 = 0.02 + v40;
-  const lanes v42 = 0.06330127018922194 - v41;
-  const lanes v43 = v13 * v36;
-  const lanes v44 = v42 * v24;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v39 - v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = v42 * v42;
-  const lanes v50 = v33 * v33;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v36 * v36;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v13 * v45;
-  const lanes v56 = v20 * v38;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v48 + v58;
-  const lanes v60 = v45 * v45;
-  const lanes v61 = v38 * v38;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v42 * v20;
-  const lanes v64 = v13 * v33;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 * v65;
-  const lanes v67 = v62 + v66;
-  const lanes v68 = v59 / v67;
-  const lanes v69 = v68 - v8;
-  const lanes v70 = v42 * v65;
-  const lanes v71 = v36 * v38;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v27 * v72;
-  const lanes v74 = v24 * v38;
-  const lanes v75 = v13 * v65;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v54 * v76;
-  const lanes v78 = v73 + v77;
-  const lanes v79 = v78 / v67;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v36 * v45;
-  const lanes v82 = v33 * v65;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v27 * v83;
-  const lanes v85 = v20 * v65;
-  const lanes v86 = v24 * v45;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v54 * v87;
-  const lanes v89 = v84 + v88;
-  const lanes v90 = v89 / v67;
-  const lanes v91 = v90 * v90;
-  const lanes v92 = v80 + v91;
-  const lanes v93 = v68 * v68;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = 0.64 - v94;
-  const lanes v96 = v95 / v67;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  const lanes v98 = v65 * v97;
-  const lanes v99 = v69 - v98;
-  const lanes v100 = v8 + v99;
-  const lanes v101 = v7 * v100;
-  const lanes v102 = v19 + v79;
-  const lanes v103 = v45 * v97;
-  const lanes v104 = v102 - v103;
-  const lanes v105 = v104 - v19;
-  const lanes v106 = v8 * v105;
-  const lanes v107 = v101 + v106;
-  const lanes v108 = v38 * v97;
-  const lanes v109 = v90 - v108;
-  const lanes v110 = v109 - v13;
-  const lanes v111 = v35 + v99;
-  const lanes v112 = v110 * v111;
-  const lanes v113 = v23 + v99;
-  const lanes v114 = v109 - v42;
-  const lanes v115 = v113 * v114;
-  const lanes v116 = v112 - v115;
-  const lanes v117 = v104 - v32;
-  const lanes v118 = v113 * v117;
-  const lanes v119 = v104 - v17;
-  const lanes v120 = v119 * v111;
-  const lanes v121 = v118 - v120;
-  const lanes v122 = v109 * v121;
-  const lanes v123 = v105 * v116;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = v119 * v114;
-  const lanes v126 = v110 * v117;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v100 * v127;
-  const lanes v129 = v124 + v128;
-  const lanes v130 = v116 / v129;
-  const lanes v131 = v107 * v130;
-  const lanes v132 = -v131;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = 0.26 * v1, v8 = 0.26 * v2, v9 = 0.26 * v3, v10 = 0.2 + v9,
+      v11 = 0.8660254037844386 * v10, v12 = v11 - 0.02, v13 = v12 - 0.023301270189221932,
+      v14 = v13 * v13, v15 = 0.5 * v10, v16 = v15 + 0.034641016151377546,
+      v17 = 0.05964101615137755 - v16, v18 = v7 + 0.2, v19 = v18 - 0.05, v20 = v17 - v19,
+      v21 = v20 * v20, v22 = v14 + v21, v23 = 0.26 * v4, v24 = v8 - v23, v25 = v24 * v24,
+      v26 = v22 + v25, v27 = 0.5 * v26, v28 = 0.26 * v5, v29 = 0.2 + v28, v30 = 0.5 * v29,
+      v31 = 0.034641016151377546 - v30, v32 = v31 - 0.009641016151377546, v33 = v32 - v19,
+      v34 = v24 * v33, v35 = 0.26 * v6, v36 = v8 - v35, v37 = v20 * v36, v38 = v34 - v37,
+      v39 = v33 * v38, v40 = 0.8660254037844386 * v29, v41 = 0.02 + v40,
+      v42 = 0.06330127018922194 - v41, v43 = v13 * v36, v44 = v42 * v24, v45 = v43 - v44,
+      v46 = v42 * v45, v47 = v39 - v46, v48 = v27 * v47, v49 = v42 * v42, v50 = v33 * v33,
+      v51 = v49 + v50, v52 = v36 * v36, v53 = v51 + v52, v54 = 0.5 * v53, v55 = v13 * v45,
+      v56 = v20 * v38, v57 = v55 - v56, v58 = v54 * v57, v59 = v48 + v58, v60 = v45 * v45,
+      v61 = v38 * v38, v62 = v60 + v61, v63 = v42 * v20, v64 = v13 * v33, v65 = v63 - v64,
+      v66 = v65 * v65, v67 = v62 + v66, v68 = v59 / v67, v69 = v68 - v8, v70 = v42 * v65,
+      v71 = v36 * v38, v72 = v70 - v71, v73 = v27 * v72, v74 = v24 * v38, v75 = v13 * v65,
+      v76 = v74 - v75, v77 = v54 * v76, v78 = v73 + v77, v79 = v78 / v67, v80 = v79 * v79,
+      v81 = v36 * v45, v82 = v33 * v65, v83 = v81 - v82, v84 = v27 * v83, v85 = v20 * v65,
+      v86 = v24 * v45, v87 = v85 - v86, v88 = v54 * v87, v89 = v84 + v88, v90 = v89 / v67,
+      v91 = v90 * v90, v92 = v80 + v91, v93 = v68 * v68, v94 = v92 + v93, v95 = 0.64 - v94,
+      v96 = v95 / v67;
+  LANES_LET1(v97, sqrt, v96);
+  const lanes v98 = v65 * v97, v99 = v69 - v98, v100 = v8 + v99, v101 = v7 * v100, v102 = v19 + v79,
+      v103 = v45 * v97, v104 = v102 - v103, v105 = v104 - v19, v106 = v8 * v105, v107 = v101 + v106,
+      v108 = v38 * v97, v109 = v90 - v108, v110 = v109 - v13, v111 = v35 + v99, v112 = v110 * v111,
+      v113 = v23 + v99, v114 = v109 - v42, v115 = v113 * v114, v116 = v112 - v115,
+      v117 = v104 - v32, v118 = v113 * v117, v119 = v104 - v17, v120 = v119 * v111,
+      v121 = v118 - v120, v122 = v109 * v121, v123 = v105 * v116, v124 = v122 + v123,
+      v125 = v119 * v114, v126 = v110 * v117, v127 = v125 - v126, v128 = v100 * v127,
+      v129 = v124 + v128, v130 = v116 / v129, v131 = v107 * v130, v132 = -v131;
   out[0] = v132;
-  const lanes v133 = 0.13 * v4;
-  const lanes v134 = v133 * v119;
-  const lanes v135 = v9 * v113;
-  const lanes v136 = v134 - v135;
-  const lanes v137 = 0.22516660498395405 * v4;
-  const lanes v138 = v137 * v110;
-  const lanes v139 = v136 - v138;
-  const lanes v140 = v100 * v114;
-  const lanes v141 = v109 * v111;
-  const lanes v142 = v140 - v141;
-  const lanes v143 = v142 / v129;
-  const lanes v144 = v139 * v143;
+  const lanes v133 = 0.13 * v4, v134 = v133 * v119, v135 = v9 * v113, v136 = v134 - v135,
+      v137 = 0.22516660498395405 * v4, v138 = v137 * v110, v139 = v136 - v138, v140 = v100 * v114,
+      v141 = v109 * v111, v142 = v140 - v141, v143 = v142 / v129, v144 = v139 * v143;
   out[1] = v144;
-  const lanes v145 = 0.13 * v6;
-  const lanes v146 = v145 * v117;
-  const lanes v147 = 0.22516660498395405 * v6;
-  const lanes v148 = v147 * v114;
-  const lanes v149 = v146 + v148;
-  const lanes v150 = v28 * v111;
-  const lanes v151 = v149 - v150;
-  const lanes v152 = v109 * v113;
-  const lanes v153 = v100 * v110;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 / v129;
-  const lanes v156 = v151 * v155;
+  const lanes v145 = 0.13 * v6, v146 = v145 * v117, v147 = 0.22516660498395405 * v6,
+      v148 = v147 * v114, v149 = v146 + v148, v150 = v28 * v111, v151 = v149 - v150,
+      v152 = v109 * v113, v153 = v100 * v110, v154 = v152 - v153, v155 = v154 / v129,
+      v156 = v151 * v155;
   out[2] = v156;
-  const lanes v157 = v121 / v129;
-  const lanes v158 = v107 * v157;
-  const lanes v159 = -v158;
+  const lanes v157 = v121 / v129, v158 = v107 * v157, v159 = -v158;
   out[3] = v159;
-  const lanes v160 = v105 * v111;
-  const lanes v161 = v100 * v117;
-  const lanes v162 = v160 - v161;
-  const lanes v163 = v162 / v129;
-  const lanes v164 = v139 * v163;
+  const lanes v160 = v105 * v111, v161 = v100 * v117, v162 = v160 - v161, v163 = v162 / v129,
+      v164 = v139 * v163;
   out[4] = v164;
-  const lanes v165 = v100 * v119;
-  const lanes v166 = v105 * v113;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v167 / v129;
-  const lanes v169 = v151 * v168;
+  const lanes v165 = v100 * v119, v166 = v105 * v113, v167 = v165 - v166, v168 = v167 / v129,
+      v169 = v151 * v168;
   out[5] = v169;
-  const lanes v170 = v127 / v129;
-  const lanes v171 = v107 * v170;
-  const lanes v172 = -v171;
+  const lanes v170 = v127 / v129, v171 = v107 * v170, v172 = -v171;
   out[6] = v172;
-  const lanes v173 = v109 * v117;
-  const lanes v174 = v105 * v114;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 / v129;
-  const lanes v177 = v176 * v139;
+  const lanes v173 = v109 * v117, v174 = v105 * v114, v175 = v173 - v174, v176 = v175 / v129,
+      v177 = v176 * v139;
   out[7] = v177;
-  const lanes v178 = v105 * v110;
-  const lanes v179 = v109 * v119;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v180 / v129;
-  const lanes v182 = v181 * v151;
-  out[8] = v182;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
+  const lanes v178 = v105 * v110, v179 = v109 * v119, v180 = v178 - v179, v181 = v180 / v129,
+      v182 = v181 * v151;
+  out[8] = v182; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_chain_rates)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v1);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = v1 * qd_1;
-  const lanes v8 = 0.13 * v7;
-  const lanes v9 = 0.26 * v2;
-  const lanes v10 = v9 + 0.2;
-  const lanes v11 = v10 - 0.05;
-  const lanes v12 = 0.26 * v3;
-  const lanes v13 = 0.2 + v12;
-  const lanes v14 = 0.8660254037844386 * v13;
-  const lanes v15 = v14 - 0.02;
-  const lanes v16 = v15 - 0.023301270189221932;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = 0.5 * v13;
-  const lanes v19 = v18 + 0.034641016151377546;
-  const lanes v20 = 0.05964101615137755 - v19;
-  const lanes v21 = v20 - v11;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v17 + v22;
-  const lanes v24 = 0.26 * v4;
-  const lanes v25 = 0.26 * v1;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = v26 * v26;
-  const lanes v28 = v23 + v27;
-  const lanes v29 = 0.5 * v28;
-  const lanes v30 = 0.26 * v5;
-  const lanes v31 = 0.2 + v30;
-  const lanes v32 = 0.8660254037844386 * v31;
-  const lanes v33 = 0.02 + v32;
-  const lanes v34 = 0.06330127018922194 - v33;
-  const lanes v35 = v34 * v21;
-  const lanes v36 = 0.5 * v31;
-  const lanes v37 = 0.034641016151377546 - v36;
-  const lanes v38 = v37 - 0.009641016151377546;
-  const lanes v39 = v38 - v11;
-  const lanes v40 = v16 * v39;
-  const lanes v41 = v35 - v40;
-  const lanes v42 = v34 * v41;
-  const lanes v43 = 0.26 * v6;
-  const lanes v44 = v24 - v43;
-  const lanes v45 = v26 * v39;
-  const lanes v46 = v21 * v44;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v44 * v47;
-  const lanes v49 = v42 - v48;
-  const lanes v50 = v29 * v49;
-  const lanes v51 = v34 * v34;
-  const lanes v52 = v39 * v39;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v44 * v44;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = 0.5 * v55;
-  const lanes v57 = v26 * v47;
-  const lanes v58 = v16 * v41;
-  const lanes v59 = v57 - v58;
-  const lanes v60 = v56 * v59;
-  const lanes v61 = v50 + v60;
-  const lanes v62 = v16 * v44;
-  const lanes v63 = v34 * v26;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v64 * v64;
-  const lanes v66 = v47 * v47;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v41 * v41;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v61 / v69;
-  const lanes v71 = v11 + v70;
-  const lanes v72 = v70 * v70;
-  const lanes v73 = v44 * v64;
-  const lanes v74 = v39 * v41;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v29 * v75;
-  const lanes v77 = v21 * v41;
-  const lanes v78 = v26 * v64;
-  const lanes v79 = v77 - v78;
-  const lanes v80 = v56 * v79;
-  const lanes v81 = v76 + v80;
-  const lanes v82 = v81 / v69;
-  const lanes v83 = v82 * v82;
-  const lanes v84 = v72 + v83;
-  const lanes v85 = v39 * v47;
-  const lanes v86 = v34 * v64;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v29 * v87;
-  const lanes v89 = v16 * v64;
-  const lanes v90 = v21 * v47;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = v56 * v91;
-  const lanes v93 = v88 + v92;
-  const lanes v94 = v93 / v69;
-  const lanes v95 = v94 * v94;
-  const lanes v96 = v84 + v95;
-  const lanes v97 = 0.64 - v96;
-  const lanes v98 = v97 / v69;
-  lanes v99; LANES_NAME(lanes_sqrt)(&v98, &v99);
-  const lanes v100 = v64 * v99;
-  const lanes v101 = v71 - v100;
-  const lanes v102 = v101 - v20;
-  const lanes v103 = v8 * v102;
-  const lanes v104 = 0.22516660498395405 * v7;
-  const lanes v105 = v47 * v99;
-  const lanes v106 = v82 - v105;
-  const lanes v107 = v106 - v16;
-  const lanes v108 = v104 * v107;
-  const lanes v109 = v103 - v108;
-  const lanes v110 = v3 * qd_1;
-  const lanes v111 = 0.26 * v110;
-  const lanes v112 = v94 - v24;
-  const lanes v113 = v41 * v99;
-  const lanes v114 = v112 - v113;
-  const lanes v115 = v25 + v114;
-  const lanes v116 = v111 * v115;
-  const lanes v117 = v109 - v116;
-  const lanes v118 = v24 + v114;
-  const lanes v119 = v106 - v34;
-  const lanes v120 = v118 * v119;
-  const lanes v121 = v43 + v114;
-  const lanes v122 = v106 * v121;
-  const lanes v123 = v120 - v122;
-  const lanes v124 = v101 - v38;
-  const lanes v125 = v115 * v124;
-  const lanes v126 = v102 * v121;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v106 * v127;
-  const lanes v129 = v101 - v11;
-  const lanes v130 = v107 * v121;
-  const lanes v131 = v115 * v119;
-  const lanes v132 = v130 - v131;
-  const lanes v133 = v129 * v132;
-  const lanes v134 = v128 + v133;
-  const lanes v135 = v102 * v119;
-  const lanes v136 = v107 * v124;
-  const lanes v137 = v135 - v136;
-  const lanes v138 = v118 * v137;
-  const lanes v139 = v134 + v138;
-  const lanes v140 = v123 / v139;
-  const lanes v141 = v117 * v140;
-  const lanes v142 = v6 * qd_2;
-  const lanes v143 = 0.13 * v142;
-  const lanes v144 = v143 * v124;
-  const lanes v145 = 0.22516660498395405 * v142;
-  const lanes v146 = v145 * v119;
-  const lanes v147 = v144 + v146;
-  const lanes v148 = v5 * qd_2;
-  const lanes v149 = 0.26 * v148;
-  const lanes v150 = v149 * v121;
-  const lanes v151 = v147 - v150;
-  const lanes v152 = v106 * v115;
-  const lanes v153 = v118 * v107;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 / v139;
-  const lanes v156 = v151 * v155;
-  const lanes v157 = v141 + v156;
-  const lanes v158 = v4 * qd_0;
-  const lanes v159 = 0.26 * v158;
-  const lanes v160 = v159 * v129;
-  const lanes v161 = v2 * qd_0;
-  const lanes v162 = 0.26 * v161;
-  const lanes v163 = v162 * v118;
-  const lanes v164 = v160 + v163;
-  const lanes v165 = v132 / v139;
-  const lanes v166 = v164 * v165;
-  const lanes v167 = v157 - v166;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5];
+  LANES_COS_SIN(v3, v1, q_1); LANES_COS_SIN(v2, v4, q_0); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = v1 * qd_1, v8 = 0.13 * v7, v9 = 0.26 * v2, v10 = v9 + 0.2, v11 = v10 - 0.05,
+      v12 = 0.26 * v3, v13 = 0.2 + v12, v14 = 0.8660254037844386 * v13, v15 = v14 - 0.02,
+      v16 = v15 - 0.023301270189221932, v17 = v16 * v16, v18 = 0.5 * v13,
+      v19 = v18 + 0.034641016151377546, v20 = 0.05964101615137755 - v19, v21 = v20 - v11,
+      v22 = v21 * v21, v23 = v17 + v22, v24 = 0.26 * v4, v25 = 0.26 * v1, v26 = v24 - v25,
+      v27 = v26 * v26, v28 = v23 + v27, v29 = 0.5 * v28, v30 = 0.26 * v5, v31 = 0.2 + v30,
+      v32 = 0.8660254037844386 * v31, v33 = 0.02 + v32, v34 = 0.06330127018922194 - v33,
+      v35 = v34 * v21, v36 = 0.5 * v31, v37 = 0.034641016151377546 - v36,
+      v38 = v37 - 0.009641016151377546, v39 = v38 - v11, v40 = v16 * v39, v41 = v35 - v40,
+      v42 = v34 * v41, v43 = 0.26 * v6, v44 = v24 - v43, v45 = v26 * v39, v46 = v21 * v44,
+      v47 = v45 - v46, v48 = v44 * v47, v49 = v42 - v48, v50 = v29 * v49, v51 = v34 * v34,
+      v52 = v39 * v39, v53 = v51 + v52, v54 = v44 * v44, v55 = v53 + v54, v56 = 0.5 * v55,
+      v57 = v26 * v47, v58 = v16 * v41, v59 = v57 - v58, v60 = v56 * v59, v61 = v50 + v60,
+      v62 = v16 * v44, v63 = v34 * v26, v64 = v62 - v63, v65 = v64 * v64, v66 = v47 * v47,
+      v67 = v65 + v66, v68 = v41 * v41, v69 = v67 + v68, v70 = v61 / v69, v71 = v11 + v70,
+      v72 = v70 * v70, v73 = v44 * v64, v74 = v39 * v41, v75 = v73 - v74, v76 = v29 * v75,
+      v77 = v21 * v41, v78 = v26 * v64, v79 = v77 - v78, v80 = v56 * v79, v81 = v76 + v80,
+      v82 = v81 / v69, v83 = v82 * v82, v84 = v72 + v83, v85 = v39 * v47, v86 = v34 * v64,
+      v87 = v85 - v86, v88 = v29 * v87, v89 = v16 * v64, v90 = v21 * v47, v91 = v89 - v90,
+      v92 = v56 * v91, v93 = v88 + v92, v94 = v93 / v69, v95 = v94 * v94, v96 = v84 + v95,
+      v97 = 0.64 - v96, v98 = v97 / v69;
+  LANES_LET1(v99, sqrt, v98);
+  const lanes v100 = v64 * v99, v101 = v71 - v100, v102 = v101 - v20, v103 = v8 * v102,
+      v104 = 0.22516660498395405 * v7, v105 = v47 * v99, v106 = v82 - v105, v107 = v106 - v16,
+      v108 = v104 * v107, v109 = v103 - v108, v110 = v3 * qd_1, v111 = 0.26 * v110,
+      v112 = v94 - v24, v113 = v41 * v99, v114 = v112 - v113, v115 = v25 + v114, v116 = v111 * v115,
+      v117 = v109 - v116, v118 = v24 + v114, v119 = v106 - v34, v120 = v118 * v119,
+      v121 = v43 + v114, v122 = v106 * v121, v123 = v120 - v122, v124 = v101 - v38,
+      v125 = v115 * v124, v126 = v102 * v121, v127 = v125 - v126, v128 = v106 * v127,
+      v129 = v101 - v11, v130 = v107 * v121, v131 = v115 * v119, v132 = v130 - v131,
+      v133 = v129 * v132, v134 = v128 + v133, v135 = v102 * v119, v136 = v107 * v124,
+      v137 = v135 - v136, v138 = v118 * v137, v139 = v134 + v138, v140 = v123 / v139,
+      v141 = v117 * v140, v142 = v6 * qd_2, v143 = 0.13 * v142, v144 = v143 * v124,
+      v145 = 0.22516660498395405 * v142, v146 = v145 * v119, v147 = v144 + v146, v148 = v5 * qd_2,
+      v149 = 0.26 * v148, v150 = v149 * v121, v151 = v147 - v150, v152 = v106 * v115,
+      v153 = v118 * v107, v154 = v152 - v153, v155 = v154 / v139, v156 = v151 * v155,
+      v157 = v141 + v156, v158 = v4 * qd_0, v159 = 0.26 * v158, v160 = v159 * v129,
+      v161 = v2 * qd_0, v162 = 0.26 * v161, v163 = v162 * v118, v164 = v160 + v163,
+      v165 = v132 / v139, v166 = v164 * v165, v167 = v157 - v166;
   out[0] = v167;
-  const lanes v168 = v129 * v121;
-  const lanes v169 = v118 * v124;
-  const lanes v170 = v168 - v169;
-  const lanes v171 = v170 / v139;
-  const lanes v172 = v117 * v171;
-  const lanes v173 = v118 * v102;
-  const lanes v174 = v129 * v115;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 / v139;
-  const lanes v177 = v151 * v176;
-  const lanes v178 = v172 + v177;
-  const lanes v179 = v127 / v139;
-  const lanes v180 = v164 * v179;
-  const lanes v181 = v178 - v180;
+  const lanes v168 = v129 * v121, v169 = v118 * v124, v170 = v168 - v169, v171 = v170 / v139,
+      v172 = v117 * v171, v173 = v118 * v102, v174 = v129 * v115, v175 = v173 - v174,
+      v176 = v175 / v139, v177 = v151 * v176, v178 = v172 + v177, v179 = v127 / v139,
+      v180 = v164 * v179, v181 = v178 - v180;
   out[1] = v181;
-  const lanes v182 = v106 * v124;
-  const lanes v183 = v129 * v119;
-  const lanes v184 = v182 - v183;
-  const lanes v185 = v184 / v139;
-  const lanes v186 = v185 * v117;
-  const lanes v187 = v129 * v107;
-  const lanes v188 = v106 * v102;
-  const lanes v189 = v187 - v188;
-  const lanes v190 = v189 / v139;
-  const lanes v191 = v190 * v151;
-  const lanes v192 = v186 + v191;
-  const lanes v193 = v137 / v139;
-  const lanes v194 = v164 * v193;
-  const lanes v195 = v192 - v194;
-  out[2] = v195;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes v182 = v106 * v124, v183 = v129 * v119, v184 = v182 - v183, v185 = v184 / v139,
+      v186 = v185 * v117, v187 = v129 * v107, v188 = v106 * v102, v189 = v187 - v188,
+      v190 = v189 / v139, v191 = v190 * v151, v192 = v186 + v191, v193 = v137 / v139,
+      v194 = v164 * v193, v195 = v192 - v194;
+  out[2] = v195; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_chain_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes qd_0 = in[3];
-  const lanes qd_1 = in[4];
-  const lanes qd_2 = in[5];
-  const lanes qdd_0 = in[6];
-  const lanes qdd_1 = in[7];
-  const lanes qdd_2 = in[8];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v1);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = v1 * qd_1;
-  const lanes v8 = 0.13 * v7;
-  const lanes v9 = 0.26 * v2;
-  const lanes v10 = v9 + 0.2;
-  const lanes v11 = v10 - 0.05;
-  const lanes v12 = 0.26 * v3;
-  const lanes v13 = 0.2 + v12;
-  const lanes v14 = 0.8660254037844386 * v13;
-  const lanes v15 = v14 - 0.02;
-  const lanes v16 = v15 - 0.023301270189221932;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = 0.5 * v13;
-  const lanes v19 = v18 + 0.034641016151377546;
-  const lanes v20 = 0.05964101615137755 - v19;
-  const lanes v21 = v20 - v11;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v17 + v22;
-  const lanes v24 = 0.26 * v4;
-  const lanes v25 = 0.26 * v1;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = v26 * v26;
-  const lanes v28 = v23 + v27;
-  const lanes v29 = 0.5 * v28;
-  const lanes v30 = 0.26 * v5;
-  const lanes v31 = 0.2 + v30;
-  const lanes v32 = 0.8660254037844386 * v31;
-  const lanes v33 = 0.02 + v32;
-  const lanes v34 = 0.06330127018922194 - v33;
-  const lanes v35 = v34 * v21;
-  const lanes v36 = 0.5 * v31;
-  const lanes v37 = 0.034641016151377546 - v36;
-  const lanes v38 = v37 - 0.009641016151377546;
-  const lanes v39 = v38 - v11;
-  const lanes v40 = v16 * v39;
-  const lanes v41 = v35 - v40;
-  const lanes v42 = v34 * v41;
-  const lanes v43 = 0.26 * v6;
-  const lanes v44 = v24 - v43;
-  const lanes v45 = v26 * v39;
-  const lanes v46 = v21 * v44;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v44 * v47;
-  const lanes v49 = v42 - v48;
-  const lanes v50 = v29 * v49;
-  const lanes v51 = v34 * v34;
-  const lanes v52 = v39 * v39;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v44 * v44;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = 0.5 * v55;
-  const lanes v57 = v26 * v47;
-  const lanes v58 = v16 * v41;
-  const lanes v59 = v57 - v58;
-  const lanes v60 = v56 * v59;
-  const lanes v61 = v50 + v60;
-  const lanes v62 = v16 * v44;
-  const lanes v63 = v34 * v26;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v64 * v64;
-  const lanes v66 = v47 * v47;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v41 * v41;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v61 / v69;
-  const lanes v71 = v11 + v70;
-  const lanes v72 = v70 * v70;
-  const lanes v73 = v44 * v64;
-  const lanes v74 = v39 * v41;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v29 * v75;
-  const lanes v77 = v21 * v41;
-  const lanes v78 = v26 * v64;
-  const lanes v79 = v77 - v78;
-  const lanes v80 = v56 * v79;
-  const lanes v81 = v76 + v80;
-  const lanes v82 = v81 / v69;
-  const lanes v83 = v82 * v82;
-  const lanes v84 = v72 + v83;
-  const lanes v85 = v39 * v47;
-  const lanes v86 = v34 * v64;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v29 * v87;
-  const lanes v89 = v16 * v64;
-  const lanes v90 = v21 * v47;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = v56 * v91;
-  const lanes v93 = v88 + v92;
-  const lanes v94 = v93 / v69;
-  const lanes v95 = v94 * v94;
-  const lanes v96 = v84 + v95;
-  const lanes v97 = 0.64 - v96;
-  const lanes v98 = v97 / v69;
-  lanes v99; LANES_NAME(lanes_sqrt)(&v98, &v99);
-  const lanes v100 = v64 * v99;
-  const lanes v101 = v71 - v100;
-  const lanes v102 = v101 - v20;
-  const lanes v103 = v8 * v102;
-  const lanes v104 = 0.22516660498395405 * v7;
-  const lanes v105 = v47 * v99;
-  const lanes v106 = v82 - v105;
-  const lanes v107 = v106 - v16;
-  const lanes v108 = v104 * v107;
-  const lanes v109 = v103 - v108;
-  const lanes v110 = v3 * qd_1;
-  const lanes v111 = 0.26 * v110;
-  const lanes v112 = v94 - v24;
-  const lanes v113 = v41 * v99;
-  const lanes v114 = v112 - v113;
-  const lanes v115 = v25 + v114;
-  const lanes v116 = v111 * v115;
-  const lanes v117 = v109 - v116;
-  const lanes v118 = v101 - v11;
-  const lanes v119 = v43 + v114;
-  const lanes v120 = v118 * v119;
-  const lanes v121 = v24 + v114;
-  const lanes v122 = v101 - v38;
-  const lanes v123 = v121 * v122;
-  const lanes v124 = v120 - v123;
-  const lanes v125 = v115 * v122;
-  const lanes v126 = v102 * v119;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v106 * v127;
-  const lanes v129 = v107 * v119;
-  const lanes v130 = v106 - v34;
-  const lanes v131 = v115 * v130;
-  const lanes v132 = v129 - v131;
-  const lanes v133 = v118 * v132;
-  const lanes v134 = v128 + v133;
-  const lanes v135 = v102 * v130;
-  const lanes v136 = v107 * v122;
-  const lanes v137 = v135 - v136;
-  const lanes v138 = v121 * v137;
-  const lanes v139 = v134 + v138;
-  const lanes v140 = v124 / v139;
-  const lanes v141 = v117 * v140;
-  const lanes v142 = v6 * qd_2;
-  const lanes v143 = 0.13 * v142;
-  const lanes v144 = v143 * v122;
-  const lanes v145 = 0.22516660498395405 * v142;
-  const lanes v146 = v145 * v130;
-  const lanes v147 = v144 + v146;
-  const lanes v148 = v5 * qd_2;
-  const lanes v149 = 0.26 * v148;
-  const lanes v150 = v149 * v119;
-  const lanes v151 = v147 - v150;
-  const lanes v152 = v121 * v102;
-  const lanes v153 = v118 * v115;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 / v139;
-  const lanes v156 = v151 * v155;
-  const lanes v157 = v141 + v156;
-  const lanes v158 = v4 * qd_0;
-  const lanes v159 = 0.26 * v158;
-  const lanes v160 = v159 * v118;
-  const lanes v161 = v2 * qd_0;
-  const lanes v162 = 0.26 * v161;
-  const lanes v163 = v162 * v121;
-  const lanes v164 = v160 + v163;
-  const lanes v165 = v127 / v139;
-  const lanes v166 = v164 * v165;
-  const lanes v167 = v157 - v166;
-  const lanes v168 = v167 - v145;
-  const lanes v169 = v168 * v121;
-  const lanes v170 = v106 * v122;
-  const lanes v171 = v118 * v130;
-  const lanes v172 = v170 - v171;
-  const lanes v173 = v172 / v139;
-  const lanes v174 = v173 * v117;
-  const lanes v175 = v118 * v107;
-  const lanes v176 = v106 * v102;
-  const lanes v177 = v175 - v176;
-  const lanes v178 = v177 / v139;
-  const lanes v179 = v178 * v151;
-  const lanes v180 = v174 + v179;
-  const lanes v181 = v137 / v139;
-  const lanes v182 = v164 * v181;
-  const lanes v183 = v180 - v182;
-  const lanes v184 = v162 + v183;
-  const lanes v185 = v184 * v130;
-  const lanes v186 = v169 + v185;
-  const lanes v187 = v167 * v119;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = v149 + v183;
-  const lanes v190 = v189 * v106;
-  const lanes v191 = v188 - v190;
-  const lanes v192 = v191 / v139;
-  const lanes v193 = v167 * v127;
-  const lanes v194 = v104 + v167;
-  const lanes v195 = v194 * v119;
-  const lanes v196 = v189 * v107;
-  const lanes v197 = v195 + v196;
-  const lanes v198 = v111 + v183;
-  const lanes v199 = v198 * v130;
-  const lanes v200 = v197 - v199;
-  const lanes v201 = v168 * v115;
-  const lanes v202 = v200 - v201;
-  const lanes v203 = v202 * v118;
-  const lanes v204 = v193 + v203;
-  const lanes v205 = v121 * v130;
-  const lanes v206 = v106 * v119;
-  const lanes v207 = v205 - v206;
-  const lanes v208 = v207 / v139;
-  const lanes v209 = v117 * v208;
-  const lanes v210 = v106 * v115;
-  const lanes v211 = v121 * v107;
-  const lanes v212 = v210 - v211;
-  const lanes v213 = v212 / v139;
-  const lanes v214 = v151 * v213;
-  const lanes v215 = v209 + v214;
-  const lanes v216 = v132 / v139;
-  const lanes v217 = v164 * v216;
-  const lanes v218 = v215 - v217;
-  const lanes v219 = v159 + v218;
-  const lanes v220 = v219 * v132;
-  const lanes v221 = v204 + v220;
-  const lanes v222 = v184 * v137;
-  const lanes v223 = v221 + v222;
-  const lanes v224 = v198 * v122;
-  const lanes v225 = v218 - v143;
-  const lanes v226 = v225 * v115;
-  const lanes v227 = v224 + v226;
-  const lanes v228 = v189 * v102;
-  const lanes v229 = v227 - v228;
-  const lanes v230 = v218 - v8;
-  const lanes v231 = v230 * v119;
-  const lanes v232 = v229 - v231;
-  const lanes v233 = v232 * v106;
-  const lanes v234 = v223 + v233;
-  const lanes v235 = v168 * v102;
-  const lanes v236 = v230 * v130;
-  const lanes v237 = v235 + v236;
-  const lanes v238 = v194 * v122;
-  const lanes v239 = v237 - v238;
-  const lanes v240 = v225 * v107;
-  const lanes v241 = v239 - v240;
-  const lanes v242 = v241 * v121;
-  const lanes v243 = v234 + v242;
-  const lanes v244 = v139 * v139;
-  const lanes v245 = v207 / v244;
-  const lanes v246 = v243 * v245;
-  const lanes v247 = v192 - v246;
-  const lanes v248 = v117 * v247;
-  const lanes v249 = v167 * v115;
-  const lanes v250 = v198 * v106;
-  const lanes v251 = v249 + v250;
-  const lanes v252 = v194 * v121;
-  const lanes v253 = v251 - v252;
-  const lanes v254 = v184 * v107;
-  const lanes v255 = v253 - v254;
-  const lanes v256 = v255 / v139;
-  const lanes v257 = v212 / v244;
-  const lanes v258 = v243 * v257;
-  const lanes v259 = v256 - v258;
-  const lanes v260 = v151 * v259;
-  const lanes v261 = v248 + v260;
-  const lanes v262 = v8 * v230;
-  const lanes v263 = v110 * qd_1;
-  const lanes v264 = v1 * qdd_1;
-  const lanes v265 = v263 + v264;
-  const lanes v266 = 0.13 * v265;
-  const lanes v267 = v266 * v102;
-  const lanes v268 = v262 + v267;
-  const lanes v269 = v104 * v194;
-  const lanes v270 = v268 - v269;
-  const lanes v271 = v111 * v198;
-  const lanes v272 = v270 - v271;
-  const lanes v273 = 0.22516660498395405 * v265;
-  const lanes v274 = v273 * v107;
-  const lanes v275 = v272 - v274;
-  const lanes v276 = v3 * qdd_1;
-  const lanes v277 = v7 * qd_1;
-  const lanes v278 = v276 - v277;
-  const lanes v279 = 0.26 * v278;
-  const lanes v280 = v279 * v115;
-  const lanes v281 = v275 - v280;
-  const lanes v282 = v281 * v208;
-  const lanes v283 = v261 + v282;
-  const lanes v284 = v143 * v225;
-  const lanes v285 = v145 * v168;
-  const lanes v286 = v284 + v285;
-  const lanes v287 = v6 * qdd_2;
-  const lanes v288 = v148 * qd_2;
-  const lanes v289 = v287 + v288;
-  const lanes v290 = 0.13 * v289;
-  const lanes v291 = v290 * v122;
-  const lanes v292 = v286 + v291;
-  const lanes v293 = 0.22516660498395405 * v289;
-  const lanes v294 = v293 * v130;
-  const lanes v295 = v292 + v294;
-  const lanes v296 = v149 * v189;
-  const lanes v297 = v295 - v296;
-  const lanes v298 = v5 * qdd_2;
-  const lanes v299 = v142 * qd_2;
-  const lanes v300 = v298 - v299;
-  const lanes v301 = 0.26 * v300;
-  const lanes v302 = v301 * v119;
-  const lanes v303 = v297 - v302;
-  const lanes v304 = v303 * v213;
-  const lanes v305 = v283 + v304;
-  const lanes v306 = v202 / v139;
-  const lanes v307 = v132 / v244;
-  const lanes v308 = v243 * v307;
-  const lanes v309 = v306 - v308;
-  const lanes v310 = v164 * v309;
-  const lanes v311 = v305 - v310;
-  const lanes v312 = v159 * v219;
-  const lanes v313 = v162 * v184;
-  const lanes v314 = v312 + v313;
-  const lanes v315 = v4 * qdd_0;
-  const lanes v316 = v161 * qd_0;
-  const lanes v317 = v315 + v316;
-  const lanes v318 = 0.26 * v317;
-  const lanes v319 = v318 * v118;
-  const lanes v320 = v314 + v319;
-  const lanes v321 = v2 * qdd_0;
-  const lanes v322 = v158 * qd_0;
-  const lanes v323 = v321 - v322;
-  const lanes v324 = 0.26 * v323;
-  const lanes v325 = v324 * v121;
-  const lanes v326 = v320 + v325;
-  const lanes v327 = v326 * v216;
-  const lanes v328 = v311 - v327;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], qd_0 = in[3], qd_1 = in[4], qd_2 = in[5],
+      qdd_0 = in[6], qdd_1 = in[7], qdd_2 = in[8];
+  LANES_COS_SIN(v3, v1, q_1); LANES_COS_SIN(v2, v4, q_0); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = v1 * qd_1, v8 = 0.13 * v7, v9 = 0.26 * v2, v10 = v9 + 0.2, v11 = v10 - 0.05,
+      v12 = 0.26 * v3, v13 = 0.2 + v12, v14 = 0.8660254037844386 * v13, v15 = v14 - 0.02,
+      v16 = v15 - 0.023301270189221932, v17 = v16 * v16, v18 = 0.5 * v13,
+      v19 = v18 + 0.034641016151377546, v20 = 0.05964101615137755 - v19, v21 = v20 - v11,
+      v22 = v21 * v21, v23 = v17 + v22, v24 = 0.26 * v4, v25 = 0.26 * v1, v26 = v24 - v25,
+      v27 = v26 * v26, v28 = v23 + v27, v29 = 0.5 * v28, v30 = 0.26 * v5, v31 = 0.2 + v30,
+      v32 = 0.8660254037844386 * v31, v33 = 0.02 + v32, v34 = 0.06330127018922194 - v33,
+      v35 = v34 * v21, v36 = 0.5 * v31, v37 = 0.034641016151377546 - v36,
+      v38 = v37 - 0.009641016151377546, v39 = v38 - v11, v40 = v16 * v39, v41 = v35 - v40,
+      v42 = v34 * v41, v43 = 0.26 * v6, v44 = v24 - v43, v45 = v26 * v39, v46 = v21 * v44,
+      v47 = v45 - v46, v48 = v44 * v47, v49 = v42 - v48, v50 = v29 * v49, v51 = v34 * v34,
+      v52 = v39 * v39, v53 = v51 + v52, v54 = v44 * v44, v55 = v53 + v54, v56 = 0.5 * v55,
+      v57 = v26 * v47, v58 = v16 * v41, v59 = v57 - v58, v60 = v56 * v59, v61 = v50 + v60,
+      v62 = v16 * v44, v63 = v34 * v26, v64 = v62 - v63, v65 = v64 * v64, v66 = v47 * v47,
+      v67 = v65 + v66, v68 = v41 * v41, v69 = v67 + v68, v70 = v61 / v69, v71 = v11 + v70,
+      v72 = v70 * v70, v73 = v44 * v64, v74 = v39 * v41, v75 = v73 - v74, v76 = v29 * v75,
+      v77 = v21 * v41, v78 = v26 * v64, v79 = v77 - v78, v80 = v56 * v79, v81 = v76 + v80,
+      v82 = v81 / v69, v83 = v82 * v82, v84 = v72 + v83, v85 = v39 * v47, v86 = v34 * v64,
+      v87 = v85 - v86, v88 = v29 * v87, v89 = v16 * v64, v90 = v21 * v47, v91 = v89 - v90,
+      v92 = v56 * v91, v93 = v88 + v92, v94 = v93 / v69, v95 = v94 * v94, v96 = v84 + v95,
+      v97 = 0.64 - v96, v98 = v97 / v69;
+  LANES_LET1(v99, sqrt, v98);
+  const lanes v100 = v64 * v99, v101 = v71 - v100, v102 = v101 - v20, v103 = v8 * v102,
+      v104 = 0.22516660498395405 * v7, v105 = v47 * v99, v106 = v82 - v105, v107 = v106 - v16,
+      v108 = v104 * v107, v109 = v103 - v108, v110 = v3 * qd_1, v111 = 0.26 * v110,
+      v112 = v94 - v24, v113 = v41 * v99, v114 = v112 - v113, v115 = v25 + v114, v116 = v111 * v115,
+      v117 = v109 - v116, v118 = v101 - v11, v119 = v43 + v114, v120 = v118 * v119,
+      v121 = v24 + v114, v122 = v101 - v38, v123 = v121 * v122, v124 = v120 - v123,
+      v125 = v115 * v122, v126 = v102 * v119, v127 = v125 - v126, v128 = v106 * v127,
+      v129 = v107 * v119, v130 = v106 - v34, v131 = v115 * v130, v132 = v129 - v131,
+      v133 = v118 * v132, v134 = v128 + v133, v135 = v102 * v130, v136 = v107 * v122,
+      v137 = v135 - v136, v138 = v121 * v137, v139 = v134 + v138, v140 = v124 / v139,
+      v141 = v117 * v140, v142 = v6 * qd_2, v143 = 0.13 * v142, v144 = v143 * v122,
+      v145 = 0.22516660498395405 * v142, v146 = v145 * v130, v147 = v144 + v146, v148 = v5 * qd_2,
+      v149 = 0.26 * v148, v150 = v149 * v119, v151 = v147 - v150, v152 = v121 * v102,
+      v153 = v118 * v115, v154 = v152 - v153, v155 = v154 / v139, v156 = v151 * v155,
+      v157 = v141 + v156, v158 = v4 * qd_0, v159 = 0.26 * v158, v160 = v159 * v118,
+      v161 = v2 * qd_0, v162 = 0.26 * v161, v163 = v162 * v121, v164 = v160 + v163,
+      v165 = v127 / v139, v166 = v164 * v165, v167 = v157 - v166, v168 = v167 - v145,
+      v169 = v168 * v121, v170 = v106 * v122, v171 = v118 * v130, v172 = v170 - v171,
+      v173 = v172 / v139, v174 = v173 * v117, v175 = v118 * v107, v176 = v106 * v102,
+      v177 = v175 - v176, v178 = v177 / v139, v179 = v178 * v151, v180 = v174 + v179,
+      v181 = v137 / v139, v182 = v164 * v181, v183 = v180 - v182, v184 = v162 + v183,
+      v185 = v184 * v130, v186 = v169 + v185, v187 = v167 * v119, v188 = v186 - v187,
+      v189 = v149 + v183, v190 = v189 * v106, v191 = v188 - v190, v192 = v191 / v139,
+      v193 = v167 * v127, v194 = v104 + v167, v195 = v194 * v119, v196 = v189 * v107,
+      v197 = v195 + v196, v198 = v111 + v183, v199 = v198 * v130, v200 = v197 - v199,
+      v201 = v168 * v115, v202 = v200 - v201, v203 = v202 * v118, v204 = v193 + v203,
+      v205 = v121 * v130, v206 = v106 * v119, v207 = v205 - v206, v208 = v207 / v139,
+      v209 = v117 * v208, v210 = v106 * v115, v211 = v121 * v107, v212 = v210 - v211,
+      v213 = v212 / v139, v214 = v151 * v213, v215 = v209 + v214, v216 = v132 / v139,
+      v217 = v164 * v216, v218 = v215 - v217, v219 = v159 + v218, v220 = v219 * v132,
+      v221 = v204 + v220, v222 = v184 * v137, v223 = v221 + v222, v224 = v198 * v122,
+      v225 = v218 - v143, v226 = v225 * v115, v227 = v224 + v226, v228 = v189 * v102,
+      v229 = v227 - v228, v230 = v218 - v8, v231 = v230 * v119, v232 = v229 - v231,
+      v233 = v232 * v106, v234 = v223 + v233, v235 = v168 * v102, v236 = v230 * v130,
+      v237 = v235 + v236, v238 = v194 * v122, v239 = v237 - v238, v240 = v225 * v107,
+      v241 = v239 - v240, v242 = v241 * v121, v243 = v234 + v242, v244 = v139 * v139,
+      v245 = v207 / v244, v246 = v243 * v245, v247 = v192 - v246, v248 = v117 * v247,
+      v249 = v167 * v115, v250 = v198 * v106, v251 = v249 + v250, v252 = v194 * v121,
+      v253 = v251 - v252, v254 = v184 * v107, v255 = v253 - v254, v256 = v255 / v139,
+      v257 = v212 / v244, v258 = v243 * v257, v259 = v256 - v258, v260 = v151 * v259,
+      v261 = v248 + v260, v262 = v8 * v230, v263 = v110 * qd_1, v264 = v1 * qdd_1,
+      v265 = v263 + v264, v266 = 0.13 * v265, v267 = v266 * v102, v268 = v262 + v267,
+      v269 = v104 * v194, v270 = v268 - v269, v271 = v111 * v198, v272 = v270 - v271,
+      v273 = 0.22516660498395405 * v265, v274 = v273 * v107, v275 = v272 - v274, v276 = v3 * qdd_1,
+      v277 = v7 * qd_1, v278 = v276 - v277, v279 = 0.26 * v278, v280 = v279 * v115,
+      v281 = v275 - v280, v282 = v281 * v208, v283 = v261 + v282, v284 = v143 * v225,
+      v285 = v145 * v168, v286 = v284 + v285, v287 = v6 * qdd_2, v288 = v148 * qd_2,
+      v289 = v287 + v288, v290 = 0.13 * v289, v291 = v290 * v122, v292 = v286 + v291,
+      v293 = 0.22516660498395405 * v289, v294 = v293 * v130, v295 = v292 + v294, v296 = v149 * v189,
+      v297 = v295 - v296, v298 = v5 * qdd_2, v299 = v142 * qd_2, v300 = v298 - v299,
+      v301 = 0.26 * v300, v302 = v301 * v119, v303 = v297 - v302, v304 = v303 * v213,
+      v305 = v283 + v304, v306 = v202 / v139, v307 = v132 / v244, v308 = v243 * v307,
+      v309 = v306 - v308, v310 = v164 * v309, v311 = v305 - v310, v312 = v159 * v219,
+      v313 = v162 * v184, v314 = v312 + v313, v315 = v4 * qdd_0, v316 = v161 * qd_0,
+      v317 = v315 + v316, v318 = 0.26 * v317, v319 = v318 * v118, v320 = v314 + v319,
+      v321 = v2 * qdd_0, v322 = v158 * qd_0, v323 = v321 - v322, v324 = 0.26 * v323,
+      v325 = v324 * v121, v326 = v320 + v325, v327 = v326 * v216, v328 = v311 - v327;
   out[0] = v328;
-  const lanes v329 = v189 * v118;
-  const lanes v330 = v219 * v119;
-  const lanes v331 = v329 + v330;
-  const lanes v332 = v184 * v122;
-  const lanes v333 = v331 - v332;
-  const lanes v334 = v225 * v121;
-  const lanes v335 = v333 - v334;
-  const lanes v336 = v335 / v139;
-  const lanes v337 = v124 / v244;
-  const lanes v338 = v243 * v337;
-  const lanes v339 = v336 - v338;
-  const lanes v340 = v117 * v339;
-  const lanes v341 = v184 * v102;
-  const lanes v342 = v230 * v121;
-  const lanes v343 = v341 + v342;
-  const lanes v344 = v198 * v118;
-  const lanes v345 = v343 - v344;
-  const lanes v346 = v219 * v115;
-  const lanes v347 = v345 - v346;
-  const lanes v348 = v347 / v139;
-  const lanes v349 = v154 / v244;
-  const lanes v350 = v243 * v349;
-  const lanes v351 = v348 - v350;
-  const lanes v352 = v151 * v351;
-  const lanes v353 = v340 + v352;
-  const lanes v354 = v281 * v140;
-  const lanes v355 = v353 + v354;
-  const lanes v356 = v303 * v155;
-  const lanes v357 = v355 + v356;
-  const lanes v358 = v232 / v139;
-  const lanes v359 = v127 / v244;
-  const lanes v360 = v243 * v359;
-  const lanes v361 = v358 - v360;
-  const lanes v362 = v164 * v361;
-  const lanes v363 = v357 - v362;
-  const lanes v364 = v326 * v165;
-  const lanes v365 = v363 - v364;
+  const lanes v329 = v189 * v118, v330 = v219 * v119, v331 = v329 + v330, v332 = v184 * v122,
+      v333 = v331 - v332, v334 = v225 * v121, v335 = v333 - v334, v336 = v335 / v139,
+      v337 = v124 / v244, v338 = v243 * v337, v339 = v336 - v338, v340 = v117 * v339,
+      v341 = v184 * v102, v342 = v230 * v121, v343 = v341 + v342, v344 = v198 * v118,
+      v345 = v343 - v344, v346 = v219 * v115, v347 = v345 - v346, v348 = v347 / v139,
+      v349 = v154 / v244, v350 = v243 * v349, v351 = v348 - v350, v352 = v151 * v351,
+      v353 = v340 + v352, v354 = v281 * v140, v355 = v353 + v354, v356 = v303 * v155,
+      v357 = v355 + v356, v358 = v232 / v139, v359 = v127 / v244, v360 = v243 * v359,
+      v361 = v358 - v360, v362 = v164 * v361, v363 = v357 - v362, v364 = v326 * v165,
+      v365 = v363 - v364;
   out[1] = v365;
-  const lanes v366 = v173 * v281;
-  const lanes v367 = v178 * v303;
-  const lanes v368 = v366 + v367;
-  const lanes v369 = v167 * v122;
-  const lanes v370 = v225 * v106;
-  const lanes v371 = v369 + v370;
-  const lanes v372 = v168 * v118;
-  const lanes v373 = v371 - v372;
-  const lanes v374 = v219 * v130;
-  const lanes v375 = v373 - v374;
-  const lanes v376 = v375 / v139;
-  const lanes v377 = v172 / v244;
-  const lanes v378 = v243 * v377;
-  const lanes v379 = v376 - v378;
-  const lanes v380 = v117 * v379;
-  const lanes v381 = v368 + v380;
-  const lanes v382 = v194 * v118;
-  const lanes v383 = v219 * v107;
-  const lanes v384 = v382 + v383;
-  const lanes v385 = v167 * v102;
-  const lanes v386 = v384 - v385;
-  const lanes v387 = v230 * v106;
-  const lanes v388 = v386 - v387;
-  const lanes v389 = v388 / v139;
-  const lanes v390 = v177 / v244;
-  const lanes v391 = v243 * v390;
-  const lanes v392 = v389 - v391;
-  const lanes v393 = v151 * v392;
-  const lanes v394 = v381 + v393;
-  const lanes v395 = v241 / v139;
-  const lanes v396 = v137 / v244;
-  const lanes v397 = v243 * v396;
-  const lanes v398 = v395 - v397;
-  const lanes v399 = v164 * v398;
-  const lanes v400 = v394 - v399;
-  const lanes v401 = v326 * v181;
-  const lanes v402 = v400 - v401;
-  out[2] = v402;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes v366 = v173 * v281, v367 = v178 * v303, v368 = v366 + v367, v369 = v167 * v122,
+      v370 = v225 * v106, v371 = v369 + v370, v372 = v168 * v118, v373 = v371 - v372,
+      v374 = v219 * v130, v375 = v373 - v374, v376 = v375 / v139, v377 = v172 / v244,
+      v378 = v243 * v377, v379 = v376 - v378, v380 = v117 * v379, v381 = v368 + v380,
+      v382 = v194 * v118, v383 = v219 * v107, v384 = v382 + v383, v385 = v167 * v102,
+      v386 = v384 - v385, v387 = v230 * v106, v388 = v386 - v387, v389 = v388 / v139,
+      v390 = v177 / v244, v391 = v243 * v390, v392 = v389 - v391, v393 = v151 * v392,
+      v394 = v381 + v393, v395 = v241 / v139, v396 = v137 / v244, v397 = v243 * v396,
+      v398 = v395 - v397, v399 = v164 * v398, v400 = v394 - v399, v401 = v326 * v181,
+      v402 = v400 - v401;
+  out[2] = v402; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(delta_configuration)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = 0.26 * v1;
-  const lanes v8 = v7 + 0.2;
-  const lanes v9 = v8 - 0.05;
-  const lanes v10 = 0.26 * v2;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = 0.8660254037844386 * v11;
-  const lanes v13 = v12 - 0.02;
-  const lanes v14 = v13 - 0.023301270189221932;
-  const lanes v15 = v14 * v14;
-  const lanes v16 = 0.5 * v11;
-  const lanes v17 = v16 + 0.034641016151377546;
-  const lanes v18 = 0.05964101615137755 - v17;
-  const lanes v19 = v18 - v9;
-  const lanes v20 = v19 * v19;
-  const lanes v21 = v15 + v20;
-  const lanes v22 = 0.26 * v3;
-  const lanes v23 = 0.26 * v4;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v21 + v25;
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = 0.26 * v5;
-  const lanes v29 = 0.2 + v28;
-  const lanes v30 = 0.8660254037844386 * v29;
-  const lanes v31 = 0.02 + v30;
-  const lanes v32 = 0.06330127018922194 - v31;
-  const lanes v33 = v32 * v19;
-  const lanes v34 = 0.5 * v29;
-  const lanes v35 = 0.034641016151377546 - v34;
-  const lanes v36 = v35 - 0.009641016151377546;
-  const lanes v37 = v36 - v9;
-  const lanes v38 = v14 * v37;
-  const lanes v39 = v33 - v38;
-  const lanes v40 = v32 * v39;
-  const lanes v41 = 0.26 * v6;
-  const lanes v42 = v22 - v41;
-  const lanes v43 = v24 * v37;
-  const lanes v44 = v19 * v42;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v40 - v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = v32 * v32;
-  const lanes v50 = v37 * v37;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v42 * v42;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v24 * v45;
-  const lanes v56 = v14 * v39;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v48 + v58;
-  const lanes v60 = v14 * v42;
-  const lanes v61 = v32 * v24;
-  const lanes v62 = v60 - v61;
-  const lanes v63 = v62 * v62;
-  const lanes v64 = v45 * v45;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = v39 * v39;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v59 / v67;
-  const lanes v69 = v9 + v68;
-  const lanes v70 = v68 * v68;
-  const lanes v71 = v42 * v62;
-  const lanes v72 = v37 * v39;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = v27 * v73;
-  const lanes v75 = v19 * v39;
-  const lanes v76 = v24 * v62;
-  const lanes v77 = v75 - v76;
-  const lanes v78 = v54 * v77;
-  const lanes v79 = v74 + v78;
-  const lanes v80 = v79 / v67;
-  const lanes v81 = v80 * v80;
-  const lanes v82 = v70 + v81;
-  const lanes v83 = v37 * v45;
-  const lanes v84 = v32 * v62;
-  const lanes v85 = v83 - v84;
-  const lanes v86 = v27 * v85;
-  const lanes v87 = v14 * v62;
-  const lanes v88 = v19 * v45;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v54 * v89;
-  const lanes v91 = v86 + v90;
-  const lanes v92 = v91 / v67;
-  const lanes v93 = v92 * v92;
-  const lanes v94 = v82 + v93;
-  const lanes v95 = 0.64 - v94;
-  const lanes v96 = v95 / v67;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  const lanes v98 = v62 * v97;
-  const lanes v99 = v69 - v98;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  LANES_COS_SIN(v1, v3, q_0); LANES_COS_SIN(v2, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = 0.26 * v1, v8 = v7 + 0.2, v9 = v8 - 0.05, v10 = 0.26 * v2, v11 = 0.2 + v10,
+      v12 = 0.8660254037844386 * v11, v13 = v12 - 0.02, v14 = v13 - 0.023301270189221932,
+      v15 = v14 * v14, v16 = 0.5 * v11, v17 = v16 + 0.034641016151377546,
+      v18 = 0.05964101615137755 - v17, v19 = v18 - v9, v20 = v19 * v19, v21 = v15 + v20,
+      v22 = 0.26 * v3, v23 = 0.26 * v4, v24 = v22 - v23, v25 = v24 * v24, v26 = v21 + v25,
+      v27 = 0.5 * v26, v28 = 0.26 * v5, v29 = 0.2 + v28, v30 = 0.8660254037844386 * v29,
+      v31 = 0.02 + v30, v32 = 0.06330127018922194 - v31, v33 = v32 * v19, v34 = 0.5 * v29,
+      v35 = 0.034641016151377546 - v34, v36 = v35 - 0.009641016151377546, v37 = v36 - v9,
+      v38 = v14 * v37, v39 = v33 - v38, v40 = v32 * v39, v41 = 0.26 * v6, v42 = v22 - v41,
+      v43 = v24 * v37, v44 = v19 * v42, v45 = v43 - v44, v46 = v42 * v45, v47 = v40 - v46,
+      v48 = v27 * v47, v49 = v32 * v32, v50 = v37 * v37, v51 = v49 + v50, v52 = v42 * v42,
+      v53 = v51 + v52, v54 = 0.5 * v53, v55 = v24 * v45, v56 = v14 * v39, v57 = v55 - v56,
+      v58 = v54 * v57, v59 = v48 + v58, v60 = v14 * v42, v61 = v32 * v24, v62 = v60 - v61,
+      v63 = v62 * v62, v64 = v45 * v45, v65 = v63 + v64, v66 = v39 * v39, v67 = v65 + v66,
+      v68 = v59 / v67, v69 = v9 + v68, v70 = v68 * v68, v71 = v42 * v62, v72 = v37 * v39,
+      v73 = v71 - v72, v74 = v27 * v73, v75 = v19 * v39, v76 = v24 * v62, v77 = v75 - v76,
+      v78 = v54 * v77, v79 = v74 + v78, v80 = v79 / v67, v81 = v80 * v80, v82 = v70 + v81,
+      v83 = v37 * v45, v84 = v32 * v62, v85 = v83 - v84, v86 = v27 * v85, v87 = v14 * v62,
+      v88 = v19 * v45, v89 = v87 - v88, v90 = v54 * v89, v91 = v86 + v90, v92 = v91 / v67,
+      v93 = v92 * v92, v94 = v82 + v93, v95 = 0.64 - v94, v96 = v95 / v67;
+  LANES_LET1(v97, sqrt, v96);
+  const lanes v98 = v62 * v97, v99 = v69 - v98;
   out[0] = v99;
-  const lanes v100 = v45 * v97;
-  const lanes v101 = v80 - v100;
+  const lanes v100 = v45 * v97, v101 = v80 - v100;
   out[1] = v101;
-  const lanes v102 = v92 - v22;
-  const lanes v103 = v39 * v97;
-  const lanes v104 = v102 - v103;
-  out[2] = v104;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = q_0;
-  out[7] = q_1;
-  out[8] = q_2;
+  const lanes v102 = v92 - v22, v103 = v39 * v97, v104 = v102 - v103;
+  out[2] = v104; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
+  out[6] = q_0; out[7] = q_1; out[8] = q_2;
 }
 
 static LANES_TARGET void LANES_NAME(delta_margin)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v1, &v4);
-  lanes v2, v3; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v3);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = 0.26 * v1;
-  const lanes v8 = 0.2 + v7;
-  const lanes v9 = 0.8660254037844386 * v8;
-  const lanes v10 = v9 - 0.02;
-  const lanes v11 = v10 - 0.023301270189221932;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = 0.5 * v8;
-  const lanes v14 = v13 + 0.034641016151377546;
-  const lanes v15 = 0.05964101615137755 - v14;
-  const lanes v16 = 0.26 * v2;
-  const lanes v17 = v16 + 0.2;
-  const lanes v18 = v17 - 0.05;
-  const lanes v19 = v15 - v18;
-  const lanes v20 = v19 * v19;
-  const lanes v21 = v12 + v20;
-  const lanes v22 = 0.26 * v3;
-  const lanes v23 = 0.26 * v4;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v21 + v25;
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = 0.26 * v5;
-  const lanes v29 = 0.2 + v28;
-  const lanes v30 = 0.8660254037844386 * v29;
-  const lanes v31 = 0.02 + v30;
-  const lanes v32 = 0.06330127018922194 - v31;
-  const lanes v33 = v32 * v19;
-  const lanes v34 = 0.5 * v29;
-  const lanes v35 = 0.034641016151377546 - v34;
-  const lanes v36 = v35 - 0.009641016151377546;
-  const lanes v37 = v36 - v18;
-  const lanes v38 = v11 * v37;
-  const lanes v39 = v33 - v38;
-  const lanes v40 = v32 * v39;
-  const lanes v41 = 0.26 * v6;
-  const lanes v42 = v22 - v41;
-  const lanes v43 = v24 * v37;
-  const lanes v44 = v19 * v42;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v40 - v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = v32 * v32;
-  const lanes v50 = v37 * v37;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v42 * v42;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v24 * v45;
-  const lanes v56 = v11 * v39;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v48 + v58;
-  const lanes v60 = v11 * v42;
-  const lanes v61 = v32 * v24;
-  const lanes v62 = v60 - v61;
-  const lanes v63 = v62 * v62;
-  const lanes v64 = v45 * v45;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = v39 * v39;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v59 / v67;
-  const lanes v69 = v68 * v68;
-  const lanes v70 = v42 * v62;
-  const lanes v71 = v37 * v39;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v27 * v72;
-  const lanes v74 = v19 * v39;
-  const lanes v75 = v24 * v62;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v54 * v76;
-  const lanes v78 = v73 + v77;
-  const lanes v79 = v78 / v67;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v69 + v80;
-  const lanes v82 = v37 * v45;
-  const lanes v83 = v32 * v62;
-  const lanes v84 = v82 - v83;
-  const lanes v85 = v27 * v84;
-  const lanes v86 = v11 * v62;
-  const lanes v87 = v19 * v45;
-  const lanes v88 = v86 - v87;
-  const lanes v89 = v54 * v88;
-  const lanes v90 = v85 + v89;
-  const lanes v91 = v90 / v67;
-  const lanes v92 = v91 * v91;
-  const lanes v93 = v81 + v92;
-  const lanes v94 = 0.64 - v93;
-  const lanes v95 = 1.5625 * v94;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  LANES_COS_SIN(v1, v4, q_1); LANES_COS_SIN(v2, v3, q_0); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = 0.26 * v1, v8 = 0.2 + v7, v9 = 0.8660254037844386 * v8, v10 = v9 - 0.02,
+      v11 = v10 - 0.023301270189221932, v12 = v11 * v11, v13 = 0.5 * v8,
+      v14 = v13 + 0.034641016151377546, v15 = 0.05964101615137755 - v14, v16 = 0.26 * v2,
+      v17 = v16 + 0.2, v18 = v17 - 0.05, v19 = v15 - v18, v20 = v19 * v19, v21 = v12 + v20,
+      v22 = 0.26 * v3, v23 = 0.26 * v4, v24 = v22 - v23, v25 = v24 * v24, v26 = v21 + v25,
+      v27 = 0.5 * v26, v28 = 0.26 * v5, v29 = 0.2 + v28, v30 = 0.8660254037844386 * v29,
+      v31 = 0.02 + v30, v32 = 0.06330127018922194 - v31, v33 = v32 * v19, v34 = 0.5 * v29,
+      v35 = 0.034641016151377546 - v34, v36 = v35 - 0.009641016151377546, v37 = v36 - v18,
+      v38 = v11 * v37, v39 = v33 - v38, v40 = v32 * v39, v41 = 0.26 * v6, v42 = v22 - v41,
+      v43 = v24 * v37, v44 = v19 * v42, v45 = v43 - v44, v46 = v42 * v45, v47 = v40 - v46,
+      v48 = v27 * v47, v49 = v32 * v32, v50 = v37 * v37, v51 = v49 + v50, v52 = v42 * v42,
+      v53 = v51 + v52, v54 = 0.5 * v53, v55 = v24 * v45, v56 = v11 * v39, v57 = v55 - v56,
+      v58 = v54 * v57, v59 = v48 + v58, v60 = v11 * v42, v61 = v32 * v24, v62 = v60 - v61,
+      v63 = v62 * v62, v64 = v45 * v45, v65 = v63 + v64, v66 = v39 * v39, v67 = v65 + v66,
+      v68 = v59 / v67, v69 = v68 * v68, v70 = v42 * v62, v71 = v37 * v39, v72 = v70 - v71,
+      v73 = v27 * v72, v74 = v19 * v39, v75 = v24 * v62, v76 = v74 - v75, v77 = v54 * v76,
+      v78 = v73 + v77, v79 = v78 / v67, v80 = v79 * v79, v81 = v69 + v80, v82 = v37 * v45,
+      v83 = v32 * v62, v84 = v82 - v83, v85 = v27 * v84, v86 = v11 * v62, v87 = v19 * v45,
+      v88 = v86 - v87, v89 = v54 * v88, v90 = v85 + v89, v91 = v90 / v67, v92 = v91 * v91,
+      v93 = v81 + v92, v94 = 0.64 - v93, v95 = 1.5625 * v94;
   out[0] = v95;
 }
 
 static LANES_TARGET void LANES_NAME(delta_chain_all)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  const lanes v7 = 0.26 * v1;
-  const lanes v8 = v7 + 0.2;
-  const lanes v9 = v8 - 0.05;
-  const lanes v10 = 0.26 * v2;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = 0.8660254037844386 * v11;
-  const lanes v13 = v12 - 0.02;
-  const lanes v14 = v13 - 0.023301270189221932;
-  const lanes v15 = v14 * v14;
-  const lanes v16 = 0.5 * v11;
-  const lanes v17 = v16 + 0.034641016151377546;
-  const lanes v18 = 0.05964101615137755 - v17;
-  const lanes v19 = v18 - v9;
-  const lanes v20 = v19 * v19;
-  const lanes v21 = v15 + v20;
-  const lanes v22 = 0.26 * v3;
-  const lanes v23 = 0.26 * v4;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v21 + v25;
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = 0.26 * v5;
-  const lanes v29 = 0.2 + v28;
-  const lanes v30 = 0.8660254037844386 * v29;
-  const lanes v31 = 0.02 + v30;
-  const lanes v32 = 0.06330127018922194 - v31;
-  const lanes v33 = v32 * v19;
-  const lanes v34 = 0.5 * v29;
-  const lanes v35 = 0.034641016151377546 - v34;
-  const lanes v36 = v35 - 0.009641016151377546;
-  const lanes v37 = v36 - v9;
-  const lanes v38 = v14 * v37;
-  const lanes v39 = v33 - v38;
-  const lanes v40 = v32 * v39;
-  const lanes v41 = 0.26 * v6;
-  const lanes v42 = v22 - v41;
-  const lanes v43 = v24 * v37;
-  const lanes v44 = v19 * v42;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v40 - v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = v32 * v32;
-  const lanes v50 = v37 * v37;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v42 * v42;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v24 * v45;
-  const lanes v56 = v14 * v39;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v48 + v58;
-  const lanes v60 = v14 * v42;
-  const lanes v61 = v32 * v24;
-  const lanes v62 = v60 - v61;
-  const lanes v63 = v62 * v62;
-  const lanes v64 = v45 * v45;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = v39 * v39;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v59 / v67;
-  const lanes v69 = v9 + v68;
-  const lanes v70 = v68 * v68;
-  const lanes v71 = v42 * v62;
-  const lanes v72 = v37 * v39;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = v27 * v73;
-  const lanes v75 = v19 * v39;
-  const lanes v76 = v24 * v62;
-  const lanes v77 = v75 - v76;
-  const lanes v78 = v54 * v77;
-  const lanes v79 = v74 + v78;
-  const lanes v80 = v79 / v67;
-  const lanes v81 = v80 * v80;
-  const lanes v82 = v70 + v81;
-  const lanes v83 = v37 * v45;
-  const lanes v84 = v32 * v62;
-  const lanes v85 = v83 - v84;
-  const lanes v86 = v27 * v85;
-  const lanes v87 = v14 * v62;
-  const lanes v88 = v19 * v45;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v54 * v89;
-  const lanes v91 = v86 + v90;
-  const lanes v92 = v91 / v67;
-  const lanes v93 = v92 * v92;
-  const lanes v94 = v82 + v93;
-  const lanes v95 = 0.64 - v94;
-  const lanes v96 = v95 / v67;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  const lanes v98 = v62 * v97;
-  const lanes v99 = v69 - v98;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  LANES_COS_SIN(v1, v3, q_0); LANES_COS_SIN(v2, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  const lanes v7 = 0.26 * v1, v8 = v7 + 0.2, v9 = v8 - 0.05, v10 = 0.26 * v2, v11 = 0.2 + v10,
+      v12 = 0.8660254037844386 * v11, v13 = v12 - 0.02, v14 = v13 - 0.023301270189221932,
+      v15 = v14 * v14, v16 = 0.5 * v11, v17 = v16 + 0.034641016151377546,
+      v18 = 0.05964101615137755 - v17, v19 = v18 - v9, v20 = v19 * v19, v21 = v15 + v20,
+      v22 = 0.26 * v3, v23 = 0.26 * v4, v24 = v22 - v23, v25 = v24 * v24, v26 = v21 + v25,
+      v27 = 0.5 * v26, v28 = 0.26 * v5, v29 = 0.2 + v28, v30 = 0.8660254037844386 * v29,
+      v31 = 0.02 + v30, v32 = 0.06330127018922194 - v31, v33 = v32 * v19, v34 = 0.5 * v29,
+      v35 = 0.034641016151377546 - v34, v36 = v35 - 0.009641016151377546, v37 = v36 - v9,
+      v38 = v14 * v37, v39 = v33 - v38, v40 = v32 * v39, v41 = 0.26 * v6, v42 = v22 - v41,
+      v43 = v24 * v37, v44 = v19 * v42, v45 = v43 - v44, v46 = v42 * v45, v47 = v40 - v46,
+      v48 = v27 * v47, v49 = v32 * v32, v50 = v37 * v37, v51 = v49 + v50, v52 = v42 * v42,
+      v53 = v51 + v52, v54 = 0.5 * v53, v55 = v24 * v45, v56 = v14 * v39, v57 = v55 - v56,
+      v58 = v54 * v57, v59 = v48 + v58, v60 = v14 * v42, v61 = v32 * v24, v62 = v60 - v61,
+      v63 = v62 * v62, v64 = v45 * v45, v65 = v63 + v64, v66 = v39 * v39, v67 = v65 + v66,
+      v68 = v59 / v67, v69 = v9 + v68, v70 = v68 * v68, v71 = v42 * v62, v72 = v37 * v39,
+      v73 = v71 - v72, v74 = v27 * v73, v75 = v19 * v39, v76 = v24 * v62, v77 = v75 - v76,
+      v78 = v54 * v77, v79 = v74 + v78, v80 = v79 / v67, v81 = v80 * v80, v82 = v70 + v81,
+      v83 = v37 * v45, v84 = v32 * v62, v85 = v83 - v84, v86 = v27 * v85, v87 = v14 * v62,
+      v88 = v19 * v45, v89 = v87 - v88, v90 = v54 * v89, v91 = v86 + v90, v92 = v91 / v67,
+      v93 = v92 * v92, v94 = v82 + v93, v95 = 0.64 - v94, v96 = v95 / v67;
+  LANES_LET1(v97, sqrt, v96);
+  const lanes v98 = v62 * v97, v99 = v69 - v98;
   out[0] = v99;
-  const lanes v100 = v45 * v97;
-  const lanes v101 = v80 - v100;
+  const lanes v100 = v45 * v97, v101 = v80 - v100;
   out[1] = v101;
-  const lanes v102 = v92 - v22;
-  const lanes v103 = v39 * v97;
-  const lanes v104 = v102 - v103;
-  out[2] = v104;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes v102 = v92 - v22, v103 = v39 * v97, v104 = v102 - v103;
+  out[2] = v104; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
   const lanes v105 = v69 + v98;
   out[6] = v105;
   const lanes v106 = v80 + v100;
   out[7] = v106;
-  const lanes v107 = v92 + v103;
-  const lanes v108 = v107 - v22;
-  out[8] = v108;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
+  const lanes v107 = v92 + v103, v108 = v107 - v22;
+  out[8] = v108; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
   const lanes v109 = 1.5625 * v95;
-  out[12] = v109;
-  out[13] = v109;
+  out[12] = v109; out[13] = v109;
 }
 
 static LANES_TARGET void LANES_NAME(delta_actuators)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&theta_4, &v1, &v5);
-  lanes v16, v2; LANES_NAME(lanes_cos_sin)(&theta_5, &v16, &v2);
-  const lanes v3 = 0.04 * v2;
-  const lanes v4 = v1 * v3;
-  const lanes v6 = 0.05 * v5;
-  const lanes v7 = v4 - v6;
-  const lanes v8 = v7 + theta_2;
-  const lanes v9 = v8 * v8;
-  lanes v10, v15; LANES_NAME(lanes_cos_sin)(&theta_3, &v10, &v15);
-  const lanes v11 = v5 * v3;
-  const lanes v12 = 0.05 * v1;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = v10 * v13;
-  const lanes v17 = 0.04 * v16;
-  const lanes v18 = v15 * v17;
-  const lanes v19 = v14 - v18;
-  const lanes v20 = v19 + theta_0;
-  const lanes v21 = v20 - 0.2;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v9 + v22;
-  const lanes v24 = 0.5 * v23;
-  const lanes v25 = 0.0338 + v24;
-  const lanes v26 = v10 * v17;
-  const lanes v27 = v15 * v13;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v28 + theta_1;
-  const lanes v30 = v29 - 0.04;
-  const lanes v31 = v30 * v30;
-  const lanes v32 = 0.64 - v31;
-  const lanes v33 = 0.5 * v32;
-  const lanes v34 = v25 - v33;
-  const lanes v35 = v34 / v23;
-  const lanes v36 = v8 * v35;
-  lanes v37; LANES_NAME(lanes_sqrt)(&v23, &v37);
-  const lanes v38 = 0.26 + v37;
-  const lanes v39 = v38 * v38;
-  const lanes v40 = v39 - v32;
-  const lanes v41 = v37 - 0.26;
-  const lanes v42 = v41 * v41;
-  const lanes v43 = v32 - v42;
-  const lanes v44 = v40 * v43;
-  lanes v45; LANES_NAME(lanes_sqrt)(&v44, &v45);
-  const lanes v46 = 0.5 * v45;
-  const lanes v47 = v46 / v23;
-  const lanes v48 = v21 * v47;
-  const lanes v49 = v36 + v48;
-  const lanes v50 = 3.8461538461538463 * v49;
-  const lanes v51 = v8 * v47;
-  const lanes v52 = v21 * v35;
-  const lanes v53 = v51 - v52;
-  const lanes v54 = 3.8461538461538463 * v53;
-  const lanes v55 = -v54;
-  lanes v56; LANES_NAME(lanes_atan2)(&v50, &v55, &v56);
-  const lanes v57 = 0.05964101615137755 * v5;
-  const lanes v58 = 0.023301270189221932 * v2;
-  const lanes v59 = v1 * v58;
-  const lanes v60 = v57 + v59;
-  const lanes v61 = v60 + theta_2;
-  const lanes v62 = v61 * v61;
-  const lanes v63 = 0.05964101615137755 * v1;
-  const lanes v64 = v5 * v58;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v10 * v65;
-  const lanes v67 = 0.023301270189221932 * v16;
-  const lanes v68 = v15 * v67;
-  const lanes v69 = v66 + v68;
-  const lanes v70 = theta_0 - v69;
-  const lanes v71 = 0.1 + v70;
-  const lanes v72 = 0.5 * v71;
-  const lanes v73 = v10 * v67;
-  const lanes v74 = v15 * v65;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v75 + theta_1;
-  const lanes v77 = v76 - 0.17320508075688773;
-  const lanes v78 = 0.8660254037844386 * v77;
-  const lanes v79 = v72 - v78;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v62 + v80;
-  const lanes v82 = 0.5 * v81;
-  const lanes v83 = 0.0338 + v82;
-  const lanes v84 = 0.5 * v77;
-  const lanes v85 = 0.8660254037844386 * v71;
-  const lanes v86 = v84 + v85;
-  const lanes v87 = 0.04 + v86;
-  const lanes v88 = v87 * v87;
-  const lanes v89 = 0.64 - v88;
-  const lanes v90 = 0.5 * v89;
-  const lanes v91 = v83 - v90;
-  const lanes v92 = v91 / v81;
-  const lanes v93 = v61 * v92;
-  lanes v94; LANES_NAME(lanes_sqrt)(&v81, &v94);
-  const lanes v95 = 0.26 + v94;
-  const lanes v96 = v95 * v95;
-  const lanes v97 = v96 - v89;
-  const lanes v98 = v94 - 0.26;
-  const lanes v99 = v98 * v98;
-  const lanes v100 = v89 - v99;
-  const lanes v101 = v97 * v100;
-  lanes v102; LANES_NAME(lanes_sqrt)(&v101, &v102);
-  const lanes v103 = 0.5 * v102;
-  const lanes v104 = v103 / v81;
-  const lanes v105 = v79 * v104;
-  const lanes v106 = v93 - v105;
-  const lanes v107 = 3.8461538461538463 * v106;
-  const lanes v108 = v61 * v104;
-  const lanes v109 = v79 * v92;
-  const lanes v110 = v108 + v109;
-  const lanes v111 = 3.8461538461538463 * v110;
-  const lanes v112 = -v111;
-  lanes v113; LANES_NAME(lanes_atan2)(&v107, &v112, &v113);
-  const lanes v114 = 0.009641016151377546 * v5;
-  const lanes v115 = 0.06330127018922194 * v2;
-  const lanes v116 = v1 * v115;
-  const lanes v117 = v114 + v116;
-  const lanes v118 = theta_2 - v117;
-  const lanes v119 = v118 * v118;
-  const lanes v120 = 0.06330127018922194 * v16;
-  const lanes v121 = v15 * v120;
-  const lanes v122 = v5 * v115;
-  const lanes v123 = 0.009641016151377546 * v1;
-  const lanes v124 = v122 - v123;
-  const lanes v125 = v10 * v124;
-  const lanes v126 = v121 - v125;
-  const lanes v127 = v126 + theta_0;
-  const lanes v128 = 0.1 + v127;
-  const lanes v129 = 0.5 * v128;
-  const lanes v130 = v10 * v120;
-  const lanes v131 = v15 * v124;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = theta_1 - v132;
-  const lanes v134 = 0.17320508075688773 + v133;
-  const lanes v135 = 0.8660254037844386 * v134;
-  const lanes v136 = v129 + v135;
-  const lanes v137 = v136 * v136;
-  const lanes v138 = v119 + v137;
-  const lanes v139 = 0.5 * v138;
-  const lanes v140 = 0.0338 + v139;
-  const lanes v141 = 0.8660254037844386 * v128;
-  const lanes v142 = 0.5 * v134;
-  const lanes v143 = v141 - v142;
-  const lanes v144 = v143 - 0.04;
-  const lanes v145 = v144 * v144;
-  const lanes v146 = 0.64 - v145;
-  const lanes v147 = 0.5 * v146;
-  const lanes v148 = v140 - v147;
-  const lanes v149 = v148 / v138;
-  const lanes v150 = v118 * v149;
-  lanes v151; LANES_NAME(lanes_sqrt)(&v138, &v151);
-  const lanes v152 = 0.26 + v151;
-  const lanes v153 = v152 * v152;
-  const lanes v154 = v153 - v146;
-  const lanes v155 = v151 - 0.26;
-  const lanes v156 = v155 * v155;
-  const lanes v157 = v146 - v156;
-  const lanes v158 = v154 * v157;
-  lanes v159; LANES_NAME(lanes_sqrt)(&v158, &v159);
-  const lanes v160 = 0.5 * v159;
-  const lanes v161 = v160 / v138;
-  const lanes v162 = v136 * v161;
-  const lanes v163 = v150 - v162;
-  const lanes v164 = 3.8461538461538463 * v163;
-  const lanes v165 = v118 * v161;
-  const lanes v166 = v136 * v149;
-  const lanes v167 = v165 + v166;
-  const lanes v168 = 3.8461538461538463 * v167;
-  const lanes v169 = -v168;
-  lanes v170; LANES_NAME(lanes_atan2)(&v164, &v169, &v170);
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5];
+  LANES_COS_SIN(v1, v5, theta_4); LANES_COS_SIN(v16, v2, theta_5);
+  const lanes v3 = 0.04 * v2, v4 = v1 * v3, v6 = 0.05 * v5, v7 = v4 - v6, v8 = v7 + theta_2,
+      v9 = v8 * v8;
+  LANES_COS_SIN(v10, v15, theta_3);
+  const lanes v11 = v5 * v3, v12 = 0.05 * v1, v13 = v11 + v12, v14 = v10 * v13, v17 = 0.04 * v16,
+      v18 = v15 * v17, v19 = v14 - v18, v20 = v19 + theta_0, v21 = v20 - 0.2, v22 = v21 * v21,
+      v23 = v9 + v22, v24 = 0.5 * v23, v25 = 0.0338 + v24, v26 = v10 * v17, v27 = v15 * v13,
+      v28 = v26 + v27, v29 = v28 + theta_1, v30 = v29 - 0.04, v31 = v30 * v30, v32 = 0.64 - v31,
+      v33 = 0.5 * v32, v34 = v25 - v33, v35 = v34 / v23, v36 = v8 * v35;
+  LANES_LET1(v37, sqrt, v23);
+  const lanes v38 = 0.26 + v37, v39 = v38 * v38, v40 = v39 - v32, v41 = v37 - 0.26, v42 = v41 * v41,
+      v43 = v32 - v42, v44 = v40 * v43;
+  LANES_LET1(v45, sqrt, v44);
+  const lanes v46 = 0.5 * v45, v47 = v46 / v23, v48 = v21 * v47, v49 = v36 + v48,
+      v50 = 3.8461538461538463 * v49, v51 = v8 * v47, v52 = v21 * v35, v53 = v51 - v52,
+      v54 = 3.8461538461538463 * v53, v55 = -v54;
+  LANES_LET2(v56, atan2, v50, v55);
+  const lanes v57 = 0.05964101615137755 * v5, v58 = 0.023301270189221932 * v2, v59 = v1 * v58,
+      v60 = v57 + v59, v61 = v60 + theta_2, v62 = v61 * v61, v63 = 0.05964101615137755 * v1,
+      v64 = v5 * v58, v65 = v63 - v64, v66 = v10 * v65, v67 = 0.023301270189221932 * v16,
+      v68 = v15 * v67, v69 = v66 + v68, v70 = theta_0 - v69, v71 = 0.1 + v70, v72 = 0.5 * v71,
+      v73 = v10 * v67, v74 = v15 * v65, v75 = v73 - v74, v76 = v75 + theta_1,
+      v77 = v76 - 0.17320508075688773, v78 = 0.8660254037844386 * v77, v79 = v72 - v78,
+      v80 = v79 * v79, v81 = v62 + v80, v82 = 0.5 * v81, v83 = 0.0338 + v82, v84 = 0.5 * v77,
+      v85 = 0.8660254037844386 * v71, v86 = v84 + v85, v87 = 0.04 + v86, v88 = v87 * v87,
+      v89 = 0.64 - v88, v90 = 0.5 * v89, v91 = v83 - v90, v92 = v91 / v81, v93 = v61 * v92;
+  LANES_LET1(v94, sqrt, v81);
+  const lanes v95 = 0.26 + v94, v96 = v95 * v95, v97 = v96 - v89, v98 = v94 - 0.26, v99 = v98 * v98,
+      v100 = v89 - v99, v101 = v97 * v100;
+  LANES_LET1(v102, sqrt, v101);
+  const lanes v103 = 0.5 * v102, v104 = v103 / v81, v105 = v79 * v104, v106 = v93 - v105,
+      v107 = 3.8461538461538463 * v106, v108 = v61 * v104, v109 = v79 * v92, v110 = v108 + v109,
+      v111 = 3.8461538461538463 * v110, v112 = -v111;
+  LANES_LET2(v113, atan2, v107, v112);
+  const lanes v114 = 0.009641016151377546 * v5, v115 = 0.06330127018922194 * v2, v116 = v1 * v115,
+      v117 = v114 + v116, v118 = theta_2 - v117, v119 = v118 * v118,
+      v120 = 0.06330127018922194 * v16, v121 = v15 * v120, v122 = v5 * v115,
+      v123 = 0.009641016151377546 * v1, v124 = v122 - v123, v125 = v10 * v124, v126 = v121 - v125,
+      v127 = v126 + theta_0, v128 = 0.1 + v127, v129 = 0.5 * v128, v130 = v10 * v120,
+      v131 = v15 * v124, v132 = v130 + v131, v133 = theta_1 - v132,
+      v134 = 0.17320508075688773 + v133, v135 = 0.8660254037844386 * v134, v136 = v129 + v135,
+      v137 = v136 * v136, v138 = v119 + v137, v139 = 0.5 * v138, v140 = 0.0338 + v139,
+      v141 = 0.8660254037844386 * v128, v142 = 0.5 * v134, v143 = v141 - v142, v144 = v143 - 0.04,
+      v145 = v144 * v144, v146 = 0.64 - v145, v147 = 0.5 * v146, v148 = v140 - v147,
+      v149 = v148 / v138, v150 = v118 * v149;
+  LANES_LET1(v151, sqrt, v138);
+  const lanes v152 = 0.26 + v151, v153 = v152 * v152, v154 = v153 - v146, v155 = v151 - 0.26,
+      v156 = v155 * v155, v157 = v146 - v156, v158 = v154 * v157;
+  LANES_LET1(v159, sqrt, v158);
+  const lanes v160 = 0.5 * v159, v161 = v160 / v138, v162 = v136 * v161, v163 = v150 - v162,
+      v164 = 3.8461538461538463 * v163, v165 = v118 * v161, v166 = v136 * v149, v167 = v165 + v166,
+      v168 = 3.8461538461538463 * v167, v169 = -v168;
+  LANES_LET2(v170, atan2, v164, v169);
   const lanes v171 = -v56;
   out[0] = v171;
   const lanes v172 = -v113;
@@ -6460,4463 +1833,1540 @@ static LANES_TARGET void LANES_NAME(delta_actuators)(const lanes *in, lanes *out
 
 static LANES_TARGET void LANES_NAME(delta_actuators_D_chain)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&theta_3, &v1, &v5);
-  lanes v4, v2; LANES_NAME(lanes_cos_sin)(&theta_4, &v4, &v2);
-  lanes v6, v3; LANES_NAME(lanes_cos_sin)(&theta_5, &v6, &v3);
-  const lanes v7 = 0.04 * v3;
-  const lanes v8 = v2 * v7;
-  const lanes v9 = 0.05 * v4;
-  const lanes v10 = v8 + v9;
-  const lanes v11 = v1 * v10;
-  const lanes v12 = 0.04 * v6;
-  const lanes v13 = v5 * v12;
-  const lanes v14 = v11 - v13;
-  const lanes v15 = v14 + theta_0;
-  const lanes v16 = v15 - 0.2;
-  const lanes v17 = v4 * v7;
-  const lanes v18 = 0.05 * v2;
-  const lanes v19 = v17 - v18;
-  const lanes v20 = v19 + theta_2;
-  const lanes v21 = v20 * v20;
-  const lanes v22 = v16 * v16;
-  const lanes v23 = v21 + v22;
-  lanes v24; LANES_NAME(lanes_sqrt)(&v23, &v24);
-  const lanes v25 = 0.26 + v24;
-  const lanes v26 = v25 * v25;
-  const lanes v27 = v1 * v12;
-  const lanes v28 = v5 * v10;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = v29 + theta_1;
-  const lanes v31 = v30 - 0.04;
-  const lanes v32 = v31 * v31;
-  const lanes v33 = 0.64 - v32;
-  const lanes v34 = v26 - v33;
-  const lanes v35 = v24 - 0.26;
-  const lanes v36 = v35 * v35;
-  const lanes v37 = v33 - v36;
-  const lanes v38 = v34 * v37;
-  lanes v39; LANES_NAME(lanes_sqrt)(&v38, &v39);
-  const lanes v40 = 0.5 * v39;
-  const lanes v41 = v40 / v23;
-  const lanes v42 = v20 * v41;
-  const lanes v43 = 0.5 * v23;
-  const lanes v44 = 0.0338 + v43;
-  const lanes v45 = 0.5 * v33;
-  const lanes v46 = v44 - v45;
-  const lanes v47 = v46 / v23;
-  const lanes v48 = v16 * v47;
-  const lanes v49 = v42 - v48;
-  const lanes v50 = v16 + v49;
-  const lanes v51 = v50 / v40;
-  out[0] = v51;
-  lanes v52; LANES_NAME(lanes_sqrt)(&v33, &v52);
-  const lanes v53 = 2.0 * v31;
-  const lanes v54 = 0.5 / v52;
-  const lanes v55 = v53 * v54;
-  const lanes v56 = v52 * v55;
-  const lanes v57 = v56 / v40;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5];
+  LANES_COS_SIN(v1, v5, theta_3); LANES_COS_SIN(v4, v2, theta_4); LANES_COS_SIN(v6, v3, theta_5);
+  const lanes v7 = 0.04 * v3, v8 = v2 * v7, v9 = 0.05 * v4, v10 = v8 + v9, v11 = v1 * v10,
+      v12 = 0.04 * v6, v13 = v5 * v12, v14 = v11 - v13, v15 = v14 + theta_0, v16 = v15 - 0.2,
+      v17 = v4 * v7, v18 = 0.05 * v2, v19 = v17 - v18, v20 = v19 + theta_2, v21 = v20 * v20,
+      v22 = v16 * v16, v23 = v21 + v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.26 + v24, v26 = v25 * v25, v27 = v1 * v12, v28 = v5 * v10, v29 = v27 + v28,
+      v30 = v29 + theta_1, v31 = v30 - 0.04, v32 = v31 * v31, v33 = 0.64 - v32, v34 = v26 - v33,
+      v35 = v24 - 0.26, v36 = v35 * v35, v37 = v33 - v36, v38 = v34 * v37;
+  LANES_LET1(v39, sqrt, v38);
+  const lanes v40 = 0.5 * v39, v41 = v40 / v23, v42 = v20 * v41, v43 = 0.5 * v23,
+      v44 = 0.0338 + v43, v45 = 0.5 * v33, v46 = v44 - v45, v47 = v46 / v23, v48 = v16 * v47,
+      v49 = v42 - v48, v50 = v16 + v49, v51 = v50 / v40;
+  out[0] = v51; LANES_LET1(v52, sqrt, v33);
+  const lanes v53 = 2.0 * v31, v54 = 0.5 / v52, v55 = v53 * v54, v56 = v52 * v55, v57 = v56 / v40;
   out[1] = v57;
-  const lanes v58 = v20 * v47;
-  const lanes v59 = v16 * v41;
-  const lanes v60 = v58 + v59;
-  const lanes v61 = v60 - v20;
-  const lanes v62 = v61 / v40;
-  const lanes v63 = -v62;
+  const lanes v58 = v20 * v47, v59 = v16 * v41, v60 = v58 + v59, v61 = v60 - v20, v62 = v61 / v40,
+      v63 = -v62;
   out[2] = v63;
-  const lanes v64 = v29 * v50;
-  const lanes v65 = v14 * v53;
-  const lanes v66 = v54 * v65;
-  const lanes v67 = v52 * v66;
-  const lanes v68 = v64 - v67;
-  const lanes v69 = v68 / v40;
-  const lanes v70 = -v69;
+  const lanes v64 = v29 * v50, v65 = v14 * v53, v66 = v54 * v65, v67 = v52 * v66, v68 = v64 - v67,
+      v69 = v68 / v40, v70 = -v69;
   out[3] = v70;
-  const lanes v71 = v10 * v61;
-  const lanes v72 = v5 * v19;
-  const lanes v73 = v53 * v72;
-  const lanes v74 = v54 * v73;
-  const lanes v75 = v52 * v74;
-  const lanes v76 = v71 + v75;
-  const lanes v77 = v1 * v19;
-  const lanes v78 = v50 * v77;
-  const lanes v79 = v76 + v78;
-  const lanes v80 = v79 / v40;
+  const lanes v71 = v10 * v61, v72 = v5 * v19, v73 = v53 * v72, v74 = v54 * v73, v75 = v52 * v74,
+      v76 = v71 + v75, v77 = v1 * v19, v78 = v50 * v77, v79 = v76 + v78, v80 = v79 / v40;
   out[4] = v80;
-  const lanes v81 = v4 * v12;
-  const lanes v82 = v61 * v81;
-  const lanes v83 = v2 * v12;
-  const lanes v84 = v5 * v83;
-  const lanes v85 = v1 * v7;
-  const lanes v86 = v84 - v85;
-  const lanes v87 = v53 * v86;
-  const lanes v88 = v54 * v87;
-  const lanes v89 = v52 * v88;
-  const lanes v90 = v82 - v89;
-  const lanes v91 = v1 * v83;
-  const lanes v92 = v5 * v7;
-  const lanes v93 = v91 + v92;
-  const lanes v94 = v50 * v93;
-  const lanes v95 = v90 - v94;
-  const lanes v96 = v95 / v40;
-  const lanes v97 = -v96;
+  const lanes v81 = v4 * v12, v82 = v61 * v81, v83 = v2 * v12, v84 = v5 * v83, v85 = v1 * v7,
+      v86 = v84 - v85, v87 = v53 * v86, v88 = v54 * v87, v89 = v52 * v88, v90 = v82 - v89,
+      v91 = v1 * v83, v92 = v5 * v7, v93 = v91 + v92, v94 = v50 * v93, v95 = v90 - v94,
+      v96 = v95 / v40, v97 = -v96;
   out[5] = v97;
-  const lanes v98 = 0.05964101615137755 * v2;
-  const lanes v99 = 0.023301270189221932 * v3;
-  const lanes v100 = v4 * v99;
-  const lanes v101 = v98 + v100;
-  const lanes v102 = v101 + theta_2;
-  const lanes v103 = v102 * v102;
-  const lanes v104 = 0.05964101615137755 * v4;
-  const lanes v105 = v2 * v99;
-  const lanes v106 = v104 - v105;
-  const lanes v107 = v1 * v106;
-  const lanes v108 = 0.023301270189221932 * v6;
-  const lanes v109 = v5 * v108;
-  const lanes v110 = v107 + v109;
-  const lanes v111 = theta_0 - v110;
-  const lanes v112 = 0.1 + v111;
-  const lanes v113 = 0.5 * v112;
-  const lanes v114 = v1 * v108;
-  const lanes v115 = v5 * v106;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v116 + theta_1;
-  const lanes v118 = v117 - 0.17320508075688773;
-  const lanes v119 = 0.8660254037844386 * v118;
-  const lanes v120 = v113 - v119;
-  const lanes v121 = v120 * v120;
-  const lanes v122 = v103 + v121;
-  lanes v123; LANES_NAME(lanes_sqrt)(&v122, &v123);
-  const lanes v124 = 0.26 + v123;
-  const lanes v125 = v124 * v124;
-  const lanes v126 = 0.5 * v118;
-  const lanes v127 = 0.8660254037844386 * v112;
-  const lanes v128 = v126 + v127;
-  const lanes v129 = 0.04 + v128;
-  const lanes v130 = v129 * v129;
-  const lanes v131 = 0.64 - v130;
-  const lanes v132 = v125 - v131;
-  const lanes v133 = v123 - 0.26;
-  const lanes v134 = v133 * v133;
-  const lanes v135 = v131 - v134;
-  const lanes v136 = v132 * v135;
-  lanes v137; LANES_NAME(lanes_sqrt)(&v136, &v137);
-  const lanes v138 = 0.5 * v137;
-  const lanes v139 = v138 / v122;
-  const lanes v140 = v102 * v139;
-  const lanes v141 = 0.5 * v122;
-  const lanes v142 = 0.0338 + v141;
-  const lanes v143 = 0.5 * v131;
-  const lanes v144 = v142 - v143;
-  const lanes v145 = v144 / v122;
-  const lanes v146 = v120 * v145;
-  const lanes v147 = v140 + v146;
-  const lanes v148 = v147 - v120;
-  const lanes v149 = 0.5 * v148;
-  lanes v150; LANES_NAME(lanes_sqrt)(&v131, &v150);
-  const lanes v151 = 1.7320508075688772 * v129;
-  const lanes v152 = 0.5 / v150;
-  const lanes v153 = v151 * v152;
-  const lanes v154 = v150 * v153;
-  const lanes v155 = v149 - v154;
-  const lanes v156 = v155 / v138;
-  const lanes v157 = -v156;
+  const lanes v98 = 0.05964101615137755 * v2, v99 = 0.023301270189221932 * v3, v100 = v4 * v99,
+      v101 = v98 + v100, v102 = v101 + theta_2, v103 = v102 * v102, v104 = 0.05964101615137755 * v4,
+      v105 = v2 * v99, v106 = v104 - v105, v107 = v1 * v106, v108 = 0.023301270189221932 * v6,
+      v109 = v5 * v108, v110 = v107 + v109, v111 = theta_0 - v110, v112 = 0.1 + v111,
+      v113 = 0.5 * v112, v114 = v1 * v108, v115 = v5 * v106, v116 = v114 - v115,
+      v117 = v116 + theta_1, v118 = v117 - 0.17320508075688773, v119 = 0.8660254037844386 * v118,
+      v120 = v113 - v119, v121 = v120 * v120, v122 = v103 + v121;
+  LANES_LET1(v123, sqrt, v122);
+  const lanes v124 = 0.26 + v123, v125 = v124 * v124, v126 = 0.5 * v118,
+      v127 = 0.8660254037844386 * v112, v128 = v126 + v127, v129 = 0.04 + v128, v130 = v129 * v129,
+      v131 = 0.64 - v130, v132 = v125 - v131, v133 = v123 - 0.26, v134 = v133 * v133,
+      v135 = v131 - v134, v136 = v132 * v135;
+  LANES_LET1(v137, sqrt, v136);
+  const lanes v138 = 0.5 * v137, v139 = v138 / v122, v140 = v102 * v139, v141 = 0.5 * v122,
+      v142 = 0.0338 + v141, v143 = 0.5 * v131, v144 = v142 - v143, v145 = v144 / v122,
+      v146 = v120 * v145, v147 = v140 + v146, v148 = v147 - v120, v149 = 0.5 * v148;
+  LANES_LET1(v150, sqrt, v131);
+  const lanes v151 = 1.7320508075688772 * v129, v152 = 0.5 / v150, v153 = v151 * v152,
+      v154 = v150 * v153, v155 = v149 - v154, v156 = v155 / v138, v157 = -v156;
   out[6] = v157;
-  const lanes v158 = 0.8660254037844386 * v148;
-  const lanes v159 = v152 * v129;
-  const lanes v160 = v150 * v159;
-  const lanes v161 = v158 + v160;
-  const lanes v162 = v161 / v138;
+  const lanes v158 = 0.8660254037844386 * v148, v159 = v152 * v129, v160 = v150 * v159,
+      v161 = v158 + v160, v162 = v161 / v138;
   out[7] = v162;
-  const lanes v163 = v102 * v145;
-  const lanes v164 = v120 * v139;
-  const lanes v165 = v163 - v164;
-  const lanes v166 = v165 - v102;
-  const lanes v167 = v166 / v138;
-  const lanes v168 = -v167;
+  const lanes v163 = v102 * v145, v164 = v120 * v139, v165 = v163 - v164, v166 = v165 - v102,
+      v167 = v166 / v138, v168 = -v167;
   out[8] = v168;
-  const lanes v169 = 2.0 * v129;
-  const lanes v170 = 0.5 * v110;
-  const lanes v171 = 0.8660254037844386 * v116;
-  const lanes v172 = v170 + v171;
-  const lanes v173 = v169 * v172;
-  const lanes v174 = v152 * v173;
-  const lanes v175 = v150 * v174;
-  const lanes v176 = 0.8660254037844386 * v110;
-  const lanes v177 = 0.5 * v116;
-  const lanes v178 = v176 - v177;
-  const lanes v179 = v148 * v178;
-  const lanes v180 = v175 + v179;
-  const lanes v181 = v180 / v138;
-  const lanes v182 = -v181;
+  const lanes v169 = 2.0 * v129, v170 = 0.5 * v110, v171 = 0.8660254037844386 * v116,
+      v172 = v170 + v171, v173 = v169 * v172, v174 = v152 * v173, v175 = v150 * v174,
+      v176 = 0.8660254037844386 * v110, v177 = 0.5 * v116, v178 = v176 - v177, v179 = v148 * v178,
+      v180 = v175 + v179, v181 = v180 / v138, v182 = -v181;
   out[9] = v182;
-  const lanes v183 = v106 * v166;
-  const lanes v184 = v1 * v101;
-  const lanes v185 = 0.5 * v184;
-  const lanes v186 = v5 * v101;
-  const lanes v187 = 0.8660254037844386 * v186;
-  const lanes v188 = v185 - v187;
-  const lanes v189 = v148 * v188;
-  const lanes v190 = v183 + v189;
-  const lanes v191 = 0.5 * v186;
-  const lanes v192 = 0.8660254037844386 * v184;
-  const lanes v193 = v191 + v192;
-  const lanes v194 = v169 * v193;
-  const lanes v195 = v152 * v194;
-  const lanes v196 = v150 * v195;
-  const lanes v197 = v190 - v196;
-  const lanes v198 = v197 / v138;
-  const lanes v199 = -v198;
+  const lanes v183 = v106 * v166, v184 = v1 * v101, v185 = 0.5 * v184, v186 = v5 * v101,
+      v187 = 0.8660254037844386 * v186, v188 = v185 - v187, v189 = v148 * v188, v190 = v183 + v189,
+      v191 = 0.5 * v186, v192 = 0.8660254037844386 * v184, v193 = v191 + v192, v194 = v169 * v193,
+      v195 = v152 * v194, v196 = v150 * v195, v197 = v190 - v196, v198 = v197 / v138, v199 = -v198;
   out[10] = v199;
-  const lanes v200 = v2 * v108;
-  const lanes v201 = v1 * v200;
-  const lanes v202 = v5 * v99;
-  const lanes v203 = v201 + v202;
-  const lanes v204 = 0.5 * v203;
-  const lanes v205 = v5 * v200;
-  const lanes v206 = v1 * v99;
-  const lanes v207 = v205 - v206;
-  const lanes v208 = 0.8660254037844386 * v207;
-  const lanes v209 = v204 - v208;
-  const lanes v210 = v148 * v209;
-  const lanes v211 = v4 * v108;
-  const lanes v212 = v166 * v211;
-  const lanes v213 = v210 + v212;
-  const lanes v214 = 0.5 * v207;
-  const lanes v215 = 0.8660254037844386 * v203;
-  const lanes v216 = v214 + v215;
-  const lanes v217 = v169 * v216;
-  const lanes v218 = v152 * v217;
-  const lanes v219 = v150 * v218;
-  const lanes v220 = v213 - v219;
-  const lanes v221 = v220 / v138;
-  const lanes v222 = -v221;
+  const lanes v200 = v2 * v108, v201 = v1 * v200, v202 = v5 * v99, v203 = v201 + v202,
+      v204 = 0.5 * v203, v205 = v5 * v200, v206 = v1 * v99, v207 = v205 - v206,
+      v208 = 0.8660254037844386 * v207, v209 = v204 - v208, v210 = v148 * v209, v211 = v4 * v108,
+      v212 = v166 * v211, v213 = v210 + v212, v214 = 0.5 * v207, v215 = 0.8660254037844386 * v203,
+      v216 = v214 + v215, v217 = v169 * v216, v218 = v152 * v217, v219 = v150 * v218,
+      v220 = v213 - v219, v221 = v220 / v138, v222 = -v221;
   out[11] = v222;
-  const lanes v223 = 0.009641016151377546 * v2;
-  const lanes v224 = 0.06330127018922194 * v3;
-  const lanes v225 = v4 * v224;
-  const lanes v226 = v223 + v225;
-  const lanes v227 = theta_2 - v226;
-  const lanes v228 = v227 * v227;
-  const lanes v229 = 0.06330127018922194 * v6;
-  const lanes v230 = v5 * v229;
-  const lanes v231 = v2 * v224;
-  const lanes v232 = 0.009641016151377546 * v4;
-  const lanes v233 = v231 - v232;
-  const lanes v234 = v1 * v233;
-  const lanes v235 = v230 - v234;
-  const lanes v236 = v235 + theta_0;
-  const lanes v237 = 0.1 + v236;
-  const lanes v238 = 0.5 * v237;
-  const lanes v239 = v1 * v229;
-  const lanes v240 = v5 * v233;
-  const lanes v241 = v239 + v240;
-  const lanes v242 = theta_1 - v241;
-  const lanes v243 = 0.17320508075688773 + v242;
-  const lanes v244 = 0.8660254037844386 * v243;
-  const lanes v245 = v238 + v244;
-  const lanes v246 = v245 * v245;
-  const lanes v247 = v228 + v246;
-  lanes v248; LANES_NAME(lanes_sqrt)(&v247, &v248);
-  const lanes v249 = 0.26 + v248;
-  const lanes v250 = v249 * v249;
-  const lanes v251 = 0.8660254037844386 * v237;
-  const lanes v252 = 0.5 * v243;
-  const lanes v253 = v251 - v252;
-  const lanes v254 = v253 - 0.04;
-  const lanes v255 = v254 * v254;
-  const lanes v256 = 0.64 - v255;
-  const lanes v257 = v250 - v256;
-  const lanes v258 = v248 - 0.26;
-  const lanes v259 = v258 * v258;
-  const lanes v260 = v256 - v259;
-  const lanes v261 = v257 * v260;
-  lanes v262; LANES_NAME(lanes_sqrt)(&v261, &v262);
-  const lanes v263 = 0.5 * v262;
-  const lanes v264 = v263 / v247;
-  const lanes v265 = v227 * v264;
-  const lanes v266 = 0.5 * v247;
-  const lanes v267 = 0.0338 + v266;
-  const lanes v268 = 0.5 * v256;
-  const lanes v269 = v267 - v268;
-  const lanes v270 = v269 / v247;
-  const lanes v271 = v245 * v270;
-  const lanes v272 = v265 + v271;
-  const lanes v273 = v272 - v245;
-  const lanes v274 = 0.5 * v273;
-  lanes v275; LANES_NAME(lanes_sqrt)(&v256, &v275);
-  const lanes v276 = 1.7320508075688772 * v254;
-  const lanes v277 = 0.5 / v275;
-  const lanes v278 = v276 * v277;
-  const lanes v279 = v275 * v278;
-  const lanes v280 = v274 - v279;
-  const lanes v281 = v280 / v263;
-  const lanes v282 = -v281;
+  const lanes v223 = 0.009641016151377546 * v2, v224 = 0.06330127018922194 * v3, v225 = v4 * v224,
+      v226 = v223 + v225, v227 = theta_2 - v226, v228 = v227 * v227,
+      v229 = 0.06330127018922194 * v6, v230 = v5 * v229, v231 = v2 * v224,
+      v232 = 0.009641016151377546 * v4, v233 = v231 - v232, v234 = v1 * v233, v235 = v230 - v234,
+      v236 = v235 + theta_0, v237 = 0.1 + v236, v238 = 0.5 * v237, v239 = v1 * v229,
+      v240 = v5 * v233, v241 = v239 + v240, v242 = theta_1 - v241,
+      v243 = 0.17320508075688773 + v242, v244 = 0.8660254037844386 * v243, v245 = v238 + v244,
+      v246 = v245 * v245, v247 = v228 + v246;
+  LANES_LET1(v248, sqrt, v247);
+  const lanes v249 = 0.26 + v248, v250 = v249 * v249, v251 = 0.8660254037844386 * v237,
+      v252 = 0.5 * v243, v253 = v251 - v252, v254 = v253 - 0.04, v255 = v254 * v254,
+      v256 = 0.64 - v255, v257 = v250 - v256, v258 = v248 - 0.26, v259 = v258 * v258,
+      v260 = v256 - v259, v261 = v257 * v260;
+  LANES_LET1(v262, sqrt, v261);
+  const lanes v263 = 0.5 * v262, v264 = v263 / v247, v265 = v227 * v264, v266 = 0.5 * v247,
+      v267 = 0.0338 + v266, v268 = 0.5 * v256, v269 = v267 - v268, v270 = v269 / v247,
+      v271 = v245 * v270, v272 = v265 + v271, v273 = v272 - v245, v274 = 0.5 * v273;
+  LANES_LET1(v275, sqrt, v256);
+  const lanes v276 = 1.7320508075688772 * v254, v277 = 0.5 / v275, v278 = v276 * v277,
+      v279 = v275 * v278, v280 = v274 - v279, v281 = v280 / v263, v282 = -v281;
   out[12] = v282;
-  const lanes v283 = 0.8660254037844386 * v273;
-  const lanes v284 = v277 * v254;
-  const lanes v285 = v275 * v284;
-  const lanes v286 = v283 + v285;
-  const lanes v287 = v286 / v263;
-  const lanes v288 = -v287;
+  const lanes v283 = 0.8660254037844386 * v273, v284 = v277 * v254, v285 = v275 * v284,
+      v286 = v283 + v285, v287 = v286 / v263, v288 = -v287;
   out[13] = v288;
-  const lanes v289 = v227 * v270;
-  const lanes v290 = v245 * v264;
-  const lanes v291 = v289 - v290;
-  const lanes v292 = v291 - v227;
-  const lanes v293 = v292 / v263;
-  const lanes v294 = -v293;
+  const lanes v289 = v227 * v270, v290 = v245 * v264, v291 = v289 - v290, v292 = v291 - v227,
+      v293 = v292 / v263, v294 = -v293;
   out[14] = v294;
-  const lanes v295 = 0.5 * v241;
-  const lanes v296 = 0.8660254037844386 * v235;
-  const lanes v297 = v295 + v296;
-  const lanes v298 = v273 * v297;
-  const lanes v299 = 2.0 * v254;
-  const lanes v300 = 0.8660254037844386 * v241;
-  const lanes v301 = 0.5 * v235;
-  const lanes v302 = v300 - v301;
-  const lanes v303 = v299 * v302;
-  const lanes v304 = v277 * v303;
-  const lanes v305 = v275 * v304;
-  const lanes v306 = v298 - v305;
-  const lanes v307 = v306 / v263;
-  const lanes v308 = -v307;
+  const lanes v295 = 0.5 * v241, v296 = 0.8660254037844386 * v235, v297 = v295 + v296,
+      v298 = v273 * v297, v299 = 2.0 * v254, v300 = 0.8660254037844386 * v241, v301 = 0.5 * v235,
+      v302 = v300 - v301, v303 = v299 * v302, v304 = v277 * v303, v305 = v275 * v304,
+      v306 = v298 - v305, v307 = v306 / v263, v308 = -v307;
   out[15] = v308;
-  const lanes v309 = v233 * v292;
-  const lanes v310 = v5 * v226;
-  const lanes v311 = 0.5 * v310;
-  const lanes v312 = v1 * v226;
-  const lanes v313 = 0.8660254037844386 * v312;
-  const lanes v314 = v311 - v313;
-  const lanes v315 = v299 * v314;
-  const lanes v316 = v277 * v315;
-  const lanes v317 = v275 * v316;
-  const lanes v318 = v309 - v317;
-  const lanes v319 = 0.5 * v312;
-  const lanes v320 = 0.8660254037844386 * v310;
-  const lanes v321 = v319 + v320;
-  const lanes v322 = v273 * v321;
-  const lanes v323 = v318 - v322;
-  const lanes v324 = v323 / v263;
-  const lanes v325 = -v324;
+  const lanes v309 = v233 * v292, v310 = v5 * v226, v311 = 0.5 * v310, v312 = v1 * v226,
+      v313 = 0.8660254037844386 * v312, v314 = v311 - v313, v315 = v299 * v314, v316 = v277 * v315,
+      v317 = v275 * v316, v318 = v309 - v317, v319 = 0.5 * v312, v320 = 0.8660254037844386 * v310,
+      v321 = v319 + v320, v322 = v273 * v321, v323 = v318 - v322, v324 = v323 / v263, v325 = -v324;
   out[16] = v325;
-  const lanes v326 = v2 * v229;
-  const lanes v327 = v5 * v326;
-  const lanes v328 = v1 * v224;
-  const lanes v329 = v327 - v328;
-  const lanes v330 = 0.5 * v329;
-  const lanes v331 = v1 * v326;
-  const lanes v332 = v5 * v224;
-  const lanes v333 = v331 + v332;
-  const lanes v334 = 0.8660254037844386 * v333;
-  const lanes v335 = v330 - v334;
-  const lanes v336 = v299 * v335;
-  const lanes v337 = v277 * v336;
-  const lanes v338 = v275 * v337;
-  const lanes v339 = 0.5 * v333;
-  const lanes v340 = 0.8660254037844386 * v329;
-  const lanes v341 = v339 + v340;
-  const lanes v342 = v273 * v341;
-  const lanes v343 = v338 + v342;
-  const lanes v344 = v4 * v229;
-  const lanes v345 = v292 * v344;
-  const lanes v346 = v343 + v345;
-  const lanes v347 = v346 / v263;
+  const lanes v326 = v2 * v229, v327 = v5 * v326, v328 = v1 * v224, v329 = v327 - v328,
+      v330 = 0.5 * v329, v331 = v1 * v326, v332 = v5 * v224, v333 = v331 + v332,
+      v334 = 0.8660254037844386 * v333, v335 = v330 - v334, v336 = v299 * v335, v337 = v277 * v336,
+      v338 = v275 * v337, v339 = 0.5 * v333, v340 = 0.8660254037844386 * v329, v341 = v339 + v340,
+      v342 = v273 * v341, v343 = v338 + v342, v344 = v4 * v229, v345 = v292 * v344,
+      v346 = v343 + v345, v347 = v346 / v263;
   out[17] = v347;
 }
 
 static LANES_TARGET void LANES_NAME(delta_actuator_rates)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  const lanes thetad_0 = in[6];
-  const lanes thetad_1 = in[7];
-  const lanes thetad_2 = in[8];
-  const lanes thetad_3 = in[9];
-  const lanes thetad_4 = in[10];
-  const lanes thetad_5 = in[11];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&theta_4, &v1, &v3);
-  lanes v6, v2; LANES_NAME(lanes_cos_sin)(&theta_5, &v6, &v2);
-  lanes v4, v5; LANES_NAME(lanes_cos_sin)(&theta_3, &v4, &v5);
-  const lanes v7 = 0.04 * v2;
-  const lanes v8 = v1 * v7;
-  const lanes v9 = 0.05 * v3;
-  const lanes v10 = v8 - v9;
-  const lanes v11 = v10 + theta_2;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = v3 * v7;
-  const lanes v14 = 0.05 * v1;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = v4 * v15;
-  const lanes v17 = 0.04 * v6;
-  const lanes v18 = v5 * v17;
-  const lanes v19 = v16 - v18;
-  const lanes v20 = v19 + theta_0;
-  const lanes v21 = v20 - 0.2;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v12 + v22;
-  const lanes v24 = 0.5 * v23;
-  const lanes v25 = 0.0338 + v24;
-  const lanes v26 = v4 * v17;
-  const lanes v27 = v5 * v15;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v28 + theta_1;
-  const lanes v30 = v29 - 0.04;
-  const lanes v31 = v30 * v30;
-  const lanes v32 = 0.64 - v31;
-  const lanes v33 = 0.5 * v32;
-  const lanes v34 = v25 - v33;
-  const lanes v35 = v34 / v23;
-  const lanes v36 = v11 * v35;
-  lanes v37; LANES_NAME(lanes_sqrt)(&v23, &v37);
-  const lanes v38 = 0.26 + v37;
-  const lanes v39 = v38 * v38;
-  const lanes v40 = v39 - v32;
-  const lanes v41 = v37 - 0.26;
-  const lanes v42 = v41 * v41;
-  const lanes v43 = v32 - v42;
-  const lanes v44 = v40 * v43;
-  lanes v45; LANES_NAME(lanes_sqrt)(&v44, &v45);
-  const lanes v46 = 0.5 * v45;
-  const lanes v47 = v46 / v23;
-  const lanes v48 = v21 * v47;
-  const lanes v49 = v36 + v48;
-  const lanes v50 = v49 - v11;
-  const lanes v51 = v6 * thetad_5;
-  const lanes v52 = 0.04 * v51;
-  const lanes v53 = v1 * v52;
-  const lanes v54 = v3 * thetad_4;
-  const lanes v55 = v7 * v54;
-  const lanes v56 = v53 - v55;
-  const lanes v57 = v1 * thetad_4;
-  const lanes v58 = 0.05 * v57;
-  const lanes v59 = v56 - v58;
-  const lanes v60 = v59 + thetad_2;
-  const lanes v61 = v50 * v60;
-  lanes v62; LANES_NAME(lanes_sqrt)(&v32, &v62);
-  const lanes v63 = 0.5 / v62;
-  const lanes v64 = 2.0 * v30;
-  const lanes v65 = v3 * v52;
-  const lanes v66 = v7 * v57;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = 0.05 * v54;
-  const lanes v69 = v67 - v68;
-  const lanes v70 = v5 * v69;
-  const lanes v71 = v4 * thetad_3;
-  const lanes v72 = v15 * v71;
-  const lanes v73 = v70 + v72;
-  const lanes v74 = v2 * thetad_5;
-  const lanes v75 = 0.04 * v74;
-  const lanes v76 = v4 * v75;
-  const lanes v77 = v73 - v76;
-  const lanes v78 = v5 * thetad_3;
-  const lanes v79 = v17 * v78;
-  const lanes v80 = v77 - v79;
-  const lanes v81 = v80 + thetad_1;
-  const lanes v82 = v64 * v81;
-  const lanes v83 = v63 * v82;
-  const lanes v84 = v62 * v83;
-  const lanes v85 = v61 - v84;
-  const lanes v86 = v11 * v47;
-  const lanes v87 = v21 * v35;
-  const lanes v88 = v86 - v87;
-  const lanes v89 = v21 + v88;
-  const lanes v90 = v4 * v69;
-  const lanes v91 = v5 * v75;
-  const lanes v92 = v90 + v91;
-  const lanes v93 = v17 * v71;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = v15 * v78;
-  const lanes v96 = v94 - v95;
-  const lanes v97 = v96 + thetad_0;
-  const lanes v98 = v89 * v97;
-  const lanes v99 = v85 - v98;
-  const lanes v100 = v99 / v46;
-  const lanes v101 = -v100;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5], thetad_0 = in[6], thetad_1 = in[7], thetad_2 = in[8], thetad_3 = in[9],
+      thetad_4 = in[10], thetad_5 = in[11];
+  LANES_COS_SIN(v1, v3, theta_4); LANES_COS_SIN(v6, v2, theta_5); LANES_COS_SIN(v4, v5, theta_3);
+  const lanes v7 = 0.04 * v2, v8 = v1 * v7, v9 = 0.05 * v3, v10 = v8 - v9, v11 = v10 + theta_2,
+      v12 = v11 * v11, v13 = v3 * v7, v14 = 0.05 * v1, v15 = v13 + v14, v16 = v4 * v15,
+      v17 = 0.04 * v6, v18 = v5 * v17, v19 = v16 - v18, v20 = v19 + theta_0, v21 = v20 - 0.2,
+      v22 = v21 * v21, v23 = v12 + v22, v24 = 0.5 * v23, v25 = 0.0338 + v24, v26 = v4 * v17,
+      v27 = v5 * v15, v28 = v26 + v27, v29 = v28 + theta_1, v30 = v29 - 0.04, v31 = v30 * v30,
+      v32 = 0.64 - v31, v33 = 0.5 * v32, v34 = v25 - v33, v35 = v34 / v23, v36 = v11 * v35;
+  LANES_LET1(v37, sqrt, v23);
+  const lanes v38 = 0.26 + v37, v39 = v38 * v38, v40 = v39 - v32, v41 = v37 - 0.26, v42 = v41 * v41,
+      v43 = v32 - v42, v44 = v40 * v43;
+  LANES_LET1(v45, sqrt, v44);
+  const lanes v46 = 0.5 * v45, v47 = v46 / v23, v48 = v21 * v47, v49 = v36 + v48, v50 = v49 - v11,
+      v51 = v6 * thetad_5, v52 = 0.04 * v51, v53 = v1 * v52, v54 = v3 * thetad_4, v55 = v7 * v54,
+      v56 = v53 - v55, v57 = v1 * thetad_4, v58 = 0.05 * v57, v59 = v56 - v58, v60 = v59 + thetad_2,
+      v61 = v50 * v60;
+  LANES_LET1(v62, sqrt, v32);
+  const lanes v63 = 0.5 / v62, v64 = 2.0 * v30, v65 = v3 * v52, v66 = v7 * v57, v67 = v65 + v66,
+      v68 = 0.05 * v54, v69 = v67 - v68, v70 = v5 * v69, v71 = v4 * thetad_3, v72 = v15 * v71,
+      v73 = v70 + v72, v74 = v2 * thetad_5, v75 = 0.04 * v74, v76 = v4 * v75, v77 = v73 - v76,
+      v78 = v5 * thetad_3, v79 = v17 * v78, v80 = v77 - v79, v81 = v80 + thetad_1, v82 = v64 * v81,
+      v83 = v63 * v82, v84 = v62 * v83, v85 = v61 - v84, v86 = v11 * v47, v87 = v21 * v35,
+      v88 = v86 - v87, v89 = v21 + v88, v90 = v4 * v69, v91 = v5 * v75, v92 = v90 + v91,
+      v93 = v17 * v71, v94 = v92 - v93, v95 = v15 * v78, v96 = v94 - v95, v97 = v96 + thetad_0,
+      v98 = v89 * v97, v99 = v85 - v98, v100 = v99 / v46, v101 = -v100;
   out[0] = v101;
-  const lanes v102 = 0.05964101615137755 * v3;
-  const lanes v103 = 0.023301270189221932 * v2;
-  const lanes v104 = v1 * v103;
-  const lanes v105 = v102 + v104;
-  const lanes v106 = v105 + theta_2;
-  const lanes v107 = v106 * v106;
-  const lanes v108 = 0.05964101615137755 * v1;
-  const lanes v109 = v3 * v103;
-  const lanes v110 = v108 - v109;
-  const lanes v111 = v4 * v110;
-  const lanes v112 = 0.023301270189221932 * v6;
-  const lanes v113 = v5 * v112;
-  const lanes v114 = v111 + v113;
-  const lanes v115 = theta_0 - v114;
-  const lanes v116 = 0.1 + v115;
-  const lanes v117 = 0.5 * v116;
-  const lanes v118 = v4 * v112;
-  const lanes v119 = v5 * v110;
-  const lanes v120 = v118 - v119;
-  const lanes v121 = v120 + theta_1;
-  const lanes v122 = v121 - 0.17320508075688773;
-  const lanes v123 = 0.8660254037844386 * v122;
-  const lanes v124 = v117 - v123;
-  const lanes v125 = v124 * v124;
-  const lanes v126 = v107 + v125;
-  lanes v127; LANES_NAME(lanes_sqrt)(&v126, &v127);
-  const lanes v128 = 0.26 + v127;
-  const lanes v129 = v128 * v128;
-  const lanes v130 = 0.5 * v122;
-  const lanes v131 = 0.8660254037844386 * v116;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = 0.04 + v132;
-  const lanes v134 = v133 * v133;
-  const lanes v135 = 0.64 - v134;
-  const lanes v136 = v129 - v135;
-  const lanes v137 = v127 - 0.26;
-  const lanes v138 = v137 * v137;
-  const lanes v139 = v135 - v138;
-  const lanes v140 = v136 * v139;
-  lanes v141; LANES_NAME(lanes_sqrt)(&v140, &v141);
-  const lanes v142 = 0.5 * v141;
-  const lanes v143 = v142 / v126;
-  const lanes v144 = v106 * v143;
-  const lanes v145 = 0.5 * v126;
-  const lanes v146 = 0.0338 + v145;
-  const lanes v147 = 0.5 * v135;
-  const lanes v148 = v146 - v147;
-  const lanes v149 = v148 / v126;
-  const lanes v150 = v124 * v149;
-  const lanes v151 = v144 + v150;
-  const lanes v152 = v151 - v124;
-  const lanes v153 = v112 * v71;
-  const lanes v154 = 0.05964101615137755 * v54;
-  const lanes v155 = 0.023301270189221932 * v51;
-  const lanes v156 = v3 * v155;
-  const lanes v157 = v154 + v156;
-  const lanes v158 = v103 * v57;
-  const lanes v159 = v157 + v158;
-  const lanes v160 = v4 * v159;
-  const lanes v161 = v153 - v160;
-  const lanes v162 = 0.023301270189221932 * v74;
-  const lanes v163 = v5 * v162;
-  const lanes v164 = v161 - v163;
-  const lanes v165 = v110 * v78;
-  const lanes v166 = v164 - v165;
-  const lanes v167 = thetad_0 - v166;
-  const lanes v168 = 0.5 * v167;
-  const lanes v169 = v5 * v159;
-  const lanes v170 = v4 * v162;
-  const lanes v171 = v169 - v170;
-  const lanes v172 = v112 * v78;
-  const lanes v173 = v171 - v172;
-  const lanes v174 = v110 * v71;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 + thetad_1;
-  const lanes v177 = 0.8660254037844386 * v176;
-  const lanes v178 = v168 - v177;
-  const lanes v179 = v152 * v178;
-  const lanes v180 = v106 * v149;
-  const lanes v181 = v124 * v143;
-  const lanes v182 = v180 - v181;
-  const lanes v183 = v182 - v106;
-  const lanes v184 = 0.05964101615137755 * v57;
-  const lanes v185 = v1 * v155;
-  const lanes v186 = v184 + v185;
-  const lanes v187 = v103 * v54;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = v188 + thetad_2;
-  const lanes v190 = v183 * v189;
-  const lanes v191 = v179 + v190;
-  lanes v192; LANES_NAME(lanes_sqrt)(&v135, &v192);
-  const lanes v193 = 0.5 / v192;
-  const lanes v194 = 2.0 * v133;
-  const lanes v195 = 0.5 * v176;
-  const lanes v196 = 0.8660254037844386 * v167;
-  const lanes v197 = v195 + v196;
-  const lanes v198 = v194 * v197;
-  const lanes v199 = v193 * v198;
-  const lanes v200 = v192 * v199;
-  const lanes v201 = v191 - v200;
-  const lanes v202 = v201 / v142;
-  const lanes v203 = -v202;
+  const lanes v102 = 0.05964101615137755 * v3, v103 = 0.023301270189221932 * v2, v104 = v1 * v103,
+      v105 = v102 + v104, v106 = v105 + theta_2, v107 = v106 * v106,
+      v108 = 0.05964101615137755 * v1, v109 = v3 * v103, v110 = v108 - v109, v111 = v4 * v110,
+      v112 = 0.023301270189221932 * v6, v113 = v5 * v112, v114 = v111 + v113, v115 = theta_0 - v114,
+      v116 = 0.1 + v115, v117 = 0.5 * v116, v118 = v4 * v112, v119 = v5 * v110, v120 = v118 - v119,
+      v121 = v120 + theta_1, v122 = v121 - 0.17320508075688773, v123 = 0.8660254037844386 * v122,
+      v124 = v117 - v123, v125 = v124 * v124, v126 = v107 + v125;
+  LANES_LET1(v127, sqrt, v126);
+  const lanes v128 = 0.26 + v127, v129 = v128 * v128, v130 = 0.5 * v122,
+      v131 = 0.8660254037844386 * v116, v132 = v130 + v131, v133 = 0.04 + v132, v134 = v133 * v133,
+      v135 = 0.64 - v134, v136 = v129 - v135, v137 = v127 - 0.26, v138 = v137 * v137,
+      v139 = v135 - v138, v140 = v136 * v139;
+  LANES_LET1(v141, sqrt, v140);
+  const lanes v142 = 0.5 * v141, v143 = v142 / v126, v144 = v106 * v143, v145 = 0.5 * v126,
+      v146 = 0.0338 + v145, v147 = 0.5 * v135, v148 = v146 - v147, v149 = v148 / v126,
+      v150 = v124 * v149, v151 = v144 + v150, v152 = v151 - v124, v153 = v112 * v71,
+      v154 = 0.05964101615137755 * v54, v155 = 0.023301270189221932 * v51, v156 = v3 * v155,
+      v157 = v154 + v156, v158 = v103 * v57, v159 = v157 + v158, v160 = v4 * v159,
+      v161 = v153 - v160, v162 = 0.023301270189221932 * v74, v163 = v5 * v162, v164 = v161 - v163,
+      v165 = v110 * v78, v166 = v164 - v165, v167 = thetad_0 - v166, v168 = 0.5 * v167,
+      v169 = v5 * v159, v170 = v4 * v162, v171 = v169 - v170, v172 = v112 * v78, v173 = v171 - v172,
+      v174 = v110 * v71, v175 = v173 - v174, v176 = v175 + thetad_1,
+      v177 = 0.8660254037844386 * v176, v178 = v168 - v177, v179 = v152 * v178, v180 = v106 * v149,
+      v181 = v124 * v143, v182 = v180 - v181, v183 = v182 - v106, v184 = 0.05964101615137755 * v57,
+      v185 = v1 * v155, v186 = v184 + v185, v187 = v103 * v54, v188 = v186 - v187,
+      v189 = v188 + thetad_2, v190 = v183 * v189, v191 = v179 + v190;
+  LANES_LET1(v192, sqrt, v135);
+  const lanes v193 = 0.5 / v192, v194 = 2.0 * v133, v195 = 0.5 * v176,
+      v196 = 0.8660254037844386 * v167, v197 = v195 + v196, v198 = v194 * v197, v199 = v193 * v198,
+      v200 = v192 * v199, v201 = v191 - v200, v202 = v201 / v142, v203 = -v202;
   out[1] = v203;
-  const lanes v204 = 0.009641016151377546 * v3;
-  const lanes v205 = 0.06330127018922194 * v2;
-  const lanes v206 = v1 * v205;
-  const lanes v207 = v204 + v206;
-  const lanes v208 = theta_2 - v207;
-  const lanes v209 = v208 * v208;
-  const lanes v210 = 0.06330127018922194 * v6;
-  const lanes v211 = v5 * v210;
-  const lanes v212 = v3 * v205;
-  const lanes v213 = 0.009641016151377546 * v1;
-  const lanes v214 = v212 - v213;
-  const lanes v215 = v4 * v214;
-  const lanes v216 = v211 - v215;
-  const lanes v217 = v216 + theta_0;
-  const lanes v218 = 0.1 + v217;
-  const lanes v219 = 0.5 * v218;
-  const lanes v220 = v4 * v210;
-  const lanes v221 = v5 * v214;
-  const lanes v222 = v220 + v221;
-  const lanes v223 = theta_1 - v222;
-  const lanes v224 = 0.17320508075688773 + v223;
-  const lanes v225 = 0.8660254037844386 * v224;
-  const lanes v226 = v219 + v225;
-  const lanes v227 = v226 * v226;
-  const lanes v228 = v209 + v227;
-  lanes v229; LANES_NAME(lanes_sqrt)(&v228, &v229);
-  const lanes v230 = 0.26 + v229;
-  const lanes v231 = v230 * v230;
-  const lanes v232 = 0.8660254037844386 * v218;
-  const lanes v233 = 0.5 * v224;
-  const lanes v234 = v232 - v233;
-  const lanes v235 = v234 - 0.04;
-  const lanes v236 = v235 * v235;
-  const lanes v237 = 0.64 - v236;
-  const lanes v238 = v231 - v237;
-  const lanes v239 = v229 - 0.26;
-  const lanes v240 = v239 * v239;
-  const lanes v241 = v237 - v240;
-  const lanes v242 = v238 * v241;
-  lanes v243; LANES_NAME(lanes_sqrt)(&v242, &v243);
-  const lanes v244 = 0.5 * v243;
-  const lanes v245 = v244 / v228;
-  const lanes v246 = v208 * v245;
-  const lanes v247 = 0.5 * v228;
-  const lanes v248 = 0.0338 + v247;
-  const lanes v249 = 0.5 * v237;
-  const lanes v250 = v248 - v249;
-  const lanes v251 = v250 / v228;
-  const lanes v252 = v226 * v251;
-  const lanes v253 = v246 + v252;
-  const lanes v254 = v253 - v226;
-  const lanes v255 = v210 * v71;
-  const lanes v256 = v214 * v78;
-  const lanes v257 = v255 + v256;
-  const lanes v258 = 0.009641016151377546 * v54;
-  const lanes v259 = 0.06330127018922194 * v51;
-  const lanes v260 = v3 * v259;
-  const lanes v261 = v258 + v260;
-  const lanes v262 = v205 * v57;
-  const lanes v263 = v261 + v262;
-  const lanes v264 = v4 * v263;
-  const lanes v265 = v257 - v264;
-  const lanes v266 = 0.06330127018922194 * v74;
-  const lanes v267 = v5 * v266;
-  const lanes v268 = v265 - v267;
-  const lanes v269 = v268 + thetad_0;
-  const lanes v270 = 0.5 * v269;
-  const lanes v271 = v5 * v263;
-  const lanes v272 = v214 * v71;
-  const lanes v273 = v271 + v272;
-  const lanes v274 = v4 * v266;
-  const lanes v275 = v273 - v274;
-  const lanes v276 = v210 * v78;
-  const lanes v277 = v275 - v276;
-  const lanes v278 = thetad_1 - v277;
-  const lanes v279 = 0.8660254037844386 * v278;
-  const lanes v280 = v270 + v279;
-  const lanes v281 = v254 * v280;
-  const lanes v282 = v208 * v251;
-  const lanes v283 = v226 * v245;
-  const lanes v284 = v282 - v283;
-  const lanes v285 = v284 - v208;
-  const lanes v286 = 0.009641016151377546 * v57;
-  const lanes v287 = v1 * v259;
-  const lanes v288 = v286 + v287;
-  const lanes v289 = v205 * v54;
-  const lanes v290 = v288 - v289;
-  const lanes v291 = thetad_2 - v290;
-  const lanes v292 = v285 * v291;
-  const lanes v293 = v281 + v292;
-  lanes v294; LANES_NAME(lanes_sqrt)(&v237, &v294);
-  const lanes v295 = 0.5 / v294;
-  const lanes v296 = 2.0 * v235;
-  const lanes v297 = 0.8660254037844386 * v269;
-  const lanes v298 = 0.5 * v278;
-  const lanes v299 = v297 - v298;
-  const lanes v300 = v296 * v299;
-  const lanes v301 = v295 * v300;
-  const lanes v302 = v294 * v301;
-  const lanes v303 = v293 - v302;
-  const lanes v304 = v303 / v244;
-  const lanes v305 = -v304;
+  const lanes v204 = 0.009641016151377546 * v3, v205 = 0.06330127018922194 * v2, v206 = v1 * v205,
+      v207 = v204 + v206, v208 = theta_2 - v207, v209 = v208 * v208,
+      v210 = 0.06330127018922194 * v6, v211 = v5 * v210, v212 = v3 * v205,
+      v213 = 0.009641016151377546 * v1, v214 = v212 - v213, v215 = v4 * v214, v216 = v211 - v215,
+      v217 = v216 + theta_0, v218 = 0.1 + v217, v219 = 0.5 * v218, v220 = v4 * v210,
+      v221 = v5 * v214, v222 = v220 + v221, v223 = theta_1 - v222,
+      v224 = 0.17320508075688773 + v223, v225 = 0.8660254037844386 * v224, v226 = v219 + v225,
+      v227 = v226 * v226, v228 = v209 + v227;
+  LANES_LET1(v229, sqrt, v228);
+  const lanes v230 = 0.26 + v229, v231 = v230 * v230, v232 = 0.8660254037844386 * v218,
+      v233 = 0.5 * v224, v234 = v232 - v233, v235 = v234 - 0.04, v236 = v235 * v235,
+      v237 = 0.64 - v236, v238 = v231 - v237, v239 = v229 - 0.26, v240 = v239 * v239,
+      v241 = v237 - v240, v242 = v238 * v241;
+  LANES_LET1(v243, sqrt, v242);
+  const lanes v244 = 0.5 * v243, v245 = v244 / v228, v246 = v208 * v245, v247 = 0.5 * v228,
+      v248 = 0.0338 + v247, v249 = 0.5 * v237, v250 = v248 - v249, v251 = v250 / v228,
+      v252 = v226 * v251, v253 = v246 + v252, v254 = v253 - v226, v255 = v210 * v71,
+      v256 = v214 * v78, v257 = v255 + v256, v258 = 0.009641016151377546 * v54,
+      v259 = 0.06330127018922194 * v51, v260 = v3 * v259, v261 = v258 + v260, v262 = v205 * v57,
+      v263 = v261 + v262, v264 = v4 * v263, v265 = v257 - v264, v266 = 0.06330127018922194 * v74,
+      v267 = v5 * v266, v268 = v265 - v267, v269 = v268 + thetad_0, v270 = 0.5 * v269,
+      v271 = v5 * v263, v272 = v214 * v71, v273 = v271 + v272, v274 = v4 * v266, v275 = v273 - v274,
+      v276 = v210 * v78, v277 = v275 - v276, v278 = thetad_1 - v277,
+      v279 = 0.8660254037844386 * v278, v280 = v270 + v279, v281 = v254 * v280, v282 = v208 * v251,
+      v283 = v226 * v245, v284 = v282 - v283, v285 = v284 - v208, v286 = 0.009641016151377546 * v57,
+      v287 = v1 * v259, v288 = v286 + v287, v289 = v205 * v54, v290 = v288 - v289,
+      v291 = thetad_2 - v290, v292 = v285 * v291, v293 = v281 + v292;
+  LANES_LET1(v294, sqrt, v237);
+  const lanes v295 = 0.5 / v294, v296 = 2.0 * v235, v297 = 0.8660254037844386 * v269,
+      v298 = 0.5 * v278, v299 = v297 - v298, v300 = v296 * v299, v301 = v295 * v300,
+      v302 = v294 * v301, v303 = v293 - v302, v304 = v303 / v244, v305 = -v304;
   out[2] = v305;
 }
 
 static LANES_TARGET void LANES_NAME(delta_actuator_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  const lanes thetad_0 = in[6];
-  const lanes thetad_1 = in[7];
-  const lanes thetad_2 = in[8];
-  const lanes thetad_3 = in[9];
-  const lanes thetad_4 = in[10];
-  const lanes thetad_5 = in[11];
-  const lanes thetadd_0 = in[12];
-  const lanes thetadd_1 = in[13];
-  const lanes thetadd_2 = in[14];
-  const lanes thetadd_3 = in[15];
-  const lanes thetadd_4 = in[16];
-  const lanes thetadd_5 = in[17];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&theta_3, &v1, &v3);
-  lanes v2, v5; LANES_NAME(lanes_cos_sin)(&theta_5, &v2, &v5);
-  lanes v6, v4; LANES_NAME(lanes_cos_sin)(&theta_4, &v6, &v4);
-  const lanes v7 = 0.04 * v2;
-  const lanes v8 = v1 * v7;
-  const lanes v9 = 0.04 * v5;
-  const lanes v10 = v4 * v9;
-  const lanes v11 = 0.05 * v6;
-  const lanes v12 = v10 + v11;
-  const lanes v13 = v3 * v12;
-  const lanes v14 = v8 + v13;
-  const lanes v15 = v14 + theta_1;
-  const lanes v16 = v15 - 0.04;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = 0.64 - v17;
-  lanes v19; LANES_NAME(lanes_sqrt)(&v18, &v19);
-  const lanes v20 = 0.5 / v19;
-  const lanes v21 = 2.0 * v16;
-  const lanes v22 = v2 * thetad_5;
-  const lanes v23 = 0.04 * v22;
-  const lanes v24 = v4 * v23;
-  const lanes v25 = v6 * thetad_4;
-  const lanes v26 = v9 * v25;
-  const lanes v27 = v24 + v26;
-  const lanes v28 = v4 * thetad_4;
-  const lanes v29 = 0.05 * v28;
-  const lanes v30 = v27 - v29;
-  const lanes v31 = v3 * v30;
-  const lanes v32 = v1 * thetad_3;
-  const lanes v33 = v12 * v32;
-  const lanes v34 = v31 + v33;
-  const lanes v35 = v5 * thetad_5;
-  const lanes v36 = 0.04 * v35;
-  const lanes v37 = v1 * v36;
-  const lanes v38 = v34 - v37;
-  const lanes v39 = v3 * thetad_3;
-  const lanes v40 = v7 * v39;
-  const lanes v41 = v38 - v40;
-  const lanes v42 = v41 + thetad_1;
-  const lanes v43 = v21 * v42;
-  const lanes v44 = v20 * v43;
-  const lanes v45 = v44 * v44;
-  const lanes v46 = v6 * v9;
-  const lanes v47 = 0.05 * v4;
-  const lanes v48 = v46 - v47;
-  const lanes v49 = v48 + theta_2;
-  const lanes v50 = v49 * v49;
-  const lanes v51 = v1 * v12;
-  const lanes v52 = v3 * v7;
-  const lanes v53 = v51 - v52;
-  const lanes v54 = v53 + theta_0;
-  const lanes v55 = v54 - 0.2;
-  const lanes v56 = v55 * v55;
-  const lanes v57 = v50 + v56;
-  const lanes v58 = 0.5 * v57;
-  const lanes v59 = 0.0338 + v58;
-  const lanes v60 = 0.5 * v18;
-  const lanes v61 = v59 - v60;
-  const lanes v62 = v61 / v57;
-  const lanes v63 = v49 * v62;
-  lanes v64; LANES_NAME(lanes_sqrt)(&v57, &v64);
-  const lanes v65 = 0.26 + v64;
-  const lanes v66 = v65 * v65;
-  const lanes v67 = v66 - v18;
-  const lanes v68 = v64 - 0.26;
-  const lanes v69 = v68 * v68;
-  const lanes v70 = v18 - v69;
-  const lanes v71 = v67 * v70;
-  lanes v72; LANES_NAME(lanes_sqrt)(&v71, &v72);
-  const lanes v73 = 0.5 * v72;
-  const lanes v74 = v73 / v57;
-  const lanes v75 = v55 * v74;
-  const lanes v76 = v63 + v75;
-  const lanes v77 = v76 - v49;
-  const lanes v78 = v2 * thetadd_5;
-  const lanes v79 = v35 * thetad_5;
-  const lanes v80 = v78 - v79;
-  const lanes v81 = 0.04 * v80;
-  const lanes v82 = v6 * v81;
-  const lanes v83 = v4 * thetadd_4;
-  const lanes v84 = v25 * thetad_4;
-  const lanes v85 = v83 + v84;
-  const lanes v86 = v9 * v85;
-  const lanes v87 = v82 - v86;
-  const lanes v88 = v6 * thetadd_4;
-  const lanes v89 = v28 * thetad_4;
-  const lanes v90 = v88 - v89;
-  const lanes v91 = 0.05 * v90;
-  const lanes v92 = v87 - v91;
-  const lanes v93 = 2.0 * v28;
-  const lanes v94 = v93 * v23;
-  const lanes v95 = v92 - v94;
-  const lanes v96 = v95 + thetadd_2;
-  const lanes v97 = v77 * v96;
-  const lanes v98 = v45 + v97;
-  const lanes v99 = v6 * v23;
-  const lanes v100 = v9 * v28;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = 0.05 * v25;
-  const lanes v103 = v101 - v102;
-  const lanes v104 = v103 + thetad_2;
-  const lanes v105 = 0.5 * v43;
-  const lanes v106 = v1 * v30;
-  const lanes v107 = v3 * v36;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = v7 * v32;
-  const lanes v110 = v108 - v109;
-  const lanes v111 = v12 * v39;
-  const lanes v112 = v110 - v111;
-  const lanes v113 = v112 + thetad_0;
-  const lanes v114 = 2.0 * v55;
-  const lanes v115 = v113 * v114;
-  const lanes v116 = 2.0 * v49;
-  const lanes v117 = v104 * v116;
-  const lanes v118 = v115 + v117;
-  const lanes v119 = 0.5 * v118;
-  const lanes v120 = v105 + v119;
-  const lanes v121 = v120 / v57;
-  const lanes v122 = v57 * v57;
-  const lanes v123 = v61 / v122;
-  const lanes v124 = v118 * v123;
-  const lanes v125 = v121 - v124;
-  const lanes v126 = v49 * v125;
-  const lanes v127 = 0.5 / v64;
-  const lanes v128 = v118 * v127;
-  const lanes v129 = 2.0 * v64;
-  const lanes v130 = 0.52 + v129;
-  const lanes v131 = v128 * v130;
-  const lanes v132 = v43 + v131;
-  const lanes v133 = v70 * v132;
-  const lanes v134 = v129 - 0.52;
-  const lanes v135 = v128 * v134;
-  const lanes v136 = v43 + v135;
-  const lanes v137 = v67 * v136;
-  const lanes v138 = v133 - v137;
-  const lanes v139 = 0.25 / v72;
-  const lanes v140 = v138 * v139;
-  const lanes v141 = v140 / v57;
-  const lanes v142 = v73 / v122;
-  const lanes v143 = v118 * v142;
-  const lanes v144 = v141 - v143;
-  const lanes v145 = v55 * v144;
-  const lanes v146 = v126 + v145;
-  const lanes v147 = v62 * v104;
-  const lanes v148 = v146 + v147;
-  const lanes v149 = v74 * v113;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = v150 - v104;
-  const lanes v152 = v104 * v151;
-  const lanes v153 = v98 + v152;
-  const lanes v154 = v4 * v81;
-  const lanes v155 = v9 * v90;
-  const lanes v156 = v154 + v155;
-  const lanes v157 = 2.0 * v25;
-  const lanes v158 = v157 * v23;
-  const lanes v159 = v156 + v158;
-  const lanes v160 = 0.05 * v85;
-  const lanes v161 = v159 - v160;
-  const lanes v162 = v3 * v161;
-  const lanes v163 = v1 * thetadd_3;
-  const lanes v164 = v39 * thetad_3;
-  const lanes v165 = v163 - v164;
-  const lanes v166 = v12 * v165;
-  const lanes v167 = v162 + v166;
-  const lanes v168 = 2.0 * v39;
-  const lanes v169 = v168 * v36;
-  const lanes v170 = v167 + v169;
-  const lanes v171 = 2.0 * v32;
-  const lanes v172 = v171 * v30;
-  const lanes v173 = v170 + v172;
-  const lanes v174 = v5 * thetadd_5;
-  const lanes v175 = v22 * thetad_5;
-  const lanes v176 = v174 + v175;
-  const lanes v177 = 0.04 * v176;
-  const lanes v178 = v1 * v177;
-  const lanes v179 = v173 - v178;
-  const lanes v180 = v3 * thetadd_3;
-  const lanes v181 = v32 * thetad_3;
-  const lanes v182 = v180 + v181;
-  const lanes v183 = v7 * v182;
-  const lanes v184 = v179 - v183;
-  const lanes v185 = v184 + thetadd_1;
-  const lanes v186 = v21 * v185;
-  const lanes v187 = 2.0 * v42;
-  const lanes v188 = v42 * v187;
-  const lanes v189 = v186 + v188;
-  const lanes v190 = v20 * v189;
-  const lanes v191 = v19 * v18;
-  const lanes v192 = 0.25 / v191;
-  const lanes v193 = v43 * v192;
-  const lanes v194 = v43 * v193;
-  const lanes v195 = v190 + v194;
-  const lanes v196 = v19 * v195;
-  const lanes v197 = v153 - v196;
-  const lanes v198 = v49 * v74;
-  const lanes v199 = v55 * v62;
-  const lanes v200 = v198 - v199;
-  const lanes v201 = v55 + v200;
-  const lanes v202 = v1 * v161;
-  const lanes v203 = v3 * v177;
-  const lanes v204 = v202 + v203;
-  const lanes v205 = v171 * v36;
-  const lanes v206 = v204 + v205;
-  const lanes v207 = v7 * v165;
-  const lanes v208 = v206 - v207;
-  const lanes v209 = v12 * v182;
-  const lanes v210 = v208 - v209;
-  const lanes v211 = v168 * v30;
-  const lanes v212 = v210 - v211;
-  const lanes v213 = v212 + thetadd_0;
-  const lanes v214 = v201 * v213;
-  const lanes v215 = v197 - v214;
-  const lanes v216 = v49 * v144;
-  const lanes v217 = v74 * v104;
-  const lanes v218 = v216 + v217;
-  const lanes v219 = v55 * v125;
-  const lanes v220 = v218 - v219;
-  const lanes v221 = v62 * v113;
-  const lanes v222 = v220 - v221;
-  const lanes v223 = v113 + v222;
-  const lanes v224 = v113 * v223;
-  const lanes v225 = v215 - v224;
-  const lanes v226 = v225 / v73;
-  const lanes v227 = v77 * v104;
-  const lanes v228 = v19 * v44;
-  const lanes v229 = v227 - v228;
-  const lanes v230 = v201 * v113;
-  const lanes v231 = v229 - v230;
-  const lanes v232 = v73 * v73;
-  const lanes v233 = v231 / v232;
-  const lanes v234 = v140 * v233;
-  const lanes v235 = v226 - v234;
-  const lanes v236 = -v235;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5], thetad_0 = in[6], thetad_1 = in[7], thetad_2 = in[8], thetad_3 = in[9],
+      thetad_4 = in[10], thetad_5 = in[11], thetadd_0 = in[12], thetadd_1 = in[13],
+      thetadd_2 = in[14], thetadd_3 = in[15], thetadd_4 = in[16], thetadd_5 = in[17];
+  LANES_COS_SIN(v1, v3, theta_3); LANES_COS_SIN(v2, v5, theta_5); LANES_COS_SIN(v6, v4, theta_4);
+  const lanes v7 = 0.04 * v2, v8 = v1 * v7, v9 = 0.04 * v5, v10 = v4 * v9, v11 = 0.05 * v6,
+      v12 = v10 + v11, v13 = v3 * v12, v14 = v8 + v13, v15 = v14 + theta_1, v16 = v15 - 0.04,
+      v17 = v16 * v16, v18 = 0.64 - v17;
+  LANES_LET1(v19, sqrt, v18);
+  const lanes v20 = 0.5 / v19, v21 = 2.0 * v16, v22 = v2 * thetad_5, v23 = 0.04 * v22,
+      v24 = v4 * v23, v25 = v6 * thetad_4, v26 = v9 * v25, v27 = v24 + v26, v28 = v4 * thetad_4,
+      v29 = 0.05 * v28, v30 = v27 - v29, v31 = v3 * v30, v32 = v1 * thetad_3, v33 = v12 * v32,
+      v34 = v31 + v33, v35 = v5 * thetad_5, v36 = 0.04 * v35, v37 = v1 * v36, v38 = v34 - v37,
+      v39 = v3 * thetad_3, v40 = v7 * v39, v41 = v38 - v40, v42 = v41 + thetad_1, v43 = v21 * v42,
+      v44 = v20 * v43, v45 = v44 * v44, v46 = v6 * v9, v47 = 0.05 * v4, v48 = v46 - v47,
+      v49 = v48 + theta_2, v50 = v49 * v49, v51 = v1 * v12, v52 = v3 * v7, v53 = v51 - v52,
+      v54 = v53 + theta_0, v55 = v54 - 0.2, v56 = v55 * v55, v57 = v50 + v56, v58 = 0.5 * v57,
+      v59 = 0.0338 + v58, v60 = 0.5 * v18, v61 = v59 - v60, v62 = v61 / v57, v63 = v49 * v62;
+  LANES_LET1(v64, sqrt, v57);
+  const lanes v65 = 0.26 + v64, v66 = v65 * v65, v67 = v66 - v18, v68 = v64 - 0.26, v69 = v68 * v68,
+      v70 = v18 - v69, v71 = v67 * v70;
+  LANES_LET1(v72, sqrt, v71);
+  const lanes v73 = 0.5 * v72, v74 = v73 / v57, v75 = v55 * v74, v76 = v63 + v75, v77 = v76 - v49,
+      v78 = v2 * thetadd_5, v79 = v35 * thetad_5, v80 = v78 - v79, v81 = 0.04 * v80, v82 = v6 * v81,
+      v83 = v4 * thetadd_4, v84 = v25 * thetad_4, v85 = v83 + v84, v86 = v9 * v85, v87 = v82 - v86,
+      v88 = v6 * thetadd_4, v89 = v28 * thetad_4, v90 = v88 - v89, v91 = 0.05 * v90,
+      v92 = v87 - v91, v93 = 2.0 * v28, v94 = v93 * v23, v95 = v92 - v94, v96 = v95 + thetadd_2,
+      v97 = v77 * v96, v98 = v45 + v97, v99 = v6 * v23, v100 = v9 * v28, v101 = v99 - v100,
+      v102 = 0.05 * v25, v103 = v101 - v102, v104 = v103 + thetad_2, v105 = 0.5 * v43,
+      v106 = v1 * v30, v107 = v3 * v36, v108 = v106 + v107, v109 = v7 * v32, v110 = v108 - v109,
+      v111 = v12 * v39, v112 = v110 - v111, v113 = v112 + thetad_0, v114 = 2.0 * v55,
+      v115 = v113 * v114, v116 = 2.0 * v49, v117 = v104 * v116, v118 = v115 + v117,
+      v119 = 0.5 * v118, v120 = v105 + v119, v121 = v120 / v57, v122 = v57 * v57, v123 = v61 / v122,
+      v124 = v118 * v123, v125 = v121 - v124, v126 = v49 * v125, v127 = 0.5 / v64,
+      v128 = v118 * v127, v129 = 2.0 * v64, v130 = 0.52 + v129, v131 = v128 * v130,
+      v132 = v43 + v131, v133 = v70 * v132, v134 = v129 - 0.52, v135 = v128 * v134,
+      v136 = v43 + v135, v137 = v67 * v136, v138 = v133 - v137, v139 = 0.25 / v72,
+      v140 = v138 * v139, v141 = v140 / v57, v142 = v73 / v122, v143 = v118 * v142,
+      v144 = v141 - v143, v145 = v55 * v144, v146 = v126 + v145, v147 = v62 * v104,
+      v148 = v146 + v147, v149 = v74 * v113, v150 = v148 + v149, v151 = v150 - v104,
+      v152 = v104 * v151, v153 = v98 + v152, v154 = v4 * v81, v155 = v9 * v90, v156 = v154 + v155,
+      v157 = 2.0 * v25, v158 = v157 * v23, v159 = v156 + v158, v160 = 0.05 * v85,
+      v161 = v159 - v160, v162 = v3 * v161, v163 = v1 * thetadd_3, v164 = v39 * thetad_3,
+      v165 = v163 - v164, v166 = v12 * v165, v167 = v162 + v166, v168 = 2.0 * v39,
+      v169 = v168 * v36, v170 = v167 + v169, v171 = 2.0 * v32, v172 = v171 * v30,
+      v173 = v170 + v172, v174 = v5 * thetadd_5, v175 = v22 * thetad_5, v176 = v174 + v175,
+      v177 = 0.04 * v176, v178 = v1 * v177, v179 = v173 - v178, v180 = v3 * thetadd_3,
+      v181 = v32 * thetad_3, v182 = v180 + v181, v183 = v7 * v182, v184 = v179 - v183,
+      v185 = v184 + thetadd_1, v186 = v21 * v185, v187 = 2.0 * v42, v188 = v42 * v187,
+      v189 = v186 + v188, v190 = v20 * v189, v191 = v19 * v18, v192 = 0.25 / v191,
+      v193 = v43 * v192, v194 = v43 * v193, v195 = v190 + v194, v196 = v19 * v195,
+      v197 = v153 - v196, v198 = v49 * v74, v199 = v55 * v62, v200 = v198 - v199, v201 = v55 + v200,
+      v202 = v1 * v161, v203 = v3 * v177, v204 = v202 + v203, v205 = v171 * v36, v206 = v204 + v205,
+      v207 = v7 * v165, v208 = v206 - v207, v209 = v12 * v182, v210 = v208 - v209,
+      v211 = v168 * v30, v212 = v210 - v211, v213 = v212 + thetadd_0, v214 = v201 * v213,
+      v215 = v197 - v214, v216 = v49 * v144, v217 = v74 * v104, v218 = v216 + v217,
+      v219 = v55 * v125, v220 = v218 - v219, v221 = v62 * v113, v222 = v220 - v221,
+      v223 = v113 + v222, v224 = v113 * v223, v225 = v215 - v224, v226 = v225 / v73,
+      v227 = v77 * v104, v228 = v19 * v44, v229 = v227 - v228, v230 = v201 * v113,
+      v231 = v229 - v230, v232 = v73 * v73, v233 = v231 / v232, v234 = v140 * v233,
+      v235 = v226 - v234, v236 = -v235;
   out[0] = v236;
-  const lanes v237 = 0.023301270189221932 * v2;
-  const lanes v238 = v1 * v237;
-  const lanes v239 = 0.05964101615137755 * v6;
-  const lanes v240 = 0.023301270189221932 * v5;
-  const lanes v241 = v4 * v240;
-  const lanes v242 = v239 - v241;
-  const lanes v243 = v3 * v242;
-  const lanes v244 = v238 - v243;
-  const lanes v245 = v244 + theta_1;
-  const lanes v246 = v245 - 0.17320508075688773;
-  const lanes v247 = 0.5 * v246;
-  const lanes v248 = v1 * v242;
-  const lanes v249 = v3 * v237;
-  const lanes v250 = v248 + v249;
-  const lanes v251 = theta_0 - v250;
-  const lanes v252 = 0.1 + v251;
-  const lanes v253 = 0.8660254037844386 * v252;
-  const lanes v254 = v247 + v253;
-  const lanes v255 = 0.04 + v254;
-  const lanes v256 = v255 * v255;
-  const lanes v257 = 0.64 - v256;
-  lanes v258; LANES_NAME(lanes_sqrt)(&v257, &v258);
-  const lanes v259 = 0.5 / v258;
-  const lanes v260 = 2.0 * v255;
-  const lanes v261 = 0.05964101615137755 * v28;
-  const lanes v262 = 0.023301270189221932 * v22;
-  const lanes v263 = v4 * v262;
-  const lanes v264 = v261 + v263;
-  const lanes v265 = v240 * v25;
-  const lanes v266 = v264 + v265;
-  const lanes v267 = v3 * v266;
-  const lanes v268 = 0.023301270189221932 * v35;
-  const lanes v269 = v1 * v268;
-  const lanes v270 = v267 - v269;
-  const lanes v271 = v237 * v39;
-  const lanes v272 = v270 - v271;
-  const lanes v273 = v242 * v32;
-  const lanes v274 = v272 - v273;
-  const lanes v275 = v274 + thetad_1;
-  const lanes v276 = 0.5 * v275;
-  const lanes v277 = v237 * v32;
-  const lanes v278 = v1 * v266;
-  const lanes v279 = v277 - v278;
-  const lanes v280 = v3 * v268;
-  const lanes v281 = v279 - v280;
-  const lanes v282 = v242 * v39;
-  const lanes v283 = v281 - v282;
-  const lanes v284 = thetad_0 - v283;
-  const lanes v285 = 0.8660254037844386 * v284;
-  const lanes v286 = v276 + v285;
-  const lanes v287 = v260 * v286;
-  const lanes v288 = v259 * v287;
-  const lanes v289 = v288 * v288;
-  const lanes v290 = 0.05964101615137755 * v4;
-  const lanes v291 = v6 * v240;
-  const lanes v292 = v290 + v291;
-  const lanes v293 = v292 + theta_2;
-  const lanes v294 = v293 * v293;
-  const lanes v295 = 0.5 * v252;
-  const lanes v296 = 0.8660254037844386 * v246;
-  const lanes v297 = v295 - v296;
-  const lanes v298 = v297 * v297;
-  const lanes v299 = v294 + v298;
-  lanes v300; LANES_NAME(lanes_sqrt)(&v299, &v300);
-  const lanes v301 = 0.26 + v300;
-  const lanes v302 = v301 * v301;
-  const lanes v303 = v302 - v257;
-  const lanes v304 = v300 - 0.26;
-  const lanes v305 = v304 * v304;
-  const lanes v306 = v257 - v305;
-  const lanes v307 = v303 * v306;
-  lanes v308; LANES_NAME(lanes_sqrt)(&v307, &v308);
-  const lanes v309 = 0.5 * v308;
-  const lanes v310 = v309 / v299;
-  const lanes v311 = v293 * v310;
-  const lanes v312 = 0.5 * v299;
-  const lanes v313 = 0.0338 + v312;
-  const lanes v314 = 0.5 * v257;
-  const lanes v315 = v313 - v314;
-  const lanes v316 = v315 / v299;
-  const lanes v317 = v297 * v316;
-  const lanes v318 = v311 + v317;
-  const lanes v319 = v318 - v297;
-  const lanes v320 = v237 * v165;
-  const lanes v321 = v168 * v266;
-  const lanes v322 = v320 + v321;
-  const lanes v323 = 0.05964101615137755 * v85;
-  const lanes v324 = 0.023301270189221932 * v80;
-  const lanes v325 = v4 * v324;
-  const lanes v326 = v323 + v325;
-  const lanes v327 = v240 * v90;
-  const lanes v328 = v326 + v327;
-  const lanes v329 = v157 * v262;
-  const lanes v330 = v328 + v329;
-  const lanes v331 = v1 * v330;
-  const lanes v332 = v322 - v331;
-  const lanes v333 = 0.023301270189221932 * v176;
-  const lanes v334 = v3 * v333;
-  const lanes v335 = v332 - v334;
-  const lanes v336 = v242 * v182;
-  const lanes v337 = v335 - v336;
-  const lanes v338 = v171 * v268;
-  const lanes v339 = v337 - v338;
-  const lanes v340 = thetadd_0 - v339;
-  const lanes v341 = 0.5 * v340;
-  const lanes v342 = v3 * v330;
-  const lanes v343 = v168 * v268;
-  const lanes v344 = v342 + v343;
-  const lanes v345 = v171 * v266;
-  const lanes v346 = v344 + v345;
-  const lanes v347 = v1 * v333;
-  const lanes v348 = v346 - v347;
-  const lanes v349 = v237 * v182;
-  const lanes v350 = v348 - v349;
-  const lanes v351 = v242 * v165;
-  const lanes v352 = v350 - v351;
-  const lanes v353 = v352 + thetadd_1;
-  const lanes v354 = 0.8660254037844386 * v353;
-  const lanes v355 = v341 - v354;
-  const lanes v356 = v319 * v355;
-  const lanes v357 = v289 + v356;
-  const lanes v358 = v293 * v316;
-  const lanes v359 = v297 * v310;
-  const lanes v360 = v358 - v359;
-  const lanes v361 = v360 - v293;
-  const lanes v362 = 0.05964101615137755 * v90;
-  const lanes v363 = v6 * v324;
-  const lanes v364 = v362 + v363;
-  const lanes v365 = v240 * v85;
-  const lanes v366 = v364 - v365;
-  const lanes v367 = v93 * v262;
-  const lanes v368 = v366 - v367;
-  const lanes v369 = v368 + thetadd_2;
-  const lanes v370 = v361 * v369;
-  const lanes v371 = v357 + v370;
-  const lanes v372 = 0.5 * v284;
-  const lanes v373 = 0.8660254037844386 * v275;
-  const lanes v374 = v372 - v373;
-  const lanes v375 = 2.0 * v297;
-  const lanes v376 = v374 * v375;
-  const lanes v377 = 0.05964101615137755 * v25;
-  const lanes v378 = v6 * v262;
-  const lanes v379 = v377 + v378;
-  const lanes v380 = v240 * v28;
-  const lanes v381 = v379 - v380;
-  const lanes v382 = v381 + thetad_2;
-  const lanes v383 = 2.0 * v293;
-  const lanes v384 = v382 * v383;
-  const lanes v385 = v376 + v384;
-  const lanes v386 = 0.5 / v300;
-  const lanes v387 = v385 * v386;
-  const lanes v388 = 2.0 * v300;
-  const lanes v389 = 0.52 + v388;
-  const lanes v390 = v387 * v389;
-  const lanes v391 = v287 + v390;
-  const lanes v392 = v306 * v391;
-  const lanes v393 = v388 - 0.52;
-  const lanes v394 = v387 * v393;
-  const lanes v395 = v287 + v394;
-  const lanes v396 = v303 * v395;
-  const lanes v397 = v392 - v396;
-  const lanes v398 = 0.25 / v308;
-  const lanes v399 = v397 * v398;
-  const lanes v400 = v399 / v299;
-  const lanes v401 = v299 * v299;
-  const lanes v402 = v309 / v401;
-  const lanes v403 = v385 * v402;
-  const lanes v404 = v400 - v403;
-  const lanes v405 = v293 * v404;
-  const lanes v406 = 0.5 * v287;
-  const lanes v407 = 0.5 * v385;
-  const lanes v408 = v406 + v407;
-  const lanes v409 = v408 / v299;
-  const lanes v410 = v315 / v401;
-  const lanes v411 = v385 * v410;
-  const lanes v412 = v409 - v411;
-  const lanes v413 = v297 * v412;
-  const lanes v414 = v405 + v413;
-  const lanes v415 = v316 * v374;
-  const lanes v416 = v414 + v415;
-  const lanes v417 = v310 * v382;
-  const lanes v418 = v416 + v417;
-  const lanes v419 = v418 - v374;
-  const lanes v420 = v374 * v419;
-  const lanes v421 = v371 + v420;
-  const lanes v422 = v293 * v412;
-  const lanes v423 = v316 * v382;
-  const lanes v424 = v422 + v423;
-  const lanes v425 = v297 * v404;
-  const lanes v426 = v424 - v425;
-  const lanes v427 = v310 * v374;
-  const lanes v428 = v426 - v427;
-  const lanes v429 = v428 - v382;
-  const lanes v430 = v382 * v429;
-  const lanes v431 = v421 + v430;
-  const lanes v432 = 0.5 * v353;
-  const lanes v433 = 0.8660254037844386 * v340;
-  const lanes v434 = v432 + v433;
-  const lanes v435 = v260 * v434;
-  const lanes v436 = 2.0 * v286;
-  const lanes v437 = v286 * v436;
-  const lanes v438 = v435 + v437;
-  const lanes v439 = v259 * v438;
-  const lanes v440 = v258 * v257;
-  const lanes v441 = 0.25 / v440;
-  const lanes v442 = v287 * v441;
-  const lanes v443 = v287 * v442;
-  const lanes v444 = v439 + v443;
-  const lanes v445 = v258 * v444;
-  const lanes v446 = v431 - v445;
-  const lanes v447 = v446 / v309;
-  const lanes v448 = v319 * v374;
-  const lanes v449 = v361 * v382;
-  const lanes v450 = v448 + v449;
-  const lanes v451 = v258 * v288;
-  const lanes v452 = v450 - v451;
-  const lanes v453 = v309 * v309;
-  const lanes v454 = v452 / v453;
-  const lanes v455 = v399 * v454;
-  const lanes v456 = v447 - v455;
-  const lanes v457 = -v456;
+  const lanes v237 = 0.023301270189221932 * v2, v238 = v1 * v237, v239 = 0.05964101615137755 * v6,
+      v240 = 0.023301270189221932 * v5, v241 = v4 * v240, v242 = v239 - v241, v243 = v3 * v242,
+      v244 = v238 - v243, v245 = v244 + theta_1, v246 = v245 - 0.17320508075688773,
+      v247 = 0.5 * v246, v248 = v1 * v242, v249 = v3 * v237, v250 = v248 + v249,
+      v251 = theta_0 - v250, v252 = 0.1 + v251, v253 = 0.8660254037844386 * v252,
+      v254 = v247 + v253, v255 = 0.04 + v254, v256 = v255 * v255, v257 = 0.64 - v256;
+  LANES_LET1(v258, sqrt, v257);
+  const lanes v259 = 0.5 / v258, v260 = 2.0 * v255, v261 = 0.05964101615137755 * v28,
+      v262 = 0.023301270189221932 * v22, v263 = v4 * v262, v264 = v261 + v263, v265 = v240 * v25,
+      v266 = v264 + v265, v267 = v3 * v266, v268 = 0.023301270189221932 * v35, v269 = v1 * v268,
+      v270 = v267 - v269, v271 = v237 * v39, v272 = v270 - v271, v273 = v242 * v32,
+      v274 = v272 - v273, v275 = v274 + thetad_1, v276 = 0.5 * v275, v277 = v237 * v32,
+      v278 = v1 * v266, v279 = v277 - v278, v280 = v3 * v268, v281 = v279 - v280, v282 = v242 * v39,
+      v283 = v281 - v282, v284 = thetad_0 - v283, v285 = 0.8660254037844386 * v284,
+      v286 = v276 + v285, v287 = v260 * v286, v288 = v259 * v287, v289 = v288 * v288,
+      v290 = 0.05964101615137755 * v4, v291 = v6 * v240, v292 = v290 + v291, v293 = v292 + theta_2,
+      v294 = v293 * v293, v295 = 0.5 * v252, v296 = 0.8660254037844386 * v246, v297 = v295 - v296,
+      v298 = v297 * v297, v299 = v294 + v298;
+  LANES_LET1(v300, sqrt, v299);
+  const lanes v301 = 0.26 + v300, v302 = v301 * v301, v303 = v302 - v257, v304 = v300 - 0.26,
+      v305 = v304 * v304, v306 = v257 - v305, v307 = v303 * v306;
+  LANES_LET1(v308, sqrt, v307);
+  const lanes v309 = 0.5 * v308, v310 = v309 / v299, v311 = v293 * v310, v312 = 0.5 * v299,
+      v313 = 0.0338 + v312, v314 = 0.5 * v257, v315 = v313 - v314, v316 = v315 / v299,
+      v317 = v297 * v316, v318 = v311 + v317, v319 = v318 - v297, v320 = v237 * v165,
+      v321 = v168 * v266, v322 = v320 + v321, v323 = 0.05964101615137755 * v85,
+      v324 = 0.023301270189221932 * v80, v325 = v4 * v324, v326 = v323 + v325, v327 = v240 * v90,
+      v328 = v326 + v327, v329 = v157 * v262, v330 = v328 + v329, v331 = v1 * v330,
+      v332 = v322 - v331, v333 = 0.023301270189221932 * v176, v334 = v3 * v333, v335 = v332 - v334,
+      v336 = v242 * v182, v337 = v335 - v336, v338 = v171 * v268, v339 = v337 - v338,
+      v340 = thetadd_0 - v339, v341 = 0.5 * v340, v342 = v3 * v330, v343 = v168 * v268,
+      v344 = v342 + v343, v345 = v171 * v266, v346 = v344 + v345, v347 = v1 * v333,
+      v348 = v346 - v347, v349 = v237 * v182, v350 = v348 - v349, v351 = v242 * v165,
+      v352 = v350 - v351, v353 = v352 + thetadd_1, v354 = 0.8660254037844386 * v353,
+      v355 = v341 - v354, v356 = v319 * v355, v357 = v289 + v356, v358 = v293 * v316,
+      v359 = v297 * v310, v360 = v358 - v359, v361 = v360 - v293, v362 = 0.05964101615137755 * v90,
+      v363 = v6 * v324, v364 = v362 + v363, v365 = v240 * v85, v366 = v364 - v365,
+      v367 = v93 * v262, v368 = v366 - v367, v369 = v368 + thetadd_2, v370 = v361 * v369,
+      v371 = v357 + v370, v372 = 0.5 * v284, v373 = 0.8660254037844386 * v275, v374 = v372 - v373,
+      v375 = 2.0 * v297, v376 = v374 * v375, v377 = 0.05964101615137755 * v25, v378 = v6 * v262,
+      v379 = v377 + v378, v380 = v240 * v28, v381 = v379 - v380, v382 = v381 + thetad_2,
+      v383 = 2.0 * v293, v384 = v382 * v383, v385 = v376 + v384, v386 = 0.5 / v300,
+      v387 = v385 * v386, v388 = 2.0 * v300, v389 = 0.52 + v388, v390 = v387 * v389,
+      v391 = v287 + v390, v392 = v306 * v391, v393 = v388 - 0.52, v394 = v387 * v393,
+      v395 = v287 + v394, v396 = v303 * v395, v397 = v392 - v396, v398 = 0.25 / v308,
+      v399 = v397 * v398, v400 = v399 / v299, v401 = v299 * v299, v402 = v309 / v401,
+      v403 = v385 * v402, v404 = v400 - v403, v405 = v293 * v404, v406 = 0.5 * v287,
+      v407 = 0.5 * v385, v408 = v406 + v407, v409 = v408 / v299, v410 = v315 / v401,
+      v411 = v385 * v410, v412 = v409 - v411, v413 = v297 * v412, v414 = v405 + v413,
+      v415 = v316 * v374, v416 = v414 + v415, v417 = v310 * v382, v418 = v416 + v417,
+      v419 = v418 - v374, v420 = v374 * v419, v421 = v371 + v420, v422 = v293 * v412,
+      v423 = v316 * v382, v424 = v422 + v423, v425 = v297 * v404, v426 = v424 - v425,
+      v427 = v310 * v374, v428 = v426 - v427, v429 = v428 - v382, v430 = v382 * v429,
+      v431 = v421 + v430, v432 = 0.5 * v353, v433 = 0.8660254037844386 * v340, v434 = v432 + v433,
+      v435 = v260 * v434, v436 = 2.0 * v286, v437 = v286 * v436, v438 = v435 + v437,
+      v439 = v259 * v438, v440 = v258 * v257, v441 = 0.25 / v440, v442 = v287 * v441,
+      v443 = v287 * v442, v444 = v439 + v443, v445 = v258 * v444, v446 = v431 - v445,
+      v447 = v446 / v309, v448 = v319 * v374, v449 = v361 * v382, v450 = v448 + v449,
+      v451 = v258 * v288, v452 = v450 - v451, v453 = v309 * v309, v454 = v452 / v453,
+      v455 = v399 * v454, v456 = v447 - v455, v457 = -v456;
   out[1] = v457;
-  const lanes v458 = 0.06330127018922194 * v2;
-  const lanes v459 = v3 * v458;
-  const lanes v460 = 0.06330127018922194 * v5;
-  const lanes v461 = v4 * v460;
-  const lanes v462 = 0.009641016151377546 * v6;
-  const lanes v463 = v461 - v462;
-  const lanes v464 = v1 * v463;
-  const lanes v465 = v459 - v464;
-  const lanes v466 = v465 + theta_0;
-  const lanes v467 = 0.1 + v466;
-  const lanes v468 = 0.8660254037844386 * v467;
-  const lanes v469 = v1 * v458;
-  const lanes v470 = v3 * v463;
-  const lanes v471 = v469 + v470;
-  const lanes v472 = theta_1 - v471;
-  const lanes v473 = 0.17320508075688773 + v472;
-  const lanes v474 = 0.5 * v473;
-  const lanes v475 = v468 - v474;
-  const lanes v476 = v475 - 0.04;
-  const lanes v477 = v476 * v476;
-  const lanes v478 = 0.64 - v477;
-  lanes v479; LANES_NAME(lanes_sqrt)(&v478, &v479);
-  const lanes v480 = 0.5 / v479;
-  const lanes v481 = 2.0 * v476;
-  const lanes v482 = v458 * v32;
-  const lanes v483 = v463 * v39;
-  const lanes v484 = v482 + v483;
-  const lanes v485 = 0.009641016151377546 * v28;
-  const lanes v486 = 0.06330127018922194 * v22;
-  const lanes v487 = v4 * v486;
-  const lanes v488 = v485 + v487;
-  const lanes v489 = v460 * v25;
-  const lanes v490 = v488 + v489;
-  const lanes v491 = v1 * v490;
-  const lanes v492 = v484 - v491;
-  const lanes v493 = 0.06330127018922194 * v35;
-  const lanes v494 = v3 * v493;
-  const lanes v495 = v492 - v494;
-  const lanes v496 = v495 + thetad_0;
-  const lanes v497 = 0.8660254037844386 * v496;
-  const lanes v498 = v3 * v490;
-  const lanes v499 = v463 * v32;
-  const lanes v500 = v498 + v499;
-  const lanes v501 = v1 * v493;
-  const lanes v502 = v500 - v501;
-  const lanes v503 = v458 * v39;
-  const lanes v504 = v502 - v503;
-  const lanes v505 = thetad_1 - v504;
-  const lanes v506 = 0.5 * v505;
-  const lanes v507 = v497 - v506;
-  const lanes v508 = v481 * v507;
-  const lanes v509 = v480 * v508;
-  const lanes v510 = v509 * v509;
-  const lanes v511 = 0.009641016151377546 * v4;
-  const lanes v512 = v6 * v460;
-  const lanes v513 = v511 + v512;
-  const lanes v514 = theta_2 - v513;
-  const lanes v515 = v514 * v514;
-  const lanes v516 = 0.5 * v467;
-  const lanes v517 = 0.8660254037844386 * v473;
-  const lanes v518 = v516 + v517;
-  const lanes v519 = v518 * v518;
-  const lanes v520 = v515 + v519;
-  lanes v521; LANES_NAME(lanes_sqrt)(&v520, &v521);
-  const lanes v522 = 0.26 + v521;
-  const lanes v523 = v522 * v522;
-  const lanes v524 = v523 - v478;
-  const lanes v525 = v521 - 0.26;
-  const lanes v526 = v525 * v525;
-  const lanes v527 = v478 - v526;
-  const lanes v528 = v524 * v527;
-  lanes v529; LANES_NAME(lanes_sqrt)(&v528, &v529);
-  const lanes v530 = 0.5 * v529;
-  const lanes v531 = v530 / v520;
-  const lanes v532 = v514 * v531;
-  const lanes v533 = 0.5 * v520;
-  const lanes v534 = 0.0338 + v533;
-  const lanes v535 = 0.5 * v478;
-  const lanes v536 = v534 - v535;
-  const lanes v537 = v536 / v520;
-  const lanes v538 = v518 * v537;
-  const lanes v539 = v532 + v538;
-  const lanes v540 = v539 - v518;
-  const lanes v541 = v458 * v165;
-  const lanes v542 = v463 * v182;
-  const lanes v543 = v541 + v542;
-  const lanes v544 = v168 * v490;
-  const lanes v545 = v543 + v544;
-  const lanes v546 = 0.009641016151377546 * v85;
-  const lanes v547 = 0.06330127018922194 * v80;
-  const lanes v548 = v4 * v547;
-  const lanes v549 = v546 + v548;
-  const lanes v550 = v460 * v90;
-  const lanes v551 = v549 + v550;
-  const lanes v552 = v157 * v486;
-  const lanes v553 = v551 + v552;
-  const lanes v554 = v1 * v553;
-  const lanes v555 = v545 - v554;
-  const lanes v556 = 0.06330127018922194 * v176;
-  const lanes v557 = v3 * v556;
-  const lanes v558 = v555 - v557;
-  const lanes v559 = v171 * v493;
-  const lanes v560 = v558 - v559;
-  const lanes v561 = v560 + thetadd_0;
-  const lanes v562 = 0.5 * v561;
-  const lanes v563 = v3 * v553;
-  const lanes v564 = v463 * v165;
-  const lanes v565 = v563 + v564;
-  const lanes v566 = v168 * v493;
-  const lanes v567 = v565 + v566;
-  const lanes v568 = v171 * v490;
-  const lanes v569 = v567 + v568;
-  const lanes v570 = v1 * v556;
-  const lanes v571 = v569 - v570;
-  const lanes v572 = v458 * v182;
-  const lanes v573 = v571 - v572;
-  const lanes v574 = thetadd_1 - v573;
-  const lanes v575 = 0.8660254037844386 * v574;
-  const lanes v576 = v562 + v575;
-  const lanes v577 = v540 * v576;
-  const lanes v578 = v510 + v577;
-  const lanes v579 = v514 * v537;
-  const lanes v580 = v518 * v531;
-  const lanes v581 = v579 - v580;
-  const lanes v582 = v581 - v514;
-  const lanes v583 = 0.009641016151377546 * v90;
-  const lanes v584 = v6 * v547;
-  const lanes v585 = v583 + v584;
-  const lanes v586 = v460 * v85;
-  const lanes v587 = v585 - v586;
-  const lanes v588 = v93 * v486;
-  const lanes v589 = v587 - v588;
-  const lanes v590 = thetadd_2 - v589;
-  const lanes v591 = v582 * v590;
-  const lanes v592 = v578 + v591;
-  const lanes v593 = 0.5 * v496;
-  const lanes v594 = 0.8660254037844386 * v505;
-  const lanes v595 = v593 + v594;
-  const lanes v596 = 2.0 * v518;
-  const lanes v597 = v595 * v596;
-  const lanes v598 = 0.009641016151377546 * v25;
-  const lanes v599 = v6 * v486;
-  const lanes v600 = v598 + v599;
-  const lanes v601 = v460 * v28;
-  const lanes v602 = v600 - v601;
-  const lanes v603 = thetad_2 - v602;
-  const lanes v604 = 2.0 * v514;
-  const lanes v605 = v603 * v604;
-  const lanes v606 = v597 + v605;
-  const lanes v607 = 0.5 / v521;
-  const lanes v608 = v606 * v607;
-  const lanes v609 = 2.0 * v521;
-  const lanes v610 = 0.52 + v609;
-  const lanes v611 = v608 * v610;
-  const lanes v612 = v508 + v611;
-  const lanes v613 = v527 * v612;
-  const lanes v614 = v609 - 0.52;
-  const lanes v615 = v608 * v614;
-  const lanes v616 = v508 + v615;
-  const lanes v617 = v524 * v616;
-  const lanes v618 = v613 - v617;
-  const lanes v619 = 0.25 / v529;
-  const lanes v620 = v618 * v619;
-  const lanes v621 = v620 / v520;
-  const lanes v622 = v520 * v520;
-  const lanes v623 = v530 / v622;
-  const lanes v624 = v606 * v623;
-  const lanes v625 = v621 - v624;
-  const lanes v626 = v514 * v625;
-  const lanes v627 = 0.5 * v508;
-  const lanes v628 = 0.5 * v606;
-  const lanes v629 = v627 + v628;
-  const lanes v630 = v629 / v520;
-  const lanes v631 = v536 / v622;
-  const lanes v632 = v606 * v631;
-  const lanes v633 = v630 - v632;
-  const lanes v634 = v518 * v633;
-  const lanes v635 = v626 + v634;
-  const lanes v636 = v537 * v595;
-  const lanes v637 = v635 + v636;
-  const lanes v638 = v531 * v603;
-  const lanes v639 = v637 + v638;
-  const lanes v640 = v639 - v595;
-  const lanes v641 = v595 * v640;
-  const lanes v642 = v592 + v641;
-  const lanes v643 = v514 * v633;
-  const lanes v644 = v537 * v603;
-  const lanes v645 = v643 + v644;
-  const lanes v646 = v518 * v625;
-  const lanes v647 = v645 - v646;
-  const lanes v648 = v531 * v595;
-  const lanes v649 = v647 - v648;
-  const lanes v650 = v649 - v603;
-  const lanes v651 = v603 * v650;
-  const lanes v652 = v642 + v651;
-  const lanes v653 = 0.8660254037844386 * v561;
-  const lanes v654 = 0.5 * v574;
-  const lanes v655 = v653 - v654;
-  const lanes v656 = v481 * v655;
-  const lanes v657 = 2.0 * v507;
-  const lanes v658 = v507 * v657;
-  const lanes v659 = v656 + v658;
-  const lanes v660 = v480 * v659;
-  const lanes v661 = v479 * v478;
-  const lanes v662 = 0.25 / v661;
-  const lanes v663 = v508 * v662;
-  const lanes v664 = v508 * v663;
-  const lanes v665 = v660 + v664;
-  const lanes v666 = v479 * v665;
-  const lanes v667 = v652 - v666;
-  const lanes v668 = v667 / v530;
-  const lanes v669 = v540 * v595;
-  const lanes v670 = v582 * v603;
-  const lanes v671 = v669 + v670;
-  const lanes v672 = v479 * v509;
-  const lanes v673 = v671 - v672;
-  const lanes v674 = v530 * v530;
-  const lanes v675 = v673 / v674;
-  const lanes v676 = v620 * v675;
-  const lanes v677 = v668 - v676;
-  const lanes v678 = -v677;
+  const lanes v458 = 0.06330127018922194 * v2, v459 = v3 * v458, v460 = 0.06330127018922194 * v5,
+      v461 = v4 * v460, v462 = 0.009641016151377546 * v6, v463 = v461 - v462, v464 = v1 * v463,
+      v465 = v459 - v464, v466 = v465 + theta_0, v467 = 0.1 + v466,
+      v468 = 0.8660254037844386 * v467, v469 = v1 * v458, v470 = v3 * v463, v471 = v469 + v470,
+      v472 = theta_1 - v471, v473 = 0.17320508075688773 + v472, v474 = 0.5 * v473,
+      v475 = v468 - v474, v476 = v475 - 0.04, v477 = v476 * v476, v478 = 0.64 - v477;
+  LANES_LET1(v479, sqrt, v478);
+  const lanes v480 = 0.5 / v479, v481 = 2.0 * v476, v482 = v458 * v32, v483 = v463 * v39,
+      v484 = v482 + v483, v485 = 0.009641016151377546 * v28, v486 = 0.06330127018922194 * v22,
+      v487 = v4 * v486, v488 = v485 + v487, v489 = v460 * v25, v490 = v488 + v489, v491 = v1 * v490,
+      v492 = v484 - v491, v493 = 0.06330127018922194 * v35, v494 = v3 * v493, v495 = v492 - v494,
+      v496 = v495 + thetad_0, v497 = 0.8660254037844386 * v496, v498 = v3 * v490, v499 = v463 * v32,
+      v500 = v498 + v499, v501 = v1 * v493, v502 = v500 - v501, v503 = v458 * v39,
+      v504 = v502 - v503, v505 = thetad_1 - v504, v506 = 0.5 * v505, v507 = v497 - v506,
+      v508 = v481 * v507, v509 = v480 * v508, v510 = v509 * v509, v511 = 0.009641016151377546 * v4,
+      v512 = v6 * v460, v513 = v511 + v512, v514 = theta_2 - v513, v515 = v514 * v514,
+      v516 = 0.5 * v467, v517 = 0.8660254037844386 * v473, v518 = v516 + v517, v519 = v518 * v518,
+      v520 = v515 + v519;
+  LANES_LET1(v521, sqrt, v520);
+  const lanes v522 = 0.26 + v521, v523 = v522 * v522, v524 = v523 - v478, v525 = v521 - 0.26,
+      v526 = v525 * v525, v527 = v478 - v526, v528 = v524 * v527;
+  LANES_LET1(v529, sqrt, v528);
+  const lanes v530 = 0.5 * v529, v531 = v530 / v520, v532 = v514 * v531, v533 = 0.5 * v520,
+      v534 = 0.0338 + v533, v535 = 0.5 * v478, v536 = v534 - v535, v537 = v536 / v520,
+      v538 = v518 * v537, v539 = v532 + v538, v540 = v539 - v518, v541 = v458 * v165,
+      v542 = v463 * v182, v543 = v541 + v542, v544 = v168 * v490, v545 = v543 + v544,
+      v546 = 0.009641016151377546 * v85, v547 = 0.06330127018922194 * v80, v548 = v4 * v547,
+      v549 = v546 + v548, v550 = v460 * v90, v551 = v549 + v550, v552 = v157 * v486,
+      v553 = v551 + v552, v554 = v1 * v553, v555 = v545 - v554, v556 = 0.06330127018922194 * v176,
+      v557 = v3 * v556, v558 = v555 - v557, v559 = v171 * v493, v560 = v558 - v559,
+      v561 = v560 + thetadd_0, v562 = 0.5 * v561, v563 = v3 * v553, v564 = v463 * v165,
+      v565 = v563 + v564, v566 = v168 * v493, v567 = v565 + v566, v568 = v171 * v490,
+      v569 = v567 + v568, v570 = v1 * v556, v571 = v569 - v570, v572 = v458 * v182,
+      v573 = v571 - v572, v574 = thetadd_1 - v573, v575 = 0.8660254037844386 * v574,
+      v576 = v562 + v575, v577 = v540 * v576, v578 = v510 + v577, v579 = v514 * v537,
+      v580 = v518 * v531, v581 = v579 - v580, v582 = v581 - v514, v583 = 0.009641016151377546 * v90,
+      v584 = v6 * v547, v585 = v583 + v584, v586 = v460 * v85, v587 = v585 - v586,
+      v588 = v93 * v486, v589 = v587 - v588, v590 = thetadd_2 - v589, v591 = v582 * v590,
+      v592 = v578 + v591, v593 = 0.5 * v496, v594 = 0.8660254037844386 * v505, v595 = v593 + v594,
+      v596 = 2.0 * v518, v597 = v595 * v596, v598 = 0.009641016151377546 * v25, v599 = v6 * v486,
+      v600 = v598 + v599, v601 = v460 * v28, v602 = v600 - v601, v603 = thetad_2 - v602,
+      v604 = 2.0 * v514, v605 = v603 * v604, v606 = v597 + v605, v607 = 0.5 / v521,
+      v608 = v606 * v607, v609 = 2.0 * v521, v610 = 0.52 + v609, v611 = v608 * v610,
+      v612 = v508 + v611, v613 = v527 * v612, v614 = v609 - 0.52, v615 = v608 * v614,
+      v616 = v508 + v615, v617 = v524 * v616, v618 = v613 - v617, v619 = 0.25 / v529,
+      v620 = v618 * v619, v621 = v620 / v520, v622 = v520 * v520, v623 = v530 / v622,
+      v624 = v606 * v623, v625 = v621 - v624, v626 = v514 * v625, v627 = 0.5 * v508,
+      v628 = 0.5 * v606, v629 = v627 + v628, v630 = v629 / v520, v631 = v536 / v622,
+      v632 = v606 * v631, v633 = v630 - v632, v634 = v518 * v633, v635 = v626 + v634,
+      v636 = v537 * v595, v637 = v635 + v636, v638 = v531 * v603, v639 = v637 + v638,
+      v640 = v639 - v595, v641 = v595 * v640, v642 = v592 + v641, v643 = v514 * v633,
+      v644 = v537 * v603, v645 = v643 + v644, v646 = v518 * v625, v647 = v645 - v646,
+      v648 = v531 * v595, v649 = v647 - v648, v650 = v649 - v603, v651 = v603 * v650,
+      v652 = v642 + v651, v653 = 0.8660254037844386 * v561, v654 = 0.5 * v574, v655 = v653 - v654,
+      v656 = v481 * v655, v657 = 2.0 * v507, v658 = v507 * v657, v659 = v656 + v658,
+      v660 = v480 * v659, v661 = v479 * v478, v662 = 0.25 / v661, v663 = v508 * v662,
+      v664 = v508 * v663, v665 = v660 + v664, v666 = v479 * v665, v667 = v652 - v666,
+      v668 = v667 / v530, v669 = v540 * v595, v670 = v582 * v603, v671 = v669 + v670,
+      v672 = v479 * v509, v673 = v671 - v672, v674 = v530 * v530, v675 = v673 / v674,
+      v676 = v620 * v675, v677 = v668 - v676, v678 = -v677;
   out[2] = v678;
 }
 
 static LANES_TARGET void LANES_NAME(delta_actuator_margin)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&theta_4, &v1, &v3);
-  lanes v6, v2; LANES_NAME(lanes_cos_sin)(&theta_5, &v6, &v2);
-  lanes v4, v5; LANES_NAME(lanes_cos_sin)(&theta_3, &v4, &v5);
-  const lanes v7 = 0.04 * v2;
-  const lanes v8 = v1 * v7;
-  const lanes v9 = 0.05 * v3;
-  const lanes v10 = v8 - v9;
-  const lanes v11 = v10 + theta_2;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = v3 * v7;
-  const lanes v14 = 0.05 * v1;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = v4 * v15;
-  const lanes v17 = 0.04 * v6;
-  const lanes v18 = v5 * v17;
-  const lanes v19 = v16 - v18;
-  const lanes v20 = v19 + theta_0;
-  const lanes v21 = v20 - 0.2;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v12 + v22;
-  lanes v24; LANES_NAME(lanes_sqrt)(&v23, &v24);
-  const lanes v25 = 0.26 + v24;
-  const lanes v26 = v25 * v25;
-  const lanes v27 = v4 * v17;
-  const lanes v28 = v5 * v15;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = v29 + theta_1;
-  const lanes v31 = v30 - 0.04;
-  const lanes v32 = v31 * v31;
-  const lanes v33 = 0.64 - v32;
-  const lanes v34 = v26 - v33;
-  const lanes v35 = v24 - 0.26;
-  const lanes v36 = v35 * v35;
-  const lanes v37 = v33 - v36;
-  const lanes v38 = v34 * v37;
-  const lanes v39 = 3.698224852071006 * v38;
-  const lanes v40 = v39 / v33;
-  const lanes v41 = 1.5625 * v33;
-  const lanes v42 = v40 * v41;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5];
+  LANES_COS_SIN(v1, v3, theta_4); LANES_COS_SIN(v6, v2, theta_5); LANES_COS_SIN(v4, v5, theta_3);
+  const lanes v7 = 0.04 * v2, v8 = v1 * v7, v9 = 0.05 * v3, v10 = v8 - v9, v11 = v10 + theta_2,
+      v12 = v11 * v11, v13 = v3 * v7, v14 = 0.05 * v1, v15 = v13 + v14, v16 = v4 * v15,
+      v17 = 0.04 * v6, v18 = v5 * v17, v19 = v16 - v18, v20 = v19 + theta_0, v21 = v20 - 0.2,
+      v22 = v21 * v21, v23 = v12 + v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.26 + v24, v26 = v25 * v25, v27 = v4 * v17, v28 = v5 * v15, v29 = v27 + v28,
+      v30 = v29 + theta_1, v31 = v30 - 0.04, v32 = v31 * v31, v33 = 0.64 - v32, v34 = v26 - v33,
+      v35 = v24 - 0.26, v36 = v35 * v35, v37 = v33 - v36, v38 = v34 * v37,
+      v39 = 3.698224852071006 * v38, v40 = v39 / v33, v41 = 1.5625 * v33, v42 = v40 * v41;
   out[0] = v42;
-  const lanes v43 = 0.05964101615137755 * v3;
-  const lanes v44 = 0.023301270189221932 * v2;
-  const lanes v45 = v1 * v44;
-  const lanes v46 = v43 + v45;
-  const lanes v47 = v46 + theta_2;
-  const lanes v48 = v47 * v47;
-  const lanes v49 = 0.05964101615137755 * v1;
-  const lanes v50 = v3 * v44;
-  const lanes v51 = v49 - v50;
-  const lanes v52 = v4 * v51;
-  const lanes v53 = 0.023301270189221932 * v6;
-  const lanes v54 = v5 * v53;
-  const lanes v55 = v52 + v54;
-  const lanes v56 = theta_0 - v55;
-  const lanes v57 = 0.1 + v56;
-  const lanes v58 = 0.5 * v57;
-  const lanes v59 = v4 * v53;
-  const lanes v60 = v5 * v51;
-  const lanes v61 = v59 - v60;
-  const lanes v62 = v61 + theta_1;
-  const lanes v63 = v62 - 0.17320508075688773;
-  const lanes v64 = 0.8660254037844386 * v63;
-  const lanes v65 = v58 - v64;
-  const lanes v66 = v65 * v65;
-  const lanes v67 = v48 + v66;
-  lanes v68; LANES_NAME(lanes_sqrt)(&v67, &v68);
-  const lanes v69 = 0.26 + v68;
-  const lanes v70 = v69 * v69;
-  const lanes v71 = 0.5 * v63;
-  const lanes v72 = 0.8660254037844386 * v57;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = 0.04 + v73;
-  const lanes v75 = v74 * v74;
-  const lanes v76 = 0.64 - v75;
-  const lanes v77 = v70 - v76;
-  const lanes v78 = v68 - 0.26;
-  const lanes v79 = v78 * v78;
-  const lanes v80 = v76 - v79;
-  const lanes v81 = v77 * v80;
-  const lanes v82 = 3.698224852071006 * v81;
-  const lanes v83 = v82 / v76;
-  const lanes v84 = 1.5625 * v76;
-  const lanes v85 = v83 * v84;
+  const lanes v43 = 0.05964101615137755 * v3, v44 = 0.023301270189221932 * v2, v45 = v1 * v44,
+      v46 = v43 + v45, v47 = v46 + theta_2, v48 = v47 * v47, v49 = 0.05964101615137755 * v1,
+      v50 = v3 * v44, v51 = v49 - v50, v52 = v4 * v51, v53 = 0.023301270189221932 * v6,
+      v54 = v5 * v53, v55 = v52 + v54, v56 = theta_0 - v55, v57 = 0.1 + v56, v58 = 0.5 * v57,
+      v59 = v4 * v53, v60 = v5 * v51, v61 = v59 - v60, v62 = v61 + theta_1,
+      v63 = v62 - 0.17320508075688773, v64 = 0.8660254037844386 * v63, v65 = v58 - v64,
+      v66 = v65 * v65, v67 = v48 + v66;
+  LANES_LET1(v68, sqrt, v67);
+  const lanes v69 = 0.26 + v68, v70 = v69 * v69, v71 = 0.5 * v63, v72 = 0.8660254037844386 * v57,
+      v73 = v71 + v72, v74 = 0.04 + v73, v75 = v74 * v74, v76 = 0.64 - v75, v77 = v70 - v76,
+      v78 = v68 - 0.26, v79 = v78 * v78, v80 = v76 - v79, v81 = v77 * v80,
+      v82 = 3.698224852071006 * v81, v83 = v82 / v76, v84 = 1.5625 * v76, v85 = v83 * v84;
   out[1] = v85;
-  const lanes v86 = 0.009641016151377546 * v3;
-  const lanes v87 = 0.06330127018922194 * v2;
-  const lanes v88 = v1 * v87;
-  const lanes v89 = v86 + v88;
-  const lanes v90 = theta_2 - v89;
-  const lanes v91 = v90 * v90;
-  const lanes v92 = 0.06330127018922194 * v6;
-  const lanes v93 = v5 * v92;
-  const lanes v94 = v3 * v87;
-  const lanes v95 = 0.009641016151377546 * v1;
-  const lanes v96 = v94 - v95;
-  const lanes v97 = v4 * v96;
-  const lanes v98 = v93 - v97;
-  const lanes v99 = v98 + theta_0;
-  const lanes v100 = 0.1 + v99;
-  const lanes v101 = 0.5 * v100;
-  const lanes v102 = v4 * v92;
-  const lanes v103 = v5 * v96;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = theta_1 - v104;
-  const lanes v106 = 0.17320508075688773 + v105;
-  const lanes v107 = 0.8660254037844386 * v106;
-  const lanes v108 = v101 + v107;
-  const lanes v109 = v108 * v108;
-  const lanes v110 = v91 + v109;
-  lanes v111; LANES_NAME(lanes_sqrt)(&v110, &v111);
-  const lanes v112 = 0.26 + v111;
-  const lanes v113 = v112 * v112;
-  const lanes v114 = 0.8660254037844386 * v100;
-  const lanes v115 = 0.5 * v106;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v116 - 0.04;
-  const lanes v118 = v117 * v117;
-  const lanes v119 = 0.64 - v118;
-  const lanes v120 = v113 - v119;
-  const lanes v121 = v111 - 0.26;
-  const lanes v122 = v121 * v121;
-  const lanes v123 = v119 - v122;
-  const lanes v124 = v120 * v123;
-  const lanes v125 = 3.698224852071006 * v124;
-  const lanes v126 = v125 / v119;
-  const lanes v127 = 1.5625 * v119;
-  const lanes v128 = v126 * v127;
+  const lanes v86 = 0.009641016151377546 * v3, v87 = 0.06330127018922194 * v2, v88 = v1 * v87,
+      v89 = v86 + v88, v90 = theta_2 - v89, v91 = v90 * v90, v92 = 0.06330127018922194 * v6,
+      v93 = v5 * v92, v94 = v3 * v87, v95 = 0.009641016151377546 * v1, v96 = v94 - v95,
+      v97 = v4 * v96, v98 = v93 - v97, v99 = v98 + theta_0, v100 = 0.1 + v99, v101 = 0.5 * v100,
+      v102 = v4 * v92, v103 = v5 * v96, v104 = v102 + v103, v105 = theta_1 - v104,
+      v106 = 0.17320508075688773 + v105, v107 = 0.8660254037844386 * v106, v108 = v101 + v107,
+      v109 = v108 * v108, v110 = v91 + v109;
+  LANES_LET1(v111, sqrt, v110);
+  const lanes v112 = 0.26 + v111, v113 = v112 * v112, v114 = 0.8660254037844386 * v100,
+      v115 = 0.5 * v106, v116 = v114 - v115, v117 = v116 - 0.04, v118 = v117 * v117,
+      v119 = 0.64 - v118, v120 = v113 - v119, v121 = v111 - 0.26, v122 = v121 * v121,
+      v123 = v119 - v122, v124 = v120 * v123, v125 = 3.698224852071006 * v124, v126 = v125 / v119,
+      v127 = 1.5625 * v119, v128 = v126 * v127;
   out[2] = v128;
 }
 
 static LANES_TARGET void LANES_NAME(delta_actuators_all)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&theta_4, &v1, &v5);
-  lanes v16, v2; LANES_NAME(lanes_cos_sin)(&theta_5, &v16, &v2);
-  const lanes v3 = 0.04 * v2;
-  const lanes v4 = v1 * v3;
-  const lanes v6 = 0.05 * v5;
-  const lanes v7 = v4 - v6;
-  const lanes v8 = v7 + theta_2;
-  const lanes v9 = v8 * v8;
-  lanes v10, v15; LANES_NAME(lanes_cos_sin)(&theta_3, &v10, &v15);
-  const lanes v11 = v5 * v3;
-  const lanes v12 = 0.05 * v1;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = v10 * v13;
-  const lanes v17 = 0.04 * v16;
-  const lanes v18 = v15 * v17;
-  const lanes v19 = v14 - v18;
-  const lanes v20 = v19 + theta_0;
-  const lanes v21 = v20 - 0.2;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v9 + v22;
-  const lanes v24 = 0.5 * v23;
-  const lanes v25 = 0.0338 + v24;
-  const lanes v26 = v10 * v17;
-  const lanes v27 = v15 * v13;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v28 + theta_1;
-  const lanes v30 = v29 - 0.04;
-  const lanes v31 = v30 * v30;
-  const lanes v32 = 0.64 - v31;
-  const lanes v33 = 0.5 * v32;
-  const lanes v34 = v25 - v33;
-  const lanes v35 = v34 / v23;
-  const lanes v36 = v8 * v35;
-  lanes v37; LANES_NAME(lanes_sqrt)(&v23, &v37);
-  const lanes v38 = 0.26 + v37;
-  const lanes v39 = v38 * v38;
-  const lanes v40 = v39 - v32;
-  const lanes v41 = v37 - 0.26;
-  const lanes v42 = v41 * v41;
-  const lanes v43 = v32 - v42;
-  const lanes v44 = v40 * v43;
-  lanes v45; LANES_NAME(lanes_sqrt)(&v44, &v45);
-  const lanes v46 = 0.5 * v45;
-  const lanes v47 = v46 / v23;
-  const lanes v48 = v21 * v47;
-  const lanes v49 = v36 + v48;
-  const lanes v50 = 3.8461538461538463 * v49;
-  const lanes v51 = v8 * v47;
-  const lanes v52 = v21 * v35;
-  const lanes v53 = v51 - v52;
-  const lanes v54 = 3.8461538461538463 * v53;
-  const lanes v55 = -v54;
-  lanes v56; LANES_NAME(lanes_atan2)(&v50, &v55, &v56);
-  const lanes v57 = 0.05964101615137755 * v5;
-  const lanes v58 = 0.023301270189221932 * v2;
-  const lanes v59 = v1 * v58;
-  const lanes v60 = v57 + v59;
-  const lanes v61 = v60 + theta_2;
-  const lanes v62 = v61 * v61;
-  const lanes v63 = 0.05964101615137755 * v1;
-  const lanes v64 = v5 * v58;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v10 * v65;
-  const lanes v67 = 0.023301270189221932 * v16;
-  const lanes v68 = v15 * v67;
-  const lanes v69 = v66 + v68;
-  const lanes v70 = theta_0 - v69;
-  const lanes v71 = 0.1 + v70;
-  const lanes v72 = 0.5 * v71;
-  const lanes v73 = v10 * v67;
-  const lanes v74 = v15 * v65;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v75 + theta_1;
-  const lanes v77 = v76 - 0.17320508075688773;
-  const lanes v78 = 0.8660254037844386 * v77;
-  const lanes v79 = v72 - v78;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v62 + v80;
-  const lanes v82 = 0.5 * v81;
-  const lanes v83 = 0.0338 + v82;
-  const lanes v84 = 0.5 * v77;
-  const lanes v85 = 0.8660254037844386 * v71;
-  const lanes v86 = v84 + v85;
-  const lanes v87 = 0.04 + v86;
-  const lanes v88 = v87 * v87;
-  const lanes v89 = 0.64 - v88;
-  const lanes v90 = 0.5 * v89;
-  const lanes v91 = v83 - v90;
-  const lanes v92 = v91 / v81;
-  const lanes v93 = v61 * v92;
-  lanes v94; LANES_NAME(lanes_sqrt)(&v81, &v94);
-  const lanes v95 = 0.26 + v94;
-  const lanes v96 = v95 * v95;
-  const lanes v97 = v96 - v89;
-  const lanes v98 = v94 - 0.26;
-  const lanes v99 = v98 * v98;
-  const lanes v100 = v89 - v99;
-  const lanes v101 = v97 * v100;
-  lanes v102; LANES_NAME(lanes_sqrt)(&v101, &v102);
-  const lanes v103 = 0.5 * v102;
-  const lanes v104 = v103 / v81;
-  const lanes v105 = v79 * v104;
-  const lanes v106 = v93 - v105;
-  const lanes v107 = 3.8461538461538463 * v106;
-  const lanes v108 = v61 * v104;
-  const lanes v109 = v79 * v92;
-  const lanes v110 = v108 + v109;
-  const lanes v111 = 3.8461538461538463 * v110;
-  const lanes v112 = -v111;
-  lanes v113; LANES_NAME(lanes_atan2)(&v107, &v112, &v113);
-  const lanes v114 = 0.009641016151377546 * v5;
-  const lanes v115 = 0.06330127018922194 * v2;
-  const lanes v116 = v1 * v115;
-  const lanes v117 = v114 + v116;
-  const lanes v118 = theta_2 - v117;
-  const lanes v119 = v118 * v118;
-  const lanes v120 = 0.06330127018922194 * v16;
-  const lanes v121 = v15 * v120;
-  const lanes v122 = v5 * v115;
-  const lanes v123 = 0.009641016151377546 * v1;
-  const lanes v124 = v122 - v123;
-  const lanes v125 = v10 * v124;
-  const lanes v126 = v121 - v125;
-  const lanes v127 = v126 + theta_0;
-  const lanes v128 = 0.1 + v127;
-  const lanes v129 = 0.5 * v128;
-  const lanes v130 = v10 * v120;
-  const lanes v131 = v15 * v124;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = theta_1 - v132;
-  const lanes v134 = 0.17320508075688773 + v133;
-  const lanes v135 = 0.8660254037844386 * v134;
-  const lanes v136 = v129 + v135;
-  const lanes v137 = v136 * v136;
-  const lanes v138 = v119 + v137;
-  const lanes v139 = 0.5 * v138;
-  const lanes v140 = 0.0338 + v139;
-  const lanes v141 = 0.8660254037844386 * v128;
-  const lanes v142 = 0.5 * v134;
-  const lanes v143 = v141 - v142;
-  const lanes v144 = v143 - 0.04;
-  const lanes v145 = v144 * v144;
-  const lanes v146 = 0.64 - v145;
-  const lanes v147 = 0.5 * v146;
-  const lanes v148 = v140 - v147;
-  const lanes v149 = v148 / v138;
-  const lanes v150 = v118 * v149;
-  lanes v151; LANES_NAME(lanes_sqrt)(&v138, &v151);
-  const lanes v152 = 0.26 + v151;
-  const lanes v153 = v152 * v152;
-  const lanes v154 = v153 - v146;
-  const lanes v155 = v151 - 0.26;
-  const lanes v156 = v155 * v155;
-  const lanes v157 = v146 - v156;
-  const lanes v158 = v154 * v157;
-  lanes v159; LANES_NAME(lanes_sqrt)(&v158, &v159);
-  const lanes v160 = 0.5 * v159;
-  const lanes v161 = v160 / v138;
-  const lanes v162 = v136 * v161;
-  const lanes v163 = v150 - v162;
-  const lanes v164 = 3.8461538461538463 * v163;
-  const lanes v165 = v118 * v161;
-  const lanes v166 = v136 * v149;
-  const lanes v167 = v165 + v166;
-  const lanes v168 = 3.8461538461538463 * v167;
-  const lanes v169 = -v168;
-  lanes v170; LANES_NAME(lanes_atan2)(&v164, &v169, &v170);
-  const lanes v171 = v150 + v162;
-  const lanes v172 = 3.8461538461538463 * v171;
-  const lanes v173 = v166 - v165;
-  const lanes v174 = 3.8461538461538463 * v173;
-  const lanes v175 = -v174;
-  lanes v176; LANES_NAME(lanes_atan2)(&v172, &v175, &v176);
-  const lanes v177 = v93 + v105;
-  const lanes v178 = 3.8461538461538463 * v177;
-  const lanes v179 = v109 - v108;
-  const lanes v180 = 3.8461538461538463 * v179;
-  const lanes v181 = -v180;
-  lanes v182; LANES_NAME(lanes_atan2)(&v178, &v181, &v182);
-  const lanes v183 = v36 - v48;
-  const lanes v184 = 3.8461538461538463 * v183;
-  const lanes v185 = v51 + v52;
-  const lanes v186 = 3.8461538461538463 * v185;
-  lanes v187; LANES_NAME(lanes_atan2)(&v184, &v186, &v187);
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5];
+  LANES_COS_SIN(v1, v5, theta_4); LANES_COS_SIN(v16, v2, theta_5);
+  const lanes v3 = 0.04 * v2, v4 = v1 * v3, v6 = 0.05 * v5, v7 = v4 - v6, v8 = v7 + theta_2,
+      v9 = v8 * v8;
+  LANES_COS_SIN(v10, v15, theta_3);
+  const lanes v11 = v5 * v3, v12 = 0.05 * v1, v13 = v11 + v12, v14 = v10 * v13, v17 = 0.04 * v16,
+      v18 = v15 * v17, v19 = v14 - v18, v20 = v19 + theta_0, v21 = v20 - 0.2, v22 = v21 * v21,
+      v23 = v9 + v22, v24 = 0.5 * v23, v25 = 0.0338 + v24, v26 = v10 * v17, v27 = v15 * v13,
+      v28 = v26 + v27, v29 = v28 + theta_1, v30 = v29 - 0.04, v31 = v30 * v30, v32 = 0.64 - v31,
+      v33 = 0.5 * v32, v34 = v25 - v33, v35 = v34 / v23, v36 = v8 * v35;
+  LANES_LET1(v37, sqrt, v23);
+  const lanes v38 = 0.26 + v37, v39 = v38 * v38, v40 = v39 - v32, v41 = v37 - 0.26, v42 = v41 * v41,
+      v43 = v32 - v42, v44 = v40 * v43;
+  LANES_LET1(v45, sqrt, v44);
+  const lanes v46 = 0.5 * v45, v47 = v46 / v23, v48 = v21 * v47, v49 = v36 + v48,
+      v50 = 3.8461538461538463 * v49, v51 = v8 * v47, v52 = v21 * v35, v53 = v51 - v52,
+      v54 = 3.8461538461538463 * v53, v55 = -v54;
+  LANES_LET2(v56, atan2, v50, v55);
+  const lanes v57 = 0.05964101615137755 * v5, v58 = 0.023301270189221932 * v2, v59 = v1 * v58,
+      v60 = v57 + v59, v61 = v60 + theta_2, v62 = v61 * v61, v63 = 0.05964101615137755 * v1,
+      v64 = v5 * v58, v65 = v63 - v64, v66 = v10 * v65, v67 = 0.023301270189221932 * v16,
+      v68 = v15 * v67, v69 = v66 + v68, v70 = theta_0 - v69, v71 = 0.1 + v70, v72 = 0.5 * v71,
+      v73 = v10 * v67, v74 = v15 * v65, v75 = v73 - v74, v76 = v75 + theta_1,
+      v77 = v76 - 0.17320508075688773, v78 = 0.8660254037844386 * v77, v79 = v72 - v78,
+      v80 = v79 * v79, v81 = v62 + v80, v82 = 0.5 * v81, v83 = 0.0338 + v82, v84 = 0.5 * v77,
+      v85 = 0.8660254037844386 * v71, v86 = v84 + v85, v87 = 0.04 + v86, v88 = v87 * v87,
+      v89 = 0.64 - v88, v90 = 0.5 * v89, v91 = v83 - v90, v92 = v91 / v81, v93 = v61 * v92;
+  LANES_LET1(v94, sqrt, v81);
+  const lanes v95 = 0.26 + v94, v96 = v95 * v95, v97 = v96 - v89, v98 = v94 - 0.26, v99 = v98 * v98,
+      v100 = v89 - v99, v101 = v97 * v100;
+  LANES_LET1(v102, sqrt, v101);
+  const lanes v103 = 0.5 * v102, v104 = v103 / v81, v105 = v79 * v104, v106 = v93 - v105,
+      v107 = 3.8461538461538463 * v106, v108 = v61 * v104, v109 = v79 * v92, v110 = v108 + v109,
+      v111 = 3.8461538461538463 * v110, v112 = -v111;
+  LANES_LET2(v113, atan2, v107, v112);
+  const lanes v114 = 0.009641016151377546 * v5, v115 = 0.06330127018922194 * v2, v116 = v1 * v115,
+      v117 = v114 + v116, v118 = theta_2 - v117, v119 = v118 * v118,
+      v120 = 0.06330127018922194 * v16, v121 = v15 * v120, v122 = v5 * v115,
+      v123 = 0.009641016151377546 * v1, v124 = v122 - v123, v125 = v10 * v124, v126 = v121 - v125,
+      v127 = v126 + theta_0, v128 = 0.1 + v127, v129 = 0.5 * v128, v130 = v10 * v120,
+      v131 = v15 * v124, v132 = v130 + v131, v133 = theta_1 - v132,
+      v134 = 0.17320508075688773 + v133, v135 = 0.8660254037844386 * v134, v136 = v129 + v135,
+      v137 = v136 * v136, v138 = v119 + v137, v139 = 0.5 * v138, v140 = 0.0338 + v139,
+      v141 = 0.8660254037844386 * v128, v142 = 0.5 * v134, v143 = v141 - v142, v144 = v143 - 0.04,
+      v145 = v144 * v144, v146 = 0.64 - v145, v147 = 0.5 * v146, v148 = v140 - v147,
+      v149 = v148 / v138, v150 = v118 * v149;
+  LANES_LET1(v151, sqrt, v138);
+  const lanes v152 = 0.26 + v151, v153 = v152 * v152, v154 = v153 - v146, v155 = v151 - 0.26,
+      v156 = v155 * v155, v157 = v146 - v156, v158 = v154 * v157;
+  LANES_LET1(v159, sqrt, v158);
+  const lanes v160 = 0.5 * v159, v161 = v160 / v138, v162 = v136 * v161, v163 = v150 - v162,
+      v164 = 3.8461538461538463 * v163, v165 = v118 * v161, v166 = v136 * v149, v167 = v165 + v166,
+      v168 = 3.8461538461538463 * v167, v169 = -v168;
+  LANES_LET2(v170, atan2, v164, v169);
+  const lanes v171 = v150 + v162, v172 = 3.8461538461538463 * v171, v173 = v166 - v165,
+      v174 = 3.8461538461538463 * v173, v175 = -v174;
+  LANES_LET2(v176, atan2, v172, v175);
+  const lanes v177 = v93 + v105, v178 = 3.8461538461538463 * v177, v179 = v109 - v108,
+      v180 = 3.8461538461538463 * v179, v181 = -v180;
+  LANES_LET2(v182, atan2, v178, v181);
+  const lanes v183 = v36 - v48, v184 = 3.8461538461538463 * v183, v185 = v51 + v52,
+      v186 = 3.8461538461538463 * v185;
+  LANES_LET2(v187, atan2, v184, v186);
   const lanes v188 = -v56;
   out[0] = v188;
   const lanes v189 = -v113;
   out[1] = v189;
   const lanes v190 = -v170;
-  out[2] = v190;
-  out[3] = v188;
-  out[4] = v189;
+  out[2] = v190; out[3] = v188; out[4] = v189;
   const lanes v191 = -v176;
-  out[5] = v191;
-  out[6] = v188;
+  out[5] = v191; out[6] = v188;
   const lanes v192 = -v182;
-  out[7] = v192;
-  out[8] = v190;
-  out[9] = v188;
-  out[10] = v192;
-  out[11] = v191;
+  out[7] = v192; out[8] = v190; out[9] = v188; out[10] = v192; out[11] = v191;
   const lanes v193 = -v187;
-  out[12] = v193;
-  out[13] = v189;
-  out[14] = v190;
-  out[15] = v193;
-  out[16] = v189;
-  out[17] = v191;
-  out[18] = v193;
-  out[19] = v192;
-  out[20] = v190;
-  out[21] = v193;
-  out[22] = v192;
-  out[23] = v191;
-  const lanes v194 = 3.698224852071006 * v44;
-  const lanes v195 = v194 / v32;
-  const lanes v196 = 1.5625 * v32;
-  const lanes v197 = v195 * v196;
+  out[12] = v193; out[13] = v189; out[14] = v190; out[15] = v193; out[16] = v189; out[17] = v191;
+  out[18] = v193; out[19] = v192; out[20] = v190; out[21] = v193; out[22] = v192; out[23] = v191;
+  const lanes v194 = 3.698224852071006 * v44, v195 = v194 / v32, v196 = 1.5625 * v32,
+      v197 = v195 * v196;
   out[24] = v197;
-  const lanes v198 = 3.698224852071006 * v101;
-  const lanes v199 = v198 / v89;
-  const lanes v200 = 1.5625 * v89;
-  const lanes v201 = v199 * v200;
+  const lanes v198 = 3.698224852071006 * v101, v199 = v198 / v89, v200 = 1.5625 * v89,
+      v201 = v199 * v200;
   out[25] = v201;
-  const lanes v202 = 3.698224852071006 * v158;
-  const lanes v203 = v202 / v146;
-  const lanes v204 = 1.5625 * v146;
-  const lanes v205 = v203 * v204;
-  out[26] = v205;
-  out[27] = v197;
-  out[28] = v201;
-  out[29] = v205;
-  out[30] = v197;
-  out[31] = v201;
-  out[32] = v205;
-  out[33] = v197;
-  out[34] = v201;
-  out[35] = v205;
-  out[36] = v197;
-  out[37] = v201;
-  out[38] = v205;
-  out[39] = v197;
-  out[40] = v201;
-  out[41] = v205;
-  out[42] = v197;
-  out[43] = v201;
-  out[44] = v205;
-  out[45] = v197;
-  out[46] = v201;
-  out[47] = v205;
+  const lanes v202 = 3.698224852071006 * v158, v203 = v202 / v146, v204 = 1.5625 * v146,
+      v205 = v203 * v204;
+  out[26] = v205; out[27] = v197; out[28] = v201; out[29] = v205; out[30] = v197; out[31] = v201;
+  out[32] = v205; out[33] = v197; out[34] = v201; out[35] = v205; out[36] = v197; out[37] = v201;
+  out[38] = v205; out[39] = v197; out[40] = v201; out[41] = v205; out[42] = v197; out[43] = v201;
+  out[44] = v205; out[45] = v197; out[46] = v201; out[47] = v205;
 }
 
 static LANES_TARGET void LANES_NAME(delta_constraint)(const lanes *in, lanes *out)
 {
-  const lanes z_0 = in[0];
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes z_4 = in[4];
-  const lanes z_5 = in[5];
-  const lanes z_6 = in[6];
-  const lanes z_7 = in[7];
-  const lanes z_8 = in[8];
-  lanes v1, v8; LANES_NAME(lanes_cos_sin)(&z_6, &v1, &v8);
-  lanes v2, v6; LANES_NAME(lanes_cos_sin)(&z_3, &v2, &v6);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&z_4, &v5, &v3);
-  lanes v7, v4; LANES_NAME(lanes_cos_sin)(&z_5, &v7, &v4);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&z_7, &v9, &v10);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&z_8, &v11, &v12);
-  const lanes v13 = 0.26 * v1;
-  const lanes v14 = v13 + 0.2;
-  const lanes v15 = 0.04 * v4;
-  const lanes v16 = v3 * v15;
-  const lanes v17 = 0.05 * v5;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = v2 * v18;
-  const lanes v20 = 0.04 * v7;
-  const lanes v21 = v6 * v20;
-  const lanes v22 = v19 - v21;
-  const lanes v23 = v22 + z_0;
-  const lanes v24 = v14 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v2 * v20;
-  const lanes v27 = v6 * v18;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v28 + z_1;
-  const lanes v30 = 0.04 - v29;
-  const lanes v31 = v30 * v30;
-  const lanes v32 = v25 + v31;
-  const lanes v33 = 0.26 * v8;
-  const lanes v34 = v5 * v15;
-  const lanes v35 = 0.05 * v3;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = v36 + z_2;
-  const lanes v38 = v33 + v37;
-  const lanes v39 = v38 * v38;
-  const lanes v40 = v32 + v39;
-  lanes v41; LANES_NAME(lanes_sqrt)(&v40, &v41);
+  const lanes z_0 = in[0], z_1 = in[1], z_2 = in[2], z_3 = in[3], z_4 = in[4], z_5 = in[5],
+      z_6 = in[6], z_7 = in[7], z_8 = in[8];
+  LANES_COS_SIN(v1, v8, z_6); LANES_COS_SIN(v2, v6, z_3); LANES_COS_SIN(v5, v3, z_4);
+  LANES_COS_SIN(v7, v4, z_5); LANES_COS_SIN(v9, v10, z_7); LANES_COS_SIN(v11, v12, z_8);
+  const lanes v13 = 0.26 * v1, v14 = v13 + 0.2, v15 = 0.04 * v4, v16 = v3 * v15, v17 = 0.05 * v5,
+      v18 = v16 + v17, v19 = v2 * v18, v20 = 0.04 * v7, v21 = v6 * v20, v22 = v19 - v21,
+      v23 = v22 + z_0, v24 = v14 - v23, v25 = v24 * v24, v26 = v2 * v20, v27 = v6 * v18,
+      v28 = v26 + v27, v29 = v28 + z_1, v30 = 0.04 - v29, v31 = v30 * v30, v32 = v25 + v31,
+      v33 = v5 * v15, v34 = 0.05 * v3, v35 = v33 - v34, v36 = v35 + z_2, v37 = 0.26 * v8,
+      v38 = v36 + v37, v39 = v38 * v38, v40 = v32 + v39;
+  LANES_LET1(v41, sqrt, v40);
   const lanes v42 = v41 - 0.8;
   out[0] = v42;
-  const lanes v43 = v16 - v17;
-  const lanes v44 = v2 * v43;
-  const lanes v45 = v21 - v44;
-  const lanes v46 = v45 + z_0;
-  const lanes v47 = v14 - v46;
-  const lanes v48 = v47 * v47;
-  const lanes v49 = v6 * v43;
-  const lanes v50 = v26 + v49;
-  const lanes v51 = z_1 - v50;
-  const lanes v52 = v51 + 0.04;
-  const lanes v53 = v52 * v52;
-  const lanes v54 = v48 + v53;
-  const lanes v55 = v35 + v34;
-  const lanes v56 = z_2 - v55;
-  const lanes v57 = v33 + v56;
-  const lanes v58 = v57 * v57;
-  const lanes v59 = v54 + v58;
-  lanes v60; LANES_NAME(lanes_sqrt)(&v59, &v60);
+  const lanes v43 = v16 - v17, v44 = v43 * v2, v45 = v21 - v44, v46 = v45 + z_0, v47 = v14 - v46,
+      v48 = v47 * v47, v49 = v43 * v6, v50 = v49 + v26, v51 = z_1 - v50, v52 = v51 + 0.04,
+      v53 = v52 * v52, v54 = v48 + v53, v55 = v34 + v33, v56 = z_2 - v55, v57 = v56 + v37,
+      v58 = v57 * v57, v59 = v54 + v58;
+  LANES_LET1(v60, sqrt, v59);
   const lanes v61 = v60 - 0.8;
   out[1] = v61;
-  const lanes v62 = 0.26 * v9;
-  const lanes v63 = 0.2 + v62;
-  const lanes v64 = 0.5 * v63;
-  const lanes v65 = v64 + 0.034641016151377546;
-  const lanes v66 = 0.05964101615137755 * v5;
-  const lanes v67 = 0.023301270189221932 * v4;
-  const lanes v68 = v3 * v67;
-  const lanes v69 = v66 - v68;
-  const lanes v70 = v2 * v69;
-  const lanes v71 = 0.023301270189221932 * v7;
-  const lanes v72 = v6 * v71;
-  const lanes v73 = v70 + v72;
-  const lanes v74 = z_0 - v73;
-  const lanes v75 = v65 + v74;
-  const lanes v76 = v75 * v75;
-  const lanes v77 = 0.8660254037844386 * v63;
-  const lanes v78 = v77 - 0.02;
-  const lanes v79 = v2 * v71;
-  const lanes v80 = v6 * v69;
-  const lanes v81 = v79 - v80;
-  const lanes v82 = v81 + z_1;
-  const lanes v83 = v78 - v82;
-  const lanes v84 = v83 * v83;
-  const lanes v85 = v76 + v84;
-  const lanes v86 = 0.26 * v10;
-  const lanes v87 = 0.05964101615137755 * v3;
-  const lanes v88 = v5 * v67;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v89 + z_2;
-  const lanes v91 = v86 + v90;
-  const lanes v92 = v91 * v91;
-  const lanes v93 = v85 + v92;
-  lanes v94; LANES_NAME(lanes_sqrt)(&v93, &v94);
+  const lanes v62 = 0.26 * v9, v63 = 0.2 + v62, v64 = 0.5 * v63, v65 = v64 + 0.034641016151377546,
+      v66 = 0.023301270189221932 * v7, v67 = v66 * v6, v68 = 0.05964101615137755 * v5,
+      v69 = 0.023301270189221932 * v4, v70 = v69 * v3, v71 = v68 - v70, v72 = v71 * v2,
+      v73 = v67 + v72, v74 = z_0 - v73, v75 = v65 + v74, v76 = v75 * v75,
+      v77 = 0.8660254037844386 * v63, v78 = v77 - 0.02, v79 = v66 * v2, v80 = v71 * v6,
+      v81 = v79 - v80, v82 = v81 + z_1, v83 = v78 - v82, v84 = v83 * v83, v85 = v76 + v84,
+      v86 = 0.26 * v10, v87 = 0.05964101615137755 * v3, v88 = v69 * v5, v89 = v87 + v88,
+      v90 = v89 + z_2, v91 = v86 + v90, v92 = v91 * v91, v93 = v85 + v92;
+  LANES_LET1(v94, sqrt, v93);
   const lanes v95 = v94 - 0.8;
   out[2] = v95;
-  const lanes v96 = 0.034641016151377546 - v64;
-  const lanes v97 = 0.009641016151377546 * v5;
-  const lanes v98 = 0.06330127018922194 * v4;
-  const lanes v99 = v3 * v98;
-  const lanes v100 = v97 + v99;
-  const lanes v101 = v2 * v100;
-  const lanes v102 = 0.06330127018922194 * v7;
-  const lanes v103 = v6 * v102;
-  const lanes v104 = v101 - v103;
-  const lanes v105 = v104 + z_0;
-  const lanes v106 = v96 - v105;
-  const lanes v107 = v106 * v106;
-  const lanes v108 = 0.02 + v77;
-  const lanes v109 = v2 * v102;
-  const lanes v110 = v6 * v100;
-  const lanes v111 = v109 + v110;
-  const lanes v112 = v111 + z_1;
-  const lanes v113 = v108 - v112;
-  const lanes v114 = v113 * v113;
-  const lanes v115 = v107 + v114;
-  const lanes v116 = v5 * v98;
-  const lanes v117 = 0.009641016151377546 * v3;
-  const lanes v118 = v116 - v117;
-  const lanes v119 = v118 + z_2;
-  const lanes v120 = v86 + v119;
-  const lanes v121 = v120 * v120;
-  const lanes v122 = v115 + v121;
-  lanes v123; LANES_NAME(lanes_sqrt)(&v122, &v123);
+  const lanes v96 = 0.034641016151377546 - v64, v97 = 0.009641016151377546 * v5,
+      v98 = 0.06330127018922194 * v4, v99 = v98 * v3, v100 = v97 + v99, v101 = v100 * v2,
+      v102 = 0.06330127018922194 * v7, v103 = v102 * v6, v104 = v101 - v103, v105 = v104 + z_0,
+      v106 = v96 - v105, v107 = v106 * v106, v108 = 0.02 + v77, v109 = v102 * v2, v110 = v100 * v6,
+      v111 = v109 + v110, v112 = v111 + z_1, v113 = v108 - v112, v114 = v113 * v113,
+      v115 = v107 + v114, v116 = v98 * v5, v117 = 0.009641016151377546 * v3, v118 = v116 - v117,
+      v119 = v118 + z_2, v120 = v86 + v119, v121 = v120 * v120, v122 = v115 + v121;
+  LANES_LET1(v123, sqrt, v122);
   const lanes v124 = v123 - 0.8;
   out[3] = v124;
-  const lanes v125 = 0.26 * v11;
-  const lanes v126 = 0.2 + v125;
-  const lanes v127 = 0.5 * v126;
-  const lanes v128 = 0.034641016151377546 - v127;
-  const lanes v129 = v99 - v97;
-  const lanes v130 = v2 * v129;
-  const lanes v131 = v103 - v130;
-  const lanes v132 = v131 + z_0;
-  const lanes v133 = v128 - v132;
-  const lanes v134 = v133 * v133;
-  const lanes v135 = 0.8660254037844386 * v126;
-  const lanes v136 = 0.02 + v135;
-  const lanes v137 = v6 * v129;
-  const lanes v138 = v109 + v137;
-  const lanes v139 = z_1 - v138;
-  const lanes v140 = v136 + v139;
-  const lanes v141 = v140 * v140;
-  const lanes v142 = v134 + v141;
-  const lanes v143 = 0.26 * v12;
-  const lanes v144 = v117 + v116;
-  const lanes v145 = z_2 - v144;
-  const lanes v146 = v143 + v145;
-  const lanes v147 = v146 * v146;
-  const lanes v148 = v142 + v147;
-  lanes v149; LANES_NAME(lanes_sqrt)(&v148, &v149);
+  const lanes v125 = 0.26 * v11, v126 = 0.2 + v125, v127 = 0.5 * v126,
+      v128 = 0.034641016151377546 - v127, v129 = v99 - v97, v130 = v129 * v2, v131 = v103 - v130,
+      v132 = v131 + z_0, v133 = v128 - v132, v134 = v133 * v133, v135 = 0.8660254037844386 * v126,
+      v136 = 0.02 + v135, v137 = v129 * v6, v138 = v109 + v137, v139 = z_1 - v138,
+      v140 = v136 + v139, v141 = v140 * v140, v142 = v134 + v141, v143 = 0.26 * v12,
+      v144 = v117 + v116, v145 = z_2 - v144, v146 = v143 + v145, v147 = v146 * v146,
+      v148 = v142 + v147;
+  LANES_LET1(v149, sqrt, v148);
   const lanes v150 = v149 - 0.8;
   out[4] = v150;
-  const lanes v151 = v127 + 0.034641016151377546;
-  const lanes v152 = v66 + v68;
-  const lanes v153 = v2 * v152;
-  const lanes v154 = v72 - v153;
-  const lanes v155 = v154 + z_0;
-  const lanes v156 = v151 + v155;
-  const lanes v157 = v156 * v156;
-  const lanes v158 = 0.02 - v135;
-  const lanes v159 = v6 * v152;
-  const lanes v160 = v79 + v159;
-  const lanes v161 = z_1 - v160;
-  const lanes v162 = v158 - v161;
-  const lanes v163 = v162 * v162;
-  const lanes v164 = v157 + v163;
-  const lanes v165 = v87 - v88;
-  const lanes v166 = v165 + z_2;
-  const lanes v167 = v143 + v166;
-  const lanes v168 = v167 * v167;
-  const lanes v169 = v164 + v168;
-  lanes v170; LANES_NAME(lanes_sqrt)(&v169, &v170);
+  const lanes v151 = v127 + 0.034641016151377546, v152 = v68 + v70, v153 = v152 * v2,
+      v154 = v67 - v153, v155 = v154 + z_0, v156 = v151 + v155, v157 = v156 * v156,
+      v158 = 0.02 - v135, v159 = v152 * v6, v160 = v79 + v159, v161 = z_1 - v160,
+      v162 = v158 - v161, v163 = v162 * v162, v164 = v157 + v163, v165 = v87 - v88,
+      v166 = v165 + z_2, v167 = v143 + v166, v168 = v167 * v167, v169 = v164 + v168;
+  LANES_LET1(v170, sqrt, v169);
   const lanes v171 = v170 - 0.8;
   out[5] = v171;
 }
 
 static LANES_TARGET void LANES_NAME(delta_constraint_D_z)(const lanes *in, lanes *out)
 {
-  const lanes z_0 = in[0];
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes z_4 = in[4];
-  const lanes z_5 = in[5];
-  const lanes z_6 = in[6];
-  const lanes z_7 = in[7];
-  const lanes z_8 = in[8];
-  lanes v1, v8; LANES_NAME(lanes_cos_sin)(&z_6, &v1, &v8);
-  lanes v2, v6; LANES_NAME(lanes_cos_sin)(&z_3, &v2, &v6);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&z_4, &v5, &v3);
-  lanes v7, v4; LANES_NAME(lanes_cos_sin)(&z_5, &v7, &v4);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&z_7, &v9, &v10);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&z_8, &v11, &v12);
-  const lanes v13 = 0.26 * v1;
-  const lanes v14 = v13 + 0.2;
-  const lanes v15 = 0.04 * v4;
-  const lanes v16 = v3 * v15;
-  const lanes v17 = 0.05 * v5;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = v2 * v18;
-  const lanes v20 = 0.04 * v7;
-  const lanes v21 = v6 * v20;
-  const lanes v22 = v19 - v21;
-  const lanes v23 = v22 + z_0;
-  const lanes v24 = v14 - v23;
-  const lanes v25 = 2.0 * v24;
-  const lanes v26 = v24 * v24;
-  const lanes v27 = v2 * v20;
-  const lanes v28 = v6 * v18;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = v29 + z_1;
-  const lanes v31 = 0.04 - v30;
-  const lanes v32 = v31 * v31;
-  const lanes v33 = v26 + v32;
-  const lanes v34 = 0.26 * v8;
-  const lanes v35 = v5 * v15;
-  const lanes v36 = 0.05 * v3;
-  const lanes v37 = v35 - v36;
-  const lanes v38 = v37 + z_2;
-  const lanes v39 = v34 + v38;
-  const lanes v40 = v39 * v39;
-  const lanes v41 = v33 + v40;
-  lanes v42; LANES_NAME(lanes_sqrt)(&v41, &v42);
-  const lanes v43 = 0.5 / v42;
-  const lanes v44 = v25 * v43;
-  const lanes v45 = -v44;
+  const lanes z_0 = in[0], z_1 = in[1], z_2 = in[2], z_3 = in[3], z_4 = in[4], z_5 = in[5],
+      z_6 = in[6], z_7 = in[7], z_8 = in[8];
+  LANES_COS_SIN(v1, v8, z_6); LANES_COS_SIN(v2, v6, z_3); LANES_COS_SIN(v5, v3, z_4);
+  LANES_COS_SIN(v7, v4, z_5); LANES_COS_SIN(v9, v10, z_7); LANES_COS_SIN(v11, v12, z_8);
+  const lanes v13 = 0.26 * v1, v14 = v13 + 0.2, v15 = 0.04 * v4, v16 = v3 * v15, v17 = 0.05 * v5,
+      v18 = v16 + v17, v19 = v2 * v18, v20 = 0.04 * v7, v21 = v6 * v20, v22 = v19 - v21,
+      v23 = v22 + z_0, v24 = v14 - v23, v25 = 2.0 * v24, v26 = v24 * v24, v27 = v2 * v20,
+      v28 = v6 * v18, v29 = v27 + v28, v30 = v29 + z_1, v31 = 0.04 - v30, v32 = v31 * v31,
+      v33 = v26 + v32, v34 = v5 * v15, v35 = 0.05 * v3, v36 = v34 - v35, v37 = v36 + z_2,
+      v38 = 0.26 * v8, v39 = v37 + v38, v40 = v39 * v39, v41 = v33 + v40;
+  LANES_LET1(v42, sqrt, v41);
+  const lanes v43 = 0.5 / v42, v44 = v25 * v43, v45 = -v44;
   out[0] = v45;
-  const lanes v46 = 2.0 * v31;
-  const lanes v47 = v43 * v46;
-  const lanes v48 = -v47;
+  const lanes v46 = 2.0 * v31, v47 = v43 * v46, v48 = -v47;
   out[1] = v48;
-  const lanes v49 = 2.0 * v39;
-  const lanes v50 = v43 * v49;
+  const lanes v49 = 2.0 * v39, v50 = v43 * v49;
   out[2] = v50;
-  const lanes v51 = v29 * v25;
-  const lanes v52 = v22 * v46;
-  const lanes v53 = v51 - v52;
-  const lanes v54 = v43 * v53;
+  const lanes v51 = v25 * v29, v52 = v46 * v22, v53 = v51 - v52, v54 = v43 * v53;
   out[3] = v54;
-  const lanes v55 = v2 * v37;
-  const lanes v56 = v55 * v25;
-  const lanes v57 = v6 * v37;
-  const lanes v58 = v57 * v46;
-  const lanes v59 = v56 + v58;
-  const lanes v60 = v18 * v49;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = v61 * v43;
-  const lanes v63 = -v62;
+  const lanes v55 = v2 * v36, v56 = v25 * v55, v57 = v6 * v36, v58 = v46 * v57, v59 = v56 + v58,
+      v60 = v49 * v18, v61 = v59 + v60, v62 = v43 * v61, v63 = -v62;
   out[4] = v63;
-  const lanes v64 = v5 * v20;
-  const lanes v65 = v64 * v49;
-  const lanes v66 = v3 * v20;
-  const lanes v67 = v66 * v2;
-  const lanes v68 = v6 * v15;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v69 * v25;
-  const lanes v71 = v65 - v70;
-  const lanes v72 = v66 * v6;
-  const lanes v73 = v2 * v15;
-  const lanes v74 = v72 - v73;
-  const lanes v75 = v74 * v46;
-  const lanes v76 = v71 - v75;
-  const lanes v77 = v76 * v43;
+  const lanes v64 = v5 * v20, v65 = v49 * v64, v66 = v3 * v20, v67 = v66 * v2, v68 = v6 * v15,
+      v69 = v67 + v68, v70 = v25 * v69, v71 = v65 - v70, v72 = v66 * v6, v73 = v2 * v15,
+      v74 = v72 - v73, v75 = v46 * v74, v76 = v71 - v75, v77 = v43 * v76;
   out[5] = v77;
-  const lanes v78 = v13 * v49;
-  const lanes v79 = v34 * v25;
-  const lanes v80 = v78 - v79;
-  const lanes v81 = v80 * v43;
-  out[6] = v81;
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  const lanes v82 = v16 - v17;
-  const lanes v83 = v2 * v82;
-  const lanes v84 = v21 - v83;
-  const lanes v85 = v84 + z_0;
-  const lanes v86 = v14 - v85;
-  const lanes v87 = 2.0 * v86;
-  const lanes v88 = v86 * v86;
-  const lanes v89 = v6 * v82;
-  const lanes v90 = v27 + v89;
-  const lanes v91 = z_1 - v90;
-  const lanes v92 = v91 + 0.04;
-  const lanes v93 = v92 * v92;
-  const lanes v94 = v88 + v93;
-  const lanes v95 = v36 + v35;
-  const lanes v96 = z_2 - v95;
-  const lanes v97 = v34 + v96;
-  const lanes v98 = v97 * v97;
-  const lanes v99 = v94 + v98;
-  lanes v100; LANES_NAME(lanes_sqrt)(&v99, &v100);
-  const lanes v101 = 0.5 / v100;
-  const lanes v102 = v87 * v101;
-  const lanes v103 = -v102;
+  const lanes v78 = v49 * v13, v79 = v25 * v38, v80 = v78 - v79, v81 = v43 * v80;
+  out[6] = v81; out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
+  const lanes v82 = v16 - v17, v83 = v82 * v2, v84 = v21 - v83, v85 = v84 + z_0, v86 = v14 - v85,
+      v87 = 2.0 * v86, v88 = v86 * v86, v89 = v82 * v6, v90 = v89 + v27, v91 = z_1 - v90,
+      v92 = v91 + 0.04, v93 = v92 * v92, v94 = v88 + v93, v95 = v35 + v34, v96 = z_2 - v95,
+      v97 = v96 + v38, v98 = v97 * v97, v99 = v94 + v98;
+  LANES_LET1(v100, sqrt, v99);
+  const lanes v101 = 0.5 / v100, v102 = v87 * v101, v103 = -v102;
   out[9] = v103;
-  const lanes v104 = 2.0 * v92;
-  const lanes v105 = v101 * v104;
+  const lanes v104 = 2.0 * v92, v105 = v101 * v104;
   out[10] = v105;
-  const lanes v106 = 2.0 * v97;
-  const lanes v107 = v101 * v106;
+  const lanes v106 = 2.0 * v97, v107 = v101 * v106;
   out[11] = v107;
-  const lanes v108 = v84 * v104;
-  const lanes v109 = v90 * v87;
-  const lanes v110 = v108 - v109;
-  const lanes v111 = v101 * v110;
+  const lanes v108 = v84 * v104, v109 = v90 * v87, v110 = v108 - v109, v111 = v101 * v110;
   out[12] = v111;
-  const lanes v112 = v2 * v95;
-  const lanes v113 = v112 * v87;
-  const lanes v114 = v82 * v106;
-  const lanes v115 = v113 + v114;
-  const lanes v116 = v6 * v95;
-  const lanes v117 = v116 * v104;
-  const lanes v118 = v115 - v117;
-  const lanes v119 = v118 * v101;
+  const lanes v112 = v95 * v2, v113 = v87 * v112, v114 = v82 * v106, v115 = v113 + v114,
+      v116 = v95 * v6, v117 = v104 * v116, v118 = v115 - v117, v119 = v101 * v118;
   out[13] = v119;
-  const lanes v120 = v69 * v87;
-  const lanes v121 = v74 * v104;
-  const lanes v122 = v120 - v121;
-  const lanes v123 = v64 * v106;
-  const lanes v124 = v122 - v123;
-  const lanes v125 = v124 * v101;
+  const lanes v120 = v87 * v69, v121 = v104 * v74, v122 = v120 - v121, v123 = v106 * v64,
+      v124 = v122 - v123, v125 = v101 * v124;
   out[14] = v125;
-  const lanes v126 = v13 * v106;
-  const lanes v127 = v34 * v87;
-  const lanes v128 = v126 - v127;
-  const lanes v129 = v128 * v101;
-  out[15] = v129;
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  const lanes v130 = 0.26 * v9;
-  const lanes v131 = 0.2 + v130;
-  const lanes v132 = 0.5 * v131;
-  const lanes v133 = v132 + 0.034641016151377546;
-  const lanes v134 = 0.05964101615137755 * v5;
-  const lanes v135 = 0.023301270189221932 * v4;
-  const lanes v136 = v3 * v135;
-  const lanes v137 = v134 - v136;
-  const lanes v138 = v2 * v137;
-  const lanes v139 = 0.023301270189221932 * v7;
-  const lanes v140 = v6 * v139;
-  const lanes v141 = v138 + v140;
-  const lanes v142 = z_0 - v141;
-  const lanes v143 = v133 + v142;
-  const lanes v144 = 2.0 * v143;
-  const lanes v145 = v143 * v143;
-  const lanes v146 = 0.8660254037844386 * v131;
-  const lanes v147 = v146 - 0.02;
-  const lanes v148 = v2 * v139;
-  const lanes v149 = v6 * v137;
-  const lanes v150 = v148 - v149;
-  const lanes v151 = v150 + z_1;
-  const lanes v152 = v147 - v151;
-  const lanes v153 = v152 * v152;
-  const lanes v154 = v145 + v153;
-  const lanes v155 = 0.26 * v10;
-  const lanes v156 = 0.05964101615137755 * v3;
-  const lanes v157 = v5 * v135;
-  const lanes v158 = v156 + v157;
-  const lanes v159 = v158 + z_2;
-  const lanes v160 = v155 + v159;
-  const lanes v161 = v160 * v160;
-  const lanes v162 = v154 + v161;
-  lanes v163; LANES_NAME(lanes_sqrt)(&v162, &v163);
-  const lanes v164 = 0.5 / v163;
-  const lanes v165 = v144 * v164;
+  const lanes v126 = v106 * v13, v127 = v87 * v38, v128 = v126 - v127, v129 = v101 * v128;
+  out[15] = v129; out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
+  const lanes v130 = 0.26 * v9, v131 = 0.2 + v130, v132 = 0.5 * v131,
+      v133 = v132 + 0.034641016151377546, v134 = 0.023301270189221932 * v7, v135 = v134 * v6,
+      v136 = 0.05964101615137755 * v5, v137 = 0.023301270189221932 * v4, v138 = v137 * v3,
+      v139 = v136 - v138, v140 = v139 * v2, v141 = v135 + v140, v142 = z_0 - v141,
+      v143 = v133 + v142, v144 = 2.0 * v143, v145 = v143 * v143, v146 = 0.8660254037844386 * v131,
+      v147 = v146 - 0.02, v148 = v134 * v2, v149 = v139 * v6, v150 = v148 - v149, v151 = v150 + z_1,
+      v152 = v147 - v151, v153 = v152 * v152, v154 = v145 + v153, v155 = 0.26 * v10,
+      v156 = 0.05964101615137755 * v3, v157 = v137 * v5, v158 = v156 + v157, v159 = v158 + z_2,
+      v160 = v155 + v159, v161 = v160 * v160, v162 = v154 + v161;
+  LANES_LET1(v163, sqrt, v162);
+  const lanes v164 = 0.5 / v163, v165 = v144 * v164;
   out[18] = v165;
-  const lanes v166 = 2.0 * v152;
-  const lanes v167 = v164 * v166;
-  const lanes v168 = -v167;
+  const lanes v166 = 2.0 * v152, v167 = v164 * v166, v168 = -v167;
   out[19] = v168;
-  const lanes v169 = 2.0 * v160;
-  const lanes v170 = v164 * v169;
+  const lanes v169 = 2.0 * v160, v170 = v164 * v169;
   out[20] = v170;
-  const lanes v171 = v141 * v166;
-  const lanes v172 = v150 * v144;
-  const lanes v173 = v171 - v172;
-  const lanes v174 = v164 * v173;
+  const lanes v171 = v141 * v166, v172 = v150 * v144, v173 = v171 - v172, v174 = v164 * v173;
   out[21] = v174;
-  const lanes v175 = v2 * v158;
-  const lanes v176 = v175 * v144;
-  const lanes v177 = v137 * v169;
-  const lanes v178 = v176 + v177;
-  const lanes v179 = v6 * v158;
-  const lanes v180 = v179 * v166;
-  const lanes v181 = v178 - v180;
-  const lanes v182 = v181 * v164;
+  const lanes v175 = v158 * v2, v176 = v144 * v175, v177 = v139 * v169, v178 = v176 + v177,
+      v179 = v158 * v6, v180 = v166 * v179, v181 = v178 - v180, v182 = v164 * v181;
   out[22] = v182;
-  const lanes v183 = v3 * v139;
-  const lanes v184 = v183 * v2;
-  const lanes v185 = v6 * v135;
-  const lanes v186 = v184 + v185;
-  const lanes v187 = v186 * v144;
-  const lanes v188 = v5 * v139;
-  const lanes v189 = v188 * v169;
-  const lanes v190 = v187 + v189;
-  const lanes v191 = v183 * v6;
-  const lanes v192 = v2 * v135;
-  const lanes v193 = v191 - v192;
-  const lanes v194 = v193 * v166;
-  const lanes v195 = v190 - v194;
-  const lanes v196 = v195 * v164;
-  out[23] = v196;
-  out[24] = LANES_OF(0.0);
-  const lanes v197 = v130 * v169;
-  const lanes v198 = 0.13 * v10;
-  const lanes v199 = v198 * v144;
-  const lanes v200 = v197 - v199;
-  const lanes v201 = 0.22516660498395405 * v10;
-  const lanes v202 = v201 * v166;
-  const lanes v203 = v200 - v202;
-  const lanes v204 = v203 * v164;
-  out[25] = v204;
-  out[26] = LANES_OF(0.0);
-  const lanes v205 = 0.034641016151377546 - v132;
-  const lanes v206 = 0.009641016151377546 * v5;
-  const lanes v207 = 0.06330127018922194 * v4;
-  const lanes v208 = v3 * v207;
-  const lanes v209 = v206 + v208;
-  const lanes v210 = v2 * v209;
-  const lanes v211 = 0.06330127018922194 * v7;
-  const lanes v212 = v6 * v211;
-  const lanes v213 = v210 - v212;
-  const lanes v214 = v213 + z_0;
-  const lanes v215 = v205 - v214;
-  const lanes v216 = 2.0 * v215;
-  const lanes v217 = v215 * v215;
-  const lanes v218 = 0.02 + v146;
-  const lanes v219 = v2 * v211;
-  const lanes v220 = v6 * v209;
-  const lanes v221 = v219 + v220;
-  const lanes v222 = v221 + z_1;
-  const lanes v223 = v218 - v222;
-  const lanes v224 = v223 * v223;
-  const lanes v225 = v217 + v224;
-  const lanes v226 = v5 * v207;
-  const lanes v227 = 0.009641016151377546 * v3;
-  const lanes v228 = v226 - v227;
-  const lanes v229 = v228 + z_2;
-  const lanes v230 = v155 + v229;
-  const lanes v231 = v230 * v230;
-  const lanes v232 = v225 + v231;
-  lanes v233; LANES_NAME(lanes_sqrt)(&v232, &v233);
-  const lanes v234 = 0.5 / v233;
-  const lanes v235 = v216 * v234;
-  const lanes v236 = -v235;
+  const lanes v183 = v137 * v6, v184 = v134 * v3, v185 = v184 * v2, v186 = v183 + v185,
+      v187 = v144 * v186, v188 = v134 * v5, v189 = v169 * v188, v190 = v187 + v189,
+      v191 = v184 * v6, v192 = v137 * v2, v193 = v191 - v192, v194 = v166 * v193,
+      v195 = v190 - v194, v196 = v164 * v195;
+  out[23] = v196; out[24] = LANES_OF(0.0);
+  const lanes v197 = v130 * v169, v198 = 0.13 * v10, v199 = v144 * v198, v200 = v197 - v199,
+      v201 = 0.22516660498395405 * v10, v202 = v166 * v201, v203 = v200 - v202, v204 = v164 * v203;
+  out[25] = v204; out[26] = LANES_OF(0.0);
+  const lanes v205 = 0.034641016151377546 - v132, v206 = 0.009641016151377546 * v5,
+      v207 = 0.06330127018922194 * v4, v208 = v207 * v3, v209 = v206 + v208, v210 = v209 * v2,
+      v211 = 0.06330127018922194 * v7, v212 = v211 * v6, v213 = v210 - v212, v214 = v213 + z_0,
+      v215 = v205 - v214, v216 = 2.0 * v215, v217 = v215 * v215, v218 = 0.02 + v146,
+      v219 = v211 * v2, v220 = v209 * v6, v221 = v219 + v220, v222 = v221 + z_1, v223 = v218 - v222,
+      v224 = v223 * v223, v225 = v217 + v224, v226 = v207 * v5, v227 = 0.009641016151377546 * v3,
+      v228 = v226 - v227, v229 = v228 + z_2, v230 = v155 + v229, v231 = v230 * v230,
+      v232 = v225 + v231;
+  LANES_LET1(v233, sqrt, v232);
+  const lanes v234 = 0.5 / v233, v235 = v216 * v234, v236 = -v235;
   out[27] = v236;
-  const lanes v237 = 2.0 * v223;
-  const lanes v238 = v234 * v237;
-  const lanes v239 = -v238;
+  const lanes v237 = 2.0 * v223, v238 = v234 * v237, v239 = -v238;
   out[28] = v239;
-  const lanes v240 = 2.0 * v230;
-  const lanes v241 = v234 * v240;
+  const lanes v240 = 2.0 * v230, v241 = v234 * v240;
   out[29] = v241;
-  const lanes v242 = v221 * v216;
-  const lanes v243 = v213 * v237;
-  const lanes v244 = v242 - v243;
-  const lanes v245 = v234 * v244;
+  const lanes v242 = v221 * v216, v243 = v213 * v237, v244 = v242 - v243, v245 = v234 * v244;
   out[30] = v245;
-  const lanes v246 = v2 * v228;
-  const lanes v247 = v246 * v216;
-  const lanes v248 = v6 * v228;
-  const lanes v249 = v248 * v237;
-  const lanes v250 = v247 + v249;
-  const lanes v251 = v209 * v240;
-  const lanes v252 = v250 + v251;
-  const lanes v253 = v252 * v234;
-  const lanes v254 = -v253;
+  const lanes v246 = v228 * v2, v247 = v216 * v246, v248 = v228 * v6, v249 = v237 * v248,
+      v250 = v247 + v249, v251 = v209 * v240, v252 = v250 + v251, v253 = v234 * v252, v254 = -v253;
   out[31] = v254;
-  const lanes v255 = v5 * v211;
-  const lanes v256 = v255 * v240;
-  const lanes v257 = v3 * v211;
-  const lanes v258 = v257 * v2;
-  const lanes v259 = v6 * v207;
-  const lanes v260 = v258 + v259;
-  const lanes v261 = v260 * v216;
-  const lanes v262 = v256 - v261;
-  const lanes v263 = v257 * v6;
-  const lanes v264 = v2 * v207;
-  const lanes v265 = v263 - v264;
-  const lanes v266 = v265 * v237;
-  const lanes v267 = v262 - v266;
-  const lanes v268 = v267 * v234;
-  out[32] = v268;
-  out[33] = LANES_OF(0.0);
-  const lanes v269 = v198 * v216;
-  const lanes v270 = v130 * v240;
-  const lanes v271 = v269 + v270;
-  const lanes v272 = v201 * v237;
-  const lanes v273 = v271 - v272;
-  const lanes v274 = v273 * v234;
-  out[34] = v274;
-  out[35] = LANES_OF(0.0);
-  const lanes v275 = 0.26 * v11;
-  const lanes v276 = 0.2 + v275;
-  const lanes v277 = 0.5 * v276;
-  const lanes v278 = 0.034641016151377546 - v277;
-  const lanes v279 = v208 - v206;
-  const lanes v280 = v2 * v279;
-  const lanes v281 = v212 - v280;
-  const lanes v282 = v281 + z_0;
-  const lanes v283 = v278 - v282;
-  const lanes v284 = 2.0 * v283;
-  const lanes v285 = v283 * v283;
-  const lanes v286 = 0.8660254037844386 * v276;
-  const lanes v287 = 0.02 + v286;
-  const lanes v288 = v6 * v279;
-  const lanes v289 = v219 + v288;
-  const lanes v290 = z_1 - v289;
-  const lanes v291 = v287 + v290;
-  const lanes v292 = v291 * v291;
-  const lanes v293 = v285 + v292;
-  const lanes v294 = 0.26 * v12;
-  const lanes v295 = v227 + v226;
-  const lanes v296 = z_2 - v295;
-  const lanes v297 = v294 + v296;
-  const lanes v298 = v297 * v297;
-  const lanes v299 = v293 + v298;
-  lanes v300; LANES_NAME(lanes_sqrt)(&v299, &v300);
-  const lanes v301 = 0.5 / v300;
-  const lanes v302 = v284 * v301;
-  const lanes v303 = -v302;
+  const lanes v255 = v211 * v5, v256 = v240 * v255, v257 = v207 * v6, v258 = v211 * v3,
+      v259 = v258 * v2, v260 = v257 + v259, v261 = v216 * v260, v262 = v256 - v261,
+      v263 = v258 * v6, v264 = v207 * v2, v265 = v263 - v264, v266 = v237 * v265,
+      v267 = v262 - v266, v268 = v234 * v267;
+  out[32] = v268; out[33] = LANES_OF(0.0);
+  const lanes v269 = v216 * v198, v270 = v130 * v240, v271 = v269 + v270, v272 = v237 * v201,
+      v273 = v271 - v272, v274 = v234 * v273;
+  out[34] = v274; out[35] = LANES_OF(0.0);
+  const lanes v275 = 0.26 * v11, v276 = 0.2 + v275, v277 = 0.5 * v276,
+      v278 = 0.034641016151377546 - v277, v279 = v208 - v206, v280 = v279 * v2, v281 = v212 - v280,
+      v282 = v281 + z_0, v283 = v278 - v282, v284 = 2.0 * v283, v285 = v283 * v283,
+      v286 = 0.8660254037844386 * v276, v287 = 0.02 + v286, v288 = v279 * v6, v289 = v219 + v288,
+      v290 = z_1 - v289, v291 = v287 + v290, v292 = v291 * v291, v293 = v285 + v292,
+      v294 = 0.26 * v12, v295 = v227 + v226, v296 = z_2 - v295, v297 = v294 + v296,
+      v298 = v297 * v297, v299 = v293 + v298;
+  LANES_LET1(v300, sqrt, v299);
+  const lanes v301 = 0.5 / v300, v302 = v284 * v301, v303 = -v302;
   out[36] = v303;
-  const lanes v304 = 2.0 * v291;
-  const lanes v305 = v301 * v304;
+  const lanes v304 = 2.0 * v291, v305 = v301 * v304;
   out[37] = v305;
-  const lanes v306 = 2.0 * v297;
-  const lanes v307 = v301 * v306;
+  const lanes v306 = 2.0 * v297, v307 = v301 * v306;
   out[38] = v307;
-  const lanes v308 = v281 * v304;
-  const lanes v309 = v289 * v284;
-  const lanes v310 = v308 - v309;
-  const lanes v311 = v301 * v310;
+  const lanes v308 = v281 * v304, v309 = v289 * v284, v310 = v308 - v309, v311 = v301 * v310;
   out[39] = v311;
-  const lanes v312 = v2 * v295;
-  const lanes v313 = v312 * v284;
-  const lanes v314 = v279 * v306;
-  const lanes v315 = v313 + v314;
-  const lanes v316 = v6 * v295;
-  const lanes v317 = v316 * v304;
-  const lanes v318 = v315 - v317;
-  const lanes v319 = v318 * v301;
+  const lanes v312 = v295 * v2, v313 = v284 * v312, v314 = v279 * v306, v315 = v313 + v314,
+      v316 = v295 * v6, v317 = v304 * v316, v318 = v315 - v317, v319 = v301 * v318;
   out[40] = v319;
-  const lanes v320 = v260 * v284;
-  const lanes v321 = v265 * v304;
-  const lanes v322 = v320 - v321;
-  const lanes v323 = v255 * v306;
-  const lanes v324 = v322 - v323;
-  const lanes v325 = v324 * v301;
-  out[41] = v325;
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  const lanes v326 = 0.13 * v12;
-  const lanes v327 = v326 * v284;
-  const lanes v328 = v275 * v306;
-  const lanes v329 = v327 + v328;
-  const lanes v330 = 0.22516660498395405 * v12;
-  const lanes v331 = v330 * v304;
-  const lanes v332 = v329 - v331;
-  const lanes v333 = v332 * v301;
+  const lanes v320 = v284 * v260, v321 = v304 * v265, v322 = v320 - v321, v323 = v306 * v255,
+      v324 = v322 - v323, v325 = v301 * v324;
+  out[41] = v325; out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0);
+  const lanes v326 = 0.13 * v12, v327 = v284 * v326, v328 = v275 * v306, v329 = v327 + v328,
+      v330 = 0.22516660498395405 * v12, v331 = v304 * v330, v332 = v329 - v331, v333 = v301 * v332;
   out[44] = v333;
-  const lanes v334 = v277 + 0.034641016151377546;
-  const lanes v335 = v134 + v136;
-  const lanes v336 = v2 * v335;
-  const lanes v337 = v140 - v336;
-  const lanes v338 = v337 + z_0;
-  const lanes v339 = v334 + v338;
-  const lanes v340 = 2.0 * v339;
-  const lanes v341 = v339 * v339;
-  const lanes v342 = 0.02 - v286;
-  const lanes v343 = v6 * v335;
-  const lanes v344 = v148 + v343;
-  const lanes v345 = z_1 - v344;
-  const lanes v346 = v342 - v345;
-  const lanes v347 = v346 * v346;
-  const lanes v348 = v341 + v347;
-  const lanes v349 = v156 - v157;
-  const lanes v350 = v349 + z_2;
-  const lanes v351 = v294 + v350;
-  const lanes v352 = v351 * v351;
-  const lanes v353 = v348 + v352;
-  lanes v354; LANES_NAME(lanes_sqrt)(&v353, &v354);
-  const lanes v355 = 0.5 / v354;
-  const lanes v356 = v340 * v355;
+  const lanes v334 = v277 + 0.034641016151377546, v335 = v136 + v138, v336 = v335 * v2,
+      v337 = v135 - v336, v338 = v337 + z_0, v339 = v334 + v338, v340 = 2.0 * v339,
+      v341 = v339 * v339, v342 = 0.02 - v286, v343 = v335 * v6, v344 = v148 + v343,
+      v345 = z_1 - v344, v346 = v342 - v345, v347 = v346 * v346, v348 = v341 + v347,
+      v349 = v156 - v157, v350 = v349 + z_2, v351 = v294 + v350, v352 = v351 * v351,
+      v353 = v348 + v352;
+  LANES_LET1(v354, sqrt, v353);
+  const lanes v355 = 0.5 / v354, v356 = v340 * v355;
   out[45] = v356;
-  const lanes v357 = 2.0 * v346;
-  const lanes v358 = v355 * v357;
-  const lanes v359 = -v358;
+  const lanes v357 = 2.0 * v346, v358 = v355 * v357, v359 = -v358;
   out[46] = v359;
-  const lanes v360 = 2.0 * v351;
-  const lanes v361 = v355 * v360;
+  const lanes v360 = 2.0 * v351, v361 = v355 * v360;
   out[47] = v361;
-  const lanes v362 = v344 * v340;
-  const lanes v363 = v337 * v357;
-  const lanes v364 = v362 - v363;
-  const lanes v365 = v355 * v364;
+  const lanes v362 = v344 * v340, v363 = v337 * v357, v364 = v362 - v363, v365 = v355 * v364;
   out[48] = v365;
-  const lanes v366 = v2 * v349;
-  const lanes v367 = v366 * v340;
-  const lanes v368 = v335 * v360;
-  const lanes v369 = v367 + v368;
-  const lanes v370 = v6 * v349;
-  const lanes v371 = v370 * v357;
-  const lanes v372 = v369 - v371;
-  const lanes v373 = v372 * v355;
+  const lanes v366 = v349 * v2, v367 = v340 * v366, v368 = v335 * v360, v369 = v367 + v368,
+      v370 = v349 * v6, v371 = v357 * v370, v372 = v369 - v371, v373 = v355 * v372;
   out[49] = v373;
-  const lanes v374 = v193 * v357;
-  const lanes v375 = v186 * v340;
-  const lanes v376 = v374 - v375;
-  const lanes v377 = v188 * v360;
-  const lanes v378 = v376 - v377;
-  const lanes v379 = v378 * v355;
-  out[50] = v379;
-  out[51] = LANES_OF(0.0);
-  out[52] = LANES_OF(0.0);
-  const lanes v380 = v330 * v357;
-  const lanes v381 = v275 * v360;
-  const lanes v382 = v380 + v381;
-  const lanes v383 = v326 * v340;
-  const lanes v384 = v382 - v383;
-  const lanes v385 = v384 * v355;
+  const lanes v374 = v357 * v193, v375 = v340 * v186, v376 = v374 - v375, v377 = v360 * v188,
+      v378 = v376 - v377, v379 = v355 * v378;
+  out[50] = v379; out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0);
+  const lanes v380 = v357 * v330, v381 = v275 * v360, v382 = v380 + v381, v383 = v340 * v326,
+      v384 = v382 - v383, v385 = v355 * v384;
   out[53] = v385;
 }
 
 static LANES_TARGET void LANES_NAME(delta_constraint_D_z_dot)(const lanes *in, lanes *out)
 {
-  const lanes z_0 = in[0];
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes z_4 = in[4];
-  const lanes z_5 = in[5];
-  const lanes z_6 = in[6];
-  const lanes z_7 = in[7];
-  const lanes z_8 = in[8];
-  const lanes zd_0 = in[9];
-  const lanes zd_1 = in[10];
-  const lanes zd_2 = in[11];
-  const lanes zd_3 = in[12];
-  const lanes zd_4 = in[13];
-  const lanes zd_5 = in[14];
-  const lanes zd_6 = in[15];
-  const lanes zd_7 = in[16];
-  const lanes zd_8 = in[17];
-  lanes v8, v1; LANES_NAME(lanes_cos_sin)(&z_6, &v8, &v1);
-  lanes v5, v2; LANES_NAME(lanes_cos_sin)(&z_5, &v5, &v2);
-  lanes v7, v3; LANES_NAME(lanes_cos_sin)(&z_3, &v7, &v3);
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&z_4, &v4, &v6);
-  lanes v10, v9; LANES_NAME(lanes_cos_sin)(&z_7, &v10, &v9);
-  lanes v12, v11; LANES_NAME(lanes_cos_sin)(&z_8, &v12, &v11);
-  const lanes v13 = v1 * zd_6;
-  const lanes v14 = 0.26 * v13;
-  const lanes v15 = v2 * zd_5;
-  const lanes v16 = 0.04 * v15;
-  const lanes v17 = v16 * v3;
-  const lanes v18 = v4 * zd_4;
-  const lanes v19 = 0.04 * v2;
-  const lanes v20 = v18 * v19;
-  const lanes v21 = v5 * zd_5;
-  const lanes v22 = 0.04 * v21;
-  const lanes v23 = v22 * v6;
-  const lanes v24 = v20 + v23;
-  const lanes v25 = v6 * zd_4;
-  const lanes v26 = 0.05 * v25;
-  const lanes v27 = v24 - v26;
-  const lanes v28 = v27 * v7;
-  const lanes v29 = v17 + v28;
-  const lanes v30 = v3 * zd_3;
-  const lanes v31 = v6 * v19;
-  const lanes v32 = 0.05 * v4;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v30 * v33;
-  const lanes v35 = v29 - v34;
-  const lanes v36 = v7 * zd_3;
-  const lanes v37 = 0.04 * v5;
-  const lanes v38 = v36 * v37;
-  const lanes v39 = v35 - v38;
-  const lanes v40 = v39 + zd_0;
-  const lanes v41 = v14 + v40;
-  const lanes v42 = 2.0 * v41;
-  const lanes v43 = 0.26 * v8;
-  const lanes v44 = v43 + 0.2;
-  const lanes v45 = v7 * v33;
-  const lanes v46 = v3 * v37;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v47 + z_0;
-  const lanes v49 = v44 - v48;
-  const lanes v50 = v49 * v49;
-  const lanes v51 = v7 * v37;
-  const lanes v52 = v3 * v33;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v53 + z_1;
-  const lanes v55 = 0.04 - v54;
-  const lanes v56 = v55 * v55;
-  const lanes v57 = v50 + v56;
-  const lanes v58 = 0.26 * v1;
-  const lanes v59 = v4 * v19;
-  const lanes v60 = 0.05 * v6;
-  const lanes v61 = v59 - v60;
-  const lanes v62 = v61 + z_2;
-  const lanes v63 = v58 + v62;
-  const lanes v64 = v63 * v63;
-  const lanes v65 = v57 + v64;
-  lanes v66; LANES_NAME(lanes_sqrt)(&v65, &v66);
-  const lanes v67 = 0.5 / v66;
-  const lanes v68 = v42 * v67;
-  const lanes v69 = v8 * zd_6;
-  const lanes v70 = 0.26 * v69;
-  const lanes v71 = v22 * v4;
-  const lanes v72 = 0.05 * v18;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = v25 * v19;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v75 + zd_2;
-  const lanes v77 = v70 + v76;
-  const lanes v78 = 2.0 * v63;
-  const lanes v79 = v77 * v78;
-  const lanes v80 = 2.0 * v49;
-  const lanes v81 = v41 * v80;
-  const lanes v82 = v79 - v81;
-  const lanes v83 = v36 * v33;
-  const lanes v84 = v27 * v3;
-  const lanes v85 = v83 + v84;
-  const lanes v86 = v30 * v37;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v16 * v7;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v89 + zd_1;
-  const lanes v91 = 2.0 * v55;
-  const lanes v92 = v90 * v91;
-  const lanes v93 = v82 - v92;
-  const lanes v94 = v66 * v65;
-  const lanes v95 = 0.25 / v94;
-  const lanes v96 = v93 * v95;
-  const lanes v97 = v96 * v80;
-  const lanes v98 = v68 + v97;
+  const lanes z_0 = in[0], z_1 = in[1], z_2 = in[2], z_3 = in[3], z_4 = in[4], z_5 = in[5],
+      z_6 = in[6], z_7 = in[7], z_8 = in[8], zd_0 = in[9], zd_1 = in[10], zd_2 = in[11],
+      zd_3 = in[12], zd_4 = in[13], zd_5 = in[14], zd_6 = in[15], zd_7 = in[16], zd_8 = in[17];
+  LANES_COS_SIN(v1, v8, z_6); LANES_COS_SIN(v2, v6, z_3); LANES_COS_SIN(v5, v3, z_4);
+  LANES_COS_SIN(v7, v4, z_5); LANES_COS_SIN(v9, v10, z_7); LANES_COS_SIN(v11, v12, z_8);
+  const lanes v13 = 0.26 * v1, v14 = v13 + 0.2, v15 = 0.04 * v4, v16 = v3 * v15, v17 = 0.05 * v5,
+      v18 = v16 + v17, v19 = v2 * v18, v20 = 0.04 * v7, v21 = v6 * v20, v22 = v19 - v21,
+      v23 = v22 + z_0, v24 = v14 - v23, v25 = 2.0 * v24, v26 = v5 * v15, v27 = 0.05 * v3,
+      v28 = v26 - v27, v29 = v28 + z_2, v30 = 0.26 * v8, v31 = v29 + v30, v32 = 2.0 * v31,
+      v33 = v1 * zd_6, v34 = 0.26 * v33, v35 = v7 * zd_5, v36 = 0.04 * v35, v37 = v36 * v5,
+      v38 = v5 * zd_4, v39 = 0.05 * v38, v40 = v37 - v39, v41 = v3 * zd_4, v42 = v41 * v15,
+      v43 = v40 - v42, v44 = v43 + zd_2, v45 = v34 + v44, v46 = v32 * v45, v47 = v8 * zd_6,
+      v48 = 0.26 * v47, v49 = v4 * zd_5, v50 = 0.04 * v49, v51 = v50 * v6, v52 = v38 * v15,
+      v53 = v36 * v3, v54 = v52 + v53, v55 = 0.05 * v41, v56 = v54 - v55, v57 = v56 * v2,
+      v58 = v51 + v57, v59 = v6 * zd_3, v60 = v59 * v18, v61 = v58 - v60, v62 = v2 * zd_3,
+      v63 = v62 * v20, v64 = v61 - v63, v65 = v64 + zd_0, v66 = v48 + v65, v67 = v25 * v66,
+      v68 = v46 - v67, v69 = v2 * v20, v70 = v6 * v18, v71 = v69 + v70, v72 = v71 + z_1,
+      v73 = 0.04 - v72, v74 = 2.0 * v73, v75 = v62 * v18, v76 = v56 * v6, v77 = v75 + v76,
+      v78 = v59 * v20, v79 = v77 - v78, v80 = v50 * v2, v81 = v79 - v80, v82 = v81 + zd_1,
+      v83 = v74 * v82, v84 = v68 - v83, v85 = v24 * v24, v86 = v73 * v73, v87 = v85 + v86,
+      v88 = v31 * v31, v89 = v87 + v88;
+  LANES_LET1(v90, sqrt, v89);
+  const lanes v91 = v90 * v89, v92 = 0.25 / v91, v93 = v84 * v92, v94 = v25 * v93, v95 = 0.5 / v90,
+      v96 = 2.0 * v66, v97 = v95 * v96, v98 = v94 + v97;
   out[0] = v98;
-  const lanes v99 = v96 * v91;
-  const lanes v100 = 2.0 * v90;
-  const lanes v101 = v100 * v67;
-  const lanes v102 = v99 + v101;
+  const lanes v99 = 2.0 * v82, v100 = v95 * v99, v101 = v74 * v93, v102 = v100 + v101;
   out[1] = v102;
-  const lanes v103 = 2.0 * v77;
-  const lanes v104 = v103 * v67;
-  const lanes v105 = v96 * v78;
-  const lanes v106 = v104 - v105;
+  const lanes v103 = 2.0 * v45, v104 = v95 * v103, v105 = v32 * v93, v106 = v104 - v105;
   out[2] = v106;
-  const lanes v107 = v89 * v80;
-  const lanes v108 = v42 * v53;
-  const lanes v109 = v107 - v108;
-  const lanes v110 = v39 * v91;
-  const lanes v111 = v100 * v47;
-  const lanes v112 = v110 - v111;
-  const lanes v113 = v109 - v112;
-  const lanes v114 = v113 * v67;
-  const lanes v115 = v53 * v80;
-  const lanes v116 = v47 * v91;
-  const lanes v117 = v115 - v116;
-  const lanes v118 = v96 * v117;
-  const lanes v119 = v114 - v118;
+  const lanes v107 = v25 * v81, v108 = v96 * v71, v109 = v107 - v108, v110 = v74 * v64,
+      v111 = v99 * v22, v112 = v110 - v111, v113 = v109 - v112, v114 = v95 * v113, v115 = v25 * v71,
+      v116 = v74 * v22, v117 = v115 - v116, v118 = v117 * v93, v119 = v114 - v118;
   out[3] = v119;
-  const lanes v120 = v75 * v7;
-  const lanes v121 = v30 * v61;
-  const lanes v122 = v120 - v121;
-  const lanes v123 = v122 * v80;
-  const lanes v124 = v7 * v61;
-  const lanes v125 = v124 * v42;
-  const lanes v126 = v123 - v125;
-  const lanes v127 = v36 * v61;
-  const lanes v128 = v75 * v3;
-  const lanes v129 = v127 + v128;
-  const lanes v130 = v129 * v91;
-  const lanes v131 = v3 * v61;
-  const lanes v132 = v131 * v100;
-  const lanes v133 = v130 - v132;
-  const lanes v134 = v126 + v133;
-  const lanes v135 = v27 * v78;
-  const lanes v136 = v103 * v33;
-  const lanes v137 = v135 + v136;
-  const lanes v138 = v134 + v137;
-  const lanes v139 = v138 * v67;
-  const lanes v140 = v124 * v80;
-  const lanes v141 = v131 * v91;
-  const lanes v142 = v140 + v141;
-  const lanes v143 = v33 * v78;
-  const lanes v144 = v142 + v143;
-  const lanes v145 = v144 * v96;
-  const lanes v146 = v139 - v145;
-  const lanes v147 = -v146;
+  const lanes v120 = v43 * v2, v121 = v59 * v28, v122 = v120 - v121, v123 = v25 * v122,
+      v124 = v2 * v28, v125 = v124 * v96, v126 = v123 - v125, v127 = v62 * v28, v128 = v43 * v6,
+      v129 = v127 + v128, v130 = v74 * v129, v131 = v6 * v28, v132 = v131 * v99, v133 = v130 - v132,
+      v134 = v126 + v133, v135 = v32 * v56, v136 = v103 * v18, v137 = v135 + v136,
+      v138 = v134 + v137, v139 = v95 * v138, v140 = v25 * v124, v141 = v74 * v131,
+      v142 = v140 + v141, v143 = v32 * v18, v144 = v142 + v143, v145 = v144 * v93,
+      v146 = v139 - v145, v147 = -v146;
   out[4] = v147;
-  const lanes v148 = v4 * v37;
-  const lanes v149 = v148 * v103;
-  const lanes v150 = v16 * v4;
-  const lanes v151 = v25 * v37;
-  const lanes v152 = v150 + v151;
-  const lanes v153 = v152 * v78;
-  const lanes v154 = v149 - v153;
-  const lanes v155 = v36 * v19;
-  const lanes v156 = v22 * v3;
-  const lanes v157 = v155 + v156;
-  const lanes v158 = v18 * v37;
-  const lanes v159 = v16 * v6;
-  const lanes v160 = v158 - v159;
-  const lanes v161 = v160 * v7;
-  const lanes v162 = v157 + v161;
-  const lanes v163 = v6 * v37;
-  const lanes v164 = v163 * v30;
-  const lanes v165 = v162 - v164;
-  const lanes v166 = v165 * v80;
-  const lanes v167 = v163 * v7;
-  const lanes v168 = v3 * v19;
-  const lanes v169 = v167 + v168;
-  const lanes v170 = v169 * v42;
-  const lanes v171 = v166 - v170;
-  const lanes v172 = v154 - v171;
-  const lanes v173 = v163 * v36;
-  const lanes v174 = v30 * v19;
-  const lanes v175 = v173 + v174;
-  const lanes v176 = v160 * v3;
-  const lanes v177 = v175 + v176;
-  const lanes v178 = v22 * v7;
-  const lanes v179 = v177 - v178;
-  const lanes v180 = v179 * v91;
-  const lanes v181 = v163 * v3;
-  const lanes v182 = v7 * v19;
-  const lanes v183 = v181 - v182;
-  const lanes v184 = v183 * v100;
-  const lanes v185 = v180 - v184;
-  const lanes v186 = v172 - v185;
-  const lanes v187 = v186 * v67;
-  const lanes v188 = v148 * v78;
-  const lanes v189 = v169 * v80;
-  const lanes v190 = v188 - v189;
-  const lanes v191 = v183 * v91;
-  const lanes v192 = v190 - v191;
-  const lanes v193 = v192 * v96;
-  const lanes v194 = v187 - v193;
+  const lanes v148 = v5 * v20, v149 = v148 * v103, v150 = v50 * v5, v151 = v41 * v20,
+      v152 = v150 + v151, v153 = v32 * v152, v154 = v149 - v153, v155 = v62 * v15, v156 = v36 * v6,
+      v157 = v155 + v156, v158 = v38 * v20, v159 = v50 * v3, v160 = v158 - v159, v161 = v160 * v2,
+      v162 = v157 + v161, v163 = v3 * v20, v164 = v163 * v59, v165 = v162 - v164, v166 = v25 * v165,
+      v167 = v163 * v2, v168 = v6 * v15, v169 = v167 + v168, v170 = v169 * v96, v171 = v166 - v170,
+      v172 = v154 - v171, v173 = v163 * v62, v174 = v59 * v15, v175 = v173 + v174, v176 = v160 * v6,
+      v177 = v175 + v176, v178 = v36 * v2, v179 = v177 - v178, v180 = v74 * v179, v181 = v163 * v6,
+      v182 = v2 * v15, v183 = v181 - v182, v184 = v183 * v99, v185 = v180 - v184,
+      v186 = v172 - v185, v187 = v95 * v186, v188 = v32 * v148, v189 = v25 * v169,
+      v190 = v188 - v189, v191 = v74 * v183, v192 = v190 - v191, v193 = v192 * v93,
+      v194 = v187 - v193;
   out[5] = v194;
-  const lanes v195 = v103 * v43;
-  const lanes v196 = v14 * v78;
-  const lanes v197 = v195 - v196;
-  const lanes v198 = v70 * v80;
-  const lanes v199 = v42 * v58;
-  const lanes v200 = v198 - v199;
-  const lanes v201 = v197 - v200;
-  const lanes v202 = v201 * v67;
-  const lanes v203 = v43 * v78;
-  const lanes v204 = v58 * v80;
-  const lanes v205 = v203 - v204;
-  const lanes v206 = v205 * v96;
-  const lanes v207 = v202 - v206;
-  out[6] = v207;
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  const lanes v208 = v31 - v32;
-  const lanes v209 = v30 * v208;
-  const lanes v210 = v209 + v38;
-  const lanes v211 = v210 - v17;
-  const lanes v212 = v20 + v26;
-  const lanes v213 = v212 + v23;
-  const lanes v214 = v213 * v7;
-  const lanes v215 = v211 - v214;
-  const lanes v216 = v215 + zd_0;
-  const lanes v217 = v14 + v216;
-  const lanes v218 = 2.0 * v217;
-  const lanes v219 = v7 * v208;
-  const lanes v220 = v46 - v219;
-  const lanes v221 = v220 + z_0;
-  const lanes v222 = v44 - v221;
-  const lanes v223 = v222 * v222;
-  const lanes v224 = v3 * v208;
-  const lanes v225 = v51 + v224;
-  const lanes v226 = z_1 - v225;
-  const lanes v227 = v226 + 0.04;
-  const lanes v228 = v227 * v227;
-  const lanes v229 = v223 + v228;
-  const lanes v230 = v60 + v59;
-  const lanes v231 = z_2 - v230;
-  const lanes v232 = v58 + v231;
-  const lanes v233 = v232 * v232;
-  const lanes v234 = v229 + v233;
-  lanes v235; LANES_NAME(lanes_sqrt)(&v234, &v235);
-  const lanes v236 = 0.5 / v235;
-  const lanes v237 = v218 * v236;
-  const lanes v238 = v36 * v208;
-  const lanes v239 = v213 * v3;
-  const lanes v240 = v238 + v239;
-  const lanes v241 = v240 - v86;
-  const lanes v242 = v241 - v88;
-  const lanes v243 = zd_1 - v242;
-  const lanes v244 = 2.0 * v227;
-  const lanes v245 = v243 * v244;
-  const lanes v246 = v72 + v71;
-  const lanes v247 = v246 - v74;
-  const lanes v248 = zd_2 - v247;
-  const lanes v249 = v70 + v248;
-  const lanes v250 = 2.0 * v232;
-  const lanes v251 = v249 * v250;
-  const lanes v252 = v245 + v251;
-  const lanes v253 = 2.0 * v222;
-  const lanes v254 = v217 * v253;
-  const lanes v255 = v252 - v254;
-  const lanes v256 = v235 * v234;
-  const lanes v257 = 0.25 / v256;
-  const lanes v258 = v255 * v257;
-  const lanes v259 = v258 * v253;
-  const lanes v260 = v237 + v259;
+  const lanes v195 = v103 * v13, v196 = v32 * v48, v197 = v195 - v196, v198 = v25 * v34,
+      v199 = v96 * v30, v200 = v198 - v199, v201 = v197 - v200, v202 = v95 * v201, v203 = v32 * v13,
+      v204 = v25 * v30, v205 = v203 - v204, v206 = v205 * v93, v207 = v202 - v206;
+  out[6] = v207; out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
+  const lanes v208 = v16 - v17, v209 = v208 * v2, v210 = v21 - v209, v211 = v210 + z_0,
+      v212 = v14 - v211, v213 = 2.0 * v212, v214 = v208 * v6, v215 = v214 + v69, v216 = z_1 - v215,
+      v217 = v216 + 0.04, v218 = 2.0 * v217, v219 = v208 * v62, v220 = v52 + v55, v221 = v220 + v53,
+      v222 = v221 * v6, v223 = v219 + v222, v224 = v223 - v78, v225 = v224 - v80,
+      v226 = zd_1 - v225, v227 = v218 * v226, v228 = v27 + v26, v229 = z_2 - v228,
+      v230 = v229 + v30, v231 = 2.0 * v230, v232 = v39 + v37, v233 = v232 - v42, v234 = zd_2 - v233,
+      v235 = v34 + v234, v236 = v231 * v235, v237 = v227 + v236, v238 = v208 * v59,
+      v239 = v238 + v63, v240 = v239 - v51, v241 = v221 * v2, v242 = v240 - v241,
+      v243 = v242 + zd_0, v244 = v48 + v243, v245 = v213 * v244, v246 = v237 - v245,
+      v247 = v212 * v212, v248 = v217 * v217, v249 = v247 + v248, v250 = v230 * v230,
+      v251 = v249 + v250;
+  LANES_LET1(v252, sqrt, v251);
+  const lanes v253 = v252 * v251, v254 = 0.25 / v253, v255 = v246 * v254, v256 = v213 * v255,
+      v257 = 0.5 / v252, v258 = 2.0 * v244, v259 = v257 * v258, v260 = v256 + v259;
   out[9] = v260;
-  const lanes v261 = 2.0 * v243;
-  const lanes v262 = v261 * v236;
-  const lanes v263 = v258 * v244;
-  const lanes v264 = v262 - v263;
+  const lanes v261 = 2.0 * v226, v262 = v257 * v261, v263 = v218 * v255, v264 = v262 - v263;
   out[10] = v264;
-  const lanes v265 = 2.0 * v249;
-  const lanes v266 = v265 * v236;
-  const lanes v267 = v258 * v250;
-  const lanes v268 = v266 - v267;
+  const lanes v265 = 2.0 * v235, v266 = v257 * v265, v267 = v231 * v255, v268 = v266 - v267;
   out[11] = v268;
-  const lanes v269 = v215 * v244;
-  const lanes v270 = v261 * v220;
-  const lanes v271 = v269 + v270;
-  const lanes v272 = v242 * v253;
-  const lanes v273 = v218 * v225;
-  const lanes v274 = v272 - v273;
-  const lanes v275 = v271 - v274;
-  const lanes v276 = v275 * v236;
-  const lanes v277 = v220 * v244;
-  const lanes v278 = v225 * v253;
-  const lanes v279 = v277 - v278;
-  const lanes v280 = v258 * v279;
-  const lanes v281 = v276 - v280;
+  const lanes v269 = v210 * v261, v270 = v218 * v242, v271 = v269 + v270, v272 = v213 * v225,
+      v273 = v215 * v258, v274 = v272 - v273, v275 = v271 - v274, v276 = v257 * v275,
+      v277 = v210 * v218, v278 = v215 * v213, v279 = v277 - v278, v280 = v279 * v255,
+      v281 = v276 - v280;
   out[12] = v281;
-  const lanes v282 = v247 * v7;
-  const lanes v283 = v30 * v230;
-  const lanes v284 = v282 - v283;
-  const lanes v285 = v284 * v253;
-  const lanes v286 = v7 * v230;
-  const lanes v287 = v286 * v218;
-  const lanes v288 = v285 - v287;
-  const lanes v289 = v213 * v250;
-  const lanes v290 = v265 * v208;
-  const lanes v291 = v289 + v290;
-  const lanes v292 = v288 + v291;
-  const lanes v293 = v3 * v230;
-  const lanes v294 = v293 * v261;
-  const lanes v295 = v36 * v230;
-  const lanes v296 = v247 * v3;
-  const lanes v297 = v295 + v296;
-  const lanes v298 = v297 * v244;
-  const lanes v299 = v294 + v298;
-  const lanes v300 = v292 - v299;
-  const lanes v301 = v300 * v236;
-  const lanes v302 = v286 * v253;
-  const lanes v303 = v208 * v250;
-  const lanes v304 = v302 + v303;
-  const lanes v305 = v293 * v244;
-  const lanes v306 = v304 - v305;
-  const lanes v307 = v306 * v258;
-  const lanes v308 = v301 - v307;
+  const lanes v282 = v233 * v2, v283 = v228 * v59, v284 = v282 - v283, v285 = v213 * v284,
+      v286 = v228 * v2, v287 = v286 * v258, v288 = v285 - v287, v289 = v208 * v265,
+      v290 = v231 * v221, v291 = v289 + v290, v292 = v288 + v291, v293 = v228 * v62,
+      v294 = v233 * v6, v295 = v293 + v294, v296 = v218 * v295, v297 = v228 * v6,
+      v298 = v297 * v261, v299 = v296 + v298, v300 = v292 - v299, v301 = v257 * v300,
+      v302 = v213 * v286, v303 = v208 * v231, v304 = v302 + v303, v305 = v218 * v297,
+      v306 = v304 - v305, v307 = v306 * v255, v308 = v301 - v307;
   out[13] = v308;
-  const lanes v309 = v165 * v253;
-  const lanes v310 = v169 * v218;
-  const lanes v311 = v309 - v310;
-  const lanes v312 = v183 * v261;
-  const lanes v313 = v179 * v244;
-  const lanes v314 = v312 + v313;
-  const lanes v315 = v311 - v314;
-  const lanes v316 = v148 * v265;
-  const lanes v317 = v152 * v250;
-  const lanes v318 = v316 - v317;
-  const lanes v319 = v315 - v318;
-  const lanes v320 = v319 * v236;
-  const lanes v321 = v169 * v253;
-  const lanes v322 = v183 * v244;
-  const lanes v323 = v321 - v322;
-  const lanes v324 = v148 * v250;
-  const lanes v325 = v323 - v324;
-  const lanes v326 = v325 * v258;
-  const lanes v327 = v320 - v326;
+  const lanes v309 = v213 * v165, v310 = v169 * v258, v311 = v309 - v310, v312 = v218 * v179,
+      v313 = v183 * v261, v314 = v312 + v313, v315 = v311 - v314, v316 = v148 * v265,
+      v317 = v231 * v152, v318 = v316 - v317, v319 = v315 - v318, v320 = v257 * v319,
+      v321 = v213 * v169, v322 = v218 * v183, v323 = v321 - v322, v324 = v231 * v148,
+      v325 = v323 - v324, v326 = v325 * v255, v327 = v320 - v326;
   out[14] = v327;
-  const lanes v328 = v265 * v43;
-  const lanes v329 = v14 * v250;
-  const lanes v330 = v328 - v329;
-  const lanes v331 = v70 * v253;
-  const lanes v332 = v218 * v58;
-  const lanes v333 = v331 - v332;
-  const lanes v334 = v330 - v333;
-  const lanes v335 = v334 * v236;
-  const lanes v336 = v43 * v250;
-  const lanes v337 = v58 * v253;
-  const lanes v338 = v336 - v337;
-  const lanes v339 = v338 * v258;
-  const lanes v340 = v335 - v339;
-  out[15] = v340;
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  const lanes v341 = 0.023301270189221932 * v5;
-  const lanes v342 = v36 * v341;
-  const lanes v343 = 0.05964101615137755 * v4;
-  const lanes v344 = 0.023301270189221932 * v2;
-  const lanes v345 = v6 * v344;
-  const lanes v346 = v343 - v345;
-  const lanes v347 = v30 * v346;
-  const lanes v348 = v342 - v347;
-  const lanes v349 = 0.023301270189221932 * v15;
-  const lanes v350 = v349 * v3;
-  const lanes v351 = v348 - v350;
-  const lanes v352 = 0.05964101615137755 * v25;
-  const lanes v353 = v18 * v344;
-  const lanes v354 = v352 + v353;
-  const lanes v355 = 0.023301270189221932 * v21;
-  const lanes v356 = v355 * v6;
-  const lanes v357 = v354 + v356;
-  const lanes v358 = v357 * v7;
-  const lanes v359 = v351 - v358;
-  const lanes v360 = zd_0 - v359;
-  const lanes v361 = v9 * zd_7;
-  const lanes v362 = 0.13 * v361;
-  const lanes v363 = v360 - v362;
-  const lanes v364 = 2.0 * v363;
-  const lanes v365 = 0.26 * v10;
-  const lanes v366 = 0.2 + v365;
-  const lanes v367 = 0.5 * v366;
-  const lanes v368 = v367 + 0.034641016151377546;
-  const lanes v369 = v7 * v346;
-  const lanes v370 = v3 * v341;
-  const lanes v371 = v369 + v370;
-  const lanes v372 = z_0 - v371;
-  const lanes v373 = v368 + v372;
-  const lanes v374 = v373 * v373;
-  const lanes v375 = 0.8660254037844386 * v366;
-  const lanes v376 = v375 - 0.02;
-  const lanes v377 = v7 * v341;
-  const lanes v378 = v3 * v346;
-  const lanes v379 = v377 - v378;
-  const lanes v380 = v379 + z_1;
-  const lanes v381 = v376 - v380;
-  const lanes v382 = v381 * v381;
-  const lanes v383 = v374 + v382;
-  const lanes v384 = 0.26 * v9;
-  const lanes v385 = 0.05964101615137755 * v6;
-  const lanes v386 = v4 * v344;
-  const lanes v387 = v385 + v386;
-  const lanes v388 = v387 + z_2;
-  const lanes v389 = v384 + v388;
-  const lanes v390 = v389 * v389;
-  const lanes v391 = v383 + v390;
-  lanes v392; LANES_NAME(lanes_sqrt)(&v391, &v392);
-  const lanes v393 = 0.5 / v392;
-  const lanes v394 = v364 * v393;
-  const lanes v395 = 2.0 * v373;
-  const lanes v396 = v363 * v395;
-  const lanes v397 = v10 * zd_7;
-  const lanes v398 = 0.26 * v397;
-  const lanes v399 = 0.05964101615137755 * v18;
-  const lanes v400 = v355 * v4;
-  const lanes v401 = v399 + v400;
-  const lanes v402 = v25 * v344;
-  const lanes v403 = v401 - v402;
-  const lanes v404 = v403 + zd_2;
-  const lanes v405 = v398 + v404;
-  const lanes v406 = 2.0 * v389;
-  const lanes v407 = v405 * v406;
-  const lanes v408 = v396 + v407;
-  const lanes v409 = 0.22516660498395405 * v361;
-  const lanes v410 = v357 * v3;
-  const lanes v411 = v30 * v341;
-  const lanes v412 = v410 - v411;
-  const lanes v413 = v36 * v346;
-  const lanes v414 = v412 - v413;
-  const lanes v415 = v349 * v7;
-  const lanes v416 = v414 - v415;
-  const lanes v417 = v416 + zd_1;
-  const lanes v418 = v409 + v417;
-  const lanes v419 = 2.0 * v381;
-  const lanes v420 = v418 * v419;
-  const lanes v421 = v408 - v420;
-  const lanes v422 = v392 * v391;
-  const lanes v423 = 0.25 / v422;
-  const lanes v424 = v421 * v423;
-  const lanes v425 = v424 * v395;
-  const lanes v426 = v394 - v425;
+  const lanes v328 = v265 * v13, v329 = v231 * v48, v330 = v328 - v329, v331 = v213 * v34,
+      v332 = v258 * v30, v333 = v331 - v332, v334 = v330 - v333, v335 = v257 * v334,
+      v336 = v231 * v13, v337 = v213 * v30, v338 = v336 - v337, v339 = v338 * v255,
+      v340 = v335 - v339;
+  out[15] = v340; out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
+  const lanes v341 = 0.26 * v9, v342 = 0.2 + v341, v343 = 0.5 * v342,
+      v344 = v343 + 0.034641016151377546, v345 = 0.023301270189221932 * v7, v346 = v345 * v6,
+      v347 = 0.05964101615137755 * v5, v348 = 0.023301270189221932 * v4, v349 = v348 * v3,
+      v350 = v347 - v349, v351 = v350 * v2, v352 = v346 + v351, v353 = z_0 - v352,
+      v354 = v344 + v353, v355 = v354 * v354, v356 = 0.8660254037844386 * v342, v357 = v356 - 0.02,
+      v358 = v345 * v2, v359 = v350 * v6, v360 = v358 - v359, v361 = v360 + z_1, v362 = v357 - v361,
+      v363 = v362 * v362, v364 = v355 + v363, v365 = 0.26 * v10, v366 = 0.05964101615137755 * v3,
+      v367 = v348 * v5, v368 = v366 + v367, v369 = v368 + z_2, v370 = v365 + v369,
+      v371 = v370 * v370, v372 = v364 + v371;
+  LANES_LET1(v373, sqrt, v372);
+  const lanes v374 = 0.5 / v373, v375 = v345 * v62, v376 = v350 * v59, v377 = v375 - v376,
+      v378 = 0.023301270189221932 * v49, v379 = v378 * v6, v380 = v377 - v379,
+      v381 = 0.05964101615137755 * v41, v382 = v348 * v38, v383 = v381 + v382,
+      v384 = 0.023301270189221932 * v35, v385 = v384 * v3, v386 = v383 + v385, v387 = v386 * v2,
+      v388 = v380 - v387, v389 = zd_0 - v388, v390 = v10 * zd_7, v391 = 0.13 * v390,
+      v392 = v389 - v391, v393 = 2.0 * v392, v394 = v374 * v393, v395 = 2.0 * v354,
+      v396 = v395 * v392, v397 = 2.0 * v370, v398 = v9 * zd_7, v399 = 0.26 * v398,
+      v400 = 0.05964101615137755 * v38, v401 = v384 * v5, v402 = v400 + v401, v403 = v348 * v41,
+      v404 = v402 - v403, v405 = v404 + zd_2, v406 = v399 + v405, v407 = v397 * v406,
+      v408 = v396 + v407, v409 = 2.0 * v362, v410 = 0.22516660498395405 * v390, v411 = v386 * v6,
+      v412 = v345 * v59, v413 = v411 - v412, v414 = v350 * v62, v415 = v413 - v414,
+      v416 = v378 * v2, v417 = v415 - v416, v418 = v417 + zd_1, v419 = v410 + v418,
+      v420 = v409 * v419, v421 = v408 - v420, v422 = v373 * v372, v423 = 0.25 / v422,
+      v424 = v421 * v423, v425 = v395 * v424, v426 = v394 - v425;
   out[18] = v426;
-  const lanes v427 = v424 * v419;
-  const lanes v428 = 2.0 * v418;
-  const lanes v429 = v428 * v393;
-  const lanes v430 = v427 + v429;
+  const lanes v427 = 2.0 * v419, v428 = v374 * v427, v429 = v409 * v424, v430 = v428 + v429;
   out[19] = v430;
-  const lanes v431 = 2.0 * v405;
-  const lanes v432 = v431 * v393;
-  const lanes v433 = v424 * v406;
-  const lanes v434 = v432 - v433;
+  const lanes v431 = 2.0 * v406, v432 = v374 * v431, v433 = v397 * v424, v434 = v432 - v433;
   out[20] = v434;
-  const lanes v435 = v359 * v419;
-  const lanes v436 = v428 * v371;
-  const lanes v437 = v435 - v436;
-  const lanes v438 = v364 * v379;
-  const lanes v439 = v416 * v395;
-  const lanes v440 = v438 + v439;
-  const lanes v441 = v437 - v440;
-  const lanes v442 = v441 * v393;
-  const lanes v443 = v371 * v419;
-  const lanes v444 = v379 * v395;
-  const lanes v445 = v443 - v444;
-  const lanes v446 = v424 * v445;
-  const lanes v447 = v442 - v446;
+  const lanes v435 = v409 * v388, v436 = v352 * v427, v437 = v435 - v436, v438 = v360 * v393,
+      v439 = v395 * v417, v440 = v438 + v439, v441 = v437 - v440, v442 = v374 * v441,
+      v443 = v352 * v409, v444 = v360 * v395, v445 = v443 - v444, v446 = v445 * v424,
+      v447 = v442 - v446;
   out[21] = v447;
-  const lanes v448 = v7 * v387;
-  const lanes v449 = v448 * v364;
-  const lanes v450 = v403 * v7;
-  const lanes v451 = v30 * v387;
-  const lanes v452 = v450 - v451;
-  const lanes v453 = v452 * v395;
-  const lanes v454 = v449 + v453;
-  const lanes v455 = v431 * v346;
-  const lanes v456 = v357 * v406;
-  const lanes v457 = v455 - v456;
-  const lanes v458 = v454 + v457;
-  const lanes v459 = v36 * v387;
-  const lanes v460 = v403 * v3;
-  const lanes v461 = v459 + v460;
-  const lanes v462 = v461 * v419;
-  const lanes v463 = v3 * v387;
-  const lanes v464 = v463 * v428;
-  const lanes v465 = v462 - v464;
-  const lanes v466 = v458 - v465;
-  const lanes v467 = v466 * v393;
-  const lanes v468 = v448 * v395;
-  const lanes v469 = v346 * v406;
-  const lanes v470 = v468 + v469;
-  const lanes v471 = v463 * v419;
-  const lanes v472 = v470 - v471;
-  const lanes v473 = v472 * v424;
-  const lanes v474 = v467 - v473;
+  const lanes v448 = v404 * v2, v449 = v368 * v59, v450 = v448 - v449, v451 = v395 * v450,
+      v452 = v368 * v2, v453 = v452 * v393, v454 = v451 + v453, v455 = v350 * v431,
+      v456 = v397 * v386, v457 = v455 - v456, v458 = v454 + v457, v459 = v368 * v62,
+      v460 = v404 * v6, v461 = v459 + v460, v462 = v409 * v461, v463 = v368 * v6,
+      v464 = v463 * v427, v465 = v462 - v464, v466 = v458 - v465, v467 = v374 * v466,
+      v468 = v395 * v452, v469 = v350 * v397, v470 = v468 + v469, v471 = v409 * v463,
+      v472 = v470 - v471, v473 = v472 * v424, v474 = v467 - v473;
   out[22] = v474;
-  const lanes v475 = v6 * v341;
-  const lanes v476 = v475 * v7;
-  const lanes v477 = v3 * v344;
-  const lanes v478 = v476 + v477;
-  const lanes v479 = v478 * v364;
-  const lanes v480 = v36 * v344;
-  const lanes v481 = v355 * v3;
-  const lanes v482 = v480 + v481;
-  const lanes v483 = v18 * v341;
-  const lanes v484 = v349 * v6;
-  const lanes v485 = v483 - v484;
-  const lanes v486 = v485 * v7;
-  const lanes v487 = v482 + v486;
-  const lanes v488 = v475 * v30;
-  const lanes v489 = v487 - v488;
-  const lanes v490 = v489 * v395;
-  const lanes v491 = v479 + v490;
-  const lanes v492 = v4 * v341;
-  const lanes v493 = v492 * v431;
-  const lanes v494 = v25 * v341;
-  const lanes v495 = v349 * v4;
-  const lanes v496 = v494 + v495;
-  const lanes v497 = v496 * v406;
-  const lanes v498 = v493 - v497;
-  const lanes v499 = v491 + v498;
-  const lanes v500 = v475 * v36;
-  const lanes v501 = v30 * v344;
-  const lanes v502 = v500 + v501;
-  const lanes v503 = v485 * v3;
-  const lanes v504 = v502 + v503;
-  const lanes v505 = v355 * v7;
-  const lanes v506 = v504 - v505;
-  const lanes v507 = v506 * v419;
-  const lanes v508 = v475 * v3;
-  const lanes v509 = v7 * v344;
-  const lanes v510 = v508 - v509;
-  const lanes v511 = v510 * v428;
-  const lanes v512 = v507 - v511;
-  const lanes v513 = v499 - v512;
-  const lanes v514 = v513 * v393;
-  const lanes v515 = v478 * v395;
-  const lanes v516 = v492 * v406;
-  const lanes v517 = v515 + v516;
-  const lanes v518 = v510 * v419;
-  const lanes v519 = v517 - v518;
-  const lanes v520 = v519 * v424;
-  const lanes v521 = v514 - v520;
-  out[23] = v521;
-  out[24] = LANES_OF(0.0);
-  const lanes v522 = v431 * v365;
-  const lanes v523 = 0.26 * v361;
-  const lanes v524 = v523 * v406;
-  const lanes v525 = v522 - v524;
-  const lanes v526 = 0.13 * v9;
-  const lanes v527 = v526 * v364;
-  const lanes v528 = 0.13 * v397;
-  const lanes v529 = v528 * v395;
-  const lanes v530 = v527 + v529;
-  const lanes v531 = v525 - v530;
-  const lanes v532 = 0.22516660498395405 * v397;
-  const lanes v533 = v532 * v419;
-  const lanes v534 = 0.22516660498395405 * v9;
-  const lanes v535 = v534 * v428;
-  const lanes v536 = v533 - v535;
-  const lanes v537 = v531 - v536;
-  const lanes v538 = v537 * v393;
-  const lanes v539 = v365 * v406;
-  const lanes v540 = v526 * v395;
-  const lanes v541 = v539 - v540;
-  const lanes v542 = v534 * v419;
-  const lanes v543 = v541 - v542;
-  const lanes v544 = v543 * v424;
-  const lanes v545 = v538 - v544;
-  out[25] = v545;
-  out[26] = LANES_OF(0.0);
-  const lanes v546 = 0.06330127018922194 * v15;
-  const lanes v547 = v546 * v3;
-  const lanes v548 = 0.06330127018922194 * v2;
-  const lanes v549 = v18 * v548;
-  const lanes v550 = 0.06330127018922194 * v21;
-  const lanes v551 = v550 * v6;
-  const lanes v552 = v549 + v551;
-  const lanes v553 = 0.009641016151377546 * v25;
-  const lanes v554 = v552 - v553;
-  const lanes v555 = v554 * v7;
-  const lanes v556 = v547 + v555;
-  const lanes v557 = 0.009641016151377546 * v4;
-  const lanes v558 = v6 * v548;
-  const lanes v559 = v557 + v558;
-  const lanes v560 = v30 * v559;
-  const lanes v561 = v556 - v560;
-  const lanes v562 = 0.06330127018922194 * v5;
-  const lanes v563 = v36 * v562;
-  const lanes v564 = v561 - v563;
-  const lanes v565 = v564 + zd_0;
-  const lanes v566 = v362 - v565;
-  const lanes v567 = 2.0 * v566;
-  const lanes v568 = 0.034641016151377546 - v367;
-  const lanes v569 = v7 * v559;
-  const lanes v570 = v3 * v562;
-  const lanes v571 = v569 - v570;
-  const lanes v572 = v571 + z_0;
-  const lanes v573 = v568 - v572;
-  const lanes v574 = v573 * v573;
-  const lanes v575 = 0.02 + v375;
-  const lanes v576 = v7 * v562;
-  const lanes v577 = v3 * v559;
-  const lanes v578 = v576 + v577;
-  const lanes v579 = v578 + z_1;
-  const lanes v580 = v575 - v579;
-  const lanes v581 = v580 * v580;
-  const lanes v582 = v574 + v581;
-  const lanes v583 = v4 * v548;
-  const lanes v584 = 0.009641016151377546 * v6;
-  const lanes v585 = v583 - v584;
-  const lanes v586 = v585 + z_2;
-  const lanes v587 = v384 + v586;
-  const lanes v588 = v587 * v587;
-  const lanes v589 = v582 + v588;
-  lanes v590; LANES_NAME(lanes_sqrt)(&v589, &v590);
-  const lanes v591 = 0.5 / v590;
-  const lanes v592 = v567 * v591;
-  const lanes v593 = 2.0 * v573;
-  const lanes v594 = v566 * v593;
-  const lanes v595 = v550 * v4;
-  const lanes v596 = 0.009641016151377546 * v18;
-  const lanes v597 = v595 - v596;
-  const lanes v598 = v25 * v548;
-  const lanes v599 = v597 - v598;
-  const lanes v600 = v599 + zd_2;
-  const lanes v601 = v398 + v600;
-  const lanes v602 = 2.0 * v587;
-  const lanes v603 = v601 * v602;
-  const lanes v604 = v594 + v603;
-  const lanes v605 = v36 * v559;
-  const lanes v606 = v554 * v3;
-  const lanes v607 = v605 + v606;
-  const lanes v608 = v30 * v562;
-  const lanes v609 = v607 - v608;
-  const lanes v610 = v546 * v7;
-  const lanes v611 = v609 - v610;
-  const lanes v612 = v611 + zd_1;
-  const lanes v613 = v409 + v612;
-  const lanes v614 = 2.0 * v580;
-  const lanes v615 = v613 * v614;
-  const lanes v616 = v604 - v615;
-  const lanes v617 = v590 * v589;
-  const lanes v618 = 0.25 / v617;
-  const lanes v619 = v616 * v618;
-  const lanes v620 = v619 * v593;
-  const lanes v621 = v592 - v620;
-  const lanes v622 = -v621;
+  const lanes v475 = v348 * v62, v476 = v384 * v6, v477 = v475 + v476, v478 = v345 * v38,
+      v479 = v378 * v3, v480 = v478 - v479, v481 = v480 * v2, v482 = v477 + v481, v483 = v345 * v3,
+      v484 = v483 * v59, v485 = v482 - v484, v486 = v395 * v485, v487 = v348 * v6, v488 = v483 * v2,
+      v489 = v487 + v488, v490 = v489 * v393, v491 = v486 + v490, v492 = v345 * v5,
+      v493 = v492 * v431, v494 = v345 * v41, v495 = v378 * v5, v496 = v494 + v495,
+      v497 = v397 * v496, v498 = v493 - v497, v499 = v491 + v498, v500 = v348 * v59,
+      v501 = v483 * v62, v502 = v500 + v501, v503 = v480 * v6, v504 = v502 + v503, v505 = v384 * v2,
+      v506 = v504 - v505, v507 = v409 * v506, v508 = v483 * v6, v509 = v348 * v2,
+      v510 = v508 - v509, v511 = v510 * v427, v512 = v507 - v511, v513 = v499 - v512,
+      v514 = v374 * v513, v515 = v395 * v489, v516 = v397 * v492, v517 = v515 + v516,
+      v518 = v409 * v510, v519 = v517 - v518, v520 = v519 * v424, v521 = v514 - v520;
+  out[23] = v521; out[24] = LANES_OF(0.0);
+  const lanes v522 = v341 * v431, v523 = 0.26 * v390, v524 = v397 * v523, v525 = v522 - v524,
+      v526 = 0.13 * v398, v527 = v395 * v526, v528 = 0.13 * v10, v529 = v528 * v393,
+      v530 = v527 + v529, v531 = v525 - v530, v532 = 0.22516660498395405 * v398, v533 = v409 * v532,
+      v534 = 0.22516660498395405 * v10, v535 = v534 * v427, v536 = v533 - v535, v537 = v531 - v536,
+      v538 = v374 * v537, v539 = v341 * v397, v540 = v395 * v528, v541 = v539 - v540,
+      v542 = v409 * v534, v543 = v541 - v542, v544 = v543 * v424, v545 = v538 - v544;
+  out[25] = v545; out[26] = LANES_OF(0.0);
+  const lanes v546 = 0.034641016151377546 - v343, v547 = 0.009641016151377546 * v5,
+      v548 = 0.06330127018922194 * v4, v549 = v548 * v3, v550 = v547 + v549, v551 = v550 * v2,
+      v552 = 0.06330127018922194 * v7, v553 = v552 * v6, v554 = v551 - v553, v555 = v554 + z_0,
+      v556 = v546 - v555, v557 = v556 * v556, v558 = 0.02 + v356, v559 = v552 * v2,
+      v560 = v550 * v6, v561 = v559 + v560, v562 = v561 + z_1, v563 = v558 - v562,
+      v564 = v563 * v563, v565 = v557 + v564, v566 = v548 * v5, v567 = 0.009641016151377546 * v3,
+      v568 = v566 - v567, v569 = v568 + z_2, v570 = v365 + v569, v571 = v570 * v570,
+      v572 = v565 + v571;
+  LANES_LET1(v573, sqrt, v572);
+  const lanes v574 = 0.5 / v573, v575 = 0.06330127018922194 * v49, v576 = v575 * v6,
+      v577 = v548 * v38, v578 = 0.06330127018922194 * v35, v579 = v578 * v3, v580 = v577 + v579,
+      v581 = 0.009641016151377546 * v41, v582 = v580 - v581, v583 = v582 * v2, v584 = v576 + v583,
+      v585 = v552 * v62, v586 = v584 - v585, v587 = v550 * v59, v588 = v586 - v587,
+      v589 = v588 + zd_0, v590 = v391 - v589, v591 = 2.0 * v590, v592 = v574 * v591,
+      v593 = 2.0 * v556, v594 = v593 * v590, v595 = 2.0 * v570, v596 = v578 * v5,
+      v597 = 0.009641016151377546 * v38, v598 = v596 - v597, v599 = v548 * v41, v600 = v598 - v599,
+      v601 = v600 + zd_2, v602 = v399 + v601, v603 = v595 * v602, v604 = v594 + v603,
+      v605 = 2.0 * v563, v606 = v550 * v62, v607 = v582 * v6, v608 = v606 + v607, v609 = v552 * v59,
+      v610 = v608 - v609, v611 = v575 * v2, v612 = v610 - v611, v613 = v612 + zd_1,
+      v614 = v410 + v613, v615 = v605 * v614, v616 = v604 - v615, v617 = v573 * v572,
+      v618 = 0.25 / v617, v619 = v616 * v618, v620 = v593 * v619, v621 = v592 - v620, v622 = -v621;
   out[27] = v622;
-  const lanes v623 = v619 * v614;
-  const lanes v624 = 2.0 * v613;
-  const lanes v625 = v624 * v591;
-  const lanes v626 = v623 + v625;
+  const lanes v623 = 2.0 * v614, v624 = v574 * v623, v625 = v605 * v619, v626 = v624 + v625;
   out[28] = v626;
-  const lanes v627 = 2.0 * v601;
-  const lanes v628 = v627 * v591;
-  const lanes v629 = v619 * v602;
-  const lanes v630 = v628 - v629;
+  const lanes v627 = 2.0 * v602, v628 = v574 * v627, v629 = v595 * v619, v630 = v628 - v629;
   out[29] = v630;
-  const lanes v631 = v567 * v578;
-  const lanes v632 = v611 * v593;
-  const lanes v633 = v631 + v632;
-  const lanes v634 = v564 * v614;
-  const lanes v635 = v624 * v571;
-  const lanes v636 = v634 - v635;
-  const lanes v637 = v633 - v636;
-  const lanes v638 = v637 * v591;
-  const lanes v639 = v578 * v593;
-  const lanes v640 = v571 * v614;
-  const lanes v641 = v639 - v640;
-  const lanes v642 = v619 * v641;
-  const lanes v643 = v638 - v642;
+  const lanes v631 = v561 * v591, v632 = v593 * v612, v633 = v631 + v632, v634 = v605 * v588,
+      v635 = v554 * v623, v636 = v634 - v635, v637 = v633 - v636, v638 = v574 * v637,
+      v639 = v561 * v593, v640 = v554 * v605, v641 = v639 - v640, v642 = v641 * v619,
+      v643 = v638 - v642;
   out[30] = v643;
-  const lanes v644 = v7 * v585;
-  const lanes v645 = v644 * v567;
-  const lanes v646 = v599 * v7;
-  const lanes v647 = v30 * v585;
-  const lanes v648 = v646 - v647;
-  const lanes v649 = v648 * v593;
-  const lanes v650 = v645 + v649;
-  const lanes v651 = v36 * v585;
-  const lanes v652 = v599 * v3;
-  const lanes v653 = v651 + v652;
-  const lanes v654 = v653 * v614;
-  const lanes v655 = v3 * v585;
-  const lanes v656 = v655 * v624;
-  const lanes v657 = v654 - v656;
-  const lanes v658 = v650 + v657;
-  const lanes v659 = v554 * v602;
-  const lanes v660 = v627 * v559;
-  const lanes v661 = v659 + v660;
-  const lanes v662 = v658 + v661;
-  const lanes v663 = v662 * v591;
-  const lanes v664 = v644 * v593;
-  const lanes v665 = v655 * v614;
-  const lanes v666 = v664 + v665;
-  const lanes v667 = v559 * v602;
-  const lanes v668 = v666 + v667;
-  const lanes v669 = v668 * v619;
-  const lanes v670 = v663 - v669;
-  const lanes v671 = -v670;
+  const lanes v644 = v600 * v2, v645 = v568 * v59, v646 = v644 - v645, v647 = v593 * v646,
+      v648 = v568 * v2, v649 = v648 * v591, v650 = v647 + v649, v651 = v568 * v62, v652 = v600 * v6,
+      v653 = v651 + v652, v654 = v605 * v653, v655 = v568 * v6, v656 = v655 * v623,
+      v657 = v654 - v656, v658 = v650 + v657, v659 = v550 * v627, v660 = v595 * v582,
+      v661 = v659 + v660, v662 = v658 + v661, v663 = v574 * v662, v664 = v593 * v648,
+      v665 = v605 * v655, v666 = v664 + v665, v667 = v550 * v595, v668 = v666 + v667,
+      v669 = v668 * v619, v670 = v663 - v669, v671 = -v670;
   out[31] = v671;
-  const lanes v672 = v4 * v562;
-  const lanes v673 = v672 * v627;
-  const lanes v674 = v25 * v562;
-  const lanes v675 = v546 * v4;
-  const lanes v676 = v674 + v675;
-  const lanes v677 = v676 * v602;
-  const lanes v678 = v673 - v677;
-  const lanes v679 = v6 * v562;
-  const lanes v680 = v679 * v7;
-  const lanes v681 = v3 * v548;
-  const lanes v682 = v680 + v681;
-  const lanes v683 = v682 * v567;
-  const lanes v684 = v36 * v548;
-  const lanes v685 = v550 * v3;
-  const lanes v686 = v684 + v685;
-  const lanes v687 = v18 * v562;
-  const lanes v688 = v546 * v6;
-  const lanes v689 = v687 - v688;
-  const lanes v690 = v689 * v7;
-  const lanes v691 = v686 + v690;
-  const lanes v692 = v679 * v30;
-  const lanes v693 = v691 - v692;
-  const lanes v694 = v693 * v593;
-  const lanes v695 = v683 + v694;
-  const lanes v696 = v678 - v695;
-  const lanes v697 = v679 * v36;
-  const lanes v698 = v30 * v548;
-  const lanes v699 = v697 + v698;
-  const lanes v700 = v689 * v3;
-  const lanes v701 = v699 + v700;
-  const lanes v702 = v550 * v7;
-  const lanes v703 = v701 - v702;
-  const lanes v704 = v703 * v614;
-  const lanes v705 = v679 * v3;
-  const lanes v706 = v7 * v548;
-  const lanes v707 = v705 - v706;
-  const lanes v708 = v707 * v624;
-  const lanes v709 = v704 - v708;
-  const lanes v710 = v696 - v709;
-  const lanes v711 = v710 * v591;
-  const lanes v712 = v672 * v602;
-  const lanes v713 = v682 * v593;
-  const lanes v714 = v712 - v713;
-  const lanes v715 = v707 * v614;
-  const lanes v716 = v714 - v715;
-  const lanes v717 = v716 * v619;
-  const lanes v718 = v711 - v717;
-  out[32] = v718;
-  out[33] = LANES_OF(0.0);
-  const lanes v719 = v526 * v567;
-  const lanes v720 = v528 * v593;
-  const lanes v721 = v719 + v720;
-  const lanes v722 = v627 * v365;
-  const lanes v723 = v523 * v602;
-  const lanes v724 = v722 - v723;
-  const lanes v725 = v721 + v724;
-  const lanes v726 = v532 * v614;
-  const lanes v727 = v534 * v624;
-  const lanes v728 = v726 - v727;
-  const lanes v729 = v725 - v728;
-  const lanes v730 = v729 * v591;
-  const lanes v731 = v526 * v593;
-  const lanes v732 = v365 * v602;
-  const lanes v733 = v731 + v732;
-  const lanes v734 = v534 * v614;
-  const lanes v735 = v733 - v734;
-  const lanes v736 = v735 * v619;
-  const lanes v737 = v730 - v736;
-  out[34] = v737;
-  out[35] = LANES_OF(0.0);
-  const lanes v738 = v11 * zd_8;
-  const lanes v739 = 0.13 * v738;
-  const lanes v740 = v558 - v557;
-  const lanes v741 = v30 * v740;
-  const lanes v742 = v741 + v563;
-  const lanes v743 = v742 - v547;
-  const lanes v744 = v553 + v549;
-  const lanes v745 = v744 + v551;
-  const lanes v746 = v745 * v7;
-  const lanes v747 = v743 - v746;
-  const lanes v748 = v747 + zd_0;
-  const lanes v749 = v739 - v748;
-  const lanes v750 = 2.0 * v749;
-  const lanes v751 = 0.26 * v12;
-  const lanes v752 = 0.2 + v751;
-  const lanes v753 = 0.5 * v752;
-  const lanes v754 = 0.034641016151377546 - v753;
-  const lanes v755 = v7 * v740;
-  const lanes v756 = v570 - v755;
-  const lanes v757 = v756 + z_0;
-  const lanes v758 = v754 - v757;
-  const lanes v759 = v758 * v758;
-  const lanes v760 = 0.8660254037844386 * v752;
-  const lanes v761 = 0.02 + v760;
-  const lanes v762 = v3 * v740;
-  const lanes v763 = v576 + v762;
-  const lanes v764 = z_1 - v763;
-  const lanes v765 = v761 + v764;
-  const lanes v766 = v765 * v765;
-  const lanes v767 = v759 + v766;
-  const lanes v768 = 0.26 * v11;
-  const lanes v769 = v584 + v583;
-  const lanes v770 = z_2 - v769;
-  const lanes v771 = v768 + v770;
-  const lanes v772 = v771 * v771;
-  const lanes v773 = v767 + v772;
-  lanes v774; LANES_NAME(lanes_sqrt)(&v773, &v774);
-  const lanes v775 = 0.5 / v774;
-  const lanes v776 = v750 * v775;
-  const lanes v777 = 2.0 * v758;
-  const lanes v778 = v749 * v777;
-  const lanes v779 = v36 * v740;
-  const lanes v780 = v745 * v3;
-  const lanes v781 = v779 + v780;
-  const lanes v782 = v781 - v608;
-  const lanes v783 = v782 - v610;
-  const lanes v784 = zd_1 - v783;
-  const lanes v785 = 0.22516660498395405 * v738;
-  const lanes v786 = v784 - v785;
-  const lanes v787 = 2.0 * v765;
-  const lanes v788 = v786 * v787;
-  const lanes v789 = v778 + v788;
-  const lanes v790 = v12 * zd_8;
-  const lanes v791 = 0.26 * v790;
-  const lanes v792 = v596 + v595;
-  const lanes v793 = v792 - v598;
-  const lanes v794 = zd_2 - v793;
-  const lanes v795 = v791 + v794;
-  const lanes v796 = 2.0 * v771;
-  const lanes v797 = v795 * v796;
-  const lanes v798 = v789 + v797;
-  const lanes v799 = v774 * v773;
-  const lanes v800 = 0.25 / v799;
-  const lanes v801 = v798 * v800;
-  const lanes v802 = v801 * v777;
-  const lanes v803 = v776 - v802;
-  const lanes v804 = -v803;
+  const lanes v672 = v552 * v5, v673 = v672 * v627, v674 = v552 * v41, v675 = v575 * v5,
+      v676 = v674 + v675, v677 = v595 * v676, v678 = v673 - v677, v679 = v548 * v62,
+      v680 = v578 * v6, v681 = v679 + v680, v682 = v552 * v38, v683 = v575 * v3, v684 = v682 - v683,
+      v685 = v684 * v2, v686 = v681 + v685, v687 = v552 * v3, v688 = v687 * v59, v689 = v686 - v688,
+      v690 = v593 * v689, v691 = v548 * v6, v692 = v687 * v2, v693 = v691 + v692,
+      v694 = v693 * v591, v695 = v690 + v694, v696 = v678 - v695, v697 = v548 * v59,
+      v698 = v687 * v62, v699 = v697 + v698, v700 = v684 * v6, v701 = v699 + v700, v702 = v578 * v2,
+      v703 = v701 - v702, v704 = v605 * v703, v705 = v687 * v6, v706 = v548 * v2,
+      v707 = v705 - v706, v708 = v707 * v623, v709 = v704 - v708, v710 = v696 - v709,
+      v711 = v574 * v710, v712 = v595 * v672, v713 = v593 * v693, v714 = v712 - v713,
+      v715 = v605 * v707, v716 = v714 - v715, v717 = v716 * v619, v718 = v711 - v717;
+  out[32] = v718; out[33] = LANES_OF(0.0);
+  const lanes v719 = v593 * v526, v720 = v528 * v591, v721 = v719 + v720, v722 = v341 * v627,
+      v723 = v595 * v523, v724 = v722 - v723, v725 = v721 + v724, v726 = v605 * v532,
+      v727 = v534 * v623, v728 = v726 - v727, v729 = v725 - v728, v730 = v574 * v729,
+      v731 = v593 * v528, v732 = v341 * v595, v733 = v731 + v732, v734 = v605 * v534,
+      v735 = v733 - v734, v736 = v735 * v619, v737 = v730 - v736;
+  out[34] = v737; out[35] = LANES_OF(0.0);
+  const lanes v738 = 0.26 * v11, v739 = 0.2 + v738, v740 = 0.5 * v739,
+      v741 = 0.034641016151377546 - v740, v742 = v549 - v547, v743 = v742 * v2, v744 = v553 - v743,
+      v745 = v744 + z_0, v746 = v741 - v745, v747 = v746 * v746, v748 = 0.8660254037844386 * v739,
+      v749 = 0.02 + v748, v750 = v742 * v6, v751 = v559 + v750, v752 = z_1 - v751,
+      v753 = v749 + v752, v754 = v753 * v753, v755 = v747 + v754, v756 = 0.26 * v12,
+      v757 = v567 + v566, v758 = z_2 - v757, v759 = v756 + v758, v760 = v759 * v759,
+      v761 = v755 + v760;
+  LANES_LET1(v762, sqrt, v761);
+  const lanes v763 = 0.5 / v762, v764 = v12 * zd_8, v765 = 0.13 * v764, v766 = v742 * v59,
+      v767 = v585 + v766, v768 = v767 - v576, v769 = v581 + v577, v770 = v769 + v579,
+      v771 = v770 * v2, v772 = v768 - v771, v773 = v772 + zd_0, v774 = v765 - v773,
+      v775 = 2.0 * v774, v776 = v763 * v775, v777 = 2.0 * v746, v778 = v777 * v774,
+      v779 = 2.0 * v753, v780 = v742 * v62, v781 = v770 * v6, v782 = v780 + v781,
+      v783 = v782 - v609, v784 = v783 - v611, v785 = zd_1 - v784, v786 = 0.22516660498395405 * v764,
+      v787 = v785 - v786, v788 = v779 * v787, v789 = v778 + v788, v790 = 2.0 * v759,
+      v791 = v11 * zd_8, v792 = 0.26 * v791, v793 = v597 + v596, v794 = v793 - v599,
+      v795 = zd_2 - v794, v796 = v792 + v795, v797 = v790 * v796, v798 = v789 + v797,
+      v799 = v762 * v761, v800 = 0.25 / v799, v801 = v798 * v800, v802 = v777 * v801,
+      v803 = v776 - v802, v804 = -v803;
   out[36] = v804;
-  const lanes v805 = 2.0 * v786;
-  const lanes v806 = v805 * v775;
-  const lanes v807 = v801 * v787;
-  const lanes v808 = v806 - v807;
+  const lanes v805 = 2.0 * v787, v806 = v763 * v805, v807 = v779 * v801, v808 = v806 - v807;
   out[37] = v808;
-  const lanes v809 = 2.0 * v795;
-  const lanes v810 = v809 * v775;
-  const lanes v811 = v801 * v796;
-  const lanes v812 = v810 - v811;
+  const lanes v809 = 2.0 * v796, v810 = v763 * v809, v811 = v790 * v801, v812 = v810 - v811;
   out[38] = v812;
-  const lanes v813 = v747 * v787;
-  const lanes v814 = v805 * v756;
-  const lanes v815 = v813 + v814;
-  const lanes v816 = v750 * v763;
-  const lanes v817 = v783 * v777;
-  const lanes v818 = v816 + v817;
-  const lanes v819 = v815 - v818;
-  const lanes v820 = v819 * v775;
-  const lanes v821 = v756 * v787;
-  const lanes v822 = v763 * v777;
-  const lanes v823 = v821 - v822;
-  const lanes v824 = v801 * v823;
-  const lanes v825 = v820 - v824;
+  const lanes v813 = v744 * v805, v814 = v779 * v772, v815 = v813 + v814, v816 = v751 * v775,
+      v817 = v777 * v784, v818 = v816 + v817, v819 = v815 - v818, v820 = v763 * v819,
+      v821 = v744 * v779, v822 = v751 * v777, v823 = v821 - v822, v824 = v823 * v801,
+      v825 = v820 - v824;
   out[39] = v825;
-  const lanes v826 = v7 * v769;
-  const lanes v827 = v826 * v750;
-  const lanes v828 = v793 * v7;
-  const lanes v829 = v30 * v769;
-  const lanes v830 = v828 - v829;
-  const lanes v831 = v830 * v777;
-  const lanes v832 = v827 + v831;
-  const lanes v833 = v745 * v796;
-  const lanes v834 = v809 * v740;
-  const lanes v835 = v833 + v834;
-  const lanes v836 = v832 + v835;
-  const lanes v837 = v3 * v769;
-  const lanes v838 = v837 * v805;
-  const lanes v839 = v36 * v769;
-  const lanes v840 = v793 * v3;
-  const lanes v841 = v839 + v840;
-  const lanes v842 = v841 * v787;
-  const lanes v843 = v838 + v842;
-  const lanes v844 = v836 - v843;
-  const lanes v845 = v844 * v775;
-  const lanes v846 = v826 * v777;
-  const lanes v847 = v740 * v796;
-  const lanes v848 = v846 + v847;
-  const lanes v849 = v837 * v787;
-  const lanes v850 = v848 - v849;
-  const lanes v851 = v850 * v801;
-  const lanes v852 = v845 - v851;
+  const lanes v826 = v794 * v2, v827 = v757 * v59, v828 = v826 - v827, v829 = v777 * v828,
+      v830 = v757 * v2, v831 = v830 * v775, v832 = v829 + v831, v833 = v742 * v809,
+      v834 = v790 * v770, v835 = v833 + v834, v836 = v832 + v835, v837 = v757 * v62,
+      v838 = v794 * v6, v839 = v837 + v838, v840 = v779 * v839, v841 = v757 * v6,
+      v842 = v841 * v805, v843 = v840 + v842, v844 = v836 - v843, v845 = v763 * v844,
+      v846 = v777 * v830, v847 = v742 * v790, v848 = v846 + v847, v849 = v779 * v841,
+      v850 = v848 - v849, v851 = v850 * v801, v852 = v845 - v851;
   out[40] = v852;
-  const lanes v853 = v682 * v750;
-  const lanes v854 = v693 * v777;
-  const lanes v855 = v853 + v854;
-  const lanes v856 = v707 * v805;
-  const lanes v857 = v703 * v787;
-  const lanes v858 = v856 + v857;
-  const lanes v859 = v855 - v858;
-  const lanes v860 = v672 * v809;
-  const lanes v861 = v676 * v796;
-  const lanes v862 = v860 - v861;
-  const lanes v863 = v859 - v862;
-  const lanes v864 = v863 * v775;
-  const lanes v865 = v682 * v777;
-  const lanes v866 = v707 * v787;
-  const lanes v867 = v865 - v866;
-  const lanes v868 = v672 * v796;
-  const lanes v869 = v867 - v868;
-  const lanes v870 = v869 * v801;
-  const lanes v871 = v864 - v870;
-  out[41] = v871;
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  const lanes v872 = 0.13 * v11;
-  const lanes v873 = v872 * v750;
-  const lanes v874 = 0.13 * v790;
-  const lanes v875 = v874 * v777;
-  const lanes v876 = v873 + v875;
-  const lanes v877 = v809 * v751;
-  const lanes v878 = 0.26 * v738;
-  const lanes v879 = v878 * v796;
-  const lanes v880 = v877 - v879;
-  const lanes v881 = v876 + v880;
-  const lanes v882 = 0.22516660498395405 * v11;
-  const lanes v883 = v882 * v805;
-  const lanes v884 = 0.22516660498395405 * v790;
-  const lanes v885 = v884 * v787;
-  const lanes v886 = v883 + v885;
-  const lanes v887 = v881 - v886;
-  const lanes v888 = v887 * v775;
-  const lanes v889 = v872 * v777;
-  const lanes v890 = v751 * v796;
-  const lanes v891 = v889 + v890;
-  const lanes v892 = v882 * v787;
-  const lanes v893 = v891 - v892;
-  const lanes v894 = v893 * v801;
-  const lanes v895 = v888 - v894;
+  const lanes v853 = v777 * v689, v854 = v693 * v775, v855 = v853 + v854, v856 = v779 * v703,
+      v857 = v707 * v805, v858 = v856 + v857, v859 = v855 - v858, v860 = v672 * v809,
+      v861 = v790 * v676, v862 = v860 - v861, v863 = v859 - v862, v864 = v763 * v863,
+      v865 = v777 * v693, v866 = v779 * v707, v867 = v865 - v866, v868 = v790 * v672,
+      v869 = v867 - v868, v870 = v869 * v801, v871 = v864 - v870;
+  out[41] = v871; out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0);
+  const lanes v872 = 0.13 * v791, v873 = v777 * v872, v874 = 0.13 * v12, v875 = v874 * v775,
+      v876 = v873 + v875, v877 = v738 * v809, v878 = 0.26 * v764, v879 = v790 * v878,
+      v880 = v877 - v879, v881 = v876 + v880, v882 = 0.22516660498395405 * v791, v883 = v779 * v882,
+      v884 = 0.22516660498395405 * v12, v885 = v884 * v805, v886 = v883 + v885, v887 = v881 - v886,
+      v888 = v763 * v887, v889 = v777 * v874, v890 = v738 * v790, v891 = v889 + v890,
+      v892 = v779 * v884, v893 = v891 - v892, v894 = v893 * v801, v895 = v888 - v894;
   out[44] = v895;
-  const lanes v896 = v343 + v345;
-  const lanes v897 = v30 * v896;
-  const lanes v898 = v897 + v342;
-  const lanes v899 = v898 - v350;
-  const lanes v900 = v353 + v356;
-  const lanes v901 = v900 - v352;
-  const lanes v902 = v901 * v7;
-  const lanes v903 = v899 - v902;
-  const lanes v904 = v903 + zd_0;
-  const lanes v905 = v904 - v739;
-  const lanes v906 = 2.0 * v905;
-  const lanes v907 = v753 + 0.034641016151377546;
-  const lanes v908 = v7 * v896;
-  const lanes v909 = v370 - v908;
-  const lanes v910 = v909 + z_0;
-  const lanes v911 = v907 + v910;
-  const lanes v912 = v911 * v911;
-  const lanes v913 = 0.02 - v760;
-  const lanes v914 = v3 * v896;
-  const lanes v915 = v377 + v914;
-  const lanes v916 = z_1 - v915;
-  const lanes v917 = v913 - v916;
-  const lanes v918 = v917 * v917;
-  const lanes v919 = v912 + v918;
-  const lanes v920 = v385 - v386;
-  const lanes v921 = v920 + z_2;
-  const lanes v922 = v768 + v921;
-  const lanes v923 = v922 * v922;
-  const lanes v924 = v919 + v923;
-  lanes v925; LANES_NAME(lanes_sqrt)(&v924, &v925);
-  const lanes v926 = 0.5 / v925;
-  const lanes v927 = v906 * v926;
-  const lanes v928 = 2.0 * v911;
-  const lanes v929 = v905 * v928;
-  const lanes v930 = v36 * v896;
-  const lanes v931 = v901 * v3;
-  const lanes v932 = v930 + v931;
-  const lanes v933 = v932 - v411;
-  const lanes v934 = v933 - v415;
-  const lanes v935 = zd_1 - v934;
-  const lanes v936 = v785 - v935;
-  const lanes v937 = 2.0 * v917;
-  const lanes v938 = v936 * v937;
-  const lanes v939 = v929 + v938;
-  const lanes v940 = v399 + v402;
-  const lanes v941 = v940 - v400;
-  const lanes v942 = v941 + zd_2;
-  const lanes v943 = v791 + v942;
-  const lanes v944 = 2.0 * v922;
-  const lanes v945 = v943 * v944;
-  const lanes v946 = v939 + v945;
-  const lanes v947 = v925 * v924;
-  const lanes v948 = 0.25 / v947;
-  const lanes v949 = v946 * v948;
-  const lanes v950 = v949 * v928;
-  const lanes v951 = v927 - v950;
+  const lanes v896 = v740 + 0.034641016151377546, v897 = v347 + v349, v898 = v897 * v2,
+      v899 = v346 - v898, v900 = v899 + z_0, v901 = v896 + v900, v902 = v901 * v901,
+      v903 = 0.02 - v748, v904 = v897 * v6, v905 = v358 + v904, v906 = z_1 - v905,
+      v907 = v903 - v906, v908 = v907 * v907, v909 = v902 + v908, v910 = v366 - v367,
+      v911 = v910 + z_2, v912 = v756 + v911, v913 = v912 * v912, v914 = v909 + v913;
+  LANES_LET1(v915, sqrt, v914);
+  const lanes v916 = 0.5 / v915, v917 = v897 * v59, v918 = v375 + v917, v919 = v918 - v379,
+      v920 = v382 + v385, v921 = v920 - v381, v922 = v921 * v2, v923 = v919 - v922,
+      v924 = v923 + zd_0, v925 = v924 - v765, v926 = 2.0 * v925, v927 = v916 * v926,
+      v928 = 2.0 * v901, v929 = v928 * v925, v930 = 2.0 * v907, v931 = v897 * v62, v932 = v921 * v6,
+      v933 = v931 + v932, v934 = v933 - v412, v935 = v934 - v416, v936 = zd_1 - v935,
+      v937 = v786 - v936, v938 = v930 * v937, v939 = v929 + v938, v940 = 2.0 * v912,
+      v941 = v400 + v403, v942 = v941 - v401, v943 = v942 + zd_2, v944 = v792 + v943,
+      v945 = v940 * v944, v946 = v939 + v945, v947 = v915 * v914, v948 = 0.25 / v947,
+      v949 = v946 * v948, v950 = v928 * v949, v951 = v927 - v950;
   out[45] = v951;
-  const lanes v952 = 2.0 * v936;
-  const lanes v953 = v952 * v926;
-  const lanes v954 = v949 * v937;
-  const lanes v955 = v953 - v954;
-  const lanes v956 = -v955;
+  const lanes v952 = 2.0 * v937, v953 = v916 * v952, v954 = v930 * v949, v955 = v953 - v954,
+      v956 = -v955;
   out[46] = v956;
-  const lanes v957 = 2.0 * v943;
-  const lanes v958 = v957 * v926;
-  const lanes v959 = v949 * v944;
-  const lanes v960 = v958 - v959;
+  const lanes v957 = 2.0 * v944, v958 = v916 * v957, v959 = v940 * v949, v960 = v958 - v959;
   out[47] = v960;
-  const lanes v961 = v906 * v915;
-  const lanes v962 = v934 * v928;
-  const lanes v963 = v961 + v962;
-  const lanes v964 = v903 * v937;
-  const lanes v965 = v952 * v909;
-  const lanes v966 = v964 + v965;
-  const lanes v967 = v963 - v966;
-  const lanes v968 = v967 * v926;
-  const lanes v969 = v915 * v928;
-  const lanes v970 = v909 * v937;
-  const lanes v971 = v969 - v970;
-  const lanes v972 = v949 * v971;
-  const lanes v973 = v968 - v972;
+  const lanes v961 = v905 * v926, v962 = v928 * v935, v963 = v961 + v962, v964 = v899 * v952,
+      v965 = v930 * v923, v966 = v964 + v965, v967 = v963 - v966, v968 = v916 * v967,
+      v969 = v905 * v928, v970 = v899 * v930, v971 = v969 - v970, v972 = v971 * v949,
+      v973 = v968 - v972;
   out[48] = v973;
-  const lanes v974 = v7 * v920;
-  const lanes v975 = v974 * v906;
-  const lanes v976 = v941 * v7;
-  const lanes v977 = v30 * v920;
-  const lanes v978 = v976 - v977;
-  const lanes v979 = v978 * v928;
-  const lanes v980 = v975 + v979;
-  const lanes v981 = v901 * v944;
-  const lanes v982 = v957 * v896;
-  const lanes v983 = v981 + v982;
-  const lanes v984 = v980 + v983;
-  const lanes v985 = v3 * v920;
-  const lanes v986 = v985 * v952;
-  const lanes v987 = v36 * v920;
-  const lanes v988 = v941 * v3;
-  const lanes v989 = v987 + v988;
-  const lanes v990 = v989 * v937;
-  const lanes v991 = v986 + v990;
-  const lanes v992 = v984 - v991;
-  const lanes v993 = v992 * v926;
-  const lanes v994 = v974 * v928;
-  const lanes v995 = v896 * v944;
-  const lanes v996 = v994 + v995;
-  const lanes v997 = v985 * v937;
-  const lanes v998 = v996 - v997;
-  const lanes v999 = v998 * v949;
-  const lanes v1000 = v993 - v999;
+  const lanes v974 = v942 * v2, v975 = v910 * v59, v976 = v974 - v975, v977 = v928 * v976,
+      v978 = v910 * v2, v979 = v978 * v926, v980 = v977 + v979, v981 = v897 * v957,
+      v982 = v940 * v921, v983 = v981 + v982, v984 = v980 + v983, v985 = v910 * v62,
+      v986 = v942 * v6, v987 = v985 + v986, v988 = v930 * v987, v989 = v910 * v6,
+      v990 = v989 * v952, v991 = v988 + v990, v992 = v984 - v991, v993 = v916 * v992,
+      v994 = v928 * v978, v995 = v897 * v940, v996 = v994 + v995, v997 = v930 * v989,
+      v998 = v996 - v997, v999 = v998 * v949, v1000 = v993 - v999;
   out[49] = v1000;
-  const lanes v1001 = v510 * v952;
-  const lanes v1002 = v506 * v937;
-  const lanes v1003 = v1001 + v1002;
-  const lanes v1004 = v478 * v906;
-  const lanes v1005 = v489 * v928;
-  const lanes v1006 = v1004 + v1005;
-  const lanes v1007 = v1003 - v1006;
-  const lanes v1008 = v492 * v957;
-  const lanes v1009 = v496 * v944;
-  const lanes v1010 = v1008 - v1009;
-  const lanes v1011 = v1007 - v1010;
-  const lanes v1012 = v1011 * v926;
-  const lanes v1013 = v510 * v937;
-  const lanes v1014 = v478 * v928;
-  const lanes v1015 = v1013 - v1014;
-  const lanes v1016 = v492 * v944;
-  const lanes v1017 = v1015 - v1016;
-  const lanes v1018 = v1017 * v949;
-  const lanes v1019 = v1012 - v1018;
-  out[50] = v1019;
-  out[51] = LANES_OF(0.0);
-  out[52] = LANES_OF(0.0);
-  const lanes v1020 = v882 * v952;
-  const lanes v1021 = v884 * v937;
-  const lanes v1022 = v1020 + v1021;
-  const lanes v1023 = v957 * v751;
-  const lanes v1024 = v878 * v944;
-  const lanes v1025 = v1023 - v1024;
-  const lanes v1026 = v1022 + v1025;
-  const lanes v1027 = v872 * v906;
-  const lanes v1028 = v874 * v928;
-  const lanes v1029 = v1027 + v1028;
-  const lanes v1030 = v1026 - v1029;
-  const lanes v1031 = v1030 * v926;
-  const lanes v1032 = v882 * v937;
-  const lanes v1033 = v751 * v944;
-  const lanes v1034 = v1032 + v1033;
-  const lanes v1035 = v872 * v928;
-  const lanes v1036 = v1034 - v1035;
-  const lanes v1037 = v1036 * v949;
-  const lanes v1038 = v1031 - v1037;
+  const lanes v1001 = v930 * v506, v1002 = v510 * v952, v1003 = v1001 + v1002, v1004 = v928 * v485,
+      v1005 = v489 * v926, v1006 = v1004 + v1005, v1007 = v1003 - v1006, v1008 = v492 * v957,
+      v1009 = v940 * v496, v1010 = v1008 - v1009, v1011 = v1007 - v1010, v1012 = v916 * v1011,
+      v1013 = v930 * v510, v1014 = v928 * v489, v1015 = v1013 - v1014, v1016 = v940 * v492,
+      v1017 = v1015 - v1016, v1018 = v1017 * v949, v1019 = v1012 - v1018;
+  out[50] = v1019; out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0);
+  const lanes v1020 = v930 * v882, v1021 = v884 * v952, v1022 = v1020 + v1021, v1023 = v738 * v957,
+      v1024 = v940 * v878, v1025 = v1023 - v1024, v1026 = v1022 + v1025, v1027 = v928 * v872,
+      v1028 = v874 * v926, v1029 = v1027 + v1028, v1030 = v1026 - v1029, v1031 = v916 * v1030,
+      v1032 = v930 * v884, v1033 = v738 * v940, v1034 = v1032 + v1033, v1035 = v928 * v874,
+      v1036 = v1034 - v1035, v1037 = v1036 * v949, v1038 = v1031 - v1037;
   out[53] = v1038;
 }
 
 static LANES_TARGET void LANES_NAME(delta_rods)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  const lanes q_0 = in[6];
-  const lanes q_1 = in[7];
-  const lanes q_2 = in[8];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&theta_3, &v1, &v3);
-  lanes v2, v5; LANES_NAME(lanes_cos_sin)(&theta_5, &v2, &v5);
-  lanes v6, v4; LANES_NAME(lanes_cos_sin)(&theta_4, &v6, &v4);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v7, &v8);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&q_1, &v9, &v10);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_2, &v11, &v12);
-  const lanes v13 = 0.04 * v2;
-  const lanes v14 = v1 * v13;
-  const lanes v15 = 0.04 * v5;
-  const lanes v16 = v4 * v15;
-  const lanes v17 = 0.05 * v6;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = v3 * v18;
-  const lanes v20 = v14 + v19;
-  const lanes v21 = v20 + theta_1;
-  const lanes v22 = v21 - 0.04;
-  const lanes v23 = v22 * v22;
-  const lanes v24 = v1 * v18;
-  const lanes v25 = v3 * v13;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = v26 + theta_0;
-  const lanes v28 = 0.26 * v7;
-  const lanes v29 = v28 + 0.2;
-  const lanes v30 = v27 - v29;
-  const lanes v31 = v30 * v30;
-  const lanes v32 = v23 + v31;
-  const lanes v33 = v6 * v15;
-  const lanes v34 = 0.05 * v4;
-  const lanes v35 = v33 - v34;
-  const lanes v36 = v35 + theta_2;
-  const lanes v37 = 0.26 * v8;
-  const lanes v38 = v36 + v37;
-  const lanes v39 = v38 * v38;
-  const lanes v40 = v32 + v39;
-  lanes v41; LANES_NAME(lanes_sqrt)(&v40, &v41);
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5], q_0 = in[6], q_1 = in[7], q_2 = in[8];
+  LANES_COS_SIN(v1, v3, theta_3); LANES_COS_SIN(v2, v5, theta_5); LANES_COS_SIN(v6, v4, theta_4);
+  LANES_COS_SIN(v7, v8, q_0); LANES_COS_SIN(v9, v10, q_1); LANES_COS_SIN(v11, v12, q_2);
+  const lanes v13 = 0.04 * v2, v14 = v1 * v13, v15 = 0.04 * v5, v16 = v4 * v15, v17 = 0.05 * v6,
+      v18 = v16 + v17, v19 = v3 * v18, v20 = v14 + v19, v21 = v20 + theta_1, v22 = v21 - 0.04,
+      v23 = v22 * v22, v24 = v1 * v18, v25 = v3 * v13, v26 = v24 - v25, v27 = v26 + theta_0,
+      v28 = 0.26 * v7, v29 = v28 + 0.2, v30 = v27 - v29, v31 = v30 * v30, v32 = v23 + v31,
+      v33 = v6 * v15, v34 = 0.05 * v4, v35 = v33 - v34, v36 = v35 + theta_2, v37 = 0.26 * v8,
+      v38 = v36 + v37, v39 = v38 * v38, v40 = v32 + v39;
+  LANES_LET1(v41, sqrt, v40);
   const lanes v42 = v41 - 0.8;
   out[0] = v42;
-  const lanes v43 = v16 - v17;
-  const lanes v44 = v1 * v43;
-  const lanes v45 = v25 - v44;
-  const lanes v46 = v45 + theta_0;
-  const lanes v47 = v46 - v29;
-  const lanes v48 = v47 * v47;
-  const lanes v49 = v3 * v43;
-  const lanes v50 = v14 + v49;
-  const lanes v51 = theta_1 - v50;
-  const lanes v52 = v51 + 0.04;
-  const lanes v53 = v52 * v52;
-  const lanes v54 = v48 + v53;
-  const lanes v55 = v34 + v33;
-  const lanes v56 = theta_2 - v55;
-  const lanes v57 = v56 + v37;
-  const lanes v58 = v57 * v57;
-  const lanes v59 = v54 + v58;
-  lanes v60; LANES_NAME(lanes_sqrt)(&v59, &v60);
+  const lanes v43 = v16 - v17, v44 = v1 * v43, v45 = v25 - v44, v46 = v45 + theta_0,
+      v47 = v46 - v29, v48 = v47 * v47, v49 = v3 * v43, v50 = v14 + v49, v51 = theta_1 - v50,
+      v52 = v51 + 0.04, v53 = v52 * v52, v54 = v48 + v53, v55 = v34 + v33, v56 = theta_2 - v55,
+      v57 = v56 + v37, v58 = v57 * v57, v59 = v54 + v58;
+  LANES_LET1(v60, sqrt, v59);
   const lanes v61 = v60 - 0.8;
   out[1] = v61;
-  const lanes v62 = 0.26 * v9;
-  const lanes v63 = 0.2 + v62;
-  const lanes v64 = 0.5 * v63;
-  const lanes v65 = v64 + 0.034641016151377546;
-  const lanes v66 = 0.05964101615137755 * v6;
-  const lanes v67 = 0.023301270189221932 * v5;
-  const lanes v68 = v4 * v67;
-  const lanes v69 = v66 - v68;
-  const lanes v70 = v1 * v69;
-  const lanes v71 = 0.023301270189221932 * v2;
-  const lanes v72 = v3 * v71;
-  const lanes v73 = v70 + v72;
-  const lanes v74 = theta_0 - v73;
-  const lanes v75 = v65 + v74;
-  const lanes v76 = v75 * v75;
-  const lanes v77 = v1 * v71;
-  const lanes v78 = v3 * v69;
-  const lanes v79 = v77 - v78;
-  const lanes v80 = v79 + theta_1;
-  const lanes v81 = 0.8660254037844386 * v63;
-  const lanes v82 = v81 - 0.02;
-  const lanes v83 = v80 - v82;
-  const lanes v84 = v83 * v83;
-  const lanes v85 = v76 + v84;
-  const lanes v86 = 0.26 * v10;
-  const lanes v87 = 0.05964101615137755 * v4;
-  const lanes v88 = v6 * v67;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v89 + theta_2;
-  const lanes v91 = v86 + v90;
-  const lanes v92 = v91 * v91;
-  const lanes v93 = v85 + v92;
-  lanes v94; LANES_NAME(lanes_sqrt)(&v93, &v94);
+  const lanes v62 = 0.26 * v9, v63 = 0.2 + v62, v64 = 0.5 * v63, v65 = v64 + 0.034641016151377546,
+      v66 = 0.05964101615137755 * v6, v67 = 0.023301270189221932 * v5, v68 = v4 * v67,
+      v69 = v66 - v68, v70 = v1 * v69, v71 = 0.023301270189221932 * v2, v72 = v3 * v71,
+      v73 = v70 + v72, v74 = theta_0 - v73, v75 = v65 + v74, v76 = v75 * v75, v77 = v1 * v71,
+      v78 = v3 * v69, v79 = v77 - v78, v80 = v79 + theta_1, v81 = 0.8660254037844386 * v63,
+      v82 = v81 - 0.02, v83 = v80 - v82, v84 = v83 * v83, v85 = v76 + v84, v86 = 0.26 * v10,
+      v87 = 0.05964101615137755 * v4, v88 = v6 * v67, v89 = v87 + v88, v90 = v89 + theta_2,
+      v91 = v86 + v90, v92 = v91 * v91, v93 = v85 + v92;
+  LANES_LET1(v94, sqrt, v93);
   const lanes v95 = v94 - 0.8;
   out[2] = v95;
-  const lanes v96 = 0.009641016151377546 * v6;
-  const lanes v97 = 0.06330127018922194 * v5;
-  const lanes v98 = v4 * v97;
-  const lanes v99 = v96 + v98;
-  const lanes v100 = v1 * v99;
-  const lanes v101 = 0.06330127018922194 * v2;
-  const lanes v102 = v3 * v101;
-  const lanes v103 = v100 - v102;
-  const lanes v104 = v103 + theta_0;
-  const lanes v105 = 0.034641016151377546 - v64;
-  const lanes v106 = v104 - v105;
-  const lanes v107 = v106 * v106;
-  const lanes v108 = v1 * v101;
-  const lanes v109 = v3 * v99;
-  const lanes v110 = v108 + v109;
-  const lanes v111 = v110 + theta_1;
-  const lanes v112 = 0.02 + v81;
-  const lanes v113 = v111 - v112;
-  const lanes v114 = v113 * v113;
-  const lanes v115 = v107 + v114;
-  const lanes v116 = v6 * v97;
-  const lanes v117 = 0.009641016151377546 * v4;
-  const lanes v118 = v116 - v117;
-  const lanes v119 = v118 + theta_2;
-  const lanes v120 = v86 + v119;
-  const lanes v121 = v120 * v120;
-  const lanes v122 = v115 + v121;
-  lanes v123; LANES_NAME(lanes_sqrt)(&v122, &v123);
+  const lanes v96 = 0.009641016151377546 * v6, v97 = 0.06330127018922194 * v5, v98 = v4 * v97,
+      v99 = v96 + v98, v100 = v1 * v99, v101 = 0.06330127018922194 * v2, v102 = v3 * v101,
+      v103 = v100 - v102, v104 = v103 + theta_0, v105 = 0.034641016151377546 - v64,
+      v106 = v104 - v105, v107 = v106 * v106, v108 = v1 * v101, v109 = v3 * v99, v110 = v108 + v109,
+      v111 = v110 + theta_1, v112 = 0.02 + v81, v113 = v111 - v112, v114 = v113 * v113,
+      v115 = v107 + v114, v116 = v6 * v97, v117 = 0.009641016151377546 * v4, v118 = v116 - v117,
+      v119 = v118 + theta_2, v120 = v86 + v119, v121 = v120 * v120, v122 = v115 + v121;
+  LANES_LET1(v123, sqrt, v122);
   const lanes v124 = v123 - 0.8;
   out[3] = v124;
-  const lanes v125 = v98 - v96;
-  const lanes v126 = v1 * v125;
-  const lanes v127 = v102 - v126;
-  const lanes v128 = v127 + theta_0;
-  const lanes v129 = 0.26 * v11;
-  const lanes v130 = 0.2 + v129;
-  const lanes v131 = 0.5 * v130;
-  const lanes v132 = 0.034641016151377546 - v131;
-  const lanes v133 = v128 - v132;
-  const lanes v134 = v133 * v133;
-  const lanes v135 = v3 * v125;
-  const lanes v136 = v108 + v135;
-  const lanes v137 = theta_1 - v136;
-  const lanes v138 = 0.8660254037844386 * v130;
-  const lanes v139 = 0.02 + v138;
-  const lanes v140 = v137 + v139;
-  const lanes v141 = v140 * v140;
-  const lanes v142 = v134 + v141;
-  const lanes v143 = v117 + v116;
-  const lanes v144 = theta_2 - v143;
-  const lanes v145 = 0.26 * v12;
-  const lanes v146 = v144 + v145;
-  const lanes v147 = v146 * v146;
-  const lanes v148 = v142 + v147;
-  lanes v149; LANES_NAME(lanes_sqrt)(&v148, &v149);
+  const lanes v125 = v98 - v96, v126 = v1 * v125, v127 = v102 - v126, v128 = v127 + theta_0,
+      v129 = 0.26 * v11, v130 = 0.2 + v129, v131 = 0.5 * v130, v132 = 0.034641016151377546 - v131,
+      v133 = v128 - v132, v134 = v133 * v133, v135 = v3 * v125, v136 = v108 + v135,
+      v137 = theta_1 - v136, v138 = 0.8660254037844386 * v130, v139 = 0.02 + v138,
+      v140 = v137 + v139, v141 = v140 * v140, v142 = v134 + v141, v143 = v117 + v116,
+      v144 = theta_2 - v143, v145 = 0.26 * v12, v146 = v144 + v145, v147 = v146 * v146,
+      v148 = v142 + v147;
+  LANES_LET1(v149, sqrt, v148);
   const lanes v150 = v149 - 0.8;
   out[4] = v150;
-  const lanes v151 = v66 + v68;
-  const lanes v152 = v1 * v151;
-  const lanes v153 = v72 - v152;
-  const lanes v154 = v153 + theta_0;
-  const lanes v155 = v131 + 0.034641016151377546;
-  const lanes v156 = v154 + v155;
-  const lanes v157 = v156 * v156;
-  const lanes v158 = v3 * v151;
-  const lanes v159 = v77 + v158;
-  const lanes v160 = theta_1 - v159;
-  const lanes v161 = 0.02 - v138;
-  const lanes v162 = v160 - v161;
-  const lanes v163 = v162 * v162;
-  const lanes v164 = v157 + v163;
-  const lanes v165 = v87 - v88;
-  const lanes v166 = v165 + theta_2;
-  const lanes v167 = v166 + v145;
-  const lanes v168 = v167 * v167;
-  const lanes v169 = v164 + v168;
-  lanes v170; LANES_NAME(lanes_sqrt)(&v169, &v170);
+  const lanes v151 = v66 + v68, v152 = v1 * v151, v153 = v72 - v152, v154 = v153 + theta_0,
+      v155 = v131 + 0.034641016151377546, v156 = v154 + v155, v157 = v156 * v156, v158 = v3 * v151,
+      v159 = v77 + v158, v160 = theta_1 - v159, v161 = 0.02 - v138, v162 = v160 - v161,
+      v163 = v162 * v162, v164 = v157 + v163, v165 = v87 - v88, v166 = v165 + theta_2,
+      v167 = v166 + v145, v168 = v167 * v167, v169 = v164 + v168;
+  LANES_LET1(v170, sqrt, v169);
   const lanes v171 = v170 - 0.8;
   out[5] = v171;
 }
 
 static LANES_TARGET void LANES_NAME(delta_rods_D_chain)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  const lanes q_0 = in[6];
-  const lanes q_1 = in[7];
-  const lanes q_2 = in[8];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&theta_3, &v1, &v5);
-  lanes v4, v2; LANES_NAME(lanes_cos_sin)(&theta_4, &v4, &v2);
-  lanes v6, v3; LANES_NAME(lanes_cos_sin)(&theta_5, &v6, &v3);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v7, &v8);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&q_1, &v9, &v10);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_2, &v11, &v12);
-  const lanes v13 = 0.04 * v3;
-  const lanes v14 = v2 * v13;
-  const lanes v15 = 0.05 * v4;
-  const lanes v16 = v14 + v15;
-  const lanes v17 = v1 * v16;
-  const lanes v18 = 0.04 * v6;
-  const lanes v19 = v5 * v18;
-  const lanes v20 = v17 - v19;
-  const lanes v21 = v20 + theta_0;
-  const lanes v22 = 0.26 * v7;
-  const lanes v23 = v22 + 0.2;
-  const lanes v24 = v21 - v23;
-  const lanes v25 = 2.0 * v24;
-  const lanes v26 = v1 * v18;
-  const lanes v27 = v5 * v16;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v28 + theta_1;
-  const lanes v30 = v29 - 0.04;
-  const lanes v31 = v30 * v30;
-  const lanes v32 = v24 * v24;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v4 * v13;
-  const lanes v35 = 0.05 * v2;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = v36 + theta_2;
-  const lanes v38 = 0.26 * v8;
-  const lanes v39 = v37 + v38;
-  const lanes v40 = v39 * v39;
-  const lanes v41 = v33 + v40;
-  lanes v42; LANES_NAME(lanes_sqrt)(&v41, &v42);
-  const lanes v43 = 0.5 / v42;
-  const lanes v44 = v25 * v43;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5], q_0 = in[6], q_1 = in[7], q_2 = in[8];
+  LANES_COS_SIN(v1, v5, theta_3); LANES_COS_SIN(v4, v2, theta_4); LANES_COS_SIN(v6, v3, theta_5);
+  LANES_COS_SIN(v7, v8, q_0); LANES_COS_SIN(v9, v10, q_1); LANES_COS_SIN(v11, v12, q_2);
+  const lanes v13 = 0.04 * v3, v14 = v2 * v13, v15 = 0.05 * v4, v16 = v14 + v15, v17 = v1 * v16,
+      v18 = 0.04 * v6, v19 = v5 * v18, v20 = v17 - v19, v21 = v20 + theta_0, v22 = 0.26 * v7,
+      v23 = v22 + 0.2, v24 = v21 - v23, v25 = 2.0 * v24, v26 = v1 * v18, v27 = v5 * v16,
+      v28 = v26 + v27, v29 = v28 + theta_1, v30 = v29 - 0.04, v31 = v30 * v30, v32 = v24 * v24,
+      v33 = v31 + v32, v34 = v4 * v13, v35 = 0.05 * v2, v36 = v34 - v35, v37 = v36 + theta_2,
+      v38 = 0.26 * v8, v39 = v37 + v38, v40 = v39 * v39, v41 = v33 + v40;
+  LANES_LET1(v42, sqrt, v41);
+  const lanes v43 = 0.5 / v42, v44 = v25 * v43;
   out[0] = v44;
-  const lanes v45 = 2.0 * v30;
-  const lanes v46 = v43 * v45;
+  const lanes v45 = 2.0 * v30, v46 = v43 * v45;
   out[1] = v46;
-  const lanes v47 = 2.0 * v39;
-  const lanes v48 = v43 * v47;
+  const lanes v47 = 2.0 * v39, v48 = v43 * v47;
   out[2] = v48;
-  const lanes v49 = v20 * v45;
-  const lanes v50 = v28 * v25;
-  const lanes v51 = v49 - v50;
-  const lanes v52 = v43 * v51;
+  const lanes v49 = v20 * v45, v50 = v28 * v25, v51 = v49 - v50, v52 = v43 * v51;
   out[3] = v52;
-  const lanes v53 = v1 * v36;
-  const lanes v54 = v25 * v53;
-  const lanes v55 = v5 * v36;
-  const lanes v56 = v45 * v55;
-  const lanes v57 = v54 + v56;
-  const lanes v58 = v16 * v47;
-  const lanes v59 = v57 - v58;
-  const lanes v60 = v43 * v59;
+  const lanes v53 = v1 * v36, v54 = v25 * v53, v55 = v5 * v36, v56 = v45 * v55, v57 = v54 + v56,
+      v58 = v16 * v47, v59 = v57 - v58, v60 = v43 * v59;
   out[4] = v60;
-  const lanes v61 = v2 * v18;
-  const lanes v62 = v1 * v61;
-  const lanes v63 = v5 * v13;
-  const lanes v64 = v62 + v63;
-  const lanes v65 = v25 * v64;
-  const lanes v66 = v4 * v18;
-  const lanes v67 = v47 * v66;
-  const lanes v68 = v65 + v67;
-  const lanes v69 = v5 * v61;
-  const lanes v70 = v1 * v13;
-  const lanes v71 = v69 - v70;
-  const lanes v72 = v45 * v71;
-  const lanes v73 = v68 + v72;
-  const lanes v74 = v43 * v73;
+  const lanes v61 = v2 * v18, v62 = v1 * v61, v63 = v5 * v13, v64 = v62 + v63, v65 = v25 * v64,
+      v66 = v4 * v18, v67 = v47 * v66, v68 = v65 + v67, v69 = v5 * v61, v70 = v1 * v13,
+      v71 = v69 - v70, v72 = v45 * v71, v73 = v68 + v72, v74 = v43 * v73;
   out[5] = v74;
-  const lanes v75 = v14 - v15;
-  const lanes v76 = v1 * v75;
-  const lanes v77 = v19 - v76;
-  const lanes v78 = v77 + theta_0;
-  const lanes v79 = v78 - v23;
-  const lanes v80 = 2.0 * v79;
-  const lanes v81 = v79 * v79;
-  const lanes v82 = v5 * v75;
-  const lanes v83 = v26 + v82;
-  const lanes v84 = theta_1 - v83;
-  const lanes v85 = v84 + 0.04;
-  const lanes v86 = v85 * v85;
-  const lanes v87 = v81 + v86;
-  const lanes v88 = v35 + v34;
-  const lanes v89 = theta_2 - v88;
-  const lanes v90 = v89 + v38;
-  const lanes v91 = v90 * v90;
-  const lanes v92 = v87 + v91;
-  lanes v93; LANES_NAME(lanes_sqrt)(&v92, &v93);
-  const lanes v94 = 0.5 / v93;
-  const lanes v95 = v80 * v94;
+  const lanes v75 = v14 - v15, v76 = v1 * v75, v77 = v19 - v76, v78 = v77 + theta_0,
+      v79 = v78 - v23, v80 = 2.0 * v79, v81 = v79 * v79, v82 = v5 * v75, v83 = v26 + v82,
+      v84 = theta_1 - v83, v85 = v84 + 0.04, v86 = v85 * v85, v87 = v81 + v86, v88 = v35 + v34,
+      v89 = theta_2 - v88, v90 = v89 + v38, v91 = v90 * v90, v92 = v87 + v91;
+  LANES_LET1(v93, sqrt, v92);
+  const lanes v94 = 0.5 / v93, v95 = v80 * v94;
   out[6] = v95;
-  const lanes v96 = 2.0 * v85;
-  const lanes v97 = v94 * v96;
+  const lanes v96 = 2.0 * v85, v97 = v94 * v96;
   out[7] = v97;
-  const lanes v98 = 2.0 * v90;
-  const lanes v99 = v94 * v98;
+  const lanes v98 = 2.0 * v90, v99 = v94 * v98;
   out[8] = v99;
-  const lanes v100 = v77 * v96;
-  const lanes v101 = v83 * v80;
-  const lanes v102 = v100 + v101;
-  const lanes v103 = v94 * v102;
+  const lanes v100 = v77 * v96, v101 = v83 * v80, v102 = v100 + v101, v103 = v94 * v102;
   out[9] = v103;
-  const lanes v104 = v75 * v98;
-  const lanes v105 = v1 * v88;
-  const lanes v106 = v80 * v105;
-  const lanes v107 = v104 - v106;
-  const lanes v108 = v5 * v88;
-  const lanes v109 = v96 * v108;
-  const lanes v110 = v107 - v109;
-  const lanes v111 = v94 * v110;
+  const lanes v104 = v75 * v98, v105 = v1 * v88, v106 = v80 * v105, v107 = v104 - v106,
+      v108 = v5 * v88, v109 = v96 * v108, v110 = v107 - v109, v111 = v94 * v110;
   out[10] = v111;
-  const lanes v112 = v80 * v64;
-  const lanes v113 = v96 * v71;
-  const lanes v114 = v112 + v113;
-  const lanes v115 = v98 * v66;
-  const lanes v116 = v114 + v115;
-  const lanes v117 = v94 * v116;
-  const lanes v118 = -v117;
+  const lanes v112 = v80 * v64, v113 = v96 * v71, v114 = v112 + v113, v115 = v98 * v66,
+      v116 = v114 + v115, v117 = v94 * v116, v118 = -v117;
   out[11] = v118;
-  const lanes v119 = 0.26 * v9;
-  const lanes v120 = 0.2 + v119;
-  const lanes v121 = 0.5 * v120;
-  const lanes v122 = v121 + 0.034641016151377546;
-  const lanes v123 = 0.05964101615137755 * v4;
-  const lanes v124 = 0.023301270189221932 * v3;
-  const lanes v125 = v2 * v124;
-  const lanes v126 = v123 - v125;
-  const lanes v127 = v1 * v126;
-  const lanes v128 = 0.023301270189221932 * v6;
-  const lanes v129 = v5 * v128;
-  const lanes v130 = v127 + v129;
-  const lanes v131 = theta_0 - v130;
-  const lanes v132 = v122 + v131;
-  const lanes v133 = 2.0 * v132;
-  const lanes v134 = v132 * v132;
-  const lanes v135 = v1 * v128;
-  const lanes v136 = v5 * v126;
-  const lanes v137 = v135 - v136;
-  const lanes v138 = v137 + theta_1;
-  const lanes v139 = 0.8660254037844386 * v120;
-  const lanes v140 = v139 - 0.02;
-  const lanes v141 = v138 - v140;
-  const lanes v142 = v141 * v141;
-  const lanes v143 = v134 + v142;
-  const lanes v144 = 0.26 * v10;
-  const lanes v145 = 0.05964101615137755 * v2;
-  const lanes v146 = v4 * v124;
-  const lanes v147 = v145 + v146;
-  const lanes v148 = v147 + theta_2;
-  const lanes v149 = v144 + v148;
-  const lanes v150 = v149 * v149;
-  const lanes v151 = v143 + v150;
-  lanes v152; LANES_NAME(lanes_sqrt)(&v151, &v152);
-  const lanes v153 = 0.5 / v152;
-  const lanes v154 = v133 * v153;
+  const lanes v119 = 0.26 * v9, v120 = 0.2 + v119, v121 = 0.5 * v120,
+      v122 = v121 + 0.034641016151377546, v123 = 0.05964101615137755 * v4,
+      v124 = 0.023301270189221932 * v3, v125 = v2 * v124, v126 = v123 - v125, v127 = v1 * v126,
+      v128 = 0.023301270189221932 * v6, v129 = v5 * v128, v130 = v127 + v129, v131 = theta_0 - v130,
+      v132 = v122 + v131, v133 = 2.0 * v132, v134 = v132 * v132, v135 = v1 * v128, v136 = v5 * v126,
+      v137 = v135 - v136, v138 = v137 + theta_1, v139 = 0.8660254037844386 * v120,
+      v140 = v139 - 0.02, v141 = v138 - v140, v142 = v141 * v141, v143 = v134 + v142,
+      v144 = 0.26 * v10, v145 = 0.05964101615137755 * v2, v146 = v4 * v124, v147 = v145 + v146,
+      v148 = v147 + theta_2, v149 = v144 + v148, v150 = v149 * v149, v151 = v143 + v150;
+  LANES_LET1(v152, sqrt, v151);
+  const lanes v153 = 0.5 / v152, v154 = v133 * v153;
   out[12] = v154;
-  const lanes v155 = 2.0 * v141;
-  const lanes v156 = v153 * v155;
+  const lanes v155 = 2.0 * v141, v156 = v153 * v155;
   out[13] = v156;
-  const lanes v157 = 2.0 * v149;
-  const lanes v158 = v153 * v157;
+  const lanes v157 = 2.0 * v149, v158 = v153 * v157;
   out[14] = v158;
-  const lanes v159 = v133 * v137;
-  const lanes v160 = v155 * v130;
-  const lanes v161 = v159 + v160;
-  const lanes v162 = v153 * v161;
-  const lanes v163 = -v162;
+  const lanes v159 = v130 * v155, v160 = v137 * v133, v161 = v159 + v160, v162 = v153 * v161,
+      v163 = -v162;
   out[15] = v163;
-  const lanes v164 = v1 * v147;
-  const lanes v165 = v133 * v164;
-  const lanes v166 = v5 * v147;
-  const lanes v167 = v155 * v166;
-  const lanes v168 = v165 + v167;
-  const lanes v169 = v157 * v126;
-  const lanes v170 = v168 + v169;
-  const lanes v171 = v153 * v170;
+  const lanes v164 = v126 * v157, v165 = v1 * v147, v166 = v133 * v165, v167 = v164 + v166,
+      v168 = v5 * v147, v169 = v155 * v168, v170 = v167 + v169, v171 = v153 * v170;
   out[16] = v171;
-  const lanes v172 = v2 * v128;
-  const lanes v173 = v1 * v172;
-  const lanes v174 = v5 * v124;
-  const lanes v175 = v173 + v174;
-  const lanes v176 = v133 * v175;
-  const lanes v177 = v5 * v172;
-  const lanes v178 = v1 * v124;
-  const lanes v179 = v177 - v178;
-  const lanes v180 = v155 * v179;
-  const lanes v181 = v176 + v180;
-  const lanes v182 = v4 * v128;
-  const lanes v183 = v157 * v182;
-  const lanes v184 = v181 + v183;
-  const lanes v185 = v153 * v184;
+  const lanes v172 = v2 * v128, v173 = v1 * v172, v174 = v5 * v124, v175 = v173 + v174,
+      v176 = v133 * v175, v177 = v5 * v172, v178 = v1 * v124, v179 = v177 - v178,
+      v180 = v155 * v179, v181 = v176 + v180, v182 = v4 * v128, v183 = v157 * v182,
+      v184 = v181 + v183, v185 = v153 * v184;
   out[17] = v185;
-  const lanes v186 = 0.009641016151377546 * v4;
-  const lanes v187 = 0.06330127018922194 * v3;
-  const lanes v188 = v2 * v187;
-  const lanes v189 = v186 + v188;
-  const lanes v190 = v1 * v189;
-  const lanes v191 = 0.06330127018922194 * v6;
-  const lanes v192 = v5 * v191;
-  const lanes v193 = v190 - v192;
-  const lanes v194 = v193 + theta_0;
-  const lanes v195 = 0.034641016151377546 - v121;
-  const lanes v196 = v194 - v195;
-  const lanes v197 = 2.0 * v196;
-  const lanes v198 = v196 * v196;
-  const lanes v199 = v1 * v191;
-  const lanes v200 = v5 * v189;
-  const lanes v201 = v199 + v200;
-  const lanes v202 = v201 + theta_1;
-  const lanes v203 = 0.02 + v139;
-  const lanes v204 = v202 - v203;
-  const lanes v205 = v204 * v204;
-  const lanes v206 = v198 + v205;
-  const lanes v207 = v4 * v187;
-  const lanes v208 = 0.009641016151377546 * v2;
-  const lanes v209 = v207 - v208;
-  const lanes v210 = v209 + theta_2;
-  const lanes v211 = v144 + v210;
-  const lanes v212 = v211 * v211;
-  const lanes v213 = v206 + v212;
-  lanes v214; LANES_NAME(lanes_sqrt)(&v213, &v214);
-  const lanes v215 = 0.5 / v214;
-  const lanes v216 = v197 * v215;
+  const lanes v186 = 0.009641016151377546 * v4, v187 = 0.06330127018922194 * v3, v188 = v2 * v187,
+      v189 = v186 + v188, v190 = v1 * v189, v191 = 0.06330127018922194 * v6, v192 = v5 * v191,
+      v193 = v190 - v192, v194 = v193 + theta_0, v195 = 0.034641016151377546 - v121,
+      v196 = v194 - v195, v197 = 2.0 * v196, v198 = v196 * v196, v199 = v1 * v191, v200 = v5 * v189,
+      v201 = v199 + v200, v202 = v201 + theta_1, v203 = 0.02 + v139, v204 = v202 - v203,
+      v205 = v204 * v204, v206 = v198 + v205, v207 = v4 * v187, v208 = 0.009641016151377546 * v2,
+      v209 = v207 - v208, v210 = v209 + theta_2, v211 = v144 + v210, v212 = v211 * v211,
+      v213 = v206 + v212;
+  LANES_LET1(v214, sqrt, v213);
+  const lanes v215 = 0.5 / v214, v216 = v197 * v215;
   out[18] = v216;
-  const lanes v217 = 2.0 * v204;
-  const lanes v218 = v215 * v217;
+  const lanes v217 = 2.0 * v204, v218 = v215 * v217;
   out[19] = v218;
-  const lanes v219 = 2.0 * v211;
-  const lanes v220 = v215 * v219;
+  const lanes v219 = 2.0 * v211, v220 = v215 * v219;
   out[20] = v220;
-  const lanes v221 = v193 * v217;
-  const lanes v222 = v201 * v197;
-  const lanes v223 = v221 - v222;
-  const lanes v224 = v215 * v223;
+  const lanes v221 = v193 * v217, v222 = v201 * v197, v223 = v221 - v222, v224 = v215 * v223;
   out[21] = v224;
-  const lanes v225 = v1 * v209;
-  const lanes v226 = v197 * v225;
-  const lanes v227 = v5 * v209;
-  const lanes v228 = v217 * v227;
-  const lanes v229 = v226 + v228;
-  const lanes v230 = v189 * v219;
-  const lanes v231 = v229 - v230;
-  const lanes v232 = v215 * v231;
+  const lanes v225 = v1 * v209, v226 = v197 * v225, v227 = v5 * v209, v228 = v217 * v227,
+      v229 = v226 + v228, v230 = v189 * v219, v231 = v229 - v230, v232 = v215 * v231;
   out[22] = v232;
-  const lanes v233 = v2 * v191;
-  const lanes v234 = v1 * v233;
-  const lanes v235 = v5 * v187;
-  const lanes v236 = v234 + v235;
-  const lanes v237 = v197 * v236;
-  const lanes v238 = v5 * v233;
-  const lanes v239 = v1 * v187;
-  const lanes v240 = v238 - v239;
-  const lanes v241 = v217 * v240;
-  const lanes v242 = v237 + v241;
-  const lanes v243 = v4 * v191;
-  const lanes v244 = v219 * v243;
-  const lanes v245 = v242 + v244;
-  const lanes v246 = v215 * v245;
+  const lanes v233 = v2 * v191, v234 = v1 * v233, v235 = v5 * v187, v236 = v234 + v235,
+      v237 = v197 * v236, v238 = v5 * v233, v239 = v1 * v187, v240 = v238 - v239,
+      v241 = v217 * v240, v242 = v237 + v241, v243 = v4 * v191, v244 = v219 * v243,
+      v245 = v242 + v244, v246 = v215 * v245;
   out[23] = v246;
-  const lanes v247 = v188 - v186;
-  const lanes v248 = v1 * v247;
-  const lanes v249 = v192 - v248;
-  const lanes v250 = v249 + theta_0;
-  const lanes v251 = 0.26 * v11;
-  const lanes v252 = 0.2 + v251;
-  const lanes v253 = 0.5 * v252;
-  const lanes v254 = 0.034641016151377546 - v253;
-  const lanes v255 = v250 - v254;
-  const lanes v256 = 2.0 * v255;
-  const lanes v257 = v255 * v255;
-  const lanes v258 = v5 * v247;
-  const lanes v259 = v199 + v258;
-  const lanes v260 = theta_1 - v259;
-  const lanes v261 = 0.8660254037844386 * v252;
-  const lanes v262 = 0.02 + v261;
-  const lanes v263 = v260 + v262;
-  const lanes v264 = v263 * v263;
-  const lanes v265 = v257 + v264;
-  const lanes v266 = v208 + v207;
-  const lanes v267 = theta_2 - v266;
-  const lanes v268 = 0.26 * v12;
-  const lanes v269 = v267 + v268;
-  const lanes v270 = v269 * v269;
-  const lanes v271 = v265 + v270;
-  lanes v272; LANES_NAME(lanes_sqrt)(&v271, &v272);
-  const lanes v273 = 0.5 / v272;
-  const lanes v274 = v256 * v273;
+  const lanes v247 = v188 - v186, v248 = v1 * v247, v249 = v192 - v248, v250 = v249 + theta_0,
+      v251 = 0.26 * v11, v252 = 0.2 + v251, v253 = 0.5 * v252, v254 = 0.034641016151377546 - v253,
+      v255 = v250 - v254, v256 = 2.0 * v255, v257 = v255 * v255, v258 = v5 * v247,
+      v259 = v199 + v258, v260 = theta_1 - v259, v261 = 0.8660254037844386 * v252,
+      v262 = 0.02 + v261, v263 = v260 + v262, v264 = v263 * v263, v265 = v257 + v264,
+      v266 = v208 + v207, v267 = theta_2 - v266, v268 = 0.26 * v12, v269 = v267 + v268,
+      v270 = v269 * v269, v271 = v265 + v270;
+  LANES_LET1(v272, sqrt, v271);
+  const lanes v273 = 0.5 / v272, v274 = v256 * v273;
   out[24] = v274;
-  const lanes v275 = 2.0 * v263;
-  const lanes v276 = v273 * v275;
+  const lanes v275 = 2.0 * v263, v276 = v273 * v275;
   out[25] = v276;
-  const lanes v277 = 2.0 * v269;
-  const lanes v278 = v273 * v277;
+  const lanes v277 = 2.0 * v269, v278 = v273 * v277;
   out[26] = v278;
-  const lanes v279 = v256 * v259;
-  const lanes v280 = v275 * v249;
-  const lanes v281 = v279 + v280;
-  const lanes v282 = v273 * v281;
+  const lanes v279 = v256 * v259, v280 = v275 * v249, v281 = v279 + v280, v282 = v273 * v281;
   out[27] = v282;
-  const lanes v283 = v277 * v247;
-  const lanes v284 = v1 * v266;
-  const lanes v285 = v256 * v284;
-  const lanes v286 = v283 - v285;
-  const lanes v287 = v5 * v266;
-  const lanes v288 = v275 * v287;
-  const lanes v289 = v286 - v288;
-  const lanes v290 = v273 * v289;
+  const lanes v283 = v277 * v247, v284 = v1 * v266, v285 = v256 * v284, v286 = v283 - v285,
+      v287 = v5 * v266, v288 = v275 * v287, v289 = v286 - v288, v290 = v273 * v289;
   out[28] = v290;
-  const lanes v291 = v256 * v236;
-  const lanes v292 = v275 * v240;
-  const lanes v293 = v291 + v292;
-  const lanes v294 = v277 * v243;
-  const lanes v295 = v293 + v294;
-  const lanes v296 = v273 * v295;
-  const lanes v297 = -v296;
+  const lanes v291 = v256 * v236, v292 = v275 * v240, v293 = v291 + v292, v294 = v277 * v243,
+      v295 = v293 + v294, v296 = v273 * v295, v297 = -v296;
   out[29] = v297;
-  const lanes v298 = v123 + v125;
-  const lanes v299 = v1 * v298;
-  const lanes v300 = v129 - v299;
-  const lanes v301 = v300 + theta_0;
-  const lanes v302 = v253 + 0.034641016151377546;
-  const lanes v303 = v301 + v302;
-  const lanes v304 = 2.0 * v303;
-  const lanes v305 = v303 * v303;
-  const lanes v306 = v5 * v298;
-  const lanes v307 = v135 + v306;
-  const lanes v308 = theta_1 - v307;
-  const lanes v309 = 0.02 - v261;
-  const lanes v310 = v308 - v309;
-  const lanes v311 = v310 * v310;
-  const lanes v312 = v305 + v311;
-  const lanes v313 = v145 - v146;
-  const lanes v314 = v313 + theta_2;
-  const lanes v315 = v314 + v268;
-  const lanes v316 = v315 * v315;
-  const lanes v317 = v312 + v316;
-  lanes v318; LANES_NAME(lanes_sqrt)(&v317, &v318);
-  const lanes v319 = 0.5 / v318;
-  const lanes v320 = v304 * v319;
+  const lanes v298 = v123 + v125, v299 = v1 * v298, v300 = v129 - v299, v301 = v300 + theta_0,
+      v302 = v253 + 0.034641016151377546, v303 = v301 + v302, v304 = 2.0 * v303, v305 = v303 * v303,
+      v306 = v5 * v298, v307 = v135 + v306, v308 = theta_1 - v307, v309 = 0.02 - v261,
+      v310 = v308 - v309, v311 = v310 * v310, v312 = v305 + v311, v313 = v145 - v146,
+      v314 = v313 + theta_2, v315 = v314 + v268, v316 = v315 * v315, v317 = v312 + v316;
+  LANES_LET1(v318, sqrt, v317);
+  const lanes v319 = 0.5 / v318, v320 = v304 * v319;
   out[30] = v320;
-  const lanes v321 = 2.0 * v310;
-  const lanes v322 = v319 * v321;
+  const lanes v321 = 2.0 * v310, v322 = v319 * v321;
   out[31] = v322;
-  const lanes v323 = 2.0 * v315;
-  const lanes v324 = v319 * v323;
+  const lanes v323 = 2.0 * v315, v324 = v319 * v323;
   out[32] = v324;
-  const lanes v325 = v300 * v321;
-  const lanes v326 = v307 * v304;
-  const lanes v327 = v325 + v326;
-  const lanes v328 = v319 * v327;
+  const lanes v325 = v300 * v321, v326 = v307 * v304, v327 = v325 + v326, v328 = v319 * v327;
   out[33] = v328;
-  const lanes v329 = v298 * v323;
-  const lanes v330 = v1 * v313;
-  const lanes v331 = v304 * v330;
-  const lanes v332 = v329 + v331;
-  const lanes v333 = v5 * v313;
-  const lanes v334 = v321 * v333;
-  const lanes v335 = v332 + v334;
-  const lanes v336 = v319 * v335;
+  const lanes v329 = v298 * v323, v330 = v1 * v313, v331 = v304 * v330, v332 = v329 + v331,
+      v333 = v5 * v313, v334 = v321 * v333, v335 = v332 + v334, v336 = v319 * v335;
   out[34] = v336;
-  const lanes v337 = v304 * v175;
-  const lanes v338 = v321 * v179;
-  const lanes v339 = v337 + v338;
-  const lanes v340 = v323 * v182;
-  const lanes v341 = v339 + v340;
-  const lanes v342 = v319 * v341;
-  const lanes v343 = -v342;
+  const lanes v337 = v304 * v175, v338 = v321 * v179, v339 = v337 + v338, v340 = v323 * v182,
+      v341 = v339 + v340, v342 = v319 * v341, v343 = -v342;
   out[35] = v343;
 }
 
 static LANES_TARGET void LANES_NAME(delta_velocity_relation)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  const lanes q_0 = in[6];
-  const lanes q_1 = in[7];
-  const lanes q_2 = in[8];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&theta_3, &v1, &v5);
-  lanes v4, v2; LANES_NAME(lanes_cos_sin)(&theta_4, &v4, &v2);
-  lanes v6, v3; LANES_NAME(lanes_cos_sin)(&theta_5, &v6, &v3);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v7, &v8);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&q_1, &v9, &v10);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_2, &v11, &v12);
-  const lanes v13 = 0.04 * v3;
-  const lanes v14 = v2 * v13;
-  const lanes v15 = 0.05 * v4;
-  const lanes v16 = v14 + v15;
-  const lanes v17 = v1 * v16;
-  const lanes v18 = 0.04 * v6;
-  const lanes v19 = v5 * v18;
-  const lanes v20 = v17 - v19;
-  const lanes v21 = v20 + theta_0;
-  const lanes v22 = 0.26 * v7;
-  const lanes v23 = v22 + 0.2;
-  const lanes v24 = v21 - v23;
-  const lanes v25 = v1 * v18;
-  const lanes v26 = v5 * v16;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = v27 + theta_1;
-  const lanes v29 = v28 - 0.04;
-  const lanes v30 = v29 * v29;
-  const lanes v31 = v24 * v24;
-  const lanes v32 = v30 + v31;
-  const lanes v33 = v4 * v13;
-  const lanes v34 = 0.05 * v2;
-  const lanes v35 = v33 - v34;
-  const lanes v36 = v35 + theta_2;
-  const lanes v37 = 0.26 * v8;
-  const lanes v38 = v36 + v37;
-  const lanes v39 = v38 * v38;
-  const lanes v40 = v32 + v39;
-  lanes v41; LANES_NAME(lanes_sqrt)(&v40, &v41);
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5], q_0 = in[6], q_1 = in[7], q_2 = in[8];
+  LANES_COS_SIN(v1, v5, theta_3); LANES_COS_SIN(v4, v2, theta_4); LANES_COS_SIN(v6, v3, theta_5);
+  LANES_COS_SIN(v7, v8, q_0); LANES_COS_SIN(v9, v10, q_1); LANES_COS_SIN(v11, v12, q_2);
+  const lanes v13 = 0.04 * v3, v14 = v2 * v13, v15 = 0.05 * v4, v16 = v14 + v15, v17 = v1 * v16,
+      v18 = 0.04 * v6, v19 = v5 * v18, v20 = v17 - v19, v21 = v20 + theta_0, v22 = 0.26 * v7,
+      v23 = v22 + 0.2, v24 = v21 - v23, v25 = v1 * v18, v26 = v5 * v16, v27 = v25 + v26,
+      v28 = v27 + theta_1, v29 = v28 - 0.04, v30 = v29 * v29, v31 = v24 * v24, v32 = v30 + v31,
+      v33 = v4 * v13, v34 = 0.05 * v2, v35 = v33 - v34, v36 = v35 + theta_2, v37 = 0.26 * v8,
+      v38 = v36 + v37, v39 = v38 * v38, v40 = v32 + v39;
+  LANES_LET1(v41, sqrt, v40);
   const lanes v42 = v24 / v41;
   out[0] = v42;
   const lanes v43 = v29 / v41;
   out[1] = v43;
   const lanes v44 = v38 / v41;
   out[2] = v44;
-  const lanes v45 = v44 * v27;
-  const lanes v46 = v43 * v35;
-  const lanes v47 = v45 - v46;
+  const lanes v45 = v44 * v27, v46 = v43 * v35, v47 = v45 - v46;
   out[3] = v47;
-  const lanes v48 = v42 * v35;
-  const lanes v49 = v44 * v20;
-  const lanes v50 = v48 - v49;
+  const lanes v48 = v42 * v35, v49 = v44 * v20, v50 = v48 - v49;
   out[4] = v50;
-  const lanes v51 = v43 * v20;
-  const lanes v52 = v42 * v27;
-  const lanes v53 = v51 - v52;
+  const lanes v51 = v43 * v20, v52 = v42 * v27, v53 = v51 - v52;
   out[5] = v53;
-  const lanes v54 = v14 - v15;
-  const lanes v55 = v1 * v54;
-  const lanes v56 = v19 - v55;
-  const lanes v57 = v56 + theta_0;
-  const lanes v58 = v57 - v23;
-  const lanes v59 = v58 * v58;
-  const lanes v60 = v5 * v54;
-  const lanes v61 = v25 + v60;
-  const lanes v62 = theta_1 - v61;
-  const lanes v63 = v62 + 0.04;
-  const lanes v64 = v63 * v63;
-  const lanes v65 = v59 + v64;
-  const lanes v66 = v34 + v33;
-  const lanes v67 = theta_2 - v66;
-  const lanes v68 = v67 + v37;
-  const lanes v69 = v68 * v68;
-  const lanes v70 = v65 + v69;
-  lanes v71; LANES_NAME(lanes_sqrt)(&v70, &v71);
+  const lanes v54 = v14 - v15, v55 = v1 * v54, v56 = v19 - v55, v57 = v56 + theta_0,
+      v58 = v57 - v23, v59 = v58 * v58, v60 = v5 * v54, v61 = v25 + v60, v62 = theta_1 - v61,
+      v63 = v62 + 0.04, v64 = v63 * v63, v65 = v59 + v64, v66 = v34 + v33, v67 = theta_2 - v66,
+      v68 = v67 + v37, v69 = v68 * v68, v70 = v65 + v69;
+  LANES_LET1(v71, sqrt, v70);
   const lanes v72 = v58 / v71;
   out[6] = v72;
   const lanes v73 = v63 / v71;
   out[7] = v73;
   const lanes v74 = v68 / v71;
   out[8] = v74;
-  const lanes v75 = v62 - theta_1;
-  const lanes v76 = v74 * v75;
-  const lanes v77 = v67 - theta_2;
-  const lanes v78 = v73 * v77;
-  const lanes v79 = v76 - v78;
+  const lanes v75 = v62 - theta_1, v76 = v74 * v75, v77 = v67 - theta_2, v78 = v73 * v77,
+      v79 = v76 - v78;
   out[9] = v79;
-  const lanes v80 = v72 * v77;
-  const lanes v81 = v74 * v56;
-  const lanes v82 = v80 - v81;
+  const lanes v80 = v72 * v77, v81 = v74 * v56, v82 = v80 - v81;
   out[10] = v82;
-  const lanes v83 = v73 * v56;
-  const lanes v84 = v72 * v75;
-  const lanes v85 = v83 - v84;
+  const lanes v83 = v73 * v56, v84 = v72 * v75, v85 = v83 - v84;
   out[11] = v85;
-  const lanes v86 = 0.26 * v9;
-  const lanes v87 = 0.2 + v86;
-  const lanes v88 = 0.5 * v87;
-  const lanes v89 = v88 + 0.034641016151377546;
-  const lanes v90 = 0.05964101615137755 * v4;
-  const lanes v91 = 0.023301270189221932 * v3;
-  const lanes v92 = v2 * v91;
-  const lanes v93 = v90 - v92;
-  const lanes v94 = v1 * v93;
-  const lanes v95 = 0.023301270189221932 * v6;
-  const lanes v96 = v5 * v95;
-  const lanes v97 = v94 + v96;
-  const lanes v98 = theta_0 - v97;
-  const lanes v99 = v89 + v98;
-  const lanes v100 = v99 * v99;
-  const lanes v101 = v1 * v95;
-  const lanes v102 = v5 * v93;
-  const lanes v103 = v101 - v102;
-  const lanes v104 = v103 + theta_1;
-  const lanes v105 = 0.8660254037844386 * v87;
-  const lanes v106 = v105 - 0.02;
-  const lanes v107 = v104 - v106;
-  const lanes v108 = v107 * v107;
-  const lanes v109 = v100 + v108;
-  const lanes v110 = 0.26 * v10;
-  const lanes v111 = 0.05964101615137755 * v2;
-  const lanes v112 = v4 * v91;
-  const lanes v113 = v111 + v112;
-  const lanes v114 = v113 + theta_2;
-  const lanes v115 = v110 + v114;
-  const lanes v116 = v115 * v115;
-  const lanes v117 = v109 + v116;
-  lanes v118; LANES_NAME(lanes_sqrt)(&v117, &v118);
+  const lanes v86 = 0.26 * v9, v87 = 0.2 + v86, v88 = 0.5 * v87, v89 = v88 + 0.034641016151377546,
+      v90 = 0.05964101615137755 * v4, v91 = 0.023301270189221932 * v3, v92 = v2 * v91,
+      v93 = v90 - v92, v94 = v1 * v93, v95 = 0.023301270189221932 * v6, v96 = v5 * v95,
+      v97 = v94 + v96, v98 = theta_0 - v97, v99 = v89 + v98, v100 = v99 * v99, v101 = v1 * v95,
+      v102 = v5 * v93, v103 = v101 - v102, v104 = v103 + theta_1, v105 = 0.8660254037844386 * v87,
+      v106 = v105 - 0.02, v107 = v104 - v106, v108 = v107 * v107, v109 = v100 + v108,
+      v110 = 0.26 * v10, v111 = 0.05964101615137755 * v2, v112 = v4 * v91, v113 = v111 + v112,
+      v114 = v113 + theta_2, v115 = v110 + v114, v116 = v115 * v115, v117 = v109 + v116;
+  LANES_LET1(v118, sqrt, v117);
   const lanes v119 = v99 / v118;
   out[12] = v119;
   const lanes v120 = v107 / v118;
   out[13] = v120;
   const lanes v121 = v115 / v118;
   out[14] = v121;
-  const lanes v122 = v121 * v103;
-  const lanes v123 = v120 * v113;
-  const lanes v124 = v122 - v123;
+  const lanes v122 = v121 * v103, v123 = v120 * v113, v124 = v122 - v123;
   out[15] = v124;
-  const lanes v125 = v119 * v113;
-  const lanes v126 = v98 - theta_0;
-  const lanes v127 = v121 * v126;
-  const lanes v128 = v125 - v127;
+  const lanes v125 = v119 * v113, v126 = v98 - theta_0, v127 = v121 * v126, v128 = v125 - v127;
   out[16] = v128;
-  const lanes v129 = v120 * v126;
-  const lanes v130 = v119 * v103;
-  const lanes v131 = v129 - v130;
+  const lanes v129 = v120 * v126, v130 = v119 * v103, v131 = v129 - v130;
   out[17] = v131;
-  const lanes v132 = 0.009641016151377546 * v4;
-  const lanes v133 = 0.06330127018922194 * v3;
-  const lanes v134 = v2 * v133;
-  const lanes v135 = v132 + v134;
-  const lanes v136 = v1 * v135;
-  const lanes v137 = 0.06330127018922194 * v6;
-  const lanes v138 = v5 * v137;
-  const lanes v139 = v136 - v138;
-  const lanes v140 = v139 + theta_0;
-  const lanes v141 = 0.034641016151377546 - v88;
-  const lanes v142 = v140 - v141;
-  const lanes v143 = v142 * v142;
-  const lanes v144 = v1 * v137;
-  const lanes v145 = v5 * v135;
-  const lanes v146 = v144 + v145;
-  const lanes v147 = v146 + theta_1;
-  const lanes v148 = 0.02 + v105;
-  const lanes v149 = v147 - v148;
-  const lanes v150 = v149 * v149;
-  const lanes v151 = v143 + v150;
-  const lanes v152 = v4 * v133;
-  const lanes v153 = 0.009641016151377546 * v2;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 + theta_2;
-  const lanes v156 = v110 + v155;
-  const lanes v157 = v156 * v156;
-  const lanes v158 = v151 + v157;
-  lanes v159; LANES_NAME(lanes_sqrt)(&v158, &v159);
+  const lanes v132 = 0.009641016151377546 * v4, v133 = 0.06330127018922194 * v3, v134 = v2 * v133,
+      v135 = v132 + v134, v136 = v1 * v135, v137 = 0.06330127018922194 * v6, v138 = v5 * v137,
+      v139 = v136 - v138, v140 = v139 + theta_0, v141 = 0.034641016151377546 - v88,
+      v142 = v140 - v141, v143 = v142 * v142, v144 = v1 * v137, v145 = v5 * v135,
+      v146 = v144 + v145, v147 = v146 + theta_1, v148 = 0.02 + v105, v149 = v147 - v148,
+      v150 = v149 * v149, v151 = v143 + v150, v152 = v4 * v133, v153 = 0.009641016151377546 * v2,
+      v154 = v152 - v153, v155 = v154 + theta_2, v156 = v110 + v155, v157 = v156 * v156,
+      v158 = v151 + v157;
+  LANES_LET1(v159, sqrt, v158);
   const lanes v160 = v142 / v159;
   out[18] = v160;
   const lanes v161 = v149 / v159;
   out[19] = v161;
   const lanes v162 = v156 / v159;
   out[20] = v162;
-  const lanes v163 = v162 * v146;
-  const lanes v164 = v161 * v154;
-  const lanes v165 = v163 - v164;
+  const lanes v163 = v162 * v146, v164 = v161 * v154, v165 = v163 - v164;
   out[21] = v165;
-  const lanes v166 = v160 * v154;
-  const lanes v167 = v162 * v139;
-  const lanes v168 = v166 - v167;
+  const lanes v166 = v160 * v154, v167 = v162 * v139, v168 = v166 - v167;
   out[22] = v168;
-  const lanes v169 = v161 * v139;
-  const lanes v170 = v160 * v146;
-  const lanes v171 = v169 - v170;
+  const lanes v169 = v161 * v139, v170 = v160 * v146, v171 = v169 - v170;
   out[23] = v171;
-  const lanes v172 = v134 - v132;
-  const lanes v173 = v1 * v172;
-  const lanes v174 = v138 - v173;
-  const lanes v175 = v174 + theta_0;
-  const lanes v176 = 0.26 * v11;
-  const lanes v177 = 0.2 + v176;
-  const lanes v178 = 0.5 * v177;
-  const lanes v179 = 0.034641016151377546 - v178;
-  const lanes v180 = v175 - v179;
-  const lanes v181 = v180 * v180;
-  const lanes v182 = v5 * v172;
-  const lanes v183 = v144 + v182;
-  const lanes v184 = theta_1 - v183;
-  const lanes v185 = 0.8660254037844386 * v177;
-  const lanes v186 = 0.02 + v185;
-  const lanes v187 = v184 + v186;
-  const lanes v188 = v187 * v187;
-  const lanes v189 = v181 + v188;
-  const lanes v190 = v153 + v152;
-  const lanes v191 = theta_2 - v190;
-  const lanes v192 = 0.26 * v12;
-  const lanes v193 = v191 + v192;
-  const lanes v194 = v193 * v193;
-  const lanes v195 = v189 + v194;
-  lanes v196; LANES_NAME(lanes_sqrt)(&v195, &v196);
+  const lanes v172 = v134 - v132, v173 = v1 * v172, v174 = v138 - v173, v175 = v174 + theta_0,
+      v176 = 0.26 * v11, v177 = 0.2 + v176, v178 = 0.5 * v177, v179 = 0.034641016151377546 - v178,
+      v180 = v175 - v179, v181 = v180 * v180, v182 = v5 * v172, v183 = v144 + v182,
+      v184 = theta_1 - v183, v185 = 0.8660254037844386 * v177, v186 = 0.02 + v185,
+      v187 = v184 + v186, v188 = v187 * v187, v189 = v181 + v188, v190 = v153 + v152,
+      v191 = theta_2 - v190, v192 = 0.26 * v12, v193 = v191 + v192, v194 = v193 * v193,
+      v195 = v189 + v194;
+  LANES_LET1(v196, sqrt, v195);
   const lanes v197 = v180 / v196;
   out[24] = v197;
   const lanes v198 = v187 / v196;
   out[25] = v198;
   const lanes v199 = v193 / v196;
   out[26] = v199;
-  const lanes v200 = v184 - theta_1;
-  const lanes v201 = v199 * v200;
-  const lanes v202 = v191 - theta_2;
-  const lanes v203 = v198 * v202;
-  const lanes v204 = v201 - v203;
+  const lanes v200 = v184 - theta_1, v201 = v199 * v200, v202 = v191 - theta_2, v203 = v198 * v202,
+      v204 = v201 - v203;
   out[27] = v204;
-  const lanes v205 = v197 * v202;
-  const lanes v206 = v199 * v174;
-  const lanes v207 = v205 - v206;
+  const lanes v205 = v197 * v202, v206 = v199 * v174, v207 = v205 - v206;
   out[28] = v207;
-  const lanes v208 = v198 * v174;
-  const lanes v209 = v197 * v200;
-  const lanes v210 = v208 - v209;
+  const lanes v208 = v198 * v174, v209 = v197 * v200, v210 = v208 - v209;
   out[29] = v210;
-  const lanes v211 = v90 + v92;
-  const lanes v212 = v1 * v211;
-  const lanes v213 = v96 - v212;
-  const lanes v214 = v213 + theta_0;
-  const lanes v215 = v178 + 0.034641016151377546;
-  const lanes v216 = v214 + v215;
-  const lanes v217 = v216 * v216;
-  const lanes v218 = v5 * v211;
-  const lanes v219 = v101 + v218;
-  const lanes v220 = theta_1 - v219;
-  const lanes v221 = 0.02 - v185;
-  const lanes v222 = v220 - v221;
-  const lanes v223 = v222 * v222;
-  const lanes v224 = v217 + v223;
-  const lanes v225 = v111 - v112;
-  const lanes v226 = v225 + theta_2;
-  const lanes v227 = v226 + v192;
-  const lanes v228 = v227 * v227;
-  const lanes v229 = v224 + v228;
-  lanes v230; LANES_NAME(lanes_sqrt)(&v229, &v230);
+  const lanes v211 = v90 + v92, v212 = v1 * v211, v213 = v96 - v212, v214 = v213 + theta_0,
+      v215 = v178 + 0.034641016151377546, v216 = v214 + v215, v217 = v216 * v216, v218 = v5 * v211,
+      v219 = v101 + v218, v220 = theta_1 - v219, v221 = 0.02 - v185, v222 = v220 - v221,
+      v223 = v222 * v222, v224 = v217 + v223, v225 = v111 - v112, v226 = v225 + theta_2,
+      v227 = v226 + v192, v228 = v227 * v227, v229 = v224 + v228;
+  LANES_LET1(v230, sqrt, v229);
   const lanes v231 = v216 / v230;
   out[30] = v231;
   const lanes v232 = v222 / v230;
   out[31] = v232;
   const lanes v233 = v227 / v230;
   out[32] = v233;
-  const lanes v234 = v220 - theta_1;
-  const lanes v235 = v233 * v234;
-  const lanes v236 = v232 * v225;
-  const lanes v237 = v235 - v236;
+  const lanes v234 = v220 - theta_1, v235 = v233 * v234, v236 = v232 * v225, v237 = v235 - v236;
   out[33] = v237;
-  const lanes v238 = v231 * v225;
-  const lanes v239 = v233 * v213;
-  const lanes v240 = v238 - v239;
+  const lanes v238 = v231 * v225, v239 = v233 * v213, v240 = v238 - v239;
   out[34] = v240;
-  const lanes v241 = v232 * v213;
-  const lanes v242 = v231 * v234;
-  const lanes v243 = v241 - v242;
+  const lanes v241 = v232 * v213, v242 = v231 * v234, v243 = v241 - v242;
   out[35] = v243;
-  const lanes v244 = 0.5 / v41;
-  const lanes v245 = 2.0 * v24;
-  const lanes v246 = v245 * v37;
-  const lanes v247 = 2.0 * v38;
-  const lanes v248 = v247 * v22;
-  const lanes v249 = v246 + v248;
-  const lanes v250 = v244 * v249;
-  const lanes v251 = -v250;
-  out[36] = v251;
-  out[37] = LANES_OF(0.0);
-  out[38] = LANES_OF(0.0);
-  const lanes v252 = 0.5 / v71;
-  const lanes v253 = 2.0 * v58;
-  const lanes v254 = v253 * v37;
-  const lanes v255 = 2.0 * v68;
-  const lanes v256 = v255 * v22;
-  const lanes v257 = v254 + v256;
-  const lanes v258 = v252 * v257;
-  const lanes v259 = -v258;
-  out[39] = v259;
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  const lanes v260 = 0.5 / v118;
-  const lanes v261 = 2.0 * v99;
-  const lanes v262 = 0.13 * v10;
-  const lanes v263 = v261 * v262;
-  const lanes v264 = 2.0 * v115;
-  const lanes v265 = v86 * v264;
-  const lanes v266 = v263 - v265;
-  const lanes v267 = 2.0 * v107;
-  const lanes v268 = 0.22516660498395405 * v10;
-  const lanes v269 = v267 * v268;
-  const lanes v270 = v266 - v269;
-  const lanes v271 = v260 * v270;
-  out[43] = v271;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  const lanes v272 = 0.5 / v159;
-  const lanes v273 = 2.0 * v142;
-  const lanes v274 = v273 * v262;
-  const lanes v275 = 2.0 * v156;
-  const lanes v276 = v86 * v275;
-  const lanes v277 = v274 - v276;
-  const lanes v278 = 2.0 * v149;
-  const lanes v279 = v278 * v268;
-  const lanes v280 = v277 - v279;
-  const lanes v281 = v272 * v280;
-  out[46] = v281;
-  out[47] = LANES_OF(0.0);
-  out[48] = LANES_OF(0.0);
-  out[49] = LANES_OF(0.0);
-  const lanes v282 = 0.5 / v196;
-  const lanes v283 = 2.0 * v180;
-  const lanes v284 = 0.13 * v12;
-  const lanes v285 = v283 * v284;
-  const lanes v286 = 2.0 * v187;
-  const lanes v287 = 0.22516660498395405 * v12;
-  const lanes v288 = v286 * v287;
-  const lanes v289 = v285 + v288;
-  const lanes v290 = 2.0 * v193;
-  const lanes v291 = v290 * v176;
-  const lanes v292 = v289 - v291;
-  const lanes v293 = v282 * v292;
-  out[50] = v293;
-  out[51] = LANES_OF(0.0);
-  out[52] = LANES_OF(0.0);
-  const lanes v294 = 0.5 / v230;
-  const lanes v295 = 2.0 * v216;
-  const lanes v296 = v295 * v284;
-  const lanes v297 = 2.0 * v222;
-  const lanes v298 = v297 * v287;
-  const lanes v299 = v296 + v298;
-  const lanes v300 = 2.0 * v227;
-  const lanes v301 = v300 * v176;
-  const lanes v302 = v299 - v301;
-  const lanes v303 = v294 * v302;
+  const lanes v244 = 0.5 / v41, v245 = 2.0 * v24, v246 = v245 * v37, v247 = 2.0 * v38,
+      v248 = v247 * v22, v249 = v246 + v248, v250 = v244 * v249, v251 = -v250;
+  out[36] = v251; out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0);
+  const lanes v252 = 0.5 / v71, v253 = 2.0 * v58, v254 = v253 * v37, v255 = 2.0 * v68,
+      v256 = v255 * v22, v257 = v254 + v256, v258 = v252 * v257, v259 = -v258;
+  out[39] = v259; out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0); out[42] = LANES_OF(0.0);
+  const lanes v260 = 0.5 / v118, v261 = 2.0 * v99, v262 = 0.13 * v10, v263 = v261 * v262,
+      v264 = 2.0 * v115, v265 = v86 * v264, v266 = v263 - v265, v267 = 2.0 * v107,
+      v268 = 0.22516660498395405 * v10, v269 = v267 * v268, v270 = v266 - v269, v271 = v260 * v270;
+  out[43] = v271; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0);
+  const lanes v272 = 0.5 / v159, v273 = 2.0 * v142, v274 = v273 * v262, v275 = 2.0 * v156,
+      v276 = v86 * v275, v277 = v274 - v276, v278 = 2.0 * v149, v279 = v278 * v268,
+      v280 = v277 - v279, v281 = v272 * v280;
+  out[46] = v281; out[47] = LANES_OF(0.0); out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0);
+  const lanes v282 = 0.5 / v196, v283 = 2.0 * v180, v284 = 0.13 * v12, v285 = v283 * v284,
+      v286 = 2.0 * v187, v287 = 0.22516660498395405 * v12, v288 = v286 * v287, v289 = v285 + v288,
+      v290 = 2.0 * v193, v291 = v290 * v176, v292 = v289 - v291, v293 = v282 * v292;
+  out[50] = v293; out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0);
+  const lanes v294 = 0.5 / v230, v295 = 2.0 * v216, v296 = v295 * v284, v297 = 2.0 * v222,
+      v298 = v297 * v287, v299 = v296 + v298, v300 = 2.0 * v227, v301 = v300 * v176,
+      v302 = v299 - v301, v303 = v294 * v302;
   out[53] = v303;
+}
+
+static LANES_TARGET void LANES_NAME(delta_ik)(const lanes *in, lanes *out)
+{
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      v1 = T_8 * T_8, v2 = 1e-150 + T_0, v3 = T_4 * T_4, v4 = T_1 * T_1, v5 = T_2 * T_2,
+      v6 = T_6 * T_6, v7 = T_9 * T_9, v8 = 1.0 - T_0, v9 = 1.0 - T_5, v10 = 1.0 - T_10;
+  out[8] = LANES_OF(1.0); out[9] = LANES_OF(1.0);
+  const lanes v11 = v2 * v2, v12 = v4 + v5, v13 = v8 * v8, v14 = v9 * v9, v15 = v10 * v10,
+      v16 = v3 + v11, v17 = v12 + v3;
+  LANES_LET1(v18, rsqrt, v16);
+  const lanes v19 = v17 + v6, v20 = v2 * v18, v21 = T_4 * v18, v22 = v19 + v1, v23 = T_0 * v20,
+      v24 = T_4 * v21, v25 = T_6 * v20, v26 = T_2 * v21, v27 = T_2 * v20, v28 = T_6 * v21,
+      v29 = v22 + v7, v30 = v23 + v24, v31 = v25 - v26, v32 = v27 + v28, v33 = v29 + v13,
+      v34 = v30 * v30, v35 = v31 * v31, v36 = v33 + v14, v37 = v1 + v34, v38 = v36 + v15;
+  LANES_LET1(v39, rsqrt, v37);
+  const lanes v40 = 0.5 * v38, v41 = T_8 * v39, v42 = v30 * v39, v43 = 0.05 * v41, v44 = T_10 * v42,
+      v45 = v41 * v32, v46 = 0.05 * v42, v47 = 0.05964101615137755 * v41,
+      v48 = 0.05964101615137755 * v42, v49 = 0.009641016151377546 * v42,
+      v50 = 0.009641016151377546 * v41, v51 = v44 - v45, v52 = v51 * v51, v53 = v35 + v52;
+  LANES_LET1(v54, rsqrt, v53);
+  const lanes v55 = v31 * v54, v56 = v51 * v54, v57 = 0.04 * v55, v58 = 0.04 * v56,
+      v59 = 0.023301270189221932 * v55, v60 = 0.023301270189221932 * v56,
+      v61 = 0.06330127018922194 * v56, v62 = 0.06330127018922194 * v55, v63 = v42 * v57,
+      v64 = v41 * v57, v65 = v58 * v21, v66 = v58 * v20, v67 = v42 * v59, v68 = v41 * v59,
+      v69 = v60 * v21, v70 = v20 * v60, v71 = v21 * v61, v72 = v41 * v62, v73 = v20 * v61,
+      v74 = v42 * v62, v75 = v43 - v63, v76 = v46 + v64, v77 = v47 + v67, v78 = v48 - v68,
+      v79 = v72 - v49, v80 = v50 + v74, v81 = T_11 + v75, v82 = v76 * v20, v83 = v76 * v21,
+      v84 = T_11 - v77, v85 = v20 * v78, v86 = v78 * v21, v87 = v20 * v79, v88 = v21 * v79,
+      v89 = T_11 + v80, v90 = v81 * v81, v91 = v82 - v65, v92 = v66 + v83, v93 = v84 * v84,
+      v94 = v85 + v69, v95 = v70 - v86, v96 = v71 - v87, v97 = v73 + v88, v98 = v89 * v89,
+      v99 = T_3 + v91, v100 = T_7 + v92, v101 = T_3 - v94, v102 = T_7 + v95, v103 = T_3 + v96,
+      v104 = T_7 - v97, v105 = v99 - 0.2, v106 = v100 - 0.04, v107 = 0.1 + v101,
+      v108 = v102 - 0.17320508075688773, v109 = 0.1 + v103, v110 = 0.17320508075688773 + v104,
+      v111 = v105 * v105, v112 = v106 * v106, v113 = 0.5 * v107, v114 = 0.8660254037844386 * v108,
+      v115 = 0.5 * v108, v116 = 0.8660254037844386 * v107, v117 = 0.5 * v109,
+      v118 = 0.8660254037844386 * v110, v119 = 0.8660254037844386 * v109, v120 = 0.5 * v110,
+      v121 = v90 + v111, v122 = 0.64 - v112, v123 = v113 - v114, v124 = v115 + v116,
+      v125 = v117 + v118, v126 = v119 - v120, v127 = 0.5 * v121, v128 = 0.5 * v122;
+  LANES_LET1(v129, sqrt, v121);
+  const lanes v130 = v123 * v123, v131 = 0.04 + v124, v132 = v125 * v125, v133 = v126 - 0.04,
+      v134 = 0.0338 + v127, v135 = 0.26 + v129, v136 = v129 - 0.26, v137 = v93 + v130,
+      v138 = v131 * v131, v139 = v132 + v98, v140 = v133 * v133, v141 = v134 - v128,
+      v142 = v135 * v135, v143 = v136 * v136, v144 = 0.5 * v137, v145 = 0.64 - v138;
+  LANES_LET1(v146, sqrt, v137);
+  const lanes v147 = 0.5 * v139, v148 = 0.64 - v140;
+  LANES_LET1(v149, sqrt, v139);
+  const lanes v150 = v141 / v121, v151 = v142 - v122, v152 = v122 - v143, v153 = 0.0338 + v144,
+      v154 = 0.5 * v145, v155 = 0.26 + v146, v156 = v146 - 0.26, v157 = 0.0338 + v147,
+      v158 = 0.5 * v148, v159 = 0.26 + v149, v160 = v149 - 0.26, v161 = v81 * v150,
+      v162 = v151 * v152, v163 = v105 * v150, v164 = v153 - v154, v165 = v155 * v155,
+      v166 = v156 * v156, v167 = v157 - v158, v168 = v159 * v159, v169 = v160 * v160;
+  LANES_LET1(v170, sqrt, v162);
+  const lanes v171 = v164 / v137, v172 = v165 - v145, v173 = v145 - v166, v174 = v167 / v139,
+      v175 = v168 - v148, v176 = v148 - v169, v177 = 0.5 * v170, v178 = v84 * v171,
+      v179 = v172 * v173, v180 = v123 * v171, v181 = v174 * v89, v182 = v175 * v176,
+      v183 = v125 * v174, v184 = v177 / v121;
+  LANES_LET1(v185, sqrt, v179); LANES_LET1(v186, sqrt, v182);
+  const lanes v187 = v105 * v184, v188 = v81 * v184, v189 = 0.5 * v185, v190 = 0.5 * v186,
+      v191 = v161 + v187, v192 = v188 - v163, v193 = v189 / v137, v194 = v190 / v139,
+      v195 = 3.8461538461538463 * v191, v196 = 3.8461538461538463 * v192, v197 = v123 * v193,
+      v198 = v84 * v193, v199 = v125 * v194, v200 = v194 * v89, v201 = 0.2 - v192, v202 = -v196,
+      v203 = v178 - v197, v204 = v198 + v180, v205 = v181 - v199, v206 = v183 + v200,
+      v207 = v201 - 0.05;
+  LANES_LET2(v208, atan2, v195, v202);
+  const lanes v209 = 3.8461538461538463 * v203, v210 = 3.8461538461538463 * v204,
+      v211 = 3.8461538461538463 * v205, v212 = 3.8461538461538463 * v206, v213 = 0.2 - v204,
+      v214 = v203 - v191, v215 = 0.2 - v206, v216 = v205 - v191, v217 = -v210, v218 = -v212,
+      v219 = -v208, v220 = 0.8660254037844386 * v213, v221 = 0.5 * v213, v222 = v214 * v214,
+      v223 = 0.8660254037844386 * v215, v224 = 0.5 * v215, v225 = v216 * v216;
+  LANES_LET2(v226, atan2, v209, v217); LANES_LET2(v227, atan2, v211, v218); out[0] = v219;
+  out[3] = v219;
+  const lanes v228 = v220 - 0.02, v229 = v221 + 0.034641016151377546, v230 = 0.02 + v223,
+      v231 = 0.034641016151377546 - v224, v232 = -v226, v233 = -v227,
+      v234 = v228 - 0.023301270189221932, v235 = 0.05964101615137755 - v229,
+      v236 = 0.06330127018922194 - v230, v237 = v231 - 0.009641016151377546;
+  out[1] = v232; out[2] = v233; out[4] = v232; out[5] = v233;
+  const lanes v238 = v234 * v234, v239 = v235 - v207, v240 = v237 - v207, v241 = v236 * v236,
+      v242 = v234 * v216, v243 = v236 * v214, v244 = v239 * v239, v245 = v236 * v239,
+      v246 = v234 * v240, v247 = v214 * v240, v248 = v239 * v216, v249 = v240 * v240,
+      v250 = v242 - v243, v251 = v238 + v244, v252 = v245 - v246, v253 = v247 - v248,
+      v254 = v241 + v249, v255 = v250 * v250, v256 = v216 * v250, v257 = v214 * v250,
+      v258 = v236 * v250, v259 = v234 * v250, v260 = v251 + v222, v261 = v236 * v252,
+      v262 = v216 * v253, v263 = v254 + v225, v264 = v214 * v253, v265 = v234 * v252,
+      v266 = v253 * v253, v267 = v252 * v252, v268 = v240 * v252, v269 = v239 * v252,
+      v270 = v240 * v253, v271 = v239 * v253, v272 = 0.5 * v260, v273 = v261 - v262,
+      v274 = 0.5 * v263, v275 = v264 - v265, v276 = v255 + v266, v277 = v256 - v268,
+      v278 = v269 - v257, v279 = v270 - v258, v280 = v259 - v271, v281 = v272 * v273,
+      v282 = v274 * v275, v283 = v276 + v267, v284 = v272 * v277, v285 = v274 * v278,
+      v286 = v272 * v279, v287 = v274 * v280, v288 = v281 + v282, v289 = v284 + v285,
+      v290 = v286 + v287, v291 = v288 / v283, v292 = v289 / v283, v293 = v290 / v283,
+      v294 = v207 + v291, v295 = v291 * v291, v296 = v292 * v292, v297 = v293 * v293,
+      v298 = v191 + v293, v299 = v295 + v296, v300 = v299 + v297, v301 = 0.64 - v300,
+      v302 = v301 / v283;
+  LANES_LET1(v303, sqrt, v302);
+  const lanes v304 = v250 * v303, v305 = v253 * v303, v306 = v252 * v303, v307 = v294 - v304,
+      v308 = v292 - v305, v309 = v298 - v306, v310 = v307 - T_3, v311 = v308 - T_7,
+      v312 = v309 - T_11, v313 = v310 * v310, v314 = v311 * v311, v315 = v312 * v312,
+      v316 = v313 + v314, v317 = v316 + v315, v318 = v40 + v317, v319 = v317 - v40;
+  LANES_LET1(v320, fabs, v319);
+  const lanes v321 = v318 + v320, v322 = 0.5 * v321;
+  LANES_LET1(v323, sqrt, v322); out[6] = v323; out[7] = v323;
 }

@@ -3,3189 +3,1116 @@
 
 static LANES_TARGET void LANES_NAME(excavator_fk)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 3.9204 + v3;
-  const lanes v5 = 3.96 * q_1;
-  const lanes v6 = v4 + v5;
-  const lanes v7 = 12.865745377821996 - v6;
-  const lanes v8 = v6 - 3.549254622178003;
-  const lanes v9 = v7 * v8;
-  lanes v10; LANES_NAME(lanes_sqrt)(&v9, &v10);
-  const lanes v11 = 0.4482758620689655 * v10;
-  const lanes v12 = 0.5 * v6;
-  const lanes v13 = v12 - 3.37875;
-  const lanes v14 = 0.7586206896551724 * v13;
-  const lanes v15 = v11 - v14;
-  const lanes v16 = 0.55 + v15;
-  const lanes v17 = 2.6 * v16;
-  const lanes v18 = 0.3793103448275862 * v10;
-  const lanes v19 = 0.896551724137931 * v13;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = v20 - 0.65;
-  const lanes v22 = 0.85 * v21;
-  const lanes v23 = v17 + v22;
-  const lanes v24 = 0.13364517206815904 * v23;
-  const lanes v25 = q_2 * q_2;
-  const lanes v26 = 5.76 + v25;
-  const lanes v27 = 4.8 * q_2;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = 15.245138616807916 - v28;
-  const lanes v30 = v28 - 4.964861383192083;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.14889657006115395 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 4.35 + v34;
-  const lanes v36 = 0.1329433661260303 * v35;
-  const lanes v37 = v33 - v36;
-  const lanes v38 = 1.25 + v37;
-  const lanes v39 = 0.25 * v38;
-  const lanes v40 = 0.06647168306301515 * v32;
-  const lanes v41 = 0.2977931401223079 * v35;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = v42 - 2.8;
-  const lanes v44 = 0.8 * v43;
-  const lanes v45 = v39 - v44;
-  const lanes v46 = 1.4234875444839858 * v45;
-  const lanes v47 = v24 * v46;
-  const lanes v48 = 2.6 * v21;
-  const lanes v49 = 0.85 * v16;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = 0.13364517206815904 * v50;
-  const lanes v52 = 0.25 * v43;
-  const lanes v53 = 0.8 * v38;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 1.4234875444839858 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v47 + v56;
-  const lanes v58 = q_3 * q_3;
-  const lanes v59 = 2.56 + v58;
-  const lanes v60 = 3.2 * q_3;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = 7.100237610654644 - v61;
-  const lanes v63 = v61 - 2.029562389345356;
-  const lanes v64 = v62 * v63;
-  lanes v65; LANES_NAME(lanes_sqrt)(&v64, &v65);
-  const lanes v66 = 0.23681377825618946 * v65;
-  const lanes v67 = 0.5 * v61;
-  const lanes v68 = 1.89805 + v67;
-  const lanes v69 = 0.12199497667743094 * v68;
-  const lanes v70 = v66 - v69;
-  const lanes v71 = 0.51 + v70;
-  const lanes v72 = 0.9999999999999999 * v71;
-  const lanes v73 = 0.04 + v72;
-  const lanes v74 = 0.06099748833871547 * v65;
-  const lanes v75 = 0.4736275565123789 * v68;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v76 - 1.98;
-  const lanes v78 = 0.9999999999999999 * v77;
-  const lanes v79 = v78 - 0.42;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v73 * v73;
-  const lanes v82 = v80 + v81;
-  const lanes v83 = 0.5 * v82;
-  const lanes v84 = v83 - 0.0616;
-  const lanes v85 = v84 / v82;
-  const lanes v86 = v73 * v85;
-  const lanes v87 = 1.085213592060545 - v82;
-  const lanes v88 = v82 - 0.01398640793945492;
-  const lanes v89 = v87 * v88;
-  lanes v90; LANES_NAME(lanes_sqrt)(&v89, &v90);
-  const lanes v91 = 0.5 * v90;
-  const lanes v92 = v91 / v82;
-  const lanes v93 = v79 * v92;
-  const lanes v94 = v86 - v93;
-  const lanes v95 = 0.46 * v94;
-  const lanes v96 = v79 * v85;
-  const lanes v97 = v73 * v92;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = 0.04 * v98;
-  const lanes v100 = v95 - v99;
-  const lanes v101 = 4.690431519699812 * v100;
-  const lanes v102 = v57 * v101;
-  const lanes v103 = v51 * v46;
-  const lanes v104 = v24 * v55;
-  const lanes v105 = v103 - v104;
-  const lanes v106 = 0.04 * v94;
-  const lanes v107 = 0.46 * v98;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = 4.690431519699812 * v108;
-  const lanes v110 = v105 * v109;
-  const lanes v111 = v102 + v110;
-  const lanes v112 = v1 * v111;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = q_1 * q_1, v4 = 3.9204 + v3, v5 = 3.96 * q_1, v6 = v4 + v5,
+      v7 = 12.865745377821996 - v6, v8 = v6 - 3.549254622178003, v9 = v7 * v8;
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = 0.4482758620689655 * v10, v12 = 0.5 * v6, v13 = v12 - 3.37875,
+      v14 = 0.7586206896551724 * v13, v15 = v11 - v14, v16 = 0.55 + v15, v17 = 2.6 * v16,
+      v18 = 0.3793103448275862 * v10, v19 = 0.896551724137931 * v13, v20 = v18 + v19,
+      v21 = v20 - 0.65, v22 = 0.85 * v21, v23 = v17 + v22, v24 = 0.13364517206815904 * v23,
+      v25 = q_2 * q_2, v26 = 5.76 + v25, v27 = 4.8 * q_2, v28 = v26 + v27,
+      v29 = 15.245138616807916 - v28, v30 = v28 - 4.964861383192083, v31 = v29 * v30;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = 0.14889657006115395 * v32, v34 = 0.5 * v28, v35 = 4.35 + v34,
+      v36 = 0.1329433661260303 * v35, v37 = v33 - v36, v38 = 1.25 + v37, v39 = 0.25 * v38,
+      v40 = 0.06647168306301515 * v32, v41 = 0.2977931401223079 * v35, v42 = v40 + v41,
+      v43 = v42 - 2.8, v44 = 0.8 * v43, v45 = v39 - v44, v46 = 1.4234875444839858 * v45,
+      v47 = v24 * v46, v48 = 2.6 * v21, v49 = 0.85 * v16, v50 = v48 - v49,
+      v51 = 0.13364517206815904 * v50, v52 = 0.25 * v43, v53 = 0.8 * v38, v54 = v52 + v53,
+      v55 = 1.4234875444839858 * v54, v56 = v51 * v55, v57 = v47 + v56, v58 = q_3 * q_3,
+      v59 = 2.56 + v58, v60 = 3.2 * q_3, v61 = v59 + v60, v62 = 7.100237610654644 - v61,
+      v63 = v61 - 2.029562389345356, v64 = v62 * v63;
+  LANES_LET1(v65, sqrt, v64);
+  const lanes v66 = 0.23681377825618946 * v65, v67 = 0.5 * v61, v68 = 1.89805 + v67,
+      v69 = 0.12199497667743094 * v68, v70 = v66 - v69, v71 = 0.51 + v70,
+      v72 = 0.9999999999999999 * v71, v73 = 0.04 + v72, v74 = 0.06099748833871547 * v65,
+      v75 = 0.4736275565123789 * v68, v76 = v74 + v75, v77 = v76 - 1.98,
+      v78 = 0.9999999999999999 * v77, v79 = v78 - 0.42, v80 = v79 * v79, v81 = v73 * v73,
+      v82 = v80 + v81, v83 = 0.5 * v82, v84 = v83 - 0.0616, v85 = v84 / v82, v86 = v73 * v85,
+      v87 = 1.085213592060545 - v82, v88 = v82 - 0.01398640793945492, v89 = v87 * v88;
+  LANES_LET1(v90, sqrt, v89);
+  const lanes v91 = 0.5 * v90, v92 = v91 / v82, v93 = v79 * v92, v94 = v86 - v93, v95 = 0.46 * v94,
+      v96 = v79 * v85, v97 = v73 * v92, v98 = v96 + v97, v99 = 0.04 * v98, v100 = v95 - v99,
+      v101 = 4.690431519699812 * v100, v102 = v57 * v101, v103 = v51 * v46, v104 = v24 * v55,
+      v105 = v103 - v104, v106 = 0.04 * v94, v107 = 0.46 * v98, v108 = v106 + v107,
+      v109 = 4.690431519699812 * v108, v110 = v105 * v109, v111 = v102 + v110, v112 = v1 * v111;
   out[0] = v112;
   const lanes v113 = -v2;
   out[1] = v113;
-  const lanes v114 = v105 * v101;
-  const lanes v115 = v57 * v109;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v1 * v116;
-  const lanes v118 = -v117;
+  const lanes v114 = v105 * v101, v115 = v57 * v109, v116 = v114 - v115, v117 = v1 * v116,
+      v118 = -v117;
   out[2] = v118;
-  const lanes v119 = 1.45 * v111;
-  const lanes v120 = 2.9 * v57;
-  const lanes v121 = v119 + v120;
-  const lanes v122 = 0.7617774807885066 * v23;
-  const lanes v123 = v121 + v122;
-  const lanes v124 = 0.15 + v123;
-  const lanes v125 = v1 * v124;
+  const lanes v119 = 1.45 * v111, v120 = 2.9 * v57, v121 = v119 + v120,
+      v122 = 0.7617774807885066 * v23, v123 = v121 + v122, v124 = 0.15 + v123, v125 = v1 * v124;
   out[3] = v125;
   const lanes v126 = v2 * v111;
-  out[4] = v126;
-  out[5] = v1;
-  const lanes v127 = v2 * v116;
-  const lanes v128 = -v127;
+  out[4] = v126; out[5] = v1;
+  const lanes v127 = v2 * v116, v128 = -v127;
   out[6] = v128;
   const lanes v129 = v2 * v124;
-  out[7] = v129;
-  out[8] = v116;
-  out[9] = LANES_OF(0.0);
-  out[10] = v111;
-  const lanes v130 = 1.45 * v116;
-  const lanes v131 = 2.9 * v105;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = 0.7617774807885066 * v50;
-  const lanes v134 = v132 + v133;
-  const lanes v135 = 1.75 + v134;
-  out[11] = v135;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  out[7] = v129; out[8] = v116; out[9] = LANES_OF(0.0); out[10] = v111;
+  const lanes v130 = 1.45 * v116, v131 = 2.9 * v105, v132 = v130 + v131,
+      v133 = 0.7617774807885066 * v50, v134 = v132 + v133, v135 = 1.75 + v134;
+  out[11] = v135; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(excavator_link_poses)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  out[0] = v1;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3];
+  LANES_COS_SIN(v1, v2, q_0); out[0] = v1;
   const lanes v3 = -v2;
-  out[1] = v3;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = v2;
-  out[5] = v1;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  const lanes v4 = q_1 * q_1;
-  const lanes v5 = 3.9204 + v4;
-  const lanes v6 = 3.96 * q_1;
-  const lanes v7 = v5 + v6;
-  const lanes v8 = 12.865745377821996 - v7;
-  const lanes v9 = v7 - 3.549254622178003;
-  const lanes v10 = v8 * v9;
-  lanes v11; LANES_NAME(lanes_sqrt)(&v10, &v11);
-  const lanes v12 = 0.4482758620689655 * v11;
-  const lanes v13 = 0.5 * v7;
-  const lanes v14 = v13 - 3.37875;
-  const lanes v15 = 0.7586206896551724 * v14;
-  const lanes v16 = v12 - v15;
-  const lanes v17 = 0.55 + v16;
-  const lanes v18 = 2.6 * v17;
-  const lanes v19 = 0.3793103448275862 * v11;
-  const lanes v20 = 0.896551724137931 * v14;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = v21 - 0.65;
-  const lanes v23 = 0.85 * v22;
-  const lanes v24 = v18 + v23;
-  const lanes v25 = 0.13364517206815904 * v24;
-  const lanes v26 = v1 * v25;
-  out[16] = v26;
-  out[17] = v3;
-  const lanes v27 = 2.6 * v22;
-  const lanes v28 = 0.85 * v17;
-  const lanes v29 = v27 - v28;
-  const lanes v30 = 0.13364517206815904 * v29;
-  const lanes v31 = v1 * v30;
-  const lanes v32 = -v31;
+  out[1] = v3; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = v2; out[5] = v1;
+  out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
+  out[10] = LANES_OF(1.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
+  const lanes v4 = q_1 * q_1, v5 = 3.9204 + v4, v6 = 3.96 * q_1, v7 = v5 + v6,
+      v8 = 12.865745377821996 - v7, v9 = v7 - 3.549254622178003, v10 = v8 * v9;
+  LANES_LET1(v11, sqrt, v10);
+  const lanes v12 = 0.4482758620689655 * v11, v13 = 0.5 * v7, v14 = v13 - 3.37875,
+      v15 = 0.7586206896551724 * v14, v16 = v12 - v15, v17 = 0.55 + v16, v18 = 2.6 * v17,
+      v19 = 0.3793103448275862 * v11, v20 = 0.896551724137931 * v14, v21 = v19 + v20,
+      v22 = v21 - 0.65, v23 = 0.85 * v22, v24 = v18 + v23, v25 = 0.13364517206815904 * v24,
+      v26 = v25 * v1;
+  out[16] = v26; out[17] = v3;
+  const lanes v27 = 2.6 * v22, v28 = 0.85 * v17, v29 = v27 - v28, v30 = 0.13364517206815904 * v29,
+      v31 = v30 * v1, v32 = -v31;
   out[18] = v32;
   const lanes v33 = 0.15 * v1;
   out[19] = v33;
-  const lanes v34 = v2 * v25;
-  out[20] = v34;
-  out[21] = v1;
-  const lanes v35 = v2 * v30;
-  const lanes v36 = -v35;
+  const lanes v34 = v25 * v2;
+  out[20] = v34; out[21] = v1;
+  const lanes v35 = v30 * v2, v36 = -v35;
   out[22] = v36;
   const lanes v37 = 0.15 * v2;
-  out[23] = v37;
-  out[24] = v30;
-  out[25] = LANES_OF(0.0);
-  out[26] = v25;
-  out[27] = LANES_OF(1.75);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
+  out[23] = v37; out[24] = v30; out[25] = LANES_OF(0.0); out[26] = v25; out[27] = LANES_OF(1.75);
+  out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0);
   out[31] = LANES_OF(1.0);
-  const lanes v38 = q_2 * q_2;
-  const lanes v39 = 5.76 + v38;
-  const lanes v40 = 4.8 * q_2;
-  const lanes v41 = v39 + v40;
-  const lanes v42 = 15.245138616807916 - v41;
-  const lanes v43 = v41 - 4.964861383192083;
-  const lanes v44 = v42 * v43;
-  lanes v45; LANES_NAME(lanes_sqrt)(&v44, &v45);
-  const lanes v46 = 0.14889657006115395 * v45;
-  const lanes v47 = 0.5 * v41;
-  const lanes v48 = 4.35 + v47;
-  const lanes v49 = 0.1329433661260303 * v48;
-  const lanes v50 = v46 - v49;
-  const lanes v51 = 1.25 + v50;
-  const lanes v52 = 0.25 * v51;
-  const lanes v53 = 0.06647168306301515 * v45;
-  const lanes v54 = 0.2977931401223079 * v48;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = v55 - 2.8;
-  const lanes v57 = 0.8 * v56;
-  const lanes v58 = v52 - v57;
-  const lanes v59 = 1.4234875444839858 * v58;
-  const lanes v60 = v25 * v59;
-  const lanes v61 = 0.25 * v56;
-  const lanes v62 = 0.8 * v51;
-  const lanes v63 = v61 + v62;
-  const lanes v64 = 1.4234875444839858 * v63;
-  const lanes v65 = v30 * v64;
-  const lanes v66 = v60 + v65;
-  const lanes v67 = v1 * v66;
-  out[32] = v67;
-  out[33] = v3;
-  const lanes v68 = v30 * v59;
-  const lanes v69 = v25 * v64;
-  const lanes v70 = v68 - v69;
-  const lanes v71 = v1 * v70;
-  const lanes v72 = -v71;
+  const lanes v38 = q_2 * q_2, v39 = 5.76 + v38, v40 = 4.8 * q_2, v41 = v39 + v40,
+      v42 = 15.245138616807916 - v41, v43 = v41 - 4.964861383192083, v44 = v42 * v43;
+  LANES_LET1(v45, sqrt, v44);
+  const lanes v46 = 0.14889657006115395 * v45, v47 = 0.5 * v41, v48 = 4.35 + v47,
+      v49 = 0.1329433661260303 * v48, v50 = v46 - v49, v51 = 1.25 + v50, v52 = 0.25 * v51,
+      v53 = 0.06647168306301515 * v45, v54 = 0.2977931401223079 * v48, v55 = v53 + v54,
+      v56 = v55 - 2.8, v57 = 0.8 * v56, v58 = v52 - v57, v59 = 1.4234875444839858 * v58,
+      v60 = v25 * v59, v61 = 0.25 * v56, v62 = 0.8 * v51, v63 = v61 + v62,
+      v64 = 1.4234875444839858 * v63, v65 = v30 * v64, v66 = v60 + v65, v67 = v1 * v66;
+  out[32] = v67; out[33] = v3;
+  const lanes v68 = v30 * v59, v69 = v25 * v64, v70 = v68 - v69, v71 = v1 * v70, v72 = -v71;
   out[34] = v72;
-  const lanes v73 = 5.7 * v26;
-  const lanes v74 = v33 + v73;
+  const lanes v73 = 5.7 * v26, v74 = v33 + v73;
   out[35] = v74;
   const lanes v75 = v2 * v66;
-  out[36] = v75;
-  out[37] = v1;
-  const lanes v76 = v2 * v70;
-  const lanes v77 = -v76;
+  out[36] = v75; out[37] = v1;
+  const lanes v76 = v2 * v70, v77 = -v76;
   out[38] = v77;
-  const lanes v78 = 5.7 * v34;
-  const lanes v79 = v37 + v78;
-  out[39] = v79;
-  out[40] = v70;
-  out[41] = LANES_OF(0.0);
-  out[42] = v66;
-  const lanes v80 = 0.7617774807885066 * v29;
-  const lanes v81 = 1.75 + v80;
-  out[43] = v81;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
+  const lanes v78 = 5.7 * v34, v79 = v37 + v78;
+  out[39] = v79; out[40] = v70; out[41] = LANES_OF(0.0); out[42] = v66;
+  const lanes v80 = 0.7617774807885066 * v29, v81 = 1.75 + v80;
+  out[43] = v81; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
   out[47] = LANES_OF(1.0);
-  const lanes v82 = q_3 * q_3;
-  const lanes v83 = 2.56 + v82;
-  const lanes v84 = 3.2 * q_3;
-  const lanes v85 = v83 + v84;
-  const lanes v86 = 7.100237610654644 - v85;
-  const lanes v87 = v85 - 2.029562389345356;
-  const lanes v88 = v86 * v87;
-  lanes v89; LANES_NAME(lanes_sqrt)(&v88, &v89);
-  const lanes v90 = 0.23681377825618946 * v89;
-  const lanes v91 = 0.5 * v85;
-  const lanes v92 = 1.89805 + v91;
-  const lanes v93 = 0.12199497667743094 * v92;
-  const lanes v94 = v90 - v93;
-  const lanes v95 = 0.51 + v94;
-  const lanes v96 = 0.9999999999999999 * v95;
-  const lanes v97 = 0.04 + v96;
-  const lanes v98 = 0.06099748833871547 * v89;
-  const lanes v99 = 0.4736275565123789 * v92;
-  const lanes v100 = v98 + v99;
-  const lanes v101 = v100 - 1.98;
-  const lanes v102 = 0.9999999999999999 * v101;
-  const lanes v103 = v102 - 0.42;
-  const lanes v104 = v103 * v103;
-  const lanes v105 = v97 * v97;
-  const lanes v106 = v104 + v105;
-  const lanes v107 = 0.5 * v106;
-  const lanes v108 = v107 - 0.0616;
-  const lanes v109 = v108 / v106;
-  const lanes v110 = v97 * v109;
-  const lanes v111 = 1.085213592060545 - v106;
-  const lanes v112 = v106 - 0.01398640793945492;
-  const lanes v113 = v111 * v112;
-  lanes v114; LANES_NAME(lanes_sqrt)(&v113, &v114);
-  const lanes v115 = 0.5 * v114;
-  const lanes v116 = v115 / v106;
-  const lanes v117 = v103 * v116;
-  const lanes v118 = v110 - v117;
-  const lanes v119 = 0.46 * v118;
-  const lanes v120 = v103 * v109;
-  const lanes v121 = v97 * v116;
-  const lanes v122 = v120 + v121;
-  const lanes v123 = 0.04 * v122;
-  const lanes v124 = v119 - v123;
-  const lanes v125 = 4.690431519699812 * v124;
-  const lanes v126 = v66 * v125;
-  const lanes v127 = 0.04 * v118;
-  const lanes v128 = 0.46 * v122;
-  const lanes v129 = v127 + v128;
-  const lanes v130 = 4.690431519699812 * v129;
-  const lanes v131 = v70 * v130;
-  const lanes v132 = v126 + v131;
-  const lanes v133 = v1 * v132;
-  out[48] = v133;
-  out[49] = v3;
-  const lanes v134 = v70 * v125;
-  const lanes v135 = v66 * v130;
-  const lanes v136 = v134 - v135;
-  const lanes v137 = v1 * v136;
-  const lanes v138 = -v137;
+  const lanes v82 = q_3 * q_3, v83 = 2.56 + v82, v84 = 3.2 * q_3, v85 = v83 + v84,
+      v86 = 7.100237610654644 - v85, v87 = v85 - 2.029562389345356, v88 = v86 * v87;
+  LANES_LET1(v89, sqrt, v88);
+  const lanes v90 = 0.23681377825618946 * v89, v91 = 0.5 * v85, v92 = 1.89805 + v91,
+      v93 = 0.12199497667743094 * v92, v94 = v90 - v93, v95 = 0.51 + v94,
+      v96 = 0.9999999999999999 * v95, v97 = 0.04 + v96, v98 = 0.06099748833871547 * v89,
+      v99 = 0.4736275565123789 * v92, v100 = v98 + v99, v101 = v100 - 1.98,
+      v102 = 0.9999999999999999 * v101, v103 = v102 - 0.42, v104 = v103 * v103, v105 = v97 * v97,
+      v106 = v104 + v105, v107 = 0.5 * v106, v108 = v107 - 0.0616, v109 = v108 / v106,
+      v110 = v97 * v109, v111 = 1.085213592060545 - v106, v112 = v106 - 0.01398640793945492,
+      v113 = v111 * v112;
+  LANES_LET1(v114, sqrt, v113);
+  const lanes v115 = 0.5 * v114, v116 = v115 / v106, v117 = v103 * v116, v118 = v110 - v117,
+      v119 = 0.46 * v118, v120 = v103 * v109, v121 = v97 * v116, v122 = v120 + v121,
+      v123 = 0.04 * v122, v124 = v119 - v123, v125 = 4.690431519699812 * v124, v126 = v66 * v125,
+      v127 = 0.04 * v118, v128 = 0.46 * v122, v129 = v127 + v128, v130 = 4.690431519699812 * v129,
+      v131 = v70 * v130, v132 = v126 + v131, v133 = v1 * v132;
+  out[48] = v133; out[49] = v3;
+  const lanes v134 = v70 * v125, v135 = v66 * v130, v136 = v134 - v135, v137 = v1 * v136,
+      v138 = -v137;
   out[50] = v138;
-  const lanes v139 = 2.9 * v67;
-  const lanes v140 = v74 + v139;
+  const lanes v139 = 2.9 * v67, v140 = v74 + v139;
   out[51] = v140;
   const lanes v141 = v2 * v132;
-  out[52] = v141;
-  out[53] = v1;
-  const lanes v142 = v2 * v136;
-  const lanes v143 = -v142;
+  out[52] = v141; out[53] = v1;
+  const lanes v142 = v2 * v136, v143 = -v142;
   out[54] = v143;
-  const lanes v144 = 2.9 * v75;
-  const lanes v145 = v79 + v144;
-  out[55] = v145;
-  out[56] = v136;
-  out[57] = LANES_OF(0.0);
-  out[58] = v132;
-  const lanes v146 = 2.9 * v70;
-  const lanes v147 = v81 + v146;
-  out[59] = v147;
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
+  const lanes v144 = 2.9 * v75, v145 = v79 + v144;
+  out[55] = v145; out[56] = v136; out[57] = LANES_OF(0.0); out[58] = v132;
+  const lanes v146 = 2.9 * v70, v147 = v81 + v146;
+  out[59] = v147; out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0); out[62] = LANES_OF(0.0);
   out[63] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(excavator_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 3.9204 + v3;
-  const lanes v5 = 3.96 * q_1;
-  const lanes v6 = v4 + v5;
-  const lanes v7 = 12.865745377821996 - v6;
-  const lanes v8 = v6 - 3.549254622178003;
-  const lanes v9 = v7 * v8;
-  lanes v10; LANES_NAME(lanes_sqrt)(&v9, &v10);
-  const lanes v11 = 0.4482758620689655 * v10;
-  const lanes v12 = 0.5 * v6;
-  const lanes v13 = v12 - 3.37875;
-  const lanes v14 = 0.7586206896551724 * v13;
-  const lanes v15 = v11 - v14;
-  const lanes v16 = 0.55 + v15;
-  const lanes v17 = 2.6 * v16;
-  const lanes v18 = 0.3793103448275862 * v10;
-  const lanes v19 = 0.896551724137931 * v13;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = v20 - 0.65;
-  const lanes v22 = 0.85 * v21;
-  const lanes v23 = v17 + v22;
-  const lanes v24 = 0.13364517206815904 * v23;
-  const lanes v25 = q_2 * q_2;
-  const lanes v26 = 5.76 + v25;
-  const lanes v27 = 4.8 * q_2;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = 15.245138616807916 - v28;
-  const lanes v30 = v28 - 4.964861383192083;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.14889657006115395 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 4.35 + v34;
-  const lanes v36 = 0.1329433661260303 * v35;
-  const lanes v37 = v33 - v36;
-  const lanes v38 = 1.25 + v37;
-  const lanes v39 = 0.25 * v38;
-  const lanes v40 = 0.06647168306301515 * v32;
-  const lanes v41 = 0.2977931401223079 * v35;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = v42 - 2.8;
-  const lanes v44 = 0.8 * v43;
-  const lanes v45 = v39 - v44;
-  const lanes v46 = 1.4234875444839858 * v45;
-  const lanes v47 = v24 * v46;
-  const lanes v48 = 2.6 * v21;
-  const lanes v49 = 0.85 * v16;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = 0.13364517206815904 * v50;
-  const lanes v52 = 0.25 * v43;
-  const lanes v53 = 0.8 * v38;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 1.4234875444839858 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v47 + v56;
-  const lanes v58 = q_3 * q_3;
-  const lanes v59 = 2.56 + v58;
-  const lanes v60 = 3.2 * q_3;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = 7.100237610654644 - v61;
-  const lanes v63 = v61 - 2.029562389345356;
-  const lanes v64 = v62 * v63;
-  lanes v65; LANES_NAME(lanes_sqrt)(&v64, &v65);
-  const lanes v66 = 0.23681377825618946 * v65;
-  const lanes v67 = 0.5 * v61;
-  const lanes v68 = 1.89805 + v67;
-  const lanes v69 = 0.12199497667743094 * v68;
-  const lanes v70 = v66 - v69;
-  const lanes v71 = 0.51 + v70;
-  const lanes v72 = 0.9999999999999999 * v71;
-  const lanes v73 = 0.04 + v72;
-  const lanes v74 = 0.06099748833871547 * v65;
-  const lanes v75 = 0.4736275565123789 * v68;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v76 - 1.98;
-  const lanes v78 = 0.9999999999999999 * v77;
-  const lanes v79 = v78 - 0.42;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v73 * v73;
-  const lanes v82 = v80 + v81;
-  const lanes v83 = 0.5 * v82;
-  const lanes v84 = v83 - 0.0616;
-  const lanes v85 = v84 / v82;
-  const lanes v86 = v73 * v85;
-  const lanes v87 = 1.085213592060545 - v82;
-  const lanes v88 = v82 - 0.01398640793945492;
-  const lanes v89 = v87 * v88;
-  lanes v90; LANES_NAME(lanes_sqrt)(&v89, &v90);
-  const lanes v91 = 0.5 * v90;
-  const lanes v92 = v91 / v82;
-  const lanes v93 = v79 * v92;
-  const lanes v94 = v86 - v93;
-  const lanes v95 = 0.46 * v94;
-  const lanes v96 = v79 * v85;
-  const lanes v97 = v73 * v92;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = 0.04 * v98;
-  const lanes v100 = v95 - v99;
-  const lanes v101 = 4.690431519699812 * v100;
-  const lanes v102 = v57 * v101;
-  const lanes v103 = v51 * v46;
-  const lanes v104 = v24 * v55;
-  const lanes v105 = v103 - v104;
-  const lanes v106 = 0.04 * v94;
-  const lanes v107 = 0.46 * v98;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = 4.690431519699812 * v108;
-  const lanes v110 = v105 * v109;
-  const lanes v111 = v102 + v110;
-  const lanes v112 = v1 * v111;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = q_1 * q_1, v4 = 3.9204 + v3, v5 = 3.96 * q_1, v6 = v4 + v5,
+      v7 = 12.865745377821996 - v6, v8 = v6 - 3.549254622178003, v9 = v7 * v8;
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = 0.4482758620689655 * v10, v12 = 0.5 * v6, v13 = v12 - 3.37875,
+      v14 = 0.7586206896551724 * v13, v15 = v11 - v14, v16 = 0.55 + v15, v17 = 2.6 * v16,
+      v18 = 0.3793103448275862 * v10, v19 = 0.896551724137931 * v13, v20 = v18 + v19,
+      v21 = v20 - 0.65, v22 = 0.85 * v21, v23 = v17 + v22, v24 = 0.13364517206815904 * v23,
+      v25 = q_2 * q_2, v26 = 5.76 + v25, v27 = 4.8 * q_2, v28 = v26 + v27,
+      v29 = 15.245138616807916 - v28, v30 = v28 - 4.964861383192083, v31 = v29 * v30;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = 0.14889657006115395 * v32, v34 = 0.5 * v28, v35 = 4.35 + v34,
+      v36 = 0.1329433661260303 * v35, v37 = v33 - v36, v38 = 1.25 + v37, v39 = 0.25 * v38,
+      v40 = 0.06647168306301515 * v32, v41 = 0.2977931401223079 * v35, v42 = v40 + v41,
+      v43 = v42 - 2.8, v44 = 0.8 * v43, v45 = v39 - v44, v46 = 1.4234875444839858 * v45,
+      v47 = v24 * v46, v48 = 2.6 * v21, v49 = 0.85 * v16, v50 = v48 - v49,
+      v51 = 0.13364517206815904 * v50, v52 = 0.25 * v43, v53 = 0.8 * v38, v54 = v52 + v53,
+      v55 = 1.4234875444839858 * v54, v56 = v51 * v55, v57 = v47 + v56, v58 = q_3 * q_3,
+      v59 = 2.56 + v58, v60 = 3.2 * q_3, v61 = v59 + v60, v62 = 7.100237610654644 - v61,
+      v63 = v61 - 2.029562389345356, v64 = v62 * v63;
+  LANES_LET1(v65, sqrt, v64);
+  const lanes v66 = 0.23681377825618946 * v65, v67 = 0.5 * v61, v68 = 1.89805 + v67,
+      v69 = 0.12199497667743094 * v68, v70 = v66 - v69, v71 = 0.51 + v70,
+      v72 = 0.9999999999999999 * v71, v73 = 0.04 + v72, v74 = 0.06099748833871547 * v65,
+      v75 = 0.4736275565123789 * v68, v76 = v74 + v75, v77 = v76 - 1.98,
+      v78 = 0.9999999999999999 * v77, v79 = v78 - 0.42, v80 = v79 * v79, v81 = v73 * v73,
+      v82 = v80 + v81, v83 = 0.5 * v82, v84 = v83 - 0.0616, v85 = v84 / v82, v86 = v73 * v85,
+      v87 = 1.085213592060545 - v82, v88 = v82 - 0.01398640793945492, v89 = v87 * v88;
+  LANES_LET1(v90, sqrt, v89);
+  const lanes v91 = 0.5 * v90, v92 = v91 / v82, v93 = v79 * v92, v94 = v86 - v93, v95 = 0.46 * v94,
+      v96 = v79 * v85, v97 = v73 * v92, v98 = v96 + v97, v99 = 0.04 * v98, v100 = v95 - v99,
+      v101 = 4.690431519699812 * v100, v102 = v57 * v101, v103 = v51 * v46, v104 = v24 * v55,
+      v105 = v103 - v104, v106 = 0.04 * v94, v107 = 0.46 * v98, v108 = v106 + v107,
+      v109 = 4.690431519699812 * v108, v110 = v105 * v109, v111 = v102 + v110, v112 = v1 * v111;
   out[0] = v112;
   const lanes v113 = -v2;
   out[1] = v113;
-  const lanes v114 = v105 * v101;
-  const lanes v115 = v57 * v109;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v1 * v116;
-  const lanes v118 = -v117;
+  const lanes v114 = v105 * v101, v115 = v57 * v109, v116 = v114 - v115, v117 = v1 * v116,
+      v118 = -v117;
   out[2] = v118;
-  const lanes v119 = 1.45 * v111;
-  const lanes v120 = 2.9 * v57;
-  const lanes v121 = v119 + v120;
-  const lanes v122 = 0.7617774807885066 * v23;
-  const lanes v123 = v121 + v122;
-  const lanes v124 = 0.15 + v123;
-  const lanes v125 = v1 * v124;
+  const lanes v119 = 1.45 * v111, v120 = 2.9 * v57, v121 = v119 + v120,
+      v122 = 0.7617774807885066 * v23, v123 = v121 + v122, v124 = 0.15 + v123, v125 = v1 * v124;
   out[3] = v125;
   const lanes v126 = v2 * v111;
-  out[4] = v126;
-  out[5] = v1;
-  const lanes v127 = v2 * v116;
-  const lanes v128 = -v127;
+  out[4] = v126; out[5] = v1;
+  const lanes v127 = v2 * v116, v128 = -v127;
   out[6] = v128;
   const lanes v129 = v2 * v124;
-  out[7] = v129;
-  out[8] = v116;
-  out[9] = LANES_OF(0.0);
-  out[10] = v111;
-  const lanes v130 = 1.45 * v116;
-  const lanes v131 = 2.9 * v105;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = 0.7617774807885066 * v50;
-  const lanes v134 = v132 + v133;
-  const lanes v135 = 1.75 + v134;
-  out[11] = v135;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  out[7] = v129; out[8] = v116; out[9] = LANES_OF(0.0); out[10] = v111;
+  const lanes v130 = 1.45 * v116, v131 = 2.9 * v105, v132 = v130 + v131,
+      v133 = 0.7617774807885066 * v50, v134 = v132 + v133, v135 = 1.75 + v134;
+  out[11] = v135; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
   const lanes v136 = -v129;
   out[16] = v136;
-  const lanes v137 = v1 * v134;
-  const lanes v138 = 1.98 + q_1;
-  const lanes v139 = 0.5 * v10;
-  const lanes v140 = v138 / v139;
-  const lanes v141 = v137 * v140;
-  const lanes v142 = -v141;
+  const lanes v137 = v1 * v134, v138 = 1.98 + q_1, v139 = 0.5 * v10, v140 = v138 / v139,
+      v141 = v137 * v140, v142 = -v141;
   out[17] = v142;
-  const lanes v143 = v1 * v132;
-  const lanes v144 = 2.4 + q_2;
-  const lanes v145 = 0.5 * v32;
-  const lanes v146 = v144 / v145;
-  const lanes v147 = v143 * v146;
+  const lanes v143 = v1 * v132, v144 = 2.4 + q_2, v145 = 0.5 * v32, v146 = v144 / v145,
+      v147 = v143 * v146;
   out[18] = v147;
-  const lanes v148 = v1 * v130;
-  const lanes v149 = 1.6 + q_3;
-  const lanes v150 = 0.5 * v65;
-  const lanes v151 = v149 / v150;
-  const lanes v152 = 1.6129032258064515 * v71;
-  const lanes v153 = v151 * v152;
-  const lanes v154 = 0.62 * v153;
-  const lanes v155 = v98 - v79;
-  const lanes v156 = v154 * v155;
-  const lanes v157 = 1.6129032258064515 * v77;
-  const lanes v158 = v151 * v157;
-  const lanes v159 = 0.62 * v158;
-  const lanes v160 = v94 - v73;
-  const lanes v161 = v159 * v160;
-  const lanes v162 = v156 - v161;
-  const lanes v163 = v162 / v91;
-  const lanes v164 = v148 * v163;
-  out[19] = v164;
-  out[20] = v125;
-  const lanes v165 = v2 * v134;
-  const lanes v166 = v165 * v140;
-  const lanes v167 = -v166;
+  const lanes v148 = v1 * v130, v149 = 1.6 + q_3, v150 = 0.5 * v65, v151 = v149 / v150,
+      v152 = 1.6129032258064515 * v71, v153 = v151 * v152, v154 = 0.62 * v153, v155 = v98 - v79,
+      v156 = v154 * v155, v157 = 1.6129032258064515 * v77, v158 = v151 * v157, v159 = 0.62 * v158,
+      v160 = v94 - v73, v161 = v159 * v160, v162 = v156 - v161, v163 = v162 / v91,
+      v164 = v148 * v163;
+  out[19] = v164; out[20] = v125;
+  const lanes v165 = v2 * v134, v166 = v165 * v140, v167 = -v166;
   out[21] = v167;
-  const lanes v168 = v2 * v132;
-  const lanes v169 = v168 * v146;
+  const lanes v168 = v2 * v132, v169 = v168 * v146;
   out[22] = v169;
-  const lanes v170 = v2 * v130;
-  const lanes v171 = v170 * v163;
-  out[23] = v171;
-  out[24] = LANES_OF(0.0);
+  const lanes v170 = v2 * v130, v171 = v170 * v163;
+  out[23] = v171; out[24] = LANES_OF(0.0);
   const lanes v172 = v123 * v140;
   out[25] = v172;
-  const lanes v173 = v121 * v146;
-  const lanes v174 = -v173;
+  const lanes v173 = v121 * v146, v174 = -v173;
   out[26] = v174;
-  const lanes v175 = v119 * v163;
-  const lanes v176 = -v175;
-  out[27] = v176;
-  out[28] = LANES_OF(0.0);
+  const lanes v175 = v119 * v163, v176 = -v175;
+  out[27] = v176; out[28] = LANES_OF(0.0);
   const lanes v177 = v2 * v140;
   out[29] = v177;
-  const lanes v178 = v2 * v146;
-  const lanes v179 = -v178;
+  const lanes v178 = v2 * v146, v179 = -v178;
   out[30] = v179;
-  const lanes v180 = v2 * v163;
-  const lanes v181 = -v180;
-  out[31] = v181;
-  out[32] = LANES_OF(0.0);
-  const lanes v182 = v1 * v140;
-  const lanes v183 = -v182;
+  const lanes v180 = v2 * v163, v181 = -v180;
+  out[31] = v181; out[32] = LANES_OF(0.0);
+  const lanes v182 = v1 * v140, v183 = -v182;
   out[33] = v183;
   const lanes v184 = v1 * v146;
   out[34] = v184;
   const lanes v185 = v1 * v163;
-  out[35] = v185;
-  out[36] = LANES_OF(1.0);
-  out[37] = LANES_OF(0.0);
-  out[38] = LANES_OF(0.0);
+  out[35] = v185; out[36] = LANES_OF(1.0); out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0);
   out[39] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(excavator_jacobian_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  out[0] = LANES_OF(0.0);
-  const lanes v3 = 1.98 + q_1;
-  const lanes v4 = q_1 * q_1;
-  const lanes v5 = 3.9204 + v4;
-  const lanes v6 = 3.96 * q_1;
-  const lanes v7 = v5 + v6;
-  const lanes v8 = 12.865745377821996 - v7;
-  const lanes v9 = v7 - 3.549254622178003;
-  const lanes v10 = v8 * v9;
-  lanes v11; LANES_NAME(lanes_sqrt)(&v10, &v11);
-  const lanes v12 = 0.5 * v11;
-  const lanes v13 = v3 / v12;
-  const lanes v14 = 1.75 * v1;
-  const lanes v15 = v13 * v14;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3];
+  LANES_COS_SIN(v1, v2, q_0); out[0] = LANES_OF(0.0);
+  const lanes v3 = 1.98 + q_1, v4 = q_1 * q_1, v5 = 3.9204 + v4, v6 = 3.96 * q_1, v7 = v5 + v6,
+      v8 = 12.865745377821996 - v7, v9 = v7 - 3.549254622178003, v10 = v8 * v9;
+  LANES_LET1(v11, sqrt, v10);
+  const lanes v12 = 0.5 * v11, v13 = v3 / v12, v14 = 1.75 * v1, v15 = v13 * v14;
   out[1] = v15;
-  const lanes v16 = 2.4 + q_2;
-  const lanes v17 = q_2 * q_2;
-  const lanes v18 = 5.76 + v17;
-  const lanes v19 = 4.8 * q_2;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = 15.245138616807916 - v20;
-  const lanes v22 = v20 - 4.964861383192083;
-  const lanes v23 = v21 * v22;
-  lanes v24; LANES_NAME(lanes_sqrt)(&v23, &v24);
-  const lanes v25 = 0.5 * v24;
-  const lanes v26 = v16 / v25;
-  const lanes v27 = 0.3793103448275862 * v11;
-  const lanes v28 = 0.5 * v7;
-  const lanes v29 = v28 - 3.37875;
-  const lanes v30 = 0.896551724137931 * v29;
-  const lanes v31 = v27 + v30;
-  const lanes v32 = v31 - 0.65;
-  const lanes v33 = 2.6 * v32;
-  const lanes v34 = 0.4482758620689655 * v11;
-  const lanes v35 = 0.7586206896551724 * v29;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = 0.55 + v36;
-  const lanes v38 = 0.85 * v37;
-  const lanes v39 = v33 - v38;
-  const lanes v40 = 0.7617774807885066 * v39;
-  const lanes v41 = 1.75 + v40;
-  const lanes v42 = v1 * v41;
-  const lanes v43 = v26 * v42;
-  const lanes v44 = -v43;
+  const lanes v16 = 2.4 + q_2, v17 = q_2 * q_2, v18 = 5.76 + v17, v19 = 4.8 * q_2, v20 = v18 + v19,
+      v21 = 15.245138616807916 - v20, v22 = v20 - 4.964861383192083, v23 = v21 * v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.5 * v24, v26 = v16 / v25, v27 = 0.3793103448275862 * v11, v28 = 0.5 * v7,
+      v29 = v28 - 3.37875, v30 = 0.896551724137931 * v29, v31 = v27 + v30, v32 = v31 - 0.65,
+      v33 = 2.6 * v32, v34 = 0.4482758620689655 * v11, v35 = 0.7586206896551724 * v29,
+      v36 = v34 - v35, v37 = 0.55 + v36, v38 = 0.85 * v37, v39 = v33 - v38,
+      v40 = 0.7617774807885066 * v39, v41 = 1.75 + v40, v42 = v1 * v41, v43 = v26 * v42, v44 = -v43;
   out[2] = v44;
-  const lanes v45 = 1.6 + q_3;
-  const lanes v46 = q_3 * q_3;
-  const lanes v47 = 2.56 + v46;
-  const lanes v48 = 3.2 * q_3;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = 7.100237610654644 - v49;
-  const lanes v51 = v49 - 2.029562389345356;
-  const lanes v52 = v50 * v51;
-  lanes v53; LANES_NAME(lanes_sqrt)(&v52, &v53);
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v45 / v54;
-  const lanes v56 = 0.23681377825618946 * v53;
-  const lanes v57 = 0.5 * v49;
-  const lanes v58 = 1.89805 + v57;
-  const lanes v59 = 0.12199497667743094 * v58;
-  const lanes v60 = v56 - v59;
-  const lanes v61 = 0.51 + v60;
-  const lanes v62 = 1.6129032258064515 * v61;
-  const lanes v63 = v55 * v62;
-  const lanes v64 = 0.62 * v63;
-  const lanes v65 = 0.06099748833871547 * v53;
-  const lanes v66 = 0.4736275565123789 * v58;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v67 - 1.98;
-  const lanes v69 = 0.9999999999999999 * v68;
-  const lanes v70 = v69 - 0.42;
-  const lanes v71 = v70 * v70;
-  const lanes v72 = 0.9999999999999999 * v61;
-  const lanes v73 = 0.04 + v72;
-  const lanes v74 = v73 * v73;
-  const lanes v75 = v71 + v74;
-  const lanes v76 = 0.5 * v75;
-  const lanes v77 = v76 - 0.0616;
-  const lanes v78 = v77 / v75;
-  const lanes v79 = v70 * v78;
-  const lanes v80 = 1.085213592060545 - v75;
-  const lanes v81 = v75 - 0.01398640793945492;
-  const lanes v82 = v80 * v81;
-  lanes v83; LANES_NAME(lanes_sqrt)(&v82, &v83);
-  const lanes v84 = 0.5 * v83;
-  const lanes v85 = v84 / v75;
-  const lanes v86 = v73 * v85;
-  const lanes v87 = v79 + v86;
-  const lanes v88 = v87 - v70;
-  const lanes v89 = v64 * v88;
-  const lanes v90 = 1.6129032258064515 * v68;
-  const lanes v91 = v55 * v90;
-  const lanes v92 = 0.62 * v91;
-  const lanes v93 = v73 * v78;
-  const lanes v94 = v70 * v85;
-  const lanes v95 = v93 - v94;
-  const lanes v96 = v95 - v73;
-  const lanes v97 = v92 * v96;
-  const lanes v98 = v89 - v97;
-  const lanes v99 = v98 / v84;
-  const lanes v100 = 0.13364517206815904 * v39;
-  const lanes v101 = 0.14889657006115395 * v24;
-  const lanes v102 = 0.5 * v20;
-  const lanes v103 = 4.35 + v102;
-  const lanes v104 = 0.1329433661260303 * v103;
-  const lanes v105 = v101 - v104;
-  const lanes v106 = 1.25 + v105;
-  const lanes v107 = 0.25 * v106;
-  const lanes v108 = 0.06647168306301515 * v24;
-  const lanes v109 = 0.2977931401223079 * v103;
-  const lanes v110 = v108 + v109;
-  const lanes v111 = v110 - 2.8;
-  const lanes v112 = 0.8 * v111;
-  const lanes v113 = v107 - v112;
-  const lanes v114 = 1.4234875444839858 * v113;
-  const lanes v115 = v100 * v114;
-  const lanes v116 = 2.6 * v37;
-  const lanes v117 = 0.85 * v32;
-  const lanes v118 = v116 + v117;
-  const lanes v119 = 0.13364517206815904 * v118;
-  const lanes v120 = 0.25 * v111;
-  const lanes v121 = 0.8 * v106;
-  const lanes v122 = v120 + v121;
-  const lanes v123 = 1.4234875444839858 * v122;
-  const lanes v124 = v119 * v123;
-  const lanes v125 = v115 - v124;
-  const lanes v126 = 2.9 * v125;
-  const lanes v127 = v126 + v41;
-  const lanes v128 = v1 * v127;
-  const lanes v129 = v99 * v128;
-  const lanes v130 = -v129;
-  out[3] = v130;
-  out[4] = LANES_OF(0.0);
-  const lanes v131 = 1.75 * v2;
-  const lanes v132 = v13 * v131;
+  const lanes v45 = 1.6 + q_3, v46 = q_3 * q_3, v47 = 2.56 + v46, v48 = 3.2 * q_3, v49 = v47 + v48,
+      v50 = 7.100237610654644 - v49, v51 = v49 - 2.029562389345356, v52 = v50 * v51;
+  LANES_LET1(v53, sqrt, v52);
+  const lanes v54 = 0.5 * v53, v55 = v45 / v54, v56 = 0.23681377825618946 * v53, v57 = 0.5 * v49,
+      v58 = 1.89805 + v57, v59 = 0.12199497667743094 * v58, v60 = v56 - v59, v61 = 0.51 + v60,
+      v62 = 1.6129032258064515 * v61, v63 = v55 * v62, v64 = 0.62 * v63,
+      v65 = 0.06099748833871547 * v53, v66 = 0.4736275565123789 * v58, v67 = v65 + v66,
+      v68 = v67 - 1.98, v69 = 0.9999999999999999 * v68, v70 = v69 - 0.42, v71 = v70 * v70,
+      v72 = 0.9999999999999999 * v61, v73 = 0.04 + v72, v74 = v73 * v73, v75 = v71 + v74,
+      v76 = 0.5 * v75, v77 = v76 - 0.0616, v78 = v77 / v75, v79 = v70 * v78,
+      v80 = 1.085213592060545 - v75, v81 = v75 - 0.01398640793945492, v82 = v80 * v81;
+  LANES_LET1(v83, sqrt, v82);
+  const lanes v84 = 0.5 * v83, v85 = v84 / v75, v86 = v73 * v85, v87 = v79 + v86, v88 = v87 - v70,
+      v89 = v64 * v88, v90 = 1.6129032258064515 * v68, v91 = v55 * v90, v92 = 0.62 * v91,
+      v93 = v73 * v78, v94 = v70 * v85, v95 = v93 - v94, v96 = v95 - v73, v97 = v92 * v96,
+      v98 = v89 - v97, v99 = v98 / v84, v100 = 0.13364517206815904 * v39,
+      v101 = 0.14889657006115395 * v24, v102 = 0.5 * v20, v103 = 4.35 + v102,
+      v104 = 0.1329433661260303 * v103, v105 = v101 - v104, v106 = 1.25 + v105, v107 = 0.25 * v106,
+      v108 = 0.06647168306301515 * v24, v109 = 0.2977931401223079 * v103, v110 = v108 + v109,
+      v111 = v110 - 2.8, v112 = 0.8 * v111, v113 = v107 - v112, v114 = 1.4234875444839858 * v113,
+      v115 = v100 * v114, v116 = 2.6 * v37, v117 = 0.85 * v32, v118 = v116 + v117,
+      v119 = 0.13364517206815904 * v118, v120 = 0.25 * v111, v121 = 0.8 * v106, v122 = v120 + v121,
+      v123 = 1.4234875444839858 * v122, v124 = v119 * v123, v125 = v115 - v124, v126 = 2.9 * v125,
+      v127 = v126 + v41, v128 = v1 * v127, v129 = v99 * v128, v130 = -v129;
+  out[3] = v130; out[4] = LANES_OF(0.0);
+  const lanes v131 = 1.75 * v2, v132 = v13 * v131;
   out[5] = v132;
-  const lanes v133 = v2 * v41;
-  const lanes v134 = v26 * v133;
-  const lanes v135 = -v134;
+  const lanes v133 = v2 * v41, v134 = v26 * v133, v135 = -v134;
   out[6] = v135;
-  const lanes v136 = v2 * v127;
-  const lanes v137 = v99 * v136;
-  const lanes v138 = -v137;
-  out[7] = v138;
-  out[8] = LANES_OF(0.0);
-  const lanes v139 = 0.15 * v13;
-  const lanes v140 = -v139;
+  const lanes v136 = v2 * v127, v137 = v99 * v136, v138 = -v137;
+  out[7] = v138; out[8] = LANES_OF(0.0);
+  const lanes v139 = 0.15 * v13, v140 = -v139;
   out[9] = v140;
-  const lanes v141 = 0.7617774807885066 * v118;
-  const lanes v142 = 0.15 + v141;
-  const lanes v143 = v26 * v142;
+  const lanes v141 = 0.7617774807885066 * v118, v142 = 0.15 + v141, v143 = v26 * v142;
   out[10] = v143;
-  const lanes v144 = v119 * v114;
-  const lanes v145 = v100 * v123;
-  const lanes v146 = v144 + v145;
-  const lanes v147 = 2.9 * v146;
-  const lanes v148 = v147 + v142;
-  const lanes v149 = v99 * v148;
-  out[11] = v149;
-  out[12] = LANES_OF(0.0);
+  const lanes v144 = v119 * v114, v145 = v100 * v123, v146 = v144 + v145, v147 = 2.9 * v146,
+      v148 = v147 + v142, v149 = v99 * v148;
+  out[11] = v149; out[12] = LANES_OF(0.0);
   const lanes v150 = v2 * v13;
   out[13] = v150;
-  const lanes v151 = v2 * v26;
-  const lanes v152 = -v151;
+  const lanes v151 = v2 * v26, v152 = -v151;
   out[14] = v152;
-  const lanes v153 = v2 * v99;
-  const lanes v154 = -v153;
-  out[15] = v154;
-  out[16] = LANES_OF(0.0);
-  const lanes v155 = v1 * v13;
-  const lanes v156 = -v155;
+  const lanes v153 = v2 * v99, v154 = -v153;
+  out[15] = v154; out[16] = LANES_OF(0.0);
+  const lanes v155 = v1 * v13, v156 = -v155;
   out[17] = v156;
   const lanes v157 = v1 * v26;
   out[18] = v157;
   const lanes v158 = v1 * v99;
-  out[19] = v158;
-  out[20] = LANES_OF(1.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
+  out[19] = v158; out[20] = LANES_OF(1.0); out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0);
   out[23] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(excavator_jacobian_body)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
+  const lanes q_1 = in[1], q_2 = in[2], q_3 = in[3];
   out[0] = LANES_OF(0.0);
-  const lanes v1 = 1.98 + q_1;
-  const lanes v2 = q_1 * q_1;
-  const lanes v3 = 3.9204 + v2;
-  const lanes v4 = 3.96 * q_1;
-  const lanes v5 = v3 + v4;
-  const lanes v6 = 12.865745377821996 - v5;
-  const lanes v7 = v5 - 3.549254622178003;
-  const lanes v8 = v6 * v7;
-  lanes v9; LANES_NAME(lanes_sqrt)(&v8, &v9);
-  const lanes v10 = 0.5 * v9;
-  const lanes v11 = v1 / v10;
-  const lanes v12 = 0.3793103448275862 * v9;
-  const lanes v13 = 0.5 * v5;
-  const lanes v14 = v13 - 3.37875;
-  const lanes v15 = 0.896551724137931 * v14;
-  const lanes v16 = v12 + v15;
-  const lanes v17 = v16 - 0.65;
-  const lanes v18 = 2.6 * v17;
-  const lanes v19 = 0.4482758620689655 * v9;
-  const lanes v20 = 0.7586206896551724 * v14;
-  const lanes v21 = v19 - v20;
-  const lanes v22 = 0.55 + v21;
-  const lanes v23 = 0.85 * v22;
-  const lanes v24 = v18 - v23;
-  const lanes v25 = 0.13364517206815904 * v24;
-  const lanes v26 = q_2 * q_2;
-  const lanes v27 = 5.76 + v26;
-  const lanes v28 = 4.8 * q_2;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = 15.245138616807916 - v29;
-  const lanes v31 = v29 - 4.964861383192083;
-  const lanes v32 = v30 * v31;
-  lanes v33; LANES_NAME(lanes_sqrt)(&v32, &v33);
-  const lanes v34 = 0.14889657006115395 * v33;
-  const lanes v35 = 0.5 * v29;
-  const lanes v36 = 4.35 + v35;
-  const lanes v37 = 0.1329433661260303 * v36;
-  const lanes v38 = v34 - v37;
-  const lanes v39 = 1.25 + v38;
-  const lanes v40 = 0.25 * v39;
-  const lanes v41 = 0.06647168306301515 * v33;
-  const lanes v42 = 0.2977931401223079 * v36;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = v43 - 2.8;
-  const lanes v45 = 0.8 * v44;
-  const lanes v46 = v40 - v45;
-  const lanes v47 = 1.4234875444839858 * v46;
-  const lanes v48 = v25 * v47;
-  const lanes v49 = 2.6 * v22;
-  const lanes v50 = 0.85 * v17;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = 0.13364517206815904 * v51;
-  const lanes v53 = 0.25 * v44;
-  const lanes v54 = 0.8 * v39;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = 1.4234875444839858 * v55;
-  const lanes v57 = v52 * v56;
-  const lanes v58 = v48 - v57;
-  const lanes v59 = q_3 * q_3;
-  const lanes v60 = 2.56 + v59;
-  const lanes v61 = 3.2 * q_3;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = 7.100237610654644 - v62;
-  const lanes v64 = v62 - 2.029562389345356;
-  const lanes v65 = v63 * v64;
-  lanes v66; LANES_NAME(lanes_sqrt)(&v65, &v66);
-  const lanes v67 = 0.23681377825618946 * v66;
-  const lanes v68 = 0.5 * v62;
-  const lanes v69 = 1.89805 + v68;
-  const lanes v70 = 0.12199497667743094 * v69;
-  const lanes v71 = v67 - v70;
-  const lanes v72 = 0.51 + v71;
-  const lanes v73 = 0.9999999999999999 * v72;
-  const lanes v74 = 0.04 + v73;
-  const lanes v75 = 0.06099748833871547 * v66;
-  const lanes v76 = 0.4736275565123789 * v69;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = v77 - 1.98;
-  const lanes v79 = 0.9999999999999999 * v78;
-  const lanes v80 = v79 - 0.42;
-  const lanes v81 = v80 * v80;
-  const lanes v82 = v74 * v74;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = 0.5 * v83;
-  const lanes v85 = v84 - 0.0616;
-  const lanes v86 = v85 / v83;
-  const lanes v87 = v74 * v86;
-  const lanes v88 = 1.085213592060545 - v83;
-  const lanes v89 = v83 - 0.01398640793945492;
-  const lanes v90 = v88 * v89;
-  lanes v91; LANES_NAME(lanes_sqrt)(&v90, &v91);
-  const lanes v92 = 0.5 * v91;
-  const lanes v93 = v92 / v83;
-  const lanes v94 = v80 * v93;
-  const lanes v95 = v87 - v94;
-  const lanes v96 = 0.46 * v95;
-  const lanes v97 = v80 * v86;
-  const lanes v98 = v74 * v93;
-  const lanes v99 = v97 + v98;
-  const lanes v100 = 0.04 * v99;
-  const lanes v101 = v96 - v100;
-  const lanes v102 = 4.690431519699812 * v101;
-  const lanes v103 = v58 * v102;
-  const lanes v104 = v52 * v47;
-  const lanes v105 = v25 * v56;
-  const lanes v106 = v104 + v105;
-  const lanes v107 = 0.04 * v95;
-  const lanes v108 = 0.46 * v99;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = 4.690431519699812 * v109;
-  const lanes v111 = v106 * v110;
-  const lanes v112 = v103 - v111;
-  const lanes v113 = v106 * v102;
-  const lanes v114 = v58 * v110;
-  const lanes v115 = v113 + v114;
-  const lanes v116 = 1.45 * v115;
-  const lanes v117 = 2.9 * v106;
-  const lanes v118 = v116 + v117;
-  const lanes v119 = 0.7617774807885066 * v51;
-  const lanes v120 = v118 + v119;
-  const lanes v121 = v112 * v120;
-  const lanes v122 = 1.45 * v112;
-  const lanes v123 = 2.9 * v58;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = 0.7617774807885066 * v24;
-  const lanes v126 = v124 + v125;
-  const lanes v127 = v115 * v126;
-  const lanes v128 = v121 - v127;
-  const lanes v129 = v11 * v128;
+  const lanes v1 = 1.98 + q_1, v2 = q_1 * q_1, v3 = 3.9204 + v2, v4 = 3.96 * q_1, v5 = v3 + v4,
+      v6 = 12.865745377821996 - v5, v7 = v5 - 3.549254622178003, v8 = v6 * v7;
+  LANES_LET1(v9, sqrt, v8);
+  const lanes v10 = 0.5 * v9, v11 = v1 / v10, v12 = 0.3793103448275862 * v9, v13 = 0.5 * v5,
+      v14 = v13 - 3.37875, v15 = 0.896551724137931 * v14, v16 = v12 + v15, v17 = v16 - 0.65,
+      v18 = 2.6 * v17, v19 = 0.4482758620689655 * v9, v20 = 0.7586206896551724 * v14,
+      v21 = v19 - v20, v22 = 0.55 + v21, v23 = 0.85 * v22, v24 = v18 - v23,
+      v25 = 0.13364517206815904 * v24, v26 = q_2 * q_2, v27 = 5.76 + v26, v28 = 4.8 * q_2,
+      v29 = v27 + v28, v30 = 15.245138616807916 - v29, v31 = v29 - 4.964861383192083,
+      v32 = v30 * v31;
+  LANES_LET1(v33, sqrt, v32);
+  const lanes v34 = 0.14889657006115395 * v33, v35 = 0.5 * v29, v36 = 4.35 + v35,
+      v37 = 0.1329433661260303 * v36, v38 = v34 - v37, v39 = 1.25 + v38, v40 = 0.25 * v39,
+      v41 = 0.06647168306301515 * v33, v42 = 0.2977931401223079 * v36, v43 = v41 + v42,
+      v44 = v43 - 2.8, v45 = 0.8 * v44, v46 = v40 - v45, v47 = 1.4234875444839858 * v46,
+      v48 = v25 * v47, v49 = 2.6 * v22, v50 = 0.85 * v17, v51 = v49 + v50,
+      v52 = 0.13364517206815904 * v51, v53 = 0.25 * v44, v54 = 0.8 * v39, v55 = v53 + v54,
+      v56 = 1.4234875444839858 * v55, v57 = v52 * v56, v58 = v48 - v57, v59 = q_3 * q_3,
+      v60 = 2.56 + v59, v61 = 3.2 * q_3, v62 = v60 + v61, v63 = 7.100237610654644 - v62,
+      v64 = v62 - 2.029562389345356, v65 = v63 * v64;
+  LANES_LET1(v66, sqrt, v65);
+  const lanes v67 = 0.23681377825618946 * v66, v68 = 0.5 * v62, v69 = 1.89805 + v68,
+      v70 = 0.12199497667743094 * v69, v71 = v67 - v70, v72 = 0.51 + v71,
+      v73 = 0.9999999999999999 * v72, v74 = 0.04 + v73, v75 = 0.06099748833871547 * v66,
+      v76 = 0.4736275565123789 * v69, v77 = v75 + v76, v78 = v77 - 1.98,
+      v79 = 0.9999999999999999 * v78, v80 = v79 - 0.42, v81 = v80 * v80, v82 = v74 * v74,
+      v83 = v81 + v82, v84 = 0.5 * v83, v85 = v84 - 0.0616, v86 = v85 / v83, v87 = v74 * v86,
+      v88 = 1.085213592060545 - v83, v89 = v83 - 0.01398640793945492, v90 = v88 * v89;
+  LANES_LET1(v91, sqrt, v90);
+  const lanes v92 = 0.5 * v91, v93 = v92 / v83, v94 = v80 * v93, v95 = v87 - v94, v96 = 0.46 * v95,
+      v97 = v80 * v86, v98 = v74 * v93, v99 = v97 + v98, v100 = 0.04 * v99, v101 = v96 - v100,
+      v102 = 4.690431519699812 * v101, v103 = v58 * v102, v104 = v52 * v47, v105 = v25 * v56,
+      v106 = v104 + v105, v107 = 0.04 * v95, v108 = 0.46 * v99, v109 = v107 + v108,
+      v110 = 4.690431519699812 * v109, v111 = v106 * v110, v112 = v103 - v111, v113 = v106 * v102,
+      v114 = v58 * v110, v115 = v113 + v114, v116 = 1.45 * v115, v117 = 2.9 * v106,
+      v118 = v116 + v117, v119 = 0.7617774807885066 * v51, v120 = v118 + v119, v121 = v112 * v120,
+      v122 = 1.45 * v112, v123 = 2.9 * v58, v124 = v122 + v123, v125 = 0.7617774807885066 * v24,
+      v126 = v124 + v125, v127 = v115 * v126, v128 = v121 - v127, v129 = v11 * v128;
   out[1] = v129;
-  const lanes v130 = 2.4 + q_2;
-  const lanes v131 = 0.5 * v33;
-  const lanes v132 = v130 / v131;
-  const lanes v133 = v112 * v118;
-  const lanes v134 = v115 * v124;
-  const lanes v135 = v133 - v134;
-  const lanes v136 = v132 * v135;
-  const lanes v137 = -v136;
-  out[2] = v137;
-  out[3] = LANES_OF(0.0);
+  const lanes v130 = 2.4 + q_2, v131 = 0.5 * v33, v132 = v130 / v131, v133 = v112 * v118,
+      v134 = v115 * v124, v135 = v133 - v134, v136 = v132 * v135, v137 = -v136;
+  out[2] = v137; out[3] = LANES_OF(0.0);
   const lanes v138 = 0.15 + v120;
-  out[4] = v138;
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
+  out[4] = v138; out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
   out[8] = LANES_OF(0.0);
-  const lanes v139 = v115 * v120;
-  const lanes v140 = v112 * v126;
-  const lanes v141 = v139 + v140;
-  const lanes v142 = v11 * v141;
+  const lanes v139 = v115 * v120, v140 = v112 * v126, v141 = v139 + v140, v142 = v11 * v141;
   out[9] = v142;
-  const lanes v143 = v115 * v118;
-  const lanes v144 = v112 * v124;
-  const lanes v145 = v143 + v144;
-  const lanes v146 = v132 * v145;
-  const lanes v147 = -v146;
+  const lanes v143 = v115 * v118, v144 = v112 * v124, v145 = v143 + v144, v146 = v132 * v145,
+      v147 = -v146;
   out[10] = v147;
-  const lanes v148 = 1.6 + q_3;
-  const lanes v149 = 0.5 * v66;
-  const lanes v150 = v148 / v149;
-  const lanes v151 = 1.6129032258064515 * v72;
-  const lanes v152 = v150 * v151;
-  const lanes v153 = 0.62 * v152;
-  const lanes v154 = v99 - v80;
-  const lanes v155 = v153 * v154;
-  const lanes v156 = 1.6129032258064515 * v78;
-  const lanes v157 = v150 * v156;
-  const lanes v158 = 0.62 * v157;
-  const lanes v159 = v95 - v74;
-  const lanes v160 = v158 * v159;
-  const lanes v161 = v155 - v160;
-  const lanes v162 = v161 / v92;
-  const lanes v163 = 1.45 * v162;
-  const lanes v164 = -v163;
-  out[11] = v164;
-  out[12] = v112;
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
+  const lanes v148 = 1.6 + q_3, v149 = 0.5 * v66, v150 = v148 / v149,
+      v151 = 1.6129032258064515 * v72, v152 = v150 * v151, v153 = 0.62 * v152, v154 = v99 - v80,
+      v155 = v153 * v154, v156 = 1.6129032258064515 * v78, v157 = v150 * v156, v158 = 0.62 * v157,
+      v159 = v95 - v74, v160 = v158 * v159, v161 = v155 - v160, v162 = v161 / v92,
+      v163 = 1.45 * v162, v164 = -v163;
+  out[11] = v164; out[12] = v112; out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
   const lanes v165 = -v11;
-  out[17] = v165;
-  out[18] = v132;
-  out[19] = v162;
-  out[20] = v115;
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
+  out[17] = v165; out[18] = v132; out[19] = v162; out[20] = v115; out[21] = LANES_OF(0.0);
+  out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(excavator_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 3.9204 + v3;
-  const lanes v5 = 3.96 * q_1;
-  const lanes v6 = v4 + v5;
-  const lanes v7 = 12.865745377821996 - v6;
-  const lanes v8 = v6 - 3.549254622178003;
-  const lanes v9 = v7 * v8;
-  lanes v10; LANES_NAME(lanes_sqrt)(&v9, &v10);
-  const lanes v11 = 0.4482758620689655 * v10;
-  const lanes v12 = 0.5 * v6;
-  const lanes v13 = v12 - 3.37875;
-  const lanes v14 = 0.7586206896551724 * v13;
-  const lanes v15 = v11 - v14;
-  const lanes v16 = 0.55 + v15;
-  const lanes v17 = 2.6 * v16;
-  const lanes v18 = 0.3793103448275862 * v10;
-  const lanes v19 = 0.896551724137931 * v13;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = v20 - 0.65;
-  const lanes v22 = 0.85 * v21;
-  const lanes v23 = v17 + v22;
-  const lanes v24 = 0.13364517206815904 * v23;
-  const lanes v25 = q_2 * q_2;
-  const lanes v26 = 5.76 + v25;
-  const lanes v27 = 4.8 * q_2;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = 15.245138616807916 - v28;
-  const lanes v30 = v28 - 4.964861383192083;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.14889657006115395 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 4.35 + v34;
-  const lanes v36 = 0.1329433661260303 * v35;
-  const lanes v37 = v33 - v36;
-  const lanes v38 = 1.25 + v37;
-  const lanes v39 = 0.25 * v38;
-  const lanes v40 = 0.06647168306301515 * v32;
-  const lanes v41 = 0.2977931401223079 * v35;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = v42 - 2.8;
-  const lanes v44 = 0.8 * v43;
-  const lanes v45 = v39 - v44;
-  const lanes v46 = 1.4234875444839858 * v45;
-  const lanes v47 = v24 * v46;
-  const lanes v48 = 2.6 * v21;
-  const lanes v49 = 0.85 * v16;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = 0.13364517206815904 * v50;
-  const lanes v52 = 0.25 * v43;
-  const lanes v53 = 0.8 * v38;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 1.4234875444839858 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v47 + v56;
-  const lanes v58 = q_3 * q_3;
-  const lanes v59 = 2.56 + v58;
-  const lanes v60 = 3.2 * q_3;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = 7.100237610654644 - v61;
-  const lanes v63 = v61 - 2.029562389345356;
-  const lanes v64 = v62 * v63;
-  lanes v65; LANES_NAME(lanes_sqrt)(&v64, &v65);
-  const lanes v66 = 0.23681377825618946 * v65;
-  const lanes v67 = 0.5 * v61;
-  const lanes v68 = 1.89805 + v67;
-  const lanes v69 = 0.12199497667743094 * v68;
-  const lanes v70 = v66 - v69;
-  const lanes v71 = 0.51 + v70;
-  const lanes v72 = 0.9999999999999999 * v71;
-  const lanes v73 = 0.04 + v72;
-  const lanes v74 = 0.06099748833871547 * v65;
-  const lanes v75 = 0.4736275565123789 * v68;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v76 - 1.98;
-  const lanes v78 = 0.9999999999999999 * v77;
-  const lanes v79 = v78 - 0.42;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v73 * v73;
-  const lanes v82 = v80 + v81;
-  const lanes v83 = 0.5 * v82;
-  const lanes v84 = v83 - 0.0616;
-  const lanes v85 = v84 / v82;
-  const lanes v86 = v73 * v85;
-  const lanes v87 = 1.085213592060545 - v82;
-  const lanes v88 = v82 - 0.01398640793945492;
-  const lanes v89 = v87 * v88;
-  lanes v90; LANES_NAME(lanes_sqrt)(&v89, &v90);
-  const lanes v91 = 0.5 * v90;
-  const lanes v92 = v91 / v82;
-  const lanes v93 = v79 * v92;
-  const lanes v94 = v86 - v93;
-  const lanes v95 = 0.46 * v94;
-  const lanes v96 = v79 * v85;
-  const lanes v97 = v73 * v92;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = 0.04 * v98;
-  const lanes v100 = v95 - v99;
-  const lanes v101 = 4.690431519699812 * v100;
-  const lanes v102 = v57 * v101;
-  const lanes v103 = v51 * v46;
-  const lanes v104 = v24 * v55;
-  const lanes v105 = v103 - v104;
-  const lanes v106 = 0.04 * v94;
-  const lanes v107 = 0.46 * v98;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = 4.690431519699812 * v108;
-  const lanes v110 = v105 * v109;
-  const lanes v111 = v102 + v110;
-  const lanes v112 = 1.45 * v111;
-  const lanes v113 = 2.9 * v57;
-  const lanes v114 = v112 + v113;
-  const lanes v115 = 0.7617774807885066 * v23;
-  const lanes v116 = v114 + v115;
-  const lanes v117 = 0.15 + v116;
-  const lanes v118 = v1 * v117;
-  const lanes v119 = -v118;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3];
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = q_1 * q_1, v4 = 3.9204 + v3, v5 = 3.96 * q_1, v6 = v4 + v5,
+      v7 = 12.865745377821996 - v6, v8 = v6 - 3.549254622178003, v9 = v7 * v8;
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = 0.4482758620689655 * v10, v12 = 0.5 * v6, v13 = v12 - 3.37875,
+      v14 = 0.7586206896551724 * v13, v15 = v11 - v14, v16 = 0.55 + v15, v17 = 2.6 * v16,
+      v18 = 0.3793103448275862 * v10, v19 = 0.896551724137931 * v13, v20 = v18 + v19,
+      v21 = v20 - 0.65, v22 = 0.85 * v21, v23 = v17 + v22, v24 = 0.13364517206815904 * v23,
+      v25 = q_2 * q_2, v26 = 5.76 + v25, v27 = 4.8 * q_2, v28 = v26 + v27,
+      v29 = 15.245138616807916 - v28, v30 = v28 - 4.964861383192083, v31 = v29 * v30;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = 0.14889657006115395 * v32, v34 = 0.5 * v28, v35 = 4.35 + v34,
+      v36 = 0.1329433661260303 * v35, v37 = v33 - v36, v38 = 1.25 + v37, v39 = 0.25 * v38,
+      v40 = 0.06647168306301515 * v32, v41 = 0.2977931401223079 * v35, v42 = v40 + v41,
+      v43 = v42 - 2.8, v44 = 0.8 * v43, v45 = v39 - v44, v46 = 1.4234875444839858 * v45,
+      v47 = v24 * v46, v48 = 2.6 * v21, v49 = 0.85 * v16, v50 = v48 - v49,
+      v51 = 0.13364517206815904 * v50, v52 = 0.25 * v43, v53 = 0.8 * v38, v54 = v52 + v53,
+      v55 = 1.4234875444839858 * v54, v56 = v51 * v55, v57 = v47 + v56, v58 = q_3 * q_3,
+      v59 = 2.56 + v58, v60 = 3.2 * q_3, v61 = v59 + v60, v62 = 7.100237610654644 - v61,
+      v63 = v61 - 2.029562389345356, v64 = v62 * v63;
+  LANES_LET1(v65, sqrt, v64);
+  const lanes v66 = 0.23681377825618946 * v65, v67 = 0.5 * v61, v68 = 1.89805 + v67,
+      v69 = 0.12199497667743094 * v68, v70 = v66 - v69, v71 = 0.51 + v70,
+      v72 = 0.9999999999999999 * v71, v73 = 0.04 + v72, v74 = 0.06099748833871547 * v65,
+      v75 = 0.4736275565123789 * v68, v76 = v74 + v75, v77 = v76 - 1.98,
+      v78 = 0.9999999999999999 * v77, v79 = v78 - 0.42, v80 = v79 * v79, v81 = v73 * v73,
+      v82 = v80 + v81, v83 = 0.5 * v82, v84 = v83 - 0.0616, v85 = v84 / v82, v86 = v73 * v85,
+      v87 = 1.085213592060545 - v82, v88 = v82 - 0.01398640793945492, v89 = v87 * v88;
+  LANES_LET1(v90, sqrt, v89);
+  const lanes v91 = 0.5 * v90, v92 = v91 / v82, v93 = v79 * v92, v94 = v86 - v93, v95 = 0.46 * v94,
+      v96 = v79 * v85, v97 = v73 * v92, v98 = v96 + v97, v99 = 0.04 * v98, v100 = v95 - v99,
+      v101 = 4.690431519699812 * v100, v102 = v57 * v101, v103 = v51 * v46, v104 = v24 * v55,
+      v105 = v103 - v104, v106 = 0.04 * v94, v107 = 0.46 * v98, v108 = v106 + v107,
+      v109 = 4.690431519699812 * v108, v110 = v105 * v109, v111 = v102 + v110, v112 = 1.45 * v111,
+      v113 = 2.9 * v57, v114 = v112 + v113, v115 = 0.7617774807885066 * v23, v116 = v114 + v115,
+      v117 = 0.15 + v116, v118 = v1 * v117, v119 = -v118;
   out[0] = v119;
-  const lanes v120 = v105 * v101;
-  const lanes v121 = v57 * v109;
-  const lanes v122 = v120 - v121;
-  const lanes v123 = 1.45 * v122;
-  const lanes v124 = 2.9 * v105;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = 0.7617774807885066 * v50;
-  const lanes v127 = v125 + v126;
-  const lanes v128 = v2 * v127;
-  const lanes v129 = 1.98 + q_1;
-  const lanes v130 = 0.5 * v10;
-  const lanes v131 = v129 / v130;
-  const lanes v132 = v128 * v131;
-  const lanes v133 = -v132;
+  const lanes v120 = v105 * v101, v121 = v57 * v109, v122 = v120 - v121, v123 = 1.45 * v122,
+      v124 = 2.9 * v105, v125 = v123 + v124, v126 = 0.7617774807885066 * v50, v127 = v125 + v126,
+      v128 = v2 * v127, v129 = 1.98 + q_1, v130 = 0.5 * v10, v131 = v129 / v130, v132 = v128 * v131,
+      v133 = -v132;
   out[1] = v133;
-  const lanes v134 = v2 * v125;
-  const lanes v135 = 2.4 + q_2;
-  const lanes v136 = 0.5 * v32;
-  const lanes v137 = v135 / v136;
-  const lanes v138 = v134 * v137;
+  const lanes v134 = v2 * v125, v135 = 2.4 + q_2, v136 = 0.5 * v32, v137 = v135 / v136,
+      v138 = v134 * v137;
   out[2] = v138;
-  const lanes v139 = v2 * v123;
-  const lanes v140 = 1.6 + q_3;
-  const lanes v141 = 0.5 * v65;
-  const lanes v142 = v140 / v141;
-  const lanes v143 = 1.6129032258064515 * v71;
-  const lanes v144 = v142 * v143;
-  const lanes v145 = 0.62 * v144;
-  const lanes v146 = v98 - v79;
-  const lanes v147 = v145 * v146;
-  const lanes v148 = 1.6129032258064515 * v77;
-  const lanes v149 = v142 * v148;
-  const lanes v150 = 0.62 * v149;
-  const lanes v151 = v94 - v73;
-  const lanes v152 = v150 * v151;
-  const lanes v153 = v147 - v152;
-  const lanes v154 = v153 / v91;
-  const lanes v155 = v139 * v154;
+  const lanes v139 = v2 * v123, v140 = 1.6 + q_3, v141 = 0.5 * v65, v142 = v140 / v141,
+      v143 = 1.6129032258064515 * v71, v144 = v142 * v143, v145 = 0.62 * v144, v146 = v98 - v79,
+      v147 = v145 * v146, v148 = 1.6129032258064515 * v77, v149 = v142 * v148, v150 = 0.62 * v149,
+      v151 = v94 - v73, v152 = v150 * v151, v153 = v147 - v152, v154 = v153 / v91,
+      v155 = v139 * v154;
   out[3] = v155;
   const lanes v156 = v2 * v117;
   out[4] = v156;
-  const lanes v157 = v1 * v127;
-  const lanes v158 = v157 * v131;
-  const lanes v159 = -v158;
+  const lanes v157 = v1 * v127, v158 = v157 * v131, v159 = -v158;
   out[5] = v159;
-  const lanes v160 = v1 * v125;
-  const lanes v161 = v160 * v137;
+  const lanes v160 = v1 * v125, v161 = v160 * v137;
   out[6] = v161;
-  const lanes v162 = v1 * v123;
-  const lanes v163 = v162 * v154;
-  out[7] = v163;
-  out[8] = LANES_OF(0.0);
+  const lanes v162 = v1 * v123, v163 = v162 * v154;
+  out[7] = v163; out[8] = LANES_OF(0.0);
   const lanes v164 = v116 * v131;
   out[9] = v164;
-  const lanes v165 = v114 * v137;
-  const lanes v166 = -v165;
+  const lanes v165 = v114 * v137, v166 = -v165;
   out[10] = v166;
-  const lanes v167 = v112 * v154;
-  const lanes v168 = -v167;
-  out[11] = v168;
-  out[12] = LANES_OF(0.0);
+  const lanes v167 = v112 * v154, v168 = -v167;
+  out[11] = v168; out[12] = LANES_OF(0.0);
   const lanes v169 = v1 * v131;
   out[13] = v169;
-  const lanes v170 = v1 * v137;
-  const lanes v171 = -v170;
+  const lanes v170 = v1 * v137, v171 = -v170;
   out[14] = v171;
-  const lanes v172 = v1 * v154;
-  const lanes v173 = -v172;
-  out[15] = v173;
-  out[16] = LANES_OF(0.0);
-  const lanes v174 = v2 * v131;
-  const lanes v175 = -v174;
+  const lanes v172 = v1 * v154, v173 = -v172;
+  out[15] = v173; out[16] = LANES_OF(0.0);
+  const lanes v174 = v2 * v131, v175 = -v174;
   out[17] = v175;
   const lanes v176 = v2 * v137;
   out[18] = v176;
   const lanes v177 = v2 * v154;
-  out[19] = v177;
-  out[20] = LANES_OF(1.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
+  out[19] = v177; out[20] = LANES_OF(1.0); out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0);
   out[23] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(excavator_jacobian_space_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes qd_0 = in[4];
-  const lanes qd_1 = in[5];
-  const lanes qd_2 = in[6];
-  const lanes qd_3 = in[7];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  out[0] = LANES_OF(0.0);
-  const lanes v3 = 1.75 * v1;
-  const lanes v4 = q_1 * q_1;
-  const lanes v5 = 3.9204 + v4;
-  const lanes v6 = 3.96 * q_1;
-  const lanes v7 = v5 + v6;
-  const lanes v8 = 12.865745377821996 - v7;
-  const lanes v9 = v7 - 3.549254622178003;
-  const lanes v10 = v8 * v9;
-  lanes v11; LANES_NAME(lanes_sqrt)(&v10, &v11);
-  const lanes v12 = 0.5 * v11;
-  const lanes v13 = qd_1 / v12;
-  const lanes v14 = 2.0 * q_1;
-  const lanes v15 = 3.96 + v14;
-  const lanes v16 = v15 * qd_1;
-  const lanes v17 = v16 * v8;
-  const lanes v18 = v16 * v9;
-  const lanes v19 = v17 - v18;
-  const lanes v20 = 0.25 / v11;
-  const lanes v21 = v19 * v20;
-  const lanes v22 = 1.98 + q_1;
-  const lanes v23 = v12 * v12;
-  const lanes v24 = v22 / v23;
-  const lanes v25 = v21 * v24;
-  const lanes v26 = v13 - v25;
-  const lanes v27 = v3 * v26;
-  const lanes v28 = v22 / v12;
-  const lanes v29 = 1.75 * v2;
-  const lanes v30 = v29 * qd_0;
-  const lanes v31 = v28 * v30;
-  const lanes v32 = v27 - v31;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], qd_0 = in[4], qd_1 = in[5],
+      qd_2 = in[6], qd_3 = in[7];
+  LANES_COS_SIN(v1, v2, q_0); out[0] = LANES_OF(0.0);
+  const lanes v3 = 1.75 * v1, v4 = q_1 * q_1, v5 = 3.9204 + v4, v6 = 3.96 * q_1, v7 = v5 + v6,
+      v8 = 12.865745377821996 - v7, v9 = v7 - 3.549254622178003, v10 = v8 * v9;
+  LANES_LET1(v11, sqrt, v10);
+  const lanes v12 = 0.5 * v11, v13 = qd_1 / v12, v14 = 2.0 * q_1, v15 = 3.96 + v14,
+      v16 = v15 * qd_1, v17 = v8 * v16, v18 = v9 * v16, v19 = v17 - v18, v20 = 0.25 / v11,
+      v21 = v19 * v20, v22 = 1.98 + q_1, v23 = v12 * v12, v24 = v22 / v23, v25 = v21 * v24,
+      v26 = v13 - v25, v27 = v3 * v26, v28 = v22 / v12, v29 = 1.75 * v2, v30 = v29 * qd_0,
+      v31 = v28 * v30, v32 = v27 - v31;
   out[1] = v32;
-  const lanes v33 = 2.4 + q_2;
-  const lanes v34 = q_2 * q_2;
-  const lanes v35 = 5.76 + v34;
-  const lanes v36 = 4.8 * q_2;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = 15.245138616807916 - v37;
-  const lanes v39 = v37 - 4.964861383192083;
-  const lanes v40 = v38 * v39;
-  lanes v41; LANES_NAME(lanes_sqrt)(&v40, &v41);
-  const lanes v42 = 0.5 * v41;
-  const lanes v43 = v33 / v42;
-  const lanes v44 = 0.4482758620689655 * v11;
-  const lanes v45 = 0.5 * v7;
-  const lanes v46 = v45 - 3.37875;
-  const lanes v47 = 0.7586206896551724 * v46;
-  const lanes v48 = v44 - v47;
-  const lanes v49 = 0.55 + v48;
-  const lanes v50 = 2.6 * v49;
-  const lanes v51 = 0.3793103448275862 * v11;
-  const lanes v52 = 0.896551724137931 * v46;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v53 - 0.65;
-  const lanes v55 = 0.85 * v54;
-  const lanes v56 = v50 + v55;
-  const lanes v57 = 0.7617774807885066 * v56;
-  const lanes v58 = 0.15 + v57;
-  const lanes v59 = v22 * qd_1;
-  const lanes v60 = v59 / v12;
-  const lanes v61 = v1 * v60;
-  const lanes v62 = v58 * v61;
-  const lanes v63 = 2.6 * v54;
-  const lanes v64 = 0.85 * v49;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = 0.7617774807885066 * v65;
-  const lanes v67 = 1.75 + v66;
-  const lanes v68 = v2 * v67;
-  const lanes v69 = v68 * qd_0;
-  const lanes v70 = v62 - v69;
-  const lanes v71 = 0.15 * v60;
-  const lanes v72 = v1 * v71;
-  const lanes v73 = v70 - v72;
-  const lanes v74 = v43 * v73;
-  const lanes v75 = v1 * v67;
-  const lanes v76 = qd_2 / v42;
-  const lanes v77 = 2.0 * q_2;
-  const lanes v78 = 4.8 + v77;
-  const lanes v79 = v78 * qd_2;
-  const lanes v80 = v38 * v79;
-  const lanes v81 = v39 * v79;
-  const lanes v82 = v80 - v81;
-  const lanes v83 = 0.25 / v41;
-  const lanes v84 = v82 * v83;
-  const lanes v85 = v42 * v42;
-  const lanes v86 = v33 / v85;
-  const lanes v87 = v84 * v86;
-  const lanes v88 = v76 - v87;
-  const lanes v89 = v75 * v88;
-  const lanes v90 = v74 + v89;
-  const lanes v91 = -v90;
+  const lanes v33 = 2.4 + q_2, v34 = q_2 * q_2, v35 = 5.76 + v34, v36 = 4.8 * q_2, v37 = v35 + v36,
+      v38 = 15.245138616807916 - v37, v39 = v37 - 4.964861383192083, v40 = v38 * v39;
+  LANES_LET1(v41, sqrt, v40);
+  const lanes v42 = 0.5 * v41, v43 = v33 / v42, v44 = 0.4482758620689655 * v11, v45 = 0.5 * v7,
+      v46 = v45 - 3.37875, v47 = 0.7586206896551724 * v46, v48 = v44 - v47, v49 = 0.55 + v48,
+      v50 = 2.6 * v49, v51 = 0.3793103448275862 * v11, v52 = 0.896551724137931 * v46,
+      v53 = v51 + v52, v54 = v53 - 0.65, v55 = 0.85 * v54, v56 = v50 + v55,
+      v57 = 0.7617774807885066 * v56, v58 = 0.15 + v57, v59 = v22 * qd_1, v60 = v59 / v12,
+      v61 = v1 * v60, v62 = v58 * v61, v63 = 2.6 * v54, v64 = 0.85 * v49, v65 = v63 - v64,
+      v66 = 0.7617774807885066 * v65, v67 = 1.75 + v66, v68 = v2 * v67, v69 = v68 * qd_0,
+      v70 = v62 - v69, v71 = 0.15 * v60, v72 = v1 * v71, v73 = v70 - v72, v74 = v43 * v73,
+      v75 = v1 * v67, v76 = qd_2 / v42, v77 = 2.0 * q_2, v78 = 4.8 + v77, v79 = v78 * qd_2,
+      v80 = v38 * v79, v81 = v39 * v79, v82 = v80 - v81, v83 = 0.25 / v41, v84 = v82 * v83,
+      v85 = v42 * v42, v86 = v33 / v85, v87 = v84 * v86, v88 = v76 - v87, v89 = v75 * v88,
+      v90 = v74 + v89, v91 = -v90;
   out[2] = v91;
-  const lanes v92 = 1.6 + q_3;
-  const lanes v93 = q_3 * q_3;
-  const lanes v94 = 2.56 + v93;
-  const lanes v95 = 3.2 * q_3;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = 7.100237610654644 - v96;
-  const lanes v98 = v96 - 2.029562389345356;
-  const lanes v99 = v97 * v98;
-  lanes v100; LANES_NAME(lanes_sqrt)(&v99, &v100);
-  const lanes v101 = 0.5 * v100;
-  const lanes v102 = v92 / v101;
-  const lanes v103 = 0.23681377825618946 * v100;
-  const lanes v104 = 0.5 * v96;
-  const lanes v105 = 1.89805 + v104;
-  const lanes v106 = 0.12199497667743094 * v105;
-  const lanes v107 = v103 - v106;
-  const lanes v108 = 0.51 + v107;
-  const lanes v109 = 1.6129032258064515 * v108;
-  const lanes v110 = v102 * v109;
-  const lanes v111 = 0.62 * v110;
-  const lanes v112 = 0.06099748833871547 * v100;
-  const lanes v113 = 0.4736275565123789 * v105;
-  const lanes v114 = v112 + v113;
-  const lanes v115 = v114 - 1.98;
-  const lanes v116 = 0.9999999999999999 * v115;
-  const lanes v117 = v116 - 0.42;
-  const lanes v118 = v117 * v117;
-  const lanes v119 = 0.9999999999999999 * v108;
-  const lanes v120 = 0.04 + v119;
-  const lanes v121 = v120 * v120;
-  const lanes v122 = v118 + v121;
-  const lanes v123 = 0.5 * v122;
-  const lanes v124 = v123 - 0.0616;
-  const lanes v125 = v124 / v122;
-  const lanes v126 = v117 * v125;
-  const lanes v127 = 1.085213592060545 - v122;
-  const lanes v128 = v122 - 0.01398640793945492;
-  const lanes v129 = v127 * v128;
-  lanes v130; LANES_NAME(lanes_sqrt)(&v129, &v130);
-  const lanes v131 = 0.5 * v130;
-  const lanes v132 = v131 / v122;
-  const lanes v133 = v120 * v132;
-  const lanes v134 = v126 + v133;
-  const lanes v135 = v134 - v117;
-  const lanes v136 = v111 * v135;
-  const lanes v137 = 1.6129032258064515 * v115;
-  const lanes v138 = v102 * v137;
-  const lanes v139 = 0.62 * v138;
-  const lanes v140 = v120 * v125;
-  const lanes v141 = v117 * v132;
-  const lanes v142 = v140 - v141;
-  const lanes v143 = v142 - v120;
-  const lanes v144 = v139 * v143;
-  const lanes v145 = v136 - v144;
-  const lanes v146 = v145 / v131;
-  const lanes v147 = v33 * qd_2;
-  const lanes v148 = v147 / v42;
-  const lanes v149 = v58 * v148;
-  const lanes v150 = v149 - v71;
-  const lanes v151 = v1 * v150;
-  const lanes v152 = 0.13364517206815904 * v56;
-  const lanes v153 = 0.14889657006115395 * v41;
-  const lanes v154 = 0.5 * v37;
-  const lanes v155 = 4.35 + v154;
-  const lanes v156 = 0.1329433661260303 * v155;
-  const lanes v157 = v153 - v156;
-  const lanes v158 = 1.25 + v157;
-  const lanes v159 = 0.25 * v158;
-  const lanes v160 = 0.06647168306301515 * v41;
-  const lanes v161 = 0.2977931401223079 * v155;
-  const lanes v162 = v160 + v161;
-  const lanes v163 = v162 - 2.8;
-  const lanes v164 = 0.8 * v163;
-  const lanes v165 = v159 - v164;
-  const lanes v166 = 1.4234875444839858 * v165;
-  const lanes v167 = v152 * v166;
-  const lanes v168 = 0.13364517206815904 * v65;
-  const lanes v169 = 0.25 * v163;
-  const lanes v170 = 0.8 * v158;
-  const lanes v171 = v169 + v170;
-  const lanes v172 = 1.4234875444839858 * v171;
-  const lanes v173 = v168 * v172;
-  const lanes v174 = v167 + v173;
-  const lanes v175 = 2.9 * v174;
-  const lanes v176 = v175 + v58;
-  const lanes v177 = v1 * v148;
-  const lanes v178 = v177 - v61;
-  const lanes v179 = v176 * v178;
-  const lanes v180 = v168 * v166;
-  const lanes v181 = v152 * v172;
-  const lanes v182 = v180 - v181;
-  const lanes v183 = 2.9 * v182;
-  const lanes v184 = v183 + v67;
-  const lanes v185 = v2 * v184;
-  const lanes v186 = v185 * qd_0;
-  const lanes v187 = v179 + v186;
-  const lanes v188 = v151 - v187;
-  const lanes v189 = v146 * v188;
-  const lanes v190 = v1 * v184;
-  const lanes v191 = v92 * qd_3;
-  const lanes v192 = v191 / v101;
-  const lanes v193 = v192 * v109;
-  const lanes v194 = 0.62 * v193;
-  const lanes v195 = v194 * v125;
-  const lanes v196 = 2.0 * v117;
-  const lanes v197 = v194 * v196;
-  const lanes v198 = v192 * v137;
-  const lanes v199 = 0.62 * v198;
-  const lanes v200 = 2.0 * v120;
-  const lanes v201 = v199 * v200;
-  const lanes v202 = v197 - v201;
-  const lanes v203 = 0.5 * v202;
-  const lanes v204 = v203 / v122;
-  const lanes v205 = v122 * v122;
-  const lanes v206 = v124 / v205;
-  const lanes v207 = v202 * v206;
-  const lanes v208 = v204 - v207;
-  const lanes v209 = v208 * v117;
-  const lanes v210 = v195 + v209;
-  const lanes v211 = v202 * v127;
-  const lanes v212 = v202 * v128;
-  const lanes v213 = v211 - v212;
-  const lanes v214 = 0.25 / v130;
-  const lanes v215 = v213 * v214;
-  const lanes v216 = v215 / v122;
-  const lanes v217 = v131 / v205;
-  const lanes v218 = v202 * v217;
-  const lanes v219 = v216 - v218;
-  const lanes v220 = v219 * v120;
-  const lanes v221 = v210 + v220;
-  const lanes v222 = v199 * v132;
-  const lanes v223 = v221 - v222;
-  const lanes v224 = v223 - v194;
-  const lanes v225 = v111 * v224;
-  const lanes v226 = qd_3 / v101;
-  const lanes v227 = 2.0 * q_3;
-  const lanes v228 = 3.2 + v227;
-  const lanes v229 = v228 * qd_3;
-  const lanes v230 = v229 * v97;
-  const lanes v231 = v229 * v98;
-  const lanes v232 = v230 - v231;
-  const lanes v233 = 0.25 / v100;
-  const lanes v234 = v232 * v233;
-  const lanes v235 = v101 * v101;
-  const lanes v236 = v92 / v235;
-  const lanes v237 = v234 * v236;
-  const lanes v238 = v226 - v237;
-  const lanes v239 = v238 * v109;
-  const lanes v240 = v102 * v198;
-  const lanes v241 = v239 - v240;
-  const lanes v242 = 0.62 * v241;
-  const lanes v243 = v242 * v135;
-  const lanes v244 = v225 + v243;
-  const lanes v245 = v208 * v120;
-  const lanes v246 = v194 * v132;
-  const lanes v247 = v245 - v246;
-  const lanes v248 = v199 * v125;
-  const lanes v249 = v247 - v248;
-  const lanes v250 = v219 * v117;
-  const lanes v251 = v249 - v250;
-  const lanes v252 = v199 + v251;
-  const lanes v253 = v139 * v252;
-  const lanes v254 = v244 - v253;
-  const lanes v255 = v102 * v193;
-  const lanes v256 = v238 * v137;
-  const lanes v257 = v255 + v256;
-  const lanes v258 = 0.62 * v257;
-  const lanes v259 = v258 * v143;
-  const lanes v260 = v254 - v259;
-  const lanes v261 = v260 / v131;
-  const lanes v262 = v131 * v131;
-  const lanes v263 = v145 / v262;
-  const lanes v264 = v215 * v263;
-  const lanes v265 = v261 - v264;
-  const lanes v266 = v190 * v265;
-  const lanes v267 = v189 + v266;
-  const lanes v268 = -v267;
-  out[3] = v268;
-  out[4] = LANES_OF(0.0);
-  const lanes v269 = v3 * qd_0;
-  const lanes v270 = v28 * v269;
-  const lanes v271 = v29 * v26;
-  const lanes v272 = v270 + v271;
+  const lanes v92 = 1.6 + q_3, v93 = q_3 * q_3, v94 = 2.56 + v93, v95 = 3.2 * q_3, v96 = v94 + v95,
+      v97 = 7.100237610654644 - v96, v98 = v96 - 2.029562389345356, v99 = v97 * v98;
+  LANES_LET1(v100, sqrt, v99);
+  const lanes v101 = 0.5 * v100, v102 = v92 / v101, v103 = 0.23681377825618946 * v100,
+      v104 = 0.5 * v96, v105 = 1.89805 + v104, v106 = 0.12199497667743094 * v105,
+      v107 = v103 - v106, v108 = 0.51 + v107, v109 = 1.6129032258064515 * v108, v110 = v102 * v109,
+      v111 = 0.62 * v110, v112 = 0.06099748833871547 * v100, v113 = 0.4736275565123789 * v105,
+      v114 = v112 + v113, v115 = v114 - 1.98, v116 = 0.9999999999999999 * v115, v117 = v116 - 0.42,
+      v118 = v117 * v117, v119 = 0.9999999999999999 * v108, v120 = 0.04 + v119, v121 = v120 * v120,
+      v122 = v118 + v121, v123 = 0.5 * v122, v124 = v123 - 0.0616, v125 = v124 / v122,
+      v126 = v117 * v125, v127 = 1.085213592060545 - v122, v128 = v122 - 0.01398640793945492,
+      v129 = v127 * v128;
+  LANES_LET1(v130, sqrt, v129);
+  const lanes v131 = 0.5 * v130, v132 = v131 / v122, v133 = v120 * v132, v134 = v126 + v133,
+      v135 = v134 - v117, v136 = v111 * v135, v137 = 1.6129032258064515 * v115, v138 = v102 * v137,
+      v139 = 0.62 * v138, v140 = v120 * v125, v141 = v117 * v132, v142 = v140 - v141,
+      v143 = v142 - v120, v144 = v139 * v143, v145 = v136 - v144, v146 = v145 / v131,
+      v147 = v33 * qd_2, v148 = v147 / v42, v149 = v58 * v148, v150 = v149 - v71, v151 = v1 * v150,
+      v152 = 0.13364517206815904 * v56, v153 = 0.14889657006115395 * v41, v154 = 0.5 * v37,
+      v155 = 4.35 + v154, v156 = 0.1329433661260303 * v155, v157 = v153 - v156, v158 = 1.25 + v157,
+      v159 = 0.25 * v158, v160 = 0.06647168306301515 * v41, v161 = 0.2977931401223079 * v155,
+      v162 = v160 + v161, v163 = v162 - 2.8, v164 = 0.8 * v163, v165 = v159 - v164,
+      v166 = 1.4234875444839858 * v165, v167 = v152 * v166, v168 = 0.13364517206815904 * v65,
+      v169 = 0.25 * v163, v170 = 0.8 * v158, v171 = v169 + v170, v172 = 1.4234875444839858 * v171,
+      v173 = v168 * v172, v174 = v167 + v173, v175 = 2.9 * v174, v176 = v175 + v58,
+      v177 = v1 * v148, v178 = v177 - v61, v179 = v176 * v178, v180 = v168 * v166,
+      v181 = v152 * v172, v182 = v180 - v181, v183 = 2.9 * v182, v184 = v183 + v67,
+      v185 = v2 * v184, v186 = v185 * qd_0, v187 = v179 + v186, v188 = v151 - v187,
+      v189 = v146 * v188, v190 = v1 * v184, v191 = v92 * qd_3, v192 = v191 / v101,
+      v193 = v192 * v109, v194 = 0.62 * v193, v195 = v194 * v125, v196 = 2.0 * v117,
+      v197 = v194 * v196, v198 = v192 * v137, v199 = 0.62 * v198, v200 = 2.0 * v120,
+      v201 = v199 * v200, v202 = v197 - v201, v203 = 0.5 * v202, v204 = v203 / v122,
+      v205 = v122 * v122, v206 = v124 / v205, v207 = v202 * v206, v208 = v204 - v207,
+      v209 = v208 * v117, v210 = v195 + v209, v211 = v202 * v127, v212 = v202 * v128,
+      v213 = v211 - v212, v214 = 0.25 / v130, v215 = v213 * v214, v216 = v215 / v122,
+      v217 = v131 / v205, v218 = v202 * v217, v219 = v216 - v218, v220 = v219 * v120,
+      v221 = v210 + v220, v222 = v199 * v132, v223 = v221 - v222, v224 = v223 - v194,
+      v225 = v111 * v224, v226 = qd_3 / v101, v227 = 2.0 * q_3, v228 = 3.2 + v227,
+      v229 = v228 * qd_3, v230 = v97 * v229, v231 = v98 * v229, v232 = v230 - v231,
+      v233 = 0.25 / v100, v234 = v232 * v233, v235 = v101 * v101, v236 = v92 / v235,
+      v237 = v234 * v236, v238 = v226 - v237, v239 = v238 * v109, v240 = v102 * v198,
+      v241 = v239 - v240, v242 = 0.62 * v241, v243 = v242 * v135, v244 = v225 + v243,
+      v245 = v208 * v120, v246 = v194 * v132, v247 = v245 - v246, v248 = v199 * v125,
+      v249 = v247 - v248, v250 = v219 * v117, v251 = v249 - v250, v252 = v199 + v251,
+      v253 = v139 * v252, v254 = v244 - v253, v255 = v102 * v193, v256 = v238 * v137,
+      v257 = v255 + v256, v258 = 0.62 * v257, v259 = v258 * v143, v260 = v254 - v259,
+      v261 = v260 / v131, v262 = v131 * v131, v263 = v145 / v262, v264 = v215 * v263,
+      v265 = v261 - v264, v266 = v190 * v265, v267 = v189 + v266, v268 = -v267;
+  out[3] = v268; out[4] = LANES_OF(0.0);
+  const lanes v269 = v3 * qd_0, v270 = v28 * v269, v271 = v29 * v26, v272 = v270 + v271;
   out[5] = v272;
-  const lanes v273 = v2 * v60;
-  const lanes v274 = v58 * v273;
-  const lanes v275 = v75 * qd_0;
-  const lanes v276 = v274 + v275;
-  const lanes v277 = v2 * v71;
-  const lanes v278 = v276 - v277;
-  const lanes v279 = v43 * v278;
-  const lanes v280 = v68 * v88;
-  const lanes v281 = v279 + v280;
-  const lanes v282 = -v281;
+  const lanes v273 = v2 * v60, v274 = v58 * v273, v275 = v75 * qd_0, v276 = v274 + v275,
+      v277 = v2 * v71, v278 = v276 - v277, v279 = v43 * v278, v280 = v68 * v88, v281 = v279 + v280,
+      v282 = -v281;
   out[6] = v282;
-  const lanes v283 = v2 * v148;
-  const lanes v284 = v273 - v283;
-  const lanes v285 = v176 * v284;
-  const lanes v286 = v190 * qd_0;
-  const lanes v287 = v285 + v286;
-  const lanes v288 = v2 * v150;
-  const lanes v289 = v287 + v288;
-  const lanes v290 = v146 * v289;
-  const lanes v291 = v185 * v265;
-  const lanes v292 = v290 + v291;
-  const lanes v293 = -v292;
-  out[7] = v293;
-  out[8] = LANES_OF(0.0);
-  const lanes v294 = 0.15 * v26;
-  const lanes v295 = -v294;
+  const lanes v283 = v2 * v148, v284 = v273 - v283, v285 = v176 * v284, v286 = v190 * qd_0,
+      v287 = v285 + v286, v288 = v2 * v150, v289 = v287 + v288, v290 = v146 * v289,
+      v291 = v185 * v265, v292 = v290 + v291, v293 = -v292;
+  out[7] = v293; out[8] = LANES_OF(0.0);
+  const lanes v294 = 0.15 * v26, v295 = -v294;
   out[9] = v295;
-  const lanes v296 = v58 * v88;
-  const lanes v297 = v75 * v61;
-  const lanes v298 = v68 * v273;
-  const lanes v299 = v297 + v298;
-  const lanes v300 = v3 * v60;
-  const lanes v301 = v1 * v300;
-  const lanes v302 = v29 * v60;
-  const lanes v303 = v2 * v302;
-  const lanes v304 = v301 + v303;
-  const lanes v305 = v299 - v304;
-  const lanes v306 = v43 * v305;
-  const lanes v307 = v296 - v306;
+  const lanes v296 = v58 * v88, v297 = v75 * v61, v298 = v68 * v273, v299 = v297 + v298,
+      v300 = v3 * v60, v301 = v1 * v300, v302 = v29 * v60, v303 = v2 * v302, v304 = v301 + v303,
+      v305 = v299 - v304, v306 = v43 * v305, v307 = v296 - v306;
   out[10] = v307;
-  const lanes v308 = v176 * v265;
-  const lanes v309 = v185 * v284;
-  const lanes v310 = v190 * v178;
-  const lanes v311 = v309 - v310;
-  const lanes v312 = v75 * v148;
-  const lanes v313 = v300 - v312;
-  const lanes v314 = v1 * v313;
-  const lanes v315 = v68 * v148;
-  const lanes v316 = v302 - v315;
-  const lanes v317 = v2 * v316;
-  const lanes v318 = v314 + v317;
-  const lanes v319 = v311 - v318;
-  const lanes v320 = v146 * v319;
-  const lanes v321 = v308 - v320;
-  out[11] = v321;
-  out[12] = LANES_OF(0.0);
-  const lanes v322 = v1 * qd_0;
-  const lanes v323 = v28 * v322;
-  const lanes v324 = v2 * v26;
-  const lanes v325 = v323 + v324;
+  const lanes v308 = v176 * v265, v309 = v185 * v284, v310 = v190 * v178, v311 = v309 - v310,
+      v312 = v75 * v148, v313 = v300 - v312, v314 = v1 * v313, v315 = v68 * v148,
+      v316 = v302 - v315, v317 = v2 * v316, v318 = v314 + v317, v319 = v311 - v318,
+      v320 = v146 * v319, v321 = v308 - v320;
+  out[11] = v321; out[12] = LANES_OF(0.0);
+  const lanes v322 = v1 * qd_0, v323 = v28 * v322, v324 = v2 * v26, v325 = v323 + v324;
   out[13] = v325;
-  const lanes v326 = v43 * v322;
-  const lanes v327 = v2 * v88;
-  const lanes v328 = v326 + v327;
-  const lanes v329 = -v328;
+  const lanes v326 = v43 * v322, v327 = v2 * v88, v328 = v326 + v327, v329 = -v328;
   out[14] = v329;
-  const lanes v330 = v146 * v322;
-  const lanes v331 = v2 * v265;
-  const lanes v332 = v330 + v331;
-  const lanes v333 = -v332;
-  out[15] = v333;
-  out[16] = LANES_OF(0.0);
-  const lanes v334 = v2 * qd_0;
-  const lanes v335 = v28 * v334;
-  const lanes v336 = v1 * v26;
-  const lanes v337 = v335 - v336;
+  const lanes v330 = v146 * v322, v331 = v2 * v265, v332 = v330 + v331, v333 = -v332;
+  out[15] = v333; out[16] = LANES_OF(0.0);
+  const lanes v334 = v2 * qd_0, v335 = v28 * v334, v336 = v1 * v26, v337 = v335 - v336;
   out[17] = v337;
-  const lanes v338 = v1 * v88;
-  const lanes v339 = v43 * v334;
-  const lanes v340 = v338 - v339;
+  const lanes v338 = v1 * v88, v339 = v43 * v334, v340 = v338 - v339;
   out[18] = v340;
-  const lanes v341 = v1 * v265;
-  const lanes v342 = v146 * v334;
-  const lanes v343 = v341 - v342;
-  out[19] = v343;
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  const lanes v344 = v2 * v61;
-  const lanes v345 = v1 * v273;
-  const lanes v346 = v344 - v345;
-  const lanes v347 = v43 * v346;
-  const lanes v348 = -v347;
+  const lanes v341 = v1 * v265, v342 = v146 * v334, v343 = v341 - v342;
+  out[19] = v343; out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
+  const lanes v344 = v2 * v61, v345 = v1 * v273, v346 = v344 - v345, v347 = v43 * v346,
+      v348 = -v347;
   out[22] = v348;
-  const lanes v349 = v1 * v284;
-  const lanes v350 = v2 * v178;
-  const lanes v351 = v349 + v350;
-  const lanes v352 = v146 * v351;
+  const lanes v349 = v1 * v284, v350 = v2 * v178, v351 = v349 + v350, v352 = v146 * v351;
   out[23] = v352;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_jacobian_body_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes qd_1 = in[5];
-  const lanes qd_2 = in[6];
-  const lanes qd_3 = in[7];
+  const lanes q_1 = in[1], q_2 = in[2], q_3 = in[3], qd_1 = in[5], qd_2 = in[6], qd_3 = in[7];
   out[0] = LANES_OF(0.0);
-  const lanes v1 = 1.98 + q_1;
-  const lanes v2 = q_1 * q_1;
-  const lanes v3 = 3.9204 + v2;
-  const lanes v4 = 3.96 * q_1;
-  const lanes v5 = v3 + v4;
-  const lanes v6 = 12.865745377821996 - v5;
-  const lanes v7 = v5 - 3.549254622178003;
-  const lanes v8 = v6 * v7;
-  lanes v9; LANES_NAME(lanes_sqrt)(&v8, &v9);
-  const lanes v10 = 0.5 * v9;
-  const lanes v11 = v1 / v10;
-  const lanes v12 = 0.4482758620689655 * v9;
-  const lanes v13 = 0.5 * v5;
-  const lanes v14 = v13 - 3.37875;
-  const lanes v15 = 0.7586206896551724 * v14;
-  const lanes v16 = v12 - v15;
-  const lanes v17 = 0.55 + v16;
-  const lanes v18 = 2.6 * v17;
-  const lanes v19 = 0.3793103448275862 * v9;
-  const lanes v20 = 0.896551724137931 * v14;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = v21 - 0.65;
-  const lanes v23 = 0.85 * v22;
-  const lanes v24 = v18 + v23;
-  const lanes v25 = 0.13364517206815904 * v24;
-  const lanes v26 = q_2 * q_2;
-  const lanes v27 = 5.76 + v26;
-  const lanes v28 = 4.8 * q_2;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = 15.245138616807916 - v29;
-  const lanes v31 = v29 - 4.964861383192083;
-  const lanes v32 = v30 * v31;
-  lanes v33; LANES_NAME(lanes_sqrt)(&v32, &v33);
-  const lanes v34 = 0.14889657006115395 * v33;
-  const lanes v35 = 0.5 * v29;
-  const lanes v36 = 4.35 + v35;
-  const lanes v37 = 0.1329433661260303 * v36;
-  const lanes v38 = v34 - v37;
-  const lanes v39 = 1.25 + v38;
-  const lanes v40 = 0.25 * v39;
-  const lanes v41 = 0.06647168306301515 * v33;
-  const lanes v42 = 0.2977931401223079 * v36;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = v43 - 2.8;
-  const lanes v45 = 0.8 * v44;
-  const lanes v46 = v40 - v45;
-  const lanes v47 = 1.4234875444839858 * v46;
-  const lanes v48 = v25 * v47;
-  const lanes v49 = 2.6 * v22;
-  const lanes v50 = 0.85 * v17;
-  const lanes v51 = v49 - v50;
-  const lanes v52 = 0.13364517206815904 * v51;
-  const lanes v53 = 0.25 * v44;
-  const lanes v54 = 0.8 * v39;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = 1.4234875444839858 * v55;
-  const lanes v57 = v52 * v56;
-  const lanes v58 = v48 + v57;
-  const lanes v59 = q_3 * q_3;
-  const lanes v60 = 2.56 + v59;
-  const lanes v61 = 3.2 * q_3;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = 7.100237610654644 - v62;
-  const lanes v64 = v62 - 2.029562389345356;
-  const lanes v65 = v63 * v64;
-  lanes v66; LANES_NAME(lanes_sqrt)(&v65, &v66);
-  const lanes v67 = 0.23681377825618946 * v66;
-  const lanes v68 = 0.5 * v62;
-  const lanes v69 = 1.89805 + v68;
-  const lanes v70 = 0.12199497667743094 * v69;
-  const lanes v71 = v67 - v70;
-  const lanes v72 = 0.51 + v71;
-  const lanes v73 = 0.9999999999999999 * v72;
-  const lanes v74 = 0.04 + v73;
-  const lanes v75 = 0.06099748833871547 * v66;
-  const lanes v76 = 0.4736275565123789 * v69;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = v77 - 1.98;
-  const lanes v79 = 0.9999999999999999 * v78;
-  const lanes v80 = v79 - 0.42;
-  const lanes v81 = v80 * v80;
-  const lanes v82 = v74 * v74;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = 0.5 * v83;
-  const lanes v85 = v84 - 0.0616;
-  const lanes v86 = v85 / v83;
-  const lanes v87 = v74 * v86;
-  const lanes v88 = 1.085213592060545 - v83;
-  const lanes v89 = v83 - 0.01398640793945492;
-  const lanes v90 = v88 * v89;
-  lanes v91; LANES_NAME(lanes_sqrt)(&v90, &v91);
-  const lanes v92 = 0.5 * v91;
-  const lanes v93 = v92 / v83;
-  const lanes v94 = v80 * v93;
-  const lanes v95 = v87 - v94;
-  const lanes v96 = 0.46 * v95;
-  const lanes v97 = v80 * v86;
-  const lanes v98 = v74 * v93;
-  const lanes v99 = v97 + v98;
-  const lanes v100 = 0.04 * v99;
-  const lanes v101 = v96 - v100;
-  const lanes v102 = 4.690431519699812 * v101;
-  const lanes v103 = v58 * v102;
-  const lanes v104 = v52 * v47;
-  const lanes v105 = v25 * v56;
-  const lanes v106 = v104 - v105;
-  const lanes v107 = 0.04 * v95;
-  const lanes v108 = 0.46 * v99;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = 4.690431519699812 * v109;
-  const lanes v111 = v106 * v110;
-  const lanes v112 = v103 + v111;
-  const lanes v113 = 1.45 * v112;
-  const lanes v114 = 2.9 * v58;
-  const lanes v115 = v113 + v114;
-  const lanes v116 = v112 * v115;
-  const lanes v117 = v106 * v102;
-  const lanes v118 = v58 * v110;
-  const lanes v119 = v117 - v118;
-  const lanes v120 = 1.45 * v119;
-  const lanes v121 = 2.9 * v106;
-  const lanes v122 = v120 + v121;
-  const lanes v123 = v119 * v122;
-  const lanes v124 = v116 + v123;
-  const lanes v125 = 2.4 + q_2;
-  const lanes v126 = v125 * qd_2;
-  const lanes v127 = 0.5 * v33;
-  const lanes v128 = v126 / v127;
-  const lanes v129 = v124 * v128;
-  const lanes v130 = 1.6 + q_3;
-  const lanes v131 = v130 * qd_3;
-  const lanes v132 = 0.5 * v66;
-  const lanes v133 = v131 / v132;
-  const lanes v134 = 1.6129032258064515 * v72;
-  const lanes v135 = v133 * v134;
-  const lanes v136 = 0.62 * v135;
-  const lanes v137 = v99 - v80;
-  const lanes v138 = v136 * v137;
-  const lanes v139 = 1.6129032258064515 * v78;
-  const lanes v140 = v133 * v139;
-  const lanes v141 = 0.62 * v140;
-  const lanes v142 = v95 - v74;
-  const lanes v143 = v141 * v142;
-  const lanes v144 = v138 - v143;
-  const lanes v145 = v144 / v92;
-  const lanes v146 = 1.45 * v145;
-  const lanes v147 = v129 + v146;
-  const lanes v148 = 0.7617774807885066 * v24;
-  const lanes v149 = v115 + v148;
-  const lanes v150 = v112 * v149;
-  const lanes v151 = 0.7617774807885066 * v51;
-  const lanes v152 = v122 + v151;
-  const lanes v153 = v119 * v152;
-  const lanes v154 = v150 + v153;
-  const lanes v155 = v128 + v145;
-  const lanes v156 = v154 * v155;
-  const lanes v157 = v147 - v156;
-  const lanes v158 = v11 * v157;
-  const lanes v159 = v119 * v149;
-  const lanes v160 = v112 * v152;
-  const lanes v161 = v159 - v160;
-  const lanes v162 = qd_1 / v10;
-  const lanes v163 = 2.0 * q_1;
-  const lanes v164 = 3.96 + v163;
-  const lanes v165 = v164 * qd_1;
-  const lanes v166 = v165 * v6;
-  const lanes v167 = v165 * v7;
-  const lanes v168 = v166 - v167;
-  const lanes v169 = 0.25 / v9;
-  const lanes v170 = v168 * v169;
-  const lanes v171 = v10 * v10;
-  const lanes v172 = v1 / v171;
-  const lanes v173 = v170 * v172;
-  const lanes v174 = v162 - v173;
-  const lanes v175 = v161 * v174;
-  const lanes v176 = v158 + v175;
+  const lanes v1 = 1.98 + q_1, v2 = q_1 * q_1, v3 = 3.9204 + v2, v4 = 3.96 * q_1, v5 = v3 + v4,
+      v6 = 12.865745377821996 - v5, v7 = v5 - 3.549254622178003, v8 = v6 * v7;
+  LANES_LET1(v9, sqrt, v8);
+  const lanes v10 = 0.5 * v9, v11 = v1 / v10, v12 = 0.4482758620689655 * v9, v13 = 0.5 * v5,
+      v14 = v13 - 3.37875, v15 = 0.7586206896551724 * v14, v16 = v12 - v15, v17 = 0.55 + v16,
+      v18 = 2.6 * v17, v19 = 0.3793103448275862 * v9, v20 = 0.896551724137931 * v14,
+      v21 = v19 + v20, v22 = v21 - 0.65, v23 = 0.85 * v22, v24 = v18 + v23,
+      v25 = 0.13364517206815904 * v24, v26 = q_2 * q_2, v27 = 5.76 + v26, v28 = 4.8 * q_2,
+      v29 = v27 + v28, v30 = 15.245138616807916 - v29, v31 = v29 - 4.964861383192083,
+      v32 = v30 * v31;
+  LANES_LET1(v33, sqrt, v32);
+  const lanes v34 = 0.14889657006115395 * v33, v35 = 0.5 * v29, v36 = 4.35 + v35,
+      v37 = 0.1329433661260303 * v36, v38 = v34 - v37, v39 = 1.25 + v38, v40 = 0.25 * v39,
+      v41 = 0.06647168306301515 * v33, v42 = 0.2977931401223079 * v36, v43 = v41 + v42,
+      v44 = v43 - 2.8, v45 = 0.8 * v44, v46 = v40 - v45, v47 = 1.4234875444839858 * v46,
+      v48 = v25 * v47, v49 = 2.6 * v22, v50 = 0.85 * v17, v51 = v49 - v50,
+      v52 = 0.13364517206815904 * v51, v53 = 0.25 * v44, v54 = 0.8 * v39, v55 = v53 + v54,
+      v56 = 1.4234875444839858 * v55, v57 = v52 * v56, v58 = v48 + v57, v59 = q_3 * q_3,
+      v60 = 2.56 + v59, v61 = 3.2 * q_3, v62 = v60 + v61, v63 = 7.100237610654644 - v62,
+      v64 = v62 - 2.029562389345356, v65 = v63 * v64;
+  LANES_LET1(v66, sqrt, v65);
+  const lanes v67 = 0.23681377825618946 * v66, v68 = 0.5 * v62, v69 = 1.89805 + v68,
+      v70 = 0.12199497667743094 * v69, v71 = v67 - v70, v72 = 0.51 + v71,
+      v73 = 0.9999999999999999 * v72, v74 = 0.04 + v73, v75 = 0.06099748833871547 * v66,
+      v76 = 0.4736275565123789 * v69, v77 = v75 + v76, v78 = v77 - 1.98,
+      v79 = 0.9999999999999999 * v78, v80 = v79 - 0.42, v81 = v80 * v80, v82 = v74 * v74,
+      v83 = v81 + v82, v84 = 0.5 * v83, v85 = v84 - 0.0616, v86 = v85 / v83, v87 = v74 * v86,
+      v88 = 1.085213592060545 - v83, v89 = v83 - 0.01398640793945492, v90 = v88 * v89;
+  LANES_LET1(v91, sqrt, v90);
+  const lanes v92 = 0.5 * v91, v93 = v92 / v83, v94 = v80 * v93, v95 = v87 - v94, v96 = 0.46 * v95,
+      v97 = v80 * v86, v98 = v74 * v93, v99 = v97 + v98, v100 = 0.04 * v99, v101 = v96 - v100,
+      v102 = 4.690431519699812 * v101, v103 = v58 * v102, v104 = v52 * v47, v105 = v25 * v56,
+      v106 = v104 - v105, v107 = 0.04 * v95, v108 = 0.46 * v99, v109 = v107 + v108,
+      v110 = 4.690431519699812 * v109, v111 = v106 * v110, v112 = v103 + v111, v113 = 1.45 * v112,
+      v114 = 2.9 * v58, v115 = v113 + v114, v116 = v112 * v115, v117 = v106 * v102,
+      v118 = v58 * v110, v119 = v117 - v118, v120 = 1.45 * v119, v121 = 2.9 * v106,
+      v122 = v120 + v121, v123 = v119 * v122, v124 = v116 + v123, v125 = 2.4 + q_2,
+      v126 = v125 * qd_2, v127 = 0.5 * v33, v128 = v126 / v127, v129 = v124 * v128,
+      v130 = 1.6 + q_3, v131 = v130 * qd_3, v132 = 0.5 * v66, v133 = v131 / v132,
+      v134 = 1.6129032258064515 * v72, v135 = v133 * v134, v136 = 0.62 * v135, v137 = v99 - v80,
+      v138 = v136 * v137, v139 = 1.6129032258064515 * v78, v140 = v133 * v139, v141 = 0.62 * v140,
+      v142 = v95 - v74, v143 = v141 * v142, v144 = v138 - v143, v145 = v144 / v92,
+      v146 = 1.45 * v145, v147 = v129 + v146, v148 = 0.7617774807885066 * v24, v149 = v115 + v148,
+      v150 = v112 * v149, v151 = 0.7617774807885066 * v51, v152 = v122 + v151, v153 = v119 * v152,
+      v154 = v150 + v153, v155 = v128 + v145, v156 = v154 * v155, v157 = v147 - v156,
+      v158 = v11 * v157, v159 = v119 * v149, v160 = v112 * v152, v161 = v159 - v160,
+      v162 = qd_1 / v10, v163 = 2.0 * q_1, v164 = 3.96 + v163, v165 = v164 * qd_1, v166 = v6 * v165,
+      v167 = v7 * v165, v168 = v166 - v167, v169 = 0.25 / v9, v170 = v168 * v169, v171 = v10 * v10,
+      v172 = v1 / v171, v173 = v170 * v172, v174 = v162 - v173, v175 = v161 * v174,
+      v176 = v158 + v175;
   out[1] = v176;
-  const lanes v177 = v125 / v127;
-  const lanes v178 = v124 * v145;
-  const lanes v179 = v146 - v178;
-  const lanes v180 = v177 * v179;
-  const lanes v181 = v119 * v115;
-  const lanes v182 = v112 * v122;
-  const lanes v183 = v181 - v182;
-  const lanes v184 = qd_2 / v127;
-  const lanes v185 = 2.0 * q_2;
-  const lanes v186 = 4.8 + v185;
-  const lanes v187 = v186 * qd_2;
-  const lanes v188 = v30 * v187;
-  const lanes v189 = v31 * v187;
-  const lanes v190 = v188 - v189;
-  const lanes v191 = 0.25 / v33;
-  const lanes v192 = v190 * v191;
-  const lanes v193 = v127 * v127;
-  const lanes v194 = v125 / v193;
-  const lanes v195 = v192 * v194;
-  const lanes v196 = v184 - v195;
-  const lanes v197 = v183 * v196;
-  const lanes v198 = v180 + v197;
-  const lanes v199 = -v198;
-  out[2] = v199;
-  out[3] = LANES_OF(0.0);
-  const lanes v200 = v1 * qd_1;
-  const lanes v201 = v200 / v10;
-  const lanes v202 = v161 * v201;
-  const lanes v203 = v183 * v128;
-  const lanes v204 = v202 - v203;
-  const lanes v205 = v112 * v204;
-  const lanes v206 = v154 * v201;
-  const lanes v207 = v206 - v147;
-  const lanes v208 = v119 * v207;
-  const lanes v209 = v205 - v208;
-  out[4] = v209;
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
+  const lanes v177 = v125 / v127, v178 = v124 * v145, v179 = v146 - v178, v180 = v177 * v179,
+      v181 = v119 * v115, v182 = v112 * v122, v183 = v181 - v182, v184 = qd_2 / v127,
+      v185 = 2.0 * q_2, v186 = 4.8 + v185, v187 = v186 * qd_2, v188 = v30 * v187, v189 = v31 * v187,
+      v190 = v188 - v189, v191 = 0.25 / v33, v192 = v190 * v191, v193 = v127 * v127,
+      v194 = v125 / v193, v195 = v192 * v194, v196 = v184 - v195, v197 = v183 * v196,
+      v198 = v180 + v197, v199 = -v198;
+  out[2] = v199; out[3] = LANES_OF(0.0);
+  const lanes v200 = v1 * qd_1, v201 = v200 / v10, v202 = v161 * v201, v203 = v183 * v128,
+      v204 = v202 - v203, v205 = v112 * v204, v206 = v154 * v201, v207 = v206 - v147,
+      v208 = v119 * v207, v209 = v205 - v208;
+  out[4] = v209; out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
   out[8] = LANES_OF(0.0);
-  const lanes v210 = v161 * v155;
-  const lanes v211 = v210 - v203;
-  const lanes v212 = v11 * v211;
-  const lanes v213 = v154 * v174;
-  const lanes v214 = v212 + v213;
+  const lanes v210 = v161 * v155, v211 = v210 - v203, v212 = v11 * v211, v213 = v154 * v174,
+      v214 = v212 + v213;
   out[9] = v214;
-  const lanes v215 = v183 * v145;
-  const lanes v216 = v177 * v215;
-  const lanes v217 = v124 * v196;
-  const lanes v218 = v216 + v217;
-  const lanes v219 = -v218;
+  const lanes v215 = v183 * v145, v216 = v177 * v215, v217 = v124 * v196, v218 = v216 + v217,
+      v219 = -v218;
   out[10] = v219;
-  const lanes v220 = v130 / v132;
-  const lanes v221 = v220 * v134;
-  const lanes v222 = 0.62 * v221;
-  const lanes v223 = v136 * v86;
-  const lanes v224 = 2.0 * v80;
-  const lanes v225 = v136 * v224;
-  const lanes v226 = 2.0 * v74;
-  const lanes v227 = v141 * v226;
-  const lanes v228 = v225 - v227;
-  const lanes v229 = 0.5 * v228;
-  const lanes v230 = v229 / v83;
-  const lanes v231 = v83 * v83;
-  const lanes v232 = v85 / v231;
-  const lanes v233 = v228 * v232;
-  const lanes v234 = v230 - v233;
-  const lanes v235 = v234 * v80;
-  const lanes v236 = v223 + v235;
-  const lanes v237 = v228 * v88;
-  const lanes v238 = v228 * v89;
-  const lanes v239 = v237 - v238;
-  const lanes v240 = 0.25 / v91;
-  const lanes v241 = v239 * v240;
-  const lanes v242 = v241 / v83;
-  const lanes v243 = v92 / v231;
-  const lanes v244 = v228 * v243;
-  const lanes v245 = v242 - v244;
-  const lanes v246 = v245 * v74;
-  const lanes v247 = v236 + v246;
-  const lanes v248 = v141 * v93;
-  const lanes v249 = v247 - v248;
-  const lanes v250 = v249 - v136;
-  const lanes v251 = v222 * v250;
-  const lanes v252 = qd_3 / v132;
-  const lanes v253 = 2.0 * q_3;
-  const lanes v254 = 3.2 + v253;
-  const lanes v255 = v254 * qd_3;
-  const lanes v256 = v255 * v63;
-  const lanes v257 = v255 * v64;
-  const lanes v258 = v256 - v257;
-  const lanes v259 = 0.25 / v66;
-  const lanes v260 = v258 * v259;
-  const lanes v261 = v132 * v132;
-  const lanes v262 = v130 / v261;
-  const lanes v263 = v260 * v262;
-  const lanes v264 = v252 - v263;
-  const lanes v265 = v264 * v134;
-  const lanes v266 = v220 * v140;
-  const lanes v267 = v265 - v266;
-  const lanes v268 = 0.62 * v267;
-  const lanes v269 = v268 * v137;
-  const lanes v270 = v251 + v269;
-  const lanes v271 = v220 * v139;
-  const lanes v272 = 0.62 * v271;
-  const lanes v273 = v234 * v74;
-  const lanes v274 = v136 * v93;
-  const lanes v275 = v273 - v274;
-  const lanes v276 = v141 * v86;
-  const lanes v277 = v275 - v276;
-  const lanes v278 = v245 * v80;
-  const lanes v279 = v277 - v278;
-  const lanes v280 = v141 + v279;
-  const lanes v281 = v272 * v280;
-  const lanes v282 = v270 - v281;
-  const lanes v283 = v220 * v135;
-  const lanes v284 = v264 * v139;
-  const lanes v285 = v283 + v284;
-  const lanes v286 = 0.62 * v285;
-  const lanes v287 = v286 * v142;
-  const lanes v288 = v282 - v287;
-  const lanes v289 = v288 / v92;
-  const lanes v290 = v222 * v137;
-  const lanes v291 = v272 * v142;
-  const lanes v292 = v290 - v291;
-  const lanes v293 = v92 * v92;
-  const lanes v294 = v292 / v293;
-  const lanes v295 = v241 * v294;
-  const lanes v296 = v289 - v295;
-  const lanes v297 = 1.45 * v296;
-  const lanes v298 = -v297;
+  const lanes v220 = v130 / v132, v221 = v220 * v134, v222 = 0.62 * v221, v223 = v136 * v86,
+      v224 = 2.0 * v80, v225 = v136 * v224, v226 = 2.0 * v74, v227 = v141 * v226,
+      v228 = v225 - v227, v229 = 0.5 * v228, v230 = v229 / v83, v231 = v83 * v83, v232 = v85 / v231,
+      v233 = v228 * v232, v234 = v230 - v233, v235 = v234 * v80, v236 = v223 + v235,
+      v237 = v228 * v88, v238 = v228 * v89, v239 = v237 - v238, v240 = 0.25 / v91,
+      v241 = v239 * v240, v242 = v241 / v83, v243 = v92 / v231, v244 = v228 * v243,
+      v245 = v242 - v244, v246 = v245 * v74, v247 = v236 + v246, v248 = v141 * v93,
+      v249 = v247 - v248, v250 = v249 - v136, v251 = v222 * v250, v252 = qd_3 / v132,
+      v253 = 2.0 * q_3, v254 = 3.2 + v253, v255 = v254 * qd_3, v256 = v63 * v255, v257 = v64 * v255,
+      v258 = v256 - v257, v259 = 0.25 / v66, v260 = v258 * v259, v261 = v132 * v132,
+      v262 = v130 / v261, v263 = v260 * v262, v264 = v252 - v263, v265 = v264 * v134,
+      v266 = v220 * v140, v267 = v265 - v266, v268 = 0.62 * v267, v269 = v268 * v137,
+      v270 = v251 + v269, v271 = v220 * v139, v272 = 0.62 * v271, v273 = v234 * v74,
+      v274 = v136 * v93, v275 = v273 - v274, v276 = v141 * v86, v277 = v275 - v276,
+      v278 = v245 * v80, v279 = v277 - v278, v280 = v141 + v279, v281 = v272 * v280,
+      v282 = v270 - v281, v283 = v220 * v135, v284 = v264 * v139, v285 = v283 + v284,
+      v286 = 0.62 * v285, v287 = v286 * v142, v288 = v282 - v287, v289 = v288 / v92,
+      v290 = v222 * v137, v291 = v272 * v142, v292 = v290 - v291, v293 = v92 * v92,
+      v294 = v292 / v293, v295 = v241 * v294, v296 = v289 - v295, v297 = 1.45 * v296, v298 = -v297;
   out[11] = v298;
-  const lanes v299 = v155 - v201;
-  const lanes v300 = v112 * v299;
-  const lanes v301 = -v300;
-  out[12] = v301;
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
+  const lanes v299 = v155 - v201, v300 = v112 * v299, v301 = -v300;
+  out[12] = v301; out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0);
   out[16] = LANES_OF(0.0);
   const lanes v302 = -v174;
-  out[17] = v302;
-  out[18] = v196;
-  out[19] = v296;
+  out[17] = v302; out[18] = v196; out[19] = v296;
   const lanes v303 = v119 * v299;
-  out[20] = v303;
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
+  out[20] = v303; out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(excavator_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes qd_0 = in[4];
-  const lanes qd_1 = in[5];
-  const lanes qd_2 = in[6];
-  const lanes qd_3 = in[7];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 3.9204 + v3;
-  const lanes v5 = 3.96 * q_1;
-  const lanes v6 = v4 + v5;
-  const lanes v7 = 12.865745377821996 - v6;
-  const lanes v8 = v6 - 3.549254622178003;
-  const lanes v9 = v7 * v8;
-  lanes v10; LANES_NAME(lanes_sqrt)(&v9, &v10);
-  const lanes v11 = 0.4482758620689655 * v10;
-  const lanes v12 = 0.5 * v6;
-  const lanes v13 = v12 - 3.37875;
-  const lanes v14 = 0.7586206896551724 * v13;
-  const lanes v15 = v11 - v14;
-  const lanes v16 = 0.55 + v15;
-  const lanes v17 = 2.6 * v16;
-  const lanes v18 = 0.3793103448275862 * v10;
-  const lanes v19 = 0.896551724137931 * v13;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = v20 - 0.65;
-  const lanes v22 = 0.85 * v21;
-  const lanes v23 = v17 + v22;
-  const lanes v24 = 0.13364517206815904 * v23;
-  const lanes v25 = q_2 * q_2;
-  const lanes v26 = 5.76 + v25;
-  const lanes v27 = 4.8 * q_2;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = 15.245138616807916 - v28;
-  const lanes v30 = v28 - 4.964861383192083;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.14889657006115395 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 4.35 + v34;
-  const lanes v36 = 0.1329433661260303 * v35;
-  const lanes v37 = v33 - v36;
-  const lanes v38 = 1.25 + v37;
-  const lanes v39 = 0.25 * v38;
-  const lanes v40 = 0.06647168306301515 * v32;
-  const lanes v41 = 0.2977931401223079 * v35;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = v42 - 2.8;
-  const lanes v44 = 0.8 * v43;
-  const lanes v45 = v39 - v44;
-  const lanes v46 = 1.4234875444839858 * v45;
-  const lanes v47 = v24 * v46;
-  const lanes v48 = 2.6 * v21;
-  const lanes v49 = 0.85 * v16;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = 0.13364517206815904 * v50;
-  const lanes v52 = 0.25 * v43;
-  const lanes v53 = 0.8 * v38;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 1.4234875444839858 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v47 + v56;
-  const lanes v58 = q_3 * q_3;
-  const lanes v59 = 2.56 + v58;
-  const lanes v60 = 3.2 * q_3;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = 7.100237610654644 - v61;
-  const lanes v63 = v61 - 2.029562389345356;
-  const lanes v64 = v62 * v63;
-  lanes v65; LANES_NAME(lanes_sqrt)(&v64, &v65);
-  const lanes v66 = 0.23681377825618946 * v65;
-  const lanes v67 = 0.5 * v61;
-  const lanes v68 = 1.89805 + v67;
-  const lanes v69 = 0.12199497667743094 * v68;
-  const lanes v70 = v66 - v69;
-  const lanes v71 = 0.51 + v70;
-  const lanes v72 = 0.9999999999999999 * v71;
-  const lanes v73 = 0.04 + v72;
-  const lanes v74 = 0.06099748833871547 * v65;
-  const lanes v75 = 0.4736275565123789 * v68;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v76 - 1.98;
-  const lanes v78 = 0.9999999999999999 * v77;
-  const lanes v79 = v78 - 0.42;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v73 * v73;
-  const lanes v82 = v80 + v81;
-  const lanes v83 = 0.5 * v82;
-  const lanes v84 = v83 - 0.0616;
-  const lanes v85 = v84 / v82;
-  const lanes v86 = v73 * v85;
-  const lanes v87 = 1.085213592060545 - v82;
-  const lanes v88 = v82 - 0.01398640793945492;
-  const lanes v89 = v87 * v88;
-  lanes v90; LANES_NAME(lanes_sqrt)(&v89, &v90);
-  const lanes v91 = 0.5 * v90;
-  const lanes v92 = v91 / v82;
-  const lanes v93 = v79 * v92;
-  const lanes v94 = v86 - v93;
-  const lanes v95 = 0.46 * v94;
-  const lanes v96 = v79 * v85;
-  const lanes v97 = v73 * v92;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = 0.04 * v98;
-  const lanes v100 = v95 - v99;
-  const lanes v101 = 4.690431519699812 * v100;
-  const lanes v102 = v57 * v101;
-  const lanes v103 = v51 * v46;
-  const lanes v104 = v24 * v55;
-  const lanes v105 = v103 - v104;
-  const lanes v106 = 0.04 * v94;
-  const lanes v107 = 0.46 * v98;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = 4.690431519699812 * v108;
-  const lanes v110 = v105 * v109;
-  const lanes v111 = v102 + v110;
-  const lanes v112 = 1.45 * v111;
-  const lanes v113 = 2.9 * v57;
-  const lanes v114 = v112 + v113;
-  const lanes v115 = 0.7617774807885066 * v23;
-  const lanes v116 = v114 + v115;
-  const lanes v117 = 0.15 + v116;
-  const lanes v118 = v1 * v117;
-  const lanes v119 = v118 * qd_0;
-  const lanes v120 = v105 * v101;
-  const lanes v121 = v57 * v109;
-  const lanes v122 = v120 - v121;
-  const lanes v123 = 1.45 * v122;
-  const lanes v124 = 2.9 * v105;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = v2 * v125;
-  const lanes v127 = 2.4 + q_2;
-  const lanes v128 = v127 * qd_2;
-  const lanes v129 = 0.5 * v32;
-  const lanes v130 = v128 / v129;
-  const lanes v131 = v126 * v130;
-  const lanes v132 = v2 * v123;
-  const lanes v133 = 1.6 + q_3;
-  const lanes v134 = v133 * qd_3;
-  const lanes v135 = 0.5 * v65;
-  const lanes v136 = v134 / v135;
-  const lanes v137 = 1.6129032258064515 * v71;
-  const lanes v138 = v136 * v137;
-  const lanes v139 = 0.62 * v138;
-  const lanes v140 = v98 - v79;
-  const lanes v141 = v139 * v140;
-  const lanes v142 = 1.6129032258064515 * v77;
-  const lanes v143 = v136 * v142;
-  const lanes v144 = 0.62 * v143;
-  const lanes v145 = v94 - v73;
-  const lanes v146 = v144 * v145;
-  const lanes v147 = v141 - v146;
-  const lanes v148 = v147 / v91;
-  const lanes v149 = v132 * v148;
-  const lanes v150 = v131 + v149;
-  const lanes v151 = 0.7617774807885066 * v50;
-  const lanes v152 = v125 + v151;
-  const lanes v153 = v2 * v152;
-  const lanes v154 = 1.98 + q_1;
-  const lanes v155 = v154 * qd_1;
-  const lanes v156 = 0.5 * v10;
-  const lanes v157 = v155 / v156;
-  const lanes v158 = v153 * v157;
-  const lanes v159 = v150 - v158;
-  const lanes v160 = v119 + v159;
-  const lanes v161 = -v160;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], qd_0 = in[4], qd_1 = in[5],
+      qd_2 = in[6], qd_3 = in[7];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = q_1 * q_1, v4 = 3.9204 + v3, v5 = 3.96 * q_1, v6 = v4 + v5,
+      v7 = 12.865745377821996 - v6, v8 = v6 - 3.549254622178003, v9 = v7 * v8;
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = 0.4482758620689655 * v10, v12 = 0.5 * v6, v13 = v12 - 3.37875,
+      v14 = 0.7586206896551724 * v13, v15 = v11 - v14, v16 = 0.55 + v15, v17 = 2.6 * v16,
+      v18 = 0.3793103448275862 * v10, v19 = 0.896551724137931 * v13, v20 = v18 + v19,
+      v21 = v20 - 0.65, v22 = 0.85 * v21, v23 = v17 + v22, v24 = 0.13364517206815904 * v23,
+      v25 = q_2 * q_2, v26 = 5.76 + v25, v27 = 4.8 * q_2, v28 = v26 + v27,
+      v29 = 15.245138616807916 - v28, v30 = v28 - 4.964861383192083, v31 = v29 * v30;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = 0.14889657006115395 * v32, v34 = 0.5 * v28, v35 = 4.35 + v34,
+      v36 = 0.1329433661260303 * v35, v37 = v33 - v36, v38 = 1.25 + v37, v39 = 0.25 * v38,
+      v40 = 0.06647168306301515 * v32, v41 = 0.2977931401223079 * v35, v42 = v40 + v41,
+      v43 = v42 - 2.8, v44 = 0.8 * v43, v45 = v39 - v44, v46 = 1.4234875444839858 * v45,
+      v47 = v24 * v46, v48 = 2.6 * v21, v49 = 0.85 * v16, v50 = v48 - v49,
+      v51 = 0.13364517206815904 * v50, v52 = 0.25 * v43, v53 = 0.8 * v38, v54 = v52 + v53,
+      v55 = 1.4234875444839858 * v54, v56 = v51 * v55, v57 = v47 + v56, v58 = q_3 * q_3,
+      v59 = 2.56 + v58, v60 = 3.2 * q_3, v61 = v59 + v60, v62 = 7.100237610654644 - v61,
+      v63 = v61 - 2.029562389345356, v64 = v62 * v63;
+  LANES_LET1(v65, sqrt, v64);
+  const lanes v66 = 0.23681377825618946 * v65, v67 = 0.5 * v61, v68 = 1.89805 + v67,
+      v69 = 0.12199497667743094 * v68, v70 = v66 - v69, v71 = 0.51 + v70,
+      v72 = 0.9999999999999999 * v71, v73 = 0.04 + v72, v74 = 0.06099748833871547 * v65,
+      v75 = 0.4736275565123789 * v68, v76 = v74 + v75, v77 = v76 - 1.98,
+      v78 = 0.9999999999999999 * v77, v79 = v78 - 0.42, v80 = v79 * v79, v81 = v73 * v73,
+      v82 = v80 + v81, v83 = 0.5 * v82, v84 = v83 - 0.0616, v85 = v84 / v82, v86 = v73 * v85,
+      v87 = 1.085213592060545 - v82, v88 = v82 - 0.01398640793945492, v89 = v87 * v88;
+  LANES_LET1(v90, sqrt, v89);
+  const lanes v91 = 0.5 * v90, v92 = v91 / v82, v93 = v79 * v92, v94 = v86 - v93, v95 = 0.46 * v94,
+      v96 = v79 * v85, v97 = v73 * v92, v98 = v96 + v97, v99 = 0.04 * v98, v100 = v95 - v99,
+      v101 = 4.690431519699812 * v100, v102 = v57 * v101, v103 = v51 * v46, v104 = v24 * v55,
+      v105 = v103 - v104, v106 = 0.04 * v94, v107 = 0.46 * v98, v108 = v106 + v107,
+      v109 = 4.690431519699812 * v108, v110 = v105 * v109, v111 = v102 + v110, v112 = 1.45 * v111,
+      v113 = 2.9 * v57, v114 = v112 + v113, v115 = 0.7617774807885066 * v23, v116 = v114 + v115,
+      v117 = 0.15 + v116, v118 = v1 * v117, v119 = v118 * qd_0, v120 = v105 * v101,
+      v121 = v57 * v109, v122 = v120 - v121, v123 = 1.45 * v122, v124 = 2.9 * v105,
+      v125 = v123 + v124, v126 = v2 * v125, v127 = 2.4 + q_2, v128 = v127 * qd_2, v129 = 0.5 * v32,
+      v130 = v128 / v129, v131 = v126 * v130, v132 = v2 * v123, v133 = 1.6 + q_3,
+      v134 = v133 * qd_3, v135 = 0.5 * v65, v136 = v134 / v135, v137 = 1.6129032258064515 * v71,
+      v138 = v136 * v137, v139 = 0.62 * v138, v140 = v98 - v79, v141 = v139 * v140,
+      v142 = 1.6129032258064515 * v77, v143 = v136 * v142, v144 = 0.62 * v143, v145 = v94 - v73,
+      v146 = v144 * v145, v147 = v141 - v146, v148 = v147 / v91, v149 = v132 * v148,
+      v150 = v131 + v149, v151 = 0.7617774807885066 * v50, v152 = v125 + v151, v153 = v2 * v152,
+      v154 = 1.98 + q_1, v155 = v154 * qd_1, v156 = 0.5 * v10, v157 = v155 / v156,
+      v158 = v153 * v157, v159 = v150 - v158, v160 = v119 + v159, v161 = -v160;
   out[0] = v161;
-  const lanes v162 = v154 / v156;
-  const lanes v163 = v153 * qd_0;
-  const lanes v164 = v1 * v157;
-  const lanes v165 = v116 * v164;
-  const lanes v166 = v163 - v165;
-  const lanes v167 = v114 * v130;
-  const lanes v168 = v112 * v148;
-  const lanes v169 = v167 + v168;
-  const lanes v170 = v1 * v169;
-  const lanes v171 = v166 + v170;
-  const lanes v172 = v162 * v171;
-  const lanes v173 = v1 * v152;
-  const lanes v174 = qd_1 / v156;
-  const lanes v175 = 2.0 * q_1;
-  const lanes v176 = 3.96 + v175;
-  const lanes v177 = v176 * qd_1;
-  const lanes v178 = v177 * v7;
-  const lanes v179 = v177 * v8;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = 0.25 / v10;
-  const lanes v182 = v180 * v181;
-  const lanes v183 = v156 * v156;
-  const lanes v184 = v154 / v183;
-  const lanes v185 = v182 * v184;
-  const lanes v186 = v174 - v185;
-  const lanes v187 = v173 * v186;
-  const lanes v188 = v172 - v187;
+  const lanes v162 = v154 / v156, v163 = v153 * qd_0, v164 = v1 * v157, v165 = v116 * v164,
+      v166 = v163 - v165, v167 = v114 * v130, v168 = v112 * v148, v169 = v167 + v168,
+      v170 = v1 * v169, v171 = v166 + v170, v172 = v162 * v171, v173 = v1 * v152,
+      v174 = qd_1 / v156, v175 = 2.0 * q_1, v176 = 3.96 + v175, v177 = v176 * qd_1,
+      v178 = v7 * v177, v179 = v8 * v177, v180 = v178 - v179, v181 = 0.25 / v10, v182 = v180 * v181,
+      v183 = v156 * v156, v184 = v154 / v183, v185 = v182 * v184, v186 = v174 - v185,
+      v187 = v173 * v186, v188 = v172 - v187;
   out[1] = v188;
-  const lanes v189 = v1 * v125;
-  const lanes v190 = qd_2 / v129;
-  const lanes v191 = 2.0 * q_2;
-  const lanes v192 = 4.8 + v191;
-  const lanes v193 = v192 * qd_2;
-  const lanes v194 = v29 * v193;
-  const lanes v195 = v30 * v193;
-  const lanes v196 = v194 - v195;
-  const lanes v197 = 0.25 / v32;
-  const lanes v198 = v196 * v197;
-  const lanes v199 = v129 * v129;
-  const lanes v200 = v127 / v199;
-  const lanes v201 = v198 * v200;
-  const lanes v202 = v190 - v201;
-  const lanes v203 = v189 * v202;
-  const lanes v204 = v127 / v129;
-  const lanes v205 = v1 * v130;
-  const lanes v206 = v205 - v164;
-  const lanes v207 = v114 * v206;
-  const lanes v208 = v126 * qd_0;
-  const lanes v209 = v207 + v208;
-  const lanes v210 = v1 * v168;
-  const lanes v211 = v209 + v210;
-  const lanes v212 = v204 * v211;
-  const lanes v213 = v203 - v212;
+  const lanes v189 = v1 * v125, v190 = qd_2 / v129, v191 = 2.0 * q_2, v192 = 4.8 + v191,
+      v193 = v192 * qd_2, v194 = v29 * v193, v195 = v30 * v193, v196 = v194 - v195,
+      v197 = 0.25 / v32, v198 = v196 * v197, v199 = v129 * v129, v200 = v127 / v199,
+      v201 = v198 * v200, v202 = v190 - v201, v203 = v189 * v202, v204 = v127 / v129,
+      v205 = v1 * v130, v206 = v205 - v164, v207 = v114 * v206, v208 = v126 * qd_0,
+      v209 = v207 + v208, v210 = v1 * v168, v211 = v209 + v210, v212 = v204 * v211,
+      v213 = v203 - v212;
   out[2] = v213;
-  const lanes v214 = v1 * v123;
-  const lanes v215 = v133 / v135;
-  const lanes v216 = v215 * v137;
-  const lanes v217 = 0.62 * v216;
-  const lanes v218 = v139 * v85;
-  const lanes v219 = 2.0 * v79;
-  const lanes v220 = v139 * v219;
-  const lanes v221 = 2.0 * v73;
-  const lanes v222 = v144 * v221;
-  const lanes v223 = v220 - v222;
-  const lanes v224 = 0.5 * v223;
-  const lanes v225 = v224 / v82;
-  const lanes v226 = v82 * v82;
-  const lanes v227 = v84 / v226;
-  const lanes v228 = v223 * v227;
-  const lanes v229 = v225 - v228;
-  const lanes v230 = v229 * v79;
-  const lanes v231 = v218 + v230;
-  const lanes v232 = v223 * v87;
-  const lanes v233 = v223 * v88;
-  const lanes v234 = v232 - v233;
-  const lanes v235 = 0.25 / v90;
-  const lanes v236 = v234 * v235;
-  const lanes v237 = v236 / v82;
-  const lanes v238 = v91 / v226;
-  const lanes v239 = v223 * v238;
-  const lanes v240 = v237 - v239;
-  const lanes v241 = v240 * v73;
-  const lanes v242 = v231 + v241;
-  const lanes v243 = v144 * v92;
-  const lanes v244 = v242 - v243;
-  const lanes v245 = v244 - v139;
-  const lanes v246 = v217 * v245;
-  const lanes v247 = qd_3 / v135;
-  const lanes v248 = 2.0 * q_3;
-  const lanes v249 = 3.2 + v248;
-  const lanes v250 = v249 * qd_3;
-  const lanes v251 = v250 * v62;
-  const lanes v252 = v250 * v63;
-  const lanes v253 = v251 - v252;
-  const lanes v254 = 0.25 / v65;
-  const lanes v255 = v253 * v254;
-  const lanes v256 = v135 * v135;
-  const lanes v257 = v133 / v256;
-  const lanes v258 = v255 * v257;
-  const lanes v259 = v247 - v258;
-  const lanes v260 = v259 * v137;
-  const lanes v261 = v215 * v143;
-  const lanes v262 = v260 - v261;
-  const lanes v263 = 0.62 * v262;
-  const lanes v264 = v263 * v140;
-  const lanes v265 = v246 + v264;
-  const lanes v266 = v215 * v142;
-  const lanes v267 = 0.62 * v266;
-  const lanes v268 = v229 * v73;
-  const lanes v269 = v139 * v92;
-  const lanes v270 = v268 - v269;
-  const lanes v271 = v144 * v85;
-  const lanes v272 = v270 - v271;
-  const lanes v273 = v240 * v79;
-  const lanes v274 = v272 - v273;
-  const lanes v275 = v144 + v274;
-  const lanes v276 = v267 * v275;
-  const lanes v277 = v265 - v276;
-  const lanes v278 = v215 * v138;
-  const lanes v279 = v259 * v142;
-  const lanes v280 = v278 + v279;
-  const lanes v281 = 0.62 * v280;
-  const lanes v282 = v281 * v145;
-  const lanes v283 = v277 - v282;
-  const lanes v284 = v283 / v91;
-  const lanes v285 = v217 * v140;
-  const lanes v286 = v267 * v145;
-  const lanes v287 = v285 - v286;
-  const lanes v288 = v91 * v91;
-  const lanes v289 = v287 / v288;
-  const lanes v290 = v236 * v289;
-  const lanes v291 = v284 - v290;
-  const lanes v292 = v214 * v291;
-  const lanes v293 = v287 / v91;
-  const lanes v294 = v1 * v148;
-  const lanes v295 = v294 + v206;
-  const lanes v296 = v112 * v295;
-  const lanes v297 = v132 * qd_0;
-  const lanes v298 = v296 + v297;
-  const lanes v299 = v293 * v298;
-  const lanes v300 = v292 - v299;
+  const lanes v214 = v1 * v123, v215 = v133 / v135, v216 = v215 * v137, v217 = 0.62 * v216,
+      v218 = v139 * v85, v219 = 2.0 * v79, v220 = v139 * v219, v221 = 2.0 * v73, v222 = v144 * v221,
+      v223 = v220 - v222, v224 = 0.5 * v223, v225 = v224 / v82, v226 = v82 * v82, v227 = v84 / v226,
+      v228 = v223 * v227, v229 = v225 - v228, v230 = v229 * v79, v231 = v218 + v230,
+      v232 = v223 * v87, v233 = v223 * v88, v234 = v232 - v233, v235 = 0.25 / v90,
+      v236 = v234 * v235, v237 = v236 / v82, v238 = v91 / v226, v239 = v223 * v238,
+      v240 = v237 - v239, v241 = v240 * v73, v242 = v231 + v241, v243 = v144 * v92,
+      v244 = v242 - v243, v245 = v244 - v139, v246 = v217 * v245, v247 = qd_3 / v135,
+      v248 = 2.0 * q_3, v249 = 3.2 + v248, v250 = v249 * qd_3, v251 = v62 * v250, v252 = v63 * v250,
+      v253 = v251 - v252, v254 = 0.25 / v65, v255 = v253 * v254, v256 = v135 * v135,
+      v257 = v133 / v256, v258 = v255 * v257, v259 = v247 - v258, v260 = v259 * v137,
+      v261 = v215 * v143, v262 = v260 - v261, v263 = 0.62 * v262, v264 = v263 * v140,
+      v265 = v246 + v264, v266 = v215 * v142, v267 = 0.62 * v266, v268 = v229 * v73,
+      v269 = v139 * v92, v270 = v268 - v269, v271 = v144 * v85, v272 = v270 - v271,
+      v273 = v240 * v79, v274 = v272 - v273, v275 = v144 + v274, v276 = v267 * v275,
+      v277 = v265 - v276, v278 = v215 * v138, v279 = v259 * v142, v280 = v278 + v279,
+      v281 = 0.62 * v280, v282 = v281 * v145, v283 = v277 - v282, v284 = v283 / v91,
+      v285 = v217 * v140, v286 = v267 * v145, v287 = v285 - v286, v288 = v91 * v91,
+      v289 = v287 / v288, v290 = v236 * v289, v291 = v284 - v290, v292 = v214 * v291,
+      v293 = v287 / v91, v294 = v1 * v148, v295 = v294 + v206, v296 = v112 * v295,
+      v297 = v132 * qd_0, v298 = v296 + v297, v299 = v293 * v298, v300 = v292 - v299;
   out[3] = v300;
-  const lanes v301 = v189 * v130;
-  const lanes v302 = v214 * v148;
-  const lanes v303 = v301 + v302;
-  const lanes v304 = v173 * v157;
-  const lanes v305 = v303 - v304;
-  const lanes v306 = v2 * v117;
-  const lanes v307 = v306 * qd_0;
-  const lanes v308 = v305 - v307;
+  const lanes v301 = v189 * v130, v302 = v214 * v148, v303 = v301 + v302, v304 = v173 * v157,
+      v305 = v303 - v304, v306 = v2 * v117, v307 = v306 * qd_0, v308 = v305 - v307;
   out[4] = v308;
-  const lanes v309 = v2 * v169;
-  const lanes v310 = v2 * v157;
-  const lanes v311 = v116 * v310;
-  const lanes v312 = v173 * qd_0;
-  const lanes v313 = v311 + v312;
-  const lanes v314 = v309 - v313;
-  const lanes v315 = v162 * v314;
-  const lanes v316 = v153 * v186;
-  const lanes v317 = v315 - v316;
+  const lanes v309 = v2 * v169, v310 = v2 * v157, v311 = v116 * v310, v312 = v173 * qd_0,
+      v313 = v311 + v312, v314 = v309 - v313, v315 = v162 * v314, v316 = v153 * v186,
+      v317 = v315 - v316;
   out[5] = v317;
-  const lanes v318 = v126 * v202;
-  const lanes v319 = v2 * v168;
-  const lanes v320 = v2 * v130;
-  const lanes v321 = v310 - v320;
-  const lanes v322 = v114 * v321;
-  const lanes v323 = v189 * qd_0;
-  const lanes v324 = v322 + v323;
-  const lanes v325 = v319 - v324;
-  const lanes v326 = v204 * v325;
-  const lanes v327 = v318 - v326;
+  const lanes v318 = v126 * v202, v319 = v2 * v168, v320 = v2 * v130, v321 = v310 - v320,
+      v322 = v114 * v321, v323 = v189 * qd_0, v324 = v322 + v323, v325 = v319 - v324,
+      v326 = v204 * v325, v327 = v318 - v326;
   out[6] = v327;
-  const lanes v328 = v2 * v148;
-  const lanes v329 = v321 - v328;
-  const lanes v330 = v112 * v329;
-  const lanes v331 = v214 * qd_0;
-  const lanes v332 = v330 + v331;
-  const lanes v333 = v293 * v332;
-  const lanes v334 = v132 * v291;
-  const lanes v335 = v333 + v334;
-  out[7] = v335;
-  out[8] = LANES_OF(0.0);
-  const lanes v336 = v1 * v303;
-  const lanes v337 = v2 * v150;
-  const lanes v338 = v336 + v337;
-  const lanes v339 = v173 * v164;
-  const lanes v340 = v153 * v310;
-  const lanes v341 = v339 + v340;
-  const lanes v342 = v338 - v341;
-  const lanes v343 = v162 * v342;
-  const lanes v344 = v116 * v186;
-  const lanes v345 = v343 + v344;
+  const lanes v328 = v2 * v148, v329 = v321 - v328, v330 = v112 * v329, v331 = v214 * qd_0,
+      v332 = v330 + v331, v333 = v293 * v332, v334 = v132 * v291, v335 = v333 + v334;
+  out[7] = v335; out[8] = LANES_OF(0.0);
+  const lanes v336 = v1 * v303, v337 = v2 * v150, v338 = v336 + v337, v339 = v173 * v164,
+      v340 = v153 * v310, v341 = v339 + v340, v342 = v338 - v341, v343 = v162 * v342,
+      v344 = v116 * v186, v345 = v343 + v344;
   out[9] = v345;
-  const lanes v346 = v189 * v206;
-  const lanes v347 = v126 * v321;
-  const lanes v348 = v346 - v347;
-  const lanes v349 = v1 * v302;
-  const lanes v350 = v2 * v149;
-  const lanes v351 = v349 + v350;
-  const lanes v352 = v348 + v351;
-  const lanes v353 = v204 * v352;
-  const lanes v354 = v114 * v202;
-  const lanes v355 = v353 + v354;
-  const lanes v356 = -v355;
+  const lanes v346 = v189 * v206, v347 = v126 * v321, v348 = v346 - v347, v349 = v1 * v302,
+      v350 = v2 * v149, v351 = v349 + v350, v352 = v348 + v351, v353 = v204 * v352,
+      v354 = v114 * v202, v355 = v353 + v354, v356 = -v355;
   out[10] = v356;
-  const lanes v357 = v214 * v295;
-  const lanes v358 = v132 * v329;
-  const lanes v359 = v357 - v358;
-  const lanes v360 = v293 * v359;
-  const lanes v361 = v112 * v291;
-  const lanes v362 = v360 + v361;
-  const lanes v363 = -v362;
-  out[11] = v363;
-  out[12] = LANES_OF(0.0);
-  const lanes v364 = v1 * qd_0;
-  const lanes v365 = v162 * v364;
-  const lanes v366 = v2 * v186;
-  const lanes v367 = v365 + v366;
+  const lanes v357 = v214 * v295, v358 = v132 * v329, v359 = v357 - v358, v360 = v293 * v359,
+      v361 = v112 * v291, v362 = v360 + v361, v363 = -v362;
+  out[11] = v363; out[12] = LANES_OF(0.0);
+  const lanes v364 = v1 * qd_0, v365 = v162 * v364, v366 = v2 * v186, v367 = v365 + v366;
   out[13] = v367;
-  const lanes v368 = v204 * v364;
-  const lanes v369 = v2 * v202;
-  const lanes v370 = v368 + v369;
-  const lanes v371 = -v370;
+  const lanes v368 = v204 * v364, v369 = v2 * v202, v370 = v368 + v369, v371 = -v370;
   out[14] = v371;
-  const lanes v372 = v293 * v364;
-  const lanes v373 = v2 * v291;
-  const lanes v374 = v372 + v373;
-  const lanes v375 = -v374;
-  out[15] = v375;
-  out[16] = LANES_OF(0.0);
-  const lanes v376 = v2 * qd_0;
-  const lanes v377 = v162 * v376;
-  const lanes v378 = v1 * v186;
-  const lanes v379 = v377 - v378;
+  const lanes v372 = v293 * v364, v373 = v2 * v291, v374 = v372 + v373, v375 = -v374;
+  out[15] = v375; out[16] = LANES_OF(0.0);
+  const lanes v376 = v2 * qd_0, v377 = v162 * v376, v378 = v1 * v186, v379 = v377 - v378;
   out[17] = v379;
-  const lanes v380 = v1 * v202;
-  const lanes v381 = v204 * v376;
-  const lanes v382 = v380 - v381;
+  const lanes v380 = v1 * v202, v381 = v204 * v376, v382 = v380 - v381;
   out[18] = v382;
-  const lanes v383 = v1 * v291;
-  const lanes v384 = v293 * v376;
-  const lanes v385 = v383 - v384;
-  out[19] = v385;
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  const lanes v386 = v2 * v164;
-  const lanes v387 = v1 * v310;
-  const lanes v388 = v386 - v387;
-  const lanes v389 = v204 * v388;
-  const lanes v390 = -v389;
+  const lanes v383 = v1 * v291, v384 = v293 * v376, v385 = v383 - v384;
+  out[19] = v385; out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
+  const lanes v386 = v2 * v164, v387 = v1 * v310, v388 = v386 - v387, v389 = v204 * v388,
+      v390 = -v389;
   out[22] = v390;
-  const lanes v391 = v1 * v321;
-  const lanes v392 = v2 * v206;
-  const lanes v393 = v391 + v392;
-  const lanes v394 = v293 * v393;
+  const lanes v391 = v1 * v321, v392 = v2 * v206, v393 = v391 + v392, v394 = v293 * v393;
   out[23] = v394;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_hessian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 3.9204 + v3;
-  const lanes v5 = 3.96 * q_1;
-  const lanes v6 = v4 + v5;
-  const lanes v7 = 12.865745377821996 - v6;
-  const lanes v8 = v6 - 3.549254622178003;
-  const lanes v9 = v7 * v8;
-  lanes v10; LANES_NAME(lanes_sqrt)(&v9, &v10);
-  const lanes v11 = 0.4482758620689655 * v10;
-  const lanes v12 = 0.5 * v6;
-  const lanes v13 = v12 - 3.37875;
-  const lanes v14 = 0.7586206896551724 * v13;
-  const lanes v15 = v11 - v14;
-  const lanes v16 = 0.55 + v15;
-  const lanes v17 = 2.6 * v16;
-  const lanes v18 = 0.3793103448275862 * v10;
-  const lanes v19 = 0.896551724137931 * v13;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = v20 - 0.65;
-  const lanes v22 = 0.85 * v21;
-  const lanes v23 = v17 + v22;
-  const lanes v24 = 0.13364517206815904 * v23;
-  const lanes v25 = q_2 * q_2;
-  const lanes v26 = 5.76 + v25;
-  const lanes v27 = 4.8 * q_2;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = 15.245138616807916 - v28;
-  const lanes v30 = v28 - 4.964861383192083;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.14889657006115395 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 4.35 + v34;
-  const lanes v36 = 0.1329433661260303 * v35;
-  const lanes v37 = v33 - v36;
-  const lanes v38 = 1.25 + v37;
-  const lanes v39 = 0.25 * v38;
-  const lanes v40 = 0.06647168306301515 * v32;
-  const lanes v41 = 0.2977931401223079 * v35;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = v42 - 2.8;
-  const lanes v44 = 0.8 * v43;
-  const lanes v45 = v39 - v44;
-  const lanes v46 = 1.4234875444839858 * v45;
-  const lanes v47 = v24 * v46;
-  const lanes v48 = 2.6 * v21;
-  const lanes v49 = 0.85 * v16;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = 0.13364517206815904 * v50;
-  const lanes v52 = 0.25 * v43;
-  const lanes v53 = 0.8 * v38;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 1.4234875444839858 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v47 + v56;
-  const lanes v58 = q_3 * q_3;
-  const lanes v59 = 2.56 + v58;
-  const lanes v60 = 3.2 * q_3;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = 7.100237610654644 - v61;
-  const lanes v63 = v61 - 2.029562389345356;
-  const lanes v64 = v62 * v63;
-  lanes v65; LANES_NAME(lanes_sqrt)(&v64, &v65);
-  const lanes v66 = 0.23681377825618946 * v65;
-  const lanes v67 = 0.5 * v61;
-  const lanes v68 = 1.89805 + v67;
-  const lanes v69 = 0.12199497667743094 * v68;
-  const lanes v70 = v66 - v69;
-  const lanes v71 = 0.51 + v70;
-  const lanes v72 = 0.9999999999999999 * v71;
-  const lanes v73 = 0.04 + v72;
-  const lanes v74 = 0.06099748833871547 * v65;
-  const lanes v75 = 0.4736275565123789 * v68;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v76 - 1.98;
-  const lanes v78 = 0.9999999999999999 * v77;
-  const lanes v79 = v78 - 0.42;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v73 * v73;
-  const lanes v82 = v80 + v81;
-  const lanes v83 = 0.5 * v82;
-  const lanes v84 = v83 - 0.0616;
-  const lanes v85 = v84 / v82;
-  const lanes v86 = v73 * v85;
-  const lanes v87 = 1.085213592060545 - v82;
-  const lanes v88 = v82 - 0.01398640793945492;
-  const lanes v89 = v87 * v88;
-  lanes v90; LANES_NAME(lanes_sqrt)(&v89, &v90);
-  const lanes v91 = 0.5 * v90;
-  const lanes v92 = v91 / v82;
-  const lanes v93 = v79 * v92;
-  const lanes v94 = v86 - v93;
-  const lanes v95 = 0.46 * v94;
-  const lanes v96 = v79 * v85;
-  const lanes v97 = v73 * v92;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = 0.04 * v98;
-  const lanes v100 = v95 - v99;
-  const lanes v101 = 4.690431519699812 * v100;
-  const lanes v102 = v57 * v101;
-  const lanes v103 = v51 * v46;
-  const lanes v104 = v24 * v55;
-  const lanes v105 = v103 - v104;
-  const lanes v106 = 0.04 * v94;
-  const lanes v107 = 0.46 * v98;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = 4.690431519699812 * v108;
-  const lanes v110 = v105 * v109;
-  const lanes v111 = v102 + v110;
-  const lanes v112 = 1.45 * v111;
-  const lanes v113 = 2.9 * v57;
-  const lanes v114 = v112 + v113;
-  const lanes v115 = 0.7617774807885066 * v23;
-  const lanes v116 = v114 + v115;
-  const lanes v117 = 0.15 + v116;
-  const lanes v118 = v1 * v117;
-  const lanes v119 = -v118;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = q_1 * q_1, v4 = 3.9204 + v3, v5 = 3.96 * q_1, v6 = v4 + v5,
+      v7 = 12.865745377821996 - v6, v8 = v6 - 3.549254622178003, v9 = v7 * v8;
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = 0.4482758620689655 * v10, v12 = 0.5 * v6, v13 = v12 - 3.37875,
+      v14 = 0.7586206896551724 * v13, v15 = v11 - v14, v16 = 0.55 + v15, v17 = 2.6 * v16,
+      v18 = 0.3793103448275862 * v10, v19 = 0.896551724137931 * v13, v20 = v18 + v19,
+      v21 = v20 - 0.65, v22 = 0.85 * v21, v23 = v17 + v22, v24 = 0.13364517206815904 * v23,
+      v25 = q_2 * q_2, v26 = 5.76 + v25, v27 = 4.8 * q_2, v28 = v26 + v27,
+      v29 = 15.245138616807916 - v28, v30 = v28 - 4.964861383192083, v31 = v29 * v30;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = 0.14889657006115395 * v32, v34 = 0.5 * v28, v35 = 4.35 + v34,
+      v36 = 0.1329433661260303 * v35, v37 = v33 - v36, v38 = 1.25 + v37, v39 = 0.25 * v38,
+      v40 = 0.06647168306301515 * v32, v41 = 0.2977931401223079 * v35, v42 = v40 + v41,
+      v43 = v42 - 2.8, v44 = 0.8 * v43, v45 = v39 - v44, v46 = 1.4234875444839858 * v45,
+      v47 = v24 * v46, v48 = 2.6 * v21, v49 = 0.85 * v16, v50 = v48 - v49,
+      v51 = 0.13364517206815904 * v50, v52 = 0.25 * v43, v53 = 0.8 * v38, v54 = v52 + v53,
+      v55 = 1.4234875444839858 * v54, v56 = v51 * v55, v57 = v47 + v56, v58 = q_3 * q_3,
+      v59 = 2.56 + v58, v60 = 3.2 * q_3, v61 = v59 + v60, v62 = 7.100237610654644 - v61,
+      v63 = v61 - 2.029562389345356, v64 = v62 * v63;
+  LANES_LET1(v65, sqrt, v64);
+  const lanes v66 = 0.23681377825618946 * v65, v67 = 0.5 * v61, v68 = 1.89805 + v67,
+      v69 = 0.12199497667743094 * v68, v70 = v66 - v69, v71 = 0.51 + v70,
+      v72 = 0.9999999999999999 * v71, v73 = 0.04 + v72, v74 = 0.06099748833871547 * v65,
+      v75 = 0.4736275565123789 * v68, v76 = v74 + v75, v77 = v76 - 1.98,
+      v78 = 0.9999999999999999 * v77, v79 = v78 - 0.42, v80 = v79 * v79, v81 = v73 * v73,
+      v82 = v80 + v81, v83 = 0.5 * v82, v84 = v83 - 0.0616, v85 = v84 / v82, v86 = v73 * v85,
+      v87 = 1.085213592060545 - v82, v88 = v82 - 0.01398640793945492, v89 = v87 * v88;
+  LANES_LET1(v90, sqrt, v89);
+  const lanes v91 = 0.5 * v90, v92 = v91 / v82, v93 = v79 * v92, v94 = v86 - v93, v95 = 0.46 * v94,
+      v96 = v79 * v85, v97 = v73 * v92, v98 = v96 + v97, v99 = 0.04 * v98, v100 = v95 - v99,
+      v101 = 4.690431519699812 * v100, v102 = v57 * v101, v103 = v51 * v46, v104 = v24 * v55,
+      v105 = v103 - v104, v106 = 0.04 * v94, v107 = 0.46 * v98, v108 = v106 + v107,
+      v109 = 4.690431519699812 * v108, v110 = v105 * v109, v111 = v102 + v110, v112 = 1.45 * v111,
+      v113 = 2.9 * v57, v114 = v112 + v113, v115 = 0.7617774807885066 * v23, v116 = v114 + v115,
+      v117 = 0.15 + v116, v118 = v1 * v117, v119 = -v118;
   out[0] = v119;
-  const lanes v120 = v105 * v101;
-  const lanes v121 = v57 * v109;
-  const lanes v122 = v120 - v121;
-  const lanes v123 = 1.45 * v122;
-  const lanes v124 = 2.9 * v105;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = 0.7617774807885066 * v50;
-  const lanes v127 = v125 + v126;
-  const lanes v128 = v2 * v127;
-  const lanes v129 = 1.98 + q_1;
-  const lanes v130 = 0.5 * v10;
-  const lanes v131 = v129 / v130;
-  const lanes v132 = v128 * v131;
+  const lanes v120 = v105 * v101, v121 = v57 * v109, v122 = v120 - v121, v123 = 1.45 * v122,
+      v124 = 2.9 * v105, v125 = v123 + v124, v126 = 0.7617774807885066 * v50, v127 = v125 + v126,
+      v128 = v2 * v127, v129 = 1.98 + q_1, v130 = 0.5 * v10, v131 = v129 / v130, v132 = v128 * v131;
   out[1] = v132;
-  const lanes v133 = v2 * v125;
-  const lanes v134 = 2.4 + q_2;
-  const lanes v135 = 0.5 * v32;
-  const lanes v136 = v134 / v135;
-  const lanes v137 = v133 * v136;
-  const lanes v138 = -v137;
+  const lanes v133 = v2 * v125, v134 = 2.4 + q_2, v135 = 0.5 * v32, v136 = v134 / v135,
+      v137 = v133 * v136, v138 = -v137;
   out[2] = v138;
-  const lanes v139 = v2 * v123;
-  const lanes v140 = 1.6 + q_3;
-  const lanes v141 = 0.5 * v65;
-  const lanes v142 = v140 / v141;
-  const lanes v143 = 1.6129032258064515 * v71;
-  const lanes v144 = v142 * v143;
-  const lanes v145 = 0.62 * v144;
-  const lanes v146 = v98 - v79;
-  const lanes v147 = v145 * v146;
-  const lanes v148 = 1.6129032258064515 * v77;
-  const lanes v149 = v142 * v148;
-  const lanes v150 = 0.62 * v149;
-  const lanes v151 = v94 - v73;
-  const lanes v152 = v150 * v151;
-  const lanes v153 = v147 - v152;
-  const lanes v154 = v153 / v91;
-  const lanes v155 = v139 * v154;
-  const lanes v156 = -v155;
-  out[3] = v156;
-  out[4] = v132;
-  const lanes v157 = v1 * v116;
-  const lanes v158 = v131 * v157;
-  const lanes v159 = v131 * v158;
-  const lanes v160 = v1 * v127;
-  const lanes v161 = 1.0 / v130;
-  const lanes v162 = v130 * v130;
-  const lanes v163 = v129 / v162;
-  const lanes v164 = 0.25 / v10;
-  const lanes v165 = 2.0 * q_1;
-  const lanes v166 = 3.96 + v165;
-  const lanes v167 = v166 * v7;
-  const lanes v168 = v166 * v8;
-  const lanes v169 = v167 - v168;
-  const lanes v170 = v164 * v169;
-  const lanes v171 = v163 * v170;
-  const lanes v172 = v161 - v171;
-  const lanes v173 = v160 * v172;
-  const lanes v174 = v159 + v173;
-  const lanes v175 = -v174;
+  const lanes v139 = v2 * v123, v140 = 1.6 + q_3, v141 = 0.5 * v65, v142 = v140 / v141,
+      v143 = 1.6129032258064515 * v71, v144 = v142 * v143, v145 = 0.62 * v144, v146 = v98 - v79,
+      v147 = v145 * v146, v148 = 1.6129032258064515 * v77, v149 = v142 * v148, v150 = 0.62 * v149,
+      v151 = v94 - v73, v152 = v150 * v151, v153 = v147 - v152, v154 = v153 / v91,
+      v155 = v139 * v154, v156 = -v155;
+  out[3] = v156; out[4] = v132;
+  const lanes v157 = v1 * v116, v158 = v131 * v157, v159 = v131 * v158, v160 = v1 * v127,
+      v161 = 1.0 / v130, v162 = v130 * v130, v163 = v129 / v162, v164 = 0.25 / v10,
+      v165 = 2.0 * q_1, v166 = 3.96 + v165, v167 = v7 * v166, v168 = v8 * v166, v169 = v167 - v168,
+      v170 = v164 * v169, v171 = v163 * v170, v172 = v161 - v171, v173 = v160 * v172,
+      v174 = v159 + v173, v175 = -v174;
   out[5] = v175;
-  const lanes v176 = v1 * v114;
-  const lanes v177 = v136 * v176;
-  const lanes v178 = v131 * v177;
+  const lanes v176 = v1 * v114, v177 = v136 * v176, v178 = v131 * v177;
   out[6] = v178;
-  const lanes v179 = v1 * v112;
-  const lanes v180 = v154 * v179;
-  const lanes v181 = v131 * v180;
-  out[7] = v181;
-  out[8] = v138;
-  const lanes v182 = v131 * v176;
-  const lanes v183 = v136 * v182;
+  const lanes v179 = v1 * v112, v180 = v154 * v179, v181 = v131 * v180;
+  out[7] = v181; out[8] = v138;
+  const lanes v182 = v131 * v176, v183 = v136 * v182;
   out[9] = v183;
-  const lanes v184 = v1 * v125;
-  const lanes v185 = 1.0 / v135;
-  const lanes v186 = v135 * v135;
-  const lanes v187 = v134 / v186;
-  const lanes v188 = 0.25 / v32;
-  const lanes v189 = 2.0 * q_2;
-  const lanes v190 = 4.8 + v189;
-  const lanes v191 = v29 * v190;
-  const lanes v192 = v30 * v190;
-  const lanes v193 = v191 - v192;
-  const lanes v194 = v188 * v193;
-  const lanes v195 = v187 * v194;
-  const lanes v196 = v185 - v195;
-  const lanes v197 = v184 * v196;
-  const lanes v198 = v136 * v177;
-  const lanes v199 = v197 - v198;
+  const lanes v184 = v1 * v125, v185 = 1.0 / v135, v186 = v135 * v135, v187 = v134 / v186,
+      v188 = 0.25 / v32, v189 = 2.0 * q_2, v190 = 4.8 + v189, v191 = v29 * v190, v192 = v30 * v190,
+      v193 = v191 - v192, v194 = v188 * v193, v195 = v187 * v194, v196 = v185 - v195,
+      v197 = v184 * v196, v198 = v136 * v177, v199 = v197 - v198;
   out[10] = v199;
-  const lanes v200 = v136 * v180;
-  const lanes v201 = -v200;
-  out[11] = v201;
-  out[12] = v156;
-  const lanes v202 = v131 * v179;
-  const lanes v203 = v154 * v202;
+  const lanes v200 = v136 * v180, v201 = -v200;
+  out[11] = v201; out[12] = v156;
+  const lanes v202 = v131 * v179, v203 = v154 * v202;
   out[13] = v203;
-  const lanes v204 = v136 * v179;
-  const lanes v205 = v154 * v204;
-  const lanes v206 = -v205;
+  const lanes v204 = v136 * v179, v205 = v154 * v204, v206 = -v205;
   out[14] = v206;
-  const lanes v207 = v1 * v123;
-  const lanes v208 = v145 * v85;
-  const lanes v209 = 2.0 * v79;
-  const lanes v210 = v145 * v209;
-  const lanes v211 = 2.0 * v73;
-  const lanes v212 = v150 * v211;
-  const lanes v213 = v210 - v212;
-  const lanes v214 = 0.5 * v213;
-  const lanes v215 = v214 / v82;
-  const lanes v216 = v82 * v82;
-  const lanes v217 = v84 / v216;
-  const lanes v218 = v217 * v213;
-  const lanes v219 = v215 - v218;
-  const lanes v220 = v219 * v79;
-  const lanes v221 = v208 + v220;
-  const lanes v222 = 0.25 / v90;
-  const lanes v223 = v213 * v87;
-  const lanes v224 = v213 * v88;
-  const lanes v225 = v223 - v224;
-  const lanes v226 = v222 * v225;
-  const lanes v227 = v226 / v82;
-  const lanes v228 = v91 / v216;
-  const lanes v229 = v228 * v213;
-  const lanes v230 = v227 - v229;
-  const lanes v231 = v230 * v73;
-  const lanes v232 = v221 + v231;
-  const lanes v233 = v150 * v92;
-  const lanes v234 = v232 - v233;
-  const lanes v235 = v234 - v145;
-  const lanes v236 = v145 * v235;
-  const lanes v237 = 1.0 / v141;
-  const lanes v238 = v141 * v141;
-  const lanes v239 = v140 / v238;
-  const lanes v240 = 0.25 / v65;
-  const lanes v241 = 2.0 * q_3;
-  const lanes v242 = 3.2 + v241;
-  const lanes v243 = v242 * v62;
-  const lanes v244 = v242 * v63;
-  const lanes v245 = v243 - v244;
-  const lanes v246 = v240 * v245;
-  const lanes v247 = v239 * v246;
-  const lanes v248 = v237 - v247;
-  const lanes v249 = v248 * v143;
-  const lanes v250 = v142 * v149;
-  const lanes v251 = v249 - v250;
-  const lanes v252 = 0.62 * v251;
-  const lanes v253 = v252 * v146;
-  const lanes v254 = v236 + v253;
-  const lanes v255 = v219 * v73;
-  const lanes v256 = v145 * v92;
-  const lanes v257 = v255 - v256;
-  const lanes v258 = v150 * v85;
-  const lanes v259 = v257 - v258;
-  const lanes v260 = v230 * v79;
-  const lanes v261 = v259 - v260;
-  const lanes v262 = v150 + v261;
-  const lanes v263 = v150 * v262;
-  const lanes v264 = v254 - v263;
-  const lanes v265 = v142 * v144;
-  const lanes v266 = v248 * v148;
-  const lanes v267 = v265 + v266;
-  const lanes v268 = 0.62 * v267;
-  const lanes v269 = v268 * v151;
-  const lanes v270 = v264 - v269;
-  const lanes v271 = v270 / v91;
-  const lanes v272 = v91 * v91;
-  const lanes v273 = v153 / v272;
-  const lanes v274 = v273 * v226;
-  const lanes v275 = v271 - v274;
-  const lanes v276 = v207 * v275;
-  const lanes v277 = v154 * v180;
-  const lanes v278 = v276 - v277;
+  const lanes v207 = v1 * v123, v208 = v145 * v85, v209 = 2.0 * v79, v210 = v145 * v209,
+      v211 = 2.0 * v73, v212 = v150 * v211, v213 = v210 - v212, v214 = 0.5 * v213,
+      v215 = v214 / v82, v216 = v82 * v82, v217 = v84 / v216, v218 = v217 * v213,
+      v219 = v215 - v218, v220 = v79 * v219, v221 = v208 + v220, v222 = 0.25 / v90,
+      v223 = v87 * v213, v224 = v88 * v213, v225 = v223 - v224, v226 = v222 * v225,
+      v227 = v226 / v82, v228 = v91 / v216, v229 = v228 * v213, v230 = v227 - v229,
+      v231 = v73 * v230, v232 = v221 + v231, v233 = v150 * v92, v234 = v232 - v233,
+      v235 = v234 - v145, v236 = v145 * v235, v237 = 1.0 / v141, v238 = v141 * v141,
+      v239 = v140 / v238, v240 = 0.25 / v65, v241 = 2.0 * q_3, v242 = 3.2 + v241, v243 = v62 * v242,
+      v244 = v63 * v242, v245 = v243 - v244, v246 = v240 * v245, v247 = v239 * v246,
+      v248 = v237 - v247, v249 = v143 * v248, v250 = v142 * v149, v251 = v249 - v250,
+      v252 = 0.62 * v251, v253 = v146 * v252, v254 = v236 + v253, v255 = v73 * v219,
+      v256 = v145 * v92, v257 = v255 - v256, v258 = v150 * v85, v259 = v257 - v258,
+      v260 = v79 * v230, v261 = v259 - v260, v262 = v150 + v261, v263 = v150 * v262,
+      v264 = v254 - v263, v265 = v142 * v144, v266 = v148 * v248, v267 = v265 + v266,
+      v268 = 0.62 * v267, v269 = v268 * v151, v270 = v264 - v269, v271 = v270 / v91,
+      v272 = v91 * v91, v273 = v153 / v272, v274 = v273 * v226, v275 = v271 - v274,
+      v276 = v207 * v275, v277 = v154 * v180, v278 = v276 - v277;
   out[15] = v278;
-  const lanes v279 = v2 * v117;
-  const lanes v280 = -v279;
+  const lanes v279 = v2 * v117, v280 = -v279;
   out[16] = v280;
-  const lanes v281 = v160 * v131;
-  const lanes v282 = -v281;
+  const lanes v281 = v160 * v131, v282 = -v281;
   out[17] = v282;
   const lanes v283 = v184 * v136;
   out[18] = v283;
   const lanes v284 = v207 * v154;
-  out[19] = v284;
-  out[20] = v282;
-  const lanes v285 = v2 * v116;
-  const lanes v286 = v131 * v285;
-  const lanes v287 = v131 * v286;
-  const lanes v288 = v128 * v172;
-  const lanes v289 = v287 + v288;
-  const lanes v290 = -v289;
+  out[19] = v284; out[20] = v282;
+  const lanes v285 = v2 * v116, v286 = v131 * v285, v287 = v131 * v286, v288 = v128 * v172,
+      v289 = v287 + v288, v290 = -v289;
   out[21] = v290;
-  const lanes v291 = v2 * v114;
-  const lanes v292 = v136 * v291;
-  const lanes v293 = v131 * v292;
+  const lanes v291 = v2 * v114, v292 = v136 * v291, v293 = v131 * v292;
   out[22] = v293;
-  const lanes v294 = v2 * v112;
-  const lanes v295 = v154 * v294;
-  const lanes v296 = v131 * v295;
-  out[23] = v296;
-  out[24] = v283;
-  const lanes v297 = v131 * v291;
-  const lanes v298 = v136 * v297;
+  const lanes v294 = v2 * v112, v295 = v154 * v294, v296 = v131 * v295;
+  out[23] = v296; out[24] = v283;
+  const lanes v297 = v131 * v291, v298 = v136 * v297;
   out[25] = v298;
-  const lanes v299 = v133 * v196;
-  const lanes v300 = v136 * v292;
-  const lanes v301 = v299 - v300;
+  const lanes v299 = v133 * v196, v300 = v136 * v292, v301 = v299 - v300;
   out[26] = v301;
-  const lanes v302 = v136 * v295;
-  const lanes v303 = -v302;
-  out[27] = v303;
-  out[28] = v284;
-  const lanes v304 = v131 * v294;
-  const lanes v305 = v154 * v304;
+  const lanes v302 = v136 * v295, v303 = -v302;
+  out[27] = v303; out[28] = v284;
+  const lanes v304 = v131 * v294, v305 = v154 * v304;
   out[29] = v305;
-  const lanes v306 = v136 * v294;
-  const lanes v307 = v154 * v306;
-  const lanes v308 = -v307;
+  const lanes v306 = v136 * v294, v307 = v154 * v306, v308 = -v307;
   out[30] = v308;
-  const lanes v309 = v139 * v275;
-  const lanes v310 = v154 * v295;
-  const lanes v311 = v309 - v310;
-  out[31] = v311;
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  const lanes v312 = v116 * v172;
-  const lanes v313 = v1 * v160;
-  const lanes v314 = v2 * v128;
-  const lanes v315 = v313 + v314;
-  const lanes v316 = v131 * v315;
-  const lanes v317 = v131 * v316;
-  const lanes v318 = v312 - v317;
+  const lanes v309 = v139 * v275, v310 = v154 * v295, v311 = v309 - v310;
+  out[31] = v311; out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0);
+  out[35] = LANES_OF(0.0); out[36] = LANES_OF(0.0);
+  const lanes v312 = v116 * v172, v313 = v1 * v160, v314 = v2 * v128, v315 = v313 + v314,
+      v316 = v131 * v315, v317 = v131 * v316, v318 = v312 - v317;
   out[37] = v318;
-  const lanes v319 = v1 * v184;
-  const lanes v320 = v2 * v133;
-  const lanes v321 = v319 + v320;
-  const lanes v322 = v136 * v321;
-  const lanes v323 = v131 * v322;
+  const lanes v319 = v1 * v184, v320 = v2 * v133, v321 = v319 + v320, v322 = v136 * v321,
+      v323 = v131 * v322;
   out[38] = v323;
-  const lanes v324 = v1 * v207;
-  const lanes v325 = v2 * v139;
-  const lanes v326 = v324 + v325;
-  const lanes v327 = v154 * v326;
-  const lanes v328 = v131 * v327;
-  out[39] = v328;
-  out[40] = LANES_OF(0.0);
-  const lanes v329 = v131 * v321;
-  const lanes v330 = v136 * v329;
+  const lanes v324 = v1 * v207, v325 = v2 * v139, v326 = v324 + v325, v327 = v154 * v326,
+      v328 = v131 * v327;
+  out[39] = v328; out[40] = LANES_OF(0.0);
+  const lanes v329 = v131 * v321, v330 = v136 * v329;
   out[41] = v330;
-  const lanes v331 = v136 * v322;
-  const lanes v332 = v114 * v196;
-  const lanes v333 = v331 + v332;
-  const lanes v334 = -v333;
+  const lanes v331 = v136 * v322, v332 = v114 * v196, v333 = v331 + v332, v334 = -v333;
   out[42] = v334;
-  const lanes v335 = v136 * v327;
-  const lanes v336 = -v335;
-  out[43] = v336;
-  out[44] = LANES_OF(0.0);
-  const lanes v337 = v131 * v326;
-  const lanes v338 = v154 * v337;
+  const lanes v335 = v136 * v327, v336 = -v335;
+  out[43] = v336; out[44] = LANES_OF(0.0);
+  const lanes v337 = v131 * v326, v338 = v154 * v337;
   out[45] = v338;
-  const lanes v339 = v136 * v326;
-  const lanes v340 = v154 * v339;
-  const lanes v341 = -v340;
+  const lanes v339 = v136 * v326, v340 = v154 * v339, v341 = -v340;
   out[46] = v341;
-  const lanes v342 = v154 * v327;
-  const lanes v343 = v112 * v275;
-  const lanes v344 = v342 + v343;
-  const lanes v345 = -v344;
-  out[47] = v345;
-  out[48] = LANES_OF(0.0);
-  out[49] = LANES_OF(0.0);
-  out[50] = LANES_OF(0.0);
+  const lanes v342 = v154 * v327, v343 = v112 * v275, v344 = v342 + v343, v345 = -v344;
+  out[47] = v345; out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0); out[50] = LANES_OF(0.0);
   out[51] = LANES_OF(0.0);
   const lanes v346 = v1 * v131;
   out[52] = v346;
   const lanes v347 = v2 * v172;
-  out[53] = v347;
-  out[54] = LANES_OF(0.0);
-  out[55] = LANES_OF(0.0);
-  const lanes v348 = v1 * v136;
-  const lanes v349 = -v348;
-  out[56] = v349;
-  out[57] = LANES_OF(0.0);
-  const lanes v350 = v2 * v196;
-  const lanes v351 = -v350;
-  out[58] = v351;
-  out[59] = LANES_OF(0.0);
-  const lanes v352 = v1 * v154;
-  const lanes v353 = -v352;
-  out[60] = v353;
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
-  const lanes v354 = v2 * v275;
-  const lanes v355 = -v354;
-  out[63] = v355;
-  out[64] = LANES_OF(0.0);
-  out[65] = LANES_OF(0.0);
-  out[66] = LANES_OF(0.0);
+  out[53] = v347; out[54] = LANES_OF(0.0); out[55] = LANES_OF(0.0);
+  const lanes v348 = v1 * v136, v349 = -v348;
+  out[56] = v349; out[57] = LANES_OF(0.0);
+  const lanes v350 = v2 * v196, v351 = -v350;
+  out[58] = v351; out[59] = LANES_OF(0.0);
+  const lanes v352 = v1 * v154, v353 = -v352;
+  out[60] = v353; out[61] = LANES_OF(0.0); out[62] = LANES_OF(0.0);
+  const lanes v354 = v2 * v275, v355 = -v354;
+  out[63] = v355; out[64] = LANES_OF(0.0); out[65] = LANES_OF(0.0); out[66] = LANES_OF(0.0);
   out[67] = LANES_OF(0.0);
   const lanes v356 = v2 * v131;
   out[68] = v356;
-  const lanes v357 = v1 * v172;
-  const lanes v358 = -v357;
-  out[69] = v358;
-  out[70] = LANES_OF(0.0);
-  out[71] = LANES_OF(0.0);
-  const lanes v359 = v2 * v136;
-  const lanes v360 = -v359;
-  out[72] = v360;
-  out[73] = LANES_OF(0.0);
+  const lanes v357 = v1 * v172, v358 = -v357;
+  out[69] = v358; out[70] = LANES_OF(0.0); out[71] = LANES_OF(0.0);
+  const lanes v359 = v2 * v136, v360 = -v359;
+  out[72] = v360; out[73] = LANES_OF(0.0);
   const lanes v361 = v1 * v196;
-  out[74] = v361;
-  out[75] = LANES_OF(0.0);
-  const lanes v362 = v2 * v154;
-  const lanes v363 = -v362;
-  out[76] = v363;
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
+  out[74] = v361; out[75] = LANES_OF(0.0);
+  const lanes v362 = v2 * v154, v363 = -v362;
+  out[76] = v363; out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0);
   const lanes v364 = v1 * v275;
-  out[79] = v364;
-  out[80] = LANES_OF(0.0);
-  out[81] = LANES_OF(0.0);
-  out[82] = LANES_OF(0.0);
-  out[83] = LANES_OF(0.0);
-  out[84] = LANES_OF(0.0);
-  out[85] = LANES_OF(0.0);
-  out[86] = LANES_OF(0.0);
-  out[87] = LANES_OF(0.0);
-  out[88] = LANES_OF(0.0);
-  out[89] = LANES_OF(0.0);
-  out[90] = LANES_OF(0.0);
-  out[91] = LANES_OF(0.0);
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
+  out[79] = v364; out[80] = LANES_OF(0.0); out[81] = LANES_OF(0.0); out[82] = LANES_OF(0.0);
+  out[83] = LANES_OF(0.0); out[84] = LANES_OF(0.0); out[85] = LANES_OF(0.0);
+  out[86] = LANES_OF(0.0); out[87] = LANES_OF(0.0); out[88] = LANES_OF(0.0);
+  out[89] = LANES_OF(0.0); out[90] = LANES_OF(0.0); out[91] = LANES_OF(0.0);
+  out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0); out[94] = LANES_OF(0.0);
   out[95] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(excavator_twist_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes qd_0 = in[4];
-  const lanes qd_1 = in[5];
-  const lanes qd_2 = in[6];
-  const lanes qd_3 = in[7];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 1.75 * v1;
-  const lanes v4 = 1.98 + q_1;
-  const lanes v5 = v4 * qd_1;
-  const lanes v6 = q_1 * q_1;
-  const lanes v7 = 3.9204 + v6;
-  const lanes v8 = 3.96 * q_1;
-  const lanes v9 = v7 + v8;
-  const lanes v10 = 12.865745377821996 - v9;
-  const lanes v11 = v9 - 3.549254622178003;
-  const lanes v12 = v10 * v11;
-  lanes v13; LANES_NAME(lanes_sqrt)(&v12, &v13);
-  const lanes v14 = 0.5 * v13;
-  const lanes v15 = v5 / v14;
-  const lanes v16 = v3 * v15;
-  const lanes v17 = 0.3793103448275862 * v13;
-  const lanes v18 = 0.5 * v9;
-  const lanes v19 = v18 - 3.37875;
-  const lanes v20 = 0.896551724137931 * v19;
-  const lanes v21 = v17 + v20;
-  const lanes v22 = v21 - 0.65;
-  const lanes v23 = 2.6 * v22;
-  const lanes v24 = 0.4482758620689655 * v13;
-  const lanes v25 = 0.7586206896551724 * v19;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = 0.55 + v26;
-  const lanes v28 = 0.85 * v27;
-  const lanes v29 = v23 - v28;
-  const lanes v30 = 0.7617774807885066 * v29;
-  const lanes v31 = 1.75 + v30;
-  const lanes v32 = v1 * v31;
-  const lanes v33 = 2.4 + q_2;
-  const lanes v34 = v33 * qd_2;
-  const lanes v35 = q_2 * q_2;
-  const lanes v36 = 5.76 + v35;
-  const lanes v37 = 4.8 * q_2;
-  const lanes v38 = v36 + v37;
-  const lanes v39 = 15.245138616807916 - v38;
-  const lanes v40 = v38 - 4.964861383192083;
-  const lanes v41 = v39 * v40;
-  lanes v42; LANES_NAME(lanes_sqrt)(&v41, &v42);
-  const lanes v43 = 0.5 * v42;
-  const lanes v44 = v34 / v43;
-  const lanes v45 = v32 * v44;
-  const lanes v46 = v16 - v45;
-  const lanes v47 = 0.13364517206815904 * v29;
-  const lanes v48 = 0.14889657006115395 * v42;
-  const lanes v49 = 0.5 * v38;
-  const lanes v50 = 4.35 + v49;
-  const lanes v51 = 0.1329433661260303 * v50;
-  const lanes v52 = v48 - v51;
-  const lanes v53 = 1.25 + v52;
-  const lanes v54 = 0.25 * v53;
-  const lanes v55 = 0.06647168306301515 * v42;
-  const lanes v56 = 0.2977931401223079 * v50;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = v57 - 2.8;
-  const lanes v59 = 0.8 * v58;
-  const lanes v60 = v54 - v59;
-  const lanes v61 = 1.4234875444839858 * v60;
-  const lanes v62 = v47 * v61;
-  const lanes v63 = 2.6 * v27;
-  const lanes v64 = 0.85 * v22;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = 0.13364517206815904 * v65;
-  const lanes v67 = 0.25 * v58;
-  const lanes v68 = 0.8 * v53;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = 1.4234875444839858 * v69;
-  const lanes v71 = v66 * v70;
-  const lanes v72 = v62 - v71;
-  const lanes v73 = 2.9 * v72;
-  const lanes v74 = v73 + v31;
-  const lanes v75 = v1 * v74;
-  const lanes v76 = 1.6 + q_3;
-  const lanes v77 = v76 * qd_3;
-  const lanes v78 = q_3 * q_3;
-  const lanes v79 = 2.56 + v78;
-  const lanes v80 = 3.2 * q_3;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = 7.100237610654644 - v81;
-  const lanes v83 = v81 - 2.029562389345356;
-  const lanes v84 = v82 * v83;
-  lanes v85; LANES_NAME(lanes_sqrt)(&v84, &v85);
-  const lanes v86 = 0.5 * v85;
-  const lanes v87 = v77 / v86;
-  const lanes v88 = 0.23681377825618946 * v85;
-  const lanes v89 = 0.5 * v81;
-  const lanes v90 = 1.89805 + v89;
-  const lanes v91 = 0.12199497667743094 * v90;
-  const lanes v92 = v88 - v91;
-  const lanes v93 = 0.51 + v92;
-  const lanes v94 = 1.6129032258064515 * v93;
-  const lanes v95 = v87 * v94;
-  const lanes v96 = 0.62 * v95;
-  const lanes v97 = 0.06099748833871547 * v85;
-  const lanes v98 = 0.4736275565123789 * v90;
-  const lanes v99 = v97 + v98;
-  const lanes v100 = v99 - 1.98;
-  const lanes v101 = 0.9999999999999999 * v100;
-  const lanes v102 = v101 - 0.42;
-  const lanes v103 = v102 * v102;
-  const lanes v104 = 0.9999999999999999 * v93;
-  const lanes v105 = 0.04 + v104;
-  const lanes v106 = v105 * v105;
-  const lanes v107 = v103 + v106;
-  const lanes v108 = 0.5 * v107;
-  const lanes v109 = v108 - 0.0616;
-  const lanes v110 = v109 / v107;
-  const lanes v111 = v102 * v110;
-  const lanes v112 = 1.085213592060545 - v107;
-  const lanes v113 = v107 - 0.01398640793945492;
-  const lanes v114 = v112 * v113;
-  lanes v115; LANES_NAME(lanes_sqrt)(&v114, &v115);
-  const lanes v116 = 0.5 * v115;
-  const lanes v117 = v116 / v107;
-  const lanes v118 = v105 * v117;
-  const lanes v119 = v111 + v118;
-  const lanes v120 = v119 - v102;
-  const lanes v121 = v96 * v120;
-  const lanes v122 = 1.6129032258064515 * v100;
-  const lanes v123 = v87 * v122;
-  const lanes v124 = 0.62 * v123;
-  const lanes v125 = v105 * v110;
-  const lanes v126 = v102 * v117;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v127 - v105;
-  const lanes v129 = v124 * v128;
-  const lanes v130 = v121 - v129;
-  const lanes v131 = v130 / v116;
-  const lanes v132 = v75 * v131;
-  const lanes v133 = v46 - v132;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], qd_0 = in[4], qd_1 = in[5],
+      qd_2 = in[6], qd_3 = in[7];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 1.75 * v1, v4 = 1.98 + q_1, v5 = v4 * qd_1, v6 = q_1 * q_1, v7 = 3.9204 + v6,
+      v8 = 3.96 * q_1, v9 = v7 + v8, v10 = 12.865745377821996 - v9, v11 = v9 - 3.549254622178003,
+      v12 = v10 * v11;
+  LANES_LET1(v13, sqrt, v12);
+  const lanes v14 = 0.5 * v13, v15 = v5 / v14, v16 = v3 * v15, v17 = 0.3793103448275862 * v13,
+      v18 = 0.5 * v9, v19 = v18 - 3.37875, v20 = 0.896551724137931 * v19, v21 = v17 + v20,
+      v22 = v21 - 0.65, v23 = 2.6 * v22, v24 = 0.4482758620689655 * v13,
+      v25 = 0.7586206896551724 * v19, v26 = v24 - v25, v27 = 0.55 + v26, v28 = 0.85 * v27,
+      v29 = v23 - v28, v30 = 0.7617774807885066 * v29, v31 = 1.75 + v30, v32 = v1 * v31,
+      v33 = 2.4 + q_2, v34 = v33 * qd_2, v35 = q_2 * q_2, v36 = 5.76 + v35, v37 = 4.8 * q_2,
+      v38 = v36 + v37, v39 = 15.245138616807916 - v38, v40 = v38 - 4.964861383192083,
+      v41 = v39 * v40;
+  LANES_LET1(v42, sqrt, v41);
+  const lanes v43 = 0.5 * v42, v44 = v34 / v43, v45 = v32 * v44, v46 = v16 - v45,
+      v47 = 0.13364517206815904 * v29, v48 = 0.14889657006115395 * v42, v49 = 0.5 * v38,
+      v50 = 4.35 + v49, v51 = 0.1329433661260303 * v50, v52 = v48 - v51, v53 = 1.25 + v52,
+      v54 = 0.25 * v53, v55 = 0.06647168306301515 * v42, v56 = 0.2977931401223079 * v50,
+      v57 = v55 + v56, v58 = v57 - 2.8, v59 = 0.8 * v58, v60 = v54 - v59,
+      v61 = 1.4234875444839858 * v60, v62 = v47 * v61, v63 = 2.6 * v27, v64 = 0.85 * v22,
+      v65 = v63 + v64, v66 = 0.13364517206815904 * v65, v67 = 0.25 * v58, v68 = 0.8 * v53,
+      v69 = v67 + v68, v70 = 1.4234875444839858 * v69, v71 = v66 * v70, v72 = v62 - v71,
+      v73 = 2.9 * v72, v74 = v73 + v31, v75 = v1 * v74, v76 = 1.6 + q_3, v77 = v76 * qd_3,
+      v78 = q_3 * q_3, v79 = 2.56 + v78, v80 = 3.2 * q_3, v81 = v79 + v80,
+      v82 = 7.100237610654644 - v81, v83 = v81 - 2.029562389345356, v84 = v82 * v83;
+  LANES_LET1(v85, sqrt, v84);
+  const lanes v86 = 0.5 * v85, v87 = v77 / v86, v88 = 0.23681377825618946 * v85, v89 = 0.5 * v81,
+      v90 = 1.89805 + v89, v91 = 0.12199497667743094 * v90, v92 = v88 - v91, v93 = 0.51 + v92,
+      v94 = 1.6129032258064515 * v93, v95 = v87 * v94, v96 = 0.62 * v95,
+      v97 = 0.06099748833871547 * v85, v98 = 0.4736275565123789 * v90, v99 = v97 + v98,
+      v100 = v99 - 1.98, v101 = 0.9999999999999999 * v100, v102 = v101 - 0.42, v103 = v102 * v102,
+      v104 = 0.9999999999999999 * v93, v105 = 0.04 + v104, v106 = v105 * v105, v107 = v103 + v106,
+      v108 = 0.5 * v107, v109 = v108 - 0.0616, v110 = v109 / v107, v111 = v102 * v110,
+      v112 = 1.085213592060545 - v107, v113 = v107 - 0.01398640793945492, v114 = v112 * v113;
+  LANES_LET1(v115, sqrt, v114);
+  const lanes v116 = 0.5 * v115, v117 = v116 / v107, v118 = v105 * v117, v119 = v111 + v118,
+      v120 = v119 - v102, v121 = v96 * v120, v122 = 1.6129032258064515 * v100, v123 = v87 * v122,
+      v124 = 0.62 * v123, v125 = v105 * v110, v126 = v102 * v117, v127 = v125 - v126,
+      v128 = v127 - v105, v129 = v124 * v128, v130 = v121 - v129, v131 = v130 / v116,
+      v132 = v75 * v131, v133 = v46 - v132;
   out[0] = v133;
-  const lanes v134 = 1.75 * v2;
-  const lanes v135 = v134 * v15;
-  const lanes v136 = v2 * v31;
-  const lanes v137 = v136 * v44;
-  const lanes v138 = v135 - v137;
-  const lanes v139 = v2 * v74;
-  const lanes v140 = v139 * v131;
-  const lanes v141 = v138 - v140;
+  const lanes v134 = 1.75 * v2, v135 = v134 * v15, v136 = v2 * v31, v137 = v136 * v44,
+      v138 = v135 - v137, v139 = v2 * v74, v140 = v139 * v131, v141 = v138 - v140;
   out[1] = v141;
-  const lanes v142 = v66 * v61;
-  const lanes v143 = v47 * v70;
-  const lanes v144 = v142 + v143;
-  const lanes v145 = 2.9 * v144;
-  const lanes v146 = 0.7617774807885066 * v65;
-  const lanes v147 = 0.15 + v146;
-  const lanes v148 = v145 + v147;
-  const lanes v149 = v148 * v131;
-  const lanes v150 = v147 * v44;
-  const lanes v151 = 0.15 * v15;
-  const lanes v152 = v150 - v151;
-  const lanes v153 = v149 + v152;
+  const lanes v142 = v66 * v61, v143 = v47 * v70, v144 = v142 + v143, v145 = 2.9 * v144,
+      v146 = 0.7617774807885066 * v65, v147 = 0.15 + v146, v148 = v145 + v147, v149 = v148 * v131,
+      v150 = v147 * v44, v151 = 0.15 * v15, v152 = v150 - v151, v153 = v149 + v152;
   out[2] = v153;
-  const lanes v154 = v2 * v15;
-  const lanes v155 = v2 * v44;
-  const lanes v156 = v154 - v155;
-  const lanes v157 = v2 * v131;
-  const lanes v158 = v156 - v157;
+  const lanes v154 = v2 * v15, v155 = v2 * v44, v156 = v154 - v155, v157 = v2 * v131,
+      v158 = v156 - v157;
   out[3] = v158;
-  const lanes v159 = v1 * v131;
-  const lanes v160 = v1 * v44;
-  const lanes v161 = v1 * v15;
-  const lanes v162 = v160 - v161;
-  const lanes v163 = v159 + v162;
-  out[4] = v163;
-  out[5] = qd_0;
+  const lanes v159 = v1 * v131, v160 = v1 * v44, v161 = v1 * v15, v162 = v160 - v161,
+      v163 = v159 + v162;
+  out[4] = v163; out[5] = qd_0;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_twist_body)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes qd_0 = in[4];
-  const lanes qd_1 = in[5];
-  const lanes qd_2 = in[6];
-  const lanes qd_3 = in[7];
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 3.9204 + v1;
-  const lanes v3 = 3.96 * q_1;
-  const lanes v4 = v2 + v3;
-  const lanes v5 = 12.865745377821996 - v4;
-  const lanes v6 = v4 - 3.549254622178003;
-  const lanes v7 = v5 * v6;
-  lanes v8; LANES_NAME(lanes_sqrt)(&v7, &v8);
-  const lanes v9 = 0.3793103448275862 * v8;
-  const lanes v10 = 0.5 * v4;
-  const lanes v11 = v10 - 3.37875;
-  const lanes v12 = 0.896551724137931 * v11;
-  const lanes v13 = v9 + v12;
-  const lanes v14 = v13 - 0.65;
-  const lanes v15 = 2.6 * v14;
-  const lanes v16 = 0.4482758620689655 * v8;
-  const lanes v17 = 0.7586206896551724 * v11;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = 0.55 + v18;
-  const lanes v20 = 0.85 * v19;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 0.13364517206815904 * v21;
-  const lanes v23 = q_2 * q_2;
-  const lanes v24 = 5.76 + v23;
-  const lanes v25 = 4.8 * q_2;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = 15.245138616807916 - v26;
-  const lanes v28 = v26 - 4.964861383192083;
-  const lanes v29 = v27 * v28;
-  lanes v30; LANES_NAME(lanes_sqrt)(&v29, &v30);
-  const lanes v31 = 0.14889657006115395 * v30;
-  const lanes v32 = 0.5 * v26;
-  const lanes v33 = 4.35 + v32;
-  const lanes v34 = 0.1329433661260303 * v33;
-  const lanes v35 = v31 - v34;
-  const lanes v36 = 1.25 + v35;
-  const lanes v37 = 0.25 * v36;
-  const lanes v38 = 0.06647168306301515 * v30;
-  const lanes v39 = 0.2977931401223079 * v33;
-  const lanes v40 = v38 + v39;
-  const lanes v41 = v40 - 2.8;
-  const lanes v42 = 0.8 * v41;
-  const lanes v43 = v37 - v42;
-  const lanes v44 = 1.4234875444839858 * v43;
-  const lanes v45 = v22 * v44;
-  const lanes v46 = 2.6 * v19;
-  const lanes v47 = 0.85 * v14;
-  const lanes v48 = v46 + v47;
-  const lanes v49 = 0.13364517206815904 * v48;
-  const lanes v50 = 0.25 * v41;
-  const lanes v51 = 0.8 * v36;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = 1.4234875444839858 * v52;
-  const lanes v54 = v49 * v53;
-  const lanes v55 = v45 - v54;
-  const lanes v56 = q_3 * q_3;
-  const lanes v57 = 2.56 + v56;
-  const lanes v58 = 3.2 * q_3;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = 7.100237610654644 - v59;
-  const lanes v61 = v59 - 2.029562389345356;
-  const lanes v62 = v60 * v61;
-  lanes v63; LANES_NAME(lanes_sqrt)(&v62, &v63);
-  const lanes v64 = 0.23681377825618946 * v63;
-  const lanes v65 = 0.5 * v59;
-  const lanes v66 = 1.89805 + v65;
-  const lanes v67 = 0.12199497667743094 * v66;
-  const lanes v68 = v64 - v67;
-  const lanes v69 = 0.51 + v68;
-  const lanes v70 = 0.9999999999999999 * v69;
-  const lanes v71 = 0.04 + v70;
-  const lanes v72 = 0.06099748833871547 * v63;
-  const lanes v73 = 0.4736275565123789 * v66;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v74 - 1.98;
-  const lanes v76 = 0.9999999999999999 * v75;
-  const lanes v77 = v76 - 0.42;
-  const lanes v78 = v77 * v77;
-  const lanes v79 = v71 * v71;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = 0.5 * v80;
-  const lanes v82 = v81 - 0.0616;
-  const lanes v83 = v82 / v80;
-  const lanes v84 = v71 * v83;
-  const lanes v85 = 1.085213592060545 - v80;
-  const lanes v86 = v80 - 0.01398640793945492;
-  const lanes v87 = v85 * v86;
-  lanes v88; LANES_NAME(lanes_sqrt)(&v87, &v88);
-  const lanes v89 = 0.5 * v88;
-  const lanes v90 = v89 / v80;
-  const lanes v91 = v77 * v90;
-  const lanes v92 = v84 - v91;
-  const lanes v93 = 0.46 * v92;
-  const lanes v94 = v77 * v83;
-  const lanes v95 = v71 * v90;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = 0.04 * v96;
-  const lanes v98 = v93 - v97;
-  const lanes v99 = 4.690431519699812 * v98;
-  const lanes v100 = v55 * v99;
-  const lanes v101 = v49 * v44;
-  const lanes v102 = v22 * v53;
-  const lanes v103 = v101 + v102;
-  const lanes v104 = 0.04 * v92;
-  const lanes v105 = 0.46 * v96;
-  const lanes v106 = v104 + v105;
-  const lanes v107 = 4.690431519699812 * v106;
-  const lanes v108 = v103 * v107;
-  const lanes v109 = v100 - v108;
-  const lanes v110 = v103 * v99;
-  const lanes v111 = v55 * v107;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = 1.45 * v112;
-  const lanes v114 = 2.9 * v103;
-  const lanes v115 = v113 + v114;
-  const lanes v116 = 0.7617774807885066 * v48;
-  const lanes v117 = v115 + v116;
-  const lanes v118 = v109 * v117;
-  const lanes v119 = 1.45 * v109;
-  const lanes v120 = 2.9 * v55;
-  const lanes v121 = v119 + v120;
-  const lanes v122 = 0.7617774807885066 * v21;
-  const lanes v123 = v121 + v122;
-  const lanes v124 = v112 * v123;
-  const lanes v125 = v118 - v124;
-  const lanes v126 = 1.98 + q_1;
-  const lanes v127 = v126 * qd_1;
-  const lanes v128 = 0.5 * v8;
-  const lanes v129 = v127 / v128;
-  const lanes v130 = v125 * v129;
-  const lanes v131 = v109 * v115;
-  const lanes v132 = v112 * v121;
-  const lanes v133 = v131 - v132;
-  const lanes v134 = 2.4 + q_2;
-  const lanes v135 = v134 * qd_2;
-  const lanes v136 = 0.5 * v30;
-  const lanes v137 = v135 / v136;
-  const lanes v138 = v133 * v137;
-  const lanes v139 = v130 - v138;
+  const lanes q_1 = in[1], q_2 = in[2], q_3 = in[3], qd_0 = in[4], qd_1 = in[5], qd_2 = in[6],
+      qd_3 = in[7], v1 = q_1 * q_1, v2 = 3.9204 + v1, v3 = 3.96 * q_1, v4 = v2 + v3,
+      v5 = 12.865745377821996 - v4, v6 = v4 - 3.549254622178003, v7 = v5 * v6;
+  LANES_LET1(v8, sqrt, v7);
+  const lanes v9 = 0.3793103448275862 * v8, v10 = 0.5 * v4, v11 = v10 - 3.37875,
+      v12 = 0.896551724137931 * v11, v13 = v9 + v12, v14 = v13 - 0.65, v15 = 2.6 * v14,
+      v16 = 0.4482758620689655 * v8, v17 = 0.7586206896551724 * v11, v18 = v16 - v17,
+      v19 = 0.55 + v18, v20 = 0.85 * v19, v21 = v15 - v20, v22 = 0.13364517206815904 * v21,
+      v23 = q_2 * q_2, v24 = 5.76 + v23, v25 = 4.8 * q_2, v26 = v24 + v25,
+      v27 = 15.245138616807916 - v26, v28 = v26 - 4.964861383192083, v29 = v27 * v28;
+  LANES_LET1(v30, sqrt, v29);
+  const lanes v31 = 0.14889657006115395 * v30, v32 = 0.5 * v26, v33 = 4.35 + v32,
+      v34 = 0.1329433661260303 * v33, v35 = v31 - v34, v36 = 1.25 + v35, v37 = 0.25 * v36,
+      v38 = 0.06647168306301515 * v30, v39 = 0.2977931401223079 * v33, v40 = v38 + v39,
+      v41 = v40 - 2.8, v42 = 0.8 * v41, v43 = v37 - v42, v44 = 1.4234875444839858 * v43,
+      v45 = v22 * v44, v46 = 2.6 * v19, v47 = 0.85 * v14, v48 = v46 + v47,
+      v49 = 0.13364517206815904 * v48, v50 = 0.25 * v41, v51 = 0.8 * v36, v52 = v50 + v51,
+      v53 = 1.4234875444839858 * v52, v54 = v49 * v53, v55 = v45 - v54, v56 = q_3 * q_3,
+      v57 = 2.56 + v56, v58 = 3.2 * q_3, v59 = v57 + v58, v60 = 7.100237610654644 - v59,
+      v61 = v59 - 2.029562389345356, v62 = v60 * v61;
+  LANES_LET1(v63, sqrt, v62);
+  const lanes v64 = 0.23681377825618946 * v63, v65 = 0.5 * v59, v66 = 1.89805 + v65,
+      v67 = 0.12199497667743094 * v66, v68 = v64 - v67, v69 = 0.51 + v68,
+      v70 = 0.9999999999999999 * v69, v71 = 0.04 + v70, v72 = 0.06099748833871547 * v63,
+      v73 = 0.4736275565123789 * v66, v74 = v72 + v73, v75 = v74 - 1.98,
+      v76 = 0.9999999999999999 * v75, v77 = v76 - 0.42, v78 = v77 * v77, v79 = v71 * v71,
+      v80 = v78 + v79, v81 = 0.5 * v80, v82 = v81 - 0.0616, v83 = v82 / v80, v84 = v71 * v83,
+      v85 = 1.085213592060545 - v80, v86 = v80 - 0.01398640793945492, v87 = v85 * v86;
+  LANES_LET1(v88, sqrt, v87);
+  const lanes v89 = 0.5 * v88, v90 = v89 / v80, v91 = v77 * v90, v92 = v84 - v91, v93 = 0.46 * v92,
+      v94 = v77 * v83, v95 = v71 * v90, v96 = v94 + v95, v97 = 0.04 * v96, v98 = v93 - v97,
+      v99 = 4.690431519699812 * v98, v100 = v55 * v99, v101 = v49 * v44, v102 = v22 * v53,
+      v103 = v101 + v102, v104 = 0.04 * v92, v105 = 0.46 * v96, v106 = v104 + v105,
+      v107 = 4.690431519699812 * v106, v108 = v103 * v107, v109 = v100 - v108, v110 = v103 * v99,
+      v111 = v55 * v107, v112 = v110 + v111, v113 = 1.45 * v112, v114 = 2.9 * v103,
+      v115 = v113 + v114, v116 = 0.7617774807885066 * v48, v117 = v115 + v116, v118 = v109 * v117,
+      v119 = 1.45 * v109, v120 = 2.9 * v55, v121 = v119 + v120, v122 = 0.7617774807885066 * v21,
+      v123 = v121 + v122, v124 = v112 * v123, v125 = v118 - v124, v126 = 1.98 + q_1,
+      v127 = v126 * qd_1, v128 = 0.5 * v8, v129 = v127 / v128, v130 = v125 * v129,
+      v131 = v109 * v115, v132 = v112 * v121, v133 = v131 - v132, v134 = 2.4 + q_2,
+      v135 = v134 * qd_2, v136 = 0.5 * v30, v137 = v135 / v136, v138 = v133 * v137,
+      v139 = v130 - v138;
   out[0] = v139;
-  const lanes v140 = 0.15 + v117;
-  const lanes v141 = v140 * qd_0;
+  const lanes v140 = 0.15 + v117, v141 = v140 * qd_0;
   out[1] = v141;
-  const lanes v142 = v112 * v117;
-  const lanes v143 = v109 * v123;
-  const lanes v144 = v142 + v143;
-  const lanes v145 = v144 * v129;
-  const lanes v146 = v112 * v115;
-  const lanes v147 = v109 * v121;
-  const lanes v148 = v146 + v147;
-  const lanes v149 = v148 * v137;
-  const lanes v150 = v145 - v149;
-  const lanes v151 = 1.6 + q_3;
-  const lanes v152 = v151 * qd_3;
-  const lanes v153 = 0.5 * v63;
-  const lanes v154 = v152 / v153;
-  const lanes v155 = 1.6129032258064515 * v69;
-  const lanes v156 = v154 * v155;
-  const lanes v157 = 0.62 * v156;
-  const lanes v158 = v96 - v77;
-  const lanes v159 = v157 * v158;
-  const lanes v160 = 1.6129032258064515 * v75;
-  const lanes v161 = v154 * v160;
-  const lanes v162 = 0.62 * v161;
-  const lanes v163 = v92 - v71;
-  const lanes v164 = v162 * v163;
-  const lanes v165 = v159 - v164;
-  const lanes v166 = v165 / v89;
-  const lanes v167 = 1.45 * v166;
-  const lanes v168 = v150 - v167;
+  const lanes v142 = v112 * v117, v143 = v109 * v123, v144 = v142 + v143, v145 = v144 * v129,
+      v146 = v112 * v115, v147 = v109 * v121, v148 = v146 + v147, v149 = v148 * v137,
+      v150 = v145 - v149, v151 = 1.6 + q_3, v152 = v151 * qd_3, v153 = 0.5 * v63,
+      v154 = v152 / v153, v155 = 1.6129032258064515 * v69, v156 = v154 * v155, v157 = 0.62 * v156,
+      v158 = v96 - v77, v159 = v157 * v158, v160 = 1.6129032258064515 * v75, v161 = v154 * v160,
+      v162 = 0.62 * v161, v163 = v92 - v71, v164 = v162 * v163, v165 = v159 - v164,
+      v166 = v165 / v89, v167 = 1.45 * v166, v168 = v150 - v167;
   out[2] = v168;
   const lanes v169 = v109 * qd_0;
   out[3] = v169;
-  const lanes v170 = v137 - v129;
-  const lanes v171 = v166 + v170;
+  const lanes v170 = v137 - v129, v171 = v166 + v170;
   out[4] = v171;
   const lanes v172 = v112 * qd_0;
   out[5] = v172;
@@ -3193,1457 +1120,429 @@ static LANES_TARGET void LANES_NAME(excavator_twist_body)(const lanes *in, lanes
 
 static LANES_TARGET void LANES_NAME(excavator_twist_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes qd_0 = in[4];
-  const lanes qd_1 = in[5];
-  const lanes qd_2 = in[6];
-  const lanes qd_3 = in[7];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 3.9204 + v3;
-  const lanes v5 = 3.96 * q_1;
-  const lanes v6 = v4 + v5;
-  const lanes v7 = 12.865745377821996 - v6;
-  const lanes v8 = v6 - 3.549254622178003;
-  const lanes v9 = v7 * v8;
-  lanes v10; LANES_NAME(lanes_sqrt)(&v9, &v10);
-  const lanes v11 = 0.3793103448275862 * v10;
-  const lanes v12 = 0.5 * v6;
-  const lanes v13 = v12 - 3.37875;
-  const lanes v14 = 0.896551724137931 * v13;
-  const lanes v15 = v11 + v14;
-  const lanes v16 = v15 - 0.65;
-  const lanes v17 = 2.6 * v16;
-  const lanes v18 = 0.4482758620689655 * v10;
-  const lanes v19 = 0.7586206896551724 * v13;
-  const lanes v20 = v18 - v19;
-  const lanes v21 = 0.55 + v20;
-  const lanes v22 = 0.85 * v21;
-  const lanes v23 = v17 - v22;
-  const lanes v24 = 0.13364517206815904 * v23;
-  const lanes v25 = q_2 * q_2;
-  const lanes v26 = 5.76 + v25;
-  const lanes v27 = 4.8 * q_2;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = 15.245138616807916 - v28;
-  const lanes v30 = v28 - 4.964861383192083;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.14889657006115395 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 4.35 + v34;
-  const lanes v36 = 0.1329433661260303 * v35;
-  const lanes v37 = v33 - v36;
-  const lanes v38 = 1.25 + v37;
-  const lanes v39 = 0.25 * v38;
-  const lanes v40 = 0.06647168306301515 * v32;
-  const lanes v41 = 0.2977931401223079 * v35;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = v42 - 2.8;
-  const lanes v44 = 0.8 * v43;
-  const lanes v45 = v39 - v44;
-  const lanes v46 = 1.4234875444839858 * v45;
-  const lanes v47 = v24 * v46;
-  const lanes v48 = 2.6 * v21;
-  const lanes v49 = 0.85 * v16;
-  const lanes v50 = v48 + v49;
-  const lanes v51 = 0.13364517206815904 * v50;
-  const lanes v52 = 0.25 * v43;
-  const lanes v53 = 0.8 * v38;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 1.4234875444839858 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v47 - v56;
-  const lanes v58 = q_3 * q_3;
-  const lanes v59 = 2.56 + v58;
-  const lanes v60 = 3.2 * q_3;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = 7.100237610654644 - v61;
-  const lanes v63 = v61 - 2.029562389345356;
-  const lanes v64 = v62 * v63;
-  lanes v65; LANES_NAME(lanes_sqrt)(&v64, &v65);
-  const lanes v66 = 0.23681377825618946 * v65;
-  const lanes v67 = 0.5 * v61;
-  const lanes v68 = 1.89805 + v67;
-  const lanes v69 = 0.12199497667743094 * v68;
-  const lanes v70 = v66 - v69;
-  const lanes v71 = 0.51 + v70;
-  const lanes v72 = 0.9999999999999999 * v71;
-  const lanes v73 = 0.04 + v72;
-  const lanes v74 = 0.06099748833871547 * v65;
-  const lanes v75 = 0.4736275565123789 * v68;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v76 - 1.98;
-  const lanes v78 = 0.9999999999999999 * v77;
-  const lanes v79 = v78 - 0.42;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v73 * v73;
-  const lanes v82 = v80 + v81;
-  const lanes v83 = 0.5 * v82;
-  const lanes v84 = v83 - 0.0616;
-  const lanes v85 = v84 / v82;
-  const lanes v86 = v73 * v85;
-  const lanes v87 = 1.085213592060545 - v82;
-  const lanes v88 = v82 - 0.01398640793945492;
-  const lanes v89 = v87 * v88;
-  lanes v90; LANES_NAME(lanes_sqrt)(&v89, &v90);
-  const lanes v91 = 0.5 * v90;
-  const lanes v92 = v91 / v82;
-  const lanes v93 = v79 * v92;
-  const lanes v94 = v86 - v93;
-  const lanes v95 = 0.46 * v94;
-  const lanes v96 = v79 * v85;
-  const lanes v97 = v73 * v92;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = 0.04 * v98;
-  const lanes v100 = v95 - v99;
-  const lanes v101 = 4.690431519699812 * v100;
-  const lanes v102 = v57 * v101;
-  const lanes v103 = v51 * v46;
-  const lanes v104 = v24 * v55;
-  const lanes v105 = v103 + v104;
-  const lanes v106 = 0.04 * v94;
-  const lanes v107 = 0.46 * v98;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = 4.690431519699812 * v108;
-  const lanes v110 = v105 * v109;
-  const lanes v111 = v102 - v110;
-  const lanes v112 = 1.45 * v111;
-  const lanes v113 = v1 * v112;
-  const lanes v114 = 1.6 + q_3;
-  const lanes v115 = v114 * qd_3;
-  const lanes v116 = 0.5 * v65;
-  const lanes v117 = v115 / v116;
-  const lanes v118 = 1.6129032258064515 * v71;
-  const lanes v119 = v117 * v118;
-  const lanes v120 = 0.62 * v119;
-  const lanes v121 = v98 - v79;
-  const lanes v122 = v120 * v121;
-  const lanes v123 = 1.6129032258064515 * v77;
-  const lanes v124 = v117 * v123;
-  const lanes v125 = 0.62 * v124;
-  const lanes v126 = v94 - v73;
-  const lanes v127 = v125 * v126;
-  const lanes v128 = v122 - v127;
-  const lanes v129 = v128 / v91;
-  const lanes v130 = v113 * v129;
-  const lanes v131 = 2.9 * v57;
-  const lanes v132 = v112 + v131;
-  const lanes v133 = v1 * v132;
-  const lanes v134 = 2.4 + q_2;
-  const lanes v135 = v134 * qd_2;
-  const lanes v136 = 0.5 * v32;
-  const lanes v137 = v135 / v136;
-  const lanes v138 = v133 * v137;
-  const lanes v139 = v105 * v101;
-  const lanes v140 = v57 * v109;
-  const lanes v141 = v139 + v140;
-  const lanes v142 = 1.45 * v141;
-  const lanes v143 = 2.9 * v105;
-  const lanes v144 = v142 + v143;
-  const lanes v145 = 0.7617774807885066 * v50;
-  const lanes v146 = v144 + v145;
-  const lanes v147 = 0.15 + v146;
-  const lanes v148 = v2 * v147;
-  const lanes v149 = v148 * qd_0;
-  const lanes v150 = 0.7617774807885066 * v23;
-  const lanes v151 = v132 + v150;
-  const lanes v152 = v1 * v151;
-  const lanes v153 = 1.98 + q_1;
-  const lanes v154 = v153 * qd_1;
-  const lanes v155 = 0.5 * v10;
-  const lanes v156 = v154 / v155;
-  const lanes v157 = v152 * v156;
-  const lanes v158 = v149 + v157;
-  const lanes v159 = v138 - v158;
-  const lanes v160 = v130 + v159;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], qd_0 = in[4], qd_1 = in[5],
+      qd_2 = in[6], qd_3 = in[7];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = q_1 * q_1, v4 = 3.9204 + v3, v5 = 3.96 * q_1, v6 = v4 + v5,
+      v7 = 12.865745377821996 - v6, v8 = v6 - 3.549254622178003, v9 = v7 * v8;
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = 0.3793103448275862 * v10, v12 = 0.5 * v6, v13 = v12 - 3.37875,
+      v14 = 0.896551724137931 * v13, v15 = v11 + v14, v16 = v15 - 0.65, v17 = 2.6 * v16,
+      v18 = 0.4482758620689655 * v10, v19 = 0.7586206896551724 * v13, v20 = v18 - v19,
+      v21 = 0.55 + v20, v22 = 0.85 * v21, v23 = v17 - v22, v24 = 0.13364517206815904 * v23,
+      v25 = q_2 * q_2, v26 = 5.76 + v25, v27 = 4.8 * q_2, v28 = v26 + v27,
+      v29 = 15.245138616807916 - v28, v30 = v28 - 4.964861383192083, v31 = v29 * v30;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = 0.14889657006115395 * v32, v34 = 0.5 * v28, v35 = 4.35 + v34,
+      v36 = 0.1329433661260303 * v35, v37 = v33 - v36, v38 = 1.25 + v37, v39 = 0.25 * v38,
+      v40 = 0.06647168306301515 * v32, v41 = 0.2977931401223079 * v35, v42 = v40 + v41,
+      v43 = v42 - 2.8, v44 = 0.8 * v43, v45 = v39 - v44, v46 = 1.4234875444839858 * v45,
+      v47 = v24 * v46, v48 = 2.6 * v21, v49 = 0.85 * v16, v50 = v48 + v49,
+      v51 = 0.13364517206815904 * v50, v52 = 0.25 * v43, v53 = 0.8 * v38, v54 = v52 + v53,
+      v55 = 1.4234875444839858 * v54, v56 = v51 * v55, v57 = v47 - v56, v58 = q_3 * q_3,
+      v59 = 2.56 + v58, v60 = 3.2 * q_3, v61 = v59 + v60, v62 = 7.100237610654644 - v61,
+      v63 = v61 - 2.029562389345356, v64 = v62 * v63;
+  LANES_LET1(v65, sqrt, v64);
+  const lanes v66 = 0.23681377825618946 * v65, v67 = 0.5 * v61, v68 = 1.89805 + v67,
+      v69 = 0.12199497667743094 * v68, v70 = v66 - v69, v71 = 0.51 + v70,
+      v72 = 0.9999999999999999 * v71, v73 = 0.04 + v72, v74 = 0.06099748833871547 * v65,
+      v75 = 0.4736275565123789 * v68, v76 = v74 + v75, v77 = v76 - 1.98,
+      v78 = 0.9999999999999999 * v77, v79 = v78 - 0.42, v80 = v79 * v79, v81 = v73 * v73,
+      v82 = v80 + v81, v83 = 0.5 * v82, v84 = v83 - 0.0616, v85 = v84 / v82, v86 = v73 * v85,
+      v87 = 1.085213592060545 - v82, v88 = v82 - 0.01398640793945492, v89 = v87 * v88;
+  LANES_LET1(v90, sqrt, v89);
+  const lanes v91 = 0.5 * v90, v92 = v91 / v82, v93 = v79 * v92, v94 = v86 - v93, v95 = 0.46 * v94,
+      v96 = v79 * v85, v97 = v73 * v92, v98 = v96 + v97, v99 = 0.04 * v98, v100 = v95 - v99,
+      v101 = 4.690431519699812 * v100, v102 = v57 * v101, v103 = v51 * v46, v104 = v24 * v55,
+      v105 = v103 + v104, v106 = 0.04 * v94, v107 = 0.46 * v98, v108 = v106 + v107,
+      v109 = 4.690431519699812 * v108, v110 = v105 * v109, v111 = v102 - v110, v112 = 1.45 * v111,
+      v113 = v1 * v112, v114 = 1.6 + q_3, v115 = v114 * qd_3, v116 = 0.5 * v65, v117 = v115 / v116,
+      v118 = 1.6129032258064515 * v71, v119 = v117 * v118, v120 = 0.62 * v119, v121 = v98 - v79,
+      v122 = v120 * v121, v123 = 1.6129032258064515 * v77, v124 = v117 * v123, v125 = 0.62 * v124,
+      v126 = v94 - v73, v127 = v125 * v126, v128 = v122 - v127, v129 = v128 / v91,
+      v130 = v113 * v129, v131 = 2.9 * v57, v132 = v112 + v131, v133 = v1 * v132, v134 = 2.4 + q_2,
+      v135 = v134 * qd_2, v136 = 0.5 * v32, v137 = v135 / v136, v138 = v133 * v137,
+      v139 = v105 * v101, v140 = v57 * v109, v141 = v139 + v140, v142 = 1.45 * v141,
+      v143 = 2.9 * v105, v144 = v142 + v143, v145 = 0.7617774807885066 * v50, v146 = v144 + v145,
+      v147 = 0.15 + v146, v148 = v2 * v147, v149 = v148 * qd_0, v150 = 0.7617774807885066 * v23,
+      v151 = v132 + v150, v152 = v1 * v151, v153 = 1.98 + q_1, v154 = v153 * qd_1, v155 = 0.5 * v10,
+      v156 = v154 / v155, v157 = v152 * v156, v158 = v149 + v157, v159 = v138 - v158,
+      v160 = v130 + v159;
   out[0] = v160;
-  const lanes v161 = v2 * v112;
-  const lanes v162 = v161 * v129;
-  const lanes v163 = v2 * v132;
-  const lanes v164 = v163 * v137;
-  const lanes v165 = v1 * v147;
-  const lanes v166 = v165 * qd_0;
-  const lanes v167 = v2 * v151;
-  const lanes v168 = v167 * v156;
-  const lanes v169 = v166 - v168;
-  const lanes v170 = v164 + v169;
-  const lanes v171 = v162 + v170;
+  const lanes v161 = v2 * v112, v162 = v161 * v129, v163 = v2 * v132, v164 = v163 * v137,
+      v165 = v1 * v147, v166 = v165 * qd_0, v167 = v2 * v151, v168 = v167 * v156,
+      v169 = v166 - v168, v170 = v164 + v169, v171 = v162 + v170;
   out[1] = v171;
-  const lanes v172 = v146 * v156;
-  const lanes v173 = v144 * v137;
-  const lanes v174 = v172 - v173;
-  const lanes v175 = v142 * v129;
-  const lanes v176 = v174 - v175;
+  const lanes v172 = v146 * v156, v173 = v144 * v137, v174 = v172 - v173, v175 = v142 * v129,
+      v176 = v174 - v175;
   out[2] = v176;
-  const lanes v177 = v2 * v156;
-  const lanes v178 = v2 * v137;
-  const lanes v179 = v177 - v178;
-  const lanes v180 = v2 * v129;
-  const lanes v181 = v179 - v180;
+  const lanes v177 = v2 * v156, v178 = v2 * v137, v179 = v177 - v178, v180 = v2 * v129,
+      v181 = v179 - v180;
   out[3] = v181;
-  const lanes v182 = v1 * v129;
-  const lanes v183 = v1 * v137;
-  const lanes v184 = v1 * v156;
-  const lanes v185 = v183 - v184;
-  const lanes v186 = v182 + v185;
-  out[4] = v186;
-  out[5] = qd_0;
+  const lanes v182 = v1 * v129, v183 = v1 * v137, v184 = v1 * v156, v185 = v183 - v184,
+      v186 = v182 + v185;
+  out[4] = v186; out[5] = qd_0;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_acceleration_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes qd_0 = in[4];
-  const lanes qd_1 = in[5];
-  const lanes qd_2 = in[6];
-  const lanes qd_3 = in[7];
-  const lanes qdd_0 = in[8];
-  const lanes qdd_1 = in[9];
-  const lanes qdd_2 = in[10];
-  const lanes qdd_3 = in[11];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 1.75 * v1;
-  const lanes v4 = qd_1 * qd_1;
-  const lanes v5 = 1.98 + q_1;
-  const lanes v6 = v5 * qdd_1;
-  const lanes v7 = v4 + v6;
-  const lanes v8 = q_1 * q_1;
-  const lanes v9 = 3.9204 + v8;
-  const lanes v10 = 3.96 * q_1;
-  const lanes v11 = v9 + v10;
-  const lanes v12 = 12.865745377821996 - v11;
-  const lanes v13 = v11 - 3.549254622178003;
-  const lanes v14 = v12 * v13;
-  lanes v15; LANES_NAME(lanes_sqrt)(&v14, &v15);
-  const lanes v16 = 0.5 * v15;
-  const lanes v17 = v7 / v16;
-  const lanes v18 = 2.0 * q_1;
-  const lanes v19 = 3.96 + v18;
-  const lanes v20 = v19 * qd_1;
-  const lanes v21 = v20 * v12;
-  const lanes v22 = v20 * v13;
-  const lanes v23 = v21 - v22;
-  const lanes v24 = 0.25 / v15;
-  const lanes v25 = v23 * v24;
-  const lanes v26 = v5 * qd_1;
-  const lanes v27 = v16 * v16;
-  const lanes v28 = v26 / v27;
-  const lanes v29 = v25 * v28;
-  const lanes v30 = v17 - v29;
-  const lanes v31 = v3 * v30;
-  const lanes v32 = 0.3793103448275862 * v15;
-  const lanes v33 = 0.5 * v11;
-  const lanes v34 = v33 - 3.37875;
-  const lanes v35 = 0.896551724137931 * v34;
-  const lanes v36 = v32 + v35;
-  const lanes v37 = v36 - 0.65;
-  const lanes v38 = 2.6 * v37;
-  const lanes v39 = 0.4482758620689655 * v15;
-  const lanes v40 = 0.7586206896551724 * v34;
-  const lanes v41 = v39 - v40;
-  const lanes v42 = 0.55 + v41;
-  const lanes v43 = 0.85 * v42;
-  const lanes v44 = v38 - v43;
-  const lanes v45 = 0.7617774807885066 * v44;
-  const lanes v46 = 1.75 + v45;
-  const lanes v47 = v1 * v46;
-  const lanes v48 = qd_2 * qd_2;
-  const lanes v49 = 2.4 + q_2;
-  const lanes v50 = v49 * qdd_2;
-  const lanes v51 = v48 + v50;
-  const lanes v52 = q_2 * q_2;
-  const lanes v53 = 5.76 + v52;
-  const lanes v54 = 4.8 * q_2;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = 15.245138616807916 - v55;
-  const lanes v57 = v55 - 4.964861383192083;
-  const lanes v58 = v56 * v57;
-  lanes v59; LANES_NAME(lanes_sqrt)(&v58, &v59);
-  const lanes v60 = 0.5 * v59;
-  const lanes v61 = v51 / v60;
-  const lanes v62 = 2.0 * q_2;
-  const lanes v63 = 4.8 + v62;
-  const lanes v64 = v63 * qd_2;
-  const lanes v65 = v56 * v64;
-  const lanes v66 = v57 * v64;
-  const lanes v67 = v65 - v66;
-  const lanes v68 = 0.25 / v59;
-  const lanes v69 = v67 * v68;
-  const lanes v70 = v49 * qd_2;
-  const lanes v71 = v60 * v60;
-  const lanes v72 = v70 / v71;
-  const lanes v73 = v69 * v72;
-  const lanes v74 = v61 - v73;
-  const lanes v75 = v47 * v74;
-  const lanes v76 = v31 - v75;
-  const lanes v77 = 0.13364517206815904 * v44;
-  const lanes v78 = 0.14889657006115395 * v59;
-  const lanes v79 = 0.5 * v55;
-  const lanes v80 = 4.35 + v79;
-  const lanes v81 = 0.1329433661260303 * v80;
-  const lanes v82 = v78 - v81;
-  const lanes v83 = 1.25 + v82;
-  const lanes v84 = 0.25 * v83;
-  const lanes v85 = 0.06647168306301515 * v59;
-  const lanes v86 = 0.2977931401223079 * v80;
-  const lanes v87 = v85 + v86;
-  const lanes v88 = v87 - 2.8;
-  const lanes v89 = 0.8 * v88;
-  const lanes v90 = v84 - v89;
-  const lanes v91 = 1.4234875444839858 * v90;
-  const lanes v92 = v77 * v91;
-  const lanes v93 = 2.6 * v42;
-  const lanes v94 = 0.85 * v37;
-  const lanes v95 = v93 + v94;
-  const lanes v96 = 0.13364517206815904 * v95;
-  const lanes v97 = 0.25 * v88;
-  const lanes v98 = 0.8 * v83;
-  const lanes v99 = v97 + v98;
-  const lanes v100 = 1.4234875444839858 * v99;
-  const lanes v101 = v96 * v100;
-  const lanes v102 = v92 - v101;
-  const lanes v103 = 2.9 * v102;
-  const lanes v104 = v103 + v46;
-  const lanes v105 = v1 * v104;
-  const lanes v106 = 1.6 + q_3;
-  const lanes v107 = v106 * qd_3;
-  const lanes v108 = q_3 * q_3;
-  const lanes v109 = 2.56 + v108;
-  const lanes v110 = 3.2 * q_3;
-  const lanes v111 = v109 + v110;
-  const lanes v112 = 7.100237610654644 - v111;
-  const lanes v113 = v111 - 2.029562389345356;
-  const lanes v114 = v112 * v113;
-  lanes v115; LANES_NAME(lanes_sqrt)(&v114, &v115);
-  const lanes v116 = 0.5 * v115;
-  const lanes v117 = v107 / v116;
-  const lanes v118 = 0.23681377825618946 * v115;
-  const lanes v119 = 0.5 * v111;
-  const lanes v120 = 1.89805 + v119;
-  const lanes v121 = 0.12199497667743094 * v120;
-  const lanes v122 = v118 - v121;
-  const lanes v123 = 0.51 + v122;
-  const lanes v124 = 1.6129032258064515 * v123;
-  const lanes v125 = v117 * v124;
-  const lanes v126 = 0.62 * v125;
-  const lanes v127 = 0.06099748833871547 * v115;
-  const lanes v128 = 0.4736275565123789 * v120;
-  const lanes v129 = v127 + v128;
-  const lanes v130 = v129 - 1.98;
-  const lanes v131 = 0.9999999999999999 * v130;
-  const lanes v132 = v131 - 0.42;
-  const lanes v133 = v132 * v132;
-  const lanes v134 = 0.9999999999999999 * v123;
-  const lanes v135 = 0.04 + v134;
-  const lanes v136 = v135 * v135;
-  const lanes v137 = v133 + v136;
-  const lanes v138 = 0.5 * v137;
-  const lanes v139 = v138 - 0.0616;
-  const lanes v140 = v139 / v137;
-  const lanes v141 = v126 * v140;
-  const lanes v142 = 2.0 * v132;
-  const lanes v143 = v126 * v142;
-  const lanes v144 = 1.6129032258064515 * v130;
-  const lanes v145 = v117 * v144;
-  const lanes v146 = 0.62 * v145;
-  const lanes v147 = 2.0 * v135;
-  const lanes v148 = v146 * v147;
-  const lanes v149 = v143 - v148;
-  const lanes v150 = 0.5 * v149;
-  const lanes v151 = v150 / v137;
-  const lanes v152 = v137 * v137;
-  const lanes v153 = v139 / v152;
-  const lanes v154 = v149 * v153;
-  const lanes v155 = v151 - v154;
-  const lanes v156 = v155 * v132;
-  const lanes v157 = v141 + v156;
-  const lanes v158 = 1.085213592060545 - v137;
-  const lanes v159 = v149 * v158;
-  const lanes v160 = v137 - 0.01398640793945492;
-  const lanes v161 = v149 * v160;
-  const lanes v162 = v159 - v161;
-  const lanes v163 = v158 * v160;
-  lanes v164; LANES_NAME(lanes_sqrt)(&v163, &v164);
-  const lanes v165 = 0.25 / v164;
-  const lanes v166 = v162 * v165;
-  const lanes v167 = v166 / v137;
-  const lanes v168 = 0.5 * v164;
-  const lanes v169 = v168 / v152;
-  const lanes v170 = v149 * v169;
-  const lanes v171 = v167 - v170;
-  const lanes v172 = v171 * v135;
-  const lanes v173 = v157 + v172;
-  const lanes v174 = v168 / v137;
-  const lanes v175 = v146 * v174;
-  const lanes v176 = v173 - v175;
-  const lanes v177 = v176 - v126;
-  const lanes v178 = v126 * v177;
-  const lanes v179 = qd_3 * qd_3;
-  const lanes v180 = v106 * qdd_3;
-  const lanes v181 = v179 + v180;
-  const lanes v182 = v181 / v116;
-  const lanes v183 = 2.0 * q_3;
-  const lanes v184 = 3.2 + v183;
-  const lanes v185 = v184 * qd_3;
-  const lanes v186 = v185 * v112;
-  const lanes v187 = v185 * v113;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = 0.25 / v115;
-  const lanes v190 = v188 * v189;
-  const lanes v191 = v116 * v116;
-  const lanes v192 = v107 / v191;
-  const lanes v193 = v190 * v192;
-  const lanes v194 = v182 - v193;
-  const lanes v195 = v124 * v194;
-  const lanes v196 = v117 * v145;
-  const lanes v197 = v195 - v196;
-  const lanes v198 = 0.62 * v197;
-  const lanes v199 = v132 * v140;
-  const lanes v200 = v135 * v174;
-  const lanes v201 = v199 + v200;
-  const lanes v202 = v201 - v132;
-  const lanes v203 = v198 * v202;
-  const lanes v204 = v178 + v203;
-  const lanes v205 = v155 * v135;
-  const lanes v206 = v126 * v174;
-  const lanes v207 = v205 - v206;
-  const lanes v208 = v146 * v140;
-  const lanes v209 = v207 - v208;
-  const lanes v210 = v171 * v132;
-  const lanes v211 = v209 - v210;
-  const lanes v212 = v146 + v211;
-  const lanes v213 = v146 * v212;
-  const lanes v214 = v204 - v213;
-  const lanes v215 = v117 * v125;
-  const lanes v216 = v144 * v194;
-  const lanes v217 = v215 + v216;
-  const lanes v218 = 0.62 * v217;
-  const lanes v219 = v135 * v140;
-  const lanes v220 = v132 * v174;
-  const lanes v221 = v219 - v220;
-  const lanes v222 = v221 - v135;
-  const lanes v223 = v218 * v222;
-  const lanes v224 = v214 - v223;
-  const lanes v225 = v224 / v168;
-  const lanes v226 = v126 * v202;
-  const lanes v227 = v146 * v222;
-  const lanes v228 = v226 - v227;
-  const lanes v229 = v168 * v168;
-  const lanes v230 = v228 / v229;
-  const lanes v231 = v166 * v230;
-  const lanes v232 = v225 - v231;
-  const lanes v233 = v105 * v232;
-  const lanes v234 = v76 - v233;
-  const lanes v235 = v228 / v168;
-  const lanes v236 = 0.7617774807885066 * v95;
-  const lanes v237 = 0.15 + v236;
-  const lanes v238 = v70 / v60;
-  const lanes v239 = v237 * v238;
-  const lanes v240 = v26 / v16;
-  const lanes v241 = 0.15 * v240;
-  const lanes v242 = v239 - v241;
-  const lanes v243 = v1 * v242;
-  const lanes v244 = v96 * v91;
-  const lanes v245 = v77 * v100;
-  const lanes v246 = v244 + v245;
-  const lanes v247 = 2.9 * v246;
-  const lanes v248 = v247 + v237;
-  const lanes v249 = v1 * v238;
-  const lanes v250 = v1 * v240;
-  const lanes v251 = v249 - v250;
-  const lanes v252 = v248 * v251;
-  const lanes v253 = v2 * v104;
-  const lanes v254 = v253 * qd_0;
-  const lanes v255 = v252 + v254;
-  const lanes v256 = v243 - v255;
-  const lanes v257 = v235 * v256;
-  const lanes v258 = 1.75 * v2;
-  const lanes v259 = v258 * qd_0;
-  const lanes v260 = v240 * v259;
-  const lanes v261 = v237 * v250;
-  const lanes v262 = v2 * v46;
-  const lanes v263 = v262 * qd_0;
-  const lanes v264 = v261 - v263;
-  const lanes v265 = v1 * v241;
-  const lanes v266 = v264 - v265;
-  const lanes v267 = v238 * v266;
-  const lanes v268 = v260 + v267;
-  const lanes v269 = v257 + v268;
-  const lanes v270 = v234 - v269;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], qd_0 = in[4], qd_1 = in[5],
+      qd_2 = in[6], qd_3 = in[7], qdd_0 = in[8], qdd_1 = in[9], qdd_2 = in[10], qdd_3 = in[11];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 1.75 * v1, v4 = qd_1 * qd_1, v5 = 1.98 + q_1, v6 = v5 * qdd_1, v7 = v4 + v6,
+      v8 = q_1 * q_1, v9 = 3.9204 + v8, v10 = 3.96 * q_1, v11 = v9 + v10,
+      v12 = 12.865745377821996 - v11, v13 = v11 - 3.549254622178003, v14 = v12 * v13;
+  LANES_LET1(v15, sqrt, v14);
+  const lanes v16 = 0.5 * v15, v17 = v7 / v16, v18 = 2.0 * q_1, v19 = 3.96 + v18, v20 = v19 * qd_1,
+      v21 = v12 * v20, v22 = v13 * v20, v23 = v21 - v22, v24 = 0.25 / v15, v25 = v23 * v24,
+      v26 = v5 * qd_1, v27 = v16 * v16, v28 = v26 / v27, v29 = v25 * v28, v30 = v17 - v29,
+      v31 = v3 * v30, v32 = 0.3793103448275862 * v15, v33 = 0.5 * v11, v34 = v33 - 3.37875,
+      v35 = 0.896551724137931 * v34, v36 = v32 + v35, v37 = v36 - 0.65, v38 = 2.6 * v37,
+      v39 = 0.4482758620689655 * v15, v40 = 0.7586206896551724 * v34, v41 = v39 - v40,
+      v42 = 0.55 + v41, v43 = 0.85 * v42, v44 = v38 - v43, v45 = 0.7617774807885066 * v44,
+      v46 = 1.75 + v45, v47 = v1 * v46, v48 = qd_2 * qd_2, v49 = 2.4 + q_2, v50 = v49 * qdd_2,
+      v51 = v48 + v50, v52 = q_2 * q_2, v53 = 5.76 + v52, v54 = 4.8 * q_2, v55 = v53 + v54,
+      v56 = 15.245138616807916 - v55, v57 = v55 - 4.964861383192083, v58 = v56 * v57;
+  LANES_LET1(v59, sqrt, v58);
+  const lanes v60 = 0.5 * v59, v61 = v51 / v60, v62 = 2.0 * q_2, v63 = 4.8 + v62, v64 = v63 * qd_2,
+      v65 = v56 * v64, v66 = v57 * v64, v67 = v65 - v66, v68 = 0.25 / v59, v69 = v67 * v68,
+      v70 = v49 * qd_2, v71 = v60 * v60, v72 = v70 / v71, v73 = v69 * v72, v74 = v61 - v73,
+      v75 = v47 * v74, v76 = v31 - v75, v77 = 0.13364517206815904 * v44,
+      v78 = 0.14889657006115395 * v59, v79 = 0.5 * v55, v80 = 4.35 + v79,
+      v81 = 0.1329433661260303 * v80, v82 = v78 - v81, v83 = 1.25 + v82, v84 = 0.25 * v83,
+      v85 = 0.06647168306301515 * v59, v86 = 0.2977931401223079 * v80, v87 = v85 + v86,
+      v88 = v87 - 2.8, v89 = 0.8 * v88, v90 = v84 - v89, v91 = 1.4234875444839858 * v90,
+      v92 = v77 * v91, v93 = 2.6 * v42, v94 = 0.85 * v37, v95 = v93 + v94,
+      v96 = 0.13364517206815904 * v95, v97 = 0.25 * v88, v98 = 0.8 * v83, v99 = v97 + v98,
+      v100 = 1.4234875444839858 * v99, v101 = v96 * v100, v102 = v92 - v101, v103 = 2.9 * v102,
+      v104 = v103 + v46, v105 = v1 * v104, v106 = 1.6 + q_3, v107 = v106 * qd_3, v108 = q_3 * q_3,
+      v109 = 2.56 + v108, v110 = 3.2 * q_3, v111 = v109 + v110, v112 = 7.100237610654644 - v111,
+      v113 = v111 - 2.029562389345356, v114 = v112 * v113;
+  LANES_LET1(v115, sqrt, v114);
+  const lanes v116 = 0.5 * v115, v117 = v107 / v116, v118 = 0.23681377825618946 * v115,
+      v119 = 0.5 * v111, v120 = 1.89805 + v119, v121 = 0.12199497667743094 * v120,
+      v122 = v118 - v121, v123 = 0.51 + v122, v124 = 1.6129032258064515 * v123, v125 = v117 * v124,
+      v126 = 0.62 * v125, v127 = 0.06099748833871547 * v115, v128 = 0.4736275565123789 * v120,
+      v129 = v127 + v128, v130 = v129 - 1.98, v131 = 0.9999999999999999 * v130, v132 = v131 - 0.42,
+      v133 = v132 * v132, v134 = 0.9999999999999999 * v123, v135 = 0.04 + v134, v136 = v135 * v135,
+      v137 = v133 + v136, v138 = 0.5 * v137, v139 = v138 - 0.0616, v140 = v139 / v137,
+      v141 = v126 * v140, v142 = 2.0 * v132, v143 = v126 * v142, v144 = 1.6129032258064515 * v130,
+      v145 = v117 * v144, v146 = 0.62 * v145, v147 = 2.0 * v135, v148 = v146 * v147,
+      v149 = v143 - v148, v150 = 0.5 * v149, v151 = v150 / v137, v152 = v137 * v137,
+      v153 = v139 / v152, v154 = v149 * v153, v155 = v151 - v154, v156 = v155 * v132,
+      v157 = v141 + v156, v158 = 1.085213592060545 - v137, v159 = v149 * v158,
+      v160 = v137 - 0.01398640793945492, v161 = v149 * v160, v162 = v159 - v161, v163 = v158 * v160;
+  LANES_LET1(v164, sqrt, v163);
+  const lanes v165 = 0.25 / v164, v166 = v162 * v165, v167 = v166 / v137, v168 = 0.5 * v164,
+      v169 = v168 / v152, v170 = v149 * v169, v171 = v167 - v170, v172 = v171 * v135,
+      v173 = v157 + v172, v174 = v168 / v137, v175 = v146 * v174, v176 = v173 - v175,
+      v177 = v176 - v126, v178 = v126 * v177, v179 = v132 * v140, v180 = v135 * v174,
+      v181 = v179 + v180, v182 = v181 - v132, v183 = qd_3 * qd_3, v184 = v106 * qdd_3,
+      v185 = v183 + v184, v186 = v185 / v116, v187 = 2.0 * q_3, v188 = 3.2 + v187,
+      v189 = v188 * qd_3, v190 = v112 * v189, v191 = v113 * v189, v192 = v190 - v191,
+      v193 = 0.25 / v115, v194 = v192 * v193, v195 = v116 * v116, v196 = v107 / v195,
+      v197 = v194 * v196, v198 = v186 - v197, v199 = v124 * v198, v200 = v117 * v145,
+      v201 = v199 - v200, v202 = 0.62 * v201, v203 = v182 * v202, v204 = v178 + v203,
+      v205 = v155 * v135, v206 = v126 * v174, v207 = v205 - v206, v208 = v146 * v140,
+      v209 = v207 - v208, v210 = v171 * v132, v211 = v209 - v210, v212 = v146 + v211,
+      v213 = v146 * v212, v214 = v204 - v213, v215 = v135 * v140, v216 = v132 * v174,
+      v217 = v215 - v216, v218 = v217 - v135, v219 = v117 * v125, v220 = v144 * v198,
+      v221 = v219 + v220, v222 = 0.62 * v221, v223 = v218 * v222, v224 = v214 - v223,
+      v225 = v224 / v168, v226 = v126 * v182, v227 = v146 * v218, v228 = v226 - v227,
+      v229 = v168 * v168, v230 = v228 / v229, v231 = v166 * v230, v232 = v225 - v231,
+      v233 = v105 * v232, v234 = v76 - v233, v235 = v228 / v168, v236 = 0.7617774807885066 * v95,
+      v237 = 0.15 + v236, v238 = v70 / v60, v239 = v237 * v238, v240 = v26 / v16,
+      v241 = 0.15 * v240, v242 = v239 - v241, v243 = v1 * v242, v244 = v96 * v91, v245 = v77 * v100,
+      v246 = v244 + v245, v247 = 2.9 * v246, v248 = v247 + v237, v249 = v1 * v238, v250 = v1 * v240,
+      v251 = v249 - v250, v252 = v248 * v251, v253 = v2 * v104, v254 = v253 * qd_0,
+      v255 = v252 + v254, v256 = v243 - v255, v257 = v235 * v256, v258 = 1.75 * v2,
+      v259 = v258 * qd_0, v260 = v240 * v259, v261 = v237 * v250, v262 = v2 * v46,
+      v263 = v262 * qd_0, v264 = v261 - v263, v265 = v1 * v241, v266 = v264 - v265,
+      v267 = v238 * v266, v268 = v260 + v267, v269 = v257 + v268, v270 = v234 - v269;
   out[0] = v270;
-  const lanes v271 = v258 * v30;
-  const lanes v272 = v262 * v74;
-  const lanes v273 = v271 - v272;
-  const lanes v274 = v253 * v232;
-  const lanes v275 = v273 - v274;
-  const lanes v276 = v3 * qd_0;
-  const lanes v277 = v240 * v276;
-  const lanes v278 = v2 * v240;
-  const lanes v279 = v237 * v278;
-  const lanes v280 = v47 * qd_0;
-  const lanes v281 = v279 + v280;
-  const lanes v282 = v2 * v241;
-  const lanes v283 = v281 - v282;
-  const lanes v284 = v238 * v283;
-  const lanes v285 = v277 - v284;
-  const lanes v286 = v2 * v238;
-  const lanes v287 = v278 - v286;
-  const lanes v288 = v248 * v287;
-  const lanes v289 = v105 * qd_0;
-  const lanes v290 = v288 + v289;
-  const lanes v291 = v2 * v242;
-  const lanes v292 = v290 + v291;
-  const lanes v293 = v235 * v292;
-  const lanes v294 = v285 - v293;
-  const lanes v295 = v275 + v294;
+  const lanes v271 = v258 * v30, v272 = v262 * v74, v273 = v271 - v272, v274 = v253 * v232,
+      v275 = v273 - v274, v276 = v3 * qd_0, v277 = v240 * v276, v278 = v2 * v240,
+      v279 = v237 * v278, v280 = v47 * qd_0, v281 = v279 + v280, v282 = v2 * v241,
+      v283 = v281 - v282, v284 = v238 * v283, v285 = v277 - v284, v286 = v2 * v238,
+      v287 = v278 - v286, v288 = v248 * v287, v289 = v105 * qd_0, v290 = v288 + v289,
+      v291 = v2 * v242, v292 = v290 + v291, v293 = v235 * v292, v294 = v285 - v293,
+      v295 = v275 + v294;
   out[1] = v295;
-  const lanes v296 = v248 * v232;
-  const lanes v297 = v237 * v74;
-  const lanes v298 = 0.15 * v30;
-  const lanes v299 = v297 - v298;
-  const lanes v300 = v296 + v299;
-  const lanes v301 = v47 * v250;
-  const lanes v302 = v262 * v278;
-  const lanes v303 = v301 + v302;
-  const lanes v304 = v3 * v240;
-  const lanes v305 = v1 * v304;
-  const lanes v306 = v258 * v240;
-  const lanes v307 = v2 * v306;
-  const lanes v308 = v305 + v307;
-  const lanes v309 = v303 - v308;
-  const lanes v310 = v238 * v309;
-  const lanes v311 = v253 * v287;
-  const lanes v312 = v105 * v251;
-  const lanes v313 = v311 - v312;
-  const lanes v314 = v47 * v238;
-  const lanes v315 = v304 - v314;
-  const lanes v316 = v1 * v315;
-  const lanes v317 = v262 * v238;
-  const lanes v318 = v306 - v317;
-  const lanes v319 = v2 * v318;
-  const lanes v320 = v316 + v319;
-  const lanes v321 = v313 - v320;
-  const lanes v322 = v235 * v321;
-  const lanes v323 = v310 + v322;
-  const lanes v324 = v300 - v323;
+  const lanes v296 = v248 * v232, v297 = v237 * v74, v298 = 0.15 * v30, v299 = v297 - v298,
+      v300 = v296 + v299, v301 = v47 * v250, v302 = v262 * v278, v303 = v301 + v302,
+      v304 = v3 * v240, v305 = v1 * v304, v306 = v258 * v240, v307 = v2 * v306, v308 = v305 + v307,
+      v309 = v303 - v308, v310 = v238 * v309, v311 = v253 * v287, v312 = v105 * v251,
+      v313 = v311 - v312, v314 = v47 * v238, v315 = v304 - v314, v316 = v1 * v315,
+      v317 = v262 * v238, v318 = v306 - v317, v319 = v2 * v318, v320 = v316 + v319,
+      v321 = v313 - v320, v322 = v235 * v321, v323 = v310 + v322, v324 = v300 - v323;
   out[2] = v324;
-  const lanes v325 = v2 * v30;
-  const lanes v326 = v2 * v74;
-  const lanes v327 = v325 - v326;
-  const lanes v328 = v2 * v232;
-  const lanes v329 = v327 - v328;
-  const lanes v330 = v1 * qd_0;
-  const lanes v331 = v240 * v330;
-  const lanes v332 = v238 * v330;
-  const lanes v333 = v331 - v332;
-  const lanes v334 = v235 * v330;
-  const lanes v335 = v333 - v334;
-  const lanes v336 = v329 + v335;
+  const lanes v325 = v2 * v30, v326 = v2 * v74, v327 = v325 - v326, v328 = v2 * v232,
+      v329 = v327 - v328, v330 = v1 * qd_0, v331 = v240 * v330, v332 = v238 * v330,
+      v333 = v331 - v332, v334 = v235 * v330, v335 = v333 - v334, v336 = v329 + v335;
   out[3] = v336;
-  const lanes v337 = v1 * v232;
-  const lanes v338 = v1 * v74;
-  const lanes v339 = v1 * v30;
-  const lanes v340 = v338 - v339;
-  const lanes v341 = v337 + v340;
-  const lanes v342 = v2 * qd_0;
-  const lanes v343 = v240 * v342;
-  const lanes v344 = v238 * v342;
-  const lanes v345 = v343 - v344;
-  const lanes v346 = v235 * v342;
-  const lanes v347 = v345 - v346;
-  const lanes v348 = v341 + v347;
+  const lanes v337 = v1 * v232, v338 = v1 * v74, v339 = v1 * v30, v340 = v338 - v339,
+      v341 = v337 + v340, v342 = v2 * qd_0, v343 = v240 * v342, v344 = v238 * v342,
+      v345 = v343 - v344, v346 = v235 * v342, v347 = v345 - v346, v348 = v341 + v347;
   out[4] = v348;
-  const lanes v349 = v1 * v287;
-  const lanes v350 = v2 * v251;
-  const lanes v351 = v349 + v350;
-  const lanes v352 = v235 * v351;
-  const lanes v353 = v2 * v250;
-  const lanes v354 = v1 * v278;
-  const lanes v355 = v353 - v354;
-  const lanes v356 = v238 * v355;
-  const lanes v357 = v352 - v356;
-  const lanes v358 = v357 + qdd_0;
+  const lanes v349 = v1 * v287, v350 = v2 * v251, v351 = v349 + v350, v352 = v235 * v351,
+      v353 = v2 * v250, v354 = v1 * v278, v355 = v353 - v354, v356 = v238 * v355,
+      v357 = v352 - v356, v358 = v357 + qdd_0;
   out[5] = v358;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_acceleration_body)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes qd_0 = in[4];
-  const lanes qd_1 = in[5];
-  const lanes qd_2 = in[6];
-  const lanes qd_3 = in[7];
-  const lanes qdd_0 = in[8];
-  const lanes qdd_1 = in[9];
-  const lanes qdd_2 = in[10];
-  const lanes qdd_3 = in[11];
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 3.9204 + v1;
-  const lanes v3 = 3.96 * q_1;
-  const lanes v4 = v2 + v3;
-  const lanes v5 = 12.865745377821996 - v4;
-  const lanes v6 = v4 - 3.549254622178003;
-  const lanes v7 = v5 * v6;
-  lanes v8; LANES_NAME(lanes_sqrt)(&v7, &v8);
-  const lanes v9 = 0.3793103448275862 * v8;
-  const lanes v10 = 0.5 * v4;
-  const lanes v11 = v10 - 3.37875;
-  const lanes v12 = 0.896551724137931 * v11;
-  const lanes v13 = v9 + v12;
-  const lanes v14 = v13 - 0.65;
-  const lanes v15 = 2.6 * v14;
-  const lanes v16 = 0.4482758620689655 * v8;
-  const lanes v17 = 0.7586206896551724 * v11;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = 0.55 + v18;
-  const lanes v20 = 0.85 * v19;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 0.13364517206815904 * v21;
-  const lanes v23 = q_2 * q_2;
-  const lanes v24 = 5.76 + v23;
-  const lanes v25 = 4.8 * q_2;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = 15.245138616807916 - v26;
-  const lanes v28 = v26 - 4.964861383192083;
-  const lanes v29 = v27 * v28;
-  lanes v30; LANES_NAME(lanes_sqrt)(&v29, &v30);
-  const lanes v31 = 0.14889657006115395 * v30;
-  const lanes v32 = 0.5 * v26;
-  const lanes v33 = 4.35 + v32;
-  const lanes v34 = 0.1329433661260303 * v33;
-  const lanes v35 = v31 - v34;
-  const lanes v36 = 1.25 + v35;
-  const lanes v37 = 0.25 * v36;
-  const lanes v38 = 0.06647168306301515 * v30;
-  const lanes v39 = 0.2977931401223079 * v33;
-  const lanes v40 = v38 + v39;
-  const lanes v41 = v40 - 2.8;
-  const lanes v42 = 0.8 * v41;
-  const lanes v43 = v37 - v42;
-  const lanes v44 = 1.4234875444839858 * v43;
-  const lanes v45 = v22 * v44;
-  const lanes v46 = 2.6 * v19;
-  const lanes v47 = 0.85 * v14;
-  const lanes v48 = v46 + v47;
-  const lanes v49 = 0.13364517206815904 * v48;
-  const lanes v50 = 0.25 * v41;
-  const lanes v51 = 0.8 * v36;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = 1.4234875444839858 * v52;
-  const lanes v54 = v49 * v53;
-  const lanes v55 = v45 - v54;
-  const lanes v56 = q_3 * q_3;
-  const lanes v57 = 2.56 + v56;
-  const lanes v58 = 3.2 * q_3;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = 7.100237610654644 - v59;
-  const lanes v61 = v59 - 2.029562389345356;
-  const lanes v62 = v60 * v61;
-  lanes v63; LANES_NAME(lanes_sqrt)(&v62, &v63);
-  const lanes v64 = 0.23681377825618946 * v63;
-  const lanes v65 = 0.5 * v59;
-  const lanes v66 = 1.89805 + v65;
-  const lanes v67 = 0.12199497667743094 * v66;
-  const lanes v68 = v64 - v67;
-  const lanes v69 = 0.51 + v68;
-  const lanes v70 = 0.9999999999999999 * v69;
-  const lanes v71 = 0.04 + v70;
-  const lanes v72 = 0.06099748833871547 * v63;
-  const lanes v73 = 0.4736275565123789 * v66;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v74 - 1.98;
-  const lanes v76 = 0.9999999999999999 * v75;
-  const lanes v77 = v76 - 0.42;
-  const lanes v78 = v77 * v77;
-  const lanes v79 = v71 * v71;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = 0.5 * v80;
-  const lanes v82 = v81 - 0.0616;
-  const lanes v83 = v82 / v80;
-  const lanes v84 = v71 * v83;
-  const lanes v85 = 1.085213592060545 - v80;
-  const lanes v86 = v80 - 0.01398640793945492;
-  const lanes v87 = v85 * v86;
-  lanes v88; LANES_NAME(lanes_sqrt)(&v87, &v88);
-  const lanes v89 = 0.5 * v88;
-  const lanes v90 = v89 / v80;
-  const lanes v91 = v77 * v90;
-  const lanes v92 = v84 - v91;
-  const lanes v93 = 0.46 * v92;
-  const lanes v94 = v77 * v83;
-  const lanes v95 = v71 * v90;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = 0.04 * v96;
-  const lanes v98 = v93 - v97;
-  const lanes v99 = 4.690431519699812 * v98;
-  const lanes v100 = v55 * v99;
-  const lanes v101 = v49 * v44;
-  const lanes v102 = v22 * v53;
-  const lanes v103 = v101 + v102;
-  const lanes v104 = 0.04 * v92;
-  const lanes v105 = 0.46 * v96;
-  const lanes v106 = v104 + v105;
-  const lanes v107 = 4.690431519699812 * v106;
-  const lanes v108 = v103 * v107;
-  const lanes v109 = v100 - v108;
-  const lanes v110 = v103 * v99;
-  const lanes v111 = v55 * v107;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = 1.45 * v112;
-  const lanes v114 = 2.9 * v103;
-  const lanes v115 = v113 + v114;
-  const lanes v116 = 0.7617774807885066 * v48;
-  const lanes v117 = v115 + v116;
-  const lanes v118 = v109 * v117;
-  const lanes v119 = 1.45 * v109;
-  const lanes v120 = 2.9 * v55;
-  const lanes v121 = v119 + v120;
-  const lanes v122 = 0.7617774807885066 * v21;
-  const lanes v123 = v121 + v122;
-  const lanes v124 = v112 * v123;
-  const lanes v125 = v118 - v124;
-  const lanes v126 = qd_1 * qd_1;
-  const lanes v127 = 1.98 + q_1;
-  const lanes v128 = v127 * qdd_1;
-  const lanes v129 = v126 + v128;
-  const lanes v130 = 0.5 * v8;
-  const lanes v131 = v129 / v130;
-  const lanes v132 = 2.0 * q_1;
-  const lanes v133 = 3.96 + v132;
-  const lanes v134 = v133 * qd_1;
-  const lanes v135 = v134 * v5;
-  const lanes v136 = v134 * v6;
-  const lanes v137 = v135 - v136;
-  const lanes v138 = 0.25 / v8;
-  const lanes v139 = v137 * v138;
-  const lanes v140 = v127 * qd_1;
-  const lanes v141 = v130 * v130;
-  const lanes v142 = v140 / v141;
-  const lanes v143 = v139 * v142;
-  const lanes v144 = v131 - v143;
-  const lanes v145 = v125 * v144;
-  const lanes v146 = v109 * v115;
-  const lanes v147 = v112 * v121;
-  const lanes v148 = v146 - v147;
-  const lanes v149 = qd_2 * qd_2;
-  const lanes v150 = 2.4 + q_2;
-  const lanes v151 = v150 * qdd_2;
-  const lanes v152 = v149 + v151;
-  const lanes v153 = 0.5 * v30;
-  const lanes v154 = v152 / v153;
-  const lanes v155 = 2.0 * q_2;
-  const lanes v156 = 4.8 + v155;
-  const lanes v157 = v156 * qd_2;
-  const lanes v158 = v27 * v157;
-  const lanes v159 = v28 * v157;
-  const lanes v160 = v158 - v159;
-  const lanes v161 = 0.25 / v30;
-  const lanes v162 = v160 * v161;
-  const lanes v163 = v150 * qd_2;
-  const lanes v164 = v153 * v153;
-  const lanes v165 = v163 / v164;
-  const lanes v166 = v162 * v165;
-  const lanes v167 = v154 - v166;
-  const lanes v168 = v148 * v167;
-  const lanes v169 = v145 - v168;
-  const lanes v170 = v140 / v130;
-  const lanes v171 = v112 * v115;
-  const lanes v172 = v109 * v121;
-  const lanes v173 = v171 + v172;
-  const lanes v174 = v163 / v153;
-  const lanes v175 = v173 * v174;
-  const lanes v176 = 1.6 + q_3;
-  const lanes v177 = v176 * qd_3;
-  const lanes v178 = 0.5 * v63;
-  const lanes v179 = v177 / v178;
-  const lanes v180 = 1.6129032258064515 * v69;
-  const lanes v181 = v179 * v180;
-  const lanes v182 = 0.62 * v181;
-  const lanes v183 = v96 - v77;
-  const lanes v184 = v182 * v183;
-  const lanes v185 = 1.6129032258064515 * v75;
-  const lanes v186 = v179 * v185;
-  const lanes v187 = 0.62 * v186;
-  const lanes v188 = v92 - v71;
-  const lanes v189 = v187 * v188;
-  const lanes v190 = v184 - v189;
-  const lanes v191 = v190 / v89;
-  const lanes v192 = 1.45 * v191;
-  const lanes v193 = v175 + v192;
-  const lanes v194 = v112 * v117;
-  const lanes v195 = v109 * v123;
-  const lanes v196 = v194 + v195;
-  const lanes v197 = v174 + v191;
-  const lanes v198 = v196 * v197;
-  const lanes v199 = v193 - v198;
-  const lanes v200 = v170 * v199;
-  const lanes v201 = v173 * v191;
-  const lanes v202 = v192 - v201;
-  const lanes v203 = v174 * v202;
-  const lanes v204 = v200 - v203;
-  const lanes v205 = v169 + v204;
+  const lanes q_1 = in[1], q_2 = in[2], q_3 = in[3], qd_0 = in[4], qd_1 = in[5], qd_2 = in[6],
+      qd_3 = in[7], qdd_0 = in[8], qdd_1 = in[9], qdd_2 = in[10], qdd_3 = in[11], v1 = q_1 * q_1,
+      v2 = 3.9204 + v1, v3 = 3.96 * q_1, v4 = v2 + v3, v5 = 12.865745377821996 - v4,
+      v6 = v4 - 3.549254622178003, v7 = v5 * v6;
+  LANES_LET1(v8, sqrt, v7);
+  const lanes v9 = 0.3793103448275862 * v8, v10 = 0.5 * v4, v11 = v10 - 3.37875,
+      v12 = 0.896551724137931 * v11, v13 = v9 + v12, v14 = v13 - 0.65, v15 = 2.6 * v14,
+      v16 = 0.4482758620689655 * v8, v17 = 0.7586206896551724 * v11, v18 = v16 - v17,
+      v19 = 0.55 + v18, v20 = 0.85 * v19, v21 = v15 - v20, v22 = 0.13364517206815904 * v21,
+      v23 = q_2 * q_2, v24 = 5.76 + v23, v25 = 4.8 * q_2, v26 = v24 + v25,
+      v27 = 15.245138616807916 - v26, v28 = v26 - 4.964861383192083, v29 = v27 * v28;
+  LANES_LET1(v30, sqrt, v29);
+  const lanes v31 = 0.14889657006115395 * v30, v32 = 0.5 * v26, v33 = 4.35 + v32,
+      v34 = 0.1329433661260303 * v33, v35 = v31 - v34, v36 = 1.25 + v35, v37 = 0.25 * v36,
+      v38 = 0.06647168306301515 * v30, v39 = 0.2977931401223079 * v33, v40 = v38 + v39,
+      v41 = v40 - 2.8, v42 = 0.8 * v41, v43 = v37 - v42, v44 = 1.4234875444839858 * v43,
+      v45 = v22 * v44, v46 = 2.6 * v19, v47 = 0.85 * v14, v48 = v46 + v47,
+      v49 = 0.13364517206815904 * v48, v50 = 0.25 * v41, v51 = 0.8 * v36, v52 = v50 + v51,
+      v53 = 1.4234875444839858 * v52, v54 = v49 * v53, v55 = v45 - v54, v56 = q_3 * q_3,
+      v57 = 2.56 + v56, v58 = 3.2 * q_3, v59 = v57 + v58, v60 = 7.100237610654644 - v59,
+      v61 = v59 - 2.029562389345356, v62 = v60 * v61;
+  LANES_LET1(v63, sqrt, v62);
+  const lanes v64 = 0.23681377825618946 * v63, v65 = 0.5 * v59, v66 = 1.89805 + v65,
+      v67 = 0.12199497667743094 * v66, v68 = v64 - v67, v69 = 0.51 + v68,
+      v70 = 0.9999999999999999 * v69, v71 = 0.04 + v70, v72 = 0.06099748833871547 * v63,
+      v73 = 0.4736275565123789 * v66, v74 = v72 + v73, v75 = v74 - 1.98,
+      v76 = 0.9999999999999999 * v75, v77 = v76 - 0.42, v78 = v77 * v77, v79 = v71 * v71,
+      v80 = v78 + v79, v81 = 0.5 * v80, v82 = v81 - 0.0616, v83 = v82 / v80, v84 = v71 * v83,
+      v85 = 1.085213592060545 - v80, v86 = v80 - 0.01398640793945492, v87 = v85 * v86;
+  LANES_LET1(v88, sqrt, v87);
+  const lanes v89 = 0.5 * v88, v90 = v89 / v80, v91 = v77 * v90, v92 = v84 - v91, v93 = 0.46 * v92,
+      v94 = v77 * v83, v95 = v71 * v90, v96 = v94 + v95, v97 = 0.04 * v96, v98 = v93 - v97,
+      v99 = 4.690431519699812 * v98, v100 = v55 * v99, v101 = v49 * v44, v102 = v22 * v53,
+      v103 = v101 + v102, v104 = 0.04 * v92, v105 = 0.46 * v96, v106 = v104 + v105,
+      v107 = 4.690431519699812 * v106, v108 = v103 * v107, v109 = v100 - v108, v110 = v103 * v99,
+      v111 = v55 * v107, v112 = v110 + v111, v113 = 1.45 * v112, v114 = 2.9 * v103,
+      v115 = v113 + v114, v116 = 0.7617774807885066 * v48, v117 = v115 + v116, v118 = v109 * v117,
+      v119 = 1.45 * v109, v120 = 2.9 * v55, v121 = v119 + v120, v122 = 0.7617774807885066 * v21,
+      v123 = v121 + v122, v124 = v112 * v123, v125 = v118 - v124, v126 = qd_1 * qd_1,
+      v127 = 1.98 + q_1, v128 = v127 * qdd_1, v129 = v126 + v128, v130 = 0.5 * v8,
+      v131 = v129 / v130, v132 = 2.0 * q_1, v133 = 3.96 + v132, v134 = v133 * qd_1,
+      v135 = v5 * v134, v136 = v6 * v134, v137 = v135 - v136, v138 = 0.25 / v8, v139 = v137 * v138,
+      v140 = v127 * qd_1, v141 = v130 * v130, v142 = v140 / v141, v143 = v139 * v142,
+      v144 = v131 - v143, v145 = v125 * v144, v146 = v109 * v115, v147 = v112 * v121,
+      v148 = v146 - v147, v149 = qd_2 * qd_2, v150 = 2.4 + q_2, v151 = v150 * qdd_2,
+      v152 = v149 + v151, v153 = 0.5 * v30, v154 = v152 / v153, v155 = 2.0 * q_2, v156 = 4.8 + v155,
+      v157 = v156 * qd_2, v158 = v27 * v157, v159 = v28 * v157, v160 = v158 - v159,
+      v161 = 0.25 / v30, v162 = v160 * v161, v163 = v150 * qd_2, v164 = v153 * v153,
+      v165 = v163 / v164, v166 = v162 * v165, v167 = v154 - v166, v168 = v148 * v167,
+      v169 = v145 - v168, v170 = v140 / v130, v171 = v112 * v115, v172 = v109 * v121,
+      v173 = v171 + v172, v174 = v163 / v153, v175 = v173 * v174, v176 = 1.6 + q_3,
+      v177 = v176 * qd_3, v178 = 0.5 * v63, v179 = v177 / v178, v180 = 1.6129032258064515 * v69,
+      v181 = v179 * v180, v182 = 0.62 * v181, v183 = v96 - v77, v184 = v182 * v183,
+      v185 = 1.6129032258064515 * v75, v186 = v179 * v185, v187 = 0.62 * v186, v188 = v92 - v71,
+      v189 = v187 * v188, v190 = v184 - v189, v191 = v190 / v89, v192 = 1.45 * v191,
+      v193 = v175 + v192, v194 = v112 * v117, v195 = v109 * v123, v196 = v194 + v195,
+      v197 = v174 + v191, v198 = v196 * v197, v199 = v193 - v198, v200 = v170 * v199,
+      v201 = v173 * v191, v202 = v192 - v201, v203 = v174 * v202, v204 = v200 - v203,
+      v205 = v169 + v204;
   out[0] = v205;
-  const lanes v206 = 0.15 + v117;
-  const lanes v207 = v206 * qdd_0;
-  const lanes v208 = v125 * v170;
-  const lanes v209 = v148 * v174;
-  const lanes v210 = v208 - v209;
-  const lanes v211 = v112 * v210;
-  const lanes v212 = v196 * v170;
-  const lanes v213 = v212 - v193;
-  const lanes v214 = v109 * v213;
-  const lanes v215 = v211 - v214;
-  const lanes v216 = v215 * qd_0;
-  const lanes v217 = v207 + v216;
+  const lanes v206 = 0.15 + v117, v207 = v206 * qdd_0, v208 = v125 * v170, v209 = v148 * v174,
+      v210 = v208 - v209, v211 = v112 * v210, v212 = v196 * v170, v213 = v212 - v193,
+      v214 = v109 * v213, v215 = v211 - v214, v216 = v215 * qd_0, v217 = v207 + v216;
   out[1] = v217;
-  const lanes v218 = v196 * v144;
-  const lanes v219 = v173 * v167;
-  const lanes v220 = v218 - v219;
-  const lanes v221 = v182 * v83;
-  const lanes v222 = 2.0 * v77;
-  const lanes v223 = v182 * v222;
-  const lanes v224 = 2.0 * v71;
-  const lanes v225 = v187 * v224;
-  const lanes v226 = v223 - v225;
-  const lanes v227 = 0.5 * v226;
-  const lanes v228 = v227 / v80;
-  const lanes v229 = v80 * v80;
-  const lanes v230 = v82 / v229;
-  const lanes v231 = v226 * v230;
-  const lanes v232 = v228 - v231;
-  const lanes v233 = v232 * v77;
-  const lanes v234 = v221 + v233;
-  const lanes v235 = v226 * v85;
-  const lanes v236 = v226 * v86;
-  const lanes v237 = v235 - v236;
-  const lanes v238 = 0.25 / v88;
-  const lanes v239 = v237 * v238;
-  const lanes v240 = v239 / v80;
-  const lanes v241 = v89 / v229;
-  const lanes v242 = v226 * v241;
-  const lanes v243 = v240 - v242;
-  const lanes v244 = v243 * v71;
-  const lanes v245 = v234 + v244;
-  const lanes v246 = v187 * v90;
-  const lanes v247 = v245 - v246;
-  const lanes v248 = v247 - v182;
-  const lanes v249 = v182 * v248;
-  const lanes v250 = qd_3 * qd_3;
-  const lanes v251 = v176 * qdd_3;
-  const lanes v252 = v250 + v251;
-  const lanes v253 = v252 / v178;
-  const lanes v254 = 2.0 * q_3;
-  const lanes v255 = 3.2 + v254;
-  const lanes v256 = v255 * qd_3;
-  const lanes v257 = v256 * v60;
-  const lanes v258 = v256 * v61;
-  const lanes v259 = v257 - v258;
-  const lanes v260 = 0.25 / v63;
-  const lanes v261 = v259 * v260;
-  const lanes v262 = v178 * v178;
-  const lanes v263 = v177 / v262;
-  const lanes v264 = v261 * v263;
-  const lanes v265 = v253 - v264;
-  const lanes v266 = v180 * v265;
-  const lanes v267 = v179 * v186;
-  const lanes v268 = v266 - v267;
-  const lanes v269 = 0.62 * v268;
-  const lanes v270 = v269 * v183;
-  const lanes v271 = v249 + v270;
-  const lanes v272 = v232 * v71;
-  const lanes v273 = v182 * v90;
-  const lanes v274 = v272 - v273;
-  const lanes v275 = v187 * v83;
-  const lanes v276 = v274 - v275;
-  const lanes v277 = v243 * v77;
-  const lanes v278 = v276 - v277;
-  const lanes v279 = v187 + v278;
-  const lanes v280 = v187 * v279;
-  const lanes v281 = v271 - v280;
-  const lanes v282 = v179 * v181;
-  const lanes v283 = v185 * v265;
-  const lanes v284 = v282 + v283;
-  const lanes v285 = 0.62 * v284;
-  const lanes v286 = v285 * v188;
-  const lanes v287 = v281 - v286;
-  const lanes v288 = v287 / v89;
-  const lanes v289 = v89 * v89;
-  const lanes v290 = v190 / v289;
-  const lanes v291 = v239 * v290;
-  const lanes v292 = v288 - v291;
-  const lanes v293 = 1.45 * v292;
-  const lanes v294 = v220 - v293;
-  const lanes v295 = v125 * v197;
-  const lanes v296 = v295 - v209;
-  const lanes v297 = v170 * v296;
-  const lanes v298 = v148 * v191;
-  const lanes v299 = v174 * v298;
-  const lanes v300 = v297 - v299;
-  const lanes v301 = v294 + v300;
+  const lanes v218 = v196 * v144, v219 = v173 * v167, v220 = v218 - v219, v221 = v182 * v83,
+      v222 = 2.0 * v77, v223 = v182 * v222, v224 = 2.0 * v71, v225 = v187 * v224,
+      v226 = v223 - v225, v227 = 0.5 * v226, v228 = v227 / v80, v229 = v80 * v80, v230 = v82 / v229,
+      v231 = v226 * v230, v232 = v228 - v231, v233 = v232 * v77, v234 = v221 + v233,
+      v235 = v226 * v85, v236 = v226 * v86, v237 = v235 - v236, v238 = 0.25 / v88,
+      v239 = v237 * v238, v240 = v239 / v80, v241 = v89 / v229, v242 = v226 * v241,
+      v243 = v240 - v242, v244 = v243 * v71, v245 = v234 + v244, v246 = v187 * v90,
+      v247 = v245 - v246, v248 = v247 - v182, v249 = v182 * v248, v250 = qd_3 * qd_3,
+      v251 = v176 * qdd_3, v252 = v250 + v251, v253 = v252 / v178, v254 = 2.0 * q_3,
+      v255 = 3.2 + v254, v256 = v255 * qd_3, v257 = v60 * v256, v258 = v61 * v256,
+      v259 = v257 - v258, v260 = 0.25 / v63, v261 = v259 * v260, v262 = v178 * v178,
+      v263 = v177 / v262, v264 = v261 * v263, v265 = v253 - v264, v266 = v180 * v265,
+      v267 = v179 * v186, v268 = v266 - v267, v269 = 0.62 * v268, v270 = v183 * v269,
+      v271 = v249 + v270, v272 = v232 * v71, v273 = v182 * v90, v274 = v272 - v273,
+      v275 = v187 * v83, v276 = v274 - v275, v277 = v243 * v77, v278 = v276 - v277,
+      v279 = v187 + v278, v280 = v187 * v279, v281 = v271 - v280, v282 = v179 * v181,
+      v283 = v185 * v265, v284 = v282 + v283, v285 = 0.62 * v284, v286 = v188 * v285,
+      v287 = v281 - v286, v288 = v287 / v89, v289 = v89 * v89, v290 = v190 / v289,
+      v291 = v239 * v290, v292 = v288 - v291, v293 = 1.45 * v292, v294 = v220 - v293,
+      v295 = v125 * v197, v296 = v295 - v209, v297 = v170 * v296, v298 = v148 * v191,
+      v299 = v174 * v298, v300 = v297 - v299, v301 = v294 + v300;
   out[2] = v301;
-  const lanes v302 = v109 * qdd_0;
-  const lanes v303 = v197 - v170;
-  const lanes v304 = v112 * v303;
-  const lanes v305 = v304 * qd_0;
-  const lanes v306 = v302 - v305;
+  const lanes v302 = v109 * qdd_0, v303 = v197 - v170, v304 = v112 * v303, v305 = v304 * qd_0,
+      v306 = v302 - v305;
   out[3] = v306;
-  const lanes v307 = v167 - v144;
-  const lanes v308 = v292 + v307;
+  const lanes v307 = v167 - v144, v308 = v292 + v307;
   out[4] = v308;
-  const lanes v309 = v112 * qdd_0;
-  const lanes v310 = v109 * v303;
-  const lanes v311 = v310 * qd_0;
-  const lanes v312 = v309 + v311;
+  const lanes v309 = v112 * qdd_0, v310 = v109 * v303, v311 = v310 * qd_0, v312 = v309 + v311;
   out[5] = v312;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_acceleration_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes qd_0 = in[4];
-  const lanes qd_1 = in[5];
-  const lanes qd_2 = in[6];
-  const lanes qd_3 = in[7];
-  const lanes qdd_0 = in[8];
-  const lanes qdd_1 = in[9];
-  const lanes qdd_2 = in[10];
-  const lanes qdd_3 = in[11];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 3.9204 + v3;
-  const lanes v5 = 3.96 * q_1;
-  const lanes v6 = v4 + v5;
-  const lanes v7 = 12.865745377821996 - v6;
-  const lanes v8 = v6 - 3.549254622178003;
-  const lanes v9 = v7 * v8;
-  lanes v10; LANES_NAME(lanes_sqrt)(&v9, &v10);
-  const lanes v11 = 0.3793103448275862 * v10;
-  const lanes v12 = 0.5 * v6;
-  const lanes v13 = v12 - 3.37875;
-  const lanes v14 = 0.896551724137931 * v13;
-  const lanes v15 = v11 + v14;
-  const lanes v16 = v15 - 0.65;
-  const lanes v17 = 2.6 * v16;
-  const lanes v18 = 0.4482758620689655 * v10;
-  const lanes v19 = 0.7586206896551724 * v13;
-  const lanes v20 = v18 - v19;
-  const lanes v21 = 0.55 + v20;
-  const lanes v22 = 0.85 * v21;
-  const lanes v23 = v17 - v22;
-  const lanes v24 = 0.13364517206815904 * v23;
-  const lanes v25 = q_2 * q_2;
-  const lanes v26 = 5.76 + v25;
-  const lanes v27 = 4.8 * q_2;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = 15.245138616807916 - v28;
-  const lanes v30 = v28 - 4.964861383192083;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.14889657006115395 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 4.35 + v34;
-  const lanes v36 = 0.1329433661260303 * v35;
-  const lanes v37 = v33 - v36;
-  const lanes v38 = 1.25 + v37;
-  const lanes v39 = 0.25 * v38;
-  const lanes v40 = 0.06647168306301515 * v32;
-  const lanes v41 = 0.2977931401223079 * v35;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = v42 - 2.8;
-  const lanes v44 = 0.8 * v43;
-  const lanes v45 = v39 - v44;
-  const lanes v46 = 1.4234875444839858 * v45;
-  const lanes v47 = v24 * v46;
-  const lanes v48 = 2.6 * v21;
-  const lanes v49 = 0.85 * v16;
-  const lanes v50 = v48 + v49;
-  const lanes v51 = 0.13364517206815904 * v50;
-  const lanes v52 = 0.25 * v43;
-  const lanes v53 = 0.8 * v38;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 1.4234875444839858 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v47 - v56;
-  const lanes v58 = q_3 * q_3;
-  const lanes v59 = 2.56 + v58;
-  const lanes v60 = 3.2 * q_3;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = 7.100237610654644 - v61;
-  const lanes v63 = v61 - 2.029562389345356;
-  const lanes v64 = v62 * v63;
-  lanes v65; LANES_NAME(lanes_sqrt)(&v64, &v65);
-  const lanes v66 = 0.23681377825618946 * v65;
-  const lanes v67 = 0.5 * v61;
-  const lanes v68 = 1.89805 + v67;
-  const lanes v69 = 0.12199497667743094 * v68;
-  const lanes v70 = v66 - v69;
-  const lanes v71 = 0.51 + v70;
-  const lanes v72 = 0.9999999999999999 * v71;
-  const lanes v73 = 0.04 + v72;
-  const lanes v74 = 0.06099748833871547 * v65;
-  const lanes v75 = 0.4736275565123789 * v68;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v76 - 1.98;
-  const lanes v78 = 0.9999999999999999 * v77;
-  const lanes v79 = v78 - 0.42;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = v73 * v73;
-  const lanes v82 = v80 + v81;
-  const lanes v83 = 0.5 * v82;
-  const lanes v84 = v83 - 0.0616;
-  const lanes v85 = v84 / v82;
-  const lanes v86 = v73 * v85;
-  const lanes v87 = 1.085213592060545 - v82;
-  const lanes v88 = v82 - 0.01398640793945492;
-  const lanes v89 = v87 * v88;
-  lanes v90; LANES_NAME(lanes_sqrt)(&v89, &v90);
-  const lanes v91 = 0.5 * v90;
-  const lanes v92 = v91 / v82;
-  const lanes v93 = v79 * v92;
-  const lanes v94 = v86 - v93;
-  const lanes v95 = 0.46 * v94;
-  const lanes v96 = v79 * v85;
-  const lanes v97 = v73 * v92;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = 0.04 * v98;
-  const lanes v100 = v95 - v99;
-  const lanes v101 = 4.690431519699812 * v100;
-  const lanes v102 = v57 * v101;
-  const lanes v103 = v51 * v46;
-  const lanes v104 = v24 * v55;
-  const lanes v105 = v103 + v104;
-  const lanes v106 = 0.04 * v94;
-  const lanes v107 = 0.46 * v98;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = 4.690431519699812 * v108;
-  const lanes v110 = v105 * v109;
-  const lanes v111 = v102 - v110;
-  const lanes v112 = 1.45 * v111;
-  const lanes v113 = v1 * v112;
-  const lanes v114 = 1.6 + q_3;
-  const lanes v115 = v114 * qd_3;
-  const lanes v116 = 0.5 * v65;
-  const lanes v117 = v115 / v116;
-  const lanes v118 = 1.6129032258064515 * v71;
-  const lanes v119 = v117 * v118;
-  const lanes v120 = 0.62 * v119;
-  const lanes v121 = v120 * v85;
-  const lanes v122 = 2.0 * v79;
-  const lanes v123 = v120 * v122;
-  const lanes v124 = 1.6129032258064515 * v77;
-  const lanes v125 = v117 * v124;
-  const lanes v126 = 0.62 * v125;
-  const lanes v127 = 2.0 * v73;
-  const lanes v128 = v126 * v127;
-  const lanes v129 = v123 - v128;
-  const lanes v130 = 0.5 * v129;
-  const lanes v131 = v130 / v82;
-  const lanes v132 = v82 * v82;
-  const lanes v133 = v84 / v132;
-  const lanes v134 = v129 * v133;
-  const lanes v135 = v131 - v134;
-  const lanes v136 = v135 * v79;
-  const lanes v137 = v121 + v136;
-  const lanes v138 = v129 * v87;
-  const lanes v139 = v129 * v88;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = 0.25 / v90;
-  const lanes v142 = v140 * v141;
-  const lanes v143 = v142 / v82;
-  const lanes v144 = v91 / v132;
-  const lanes v145 = v129 * v144;
-  const lanes v146 = v143 - v145;
-  const lanes v147 = v146 * v73;
-  const lanes v148 = v137 + v147;
-  const lanes v149 = v126 * v92;
-  const lanes v150 = v148 - v149;
-  const lanes v151 = v150 - v120;
-  const lanes v152 = v120 * v151;
-  const lanes v153 = qd_3 * qd_3;
-  const lanes v154 = v114 * qdd_3;
-  const lanes v155 = v153 + v154;
-  const lanes v156 = v155 / v116;
-  const lanes v157 = 2.0 * q_3;
-  const lanes v158 = 3.2 + v157;
-  const lanes v159 = v158 * qd_3;
-  const lanes v160 = v159 * v62;
-  const lanes v161 = v159 * v63;
-  const lanes v162 = v160 - v161;
-  const lanes v163 = 0.25 / v65;
-  const lanes v164 = v162 * v163;
-  const lanes v165 = v116 * v116;
-  const lanes v166 = v115 / v165;
-  const lanes v167 = v164 * v166;
-  const lanes v168 = v156 - v167;
-  const lanes v169 = v118 * v168;
-  const lanes v170 = v117 * v125;
-  const lanes v171 = v169 - v170;
-  const lanes v172 = 0.62 * v171;
-  const lanes v173 = v98 - v79;
-  const lanes v174 = v172 * v173;
-  const lanes v175 = v152 + v174;
-  const lanes v176 = v135 * v73;
-  const lanes v177 = v120 * v92;
-  const lanes v178 = v176 - v177;
-  const lanes v179 = v126 * v85;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v146 * v79;
-  const lanes v182 = v180 - v181;
-  const lanes v183 = v126 + v182;
-  const lanes v184 = v126 * v183;
-  const lanes v185 = v175 - v184;
-  const lanes v186 = v117 * v119;
-  const lanes v187 = v124 * v168;
-  const lanes v188 = v186 + v187;
-  const lanes v189 = 0.62 * v188;
-  const lanes v190 = v94 - v73;
-  const lanes v191 = v189 * v190;
-  const lanes v192 = v185 - v191;
-  const lanes v193 = v192 / v91;
-  const lanes v194 = v120 * v173;
-  const lanes v195 = v126 * v190;
-  const lanes v196 = v194 - v195;
-  const lanes v197 = v91 * v91;
-  const lanes v198 = v196 / v197;
-  const lanes v199 = v142 * v198;
-  const lanes v200 = v193 - v199;
-  const lanes v201 = v113 * v200;
-  const lanes v202 = 2.9 * v57;
-  const lanes v203 = v112 + v202;
-  const lanes v204 = v1 * v203;
-  const lanes v205 = qd_2 * qd_2;
-  const lanes v206 = 2.4 + q_2;
-  const lanes v207 = v206 * qdd_2;
-  const lanes v208 = v205 + v207;
-  const lanes v209 = 0.5 * v32;
-  const lanes v210 = v208 / v209;
-  const lanes v211 = 2.0 * q_2;
-  const lanes v212 = 4.8 + v211;
-  const lanes v213 = v212 * qd_2;
-  const lanes v214 = v29 * v213;
-  const lanes v215 = v30 * v213;
-  const lanes v216 = v214 - v215;
-  const lanes v217 = 0.25 / v32;
-  const lanes v218 = v216 * v217;
-  const lanes v219 = v206 * qd_2;
-  const lanes v220 = v209 * v209;
-  const lanes v221 = v219 / v220;
-  const lanes v222 = v218 * v221;
-  const lanes v223 = v210 - v222;
-  const lanes v224 = v204 * v223;
-  const lanes v225 = v105 * v101;
-  const lanes v226 = v57 * v109;
-  const lanes v227 = v225 + v226;
-  const lanes v228 = 1.45 * v227;
-  const lanes v229 = 2.9 * v105;
-  const lanes v230 = v228 + v229;
-  const lanes v231 = 0.7617774807885066 * v50;
-  const lanes v232 = v230 + v231;
-  const lanes v233 = 0.15 + v232;
-  const lanes v234 = v2 * v233;
-  const lanes v235 = v234 * qdd_0;
-  const lanes v236 = 0.7617774807885066 * v23;
-  const lanes v237 = v203 + v236;
-  const lanes v238 = v1 * v237;
-  const lanes v239 = qd_1 * qd_1;
-  const lanes v240 = 1.98 + q_1;
-  const lanes v241 = v240 * qdd_1;
-  const lanes v242 = v239 + v241;
-  const lanes v243 = 0.5 * v10;
-  const lanes v244 = v242 / v243;
-  const lanes v245 = 2.0 * q_1;
-  const lanes v246 = 3.96 + v245;
-  const lanes v247 = v246 * qd_1;
-  const lanes v248 = v247 * v7;
-  const lanes v249 = v247 * v8;
-  const lanes v250 = v248 - v249;
-  const lanes v251 = 0.25 / v10;
-  const lanes v252 = v250 * v251;
-  const lanes v253 = v240 * qd_1;
-  const lanes v254 = v243 * v243;
-  const lanes v255 = v253 / v254;
-  const lanes v256 = v252 * v255;
-  const lanes v257 = v244 - v256;
-  const lanes v258 = v238 * v257;
-  const lanes v259 = v235 + v258;
-  const lanes v260 = v224 - v259;
-  const lanes v261 = v201 + v260;
-  const lanes v262 = v253 / v243;
-  const lanes v263 = v2 * v237;
-  const lanes v264 = v263 * qd_0;
-  const lanes v265 = v1 * v262;
-  const lanes v266 = v232 * v265;
-  const lanes v267 = v264 - v266;
-  const lanes v268 = v219 / v209;
-  const lanes v269 = v230 * v268;
-  const lanes v270 = v196 / v91;
-  const lanes v271 = v228 * v270;
-  const lanes v272 = v269 + v271;
-  const lanes v273 = v1 * v272;
-  const lanes v274 = v267 + v273;
-  const lanes v275 = v262 * v274;
-  const lanes v276 = v1 * v233;
-  const lanes v277 = v276 * qd_0;
-  const lanes v278 = v2 * v203;
-  const lanes v279 = v278 * v268;
-  const lanes v280 = v2 * v112;
-  const lanes v281 = v280 * v270;
-  const lanes v282 = v279 + v281;
-  const lanes v283 = v263 * v262;
-  const lanes v284 = v282 - v283;
-  const lanes v285 = v277 + v284;
-  const lanes v286 = v285 * qd_0;
-  const lanes v287 = v275 - v286;
-  const lanes v288 = v1 * v268;
-  const lanes v289 = v288 - v265;
-  const lanes v290 = v230 * v289;
-  const lanes v291 = v278 * qd_0;
-  const lanes v292 = v290 + v291;
-  const lanes v293 = v1 * v271;
-  const lanes v294 = v292 + v293;
-  const lanes v295 = v268 * v294;
-  const lanes v296 = v287 - v295;
-  const lanes v297 = v1 * v270;
-  const lanes v298 = v297 + v289;
-  const lanes v299 = v228 * v298;
-  const lanes v300 = v280 * qd_0;
-  const lanes v301 = v299 + v300;
-  const lanes v302 = v270 * v301;
-  const lanes v303 = v296 - v302;
-  const lanes v304 = v261 + v303;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], qd_0 = in[4], qd_1 = in[5],
+      qd_2 = in[6], qd_3 = in[7], qdd_0 = in[8], qdd_1 = in[9], qdd_2 = in[10], qdd_3 = in[11];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = q_1 * q_1, v4 = 3.9204 + v3, v5 = 3.96 * q_1, v6 = v4 + v5,
+      v7 = 12.865745377821996 - v6, v8 = v6 - 3.549254622178003, v9 = v7 * v8;
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = 0.3793103448275862 * v10, v12 = 0.5 * v6, v13 = v12 - 3.37875,
+      v14 = 0.896551724137931 * v13, v15 = v11 + v14, v16 = v15 - 0.65, v17 = 2.6 * v16,
+      v18 = 0.4482758620689655 * v10, v19 = 0.7586206896551724 * v13, v20 = v18 - v19,
+      v21 = 0.55 + v20, v22 = 0.85 * v21, v23 = v17 - v22, v24 = 0.13364517206815904 * v23,
+      v25 = q_2 * q_2, v26 = 5.76 + v25, v27 = 4.8 * q_2, v28 = v26 + v27,
+      v29 = 15.245138616807916 - v28, v30 = v28 - 4.964861383192083, v31 = v29 * v30;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = 0.14889657006115395 * v32, v34 = 0.5 * v28, v35 = 4.35 + v34,
+      v36 = 0.1329433661260303 * v35, v37 = v33 - v36, v38 = 1.25 + v37, v39 = 0.25 * v38,
+      v40 = 0.06647168306301515 * v32, v41 = 0.2977931401223079 * v35, v42 = v40 + v41,
+      v43 = v42 - 2.8, v44 = 0.8 * v43, v45 = v39 - v44, v46 = 1.4234875444839858 * v45,
+      v47 = v24 * v46, v48 = 2.6 * v21, v49 = 0.85 * v16, v50 = v48 + v49,
+      v51 = 0.13364517206815904 * v50, v52 = 0.25 * v43, v53 = 0.8 * v38, v54 = v52 + v53,
+      v55 = 1.4234875444839858 * v54, v56 = v51 * v55, v57 = v47 - v56, v58 = q_3 * q_3,
+      v59 = 2.56 + v58, v60 = 3.2 * q_3, v61 = v59 + v60, v62 = 7.100237610654644 - v61,
+      v63 = v61 - 2.029562389345356, v64 = v62 * v63;
+  LANES_LET1(v65, sqrt, v64);
+  const lanes v66 = 0.23681377825618946 * v65, v67 = 0.5 * v61, v68 = 1.89805 + v67,
+      v69 = 0.12199497667743094 * v68, v70 = v66 - v69, v71 = 0.51 + v70,
+      v72 = 0.9999999999999999 * v71, v73 = 0.04 + v72, v74 = 0.06099748833871547 * v65,
+      v75 = 0.4736275565123789 * v68, v76 = v74 + v75, v77 = v76 - 1.98,
+      v78 = 0.9999999999999999 * v77, v79 = v78 - 0.42, v80 = v79 * v79, v81 = v73 * v73,
+      v82 = v80 + v81, v83 = 0.5 * v82, v84 = v83 - 0.0616, v85 = v84 / v82, v86 = v73 * v85,
+      v87 = 1.085213592060545 - v82, v88 = v82 - 0.01398640793945492, v89 = v87 * v88;
+  LANES_LET1(v90, sqrt, v89);
+  const lanes v91 = 0.5 * v90, v92 = v91 / v82, v93 = v79 * v92, v94 = v86 - v93, v95 = 0.46 * v94,
+      v96 = v79 * v85, v97 = v73 * v92, v98 = v96 + v97, v99 = 0.04 * v98, v100 = v95 - v99,
+      v101 = 4.690431519699812 * v100, v102 = v57 * v101, v103 = v51 * v46, v104 = v24 * v55,
+      v105 = v103 + v104, v106 = 0.04 * v94, v107 = 0.46 * v98, v108 = v106 + v107,
+      v109 = 4.690431519699812 * v108, v110 = v105 * v109, v111 = v102 - v110, v112 = 1.45 * v111,
+      v113 = v1 * v112, v114 = 1.6 + q_3, v115 = v114 * qd_3, v116 = 0.5 * v65, v117 = v115 / v116,
+      v118 = 1.6129032258064515 * v71, v119 = v117 * v118, v120 = 0.62 * v119, v121 = v120 * v85,
+      v122 = 2.0 * v79, v123 = v120 * v122, v124 = 1.6129032258064515 * v77, v125 = v117 * v124,
+      v126 = 0.62 * v125, v127 = 2.0 * v73, v128 = v126 * v127, v129 = v123 - v128,
+      v130 = 0.5 * v129, v131 = v130 / v82, v132 = v82 * v82, v133 = v84 / v132, v134 = v129 * v133,
+      v135 = v131 - v134, v136 = v135 * v79, v137 = v121 + v136, v138 = v129 * v87,
+      v139 = v129 * v88, v140 = v138 - v139, v141 = 0.25 / v90, v142 = v140 * v141,
+      v143 = v142 / v82, v144 = v91 / v132, v145 = v129 * v144, v146 = v143 - v145,
+      v147 = v146 * v73, v148 = v137 + v147, v149 = v126 * v92, v150 = v148 - v149,
+      v151 = v150 - v120, v152 = v120 * v151, v153 = v98 - v79, v154 = qd_3 * qd_3,
+      v155 = v114 * qdd_3, v156 = v154 + v155, v157 = v156 / v116, v158 = 2.0 * q_3,
+      v159 = 3.2 + v158, v160 = v159 * qd_3, v161 = v62 * v160, v162 = v63 * v160,
+      v163 = v161 - v162, v164 = 0.25 / v65, v165 = v163 * v164, v166 = v116 * v116,
+      v167 = v115 / v166, v168 = v165 * v167, v169 = v157 - v168, v170 = v118 * v169,
+      v171 = v117 * v125, v172 = v170 - v171, v173 = 0.62 * v172, v174 = v153 * v173,
+      v175 = v152 + v174, v176 = v135 * v73, v177 = v120 * v92, v178 = v176 - v177,
+      v179 = v126 * v85, v180 = v178 - v179, v181 = v146 * v79, v182 = v180 - v181,
+      v183 = v126 + v182, v184 = v126 * v183, v185 = v175 - v184, v186 = v94 - v73,
+      v187 = v117 * v119, v188 = v124 * v169, v189 = v187 + v188, v190 = 0.62 * v189,
+      v191 = v186 * v190, v192 = v185 - v191, v193 = v192 / v91, v194 = v120 * v153,
+      v195 = v126 * v186, v196 = v194 - v195, v197 = v91 * v91, v198 = v196 / v197,
+      v199 = v142 * v198, v200 = v193 - v199, v201 = v113 * v200, v202 = 2.9 * v57,
+      v203 = v112 + v202, v204 = v1 * v203, v205 = qd_2 * qd_2, v206 = 2.4 + q_2,
+      v207 = v206 * qdd_2, v208 = v205 + v207, v209 = 0.5 * v32, v210 = v208 / v209,
+      v211 = 2.0 * q_2, v212 = 4.8 + v211, v213 = v212 * qd_2, v214 = v29 * v213, v215 = v30 * v213,
+      v216 = v214 - v215, v217 = 0.25 / v32, v218 = v216 * v217, v219 = v206 * qd_2,
+      v220 = v209 * v209, v221 = v219 / v220, v222 = v218 * v221, v223 = v210 - v222,
+      v224 = v204 * v223, v225 = v105 * v101, v226 = v57 * v109, v227 = v225 + v226,
+      v228 = 1.45 * v227, v229 = 2.9 * v105, v230 = v228 + v229, v231 = 0.7617774807885066 * v50,
+      v232 = v230 + v231, v233 = 0.15 + v232, v234 = v2 * v233, v235 = v234 * qdd_0,
+      v236 = 0.7617774807885066 * v23, v237 = v203 + v236, v238 = v1 * v237, v239 = qd_1 * qd_1,
+      v240 = 1.98 + q_1, v241 = v240 * qdd_1, v242 = v239 + v241, v243 = 0.5 * v10,
+      v244 = v242 / v243, v245 = 2.0 * q_1, v246 = 3.96 + v245, v247 = v246 * qd_1,
+      v248 = v7 * v247, v249 = v8 * v247, v250 = v248 - v249, v251 = 0.25 / v10, v252 = v250 * v251,
+      v253 = v240 * qd_1, v254 = v243 * v243, v255 = v253 / v254, v256 = v252 * v255,
+      v257 = v244 - v256, v258 = v238 * v257, v259 = v235 + v258, v260 = v224 - v259,
+      v261 = v201 + v260, v262 = v253 / v243, v263 = v2 * v237, v264 = v263 * qd_0,
+      v265 = v1 * v262, v266 = v232 * v265, v267 = v264 - v266, v268 = v219 / v209,
+      v269 = v230 * v268, v270 = v196 / v91, v271 = v228 * v270, v272 = v269 + v271,
+      v273 = v1 * v272, v274 = v267 + v273, v275 = v262 * v274, v276 = v1 * v233,
+      v277 = v276 * qd_0, v278 = v2 * v203, v279 = v278 * v268, v280 = v2 * v112,
+      v281 = v280 * v270, v282 = v279 + v281, v283 = v263 * v262, v284 = v282 - v283,
+      v285 = v277 + v284, v286 = v285 * qd_0, v287 = v275 - v286, v288 = v1 * v268,
+      v289 = v288 - v265, v290 = v230 * v289, v291 = v278 * qd_0, v292 = v290 + v291,
+      v293 = v1 * v271, v294 = v292 + v293, v295 = v268 * v294, v296 = v287 - v295,
+      v297 = v1 * v270, v298 = v297 + v289, v299 = v228 * v298, v300 = v280 * qd_0,
+      v301 = v299 + v300, v302 = v270 * v301, v303 = v296 - v302, v304 = v261 + v303;
   out[0] = v304;
-  const lanes v305 = v280 * v200;
-  const lanes v306 = v278 * v223;
-  const lanes v307 = v276 * qdd_0;
-  const lanes v308 = v263 * v257;
-  const lanes v309 = v307 - v308;
-  const lanes v310 = v306 + v309;
-  const lanes v311 = v305 + v310;
-  const lanes v312 = v2 * v262;
-  const lanes v313 = v2 * v268;
-  const lanes v314 = v312 - v313;
-  const lanes v315 = v2 * v270;
-  const lanes v316 = v314 - v315;
-  const lanes v317 = v228 * v316;
-  const lanes v318 = v113 * qd_0;
-  const lanes v319 = v317 + v318;
-  const lanes v320 = v270 * v319;
-  const lanes v321 = v204 * v268;
-  const lanes v322 = v113 * v270;
-  const lanes v323 = v321 + v322;
-  const lanes v324 = v238 * v262;
-  const lanes v325 = v323 - v324;
-  const lanes v326 = v234 * qd_0;
-  const lanes v327 = v325 - v326;
-  const lanes v328 = v327 * qd_0;
-  const lanes v329 = v2 * v272;
-  const lanes v330 = v232 * v312;
-  const lanes v331 = v238 * qd_0;
-  const lanes v332 = v330 + v331;
-  const lanes v333 = v329 - v332;
-  const lanes v334 = v262 * v333;
-  const lanes v335 = v328 + v334;
-  const lanes v336 = v2 * v271;
-  const lanes v337 = v230 * v314;
-  const lanes v338 = v204 * qd_0;
-  const lanes v339 = v337 + v338;
-  const lanes v340 = v336 - v339;
-  const lanes v341 = v268 * v340;
-  const lanes v342 = v335 - v341;
-  const lanes v343 = v320 + v342;
-  const lanes v344 = v311 + v343;
+  const lanes v305 = v280 * v200, v306 = v278 * v223, v307 = v276 * qdd_0, v308 = v263 * v257,
+      v309 = v307 - v308, v310 = v306 + v309, v311 = v305 + v310, v312 = v2 * v262,
+      v313 = v2 * v268, v314 = v312 - v313, v315 = v2 * v270, v316 = v314 - v315,
+      v317 = v228 * v316, v318 = v113 * qd_0, v319 = v317 + v318, v320 = v270 * v319,
+      v321 = v204 * v268, v322 = v113 * v270, v323 = v321 + v322, v324 = v238 * v262,
+      v325 = v323 - v324, v326 = v234 * qd_0, v327 = v325 - v326, v328 = v327 * qd_0,
+      v329 = v2 * v272, v330 = v232 * v312, v331 = v238 * qd_0, v332 = v330 + v331,
+      v333 = v329 - v332, v334 = v262 * v333, v335 = v328 + v334, v336 = v2 * v271,
+      v337 = v230 * v314, v338 = v204 * qd_0, v339 = v337 + v338, v340 = v336 - v339,
+      v341 = v268 * v340, v342 = v335 - v341, v343 = v320 + v342, v344 = v311 + v343;
   out[1] = v344;
-  const lanes v345 = v232 * v257;
-  const lanes v346 = v230 * v223;
-  const lanes v347 = v345 - v346;
-  const lanes v348 = v228 * v200;
-  const lanes v349 = v347 - v348;
-  const lanes v350 = v1 * v323;
-  const lanes v351 = v2 * v282;
-  const lanes v352 = v350 + v351;
-  const lanes v353 = v238 * v265;
-  const lanes v354 = v263 * v312;
-  const lanes v355 = v353 + v354;
-  const lanes v356 = v352 - v355;
-  const lanes v357 = v262 * v356;
-  const lanes v358 = v204 * v289;
-  const lanes v359 = v278 * v314;
-  const lanes v360 = v358 - v359;
-  const lanes v361 = v1 * v322;
-  const lanes v362 = v2 * v281;
-  const lanes v363 = v361 + v362;
-  const lanes v364 = v360 + v363;
-  const lanes v365 = v268 * v364;
-  const lanes v366 = v357 - v365;
-  const lanes v367 = v113 * v298;
-  const lanes v368 = v280 * v316;
-  const lanes v369 = v367 - v368;
-  const lanes v370 = v270 * v369;
-  const lanes v371 = v366 - v370;
-  const lanes v372 = v349 + v371;
+  const lanes v345 = v232 * v257, v346 = v230 * v223, v347 = v345 - v346, v348 = v228 * v200,
+      v349 = v347 - v348, v350 = v1 * v323, v351 = v2 * v282, v352 = v350 + v351,
+      v353 = v238 * v265, v354 = v263 * v312, v355 = v353 + v354, v356 = v352 - v355,
+      v357 = v262 * v356, v358 = v204 * v289, v359 = v278 * v314, v360 = v358 - v359,
+      v361 = v1 * v322, v362 = v2 * v281, v363 = v361 + v362, v364 = v360 + v363,
+      v365 = v268 * v364, v366 = v357 - v365, v367 = v113 * v298, v368 = v280 * v316,
+      v369 = v367 - v368, v370 = v270 * v369, v371 = v366 - v370, v372 = v349 + v371;
   out[2] = v372;
-  const lanes v373 = v2 * v257;
-  const lanes v374 = v2 * v223;
-  const lanes v375 = v373 - v374;
-  const lanes v376 = v2 * v200;
-  const lanes v377 = v375 - v376;
-  const lanes v378 = v1 * qd_0;
-  const lanes v379 = v262 * v378;
-  const lanes v380 = v268 * v378;
-  const lanes v381 = v379 - v380;
-  const lanes v382 = v270 * v378;
-  const lanes v383 = v381 - v382;
-  const lanes v384 = v377 + v383;
+  const lanes v373 = v2 * v257, v374 = v2 * v223, v375 = v373 - v374, v376 = v2 * v200,
+      v377 = v375 - v376, v378 = v1 * qd_0, v379 = v262 * v378, v380 = v268 * v378,
+      v381 = v379 - v380, v382 = v270 * v378, v383 = v381 - v382, v384 = v377 + v383;
   out[3] = v384;
-  const lanes v385 = v1 * v200;
-  const lanes v386 = v1 * v223;
-  const lanes v387 = v1 * v257;
-  const lanes v388 = v386 - v387;
-  const lanes v389 = v385 + v388;
-  const lanes v390 = v2 * qd_0;
-  const lanes v391 = v262 * v390;
-  const lanes v392 = v268 * v390;
-  const lanes v393 = v391 - v392;
-  const lanes v394 = v270 * v390;
-  const lanes v395 = v393 - v394;
-  const lanes v396 = v389 + v395;
+  const lanes v385 = v1 * v200, v386 = v1 * v223, v387 = v1 * v257, v388 = v386 - v387,
+      v389 = v385 + v388, v390 = v2 * qd_0, v391 = v262 * v390, v392 = v268 * v390,
+      v393 = v391 - v392, v394 = v270 * v390, v395 = v393 - v394, v396 = v389 + v395;
   out[4] = v396;
-  const lanes v397 = v1 * v314;
-  const lanes v398 = v2 * v289;
-  const lanes v399 = v397 + v398;
-  const lanes v400 = v270 * v399;
-  const lanes v401 = v2 * v265;
-  const lanes v402 = v1 * v312;
-  const lanes v403 = v401 - v402;
-  const lanes v404 = v268 * v403;
-  const lanes v405 = v400 - v404;
-  const lanes v406 = v405 + qdd_0;
+  const lanes v397 = v1 * v314, v398 = v2 * v289, v399 = v397 + v398, v400 = v270 * v399,
+      v401 = v2 * v265, v402 = v1 * v312, v403 = v401 - v402, v404 = v268 * v403,
+      v405 = v400 - v404, v406 = v405 + qdd_0;
   out[5] = v406;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_chain)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 3.9204 + v1;
-  const lanes v3 = 3.96 * q_1;
-  const lanes v4 = v2 + v3;
-  const lanes v5 = 12.865745377821996 - v4;
-  const lanes v6 = v4 - 3.549254622178003;
-  const lanes v7 = v5 * v6;
-  lanes v8; LANES_NAME(lanes_sqrt)(&v7, &v8);
-  const lanes v9 = 0.3793103448275862 * v8;
-  const lanes v10 = 0.5 * v4;
-  const lanes v11 = v10 - 3.37875;
-  const lanes v12 = 0.896551724137931 * v11;
-  const lanes v13 = v9 + v12;
-  const lanes v14 = v13 - 0.65;
-  const lanes v15 = 2.6 * v14;
-  const lanes v16 = 0.4482758620689655 * v8;
-  const lanes v17 = 0.7586206896551724 * v11;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = 0.55 + v18;
-  const lanes v20 = 0.85 * v19;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 0.13364517206815904 * v21;
-  const lanes v23 = 2.6 * v19;
-  const lanes v24 = 0.85 * v14;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.13364517206815904 * v25;
-  lanes v27; LANES_NAME(lanes_atan2)(&v22, &v26, &v27);
-  const lanes v28 = q_2 * q_2;
-  const lanes v29 = 5.76 + v28;
-  const lanes v30 = 4.8 * q_2;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = 15.245138616807916 - v31;
-  const lanes v33 = v31 - 4.964861383192083;
-  const lanes v34 = v32 * v33;
-  lanes v35; LANES_NAME(lanes_sqrt)(&v34, &v35);
-  const lanes v36 = 0.06647168306301515 * v35;
-  const lanes v37 = 0.5 * v31;
-  const lanes v38 = 4.35 + v37;
-  const lanes v39 = 0.2977931401223079 * v38;
-  const lanes v40 = v36 + v39;
-  const lanes v41 = v40 - 2.8;
-  const lanes v42 = 0.25 * v41;
-  const lanes v43 = 0.14889657006115395 * v35;
-  const lanes v44 = 0.1329433661260303 * v38;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = 1.25 + v45;
-  const lanes v47 = 0.8 * v46;
-  const lanes v48 = v42 + v47;
-  const lanes v49 = 1.4234875444839858 * v48;
-  const lanes v50 = 0.25 * v46;
-  const lanes v51 = 0.8 * v41;
-  const lanes v52 = v50 - v51;
-  const lanes v53 = 1.4234875444839858 * v52;
-  lanes v54; LANES_NAME(lanes_atan2)(&v49, &v53, &v54);
-  const lanes v55 = q_3 * q_3;
-  const lanes v56 = 2.56 + v55;
-  const lanes v57 = 3.2 * q_3;
-  const lanes v58 = v56 + v57;
-  const lanes v59 = 7.100237610654644 - v58;
-  const lanes v60 = v58 - 2.029562389345356;
-  const lanes v61 = v59 * v60;
-  lanes v62; LANES_NAME(lanes_sqrt)(&v61, &v62);
-  const lanes v63 = 0.23681377825618946 * v62;
-  const lanes v64 = 0.5 * v58;
-  const lanes v65 = 1.89805 + v64;
-  const lanes v66 = 0.12199497667743094 * v65;
-  const lanes v67 = v63 - v66;
-  const lanes v68 = 0.51 + v67;
-  const lanes v69 = 0.9999999999999999 * v68;
-  const lanes v70 = 0.04 + v69;
-  const lanes v71 = 0.06099748833871547 * v62;
-  const lanes v72 = 0.4736275565123789 * v65;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = v73 - 1.98;
-  const lanes v75 = 0.9999999999999999 * v74;
-  const lanes v76 = v75 - 0.42;
-  const lanes v77 = v76 * v76;
-  const lanes v78 = v70 * v70;
-  const lanes v79 = v77 + v78;
-  const lanes v80 = 0.5 * v79;
-  const lanes v81 = v80 - 0.0616;
-  const lanes v82 = v81 / v79;
-  const lanes v83 = v70 * v82;
-  const lanes v84 = 1.085213592060545 - v79;
-  const lanes v85 = v79 - 0.01398640793945492;
-  const lanes v86 = v84 * v85;
-  lanes v87; LANES_NAME(lanes_sqrt)(&v86, &v87);
-  const lanes v88 = 0.5 * v87;
-  const lanes v89 = v88 / v79;
-  const lanes v90 = v76 * v89;
-  const lanes v91 = v83 - v90;
-  const lanes v92 = 0.04 * v91;
-  const lanes v93 = v76 * v82;
-  const lanes v94 = v70 * v89;
-  const lanes v95 = v93 + v94;
-  const lanes v96 = 0.46 * v95;
-  const lanes v97 = v92 + v96;
-  const lanes v98 = 4.690431519699812 * v97;
-  const lanes v99 = 0.46 * v91;
-  const lanes v100 = 0.04 * v95;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = 4.690431519699812 * v101;
-  lanes v103; LANES_NAME(lanes_atan2)(&v98, &v102, &v103);
-  out[0] = q_0;
-  out[1] = v27;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], v1 = q_1 * q_1, v2 = 3.9204 + v1,
+      v3 = 3.96 * q_1, v4 = v2 + v3, v5 = 12.865745377821996 - v4, v6 = v4 - 3.549254622178003,
+      v7 = v5 * v6;
+  LANES_LET1(v8, sqrt, v7);
+  const lanes v9 = 0.3793103448275862 * v8, v10 = 0.5 * v4, v11 = v10 - 3.37875,
+      v12 = 0.896551724137931 * v11, v13 = v9 + v12, v14 = v13 - 0.65, v15 = 2.6 * v14,
+      v16 = 0.4482758620689655 * v8, v17 = 0.7586206896551724 * v11, v18 = v16 - v17,
+      v19 = 0.55 + v18, v20 = 0.85 * v19, v21 = v15 - v20, v22 = 0.13364517206815904 * v21,
+      v23 = 2.6 * v19, v24 = 0.85 * v14, v25 = v23 + v24, v26 = 0.13364517206815904 * v25;
+  LANES_LET2(v27, atan2, v22, v26);
+  const lanes v28 = q_2 * q_2, v29 = 5.76 + v28, v30 = 4.8 * q_2, v31 = v29 + v30,
+      v32 = 15.245138616807916 - v31, v33 = v31 - 4.964861383192083, v34 = v32 * v33;
+  LANES_LET1(v35, sqrt, v34);
+  const lanes v36 = 0.06647168306301515 * v35, v37 = 0.5 * v31, v38 = 4.35 + v37,
+      v39 = 0.2977931401223079 * v38, v40 = v36 + v39, v41 = v40 - 2.8, v42 = 0.25 * v41,
+      v43 = 0.14889657006115395 * v35, v44 = 0.1329433661260303 * v38, v45 = v43 - v44,
+      v46 = 1.25 + v45, v47 = 0.8 * v46, v48 = v42 + v47, v49 = 1.4234875444839858 * v48,
+      v50 = 0.25 * v46, v51 = 0.8 * v41, v52 = v50 - v51, v53 = 1.4234875444839858 * v52;
+  LANES_LET2(v54, atan2, v49, v53);
+  const lanes v55 = q_3 * q_3, v56 = 2.56 + v55, v57 = 3.2 * q_3, v58 = v56 + v57,
+      v59 = 7.100237610654644 - v58, v60 = v58 - 2.029562389345356, v61 = v59 * v60;
+  LANES_LET1(v62, sqrt, v61);
+  const lanes v63 = 0.23681377825618946 * v62, v64 = 0.5 * v58, v65 = 1.89805 + v64,
+      v66 = 0.12199497667743094 * v65, v67 = v63 - v66, v68 = 0.51 + v67,
+      v69 = 0.9999999999999999 * v68, v70 = 0.04 + v69, v71 = 0.06099748833871547 * v62,
+      v72 = 0.4736275565123789 * v65, v73 = v71 + v72, v74 = v73 - 1.98,
+      v75 = 0.9999999999999999 * v74, v76 = v75 - 0.42, v77 = v76 * v76, v78 = v70 * v70,
+      v79 = v77 + v78, v80 = 0.5 * v79, v81 = v80 - 0.0616, v82 = v81 / v79, v83 = v70 * v82,
+      v84 = 1.085213592060545 - v79, v85 = v79 - 0.01398640793945492, v86 = v84 * v85;
+  LANES_LET1(v87, sqrt, v86);
+  const lanes v88 = 0.5 * v87, v89 = v88 / v79, v90 = v76 * v89, v91 = v83 - v90, v92 = 0.04 * v91,
+      v93 = v76 * v82, v94 = v70 * v89, v95 = v93 + v94, v96 = 0.46 * v95, v97 = v92 + v96,
+      v98 = 4.690431519699812 * v97, v99 = 0.46 * v91, v100 = 0.04 * v95, v101 = v99 - v100,
+      v102 = 4.690431519699812 * v101;
+  LANES_LET2(v103, atan2, v98, v102); out[0] = q_0; out[1] = v27;
   const lanes v104 = -v54;
   out[2] = v104;
   const lanes v105 = -v103;
@@ -4652,2461 +1551,1196 @@ static LANES_TARGET void LANES_NAME(excavator_chain)(const lanes *in, lanes *out
 
 static LANES_TARGET void LANES_NAME(excavator_chain_D_q)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
+  const lanes q_1 = in[1], q_2 = in[2], q_3 = in[3];
+  out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0);
-  const lanes v1 = 1.98 + q_1;
-  const lanes v2 = q_1 * q_1;
-  const lanes v3 = 3.9204 + v2;
-  const lanes v4 = 3.96 * q_1;
-  const lanes v5 = v3 + v4;
-  const lanes v6 = 12.865745377821996 - v5;
-  const lanes v7 = v5 - 3.549254622178003;
-  const lanes v8 = v6 * v7;
-  lanes v9; LANES_NAME(lanes_sqrt)(&v8, &v9);
-  const lanes v10 = 0.5 * v9;
-  const lanes v11 = v1 / v10;
-  out[5] = v11;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
+  const lanes v1 = 1.98 + q_1, v2 = q_1 * q_1, v3 = 3.9204 + v2, v4 = 3.96 * q_1, v5 = v3 + v4,
+      v6 = 12.865745377821996 - v5, v7 = v5 - 3.549254622178003, v8 = v6 * v7;
+  LANES_LET1(v9, sqrt, v8);
+  const lanes v10 = 0.5 * v9, v11 = v1 / v10;
+  out[5] = v11; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
   out[9] = LANES_OF(0.0);
-  const lanes v12 = 2.4 + q_2;
-  const lanes v13 = q_2 * q_2;
-  const lanes v14 = 5.76 + v13;
-  const lanes v15 = 4.8 * q_2;
-  const lanes v16 = v14 + v15;
-  const lanes v17 = 15.245138616807916 - v16;
-  const lanes v18 = v16 - 4.964861383192083;
-  const lanes v19 = v17 * v18;
-  lanes v20; LANES_NAME(lanes_sqrt)(&v19, &v20);
-  const lanes v21 = 0.5 * v20;
-  const lanes v22 = v12 / v21;
-  const lanes v23 = -v22;
-  out[10] = v23;
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
+  const lanes v12 = 2.4 + q_2, v13 = q_2 * q_2, v14 = 5.76 + v13, v15 = 4.8 * q_2, v16 = v14 + v15,
+      v17 = 15.245138616807916 - v16, v18 = v16 - 4.964861383192083, v19 = v17 * v18;
+  LANES_LET1(v20, sqrt, v19);
+  const lanes v21 = 0.5 * v20, v22 = v12 / v21, v23 = -v22;
+  out[10] = v23; out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
   out[14] = LANES_OF(0.0);
-  const lanes v24 = 1.6 + q_3;
-  const lanes v25 = q_3 * q_3;
-  const lanes v26 = 2.56 + v25;
-  const lanes v27 = 3.2 * q_3;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = 7.100237610654644 - v28;
-  const lanes v30 = v28 - 2.029562389345356;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.5 * v32;
-  const lanes v34 = v24 / v33;
-  const lanes v35 = 0.23681377825618946 * v32;
-  const lanes v36 = 0.5 * v28;
-  const lanes v37 = 1.89805 + v36;
-  const lanes v38 = 0.12199497667743094 * v37;
-  const lanes v39 = v35 - v38;
-  const lanes v40 = 0.51 + v39;
-  const lanes v41 = 1.6129032258064515 * v40;
-  const lanes v42 = v34 * v41;
-  const lanes v43 = 0.62 * v42;
-  const lanes v44 = 0.06099748833871547 * v32;
-  const lanes v45 = 0.4736275565123789 * v37;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = v46 - 1.98;
-  const lanes v48 = 0.9999999999999999 * v47;
-  const lanes v49 = v48 - 0.42;
-  const lanes v50 = v49 * v49;
-  const lanes v51 = 0.9999999999999999 * v40;
-  const lanes v52 = 0.04 + v51;
-  const lanes v53 = v52 * v52;
-  const lanes v54 = v50 + v53;
-  const lanes v55 = 0.5 * v54;
-  const lanes v56 = v55 - 0.0616;
-  const lanes v57 = v56 / v54;
-  const lanes v58 = v49 * v57;
-  const lanes v59 = 1.085213592060545 - v54;
-  const lanes v60 = v54 - 0.01398640793945492;
-  const lanes v61 = v59 * v60;
-  lanes v62; LANES_NAME(lanes_sqrt)(&v61, &v62);
-  const lanes v63 = 0.5 * v62;
-  const lanes v64 = v63 / v54;
-  const lanes v65 = v52 * v64;
-  const lanes v66 = v58 + v65;
-  const lanes v67 = v66 - v49;
-  const lanes v68 = v43 * v67;
-  const lanes v69 = 1.6129032258064515 * v47;
-  const lanes v70 = v34 * v69;
-  const lanes v71 = 0.62 * v70;
-  const lanes v72 = v52 * v57;
-  const lanes v73 = v49 * v64;
-  const lanes v74 = v72 - v73;
-  const lanes v75 = v74 - v52;
-  const lanes v76 = v71 * v75;
-  const lanes v77 = v68 - v76;
-  const lanes v78 = v77 / v63;
-  const lanes v79 = -v78;
+  const lanes v24 = 1.6 + q_3, v25 = q_3 * q_3, v26 = 2.56 + v25, v27 = 3.2 * q_3, v28 = v26 + v27,
+      v29 = 7.100237610654644 - v28, v30 = v28 - 2.029562389345356, v31 = v29 * v30;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = 0.5 * v32, v34 = v24 / v33, v35 = 0.23681377825618946 * v32, v36 = 0.5 * v28,
+      v37 = 1.89805 + v36, v38 = 0.12199497667743094 * v37, v39 = v35 - v38, v40 = 0.51 + v39,
+      v41 = 1.6129032258064515 * v40, v42 = v34 * v41, v43 = 0.62 * v42,
+      v44 = 0.06099748833871547 * v32, v45 = 0.4736275565123789 * v37, v46 = v44 + v45,
+      v47 = v46 - 1.98, v48 = 0.9999999999999999 * v47, v49 = v48 - 0.42, v50 = v49 * v49,
+      v51 = 0.9999999999999999 * v40, v52 = 0.04 + v51, v53 = v52 * v52, v54 = v50 + v53,
+      v55 = 0.5 * v54, v56 = v55 - 0.0616, v57 = v56 / v54, v58 = v49 * v57,
+      v59 = 1.085213592060545 - v54, v60 = v54 - 0.01398640793945492, v61 = v59 * v60;
+  LANES_LET1(v62, sqrt, v61);
+  const lanes v63 = 0.5 * v62, v64 = v63 / v54, v65 = v52 * v64, v66 = v58 + v65, v67 = v66 - v49,
+      v68 = v43 * v67, v69 = 1.6129032258064515 * v47, v70 = v34 * v69, v71 = 0.62 * v70,
+      v72 = v52 * v57, v73 = v49 * v64, v74 = v72 - v73, v75 = v74 - v52, v76 = v71 * v75,
+      v77 = v68 - v76, v78 = v77 / v63, v79 = -v78;
   out[15] = v79;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_chain_rates)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes qd_0 = in[4];
-  const lanes qd_1 = in[5];
-  const lanes qd_2 = in[6];
-  const lanes qd_3 = in[7];
+  const lanes q_1 = in[1], q_2 = in[2], q_3 = in[3], qd_0 = in[4], qd_1 = in[5], qd_2 = in[6],
+      qd_3 = in[7];
   out[0] = qd_0;
-  const lanes v1 = 1.98 + q_1;
-  const lanes v2 = v1 * qd_1;
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 3.9204 + v3;
-  const lanes v5 = 3.96 * q_1;
-  const lanes v6 = v4 + v5;
-  const lanes v7 = 12.865745377821996 - v6;
-  const lanes v8 = v6 - 3.549254622178003;
-  const lanes v9 = v7 * v8;
-  lanes v10; LANES_NAME(lanes_sqrt)(&v9, &v10);
-  const lanes v11 = 0.5 * v10;
-  const lanes v12 = v2 / v11;
+  const lanes v1 = 1.98 + q_1, v2 = v1 * qd_1, v3 = q_1 * q_1, v4 = 3.9204 + v3, v5 = 3.96 * q_1,
+      v6 = v4 + v5, v7 = 12.865745377821996 - v6, v8 = v6 - 3.549254622178003, v9 = v7 * v8;
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = 0.5 * v10, v12 = v2 / v11;
   out[1] = v12;
-  const lanes v13 = 2.4 + q_2;
-  const lanes v14 = v13 * qd_2;
-  const lanes v15 = q_2 * q_2;
-  const lanes v16 = 5.76 + v15;
-  const lanes v17 = 4.8 * q_2;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = 15.245138616807916 - v18;
-  const lanes v20 = v18 - 4.964861383192083;
-  const lanes v21 = v19 * v20;
-  lanes v22; LANES_NAME(lanes_sqrt)(&v21, &v22);
-  const lanes v23 = 0.5 * v22;
-  const lanes v24 = v14 / v23;
-  const lanes v25 = -v24;
+  const lanes v13 = 2.4 + q_2, v14 = v13 * qd_2, v15 = q_2 * q_2, v16 = 5.76 + v15, v17 = 4.8 * q_2,
+      v18 = v16 + v17, v19 = 15.245138616807916 - v18, v20 = v18 - 4.964861383192083,
+      v21 = v19 * v20;
+  LANES_LET1(v22, sqrt, v21);
+  const lanes v23 = 0.5 * v22, v24 = v14 / v23, v25 = -v24;
   out[2] = v25;
-  const lanes v26 = 1.6 + q_3;
-  const lanes v27 = v26 * qd_3;
-  const lanes v28 = q_3 * q_3;
-  const lanes v29 = 2.56 + v28;
-  const lanes v30 = 3.2 * q_3;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = 7.100237610654644 - v31;
-  const lanes v33 = v31 - 2.029562389345356;
-  const lanes v34 = v32 * v33;
-  lanes v35; LANES_NAME(lanes_sqrt)(&v34, &v35);
-  const lanes v36 = 0.5 * v35;
-  const lanes v37 = v27 / v36;
-  const lanes v38 = 0.23681377825618946 * v35;
-  const lanes v39 = 0.5 * v31;
-  const lanes v40 = 1.89805 + v39;
-  const lanes v41 = 0.12199497667743094 * v40;
-  const lanes v42 = v38 - v41;
-  const lanes v43 = 0.51 + v42;
-  const lanes v44 = 1.6129032258064515 * v43;
-  const lanes v45 = v37 * v44;
-  const lanes v46 = 0.62 * v45;
-  const lanes v47 = 0.06099748833871547 * v35;
-  const lanes v48 = 0.4736275565123789 * v40;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = v49 - 1.98;
-  const lanes v51 = 0.9999999999999999 * v50;
-  const lanes v52 = v51 - 0.42;
-  const lanes v53 = v52 * v52;
-  const lanes v54 = 0.9999999999999999 * v43;
-  const lanes v55 = 0.04 + v54;
-  const lanes v56 = v55 * v55;
-  const lanes v57 = v53 + v56;
-  const lanes v58 = 0.5 * v57;
-  const lanes v59 = v58 - 0.0616;
-  const lanes v60 = v59 / v57;
-  const lanes v61 = v52 * v60;
-  const lanes v62 = 1.085213592060545 - v57;
-  const lanes v63 = v57 - 0.01398640793945492;
-  const lanes v64 = v62 * v63;
-  lanes v65; LANES_NAME(lanes_sqrt)(&v64, &v65);
-  const lanes v66 = 0.5 * v65;
-  const lanes v67 = v66 / v57;
-  const lanes v68 = v55 * v67;
-  const lanes v69 = v61 + v68;
-  const lanes v70 = v69 - v52;
-  const lanes v71 = v46 * v70;
-  const lanes v72 = 1.6129032258064515 * v50;
-  const lanes v73 = v37 * v72;
-  const lanes v74 = 0.62 * v73;
-  const lanes v75 = v55 * v60;
-  const lanes v76 = v52 * v67;
-  const lanes v77 = v75 - v76;
-  const lanes v78 = v77 - v55;
-  const lanes v79 = v74 * v78;
-  const lanes v80 = v71 - v79;
-  const lanes v81 = v80 / v66;
-  const lanes v82 = -v81;
+  const lanes v26 = 1.6 + q_3, v27 = v26 * qd_3, v28 = q_3 * q_3, v29 = 2.56 + v28, v30 = 3.2 * q_3,
+      v31 = v29 + v30, v32 = 7.100237610654644 - v31, v33 = v31 - 2.029562389345356,
+      v34 = v32 * v33;
+  LANES_LET1(v35, sqrt, v34);
+  const lanes v36 = 0.5 * v35, v37 = v27 / v36, v38 = 0.23681377825618946 * v35, v39 = 0.5 * v31,
+      v40 = 1.89805 + v39, v41 = 0.12199497667743094 * v40, v42 = v38 - v41, v43 = 0.51 + v42,
+      v44 = 1.6129032258064515 * v43, v45 = v37 * v44, v46 = 0.62 * v45,
+      v47 = 0.06099748833871547 * v35, v48 = 0.4736275565123789 * v40, v49 = v47 + v48,
+      v50 = v49 - 1.98, v51 = 0.9999999999999999 * v50, v52 = v51 - 0.42, v53 = v52 * v52,
+      v54 = 0.9999999999999999 * v43, v55 = 0.04 + v54, v56 = v55 * v55, v57 = v53 + v56,
+      v58 = 0.5 * v57, v59 = v58 - 0.0616, v60 = v59 / v57, v61 = v52 * v60,
+      v62 = 1.085213592060545 - v57, v63 = v57 - 0.01398640793945492, v64 = v62 * v63;
+  LANES_LET1(v65, sqrt, v64);
+  const lanes v66 = 0.5 * v65, v67 = v66 / v57, v68 = v55 * v67, v69 = v61 + v68, v70 = v69 - v52,
+      v71 = v46 * v70, v72 = 1.6129032258064515 * v50, v73 = v37 * v72, v74 = 0.62 * v73,
+      v75 = v55 * v60, v76 = v52 * v67, v77 = v75 - v76, v78 = v77 - v55, v79 = v74 * v78,
+      v80 = v71 - v79, v81 = v80 / v66, v82 = -v81;
   out[3] = v82;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_chain_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes qd_1 = in[5];
-  const lanes qd_2 = in[6];
-  const lanes qd_3 = in[7];
-  const lanes qdd_0 = in[8];
-  const lanes qdd_1 = in[9];
-  const lanes qdd_2 = in[10];
-  const lanes qdd_3 = in[11];
+  const lanes q_1 = in[1], q_2 = in[2], q_3 = in[3], qd_1 = in[5], qd_2 = in[6], qd_3 = in[7],
+      qdd_0 = in[8], qdd_1 = in[9], qdd_2 = in[10], qdd_3 = in[11];
   out[0] = qdd_0;
-  const lanes v1 = qd_1 * qd_1;
-  const lanes v2 = 1.98 + q_1;
-  const lanes v3 = v2 * qdd_1;
-  const lanes v4 = v1 + v3;
-  const lanes v5 = q_1 * q_1;
-  const lanes v6 = 3.9204 + v5;
-  const lanes v7 = 3.96 * q_1;
-  const lanes v8 = v6 + v7;
-  const lanes v9 = 12.865745377821996 - v8;
-  const lanes v10 = v8 - 3.549254622178003;
-  const lanes v11 = v9 * v10;
-  lanes v12; LANES_NAME(lanes_sqrt)(&v11, &v12);
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = v4 / v13;
-  const lanes v15 = 2.0 * q_1;
-  const lanes v16 = 3.96 + v15;
-  const lanes v17 = v16 * qd_1;
-  const lanes v18 = v17 * v9;
-  const lanes v19 = v17 * v10;
-  const lanes v20 = v18 - v19;
-  const lanes v21 = 0.25 / v12;
-  const lanes v22 = v20 * v21;
-  const lanes v23 = v2 * qd_1;
-  const lanes v24 = v13 * v13;
-  const lanes v25 = v23 / v24;
-  const lanes v26 = v22 * v25;
-  const lanes v27 = v14 - v26;
+  const lanes v1 = qd_1 * qd_1, v2 = 1.98 + q_1, v3 = v2 * qdd_1, v4 = v1 + v3, v5 = q_1 * q_1,
+      v6 = 3.9204 + v5, v7 = 3.96 * q_1, v8 = v6 + v7, v9 = 12.865745377821996 - v8,
+      v10 = v8 - 3.549254622178003, v11 = v9 * v10;
+  LANES_LET1(v12, sqrt, v11);
+  const lanes v13 = 0.5 * v12, v14 = v4 / v13, v15 = 2.0 * q_1, v16 = 3.96 + v15, v17 = v16 * qd_1,
+      v18 = v9 * v17, v19 = v10 * v17, v20 = v18 - v19, v21 = 0.25 / v12, v22 = v20 * v21,
+      v23 = v2 * qd_1, v24 = v13 * v13, v25 = v23 / v24, v26 = v22 * v25, v27 = v14 - v26;
   out[1] = v27;
-  const lanes v28 = qd_2 * qd_2;
-  const lanes v29 = 2.4 + q_2;
-  const lanes v30 = v29 * qdd_2;
-  const lanes v31 = v28 + v30;
-  const lanes v32 = q_2 * q_2;
-  const lanes v33 = 5.76 + v32;
-  const lanes v34 = 4.8 * q_2;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = 15.245138616807916 - v35;
-  const lanes v37 = v35 - 4.964861383192083;
-  const lanes v38 = v36 * v37;
-  lanes v39; LANES_NAME(lanes_sqrt)(&v38, &v39);
-  const lanes v40 = 0.5 * v39;
-  const lanes v41 = v31 / v40;
-  const lanes v42 = 2.0 * q_2;
-  const lanes v43 = 4.8 + v42;
-  const lanes v44 = v43 * qd_2;
-  const lanes v45 = v36 * v44;
-  const lanes v46 = v37 * v44;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = 0.25 / v39;
-  const lanes v49 = v47 * v48;
-  const lanes v50 = v29 * qd_2;
-  const lanes v51 = v40 * v40;
-  const lanes v52 = v50 / v51;
-  const lanes v53 = v49 * v52;
-  const lanes v54 = v41 - v53;
-  const lanes v55 = -v54;
+  const lanes v28 = qd_2 * qd_2, v29 = 2.4 + q_2, v30 = v29 * qdd_2, v31 = v28 + v30,
+      v32 = q_2 * q_2, v33 = 5.76 + v32, v34 = 4.8 * q_2, v35 = v33 + v34,
+      v36 = 15.245138616807916 - v35, v37 = v35 - 4.964861383192083, v38 = v36 * v37;
+  LANES_LET1(v39, sqrt, v38);
+  const lanes v40 = 0.5 * v39, v41 = v31 / v40, v42 = 2.0 * q_2, v43 = 4.8 + v42, v44 = v43 * qd_2,
+      v45 = v36 * v44, v46 = v37 * v44, v47 = v45 - v46, v48 = 0.25 / v39, v49 = v47 * v48,
+      v50 = v29 * qd_2, v51 = v40 * v40, v52 = v50 / v51, v53 = v49 * v52, v54 = v41 - v53,
+      v55 = -v54;
   out[2] = v55;
-  const lanes v56 = 1.6 + q_3;
-  const lanes v57 = v56 * qd_3;
-  const lanes v58 = q_3 * q_3;
-  const lanes v59 = 2.56 + v58;
-  const lanes v60 = 3.2 * q_3;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = 7.100237610654644 - v61;
-  const lanes v63 = v61 - 2.029562389345356;
-  const lanes v64 = v62 * v63;
-  lanes v65; LANES_NAME(lanes_sqrt)(&v64, &v65);
-  const lanes v66 = 0.5 * v65;
-  const lanes v67 = v57 / v66;
-  const lanes v68 = 0.23681377825618946 * v65;
-  const lanes v69 = 0.5 * v61;
-  const lanes v70 = 1.89805 + v69;
-  const lanes v71 = 0.12199497667743094 * v70;
-  const lanes v72 = v68 - v71;
-  const lanes v73 = 0.51 + v72;
-  const lanes v74 = 1.6129032258064515 * v73;
-  const lanes v75 = v67 * v74;
-  const lanes v76 = 0.62 * v75;
-  const lanes v77 = 0.06099748833871547 * v65;
-  const lanes v78 = 0.4736275565123789 * v70;
-  const lanes v79 = v77 + v78;
-  const lanes v80 = v79 - 1.98;
-  const lanes v81 = 0.9999999999999999 * v80;
-  const lanes v82 = v81 - 0.42;
-  const lanes v83 = v82 * v82;
-  const lanes v84 = 0.9999999999999999 * v73;
-  const lanes v85 = 0.04 + v84;
-  const lanes v86 = v85 * v85;
-  const lanes v87 = v83 + v86;
-  const lanes v88 = 0.5 * v87;
-  const lanes v89 = v88 - 0.0616;
-  const lanes v90 = v89 / v87;
-  const lanes v91 = v76 * v90;
-  const lanes v92 = 2.0 * v82;
-  const lanes v93 = v76 * v92;
-  const lanes v94 = 1.6129032258064515 * v80;
-  const lanes v95 = v67 * v94;
-  const lanes v96 = 0.62 * v95;
-  const lanes v97 = 2.0 * v85;
-  const lanes v98 = v96 * v97;
-  const lanes v99 = v93 - v98;
-  const lanes v100 = 0.5 * v99;
-  const lanes v101 = v100 / v87;
-  const lanes v102 = v87 * v87;
-  const lanes v103 = v89 / v102;
-  const lanes v104 = v99 * v103;
-  const lanes v105 = v101 - v104;
-  const lanes v106 = v105 * v82;
-  const lanes v107 = v91 + v106;
-  const lanes v108 = 1.085213592060545 - v87;
-  const lanes v109 = v99 * v108;
-  const lanes v110 = v87 - 0.01398640793945492;
-  const lanes v111 = v99 * v110;
-  const lanes v112 = v109 - v111;
-  const lanes v113 = v108 * v110;
-  lanes v114; LANES_NAME(lanes_sqrt)(&v113, &v114);
-  const lanes v115 = 0.25 / v114;
-  const lanes v116 = v112 * v115;
-  const lanes v117 = v116 / v87;
-  const lanes v118 = 0.5 * v114;
-  const lanes v119 = v118 / v102;
-  const lanes v120 = v99 * v119;
-  const lanes v121 = v117 - v120;
-  const lanes v122 = v121 * v85;
-  const lanes v123 = v107 + v122;
-  const lanes v124 = v118 / v87;
-  const lanes v125 = v96 * v124;
-  const lanes v126 = v123 - v125;
-  const lanes v127 = v126 - v76;
-  const lanes v128 = v76 * v127;
-  const lanes v129 = qd_3 * qd_3;
-  const lanes v130 = v56 * qdd_3;
-  const lanes v131 = v129 + v130;
-  const lanes v132 = v131 / v66;
-  const lanes v133 = 2.0 * q_3;
-  const lanes v134 = 3.2 + v133;
-  const lanes v135 = v134 * qd_3;
-  const lanes v136 = v135 * v62;
-  const lanes v137 = v135 * v63;
-  const lanes v138 = v136 - v137;
-  const lanes v139 = 0.25 / v65;
-  const lanes v140 = v138 * v139;
-  const lanes v141 = v66 * v66;
-  const lanes v142 = v57 / v141;
-  const lanes v143 = v140 * v142;
-  const lanes v144 = v132 - v143;
-  const lanes v145 = v74 * v144;
-  const lanes v146 = v67 * v95;
-  const lanes v147 = v145 - v146;
-  const lanes v148 = 0.62 * v147;
-  const lanes v149 = v82 * v90;
-  const lanes v150 = v85 * v124;
-  const lanes v151 = v149 + v150;
-  const lanes v152 = v151 - v82;
-  const lanes v153 = v148 * v152;
-  const lanes v154 = v128 + v153;
-  const lanes v155 = v105 * v85;
-  const lanes v156 = v76 * v124;
-  const lanes v157 = v155 - v156;
-  const lanes v158 = v96 * v90;
-  const lanes v159 = v157 - v158;
-  const lanes v160 = v121 * v82;
-  const lanes v161 = v159 - v160;
-  const lanes v162 = v96 + v161;
-  const lanes v163 = v96 * v162;
-  const lanes v164 = v154 - v163;
-  const lanes v165 = v67 * v75;
-  const lanes v166 = v94 * v144;
-  const lanes v167 = v165 + v166;
-  const lanes v168 = 0.62 * v167;
-  const lanes v169 = v85 * v90;
-  const lanes v170 = v82 * v124;
-  const lanes v171 = v169 - v170;
-  const lanes v172 = v171 - v85;
-  const lanes v173 = v168 * v172;
-  const lanes v174 = v164 - v173;
-  const lanes v175 = v174 / v118;
-  const lanes v176 = v76 * v152;
-  const lanes v177 = v96 * v172;
-  const lanes v178 = v176 - v177;
-  const lanes v179 = v118 * v118;
-  const lanes v180 = v178 / v179;
-  const lanes v181 = v116 * v180;
-  const lanes v182 = v175 - v181;
-  const lanes v183 = -v182;
+  const lanes v56 = 1.6 + q_3, v57 = v56 * qd_3, v58 = q_3 * q_3, v59 = 2.56 + v58, v60 = 3.2 * q_3,
+      v61 = v59 + v60, v62 = 7.100237610654644 - v61, v63 = v61 - 2.029562389345356,
+      v64 = v62 * v63;
+  LANES_LET1(v65, sqrt, v64);
+  const lanes v66 = 0.5 * v65, v67 = v57 / v66, v68 = 0.23681377825618946 * v65, v69 = 0.5 * v61,
+      v70 = 1.89805 + v69, v71 = 0.12199497667743094 * v70, v72 = v68 - v71, v73 = 0.51 + v72,
+      v74 = 1.6129032258064515 * v73, v75 = v67 * v74, v76 = 0.62 * v75,
+      v77 = 0.06099748833871547 * v65, v78 = 0.4736275565123789 * v70, v79 = v77 + v78,
+      v80 = v79 - 1.98, v81 = 0.9999999999999999 * v80, v82 = v81 - 0.42, v83 = v82 * v82,
+      v84 = 0.9999999999999999 * v73, v85 = 0.04 + v84, v86 = v85 * v85, v87 = v83 + v86,
+      v88 = 0.5 * v87, v89 = v88 - 0.0616, v90 = v89 / v87, v91 = v76 * v90, v92 = 2.0 * v82,
+      v93 = v76 * v92, v94 = 1.6129032258064515 * v80, v95 = v67 * v94, v96 = 0.62 * v95,
+      v97 = 2.0 * v85, v98 = v96 * v97, v99 = v93 - v98, v100 = 0.5 * v99, v101 = v100 / v87,
+      v102 = v87 * v87, v103 = v89 / v102, v104 = v99 * v103, v105 = v101 - v104, v106 = v105 * v82,
+      v107 = v91 + v106, v108 = 1.085213592060545 - v87, v109 = v99 * v108,
+      v110 = v87 - 0.01398640793945492, v111 = v99 * v110, v112 = v109 - v111, v113 = v108 * v110;
+  LANES_LET1(v114, sqrt, v113);
+  const lanes v115 = 0.25 / v114, v116 = v112 * v115, v117 = v116 / v87, v118 = 0.5 * v114,
+      v119 = v118 / v102, v120 = v99 * v119, v121 = v117 - v120, v122 = v121 * v85,
+      v123 = v107 + v122, v124 = v118 / v87, v125 = v96 * v124, v126 = v123 - v125,
+      v127 = v126 - v76, v128 = v76 * v127, v129 = v82 * v90, v130 = v85 * v124, v131 = v129 + v130,
+      v132 = v131 - v82, v133 = qd_3 * qd_3, v134 = v56 * qdd_3, v135 = v133 + v134,
+      v136 = v135 / v66, v137 = 2.0 * q_3, v138 = 3.2 + v137, v139 = v138 * qd_3, v140 = v62 * v139,
+      v141 = v63 * v139, v142 = v140 - v141, v143 = 0.25 / v65, v144 = v142 * v143,
+      v145 = v66 * v66, v146 = v57 / v145, v147 = v144 * v146, v148 = v136 - v147,
+      v149 = v74 * v148, v150 = v67 * v95, v151 = v149 - v150, v152 = 0.62 * v151,
+      v153 = v132 * v152, v154 = v128 + v153, v155 = v105 * v85, v156 = v76 * v124,
+      v157 = v155 - v156, v158 = v96 * v90, v159 = v157 - v158, v160 = v121 * v82,
+      v161 = v159 - v160, v162 = v96 + v161, v163 = v96 * v162, v164 = v154 - v163,
+      v165 = v85 * v90, v166 = v82 * v124, v167 = v165 - v166, v168 = v167 - v85, v169 = v67 * v75,
+      v170 = v94 * v148, v171 = v169 + v170, v172 = 0.62 * v171, v173 = v168 * v172,
+      v174 = v164 - v173, v175 = v174 / v118, v176 = v76 * v132, v177 = v96 * v168,
+      v178 = v176 - v177, v179 = v118 * v118, v180 = v178 / v179, v181 = v116 * v180,
+      v182 = v175 - v181, v183 = -v182;
   out[3] = v183;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_passive)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes v1 = q_3 * q_3;
-  const lanes v2 = 2.56 + v1;
-  const lanes v3 = 3.2 * q_3;
-  const lanes v4 = v2 + v3;
-  const lanes v5 = 7.100237610654644 - v4;
-  const lanes v6 = v4 - 2.029562389345356;
-  const lanes v7 = v5 * v6;
-  lanes v8; LANES_NAME(lanes_sqrt)(&v7, &v8);
-  const lanes v9 = 0.23681377825618946 * v8;
-  const lanes v10 = 0.5 * v4;
-  const lanes v11 = 1.89805 + v10;
-  const lanes v12 = 0.12199497667743094 * v11;
-  const lanes v13 = v9 - v12;
-  const lanes v14 = 0.51 + v13;
-  const lanes v15 = 1.6129032258064515 * v14;
-  const lanes v16 = 0.06099748833871547 * v8;
-  const lanes v17 = 0.4736275565123789 * v11;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = v18 - 1.98;
-  const lanes v20 = 1.6129032258064515 * v19;
-  lanes v21; LANES_NAME(lanes_atan2)(&v15, &v20, &v21);
-  const lanes v22 = 0.9999999999999999 * v14;
-  const lanes v23 = 0.04 + v22;
-  const lanes v24 = 0.9999999999999999 * v19;
-  const lanes v25 = v24 - 0.42;
-  const lanes v26 = v25 * v25;
-  const lanes v27 = v23 * v23;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = 0.5 * v28;
-  const lanes v30 = v29 - 0.0616;
-  const lanes v31 = v30 / v28;
-  const lanes v32 = v23 * v31;
-  const lanes v33 = 1.085213592060545 - v28;
-  const lanes v34 = v28 - 0.01398640793945492;
-  const lanes v35 = v33 * v34;
-  lanes v36; LANES_NAME(lanes_sqrt)(&v35, &v36);
-  const lanes v37 = 0.5 * v36;
-  const lanes v38 = v37 / v28;
-  const lanes v39 = v25 * v38;
-  const lanes v40 = v32 - v39;
-  const lanes v41 = v40 - v23;
-  const lanes v42 = 1.7241379310344827 * v41;
-  const lanes v43 = v20 * v42;
-  const lanes v44 = v25 * v31;
-  const lanes v45 = v23 * v38;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = v46 - v25;
-  const lanes v48 = 1.7241379310344827 * v47;
-  const lanes v49 = v15 * v48;
-  const lanes v50 = v43 - v49;
-  const lanes v51 = v20 * v48;
-  const lanes v52 = v15 * v42;
-  const lanes v53 = v51 + v52;
-  lanes v54; LANES_NAME(lanes_atan2)(&v50, &v53, &v54);
-  const lanes v55 = 1.98 + q_1;
-  const lanes v56 = q_1 * q_1;
-  const lanes v57 = 3.9204 + v56;
-  const lanes v58 = 3.96 * q_1;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = 12.865745377821996 - v59;
-  const lanes v61 = v59 - 3.549254622178003;
-  const lanes v62 = v60 * v61;
-  lanes v63; LANES_NAME(lanes_sqrt)(&v62, &v63);
-  const lanes v64 = 0.3793103448275862 * v63;
-  const lanes v65 = 0.5 * v59;
-  const lanes v66 = v65 - 3.37875;
-  const lanes v67 = 0.896551724137931 * v66;
-  const lanes v68 = v64 + v67;
-  const lanes v69 = v55 * v68;
-  const lanes v70 = v69 / v59;
-  const lanes v71 = 0.4482758620689655 * v63;
-  const lanes v72 = 0.7586206896551724 * v66;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = v55 * v73;
-  const lanes v75 = v74 / v59;
-  lanes v76; LANES_NAME(lanes_atan2)(&v70, &v75, &v76);
-  const lanes v77 = 2.4 + q_2;
-  const lanes v78 = q_2 * q_2;
-  const lanes v79 = 5.76 + v78;
-  const lanes v80 = 4.8 * q_2;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = 15.245138616807916 - v81;
-  const lanes v83 = v81 - 4.964861383192083;
-  const lanes v84 = v82 * v83;
-  lanes v85; LANES_NAME(lanes_sqrt)(&v84, &v85);
-  const lanes v86 = 0.14889657006115395 * v85;
-  const lanes v87 = 0.5 * v81;
-  const lanes v88 = 4.35 + v87;
-  const lanes v89 = 0.1329433661260303 * v88;
-  const lanes v90 = v86 - v89;
-  const lanes v91 = v77 * v90;
-  const lanes v92 = v91 / v81;
-  const lanes v93 = 0.06647168306301515 * v85;
-  const lanes v94 = 0.2977931401223079 * v88;
-  const lanes v95 = v93 + v94;
-  const lanes v96 = v77 * v95;
-  const lanes v97 = v96 / v81;
-  lanes v98; LANES_NAME(lanes_atan2)(&v92, &v97, &v98);
-  const lanes v99 = 1.6 + q_3;
-  const lanes v100 = v99 * v13;
-  const lanes v101 = v100 / v4;
-  const lanes v102 = v99 * v18;
-  const lanes v103 = v102 / v4;
-  lanes v104; LANES_NAME(lanes_atan2)(&v101, &v103, &v104);
-  out[0] = v21;
-  out[1] = v54;
-  out[2] = v76;
-  out[3] = v98;
+  const lanes q_1 = in[1], q_2 = in[2], q_3 = in[3], v1 = q_3 * q_3, v2 = 2.56 + v1, v3 = 3.2 * q_3,
+      v4 = v2 + v3, v5 = 7.100237610654644 - v4, v6 = v4 - 2.029562389345356, v7 = v5 * v6;
+  LANES_LET1(v8, sqrt, v7);
+  const lanes v9 = 0.23681377825618946 * v8, v10 = 0.5 * v4, v11 = 1.89805 + v10,
+      v12 = 0.12199497667743094 * v11, v13 = v9 - v12, v14 = 0.51 + v13,
+      v15 = 1.6129032258064515 * v14, v16 = 0.06099748833871547 * v8,
+      v17 = 0.4736275565123789 * v11, v18 = v16 + v17, v19 = v18 - 1.98,
+      v20 = 1.6129032258064515 * v19;
+  LANES_LET2(v21, atan2, v15, v20);
+  const lanes v22 = 0.9999999999999999 * v14, v23 = 0.04 + v22, v24 = 0.9999999999999999 * v19,
+      v25 = v24 - 0.42, v26 = v25 * v25, v27 = v23 * v23, v28 = v26 + v27, v29 = 0.5 * v28,
+      v30 = v29 - 0.0616, v31 = v30 / v28, v32 = v23 * v31, v33 = 1.085213592060545 - v28,
+      v34 = v28 - 0.01398640793945492, v35 = v33 * v34;
+  LANES_LET1(v36, sqrt, v35);
+  const lanes v37 = 0.5 * v36, v38 = v37 / v28, v39 = v25 * v38, v40 = v32 - v39, v41 = v40 - v23,
+      v42 = 1.7241379310344827 * v41, v43 = v20 * v42, v44 = v25 * v31, v45 = v23 * v38,
+      v46 = v44 + v45, v47 = v46 - v25, v48 = 1.7241379310344827 * v47, v49 = v15 * v48,
+      v50 = v43 - v49, v51 = v20 * v48, v52 = v15 * v42, v53 = v51 + v52;
+  LANES_LET2(v54, atan2, v50, v53);
+  const lanes v55 = 1.98 + q_1, v56 = q_1 * q_1, v57 = 3.9204 + v56, v58 = 3.96 * q_1,
+      v59 = v57 + v58, v60 = 12.865745377821996 - v59, v61 = v59 - 3.549254622178003,
+      v62 = v60 * v61;
+  LANES_LET1(v63, sqrt, v62);
+  const lanes v64 = 0.3793103448275862 * v63, v65 = 0.5 * v59, v66 = v65 - 3.37875,
+      v67 = 0.896551724137931 * v66, v68 = v64 + v67, v69 = v55 * v68, v70 = v69 / v59,
+      v71 = 0.4482758620689655 * v63, v72 = 0.7586206896551724 * v66, v73 = v71 - v72,
+      v74 = v55 * v73, v75 = v74 / v59;
+  LANES_LET2(v76, atan2, v70, v75);
+  const lanes v77 = 2.4 + q_2, v78 = q_2 * q_2, v79 = 5.76 + v78, v80 = 4.8 * q_2, v81 = v79 + v80,
+      v82 = 15.245138616807916 - v81, v83 = v81 - 4.964861383192083, v84 = v82 * v83;
+  LANES_LET1(v85, sqrt, v84);
+  const lanes v86 = 0.14889657006115395 * v85, v87 = 0.5 * v81, v88 = 4.35 + v87,
+      v89 = 0.1329433661260303 * v88, v90 = v86 - v89, v91 = v77 * v90, v92 = v91 / v81,
+      v93 = 0.06647168306301515 * v85, v94 = 0.2977931401223079 * v88, v95 = v93 + v94,
+      v96 = v77 * v95, v97 = v96 / v81;
+  LANES_LET2(v98, atan2, v92, v97);
+  const lanes v99 = 1.6 + q_3, v100 = v99 * v13, v101 = v100 / v4, v102 = v99 * v18,
+      v103 = v102 / v4;
+  LANES_LET2(v104, atan2, v101, v103); out[0] = v21; out[1] = v54; out[2] = v76; out[3] = v98;
   out[4] = v104;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_passive_D_q)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  out[0] = LANES_OF(0.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  const lanes v1 = 1.6 + q_3;
-  const lanes v2 = q_3 * q_3;
-  const lanes v3 = 2.56 + v2;
-  const lanes v4 = 3.2 * q_3;
-  const lanes v5 = v3 + v4;
-  const lanes v6 = 7.100237610654644 - v5;
-  const lanes v7 = v5 - 2.029562389345356;
-  const lanes v8 = v6 * v7;
-  lanes v9; LANES_NAME(lanes_sqrt)(&v8, &v9);
-  const lanes v10 = 0.5 * v9;
-  const lanes v11 = v1 / v10;
-  const lanes v12 = -v11;
-  out[3] = v12;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  const lanes v13 = 0.23681377825618946 * v9;
-  const lanes v14 = 0.5 * v5;
-  const lanes v15 = 1.89805 + v14;
-  const lanes v16 = 0.12199497667743094 * v15;
-  const lanes v17 = v13 - v16;
-  const lanes v18 = 0.51 + v17;
-  const lanes v19 = 1.6129032258064515 * v18;
-  const lanes v20 = v11 * v19;
-  const lanes v21 = 0.62 * v20;
-  const lanes v22 = 0.06099748833871547 * v9;
-  const lanes v23 = 0.4736275565123789 * v15;
-  const lanes v24 = v22 + v23;
-  const lanes v25 = v24 - 1.98;
-  const lanes v26 = 0.9999999999999999 * v25;
-  const lanes v27 = v26 - 0.42;
-  const lanes v28 = v27 * v27;
-  const lanes v29 = 0.9999999999999999 * v18;
-  const lanes v30 = 0.04 + v29;
-  const lanes v31 = v30 * v30;
-  const lanes v32 = v28 + v31;
-  const lanes v33 = 0.5 * v32;
-  const lanes v34 = v33 - 0.0616;
-  const lanes v35 = v34 / v32;
-  const lanes v36 = v27 * v35;
-  const lanes v37 = 1.085213592060545 - v32;
-  const lanes v38 = v32 - 0.01398640793945492;
-  const lanes v39 = v37 * v38;
-  lanes v40; LANES_NAME(lanes_sqrt)(&v39, &v40);
-  const lanes v41 = 0.5 * v40;
-  const lanes v42 = v41 / v32;
-  const lanes v43 = v30 * v42;
-  const lanes v44 = v36 + v43;
-  const lanes v45 = v21 * v44;
-  const lanes v46 = 1.6129032258064515 * v25;
-  const lanes v47 = v11 * v46;
-  const lanes v48 = 0.62 * v47;
-  const lanes v49 = v30 * v35;
-  const lanes v50 = v27 * v42;
-  const lanes v51 = v49 - v50;
-  const lanes v52 = v48 * v51;
-  const lanes v53 = v45 - v52;
-  const lanes v54 = v53 / v41;
-  const lanes v55 = v11 - v54;
-  out[7] = v55;
-  out[8] = LANES_OF(0.0);
-  const lanes v56 = q_1 * q_1;
-  const lanes v57 = 3.9204 + v56;
-  const lanes v58 = 3.96 * q_1;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = 12.865745377821996 - v59;
-  const lanes v61 = v59 - 3.549254622178003;
-  const lanes v62 = v60 * v61;
-  lanes v63; LANES_NAME(lanes_sqrt)(&v62, &v63);
-  const lanes v64 = 0.4482758620689655 * v63;
-  const lanes v65 = 0.5 * v59;
-  const lanes v66 = v65 - 3.37875;
-  const lanes v67 = 0.7586206896551724 * v66;
-  const lanes v68 = v64 - v67;
-  const lanes v69 = 0.55 + v68;
-  const lanes v70 = 1.98 + q_1;
-  const lanes v71 = v70 * v68;
-  const lanes v72 = v71 / v59;
-  const lanes v73 = v69 * v72;
-  const lanes v74 = 0.3793103448275862 * v63;
-  const lanes v75 = 0.896551724137931 * v66;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v76 - 0.65;
-  const lanes v78 = v70 * v76;
-  const lanes v79 = v78 / v59;
-  const lanes v80 = v77 * v79;
-  const lanes v81 = v73 + v80;
-  const lanes v82 = 0.5 * v63;
-  const lanes v83 = v81 / v82;
-  out[9] = v83;
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
+  const lanes q_1 = in[1], q_2 = in[2], q_3 = in[3];
+  out[0] = LANES_OF(0.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0);
+  const lanes v1 = 1.6 + q_3, v2 = q_3 * q_3, v3 = 2.56 + v2, v4 = 3.2 * q_3, v5 = v3 + v4,
+      v6 = 7.100237610654644 - v5, v7 = v5 - 2.029562389345356, v8 = v6 * v7;
+  LANES_LET1(v9, sqrt, v8);
+  const lanes v10 = 0.5 * v9, v11 = v1 / v10, v12 = -v11;
+  out[3] = v12; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  const lanes v13 = 0.23681377825618946 * v9, v14 = 0.5 * v5, v15 = 1.89805 + v14,
+      v16 = 0.12199497667743094 * v15, v17 = v13 - v16, v18 = 0.51 + v17,
+      v19 = 1.6129032258064515 * v18, v20 = v11 * v19, v21 = 0.62 * v20,
+      v22 = 0.06099748833871547 * v9, v23 = 0.4736275565123789 * v15, v24 = v22 + v23,
+      v25 = v24 - 1.98, v26 = 0.9999999999999999 * v25, v27 = v26 - 0.42, v28 = v27 * v27,
+      v29 = 0.9999999999999999 * v18, v30 = 0.04 + v29, v31 = v30 * v30, v32 = v28 + v31,
+      v33 = 0.5 * v32, v34 = v33 - 0.0616, v35 = v34 / v32, v36 = v27 * v35,
+      v37 = 1.085213592060545 - v32, v38 = v32 - 0.01398640793945492, v39 = v37 * v38;
+  LANES_LET1(v40, sqrt, v39);
+  const lanes v41 = 0.5 * v40, v42 = v41 / v32, v43 = v30 * v42, v44 = v36 + v43, v45 = v21 * v44,
+      v46 = 1.6129032258064515 * v25, v47 = v11 * v46, v48 = 0.62 * v47, v49 = v30 * v35,
+      v50 = v27 * v42, v51 = v49 - v50, v52 = v48 * v51, v53 = v45 - v52, v54 = v53 / v41,
+      v55 = v11 - v54;
+  out[7] = v55; out[8] = LANES_OF(0.0);
+  const lanes v56 = q_1 * q_1, v57 = 3.9204 + v56, v58 = 3.96 * q_1, v59 = v57 + v58,
+      v60 = 12.865745377821996 - v59, v61 = v59 - 3.549254622178003, v62 = v60 * v61;
+  LANES_LET1(v63, sqrt, v62);
+  const lanes v64 = 0.4482758620689655 * v63, v65 = 0.5 * v59, v66 = v65 - 3.37875,
+      v67 = 0.7586206896551724 * v66, v68 = v64 - v67, v69 = 0.55 + v68, v70 = 1.98 + q_1,
+      v71 = v70 * v68, v72 = v71 / v59, v73 = v69 * v72, v74 = 0.3793103448275862 * v63,
+      v75 = 0.896551724137931 * v66, v76 = v74 + v75, v77 = v76 - 0.65, v78 = v70 * v76,
+      v79 = v78 / v59, v80 = v77 * v79, v81 = v73 + v80, v82 = 0.5 * v63, v83 = v81 / v82;
+  out[9] = v83; out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
   out[13] = LANES_OF(0.0);
-  const lanes v84 = q_2 * q_2;
-  const lanes v85 = 5.76 + v84;
-  const lanes v86 = 4.8 * q_2;
-  const lanes v87 = v85 + v86;
-  const lanes v88 = 15.245138616807916 - v87;
-  const lanes v89 = v87 - 4.964861383192083;
-  const lanes v90 = v88 * v89;
-  lanes v91; LANES_NAME(lanes_sqrt)(&v90, &v91);
-  const lanes v92 = 0.06647168306301515 * v91;
-  const lanes v93 = 0.5 * v87;
-  const lanes v94 = 4.35 + v93;
-  const lanes v95 = 0.2977931401223079 * v94;
-  const lanes v96 = v92 + v95;
-  const lanes v97 = v96 - 2.8;
-  const lanes v98 = 2.4 + q_2;
-  const lanes v99 = v98 * v96;
-  const lanes v100 = v99 / v87;
-  const lanes v101 = v97 * v100;
-  const lanes v102 = 0.14889657006115395 * v91;
-  const lanes v103 = 0.1329433661260303 * v94;
-  const lanes v104 = v102 - v103;
-  const lanes v105 = 1.25 + v104;
-  const lanes v106 = v98 * v104;
-  const lanes v107 = v106 / v87;
-  const lanes v108 = v105 * v107;
-  const lanes v109 = v101 + v108;
-  const lanes v110 = 0.5 * v91;
-  const lanes v111 = v109 / v110;
-  const lanes v112 = -v111;
-  out[14] = v112;
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
+  const lanes v84 = q_2 * q_2, v85 = 5.76 + v84, v86 = 4.8 * q_2, v87 = v85 + v86,
+      v88 = 15.245138616807916 - v87, v89 = v87 - 4.964861383192083, v90 = v88 * v89;
+  LANES_LET1(v91, sqrt, v90);
+  const lanes v92 = 0.06647168306301515 * v91, v93 = 0.5 * v87, v94 = 4.35 + v93,
+      v95 = 0.2977931401223079 * v94, v96 = v92 + v95, v97 = v96 - 2.8, v98 = 2.4 + q_2,
+      v99 = v98 * v96, v100 = v99 / v87, v101 = v97 * v100, v102 = 0.14889657006115395 * v91,
+      v103 = 0.1329433661260303 * v94, v104 = v102 - v103, v105 = 1.25 + v104, v106 = v98 * v104,
+      v107 = v106 / v87, v108 = v105 * v107, v109 = v101 + v108, v110 = 0.5 * v91,
+      v111 = v109 / v110, v112 = -v111;
+  out[14] = v112; out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
   out[18] = LANES_OF(0.0);
-  const lanes v113 = v1 * v24;
-  const lanes v114 = v113 / v5;
-  const lanes v115 = v25 * v114;
-  const lanes v116 = v1 * v17;
-  const lanes v117 = v116 / v5;
-  const lanes v118 = v18 * v117;
-  const lanes v119 = v115 + v118;
-  const lanes v120 = v119 / v10;
-  const lanes v121 = -v120;
+  const lanes v113 = v1 * v24, v114 = v113 / v5, v115 = v25 * v114, v116 = v1 * v17,
+      v117 = v116 / v5, v118 = v18 * v117, v119 = v115 + v118, v120 = v119 / v10, v121 = -v120;
   out[19] = v121;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_configuration)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 3.9204 + v1;
-  const lanes v3 = 3.96 * q_1;
-  const lanes v4 = v2 + v3;
-  const lanes v5 = 12.865745377821996 - v4;
-  const lanes v6 = v4 - 3.549254622178003;
-  const lanes v7 = v5 * v6;
-  lanes v8; LANES_NAME(lanes_sqrt)(&v7, &v8);
-  const lanes v9 = 0.3793103448275862 * v8;
-  const lanes v10 = 0.5 * v4;
-  const lanes v11 = v10 - 3.37875;
-  const lanes v12 = 0.896551724137931 * v11;
-  const lanes v13 = v9 + v12;
-  const lanes v14 = v13 - 0.65;
-  const lanes v15 = 2.6 * v14;
-  const lanes v16 = 0.4482758620689655 * v8;
-  const lanes v17 = 0.7586206896551724 * v11;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = 0.55 + v18;
-  const lanes v20 = 0.85 * v19;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 0.13364517206815904 * v21;
-  const lanes v23 = 2.6 * v19;
-  const lanes v24 = 0.85 * v14;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.13364517206815904 * v25;
-  lanes v27; LANES_NAME(lanes_atan2)(&v22, &v26, &v27);
-  const lanes v28 = q_2 * q_2;
-  const lanes v29 = 5.76 + v28;
-  const lanes v30 = 4.8 * q_2;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = 15.245138616807916 - v31;
-  const lanes v33 = v31 - 4.964861383192083;
-  const lanes v34 = v32 * v33;
-  lanes v35; LANES_NAME(lanes_sqrt)(&v34, &v35);
-  const lanes v36 = 0.06647168306301515 * v35;
-  const lanes v37 = 0.5 * v31;
-  const lanes v38 = 4.35 + v37;
-  const lanes v39 = 0.2977931401223079 * v38;
-  const lanes v40 = v36 + v39;
-  const lanes v41 = v40 - 2.8;
-  const lanes v42 = 0.25 * v41;
-  const lanes v43 = 0.14889657006115395 * v35;
-  const lanes v44 = 0.1329433661260303 * v38;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = 1.25 + v45;
-  const lanes v47 = 0.8 * v46;
-  const lanes v48 = v42 + v47;
-  const lanes v49 = 1.4234875444839858 * v48;
-  const lanes v50 = 0.25 * v46;
-  const lanes v51 = 0.8 * v41;
-  const lanes v52 = v50 - v51;
-  const lanes v53 = 1.4234875444839858 * v52;
-  lanes v54; LANES_NAME(lanes_atan2)(&v49, &v53, &v54);
-  const lanes v55 = q_3 * q_3;
-  const lanes v56 = 2.56 + v55;
-  const lanes v57 = 3.2 * q_3;
-  const lanes v58 = v56 + v57;
-  const lanes v59 = 7.100237610654644 - v58;
-  const lanes v60 = v58 - 2.029562389345356;
-  const lanes v61 = v59 * v60;
-  lanes v62; LANES_NAME(lanes_sqrt)(&v61, &v62);
-  const lanes v63 = 0.23681377825618946 * v62;
-  const lanes v64 = 0.5 * v58;
-  const lanes v65 = 1.89805 + v64;
-  const lanes v66 = 0.12199497667743094 * v65;
-  const lanes v67 = v63 - v66;
-  const lanes v68 = 0.51 + v67;
-  const lanes v69 = 0.9999999999999999 * v68;
-  const lanes v70 = 0.04 + v69;
-  const lanes v71 = 0.06099748833871547 * v62;
-  const lanes v72 = 0.4736275565123789 * v65;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = v73 - 1.98;
-  const lanes v75 = 0.9999999999999999 * v74;
-  const lanes v76 = v75 - 0.42;
-  const lanes v77 = v76 * v76;
-  const lanes v78 = v70 * v70;
-  const lanes v79 = v77 + v78;
-  const lanes v80 = 0.5 * v79;
-  const lanes v81 = v80 - 0.0616;
-  const lanes v82 = v81 / v79;
-  const lanes v83 = v70 * v82;
-  const lanes v84 = 1.085213592060545 - v79;
-  const lanes v85 = v79 - 0.01398640793945492;
-  const lanes v86 = v84 * v85;
-  lanes v87; LANES_NAME(lanes_sqrt)(&v86, &v87);
-  const lanes v88 = 0.5 * v87;
-  const lanes v89 = v88 / v79;
-  const lanes v90 = v76 * v89;
-  const lanes v91 = v83 - v90;
-  const lanes v92 = 0.04 * v91;
-  const lanes v93 = v76 * v82;
-  const lanes v94 = v70 * v89;
-  const lanes v95 = v93 + v94;
-  const lanes v96 = 0.46 * v95;
-  const lanes v97 = v92 + v96;
-  const lanes v98 = 4.690431519699812 * v97;
-  const lanes v99 = 0.46 * v91;
-  const lanes v100 = 0.04 * v95;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = 4.690431519699812 * v101;
-  lanes v103; LANES_NAME(lanes_atan2)(&v98, &v102, &v103);
-  const lanes v104 = 1.6129032258064515 * v68;
-  const lanes v105 = 1.6129032258064515 * v74;
-  lanes v106; LANES_NAME(lanes_atan2)(&v104, &v105, &v106);
-  const lanes v107 = v91 - v70;
-  const lanes v108 = 1.7241379310344827 * v107;
-  const lanes v109 = v105 * v108;
-  const lanes v110 = v95 - v76;
-  const lanes v111 = 1.7241379310344827 * v110;
-  const lanes v112 = v104 * v111;
-  const lanes v113 = v109 - v112;
-  const lanes v114 = v105 * v111;
-  const lanes v115 = v104 * v108;
-  const lanes v116 = v114 + v115;
-  lanes v117; LANES_NAME(lanes_atan2)(&v113, &v116, &v117);
-  const lanes v118 = 1.98 + q_1;
-  const lanes v119 = v118 * v13;
-  const lanes v120 = v119 / v4;
-  const lanes v121 = v118 * v18;
-  const lanes v122 = v121 / v4;
-  lanes v123; LANES_NAME(lanes_atan2)(&v120, &v122, &v123);
-  const lanes v124 = 2.4 + q_2;
-  const lanes v125 = v124 * v45;
-  const lanes v126 = v125 / v31;
-  const lanes v127 = v124 * v40;
-  const lanes v128 = v127 / v31;
-  lanes v129; LANES_NAME(lanes_atan2)(&v126, &v128, &v129);
-  const lanes v130 = 1.6 + q_3;
-  const lanes v131 = v130 * v67;
-  const lanes v132 = v131 / v58;
-  const lanes v133 = v130 * v73;
-  const lanes v134 = v133 / v58;
-  lanes v135; LANES_NAME(lanes_atan2)(&v132, &v134, &v135);
-  out[0] = q_0;
-  out[1] = v27;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], v1 = q_1 * q_1, v2 = 3.9204 + v1,
+      v3 = 3.96 * q_1, v4 = v2 + v3, v5 = 12.865745377821996 - v4, v6 = v4 - 3.549254622178003,
+      v7 = v5 * v6;
+  LANES_LET1(v8, sqrt, v7);
+  const lanes v9 = 0.3793103448275862 * v8, v10 = 0.5 * v4, v11 = v10 - 3.37875,
+      v12 = 0.896551724137931 * v11, v13 = v9 + v12, v14 = v13 - 0.65, v15 = 2.6 * v14,
+      v16 = 0.4482758620689655 * v8, v17 = 0.7586206896551724 * v11, v18 = v16 - v17,
+      v19 = 0.55 + v18, v20 = 0.85 * v19, v21 = v15 - v20, v22 = 0.13364517206815904 * v21,
+      v23 = 2.6 * v19, v24 = 0.85 * v14, v25 = v23 + v24, v26 = 0.13364517206815904 * v25;
+  LANES_LET2(v27, atan2, v22, v26);
+  const lanes v28 = q_2 * q_2, v29 = 5.76 + v28, v30 = 4.8 * q_2, v31 = v29 + v30,
+      v32 = 15.245138616807916 - v31, v33 = v31 - 4.964861383192083, v34 = v32 * v33;
+  LANES_LET1(v35, sqrt, v34);
+  const lanes v36 = 0.06647168306301515 * v35, v37 = 0.5 * v31, v38 = 4.35 + v37,
+      v39 = 0.2977931401223079 * v38, v40 = v36 + v39, v41 = v40 - 2.8, v42 = 0.25 * v41,
+      v43 = 0.14889657006115395 * v35, v44 = 0.1329433661260303 * v38, v45 = v43 - v44,
+      v46 = 1.25 + v45, v47 = 0.8 * v46, v48 = v42 + v47, v49 = 1.4234875444839858 * v48,
+      v50 = 0.25 * v46, v51 = 0.8 * v41, v52 = v50 - v51, v53 = 1.4234875444839858 * v52;
+  LANES_LET2(v54, atan2, v49, v53);
+  const lanes v55 = q_3 * q_3, v56 = 2.56 + v55, v57 = 3.2 * q_3, v58 = v56 + v57,
+      v59 = 7.100237610654644 - v58, v60 = v58 - 2.029562389345356, v61 = v59 * v60;
+  LANES_LET1(v62, sqrt, v61);
+  const lanes v63 = 0.23681377825618946 * v62, v64 = 0.5 * v58, v65 = 1.89805 + v64,
+      v66 = 0.12199497667743094 * v65, v67 = v63 - v66, v68 = 0.51 + v67,
+      v69 = 0.9999999999999999 * v68, v70 = 0.04 + v69, v71 = 0.06099748833871547 * v62,
+      v72 = 0.4736275565123789 * v65, v73 = v71 + v72, v74 = v73 - 1.98,
+      v75 = 0.9999999999999999 * v74, v76 = v75 - 0.42, v77 = v76 * v76, v78 = v70 * v70,
+      v79 = v77 + v78, v80 = 0.5 * v79, v81 = v80 - 0.0616, v82 = v81 / v79, v83 = v70 * v82,
+      v84 = 1.085213592060545 - v79, v85 = v79 - 0.01398640793945492, v86 = v84 * v85;
+  LANES_LET1(v87, sqrt, v86);
+  const lanes v88 = 0.5 * v87, v89 = v88 / v79, v90 = v76 * v89, v91 = v83 - v90, v92 = 0.04 * v91,
+      v93 = v76 * v82, v94 = v70 * v89, v95 = v93 + v94, v96 = 0.46 * v95, v97 = v92 + v96,
+      v98 = 4.690431519699812 * v97, v99 = 0.46 * v91, v100 = 0.04 * v95, v101 = v99 - v100,
+      v102 = 4.690431519699812 * v101;
+  LANES_LET2(v103, atan2, v98, v102);
+  const lanes v104 = 1.6129032258064515 * v68, v105 = 1.6129032258064515 * v74;
+  LANES_LET2(v106, atan2, v104, v105);
+  const lanes v107 = v91 - v70, v108 = 1.7241379310344827 * v107, v109 = v105 * v108,
+      v110 = v95 - v76, v111 = 1.7241379310344827 * v110, v112 = v104 * v111, v113 = v109 - v112,
+      v114 = v105 * v111, v115 = v104 * v108, v116 = v114 + v115;
+  LANES_LET2(v117, atan2, v113, v116);
+  const lanes v118 = 1.98 + q_1, v119 = v118 * v13, v120 = v119 / v4, v121 = v118 * v18,
+      v122 = v121 / v4;
+  LANES_LET2(v123, atan2, v120, v122);
+  const lanes v124 = 2.4 + q_2, v125 = v124 * v45, v126 = v125 / v31, v127 = v124 * v40,
+      v128 = v127 / v31;
+  LANES_LET2(v129, atan2, v126, v128);
+  const lanes v130 = 1.6 + q_3, v131 = v130 * v67, v132 = v131 / v58, v133 = v130 * v73,
+      v134 = v133 / v58;
+  LANES_LET2(v135, atan2, v132, v134); out[0] = q_0; out[1] = v27;
   const lanes v136 = -v54;
   out[2] = v136;
   const lanes v137 = -v103;
-  out[3] = v137;
-  out[4] = v106;
-  out[5] = v117;
-  out[6] = q_1;
-  out[7] = v123;
-  out[8] = q_2;
-  out[9] = v129;
-  out[10] = q_3;
-  out[11] = v135;
+  out[3] = v137; out[4] = v106; out[5] = v117; out[6] = q_1; out[7] = v123; out[8] = q_2;
+  out[9] = v129; out[10] = q_3; out[11] = v135;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_margin)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 3.9204 + v1;
-  const lanes v3 = 3.96 * q_1;
-  const lanes v4 = v2 + v3;
-  const lanes v5 = 12.865745377821996 - v4;
-  const lanes v6 = v4 - 3.549254622178003;
-  const lanes v7 = v5 * v6;
-  const lanes v8 = 0.03341129301703976 * v7;
-  const lanes v9 = v8 / v4;
+  const lanes q_1 = in[1], q_2 = in[2], q_3 = in[3], v1 = q_1 * q_1, v2 = 3.9204 + v1,
+      v3 = 3.96 * q_1, v4 = v2 + v3, v5 = 12.865745377821996 - v4, v6 = v4 - 3.549254622178003,
+      v7 = v5 * v6, v8 = 0.03341129301703976 * v7, v9 = v8 / v4;
   out[0] = v9;
-  const lanes v10 = q_2 * q_2;
-  const lanes v11 = 5.76 + v10;
-  const lanes v12 = 4.8 * q_2;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = 15.245138616807916 - v13;
-  const lanes v15 = v13 - 4.964861383192083;
-  const lanes v16 = v14 * v15;
-  const lanes v17 = 0.35587188612099646 * v16;
-  const lanes v18 = v17 / v13;
+  const lanes v10 = q_2 * q_2, v11 = 5.76 + v10, v12 = 4.8 * q_2, v13 = v11 + v12,
+      v14 = 15.245138616807916 - v13, v15 = v13 - 4.964861383192083, v16 = v14 * v15,
+      v17 = 0.35587188612099646 * v16, v18 = v17 / v13;
   out[1] = v18;
-  const lanes v19 = q_3 * q_3;
-  const lanes v20 = 2.56 + v19;
-  const lanes v21 = 3.2 * q_3;
-  const lanes v22 = v20 + v21;
-  const lanes v23 = 7.100237610654644 - v22;
-  const lanes v24 = v22 - 2.029562389345356;
-  const lanes v25 = v23 * v24;
-  const lanes v26 = 0.6503642039542143 * v25;
-  const lanes v27 = v26 / v22;
-  out[2] = v27;
-  lanes v28; LANES_NAME(lanes_sqrt)(&v25, &v28);
-  const lanes v29 = 0.06099748833871547 * v28;
-  const lanes v30 = 0.5 * v22;
-  const lanes v31 = 1.89805 + v30;
-  const lanes v32 = 0.4736275565123789 * v31;
-  const lanes v33 = v29 + v32;
-  const lanes v34 = v33 - 1.98;
-  const lanes v35 = 0.9999999999999999 * v34;
-  const lanes v36 = v35 - 0.42;
-  const lanes v37 = v36 * v36;
-  const lanes v38 = 0.23681377825618946 * v28;
-  const lanes v39 = 0.12199497667743094 * v31;
-  const lanes v40 = v38 - v39;
-  const lanes v41 = 0.51 + v40;
-  const lanes v42 = 0.9999999999999999 * v41;
-  const lanes v43 = 0.04 + v42;
-  const lanes v44 = v43 * v43;
-  const lanes v45 = v37 + v44;
-  const lanes v46 = 1.085213592060545 - v45;
-  const lanes v47 = v45 - 0.01398640793945492;
-  const lanes v48 = v46 * v47;
-  const lanes v49 = 3.485754696566448 * v48;
+  const lanes v19 = q_3 * q_3, v20 = 2.56 + v19, v21 = 3.2 * q_3, v22 = v20 + v21,
+      v23 = 7.100237610654644 - v22, v24 = v22 - 2.029562389345356, v25 = v23 * v24,
+      v26 = 0.6503642039542143 * v25, v27 = v26 / v22;
+  out[2] = v27; LANES_LET1(v28, sqrt, v25);
+  const lanes v29 = 0.06099748833871547 * v28, v30 = 0.5 * v22, v31 = 1.89805 + v30,
+      v32 = 0.4736275565123789 * v31, v33 = v29 + v32, v34 = v33 - 1.98,
+      v35 = 0.9999999999999999 * v34, v36 = v35 - 0.42, v37 = v36 * v36,
+      v38 = 0.23681377825618946 * v28, v39 = 0.12199497667743094 * v31, v40 = v38 - v39,
+      v41 = 0.51 + v40, v42 = 0.9999999999999999 * v41, v43 = 0.04 + v42, v44 = v43 * v43,
+      v45 = v37 + v44, v46 = 1.085213592060545 - v45, v47 = v45 - 0.01398640793945492,
+      v48 = v46 * v47, v49 = 3.485754696566448 * v48;
   out[3] = v49;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_chain_all)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 3.9204 + v1;
-  const lanes v3 = 3.96 * q_1;
-  const lanes v4 = v2 + v3;
-  const lanes v5 = 12.865745377821996 - v4;
-  const lanes v6 = v4 - 3.549254622178003;
-  const lanes v7 = v5 * v6;
-  lanes v8; LANES_NAME(lanes_sqrt)(&v7, &v8);
-  const lanes v9 = 0.3793103448275862 * v8;
-  const lanes v10 = 0.5 * v4;
-  const lanes v11 = v10 - 3.37875;
-  const lanes v12 = 0.896551724137931 * v11;
-  const lanes v13 = v9 + v12;
-  const lanes v14 = v13 - 0.65;
-  const lanes v15 = 2.6 * v14;
-  const lanes v16 = 0.4482758620689655 * v8;
-  const lanes v17 = 0.7586206896551724 * v11;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = 0.55 + v18;
-  const lanes v20 = 0.85 * v19;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 0.13364517206815904 * v21;
-  const lanes v23 = 2.6 * v19;
-  const lanes v24 = 0.85 * v14;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.13364517206815904 * v25;
-  lanes v27; LANES_NAME(lanes_atan2)(&v22, &v26, &v27);
-  const lanes v28 = q_2 * q_2;
-  const lanes v29 = 5.76 + v28;
-  const lanes v30 = 4.8 * q_2;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = 15.245138616807916 - v31;
-  const lanes v33 = v31 - 4.964861383192083;
-  const lanes v34 = v32 * v33;
-  lanes v35; LANES_NAME(lanes_sqrt)(&v34, &v35);
-  const lanes v36 = 0.06647168306301515 * v35;
-  const lanes v37 = 0.5 * v31;
-  const lanes v38 = 4.35 + v37;
-  const lanes v39 = 0.2977931401223079 * v38;
-  const lanes v40 = v36 + v39;
-  const lanes v41 = v40 - 2.8;
-  const lanes v42 = 0.25 * v41;
-  const lanes v43 = 0.14889657006115395 * v35;
-  const lanes v44 = 0.1329433661260303 * v38;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = 1.25 + v45;
-  const lanes v47 = 0.8 * v46;
-  const lanes v48 = v42 + v47;
-  const lanes v49 = 1.4234875444839858 * v48;
-  const lanes v50 = 0.25 * v46;
-  const lanes v51 = 0.8 * v41;
-  const lanes v52 = v50 - v51;
-  const lanes v53 = 1.4234875444839858 * v52;
-  lanes v54; LANES_NAME(lanes_atan2)(&v49, &v53, &v54);
-  const lanes v55 = q_3 * q_3;
-  const lanes v56 = 2.56 + v55;
-  const lanes v57 = 3.2 * q_3;
-  const lanes v58 = v56 + v57;
-  const lanes v59 = 7.100237610654644 - v58;
-  const lanes v60 = v58 - 2.029562389345356;
-  const lanes v61 = v59 * v60;
-  lanes v62; LANES_NAME(lanes_sqrt)(&v61, &v62);
-  const lanes v63 = 0.23681377825618946 * v62;
-  const lanes v64 = 0.5 * v58;
-  const lanes v65 = 1.89805 + v64;
-  const lanes v66 = 0.12199497667743094 * v65;
-  const lanes v67 = v63 - v66;
-  const lanes v68 = 0.51 + v67;
-  const lanes v69 = 0.9999999999999999 * v68;
-  const lanes v70 = 0.04 + v69;
-  const lanes v71 = 0.06099748833871547 * v62;
-  const lanes v72 = 0.4736275565123789 * v65;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = v73 - 1.98;
-  const lanes v75 = 0.9999999999999999 * v74;
-  const lanes v76 = v75 - 0.42;
-  const lanes v77 = v76 * v76;
-  const lanes v78 = v70 * v70;
-  const lanes v79 = v77 + v78;
-  const lanes v80 = 0.5 * v79;
-  const lanes v81 = v80 - 0.0616;
-  const lanes v82 = v81 / v79;
-  const lanes v83 = v70 * v82;
-  const lanes v84 = 1.085213592060545 - v79;
-  const lanes v85 = v79 - 0.01398640793945492;
-  const lanes v86 = v84 * v85;
-  lanes v87; LANES_NAME(lanes_sqrt)(&v86, &v87);
-  const lanes v88 = 0.5 * v87;
-  const lanes v89 = v88 / v79;
-  const lanes v90 = v76 * v89;
-  const lanes v91 = v83 - v90;
-  const lanes v92 = 0.04 * v91;
-  const lanes v93 = v76 * v82;
-  const lanes v94 = v70 * v89;
-  const lanes v95 = v93 + v94;
-  const lanes v96 = 0.46 * v95;
-  const lanes v97 = v92 + v96;
-  const lanes v98 = 4.690431519699812 * v97;
-  const lanes v99 = 0.46 * v91;
-  const lanes v100 = 0.04 * v95;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = 4.690431519699812 * v101;
-  lanes v103; LANES_NAME(lanes_atan2)(&v98, &v102, &v103);
-  const lanes v104 = v90 + v83;
-  const lanes v105 = 0.04 * v104;
-  const lanes v106 = v93 - v94;
-  const lanes v107 = 0.46 * v106;
-  const lanes v108 = v105 + v107;
-  const lanes v109 = 4.690431519699812 * v108;
-  const lanes v110 = 0.46 * v104;
-  const lanes v111 = 0.04 * v106;
-  const lanes v112 = v110 - v111;
-  const lanes v113 = 4.690431519699812 * v112;
-  lanes v114; LANES_NAME(lanes_atan2)(&v109, &v113, &v114);
-  const lanes v115 = v66 + v63;
-  const lanes v116 = 0.51 - v115;
-  const lanes v117 = 0.9999999999999999 * v116;
-  const lanes v118 = 0.04 + v117;
-  const lanes v119 = v72 - v71;
-  const lanes v120 = v119 - 1.98;
-  const lanes v121 = 0.9999999999999999 * v120;
-  const lanes v122 = v121 - 0.42;
-  const lanes v123 = v122 * v122;
-  const lanes v124 = v118 * v118;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = 0.5 * v125;
-  const lanes v127 = v126 - 0.0616;
-  const lanes v128 = v127 / v125;
-  const lanes v129 = v118 * v128;
-  const lanes v130 = 1.085213592060545 - v125;
-  const lanes v131 = v125 - 0.01398640793945492;
-  const lanes v132 = v130 * v131;
-  lanes v133; LANES_NAME(lanes_sqrt)(&v132, &v133);
-  const lanes v134 = 0.5 * v133;
-  const lanes v135 = v134 / v125;
-  const lanes v136 = v122 * v135;
-  const lanes v137 = v129 - v136;
-  const lanes v138 = 0.04 * v137;
-  const lanes v139 = v122 * v128;
-  const lanes v140 = v118 * v135;
-  const lanes v141 = v139 + v140;
-  const lanes v142 = 0.46 * v141;
-  const lanes v143 = v138 + v142;
-  const lanes v144 = 4.690431519699812 * v143;
-  const lanes v145 = 0.46 * v137;
-  const lanes v146 = 0.04 * v141;
-  const lanes v147 = v145 - v146;
-  const lanes v148 = 4.690431519699812 * v147;
-  lanes v149; LANES_NAME(lanes_atan2)(&v144, &v148, &v149);
-  const lanes v150 = v136 + v129;
-  const lanes v151 = 0.04 * v150;
-  const lanes v152 = v139 - v140;
-  const lanes v153 = 0.46 * v152;
-  const lanes v154 = v151 + v153;
-  const lanes v155 = 4.690431519699812 * v154;
-  const lanes v156 = 0.46 * v150;
-  const lanes v157 = 0.04 * v152;
-  const lanes v158 = v156 - v157;
-  const lanes v159 = 4.690431519699812 * v158;
-  lanes v160; LANES_NAME(lanes_atan2)(&v155, &v159, &v160);
-  const lanes v161 = v39 - v36;
-  const lanes v162 = v161 - 2.8;
-  const lanes v163 = 0.25 * v162;
-  const lanes v164 = v44 + v43;
-  const lanes v165 = 1.25 - v164;
-  const lanes v166 = 0.8 * v165;
-  const lanes v167 = v163 + v166;
-  const lanes v168 = 1.4234875444839858 * v167;
-  const lanes v169 = 0.25 * v165;
-  const lanes v170 = 0.8 * v162;
-  const lanes v171 = v169 - v170;
-  const lanes v172 = 1.4234875444839858 * v171;
-  lanes v173; LANES_NAME(lanes_atan2)(&v168, &v172, &v173);
-  const lanes v174 = v12 - v9;
-  const lanes v175 = v174 - 0.65;
-  const lanes v176 = 2.6 * v175;
-  const lanes v177 = v17 + v16;
-  const lanes v178 = 0.55 - v177;
-  const lanes v179 = 0.85 * v178;
-  const lanes v180 = v176 - v179;
-  const lanes v181 = 0.13364517206815904 * v180;
-  const lanes v182 = 2.6 * v178;
-  const lanes v183 = 0.85 * v175;
-  const lanes v184 = v182 + v183;
-  const lanes v185 = 0.13364517206815904 * v184;
-  lanes v186; LANES_NAME(lanes_atan2)(&v181, &v185, &v186);
-  out[0] = q_0;
-  out[1] = v27;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], v1 = q_1 * q_1, v2 = 3.9204 + v1,
+      v3 = 3.96 * q_1, v4 = v2 + v3, v5 = 12.865745377821996 - v4, v6 = v4 - 3.549254622178003,
+      v7 = v5 * v6;
+  LANES_LET1(v8, sqrt, v7);
+  const lanes v9 = 0.3793103448275862 * v8, v10 = 0.5 * v4, v11 = v10 - 3.37875,
+      v12 = 0.896551724137931 * v11, v13 = v9 + v12, v14 = v13 - 0.65, v15 = 2.6 * v14,
+      v16 = 0.4482758620689655 * v8, v17 = 0.7586206896551724 * v11, v18 = v16 - v17,
+      v19 = 0.55 + v18, v20 = 0.85 * v19, v21 = v15 - v20, v22 = 0.13364517206815904 * v21,
+      v23 = 2.6 * v19, v24 = 0.85 * v14, v25 = v23 + v24, v26 = 0.13364517206815904 * v25;
+  LANES_LET2(v27, atan2, v22, v26);
+  const lanes v28 = q_2 * q_2, v29 = 5.76 + v28, v30 = 4.8 * q_2, v31 = v29 + v30,
+      v32 = 15.245138616807916 - v31, v33 = v31 - 4.964861383192083, v34 = v32 * v33;
+  LANES_LET1(v35, sqrt, v34);
+  const lanes v36 = 0.06647168306301515 * v35, v37 = 0.5 * v31, v38 = 4.35 + v37,
+      v39 = 0.2977931401223079 * v38, v40 = v36 + v39, v41 = v40 - 2.8, v42 = 0.25 * v41,
+      v43 = 0.14889657006115395 * v35, v44 = 0.1329433661260303 * v38, v45 = v43 - v44,
+      v46 = 1.25 + v45, v47 = 0.8 * v46, v48 = v42 + v47, v49 = 1.4234875444839858 * v48,
+      v50 = 0.25 * v46, v51 = 0.8 * v41, v52 = v50 - v51, v53 = 1.4234875444839858 * v52;
+  LANES_LET2(v54, atan2, v49, v53);
+  const lanes v55 = q_3 * q_3, v56 = 2.56 + v55, v57 = 3.2 * q_3, v58 = v56 + v57,
+      v59 = 7.100237610654644 - v58, v60 = v58 - 2.029562389345356, v61 = v59 * v60;
+  LANES_LET1(v62, sqrt, v61);
+  const lanes v63 = 0.23681377825618946 * v62, v64 = 0.5 * v58, v65 = 1.89805 + v64,
+      v66 = 0.12199497667743094 * v65, v67 = v63 - v66, v68 = 0.51 + v67,
+      v69 = 0.9999999999999999 * v68, v70 = 0.04 + v69, v71 = 0.06099748833871547 * v62,
+      v72 = 0.4736275565123789 * v65, v73 = v71 + v72, v74 = v73 - 1.98,
+      v75 = 0.9999999999999999 * v74, v76 = v75 - 0.42, v77 = v76 * v76, v78 = v70 * v70,
+      v79 = v77 + v78, v80 = 0.5 * v79, v81 = v80 - 0.0616, v82 = v81 / v79, v83 = v70 * v82,
+      v84 = 1.085213592060545 - v79, v85 = v79 - 0.01398640793945492, v86 = v84 * v85;
+  LANES_LET1(v87, sqrt, v86);
+  const lanes v88 = 0.5 * v87, v89 = v88 / v79, v90 = v76 * v89, v91 = v83 - v90, v92 = 0.04 * v91,
+      v93 = v76 * v82, v94 = v70 * v89, v95 = v93 + v94, v96 = 0.46 * v95, v97 = v92 + v96,
+      v98 = 4.690431519699812 * v97, v99 = 0.46 * v91, v100 = 0.04 * v95, v101 = v99 - v100,
+      v102 = 4.690431519699812 * v101;
+  LANES_LET2(v103, atan2, v98, v102);
+  const lanes v104 = v90 + v83, v105 = 0.04 * v104, v106 = v93 - v94, v107 = 0.46 * v106,
+      v108 = v105 + v107, v109 = 4.690431519699812 * v108, v110 = 0.46 * v104, v111 = 0.04 * v106,
+      v112 = v110 - v111, v113 = 4.690431519699812 * v112;
+  LANES_LET2(v114, atan2, v109, v113);
+  const lanes v115 = v66 + v63, v116 = 0.51 - v115, v117 = 0.9999999999999999 * v116,
+      v118 = 0.04 + v117, v119 = v72 - v71, v120 = v119 - 1.98, v121 = 0.9999999999999999 * v120,
+      v122 = v121 - 0.42, v123 = v122 * v122, v124 = v118 * v118, v125 = v123 + v124,
+      v126 = 0.5 * v125, v127 = v126 - 0.0616, v128 = v127 / v125, v129 = v118 * v128,
+      v130 = 1.085213592060545 - v125, v131 = v125 - 0.01398640793945492, v132 = v130 * v131;
+  LANES_LET1(v133, sqrt, v132);
+  const lanes v134 = 0.5 * v133, v135 = v134 / v125, v136 = v122 * v135, v137 = v129 - v136,
+      v138 = 0.04 * v137, v139 = v122 * v128, v140 = v118 * v135, v141 = v139 + v140,
+      v142 = 0.46 * v141, v143 = v138 + v142, v144 = 4.690431519699812 * v143, v145 = 0.46 * v137,
+      v146 = 0.04 * v141, v147 = v145 - v146, v148 = 4.690431519699812 * v147;
+  LANES_LET2(v149, atan2, v144, v148);
+  const lanes v150 = v136 + v129, v151 = 0.04 * v150, v152 = v139 - v140, v153 = 0.46 * v152,
+      v154 = v151 + v153, v155 = 4.690431519699812 * v154, v156 = 0.46 * v150, v157 = 0.04 * v152,
+      v158 = v156 - v157, v159 = 4.690431519699812 * v158;
+  LANES_LET2(v160, atan2, v155, v159);
+  const lanes v161 = v39 - v36, v162 = v161 - 2.8, v163 = 0.25 * v162, v164 = v44 + v43,
+      v165 = 1.25 - v164, v166 = 0.8 * v165, v167 = v163 + v166, v168 = 1.4234875444839858 * v167,
+      v169 = 0.25 * v165, v170 = 0.8 * v162, v171 = v169 - v170, v172 = 1.4234875444839858 * v171;
+  LANES_LET2(v173, atan2, v168, v172);
+  const lanes v174 = v12 - v9, v175 = v174 - 0.65, v176 = 2.6 * v175, v177 = v17 + v16,
+      v178 = 0.55 - v177, v179 = 0.85 * v178, v180 = v176 - v179, v181 = 0.13364517206815904 * v180,
+      v182 = 2.6 * v178, v183 = 0.85 * v175, v184 = v182 + v183, v185 = 0.13364517206815904 * v184;
+  LANES_LET2(v186, atan2, v181, v185); out[0] = q_0; out[1] = v27;
   const lanes v187 = -v54;
   out[2] = v187;
   const lanes v188 = -v103;
-  out[3] = v188;
-  out[4] = q_0;
-  out[5] = v27;
-  out[6] = v187;
+  out[3] = v188; out[4] = q_0; out[5] = v27; out[6] = v187;
   const lanes v189 = -v114;
-  out[7] = v189;
-  out[8] = q_0;
-  out[9] = v27;
-  out[10] = v187;
+  out[7] = v189; out[8] = q_0; out[9] = v27; out[10] = v187;
   const lanes v190 = -v149;
-  out[11] = v190;
-  out[12] = q_0;
-  out[13] = v27;
-  out[14] = v187;
+  out[11] = v190; out[12] = q_0; out[13] = v27; out[14] = v187;
   const lanes v191 = -v160;
-  out[15] = v191;
-  out[16] = q_0;
-  out[17] = v27;
+  out[15] = v191; out[16] = q_0; out[17] = v27;
   const lanes v192 = -v173;
-  out[18] = v192;
-  out[19] = v188;
-  out[20] = q_0;
-  out[21] = v27;
-  out[22] = v192;
-  out[23] = v189;
-  out[24] = q_0;
-  out[25] = v27;
-  out[26] = v192;
-  out[27] = v190;
-  out[28] = q_0;
-  out[29] = v27;
-  out[30] = v192;
-  out[31] = v191;
-  out[32] = q_0;
-  out[33] = v186;
-  out[34] = v187;
-  out[35] = v188;
-  out[36] = q_0;
-  out[37] = v186;
-  out[38] = v187;
-  out[39] = v189;
-  out[40] = q_0;
-  out[41] = v186;
-  out[42] = v187;
-  out[43] = v190;
-  out[44] = q_0;
-  out[45] = v186;
-  out[46] = v187;
-  out[47] = v191;
-  out[48] = q_0;
-  out[49] = v186;
-  out[50] = v192;
-  out[51] = v188;
-  out[52] = q_0;
-  out[53] = v186;
-  out[54] = v192;
-  out[55] = v189;
-  out[56] = q_0;
-  out[57] = v186;
-  out[58] = v192;
-  out[59] = v190;
-  out[60] = q_0;
-  out[61] = v186;
-  out[62] = v192;
-  out[63] = v191;
-  const lanes v193 = 0.03341129301703976 * v7;
-  const lanes v194 = v193 / v4;
+  out[18] = v192; out[19] = v188; out[20] = q_0; out[21] = v27; out[22] = v192; out[23] = v189;
+  out[24] = q_0; out[25] = v27; out[26] = v192; out[27] = v190; out[28] = q_0; out[29] = v27;
+  out[30] = v192; out[31] = v191; out[32] = q_0; out[33] = v186; out[34] = v187; out[35] = v188;
+  out[36] = q_0; out[37] = v186; out[38] = v187; out[39] = v189; out[40] = q_0; out[41] = v186;
+  out[42] = v187; out[43] = v190; out[44] = q_0; out[45] = v186; out[46] = v187; out[47] = v191;
+  out[48] = q_0; out[49] = v186; out[50] = v192; out[51] = v188; out[52] = q_0; out[53] = v186;
+  out[54] = v192; out[55] = v189; out[56] = q_0; out[57] = v186; out[58] = v192; out[59] = v190;
+  out[60] = q_0; out[61] = v186; out[62] = v192; out[63] = v191;
+  const lanes v193 = 0.03341129301703976 * v7, v194 = v193 / v4;
   out[64] = v194;
-  const lanes v195 = 0.35587188612099646 * v34;
-  const lanes v196 = v195 / v31;
+  const lanes v195 = 0.35587188612099646 * v34, v196 = v195 / v31;
   out[65] = v196;
-  const lanes v197 = 0.6503642039542143 * v61;
-  const lanes v198 = v197 / v58;
+  const lanes v197 = 0.6503642039542143 * v61, v198 = v197 / v58;
   out[66] = v198;
   const lanes v199 = 3.485754696566448 * v86;
-  out[67] = v199;
-  out[68] = v194;
-  out[69] = v196;
-  out[70] = v198;
-  out[71] = v199;
-  out[72] = v194;
-  out[73] = v196;
-  out[74] = v198;
+  out[67] = v199; out[68] = v194; out[69] = v196; out[70] = v198; out[71] = v199; out[72] = v194;
+  out[73] = v196; out[74] = v198;
   const lanes v200 = 3.485754696566448 * v132;
-  out[75] = v200;
-  out[76] = v194;
-  out[77] = v196;
-  out[78] = v198;
-  out[79] = v200;
-  out[80] = v194;
-  out[81] = v196;
-  out[82] = v198;
-  out[83] = v199;
-  out[84] = v194;
-  out[85] = v196;
-  out[86] = v198;
-  out[87] = v199;
-  out[88] = v194;
-  out[89] = v196;
-  out[90] = v198;
-  out[91] = v200;
-  out[92] = v194;
-  out[93] = v196;
-  out[94] = v198;
-  out[95] = v200;
-  out[96] = v194;
-  out[97] = v196;
-  out[98] = v198;
-  out[99] = v199;
-  out[100] = v194;
-  out[101] = v196;
-  out[102] = v198;
-  out[103] = v199;
-  out[104] = v194;
-  out[105] = v196;
-  out[106] = v198;
-  out[107] = v200;
-  out[108] = v194;
-  out[109] = v196;
-  out[110] = v198;
-  out[111] = v200;
-  out[112] = v194;
-  out[113] = v196;
-  out[114] = v198;
-  out[115] = v199;
-  out[116] = v194;
-  out[117] = v196;
-  out[118] = v198;
-  out[119] = v199;
-  out[120] = v194;
-  out[121] = v196;
-  out[122] = v198;
-  out[123] = v200;
-  out[124] = v194;
-  out[125] = v196;
-  out[126] = v198;
-  out[127] = v200;
+  out[75] = v200; out[76] = v194; out[77] = v196; out[78] = v198; out[79] = v200; out[80] = v194;
+  out[81] = v196; out[82] = v198; out[83] = v199; out[84] = v194; out[85] = v196; out[86] = v198;
+  out[87] = v199; out[88] = v194; out[89] = v196; out[90] = v198; out[91] = v200; out[92] = v194;
+  out[93] = v196; out[94] = v198; out[95] = v200; out[96] = v194; out[97] = v196; out[98] = v198;
+  out[99] = v199; out[100] = v194; out[101] = v196; out[102] = v198; out[103] = v199;
+  out[104] = v194; out[105] = v196; out[106] = v198; out[107] = v200; out[108] = v194;
+  out[109] = v196; out[110] = v198; out[111] = v200; out[112] = v194; out[113] = v196;
+  out[114] = v198; out[115] = v199; out[116] = v194; out[117] = v196; out[118] = v198;
+  out[119] = v199; out[120] = v194; out[121] = v196; out[122] = v198; out[123] = v200;
+  out[124] = v194; out[125] = v196; out[126] = v198; out[127] = v200;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_actuators)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&theta_1, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&theta_2, &v3, &v4);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&theta_3, &v6, &v5);
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3];
+  LANES_COS_SIN(v1, v2, theta_1); LANES_COS_SIN(v3, v4, theta_2); LANES_COS_SIN(v6, v5, theta_3);
   out[0] = theta_0;
-  const lanes v7 = 2.6 * v1;
-  const lanes v8 = v7 - 0.55;
-  const lanes v9 = 0.85 * v2;
-  const lanes v10 = v8 - v9;
-  const lanes v11 = v10 * v10;
-  const lanes v12 = 2.6 * v2;
-  const lanes v13 = 0.65 + v12;
-  const lanes v14 = 0.85 * v1;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = v15 * v15;
-  const lanes v17 = v11 + v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
+  const lanes v7 = 2.6 * v1, v8 = v7 - 0.55, v9 = 0.85 * v2, v10 = v8 - v9, v11 = v10 * v10,
+      v12 = 2.6 * v2, v13 = 0.65 + v12, v14 = 0.85 * v1, v15 = v13 + v14, v16 = v15 * v15,
+      v17 = v11 + v16;
+  LANES_LET1(v18, sqrt, v17);
   const lanes v19 = v18 - 1.98;
   out[1] = v19;
-  const lanes v20 = 0.8 * v3;
-  const lanes v21 = 2.8 - v20;
-  const lanes v22 = 0.25 * v4;
-  const lanes v23 = v21 - v22;
-  const lanes v24 = v23 * v23;
-  const lanes v25 = 0.25 * v3;
-  const lanes v26 = v25 - 1.25;
-  const lanes v27 = 0.8 * v4;
-  const lanes v28 = v26 - v27;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = v24 + v29;
-  lanes v31; LANES_NAME(lanes_sqrt)(&v30, &v31);
+  const lanes v20 = 0.8 * v3, v21 = 2.8 - v20, v22 = 0.25 * v4, v23 = v21 - v22, v24 = v23 * v23,
+      v25 = 0.25 * v3, v26 = v25 - 1.25, v27 = 0.8 * v4, v28 = v26 - v27, v29 = v28 * v28,
+      v30 = v24 + v29;
+  LANES_LET1(v31, sqrt, v30);
   const lanes v32 = v31 - 2.4;
   out[2] = v32;
-  const lanes v33 = 0.46 * v5;
-  const lanes v34 = 0.42 - v33;
-  const lanes v35 = 0.04 * v6;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = v36 * v36;
-  const lanes v38 = 0.46 * v6;
-  const lanes v39 = v38 - 0.04;
-  const lanes v40 = 0.04 * v5;
-  const lanes v41 = v39 - v40;
-  const lanes v42 = v41 * v41;
-  const lanes v43 = v37 + v42;
-  const lanes v44 = 0.5 * v43;
-  const lanes v45 = 0.024 + v44;
-  const lanes v46 = v45 / v43;
-  const lanes v47 = v36 * v46;
-  const lanes v48 = 1.44 - v43;
-  const lanes v49 = v43 - 0.0016;
-  const lanes v50 = v48 * v49;
-  lanes v51; LANES_NAME(lanes_sqrt)(&v50, &v51);
-  const lanes v52 = 0.5 * v51;
-  const lanes v53 = v52 / v43;
-  const lanes v54 = v41 * v53;
-  const lanes v55 = v47 - v54;
-  const lanes v56 = 0.9999999999999999 * v55;
-  const lanes v57 = 1.98 + v56;
-  const lanes v58 = v57 * v57;
-  const lanes v59 = v36 * v53;
-  const lanes v60 = v41 * v46;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = 0.9999999999999999 * v61;
-  const lanes v63 = v62 - 0.51;
-  const lanes v64 = v63 * v63;
-  const lanes v65 = v58 + v64;
-  lanes v66; LANES_NAME(lanes_sqrt)(&v65, &v66);
+  const lanes v33 = 0.46 * v5, v34 = 0.42 - v33, v35 = 0.04 * v6, v36 = v34 - v35, v37 = v36 * v36,
+      v38 = 0.46 * v6, v39 = v38 - 0.04, v40 = 0.04 * v5, v41 = v39 - v40, v42 = v41 * v41,
+      v43 = v37 + v42, v44 = 0.5 * v43, v45 = 0.024 + v44, v46 = v45 / v43, v47 = v36 * v46,
+      v48 = 1.44 - v43, v49 = v43 - 0.0016, v50 = v48 * v49;
+  LANES_LET1(v51, sqrt, v50);
+  const lanes v52 = 0.5 * v51, v53 = v52 / v43, v54 = v41 * v53, v55 = v47 - v54,
+      v56 = 0.9999999999999999 * v55, v57 = 1.98 + v56, v58 = v57 * v57, v59 = v36 * v53,
+      v60 = v41 * v46, v61 = v59 + v60, v62 = 0.9999999999999999 * v61, v63 = v62 - 0.51,
+      v64 = v63 * v63, v65 = v58 + v64;
+  LANES_LET1(v66, sqrt, v65);
   const lanes v67 = v66 - 1.6;
   out[3] = v67;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_actuators_D_chain)(const lanes *in, lanes *out)
 {
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&theta_1, &v1, &v2);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&theta_2, &v4, &v3);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&theta_3, &v6, &v5);
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
+  const lanes theta_1 = in[1], theta_2 = in[2], theta_3 = in[3];
+  LANES_COS_SIN(v1, v2, theta_1); LANES_COS_SIN(v4, v3, theta_2); LANES_COS_SIN(v6, v5, theta_3);
+  out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(0.0);
-  const lanes v7 = 2.6 * v1;
-  const lanes v8 = 0.85 * v2;
-  const lanes v9 = v7 - v8;
-  const lanes v10 = 2.6 * v2;
-  const lanes v11 = 0.65 + v10;
-  const lanes v12 = 0.85 * v1;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = 2.0 * v13;
-  const lanes v15 = v9 * v14;
-  const lanes v16 = v10 + v12;
-  const lanes v17 = v7 - 0.55;
-  const lanes v18 = v17 - v8;
-  const lanes v19 = 2.0 * v18;
-  const lanes v20 = v16 * v19;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = v18 * v18;
-  const lanes v23 = v13 * v13;
-  const lanes v24 = v22 + v23;
-  lanes v25; LANES_NAME(lanes_sqrt)(&v24, &v25);
-  const lanes v26 = 0.5 / v25;
-  const lanes v27 = v21 * v26;
-  out[5] = v27;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
+  const lanes v7 = 2.6 * v1, v8 = 0.85 * v2, v9 = v7 - v8, v10 = 2.6 * v2, v11 = 0.65 + v10,
+      v12 = 0.85 * v1, v13 = v11 + v12, v14 = 2.0 * v13, v15 = v9 * v14, v16 = v10 + v12,
+      v17 = v7 - 0.55, v18 = v17 - v8, v19 = 2.0 * v18, v20 = v16 * v19, v21 = v15 - v20,
+      v22 = v18 * v18, v23 = v13 * v13, v24 = v22 + v23;
+  LANES_LET1(v25, sqrt, v24);
+  const lanes v26 = 0.5 / v25, v27 = v21 * v26;
+  out[5] = v27; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
   out[9] = LANES_OF(0.0);
-  const lanes v28 = 0.8 * v3;
-  const lanes v29 = 0.25 * v4;
-  const lanes v30 = v28 - v29;
-  const lanes v31 = 0.8 * v4;
-  const lanes v32 = 2.8 - v31;
-  const lanes v33 = 0.25 * v3;
-  const lanes v34 = v32 - v33;
-  const lanes v35 = 2.0 * v34;
-  const lanes v36 = v30 * v35;
-  const lanes v37 = v33 + v31;
-  const lanes v38 = v29 - 1.25;
-  const lanes v39 = v38 - v28;
-  const lanes v40 = 2.0 * v39;
-  const lanes v41 = v37 * v40;
-  const lanes v42 = v36 - v41;
-  const lanes v43 = v34 * v34;
-  const lanes v44 = v39 * v39;
-  const lanes v45 = v43 + v44;
-  lanes v46; LANES_NAME(lanes_sqrt)(&v45, &v46);
-  const lanes v47 = 0.5 / v46;
-  const lanes v48 = v42 * v47;
-  out[10] = v48;
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
+  const lanes v28 = 0.8 * v3, v29 = 0.25 * v4, v30 = v28 - v29, v31 = 0.8 * v4, v32 = 2.8 - v31,
+      v33 = 0.25 * v3, v34 = v32 - v33, v35 = 2.0 * v34, v36 = v30 * v35, v37 = v33 + v31,
+      v38 = v29 - 1.25, v39 = v38 - v28, v40 = 2.0 * v39, v41 = v37 * v40, v42 = v36 - v41,
+      v43 = v34 * v34, v44 = v39 * v39, v45 = v43 + v44;
+  LANES_LET1(v46, sqrt, v45);
+  const lanes v47 = 0.5 / v46, v48 = v42 * v47;
+  out[10] = v48; out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
   out[14] = LANES_OF(0.0);
-  const lanes v49 = 0.46 * v5;
-  const lanes v50 = 0.42 - v49;
-  const lanes v51 = 0.04 * v6;
-  const lanes v52 = v50 - v51;
-  const lanes v53 = v52 * v52;
-  const lanes v54 = 0.46 * v6;
-  const lanes v55 = v54 - 0.04;
-  const lanes v56 = 0.04 * v5;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v57 * v57;
-  const lanes v59 = v53 + v58;
-  const lanes v60 = 0.5 * v59;
-  const lanes v61 = 0.024 + v60;
-  const lanes v62 = v61 / v59;
-  const lanes v63 = v52 * v62;
-  const lanes v64 = 1.44 - v59;
-  const lanes v65 = v59 - 0.0016;
-  const lanes v66 = v64 * v65;
-  lanes v67; LANES_NAME(lanes_sqrt)(&v66, &v67);
-  const lanes v68 = 0.5 * v67;
-  const lanes v69 = v68 / v59;
-  const lanes v70 = v57 * v69;
-  const lanes v71 = v63 - v70;
-  const lanes v72 = 1.6129032258064515 * v71;
-  const lanes v73 = v71 - v52;
-  const lanes v74 = v56 - v54;
-  const lanes v75 = v73 * v74;
-  const lanes v76 = v52 * v69;
-  const lanes v77 = v57 * v62;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = v78 - v57;
-  const lanes v80 = v51 + v49;
-  const lanes v81 = v79 * v80;
-  const lanes v82 = v75 - v81;
-  const lanes v83 = v82 / v68;
-  const lanes v84 = v72 * v83;
-  const lanes v85 = 0.62 * v84;
-  const lanes v86 = 0.9999999999999999 * v78;
-  const lanes v87 = v86 - 0.51;
-  const lanes v88 = 2.0 * v87;
-  const lanes v89 = v85 * v88;
-  const lanes v90 = 1.6129032258064515 * v78;
-  const lanes v91 = v90 * v83;
-  const lanes v92 = 0.62 * v91;
-  const lanes v93 = 0.9999999999999999 * v71;
-  const lanes v94 = 1.98 + v93;
-  const lanes v95 = 2.0 * v94;
-  const lanes v96 = v92 * v95;
-  const lanes v97 = v89 - v96;
-  const lanes v98 = v94 * v94;
-  const lanes v99 = v87 * v87;
-  const lanes v100 = v98 + v99;
-  lanes v101; LANES_NAME(lanes_sqrt)(&v100, &v101);
-  const lanes v102 = 0.5 / v101;
-  const lanes v103 = v97 * v102;
+  const lanes v49 = 0.04 * v5, v50 = 0.46 * v6, v51 = v49 - v50, v52 = 0.46 * v5, v53 = 0.42 - v52,
+      v54 = 0.04 * v6, v55 = v53 - v54, v56 = v55 * v55, v57 = v50 - 0.04, v58 = v57 - v49,
+      v59 = v58 * v58, v60 = v56 + v59, v61 = 0.5 * v60, v62 = 0.024 + v61, v63 = v62 / v60,
+      v64 = v55 * v63, v65 = 1.44 - v60, v66 = v60 - 0.0016, v67 = v65 * v66;
+  LANES_LET1(v68, sqrt, v67);
+  const lanes v69 = 0.5 * v68, v70 = v69 / v60, v71 = v58 * v70, v72 = v64 - v71, v73 = v72 - v55,
+      v74 = v51 * v73, v75 = v54 + v52, v76 = v55 * v70, v77 = v58 * v63, v78 = v76 + v77,
+      v79 = v78 - v58, v80 = v75 * v79, v81 = v74 - v80, v82 = v81 / v69,
+      v83 = 1.6129032258064515 * v72, v84 = v82 * v83, v85 = 0.62 * v84,
+      v86 = 0.9999999999999999 * v78, v87 = v86 - 0.51, v88 = 2.0 * v87, v89 = v85 * v88,
+      v90 = 1.6129032258064515 * v78, v91 = v82 * v90, v92 = 0.62 * v91,
+      v93 = 0.9999999999999999 * v72, v94 = 1.98 + v93, v95 = 2.0 * v94, v96 = v92 * v95,
+      v97 = v89 - v96, v98 = v94 * v94, v99 = v87 * v87, v100 = v98 + v99;
+  LANES_LET1(v101, sqrt, v100);
+  const lanes v102 = 0.5 / v101, v103 = v97 * v102;
   out[15] = v103;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_actuator_rates)(const lanes *in, lanes *out)
 {
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes thetad_0 = in[4];
-  const lanes thetad_1 = in[5];
-  const lanes thetad_2 = in[6];
-  const lanes thetad_3 = in[7];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&theta_1, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&theta_2, &v3, &v4);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&theta_3, &v6, &v5);
+  const lanes theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], thetad_0 = in[4], thetad_1 = in[5],
+      thetad_2 = in[6], thetad_3 = in[7];
+  LANES_COS_SIN(v1, v2, theta_1); LANES_COS_SIN(v3, v4, theta_2); LANES_COS_SIN(v6, v5, theta_3);
   out[0] = thetad_0;
-  const lanes v7 = 2.6 * v1;
-  const lanes v8 = v7 - 0.55;
-  const lanes v9 = 0.85 * v2;
-  const lanes v10 = v8 - v9;
-  const lanes v11 = v10 * v10;
-  const lanes v12 = 2.6 * v2;
-  const lanes v13 = 0.65 + v12;
-  const lanes v14 = 0.85 * v1;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = v15 * v15;
-  const lanes v17 = v11 + v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 / v18;
-  const lanes v20 = 2.0 * v15;
-  const lanes v21 = v1 * thetad_1;
-  const lanes v22 = 2.6 * v21;
-  const lanes v23 = v2 * thetad_1;
-  const lanes v24 = 0.85 * v23;
-  const lanes v25 = v22 - v24;
-  const lanes v26 = v20 * v25;
-  const lanes v27 = 2.0 * v10;
-  const lanes v28 = 2.6 * v23;
-  const lanes v29 = 0.85 * v21;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = v27 * v30;
-  const lanes v32 = v26 - v31;
-  const lanes v33 = v19 * v32;
+  const lanes v7 = 2.6 * v1, v8 = v7 - 0.55, v9 = 0.85 * v2, v10 = v8 - v9, v11 = v10 * v10,
+      v12 = 2.6 * v2, v13 = 0.65 + v12, v14 = 0.85 * v1, v15 = v13 + v14, v16 = v15 * v15,
+      v17 = v11 + v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 / v18, v20 = 2.0 * v15, v21 = v1 * thetad_1, v22 = 2.6 * v21,
+      v23 = v2 * thetad_1, v24 = 0.85 * v23, v25 = v22 - v24, v26 = v20 * v25, v27 = 2.0 * v10,
+      v28 = 2.6 * v23, v29 = 0.85 * v21, v30 = v28 + v29, v31 = v27 * v30, v32 = v26 - v31,
+      v33 = v19 * v32;
   out[1] = v33;
-  const lanes v34 = 0.8 * v3;
-  const lanes v35 = 2.8 - v34;
-  const lanes v36 = 0.25 * v4;
-  const lanes v37 = v35 - v36;
-  const lanes v38 = v37 * v37;
-  const lanes v39 = 0.25 * v3;
-  const lanes v40 = v39 - 1.25;
-  const lanes v41 = 0.8 * v4;
-  const lanes v42 = v40 - v41;
-  const lanes v43 = v42 * v42;
-  const lanes v44 = v38 + v43;
-  lanes v45; LANES_NAME(lanes_sqrt)(&v44, &v45);
-  const lanes v46 = 0.5 / v45;
-  const lanes v47 = 2.0 * v37;
-  const lanes v48 = v4 * thetad_2;
-  const lanes v49 = 0.8 * v48;
-  const lanes v50 = v3 * thetad_2;
-  const lanes v51 = 0.25 * v50;
-  const lanes v52 = v49 - v51;
-  const lanes v53 = v47 * v52;
-  const lanes v54 = 2.0 * v42;
-  const lanes v55 = 0.25 * v48;
-  const lanes v56 = 0.8 * v50;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v53 - v58;
-  const lanes v60 = v46 * v59;
+  const lanes v34 = 0.8 * v3, v35 = 2.8 - v34, v36 = 0.25 * v4, v37 = v35 - v36, v38 = v37 * v37,
+      v39 = 0.25 * v3, v40 = v39 - 1.25, v41 = 0.8 * v4, v42 = v40 - v41, v43 = v42 * v42,
+      v44 = v38 + v43;
+  LANES_LET1(v45, sqrt, v44);
+  const lanes v46 = 0.5 / v45, v47 = 2.0 * v37, v48 = v4 * thetad_2, v49 = 0.8 * v48,
+      v50 = v3 * thetad_2, v51 = 0.25 * v50, v52 = v49 - v51, v53 = v47 * v52, v54 = 2.0 * v42,
+      v55 = 0.25 * v48, v56 = 0.8 * v50, v57 = v55 + v56, v58 = v54 * v57, v59 = v53 - v58,
+      v60 = v46 * v59;
   out[2] = v60;
-  const lanes v61 = 0.46 * v5;
-  const lanes v62 = 0.42 - v61;
-  const lanes v63 = 0.04 * v6;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v64 * v64;
-  const lanes v66 = 0.46 * v6;
-  const lanes v67 = v66 - 0.04;
-  const lanes v68 = 0.04 * v5;
-  const lanes v69 = v67 - v68;
-  const lanes v70 = v69 * v69;
-  const lanes v71 = v65 + v70;
-  const lanes v72 = 0.5 * v71;
-  const lanes v73 = 0.024 + v72;
-  const lanes v74 = v73 / v71;
-  const lanes v75 = v64 * v74;
-  const lanes v76 = 1.44 - v71;
-  const lanes v77 = v71 - 0.0016;
-  const lanes v78 = v76 * v77;
-  lanes v79; LANES_NAME(lanes_sqrt)(&v78, &v79);
-  const lanes v80 = 0.5 * v79;
-  const lanes v81 = v80 / v71;
-  const lanes v82 = v69 * v81;
-  const lanes v83 = v75 - v82;
-  const lanes v84 = 0.9999999999999999 * v83;
-  const lanes v85 = 1.98 + v84;
-  const lanes v86 = v85 * v85;
-  const lanes v87 = v64 * v81;
-  const lanes v88 = v69 * v74;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = 0.9999999999999999 * v89;
-  const lanes v91 = v90 - 0.51;
-  const lanes v92 = v91 * v91;
-  const lanes v93 = v86 + v92;
-  lanes v94; LANES_NAME(lanes_sqrt)(&v93, &v94);
-  const lanes v95 = 0.5 / v94;
-  const lanes v96 = 2.0 * v91;
-  const lanes v97 = 1.6129032258064515 * v83;
-  const lanes v98 = v83 - v64;
-  const lanes v99 = v5 * thetad_3;
-  const lanes v100 = 0.04 * v99;
-  const lanes v101 = v6 * thetad_3;
-  const lanes v102 = 0.46 * v101;
-  const lanes v103 = v100 - v102;
-  const lanes v104 = v98 * v103;
-  const lanes v105 = v89 - v69;
-  const lanes v106 = 0.04 * v101;
-  const lanes v107 = 0.46 * v99;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = v105 * v108;
-  const lanes v110 = v104 - v109;
-  const lanes v111 = v110 / v80;
-  const lanes v112 = v97 * v111;
-  const lanes v113 = 0.62 * v112;
-  const lanes v114 = v96 * v113;
-  const lanes v115 = 2.0 * v85;
-  const lanes v116 = 1.6129032258064515 * v89;
-  const lanes v117 = v116 * v111;
-  const lanes v118 = 0.62 * v117;
-  const lanes v119 = v115 * v118;
-  const lanes v120 = v114 - v119;
-  const lanes v121 = v95 * v120;
+  const lanes v61 = 0.46 * v5, v62 = 0.42 - v61, v63 = 0.04 * v6, v64 = v62 - v63, v65 = v64 * v64,
+      v66 = 0.46 * v6, v67 = v66 - 0.04, v68 = 0.04 * v5, v69 = v67 - v68, v70 = v69 * v69,
+      v71 = v65 + v70, v72 = 0.5 * v71, v73 = 0.024 + v72, v74 = v73 / v71, v75 = v64 * v74,
+      v76 = 1.44 - v71, v77 = v71 - 0.0016, v78 = v76 * v77;
+  LANES_LET1(v79, sqrt, v78);
+  const lanes v80 = 0.5 * v79, v81 = v80 / v71, v82 = v69 * v81, v83 = v75 - v82,
+      v84 = 0.9999999999999999 * v83, v85 = 1.98 + v84, v86 = v85 * v85, v87 = v64 * v81,
+      v88 = v69 * v74, v89 = v87 + v88, v90 = 0.9999999999999999 * v89, v91 = v90 - 0.51,
+      v92 = v91 * v91, v93 = v86 + v92;
+  LANES_LET1(v94, sqrt, v93);
+  const lanes v95 = 0.5 / v94, v96 = 2.0 * v91, v97 = v5 * thetad_3, v98 = 0.04 * v97,
+      v99 = v6 * thetad_3, v100 = 0.46 * v99, v101 = v98 - v100, v102 = v83 - v64,
+      v103 = v101 * v102, v104 = 0.04 * v99, v105 = 0.46 * v97, v106 = v104 + v105,
+      v107 = v89 - v69, v108 = v106 * v107, v109 = v103 - v108, v110 = v109 / v80,
+      v111 = 1.6129032258064515 * v83, v112 = v110 * v111, v113 = 0.62 * v112, v114 = v96 * v113,
+      v115 = 2.0 * v85, v116 = 1.6129032258064515 * v89, v117 = v110 * v116, v118 = 0.62 * v117,
+      v119 = v115 * v118, v120 = v114 - v119, v121 = v95 * v120;
   out[3] = v121;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_actuator_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes thetad_1 = in[5];
-  const lanes thetad_2 = in[6];
-  const lanes thetad_3 = in[7];
-  const lanes thetadd_0 = in[8];
-  const lanes thetadd_1 = in[9];
-  const lanes thetadd_2 = in[10];
-  const lanes thetadd_3 = in[11];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&theta_1, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&theta_2, &v3, &v4);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&theta_3, &v6, &v5);
+  const lanes theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], thetad_1 = in[5], thetad_2 = in[6],
+      thetad_3 = in[7], thetadd_0 = in[8], thetadd_1 = in[9], thetadd_2 = in[10],
+      thetadd_3 = in[11];
+  LANES_COS_SIN(v1, v2, theta_1); LANES_COS_SIN(v3, v4, theta_2); LANES_COS_SIN(v6, v5, theta_3);
   out[0] = thetadd_0;
-  const lanes v7 = 2.6 * v1;
-  const lanes v8 = v7 - 0.55;
-  const lanes v9 = 0.85 * v2;
-  const lanes v10 = v8 - v9;
-  const lanes v11 = v10 * v10;
-  const lanes v12 = 2.6 * v2;
-  const lanes v13 = 0.65 + v12;
-  const lanes v14 = 0.85 * v1;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = v15 * v15;
-  const lanes v17 = v11 + v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 / v18;
-  const lanes v20 = 2.0 * v15;
-  const lanes v21 = v1 * thetadd_1;
-  const lanes v22 = v2 * thetad_1;
-  const lanes v23 = v22 * thetad_1;
-  const lanes v24 = v21 - v23;
-  const lanes v25 = 2.6 * v24;
-  const lanes v26 = v1 * thetad_1;
-  const lanes v27 = v26 * thetad_1;
-  const lanes v28 = v2 * thetadd_1;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = 0.85 * v29;
-  const lanes v31 = v25 - v30;
-  const lanes v32 = v20 * v31;
-  const lanes v33 = 2.6 * v22;
-  const lanes v34 = 0.85 * v26;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = 2.0 * v35;
-  const lanes v37 = v35 * v36;
-  const lanes v38 = v32 + v37;
-  const lanes v39 = 2.6 * v26;
-  const lanes v40 = 0.85 * v22;
-  const lanes v41 = v39 - v40;
-  const lanes v42 = 2.0 * v41;
-  const lanes v43 = v41 * v42;
-  const lanes v44 = v38 + v43;
-  const lanes v45 = 2.0 * v10;
-  const lanes v46 = 2.6 * v29;
-  const lanes v47 = 0.85 * v24;
-  const lanes v48 = v46 + v47;
-  const lanes v49 = v45 * v48;
-  const lanes v50 = v44 - v49;
-  const lanes v51 = v19 * v50;
-  const lanes v52 = v20 * v41;
-  const lanes v53 = v45 * v35;
-  const lanes v54 = v52 - v53;
-  const lanes v55 = v18 * v17;
-  const lanes v56 = 0.25 / v55;
-  const lanes v57 = v54 * v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v51 - v58;
+  const lanes v7 = 2.6 * v1, v8 = v7 - 0.55, v9 = 0.85 * v2, v10 = v8 - v9, v11 = v10 * v10,
+      v12 = 2.6 * v2, v13 = 0.65 + v12, v14 = 0.85 * v1, v15 = v13 + v14, v16 = v15 * v15,
+      v17 = v11 + v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 / v18, v20 = 2.0 * v15, v21 = v1 * thetadd_1, v22 = v2 * thetad_1,
+      v23 = v22 * thetad_1, v24 = v21 - v23, v25 = 2.6 * v24, v26 = v1 * thetad_1,
+      v27 = v26 * thetad_1, v28 = v2 * thetadd_1, v29 = v27 + v28, v30 = 0.85 * v29,
+      v31 = v25 - v30, v32 = v20 * v31, v33 = 2.6 * v22, v34 = 0.85 * v26, v35 = v33 + v34,
+      v36 = 2.0 * v35, v37 = v35 * v36, v38 = v32 + v37, v39 = 2.6 * v26, v40 = 0.85 * v22,
+      v41 = v39 - v40, v42 = 2.0 * v41, v43 = v41 * v42, v44 = v38 + v43, v45 = 2.0 * v10,
+      v46 = 2.6 * v29, v47 = 0.85 * v24, v48 = v46 + v47, v49 = v45 * v48, v50 = v44 - v49,
+      v51 = v19 * v50, v52 = v20 * v41, v53 = v45 * v35, v54 = v52 - v53, v55 = v18 * v17,
+      v56 = 0.25 / v55, v57 = v54 * v56, v58 = v54 * v57, v59 = v51 - v58;
   out[1] = v59;
-  const lanes v60 = 0.8 * v3;
-  const lanes v61 = 2.8 - v60;
-  const lanes v62 = 0.25 * v4;
-  const lanes v63 = v61 - v62;
-  const lanes v64 = v63 * v63;
-  const lanes v65 = 0.25 * v3;
-  const lanes v66 = v65 - 1.25;
-  const lanes v67 = 0.8 * v4;
-  const lanes v68 = v66 - v67;
-  const lanes v69 = v68 * v68;
-  const lanes v70 = v64 + v69;
-  lanes v71; LANES_NAME(lanes_sqrt)(&v70, &v71);
-  const lanes v72 = 0.5 / v71;
-  const lanes v73 = 2.0 * v63;
-  const lanes v74 = v4 * thetadd_2;
-  const lanes v75 = v3 * thetad_2;
-  const lanes v76 = v75 * thetad_2;
-  const lanes v77 = v74 + v76;
-  const lanes v78 = 0.8 * v77;
-  const lanes v79 = v3 * thetadd_2;
-  const lanes v80 = v4 * thetad_2;
-  const lanes v81 = v80 * thetad_2;
-  const lanes v82 = v79 - v81;
-  const lanes v83 = 0.25 * v82;
-  const lanes v84 = v78 - v83;
-  const lanes v85 = v73 * v84;
-  const lanes v86 = 0.8 * v80;
-  const lanes v87 = 0.25 * v75;
-  const lanes v88 = v86 - v87;
-  const lanes v89 = 2.0 * v88;
-  const lanes v90 = v88 * v89;
-  const lanes v91 = v85 + v90;
-  const lanes v92 = 0.25 * v80;
-  const lanes v93 = 0.8 * v75;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = 2.0 * v94;
-  const lanes v96 = v94 * v95;
-  const lanes v97 = v91 + v96;
-  const lanes v98 = 2.0 * v68;
-  const lanes v99 = 0.25 * v77;
-  const lanes v100 = 0.8 * v82;
-  const lanes v101 = v99 + v100;
-  const lanes v102 = v98 * v101;
-  const lanes v103 = v97 - v102;
-  const lanes v104 = v72 * v103;
-  const lanes v105 = v73 * v88;
-  const lanes v106 = v98 * v94;
-  const lanes v107 = v105 - v106;
-  const lanes v108 = v71 * v70;
-  const lanes v109 = 0.25 / v108;
-  const lanes v110 = v107 * v109;
-  const lanes v111 = v107 * v110;
-  const lanes v112 = v104 - v111;
+  const lanes v60 = 0.8 * v3, v61 = 2.8 - v60, v62 = 0.25 * v4, v63 = v61 - v62, v64 = v63 * v63,
+      v65 = 0.25 * v3, v66 = v65 - 1.25, v67 = 0.8 * v4, v68 = v66 - v67, v69 = v68 * v68,
+      v70 = v64 + v69;
+  LANES_LET1(v71, sqrt, v70);
+  const lanes v72 = 0.5 / v71, v73 = 2.0 * v63, v74 = v4 * thetadd_2, v75 = v3 * thetad_2,
+      v76 = v75 * thetad_2, v77 = v74 + v76, v78 = 0.8 * v77, v79 = v3 * thetadd_2,
+      v80 = v4 * thetad_2, v81 = v80 * thetad_2, v82 = v79 - v81, v83 = 0.25 * v82, v84 = v78 - v83,
+      v85 = v73 * v84, v86 = 0.8 * v80, v87 = 0.25 * v75, v88 = v86 - v87, v89 = 2.0 * v88,
+      v90 = v88 * v89, v91 = v85 + v90, v92 = 0.25 * v80, v93 = 0.8 * v75, v94 = v92 + v93,
+      v95 = 2.0 * v94, v96 = v94 * v95, v97 = v91 + v96, v98 = 2.0 * v68, v99 = 0.25 * v77,
+      v100 = 0.8 * v82, v101 = v99 + v100, v102 = v98 * v101, v103 = v97 - v102, v104 = v72 * v103,
+      v105 = v73 * v88, v106 = v98 * v94, v107 = v105 - v106, v108 = v71 * v70, v109 = 0.25 / v108,
+      v110 = v107 * v109, v111 = v107 * v110, v112 = v104 - v111;
   out[2] = v112;
-  const lanes v113 = 0.46 * v5;
-  const lanes v114 = 0.42 - v113;
-  const lanes v115 = 0.04 * v6;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v116 * v116;
-  const lanes v118 = 0.46 * v6;
-  const lanes v119 = v118 - 0.04;
-  const lanes v120 = 0.04 * v5;
-  const lanes v121 = v119 - v120;
-  const lanes v122 = v121 * v121;
-  const lanes v123 = v117 + v122;
-  const lanes v124 = 0.5 * v123;
-  const lanes v125 = 0.024 + v124;
-  const lanes v126 = v125 / v123;
-  const lanes v127 = v116 * v126;
-  const lanes v128 = 1.44 - v123;
-  const lanes v129 = v123 - 0.0016;
-  const lanes v130 = v128 * v129;
-  lanes v131; LANES_NAME(lanes_sqrt)(&v130, &v131);
-  const lanes v132 = 0.5 * v131;
-  const lanes v133 = v132 / v123;
-  const lanes v134 = v121 * v133;
-  const lanes v135 = v127 - v134;
-  const lanes v136 = 0.9999999999999999 * v135;
-  const lanes v137 = 1.98 + v136;
-  const lanes v138 = v137 * v137;
-  const lanes v139 = v116 * v133;
-  const lanes v140 = v121 * v126;
-  const lanes v141 = v139 + v140;
-  const lanes v142 = 0.9999999999999999 * v141;
-  const lanes v143 = v142 - 0.51;
-  const lanes v144 = v143 * v143;
-  const lanes v145 = v138 + v144;
-  lanes v146; LANES_NAME(lanes_sqrt)(&v145, &v146);
-  const lanes v147 = 0.5 / v146;
-  const lanes v148 = 2.0 * v143;
-  const lanes v149 = 1.6129032258064515 * v135;
-  const lanes v150 = v135 - v116;
-  const lanes v151 = v5 * thetadd_3;
-  const lanes v152 = v6 * thetad_3;
-  const lanes v153 = v152 * thetad_3;
-  const lanes v154 = v151 + v153;
-  const lanes v155 = 0.04 * v154;
-  const lanes v156 = v6 * thetadd_3;
-  const lanes v157 = v5 * thetad_3;
-  const lanes v158 = v157 * thetad_3;
-  const lanes v159 = v156 - v158;
-  const lanes v160 = 0.46 * v159;
-  const lanes v161 = v155 - v160;
-  const lanes v162 = v150 * v161;
-  const lanes v163 = 0.04 * v157;
-  const lanes v164 = 0.46 * v152;
-  const lanes v165 = v163 - v164;
-  const lanes v166 = 2.0 * v116;
-  const lanes v167 = v165 * v166;
-  const lanes v168 = 0.04 * v152;
-  const lanes v169 = 0.46 * v157;
-  const lanes v170 = v168 + v169;
-  const lanes v171 = 2.0 * v121;
-  const lanes v172 = v170 * v171;
-  const lanes v173 = v167 - v172;
-  const lanes v174 = 0.5 * v173;
-  const lanes v175 = v174 / v123;
-  const lanes v176 = v123 * v123;
-  const lanes v177 = v125 / v176;
-  const lanes v178 = v173 * v177;
-  const lanes v179 = v175 - v178;
-  const lanes v180 = v116 * v179;
-  const lanes v181 = v126 * v165;
-  const lanes v182 = v180 + v181;
-  const lanes v183 = v133 * v170;
-  const lanes v184 = v182 + v183;
-  const lanes v185 = v128 * v173;
-  const lanes v186 = v129 * v173;
-  const lanes v187 = v185 - v186;
-  const lanes v188 = 0.25 / v131;
-  const lanes v189 = v187 * v188;
-  const lanes v190 = v189 / v123;
-  const lanes v191 = v132 / v176;
-  const lanes v192 = v173 * v191;
-  const lanes v193 = v190 - v192;
-  const lanes v194 = v121 * v193;
-  const lanes v195 = v184 - v194;
-  const lanes v196 = v195 - v165;
-  const lanes v197 = v165 * v196;
-  const lanes v198 = v162 + v197;
-  const lanes v199 = v141 - v121;
-  const lanes v200 = 0.04 * v159;
-  const lanes v201 = 0.46 * v154;
-  const lanes v202 = v200 + v201;
-  const lanes v203 = v199 * v202;
-  const lanes v204 = v198 - v203;
-  const lanes v205 = v116 * v193;
-  const lanes v206 = v121 * v179;
-  const lanes v207 = v205 + v206;
-  const lanes v208 = v133 * v165;
-  const lanes v209 = v207 + v208;
-  const lanes v210 = v126 * v170;
-  const lanes v211 = v209 - v210;
-  const lanes v212 = v170 + v211;
-  const lanes v213 = v170 * v212;
-  const lanes v214 = v204 - v213;
-  const lanes v215 = v214 / v132;
-  const lanes v216 = v150 * v165;
-  const lanes v217 = v199 * v170;
-  const lanes v218 = v216 - v217;
-  const lanes v219 = v132 * v132;
-  const lanes v220 = v218 / v219;
-  const lanes v221 = v189 * v220;
-  const lanes v222 = v215 - v221;
-  const lanes v223 = v149 * v222;
-  const lanes v224 = v218 / v132;
-  const lanes v225 = 1.6129032258064515 * v141;
-  const lanes v226 = v225 * v224;
-  const lanes v227 = v224 * v226;
-  const lanes v228 = v223 - v227;
-  const lanes v229 = 0.62 * v228;
-  const lanes v230 = v148 * v229;
-  const lanes v231 = 0.62 * v226;
-  const lanes v232 = 1.24 * v226;
-  const lanes v233 = v231 * v232;
-  const lanes v234 = v230 + v233;
-  const lanes v235 = v149 * v224;
-  const lanes v236 = 0.62 * v235;
-  const lanes v237 = 1.24 * v235;
-  const lanes v238 = v236 * v237;
-  const lanes v239 = v234 + v238;
-  const lanes v240 = 2.0 * v137;
-  const lanes v241 = v225 * v222;
-  const lanes v242 = v224 * v235;
-  const lanes v243 = v241 + v242;
-  const lanes v244 = 0.62 * v243;
-  const lanes v245 = v240 * v244;
-  const lanes v246 = v239 - v245;
-  const lanes v247 = v147 * v246;
-  const lanes v248 = v148 * v236;
-  const lanes v249 = v240 * v231;
-  const lanes v250 = v248 - v249;
-  const lanes v251 = v146 * v145;
-  const lanes v252 = 0.25 / v251;
-  const lanes v253 = v250 * v252;
-  const lanes v254 = v250 * v253;
-  const lanes v255 = v247 - v254;
+  const lanes v113 = 0.46 * v5, v114 = 0.42 - v113, v115 = 0.04 * v6, v116 = v114 - v115,
+      v117 = v116 * v116, v118 = 0.46 * v6, v119 = v118 - 0.04, v120 = 0.04 * v5,
+      v121 = v119 - v120, v122 = v121 * v121, v123 = v117 + v122, v124 = 0.5 * v123,
+      v125 = 0.024 + v124, v126 = v125 / v123, v127 = v116 * v126, v128 = 1.44 - v123,
+      v129 = v123 - 0.0016, v130 = v128 * v129;
+  LANES_LET1(v131, sqrt, v130);
+  const lanes v132 = 0.5 * v131, v133 = v132 / v123, v134 = v121 * v133, v135 = v127 - v134,
+      v136 = 0.9999999999999999 * v135, v137 = 1.98 + v136, v138 = v137 * v137, v139 = v116 * v133,
+      v140 = v121 * v126, v141 = v139 + v140, v142 = 0.9999999999999999 * v141, v143 = v142 - 0.51,
+      v144 = v143 * v143, v145 = v138 + v144;
+  LANES_LET1(v146, sqrt, v145);
+  const lanes v147 = 0.5 / v146, v148 = 2.0 * v143, v149 = v5 * thetad_3, v150 = 0.04 * v149,
+      v151 = v6 * thetad_3, v152 = 0.46 * v151, v153 = v150 - v152, v154 = v153 * v126,
+      v155 = 0.04 * v151, v156 = 0.46 * v149, v157 = v155 + v156, v158 = v157 * v133,
+      v159 = v154 + v158, v160 = 2.0 * v116, v161 = v153 * v160, v162 = 2.0 * v121,
+      v163 = v157 * v162, v164 = v161 - v163, v165 = 0.5 * v164, v166 = v165 / v123,
+      v167 = v123 * v123, v168 = v125 / v167, v169 = v164 * v168, v170 = v166 - v169,
+      v171 = v170 * v116, v172 = v159 + v171, v173 = v164 * v128, v174 = v164 * v129,
+      v175 = v173 - v174, v176 = 0.25 / v131, v177 = v175 * v176, v178 = v177 / v123,
+      v179 = v132 / v167, v180 = v164 * v179, v181 = v178 - v180, v182 = v181 * v121,
+      v183 = v172 - v182, v184 = v183 - v153, v185 = v153 * v184, v186 = v151 * thetad_3,
+      v187 = v5 * thetadd_3, v188 = v186 + v187, v189 = 0.04 * v188, v190 = v6 * thetadd_3,
+      v191 = v149 * thetad_3, v192 = v190 - v191, v193 = 0.46 * v192, v194 = v189 - v193,
+      v195 = v135 - v116, v196 = v194 * v195, v197 = v185 + v196, v198 = v153 * v133,
+      v199 = v170 * v121, v200 = v198 + v199, v201 = v181 * v116, v202 = v200 + v201,
+      v203 = v157 * v126, v204 = v202 - v203, v205 = v157 + v204, v206 = v157 * v205,
+      v207 = v197 - v206, v208 = 0.04 * v192, v209 = 0.46 * v188, v210 = v208 + v209,
+      v211 = v141 - v121, v212 = v210 * v211, v213 = v207 - v212, v214 = v213 / v132,
+      v215 = v153 * v195, v216 = v157 * v211, v217 = v215 - v216, v218 = v132 * v132,
+      v219 = v217 / v218, v220 = v177 * v219, v221 = v214 - v220, v222 = 1.6129032258064515 * v135,
+      v223 = v221 * v222, v224 = v217 / v132, v225 = 1.6129032258064515 * v141, v226 = v224 * v225,
+      v227 = v224 * v226, v228 = v223 - v227, v229 = 0.62 * v228, v230 = v148 * v229,
+      v231 = 0.62 * v226, v232 = 1.24 * v226, v233 = v231 * v232, v234 = v230 + v233,
+      v235 = v224 * v222, v236 = 0.62 * v235, v237 = 1.24 * v235, v238 = v236 * v237,
+      v239 = v234 + v238, v240 = 2.0 * v137, v241 = v224 * v235, v242 = v221 * v225,
+      v243 = v241 + v242, v244 = 0.62 * v243, v245 = v240 * v244, v246 = v239 - v245,
+      v247 = v147 * v246, v248 = v148 * v236, v249 = v240 * v231, v250 = v248 - v249,
+      v251 = v146 * v145, v252 = 0.25 / v251, v253 = v250 * v252, v254 = v250 * v253,
+      v255 = v247 - v254;
   out[3] = v255;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_actuator_margin)(const lanes *in, lanes *out)
 {
   const lanes theta_3 = in[3];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_3, &v2, &v1);
-  const lanes v3 = 0.46 * v1;
-  const lanes v4 = 0.42 - v3;
-  const lanes v5 = 0.04 * v2;
-  const lanes v6 = v4 - v5;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = 0.46 * v2;
-  const lanes v9 = v8 - 0.04;
-  const lanes v10 = 0.04 * v1;
-  const lanes v11 = v9 - v10;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = v7 + v12;
-  const lanes v14 = 1.44 - v13;
-  const lanes v15 = v13 - 0.0016;
-  const lanes v16 = v14 * v15;
-  const lanes v17 = 1.9333061948698405 * v16;
+  LANES_COS_SIN(v2, v1, theta_3);
+  const lanes v3 = 0.46 * v1, v4 = 0.42 - v3, v5 = 0.04 * v2, v6 = v4 - v5, v7 = v6 * v6,
+      v8 = 0.46 * v2, v9 = v8 - 0.04, v10 = 0.04 * v1, v11 = v9 - v10, v12 = v11 * v11,
+      v13 = v7 + v12, v14 = 1.44 - v13, v15 = v13 - 0.0016, v16 = v14 * v15,
+      v17 = 1.9333061948698405 * v16;
   out[0] = v17;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_actuators_all)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&theta_1, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&theta_2, &v3, &v4);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&theta_3, &v6, &v5);
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3];
+  LANES_COS_SIN(v1, v2, theta_1); LANES_COS_SIN(v3, v4, theta_2); LANES_COS_SIN(v6, v5, theta_3);
   out[0] = theta_0;
-  const lanes v7 = 2.6 * v1;
-  const lanes v8 = v7 - 0.55;
-  const lanes v9 = 0.85 * v2;
-  const lanes v10 = v8 - v9;
-  const lanes v11 = v10 * v10;
-  const lanes v12 = 2.6 * v2;
-  const lanes v13 = 0.65 + v12;
-  const lanes v14 = 0.85 * v1;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = v15 * v15;
-  const lanes v17 = v11 + v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
+  const lanes v7 = 2.6 * v1, v8 = v7 - 0.55, v9 = 0.85 * v2, v10 = v8 - v9, v11 = v10 * v10,
+      v12 = 2.6 * v2, v13 = 0.65 + v12, v14 = 0.85 * v1, v15 = v13 + v14, v16 = v15 * v15,
+      v17 = v11 + v16;
+  LANES_LET1(v18, sqrt, v17);
   const lanes v19 = v18 - 1.98;
   out[1] = v19;
-  const lanes v20 = 0.8 * v3;
-  const lanes v21 = 2.8 - v20;
-  const lanes v22 = 0.25 * v4;
-  const lanes v23 = v21 - v22;
-  const lanes v24 = v23 * v23;
-  const lanes v25 = 0.25 * v3;
-  const lanes v26 = v25 - 1.25;
-  const lanes v27 = 0.8 * v4;
-  const lanes v28 = v26 - v27;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = v24 + v29;
-  lanes v31; LANES_NAME(lanes_sqrt)(&v30, &v31);
+  const lanes v20 = 0.8 * v3, v21 = 2.8 - v20, v22 = 0.25 * v4, v23 = v21 - v22, v24 = v23 * v23,
+      v25 = 0.25 * v3, v26 = v25 - 1.25, v27 = 0.8 * v4, v28 = v26 - v27, v29 = v28 * v28,
+      v30 = v24 + v29;
+  LANES_LET1(v31, sqrt, v30);
   const lanes v32 = v31 - 2.4;
   out[2] = v32;
-  const lanes v33 = 0.46 * v5;
-  const lanes v34 = 0.42 - v33;
-  const lanes v35 = 0.04 * v6;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = v36 * v36;
-  const lanes v38 = 0.46 * v6;
-  const lanes v39 = v38 - 0.04;
-  const lanes v40 = 0.04 * v5;
-  const lanes v41 = v39 - v40;
-  const lanes v42 = v41 * v41;
-  const lanes v43 = v37 + v42;
-  const lanes v44 = 0.5 * v43;
-  const lanes v45 = 0.024 + v44;
-  const lanes v46 = v45 / v43;
-  const lanes v47 = v36 * v46;
-  const lanes v48 = 1.44 - v43;
-  const lanes v49 = v43 - 0.0016;
-  const lanes v50 = v48 * v49;
-  lanes v51; LANES_NAME(lanes_sqrt)(&v50, &v51);
-  const lanes v52 = 0.5 * v51;
-  const lanes v53 = v52 / v43;
-  const lanes v54 = v41 * v53;
-  const lanes v55 = v47 - v54;
-  const lanes v56 = 0.9999999999999999 * v55;
-  const lanes v57 = 1.98 + v56;
-  const lanes v58 = v57 * v57;
-  const lanes v59 = v36 * v53;
-  const lanes v60 = v41 * v46;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = 0.9999999999999999 * v61;
-  const lanes v63 = v62 - 0.51;
-  const lanes v64 = v63 * v63;
-  const lanes v65 = v58 + v64;
-  lanes v66; LANES_NAME(lanes_sqrt)(&v65, &v66);
+  const lanes v33 = 0.46 * v5, v34 = 0.42 - v33, v35 = 0.04 * v6, v36 = v34 - v35, v37 = v36 * v36,
+      v38 = 0.46 * v6, v39 = v38 - 0.04, v40 = 0.04 * v5, v41 = v39 - v40, v42 = v41 * v41,
+      v43 = v37 + v42, v44 = 0.5 * v43, v45 = 0.024 + v44, v46 = v45 / v43, v47 = v36 * v46,
+      v48 = 1.44 - v43, v49 = v43 - 0.0016, v50 = v48 * v49;
+  LANES_LET1(v51, sqrt, v50);
+  const lanes v52 = 0.5 * v51, v53 = v52 / v43, v54 = v41 * v53, v55 = v47 - v54,
+      v56 = 0.9999999999999999 * v55, v57 = 1.98 + v56, v58 = v57 * v57, v59 = v36 * v53,
+      v60 = v41 * v46, v61 = v59 + v60, v62 = 0.9999999999999999 * v61, v63 = v62 - 0.51,
+      v64 = v63 * v63, v65 = v58 + v64;
+  LANES_LET1(v66, sqrt, v65);
   const lanes v67 = v66 - 1.6;
-  out[3] = v67;
-  out[4] = theta_0;
-  out[5] = v19;
-  out[6] = v32;
-  const lanes v68 = 1.6 + v66;
-  const lanes v69 = -v68;
-  out[7] = v69;
-  out[8] = theta_0;
-  out[9] = v19;
-  out[10] = v32;
-  const lanes v70 = v47 + v54;
-  const lanes v71 = 0.9999999999999999 * v70;
-  const lanes v72 = 1.98 + v71;
-  const lanes v73 = v72 * v72;
-  const lanes v74 = v60 - v59;
-  const lanes v75 = 0.9999999999999999 * v74;
-  const lanes v76 = v75 - 0.51;
-  const lanes v77 = v76 * v76;
-  const lanes v78 = v73 + v77;
-  lanes v79; LANES_NAME(lanes_sqrt)(&v78, &v79);
+  out[3] = v67; out[4] = theta_0; out[5] = v19; out[6] = v32;
+  const lanes v68 = 1.6 + v66, v69 = -v68;
+  out[7] = v69; out[8] = theta_0; out[9] = v19; out[10] = v32;
+  const lanes v70 = v47 + v54, v71 = 0.9999999999999999 * v70, v72 = 1.98 + v71, v73 = v72 * v72,
+      v74 = v60 - v59, v75 = 0.9999999999999999 * v74, v76 = v75 - 0.51, v77 = v76 * v76,
+      v78 = v73 + v77;
+  LANES_LET1(v79, sqrt, v78);
   const lanes v80 = v79 - 1.6;
-  out[11] = v80;
-  out[12] = theta_0;
-  out[13] = v19;
-  out[14] = v32;
-  const lanes v81 = 1.6 + v79;
-  const lanes v82 = -v81;
-  out[15] = v82;
-  out[16] = theta_0;
-  out[17] = v19;
-  const lanes v83 = 2.4 + v31;
-  const lanes v84 = -v83;
-  out[18] = v84;
-  out[19] = v67;
-  out[20] = theta_0;
-  out[21] = v19;
-  out[22] = v84;
-  out[23] = v69;
-  out[24] = theta_0;
-  out[25] = v19;
-  out[26] = v84;
-  out[27] = v80;
-  out[28] = theta_0;
-  out[29] = v19;
-  out[30] = v84;
-  out[31] = v82;
-  out[32] = theta_0;
-  const lanes v85 = 1.98 + v18;
-  const lanes v86 = -v85;
-  out[33] = v86;
-  out[34] = v32;
-  out[35] = v67;
-  out[36] = theta_0;
-  out[37] = v86;
-  out[38] = v32;
-  out[39] = v69;
-  out[40] = theta_0;
-  out[41] = v86;
-  out[42] = v32;
-  out[43] = v80;
-  out[44] = theta_0;
-  out[45] = v86;
-  out[46] = v32;
-  out[47] = v82;
-  out[48] = theta_0;
-  out[49] = v86;
-  out[50] = v84;
-  out[51] = v67;
-  out[52] = theta_0;
-  out[53] = v86;
-  out[54] = v84;
-  out[55] = v69;
-  out[56] = theta_0;
-  out[57] = v86;
-  out[58] = v84;
-  out[59] = v80;
-  out[60] = theta_0;
-  out[61] = v86;
-  out[62] = v84;
+  out[11] = v80; out[12] = theta_0; out[13] = v19; out[14] = v32;
+  const lanes v81 = 1.6 + v79, v82 = -v81;
+  out[15] = v82; out[16] = theta_0; out[17] = v19;
+  const lanes v83 = 2.4 + v31, v84 = -v83;
+  out[18] = v84; out[19] = v67; out[20] = theta_0; out[21] = v19; out[22] = v84; out[23] = v69;
+  out[24] = theta_0; out[25] = v19; out[26] = v84; out[27] = v80; out[28] = theta_0; out[29] = v19;
+  out[30] = v84; out[31] = v82; out[32] = theta_0;
+  const lanes v85 = 1.98 + v18, v86 = -v85;
+  out[33] = v86; out[34] = v32; out[35] = v67; out[36] = theta_0; out[37] = v86; out[38] = v32;
+  out[39] = v69; out[40] = theta_0; out[41] = v86; out[42] = v32; out[43] = v80; out[44] = theta_0;
+  out[45] = v86; out[46] = v32; out[47] = v82; out[48] = theta_0; out[49] = v86; out[50] = v84;
+  out[51] = v67; out[52] = theta_0; out[53] = v86; out[54] = v84; out[55] = v69; out[56] = theta_0;
+  out[57] = v86; out[58] = v84; out[59] = v80; out[60] = theta_0; out[61] = v86; out[62] = v84;
   out[63] = v82;
   const lanes v87 = 1.9333061948698405 * v50;
-  out[64] = v87;
-  out[65] = v87;
-  out[66] = v87;
-  out[67] = v87;
-  out[68] = v87;
-  out[69] = v87;
-  out[70] = v87;
-  out[71] = v87;
-  out[72] = v87;
-  out[73] = v87;
-  out[74] = v87;
-  out[75] = v87;
-  out[76] = v87;
-  out[77] = v87;
-  out[78] = v87;
-  out[79] = v87;
+  out[64] = v87; out[65] = v87; out[66] = v87; out[67] = v87; out[68] = v87; out[69] = v87;
+  out[70] = v87; out[71] = v87; out[72] = v87; out[73] = v87; out[74] = v87; out[75] = v87;
+  out[76] = v87; out[77] = v87; out[78] = v87; out[79] = v87;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_constraint)(const lanes *in, lanes *out)
 {
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes z_4 = in[4];
-  const lanes z_5 = in[5];
-  const lanes z_6 = in[6];
-  const lanes z_7 = in[7];
-  const lanes z_8 = in[8];
-  const lanes z_9 = in[9];
-  const lanes z_10 = in[10];
-  const lanes z_11 = in[11];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&z_3, &v1, &v2);
+  const lanes z_1 = in[1], z_2 = in[2], z_3 = in[3], z_4 = in[4], z_5 = in[5], z_6 = in[6],
+      z_7 = in[7], z_8 = in[8], z_9 = in[9], z_10 = in[10], z_11 = in[11];
+  LANES_COS_SIN(v1, v2, z_3);
   const lanes v3 = z_4 + z_5;
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&v3, &v4, &v6);
-  lanes v5, v7; LANES_NAME(lanes_cos_sin)(&z_4, &v5, &v7);
-  lanes v10, v8; LANES_NAME(lanes_cos_sin)(&z_1, &v10, &v8);
-  lanes v9, v11; LANES_NAME(lanes_cos_sin)(&z_7, &v9, &v11);
-  lanes v13, v12; LANES_NAME(lanes_cos_sin)(&z_2, &v13, &v12);
-  lanes v14, v15; LANES_NAME(lanes_cos_sin)(&z_9, &v14, &v15);
-  lanes v16, v17; LANES_NAME(lanes_cos_sin)(&z_11, &v16, &v17);
-  const lanes v18 = 0.04 * v1;
-  const lanes v19 = 0.46 * v2;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = 0.58 * v4;
-  const lanes v22 = v20 + v21;
-  const lanes v23 = 0.62 * v5;
-  const lanes v24 = v22 + v23;
-  const lanes v25 = v24 - 0.42;
+  LANES_COS_SIN(v4, v6, v3); LANES_COS_SIN(v5, v7, z_4); LANES_COS_SIN(v10, v8, z_1);
+  LANES_COS_SIN(v9, v11, z_7); LANES_COS_SIN(v13, v12, z_2); LANES_COS_SIN(v14, v15, z_9);
+  LANES_COS_SIN(v16, v17, z_11);
+  const lanes v18 = 0.04 * v1, v19 = 0.46 * v2, v20 = v18 + v19, v21 = 0.58 * v4, v22 = v20 + v21,
+      v23 = 0.62 * v5, v24 = v22 + v23, v25 = v24 - 0.42;
   out[0] = v25;
-  const lanes v26 = 0.04 * v2;
-  const lanes v27 = 0.04 + v26;
-  const lanes v28 = 0.58 * v6;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = 0.62 * v7;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = 0.46 * v1;
-  const lanes v33 = v31 - v32;
+  const lanes v26 = 0.04 * v2, v27 = 0.04 + v26, v28 = 0.58 * v6, v29 = v27 + v28, v30 = 0.62 * v7,
+      v31 = v29 + v30, v32 = 0.46 * v1, v33 = v31 - v32;
   out[1] = v33;
-  const lanes v34 = 0.85 * v8;
-  const lanes v35 = 0.55 + v34;
-  const lanes v36 = 1.98 + z_6;
-  const lanes v37 = v36 * v9;
-  const lanes v38 = v35 + v37;
-  const lanes v39 = 2.6 * v10;
-  const lanes v40 = v38 - v39;
+  const lanes v34 = 0.85 * v8, v35 = 0.55 + v34, v36 = 1.98 + z_6, v37 = v36 * v9, v38 = v35 + v37,
+      v39 = 2.6 * v10, v40 = v38 - v39;
   out[2] = v40;
-  const lanes v41 = v36 * v11;
-  const lanes v42 = v41 - 0.65;
-  const lanes v43 = 0.85 * v10;
-  const lanes v44 = v42 - v43;
-  const lanes v45 = 2.6 * v8;
-  const lanes v46 = v44 - v45;
+  const lanes v41 = v36 * v11, v42 = v41 - 0.65, v43 = 0.85 * v10, v44 = v42 - v43, v45 = 2.6 * v8,
+      v46 = v44 - v45;
   out[3] = v46;
-  const lanes v47 = 0.25 * v12;
-  const lanes v48 = 0.8 * v13;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = 2.4 + z_8;
-  const lanes v51 = v50 * v14;
-  const lanes v52 = v49 + v51;
-  const lanes v53 = v52 - 2.8;
+  const lanes v47 = 0.25 * v12, v48 = 0.8 * v13, v49 = v47 + v48, v50 = 2.4 + z_8, v51 = v50 * v14,
+      v52 = v49 + v51, v53 = v52 - 2.8;
   out[4] = v53;
-  const lanes v54 = 0.8 * v12;
-  const lanes v55 = 1.25 + v54;
-  const lanes v56 = v50 * v15;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = 0.25 * v13;
-  const lanes v59 = v57 - v58;
+  const lanes v54 = 0.8 * v12, v55 = 1.25 + v54, v56 = v50 * v15, v57 = v55 + v56, v58 = 0.25 * v13,
+      v59 = v57 - v58;
   out[5] = v59;
-  const lanes v60 = 1.6 + z_10;
-  const lanes v61 = v60 * v16;
-  const lanes v62 = v61 - 1.98;
-  const lanes v63 = v62 - v23;
+  const lanes v60 = 1.6 + z_10, v61 = v60 * v16, v62 = v61 - 1.98, v63 = v62 - v23;
   out[6] = v63;
-  const lanes v64 = v60 * v17;
-  const lanes v65 = 0.51 + v64;
-  const lanes v66 = v65 - v30;
+  const lanes v64 = v60 * v17, v65 = 0.51 + v64, v66 = v65 - v30;
   out[7] = v66;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_constraint_D_z)(const lanes *in, lanes *out)
 {
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes z_4 = in[4];
-  const lanes z_5 = in[5];
-  const lanes z_6 = in[6];
-  const lanes z_7 = in[7];
-  const lanes z_8 = in[8];
-  const lanes z_9 = in[9];
-  const lanes z_10 = in[10];
-  const lanes z_11 = in[11];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&z_3, &v1, &v2);
+  const lanes z_1 = in[1], z_2 = in[2], z_3 = in[3], z_4 = in[4], z_5 = in[5], z_6 = in[6],
+      z_7 = in[7], z_8 = in[8], z_9 = in[9], z_10 = in[10], z_11 = in[11];
+  LANES_COS_SIN(v1, v2, z_3);
   const lanes v3 = z_4 + z_5;
-  lanes v6, v4; LANES_NAME(lanes_cos_sin)(&v3, &v6, &v4);
-  lanes v7, v5; LANES_NAME(lanes_cos_sin)(&z_4, &v7, &v5);
-  lanes v9, v8; LANES_NAME(lanes_cos_sin)(&z_1, &v9, &v8);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&z_7, &v10, &v11);
-  lanes v12, v13; LANES_NAME(lanes_cos_sin)(&z_2, &v12, &v13);
-  lanes v14, v15; LANES_NAME(lanes_cos_sin)(&z_9, &v14, &v15);
-  lanes v16, v17; LANES_NAME(lanes_cos_sin)(&z_11, &v16, &v17);
-  out[0] = LANES_OF(0.0);
-  out[1] = LANES_OF(0.0);
+  LANES_COS_SIN(v6, v4, v3); LANES_COS_SIN(v7, v5, z_4); LANES_COS_SIN(v9, v8, z_1);
+  LANES_COS_SIN(v10, v11, z_7); LANES_COS_SIN(v12, v13, z_2); LANES_COS_SIN(v14, v15, z_9);
+  LANES_COS_SIN(v16, v17, z_11); out[0] = LANES_OF(0.0); out[1] = LANES_OF(0.0);
   out[2] = LANES_OF(0.0);
-  const lanes v18 = 0.46 * v1;
-  const lanes v19 = 0.04 * v2;
-  const lanes v20 = v18 - v19;
+  const lanes v18 = 0.46 * v1, v19 = 0.04 * v2, v20 = v18 - v19;
   out[3] = v20;
-  const lanes v21 = 0.58 * v4;
-  const lanes v22 = 0.62 * v5;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = -v23;
+  const lanes v21 = 0.58 * v4, v22 = 0.62 * v5, v23 = v21 + v22, v24 = -v23;
   out[4] = v24;
   const lanes v25 = -v21;
-  out[5] = v25;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  const lanes v26 = 0.04 * v1;
-  const lanes v27 = 0.46 * v2;
-  const lanes v28 = v26 + v27;
+  out[5] = v25; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
+  out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  const lanes v26 = 0.04 * v1, v27 = 0.46 * v2, v28 = v26 + v27;
   out[15] = v28;
-  const lanes v29 = 0.58 * v6;
-  const lanes v30 = 0.62 * v7;
-  const lanes v31 = v29 + v30;
-  out[16] = v31;
-  out[17] = v29;
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(0.0);
-  const lanes v32 = 2.6 * v8;
-  const lanes v33 = 0.85 * v9;
-  const lanes v34 = v32 + v33;
-  out[25] = v34;
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = v10;
-  const lanes v35 = 1.98 + z_6;
-  const lanes v36 = v35 * v11;
-  const lanes v37 = -v36;
-  out[31] = v37;
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  const lanes v38 = 0.85 * v8;
-  const lanes v39 = 2.6 * v9;
-  const lanes v40 = v38 - v39;
-  out[37] = v40;
-  out[38] = LANES_OF(0.0);
-  out[39] = LANES_OF(0.0);
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = v11;
+  const lanes v29 = 0.58 * v6, v30 = 0.62 * v7, v31 = v29 + v30;
+  out[16] = v31; out[17] = v29; out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
+  out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0);
+  out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0);
+  const lanes v32 = 2.6 * v8, v33 = 0.85 * v9, v34 = v32 + v33;
+  out[25] = v34; out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
+  out[29] = LANES_OF(0.0); out[30] = v10;
+  const lanes v35 = 1.98 + z_6, v36 = v35 * v11, v37 = -v36;
+  out[31] = v37; out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0);
+  out[35] = LANES_OF(0.0); out[36] = LANES_OF(0.0);
+  const lanes v38 = 0.85 * v8, v39 = 2.6 * v9, v40 = v38 - v39;
+  out[37] = v40; out[38] = LANES_OF(0.0); out[39] = LANES_OF(0.0); out[40] = LANES_OF(0.0);
+  out[41] = LANES_OF(0.0); out[42] = v11;
   const lanes v41 = v35 * v10;
-  out[43] = v41;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(0.0);
-  out[48] = LANES_OF(0.0);
-  out[49] = LANES_OF(0.0);
-  const lanes v42 = 0.25 * v12;
-  const lanes v43 = 0.8 * v13;
-  const lanes v44 = v42 - v43;
-  out[50] = v44;
-  out[51] = LANES_OF(0.0);
-  out[52] = LANES_OF(0.0);
-  out[53] = LANES_OF(0.0);
-  out[54] = LANES_OF(0.0);
-  out[55] = LANES_OF(0.0);
-  out[56] = v14;
-  const lanes v45 = 2.4 + z_8;
-  const lanes v46 = v45 * v15;
-  const lanes v47 = -v46;
-  out[57] = v47;
-  out[58] = LANES_OF(0.0);
-  out[59] = LANES_OF(0.0);
-  out[60] = LANES_OF(0.0);
+  out[43] = v41; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
+  out[47] = LANES_OF(0.0); out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0);
+  const lanes v42 = 0.25 * v12, v43 = 0.8 * v13, v44 = v42 - v43;
+  out[50] = v44; out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0); out[53] = LANES_OF(0.0);
+  out[54] = LANES_OF(0.0); out[55] = LANES_OF(0.0); out[56] = v14;
+  const lanes v45 = 2.4 + z_8, v46 = v45 * v15, v47 = -v46;
+  out[57] = v47; out[58] = LANES_OF(0.0); out[59] = LANES_OF(0.0); out[60] = LANES_OF(0.0);
   out[61] = LANES_OF(0.0);
-  const lanes v48 = 0.25 * v13;
-  const lanes v49 = 0.8 * v12;
-  const lanes v50 = v48 + v49;
-  out[62] = v50;
-  out[63] = LANES_OF(0.0);
-  out[64] = LANES_OF(0.0);
-  out[65] = LANES_OF(0.0);
-  out[66] = LANES_OF(0.0);
-  out[67] = LANES_OF(0.0);
-  out[68] = v15;
+  const lanes v48 = 0.25 * v13, v49 = 0.8 * v12, v50 = v48 + v49;
+  out[62] = v50; out[63] = LANES_OF(0.0); out[64] = LANES_OF(0.0); out[65] = LANES_OF(0.0);
+  out[66] = LANES_OF(0.0); out[67] = LANES_OF(0.0); out[68] = v15;
   const lanes v51 = v45 * v14;
-  out[69] = v51;
-  out[70] = LANES_OF(0.0);
-  out[71] = LANES_OF(0.0);
-  out[72] = LANES_OF(0.0);
-  out[73] = LANES_OF(0.0);
-  out[74] = LANES_OF(0.0);
-  out[75] = LANES_OF(0.0);
-  out[76] = v22;
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
-  out[79] = LANES_OF(0.0);
-  out[80] = LANES_OF(0.0);
-  out[81] = LANES_OF(0.0);
-  out[82] = v16;
-  const lanes v52 = 1.6 + z_10;
-  const lanes v53 = v52 * v17;
-  const lanes v54 = -v53;
-  out[83] = v54;
-  out[84] = LANES_OF(0.0);
-  out[85] = LANES_OF(0.0);
-  out[86] = LANES_OF(0.0);
+  out[69] = v51; out[70] = LANES_OF(0.0); out[71] = LANES_OF(0.0); out[72] = LANES_OF(0.0);
+  out[73] = LANES_OF(0.0); out[74] = LANES_OF(0.0); out[75] = LANES_OF(0.0); out[76] = v22;
+  out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0); out[79] = LANES_OF(0.0);
+  out[80] = LANES_OF(0.0); out[81] = LANES_OF(0.0); out[82] = v16;
+  const lanes v52 = 1.6 + z_10, v53 = v52 * v17, v54 = -v53;
+  out[83] = v54; out[84] = LANES_OF(0.0); out[85] = LANES_OF(0.0); out[86] = LANES_OF(0.0);
   out[87] = LANES_OF(0.0);
   const lanes v55 = -v30;
-  out[88] = v55;
-  out[89] = LANES_OF(0.0);
-  out[90] = LANES_OF(0.0);
-  out[91] = LANES_OF(0.0);
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = v17;
+  out[88] = v55; out[89] = LANES_OF(0.0); out[90] = LANES_OF(0.0); out[91] = LANES_OF(0.0);
+  out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0); out[94] = v17;
   const lanes v56 = v52 * v16;
   out[95] = v56;
 }
 
 static LANES_TARGET void LANES_NAME(excavator_constraint_D_z_dot)(const lanes *in, lanes *out)
 {
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes z_4 = in[4];
-  const lanes z_5 = in[5];
-  const lanes z_6 = in[6];
-  const lanes z_7 = in[7];
-  const lanes z_8 = in[8];
-  const lanes z_9 = in[9];
-  const lanes z_10 = in[10];
-  const lanes z_11 = in[11];
-  const lanes zd_1 = in[13];
-  const lanes zd_2 = in[14];
-  const lanes zd_3 = in[15];
-  const lanes zd_4 = in[16];
-  const lanes zd_5 = in[17];
-  const lanes zd_6 = in[18];
-  const lanes zd_7 = in[19];
-  const lanes zd_8 = in[20];
-  const lanes zd_9 = in[21];
-  const lanes zd_10 = in[22];
-  const lanes zd_11 = in[23];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&z_3, &v1, &v2);
+  const lanes z_1 = in[1], z_2 = in[2], z_3 = in[3], z_4 = in[4], z_5 = in[5], z_6 = in[6],
+      z_7 = in[7], z_8 = in[8], z_9 = in[9], z_10 = in[10], z_11 = in[11], zd_1 = in[13],
+      zd_2 = in[14], zd_3 = in[15], zd_4 = in[16], zd_5 = in[17], zd_6 = in[18], zd_7 = in[19],
+      zd_8 = in[20], zd_9 = in[21], zd_10 = in[22], zd_11 = in[23];
+  LANES_COS_SIN(v1, v2, z_3);
   const lanes v3 = z_4 + z_5;
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&v3, &v4, &v6);
-  lanes v5, v7; LANES_NAME(lanes_cos_sin)(&z_4, &v5, &v7);
-  lanes v8, v9; LANES_NAME(lanes_cos_sin)(&z_1, &v8, &v9);
-  lanes v11, v10; LANES_NAME(lanes_cos_sin)(&z_7, &v11, &v10);
-  lanes v13, v12; LANES_NAME(lanes_cos_sin)(&z_2, &v13, &v12);
-  lanes v15, v14; LANES_NAME(lanes_cos_sin)(&z_9, &v15, &v14);
-  lanes v17, v16; LANES_NAME(lanes_cos_sin)(&z_11, &v17, &v16);
-  out[0] = LANES_OF(0.0);
-  out[1] = LANES_OF(0.0);
+  LANES_COS_SIN(v4, v6, v3); LANES_COS_SIN(v5, v7, z_4); LANES_COS_SIN(v8, v9, z_1);
+  LANES_COS_SIN(v11, v10, z_7); LANES_COS_SIN(v13, v12, z_2); LANES_COS_SIN(v15, v14, z_9);
+  LANES_COS_SIN(v17, v16, z_11); out[0] = LANES_OF(0.0); out[1] = LANES_OF(0.0);
   out[2] = LANES_OF(0.0);
-  const lanes v18 = v1 * zd_3;
-  const lanes v19 = 0.04 * v18;
-  const lanes v20 = v2 * zd_3;
-  const lanes v21 = 0.46 * v20;
-  const lanes v22 = v19 + v21;
-  const lanes v23 = -v22;
+  const lanes v18 = v1 * zd_3, v19 = 0.04 * v18, v20 = v2 * zd_3, v21 = 0.46 * v20, v22 = v19 + v21,
+      v23 = -v22;
   out[3] = v23;
-  const lanes v24 = v4 * zd_4;
-  const lanes v25 = v4 * zd_5;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = 0.58 * v26;
-  const lanes v28 = v5 * zd_4;
-  const lanes v29 = 0.62 * v28;
-  const lanes v30 = v27 + v29;
-  const lanes v31 = -v30;
+  const lanes v24 = v4 * zd_4, v25 = v4 * zd_5, v26 = v24 + v25, v27 = 0.58 * v26, v28 = v5 * zd_4,
+      v29 = 0.62 * v28, v30 = v27 + v29, v31 = -v30;
   out[4] = v31;
   const lanes v32 = -v27;
-  out[5] = v32;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  const lanes v33 = 0.46 * v18;
-  const lanes v34 = 0.04 * v20;
-  const lanes v35 = v33 - v34;
+  out[5] = v32; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
+  out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  const lanes v33 = 0.46 * v18, v34 = 0.04 * v20, v35 = v33 - v34;
   out[15] = v35;
-  const lanes v36 = v6 * zd_4;
-  const lanes v37 = v6 * zd_5;
-  const lanes v38 = v36 + v37;
-  const lanes v39 = 0.58 * v38;
-  const lanes v40 = v7 * zd_4;
-  const lanes v41 = 0.62 * v40;
-  const lanes v42 = v39 + v41;
-  const lanes v43 = -v42;
+  const lanes v36 = v6 * zd_4, v37 = v6 * zd_5, v38 = v36 + v37, v39 = 0.58 * v38, v40 = v7 * zd_4,
+      v41 = 0.62 * v40, v42 = v39 + v41, v43 = -v42;
   out[16] = v43;
   const lanes v44 = -v39;
-  out[17] = v44;
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
+  out[17] = v44; out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0);
+  out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0);
   out[24] = LANES_OF(0.0);
-  const lanes v45 = v8 * zd_1;
-  const lanes v46 = 2.6 * v45;
-  const lanes v47 = v9 * zd_1;
-  const lanes v48 = 0.85 * v47;
-  const lanes v49 = v46 - v48;
-  out[25] = v49;
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
+  const lanes v45 = v8 * zd_1, v46 = 2.6 * v45, v47 = v9 * zd_1, v48 = 0.85 * v47, v49 = v46 - v48;
+  out[25] = v49; out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
   out[29] = LANES_OF(0.0);
-  const lanes v50 = v10 * zd_7;
-  const lanes v51 = -v50;
+  const lanes v50 = v10 * zd_7, v51 = -v50;
   out[30] = v51;
-  const lanes v52 = 1.98 + z_6;
-  const lanes v53 = v11 * zd_7;
-  const lanes v54 = v52 * v53;
-  const lanes v55 = v10 * zd_6;
-  const lanes v56 = v54 + v55;
-  const lanes v57 = -v56;
-  out[31] = v57;
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  const lanes v58 = 2.6 * v47;
-  const lanes v59 = 0.85 * v45;
-  const lanes v60 = v58 + v59;
-  out[37] = v60;
-  out[38] = LANES_OF(0.0);
-  out[39] = LANES_OF(0.0);
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = v53;
-  const lanes v61 = v11 * zd_6;
-  const lanes v62 = v52 * v50;
-  const lanes v63 = v61 - v62;
-  out[43] = v63;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(0.0);
-  out[48] = LANES_OF(0.0);
-  out[49] = LANES_OF(0.0);
-  const lanes v64 = v12 * zd_2;
-  const lanes v65 = 0.25 * v64;
-  const lanes v66 = v13 * zd_2;
-  const lanes v67 = 0.8 * v66;
-  const lanes v68 = v65 + v67;
-  const lanes v69 = -v68;
-  out[50] = v69;
-  out[51] = LANES_OF(0.0);
-  out[52] = LANES_OF(0.0);
-  out[53] = LANES_OF(0.0);
-  out[54] = LANES_OF(0.0);
-  out[55] = LANES_OF(0.0);
-  const lanes v70 = v14 * zd_9;
-  const lanes v71 = -v70;
+  const lanes v52 = 1.98 + z_6, v53 = v11 * zd_7, v54 = v52 * v53, v55 = v10 * zd_6,
+      v56 = v54 + v55, v57 = -v56;
+  out[31] = v57; out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0);
+  out[35] = LANES_OF(0.0); out[36] = LANES_OF(0.0);
+  const lanes v58 = 2.6 * v47, v59 = 0.85 * v45, v60 = v58 + v59;
+  out[37] = v60; out[38] = LANES_OF(0.0); out[39] = LANES_OF(0.0); out[40] = LANES_OF(0.0);
+  out[41] = LANES_OF(0.0); out[42] = v53;
+  const lanes v61 = v11 * zd_6, v62 = v52 * v50, v63 = v61 - v62;
+  out[43] = v63; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
+  out[47] = LANES_OF(0.0); out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0);
+  const lanes v64 = v12 * zd_2, v65 = 0.25 * v64, v66 = v13 * zd_2, v67 = 0.8 * v66,
+      v68 = v65 + v67, v69 = -v68;
+  out[50] = v69; out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0); out[53] = LANES_OF(0.0);
+  out[54] = LANES_OF(0.0); out[55] = LANES_OF(0.0);
+  const lanes v70 = v14 * zd_9, v71 = -v70;
   out[56] = v71;
-  const lanes v72 = 2.4 + z_8;
-  const lanes v73 = v15 * zd_9;
-  const lanes v74 = v72 * v73;
-  const lanes v75 = v14 * zd_8;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = -v76;
-  out[57] = v77;
-  out[58] = LANES_OF(0.0);
-  out[59] = LANES_OF(0.0);
-  out[60] = LANES_OF(0.0);
+  const lanes v72 = 2.4 + z_8, v73 = v15 * zd_9, v74 = v72 * v73, v75 = v14 * zd_8, v76 = v74 + v75,
+      v77 = -v76;
+  out[57] = v77; out[58] = LANES_OF(0.0); out[59] = LANES_OF(0.0); out[60] = LANES_OF(0.0);
   out[61] = LANES_OF(0.0);
-  const lanes v78 = 0.25 * v66;
-  const lanes v79 = 0.8 * v64;
-  const lanes v80 = v78 - v79;
-  out[62] = v80;
-  out[63] = LANES_OF(0.0);
-  out[64] = LANES_OF(0.0);
-  out[65] = LANES_OF(0.0);
-  out[66] = LANES_OF(0.0);
-  out[67] = LANES_OF(0.0);
-  out[68] = v73;
-  const lanes v81 = v15 * zd_8;
-  const lanes v82 = v72 * v70;
-  const lanes v83 = v81 - v82;
-  out[69] = v83;
-  out[70] = LANES_OF(0.0);
-  out[71] = LANES_OF(0.0);
-  out[72] = LANES_OF(0.0);
-  out[73] = LANES_OF(0.0);
-  out[74] = LANES_OF(0.0);
-  out[75] = LANES_OF(0.0);
-  out[76] = v29;
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
-  out[79] = LANES_OF(0.0);
-  out[80] = LANES_OF(0.0);
-  out[81] = LANES_OF(0.0);
-  const lanes v84 = v16 * zd_11;
-  const lanes v85 = -v84;
+  const lanes v78 = 0.25 * v66, v79 = 0.8 * v64, v80 = v78 - v79;
+  out[62] = v80; out[63] = LANES_OF(0.0); out[64] = LANES_OF(0.0); out[65] = LANES_OF(0.0);
+  out[66] = LANES_OF(0.0); out[67] = LANES_OF(0.0); out[68] = v73;
+  const lanes v81 = v15 * zd_8, v82 = v72 * v70, v83 = v81 - v82;
+  out[69] = v83; out[70] = LANES_OF(0.0); out[71] = LANES_OF(0.0); out[72] = LANES_OF(0.0);
+  out[73] = LANES_OF(0.0); out[74] = LANES_OF(0.0); out[75] = LANES_OF(0.0); out[76] = v29;
+  out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0); out[79] = LANES_OF(0.0);
+  out[80] = LANES_OF(0.0); out[81] = LANES_OF(0.0);
+  const lanes v84 = v16 * zd_11, v85 = -v84;
   out[82] = v85;
-  const lanes v86 = 1.6 + z_10;
-  const lanes v87 = v17 * zd_11;
-  const lanes v88 = v86 * v87;
-  const lanes v89 = v16 * zd_10;
-  const lanes v90 = v88 + v89;
-  const lanes v91 = -v90;
-  out[83] = v91;
-  out[84] = LANES_OF(0.0);
-  out[85] = LANES_OF(0.0);
-  out[86] = LANES_OF(0.0);
-  out[87] = LANES_OF(0.0);
-  out[88] = v41;
-  out[89] = LANES_OF(0.0);
-  out[90] = LANES_OF(0.0);
-  out[91] = LANES_OF(0.0);
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = v87;
-  const lanes v92 = v17 * zd_10;
-  const lanes v93 = v86 * v84;
-  const lanes v94 = v92 - v93;
+  const lanes v86 = 1.6 + z_10, v87 = v17 * zd_11, v88 = v86 * v87, v89 = v16 * zd_10,
+      v90 = v88 + v89, v91 = -v90;
+  out[83] = v91; out[84] = LANES_OF(0.0); out[85] = LANES_OF(0.0); out[86] = LANES_OF(0.0);
+  out[87] = LANES_OF(0.0); out[88] = v41; out[89] = LANES_OF(0.0); out[90] = LANES_OF(0.0);
+  out[91] = LANES_OF(0.0); out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0); out[94] = v87;
+  const lanes v92 = v17 * zd_10, v93 = v86 * v84, v94 = v92 - v93;
   out[95] = v94;
+}
+
+static LANES_TARGET void LANES_NAME(excavator_ik)(const lanes *in, lanes *out)
+{
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      v1 = T_7 * T_7, v2 = 1e-150 - T_3, v3 = 1e-150 + T_10, v4 = T_11 - 1.75, v5 = T_9 * T_9,
+      v6 = v2 * v2;
+  LANES_LET2(v7, atan2, T_7, v2);
+  const lanes v8 = v3 * v3, v9 = v1 + v6, v10 = -v7;
+  LANES_LET1(v11, rsqrt, v9); out[0] = v10; out[4] = v10;
+  const lanes v12 = T_7 * v11, v13 = v2 * v11;
+  LANES_LET2(v14, supplement, v7, v12);
+  const lanes v15 = T_3 * v13, v16 = T_7 * v12, v17 = T_2 * v13, v18 = T_6 * v12, v19 = v12 - T_1,
+      v20 = v13 - T_5, v21 = T_1 + v12, v22 = T_5 + v13, v23 = v15 - v16, v24 = v17 - v18;
+  out[8] = v14; out[12] = v14;
+  const lanes v25 = v19 * v19, v26 = v20 * v20, v27 = v21 * v21, v28 = v22 * v22, v29 = v23 - 0.15,
+      v30 = v24 * v24, v31 = 0.15 + v23, v32 = v5 + v25, v33 = v5 + v27, v34 = v30 + v8,
+      v35 = v32 + v26, v36 = v33 + v28;
+  LANES_LET1(v37, rsqrt, v34);
+  const lanes v38 = v3 * v37, v39 = v24 * v37, v40 = 1.45 * v38, v41 = 1.45 * v39, v42 = v29 - v40,
+      v43 = v41 + v4, v44 = v4 - v41, v45 = v40 + v31, v46 = v42 * v42, v47 = v43 * v43,
+      v48 = v45 * v45, v49 = v44 * v44, v50 = v46 + v47, v51 = v48 + v49, v52 = v50 - 40.9,
+      v53 = v50 - 7.84, v54 = 73.96 - v50, v55 = v51 - 7.84, v56 = 73.96 - v51, v57 = v51 - 40.9,
+      v58 = 33.06 * v52, v59 = v53 * v54, v60 = v55 * v56, v61 = 33.06 * v57, v62 = 1e-150 + v58;
+  const lanes_where v63 = LANES_LT(4.3718544e-12, v59); LANES_LET1(v64, sqrt, v59);
+  const lanes_where v65 = LANES_LT(4.3718544e-12, v60); LANES_LET1(v66, sqrt, v60);
+  const lanes v67 = 1e-150 + v61, v68 = 0.0009149435534724121 * v59,
+      v69 = 0.0009149435534724121 * v60, v70 = LANES_CHOICE(v63, v64, 0.0), v71 = v62 * v62,
+      v72 = LANES_CHOICE(v65, v66, 0.0), v73 = v67 * v67;
+  out[20] = v68; out[21] = v68; out[22] = v69; out[23] = v69;
+  const lanes v74 = 33.06 * v70, v75 = 33.06 * v72, v76 = v74 * v74, v77 = v75 * v75,
+      v78 = v76 + v71, v79 = v77 + v73;
+  LANES_LET1(v80, rsqrt, v78); LANES_LET1(v81, rsqrt, v79);
+  const lanes v82 = v62 * v80, v83 = v74 * v80, v84 = v75 * v81, v85 = v67 * v81, v86 = 2.9 * v82,
+      v87 = 2.9 * v83, v88 = 0.8 * v82, v89 = 0.25 * v83, v90 = 0.25 * v82, v91 = 0.8 * v83,
+      v92 = 2.9 * v84, v93 = 2.9 * v85, v94 = 0.8 * v85, v95 = 0.25 * v84, v96 = 0.25 * v85,
+      v97 = 0.8 * v84, v98 = 5.7 + v86, v99 = v43 * v87, v100 = v42 * v87, v101 = 2.8 - v88,
+      v102 = v90 - 1.25, v103 = 2.8 + v89, v104 = v90 + v91, v105 = v44 * v92, v106 = 5.7 + v93,
+      v107 = v45 * v92, v108 = 2.8 - v94, v109 = v96 - 1.25, v110 = 2.8 + v95, v111 = v96 + v97,
+      v112 = v42 * v98, v113 = v43 * v98, v114 = v101 - v89, v115 = v102 - v91, v116 = v103 - v88,
+      v117 = v104 - 1.25, v118 = v45 * v106, v119 = v44 * v106, v120 = v108 - v95,
+      v121 = v109 - v97, v122 = v110 - v94, v123 = v111 - 1.25, v124 = v112 + v99,
+      v125 = v113 - v100, v126 = v114 * v114, v127 = v115 * v115, v128 = v112 - v99,
+      v129 = v100 + v113, v130 = v116 * v116, v131 = v117 * v117, v132 = v105 - v118,
+      v133 = v107 + v119, v134 = v120 * v120, v135 = v121 * v121, v136 = v118 + v105,
+      v137 = v119 - v107, v138 = v122 * v122, v139 = v123 * v123, v140 = 1e-150 + v124,
+      v141 = v125 * v125, v142 = v126 + v127, v143 = 1e-150 + v128, v144 = v129 * v129,
+      v145 = v130 + v131, v146 = 1e-150 + v132, v147 = v133 * v133, v148 = v134 + v135,
+      v149 = 1e-150 - v136, v150 = v137 * v137, v151 = v138 + v139, v152 = v140 * v140;
+  LANES_LET1(v153, sqrt, v142);
+  const lanes v154 = v143 * v143;
+  LANES_LET1(v155, sqrt, v145);
+  const lanes v156 = v146 * v146;
+  LANES_LET1(v157, sqrt, v148);
+  const lanes v158 = v149 * v149;
+  LANES_LET1(v159, sqrt, v151);
+  const lanes v160 = v141 + v152, v161 = v153 - 2.4, v162 = v144 + v154, v163 = v155 - 2.4,
+      v164 = v147 + v156, v165 = v157 - 2.4, v166 = v150 + v158, v167 = v159 - 2.4;
+  LANES_LET1(v168, rsqrt, v160); out[2] = v161; LANES_LET1(v169, rsqrt, v162); out[6] = v163;
+  LANES_LET1(v170, rsqrt, v164); out[10] = v165; LANES_LET1(v171, rsqrt, v166); out[14] = v167;
+  const lanes v172 = v161 * v161, v173 = 4.8 * v161, v174 = v163 * v163, v175 = 4.8 * v163,
+      v176 = v165 * v165, v177 = 4.8 * v165, v178 = v167 * v167, v179 = 4.8 * v167,
+      v180 = v140 * v168, v181 = v125 * v168, v182 = v143 * v169, v183 = v129 * v169,
+      v184 = v146 * v170, v185 = v133 * v170, v186 = v149 * v171, v187 = v137 * v171,
+      v188 = 5.76 + v172, v189 = 5.76 + v174, v190 = 5.76 + v176, v191 = 5.76 + v178,
+      v192 = 2.6 * v180, v193 = 0.85 * v181, v194 = 2.6 * v181, v195 = 0.85 * v180,
+      v196 = v82 * v181, v197 = v83 * v180, v198 = v82 * v180, v199 = v83 * v181, v200 = 2.6 * v182,
+      v201 = 0.85 * v183, v202 = 2.6 * v183, v203 = 0.85 * v182, v204 = v183 * v82,
+      v205 = v182 * v83, v206 = v182 * v82, v207 = v183 * v83, v208 = 2.6 * v184,
+      v209 = 0.85 * v185, v210 = 2.6 * v185, v211 = 0.85 * v184, v212 = v85 * v185,
+      v213 = v84 * v184, v214 = v85 * v184, v215 = v84 * v185, v216 = 2.6 * v186,
+      v217 = 0.85 * v187, v218 = 2.6 * v187, v219 = 0.85 * v186, v220 = v85 * v187,
+      v221 = v84 * v186, v222 = v85 * v186, v223 = v84 * v187, v224 = v188 + v173,
+      v225 = v189 + v175, v226 = v190 + v177, v227 = v191 + v179, v228 = v192 - 0.55,
+      v229 = 0.65 + v194, v230 = v196 + v197, v231 = v198 - v199, v232 = v200 - 0.55,
+      v233 = 0.65 + v202, v234 = v204 - v205, v235 = v206 + v207, v236 = v208 - 0.55,
+      v237 = 0.65 + v210, v238 = v212 + v213, v239 = v214 - v215, v240 = v216 - 0.55,
+      v241 = 0.65 + v218, v242 = v220 - v221, v243 = v222 + v223, v244 = v224 - 4.964861383192083,
+      v245 = 15.245138616807916 - v224, v246 = 0.5 * v224, v247 = 15.245138616807916 - v225,
+      v248 = v225 - 4.964861383192083, v249 = 0.5 * v225, v250 = 15.245138616807916 - v226,
+      v251 = v226 - 4.964861383192083, v252 = 0.5 * v226, v253 = 15.245138616807916 - v227,
+      v254 = v227 - 4.964861383192083, v255 = 0.5 * v227, v256 = v228 - v193, v257 = v229 + v195,
+      v258 = v38 * v230, v259 = v39 * v231, v260 = v38 * v231, v261 = v39 * v230,
+      v262 = v232 - v201, v263 = v233 + v203, v264 = v38 * v234, v265 = v39 * v235,
+      v266 = v38 * v235, v267 = v39 * v234, v268 = v236 - v209, v269 = v237 + v211,
+      v270 = v38 * v238, v271 = v39 * v239, v272 = v38 * v239, v273 = v39 * v238,
+      v274 = v240 - v217, v275 = v241 + v219, v276 = v38 * v242, v277 = v39 * v243,
+      v278 = v38 * v243, v279 = v39 * v242, v280 = v244 * v245, v281 = 4.35 + v246,
+      v282 = v247 * v248, v283 = 4.35 + v249, v284 = v250 * v251, v285 = 4.35 + v252,
+      v286 = v253 * v254, v287 = 4.35 + v255, v288 = v256 * v256, v289 = v257 * v257,
+      v290 = v258 + v259, v291 = v260 - v261, v292 = v262 * v262, v293 = v263 * v263,
+      v294 = v264 + v265, v295 = v266 - v267, v296 = v268 * v268, v297 = v269 * v269,
+      v298 = v270 - v271, v299 = v272 + v273, v300 = v274 * v274, v301 = v275 * v275,
+      v302 = v276 - v277, v303 = v278 + v279;
+  LANES_LET1(v304, sqrt, v280);
+  const lanes v305 = 0.1329433661260303 * v281, v306 = 0.2977931401223079 * v281;
+  LANES_LET1(v307, sqrt, v282);
+  const lanes v308 = 0.1329433661260303 * v283, v309 = 0.2977931401223079 * v283;
+  LANES_LET1(v310, sqrt, v284);
+  const lanes v311 = 0.1329433661260303 * v285, v312 = 0.2977931401223079 * v285;
+  LANES_LET1(v313, sqrt, v286);
+  const lanes v314 = 0.1329433661260303 * v287, v315 = 0.2977931401223079 * v287,
+      v316 = v288 + v289, v317 = 0.46 * v290, v318 = 0.04 * v291, v319 = 0.04 * v290,
+      v320 = 0.46 * v291, v321 = v292 + v293, v322 = 0.46 * v294, v323 = 0.04 * v295,
+      v324 = 0.04 * v294, v325 = 0.46 * v295, v326 = v296 + v297, v327 = 0.46 * v298,
+      v328 = 0.04 * v299, v329 = 0.04 * v298, v330 = 0.46 * v299, v331 = v300 + v301,
+      v332 = 0.46 * v302, v333 = 0.04 * v303, v334 = 0.04 * v302, v335 = 0.46 * v303,
+      v336 = 0.14889657006115395 * v304, v337 = 0.06647168306301515 * v304,
+      v338 = 0.14889657006115395 * v307, v339 = 0.06647168306301515 * v307,
+      v340 = 0.14889657006115395 * v310, v341 = 0.06647168306301515 * v310,
+      v342 = 0.14889657006115395 * v313, v343 = 0.06647168306301515 * v313;
+  LANES_LET1(v344, sqrt, v316);
+  const lanes v345 = 0.42 + v317, v346 = v319 + v320;
+  LANES_LET1(v347, sqrt, v321);
+  const lanes v348 = 0.42 + v322, v349 = v324 + v325;
+  LANES_LET1(v350, sqrt, v326);
+  const lanes v351 = 0.42 + v327, v352 = v329 + v330;
+  LANES_LET1(v353, sqrt, v331);
+  const lanes v354 = 0.42 + v332, v355 = v334 + v335, v356 = v336 - v305, v357 = v337 + v306,
+      v358 = v338 - v308, v359 = v339 + v309, v360 = v340 - v311, v361 = v341 + v312,
+      v362 = v342 - v314, v363 = v343 + v315, v364 = v344 - 1.98, v365 = v345 - v318,
+      v366 = v346 - 0.04, v367 = v347 - 1.98, v368 = v348 - v323, v369 = v349 - 0.04,
+      v370 = v350 - 1.98, v371 = v351 - v328, v372 = v352 - 0.04, v373 = v353 - 1.98,
+      v374 = v354 - v333, v375 = v355 - 0.04, v376 = 1.25 + v356, v377 = v357 - 2.8,
+      v378 = 1.25 + v358, v379 = v359 - 2.8, v380 = 1.25 + v360, v381 = v361 - 2.8,
+      v382 = 1.25 + v362, v383 = v363 - 2.8;
+  out[1] = v364;
+  const lanes v384 = v365 * v365, v385 = v366 * v366;
+  out[5] = v367;
+  const lanes v386 = v368 * v368, v387 = v369 * v369;
+  out[9] = v370;
+  const lanes v388 = v371 * v371, v389 = v372 * v372;
+  out[13] = v373;
+  const lanes v390 = v374 * v374, v391 = v375 * v375, v392 = 0.25 * v376, v393 = 0.8 * v377,
+      v394 = v364 * v364, v395 = 3.96 * v364, v396 = 0.25 * v377, v397 = 0.8 * v376,
+      v398 = v367 * v367, v399 = 3.96 * v367, v400 = 0.25 * v378, v401 = 0.8 * v379,
+      v402 = 0.25 * v379, v403 = 0.8 * v378, v404 = v370 * v370, v405 = 3.96 * v370,
+      v406 = 0.25 * v380, v407 = 0.8 * v381, v408 = 0.25 * v381, v409 = 0.8 * v380,
+      v410 = v373 * v373, v411 = 3.96 * v373, v412 = 0.25 * v382, v413 = 0.8 * v383,
+      v414 = 0.25 * v383, v415 = 0.8 * v382, v416 = v384 + v385, v417 = v386 + v387,
+      v418 = v388 + v389, v419 = v390 + v391, v420 = v392 - v393, v421 = 3.9204 + v394,
+      v422 = v396 + v397, v423 = 3.9204 + v398, v424 = v400 - v401, v425 = v402 + v403,
+      v426 = 3.9204 + v404, v427 = v406 - v407, v428 = v408 + v409, v429 = 3.9204 + v410,
+      v430 = v412 - v413, v431 = v414 + v415, v432 = 0.5 * v416, v433 = 1.44 - v416,
+      v434 = v416 - 0.0016, v435 = 0.5 * v417, v436 = 1.44 - v417, v437 = v417 - 0.0016,
+      v438 = 0.5 * v418, v439 = 1.44 - v418, v440 = v418 - 0.0016, v441 = 0.5 * v419,
+      v442 = 1.44 - v419, v443 = v419 - 0.0016, v444 = 1.4234875444839858 * v420,
+      v445 = v421 + v395, v446 = 1.4234875444839858 * v422, v447 = v423 + v399,
+      v448 = 1.4234875444839858 * v424, v449 = 1.4234875444839858 * v425, v450 = v426 + v405,
+      v451 = 1.4234875444839858 * v427, v452 = 1.4234875444839858 * v428, v453 = v429 + v411,
+      v454 = 1.4234875444839858 * v430, v455 = 1.4234875444839858 * v431, v456 = 0.024 + v432,
+      v457 = v433 * v434, v458 = 0.024 + v435, v459 = v436 * v437, v460 = 0.024 + v438,
+      v461 = v439 * v440, v462 = 0.024 + v441, v463 = v442 * v443, v464 = 12.865745377821996 - v445,
+      v465 = v445 - 3.549254622178003, v466 = 0.5 * v445, v467 = 12.865745377821996 - v447,
+      v468 = v447 - 3.549254622178003, v469 = 0.5 * v447, v470 = 12.865745377821996 - v450,
+      v471 = v450 - 3.549254622178003, v472 = 0.5 * v450, v473 = 12.865745377821996 - v453,
+      v474 = v453 - 3.549254622178003, v475 = 0.5 * v453, v476 = v456 / v416;
+  LANES_LET1(v477, sqrt, v457);
+  const lanes v478 = v458 / v417;
+  LANES_LET1(v479, sqrt, v459);
+  const lanes v480 = v460 / v418;
+  LANES_LET1(v481, sqrt, v461);
+  const lanes v482 = v462 / v419;
+  LANES_LET1(v483, sqrt, v463);
+  const lanes v484 = v464 * v465, v485 = v466 - 3.37875, v486 = v467 * v468, v487 = v469 - 3.37875,
+      v488 = v470 * v471, v489 = v472 - 3.37875, v490 = v473 * v474, v491 = v475 - 3.37875,
+      v492 = v365 * v476, v493 = 0.5 * v477, v494 = v366 * v476, v495 = v368 * v478,
+      v496 = 0.5 * v479, v497 = v369 * v478, v498 = v371 * v480, v499 = 0.5 * v481,
+      v500 = v372 * v480, v501 = v374 * v482, v502 = 0.5 * v483, v503 = v375 * v482;
+  LANES_LET1(v504, sqrt, v484);
+  const lanes v505 = 0.7586206896551724 * v485, v506 = 0.896551724137931 * v485;
+  LANES_LET1(v507, sqrt, v486);
+  const lanes v508 = 0.7586206896551724 * v487, v509 = 0.896551724137931 * v487;
+  LANES_LET1(v510, sqrt, v488);
+  const lanes v511 = 0.7586206896551724 * v489, v512 = 0.896551724137931 * v489;
+  LANES_LET1(v513, sqrt, v490);
+  const lanes v514 = 0.7586206896551724 * v491, v515 = 0.896551724137931 * v491, v516 = v493 / v416,
+      v517 = v496 / v417, v518 = v499 / v418, v519 = v502 / v419, v520 = 0.4482758620689655 * v504,
+      v521 = 0.3793103448275862 * v504, v522 = 0.4482758620689655 * v507,
+      v523 = 0.3793103448275862 * v507, v524 = 0.4482758620689655 * v510,
+      v525 = 0.3793103448275862 * v510, v526 = 0.4482758620689655 * v513,
+      v527 = 0.3793103448275862 * v513, v528 = v366 * v516, v529 = v365 * v516, v530 = v369 * v517,
+      v531 = v368 * v517, v532 = v372 * v518, v533 = v371 * v518, v534 = v375 * v519,
+      v535 = v374 * v519, v536 = v520 - v505, v537 = v521 + v506, v538 = v522 - v508,
+      v539 = v523 + v509, v540 = v524 - v511, v541 = v525 + v512, v542 = v526 - v514,
+      v543 = v527 + v515, v544 = v492 - v528, v545 = v529 + v494, v546 = v495 - v530,
+      v547 = v531 + v497, v548 = v498 - v532, v549 = v533 + v500, v550 = v501 - v534,
+      v551 = v535 + v503, v552 = 0.55 + v536, v553 = v537 - 0.65, v554 = 0.55 + v538,
+      v555 = v539 - 0.65, v556 = 0.55 + v540, v557 = v541 - 0.65, v558 = 0.55 + v542,
+      v559 = v543 - 0.65, v560 = 0.9999999999999999 * v544, v561 = 0.9999999999999999 * v545,
+      v562 = 0.9999999999999999 * v546, v563 = 0.9999999999999999 * v547,
+      v564 = 0.9999999999999999 * v548, v565 = 0.9999999999999999 * v549,
+      v566 = 0.9999999999999999 * v550, v567 = 0.9999999999999999 * v551, v568 = 2.6 * v552,
+      v569 = 0.85 * v553, v570 = 2.6 * v553, v571 = 0.85 * v552, v572 = 2.6 * v554,
+      v573 = 0.85 * v555, v574 = 2.6 * v555, v575 = 0.85 * v554, v576 = 2.6 * v556,
+      v577 = 0.85 * v557, v578 = 2.6 * v557, v579 = 0.85 * v556, v580 = 2.6 * v558,
+      v581 = 0.85 * v559, v582 = 2.6 * v559, v583 = 0.85 * v558, v584 = 1.98 + v560,
+      v585 = v561 - 0.51, v586 = 1.98 + v562, v587 = v563 - 0.51, v588 = 1.98 + v564,
+      v589 = v565 - 0.51, v590 = 1.98 + v566, v591 = v567 - 0.51, v592 = v568 + v569,
+      v593 = v570 - v571, v594 = v572 + v573, v595 = v574 - v575, v596 = v576 + v577,
+      v597 = v578 - v579, v598 = v580 + v581, v599 = v582 - v583, v600 = v584 * v584,
+      v601 = v585 * v585, v602 = v586 * v586, v603 = v587 * v587, v604 = v588 * v588,
+      v605 = v589 * v589, v606 = v590 * v590, v607 = v591 * v591, v608 = 0.13364517206815904 * v592,
+      v609 = 0.13364517206815904 * v593, v610 = 0.7617774807885066 * v592,
+      v611 = 0.7617774807885066 * v593, v612 = 0.13364517206815904 * v594,
+      v613 = 0.13364517206815904 * v595, v614 = 0.7617774807885066 * v594,
+      v615 = 0.7617774807885066 * v595, v616 = 0.13364517206815904 * v596,
+      v617 = 0.13364517206815904 * v597, v618 = 0.7617774807885066 * v596,
+      v619 = 0.7617774807885066 * v597, v620 = 0.13364517206815904 * v598,
+      v621 = 0.13364517206815904 * v599, v622 = 0.7617774807885066 * v598,
+      v623 = 0.7617774807885066 * v599, v624 = v600 + v601, v625 = v602 + v603, v626 = v604 + v605,
+      v627 = v606 + v607, v628 = v444 * v608, v629 = v446 * v609, v630 = v444 * v609,
+      v631 = v446 * v608, v632 = v612 * v448, v633 = v613 * v449, v634 = v613 * v448,
+      v635 = v612 * v449, v636 = v616 * v451, v637 = v617 * v452, v638 = v617 * v451,
+      v639 = v616 * v452, v640 = v620 * v454, v641 = v621 * v455, v642 = v621 * v454,
+      v643 = v620 * v455;
+  LANES_LET1(v644, sqrt, v624); LANES_LET1(v645, sqrt, v625); LANES_LET1(v646, sqrt, v626);
+  LANES_LET1(v647, sqrt, v627);
+  const lanes v648 = v628 + v629, v649 = v630 - v631, v650 = v632 + v633, v651 = v634 - v635,
+      v652 = v636 + v637, v653 = v638 - v639, v654 = v640 + v641, v655 = v642 - v643,
+      v656 = v644 - 1.6, v657 = v645 - 1.6, v658 = v646 - 1.6, v659 = v647 - 1.6, v660 = 2.9 * v648,
+      v661 = 2.9 * v649, v662 = 2.9 * v650, v663 = 2.9 * v651, v664 = 2.9 * v652, v665 = 2.9 * v653,
+      v666 = 2.9 * v654, v667 = 2.9 * v655;
+  out[3] = v656; out[7] = v657; out[11] = v658; out[15] = v659;
+  const lanes v668 = v656 * v656, v669 = 3.2 * v656, v670 = v657 * v657, v671 = 3.2 * v657,
+      v672 = v658 * v658, v673 = 3.2 * v658, v674 = v659 * v659, v675 = 3.2 * v659,
+      v676 = 2.56 + v668, v677 = 2.56 + v670, v678 = 2.56 + v672, v679 = 2.56 + v674,
+      v680 = v676 + v669, v681 = v677 + v671, v682 = v678 + v673, v683 = v679 + v675,
+      v684 = 7.100237610654644 - v680, v685 = v680 - 2.029562389345356, v686 = 0.5 * v680,
+      v687 = 7.100237610654644 - v681, v688 = v681 - 2.029562389345356, v689 = 0.5 * v681,
+      v690 = 7.100237610654644 - v682, v691 = v682 - 2.029562389345356, v692 = 0.5 * v682,
+      v693 = 7.100237610654644 - v683, v694 = v683 - 2.029562389345356, v695 = 0.5 * v683,
+      v696 = v684 * v685, v697 = 1.89805 + v686, v698 = v687 * v688, v699 = 1.89805 + v689,
+      v700 = v690 * v691, v701 = 1.89805 + v692, v702 = v693 * v694, v703 = 1.89805 + v695;
+  LANES_LET1(v704, sqrt, v696);
+  const lanes v705 = 0.12199497667743094 * v697, v706 = 0.4736275565123789 * v697;
+  LANES_LET1(v707, sqrt, v698);
+  const lanes v708 = 0.12199497667743094 * v699, v709 = 0.4736275565123789 * v699;
+  LANES_LET1(v710, sqrt, v700);
+  const lanes v711 = 0.12199497667743094 * v701, v712 = 0.4736275565123789 * v701;
+  LANES_LET1(v713, sqrt, v702);
+  const lanes v714 = 0.12199497667743094 * v703, v715 = 0.4736275565123789 * v703,
+      v716 = 0.23681377825618946 * v704, v717 = 0.06099748833871547 * v704,
+      v718 = 0.23681377825618946 * v707, v719 = 0.06099748833871547 * v707,
+      v720 = 0.23681377825618946 * v710, v721 = 0.06099748833871547 * v710,
+      v722 = 0.23681377825618946 * v713, v723 = 0.06099748833871547 * v713, v724 = v716 - v705,
+      v725 = v717 + v706, v726 = v718 - v708, v727 = v719 + v709, v728 = v720 - v711,
+      v729 = v721 + v712, v730 = v722 - v714, v731 = v723 + v715, v732 = 0.51 + v724,
+      v733 = v725 - 1.98, v734 = 0.51 + v726, v735 = v727 - 1.98, v736 = 0.51 + v728,
+      v737 = v729 - 1.98, v738 = 0.51 + v730, v739 = v731 - 1.98, v740 = 0.9999999999999999 * v732,
+      v741 = 0.9999999999999999 * v733, v742 = 0.9999999999999999 * v734,
+      v743 = 0.9999999999999999 * v735, v744 = 0.9999999999999999 * v736,
+      v745 = 0.9999999999999999 * v737, v746 = 0.9999999999999999 * v738,
+      v747 = 0.9999999999999999 * v739, v748 = 0.04 + v740, v749 = v741 - 0.42, v750 = 0.04 + v742,
+      v751 = v743 - 0.42, v752 = 0.04 + v744, v753 = v745 - 0.42, v754 = 0.04 + v746,
+      v755 = v747 - 0.42, v756 = v749 * v749, v757 = v748 * v748, v758 = v751 * v751,
+      v759 = v750 * v750, v760 = v753 * v753, v761 = v752 * v752, v762 = v755 * v755,
+      v763 = v754 * v754, v764 = v756 + v757, v765 = v758 + v759, v766 = v760 + v761,
+      v767 = v762 + v763, v768 = 0.5 * v764, v769 = 1.085213592060545 - v764,
+      v770 = v764 - 0.01398640793945492, v771 = 0.5 * v765, v772 = 1.085213592060545 - v765,
+      v773 = v765 - 0.01398640793945492, v774 = 0.5 * v766, v775 = 1.085213592060545 - v766,
+      v776 = v766 - 0.01398640793945492, v777 = 0.5 * v767, v778 = 1.085213592060545 - v767,
+      v779 = v767 - 0.01398640793945492, v780 = v768 - 0.0616, v781 = v769 * v770,
+      v782 = v771 - 0.0616, v783 = v772 * v773, v784 = v774 - 0.0616, v785 = v775 * v776,
+      v786 = v777 - 0.0616, v787 = v778 * v779, v788 = v780 / v764;
+  LANES_LET1(v789, sqrt, v781);
+  const lanes v790 = v782 / v765;
+  LANES_LET1(v791, sqrt, v783);
+  const lanes v792 = v784 / v766;
+  LANES_LET1(v793, sqrt, v785);
+  const lanes v794 = v786 / v767;
+  LANES_LET1(v795, sqrt, v787);
+  const lanes v796 = v748 * v788, v797 = 0.5 * v789, v798 = v749 * v788, v799 = v750 * v790,
+      v800 = 0.5 * v791, v801 = v751 * v790, v802 = v752 * v792, v803 = 0.5 * v793,
+      v804 = v753 * v792, v805 = v754 * v794, v806 = 0.5 * v795, v807 = v755 * v794,
+      v808 = v797 / v764, v809 = v800 / v765, v810 = v803 / v766, v811 = v806 / v767,
+      v812 = v749 * v808, v813 = v748 * v808, v814 = v751 * v809, v815 = v750 * v809,
+      v816 = v753 * v810, v817 = v752 * v810, v818 = v755 * v811, v819 = v754 * v811,
+      v820 = v796 - v812, v821 = v798 + v813, v822 = v799 - v814, v823 = v801 + v815,
+      v824 = v802 - v816, v825 = v804 + v817, v826 = v805 - v818, v827 = v807 + v819,
+      v828 = 0.46 * v820, v829 = 0.04 * v821, v830 = 0.04 * v820, v831 = 0.46 * v821,
+      v832 = 0.46 * v822, v833 = 0.04 * v823, v834 = 0.04 * v822, v835 = 0.46 * v823,
+      v836 = 0.46 * v824, v837 = 0.04 * v825, v838 = 0.04 * v824, v839 = 0.46 * v825,
+      v840 = 0.46 * v826, v841 = 0.04 * v827, v842 = 0.04 * v826, v843 = 0.46 * v827,
+      v844 = v828 - v829, v845 = v830 + v831, v846 = v832 - v833, v847 = v834 + v835,
+      v848 = v836 - v837, v849 = v838 + v839, v850 = v840 - v841, v851 = v842 + v843,
+      v852 = 4.690431519699812 * v844, v853 = 4.690431519699812 * v845,
+      v854 = 4.690431519699812 * v846, v855 = 4.690431519699812 * v847,
+      v856 = 4.690431519699812 * v848, v857 = 4.690431519699812 * v849,
+      v858 = 4.690431519699812 * v850, v859 = 4.690431519699812 * v851, v860 = v852 * v648,
+      v861 = v853 * v649, v862 = v852 * v649, v863 = v853 * v648, v864 = v854 * v650,
+      v865 = v855 * v651, v866 = v854 * v651, v867 = v855 * v650, v868 = v856 * v652,
+      v869 = v857 * v653, v870 = v856 * v653, v871 = v857 * v652, v872 = v858 * v654,
+      v873 = v859 * v655, v874 = v858 * v655, v875 = v859 * v654, v876 = v860 + v861,
+      v877 = v862 - v863, v878 = v864 + v865, v879 = v866 - v867, v880 = v868 + v869,
+      v881 = v870 - v871, v882 = v872 + v873, v883 = v874 - v875, v884 = 1.45 * v876,
+      v885 = 1.45 * v877, v886 = v876 * v13, v887 = v877 * v13, v888 = v876 * v12,
+      v889 = v877 * v12, v890 = v877 - T_8, v891 = v876 - T_10, v892 = 1.45 * v878,
+      v893 = 1.45 * v879, v894 = v878 * v13, v895 = v879 * v13, v896 = v878 * v12,
+      v897 = v879 * v12, v898 = v879 - T_8, v899 = v878 - T_10, v900 = 1.45 * v880,
+      v901 = 1.45 * v881, v902 = v880 * v13, v903 = v881 * v13, v904 = v880 * v12,
+      v905 = v881 * v12, v906 = v881 - T_8, v907 = v880 - T_10, v908 = 1.45 * v882,
+      v909 = 1.45 * v883, v910 = v13 * v882, v911 = v13 * v883, v912 = v882 * v12,
+      v913 = v883 * v12, v914 = v883 - T_8, v915 = v882 - T_10, v916 = v884 + v660,
+      v917 = v885 + v661, v918 = v886 - T_0, v919 = T_2 + v887, v920 = T_4 + v888,
+      v921 = v889 - T_6, v922 = v890 * v890, v923 = v891 * v891, v924 = v892 + v662,
+      v925 = v893 + v663, v926 = v894 - T_0, v927 = T_2 + v895, v928 = T_4 + v896,
+      v929 = v897 - T_6, v930 = v898 * v898, v931 = v899 * v899, v932 = v900 + v664,
+      v933 = v901 + v665, v934 = T_0 + v902, v935 = T_2 - v903, v936 = T_4 - v904,
+      v937 = T_6 + v905, v938 = v906 * v906, v939 = v907 * v907, v940 = v908 + v666,
+      v941 = v909 + v667, v942 = T_0 + v910, v943 = T_2 - v911, v944 = T_4 - v912,
+      v945 = T_6 + v913, v946 = v914 * v914, v947 = v915 * v915, v948 = v916 + v610,
+      v949 = v917 + v611, v950 = v918 * v918, v951 = v919 * v919, v952 = v920 * v920,
+      v953 = v921 * v921, v954 = v924 + v614, v955 = v925 + v615, v956 = v926 * v926,
+      v957 = v927 * v927, v958 = v928 * v928, v959 = v929 * v929, v960 = v932 + v618,
+      v961 = v933 + v619, v962 = v934 * v934, v963 = v935 * v935, v964 = v936 * v936,
+      v965 = v937 * v937, v966 = v940 + v622, v967 = v941 + v623, v968 = v942 * v942,
+      v969 = v943 * v943, v970 = v944 * v944, v971 = v945 * v945, v972 = 0.15 + v948,
+      v973 = 1.75 + v949, v974 = v5 + v950, v975 = 0.15 + v954, v976 = 1.75 + v955,
+      v977 = v35 + v956, v978 = 0.15 + v960, v979 = 1.75 + v961, v980 = v5 + v962,
+      v981 = 0.15 + v966, v982 = 1.75 + v967, v983 = v36 + v968, v984 = v972 * v13,
+      v985 = v972 * v12, v986 = v973 - T_11, v987 = v974 + v25, v988 = v975 * v13,
+      v989 = v975 * v12, v990 = v976 - T_11, v991 = v977 + v957, v992 = v978 * v13,
+      v993 = v978 * v12, v994 = v979 - T_11, v995 = v980 + v27, v996 = v13 * v981,
+      v997 = v12 * v981, v998 = v982 - T_11, v999 = v983 + v969, v1000 = v984 - T_3,
+      v1001 = T_7 + v985, v1002 = v986 * v986, v1003 = v987 + v951, v1004 = v988 - T_3,
+      v1005 = T_7 + v989, v1006 = v990 * v990, v1007 = v991 + v958, v1008 = T_3 + v992,
+      v1009 = T_7 - v993, v1010 = v994 * v994, v1011 = v995 + v963, v1012 = T_3 + v996,
+      v1013 = T_7 - v997, v1014 = v998 * v998, v1015 = v999 + v970, v1016 = v1000 * v1000,
+      v1017 = v1001 * v1001, v1018 = v1003 + v952, v1019 = v1004 * v1004, v1020 = v1005 * v1005,
+      v1021 = v1007 + v959, v1022 = v1008 * v1008, v1023 = v1009 * v1009, v1024 = v1011 + v964,
+      v1025 = v1012 * v1012, v1026 = v1013 * v1013, v1027 = v1015 + v971, v1028 = v1016 + v1017,
+      v1029 = v1018 + v26, v1030 = v1019 + v1020, v1031 = v1021 + v930, v1032 = v1022 + v1023,
+      v1033 = v1024 + v28, v1034 = v1025 + v1026, v1035 = v1027 + v946, v1036 = v1028 + v1002,
+      v1037 = v1029 + v953, v1038 = v1030 + v1006, v1039 = v1031 + v931, v1040 = v1032 + v1010,
+      v1041 = v1033 + v965, v1042 = v1034 + v1014, v1043 = v1035 + v947, v1044 = v1037 + v922,
+      v1045 = 0.5 * v1039, v1046 = v1041 + v938, v1047 = 0.5 * v1043, v1048 = v1044 + v923,
+      v1049 = v1038 + v1045, v1050 = v1038 - v1045, v1051 = v1046 + v939, v1052 = v1042 + v1047,
+      v1053 = v1042 - v1047, v1054 = 0.5 * v1048;
+  LANES_LET1(v1055, fabs, v1050);
+  const lanes v1056 = 0.5 * v1051;
+  LANES_LET1(v1057, fabs, v1053);
+  const lanes v1058 = v1036 + v1054, v1059 = v1036 - v1054, v1060 = v1049 + v1055,
+      v1061 = v1040 + v1056, v1062 = v1040 - v1056, v1063 = v1052 + v1057;
+  LANES_LET1(v1064, fabs, v1059);
+  const lanes v1065 = 0.5 * v1060;
+  LANES_LET1(v1066, fabs, v1062);
+  const lanes v1067 = 0.5 * v1063, v1068 = v1058 + v1064;
+  LANES_LET1(v1069, sqrt, v1065);
+  const lanes v1070 = v1061 + v1066;
+  LANES_LET1(v1071, sqrt, v1067);
+  const lanes v1072 = 0.5 * v1068;
+  out[17] = v1069;
+  const lanes v1073 = 0.5 * v1070;
+  out[19] = v1071; LANES_LET1(v1074, sqrt, v1072); LANES_LET1(v1075, sqrt, v1073); out[16] = v1074;
+  out[18] = v1075;
 }

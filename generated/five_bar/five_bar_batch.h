@@ -45,6 +45,7 @@ void five_bar_actuators_all_batch(size_t n, const double *theta, double *q, doub
 void five_bar_constraint_batch(size_t n, const double *z, double *residual);
 void five_bar_constraint_D_z_batch(size_t n, const double *z, double *residual_D_z);
 void five_bar_constraint_D_z_dot_batch(size_t n, const double *z, const double *zd, double *residual_D_z_dot);
+void five_bar_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus
 }

@@ -3,2623 +3,937 @@
 
 static LANES_TARGET void LANES_NAME(five_bar_fk)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  const lanes v5 = 0.2 * v1;
-  const lanes v6 = 0.2 + v5;
-  const lanes v7 = 0.2 * v2;
-  const lanes v8 = v6 - v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = v8 * v8;
-  const lanes v11 = 0.2 * v3;
-  const lanes v12 = 0.2 * v4;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = v10 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v13;
-  const lanes v22 = v9 - v21;
-  const lanes v23 = 3.333333333333333 * v22;
+  const lanes q_0 = in[0], q_1 = in[1];
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
+      v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
+      v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21,
+      v23 = 3.333333333333333 * v22;
   out[0] = v23;
-  const lanes v24 = 0.5 * v13;
-  const lanes v25 = v20 * v8;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = 3.333333333333333 * v26;
-  const lanes v28 = -v27;
-  out[1] = v28;
-  out[2] = LANES_OF(0.0);
-  const lanes v29 = 0.9999999999999999 * v22;
-  const lanes v30 = v29 + v7;
-  const lanes v31 = v30 - 0.1;
-  out[3] = v31;
-  out[4] = v27;
-  out[5] = v23;
-  out[6] = LANES_OF(0.0);
-  const lanes v32 = 0.9999999999999999 * v26;
-  const lanes v33 = v32 + v12;
-  out[7] = v33;
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
+  const lanes v24 = 0.5 * v13, v25 = v20 * v8, v26 = v24 + v25, v27 = 3.333333333333333 * v26,
+      v28 = -v27;
+  out[1] = v28; out[2] = LANES_OF(0.0);
+  const lanes v29 = 0.9999999999999999 * v22, v30 = v29 + v7, v31 = v30 - 0.1;
+  out[3] = v31; out[4] = v27; out[5] = v23; out[6] = LANES_OF(0.0);
+  const lanes v32 = 0.9999999999999999 * v26, v33 = v32 + v12;
+  out[7] = v33; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_link_poses)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
-  out[0] = v1;
+  const lanes q_0 = in[0], q_1 = in[1];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_1); out[0] = v1;
   const lanes v5 = -v2;
-  out[1] = v5;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(-0.1);
-  out[4] = v2;
-  out[5] = v1;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  const lanes v6 = 0.2 * v3;
-  const lanes v7 = 0.2 + v6;
-  const lanes v8 = 0.2 * v1;
-  const lanes v9 = v7 - v8;
-  const lanes v10 = 0.5 * v9;
-  const lanes v11 = v9 * v9;
-  const lanes v12 = 0.2 * v4;
-  const lanes v13 = 0.2 * v2;
-  const lanes v14 = v12 - v13;
-  const lanes v15 = v14 * v14;
-  const lanes v16 = v11 + v15;
-  const lanes v17 = 0.36 - v16;
-  const lanes v18 = v16 * v17;
-  lanes v19; LANES_NAME(lanes_sqrt)(&v18, &v19);
-  const lanes v20 = 0.5 * v19;
-  const lanes v21 = v20 / v16;
-  const lanes v22 = v21 * v14;
-  const lanes v23 = v10 - v22;
-  const lanes v24 = 3.333333333333333 * v23;
+  out[1] = v5; out[2] = LANES_OF(0.0); out[3] = LANES_OF(-0.1); out[4] = v2; out[5] = v1;
+  out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
+  out[10] = LANES_OF(1.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
+  const lanes v6 = 0.2 * v3, v7 = 0.2 + v6, v8 = 0.2 * v1, v9 = v7 - v8, v10 = 0.5 * v9,
+      v11 = v9 * v9, v12 = 0.2 * v4, v13 = 0.2 * v2, v14 = v12 - v13, v15 = v14 * v14,
+      v16 = v11 + v15, v17 = 0.36 - v16, v18 = v16 * v17;
+  LANES_LET1(v19, sqrt, v18);
+  const lanes v20 = 0.5 * v19, v21 = v20 / v16, v22 = v21 * v14, v23 = v10 - v22,
+      v24 = 3.333333333333333 * v23;
   out[16] = v24;
-  const lanes v25 = 0.5 * v14;
-  const lanes v26 = v21 * v9;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = 3.333333333333333 * v27;
-  const lanes v29 = -v28;
-  out[17] = v29;
-  out[18] = LANES_OF(0.0);
+  const lanes v25 = 0.5 * v14, v26 = v21 * v9, v27 = v25 + v26, v28 = 3.333333333333333 * v27,
+      v29 = -v28;
+  out[17] = v29; out[18] = LANES_OF(0.0);
   const lanes v30 = v8 - 0.1;
-  out[19] = v30;
-  out[20] = v28;
-  out[21] = v24;
-  out[22] = LANES_OF(0.0);
-  out[23] = v13;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(1.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(1.0);
+  out[19] = v30; out[20] = v28; out[21] = v24; out[22] = LANES_OF(0.0); out[23] = v13;
+  out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(1.0);
+  out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
+  out[30] = LANES_OF(0.0); out[31] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  const lanes v5 = 0.2 * v1;
-  const lanes v6 = 0.2 + v5;
-  const lanes v7 = 0.2 * v2;
-  const lanes v8 = v6 - v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = v8 * v8;
-  const lanes v11 = 0.2 * v3;
-  const lanes v12 = 0.2 * v4;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = v10 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v13;
-  const lanes v22 = v9 - v21;
-  const lanes v23 = 3.333333333333333 * v22;
+  const lanes q_0 = in[0], q_1 = in[1];
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
+      v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
+      v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21,
+      v23 = 3.333333333333333 * v22;
   out[0] = v23;
-  const lanes v24 = 0.5 * v13;
-  const lanes v25 = v20 * v8;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = 3.333333333333333 * v26;
-  const lanes v28 = -v27;
-  out[1] = v28;
-  out[2] = LANES_OF(0.0);
-  const lanes v29 = 0.9999999999999999 * v22;
-  const lanes v30 = v29 + v7;
-  const lanes v31 = v30 - 0.1;
-  out[3] = v31;
-  out[4] = v27;
-  out[5] = v23;
-  out[6] = LANES_OF(0.0);
-  const lanes v32 = 0.9999999999999999 * v26;
-  const lanes v33 = v32 + v12;
-  out[7] = v33;
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  const lanes v34 = v22 - v8;
-  const lanes v35 = v34 * v12;
-  const lanes v36 = v26 - v13;
-  const lanes v37 = v36 * v7;
-  const lanes v38 = v35 - v37;
-  const lanes v39 = v38 / v19;
-  const lanes v40 = v39 - 1.0;
-  const lanes v41 = v32 * v40;
-  const lanes v42 = v33 + v41;
-  const lanes v43 = -v42;
+  const lanes v24 = 0.5 * v13, v25 = v20 * v8, v26 = v24 + v25, v27 = 3.333333333333333 * v26,
+      v28 = -v27;
+  out[1] = v28; out[2] = LANES_OF(0.0);
+  const lanes v29 = 0.9999999999999999 * v22, v30 = v29 + v7, v31 = v30 - 0.1;
+  out[3] = v31; out[4] = v27; out[5] = v23; out[6] = LANES_OF(0.0);
+  const lanes v32 = 0.9999999999999999 * v26, v33 = v32 + v12;
+  out[7] = v33; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
+  const lanes v34 = v22 - v8, v35 = v12 * v34, v36 = v26 - v13, v37 = v7 * v36, v38 = v35 - v37,
+      v39 = v38 / v19, v40 = v39 - 1.0, v41 = v32 * v40, v42 = v33 + v41, v43 = -v42;
   out[16] = v43;
-  const lanes v44 = v36 * v5;
-  const lanes v45 = v34 * v11;
-  const lanes v46 = v44 - v45;
-  const lanes v47 = v46 / v19;
-  const lanes v48 = v32 * v47;
-  const lanes v49 = -v48;
+  const lanes v44 = v5 * v36, v45 = v11 * v34, v46 = v44 - v45, v47 = v46 / v19, v48 = v32 * v47,
+      v49 = -v48;
   out[17] = v49;
-  const lanes v50 = v29 * v40;
-  const lanes v51 = v30 + v50;
+  const lanes v50 = v29 * v40, v51 = v30 + v50;
   out[18] = v51;
   const lanes v52 = v29 * v47;
-  out[19] = v52;
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = v39;
+  out[19] = v52; out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0);
+  out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = v39;
   out[27] = v47;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_jacobian_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v1);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v4);
-  const lanes v5 = 0.2 * v1;
-  const lanes v6 = 0.2 * v2;
-  const lanes v7 = 0.2 + v6;
-  const lanes v8 = 0.2 * v3;
-  const lanes v9 = v7 - v8;
-  const lanes v10 = 0.5 * v9;
-  const lanes v11 = v9 * v9;
-  const lanes v12 = 0.2 * v4;
-  const lanes v13 = v12 - v5;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = v11 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v13;
-  const lanes v22 = v10 - v21;
-  const lanes v23 = v22 - v9;
-  const lanes v24 = v23 * v5;
-  const lanes v25 = 0.5 * v13;
-  const lanes v26 = v20 * v9;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = v27 - v13;
-  const lanes v29 = v28 * v8;
-  const lanes v30 = v24 - v29;
-  const lanes v31 = v30 / v19;
-  const lanes v32 = v31 - 1.0;
-  const lanes v33 = v5 * v32;
+  const lanes q_0 = in[0], q_1 = in[1];
+  LANES_COS_SIN(v3, v1, q_0); LANES_COS_SIN(v2, v4, q_1);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = 0.2 + v6, v8 = 0.2 * v3, v9 = v7 - v8,
+      v10 = 0.5 * v9, v11 = v9 * v9, v12 = 0.2 * v4, v13 = v12 - v5, v14 = v13 * v13,
+      v15 = v11 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v10 - v21, v23 = v22 - v9,
+      v24 = v5 * v23, v25 = 0.5 * v13, v26 = v20 * v9, v27 = v25 + v26, v28 = v27 - v13,
+      v29 = v8 * v28, v30 = v24 - v29, v31 = v30 / v19, v32 = v31 - 1.0, v33 = v5 * v32;
   out[0] = v33;
-  const lanes v34 = v28 * v6;
-  const lanes v35 = v23 * v12;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = v36 / v19;
-  const lanes v38 = v5 * v37;
+  const lanes v34 = v6 * v28, v35 = v12 * v23, v36 = v34 - v35, v37 = v36 / v19, v38 = v5 * v37;
   out[1] = v38;
-  const lanes v39 = 0.1 - v8;
-  const lanes v40 = v32 * v39;
-  const lanes v41 = v40 + 0.1;
+  const lanes v39 = 0.1 - v8, v40 = v32 * v39, v41 = v40 + 0.1;
   out[2] = v41;
   const lanes v42 = v37 * v39;
-  out[3] = v42;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = v31;
+  out[3] = v42; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = v31;
   out[11] = v37;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_jacobian_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v1);
-  lanes v4, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v2);
-  const lanes v5 = 0.2 * v1;
-  const lanes v6 = 0.2 * v2;
-  const lanes v7 = v5 - v6;
-  const lanes v8 = 0.5 * v7;
-  const lanes v9 = 0.2 * v3;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.2 * v4;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = v7 * v7;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v12;
-  const lanes v22 = v8 + v21;
-  const lanes v23 = 3.333333333333333 * v22;
-  const lanes v24 = 0.5 * v12;
-  const lanes v25 = v20 * v7;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = 0.9999999999999999 * v26;
-  const lanes v28 = v27 + v11;
-  const lanes v29 = v23 * v28;
-  const lanes v30 = 3.333333333333333 * v26;
-  const lanes v31 = 0.9999999999999999 * v22;
-  const lanes v32 = v31 + v6;
-  const lanes v33 = v30 * v32;
-  const lanes v34 = v29 - v33;
-  out[0] = v34;
-  out[1] = LANES_OF(0.0);
-  const lanes v35 = v30 * v28;
-  const lanes v36 = v23 * v32;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = v26 - v12;
-  const lanes v39 = v38 * v6;
-  const lanes v40 = v22 - v7;
-  const lanes v41 = v40 * v11;
-  const lanes v42 = v39 - v41;
-  const lanes v43 = v42 / v19;
-  const lanes v44 = v43 - 1.0;
-  const lanes v45 = 0.3 * v44;
-  const lanes v46 = v37 + v45;
+  const lanes q_0 = in[0], q_1 = in[1];
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
+      v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
+      v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v7, v25 = 0.5 * v13, v26 = v20 * v8,
+      v27 = v25 + v26, v28 = 3.333333333333333 * v27, v29 = v24 * v28,
+      v30 = 0.9999999999999999 * v27, v31 = v30 + v12, v32 = 3.333333333333333 * v22,
+      v33 = v31 * v32, v34 = v29 - v33;
+  out[0] = v34; out[1] = LANES_OF(0.0);
+  const lanes v35 = v24 * v32, v36 = v31 * v28, v37 = v35 + v36, v38 = v22 - v8, v39 = v12 * v38,
+      v40 = v27 - v13, v41 = v7 * v40, v42 = v39 - v41, v43 = v42 / v19, v44 = v43 - 1.0,
+      v45 = 0.3 * v44, v46 = v37 + v45;
   out[2] = v46;
-  const lanes v47 = v40 * v9;
-  const lanes v48 = v38 * v5;
-  const lanes v49 = v47 - v48;
-  const lanes v50 = v49 / v19;
-  const lanes v51 = 0.3 * v50;
-  out[3] = v51;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = v43;
+  const lanes v47 = v5 * v40, v48 = v11 * v38, v49 = v47 - v48, v50 = v49 / v19, v51 = 0.3 * v50;
+  out[3] = v51; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = v43;
   out[11] = v50;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v1);
-  lanes v4, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v2);
-  const lanes v5 = 0.2 * v1;
-  const lanes v6 = 0.2 * v2;
-  const lanes v7 = v5 - v6;
-  const lanes v8 = 0.5 * v7;
-  const lanes v9 = 0.2 * v3;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.2 * v4;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = v7 * v7;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v12;
-  const lanes v22 = v8 + v21;
-  const lanes v23 = 0.9999999999999999 * v22;
-  const lanes v24 = v23 + v6;
-  const lanes v25 = 0.5 * v12;
-  const lanes v26 = v20 * v7;
-  const lanes v27 = v25 - v26;
-  const lanes v28 = v27 - v12;
-  const lanes v29 = v28 * v6;
-  const lanes v30 = v22 - v7;
-  const lanes v31 = v30 * v11;
-  const lanes v32 = v29 - v31;
-  const lanes v33 = v32 / v19;
-  const lanes v34 = v33 - 1.0;
-  const lanes v35 = v23 * v34;
-  const lanes v36 = v24 + v35;
-  const lanes v37 = -v36;
+  const lanes q_0 = in[0], q_1 = in[1];
+  LANES_COS_SIN(v3, v1, q_1); LANES_COS_SIN(v4, v2, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = v5 - v6, v8 = 0.5 * v7, v9 = 0.2 * v3,
+      v10 = 0.2 + v9, v11 = 0.2 * v4, v12 = v10 - v11, v13 = v12 * v12, v14 = v7 * v7,
+      v15 = v13 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v12, v22 = v8 + v21,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v6, v25 = 0.5 * v12, v26 = v20 * v7,
+      v27 = v25 - v26, v28 = v27 - v12, v29 = v6 * v28, v30 = v22 - v7, v31 = v11 * v30,
+      v32 = v29 - v31, v33 = v32 / v19, v34 = v33 - 1.0, v35 = v23 * v34, v36 = v24 + v35,
+      v37 = -v36;
   out[0] = v37;
-  const lanes v38 = v30 * v9;
-  const lanes v39 = v28 * v5;
-  const lanes v40 = v38 - v39;
-  const lanes v41 = v40 / v19;
-  const lanes v42 = v23 * v41;
-  const lanes v43 = -v42;
+  const lanes v38 = v9 * v30, v39 = v5 * v28, v40 = v38 - v39, v41 = v40 / v19, v42 = v23 * v41,
+      v43 = -v42;
   out[1] = v43;
-  const lanes v44 = 0.9999999999999999 * v27;
-  const lanes v45 = v44 + v11;
-  const lanes v46 = v44 * v34;
-  const lanes v47 = v45 + v46;
+  const lanes v44 = 0.9999999999999999 * v27, v45 = v44 + v11, v46 = v44 * v34, v47 = v45 + v46;
   out[2] = v47;
   const lanes v48 = v44 * v41;
-  out[3] = v48;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = v33;
+  out[3] = v48; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = v33;
   out[11] = v41;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_jacobian_space_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes qd_0 = in[2];
-  const lanes qd_1 = in[3];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v2, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v3);
-  const lanes v5 = 0.1 * qd_0;
-  const lanes v6 = 0.2 * v1;
-  const lanes v7 = 0.1 - v6;
-  const lanes v8 = v7 * qd_0;
-  const lanes v9 = v5 - v8;
-  const lanes v10 = 0.2 * v2;
-  const lanes v11 = 0.2 + v10;
-  const lanes v12 = v11 - v6;
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = v12 * v12;
-  const lanes v15 = 0.2 * v3;
-  const lanes v16 = 0.2 * v4;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = v14 + v18;
-  const lanes v20 = 0.36 - v19;
-  const lanes v21 = v19 * v20;
-  lanes v22; LANES_NAME(lanes_sqrt)(&v21, &v22);
-  const lanes v23 = 0.5 * v22;
-  const lanes v24 = v23 / v19;
-  const lanes v25 = v24 * v17;
-  const lanes v26 = v13 - v25;
-  const lanes v27 = v26 - v12;
-  const lanes v28 = v27 * v16;
-  const lanes v29 = 0.5 * v17;
-  const lanes v30 = v24 * v12;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v31 - v17;
-  const lanes v33 = v32 * v6;
-  const lanes v34 = v28 - v33;
-  const lanes v35 = v34 / v23;
-  const lanes v36 = v35 - 1.0;
-  const lanes v37 = v9 * v36;
-  const lanes v38 = v4 * qd_0;
-  const lanes v39 = 0.2 * v38;
-  const lanes v40 = v3 * qd_1;
-  const lanes v41 = 0.2 * v40;
-  const lanes v42 = v39 - v41;
-  const lanes v43 = 0.5 * v42;
-  const lanes v44 = v2 * qd_1;
-  const lanes v45 = 0.2 * v44;
-  const lanes v46 = v1 * qd_0;
-  const lanes v47 = 0.2 * v46;
-  const lanes v48 = v45 - v47;
-  const lanes v49 = 2.0 * v17;
-  const lanes v50 = v48 * v49;
-  const lanes v51 = 2.0 * v12;
-  const lanes v52 = v51 * v42;
-  const lanes v53 = v50 + v52;
-  const lanes v54 = 0.5 * v53;
-  const lanes v55 = v54 / v19;
-  const lanes v56 = 0.5 * v19;
-  const lanes v57 = v19 * v19;
-  const lanes v58 = v56 / v57;
-  const lanes v59 = v53 * v58;
-  const lanes v60 = v55 - v59;
-  const lanes v61 = v60 * v12;
-  const lanes v62 = v43 + v61;
-  const lanes v63 = v48 * v24;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v53 * v20;
-  const lanes v66 = v53 * v19;
-  const lanes v67 = v65 - v66;
-  const lanes v68 = 0.25 / v22;
-  const lanes v69 = v67 * v68;
-  const lanes v70 = v69 / v19;
-  const lanes v71 = v23 / v57;
-  const lanes v72 = v53 * v71;
-  const lanes v73 = v70 - v72;
-  const lanes v74 = v73 * v17;
-  const lanes v75 = v64 - v74;
-  const lanes v76 = v75 - v42;
-  const lanes v77 = v76 * v16;
-  const lanes v78 = v39 * v32;
-  const lanes v79 = v77 + v78;
-  const lanes v80 = v47 * v27;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = 0.5 * v48;
-  const lanes v83 = v60 * v17;
-  const lanes v84 = v82 + v83;
-  const lanes v85 = v73 * v12;
-  const lanes v86 = v84 + v85;
-  const lanes v87 = v24 * v42;
-  const lanes v88 = v86 + v87;
-  const lanes v89 = v88 - v48;
-  const lanes v90 = v89 * v6;
-  const lanes v91 = v81 - v90;
-  const lanes v92 = v91 / v23;
-  const lanes v93 = v23 * v23;
-  const lanes v94 = v34 / v93;
-  const lanes v95 = v69 * v94;
-  const lanes v96 = v92 - v95;
-  const lanes v97 = v96 * v16;
-  const lanes v98 = v37 + v97;
+  const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3];
+  LANES_COS_SIN(v3, v1, q_0); LANES_COS_SIN(v2, v4, q_1);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = 0.2 + v6, v8 = 0.2 * v3, v9 = v7 - v8,
+      v10 = 0.5 * v9, v11 = v9 * v9, v12 = 0.2 * v4, v13 = v12 - v5, v14 = v13 * v13,
+      v15 = v11 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v10 - v21, v23 = v22 - v9,
+      v24 = v5 * v23, v25 = 0.5 * v13, v26 = v20 * v9, v27 = v25 + v26, v28 = v27 - v13,
+      v29 = v8 * v28, v30 = v24 - v29, v31 = v30 / v19, v32 = v31 - 1.0, v33 = 0.1 * qd_0,
+      v34 = 0.1 - v8, v35 = v34 * qd_0, v36 = v33 - v35, v37 = v32 * v36, v38 = v1 * qd_0,
+      v39 = 0.2 * v38, v40 = v4 * qd_1, v41 = 0.2 * v40, v42 = v39 - v41, v43 = 0.5 * v42,
+      v44 = 2.0 * v9, v45 = v42 * v44, v46 = v2 * qd_1, v47 = 0.2 * v46, v48 = v3 * qd_0,
+      v49 = 0.2 * v48, v50 = v47 - v49, v51 = 2.0 * v13, v52 = v50 * v51, v53 = v45 + v52,
+      v54 = 0.5 * v53, v55 = v54 / v15, v56 = 0.5 * v15, v57 = v15 * v15, v58 = v56 / v57,
+      v59 = v53 * v58, v60 = v55 - v59, v61 = v60 * v9, v62 = v43 + v61, v63 = v20 * v50,
+      v64 = v62 - v63, v65 = v53 * v16, v66 = v53 * v15, v67 = v65 - v66, v68 = 0.25 / v18,
+      v69 = v67 * v68, v70 = v69 / v15, v71 = v19 / v57, v72 = v53 * v71, v73 = v70 - v72,
+      v74 = v73 * v13, v75 = v64 - v74, v76 = v75 - v42, v77 = v5 * v76, v78 = v23 * v49,
+      v79 = v77 + v78, v80 = v28 * v39, v81 = v79 + v80, v82 = 0.5 * v50, v83 = v20 * v42,
+      v84 = v82 + v83, v85 = v60 * v13, v86 = v84 + v85, v87 = v73 * v9, v88 = v86 + v87,
+      v89 = v88 - v50, v90 = v8 * v89, v91 = v81 - v90, v92 = v91 / v19, v93 = v19 * v19,
+      v94 = v30 / v93, v95 = v69 * v94, v96 = v92 - v95, v97 = v5 * v96, v98 = v37 + v97;
   out[0] = v98;
-  const lanes v99 = v32 * v10;
-  const lanes v100 = v27 * v15;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = v101 / v23;
-  const lanes v103 = v9 * v102;
-  const lanes v104 = v89 * v10;
-  const lanes v105 = v76 * v15;
-  const lanes v106 = v104 - v105;
-  const lanes v107 = v45 * v27;
-  const lanes v108 = v106 - v107;
-  const lanes v109 = v41 * v32;
-  const lanes v110 = v108 - v109;
-  const lanes v111 = v110 / v23;
-  const lanes v112 = v101 / v93;
-  const lanes v113 = v69 * v112;
-  const lanes v114 = v111 - v113;
-  const lanes v115 = v114 * v16;
-  const lanes v116 = v103 + v115;
+  const lanes v99 = v6 * v28, v100 = v12 * v23, v101 = v99 - v100, v102 = v101 / v19,
+      v103 = v102 * v36, v104 = v6 * v89, v105 = v12 * v76, v106 = v104 - v105, v107 = v23 * v47,
+      v108 = v106 - v107, v109 = v28 * v41, v110 = v108 - v109, v111 = v110 / v19,
+      v112 = v101 / v93, v113 = v69 * v112, v114 = v111 - v113, v115 = v5 * v114,
+      v116 = v103 + v115;
   out[1] = v116;
-  const lanes v117 = v16 * qd_0;
-  const lanes v118 = v117 * v36;
-  const lanes v119 = v96 * v7;
-  const lanes v120 = v118 + v119;
+  const lanes v117 = v5 * qd_0, v118 = v32 * v117, v119 = v34 * v96, v120 = v118 + v119;
   out[2] = v120;
-  const lanes v121 = v117 * v102;
-  const lanes v122 = v114 * v7;
-  const lanes v123 = v121 + v122;
-  out[3] = v123;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = v96;
+  const lanes v121 = v102 * v117, v122 = v34 * v114, v123 = v121 + v122;
+  out[3] = v123; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = v96;
   out[11] = v114;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_jacobian_body_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes qd_0 = in[2];
-  const lanes qd_1 = in[3];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  const lanes v5 = v1 * qd_1;
-  const lanes v6 = 0.2 * v5;
-  const lanes v7 = v2 * qd_0;
-  const lanes v8 = 0.2 * v7;
-  const lanes v9 = v6 - v8;
-  const lanes v10 = 0.2 * v3;
-  const lanes v11 = 0.2 * v4;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = 0.2 * v1;
-  const lanes v15 = 0.2 + v14;
-  const lanes v16 = 0.2 * v2;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = v12 * v12;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = 0.36 - v20;
-  const lanes v22 = v20 * v21;
-  lanes v23; LANES_NAME(lanes_sqrt)(&v22, &v23);
-  const lanes v24 = 0.5 * v23;
-  const lanes v25 = v24 / v20;
-  const lanes v26 = v25 * v17;
-  const lanes v27 = v13 + v26;
-  const lanes v28 = v27 - v12;
-  const lanes v29 = v9 * v28;
-  const lanes v30 = 0.5 * v17;
-  const lanes v31 = v25 * v12;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = v32 - v17;
-  const lanes v34 = v4 * qd_0;
-  const lanes v35 = 0.2 * v34;
-  const lanes v36 = v3 * qd_1;
-  const lanes v37 = 0.2 * v36;
-  const lanes v38 = v35 - v37;
-  const lanes v39 = v33 * v38;
-  const lanes v40 = v29 + v39;
-  const lanes v41 = v40 / v24;
-  const lanes v42 = v41 - qd_0;
-  const lanes v43 = 3.333333333333333 * v32;
-  const lanes v44 = 0.9999999999999999 * v32;
-  const lanes v45 = v44 + v16;
-  const lanes v46 = v43 * v45;
-  const lanes v47 = 3.333333333333333 * v27;
-  const lanes v48 = 0.9999999999999999 * v27;
-  const lanes v49 = v48 + v11;
-  const lanes v50 = v47 * v49;
-  const lanes v51 = v46 + v50;
-  const lanes v52 = v42 * v51;
-  const lanes v53 = 0.3 * v42;
-  const lanes v54 = v52 - v53;
-  out[0] = v54;
-  out[1] = LANES_OF(0.0);
-  const lanes v55 = 0.5 * v38;
-  const lanes v56 = 2.0 * v12;
-  const lanes v57 = v9 * v56;
-  const lanes v58 = 2.0 * v17;
-  const lanes v59 = v58 * v38;
-  const lanes v60 = v57 + v59;
-  const lanes v61 = 0.5 * v60;
-  const lanes v62 = v61 / v20;
-  const lanes v63 = 0.5 * v20;
-  const lanes v64 = v20 * v20;
-  const lanes v65 = v63 / v64;
-  const lanes v66 = v60 * v65;
-  const lanes v67 = v62 - v66;
-  const lanes v68 = v67 * v17;
-  const lanes v69 = v55 + v68;
-  const lanes v70 = v9 * v25;
-  const lanes v71 = v69 - v70;
-  const lanes v72 = v60 * v21;
-  const lanes v73 = v60 * v20;
-  const lanes v74 = v72 - v73;
-  const lanes v75 = 0.25 / v23;
-  const lanes v76 = v74 * v75;
-  const lanes v77 = v76 / v20;
-  const lanes v78 = v24 / v64;
-  const lanes v79 = v60 * v78;
-  const lanes v80 = v77 - v79;
-  const lanes v81 = v80 * v12;
-  const lanes v82 = v71 - v81;
-  const lanes v83 = v82 - v38;
-  const lanes v84 = v83 * v11;
-  const lanes v85 = v35 * v28;
-  const lanes v86 = v84 + v85;
-  const lanes v87 = v8 * v33;
-  const lanes v88 = v86 + v87;
-  const lanes v89 = 0.5 * v9;
-  const lanes v90 = v67 * v12;
-  const lanes v91 = v89 + v90;
-  const lanes v92 = v80 * v17;
-  const lanes v93 = v91 + v92;
-  const lanes v94 = v25 * v38;
-  const lanes v95 = v93 + v94;
-  const lanes v96 = v95 - v9;
-  const lanes v97 = v96 * v16;
-  const lanes v98 = v88 - v97;
-  const lanes v99 = v98 / v24;
-  const lanes v100 = v33 * v11;
-  const lanes v101 = v28 * v16;
-  const lanes v102 = v100 - v101;
-  const lanes v103 = v24 * v24;
-  const lanes v104 = v102 / v103;
-  const lanes v105 = v76 * v104;
-  const lanes v106 = v99 - v105;
-  const lanes v107 = 0.3 * v106;
-  const lanes v108 = v47 * v45;
-  const lanes v109 = v43 * v49;
-  const lanes v110 = v108 - v109;
-  const lanes v111 = v42 * v110;
-  const lanes v112 = v107 - v111;
+  const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3];
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
+      v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
+      v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v7, v25 = 3.333333333333333 * v22,
+      v26 = v24 * v25, v27 = 0.5 * v13, v28 = v20 * v8, v29 = v27 + v28,
+      v30 = 0.9999999999999999 * v29, v31 = v30 + v12, v32 = 3.333333333333333 * v29,
+      v33 = v31 * v32, v34 = v26 + v33, v35 = v22 - v8, v36 = v4 * qd_0, v37 = 0.2 * v36,
+      v38 = v3 * qd_1, v39 = 0.2 * v38, v40 = v37 - v39, v41 = v35 * v40, v42 = v29 - v13,
+      v43 = v1 * qd_1, v44 = 0.2 * v43, v45 = v2 * qd_0, v46 = 0.2 * v45, v47 = v44 - v46,
+      v48 = v42 * v47, v49 = v41 + v48, v50 = v49 / v19, v51 = v50 - qd_0, v52 = v34 * v51,
+      v53 = 0.3 * v51, v54 = v52 - v53;
+  out[0] = v54; out[1] = LANES_OF(0.0);
+  const lanes v55 = 0.5 * v40, v56 = 2.0 * v8, v57 = v40 * v56, v58 = 2.0 * v13, v59 = v47 * v58,
+      v60 = v57 + v59, v61 = 0.5 * v60, v62 = v61 / v15, v63 = 0.5 * v15, v64 = v15 * v15,
+      v65 = v63 / v64, v66 = v60 * v65, v67 = v62 - v66, v68 = v67 * v8, v69 = v55 + v68,
+      v70 = v20 * v47, v71 = v69 - v70, v72 = v60 * v16, v73 = v60 * v15, v74 = v72 - v73,
+      v75 = 0.25 / v18, v76 = v74 * v75, v77 = v76 / v15, v78 = v19 / v64, v79 = v60 * v78,
+      v80 = v77 - v79, v81 = v80 * v13, v82 = v71 - v81, v83 = v82 - v40, v84 = v12 * v83,
+      v85 = v35 * v46, v86 = v84 + v85, v87 = v42 * v37, v88 = v86 + v87, v89 = 0.5 * v47,
+      v90 = v20 * v40, v91 = v89 + v90, v92 = v67 * v13, v93 = v91 + v92, v94 = v80 * v8,
+      v95 = v93 + v94, v96 = v95 - v47, v97 = v7 * v96, v98 = v88 - v97, v99 = v98 / v19,
+      v100 = v12 * v35, v101 = v7 * v42, v102 = v100 - v101, v103 = v19 * v19, v104 = v102 / v103,
+      v105 = v76 * v104, v106 = v99 - v105, v107 = 0.3 * v106, v108 = v24 * v32, v109 = v31 * v25,
+      v110 = v108 - v109, v111 = v110 * v51, v112 = v107 - v111;
   out[2] = v112;
-  const lanes v113 = v96 * v14;
-  const lanes v114 = v83 * v10;
-  const lanes v115 = v113 - v114;
-  const lanes v116 = v6 * v33;
-  const lanes v117 = v115 - v116;
-  const lanes v118 = v37 * v28;
-  const lanes v119 = v117 - v118;
-  const lanes v120 = v119 / v24;
-  const lanes v121 = v28 * v14;
-  const lanes v122 = v33 * v10;
-  const lanes v123 = v121 - v122;
-  const lanes v124 = v123 / v103;
-  const lanes v125 = v76 * v124;
-  const lanes v126 = v120 - v125;
-  const lanes v127 = 0.3 * v126;
-  out[3] = v127;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = v106;
+  const lanes v113 = v5 * v96, v114 = v11 * v83, v115 = v113 - v114, v116 = v35 * v44,
+      v117 = v115 - v116, v118 = v42 * v39, v119 = v117 - v118, v120 = v119 / v19, v121 = v5 * v42,
+      v122 = v11 * v35, v123 = v121 - v122, v124 = v123 / v103, v125 = v76 * v124,
+      v126 = v120 - v125, v127 = 0.3 * v126;
+  out[3] = v127; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = v106;
   out[11] = v126;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes qd_0 = in[2];
-  const lanes qd_1 = in[3];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  const lanes v5 = 0.2 * v1;
-  const lanes v6 = 0.2 + v5;
-  const lanes v7 = 0.2 * v2;
-  const lanes v8 = v6 - v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = v8 * v8;
-  const lanes v11 = 0.2 * v3;
-  const lanes v12 = 0.2 * v4;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = v10 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v13;
-  const lanes v22 = v9 - v21;
-  const lanes v23 = 0.9999999999999999 * v22;
-  const lanes v24 = v23 + v7;
-  const lanes v25 = v24 * qd_0;
-  const lanes v26 = v1 * qd_1;
-  const lanes v27 = 0.2 * v26;
-  const lanes v28 = v2 * qd_0;
-  const lanes v29 = 0.2 * v28;
-  const lanes v30 = v27 - v29;
-  const lanes v31 = 0.5 * v13;
-  const lanes v32 = v20 * v8;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v33 - v13;
-  const lanes v35 = v30 * v34;
-  const lanes v36 = v22 - v8;
-  const lanes v37 = v4 * qd_0;
-  const lanes v38 = 0.2 * v37;
-  const lanes v39 = v3 * qd_1;
-  const lanes v40 = 0.2 * v39;
-  const lanes v41 = v38 - v40;
-  const lanes v42 = v36 * v41;
-  const lanes v43 = v35 + v42;
-  const lanes v44 = v43 / v19;
-  const lanes v45 = v44 - qd_0;
-  const lanes v46 = v45 * v23;
-  const lanes v47 = v25 + v46;
-  const lanes v48 = v44 * v23;
-  const lanes v49 = v36 * v12;
-  const lanes v50 = v34 * v7;
-  const lanes v51 = v49 - v50;
-  const lanes v52 = v51 / v19;
-  const lanes v53 = v52 - 1.0;
-  const lanes v54 = v48 * v53;
-  const lanes v55 = v47 + v54;
-  const lanes v56 = 0.5 * v41;
-  const lanes v57 = 2.0 * v13;
-  const lanes v58 = v30 * v57;
-  const lanes v59 = 2.0 * v8;
-  const lanes v60 = v59 * v41;
-  const lanes v61 = v58 + v60;
-  const lanes v62 = 0.5 * v61;
-  const lanes v63 = v62 / v15;
-  const lanes v64 = 0.5 * v15;
-  const lanes v65 = v15 * v15;
-  const lanes v66 = v64 / v65;
-  const lanes v67 = v61 * v66;
-  const lanes v68 = v63 - v67;
-  const lanes v69 = v68 * v8;
-  const lanes v70 = v56 + v69;
-  const lanes v71 = v30 * v20;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v61 * v16;
-  const lanes v74 = v61 * v15;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = 0.25 / v18;
-  const lanes v77 = v75 * v76;
-  const lanes v78 = v77 / v15;
-  const lanes v79 = v19 / v65;
-  const lanes v80 = v61 * v79;
-  const lanes v81 = v78 - v80;
-  const lanes v82 = v81 * v13;
-  const lanes v83 = v72 - v82;
-  const lanes v84 = v83 - v41;
-  const lanes v85 = v84 * v12;
-  const lanes v86 = v38 * v34;
-  const lanes v87 = v85 + v86;
-  const lanes v88 = v29 * v36;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = 0.5 * v30;
-  const lanes v91 = v68 * v13;
-  const lanes v92 = v90 + v91;
-  const lanes v93 = v81 * v8;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = v20 * v41;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = v96 - v30;
-  const lanes v98 = v97 * v7;
-  const lanes v99 = v89 - v98;
-  const lanes v100 = v99 / v19;
-  const lanes v101 = v19 * v19;
-  const lanes v102 = v51 / v101;
-  const lanes v103 = v77 * v102;
-  const lanes v104 = v100 - v103;
-  const lanes v105 = 0.9999999999999999 * v33;
-  const lanes v106 = v104 * v105;
-  const lanes v107 = v55 + v106;
-  const lanes v108 = -v107;
+  const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3];
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
+      v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
+      v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v7, v25 = v24 * qd_0, v26 = v22 - v8,
+      v27 = v4 * qd_0, v28 = 0.2 * v27, v29 = v3 * qd_1, v30 = 0.2 * v29, v31 = v28 - v30,
+      v32 = v26 * v31, v33 = 0.5 * v13, v34 = v20 * v8, v35 = v33 + v34, v36 = v35 - v13,
+      v37 = v1 * qd_1, v38 = 0.2 * v37, v39 = v2 * qd_0, v40 = 0.2 * v39, v41 = v38 - v40,
+      v42 = v36 * v41, v43 = v32 + v42, v44 = v43 / v19, v45 = v44 - qd_0, v46 = v23 * v45,
+      v47 = v25 + v46, v48 = v12 * v26, v49 = v7 * v36, v50 = v48 - v49, v51 = v50 / v19,
+      v52 = v51 - 1.0, v53 = v23 * v44, v54 = v52 * v53, v55 = v47 + v54,
+      v56 = 0.9999999999999999 * v35, v57 = 0.5 * v31, v58 = 2.0 * v8, v59 = v31 * v58,
+      v60 = 2.0 * v13, v61 = v41 * v60, v62 = v59 + v61, v63 = 0.5 * v62, v64 = v63 / v15,
+      v65 = 0.5 * v15, v66 = v15 * v15, v67 = v65 / v66, v68 = v62 * v67, v69 = v64 - v68,
+      v70 = v69 * v8, v71 = v57 + v70, v72 = v20 * v41, v73 = v71 - v72, v74 = v62 * v16,
+      v75 = v62 * v15, v76 = v74 - v75, v77 = 0.25 / v18, v78 = v76 * v77, v79 = v78 / v15,
+      v80 = v19 / v66, v81 = v62 * v80, v82 = v79 - v81, v83 = v82 * v13, v84 = v73 - v83,
+      v85 = v84 - v31, v86 = v12 * v85, v87 = v26 * v40, v88 = v86 + v87, v89 = v36 * v28,
+      v90 = v88 + v89, v91 = 0.5 * v41, v92 = v20 * v31, v93 = v91 + v92, v94 = v69 * v13,
+      v95 = v93 + v94, v96 = v82 * v8, v97 = v95 + v96, v98 = v97 - v41, v99 = v7 * v98,
+      v100 = v90 - v99, v101 = v100 / v19, v102 = v19 * v19, v103 = v50 / v102, v104 = v78 * v103,
+      v105 = v101 - v104, v106 = v56 * v105, v107 = v55 + v106, v108 = -v107;
   out[0] = v108;
-  const lanes v109 = v34 * v5;
-  const lanes v110 = v36 * v11;
-  const lanes v111 = v109 - v110;
-  const lanes v112 = v111 / v19;
-  const lanes v113 = v48 * v112;
-  const lanes v114 = v97 * v5;
-  const lanes v115 = v84 * v11;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v27 * v36;
-  const lanes v118 = v116 - v117;
-  const lanes v119 = v40 * v34;
-  const lanes v120 = v118 - v119;
-  const lanes v121 = v120 / v19;
-  const lanes v122 = v111 / v101;
-  const lanes v123 = v77 * v122;
-  const lanes v124 = v121 - v123;
-  const lanes v125 = v124 * v105;
-  const lanes v126 = v113 + v125;
-  const lanes v127 = -v126;
+  const lanes v109 = v5 * v36, v110 = v11 * v26, v111 = v109 - v110, v112 = v111 / v19,
+      v113 = v112 * v53, v114 = v5 * v98, v115 = v11 * v85, v116 = v114 - v115, v117 = v26 * v38,
+      v118 = v116 - v117, v119 = v36 * v30, v120 = v118 - v119, v121 = v120 / v19,
+      v122 = v111 / v102, v123 = v78 * v122, v124 = v121 - v123, v125 = v56 * v124,
+      v126 = v113 + v125, v127 = -v126;
   out[1] = v127;
-  const lanes v128 = v104 * v23;
-  const lanes v129 = v105 + v12;
-  const lanes v130 = v129 * qd_0;
-  const lanes v131 = v45 * v105;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v44 * v105;
-  const lanes v134 = v133 * v53;
-  const lanes v135 = v132 + v134;
-  const lanes v136 = v128 - v135;
+  const lanes v128 = v23 * v105, v129 = v56 + v12, v130 = v129 * qd_0, v131 = v56 * v45,
+      v132 = v130 + v131, v133 = v56 * v44, v134 = v52 * v133, v135 = v132 + v134,
+      v136 = v128 - v135;
   out[2] = v136;
-  const lanes v137 = v124 * v23;
-  const lanes v138 = v133 * v112;
-  const lanes v139 = v137 - v138;
-  out[3] = v139;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = v104;
+  const lanes v137 = v23 * v124, v138 = v112 * v133, v139 = v137 - v138;
+  out[3] = v139; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = v105;
   out[11] = v124;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_hessian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  const lanes v5 = 0.2 * v1;
-  const lanes v6 = 0.2 + v5;
-  const lanes v7 = 0.2 * v2;
-  const lanes v8 = v6 - v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = v8 * v8;
-  const lanes v11 = 0.2 * v3;
-  const lanes v12 = 0.2 * v4;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = v10 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v13;
-  const lanes v22 = v9 - v21;
-  const lanes v23 = 0.9999999999999999 * v22;
-  const lanes v24 = v22 - v8;
-  const lanes v25 = v24 * v12;
-  const lanes v26 = 0.5 * v13;
-  const lanes v27 = v20 * v8;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v28 - v13;
-  const lanes v30 = v29 * v7;
-  const lanes v31 = v25 - v30;
-  const lanes v32 = v31 / v19;
-  const lanes v33 = v32 - 1.0;
-  const lanes v34 = v23 * v33;
-  const lanes v35 = v23 + v34;
-  const lanes v36 = v35 * v33;
-  const lanes v37 = v23 + v7;
-  const lanes v38 = v37 + v34;
-  const lanes v39 = v36 + v38;
-  const lanes v40 = v24 * v7;
-  const lanes v41 = v29 * v12;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = 0.1 * v4;
-  const lanes v44 = v20 * v7;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = 2.0 * v8;
-  const lanes v47 = v46 * v12;
-  const lanes v48 = 2.0 * v13;
-  const lanes v49 = v48 * v7;
-  const lanes v50 = v47 - v49;
-  const lanes v51 = 0.5 * v50;
-  const lanes v52 = v51 / v15;
-  const lanes v53 = 0.5 * v15;
-  const lanes v54 = v15 * v15;
-  const lanes v55 = v53 / v54;
-  const lanes v56 = v55 * v50;
-  const lanes v57 = v52 - v56;
-  const lanes v58 = v57 * v8;
-  const lanes v59 = v45 + v58;
-  const lanes v60 = 0.25 / v18;
-  const lanes v61 = v50 * v16;
-  const lanes v62 = v50 * v15;
-  const lanes v63 = v61 - v62;
-  const lanes v64 = v60 * v63;
-  const lanes v65 = v64 / v15;
-  const lanes v66 = v19 / v54;
-  const lanes v67 = v66 * v50;
-  const lanes v68 = v65 - v67;
-  const lanes v69 = v68 * v13;
-  const lanes v70 = v59 - v69;
-  const lanes v71 = v70 - v12;
-  const lanes v72 = v71 * v12;
-  const lanes v73 = v42 + v72;
-  const lanes v74 = v20 * v12;
-  const lanes v75 = v57 * v13;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v68 * v8;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = 0.1 * v2;
-  const lanes v80 = v78 - v79;
-  const lanes v81 = v80 + v7;
-  const lanes v82 = v81 * v7;
-  const lanes v83 = v73 - v82;
-  const lanes v84 = v83 / v19;
-  const lanes v85 = v19 * v19;
-  const lanes v86 = v31 / v85;
-  const lanes v87 = v86 * v64;
-  const lanes v88 = v84 - v87;
-  const lanes v89 = 0.9999999999999999 * v28;
-  const lanes v90 = v88 * v89;
-  const lanes v91 = v39 + v90;
-  const lanes v92 = -v91;
+  const lanes q_0 = in[0], q_1 = in[1];
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
+      v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
+      v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v7, v25 = v22 - v8, v26 = v12 * v25,
+      v27 = 0.5 * v13, v28 = v20 * v8, v29 = v27 + v28, v30 = v29 - v13, v31 = v7 * v30,
+      v32 = v26 - v31, v33 = v32 / v19, v34 = v33 - 1.0, v35 = v23 * v34, v36 = v24 + v35,
+      v37 = v23 + v35, v38 = v34 * v37, v39 = v36 + v38, v40 = 0.9999999999999999 * v29,
+      v41 = v7 * v25, v42 = v12 * v30, v43 = v41 + v42, v44 = v7 * v20, v45 = 0.1 * v4,
+      v46 = v44 + v45, v47 = 2.0 * v8, v48 = v12 * v47, v49 = 2.0 * v13, v50 = v7 * v49,
+      v51 = v48 - v50, v52 = 0.5 * v51, v53 = v52 / v15, v54 = 0.5 * v15, v55 = v15 * v15,
+      v56 = v54 / v55, v57 = v56 * v51, v58 = v53 - v57, v59 = v58 * v8, v60 = v46 + v59,
+      v61 = 0.25 / v18, v62 = v51 * v16, v63 = v51 * v15, v64 = v62 - v63, v65 = v61 * v64,
+      v66 = v65 / v15, v67 = v19 / v55, v68 = v67 * v51, v69 = v66 - v68, v70 = v69 * v13,
+      v71 = v60 - v70, v72 = v71 - v12, v73 = v12 * v72, v74 = v43 + v73, v75 = v12 * v20,
+      v76 = v58 * v13, v77 = v75 + v76, v78 = v69 * v8, v79 = v77 + v78, v80 = 0.1 * v2,
+      v81 = v79 - v80, v82 = v7 + v81, v83 = v7 * v82, v84 = v74 - v83, v85 = v84 / v19,
+      v86 = v19 * v19, v87 = v32 / v86, v88 = v87 * v65, v89 = v85 - v88, v90 = v40 * v89,
+      v91 = v39 + v90, v92 = -v91;
   out[0] = v92;
-  const lanes v93 = v29 * v5;
-  const lanes v94 = v24 * v11;
-  const lanes v95 = v93 - v94;
-  const lanes v96 = v95 / v19;
-  const lanes v97 = v23 * v96;
-  const lanes v98 = v33 * v97;
-  const lanes v99 = v98 + v97;
-  const lanes v100 = v48 * v5;
-  const lanes v101 = v46 * v11;
-  const lanes v102 = v100 - v101;
-  const lanes v103 = 0.5 * v102;
-  const lanes v104 = v103 / v15;
-  const lanes v105 = v55 * v102;
-  const lanes v106 = v104 - v105;
-  const lanes v107 = v106 * v8;
-  const lanes v108 = 0.1 * v3;
-  const lanes v109 = v107 - v108;
-  const lanes v110 = v20 * v5;
-  const lanes v111 = v109 - v110;
-  const lanes v112 = v102 * v16;
-  const lanes v113 = v102 * v15;
-  const lanes v114 = v112 - v113;
-  const lanes v115 = v60 * v114;
-  const lanes v116 = v115 / v15;
-  const lanes v117 = v66 * v102;
-  const lanes v118 = v116 - v117;
-  const lanes v119 = v118 * v13;
-  const lanes v120 = v111 - v119;
-  const lanes v121 = v120 + v11;
-  const lanes v122 = v121 * v12;
-  const lanes v123 = 0.1 * v1;
-  const lanes v124 = v106 * v13;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = v118 * v8;
-  const lanes v127 = v125 + v126;
-  const lanes v128 = v20 * v11;
-  const lanes v129 = v127 - v128;
-  const lanes v130 = v129 - v5;
-  const lanes v131 = v130 * v7;
-  const lanes v132 = v122 - v131;
-  const lanes v133 = v132 / v19;
-  const lanes v134 = v86 * v115;
-  const lanes v135 = v133 - v134;
-  const lanes v136 = v135 * v89;
-  const lanes v137 = v99 + v136;
-  const lanes v138 = -v137;
+  const lanes v93 = v5 * v30, v94 = v11 * v25, v95 = v93 - v94, v96 = v95 / v19, v97 = v23 * v96,
+      v98 = v34 * v97, v99 = v97 + v98, v100 = v5 * v49, v101 = v11 * v47, v102 = v100 - v101,
+      v103 = 0.5 * v102, v104 = v103 / v15, v105 = v56 * v102, v106 = v104 - v105, v107 = v106 * v8,
+      v108 = 0.1 * v3, v109 = v107 - v108, v110 = v20 * v5, v111 = v109 - v110, v112 = v102 * v16,
+      v113 = v102 * v15, v114 = v112 - v113, v115 = v61 * v114, v116 = v115 / v15,
+      v117 = v67 * v102, v118 = v116 - v117, v119 = v118 * v13, v120 = v111 - v119,
+      v121 = v11 + v120, v122 = v12 * v121, v123 = 0.1 * v1, v124 = v106 * v13, v125 = v123 + v124,
+      v126 = v118 * v8, v127 = v125 + v126, v128 = v20 * v11, v129 = v127 - v128, v130 = v129 - v5,
+      v131 = v7 * v130, v132 = v122 - v131, v133 = v132 / v19, v134 = v87 * v115,
+      v135 = v133 - v134, v136 = v40 * v135, v137 = v99 + v136, v138 = -v137;
   out[1] = v138;
-  const lanes v139 = v35 * v96;
-  const lanes v140 = v81 * v5;
-  const lanes v141 = v71 * v11;
-  const lanes v142 = v140 - v141;
-  const lanes v143 = v142 / v19;
-  const lanes v144 = v95 / v85;
-  const lanes v145 = v144 * v64;
-  const lanes v146 = v143 - v145;
-  const lanes v147 = v146 * v89;
-  const lanes v148 = v139 + v147;
-  const lanes v149 = -v148;
+  const lanes v139 = v96 * v37, v140 = v5 * v82, v141 = v11 * v72, v142 = v140 - v141,
+      v143 = v142 / v19, v144 = v95 / v86, v145 = v144 * v65, v146 = v143 - v145, v147 = v40 * v146,
+      v148 = v139 + v147, v149 = -v148;
   out[2] = v149;
-  const lanes v150 = v96 * v97;
-  const lanes v151 = v130 * v5;
-  const lanes v152 = v24 * v5;
-  const lanes v153 = v151 - v152;
-  const lanes v154 = v29 * v11;
-  const lanes v155 = v153 - v154;
-  const lanes v156 = v121 * v11;
-  const lanes v157 = v155 - v156;
-  const lanes v158 = v157 / v19;
-  const lanes v159 = v144 * v115;
-  const lanes v160 = v158 - v159;
-  const lanes v161 = v160 * v89;
-  const lanes v162 = v150 + v161;
-  const lanes v163 = -v162;
+  const lanes v150 = v96 * v97, v151 = v5 * v130, v152 = v11 * v30, v153 = v151 - v152,
+      v154 = v11 * v121, v155 = v153 - v154, v156 = v5 * v25, v157 = v155 - v156, v158 = v157 / v19,
+      v159 = v144 * v115, v160 = v158 - v159, v161 = v40 * v160, v162 = v150 + v161, v163 = -v162;
   out[3] = v163;
-  const lanes v164 = v88 * v23;
-  const lanes v165 = v89 * v33;
-  const lanes v166 = v89 + v165;
-  const lanes v167 = v166 * v33;
-  const lanes v168 = v89 + v12;
-  const lanes v169 = v168 + v165;
-  const lanes v170 = v167 + v169;
-  const lanes v171 = v164 - v170;
+  const lanes v164 = v23 * v89, v165 = v40 + v12, v166 = v40 * v34, v167 = v165 + v166,
+      v168 = v40 + v166, v169 = v34 * v168, v170 = v167 + v169, v171 = v164 - v170;
   out[4] = v171;
-  const lanes v172 = v135 * v23;
-  const lanes v173 = v89 * v96;
-  const lanes v174 = v33 * v173;
-  const lanes v175 = v174 + v173;
-  const lanes v176 = v172 - v175;
+  const lanes v172 = v23 * v135, v173 = v40 * v96, v174 = v34 * v173, v175 = v173 + v174,
+      v176 = v172 - v175;
   out[5] = v176;
-  const lanes v177 = v146 * v23;
-  const lanes v178 = v166 * v96;
-  const lanes v179 = v177 - v178;
+  const lanes v177 = v23 * v146, v178 = v96 * v168, v179 = v177 - v178;
   out[6] = v179;
-  const lanes v180 = v160 * v23;
-  const lanes v181 = v96 * v173;
-  const lanes v182 = v180 - v181;
-  out[7] = v182;
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = v88;
-  out[21] = v135;
-  out[22] = v146;
-  out[23] = v160;
+  const lanes v180 = v23 * v160, v181 = v96 * v173, v182 = v180 - v181;
+  out[7] = v182; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
+  out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[20] = v89;
+  out[21] = v135; out[22] = v146; out[23] = v160;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_twist_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes qd_0 = in[2];
-  const lanes qd_1 = in[3];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  const lanes v5 = v1 * qd_1;
-  const lanes v6 = 0.2 * v5;
-  const lanes v7 = v2 * qd_0;
-  const lanes v8 = 0.2 * v7;
-  const lanes v9 = v6 - v8;
-  const lanes v10 = 0.2 * v3;
-  const lanes v11 = 0.2 * v4;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = 0.2 * v1;
-  const lanes v15 = 0.2 + v14;
-  const lanes v16 = 0.2 * v2;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = v12 * v12;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = 0.36 - v20;
-  const lanes v22 = v20 * v21;
-  lanes v23; LANES_NAME(lanes_sqrt)(&v22, &v23);
-  const lanes v24 = 0.5 * v23;
-  const lanes v25 = v24 / v20;
-  const lanes v26 = v25 * v17;
-  const lanes v27 = v13 + v26;
-  const lanes v28 = v27 - v12;
-  const lanes v29 = v9 * v28;
-  const lanes v30 = 0.5 * v17;
-  const lanes v31 = v25 * v12;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = v32 - v17;
-  const lanes v34 = v4 * qd_0;
-  const lanes v35 = 0.2 * v34;
-  const lanes v36 = v3 * qd_1;
-  const lanes v37 = 0.2 * v36;
-  const lanes v38 = v35 - v37;
-  const lanes v39 = v33 * v38;
-  const lanes v40 = v29 + v39;
-  const lanes v41 = v40 / v24;
-  const lanes v42 = v41 - qd_0;
-  const lanes v43 = v42 * v11;
+  const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3];
+  LANES_COS_SIN(v3, v1, q_0); LANES_COS_SIN(v2, v4, q_1);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = 0.2 + v6, v8 = 0.2 * v3, v9 = v7 - v8,
+      v10 = 0.5 * v9, v11 = v9 * v9, v12 = 0.2 * v4, v13 = v12 - v5, v14 = v13 * v13,
+      v15 = v11 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v10 - v21, v23 = v22 - v9,
+      v24 = v1 * qd_0, v25 = 0.2 * v24, v26 = v4 * qd_1, v27 = 0.2 * v26, v28 = v25 - v27,
+      v29 = v23 * v28, v30 = 0.5 * v13, v31 = v20 * v9, v32 = v30 + v31, v33 = v32 - v13,
+      v34 = v2 * qd_1, v35 = 0.2 * v34, v36 = v3 * qd_0, v37 = 0.2 * v36, v38 = v35 - v37,
+      v39 = v33 * v38, v40 = v29 + v39, v41 = v40 / v19, v42 = v41 - qd_0, v43 = v5 * v42;
   out[0] = v43;
-  const lanes v44 = 0.1 * qd_0;
-  const lanes v45 = 0.1 - v16;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v44 + v46;
-  out[1] = v47;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v44 = 0.1 * qd_0, v45 = 0.1 - v8, v46 = v45 * v42, v47 = v44 + v46;
+  out[1] = v47; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v41;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_twist_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes qd_0 = in[2];
-  const lanes qd_1 = in[3];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v1);
-  lanes v4, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v2);
-  const lanes v5 = 0.2 * v1;
-  const lanes v6 = 0.2 * v2;
-  const lanes v7 = v5 - v6;
-  const lanes v8 = 0.5 * v7;
-  const lanes v9 = 0.2 * v3;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.2 * v4;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = v7 * v7;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v12;
-  const lanes v22 = v8 + v21;
-  const lanes v23 = 3.333333333333333 * v22;
-  const lanes v24 = 0.5 * v12;
-  const lanes v25 = v20 * v7;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = 0.9999999999999999 * v26;
-  const lanes v28 = v27 + v11;
-  const lanes v29 = v23 * v28;
-  const lanes v30 = 3.333333333333333 * v26;
-  const lanes v31 = 0.9999999999999999 * v22;
-  const lanes v32 = v31 + v6;
-  const lanes v33 = v30 * v32;
-  const lanes v34 = v29 - v33;
-  const lanes v35 = v34 * qd_0;
+  const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3];
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
+      v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
+      v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v7, v25 = 0.5 * v13, v26 = v20 * v8,
+      v27 = v25 + v26, v28 = 3.333333333333333 * v27, v29 = v24 * v28,
+      v30 = 0.9999999999999999 * v27, v31 = v30 + v12, v32 = 3.333333333333333 * v22,
+      v33 = v31 * v32, v34 = v29 - v33, v35 = v34 * qd_0;
   out[0] = v35;
-  const lanes v36 = v30 * v28;
-  const lanes v37 = v23 * v32;
-  const lanes v38 = v36 + v37;
-  const lanes v39 = v38 * qd_0;
-  const lanes v40 = v3 * qd_1;
-  const lanes v41 = 0.2 * v40;
-  const lanes v42 = v4 * qd_0;
-  const lanes v43 = 0.2 * v42;
-  const lanes v44 = v41 - v43;
-  const lanes v45 = v22 - v7;
-  const lanes v46 = v44 * v45;
-  const lanes v47 = v26 - v12;
-  const lanes v48 = v2 * qd_0;
-  const lanes v49 = 0.2 * v48;
-  const lanes v50 = v1 * qd_1;
-  const lanes v51 = 0.2 * v50;
-  const lanes v52 = v49 - v51;
-  const lanes v53 = v47 * v52;
-  const lanes v54 = v46 + v53;
-  const lanes v55 = v54 / v19;
-  const lanes v56 = v55 - qd_0;
-  const lanes v57 = 0.3 * v56;
-  const lanes v58 = v39 + v57;
-  out[1] = v58;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v36 = v24 * v32, v37 = v31 * v28, v38 = v36 + v37, v39 = v38 * qd_0, v40 = v22 - v8,
+      v41 = v4 * qd_0, v42 = 0.2 * v41, v43 = v3 * qd_1, v44 = 0.2 * v43, v45 = v42 - v44,
+      v46 = v40 * v45, v47 = v27 - v13, v48 = v1 * qd_1, v49 = 0.2 * v48, v50 = v2 * qd_0,
+      v51 = 0.2 * v50, v52 = v49 - v51, v53 = v47 * v52, v54 = v46 + v53, v55 = v54 / v19,
+      v56 = v55 - qd_0, v57 = 0.3 * v56, v58 = v39 + v57;
+  out[1] = v58; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v55;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_twist_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes qd_0 = in[2];
-  const lanes qd_1 = in[3];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v1);
-  lanes v4, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v2);
-  const lanes v5 = 0.2 * v1;
-  const lanes v6 = 0.2 * v2;
-  const lanes v7 = v5 - v6;
-  const lanes v8 = 0.5 * v7;
-  const lanes v9 = 0.2 * v3;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.2 * v4;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = v7 * v7;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v12;
-  const lanes v22 = v8 + v21;
-  const lanes v23 = 0.9999999999999999 * v22;
-  const lanes v24 = v23 + v6;
-  const lanes v25 = v24 * qd_0;
-  const lanes v26 = v3 * qd_1;
-  const lanes v27 = 0.2 * v26;
-  const lanes v28 = v4 * qd_0;
-  const lanes v29 = 0.2 * v28;
-  const lanes v30 = v27 - v29;
-  const lanes v31 = v22 - v7;
-  const lanes v32 = v30 * v31;
-  const lanes v33 = 0.5 * v12;
-  const lanes v34 = v20 * v7;
-  const lanes v35 = v33 - v34;
-  const lanes v36 = v35 - v12;
-  const lanes v37 = v2 * qd_0;
-  const lanes v38 = 0.2 * v37;
-  const lanes v39 = v1 * qd_1;
-  const lanes v40 = 0.2 * v39;
-  const lanes v41 = v38 - v40;
-  const lanes v42 = v36 * v41;
-  const lanes v43 = v32 + v42;
-  const lanes v44 = v43 / v19;
-  const lanes v45 = v44 - qd_0;
-  const lanes v46 = v45 * v23;
-  const lanes v47 = v25 + v46;
-  const lanes v48 = -v47;
+  const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3];
+  LANES_COS_SIN(v3, v1, q_1); LANES_COS_SIN(v4, v2, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = v5 - v6, v8 = 0.5 * v7, v9 = 0.2 * v3,
+      v10 = 0.2 + v9, v11 = 0.2 * v4, v12 = v10 - v11, v13 = v12 * v12, v14 = v7 * v7,
+      v15 = v13 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v12, v22 = v8 + v21,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v6, v25 = v24 * qd_0, v26 = 0.5 * v12,
+      v27 = v20 * v7, v28 = v26 - v27, v29 = v28 - v12, v30 = v2 * qd_0, v31 = 0.2 * v30,
+      v32 = v1 * qd_1, v33 = 0.2 * v32, v34 = v31 - v33, v35 = v29 * v34, v36 = v22 - v7,
+      v37 = v3 * qd_1, v38 = 0.2 * v37, v39 = v4 * qd_0, v40 = 0.2 * v39, v41 = v38 - v40,
+      v42 = v36 * v41, v43 = v35 + v42, v44 = v43 / v19, v45 = v44 - qd_0, v46 = v23 * v45,
+      v47 = v25 + v46, v48 = -v47;
   out[0] = v48;
-  const lanes v49 = 0.9999999999999999 * v35;
-  const lanes v50 = v49 + v11;
-  const lanes v51 = v50 * qd_0;
-  const lanes v52 = v45 * v49;
-  const lanes v53 = v51 + v52;
-  out[1] = v53;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v49 = 0.9999999999999999 * v28, v50 = v49 + v11, v51 = v50 * qd_0, v52 = v49 * v45,
+      v53 = v51 + v52;
+  out[1] = v53; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v44;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_acceleration_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes qd_0 = in[2];
-  const lanes qd_1 = in[3];
-  const lanes qdd_0 = in[4];
-  const lanes qdd_1 = in[5];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  const lanes v5 = v1 * qd_1;
-  const lanes v6 = 0.2 * v5;
-  const lanes v7 = v2 * qd_0;
-  const lanes v8 = 0.2 * v7;
-  const lanes v9 = v6 - v8;
-  const lanes v10 = 0.5 * v9;
-  const lanes v11 = 0.2 * v3;
-  const lanes v12 = 0.2 * v4;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = 2.0 * v13;
-  const lanes v15 = v9 * v14;
-  const lanes v16 = 0.2 * v1;
-  const lanes v17 = 0.2 + v16;
-  const lanes v18 = 0.2 * v2;
-  const lanes v19 = v17 - v18;
-  const lanes v20 = 2.0 * v19;
-  const lanes v21 = v4 * qd_0;
-  const lanes v22 = 0.2 * v21;
-  const lanes v23 = v3 * qd_1;
-  const lanes v24 = 0.2 * v23;
-  const lanes v25 = v22 - v24;
-  const lanes v26 = v20 * v25;
-  const lanes v27 = v15 + v26;
-  const lanes v28 = 0.5 * v27;
-  const lanes v29 = v19 * v19;
-  const lanes v30 = v13 * v13;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v28 / v31;
-  const lanes v33 = 0.5 * v31;
-  const lanes v34 = v31 * v31;
-  const lanes v35 = v33 / v34;
-  const lanes v36 = v27 * v35;
-  const lanes v37 = v32 - v36;
-  const lanes v38 = v37 * v13;
-  const lanes v39 = v10 + v38;
-  const lanes v40 = 0.36 - v31;
-  const lanes v41 = v27 * v40;
-  const lanes v42 = v27 * v31;
-  const lanes v43 = v41 - v42;
-  const lanes v44 = v31 * v40;
-  lanes v45; LANES_NAME(lanes_sqrt)(&v44, &v45);
-  const lanes v46 = 0.25 / v45;
-  const lanes v47 = v43 * v46;
-  const lanes v48 = v47 / v31;
-  const lanes v49 = 0.5 * v45;
-  const lanes v50 = v49 / v34;
-  const lanes v51 = v27 * v50;
-  const lanes v52 = v48 - v51;
-  const lanes v53 = v52 * v19;
-  const lanes v54 = v39 + v53;
-  const lanes v55 = v49 / v31;
-  const lanes v56 = v55 * v25;
-  const lanes v57 = v54 + v56;
-  const lanes v58 = v57 - v9;
-  const lanes v59 = v9 * v58;
-  const lanes v60 = 0.5 * v25;
-  const lanes v61 = v37 * v19;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v9 * v55;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v52 * v13;
-  const lanes v66 = v64 - v65;
-  const lanes v67 = v66 - v25;
-  const lanes v68 = v67 * v25;
-  const lanes v69 = v59 + v68;
-  const lanes v70 = 0.5 * v19;
-  const lanes v71 = v55 * v13;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v72 - v19;
-  const lanes v74 = v4 * qdd_0;
-  const lanes v75 = v7 * qd_0;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = 0.2 * v76;
-  const lanes v78 = v5 * qd_1;
-  const lanes v79 = v3 * qdd_1;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = 0.2 * v80;
-  const lanes v82 = v77 - v81;
-  const lanes v83 = v73 * v82;
-  const lanes v84 = v69 + v83;
-  const lanes v85 = 0.5 * v13;
-  const lanes v86 = v55 * v19;
-  const lanes v87 = v85 + v86;
-  const lanes v88 = v87 - v13;
-  const lanes v89 = v1 * qdd_1;
-  const lanes v90 = v23 * qd_1;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = 0.2 * v91;
-  const lanes v93 = v2 * qdd_0;
-  const lanes v94 = v21 * qd_0;
-  const lanes v95 = v93 - v94;
-  const lanes v96 = 0.2 * v95;
-  const lanes v97 = v92 - v96;
-  const lanes v98 = v88 * v97;
-  const lanes v99 = v84 + v98;
-  const lanes v100 = v99 / v49;
-  const lanes v101 = v9 * v88;
-  const lanes v102 = v73 * v25;
-  const lanes v103 = v101 + v102;
-  const lanes v104 = v49 * v49;
-  const lanes v105 = v103 / v104;
-  const lanes v106 = v47 * v105;
-  const lanes v107 = v100 - v106;
-  const lanes v108 = v107 - qdd_0;
-  const lanes v109 = v108 * v12;
-  const lanes v110 = v103 / v49;
-  const lanes v111 = v110 - qd_0;
-  const lanes v112 = 0.1 * qd_0;
-  const lanes v113 = 0.1 - v18;
-  const lanes v114 = v113 * qd_0;
-  const lanes v115 = v112 - v114;
-  const lanes v116 = v111 * v115;
-  const lanes v117 = v109 + v116;
+  const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3], qdd_0 = in[4], qdd_1 = in[5];
+  LANES_COS_SIN(v3, v1, q_0); LANES_COS_SIN(v2, v4, q_1);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = 0.2 + v6, v8 = 0.2 * v3, v9 = v7 - v8,
+      v10 = 0.5 * v9, v11 = v9 * v9, v12 = 0.2 * v4, v13 = v12 - v5, v14 = v13 * v13,
+      v15 = v11 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v10 - v21, v23 = v22 - v9,
+      v24 = v3 * qd_0, v25 = v24 * qd_0, v26 = v1 * qdd_0, v27 = v25 + v26, v28 = 0.2 * v27,
+      v29 = v2 * qd_1, v30 = v29 * qd_1, v31 = v4 * qdd_1, v32 = v30 + v31, v33 = 0.2 * v32,
+      v34 = v28 - v33, v35 = v23 * v34, v36 = 0.5 * v13, v37 = v20 * v9, v38 = v36 + v37,
+      v39 = v38 - v13, v40 = v2 * qdd_1, v41 = v4 * qd_1, v42 = v41 * qd_1, v43 = v40 - v42,
+      v44 = 0.2 * v43, v45 = v3 * qdd_0, v46 = v1 * qd_0, v47 = v46 * qd_0, v48 = v45 - v47,
+      v49 = 0.2 * v48, v50 = v44 - v49, v51 = v39 * v50, v52 = v35 + v51, v53 = 0.2 * v46,
+      v54 = 0.2 * v41, v55 = v53 - v54, v56 = 0.5 * v55, v57 = 2.0 * v9, v58 = v55 * v57,
+      v59 = 0.2 * v29, v60 = 0.2 * v24, v61 = v59 - v60, v62 = 2.0 * v13, v63 = v61 * v62,
+      v64 = v58 + v63, v65 = 0.5 * v64, v66 = v65 / v15, v67 = 0.5 * v15, v68 = v15 * v15,
+      v69 = v67 / v68, v70 = v64 * v69, v71 = v66 - v70, v72 = v71 * v9, v73 = v56 + v72,
+      v74 = v20 * v61, v75 = v73 - v74, v76 = v64 * v16, v77 = v64 * v15, v78 = v76 - v77,
+      v79 = 0.25 / v18, v80 = v78 * v79, v81 = v80 / v15, v82 = v19 / v68, v83 = v64 * v82,
+      v84 = v81 - v83, v85 = v84 * v13, v86 = v75 - v85, v87 = v86 - v55, v88 = v55 * v87,
+      v89 = v52 + v88, v90 = 0.5 * v61, v91 = v20 * v55, v92 = v90 + v91, v93 = v71 * v13,
+      v94 = v92 + v93, v95 = v84 * v9, v96 = v94 + v95, v97 = v96 - v61, v98 = v61 * v97,
+      v99 = v89 + v98, v100 = v99 / v19, v101 = v23 * v55, v102 = v39 * v61, v103 = v101 + v102,
+      v104 = v19 * v19, v105 = v103 / v104, v106 = v80 * v105, v107 = v100 - v106,
+      v108 = v107 - qdd_0, v109 = v5 * v108, v110 = v103 / v19, v111 = v110 - qd_0,
+      v112 = 0.1 * qd_0, v113 = 0.1 - v8, v114 = v113 * qd_0, v115 = v112 - v114,
+      v116 = v111 * v115, v117 = v109 + v116;
   out[0] = v117;
-  const lanes v118 = 0.1 * qdd_0;
-  const lanes v119 = v108 * v113;
-  const lanes v120 = v118 + v119;
-  const lanes v121 = v12 * qd_0;
-  const lanes v122 = v111 * v121;
-  const lanes v123 = v120 + v122;
-  out[1] = v123;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v118 = 0.1 * qdd_0, v119 = v113 * v108, v120 = v118 + v119, v121 = v5 * qd_0,
+      v122 = v111 * v121, v123 = v120 + v122;
+  out[1] = v123; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v107;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_acceleration_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes qd_0 = in[2];
-  const lanes qd_1 = in[3];
-  const lanes qdd_0 = in[4];
-  const lanes qdd_1 = in[5];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v1);
-  lanes v4, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v2);
-  const lanes v5 = 0.2 * v1;
-  const lanes v6 = 0.2 * v2;
-  const lanes v7 = v5 - v6;
-  const lanes v8 = 0.5 * v7;
-  const lanes v9 = 0.2 * v3;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.2 * v4;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = v7 * v7;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v12;
-  const lanes v22 = v8 + v21;
-  const lanes v23 = 3.333333333333333 * v22;
-  const lanes v24 = 0.5 * v12;
-  const lanes v25 = v20 * v7;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = 0.9999999999999999 * v26;
-  const lanes v28 = v27 + v11;
-  const lanes v29 = v23 * v28;
-  const lanes v30 = 3.333333333333333 * v26;
-  const lanes v31 = 0.9999999999999999 * v22;
-  const lanes v32 = v31 + v6;
-  const lanes v33 = v30 * v32;
-  const lanes v34 = v29 - v33;
-  const lanes v35 = v34 * qdd_0;
-  const lanes v36 = v3 * qd_1;
-  const lanes v37 = 0.2 * v36;
-  const lanes v38 = v4 * qd_0;
-  const lanes v39 = 0.2 * v38;
-  const lanes v40 = v37 - v39;
-  const lanes v41 = v22 - v7;
-  const lanes v42 = v40 * v41;
-  const lanes v43 = v26 - v12;
-  const lanes v44 = v2 * qd_0;
-  const lanes v45 = 0.2 * v44;
-  const lanes v46 = v1 * qd_1;
-  const lanes v47 = 0.2 * v46;
-  const lanes v48 = v45 - v47;
-  const lanes v49 = v43 * v48;
-  const lanes v50 = v42 + v49;
-  const lanes v51 = v50 / v19;
-  const lanes v52 = v51 - qd_0;
-  const lanes v53 = v30 * v28;
-  const lanes v54 = v23 * v32;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = v52 * v55;
-  const lanes v57 = 0.3 * v52;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = v58 * qd_0;
-  const lanes v60 = v35 + v59;
+  const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3], qdd_0 = in[4], qdd_1 = in[5];
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
+      v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
+      v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v7, v25 = 0.5 * v13, v26 = v20 * v8,
+      v27 = v25 + v26, v28 = 3.333333333333333 * v27, v29 = v24 * v28,
+      v30 = 0.9999999999999999 * v27, v31 = v30 + v12, v32 = 3.333333333333333 * v22,
+      v33 = v31 * v32, v34 = v29 - v33, v35 = v34 * qdd_0, v36 = v24 * v32, v37 = v31 * v28,
+      v38 = v36 + v37, v39 = v22 - v8, v40 = v4 * qd_0, v41 = 0.2 * v40, v42 = v3 * qd_1,
+      v43 = 0.2 * v42, v44 = v41 - v43, v45 = v39 * v44, v46 = v27 - v13, v47 = v1 * qd_1,
+      v48 = 0.2 * v47, v49 = v2 * qd_0, v50 = 0.2 * v49, v51 = v48 - v50, v52 = v46 * v51,
+      v53 = v45 + v52, v54 = v53 / v19, v55 = v54 - qd_0, v56 = v38 * v55, v57 = 0.3 * v55,
+      v58 = v56 - v57, v59 = v58 * qd_0, v60 = v35 + v59;
   out[0] = v60;
-  const lanes v61 = v55 * qdd_0;
-  const lanes v62 = 0.5 * v40;
-  const lanes v63 = 2.0 * v7;
-  const lanes v64 = v40 * v63;
-  const lanes v65 = 2.0 * v12;
-  const lanes v66 = v65 * v48;
-  const lanes v67 = v64 + v66;
-  const lanes v68 = 0.5 * v67;
-  const lanes v69 = v68 / v15;
-  const lanes v70 = 0.5 * v15;
-  const lanes v71 = v15 * v15;
-  const lanes v72 = v70 / v71;
-  const lanes v73 = v67 * v72;
-  const lanes v74 = v69 - v73;
-  const lanes v75 = v74 * v7;
-  const lanes v76 = v62 + v75;
-  const lanes v77 = v67 * v16;
-  const lanes v78 = v67 * v15;
-  const lanes v79 = v77 - v78;
-  const lanes v80 = 0.25 / v18;
-  const lanes v81 = v79 * v80;
-  const lanes v82 = v81 / v15;
-  const lanes v83 = v19 / v71;
-  const lanes v84 = v67 * v83;
-  const lanes v85 = v82 - v84;
-  const lanes v86 = v85 * v12;
-  const lanes v87 = v76 + v86;
-  const lanes v88 = v20 * v48;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v89 - v40;
-  const lanes v91 = v40 * v90;
-  const lanes v92 = 0.5 * v48;
-  const lanes v93 = v74 * v12;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = v40 * v20;
-  const lanes v96 = v94 - v95;
-  const lanes v97 = v85 * v7;
-  const lanes v98 = v96 - v97;
-  const lanes v99 = v98 - v48;
-  const lanes v100 = v99 * v48;
-  const lanes v101 = v91 + v100;
-  const lanes v102 = v2 * qdd_0;
-  const lanes v103 = v38 * qd_0;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = 0.2 * v104;
-  const lanes v106 = v36 * qd_1;
-  const lanes v107 = v1 * qdd_1;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = 0.2 * v108;
-  const lanes v110 = v105 - v109;
-  const lanes v111 = v43 * v110;
-  const lanes v112 = v101 + v111;
-  const lanes v113 = v3 * qdd_1;
-  const lanes v114 = v46 * qd_1;
-  const lanes v115 = v113 - v114;
-  const lanes v116 = 0.2 * v115;
-  const lanes v117 = v4 * qdd_0;
-  const lanes v118 = v44 * qd_0;
-  const lanes v119 = v117 - v118;
-  const lanes v120 = 0.2 * v119;
-  const lanes v121 = v116 - v120;
-  const lanes v122 = v41 * v121;
-  const lanes v123 = v112 + v122;
-  const lanes v124 = v123 / v19;
-  const lanes v125 = v19 * v19;
-  const lanes v126 = v50 / v125;
-  const lanes v127 = v81 * v126;
-  const lanes v128 = v124 - v127;
-  const lanes v129 = v128 - qdd_0;
-  const lanes v130 = 0.3 * v129;
-  const lanes v131 = v61 + v130;
-  const lanes v132 = v52 * v34;
-  const lanes v133 = v132 * qd_0;
-  const lanes v134 = v131 - v133;
-  out[1] = v134;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v61 = v38 * qdd_0, v62 = v49 * qd_0, v63 = v4 * qdd_0, v64 = v62 + v63,
+      v65 = 0.2 * v64, v66 = v47 * qd_1, v67 = v3 * qdd_1, v68 = v66 + v67, v69 = 0.2 * v68,
+      v70 = v65 - v69, v71 = v39 * v70, v72 = v1 * qdd_1, v73 = v42 * qd_1, v74 = v72 - v73,
+      v75 = 0.2 * v74, v76 = v2 * qdd_0, v77 = v40 * qd_0, v78 = v76 - v77, v79 = 0.2 * v78,
+      v80 = v75 - v79, v81 = v46 * v80, v82 = v71 + v81, v83 = 0.5 * v44, v84 = 2.0 * v8,
+      v85 = v44 * v84, v86 = 2.0 * v13, v87 = v51 * v86, v88 = v85 + v87, v89 = 0.5 * v88,
+      v90 = v89 / v15, v91 = 0.5 * v15, v92 = v15 * v15, v93 = v91 / v92, v94 = v88 * v93,
+      v95 = v90 - v94, v96 = v95 * v8, v97 = v83 + v96, v98 = v20 * v51, v99 = v97 - v98,
+      v100 = v88 * v16, v101 = v88 * v15, v102 = v100 - v101, v103 = 0.25 / v18, v104 = v102 * v103,
+      v105 = v104 / v15, v106 = v19 / v92, v107 = v88 * v106, v108 = v105 - v107, v109 = v108 * v13,
+      v110 = v99 - v109, v111 = v110 - v44, v112 = v44 * v111, v113 = v82 + v112, v114 = 0.5 * v51,
+      v115 = v20 * v44, v116 = v114 + v115, v117 = v95 * v13, v118 = v116 + v117, v119 = v108 * v8,
+      v120 = v118 + v119, v121 = v120 - v51, v122 = v51 * v121, v123 = v113 + v122,
+      v124 = v123 / v19, v125 = v19 * v19, v126 = v53 / v125, v127 = v104 * v126,
+      v128 = v124 - v127, v129 = v128 - qdd_0, v130 = 0.3 * v129, v131 = v61 + v130,
+      v132 = v34 * v55, v133 = v132 * qd_0, v134 = v131 - v133;
+  out[1] = v134; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v128;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_acceleration_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes qd_0 = in[2];
-  const lanes qd_1 = in[3];
-  const lanes qdd_0 = in[4];
-  const lanes qdd_1 = in[5];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v1);
-  lanes v4, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v2);
-  const lanes v5 = 0.2 * v1;
-  const lanes v6 = 0.2 * v2;
-  const lanes v7 = v5 - v6;
-  const lanes v8 = 0.5 * v7;
-  const lanes v9 = 0.2 * v3;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.2 * v4;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = v7 * v7;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v12;
-  const lanes v22 = v8 + v21;
-  const lanes v23 = 0.9999999999999999 * v22;
-  const lanes v24 = v23 + v6;
-  const lanes v25 = v24 * qdd_0;
-  const lanes v26 = v3 * qd_1;
-  const lanes v27 = 0.2 * v26;
-  const lanes v28 = v4 * qd_0;
-  const lanes v29 = 0.2 * v28;
-  const lanes v30 = v27 - v29;
-  const lanes v31 = 0.5 * v30;
-  const lanes v32 = 2.0 * v7;
-  const lanes v33 = v30 * v32;
-  const lanes v34 = 2.0 * v12;
-  const lanes v35 = v2 * qd_0;
-  const lanes v36 = 0.2 * v35;
-  const lanes v37 = v1 * qd_1;
-  const lanes v38 = 0.2 * v37;
-  const lanes v39 = v36 - v38;
-  const lanes v40 = v34 * v39;
-  const lanes v41 = v33 + v40;
-  const lanes v42 = 0.5 * v41;
-  const lanes v43 = v42 / v15;
-  const lanes v44 = 0.5 * v15;
-  const lanes v45 = v15 * v15;
-  const lanes v46 = v44 / v45;
-  const lanes v47 = v41 * v46;
-  const lanes v48 = v43 - v47;
-  const lanes v49 = v48 * v7;
-  const lanes v50 = v31 + v49;
-  const lanes v51 = v41 * v16;
-  const lanes v52 = v41 * v15;
-  const lanes v53 = v51 - v52;
-  const lanes v54 = 0.25 / v18;
-  const lanes v55 = v53 * v54;
-  const lanes v56 = v55 / v15;
-  const lanes v57 = v19 / v45;
-  const lanes v58 = v41 * v57;
-  const lanes v59 = v56 - v58;
-  const lanes v60 = v59 * v12;
-  const lanes v61 = v50 + v60;
-  const lanes v62 = v20 * v39;
-  const lanes v63 = v61 + v62;
-  const lanes v64 = v63 - v30;
-  const lanes v65 = v30 * v64;
-  const lanes v66 = 0.5 * v39;
-  const lanes v67 = v48 * v12;
-  const lanes v68 = v66 + v67;
-  const lanes v69 = v30 * v20;
-  const lanes v70 = v68 - v69;
-  const lanes v71 = v59 * v7;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v72 - v39;
-  const lanes v74 = v73 * v39;
-  const lanes v75 = v65 + v74;
-  const lanes v76 = 0.5 * v12;
-  const lanes v77 = v20 * v7;
-  const lanes v78 = v76 - v77;
-  const lanes v79 = v78 - v12;
-  const lanes v80 = v2 * qdd_0;
-  const lanes v81 = v28 * qd_0;
-  const lanes v82 = v80 + v81;
-  const lanes v83 = 0.2 * v82;
-  const lanes v84 = v26 * qd_1;
-  const lanes v85 = v1 * qdd_1;
-  const lanes v86 = v84 + v85;
-  const lanes v87 = 0.2 * v86;
-  const lanes v88 = v83 - v87;
-  const lanes v89 = v79 * v88;
-  const lanes v90 = v75 + v89;
-  const lanes v91 = v22 - v7;
-  const lanes v92 = v3 * qdd_1;
-  const lanes v93 = v37 * qd_1;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = 0.2 * v94;
-  const lanes v96 = v4 * qdd_0;
-  const lanes v97 = v35 * qd_0;
-  const lanes v98 = v96 - v97;
-  const lanes v99 = 0.2 * v98;
-  const lanes v100 = v95 - v99;
-  const lanes v101 = v91 * v100;
-  const lanes v102 = v90 + v101;
-  const lanes v103 = v102 / v19;
-  const lanes v104 = v30 * v91;
-  const lanes v105 = v79 * v39;
-  const lanes v106 = v104 + v105;
-  const lanes v107 = v19 * v19;
-  const lanes v108 = v106 / v107;
-  const lanes v109 = v55 * v108;
-  const lanes v110 = v103 - v109;
-  const lanes v111 = v110 - qdd_0;
-  const lanes v112 = v111 * v23;
-  const lanes v113 = v25 + v112;
-  const lanes v114 = 0.9999999999999999 * v78;
-  const lanes v115 = v114 + v11;
-  const lanes v116 = v115 * qd_0;
-  const lanes v117 = v106 / v19;
-  const lanes v118 = v117 - qd_0;
-  const lanes v119 = v118 * v114;
-  const lanes v120 = v116 + v119;
-  const lanes v121 = v120 * qd_0;
-  const lanes v122 = v117 * v114;
-  const lanes v123 = v118 * v122;
-  const lanes v124 = v121 + v123;
-  const lanes v125 = v113 + v124;
-  const lanes v126 = -v125;
+  const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3], qdd_0 = in[4], qdd_1 = in[5];
+  LANES_COS_SIN(v3, v1, q_1); LANES_COS_SIN(v4, v2, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = v5 - v6, v8 = 0.5 * v7, v9 = 0.2 * v3,
+      v10 = 0.2 + v9, v11 = 0.2 * v4, v12 = v10 - v11, v13 = v12 * v12, v14 = v7 * v7,
+      v15 = v13 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v12, v22 = v8 + v21,
+      v23 = 0.9999999999999999 * v22, v24 = v23 + v6, v25 = v24 * qdd_0, v26 = 0.5 * v12,
+      v27 = v20 * v7, v28 = v26 - v27, v29 = v28 - v12, v30 = v4 * qd_0, v31 = v30 * qd_0,
+      v32 = v2 * qdd_0, v33 = v31 + v32, v34 = 0.2 * v33, v35 = v3 * qd_1, v36 = v35 * qd_1,
+      v37 = v1 * qdd_1, v38 = v36 + v37, v39 = 0.2 * v38, v40 = v34 - v39, v41 = v29 * v40,
+      v42 = v22 - v7, v43 = v3 * qdd_1, v44 = v1 * qd_1, v45 = v44 * qd_1, v46 = v43 - v45,
+      v47 = 0.2 * v46, v48 = v4 * qdd_0, v49 = v2 * qd_0, v50 = v49 * qd_0, v51 = v48 - v50,
+      v52 = 0.2 * v51, v53 = v47 - v52, v54 = v42 * v53, v55 = v41 + v54, v56 = 0.2 * v49,
+      v57 = 0.2 * v44, v58 = v56 - v57, v59 = 0.5 * v58, v60 = 2.0 * v12, v61 = v58 * v60,
+      v62 = 0.2 * v35, v63 = 0.2 * v30, v64 = v62 - v63, v65 = 2.0 * v7, v66 = v64 * v65,
+      v67 = v61 + v66, v68 = 0.5 * v67, v69 = v68 / v15, v70 = 0.5 * v15, v71 = v15 * v15,
+      v72 = v70 / v71, v73 = v67 * v72, v74 = v69 - v73, v75 = v74 * v12, v76 = v59 + v75,
+      v77 = v20 * v64, v78 = v76 - v77, v79 = v67 * v16, v80 = v67 * v15, v81 = v79 - v80,
+      v82 = 0.25 / v18, v83 = v81 * v82, v84 = v83 / v15, v85 = v19 / v71, v86 = v67 * v85,
+      v87 = v84 - v86, v88 = v87 * v7, v89 = v78 - v88, v90 = v89 - v58, v91 = v58 * v90,
+      v92 = v55 + v91, v93 = 0.5 * v64, v94 = v20 * v58, v95 = v93 + v94, v96 = v74 * v7,
+      v97 = v95 + v96, v98 = v87 * v12, v99 = v97 + v98, v100 = v99 - v64, v101 = v64 * v100,
+      v102 = v92 + v101, v103 = v102 / v19, v104 = v29 * v58, v105 = v42 * v64, v106 = v104 + v105,
+      v107 = v19 * v19, v108 = v106 / v107, v109 = v83 * v108, v110 = v103 - v109,
+      v111 = v110 - qdd_0, v112 = v23 * v111, v113 = v25 + v112, v114 = 0.9999999999999999 * v28,
+      v115 = v114 + v11, v116 = v115 * qd_0, v117 = v106 / v19, v118 = v117 - qd_0,
+      v119 = v114 * v118, v120 = v116 + v119, v121 = v120 * qd_0, v122 = v114 * v117,
+      v123 = v118 * v122, v124 = v121 + v123, v125 = v113 + v124, v126 = -v125;
   out[0] = v126;
-  const lanes v127 = v115 * qdd_0;
-  const lanes v128 = v111 * v114;
-  const lanes v129 = v127 + v128;
-  const lanes v130 = v24 * qd_0;
-  const lanes v131 = v118 * v23;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v132 * qd_0;
-  const lanes v134 = v117 * v23;
-  const lanes v135 = v118 * v134;
-  const lanes v136 = v133 + v135;
-  const lanes v137 = v129 - v136;
-  out[1] = v137;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v127 = v115 * qdd_0, v128 = v114 * v111, v129 = v127 + v128, v130 = v24 * qd_0,
+      v131 = v23 * v118, v132 = v130 + v131, v133 = v132 * qd_0, v134 = v23 * v117,
+      v135 = v118 * v134, v136 = v133 + v135, v137 = v129 - v136;
+  out[1] = v137; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v110;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_chain)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v8, v2; LANES_NAME(lanes_cos_sin)(&q_1, &v8, &v2);
-  const lanes v3 = 0.2 * v2;
-  const lanes v5 = 0.2 * v4;
-  const lanes v6 = v3 - v5;
-  const lanes v7 = 0.5 * v6;
-  const lanes v9 = 0.2 * v8;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.2 * v1;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = v6 * v6;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v12;
-  const lanes v22 = v7 + v21;
-  const lanes v23 = 3.333333333333333 * v22;
-  const lanes v24 = v1 * v23;
-  const lanes v25 = 0.5 * v12;
-  const lanes v26 = v20 * v6;
-  const lanes v27 = v25 - v26;
-  const lanes v28 = 3.333333333333333 * v27;
-  const lanes v29 = v4 * v28;
-  const lanes v30 = v24 - v29;
-  const lanes v31 = v1 * v28;
-  const lanes v32 = v4 * v23;
-  const lanes v33 = v31 + v32;
-  lanes v34; LANES_NAME(lanes_atan2)(&v30, &v33, &v34);
-  out[0] = q_0;
-  out[1] = v34;
+  const lanes q_0 = in[0], q_1 = in[1];
+  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v8, v2, q_1);
+  const lanes v3 = 0.2 * v2, v5 = 0.2 * v4, v6 = v3 - v5, v7 = 0.5 * v6, v9 = 0.2 * v8,
+      v10 = 0.2 + v9, v11 = 0.2 * v1, v12 = v10 - v11, v13 = v12 * v12, v14 = v6 * v6,
+      v15 = v13 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v12, v22 = v7 + v21,
+      v23 = 3.333333333333333 * v22, v24 = v1 * v23, v25 = 0.5 * v12, v26 = v20 * v6,
+      v27 = v25 - v26, v28 = 3.333333333333333 * v27, v29 = v4 * v28, v30 = v24 - v29,
+      v31 = v1 * v28, v32 = v4 * v23, v33 = v31 + v32;
+  LANES_LET2(v34, atan2, v30, v33); out[0] = q_0; out[1] = v34;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_chain_D_q)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  out[0] = LANES_OF(1.0);
+  const lanes q_0 = in[0], q_1 = in[1];
+  LANES_COS_SIN(v3, v1, q_0); LANES_COS_SIN(v2, v4, q_1); out[0] = LANES_OF(1.0);
   out[1] = LANES_OF(0.0);
-  const lanes v5 = 0.2 * v1;
-  const lanes v6 = 0.2 + v5;
-  const lanes v7 = 0.2 * v2;
-  const lanes v8 = v6 - v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = v8 * v8;
-  const lanes v11 = 0.2 * v3;
-  const lanes v12 = 0.2 * v4;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = v10 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v13;
-  const lanes v22 = v9 - v21;
-  const lanes v23 = v22 - v8;
-  const lanes v24 = v23 * v12;
-  const lanes v25 = 0.5 * v13;
-  const lanes v26 = v20 * v8;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = v27 - v13;
-  const lanes v29 = v28 * v7;
-  const lanes v30 = v24 - v29;
-  const lanes v31 = v30 / v19;
-  const lanes v32 = v31 - 1.0;
+  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = 0.2 + v6, v8 = 0.2 * v3, v9 = v7 - v8,
+      v10 = 0.5 * v9, v11 = v9 * v9, v12 = 0.2 * v4, v13 = v12 - v5, v14 = v13 * v13,
+      v15 = v11 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v10 - v21, v23 = v22 - v9,
+      v24 = v5 * v23, v25 = 0.5 * v13, v26 = v20 * v9, v27 = v25 + v26, v28 = v27 - v13,
+      v29 = v8 * v28, v30 = v24 - v29, v31 = v30 / v19, v32 = v31 - 1.0;
   out[2] = v32;
-  const lanes v33 = v28 * v5;
-  const lanes v34 = v23 * v11;
-  const lanes v35 = v33 - v34;
-  const lanes v36 = v35 / v19;
+  const lanes v33 = v6 * v28, v34 = v12 * v23, v35 = v33 - v34, v36 = v35 / v19;
   out[3] = v36;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_chain_rates)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes qd_0 = in[2];
-  const lanes qd_1 = in[3];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  out[0] = qd_0;
-  const lanes v5 = v1 * qd_1;
-  const lanes v6 = 0.2 * v5;
-  const lanes v7 = v2 * qd_0;
-  const lanes v8 = 0.2 * v7;
-  const lanes v9 = v6 - v8;
-  const lanes v10 = 0.2 * v3;
-  const lanes v11 = 0.2 * v4;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = 0.2 * v1;
-  const lanes v15 = 0.2 + v14;
-  const lanes v16 = 0.2 * v2;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = v12 * v12;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = 0.36 - v20;
-  const lanes v22 = v20 * v21;
-  lanes v23; LANES_NAME(lanes_sqrt)(&v22, &v23);
-  const lanes v24 = 0.5 * v23;
-  const lanes v25 = v24 / v20;
-  const lanes v26 = v25 * v17;
-  const lanes v27 = v13 + v26;
-  const lanes v28 = v27 - v12;
-  const lanes v29 = v9 * v28;
-  const lanes v30 = 0.5 * v17;
-  const lanes v31 = v25 * v12;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = v32 - v17;
-  const lanes v34 = v4 * qd_0;
-  const lanes v35 = 0.2 * v34;
-  const lanes v36 = v3 * qd_1;
-  const lanes v37 = 0.2 * v36;
-  const lanes v38 = v35 - v37;
-  const lanes v39 = v33 * v38;
-  const lanes v40 = v29 + v39;
-  const lanes v41 = v40 / v24;
-  const lanes v42 = v41 - qd_0;
+  const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3];
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0); out[0] = qd_0;
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
+      v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
+      v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21, v23 = v22 - v8,
+      v24 = v4 * qd_0, v25 = 0.2 * v24, v26 = v3 * qd_1, v27 = 0.2 * v26, v28 = v25 - v27,
+      v29 = v23 * v28, v30 = 0.5 * v13, v31 = v20 * v8, v32 = v30 + v31, v33 = v32 - v13,
+      v34 = v1 * qd_1, v35 = 0.2 * v34, v36 = v2 * qd_0, v37 = 0.2 * v36, v38 = v35 - v37,
+      v39 = v33 * v38, v40 = v29 + v39, v41 = v40 / v19, v42 = v41 - qd_0;
   out[1] = v42;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_chain_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes qd_0 = in[2];
-  const lanes qd_1 = in[3];
-  const lanes qdd_0 = in[4];
-  const lanes qdd_1 = in[5];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  out[0] = qdd_0;
-  const lanes v5 = v1 * qd_1;
-  const lanes v6 = 0.2 * v5;
-  const lanes v7 = v2 * qd_0;
-  const lanes v8 = 0.2 * v7;
-  const lanes v9 = v6 - v8;
-  const lanes v10 = 0.5 * v9;
-  const lanes v11 = 0.2 * v3;
-  const lanes v12 = 0.2 * v4;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = 2.0 * v13;
-  const lanes v15 = v9 * v14;
-  const lanes v16 = 0.2 * v1;
-  const lanes v17 = 0.2 + v16;
-  const lanes v18 = 0.2 * v2;
-  const lanes v19 = v17 - v18;
-  const lanes v20 = 2.0 * v19;
-  const lanes v21 = v4 * qd_0;
-  const lanes v22 = 0.2 * v21;
-  const lanes v23 = v3 * qd_1;
-  const lanes v24 = 0.2 * v23;
-  const lanes v25 = v22 - v24;
-  const lanes v26 = v20 * v25;
-  const lanes v27 = v15 + v26;
-  const lanes v28 = 0.5 * v27;
-  const lanes v29 = v19 * v19;
-  const lanes v30 = v13 * v13;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v28 / v31;
-  const lanes v33 = 0.5 * v31;
-  const lanes v34 = v31 * v31;
-  const lanes v35 = v33 / v34;
-  const lanes v36 = v27 * v35;
-  const lanes v37 = v32 - v36;
-  const lanes v38 = v37 * v13;
-  const lanes v39 = v10 + v38;
-  const lanes v40 = 0.36 - v31;
-  const lanes v41 = v27 * v40;
-  const lanes v42 = v27 * v31;
-  const lanes v43 = v41 - v42;
-  const lanes v44 = v31 * v40;
-  lanes v45; LANES_NAME(lanes_sqrt)(&v44, &v45);
-  const lanes v46 = 0.25 / v45;
-  const lanes v47 = v43 * v46;
-  const lanes v48 = v47 / v31;
-  const lanes v49 = 0.5 * v45;
-  const lanes v50 = v49 / v34;
-  const lanes v51 = v27 * v50;
-  const lanes v52 = v48 - v51;
-  const lanes v53 = v52 * v19;
-  const lanes v54 = v39 + v53;
-  const lanes v55 = v49 / v31;
-  const lanes v56 = v55 * v25;
-  const lanes v57 = v54 + v56;
-  const lanes v58 = v57 - v9;
-  const lanes v59 = v9 * v58;
-  const lanes v60 = 0.5 * v25;
-  const lanes v61 = v37 * v19;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v9 * v55;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v52 * v13;
-  const lanes v66 = v64 - v65;
-  const lanes v67 = v66 - v25;
-  const lanes v68 = v67 * v25;
-  const lanes v69 = v59 + v68;
-  const lanes v70 = 0.5 * v19;
-  const lanes v71 = v55 * v13;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v72 - v19;
-  const lanes v74 = v4 * qdd_0;
-  const lanes v75 = v7 * qd_0;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = 0.2 * v76;
-  const lanes v78 = v5 * qd_1;
-  const lanes v79 = v3 * qdd_1;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = 0.2 * v80;
-  const lanes v82 = v77 - v81;
-  const lanes v83 = v73 * v82;
-  const lanes v84 = v69 + v83;
-  const lanes v85 = 0.5 * v13;
-  const lanes v86 = v55 * v19;
-  const lanes v87 = v85 + v86;
-  const lanes v88 = v87 - v13;
-  const lanes v89 = v1 * qdd_1;
-  const lanes v90 = v23 * qd_1;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = 0.2 * v91;
-  const lanes v93 = v2 * qdd_0;
-  const lanes v94 = v21 * qd_0;
-  const lanes v95 = v93 - v94;
-  const lanes v96 = 0.2 * v95;
-  const lanes v97 = v92 - v96;
-  const lanes v98 = v88 * v97;
-  const lanes v99 = v84 + v98;
-  const lanes v100 = v99 / v49;
-  const lanes v101 = v9 * v88;
-  const lanes v102 = v73 * v25;
-  const lanes v103 = v101 + v102;
-  const lanes v104 = v49 * v49;
-  const lanes v105 = v103 / v104;
-  const lanes v106 = v47 * v105;
-  const lanes v107 = v100 - v106;
-  const lanes v108 = v107 - qdd_0;
+  const lanes q_0 = in[0], q_1 = in[1], qd_0 = in[2], qd_1 = in[3], qdd_0 = in[4], qdd_1 = in[5];
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0); out[0] = qdd_0;
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = 0.5 * v8,
+      v10 = v8 * v8, v11 = 0.2 * v3, v12 = 0.2 * v4, v13 = v11 - v12, v14 = v13 * v13,
+      v15 = v10 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v9 - v21, v23 = v22 - v8,
+      v24 = v2 * qd_0, v25 = v24 * qd_0, v26 = v4 * qdd_0, v27 = v25 + v26, v28 = 0.2 * v27,
+      v29 = v1 * qd_1, v30 = v29 * qd_1, v31 = v3 * qdd_1, v32 = v30 + v31, v33 = 0.2 * v32,
+      v34 = v28 - v33, v35 = v23 * v34, v36 = 0.5 * v13, v37 = v20 * v8, v38 = v36 + v37,
+      v39 = v38 - v13, v40 = v1 * qdd_1, v41 = v3 * qd_1, v42 = v41 * qd_1, v43 = v40 - v42,
+      v44 = 0.2 * v43, v45 = v2 * qdd_0, v46 = v4 * qd_0, v47 = v46 * qd_0, v48 = v45 - v47,
+      v49 = 0.2 * v48, v50 = v44 - v49, v51 = v39 * v50, v52 = v35 + v51, v53 = 0.2 * v46,
+      v54 = 0.2 * v41, v55 = v53 - v54, v56 = 0.5 * v55, v57 = 2.0 * v8, v58 = v55 * v57,
+      v59 = 0.2 * v29, v60 = 0.2 * v24, v61 = v59 - v60, v62 = 2.0 * v13, v63 = v61 * v62,
+      v64 = v58 + v63, v65 = 0.5 * v64, v66 = v65 / v15, v67 = 0.5 * v15, v68 = v15 * v15,
+      v69 = v67 / v68, v70 = v64 * v69, v71 = v66 - v70, v72 = v71 * v8, v73 = v56 + v72,
+      v74 = v20 * v61, v75 = v73 - v74, v76 = v64 * v16, v77 = v64 * v15, v78 = v76 - v77,
+      v79 = 0.25 / v18, v80 = v78 * v79, v81 = v80 / v15, v82 = v19 / v68, v83 = v64 * v82,
+      v84 = v81 - v83, v85 = v84 * v13, v86 = v75 - v85, v87 = v86 - v55, v88 = v55 * v87,
+      v89 = v52 + v88, v90 = 0.5 * v61, v91 = v20 * v55, v92 = v90 + v91, v93 = v71 * v13,
+      v94 = v92 + v93, v95 = v84 * v8, v96 = v94 + v95, v97 = v96 - v61, v98 = v61 * v97,
+      v99 = v89 + v98, v100 = v99 / v19, v101 = v23 * v55, v102 = v39 * v61, v103 = v101 + v102,
+      v104 = v19 * v19, v105 = v103 / v104, v106 = v80 * v105, v107 = v100 - v106,
+      v108 = v107 - qdd_0;
   out[1] = v108;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_passive)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  lanes v7, v1; LANES_NAME(lanes_cos_sin)(&q_1, &v7, &v1);
+  const lanes q_0 = in[0], q_1 = in[1];
+  LANES_COS_SIN(v7, v1, q_1);
   const lanes v2 = 0.2 * v1;
-  lanes v10, v3; LANES_NAME(lanes_cos_sin)(&q_0, &v10, &v3);
-  const lanes v4 = 0.2 * v3;
-  const lanes v5 = v2 - v4;
-  const lanes v6 = 0.5 * v5;
-  const lanes v8 = 0.2 * v7;
-  const lanes v9 = 0.2 + v8;
-  const lanes v11 = 0.2 * v10;
-  const lanes v12 = v9 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = v5 * v5;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v12;
-  const lanes v22 = v6 + v21;
-  const lanes v23 = v22 - v5;
-  const lanes v24 = 3.333333333333333 * v23;
-  const lanes v25 = v24 * v7;
-  const lanes v26 = 0.5 * v12;
-  const lanes v27 = v20 * v5;
-  const lanes v28 = v26 - v27;
-  const lanes v29 = v28 - v12;
-  const lanes v30 = 3.333333333333333 * v29;
-  const lanes v31 = v30 * v1;
-  const lanes v32 = v25 - v31;
-  const lanes v33 = v30 * v7;
-  const lanes v34 = v24 * v1;
-  const lanes v35 = v33 + v34;
-  lanes v36; LANES_NAME(lanes_atan2)(&v32, &v35, &v36);
-  out[0] = v36;
+  LANES_COS_SIN(v10, v3, q_0);
+  const lanes v4 = 0.2 * v3, v5 = v2 - v4, v6 = 0.5 * v5, v8 = 0.2 * v7, v9 = 0.2 + v8,
+      v11 = 0.2 * v10, v12 = v9 - v11, v13 = v12 * v12, v14 = v5 * v5, v15 = v13 + v14,
+      v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v12, v22 = v6 + v21, v23 = v22 - v5,
+      v24 = 3.333333333333333 * v23, v25 = v24 * v7, v26 = 0.5 * v12, v27 = v20 * v5,
+      v28 = v26 - v27, v29 = v28 - v12, v30 = 3.333333333333333 * v29, v31 = v30 * v1,
+      v32 = v25 - v31, v33 = v30 * v7, v34 = v24 * v1, v35 = v33 + v34;
+  LANES_LET2(v36, atan2, v32, v35); out[0] = v36;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_passive_D_q)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  const lanes v5 = 0.2 * v1;
-  const lanes v6 = 0.2 + v5;
-  const lanes v7 = 0.2 * v2;
-  const lanes v8 = v6 - v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = v8 * v8;
-  const lanes v11 = 0.2 * v3;
-  const lanes v12 = 0.2 * v4;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = v10 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v13;
-  const lanes v22 = v9 - v21;
-  const lanes v23 = v22 * v12;
-  const lanes v24 = 0.5 * v13;
-  const lanes v25 = v20 * v8;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = v26 * v7;
-  const lanes v28 = v23 - v27;
-  const lanes v29 = v28 / v19;
+  const lanes q_0 = in[0], q_1 = in[1];
+  LANES_COS_SIN(v3, v1, q_0); LANES_COS_SIN(v2, v4, q_1);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 * v2, v7 = 0.2 + v6, v8 = 0.2 * v3, v9 = v7 - v8,
+      v10 = 0.5 * v9, v11 = v9 * v9, v12 = 0.2 * v4, v13 = v12 - v5, v14 = v13 * v13,
+      v15 = v11 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v13, v22 = v10 - v21, v23 = v5 * v22,
+      v24 = 0.5 * v13, v25 = v20 * v9, v26 = v24 + v25, v27 = v8 * v26, v28 = v23 - v27,
+      v29 = v28 / v19;
   out[0] = v29;
-  const lanes v30 = v26 * v5;
-  const lanes v31 = v22 * v11;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = v32 / v19;
-  const lanes v34 = v33 - 1.0;
+  const lanes v30 = v26 * v6, v31 = v22 * v12, v32 = v30 - v31, v33 = v32 / v19, v34 = v33 - 1.0;
   out[1] = v34;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_configuration)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v8, v2; LANES_NAME(lanes_cos_sin)(&q_1, &v8, &v2);
-  const lanes v3 = 0.2 * v2;
-  const lanes v5 = 0.2 * v4;
-  const lanes v6 = v3 - v5;
-  const lanes v7 = 0.5 * v6;
-  const lanes v9 = 0.2 * v8;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.2 * v1;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = v6 * v6;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v12;
-  const lanes v22 = v7 + v21;
-  const lanes v23 = 3.333333333333333 * v22;
-  const lanes v24 = v1 * v23;
-  const lanes v25 = 0.5 * v12;
-  const lanes v26 = v20 * v6;
-  const lanes v27 = v25 - v26;
-  const lanes v28 = 3.333333333333333 * v27;
-  const lanes v29 = v4 * v28;
-  const lanes v30 = v24 - v29;
-  const lanes v31 = v1 * v28;
-  const lanes v32 = v4 * v23;
-  const lanes v33 = v31 + v32;
-  lanes v34; LANES_NAME(lanes_atan2)(&v30, &v33, &v34);
-  const lanes v35 = v22 - v6;
-  const lanes v36 = 3.333333333333333 * v35;
-  const lanes v37 = v36 * v8;
-  const lanes v38 = v27 - v12;
-  const lanes v39 = 3.333333333333333 * v38;
-  const lanes v40 = v39 * v2;
-  const lanes v41 = v37 - v40;
-  const lanes v42 = v39 * v8;
-  const lanes v43 = v36 * v2;
-  const lanes v44 = v42 + v43;
-  lanes v45; LANES_NAME(lanes_atan2)(&v41, &v44, &v45);
-  out[0] = q_0;
-  out[1] = v34;
-  out[2] = q_1;
-  out[3] = v45;
+  const lanes q_0 = in[0], q_1 = in[1];
+  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v8, v2, q_1);
+  const lanes v3 = 0.2 * v2, v5 = 0.2 * v4, v6 = v3 - v5, v7 = 0.5 * v6, v9 = 0.2 * v8,
+      v10 = 0.2 + v9, v11 = 0.2 * v1, v12 = v10 - v11, v13 = v12 * v12, v14 = v6 * v6,
+      v15 = v13 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v12, v22 = v7 + v21,
+      v23 = 3.333333333333333 * v22, v24 = v1 * v23, v25 = 0.5 * v12, v26 = v20 * v6,
+      v27 = v25 - v26, v28 = 3.333333333333333 * v27, v29 = v4 * v28, v30 = v24 - v29,
+      v31 = v1 * v28, v32 = v4 * v23, v33 = v31 + v32;
+  LANES_LET2(v34, atan2, v30, v33);
+  const lanes v35 = v22 - v6, v36 = 3.333333333333333 * v35, v37 = v36 * v8, v38 = v27 - v12,
+      v39 = 3.333333333333333 * v38, v40 = v39 * v2, v41 = v37 - v40, v42 = v39 * v8,
+      v43 = v36 * v2, v44 = v42 + v43;
+  LANES_LET2(v45, atan2, v41, v44); out[0] = q_0; out[1] = v34; out[2] = q_1; out[3] = v45;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_margin)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  const lanes v5 = 0.2 * v1;
-  const lanes v6 = 0.2 + v5;
-  const lanes v7 = 0.2 * v2;
-  const lanes v8 = v6 - v7;
-  const lanes v9 = v8 * v8;
-  const lanes v10 = 0.2 * v3;
-  const lanes v11 = 0.2 * v4;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = v9 + v13;
-  const lanes v15 = 0.36 - v14;
-  const lanes v16 = v14 * v15;
-  const lanes v17 = 30.864197530864196 * v16;
+  const lanes q_0 = in[0], q_1 = in[1];
+  LANES_COS_SIN(v1, v3, q_1); LANES_COS_SIN(v2, v4, q_0);
+  const lanes v5 = 0.2 * v1, v6 = 0.2 + v5, v7 = 0.2 * v2, v8 = v6 - v7, v9 = v8 * v8,
+      v10 = 0.2 * v3, v11 = 0.2 * v4, v12 = v10 - v11, v13 = v12 * v12, v14 = v9 + v13,
+      v15 = 0.36 - v14, v16 = v14 * v15, v17 = 30.864197530864196 * v16;
   out[0] = v17;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_chain_all)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v8, v2; LANES_NAME(lanes_cos_sin)(&q_1, &v8, &v2);
-  const lanes v3 = 0.2 * v2;
-  const lanes v5 = 0.2 * v4;
-  const lanes v6 = v3 - v5;
-  const lanes v7 = 0.5 * v6;
-  const lanes v9 = 0.2 * v8;
-  const lanes v10 = 0.2 + v9;
-  const lanes v11 = 0.2 * v1;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = v6 * v6;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 0.36 - v15;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v15;
-  const lanes v21 = v20 * v12;
-  const lanes v22 = v7 + v21;
-  const lanes v23 = 3.333333333333333 * v22;
-  const lanes v24 = v1 * v23;
-  const lanes v25 = 0.5 * v12;
-  const lanes v26 = v20 * v6;
-  const lanes v27 = v25 - v26;
-  const lanes v28 = 3.333333333333333 * v27;
-  const lanes v29 = v4 * v28;
-  const lanes v30 = v24 - v29;
-  const lanes v31 = v1 * v28;
-  const lanes v32 = v4 * v23;
-  const lanes v33 = v31 + v32;
-  lanes v34; LANES_NAME(lanes_atan2)(&v30, &v33, &v34);
-  const lanes v35 = v7 - v21;
-  const lanes v36 = 3.333333333333333 * v35;
-  const lanes v37 = v1 * v36;
-  const lanes v38 = v25 + v26;
-  const lanes v39 = 3.333333333333333 * v38;
-  const lanes v40 = v4 * v39;
-  const lanes v41 = v37 - v40;
-  const lanes v42 = v1 * v39;
-  const lanes v43 = v4 * v36;
-  const lanes v44 = v42 + v43;
-  lanes v45; LANES_NAME(lanes_atan2)(&v41, &v44, &v45);
-  out[0] = q_0;
-  out[1] = v34;
-  out[2] = q_0;
-  out[3] = v45;
+  const lanes q_0 = in[0], q_1 = in[1];
+  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v8, v2, q_1);
+  const lanes v3 = 0.2 * v2, v5 = 0.2 * v4, v6 = v3 - v5, v7 = 0.5 * v6, v9 = 0.2 * v8,
+      v10 = 0.2 + v9, v11 = 0.2 * v1, v12 = v10 - v11, v13 = v12 * v12, v14 = v6 * v6,
+      v15 = v13 + v14, v16 = 0.36 - v15, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v15, v21 = v20 * v12, v22 = v7 + v21,
+      v23 = 3.333333333333333 * v22, v24 = v1 * v23, v25 = 0.5 * v12, v26 = v20 * v6,
+      v27 = v25 - v26, v28 = 3.333333333333333 * v27, v29 = v4 * v28, v30 = v24 - v29,
+      v31 = v1 * v28, v32 = v4 * v23, v33 = v31 + v32;
+  LANES_LET2(v34, atan2, v30, v33);
+  const lanes v35 = v7 - v21, v36 = 3.333333333333333 * v35, v37 = v1 * v36, v38 = v25 + v26,
+      v39 = 3.333333333333333 * v38, v40 = v4 * v39, v41 = v37 - v40, v42 = v1 * v39,
+      v43 = v4 * v36, v44 = v42 + v43;
+  LANES_LET2(v45, atan2, v41, v44); out[0] = q_0; out[1] = v34; out[2] = q_0; out[3] = v45;
   const lanes v46 = 30.864197530864196 * v17;
-  out[4] = v46;
-  out[5] = v46;
+  out[4] = v46; out[5] = v46;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_actuators)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  lanes v7, v1; LANES_NAME(lanes_cos_sin)(&theta_0, &v7, &v1);
-  const lanes v2 = 0.2 * v1;
-  const lanes v3 = theta_0 + theta_1;
-  lanes v9, v4; LANES_NAME(lanes_cos_sin)(&v3, &v9, &v4);
-  const lanes v5 = 0.3 * v4;
-  const lanes v6 = v2 + v5;
-  const lanes v8 = 0.2 * v7;
-  const lanes v10 = 0.3 * v9;
-  const lanes v11 = v8 + v10;
-  const lanes v12 = v11 - 0.2;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = v6 * v6;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 0.5 * v15;
-  const lanes v17 = 0.02 + v16;
-  const lanes v18 = v17 - 0.045;
-  const lanes v19 = v18 / v15;
-  const lanes v20 = v6 * v19;
-  const lanes v21 = 0.25 - v15;
-  const lanes v22 = v15 - 0.01;
-  const lanes v23 = v21 * v22;
-  lanes v24; LANES_NAME(lanes_sqrt)(&v23, &v24);
-  const lanes v25 = 0.5 * v24;
-  const lanes v26 = v25 / v15;
-  const lanes v27 = v12 * v26;
-  const lanes v28 = v20 - v27;
-  const lanes v29 = 5.0 * v28;
-  const lanes v30 = v12 * v19;
-  const lanes v31 = v6 * v26;
-  const lanes v32 = v30 + v31;
-  const lanes v33 = 5.0 * v32;
-  lanes v34; LANES_NAME(lanes_atan2)(&v29, &v33, &v34);
-  out[0] = theta_0;
-  out[1] = v34;
+  const lanes theta_0 = in[0], theta_1 = in[1];
+  LANES_COS_SIN(v7, v1, theta_0);
+  const lanes v2 = 0.2 * v1, v3 = theta_0 + theta_1;
+  LANES_COS_SIN(v9, v4, v3);
+  const lanes v5 = 0.3 * v4, v6 = v2 + v5, v8 = 0.2 * v7, v10 = 0.3 * v9, v11 = v8 + v10,
+      v12 = v11 - 0.2, v13 = v12 * v12, v14 = v6 * v6, v15 = v13 + v14, v16 = 0.5 * v15,
+      v17 = 0.02 + v16, v18 = v17 - 0.045, v19 = v18 / v15, v20 = v6 * v19, v21 = 0.25 - v15,
+      v22 = v15 - 0.01, v23 = v21 * v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.5 * v24, v26 = v25 / v15, v27 = v12 * v26, v28 = v20 - v27, v29 = 5.0 * v28,
+      v30 = v12 * v19, v31 = v6 * v26, v32 = v30 + v31, v33 = 5.0 * v32;
+  LANES_LET2(v34, atan2, v29, v33); out[0] = theta_0; out[1] = v34;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_actuators_D_chain)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&theta_0, &v1, &v4);
+  const lanes theta_0 = in[0], theta_1 = in[1];
+  LANES_COS_SIN(v1, v4, theta_0);
   const lanes v2 = theta_0 + theta_1;
-  lanes v3, v5; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v5);
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  const lanes v6 = 0.2 * v1;
-  const lanes v7 = 0.3 * v3;
-  const lanes v8 = v6 + v7;
-  const lanes v9 = 0.2 * v4;
-  const lanes v10 = 0.3 * v5;
-  const lanes v11 = v9 + v10;
-  const lanes v12 = v8 - 0.2;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = v11 * v11;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 0.5 * v15;
-  const lanes v17 = 0.02 + v16;
-  const lanes v18 = v17 - 0.045;
-  const lanes v19 = v18 / v15;
-  const lanes v20 = v11 * v19;
-  const lanes v21 = 0.25 - v15;
-  const lanes v22 = v15 - 0.01;
-  const lanes v23 = v21 * v22;
-  lanes v24; LANES_NAME(lanes_sqrt)(&v23, &v24);
-  const lanes v25 = 0.5 * v24;
-  const lanes v26 = v25 / v15;
-  const lanes v27 = v12 * v26;
-  const lanes v28 = v20 - v27;
-  const lanes v29 = v28 - v11;
-  const lanes v30 = v8 * v29;
-  const lanes v31 = v12 * v19;
-  const lanes v32 = v11 * v26;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v33 - v12;
-  const lanes v35 = v11 * v34;
-  const lanes v36 = v30 - v35;
-  const lanes v37 = v36 / v25;
-  const lanes v38 = -v37;
+  LANES_COS_SIN(v3, v5, v2); out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0);
+  const lanes v6 = 0.2 * v1, v7 = 0.3 * v3, v8 = v6 + v7, v9 = 0.2 * v4, v10 = 0.3 * v5,
+      v11 = v9 + v10, v12 = v8 - 0.2, v13 = v12 * v12, v14 = v11 * v11, v15 = v13 + v14,
+      v16 = 0.5 * v15, v17 = 0.02 + v16, v18 = v17 - 0.045, v19 = v18 / v15, v20 = v11 * v19,
+      v21 = 0.25 - v15, v22 = v15 - 0.01, v23 = v21 * v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.5 * v24, v26 = v25 / v15, v27 = v12 * v26, v28 = v20 - v27, v29 = v28 - v11,
+      v30 = v8 * v29, v31 = v12 * v19, v32 = v11 * v26, v33 = v31 + v32, v34 = v33 - v12,
+      v35 = v11 * v34, v36 = v30 - v35, v37 = v36 / v25, v38 = -v37;
   out[2] = v38;
-  const lanes v39 = v7 * v29;
-  const lanes v40 = v10 * v34;
-  const lanes v41 = v39 - v40;
-  const lanes v42 = v41 / v25;
-  const lanes v43 = -v42;
+  const lanes v39 = v7 * v29, v40 = v10 * v34, v41 = v39 - v40, v42 = v41 / v25, v43 = -v42;
   out[3] = v43;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_actuator_rates)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes thetad_0 = in[2];
-  const lanes thetad_1 = in[3];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&theta_0, &v1, &v4);
+  const lanes theta_0 = in[0], theta_1 = in[1], thetad_0 = in[2], thetad_1 = in[3];
+  LANES_COS_SIN(v1, v4, theta_0);
   const lanes v2 = theta_0 + theta_1;
-  lanes v3, v5; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v5);
-  out[0] = thetad_0;
-  const lanes v6 = v1 * thetad_0;
-  const lanes v7 = 0.2 * v6;
-  const lanes v8 = v3 * thetad_0;
-  const lanes v9 = v3 * thetad_1;
-  const lanes v10 = v8 + v9;
-  const lanes v11 = 0.3 * v10;
-  const lanes v12 = v7 + v11;
-  const lanes v13 = 0.2 * v4;
-  const lanes v14 = 0.3 * v5;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 0.2 * v1;
-  const lanes v17 = 0.3 * v3;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = v18 - 0.2;
-  const lanes v20 = v19 * v19;
-  const lanes v21 = v15 * v15;
-  const lanes v22 = v20 + v21;
-  const lanes v23 = 0.5 * v22;
-  const lanes v24 = 0.02 + v23;
-  const lanes v25 = v24 - 0.045;
-  const lanes v26 = v25 / v22;
-  const lanes v27 = v15 * v26;
-  const lanes v28 = 0.25 - v22;
-  const lanes v29 = v22 - 0.01;
-  const lanes v30 = v28 * v29;
-  lanes v31; LANES_NAME(lanes_sqrt)(&v30, &v31);
-  const lanes v32 = 0.5 * v31;
-  const lanes v33 = v32 / v22;
-  const lanes v34 = v19 * v33;
-  const lanes v35 = v27 - v34;
-  const lanes v36 = v35 - v15;
-  const lanes v37 = v12 * v36;
-  const lanes v38 = v4 * thetad_0;
-  const lanes v39 = 0.2 * v38;
-  const lanes v40 = v5 * thetad_0;
-  const lanes v41 = v5 * thetad_1;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = 0.3 * v42;
-  const lanes v44 = v39 + v43;
-  const lanes v45 = v19 * v26;
-  const lanes v46 = v15 * v33;
-  const lanes v47 = v45 + v46;
-  const lanes v48 = v47 - v19;
-  const lanes v49 = v44 * v48;
-  const lanes v50 = v37 - v49;
-  const lanes v51 = v50 / v32;
-  const lanes v52 = -v51;
+  LANES_COS_SIN(v3, v5, v2); out[0] = thetad_0;
+  const lanes v6 = v1 * thetad_0, v7 = 0.2 * v6, v8 = v3 * thetad_0, v9 = v3 * thetad_1,
+      v10 = v8 + v9, v11 = 0.3 * v10, v12 = v7 + v11, v13 = 0.2 * v4, v14 = 0.3 * v5,
+      v15 = v13 + v14, v16 = 0.2 * v1, v17 = 0.3 * v3, v18 = v16 + v17, v19 = v18 - 0.2,
+      v20 = v19 * v19, v21 = v15 * v15, v22 = v20 + v21, v23 = 0.5 * v22, v24 = 0.02 + v23,
+      v25 = v24 - 0.045, v26 = v25 / v22, v27 = v15 * v26, v28 = 0.25 - v22, v29 = v22 - 0.01,
+      v30 = v28 * v29;
+  LANES_LET1(v31, sqrt, v30);
+  const lanes v32 = 0.5 * v31, v33 = v32 / v22, v34 = v19 * v33, v35 = v27 - v34, v36 = v35 - v15,
+      v37 = v12 * v36, v38 = v4 * thetad_0, v39 = 0.2 * v38, v40 = v5 * thetad_0,
+      v41 = v5 * thetad_1, v42 = v40 + v41, v43 = 0.3 * v42, v44 = v39 + v43, v45 = v19 * v26,
+      v46 = v15 * v33, v47 = v45 + v46, v48 = v47 - v19, v49 = v44 * v48, v50 = v37 - v49,
+      v51 = v50 / v32, v52 = -v51;
   out[1] = v52;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_actuator_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes thetad_0 = in[2];
-  const lanes thetad_1 = in[3];
-  const lanes thetadd_0 = in[4];
-  const lanes thetadd_1 = in[5];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&theta_0, &v1, &v4);
+  const lanes theta_0 = in[0], theta_1 = in[1], thetad_0 = in[2], thetad_1 = in[3],
+      thetadd_0 = in[4], thetadd_1 = in[5];
+  LANES_COS_SIN(v1, v4, theta_0);
   const lanes v2 = theta_0 + theta_1;
-  lanes v3, v5; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v5);
-  out[0] = thetadd_0;
-  const lanes v6 = v1 * thetad_0;
-  const lanes v7 = 0.2 * v6;
-  const lanes v8 = v3 * thetad_0;
-  const lanes v9 = v3 * thetad_1;
-  const lanes v10 = v8 + v9;
-  const lanes v11 = 0.3 * v10;
-  const lanes v12 = v7 + v11;
-  const lanes v13 = v4 * thetad_0;
-  const lanes v14 = 0.2 * v13;
-  const lanes v15 = v5 * thetad_0;
-  const lanes v16 = v5 * thetad_1;
-  const lanes v17 = v15 + v16;
-  const lanes v18 = 0.3 * v17;
-  const lanes v19 = v14 + v18;
-  const lanes v20 = 0.2 * v1;
-  const lanes v21 = 0.3 * v3;
-  const lanes v22 = v20 + v21;
-  const lanes v23 = v22 - 0.2;
-  const lanes v24 = v23 * v23;
-  const lanes v25 = 0.2 * v4;
-  const lanes v26 = 0.3 * v5;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = v27 * v27;
-  const lanes v29 = v24 + v28;
-  const lanes v30 = 0.25 - v29;
-  const lanes v31 = v29 - 0.01;
-  const lanes v32 = v30 * v31;
-  lanes v33; LANES_NAME(lanes_sqrt)(&v32, &v33);
-  const lanes v34 = 0.5 * v33;
-  const lanes v35 = v34 / v29;
-  const lanes v36 = v19 * v35;
-  const lanes v37 = 0.5 * v29;
-  const lanes v38 = 0.02 + v37;
-  const lanes v39 = v38 - 0.045;
-  const lanes v40 = v39 / v29;
-  const lanes v41 = v12 * v40;
-  const lanes v42 = v36 + v41;
-  const lanes v43 = 2.0 * v27;
-  const lanes v44 = v12 * v43;
-  const lanes v45 = 2.0 * v23;
-  const lanes v46 = v19 * v45;
-  const lanes v47 = v44 - v46;
-  const lanes v48 = 0.5 * v47;
-  const lanes v49 = v48 / v29;
-  const lanes v50 = v29 * v29;
-  const lanes v51 = v39 / v50;
-  const lanes v52 = v47 * v51;
-  const lanes v53 = v49 - v52;
-  const lanes v54 = v53 * v27;
-  const lanes v55 = v42 + v54;
-  const lanes v56 = v47 * v30;
-  const lanes v57 = v47 * v31;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = 0.25 / v33;
-  const lanes v60 = v58 * v59;
-  const lanes v61 = v60 / v29;
-  const lanes v62 = v34 / v50;
-  const lanes v63 = v47 * v62;
-  const lanes v64 = v61 - v63;
-  const lanes v65 = v23 * v64;
-  const lanes v66 = v55 - v65;
-  const lanes v67 = v66 - v12;
-  const lanes v68 = v12 * v67;
-  const lanes v69 = v1 * thetadd_0;
-  const lanes v70 = v13 * thetad_0;
-  const lanes v71 = v69 - v70;
-  const lanes v72 = 0.2 * v71;
-  const lanes v73 = v3 * thetadd_0;
-  const lanes v74 = v3 * thetadd_1;
-  const lanes v75 = v73 + v74;
-  const lanes v76 = thetad_0 + thetad_1;
-  const lanes v77 = v17 * v76;
-  const lanes v78 = v75 - v77;
-  const lanes v79 = 0.3 * v78;
-  const lanes v80 = v72 + v79;
-  const lanes v81 = v27 * v40;
-  const lanes v82 = v23 * v35;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v83 - v27;
-  const lanes v85 = v80 * v84;
-  const lanes v86 = v68 + v85;
-  const lanes v87 = v12 * v35;
-  const lanes v88 = v23 * v53;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v64 * v27;
-  const lanes v91 = v89 + v90;
-  const lanes v92 = v19 * v40;
-  const lanes v93 = v91 - v92;
-  const lanes v94 = v19 + v93;
-  const lanes v95 = v19 * v94;
-  const lanes v96 = v86 - v95;
-  const lanes v97 = v4 * thetadd_0;
-  const lanes v98 = v6 * thetad_0;
-  const lanes v99 = v97 + v98;
-  const lanes v100 = 0.2 * v99;
-  const lanes v101 = v5 * thetadd_0;
-  const lanes v102 = v5 * thetadd_1;
-  const lanes v103 = v101 + v102;
-  const lanes v104 = v10 * v76;
-  const lanes v105 = v103 + v104;
-  const lanes v106 = 0.3 * v105;
-  const lanes v107 = v100 + v106;
-  const lanes v108 = v23 * v40;
-  const lanes v109 = v27 * v35;
-  const lanes v110 = v108 + v109;
-  const lanes v111 = v110 - v23;
-  const lanes v112 = v107 * v111;
-  const lanes v113 = v96 - v112;
-  const lanes v114 = v113 / v34;
-  const lanes v115 = v12 * v84;
-  const lanes v116 = v19 * v111;
-  const lanes v117 = v115 - v116;
-  const lanes v118 = v34 * v34;
-  const lanes v119 = v117 / v118;
-  const lanes v120 = v60 * v119;
-  const lanes v121 = v114 - v120;
-  const lanes v122 = -v121;
+  LANES_COS_SIN(v3, v5, v2); out[0] = thetadd_0;
+  const lanes v6 = v1 * thetad_0, v7 = 0.2 * v6, v8 = v3 * thetad_0, v9 = v3 * thetad_1,
+      v10 = v8 + v9, v11 = 0.3 * v10, v12 = v7 + v11, v13 = 0.2 * v4, v14 = 0.3 * v5,
+      v15 = v13 + v14, v16 = 2.0 * v15, v17 = v12 * v16, v18 = v4 * thetad_0, v19 = 0.2 * v18,
+      v20 = v5 * thetad_0, v21 = v5 * thetad_1, v22 = v20 + v21, v23 = 0.3 * v22, v24 = v19 + v23,
+      v25 = 0.2 * v1, v26 = 0.3 * v3, v27 = v25 + v26, v28 = v27 - 0.2, v29 = 2.0 * v28,
+      v30 = v24 * v29, v31 = v17 - v30, v32 = 0.5 * v31, v33 = v28 * v28, v34 = v15 * v15,
+      v35 = v33 + v34, v36 = v32 / v35, v37 = 0.5 * v35, v38 = 0.02 + v37, v39 = v38 - 0.045,
+      v40 = v35 * v35, v41 = v39 / v40, v42 = v31 * v41, v43 = v36 - v42, v44 = v15 * v43,
+      v45 = 0.25 - v35, v46 = v35 - 0.01, v47 = v45 * v46;
+  LANES_LET1(v48, sqrt, v47);
+  const lanes v49 = 0.5 * v48, v50 = v49 / v35, v51 = v24 * v50, v52 = v44 + v51, v53 = v39 / v35,
+      v54 = v53 * v12, v55 = v52 + v54, v56 = v45 * v31, v57 = v46 * v31, v58 = v56 - v57,
+      v59 = 0.25 / v48, v60 = v58 * v59, v61 = v60 / v35, v62 = v49 / v40, v63 = v31 * v62,
+      v64 = v61 - v63, v65 = v28 * v64, v66 = v55 - v65, v67 = v66 - v12, v68 = v12 * v67,
+      v69 = v1 * thetadd_0, v70 = v18 * thetad_0, v71 = v69 - v70, v72 = 0.2 * v71,
+      v73 = v3 * thetadd_0, v74 = v3 * thetadd_1, v75 = v73 + v74, v76 = thetad_0 + thetad_1,
+      v77 = v22 * v76, v78 = v75 - v77, v79 = 0.3 * v78, v80 = v72 + v79, v81 = v15 * v53,
+      v82 = v28 * v50, v83 = v81 - v82, v84 = v83 - v15, v85 = v80 * v84, v86 = v68 + v85,
+      v87 = v28 * v43, v88 = v15 * v64, v89 = v87 + v88, v90 = v12 * v50, v91 = v89 + v90,
+      v92 = v24 * v53, v93 = v91 - v92, v94 = v24 + v93, v95 = v24 * v94, v96 = v86 - v95,
+      v97 = v4 * thetadd_0, v98 = v6 * thetad_0, v99 = v97 + v98, v100 = 0.2 * v99,
+      v101 = v5 * thetadd_0, v102 = v5 * thetadd_1, v103 = v101 + v102, v104 = v10 * v76,
+      v105 = v103 + v104, v106 = 0.3 * v105, v107 = v100 + v106, v108 = v28 * v53, v109 = v15 * v50,
+      v110 = v108 + v109, v111 = v110 - v28, v112 = v107 * v111, v113 = v96 - v112,
+      v114 = v113 / v49, v115 = v12 * v84, v116 = v24 * v111, v117 = v115 - v116, v118 = v49 * v49,
+      v119 = v117 / v118, v120 = v60 * v119, v121 = v114 - v120, v122 = -v121;
   out[1] = v122;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_actuator_margin)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&theta_0, &v1, &v4);
+  const lanes theta_0 = in[0], theta_1 = in[1];
+  LANES_COS_SIN(v1, v4, theta_0);
   const lanes v2 = theta_0 + theta_1;
-  lanes v3, v5; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v5);
-  const lanes v6 = 0.2 * v1;
-  const lanes v7 = 0.3 * v3;
-  const lanes v8 = v6 + v7;
-  const lanes v9 = v8 - 0.2;
-  const lanes v10 = v9 * v9;
-  const lanes v11 = 0.2 * v4;
-  const lanes v12 = 0.3 * v5;
-  const lanes v13 = v11 + v12;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = v10 + v14;
-  const lanes v16 = 0.25 - v15;
-  const lanes v17 = v15 - 0.01;
-  const lanes v18 = v16 * v17;
-  const lanes v19 = 69.44444444444444 * v18;
+  LANES_COS_SIN(v3, v5, v2);
+  const lanes v6 = 0.2 * v1, v7 = 0.3 * v3, v8 = v6 + v7, v9 = v8 - 0.2, v10 = v9 * v9,
+      v11 = 0.2 * v4, v12 = 0.3 * v5, v13 = v11 + v12, v14 = v13 * v13, v15 = v10 + v14,
+      v16 = 0.25 - v15, v17 = v15 - 0.01, v18 = v16 * v17, v19 = 69.44444444444444 * v18;
   out[0] = v19;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_actuators_all)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  lanes v7, v1; LANES_NAME(lanes_cos_sin)(&theta_0, &v7, &v1);
-  const lanes v2 = 0.2 * v1;
-  const lanes v3 = theta_0 + theta_1;
-  lanes v9, v4; LANES_NAME(lanes_cos_sin)(&v3, &v9, &v4);
-  const lanes v5 = 0.3 * v4;
-  const lanes v6 = v2 + v5;
-  const lanes v8 = 0.2 * v7;
-  const lanes v10 = 0.3 * v9;
-  const lanes v11 = v8 + v10;
-  const lanes v12 = v11 - 0.2;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = v6 * v6;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 0.5 * v15;
-  const lanes v17 = 0.02 + v16;
-  const lanes v18 = v17 - 0.045;
-  const lanes v19 = v18 / v15;
-  const lanes v20 = v6 * v19;
-  const lanes v21 = 0.25 - v15;
-  const lanes v22 = v15 - 0.01;
-  const lanes v23 = v21 * v22;
-  lanes v24; LANES_NAME(lanes_sqrt)(&v23, &v24);
-  const lanes v25 = 0.5 * v24;
-  const lanes v26 = v25 / v15;
-  const lanes v27 = v12 * v26;
-  const lanes v28 = v20 - v27;
-  const lanes v29 = 5.0 * v28;
-  const lanes v30 = v12 * v19;
-  const lanes v31 = v6 * v26;
-  const lanes v32 = v30 + v31;
-  const lanes v33 = 5.0 * v32;
-  lanes v34; LANES_NAME(lanes_atan2)(&v29, &v33, &v34);
-  const lanes v35 = v27 + v20;
-  const lanes v36 = 5.0 * v35;
-  const lanes v37 = v30 - v31;
-  const lanes v38 = 5.0 * v37;
-  lanes v39; LANES_NAME(lanes_atan2)(&v36, &v38, &v39);
-  out[0] = theta_0;
-  out[1] = v34;
-  out[2] = theta_0;
-  out[3] = v39;
+  const lanes theta_0 = in[0], theta_1 = in[1];
+  LANES_COS_SIN(v7, v1, theta_0);
+  const lanes v2 = 0.2 * v1, v3 = theta_0 + theta_1;
+  LANES_COS_SIN(v9, v4, v3);
+  const lanes v5 = 0.3 * v4, v6 = v2 + v5, v8 = 0.2 * v7, v10 = 0.3 * v9, v11 = v8 + v10,
+      v12 = v11 - 0.2, v13 = v12 * v12, v14 = v6 * v6, v15 = v13 + v14, v16 = 0.5 * v15,
+      v17 = 0.02 + v16, v18 = v17 - 0.045, v19 = v18 / v15, v20 = v6 * v19, v21 = 0.25 - v15,
+      v22 = v15 - 0.01, v23 = v21 * v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.5 * v24, v26 = v25 / v15, v27 = v12 * v26, v28 = v20 - v27, v29 = 5.0 * v28,
+      v30 = v12 * v19, v31 = v6 * v26, v32 = v30 + v31, v33 = 5.0 * v32;
+  LANES_LET2(v34, atan2, v29, v33);
+  const lanes v35 = v27 + v20, v36 = 5.0 * v35, v37 = v30 - v31, v38 = 5.0 * v37;
+  LANES_LET2(v39, atan2, v36, v38); out[0] = theta_0; out[1] = v34; out[2] = theta_0; out[3] = v39;
   const lanes v40 = 69.44444444444444 * v23;
-  out[4] = v40;
-  out[5] = v40;
+  out[4] = v40; out[5] = v40;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_constraint)(const lanes *in, lanes *out)
 {
-  const lanes z_0 = in[0];
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  lanes v1, v7; LANES_NAME(lanes_cos_sin)(&z_2, &v1, &v7);
+  const lanes z_0 = in[0], z_1 = in[1], z_2 = in[2], z_3 = in[3];
+  LANES_COS_SIN(v1, v7, z_2);
   const lanes v2 = z_2 + z_3;
-  lanes v3, v8; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v8);
-  lanes v4, v9; LANES_NAME(lanes_cos_sin)(&z_0, &v4, &v9);
+  LANES_COS_SIN(v3, v8, v2); LANES_COS_SIN(v4, v9, z_0);
   const lanes v5 = z_0 + z_1;
-  lanes v6, v10; LANES_NAME(lanes_cos_sin)(&v5, &v6, &v10);
-  const lanes v11 = 0.2 * v1;
-  const lanes v12 = 0.2 + v11;
-  const lanes v13 = 0.3 * v3;
-  const lanes v14 = v12 + v13;
-  const lanes v15 = 0.2 * v4;
-  const lanes v16 = v14 - v15;
-  const lanes v17 = 0.3 * v6;
-  const lanes v18 = v16 - v17;
+  LANES_COS_SIN(v6, v10, v5);
+  const lanes v11 = 0.2 * v1, v12 = 0.2 + v11, v13 = 0.3 * v3, v14 = v12 + v13, v15 = 0.2 * v4,
+      v16 = v14 - v15, v17 = 0.3 * v6, v18 = v16 - v17;
   out[0] = v18;
-  const lanes v19 = 0.2 * v7;
-  const lanes v20 = 0.3 * v8;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = 0.2 * v9;
-  const lanes v23 = v21 - v22;
-  const lanes v24 = 0.3 * v10;
-  const lanes v25 = v23 - v24;
+  const lanes v19 = 0.2 * v7, v20 = 0.3 * v8, v21 = v19 + v20, v22 = 0.2 * v9, v23 = v21 - v22,
+      v24 = 0.3 * v10, v25 = v23 - v24;
   out[1] = v25;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_constraint_D_z)(const lanes *in, lanes *out)
 {
-  const lanes z_0 = in[0];
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  lanes v7, v1; LANES_NAME(lanes_cos_sin)(&z_0, &v7, &v1);
+  const lanes z_0 = in[0], z_1 = in[1], z_2 = in[2], z_3 = in[3];
+  LANES_COS_SIN(v7, v1, z_0);
   const lanes v2 = z_0 + z_1;
-  lanes v8, v3; LANES_NAME(lanes_cos_sin)(&v2, &v8, &v3);
-  lanes v9, v4; LANES_NAME(lanes_cos_sin)(&z_2, &v9, &v4);
+  LANES_COS_SIN(v8, v3, v2); LANES_COS_SIN(v9, v4, z_2);
   const lanes v5 = z_2 + z_3;
-  lanes v10, v6; LANES_NAME(lanes_cos_sin)(&v5, &v10, &v6);
-  const lanes v11 = 0.2 * v1;
-  const lanes v12 = 0.3 * v3;
-  const lanes v13 = v11 + v12;
-  out[0] = v13;
-  out[1] = v12;
-  const lanes v14 = 0.2 * v4;
-  const lanes v15 = 0.3 * v6;
-  const lanes v16 = v14 + v15;
-  const lanes v17 = -v16;
+  LANES_COS_SIN(v10, v6, v5);
+  const lanes v11 = 0.2 * v1, v12 = 0.3 * v3, v13 = v11 + v12;
+  out[0] = v13; out[1] = v12;
+  const lanes v14 = 0.2 * v4, v15 = 0.3 * v6, v16 = v14 + v15, v17 = -v16;
   out[2] = v17;
   const lanes v18 = -v15;
   out[3] = v18;
-  const lanes v19 = 0.2 * v7;
-  const lanes v20 = 0.3 * v8;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = -v21;
+  const lanes v19 = 0.2 * v7, v20 = 0.3 * v8, v21 = v19 + v20, v22 = -v21;
   out[4] = v22;
   const lanes v23 = -v20;
   out[5] = v23;
-  const lanes v24 = 0.2 * v9;
-  const lanes v25 = 0.3 * v10;
-  const lanes v26 = v24 + v25;
-  out[6] = v26;
-  out[7] = v25;
+  const lanes v24 = 0.2 * v9, v25 = 0.3 * v10, v26 = v24 + v25;
+  out[6] = v26; out[7] = v25;
 }
 
 static LANES_TARGET void LANES_NAME(five_bar_constraint_D_z_dot)(const lanes *in, lanes *out)
 {
-  const lanes z_0 = in[0];
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes zd_0 = in[4];
-  const lanes zd_1 = in[5];
-  const lanes zd_2 = in[6];
-  const lanes zd_3 = in[7];
-  lanes v1, v7; LANES_NAME(lanes_cos_sin)(&z_0, &v1, &v7);
+  const lanes z_0 = in[0], z_1 = in[1], z_2 = in[2], z_3 = in[3], zd_0 = in[4], zd_1 = in[5],
+      zd_2 = in[6], zd_3 = in[7];
+  LANES_COS_SIN(v1, v7, z_0);
   const lanes v2 = z_0 + z_1;
-  lanes v3, v8; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v8);
-  lanes v4, v9; LANES_NAME(lanes_cos_sin)(&z_2, &v4, &v9);
+  LANES_COS_SIN(v3, v8, v2); LANES_COS_SIN(v4, v9, z_2);
   const lanes v5 = z_2 + z_3;
-  lanes v6, v10; LANES_NAME(lanes_cos_sin)(&v5, &v6, &v10);
-  const lanes v11 = v1 * zd_0;
-  const lanes v12 = 0.2 * v11;
-  const lanes v13 = v3 * zd_0;
-  const lanes v14 = v3 * zd_1;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 0.3 * v15;
-  const lanes v17 = v12 + v16;
-  out[0] = v17;
-  out[1] = v16;
-  const lanes v18 = v4 * zd_2;
-  const lanes v19 = 0.2 * v18;
-  const lanes v20 = v6 * zd_2;
-  const lanes v21 = v6 * zd_3;
-  const lanes v22 = v20 + v21;
-  const lanes v23 = 0.3 * v22;
-  const lanes v24 = v19 + v23;
-  const lanes v25 = -v24;
+  LANES_COS_SIN(v6, v10, v5);
+  const lanes v11 = v1 * zd_0, v12 = 0.2 * v11, v13 = v3 * zd_0, v14 = v3 * zd_1, v15 = v13 + v14,
+      v16 = 0.3 * v15, v17 = v12 + v16;
+  out[0] = v17; out[1] = v16;
+  const lanes v18 = v4 * zd_2, v19 = 0.2 * v18, v20 = v6 * zd_2, v21 = v6 * zd_3, v22 = v20 + v21,
+      v23 = 0.3 * v22, v24 = v19 + v23, v25 = -v24;
   out[2] = v25;
   const lanes v26 = -v23;
   out[3] = v26;
-  const lanes v27 = v7 * zd_0;
-  const lanes v28 = 0.2 * v27;
-  const lanes v29 = v8 * zd_0;
-  const lanes v30 = v8 * zd_1;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = 0.3 * v31;
-  const lanes v33 = v28 + v32;
-  out[4] = v33;
-  out[5] = v32;
-  const lanes v34 = v9 * zd_2;
-  const lanes v35 = 0.2 * v34;
-  const lanes v36 = v10 * zd_2;
-  const lanes v37 = v10 * zd_3;
-  const lanes v38 = v36 + v37;
-  const lanes v39 = 0.3 * v38;
-  const lanes v40 = v35 + v39;
-  const lanes v41 = -v40;
+  const lanes v27 = v7 * zd_0, v28 = 0.2 * v27, v29 = v8 * zd_0, v30 = v8 * zd_1, v31 = v29 + v30,
+      v32 = 0.3 * v31, v33 = v28 + v32;
+  out[4] = v33; out[5] = v32;
+  const lanes v34 = v9 * zd_2, v35 = 0.2 * v34, v36 = v10 * zd_2, v37 = v10 * zd_3, v38 = v36 + v37,
+      v39 = 0.3 * v38, v40 = v35 + v39, v41 = -v40;
   out[6] = v41;
   const lanes v42 = -v39;
   out[7] = v42;
+}
+
+static LANES_TARGET void LANES_NAME(five_bar_ik)(const lanes *in, lanes *out)
+{
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      v1 = T_7 * T_7, v2 = T_3 + 0.1, v3 = T_11 * T_11, v4 = T_2 * T_2, v5 = T_6 * T_6,
+      v6 = T_8 * T_8, v7 = T_9 * T_9, v8 = 1.0 - T_10, v9 = v2 * v2, v10 = v4 + v5, v11 = v8 * v8,
+      v12 = v1 + v9, v13 = v10 + v6, v14 = v12 - 0.13, v15 = v12 - 0.01, v16 = 0.25 - v12,
+      v17 = v13 + v7, v18 = 0.12 * v14, v19 = v15 * v16, v20 = v17 + v11, v21 = 1e-150 + v18;
+  const lanes_where v22 = LANES_LT(5.76e-17, v19); LANES_LET1(v23, sqrt, v19);
+  const lanes v24 = 69.44444444444444 * v19, v25 = v21 * v21, v26 = LANES_CHOICE(v22, v23, 0.0);
+  out[6] = v24; out[7] = v24;
+  const lanes v27 = 0.12 * v26, v28 = v27 * v27, v29 = v25 + v28;
+  LANES_LET1(v30, rsqrt, v29);
+  const lanes v31 = v21 * v30, v32 = v27 * v30, v33 = 0.3 * v31, v34 = 0.3 * v32, v35 = 0.2 + v33,
+      v36 = v2 * v34, v37 = T_7 * v34, v38 = T_7 * v35, v39 = v2 * v35, v40 = v38 - v36,
+      v41 = v37 + v39, v42 = v38 + v36, v43 = v39 - v37, v44 = v40 * v40, v45 = 1e-150 + v41,
+      v46 = v42 * v42, v47 = 1e-150 + v43, v48 = v45 * v45;
+  LANES_LET2(v49, atan2, v40, v45);
+  const lanes v50 = v47 * v47;
+  LANES_LET2(v51, atan2, v42, v47);
+  const lanes v52 = v44 + v48, v53 = v46 + v50;
+  out[0] = v49; out[2] = v51; LANES_LET1(v54, rsqrt, v52); LANES_LET1(v55, rsqrt, v53);
+  const lanes v56 = v40 * v54, v57 = v45 * v54, v58 = v42 * v55, v59 = v47 * v55, v60 = 0.2 * v56,
+      v61 = v31 * v56, v62 = v32 * v57, v63 = 0.2 * v57, v64 = v31 * v57, v65 = v32 * v56,
+      v66 = 0.2 * v59, v67 = v31 * v59, v68 = v32 * v58, v69 = 0.2 * v58, v70 = v31 * v58,
+      v71 = v32 * v59, v72 = v61 + v62, v73 = v64 - v65, v74 = v67 + v68, v75 = v70 - v71,
+      v76 = 0.3 * v72, v77 = 0.3 * v73, v78 = 0.3 * v74, v79 = 0.3 * v75, v80 = v60 + v76,
+      v81 = v63 + v77, v82 = v66 + v78, v83 = v69 + v79, v84 = v81 - 0.2, v85 = v80 * v80,
+      v86 = v82 - 0.2, v87 = v83 * v83, v88 = v84 * v84, v89 = v86 * v86, v90 = v88 + v85,
+      v91 = v89 + v87, v92 = 0.5 * v90, v93 = 0.25 - v90, v94 = v90 - 0.01, v95 = 0.5 * v91,
+      v96 = 0.25 - v91, v97 = v91 - 0.01, v98 = 0.02 + v92, v99 = v93 * v94, v100 = 0.02 + v95,
+      v101 = v96 * v97, v102 = v98 - 0.045;
+  LANES_LET1(v103, sqrt, v99);
+  const lanes v104 = v100 - 0.045;
+  LANES_LET1(v105, sqrt, v101);
+  const lanes v106 = v102 / v90, v107 = 0.5 * v103, v108 = v104 / v91, v109 = 0.5 * v105,
+      v110 = v80 * v106, v111 = v107 / v90, v112 = v84 * v106, v113 = v108 * v83, v114 = v109 / v91,
+      v115 = v108 * v86, v116 = v84 * v111, v117 = v80 * v111, v118 = v114 * v86, v119 = v114 * v83,
+      v120 = v110 - v116, v121 = v112 + v117, v122 = v113 - v118, v123 = v115 + v119,
+      v124 = 5.0 * v120, v125 = 5.0 * v121, v126 = 5.0 * v122, v127 = 5.0 * v123, v128 = 0.2 + v121,
+      v129 = v120 - v60, v130 = 0.2 + v123, v131 = v122 - v69;
+  LANES_LET2(v132, atan2, v124, v125); LANES_LET2(v133, atan2, v126, v127);
+  const lanes v134 = v128 - v63, v135 = v129 * v129, v136 = 0.5 * v129, v137 = v130 - v66,
+      v138 = v131 * v131, v139 = 0.5 * v131;
+  out[1] = v132; out[3] = v133;
+  const lanes v140 = 0.5 * v134, v141 = v134 * v134, v142 = 0.5 * v137, v143 = v137 * v137,
+      v144 = v141 + v135, v145 = v143 + v138, v146 = 0.36 - v144, v147 = 0.36 - v145,
+      v148 = v144 * v146, v149 = v145 * v147;
+  LANES_LET1(v150, sqrt, v148); LANES_LET1(v151, sqrt, v149);
+  const lanes v152 = 0.5 * v150, v153 = 0.5 * v151, v154 = v152 / v144, v155 = v153 / v145,
+      v156 = v129 * v154, v157 = v134 * v154, v158 = v131 * v155, v159 = v137 * v155,
+      v160 = v140 - v156, v161 = v157 + v136, v162 = v142 - v158, v163 = v159 + v139,
+      v164 = 0.9999999999999999 * v160, v165 = 0.9999999999999999 * v161,
+      v166 = 3.333333333333333 * v160, v167 = 3.333333333333333 * v161,
+      v168 = 0.9999999999999999 * v162, v169 = 0.9999999999999999 * v163,
+      v170 = 3.333333333333333 * v162, v171 = 3.333333333333333 * v163, v172 = v164 + v63,
+      v173 = v165 + v60, v174 = v166 - T_0, v175 = T_1 + v167, v176 = v167 - T_4, v177 = v166 - T_5,
+      v178 = v168 + v66, v179 = v169 + v69, v180 = v170 - T_0, v181 = T_1 + v171, v182 = v171 - T_4,
+      v183 = v170 - T_5, v184 = v172 - 0.1, v185 = v173 - T_7, v186 = v174 * v174,
+      v187 = v175 * v175, v188 = v176 * v176, v189 = v177 * v177, v190 = v178 - 0.1,
+      v191 = v179 - T_7, v192 = v180 * v180, v193 = v181 * v181, v194 = v182 * v182,
+      v195 = v183 * v183, v196 = v184 - T_3, v197 = v185 * v185, v198 = v20 + v186,
+      v199 = v190 - T_3, v200 = v191 * v191, v201 = v20 + v192, v202 = v196 * v196,
+      v203 = v198 + v187, v204 = v199 * v199, v205 = v201 + v193, v206 = v3 + v202,
+      v207 = v203 + v188, v208 = v3 + v204, v209 = v205 + v194, v210 = v206 + v197,
+      v211 = v207 + v189, v212 = v208 + v200, v213 = v209 + v195, v214 = 0.5 * v211,
+      v215 = 0.5 * v213, v216 = v210 + v214, v217 = v210 - v214, v218 = v212 + v215,
+      v219 = v212 - v215;
+  LANES_LET1(v220, fabs, v217); LANES_LET1(v221, fabs, v219);
+  const lanes v222 = v216 + v220, v223 = v218 + v221, v224 = 0.5 * v222, v225 = 0.5 * v223;
+  LANES_LET1(v226, sqrt, v224); LANES_LET1(v227, sqrt, v225); out[4] = v226; out[5] = v227;
 }

@@ -43,6 +43,7 @@ void four_bar_actuator_accelerations_batch(size_t n, const double *theta, const 
 void four_bar_constraint_batch(size_t n, const double *z, double *residual);
 void four_bar_constraint_D_z_batch(size_t n, const double *z, double *residual_D_z);
 void four_bar_constraint_D_z_dot_batch(size_t n, const double *z, const double *zd, double *residual_D_z_dot);
+void four_bar_ik_batch(size_t n, const double *T, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus
 }

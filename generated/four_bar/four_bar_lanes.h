@@ -4,1773 +4,587 @@
 static LANES_TARGET void LANES_NAME(four_bar_fk)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.35 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.1 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = 0.045 + v9;
-  const lanes v11 = v10 - 0.03125;
-  const lanes v12 = v11 / v8;
-  const lanes v13 = v12 * v4;
-  const lanes v14 = 0.3025 - v8;
-  const lanes v15 = v8 - 0.0025;
-  const lanes v16 = v14 * v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 0.5 * v17;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v13 + v20;
-  const lanes v22 = 3.333333333333333 * v21;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
+      v8 = v5 + v7, v9 = 0.5 * v8, v10 = 0.045 + v9, v11 = v10 - 0.03125, v12 = v11 / v8,
+      v13 = v12 * v4, v14 = 0.3025 - v8, v15 = v8 - 0.0025, v16 = v14 * v15;
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = 0.5 * v17, v19 = v18 / v8, v20 = v19 * v6, v21 = v13 + v20,
+      v22 = 3.333333333333333 * v21;
   out[0] = v22;
-  const lanes v23 = v19 * v4;
-  const lanes v24 = v12 * v6;
-  const lanes v25 = v23 - v24;
-  const lanes v26 = 3.333333333333333 * v25;
-  const lanes v27 = -v26;
-  out[1] = v27;
-  out[2] = LANES_OF(0.0);
-  const lanes v28 = 0.49999999999999994 * v21;
-  const lanes v29 = 0.39999999999999997 * v25;
-  const lanes v30 = v28 - v29;
-  const lanes v31 = v30 + v3;
-  out[3] = v31;
-  out[4] = v26;
-  out[5] = v22;
-  out[6] = LANES_OF(0.0);
-  const lanes v32 = 0.49999999999999994 * v25;
-  const lanes v33 = 0.39999999999999997 * v21;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = v6 + v34;
-  out[7] = v35;
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
+  const lanes v23 = v19 * v4, v24 = v12 * v6, v25 = v23 - v24, v26 = 3.333333333333333 * v25,
+      v27 = -v26;
+  out[1] = v27; out[2] = LANES_OF(0.0);
+  const lanes v28 = 0.49999999999999994 * v21, v29 = 0.39999999999999997 * v25, v30 = v28 - v29,
+      v31 = v30 + v3;
+  out[3] = v31; out[4] = v26; out[5] = v22; out[6] = LANES_OF(0.0);
+  const lanes v32 = 0.49999999999999994 * v25, v33 = 0.39999999999999997 * v21, v34 = v32 + v33,
+      v35 = v6 + v34;
+  out[7] = v35; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_link_poses)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  out[0] = v1;
+  LANES_COS_SIN(v1, v2, q_0); out[0] = v1;
   const lanes v3 = -v2;
-  out[1] = v3;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = v2;
-  out[5] = v1;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  const lanes v4 = 0.1 * v1;
-  const lanes v5 = 0.35 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = 0.1 * v2;
-  const lanes v8 = v7 * v7;
-  const lanes v9 = v6 + v8;
-  const lanes v10 = 0.5 * v9;
-  const lanes v11 = 0.045 + v10;
-  const lanes v12 = v11 - 0.03125;
-  const lanes v13 = v12 / v9;
-  const lanes v14 = v13 * v5;
-  const lanes v15 = 0.3025 - v9;
-  const lanes v16 = v9 - 0.0025;
-  const lanes v17 = v15 * v16;
-  lanes v18; LANES_NAME(lanes_sqrt)(&v17, &v18);
-  const lanes v19 = 0.5 * v18;
-  const lanes v20 = v19 / v9;
-  const lanes v21 = v20 * v7;
-  const lanes v22 = v14 + v21;
-  const lanes v23 = 3.333333333333333 * v22;
+  out[1] = v3; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = v2; out[5] = v1;
+  out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
+  out[10] = LANES_OF(1.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
+  const lanes v4 = 0.1 * v1, v5 = 0.35 - v4, v6 = v5 * v5, v7 = 0.1 * v2, v8 = v7 * v7,
+      v9 = v6 + v8, v10 = 0.5 * v9, v11 = 0.045 + v10, v12 = v11 - 0.03125, v13 = v12 / v9,
+      v14 = v13 * v5, v15 = 0.3025 - v9, v16 = v9 - 0.0025, v17 = v15 * v16;
+  LANES_LET1(v18, sqrt, v17);
+  const lanes v19 = 0.5 * v18, v20 = v19 / v9, v21 = v20 * v7, v22 = v14 + v21,
+      v23 = 3.333333333333333 * v22;
   out[16] = v23;
-  const lanes v24 = v20 * v5;
-  const lanes v25 = v13 * v7;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = 3.333333333333333 * v26;
-  const lanes v28 = -v27;
-  out[17] = v28;
-  out[18] = LANES_OF(0.0);
-  out[19] = v4;
-  out[20] = v27;
-  out[21] = v23;
-  out[22] = LANES_OF(0.0);
-  out[23] = v7;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(1.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(1.0);
+  const lanes v24 = v20 * v5, v25 = v13 * v7, v26 = v24 - v25, v27 = 3.333333333333333 * v26,
+      v28 = -v27;
+  out[17] = v28; out[18] = LANES_OF(0.0); out[19] = v4; out[20] = v27; out[21] = v23;
+  out[22] = LANES_OF(0.0); out[23] = v7; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0);
+  out[26] = LANES_OF(1.0); out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
+  out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.35 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.1 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = 0.045 + v9;
-  const lanes v11 = v10 - 0.03125;
-  const lanes v12 = v11 / v8;
-  const lanes v13 = v12 * v4;
-  const lanes v14 = 0.3025 - v8;
-  const lanes v15 = v8 - 0.0025;
-  const lanes v16 = v14 * v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 0.5 * v17;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v13 + v20;
-  const lanes v22 = 3.333333333333333 * v21;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
+      v8 = v5 + v7, v9 = 0.5 * v8, v10 = 0.045 + v9, v11 = v10 - 0.03125, v12 = v11 / v8,
+      v13 = v12 * v4, v14 = 0.3025 - v8, v15 = v8 - 0.0025, v16 = v14 * v15;
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = 0.5 * v17, v19 = v18 / v8, v20 = v19 * v6, v21 = v13 + v20,
+      v22 = 3.333333333333333 * v21;
   out[0] = v22;
-  const lanes v23 = v19 * v4;
-  const lanes v24 = v12 * v6;
-  const lanes v25 = v23 - v24;
-  const lanes v26 = 3.333333333333333 * v25;
-  const lanes v27 = -v26;
-  out[1] = v27;
-  out[2] = LANES_OF(0.0);
-  const lanes v28 = 0.49999999999999994 * v21;
-  const lanes v29 = 0.39999999999999997 * v25;
-  const lanes v30 = v28 - v29;
-  const lanes v31 = v30 + v3;
-  out[3] = v31;
-  out[4] = v26;
-  out[5] = v22;
-  out[6] = LANES_OF(0.0);
-  const lanes v32 = 0.49999999999999994 * v25;
-  const lanes v33 = 0.39999999999999997 * v21;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = v6 + v34;
-  out[7] = v35;
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  const lanes v36 = v21 - v4;
-  const lanes v37 = v36 * v6;
-  const lanes v38 = v25 + v6;
-  const lanes v39 = v38 * v3;
-  const lanes v40 = v37 - v39;
-  const lanes v41 = v40 / v18;
-  const lanes v42 = v41 - 1.0;
-  const lanes v43 = v34 * v42;
-  const lanes v44 = v35 + v43;
-  const lanes v45 = -v44;
+  const lanes v23 = v19 * v4, v24 = v12 * v6, v25 = v23 - v24, v26 = 3.333333333333333 * v25,
+      v27 = -v26;
+  out[1] = v27; out[2] = LANES_OF(0.0);
+  const lanes v28 = 0.49999999999999994 * v21, v29 = 0.39999999999999997 * v25, v30 = v28 - v29,
+      v31 = v30 + v3;
+  out[3] = v31; out[4] = v26; out[5] = v22; out[6] = LANES_OF(0.0);
+  const lanes v32 = 0.49999999999999994 * v25, v33 = 0.39999999999999997 * v21, v34 = v32 + v33,
+      v35 = v6 + v34;
+  out[7] = v35; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
+  const lanes v36 = v21 - v4, v37 = v36 * v6, v38 = v25 + v6, v39 = v38 * v3, v40 = v37 - v39,
+      v41 = v40 / v18, v42 = v41 - 1.0, v43 = v42 * v34, v44 = v43 + v35, v45 = -v44;
   out[16] = v45;
-  const lanes v46 = v30 * v42;
-  const lanes v47 = v31 + v46;
-  out[17] = v47;
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
+  const lanes v46 = v42 * v30, v47 = v46 + v31;
+  out[17] = v47; out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0);
   out[21] = v41;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_jacobian_space)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.1 * v2;
-  const lanes v5 = 0.35 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 * v3;
-  const lanes v8 = v6 + v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = 0.045 + v9;
-  const lanes v11 = v10 - 0.03125;
-  const lanes v12 = v11 / v8;
-  const lanes v13 = v12 * v5;
-  const lanes v14 = 0.3025 - v8;
-  const lanes v15 = v8 - 0.0025;
-  const lanes v16 = v14 * v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 0.5 * v17;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v3;
-  const lanes v21 = v13 + v20;
-  const lanes v22 = v21 - v5;
-  const lanes v23 = v22 * v3;
-  const lanes v24 = v19 * v5;
-  const lanes v25 = v12 * v3;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = v26 + v3;
-  const lanes v28 = v27 * v4;
-  const lanes v29 = v23 - v28;
-  const lanes v30 = v29 / v18;
-  const lanes v31 = v30 - 1.0;
-  const lanes v32 = v3 * v31;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
+      v8 = v5 + v7, v9 = 0.5 * v8, v10 = 0.045 + v9, v11 = v10 - 0.03125, v12 = v11 / v8,
+      v13 = v12 * v4, v14 = 0.3025 - v8, v15 = v8 - 0.0025, v16 = v14 * v15;
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = 0.5 * v17, v19 = v18 / v8, v20 = v19 * v6, v21 = v13 + v20, v22 = v21 - v4,
+      v23 = v22 * v6, v24 = v19 * v4, v25 = v12 * v6, v26 = v24 - v25, v27 = v26 + v6,
+      v28 = v27 * v3, v29 = v23 - v28, v30 = v29 / v18, v31 = v30 - 1.0, v32 = v31 * v6;
   out[0] = v32;
-  const lanes v33 = v4 * v31;
-  const lanes v34 = -v33;
-  out[1] = v34;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v33 = v31 * v3, v34 = -v33;
+  out[1] = v34; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v30;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_jacobian_body)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.35 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.1 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = 0.3025 - v8;
-  const lanes v10 = v8 - 0.0025;
-  const lanes v11 = v9 * v10;
-  lanes v12; LANES_NAME(lanes_sqrt)(&v11, &v12);
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = v13 / v8;
-  const lanes v15 = v14 * v4;
-  const lanes v16 = 0.5 * v8;
-  const lanes v17 = 0.045 + v16;
-  const lanes v18 = v17 - 0.03125;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 3.333333333333333 * v21;
-  const lanes v23 = v19 * v4;
-  const lanes v24 = v14 * v6;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.49999999999999994 * v25;
-  const lanes v27 = 0.39999999999999997 * v21;
-  const lanes v28 = v26 - v27;
-  const lanes v29 = v28 + v3;
-  const lanes v30 = v22 * v29;
-  const lanes v31 = 3.333333333333333 * v25;
-  const lanes v32 = 0.49999999999999994 * v21;
-  const lanes v33 = 0.39999999999999997 * v25;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = v6 + v34;
-  const lanes v36 = v31 * v35;
-  const lanes v37 = v30 - v36;
-  const lanes v38 = v25 - v4;
-  const lanes v39 = v38 * v6;
-  const lanes v40 = v21 + v6;
-  const lanes v41 = v40 * v3;
-  const lanes v42 = v39 - v41;
-  const lanes v43 = v42 / v13;
-  const lanes v44 = v43 - 1.0;
-  const lanes v45 = 0.12 * v44;
-  const lanes v46 = v37 - v45;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
+      v8 = v5 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10;
+  LANES_LET1(v12, sqrt, v11);
+  const lanes v13 = 0.5 * v12, v14 = v13 / v8, v15 = v14 * v4, v16 = 0.5 * v8, v17 = 0.045 + v16,
+      v18 = v17 - 0.03125, v19 = v18 / v8, v20 = v19 * v6, v21 = v15 - v20,
+      v22 = 3.333333333333333 * v21, v23 = v19 * v4, v24 = v14 * v6, v25 = v23 + v24,
+      v26 = 0.49999999999999994 * v25, v27 = 0.39999999999999997 * v21, v28 = v26 - v27,
+      v29 = v28 + v3, v30 = v22 * v29, v31 = 3.333333333333333 * v25,
+      v32 = 0.49999999999999994 * v21, v33 = 0.39999999999999997 * v25, v34 = v32 + v33,
+      v35 = v6 + v34, v36 = v31 * v35, v37 = v30 - v36, v38 = v25 - v4, v39 = v38 * v6,
+      v40 = v21 + v6, v41 = v40 * v3, v42 = v39 - v41, v43 = v42 / v13, v44 = v43 - 1.0,
+      v45 = 0.12 * v44, v46 = v37 - v45;
   out[0] = v46;
-  const lanes v47 = v31 * v29;
-  const lanes v48 = v22 * v35;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = 0.15 * v44;
-  const lanes v51 = v49 + v50;
-  out[1] = v51;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v47 = v31 * v29, v48 = v22 * v35, v49 = v47 + v48, v50 = 0.15 * v44, v51 = v49 + v50;
+  out[1] = v51; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v43;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_jacobian_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.1 * v2;
-  const lanes v5 = 0.35 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 * v3;
-  const lanes v8 = v6 + v7;
-  const lanes v9 = 0.3025 - v8;
-  const lanes v10 = v8 - 0.0025;
-  const lanes v11 = v9 * v10;
-  lanes v12; LANES_NAME(lanes_sqrt)(&v11, &v12);
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = v13 / v8;
-  const lanes v15 = v14 * v5;
-  const lanes v16 = 0.5 * v8;
-  const lanes v17 = 0.045 + v16;
-  const lanes v18 = v17 - 0.03125;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v3;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 0.49999999999999994 * v21;
-  const lanes v23 = v19 * v5;
-  const lanes v24 = v14 * v3;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.39999999999999997 * v25;
-  const lanes v27 = v22 + v26;
-  const lanes v28 = v3 + v27;
-  const lanes v29 = v25 - v5;
-  const lanes v30 = v29 * v3;
-  const lanes v31 = v21 + v3;
-  const lanes v32 = v31 * v4;
-  const lanes v33 = v30 - v32;
-  const lanes v34 = v33 / v13;
-  const lanes v35 = v34 - 1.0;
-  const lanes v36 = v27 * v35;
-  const lanes v37 = v28 + v36;
-  const lanes v38 = -v37;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
+      v8 = v5 + v7, v9 = 0.5 * v8, v10 = 0.045 + v9, v11 = v10 - 0.03125, v12 = v11 / v8,
+      v13 = v12 * v4, v14 = 0.3025 - v8, v15 = v8 - 0.0025, v16 = v14 * v15;
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = 0.5 * v17, v19 = v18 / v8, v20 = v19 * v6, v21 = v13 + v20, v22 = v21 - v4,
+      v23 = v22 * v6, v24 = v19 * v4, v25 = v12 * v6, v26 = v24 - v25, v27 = v26 + v6,
+      v28 = v27 * v3, v29 = v23 - v28, v30 = v29 / v18, v31 = v30 - 1.0,
+      v32 = 0.49999999999999994 * v26, v33 = 0.39999999999999997 * v21, v34 = v32 + v33,
+      v35 = v31 * v34, v36 = v6 + v34, v37 = v35 + v36, v38 = -v37;
   out[0] = v38;
-  const lanes v39 = 0.49999999999999994 * v25;
-  const lanes v40 = 0.39999999999999997 * v21;
-  const lanes v41 = v39 - v40;
-  const lanes v42 = v41 + v4;
-  const lanes v43 = v41 * v35;
-  const lanes v44 = v42 + v43;
-  out[1] = v44;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = v34;
+  const lanes v39 = 0.49999999999999994 * v21, v40 = 0.39999999999999997 * v26, v41 = v39 - v40,
+      v42 = v31 * v41, v43 = v41 + v3, v44 = v42 + v43;
+  out[1] = v44; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  out[5] = v30;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_jacobian_space_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.35 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.1 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = 0.045 + v9;
-  const lanes v11 = v10 - 0.03125;
-  const lanes v12 = v11 / v8;
-  const lanes v13 = v12 * v4;
-  const lanes v14 = 0.3025 - v8;
-  const lanes v15 = v8 - 0.0025;
-  const lanes v16 = v14 * v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 0.5 * v17;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v13 + v20;
-  const lanes v22 = v21 - v4;
-  const lanes v23 = v1 * qd_0;
-  const lanes v24 = 0.1 * v23;
-  const lanes v25 = v22 * v24;
-  const lanes v26 = v19 * v4;
-  const lanes v27 = v12 * v6;
-  const lanes v28 = v26 - v27;
-  const lanes v29 = v28 + v6;
-  const lanes v30 = v2 * qd_0;
-  const lanes v31 = 0.1 * v30;
-  const lanes v32 = v29 * v31;
-  const lanes v33 = v25 + v32;
-  const lanes v34 = v12 * v31;
-  const lanes v35 = v19 * v24;
-  const lanes v36 = v34 + v35;
-  const lanes v37 = 2.0 * v4;
-  const lanes v38 = v31 * v37;
-  const lanes v39 = 0.2 * v2;
-  const lanes v40 = v24 * v39;
-  const lanes v41 = v38 + v40;
-  const lanes v42 = 0.5 * v41;
-  const lanes v43 = v42 / v8;
-  const lanes v44 = v8 * v8;
-  const lanes v45 = v11 / v44;
-  const lanes v46 = v41 * v45;
-  const lanes v47 = v43 - v46;
-  const lanes v48 = v4 * v47;
-  const lanes v49 = v36 + v48;
-  const lanes v50 = v14 * v41;
-  const lanes v51 = v15 * v41;
-  const lanes v52 = v50 - v51;
-  const lanes v53 = 0.25 / v17;
-  const lanes v54 = v52 * v53;
-  const lanes v55 = v54 / v8;
-  const lanes v56 = v18 / v44;
-  const lanes v57 = v41 * v56;
-  const lanes v58 = v55 - v57;
-  const lanes v59 = v6 * v58;
-  const lanes v60 = v49 + v59;
-  const lanes v61 = v60 - v31;
-  const lanes v62 = v6 * v61;
-  const lanes v63 = v33 + v62;
-  const lanes v64 = v19 * v31;
-  const lanes v65 = v4 * v58;
-  const lanes v66 = v64 + v65;
-  const lanes v67 = v12 * v24;
-  const lanes v68 = v66 - v67;
-  const lanes v69 = v6 * v47;
-  const lanes v70 = v68 - v69;
-  const lanes v71 = v24 + v70;
-  const lanes v72 = v3 * v71;
-  const lanes v73 = v63 - v72;
-  const lanes v74 = v73 / v18;
-  const lanes v75 = v22 * v6;
-  const lanes v76 = v29 * v3;
-  const lanes v77 = v75 - v76;
-  const lanes v78 = v18 * v18;
-  const lanes v79 = v77 / v78;
-  const lanes v80 = v54 * v79;
-  const lanes v81 = v74 - v80;
-  const lanes v82 = v81 * v6;
-  const lanes v83 = v77 / v18;
-  const lanes v84 = v83 - 1.0;
-  const lanes v85 = v3 * qd_0;
-  const lanes v86 = v84 * v85;
-  const lanes v87 = v82 + v86;
+  const lanes q_0 = in[0], qd_0 = in[1];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
+      v8 = v5 + v7, v9 = 0.5 * v8, v10 = 0.045 + v9, v11 = v10 - 0.03125, v12 = v11 / v8,
+      v13 = v12 * v4, v14 = 0.3025 - v8, v15 = v8 - 0.0025, v16 = v14 * v15;
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = 0.5 * v17, v19 = v18 / v8, v20 = v19 * v6, v21 = v13 + v20, v22 = v21 - v4,
+      v23 = v22 * v6, v24 = v19 * v4, v25 = v12 * v6, v26 = v24 - v25, v27 = v26 + v6,
+      v28 = v27 * v3, v29 = v23 - v28, v30 = v29 / v18, v31 = v30 - 1.0, v32 = v3 * qd_0,
+      v33 = v31 * v32, v34 = v2 * qd_0, v35 = 0.1 * v34, v36 = v35 * v27, v37 = v1 * qd_0,
+      v38 = 0.1 * v37, v39 = v38 * v22, v40 = v36 + v39, v41 = v12 * v35, v42 = v19 * v38,
+      v43 = v41 + v42, v44 = 2.0 * v4, v45 = v35 * v44, v46 = 0.2 * v2, v47 = v38 * v46,
+      v48 = v45 + v47, v49 = 0.5 * v48, v50 = v49 / v8, v51 = v8 * v8, v52 = v11 / v51,
+      v53 = v48 * v52, v54 = v50 - v53, v55 = v54 * v4, v56 = v43 + v55, v57 = v48 * v14,
+      v58 = v48 * v15, v59 = v57 - v58, v60 = 0.25 / v17, v61 = v59 * v60, v62 = v61 / v8,
+      v63 = v18 / v51, v64 = v48 * v63, v65 = v62 - v64, v66 = v65 * v6, v67 = v56 + v66,
+      v68 = v67 - v35, v69 = v68 * v6, v70 = v40 + v69, v71 = v19 * v35, v72 = v65 * v4,
+      v73 = v71 + v72, v74 = v12 * v38, v75 = v73 - v74, v76 = v54 * v6, v77 = v75 - v76,
+      v78 = v38 + v77, v79 = v78 * v3, v80 = v70 - v79, v81 = v80 / v18, v82 = v18 * v18,
+      v83 = v29 / v82, v84 = v61 * v83, v85 = v81 - v84, v86 = v85 * v6, v87 = v33 + v86;
   out[0] = v87;
-  const lanes v88 = v6 * qd_0;
-  const lanes v89 = v84 * v88;
-  const lanes v90 = v81 * v3;
-  const lanes v91 = v89 - v90;
-  out[1] = v91;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = v81;
+  const lanes v88 = v6 * qd_0, v89 = v31 * v88, v90 = v85 * v3, v91 = v89 - v90;
+  out[1] = v91; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  out[5] = v85;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_jacobian_body_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.35 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.1 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = 0.045 + v9;
-  const lanes v11 = v10 - 0.03125;
-  const lanes v12 = v11 / v8;
-  const lanes v13 = v12 * v4;
-  const lanes v14 = 0.3025 - v8;
-  const lanes v15 = v8 - 0.0025;
-  const lanes v16 = v14 * v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 0.5 * v17;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v13 + v20;
-  const lanes v22 = 3.333333333333333 * v21;
-  const lanes v23 = 0.49999999999999994 * v21;
-  const lanes v24 = v19 * v4;
-  const lanes v25 = v12 * v6;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = 0.39999999999999997 * v26;
-  const lanes v28 = v23 - v27;
-  const lanes v29 = v28 + v3;
-  const lanes v30 = v22 * v29;
-  const lanes v31 = 3.333333333333333 * v26;
-  const lanes v32 = 0.49999999999999994 * v26;
-  const lanes v33 = 0.39999999999999997 * v21;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = v6 + v34;
-  const lanes v36 = v31 * v35;
-  const lanes v37 = v30 + v36;
-  const lanes v38 = v21 - v4;
-  const lanes v39 = v2 * qd_0;
-  const lanes v40 = 0.1 * v39;
-  const lanes v41 = v38 * v40;
-  const lanes v42 = v26 + v6;
-  const lanes v43 = v1 * qd_0;
-  const lanes v44 = 0.1 * v43;
-  const lanes v45 = v42 * v44;
-  const lanes v46 = v41 - v45;
-  const lanes v47 = v46 / v18;
-  const lanes v48 = v47 - qd_0;
-  const lanes v49 = v37 * v48;
-  const lanes v50 = 0.15 * v48;
-  const lanes v51 = v49 - v50;
-  const lanes v52 = v38 * v44;
-  const lanes v53 = v42 * v40;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = v12 * v40;
-  const lanes v56 = v19 * v44;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = 2.0 * v4;
-  const lanes v59 = v40 * v58;
-  const lanes v60 = 0.2 * v2;
-  const lanes v61 = v44 * v60;
-  const lanes v62 = v59 + v61;
-  const lanes v63 = 0.5 * v62;
-  const lanes v64 = v63 / v8;
-  const lanes v65 = v8 * v8;
-  const lanes v66 = v11 / v65;
-  const lanes v67 = v62 * v66;
-  const lanes v68 = v64 - v67;
-  const lanes v69 = v4 * v68;
-  const lanes v70 = v57 + v69;
-  const lanes v71 = v14 * v62;
-  const lanes v72 = v15 * v62;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = 0.25 / v17;
-  const lanes v75 = v73 * v74;
-  const lanes v76 = v75 / v8;
-  const lanes v77 = v18 / v65;
-  const lanes v78 = v62 * v77;
-  const lanes v79 = v76 - v78;
-  const lanes v80 = v6 * v79;
-  const lanes v81 = v70 + v80;
-  const lanes v82 = v81 - v40;
-  const lanes v83 = v6 * v82;
-  const lanes v84 = v54 + v83;
-  const lanes v85 = v19 * v40;
-  const lanes v86 = v4 * v79;
-  const lanes v87 = v85 + v86;
-  const lanes v88 = v12 * v44;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v6 * v68;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = v44 + v91;
-  const lanes v93 = v3 * v92;
-  const lanes v94 = v84 - v93;
-  const lanes v95 = v94 / v18;
-  const lanes v96 = v38 * v6;
-  const lanes v97 = v42 * v3;
-  const lanes v98 = v96 - v97;
-  const lanes v99 = v18 * v18;
-  const lanes v100 = v98 / v99;
-  const lanes v101 = v75 * v100;
-  const lanes v102 = v95 - v101;
-  const lanes v103 = 0.12 * v102;
-  const lanes v104 = v51 - v103;
+  const lanes q_0 = in[0], qd_0 = in[1];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
+      v8 = v5 + v7, v9 = 0.5 * v8, v10 = 0.045 + v9, v11 = v10 - 0.03125, v12 = v11 / v8,
+      v13 = v12 * v4, v14 = 0.3025 - v8, v15 = v8 - 0.0025, v16 = v14 * v15;
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = 0.5 * v17, v19 = v18 / v8, v20 = v19 * v6, v21 = v13 + v20,
+      v22 = 3.333333333333333 * v21, v23 = 0.49999999999999994 * v21, v24 = v19 * v4,
+      v25 = v12 * v6, v26 = v24 - v25, v27 = 0.39999999999999997 * v26, v28 = v23 - v27,
+      v29 = v28 + v3, v30 = v22 * v29, v31 = 3.333333333333333 * v26,
+      v32 = 0.49999999999999994 * v26, v33 = 0.39999999999999997 * v21, v34 = v32 + v33,
+      v35 = v6 + v34, v36 = v31 * v35, v37 = v30 + v36, v38 = v2 * qd_0, v39 = 0.1 * v38,
+      v40 = v21 - v4, v41 = v39 * v40, v42 = v1 * qd_0, v43 = 0.1 * v42, v44 = v26 + v6,
+      v45 = v43 * v44, v46 = v41 - v45, v47 = v46 / v18, v48 = v47 - qd_0, v49 = v37 * v48,
+      v50 = 0.15 * v48, v51 = v49 - v50, v52 = v39 * v44, v53 = v43 * v40, v54 = v52 + v53,
+      v55 = v12 * v39, v56 = v19 * v43, v57 = v55 + v56, v58 = 2.0 * v4, v59 = v39 * v58,
+      v60 = 0.2 * v2, v61 = v43 * v60, v62 = v59 + v61, v63 = 0.5 * v62, v64 = v63 / v8,
+      v65 = v8 * v8, v66 = v11 / v65, v67 = v62 * v66, v68 = v64 - v67, v69 = v68 * v4,
+      v70 = v57 + v69, v71 = v62 * v14, v72 = v62 * v15, v73 = v71 - v72, v74 = 0.25 / v17,
+      v75 = v73 * v74, v76 = v75 / v8, v77 = v18 / v65, v78 = v62 * v77, v79 = v76 - v78,
+      v80 = v79 * v6, v81 = v70 + v80, v82 = v81 - v39, v83 = v82 * v6, v84 = v54 + v83,
+      v85 = v19 * v39, v86 = v79 * v4, v87 = v85 + v86, v88 = v12 * v43, v89 = v87 - v88,
+      v90 = v68 * v6, v91 = v89 - v90, v92 = v43 + v91, v93 = v92 * v3, v94 = v84 - v93,
+      v95 = v94 / v18, v96 = v40 * v6, v97 = v44 * v3, v98 = v96 - v97, v99 = v18 * v18,
+      v100 = v98 / v99, v101 = v75 * v100, v102 = v95 - v101, v103 = 0.12 * v102, v104 = v51 - v103;
   out[0] = v104;
-  const lanes v105 = 0.15 * v102;
-  const lanes v106 = 0.12 * v48;
-  const lanes v107 = v31 * v29;
-  const lanes v108 = v22 * v35;
-  const lanes v109 = v107 - v108;
-  const lanes v110 = v109 * v48;
-  const lanes v111 = v106 + v110;
-  const lanes v112 = v105 - v111;
-  out[1] = v112;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v105 = 0.15 * v102, v106 = 0.12 * v48, v107 = v31 * v29, v108 = v22 * v35,
+      v109 = v107 - v108, v110 = v109 * v48, v111 = v106 + v110, v112 = v105 - v111;
+  out[1] = v112; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v102;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.35 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.1 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = 0.045 + v9;
-  const lanes v11 = v10 - 0.03125;
-  const lanes v12 = v11 / v8;
-  const lanes v13 = v12 * v4;
-  const lanes v14 = 0.3025 - v8;
-  const lanes v15 = v8 - 0.0025;
-  const lanes v16 = v14 * v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 0.5 * v17;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v13 + v20;
-  const lanes v22 = 0.49999999999999994 * v21;
-  const lanes v23 = v19 * v4;
-  const lanes v24 = v12 * v6;
-  const lanes v25 = v23 - v24;
-  const lanes v26 = 0.39999999999999997 * v25;
-  const lanes v27 = v22 - v26;
-  const lanes v28 = v27 + v3;
-  const lanes v29 = v28 * qd_0;
-  const lanes v30 = v21 - v4;
-  const lanes v31 = v2 * qd_0;
-  const lanes v32 = 0.1 * v31;
-  const lanes v33 = v30 * v32;
-  const lanes v34 = v25 + v6;
-  const lanes v35 = v1 * qd_0;
-  const lanes v36 = 0.1 * v35;
-  const lanes v37 = v34 * v36;
-  const lanes v38 = v33 - v37;
-  const lanes v39 = v38 / v18;
-  const lanes v40 = v39 - qd_0;
-  const lanes v41 = v27 * v40;
-  const lanes v42 = v29 + v41;
-  const lanes v43 = v39 * v27;
-  const lanes v44 = v30 * v6;
-  const lanes v45 = v34 * v3;
-  const lanes v46 = v44 - v45;
-  const lanes v47 = v46 / v18;
-  const lanes v48 = v47 - 1.0;
-  const lanes v49 = v43 * v48;
-  const lanes v50 = v42 + v49;
-  const lanes v51 = v30 * v36;
-  const lanes v52 = v34 * v32;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v12 * v32;
-  const lanes v55 = v19 * v36;
-  const lanes v56 = v54 + v55;
-  const lanes v57 = 2.0 * v4;
-  const lanes v58 = v32 * v57;
-  const lanes v59 = 0.2 * v2;
-  const lanes v60 = v36 * v59;
-  const lanes v61 = v58 + v60;
-  const lanes v62 = 0.5 * v61;
-  const lanes v63 = v62 / v8;
-  const lanes v64 = v8 * v8;
-  const lanes v65 = v11 / v64;
-  const lanes v66 = v61 * v65;
-  const lanes v67 = v63 - v66;
-  const lanes v68 = v4 * v67;
-  const lanes v69 = v56 + v68;
-  const lanes v70 = v14 * v61;
-  const lanes v71 = v15 * v61;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = 0.25 / v17;
-  const lanes v74 = v72 * v73;
-  const lanes v75 = v74 / v8;
-  const lanes v76 = v18 / v64;
-  const lanes v77 = v61 * v76;
-  const lanes v78 = v75 - v77;
-  const lanes v79 = v6 * v78;
-  const lanes v80 = v69 + v79;
-  const lanes v81 = v80 - v32;
-  const lanes v82 = v6 * v81;
-  const lanes v83 = v53 + v82;
-  const lanes v84 = v19 * v32;
-  const lanes v85 = v4 * v78;
-  const lanes v86 = v84 + v85;
-  const lanes v87 = v12 * v36;
-  const lanes v88 = v86 - v87;
-  const lanes v89 = v6 * v67;
-  const lanes v90 = v88 - v89;
-  const lanes v91 = v36 + v90;
-  const lanes v92 = v3 * v91;
-  const lanes v93 = v83 - v92;
-  const lanes v94 = v93 / v18;
-  const lanes v95 = v18 * v18;
-  const lanes v96 = v46 / v95;
-  const lanes v97 = v74 * v96;
-  const lanes v98 = v94 - v97;
-  const lanes v99 = 0.49999999999999994 * v25;
-  const lanes v100 = 0.39999999999999997 * v21;
-  const lanes v101 = v99 + v100;
-  const lanes v102 = v98 * v101;
-  const lanes v103 = v50 + v102;
-  const lanes v104 = -v103;
+  const lanes q_0 = in[0], qd_0 = in[1];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
+      v8 = v5 + v7, v9 = 0.5 * v8, v10 = 0.045 + v9, v11 = v10 - 0.03125, v12 = v11 / v8,
+      v13 = v12 * v4, v14 = 0.3025 - v8, v15 = v8 - 0.0025, v16 = v14 * v15;
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = 0.5 * v17, v19 = v18 / v8, v20 = v19 * v6, v21 = v13 + v20,
+      v22 = 0.49999999999999994 * v21, v23 = v19 * v4, v24 = v12 * v6, v25 = v23 - v24,
+      v26 = 0.39999999999999997 * v25, v27 = v22 - v26, v28 = v27 + v3, v29 = v28 * qd_0,
+      v30 = v2 * qd_0, v31 = 0.1 * v30, v32 = v21 - v4, v33 = v31 * v32, v34 = v1 * qd_0,
+      v35 = 0.1 * v34, v36 = v25 + v6, v37 = v35 * v36, v38 = v33 - v37, v39 = v38 / v18,
+      v40 = v39 - qd_0, v41 = v40 * v27, v42 = v29 + v41, v43 = v32 * v6, v44 = v36 * v3,
+      v45 = v43 - v44, v46 = v45 / v18, v47 = v46 - 1.0, v48 = v39 * v27, v49 = v47 * v48,
+      v50 = v42 + v49, v51 = v31 * v36, v52 = v35 * v32, v53 = v51 + v52, v54 = v12 * v31,
+      v55 = v19 * v35, v56 = v54 + v55, v57 = 2.0 * v4, v58 = v31 * v57, v59 = 0.2 * v2,
+      v60 = v35 * v59, v61 = v58 + v60, v62 = 0.5 * v61, v63 = v62 / v8, v64 = v8 * v8,
+      v65 = v11 / v64, v66 = v61 * v65, v67 = v63 - v66, v68 = v67 * v4, v69 = v56 + v68,
+      v70 = v61 * v14, v71 = v61 * v15, v72 = v70 - v71, v73 = 0.25 / v17, v74 = v72 * v73,
+      v75 = v74 / v8, v76 = v18 / v64, v77 = v61 * v76, v78 = v75 - v77, v79 = v78 * v6,
+      v80 = v69 + v79, v81 = v80 - v31, v82 = v81 * v6, v83 = v53 + v82, v84 = v19 * v31,
+      v85 = v78 * v4, v86 = v84 + v85, v87 = v12 * v35, v88 = v86 - v87, v89 = v67 * v6,
+      v90 = v88 - v89, v91 = v35 + v90, v92 = v91 * v3, v93 = v83 - v92, v94 = v93 / v18,
+      v95 = v18 * v18, v96 = v45 / v95, v97 = v74 * v96, v98 = v94 - v97,
+      v99 = 0.49999999999999994 * v25, v100 = 0.39999999999999997 * v21, v101 = v99 + v100,
+      v102 = v98 * v101, v103 = v50 + v102, v104 = -v103;
   out[0] = v104;
-  const lanes v105 = v98 * v27;
-  const lanes v106 = v6 + v101;
-  const lanes v107 = v106 * qd_0;
-  const lanes v108 = v101 * v40;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = v39 * v101;
-  const lanes v111 = v110 * v48;
-  const lanes v112 = v109 + v111;
-  const lanes v113 = v105 - v112;
-  out[1] = v113;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v105 = v98 * v27, v106 = v6 + v101, v107 = v106 * qd_0, v108 = v40 * v101,
+      v109 = v107 + v108, v110 = v39 * v101, v111 = v47 * v110, v112 = v109 + v111,
+      v113 = v105 - v112;
+  out[1] = v113; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v98;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_hessian_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.35 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.1 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = 0.045 + v9;
-  const lanes v11 = v10 - 0.03125;
-  const lanes v12 = v11 / v8;
-  const lanes v13 = v12 * v4;
-  const lanes v14 = 0.3025 - v8;
-  const lanes v15 = v8 - 0.0025;
-  const lanes v16 = v14 * v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 0.5 * v17;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v13 + v20;
-  const lanes v22 = 0.49999999999999994 * v21;
-  const lanes v23 = v19 * v4;
-  const lanes v24 = v12 * v6;
-  const lanes v25 = v23 - v24;
-  const lanes v26 = 0.39999999999999997 * v25;
-  const lanes v27 = v22 - v26;
-  const lanes v28 = v21 - v4;
-  const lanes v29 = v28 * v6;
-  const lanes v30 = v25 + v6;
-  const lanes v31 = v30 * v3;
-  const lanes v32 = v29 - v31;
-  const lanes v33 = v32 / v18;
-  const lanes v34 = v33 - 1.0;
-  const lanes v35 = v27 * v34;
-  const lanes v36 = v27 + v35;
-  const lanes v37 = v36 * v34;
-  const lanes v38 = v27 + v3;
-  const lanes v39 = v38 + v35;
-  const lanes v40 = v37 + v39;
-  const lanes v41 = v19 * v3;
-  const lanes v42 = v24 + v41;
-  const lanes v43 = 2.0 * v4;
-  const lanes v44 = v6 * v43;
-  const lanes v45 = 0.2 * v2;
-  const lanes v46 = v3 * v45;
-  const lanes v47 = v44 + v46;
-  const lanes v48 = 0.5 * v47;
-  const lanes v49 = v48 / v8;
-  const lanes v50 = v8 * v8;
-  const lanes v51 = v11 / v50;
-  const lanes v52 = v47 * v51;
-  const lanes v53 = v49 - v52;
-  const lanes v54 = v53 * v4;
-  const lanes v55 = v42 + v54;
-  const lanes v56 = v47 * v14;
-  const lanes v57 = v47 * v15;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = 0.25 / v17;
-  const lanes v60 = v58 * v59;
-  const lanes v61 = v60 / v8;
-  const lanes v62 = v18 / v50;
-  const lanes v63 = v47 * v62;
-  const lanes v64 = v61 - v63;
-  const lanes v65 = v64 * v6;
-  const lanes v66 = v55 + v65;
-  const lanes v67 = v66 - v6;
-  const lanes v68 = v67 * v6;
-  const lanes v69 = v28 * v3;
-  const lanes v70 = v68 + v69;
-  const lanes v71 = v30 * v6;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v64 * v4;
-  const lanes v74 = v20 + v73;
-  const lanes v75 = v12 * v3;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v53 * v6;
-  const lanes v78 = v76 - v77;
-  const lanes v79 = v78 + v3;
-  const lanes v80 = v79 * v3;
-  const lanes v81 = v72 - v80;
-  const lanes v82 = v81 / v18;
-  const lanes v83 = v18 * v18;
-  const lanes v84 = v32 / v83;
-  const lanes v85 = v60 * v84;
-  const lanes v86 = v82 - v85;
-  const lanes v87 = 0.49999999999999994 * v25;
-  const lanes v88 = 0.39999999999999997 * v21;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v86 * v89;
-  const lanes v91 = v40 + v90;
-  const lanes v92 = -v91;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
+      v8 = v5 + v7, v9 = 0.5 * v8, v10 = 0.045 + v9, v11 = v10 - 0.03125, v12 = v11 / v8,
+      v13 = v12 * v4, v14 = 0.3025 - v8, v15 = v8 - 0.0025, v16 = v14 * v15;
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = 0.5 * v17, v19 = v18 / v8, v20 = v19 * v6, v21 = v13 + v20, v22 = v21 - v4,
+      v23 = v22 * v6, v24 = v19 * v4, v25 = v12 * v6, v26 = v24 - v25, v27 = v26 + v6,
+      v28 = v27 * v3, v29 = v23 - v28, v30 = v29 / v18, v31 = v30 - 1.0,
+      v32 = 0.49999999999999994 * v21, v33 = 0.39999999999999997 * v26, v34 = v32 - v33,
+      v35 = v31 * v34, v36 = v34 + v3, v37 = v35 + v36, v38 = v35 + v34, v39 = v31 * v38,
+      v40 = v37 + v39, v41 = v22 * v3, v42 = v27 * v6, v43 = v41 + v42, v44 = v19 * v3,
+      v45 = v25 + v44, v46 = 2.0 * v4, v47 = v46 * v6, v48 = 0.2 * v2, v49 = v48 * v3,
+      v50 = v47 + v49, v51 = 0.5 * v50, v52 = v51 / v8, v53 = v8 * v8, v54 = v11 / v53,
+      v55 = v54 * v50, v56 = v52 - v55, v57 = v56 * v4, v58 = v45 + v57, v59 = 0.25 / v17,
+      v60 = v50 * v14, v61 = v50 * v15, v62 = v60 - v61, v63 = v59 * v62, v64 = v63 / v8,
+      v65 = v18 / v53, v66 = v65 * v50, v67 = v64 - v66, v68 = v67 * v6, v69 = v58 + v68,
+      v70 = v69 - v6, v71 = v70 * v6, v72 = v43 + v71, v73 = v67 * v4, v74 = v20 + v73,
+      v75 = v12 * v3, v76 = v74 - v75, v77 = v56 * v6, v78 = v76 - v77, v79 = v78 + v3,
+      v80 = v79 * v3, v81 = v72 - v80, v82 = v81 / v18, v83 = v18 * v18, v84 = v29 / v83,
+      v85 = v84 * v63, v86 = v82 - v85, v87 = 0.49999999999999994 * v26,
+      v88 = 0.39999999999999997 * v21, v89 = v87 + v88, v90 = v86 * v89, v91 = v40 + v90,
+      v92 = -v91;
   out[0] = v92;
-  const lanes v93 = v86 * v27;
-  const lanes v94 = v89 * v34;
-  const lanes v95 = v89 + v94;
-  const lanes v96 = v95 * v34;
-  const lanes v97 = v6 + v89;
-  const lanes v98 = v97 + v94;
-  const lanes v99 = v96 + v98;
-  const lanes v100 = v93 - v99;
-  out[1] = v100;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v93 = v86 * v34, v94 = v31 * v89, v95 = v6 + v89, v96 = v94 + v95, v97 = v94 + v89,
+      v98 = v31 * v97, v99 = v96 + v98, v100 = v93 - v99;
+  out[1] = v100; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v86;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_twist_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.1 * v2;
-  const lanes v5 = 0.35 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 * v3;
-  const lanes v8 = v6 + v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = 0.045 + v9;
-  const lanes v11 = v10 - 0.03125;
-  const lanes v12 = v11 / v8;
-  const lanes v13 = v12 * v5;
-  const lanes v14 = 0.3025 - v8;
-  const lanes v15 = v8 - 0.0025;
-  const lanes v16 = v14 * v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 0.5 * v17;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v3;
-  const lanes v21 = v13 + v20;
-  const lanes v22 = v21 - v5;
-  const lanes v23 = v1 * qd_0;
-  const lanes v24 = 0.1 * v23;
-  const lanes v25 = v22 * v24;
-  const lanes v26 = v19 * v5;
-  const lanes v27 = v12 * v3;
-  const lanes v28 = v26 - v27;
-  const lanes v29 = v28 + v3;
-  const lanes v30 = v2 * qd_0;
-  const lanes v31 = 0.1 * v30;
-  const lanes v32 = v29 * v31;
-  const lanes v33 = v25 - v32;
-  const lanes v34 = v33 / v18;
-  const lanes v35 = v34 - qd_0;
-  const lanes v36 = v3 * v35;
+  const lanes q_0 = in[0], qd_0 = in[1];
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = v1 * qd_0, v4 = 0.1 * v3, v5 = 0.1 * v2, v6 = 0.35 - v5, v7 = v6 * v6,
+      v8 = 0.1 * v1, v9 = v8 * v8, v10 = v7 + v9, v11 = 0.5 * v10, v12 = 0.045 + v11,
+      v13 = v12 - 0.03125, v14 = v13 / v10, v15 = v14 * v6, v16 = 0.3025 - v10, v17 = v10 - 0.0025,
+      v18 = v16 * v17;
+  LANES_LET1(v19, sqrt, v18);
+  const lanes v20 = 0.5 * v19, v21 = v20 / v10, v22 = v21 * v8, v23 = v15 + v22, v24 = v23 - v6,
+      v25 = v4 * v24, v26 = v2 * qd_0, v27 = 0.1 * v26, v28 = v21 * v6, v29 = v14 * v8,
+      v30 = v28 - v29, v31 = v30 + v8, v32 = v27 * v31, v33 = v25 - v32, v34 = v33 / v20,
+      v35 = v34 - qd_0, v36 = v35 * v8;
   out[0] = v36;
-  const lanes v37 = v4 * v35;
-  const lanes v38 = -v37;
-  out[1] = v38;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v37 = v35 * v5, v38 = -v37;
+  out[1] = v38; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v34;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_twist_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.35 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.1 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = 0.3025 - v8;
-  const lanes v10 = v8 - 0.0025;
-  const lanes v11 = v9 * v10;
-  lanes v12; LANES_NAME(lanes_sqrt)(&v11, &v12);
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = v13 / v8;
-  const lanes v15 = v14 * v4;
-  const lanes v16 = 0.5 * v8;
-  const lanes v17 = 0.045 + v16;
-  const lanes v18 = v17 - 0.03125;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 3.333333333333333 * v21;
-  const lanes v23 = v19 * v4;
-  const lanes v24 = v14 * v6;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.49999999999999994 * v25;
-  const lanes v27 = 0.39999999999999997 * v21;
-  const lanes v28 = v26 - v27;
-  const lanes v29 = v28 + v3;
-  const lanes v30 = v22 * v29;
-  const lanes v31 = 3.333333333333333 * v25;
-  const lanes v32 = 0.49999999999999994 * v21;
-  const lanes v33 = 0.39999999999999997 * v25;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = v6 + v34;
-  const lanes v36 = v31 * v35;
-  const lanes v37 = v30 - v36;
-  const lanes v38 = v37 * qd_0;
-  const lanes v39 = v25 - v4;
-  const lanes v40 = v2 * qd_0;
-  const lanes v41 = 0.1 * v40;
-  const lanes v42 = v39 * v41;
-  const lanes v43 = v21 + v6;
-  const lanes v44 = v1 * qd_0;
-  const lanes v45 = 0.1 * v44;
-  const lanes v46 = v43 * v45;
-  const lanes v47 = v42 - v46;
-  const lanes v48 = v47 / v13;
-  const lanes v49 = v48 - qd_0;
-  const lanes v50 = 0.12 * v49;
-  const lanes v51 = v38 - v50;
+  const lanes q_0 = in[0], qd_0 = in[1];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
+      v8 = v5 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10;
+  LANES_LET1(v12, sqrt, v11);
+  const lanes v13 = 0.5 * v12, v14 = v13 / v8, v15 = v14 * v4, v16 = 0.5 * v8, v17 = 0.045 + v16,
+      v18 = v17 - 0.03125, v19 = v18 / v8, v20 = v19 * v6, v21 = v15 - v20,
+      v22 = 3.333333333333333 * v21, v23 = v19 * v4, v24 = v14 * v6, v25 = v23 + v24,
+      v26 = 0.49999999999999994 * v25, v27 = 0.39999999999999997 * v21, v28 = v26 - v27,
+      v29 = v28 + v3, v30 = v22 * v29, v31 = 3.333333333333333 * v25,
+      v32 = 0.49999999999999994 * v21, v33 = 0.39999999999999997 * v25, v34 = v32 + v33,
+      v35 = v6 + v34, v36 = v31 * v35, v37 = v30 - v36, v38 = v37 * qd_0, v39 = v2 * qd_0,
+      v40 = 0.1 * v39, v41 = v25 - v4, v42 = v40 * v41, v43 = v1 * qd_0, v44 = 0.1 * v43,
+      v45 = v21 + v6, v46 = v44 * v45, v47 = v42 - v46, v48 = v47 / v13, v49 = v48 - qd_0,
+      v50 = 0.12 * v49, v51 = v38 - v50;
   out[0] = v51;
-  const lanes v52 = v31 * v29;
-  const lanes v53 = v22 * v35;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = v54 * qd_0;
-  const lanes v56 = 0.15 * v49;
-  const lanes v57 = v55 + v56;
-  out[1] = v57;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v52 = v31 * v29, v53 = v22 * v35, v54 = v52 + v53, v55 = v54 * qd_0, v56 = 0.15 * v49,
+      v57 = v55 + v56;
+  out[1] = v57; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v48;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_twist_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.1 * v2;
-  const lanes v5 = 0.35 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 * v3;
-  const lanes v8 = v6 + v7;
-  const lanes v9 = 0.3025 - v8;
-  const lanes v10 = v8 - 0.0025;
-  const lanes v11 = v9 * v10;
-  lanes v12; LANES_NAME(lanes_sqrt)(&v11, &v12);
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = v13 / v8;
-  const lanes v15 = v14 * v5;
-  const lanes v16 = 0.5 * v8;
-  const lanes v17 = 0.045 + v16;
-  const lanes v18 = v17 - 0.03125;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v3;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 0.49999999999999994 * v21;
-  const lanes v23 = v19 * v5;
-  const lanes v24 = v14 * v3;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.39999999999999997 * v25;
-  const lanes v27 = v22 + v26;
-  const lanes v28 = v3 + v27;
-  const lanes v29 = v28 * qd_0;
-  const lanes v30 = v25 - v5;
-  const lanes v31 = v1 * qd_0;
-  const lanes v32 = 0.1 * v31;
-  const lanes v33 = v30 * v32;
-  const lanes v34 = v21 + v3;
-  const lanes v35 = v2 * qd_0;
-  const lanes v36 = 0.1 * v35;
-  const lanes v37 = v34 * v36;
-  const lanes v38 = v33 - v37;
-  const lanes v39 = v38 / v13;
-  const lanes v40 = v39 - qd_0;
-  const lanes v41 = v27 * v40;
-  const lanes v42 = v29 + v41;
-  const lanes v43 = -v42;
+  const lanes q_0 = in[0], qd_0 = in[1];
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.1 * v1, v4 = 0.1 * v2, v5 = 0.35 - v4, v6 = v5 * v5, v7 = v3 * v3,
+      v8 = v6 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10;
+  LANES_LET1(v12, sqrt, v11);
+  const lanes v13 = 0.5 * v12, v14 = v13 / v8, v15 = v14 * v5, v16 = 0.5 * v8, v17 = 0.045 + v16,
+      v18 = v17 - 0.03125, v19 = v18 / v8, v20 = v19 * v3, v21 = v15 - v20,
+      v22 = 0.49999999999999994 * v21, v23 = v19 * v5, v24 = v14 * v3, v25 = v23 + v24,
+      v26 = 0.39999999999999997 * v25, v27 = v22 + v26, v28 = v3 + v27, v29 = v28 * qd_0,
+      v30 = v1 * qd_0, v31 = 0.1 * v30, v32 = v25 - v5, v33 = v31 * v32, v34 = v2 * qd_0,
+      v35 = 0.1 * v34, v36 = v21 + v3, v37 = v35 * v36, v38 = v33 - v37, v39 = v38 / v13,
+      v40 = v39 - qd_0, v41 = v40 * v27, v42 = v29 + v41, v43 = -v42;
   out[0] = v43;
-  const lanes v44 = 0.49999999999999994 * v25;
-  const lanes v45 = 0.39999999999999997 * v21;
-  const lanes v46 = v44 - v45;
-  const lanes v47 = v46 + v4;
-  const lanes v48 = v47 * qd_0;
-  const lanes v49 = v46 * v40;
-  const lanes v50 = v48 + v49;
-  out[1] = v50;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v44 = 0.49999999999999994 * v25, v45 = 0.39999999999999997 * v21, v46 = v44 - v45,
+      v47 = v46 + v4, v48 = v47 * qd_0, v49 = v40 * v46, v50 = v48 + v49;
+  out[1] = v50; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v39;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_acceleration_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  const lanes qdd_0 = in[2];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.35 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.1 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = 0.045 + v9;
-  const lanes v11 = v10 - 0.03125;
-  const lanes v12 = v11 / v8;
-  const lanes v13 = v12 * v4;
-  const lanes v14 = 0.3025 - v8;
-  const lanes v15 = v8 - 0.0025;
-  const lanes v16 = v14 * v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 0.5 * v17;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v13 + v20;
-  const lanes v22 = v21 - v4;
-  const lanes v23 = v2 * qdd_0;
-  const lanes v24 = v1 * qd_0;
-  const lanes v25 = v24 * qd_0;
-  const lanes v26 = v23 + v25;
-  const lanes v27 = 0.1 * v26;
-  const lanes v28 = v22 * v27;
-  const lanes v29 = v2 * qd_0;
-  const lanes v30 = 0.1 * v29;
-  const lanes v31 = v12 * v30;
-  const lanes v32 = 0.1 * v24;
-  const lanes v33 = v19 * v32;
-  const lanes v34 = v31 + v33;
-  const lanes v35 = 2.0 * v4;
-  const lanes v36 = v30 * v35;
-  const lanes v37 = 0.2 * v2;
-  const lanes v38 = v32 * v37;
-  const lanes v39 = v36 + v38;
-  const lanes v40 = 0.5 * v39;
-  const lanes v41 = v40 / v8;
-  const lanes v42 = v8 * v8;
-  const lanes v43 = v11 / v42;
-  const lanes v44 = v39 * v43;
-  const lanes v45 = v41 - v44;
-  const lanes v46 = v4 * v45;
-  const lanes v47 = v34 + v46;
-  const lanes v48 = v14 * v39;
-  const lanes v49 = v15 * v39;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = 0.25 / v17;
-  const lanes v52 = v50 * v51;
-  const lanes v53 = v52 / v8;
-  const lanes v54 = v18 / v42;
-  const lanes v55 = v39 * v54;
-  const lanes v56 = v53 - v55;
-  const lanes v57 = v6 * v56;
-  const lanes v58 = v47 + v57;
-  const lanes v59 = v58 - v30;
-  const lanes v60 = v30 * v59;
-  const lanes v61 = v28 + v60;
-  const lanes v62 = v19 * v4;
-  const lanes v63 = v12 * v6;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v64 + v6;
-  const lanes v66 = v1 * qdd_0;
-  const lanes v67 = v29 * qd_0;
-  const lanes v68 = v66 - v67;
-  const lanes v69 = 0.1 * v68;
-  const lanes v70 = v65 * v69;
-  const lanes v71 = v61 - v70;
-  const lanes v72 = v19 * v30;
-  const lanes v73 = v4 * v56;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v12 * v32;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v6 * v45;
-  const lanes v78 = v76 - v77;
-  const lanes v79 = v32 + v78;
-  const lanes v80 = v32 * v79;
-  const lanes v81 = v71 - v80;
-  const lanes v82 = v81 / v18;
-  const lanes v83 = v22 * v30;
-  const lanes v84 = v65 * v32;
-  const lanes v85 = v83 - v84;
-  const lanes v86 = v18 * v18;
-  const lanes v87 = v85 / v86;
-  const lanes v88 = v87 * v52;
-  const lanes v89 = v82 - v88;
-  const lanes v90 = v89 - qdd_0;
-  const lanes v91 = v90 * v6;
-  const lanes v92 = v85 / v18;
-  const lanes v93 = v92 - qd_0;
-  const lanes v94 = v3 * qd_0;
-  const lanes v95 = v93 * v94;
-  const lanes v96 = v91 + v95;
+  const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = v1 * qd_0, v4 = 0.1 * v3, v5 = 0.1 * v2, v6 = 0.35 - v5, v7 = v6 * v6,
+      v8 = 0.1 * v1, v9 = v8 * v8, v10 = v7 + v9, v11 = 0.5 * v10, v12 = 0.045 + v11,
+      v13 = v12 - 0.03125, v14 = v13 / v10, v15 = v14 * v4, v16 = 0.3025 - v10, v17 = v10 - 0.0025,
+      v18 = v16 * v17;
+  LANES_LET1(v19, sqrt, v18);
+  const lanes v20 = 0.5 * v19, v21 = v20 / v10, v22 = v2 * qd_0, v23 = 0.1 * v22, v24 = v21 * v23,
+      v25 = v15 + v24, v26 = 2.0 * v6, v27 = v4 * v26, v28 = 0.2 * v1, v29 = v23 * v28,
+      v30 = v27 + v29, v31 = 0.5 * v30, v32 = v31 / v10, v33 = v10 * v10, v34 = v13 / v33,
+      v35 = v30 * v34, v36 = v32 - v35, v37 = v36 * v6, v38 = v25 + v37, v39 = v30 * v16,
+      v40 = v30 * v17, v41 = v39 - v40, v42 = 0.25 / v19, v43 = v41 * v42, v44 = v43 / v10,
+      v45 = v20 / v33, v46 = v30 * v45, v47 = v44 - v46, v48 = v47 * v8, v49 = v38 + v48,
+      v50 = v49 - v4, v51 = v4 * v50, v52 = v14 * v6, v53 = v21 * v8, v54 = v52 + v53,
+      v55 = v54 - v6, v56 = v22 * qd_0, v57 = v1 * qdd_0, v58 = v56 + v57, v59 = 0.1 * v58,
+      v60 = v55 * v59, v61 = v51 + v60, v62 = v21 * v4, v63 = v47 * v6, v64 = v62 + v63,
+      v65 = v14 * v23, v66 = v64 - v65, v67 = v36 * v8, v68 = v66 - v67, v69 = v23 + v68,
+      v70 = v23 * v69, v71 = v61 - v70, v72 = v21 * v6, v73 = v14 * v8, v74 = v72 - v73,
+      v75 = v74 + v8, v76 = v2 * qdd_0, v77 = v3 * qd_0, v78 = v76 - v77, v79 = 0.1 * v78,
+      v80 = v75 * v79, v81 = v71 - v80, v82 = v81 / v20, v83 = v4 * v55, v84 = v23 * v75,
+      v85 = v83 - v84, v86 = v20 * v20, v87 = v85 / v86, v88 = v43 * v87, v89 = v82 - v88,
+      v90 = v89 - qdd_0, v91 = v90 * v8, v92 = v85 / v20, v93 = v92 - qd_0, v94 = v5 * qd_0,
+      v95 = v93 * v94, v96 = v91 + v95;
   out[0] = v96;
-  const lanes v97 = v6 * qd_0;
-  const lanes v98 = v93 * v97;
-  const lanes v99 = v90 * v3;
-  const lanes v100 = v98 - v99;
-  out[1] = v100;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v97 = v8 * qd_0, v98 = v93 * v97, v99 = v90 * v5, v100 = v98 - v99;
+  out[1] = v100; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v89;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_acceleration_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  const lanes qdd_0 = in[2];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.35 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.1 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = 0.3025 - v8;
-  const lanes v10 = v8 - 0.0025;
-  const lanes v11 = v9 * v10;
-  lanes v12; LANES_NAME(lanes_sqrt)(&v11, &v12);
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = v13 / v8;
-  const lanes v15 = v14 * v4;
-  const lanes v16 = 0.5 * v8;
-  const lanes v17 = 0.045 + v16;
-  const lanes v18 = v17 - 0.03125;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 3.333333333333333 * v21;
-  const lanes v23 = v19 * v4;
-  const lanes v24 = v14 * v6;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.49999999999999994 * v25;
-  const lanes v27 = 0.39999999999999997 * v21;
-  const lanes v28 = v26 - v27;
-  const lanes v29 = v28 + v3;
-  const lanes v30 = v22 * v29;
-  const lanes v31 = 3.333333333333333 * v25;
-  const lanes v32 = 0.49999999999999994 * v21;
-  const lanes v33 = 0.39999999999999997 * v25;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = v6 + v34;
-  const lanes v36 = v31 * v35;
-  const lanes v37 = v30 - v36;
-  const lanes v38 = v37 * qdd_0;
-  const lanes v39 = v25 - v4;
-  const lanes v40 = v2 * qdd_0;
-  const lanes v41 = v1 * qd_0;
-  const lanes v42 = v41 * qd_0;
-  const lanes v43 = v40 + v42;
-  const lanes v44 = 0.1 * v43;
-  const lanes v45 = v39 * v44;
-  const lanes v46 = v2 * qd_0;
-  const lanes v47 = 0.1 * v46;
-  const lanes v48 = v19 * v47;
-  const lanes v49 = 0.1 * v41;
-  const lanes v50 = v14 * v49;
-  const lanes v51 = v48 + v50;
-  const lanes v52 = 2.0 * v4;
-  const lanes v53 = v47 * v52;
-  const lanes v54 = 0.2 * v2;
-  const lanes v55 = v49 * v54;
-  const lanes v56 = v53 + v55;
-  const lanes v57 = 0.5 * v56;
-  const lanes v58 = v57 / v8;
-  const lanes v59 = v8 * v8;
-  const lanes v60 = v18 / v59;
-  const lanes v61 = v56 * v60;
-  const lanes v62 = v58 - v61;
-  const lanes v63 = v4 * v62;
-  const lanes v64 = v51 + v63;
-  const lanes v65 = v9 * v56;
-  const lanes v66 = v10 * v56;
-  const lanes v67 = v65 - v66;
-  const lanes v68 = 0.25 / v12;
-  const lanes v69 = v67 * v68;
-  const lanes v70 = v69 / v8;
-  const lanes v71 = v13 / v59;
-  const lanes v72 = v56 * v71;
-  const lanes v73 = v70 - v72;
-  const lanes v74 = v6 * v73;
-  const lanes v75 = v64 + v74;
-  const lanes v76 = v75 - v47;
-  const lanes v77 = v47 * v76;
-  const lanes v78 = v45 + v77;
-  const lanes v79 = v21 + v6;
-  const lanes v80 = v1 * qdd_0;
-  const lanes v81 = v46 * qd_0;
-  const lanes v82 = v80 - v81;
-  const lanes v83 = 0.1 * v82;
-  const lanes v84 = v79 * v83;
-  const lanes v85 = v78 - v84;
-  const lanes v86 = v14 * v47;
-  const lanes v87 = v4 * v73;
-  const lanes v88 = v86 + v87;
-  const lanes v89 = v19 * v49;
-  const lanes v90 = v88 - v89;
-  const lanes v91 = v6 * v62;
-  const lanes v92 = v90 - v91;
-  const lanes v93 = v49 + v92;
-  const lanes v94 = v49 * v93;
-  const lanes v95 = v85 - v94;
-  const lanes v96 = v95 / v13;
-  const lanes v97 = v39 * v47;
-  const lanes v98 = v79 * v49;
-  const lanes v99 = v97 - v98;
-  const lanes v100 = v13 * v13;
-  const lanes v101 = v99 / v100;
-  const lanes v102 = v101 * v69;
-  const lanes v103 = v96 - v102;
-  const lanes v104 = v103 - qdd_0;
-  const lanes v105 = 0.12 * v104;
-  const lanes v106 = v38 - v105;
-  const lanes v107 = v31 * v29;
-  const lanes v108 = v22 * v35;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = v99 / v13;
-  const lanes v111 = v110 - qd_0;
-  const lanes v112 = v109 * v111;
-  const lanes v113 = 0.15 * v111;
-  const lanes v114 = v112 - v113;
-  const lanes v115 = v114 * qd_0;
-  const lanes v116 = v106 + v115;
+  const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
+      v8 = v5 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10;
+  LANES_LET1(v12, sqrt, v11);
+  const lanes v13 = 0.5 * v12, v14 = v13 / v8, v15 = v14 * v4, v16 = 0.5 * v8, v17 = 0.045 + v16,
+      v18 = v17 - 0.03125, v19 = v18 / v8, v20 = v19 * v6, v21 = v15 - v20,
+      v22 = 3.333333333333333 * v21, v23 = v19 * v4, v24 = v14 * v6, v25 = v23 + v24,
+      v26 = 0.49999999999999994 * v25, v27 = 0.39999999999999997 * v21, v28 = v26 - v27,
+      v29 = v28 + v3, v30 = v22 * v29, v31 = 3.333333333333333 * v25,
+      v32 = 0.49999999999999994 * v21, v33 = 0.39999999999999997 * v25, v34 = v32 + v33,
+      v35 = v6 + v34, v36 = v31 * v35, v37 = v30 - v36, v38 = v37 * qdd_0, v39 = v2 * qd_0,
+      v40 = 0.1 * v39, v41 = v19 * v40, v42 = v1 * qd_0, v43 = 0.1 * v42, v44 = v14 * v43,
+      v45 = v41 + v44, v46 = 2.0 * v4, v47 = v40 * v46, v48 = 0.2 * v2, v49 = v43 * v48,
+      v50 = v47 + v49, v51 = 0.5 * v50, v52 = v51 / v8, v53 = v8 * v8, v54 = v18 / v53,
+      v55 = v50 * v54, v56 = v52 - v55, v57 = v56 * v4, v58 = v45 + v57, v59 = v50 * v9,
+      v60 = v50 * v10, v61 = v59 - v60, v62 = 0.25 / v12, v63 = v61 * v62, v64 = v63 / v8,
+      v65 = v13 / v53, v66 = v50 * v65, v67 = v64 - v66, v68 = v67 * v6, v69 = v58 + v68,
+      v70 = v69 - v40, v71 = v40 * v70, v72 = v25 - v4, v73 = v42 * qd_0, v74 = v2 * qdd_0,
+      v75 = v73 + v74, v76 = 0.1 * v75, v77 = v72 * v76, v78 = v71 + v77, v79 = v14 * v40,
+      v80 = v67 * v4, v81 = v79 + v80, v82 = v19 * v43, v83 = v81 - v82, v84 = v56 * v6,
+      v85 = v83 - v84, v86 = v43 + v85, v87 = v43 * v86, v88 = v78 - v87, v89 = v21 + v6,
+      v90 = v1 * qdd_0, v91 = v39 * qd_0, v92 = v90 - v91, v93 = 0.1 * v92, v94 = v89 * v93,
+      v95 = v88 - v94, v96 = v95 / v13, v97 = v40 * v72, v98 = v43 * v89, v99 = v97 - v98,
+      v100 = v13 * v13, v101 = v99 / v100, v102 = v63 * v101, v103 = v96 - v102,
+      v104 = v103 - qdd_0, v105 = 0.12 * v104, v106 = v38 - v105, v107 = v31 * v29,
+      v108 = v22 * v35, v109 = v107 + v108, v110 = v99 / v13, v111 = v110 - qd_0,
+      v112 = v109 * v111, v113 = 0.15 * v111, v114 = v112 - v113, v115 = v114 * qd_0,
+      v116 = v106 + v115;
   out[0] = v116;
-  const lanes v117 = v109 * qdd_0;
-  const lanes v118 = 0.15 * v104;
-  const lanes v119 = v117 + v118;
-  const lanes v120 = 0.12 * v111;
-  const lanes v121 = v37 * v111;
-  const lanes v122 = v120 + v121;
-  const lanes v123 = v122 * qd_0;
-  const lanes v124 = v119 - v123;
-  out[1] = v124;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v117 = v109 * qdd_0, v118 = 0.15 * v104, v119 = v117 + v118, v120 = 0.12 * v111,
+      v121 = v37 * v111, v122 = v120 + v121, v123 = v122 * qd_0, v124 = v119 - v123;
+  out[1] = v124; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v103;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_acceleration_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  const lanes qdd_0 = in[2];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.1 * v2;
-  const lanes v5 = 0.35 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 * v3;
-  const lanes v8 = v6 + v7;
-  const lanes v9 = 0.3025 - v8;
-  const lanes v10 = v8 - 0.0025;
-  const lanes v11 = v9 * v10;
-  lanes v12; LANES_NAME(lanes_sqrt)(&v11, &v12);
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = v13 / v8;
-  const lanes v15 = v14 * v5;
-  const lanes v16 = 0.5 * v8;
-  const lanes v17 = 0.045 + v16;
-  const lanes v18 = v17 - 0.03125;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v3;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 0.49999999999999994 * v21;
-  const lanes v23 = v19 * v5;
-  const lanes v24 = v14 * v3;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.39999999999999997 * v25;
-  const lanes v27 = v22 + v26;
-  const lanes v28 = v3 + v27;
-  const lanes v29 = v28 * qdd_0;
-  const lanes v30 = v25 - v5;
-  const lanes v31 = v1 * qdd_0;
-  const lanes v32 = v2 * qd_0;
-  const lanes v33 = v32 * qd_0;
-  const lanes v34 = v31 + v33;
-  const lanes v35 = 0.1 * v34;
-  const lanes v36 = v30 * v35;
-  const lanes v37 = v1 * qd_0;
-  const lanes v38 = 0.1 * v37;
-  const lanes v39 = v19 * v38;
-  const lanes v40 = 0.1 * v32;
-  const lanes v41 = v14 * v40;
-  const lanes v42 = v39 + v41;
-  const lanes v43 = 2.0 * v5;
-  const lanes v44 = v38 * v43;
-  const lanes v45 = 0.2 * v1;
-  const lanes v46 = v40 * v45;
-  const lanes v47 = v44 + v46;
-  const lanes v48 = 0.5 * v47;
-  const lanes v49 = v48 / v8;
-  const lanes v50 = v8 * v8;
-  const lanes v51 = v18 / v50;
-  const lanes v52 = v47 * v51;
-  const lanes v53 = v49 - v52;
-  const lanes v54 = v5 * v53;
-  const lanes v55 = v42 + v54;
-  const lanes v56 = v9 * v47;
-  const lanes v57 = v10 * v47;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = 0.25 / v12;
-  const lanes v60 = v58 * v59;
-  const lanes v61 = v60 / v8;
-  const lanes v62 = v13 / v50;
-  const lanes v63 = v47 * v62;
-  const lanes v64 = v61 - v63;
-  const lanes v65 = v3 * v64;
-  const lanes v66 = v55 + v65;
-  const lanes v67 = v66 - v38;
-  const lanes v68 = v38 * v67;
-  const lanes v69 = v36 + v68;
-  const lanes v70 = v21 + v3;
-  const lanes v71 = v2 * qdd_0;
-  const lanes v72 = v37 * qd_0;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = 0.1 * v73;
-  const lanes v75 = v70 * v74;
-  const lanes v76 = v69 - v75;
-  const lanes v77 = v14 * v38;
-  const lanes v78 = v5 * v64;
-  const lanes v79 = v77 + v78;
-  const lanes v80 = v19 * v40;
-  const lanes v81 = v79 - v80;
-  const lanes v82 = v3 * v53;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v40 + v83;
-  const lanes v85 = v40 * v84;
-  const lanes v86 = v76 - v85;
-  const lanes v87 = v86 / v13;
-  const lanes v88 = v30 * v38;
-  const lanes v89 = v70 * v40;
-  const lanes v90 = v88 - v89;
-  const lanes v91 = v13 * v13;
-  const lanes v92 = v90 / v91;
-  const lanes v93 = v92 * v60;
-  const lanes v94 = v87 - v93;
-  const lanes v95 = v94 - qdd_0;
-  const lanes v96 = v95 * v27;
-  const lanes v97 = v29 + v96;
-  const lanes v98 = 0.49999999999999994 * v25;
-  const lanes v99 = 0.39999999999999997 * v21;
-  const lanes v100 = v98 - v99;
-  const lanes v101 = v100 + v4;
-  const lanes v102 = v101 * qd_0;
-  const lanes v103 = v90 / v13;
-  const lanes v104 = v103 - qd_0;
-  const lanes v105 = v100 * v104;
-  const lanes v106 = v102 + v105;
-  const lanes v107 = v106 * qd_0;
-  const lanes v108 = v103 * v100;
-  const lanes v109 = v108 * v104;
-  const lanes v110 = v107 + v109;
-  const lanes v111 = v97 + v110;
-  const lanes v112 = -v111;
+  const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.1 * v1, v4 = 0.1 * v2, v5 = 0.35 - v4, v6 = v5 * v5, v7 = v3 * v3,
+      v8 = v6 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10;
+  LANES_LET1(v12, sqrt, v11);
+  const lanes v13 = 0.5 * v12, v14 = v13 / v8, v15 = v14 * v5, v16 = 0.5 * v8, v17 = 0.045 + v16,
+      v18 = v17 - 0.03125, v19 = v18 / v8, v20 = v19 * v3, v21 = v15 - v20,
+      v22 = 0.49999999999999994 * v21, v23 = v19 * v5, v24 = v14 * v3, v25 = v23 + v24,
+      v26 = 0.39999999999999997 * v25, v27 = v22 + v26, v28 = v3 + v27, v29 = v28 * qdd_0,
+      v30 = v1 * qd_0, v31 = 0.1 * v30, v32 = v19 * v31, v33 = v2 * qd_0, v34 = 0.1 * v33,
+      v35 = v14 * v34, v36 = v32 + v35, v37 = 2.0 * v5, v38 = v31 * v37, v39 = 0.2 * v1,
+      v40 = v34 * v39, v41 = v38 + v40, v42 = 0.5 * v41, v43 = v42 / v8, v44 = v8 * v8,
+      v45 = v18 / v44, v46 = v41 * v45, v47 = v43 - v46, v48 = v47 * v5, v49 = v36 + v48,
+      v50 = v41 * v9, v51 = v41 * v10, v52 = v50 - v51, v53 = 0.25 / v12, v54 = v52 * v53,
+      v55 = v54 / v8, v56 = v13 / v44, v57 = v41 * v56, v58 = v55 - v57, v59 = v58 * v3,
+      v60 = v49 + v59, v61 = v60 - v31, v62 = v31 * v61, v63 = v25 - v5, v64 = v33 * qd_0,
+      v65 = v1 * qdd_0, v66 = v64 + v65, v67 = 0.1 * v66, v68 = v63 * v67, v69 = v62 + v68,
+      v70 = v14 * v31, v71 = v58 * v5, v72 = v70 + v71, v73 = v19 * v34, v74 = v72 - v73,
+      v75 = v47 * v3, v76 = v74 - v75, v77 = v34 + v76, v78 = v34 * v77, v79 = v69 - v78,
+      v80 = v21 + v3, v81 = v2 * qdd_0, v82 = v30 * qd_0, v83 = v81 - v82, v84 = 0.1 * v83,
+      v85 = v80 * v84, v86 = v79 - v85, v87 = v86 / v13, v88 = v31 * v63, v89 = v34 * v80,
+      v90 = v88 - v89, v91 = v13 * v13, v92 = v90 / v91, v93 = v54 * v92, v94 = v87 - v93,
+      v95 = v94 - qdd_0, v96 = v95 * v27, v97 = v29 + v96, v98 = 0.49999999999999994 * v25,
+      v99 = 0.39999999999999997 * v21, v100 = v98 - v99, v101 = v100 + v4, v102 = v101 * qd_0,
+      v103 = v90 / v13, v104 = v103 - qd_0, v105 = v104 * v100, v106 = v102 + v105,
+      v107 = v106 * qd_0, v108 = v103 * v100, v109 = v104 * v108, v110 = v107 + v109,
+      v111 = v97 + v110, v112 = -v111;
   out[0] = v112;
-  const lanes v113 = v101 * qdd_0;
-  const lanes v114 = v95 * v100;
-  const lanes v115 = v113 + v114;
-  const lanes v116 = v28 * qd_0;
-  const lanes v117 = v27 * v104;
-  const lanes v118 = v116 + v117;
-  const lanes v119 = v118 * qd_0;
-  const lanes v120 = v103 * v27;
-  const lanes v121 = v120 * v104;
-  const lanes v122 = v119 + v121;
-  const lanes v123 = v115 - v122;
-  out[1] = v123;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
+  const lanes v113 = v101 * qdd_0, v114 = v95 * v100, v115 = v113 + v114, v116 = v28 * qd_0,
+      v117 = v104 * v27, v118 = v116 + v117, v119 = v118 * qd_0, v120 = v103 * v27,
+      v121 = v104 * v120, v122 = v119 + v121, v123 = v115 - v122;
+  out[1] = v123; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
   out[5] = v94;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_chain)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v5);
-  const lanes v2 = 0.1 * v1;
-  const lanes v3 = 0.35 - v2;
-  const lanes v4 = v3 * v3;
-  const lanes v6 = 0.1 * v5;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v4 + v7;
-  const lanes v9 = 0.3025 - v8;
-  const lanes v10 = v8 - 0.0025;
-  const lanes v11 = v9 * v10;
-  lanes v12; LANES_NAME(lanes_sqrt)(&v11, &v12);
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = v13 / v8;
-  const lanes v15 = v14 * v3;
-  const lanes v16 = 0.5 * v8;
-  const lanes v17 = 0.045 + v16;
-  const lanes v18 = v17 - 0.03125;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 3.333333333333333 * v21;
-  const lanes v23 = v1 * v22;
-  const lanes v24 = v19 * v3;
-  const lanes v25 = v14 * v6;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = 3.333333333333333 * v26;
-  const lanes v28 = v27 * v5;
-  const lanes v29 = v23 - v28;
-  const lanes v30 = v1 * v27;
-  const lanes v31 = v5 * v22;
-  const lanes v32 = v30 + v31;
-  lanes v33; LANES_NAME(lanes_atan2)(&v29, &v32, &v33);
-  out[0] = q_0;
-  out[1] = v33;
+  LANES_COS_SIN(v1, v5, q_0);
+  const lanes v2 = 0.1 * v1, v3 = 0.35 - v2, v4 = v3 * v3, v6 = 0.1 * v5, v7 = v6 * v6,
+      v8 = v4 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10;
+  LANES_LET1(v12, sqrt, v11);
+  const lanes v13 = 0.5 * v12, v14 = v13 / v8, v15 = v14 * v3, v16 = 0.5 * v8, v17 = 0.045 + v16,
+      v18 = v17 - 0.03125, v19 = v18 / v8, v20 = v19 * v6, v21 = v15 - v20,
+      v22 = 3.333333333333333 * v21, v23 = v1 * v22, v24 = v19 * v3, v25 = v14 * v6,
+      v26 = v24 + v25, v27 = 3.333333333333333 * v26, v28 = v27 * v5, v29 = v23 - v28,
+      v30 = v1 * v27, v31 = v5 * v22, v32 = v30 + v31;
+  LANES_LET2(v33, atan2, v29, v32); out[0] = q_0; out[1] = v33;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_chain_D_q)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  out[0] = LANES_OF(1.0);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.35 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.1 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = 0.045 + v9;
-  const lanes v11 = v10 - 0.03125;
-  const lanes v12 = v11 / v8;
-  const lanes v13 = v12 * v4;
-  const lanes v14 = 0.3025 - v8;
-  const lanes v15 = v8 - 0.0025;
-  const lanes v16 = v14 * v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 0.5 * v17;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v13 + v20;
-  const lanes v22 = v21 - v4;
-  const lanes v23 = v22 * v6;
-  const lanes v24 = v19 * v4;
-  const lanes v25 = v12 * v6;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = v26 + v6;
-  const lanes v28 = v27 * v3;
-  const lanes v29 = v23 - v28;
-  const lanes v30 = v29 / v18;
-  const lanes v31 = v30 - 1.0;
+  LANES_COS_SIN(v1, v2, q_0); out[0] = LANES_OF(1.0);
+  const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
+      v8 = v5 + v7, v9 = 0.5 * v8, v10 = 0.045 + v9, v11 = v10 - 0.03125, v12 = v11 / v8,
+      v13 = v12 * v4, v14 = 0.3025 - v8, v15 = v8 - 0.0025, v16 = v14 * v15;
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = 0.5 * v17, v19 = v18 / v8, v20 = v19 * v6, v21 = v13 + v20, v22 = v21 - v4,
+      v23 = v22 * v6, v24 = v19 * v4, v25 = v12 * v6, v26 = v24 - v25, v27 = v26 + v6,
+      v28 = v27 * v3, v29 = v23 - v28, v30 = v29 / v18, v31 = v30 - 1.0;
   out[1] = v31;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_chain_rates)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  out[0] = qd_0;
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.35 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.1 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = 0.045 + v9;
-  const lanes v11 = v10 - 0.03125;
-  const lanes v12 = v11 / v8;
-  const lanes v13 = v12 * v4;
-  const lanes v14 = 0.3025 - v8;
-  const lanes v15 = v8 - 0.0025;
-  const lanes v16 = v14 * v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 0.5 * v17;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v13 + v20;
-  const lanes v22 = v21 - v4;
-  const lanes v23 = v2 * qd_0;
-  const lanes v24 = 0.1 * v23;
-  const lanes v25 = v22 * v24;
-  const lanes v26 = v19 * v4;
-  const lanes v27 = v12 * v6;
-  const lanes v28 = v26 - v27;
-  const lanes v29 = v28 + v6;
-  const lanes v30 = v1 * qd_0;
-  const lanes v31 = 0.1 * v30;
-  const lanes v32 = v29 * v31;
-  const lanes v33 = v25 - v32;
-  const lanes v34 = v33 / v18;
-  const lanes v35 = v34 - qd_0;
+  const lanes q_0 = in[0], qd_0 = in[1];
+  LANES_COS_SIN(v2, v1, q_0); out[0] = qd_0;
+  const lanes v3 = v1 * qd_0, v4 = 0.1 * v3, v5 = 0.1 * v2, v6 = 0.35 - v5, v7 = v6 * v6,
+      v8 = 0.1 * v1, v9 = v8 * v8, v10 = v7 + v9, v11 = 0.5 * v10, v12 = 0.045 + v11,
+      v13 = v12 - 0.03125, v14 = v13 / v10, v15 = v14 * v6, v16 = 0.3025 - v10, v17 = v10 - 0.0025,
+      v18 = v16 * v17;
+  LANES_LET1(v19, sqrt, v18);
+  const lanes v20 = 0.5 * v19, v21 = v20 / v10, v22 = v21 * v8, v23 = v15 + v22, v24 = v23 - v6,
+      v25 = v4 * v24, v26 = v2 * qd_0, v27 = 0.1 * v26, v28 = v21 * v6, v29 = v14 * v8,
+      v30 = v28 - v29, v31 = v30 + v8, v32 = v27 * v31, v33 = v25 - v32, v34 = v33 / v20,
+      v35 = v34 - qd_0;
   out[1] = v35;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_chain_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  const lanes qdd_0 = in[2];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  out[0] = qdd_0;
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.35 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.1 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = 0.045 + v9;
-  const lanes v11 = v10 - 0.03125;
-  const lanes v12 = v11 / v8;
-  const lanes v13 = v12 * v4;
-  const lanes v14 = 0.3025 - v8;
-  const lanes v15 = v8 - 0.0025;
-  const lanes v16 = v14 * v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 0.5 * v17;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v13 + v20;
-  const lanes v22 = v21 - v4;
-  const lanes v23 = v2 * qdd_0;
-  const lanes v24 = v1 * qd_0;
-  const lanes v25 = v24 * qd_0;
-  const lanes v26 = v23 + v25;
-  const lanes v27 = 0.1 * v26;
-  const lanes v28 = v22 * v27;
-  const lanes v29 = v2 * qd_0;
-  const lanes v30 = 0.1 * v29;
-  const lanes v31 = v12 * v30;
-  const lanes v32 = 0.1 * v24;
-  const lanes v33 = v19 * v32;
-  const lanes v34 = v31 + v33;
-  const lanes v35 = 2.0 * v4;
-  const lanes v36 = v30 * v35;
-  const lanes v37 = 0.2 * v2;
-  const lanes v38 = v32 * v37;
-  const lanes v39 = v36 + v38;
-  const lanes v40 = 0.5 * v39;
-  const lanes v41 = v40 / v8;
-  const lanes v42 = v8 * v8;
-  const lanes v43 = v11 / v42;
-  const lanes v44 = v39 * v43;
-  const lanes v45 = v41 - v44;
-  const lanes v46 = v4 * v45;
-  const lanes v47 = v34 + v46;
-  const lanes v48 = v14 * v39;
-  const lanes v49 = v15 * v39;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = 0.25 / v17;
-  const lanes v52 = v50 * v51;
-  const lanes v53 = v52 / v8;
-  const lanes v54 = v18 / v42;
-  const lanes v55 = v39 * v54;
-  const lanes v56 = v53 - v55;
-  const lanes v57 = v6 * v56;
-  const lanes v58 = v47 + v57;
-  const lanes v59 = v58 - v30;
-  const lanes v60 = v30 * v59;
-  const lanes v61 = v28 + v60;
-  const lanes v62 = v19 * v4;
-  const lanes v63 = v12 * v6;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v64 + v6;
-  const lanes v66 = v1 * qdd_0;
-  const lanes v67 = v29 * qd_0;
-  const lanes v68 = v66 - v67;
-  const lanes v69 = 0.1 * v68;
-  const lanes v70 = v65 * v69;
-  const lanes v71 = v61 - v70;
-  const lanes v72 = v19 * v30;
-  const lanes v73 = v4 * v56;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v12 * v32;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v6 * v45;
-  const lanes v78 = v76 - v77;
-  const lanes v79 = v32 + v78;
-  const lanes v80 = v32 * v79;
-  const lanes v81 = v71 - v80;
-  const lanes v82 = v81 / v18;
-  const lanes v83 = v22 * v30;
-  const lanes v84 = v65 * v32;
-  const lanes v85 = v83 - v84;
-  const lanes v86 = v18 * v18;
-  const lanes v87 = v85 / v86;
-  const lanes v88 = v87 * v52;
-  const lanes v89 = v82 - v88;
-  const lanes v90 = v89 - qdd_0;
+  const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
+  LANES_COS_SIN(v2, v1, q_0); out[0] = qdd_0;
+  const lanes v3 = v1 * qd_0, v4 = 0.1 * v3, v5 = 0.1 * v2, v6 = 0.35 - v5, v7 = v6 * v6,
+      v8 = 0.1 * v1, v9 = v8 * v8, v10 = v7 + v9, v11 = 0.5 * v10, v12 = 0.045 + v11,
+      v13 = v12 - 0.03125, v14 = v13 / v10, v15 = v14 * v4, v16 = 0.3025 - v10, v17 = v10 - 0.0025,
+      v18 = v16 * v17;
+  LANES_LET1(v19, sqrt, v18);
+  const lanes v20 = 0.5 * v19, v21 = v20 / v10, v22 = v2 * qd_0, v23 = 0.1 * v22, v24 = v21 * v23,
+      v25 = v15 + v24, v26 = 2.0 * v6, v27 = v4 * v26, v28 = 0.2 * v1, v29 = v23 * v28,
+      v30 = v27 + v29, v31 = 0.5 * v30, v32 = v31 / v10, v33 = v10 * v10, v34 = v13 / v33,
+      v35 = v30 * v34, v36 = v32 - v35, v37 = v36 * v6, v38 = v25 + v37, v39 = v30 * v16,
+      v40 = v30 * v17, v41 = v39 - v40, v42 = 0.25 / v19, v43 = v41 * v42, v44 = v43 / v10,
+      v45 = v20 / v33, v46 = v30 * v45, v47 = v44 - v46, v48 = v47 * v8, v49 = v38 + v48,
+      v50 = v49 - v4, v51 = v4 * v50, v52 = v14 * v6, v53 = v21 * v8, v54 = v52 + v53,
+      v55 = v54 - v6, v56 = v22 * qd_0, v57 = v1 * qdd_0, v58 = v56 + v57, v59 = 0.1 * v58,
+      v60 = v55 * v59, v61 = v51 + v60, v62 = v21 * v4, v63 = v47 * v6, v64 = v62 + v63,
+      v65 = v14 * v23, v66 = v64 - v65, v67 = v36 * v8, v68 = v66 - v67, v69 = v23 + v68,
+      v70 = v23 * v69, v71 = v61 - v70, v72 = v21 * v6, v73 = v14 * v8, v74 = v72 - v73,
+      v75 = v74 + v8, v76 = v2 * qdd_0, v77 = v3 * qd_0, v78 = v76 - v77, v79 = 0.1 * v78,
+      v80 = v75 * v79, v81 = v71 - v80, v82 = v81 / v20, v83 = v4 * v55, v84 = v23 * v75,
+      v85 = v83 - v84, v86 = v20 * v20, v87 = v85 / v86, v88 = v43 * v87, v89 = v82 - v88,
+      v90 = v89 - qdd_0;
   out[1] = v90;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_passive)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v5);
-  const lanes v2 = 0.1 * v1;
-  const lanes v3 = 0.35 - v2;
-  const lanes v4 = v3 * v3;
-  const lanes v6 = 0.1 * v5;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v4 + v7;
-  const lanes v9 = 0.3025 - v8;
-  const lanes v10 = v8 - 0.0025;
-  const lanes v11 = v9 * v10;
-  lanes v12; LANES_NAME(lanes_sqrt)(&v11, &v12);
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = v13 / v8;
-  const lanes v15 = v14 * v3;
-  const lanes v16 = 0.5 * v8;
-  const lanes v17 = 0.045 + v16;
-  const lanes v18 = v17 - 0.03125;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = v21 + v6;
-  const lanes v23 = 4.0 * v22;
-  const lanes v24 = v19 * v3;
-  const lanes v25 = v14 * v6;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = v26 - v3;
-  const lanes v28 = 4.0 * v27;
-  lanes v29; LANES_NAME(lanes_atan2)(&v23, &v28, &v29);
-  out[0] = v29;
+  LANES_COS_SIN(v1, v5, q_0);
+  const lanes v2 = 0.1 * v1, v3 = 0.35 - v2, v4 = v3 * v3, v6 = 0.1 * v5, v7 = v6 * v6,
+      v8 = v4 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10;
+  LANES_LET1(v12, sqrt, v11);
+  const lanes v13 = 0.5 * v12, v14 = v13 / v8, v15 = v14 * v3, v16 = 0.5 * v8, v17 = 0.045 + v16,
+      v18 = v17 - 0.03125, v19 = v18 / v8, v20 = v19 * v6, v21 = v15 - v20, v22 = v21 + v6,
+      v23 = 4.0 * v22, v24 = v19 * v3, v25 = v14 * v6, v26 = v24 + v25, v27 = v26 - v3,
+      v28 = 4.0 * v27;
+  LANES_LET2(v29, atan2, v23, v28); out[0] = v29;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_passive_D_q)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.35 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.1 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = 0.045 + v9;
-  const lanes v11 = v10 - 0.03125;
-  const lanes v12 = v11 / v8;
-  const lanes v13 = v12 * v4;
-  const lanes v14 = 0.3025 - v8;
-  const lanes v15 = v8 - 0.0025;
-  const lanes v16 = v14 * v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 0.5 * v17;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v13 + v20;
-  const lanes v22 = v21 * v6;
-  const lanes v23 = v19 * v4;
-  const lanes v24 = v12 * v6;
-  const lanes v25 = v23 - v24;
-  const lanes v26 = v25 * v3;
-  const lanes v27 = v22 - v26;
-  const lanes v28 = v27 / v18;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
+      v8 = v5 + v7, v9 = 0.5 * v8, v10 = 0.045 + v9, v11 = v10 - 0.03125, v12 = v11 / v8,
+      v13 = v12 * v4, v14 = 0.3025 - v8, v15 = v8 - 0.0025, v16 = v14 * v15;
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = 0.5 * v17, v19 = v18 / v8, v20 = v19 * v6, v21 = v13 + v20, v22 = v21 * v6,
+      v23 = v19 * v4, v24 = v12 * v6, v25 = v23 - v24, v26 = v25 * v3, v27 = v22 - v26,
+      v28 = v27 / v18;
   out[0] = v28;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_configuration)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v5);
-  const lanes v2 = 0.1 * v1;
-  const lanes v3 = 0.35 - v2;
-  const lanes v4 = v3 * v3;
-  const lanes v6 = 0.1 * v5;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v4 + v7;
-  const lanes v9 = 0.3025 - v8;
-  const lanes v10 = v8 - 0.0025;
-  const lanes v11 = v9 * v10;
-  lanes v12; LANES_NAME(lanes_sqrt)(&v11, &v12);
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = v13 / v8;
-  const lanes v15 = v14 * v3;
-  const lanes v16 = 0.5 * v8;
-  const lanes v17 = 0.045 + v16;
-  const lanes v18 = v17 - 0.03125;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 3.333333333333333 * v21;
-  const lanes v23 = v1 * v22;
-  const lanes v24 = v19 * v3;
-  const lanes v25 = v14 * v6;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = 3.333333333333333 * v26;
-  const lanes v28 = v27 * v5;
-  const lanes v29 = v23 - v28;
-  const lanes v30 = v1 * v27;
-  const lanes v31 = v5 * v22;
-  const lanes v32 = v30 + v31;
-  lanes v33; LANES_NAME(lanes_atan2)(&v29, &v32, &v33);
-  const lanes v34 = v21 + v6;
-  const lanes v35 = 4.0 * v34;
-  const lanes v36 = v26 - v3;
-  const lanes v37 = 4.0 * v36;
-  lanes v38; LANES_NAME(lanes_atan2)(&v35, &v37, &v38);
-  out[0] = q_0;
-  out[1] = v33;
-  out[2] = v38;
+  LANES_COS_SIN(v1, v5, q_0);
+  const lanes v2 = 0.1 * v1, v3 = 0.35 - v2, v4 = v3 * v3, v6 = 0.1 * v5, v7 = v6 * v6,
+      v8 = v4 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10;
+  LANES_LET1(v12, sqrt, v11);
+  const lanes v13 = 0.5 * v12, v14 = v13 / v8, v15 = v14 * v3, v16 = 0.5 * v8, v17 = 0.045 + v16,
+      v18 = v17 - 0.03125, v19 = v18 / v8, v20 = v19 * v6, v21 = v15 - v20,
+      v22 = 3.333333333333333 * v21, v23 = v1 * v22, v24 = v19 * v3, v25 = v14 * v6,
+      v26 = v24 + v25, v27 = 3.333333333333333 * v26, v28 = v27 * v5, v29 = v23 - v28,
+      v30 = v1 * v27, v31 = v5 * v22, v32 = v30 + v31;
+  LANES_LET2(v33, atan2, v29, v32);
+  const lanes v34 = v21 + v6, v35 = 4.0 * v34, v36 = v26 - v3, v37 = 4.0 * v36;
+  LANES_LET2(v38, atan2, v35, v37); out[0] = q_0; out[1] = v33; out[2] = v38;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_margin)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.1 * v1;
-  const lanes v4 = 0.35 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.1 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = 0.3025 - v8;
-  const lanes v10 = v8 - 0.0025;
-  const lanes v11 = v9 * v10;
-  const lanes v12 = 44.44444444444444 * v11;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.1 * v1, v4 = 0.35 - v3, v5 = v4 * v4, v6 = 0.1 * v2, v7 = v6 * v6,
+      v8 = v5 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10,
+      v12 = 44.44444444444444 * v11;
   out[0] = v12;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_chain_all)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v5);
-  const lanes v2 = 0.1 * v1;
-  const lanes v3 = 0.35 - v2;
-  const lanes v4 = v3 * v3;
-  const lanes v6 = 0.1 * v5;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v4 + v7;
-  const lanes v9 = 0.3025 - v8;
-  const lanes v10 = v8 - 0.0025;
-  const lanes v11 = v9 * v10;
-  lanes v12; LANES_NAME(lanes_sqrt)(&v11, &v12);
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = v13 / v8;
-  const lanes v15 = v14 * v3;
-  const lanes v16 = 0.5 * v8;
-  const lanes v17 = 0.045 + v16;
-  const lanes v18 = v17 - 0.03125;
-  const lanes v19 = v18 / v8;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 3.333333333333333 * v21;
-  const lanes v23 = v1 * v22;
-  const lanes v24 = v19 * v3;
-  const lanes v25 = v14 * v6;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = 3.333333333333333 * v26;
-  const lanes v28 = v27 * v5;
-  const lanes v29 = v23 - v28;
-  const lanes v30 = v1 * v27;
-  const lanes v31 = v5 * v22;
-  const lanes v32 = v30 + v31;
-  lanes v33; LANES_NAME(lanes_atan2)(&v29, &v32, &v33);
-  const lanes v34 = v20 + v15;
-  const lanes v35 = 3.333333333333333 * v34;
-  const lanes v36 = v1 * v35;
-  const lanes v37 = v24 - v25;
-  const lanes v38 = 3.333333333333333 * v37;
-  const lanes v39 = v5 * v38;
-  const lanes v40 = v36 + v39;
-  const lanes v41 = v1 * v38;
-  const lanes v42 = v5 * v35;
-  const lanes v43 = v41 - v42;
-  lanes v44; LANES_NAME(lanes_atan2)(&v40, &v43, &v44);
-  out[0] = q_0;
-  out[1] = v33;
-  out[2] = q_0;
+  LANES_COS_SIN(v1, v5, q_0);
+  const lanes v2 = 0.1 * v1, v3 = 0.35 - v2, v4 = v3 * v3, v6 = 0.1 * v5, v7 = v6 * v6,
+      v8 = v4 + v7, v9 = 0.3025 - v8, v10 = v8 - 0.0025, v11 = v9 * v10;
+  LANES_LET1(v12, sqrt, v11);
+  const lanes v13 = 0.5 * v12, v14 = v13 / v8, v15 = v14 * v3, v16 = 0.5 * v8, v17 = 0.045 + v16,
+      v18 = v17 - 0.03125, v19 = v18 / v8, v20 = v19 * v6, v21 = v15 - v20,
+      v22 = 3.333333333333333 * v21, v23 = v1 * v22, v24 = v19 * v3, v25 = v14 * v6,
+      v26 = v24 + v25, v27 = 3.333333333333333 * v26, v28 = v27 * v5, v29 = v23 - v28,
+      v30 = v1 * v27, v31 = v5 * v22, v32 = v30 + v31;
+  LANES_LET2(v33, atan2, v29, v32);
+  const lanes v34 = v20 + v15, v35 = 3.333333333333333 * v34, v36 = v1 * v35, v37 = v24 - v25,
+      v38 = 3.333333333333333 * v37, v39 = v5 * v38, v40 = v36 + v39, v41 = v1 * v38,
+      v42 = v5 * v35, v43 = v41 - v42;
+  LANES_LET2(v44, atan2, v40, v43); out[0] = q_0; out[1] = v33; out[2] = q_0;
   const lanes v45 = -v44;
   out[3] = v45;
   const lanes v46 = 44.44444444444444 * v11;
-  out[4] = v46;
-  out[5] = v46;
+  out[4] = v46; out[5] = v46;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_actuators)(const lanes *in, lanes *out)
@@ -1781,9 +595,7 @@ static LANES_TARGET void LANES_NAME(four_bar_actuators)(const lanes *in, lanes *
 
 static LANES_TARGET void LANES_NAME(four_bar_actuators_D_chain)(const lanes *in, lanes *out)
 {
-  (void)in;
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
+  (void)in; out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_actuator_rates)(const lanes *in, lanes *out)
@@ -1800,94 +612,117 @@ static LANES_TARGET void LANES_NAME(four_bar_actuator_accelerations)(const lanes
 
 static LANES_TARGET void LANES_NAME(four_bar_constraint)(const lanes *in, lanes *out)
 {
-  const lanes z_0 = in[0];
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&z_0, &v1, &v5);
+  const lanes z_0 = in[0], z_1 = in[1], z_2 = in[2];
+  LANES_COS_SIN(v1, v5, z_0);
   const lanes v2 = z_0 + z_1;
-  lanes v3, v6; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v6);
-  lanes v4, v7; LANES_NAME(lanes_cos_sin)(&z_2, &v4, &v7);
-  const lanes v8 = 0.1 * v1;
-  const lanes v9 = 0.3 * v3;
-  const lanes v10 = v8 + v9;
-  const lanes v11 = v10 - 0.35;
-  const lanes v12 = 0.25 * v4;
-  const lanes v13 = v11 - v12;
+  LANES_COS_SIN(v3, v6, v2); LANES_COS_SIN(v4, v7, z_2);
+  const lanes v8 = 0.1 * v1, v9 = 0.3 * v3, v10 = v8 + v9, v11 = v10 - 0.35, v12 = 0.25 * v4,
+      v13 = v11 - v12;
   out[0] = v13;
-  const lanes v14 = 0.1 * v5;
-  const lanes v15 = 0.3 * v6;
-  const lanes v16 = v14 + v15;
-  const lanes v17 = 0.25 * v7;
-  const lanes v18 = v16 - v17;
+  const lanes v14 = 0.1 * v5, v15 = 0.3 * v6, v16 = v14 + v15, v17 = 0.25 * v7, v18 = v16 - v17;
   out[1] = v18;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_constraint_D_z)(const lanes *in, lanes *out)
 {
-  const lanes z_0 = in[0];
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  lanes v5, v1; LANES_NAME(lanes_cos_sin)(&z_0, &v5, &v1);
+  const lanes z_0 = in[0], z_1 = in[1], z_2 = in[2];
+  LANES_COS_SIN(v5, v1, z_0);
   const lanes v2 = z_0 + z_1;
-  lanes v6, v3; LANES_NAME(lanes_cos_sin)(&v2, &v6, &v3);
-  lanes v7, v4; LANES_NAME(lanes_cos_sin)(&z_2, &v7, &v4);
-  const lanes v8 = 0.1 * v1;
-  const lanes v9 = 0.3 * v3;
-  const lanes v10 = v8 + v9;
-  const lanes v11 = -v10;
+  LANES_COS_SIN(v6, v3, v2); LANES_COS_SIN(v7, v4, z_2);
+  const lanes v8 = 0.1 * v1, v9 = 0.3 * v3, v10 = v8 + v9, v11 = -v10;
   out[0] = v11;
   const lanes v12 = -v9;
   out[1] = v12;
   const lanes v13 = 0.25 * v4;
   out[2] = v13;
-  const lanes v14 = 0.1 * v5;
-  const lanes v15 = 0.3 * v6;
-  const lanes v16 = v14 + v15;
-  out[3] = v16;
-  out[4] = v15;
-  const lanes v17 = 0.25 * v7;
-  const lanes v18 = -v17;
+  const lanes v14 = 0.1 * v5, v15 = 0.3 * v6, v16 = v14 + v15;
+  out[3] = v16; out[4] = v15;
+  const lanes v17 = 0.25 * v7, v18 = -v17;
   out[5] = v18;
 }
 
 static LANES_TARGET void LANES_NAME(four_bar_constraint_D_z_dot)(const lanes *in, lanes *out)
 {
-  const lanes z_0 = in[0];
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes zd_0 = in[3];
-  const lanes zd_1 = in[4];
-  const lanes zd_2 = in[5];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&z_0, &v1, &v5);
+  const lanes z_0 = in[0], z_1 = in[1], z_2 = in[2], zd_0 = in[3], zd_1 = in[4], zd_2 = in[5];
+  LANES_COS_SIN(v1, v5, z_0);
   const lanes v2 = z_0 + z_1;
-  lanes v3, v6; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v6);
-  lanes v4, v7; LANES_NAME(lanes_cos_sin)(&z_2, &v4, &v7);
-  const lanes v8 = v1 * zd_0;
-  const lanes v9 = 0.1 * v8;
-  const lanes v10 = v3 * zd_0;
-  const lanes v11 = v3 * zd_1;
-  const lanes v12 = v10 + v11;
-  const lanes v13 = 0.3 * v12;
-  const lanes v14 = v9 + v13;
-  const lanes v15 = -v14;
+  LANES_COS_SIN(v3, v6, v2); LANES_COS_SIN(v4, v7, z_2);
+  const lanes v8 = v1 * zd_0, v9 = 0.1 * v8, v10 = v3 * zd_0, v11 = v3 * zd_1, v12 = v10 + v11,
+      v13 = 0.3 * v12, v14 = v9 + v13, v15 = -v14;
   out[0] = v15;
   const lanes v16 = -v13;
   out[1] = v16;
-  const lanes v17 = v4 * zd_2;
-  const lanes v18 = 0.25 * v17;
+  const lanes v17 = v4 * zd_2, v18 = 0.25 * v17;
   out[2] = v18;
-  const lanes v19 = v5 * zd_0;
-  const lanes v20 = 0.1 * v19;
-  const lanes v21 = v6 * zd_0;
-  const lanes v22 = v6 * zd_1;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = 0.3 * v23;
-  const lanes v25 = v20 + v24;
-  const lanes v26 = -v25;
+  const lanes v19 = v5 * zd_0, v20 = 0.1 * v19, v21 = v6 * zd_0, v22 = v6 * zd_1, v23 = v21 + v22,
+      v24 = 0.3 * v23, v25 = v20 + v24, v26 = -v25;
   out[3] = v26;
   const lanes v27 = -v24;
   out[4] = v27;
-  const lanes v28 = v7 * zd_2;
-  const lanes v29 = 0.25 * v28;
+  const lanes v28 = v7 * zd_2, v29 = 0.25 * v28;
   out[5] = v29;
+}
+
+static LANES_TARGET void LANES_NAME(four_bar_ik)(const lanes *in, lanes *out)
+{
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      v1 = T_3 * T_3, v2 = T_7 * T_7, v3 = T_11 * T_11, v4 = T_2 * T_2, v5 = T_6 * T_6,
+      v6 = T_8 * T_8, v7 = T_9 * T_9, v8 = 1.0 - T_10, v9 = v1 + v2, v10 = v4 + v5, v11 = v8 * v8,
+      v12 = v9 - 0.0469, v13 = v9 - 0.008481254575402908, v14 = 0.0853187454245971 - v9,
+      v15 = v10 + v6, v16 = 0.03 * v12, v17 = v13 * v14, v18 = 0.024 * v12, v19 = v15 + v7;
+  const lanes_where v20 = LANES_LT(5.904e-18, v17); LANES_LET1(v21, sqrt, v17);
+  const lanes v22 = 677.5067750677507 * v17, v23 = LANES_CHOICE(v20, v21, 0.0);
+  out[4] = v22; out[5] = v22;
+  const lanes v24 = 0.024 * v23, v25 = 0.03 * v23, v26 = v16 + v24, v27 = v25 - v18,
+      v28 = v16 - v24, v29 = v25 + v18, v30 = 1e-150 + v26, v31 = v27 * v27, v32 = 1e-150 + v28,
+      v33 = v29 * v29, v34 = v30 * v30, v35 = v32 * v32, v36 = v31 + v34, v37 = v33 + v35;
+  LANES_LET1(v38, rsqrt, v36); LANES_LET1(v39, rsqrt, v37);
+  const lanes v40 = v30 * v38, v41 = v27 * v38, v42 = v32 * v39, v43 = v29 * v39, v44 = 0.15 * v40,
+      v45 = 0.12 * v41, v46 = 0.15 * v41, v47 = 0.12 * v40, v48 = 0.15 * v42, v49 = 0.12 * v43,
+      v50 = 0.12 * v42, v51 = 0.15 * v43, v52 = v44 - v45, v53 = v46 + v47, v54 = v48 + v49,
+      v55 = v50 - v51, v56 = v52 + 0.1, v57 = T_3 * v53, v58 = T_7 * v53, v59 = v54 + 0.1,
+      v60 = T_3 * v55, v61 = T_7 * v55, v62 = T_7 * v56, v63 = T_3 * v56, v64 = T_7 * v59,
+      v65 = T_3 * v59, v66 = v62 - v57, v67 = v63 + v58, v68 = v64 - v60, v69 = v65 + v61,
+      v70 = v66 * v66, v71 = 1e-150 + v67, v72 = v68 * v68, v73 = 1e-150 + v69, v74 = v71 * v71;
+  LANES_LET2(v75, atan2, v66, v71);
+  const lanes v76 = v73 * v73;
+  LANES_LET2(v77, atan2, v68, v73);
+  const lanes v78 = v70 + v74, v79 = v72 + v76;
+  out[0] = v75; out[1] = v77; LANES_LET1(v80, rsqrt, v78); LANES_LET1(v81, rsqrt, v79);
+  const lanes v82 = v66 * v80, v83 = v71 * v80, v84 = v68 * v81, v85 = v73 * v81, v86 = 0.1 * v83,
+      v87 = 0.1 * v82, v88 = 0.1 * v85, v89 = 0.1 * v84, v90 = 0.35 - v86, v91 = v87 * v87,
+      v92 = 0.35 - v88, v93 = v89 * v89, v94 = v90 * v90, v95 = v92 * v92, v96 = v94 + v91,
+      v97 = v95 + v93, v98 = 0.5 * v96, v99 = 0.3025 - v96, v100 = v96 - 0.0025, v101 = 0.5 * v97,
+      v102 = 0.3025 - v97, v103 = v97 - 0.0025, v104 = 0.045 + v98, v105 = v99 * v100,
+      v106 = 0.045 + v101, v107 = v102 * v103, v108 = v104 - 0.03125;
+  LANES_LET1(v109, sqrt, v105);
+  const lanes v110 = v106 - 0.03125;
+  LANES_LET1(v111, sqrt, v107);
+  const lanes v112 = v108 / v96, v113 = 0.5 * v109, v114 = v110 / v97, v115 = 0.5 * v111,
+      v116 = v90 * v112, v117 = v113 / v96, v118 = v87 * v112, v119 = v92 * v114, v120 = v115 / v97,
+      v121 = v89 * v114, v122 = v87 * v117, v123 = v90 * v117, v124 = v89 * v120, v125 = v92 * v120,
+      v126 = v116 + v122, v127 = v123 - v118, v128 = v119 + v124, v129 = v125 - v121,
+      v130 = 0.49999999999999994 * v126, v131 = 0.39999999999999997 * v127,
+      v132 = 0.49999999999999994 * v127, v133 = 0.39999999999999997 * v126,
+      v134 = 3.333333333333333 * v126, v135 = 3.333333333333333 * v127,
+      v136 = 0.49999999999999994 * v128, v137 = 0.39999999999999997 * v129,
+      v138 = 0.49999999999999994 * v129, v139 = 0.39999999999999997 * v128,
+      v140 = 3.333333333333333 * v128, v141 = 3.333333333333333 * v129, v142 = v130 - v131,
+      v143 = v132 + v133, v144 = v134 - T_0, v145 = T_1 + v135, v146 = v135 - T_4,
+      v147 = v134 - T_5, v148 = v136 - v137, v149 = v138 + v139, v150 = v140 - T_0,
+      v151 = T_1 + v141, v152 = v141 - T_4, v153 = v140 - T_5, v154 = v142 + v86, v155 = v87 + v143,
+      v156 = v144 * v144, v157 = v145 * v145, v158 = v146 * v146, v159 = v147 * v147,
+      v160 = v148 + v88, v161 = v149 + v89, v162 = v150 * v150, v163 = v151 * v151,
+      v164 = v152 * v152, v165 = v153 * v153, v166 = v154 - T_3, v167 = v155 - T_7,
+      v168 = v19 + v156, v169 = v160 - T_3, v170 = v161 - T_7, v171 = v19 + v162,
+      v172 = v166 * v166, v173 = v167 * v167, v174 = v168 + v157, v175 = v169 * v169,
+      v176 = v170 * v170, v177 = v171 + v163, v178 = v3 + v172, v179 = v174 + v158,
+      v180 = v3 + v175, v181 = v177 + v164, v182 = v178 + v173, v183 = v179 + v159,
+      v184 = v180 + v176, v185 = v181 + v165, v186 = v183 + v11, v187 = v185 + v11,
+      v188 = 0.5 * v186, v189 = 0.5 * v187, v190 = v182 + v188, v191 = v182 - v188,
+      v192 = v184 + v189, v193 = v184 - v189;
+  LANES_LET1(v194, fabs, v191); LANES_LET1(v195, fabs, v193);
+  const lanes v196 = v190 + v194, v197 = v192 + v195, v198 = 0.5 * v196, v199 = 0.5 * v197;
+  LANES_LET1(v200, sqrt, v198); LANES_LET1(v201, sqrt, v199); out[2] = v200; out[3] = v201;
 }

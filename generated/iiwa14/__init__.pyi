@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import Robot
+from chasles import Robot, Solutions
 
 robot: Robot
 
@@ -297,7 +297,7 @@ def acceleration_mixed(
 def ik(
     T: ArrayLike, swivel: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> Solutions:
     """Every solution of the inverse kinematics, in 8 slots.
 
     fk(q[k]) = T wherever residual[k] is rounding

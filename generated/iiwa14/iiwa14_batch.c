@@ -61,6 +61,34 @@ extern "C" {
 #define CHASLES_HAS_AVX2 (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
 #endif
 
+#if CHASLES_SET_AVX512
+#define CHASLES_RUN_AVX512(kernel) \
+  if (n > 1 && CHASLES_HAS_AVX512) { \
+    lanes_run_avx512(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    return; \
+  }
+#else
+#define CHASLES_RUN_AVX512(kernel)
+#endif
+#if CHASLES_SET_AVX2
+#define CHASLES_RUN_AVX2(kernel) \
+  if (n > 1 && CHASLES_HAS_AVX2) { \
+    lanes_run_avx2(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    return; \
+  }
+#else
+#define CHASLES_RUN_AVX2(kernel)
+#endif
+#if CHASLES_SET_BASELINE
+#define CHASLES_RUN_BASELINE(kernel) \
+  if (n > 1) { \
+    lanes_run_baseline(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    return; \
+  }
+#else
+#define CHASLES_RUN_BASELINE(kernel)
+#endif
+
 /* Rows of any step, in doubles. */
 static void iiwa14_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
@@ -68,27 +96,9 @@ static void iiwa14_fk_rows(size_t n, const double *const *inputs, const ptrdiff_
 #if CHASLES_LANES
   static const int sizes[] = {7, 16};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_fk_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_fk_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_fk_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_fk_avx512)
+  CHASLES_RUN_AVX2(iiwa14_fk_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_fk_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -110,27 +120,9 @@ static void iiwa14_link_poses_rows(size_t n, const double *const *inputs, const 
 #if CHASLES_LANES
   static const int sizes[] = {7, 112};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_link_poses_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_link_poses_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_link_poses_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_link_poses_avx512)
+  CHASLES_RUN_AVX2(iiwa14_link_poses_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_link_poses_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -152,27 +144,9 @@ static void iiwa14_fk_jacobian_mixed_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {7, 16, 42};
   static const lanes_shape shape = {1, 2, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_fk_jacobian_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_fk_jacobian_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_fk_jacobian_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_fk_jacobian_mixed_avx512)
+  CHASLES_RUN_AVX2(iiwa14_fk_jacobian_mixed_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_fk_jacobian_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_fk_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -194,27 +168,9 @@ static void iiwa14_jacobian_space_rows(size_t n, const double *const *inputs, co
 #if CHASLES_LANES
   static const int sizes[] = {7, 42};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_jacobian_space_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_jacobian_space_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_jacobian_space_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_jacobian_space_avx512)
+  CHASLES_RUN_AVX2(iiwa14_jacobian_space_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_jacobian_space_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -236,27 +192,9 @@ static void iiwa14_jacobian_body_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {7, 42};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_jacobian_body_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_jacobian_body_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_jacobian_body_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_jacobian_body_avx512)
+  CHASLES_RUN_AVX2(iiwa14_jacobian_body_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_jacobian_body_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -278,27 +216,9 @@ static void iiwa14_jacobian_mixed_rows(size_t n, const double *const *inputs, co
 #if CHASLES_LANES
   static const int sizes[] = {7, 42};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_jacobian_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_jacobian_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_jacobian_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_jacobian_mixed_avx512)
+  CHASLES_RUN_AVX2(iiwa14_jacobian_mixed_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_jacobian_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -320,27 +240,9 @@ static void iiwa14_jacobian_space_dot_rows(size_t n, const double *const *inputs
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 42};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_jacobian_space_dot_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_jacobian_space_dot_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_jacobian_space_dot_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_jacobian_space_dot_avx512)
+  CHASLES_RUN_AVX2(iiwa14_jacobian_space_dot_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_jacobian_space_dot_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_jacobian_space_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -362,27 +264,9 @@ static void iiwa14_jacobian_body_dot_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 42};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_jacobian_body_dot_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_jacobian_body_dot_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_jacobian_body_dot_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_jacobian_body_dot_avx512)
+  CHASLES_RUN_AVX2(iiwa14_jacobian_body_dot_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_jacobian_body_dot_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_jacobian_body_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -404,27 +288,9 @@ static void iiwa14_jacobian_mixed_dot_rows(size_t n, const double *const *inputs
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 42};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_jacobian_mixed_dot_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_jacobian_mixed_dot_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_jacobian_mixed_dot_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_jacobian_mixed_dot_avx512)
+  CHASLES_RUN_AVX2(iiwa14_jacobian_mixed_dot_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_jacobian_mixed_dot_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_jacobian_mixed_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -446,27 +312,9 @@ static void iiwa14_hessian_mixed_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {7, 294};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_hessian_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_hessian_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_hessian_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_hessian_mixed_avx512)
+  CHASLES_RUN_AVX2(iiwa14_hessian_mixed_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_hessian_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_hessian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -488,27 +336,9 @@ static void iiwa14_twist_space_rows(size_t n, const double *const *inputs, const
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 6};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_twist_space_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_twist_space_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_twist_space_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_twist_space_avx512)
+  CHASLES_RUN_AVX2(iiwa14_twist_space_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_twist_space_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_twist_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -530,27 +360,9 @@ static void iiwa14_twist_body_rows(size_t n, const double *const *inputs, const 
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 6};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_twist_body_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_twist_body_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_twist_body_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_twist_body_avx512)
+  CHASLES_RUN_AVX2(iiwa14_twist_body_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_twist_body_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_twist_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -572,27 +384,9 @@ static void iiwa14_twist_mixed_rows(size_t n, const double *const *inputs, const
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 6};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_twist_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_twist_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_twist_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_twist_mixed_avx512)
+  CHASLES_RUN_AVX2(iiwa14_twist_mixed_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_twist_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_twist_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -614,27 +408,9 @@ static void iiwa14_acceleration_space_rows(size_t n, const double *const *inputs
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 7, 6};
   static const lanes_shape shape = {3, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_acceleration_space_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_acceleration_space_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_acceleration_space_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_acceleration_space_avx512)
+  CHASLES_RUN_AVX2(iiwa14_acceleration_space_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_acceleration_space_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_acceleration_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -656,27 +432,9 @@ static void iiwa14_acceleration_body_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 7, 6};
   static const lanes_shape shape = {3, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_acceleration_body_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_acceleration_body_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_acceleration_body_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_acceleration_body_avx512)
+  CHASLES_RUN_AVX2(iiwa14_acceleration_body_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_acceleration_body_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_acceleration_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -698,27 +456,9 @@ static void iiwa14_acceleration_mixed_rows(size_t n, const double *const *inputs
 #if CHASLES_LANES
   static const int sizes[] = {7, 7, 7, 6};
   static const lanes_shape shape = {3, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_acceleration_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_acceleration_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_acceleration_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_acceleration_mixed_avx512)
+  CHASLES_RUN_AVX2(iiwa14_acceleration_mixed_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_acceleration_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_acceleration_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -740,27 +480,9 @@ static void iiwa14_ik_rows(size_t n, const double *const *inputs, const ptrdiff_
 #if CHASLES_LANES
   static const int sizes[] = {16, 1, 56, 8, 8};
   static const lanes_shape shape = {2, 3, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_ik_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_ik_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_ik_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_ik_avx512)
+  CHASLES_RUN_AVX2(iiwa14_ik_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_ik_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_ik(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);
@@ -782,27 +504,9 @@ static void iiwa14_swivel_rows(size_t n, const double *const *inputs, const ptrd
 #if CHASLES_LANES
   static const int sizes[] = {7, 1};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(iiwa14_swivel_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(iiwa14_swivel_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(iiwa14_swivel_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(iiwa14_swivel_avx512)
+  CHASLES_RUN_AVX2(iiwa14_swivel_avx2)
+  CHASLES_RUN_BASELINE(iiwa14_swivel_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     iiwa14_swivel(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);

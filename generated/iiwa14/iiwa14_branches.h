@@ -18,534 +18,165 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(iiwa14_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(iiwa14_ik_branch)(
+    const double *T, const double *swivel, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes swivel_0 = in[16];
-  const lanes sign_0 = in[17];
-  const lanes sign_1 = in[18];
-  const lanes sign_2 = in[19];
-  const lanes v1 = 0.126 * T_2;
-  const lanes v2 = T_3 - v1;
-  const lanes v3 = v2 * v2;
-  const lanes v4 = 0.126 * T_6;
-  const lanes v5 = T_7 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 + v6;
-  const lanes v8 = 0.126 * T_10;
-  const lanes v9 = T_11 - v8;
-  const lanes v10 = v9 - 0.36;
-  const lanes v11 = v10 * v10;
-  const lanes v12 = v7 + v11;
-  const lanes v13 = 1e-300 + v12;
-  lanes v14; LANES_NAME(lanes_sqrt)(&v13, &v14);
-  const lanes v15 = v2 / v14;
-  const lanes v16 = v12 - 0.3364;
-  const lanes v17 = 0.336 * v16;
-  const lanes v18 = 1e-150 + v17;
-  const lanes v19 = v12 - 0.0004;
-  const lanes v20 = 0.6724 - v12;
-  const lanes v21 = v19 * v20;
-  const lanes_where v22 = LANES_LT(4.51584e-16, v21);
-  lanes v23; LANES_NAME(lanes_sqrt)(&v21, &v23);
-  const lanes v24 = sign_0 * v23;
-  const lanes v25 = 0.336 * v24;
-  const lanes v26 = v25 * v25;
-  const lanes v27 = LANES_CHOICE(v22, v26, 0.0);
-  const lanes v28 = LANES_CHOICE(v22, v27, 0.0);
-  const lanes v29 = v18 * v18;
-  const lanes v30 = v28 + v29;
-  lanes v31; LANES_NAME(lanes_sqrt)(&v30, &v31);
-  const lanes v32 = v18 / v31;
-  const lanes v33 = 0.4 * v32;
-  const lanes v34 = 0.42 + v33;
-  const lanes v35 = 1.0 / v31;
-  const lanes v36 = v25 * v35;
-  const lanes v37 = 0.4 * v36;
-  const lanes v38 = v37 * v37;
-  const lanes v39 = LANES_CHOICE(v22, v38, 0.0);
-  const lanes v40 = LANES_CHOICE(v22, v39, 0.0);
-  const lanes v41 = v34 * v34;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = 1e-300 + v42;
-  lanes v44; LANES_NAME(lanes_sqrt)(&v43, &v44);
-  const lanes v45 = v34 / v44;
-  const lanes v46 = v15 * v45;
-  const lanes v47 = 1.0 / v44;
-  const lanes v48 = v37 * v47;
-  const lanes v49 = v48 * v48;
-  const lanes v50 = LANES_CHOICE(v22, v49, 0.0);
-  const lanes v51 = LANES_CHOICE(v22, v50, 0.0);
-  const lanes v52 = v45 * v45;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = 1e-300 + v53;
-  lanes v55; LANES_NAME(lanes_sqrt)(&v54, &v55);
-  const lanes v56 = 1.0 / v55;
-  const lanes v57 = v48 * v56;
-  const lanes v58 = v5 / v14;
-  const lanes v59 = v58 * v58;
-  const lanes v60 = v10 / v14;
-  const lanes v61 = 1.0 + v60;
-  const lanes v62 = v60 * v61;
-  const lanes v63 = v59 + v62;
-  const lanes v64 = v63 * v63;
-  const lanes v65 = v15 * v58;
-  const lanes v66 = v65 * v65;
-  const lanes v67 = v64 + v66;
-  const lanes v68 = v15 * v61;
-  const lanes v69 = v68 * v68;
-  const lanes v70 = v67 + v69;
-  const lanes v71 = 1e-300 + v70;
-  lanes v72; LANES_NAME(lanes_sqrt)(&v71, &v72);
-  const lanes v73 = v63 / v72;
-  const lanes v74 = 0.42 * v57;
-  const lanes v75 = LANES_CHOICE(v22, v74, 0.0);
-  const lanes v76 = -v75;
-  const lanes_where v77 = LANES_LE(0.0, v76);
-  const lanes v78 = LANES_CHOICE(v77, 1.0, -1.0);
-  lanes v79, v87; LANES_NAME(lanes_cos_sin)(&swivel_0, &v79, &v87);
-  const lanes v80 = v78 * v79;
-  const lanes v81 = v73 * v80;
-  const lanes v82 = v65 / v72;
-  const lanes v83 = v60 * v82;
-  const lanes v84 = v68 / v72;
-  const lanes v85 = v58 * v84;
-  const lanes v86 = v83 - v85;
-  const lanes v88 = v78 * v87;
-  const lanes v89 = v86 * v88;
-  const lanes v90 = v81 + v89;
-  const lanes v91 = v57 * v90;
-  const lanes v92 = LANES_CHOICE(v22, v91, 0.0);
-  const lanes v93 = v46 - v92;
-  const lanes v94 = v93 * v93;
-  const lanes v95 = v58 * v45;
-  const lanes v96 = v15 * v84;
-  const lanes v97 = v60 * v73;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = v98 * v88;
-  const lanes v100 = v82 * v80;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = v57 * v101;
-  const lanes v103 = LANES_CHOICE(v22, v102, 0.0);
-  const lanes v104 = v95 - v103;
-  const lanes v105 = v104 * v104;
-  const lanes v106 = v94 + v105;
-  const lanes v107 = 4e-15 * v106;
-  const lanes_where v108 = LANES_LT(v107, v106);
-  lanes v109; LANES_NAME(lanes_sqrt)(&v106, &v109);
-  const lanes v110 = sign_1 * v109;
-  const lanes v111 = v104 * v110;
-  const lanes v112 = v111 * v111;
-  const lanes v113 = LANES_CHOICE(v108, v112, 0.0);
-  const lanes v114 = LANES_CHOICE(v108, v113, 0.0);
-  const lanes v115 = v93 * v110;
-  const lanes v116 = LANES_CHOICE(v108, v115, 0.0);
-  const lanes v117 = 1e-150 + v116;
-  const lanes v118 = v117 * v117;
-  const lanes v119 = v114 + v118;
-  lanes v120; LANES_NAME(lanes_sqrt)(&v119, &v120);
-  const lanes v121 = 1.0 / v120;
-  const lanes v122 = v111 * v121;
-  const lanes v123 = LANES_CHOICE(v108, v122, 0.0);
-  const lanes v124 = v117 / v120;
-  const lanes v126 = v93 * v124;
-  const lanes v127 = v104 * v122;
-  const lanes v128 = LANES_CHOICE(v108, v127, 0.0);
-  const lanes v129 = v126 + v128;
-  const lanes v130 = v129 * v129;
-  const lanes v131 = v84 * v80;
-  const lanes v132 = v15 * v82;
-  const lanes v133 = v58 * v73;
-  const lanes v134 = v132 + v133;
-  const lanes v135 = v134 * v88;
-  const lanes v136 = v131 + v135;
-  const lanes v137 = v57 * v136;
-  const lanes v138 = LANES_CHOICE(v22, v137, 0.0);
-  const lanes v139 = v60 * v45;
-  const lanes v140 = v138 + v139;
-  const lanes v141 = 1e-150 + v140;
-  const lanes v142 = v141 * v141;
-  const lanes v143 = v130 + v142;
-  lanes v144; LANES_NAME(lanes_sqrt)(&v143, &v144);
-  const lanes v145 = v129 / v144;
-  const lanes v146 = v141 / v144;
-  const lanes v148 = v45 / v55;
-  const lanes v149 = v148 * v101;
-  const lanes v150 = v58 * v48;
-  const lanes v151 = LANES_CHOICE(v22, v150, 0.0);
-  const lanes v152 = v149 + v151;
-  const lanes v153 = v124 * v152;
-  const lanes v154 = v148 * v90;
-  const lanes v155 = v15 * v48;
-  const lanes v156 = LANES_CHOICE(v22, v155, 0.0);
-  const lanes v157 = v154 + v156;
-  const lanes v158 = v122 * v157;
-  const lanes v159 = LANES_CHOICE(v108, v158, 0.0);
-  const lanes v160 = v153 - v159;
-  const lanes v161 = v160 * v160;
-  const lanes v162 = v124 * v157;
-  const lanes v163 = v122 * v152;
-  const lanes v164 = LANES_CHOICE(v108, v163, 0.0);
-  const lanes v165 = v162 + v164;
-  const lanes v166 = v146 * v165;
-  const lanes v167 = v60 * v48;
-  const lanes v168 = LANES_CHOICE(v22, v167, 0.0);
-  const lanes v169 = v148 * v136;
-  const lanes v170 = v168 - v169;
-  const lanes v171 = v145 * v170;
-  const lanes v172 = v166 - v171;
-  const lanes v173 = 1e-150 - v172;
-  const lanes v174 = v173 * v173;
-  const lanes v175 = v161 + v174;
-  lanes v176; LANES_NAME(lanes_sqrt)(&v175, &v176);
-  const lanes v177 = v160 / v176;
-  const lanes v178 = v173 / v176;
-  const lanes v180 = LANES_CHOICE(v22, v36, 0.0);
-  const lanes v182 = T_6 * v124;
-  const lanes v183 = T_2 * v122;
-  const lanes v184 = LANES_CHOICE(v108, v183, 0.0);
-  const lanes v185 = v182 - v184;
-  const lanes v186 = v178 * v185;
-  const lanes v187 = T_2 * v124;
-  const lanes v188 = T_6 * v122;
-  const lanes v189 = LANES_CHOICE(v108, v188, 0.0);
-  const lanes v190 = v187 + v189;
-  const lanes v191 = v146 * v190;
-  const lanes v192 = T_10 * v145;
-  const lanes v193 = v191 - v192;
-  const lanes v194 = v177 * v193;
-  const lanes v195 = v186 + v194;
-  const lanes v196 = v195 * v195;
-  const lanes v197 = T_10 * v146;
-  const lanes v198 = v145 * v190;
-  const lanes v199 = v197 + v198;
-  const lanes v200 = v199 * v36;
-  const lanes v201 = LANES_CHOICE(v22, v200, 0.0);
-  const lanes v202 = v178 * v193;
-  const lanes v203 = v177 * v185;
-  const lanes v204 = v202 - v203;
-  const lanes v205 = v204 * v32;
-  const lanes v206 = v201 + v205;
-  const lanes v207 = v206 * v206;
-  const lanes v208 = v196 + v207;
-  const lanes v209 = 4e-15 * v208;
-  const lanes_where v210 = LANES_LT(v209, v208);
-  lanes v211; LANES_NAME(lanes_sqrt)(&v208, &v211);
-  const lanes v212 = sign_2 * v211;
-  const lanes v213 = v195 * v212;
-  const lanes v214 = v213 * v213;
-  const lanes v215 = LANES_CHOICE(v210, v214, 0.0);
-  const lanes v216 = LANES_CHOICE(v210, v215, 0.0);
-  const lanes v217 = v206 * v212;
-  const lanes v218 = LANES_CHOICE(v210, v217, 0.0);
-  const lanes v219 = 1e-150 + v218;
-  const lanes v220 = v219 * v219;
-  const lanes v221 = v216 + v220;
-  lanes v222; LANES_NAME(lanes_sqrt)(&v221, &v222);
-  const lanes v223 = 1.0 / v222;
-  const lanes v224 = v213 * v223;
-  const lanes v225 = LANES_CHOICE(v210, v224, 0.0);
-  const lanes v226 = v219 / v222;
-  lanes v227; LANES_NAME(lanes_atan2)(&v225, &v226, &v227);
-  const lanes v228 = v195 * v224;
-  const lanes v229 = LANES_CHOICE(v210, v228, 0.0);
-  const lanes v230 = v206 * v226;
-  const lanes v231 = v229 + v230;
-  const lanes v232 = v231 * v231;
-  const lanes v233 = v199 * v32;
-  const lanes v234 = v204 * v36;
-  const lanes v235 = LANES_CHOICE(v22, v234, 0.0);
-  const lanes v236 = v233 - v235;
-  const lanes v237 = 1e-150 + v236;
-  const lanes v238 = v237 * v237;
-  const lanes v239 = v232 + v238;
-  lanes v240; LANES_NAME(lanes_sqrt)(&v239, &v240);
-  const lanes v241 = v231 / v240;
-  const lanes v242 = v237 / v240;
-  lanes v243; LANES_NAME(lanes_atan2)(&v241, &v242, &v243);
-  const lanes v244 = T_0 * v122;
-  const lanes v245 = LANES_CHOICE(v108, v244, 0.0);
-  const lanes v246 = T_4 * v124;
-  const lanes v247 = v245 - v246;
-  const lanes v248 = v178 * v247;
-  const lanes v249 = T_8 * v145;
-  const lanes v250 = T_0 * v124;
-  const lanes v251 = T_4 * v122;
-  const lanes v252 = LANES_CHOICE(v108, v251, 0.0);
-  const lanes v253 = v250 + v252;
-  const lanes v254 = v146 * v253;
-  const lanes v255 = v249 - v254;
-  const lanes v256 = v177 * v255;
-  const lanes v257 = v248 + v256;
-  const lanes v258 = v226 * v257;
-  const lanes v259 = v178 * v255;
-  const lanes v260 = v177 * v247;
-  const lanes v261 = v259 - v260;
-  const lanes v262 = v261 * v32;
-  const lanes v263 = T_8 * v146;
-  const lanes v264 = v145 * v253;
-  const lanes v265 = v263 + v264;
-  const lanes v266 = v265 * v36;
-  const lanes v267 = LANES_CHOICE(v22, v266, 0.0);
-  const lanes v268 = v262 - v267;
-  const lanes v269 = v224 * v268;
-  const lanes v270 = LANES_CHOICE(v210, v269, 0.0);
-  const lanes v271 = v258 - v270;
-  const lanes v272 = v271 * v271;
-  const lanes v273 = v226 * v268;
-  const lanes v274 = v224 * v257;
-  const lanes v275 = LANES_CHOICE(v210, v274, 0.0);
-  const lanes v276 = v273 + v275;
-  const lanes v277 = v242 * v276;
-  const lanes v278 = v265 * v32;
-  const lanes v279 = v261 * v36;
-  const lanes v280 = LANES_CHOICE(v22, v279, 0.0);
-  const lanes v281 = v278 + v280;
-  const lanes v282 = v241 * v281;
-  const lanes v283 = v277 + v282;
-  const lanes v284 = 1e-150 - v283;
-  const lanes v285 = v284 * v284;
-  const lanes v286 = v272 + v285;
-  lanes v287; LANES_NAME(lanes_sqrt)(&v286, &v287);
-  const lanes v288 = v271 / v287;
-  const lanes v289 = v284 / v287;
-  lanes v290; LANES_NAME(lanes_atan2)(&v288, &v289, &v290);
-  out[4] = v227;
-  out[5] = v243;
-  const lanes v292 = -v290;
-  out[6] = v292;
-  const lanes v293 = 0.126 * v241;
-  const lanes v294 = v226 * v293;
-  const lanes v295 = v294 * v32;
-  const lanes v296 = 0.126 * v242;
-  const lanes v297 = v296 + 0.4;
-  const lanes v298 = v297 * v36;
-  const lanes v299 = LANES_CHOICE(v22, v298, 0.0);
-  const lanes v300 = v295 - v299;
-  const lanes v301 = v178 * v300;
-  const lanes v302 = v224 * v293;
-  const lanes v303 = v177 * v302;
-  const lanes v304 = LANES_CHOICE(v210, v303, 0.0);
-  const lanes v305 = v301 + v304;
-  const lanes v306 = v146 * v305;
-  const lanes v307 = v294 * v36;
-  const lanes v308 = LANES_CHOICE(v22, v307, 0.0);
-  const lanes v309 = v297 * v32;
-  const lanes v310 = v308 + v309;
-  const lanes v311 = v310 + 0.42;
-  const lanes v312 = v145 * v311;
-  const lanes v313 = v306 + v312;
-  const lanes v314 = v124 * v313;
-  const lanes v315 = v178 * v302;
-  const lanes v316 = LANES_CHOICE(v210, v315, 0.0);
-  const lanes v317 = v177 * v300;
-  const lanes v318 = v316 - v317;
-  const lanes v319 = v122 * v318;
-  const lanes v320 = LANES_CHOICE(v108, v319, 0.0);
-  const lanes v321 = v314 - v320;
-  const lanes v322 = v321 - T_3;
-  const lanes v323 = v322 * v322;
-  const lanes v324 = v124 * v318;
-  const lanes v325 = v122 * v313;
-  const lanes v326 = LANES_CHOICE(v108, v325, 0.0);
-  const lanes v327 = v324 + v326;
-  const lanes v328 = v327 - T_7;
-  const lanes v329 = v328 * v328;
-  const lanes v330 = v323 + v329;
-  const lanes v331 = v145 * v305;
-  const lanes v332 = v146 * v311;
-  const lanes v333 = v331 - v332;
-  const lanes v334 = 0.36 - v333;
-  const lanes v335 = v334 - T_11;
-  const lanes v336 = v335 * v335;
-  const lanes v337 = v330 + v336;
-  const lanes v338 = v124 * v145;
-  const lanes v339 = v338 * v36;
-  const lanes v340 = LANES_CHOICE(v22, v339, 0.0);
-  const lanes v341 = v122 * v177;
-  const lanes v342 = LANES_CHOICE(v108, v341, 0.0);
-  const lanes v343 = v124 * v146;
-  const lanes v344 = v178 * v343;
-  const lanes v345 = v342 + v344;
-  const lanes v346 = v345 * v32;
-  const lanes v347 = v340 + v346;
-  const lanes v348 = v226 * v347;
-  const lanes v349 = v177 * v343;
-  const lanes v350 = v122 * v178;
-  const lanes v351 = LANES_CHOICE(v108, v350, 0.0);
-  const lanes v352 = v349 - v351;
-  const lanes v353 = v224 * v352;
-  const lanes v354 = LANES_CHOICE(v210, v353, 0.0);
-  const lanes v355 = v348 + v354;
-  const lanes v356 = v242 * v355;
-  const lanes v357 = v338 * v32;
-  const lanes v358 = v345 * v36;
-  const lanes v359 = LANES_CHOICE(v22, v358, 0.0);
-  const lanes v360 = v357 - v359;
-  const lanes v361 = v241 * v360;
-  const lanes v362 = v356 - v361;
-  const lanes v363 = v289 * v362;
-  const lanes v364 = v226 * v352;
-  const lanes v365 = v224 * v347;
-  const lanes v366 = LANES_CHOICE(v210, v365, 0.0);
-  const lanes v367 = v364 - v366;
-  const lanes v368 = v288 * v367;
-  const lanes v369 = v363 - v368;
-  const lanes v370 = v369 - T_0;
-  const lanes v371 = v370 * v370;
-  const lanes v372 = v289 * v367;
-  const lanes v373 = v288 * v362;
-  const lanes v374 = v372 + v373;
-  const lanes v375 = v374 - T_1;
-  const lanes v376 = v375 * v375;
-  const lanes v377 = v371 + v376;
-  const lanes v378 = v242 * v360;
-  const lanes v379 = v241 * v355;
-  const lanes v380 = v378 + v379;
-  const lanes v381 = v380 - T_2;
-  const lanes v382 = v381 * v381;
-  const lanes v383 = v377 + v382;
-  const lanes v384 = v122 * v145;
-  const lanes v385 = v384 * v36;
-  const lanes v386 = LANES_CHOICE(v108, v385, 0.0);
-  const lanes v387 = LANES_CHOICE(v22, v386, 0.0);
-  const lanes v388 = v122 * v146;
-  const lanes v389 = v178 * v388;
-  const lanes v390 = LANES_CHOICE(v108, v389, 0.0);
-  const lanes v391 = v124 * v177;
-  const lanes v392 = v390 - v391;
-  const lanes v393 = v392 * v32;
-  const lanes v394 = v387 + v393;
-  const lanes v395 = v226 * v394;
-  const lanes v396 = v124 * v178;
-  const lanes v397 = v177 * v388;
-  const lanes v398 = LANES_CHOICE(v108, v397, 0.0);
-  const lanes v399 = v396 + v398;
-  const lanes v400 = v224 * v399;
-  const lanes v401 = LANES_CHOICE(v210, v400, 0.0);
-  const lanes v402 = v395 + v401;
-  const lanes v403 = v242 * v402;
-  const lanes v404 = v384 * v32;
-  const lanes v405 = LANES_CHOICE(v108, v404, 0.0);
-  const lanes v406 = v392 * v36;
-  const lanes v407 = LANES_CHOICE(v22, v406, 0.0);
-  const lanes v408 = v405 - v407;
-  const lanes v409 = v241 * v408;
-  const lanes v410 = v403 - v409;
-  const lanes v411 = v289 * v410;
-  const lanes v412 = v226 * v399;
-  const lanes v413 = v224 * v394;
-  const lanes v414 = LANES_CHOICE(v210, v413, 0.0);
-  const lanes v415 = v412 - v414;
-  const lanes v416 = v288 * v415;
-  const lanes v417 = v411 - v416;
-  const lanes v418 = v417 - T_4;
-  const lanes v419 = v418 * v418;
-  const lanes v420 = v383 + v419;
-  const lanes v421 = v289 * v415;
-  const lanes v422 = v288 * v410;
-  const lanes v423 = v421 + v422;
-  const lanes v424 = v423 - T_5;
-  const lanes v425 = v424 * v424;
-  const lanes v426 = v420 + v425;
-  const lanes v427 = v242 * v408;
-  const lanes v428 = v241 * v402;
-  const lanes v429 = v427 + v428;
-  const lanes v430 = v429 - T_6;
-  const lanes v431 = v430 * v430;
-  const lanes v432 = v426 + v431;
-  const lanes v433 = v146 * v36;
-  const lanes v434 = LANES_CHOICE(v22, v433, 0.0);
-  const lanes v435 = v145 * v178;
-  const lanes v436 = v435 * v32;
-  const lanes v437 = v434 - v436;
-  const lanes v438 = v226 * v437;
-  const lanes v439 = v145 * v177;
-  const lanes v440 = v224 * v439;
-  const lanes v441 = LANES_CHOICE(v210, v440, 0.0);
-  const lanes v442 = v438 - v441;
-  const lanes v443 = v242 * v442;
-  const lanes v444 = v146 * v32;
-  const lanes v445 = v435 * v36;
-  const lanes v446 = LANES_CHOICE(v22, v445, 0.0);
-  const lanes v447 = v444 + v446;
-  const lanes v448 = v241 * v447;
-  const lanes v449 = v443 - v448;
-  const lanes v450 = v289 * v449;
-  const lanes v451 = v226 * v439;
-  const lanes v452 = v224 * v437;
-  const lanes v453 = LANES_CHOICE(v210, v452, 0.0);
-  const lanes v454 = v451 + v453;
-  const lanes v455 = v288 * v454;
-  const lanes v456 = v450 + v455;
-  const lanes v457 = v456 - T_8;
-  const lanes v458 = v457 * v457;
-  const lanes v459 = v432 + v458;
-  const lanes v460 = v288 * v449;
-  const lanes v461 = v289 * v454;
-  const lanes v462 = v460 - v461;
-  const lanes v463 = v462 - T_9;
-  const lanes v464 = v463 * v463;
-  const lanes v465 = v459 + v464;
-  const lanes v466 = v242 * v447;
-  const lanes v467 = v241 * v442;
-  const lanes v468 = v466 + v467;
-  const lanes v469 = v468 - T_10;
-  const lanes v470 = v469 * v469;
-  const lanes v471 = v465 + v470;
-  const lanes v472 = 0.5 * v471;
-  lanes v473; LANES_NAME(lanes_fmax)(&v337, &v472, &v473);
-  lanes v474; LANES_NAME(lanes_sqrt)(&v473, &v474);
-  out[7] = v474;
-  const lanes v475 = 1e-300 + v208;
-  const lanes v476 = v208 / v475;
-  const lanes v477 = 1e-300 + v106;
-  const lanes v478 = v106 / v477;
-  const lanes v479 = 8.857709750566894 * v21;
-  lanes v480; LANES_NAME(lanes_fmin)(&v478, &v479, &v480);
-  lanes v481; LANES_NAME(lanes_fmin)(&v476, &v480, &v481);
-  out[8] = v481;
-  lanes v125, v147; LANES_NAME(lanes_two_atan2)(&v123, &v124, &v145, &v146, &v125, &v147);
-  lanes v179, v181; LANES_NAME(lanes_two_atan2)(&v177, &v178, &v180, &v32, &v179, &v181);
-  out[0] = v125;
-  out[1] = v147;
-  const lanes v291 = -v179;
-  out[2] = v291;
-  out[3] = v181;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), swivel_0 = LANES_OF(swivel[0]),
+      choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.126 * T_2,
+      v2 = 0.126 * T_6, v3 = 0.126 * T_10;
+  LANES_COS_SIN(v5, v4, swivel_0);
+  const lanes v6 = T_3 - v1, v7 = T_7 - v2, v8 = T_11 - v3, v9 = v6 * v6, v10 = v7 * v7,
+      v11 = v8 - 0.36, v12 = v9 + v10, v13 = v11 * v11, v14 = 1e-140 + v11, v15 = v12 + v13,
+      v16 = v14 * v14, v17 = v15 - 0.0004, v18 = 0.6724 - v15, v19 = v15 - 0.3364, v20 = v16 + v9,
+      v21 = v17 * v18, v22 = 0.336 * v19, v23 = v20 + v10;
+  const lanes_where v24 = LANES_LT(4.51584e-16, v21); LANES_LET1(v25, sqrt, v21);
+  const lanes v26 = 1e-150 + v22;
+  LANES_LET1(v27, rsqrt, v23);
+  const lanes v28 = 8.857709750566894 * v21, v29 = LANES_CHOICE(v24, v25, 0.0), v30 = v26 * v26,
+      v31 = v6 * v27, v32 = v14 * v27, v33 = v7 * v27;
+  out[8] = v28;
+  const lanes v34 = choice_0 * v29, v35 = 1.0 + v32, v36 = v31 * v33, v37 = v33 * v33,
+      v38 = 0.336 * v34, v39 = 1e-140 + v35, v40 = v36 * v36, v41 = v38 * v38, v42 = v31 * v39,
+      v43 = v32 * v39, v45 = v41 + v30, v46 = v42 * v42, v47 = v37 + v43;
+  LANES_LET1(v48, rsqrt, v45);
+  const lanes v49 = v40 + v46, v50 = 1e-140 + v47, v51 = v38 * v48, v52 = v26 * v48,
+      v53 = v50 * v50, v54 = 0.4 * v51, v55 = 0.4 * v52, v56 = v49 + v53, v57 = v54 * v54,
+      v58 = 0.42 + v55;
+  LANES_LET1(v59, rsqrt, v56);
+  const lanes v60 = v58 + 4.2e-141, v61 = v42 * v59, v62 = v50 * v59, v63 = v36 * v59,
+      v64 = v60 * v60, v65 = v31 * v61, v66 = v32 * v62, v67 = v32 * v63, v68 = v33 * v61,
+      v69 = v31 * v63, v70 = v33 * v62, v71 = v57 + v64, v72 = v65 + v66, v73 = v67 - v68,
+      v74 = v69 + v70;
+  LANES_LET1(v75, rsqrt, v71);
+  const lanes v76 = v54 * v75, v77 = v60 * v75, v78 = 4.2e-141 - v76, v79 = v77 * v77,
+      v80 = v33 * v77, v81 = v31 * v77, v82 = v32 * v77, v83 = v33 * v76, v84 = v31 * v76,
+      v85 = v32 * v76, v86 = v78 * v78, v87 = v79 + v86;
+  LANES_LET1(v88, rsqrt, v87);
+  const lanes v89 = v78 * v88, v90 = v77 * v88, v91 = 0.42 * v89;
+  const lanes_where v92 = LANES_LE(0.0, v91);
+  const lanes v93 = LANES_CHOICE(v92, 1.0, -1.0), v94 = v93 * v4, v95 = v93 * v5, v96 = v72 * v94,
+      v97 = v63 * v95, v98 = v62 * v95, v99 = v73 * v94, v100 = v61 * v95, v101 = v74 * v94,
+      v102 = v96 - v97, v103 = v98 + v99, v104 = v100 + v101, v105 = v89 * v102, v106 = v89 * v103,
+      v107 = v89 * v104, v108 = v90 * v102, v109 = v90 * v103, v110 = v90 * v104, v111 = v105 + v80,
+      v112 = v106 + v81, v113 = v82 - v107, v114 = v108 + v83, v115 = v109 + v84, v116 = v85 - v110,
+      v117 = v111 * v111, v118 = 1e-150 + v112, v119 = v113 * v113, v120 = v118 * v118,
+      v121 = v118 * choice_1, v122 = v117 + v120;
+  LANES_LET1(v124, rsqrt, v122);
+  const lanes v126 = v111 * v124, v127 = v118 * v124, v128 = choice_1 * v127,
+      v129 = choice_1 * v126, v130 = v112 * v128, v131 = v111 * v129, v132 = v128 * v114,
+      v133 = v129 * v115, v134 = v128 * v115, v135 = v129 * v114, v136 = T_2 * v128,
+      v137 = T_6 * v129, v138 = T_6 * v128, v139 = T_2 * v129, v140 = T_0 * v128, v141 = T_4 * v129,
+      v142 = T_0 * v129, v143 = T_4 * v128, v144 = v130 + v131, v145 = v132 - v133,
+      v146 = v134 + v135, v147 = v136 + v137, v148 = v138 - v139, v149 = v140 + v141,
+      v150 = v142 - v143, v151 = v144 * v144, v153 = v145 * v145, v154 = v119 + v151;
+  LANES_LET1(v155, rsqrt, v154);
+  const lanes v156 = v144 * v155, v157 = v113 * v155, v158 = v157 * v146, v159 = v156 * v116,
+      v160 = v157 * v147, v161 = T_10 * v156, v162 = T_10 * v157, v163 = v156 * v147,
+      v164 = T_8 * v156, v165 = v157 * v149, v166 = T_8 * v157, v167 = v156 * v149,
+      v168 = v128 * v156, v169 = v128 * v157, v170 = v129 * v156, v171 = v129 * v157,
+      v172 = v157 * v51, v173 = v157 * v52, v174 = v158 - v159, v175 = v160 - v161,
+      v176 = v162 + v163, v177 = v164 - v165, v178 = v166 + v167, v179 = v168 * v51,
+      v180 = v168 * v52, v181 = v170 * v51, v182 = v170 * v52, v183 = v174 * v174, v184 = -v174,
+      v185 = v176 * v51, v186 = v176 * v52, v187 = v178 * v51, v188 = v178 * v52,
+      v189 = v153 + v183;
+  LANES_LET1(v191, rsqrt, v189);
+  const lanes v193 = v145 * v191, v194 = v174 * v191, v195 = v193 * v175, v196 = v194 * v148,
+      v197 = v194 * v175, v198 = v193 * v148, v199 = v193 * v177, v200 = v194 * v150,
+      v201 = v194 * v177, v202 = v193 * v150, v203 = v129 * v193, v204 = v194 * v169,
+      v205 = v129 * v194, v206 = v193 * v169, v207 = v128 * v193, v208 = v194 * v171,
+      v209 = v193 * v171, v210 = v128 * v194, v211 = v156 * v193, v212 = v156 * v194,
+      v213 = v195 - v196, v214 = v197 + v198, v215 = v199 - v200, v216 = v201 + v202,
+      v217 = v203 - v204, v218 = v205 + v206, v219 = v207 + v208, v220 = v209 - v210,
+      v221 = v212 * v52, v222 = v212 * v51, v223 = v213 * v213, v224 = v214 * v52,
+      v225 = v214 * v51, v226 = v216 * v52, v227 = v216 * v51, v228 = v217 * v52, v229 = v217 * v51,
+      v230 = v219 * v52, v231 = v219 * v51, v232 = v172 + v221, v233 = v173 - v222,
+      v234 = v185 - v224, v235 = v186 + v225, v236 = v187 + v226, v237 = v227 - v188,
+      v238 = v179 + v228, v239 = v180 - v229, v240 = v181 - v230, v241 = v182 + v231,
+      v242 = 1e-150 + v234, v243 = v235 * v235, v244 = v242 * v242, v245 = v242 * choice_2,
+      v246 = v223 + v244;
+  LANES_LET2(v247, atan2, v213, v245); LANES_LET1(v248, rsqrt, v246);
+  const lanes v249 = choice_2 * v247, v250 = v213 * v248, v251 = v242 * v248;
+  out[4] = v249;
+  const lanes v252 = choice_2 * v251, v253 = choice_2 * v250, v254 = v213 * v253,
+      v255 = v234 * v252, v256 = v252 * v215, v257 = v253 * v236, v258 = v253 * v215,
+      v259 = v252 * v236, v260 = v252 * v238, v261 = v253 * v218, v262 = v252 * v218,
+      v263 = v253 * v238, v264 = v252 * v240, v265 = v253 * v220, v266 = v252 * v220,
+      v267 = v253 * v240, v268 = v252 * v211, v269 = v253 * v232, v270 = v252 * v232,
+      v271 = v253 * v211, v272 = v254 + v255, v273 = v256 + v257, v274 = v258 - v259,
+      v275 = v260 + v261, v276 = v262 - v263, v277 = v264 + v265, v278 = v266 - v267,
+      v279 = v268 + v269, v280 = v270 - v271, v281 = v272 * v272;
+  LANES_LET2(v282, atan2, v272, v235);
+  const lanes v283 = v273 * v273, v284 = v243 + v281;
+  out[5] = v282; LANES_LET1(v285, rsqrt, v284);
+  const lanes v286 = v272 * v285, v287 = v235 * v285, v288 = v287 * v274, v289 = v286 * v237,
+      v290 = 0.126 * v286, v291 = 0.126 * v287, v292 = v287 * v275, v293 = v286 * v239,
+      v294 = v287 * v239, v295 = v286 * v275, v296 = v287 * v277, v297 = v286 * v241,
+      v298 = v287 * v241, v299 = v286 * v277, v300 = v287 * v280, v301 = v286 * v233,
+      v302 = v287 * v233, v303 = v286 * v280, v304 = v288 - v289, v305 = v253 * v290,
+      v306 = v252 * v290, v307 = v291 + 0.4, v308 = v292 - v293, v309 = v294 + v295,
+      v310 = v296 - v297, v311 = v298 + v299, v312 = v300 - v301, v313 = v302 + v303,
+      v314 = v304 * v304, v315 = -v304, v316 = v193 * v305, v317 = v306 * v52, v318 = v307 * v51,
+      v319 = v306 * v51, v320 = v307 * v52, v321 = v194 * v305, v322 = v309 - T_2,
+      v323 = v311 - T_6, v324 = v313 - T_10, v325 = v283 + v314;
+  LANES_LET2(v326, atan2, v273, v315);
+  const lanes v327 = v317 - v318, v328 = v319 + v320, v329 = v322 * v322, v330 = v323 * v323,
+      v331 = v324 * v324;
+  LANES_LET1(v332, rsqrt, v325);
+  const lanes v333 = -v326, v334 = v194 * v327, v335 = v328 + 0.42, v336 = v193 * v327,
+      v337 = v273 * v332, v338 = v304 * v332;
+  out[6] = v333;
+  const lanes v339 = v316 - v334, v340 = v156 * v335, v341 = v321 + v336, v342 = v157 * v335,
+      v343 = v157 * v339, v344 = v129 * v341, v345 = v128 * v341, v346 = v156 * v339,
+      v347 = v338 * v308, v348 = v337 * v276, v349 = v337 * v308, v350 = v338 * v276,
+      v351 = v338 * v310, v352 = v337 * v278, v353 = v337 * v310, v354 = v338 * v278,
+      v355 = v337 * v279, v356 = v338 * v312, v357 = v338 * v279, v358 = v337 * v312,
+      v359 = v343 + v340, v360 = v346 - v342, v361 = v347 + v348, v362 = v349 - v350,
+      v363 = v351 + v352, v364 = v353 - v354, v365 = v355 - v356, v366 = v357 + v358,
+      v367 = v128 * v359, v368 = v129 * v359, v369 = 0.36 - v360, v370 = T_0 + v361,
+      v371 = v362 - T_1, v372 = T_4 + v363, v373 = v364 - T_5, v374 = v365 - T_8, v375 = v366 - T_9,
+      v376 = v367 + v344, v377 = v368 - v345, v378 = v369 - T_11, v379 = v370 * v370,
+      v380 = v371 * v371, v381 = v372 * v372, v382 = v373 * v373, v383 = v374 * v374,
+      v384 = v375 * v375, v385 = v376 - T_3, v386 = v377 - T_7, v387 = v378 * v378,
+      v388 = v379 + v380, v389 = v385 * v385, v390 = v386 * v386, v391 = v388 + v329,
+      v392 = v389 + v390, v393 = v391 + v381, v394 = v392 + v387, v395 = v393 + v382,
+      v396 = v395 + v330, v397 = v396 + v383, v398 = v397 + v384, v399 = v398 + v331,
+      v400 = 0.5 * v399, v401 = v394 + v400, v402 = v394 - v400;
+  LANES_LET1(v403, fabs, v402);
+  const lanes v404 = v401 + v403, v405 = 0.5 * v404;
+  LANES_LET1(v406, sqrt, v405); out[7] = v406;
+  lanes v44, v123; LANES_NAME(lanes_two_atan2)(&v38, &v26, &v111, &v121, &v44, &v123);
+  lanes v152, v190; LANES_NAME(lanes_two_atan2)(&v144, &v113, &v145, &v184, &v152, &v190);
+  out[3] = v44;
+  const lanes v125 = choice_1 * v123;
+  out[0] = v125; out[1] = v152;
+  const lanes v192 = -v190;
+  out[2] = v192;
 }
 
-static inline LANES_TARGET void LANES_NAME(iiwa14_ik_branches)(const double *T, const double *swivel, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(iiwa14_ik_branches)(const double *T, const double *swivel, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[20], out[BRANCHES / COUNT][9];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  LANES_NAME(lanes_spread)(swivel, 1, in + 16);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[17 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(iiwa14_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][9];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(iiwa14_ik_branch)(T, swivel, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(iiwa14_ik_branch)(T, swivel, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 7, COUNT, q + b * 7, 7);
-    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 8, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 8, 1, COUNT, margin + b * 1, 1);
   }
 }
 

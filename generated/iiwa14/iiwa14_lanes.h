@@ -3,2698 +3,960 @@
 
 static LANES_TARGET void LANES_NAME(iiwa14_fk)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  lanes v1, v14; LANES_NAME(lanes_cos_sin)(&q_6, &v1, &v14);
-  lanes v2, v13; LANES_NAME(lanes_cos_sin)(&q_5, &v2, &v13);
-  lanes v3, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v8);
-  lanes v6, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v6, &v4);
-  lanes v10, v5; LANES_NAME(lanes_cos_sin)(&q_3, &v10, &v5);
-  lanes v7, v9; LANES_NAME(lanes_cos_sin)(&q_2, &v7, &v9);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_4, &v11, &v12);
-  const lanes v15 = v3 * v4;
-  const lanes v16 = v15 * v5;
-  const lanes v17 = v3 * v6;
-  const lanes v18 = v17 * v7;
-  const lanes v19 = v8 * v9;
-  const lanes v20 = v18 - v19;
-  const lanes v21 = v20 * v10;
-  const lanes v22 = v16 + v21;
-  const lanes v23 = v22 * v11;
-  const lanes v24 = v17 * v9;
-  const lanes v25 = v8 * v7;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = v12 * v26;
-  const lanes v28 = v23 - v27;
-  const lanes v29 = v2 * v28;
-  const lanes v30 = v15 * v10;
-  const lanes v31 = v20 * v5;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = v13 * v32;
-  const lanes v34 = v29 - v33;
-  const lanes v35 = v1 * v34;
-  const lanes v36 = v12 * v22;
-  const lanes v37 = v26 * v11;
-  const lanes v38 = v36 + v37;
-  const lanes v39 = v14 * v38;
-  const lanes v40 = v35 - v39;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6];
+  LANES_COS_SIN(v1, v14, q_6); LANES_COS_SIN(v2, v13, q_5); LANES_COS_SIN(v3, v8, q_0);
+  LANES_COS_SIN(v6, v4, q_1); LANES_COS_SIN(v10, v5, q_3); LANES_COS_SIN(v7, v9, q_2);
+  LANES_COS_SIN(v11, v12, q_4);
+  const lanes v15 = v3 * v4, v16 = v15 * v5, v17 = v3 * v6, v18 = v17 * v7, v19 = v8 * v9,
+      v20 = v18 - v19, v21 = v20 * v10, v22 = v16 + v21, v23 = v22 * v11, v24 = v17 * v9,
+      v25 = v8 * v7, v26 = v24 + v25, v27 = v12 * v26, v28 = v23 - v27, v29 = v2 * v28,
+      v30 = v15 * v10, v31 = v20 * v5, v32 = v30 - v31, v33 = v13 * v32, v34 = v29 - v33,
+      v35 = v1 * v34, v36 = v12 * v22, v37 = v26 * v11, v38 = v36 + v37, v39 = v14 * v38,
+      v40 = v35 - v39;
   out[0] = v40;
-  const lanes v41 = v1 * v38;
-  const lanes v42 = v14 * v34;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = -v43;
+  const lanes v41 = v1 * v38, v42 = v14 * v34, v43 = v41 + v42, v44 = -v43;
   out[1] = v44;
-  const lanes v45 = v2 * v32;
-  const lanes v46 = v13 * v28;
-  const lanes v47 = v45 + v46;
+  const lanes v45 = v2 * v32, v46 = v13 * v28, v47 = v45 + v46;
   out[2] = v47;
-  const lanes v48 = 0.126 * v13;
-  const lanes v49 = v48 * v11;
-  const lanes v50 = v49 * v10;
-  const lanes v51 = 0.126 * v2;
-  const lanes v52 = v51 + 0.4;
-  const lanes v53 = v52 * v5;
-  const lanes v54 = v50 - v53;
-  const lanes v55 = v7 * v54;
-  const lanes v56 = v12 * v48;
-  const lanes v57 = v56 * v9;
-  const lanes v58 = v55 - v57;
-  const lanes v59 = v6 * v58;
-  const lanes v60 = v49 * v5;
-  const lanes v61 = v52 * v10;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v62 + 0.42;
-  const lanes v64 = v4 * v63;
-  const lanes v65 = v59 + v64;
-  const lanes v66 = v3 * v65;
-  const lanes v67 = v7 * v56;
-  const lanes v68 = v54 * v9;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v8 * v69;
-  const lanes v71 = v66 - v70;
+  const lanes v48 = 0.126 * v13, v49 = v48 * v11, v50 = v49 * v10, v51 = 0.126 * v2,
+      v52 = v51 + 0.4, v53 = v52 * v5, v54 = v50 - v53, v55 = v7 * v54, v56 = v12 * v48,
+      v57 = v56 * v9, v58 = v55 - v57, v59 = v6 * v58, v60 = v49 * v5, v61 = v52 * v10,
+      v62 = v60 + v61, v63 = v62 + 0.42, v64 = v4 * v63, v65 = v59 + v64, v66 = v3 * v65,
+      v67 = v7 * v56, v68 = v54 * v9, v69 = v67 + v68, v70 = v8 * v69, v71 = v66 - v70;
   out[3] = v71;
-  const lanes v72 = v3 * v7;
-  const lanes v73 = v8 * v6;
-  const lanes v74 = v73 * v9;
-  const lanes v75 = v72 - v74;
-  const lanes v76 = v12 * v75;
-  const lanes v77 = v8 * v4;
-  const lanes v78 = v77 * v5;
-  const lanes v79 = v3 * v9;
-  const lanes v80 = v73 * v7;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = v81 * v10;
-  const lanes v83 = v78 + v82;
-  const lanes v84 = v83 * v11;
-  const lanes v85 = v76 + v84;
-  const lanes v86 = v2 * v85;
-  const lanes v87 = v77 * v10;
-  const lanes v88 = v81 * v5;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v13 * v89;
-  const lanes v91 = v86 - v90;
-  const lanes v92 = v1 * v91;
-  const lanes v93 = v75 * v11;
-  const lanes v94 = v12 * v83;
-  const lanes v95 = v93 - v94;
-  const lanes v96 = v14 * v95;
-  const lanes v97 = v92 + v96;
+  const lanes v72 = v3 * v7, v73 = v8 * v6, v74 = v73 * v9, v75 = v72 - v74, v76 = v12 * v75,
+      v77 = v8 * v4, v78 = v77 * v5, v79 = v3 * v9, v80 = v73 * v7, v81 = v79 + v80,
+      v82 = v81 * v10, v83 = v78 + v82, v84 = v83 * v11, v85 = v76 + v84, v86 = v2 * v85,
+      v87 = v77 * v10, v88 = v81 * v5, v89 = v87 - v88, v90 = v13 * v89, v91 = v86 - v90,
+      v92 = v1 * v91, v93 = v75 * v11, v94 = v12 * v83, v95 = v93 - v94, v96 = v14 * v95,
+      v97 = v92 + v96;
   out[4] = v97;
-  const lanes v98 = v1 * v95;
-  const lanes v99 = v14 * v91;
-  const lanes v100 = v98 - v99;
+  const lanes v98 = v1 * v95, v99 = v14 * v91, v100 = v98 - v99;
   out[5] = v100;
-  const lanes v101 = v2 * v89;
-  const lanes v102 = v13 * v85;
-  const lanes v103 = v101 + v102;
+  const lanes v101 = v2 * v89, v102 = v13 * v85, v103 = v101 + v102;
   out[6] = v103;
-  const lanes v104 = v3 * v69;
-  const lanes v105 = v8 * v65;
-  const lanes v106 = v104 + v105;
+  const lanes v104 = v3 * v69, v105 = v8 * v65, v106 = v104 + v105;
   out[7] = v106;
-  const lanes v107 = v4 * v9;
-  const lanes v108 = v12 * v107;
-  const lanes v109 = v6 * v5;
-  const lanes v110 = v4 * v7;
-  const lanes v111 = v110 * v10;
-  const lanes v112 = v109 - v111;
-  const lanes v113 = v112 * v11;
-  const lanes v114 = v108 + v113;
-  const lanes v115 = v2 * v114;
-  const lanes v116 = v110 * v5;
-  const lanes v117 = v6 * v10;
-  const lanes v118 = v116 + v117;
-  const lanes v119 = v13 * v118;
-  const lanes v120 = v115 - v119;
-  const lanes v121 = v1 * v120;
-  const lanes v122 = v107 * v11;
-  const lanes v123 = v12 * v112;
-  const lanes v124 = v122 - v123;
-  const lanes v125 = v14 * v124;
-  const lanes v126 = v121 + v125;
+  const lanes v107 = v4 * v9, v108 = v12 * v107, v109 = v6 * v5, v110 = v4 * v7, v111 = v110 * v10,
+      v112 = v109 - v111, v113 = v112 * v11, v114 = v108 + v113, v115 = v2 * v114, v116 = v110 * v5,
+      v117 = v6 * v10, v118 = v116 + v117, v119 = v13 * v118, v120 = v115 - v119, v121 = v1 * v120,
+      v122 = v107 * v11, v123 = v12 * v112, v124 = v122 - v123, v125 = v14 * v124,
+      v126 = v121 + v125;
   out[8] = v126;
-  const lanes v127 = v1 * v124;
-  const lanes v128 = v14 * v120;
-  const lanes v129 = v127 - v128;
+  const lanes v127 = v1 * v124, v128 = v14 * v120, v129 = v127 - v128;
   out[9] = v129;
-  const lanes v130 = v2 * v118;
-  const lanes v131 = v13 * v114;
-  const lanes v132 = v130 + v131;
+  const lanes v130 = v2 * v118, v131 = v13 * v114, v132 = v130 + v131;
   out[10] = v132;
-  const lanes v133 = v4 * v58;
-  const lanes v134 = v6 * v63;
-  const lanes v135 = v133 - v134;
-  const lanes v136 = 0.36 - v135;
-  out[11] = v136;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v133 = v4 * v58, v134 = v6 * v63, v135 = v133 - v134, v136 = 0.36 - v135;
+  out[11] = v136; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_link_poses)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&q_3, &v8, &v7);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&q_4, &v9, &v10);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_5, &v11, &v12);
-  lanes v13, v14; LANES_NAME(lanes_cos_sin)(&q_6, &v13, &v14);
-  out[0] = v1;
-  out[1] = LANES_OF(0.0);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  LANES_COS_SIN(v8, v7, q_3); LANES_COS_SIN(v9, v10, q_4); LANES_COS_SIN(v11, v12, q_5);
+  LANES_COS_SIN(v13, v14, q_6); out[0] = v1; out[1] = LANES_OF(0.0);
   const lanes v15 = -v2;
-  out[2] = v15;
-  out[3] = LANES_OF(0.0);
-  out[4] = v2;
-  out[5] = LANES_OF(0.0);
-  out[6] = v1;
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(-1.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.36);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
+  out[2] = v15; out[3] = LANES_OF(0.0); out[4] = v2; out[5] = LANES_OF(0.0); out[6] = v1;
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(-1.0); out[10] = LANES_OF(0.0);
+  out[11] = LANES_OF(0.36); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
   const lanes v16 = v1 * v3;
-  out[16] = v16;
-  out[17] = v15;
+  out[16] = v16; out[17] = v15;
   const lanes v17 = v1 * v4;
-  out[18] = v17;
-  out[19] = LANES_OF(0.0);
+  out[18] = v17; out[19] = LANES_OF(0.0);
   const lanes v18 = v2 * v3;
-  out[20] = v18;
-  out[21] = v1;
+  out[20] = v18; out[21] = v1;
   const lanes v19 = v2 * v4;
-  out[22] = v19;
-  out[23] = LANES_OF(0.0);
+  out[22] = v19; out[23] = LANES_OF(0.0);
   const lanes v20 = -v4;
-  out[24] = v20;
-  out[25] = LANES_OF(0.0);
-  out[26] = v3;
-  out[27] = LANES_OF(0.36);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
+  out[24] = v20; out[25] = LANES_OF(0.0); out[26] = v3; out[27] = LANES_OF(0.36);
+  out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0);
   out[31] = LANES_OF(1.0);
-  const lanes v21 = v16 * v5;
-  const lanes v22 = v2 * v6;
-  const lanes v23 = v21 - v22;
-  out[32] = v23;
-  out[33] = v17;
-  const lanes v24 = v16 * v6;
-  const lanes v25 = v2 * v5;
-  const lanes v26 = v24 + v25;
+  const lanes v21 = v16 * v5, v22 = v2 * v6, v23 = v21 - v22;
+  out[32] = v23; out[33] = v17;
+  const lanes v24 = v16 * v6, v25 = v2 * v5, v26 = v24 + v25;
   out[34] = v26;
   const lanes v27 = 0.42 * v17;
   out[35] = v27;
-  const lanes v28 = v1 * v6;
-  const lanes v29 = v18 * v5;
-  const lanes v30 = v28 + v29;
-  out[36] = v30;
-  out[37] = v19;
-  const lanes v31 = v1 * v5;
-  const lanes v32 = v18 * v6;
-  const lanes v33 = v31 - v32;
-  const lanes v34 = -v33;
+  const lanes v28 = v1 * v6, v29 = v18 * v5, v30 = v28 + v29;
+  out[36] = v30; out[37] = v19;
+  const lanes v31 = v1 * v5, v32 = v18 * v6, v33 = v31 - v32, v34 = -v33;
   out[38] = v34;
   const lanes v35 = 0.42 * v19;
   out[39] = v35;
-  const lanes v36 = v4 * v5;
-  const lanes v37 = -v36;
-  out[40] = v37;
-  out[41] = v3;
-  const lanes v38 = v4 * v6;
-  const lanes v39 = -v38;
+  const lanes v36 = v4 * v5, v37 = -v36;
+  out[40] = v37; out[41] = v3;
+  const lanes v38 = v4 * v6, v39 = -v38;
   out[42] = v39;
-  const lanes v40 = 0.42 * v3;
-  const lanes v41 = 0.36 + v40;
-  out[43] = v41;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
+  const lanes v40 = 0.42 * v3, v41 = 0.36 + v40;
+  out[43] = v41; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
   out[47] = LANES_OF(1.0);
-  const lanes v42 = v17 * v7;
-  const lanes v43 = v23 * v8;
-  const lanes v44 = v42 + v43;
+  const lanes v42 = v17 * v7, v43 = v23 * v8, v44 = v42 + v43;
   out[48] = v44;
   const lanes v45 = -v26;
   out[49] = v45;
-  const lanes v46 = v17 * v8;
-  const lanes v47 = v23 * v7;
-  const lanes v48 = v46 - v47;
-  out[50] = v48;
-  out[51] = v27;
-  const lanes v49 = v19 * v7;
-  const lanes v50 = v30 * v8;
-  const lanes v51 = v49 + v50;
-  out[52] = v51;
-  out[53] = v33;
-  const lanes v52 = v19 * v8;
-  const lanes v53 = v30 * v7;
-  const lanes v54 = v52 - v53;
-  out[54] = v54;
-  out[55] = v35;
-  const lanes v55 = v3 * v7;
-  const lanes v56 = v36 * v8;
-  const lanes v57 = v55 - v56;
-  out[56] = v57;
-  out[57] = v38;
-  const lanes v58 = v36 * v7;
-  const lanes v59 = v3 * v8;
-  const lanes v60 = v58 + v59;
-  out[58] = v60;
-  out[59] = v41;
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
-  out[63] = LANES_OF(1.0);
-  const lanes v61 = v44 * v9;
-  const lanes v62 = v10 * v26;
-  const lanes v63 = v61 - v62;
+  const lanes v46 = v17 * v8, v47 = v23 * v7, v48 = v46 - v47;
+  out[50] = v48; out[51] = v27;
+  const lanes v49 = v19 * v7, v50 = v30 * v8, v51 = v49 + v50;
+  out[52] = v51; out[53] = v33;
+  const lanes v52 = v19 * v8, v53 = v30 * v7, v54 = v52 - v53;
+  out[54] = v54; out[55] = v35;
+  const lanes v55 = v3 * v7, v56 = v36 * v8, v57 = v55 - v56;
+  out[56] = v57; out[57] = v38;
+  const lanes v58 = v36 * v7, v59 = v3 * v8, v60 = v58 + v59;
+  out[58] = v60; out[59] = v41; out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0);
+  out[62] = LANES_OF(0.0); out[63] = LANES_OF(1.0);
+  const lanes v61 = v44 * v9, v62 = v10 * v26, v63 = v61 - v62;
   out[64] = v63;
   const lanes v64 = -v48;
   out[65] = v64;
-  const lanes v65 = v10 * v44;
-  const lanes v66 = v26 * v9;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = -v67;
+  const lanes v65 = v10 * v44, v66 = v26 * v9, v67 = v65 + v66, v68 = -v67;
   out[66] = v68;
-  const lanes v69 = 0.4 * v48;
-  const lanes v70 = v27 + v69;
+  const lanes v69 = 0.4 * v48, v70 = v27 + v69;
   out[67] = v70;
-  const lanes v71 = v10 * v33;
-  const lanes v72 = v51 * v9;
-  const lanes v73 = v71 + v72;
+  const lanes v71 = v10 * v33, v72 = v51 * v9, v73 = v71 + v72;
   out[68] = v73;
   const lanes v74 = -v54;
   out[69] = v74;
-  const lanes v75 = v33 * v9;
-  const lanes v76 = v10 * v51;
-  const lanes v77 = v75 - v76;
+  const lanes v75 = v33 * v9, v76 = v10 * v51, v77 = v75 - v76;
   out[70] = v77;
-  const lanes v78 = 0.4 * v54;
-  const lanes v79 = v35 + v78;
+  const lanes v78 = 0.4 * v54, v79 = v35 + v78;
   out[71] = v79;
-  const lanes v80 = v10 * v38;
-  const lanes v81 = v57 * v9;
-  const lanes v82 = v80 + v81;
+  const lanes v80 = v10 * v38, v81 = v57 * v9, v82 = v80 + v81;
   out[72] = v82;
   const lanes v83 = -v60;
   out[73] = v83;
-  const lanes v84 = v38 * v9;
-  const lanes v85 = v10 * v57;
-  const lanes v86 = v84 - v85;
+  const lanes v84 = v38 * v9, v85 = v10 * v57, v86 = v84 - v85;
   out[74] = v86;
-  const lanes v87 = 0.4 * v60;
-  const lanes v88 = v41 + v87;
-  out[75] = v88;
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
+  const lanes v87 = 0.4 * v60, v88 = v41 + v87;
+  out[75] = v88; out[76] = LANES_OF(0.0); out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0);
   out[79] = LANES_OF(1.0);
-  const lanes v89 = v11 * v63;
-  const lanes v90 = v12 * v48;
-  const lanes v91 = v89 - v90;
-  out[80] = v91;
-  out[81] = v68;
-  const lanes v92 = v11 * v48;
-  const lanes v93 = v12 * v63;
-  const lanes v94 = v92 + v93;
-  out[82] = v94;
-  out[83] = v70;
-  const lanes v95 = v11 * v73;
-  const lanes v96 = v12 * v54;
-  const lanes v97 = v95 - v96;
-  out[84] = v97;
-  out[85] = v77;
-  const lanes v98 = v11 * v54;
-  const lanes v99 = v12 * v73;
-  const lanes v100 = v98 + v99;
-  out[86] = v100;
-  out[87] = v79;
-  const lanes v101 = v11 * v82;
-  const lanes v102 = v12 * v60;
-  const lanes v103 = v101 - v102;
-  out[88] = v103;
-  out[89] = v86;
-  const lanes v104 = v11 * v60;
-  const lanes v105 = v12 * v82;
-  const lanes v106 = v104 + v105;
-  out[90] = v106;
-  out[91] = v88;
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
-  out[95] = LANES_OF(1.0);
-  const lanes v107 = v13 * v91;
-  const lanes v108 = v14 * v67;
-  const lanes v109 = v107 - v108;
+  const lanes v89 = v11 * v63, v90 = v12 * v48, v91 = v89 - v90;
+  out[80] = v91; out[81] = v68;
+  const lanes v92 = v11 * v48, v93 = v12 * v63, v94 = v92 + v93;
+  out[82] = v94; out[83] = v70;
+  const lanes v95 = v11 * v73, v96 = v12 * v54, v97 = v95 - v96;
+  out[84] = v97; out[85] = v77;
+  const lanes v98 = v11 * v54, v99 = v12 * v73, v100 = v98 + v99;
+  out[86] = v100; out[87] = v79;
+  const lanes v101 = v11 * v82, v102 = v12 * v60, v103 = v101 - v102;
+  out[88] = v103; out[89] = v86;
+  const lanes v104 = v11 * v60, v105 = v12 * v82, v106 = v104 + v105;
+  out[90] = v106; out[91] = v88; out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0);
+  out[94] = LANES_OF(0.0); out[95] = LANES_OF(1.0);
+  const lanes v107 = v13 * v91, v108 = v14 * v67, v109 = v107 - v108;
   out[96] = v109;
-  const lanes v110 = v13 * v67;
-  const lanes v111 = v14 * v91;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = -v112;
-  out[97] = v113;
-  out[98] = v94;
-  const lanes v114 = 0.126 * v94;
-  const lanes v115 = v70 + v114;
+  const lanes v110 = v13 * v67, v111 = v14 * v91, v112 = v110 + v111, v113 = -v112;
+  out[97] = v113; out[98] = v94;
+  const lanes v114 = 0.126 * v94, v115 = v70 + v114;
   out[99] = v115;
-  const lanes v116 = v13 * v97;
-  const lanes v117 = v14 * v77;
-  const lanes v118 = v116 + v117;
+  const lanes v116 = v13 * v97, v117 = v14 * v77, v118 = v116 + v117;
   out[100] = v118;
-  const lanes v119 = v13 * v77;
-  const lanes v120 = v14 * v97;
-  const lanes v121 = v119 - v120;
-  out[101] = v121;
-  out[102] = v100;
-  const lanes v122 = 0.126 * v100;
-  const lanes v123 = v79 + v122;
+  const lanes v119 = v13 * v77, v120 = v14 * v97, v121 = v119 - v120;
+  out[101] = v121; out[102] = v100;
+  const lanes v122 = 0.126 * v100, v123 = v79 + v122;
   out[103] = v123;
-  const lanes v124 = v13 * v103;
-  const lanes v125 = v14 * v86;
-  const lanes v126 = v124 + v125;
+  const lanes v124 = v13 * v103, v125 = v14 * v86, v126 = v124 + v125;
   out[104] = v126;
-  const lanes v127 = v13 * v86;
-  const lanes v128 = v14 * v103;
-  const lanes v129 = v127 - v128;
-  out[105] = v129;
-  out[106] = v106;
-  const lanes v130 = 0.126 * v106;
-  const lanes v131 = v88 + v130;
-  out[107] = v131;
-  out[108] = LANES_OF(0.0);
-  out[109] = LANES_OF(0.0);
-  out[110] = LANES_OF(0.0);
+  const lanes v127 = v13 * v86, v128 = v14 * v103, v129 = v127 - v128;
+  out[105] = v129; out[106] = v106;
+  const lanes v130 = 0.126 * v106, v131 = v88 + v130;
+  out[107] = v131; out[108] = LANES_OF(0.0); out[109] = LANES_OF(0.0); out[110] = LANES_OF(0.0);
   out[111] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  lanes v1, v14; LANES_NAME(lanes_cos_sin)(&q_6, &v1, &v14);
-  lanes v2, v13; LANES_NAME(lanes_cos_sin)(&q_5, &v2, &v13);
-  lanes v3, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v8);
-  lanes v6, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v6, &v4);
-  lanes v10, v5; LANES_NAME(lanes_cos_sin)(&q_3, &v10, &v5);
-  lanes v7, v9; LANES_NAME(lanes_cos_sin)(&q_2, &v7, &v9);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_4, &v11, &v12);
-  const lanes v15 = v3 * v4;
-  const lanes v16 = v15 * v5;
-  const lanes v17 = v3 * v6;
-  const lanes v18 = v17 * v7;
-  const lanes v19 = v8 * v9;
-  const lanes v20 = v18 - v19;
-  const lanes v21 = v20 * v10;
-  const lanes v22 = v16 + v21;
-  const lanes v23 = v22 * v11;
-  const lanes v24 = v17 * v9;
-  const lanes v25 = v8 * v7;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = v12 * v26;
-  const lanes v28 = v23 - v27;
-  const lanes v29 = v2 * v28;
-  const lanes v30 = v15 * v10;
-  const lanes v31 = v20 * v5;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = v13 * v32;
-  const lanes v34 = v29 - v33;
-  const lanes v35 = v1 * v34;
-  const lanes v36 = v12 * v22;
-  const lanes v37 = v26 * v11;
-  const lanes v38 = v36 + v37;
-  const lanes v39 = v14 * v38;
-  const lanes v40 = v35 - v39;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6];
+  LANES_COS_SIN(v1, v14, q_6); LANES_COS_SIN(v2, v13, q_5); LANES_COS_SIN(v3, v8, q_0);
+  LANES_COS_SIN(v6, v4, q_1); LANES_COS_SIN(v10, v5, q_3); LANES_COS_SIN(v7, v9, q_2);
+  LANES_COS_SIN(v11, v12, q_4);
+  const lanes v15 = v3 * v4, v16 = v15 * v5, v17 = v3 * v6, v18 = v17 * v7, v19 = v8 * v9,
+      v20 = v18 - v19, v21 = v20 * v10, v22 = v16 + v21, v23 = v22 * v11, v24 = v17 * v9,
+      v25 = v8 * v7, v26 = v24 + v25, v27 = v12 * v26, v28 = v23 - v27, v29 = v2 * v28,
+      v30 = v15 * v10, v31 = v20 * v5, v32 = v30 - v31, v33 = v13 * v32, v34 = v29 - v33,
+      v35 = v1 * v34, v36 = v12 * v22, v37 = v26 * v11, v38 = v36 + v37, v39 = v14 * v38,
+      v40 = v35 - v39;
   out[0] = v40;
-  const lanes v41 = v1 * v38;
-  const lanes v42 = v14 * v34;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = -v43;
+  const lanes v41 = v1 * v38, v42 = v14 * v34, v43 = v41 + v42, v44 = -v43;
   out[1] = v44;
-  const lanes v45 = v2 * v32;
-  const lanes v46 = v13 * v28;
-  const lanes v47 = v45 + v46;
+  const lanes v45 = v2 * v32, v46 = v13 * v28, v47 = v45 + v46;
   out[2] = v47;
-  const lanes v48 = 0.126 * v13;
-  const lanes v49 = v48 * v11;
-  const lanes v50 = v49 * v10;
-  const lanes v51 = 0.126 * v2;
-  const lanes v52 = v51 + 0.4;
-  const lanes v53 = v52 * v5;
-  const lanes v54 = v50 - v53;
-  const lanes v55 = v7 * v54;
-  const lanes v56 = v12 * v48;
-  const lanes v57 = v56 * v9;
-  const lanes v58 = v55 - v57;
-  const lanes v59 = v6 * v58;
-  const lanes v60 = v49 * v5;
-  const lanes v61 = v52 * v10;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v62 + 0.42;
-  const lanes v64 = v4 * v63;
-  const lanes v65 = v59 + v64;
-  const lanes v66 = v3 * v65;
-  const lanes v67 = v7 * v56;
-  const lanes v68 = v54 * v9;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v8 * v69;
-  const lanes v71 = v66 - v70;
+  const lanes v48 = 0.126 * v13, v49 = v48 * v11, v50 = v49 * v10, v51 = 0.126 * v2,
+      v52 = v51 + 0.4, v53 = v52 * v5, v54 = v50 - v53, v55 = v7 * v54, v56 = v12 * v48,
+      v57 = v56 * v9, v58 = v55 - v57, v59 = v6 * v58, v60 = v49 * v5, v61 = v52 * v10,
+      v62 = v60 + v61, v63 = v62 + 0.42, v64 = v4 * v63, v65 = v59 + v64, v66 = v3 * v65,
+      v67 = v7 * v56, v68 = v54 * v9, v69 = v67 + v68, v70 = v8 * v69, v71 = v66 - v70;
   out[3] = v71;
-  const lanes v72 = v3 * v7;
-  const lanes v73 = v8 * v6;
-  const lanes v74 = v73 * v9;
-  const lanes v75 = v72 - v74;
-  const lanes v76 = v12 * v75;
-  const lanes v77 = v8 * v4;
-  const lanes v78 = v77 * v5;
-  const lanes v79 = v3 * v9;
-  const lanes v80 = v73 * v7;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = v81 * v10;
-  const lanes v83 = v78 + v82;
-  const lanes v84 = v83 * v11;
-  const lanes v85 = v76 + v84;
-  const lanes v86 = v2 * v85;
-  const lanes v87 = v77 * v10;
-  const lanes v88 = v81 * v5;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v13 * v89;
-  const lanes v91 = v86 - v90;
-  const lanes v92 = v1 * v91;
-  const lanes v93 = v75 * v11;
-  const lanes v94 = v12 * v83;
-  const lanes v95 = v93 - v94;
-  const lanes v96 = v14 * v95;
-  const lanes v97 = v92 + v96;
+  const lanes v72 = v3 * v7, v73 = v8 * v6, v74 = v73 * v9, v75 = v72 - v74, v76 = v12 * v75,
+      v77 = v8 * v4, v78 = v77 * v5, v79 = v3 * v9, v80 = v73 * v7, v81 = v79 + v80,
+      v82 = v81 * v10, v83 = v78 + v82, v84 = v83 * v11, v85 = v76 + v84, v86 = v2 * v85,
+      v87 = v77 * v10, v88 = v81 * v5, v89 = v87 - v88, v90 = v13 * v89, v91 = v86 - v90,
+      v92 = v1 * v91, v93 = v75 * v11, v94 = v12 * v83, v95 = v93 - v94, v96 = v14 * v95,
+      v97 = v92 + v96;
   out[4] = v97;
-  const lanes v98 = v1 * v95;
-  const lanes v99 = v14 * v91;
-  const lanes v100 = v98 - v99;
+  const lanes v98 = v1 * v95, v99 = v14 * v91, v100 = v98 - v99;
   out[5] = v100;
-  const lanes v101 = v2 * v89;
-  const lanes v102 = v13 * v85;
-  const lanes v103 = v101 + v102;
+  const lanes v101 = v2 * v89, v102 = v13 * v85, v103 = v101 + v102;
   out[6] = v103;
-  const lanes v104 = v3 * v69;
-  const lanes v105 = v8 * v65;
-  const lanes v106 = v104 + v105;
+  const lanes v104 = v3 * v69, v105 = v8 * v65, v106 = v104 + v105;
   out[7] = v106;
-  const lanes v107 = v4 * v9;
-  const lanes v108 = v12 * v107;
-  const lanes v109 = v6 * v5;
-  const lanes v110 = v4 * v7;
-  const lanes v111 = v110 * v10;
-  const lanes v112 = v109 - v111;
-  const lanes v113 = v112 * v11;
-  const lanes v114 = v108 + v113;
-  const lanes v115 = v2 * v114;
-  const lanes v116 = v110 * v5;
-  const lanes v117 = v6 * v10;
-  const lanes v118 = v116 + v117;
-  const lanes v119 = v13 * v118;
-  const lanes v120 = v115 - v119;
-  const lanes v121 = v1 * v120;
-  const lanes v122 = v107 * v11;
-  const lanes v123 = v12 * v112;
-  const lanes v124 = v122 - v123;
-  const lanes v125 = v14 * v124;
-  const lanes v126 = v121 + v125;
+  const lanes v107 = v4 * v9, v108 = v12 * v107, v109 = v6 * v5, v110 = v4 * v7, v111 = v110 * v10,
+      v112 = v109 - v111, v113 = v112 * v11, v114 = v108 + v113, v115 = v2 * v114, v116 = v110 * v5,
+      v117 = v6 * v10, v118 = v116 + v117, v119 = v13 * v118, v120 = v115 - v119, v121 = v1 * v120,
+      v122 = v107 * v11, v123 = v12 * v112, v124 = v122 - v123, v125 = v14 * v124,
+      v126 = v121 + v125;
   out[8] = v126;
-  const lanes v127 = v1 * v124;
-  const lanes v128 = v14 * v120;
-  const lanes v129 = v127 - v128;
+  const lanes v127 = v1 * v124, v128 = v14 * v120, v129 = v127 - v128;
   out[9] = v129;
-  const lanes v130 = v2 * v118;
-  const lanes v131 = v13 * v114;
-  const lanes v132 = v130 + v131;
+  const lanes v130 = v2 * v118, v131 = v13 * v114, v132 = v130 + v131;
   out[10] = v132;
-  const lanes v133 = v4 * v58;
-  const lanes v134 = v6 * v63;
-  const lanes v135 = v133 - v134;
-  const lanes v136 = 0.36 - v135;
-  out[11] = v136;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v133 = v4 * v58, v134 = v6 * v63, v135 = v133 - v134, v136 = 0.36 - v135;
+  out[11] = v136; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
   const lanes v137 = -v106;
   out[16] = v137;
-  const lanes v138 = v3 * v135;
-  const lanes v139 = -v138;
+  const lanes v138 = v3 * v135, v139 = -v138;
   out[17] = v139;
-  const lanes v140 = v17 * v69;
-  const lanes v141 = v8 * v58;
-  const lanes v142 = v140 + v141;
-  const lanes v143 = -v142;
+  const lanes v140 = v17 * v69, v141 = v8 * v58, v142 = v140 + v141, v143 = -v142;
   out[18] = v143;
-  const lanes v144 = v15 * v54;
-  const lanes v145 = v20 * v62;
-  const lanes v146 = v144 - v145;
+  const lanes v144 = v15 * v54, v145 = v20 * v62, v146 = v144 - v145;
   out[19] = v146;
-  const lanes v147 = v38 * v48;
-  const lanes v148 = -v147;
+  const lanes v147 = v38 * v48, v148 = -v147;
   out[20] = v148;
   const lanes v149 = 0.126 * v34;
-  out[21] = v149;
-  out[22] = LANES_OF(0.0);
-  out[23] = v71;
-  const lanes v150 = v8 * v135;
-  const lanes v151 = -v150;
+  out[21] = v149; out[22] = LANES_OF(0.0); out[23] = v71;
+  const lanes v150 = v8 * v135, v151 = -v150;
   out[24] = v151;
-  const lanes v152 = v3 * v58;
-  const lanes v153 = v73 * v69;
-  const lanes v154 = v152 - v153;
+  const lanes v152 = v3 * v58, v153 = v73 * v69, v154 = v152 - v153;
   out[25] = v154;
-  const lanes v155 = v77 * v54;
-  const lanes v156 = v81 * v62;
-  const lanes v157 = v155 - v156;
+  const lanes v155 = v77 * v54, v156 = v81 * v62, v157 = v155 - v156;
   out[26] = v157;
   const lanes v158 = v95 * v48;
   out[27] = v158;
   const lanes v159 = 0.126 * v91;
-  out[28] = v159;
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
+  out[28] = v159; out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0);
   const lanes v160 = -v65;
   out[31] = v160;
   const lanes v161 = v4 * v69;
   out[32] = v161;
-  const lanes v162 = v110 * v62;
-  const lanes v163 = v6 * v54;
-  const lanes v164 = v162 + v163;
+  const lanes v162 = v110 * v62, v163 = v6 * v54, v164 = v162 + v163;
   out[33] = v164;
   const lanes v165 = v124 * v48;
   out[34] = v165;
   const lanes v166 = 0.126 * v120;
-  out[35] = v166;
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
+  out[35] = v166; out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0);
   const lanes v167 = -v8;
-  out[38] = v167;
-  out[39] = v15;
-  out[40] = v26;
-  out[41] = v32;
+  out[38] = v167; out[39] = v15; out[40] = v26; out[41] = v32;
   const lanes v168 = -v38;
-  out[42] = v168;
-  out[43] = v47;
-  out[44] = LANES_OF(0.0);
-  out[45] = v3;
-  out[46] = v77;
+  out[42] = v168; out[43] = v47; out[44] = LANES_OF(0.0); out[45] = v3; out[46] = v77;
   const lanes v169 = -v75;
-  out[47] = v169;
-  out[48] = v89;
-  out[49] = v95;
-  out[50] = v103;
-  out[51] = LANES_OF(1.0);
-  out[52] = LANES_OF(0.0);
-  out[53] = v6;
+  out[47] = v169; out[48] = v89; out[49] = v95; out[50] = v103; out[51] = LANES_OF(1.0);
+  out[52] = LANES_OF(0.0); out[53] = v6;
   const lanes v170 = -v107;
-  out[54] = v170;
-  out[55] = v118;
-  out[56] = v124;
-  out[57] = v132;
+  out[54] = v170; out[55] = v118; out[56] = v124; out[57] = v132;
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_jacobian_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v5, &v3);
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v4, &v6);
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&q_3, &v8, &v7);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&q_4, &v9, &v10);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_5, &v11, &v12);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v5, v3, q_1); LANES_COS_SIN(v4, v6, q_2);
+  LANES_COS_SIN(v8, v7, q_3); LANES_COS_SIN(v9, v10, q_4); LANES_COS_SIN(v11, v12, q_5);
   out[0] = LANES_OF(0.0);
-  const lanes v13 = 0.36 * v1;
-  const lanes v14 = -v13;
+  const lanes v13 = 0.36 * v1, v14 = -v13;
   out[1] = v14;
-  const lanes v15 = 0.36 * v3;
-  const lanes v16 = v2 * v15;
-  const lanes v17 = -v16;
+  const lanes v15 = 0.36 * v3, v16 = v2 * v15, v17 = -v16;
   out[2] = v17;
-  const lanes v18 = v1 * v3;
-  const lanes v19 = v4 * v15;
-  const lanes v20 = v18 * v19;
-  const lanes v21 = v1 * v5;
-  const lanes v22 = v21 * v4;
-  const lanes v23 = v2 * v6;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = 0.36 * v5;
-  const lanes v26 = v25 + 0.42;
-  const lanes v27 = v24 * v26;
-  const lanes v28 = v20 + v27;
+  const lanes v18 = v1 * v3, v19 = v4 * v15, v20 = v18 * v19, v21 = v1 * v5, v22 = v21 * v4,
+      v23 = v2 * v6, v24 = v22 - v23, v25 = 0.36 * v5, v26 = v25 + 0.42, v27 = v24 * v26,
+      v28 = v20 + v27;
   out[3] = v28;
-  const lanes v29 = v18 * v7;
-  const lanes v30 = v24 * v8;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v6 * v15;
-  const lanes v33 = v31 * v32;
-  const lanes v34 = v21 * v6;
-  const lanes v35 = v2 * v4;
-  const lanes v36 = v34 + v35;
-  const lanes v37 = v8 * v19;
-  const lanes v38 = v7 * v26;
-  const lanes v39 = v37 - v38;
-  const lanes v40 = v36 * v39;
-  const lanes v41 = v33 - v40;
+  const lanes v29 = v18 * v7, v30 = v24 * v8, v31 = v29 + v30, v32 = v6 * v15, v33 = v31 * v32,
+      v34 = v21 * v6, v35 = v2 * v4, v36 = v34 + v35, v37 = v8 * v19, v38 = v7 * v26,
+      v39 = v37 - v38, v40 = v36 * v39, v41 = v33 - v40;
   out[4] = v41;
-  const lanes v42 = v18 * v8;
-  const lanes v43 = v24 * v7;
-  const lanes v44 = v42 - v43;
-  const lanes v45 = v9 * v39;
-  const lanes v46 = v10 * v32;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v44 * v47;
-  const lanes v49 = v31 * v9;
-  const lanes v50 = v10 * v36;
-  const lanes v51 = v49 - v50;
-  const lanes v52 = v8 * v26;
-  const lanes v53 = v7 * v19;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = v54 + 0.4;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v48 + v56;
-  const lanes v58 = -v57;
+  const lanes v42 = v18 * v8, v43 = v24 * v7, v44 = v42 - v43, v45 = v9 * v39, v46 = v10 * v32,
+      v47 = v45 - v46, v48 = v44 * v47, v49 = v31 * v9, v50 = v10 * v36, v51 = v49 - v50,
+      v52 = v8 * v26, v53 = v7 * v19, v54 = v52 + v53, v55 = v54 + 0.4, v56 = v51 * v55,
+      v57 = v48 + v56, v58 = -v57;
   out[5] = v58;
-  const lanes v59 = v11 * v51;
-  const lanes v60 = v12 * v44;
-  const lanes v61 = v59 - v60;
-  const lanes v62 = v10 * v39;
-  const lanes v63 = v9 * v32;
-  const lanes v64 = v62 + v63;
-  const lanes v65 = v61 * v64;
-  const lanes v66 = v10 * v31;
-  const lanes v67 = v36 * v9;
-  const lanes v68 = v66 + v67;
-  const lanes v69 = v11 * v47;
-  const lanes v70 = v12 * v55;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = v68 * v71;
-  const lanes v73 = v65 - v72;
-  out[6] = v73;
-  out[7] = LANES_OF(0.0);
-  const lanes v74 = 0.36 * v2;
-  const lanes v75 = -v74;
+  const lanes v59 = v11 * v51, v60 = v12 * v44, v61 = v59 - v60, v62 = v10 * v39, v63 = v9 * v32,
+      v64 = v62 + v63, v65 = v61 * v64, v66 = v10 * v31, v67 = v36 * v9, v68 = v66 + v67,
+      v69 = v11 * v47, v70 = v12 * v55, v71 = v69 + v70, v72 = v68 * v71, v73 = v65 - v72;
+  out[6] = v73; out[7] = LANES_OF(0.0);
+  const lanes v74 = 0.36 * v2, v75 = -v74;
   out[8] = v75;
   const lanes v76 = v1 * v15;
   out[9] = v76;
-  const lanes v77 = v2 * v3;
-  const lanes v78 = v77 * v19;
-  const lanes v79 = v1 * v6;
-  const lanes v80 = v2 * v5;
-  const lanes v81 = v80 * v4;
-  const lanes v82 = v79 + v81;
-  const lanes v83 = v82 * v26;
-  const lanes v84 = v78 + v83;
+  const lanes v77 = v2 * v3, v78 = v77 * v19, v79 = v1 * v6, v80 = v2 * v5, v81 = v80 * v4,
+      v82 = v79 + v81, v83 = v82 * v26, v84 = v78 + v83;
   out[10] = v84;
-  const lanes v85 = v1 * v4;
-  const lanes v86 = v80 * v6;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v87 * v39;
-  const lanes v89 = v77 * v7;
-  const lanes v90 = v82 * v8;
-  const lanes v91 = v89 + v90;
-  const lanes v92 = v91 * v32;
-  const lanes v93 = v88 + v92;
+  const lanes v85 = v1 * v4, v86 = v80 * v6, v87 = v85 - v86, v88 = v87 * v39, v89 = v77 * v7,
+      v90 = v82 * v8, v91 = v89 + v90, v92 = v91 * v32, v93 = v88 + v92;
   out[11] = v93;
-  const lanes v94 = v77 * v8;
-  const lanes v95 = v82 * v7;
-  const lanes v96 = v94 - v95;
-  const lanes v97 = v96 * v47;
-  const lanes v98 = v10 * v87;
-  const lanes v99 = v91 * v9;
-  const lanes v100 = v98 + v99;
-  const lanes v101 = v100 * v55;
-  const lanes v102 = v97 + v101;
-  const lanes v103 = -v102;
+  const lanes v94 = v77 * v8, v95 = v82 * v7, v96 = v94 - v95, v97 = v96 * v47, v98 = v10 * v87,
+      v99 = v91 * v9, v100 = v98 + v99, v101 = v100 * v55, v102 = v97 + v101, v103 = -v102;
   out[12] = v103;
-  const lanes v104 = v87 * v9;
-  const lanes v105 = v10 * v91;
-  const lanes v106 = v104 - v105;
-  const lanes v107 = v106 * v71;
-  const lanes v108 = v11 * v100;
-  const lanes v109 = v12 * v96;
-  const lanes v110 = v108 - v109;
-  const lanes v111 = v110 * v64;
-  const lanes v112 = v107 + v111;
-  out[13] = v112;
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  const lanes v113 = v5 * v19;
-  const lanes v114 = v3 * v4;
-  const lanes v115 = v114 * v26;
-  const lanes v116 = v113 - v115;
+  const lanes v104 = v87 * v9, v105 = v10 * v91, v106 = v104 - v105, v107 = v106 * v71,
+      v108 = v11 * v100, v109 = v12 * v96, v110 = v108 - v109, v111 = v110 * v64,
+      v112 = v107 + v111;
+  out[13] = v112; out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
+  const lanes v113 = v5 * v19, v114 = v3 * v4, v115 = v114 * v26, v116 = v113 - v115;
   out[17] = v116;
-  const lanes v117 = v3 * v6;
-  const lanes v118 = v117 * v39;
-  const lanes v119 = v5 * v7;
-  const lanes v120 = v114 * v8;
-  const lanes v121 = v119 - v120;
-  const lanes v122 = v121 * v32;
-  const lanes v123 = v118 + v122;
+  const lanes v117 = v3 * v6, v118 = v117 * v39, v119 = v5 * v7, v120 = v114 * v8,
+      v121 = v119 - v120, v122 = v121 * v32, v123 = v118 + v122;
   out[18] = v123;
-  const lanes v124 = v114 * v7;
-  const lanes v125 = v5 * v8;
-  const lanes v126 = v124 + v125;
-  const lanes v127 = v126 * v47;
-  const lanes v128 = v10 * v117;
-  const lanes v129 = v121 * v9;
-  const lanes v130 = v128 + v129;
-  const lanes v131 = v130 * v55;
-  const lanes v132 = v127 + v131;
-  const lanes v133 = -v132;
+  const lanes v124 = v114 * v7, v125 = v5 * v8, v126 = v124 + v125, v127 = v126 * v47,
+      v128 = v10 * v117, v129 = v121 * v9, v130 = v128 + v129, v131 = v130 * v55,
+      v132 = v127 + v131, v133 = -v132;
   out[19] = v133;
-  const lanes v134 = v117 * v9;
-  const lanes v135 = v10 * v121;
-  const lanes v136 = v134 - v135;
-  const lanes v137 = v136 * v71;
-  const lanes v138 = v11 * v130;
-  const lanes v139 = v12 * v126;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = v140 * v64;
-  const lanes v142 = v137 + v141;
-  out[20] = v142;
-  out[21] = LANES_OF(0.0);
+  const lanes v134 = v117 * v9, v135 = v10 * v121, v136 = v134 - v135, v137 = v136 * v71,
+      v138 = v11 * v130, v139 = v12 * v126, v140 = v138 - v139, v141 = v140 * v64,
+      v142 = v137 + v141;
+  out[20] = v142; out[21] = LANES_OF(0.0);
   const lanes v143 = -v2;
-  out[22] = v143;
-  out[23] = v18;
-  out[24] = v36;
-  out[25] = v44;
+  out[22] = v143; out[23] = v18; out[24] = v36; out[25] = v44;
   const lanes v144 = -v68;
   out[26] = v144;
-  const lanes v145 = v11 * v44;
-  const lanes v146 = v12 * v51;
-  const lanes v147 = v145 + v146;
-  out[27] = v147;
-  out[28] = LANES_OF(0.0);
-  out[29] = v1;
-  out[30] = v77;
+  const lanes v145 = v11 * v44, v146 = v12 * v51, v147 = v145 + v146;
+  out[27] = v147; out[28] = LANES_OF(0.0); out[29] = v1; out[30] = v77;
   const lanes v148 = -v87;
-  out[31] = v148;
-  out[32] = v96;
-  out[33] = v106;
-  const lanes v149 = v11 * v96;
-  const lanes v150 = v12 * v100;
-  const lanes v151 = v149 + v150;
-  out[34] = v151;
-  out[35] = LANES_OF(1.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = v5;
+  out[31] = v148; out[32] = v96; out[33] = v106;
+  const lanes v149 = v11 * v96, v150 = v12 * v100, v151 = v149 + v150;
+  out[34] = v151; out[35] = LANES_OF(1.0); out[36] = LANES_OF(0.0); out[37] = v5;
   const lanes v152 = -v117;
-  out[38] = v152;
-  out[39] = v126;
-  out[40] = v136;
-  const lanes v153 = v11 * v126;
-  const lanes v154 = v12 * v130;
-  const lanes v155 = v153 + v154;
+  out[38] = v152; out[39] = v126; out[40] = v136;
+  const lanes v153 = v11 * v126, v154 = v12 * v130, v155 = v153 + v154;
   out[41] = v155;
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_jacobian_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  lanes v1, v14; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v14);
-  lanes v6, v2; LANES_NAME(lanes_cos_sin)(&q_4, &v6, &v2);
-  lanes v3, v8; LANES_NAME(lanes_cos_sin)(&q_5, &v3, &v8);
-  lanes v4, v5; LANES_NAME(lanes_cos_sin)(&q_6, &v4, &v5);
-  lanes v7, v11; LANES_NAME(lanes_cos_sin)(&q_2, &v7, &v11);
-  lanes v10, v9; LANES_NAME(lanes_cos_sin)(&q_3, &v10, &v9);
-  lanes v13, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v13, &v12);
-  const lanes v15 = v3 * v4;
-  const lanes v16 = v2 * v15;
-  const lanes v17 = v5 * v6;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = v18 * v7;
-  const lanes v20 = v8 * v4;
-  const lanes v21 = v20 * v9;
-  const lanes v22 = v15 * v6;
-  const lanes v23 = v2 * v5;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v24 * v10;
-  const lanes v26 = v21 + v25;
-  const lanes v27 = v26 * v11;
-  const lanes v28 = v19 + v27;
-  const lanes v29 = v1 * v28;
-  const lanes v30 = v24 * v9;
-  const lanes v31 = v20 * v10;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = v32 * v12;
-  const lanes v34 = v26 * v7;
-  const lanes v35 = v18 * v11;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = v36 * v13;
-  const lanes v38 = v33 + v37;
-  const lanes v39 = v38 * v14;
-  const lanes v40 = v29 + v39;
-  const lanes v41 = 0.126 * v8;
-  const lanes v42 = v41 * v6;
-  const lanes v43 = v42 * v10;
-  const lanes v44 = 0.126 * v3;
-  const lanes v45 = v44 + 0.4;
-  const lanes v46 = v45 * v9;
-  const lanes v47 = v43 - v46;
-  const lanes v48 = v7 * v47;
-  const lanes v49 = v2 * v41;
-  const lanes v50 = v49 * v11;
-  const lanes v51 = v48 - v50;
-  const lanes v52 = v13 * v51;
-  const lanes v53 = v42 * v9;
-  const lanes v54 = v45 * v10;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = v55 + 0.42;
-  const lanes v57 = v12 * v56;
-  const lanes v58 = v52 + v57;
-  const lanes v59 = v1 * v58;
-  const lanes v60 = v7 * v49;
-  const lanes v61 = v47 * v11;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v14 * v62;
-  const lanes v64 = v59 - v63;
-  const lanes v65 = v40 * v64;
-  const lanes v66 = v1 * v38;
-  const lanes v67 = v28 * v14;
-  const lanes v68 = v66 - v67;
-  const lanes v69 = v1 * v62;
-  const lanes v70 = v14 * v58;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = v68 * v71;
-  const lanes v73 = v65 - v72;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6];
+  LANES_COS_SIN(v1, v14, q_0); LANES_COS_SIN(v6, v2, q_4); LANES_COS_SIN(v3, v8, q_5);
+  LANES_COS_SIN(v4, v5, q_6); LANES_COS_SIN(v7, v11, q_2); LANES_COS_SIN(v10, v9, q_3);
+  LANES_COS_SIN(v13, v12, q_1);
+  const lanes v15 = v3 * v4, v16 = v2 * v15, v17 = v5 * v6, v18 = v16 + v17, v19 = v18 * v7,
+      v20 = v8 * v4, v21 = v20 * v9, v22 = v15 * v6, v23 = v2 * v5, v24 = v22 - v23,
+      v25 = v24 * v10, v26 = v21 + v25, v27 = v26 * v11, v28 = v19 + v27, v29 = v1 * v28,
+      v30 = v24 * v9, v31 = v20 * v10, v32 = v30 - v31, v33 = v32 * v12, v34 = v26 * v7,
+      v35 = v18 * v11, v36 = v34 - v35, v37 = v36 * v13, v38 = v33 + v37, v39 = v38 * v14,
+      v40 = v29 + v39, v41 = 0.126 * v8, v42 = v41 * v6, v43 = v42 * v10, v44 = 0.126 * v3,
+      v45 = v44 + 0.4, v46 = v45 * v9, v47 = v43 - v46, v48 = v7 * v47, v49 = v2 * v41,
+      v50 = v49 * v11, v51 = v48 - v50, v52 = v13 * v51, v53 = v42 * v9, v54 = v45 * v10,
+      v55 = v53 + v54, v56 = v55 + 0.42, v57 = v12 * v56, v58 = v52 + v57, v59 = v1 * v58,
+      v60 = v7 * v49, v61 = v47 * v11, v62 = v60 + v61, v63 = v14 * v62, v64 = v59 - v63,
+      v65 = v40 * v64, v66 = v1 * v38, v67 = v28 * v14, v68 = v66 - v67, v69 = v1 * v62,
+      v70 = v14 * v58, v71 = v69 + v70, v72 = v68 * v71, v73 = v65 - v72;
   out[0] = v73;
-  const lanes v74 = v36 * v12;
-  const lanes v75 = v32 * v13;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v76 * v58;
-  const lanes v78 = v12 * v51;
-  const lanes v79 = v13 * v56;
-  const lanes v80 = v78 - v79;
-  const lanes v81 = v38 * v80;
-  const lanes v82 = v77 - v81;
+  const lanes v74 = v36 * v12, v75 = v32 * v13, v76 = v74 - v75, v77 = v76 * v58, v78 = v12 * v51,
+      v79 = v13 * v56, v80 = v78 - v79, v81 = v38 * v80, v82 = v77 - v81;
   out[1] = v82;
-  const lanes v83 = v28 * v51;
-  const lanes v84 = v36 * v62;
-  const lanes v85 = v83 - v84;
+  const lanes v83 = v28 * v51, v84 = v36 * v62, v85 = v83 - v84;
   out[2] = v85;
-  const lanes v86 = v32 * v47;
-  const lanes v87 = v26 * v55;
-  const lanes v88 = v86 - v87;
+  const lanes v86 = v32 * v47, v87 = v26 * v55, v88 = v86 - v87;
   out[3] = v88;
   const lanes v89 = v5 * v41;
   out[4] = v89;
   const lanes v90 = 0.126 * v4;
-  out[5] = v90;
-  out[6] = LANES_OF(0.0);
-  const lanes v91 = v4 * v6;
-  const lanes v92 = v3 * v5;
-  const lanes v93 = v2 * v92;
-  const lanes v94 = v91 - v93;
-  const lanes v95 = v94 * v7;
-  const lanes v96 = v8 * v5;
-  const lanes v97 = v96 * v9;
-  const lanes v98 = v2 * v4;
-  const lanes v99 = v92 * v6;
-  const lanes v100 = v98 + v99;
-  const lanes v101 = v100 * v10;
-  const lanes v102 = v97 + v101;
-  const lanes v103 = v102 * v11;
-  const lanes v104 = v95 - v103;
-  const lanes v105 = v1 * v104;
-  const lanes v106 = v96 * v10;
-  const lanes v107 = v100 * v9;
-  const lanes v108 = v106 - v107;
-  const lanes v109 = v108 * v12;
-  const lanes v110 = v94 * v11;
-  const lanes v111 = v102 * v7;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = v112 * v13;
-  const lanes v114 = v109 - v113;
-  const lanes v115 = v114 * v14;
-  const lanes v116 = v105 + v115;
-  const lanes v117 = v116 * v64;
-  const lanes v118 = v1 * v114;
-  const lanes v119 = v104 * v14;
-  const lanes v120 = v118 - v119;
-  const lanes v121 = v120 * v71;
-  const lanes v122 = v117 - v121;
+  out[5] = v90; out[6] = LANES_OF(0.0);
+  const lanes v91 = v4 * v6, v92 = v3 * v5, v93 = v2 * v92, v94 = v91 - v93, v95 = v94 * v7,
+      v96 = v8 * v5, v97 = v96 * v9, v98 = v2 * v4, v99 = v92 * v6, v100 = v98 + v99,
+      v101 = v100 * v10, v102 = v97 + v101, v103 = v102 * v11, v104 = v95 - v103, v105 = v1 * v104,
+      v106 = v96 * v10, v107 = v100 * v9, v108 = v106 - v107, v109 = v108 * v12, v110 = v94 * v11,
+      v111 = v102 * v7, v112 = v110 + v111, v113 = v112 * v13, v114 = v109 - v113,
+      v115 = v114 * v14, v116 = v105 + v115, v117 = v116 * v64, v118 = v1 * v114, v119 = v104 * v14,
+      v120 = v118 - v119, v121 = v120 * v71, v122 = v117 - v121;
   out[7] = v122;
-  const lanes v123 = v114 * v80;
-  const lanes v124 = v108 * v13;
-  const lanes v125 = v112 * v12;
-  const lanes v126 = v124 + v125;
-  const lanes v127 = v126 * v58;
-  const lanes v128 = v123 + v127;
-  const lanes v129 = -v128;
+  const lanes v123 = v114 * v80, v124 = v108 * v13, v125 = v112 * v12, v126 = v124 + v125,
+      v127 = v126 * v58, v128 = v123 + v127, v129 = -v128;
   out[8] = v129;
-  const lanes v130 = v112 * v62;
-  const lanes v131 = v104 * v51;
-  const lanes v132 = v130 + v131;
+  const lanes v130 = v112 * v62, v131 = v104 * v51, v132 = v130 + v131;
   out[9] = v132;
-  const lanes v133 = v102 * v55;
-  const lanes v134 = v108 * v47;
-  const lanes v135 = v133 + v134;
+  const lanes v133 = v102 * v55, v134 = v108 * v47, v135 = v133 + v134;
   out[10] = v135;
   const lanes v136 = v4 * v41;
   out[11] = v136;
-  const lanes v137 = 0.126 * v5;
-  const lanes v138 = -v137;
-  out[12] = v138;
-  out[13] = LANES_OF(0.0);
-  const lanes v139 = v2 * v8;
-  const lanes v140 = v139 * v7;
-  const lanes v141 = v8 * v6;
-  const lanes v142 = v141 * v10;
-  const lanes v143 = v3 * v9;
-  const lanes v144 = v142 - v143;
-  const lanes v145 = v144 * v11;
-  const lanes v146 = v140 + v145;
-  const lanes v147 = v1 * v146;
-  const lanes v148 = v3 * v10;
-  const lanes v149 = v141 * v9;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = v150 * v12;
-  const lanes v152 = v144 * v7;
-  const lanes v153 = v139 * v11;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 * v13;
-  const lanes v156 = v151 + v155;
-  const lanes v157 = v156 * v14;
-  const lanes v158 = v147 + v157;
-  const lanes v159 = v158 * v64;
-  const lanes v160 = v1 * v156;
-  const lanes v161 = v146 * v14;
-  const lanes v162 = v160 - v161;
-  const lanes v163 = v162 * v71;
-  const lanes v164 = v159 - v163;
+  const lanes v137 = 0.126 * v5, v138 = -v137;
+  out[12] = v138; out[13] = LANES_OF(0.0);
+  const lanes v139 = v2 * v8, v140 = v139 * v7, v141 = v8 * v6, v142 = v141 * v10, v143 = v3 * v9,
+      v144 = v142 - v143, v145 = v144 * v11, v146 = v140 + v145, v147 = v1 * v146, v148 = v3 * v10,
+      v149 = v141 * v9, v150 = v148 + v149, v151 = v150 * v12, v152 = v144 * v7, v153 = v139 * v11,
+      v154 = v152 - v153, v155 = v154 * v13, v156 = v151 + v155, v157 = v156 * v14,
+      v158 = v147 + v157, v159 = v158 * v64, v160 = v1 * v156, v161 = v146 * v14,
+      v162 = v160 - v161, v163 = v162 * v71, v164 = v159 - v163;
   out[14] = v164;
-  const lanes v165 = v154 * v12;
-  const lanes v166 = v150 * v13;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v167 * v58;
-  const lanes v169 = v156 * v80;
-  const lanes v170 = v168 - v169;
+  const lanes v165 = v154 * v12, v166 = v150 * v13, v167 = v165 - v166, v168 = v167 * v58,
+      v169 = v156 * v80, v170 = v168 - v169;
   out[15] = v170;
-  const lanes v171 = v146 * v51;
-  const lanes v172 = v154 * v62;
-  const lanes v173 = v171 - v172;
+  const lanes v171 = v146 * v51, v172 = v154 * v62, v173 = v171 - v172;
   out[16] = v173;
-  const lanes v174 = v150 * v47;
-  const lanes v175 = v144 * v55;
-  const lanes v176 = v174 - v175;
-  out[17] = v176;
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
+  const lanes v174 = v150 * v47, v175 = v144 * v55, v176 = v174 - v175;
+  out[17] = v176; out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0);
   const lanes v177 = -v76;
-  out[21] = v177;
-  out[22] = v28;
-  out[23] = v32;
+  out[21] = v177; out[22] = v28; out[23] = v32;
   const lanes v178 = -v18;
   out[24] = v178;
   const lanes v179 = -v20;
-  out[25] = v179;
-  out[26] = v5;
-  out[27] = LANES_OF(0.0);
-  out[28] = v126;
-  out[29] = v104;
+  out[25] = v179; out[26] = v5; out[27] = LANES_OF(0.0); out[28] = v126; out[29] = v104;
   out[30] = v108;
   const lanes v180 = -v94;
-  out[31] = v180;
-  out[32] = v96;
-  out[33] = v4;
-  out[34] = LANES_OF(0.0);
+  out[31] = v180; out[32] = v96; out[33] = v4; out[34] = LANES_OF(0.0);
   const lanes v181 = -v167;
-  out[35] = v181;
-  out[36] = v146;
-  out[37] = v150;
+  out[35] = v181; out[36] = v146; out[37] = v150;
   const lanes v182 = -v139;
-  out[38] = v182;
-  out[39] = v3;
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(1.0);
+  out[38] = v182; out[39] = v3; out[40] = LANES_OF(0.0); out[41] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v10; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v10);
-  lanes v2, v9; LANES_NAME(lanes_cos_sin)(&q_2, &v2, &v9);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&q_4, &v5, &v3);
-  lanes v7, v4; LANES_NAME(lanes_cos_sin)(&q_5, &v7, &v4);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v8);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v11, &v12);
-  const lanes v13 = 0.126 * v4;
-  const lanes v14 = v3 * v13;
-  const lanes v15 = v2 * v14;
-  const lanes v16 = v13 * v5;
-  const lanes v17 = v16 * v6;
-  const lanes v18 = 0.126 * v7;
-  const lanes v19 = v18 + 0.4;
-  const lanes v20 = v19 * v8;
-  const lanes v21 = v17 - v20;
-  const lanes v22 = v21 * v9;
-  const lanes v23 = v15 + v22;
-  const lanes v24 = v1 * v23;
-  const lanes v25 = v2 * v21;
-  const lanes v26 = v14 * v9;
-  const lanes v27 = v25 - v26;
-  const lanes v28 = v11 * v27;
-  const lanes v29 = v16 * v8;
-  const lanes v30 = v19 * v6;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v31 + 0.42;
-  const lanes v33 = v12 * v32;
-  const lanes v34 = v28 + v33;
-  const lanes v35 = v10 * v34;
-  const lanes v36 = v24 + v35;
-  const lanes v37 = -v36;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v10, q_0); LANES_COS_SIN(v2, v9, q_2); LANES_COS_SIN(v5, v3, q_4);
+  LANES_COS_SIN(v7, v4, q_5); LANES_COS_SIN(v6, v8, q_3); LANES_COS_SIN(v11, v12, q_1);
+  const lanes v13 = 0.126 * v4, v14 = v3 * v13, v15 = v2 * v14, v16 = v13 * v5, v17 = v16 * v6,
+      v18 = 0.126 * v7, v19 = v18 + 0.4, v20 = v19 * v8, v21 = v17 - v20, v22 = v21 * v9,
+      v23 = v15 + v22, v24 = v1 * v23, v25 = v2 * v21, v26 = v14 * v9, v27 = v25 - v26,
+      v28 = v11 * v27, v29 = v16 * v8, v30 = v19 * v6, v31 = v29 + v30, v32 = v31 + 0.42,
+      v33 = v12 * v32, v34 = v28 + v33, v35 = v10 * v34, v36 = v24 + v35, v37 = -v36;
   out[0] = v37;
-  const lanes v38 = v12 * v27;
-  const lanes v39 = v11 * v32;
-  const lanes v40 = v38 - v39;
-  const lanes v41 = v1 * v40;
-  const lanes v42 = -v41;
+  const lanes v38 = v12 * v27, v39 = v11 * v32, v40 = v38 - v39, v41 = v1 * v40, v42 = -v41;
   out[1] = v42;
-  const lanes v43 = v1 * v11;
-  const lanes v44 = v43 * v23;
-  const lanes v45 = v10 * v27;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = -v46;
+  const lanes v43 = v1 * v11, v44 = v43 * v23, v45 = v10 * v27, v46 = v44 + v45, v47 = -v46;
   out[2] = v47;
-  const lanes v48 = v1 * v12;
-  const lanes v49 = v48 * v21;
-  const lanes v50 = v43 * v2;
-  const lanes v51 = v10 * v9;
-  const lanes v52 = v50 - v51;
-  const lanes v53 = v52 * v31;
-  const lanes v54 = v49 - v53;
+  const lanes v48 = v1 * v12, v49 = v48 * v21, v50 = v43 * v2, v51 = v10 * v9, v52 = v50 - v51,
+      v53 = v52 * v31, v54 = v49 - v53;
   out[3] = v54;
-  const lanes v55 = v48 * v8;
-  const lanes v56 = v52 * v6;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = v3 * v57;
-  const lanes v59 = v43 * v9;
-  const lanes v60 = v10 * v2;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = v61 * v5;
-  const lanes v63 = v58 + v62;
-  const lanes v64 = v63 * v13;
-  const lanes v65 = -v64;
+  const lanes v55 = v48 * v8, v56 = v52 * v6, v57 = v55 + v56, v58 = v3 * v57, v59 = v43 * v9,
+      v60 = v10 * v2, v61 = v59 + v60, v62 = v61 * v5, v63 = v58 + v62, v64 = v63 * v13, v65 = -v64;
   out[4] = v65;
-  const lanes v66 = v57 * v5;
-  const lanes v67 = v3 * v61;
-  const lanes v68 = v66 - v67;
-  const lanes v69 = v7 * v68;
-  const lanes v70 = v48 * v6;
-  const lanes v71 = v52 * v8;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v4 * v72;
-  const lanes v74 = v69 - v73;
-  const lanes v75 = 0.126 * v74;
-  out[5] = v75;
-  out[6] = LANES_OF(0.0);
-  const lanes v76 = v1 * v34;
-  const lanes v77 = v10 * v23;
-  const lanes v78 = v76 - v77;
+  const lanes v66 = v57 * v5, v67 = v3 * v61, v68 = v66 - v67, v69 = v7 * v68, v70 = v48 * v6,
+      v71 = v52 * v8, v72 = v70 - v71, v73 = v4 * v72, v74 = v69 - v73, v75 = 0.126 * v74;
+  out[5] = v75; out[6] = LANES_OF(0.0);
+  const lanes v76 = v1 * v34, v77 = v10 * v23, v78 = v76 - v77;
   out[7] = v78;
-  const lanes v79 = v10 * v40;
-  const lanes v80 = -v79;
+  const lanes v79 = v10 * v40, v80 = -v79;
   out[8] = v80;
-  const lanes v81 = v1 * v27;
-  const lanes v82 = v10 * v11;
-  const lanes v83 = v82 * v23;
-  const lanes v84 = v81 - v83;
+  const lanes v81 = v1 * v27, v82 = v10 * v11, v83 = v82 * v23, v84 = v81 - v83;
   out[9] = v84;
-  const lanes v85 = v10 * v12;
-  const lanes v86 = v85 * v21;
-  const lanes v87 = v1 * v9;
-  const lanes v88 = v82 * v2;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v89 * v31;
-  const lanes v91 = v86 - v90;
+  const lanes v85 = v10 * v12, v86 = v85 * v21, v87 = v1 * v9, v88 = v82 * v2, v89 = v87 + v88,
+      v90 = v89 * v31, v91 = v86 - v90;
   out[10] = v91;
-  const lanes v92 = v1 * v2;
-  const lanes v93 = v82 * v9;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = v94 * v5;
-  const lanes v96 = v85 * v8;
-  const lanes v97 = v89 * v6;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = v3 * v98;
-  const lanes v100 = v95 - v99;
-  const lanes v101 = v100 * v13;
+  const lanes v92 = v1 * v2, v93 = v82 * v9, v94 = v92 - v93, v95 = v94 * v5, v96 = v85 * v8,
+      v97 = v89 * v6, v98 = v96 + v97, v99 = v3 * v98, v100 = v95 - v99, v101 = v100 * v13;
   out[11] = v101;
-  const lanes v102 = v3 * v94;
-  const lanes v103 = v98 * v5;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = v7 * v104;
-  const lanes v106 = v85 * v6;
-  const lanes v107 = v89 * v8;
-  const lanes v108 = v106 - v107;
-  const lanes v109 = v4 * v108;
-  const lanes v110 = v105 - v109;
-  const lanes v111 = 0.126 * v110;
-  out[12] = v111;
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v102 = v3 * v94, v103 = v98 * v5, v104 = v102 + v103, v105 = v7 * v104,
+      v106 = v85 * v6, v107 = v89 * v8, v108 = v106 - v107, v109 = v4 * v108, v110 = v105 - v109,
+      v111 = 0.126 * v110;
+  out[12] = v111; out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   const lanes v112 = -v34;
   out[15] = v112;
   const lanes v113 = v12 * v23;
   out[16] = v113;
-  const lanes v114 = v12 * v2;
-  const lanes v115 = v114 * v31;
-  const lanes v116 = v11 * v21;
-  const lanes v117 = v115 + v116;
+  const lanes v114 = v12 * v2, v115 = v114 * v31, v116 = v11 * v21, v117 = v115 + v116;
   out[17] = v117;
-  const lanes v118 = v12 * v9;
-  const lanes v119 = v118 * v5;
-  const lanes v120 = v11 * v8;
-  const lanes v121 = v114 * v6;
-  const lanes v122 = v120 - v121;
-  const lanes v123 = v3 * v122;
-  const lanes v124 = v119 - v123;
-  const lanes v125 = v124 * v13;
+  const lanes v118 = v12 * v9, v119 = v118 * v5, v120 = v11 * v8, v121 = v114 * v6,
+      v122 = v120 - v121, v123 = v3 * v122, v124 = v119 - v123, v125 = v124 * v13;
   out[18] = v125;
-  const lanes v126 = v3 * v118;
-  const lanes v127 = v122 * v5;
-  const lanes v128 = v126 + v127;
-  const lanes v129 = v7 * v128;
-  const lanes v130 = v114 * v8;
-  const lanes v131 = v11 * v6;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v4 * v132;
-  const lanes v134 = v129 - v133;
-  const lanes v135 = 0.126 * v134;
-  out[19] = v135;
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
+  const lanes v126 = v3 * v118, v127 = v122 * v5, v128 = v126 + v127, v129 = v7 * v128,
+      v130 = v114 * v8, v131 = v11 * v6, v132 = v130 + v131, v133 = v4 * v132, v134 = v129 - v133,
+      v135 = 0.126 * v134;
+  out[19] = v135; out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
   const lanes v136 = -v10;
-  out[22] = v136;
-  out[23] = v48;
-  out[24] = v61;
-  out[25] = v72;
+  out[22] = v136; out[23] = v48; out[24] = v61; out[25] = v72;
   const lanes v137 = -v63;
   out[26] = v137;
-  const lanes v138 = v7 * v72;
-  const lanes v139 = v4 * v68;
-  const lanes v140 = v138 + v139;
-  out[27] = v140;
-  out[28] = LANES_OF(0.0);
-  out[29] = v1;
-  out[30] = v85;
+  const lanes v138 = v7 * v72, v139 = v4 * v68, v140 = v138 + v139;
+  out[27] = v140; out[28] = LANES_OF(0.0); out[29] = v1; out[30] = v85;
   const lanes v141 = -v94;
-  out[31] = v141;
-  out[32] = v108;
-  out[33] = v100;
-  const lanes v142 = v7 * v108;
-  const lanes v143 = v4 * v104;
-  const lanes v144 = v142 + v143;
-  out[34] = v144;
-  out[35] = LANES_OF(1.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = v11;
+  out[31] = v141; out[32] = v108; out[33] = v100;
+  const lanes v142 = v7 * v108, v143 = v4 * v104, v144 = v142 + v143;
+  out[34] = v144; out[35] = LANES_OF(1.0); out[36] = LANES_OF(0.0); out[37] = v11;
   const lanes v145 = -v118;
-  out[38] = v145;
-  out[39] = v132;
-  out[40] = v124;
-  const lanes v146 = v7 * v132;
-  const lanes v147 = v4 * v128;
-  const lanes v148 = v146 + v147;
+  out[38] = v145; out[39] = v132; out[40] = v124;
+  const lanes v146 = v7 * v132, v147 = v4 * v128, v148 = v146 + v147;
   out[41] = v148;
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_jacobian_space_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v4, &v3);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v7, &v8);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&q_4, &v9, &v10);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_5, &v11, &v12);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12];
+  LANES_COS_SIN(v2, v1, q_0); LANES_COS_SIN(v4, v3, q_1); LANES_COS_SIN(v5, v6, q_2);
+  LANES_COS_SIN(v7, v8, q_3); LANES_COS_SIN(v9, v10, q_4); LANES_COS_SIN(v11, v12, q_5);
   out[0] = LANES_OF(0.0);
-  const lanes v13 = 0.36 * v1;
-  const lanes v14 = v13 * qd_0;
+  const lanes v13 = 0.36 * v1, v14 = v13 * qd_0;
   out[1] = v14;
-  const lanes v15 = 0.36 * v3;
-  const lanes v16 = v2 * v15;
-  const lanes v17 = v16 * qd_0;
-  const lanes v18 = v13 * qd_1;
-  const lanes v19 = v18 * v4;
-  const lanes v20 = v17 + v19;
-  const lanes v21 = -v20;
+  const lanes v15 = 0.36 * v3, v16 = v2 * v15, v17 = v16 * qd_0, v18 = v13 * qd_1, v19 = v18 * v4,
+      v20 = v17 + v19, v21 = -v20;
   out[2] = v21;
-  const lanes v22 = v5 * v15;
-  const lanes v23 = v4 * v22;
-  const lanes v24 = v3 * v5;
-  const lanes v25 = 0.36 * v4;
-  const lanes v26 = v25 + 0.42;
-  const lanes v27 = v24 * v26;
-  const lanes v28 = v23 - v27;
-  const lanes v29 = v2 * qd_1;
-  const lanes v30 = v1 * v3;
-  const lanes v31 = v30 * qd_2;
-  const lanes v32 = v29 + v31;
-  const lanes v33 = v28 * v32;
-  const lanes v34 = v30 * v22;
-  const lanes v35 = v2 * v6;
-  const lanes v36 = v1 * v4;
-  const lanes v37 = v36 * v5;
-  const lanes v38 = v35 + v37;
-  const lanes v39 = v38 * v26;
-  const lanes v40 = v34 + v39;
-  const lanes v41 = v4 * qd_2;
-  const lanes v42 = v41 + qd_0;
-  const lanes v43 = v40 * v42;
-  const lanes v44 = v33 - v43;
-  const lanes v45 = v16 * qd_2;
-  const lanes v46 = v45 - v18;
-  const lanes v47 = v3 * v6;
-  const lanes v48 = v46 * v47;
-  const lanes v49 = v44 - v48;
+  const lanes v22 = v5 * v15, v23 = v4 * v22, v24 = v3 * v5, v25 = 0.36 * v4, v26 = v25 + 0.42,
+      v27 = v24 * v26, v28 = v23 - v27, v29 = v2 * qd_1, v30 = v1 * v3, v31 = v30 * qd_2,
+      v32 = v29 + v31, v33 = v28 * v32, v34 = v30 * v22, v35 = v2 * v6, v36 = v1 * v4,
+      v37 = v36 * v5, v38 = v35 + v37, v39 = v38 * v26, v40 = v34 + v39, v41 = v4 * qd_2,
+      v42 = v41 + qd_0, v43 = v40 * v42, v44 = v33 - v43, v45 = v16 * qd_2, v46 = v45 - v18,
+      v47 = v3 * v6, v48 = v46 * v47, v49 = v44 - v48;
   out[3] = v49;
-  const lanes v50 = v7 * v22;
-  const lanes v51 = v8 * v26;
-  const lanes v52 = v50 - v51;
-  const lanes v53 = v47 * v52;
-  const lanes v54 = v4 * v8;
-  const lanes v55 = v24 * v7;
-  const lanes v56 = v54 - v55;
-  const lanes v57 = v6 * v15;
-  const lanes v58 = v56 * v57;
-  const lanes v59 = v53 + v58;
-  const lanes v60 = v2 * v5;
-  const lanes v61 = v36 * v6;
-  const lanes v62 = v60 - v61;
-  const lanes v63 = v62 * qd_3;
-  const lanes v64 = v32 - v63;
-  const lanes v65 = v59 * v64;
-  const lanes v66 = v62 * v52;
-  const lanes v67 = v30 * v8;
-  const lanes v68 = v38 * v7;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v69 * v57;
-  const lanes v71 = v66 + v70;
-  const lanes v72 = v47 * qd_3;
-  const lanes v73 = v42 - v72;
-  const lanes v74 = v71 * v73;
-  const lanes v75 = v65 - v74;
-  const lanes v76 = v40 * qd_3;
-  const lanes v77 = v76 + v46;
-  const lanes v78 = v24 * v8;
-  const lanes v79 = v4 * v7;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = v77 * v80;
-  const lanes v82 = v28 * qd_3;
-  const lanes v83 = v30 * v7;
-  const lanes v84 = v38 * v8;
-  const lanes v85 = v83 - v84;
-  const lanes v86 = v82 * v85;
-  const lanes v87 = v81 - v86;
-  const lanes v88 = v75 + v87;
+  const lanes v50 = v7 * v22, v51 = v8 * v26, v52 = v50 - v51, v53 = v47 * v52, v54 = v4 * v8,
+      v55 = v24 * v7, v56 = v54 - v55, v57 = v6 * v15, v58 = v56 * v57, v59 = v53 + v58,
+      v60 = v2 * v5, v61 = v36 * v6, v62 = v60 - v61, v63 = v62 * qd_3, v64 = v32 - v63,
+      v65 = v59 * v64, v66 = v62 * v52, v67 = v30 * v8, v68 = v38 * v7, v69 = v67 + v68,
+      v70 = v69 * v57, v71 = v66 + v70, v72 = v47 * qd_3, v73 = v42 - v72, v74 = v71 * v73,
+      v75 = v65 - v74, v76 = v40 * qd_3, v77 = v76 + v46, v78 = v24 * v8, v79 = v4 * v7,
+      v80 = v78 + v79, v81 = v77 * v80, v82 = v28 * qd_3, v83 = v30 * v7, v84 = v38 * v8,
+      v85 = v83 - v84, v86 = v82 * v85, v87 = v81 - v86, v88 = v75 + v87;
   out[4] = v88;
-  const lanes v89 = v9 * v52;
-  const lanes v90 = v10 * v57;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = v85 * v91;
-  const lanes v93 = v10 * v62;
-  const lanes v94 = v69 * v9;
-  const lanes v95 = v93 + v94;
-  const lanes v96 = v7 * v26;
-  const lanes v97 = v8 * v22;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = v98 + 0.4;
-  const lanes v100 = v95 * v99;
-  const lanes v101 = v92 + v100;
-  const lanes v102 = v80 * qd_4;
-  const lanes v103 = v102 + v73;
-  const lanes v104 = v101 * v103;
-  const lanes v105 = v80 * v91;
-  const lanes v106 = v10 * v47;
-  const lanes v107 = v56 * v9;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = v108 * v99;
-  const lanes v110 = v105 + v109;
-  const lanes v111 = v85 * qd_4;
-  const lanes v112 = v111 + v64;
-  const lanes v113 = v110 * v112;
-  const lanes v114 = v104 - v113;
-  const lanes v115 = v71 * qd_4;
-  const lanes v116 = v115 + v77;
-  const lanes v117 = v47 * v9;
-  const lanes v118 = v10 * v56;
-  const lanes v119 = v117 - v118;
-  const lanes v120 = v116 * v119;
-  const lanes v121 = v59 * qd_4;
-  const lanes v122 = v82 + v121;
-  const lanes v123 = v62 * v9;
-  const lanes v124 = v10 * v69;
-  const lanes v125 = v123 - v124;
-  const lanes v126 = v122 * v125;
-  const lanes v127 = v120 - v126;
-  const lanes v128 = v114 + v127;
+  const lanes v89 = v9 * v52, v90 = v10 * v57, v91 = v89 - v90, v92 = v85 * v91, v93 = v10 * v62,
+      v94 = v69 * v9, v95 = v93 + v94, v96 = v7 * v26, v97 = v8 * v22, v98 = v96 + v97,
+      v99 = v98 + 0.4, v100 = v95 * v99, v101 = v92 + v100, v102 = v80 * qd_4, v103 = v102 + v73,
+      v104 = v101 * v103, v105 = v80 * v91, v106 = v10 * v47, v107 = v56 * v9, v108 = v106 + v107,
+      v109 = v108 * v99, v110 = v105 + v109, v111 = v85 * qd_4, v112 = v111 + v64,
+      v113 = v110 * v112, v114 = v104 - v113, v115 = v71 * qd_4, v116 = v115 + v77, v117 = v47 * v9,
+      v118 = v10 * v56, v119 = v117 - v118, v120 = v116 * v119, v121 = v59 * qd_4,
+      v122 = v82 + v121, v123 = v62 * v9, v124 = v10 * v69, v125 = v123 - v124, v126 = v122 * v125,
+      v127 = v120 - v126, v128 = v114 + v127;
   out[5] = v128;
-  const lanes v129 = v11 * v91;
-  const lanes v130 = v12 * v99;
-  const lanes v131 = v129 + v130;
-  const lanes v132 = v119 * v131;
-  const lanes v133 = v11 * v108;
-  const lanes v134 = v12 * v80;
-  const lanes v135 = v133 - v134;
-  const lanes v136 = v10 * v52;
-  const lanes v137 = v9 * v57;
-  const lanes v138 = v136 + v137;
-  const lanes v139 = v135 * v138;
-  const lanes v140 = v132 + v139;
-  const lanes v141 = v125 * qd_5;
-  const lanes v142 = v141 + v112;
-  const lanes v143 = v140 * v142;
-  const lanes v144 = v125 * v131;
-  const lanes v145 = v11 * v95;
-  const lanes v146 = v12 * v85;
-  const lanes v147 = v145 - v146;
-  const lanes v148 = v147 * v138;
-  const lanes v149 = v144 + v148;
-  const lanes v150 = v119 * qd_5;
-  const lanes v151 = v150 + v103;
-  const lanes v152 = v149 * v151;
-  const lanes v153 = v143 - v152;
-  const lanes v154 = v101 * qd_5;
-  const lanes v155 = v116 - v154;
-  const lanes v156 = v11 * v80;
-  const lanes v157 = v12 * v108;
-  const lanes v158 = v156 + v157;
-  const lanes v159 = v155 * v158;
-  const lanes v160 = v110 * qd_5;
-  const lanes v161 = v122 - v160;
-  const lanes v162 = v11 * v85;
-  const lanes v163 = v12 * v95;
-  const lanes v164 = v162 + v163;
-  const lanes v165 = v161 * v164;
-  const lanes v166 = v159 - v165;
-  const lanes v167 = v153 + v166;
-  out[6] = v167;
-  out[7] = LANES_OF(0.0);
-  const lanes v168 = 0.36 * v2;
-  const lanes v169 = v168 * qd_0;
-  const lanes v170 = -v169;
+  const lanes v129 = v11 * v91, v130 = v12 * v99, v131 = v129 + v130, v132 = v119 * v131,
+      v133 = v11 * v108, v134 = v12 * v80, v135 = v133 - v134, v136 = v10 * v52, v137 = v9 * v57,
+      v138 = v136 + v137, v139 = v135 * v138, v140 = v132 + v139, v141 = v125 * qd_5,
+      v142 = v141 + v112, v143 = v140 * v142, v144 = v125 * v131, v145 = v11 * v95,
+      v146 = v12 * v85, v147 = v145 - v146, v148 = v147 * v138, v149 = v144 + v148,
+      v150 = v119 * qd_5, v151 = v150 + v103, v152 = v149 * v151, v153 = v143 - v152,
+      v154 = v101 * qd_5, v155 = v116 - v154, v156 = v11 * v80, v157 = v12 * v108,
+      v158 = v156 + v157, v159 = v155 * v158, v160 = v110 * qd_5, v161 = v122 - v160,
+      v162 = v11 * v85, v163 = v12 * v95, v164 = v162 + v163, v165 = v161 * v164,
+      v166 = v159 - v165, v167 = v153 + v166;
+  out[6] = v167; out[7] = LANES_OF(0.0);
+  const lanes v168 = 0.36 * v2, v169 = v168 * qd_0, v170 = -v169;
   out[8] = v170;
-  const lanes v171 = v168 * qd_1;
-  const lanes v172 = v171 * v4;
-  const lanes v173 = v1 * v15;
-  const lanes v174 = v173 * qd_0;
-  const lanes v175 = v172 - v174;
+  const lanes v171 = v168 * qd_1, v172 = v171 * v4, v173 = v1 * v15, v174 = v173 * qd_0,
+      v175 = v172 - v174;
   out[9] = v175;
-  const lanes v176 = v2 * v3;
-  const lanes v177 = v176 * v22;
-  const lanes v178 = v2 * v4;
-  const lanes v179 = v178 * v5;
-  const lanes v180 = v1 * v6;
-  const lanes v181 = v179 - v180;
-  const lanes v182 = v181 * v26;
-  const lanes v183 = v177 + v182;
-  const lanes v184 = v183 * v42;
-  const lanes v185 = v176 * qd_2;
-  const lanes v186 = v1 * qd_1;
-  const lanes v187 = v185 - v186;
-  const lanes v188 = v28 * v187;
-  const lanes v189 = v184 - v188;
-  const lanes v190 = v173 * qd_2;
-  const lanes v191 = v171 + v190;
-  const lanes v192 = v191 * v47;
-  const lanes v193 = v189 - v192;
+  const lanes v176 = v2 * v3, v177 = v176 * v22, v178 = v2 * v4, v179 = v178 * v5, v180 = v1 * v6,
+      v181 = v179 - v180, v182 = v181 * v26, v183 = v177 + v182, v184 = v183 * v42,
+      v185 = v176 * qd_2, v186 = v1 * qd_1, v187 = v185 - v186, v188 = v28 * v187,
+      v189 = v184 - v188, v190 = v173 * qd_2, v191 = v171 + v190, v192 = v191 * v47,
+      v193 = v189 - v192;
   out[10] = v193;
-  const lanes v194 = v176 * v8;
-  const lanes v195 = v181 * v7;
-  const lanes v196 = v194 + v195;
-  const lanes v197 = v196 * v57;
-  const lanes v198 = v178 * v6;
-  const lanes v199 = v1 * v5;
-  const lanes v200 = v198 + v199;
-  const lanes v201 = v200 * v52;
-  const lanes v202 = v197 - v201;
-  const lanes v203 = v202 * v73;
-  const lanes v204 = v200 * qd_3;
-  const lanes v205 = v204 + v187;
-  const lanes v206 = v59 * v205;
-  const lanes v207 = v203 - v206;
-  const lanes v208 = v176 * v7;
-  const lanes v209 = v181 * v8;
-  const lanes v210 = v208 - v209;
-  const lanes v211 = v82 * v210;
-  const lanes v212 = v183 * qd_3;
-  const lanes v213 = v212 - v191;
-  const lanes v214 = v213 * v80;
-  const lanes v215 = v211 - v214;
-  const lanes v216 = v207 + v215;
+  const lanes v194 = v176 * v8, v195 = v181 * v7, v196 = v194 + v195, v197 = v196 * v57,
+      v198 = v178 * v6, v199 = v1 * v5, v200 = v198 + v199, v201 = v200 * v52, v202 = v197 - v201,
+      v203 = v202 * v73, v204 = v200 * qd_3, v205 = v204 + v187, v206 = v59 * v205,
+      v207 = v203 - v206, v208 = v176 * v7, v209 = v181 * v8, v210 = v208 - v209, v211 = v82 * v210,
+      v212 = v183 * qd_3, v213 = v212 - v191, v214 = v213 * v80, v215 = v211 - v214,
+      v216 = v207 + v215;
   out[11] = v216;
-  const lanes v217 = v210 * qd_4;
-  const lanes v218 = v217 + v205;
-  const lanes v219 = v110 * v218;
-  const lanes v220 = v210 * v91;
-  const lanes v221 = v196 * v9;
-  const lanes v222 = v10 * v200;
-  const lanes v223 = v221 - v222;
-  const lanes v224 = v223 * v99;
-  const lanes v225 = v220 + v224;
-  const lanes v226 = v225 * v103;
-  const lanes v227 = v219 - v226;
-  const lanes v228 = v202 * qd_4;
-  const lanes v229 = v228 + v213;
-  const lanes v230 = v229 * v119;
-  const lanes v231 = v10 * v196;
-  const lanes v232 = v200 * v9;
-  const lanes v233 = v231 + v232;
-  const lanes v234 = v122 * v233;
-  const lanes v235 = v230 + v234;
-  const lanes v236 = v227 - v235;
+  const lanes v217 = v210 * qd_4, v218 = v217 + v205, v219 = v110 * v218, v220 = v210 * v91,
+      v221 = v196 * v9, v222 = v10 * v200, v223 = v221 - v222, v224 = v223 * v99,
+      v225 = v220 + v224, v226 = v225 * v103, v227 = v219 - v226, v228 = v202 * qd_4,
+      v229 = v228 + v213, v230 = v229 * v119, v231 = v10 * v196, v232 = v200 * v9,
+      v233 = v231 + v232, v234 = v122 * v233, v235 = v230 + v234, v236 = v227 - v235;
   out[12] = v236;
-  const lanes v237 = v11 * v223;
-  const lanes v238 = v12 * v210;
-  const lanes v239 = v237 - v238;
-  const lanes v240 = v239 * v138;
-  const lanes v241 = v233 * v131;
-  const lanes v242 = v240 - v241;
-  const lanes v243 = v242 * v151;
-  const lanes v244 = v233 * qd_5;
-  const lanes v245 = v218 - v244;
-  const lanes v246 = v140 * v245;
-  const lanes v247 = v243 - v246;
-  const lanes v248 = v11 * v210;
-  const lanes v249 = v12 * v223;
-  const lanes v250 = v248 + v249;
-  const lanes v251 = v161 * v250;
-  const lanes v252 = v225 * qd_5;
-  const lanes v253 = v229 - v252;
-  const lanes v254 = v253 * v158;
-  const lanes v255 = v251 - v254;
-  const lanes v256 = v247 + v255;
-  out[13] = v256;
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  const lanes v257 = v173 * v29;
-  const lanes v258 = v16 * v186;
-  const lanes v259 = v257 - v258;
-  const lanes v260 = v18 * v176;
-  const lanes v261 = v171 * v30;
-  const lanes v262 = v260 - v261;
-  const lanes v263 = v259 + v262;
+  const lanes v237 = v11 * v223, v238 = v12 * v210, v239 = v237 - v238, v240 = v239 * v138,
+      v241 = v233 * v131, v242 = v240 - v241, v243 = v242 * v151, v244 = v233 * qd_5,
+      v245 = v218 - v244, v246 = v140 * v245, v247 = v243 - v246, v248 = v11 * v210,
+      v249 = v12 * v223, v250 = v248 + v249, v251 = v161 * v250, v252 = v225 * qd_5,
+      v253 = v229 - v252, v254 = v253 * v158, v255 = v251 - v254, v256 = v247 + v255;
+  out[13] = v256; out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0);
+  const lanes v257 = v173 * v29, v258 = v16 * v186, v259 = v257 - v258, v260 = v18 * v176,
+      v261 = v171 * v30, v262 = v260 - v261, v263 = v259 + v262;
   out[16] = v263;
-  const lanes v264 = v40 * v187;
-  const lanes v265 = v183 * v32;
-  const lanes v266 = v264 - v265;
-  const lanes v267 = v191 * v62;
-  const lanes v268 = v46 * v200;
-  const lanes v269 = v267 - v268;
-  const lanes v270 = v266 + v269;
+  const lanes v264 = v40 * v187, v265 = v183 * v32, v266 = v264 - v265, v267 = v191 * v62,
+      v268 = v46 * v200, v269 = v267 - v268, v270 = v266 + v269;
   out[17] = v270;
-  const lanes v271 = v71 * v205;
-  const lanes v272 = v202 * v64;
-  const lanes v273 = v271 - v272;
-  const lanes v274 = v213 * v85;
-  const lanes v275 = v77 * v210;
-  const lanes v276 = v274 - v275;
-  const lanes v277 = v273 + v276;
+  const lanes v271 = v71 * v205, v272 = v202 * v64, v273 = v271 - v272, v274 = v213 * v85,
+      v275 = v77 * v210, v276 = v274 - v275, v277 = v273 + v276;
   out[18] = v277;
-  const lanes v278 = v225 * v112;
-  const lanes v279 = v101 * v218;
-  const lanes v280 = v278 - v279;
-  const lanes v281 = v229 * v125;
-  const lanes v282 = v116 * v233;
-  const lanes v283 = v281 + v282;
-  const lanes v284 = v280 + v283;
+  const lanes v278 = v225 * v112, v279 = v101 * v218, v280 = v278 - v279, v281 = v229 * v125,
+      v282 = v116 * v233, v283 = v281 + v282, v284 = v280 + v283;
   out[19] = v284;
-  const lanes v285 = v149 * v245;
-  const lanes v286 = v242 * v142;
-  const lanes v287 = v285 - v286;
-  const lanes v288 = v253 * v164;
-  const lanes v289 = v155 * v250;
-  const lanes v290 = v288 - v289;
-  const lanes v291 = v287 + v290;
-  out[20] = v291;
-  out[21] = LANES_OF(0.0);
-  const lanes v292 = v2 * qd_0;
-  const lanes v293 = -v292;
+  const lanes v285 = v149 * v245, v286 = v242 * v142, v287 = v285 - v286, v288 = v253 * v164,
+      v289 = v155 * v250, v290 = v288 - v289, v291 = v287 + v290;
+  out[20] = v291; out[21] = LANES_OF(0.0);
+  const lanes v292 = v2 * qd_0, v293 = -v292;
   out[22] = v293;
-  const lanes v294 = v29 * v4;
-  const lanes v295 = v30 * qd_0;
-  const lanes v296 = v294 - v295;
+  const lanes v294 = v29 * v4, v295 = v30 * qd_0, v296 = v294 - v295;
   out[23] = v296;
-  const lanes v297 = v42 * v62;
-  const lanes v298 = v32 * v47;
-  const lanes v299 = v297 - v298;
+  const lanes v297 = v42 * v62, v298 = v32 * v47, v299 = v297 - v298;
   out[24] = v299;
-  const lanes v300 = v64 * v80;
-  const lanes v301 = v73 * v85;
-  const lanes v302 = v300 - v301;
+  const lanes v300 = v64 * v80, v301 = v73 * v85, v302 = v300 - v301;
   out[25] = v302;
-  const lanes v303 = v112 * v119;
-  const lanes v304 = v103 * v125;
-  const lanes v305 = v303 - v304;
+  const lanes v303 = v112 * v119, v304 = v103 * v125, v305 = v303 - v304;
   out[26] = v305;
-  const lanes v306 = v142 * v158;
-  const lanes v307 = v151 * v164;
-  const lanes v308 = v306 - v307;
-  out[27] = v308;
-  out[28] = LANES_OF(0.0);
-  const lanes v309 = v1 * qd_0;
-  const lanes v310 = -v309;
+  const lanes v306 = v142 * v158, v307 = v151 * v164, v308 = v306 - v307;
+  out[27] = v308; out[28] = LANES_OF(0.0);
+  const lanes v309 = v1 * qd_0, v310 = -v309;
   out[29] = v310;
-  const lanes v311 = v176 * qd_0;
-  const lanes v312 = v186 * v4;
-  const lanes v313 = v311 + v312;
+  const lanes v311 = v176 * qd_0, v312 = v186 * v4, v313 = v311 + v312;
   out[30] = v313;
-  const lanes v314 = v187 * v47;
-  const lanes v315 = v42 * v200;
-  const lanes v316 = v314 + v315;
+  const lanes v314 = v187 * v47, v315 = v42 * v200, v316 = v314 + v315;
   out[31] = v316;
-  const lanes v317 = v73 * v210;
-  const lanes v318 = v205 * v80;
-  const lanes v319 = v317 - v318;
+  const lanes v317 = v73 * v210, v318 = v205 * v80, v319 = v317 - v318;
   out[32] = v319;
-  const lanes v320 = v218 * v119;
-  const lanes v321 = v103 * v233;
-  const lanes v322 = v320 + v321;
-  const lanes v323 = -v322;
+  const lanes v320 = v218 * v119, v321 = v103 * v233, v322 = v320 + v321, v323 = -v322;
   out[33] = v323;
-  const lanes v324 = v151 * v250;
-  const lanes v325 = v245 * v158;
-  const lanes v326 = v324 - v325;
-  out[34] = v326;
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  const lanes v327 = v176 * v29;
-  const lanes v328 = v186 * v30;
-  const lanes v329 = v327 + v328;
-  const lanes v330 = -v329;
+  const lanes v324 = v151 * v250, v325 = v245 * v158, v326 = v324 - v325;
+  out[34] = v326; out[35] = LANES_OF(0.0); out[36] = LANES_OF(0.0);
+  const lanes v327 = v176 * v29, v328 = v186 * v30, v329 = v327 + v328, v330 = -v329;
   out[37] = v330;
-  const lanes v331 = v187 * v62;
-  const lanes v332 = v32 * v200;
-  const lanes v333 = v331 + v332;
-  const lanes v334 = -v333;
+  const lanes v331 = v187 * v62, v332 = v32 * v200, v333 = v331 + v332, v334 = -v333;
   out[38] = v334;
-  const lanes v335 = v205 * v85;
-  const lanes v336 = v64 * v210;
-  const lanes v337 = v335 - v336;
+  const lanes v335 = v205 * v85, v336 = v64 * v210, v337 = v335 - v336;
   out[39] = v337;
-  const lanes v338 = v218 * v125;
-  const lanes v339 = v112 * v233;
-  const lanes v340 = v338 + v339;
+  const lanes v338 = v218 * v125, v339 = v112 * v233, v340 = v338 + v339;
   out[40] = v340;
-  const lanes v341 = v245 * v164;
-  const lanes v342 = v142 * v250;
-  const lanes v343 = v341 - v342;
+  const lanes v341 = v245 * v164, v342 = v142 * v250, v343 = v341 - v342;
   out[41] = v343;
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_jacobian_body_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  lanes v6, v1; LANES_NAME(lanes_cos_sin)(&q_5, &v6, &v1);
-  lanes v5, v2; LANES_NAME(lanes_cos_sin)(&q_6, &v5, &v2);
-  lanes v3, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v3, &v8);
-  lanes v7, v4; LANES_NAME(lanes_cos_sin)(&q_4, &v7, &v4);
-  lanes v9, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v9, &v12);
-  lanes v11, v10; LANES_NAME(lanes_cos_sin)(&q_2, &v11, &v10);
-  lanes v13, v14; LANES_NAME(lanes_cos_sin)(&q_0, &v13, &v14);
-  const lanes v15 = v1 * v2;
-  const lanes v16 = v15 * v3;
-  const lanes v17 = v4 * v5;
-  const lanes v18 = v6 * v2;
-  const lanes v19 = v18 * v7;
-  const lanes v20 = v17 + v19;
-  const lanes v21 = v20 * v8;
-  const lanes v22 = v16 - v21;
-  const lanes v23 = v22 * v9;
-  const lanes v24 = v5 * v7;
-  const lanes v25 = v4 * v18;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = v26 * v10;
-  const lanes v28 = v15 * v8;
-  const lanes v29 = v20 * v3;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = v30 * v11;
-  const lanes v32 = v27 + v31;
-  const lanes v33 = v32 * v12;
-  const lanes v34 = v23 + v33;
-  const lanes v35 = v1 * v7;
-  const lanes v36 = v35 * v3;
-  const lanes v37 = v6 * v8;
-  const lanes v38 = v36 - v37;
-  const lanes v39 = v38 * v11;
-  const lanes v40 = v4 * v1;
-  const lanes v41 = v40 * v10;
-  const lanes v42 = v39 - v41;
-  const lanes v43 = v42 * v12;
-  const lanes v44 = v6 * v3;
-  const lanes v45 = v35 * v8;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = v46 * v9;
-  const lanes v48 = v43 - v47;
-  const lanes v49 = 0.126 * v1;
-  const lanes v50 = v49 * v7;
-  const lanes v51 = v50 * v3;
-  const lanes v52 = 0.126 * v6;
-  const lanes v53 = v52 + 0.4;
-  const lanes v54 = v53 * v8;
-  const lanes v55 = v51 - v54;
-  const lanes v56 = v11 * v55;
-  const lanes v57 = v4 * v49;
-  const lanes v58 = v57 * v10;
-  const lanes v59 = v56 - v58;
-  const lanes v60 = v9 * v59;
-  const lanes v61 = v50 * v8;
-  const lanes v62 = v53 * v3;
-  const lanes v63 = v61 + v62;
-  const lanes v64 = v63 + 0.42;
-  const lanes v65 = v12 * v64;
-  const lanes v66 = v60 + v65;
-  const lanes v67 = v48 * v66;
-  const lanes v68 = v46 * v12;
-  const lanes v69 = v42 * v9;
-  const lanes v70 = v68 + v69;
-  const lanes v71 = v12 * v59;
-  const lanes v72 = v9 * v64;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = v70 * v73;
-  const lanes v75 = v67 - v74;
-  const lanes v76 = v75 * qd_1;
-  const lanes v77 = v40 * v11;
-  const lanes v78 = v38 * v10;
-  const lanes v79 = v77 + v78;
-  const lanes v80 = v79 * v59;
-  const lanes v81 = v11 * v57;
-  const lanes v82 = v55 * v10;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = v42 * v83;
-  const lanes v85 = v80 - v84;
-  const lanes v86 = v85 * qd_2;
-  const lanes v87 = v46 * v55;
-  const lanes v88 = v38 * v63;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v89 * qd_3;
-  const lanes v91 = v86 + v90;
-  const lanes v92 = v76 + v91;
-  const lanes v93 = v34 * v92;
-  const lanes v94 = v32 * v83;
-  const lanes v95 = v26 * v11;
-  const lanes v96 = v30 * v10;
-  const lanes v97 = v95 - v96;
-  const lanes v98 = v97 * v59;
-  const lanes v99 = v94 + v98;
-  const lanes v100 = v99 * qd_2;
-  const lanes v101 = v30 * v63;
-  const lanes v102 = v22 * v55;
-  const lanes v103 = v101 + v102;
-  const lanes v104 = v103 * qd_3;
-  const lanes v105 = v5 * v49;
-  const lanes v106 = v105 * qd_4;
-  const lanes v107 = 0.126 * v2;
-  const lanes v108 = v107 * qd_5;
-  const lanes v109 = v106 - v108;
-  const lanes v110 = v104 + v109;
-  const lanes v111 = v100 + v110;
-  const lanes v112 = v22 * v12;
-  const lanes v113 = v32 * v9;
-  const lanes v114 = v112 - v113;
-  const lanes v115 = v114 * v73;
-  const lanes v116 = v34 * v66;
-  const lanes v117 = v115 + v116;
-  const lanes v118 = v117 * qd_1;
-  const lanes v119 = v111 - v118;
-  const lanes v120 = v48 * v119;
-  const lanes v121 = v93 + v120;
-  const lanes v122 = v13 * v97;
-  const lanes v123 = v114 * v14;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = v13 * v66;
-  const lanes v126 = v14 * v83;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v124 * v127;
-  const lanes v129 = v13 * v114;
-  const lanes v130 = v97 * v14;
-  const lanes v131 = v129 - v130;
-  const lanes v132 = v13 * v83;
-  const lanes v133 = v14 * v66;
-  const lanes v134 = v132 + v133;
-  const lanes v135 = v131 * v134;
-  const lanes v136 = v128 - v135;
-  const lanes v137 = v79 * qd_1;
-  const lanes v138 = v46 * qd_2;
-  const lanes v139 = v6 * qd_4;
-  const lanes v140 = v139 + qd_6;
-  const lanes v141 = v40 * qd_3;
-  const lanes v142 = v140 - v141;
-  const lanes v143 = v138 + v142;
-  const lanes v144 = v137 + v143;
-  const lanes v145 = v136 * v144;
-  const lanes v146 = v13 * v79;
-  const lanes v147 = v70 * v14;
-  const lanes v148 = v146 + v147;
-  const lanes v149 = v148 * v127;
-  const lanes v150 = v13 * v70;
-  const lanes v151 = v79 * v14;
-  const lanes v152 = v150 - v151;
-  const lanes v153 = v152 * v134;
-  const lanes v154 = v149 - v153;
-  const lanes v155 = v97 * qd_1;
-  const lanes v156 = v22 * qd_2;
-  const lanes v157 = v15 * qd_4;
-  const lanes v158 = v5 * qd_5;
-  const lanes v159 = v157 + v158;
-  const lanes v160 = v26 * qd_3;
-  const lanes v161 = v159 - v160;
-  const lanes v162 = v156 + v161;
-  const lanes v163 = v155 + v162;
-  const lanes v164 = v154 * v163;
-  const lanes v165 = v145 - v164;
-  const lanes v166 = v121 + v165;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12],
+      qd_6 = in[13];
+  LANES_COS_SIN(v6, v1, q_5); LANES_COS_SIN(v5, v2, q_6); LANES_COS_SIN(v3, v8, q_3);
+  LANES_COS_SIN(v7, v4, q_4); LANES_COS_SIN(v9, v12, q_1); LANES_COS_SIN(v11, v10, q_2);
+  LANES_COS_SIN(v13, v14, q_0);
+  const lanes v15 = v1 * v2, v16 = v15 * v3, v17 = v4 * v5, v18 = v6 * v2, v19 = v18 * v7,
+      v20 = v17 + v19, v21 = v20 * v8, v22 = v16 - v21, v23 = v22 * v9, v24 = v5 * v7,
+      v25 = v4 * v18, v26 = v24 - v25, v27 = v26 * v10, v28 = v15 * v8, v29 = v20 * v3,
+      v30 = v28 + v29, v31 = v30 * v11, v32 = v27 + v31, v33 = v32 * v12, v34 = v23 + v33,
+      v35 = v1 * v7, v36 = v35 * v3, v37 = v6 * v8, v38 = v36 - v37, v39 = v38 * v11, v40 = v4 * v1,
+      v41 = v40 * v10, v42 = v39 - v41, v43 = v42 * v12, v44 = v6 * v3, v45 = v35 * v8,
+      v46 = v44 + v45, v47 = v46 * v9, v48 = v43 - v47, v49 = 0.126 * v1, v50 = v49 * v7,
+      v51 = v50 * v3, v52 = 0.126 * v6, v53 = v52 + 0.4, v54 = v53 * v8, v55 = v51 - v54,
+      v56 = v11 * v55, v57 = v4 * v49, v58 = v57 * v10, v59 = v56 - v58, v60 = v9 * v59,
+      v61 = v50 * v8, v62 = v53 * v3, v63 = v61 + v62, v64 = v63 + 0.42, v65 = v12 * v64,
+      v66 = v60 + v65, v67 = v48 * v66, v68 = v46 * v12, v69 = v42 * v9, v70 = v68 + v69,
+      v71 = v12 * v59, v72 = v9 * v64, v73 = v71 - v72, v74 = v70 * v73, v75 = v67 - v74,
+      v76 = v75 * qd_1, v77 = v40 * v11, v78 = v38 * v10, v79 = v77 + v78, v80 = v79 * v59,
+      v81 = v11 * v57, v82 = v55 * v10, v83 = v81 + v82, v84 = v42 * v83, v85 = v80 - v84,
+      v86 = v85 * qd_2, v87 = v46 * v55, v88 = v38 * v63, v89 = v87 - v88, v90 = v89 * qd_3,
+      v91 = v86 + v90, v92 = v76 + v91, v93 = v34 * v92, v94 = v32 * v83, v95 = v26 * v11,
+      v96 = v30 * v10, v97 = v95 - v96, v98 = v97 * v59, v99 = v94 + v98, v100 = v99 * qd_2,
+      v101 = v30 * v63, v102 = v22 * v55, v103 = v101 + v102, v104 = v103 * qd_3, v105 = v5 * v49,
+      v106 = v105 * qd_4, v107 = 0.126 * v2, v108 = v107 * qd_5, v109 = v106 - v108,
+      v110 = v104 + v109, v111 = v100 + v110, v112 = v22 * v12, v113 = v32 * v9, v114 = v112 - v113,
+      v115 = v114 * v73, v116 = v34 * v66, v117 = v115 + v116, v118 = v117 * qd_1,
+      v119 = v111 - v118, v120 = v48 * v119, v121 = v93 + v120, v122 = v13 * v97, v123 = v114 * v14,
+      v124 = v122 + v123, v125 = v13 * v66, v126 = v14 * v83, v127 = v125 - v126,
+      v128 = v124 * v127, v129 = v13 * v114, v130 = v97 * v14, v131 = v129 - v130, v132 = v13 * v83,
+      v133 = v14 * v66, v134 = v132 + v133, v135 = v131 * v134, v136 = v128 - v135,
+      v137 = v79 * qd_1, v138 = v46 * qd_2, v139 = v6 * qd_4, v140 = v139 + qd_6, v141 = v40 * qd_3,
+      v142 = v140 - v141, v143 = v138 + v142, v144 = v137 + v143, v145 = v136 * v144,
+      v146 = v13 * v79, v147 = v70 * v14, v148 = v146 + v147, v149 = v148 * v127, v150 = v13 * v70,
+      v151 = v79 * v14, v152 = v150 - v151, v153 = v152 * v134, v154 = v149 - v153,
+      v155 = v97 * qd_1, v156 = v22 * qd_2, v157 = v15 * qd_4, v158 = v5 * qd_5, v159 = v157 + v158,
+      v160 = v26 * qd_3, v161 = v159 - v160, v162 = v156 + v161, v163 = v155 + v162,
+      v164 = v154 * v163, v165 = v145 - v164, v166 = v121 + v165;
   out[0] = v166;
-  const lanes v167 = v97 * v91;
-  const lanes v168 = v79 * v111;
-  const lanes v169 = v167 - v168;
-  const lanes v170 = v117 * v143;
-  const lanes v171 = v75 * v162;
-  const lanes v172 = v170 + v171;
-  const lanes v173 = v169 - v172;
+  const lanes v167 = v97 * v91, v168 = v79 * v111, v169 = v167 - v168, v170 = v117 * v143,
+      v171 = v75 * v162, v172 = v170 + v171, v173 = v169 - v172;
   out[1] = v173;
-  const lanes v174 = v22 * v90;
-  const lanes v175 = v46 * v110;
-  const lanes v176 = v174 - v175;
-  const lanes v177 = v99 * v142;
-  const lanes v178 = v85 * v161;
-  const lanes v179 = v177 - v178;
-  const lanes v180 = v176 + v179;
+  const lanes v174 = v22 * v90, v175 = v46 * v110, v176 = v174 - v175, v177 = v99 * v142,
+      v178 = v85 * v161, v179 = v177 - v178, v180 = v176 + v179;
   out[2] = v180;
-  const lanes v181 = v40 * v109;
-  const lanes v182 = v103 * v140;
-  const lanes v183 = v89 * v159;
-  const lanes v184 = v182 - v183;
-  const lanes v185 = v181 + v184;
+  const lanes v181 = v40 * v109, v182 = v103 * v140, v183 = v89 * v159, v184 = v182 - v183,
+      v185 = v181 + v184;
   out[3] = v185;
-  const lanes v186 = v6 * v108;
-  const lanes v187 = v105 * qd_6;
-  const lanes v188 = v186 + v187;
+  const lanes v186 = v6 * v108, v187 = v105 * qd_6, v188 = v186 + v187;
   out[4] = v188;
-  const lanes v189 = v107 * qd_6;
-  const lanes v190 = -v189;
-  out[5] = v190;
-  out[6] = LANES_OF(0.0);
-  const lanes v191 = v1 * v5;
-  const lanes v192 = v191 * v8;
-  const lanes v193 = v6 * v5;
-  const lanes v194 = v193 * v7;
-  const lanes v195 = v4 * v2;
-  const lanes v196 = v194 - v195;
-  const lanes v197 = v196 * v3;
-  const lanes v198 = v192 + v197;
-  const lanes v199 = v198 * v11;
-  const lanes v200 = v4 * v193;
-  const lanes v201 = v2 * v7;
-  const lanes v202 = v200 + v201;
-  const lanes v203 = v202 * v10;
-  const lanes v204 = v199 - v203;
-  const lanes v205 = v204 * v12;
-  const lanes v206 = v196 * v8;
-  const lanes v207 = v191 * v3;
-  const lanes v208 = v206 - v207;
-  const lanes v209 = v208 * v9;
-  const lanes v210 = v205 - v209;
-  const lanes v211 = v210 * v92;
-  const lanes v212 = v210 * v66;
-  const lanes v213 = v208 * v12;
-  const lanes v214 = v204 * v9;
-  const lanes v215 = v213 + v214;
-  const lanes v216 = v215 * v73;
-  const lanes v217 = v212 - v216;
-  const lanes v218 = v217 * qd_1;
-  const lanes v219 = v202 * v11;
-  const lanes v220 = v198 * v10;
-  const lanes v221 = v219 + v220;
-  const lanes v222 = v221 * v59;
-  const lanes v223 = v204 * v83;
-  const lanes v224 = v222 - v223;
-  const lanes v225 = v224 * qd_2;
-  const lanes v226 = v208 * v55;
-  const lanes v227 = v198 * v63;
-  const lanes v228 = v226 - v227;
-  const lanes v229 = v228 * qd_3;
-  const lanes v230 = v2 * v49;
-  const lanes v231 = v230 * qd_4;
-  const lanes v232 = 0.126 * v5;
-  const lanes v233 = v232 * qd_5;
-  const lanes v234 = v231 + v233;
-  const lanes v235 = v229 + v234;
-  const lanes v236 = v225 + v235;
-  const lanes v237 = v218 + v236;
-  const lanes v238 = v48 * v237;
-  const lanes v239 = v211 - v238;
-  const lanes v240 = v221 * qd_1;
-  const lanes v241 = v208 * qd_2;
-  const lanes v242 = v2 * qd_5;
-  const lanes v243 = v191 * qd_4;
-  const lanes v244 = v242 - v243;
-  const lanes v245 = v202 * qd_3;
-  const lanes v246 = v244 - v245;
-  const lanes v247 = v241 + v246;
-  const lanes v248 = v240 + v247;
-  const lanes v249 = v154 * v248;
-  const lanes v250 = v13 * v221;
-  const lanes v251 = v215 * v14;
-  const lanes v252 = v250 + v251;
-  const lanes v253 = v252 * v127;
-  const lanes v254 = v13 * v215;
-  const lanes v255 = v221 * v14;
-  const lanes v256 = v254 - v255;
-  const lanes v257 = v256 * v134;
-  const lanes v258 = v253 - v257;
-  const lanes v259 = v258 * v144;
-  const lanes v260 = v249 - v259;
-  const lanes v261 = v239 + v260;
+  const lanes v189 = v107 * qd_6, v190 = -v189;
+  out[5] = v190; out[6] = LANES_OF(0.0);
+  const lanes v191 = v1 * v5, v192 = v191 * v8, v193 = v6 * v5, v194 = v193 * v7, v195 = v4 * v2,
+      v196 = v194 - v195, v197 = v196 * v3, v198 = v192 + v197, v199 = v198 * v11, v200 = v4 * v193,
+      v201 = v2 * v7, v202 = v200 + v201, v203 = v202 * v10, v204 = v199 - v203, v205 = v204 * v12,
+      v206 = v196 * v8, v207 = v191 * v3, v208 = v206 - v207, v209 = v208 * v9, v210 = v205 - v209,
+      v211 = v210 * v92, v212 = v210 * v66, v213 = v208 * v12, v214 = v204 * v9, v215 = v213 + v214,
+      v216 = v215 * v73, v217 = v212 - v216, v218 = v217 * qd_1, v219 = v202 * v11,
+      v220 = v198 * v10, v221 = v219 + v220, v222 = v221 * v59, v223 = v204 * v83,
+      v224 = v222 - v223, v225 = v224 * qd_2, v226 = v208 * v55, v227 = v198 * v63,
+      v228 = v226 - v227, v229 = v228 * qd_3, v230 = v2 * v49, v231 = v230 * qd_4,
+      v232 = 0.126 * v5, v233 = v232 * qd_5, v234 = v231 + v233, v235 = v229 + v234,
+      v236 = v225 + v235, v237 = v218 + v236, v238 = v48 * v237, v239 = v211 - v238,
+      v240 = v221 * qd_1, v241 = v208 * qd_2, v242 = v2 * qd_5, v243 = v191 * qd_4,
+      v244 = v242 - v243, v245 = v202 * qd_3, v246 = v244 - v245, v247 = v241 + v246,
+      v248 = v240 + v247, v249 = v154 * v248, v250 = v13 * v221, v251 = v215 * v14,
+      v252 = v250 + v251, v253 = v252 * v127, v254 = v13 * v215, v255 = v221 * v14,
+      v256 = v254 - v255, v257 = v256 * v134, v258 = v253 - v257, v259 = v258 * v144,
+      v260 = v249 - v259, v261 = v239 + v260;
   out[7] = v261;
-  const lanes v262 = v79 * v236;
-  const lanes v263 = v221 * v91;
-  const lanes v264 = v262 - v263;
-  const lanes v265 = v75 * v247;
-  const lanes v266 = v217 * v143;
-  const lanes v267 = v265 - v266;
-  const lanes v268 = v264 + v267;
+  const lanes v262 = v79 * v236, v263 = v221 * v91, v264 = v262 - v263, v265 = v75 * v247,
+      v266 = v217 * v143, v267 = v265 - v266, v268 = v264 + v267;
   out[8] = v268;
-  const lanes v269 = v46 * v235;
-  const lanes v270 = v208 * v90;
-  const lanes v271 = v269 - v270;
-  const lanes v272 = v85 * v246;
-  const lanes v273 = v224 * v142;
-  const lanes v274 = v272 - v273;
-  const lanes v275 = v271 + v274;
+  const lanes v269 = v46 * v235, v270 = v208 * v90, v271 = v269 - v270, v272 = v85 * v246,
+      v273 = v224 * v142, v274 = v272 - v273, v275 = v271 + v274;
   out[9] = v275;
-  const lanes v276 = v89 * v244;
-  const lanes v277 = v228 * v140;
-  const lanes v278 = v276 - v277;
-  const lanes v279 = v40 * v234;
-  const lanes v280 = v278 - v279;
+  const lanes v276 = v89 * v244, v277 = v228 * v140, v278 = v276 - v277, v279 = v40 * v234,
+      v280 = v278 - v279;
   out[10] = v280;
-  const lanes v281 = v6 * v233;
-  const lanes v282 = v230 * qd_6;
-  const lanes v283 = v281 - v282;
+  const lanes v281 = v6 * v233, v282 = v230 * qd_6, v283 = v281 - v282;
   out[11] = v283;
-  const lanes v284 = v232 * qd_6;
-  const lanes v285 = -v284;
-  out[12] = v285;
-  out[13] = LANES_OF(0.0);
-  const lanes v286 = v258 * v163;
-  const lanes v287 = v136 * v248;
-  const lanes v288 = v286 - v287;
-  const lanes v289 = v210 * v119;
-  const lanes v290 = v34 * v237;
-  const lanes v291 = v289 + v290;
-  const lanes v292 = v288 - v291;
+  const lanes v284 = v232 * qd_6, v285 = -v284;
+  out[12] = v285; out[13] = LANES_OF(0.0);
+  const lanes v286 = v258 * v163, v287 = v136 * v248, v288 = v286 - v287, v289 = v210 * v119,
+      v290 = v34 * v237, v291 = v289 + v290, v292 = v288 - v291;
   out[14] = v292;
-  const lanes v293 = v221 * v111;
-  const lanes v294 = v97 * v236;
-  const lanes v295 = v293 - v294;
-  const lanes v296 = v217 * v162;
-  const lanes v297 = v117 * v247;
-  const lanes v298 = v296 + v297;
-  const lanes v299 = v295 + v298;
+  const lanes v293 = v221 * v111, v294 = v97 * v236, v295 = v293 - v294, v296 = v217 * v162,
+      v297 = v117 * v247, v298 = v296 + v297, v299 = v295 + v298;
   out[15] = v299;
-  const lanes v300 = v208 * v110;
-  const lanes v301 = v22 * v235;
-  const lanes v302 = v300 - v301;
-  const lanes v303 = v224 * v161;
-  const lanes v304 = v99 * v246;
-  const lanes v305 = v303 - v304;
-  const lanes v306 = v302 + v305;
+  const lanes v300 = v208 * v110, v301 = v22 * v235, v302 = v300 - v301, v303 = v224 * v161,
+      v304 = v99 * v246, v305 = v303 - v304, v306 = v302 + v305;
   out[16] = v306;
-  const lanes v307 = v26 * v234;
-  const lanes v308 = v202 * v109;
-  const lanes v309 = v307 - v308;
-  const lanes v310 = v228 * v159;
-  const lanes v311 = v103 * v244;
-  const lanes v312 = v310 - v311;
-  const lanes v313 = v309 + v312;
+  const lanes v307 = v26 * v234, v308 = v202 * v109, v309 = v307 - v308, v310 = v228 * v159,
+      v311 = v103 * v244, v312 = v310 - v311, v313 = v309 + v312;
   out[17] = v313;
-  const lanes v314 = v191 * v108;
-  const lanes v315 = v15 * v233;
-  const lanes v316 = v314 - v315;
-  const lanes v317 = v230 * v158;
-  const lanes v318 = v105 * v242;
-  const lanes v319 = v317 - v318;
-  const lanes v320 = v316 + v319;
-  out[18] = v320;
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  const lanes v321 = v34 * v144;
-  const lanes v322 = v48 * v163;
-  const lanes v323 = v321 + v322;
+  const lanes v314 = v191 * v108, v315 = v15 * v233, v316 = v314 - v315, v317 = v230 * v158,
+      v318 = v105 * v242, v319 = v317 - v318, v320 = v316 + v319;
+  out[18] = v320; out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0);
+  const lanes v321 = v34 * v144, v322 = v48 * v163, v323 = v321 + v322;
   out[21] = v323;
-  const lanes v324 = v97 * v143;
-  const lanes v325 = v79 * v162;
-  const lanes v326 = v324 - v325;
+  const lanes v324 = v97 * v143, v325 = v79 * v162, v326 = v324 - v325;
   out[22] = v326;
-  const lanes v327 = v22 * v142;
-  const lanes v328 = v46 * v161;
-  const lanes v329 = v327 - v328;
+  const lanes v327 = v22 * v142, v328 = v46 * v161, v329 = v327 - v328;
   out[23] = v329;
-  const lanes v330 = v40 * v159;
-  const lanes v331 = v26 * v140;
-  const lanes v332 = v330 - v331;
+  const lanes v330 = v40 * v159, v331 = v26 * v140, v332 = v330 - v331;
   out[24] = v332;
-  const lanes v333 = v15 * qd_6;
-  const lanes v334 = v6 * v158;
-  const lanes v335 = v333 - v334;
+  const lanes v333 = v15 * qd_6, v334 = v6 * v158, v335 = v333 - v334;
   out[25] = v335;
   const lanes v336 = v5 * qd_6;
-  out[26] = v336;
-  out[27] = LANES_OF(0.0);
-  const lanes v337 = v210 * v144;
-  const lanes v338 = v48 * v248;
-  const lanes v339 = v337 - v338;
+  out[26] = v336; out[27] = LANES_OF(0.0);
+  const lanes v337 = v210 * v144, v338 = v48 * v248, v339 = v337 - v338;
   out[28] = v339;
-  const lanes v340 = v79 * v247;
-  const lanes v341 = v221 * v143;
-  const lanes v342 = v340 - v341;
+  const lanes v340 = v79 * v247, v341 = v221 * v143, v342 = v340 - v341;
   out[29] = v342;
-  const lanes v343 = v46 * v246;
-  const lanes v344 = v208 * v142;
-  const lanes v345 = v343 - v344;
+  const lanes v343 = v46 * v246, v344 = v208 * v142, v345 = v343 - v344;
   out[30] = v345;
-  const lanes v346 = v202 * v140;
-  const lanes v347 = v40 * v244;
-  const lanes v348 = v346 - v347;
+  const lanes v346 = v202 * v140, v347 = v40 * v244, v348 = v346 - v347;
   out[31] = v348;
-  const lanes v349 = v6 * v242;
-  const lanes v350 = v191 * qd_6;
-  const lanes v351 = v349 + v350;
+  const lanes v349 = v6 * v242, v350 = v191 * qd_6, v351 = v349 + v350;
   out[32] = v351;
-  const lanes v352 = v2 * qd_6;
-  const lanes v353 = -v352;
-  out[33] = v353;
-  out[34] = LANES_OF(0.0);
-  const lanes v354 = v210 * v163;
-  const lanes v355 = v34 * v248;
-  const lanes v356 = v354 + v355;
-  const lanes v357 = -v356;
+  const lanes v352 = v2 * qd_6, v353 = -v352;
+  out[33] = v353; out[34] = LANES_OF(0.0);
+  const lanes v354 = v210 * v163, v355 = v34 * v248, v356 = v354 + v355, v357 = -v356;
   out[35] = v357;
-  const lanes v358 = v221 * v162;
-  const lanes v359 = v97 * v247;
-  const lanes v360 = v358 - v359;
+  const lanes v358 = v221 * v162, v359 = v97 * v247, v360 = v358 - v359;
   out[36] = v360;
-  const lanes v361 = v208 * v161;
-  const lanes v362 = v22 * v246;
-  const lanes v363 = v361 - v362;
+  const lanes v361 = v208 * v161, v362 = v22 * v246, v363 = v361 - v362;
   out[37] = v363;
-  const lanes v364 = v26 * v244;
-  const lanes v365 = v202 * v159;
-  const lanes v366 = v364 - v365;
+  const lanes v364 = v26 * v244, v365 = v202 * v159, v366 = v364 - v365;
   out[38] = v366;
-  const lanes v367 = v191 * v158;
-  const lanes v368 = v15 * v242;
-  const lanes v369 = v367 + v368;
-  const lanes v370 = -v369;
-  out[39] = v370;
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
+  const lanes v367 = v191 * v158, v368 = v15 * v242, v369 = v367 + v368, v370 = -v369;
+  out[39] = v370; out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  lanes v1, v12; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v12);
-  lanes v2, v11; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v11);
-  lanes v3, v10; LANES_NAME(lanes_cos_sin)(&q_2, &v3, &v10);
-  lanes v7, v4; LANES_NAME(lanes_cos_sin)(&q_5, &v7, &v4);
-  lanes v5, v9; LANES_NAME(lanes_cos_sin)(&q_4, &v5, &v9);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v8);
-  const lanes v13 = 0.126 * v4;
-  const lanes v14 = v13 * v5;
-  const lanes v15 = v14 * v6;
-  const lanes v16 = 0.126 * v7;
-  const lanes v17 = v16 + 0.4;
-  const lanes v18 = v17 * v8;
-  const lanes v19 = v15 - v18;
-  const lanes v20 = v3 * v19;
-  const lanes v21 = v9 * v13;
-  const lanes v22 = v21 * v10;
-  const lanes v23 = v20 - v22;
-  const lanes v24 = v2 * v23;
-  const lanes v25 = v14 * v8;
-  const lanes v26 = v17 * v6;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = v27 + 0.42;
-  const lanes v29 = v11 * v28;
-  const lanes v30 = v24 + v29;
-  const lanes v31 = v1 * v30;
-  const lanes v32 = v3 * v21;
-  const lanes v33 = v19 * v10;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = v12 * v34;
-  const lanes v36 = v31 - v35;
-  const lanes v37 = v36 * qd_0;
-  const lanes v38 = v1 * v23;
-  const lanes v39 = v12 * v2;
-  const lanes v40 = v39 * v34;
-  const lanes v41 = v38 - v40;
-  const lanes v42 = v41 * qd_2;
-  const lanes v43 = v12 * v11;
-  const lanes v44 = v43 * v19;
-  const lanes v45 = v1 * v10;
-  const lanes v46 = v39 * v3;
-  const lanes v47 = v45 + v46;
-  const lanes v48 = v47 * v27;
-  const lanes v49 = v44 - v48;
-  const lanes v50 = v49 * qd_3;
-  const lanes v51 = v1 * v3;
-  const lanes v52 = v39 * v10;
-  const lanes v53 = v51 - v52;
-  const lanes v54 = v53 * v5;
-  const lanes v55 = v43 * v8;
-  const lanes v56 = v47 * v6;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = v9 * v57;
-  const lanes v59 = v54 - v58;
-  const lanes v60 = v59 * v13;
-  const lanes v61 = v60 * qd_4;
-  const lanes v62 = v9 * v53;
-  const lanes v63 = v57 * v5;
-  const lanes v64 = v62 + v63;
-  const lanes v65 = v7 * v64;
-  const lanes v66 = v43 * v6;
-  const lanes v67 = v47 * v8;
-  const lanes v68 = v66 - v67;
-  const lanes v69 = v4 * v68;
-  const lanes v70 = v65 - v69;
-  const lanes v71 = 0.126 * v70;
-  const lanes v72 = v71 * qd_5;
-  const lanes v73 = v61 + v72;
-  const lanes v74 = v50 + v73;
-  const lanes v75 = v42 + v74;
-  const lanes v76 = v11 * v23;
-  const lanes v77 = v2 * v28;
-  const lanes v78 = v76 - v77;
-  const lanes v79 = v12 * v78;
-  const lanes v80 = v79 * qd_1;
-  const lanes v81 = v75 - v80;
-  const lanes v82 = v37 + v81;
-  const lanes v83 = -v82;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12];
+  LANES_COS_SIN(v1, v12, q_0); LANES_COS_SIN(v2, v11, q_1); LANES_COS_SIN(v3, v10, q_2);
+  LANES_COS_SIN(v7, v4, q_5); LANES_COS_SIN(v5, v9, q_4); LANES_COS_SIN(v6, v8, q_3);
+  const lanes v13 = 0.126 * v4, v14 = v13 * v5, v15 = v14 * v6, v16 = 0.126 * v7, v17 = v16 + 0.4,
+      v18 = v17 * v8, v19 = v15 - v18, v20 = v3 * v19, v21 = v9 * v13, v22 = v21 * v10,
+      v23 = v20 - v22, v24 = v2 * v23, v25 = v14 * v8, v26 = v17 * v6, v27 = v25 + v26,
+      v28 = v27 + 0.42, v29 = v11 * v28, v30 = v24 + v29, v31 = v1 * v30, v32 = v3 * v21,
+      v33 = v19 * v10, v34 = v32 + v33, v35 = v12 * v34, v36 = v31 - v35, v37 = v36 * qd_0,
+      v38 = v1 * v23, v39 = v12 * v2, v40 = v39 * v34, v41 = v38 - v40, v42 = v41 * qd_2,
+      v43 = v12 * v11, v44 = v43 * v19, v45 = v1 * v10, v46 = v39 * v3, v47 = v45 + v46,
+      v48 = v47 * v27, v49 = v44 - v48, v50 = v49 * qd_3, v51 = v1 * v3, v52 = v39 * v10,
+      v53 = v51 - v52, v54 = v53 * v5, v55 = v43 * v8, v56 = v47 * v6, v57 = v55 + v56,
+      v58 = v9 * v57, v59 = v54 - v58, v60 = v59 * v13, v61 = v60 * qd_4, v62 = v9 * v53,
+      v63 = v57 * v5, v64 = v62 + v63, v65 = v7 * v64, v66 = v43 * v6, v67 = v47 * v8,
+      v68 = v66 - v67, v69 = v4 * v68, v70 = v65 - v69, v71 = 0.126 * v70, v72 = v71 * qd_5,
+      v73 = v61 + v72, v74 = v50 + v73, v75 = v42 + v74, v76 = v11 * v23, v77 = v2 * v28,
+      v78 = v76 - v77, v79 = v12 * v78, v80 = v79 * qd_1, v81 = v75 - v80, v82 = v37 + v81,
+      v83 = -v82;
   out[0] = v83;
-  const lanes v84 = v79 * qd_0;
-  const lanes v85 = v1 * qd_1;
-  const lanes v86 = v85 * v30;
-  const lanes v87 = v84 - v86;
-  const lanes v88 = v11 * v34;
-  const lanes v89 = v88 * qd_2;
-  const lanes v90 = v11 * v3;
-  const lanes v91 = v90 * v27;
-  const lanes v92 = v2 * v19;
-  const lanes v93 = v91 + v92;
-  const lanes v94 = v93 * qd_3;
-  const lanes v95 = v11 * v10;
-  const lanes v96 = v95 * v5;
-  const lanes v97 = v2 * v8;
-  const lanes v98 = v90 * v6;
-  const lanes v99 = v97 - v98;
-  const lanes v100 = v9 * v99;
-  const lanes v101 = v96 - v100;
-  const lanes v102 = v101 * v13;
-  const lanes v103 = v102 * qd_4;
-  const lanes v104 = v9 * v95;
-  const lanes v105 = v99 * v5;
-  const lanes v106 = v104 + v105;
-  const lanes v107 = v7 * v106;
-  const lanes v108 = v90 * v8;
-  const lanes v109 = v2 * v6;
-  const lanes v110 = v108 + v109;
-  const lanes v111 = v4 * v110;
-  const lanes v112 = v107 - v111;
-  const lanes v113 = 0.126 * v112;
-  const lanes v114 = v113 * qd_5;
-  const lanes v115 = v103 + v114;
-  const lanes v116 = v94 + v115;
-  const lanes v117 = v89 + v116;
-  const lanes v118 = v1 * v117;
-  const lanes v119 = v87 + v118;
+  const lanes v84 = v79 * qd_0, v85 = v1 * qd_1, v86 = v85 * v30, v87 = v84 - v86, v88 = v11 * v34,
+      v89 = v88 * qd_2, v90 = v11 * v3, v91 = v90 * v27, v92 = v2 * v19, v93 = v91 + v92,
+      v94 = v93 * qd_3, v95 = v11 * v10, v96 = v95 * v5, v97 = v2 * v8, v98 = v90 * v6,
+      v99 = v97 - v98, v100 = v9 * v99, v101 = v96 - v100, v102 = v101 * v13, v103 = v102 * qd_4,
+      v104 = v9 * v95, v105 = v99 * v5, v106 = v104 + v105, v107 = v7 * v106, v108 = v90 * v8,
+      v109 = v2 * v6, v110 = v108 + v109, v111 = v4 * v110, v112 = v107 - v111, v113 = 0.126 * v112,
+      v114 = v113 * qd_5, v115 = v103 + v114, v116 = v94 + v115, v117 = v89 + v116,
+      v118 = v1 * v117, v119 = v87 + v118;
   out[1] = v119;
-  const lanes v120 = v43 * qd_2;
-  const lanes v121 = v85 + v120;
-  const lanes v122 = v121 * v88;
-  const lanes v123 = v2 * qd_2;
-  const lanes v124 = v123 + qd_0;
-  const lanes v125 = v124 * v41;
-  const lanes v126 = v122 - v125;
-  const lanes v127 = v43 * v116;
-  const lanes v128 = v2 * v74;
-  const lanes v129 = v127 - v128;
-  const lanes v130 = v126 + v129;
+  const lanes v120 = v43 * qd_2, v121 = v85 + v120, v122 = v121 * v88, v123 = v2 * qd_2,
+      v124 = v123 + qd_0, v125 = v124 * v41, v126 = v122 - v125, v127 = v43 * v116, v128 = v2 * v74,
+      v129 = v127 - v128, v130 = v126 + v129;
   out[2] = v130;
-  const lanes v131 = v53 * qd_3;
-  const lanes v132 = v121 - v131;
-  const lanes v133 = v132 * v93;
-  const lanes v134 = v95 * qd_3;
-  const lanes v135 = v124 - v134;
-  const lanes v136 = v135 * v49;
-  const lanes v137 = v133 - v136;
-  const lanes v138 = v95 * v73;
-  const lanes v139 = v53 * v115;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = v137 + v140;
+  const lanes v131 = v53 * qd_3, v132 = v121 - v131, v133 = v132 * v93, v134 = v95 * qd_3,
+      v135 = v124 - v134, v136 = v135 * v49, v137 = v133 - v136, v138 = v95 * v73,
+      v139 = v53 * v115, v140 = v138 - v139, v141 = v137 + v140;
   out[3] = v141;
-  const lanes v142 = v68 * qd_4;
-  const lanes v143 = v142 + v132;
-  const lanes v144 = v143 * v102;
-  const lanes v145 = v110 * qd_4;
-  const lanes v146 = v145 + v135;
-  const lanes v147 = v146 * v60;
-  const lanes v148 = v144 - v147;
-  const lanes v149 = v68 * v114;
-  const lanes v150 = v110 * v72;
-  const lanes v151 = v149 - v150;
-  const lanes v152 = v148 + v151;
+  const lanes v142 = v68 * qd_4, v143 = v142 + v132, v144 = v143 * v102, v145 = v110 * qd_4,
+      v146 = v145 + v135, v147 = v146 * v60, v148 = v144 - v147, v149 = v68 * v114,
+      v150 = v110 * v72, v151 = v149 - v150, v152 = v148 + v151;
   out[4] = v152;
-  const lanes v153 = v59 * qd_5;
-  const lanes v154 = v153 + v143;
-  const lanes v155 = v154 * v113;
-  const lanes v156 = v101 * qd_5;
-  const lanes v157 = v156 + v146;
-  const lanes v158 = v157 * v71;
-  const lanes v159 = v155 - v158;
-  out[5] = v159;
-  out[6] = LANES_OF(0.0);
-  const lanes v160 = v1 * v11;
-  const lanes v161 = v160 * v19;
-  const lanes v162 = v1 * v2;
-  const lanes v163 = v162 * v3;
-  const lanes v164 = v12 * v10;
-  const lanes v165 = v163 - v164;
-  const lanes v166 = v165 * v27;
-  const lanes v167 = v161 - v166;
-  const lanes v168 = v167 * qd_3;
-  const lanes v169 = v160 * v8;
-  const lanes v170 = v165 * v6;
-  const lanes v171 = v169 + v170;
-  const lanes v172 = v171 * v5;
-  const lanes v173 = v162 * v10;
-  const lanes v174 = v12 * v3;
-  const lanes v175 = v173 + v174;
-  const lanes v176 = v9 * v175;
-  const lanes v177 = v172 - v176;
-  const lanes v178 = v7 * v177;
-  const lanes v179 = v160 * v6;
-  const lanes v180 = v165 * v8;
-  const lanes v181 = v179 - v180;
-  const lanes v182 = v4 * v181;
-  const lanes v183 = v178 - v182;
-  const lanes v184 = 0.126 * v183;
-  const lanes v185 = v184 * qd_5;
-  const lanes v186 = v9 * v171;
-  const lanes v187 = v175 * v5;
-  const lanes v188 = v186 + v187;
-  const lanes v189 = v188 * v13;
-  const lanes v190 = v189 * qd_4;
-  const lanes v191 = v185 - v190;
-  const lanes v192 = v168 + v191;
-  const lanes v193 = v162 * v34;
-  const lanes v194 = v12 * v23;
-  const lanes v195 = v193 + v194;
-  const lanes v196 = v195 * qd_2;
-  const lanes v197 = v192 - v196;
-  const lanes v198 = v1 * v78;
-  const lanes v199 = v198 * qd_1;
-  const lanes v200 = v197 - v199;
-  const lanes v201 = v1 * v34;
-  const lanes v202 = v12 * v30;
-  const lanes v203 = v201 + v202;
-  const lanes v204 = v203 * qd_0;
-  const lanes v205 = v200 - v204;
+  const lanes v153 = v59 * qd_5, v154 = v153 + v143, v155 = v154 * v113, v156 = v101 * qd_5,
+      v157 = v156 + v146, v158 = v157 * v71, v159 = v155 - v158;
+  out[5] = v159; out[6] = LANES_OF(0.0);
+  const lanes v160 = v1 * v11, v161 = v160 * v19, v162 = v1 * v2, v163 = v162 * v3,
+      v164 = v12 * v10, v165 = v163 - v164, v166 = v165 * v27, v167 = v161 - v166,
+      v168 = v167 * qd_3, v169 = v160 * v8, v170 = v165 * v6, v171 = v169 + v170, v172 = v171 * v5,
+      v173 = v162 * v10, v174 = v12 * v3, v175 = v173 + v174, v176 = v9 * v175, v177 = v172 - v176,
+      v178 = v7 * v177, v179 = v160 * v6, v180 = v165 * v8, v181 = v179 - v180, v182 = v4 * v181,
+      v183 = v178 - v182, v184 = 0.126 * v183, v185 = v184 * qd_5, v186 = v9 * v171,
+      v187 = v175 * v5, v188 = v186 + v187, v189 = v188 * v13, v190 = v189 * qd_4,
+      v191 = v185 - v190, v192 = v168 + v191, v193 = v162 * v34, v194 = v12 * v23,
+      v195 = v193 + v194, v196 = v195 * qd_2, v197 = v192 - v196, v198 = v1 * v78,
+      v199 = v198 * qd_1, v200 = v197 - v199, v201 = v1 * v34, v202 = v12 * v30, v203 = v201 + v202,
+      v204 = v203 * qd_0, v205 = v200 - v204;
   out[7] = v205;
-  const lanes v206 = v12 * v117;
-  const lanes v207 = v12 * qd_1;
-  const lanes v208 = v207 * v30;
-  const lanes v209 = v198 * qd_0;
-  const lanes v210 = v208 + v209;
-  const lanes v211 = v206 - v210;
+  const lanes v206 = v12 * v117, v207 = v12 * qd_1, v208 = v207 * v30, v209 = v198 * qd_0,
+      v210 = v208 + v209, v211 = v206 - v210;
   out[8] = v211;
-  const lanes v212 = v2 * v192;
-  const lanes v213 = v160 * v116;
-  const lanes v214 = v212 - v213;
-  const lanes v215 = v160 * qd_2;
-  const lanes v216 = v215 - v207;
-  const lanes v217 = v216 * v88;
-  const lanes v218 = v124 * v195;
-  const lanes v219 = v217 + v218;
-  const lanes v220 = v214 - v219;
+  const lanes v212 = v2 * v192, v213 = v160 * v116, v214 = v212 - v213, v215 = v160 * qd_2,
+      v216 = v215 - v207, v217 = v216 * v88, v218 = v124 * v195, v219 = v217 + v218,
+      v220 = v214 - v219;
   out[9] = v220;
-  const lanes v221 = v135 * v167;
-  const lanes v222 = v175 * qd_3;
-  const lanes v223 = v222 + v216;
-  const lanes v224 = v223 * v93;
-  const lanes v225 = v221 - v224;
-  const lanes v226 = v175 * v115;
-  const lanes v227 = v95 * v191;
-  const lanes v228 = v226 + v227;
-  const lanes v229 = v225 - v228;
+  const lanes v221 = v135 * v167, v222 = v175 * qd_3, v223 = v222 + v216, v224 = v223 * v93,
+      v225 = v221 - v224, v226 = v175 * v115, v227 = v95 * v191, v228 = v226 + v227,
+      v229 = v225 - v228;
   out[10] = v229;
-  const lanes v230 = v110 * v185;
-  const lanes v231 = v181 * v114;
-  const lanes v232 = v230 - v231;
-  const lanes v233 = v181 * qd_4;
-  const lanes v234 = v233 + v223;
-  const lanes v235 = v234 * v102;
-  const lanes v236 = v146 * v189;
-  const lanes v237 = v235 + v236;
-  const lanes v238 = v232 - v237;
+  const lanes v230 = v110 * v185, v231 = v181 * v114, v232 = v230 - v231, v233 = v181 * qd_4,
+      v234 = v233 + v223, v235 = v234 * v102, v236 = v146 * v189, v237 = v235 + v236,
+      v238 = v232 - v237;
   out[11] = v238;
-  const lanes v239 = v157 * v184;
-  const lanes v240 = v188 * qd_5;
-  const lanes v241 = v234 - v240;
-  const lanes v242 = v241 * v113;
-  const lanes v243 = v239 - v242;
-  out[12] = v243;
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  const lanes v244 = v207 * v79;
-  const lanes v245 = v85 * v198;
-  const lanes v246 = v244 + v245;
-  const lanes v247 = v1 * v197;
-  const lanes v248 = v12 * v75;
-  const lanes v249 = v247 + v248;
-  const lanes v250 = v246 - v249;
+  const lanes v239 = v157 * v184, v240 = v188 * qd_5, v241 = v234 - v240, v242 = v241 * v113,
+      v243 = v239 - v242;
+  out[12] = v243; out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  const lanes v244 = v207 * v79, v245 = v85 * v198, v246 = v244 + v245, v247 = v1 * v197,
+      v248 = v12 * v75, v249 = v247 + v248, v250 = v246 - v249;
   out[15] = v250;
-  const lanes v251 = v216 * v41;
-  const lanes v252 = v121 * v195;
-  const lanes v253 = v251 + v252;
-  const lanes v254 = v160 * v74;
-  const lanes v255 = v43 * v192;
-  const lanes v256 = v254 - v255;
-  const lanes v257 = v253 + v256;
+  const lanes v251 = v216 * v41, v252 = v121 * v195, v253 = v251 + v252, v254 = v160 * v74,
+      v255 = v43 * v192, v256 = v254 - v255, v257 = v253 + v256;
   out[16] = v257;
-  const lanes v258 = v223 * v49;
-  const lanes v259 = v132 * v167;
-  const lanes v260 = v258 - v259;
-  const lanes v261 = v175 * v73;
-  const lanes v262 = v53 * v191;
-  const lanes v263 = v261 + v262;
-  const lanes v264 = v260 + v263;
+  const lanes v258 = v223 * v49, v259 = v132 * v167, v260 = v258 - v259, v261 = v175 * v73,
+      v262 = v53 * v191, v263 = v261 + v262, v264 = v260 + v263;
   out[17] = v264;
-  const lanes v265 = v234 * v60;
-  const lanes v266 = v143 * v189;
-  const lanes v267 = v265 + v266;
-  const lanes v268 = v181 * v72;
-  const lanes v269 = v68 * v185;
-  const lanes v270 = v268 - v269;
-  const lanes v271 = v267 + v270;
+  const lanes v265 = v234 * v60, v266 = v143 * v189, v267 = v265 + v266, v268 = v181 * v72,
+      v269 = v68 * v185, v270 = v268 - v269, v271 = v267 + v270;
   out[18] = v271;
-  const lanes v272 = v241 * v71;
-  const lanes v273 = v154 * v184;
-  const lanes v274 = v272 - v273;
-  out[19] = v274;
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  const lanes v275 = v1 * qd_0;
-  const lanes v276 = -v275;
+  const lanes v272 = v241 * v71, v273 = v154 * v184, v274 = v272 - v273;
+  out[19] = v274; out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
+  const lanes v275 = v1 * qd_0, v276 = -v275;
   out[22] = v276;
-  const lanes v277 = v85 * v2;
-  const lanes v278 = v43 * qd_0;
-  const lanes v279 = v277 - v278;
+  const lanes v277 = v85 * v2, v278 = v43 * qd_0, v279 = v277 - v278;
   out[23] = v279;
-  const lanes v280 = v124 * v53;
-  const lanes v281 = v121 * v95;
-  const lanes v282 = v280 - v281;
+  const lanes v280 = v124 * v53, v281 = v121 * v95, v282 = v280 - v281;
   out[24] = v282;
-  const lanes v283 = v132 * v110;
-  const lanes v284 = v135 * v68;
-  const lanes v285 = v283 - v284;
+  const lanes v283 = v132 * v110, v284 = v135 * v68, v285 = v283 - v284;
   out[25] = v285;
-  const lanes v286 = v143 * v101;
-  const lanes v287 = v146 * v59;
-  const lanes v288 = v286 - v287;
+  const lanes v286 = v143 * v101, v287 = v146 * v59, v288 = v286 - v287;
   out[26] = v288;
-  const lanes v289 = v7 * v110;
-  const lanes v290 = v4 * v106;
-  const lanes v291 = v289 + v290;
-  const lanes v292 = v154 * v291;
-  const lanes v293 = v7 * v68;
-  const lanes v294 = v4 * v64;
-  const lanes v295 = v293 + v294;
-  const lanes v296 = v157 * v295;
-  const lanes v297 = v292 - v296;
-  out[27] = v297;
-  out[28] = LANES_OF(0.0);
-  const lanes v298 = v12 * qd_0;
-  const lanes v299 = -v298;
+  const lanes v289 = v7 * v110, v290 = v4 * v106, v291 = v289 + v290, v292 = v154 * v291,
+      v293 = v7 * v68, v294 = v4 * v64, v295 = v293 + v294, v296 = v157 * v295, v297 = v292 - v296;
+  out[27] = v297; out[28] = LANES_OF(0.0);
+  const lanes v298 = v12 * qd_0, v299 = -v298;
   out[29] = v299;
-  const lanes v300 = v160 * qd_0;
-  const lanes v301 = v207 * v2;
-  const lanes v302 = v300 + v301;
+  const lanes v300 = v160 * qd_0, v301 = v207 * v2, v302 = v300 + v301;
   out[30] = v302;
-  const lanes v303 = v216 * v95;
-  const lanes v304 = v124 * v175;
-  const lanes v305 = v303 + v304;
+  const lanes v303 = v216 * v95, v304 = v124 * v175, v305 = v303 + v304;
   out[31] = v305;
-  const lanes v306 = v135 * v181;
-  const lanes v307 = v223 * v110;
-  const lanes v308 = v306 - v307;
+  const lanes v306 = v135 * v181, v307 = v223 * v110, v308 = v306 - v307;
   out[32] = v308;
-  const lanes v309 = v234 * v101;
-  const lanes v310 = v146 * v188;
-  const lanes v311 = v309 + v310;
-  const lanes v312 = -v311;
+  const lanes v309 = v234 * v101, v310 = v146 * v188, v311 = v309 + v310, v312 = -v311;
   out[33] = v312;
-  const lanes v313 = v7 * v181;
-  const lanes v314 = v4 * v177;
-  const lanes v315 = v313 + v314;
-  const lanes v316 = v157 * v315;
-  const lanes v317 = v241 * v291;
-  const lanes v318 = v316 - v317;
-  out[34] = v318;
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  const lanes v319 = v160 * v85;
-  const lanes v320 = v207 * v43;
-  const lanes v321 = v319 + v320;
-  const lanes v322 = -v321;
+  const lanes v313 = v7 * v181, v314 = v4 * v177, v315 = v313 + v314, v316 = v157 * v315,
+      v317 = v241 * v291, v318 = v316 - v317;
+  out[34] = v318; out[35] = LANES_OF(0.0); out[36] = LANES_OF(0.0);
+  const lanes v319 = v160 * v85, v320 = v207 * v43, v321 = v319 + v320, v322 = -v321;
   out[37] = v322;
-  const lanes v323 = v216 * v53;
-  const lanes v324 = v121 * v175;
-  const lanes v325 = v323 + v324;
-  const lanes v326 = -v325;
+  const lanes v323 = v216 * v53, v324 = v121 * v175, v325 = v323 + v324, v326 = -v325;
   out[38] = v326;
-  const lanes v327 = v223 * v68;
-  const lanes v328 = v132 * v181;
-  const lanes v329 = v327 - v328;
+  const lanes v327 = v223 * v68, v328 = v132 * v181, v329 = v327 - v328;
   out[39] = v329;
-  const lanes v330 = v234 * v59;
-  const lanes v331 = v143 * v188;
-  const lanes v332 = v330 + v331;
+  const lanes v330 = v234 * v59, v331 = v143 * v188, v332 = v330 + v331;
   out[40] = v332;
-  const lanes v333 = v241 * v295;
-  const lanes v334 = v154 * v315;
-  const lanes v335 = v333 - v334;
+  const lanes v333 = v241 * v295, v334 = v154 * v315, v335 = v333 - v334;
   out[41] = v335;
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_hessian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v12; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v12);
-  lanes v2, v11; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v11);
-  lanes v3, v10; LANES_NAME(lanes_cos_sin)(&q_2, &v3, &v10);
-  lanes v7, v4; LANES_NAME(lanes_cos_sin)(&q_5, &v7, &v4);
-  lanes v5, v9; LANES_NAME(lanes_cos_sin)(&q_4, &v5, &v9);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v8);
-  const lanes v13 = 0.126 * v4;
-  const lanes v14 = v13 * v5;
-  const lanes v15 = v14 * v6;
-  const lanes v16 = 0.126 * v7;
-  const lanes v17 = v16 + 0.4;
-  const lanes v18 = v17 * v8;
-  const lanes v19 = v15 - v18;
-  const lanes v20 = v3 * v19;
-  const lanes v21 = v9 * v13;
-  const lanes v22 = v21 * v10;
-  const lanes v23 = v20 - v22;
-  const lanes v24 = v2 * v23;
-  const lanes v25 = v14 * v8;
-  const lanes v26 = v17 * v6;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = v27 + 0.42;
-  const lanes v29 = v11 * v28;
-  const lanes v30 = v24 + v29;
-  const lanes v31 = v1 * v30;
-  const lanes v32 = v3 * v21;
-  const lanes v33 = v19 * v10;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = v12 * v34;
-  const lanes v36 = v31 - v35;
-  const lanes v37 = -v36;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v12, q_0); LANES_COS_SIN(v2, v11, q_1); LANES_COS_SIN(v3, v10, q_2);
+  LANES_COS_SIN(v7, v4, q_5); LANES_COS_SIN(v5, v9, q_4); LANES_COS_SIN(v6, v8, q_3);
+  const lanes v13 = 0.126 * v4, v14 = v13 * v5, v15 = v14 * v6, v16 = 0.126 * v7, v17 = v16 + 0.4,
+      v18 = v17 * v8, v19 = v15 - v18, v20 = v3 * v19, v21 = v9 * v13, v22 = v21 * v10,
+      v23 = v20 - v22, v24 = v2 * v23, v25 = v14 * v8, v26 = v17 * v6, v27 = v25 + v26,
+      v28 = v27 + 0.42, v29 = v11 * v28, v30 = v24 + v29, v31 = v1 * v30, v32 = v3 * v21,
+      v33 = v19 * v10, v34 = v32 + v33, v35 = v12 * v34, v36 = v31 - v35, v37 = -v36;
   out[0] = v37;
-  const lanes v38 = v11 * v23;
-  const lanes v39 = v2 * v28;
-  const lanes v40 = v38 - v39;
-  const lanes v41 = v12 * v40;
+  const lanes v38 = v11 * v23, v39 = v2 * v28, v40 = v38 - v39, v41 = v12 * v40;
   out[1] = v41;
-  const lanes v42 = v1 * v23;
-  const lanes v43 = v12 * v2;
-  const lanes v44 = v43 * v34;
-  const lanes v45 = v42 - v44;
-  const lanes v46 = -v45;
+  const lanes v42 = v1 * v23, v43 = v12 * v2, v44 = v43 * v34, v45 = v42 - v44, v46 = -v45;
   out[2] = v46;
-  const lanes v47 = v12 * v11;
-  const lanes v48 = v47 * v19;
-  const lanes v49 = v1 * v10;
-  const lanes v50 = v43 * v3;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v51 * v27;
-  const lanes v53 = v48 - v52;
-  const lanes v54 = -v53;
+  const lanes v47 = v12 * v11, v48 = v47 * v19, v49 = v1 * v10, v50 = v43 * v3, v51 = v49 + v50,
+      v52 = v51 * v27, v53 = v48 - v52, v54 = -v53;
   out[3] = v54;
-  const lanes v55 = v1 * v3;
-  const lanes v56 = v43 * v10;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v57 * v5;
-  const lanes v59 = v47 * v8;
-  const lanes v60 = v51 * v6;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = v9 * v61;
-  const lanes v63 = v58 - v62;
-  const lanes v64 = v63 * v13;
-  const lanes v65 = -v64;
+  const lanes v55 = v1 * v3, v56 = v43 * v10, v57 = v55 - v56, v58 = v57 * v5, v59 = v47 * v8,
+      v60 = v51 * v6, v61 = v59 + v60, v62 = v9 * v61, v63 = v58 - v62, v64 = v63 * v13, v65 = -v64;
   out[4] = v65;
-  const lanes v66 = v9 * v57;
-  const lanes v67 = v61 * v5;
-  const lanes v68 = v66 + v67;
-  const lanes v69 = v7 * v68;
-  const lanes v70 = v47 * v6;
-  const lanes v71 = v51 * v8;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v4 * v72;
-  const lanes v74 = v69 - v73;
-  const lanes v75 = 0.126 * v74;
-  const lanes v76 = -v75;
-  out[5] = v76;
-  out[6] = LANES_OF(0.0);
-  out[7] = v41;
+  const lanes v66 = v9 * v57, v67 = v61 * v5, v68 = v66 + v67, v69 = v7 * v68, v70 = v47 * v6,
+      v71 = v51 * v8, v72 = v70 - v71, v73 = v4 * v72, v74 = v69 - v73, v75 = 0.126 * v74,
+      v76 = -v75;
+  out[5] = v76; out[6] = LANES_OF(0.0); out[7] = v41;
   const lanes v77 = -v31;
   out[8] = v77;
-  const lanes v78 = v11 * v34;
-  const lanes v79 = v1 * v78;
+  const lanes v78 = v11 * v34, v79 = v1 * v78;
   out[9] = v79;
-  const lanes v80 = v11 * v3;
-  const lanes v81 = v80 * v27;
-  const lanes v82 = v2 * v19;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = v1 * v83;
+  const lanes v80 = v11 * v3, v81 = v80 * v27, v82 = v2 * v19, v83 = v81 + v82, v84 = v1 * v83;
   out[10] = v84;
-  const lanes v85 = v11 * v10;
-  const lanes v86 = v85 * v5;
-  const lanes v87 = v2 * v8;
-  const lanes v88 = v80 * v6;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v9 * v89;
-  const lanes v91 = v86 - v90;
-  const lanes v92 = v91 * v13;
-  const lanes v93 = v1 * v92;
+  const lanes v85 = v11 * v10, v86 = v85 * v5, v87 = v2 * v8, v88 = v80 * v6, v89 = v87 - v88,
+      v90 = v9 * v89, v91 = v86 - v90, v92 = v91 * v13, v93 = v1 * v92;
   out[11] = v93;
-  const lanes v94 = v9 * v85;
-  const lanes v95 = v89 * v5;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = v7 * v96;
-  const lanes v98 = v80 * v8;
-  const lanes v99 = v2 * v6;
-  const lanes v100 = v98 + v99;
-  const lanes v101 = v4 * v100;
-  const lanes v102 = v97 - v101;
-  const lanes v103 = 0.126 * v102;
-  const lanes v104 = v1 * v103;
-  out[12] = v104;
-  out[13] = LANES_OF(0.0);
-  out[14] = v46;
-  out[15] = v79;
-  const lanes v105 = v47 * v78;
-  const lanes v106 = v2 * v45;
-  const lanes v107 = v105 - v106;
+  const lanes v94 = v9 * v85, v95 = v89 * v5, v96 = v94 + v95, v97 = v7 * v96, v98 = v80 * v8,
+      v99 = v2 * v6, v100 = v98 + v99, v101 = v4 * v100, v102 = v97 - v101, v103 = 0.126 * v102,
+      v104 = v1 * v103;
+  out[12] = v104; out[13] = LANES_OF(0.0); out[14] = v46; out[15] = v79;
+  const lanes v105 = v47 * v78, v106 = v2 * v45, v107 = v105 - v106;
   out[16] = v107;
-  const lanes v108 = v47 * v83;
-  const lanes v109 = v2 * v53;
-  const lanes v110 = v108 - v109;
+  const lanes v108 = v47 * v83, v109 = v2 * v53, v110 = v108 - v109;
   out[17] = v110;
-  const lanes v111 = v47 * v92;
-  const lanes v112 = v2 * v64;
-  const lanes v113 = v111 - v112;
+  const lanes v111 = v47 * v92, v112 = v2 * v64, v113 = v111 - v112;
   out[18] = v113;
-  const lanes v114 = v47 * v103;
-  const lanes v115 = v2 * v75;
-  const lanes v116 = v114 - v115;
-  out[19] = v116;
-  out[20] = LANES_OF(0.0);
-  out[21] = v54;
-  out[22] = v84;
-  out[23] = v110;
-  const lanes v117 = v85 * v53;
-  const lanes v118 = v57 * v83;
-  const lanes v119 = v117 - v118;
+  const lanes v114 = v47 * v103, v115 = v2 * v75, v116 = v114 - v115;
+  out[19] = v116; out[20] = LANES_OF(0.0); out[21] = v54; out[22] = v84; out[23] = v110;
+  const lanes v117 = v85 * v53, v118 = v57 * v83, v119 = v117 - v118;
   out[24] = v119;
-  const lanes v120 = v85 * v64;
-  const lanes v121 = v57 * v92;
-  const lanes v122 = v120 - v121;
+  const lanes v120 = v85 * v64, v121 = v57 * v92, v122 = v120 - v121;
   out[25] = v122;
-  const lanes v123 = v85 * v75;
-  const lanes v124 = v57 * v103;
-  const lanes v125 = v123 - v124;
-  out[26] = v125;
-  out[27] = LANES_OF(0.0);
-  out[28] = v65;
-  out[29] = v93;
-  out[30] = v113;
+  const lanes v123 = v85 * v75, v124 = v57 * v103, v125 = v123 - v124;
+  out[26] = v125; out[27] = LANES_OF(0.0); out[28] = v65; out[29] = v93; out[30] = v113;
   out[31] = v122;
-  const lanes v126 = v72 * v92;
-  const lanes v127 = v100 * v64;
-  const lanes v128 = v126 - v127;
+  const lanes v126 = v72 * v92, v127 = v100 * v64, v128 = v126 - v127;
   out[32] = v128;
-  const lanes v129 = v72 * v103;
-  const lanes v130 = v100 * v75;
-  const lanes v131 = v129 - v130;
-  out[33] = v131;
-  out[34] = LANES_OF(0.0);
-  out[35] = v76;
-  out[36] = v104;
-  out[37] = v116;
-  out[38] = v125;
-  out[39] = v131;
-  const lanes v132 = v63 * v103;
-  const lanes v133 = v91 * v75;
-  const lanes v134 = v132 - v133;
-  out[40] = v134;
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(0.0);
-  out[48] = LANES_OF(0.0);
-  const lanes v135 = v1 * v34;
-  const lanes v136 = v12 * v30;
-  const lanes v137 = v135 + v136;
-  const lanes v138 = -v137;
+  const lanes v129 = v72 * v103, v130 = v100 * v75, v131 = v129 - v130;
+  out[33] = v131; out[34] = LANES_OF(0.0); out[35] = v76; out[36] = v104; out[37] = v116;
+  out[38] = v125; out[39] = v131;
+  const lanes v132 = v63 * v103, v133 = v91 * v75, v134 = v132 - v133;
+  out[40] = v134; out[41] = LANES_OF(0.0); out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0);
+  out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
+  out[47] = LANES_OF(0.0); out[48] = LANES_OF(0.0);
+  const lanes v135 = v1 * v34, v136 = v12 * v30, v137 = v135 + v136, v138 = -v137;
   out[49] = v138;
-  const lanes v139 = v1 * v40;
-  const lanes v140 = -v139;
+  const lanes v139 = v1 * v40, v140 = -v139;
   out[50] = v140;
-  const lanes v141 = v1 * v2;
-  const lanes v142 = v141 * v34;
-  const lanes v143 = v12 * v23;
-  const lanes v144 = v142 + v143;
-  const lanes v145 = -v144;
+  const lanes v141 = v1 * v2, v142 = v141 * v34, v143 = v12 * v23, v144 = v142 + v143, v145 = -v144;
   out[51] = v145;
-  const lanes v146 = v1 * v11;
-  const lanes v147 = v146 * v19;
-  const lanes v148 = v141 * v3;
-  const lanes v149 = v12 * v10;
-  const lanes v150 = v148 - v149;
-  const lanes v151 = v150 * v27;
-  const lanes v152 = v147 - v151;
+  const lanes v146 = v1 * v11, v147 = v146 * v19, v148 = v141 * v3, v149 = v12 * v10,
+      v150 = v148 - v149, v151 = v150 * v27, v152 = v147 - v151;
   out[52] = v152;
-  const lanes v153 = v146 * v8;
-  const lanes v154 = v150 * v6;
-  const lanes v155 = v153 + v154;
-  const lanes v156 = v9 * v155;
-  const lanes v157 = v141 * v10;
-  const lanes v158 = v12 * v3;
-  const lanes v159 = v157 + v158;
-  const lanes v160 = v159 * v5;
-  const lanes v161 = v156 + v160;
-  const lanes v162 = v161 * v13;
-  const lanes v163 = -v162;
+  const lanes v153 = v146 * v8, v154 = v150 * v6, v155 = v153 + v154, v156 = v9 * v155,
+      v157 = v141 * v10, v158 = v12 * v3, v159 = v157 + v158, v160 = v159 * v5, v161 = v156 + v160,
+      v162 = v161 * v13, v163 = -v162;
   out[53] = v163;
-  const lanes v164 = v155 * v5;
-  const lanes v165 = v9 * v159;
-  const lanes v166 = v164 - v165;
-  const lanes v167 = v7 * v166;
-  const lanes v168 = v146 * v6;
-  const lanes v169 = v150 * v8;
-  const lanes v170 = v168 - v169;
-  const lanes v171 = v4 * v170;
-  const lanes v172 = v167 - v171;
-  const lanes v173 = 0.126 * v172;
-  out[54] = v173;
-  out[55] = LANES_OF(0.0);
-  out[56] = v140;
+  const lanes v164 = v155 * v5, v165 = v9 * v159, v166 = v164 - v165, v167 = v7 * v166,
+      v168 = v146 * v6, v169 = v150 * v8, v170 = v168 - v169, v171 = v4 * v170, v172 = v167 - v171,
+      v173 = 0.126 * v172;
+  out[54] = v173; out[55] = LANES_OF(0.0); out[56] = v140;
   const lanes v174 = -v136;
   out[57] = v174;
   const lanes v175 = v12 * v78;
@@ -2704,5039 +966,1029 @@ static LANES_TARGET void LANES_NAME(iiwa14_hessian_mixed)(const lanes *in, lanes
   const lanes v177 = v12 * v92;
   out[60] = v177;
   const lanes v178 = v12 * v103;
-  out[61] = v178;
-  out[62] = LANES_OF(0.0);
-  out[63] = v145;
-  out[64] = v175;
-  const lanes v179 = v146 * v78;
-  const lanes v180 = v2 * v144;
-  const lanes v181 = v179 + v180;
-  const lanes v182 = -v181;
+  out[61] = v178; out[62] = LANES_OF(0.0); out[63] = v145; out[64] = v175;
+  const lanes v179 = v146 * v78, v180 = v2 * v144, v181 = v179 + v180, v182 = -v181;
   out[65] = v182;
-  const lanes v183 = v2 * v152;
-  const lanes v184 = v146 * v83;
-  const lanes v185 = v183 - v184;
+  const lanes v183 = v2 * v152, v184 = v146 * v83, v185 = v183 - v184;
   out[66] = v185;
-  const lanes v186 = v146 * v92;
-  const lanes v187 = v2 * v162;
-  const lanes v188 = v186 + v187;
-  const lanes v189 = -v188;
+  const lanes v186 = v146 * v92, v187 = v2 * v162, v188 = v186 + v187, v189 = -v188;
   out[67] = v189;
-  const lanes v190 = v2 * v173;
-  const lanes v191 = v146 * v103;
-  const lanes v192 = v190 - v191;
-  out[68] = v192;
-  out[69] = LANES_OF(0.0);
-  out[70] = v152;
-  out[71] = v176;
-  out[72] = v185;
-  const lanes v193 = v159 * v83;
-  const lanes v194 = v85 * v152;
-  const lanes v195 = v193 + v194;
-  const lanes v196 = -v195;
+  const lanes v190 = v2 * v173, v191 = v146 * v103, v192 = v190 - v191;
+  out[68] = v192; out[69] = LANES_OF(0.0); out[70] = v152; out[71] = v176; out[72] = v185;
+  const lanes v193 = v159 * v83, v194 = v85 * v152, v195 = v193 + v194, v196 = -v195;
   out[73] = v196;
-  const lanes v197 = v85 * v162;
-  const lanes v198 = v159 * v92;
-  const lanes v199 = v197 - v198;
+  const lanes v197 = v85 * v162, v198 = v159 * v92, v199 = v197 - v198;
   out[74] = v199;
-  const lanes v200 = v159 * v103;
-  const lanes v201 = v85 * v173;
-  const lanes v202 = v200 + v201;
-  const lanes v203 = -v202;
-  out[75] = v203;
-  out[76] = LANES_OF(0.0);
-  out[77] = v163;
-  out[78] = v177;
-  out[79] = v189;
+  const lanes v200 = v159 * v103, v201 = v85 * v173, v202 = v200 + v201, v203 = -v202;
+  out[75] = v203; out[76] = LANES_OF(0.0); out[77] = v163; out[78] = v177; out[79] = v189;
   out[80] = v199;
-  const lanes v204 = v170 * v92;
-  const lanes v205 = v100 * v162;
-  const lanes v206 = v204 + v205;
-  const lanes v207 = -v206;
+  const lanes v204 = v170 * v92, v205 = v100 * v162, v206 = v204 + v205, v207 = -v206;
   out[81] = v207;
-  const lanes v208 = v100 * v173;
-  const lanes v209 = v170 * v103;
-  const lanes v210 = v208 - v209;
-  out[82] = v210;
-  out[83] = LANES_OF(0.0);
-  out[84] = v173;
-  out[85] = v178;
-  out[86] = v192;
-  out[87] = v203;
-  out[88] = v210;
-  const lanes v211 = v161 * v103;
-  const lanes v212 = v91 * v173;
-  const lanes v213 = v211 + v212;
-  out[89] = v213;
-  out[90] = LANES_OF(0.0);
-  out[91] = LANES_OF(0.0);
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
-  out[95] = LANES_OF(0.0);
-  out[96] = LANES_OF(0.0);
-  out[97] = LANES_OF(0.0);
-  out[98] = LANES_OF(0.0);
-  out[99] = LANES_OF(0.0);
-  out[100] = LANES_OF(0.0);
-  out[101] = LANES_OF(0.0);
-  out[102] = LANES_OF(0.0);
-  out[103] = LANES_OF(0.0);
-  out[104] = LANES_OF(0.0);
+  const lanes v208 = v100 * v173, v209 = v170 * v103, v210 = v208 - v209;
+  out[82] = v210; out[83] = LANES_OF(0.0); out[84] = v173; out[85] = v178; out[86] = v192;
+  out[87] = v203; out[88] = v210;
+  const lanes v211 = v161 * v103, v212 = v91 * v173, v213 = v211 + v212;
+  out[89] = v213; out[90] = LANES_OF(0.0); out[91] = LANES_OF(0.0); out[92] = LANES_OF(0.0);
+  out[93] = LANES_OF(0.0); out[94] = LANES_OF(0.0); out[95] = LANES_OF(0.0);
+  out[96] = LANES_OF(0.0); out[97] = LANES_OF(0.0); out[98] = LANES_OF(0.0);
+  out[99] = LANES_OF(0.0); out[100] = LANES_OF(0.0); out[101] = LANES_OF(0.0);
+  out[102] = LANES_OF(0.0); out[103] = LANES_OF(0.0); out[104] = LANES_OF(0.0);
   out[105] = LANES_OF(0.0);
-  const lanes v214 = v1 * v139;
-  const lanes v215 = v12 * v41;
-  const lanes v216 = v214 + v215;
+  const lanes v214 = v1 * v139, v215 = v12 * v41, v216 = v214 + v215;
   out[106] = v216;
-  const lanes v217 = v1 * v144;
-  const lanes v218 = v12 * v45;
-  const lanes v219 = v217 - v218;
+  const lanes v217 = v1 * v144, v218 = v12 * v45, v219 = v217 - v218;
   out[107] = v219;
-  const lanes v220 = v1 * v152;
-  const lanes v221 = v12 * v53;
-  const lanes v222 = v220 + v221;
-  const lanes v223 = -v222;
+  const lanes v220 = v1 * v152, v221 = v12 * v53, v222 = v220 + v221, v223 = -v222;
   out[108] = v223;
-  const lanes v224 = v1 * v162;
-  const lanes v225 = v12 * v64;
-  const lanes v226 = v224 - v225;
+  const lanes v224 = v1 * v162, v225 = v12 * v64, v226 = v224 - v225;
   out[109] = v226;
-  const lanes v227 = v1 * v173;
-  const lanes v228 = v12 * v75;
-  const lanes v229 = v227 + v228;
-  const lanes v230 = -v229;
-  out[110] = v230;
-  out[111] = LANES_OF(0.0);
-  out[112] = LANES_OF(0.0);
-  out[113] = v219;
-  const lanes v231 = v146 * v45;
-  const lanes v232 = v47 * v144;
-  const lanes v233 = v231 + v232;
+  const lanes v227 = v1 * v173, v228 = v12 * v75, v229 = v227 + v228, v230 = -v229;
+  out[110] = v230; out[111] = LANES_OF(0.0); out[112] = LANES_OF(0.0); out[113] = v219;
+  const lanes v231 = v146 * v45, v232 = v47 * v144, v233 = v231 + v232;
   out[114] = v233;
-  const lanes v234 = v146 * v53;
-  const lanes v235 = v47 * v152;
-  const lanes v236 = v234 - v235;
+  const lanes v234 = v146 * v53, v235 = v47 * v152, v236 = v234 - v235;
   out[115] = v236;
-  const lanes v237 = v146 * v64;
-  const lanes v238 = v47 * v162;
-  const lanes v239 = v237 + v238;
+  const lanes v237 = v146 * v64, v238 = v47 * v162, v239 = v237 + v238;
   out[116] = v239;
-  const lanes v240 = v146 * v75;
-  const lanes v241 = v47 * v173;
-  const lanes v242 = v240 - v241;
-  out[117] = v242;
-  out[118] = LANES_OF(0.0);
-  out[119] = LANES_OF(0.0);
-  out[120] = v223;
+  const lanes v240 = v146 * v75, v241 = v47 * v173, v242 = v240 - v241;
+  out[117] = v242; out[118] = LANES_OF(0.0); out[119] = LANES_OF(0.0); out[120] = v223;
   out[121] = v236;
-  const lanes v243 = v159 * v53;
-  const lanes v244 = v57 * v152;
-  const lanes v245 = v243 + v244;
+  const lanes v243 = v159 * v53, v244 = v57 * v152, v245 = v243 + v244;
   out[122] = v245;
-  const lanes v246 = v159 * v64;
-  const lanes v247 = v57 * v162;
-  const lanes v248 = v246 - v247;
+  const lanes v246 = v159 * v64, v247 = v57 * v162, v248 = v246 - v247;
   out[123] = v248;
-  const lanes v249 = v159 * v75;
-  const lanes v250 = v57 * v173;
-  const lanes v251 = v249 + v250;
-  out[124] = v251;
-  out[125] = LANES_OF(0.0);
-  out[126] = LANES_OF(0.0);
-  out[127] = v226;
-  out[128] = v239;
-  out[129] = v248;
-  const lanes v252 = v170 * v64;
-  const lanes v253 = v72 * v162;
-  const lanes v254 = v252 + v253;
+  const lanes v249 = v159 * v75, v250 = v57 * v173, v251 = v249 + v250;
+  out[124] = v251; out[125] = LANES_OF(0.0); out[126] = LANES_OF(0.0); out[127] = v226;
+  out[128] = v239; out[129] = v248;
+  const lanes v252 = v170 * v64, v253 = v72 * v162, v254 = v252 + v253;
   out[130] = v254;
-  const lanes v255 = v170 * v75;
-  const lanes v256 = v72 * v173;
-  const lanes v257 = v255 - v256;
-  out[131] = v257;
-  out[132] = LANES_OF(0.0);
-  out[133] = LANES_OF(0.0);
-  out[134] = v230;
-  out[135] = v242;
-  out[136] = v251;
-  out[137] = v257;
-  const lanes v258 = v161 * v75;
-  const lanes v259 = v63 * v173;
-  const lanes v260 = v258 + v259;
-  const lanes v261 = -v260;
-  out[138] = v261;
-  out[139] = LANES_OF(0.0);
-  out[140] = LANES_OF(0.0);
-  out[141] = LANES_OF(0.0);
-  out[142] = LANES_OF(0.0);
-  out[143] = LANES_OF(0.0);
-  out[144] = LANES_OF(0.0);
-  out[145] = LANES_OF(0.0);
-  out[146] = LANES_OF(0.0);
-  out[147] = LANES_OF(0.0);
-  out[148] = LANES_OF(0.0);
-  out[149] = LANES_OF(0.0);
-  out[150] = LANES_OF(0.0);
-  out[151] = LANES_OF(0.0);
-  out[152] = LANES_OF(0.0);
-  out[153] = LANES_OF(0.0);
+  const lanes v255 = v170 * v75, v256 = v72 * v173, v257 = v255 - v256;
+  out[131] = v257; out[132] = LANES_OF(0.0); out[133] = LANES_OF(0.0); out[134] = v230;
+  out[135] = v242; out[136] = v251; out[137] = v257;
+  const lanes v258 = v161 * v75, v259 = v63 * v173, v260 = v258 + v259, v261 = -v260;
+  out[138] = v261; out[139] = LANES_OF(0.0); out[140] = LANES_OF(0.0); out[141] = LANES_OF(0.0);
+  out[142] = LANES_OF(0.0); out[143] = LANES_OF(0.0); out[144] = LANES_OF(0.0);
+  out[145] = LANES_OF(0.0); out[146] = LANES_OF(0.0); out[147] = LANES_OF(0.0);
+  out[148] = LANES_OF(0.0); out[149] = LANES_OF(0.0); out[150] = LANES_OF(0.0);
+  out[151] = LANES_OF(0.0); out[152] = LANES_OF(0.0); out[153] = LANES_OF(0.0);
   const lanes v262 = -v1;
-  out[154] = v262;
-  out[155] = LANES_OF(0.0);
-  out[156] = LANES_OF(0.0);
-  out[157] = LANES_OF(0.0);
-  out[158] = LANES_OF(0.0);
-  out[159] = LANES_OF(0.0);
-  out[160] = LANES_OF(0.0);
+  out[154] = v262; out[155] = LANES_OF(0.0); out[156] = LANES_OF(0.0); out[157] = LANES_OF(0.0);
+  out[158] = LANES_OF(0.0); out[159] = LANES_OF(0.0); out[160] = LANES_OF(0.0);
   const lanes v263 = -v47;
-  out[161] = v263;
-  out[162] = v141;
-  out[163] = LANES_OF(0.0);
-  out[164] = LANES_OF(0.0);
-  out[165] = LANES_OF(0.0);
-  out[166] = LANES_OF(0.0);
-  out[167] = LANES_OF(0.0);
-  out[168] = v57;
-  const lanes v264 = v1 * v85;
-  const lanes v265 = -v264;
+  out[161] = v263; out[162] = v141; out[163] = LANES_OF(0.0); out[164] = LANES_OF(0.0);
+  out[165] = LANES_OF(0.0); out[166] = LANES_OF(0.0); out[167] = LANES_OF(0.0); out[168] = v57;
+  const lanes v264 = v1 * v85, v265 = -v264;
   out[169] = v265;
-  const lanes v266 = v57 * v2;
-  const lanes v267 = v47 * v85;
-  const lanes v268 = v266 - v267;
-  out[170] = v268;
-  out[171] = LANES_OF(0.0);
-  out[172] = LANES_OF(0.0);
-  out[173] = LANES_OF(0.0);
+  const lanes v266 = v57 * v2, v267 = v47 * v85, v268 = v266 - v267;
+  out[170] = v268; out[171] = LANES_OF(0.0); out[172] = LANES_OF(0.0); out[173] = LANES_OF(0.0);
   out[174] = LANES_OF(0.0);
   const lanes v269 = -v72;
   out[175] = v269;
   const lanes v270 = v1 * v100;
   out[176] = v270;
-  const lanes v271 = v47 * v100;
-  const lanes v272 = v72 * v2;
-  const lanes v273 = v271 - v272;
+  const lanes v271 = v47 * v100, v272 = v72 * v2, v273 = v271 - v272;
   out[177] = v273;
-  const lanes v274 = v85 * v72;
-  const lanes v275 = v57 * v100;
-  const lanes v276 = v274 - v275;
-  out[178] = v276;
-  out[179] = LANES_OF(0.0);
-  out[180] = LANES_OF(0.0);
-  out[181] = LANES_OF(0.0);
+  const lanes v274 = v85 * v72, v275 = v57 * v100, v276 = v274 - v275;
+  out[178] = v276; out[179] = LANES_OF(0.0); out[180] = LANES_OF(0.0); out[181] = LANES_OF(0.0);
   const lanes v277 = -v63;
   out[182] = v277;
   const lanes v278 = v1 * v91;
   out[183] = v278;
-  const lanes v279 = v47 * v91;
-  const lanes v280 = v2 * v63;
-  const lanes v281 = v279 - v280;
+  const lanes v279 = v47 * v91, v280 = v2 * v63, v281 = v279 - v280;
   out[184] = v281;
-  const lanes v282 = v85 * v63;
-  const lanes v283 = v57 * v91;
-  const lanes v284 = v282 - v283;
+  const lanes v282 = v85 * v63, v283 = v57 * v91, v284 = v282 - v283;
   out[185] = v284;
-  const lanes v285 = v72 * v91;
-  const lanes v286 = v100 * v63;
-  const lanes v287 = v285 - v286;
-  out[186] = v287;
-  out[187] = LANES_OF(0.0);
-  out[188] = LANES_OF(0.0);
-  const lanes v288 = v7 * v72;
-  const lanes v289 = v4 * v68;
-  const lanes v290 = v288 + v289;
-  const lanes v291 = -v290;
+  const lanes v285 = v72 * v91, v286 = v100 * v63, v287 = v285 - v286;
+  out[186] = v287; out[187] = LANES_OF(0.0); out[188] = LANES_OF(0.0);
+  const lanes v288 = v7 * v72, v289 = v4 * v68, v290 = v288 + v289, v291 = -v290;
   out[189] = v291;
-  const lanes v292 = v7 * v100;
-  const lanes v293 = v4 * v96;
-  const lanes v294 = v292 + v293;
-  const lanes v295 = v1 * v294;
+  const lanes v292 = v7 * v100, v293 = v4 * v96, v294 = v292 + v293, v295 = v1 * v294;
   out[190] = v295;
-  const lanes v296 = v47 * v294;
-  const lanes v297 = v2 * v290;
-  const lanes v298 = v296 - v297;
+  const lanes v296 = v47 * v294, v297 = v2 * v290, v298 = v296 - v297;
   out[191] = v298;
-  const lanes v299 = v85 * v290;
-  const lanes v300 = v57 * v294;
-  const lanes v301 = v299 - v300;
+  const lanes v299 = v85 * v290, v300 = v57 * v294, v301 = v299 - v300;
   out[192] = v301;
-  const lanes v302 = v72 * v294;
-  const lanes v303 = v100 * v290;
-  const lanes v304 = v302 - v303;
+  const lanes v302 = v72 * v294, v303 = v100 * v290, v304 = v302 - v303;
   out[193] = v304;
-  const lanes v305 = v63 * v294;
-  const lanes v306 = v91 * v290;
-  const lanes v307 = v305 - v306;
-  out[194] = v307;
-  out[195] = LANES_OF(0.0);
-  out[196] = LANES_OF(0.0);
-  out[197] = LANES_OF(0.0);
-  out[198] = LANES_OF(0.0);
-  out[199] = LANES_OF(0.0);
-  out[200] = LANES_OF(0.0);
-  out[201] = LANES_OF(0.0);
-  out[202] = LANES_OF(0.0);
+  const lanes v305 = v63 * v294, v306 = v91 * v290, v307 = v305 - v306;
+  out[194] = v307; out[195] = LANES_OF(0.0); out[196] = LANES_OF(0.0); out[197] = LANES_OF(0.0);
+  out[198] = LANES_OF(0.0); out[199] = LANES_OF(0.0); out[200] = LANES_OF(0.0);
+  out[201] = LANES_OF(0.0); out[202] = LANES_OF(0.0);
   const lanes v308 = -v12;
-  out[203] = v308;
-  out[204] = LANES_OF(0.0);
-  out[205] = LANES_OF(0.0);
-  out[206] = LANES_OF(0.0);
-  out[207] = LANES_OF(0.0);
-  out[208] = LANES_OF(0.0);
-  out[209] = LANES_OF(0.0);
-  out[210] = v146;
-  out[211] = v43;
-  out[212] = LANES_OF(0.0);
-  out[213] = LANES_OF(0.0);
-  out[214] = LANES_OF(0.0);
-  out[215] = LANES_OF(0.0);
-  out[216] = LANES_OF(0.0);
-  out[217] = v159;
-  const lanes v309 = v12 * v85;
-  const lanes v310 = -v309;
+  out[203] = v308; out[204] = LANES_OF(0.0); out[205] = LANES_OF(0.0); out[206] = LANES_OF(0.0);
+  out[207] = LANES_OF(0.0); out[208] = LANES_OF(0.0); out[209] = LANES_OF(0.0); out[210] = v146;
+  out[211] = v43; out[212] = LANES_OF(0.0); out[213] = LANES_OF(0.0); out[214] = LANES_OF(0.0);
+  out[215] = LANES_OF(0.0); out[216] = LANES_OF(0.0); out[217] = v159;
+  const lanes v309 = v12 * v85, v310 = -v309;
   out[218] = v310;
-  const lanes v311 = v146 * v85;
-  const lanes v312 = v159 * v2;
-  const lanes v313 = v311 + v312;
-  out[219] = v313;
-  out[220] = LANES_OF(0.0);
-  out[221] = LANES_OF(0.0);
-  out[222] = LANES_OF(0.0);
-  out[223] = LANES_OF(0.0);
-  out[224] = v170;
+  const lanes v311 = v146 * v85, v312 = v159 * v2, v313 = v311 + v312;
+  out[219] = v313; out[220] = LANES_OF(0.0); out[221] = LANES_OF(0.0); out[222] = LANES_OF(0.0);
+  out[223] = LANES_OF(0.0); out[224] = v170;
   const lanes v314 = v12 * v100;
   out[225] = v314;
-  const lanes v315 = v170 * v2;
-  const lanes v316 = v146 * v100;
-  const lanes v317 = v315 - v316;
+  const lanes v315 = v170 * v2, v316 = v146 * v100, v317 = v315 - v316;
   out[226] = v317;
-  const lanes v318 = v159 * v100;
-  const lanes v319 = v85 * v170;
-  const lanes v320 = v318 + v319;
-  const lanes v321 = -v320;
-  out[227] = v321;
-  out[228] = LANES_OF(0.0);
-  out[229] = LANES_OF(0.0);
-  out[230] = LANES_OF(0.0);
+  const lanes v318 = v159 * v100, v319 = v85 * v170, v320 = v318 + v319, v321 = -v320;
+  out[227] = v321; out[228] = LANES_OF(0.0); out[229] = LANES_OF(0.0); out[230] = LANES_OF(0.0);
   const lanes v322 = -v161;
   out[231] = v322;
   const lanes v323 = v12 * v91;
   out[232] = v323;
-  const lanes v324 = v146 * v91;
-  const lanes v325 = v2 * v161;
-  const lanes v326 = v324 + v325;
-  const lanes v327 = -v326;
+  const lanes v324 = v146 * v91, v325 = v2 * v161, v326 = v324 + v325, v327 = -v326;
   out[233] = v327;
-  const lanes v328 = v85 * v161;
-  const lanes v329 = v159 * v91;
-  const lanes v330 = v328 - v329;
+  const lanes v328 = v85 * v161, v329 = v159 * v91, v330 = v328 - v329;
   out[234] = v330;
-  const lanes v331 = v170 * v91;
-  const lanes v332 = v100 * v161;
-  const lanes v333 = v331 + v332;
-  const lanes v334 = -v333;
-  out[235] = v334;
-  out[236] = LANES_OF(0.0);
-  out[237] = LANES_OF(0.0);
-  const lanes v335 = v7 * v170;
-  const lanes v336 = v4 * v166;
-  const lanes v337 = v335 + v336;
+  const lanes v331 = v170 * v91, v332 = v100 * v161, v333 = v331 + v332, v334 = -v333;
+  out[235] = v334; out[236] = LANES_OF(0.0); out[237] = LANES_OF(0.0);
+  const lanes v335 = v7 * v170, v336 = v4 * v166, v337 = v335 + v336;
   out[238] = v337;
   const lanes v338 = v12 * v294;
   out[239] = v338;
-  const lanes v339 = v2 * v337;
-  const lanes v340 = v146 * v294;
-  const lanes v341 = v339 - v340;
+  const lanes v339 = v2 * v337, v340 = v146 * v294, v341 = v339 - v340;
   out[240] = v341;
-  const lanes v342 = v159 * v294;
-  const lanes v343 = v85 * v337;
-  const lanes v344 = v342 + v343;
-  const lanes v345 = -v344;
+  const lanes v342 = v159 * v294, v343 = v85 * v337, v344 = v342 + v343, v345 = -v344;
   out[241] = v345;
-  const lanes v346 = v100 * v337;
-  const lanes v347 = v170 * v294;
-  const lanes v348 = v346 - v347;
+  const lanes v346 = v100 * v337, v347 = v170 * v294, v348 = v346 - v347;
   out[242] = v348;
-  const lanes v349 = v161 * v294;
-  const lanes v350 = v91 * v337;
-  const lanes v351 = v349 + v350;
-  out[243] = v351;
-  out[244] = LANES_OF(0.0);
-  out[245] = LANES_OF(0.0);
-  out[246] = LANES_OF(0.0);
-  out[247] = LANES_OF(0.0);
-  out[248] = LANES_OF(0.0);
-  out[249] = LANES_OF(0.0);
-  out[250] = LANES_OF(0.0);
-  out[251] = LANES_OF(0.0);
-  out[252] = LANES_OF(0.0);
-  out[253] = LANES_OF(0.0);
-  out[254] = LANES_OF(0.0);
-  out[255] = LANES_OF(0.0);
-  out[256] = LANES_OF(0.0);
-  out[257] = LANES_OF(0.0);
-  out[258] = LANES_OF(0.0);
+  const lanes v349 = v161 * v294, v350 = v91 * v337, v351 = v349 + v350;
+  out[243] = v351; out[244] = LANES_OF(0.0); out[245] = LANES_OF(0.0); out[246] = LANES_OF(0.0);
+  out[247] = LANES_OF(0.0); out[248] = LANES_OF(0.0); out[249] = LANES_OF(0.0);
+  out[250] = LANES_OF(0.0); out[251] = LANES_OF(0.0); out[252] = LANES_OF(0.0);
+  out[253] = LANES_OF(0.0); out[254] = LANES_OF(0.0); out[255] = LANES_OF(0.0);
+  out[256] = LANES_OF(0.0); out[257] = LANES_OF(0.0); out[258] = LANES_OF(0.0);
   out[259] = LANES_OF(0.0);
-  const lanes v352 = v1 * v146;
-  const lanes v353 = v47 * v12;
-  const lanes v354 = v352 + v353;
-  const lanes v355 = -v354;
-  out[260] = v355;
-  out[261] = LANES_OF(0.0);
-  out[262] = LANES_OF(0.0);
-  out[263] = LANES_OF(0.0);
-  out[264] = LANES_OF(0.0);
-  out[265] = LANES_OF(0.0);
-  out[266] = LANES_OF(0.0);
-  const lanes v356 = v12 * v57;
-  const lanes v357 = v1 * v159;
-  const lanes v358 = v356 - v357;
+  const lanes v352 = v1 * v146, v353 = v47 * v12, v354 = v352 + v353, v355 = -v354;
+  out[260] = v355; out[261] = LANES_OF(0.0); out[262] = LANES_OF(0.0); out[263] = LANES_OF(0.0);
+  out[264] = LANES_OF(0.0); out[265] = LANES_OF(0.0); out[266] = LANES_OF(0.0);
+  const lanes v356 = v12 * v57, v357 = v1 * v159, v358 = v356 - v357;
   out[267] = v358;
-  const lanes v359 = v146 * v57;
-  const lanes v360 = v47 * v159;
-  const lanes v361 = v359 + v360;
-  const lanes v362 = -v361;
-  out[268] = v362;
-  out[269] = LANES_OF(0.0);
-  out[270] = LANES_OF(0.0);
-  out[271] = LANES_OF(0.0);
-  out[272] = LANES_OF(0.0);
-  out[273] = LANES_OF(0.0);
-  const lanes v363 = v1 * v170;
-  const lanes v364 = v12 * v72;
-  const lanes v365 = v363 + v364;
-  const lanes v366 = -v365;
+  const lanes v359 = v146 * v57, v360 = v47 * v159, v361 = v359 + v360, v362 = -v361;
+  out[268] = v362; out[269] = LANES_OF(0.0); out[270] = LANES_OF(0.0); out[271] = LANES_OF(0.0);
+  out[272] = LANES_OF(0.0); out[273] = LANES_OF(0.0);
+  const lanes v363 = v1 * v170, v364 = v12 * v72, v365 = v363 + v364, v366 = -v365;
   out[274] = v366;
-  const lanes v367 = v146 * v72;
-  const lanes v368 = v47 * v170;
-  const lanes v369 = v367 - v368;
+  const lanes v367 = v146 * v72, v368 = v47 * v170, v369 = v367 - v368;
   out[275] = v369;
-  const lanes v370 = v159 * v72;
-  const lanes v371 = v57 * v170;
-  const lanes v372 = v370 + v371;
-  out[276] = v372;
-  out[277] = LANES_OF(0.0);
-  out[278] = LANES_OF(0.0);
-  out[279] = LANES_OF(0.0);
+  const lanes v370 = v159 * v72, v371 = v57 * v170, v372 = v370 + v371;
+  out[276] = v372; out[277] = LANES_OF(0.0); out[278] = LANES_OF(0.0); out[279] = LANES_OF(0.0);
   out[280] = LANES_OF(0.0);
-  const lanes v373 = v1 * v161;
-  const lanes v374 = v12 * v63;
-  const lanes v375 = v373 - v374;
+  const lanes v373 = v1 * v161, v374 = v12 * v63, v375 = v373 - v374;
   out[281] = v375;
-  const lanes v376 = v146 * v63;
-  const lanes v377 = v47 * v161;
-  const lanes v378 = v376 + v377;
+  const lanes v376 = v146 * v63, v377 = v47 * v161, v378 = v376 + v377;
   out[282] = v378;
-  const lanes v379 = v159 * v63;
-  const lanes v380 = v57 * v161;
-  const lanes v381 = v379 - v380;
+  const lanes v379 = v159 * v63, v380 = v57 * v161, v381 = v379 - v380;
   out[283] = v381;
-  const lanes v382 = v170 * v63;
-  const lanes v383 = v72 * v161;
-  const lanes v384 = v382 + v383;
-  out[284] = v384;
-  out[285] = LANES_OF(0.0);
-  out[286] = LANES_OF(0.0);
-  out[287] = LANES_OF(0.0);
-  const lanes v385 = v1 * v337;
-  const lanes v386 = v12 * v290;
-  const lanes v387 = v385 + v386;
-  const lanes v388 = -v387;
+  const lanes v382 = v170 * v63, v383 = v72 * v161, v384 = v382 + v383;
+  out[284] = v384; out[285] = LANES_OF(0.0); out[286] = LANES_OF(0.0); out[287] = LANES_OF(0.0);
+  const lanes v385 = v1 * v337, v386 = v12 * v290, v387 = v385 + v386, v388 = -v387;
   out[288] = v388;
-  const lanes v389 = v146 * v290;
-  const lanes v390 = v47 * v337;
-  const lanes v391 = v389 - v390;
+  const lanes v389 = v146 * v290, v390 = v47 * v337, v391 = v389 - v390;
   out[289] = v391;
-  const lanes v392 = v159 * v290;
-  const lanes v393 = v57 * v337;
-  const lanes v394 = v392 + v393;
+  const lanes v392 = v159 * v290, v393 = v57 * v337, v394 = v392 + v393;
   out[290] = v394;
-  const lanes v395 = v170 * v290;
-  const lanes v396 = v72 * v337;
-  const lanes v397 = v395 - v396;
+  const lanes v395 = v170 * v290, v396 = v72 * v337, v397 = v395 - v396;
   out[291] = v397;
-  const lanes v398 = v161 * v290;
-  const lanes v399 = v63 * v337;
-  const lanes v400 = v398 + v399;
-  const lanes v401 = -v400;
-  out[292] = v401;
-  out[293] = LANES_OF(0.0);
+  const lanes v398 = v161 * v290, v399 = v63 * v337, v400 = v398 + v399, v401 = -v400;
+  out[292] = v401; out[293] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_twist_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  lanes v1, v12; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v12);
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v7);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v5, &v3);
-  lanes v9, v4; LANES_NAME(lanes_cos_sin)(&q_3, &v9, &v4);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_2, &v6, &v8);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v11);
-  const lanes v13 = v2 * v3;
-  const lanes v14 = v13 * v4;
-  const lanes v15 = v2 * v5;
-  const lanes v16 = v15 * v6;
-  const lanes v17 = v7 * v8;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 * v9;
-  const lanes v20 = v14 + v19;
-  const lanes v21 = v20 * v10;
-  const lanes v22 = v15 * v8;
-  const lanes v23 = v7 * v6;
-  const lanes v24 = v22 + v23;
-  const lanes v25 = v11 * v24;
-  const lanes v26 = v21 - v25;
-  const lanes v27 = v1 * v26;
-  const lanes v28 = v13 * v9;
-  const lanes v29 = v18 * v4;
-  const lanes v30 = v28 - v29;
-  const lanes v31 = v12 * v30;
-  const lanes v32 = v27 - v31;
-  const lanes v33 = 0.36 * v3;
-  const lanes v34 = v6 * v33;
-  const lanes v35 = v9 * v34;
-  const lanes v36 = 0.36 * v5;
-  const lanes v37 = v36 + 0.42;
-  const lanes v38 = v4 * v37;
-  const lanes v39 = v35 - v38;
-  const lanes v40 = v11 * v39;
-  const lanes v41 = v8 * v33;
-  const lanes v42 = v10 * v41;
-  const lanes v43 = v40 + v42;
-  const lanes v44 = v32 * v43;
-  const lanes v45 = v11 * v20;
-  const lanes v46 = v24 * v10;
-  const lanes v47 = v45 + v46;
-  const lanes v48 = v10 * v39;
-  const lanes v49 = v11 * v41;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = v1 * v50;
-  const lanes v52 = v9 * v37;
-  const lanes v53 = v4 * v34;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = v54 + 0.4;
-  const lanes v56 = v12 * v55;
-  const lanes v57 = v51 + v56;
-  const lanes v58 = v47 * v57;
-  const lanes v59 = v44 - v58;
-  const lanes v60 = v59 * qd_6;
-  const lanes v61 = v20 * v41;
-  const lanes v62 = v24 * v39;
-  const lanes v63 = v61 - v62;
-  const lanes v64 = v63 * qd_4;
-  const lanes v65 = v13 * v34;
-  const lanes v66 = v18 * v37;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v67 * qd_3;
-  const lanes v69 = 0.36 * v2;
-  const lanes v70 = v69 * qd_1;
-  const lanes v71 = v7 * v33;
-  const lanes v72 = v71 * qd_2;
-  const lanes v73 = v70 + v72;
-  const lanes v74 = v68 - v73;
-  const lanes v75 = v64 + v74;
-  const lanes v76 = v30 * v50;
-  const lanes v77 = v26 * v55;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = v78 * qd_5;
-  const lanes v80 = v75 - v79;
-  const lanes v81 = v60 + v80;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12],
+      qd_6 = in[13];
+  LANES_COS_SIN(v1, v12, q_5); LANES_COS_SIN(v2, v7, q_0); LANES_COS_SIN(v5, v3, q_1);
+  LANES_COS_SIN(v9, v4, q_3); LANES_COS_SIN(v6, v8, q_2); LANES_COS_SIN(v10, v11, q_4);
+  const lanes v13 = v2 * v3, v14 = v13 * v4, v15 = v2 * v5, v16 = v15 * v6, v17 = v7 * v8,
+      v18 = v16 - v17, v19 = v18 * v9, v20 = v14 + v19, v21 = v20 * v10, v22 = v15 * v8,
+      v23 = v7 * v6, v24 = v22 + v23, v25 = v11 * v24, v26 = v21 - v25, v27 = v1 * v26,
+      v28 = v13 * v9, v29 = v18 * v4, v30 = v28 - v29, v31 = v12 * v30, v32 = v27 - v31,
+      v33 = 0.36 * v3, v34 = v6 * v33, v35 = v9 * v34, v36 = 0.36 * v5, v37 = v36 + 0.42,
+      v38 = v4 * v37, v39 = v35 - v38, v40 = v11 * v39, v41 = v8 * v33, v42 = v10 * v41,
+      v43 = v40 + v42, v44 = v32 * v43, v45 = v11 * v20, v46 = v24 * v10, v47 = v45 + v46,
+      v48 = v10 * v39, v49 = v11 * v41, v50 = v48 - v49, v51 = v1 * v50, v52 = v9 * v37,
+      v53 = v4 * v34, v54 = v52 + v53, v55 = v54 + 0.4, v56 = v12 * v55, v57 = v51 + v56,
+      v58 = v47 * v57, v59 = v44 - v58, v60 = v59 * qd_6, v61 = v20 * v41, v62 = v24 * v39,
+      v63 = v61 - v62, v64 = v63 * qd_4, v65 = v13 * v34, v66 = v18 * v37, v67 = v65 + v66,
+      v68 = v67 * qd_3, v69 = 0.36 * v2, v70 = v69 * qd_1, v71 = v7 * v33, v72 = v71 * qd_2,
+      v73 = v70 + v72, v74 = v68 - v73, v75 = v64 + v74, v76 = v30 * v50, v77 = v26 * v55,
+      v78 = v76 + v77, v79 = v78 * qd_5, v80 = v75 - v79, v81 = v60 + v80;
   out[0] = v81;
-  const lanes v82 = v2 * v6;
-  const lanes v83 = v7 * v5;
-  const lanes v84 = v83 * v8;
-  const lanes v85 = v82 - v84;
-  const lanes v86 = v85 * v10;
-  const lanes v87 = v7 * v3;
-  const lanes v88 = v87 * v4;
-  const lanes v89 = v2 * v8;
-  const lanes v90 = v83 * v6;
-  const lanes v91 = v89 + v90;
-  const lanes v92 = v91 * v9;
-  const lanes v93 = v88 + v92;
-  const lanes v94 = v11 * v93;
-  const lanes v95 = v86 - v94;
-  const lanes v96 = v95 * v57;
-  const lanes v97 = v11 * v85;
-  const lanes v98 = v93 * v10;
-  const lanes v99 = v97 + v98;
-  const lanes v100 = v1 * v99;
-  const lanes v101 = v87 * v9;
-  const lanes v102 = v91 * v4;
-  const lanes v103 = v101 - v102;
-  const lanes v104 = v12 * v103;
-  const lanes v105 = v100 - v104;
-  const lanes v106 = v105 * v43;
-  const lanes v107 = v96 + v106;
-  const lanes v108 = v107 * qd_6;
-  const lanes v109 = v85 * v39;
-  const lanes v110 = v93 * v41;
-  const lanes v111 = v109 + v110;
-  const lanes v112 = v111 * qd_4;
-  const lanes v113 = v87 * v34;
-  const lanes v114 = v91 * v37;
-  const lanes v115 = v113 + v114;
-  const lanes v116 = v115 * qd_3;
-  const lanes v117 = v2 * v33;
-  const lanes v118 = v117 * qd_2;
-  const lanes v119 = 0.36 * v7;
-  const lanes v120 = v119 * qd_1;
-  const lanes v121 = v118 - v120;
-  const lanes v122 = v116 + v121;
-  const lanes v123 = v112 + v122;
-  const lanes v124 = v103 * v50;
-  const lanes v125 = v99 * v55;
-  const lanes v126 = v124 + v125;
-  const lanes v127 = v126 * qd_5;
-  const lanes v128 = v123 - v127;
-  const lanes v129 = v108 + v128;
+  const lanes v82 = v2 * v6, v83 = v7 * v5, v84 = v83 * v8, v85 = v82 - v84, v86 = v85 * v10,
+      v87 = v7 * v3, v88 = v87 * v4, v89 = v2 * v8, v90 = v83 * v6, v91 = v89 + v90, v92 = v91 * v9,
+      v93 = v88 + v92, v94 = v11 * v93, v95 = v86 - v94, v96 = v95 * v57, v97 = v11 * v85,
+      v98 = v93 * v10, v99 = v97 + v98, v100 = v1 * v99, v101 = v87 * v9, v102 = v91 * v4,
+      v103 = v101 - v102, v104 = v12 * v103, v105 = v100 - v104, v106 = v105 * v43,
+      v107 = v96 + v106, v108 = v107 * qd_6, v109 = v85 * v39, v110 = v93 * v41, v111 = v109 + v110,
+      v112 = v111 * qd_4, v113 = v87 * v34, v114 = v91 * v37, v115 = v113 + v114,
+      v116 = v115 * qd_3, v117 = v2 * v33, v118 = v117 * qd_2, v119 = 0.36 * v7, v120 = v119 * qd_1,
+      v121 = v118 - v120, v122 = v116 + v121, v123 = v112 + v122, v124 = v103 * v50,
+      v125 = v99 * v55, v126 = v124 + v125, v127 = v126 * qd_5, v128 = v123 - v127,
+      v129 = v108 + v128;
   out[1] = v129;
-  const lanes v130 = v3 * v8;
-  const lanes v131 = v130 * v10;
-  const lanes v132 = v5 * v4;
-  const lanes v133 = v3 * v6;
-  const lanes v134 = v133 * v9;
-  const lanes v135 = v132 - v134;
-  const lanes v136 = v11 * v135;
-  const lanes v137 = v131 - v136;
-  const lanes v138 = v137 * v57;
-  const lanes v139 = v11 * v130;
-  const lanes v140 = v135 * v10;
-  const lanes v141 = v139 + v140;
-  const lanes v142 = v1 * v141;
-  const lanes v143 = v133 * v4;
-  const lanes v144 = v5 * v9;
-  const lanes v145 = v143 + v144;
-  const lanes v146 = v12 * v145;
-  const lanes v147 = v142 - v146;
-  const lanes v148 = v147 * v43;
-  const lanes v149 = v138 + v148;
-  const lanes v150 = v149 * qd_6;
-  const lanes v151 = v5 * v34;
-  const lanes v152 = v133 * v37;
-  const lanes v153 = v151 - v152;
-  const lanes v154 = v153 * qd_3;
-  const lanes v155 = v130 * v39;
-  const lanes v156 = v135 * v41;
-  const lanes v157 = v155 + v156;
-  const lanes v158 = v157 * qd_4;
-  const lanes v159 = v154 + v158;
-  const lanes v160 = v145 * v50;
-  const lanes v161 = v141 * v55;
-  const lanes v162 = v160 + v161;
-  const lanes v163 = v162 * qd_5;
-  const lanes v164 = v159 - v163;
-  const lanes v165 = v150 + v164;
+  const lanes v130 = v3 * v8, v131 = v130 * v10, v132 = v5 * v4, v133 = v3 * v6, v134 = v133 * v9,
+      v135 = v132 - v134, v136 = v11 * v135, v137 = v131 - v136, v138 = v137 * v57,
+      v139 = v11 * v130, v140 = v135 * v10, v141 = v139 + v140, v142 = v1 * v141, v143 = v133 * v4,
+      v144 = v5 * v9, v145 = v143 + v144, v146 = v12 * v145, v147 = v142 - v146, v148 = v147 * v43,
+      v149 = v138 + v148, v150 = v149 * qd_6, v151 = v5 * v34, v152 = v133 * v37,
+      v153 = v151 - v152, v154 = v153 * qd_3, v155 = v130 * v39, v156 = v135 * v41,
+      v157 = v155 + v156, v158 = v157 * qd_4, v159 = v154 + v158, v160 = v145 * v50,
+      v161 = v141 * v55, v162 = v160 + v161, v163 = v162 * qd_5, v164 = v159 - v163,
+      v165 = v150 + v164;
   out[2] = v165;
-  const lanes v166 = v1 * v30;
-  const lanes v167 = v12 * v26;
-  const lanes v168 = v166 + v167;
-  const lanes v169 = v168 * qd_6;
-  const lanes v170 = v30 * qd_4;
-  const lanes v171 = v24 * qd_3;
-  const lanes v172 = v13 * qd_2;
-  const lanes v173 = v7 * qd_1;
-  const lanes v174 = v172 - v173;
-  const lanes v175 = v171 + v174;
-  const lanes v176 = v170 + v175;
-  const lanes v177 = v47 * qd_5;
-  const lanes v178 = v176 - v177;
-  const lanes v179 = v169 + v178;
+  const lanes v166 = v1 * v30, v167 = v12 * v26, v168 = v166 + v167, v169 = v168 * qd_6,
+      v170 = v30 * qd_4, v171 = v24 * qd_3, v172 = v13 * qd_2, v173 = v7 * qd_1, v174 = v172 - v173,
+      v175 = v171 + v174, v176 = v170 + v175, v177 = v47 * qd_5, v178 = v176 - v177,
+      v179 = v169 + v178;
   out[3] = v179;
-  const lanes v180 = v1 * v103;
-  const lanes v181 = v12 * v99;
-  const lanes v182 = v180 + v181;
-  const lanes v183 = v182 * qd_6;
-  const lanes v184 = v95 * qd_5;
-  const lanes v185 = v103 * qd_4;
-  const lanes v186 = v2 * qd_1;
-  const lanes v187 = v87 * qd_2;
-  const lanes v188 = v186 + v187;
-  const lanes v189 = v85 * qd_3;
-  const lanes v190 = v188 - v189;
-  const lanes v191 = v185 + v190;
-  const lanes v192 = v184 + v191;
-  const lanes v193 = v183 + v192;
+  const lanes v180 = v1 * v103, v181 = v12 * v99, v182 = v180 + v181, v183 = v182 * qd_6,
+      v184 = v95 * qd_5, v185 = v103 * qd_4, v186 = v2 * qd_1, v187 = v87 * qd_2,
+      v188 = v186 + v187, v189 = v85 * qd_3, v190 = v188 - v189, v191 = v185 + v190,
+      v192 = v184 + v191, v193 = v183 + v192;
   out[4] = v193;
-  const lanes v194 = v1 * v145;
-  const lanes v195 = v12 * v141;
-  const lanes v196 = v194 + v195;
-  const lanes v197 = v196 * qd_6;
-  const lanes v198 = v137 * qd_5;
-  const lanes v199 = v145 * qd_4;
-  const lanes v200 = v5 * qd_2;
-  const lanes v201 = v200 + qd_0;
-  const lanes v202 = v130 * qd_3;
-  const lanes v203 = v201 - v202;
-  const lanes v204 = v199 + v203;
-  const lanes v205 = v198 + v204;
-  const lanes v206 = v197 + v205;
+  const lanes v194 = v1 * v145, v195 = v12 * v141, v196 = v194 + v195, v197 = v196 * qd_6,
+      v198 = v137 * qd_5, v199 = v145 * qd_4, v200 = v5 * qd_2, v201 = v200 + qd_0,
+      v202 = v130 * qd_3, v203 = v201 - v202, v204 = v199 + v203, v205 = v198 + v204,
+      v206 = v197 + v205;
   out[5] = v206;
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_twist_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_6, &v1, &v2);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&q_5, &v4, &v3);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_4, &v5, &v6);
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&q_3, &v8, &v7);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&q_2, &v9, &v10);
-  lanes v11, v14; LANES_NAME(lanes_cos_sin)(&q_0, &v11, &v14);
-  lanes v13, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v13, &v12);
-  const lanes v15 = 0.126 * v1;
-  const lanes v16 = v15 * qd_5;
-  const lanes v17 = 0.126 * v3;
-  const lanes v18 = v2 * v17;
-  const lanes v19 = v18 * qd_4;
-  const lanes v20 = v4 * v1;
-  const lanes v21 = v20 * v5;
-  const lanes v22 = v6 * v2;
-  const lanes v23 = v21 - v22;
-  const lanes v24 = v23 * v7;
-  const lanes v25 = v3 * v1;
-  const lanes v26 = v25 * v8;
-  const lanes v27 = v24 - v26;
-  const lanes v28 = v17 * v5;
-  const lanes v29 = v28 * v8;
-  const lanes v30 = 0.126 * v4;
-  const lanes v31 = v30 + 0.4;
-  const lanes v32 = v31 * v7;
-  const lanes v33 = v29 - v32;
-  const lanes v34 = v27 * v33;
-  const lanes v35 = v25 * v7;
-  const lanes v36 = v23 * v8;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = v28 * v7;
-  const lanes v39 = v31 * v8;
-  const lanes v40 = v38 + v39;
-  const lanes v41 = v37 * v40;
-  const lanes v42 = v34 - v41;
-  const lanes v43 = v42 * qd_3;
-  const lanes v44 = v6 * v20;
-  const lanes v45 = v2 * v5;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = v46 * v9;
-  const lanes v48 = v37 * v10;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = v9 * v33;
-  const lanes v51 = v6 * v17;
-  const lanes v52 = v51 * v10;
-  const lanes v53 = v50 - v52;
-  const lanes v54 = v49 * v53;
-  const lanes v55 = v37 * v9;
-  const lanes v56 = v46 * v10;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v9 * v51;
-  const lanes v59 = v33 * v10;
-  const lanes v60 = v58 + v59;
-  const lanes v61 = v57 * v60;
-  const lanes v62 = v54 - v61;
-  const lanes v63 = v62 * qd_2;
-  const lanes v64 = v11 * v49;
-  const lanes v65 = v27 * v12;
-  const lanes v66 = v57 * v13;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v67 * v14;
-  const lanes v69 = v64 + v68;
-  const lanes v70 = v13 * v53;
-  const lanes v71 = v40 + 0.42;
-  const lanes v72 = v12 * v71;
-  const lanes v73 = v70 + v72;
-  const lanes v74 = v11 * v73;
-  const lanes v75 = v14 * v60;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v69 * v76;
-  const lanes v78 = v11 * v67;
-  const lanes v79 = v49 * v14;
-  const lanes v80 = v78 - v79;
-  const lanes v81 = v11 * v60;
-  const lanes v82 = v14 * v73;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = v80 * v83;
-  const lanes v85 = v77 - v84;
-  const lanes v86 = v85 * qd_0;
-  const lanes v87 = v57 * v12;
-  const lanes v88 = v27 * v13;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v89 * v73;
-  const lanes v91 = v12 * v53;
-  const lanes v92 = v13 * v71;
-  const lanes v93 = v91 - v92;
-  const lanes v94 = v67 * v93;
-  const lanes v95 = v90 - v94;
-  const lanes v96 = v95 * qd_1;
-  const lanes v97 = v86 + v96;
-  const lanes v98 = v63 + v97;
-  const lanes v99 = v43 + v98;
-  const lanes v100 = v19 + v99;
-  const lanes v101 = v16 + v100;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11],
+      qd_5 = in[12], qd_6 = in[13];
+  LANES_COS_SIN(v1, v2, q_6); LANES_COS_SIN(v4, v3, q_5); LANES_COS_SIN(v5, v6, q_4);
+  LANES_COS_SIN(v8, v7, q_3); LANES_COS_SIN(v9, v10, q_2); LANES_COS_SIN(v11, v14, q_0);
+  LANES_COS_SIN(v13, v12, q_1);
+  const lanes v15 = 0.126 * v1, v16 = v15 * qd_5, v17 = 0.126 * v3, v18 = v2 * v17,
+      v19 = v18 * qd_4, v20 = v4 * v1, v21 = v20 * v5, v22 = v6 * v2, v23 = v21 - v22,
+      v24 = v23 * v7, v25 = v3 * v1, v26 = v25 * v8, v27 = v24 - v26, v28 = v17 * v5,
+      v29 = v28 * v8, v30 = 0.126 * v4, v31 = v30 + 0.4, v32 = v31 * v7, v33 = v29 - v32,
+      v34 = v27 * v33, v35 = v25 * v7, v36 = v23 * v8, v37 = v35 + v36, v38 = v28 * v7,
+      v39 = v31 * v8, v40 = v38 + v39, v41 = v37 * v40, v42 = v34 - v41, v43 = v42 * qd_3,
+      v44 = v6 * v20, v45 = v2 * v5, v46 = v44 + v45, v47 = v46 * v9, v48 = v37 * v10,
+      v49 = v47 + v48, v50 = v9 * v33, v51 = v6 * v17, v52 = v51 * v10, v53 = v50 - v52,
+      v54 = v49 * v53, v55 = v37 * v9, v56 = v46 * v10, v57 = v55 - v56, v58 = v9 * v51,
+      v59 = v33 * v10, v60 = v58 + v59, v61 = v57 * v60, v62 = v54 - v61, v63 = v62 * qd_2,
+      v64 = v11 * v49, v65 = v27 * v12, v66 = v57 * v13, v67 = v65 + v66, v68 = v67 * v14,
+      v69 = v64 + v68, v70 = v13 * v53, v71 = v40 + 0.42, v72 = v12 * v71, v73 = v70 + v72,
+      v74 = v11 * v73, v75 = v14 * v60, v76 = v74 - v75, v77 = v69 * v76, v78 = v11 * v67,
+      v79 = v49 * v14, v80 = v78 - v79, v81 = v11 * v60, v82 = v14 * v73, v83 = v81 + v82,
+      v84 = v80 * v83, v85 = v77 - v84, v86 = v85 * qd_0, v87 = v57 * v12, v88 = v27 * v13,
+      v89 = v87 - v88, v90 = v89 * v73, v91 = v12 * v53, v92 = v13 * v71, v93 = v91 - v92,
+      v94 = v67 * v93, v95 = v90 - v94, v96 = v95 * qd_1, v97 = v86 + v96, v98 = v63 + v97,
+      v99 = v43 + v98, v100 = v19 + v99, v101 = v16 + v100;
   out[0] = v101;
-  const lanes v102 = v1 * v17;
-  const lanes v103 = v102 * qd_4;
-  const lanes v104 = v3 * v2;
-  const lanes v105 = v104 * v7;
-  const lanes v106 = v6 * v1;
-  const lanes v107 = v4 * v2;
-  const lanes v108 = v107 * v5;
-  const lanes v109 = v106 + v108;
-  const lanes v110 = v109 * v8;
-  const lanes v111 = v105 + v110;
-  const lanes v112 = v111 * v40;
-  const lanes v113 = v104 * v8;
-  const lanes v114 = v109 * v7;
-  const lanes v115 = v113 - v114;
-  const lanes v116 = v115 * v33;
-  const lanes v117 = v112 + v116;
-  const lanes v118 = v117 * qd_3;
-  const lanes v119 = v1 * v5;
-  const lanes v120 = v6 * v107;
-  const lanes v121 = v119 - v120;
-  const lanes v122 = v121 * v10;
-  const lanes v123 = v111 * v9;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = v124 * v60;
-  const lanes v126 = v121 * v9;
-  const lanes v127 = v111 * v10;
-  const lanes v128 = v126 - v127;
-  const lanes v129 = v128 * v53;
-  const lanes v130 = v125 + v129;
-  const lanes v131 = v130 * qd_2;
-  const lanes v132 = v11 * v128;
-  const lanes v133 = v115 * v12;
-  const lanes v134 = v124 * v13;
-  const lanes v135 = v133 - v134;
-  const lanes v136 = v135 * v14;
-  const lanes v137 = v132 + v136;
-  const lanes v138 = v137 * v76;
-  const lanes v139 = v11 * v135;
-  const lanes v140 = v128 * v14;
-  const lanes v141 = v139 - v140;
-  const lanes v142 = v141 * v83;
-  const lanes v143 = v138 - v142;
-  const lanes v144 = v143 * qd_0;
-  const lanes v145 = v135 * v93;
-  const lanes v146 = v115 * v13;
-  const lanes v147 = v124 * v12;
-  const lanes v148 = v146 + v147;
-  const lanes v149 = v148 * v73;
-  const lanes v150 = v145 + v149;
-  const lanes v151 = v150 * qd_1;
-  const lanes v152 = v144 - v151;
-  const lanes v153 = v131 + v152;
-  const lanes v154 = v118 + v153;
-  const lanes v155 = v103 + v154;
-  const lanes v156 = 0.126 * v2;
-  const lanes v157 = v156 * qd_5;
-  const lanes v158 = v155 - v157;
+  const lanes v102 = v1 * v17, v103 = v102 * qd_4, v104 = v3 * v2, v105 = v104 * v7, v106 = v6 * v1,
+      v107 = v4 * v2, v108 = v107 * v5, v109 = v106 + v108, v110 = v109 * v8, v111 = v105 + v110,
+      v112 = v111 * v40, v113 = v104 * v8, v114 = v109 * v7, v115 = v113 - v114, v116 = v115 * v33,
+      v117 = v112 + v116, v118 = v117 * qd_3, v119 = v1 * v5, v120 = v6 * v107, v121 = v119 - v120,
+      v122 = v121 * v10, v123 = v111 * v9, v124 = v122 + v123, v125 = v124 * v60, v126 = v121 * v9,
+      v127 = v111 * v10, v128 = v126 - v127, v129 = v128 * v53, v130 = v125 + v129,
+      v131 = v130 * qd_2, v132 = v11 * v128, v133 = v115 * v12, v134 = v124 * v13,
+      v135 = v133 - v134, v136 = v135 * v14, v137 = v132 + v136, v138 = v137 * v76,
+      v139 = v11 * v135, v140 = v128 * v14, v141 = v139 - v140, v142 = v141 * v83,
+      v143 = v138 - v142, v144 = v143 * qd_0, v145 = v135 * v93, v146 = v115 * v13,
+      v147 = v124 * v12, v148 = v146 + v147, v149 = v148 * v73, v150 = v145 + v149,
+      v151 = v150 * qd_1, v152 = v144 - v151, v153 = v131 + v152, v154 = v118 + v153,
+      v155 = v103 + v154, v156 = 0.126 * v2, v157 = v156 * qd_5, v158 = v155 - v157;
   out[1] = v158;
-  const lanes v159 = v4 * v8;
-  const lanes v160 = v3 * v5;
-  const lanes v161 = v160 * v7;
-  const lanes v162 = v159 + v161;
-  const lanes v163 = v162 * v33;
-  const lanes v164 = v160 * v8;
-  const lanes v165 = v4 * v7;
-  const lanes v166 = v164 - v165;
-  const lanes v167 = v166 * v40;
-  const lanes v168 = v163 - v167;
-  const lanes v169 = v168 * qd_3;
-  const lanes v170 = v6 * v3;
-  const lanes v171 = v170 * v9;
-  const lanes v172 = v166 * v10;
-  const lanes v173 = v171 + v172;
-  const lanes v174 = v173 * v53;
-  const lanes v175 = v166 * v9;
-  const lanes v176 = v170 * v10;
-  const lanes v177 = v175 - v176;
-  const lanes v178 = v177 * v60;
-  const lanes v179 = v174 - v178;
-  const lanes v180 = v179 * qd_2;
-  const lanes v181 = v11 * v173;
-  const lanes v182 = v162 * v12;
-  const lanes v183 = v177 * v13;
-  const lanes v184 = v182 + v183;
-  const lanes v185 = v184 * v14;
-  const lanes v186 = v181 + v185;
-  const lanes v187 = v186 * v76;
-  const lanes v188 = v11 * v184;
-  const lanes v189 = v173 * v14;
-  const lanes v190 = v188 - v189;
-  const lanes v191 = v190 * v83;
-  const lanes v192 = v187 - v191;
-  const lanes v193 = v192 * qd_0;
-  const lanes v194 = v177 * v12;
-  const lanes v195 = v162 * v13;
-  const lanes v196 = v194 - v195;
-  const lanes v197 = v196 * v73;
-  const lanes v198 = v184 * v93;
-  const lanes v199 = v197 - v198;
-  const lanes v200 = v199 * qd_1;
-  const lanes v201 = v193 + v200;
-  const lanes v202 = v180 + v201;
-  const lanes v203 = v169 + v202;
+  const lanes v159 = v4 * v8, v160 = v3 * v5, v161 = v160 * v7, v162 = v159 + v161,
+      v163 = v162 * v33, v164 = v160 * v8, v165 = v4 * v7, v166 = v164 - v165, v167 = v166 * v40,
+      v168 = v163 - v167, v169 = v168 * qd_3, v170 = v6 * v3, v171 = v170 * v9, v172 = v166 * v10,
+      v173 = v171 + v172, v174 = v173 * v53, v175 = v166 * v9, v176 = v170 * v10,
+      v177 = v175 - v176, v178 = v177 * v60, v179 = v174 - v178, v180 = v179 * qd_2,
+      v181 = v11 * v173, v182 = v162 * v12, v183 = v177 * v13, v184 = v182 + v183,
+      v185 = v184 * v14, v186 = v181 + v185, v187 = v186 * v76, v188 = v11 * v184,
+      v189 = v173 * v14, v190 = v188 - v189, v191 = v190 * v83, v192 = v187 - v191,
+      v193 = v192 * qd_0, v194 = v177 * v12, v195 = v162 * v13, v196 = v194 - v195,
+      v197 = v196 * v73, v198 = v184 * v93, v199 = v197 - v198, v200 = v199 * qd_1,
+      v201 = v193 + v200, v202 = v180 + v201, v203 = v169 + v202;
   out[2] = v203;
-  const lanes v204 = v2 * qd_5;
-  const lanes v205 = v27 * qd_2;
-  const lanes v206 = v49 * qd_1;
-  const lanes v207 = v89 * qd_0;
-  const lanes v208 = v206 - v207;
-  const lanes v209 = v205 + v208;
-  const lanes v210 = v46 * qd_3;
-  const lanes v211 = v209 - v210;
-  const lanes v212 = v25 * qd_4;
-  const lanes v213 = v211 - v212;
-  const lanes v214 = v204 + v213;
+  const lanes v204 = v2 * qd_5, v205 = v27 * qd_2, v206 = v49 * qd_1, v207 = v89 * qd_0,
+      v208 = v206 - v207, v209 = v205 + v208, v210 = v46 * qd_3, v211 = v209 - v210,
+      v212 = v25 * qd_4, v213 = v211 - v212, v214 = v204 + v213;
   out[3] = v214;
-  const lanes v215 = v1 * qd_5;
-  const lanes v216 = v104 * qd_4;
-  const lanes v217 = v115 * qd_2;
-  const lanes v218 = v148 * qd_0;
-  const lanes v219 = v128 * qd_1;
-  const lanes v220 = v218 + v219;
-  const lanes v221 = v217 + v220;
-  const lanes v222 = v121 * qd_3;
-  const lanes v223 = v221 - v222;
-  const lanes v224 = v216 + v223;
-  const lanes v225 = v215 + v224;
+  const lanes v215 = v1 * qd_5, v216 = v104 * qd_4, v217 = v115 * qd_2, v218 = v148 * qd_0,
+      v219 = v128 * qd_1, v220 = v218 + v219, v221 = v217 + v220, v222 = v121 * qd_3,
+      v223 = v221 - v222, v224 = v216 + v223, v225 = v215 + v224;
   out[4] = v225;
-  const lanes v226 = v4 * qd_4;
-  const lanes v227 = v162 * qd_2;
-  const lanes v228 = v173 * qd_1;
-  const lanes v229 = v196 * qd_0;
-  const lanes v230 = v228 - v229;
-  const lanes v231 = v227 + v230;
-  const lanes v232 = v170 * qd_3;
-  const lanes v233 = v231 - v232;
-  const lanes v234 = v226 + v233;
-  const lanes v235 = v234 + qd_6;
+  const lanes v226 = v4 * qd_4, v227 = v162 * qd_2, v228 = v173 * qd_1, v229 = v196 * qd_0,
+      v230 = v228 - v229, v231 = v227 + v230, v232 = v170 * qd_3, v233 = v231 - v232,
+      v234 = v226 + v233, v235 = v234 + qd_6;
   out[5] = v235;
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_twist_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  lanes v1, v12; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v12);
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v7);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v5, &v3);
-  lanes v9, v4; LANES_NAME(lanes_cos_sin)(&q_3, &v9, &v4);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_2, &v6, &v8);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v11);
-  const lanes v13 = v2 * v3;
-  const lanes v14 = v13 * v4;
-  const lanes v15 = v2 * v5;
-  const lanes v16 = v15 * v6;
-  const lanes v17 = v7 * v8;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 * v9;
-  const lanes v20 = v14 + v19;
-  const lanes v21 = v20 * v10;
-  const lanes v22 = v15 * v8;
-  const lanes v23 = v7 * v6;
-  const lanes v24 = v22 + v23;
-  const lanes v25 = v11 * v24;
-  const lanes v26 = v21 - v25;
-  const lanes v27 = v1 * v26;
-  const lanes v28 = v13 * v9;
-  const lanes v29 = v18 * v4;
-  const lanes v30 = v28 - v29;
-  const lanes v31 = v12 * v30;
-  const lanes v32 = v27 - v31;
-  const lanes v33 = 0.126 * v32;
-  const lanes v34 = v33 * qd_5;
-  const lanes v35 = 0.126 * v12;
-  const lanes v36 = v35 * v10;
-  const lanes v37 = v36 * v9;
-  const lanes v38 = 0.126 * v1;
-  const lanes v39 = v38 + 0.4;
-  const lanes v40 = v39 * v4;
-  const lanes v41 = v37 - v40;
-  const lanes v42 = v13 * v41;
-  const lanes v43 = v36 * v4;
-  const lanes v44 = v39 * v9;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = v18 * v45;
-  const lanes v47 = v42 - v46;
-  const lanes v48 = v47 * qd_3;
-  const lanes v49 = v11 * v35;
-  const lanes v50 = v6 * v49;
-  const lanes v51 = v41 * v8;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = v15 * v52;
-  const lanes v54 = v6 * v41;
-  const lanes v55 = v49 * v8;
-  const lanes v56 = v54 - v55;
-  const lanes v57 = v7 * v56;
-  const lanes v58 = v53 + v57;
-  const lanes v59 = v58 * qd_2;
-  const lanes v60 = v2 * v52;
-  const lanes v61 = v5 * v56;
-  const lanes v62 = v45 + 0.42;
-  const lanes v63 = v3 * v62;
-  const lanes v64 = v61 + v63;
-  const lanes v65 = v7 * v64;
-  const lanes v66 = v60 + v65;
-  const lanes v67 = v66 * qd_0;
-  const lanes v68 = v3 * v56;
-  const lanes v69 = v5 * v62;
-  const lanes v70 = v68 - v69;
-  const lanes v71 = v2 * v70;
-  const lanes v72 = v71 * qd_1;
-  const lanes v73 = v67 + v72;
-  const lanes v74 = v59 + v73;
-  const lanes v75 = v48 - v74;
-  const lanes v76 = v11 * v20;
-  const lanes v77 = v24 * v10;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = v78 * v35;
-  const lanes v80 = v79 * qd_4;
-  const lanes v81 = v75 - v80;
-  const lanes v82 = v34 + v81;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12],
+      qd_6 = in[13];
+  LANES_COS_SIN(v1, v12, q_5); LANES_COS_SIN(v2, v7, q_0); LANES_COS_SIN(v5, v3, q_1);
+  LANES_COS_SIN(v9, v4, q_3); LANES_COS_SIN(v6, v8, q_2); LANES_COS_SIN(v10, v11, q_4);
+  const lanes v13 = v2 * v3, v14 = v13 * v4, v15 = v2 * v5, v16 = v15 * v6, v17 = v7 * v8,
+      v18 = v16 - v17, v19 = v18 * v9, v20 = v14 + v19, v21 = v20 * v10, v22 = v15 * v8,
+      v23 = v7 * v6, v24 = v22 + v23, v25 = v11 * v24, v26 = v21 - v25, v27 = v1 * v26,
+      v28 = v13 * v9, v29 = v18 * v4, v30 = v28 - v29, v31 = v12 * v30, v32 = v27 - v31,
+      v33 = 0.126 * v32, v34 = v33 * qd_5, v35 = 0.126 * v12, v36 = v35 * v10, v37 = v36 * v9,
+      v38 = 0.126 * v1, v39 = v38 + 0.4, v40 = v39 * v4, v41 = v37 - v40, v42 = v13 * v41,
+      v43 = v36 * v4, v44 = v39 * v9, v45 = v43 + v44, v46 = v18 * v45, v47 = v42 - v46,
+      v48 = v47 * qd_3, v49 = v11 * v35, v50 = v6 * v49, v51 = v41 * v8, v52 = v50 + v51,
+      v53 = v15 * v52, v54 = v6 * v41, v55 = v49 * v8, v56 = v54 - v55, v57 = v7 * v56,
+      v58 = v53 + v57, v59 = v58 * qd_2, v60 = v2 * v52, v61 = v5 * v56, v62 = v45 + 0.42,
+      v63 = v3 * v62, v64 = v61 + v63, v65 = v7 * v64, v66 = v60 + v65, v67 = v66 * qd_0,
+      v68 = v3 * v56, v69 = v5 * v62, v70 = v68 - v69, v71 = v2 * v70, v72 = v71 * qd_1,
+      v73 = v67 + v72, v74 = v59 + v73, v75 = v48 - v74, v76 = v11 * v20, v77 = v24 * v10,
+      v78 = v76 + v77, v79 = v78 * v35, v80 = v79 * qd_4, v81 = v75 - v80, v82 = v34 + v81;
   out[0] = v82;
-  const lanes v83 = v2 * v6;
-  const lanes v84 = v7 * v5;
-  const lanes v85 = v84 * v8;
-  const lanes v86 = v83 - v85;
-  const lanes v87 = v11 * v86;
-  const lanes v88 = v7 * v3;
-  const lanes v89 = v88 * v4;
-  const lanes v90 = v2 * v8;
-  const lanes v91 = v84 * v6;
-  const lanes v92 = v90 + v91;
-  const lanes v93 = v92 * v9;
-  const lanes v94 = v89 + v93;
-  const lanes v95 = v94 * v10;
-  const lanes v96 = v87 + v95;
-  const lanes v97 = v1 * v96;
-  const lanes v98 = v88 * v9;
-  const lanes v99 = v92 * v4;
-  const lanes v100 = v98 - v99;
-  const lanes v101 = v12 * v100;
-  const lanes v102 = v97 - v101;
-  const lanes v103 = 0.126 * v102;
-  const lanes v104 = v103 * qd_5;
-  const lanes v105 = v86 * v10;
-  const lanes v106 = v11 * v94;
-  const lanes v107 = v105 - v106;
-  const lanes v108 = v107 * v35;
-  const lanes v109 = v108 * qd_4;
-  const lanes v110 = v88 * v41;
-  const lanes v111 = v92 * v45;
-  const lanes v112 = v110 - v111;
-  const lanes v113 = v112 * qd_3;
-  const lanes v114 = v2 * v56;
-  const lanes v115 = v84 * v52;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v116 * qd_2;
-  const lanes v118 = v2 * v64;
-  const lanes v119 = v7 * v52;
-  const lanes v120 = v118 - v119;
-  const lanes v121 = v120 * qd_0;
-  const lanes v122 = v7 * v70;
-  const lanes v123 = v122 * qd_1;
-  const lanes v124 = v121 - v123;
-  const lanes v125 = v117 + v124;
-  const lanes v126 = v113 + v125;
-  const lanes v127 = v109 + v126;
-  const lanes v128 = v104 + v127;
+  const lanes v83 = v2 * v6, v84 = v7 * v5, v85 = v84 * v8, v86 = v83 - v85, v87 = v11 * v86,
+      v88 = v7 * v3, v89 = v88 * v4, v90 = v2 * v8, v91 = v84 * v6, v92 = v90 + v91, v93 = v92 * v9,
+      v94 = v89 + v93, v95 = v94 * v10, v96 = v87 + v95, v97 = v1 * v96, v98 = v88 * v9,
+      v99 = v92 * v4, v100 = v98 - v99, v101 = v12 * v100, v102 = v97 - v101, v103 = 0.126 * v102,
+      v104 = v103 * qd_5, v105 = v86 * v10, v106 = v11 * v94, v107 = v105 - v106, v108 = v107 * v35,
+      v109 = v108 * qd_4, v110 = v88 * v41, v111 = v92 * v45, v112 = v110 - v111,
+      v113 = v112 * qd_3, v114 = v2 * v56, v115 = v84 * v52, v116 = v114 - v115, v117 = v116 * qd_2,
+      v118 = v2 * v64, v119 = v7 * v52, v120 = v118 - v119, v121 = v120 * qd_0, v122 = v7 * v70,
+      v123 = v122 * qd_1, v124 = v121 - v123, v125 = v117 + v124, v126 = v113 + v125,
+      v127 = v109 + v126, v128 = v104 + v127;
   out[1] = v128;
-  const lanes v129 = v3 * v8;
-  const lanes v130 = v11 * v129;
-  const lanes v131 = v5 * v4;
-  const lanes v132 = v3 * v6;
-  const lanes v133 = v132 * v9;
-  const lanes v134 = v131 - v133;
-  const lanes v135 = v134 * v10;
-  const lanes v136 = v130 + v135;
-  const lanes v137 = v1 * v136;
-  const lanes v138 = v132 * v4;
-  const lanes v139 = v5 * v9;
-  const lanes v140 = v138 + v139;
-  const lanes v141 = v12 * v140;
-  const lanes v142 = v137 - v141;
-  const lanes v143 = 0.126 * v142;
-  const lanes v144 = v143 * qd_5;
-  const lanes v145 = v129 * v10;
-  const lanes v146 = v11 * v134;
-  const lanes v147 = v145 - v146;
-  const lanes v148 = v147 * v35;
-  const lanes v149 = v148 * qd_4;
-  const lanes v150 = v132 * v45;
-  const lanes v151 = v5 * v41;
-  const lanes v152 = v150 + v151;
-  const lanes v153 = v152 * qd_3;
-  const lanes v154 = v3 * v52;
-  const lanes v155 = v154 * qd_2;
-  const lanes v156 = v64 * qd_1;
-  const lanes v157 = v155 - v156;
-  const lanes v158 = v153 + v157;
-  const lanes v159 = v149 + v158;
-  const lanes v160 = v144 + v159;
+  const lanes v129 = v3 * v8, v130 = v11 * v129, v131 = v5 * v4, v132 = v3 * v6, v133 = v132 * v9,
+      v134 = v131 - v133, v135 = v134 * v10, v136 = v130 + v135, v137 = v1 * v136, v138 = v132 * v4,
+      v139 = v5 * v9, v140 = v138 + v139, v141 = v12 * v140, v142 = v137 - v141,
+      v143 = 0.126 * v142, v144 = v143 * qd_5, v145 = v129 * v10, v146 = v11 * v134,
+      v147 = v145 - v146, v148 = v147 * v35, v149 = v148 * qd_4, v150 = v132 * v45, v151 = v5 * v41,
+      v152 = v150 + v151, v153 = v152 * qd_3, v154 = v3 * v52, v155 = v154 * qd_2,
+      v156 = v64 * qd_1, v157 = v155 - v156, v158 = v153 + v157, v159 = v149 + v158,
+      v160 = v144 + v159;
   out[2] = v160;
-  const lanes v161 = v1 * v30;
-  const lanes v162 = v12 * v26;
-  const lanes v163 = v161 + v162;
-  const lanes v164 = v163 * qd_6;
-  const lanes v165 = v30 * qd_4;
-  const lanes v166 = v24 * qd_3;
-  const lanes v167 = v13 * qd_2;
-  const lanes v168 = v7 * qd_1;
-  const lanes v169 = v167 - v168;
-  const lanes v170 = v166 + v169;
-  const lanes v171 = v165 + v170;
-  const lanes v172 = v78 * qd_5;
-  const lanes v173 = v171 - v172;
-  const lanes v174 = v164 + v173;
+  const lanes v161 = v1 * v30, v162 = v12 * v26, v163 = v161 + v162, v164 = v163 * qd_6,
+      v165 = v30 * qd_4, v166 = v24 * qd_3, v167 = v13 * qd_2, v168 = v7 * qd_1, v169 = v167 - v168,
+      v170 = v166 + v169, v171 = v165 + v170, v172 = v78 * qd_5, v173 = v171 - v172,
+      v174 = v164 + v173;
   out[3] = v174;
-  const lanes v175 = v1 * v100;
-  const lanes v176 = v12 * v96;
-  const lanes v177 = v175 + v176;
-  const lanes v178 = v177 * qd_6;
-  const lanes v179 = v107 * qd_5;
-  const lanes v180 = v100 * qd_4;
-  const lanes v181 = v2 * qd_1;
-  const lanes v182 = v88 * qd_2;
-  const lanes v183 = v181 + v182;
-  const lanes v184 = v86 * qd_3;
-  const lanes v185 = v183 - v184;
-  const lanes v186 = v180 + v185;
-  const lanes v187 = v179 + v186;
-  const lanes v188 = v178 + v187;
+  const lanes v175 = v1 * v100, v176 = v12 * v96, v177 = v175 + v176, v178 = v177 * qd_6,
+      v179 = v107 * qd_5, v180 = v100 * qd_4, v181 = v2 * qd_1, v182 = v88 * qd_2,
+      v183 = v181 + v182, v184 = v86 * qd_3, v185 = v183 - v184, v186 = v180 + v185,
+      v187 = v179 + v186, v188 = v178 + v187;
   out[4] = v188;
-  const lanes v189 = v1 * v140;
-  const lanes v190 = v12 * v136;
-  const lanes v191 = v189 + v190;
-  const lanes v192 = v191 * qd_6;
-  const lanes v193 = v147 * qd_5;
-  const lanes v194 = v140 * qd_4;
-  const lanes v195 = v5 * qd_2;
-  const lanes v196 = v195 + qd_0;
-  const lanes v197 = v129 * qd_3;
-  const lanes v198 = v196 - v197;
-  const lanes v199 = v194 + v198;
-  const lanes v200 = v193 + v199;
-  const lanes v201 = v192 + v200;
+  const lanes v189 = v1 * v140, v190 = v12 * v136, v191 = v189 + v190, v192 = v191 * qd_6,
+      v193 = v147 * qd_5, v194 = v140 * qd_4, v195 = v5 * qd_2, v196 = v195 + qd_0,
+      v197 = v129 * qd_3, v198 = v196 - v197, v199 = v194 + v198, v200 = v193 + v199,
+      v201 = v192 + v200;
   out[5] = v201;
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_acceleration_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  const lanes qdd_0 = in[14];
-  const lanes qdd_1 = in[15];
-  const lanes qdd_2 = in[16];
-  const lanes qdd_3 = in[17];
-  const lanes qdd_4 = in[18];
-  const lanes qdd_5 = in[19];
-  const lanes qdd_6 = in[20];
-  lanes v1, v12; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v12);
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v7);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v5, &v3);
-  lanes v9, v4; LANES_NAME(lanes_cos_sin)(&q_3, &v9, &v4);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_2, &v6, &v8);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v11);
-  const lanes v13 = v2 * v3;
-  const lanes v14 = v13 * v4;
-  const lanes v15 = v2 * v5;
-  const lanes v16 = v15 * v6;
-  const lanes v17 = v7 * v8;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 * v9;
-  const lanes v20 = v14 + v19;
-  const lanes v21 = v20 * v10;
-  const lanes v22 = v15 * v8;
-  const lanes v23 = v7 * v6;
-  const lanes v24 = v22 + v23;
-  const lanes v25 = v11 * v24;
-  const lanes v26 = v21 - v25;
-  const lanes v27 = v1 * v26;
-  const lanes v28 = v13 * v9;
-  const lanes v29 = v18 * v4;
-  const lanes v30 = v28 - v29;
-  const lanes v31 = v12 * v30;
-  const lanes v32 = v27 - v31;
-  const lanes v33 = 0.36 * v3;
-  const lanes v34 = v6 * v33;
-  const lanes v35 = v9 * v34;
-  const lanes v36 = 0.36 * v5;
-  const lanes v37 = v36 + 0.42;
-  const lanes v38 = v4 * v37;
-  const lanes v39 = v35 - v38;
-  const lanes v40 = v11 * v39;
-  const lanes v41 = v8 * v33;
-  const lanes v42 = v10 * v41;
-  const lanes v43 = v40 + v42;
-  const lanes v44 = v32 * v43;
-  const lanes v45 = v11 * v20;
-  const lanes v46 = v24 * v10;
-  const lanes v47 = v45 + v46;
-  const lanes v48 = v10 * v39;
-  const lanes v49 = v11 * v41;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = v1 * v50;
-  const lanes v52 = v9 * v37;
-  const lanes v53 = v4 * v34;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = v54 + 0.4;
-  const lanes v56 = v12 * v55;
-  const lanes v57 = v51 + v56;
-  const lanes v58 = v47 * v57;
-  const lanes v59 = v44 - v58;
-  const lanes v60 = v59 * qdd_6;
-  const lanes v61 = v20 * v41;
-  const lanes v62 = v24 * v39;
-  const lanes v63 = v61 - v62;
-  const lanes v64 = v63 * qdd_4;
-  const lanes v65 = v13 * v34;
-  const lanes v66 = v18 * v37;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v67 * qdd_3;
-  const lanes v69 = 0.36 * v2;
-  const lanes v70 = v69 * qdd_1;
-  const lanes v71 = v7 * v33;
-  const lanes v72 = v71 * qdd_2;
-  const lanes v73 = v70 + v72;
-  const lanes v74 = v68 - v73;
-  const lanes v75 = v64 + v74;
-  const lanes v76 = v30 * v50;
-  const lanes v77 = v26 * v55;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = v78 * qdd_5;
-  const lanes v80 = v75 - v79;
-  const lanes v81 = v60 + v80;
-  const lanes v82 = v3 * v8;
-  const lanes v83 = v82 * v10;
-  const lanes v84 = v5 * v4;
-  const lanes v85 = v3 * v6;
-  const lanes v86 = v85 * v9;
-  const lanes v87 = v84 - v86;
-  const lanes v88 = v11 * v87;
-  const lanes v89 = v83 - v88;
-  const lanes v90 = v89 * v57;
-  const lanes v91 = v11 * v82;
-  const lanes v92 = v87 * v10;
-  const lanes v93 = v91 + v92;
-  const lanes v94 = v1 * v93;
-  const lanes v95 = v85 * v4;
-  const lanes v96 = v5 * v9;
-  const lanes v97 = v95 + v96;
-  const lanes v98 = v12 * v97;
-  const lanes v99 = v94 - v98;
-  const lanes v100 = v99 * v43;
-  const lanes v101 = v90 + v100;
-  const lanes v102 = v2 * v6;
-  const lanes v103 = v7 * v5;
-  const lanes v104 = v103 * v8;
-  const lanes v105 = v102 - v104;
-  const lanes v106 = v105 * v10;
-  const lanes v107 = v7 * v3;
-  const lanes v108 = v107 * v4;
-  const lanes v109 = v2 * v8;
-  const lanes v110 = v103 * v6;
-  const lanes v111 = v109 + v110;
-  const lanes v112 = v111 * v9;
-  const lanes v113 = v108 + v112;
-  const lanes v114 = v11 * v113;
-  const lanes v115 = v106 - v114;
-  const lanes v116 = v115 * qd_5;
-  const lanes v117 = v107 * v9;
-  const lanes v118 = v111 * v4;
-  const lanes v119 = v117 - v118;
-  const lanes v120 = v119 * qd_4;
-  const lanes v121 = v2 * qd_1;
-  const lanes v122 = v107 * qd_2;
-  const lanes v123 = v121 + v122;
-  const lanes v124 = v105 * qd_3;
-  const lanes v125 = v123 - v124;
-  const lanes v126 = v120 + v125;
-  const lanes v127 = v116 + v126;
-  const lanes v128 = v101 * v127;
-  const lanes v129 = v115 * v57;
-  const lanes v130 = v11 * v105;
-  const lanes v131 = v113 * v10;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v1 * v132;
-  const lanes v134 = v12 * v119;
-  const lanes v135 = v133 - v134;
-  const lanes v136 = v135 * v43;
-  const lanes v137 = v129 + v136;
-  const lanes v138 = v89 * qd_5;
-  const lanes v139 = v97 * qd_4;
-  const lanes v140 = v5 * qd_2;
-  const lanes v141 = v140 + qd_0;
-  const lanes v142 = v82 * qd_3;
-  const lanes v143 = v141 - v142;
-  const lanes v144 = v139 + v143;
-  const lanes v145 = v138 + v144;
-  const lanes v146 = v137 * v145;
-  const lanes v147 = v128 - v146;
-  const lanes v148 = v105 * v39;
-  const lanes v149 = v113 * v41;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = v150 * qd_4;
-  const lanes v152 = v107 * v34;
-  const lanes v153 = v111 * v37;
-  const lanes v154 = v152 + v153;
-  const lanes v155 = v154 * qd_3;
-  const lanes v156 = v2 * v33;
-  const lanes v157 = v156 * qd_2;
-  const lanes v158 = 0.36 * v7;
-  const lanes v159 = v158 * qd_1;
-  const lanes v160 = v157 - v159;
-  const lanes v161 = v155 + v160;
-  const lanes v162 = v151 + v161;
-  const lanes v163 = v119 * v50;
-  const lanes v164 = v132 * v55;
-  const lanes v165 = v163 + v164;
-  const lanes v166 = v165 * qd_5;
-  const lanes v167 = v162 - v166;
-  const lanes v168 = v1 * v97;
-  const lanes v169 = v12 * v93;
-  const lanes v170 = v168 + v169;
-  const lanes v171 = v167 * v170;
-  const lanes v172 = v5 * v34;
-  const lanes v173 = v85 * v37;
-  const lanes v174 = v172 - v173;
-  const lanes v175 = v174 * qd_3;
-  const lanes v176 = v82 * v39;
-  const lanes v177 = v87 * v41;
-  const lanes v178 = v176 + v177;
-  const lanes v179 = v178 * qd_4;
-  const lanes v180 = v175 + v179;
-  const lanes v181 = v97 * v50;
-  const lanes v182 = v93 * v55;
-  const lanes v183 = v181 + v182;
-  const lanes v184 = v183 * qd_5;
-  const lanes v185 = v180 - v184;
-  const lanes v186 = v1 * v119;
-  const lanes v187 = v12 * v132;
-  const lanes v188 = v186 + v187;
-  const lanes v189 = v185 * v188;
-  const lanes v190 = v171 - v189;
-  const lanes v191 = v147 + v190;
-  const lanes v192 = v191 * qd_6;
-  const lanes v193 = v165 * v144;
-  const lanes v194 = v183 * v126;
-  const lanes v195 = v193 - v194;
-  const lanes v196 = v162 * v89;
-  const lanes v197 = v180 * v115;
-  const lanes v198 = v196 - v197;
-  const lanes v199 = v195 + v198;
-  const lanes v200 = v199 * qd_5;
-  const lanes v201 = v178 * v125;
-  const lanes v202 = v150 * v143;
-  const lanes v203 = v201 - v202;
-  const lanes v204 = v161 * v97;
-  const lanes v205 = v175 * v119;
-  const lanes v206 = v204 - v205;
-  const lanes v207 = v203 + v206;
-  const lanes v208 = v207 * qd_4;
-  const lanes v209 = v174 * v123;
-  const lanes v210 = v154 * v141;
-  const lanes v211 = v209 - v210;
-  const lanes v212 = v160 * v82;
-  const lanes v213 = v211 - v212;
-  const lanes v214 = v213 * qd_3;
-  const lanes v215 = v158 * qd_0;
-  const lanes v216 = v215 * qd_1;
-  const lanes v217 = v156 * qd_0;
-  const lanes v218 = v159 * v5;
-  const lanes v219 = v217 + v218;
-  const lanes v220 = v219 * qd_2;
-  const lanes v221 = v216 - v220;
-  const lanes v222 = v214 + v221;
-  const lanes v223 = v208 + v222;
-  const lanes v224 = v200 + v223;
-  const lanes v225 = v192 + v224;
-  const lanes v226 = v81 + v225;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12],
+      qd_6 = in[13], qdd_0 = in[14], qdd_1 = in[15], qdd_2 = in[16], qdd_3 = in[17], qdd_4 = in[18],
+      qdd_5 = in[19], qdd_6 = in[20];
+  LANES_COS_SIN(v1, v12, q_5); LANES_COS_SIN(v2, v7, q_0); LANES_COS_SIN(v5, v3, q_1);
+  LANES_COS_SIN(v9, v4, q_3); LANES_COS_SIN(v6, v8, q_2); LANES_COS_SIN(v10, v11, q_4);
+  const lanes v13 = v2 * v3, v14 = v13 * v4, v15 = v2 * v5, v16 = v15 * v6, v17 = v7 * v8,
+      v18 = v16 - v17, v19 = v18 * v9, v20 = v14 + v19, v21 = v20 * v10, v22 = v15 * v8,
+      v23 = v7 * v6, v24 = v22 + v23, v25 = v11 * v24, v26 = v21 - v25, v27 = v1 * v26,
+      v28 = v13 * v9, v29 = v18 * v4, v30 = v28 - v29, v31 = v12 * v30, v32 = v27 - v31,
+      v33 = 0.36 * v3, v34 = v6 * v33, v35 = v9 * v34, v36 = 0.36 * v5, v37 = v36 + 0.42,
+      v38 = v4 * v37, v39 = v35 - v38, v40 = v11 * v39, v41 = v8 * v33, v42 = v10 * v41,
+      v43 = v40 + v42, v44 = v32 * v43, v45 = v11 * v20, v46 = v24 * v10, v47 = v45 + v46,
+      v48 = v10 * v39, v49 = v11 * v41, v50 = v48 - v49, v51 = v1 * v50, v52 = v9 * v37,
+      v53 = v4 * v34, v54 = v52 + v53, v55 = v54 + 0.4, v56 = v12 * v55, v57 = v51 + v56,
+      v58 = v47 * v57, v59 = v44 - v58, v60 = v59 * qdd_6, v61 = v20 * v41, v62 = v24 * v39,
+      v63 = v61 - v62, v64 = v63 * qdd_4, v65 = v13 * v34, v66 = v18 * v37, v67 = v65 + v66,
+      v68 = v67 * qdd_3, v69 = 0.36 * v2, v70 = v69 * qdd_1, v71 = v7 * v33, v72 = v71 * qdd_2,
+      v73 = v70 + v72, v74 = v68 - v73, v75 = v64 + v74, v76 = v30 * v50, v77 = v26 * v55,
+      v78 = v76 + v77, v79 = v78 * qdd_5, v80 = v75 - v79, v81 = v60 + v80, v82 = v3 * v8,
+      v83 = v82 * v10, v84 = v5 * v4, v85 = v3 * v6, v86 = v85 * v9, v87 = v84 - v86,
+      v88 = v11 * v87, v89 = v83 - v88, v90 = v89 * v57, v91 = v11 * v82, v92 = v87 * v10,
+      v93 = v91 + v92, v94 = v1 * v93, v95 = v85 * v4, v96 = v5 * v9, v97 = v95 + v96,
+      v98 = v12 * v97, v99 = v94 - v98, v100 = v99 * v43, v101 = v90 + v100, v102 = v2 * v6,
+      v103 = v7 * v5, v104 = v103 * v8, v105 = v102 - v104, v106 = v105 * v10, v107 = v7 * v3,
+      v108 = v107 * v4, v109 = v2 * v8, v110 = v103 * v6, v111 = v109 + v110, v112 = v111 * v9,
+      v113 = v108 + v112, v114 = v11 * v113, v115 = v106 - v114, v116 = v115 * qd_5,
+      v117 = v107 * v9, v118 = v111 * v4, v119 = v117 - v118, v120 = v119 * qd_4, v121 = v2 * qd_1,
+      v122 = v107 * qd_2, v123 = v121 + v122, v124 = v105 * qd_3, v125 = v123 - v124,
+      v126 = v120 + v125, v127 = v116 + v126, v128 = v101 * v127, v129 = v115 * v57,
+      v130 = v11 * v105, v131 = v113 * v10, v132 = v130 + v131, v133 = v1 * v132, v134 = v12 * v119,
+      v135 = v133 - v134, v136 = v135 * v43, v137 = v129 + v136, v138 = v89 * qd_5,
+      v139 = v97 * qd_4, v140 = v5 * qd_2, v141 = v140 + qd_0, v142 = v82 * qd_3,
+      v143 = v141 - v142, v144 = v139 + v143, v145 = v138 + v144, v146 = v137 * v145,
+      v147 = v128 - v146, v148 = v105 * v39, v149 = v113 * v41, v150 = v148 + v149,
+      v151 = v150 * qd_4, v152 = v107 * v34, v153 = v111 * v37, v154 = v152 + v153,
+      v155 = v154 * qd_3, v156 = v2 * v33, v157 = v156 * qd_2, v158 = 0.36 * v7, v159 = v158 * qd_1,
+      v160 = v157 - v159, v161 = v155 + v160, v162 = v151 + v161, v163 = v119 * v50,
+      v164 = v132 * v55, v165 = v163 + v164, v166 = v165 * qd_5, v167 = v162 - v166,
+      v168 = v1 * v97, v169 = v12 * v93, v170 = v168 + v169, v171 = v167 * v170, v172 = v5 * v34,
+      v173 = v85 * v37, v174 = v172 - v173, v175 = v174 * qd_3, v176 = v82 * v39, v177 = v87 * v41,
+      v178 = v176 + v177, v179 = v178 * qd_4, v180 = v175 + v179, v181 = v97 * v50,
+      v182 = v93 * v55, v183 = v181 + v182, v184 = v183 * qd_5, v185 = v180 - v184,
+      v186 = v1 * v119, v187 = v12 * v132, v188 = v186 + v187, v189 = v185 * v188,
+      v190 = v171 - v189, v191 = v147 + v190, v192 = v191 * qd_6, v193 = v165 * v144,
+      v194 = v183 * v126, v195 = v193 - v194, v196 = v162 * v89, v197 = v180 * v115,
+      v198 = v196 - v197, v199 = v195 + v198, v200 = v199 * qd_5, v201 = v178 * v125,
+      v202 = v150 * v143, v203 = v201 - v202, v204 = v161 * v97, v205 = v175 * v119,
+      v206 = v204 - v205, v207 = v203 + v206, v208 = v207 * qd_4, v209 = v174 * v123,
+      v210 = v154 * v141, v211 = v209 - v210, v212 = v160 * v82, v213 = v211 - v212,
+      v214 = v213 * qd_3, v215 = v158 * qd_0, v216 = v215 * qd_1, v217 = v156 * qd_0,
+      v218 = v159 * v5, v219 = v217 + v218, v220 = v219 * qd_2, v221 = v216 - v220,
+      v222 = v214 + v221, v223 = v208 + v222, v224 = v200 + v223, v225 = v192 + v224,
+      v226 = v81 + v225;
   out[0] = v226;
-  const lanes v227 = v137 * qdd_6;
-  const lanes v228 = v150 * qdd_4;
-  const lanes v229 = v154 * qdd_3;
-  const lanes v230 = v156 * qdd_2;
-  const lanes v231 = v158 * qdd_1;
-  const lanes v232 = v230 - v231;
-  const lanes v233 = v229 + v232;
-  const lanes v234 = v228 + v233;
-  const lanes v235 = v165 * qdd_5;
-  const lanes v236 = v234 - v235;
-  const lanes v237 = v227 + v236;
-  const lanes v238 = v59 * v145;
-  const lanes v239 = v30 * qd_4;
-  const lanes v240 = v24 * qd_3;
-  const lanes v241 = v13 * qd_2;
-  const lanes v242 = v7 * qd_1;
-  const lanes v243 = v241 - v242;
-  const lanes v244 = v240 + v243;
-  const lanes v245 = v239 + v244;
-  const lanes v246 = v47 * qd_5;
-  const lanes v247 = v245 - v246;
-  const lanes v248 = v101 * v247;
-  const lanes v249 = v238 - v248;
-  const lanes v250 = v1 * v30;
-  const lanes v251 = v12 * v26;
-  const lanes v252 = v250 + v251;
-  const lanes v253 = v185 * v252;
-  const lanes v254 = v63 * qd_4;
-  const lanes v255 = v67 * qd_3;
-  const lanes v256 = v69 * qd_1;
-  const lanes v257 = v71 * qd_2;
-  const lanes v258 = v256 + v257;
-  const lanes v259 = v255 - v258;
-  const lanes v260 = v254 + v259;
-  const lanes v261 = v78 * qd_5;
-  const lanes v262 = v260 - v261;
-  const lanes v263 = v262 * v170;
-  const lanes v264 = v253 - v263;
-  const lanes v265 = v249 + v264;
-  const lanes v266 = v265 * qd_6;
-  const lanes v267 = v183 * v245;
-  const lanes v268 = v78 * v144;
-  const lanes v269 = v267 - v268;
-  const lanes v270 = v260 * v89;
-  const lanes v271 = v180 * v47;
-  const lanes v272 = v270 + v271;
-  const lanes v273 = v269 - v272;
-  const lanes v274 = v273 * qd_5;
-  const lanes v275 = v63 * v143;
-  const lanes v276 = v178 * v244;
-  const lanes v277 = v275 - v276;
-  const lanes v278 = v175 * v30;
-  const lanes v279 = v259 * v97;
-  const lanes v280 = v278 - v279;
-  const lanes v281 = v277 + v280;
-  const lanes v282 = v281 * qd_4;
-  const lanes v283 = v67 * v141;
-  const lanes v284 = v174 * v243;
-  const lanes v285 = v283 - v284;
-  const lanes v286 = v258 * v82;
-  const lanes v287 = v285 - v286;
-  const lanes v288 = v287 * qd_3;
-  const lanes v289 = v256 * v5;
-  const lanes v290 = v71 * qd_0;
-  const lanes v291 = v289 - v290;
-  const lanes v292 = v291 * qd_2;
-  const lanes v293 = v69 * qd_0;
-  const lanes v294 = v293 * qd_1;
-  const lanes v295 = v292 - v294;
-  const lanes v296 = v288 + v295;
-  const lanes v297 = v282 + v296;
-  const lanes v298 = v274 + v297;
-  const lanes v299 = v266 + v298;
-  const lanes v300 = v237 + v299;
+  const lanes v227 = v137 * qdd_6, v228 = v150 * qdd_4, v229 = v154 * qdd_3, v230 = v156 * qdd_2,
+      v231 = v158 * qdd_1, v232 = v230 - v231, v233 = v229 + v232, v234 = v228 + v233,
+      v235 = v165 * qdd_5, v236 = v234 - v235, v237 = v227 + v236, v238 = v59 * v145,
+      v239 = v30 * qd_4, v240 = v24 * qd_3, v241 = v13 * qd_2, v242 = v7 * qd_1, v243 = v241 - v242,
+      v244 = v240 + v243, v245 = v239 + v244, v246 = v47 * qd_5, v247 = v245 - v246,
+      v248 = v101 * v247, v249 = v238 - v248, v250 = v1 * v30, v251 = v12 * v26, v252 = v250 + v251,
+      v253 = v185 * v252, v254 = v63 * qd_4, v255 = v67 * qd_3, v256 = v69 * qd_1,
+      v257 = v71 * qd_2, v258 = v256 + v257, v259 = v255 - v258, v260 = v254 + v259,
+      v261 = v78 * qd_5, v262 = v260 - v261, v263 = v262 * v170, v264 = v253 - v263,
+      v265 = v249 + v264, v266 = v265 * qd_6, v267 = v183 * v245, v268 = v78 * v144,
+      v269 = v267 - v268, v270 = v260 * v89, v271 = v180 * v47, v272 = v270 + v271,
+      v273 = v269 - v272, v274 = v273 * qd_5, v275 = v63 * v143, v276 = v178 * v244,
+      v277 = v275 - v276, v278 = v175 * v30, v279 = v259 * v97, v280 = v278 - v279,
+      v281 = v277 + v280, v282 = v281 * qd_4, v283 = v67 * v141, v284 = v174 * v243,
+      v285 = v283 - v284, v286 = v258 * v82, v287 = v285 - v286, v288 = v287 * qd_3,
+      v289 = v256 * v5, v290 = v71 * qd_0, v291 = v289 - v290, v292 = v291 * qd_2,
+      v293 = v69 * qd_0, v294 = v293 * qd_1, v295 = v292 - v294, v296 = v288 + v295,
+      v297 = v282 + v296, v298 = v274 + v297, v299 = v266 + v298, v300 = v237 + v299;
   out[1] = v300;
-  const lanes v301 = v101 * qdd_6;
-  const lanes v302 = v174 * qdd_3;
-  const lanes v303 = v178 * qdd_4;
-  const lanes v304 = v302 + v303;
-  const lanes v305 = v183 * qdd_5;
-  const lanes v306 = v304 - v305;
-  const lanes v307 = v301 + v306;
-  const lanes v308 = v137 * v247;
-  const lanes v309 = v59 * v127;
-  const lanes v310 = v308 - v309;
-  const lanes v311 = v262 * v188;
-  const lanes v312 = v167 * v252;
-  const lanes v313 = v311 - v312;
-  const lanes v314 = v310 + v313;
-  const lanes v315 = v314 * qd_6;
-  const lanes v316 = v78 * v126;
-  const lanes v317 = v165 * v245;
-  const lanes v318 = v316 - v317;
-  const lanes v319 = v260 * v115;
-  const lanes v320 = v162 * v47;
-  const lanes v321 = v319 + v320;
-  const lanes v322 = v318 + v321;
-  const lanes v323 = v322 * qd_5;
-  const lanes v324 = v150 * v244;
-  const lanes v325 = v63 * v125;
-  const lanes v326 = v324 - v325;
-  const lanes v327 = v259 * v119;
-  const lanes v328 = v161 * v30;
-  const lanes v329 = v327 - v328;
-  const lanes v330 = v326 + v329;
-  const lanes v331 = v330 * qd_4;
-  const lanes v332 = v71 * v121;
-  const lanes v333 = v156 * v242;
-  const lanes v334 = v332 - v333;
-  const lanes v335 = v159 * v13;
-  const lanes v336 = v256 * v107;
-  const lanes v337 = v335 - v336;
-  const lanes v338 = v334 + v337;
-  const lanes v339 = v338 * qd_2;
-  const lanes v340 = v154 * v243;
-  const lanes v341 = v67 * v123;
-  const lanes v342 = v340 - v341;
-  const lanes v343 = v258 * v105;
-  const lanes v344 = v160 * v24;
-  const lanes v345 = v343 - v344;
-  const lanes v346 = v342 + v345;
-  const lanes v347 = v346 * qd_3;
-  const lanes v348 = v339 + v347;
-  const lanes v349 = v331 + v348;
-  const lanes v350 = v323 + v349;
-  const lanes v351 = v315 + v350;
-  const lanes v352 = v307 + v351;
+  const lanes v301 = v101 * qdd_6, v302 = v174 * qdd_3, v303 = v178 * qdd_4, v304 = v302 + v303,
+      v305 = v183 * qdd_5, v306 = v304 - v305, v307 = v301 + v306, v308 = v137 * v247,
+      v309 = v59 * v127, v310 = v308 - v309, v311 = v262 * v188, v312 = v167 * v252,
+      v313 = v311 - v312, v314 = v310 + v313, v315 = v314 * qd_6, v316 = v78 * v126,
+      v317 = v165 * v245, v318 = v316 - v317, v319 = v260 * v115, v320 = v162 * v47,
+      v321 = v319 + v320, v322 = v318 + v321, v323 = v322 * qd_5, v324 = v150 * v244,
+      v325 = v63 * v125, v326 = v324 - v325, v327 = v259 * v119, v328 = v161 * v30,
+      v329 = v327 - v328, v330 = v326 + v329, v331 = v330 * qd_4, v332 = v71 * v121,
+      v333 = v156 * v242, v334 = v332 - v333, v335 = v159 * v13, v336 = v256 * v107,
+      v337 = v335 - v336, v338 = v334 + v337, v339 = v338 * qd_2, v340 = v154 * v243,
+      v341 = v67 * v123, v342 = v340 - v341, v343 = v258 * v105, v344 = v160 * v24,
+      v345 = v343 - v344, v346 = v342 + v345, v347 = v346 * qd_3, v348 = v339 + v347,
+      v349 = v331 + v348, v350 = v323 + v349, v351 = v315 + v350, v352 = v307 + v351;
   out[2] = v352;
-  const lanes v353 = v252 * qdd_6;
-  const lanes v354 = v30 * qdd_4;
-  const lanes v355 = v24 * qdd_3;
-  const lanes v356 = v13 * qdd_2;
-  const lanes v357 = v7 * qdd_1;
-  const lanes v358 = v356 - v357;
-  const lanes v359 = v355 + v358;
-  const lanes v360 = v354 + v359;
-  const lanes v361 = v47 * qdd_5;
-  const lanes v362 = v360 - v361;
-  const lanes v363 = v353 + v362;
-  const lanes v364 = v127 * v170;
-  const lanes v365 = v145 * v188;
-  const lanes v366 = v364 - v365;
-  const lanes v367 = v366 * qd_6;
-  const lanes v368 = v126 * v89;
-  const lanes v369 = v144 * v115;
-  const lanes v370 = v368 - v369;
-  const lanes v371 = v370 * qd_5;
-  const lanes v372 = v125 * v97;
-  const lanes v373 = v143 * v119;
-  const lanes v374 = v372 - v373;
-  const lanes v375 = v374 * qd_4;
-  const lanes v376 = v141 * v105;
-  const lanes v377 = v123 * v82;
-  const lanes v378 = v376 - v377;
-  const lanes v379 = v378 * qd_3;
-  const lanes v380 = v121 * v5;
-  const lanes v381 = v107 * qd_0;
-  const lanes v382 = v380 - v381;
-  const lanes v383 = v382 * qd_2;
-  const lanes v384 = v2 * qd_0;
-  const lanes v385 = v384 * qd_1;
-  const lanes v386 = v383 - v385;
-  const lanes v387 = v379 + v386;
-  const lanes v388 = v375 + v387;
-  const lanes v389 = v371 + v388;
-  const lanes v390 = v367 + v389;
-  const lanes v391 = v363 + v390;
+  const lanes v353 = v252 * qdd_6, v354 = v30 * qdd_4, v355 = v24 * qdd_3, v356 = v13 * qdd_2,
+      v357 = v7 * qdd_1, v358 = v356 - v357, v359 = v355 + v358, v360 = v354 + v359,
+      v361 = v47 * qdd_5, v362 = v360 - v361, v363 = v353 + v362, v364 = v127 * v170,
+      v365 = v145 * v188, v366 = v364 - v365, v367 = v366 * qd_6, v368 = v126 * v89,
+      v369 = v144 * v115, v370 = v368 - v369, v371 = v370 * qd_5, v372 = v125 * v97,
+      v373 = v143 * v119, v374 = v372 - v373, v375 = v374 * qd_4, v376 = v141 * v105,
+      v377 = v123 * v82, v378 = v376 - v377, v379 = v378 * qd_3, v380 = v121 * v5,
+      v381 = v107 * qd_0, v382 = v380 - v381, v383 = v382 * qd_2, v384 = v2 * qd_0,
+      v385 = v384 * qd_1, v386 = v383 - v385, v387 = v379 + v386, v388 = v375 + v387,
+      v389 = v371 + v388, v390 = v367 + v389, v391 = v363 + v390;
   out[3] = v391;
-  const lanes v392 = v188 * qdd_6;
-  const lanes v393 = v115 * qdd_5;
-  const lanes v394 = v119 * qdd_4;
-  const lanes v395 = v2 * qdd_1;
-  const lanes v396 = v107 * qdd_2;
-  const lanes v397 = v395 + v396;
-  const lanes v398 = v105 * qdd_3;
-  const lanes v399 = v397 - v398;
-  const lanes v400 = v394 + v399;
-  const lanes v401 = v393 + v400;
-  const lanes v402 = v392 + v401;
-  const lanes v403 = v145 * v252;
-  const lanes v404 = v247 * v170;
-  const lanes v405 = v403 - v404;
-  const lanes v406 = v405 * qd_6;
-  const lanes v407 = v143 * v30;
-  const lanes v408 = v244 * v97;
-  const lanes v409 = v407 - v408;
-  const lanes v410 = v409 * qd_4;
-  const lanes v411 = v243 * v82;
-  const lanes v412 = v141 * v24;
-  const lanes v413 = v411 + v412;
-  const lanes v414 = v413 * qd_3;
-  const lanes v415 = v13 * qd_0;
-  const lanes v416 = v242 * v5;
-  const lanes v417 = v415 + v416;
-  const lanes v418 = v417 * qd_2;
-  const lanes v419 = v7 * qd_0;
-  const lanes v420 = v419 * qd_1;
-  const lanes v421 = v418 - v420;
-  const lanes v422 = v414 + v421;
-  const lanes v423 = v410 + v422;
-  const lanes v424 = v245 * v89;
-  const lanes v425 = v144 * v47;
-  const lanes v426 = v424 + v425;
-  const lanes v427 = v426 * qd_5;
-  const lanes v428 = v423 - v427;
-  const lanes v429 = v406 + v428;
-  const lanes v430 = v402 + v429;
+  const lanes v392 = v188 * qdd_6, v393 = v115 * qdd_5, v394 = v119 * qdd_4, v395 = v2 * qdd_1,
+      v396 = v107 * qdd_2, v397 = v395 + v396, v398 = v105 * qdd_3, v399 = v397 - v398,
+      v400 = v394 + v399, v401 = v393 + v400, v402 = v392 + v401, v403 = v145 * v252,
+      v404 = v247 * v170, v405 = v403 - v404, v406 = v405 * qd_6, v407 = v143 * v30,
+      v408 = v244 * v97, v409 = v407 - v408, v410 = v409 * qd_4, v411 = v243 * v82,
+      v412 = v141 * v24, v413 = v411 + v412, v414 = v413 * qd_3, v415 = v13 * qd_0,
+      v416 = v242 * v5, v417 = v415 + v416, v418 = v417 * qd_2, v419 = v7 * qd_0,
+      v420 = v419 * qd_1, v421 = v418 - v420, v422 = v414 + v421, v423 = v410 + v422,
+      v424 = v245 * v89, v425 = v144 * v47, v426 = v424 + v425, v427 = v426 * qd_5,
+      v428 = v423 - v427, v429 = v406 + v428, v430 = v402 + v429;
   out[4] = v430;
-  const lanes v431 = v170 * qdd_6;
-  const lanes v432 = v89 * qdd_5;
-  const lanes v433 = v97 * qdd_4;
-  const lanes v434 = v5 * qdd_2;
-  const lanes v435 = v434 + qdd_0;
-  const lanes v436 = v82 * qdd_3;
-  const lanes v437 = v435 - v436;
-  const lanes v438 = v433 + v437;
-  const lanes v439 = v432 + v438;
-  const lanes v440 = v431 + v439;
-  const lanes v441 = v247 * v188;
-  const lanes v442 = v127 * v252;
-  const lanes v443 = v441 - v442;
-  const lanes v444 = v443 * qd_6;
-  const lanes v445 = v245 * v115;
-  const lanes v446 = v126 * v47;
-  const lanes v447 = v445 + v446;
-  const lanes v448 = v447 * qd_5;
-  const lanes v449 = v244 * v119;
-  const lanes v450 = v125 * v30;
-  const lanes v451 = v449 - v450;
-  const lanes v452 = v451 * qd_4;
-  const lanes v453 = v13 * v121;
-  const lanes v454 = v242 * v107;
-  const lanes v455 = v453 + v454;
-  const lanes v456 = v455 * qd_2;
-  const lanes v457 = v243 * v105;
-  const lanes v458 = v123 * v24;
-  const lanes v459 = v457 + v458;
-  const lanes v460 = v459 * qd_3;
-  const lanes v461 = v456 + v460;
-  const lanes v462 = v452 - v461;
-  const lanes v463 = v448 + v462;
-  const lanes v464 = v444 + v463;
-  const lanes v465 = v440 + v464;
+  const lanes v431 = v170 * qdd_6, v432 = v89 * qdd_5, v433 = v97 * qdd_4, v434 = v5 * qdd_2,
+      v435 = v434 + qdd_0, v436 = v82 * qdd_3, v437 = v435 - v436, v438 = v433 + v437,
+      v439 = v432 + v438, v440 = v431 + v439, v441 = v247 * v188, v442 = v127 * v252,
+      v443 = v441 - v442, v444 = v443 * qd_6, v445 = v245 * v115, v446 = v126 * v47,
+      v447 = v445 + v446, v448 = v447 * qd_5, v449 = v244 * v119, v450 = v125 * v30,
+      v451 = v449 - v450, v452 = v451 * qd_4, v453 = v13 * v121, v454 = v242 * v107,
+      v455 = v453 + v454, v456 = v455 * qd_2, v457 = v243 * v105, v458 = v123 * v24,
+      v459 = v457 + v458, v460 = v459 * qd_3, v461 = v456 + v460, v462 = v452 - v461,
+      v463 = v448 + v462, v464 = v444 + v463, v465 = v440 + v464;
   out[5] = v465;
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_acceleration_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  const lanes qdd_0 = in[14];
-  const lanes qdd_1 = in[15];
-  const lanes qdd_2 = in[16];
-  const lanes qdd_3 = in[17];
-  const lanes qdd_4 = in[18];
-  const lanes qdd_5 = in[19];
-  const lanes qdd_6 = in[20];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_6, &v1, &v2);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&q_5, &v4, &v3);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_4, &v5, &v6);
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&q_3, &v8, &v7);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&q_2, &v9, &v10);
-  lanes v11, v14; LANES_NAME(lanes_cos_sin)(&q_0, &v11, &v14);
-  lanes v13, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v13, &v12);
-  const lanes v15 = 0.126 * v1;
-  const lanes v16 = v15 * qdd_5;
-  const lanes v17 = 0.126 * v3;
-  const lanes v18 = v2 * v17;
-  const lanes v19 = v18 * qdd_4;
-  const lanes v20 = v4 * v1;
-  const lanes v21 = v20 * v5;
-  const lanes v22 = v6 * v2;
-  const lanes v23 = v21 - v22;
-  const lanes v24 = v23 * v7;
-  const lanes v25 = v3 * v1;
-  const lanes v26 = v25 * v8;
-  const lanes v27 = v24 - v26;
-  const lanes v28 = v17 * v5;
-  const lanes v29 = v28 * v8;
-  const lanes v30 = 0.126 * v4;
-  const lanes v31 = v30 + 0.4;
-  const lanes v32 = v31 * v7;
-  const lanes v33 = v29 - v32;
-  const lanes v34 = v27 * v33;
-  const lanes v35 = v25 * v7;
-  const lanes v36 = v23 * v8;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = v28 * v7;
-  const lanes v39 = v31 * v8;
-  const lanes v40 = v38 + v39;
-  const lanes v41 = v37 * v40;
-  const lanes v42 = v34 - v41;
-  const lanes v43 = v42 * qdd_3;
-  const lanes v44 = v6 * v20;
-  const lanes v45 = v2 * v5;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = v46 * v9;
-  const lanes v48 = v37 * v10;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = v9 * v33;
-  const lanes v51 = v6 * v17;
-  const lanes v52 = v51 * v10;
-  const lanes v53 = v50 - v52;
-  const lanes v54 = v49 * v53;
-  const lanes v55 = v37 * v9;
-  const lanes v56 = v46 * v10;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v9 * v51;
-  const lanes v59 = v33 * v10;
-  const lanes v60 = v58 + v59;
-  const lanes v61 = v57 * v60;
-  const lanes v62 = v54 - v61;
-  const lanes v63 = v62 * qdd_2;
-  const lanes v64 = v11 * v49;
-  const lanes v65 = v27 * v12;
-  const lanes v66 = v57 * v13;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v67 * v14;
-  const lanes v69 = v64 + v68;
-  const lanes v70 = v13 * v53;
-  const lanes v71 = v40 + 0.42;
-  const lanes v72 = v12 * v71;
-  const lanes v73 = v70 + v72;
-  const lanes v74 = v11 * v73;
-  const lanes v75 = v14 * v60;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v69 * v76;
-  const lanes v78 = v11 * v67;
-  const lanes v79 = v49 * v14;
-  const lanes v80 = v78 - v79;
-  const lanes v81 = v11 * v60;
-  const lanes v82 = v14 * v73;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = v80 * v83;
-  const lanes v85 = v77 - v84;
-  const lanes v86 = v85 * qdd_0;
-  const lanes v87 = v57 * v12;
-  const lanes v88 = v27 * v13;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v89 * v73;
-  const lanes v91 = v12 * v53;
-  const lanes v92 = v13 * v71;
-  const lanes v93 = v91 - v92;
-  const lanes v94 = v67 * v93;
-  const lanes v95 = v90 - v94;
-  const lanes v96 = v95 * qdd_1;
-  const lanes v97 = v86 + v96;
-  const lanes v98 = v63 + v97;
-  const lanes v99 = v43 + v98;
-  const lanes v100 = v19 + v99;
-  const lanes v101 = v16 + v100;
-  const lanes v102 = 0.126 * v2;
-  const lanes v103 = v102 * qd_5;
-  const lanes v104 = v4 * v103;
-  const lanes v105 = v1 * v17;
-  const lanes v106 = v105 * qd_6;
-  const lanes v107 = v104 + v106;
-  const lanes v108 = v107 * qd_4;
-  const lanes v109 = v6 * v3;
-  const lanes v110 = v105 * qd_4;
-  const lanes v111 = v110 - v103;
-  const lanes v112 = v109 * v111;
-  const lanes v113 = v3 * v2;
-  const lanes v114 = v113 * v7;
-  const lanes v115 = v6 * v1;
-  const lanes v116 = v4 * v2;
-  const lanes v117 = v116 * v5;
-  const lanes v118 = v115 + v117;
-  const lanes v119 = v118 * v8;
-  const lanes v120 = v114 + v119;
-  const lanes v121 = v120 * v40;
-  const lanes v122 = v113 * v8;
-  const lanes v123 = v118 * v7;
-  const lanes v124 = v122 - v123;
-  const lanes v125 = v124 * v33;
-  const lanes v126 = v121 + v125;
-  const lanes v127 = v4 * qd_4;
-  const lanes v128 = v127 + qd_6;
-  const lanes v129 = v126 * v128;
-  const lanes v130 = v4 * v8;
-  const lanes v131 = v3 * v5;
-  const lanes v132 = v131 * v7;
-  const lanes v133 = v130 + v132;
-  const lanes v134 = v133 * v33;
-  const lanes v135 = v131 * v8;
-  const lanes v136 = v4 * v7;
-  const lanes v137 = v135 - v136;
-  const lanes v138 = v137 * v40;
-  const lanes v139 = v134 - v138;
-  const lanes v140 = v113 * qd_4;
-  const lanes v141 = v1 * qd_5;
-  const lanes v142 = v140 + v141;
-  const lanes v143 = v139 * v142;
-  const lanes v144 = v129 - v143;
-  const lanes v145 = v112 + v144;
-  const lanes v146 = v145 * qd_3;
-  const lanes v147 = v139 * qd_3;
-  const lanes v148 = v124 * v147;
-  const lanes v149 = v126 * qd_3;
-  const lanes v150 = v149 + v111;
-  const lanes v151 = v133 * v150;
-  const lanes v152 = v148 - v151;
-  const lanes v153 = v1 * v5;
-  const lanes v154 = v6 * v116;
-  const lanes v155 = v153 - v154;
-  const lanes v156 = v155 * v10;
-  const lanes v157 = v120 * v9;
-  const lanes v158 = v156 + v157;
-  const lanes v159 = v158 * v60;
-  const lanes v160 = v155 * v9;
-  const lanes v161 = v120 * v10;
-  const lanes v162 = v160 - v161;
-  const lanes v163 = v162 * v53;
-  const lanes v164 = v159 + v163;
-  const lanes v165 = v109 * qd_3;
-  const lanes v166 = v128 - v165;
-  const lanes v167 = v164 * v166;
-  const lanes v168 = v109 * v9;
-  const lanes v169 = v137 * v10;
-  const lanes v170 = v168 + v169;
-  const lanes v171 = v170 * v53;
-  const lanes v172 = v137 * v9;
-  const lanes v173 = v109 * v10;
-  const lanes v174 = v172 - v173;
-  const lanes v175 = v174 * v60;
-  const lanes v176 = v171 - v175;
-  const lanes v177 = v155 * qd_3;
-  const lanes v178 = v142 - v177;
-  const lanes v179 = v176 * v178;
-  const lanes v180 = v167 - v179;
-  const lanes v181 = v152 + v180;
-  const lanes v182 = v181 * qd_2;
-  const lanes v183 = v124 * v13;
-  const lanes v184 = v158 * v12;
-  const lanes v185 = v183 + v184;
-  const lanes v186 = v174 * v12;
-  const lanes v187 = v133 * v13;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = v188 * v73;
-  const lanes v190 = v133 * v12;
-  const lanes v191 = v174 * v13;
-  const lanes v192 = v190 + v191;
-  const lanes v193 = v192 * v93;
-  const lanes v194 = v189 - v193;
-  const lanes v195 = v194 * qd_1;
-  const lanes v196 = v176 * qd_2;
-  const lanes v197 = v196 + v147;
-  const lanes v198 = v195 + v197;
-  const lanes v199 = v185 * v198;
-  const lanes v200 = v164 * qd_2;
-  const lanes v201 = v200 + v150;
-  const lanes v202 = v124 * v12;
-  const lanes v203 = v158 * v13;
-  const lanes v204 = v202 - v203;
-  const lanes v205 = v204 * v93;
-  const lanes v206 = v185 * v73;
-  const lanes v207 = v205 + v206;
-  const lanes v208 = v207 * qd_1;
-  const lanes v209 = v201 - v208;
-  const lanes v210 = v188 * v209;
-  const lanes v211 = v199 + v210;
-  const lanes v212 = v11 * v162;
-  const lanes v213 = v204 * v14;
-  const lanes v214 = v212 + v213;
-  const lanes v215 = v214 * v76;
-  const lanes v216 = v11 * v204;
-  const lanes v217 = v162 * v14;
-  const lanes v218 = v216 - v217;
-  const lanes v219 = v218 * v83;
-  const lanes v220 = v215 - v219;
-  const lanes v221 = v170 * qd_1;
-  const lanes v222 = v133 * qd_2;
-  const lanes v223 = v222 + v166;
-  const lanes v224 = v221 + v223;
-  const lanes v225 = v220 * v224;
-  const lanes v226 = v11 * v170;
-  const lanes v227 = v192 * v14;
-  const lanes v228 = v226 + v227;
-  const lanes v229 = v228 * v76;
-  const lanes v230 = v11 * v192;
-  const lanes v231 = v170 * v14;
-  const lanes v232 = v230 - v231;
-  const lanes v233 = v232 * v83;
-  const lanes v234 = v229 - v233;
-  const lanes v235 = v162 * qd_1;
-  const lanes v236 = v124 * qd_2;
-  const lanes v237 = v236 + v178;
-  const lanes v238 = v235 + v237;
-  const lanes v239 = v234 * v238;
-  const lanes v240 = v225 - v239;
-  const lanes v241 = v211 + v240;
-  const lanes v242 = v241 * qd_0;
-  const lanes v243 = v162 * v197;
-  const lanes v244 = v170 * v201;
-  const lanes v245 = v243 - v244;
-  const lanes v246 = v207 * v223;
-  const lanes v247 = v194 * v237;
-  const lanes v248 = v246 + v247;
-  const lanes v249 = v245 - v248;
-  const lanes v250 = v249 * qd_1;
-  const lanes v251 = v242 + v250;
-  const lanes v252 = v182 + v251;
-  const lanes v253 = v146 + v252;
-  const lanes v254 = v108 + v253;
-  const lanes v255 = v102 * qd_6;
-  const lanes v256 = v255 * qd_5;
-  const lanes v257 = v254 - v256;
-  const lanes v258 = v101 + v257;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11],
+      qd_5 = in[12], qd_6 = in[13], qdd_0 = in[14], qdd_1 = in[15], qdd_2 = in[16], qdd_3 = in[17],
+      qdd_4 = in[18], qdd_5 = in[19], qdd_6 = in[20];
+  LANES_COS_SIN(v1, v2, q_6); LANES_COS_SIN(v4, v3, q_5); LANES_COS_SIN(v5, v6, q_4);
+  LANES_COS_SIN(v8, v7, q_3); LANES_COS_SIN(v9, v10, q_2); LANES_COS_SIN(v11, v14, q_0);
+  LANES_COS_SIN(v13, v12, q_1);
+  const lanes v15 = 0.126 * v1, v16 = v15 * qdd_5, v17 = 0.126 * v3, v18 = v2 * v17,
+      v19 = v18 * qdd_4, v20 = v4 * v1, v21 = v20 * v5, v22 = v6 * v2, v23 = v21 - v22,
+      v24 = v23 * v7, v25 = v3 * v1, v26 = v25 * v8, v27 = v24 - v26, v28 = v17 * v5,
+      v29 = v28 * v8, v30 = 0.126 * v4, v31 = v30 + 0.4, v32 = v31 * v7, v33 = v29 - v32,
+      v34 = v27 * v33, v35 = v25 * v7, v36 = v23 * v8, v37 = v35 + v36, v38 = v28 * v7,
+      v39 = v31 * v8, v40 = v38 + v39, v41 = v37 * v40, v42 = v34 - v41, v43 = v42 * qdd_3,
+      v44 = v6 * v20, v45 = v2 * v5, v46 = v44 + v45, v47 = v46 * v9, v48 = v37 * v10,
+      v49 = v47 + v48, v50 = v9 * v33, v51 = v6 * v17, v52 = v51 * v10, v53 = v50 - v52,
+      v54 = v49 * v53, v55 = v37 * v9, v56 = v46 * v10, v57 = v55 - v56, v58 = v9 * v51,
+      v59 = v33 * v10, v60 = v58 + v59, v61 = v57 * v60, v62 = v54 - v61, v63 = v62 * qdd_2,
+      v64 = v11 * v49, v65 = v27 * v12, v66 = v57 * v13, v67 = v65 + v66, v68 = v67 * v14,
+      v69 = v64 + v68, v70 = v13 * v53, v71 = v40 + 0.42, v72 = v12 * v71, v73 = v70 + v72,
+      v74 = v11 * v73, v75 = v14 * v60, v76 = v74 - v75, v77 = v69 * v76, v78 = v11 * v67,
+      v79 = v49 * v14, v80 = v78 - v79, v81 = v11 * v60, v82 = v14 * v73, v83 = v81 + v82,
+      v84 = v80 * v83, v85 = v77 - v84, v86 = v85 * qdd_0, v87 = v57 * v12, v88 = v27 * v13,
+      v89 = v87 - v88, v90 = v89 * v73, v91 = v12 * v53, v92 = v13 * v71, v93 = v91 - v92,
+      v94 = v67 * v93, v95 = v90 - v94, v96 = v95 * qdd_1, v97 = v86 + v96, v98 = v63 + v97,
+      v99 = v43 + v98, v100 = v19 + v99, v101 = v16 + v100, v102 = 0.126 * v2, v103 = v102 * qd_5,
+      v104 = v4 * v103, v105 = v1 * v17, v106 = v105 * qd_6, v107 = v104 + v106, v108 = v107 * qd_4,
+      v109 = v6 * v3, v110 = v105 * qd_4, v111 = v110 - v103, v112 = v109 * v111, v113 = v3 * v2,
+      v114 = v113 * v7, v115 = v6 * v1, v116 = v4 * v2, v117 = v116 * v5, v118 = v115 + v117,
+      v119 = v118 * v8, v120 = v114 + v119, v121 = v120 * v40, v122 = v113 * v8, v123 = v118 * v7,
+      v124 = v122 - v123, v125 = v124 * v33, v126 = v121 + v125, v127 = v4 * qd_4,
+      v128 = v127 + qd_6, v129 = v126 * v128, v130 = v4 * v8, v131 = v3 * v5, v132 = v131 * v7,
+      v133 = v130 + v132, v134 = v133 * v33, v135 = v131 * v8, v136 = v4 * v7, v137 = v135 - v136,
+      v138 = v137 * v40, v139 = v134 - v138, v140 = v113 * qd_4, v141 = v1 * qd_5,
+      v142 = v140 + v141, v143 = v139 * v142, v144 = v129 - v143, v145 = v112 + v144,
+      v146 = v145 * qd_3, v147 = v139 * qd_3, v148 = v124 * v147, v149 = v126 * qd_3,
+      v150 = v149 + v111, v151 = v133 * v150, v152 = v148 - v151, v153 = v1 * v5, v154 = v6 * v116,
+      v155 = v153 - v154, v156 = v155 * v10, v157 = v120 * v9, v158 = v156 + v157,
+      v159 = v158 * v60, v160 = v155 * v9, v161 = v120 * v10, v162 = v160 - v161, v163 = v162 * v53,
+      v164 = v159 + v163, v165 = v109 * qd_3, v166 = v128 - v165, v167 = v164 * v166,
+      v168 = v109 * v9, v169 = v137 * v10, v170 = v168 + v169, v171 = v170 * v53, v172 = v137 * v9,
+      v173 = v109 * v10, v174 = v172 - v173, v175 = v174 * v60, v176 = v171 - v175,
+      v177 = v155 * qd_3, v178 = v142 - v177, v179 = v176 * v178, v180 = v167 - v179,
+      v181 = v152 + v180, v182 = v181 * qd_2, v183 = v124 * v13, v184 = v158 * v12,
+      v185 = v183 + v184, v186 = v174 * v12, v187 = v133 * v13, v188 = v186 - v187,
+      v189 = v188 * v73, v190 = v133 * v12, v191 = v174 * v13, v192 = v190 + v191,
+      v193 = v192 * v93, v194 = v189 - v193, v195 = v194 * qd_1, v196 = v176 * qd_2,
+      v197 = v196 + v147, v198 = v195 + v197, v199 = v185 * v198, v200 = v164 * qd_2,
+      v201 = v200 + v150, v202 = v124 * v12, v203 = v158 * v13, v204 = v202 - v203,
+      v205 = v204 * v93, v206 = v185 * v73, v207 = v205 + v206, v208 = v207 * qd_1,
+      v209 = v201 - v208, v210 = v188 * v209, v211 = v199 + v210, v212 = v11 * v162,
+      v213 = v204 * v14, v214 = v212 + v213, v215 = v214 * v76, v216 = v11 * v204,
+      v217 = v162 * v14, v218 = v216 - v217, v219 = v218 * v83, v220 = v215 - v219,
+      v221 = v170 * qd_1, v222 = v133 * qd_2, v223 = v222 + v166, v224 = v221 + v223,
+      v225 = v220 * v224, v226 = v11 * v170, v227 = v192 * v14, v228 = v226 + v227,
+      v229 = v228 * v76, v230 = v11 * v192, v231 = v170 * v14, v232 = v230 - v231,
+      v233 = v232 * v83, v234 = v229 - v233, v235 = v162 * qd_1, v236 = v124 * qd_2,
+      v237 = v236 + v178, v238 = v235 + v237, v239 = v234 * v238, v240 = v225 - v239,
+      v241 = v211 + v240, v242 = v241 * qd_0, v243 = v162 * v197, v244 = v170 * v201,
+      v245 = v243 - v244, v246 = v207 * v223, v247 = v194 * v237, v248 = v246 + v247,
+      v249 = v245 - v248, v250 = v249 * qd_1, v251 = v242 + v250, v252 = v182 + v251,
+      v253 = v146 + v252, v254 = v108 + v253, v255 = v102 * qd_6, v256 = v255 * qd_5,
+      v257 = v254 - v256, v258 = v101 + v257;
   out[0] = v258;
-  const lanes v259 = v105 * qdd_4;
-  const lanes v260 = v126 * qdd_3;
-  const lanes v261 = v164 * qdd_2;
-  const lanes v262 = v220 * qdd_0;
-  const lanes v263 = v207 * qdd_1;
-  const lanes v264 = v262 - v263;
-  const lanes v265 = v261 + v264;
-  const lanes v266 = v260 + v265;
-  const lanes v267 = v259 + v266;
-  const lanes v268 = v102 * qdd_5;
-  const lanes v269 = v267 - v268;
-  const lanes v270 = v15 * qd_5;
-  const lanes v271 = v4 * v270;
-  const lanes v272 = v18 * qd_6;
-  const lanes v273 = v271 - v272;
-  const lanes v274 = v273 * qd_4;
-  const lanes v275 = v2 * qd_5;
-  const lanes v276 = v25 * qd_4;
-  const lanes v277 = v275 - v276;
-  const lanes v278 = v139 * v277;
-  const lanes v279 = v42 * v128;
-  const lanes v280 = v278 - v279;
-  const lanes v281 = v18 * qd_4;
-  const lanes v282 = v281 + v270;
-  const lanes v283 = v109 * v282;
-  const lanes v284 = v280 - v283;
-  const lanes v285 = v284 * qd_3;
-  const lanes v286 = v42 * qd_3;
-  const lanes v287 = v286 + v282;
-  const lanes v288 = v133 * v287;
-  const lanes v289 = v27 * v147;
-  const lanes v290 = v288 - v289;
-  const lanes v291 = v46 * qd_3;
-  const lanes v292 = v277 - v291;
-  const lanes v293 = v176 * v292;
-  const lanes v294 = v62 * v166;
-  const lanes v295 = v293 - v294;
-  const lanes v296 = v290 + v295;
-  const lanes v297 = v296 * qd_2;
-  const lanes v298 = v89 * v198;
-  const lanes v299 = v95 * qd_1;
-  const lanes v300 = v62 * qd_2;
-  const lanes v301 = v300 + v287;
-  const lanes v302 = v299 + v301;
-  const lanes v303 = v188 * v302;
-  const lanes v304 = v298 - v303;
-  const lanes v305 = v49 * qd_1;
-  const lanes v306 = v27 * qd_2;
-  const lanes v307 = v306 + v292;
-  const lanes v308 = v305 + v307;
-  const lanes v309 = v234 * v308;
-  const lanes v310 = v85 * v224;
-  const lanes v311 = v309 - v310;
-  const lanes v312 = v304 + v311;
-  const lanes v313 = v312 * qd_0;
-  const lanes v314 = v170 * v301;
-  const lanes v315 = v49 * v197;
-  const lanes v316 = v314 - v315;
-  const lanes v317 = v194 * v307;
-  const lanes v318 = v95 * v223;
-  const lanes v319 = v317 - v318;
-  const lanes v320 = v316 + v319;
-  const lanes v321 = v320 * qd_1;
-  const lanes v322 = v313 + v321;
-  const lanes v323 = v297 + v322;
-  const lanes v324 = v285 + v323;
-  const lanes v325 = v274 + v324;
-  const lanes v326 = v15 * qd_6;
-  const lanes v327 = v326 * qd_5;
-  const lanes v328 = v325 - v327;
-  const lanes v329 = v269 + v328;
+  const lanes v259 = v105 * qdd_4, v260 = v126 * qdd_3, v261 = v164 * qdd_2, v262 = v220 * qdd_0,
+      v263 = v207 * qdd_1, v264 = v262 - v263, v265 = v261 + v264, v266 = v260 + v265,
+      v267 = v259 + v266, v268 = v102 * qdd_5, v269 = v267 - v268, v270 = v15 * qd_5,
+      v271 = v4 * v270, v272 = v18 * qd_6, v273 = v271 - v272, v274 = v273 * qd_4, v275 = v2 * qd_5,
+      v276 = v25 * qd_4, v277 = v275 - v276, v278 = v139 * v277, v279 = v42 * v128,
+      v280 = v278 - v279, v281 = v18 * qd_4, v282 = v281 + v270, v283 = v109 * v282,
+      v284 = v280 - v283, v285 = v284 * qd_3, v286 = v42 * qd_3, v287 = v286 + v282,
+      v288 = v133 * v287, v289 = v27 * v147, v290 = v288 - v289, v291 = v46 * qd_3,
+      v292 = v277 - v291, v293 = v176 * v292, v294 = v62 * v166, v295 = v293 - v294,
+      v296 = v290 + v295, v297 = v296 * qd_2, v298 = v89 * v198, v299 = v95 * qd_1,
+      v300 = v62 * qd_2, v301 = v300 + v287, v302 = v299 + v301, v303 = v188 * v302,
+      v304 = v298 - v303, v305 = v49 * qd_1, v306 = v27 * qd_2, v307 = v306 + v292,
+      v308 = v305 + v307, v309 = v234 * v308, v310 = v85 * v224, v311 = v309 - v310,
+      v312 = v304 + v311, v313 = v312 * qd_0, v314 = v170 * v301, v315 = v49 * v197,
+      v316 = v314 - v315, v317 = v194 * v307, v318 = v95 * v223, v319 = v317 - v318,
+      v320 = v316 + v319, v321 = v320 * qd_1, v322 = v313 + v321, v323 = v297 + v322,
+      v324 = v285 + v323, v325 = v274 + v324, v326 = v15 * qd_6, v327 = v326 * qd_5,
+      v328 = v325 - v327, v329 = v269 + v328;
   out[1] = v329;
-  const lanes v330 = v139 * qdd_3;
-  const lanes v331 = v176 * qdd_2;
-  const lanes v332 = v234 * qdd_0;
-  const lanes v333 = v194 * qdd_1;
-  const lanes v334 = v332 + v333;
-  const lanes v335 = v331 + v334;
-  const lanes v336 = v330 + v335;
-  const lanes v337 = v25 * v103;
-  const lanes v338 = v113 * v270;
-  const lanes v339 = v337 - v338;
-  const lanes v340 = v18 * v141;
-  const lanes v341 = v105 * v275;
-  const lanes v342 = v340 - v341;
-  const lanes v343 = v339 + v342;
-  const lanes v344 = v343 * qd_4;
-  const lanes v345 = v155 * v282;
-  const lanes v346 = v46 * v111;
-  const lanes v347 = v345 - v346;
-  const lanes v348 = v42 * v142;
-  const lanes v349 = v126 * v277;
-  const lanes v350 = v348 - v349;
-  const lanes v351 = v347 + v350;
-  const lanes v352 = v351 * qd_3;
-  const lanes v353 = v27 * v150;
-  const lanes v354 = v124 * v287;
-  const lanes v355 = v353 - v354;
-  const lanes v356 = v62 * v178;
-  const lanes v357 = v164 * v292;
-  const lanes v358 = v356 - v357;
-  const lanes v359 = v355 + v358;
-  const lanes v360 = v359 * qd_2;
-  const lanes v361 = v85 * v238;
-  const lanes v362 = v220 * v308;
-  const lanes v363 = v361 - v362;
-  const lanes v364 = v89 * v209;
-  const lanes v365 = v185 * v302;
-  const lanes v366 = v364 + v365;
-  const lanes v367 = v363 - v366;
-  const lanes v368 = v367 * qd_0;
-  const lanes v369 = v49 * v201;
-  const lanes v370 = v162 * v301;
-  const lanes v371 = v369 - v370;
-  const lanes v372 = v95 * v237;
-  const lanes v373 = v207 * v307;
-  const lanes v374 = v372 + v373;
-  const lanes v375 = v371 + v374;
-  const lanes v376 = v375 * qd_1;
-  const lanes v377 = v368 + v376;
-  const lanes v378 = v360 + v377;
-  const lanes v379 = v352 + v378;
-  const lanes v380 = v344 + v379;
-  const lanes v381 = v336 + v380;
+  const lanes v330 = v139 * qdd_3, v331 = v176 * qdd_2, v332 = v234 * qdd_0, v333 = v194 * qdd_1,
+      v334 = v332 + v333, v335 = v331 + v334, v336 = v330 + v335, v337 = v25 * v103,
+      v338 = v113 * v270, v339 = v337 - v338, v340 = v18 * v141, v341 = v105 * v275,
+      v342 = v340 - v341, v343 = v339 + v342, v344 = v343 * qd_4, v345 = v155 * v282,
+      v346 = v46 * v111, v347 = v345 - v346, v348 = v42 * v142, v349 = v126 * v277,
+      v350 = v348 - v349, v351 = v347 + v350, v352 = v351 * qd_3, v353 = v27 * v150,
+      v354 = v124 * v287, v355 = v353 - v354, v356 = v62 * v178, v357 = v164 * v292,
+      v358 = v356 - v357, v359 = v355 + v358, v360 = v359 * qd_2, v361 = v85 * v238,
+      v362 = v220 * v308, v363 = v361 - v362, v364 = v89 * v209, v365 = v185 * v302,
+      v366 = v364 + v365, v367 = v363 - v366, v368 = v367 * qd_0, v369 = v49 * v201,
+      v370 = v162 * v301, v371 = v369 - v370, v372 = v95 * v237, v373 = v207 * v307,
+      v374 = v372 + v373, v375 = v371 + v374, v376 = v375 * qd_1, v377 = v368 + v376,
+      v378 = v360 + v377, v379 = v352 + v378, v380 = v344 + v379, v381 = v336 + v380;
   out[2] = v381;
-  const lanes v382 = v2 * qdd_5;
-  const lanes v383 = v27 * qdd_2;
-  const lanes v384 = v49 * qdd_1;
-  const lanes v385 = v89 * qdd_0;
-  const lanes v386 = v384 - v385;
-  const lanes v387 = v383 + v386;
-  const lanes v388 = v46 * qdd_3;
-  const lanes v389 = v387 - v388;
-  const lanes v390 = v25 * qdd_4;
-  const lanes v391 = v389 - v390;
-  const lanes v392 = v382 + v391;
-  const lanes v393 = v1 * qd_6;
-  const lanes v394 = v393 * qd_5;
-  const lanes v395 = v113 * qd_6;
-  const lanes v396 = v4 * v141;
-  const lanes v397 = v395 - v396;
-  const lanes v398 = v397 * qd_4;
-  const lanes v399 = v109 * v142;
-  const lanes v400 = v155 * v128;
-  const lanes v401 = v399 - v400;
-  const lanes v402 = v401 * qd_3;
-  const lanes v403 = v124 * v166;
-  const lanes v404 = v133 * v178;
-  const lanes v405 = v403 - v404;
-  const lanes v406 = v405 * qd_2;
-  const lanes v407 = v185 * v224;
-  const lanes v408 = v188 * v238;
-  const lanes v409 = v407 + v408;
-  const lanes v410 = v409 * qd_0;
-  const lanes v411 = v162 * v223;
-  const lanes v412 = v170 * v237;
-  const lanes v413 = v411 - v412;
-  const lanes v414 = v413 * qd_1;
-  const lanes v415 = v410 + v414;
-  const lanes v416 = v406 + v415;
-  const lanes v417 = v402 + v416;
-  const lanes v418 = v398 + v417;
-  const lanes v419 = v394 + v418;
-  const lanes v420 = v392 + v419;
+  const lanes v382 = v2 * qdd_5, v383 = v27 * qdd_2, v384 = v49 * qdd_1, v385 = v89 * qdd_0,
+      v386 = v384 - v385, v387 = v383 + v386, v388 = v46 * qdd_3, v389 = v387 - v388,
+      v390 = v25 * qdd_4, v391 = v389 - v390, v392 = v382 + v391, v393 = v1 * qd_6,
+      v394 = v393 * qd_5, v395 = v113 * qd_6, v396 = v4 * v141, v397 = v395 - v396,
+      v398 = v397 * qd_4, v399 = v109 * v142, v400 = v155 * v128, v401 = v399 - v400,
+      v402 = v401 * qd_3, v403 = v124 * v166, v404 = v133 * v178, v405 = v403 - v404,
+      v406 = v405 * qd_2, v407 = v185 * v224, v408 = v188 * v238, v409 = v407 + v408,
+      v410 = v409 * qd_0, v411 = v162 * v223, v412 = v170 * v237, v413 = v411 - v412,
+      v414 = v413 * qd_1, v415 = v410 + v414, v416 = v406 + v415, v417 = v402 + v416,
+      v418 = v398 + v417, v419 = v394 + v418, v420 = v392 + v419;
   out[3] = v420;
-  const lanes v421 = v1 * qdd_5;
-  const lanes v422 = v113 * qdd_4;
-  const lanes v423 = v124 * qdd_2;
-  const lanes v424 = v185 * qdd_0;
-  const lanes v425 = v162 * qdd_1;
-  const lanes v426 = v424 + v425;
-  const lanes v427 = v423 + v426;
-  const lanes v428 = v155 * qdd_3;
-  const lanes v429 = v427 - v428;
-  const lanes v430 = v422 + v429;
-  const lanes v431 = v421 + v430;
-  const lanes v432 = v4 * v275;
-  const lanes v433 = v25 * qd_6;
-  const lanes v434 = v432 + v433;
-  const lanes v435 = v434 * qd_4;
-  const lanes v436 = v46 * v128;
-  const lanes v437 = v109 * v277;
-  const lanes v438 = v436 - v437;
-  const lanes v439 = v438 * qd_3;
-  const lanes v440 = v133 * v292;
-  const lanes v441 = v27 * v166;
-  const lanes v442 = v440 - v441;
-  const lanes v443 = v442 * qd_2;
-  const lanes v444 = v89 * v224;
-  const lanes v445 = v188 * v308;
-  const lanes v446 = v444 - v445;
-  const lanes v447 = v446 * qd_0;
-  const lanes v448 = v170 * v307;
-  const lanes v449 = v49 * v223;
-  const lanes v450 = v448 - v449;
-  const lanes v451 = v450 * qd_1;
-  const lanes v452 = v447 + v451;
-  const lanes v453 = v443 + v452;
-  const lanes v454 = v439 + v453;
-  const lanes v455 = v435 + v454;
-  const lanes v456 = v2 * qd_6;
-  const lanes v457 = v456 * qd_5;
-  const lanes v458 = v455 - v457;
-  const lanes v459 = v431 + v458;
+  const lanes v421 = v1 * qdd_5, v422 = v113 * qdd_4, v423 = v124 * qdd_2, v424 = v185 * qdd_0,
+      v425 = v162 * qdd_1, v426 = v424 + v425, v427 = v423 + v426, v428 = v155 * qdd_3,
+      v429 = v427 - v428, v430 = v422 + v429, v431 = v421 + v430, v432 = v4 * v275,
+      v433 = v25 * qd_6, v434 = v432 + v433, v435 = v434 * qd_4, v436 = v46 * v128,
+      v437 = v109 * v277, v438 = v436 - v437, v439 = v438 * qd_3, v440 = v133 * v292,
+      v441 = v27 * v166, v442 = v440 - v441, v443 = v442 * qd_2, v444 = v89 * v224,
+      v445 = v188 * v308, v446 = v444 - v445, v447 = v446 * qd_0, v448 = v170 * v307,
+      v449 = v49 * v223, v450 = v448 - v449, v451 = v450 * qd_1, v452 = v447 + v451,
+      v453 = v443 + v452, v454 = v439 + v453, v455 = v435 + v454, v456 = v2 * qd_6,
+      v457 = v456 * qd_5, v458 = v455 - v457, v459 = v431 + v458;
   out[4] = v459;
-  const lanes v460 = v4 * qdd_4;
-  const lanes v461 = v133 * qdd_2;
-  const lanes v462 = v170 * qdd_1;
-  const lanes v463 = v188 * qdd_0;
-  const lanes v464 = v462 - v463;
-  const lanes v465 = v461 + v464;
-  const lanes v466 = v109 * qdd_3;
-  const lanes v467 = v465 - v466;
-  const lanes v468 = v460 + v467;
-  const lanes v469 = v468 + qdd_6;
-  const lanes v470 = v155 * v277;
-  const lanes v471 = v46 * v142;
-  const lanes v472 = v470 - v471;
-  const lanes v473 = v472 * qd_3;
-  const lanes v474 = v27 * v178;
-  const lanes v475 = v124 * v292;
-  const lanes v476 = v474 - v475;
-  const lanes v477 = v476 * qd_2;
-  const lanes v478 = v49 * v237;
-  const lanes v479 = v162 * v307;
-  const lanes v480 = v478 - v479;
-  const lanes v481 = v480 * qd_1;
-  const lanes v482 = v89 * v238;
-  const lanes v483 = v185 * v308;
-  const lanes v484 = v482 + v483;
-  const lanes v485 = v484 * qd_0;
-  const lanes v486 = v481 - v485;
-  const lanes v487 = v477 + v486;
-  const lanes v488 = v473 + v487;
-  const lanes v489 = v25 * v141;
-  const lanes v490 = v113 * v275;
-  const lanes v491 = v489 + v490;
-  const lanes v492 = v491 * qd_4;
-  const lanes v493 = v488 - v492;
-  const lanes v494 = v469 + v493;
+  const lanes v460 = v4 * qdd_4, v461 = v133 * qdd_2, v462 = v170 * qdd_1, v463 = v188 * qdd_0,
+      v464 = v462 - v463, v465 = v461 + v464, v466 = v109 * qdd_3, v467 = v465 - v466,
+      v468 = v460 + v467, v469 = v468 + qdd_6, v470 = v155 * v277, v471 = v46 * v142,
+      v472 = v470 - v471, v473 = v472 * qd_3, v474 = v27 * v178, v475 = v124 * v292,
+      v476 = v474 - v475, v477 = v476 * qd_2, v478 = v49 * v237, v479 = v162 * v307,
+      v480 = v478 - v479, v481 = v480 * qd_1, v482 = v89 * v238, v483 = v185 * v308,
+      v484 = v482 + v483, v485 = v484 * qd_0, v486 = v481 - v485, v487 = v477 + v486,
+      v488 = v473 + v487, v489 = v25 * v141, v490 = v113 * v275, v491 = v489 + v490,
+      v492 = v491 * qd_4, v493 = v488 - v492, v494 = v469 + v493;
   out[5] = v494;
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_acceleration_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  const lanes qdd_0 = in[14];
-  const lanes qdd_1 = in[15];
-  const lanes qdd_2 = in[16];
-  const lanes qdd_3 = in[17];
-  const lanes qdd_4 = in[18];
-  const lanes qdd_5 = in[19];
-  const lanes qdd_6 = in[20];
-  lanes v1, v12; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v12);
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v7);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v5, &v3);
-  lanes v9, v4; LANES_NAME(lanes_cos_sin)(&q_3, &v9, &v4);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_2, &v6, &v8);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v11);
-  const lanes v13 = v2 * v3;
-  const lanes v14 = v13 * v4;
-  const lanes v15 = v2 * v5;
-  const lanes v16 = v15 * v6;
-  const lanes v17 = v7 * v8;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 * v9;
-  const lanes v20 = v14 + v19;
-  const lanes v21 = v20 * v10;
-  const lanes v22 = v15 * v8;
-  const lanes v23 = v7 * v6;
-  const lanes v24 = v22 + v23;
-  const lanes v25 = v11 * v24;
-  const lanes v26 = v21 - v25;
-  const lanes v27 = v1 * v26;
-  const lanes v28 = v13 * v9;
-  const lanes v29 = v18 * v4;
-  const lanes v30 = v28 - v29;
-  const lanes v31 = v12 * v30;
-  const lanes v32 = v27 - v31;
-  const lanes v33 = 0.126 * v32;
-  const lanes v34 = v33 * qdd_5;
-  const lanes v35 = 0.126 * v12;
-  const lanes v36 = v35 * v10;
-  const lanes v37 = v36 * v9;
-  const lanes v38 = 0.126 * v1;
-  const lanes v39 = v38 + 0.4;
-  const lanes v40 = v39 * v4;
-  const lanes v41 = v37 - v40;
-  const lanes v42 = v13 * v41;
-  const lanes v43 = v36 * v4;
-  const lanes v44 = v39 * v9;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = v18 * v45;
-  const lanes v47 = v42 - v46;
-  const lanes v48 = v47 * qdd_3;
-  const lanes v49 = v11 * v35;
-  const lanes v50 = v6 * v49;
-  const lanes v51 = v41 * v8;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = v15 * v52;
-  const lanes v54 = v6 * v41;
-  const lanes v55 = v49 * v8;
-  const lanes v56 = v54 - v55;
-  const lanes v57 = v7 * v56;
-  const lanes v58 = v53 + v57;
-  const lanes v59 = v58 * qdd_2;
-  const lanes v60 = v2 * v52;
-  const lanes v61 = v5 * v56;
-  const lanes v62 = v45 + 0.42;
-  const lanes v63 = v3 * v62;
-  const lanes v64 = v61 + v63;
-  const lanes v65 = v7 * v64;
-  const lanes v66 = v60 + v65;
-  const lanes v67 = v66 * qdd_0;
-  const lanes v68 = v3 * v56;
-  const lanes v69 = v5 * v62;
-  const lanes v70 = v68 - v69;
-  const lanes v71 = v2 * v70;
-  const lanes v72 = v71 * qdd_1;
-  const lanes v73 = v67 + v72;
-  const lanes v74 = v59 + v73;
-  const lanes v75 = v48 - v74;
-  const lanes v76 = v11 * v20;
-  const lanes v77 = v24 * v10;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = v78 * v35;
-  const lanes v80 = v79 * qdd_4;
-  const lanes v81 = v75 - v80;
-  const lanes v82 = v34 + v81;
-  const lanes v83 = v2 * v6;
-  const lanes v84 = v7 * v5;
-  const lanes v85 = v84 * v8;
-  const lanes v86 = v83 - v85;
-  const lanes v87 = v86 * v10;
-  const lanes v88 = v7 * v3;
-  const lanes v89 = v88 * v4;
-  const lanes v90 = v2 * v8;
-  const lanes v91 = v84 * v6;
-  const lanes v92 = v90 + v91;
-  const lanes v93 = v92 * v9;
-  const lanes v94 = v89 + v93;
-  const lanes v95 = v11 * v94;
-  const lanes v96 = v87 - v95;
-  const lanes v97 = v96 * qd_5;
-  const lanes v98 = v88 * v9;
-  const lanes v99 = v92 * v4;
-  const lanes v100 = v98 - v99;
-  const lanes v101 = v100 * qd_4;
-  const lanes v102 = v2 * qd_1;
-  const lanes v103 = v88 * qd_2;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = v86 * qd_3;
-  const lanes v106 = v104 - v105;
-  const lanes v107 = v101 + v106;
-  const lanes v108 = v97 + v107;
-  const lanes v109 = v3 * v8;
-  const lanes v110 = v11 * v109;
-  const lanes v111 = v5 * v4;
-  const lanes v112 = v3 * v6;
-  const lanes v113 = v112 * v9;
-  const lanes v114 = v111 - v113;
-  const lanes v115 = v114 * v10;
-  const lanes v116 = v110 + v115;
-  const lanes v117 = v1 * v116;
-  const lanes v118 = v112 * v4;
-  const lanes v119 = v5 * v9;
-  const lanes v120 = v118 + v119;
-  const lanes v121 = v12 * v120;
-  const lanes v122 = v117 - v121;
-  const lanes v123 = 0.126 * v122;
-  const lanes v124 = v108 * v123;
-  const lanes v125 = v109 * v10;
-  const lanes v126 = v11 * v114;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v127 * qd_5;
-  const lanes v129 = v120 * qd_4;
-  const lanes v130 = v5 * qd_2;
-  const lanes v131 = v130 + qd_0;
-  const lanes v132 = v109 * qd_3;
-  const lanes v133 = v131 - v132;
-  const lanes v134 = v129 + v133;
-  const lanes v135 = v128 + v134;
-  const lanes v136 = v11 * v86;
-  const lanes v137 = v94 * v10;
-  const lanes v138 = v136 + v137;
-  const lanes v139 = v1 * v138;
-  const lanes v140 = v12 * v100;
-  const lanes v141 = v139 - v140;
-  const lanes v142 = 0.126 * v141;
-  const lanes v143 = v135 * v142;
-  const lanes v144 = v124 - v143;
-  const lanes v145 = v144 * qd_5;
-  const lanes v146 = v127 * v35;
-  const lanes v147 = v107 * v146;
-  const lanes v148 = v96 * v35;
-  const lanes v149 = v134 * v148;
-  const lanes v150 = v147 - v149;
-  const lanes v151 = v123 * qd_5;
-  const lanes v152 = v100 * v151;
-  const lanes v153 = v142 * qd_5;
-  const lanes v154 = v120 * v153;
-  const lanes v155 = v152 - v154;
-  const lanes v156 = v150 + v155;
-  const lanes v157 = v156 * qd_4;
-  const lanes v158 = v112 * v45;
-  const lanes v159 = v5 * v41;
-  const lanes v160 = v158 + v159;
-  const lanes v161 = v106 * v160;
-  const lanes v162 = v88 * v41;
-  const lanes v163 = v92 * v45;
-  const lanes v164 = v162 - v163;
-  const lanes v165 = v133 * v164;
-  const lanes v166 = v161 - v165;
-  const lanes v167 = v148 * qd_4;
-  const lanes v168 = v167 + v153;
-  const lanes v169 = v109 * v168;
-  const lanes v170 = v146 * qd_4;
-  const lanes v171 = v170 + v151;
-  const lanes v172 = v86 * v171;
-  const lanes v173 = v169 - v172;
-  const lanes v174 = v166 + v173;
-  const lanes v175 = v174 * qd_3;
-  const lanes v176 = v3 * v52;
-  const lanes v177 = v104 * v176;
-  const lanes v178 = v2 * v56;
-  const lanes v179 = v84 * v52;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v131 * v180;
-  const lanes v182 = v177 - v181;
-  const lanes v183 = v160 * qd_3;
-  const lanes v184 = v183 + v171;
-  const lanes v185 = v88 * v184;
-  const lanes v186 = v164 * qd_3;
-  const lanes v187 = v186 + v168;
-  const lanes v188 = v5 * v187;
-  const lanes v189 = v185 - v188;
-  const lanes v190 = v182 + v189;
-  const lanes v191 = v190 * qd_2;
-  const lanes v192 = v7 * v70;
-  const lanes v193 = v192 * qd_0;
-  const lanes v194 = v102 * v64;
-  const lanes v195 = v193 - v194;
-  const lanes v196 = v176 * qd_2;
-  const lanes v197 = v196 + v184;
-  const lanes v198 = v2 * v197;
-  const lanes v199 = v195 + v198;
-  const lanes v200 = v199 * qd_1;
-  const lanes v201 = v2 * v64;
-  const lanes v202 = v7 * v52;
-  const lanes v203 = v201 - v202;
-  const lanes v204 = v203 * qd_0;
-  const lanes v205 = v180 * qd_2;
-  const lanes v206 = v205 + v187;
-  const lanes v207 = v192 * qd_1;
-  const lanes v208 = v206 - v207;
-  const lanes v209 = v204 + v208;
-  const lanes v210 = v209 * qd_0;
-  const lanes v211 = v200 - v210;
-  const lanes v212 = v191 + v211;
-  const lanes v213 = v175 + v212;
-  const lanes v214 = v157 + v213;
-  const lanes v215 = v145 + v214;
-  const lanes v216 = v82 + v215;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12],
+      qd_6 = in[13], qdd_0 = in[14], qdd_1 = in[15], qdd_2 = in[16], qdd_3 = in[17], qdd_4 = in[18],
+      qdd_5 = in[19], qdd_6 = in[20];
+  LANES_COS_SIN(v1, v12, q_5); LANES_COS_SIN(v2, v7, q_0); LANES_COS_SIN(v5, v3, q_1);
+  LANES_COS_SIN(v9, v4, q_3); LANES_COS_SIN(v6, v8, q_2); LANES_COS_SIN(v10, v11, q_4);
+  const lanes v13 = v2 * v3, v14 = v13 * v4, v15 = v2 * v5, v16 = v15 * v6, v17 = v7 * v8,
+      v18 = v16 - v17, v19 = v18 * v9, v20 = v14 + v19, v21 = v20 * v10, v22 = v15 * v8,
+      v23 = v7 * v6, v24 = v22 + v23, v25 = v11 * v24, v26 = v21 - v25, v27 = v1 * v26,
+      v28 = v13 * v9, v29 = v18 * v4, v30 = v28 - v29, v31 = v12 * v30, v32 = v27 - v31,
+      v33 = 0.126 * v32, v34 = v33 * qdd_5, v35 = 0.126 * v12, v36 = v35 * v10, v37 = v36 * v9,
+      v38 = 0.126 * v1, v39 = v38 + 0.4, v40 = v39 * v4, v41 = v37 - v40, v42 = v13 * v41,
+      v43 = v36 * v4, v44 = v39 * v9, v45 = v43 + v44, v46 = v18 * v45, v47 = v42 - v46,
+      v48 = v47 * qdd_3, v49 = v11 * v35, v50 = v6 * v49, v51 = v41 * v8, v52 = v50 + v51,
+      v53 = v15 * v52, v54 = v6 * v41, v55 = v49 * v8, v56 = v54 - v55, v57 = v7 * v56,
+      v58 = v53 + v57, v59 = v58 * qdd_2, v60 = v2 * v52, v61 = v5 * v56, v62 = v45 + 0.42,
+      v63 = v3 * v62, v64 = v61 + v63, v65 = v7 * v64, v66 = v60 + v65, v67 = v66 * qdd_0,
+      v68 = v3 * v56, v69 = v5 * v62, v70 = v68 - v69, v71 = v2 * v70, v72 = v71 * qdd_1,
+      v73 = v67 + v72, v74 = v59 + v73, v75 = v48 - v74, v76 = v11 * v20, v77 = v24 * v10,
+      v78 = v76 + v77, v79 = v78 * v35, v80 = v79 * qdd_4, v81 = v75 - v80, v82 = v34 + v81,
+      v83 = v2 * v6, v84 = v7 * v5, v85 = v84 * v8, v86 = v83 - v85, v87 = v86 * v10, v88 = v7 * v3,
+      v89 = v88 * v4, v90 = v2 * v8, v91 = v84 * v6, v92 = v90 + v91, v93 = v92 * v9,
+      v94 = v89 + v93, v95 = v11 * v94, v96 = v87 - v95, v97 = v96 * qd_5, v98 = v88 * v9,
+      v99 = v92 * v4, v100 = v98 - v99, v101 = v100 * qd_4, v102 = v2 * qd_1, v103 = v88 * qd_2,
+      v104 = v102 + v103, v105 = v86 * qd_3, v106 = v104 - v105, v107 = v101 + v106,
+      v108 = v97 + v107, v109 = v3 * v8, v110 = v11 * v109, v111 = v5 * v4, v112 = v3 * v6,
+      v113 = v112 * v9, v114 = v111 - v113, v115 = v114 * v10, v116 = v110 + v115, v117 = v1 * v116,
+      v118 = v112 * v4, v119 = v5 * v9, v120 = v118 + v119, v121 = v12 * v120, v122 = v117 - v121,
+      v123 = 0.126 * v122, v124 = v108 * v123, v125 = v109 * v10, v126 = v11 * v114,
+      v127 = v125 - v126, v128 = v127 * qd_5, v129 = v120 * qd_4, v130 = v5 * qd_2,
+      v131 = v130 + qd_0, v132 = v109 * qd_3, v133 = v131 - v132, v134 = v129 + v133,
+      v135 = v128 + v134, v136 = v11 * v86, v137 = v94 * v10, v138 = v136 + v137, v139 = v1 * v138,
+      v140 = v12 * v100, v141 = v139 - v140, v142 = 0.126 * v141, v143 = v135 * v142,
+      v144 = v124 - v143, v145 = v144 * qd_5, v146 = v127 * v35, v147 = v107 * v146,
+      v148 = v96 * v35, v149 = v134 * v148, v150 = v147 - v149, v151 = v123 * qd_5,
+      v152 = v100 * v151, v153 = v142 * qd_5, v154 = v120 * v153, v155 = v152 - v154,
+      v156 = v150 + v155, v157 = v156 * qd_4, v158 = v112 * v45, v159 = v5 * v41,
+      v160 = v158 + v159, v161 = v106 * v160, v162 = v88 * v41, v163 = v92 * v45,
+      v164 = v162 - v163, v165 = v133 * v164, v166 = v161 - v165, v167 = v148 * qd_4,
+      v168 = v167 + v153, v169 = v109 * v168, v170 = v146 * qd_4, v171 = v170 + v151,
+      v172 = v86 * v171, v173 = v169 - v172, v174 = v166 + v173, v175 = v174 * qd_3,
+      v176 = v3 * v52, v177 = v104 * v176, v178 = v2 * v56, v179 = v84 * v52, v180 = v178 - v179,
+      v181 = v131 * v180, v182 = v177 - v181, v183 = v160 * qd_3, v184 = v183 + v171,
+      v185 = v88 * v184, v186 = v164 * qd_3, v187 = v186 + v168, v188 = v5 * v187,
+      v189 = v185 - v188, v190 = v182 + v189, v191 = v190 * qd_2, v192 = v7 * v70,
+      v193 = v192 * qd_0, v194 = v102 * v64, v195 = v193 - v194, v196 = v176 * qd_2,
+      v197 = v196 + v184, v198 = v2 * v197, v199 = v195 + v198, v200 = v199 * qd_1, v201 = v2 * v64,
+      v202 = v7 * v52, v203 = v201 - v202, v204 = v203 * qd_0, v205 = v180 * qd_2,
+      v206 = v205 + v187, v207 = v192 * qd_1, v208 = v206 - v207, v209 = v204 + v208,
+      v210 = v209 * qd_0, v211 = v200 - v210, v212 = v191 + v211, v213 = v175 + v212,
+      v214 = v157 + v213, v215 = v145 + v214, v216 = v82 + v215;
   out[0] = v216;
-  const lanes v217 = v142 * qdd_5;
-  const lanes v218 = v148 * qdd_4;
-  const lanes v219 = v164 * qdd_3;
-  const lanes v220 = v180 * qdd_2;
-  const lanes v221 = v203 * qdd_0;
-  const lanes v222 = v192 * qdd_1;
-  const lanes v223 = v221 - v222;
-  const lanes v224 = v220 + v223;
-  const lanes v225 = v219 + v224;
-  const lanes v226 = v218 + v225;
-  const lanes v227 = v217 + v226;
-  const lanes v228 = v135 * v33;
-  const lanes v229 = v30 * qd_4;
-  const lanes v230 = v24 * qd_3;
-  const lanes v231 = v13 * qd_2;
-  const lanes v232 = v7 * qd_1;
-  const lanes v233 = v231 - v232;
-  const lanes v234 = v230 + v233;
-  const lanes v235 = v229 + v234;
-  const lanes v236 = v78 * qd_5;
-  const lanes v237 = v235 - v236;
-  const lanes v238 = v237 * v123;
-  const lanes v239 = v228 - v238;
-  const lanes v240 = v239 * qd_5;
-  const lanes v241 = v33 * qd_5;
-  const lanes v242 = v120 * v241;
-  const lanes v243 = v30 * v151;
-  const lanes v244 = v242 - v243;
-  const lanes v245 = v235 * v146;
-  const lanes v246 = v134 * v79;
-  const lanes v247 = v245 + v246;
-  const lanes v248 = v244 - v247;
-  const lanes v249 = v248 * qd_4;
-  const lanes v250 = v133 * v47;
-  const lanes v251 = v234 * v160;
-  const lanes v252 = v250 - v251;
-  const lanes v253 = v24 * v171;
-  const lanes v254 = v79 * qd_4;
-  const lanes v255 = v241 - v254;
-  const lanes v256 = v109 * v255;
-  const lanes v257 = v253 + v256;
-  const lanes v258 = v252 - v257;
-  const lanes v259 = v258 * qd_3;
-  const lanes v260 = v47 * qd_3;
-  const lanes v261 = v260 + v255;
-  const lanes v262 = v5 * v261;
-  const lanes v263 = v13 * v184;
-  const lanes v264 = v262 - v263;
-  const lanes v265 = v233 * v176;
-  const lanes v266 = v131 * v58;
-  const lanes v267 = v265 + v266;
-  const lanes v268 = v264 - v267;
-  const lanes v269 = v268 * qd_2;
-  const lanes v270 = v58 * qd_2;
-  const lanes v271 = v261 - v270;
-  const lanes v272 = v71 * qd_1;
-  const lanes v273 = v271 - v272;
-  const lanes v274 = v66 * qd_0;
-  const lanes v275 = v273 - v274;
-  const lanes v276 = v275 * qd_0;
-  const lanes v277 = v7 * v197;
-  const lanes v278 = v232 * v64;
-  const lanes v279 = v71 * qd_0;
-  const lanes v280 = v278 + v279;
-  const lanes v281 = v277 - v280;
-  const lanes v282 = v281 * qd_1;
-  const lanes v283 = v276 + v282;
-  const lanes v284 = v269 + v283;
-  const lanes v285 = v259 + v284;
-  const lanes v286 = v249 + v285;
-  const lanes v287 = v240 + v286;
-  const lanes v288 = v227 + v287;
+  const lanes v217 = v142 * qdd_5, v218 = v148 * qdd_4, v219 = v164 * qdd_3, v220 = v180 * qdd_2,
+      v221 = v203 * qdd_0, v222 = v192 * qdd_1, v223 = v221 - v222, v224 = v220 + v223,
+      v225 = v219 + v224, v226 = v218 + v225, v227 = v217 + v226, v228 = v135 * v33,
+      v229 = v30 * qd_4, v230 = v24 * qd_3, v231 = v13 * qd_2, v232 = v7 * qd_1, v233 = v231 - v232,
+      v234 = v230 + v233, v235 = v229 + v234, v236 = v78 * qd_5, v237 = v235 - v236,
+      v238 = v237 * v123, v239 = v228 - v238, v240 = v239 * qd_5, v241 = v33 * qd_5,
+      v242 = v120 * v241, v243 = v30 * v151, v244 = v242 - v243, v245 = v235 * v146,
+      v246 = v134 * v79, v247 = v245 + v246, v248 = v244 - v247, v249 = v248 * qd_4,
+      v250 = v133 * v47, v251 = v234 * v160, v252 = v250 - v251, v253 = v24 * v171,
+      v254 = v79 * qd_4, v255 = v241 - v254, v256 = v109 * v255, v257 = v253 + v256,
+      v258 = v252 - v257, v259 = v258 * qd_3, v260 = v47 * qd_3, v261 = v260 + v255,
+      v262 = v5 * v261, v263 = v13 * v184, v264 = v262 - v263, v265 = v233 * v176,
+      v266 = v131 * v58, v267 = v265 + v266, v268 = v264 - v267, v269 = v268 * qd_2,
+      v270 = v58 * qd_2, v271 = v261 - v270, v272 = v71 * qd_1, v273 = v271 - v272,
+      v274 = v66 * qd_0, v275 = v273 - v274, v276 = v275 * qd_0, v277 = v7 * v197,
+      v278 = v232 * v64, v279 = v71 * qd_0, v280 = v278 + v279, v281 = v277 - v280,
+      v282 = v281 * qd_1, v283 = v276 + v282, v284 = v269 + v283, v285 = v259 + v284,
+      v286 = v249 + v285, v287 = v240 + v286, v288 = v227 + v287;
   out[1] = v288;
-  const lanes v289 = v123 * qdd_5;
-  const lanes v290 = v146 * qdd_4;
-  const lanes v291 = v160 * qdd_3;
-  const lanes v292 = v176 * qdd_2;
-  const lanes v293 = v64 * qdd_1;
-  const lanes v294 = v292 - v293;
-  const lanes v295 = v291 + v294;
-  const lanes v296 = v290 + v295;
-  const lanes v297 = v289 + v296;
-  const lanes v298 = v237 * v142;
-  const lanes v299 = v108 * v33;
-  const lanes v300 = v298 - v299;
-  const lanes v301 = v300 * qd_5;
-  const lanes v302 = v235 * v148;
-  const lanes v303 = v107 * v79;
-  const lanes v304 = v302 + v303;
-  const lanes v305 = v30 * v153;
-  const lanes v306 = v100 * v241;
-  const lanes v307 = v305 - v306;
-  const lanes v308 = v304 + v307;
-  const lanes v309 = v308 * qd_4;
-  const lanes v310 = v234 * v164;
-  const lanes v311 = v106 * v47;
-  const lanes v312 = v310 - v311;
-  const lanes v313 = v24 * v168;
-  const lanes v314 = v86 * v255;
-  const lanes v315 = v313 + v314;
-  const lanes v316 = v312 + v315;
-  const lanes v317 = v316 * qd_3;
-  const lanes v318 = v232 * v192;
-  const lanes v319 = v102 * v71;
-  const lanes v320 = v318 + v319;
-  const lanes v321 = v2 * v271;
-  const lanes v322 = v7 * v206;
-  const lanes v323 = v321 + v322;
-  const lanes v324 = v320 - v323;
-  const lanes v325 = v324 * qd_1;
-  const lanes v326 = v233 * v180;
-  const lanes v327 = v104 * v58;
-  const lanes v328 = v326 + v327;
-  const lanes v329 = v13 * v187;
-  const lanes v330 = v88 * v261;
-  const lanes v331 = v329 - v330;
-  const lanes v332 = v328 + v331;
-  const lanes v333 = v332 * qd_2;
-  const lanes v334 = v325 + v333;
-  const lanes v335 = v317 + v334;
-  const lanes v336 = v309 + v335;
-  const lanes v337 = v301 + v336;
-  const lanes v338 = v297 + v337;
+  const lanes v289 = v123 * qdd_5, v290 = v146 * qdd_4, v291 = v160 * qdd_3, v292 = v176 * qdd_2,
+      v293 = v64 * qdd_1, v294 = v292 - v293, v295 = v291 + v294, v296 = v290 + v295,
+      v297 = v289 + v296, v298 = v237 * v142, v299 = v108 * v33, v300 = v298 - v299,
+      v301 = v300 * qd_5, v302 = v235 * v148, v303 = v107 * v79, v304 = v302 + v303,
+      v305 = v30 * v153, v306 = v100 * v241, v307 = v305 - v306, v308 = v304 + v307,
+      v309 = v308 * qd_4, v310 = v234 * v164, v311 = v106 * v47, v312 = v310 - v311,
+      v313 = v24 * v168, v314 = v86 * v255, v315 = v313 + v314, v316 = v312 + v315,
+      v317 = v316 * qd_3, v318 = v232 * v192, v319 = v102 * v71, v320 = v318 + v319,
+      v321 = v2 * v271, v322 = v7 * v206, v323 = v321 + v322, v324 = v320 - v323,
+      v325 = v324 * qd_1, v326 = v233 * v180, v327 = v104 * v58, v328 = v326 + v327,
+      v329 = v13 * v187, v330 = v88 * v261, v331 = v329 - v330, v332 = v328 + v331,
+      v333 = v332 * qd_2, v334 = v325 + v333, v335 = v317 + v334, v336 = v309 + v335,
+      v337 = v301 + v336, v338 = v297 + v337;
   out[2] = v338;
-  const lanes v339 = v1 * v30;
-  const lanes v340 = v12 * v26;
-  const lanes v341 = v339 + v340;
-  const lanes v342 = v341 * qdd_6;
-  const lanes v343 = v30 * qdd_4;
-  const lanes v344 = v24 * qdd_3;
-  const lanes v345 = v13 * qdd_2;
-  const lanes v346 = v7 * qdd_1;
-  const lanes v347 = v345 - v346;
-  const lanes v348 = v344 + v347;
-  const lanes v349 = v343 + v348;
-  const lanes v350 = v78 * qdd_5;
-  const lanes v351 = v349 - v350;
-  const lanes v352 = v342 + v351;
-  const lanes v353 = v1 * v120;
-  const lanes v354 = v12 * v116;
-  const lanes v355 = v353 + v354;
-  const lanes v356 = v108 * v355;
-  const lanes v357 = v1 * v100;
-  const lanes v358 = v12 * v138;
-  const lanes v359 = v357 + v358;
-  const lanes v360 = v135 * v359;
-  const lanes v361 = v356 - v360;
-  const lanes v362 = v361 * qd_6;
-  const lanes v363 = v107 * v127;
-  const lanes v364 = v134 * v96;
-  const lanes v365 = v363 - v364;
-  const lanes v366 = v365 * qd_5;
-  const lanes v367 = v106 * v120;
-  const lanes v368 = v133 * v100;
-  const lanes v369 = v367 - v368;
-  const lanes v370 = v369 * qd_4;
-  const lanes v371 = v131 * v86;
-  const lanes v372 = v104 * v109;
-  const lanes v373 = v371 - v372;
-  const lanes v374 = v373 * qd_3;
-  const lanes v375 = v102 * v5;
-  const lanes v376 = v88 * qd_0;
-  const lanes v377 = v375 - v376;
-  const lanes v378 = v377 * qd_2;
-  const lanes v379 = v2 * qd_0;
-  const lanes v380 = v379 * qd_1;
-  const lanes v381 = v378 - v380;
-  const lanes v382 = v374 + v381;
-  const lanes v383 = v370 + v382;
-  const lanes v384 = v366 + v383;
-  const lanes v385 = v362 + v384;
-  const lanes v386 = v352 + v385;
+  const lanes v339 = v1 * v30, v340 = v12 * v26, v341 = v339 + v340, v342 = v341 * qdd_6,
+      v343 = v30 * qdd_4, v344 = v24 * qdd_3, v345 = v13 * qdd_2, v346 = v7 * qdd_1,
+      v347 = v345 - v346, v348 = v344 + v347, v349 = v343 + v348, v350 = v78 * qdd_5,
+      v351 = v349 - v350, v352 = v342 + v351, v353 = v1 * v120, v354 = v12 * v116,
+      v355 = v353 + v354, v356 = v108 * v355, v357 = v1 * v100, v358 = v12 * v138,
+      v359 = v357 + v358, v360 = v135 * v359, v361 = v356 - v360, v362 = v361 * qd_6,
+      v363 = v107 * v127, v364 = v134 * v96, v365 = v363 - v364, v366 = v365 * qd_5,
+      v367 = v106 * v120, v368 = v133 * v100, v369 = v367 - v368, v370 = v369 * qd_4,
+      v371 = v131 * v86, v372 = v104 * v109, v373 = v371 - v372, v374 = v373 * qd_3,
+      v375 = v102 * v5, v376 = v88 * qd_0, v377 = v375 - v376, v378 = v377 * qd_2, v379 = v2 * qd_0,
+      v380 = v379 * qd_1, v381 = v378 - v380, v382 = v374 + v381, v383 = v370 + v382,
+      v384 = v366 + v383, v385 = v362 + v384, v386 = v352 + v385;
   out[3] = v386;
-  const lanes v387 = v359 * qdd_6;
-  const lanes v388 = v96 * qdd_5;
-  const lanes v389 = v100 * qdd_4;
-  const lanes v390 = v2 * qdd_1;
-  const lanes v391 = v88 * qdd_2;
-  const lanes v392 = v390 + v391;
-  const lanes v393 = v86 * qdd_3;
-  const lanes v394 = v392 - v393;
-  const lanes v395 = v389 + v394;
-  const lanes v396 = v388 + v395;
-  const lanes v397 = v387 + v396;
-  const lanes v398 = v135 * v341;
-  const lanes v399 = v237 * v355;
-  const lanes v400 = v398 - v399;
-  const lanes v401 = v400 * qd_6;
-  const lanes v402 = v133 * v30;
-  const lanes v403 = v234 * v120;
-  const lanes v404 = v402 - v403;
-  const lanes v405 = v404 * qd_4;
-  const lanes v406 = v233 * v109;
-  const lanes v407 = v131 * v24;
-  const lanes v408 = v406 + v407;
-  const lanes v409 = v408 * qd_3;
-  const lanes v410 = v13 * qd_0;
-  const lanes v411 = v232 * v5;
-  const lanes v412 = v410 + v411;
-  const lanes v413 = v412 * qd_2;
-  const lanes v414 = v7 * qd_0;
-  const lanes v415 = v414 * qd_1;
-  const lanes v416 = v413 - v415;
-  const lanes v417 = v409 + v416;
-  const lanes v418 = v405 + v417;
-  const lanes v419 = v235 * v127;
-  const lanes v420 = v134 * v78;
-  const lanes v421 = v419 + v420;
-  const lanes v422 = v421 * qd_5;
-  const lanes v423 = v418 - v422;
-  const lanes v424 = v401 + v423;
-  const lanes v425 = v397 + v424;
+  const lanes v387 = v359 * qdd_6, v388 = v96 * qdd_5, v389 = v100 * qdd_4, v390 = v2 * qdd_1,
+      v391 = v88 * qdd_2, v392 = v390 + v391, v393 = v86 * qdd_3, v394 = v392 - v393,
+      v395 = v389 + v394, v396 = v388 + v395, v397 = v387 + v396, v398 = v135 * v341,
+      v399 = v237 * v355, v400 = v398 - v399, v401 = v400 * qd_6, v402 = v133 * v30,
+      v403 = v234 * v120, v404 = v402 - v403, v405 = v404 * qd_4, v406 = v233 * v109,
+      v407 = v131 * v24, v408 = v406 + v407, v409 = v408 * qd_3, v410 = v13 * qd_0,
+      v411 = v232 * v5, v412 = v410 + v411, v413 = v412 * qd_2, v414 = v7 * qd_0,
+      v415 = v414 * qd_1, v416 = v413 - v415, v417 = v409 + v416, v418 = v405 + v417,
+      v419 = v235 * v127, v420 = v134 * v78, v421 = v419 + v420, v422 = v421 * qd_5,
+      v423 = v418 - v422, v424 = v401 + v423, v425 = v397 + v424;
   out[4] = v425;
-  const lanes v426 = v355 * qdd_6;
-  const lanes v427 = v127 * qdd_5;
-  const lanes v428 = v120 * qdd_4;
-  const lanes v429 = v5 * qdd_2;
-  const lanes v430 = v429 + qdd_0;
-  const lanes v431 = v109 * qdd_3;
-  const lanes v432 = v430 - v431;
-  const lanes v433 = v428 + v432;
-  const lanes v434 = v427 + v433;
-  const lanes v435 = v426 + v434;
-  const lanes v436 = v237 * v359;
-  const lanes v437 = v108 * v341;
-  const lanes v438 = v436 - v437;
-  const lanes v439 = v438 * qd_6;
-  const lanes v440 = v235 * v96;
-  const lanes v441 = v107 * v78;
-  const lanes v442 = v440 + v441;
-  const lanes v443 = v442 * qd_5;
-  const lanes v444 = v234 * v100;
-  const lanes v445 = v106 * v30;
-  const lanes v446 = v444 - v445;
-  const lanes v447 = v446 * qd_4;
-  const lanes v448 = v13 * v102;
-  const lanes v449 = v232 * v88;
-  const lanes v450 = v448 + v449;
-  const lanes v451 = v450 * qd_2;
-  const lanes v452 = v233 * v86;
-  const lanes v453 = v104 * v24;
-  const lanes v454 = v452 + v453;
-  const lanes v455 = v454 * qd_3;
-  const lanes v456 = v451 + v455;
-  const lanes v457 = v447 - v456;
-  const lanes v458 = v443 + v457;
-  const lanes v459 = v439 + v458;
-  const lanes v460 = v435 + v459;
+  const lanes v426 = v355 * qdd_6, v427 = v127 * qdd_5, v428 = v120 * qdd_4, v429 = v5 * qdd_2,
+      v430 = v429 + qdd_0, v431 = v109 * qdd_3, v432 = v430 - v431, v433 = v428 + v432,
+      v434 = v427 + v433, v435 = v426 + v434, v436 = v237 * v359, v437 = v108 * v341,
+      v438 = v436 - v437, v439 = v438 * qd_6, v440 = v235 * v96, v441 = v107 * v78,
+      v442 = v440 + v441, v443 = v442 * qd_5, v444 = v234 * v100, v445 = v106 * v30,
+      v446 = v444 - v445, v447 = v446 * qd_4, v448 = v13 * v102, v449 = v232 * v88,
+      v450 = v448 + v449, v451 = v450 * qd_2, v452 = v233 * v86, v453 = v104 * v24,
+      v454 = v452 + v453, v455 = v454 * qd_3, v456 = v451 + v455, v457 = v447 - v456,
+      v458 = v443 + v457, v459 = v439 + v458, v460 = v435 + v459;
   out[5] = v460;
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_ik)(const lanes *in, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes swivel_0 = in[16];
-  const lanes v1 = 0.126 * T_2;
-  const lanes v2 = T_3 - v1;
-  const lanes v3 = v2 * v2;
-  const lanes v4 = 0.126 * T_6;
-  const lanes v5 = T_7 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 + v6;
-  const lanes v8 = 0.126 * T_10;
-  const lanes v9 = T_11 - v8;
-  const lanes v10 = v9 - 0.36;
-  const lanes v11 = v10 * v10;
-  const lanes v12 = v7 + v11;
-  const lanes v13 = 1e-300 + v12;
-  lanes v14; LANES_NAME(lanes_sqrt)(&v13, &v14);
-  const lanes v15 = v2 / v14;
-  const lanes v16 = v12 - 0.3364;
-  const lanes v17 = 0.336 * v16;
-  const lanes v18 = 1e-150 + v17;
-  const lanes v19 = v18 * v18;
-  const lanes v20 = v12 - 0.0004;
-  const lanes v21 = 0.6724 - v12;
-  const lanes v22 = v20 * v21;
-  const lanes_where v23 = LANES_LT(4.51584e-16, v22);
-  lanes v24; LANES_NAME(lanes_sqrt)(&v22, &v24);
-  const lanes v25 = 0.336 * v24;
-  const lanes v26 = v25 * v25;
-  const lanes v27 = LANES_CHOICE(v23, v26, 0.0);
-  const lanes v28 = LANES_CHOICE(v23, v27, 0.0);
-  const lanes v29 = v19 + v28;
-  lanes v30; LANES_NAME(lanes_sqrt)(&v29, &v30);
-  const lanes v31 = v18 / v30;
-  const lanes v32 = 0.4 * v31;
-  const lanes v33 = 0.42 + v32;
-  const lanes v34 = 1.0 / v30;
-  const lanes v35 = v25 * v34;
-  const lanes v36 = 0.4 * v35;
-  const lanes v37 = v36 * v36;
-  const lanes v38 = LANES_CHOICE(v23, v37, 0.0);
-  const lanes v39 = LANES_CHOICE(v23, v38, 0.0);
-  const lanes v40 = v33 * v33;
-  const lanes v41 = v39 + v40;
-  const lanes v42 = 1e-300 + v41;
-  lanes v43; LANES_NAME(lanes_sqrt)(&v42, &v43);
-  const lanes v44 = v33 / v43;
-  const lanes v45 = v15 * v44;
-  const lanes v46 = 1.0 / v43;
-  const lanes v47 = v36 * v46;
-  const lanes v48 = v47 * v47;
-  const lanes v49 = LANES_CHOICE(v23, v48, 0.0);
-  const lanes v50 = LANES_CHOICE(v23, v49, 0.0);
-  const lanes v51 = v44 * v44;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = 1e-300 + v52;
-  lanes v54; LANES_NAME(lanes_sqrt)(&v53, &v54);
-  const lanes v55 = 1.0 / v54;
-  const lanes v56 = v47 * v55;
-  const lanes v57 = v5 / v14;
-  const lanes v58 = v57 * v57;
-  const lanes v59 = v10 / v14;
-  const lanes v60 = 1.0 + v59;
-  const lanes v61 = v59 * v60;
-  const lanes v62 = v58 + v61;
-  const lanes v63 = v62 * v62;
-  const lanes v64 = v15 * v57;
-  const lanes v65 = v64 * v64;
-  const lanes v66 = v63 + v65;
-  const lanes v67 = v15 * v60;
-  const lanes v68 = v67 * v67;
-  const lanes v69 = v66 + v68;
-  const lanes v70 = 1e-300 + v69;
-  lanes v71; LANES_NAME(lanes_sqrt)(&v70, &v71);
-  const lanes v72 = v62 / v71;
-  lanes v73, v85; LANES_NAME(lanes_cos_sin)(&swivel_0, &v73, &v85);
-  const lanes v74 = 0.42 * v56;
-  const lanes v75 = LANES_CHOICE(v23, v74, 0.0);
-  const lanes_where v76 = LANES_LE(v75, 0.0);
-  const lanes v77 = LANES_CHOICE(v76, 1.0, -1.0);
-  const lanes v78 = v73 * v77;
-  const lanes v79 = v72 * v78;
-  const lanes v80 = v64 / v71;
-  const lanes v81 = v59 * v80;
-  const lanes v82 = v67 / v71;
-  const lanes v83 = v57 * v82;
-  const lanes v84 = v81 - v83;
-  const lanes v86 = v85 * v77;
-  const lanes v87 = v84 * v86;
-  const lanes v88 = v79 + v87;
-  const lanes v89 = v56 * v88;
-  const lanes v90 = LANES_CHOICE(v23, v89, 0.0);
-  const lanes v91 = v45 - v90;
-  const lanes v92 = v91 * v91;
-  const lanes v93 = v57 * v44;
-  const lanes v94 = v15 * v82;
-  const lanes v95 = v59 * v72;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = v96 * v86;
-  const lanes v98 = v80 * v78;
-  const lanes v99 = v97 - v98;
-  const lanes v100 = v56 * v99;
-  const lanes v101 = LANES_CHOICE(v23, v100, 0.0);
-  const lanes v102 = v93 - v101;
-  const lanes v103 = v102 * v102;
-  const lanes v104 = v92 + v103;
-  const lanes v105 = 4e-15 * v104;
-  const lanes_where v106 = LANES_LT(v105, v104);
-  lanes v107; LANES_NAME(lanes_sqrt)(&v104, &v107);
-  const lanes v108 = v102 * v107;
-  const lanes v109 = v108 * v108;
-  const lanes v110 = LANES_CHOICE(v106, v109, 0.0);
-  const lanes v111 = LANES_CHOICE(v106, v110, 0.0);
-  const lanes v112 = v91 * v107;
-  const lanes v113 = LANES_CHOICE(v106, v112, 0.0);
-  const lanes v114 = 1e-150 + v113;
-  const lanes v115 = v114 * v114;
-  const lanes v116 = v111 + v115;
-  lanes v117; LANES_NAME(lanes_sqrt)(&v116, &v117);
-  const lanes v118 = 1.0 / v117;
-  const lanes v119 = v108 * v118;
-  const lanes v120 = LANES_CHOICE(v106, v119, 0.0);
-  const lanes v121 = v114 / v117;
-  lanes v122; LANES_NAME(lanes_atan2)(&v120, &v121, &v122);
-  const lanes v123 = v91 * v121;
-  const lanes v124 = v102 * v119;
-  const lanes v125 = LANES_CHOICE(v106, v124, 0.0);
-  const lanes v126 = v123 + v125;
-  const lanes v127 = v126 * v126;
-  const lanes v128 = v59 * v44;
-  const lanes v129 = v82 * v78;
-  const lanes v130 = v15 * v80;
-  const lanes v131 = v57 * v72;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v132 * v86;
-  const lanes v134 = v129 + v133;
-  const lanes v135 = v56 * v134;
-  const lanes v136 = LANES_CHOICE(v23, v135, 0.0);
-  const lanes v137 = v128 + v136;
-  const lanes v138 = 1e-150 + v137;
-  const lanes v139 = v138 * v138;
-  const lanes v140 = v127 + v139;
-  lanes v141; LANES_NAME(lanes_sqrt)(&v140, &v141);
-  const lanes v142 = v126 / v141;
-  const lanes v143 = v138 / v141;
-  lanes v144; LANES_NAME(lanes_atan2)(&v142, &v143, &v144);
-  const lanes v145 = v57 * v47;
-  const lanes v146 = LANES_CHOICE(v23, v145, 0.0);
-  const lanes v147 = v44 / v54;
-  const lanes v148 = v147 * v99;
-  const lanes v149 = v146 + v148;
-  const lanes v150 = v121 * v149;
-  const lanes v151 = v15 * v47;
-  const lanes v152 = LANES_CHOICE(v23, v151, 0.0);
-  const lanes v153 = v147 * v88;
-  const lanes v154 = v152 + v153;
-  const lanes v155 = v119 * v154;
-  const lanes v156 = LANES_CHOICE(v106, v155, 0.0);
-  const lanes v157 = v150 - v156;
-  const lanes v158 = v157 * v157;
-  const lanes v159 = v121 * v154;
-  const lanes v160 = v119 * v149;
-  const lanes v161 = LANES_CHOICE(v106, v160, 0.0);
-  const lanes v162 = v159 + v161;
-  const lanes v163 = v143 * v162;
-  const lanes v164 = v59 * v47;
-  const lanes v165 = LANES_CHOICE(v23, v164, 0.0);
-  const lanes v166 = v147 * v134;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v142 * v167;
-  const lanes v169 = v163 - v168;
-  const lanes v170 = 1e-150 - v169;
-  const lanes v171 = v170 * v170;
-  const lanes v172 = v158 + v171;
-  lanes v173; LANES_NAME(lanes_sqrt)(&v172, &v173);
-  const lanes v174 = v157 / v173;
-  const lanes v175 = v170 / v173;
-  lanes v176; LANES_NAME(lanes_atan2)(&v174, &v175, &v176);
-  const lanes v177 = LANES_CHOICE(v23, v35, 0.0);
-  lanes v178; LANES_NAME(lanes_atan2)(&v177, &v31, &v178);
-  const lanes v179 = T_6 * v121;
-  const lanes v180 = T_2 * v119;
-  const lanes v181 = LANES_CHOICE(v106, v180, 0.0);
-  const lanes v182 = v179 - v181;
-  const lanes v183 = v175 * v182;
-  const lanes v184 = T_2 * v121;
-  const lanes v185 = T_6 * v119;
-  const lanes v186 = LANES_CHOICE(v106, v185, 0.0);
-  const lanes v187 = v184 + v186;
-  const lanes v188 = v187 * v143;
-  const lanes v189 = T_10 * v142;
-  const lanes v190 = v188 - v189;
-  const lanes v191 = v174 * v190;
-  const lanes v192 = v183 + v191;
-  const lanes v193 = v192 * v192;
-  const lanes v194 = T_10 * v143;
-  const lanes v195 = v187 * v142;
-  const lanes v196 = v194 + v195;
-  const lanes v197 = v196 * v35;
-  const lanes v198 = LANES_CHOICE(v23, v197, 0.0);
-  const lanes v199 = v175 * v190;
-  const lanes v200 = v174 * v182;
-  const lanes v201 = v199 - v200;
-  const lanes v202 = v201 * v31;
-  const lanes v203 = v198 + v202;
-  const lanes v204 = v203 * v203;
-  const lanes v205 = v193 + v204;
-  const lanes v206 = 4e-15 * v205;
-  const lanes_where v207 = LANES_LT(v206, v205);
-  lanes v208; LANES_NAME(lanes_sqrt)(&v205, &v208);
-  const lanes v209 = v192 * v208;
-  const lanes v210 = v209 * v209;
-  const lanes v211 = LANES_CHOICE(v207, v210, 0.0);
-  const lanes v212 = LANES_CHOICE(v207, v211, 0.0);
-  const lanes v213 = v203 * v208;
-  const lanes v214 = LANES_CHOICE(v207, v213, 0.0);
-  const lanes v215 = 1e-150 + v214;
-  const lanes v216 = v215 * v215;
-  const lanes v217 = v212 + v216;
-  lanes v218; LANES_NAME(lanes_sqrt)(&v217, &v218);
-  const lanes v219 = 1.0 / v218;
-  const lanes v220 = v209 * v219;
-  const lanes v221 = LANES_CHOICE(v207, v220, 0.0);
-  const lanes v222 = v215 / v218;
-  lanes v223; LANES_NAME(lanes_atan2)(&v221, &v222, &v223);
-  const lanes v224 = v192 * v220;
-  const lanes v225 = LANES_CHOICE(v207, v224, 0.0);
-  const lanes v226 = v203 * v222;
-  const lanes v227 = v225 + v226;
-  const lanes v228 = v227 * v227;
-  const lanes v229 = v196 * v31;
-  const lanes v230 = v201 * v35;
-  const lanes v231 = LANES_CHOICE(v23, v230, 0.0);
-  const lanes v232 = v229 - v231;
-  const lanes v233 = 1e-150 + v232;
-  const lanes v234 = v233 * v233;
-  const lanes v235 = v228 + v234;
-  lanes v236; LANES_NAME(lanes_sqrt)(&v235, &v236);
-  const lanes v237 = v227 / v236;
-  const lanes v238 = v233 / v236;
-  lanes v239; LANES_NAME(lanes_atan2)(&v237, &v238, &v239);
-  const lanes v240 = T_0 * v119;
-  const lanes v241 = LANES_CHOICE(v106, v240, 0.0);
-  const lanes v242 = T_4 * v121;
-  const lanes v243 = v241 - v242;
-  const lanes v244 = v175 * v243;
-  const lanes v245 = T_8 * v142;
-  const lanes v246 = T_0 * v121;
-  const lanes v247 = T_4 * v119;
-  const lanes v248 = LANES_CHOICE(v106, v247, 0.0);
-  const lanes v249 = v246 + v248;
-  const lanes v250 = v249 * v143;
-  const lanes v251 = v245 - v250;
-  const lanes v252 = v174 * v251;
-  const lanes v253 = v244 + v252;
-  const lanes v254 = v222 * v253;
-  const lanes v255 = v175 * v251;
-  const lanes v256 = v174 * v243;
-  const lanes v257 = v255 - v256;
-  const lanes v258 = v257 * v31;
-  const lanes v259 = T_8 * v143;
-  const lanes v260 = v249 * v142;
-  const lanes v261 = v259 + v260;
-  const lanes v262 = v261 * v35;
-  const lanes v263 = LANES_CHOICE(v23, v262, 0.0);
-  const lanes v264 = v258 - v263;
-  const lanes v265 = v220 * v264;
-  const lanes v266 = LANES_CHOICE(v207, v265, 0.0);
-  const lanes v267 = v254 - v266;
-  const lanes v268 = v267 * v267;
-  const lanes v269 = v222 * v264;
-  const lanes v270 = v220 * v253;
-  const lanes v271 = LANES_CHOICE(v207, v270, 0.0);
-  const lanes v272 = v269 + v271;
-  const lanes v273 = v238 * v272;
-  const lanes v274 = v261 * v31;
-  const lanes v275 = v257 * v35;
-  const lanes v276 = LANES_CHOICE(v23, v275, 0.0);
-  const lanes v277 = v274 + v276;
-  const lanes v278 = v237 * v277;
-  const lanes v279 = v273 + v278;
-  const lanes v280 = 1e-150 - v279;
-  const lanes v281 = v280 * v280;
-  const lanes v282 = v268 + v281;
-  lanes v283; LANES_NAME(lanes_sqrt)(&v282, &v283);
-  const lanes v284 = v267 / v283;
-  const lanes v285 = v280 / v283;
-  lanes v286; LANES_NAME(lanes_atan2)(&v284, &v285, &v286);
-  const lanes v287 = 1e-150 - v214;
-  const lanes v288 = v287 * v287;
-  const lanes v289 = v212 + v288;
-  lanes v290; LANES_NAME(lanes_sqrt)(&v289, &v290);
-  const lanes v291 = 1.0 / v290;
-  const lanes v292 = v209 * v291;
-  const lanes v293 = LANES_CHOICE(v207, v292, 0.0);
-  const lanes v294 = v287 / v290;
-  lanes v295; LANES_NAME(lanes_atan2)(&v293, &v294, &v295);
-  const lanes v296 = v203 * v294;
-  const lanes v297 = v192 * v292;
-  const lanes v298 = LANES_CHOICE(v207, v297, 0.0);
-  const lanes v299 = v296 - v298;
-  const lanes v300 = v299 * v299;
-  const lanes v301 = v234 + v300;
-  lanes v302; LANES_NAME(lanes_sqrt)(&v301, &v302);
-  const lanes v303 = v299 / v302;
-  const lanes v304 = v233 / v302;
-  lanes v305; LANES_NAME(lanes_atan2)(&v303, &v304, &v305);
-  const lanes v306 = v253 * v294;
-  const lanes v307 = v264 * v292;
-  const lanes v308 = LANES_CHOICE(v207, v307, 0.0);
-  const lanes v309 = v306 + v308;
-  const lanes v310 = v309 * v309;
-  const lanes v311 = v277 * v303;
-  const lanes v312 = v264 * v294;
-  const lanes v313 = v253 * v292;
-  const lanes v314 = LANES_CHOICE(v207, v313, 0.0);
-  const lanes v315 = v312 - v314;
-  const lanes v316 = v304 * v315;
-  const lanes v317 = v311 + v316;
-  const lanes v318 = 1e-150 - v317;
-  const lanes v319 = v318 * v318;
-  const lanes v320 = v310 + v319;
-  lanes v321; LANES_NAME(lanes_sqrt)(&v320, &v321);
-  const lanes v322 = v309 / v321;
-  const lanes v323 = v318 / v321;
-  lanes v324; LANES_NAME(lanes_atan2)(&v322, &v323, &v324);
-  const lanes v325 = 1e-150 - v113;
-  const lanes v326 = v325 * v325;
-  const lanes v327 = v326 + v111;
-  lanes v328; LANES_NAME(lanes_sqrt)(&v327, &v328);
-  const lanes v329 = 1.0 / v328;
-  const lanes v330 = v329 * v108;
-  const lanes v331 = LANES_CHOICE(v106, v330, 0.0);
-  const lanes v332 = v325 / v328;
-  lanes v333; LANES_NAME(lanes_atan2)(&v331, &v332, &v333);
-  const lanes v334 = v332 * v91;
-  const lanes v335 = v330 * v102;
-  const lanes v336 = LANES_CHOICE(v106, v335, 0.0);
-  const lanes v337 = v334 - v336;
-  const lanes v338 = v337 * v337;
-  const lanes v339 = v338 + v139;
-  lanes v340; LANES_NAME(lanes_sqrt)(&v339, &v340);
-  const lanes v341 = v337 / v340;
-  const lanes v342 = v138 / v340;
-  lanes v343; LANES_NAME(lanes_atan2)(&v341, &v342, &v343);
-  const lanes v344 = v332 * v149;
-  const lanes v345 = v330 * v154;
-  const lanes v346 = LANES_CHOICE(v106, v345, 0.0);
-  const lanes v347 = v344 + v346;
-  const lanes v348 = v347 * v347;
-  const lanes v349 = v332 * v154;
-  const lanes v350 = v330 * v149;
-  const lanes v351 = LANES_CHOICE(v106, v350, 0.0);
-  const lanes v352 = v349 - v351;
-  const lanes v353 = v342 * v352;
-  const lanes v354 = v341 * v167;
-  const lanes v355 = v353 - v354;
-  const lanes v356 = 1e-150 - v355;
-  const lanes v357 = v356 * v356;
-  const lanes v358 = v348 + v357;
-  lanes v359; LANES_NAME(lanes_sqrt)(&v358, &v359);
-  const lanes v360 = v347 / v359;
-  const lanes v361 = v356 / v359;
-  lanes v362; LANES_NAME(lanes_atan2)(&v360, &v361, &v362);
-  const lanes v363 = T_2 * v330;
-  const lanes v364 = LANES_CHOICE(v106, v363, 0.0);
-  const lanes v365 = T_6 * v332;
-  const lanes v366 = v364 + v365;
-  const lanes v367 = v361 * v366;
-  const lanes v368 = T_2 * v332;
-  const lanes v369 = T_6 * v330;
-  const lanes v370 = LANES_CHOICE(v106, v369, 0.0);
-  const lanes v371 = v368 - v370;
-  const lanes v372 = v342 * v371;
-  const lanes v373 = T_10 * v341;
-  const lanes v374 = v372 - v373;
-  const lanes v375 = v360 * v374;
-  const lanes v376 = v367 + v375;
-  const lanes v377 = v376 * v376;
-  const lanes v378 = T_10 * v342;
-  const lanes v379 = v341 * v371;
-  const lanes v380 = v378 + v379;
-  const lanes v381 = v380 * v35;
-  const lanes v382 = LANES_CHOICE(v23, v381, 0.0);
-  const lanes v383 = v361 * v374;
-  const lanes v384 = v360 * v366;
-  const lanes v385 = v383 - v384;
-  const lanes v386 = v385 * v31;
-  const lanes v387 = v382 + v386;
-  const lanes v388 = v387 * v387;
-  const lanes v389 = v377 + v388;
-  const lanes v390 = 4e-15 * v389;
-  const lanes_where v391 = LANES_LT(v390, v389);
-  lanes v392; LANES_NAME(lanes_sqrt)(&v389, &v392);
-  const lanes v393 = v376 * v392;
-  const lanes v394 = v393 * v393;
-  const lanes v395 = LANES_CHOICE(v391, v394, 0.0);
-  const lanes v396 = LANES_CHOICE(v391, v395, 0.0);
-  const lanes v397 = v387 * v392;
-  const lanes v398 = LANES_CHOICE(v391, v397, 0.0);
-  const lanes v399 = 1e-150 + v398;
-  const lanes v400 = v399 * v399;
-  const lanes v401 = v396 + v400;
-  lanes v402; LANES_NAME(lanes_sqrt)(&v401, &v402);
-  const lanes v403 = 1.0 / v402;
-  const lanes v404 = v393 * v403;
-  const lanes v405 = LANES_CHOICE(v391, v404, 0.0);
-  const lanes v406 = v399 / v402;
-  lanes v407; LANES_NAME(lanes_atan2)(&v405, &v406, &v407);
-  const lanes v408 = v376 * v404;
-  const lanes v409 = LANES_CHOICE(v391, v408, 0.0);
-  const lanes v410 = v387 * v406;
-  const lanes v411 = v409 + v410;
-  const lanes v412 = v411 * v411;
-  const lanes v413 = v380 * v31;
-  const lanes v414 = v385 * v35;
-  const lanes v415 = LANES_CHOICE(v23, v414, 0.0);
-  const lanes v416 = v413 - v415;
-  const lanes v417 = 1e-150 + v416;
-  const lanes v418 = v417 * v417;
-  const lanes v419 = v412 + v418;
-  lanes v420; LANES_NAME(lanes_sqrt)(&v419, &v420);
-  const lanes v421 = v411 / v420;
-  const lanes v422 = v417 / v420;
-  lanes v423; LANES_NAME(lanes_atan2)(&v421, &v422, &v423);
-  const lanes v424 = T_8 * v341;
-  const lanes v425 = T_0 * v332;
-  const lanes v426 = T_4 * v330;
-  const lanes v427 = LANES_CHOICE(v106, v426, 0.0);
-  const lanes v428 = v425 - v427;
-  const lanes v429 = v342 * v428;
-  const lanes v430 = v424 - v429;
-  const lanes v431 = v360 * v430;
-  const lanes v432 = T_0 * v330;
-  const lanes v433 = LANES_CHOICE(v106, v432, 0.0);
-  const lanes v434 = T_4 * v332;
-  const lanes v435 = v433 + v434;
-  const lanes v436 = v361 * v435;
-  const lanes v437 = v431 - v436;
-  const lanes v438 = v406 * v437;
-  const lanes v439 = v361 * v430;
-  const lanes v440 = v360 * v435;
-  const lanes v441 = v439 + v440;
-  const lanes v442 = v441 * v31;
-  const lanes v443 = T_8 * v342;
-  const lanes v444 = v341 * v428;
-  const lanes v445 = v443 + v444;
-  const lanes v446 = v445 * v35;
-  const lanes v447 = LANES_CHOICE(v23, v446, 0.0);
-  const lanes v448 = v442 - v447;
-  const lanes v449 = v404 * v448;
-  const lanes v450 = LANES_CHOICE(v391, v449, 0.0);
-  const lanes v451 = v438 - v450;
-  const lanes v452 = v451 * v451;
-  const lanes v453 = v406 * v448;
-  const lanes v454 = v404 * v437;
-  const lanes v455 = LANES_CHOICE(v391, v454, 0.0);
-  const lanes v456 = v453 + v455;
-  const lanes v457 = v422 * v456;
-  const lanes v458 = v445 * v31;
-  const lanes v459 = v441 * v35;
-  const lanes v460 = LANES_CHOICE(v23, v459, 0.0);
-  const lanes v461 = v458 + v460;
-  const lanes v462 = v421 * v461;
-  const lanes v463 = v457 + v462;
-  const lanes v464 = 1e-150 - v463;
-  const lanes v465 = v464 * v464;
-  const lanes v466 = v452 + v465;
-  lanes v467; LANES_NAME(lanes_sqrt)(&v466, &v467);
-  const lanes v468 = v451 / v467;
-  const lanes v469 = v464 / v467;
-  lanes v470; LANES_NAME(lanes_atan2)(&v468, &v469, &v470);
-  const lanes v471 = 1e-150 - v398;
-  const lanes v472 = v471 * v471;
-  const lanes v473 = v396 + v472;
-  lanes v474; LANES_NAME(lanes_sqrt)(&v473, &v474);
-  const lanes v475 = 1.0 / v474;
-  const lanes v476 = v393 * v475;
-  const lanes v477 = LANES_CHOICE(v391, v476, 0.0);
-  const lanes v478 = v471 / v474;
-  lanes v479; LANES_NAME(lanes_atan2)(&v477, &v478, &v479);
-  const lanes v480 = v387 * v478;
-  const lanes v481 = v376 * v476;
-  const lanes v482 = LANES_CHOICE(v391, v481, 0.0);
-  const lanes v483 = v480 - v482;
-  const lanes v484 = v483 * v483;
-  const lanes v485 = v418 + v484;
-  lanes v486; LANES_NAME(lanes_sqrt)(&v485, &v486);
-  const lanes v487 = v483 / v486;
-  const lanes v488 = v417 / v486;
-  lanes v489; LANES_NAME(lanes_atan2)(&v487, &v488, &v489);
-  const lanes v490 = v437 * v478;
-  const lanes v491 = v448 * v476;
-  const lanes v492 = LANES_CHOICE(v391, v491, 0.0);
-  const lanes v493 = v490 + v492;
-  const lanes v494 = v493 * v493;
-  const lanes v495 = v461 * v487;
-  const lanes v496 = v448 * v478;
-  const lanes v497 = v437 * v476;
-  const lanes v498 = LANES_CHOICE(v391, v497, 0.0);
-  const lanes v499 = v496 - v498;
-  const lanes v500 = v488 * v499;
-  const lanes v501 = v495 + v500;
-  const lanes v502 = 1e-150 - v501;
-  const lanes v503 = v502 * v502;
-  const lanes v504 = v494 + v503;
-  lanes v505; LANES_NAME(lanes_sqrt)(&v504, &v505);
-  const lanes v506 = v493 / v505;
-  const lanes v507 = v502 / v505;
-  lanes v508; LANES_NAME(lanes_atan2)(&v506, &v507, &v508);
-  const lanes_where v509 = LANES_LE(0.0, v75);
-  const lanes v510 = LANES_CHOICE(v509, 1.0, -1.0);
-  const lanes v511 = v73 * v510;
-  const lanes v512 = v72 * v511;
-  const lanes v513 = v85 * v510;
-  const lanes v514 = v84 * v513;
-  const lanes v515 = v512 + v514;
-  const lanes v516 = v515 * v56;
-  const lanes v517 = LANES_CHOICE(v23, v516, 0.0);
-  const lanes v518 = v45 + v517;
-  const lanes v519 = v518 * v518;
-  const lanes v520 = v96 * v513;
-  const lanes v521 = v80 * v511;
-  const lanes v522 = v520 - v521;
-  const lanes v523 = v522 * v56;
-  const lanes v524 = LANES_CHOICE(v23, v523, 0.0);
-  const lanes v525 = v93 + v524;
-  const lanes v526 = v525 * v525;
-  const lanes v527 = v519 + v526;
-  const lanes v528 = 4e-15 * v527;
-  const lanes_where v529 = LANES_LT(v528, v527);
-  lanes v530; LANES_NAME(lanes_sqrt)(&v527, &v530);
-  const lanes v531 = v525 * v530;
-  const lanes v532 = v531 * v531;
-  const lanes v533 = LANES_CHOICE(v529, v532, 0.0);
-  const lanes v534 = LANES_CHOICE(v529, v533, 0.0);
-  const lanes v535 = v518 * v530;
-  const lanes v536 = LANES_CHOICE(v529, v535, 0.0);
-  const lanes v537 = 1e-150 + v536;
-  const lanes v538 = v537 * v537;
-  const lanes v539 = v534 + v538;
-  lanes v540; LANES_NAME(lanes_sqrt)(&v539, &v540);
-  const lanes v541 = 1.0 / v540;
-  const lanes v542 = v531 * v541;
-  const lanes v543 = LANES_CHOICE(v529, v542, 0.0);
-  const lanes v544 = v537 / v540;
-  lanes v545; LANES_NAME(lanes_atan2)(&v543, &v544, &v545);
-  const lanes v546 = v518 * v544;
-  const lanes v547 = v525 * v542;
-  const lanes v548 = LANES_CHOICE(v529, v547, 0.0);
-  const lanes v549 = v546 + v548;
-  const lanes v550 = v549 * v549;
-  const lanes v551 = v82 * v511;
-  const lanes v552 = v132 * v513;
-  const lanes v553 = v551 + v552;
-  const lanes v554 = v553 * v56;
-  const lanes v555 = LANES_CHOICE(v23, v554, 0.0);
-  const lanes v556 = v128 - v555;
-  const lanes v557 = 1e-150 + v556;
-  const lanes v558 = v557 * v557;
-  const lanes v559 = v550 + v558;
-  lanes v560; LANES_NAME(lanes_sqrt)(&v559, &v560);
-  const lanes v561 = v549 / v560;
-  const lanes v562 = v557 / v560;
-  lanes v563; LANES_NAME(lanes_atan2)(&v561, &v562, &v563);
-  const lanes v564 = v522 * v147;
-  const lanes v565 = v564 - v146;
-  const lanes v566 = v544 * v565;
-  const lanes v567 = v515 * v147;
-  const lanes v568 = v567 - v152;
-  const lanes v569 = v542 * v568;
-  const lanes v570 = LANES_CHOICE(v529, v569, 0.0);
-  const lanes v571 = v566 - v570;
-  const lanes v572 = v571 * v571;
-  const lanes v573 = v544 * v568;
-  const lanes v574 = v542 * v565;
-  const lanes v575 = LANES_CHOICE(v529, v574, 0.0);
-  const lanes v576 = v573 + v575;
-  const lanes v577 = v562 * v576;
-  const lanes v578 = v553 * v147;
-  const lanes v579 = v165 + v578;
-  const lanes v580 = v561 * v579;
-  const lanes v581 = v577 + v580;
-  const lanes v582 = 1e-150 - v581;
-  const lanes v583 = v582 * v582;
-  const lanes v584 = v572 + v583;
-  lanes v585; LANES_NAME(lanes_sqrt)(&v584, &v585);
-  const lanes v586 = v571 / v585;
-  const lanes v587 = v582 / v585;
-  lanes v588; LANES_NAME(lanes_atan2)(&v586, &v587, &v588);
-  const lanes v589 = T_6 * v544;
-  const lanes v590 = T_2 * v542;
-  const lanes v591 = LANES_CHOICE(v529, v590, 0.0);
-  const lanes v592 = v589 - v591;
-  const lanes v593 = v587 * v592;
-  const lanes v594 = T_2 * v544;
-  const lanes v595 = T_6 * v542;
-  const lanes v596 = LANES_CHOICE(v529, v595, 0.0);
-  const lanes v597 = v594 + v596;
-  const lanes v598 = v562 * v597;
-  const lanes v599 = T_10 * v561;
-  const lanes v600 = v598 - v599;
-  const lanes v601 = v586 * v600;
-  const lanes v602 = v593 + v601;
-  const lanes v603 = v602 * v602;
-  const lanes v604 = v587 * v600;
-  const lanes v605 = v586 * v592;
-  const lanes v606 = v604 - v605;
-  const lanes v607 = v31 * v606;
-  const lanes v608 = T_10 * v562;
-  const lanes v609 = v561 * v597;
-  const lanes v610 = v608 + v609;
-  const lanes v611 = v35 * v610;
-  const lanes v612 = LANES_CHOICE(v23, v611, 0.0);
-  const lanes v613 = v607 - v612;
-  const lanes v614 = v613 * v613;
-  const lanes v615 = v603 + v614;
-  const lanes v616 = 4e-15 * v615;
-  const lanes_where v617 = LANES_LT(v616, v615);
-  lanes v618; LANES_NAME(lanes_sqrt)(&v615, &v618);
-  const lanes v619 = v602 * v618;
-  const lanes v620 = v619 * v619;
-  const lanes v621 = LANES_CHOICE(v617, v620, 0.0);
-  const lanes v622 = LANES_CHOICE(v617, v621, 0.0);
-  const lanes v623 = v613 * v618;
-  const lanes v624 = LANES_CHOICE(v617, v623, 0.0);
-  const lanes v625 = 1e-150 + v624;
-  const lanes v626 = v625 * v625;
-  const lanes v627 = v622 + v626;
-  lanes v628; LANES_NAME(lanes_sqrt)(&v627, &v628);
-  const lanes v629 = 1.0 / v628;
-  const lanes v630 = v619 * v629;
-  const lanes v631 = LANES_CHOICE(v617, v630, 0.0);
-  const lanes v632 = v625 / v628;
-  lanes v633; LANES_NAME(lanes_atan2)(&v631, &v632, &v633);
-  const lanes v634 = v602 * v630;
-  const lanes v635 = LANES_CHOICE(v617, v634, 0.0);
-  const lanes v636 = v613 * v632;
-  const lanes v637 = v635 + v636;
-  const lanes v638 = v637 * v637;
-  const lanes v639 = v31 * v610;
-  const lanes v640 = v35 * v606;
-  const lanes v641 = LANES_CHOICE(v23, v640, 0.0);
-  const lanes v642 = v639 + v641;
-  const lanes v643 = 1e-150 + v642;
-  const lanes v644 = v643 * v643;
-  const lanes v645 = v638 + v644;
-  lanes v646; LANES_NAME(lanes_sqrt)(&v645, &v646);
-  const lanes v647 = v637 / v646;
-  const lanes v648 = v643 / v646;
-  lanes v649; LANES_NAME(lanes_atan2)(&v647, &v648, &v649);
-  const lanes v650 = T_0 * v542;
-  const lanes v651 = LANES_CHOICE(v529, v650, 0.0);
-  const lanes v652 = T_4 * v544;
-  const lanes v653 = v651 - v652;
-  const lanes v654 = v587 * v653;
-  const lanes v655 = T_8 * v561;
-  const lanes v656 = T_0 * v544;
-  const lanes v657 = T_4 * v542;
-  const lanes v658 = LANES_CHOICE(v529, v657, 0.0);
-  const lanes v659 = v656 + v658;
-  const lanes v660 = v562 * v659;
-  const lanes v661 = v655 - v660;
-  const lanes v662 = v586 * v661;
-  const lanes v663 = v654 + v662;
-  const lanes v664 = v632 * v663;
-  const lanes v665 = v587 * v661;
-  const lanes v666 = v586 * v653;
-  const lanes v667 = v665 - v666;
-  const lanes v668 = v31 * v667;
-  const lanes v669 = T_8 * v562;
-  const lanes v670 = v561 * v659;
-  const lanes v671 = v669 + v670;
-  const lanes v672 = v35 * v671;
-  const lanes v673 = LANES_CHOICE(v23, v672, 0.0);
-  const lanes v674 = v668 + v673;
-  const lanes v675 = v630 * v674;
-  const lanes v676 = LANES_CHOICE(v617, v675, 0.0);
-  const lanes v677 = v664 - v676;
-  const lanes v678 = v677 * v677;
-  const lanes v679 = v632 * v674;
-  const lanes v680 = v630 * v663;
-  const lanes v681 = LANES_CHOICE(v617, v680, 0.0);
-  const lanes v682 = v679 + v681;
-  const lanes v683 = v648 * v682;
-  const lanes v684 = v31 * v671;
-  const lanes v685 = v35 * v667;
-  const lanes v686 = LANES_CHOICE(v23, v685, 0.0);
-  const lanes v687 = v684 - v686;
-  const lanes v688 = v647 * v687;
-  const lanes v689 = v683 + v688;
-  const lanes v690 = 1e-150 - v689;
-  const lanes v691 = v690 * v690;
-  const lanes v692 = v678 + v691;
-  lanes v693; LANES_NAME(lanes_sqrt)(&v692, &v693);
-  const lanes v694 = v677 / v693;
-  const lanes v695 = v690 / v693;
-  lanes v696; LANES_NAME(lanes_atan2)(&v694, &v695, &v696);
-  const lanes v697 = 1e-150 - v624;
-  const lanes v698 = v697 * v697;
-  const lanes v699 = v622 + v698;
-  lanes v700; LANES_NAME(lanes_sqrt)(&v699, &v700);
-  const lanes v701 = 1.0 / v700;
-  const lanes v702 = v619 * v701;
-  const lanes v703 = LANES_CHOICE(v617, v702, 0.0);
-  const lanes v704 = v697 / v700;
-  lanes v705; LANES_NAME(lanes_atan2)(&v703, &v704, &v705);
-  const lanes v706 = v613 * v704;
-  const lanes v707 = v602 * v702;
-  const lanes v708 = LANES_CHOICE(v617, v707, 0.0);
-  const lanes v709 = v706 - v708;
-  const lanes v710 = v709 * v709;
-  const lanes v711 = v644 + v710;
-  lanes v712; LANES_NAME(lanes_sqrt)(&v711, &v712);
-  const lanes v713 = v709 / v712;
-  const lanes v714 = v643 / v712;
-  lanes v715; LANES_NAME(lanes_atan2)(&v713, &v714, &v715);
-  const lanes v716 = v663 * v704;
-  const lanes v717 = v674 * v702;
-  const lanes v718 = LANES_CHOICE(v617, v717, 0.0);
-  const lanes v719 = v716 + v718;
-  const lanes v720 = v719 * v719;
-  const lanes v721 = v687 * v713;
-  const lanes v722 = v674 * v704;
-  const lanes v723 = v663 * v702;
-  const lanes v724 = LANES_CHOICE(v617, v723, 0.0);
-  const lanes v725 = v722 - v724;
-  const lanes v726 = v714 * v725;
-  const lanes v727 = v721 + v726;
-  const lanes v728 = 1e-150 - v727;
-  const lanes v729 = v728 * v728;
-  const lanes v730 = v720 + v729;
-  lanes v731; LANES_NAME(lanes_sqrt)(&v730, &v731);
-  const lanes v732 = v719 / v731;
-  const lanes v733 = v728 / v731;
-  lanes v734; LANES_NAME(lanes_atan2)(&v732, &v733, &v734);
-  const lanes v735 = 1e-150 - v536;
-  const lanes v736 = v735 * v735;
-  const lanes v737 = v534 + v736;
-  lanes v738; LANES_NAME(lanes_sqrt)(&v737, &v738);
-  const lanes v739 = 1.0 / v738;
-  const lanes v740 = v531 * v739;
-  const lanes v741 = LANES_CHOICE(v529, v740, 0.0);
-  const lanes v742 = v735 / v738;
-  lanes v743; LANES_NAME(lanes_atan2)(&v741, &v742, &v743);
-  const lanes v744 = v518 * v742;
-  const lanes v745 = v525 * v740;
-  const lanes v746 = LANES_CHOICE(v529, v745, 0.0);
-  const lanes v747 = v744 - v746;
-  const lanes v748 = v747 * v747;
-  const lanes v749 = v558 + v748;
-  lanes v750; LANES_NAME(lanes_sqrt)(&v749, &v750);
-  const lanes v751 = v747 / v750;
-  const lanes v752 = v557 / v750;
-  lanes v753; LANES_NAME(lanes_atan2)(&v751, &v752, &v753);
-  const lanes v754 = v568 * v740;
-  const lanes v755 = LANES_CHOICE(v529, v754, 0.0);
-  const lanes v756 = v565 * v742;
-  const lanes v757 = v755 + v756;
-  const lanes v758 = v757 * v757;
-  const lanes v759 = v579 * v751;
-  const lanes v760 = v568 * v742;
-  const lanes v761 = v565 * v740;
-  const lanes v762 = LANES_CHOICE(v529, v761, 0.0);
-  const lanes v763 = v760 - v762;
-  const lanes v764 = v752 * v763;
-  const lanes v765 = v759 + v764;
-  const lanes v766 = 1e-150 - v765;
-  const lanes v767 = v766 * v766;
-  const lanes v768 = v758 + v767;
-  lanes v769; LANES_NAME(lanes_sqrt)(&v768, &v769);
-  const lanes v770 = v757 / v769;
-  const lanes v771 = v766 / v769;
-  lanes v772; LANES_NAME(lanes_atan2)(&v770, &v771, &v772);
-  const lanes v773 = T_2 * v740;
-  const lanes v774 = LANES_CHOICE(v529, v773, 0.0);
-  const lanes v775 = T_6 * v742;
-  const lanes v776 = v774 + v775;
-  const lanes v777 = v771 * v776;
-  const lanes v778 = T_2 * v742;
-  const lanes v779 = T_6 * v740;
-  const lanes v780 = LANES_CHOICE(v529, v779, 0.0);
-  const lanes v781 = v778 - v780;
-  const lanes v782 = v752 * v781;
-  const lanes v783 = T_10 * v751;
-  const lanes v784 = v782 - v783;
-  const lanes v785 = v770 * v784;
-  const lanes v786 = v777 + v785;
-  const lanes v787 = v786 * v786;
-  const lanes v788 = v771 * v784;
-  const lanes v789 = v770 * v776;
-  const lanes v790 = v788 - v789;
-  const lanes v791 = v31 * v790;
-  const lanes v792 = T_10 * v752;
-  const lanes v793 = v751 * v781;
-  const lanes v794 = v792 + v793;
-  const lanes v795 = v35 * v794;
-  const lanes v796 = LANES_CHOICE(v23, v795, 0.0);
-  const lanes v797 = v791 - v796;
-  const lanes v798 = v797 * v797;
-  const lanes v799 = v787 + v798;
-  const lanes v800 = 4e-15 * v799;
-  const lanes_where v801 = LANES_LT(v800, v799);
-  lanes v802; LANES_NAME(lanes_sqrt)(&v799, &v802);
-  const lanes v803 = v786 * v802;
-  const lanes v804 = v803 * v803;
-  const lanes v805 = LANES_CHOICE(v801, v804, 0.0);
-  const lanes v806 = LANES_CHOICE(v801, v805, 0.0);
-  const lanes v807 = v797 * v802;
-  const lanes v808 = LANES_CHOICE(v801, v807, 0.0);
-  const lanes v809 = 1e-150 + v808;
-  const lanes v810 = v809 * v809;
-  const lanes v811 = v806 + v810;
-  lanes v812; LANES_NAME(lanes_sqrt)(&v811, &v812);
-  const lanes v813 = 1.0 / v812;
-  const lanes v814 = v803 * v813;
-  const lanes v815 = LANES_CHOICE(v801, v814, 0.0);
-  const lanes v816 = v809 / v812;
-  lanes v817; LANES_NAME(lanes_atan2)(&v815, &v816, &v817);
-  const lanes v818 = v786 * v814;
-  const lanes v819 = LANES_CHOICE(v801, v818, 0.0);
-  const lanes v820 = v797 * v816;
-  const lanes v821 = v819 + v820;
-  const lanes v822 = v821 * v821;
-  const lanes v823 = v31 * v794;
-  const lanes v824 = v35 * v790;
-  const lanes v825 = LANES_CHOICE(v23, v824, 0.0);
-  const lanes v826 = v823 + v825;
-  const lanes v827 = 1e-150 + v826;
-  const lanes v828 = v827 * v827;
-  const lanes v829 = v822 + v828;
-  lanes v830; LANES_NAME(lanes_sqrt)(&v829, &v830);
-  const lanes v831 = v821 / v830;
-  const lanes v832 = v827 / v830;
-  lanes v833; LANES_NAME(lanes_atan2)(&v831, &v832, &v833);
-  const lanes v834 = T_8 * v751;
-  const lanes v835 = T_0 * v742;
-  const lanes v836 = T_4 * v740;
-  const lanes v837 = LANES_CHOICE(v529, v836, 0.0);
-  const lanes v838 = v835 - v837;
-  const lanes v839 = v752 * v838;
-  const lanes v840 = v834 - v839;
-  const lanes v841 = v770 * v840;
-  const lanes v842 = T_0 * v740;
-  const lanes v843 = LANES_CHOICE(v529, v842, 0.0);
-  const lanes v844 = T_4 * v742;
-  const lanes v845 = v843 + v844;
-  const lanes v846 = v771 * v845;
-  const lanes v847 = v841 - v846;
-  const lanes v848 = v816 * v847;
-  const lanes v849 = v771 * v840;
-  const lanes v850 = v770 * v845;
-  const lanes v851 = v849 + v850;
-  const lanes v852 = v31 * v851;
-  const lanes v853 = T_8 * v752;
-  const lanes v854 = v751 * v838;
-  const lanes v855 = v853 + v854;
-  const lanes v856 = v35 * v855;
-  const lanes v857 = LANES_CHOICE(v23, v856, 0.0);
-  const lanes v858 = v852 + v857;
-  const lanes v859 = v814 * v858;
-  const lanes v860 = LANES_CHOICE(v801, v859, 0.0);
-  const lanes v861 = v848 - v860;
-  const lanes v862 = v861 * v861;
-  const lanes v863 = v816 * v858;
-  const lanes v864 = v814 * v847;
-  const lanes v865 = LANES_CHOICE(v801, v864, 0.0);
-  const lanes v866 = v863 + v865;
-  const lanes v867 = v832 * v866;
-  const lanes v868 = v31 * v855;
-  const lanes v869 = v35 * v851;
-  const lanes v870 = LANES_CHOICE(v23, v869, 0.0);
-  const lanes v871 = v868 - v870;
-  const lanes v872 = v831 * v871;
-  const lanes v873 = v867 + v872;
-  const lanes v874 = 1e-150 - v873;
-  const lanes v875 = v874 * v874;
-  const lanes v876 = v862 + v875;
-  lanes v877; LANES_NAME(lanes_sqrt)(&v876, &v877);
-  const lanes v878 = v861 / v877;
-  const lanes v879 = v874 / v877;
-  lanes v880; LANES_NAME(lanes_atan2)(&v878, &v879, &v880);
-  const lanes v881 = 1e-150 - v808;
-  const lanes v882 = v881 * v881;
-  const lanes v883 = v806 + v882;
-  lanes v884; LANES_NAME(lanes_sqrt)(&v883, &v884);
-  const lanes v885 = 1.0 / v884;
-  const lanes v886 = v803 * v885;
-  const lanes v887 = LANES_CHOICE(v801, v886, 0.0);
-  const lanes v888 = v881 / v884;
-  lanes v889; LANES_NAME(lanes_atan2)(&v887, &v888, &v889);
-  const lanes v890 = v797 * v888;
-  const lanes v891 = v786 * v886;
-  const lanes v892 = LANES_CHOICE(v801, v891, 0.0);
-  const lanes v893 = v890 - v892;
-  const lanes v894 = v893 * v893;
-  const lanes v895 = v828 + v894;
-  lanes v896; LANES_NAME(lanes_sqrt)(&v895, &v896);
-  const lanes v897 = v893 / v896;
-  const lanes v898 = v827 / v896;
-  lanes v899; LANES_NAME(lanes_atan2)(&v897, &v898, &v899);
-  const lanes v900 = v847 * v888;
-  const lanes v901 = v858 * v886;
-  const lanes v902 = LANES_CHOICE(v801, v901, 0.0);
-  const lanes v903 = v900 + v902;
-  const lanes v904 = v903 * v903;
-  const lanes v905 = v871 * v897;
-  const lanes v906 = v858 * v888;
-  const lanes v907 = v847 * v886;
-  const lanes v908 = LANES_CHOICE(v801, v907, 0.0);
-  const lanes v909 = v906 - v908;
-  const lanes v910 = v898 * v909;
-  const lanes v911 = v905 + v910;
-  const lanes v912 = 1e-150 - v911;
-  const lanes v913 = v912 * v912;
-  const lanes v914 = v904 + v913;
-  lanes v915; LANES_NAME(lanes_sqrt)(&v914, &v915);
-  const lanes v916 = v903 / v915;
-  const lanes v917 = v912 / v915;
-  lanes v918; LANES_NAME(lanes_atan2)(&v916, &v917, &v918);
-  out[0] = v122;
-  out[1] = v144;
-  const lanes v919 = -v176;
-  out[2] = v919;
-  out[3] = v178;
-  out[4] = v223;
-  out[5] = v239;
-  const lanes v920 = -v286;
-  out[6] = v920;
-  out[7] = v122;
-  out[8] = v144;
-  out[9] = v919;
-  out[10] = v178;
-  const lanes v921 = -v295;
-  out[11] = v921;
-  out[12] = v305;
-  const lanes v922 = -v324;
-  out[13] = v922;
-  const lanes v923 = -v333;
-  out[14] = v923;
-  out[15] = v343;
-  const lanes v924 = -v362;
-  out[16] = v924;
-  out[17] = v178;
-  out[18] = v407;
-  out[19] = v423;
-  const lanes v925 = -v470;
-  out[20] = v925;
-  out[21] = v923;
-  out[22] = v343;
-  out[23] = v924;
-  out[24] = v178;
-  const lanes v926 = -v479;
-  out[25] = v926;
-  out[26] = v489;
-  const lanes v927 = -v508;
-  out[27] = v927;
-  out[28] = v545;
-  out[29] = v563;
-  const lanes v928 = -v588;
-  out[30] = v928;
-  const lanes v929 = -v178;
-  out[31] = v929;
-  out[32] = v633;
-  out[33] = v649;
-  const lanes v930 = -v696;
-  out[34] = v930;
-  out[35] = v545;
-  out[36] = v563;
-  out[37] = v928;
-  out[38] = v929;
-  const lanes v931 = -v705;
-  out[39] = v931;
-  out[40] = v715;
-  const lanes v932 = -v734;
-  out[41] = v932;
-  const lanes v933 = -v743;
-  out[42] = v933;
-  out[43] = v753;
-  const lanes v934 = -v772;
-  out[44] = v934;
-  out[45] = v929;
-  out[46] = v817;
-  out[47] = v833;
-  const lanes v935 = -v880;
-  out[48] = v935;
-  out[49] = v933;
-  out[50] = v753;
-  out[51] = v934;
-  out[52] = v929;
-  const lanes v936 = -v889;
-  out[53] = v936;
-  out[54] = v899;
-  const lanes v937 = -v918;
-  out[55] = v937;
-  const lanes v938 = 0.126 * v237;
-  const lanes v939 = v222 * v938;
-  const lanes v940 = v939 * v31;
-  const lanes v941 = 0.126 * v238;
-  const lanes v942 = v941 + 0.4;
-  const lanes v943 = v942 * v35;
-  const lanes v944 = LANES_CHOICE(v23, v943, 0.0);
-  const lanes v945 = v940 - v944;
-  const lanes v946 = v175 * v945;
-  const lanes v947 = v220 * v938;
-  const lanes v948 = v174 * v947;
-  const lanes v949 = LANES_CHOICE(v207, v948, 0.0);
-  const lanes v950 = v946 + v949;
-  const lanes v951 = v950 * v143;
-  const lanes v952 = v939 * v35;
-  const lanes v953 = LANES_CHOICE(v23, v952, 0.0);
-  const lanes v954 = v942 * v31;
-  const lanes v955 = v953 + v954;
-  const lanes v956 = v955 + 0.42;
-  const lanes v957 = v956 * v142;
-  const lanes v958 = v951 + v957;
-  const lanes v959 = v958 * v121;
-  const lanes v960 = v175 * v947;
-  const lanes v961 = LANES_CHOICE(v207, v960, 0.0);
-  const lanes v962 = v174 * v945;
-  const lanes v963 = v961 - v962;
-  const lanes v964 = v963 * v119;
-  const lanes v965 = LANES_CHOICE(v106, v964, 0.0);
-  const lanes v966 = v959 - v965;
-  const lanes v967 = v966 - T_3;
-  const lanes v968 = v967 * v967;
-  const lanes v969 = v963 * v121;
-  const lanes v970 = v958 * v119;
-  const lanes v971 = LANES_CHOICE(v106, v970, 0.0);
-  const lanes v972 = v969 + v971;
-  const lanes v973 = v972 - T_7;
-  const lanes v974 = v973 * v973;
-  const lanes v975 = v968 + v974;
-  const lanes v976 = v950 * v142;
-  const lanes v977 = v956 * v143;
-  const lanes v978 = v976 - v977;
-  const lanes v979 = 0.36 - v978;
-  const lanes v980 = v979 - T_11;
-  const lanes v981 = v980 * v980;
-  const lanes v982 = v975 + v981;
-  const lanes v983 = v121 * v142;
-  const lanes v984 = v983 * v35;
-  const lanes v985 = LANES_CHOICE(v23, v984, 0.0);
-  const lanes v986 = v121 * v143;
-  const lanes v987 = v175 * v986;
-  const lanes v988 = v174 * v119;
-  const lanes v989 = LANES_CHOICE(v106, v988, 0.0);
-  const lanes v990 = v987 + v989;
-  const lanes v991 = v990 * v31;
-  const lanes v992 = v985 + v991;
-  const lanes v993 = v222 * v992;
-  const lanes v994 = v174 * v986;
-  const lanes v995 = v175 * v119;
-  const lanes v996 = LANES_CHOICE(v106, v995, 0.0);
-  const lanes v997 = v994 - v996;
-  const lanes v998 = v220 * v997;
-  const lanes v999 = LANES_CHOICE(v207, v998, 0.0);
-  const lanes v1000 = v993 + v999;
-  const lanes v1001 = v238 * v1000;
-  const lanes v1002 = v983 * v31;
-  const lanes v1003 = v990 * v35;
-  const lanes v1004 = LANES_CHOICE(v23, v1003, 0.0);
-  const lanes v1005 = v1002 - v1004;
-  const lanes v1006 = v237 * v1005;
-  const lanes v1007 = v1001 - v1006;
-  const lanes v1008 = v285 * v1007;
-  const lanes v1009 = v222 * v997;
-  const lanes v1010 = v220 * v992;
-  const lanes v1011 = LANES_CHOICE(v207, v1010, 0.0);
-  const lanes v1012 = v1009 - v1011;
-  const lanes v1013 = v284 * v1012;
-  const lanes v1014 = v1008 - v1013;
-  const lanes v1015 = v1014 - T_0;
-  const lanes v1016 = v1015 * v1015;
-  const lanes v1017 = v285 * v1012;
-  const lanes v1018 = v284 * v1007;
-  const lanes v1019 = v1017 + v1018;
-  const lanes v1020 = v1019 - T_1;
-  const lanes v1021 = v1020 * v1020;
-  const lanes v1022 = v1016 + v1021;
-  const lanes v1023 = v238 * v1005;
-  const lanes v1024 = v237 * v1000;
-  const lanes v1025 = v1023 + v1024;
-  const lanes v1026 = v1025 - T_2;
-  const lanes v1027 = v1026 * v1026;
-  const lanes v1028 = v1022 + v1027;
-  const lanes v1029 = v119 * v142;
-  const lanes v1030 = v1029 * v35;
-  const lanes v1031 = LANES_CHOICE(v106, v1030, 0.0);
-  const lanes v1032 = LANES_CHOICE(v23, v1031, 0.0);
-  const lanes v1033 = v119 * v143;
-  const lanes v1034 = v175 * v1033;
-  const lanes v1035 = LANES_CHOICE(v106, v1034, 0.0);
-  const lanes v1036 = v174 * v121;
-  const lanes v1037 = v1035 - v1036;
-  const lanes v1038 = v1037 * v31;
-  const lanes v1039 = v1032 + v1038;
-  const lanes v1040 = v222 * v1039;
-  const lanes v1041 = v175 * v121;
-  const lanes v1042 = v174 * v1033;
-  const lanes v1043 = LANES_CHOICE(v106, v1042, 0.0);
-  const lanes v1044 = v1041 + v1043;
-  const lanes v1045 = v220 * v1044;
-  const lanes v1046 = LANES_CHOICE(v207, v1045, 0.0);
-  const lanes v1047 = v1040 + v1046;
-  const lanes v1048 = v238 * v1047;
-  const lanes v1049 = v1029 * v31;
-  const lanes v1050 = LANES_CHOICE(v106, v1049, 0.0);
-  const lanes v1051 = v1037 * v35;
-  const lanes v1052 = LANES_CHOICE(v23, v1051, 0.0);
-  const lanes v1053 = v1050 - v1052;
-  const lanes v1054 = v237 * v1053;
-  const lanes v1055 = v1048 - v1054;
-  const lanes v1056 = v285 * v1055;
-  const lanes v1057 = v222 * v1044;
-  const lanes v1058 = v220 * v1039;
-  const lanes v1059 = LANES_CHOICE(v207, v1058, 0.0);
-  const lanes v1060 = v1057 - v1059;
-  const lanes v1061 = v284 * v1060;
-  const lanes v1062 = v1056 - v1061;
-  const lanes v1063 = v1062 - T_4;
-  const lanes v1064 = v1063 * v1063;
-  const lanes v1065 = v1028 + v1064;
-  const lanes v1066 = v285 * v1060;
-  const lanes v1067 = v284 * v1055;
-  const lanes v1068 = v1066 + v1067;
-  const lanes v1069 = v1068 - T_5;
-  const lanes v1070 = v1069 * v1069;
-  const lanes v1071 = v1065 + v1070;
-  const lanes v1072 = v238 * v1053;
-  const lanes v1073 = v237 * v1047;
-  const lanes v1074 = v1072 + v1073;
-  const lanes v1075 = v1074 - T_6;
-  const lanes v1076 = v1075 * v1075;
-  const lanes v1077 = v1071 + v1076;
-  const lanes v1078 = v35 * v143;
-  const lanes v1079 = LANES_CHOICE(v23, v1078, 0.0);
-  const lanes v1080 = v175 * v142;
-  const lanes v1081 = v1080 * v31;
-  const lanes v1082 = v1079 - v1081;
-  const lanes v1083 = v222 * v1082;
-  const lanes v1084 = v174 * v142;
-  const lanes v1085 = v220 * v1084;
-  const lanes v1086 = LANES_CHOICE(v207, v1085, 0.0);
-  const lanes v1087 = v1083 - v1086;
-  const lanes v1088 = v238 * v1087;
-  const lanes v1089 = v1080 * v35;
-  const lanes v1090 = LANES_CHOICE(v23, v1089, 0.0);
-  const lanes v1091 = v31 * v143;
-  const lanes v1092 = v1090 + v1091;
-  const lanes v1093 = v237 * v1092;
-  const lanes v1094 = v1088 - v1093;
-  const lanes v1095 = v285 * v1094;
-  const lanes v1096 = v222 * v1084;
-  const lanes v1097 = v220 * v1082;
-  const lanes v1098 = LANES_CHOICE(v207, v1097, 0.0);
-  const lanes v1099 = v1096 + v1098;
-  const lanes v1100 = v284 * v1099;
-  const lanes v1101 = v1095 + v1100;
-  const lanes v1102 = v1101 - T_8;
-  const lanes v1103 = v1102 * v1102;
-  const lanes v1104 = v1077 + v1103;
-  const lanes v1105 = v284 * v1094;
-  const lanes v1106 = v285 * v1099;
-  const lanes v1107 = v1105 - v1106;
-  const lanes v1108 = v1107 - T_9;
-  const lanes v1109 = v1108 * v1108;
-  const lanes v1110 = v1104 + v1109;
-  const lanes v1111 = v238 * v1092;
-  const lanes v1112 = v237 * v1087;
-  const lanes v1113 = v1111 + v1112;
-  const lanes v1114 = v1113 - T_10;
-  const lanes v1115 = v1114 * v1114;
-  const lanes v1116 = v1110 + v1115;
-  const lanes v1117 = 0.5 * v1116;
-  lanes v1118; LANES_NAME(lanes_fmax)(&v982, &v1117, &v1118);
-  lanes v1119; LANES_NAME(lanes_sqrt)(&v1118, &v1119);
-  out[56] = v1119;
-  const lanes v1120 = 0.126 * v303;
-  const lanes v1121 = v292 * v1120;
-  const lanes v1122 = v175 * v1121;
-  const lanes v1123 = LANES_CHOICE(v207, v1122, 0.0);
-  const lanes v1124 = v294 * v1120;
-  const lanes v1125 = v1124 * v31;
-  const lanes v1126 = 0.126 * v304;
-  const lanes v1127 = v1126 + 0.4;
-  const lanes v1128 = v1127 * v35;
-  const lanes v1129 = LANES_CHOICE(v23, v1128, 0.0);
-  const lanes v1130 = v1125 - v1129;
-  const lanes v1131 = v174 * v1130;
-  const lanes v1132 = v1123 + v1131;
-  const lanes v1133 = v1132 * v119;
-  const lanes v1134 = LANES_CHOICE(v106, v1133, 0.0);
-  const lanes v1135 = v175 * v1130;
-  const lanes v1136 = v174 * v1121;
-  const lanes v1137 = LANES_CHOICE(v207, v1136, 0.0);
-  const lanes v1138 = v1135 - v1137;
-  const lanes v1139 = v1138 * v143;
-  const lanes v1140 = v1124 * v35;
-  const lanes v1141 = LANES_CHOICE(v23, v1140, 0.0);
-  const lanes v1142 = v1127 * v31;
-  const lanes v1143 = v1141 + v1142;
-  const lanes v1144 = v1143 + 0.42;
-  const lanes v1145 = v1144 * v142;
-  const lanes v1146 = v1139 + v1145;
-  const lanes v1147 = v1146 * v121;
-  const lanes v1148 = v1134 + v1147;
-  const lanes v1149 = v1148 - T_3;
-  const lanes v1150 = v1149 * v1149;
-  const lanes v1151 = v1146 * v119;
-  const lanes v1152 = LANES_CHOICE(v106, v1151, 0.0);
-  const lanes v1153 = v1132 * v121;
-  const lanes v1154 = v1152 - v1153;
-  const lanes v1155 = v1154 - T_7;
-  const lanes v1156 = v1155 * v1155;
-  const lanes v1157 = v1150 + v1156;
-  const lanes v1158 = v1138 * v142;
-  const lanes v1159 = v1144 * v143;
-  const lanes v1160 = v1158 - v1159;
-  const lanes v1161 = 0.36 - v1160;
-  const lanes v1162 = v1161 - T_11;
-  const lanes v1163 = v1162 * v1162;
-  const lanes v1164 = v1157 + v1163;
-  const lanes v1165 = v992 * v294;
-  const lanes v1166 = v997 * v292;
-  const lanes v1167 = LANES_CHOICE(v207, v1166, 0.0);
-  const lanes v1168 = v1165 - v1167;
-  const lanes v1169 = v304 * v1168;
-  const lanes v1170 = v1005 * v303;
-  const lanes v1171 = v1169 - v1170;
-  const lanes v1172 = v323 * v1171;
-  const lanes v1173 = v997 * v294;
-  const lanes v1174 = v992 * v292;
-  const lanes v1175 = LANES_CHOICE(v207, v1174, 0.0);
-  const lanes v1176 = v1173 + v1175;
-  const lanes v1177 = v322 * v1176;
-  const lanes v1178 = v1172 - v1177;
-  const lanes v1179 = v1178 - T_0;
-  const lanes v1180 = v1179 * v1179;
-  const lanes v1181 = v323 * v1176;
-  const lanes v1182 = v322 * v1171;
-  const lanes v1183 = v1181 + v1182;
-  const lanes v1184 = v1183 - T_1;
-  const lanes v1185 = v1184 * v1184;
-  const lanes v1186 = v1180 + v1185;
-  const lanes v1187 = v1005 * v304;
-  const lanes v1188 = v303 * v1168;
-  const lanes v1189 = v1187 + v1188;
-  const lanes v1190 = v1189 - T_2;
-  const lanes v1191 = v1190 * v1190;
-  const lanes v1192 = v1186 + v1191;
-  const lanes v1193 = v1039 * v294;
-  const lanes v1194 = v1044 * v292;
-  const lanes v1195 = LANES_CHOICE(v207, v1194, 0.0);
-  const lanes v1196 = v1193 - v1195;
-  const lanes v1197 = v304 * v1196;
-  const lanes v1198 = v1053 * v303;
-  const lanes v1199 = v1197 - v1198;
-  const lanes v1200 = v323 * v1199;
-  const lanes v1201 = v1044 * v294;
-  const lanes v1202 = v1039 * v292;
-  const lanes v1203 = LANES_CHOICE(v207, v1202, 0.0);
-  const lanes v1204 = v1201 + v1203;
-  const lanes v1205 = v322 * v1204;
-  const lanes v1206 = v1200 - v1205;
-  const lanes v1207 = v1206 - T_4;
-  const lanes v1208 = v1207 * v1207;
-  const lanes v1209 = v1192 + v1208;
-  const lanes v1210 = v323 * v1204;
-  const lanes v1211 = v322 * v1199;
-  const lanes v1212 = v1210 + v1211;
-  const lanes v1213 = v1212 - T_5;
-  const lanes v1214 = v1213 * v1213;
-  const lanes v1215 = v1209 + v1214;
-  const lanes v1216 = v1053 * v304;
-  const lanes v1217 = v303 * v1196;
-  const lanes v1218 = v1216 + v1217;
-  const lanes v1219 = v1218 - T_6;
-  const lanes v1220 = v1219 * v1219;
-  const lanes v1221 = v1215 + v1220;
-  const lanes v1222 = v1084 * v292;
-  const lanes v1223 = LANES_CHOICE(v207, v1222, 0.0);
-  const lanes v1224 = v1082 * v294;
-  const lanes v1225 = v1223 + v1224;
-  const lanes v1226 = v304 * v1225;
-  const lanes v1227 = v1092 * v303;
-  const lanes v1228 = v1226 - v1227;
-  const lanes v1229 = v323 * v1228;
-  const lanes v1230 = v1084 * v294;
-  const lanes v1231 = v1082 * v292;
-  const lanes v1232 = LANES_CHOICE(v207, v1231, 0.0);
-  const lanes v1233 = v1230 - v1232;
-  const lanes v1234 = v322 * v1233;
-  const lanes v1235 = v1229 + v1234;
-  const lanes v1236 = v1235 - T_8;
-  const lanes v1237 = v1236 * v1236;
-  const lanes v1238 = v1221 + v1237;
-  const lanes v1239 = v322 * v1228;
-  const lanes v1240 = v323 * v1233;
-  const lanes v1241 = v1239 - v1240;
-  const lanes v1242 = v1241 - T_9;
-  const lanes v1243 = v1242 * v1242;
-  const lanes v1244 = v1238 + v1243;
-  const lanes v1245 = v1092 * v304;
-  const lanes v1246 = v303 * v1225;
-  const lanes v1247 = v1245 + v1246;
-  const lanes v1248 = v1247 - T_10;
-  const lanes v1249 = v1248 * v1248;
-  const lanes v1250 = v1244 + v1249;
-  const lanes v1251 = 0.5 * v1250;
-  lanes v1252; LANES_NAME(lanes_fmax)(&v1164, &v1251, &v1252);
-  lanes v1253; LANES_NAME(lanes_sqrt)(&v1252, &v1253);
-  out[57] = v1253;
-  const lanes v1254 = 0.126 * v421;
-  const lanes v1255 = v406 * v1254;
-  const lanes v1256 = v1255 * v31;
-  const lanes v1257 = 0.126 * v422;
-  const lanes v1258 = v1257 + 0.4;
-  const lanes v1259 = v1258 * v35;
-  const lanes v1260 = LANES_CHOICE(v23, v1259, 0.0);
-  const lanes v1261 = v1256 - v1260;
-  const lanes v1262 = v361 * v1261;
-  const lanes v1263 = v404 * v1254;
-  const lanes v1264 = v360 * v1263;
-  const lanes v1265 = LANES_CHOICE(v391, v1264, 0.0);
-  const lanes v1266 = v1262 + v1265;
-  const lanes v1267 = v342 * v1266;
-  const lanes v1268 = v1255 * v35;
-  const lanes v1269 = LANES_CHOICE(v23, v1268, 0.0);
-  const lanes v1270 = v1258 * v31;
-  const lanes v1271 = v1269 + v1270;
-  const lanes v1272 = v1271 + 0.42;
-  const lanes v1273 = v341 * v1272;
-  const lanes v1274 = v1267 + v1273;
-  const lanes v1275 = v332 * v1274;
-  const lanes v1276 = v361 * v1263;
-  const lanes v1277 = LANES_CHOICE(v391, v1276, 0.0);
-  const lanes v1278 = v360 * v1261;
-  const lanes v1279 = v1277 - v1278;
-  const lanes v1280 = v330 * v1279;
-  const lanes v1281 = LANES_CHOICE(v106, v1280, 0.0);
-  const lanes v1282 = v1275 + v1281;
-  const lanes v1283 = v1282 - T_3;
-  const lanes v1284 = v1283 * v1283;
-  const lanes v1285 = v332 * v1279;
-  const lanes v1286 = v330 * v1274;
-  const lanes v1287 = LANES_CHOICE(v106, v1286, 0.0);
-  const lanes v1288 = v1285 - v1287;
-  const lanes v1289 = v1288 - T_7;
-  const lanes v1290 = v1289 * v1289;
-  const lanes v1291 = v1284 + v1290;
-  const lanes v1292 = v341 * v1266;
-  const lanes v1293 = v342 * v1272;
-  const lanes v1294 = v1292 - v1293;
-  const lanes v1295 = 0.36 - v1294;
-  const lanes v1296 = v1295 - T_11;
-  const lanes v1297 = v1296 * v1296;
-  const lanes v1298 = v1291 + v1297;
-  const lanes v1299 = v332 * v341;
-  const lanes v1300 = v1299 * v35;
-  const lanes v1301 = LANES_CHOICE(v23, v1300, 0.0);
-  const lanes v1302 = v332 * v342;
-  const lanes v1303 = v361 * v1302;
-  const lanes v1304 = v330 * v360;
-  const lanes v1305 = LANES_CHOICE(v106, v1304, 0.0);
-  const lanes v1306 = v1303 - v1305;
-  const lanes v1307 = v1306 * v31;
-  const lanes v1308 = v1301 + v1307;
-  const lanes v1309 = v406 * v1308;
-  const lanes v1310 = v330 * v361;
-  const lanes v1311 = LANES_CHOICE(v106, v1310, 0.0);
-  const lanes v1312 = v360 * v1302;
-  const lanes v1313 = v1311 + v1312;
-  const lanes v1314 = v404 * v1313;
-  const lanes v1315 = LANES_CHOICE(v391, v1314, 0.0);
-  const lanes v1316 = v1309 + v1315;
-  const lanes v1317 = v422 * v1316;
-  const lanes v1318 = v1299 * v31;
-  const lanes v1319 = v1306 * v35;
-  const lanes v1320 = LANES_CHOICE(v23, v1319, 0.0);
-  const lanes v1321 = v1318 - v1320;
-  const lanes v1322 = v421 * v1321;
-  const lanes v1323 = v1317 - v1322;
-  const lanes v1324 = v469 * v1323;
-  const lanes v1325 = v406 * v1313;
-  const lanes v1326 = v404 * v1308;
-  const lanes v1327 = LANES_CHOICE(v391, v1326, 0.0);
-  const lanes v1328 = v1325 - v1327;
-  const lanes v1329 = v468 * v1328;
-  const lanes v1330 = v1324 - v1329;
-  const lanes v1331 = v1330 - T_0;
-  const lanes v1332 = v1331 * v1331;
-  const lanes v1333 = v469 * v1328;
-  const lanes v1334 = v468 * v1323;
-  const lanes v1335 = v1333 + v1334;
-  const lanes v1336 = v1335 - T_1;
-  const lanes v1337 = v1336 * v1336;
-  const lanes v1338 = v1332 + v1337;
-  const lanes v1339 = v422 * v1321;
-  const lanes v1340 = v421 * v1316;
-  const lanes v1341 = v1339 + v1340;
-  const lanes v1342 = v1341 - T_2;
-  const lanes v1343 = v1342 * v1342;
-  const lanes v1344 = v1338 + v1343;
-  const lanes v1345 = v332 * v361;
-  const lanes v1346 = v330 * v342;
-  const lanes v1347 = v360 * v1346;
-  const lanes v1348 = LANES_CHOICE(v106, v1347, 0.0);
-  const lanes v1349 = v1345 - v1348;
-  const lanes v1350 = v404 * v1349;
-  const lanes v1351 = LANES_CHOICE(v391, v1350, 0.0);
-  const lanes v1352 = v330 * v341;
-  const lanes v1353 = v1352 * v35;
-  const lanes v1354 = LANES_CHOICE(v106, v1353, 0.0);
-  const lanes v1355 = LANES_CHOICE(v23, v1354, 0.0);
-  const lanes v1356 = v332 * v360;
-  const lanes v1357 = v361 * v1346;
-  const lanes v1358 = LANES_CHOICE(v106, v1357, 0.0);
-  const lanes v1359 = v1356 + v1358;
-  const lanes v1360 = v1359 * v31;
-  const lanes v1361 = v1355 + v1360;
-  const lanes v1362 = v406 * v1361;
-  const lanes v1363 = v1351 - v1362;
-  const lanes v1364 = v422 * v1363;
-  const lanes v1365 = v1359 * v35;
-  const lanes v1366 = LANES_CHOICE(v23, v1365, 0.0);
-  const lanes v1367 = v1352 * v31;
-  const lanes v1368 = LANES_CHOICE(v106, v1367, 0.0);
-  const lanes v1369 = v1366 - v1368;
-  const lanes v1370 = v421 * v1369;
-  const lanes v1371 = v1364 - v1370;
-  const lanes v1372 = v469 * v1371;
-  const lanes v1373 = v406 * v1349;
-  const lanes v1374 = v404 * v1361;
-  const lanes v1375 = LANES_CHOICE(v391, v1374, 0.0);
-  const lanes v1376 = v1373 + v1375;
-  const lanes v1377 = v468 * v1376;
-  const lanes v1378 = v1372 - v1377;
-  const lanes v1379 = v1378 - T_4;
-  const lanes v1380 = v1379 * v1379;
-  const lanes v1381 = v1344 + v1380;
-  const lanes v1382 = v469 * v1376;
-  const lanes v1383 = v468 * v1371;
-  const lanes v1384 = v1382 + v1383;
-  const lanes v1385 = v1384 - T_5;
-  const lanes v1386 = v1385 * v1385;
-  const lanes v1387 = v1381 + v1386;
-  const lanes v1388 = v422 * v1369;
-  const lanes v1389 = v421 * v1363;
-  const lanes v1390 = v1388 + v1389;
-  const lanes v1391 = v1390 - T_6;
-  const lanes v1392 = v1391 * v1391;
-  const lanes v1393 = v1387 + v1392;
-  const lanes v1394 = v342 * v35;
-  const lanes v1395 = LANES_CHOICE(v23, v1394, 0.0);
-  const lanes v1396 = v341 * v361;
-  const lanes v1397 = v1396 * v31;
-  const lanes v1398 = v1395 - v1397;
-  const lanes v1399 = v406 * v1398;
-  const lanes v1400 = v341 * v360;
-  const lanes v1401 = v404 * v1400;
-  const lanes v1402 = LANES_CHOICE(v391, v1401, 0.0);
-  const lanes v1403 = v1399 - v1402;
-  const lanes v1404 = v422 * v1403;
-  const lanes v1405 = v342 * v31;
-  const lanes v1406 = v1396 * v35;
-  const lanes v1407 = LANES_CHOICE(v23, v1406, 0.0);
-  const lanes v1408 = v1405 + v1407;
-  const lanes v1409 = v421 * v1408;
-  const lanes v1410 = v1404 - v1409;
-  const lanes v1411 = v469 * v1410;
-  const lanes v1412 = v406 * v1400;
-  const lanes v1413 = v404 * v1398;
-  const lanes v1414 = LANES_CHOICE(v391, v1413, 0.0);
-  const lanes v1415 = v1412 + v1414;
-  const lanes v1416 = v468 * v1415;
-  const lanes v1417 = v1411 + v1416;
-  const lanes v1418 = v1417 - T_8;
-  const lanes v1419 = v1418 * v1418;
-  const lanes v1420 = v1393 + v1419;
-  const lanes v1421 = v468 * v1410;
-  const lanes v1422 = v469 * v1415;
-  const lanes v1423 = v1421 - v1422;
-  const lanes v1424 = v1423 - T_9;
-  const lanes v1425 = v1424 * v1424;
-  const lanes v1426 = v1420 + v1425;
-  const lanes v1427 = v422 * v1408;
-  const lanes v1428 = v421 * v1403;
-  const lanes v1429 = v1427 + v1428;
-  const lanes v1430 = v1429 - T_10;
-  const lanes v1431 = v1430 * v1430;
-  const lanes v1432 = v1426 + v1431;
-  const lanes v1433 = 0.5 * v1432;
-  lanes v1434; LANES_NAME(lanes_fmax)(&v1298, &v1433, &v1434);
-  lanes v1435; LANES_NAME(lanes_sqrt)(&v1434, &v1435);
-  out[58] = v1435;
-  const lanes v1436 = 0.126 * v487;
-  const lanes v1437 = v478 * v1436;
-  const lanes v1438 = v31 * v1437;
-  const lanes v1439 = 0.126 * v488;
-  const lanes v1440 = v1439 + 0.4;
-  const lanes v1441 = v35 * v1440;
-  const lanes v1442 = LANES_CHOICE(v23, v1441, 0.0);
-  const lanes v1443 = v1438 - v1442;
-  const lanes v1444 = v361 * v1443;
-  const lanes v1445 = v476 * v1436;
-  const lanes v1446 = v360 * v1445;
-  const lanes v1447 = LANES_CHOICE(v391, v1446, 0.0);
-  const lanes v1448 = v1444 - v1447;
-  const lanes v1449 = v342 * v1448;
-  const lanes v1450 = v31 * v1440;
-  const lanes v1451 = v35 * v1437;
-  const lanes v1452 = LANES_CHOICE(v23, v1451, 0.0);
-  const lanes v1453 = v1450 + v1452;
-  const lanes v1454 = v1453 + 0.42;
-  const lanes v1455 = v341 * v1454;
-  const lanes v1456 = v1449 + v1455;
-  const lanes v1457 = v332 * v1456;
-  const lanes v1458 = v361 * v1445;
-  const lanes v1459 = LANES_CHOICE(v391, v1458, 0.0);
-  const lanes v1460 = v360 * v1443;
-  const lanes v1461 = v1459 + v1460;
-  const lanes v1462 = v330 * v1461;
-  const lanes v1463 = LANES_CHOICE(v106, v1462, 0.0);
-  const lanes v1464 = v1457 - v1463;
-  const lanes v1465 = v1464 - T_3;
-  const lanes v1466 = v1465 * v1465;
-  const lanes v1467 = v332 * v1461;
-  const lanes v1468 = v330 * v1456;
-  const lanes v1469 = LANES_CHOICE(v106, v1468, 0.0);
-  const lanes v1470 = v1467 + v1469;
-  const lanes v1471 = T_7 + v1470;
-  const lanes v1472 = v1471 * v1471;
-  const lanes v1473 = v1466 + v1472;
-  const lanes v1474 = v341 * v1448;
-  const lanes v1475 = v342 * v1454;
-  const lanes v1476 = v1474 - v1475;
-  const lanes v1477 = 0.36 - v1476;
-  const lanes v1478 = v1477 - T_11;
-  const lanes v1479 = v1478 * v1478;
-  const lanes v1480 = v1473 + v1479;
-  const lanes v1481 = v1308 * v478;
-  const lanes v1482 = v1313 * v476;
-  const lanes v1483 = LANES_CHOICE(v391, v1482, 0.0);
-  const lanes v1484 = v1481 - v1483;
-  const lanes v1485 = v488 * v1484;
-  const lanes v1486 = v1321 * v487;
-  const lanes v1487 = v1485 - v1486;
-  const lanes v1488 = v507 * v1487;
-  const lanes v1489 = v1313 * v478;
-  const lanes v1490 = v1308 * v476;
-  const lanes v1491 = LANES_CHOICE(v391, v1490, 0.0);
-  const lanes v1492 = v1489 + v1491;
-  const lanes v1493 = v506 * v1492;
-  const lanes v1494 = v1488 - v1493;
-  const lanes v1495 = v1494 - T_0;
-  const lanes v1496 = v1495 * v1495;
-  const lanes v1497 = v507 * v1492;
-  const lanes v1498 = v506 * v1487;
-  const lanes v1499 = v1497 + v1498;
-  const lanes v1500 = v1499 - T_1;
-  const lanes v1501 = v1500 * v1500;
-  const lanes v1502 = v1496 + v1501;
-  const lanes v1503 = v1321 * v488;
-  const lanes v1504 = v487 * v1484;
-  const lanes v1505 = v1503 + v1504;
-  const lanes v1506 = v1505 - T_2;
-  const lanes v1507 = v1506 * v1506;
-  const lanes v1508 = v1502 + v1507;
-  const lanes v1509 = v1369 * v487;
-  const lanes v1510 = v1349 * v476;
-  const lanes v1511 = LANES_CHOICE(v391, v1510, 0.0);
-  const lanes v1512 = v1361 * v478;
-  const lanes v1513 = v1511 + v1512;
-  const lanes v1514 = v488 * v1513;
-  const lanes v1515 = v1509 + v1514;
-  const lanes v1516 = v507 * v1515;
-  const lanes v1517 = v1349 * v478;
-  const lanes v1518 = v1361 * v476;
-  const lanes v1519 = LANES_CHOICE(v391, v1518, 0.0);
-  const lanes v1520 = v1517 - v1519;
-  const lanes v1521 = v506 * v1520;
-  const lanes v1522 = v1516 + v1521;
-  const lanes v1523 = T_4 + v1522;
-  const lanes v1524 = v1523 * v1523;
-  const lanes v1525 = v1508 + v1524;
-  const lanes v1526 = v507 * v1520;
-  const lanes v1527 = v506 * v1515;
-  const lanes v1528 = v1526 - v1527;
-  const lanes v1529 = v1528 - T_5;
-  const lanes v1530 = v1529 * v1529;
-  const lanes v1531 = v1525 + v1530;
-  const lanes v1532 = v1369 * v488;
-  const lanes v1533 = v487 * v1513;
-  const lanes v1534 = v1532 - v1533;
-  const lanes v1535 = v1534 - T_6;
-  const lanes v1536 = v1535 * v1535;
-  const lanes v1537 = v1531 + v1536;
-  const lanes v1538 = v1400 * v476;
-  const lanes v1539 = LANES_CHOICE(v391, v1538, 0.0);
-  const lanes v1540 = v1398 * v478;
-  const lanes v1541 = v1539 + v1540;
-  const lanes v1542 = v488 * v1541;
-  const lanes v1543 = v1408 * v487;
-  const lanes v1544 = v1542 - v1543;
-  const lanes v1545 = v507 * v1544;
-  const lanes v1546 = v1400 * v478;
-  const lanes v1547 = v1398 * v476;
-  const lanes v1548 = LANES_CHOICE(v391, v1547, 0.0);
-  const lanes v1549 = v1546 - v1548;
-  const lanes v1550 = v506 * v1549;
-  const lanes v1551 = v1545 + v1550;
-  const lanes v1552 = v1551 - T_8;
-  const lanes v1553 = v1552 * v1552;
-  const lanes v1554 = v1537 + v1553;
-  const lanes v1555 = v506 * v1544;
-  const lanes v1556 = v507 * v1549;
-  const lanes v1557 = v1555 - v1556;
-  const lanes v1558 = v1557 - T_9;
-  const lanes v1559 = v1558 * v1558;
-  const lanes v1560 = v1554 + v1559;
-  const lanes v1561 = v1408 * v488;
-  const lanes v1562 = v487 * v1541;
-  const lanes v1563 = v1561 + v1562;
-  const lanes v1564 = v1563 - T_10;
-  const lanes v1565 = v1564 * v1564;
-  const lanes v1566 = v1560 + v1565;
-  const lanes v1567 = 0.5 * v1566;
-  lanes v1568; LANES_NAME(lanes_fmax)(&v1480, &v1567, &v1568);
-  lanes v1569; LANES_NAME(lanes_sqrt)(&v1568, &v1569);
-  out[59] = v1569;
-  const lanes v1570 = 0.126 * v647;
-  const lanes v1571 = v632 * v1570;
-  const lanes v1572 = v31 * v1571;
-  const lanes v1573 = 0.126 * v648;
-  const lanes v1574 = v1573 + 0.4;
-  const lanes v1575 = v35 * v1574;
-  const lanes v1576 = LANES_CHOICE(v23, v1575, 0.0);
-  const lanes v1577 = v1572 + v1576;
-  const lanes v1578 = v587 * v1577;
-  const lanes v1579 = v630 * v1570;
-  const lanes v1580 = v586 * v1579;
-  const lanes v1581 = LANES_CHOICE(v617, v1580, 0.0);
-  const lanes v1582 = v1578 + v1581;
-  const lanes v1583 = v562 * v1582;
-  const lanes v1584 = v31 * v1574;
-  const lanes v1585 = v35 * v1571;
-  const lanes v1586 = LANES_CHOICE(v23, v1585, 0.0);
-  const lanes v1587 = v1584 - v1586;
-  const lanes v1588 = v1587 + 0.42;
-  const lanes v1589 = v561 * v1588;
-  const lanes v1590 = v1583 + v1589;
-  const lanes v1591 = v544 * v1590;
-  const lanes v1592 = v587 * v1579;
-  const lanes v1593 = LANES_CHOICE(v617, v1592, 0.0);
-  const lanes v1594 = v586 * v1577;
-  const lanes v1595 = v1593 - v1594;
-  const lanes v1596 = v542 * v1595;
-  const lanes v1597 = LANES_CHOICE(v529, v1596, 0.0);
-  const lanes v1598 = v1591 - v1597;
-  const lanes v1599 = v1598 - T_3;
-  const lanes v1600 = v1599 * v1599;
-  const lanes v1601 = v544 * v1595;
-  const lanes v1602 = v542 * v1590;
-  const lanes v1603 = LANES_CHOICE(v529, v1602, 0.0);
-  const lanes v1604 = v1601 + v1603;
-  const lanes v1605 = v1604 - T_7;
-  const lanes v1606 = v1605 * v1605;
-  const lanes v1607 = v1600 + v1606;
-  const lanes v1608 = v561 * v1582;
-  const lanes v1609 = v562 * v1588;
-  const lanes v1610 = v1608 - v1609;
-  const lanes v1611 = 0.36 - v1610;
-  const lanes v1612 = v1611 - T_11;
-  const lanes v1613 = v1612 * v1612;
-  const lanes v1614 = v1607 + v1613;
-  const lanes v1615 = v542 * v586;
-  const lanes v1616 = LANES_CHOICE(v529, v1615, 0.0);
-  const lanes v1617 = v544 * v562;
-  const lanes v1618 = v587 * v1617;
-  const lanes v1619 = v1616 + v1618;
-  const lanes v1620 = v31 * v1619;
-  const lanes v1621 = v544 * v561;
-  const lanes v1622 = v35 * v1621;
-  const lanes v1623 = LANES_CHOICE(v23, v1622, 0.0);
-  const lanes v1624 = v1620 - v1623;
-  const lanes v1625 = v632 * v1624;
-  const lanes v1626 = v586 * v1617;
-  const lanes v1627 = v542 * v587;
-  const lanes v1628 = LANES_CHOICE(v529, v1627, 0.0);
-  const lanes v1629 = v1626 - v1628;
-  const lanes v1630 = v630 * v1629;
-  const lanes v1631 = LANES_CHOICE(v617, v1630, 0.0);
-  const lanes v1632 = v1625 + v1631;
-  const lanes v1633 = v648 * v1632;
-  const lanes v1634 = v31 * v1621;
-  const lanes v1635 = v35 * v1619;
-  const lanes v1636 = LANES_CHOICE(v23, v1635, 0.0);
-  const lanes v1637 = v1634 + v1636;
-  const lanes v1638 = v647 * v1637;
-  const lanes v1639 = v1633 - v1638;
-  const lanes v1640 = v695 * v1639;
-  const lanes v1641 = v632 * v1629;
-  const lanes v1642 = v630 * v1624;
-  const lanes v1643 = LANES_CHOICE(v617, v1642, 0.0);
-  const lanes v1644 = v1641 - v1643;
-  const lanes v1645 = v694 * v1644;
-  const lanes v1646 = v1640 - v1645;
-  const lanes v1647 = v1646 - T_0;
-  const lanes v1648 = v1647 * v1647;
-  const lanes v1649 = v695 * v1644;
-  const lanes v1650 = v694 * v1639;
-  const lanes v1651 = v1649 + v1650;
-  const lanes v1652 = v1651 - T_1;
-  const lanes v1653 = v1652 * v1652;
-  const lanes v1654 = v1648 + v1653;
-  const lanes v1655 = v648 * v1637;
-  const lanes v1656 = v647 * v1632;
-  const lanes v1657 = v1655 + v1656;
-  const lanes v1658 = v1657 - T_2;
-  const lanes v1659 = v1658 * v1658;
-  const lanes v1660 = v1654 + v1659;
-  const lanes v1661 = v542 * v562;
-  const lanes v1662 = v587 * v1661;
-  const lanes v1663 = LANES_CHOICE(v529, v1662, 0.0);
-  const lanes v1664 = v544 * v586;
-  const lanes v1665 = v1663 - v1664;
-  const lanes v1666 = v31 * v1665;
-  const lanes v1667 = v542 * v561;
-  const lanes v1668 = v35 * v1667;
-  const lanes v1669 = LANES_CHOICE(v23, v1668, 0.0);
-  const lanes v1670 = LANES_CHOICE(v529, v1669, 0.0);
-  const lanes v1671 = v1666 - v1670;
-  const lanes v1672 = v632 * v1671;
-  const lanes v1673 = v544 * v587;
-  const lanes v1674 = v586 * v1661;
-  const lanes v1675 = LANES_CHOICE(v529, v1674, 0.0);
-  const lanes v1676 = v1673 + v1675;
-  const lanes v1677 = v630 * v1676;
-  const lanes v1678 = LANES_CHOICE(v617, v1677, 0.0);
-  const lanes v1679 = v1672 + v1678;
-  const lanes v1680 = v648 * v1679;
-  const lanes v1681 = v31 * v1667;
-  const lanes v1682 = LANES_CHOICE(v529, v1681, 0.0);
-  const lanes v1683 = v35 * v1665;
-  const lanes v1684 = LANES_CHOICE(v23, v1683, 0.0);
-  const lanes v1685 = v1682 + v1684;
-  const lanes v1686 = v647 * v1685;
-  const lanes v1687 = v1680 - v1686;
-  const lanes v1688 = v695 * v1687;
-  const lanes v1689 = v632 * v1676;
-  const lanes v1690 = v630 * v1671;
-  const lanes v1691 = LANES_CHOICE(v617, v1690, 0.0);
-  const lanes v1692 = v1689 - v1691;
-  const lanes v1693 = v694 * v1692;
-  const lanes v1694 = v1688 - v1693;
-  const lanes v1695 = v1694 - T_4;
-  const lanes v1696 = v1695 * v1695;
-  const lanes v1697 = v1660 + v1696;
-  const lanes v1698 = v695 * v1692;
-  const lanes v1699 = v694 * v1687;
-  const lanes v1700 = v1698 + v1699;
-  const lanes v1701 = v1700 - T_5;
-  const lanes v1702 = v1701 * v1701;
-  const lanes v1703 = v1697 + v1702;
-  const lanes v1704 = v648 * v1685;
-  const lanes v1705 = v647 * v1679;
-  const lanes v1706 = v1704 + v1705;
-  const lanes v1707 = v1706 - T_6;
-  const lanes v1708 = v1707 * v1707;
-  const lanes v1709 = v1703 + v1708;
-  const lanes v1710 = v561 * v586;
-  const lanes v1711 = v632 * v1710;
-  const lanes v1712 = v561 * v587;
-  const lanes v1713 = v31 * v1712;
-  const lanes v1714 = v35 * v562;
-  const lanes v1715 = LANES_CHOICE(v23, v1714, 0.0);
-  const lanes v1716 = v1713 + v1715;
-  const lanes v1717 = v630 * v1716;
-  const lanes v1718 = LANES_CHOICE(v617, v1717, 0.0);
-  const lanes v1719 = v1711 - v1718;
-  const lanes v1720 = v694 * v1719;
-  const lanes v1721 = v632 * v1716;
-  const lanes v1722 = v630 * v1710;
-  const lanes v1723 = LANES_CHOICE(v617, v1722, 0.0);
-  const lanes v1724 = v1721 + v1723;
-  const lanes v1725 = v648 * v1724;
-  const lanes v1726 = v31 * v562;
-  const lanes v1727 = v35 * v1712;
-  const lanes v1728 = LANES_CHOICE(v23, v1727, 0.0);
-  const lanes v1729 = v1726 - v1728;
-  const lanes v1730 = v647 * v1729;
-  const lanes v1731 = v1725 + v1730;
-  const lanes v1732 = v695 * v1731;
-  const lanes v1733 = v1720 - v1732;
-  const lanes v1734 = v1733 - T_8;
-  const lanes v1735 = v1734 * v1734;
-  const lanes v1736 = v1709 + v1735;
-  const lanes v1737 = v695 * v1719;
-  const lanes v1738 = v694 * v1731;
-  const lanes v1739 = v1737 + v1738;
-  const lanes v1740 = T_9 + v1739;
-  const lanes v1741 = v1740 * v1740;
-  const lanes v1742 = v1736 + v1741;
-  const lanes v1743 = v648 * v1729;
-  const lanes v1744 = v647 * v1724;
-  const lanes v1745 = v1743 - v1744;
-  const lanes v1746 = v1745 - T_10;
-  const lanes v1747 = v1746 * v1746;
-  const lanes v1748 = v1742 + v1747;
-  const lanes v1749 = 0.5 * v1748;
-  lanes v1750; LANES_NAME(lanes_fmax)(&v1614, &v1749, &v1750);
-  lanes v1751; LANES_NAME(lanes_sqrt)(&v1750, &v1751);
-  out[60] = v1751;
-  const lanes v1752 = 0.126 * v713;
-  const lanes v1753 = v704 * v1752;
-  const lanes v1754 = v31 * v1753;
-  const lanes v1755 = 0.126 * v714;
-  const lanes v1756 = v1755 + 0.4;
-  const lanes v1757 = v35 * v1756;
-  const lanes v1758 = LANES_CHOICE(v23, v1757, 0.0);
-  const lanes v1759 = v1754 + v1758;
-  const lanes v1760 = v587 * v1759;
-  const lanes v1761 = v702 * v1752;
-  const lanes v1762 = v586 * v1761;
-  const lanes v1763 = LANES_CHOICE(v617, v1762, 0.0);
-  const lanes v1764 = v1760 - v1763;
-  const lanes v1765 = v562 * v1764;
-  const lanes v1766 = v31 * v1756;
-  const lanes v1767 = v35 * v1753;
-  const lanes v1768 = LANES_CHOICE(v23, v1767, 0.0);
-  const lanes v1769 = v1766 - v1768;
-  const lanes v1770 = v1769 + 0.42;
-  const lanes v1771 = v561 * v1770;
-  const lanes v1772 = v1765 + v1771;
-  const lanes v1773 = v544 * v1772;
-  const lanes v1774 = v587 * v1761;
-  const lanes v1775 = LANES_CHOICE(v617, v1774, 0.0);
-  const lanes v1776 = v586 * v1759;
-  const lanes v1777 = v1775 + v1776;
-  const lanes v1778 = v542 * v1777;
-  const lanes v1779 = LANES_CHOICE(v529, v1778, 0.0);
-  const lanes v1780 = v1773 + v1779;
-  const lanes v1781 = v1780 - T_3;
-  const lanes v1782 = v1781 * v1781;
-  const lanes v1783 = v542 * v1772;
-  const lanes v1784 = LANES_CHOICE(v529, v1783, 0.0);
-  const lanes v1785 = v544 * v1777;
-  const lanes v1786 = v1784 - v1785;
-  const lanes v1787 = v1786 - T_7;
-  const lanes v1788 = v1787 * v1787;
-  const lanes v1789 = v1782 + v1788;
-  const lanes v1790 = v561 * v1764;
-  const lanes v1791 = v562 * v1770;
-  const lanes v1792 = v1790 - v1791;
-  const lanes v1793 = 0.36 - v1792;
-  const lanes v1794 = v1793 - T_11;
-  const lanes v1795 = v1794 * v1794;
-  const lanes v1796 = v1789 + v1795;
-  const lanes v1797 = v1624 * v704;
-  const lanes v1798 = v1629 * v702;
-  const lanes v1799 = LANES_CHOICE(v617, v1798, 0.0);
-  const lanes v1800 = v1797 - v1799;
-  const lanes v1801 = v714 * v1800;
-  const lanes v1802 = v1637 * v713;
-  const lanes v1803 = v1801 - v1802;
-  const lanes v1804 = v733 * v1803;
-  const lanes v1805 = v1629 * v704;
-  const lanes v1806 = v1624 * v702;
-  const lanes v1807 = LANES_CHOICE(v617, v1806, 0.0);
-  const lanes v1808 = v1805 + v1807;
-  const lanes v1809 = v732 * v1808;
-  const lanes v1810 = v1804 - v1809;
-  const lanes v1811 = v1810 - T_0;
-  const lanes v1812 = v1811 * v1811;
-  const lanes v1813 = v733 * v1808;
-  const lanes v1814 = v732 * v1803;
-  const lanes v1815 = v1813 + v1814;
-  const lanes v1816 = v1815 - T_1;
-  const lanes v1817 = v1816 * v1816;
-  const lanes v1818 = v1812 + v1817;
-  const lanes v1819 = v1637 * v714;
-  const lanes v1820 = v713 * v1800;
-  const lanes v1821 = v1819 + v1820;
-  const lanes v1822 = v1821 - T_2;
-  const lanes v1823 = v1822 * v1822;
-  const lanes v1824 = v1818 + v1823;
-  const lanes v1825 = v1671 * v704;
-  const lanes v1826 = v1676 * v702;
-  const lanes v1827 = LANES_CHOICE(v617, v1826, 0.0);
-  const lanes v1828 = v1825 - v1827;
-  const lanes v1829 = v714 * v1828;
-  const lanes v1830 = v1685 * v713;
-  const lanes v1831 = v1829 - v1830;
-  const lanes v1832 = v733 * v1831;
-  const lanes v1833 = v1676 * v704;
-  const lanes v1834 = v1671 * v702;
-  const lanes v1835 = LANES_CHOICE(v617, v1834, 0.0);
-  const lanes v1836 = v1833 + v1835;
-  const lanes v1837 = v732 * v1836;
-  const lanes v1838 = v1832 - v1837;
-  const lanes v1839 = v1838 - T_4;
-  const lanes v1840 = v1839 * v1839;
-  const lanes v1841 = v1824 + v1840;
-  const lanes v1842 = v733 * v1836;
-  const lanes v1843 = v732 * v1831;
-  const lanes v1844 = v1842 + v1843;
-  const lanes v1845 = v1844 - T_5;
-  const lanes v1846 = v1845 * v1845;
-  const lanes v1847 = v1841 + v1846;
-  const lanes v1848 = v1685 * v714;
-  const lanes v1849 = v713 * v1828;
-  const lanes v1850 = v1848 + v1849;
-  const lanes v1851 = v1850 - T_6;
-  const lanes v1852 = v1851 * v1851;
-  const lanes v1853 = v1847 + v1852;
-  const lanes v1854 = v1710 * v702;
-  const lanes v1855 = LANES_CHOICE(v617, v1854, 0.0);
-  const lanes v1856 = v1716 * v704;
-  const lanes v1857 = v1855 - v1856;
-  const lanes v1858 = v714 * v1857;
-  const lanes v1859 = v1729 * v713;
-  const lanes v1860 = v1858 - v1859;
-  const lanes v1861 = v733 * v1860;
-  const lanes v1862 = v1710 * v704;
-  const lanes v1863 = v1716 * v702;
-  const lanes v1864 = LANES_CHOICE(v617, v1863, 0.0);
-  const lanes v1865 = v1862 + v1864;
-  const lanes v1866 = v732 * v1865;
-  const lanes v1867 = v1861 + v1866;
-  const lanes v1868 = v1867 - T_8;
-  const lanes v1869 = v1868 * v1868;
-  const lanes v1870 = v1853 + v1869;
-  const lanes v1871 = v732 * v1860;
-  const lanes v1872 = v733 * v1865;
-  const lanes v1873 = v1871 - v1872;
-  const lanes v1874 = v1873 - T_9;
-  const lanes v1875 = v1874 * v1874;
-  const lanes v1876 = v1870 + v1875;
-  const lanes v1877 = v1729 * v714;
-  const lanes v1878 = v713 * v1857;
-  const lanes v1879 = v1877 + v1878;
-  const lanes v1880 = v1879 - T_10;
-  const lanes v1881 = v1880 * v1880;
-  const lanes v1882 = v1876 + v1881;
-  const lanes v1883 = 0.5 * v1882;
-  lanes v1884; LANES_NAME(lanes_fmax)(&v1796, &v1883, &v1884);
-  lanes v1885; LANES_NAME(lanes_sqrt)(&v1884, &v1885);
-  out[61] = v1885;
-  const lanes v1886 = 0.126 * v831;
-  const lanes v1887 = v816 * v1886;
-  const lanes v1888 = v31 * v1887;
-  const lanes v1889 = 0.126 * v832;
-  const lanes v1890 = v1889 + 0.4;
-  const lanes v1891 = v35 * v1890;
-  const lanes v1892 = LANES_CHOICE(v23, v1891, 0.0);
-  const lanes v1893 = v1888 + v1892;
-  const lanes v1894 = v771 * v1893;
-  const lanes v1895 = v814 * v1886;
-  const lanes v1896 = v770 * v1895;
-  const lanes v1897 = LANES_CHOICE(v801, v1896, 0.0);
-  const lanes v1898 = v1894 + v1897;
-  const lanes v1899 = v752 * v1898;
-  const lanes v1900 = v31 * v1890;
-  const lanes v1901 = v35 * v1887;
-  const lanes v1902 = LANES_CHOICE(v23, v1901, 0.0);
-  const lanes v1903 = v1900 - v1902;
-  const lanes v1904 = v1903 + 0.42;
-  const lanes v1905 = v751 * v1904;
-  const lanes v1906 = v1899 + v1905;
-  const lanes v1907 = v742 * v1906;
-  const lanes v1908 = v771 * v1895;
-  const lanes v1909 = LANES_CHOICE(v801, v1908, 0.0);
-  const lanes v1910 = v770 * v1893;
-  const lanes v1911 = v1909 - v1910;
-  const lanes v1912 = v740 * v1911;
-  const lanes v1913 = LANES_CHOICE(v529, v1912, 0.0);
-  const lanes v1914 = v1907 + v1913;
-  const lanes v1915 = v1914 - T_3;
-  const lanes v1916 = v1915 * v1915;
-  const lanes v1917 = v742 * v1911;
-  const lanes v1918 = v740 * v1906;
-  const lanes v1919 = LANES_CHOICE(v529, v1918, 0.0);
-  const lanes v1920 = v1917 - v1919;
-  const lanes v1921 = v1920 - T_7;
-  const lanes v1922 = v1921 * v1921;
-  const lanes v1923 = v1916 + v1922;
-  const lanes v1924 = v751 * v1898;
-  const lanes v1925 = v752 * v1904;
-  const lanes v1926 = v1924 - v1925;
-  const lanes v1927 = 0.36 - v1926;
-  const lanes v1928 = v1927 - T_11;
-  const lanes v1929 = v1928 * v1928;
-  const lanes v1930 = v1923 + v1929;
-  const lanes v1931 = v742 * v752;
-  const lanes v1932 = v771 * v1931;
-  const lanes v1933 = v740 * v770;
-  const lanes v1934 = LANES_CHOICE(v529, v1933, 0.0);
-  const lanes v1935 = v1932 - v1934;
-  const lanes v1936 = v31 * v1935;
-  const lanes v1937 = v742 * v751;
-  const lanes v1938 = v35 * v1937;
-  const lanes v1939 = LANES_CHOICE(v23, v1938, 0.0);
-  const lanes v1940 = v1936 - v1939;
-  const lanes v1941 = v816 * v1940;
-  const lanes v1942 = v740 * v771;
-  const lanes v1943 = LANES_CHOICE(v529, v1942, 0.0);
-  const lanes v1944 = v770 * v1931;
-  const lanes v1945 = v1943 + v1944;
-  const lanes v1946 = v814 * v1945;
-  const lanes v1947 = LANES_CHOICE(v801, v1946, 0.0);
-  const lanes v1948 = v1941 + v1947;
-  const lanes v1949 = v832 * v1948;
-  const lanes v1950 = v31 * v1937;
-  const lanes v1951 = v35 * v1935;
-  const lanes v1952 = LANES_CHOICE(v23, v1951, 0.0);
-  const lanes v1953 = v1950 + v1952;
-  const lanes v1954 = v831 * v1953;
-  const lanes v1955 = v1949 - v1954;
-  const lanes v1956 = v879 * v1955;
-  const lanes v1957 = v816 * v1945;
-  const lanes v1958 = v814 * v1940;
-  const lanes v1959 = LANES_CHOICE(v801, v1958, 0.0);
-  const lanes v1960 = v1957 - v1959;
-  const lanes v1961 = v878 * v1960;
-  const lanes v1962 = v1956 - v1961;
-  const lanes v1963 = v1962 - T_0;
-  const lanes v1964 = v1963 * v1963;
-  const lanes v1965 = v879 * v1960;
-  const lanes v1966 = v878 * v1955;
-  const lanes v1967 = v1965 + v1966;
-  const lanes v1968 = v1967 - T_1;
-  const lanes v1969 = v1968 * v1968;
-  const lanes v1970 = v1964 + v1969;
-  const lanes v1971 = v832 * v1953;
-  const lanes v1972 = v831 * v1948;
-  const lanes v1973 = v1971 + v1972;
-  const lanes v1974 = v1973 - T_2;
-  const lanes v1975 = v1974 * v1974;
-  const lanes v1976 = v1970 + v1975;
-  const lanes v1977 = v740 * v751;
-  const lanes v1978 = v35 * v1977;
-  const lanes v1979 = LANES_CHOICE(v23, v1978, 0.0);
-  const lanes v1980 = LANES_CHOICE(v529, v1979, 0.0);
-  const lanes v1981 = v742 * v770;
-  const lanes v1982 = v740 * v752;
-  const lanes v1983 = v771 * v1982;
-  const lanes v1984 = LANES_CHOICE(v529, v1983, 0.0);
-  const lanes v1985 = v1981 + v1984;
-  const lanes v1986 = v31 * v1985;
-  const lanes v1987 = v1980 - v1986;
-  const lanes v1988 = v816 * v1987;
-  const lanes v1989 = v742 * v771;
-  const lanes v1990 = v770 * v1982;
-  const lanes v1991 = LANES_CHOICE(v529, v1990, 0.0);
-  const lanes v1992 = v1989 - v1991;
-  const lanes v1993 = v814 * v1992;
-  const lanes v1994 = LANES_CHOICE(v801, v1993, 0.0);
-  const lanes v1995 = v1988 + v1994;
-  const lanes v1996 = v832 * v1995;
-  const lanes v1997 = v31 * v1977;
-  const lanes v1998 = LANES_CHOICE(v529, v1997, 0.0);
-  const lanes v1999 = v35 * v1985;
-  const lanes v2000 = LANES_CHOICE(v23, v1999, 0.0);
-  const lanes v2001 = v1998 + v2000;
-  const lanes v2002 = v831 * v2001;
-  const lanes v2003 = v1996 + v2002;
-  const lanes v2004 = v879 * v2003;
-  const lanes v2005 = v816 * v1992;
-  const lanes v2006 = v814 * v1987;
-  const lanes v2007 = LANES_CHOICE(v801, v2006, 0.0);
-  const lanes v2008 = v2005 - v2007;
-  const lanes v2009 = v878 * v2008;
-  const lanes v2010 = v2004 - v2009;
-  const lanes v2011 = v2010 - T_4;
-  const lanes v2012 = v2011 * v2011;
-  const lanes v2013 = v1976 + v2012;
-  const lanes v2014 = v879 * v2008;
-  const lanes v2015 = v878 * v2003;
-  const lanes v2016 = v2014 + v2015;
-  const lanes v2017 = v2016 - T_5;
-  const lanes v2018 = v2017 * v2017;
-  const lanes v2019 = v2013 + v2018;
-  const lanes v2020 = v831 * v1995;
-  const lanes v2021 = v832 * v2001;
-  const lanes v2022 = v2020 - v2021;
-  const lanes v2023 = v2022 - T_6;
-  const lanes v2024 = v2023 * v2023;
-  const lanes v2025 = v2019 + v2024;
-  const lanes v2026 = v751 * v770;
-  const lanes v2027 = v816 * v2026;
-  const lanes v2028 = v751 * v771;
-  const lanes v2029 = v31 * v2028;
-  const lanes v2030 = v35 * v752;
-  const lanes v2031 = LANES_CHOICE(v23, v2030, 0.0);
-  const lanes v2032 = v2029 + v2031;
-  const lanes v2033 = v814 * v2032;
-  const lanes v2034 = LANES_CHOICE(v801, v2033, 0.0);
-  const lanes v2035 = v2027 - v2034;
-  const lanes v2036 = v878 * v2035;
-  const lanes v2037 = v816 * v2032;
-  const lanes v2038 = v814 * v2026;
-  const lanes v2039 = LANES_CHOICE(v801, v2038, 0.0);
-  const lanes v2040 = v2037 + v2039;
-  const lanes v2041 = v832 * v2040;
-  const lanes v2042 = v31 * v752;
-  const lanes v2043 = v35 * v2028;
-  const lanes v2044 = LANES_CHOICE(v23, v2043, 0.0);
-  const lanes v2045 = v2042 - v2044;
-  const lanes v2046 = v831 * v2045;
-  const lanes v2047 = v2041 + v2046;
-  const lanes v2048 = v879 * v2047;
-  const lanes v2049 = v2036 - v2048;
-  const lanes v2050 = v2049 - T_8;
-  const lanes v2051 = v2050 * v2050;
-  const lanes v2052 = v2025 + v2051;
-  const lanes v2053 = v879 * v2035;
-  const lanes v2054 = v878 * v2047;
-  const lanes v2055 = v2053 + v2054;
-  const lanes v2056 = T_9 + v2055;
-  const lanes v2057 = v2056 * v2056;
-  const lanes v2058 = v2052 + v2057;
-  const lanes v2059 = v832 * v2045;
-  const lanes v2060 = v831 * v2040;
-  const lanes v2061 = v2059 - v2060;
-  const lanes v2062 = v2061 - T_10;
-  const lanes v2063 = v2062 * v2062;
-  const lanes v2064 = v2058 + v2063;
-  const lanes v2065 = 0.5 * v2064;
-  lanes v2066; LANES_NAME(lanes_fmax)(&v1930, &v2065, &v2066);
-  lanes v2067; LANES_NAME(lanes_sqrt)(&v2066, &v2067);
-  out[62] = v2067;
-  const lanes v2068 = 0.126 * v897;
-  const lanes v2069 = v888 * v2068;
-  const lanes v2070 = v31 * v2069;
-  const lanes v2071 = 0.126 * v898;
-  const lanes v2072 = v2071 + 0.4;
-  const lanes v2073 = v35 * v2072;
-  const lanes v2074 = LANES_CHOICE(v23, v2073, 0.0);
-  const lanes v2075 = v2070 + v2074;
-  const lanes v2076 = v771 * v2075;
-  const lanes v2077 = v886 * v2068;
-  const lanes v2078 = v770 * v2077;
-  const lanes v2079 = LANES_CHOICE(v801, v2078, 0.0);
-  const lanes v2080 = v2076 - v2079;
-  const lanes v2081 = v752 * v2080;
-  const lanes v2082 = v31 * v2072;
-  const lanes v2083 = v35 * v2069;
-  const lanes v2084 = LANES_CHOICE(v23, v2083, 0.0);
-  const lanes v2085 = v2082 - v2084;
-  const lanes v2086 = v2085 + 0.42;
-  const lanes v2087 = v751 * v2086;
-  const lanes v2088 = v2081 + v2087;
-  const lanes v2089 = v742 * v2088;
-  const lanes v2090 = v771 * v2077;
-  const lanes v2091 = LANES_CHOICE(v801, v2090, 0.0);
-  const lanes v2092 = v770 * v2075;
-  const lanes v2093 = v2091 + v2092;
-  const lanes v2094 = v740 * v2093;
-  const lanes v2095 = LANES_CHOICE(v529, v2094, 0.0);
-  const lanes v2096 = v2089 - v2095;
-  const lanes v2097 = v2096 - T_3;
-  const lanes v2098 = v2097 * v2097;
-  const lanes v2099 = v742 * v2093;
-  const lanes v2100 = v740 * v2088;
-  const lanes v2101 = LANES_CHOICE(v529, v2100, 0.0);
-  const lanes v2102 = v2099 + v2101;
-  const lanes v2103 = T_7 + v2102;
-  const lanes v2104 = v2103 * v2103;
-  const lanes v2105 = v2098 + v2104;
-  const lanes v2106 = v751 * v2080;
-  const lanes v2107 = v752 * v2086;
-  const lanes v2108 = v2106 - v2107;
-  const lanes v2109 = 0.36 - v2108;
-  const lanes v2110 = v2109 - T_11;
-  const lanes v2111 = v2110 * v2110;
-  const lanes v2112 = v2105 + v2111;
-  const lanes v2113 = v1940 * v888;
-  const lanes v2114 = v1945 * v886;
-  const lanes v2115 = LANES_CHOICE(v801, v2114, 0.0);
-  const lanes v2116 = v2113 - v2115;
-  const lanes v2117 = v898 * v2116;
-  const lanes v2118 = v1953 * v897;
-  const lanes v2119 = v2117 - v2118;
-  const lanes v2120 = v917 * v2119;
-  const lanes v2121 = v1945 * v888;
-  const lanes v2122 = v1940 * v886;
-  const lanes v2123 = LANES_CHOICE(v801, v2122, 0.0);
-  const lanes v2124 = v2121 + v2123;
-  const lanes v2125 = v916 * v2124;
-  const lanes v2126 = v2120 - v2125;
-  const lanes v2127 = v2126 - T_0;
-  const lanes v2128 = v2127 * v2127;
-  const lanes v2129 = v917 * v2124;
-  const lanes v2130 = v916 * v2119;
-  const lanes v2131 = v2129 + v2130;
-  const lanes v2132 = v2131 - T_1;
-  const lanes v2133 = v2132 * v2132;
-  const lanes v2134 = v2128 + v2133;
-  const lanes v2135 = v1953 * v898;
-  const lanes v2136 = v897 * v2116;
-  const lanes v2137 = v2135 + v2136;
-  const lanes v2138 = v2137 - T_2;
-  const lanes v2139 = v2138 * v2138;
-  const lanes v2140 = v2134 + v2139;
-  const lanes v2141 = v2001 * v897;
-  const lanes v2142 = v1987 * v888;
-  const lanes v2143 = v1992 * v886;
-  const lanes v2144 = LANES_CHOICE(v801, v2143, 0.0);
-  const lanes v2145 = v2142 - v2144;
-  const lanes v2146 = v898 * v2145;
-  const lanes v2147 = v2141 + v2146;
-  const lanes v2148 = v917 * v2147;
-  const lanes v2149 = v1992 * v888;
-  const lanes v2150 = v1987 * v886;
-  const lanes v2151 = LANES_CHOICE(v801, v2150, 0.0);
-  const lanes v2152 = v2149 + v2151;
-  const lanes v2153 = v916 * v2152;
-  const lanes v2154 = v2148 - v2153;
-  const lanes v2155 = v2154 - T_4;
-  const lanes v2156 = v2155 * v2155;
-  const lanes v2157 = v2140 + v2156;
-  const lanes v2158 = v917 * v2152;
-  const lanes v2159 = v916 * v2147;
-  const lanes v2160 = v2158 + v2159;
-  const lanes v2161 = v2160 - T_5;
-  const lanes v2162 = v2161 * v2161;
-  const lanes v2163 = v2157 + v2162;
-  const lanes v2164 = v897 * v2145;
-  const lanes v2165 = v2001 * v898;
-  const lanes v2166 = v2164 - v2165;
-  const lanes v2167 = v2166 - T_6;
-  const lanes v2168 = v2167 * v2167;
-  const lanes v2169 = v2163 + v2168;
-  const lanes v2170 = v2026 * v886;
-  const lanes v2171 = LANES_CHOICE(v801, v2170, 0.0);
-  const lanes v2172 = v2032 * v888;
-  const lanes v2173 = v2171 - v2172;
-  const lanes v2174 = v898 * v2173;
-  const lanes v2175 = v2045 * v897;
-  const lanes v2176 = v2174 - v2175;
-  const lanes v2177 = v917 * v2176;
-  const lanes v2178 = v2026 * v888;
-  const lanes v2179 = v2032 * v886;
-  const lanes v2180 = LANES_CHOICE(v801, v2179, 0.0);
-  const lanes v2181 = v2178 + v2180;
-  const lanes v2182 = v916 * v2181;
-  const lanes v2183 = v2177 + v2182;
-  const lanes v2184 = v2183 - T_8;
-  const lanes v2185 = v2184 * v2184;
-  const lanes v2186 = v2169 + v2185;
-  const lanes v2187 = v916 * v2176;
-  const lanes v2188 = v917 * v2181;
-  const lanes v2189 = v2187 - v2188;
-  const lanes v2190 = v2189 - T_9;
-  const lanes v2191 = v2190 * v2190;
-  const lanes v2192 = v2186 + v2191;
-  const lanes v2193 = v2045 * v898;
-  const lanes v2194 = v897 * v2173;
-  const lanes v2195 = v2193 + v2194;
-  const lanes v2196 = v2195 - T_10;
-  const lanes v2197 = v2196 * v2196;
-  const lanes v2198 = v2192 + v2197;
-  const lanes v2199 = 0.5 * v2198;
-  lanes v2200; LANES_NAME(lanes_fmax)(&v2112, &v2199, &v2200);
-  lanes v2201; LANES_NAME(lanes_sqrt)(&v2200, &v2201);
-  out[63] = v2201;
-  const lanes v2202 = 1e-300 + v205;
-  const lanes v2203 = v205 / v2202;
-  const lanes v2204 = 8.857709750566894 * v22;
-  const lanes v2205 = 1e-300 + v104;
-  const lanes v2206 = v104 / v2205;
-  lanes v2207; LANES_NAME(lanes_fmin)(&v2204, &v2206, &v2207);
-  lanes v2208; LANES_NAME(lanes_fmin)(&v2203, &v2207, &v2208);
-  out[64] = v2208;
-  out[65] = v2208;
-  const lanes v2209 = 1e-300 + v389;
-  const lanes v2210 = v389 / v2209;
-  lanes v2211; LANES_NAME(lanes_fmin)(&v2207, &v2210, &v2211);
-  out[66] = v2211;
-  out[67] = v2211;
-  const lanes v2212 = 1e-300 + v615;
-  const lanes v2213 = v615 / v2212;
-  const lanes v2214 = 1e-300 + v527;
-  const lanes v2215 = v527 / v2214;
-  lanes v2216; LANES_NAME(lanes_fmin)(&v2204, &v2215, &v2216);
-  lanes v2217; LANES_NAME(lanes_fmin)(&v2213, &v2216, &v2217);
-  out[68] = v2217;
-  out[69] = v2217;
-  const lanes v2218 = 1e-300 + v799;
-  const lanes v2219 = v799 / v2218;
-  lanes v2220; LANES_NAME(lanes_fmin)(&v2216, &v2219, &v2220);
-  out[70] = v2220;
-  out[71] = v2220;
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      swivel_0 = in[16], v1 = 0.126 * T_6, v2 = 0.126 * T_10, v3 = 0.126 * T_2;
+  LANES_COS_SIN(v5, v4, swivel_0);
+  const lanes v6 = T_7 - v1, v7 = T_11 - v2, v8 = T_3 - v3, v9 = v7 - 0.36, v10 = v8 * v8,
+      v11 = v6 * v6, v12 = 1e-140 + v9, v13 = v10 + v11, v14 = v9 * v9, v15 = v12 * v12,
+      v16 = v13 + v14, v17 = v15 + v10, v18 = v16 - 0.3364, v19 = v16 - 0.0004, v20 = 0.6724 - v16,
+      v21 = v17 + v11, v22 = 0.336 * v18, v23 = v19 * v20;
+  LANES_LET1(v24, rsqrt, v21);
+  const lanes v25 = 1e-150 + v22;
+  const lanes_where v26 = LANES_LT(4.51584e-16, v23); LANES_LET1(v27, sqrt, v23);
+  const lanes v28 = 8.857709750566894 * v23, v29 = v6 * v24, v30 = v25 * v25,
+      v31 = LANES_CHOICE(v26, v27, 0.0), v32 = v8 * v24, v33 = v12 * v24;
+  out[64] = v28; out[65] = v28; out[66] = v28; out[67] = v28; out[68] = v28; out[69] = v28;
+  out[70] = v28; out[71] = v28;
+  const lanes v34 = 0.336 * v31, v35 = 1.0 + v33, v36 = v32 * v29, v37 = v29 * v29, v38 = v34 * v34,
+      v39 = 1e-140 + v35, v40 = v36 * v36;
+  LANES_LET2(v41, atan2, v34, v25);
+  const lanes v42 = v30 + v38, v43 = v32 * v39, v44 = v33 * v39;
+  out[3] = v41; out[10] = v41; out[17] = v41; out[24] = v41;
+  const lanes v45 = -v41;
+  LANES_LET1(v46, rsqrt, v42);
+  const lanes v47 = v43 * v43, v48 = v37 + v44;
+  out[31] = v45; out[38] = v45; out[45] = v45; out[52] = v45;
+  const lanes v49 = v25 * v46, v50 = v34 * v46, v51 = v40 + v47, v52 = 1e-140 + v48,
+      v53 = 0.4 * v49, v54 = 0.4 * v50, v55 = v52 * v52, v56 = 0.42 + v53, v57 = v54 * v54,
+      v58 = v51 + v55, v59 = v56 + 4.2e-141;
+  LANES_LET1(v60, rsqrt, v58);
+  const lanes v61 = v59 * v59, v62 = v43 * v60, v63 = v52 * v60, v64 = v36 * v60, v65 = v57 + v61,
+      v66 = v32 * v62, v67 = v33 * v63, v68 = v33 * v64, v69 = v29 * v62, v70 = v32 * v64,
+      v71 = v29 * v63;
+  LANES_LET1(v72, rsqrt, v65);
+  const lanes v73 = v66 + v67, v74 = v68 - v69, v75 = v70 + v71, v76 = v59 * v72, v77 = v54 * v72,
+      v78 = v29 * v76, v79 = 4.2e-141 - v77, v80 = v76 * v76, v81 = v32 * v76, v82 = v33 * v76,
+      v83 = v29 * v77, v84 = v32 * v77, v85 = v33 * v77, v86 = v77 + 4.2e-141, v87 = v79 * v79,
+      v88 = v86 * v86, v89 = v80 + v87, v90 = v88 + v80;
+  LANES_LET1(v91, rsqrt, v89); LANES_LET1(v92, rsqrt, v90);
+  const lanes v93 = v79 * v91, v94 = v76 * v91, v95 = v86 * v92, v96 = v76 * v92, v97 = 0.42 * v93,
+      v98 = 0.42 * v95;
+  const lanes_where v99 = LANES_LE(0.0, v97); const lanes_where v100 = LANES_LE(0.0, v98);
+  const lanes v101 = LANES_CHOICE(v99, 1.0, -1.0), v102 = LANES_CHOICE(v100, 1.0, -1.0),
+      v103 = v4 * v101, v104 = v5 * v101, v105 = v4 * v102, v106 = v5 * v102, v107 = v73 * v103,
+      v108 = v64 * v104, v109 = v63 * v104, v110 = v74 * v103, v111 = v62 * v104, v112 = v75 * v103,
+      v113 = v105 * v73, v114 = v106 * v64, v115 = v106 * v63, v116 = v105 * v74, v117 = v106 * v62,
+      v118 = v105 * v75, v119 = v107 - v108, v120 = v109 + v110, v121 = v111 + v112,
+      v122 = v113 - v114, v123 = v115 + v116, v124 = v117 + v118, v125 = v93 * v119,
+      v126 = v93 * v120, v127 = v93 * v121, v128 = v94 * v119, v129 = v94 * v120, v130 = v94 * v121,
+      v131 = v95 * v122, v132 = v95 * v123, v133 = v95 * v124, v134 = v96 * v122, v135 = v96 * v123,
+      v136 = v96 * v124, v137 = v78 + v125, v138 = v81 + v126, v139 = v82 - v127, v140 = v83 + v128,
+      v141 = v84 + v129, v142 = v85 - v130, v143 = v131 + v78, v144 = v132 + v81, v145 = v82 - v133,
+      v146 = v134 - v83, v147 = v135 - v84, v148 = v136 + v85, v149 = v137 * v137,
+      v150 = 1e-150 + v138, v151 = v139 * v139, v152 = v143 * v143, v153 = 1e-150 + v144,
+      v154 = v145 * v145, v155 = v150 * v150;
+  LANES_LET2(v156, atan2, v137, v150);
+  const lanes v157 = v153 * v153;
+  LANES_LET2(v158, atan2, v143, v153);
+  const lanes v159 = v149 + v155, v160 = v152 + v157;
+  out[0] = v156; out[7] = v156; out[28] = v158; out[35] = v158; LANES_LET1(v161, rsqrt, v159);
+  LANES_LET1(v162, rsqrt, v160);
+  const lanes v163 = v137 * v161, v164 = v150 * v161, v165 = v143 * v162, v166 = v153 * v162,
+      v167 = v138 * v164, v168 = v137 * v163, v169 = v164 * v140, v170 = v163 * v141,
+      v171 = v164 * v141, v172 = v163 * v140, v173 = T_2 * v164, v174 = T_6 * v163,
+      v175 = T_6 * v164, v176 = T_2 * v163, v177 = T_0 * v164, v178 = T_4 * v163, v179 = T_0 * v163,
+      v180 = T_4 * v164;
+  LANES_LET2(v181, supplement, v156, v163);
+  const lanes v182 = v144 * v166, v183 = v143 * v165, v184 = v166 * v146, v185 = v165 * v147,
+      v186 = v166 * v147, v187 = v165 * v146, v188 = T_2 * v166, v189 = T_6 * v165,
+      v190 = T_6 * v166, v191 = T_2 * v165, v192 = T_0 * v166, v193 = T_4 * v165, v194 = T_0 * v165,
+      v195 = T_4 * v166;
+  LANES_LET2(v196, supplement, v158, v165);
+  const lanes v197 = v167 + v168, v198 = v169 - v170, v199 = v171 + v172, v200 = v173 + v174,
+      v201 = v175 - v176, v202 = v177 + v178, v203 = v179 - v180, v204 = v182 + v183,
+      v205 = v184 - v185, v206 = v186 + v187, v207 = v188 + v189, v208 = v190 - v191,
+      v209 = v192 + v193, v210 = v194 - v195, v211 = -v181, v212 = -v196, v213 = v197 * v197;
+  LANES_LET2(v214, atan2, v197, v139);
+  const lanes v215 = v198 * v198, v216 = v204 * v204;
+  LANES_LET2(v217, atan2, v204, v145);
+  const lanes v218 = v205 * v205;
+  out[14] = v211; out[21] = v211; out[42] = v212; out[49] = v212;
+  const lanes v219 = v151 + v213, v220 = v154 + v216;
+  out[1] = v214; out[8] = v214;
+  const lanes v221 = -v214;
+  out[29] = v217; out[36] = v217;
+  const lanes v222 = -v217;
+  LANES_LET1(v223, rsqrt, v219); LANES_LET1(v224, rsqrt, v220); out[15] = v221; out[22] = v221;
+  out[43] = v222; out[50] = v222;
+  const lanes v225 = v197 * v223, v226 = v139 * v223, v227 = v204 * v224, v228 = v145 * v224,
+      v229 = v226 * v199, v230 = v225 * v142, v231 = v226 * v200, v232 = T_10 * v225,
+      v233 = T_10 * v226, v234 = v225 * v200, v235 = T_8 * v225, v236 = v202 * v226,
+      v237 = T_8 * v226, v238 = v202 * v225, v239 = v228 * v206, v240 = v227 * v148,
+      v241 = v228 * v207, v242 = T_10 * v227, v243 = T_10 * v228, v244 = v227 * v207,
+      v245 = T_8 * v227, v246 = v228 * v209, v247 = T_8 * v228, v248 = v227 * v209,
+      v249 = v164 * v225, v250 = v164 * v226, v251 = v163 * v225, v252 = v163 * v226,
+      v253 = v50 * v226, v254 = v49 * v226, v255 = v166 * v228, v256 = v166 * v227,
+      v257 = v165 * v228, v258 = v165 * v227, v259 = v228 * v50, v260 = v228 * v49,
+      v261 = v229 - v230, v262 = v231 - v232, v263 = v233 + v234, v264 = v235 - v236,
+      v265 = v237 + v238, v266 = v239 + v240, v267 = v241 - v242, v268 = v243 + v244,
+      v269 = v245 - v246, v270 = v247 + v248, v271 = v249 * v50, v272 = v249 * v49,
+      v273 = v251 * v50, v274 = v251 * v49, v275 = v256 * v50, v276 = v256 * v49, v277 = v258 * v50,
+      v278 = v258 * v49, v279 = v261 * v261, v280 = -v261, v281 = v50 * v263, v282 = v49 * v263,
+      v283 = v265 * v50, v284 = v265 * v49, v285 = v266 * v266, v286 = -v266, v287 = v268 * v50,
+      v288 = v268 * v49, v289 = v270 * v50, v290 = v270 * v49, v291 = v215 + v279;
+  LANES_LET2(v292, atan2, v198, v280);
+  const lanes v293 = v218 + v285;
+  LANES_LET2(v294, atan2, v205, v286); LANES_LET1(v295, rsqrt, v291); LANES_LET1(v296, rsqrt, v293);
+  const lanes v297 = -v292, v298 = -v294, v299 = v198 * v295, v300 = v261 * v295,
+      v301 = v205 * v296, v302 = v266 * v296;
+  out[2] = v297; out[9] = v297; out[30] = v298; out[37] = v298;
+  const lanes v303 = v299 * v262, v304 = v300 * v201, v305 = v300 * v262, v306 = v299 * v201,
+      v307 = v264 * v299, v308 = v203 * v300, v309 = v203 * v299, v310 = v264 * v300;
+  LANES_LET2(v311, supplement, v292, v299);
+  const lanes v312 = v301 * v267, v313 = v302 * v208, v314 = v302 * v267, v315 = v301 * v208,
+      v316 = v301 * v269, v317 = v302 * v210, v318 = v302 * v269, v319 = v301 * v210;
+  LANES_LET2(v320, supplement, v294, v301);
+  const lanes v321 = v163 * v299, v322 = v250 * v300, v323 = v250 * v299, v324 = v163 * v300,
+      v325 = v252 * v300, v326 = v164 * v299, v327 = v252 * v299, v328 = v164 * v300,
+      v329 = v225 * v299, v330 = v225 * v300, v331 = v165 * v301, v332 = v302 * v255,
+      v333 = v165 * v302, v334 = v301 * v255, v335 = v301 * v257, v336 = v166 * v302,
+      v337 = v166 * v301, v338 = v302 * v257, v339 = v227 * v301, v340 = v227 * v302,
+      v341 = v303 - v304, v342 = v305 + v306, v343 = v307 - v308, v344 = v309 + v310,
+      v345 = v312 - v313, v346 = v314 + v315, v347 = v316 - v317, v348 = v318 + v319;
+  out[16] = v311; out[23] = v311; out[44] = v320; out[51] = v320;
+  const lanes v349 = v321 - v322, v350 = v323 + v324, v351 = v325 + v326, v352 = v327 - v328,
+      v353 = v330 * v49, v354 = v330 * v50, v355 = v331 - v332, v356 = v333 + v334,
+      v357 = v335 - v336, v358 = v337 + v338, v359 = v340 * v49, v360 = v340 * v50,
+      v361 = v341 * v341, v362 = v49 * v342, v363 = v50 * v342, v364 = v344 * v49,
+      v365 = v344 * v50, v366 = v345 * v345, v367 = v346 * v49, v368 = v346 * v50,
+      v369 = v348 * v49, v370 = v348 * v50, v371 = v349 * v49, v372 = v349 * v50, v373 = v351 * v49,
+      v374 = v351 * v50, v375 = v353 + v253, v376 = v254 - v354, v377 = v355 * v49,
+      v378 = v355 * v50, v379 = v358 * v49, v380 = v358 * v50, v381 = v359 - v259,
+      v382 = v260 + v360, v383 = v281 - v362, v384 = v282 + v363, v385 = v283 + v364,
+      v386 = v365 - v284, v387 = v287 + v367, v388 = v288 - v368, v389 = v369 - v289,
+      v390 = v290 + v370, v391 = v271 + v371, v392 = v272 - v372, v393 = v273 - v373,
+      v394 = v274 + v374, v395 = v377 - v275, v396 = v276 + v378, v397 = v277 + v379,
+      v398 = v278 - v380, v399 = 1e-150 + v383, v400 = v384 * v384, v401 = 1e-150 - v387,
+      v402 = v388 * v388, v403 = v399 * v399;
+  LANES_LET2(v404, atan2, v341, v399);
+  const lanes v405 = v401 * v401;
+  LANES_LET2(v406, atan2, v345, v401);
+  const lanes v407 = v361 + v403, v408 = v366 + v405;
+  out[4] = v404; out[18] = v404; out[32] = v406; out[46] = v406; LANES_LET1(v409, rsqrt, v407);
+  LANES_LET1(v410, rsqrt, v408);
+  const lanes v411 = v341 * v409, v412 = v399 * v409, v413 = v345 * v410, v414 = v401 * v410,
+      v415 = v341 * v411, v416 = v383 * v412, v417 = v412 * v343, v418 = v411 * v385,
+      v419 = v411 * v343, v420 = v412 * v385;
+  LANES_LET2(v421, supplement, v404, v411);
+  const lanes v422 = v345 * v413, v423 = v387 * v414, v424 = v414 * v347, v425 = v413 * v389,
+      v426 = v413 * v347, v427 = v414 * v389;
+  LANES_LET2(v428, supplement, v406, v413);
+  const lanes v429 = v412 * v391, v430 = v411 * v350, v431 = v412 * v350, v432 = v411 * v391,
+      v433 = v412 * v393, v434 = v411 * v352, v435 = v412 * v352, v436 = v411 * v393,
+      v437 = v412 * v329, v438 = v411 * v375, v439 = v412 * v375, v440 = v411 * v329,
+      v441 = v414 * v395, v442 = v413 * v356, v443 = v414 * v356, v444 = v413 * v395,
+      v445 = v413 * v357, v446 = v414 * v397, v447 = v414 * v357, v448 = v413 * v397,
+      v449 = v414 * v339, v450 = v413 * v381, v451 = v414 * v381, v452 = v413 * v339,
+      v453 = v415 + v416, v454 = v417 + v418, v455 = v419 - v420, v456 = v422 - v423,
+      v457 = v424 + v425, v458 = v426 - v427, v459 = -v421, v460 = -v428, v461 = v429 + v430,
+      v462 = v431 - v432, v463 = v433 + v434, v464 = v435 - v436, v465 = v437 + v438,
+      v466 = v439 - v440, v467 = v441 + v442, v468 = v443 - v444, v469 = v445 - v446,
+      v470 = v447 + v448, v471 = v449 + v450, v472 = v451 - v452, v473 = v453 * v453;
+  LANES_LET2(v474, atan2, v453, v384);
+  const lanes v475 = v454 * v454, v476 = v456 * v456;
+  LANES_LET2(v477, atan2, v456, v388);
+  const lanes v478 = v457 * v457;
+  out[11] = v459; out[25] = v459; out[39] = v460; out[53] = v460;
+  const lanes v479 = v400 + v473, v480 = v402 + v476;
+  out[5] = v474;
+  const lanes v481 = -v474;
+  out[19] = v474; out[33] = v477;
+  const lanes v482 = -v477;
+  out[47] = v477; LANES_LET1(v483, rsqrt, v479); LANES_LET1(v484, rsqrt, v480); out[12] = v481;
+  out[26] = v481; out[40] = v482; out[54] = v482;
+  const lanes v485 = v453 * v483, v486 = v384 * v483, v487 = v456 * v484, v488 = v388 * v484,
+      v489 = v486 * v455, v490 = v485 * v386, v491 = v488 * v458, v492 = v487 * v390,
+      v493 = 0.126 * v485, v494 = 0.126 * v486, v495 = v486 * v461, v496 = v485 * v392,
+      v497 = v486 * v392, v498 = v485 * v461, v499 = v486 * v463, v500 = v485 * v394,
+      v501 = v486 * v394, v502 = v485 * v463, v503 = v486 * v466, v504 = v485 * v376,
+      v505 = v486 * v376, v506 = v485 * v466, v507 = 0.126 * v487, v508 = 0.126 * v488,
+      v509 = v488 * v467, v510 = v487 * v396, v511 = v488 * v396, v512 = v487 * v467,
+      v513 = v488 * v469, v514 = v487 * v398, v515 = v488 * v398, v516 = v487 * v469,
+      v517 = v488 * v472, v518 = v487 * v382, v519 = v488 * v382, v520 = v487 * v472,
+      v521 = v489 - v490, v522 = v491 + v492, v523 = v411 * v493, v524 = v412 * v493,
+      v525 = v494 + 0.4, v526 = v495 - v496, v527 = v497 + v498, v528 = v499 - v500,
+      v529 = v501 + v502, v530 = v503 - v504, v531 = v505 + v506, v532 = v413 * v507,
+      v533 = v414 * v507, v534 = v508 + 0.4, v535 = v509 - v510, v536 = v511 + v512,
+      v537 = v513 - v514, v538 = v515 + v516, v539 = v517 - v518, v540 = v519 + v520,
+      v541 = v521 * v521, v542 = -v521, v543 = v522 * v522, v544 = -v522, v545 = v523 * v300,
+      v546 = v524 * v49, v547 = v525 * v50, v548 = v523 * v299, v549 = v524 * v50,
+      v550 = v525 * v49, v551 = v527 - T_2, v552 = v529 - T_6, v553 = v531 - T_10,
+      v554 = v301 * v532, v555 = v533 * v49, v556 = v534 * v50, v557 = v534 * v49,
+      v558 = v533 * v50, v559 = v302 * v532, v560 = v536 - T_2, v561 = v538 - T_6,
+      v562 = v540 - T_10, v563 = v475 + v541;
+  LANES_LET2(v564, atan2, v454, v542);
+  const lanes v565 = v478 + v543;
+  LANES_LET2(v566, atan2, v457, v544);
+  const lanes v567 = v546 - v547, v568 = v549 + v550, v569 = v551 * v551, v570 = v552 * v552,
+      v571 = v553 * v553, v572 = v555 + v556, v573 = v557 - v558, v574 = v560 * v560,
+      v575 = v561 * v561, v576 = v562 * v562;
+  LANES_LET1(v577, rsqrt, v563); LANES_LET1(v578, rsqrt, v565);
+  const lanes v579 = -v564, v580 = -v566, v581 = v567 * v299, v582 = v567 * v300,
+      v583 = v568 + 0.42, v584 = v302 * v572, v585 = v573 + 0.42, v586 = v301 * v572,
+      v587 = v454 * v577, v588 = v521 * v577, v589 = v457 * v578, v590 = v522 * v578;
+  out[6] = v579; out[20] = v579; out[34] = v580; out[48] = v580;
+  const lanes v591 = v545 + v581, v592 = v548 - v582, v593 = v583 * v225, v594 = v583 * v226,
+      v595 = v554 - v584, v596 = v227 * v585, v597 = v559 + v586, v598 = v228 * v585;
+  LANES_LET2(v599, supplement, v564, v587); LANES_LET2(v600, supplement, v566, v589);
+  const lanes v601 = v591 * v163, v602 = v592 * v226, v603 = v591 * v164, v604 = v592 * v225,
+      v605 = v588 * v526, v606 = v587 * v462, v607 = v587 * v526, v608 = v588 * v462,
+      v609 = v588 * v528, v610 = v587 * v464, v611 = v587 * v528, v612 = v588 * v464,
+      v613 = v587 * v465, v614 = v588 * v530, v615 = v588 * v465, v616 = v587 * v530,
+      v617 = v228 * v595, v618 = v165 * v597, v619 = v166 * v597, v620 = v227 * v595,
+      v621 = v590 * v535, v622 = v589 * v468, v623 = v589 * v535, v624 = v590 * v468,
+      v625 = v590 * v537, v626 = v589 * v470, v627 = v589 * v537, v628 = v590 * v470,
+      v629 = v589 * v471, v630 = v590 * v539, v631 = v590 * v471, v632 = v589 * v539;
+  out[13] = v599; out[27] = v599; out[41] = v600; out[55] = v600;
+  const lanes v633 = v602 + v593, v634 = v604 - v594, v635 = v605 + v606, v636 = v607 - v608,
+      v637 = v609 + v610, v638 = v611 - v612, v639 = v613 - v614, v640 = v615 + v616,
+      v641 = v617 + v596, v642 = v620 - v598, v643 = v621 + v622, v644 = v623 - v624,
+      v645 = v625 + v626, v646 = v627 - v628, v647 = v629 - v630, v648 = v631 + v632,
+      v649 = v633 * v164, v650 = v633 * v163, v651 = 0.36 - v634, v652 = T_0 + v635,
+      v653 = v636 - T_1, v654 = T_4 + v637, v655 = v638 - T_5, v656 = v639 - T_8, v657 = v640 - T_9,
+      v658 = v166 * v641, v659 = v165 * v641, v660 = 0.36 - v642, v661 = T_0 + v643,
+      v662 = v644 - T_1, v663 = T_4 + v645, v664 = v646 - T_5, v665 = v647 - T_8, v666 = v648 - T_9,
+      v667 = v601 + v649, v668 = v650 - v603, v669 = v651 - T_11, v670 = v652 * v652,
+      v671 = v653 * v653, v672 = v654 * v654, v673 = v655 * v655, v674 = v656 * v656,
+      v675 = v657 * v657, v676 = v658 + v618, v677 = v659 - v619, v678 = v660 - T_11,
+      v679 = v661 * v661, v680 = v662 * v662, v681 = v663 * v663, v682 = v664 * v664,
+      v683 = v665 * v665, v684 = v666 * v666, v685 = v667 - T_3, v686 = v668 - T_7,
+      v687 = v669 * v669, v688 = v670 + v671, v689 = v676 - T_3, v690 = v677 - T_7,
+      v691 = v678 * v678, v692 = v679 + v680, v693 = v685 * v685, v694 = v686 * v686,
+      v695 = v688 + v569, v696 = v689 * v689, v697 = v690 * v690, v698 = v692 + v574,
+      v699 = v693 + v694, v700 = v695 + v672, v701 = v696 + v697, v702 = v698 + v681,
+      v703 = v699 + v687, v704 = v700 + v673, v705 = v701 + v691, v706 = v702 + v682,
+      v707 = v704 + v570, v708 = v706 + v575, v709 = v707 + v674, v710 = v708 + v683,
+      v711 = v709 + v675, v712 = v710 + v684, v713 = v711 + v571, v714 = v712 + v576,
+      v715 = 0.5 * v713, v716 = 0.5 * v714, v717 = v703 + v715, v718 = v703 - v715,
+      v719 = v705 + v716, v720 = v705 - v716;
+  LANES_LET1(v721, fabs, v718); LANES_LET1(v722, fabs, v720);
+  const lanes v723 = v717 + v721, v724 = v719 + v722, v725 = 0.5 * v723, v726 = 0.5 * v724;
+  LANES_LET1(v727, sqrt, v725); LANES_LET1(v728, sqrt, v726); out[56] = v727; out[57] = v727;
+  out[58] = v727; out[59] = v727; out[60] = v728; out[61] = v728; out[62] = v728; out[63] = v728;
 }
 
 static LANES_TARGET void LANES_NAME(iiwa14_swivel)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  lanes v1, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v1, &v6);
-  const lanes v2 = 0.4 * v1;
-  const lanes v3 = 0.42 + v2;
-  lanes v4, v10; LANES_NAME(lanes_cos_sin)(&q_1, &v4, &v10);
-  const lanes v5 = v3 * v4;
-  const lanes v7 = 0.4 * v6;
-  lanes v8, v19; LANES_NAME(lanes_cos_sin)(&q_2, &v8, &v19);
-  const lanes v9 = v7 * v8;
-  const lanes v11 = v9 * v10;
-  const lanes v12 = v5 + v11;
-  const lanes v13 = v12 * v12;
-  lanes v14, v21; LANES_NAME(lanes_cos_sin)(&q_0, &v14, &v21);
-  const lanes v15 = v3 * v10;
-  const lanes v16 = v9 * v4;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = v14 * v17;
-  const lanes v20 = v7 * v19;
-  const lanes v22 = v20 * v21;
-  const lanes v23 = v18 + v22;
-  const lanes v24 = v23 * v23;
-  const lanes v25 = v13 + v24;
-  const lanes v26 = v17 * v21;
-  const lanes v27 = v14 * v20;
-  const lanes v28 = v26 - v27;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = v25 + v29;
-  const lanes v31 = 1e-300 + v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = v12 / v32;
-  const lanes v34 = v23 / v32;
-  const lanes v35 = v28 / v32;
-  const lanes v36 = v34 * v35;
-  const lanes v37 = v35 * v35;
-  const lanes v38 = 1.0 + v33;
-  const lanes v39 = v33 * v38;
-  const lanes v40 = v37 + v39;
-  const lanes v41 = v40 * v40;
-  const lanes v42 = v36 * v36;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = v34 * v38;
-  const lanes v45 = v44 * v44;
-  const lanes v46 = v43 + v45;
-  const lanes v47 = 1e-300 + v46;
-  lanes v48; LANES_NAME(lanes_sqrt)(&v47, &v48);
-  const lanes v49 = v36 / v48;
-  const lanes v50 = v33 * v49;
-  const lanes v51 = v44 / v48;
-  const lanes v52 = v35 * v51;
-  const lanes v53 = v50 - v52;
-  const lanes v54 = 0.42 * v10;
-  const lanes v55 = v14 * v54;
-  const lanes v56 = v53 * v55;
-  const lanes v57 = v34 * v51;
-  const lanes v58 = v40 / v48;
-  const lanes v59 = v33 * v58;
-  const lanes v60 = v57 + v59;
-  const lanes v61 = v54 * v21;
-  const lanes v62 = v60 * v61;
-  const lanes v63 = v56 + v62;
-  const lanes v64 = v34 * v49;
-  const lanes v65 = v35 * v58;
-  const lanes v66 = v64 + v65;
-  const lanes v67 = 0.42 * v4;
-  const lanes v68 = v66 * v67;
-  const lanes v69 = v63 - v68;
-  const lanes v70 = v69 * v69;
-  const lanes v71 = v58 * v55;
-  const lanes v72 = v49 * v61;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = v51 * v67;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = 1e-150 + v75;
-  const lanes v77 = v76 * v76;
-  const lanes v78 = v70 + v77;
-  lanes v79; LANES_NAME(lanes_sqrt)(&v78, &v79);
-  const lanes v80 = v69 / v79;
-  const lanes v81 = v76 / v79;
-  lanes v82; LANES_NAME(lanes_atan2)(&v80, &v81, &v82);
-  out[0] = v82;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3];
+  LANES_COS_SIN(v1, v6, q_3);
+  const lanes v2 = 0.4 * v1, v3 = 0.42 + v2;
+  LANES_COS_SIN(v4, v10, q_1);
+  const lanes v5 = v3 * v4, v7 = 0.4 * v6;
+  LANES_COS_SIN(v8, v19, q_2);
+  const lanes v9 = v7 * v8, v11 = v9 * v10, v12 = v5 + v11, v13 = 1e-140 + v12;
+  LANES_COS_SIN(v14, v21, q_0);
+  const lanes v15 = v3 * v10, v16 = v9 * v4, v17 = v15 - v16, v18 = v14 * v17, v20 = v7 * v19,
+      v22 = v20 * v21, v23 = v18 + v22, v24 = v23 * v23, v25 = v17 * v21, v26 = v14 * v20,
+      v27 = v25 - v26, v28 = v27 * v27, v29 = v24 + v28, v30 = v13 * v13, v31 = v29 + v30;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = v13 / v32, v34 = v23 / v32, v35 = v27 / v32, v36 = v34 * v35, v37 = v36 * v36,
+      v38 = 1.0 + v33, v39 = 1e-140 + v38, v40 = v34 * v39, v41 = v40 * v40, v42 = v37 + v41,
+      v43 = v35 * v35, v44 = v33 * v39, v45 = v43 + v44, v46 = 1e-140 + v45, v47 = v46 * v46,
+      v48 = v42 + v47;
+  LANES_LET1(v49, sqrt, v48);
+  const lanes v50 = v36 / v49, v51 = v33 * v50, v52 = v40 / v49, v53 = v35 * v52, v54 = v51 - v53,
+      v55 = 0.42 * v10, v56 = v14 * v55, v57 = v54 * v56, v58 = v34 * v52, v59 = v46 / v49,
+      v60 = v33 * v59, v61 = v58 + v60, v62 = v55 * v21, v63 = v61 * v62, v64 = v57 + v63,
+      v65 = v34 * v50, v66 = v35 * v59, v67 = v65 + v66, v68 = 0.42 * v4, v69 = v67 * v68,
+      v70 = v64 - v69, v71 = v70 * v70, v72 = v59 * v56, v73 = v50 * v62, v74 = v72 - v73,
+      v75 = v52 * v68, v76 = v74 - v75, v77 = 1e-150 + v76, v78 = v77 * v77, v79 = v71 + v78;
+  LANES_LET1(v80, sqrt, v79);
+  const lanes v81 = v70 / v80, v82 = v77 / v80;
+  LANES_LET2(v83, atan2, v81, v82); out[0] = v83;
 }

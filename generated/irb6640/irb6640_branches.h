@@ -18,372 +18,116 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(irb6640_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(irb6640_ik_branch)(
+    const double *T, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes sign_0 = in[16];
-  const lanes sign_1 = in[17];
-  const lanes sign_2 = in[18];
-  const lanes v1 = 0.2 * T_2;
-  const lanes v2 = T_3 - v1;
-  const lanes v3 = v2 * v2;
-  const lanes v4 = 0.2 * T_6;
-  const lanes v5 = T_7 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 + v6;
-  const lanes v8 = 4e-15 * v7;
-  const lanes_where v9 = LANES_LT(v8, v7);
-  lanes v10; LANES_NAME(lanes_sqrt)(&v7, &v10);
-  const lanes v11 = sign_0 * v10;
-  const lanes v12 = v5 * v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = LANES_CHOICE(v9, v13, 0.0);
-  const lanes v15 = LANES_CHOICE(v9, v14, 0.0);
-  const lanes v16 = v2 * v11;
-  const lanes v17 = LANES_CHOICE(v9, v16, 0.0);
-  const lanes v18 = 1e-150 + v17;
-  const lanes v19 = v18 * v18;
-  const lanes v20 = v15 + v19;
-  lanes v21; LANES_NAME(lanes_sqrt)(&v20, &v21);
-  const lanes v22 = 1.0 / v21;
-  const lanes v23 = v12 * v22;
-  const lanes v24 = LANES_CHOICE(v9, v23, 0.0);
-  const lanes v25 = v18 / v21;
-  const lanes v27 = v2 * v25;
-  const lanes v28 = v5 * v23;
-  const lanes v29 = LANES_CHOICE(v9, v28, 0.0);
-  const lanes v30 = v27 + v29;
-  const lanes v31 = v30 - 0.32;
-  const lanes v32 = v31 * v31;
-  const lanes v33 = 0.2 * T_10;
-  const lanes v34 = T_11 - v33;
-  const lanes v35 = v34 - 0.78;
-  const lanes v36 = v35 * v35;
-  const lanes v37 = v32 + v36;
-  const lanes v38 = v37 - 2.50093125;
-  const lanes v39 = 0.43 * v38;
-  const lanes v40 = v37 - 0.007203490074109453;
-  const lanes v41 = 4.994659009925891 - v37;
-  const lanes v42 = v40 * v41;
-  const lanes_where v43 = LANES_LT(2.48747125625e-14, v42);
-  lanes v44; LANES_NAME(lanes_sqrt)(&v42, &v44);
-  const lanes v45 = sign_1 * v44;
-  const lanes v46 = 2.456375 * v45;
-  const lanes v47 = LANES_CHOICE(v43, v46, 0.0);
-  const lanes v48 = v39 + v47;
-  const lanes v49 = 1e-150 + v48;
-  const lanes v50 = 0.43 * v45;
-  const lanes v51 = LANES_CHOICE(v43, v50, 0.0);
-  const lanes v52 = 2.456375 * v38;
-  const lanes v53 = v51 - v52;
-  const lanes v54 = v53 * v53;
-  const lanes v55 = v49 * v49;
-  const lanes v56 = v54 + v55;
-  lanes v57; LANES_NAME(lanes_sqrt)(&v56, &v57);
-  const lanes v58 = v49 / v57;
-  const lanes v59 = 0.2 * v58;
-  const lanes v60 = v53 / v57;
-  const lanes v61 = 1.1425 * v60;
-  const lanes v62 = v59 - v61;
-  const lanes v63 = 1.075 + v62;
-  const lanes v64 = v31 * v63;
-  const lanes v65 = 1.1425 * v58;
-  const lanes v66 = 0.2 * v60;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v35 * v67;
-  const lanes v69 = v64 - v68;
-  const lanes v70 = v69 * v69;
-  const lanes v71 = v31 * v67;
-  const lanes v72 = v35 * v63;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = 1e-150 + v73;
-  const lanes v75 = v74 * v74;
-  const lanes v76 = v70 + v75;
-  lanes v77; LANES_NAME(lanes_sqrt)(&v76, &v77);
-  const lanes v78 = v69 / v77;
-  const lanes v79 = v74 / v77;
-  const lanes v82 = T_6 * v25;
-  const lanes v83 = T_2 * v23;
-  const lanes v84 = LANES_CHOICE(v9, v83, 0.0);
-  const lanes v85 = v82 - v84;
-  const lanes v86 = v85 * v85;
-  const lanes v87 = T_10 * v79;
-  const lanes v88 = T_2 * v25;
-  const lanes v89 = T_6 * v23;
-  const lanes v90 = LANES_CHOICE(v9, v89, 0.0);
-  const lanes v91 = v88 + v90;
-  const lanes v92 = v78 * v91;
-  const lanes v93 = v87 + v92;
-  const lanes v94 = v58 * v93;
-  const lanes v95 = v79 * v91;
-  const lanes v96 = T_10 * v78;
-  const lanes v97 = v95 - v96;
-  const lanes v98 = v60 * v97;
-  const lanes v99 = v94 + v98;
-  const lanes v100 = v99 * v99;
-  const lanes v101 = v86 + v100;
-  const lanes v102 = 4e-15 * v101;
-  const lanes_where v103 = LANES_LT(v102, v101);
-  lanes v104; LANES_NAME(lanes_sqrt)(&v101, &v104);
-  const lanes v105 = sign_2 * v104;
-  const lanes v106 = v85 * v105;
-  const lanes v107 = v106 * v106;
-  const lanes v108 = LANES_CHOICE(v103, v107, 0.0);
-  const lanes v109 = LANES_CHOICE(v103, v108, 0.0);
-  const lanes v110 = v99 * v105;
-  const lanes v111 = LANES_CHOICE(v103, v110, 0.0);
-  const lanes v112 = 1e-150 - v111;
-  const lanes v113 = v112 * v112;
-  const lanes v114 = v109 + v113;
-  lanes v115; LANES_NAME(lanes_sqrt)(&v114, &v115);
-  const lanes v116 = 1.0 / v115;
-  const lanes v117 = v106 * v116;
-  const lanes v118 = LANES_CHOICE(v103, v117, 0.0);
-  const lanes v119 = v112 / v115;
-  lanes v120; LANES_NAME(lanes_atan2)(&v118, &v119, &v120);
-  const lanes v121 = v99 * v119;
-  const lanes v122 = v85 * v117;
-  const lanes v123 = LANES_CHOICE(v103, v122, 0.0);
-  const lanes v124 = v121 - v123;
-  const lanes v125 = v124 * v124;
-  const lanes v126 = v58 * v97;
-  const lanes v127 = v60 * v93;
-  const lanes v128 = v126 - v127;
-  const lanes v129 = 1e-150 + v128;
-  const lanes v130 = v129 * v129;
-  const lanes v131 = v125 + v130;
-  lanes v132; LANES_NAME(lanes_sqrt)(&v131, &v132);
-  const lanes v133 = v124 / v132;
-  const lanes v134 = v129 / v132;
-  lanes v135; LANES_NAME(lanes_atan2)(&v133, &v134, &v135);
-  const lanes v136 = T_0 * v23;
-  const lanes v137 = LANES_CHOICE(v9, v136, 0.0);
-  const lanes v138 = T_4 * v25;
-  const lanes v139 = v137 - v138;
-  const lanes v140 = v119 * v139;
-  const lanes v141 = T_8 * v78;
-  const lanes v142 = T_0 * v25;
-  const lanes v143 = T_4 * v23;
-  const lanes v144 = LANES_CHOICE(v9, v143, 0.0);
-  const lanes v145 = v142 + v144;
-  const lanes v146 = v79 * v145;
-  const lanes v147 = v141 - v146;
-  const lanes v148 = v60 * v147;
-  const lanes v149 = T_8 * v79;
-  const lanes v150 = v78 * v145;
-  const lanes v151 = v149 + v150;
-  const lanes v152 = v58 * v151;
-  const lanes v153 = v148 - v152;
-  const lanes v154 = v117 * v153;
-  const lanes v155 = LANES_CHOICE(v103, v154, 0.0);
-  const lanes v156 = v140 + v155;
-  const lanes v157 = v156 * v156;
-  const lanes v158 = v119 * v153;
-  const lanes v159 = v117 * v139;
-  const lanes v160 = LANES_CHOICE(v103, v159, 0.0);
-  const lanes v161 = v158 - v160;
-  const lanes v162 = v134 * v161;
-  const lanes v163 = v58 * v147;
-  const lanes v164 = v60 * v151;
-  const lanes v165 = v163 + v164;
-  const lanes v166 = v133 * v165;
-  const lanes v167 = v162 - v166;
-  const lanes v168 = 1e-150 + v167;
-  const lanes v169 = v168 * v168;
-  const lanes v170 = v157 + v169;
-  lanes v171; LANES_NAME(lanes_sqrt)(&v170, &v171);
-  const lanes v172 = v156 / v171;
-  const lanes v173 = v168 / v171;
-  lanes v174; LANES_NAME(lanes_atan2)(&v172, &v173, &v174);
-  out[3] = v120;
-  const lanes v175 = -v135;
-  out[4] = v175;
-  const lanes v176 = -v174;
-  out[5] = v176;
-  const lanes v177 = v58 * v78;
-  const lanes v178 = v60 * v79;
-  const lanes v179 = v177 + v178;
-  const lanes v180 = 0.2 * v133;
-  const lanes v181 = v119 * v180;
-  const lanes v182 = v181 + 0.2;
-  const lanes v183 = v179 * v182;
-  const lanes v184 = v60 * v78;
-  const lanes v185 = v58 * v79;
-  const lanes v186 = v184 - v185;
-  const lanes v187 = 0.2 * v134;
-  const lanes v188 = v187 + 1.1425;
-  const lanes v189 = v186 * v188;
-  const lanes v190 = v183 - v189;
-  const lanes v191 = 1.075 * v78;
-  const lanes v192 = v190 + v191;
-  const lanes v193 = v192 + 0.32;
-  const lanes v194 = v25 * v193;
-  const lanes v195 = v117 * v180;
-  const lanes v196 = v23 * v195;
-  const lanes v197 = LANES_CHOICE(v9, v196, 0.0);
-  const lanes v198 = LANES_CHOICE(v103, v197, 0.0);
-  const lanes v199 = v194 + v198;
-  const lanes v200 = v199 - T_3;
-  const lanes v201 = v200 * v200;
-  const lanes v202 = v23 * v193;
-  const lanes v203 = LANES_CHOICE(v9, v202, 0.0);
-  const lanes v204 = v25 * v195;
-  const lanes v205 = LANES_CHOICE(v103, v204, 0.0);
-  const lanes v206 = v203 - v205;
-  const lanes v207 = v206 - T_7;
-  const lanes v208 = v207 * v207;
-  const lanes v209 = v201 + v208;
-  const lanes v210 = v179 * v188;
-  const lanes v211 = v186 * v182;
-  const lanes v212 = v210 + v211;
-  const lanes v213 = 1.075 * v79;
-  const lanes v214 = v212 - v213;
-  const lanes v215 = 0.78 - v214;
-  const lanes v216 = v215 - T_11;
-  const lanes v217 = v216 * v216;
-  const lanes v218 = v209 + v217;
-  const lanes v219 = v23 * v119;
-  const lanes v220 = LANES_CHOICE(v9, v219, 0.0);
-  const lanes v221 = v25 * v179;
-  const lanes v222 = v117 * v221;
-  const lanes v223 = LANES_CHOICE(v103, v222, 0.0);
-  const lanes v224 = v220 - v223;
-  const lanes v225 = v172 * v224;
-  const lanes v226 = v23 * v117;
-  const lanes v227 = LANES_CHOICE(v9, v226, 0.0);
-  const lanes v228 = LANES_CHOICE(v103, v227, 0.0);
-  const lanes v229 = v119 * v221;
-  const lanes v230 = v228 + v229;
-  const lanes v231 = v134 * v230;
-  const lanes v232 = v25 * v186;
-  const lanes v233 = v133 * v232;
-  const lanes v234 = v231 + v233;
-  const lanes v235 = v173 * v234;
-  const lanes v236 = v225 - v235;
-  const lanes v237 = v236 - T_0;
-  const lanes v238 = v237 * v237;
-  const lanes v239 = v173 * v224;
-  const lanes v240 = v172 * v234;
-  const lanes v241 = v239 + v240;
-  const lanes v242 = T_1 + v241;
-  const lanes v243 = v242 * v242;
-  const lanes v244 = v238 + v243;
-  const lanes v245 = v133 * v230;
-  const lanes v246 = v134 * v232;
-  const lanes v247 = v245 - v246;
-  const lanes v248 = v247 - T_2;
-  const lanes v249 = v248 * v248;
-  const lanes v250 = v244 + v249;
-  const lanes v251 = v23 * v179;
-  const lanes v252 = v119 * v251;
-  const lanes v253 = LANES_CHOICE(v9, v252, 0.0);
-  const lanes v254 = v25 * v117;
-  const lanes v255 = LANES_CHOICE(v103, v254, 0.0);
-  const lanes v256 = v253 - v255;
-  const lanes v257 = v134 * v256;
-  const lanes v258 = v23 * v186;
-  const lanes v259 = v133 * v258;
-  const lanes v260 = LANES_CHOICE(v9, v259, 0.0);
-  const lanes v261 = v257 + v260;
-  const lanes v262 = v173 * v261;
-  const lanes v263 = v25 * v119;
-  const lanes v264 = v117 * v251;
-  const lanes v265 = LANES_CHOICE(v103, v264, 0.0);
-  const lanes v266 = LANES_CHOICE(v9, v265, 0.0);
-  const lanes v267 = v263 + v266;
-  const lanes v268 = v172 * v267;
-  const lanes v269 = v262 + v268;
-  const lanes v270 = T_4 + v269;
-  const lanes v271 = v270 * v270;
-  const lanes v272 = v250 + v271;
-  const lanes v273 = v173 * v267;
-  const lanes v274 = v172 * v261;
-  const lanes v275 = v273 - v274;
-  const lanes v276 = v275 - T_5;
-  const lanes v277 = v276 * v276;
-  const lanes v278 = v272 + v277;
-  const lanes v279 = v133 * v256;
-  const lanes v280 = v134 * v258;
-  const lanes v281 = LANES_CHOICE(v9, v280, 0.0);
-  const lanes v282 = v279 - v281;
-  const lanes v283 = v282 - T_6;
-  const lanes v284 = v283 * v283;
-  const lanes v285 = v278 + v284;
-  const lanes v286 = v117 * v186;
-  const lanes v287 = v172 * v286;
-  const lanes v288 = LANES_CHOICE(v103, v287, 0.0);
-  const lanes v289 = v133 * v179;
-  const lanes v290 = v119 * v186;
-  const lanes v291 = v134 * v290;
-  const lanes v292 = v289 - v291;
-  const lanes v293 = v173 * v292;
-  const lanes v294 = v288 - v293;
-  const lanes v295 = v294 - T_8;
-  const lanes v296 = v295 * v295;
-  const lanes v297 = v285 + v296;
-  const lanes v298 = v173 * v286;
-  const lanes v299 = LANES_CHOICE(v103, v298, 0.0);
-  const lanes v300 = v172 * v292;
-  const lanes v301 = v299 + v300;
-  const lanes v302 = T_9 + v301;
-  const lanes v303 = v302 * v302;
-  const lanes v304 = v297 + v303;
-  const lanes v305 = v134 * v179;
-  const lanes v306 = v133 * v290;
-  const lanes v307 = v305 + v306;
-  const lanes v308 = T_10 + v307;
-  const lanes v309 = v308 * v308;
-  const lanes v310 = v304 + v309;
-  const lanes v311 = 0.5 * v310;
-  lanes v312; LANES_NAME(lanes_fmax)(&v218, &v311, &v312);
-  lanes v313; LANES_NAME(lanes_sqrt)(&v312, &v313);
-  out[6] = v313;
-  const lanes v314 = 1e-300 + v101;
-  const lanes v315 = v101 / v314;
-  const lanes v316 = 1e-300 + v7;
-  const lanes v317 = v7 / v316;
-  const lanes v318 = 0.1608058782568696 * v42;
-  lanes v319; LANES_NAME(lanes_fmin)(&v317, &v318, &v319);
-  lanes v320; LANES_NAME(lanes_fmin)(&v315, &v319, &v320);
-  out[7] = v320;
-  lanes v26, v80; LANES_NAME(lanes_two_atan2)(&v24, &v25, &v78, &v79, &v26, &v80);
-  lanes v81; LANES_NAME(lanes_atan2)(&v60, &v58, &v81);
-  out[0] = v26;
-  out[1] = v80;
-  out[2] = v81;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.2 * T_6, v2 = 0.2 * T_2,
+      v3 = 0.2 * T_10, v4 = T_7 - v1, v5 = T_3 - v2, v6 = T_11 - v3, v7 = v4 * v4, v8 = 1e-150 + v5,
+      v9 = v6 - 0.78, v10 = v8 * v8, v11 = v8 * choice_0, v12 = v9 * v9, v13 = v7 + v10;
+  LANES_LET1(v15, rsqrt, v13);
+  const lanes v17 = v4 * v15, v18 = v8 * v15, v19 = choice_0 * v18, v20 = choice_0 * v17,
+      v21 = v5 * v19, v22 = v4 * v20, v23 = T_6 * v19, v24 = T_2 * v20, v25 = T_2 * v19,
+      v26 = T_6 * v20, v27 = T_0 * v20, v28 = T_4 * v19, v29 = T_0 * v19, v30 = T_4 * v20,
+      v31 = v21 + v22, v32 = v23 - v24, v33 = v25 + v26, v34 = v27 - v28, v35 = v29 + v30,
+      v36 = v31 - 0.32, v37 = v32 * v32, v38 = v36 * v36, v39 = v38 + v12, v40 = v39 - 2.50093125,
+      v41 = v39 - 0.007203490074109453, v42 = 4.994659009925891 - v39, v43 = 0.43 * v40,
+      v44 = v41 * v42, v45 = 2.456375 * v40;
+  const lanes_where v46 = LANES_LT(2.48747125625e-14, v44); LANES_LET1(v47, sqrt, v44);
+  const lanes v48 = 0.1608058782568696 * v44, v49 = LANES_CHOICE(v46, v47, 0.0);
+  out[7] = v48;
+  const lanes v50 = choice_1 * v49, v51 = 2.456375 * v50, v52 = 0.43 * v50, v53 = v43 + v51,
+      v54 = v52 - v45, v55 = 1e-150 + v53, v56 = v54 * v54, v57 = v55 * v55, v59 = v56 + v57;
+  LANES_LET1(v60, rsqrt, v59);
+  const lanes v61 = v55 * v60, v62 = v54 * v60, v63 = 0.2 * v61, v64 = 1.1425 * v62,
+      v65 = 0.2 * v62, v66 = 1.1425 * v61, v67 = v63 - v64, v68 = v65 + v66, v69 = 1.075 + v67,
+      v70 = v9 * v68, v71 = v36 * v68, v72 = v36 * v69, v73 = v9 * v69, v74 = v72 - v70,
+      v75 = v71 + v73, v76 = v74 * v74, v77 = 1e-150 + v75, v78 = v77 * v77, v80 = v76 + v78;
+  LANES_LET1(v81, rsqrt, v80);
+  const lanes v82 = v74 * v81, v83 = v77 * v81, v84 = T_10 * v83, v85 = v82 * v33, v86 = v83 * v33,
+      v87 = T_10 * v82, v88 = T_8 * v82, v89 = v83 * v35, v90 = T_8 * v83, v91 = v82 * v35,
+      v92 = v61 * v82, v93 = v62 * v83, v94 = v62 * v82, v95 = v61 * v83, v96 = 1.075 * v82,
+      v97 = 1.075 * v83, v98 = v84 + v85, v99 = v86 - v87, v100 = v88 - v89, v101 = v90 + v91,
+      v102 = v92 + v93, v103 = v94 - v95, v104 = v61 * v98, v105 = v62 * v99, v106 = v61 * v99,
+      v107 = v62 * v98, v108 = v62 * v100, v109 = v61 * v101, v110 = v61 * v100, v111 = v62 * v101,
+      v112 = v19 * v102, v113 = v19 * v103, v114 = v20 * v102, v115 = v20 * v103,
+      v116 = v104 + v105, v117 = v106 - v107, v118 = v108 - v109, v119 = v110 + v111,
+      v120 = 1e-150 - v116, v121 = v117 * v117, v122 = v120 * v120, v123 = v120 * choice_2,
+      v124 = v37 + v122;
+  LANES_LET2(v125, atan2, v32, v123); LANES_LET1(v126, rsqrt, v124);
+  const lanes v127 = choice_2 * v125, v128 = v32 * v126, v129 = v120 * v126;
+  out[3] = v127;
+  const lanes v130 = choice_2 * v129, v131 = choice_2 * v128, v132 = v116 * v130, v133 = v32 * v131,
+      v134 = v130 * v34, v135 = v131 * v118, v136 = v130 * v118, v137 = v131 * v34,
+      v138 = v20 * v130, v139 = v131 * v112, v140 = v20 * v131, v141 = v130 * v112,
+      v142 = v130 * v114, v143 = v19 * v131, v144 = v19 * v130, v145 = v131 * v114,
+      v146 = v131 * v103, v147 = v130 * v103, v148 = v132 - v133, v149 = v134 + v135,
+      v150 = v136 - v137, v151 = v138 - v139, v152 = v140 + v141, v153 = v142 - v143,
+      v154 = v144 + v145, v155 = v148 * v148;
+  LANES_LET2(v156, atan2, v148, v117);
+  const lanes v157 = v149 * v149, v158 = v121 + v155, v159 = -v156;
+  LANES_LET1(v160, rsqrt, v158); out[4] = v159;
+  const lanes v161 = v148 * v160, v162 = v117 * v160, v163 = v162 * v150, v164 = v161 * v119,
+      v165 = 0.2 * v161, v166 = 0.2 * v162, v167 = v162 * v152, v168 = v161 * v113,
+      v169 = v161 * v152, v170 = v162 * v113, v171 = v162 * v153, v172 = v161 * v115,
+      v173 = v161 * v153, v174 = v162 * v115, v175 = v161 * v102, v176 = v162 * v147,
+      v177 = v162 * v102, v178 = v161 * v147, v179 = v163 - v164, v180 = v130 * v165,
+      v181 = v166 + 1.1425, v182 = v131 * v165, v183 = v167 + v168, v184 = v169 - v170,
+      v185 = v171 + v172, v186 = v173 - v174, v187 = v175 - v176, v188 = v177 + v178,
+      v189 = v179 * v179;
+  LANES_LET2(v190, atan2, v149, v179);
+  const lanes v191 = v180 + 0.2, v192 = v103 * v181, v193 = v20 * v182, v194 = v19 * v182,
+      v195 = v102 * v181, v196 = v184 - T_2, v197 = v186 - T_6, v198 = T_10 + v188,
+      v199 = v157 + v189, v200 = -v190, v201 = v102 * v191, v202 = v103 * v191, v203 = v196 * v196,
+      v204 = v197 * v197, v205 = v198 * v198;
+  LANES_LET1(v206, rsqrt, v199); out[5] = v200;
+  const lanes v207 = v201 - v192, v208 = v195 + v202, v209 = v149 * v206, v210 = v179 * v206,
+      v211 = v207 + v96, v212 = v208 - v97, v213 = v211 + 0.32, v214 = 0.78 - v212,
+      v215 = v209 * v151, v216 = v210 * v183, v217 = v210 * v151, v218 = v209 * v183,
+      v219 = v210 * v185, v220 = v209 * v154, v221 = v210 * v154, v222 = v209 * v185,
+      v223 = v209 * v146, v224 = v210 * v187, v225 = v210 * v146, v226 = v209 * v187,
+      v227 = v19 * v213, v228 = v20 * v213, v229 = v214 - T_11, v230 = v215 - v216,
+      v231 = v217 + v218, v232 = v219 + v220, v233 = v221 - v222, v234 = v223 - v224,
+      v235 = v225 + v226, v236 = v227 + v193, v237 = v228 - v194, v238 = v229 * v229,
+      v239 = v230 - T_0, v240 = T_1 + v231, v241 = T_4 + v232, v242 = v233 - T_5, v243 = v234 - T_8,
+      v244 = T_9 + v235, v245 = v236 - T_3, v246 = v237 - T_7, v247 = v239 * v239,
+      v248 = v240 * v240, v249 = v241 * v241, v250 = v242 * v242, v251 = v243 * v243,
+      v252 = v244 * v244, v253 = v245 * v245, v254 = v246 * v246, v255 = v247 + v248,
+      v256 = v253 + v254, v257 = v255 + v203, v258 = v256 + v238, v259 = v257 + v249,
+      v260 = v259 + v250, v261 = v260 + v204, v262 = v261 + v251, v263 = v262 + v252,
+      v264 = v263 + v205, v265 = 0.5 * v264, v266 = v258 + v265, v267 = v258 - v265;
+  LANES_LET1(v268, fabs, v267);
+  const lanes v269 = v266 + v268, v270 = 0.5 * v269;
+  LANES_LET1(v271, sqrt, v270); out[6] = v271;
+  lanes v14, v58; LANES_NAME(lanes_two_atan2)(&v4, &v11, &v54, &v55, &v14, &v58);
+  LANES_LET2(v79, atan2, v74, v77);
+  const lanes v16 = choice_0 * v14;
+  out[0] = v16; out[2] = v58; out[1] = v79;
 }
 
-static inline LANES_TARGET void LANES_NAME(irb6640_ik_branches)(const double *T, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(irb6640_ik_branches)(const double *T, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[19], out[BRANCHES / COUNT][8];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[16 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(irb6640_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][8];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(irb6640_ik_branch)(T, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(irb6640_ik_branch)(T, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 6, COUNT, q + b * 6, 6);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b * 1, 1);
   }
 }
 

@@ -3,185 +3,82 @@
 
 static LANES_TARGET void LANES_NAME(irb6640_fk)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v11; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v11);
-  lanes v2, v9; LANES_NAME(lanes_cos_sin)(&q_4, &v2, &v9);
-  lanes v3, v7; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v7);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v11, q_5); LANES_COS_SIN(v2, v9, q_4); LANES_COS_SIN(v3, v7, q_0);
   const lanes v4 = q_1 + q_2;
-  lanes v10, v5; LANES_NAME(lanes_cos_sin)(&v4, &v10, &v5);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v8);
-  lanes v13, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v13, &v12);
-  const lanes v14 = v3 * v5;
-  const lanes v15 = v14 * v6;
-  const lanes v16 = v7 * v8;
-  const lanes v17 = v15 + v16;
-  const lanes v18 = v2 * v17;
-  const lanes v19 = v3 * v10;
-  const lanes v20 = v9 * v19;
-  const lanes v21 = v18 + v20;
-  const lanes v22 = v1 * v21;
-  const lanes v23 = v7 * v6;
-  const lanes v24 = v14 * v8;
-  const lanes v25 = v23 - v24;
-  const lanes v26 = v11 * v25;
-  const lanes v27 = v22 + v26;
-  const lanes v28 = -v27;
+  LANES_COS_SIN(v10, v5, v4); LANES_COS_SIN(v6, v8, q_3); LANES_COS_SIN(v13, v12, q_1);
+  const lanes v14 = v3 * v5, v15 = v14 * v6, v16 = v7 * v8, v17 = v15 + v16, v18 = v2 * v17,
+      v19 = v3 * v10, v20 = v9 * v19, v21 = v18 + v20, v22 = v1 * v21, v23 = v7 * v6,
+      v24 = v14 * v8, v25 = v23 - v24, v26 = v11 * v25, v27 = v22 + v26, v28 = -v27;
   out[0] = v28;
-  const lanes v29 = v11 * v21;
-  const lanes v30 = v1 * v25;
-  const lanes v31 = v29 - v30;
+  const lanes v29 = v11 * v21, v30 = v1 * v25, v31 = v29 - v30;
   out[1] = v31;
-  const lanes v32 = v2 * v19;
-  const lanes v33 = v9 * v17;
-  const lanes v34 = v32 - v33;
+  const lanes v32 = v2 * v19, v33 = v9 * v17, v34 = v32 - v33;
   out[2] = v34;
-  const lanes v35 = 0.2 * v9;
-  const lanes v36 = v35 * v6;
-  const lanes v37 = 0.2 - v36;
-  const lanes v38 = v37 * v5;
-  const lanes v39 = 0.2 * v2;
-  const lanes v40 = v39 + 1.1425;
-  const lanes v41 = v40 * v10;
-  const lanes v42 = v38 + v41;
-  const lanes v43 = 1.075 * v12;
-  const lanes v44 = v42 + v43;
-  const lanes v45 = v44 + 0.32;
-  const lanes v46 = v3 * v45;
-  const lanes v47 = v35 * v8;
-  const lanes v48 = v7 * v47;
-  const lanes v49 = v46 - v48;
+  const lanes v35 = 0.2 * v9, v36 = v35 * v6, v37 = 0.2 - v36, v38 = v37 * v5, v39 = 0.2 * v2,
+      v40 = v39 + 1.1425, v41 = v40 * v10, v42 = v38 + v41, v43 = 1.075 * v12, v44 = v42 + v43,
+      v45 = v44 + 0.32, v46 = v3 * v45, v47 = v35 * v8, v48 = v7 * v47, v49 = v46 - v48;
   out[3] = v49;
-  const lanes v50 = v7 * v5;
-  const lanes v51 = v50 * v8;
-  const lanes v52 = v3 * v6;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v11 * v53;
-  const lanes v55 = v50 * v6;
-  const lanes v56 = v3 * v8;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v2 * v57;
-  const lanes v59 = v7 * v10;
-  const lanes v60 = v9 * v59;
-  const lanes v61 = v58 + v60;
-  const lanes v62 = v1 * v61;
-  const lanes v63 = v54 - v62;
+  const lanes v50 = v7 * v5, v51 = v50 * v8, v52 = v3 * v6, v53 = v51 + v52, v54 = v11 * v53,
+      v55 = v50 * v6, v56 = v3 * v8, v57 = v55 - v56, v58 = v2 * v57, v59 = v7 * v10,
+      v60 = v9 * v59, v61 = v58 + v60, v62 = v1 * v61, v63 = v54 - v62;
   out[4] = v63;
-  const lanes v64 = v1 * v53;
-  const lanes v65 = v11 * v61;
-  const lanes v66 = v64 + v65;
+  const lanes v64 = v1 * v53, v65 = v11 * v61, v66 = v64 + v65;
   out[5] = v66;
-  const lanes v67 = v2 * v59;
-  const lanes v68 = v9 * v57;
-  const lanes v69 = v67 - v68;
+  const lanes v67 = v2 * v59, v68 = v9 * v57, v69 = v67 - v68;
   out[6] = v69;
-  const lanes v70 = v3 * v47;
-  const lanes v71 = v7 * v45;
-  const lanes v72 = v70 + v71;
+  const lanes v70 = v3 * v47, v71 = v7 * v45, v72 = v70 + v71;
   out[7] = v72;
-  const lanes v73 = v10 * v8;
-  const lanes v74 = v11 * v73;
-  const lanes v75 = v10 * v6;
-  const lanes v76 = v2 * v75;
-  const lanes v77 = v9 * v5;
-  const lanes v78 = v76 - v77;
-  const lanes v79 = v1 * v78;
-  const lanes v80 = v74 - v79;
+  const lanes v73 = v10 * v8, v74 = v11 * v73, v75 = v10 * v6, v76 = v2 * v75, v77 = v9 * v5,
+      v78 = v76 - v77, v79 = v1 * v78, v80 = v74 - v79;
   out[8] = v80;
-  const lanes v81 = v1 * v73;
-  const lanes v82 = v11 * v78;
-  const lanes v83 = v81 + v82;
+  const lanes v81 = v1 * v73, v82 = v11 * v78, v83 = v81 + v82;
   out[9] = v83;
-  const lanes v84 = v2 * v5;
-  const lanes v85 = v9 * v75;
-  const lanes v86 = v84 + v85;
-  const lanes v87 = -v86;
+  const lanes v84 = v2 * v5, v85 = v9 * v75, v86 = v84 + v85, v87 = -v86;
   out[10] = v87;
-  const lanes v88 = v40 * v5;
-  const lanes v89 = v37 * v10;
-  const lanes v90 = v88 - v89;
-  const lanes v91 = 1.075 * v13;
-  const lanes v92 = v90 - v91;
-  const lanes v93 = 0.78 - v92;
-  out[11] = v93;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v88 = v40 * v5, v89 = v37 * v10, v90 = v88 - v89, v91 = 1.075 * v13, v92 = v90 - v91,
+      v93 = 0.78 - v92;
+  out[11] = v93; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_link_poses)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v4, &v3);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v4, v3, q_1);
   const lanes v5 = q_1 + q_2;
-  lanes v7, v6; LANES_NAME(lanes_cos_sin)(&v5, &v7, &v6);
-  lanes v8, v9; LANES_NAME(lanes_cos_sin)(&q_3, &v8, &v9);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v11);
-  lanes v12, v13; LANES_NAME(lanes_cos_sin)(&q_5, &v12, &v13);
-  out[0] = v1;
-  out[1] = LANES_OF(0.0);
+  LANES_COS_SIN(v7, v6, v5); LANES_COS_SIN(v8, v9, q_3); LANES_COS_SIN(v10, v11, q_4);
+  LANES_COS_SIN(v12, v13, q_5); out[0] = v1; out[1] = LANES_OF(0.0);
   const lanes v14 = -v2;
   out[2] = v14;
   const lanes v15 = 0.32 * v1;
-  out[3] = v15;
-  out[4] = v2;
-  out[5] = LANES_OF(0.0);
-  out[6] = v1;
+  out[3] = v15; out[4] = v2; out[5] = LANES_OF(0.0); out[6] = v1;
   const lanes v16 = 0.32 * v2;
-  out[7] = v16;
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(-1.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.78);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
+  out[7] = v16; out[8] = LANES_OF(0.0); out[9] = LANES_OF(-1.0); out[10] = LANES_OF(0.0);
+  out[11] = LANES_OF(0.78); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
   const lanes v17 = v1 * v3;
   out[16] = v17;
   const lanes v18 = v1 * v4;
-  out[17] = v18;
-  out[18] = v14;
-  const lanes v19 = 1.075 * v17;
-  const lanes v20 = v15 + v19;
+  out[17] = v18; out[18] = v14;
+  const lanes v19 = 1.075 * v17, v20 = v15 + v19;
   out[19] = v20;
   const lanes v21 = v2 * v3;
   out[20] = v21;
   const lanes v22 = v2 * v4;
-  out[21] = v22;
-  out[22] = v1;
-  const lanes v23 = 1.075 * v21;
-  const lanes v24 = v16 + v23;
-  out[23] = v24;
-  out[24] = v4;
+  out[21] = v22; out[22] = v1;
+  const lanes v23 = 1.075 * v21, v24 = v16 + v23;
+  out[23] = v24; out[24] = v4;
   const lanes v25 = -v3;
-  out[25] = v25;
-  out[26] = LANES_OF(0.0);
-  const lanes v26 = 1.075 * v4;
-  const lanes v27 = 0.78 + v26;
-  out[27] = v27;
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
+  out[25] = v25; out[26] = LANES_OF(0.0);
+  const lanes v26 = 1.075 * v4, v27 = 0.78 + v26;
+  out[27] = v27; out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0);
   out[31] = LANES_OF(1.0);
   const lanes v28 = v1 * v6;
-  out[32] = v28;
-  out[33] = v2;
+  out[32] = v28; out[33] = v2;
   const lanes v29 = v1 * v7;
   out[34] = v29;
-  const lanes v30 = 0.2 * v28;
-  const lanes v31 = v20 + v30;
+  const lanes v30 = 0.2 * v28, v31 = v20 + v30;
   out[35] = v31;
   const lanes v32 = v2 * v6;
   out[36] = v32;
@@ -189,5487 +86,1509 @@ static LANES_TARGET void LANES_NAME(irb6640_link_poses)(const lanes *in, lanes *
   out[37] = v33;
   const lanes v34 = v2 * v7;
   out[38] = v34;
-  const lanes v35 = 0.2 * v32;
-  const lanes v36 = v24 + v35;
-  out[39] = v36;
-  out[40] = v7;
-  out[41] = LANES_OF(0.0);
+  const lanes v35 = 0.2 * v32, v36 = v24 + v35;
+  out[39] = v36; out[40] = v7; out[41] = LANES_OF(0.0);
   const lanes v37 = -v6;
   out[42] = v37;
-  const lanes v38 = 0.2 * v7;
-  const lanes v39 = v27 + v38;
-  out[43] = v39;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
+  const lanes v38 = 0.2 * v7, v39 = v27 + v38;
+  out[43] = v39; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
   out[47] = LANES_OF(1.0);
-  const lanes v40 = v28 * v8;
-  const lanes v41 = v2 * v9;
-  const lanes v42 = v40 + v41;
-  out[48] = v42;
-  out[49] = v29;
-  const lanes v43 = v2 * v8;
-  const lanes v44 = v28 * v9;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = -v45;
+  const lanes v40 = v28 * v8, v41 = v2 * v9, v42 = v40 + v41;
+  out[48] = v42; out[49] = v29;
+  const lanes v43 = v2 * v8, v44 = v28 * v9, v45 = v43 - v44, v46 = -v45;
   out[50] = v46;
-  const lanes v47 = 1.1425 * v29;
-  const lanes v48 = v31 + v47;
+  const lanes v47 = 1.1425 * v29, v48 = v31 + v47;
   out[51] = v48;
-  const lanes v49 = v32 * v8;
-  const lanes v50 = v1 * v9;
-  const lanes v51 = v49 - v50;
-  out[52] = v51;
-  out[53] = v34;
-  const lanes v52 = v32 * v9;
-  const lanes v53 = v1 * v8;
-  const lanes v54 = v52 + v53;
+  const lanes v49 = v32 * v8, v50 = v1 * v9, v51 = v49 - v50;
+  out[52] = v51; out[53] = v34;
+  const lanes v52 = v32 * v9, v53 = v1 * v8, v54 = v52 + v53;
   out[54] = v54;
-  const lanes v55 = 1.1425 * v34;
-  const lanes v56 = v36 + v55;
+  const lanes v55 = 1.1425 * v34, v56 = v36 + v55;
   out[55] = v56;
   const lanes v57 = v7 * v8;
-  out[56] = v57;
-  out[57] = v37;
+  out[56] = v57; out[57] = v37;
   const lanes v58 = v7 * v9;
   out[58] = v58;
-  const lanes v59 = 1.1425 * v6;
-  const lanes v60 = v39 - v59;
-  out[59] = v60;
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
+  const lanes v59 = 1.1425 * v6, v60 = v39 - v59;
+  out[59] = v60; out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0); out[62] = LANES_OF(0.0);
   out[63] = LANES_OF(1.0);
-  const lanes v61 = v10 * v42;
-  const lanes v62 = v11 * v29;
-  const lanes v63 = v61 + v62;
-  out[64] = v63;
-  out[65] = v45;
-  const lanes v64 = v10 * v29;
-  const lanes v65 = v11 * v42;
-  const lanes v66 = v64 - v65;
-  out[66] = v66;
-  out[67] = v48;
-  const lanes v67 = v10 * v51;
-  const lanes v68 = v11 * v34;
-  const lanes v69 = v67 + v68;
+  const lanes v61 = v10 * v42, v62 = v11 * v29, v63 = v61 + v62;
+  out[64] = v63; out[65] = v45;
+  const lanes v64 = v10 * v29, v65 = v11 * v42, v66 = v64 - v65;
+  out[66] = v66; out[67] = v48;
+  const lanes v67 = v10 * v51, v68 = v11 * v34, v69 = v67 + v68;
   out[68] = v69;
   const lanes v70 = -v54;
   out[69] = v70;
-  const lanes v71 = v10 * v34;
-  const lanes v72 = v11 * v51;
-  const lanes v73 = v71 - v72;
-  out[70] = v73;
-  out[71] = v56;
-  const lanes v74 = v10 * v57;
-  const lanes v75 = v11 * v6;
-  const lanes v76 = v74 - v75;
+  const lanes v71 = v10 * v34, v72 = v11 * v51, v73 = v71 - v72;
+  out[70] = v73; out[71] = v56;
+  const lanes v74 = v10 * v57, v75 = v11 * v6, v76 = v74 - v75;
   out[72] = v76;
   const lanes v77 = -v58;
   out[73] = v77;
-  const lanes v78 = v10 * v6;
-  const lanes v79 = v11 * v57;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = -v80;
-  out[74] = v81;
-  out[75] = v60;
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
-  out[79] = LANES_OF(1.0);
-  const lanes v82 = v12 * v63;
-  const lanes v83 = v13 * v45;
-  const lanes v84 = v82 + v83;
-  const lanes v85 = -v84;
+  const lanes v78 = v10 * v6, v79 = v11 * v57, v80 = v78 + v79, v81 = -v80;
+  out[74] = v81; out[75] = v60; out[76] = LANES_OF(0.0); out[77] = LANES_OF(0.0);
+  out[78] = LANES_OF(0.0); out[79] = LANES_OF(1.0);
+  const lanes v82 = v12 * v63, v83 = v13 * v45, v84 = v82 + v83, v85 = -v84;
   out[80] = v85;
-  const lanes v86 = v13 * v63;
-  const lanes v87 = v12 * v45;
-  const lanes v88 = v86 - v87;
-  out[81] = v88;
-  out[82] = v66;
-  const lanes v89 = 0.2 * v66;
-  const lanes v90 = v48 + v89;
+  const lanes v86 = v13 * v63, v87 = v12 * v45, v88 = v86 - v87;
+  out[81] = v88; out[82] = v66;
+  const lanes v89 = 0.2 * v66, v90 = v48 + v89;
   out[83] = v90;
-  const lanes v91 = v13 * v54;
-  const lanes v92 = v12 * v69;
-  const lanes v93 = v91 - v92;
+  const lanes v91 = v13 * v54, v92 = v12 * v69, v93 = v91 - v92;
   out[84] = v93;
-  const lanes v94 = v12 * v54;
-  const lanes v95 = v13 * v69;
-  const lanes v96 = v94 + v95;
-  out[85] = v96;
-  out[86] = v73;
-  const lanes v97 = 0.2 * v73;
-  const lanes v98 = v56 + v97;
+  const lanes v94 = v12 * v54, v95 = v13 * v69, v96 = v94 + v95;
+  out[85] = v96; out[86] = v73;
+  const lanes v97 = 0.2 * v73, v98 = v56 + v97;
   out[87] = v98;
-  const lanes v99 = v13 * v58;
-  const lanes v100 = v12 * v76;
-  const lanes v101 = v99 - v100;
+  const lanes v99 = v13 * v58, v100 = v12 * v76, v101 = v99 - v100;
   out[88] = v101;
-  const lanes v102 = v12 * v58;
-  const lanes v103 = v13 * v76;
-  const lanes v104 = v102 + v103;
-  out[89] = v104;
-  out[90] = v81;
-  const lanes v105 = 0.2 * v80;
-  const lanes v106 = v60 - v105;
-  out[91] = v106;
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
+  const lanes v102 = v12 * v58, v103 = v13 * v76, v104 = v102 + v103;
+  out[89] = v104; out[90] = v81;
+  const lanes v105 = 0.2 * v80, v106 = v60 - v105;
+  out[91] = v106; out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0); out[94] = LANES_OF(0.0);
   out[95] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v11; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v11);
-  lanes v2, v9; LANES_NAME(lanes_cos_sin)(&q_4, &v2, &v9);
-  lanes v3, v7; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v7);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v11, q_5); LANES_COS_SIN(v2, v9, q_4); LANES_COS_SIN(v3, v7, q_0);
   const lanes v4 = q_1 + q_2;
-  lanes v10, v5; LANES_NAME(lanes_cos_sin)(&v4, &v10, &v5);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v8);
-  lanes v13, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v13, &v12);
-  const lanes v14 = v3 * v5;
-  const lanes v15 = v14 * v6;
-  const lanes v16 = v7 * v8;
-  const lanes v17 = v15 + v16;
-  const lanes v18 = v2 * v17;
-  const lanes v19 = v3 * v10;
-  const lanes v20 = v9 * v19;
-  const lanes v21 = v18 + v20;
-  const lanes v22 = v1 * v21;
-  const lanes v23 = v7 * v6;
-  const lanes v24 = v14 * v8;
-  const lanes v25 = v23 - v24;
-  const lanes v26 = v11 * v25;
-  const lanes v27 = v22 + v26;
-  const lanes v28 = -v27;
+  LANES_COS_SIN(v10, v5, v4); LANES_COS_SIN(v6, v8, q_3); LANES_COS_SIN(v13, v12, q_1);
+  const lanes v14 = v3 * v5, v15 = v14 * v6, v16 = v7 * v8, v17 = v15 + v16, v18 = v2 * v17,
+      v19 = v3 * v10, v20 = v9 * v19, v21 = v18 + v20, v22 = v1 * v21, v23 = v7 * v6,
+      v24 = v14 * v8, v25 = v23 - v24, v26 = v11 * v25, v27 = v22 + v26, v28 = -v27;
   out[0] = v28;
-  const lanes v29 = v11 * v21;
-  const lanes v30 = v1 * v25;
-  const lanes v31 = v29 - v30;
+  const lanes v29 = v11 * v21, v30 = v1 * v25, v31 = v29 - v30;
   out[1] = v31;
-  const lanes v32 = v2 * v19;
-  const lanes v33 = v9 * v17;
-  const lanes v34 = v32 - v33;
+  const lanes v32 = v2 * v19, v33 = v9 * v17, v34 = v32 - v33;
   out[2] = v34;
-  const lanes v35 = 0.2 * v9;
-  const lanes v36 = v35 * v6;
-  const lanes v37 = 0.2 - v36;
-  const lanes v38 = v37 * v5;
-  const lanes v39 = 0.2 * v2;
-  const lanes v40 = v39 + 1.1425;
-  const lanes v41 = v40 * v10;
-  const lanes v42 = v38 + v41;
-  const lanes v43 = 1.075 * v12;
-  const lanes v44 = v42 + v43;
-  const lanes v45 = v44 + 0.32;
-  const lanes v46 = v3 * v45;
-  const lanes v47 = v35 * v8;
-  const lanes v48 = v7 * v47;
-  const lanes v49 = v46 - v48;
+  const lanes v35 = 0.2 * v9, v36 = v35 * v6, v37 = 0.2 - v36, v38 = v37 * v5, v39 = 0.2 * v2,
+      v40 = v39 + 1.1425, v41 = v40 * v10, v42 = v38 + v41, v43 = 1.075 * v12, v44 = v42 + v43,
+      v45 = v44 + 0.32, v46 = v3 * v45, v47 = v35 * v8, v48 = v7 * v47, v49 = v46 - v48;
   out[3] = v49;
-  const lanes v50 = v7 * v5;
-  const lanes v51 = v50 * v8;
-  const lanes v52 = v3 * v6;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v11 * v53;
-  const lanes v55 = v50 * v6;
-  const lanes v56 = v3 * v8;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v2 * v57;
-  const lanes v59 = v7 * v10;
-  const lanes v60 = v9 * v59;
-  const lanes v61 = v58 + v60;
-  const lanes v62 = v1 * v61;
-  const lanes v63 = v54 - v62;
+  const lanes v50 = v7 * v5, v51 = v50 * v8, v52 = v3 * v6, v53 = v51 + v52, v54 = v11 * v53,
+      v55 = v50 * v6, v56 = v3 * v8, v57 = v55 - v56, v58 = v2 * v57, v59 = v7 * v10,
+      v60 = v9 * v59, v61 = v58 + v60, v62 = v1 * v61, v63 = v54 - v62;
   out[4] = v63;
-  const lanes v64 = v1 * v53;
-  const lanes v65 = v11 * v61;
-  const lanes v66 = v64 + v65;
+  const lanes v64 = v1 * v53, v65 = v11 * v61, v66 = v64 + v65;
   out[5] = v66;
-  const lanes v67 = v2 * v59;
-  const lanes v68 = v9 * v57;
-  const lanes v69 = v67 - v68;
+  const lanes v67 = v2 * v59, v68 = v9 * v57, v69 = v67 - v68;
   out[6] = v69;
-  const lanes v70 = v3 * v47;
-  const lanes v71 = v7 * v45;
-  const lanes v72 = v70 + v71;
+  const lanes v70 = v3 * v47, v71 = v7 * v45, v72 = v70 + v71;
   out[7] = v72;
-  const lanes v73 = v10 * v8;
-  const lanes v74 = v11 * v73;
-  const lanes v75 = v10 * v6;
-  const lanes v76 = v2 * v75;
-  const lanes v77 = v9 * v5;
-  const lanes v78 = v76 - v77;
-  const lanes v79 = v1 * v78;
-  const lanes v80 = v74 - v79;
+  const lanes v73 = v10 * v8, v74 = v11 * v73, v75 = v10 * v6, v76 = v2 * v75, v77 = v9 * v5,
+      v78 = v76 - v77, v79 = v1 * v78, v80 = v74 - v79;
   out[8] = v80;
-  const lanes v81 = v1 * v73;
-  const lanes v82 = v11 * v78;
-  const lanes v83 = v81 + v82;
+  const lanes v81 = v1 * v73, v82 = v11 * v78, v83 = v81 + v82;
   out[9] = v83;
-  const lanes v84 = v2 * v5;
-  const lanes v85 = v9 * v75;
-  const lanes v86 = v84 + v85;
-  const lanes v87 = -v86;
+  const lanes v84 = v2 * v5, v85 = v9 * v75, v86 = v84 + v85, v87 = -v86;
   out[10] = v87;
-  const lanes v88 = v40 * v5;
-  const lanes v89 = v37 * v10;
-  const lanes v90 = v88 - v89;
-  const lanes v91 = 1.075 * v13;
-  const lanes v92 = v90 - v91;
-  const lanes v93 = 0.78 - v92;
-  out[11] = v93;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v88 = v40 * v5, v89 = v37 * v10, v90 = v88 - v89, v91 = 1.075 * v13, v92 = v90 - v91,
+      v93 = 0.78 - v92;
+  out[11] = v93; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
   const lanes v94 = -v72;
   out[16] = v94;
-  const lanes v95 = v3 * v92;
-  const lanes v96 = -v95;
+  const lanes v95 = v3 * v92, v96 = -v95;
   out[17] = v96;
-  const lanes v97 = v3 * v90;
-  const lanes v98 = -v97;
+  const lanes v97 = v3 * v90, v98 = -v97;
   out[18] = v98;
-  const lanes v99 = v25 * v35;
-  const lanes v100 = -v99;
+  const lanes v99 = v25 * v35, v100 = -v99;
   out[19] = v100;
-  const lanes v101 = 0.2 * v21;
-  const lanes v102 = -v101;
-  out[20] = v102;
-  out[21] = LANES_OF(0.0);
-  out[22] = v49;
-  const lanes v103 = v7 * v92;
-  const lanes v104 = -v103;
+  const lanes v101 = 0.2 * v21, v102 = -v101;
+  out[20] = v102; out[21] = LANES_OF(0.0); out[22] = v49;
+  const lanes v103 = v7 * v92, v104 = -v103;
   out[23] = v104;
-  const lanes v105 = v7 * v90;
-  const lanes v106 = -v105;
+  const lanes v105 = v7 * v90, v106 = -v105;
   out[24] = v106;
   const lanes v107 = v53 * v35;
   out[25] = v107;
-  const lanes v108 = 0.2 * v61;
-  const lanes v109 = -v108;
-  out[26] = v109;
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
+  const lanes v108 = 0.2 * v61, v109 = -v108;
+  out[26] = v109; out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
   const lanes v110 = -v44;
   out[29] = v110;
   const lanes v111 = -v42;
   out[30] = v111;
   const lanes v112 = v73 * v35;
   out[31] = v112;
-  const lanes v113 = 0.2 * v78;
-  const lanes v114 = -v113;
-  out[32] = v114;
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
+  const lanes v113 = 0.2 * v78, v114 = -v113;
+  out[32] = v114; out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0);
   const lanes v115 = -v7;
-  out[35] = v115;
-  out[36] = v115;
-  out[37] = v19;
+  out[35] = v115; out[36] = v115; out[37] = v19;
   const lanes v116 = -v25;
-  out[38] = v116;
-  out[39] = v34;
-  out[40] = LANES_OF(0.0);
-  out[41] = v3;
-  out[42] = v3;
-  out[43] = v59;
-  out[44] = v53;
-  out[45] = v69;
-  out[46] = LANES_OF(1.0);
-  out[47] = LANES_OF(0.0);
+  out[38] = v116; out[39] = v34; out[40] = LANES_OF(0.0); out[41] = v3; out[42] = v3; out[43] = v59;
+  out[44] = v53; out[45] = v69; out[46] = LANES_OF(1.0); out[47] = LANES_OF(0.0);
   out[48] = LANES_OF(0.0);
   const lanes v117 = -v5;
-  out[49] = v117;
-  out[50] = v73;
-  out[51] = v87;
+  out[49] = v117; out[50] = v73; out[51] = v87;
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_jacobian_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v3);
-  lanes v2, v6; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v6);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4];
+  LANES_COS_SIN(v1, v3, q_0); LANES_COS_SIN(v2, v6, q_1);
   const lanes v4 = q_1 + q_2;
-  lanes v7, v5; LANES_NAME(lanes_cos_sin)(&v4, &v7, &v5);
-  lanes v8, v9; LANES_NAME(lanes_cos_sin)(&q_3, &v8, &v9);
-  lanes v11, v10; LANES_NAME(lanes_cos_sin)(&q_4, &v11, &v10);
+  LANES_COS_SIN(v7, v5, v4); LANES_COS_SIN(v8, v9, q_3); LANES_COS_SIN(v11, v10, q_4);
   out[0] = LANES_OF(0.0);
-  const lanes v12 = 0.78 * v1;
-  const lanes v13 = -v12;
+  const lanes v12 = 0.78 * v1, v13 = -v12;
   out[1] = v13;
-  const lanes v14 = 1.075 * v2;
-  const lanes v15 = v14 + 0.78;
-  const lanes v16 = v1 * v15;
-  const lanes v17 = -v16;
+  const lanes v14 = 1.075 * v2, v15 = v14 + 0.78, v16 = v1 * v15, v17 = -v16;
   out[2] = v17;
-  const lanes v18 = 1.075 * v6;
-  const lanes v19 = v18 + 0.32;
-  const lanes v20 = v5 * v19;
-  const lanes v21 = v7 * v15;
-  const lanes v22 = v20 + v21;
-  const lanes v23 = v22 + 0.2;
-  const lanes v24 = v3 * v23;
-  const lanes v25 = -v24;
+  const lanes v18 = 1.075 * v6, v19 = v18 + 0.32, v20 = v5 * v19, v21 = v7 * v15, v22 = v20 + v21,
+      v23 = v22 + 0.2, v24 = v3 * v23, v25 = -v24;
   out[3] = v25;
-  const lanes v26 = v1 * v7;
-  const lanes v27 = v8 * v23;
-  const lanes v28 = v26 * v27;
-  const lanes v29 = v1 * v5;
-  const lanes v30 = v29 * v8;
-  const lanes v31 = v3 * v9;
-  const lanes v32 = v30 + v31;
-  const lanes v33 = v5 * v15;
-  const lanes v34 = v7 * v19;
-  const lanes v35 = v33 - v34;
-  const lanes v36 = v35 - 1.1425;
-  const lanes v37 = v32 * v36;
-  const lanes v38 = v28 + v37;
-  const lanes v39 = -v38;
+  const lanes v26 = v1 * v7, v27 = v8 * v23, v28 = v26 * v27, v29 = v1 * v5, v30 = v29 * v8,
+      v31 = v3 * v9, v32 = v30 + v31, v33 = v5 * v15, v34 = v7 * v19, v35 = v33 - v34,
+      v36 = v35 - 1.1425, v37 = v32 * v36, v38 = v28 + v37, v39 = -v38;
   out[4] = v39;
-  const lanes v40 = v3 * v8;
-  const lanes v41 = v29 * v9;
-  const lanes v42 = v40 - v41;
-  const lanes v43 = v10 * v36;
-  const lanes v44 = v11 * v27;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v11 * v32;
-  const lanes v48 = v10 * v26;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = v23 * v9;
-  const lanes v51 = v49 * v50;
-  const lanes v52 = v46 - v51;
-  out[5] = v52;
-  out[6] = LANES_OF(0.0);
-  const lanes v53 = 0.78 * v3;
-  const lanes v54 = -v53;
+  const lanes v40 = v3 * v8, v41 = v29 * v9, v42 = v40 - v41, v43 = v10 * v36, v44 = v11 * v27,
+      v45 = v43 - v44, v46 = v42 * v45, v47 = v11 * v32, v48 = v10 * v26, v49 = v47 + v48,
+      v50 = v23 * v9, v51 = v49 * v50, v52 = v46 - v51;
+  out[5] = v52; out[6] = LANES_OF(0.0);
+  const lanes v53 = 0.78 * v3, v54 = -v53;
   out[7] = v54;
-  const lanes v55 = v3 * v15;
-  const lanes v56 = -v55;
+  const lanes v55 = v3 * v15, v56 = -v55;
   out[8] = v56;
   const lanes v57 = v1 * v23;
   out[9] = v57;
-  const lanes v58 = v3 * v7;
-  const lanes v59 = v58 * v27;
-  const lanes v60 = v3 * v5;
-  const lanes v61 = v60 * v8;
-  const lanes v62 = v1 * v9;
-  const lanes v63 = v61 - v62;
-  const lanes v64 = v63 * v36;
-  const lanes v65 = v59 + v64;
-  const lanes v66 = -v65;
+  const lanes v58 = v3 * v7, v59 = v58 * v27, v60 = v3 * v5, v61 = v60 * v8, v62 = v1 * v9,
+      v63 = v61 - v62, v64 = v63 * v36, v65 = v59 + v64, v66 = -v65;
   out[10] = v66;
-  const lanes v67 = v60 * v9;
-  const lanes v68 = v1 * v8;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v69 * v45;
-  const lanes v71 = v11 * v63;
-  const lanes v72 = v10 * v58;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = v73 * v50;
-  const lanes v75 = v70 + v74;
-  const lanes v76 = -v75;
-  out[11] = v76;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.32);
-  out[14] = v19;
+  const lanes v67 = v60 * v9, v68 = v1 * v8, v69 = v67 + v68, v70 = v69 * v45, v71 = v11 * v63,
+      v72 = v10 * v58, v73 = v71 + v72, v74 = v73 * v50, v75 = v70 + v74, v76 = -v75;
+  out[11] = v76; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.32); out[14] = v19;
   out[15] = LANES_OF(0.0);
-  const lanes v77 = v5 * v27;
-  const lanes v78 = v7 * v8;
-  const lanes v79 = v78 * v36;
-  const lanes v80 = v77 - v79;
+  const lanes v77 = v5 * v27, v78 = v7 * v8, v79 = v78 * v36, v80 = v77 - v79;
   out[16] = v80;
-  const lanes v81 = v7 * v9;
-  const lanes v82 = v81 * v45;
-  const lanes v83 = v11 * v78;
-  const lanes v84 = v10 * v5;
-  const lanes v85 = v83 - v84;
-  const lanes v86 = v85 * v50;
-  const lanes v87 = v82 + v86;
-  const lanes v88 = -v87;
-  out[17] = v88;
-  out[18] = LANES_OF(0.0);
+  const lanes v81 = v7 * v9, v82 = v81 * v45, v83 = v11 * v78, v84 = v10 * v5, v85 = v83 - v84,
+      v86 = v85 * v50, v87 = v82 + v86, v88 = -v87;
+  out[17] = v88; out[18] = LANES_OF(0.0);
   const lanes v89 = -v3;
-  out[19] = v89;
-  out[20] = v89;
-  out[21] = v26;
+  out[19] = v89; out[20] = v89; out[21] = v26;
   const lanes v90 = -v42;
   out[22] = v90;
-  const lanes v91 = v11 * v26;
-  const lanes v92 = v10 * v32;
-  const lanes v93 = v91 - v92;
-  out[23] = v93;
-  out[24] = LANES_OF(0.0);
-  out[25] = v1;
-  out[26] = v1;
-  out[27] = v58;
-  out[28] = v69;
-  const lanes v94 = v11 * v58;
-  const lanes v95 = v10 * v63;
-  const lanes v96 = v94 - v95;
-  out[29] = v96;
-  out[30] = LANES_OF(1.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
+  const lanes v91 = v11 * v26, v92 = v10 * v32, v93 = v91 - v92;
+  out[23] = v93; out[24] = LANES_OF(0.0); out[25] = v1; out[26] = v1; out[27] = v58; out[28] = v69;
+  const lanes v94 = v11 * v58, v95 = v10 * v63, v96 = v94 - v95;
+  out[29] = v96; out[30] = LANES_OF(1.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
   const lanes v97 = -v5;
-  out[33] = v97;
-  out[34] = v81;
-  const lanes v98 = v11 * v5;
-  const lanes v99 = v10 * v78;
-  const lanes v100 = v98 + v99;
-  const lanes v101 = -v100;
+  out[33] = v97; out[34] = v81;
+  const lanes v98 = v11 * v5, v99 = v10 * v78, v100 = v98 + v99, v101 = -v100;
   out[35] = v101;
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_jacobian_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v9; LANES_NAME(lanes_cos_sin)(&q_4, &v1, &v9);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_5, &v2, &v4);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&q_3, &v5, &v3);
-  lanes v6, v11; LANES_NAME(lanes_cos_sin)(&q_0, &v6, &v11);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v9, q_4); LANES_COS_SIN(v2, v4, q_5); LANES_COS_SIN(v5, v3, q_3);
+  LANES_COS_SIN(v6, v11, q_0);
   const lanes v7 = q_1 + q_2;
-  lanes v10, v8; LANES_NAME(lanes_cos_sin)(&v7, &v10, &v8);
-  lanes v13, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v13, &v12);
-  const lanes v14 = v1 * v2;
-  const lanes v15 = v14 * v3;
-  const lanes v16 = v4 * v5;
-  const lanes v17 = v15 + v16;
-  const lanes v18 = v17 * v6;
-  const lanes v19 = v4 * v3;
-  const lanes v20 = v14 * v5;
-  const lanes v21 = v19 - v20;
-  const lanes v22 = v21 * v8;
-  const lanes v23 = v9 * v2;
-  const lanes v24 = v23 * v10;
-  const lanes v25 = v22 - v24;
-  const lanes v26 = v25 * v11;
-  const lanes v27 = v18 + v26;
-  const lanes v28 = 0.2 * v9;
-  const lanes v29 = v28 * v5;
-  const lanes v30 = 0.2 - v29;
-  const lanes v31 = v30 * v8;
-  const lanes v32 = 0.2 * v1;
-  const lanes v33 = v32 + 1.1425;
-  const lanes v34 = v33 * v10;
-  const lanes v35 = v31 + v34;
-  const lanes v36 = 1.075 * v12;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = v37 + 0.32;
-  const lanes v39 = v6 * v38;
-  const lanes v40 = v28 * v3;
-  const lanes v41 = v11 * v40;
-  const lanes v42 = v39 - v41;
-  const lanes v43 = v27 * v42;
-  const lanes v44 = v25 * v6;
-  const lanes v45 = v17 * v11;
-  const lanes v46 = v44 - v45;
-  const lanes v47 = v6 * v40;
-  const lanes v48 = v11 * v38;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = v46 * v49;
-  const lanes v51 = v43 - v50;
+  LANES_COS_SIN(v10, v8, v7); LANES_COS_SIN(v13, v12, q_1);
+  const lanes v14 = v1 * v2, v15 = v14 * v3, v16 = v4 * v5, v17 = v15 + v16, v18 = v17 * v6,
+      v19 = v4 * v3, v20 = v14 * v5, v21 = v19 - v20, v22 = v21 * v8, v23 = v9 * v2,
+      v24 = v23 * v10, v25 = v22 - v24, v26 = v25 * v11, v27 = v18 + v26, v28 = 0.2 * v9,
+      v29 = v28 * v5, v30 = 0.2 - v29, v31 = v30 * v8, v32 = 0.2 * v1, v33 = v32 + 1.1425,
+      v34 = v33 * v10, v35 = v31 + v34, v36 = 1.075 * v12, v37 = v35 + v36, v38 = v37 + 0.32,
+      v39 = v6 * v38, v40 = v28 * v3, v41 = v11 * v40, v42 = v39 - v41, v43 = v27 * v42,
+      v44 = v25 * v6, v45 = v17 * v11, v46 = v44 - v45, v47 = v6 * v40, v48 = v11 * v38,
+      v49 = v47 + v48, v50 = v46 * v49, v51 = v43 - v50;
   out[0] = v51;
-  const lanes v52 = v33 * v8;
-  const lanes v53 = v30 * v10;
-  const lanes v54 = v52 - v53;
-  const lanes v55 = 1.075 * v13;
-  const lanes v56 = v54 - v55;
-  const lanes v57 = v25 * v56;
-  const lanes v58 = v23 * v8;
-  const lanes v59 = v21 * v10;
-  const lanes v60 = v58 + v59;
-  const lanes v61 = v60 * v37;
-  const lanes v62 = v57 + v61;
-  const lanes v63 = -v62;
+  const lanes v52 = v33 * v8, v53 = v30 * v10, v54 = v52 - v53, v55 = 1.075 * v13, v56 = v54 - v55,
+      v57 = v25 * v56, v58 = v23 * v8, v59 = v21 * v10, v60 = v58 + v59, v61 = v60 * v37,
+      v62 = v57 + v61, v63 = -v62;
   out[1] = v63;
-  const lanes v64 = v25 * v54;
-  const lanes v65 = v60 * v35;
-  const lanes v66 = v64 + v65;
-  const lanes v67 = -v66;
+  const lanes v64 = v25 * v54, v65 = v60 * v35, v66 = v64 + v65, v67 = -v66;
   out[2] = v67;
   const lanes v68 = v4 * v28;
   out[3] = v68;
   const lanes v69 = 0.2 * v2;
-  out[4] = v69;
-  out[5] = LANES_OF(0.0);
-  const lanes v70 = v9 * v4;
-  const lanes v71 = v70 * v10;
-  const lanes v72 = v1 * v4;
-  const lanes v73 = v72 * v5;
-  const lanes v74 = v2 * v3;
-  const lanes v75 = v73 + v74;
-  const lanes v76 = v75 * v8;
-  const lanes v77 = v71 + v76;
-  const lanes v78 = v77 * v11;
-  const lanes v79 = v72 * v3;
-  const lanes v80 = v2 * v5;
-  const lanes v81 = v79 - v80;
-  const lanes v82 = v81 * v6;
-  const lanes v83 = v78 - v82;
-  const lanes v84 = v83 * v42;
-  const lanes v85 = v81 * v11;
-  const lanes v86 = v77 * v6;
-  const lanes v87 = v85 + v86;
-  const lanes v88 = v87 * v49;
-  const lanes v89 = v84 - v88;
+  out[4] = v69; out[5] = LANES_OF(0.0);
+  const lanes v70 = v9 * v4, v71 = v70 * v10, v72 = v1 * v4, v73 = v72 * v5, v74 = v2 * v3,
+      v75 = v73 + v74, v76 = v75 * v8, v77 = v71 + v76, v78 = v77 * v11, v79 = v72 * v3,
+      v80 = v2 * v5, v81 = v79 - v80, v82 = v81 * v6, v83 = v78 - v82, v84 = v83 * v42,
+      v85 = v81 * v11, v86 = v77 * v6, v87 = v85 + v86, v88 = v87 * v49, v89 = v84 - v88;
   out[6] = v89;
-  const lanes v90 = v70 * v8;
-  const lanes v91 = v75 * v10;
-  const lanes v92 = v90 - v91;
-  const lanes v93 = v92 * v37;
-  const lanes v94 = v77 * v56;
-  const lanes v95 = v93 - v94;
+  const lanes v90 = v70 * v8, v91 = v75 * v10, v92 = v90 - v91, v93 = v92 * v37, v94 = v77 * v56,
+      v95 = v93 - v94;
   out[7] = v95;
-  const lanes v96 = v92 * v35;
-  const lanes v97 = v77 * v54;
-  const lanes v98 = v96 - v97;
+  const lanes v96 = v92 * v35, v97 = v77 * v54, v98 = v96 - v97;
   out[8] = v98;
   const lanes v99 = v2 * v28;
   out[9] = v99;
-  const lanes v100 = 0.2 * v4;
-  const lanes v101 = -v100;
-  out[10] = v101;
-  out[11] = LANES_OF(0.0);
-  const lanes v102 = v9 * v3;
-  const lanes v103 = v102 * v6;
-  const lanes v104 = v1 * v10;
-  const lanes v105 = v9 * v5;
-  const lanes v106 = v105 * v8;
-  const lanes v107 = v104 - v106;
-  const lanes v108 = v107 * v11;
-  const lanes v109 = v103 + v108;
-  const lanes v110 = v109 * v42;
-  const lanes v111 = v107 * v6;
-  const lanes v112 = v102 * v11;
-  const lanes v113 = v111 - v112;
-  const lanes v114 = v113 * v49;
-  const lanes v115 = v110 - v114;
+  const lanes v100 = 0.2 * v4, v101 = -v100;
+  out[10] = v101; out[11] = LANES_OF(0.0);
+  const lanes v102 = v9 * v3, v103 = v102 * v6, v104 = v1 * v10, v105 = v9 * v5, v106 = v105 * v8,
+      v107 = v104 - v106, v108 = v107 * v11, v109 = v103 + v108, v110 = v109 * v42,
+      v111 = v107 * v6, v112 = v102 * v11, v113 = v111 - v112, v114 = v113 * v49,
+      v115 = v110 - v114;
   out[12] = v115;
-  const lanes v116 = v1 * v8;
-  const lanes v117 = v105 * v10;
-  const lanes v118 = v116 + v117;
-  const lanes v119 = v118 * v37;
-  const lanes v120 = v107 * v56;
-  const lanes v121 = v119 - v120;
+  const lanes v116 = v1 * v8, v117 = v105 * v10, v118 = v116 + v117, v119 = v118 * v37,
+      v120 = v107 * v56, v121 = v119 - v120;
   out[13] = v121;
-  const lanes v122 = v118 * v35;
-  const lanes v123 = v107 * v54;
-  const lanes v124 = v122 - v123;
-  out[14] = v124;
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = v60;
-  out[19] = v17;
-  out[20] = v17;
+  const lanes v122 = v118 * v35, v123 = v107 * v54, v124 = v122 - v123;
+  out[14] = v124; out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
+  out[18] = v60; out[19] = v17; out[20] = v17;
   const lanes v125 = -v23;
-  out[21] = v125;
-  out[22] = v4;
-  out[23] = LANES_OF(0.0);
+  out[21] = v125; out[22] = v4; out[23] = LANES_OF(0.0);
   const lanes v126 = -v92;
   out[24] = v126;
   const lanes v127 = -v81;
-  out[25] = v127;
-  out[26] = v127;
-  out[27] = v70;
-  out[28] = v2;
-  out[29] = LANES_OF(0.0);
+  out[25] = v127; out[26] = v127; out[27] = v70; out[28] = v2; out[29] = LANES_OF(0.0);
   const lanes v128 = -v118;
-  out[30] = v128;
-  out[31] = v102;
-  out[32] = v102;
-  out[33] = v1;
-  out[34] = LANES_OF(0.0);
+  out[30] = v128; out[31] = v102; out[32] = v102; out[33] = v1; out[34] = LANES_OF(0.0);
   out[35] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v8, v2; LANES_NAME(lanes_cos_sin)(&q_4, &v8, &v2);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&q_3, &v5, &v3);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4];
+  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v8, v2, q_4); LANES_COS_SIN(v5, v3, q_3);
   const lanes v6 = q_1 + q_2;
-  lanes v9, v7; LANES_NAME(lanes_cos_sin)(&v6, &v9, &v7);
-  lanes v11, v10; LANES_NAME(lanes_cos_sin)(&q_1, &v11, &v10);
-  const lanes v12 = 0.2 * v2;
-  const lanes v13 = v12 * v3;
-  const lanes v14 = v1 * v13;
-  const lanes v15 = v12 * v5;
-  const lanes v16 = 0.2 - v15;
-  const lanes v17 = v16 * v7;
-  const lanes v18 = 0.2 * v8;
-  const lanes v19 = v18 + 1.1425;
-  const lanes v20 = v19 * v9;
-  const lanes v21 = v17 + v20;
-  const lanes v22 = 1.075 * v10;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = v23 + 0.32;
-  const lanes v25 = v4 * v24;
-  const lanes v26 = v14 + v25;
-  const lanes v27 = -v26;
+  LANES_COS_SIN(v9, v7, v6); LANES_COS_SIN(v11, v10, q_1);
+  const lanes v12 = 0.2 * v2, v13 = v12 * v3, v14 = v1 * v13, v15 = v12 * v5, v16 = 0.2 - v15,
+      v17 = v16 * v7, v18 = 0.2 * v8, v19 = v18 + 1.1425, v20 = v19 * v9, v21 = v17 + v20,
+      v22 = 1.075 * v10, v23 = v21 + v22, v24 = v23 + 0.32, v25 = v4 * v24, v26 = v14 + v25,
+      v27 = -v26;
   out[0] = v27;
-  const lanes v28 = v19 * v7;
-  const lanes v29 = v16 * v9;
-  const lanes v30 = v28 - v29;
-  const lanes v31 = 1.075 * v11;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = v1 * v32;
-  const lanes v34 = -v33;
+  const lanes v28 = v19 * v7, v29 = v16 * v9, v30 = v28 - v29, v31 = 1.075 * v11, v32 = v30 - v31,
+      v33 = v1 * v32, v34 = -v33;
   out[1] = v34;
-  const lanes v35 = v1 * v30;
-  const lanes v36 = -v35;
+  const lanes v35 = v1 * v30, v36 = -v35;
   out[2] = v36;
-  const lanes v37 = v4 * v5;
-  const lanes v38 = v1 * v7;
-  const lanes v39 = v38 * v3;
-  const lanes v40 = v37 - v39;
-  const lanes v41 = v40 * v12;
-  const lanes v42 = -v41;
+  const lanes v37 = v4 * v5, v38 = v1 * v7, v39 = v38 * v3, v40 = v37 - v39, v41 = v40 * v12,
+      v42 = -v41;
   out[3] = v42;
-  const lanes v43 = v38 * v5;
-  const lanes v44 = v4 * v3;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = v8 * v45;
-  const lanes v47 = v1 * v9;
-  const lanes v48 = v2 * v47;
-  const lanes v49 = v46 + v48;
-  const lanes v50 = 0.2 * v49;
-  const lanes v51 = -v50;
-  out[4] = v51;
-  out[5] = LANES_OF(0.0);
-  const lanes v52 = v1 * v24;
-  const lanes v53 = v4 * v13;
-  const lanes v54 = v52 - v53;
+  const lanes v43 = v38 * v5, v44 = v4 * v3, v45 = v43 + v44, v46 = v8 * v45, v47 = v1 * v9,
+      v48 = v2 * v47, v49 = v46 + v48, v50 = 0.2 * v49, v51 = -v50;
+  out[4] = v51; out[5] = LANES_OF(0.0);
+  const lanes v52 = v1 * v24, v53 = v4 * v13, v54 = v52 - v53;
   out[6] = v54;
-  const lanes v55 = v4 * v32;
-  const lanes v56 = -v55;
+  const lanes v55 = v4 * v32, v56 = -v55;
   out[7] = v56;
-  const lanes v57 = v4 * v30;
-  const lanes v58 = -v57;
+  const lanes v57 = v4 * v30, v58 = -v57;
   out[8] = v58;
-  const lanes v59 = v4 * v7;
-  const lanes v60 = v59 * v3;
-  const lanes v61 = v1 * v5;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v62 * v12;
+  const lanes v59 = v4 * v7, v60 = v59 * v3, v61 = v1 * v5, v62 = v60 + v61, v63 = v62 * v12;
   out[9] = v63;
-  const lanes v64 = v59 * v5;
-  const lanes v65 = v1 * v3;
-  const lanes v66 = v64 - v65;
-  const lanes v67 = v8 * v66;
-  const lanes v68 = v4 * v9;
-  const lanes v69 = v2 * v68;
-  const lanes v70 = v67 + v69;
-  const lanes v71 = 0.2 * v70;
-  const lanes v72 = -v71;
-  out[10] = v72;
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
+  const lanes v64 = v59 * v5, v65 = v1 * v3, v66 = v64 - v65, v67 = v8 * v66, v68 = v4 * v9,
+      v69 = v2 * v68, v70 = v67 + v69, v71 = 0.2 * v70, v72 = -v71;
+  out[10] = v72; out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
   const lanes v73 = -v23;
   out[13] = v73;
   const lanes v74 = -v21;
   out[14] = v74;
-  const lanes v75 = v9 * v3;
-  const lanes v76 = v75 * v12;
+  const lanes v75 = v9 * v3, v76 = v75 * v12;
   out[15] = v76;
-  const lanes v77 = v9 * v5;
-  const lanes v78 = v8 * v77;
-  const lanes v79 = v2 * v7;
-  const lanes v80 = v78 - v79;
-  const lanes v81 = 0.2 * v80;
-  const lanes v82 = -v81;
-  out[16] = v82;
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
+  const lanes v77 = v9 * v5, v78 = v8 * v77, v79 = v2 * v7, v80 = v78 - v79, v81 = 0.2 * v80,
+      v82 = -v81;
+  out[16] = v82; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0);
   const lanes v83 = -v4;
-  out[19] = v83;
-  out[20] = v83;
-  out[21] = v47;
+  out[19] = v83; out[20] = v83; out[21] = v47;
   const lanes v84 = -v40;
   out[22] = v84;
-  const lanes v85 = v8 * v47;
-  const lanes v86 = v2 * v45;
-  const lanes v87 = v85 - v86;
-  out[23] = v87;
-  out[24] = LANES_OF(0.0);
-  out[25] = v1;
-  out[26] = v1;
-  out[27] = v68;
-  out[28] = v62;
-  const lanes v88 = v8 * v68;
-  const lanes v89 = v2 * v66;
-  const lanes v90 = v88 - v89;
-  out[29] = v90;
-  out[30] = LANES_OF(1.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
+  const lanes v85 = v8 * v47, v86 = v2 * v45, v87 = v85 - v86;
+  out[23] = v87; out[24] = LANES_OF(0.0); out[25] = v1; out[26] = v1; out[27] = v68; out[28] = v62;
+  const lanes v88 = v8 * v68, v89 = v2 * v66, v90 = v88 - v89;
+  out[29] = v90; out[30] = LANES_OF(1.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
   const lanes v91 = -v7;
-  out[33] = v91;
-  out[34] = v75;
-  const lanes v92 = v8 * v7;
-  const lanes v93 = v2 * v77;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = -v94;
+  out[33] = v91; out[34] = v75;
+  const lanes v92 = v8 * v7, v93 = v2 * v77, v94 = v92 + v93, v95 = -v94;
   out[35] = v95;
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_jacobian_space_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v4, &v3);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10];
+  LANES_COS_SIN(v2, v1, q_0); LANES_COS_SIN(v4, v3, q_1);
   const lanes v5 = q_1 + q_2;
-  lanes v7, v6; LANES_NAME(lanes_cos_sin)(&v5, &v7, &v6);
-  lanes v8, v9; LANES_NAME(lanes_cos_sin)(&q_3, &v8, &v9);
-  lanes v11, v10; LANES_NAME(lanes_cos_sin)(&q_4, &v11, &v10);
+  LANES_COS_SIN(v7, v6, v5); LANES_COS_SIN(v8, v9, q_3); LANES_COS_SIN(v11, v10, q_4);
   out[0] = LANES_OF(0.0);
-  const lanes v12 = 0.78 * v1;
-  const lanes v13 = v12 * qd_0;
+  const lanes v12 = 0.78 * v1, v13 = v12 * qd_0;
   out[1] = v13;
-  const lanes v14 = v2 * qd_1;
-  const lanes v15 = 1.075 * v3;
-  const lanes v16 = v15 + 0.32;
-  const lanes v17 = v14 * v16;
-  const lanes v18 = 1.075 * v4;
-  const lanes v19 = v18 + 0.78;
-  const lanes v20 = v1 * v19;
-  const lanes v21 = v20 * qd_0;
-  const lanes v22 = v17 + v21;
-  const lanes v23 = 0.32 * qd_1;
-  const lanes v24 = v23 * v2;
-  const lanes v25 = v22 - v24;
+  const lanes v14 = v2 * qd_1, v15 = 1.075 * v3, v16 = v15 + 0.32, v17 = v14 * v16,
+      v18 = 1.075 * v4, v19 = v18 + 0.78, v20 = v1 * v19, v21 = v20 * qd_0, v22 = v17 + v21,
+      v23 = 0.32 * qd_1, v24 = v23 * v2, v25 = v22 - v24;
   out[2] = v25;
-  const lanes v26 = v12 * qd_1;
-  const lanes v27 = v20 * qd_2;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v28 * v6;
-  const lanes v30 = v16 * qd_2;
-  const lanes v31 = v23 + v30;
-  const lanes v32 = v1 * v7;
-  const lanes v33 = v31 * v32;
-  const lanes v34 = v29 - v33;
-  const lanes v35 = v6 * v16;
-  const lanes v36 = v7 * v19;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = v37 + 0.2;
-  const lanes v39 = v2 * v38;
-  const lanes v40 = v39 * qd_0;
-  const lanes v41 = v34 - v40;
+  const lanes v26 = v12 * qd_1, v27 = v20 * qd_2, v28 = v26 + v27, v29 = v28 * v6, v30 = v16 * qd_2,
+      v31 = v23 + v30, v32 = v1 * v7, v33 = v31 * v32, v34 = v29 - v33, v35 = v6 * v16,
+      v36 = v7 * v19, v37 = v35 + v36, v38 = v37 + 0.2, v39 = v2 * v38, v40 = v39 * qd_0,
+      v41 = v34 - v40;
   out[3] = v41;
-  const lanes v42 = v8 * v38;
-  const lanes v43 = v32 * v42;
-  const lanes v44 = v1 * v6;
-  const lanes v45 = v44 * v8;
-  const lanes v46 = v2 * v9;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v6 * v19;
-  const lanes v49 = v7 * v16;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = v50 - 1.1425;
-  const lanes v52 = v47 * v51;
-  const lanes v53 = v43 + v52;
-  const lanes v54 = v6 * qd_3;
-  const lanes v55 = qd_0 - v54;
-  const lanes v56 = v53 * v55;
-  const lanes v57 = v6 * v42;
-  const lanes v58 = v7 * v8;
-  const lanes v59 = v58 * v51;
-  const lanes v60 = v57 - v59;
-  const lanes v61 = v32 * qd_3;
-  const lanes v62 = v2 * qd_2;
-  const lanes v63 = v14 + v62;
-  const lanes v64 = v61 + v63;
-  const lanes v65 = v60 * v64;
-  const lanes v66 = v56 + v65;
-  const lanes v67 = v39 * qd_3;
-  const lanes v68 = v67 - v28;
-  const lanes v69 = v7 * v9;
-  const lanes v70 = v68 * v69;
-  const lanes v71 = v44 * v9;
-  const lanes v72 = v2 * v8;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = v31 * v73;
-  const lanes v75 = v70 - v74;
-  const lanes v76 = v66 + v75;
+  const lanes v42 = v8 * v38, v43 = v32 * v42, v44 = v1 * v6, v45 = v44 * v8, v46 = v2 * v9,
+      v47 = v45 - v46, v48 = v6 * v19, v49 = v7 * v16, v50 = v48 - v49, v51 = v50 - 1.1425,
+      v52 = v47 * v51, v53 = v43 + v52, v54 = v6 * qd_3, v55 = qd_0 - v54, v56 = v53 * v55,
+      v57 = v6 * v42, v58 = v7 * v8, v59 = v58 * v51, v60 = v57 - v59, v61 = v32 * qd_3,
+      v62 = v2 * qd_2, v63 = v14 + v62, v64 = v61 + v63, v65 = v60 * v64, v66 = v56 + v65,
+      v67 = v39 * qd_3, v68 = v67 - v28, v69 = v7 * v9, v70 = v68 * v69, v71 = v44 * v9,
+      v72 = v2 * v8, v73 = v71 + v72, v74 = v31 * v73, v75 = v70 - v74, v76 = v66 + v75;
   out[4] = v76;
-  const lanes v77 = v10 * v51;
-  const lanes v78 = v11 * v42;
-  const lanes v79 = v77 - v78;
-  const lanes v80 = v73 * v79;
-  const lanes v81 = v11 * v47;
-  const lanes v82 = v10 * v32;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = v38 * v9;
-  const lanes v85 = v83 * v84;
-  const lanes v86 = v80 + v85;
-  const lanes v87 = v69 * qd_4;
-  const lanes v88 = v87 + v55;
-  const lanes v89 = v86 * v88;
-  const lanes v90 = v69 * v79;
-  const lanes v91 = v11 * v58;
-  const lanes v92 = v10 * v6;
-  const lanes v93 = v91 - v92;
-  const lanes v94 = v93 * v84;
-  const lanes v95 = v90 + v94;
-  const lanes v96 = v73 * qd_4;
-  const lanes v97 = v96 + v64;
-  const lanes v98 = v95 * v97;
-  const lanes v99 = v89 - v98;
-  const lanes v100 = v53 * qd_4;
-  const lanes v101 = v68 - v100;
-  const lanes v102 = v11 * v6;
-  const lanes v103 = v10 * v58;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = v101 * v104;
-  const lanes v106 = v60 * qd_4;
-  const lanes v107 = v106 + v31;
-  const lanes v108 = v11 * v32;
-  const lanes v109 = v10 * v47;
-  const lanes v110 = v108 - v109;
-  const lanes v111 = v107 * v110;
-  const lanes v112 = v105 + v111;
-  const lanes v113 = v99 - v112;
-  out[5] = v113;
-  out[6] = LANES_OF(0.0);
-  const lanes v114 = 0.78 * v2;
-  const lanes v115 = v114 * qd_0;
-  const lanes v116 = -v115;
+  const lanes v77 = v10 * v51, v78 = v11 * v42, v79 = v77 - v78, v80 = v73 * v79, v81 = v11 * v47,
+      v82 = v10 * v32, v83 = v81 + v82, v84 = v38 * v9, v85 = v83 * v84, v86 = v80 + v85,
+      v87 = v69 * qd_4, v88 = v87 + v55, v89 = v86 * v88, v90 = v69 * v79, v91 = v11 * v58,
+      v92 = v10 * v6, v93 = v91 - v92, v94 = v93 * v84, v95 = v90 + v94, v96 = v73 * qd_4,
+      v97 = v96 + v64, v98 = v95 * v97, v99 = v89 - v98, v100 = v53 * qd_4, v101 = v68 - v100,
+      v102 = v11 * v6, v103 = v10 * v58, v104 = v102 + v103, v105 = v101 * v104, v106 = v60 * qd_4,
+      v107 = v106 + v31, v108 = v11 * v32, v109 = v10 * v47, v110 = v108 - v109, v111 = v107 * v110,
+      v112 = v105 + v111, v113 = v99 - v112;
+  out[5] = v113; out[6] = LANES_OF(0.0);
+  const lanes v114 = 0.78 * v2, v115 = v114 * qd_0, v116 = -v115;
   out[7] = v116;
-  const lanes v117 = v1 * qd_1;
-  const lanes v118 = v117 * v16;
-  const lanes v119 = v2 * v19;
-  const lanes v120 = v119 * qd_0;
-  const lanes v121 = v118 - v120;
-  const lanes v122 = v23 * v1;
-  const lanes v123 = v121 - v122;
+  const lanes v117 = v1 * qd_1, v118 = v117 * v16, v119 = v2 * v19, v120 = v119 * qd_0,
+      v121 = v118 - v120, v122 = v23 * v1, v123 = v121 - v122;
   out[8] = v123;
-  const lanes v124 = v2 * v7;
-  const lanes v125 = v124 * v31;
-  const lanes v126 = v114 * qd_1;
-  const lanes v127 = v119 * qd_2;
-  const lanes v128 = v126 + v127;
-  const lanes v129 = v128 * v6;
-  const lanes v130 = v125 - v129;
-  const lanes v131 = v1 * v38;
-  const lanes v132 = v131 * qd_0;
-  const lanes v133 = v130 - v132;
+  const lanes v124 = v2 * v7, v125 = v124 * v31, v126 = v114 * qd_1, v127 = v119 * qd_2,
+      v128 = v126 + v127, v129 = v128 * v6, v130 = v125 - v129, v131 = v1 * v38, v132 = v131 * qd_0,
+      v133 = v130 - v132;
   out[9] = v133;
-  const lanes v134 = v131 * qd_3;
-  const lanes v135 = v134 + v128;
-  const lanes v136 = v135 * v69;
-  const lanes v137 = v1 * v8;
-  const lanes v138 = v2 * v6;
-  const lanes v139 = v138 * v9;
-  const lanes v140 = v137 - v139;
-  const lanes v141 = v31 * v140;
-  const lanes v142 = v136 - v141;
-  const lanes v143 = v124 * qd_3;
-  const lanes v144 = v1 * qd_2;
-  const lanes v145 = v117 + v144;
-  const lanes v146 = v143 - v145;
-  const lanes v147 = v60 * v146;
-  const lanes v148 = v124 * v42;
-  const lanes v149 = v138 * v8;
-  const lanes v150 = v1 * v9;
-  const lanes v151 = v149 + v150;
-  const lanes v152 = v151 * v51;
-  const lanes v153 = v148 + v152;
-  const lanes v154 = v55 * v153;
-  const lanes v155 = v147 + v154;
-  const lanes v156 = v142 - v155;
+  const lanes v134 = v131 * qd_3, v135 = v134 + v128, v136 = v135 * v69, v137 = v1 * v8,
+      v138 = v2 * v6, v139 = v138 * v9, v140 = v137 - v139, v141 = v31 * v140, v142 = v136 - v141,
+      v143 = v124 * qd_3, v144 = v1 * qd_2, v145 = v117 + v144, v146 = v143 - v145,
+      v147 = v60 * v146, v148 = v124 * v42, v149 = v138 * v8, v150 = v1 * v9, v151 = v149 + v150,
+      v152 = v151 * v51, v153 = v148 + v152, v154 = v55 * v153, v155 = v147 + v154,
+      v156 = v142 - v155;
   out[10] = v156;
-  const lanes v157 = v140 * v79;
-  const lanes v158 = v11 * v151;
-  const lanes v159 = v10 * v124;
-  const lanes v160 = v158 + v159;
-  const lanes v161 = v160 * v84;
-  const lanes v162 = v157 - v161;
-  const lanes v163 = v162 * v88;
-  const lanes v164 = v140 * qd_4;
-  const lanes v165 = v146 - v164;
-  const lanes v166 = v95 * v165;
-  const lanes v167 = v163 + v166;
-  const lanes v168 = v11 * v124;
-  const lanes v169 = v10 * v151;
-  const lanes v170 = v168 - v169;
-  const lanes v171 = v107 * v170;
-  const lanes v172 = v153 * qd_4;
-  const lanes v173 = v172 + v135;
-  const lanes v174 = v173 * v104;
-  const lanes v175 = v171 - v174;
-  const lanes v176 = v167 + v175;
-  out[11] = v176;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  const lanes v177 = v117 * v20;
-  const lanes v178 = v14 * v119;
-  const lanes v179 = v177 + v178;
-  const lanes v180 = v126 * v2;
-  const lanes v181 = v26 * v1;
-  const lanes v182 = v180 + v181;
-  const lanes v183 = v179 - v182;
+  const lanes v157 = v140 * v79, v158 = v11 * v151, v159 = v10 * v124, v160 = v158 + v159,
+      v161 = v160 * v84, v162 = v157 - v161, v163 = v162 * v88, v164 = v140 * qd_4,
+      v165 = v146 - v164, v166 = v95 * v165, v167 = v163 + v166, v168 = v11 * v124,
+      v169 = v10 * v151, v170 = v168 - v169, v171 = v107 * v170, v172 = v153 * qd_4,
+      v173 = v172 + v135, v174 = v173 * v104, v175 = v171 - v174, v176 = v167 + v175;
+  out[11] = v176; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  const lanes v177 = v117 * v20, v178 = v14 * v119, v179 = v177 + v178, v180 = v126 * v2,
+      v181 = v26 * v1, v182 = v180 + v181, v183 = v179 - v182;
   out[14] = v183;
-  const lanes v184 = v63 * v131;
-  const lanes v185 = v145 * v39;
-  const lanes v186 = v184 - v185;
-  const lanes v187 = v124 * v28;
-  const lanes v188 = v128 * v32;
-  const lanes v189 = v187 - v188;
-  const lanes v190 = v186 + v189;
+  const lanes v184 = v63 * v131, v185 = v145 * v39, v186 = v184 - v185, v187 = v124 * v28,
+      v188 = v128 * v32, v189 = v187 - v188, v190 = v186 + v189;
   out[15] = v190;
-  const lanes v191 = v64 * v153;
-  const lanes v192 = v53 * v146;
-  const lanes v193 = v191 - v192;
-  const lanes v194 = v68 * v140;
-  const lanes v195 = v135 * v73;
-  const lanes v196 = v194 - v195;
-  const lanes v197 = v193 + v196;
+  const lanes v191 = v64 * v153, v192 = v53 * v146, v193 = v191 - v192, v194 = v68 * v140,
+      v195 = v135 * v73, v196 = v194 - v195, v197 = v193 + v196;
   out[16] = v197;
-  const lanes v198 = v162 * v97;
-  const lanes v199 = v86 * v165;
-  const lanes v200 = v198 + v199;
-  const lanes v201 = v173 * v110;
-  const lanes v202 = v101 * v170;
-  const lanes v203 = v201 + v202;
-  const lanes v204 = v200 + v203;
-  const lanes v205 = -v204;
-  out[17] = v205;
-  out[18] = LANES_OF(0.0);
-  const lanes v206 = v2 * qd_0;
-  const lanes v207 = -v206;
-  out[19] = v207;
-  out[20] = v207;
-  const lanes v208 = v32 * qd_0;
-  const lanes v209 = v63 * v6;
-  const lanes v210 = v208 + v209;
-  const lanes v211 = -v210;
+  const lanes v198 = v162 * v97, v199 = v86 * v165, v200 = v198 + v199, v201 = v173 * v110,
+      v202 = v101 * v170, v203 = v201 + v202, v204 = v200 + v203, v205 = -v204;
+  out[17] = v205; out[18] = LANES_OF(0.0);
+  const lanes v206 = v2 * qd_0, v207 = -v206;
+  out[19] = v207; out[20] = v207;
+  const lanes v208 = v32 * qd_0, v209 = v63 * v6, v210 = v208 + v209, v211 = -v210;
   out[21] = v211;
-  const lanes v212 = v64 * v69;
-  const lanes v213 = v55 * v73;
-  const lanes v214 = v212 - v213;
+  const lanes v212 = v64 * v69, v213 = v55 * v73, v214 = v212 - v213;
   out[22] = v214;
-  const lanes v215 = v97 * v104;
-  const lanes v216 = v88 * v110;
-  const lanes v217 = v215 + v216;
-  const lanes v218 = -v217;
-  out[23] = v218;
-  out[24] = LANES_OF(0.0);
-  const lanes v219 = v1 * qd_0;
-  const lanes v220 = -v219;
-  out[25] = v220;
-  out[26] = v220;
-  const lanes v221 = v124 * qd_0;
-  const lanes v222 = v145 * v6;
-  const lanes v223 = v221 - v222;
+  const lanes v215 = v97 * v104, v216 = v88 * v110, v217 = v215 + v216, v218 = -v217;
+  out[23] = v218; out[24] = LANES_OF(0.0);
+  const lanes v219 = v1 * qd_0, v220 = -v219;
+  out[25] = v220; out[26] = v220;
+  const lanes v221 = v124 * qd_0, v222 = v145 * v6, v223 = v221 - v222;
   out[27] = v223;
-  const lanes v224 = v146 * v69;
-  const lanes v225 = v55 * v140;
-  const lanes v226 = v224 + v225;
-  const lanes v227 = -v226;
+  const lanes v224 = v146 * v69, v225 = v55 * v140, v226 = v224 + v225, v227 = -v226;
   out[28] = v227;
-  const lanes v228 = v165 * v104;
-  const lanes v229 = v88 * v170;
-  const lanes v230 = v228 + v229;
-  out[29] = v230;
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  const lanes v231 = v14 * v1;
-  const lanes v232 = v117 * v2;
-  const lanes v233 = v231 - v232;
+  const lanes v228 = v165 * v104, v229 = v88 * v170, v230 = v228 + v229;
+  out[29] = v230; out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  const lanes v231 = v14 * v1, v232 = v117 * v2, v233 = v231 - v232;
   out[32] = v233;
-  const lanes v234 = v124 * v63;
-  const lanes v235 = v32 * v145;
-  const lanes v236 = v234 + v235;
-  const lanes v237 = -v236;
+  const lanes v234 = v124 * v63, v235 = v32 * v145, v236 = v234 + v235, v237 = -v236;
   out[33] = v237;
-  const lanes v238 = v146 * v73;
-  const lanes v239 = v64 * v140;
-  const lanes v240 = v238 + v239;
+  const lanes v238 = v146 * v73, v239 = v64 * v140, v240 = v238 + v239;
   out[34] = v240;
-  const lanes v241 = v165 * v110;
-  const lanes v242 = v97 * v170;
-  const lanes v243 = v241 - v242;
+  const lanes v241 = v165 * v110, v242 = v97 * v170, v243 = v241 - v242;
   out[35] = v243;
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_jacobian_body_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_4, &v1, &v4);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v4, q_4);
   const lanes v2 = q_1 + q_2;
-  lanes v6, v3; LANES_NAME(lanes_cos_sin)(&v2, &v6, &v3);
-  lanes v5, v9; LANES_NAME(lanes_cos_sin)(&q_3, &v5, &v9);
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&q_5, &v8, &v7);
-  lanes v11, v10; LANES_NAME(lanes_cos_sin)(&q_1, &v11, &v10);
-  lanes v13, v12; LANES_NAME(lanes_cos_sin)(&q_0, &v13, &v12);
-  const lanes v14 = v1 * v3;
-  const lanes v15 = v4 * v5;
-  const lanes v16 = v15 * v6;
-  const lanes v17 = v14 + v16;
-  const lanes v18 = v4 * v7;
-  const lanes v19 = v18 * v3;
-  const lanes v20 = v1 * v7;
-  const lanes v21 = v20 * v5;
-  const lanes v22 = v8 * v9;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = v23 * v6;
-  const lanes v25 = v19 - v24;
-  const lanes v26 = 0.2 * v4;
-  const lanes v27 = v26 * v5;
-  const lanes v28 = 0.2 - v27;
-  const lanes v29 = v28 * v3;
-  const lanes v30 = 0.2 * v1;
-  const lanes v31 = v30 + 1.1425;
-  const lanes v32 = v31 * v6;
-  const lanes v33 = v29 + v32;
-  const lanes v34 = 1.075 * v10;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = v25 * v35;
-  const lanes v37 = v18 * v6;
-  const lanes v38 = v23 * v3;
-  const lanes v39 = v37 + v38;
-  const lanes v40 = v31 * v3;
-  const lanes v41 = v28 * v6;
-  const lanes v42 = v40 - v41;
-  const lanes v43 = 1.075 * v11;
-  const lanes v44 = v42 - v43;
-  const lanes v45 = v39 * v44;
-  const lanes v46 = v36 - v45;
-  const lanes v47 = v46 * qd_1;
-  const lanes v48 = v25 * v33;
-  const lanes v49 = v39 * v42;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = v50 * qd_2;
-  const lanes v52 = v8 * v26;
-  const lanes v53 = v52 * qd_3;
-  const lanes v54 = 0.2 * v7;
-  const lanes v55 = v54 * qd_4;
-  const lanes v56 = v53 - v55;
-  const lanes v57 = v51 + v56;
-  const lanes v58 = v47 + v57;
-  const lanes v59 = v17 * v58;
-  const lanes v60 = v17 * v35;
-  const lanes v61 = v1 * v6;
-  const lanes v62 = v15 * v3;
-  const lanes v63 = v61 - v62;
-  const lanes v64 = v63 * v44;
-  const lanes v65 = v60 - v64;
-  const lanes v66 = v65 * qd_1;
-  const lanes v67 = v17 * v33;
-  const lanes v68 = v63 * v42;
-  const lanes v69 = v67 - v68;
-  const lanes v70 = v69 * qd_2;
-  const lanes v71 = v66 + v70;
-  const lanes v72 = v25 * v71;
-  const lanes v73 = v59 - v72;
-  const lanes v74 = v39 * v12;
-  const lanes v75 = v20 * v9;
-  const lanes v76 = v8 * v5;
-  const lanes v77 = v75 - v76;
-  const lanes v78 = v77 * v13;
-  const lanes v79 = v74 - v78;
-  const lanes v80 = v35 + 0.32;
-  const lanes v81 = v13 * v80;
-  const lanes v82 = v26 * v9;
-  const lanes v83 = v12 * v82;
-  const lanes v84 = v81 - v83;
-  const lanes v85 = v79 * v84;
-  const lanes v86 = v77 * v12;
-  const lanes v87 = v39 * v13;
-  const lanes v88 = v86 + v87;
-  const lanes v89 = v13 * v82;
-  const lanes v90 = v12 * v80;
-  const lanes v91 = v89 + v90;
-  const lanes v92 = v88 * v91;
-  const lanes v93 = v85 - v92;
-  const lanes v94 = v4 * v9;
-  const lanes v95 = v94 * qd_1;
-  const lanes v96 = v94 * qd_2;
-  const lanes v97 = v1 * qd_3;
-  const lanes v98 = v97 + qd_5;
-  const lanes v99 = v96 + v98;
-  const lanes v100 = v95 + v99;
-  const lanes v101 = v93 * v100;
-  const lanes v102 = v94 * v13;
-  const lanes v103 = v63 * v12;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = v104 * v84;
-  const lanes v106 = v63 * v13;
-  const lanes v107 = v94 * v12;
-  const lanes v108 = v106 - v107;
-  const lanes v109 = v108 * v91;
-  const lanes v110 = v105 - v109;
-  const lanes v111 = v18 * qd_3;
-  const lanes v112 = v8 * qd_4;
-  const lanes v113 = v111 + v112;
-  const lanes v114 = v77 * qd_2;
-  const lanes v115 = v113 - v114;
-  const lanes v116 = v77 * qd_1;
-  const lanes v117 = v115 - v116;
-  const lanes v118 = v110 * v117;
-  const lanes v119 = v101 - v118;
-  const lanes v120 = v73 + v119;
+  LANES_COS_SIN(v6, v3, v2); LANES_COS_SIN(v5, v9, q_3); LANES_COS_SIN(v8, v7, q_5);
+  LANES_COS_SIN(v11, v10, q_1); LANES_COS_SIN(v13, v12, q_0);
+  const lanes v14 = v1 * v3, v15 = v4 * v5, v16 = v15 * v6, v17 = v14 + v16, v18 = v4 * v7,
+      v19 = v18 * v3, v20 = v1 * v7, v21 = v20 * v5, v22 = v8 * v9, v23 = v21 + v22, v24 = v23 * v6,
+      v25 = v19 - v24, v26 = 0.2 * v4, v27 = v26 * v5, v28 = 0.2 - v27, v29 = v28 * v3,
+      v30 = 0.2 * v1, v31 = v30 + 1.1425, v32 = v31 * v6, v33 = v29 + v32, v34 = 1.075 * v10,
+      v35 = v33 + v34, v36 = v25 * v35, v37 = v18 * v6, v38 = v23 * v3, v39 = v37 + v38,
+      v40 = v31 * v3, v41 = v28 * v6, v42 = v40 - v41, v43 = 1.075 * v11, v44 = v42 - v43,
+      v45 = v39 * v44, v46 = v36 - v45, v47 = v46 * qd_1, v48 = v25 * v33, v49 = v39 * v42,
+      v50 = v48 - v49, v51 = v50 * qd_2, v52 = v8 * v26, v53 = v52 * qd_3, v54 = 0.2 * v7,
+      v55 = v54 * qd_4, v56 = v53 - v55, v57 = v51 + v56, v58 = v47 + v57, v59 = v17 * v58,
+      v60 = v17 * v35, v61 = v1 * v6, v62 = v15 * v3, v63 = v61 - v62, v64 = v63 * v44,
+      v65 = v60 - v64, v66 = v65 * qd_1, v67 = v17 * v33, v68 = v63 * v42, v69 = v67 - v68,
+      v70 = v69 * qd_2, v71 = v66 + v70, v72 = v25 * v71, v73 = v59 - v72, v74 = v39 * v12,
+      v75 = v20 * v9, v76 = v8 * v5, v77 = v75 - v76, v78 = v77 * v13, v79 = v74 - v78,
+      v80 = v35 + 0.32, v81 = v13 * v80, v82 = v26 * v9, v83 = v12 * v82, v84 = v81 - v83,
+      v85 = v79 * v84, v86 = v77 * v12, v87 = v39 * v13, v88 = v86 + v87, v89 = v13 * v82,
+      v90 = v12 * v80, v91 = v89 + v90, v92 = v88 * v91, v93 = v85 - v92, v94 = v4 * v9,
+      v95 = v94 * qd_1, v96 = v94 * qd_2, v97 = v1 * qd_3, v98 = v97 + qd_5, v99 = v96 + v98,
+      v100 = v95 + v99, v101 = v93 * v100, v102 = v94 * v13, v103 = v63 * v12, v104 = v102 + v103,
+      v105 = v104 * v84, v106 = v63 * v13, v107 = v94 * v12, v108 = v106 - v107, v109 = v108 * v91,
+      v110 = v105 - v109, v111 = v18 * qd_3, v112 = v8 * qd_4, v113 = v111 + v112,
+      v114 = v77 * qd_2, v115 = v113 - v114, v116 = v77 * qd_1, v117 = v115 - v116,
+      v118 = v110 * v117, v119 = v101 - v118, v120 = v73 + v119;
   out[0] = v120;
-  const lanes v121 = v46 * v99;
-  const lanes v122 = v65 * v115;
-  const lanes v123 = v121 - v122;
-  const lanes v124 = v77 * v70;
-  const lanes v125 = v94 * v57;
-  const lanes v126 = v124 + v125;
-  const lanes v127 = v123 - v126;
+  const lanes v121 = v46 * v99, v122 = v65 * v115, v123 = v121 - v122, v124 = v77 * v70,
+      v125 = v94 * v57, v126 = v124 + v125, v127 = v123 - v126;
   out[1] = v127;
-  const lanes v128 = v50 * v98;
-  const lanes v129 = v69 * v113;
-  const lanes v130 = v128 - v129;
-  const lanes v131 = v94 * v56;
-  const lanes v132 = v130 - v131;
+  const lanes v128 = v50 * v98, v129 = v69 * v113, v130 = v128 - v129, v131 = v94 * v56,
+      v132 = v130 - v131;
   out[2] = v132;
-  const lanes v133 = v1 * v55;
-  const lanes v134 = v52 * qd_5;
-  const lanes v135 = v133 + v134;
+  const lanes v133 = v1 * v55, v134 = v52 * qd_5, v135 = v133 + v134;
   out[3] = v135;
-  const lanes v136 = v54 * qd_5;
-  const lanes v137 = -v136;
-  out[4] = v137;
-  out[5] = LANES_OF(0.0);
-  const lanes v138 = v1 * v8;
-  const lanes v139 = v138 * v9;
-  const lanes v140 = v7 * v5;
-  const lanes v141 = v139 + v140;
-  const lanes v142 = v141 * qd_1;
-  const lanes v143 = v141 * qd_2;
-  const lanes v144 = v7 * qd_4;
-  const lanes v145 = v4 * v8;
-  const lanes v146 = v145 * qd_3;
-  const lanes v147 = v144 - v146;
-  const lanes v148 = v143 + v147;
-  const lanes v149 = v142 + v148;
-  const lanes v150 = v110 * v149;
-  const lanes v151 = v141 * v13;
-  const lanes v152 = v7 * v9;
-  const lanes v153 = v138 * v5;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 * v3;
-  const lanes v156 = v145 * v6;
-  const lanes v157 = v155 - v156;
-  const lanes v158 = v157 * v12;
-  const lanes v159 = v151 + v158;
-  const lanes v160 = v159 * v84;
-  const lanes v161 = v157 * v13;
-  const lanes v162 = v141 * v12;
-  const lanes v163 = v161 - v162;
-  const lanes v164 = v163 * v91;
-  const lanes v165 = v160 - v164;
-  const lanes v166 = v165 * v100;
-  const lanes v167 = v150 - v166;
-  const lanes v168 = v145 * v3;
-  const lanes v169 = v154 * v6;
-  const lanes v170 = v168 + v169;
-  const lanes v171 = v170 * v71;
-  const lanes v172 = v7 * v26;
-  const lanes v173 = v172 * qd_3;
-  const lanes v174 = 0.2 * v8;
-  const lanes v175 = v174 * qd_4;
-  const lanes v176 = v173 + v175;
-  const lanes v177 = v157 * v42;
-  const lanes v178 = v170 * v33;
-  const lanes v179 = v177 + v178;
-  const lanes v180 = v179 * qd_2;
-  const lanes v181 = v176 - v180;
-  const lanes v182 = v157 * v44;
-  const lanes v183 = v170 * v35;
-  const lanes v184 = v182 + v183;
-  const lanes v185 = v184 * qd_1;
-  const lanes v186 = v181 - v185;
-  const lanes v187 = v17 * v186;
-  const lanes v188 = v171 + v187;
-  const lanes v189 = v167 - v188;
+  const lanes v136 = v54 * qd_5, v137 = -v136;
+  out[4] = v137; out[5] = LANES_OF(0.0);
+  const lanes v138 = v1 * v8, v139 = v138 * v9, v140 = v7 * v5, v141 = v139 + v140,
+      v142 = v141 * qd_1, v143 = v141 * qd_2, v144 = v7 * qd_4, v145 = v4 * v8, v146 = v145 * qd_3,
+      v147 = v144 - v146, v148 = v143 + v147, v149 = v142 + v148, v150 = v110 * v149,
+      v151 = v141 * v13, v152 = v7 * v9, v153 = v138 * v5, v154 = v152 - v153, v155 = v154 * v3,
+      v156 = v145 * v6, v157 = v155 - v156, v158 = v157 * v12, v159 = v151 + v158,
+      v160 = v159 * v84, v161 = v157 * v13, v162 = v141 * v12, v163 = v161 - v162,
+      v164 = v163 * v91, v165 = v160 - v164, v166 = v165 * v100, v167 = v150 - v166,
+      v168 = v145 * v3, v169 = v154 * v6, v170 = v168 + v169, v171 = v170 * v71, v172 = v7 * v26,
+      v173 = v172 * qd_3, v174 = 0.2 * v8, v175 = v174 * qd_4, v176 = v173 + v175,
+      v177 = v157 * v42, v178 = v170 * v33, v179 = v177 + v178, v180 = v179 * qd_2,
+      v181 = v176 - v180, v182 = v157 * v44, v183 = v170 * v35, v184 = v182 + v183,
+      v185 = v184 * qd_1, v186 = v181 - v185, v187 = v17 * v186, v188 = v171 + v187,
+      v189 = v167 - v188;
   out[6] = v189;
-  const lanes v190 = v94 * v181;
-  const lanes v191 = v141 * v70;
-  const lanes v192 = v190 - v191;
-  const lanes v193 = v184 * v99;
-  const lanes v194 = v65 * v148;
-  const lanes v195 = v193 + v194;
-  const lanes v196 = v192 + v195;
+  const lanes v190 = v94 * v181, v191 = v141 * v70, v192 = v190 - v191, v193 = v184 * v99,
+      v194 = v65 * v148, v195 = v193 + v194, v196 = v192 + v195;
   out[7] = v196;
-  const lanes v197 = v94 * v176;
-  const lanes v198 = v179 * v98;
-  const lanes v199 = v69 * v147;
-  const lanes v200 = v198 + v199;
-  const lanes v201 = v197 + v200;
+  const lanes v197 = v94 * v176, v198 = v179 * v98, v199 = v69 * v147, v200 = v198 + v199,
+      v201 = v197 + v200;
   out[8] = v201;
-  const lanes v202 = v1 * v175;
-  const lanes v203 = v172 * qd_5;
-  const lanes v204 = v202 - v203;
+  const lanes v202 = v1 * v175, v203 = v172 * qd_5, v204 = v202 - v203;
   out[9] = v204;
-  const lanes v205 = v174 * qd_5;
-  const lanes v206 = -v205;
-  out[10] = v206;
-  out[11] = LANES_OF(0.0);
-  const lanes v207 = v170 * v58;
-  const lanes v208 = v25 * v186;
-  const lanes v209 = v207 + v208;
-  const lanes v210 = v165 * v117;
-  const lanes v211 = v93 * v149;
-  const lanes v212 = v210 - v211;
-  const lanes v213 = v209 + v212;
+  const lanes v205 = v174 * qd_5, v206 = -v205;
+  out[10] = v206; out[11] = LANES_OF(0.0);
+  const lanes v207 = v170 * v58, v208 = v25 * v186, v209 = v207 + v208, v210 = v165 * v117,
+      v211 = v93 * v149, v212 = v210 - v211, v213 = v209 + v212;
   out[12] = v213;
-  const lanes v214 = v141 * v57;
-  const lanes v215 = v77 * v181;
-  const lanes v216 = v214 + v215;
-  const lanes v217 = v184 * v115;
-  const lanes v218 = v46 * v148;
-  const lanes v219 = v217 + v218;
-  const lanes v220 = v216 - v219;
+  const lanes v214 = v141 * v57, v215 = v77 * v181, v216 = v214 + v215, v217 = v184 * v115,
+      v218 = v46 * v148, v219 = v217 + v218, v220 = v216 - v219;
   out[13] = v220;
-  const lanes v221 = v141 * v56;
-  const lanes v222 = v77 * v176;
-  const lanes v223 = v221 + v222;
-  const lanes v224 = v179 * v113;
-  const lanes v225 = v50 * v147;
-  const lanes v226 = v224 + v225;
-  const lanes v227 = v223 - v226;
+  const lanes v221 = v141 * v56, v222 = v77 * v176, v223 = v221 + v222, v224 = v179 * v113,
+      v225 = v50 * v147, v226 = v224 + v225, v227 = v223 - v226;
   out[14] = v227;
-  const lanes v228 = v145 * v55;
-  const lanes v229 = v18 * v175;
-  const lanes v230 = v228 - v229;
-  const lanes v231 = v172 * v112;
-  const lanes v232 = v52 * v144;
-  const lanes v233 = v231 - v232;
-  const lanes v234 = v230 + v233;
-  out[15] = v234;
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  const lanes v235 = v17 * v117;
-  const lanes v236 = v25 * v100;
-  const lanes v237 = v235 - v236;
+  const lanes v228 = v145 * v55, v229 = v18 * v175, v230 = v228 - v229, v231 = v172 * v112,
+      v232 = v52 * v144, v233 = v231 - v232, v234 = v230 + v233;
+  out[15] = v234; out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
+  const lanes v235 = v17 * v117, v236 = v25 * v100, v237 = v235 - v236;
   out[18] = v237;
-  const lanes v238 = v77 * v99;
-  const lanes v239 = v94 * v115;
-  const lanes v240 = v238 + v239;
-  const lanes v241 = -v240;
+  const lanes v238 = v77 * v99, v239 = v94 * v115, v240 = v238 + v239, v241 = -v240;
   out[19] = v241;
-  const lanes v242 = v77 * v98;
-  const lanes v243 = v94 * v113;
-  const lanes v244 = v242 + v243;
-  const lanes v245 = -v244;
+  const lanes v242 = v77 * v98, v243 = v94 * v113, v244 = v242 + v243, v245 = -v244;
   out[20] = v245;
-  const lanes v246 = v18 * qd_5;
-  const lanes v247 = v1 * v112;
-  const lanes v248 = v246 - v247;
+  const lanes v246 = v18 * qd_5, v247 = v1 * v112, v248 = v246 - v247;
   out[21] = v248;
   const lanes v249 = v8 * qd_5;
-  out[22] = v249;
-  out[23] = LANES_OF(0.0);
-  const lanes v250 = v170 * v100;
-  const lanes v251 = v17 * v149;
-  const lanes v252 = v250 + v251;
-  const lanes v253 = -v252;
+  out[22] = v249; out[23] = LANES_OF(0.0);
+  const lanes v250 = v170 * v100, v251 = v17 * v149, v252 = v250 + v251, v253 = -v252;
   out[24] = v253;
-  const lanes v254 = v94 * v148;
-  const lanes v255 = v141 * v99;
-  const lanes v256 = v254 - v255;
+  const lanes v254 = v94 * v148, v255 = v141 * v99, v256 = v254 - v255;
   out[25] = v256;
-  const lanes v257 = v94 * v147;
-  const lanes v258 = v141 * v98;
-  const lanes v259 = v257 - v258;
+  const lanes v257 = v94 * v147, v258 = v141 * v98, v259 = v257 - v258;
   out[26] = v259;
-  const lanes v260 = v1 * v144;
-  const lanes v261 = v145 * qd_5;
-  const lanes v262 = v260 + v261;
+  const lanes v260 = v1 * v144, v261 = v145 * qd_5, v262 = v260 + v261;
   out[27] = v262;
-  const lanes v263 = v7 * qd_5;
-  const lanes v264 = -v263;
-  out[28] = v264;
-  out[29] = LANES_OF(0.0);
-  const lanes v265 = v170 * v117;
-  const lanes v266 = v25 * v149;
-  const lanes v267 = v265 + v266;
+  const lanes v263 = v7 * qd_5, v264 = -v263;
+  out[28] = v264; out[29] = LANES_OF(0.0);
+  const lanes v265 = v170 * v117, v266 = v25 * v149, v267 = v265 + v266;
   out[30] = v267;
-  const lanes v268 = v141 * v115;
-  const lanes v269 = v77 * v148;
-  const lanes v270 = v268 + v269;
+  const lanes v268 = v141 * v115, v269 = v77 * v148, v270 = v268 + v269;
   out[31] = v270;
-  const lanes v271 = v141 * v113;
-  const lanes v272 = v77 * v147;
-  const lanes v273 = v271 + v272;
+  const lanes v271 = v141 * v113, v272 = v77 * v147, v273 = v271 + v272;
   out[32] = v273;
-  const lanes v274 = v145 * v112;
-  const lanes v275 = v18 * v144;
-  const lanes v276 = v274 + v275;
-  const lanes v277 = -v276;
-  out[33] = v277;
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
+  const lanes v274 = v145 * v112, v275 = v18 * v144, v276 = v274 + v275, v277 = -v276;
+  out[33] = v277; out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  lanes v1, v9; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v9);
-  lanes v6, v2; LANES_NAME(lanes_cos_sin)(&q_4, &v6, &v2);
-  lanes v3, v10; LANES_NAME(lanes_cos_sin)(&q_3, &v3, &v10);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10];
+  LANES_COS_SIN(v1, v9, q_0); LANES_COS_SIN(v6, v2, q_4); LANES_COS_SIN(v3, v10, q_3);
   const lanes v4 = q_1 + q_2;
-  lanes v7, v5; LANES_NAME(lanes_cos_sin)(&v4, &v7, &v5);
-  lanes v11, v8; LANES_NAME(lanes_cos_sin)(&q_1, &v11, &v8);
-  const lanes v12 = 0.2 * v2;
-  const lanes v13 = v12 * v3;
-  const lanes v14 = 0.2 - v13;
-  const lanes v15 = v14 * v5;
-  const lanes v16 = 0.2 * v6;
-  const lanes v17 = v16 + 1.1425;
-  const lanes v18 = v17 * v7;
-  const lanes v19 = v15 + v18;
-  const lanes v20 = 1.075 * v8;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = v21 + 0.32;
-  const lanes v23 = v1 * v22;
-  const lanes v24 = v12 * v10;
-  const lanes v25 = v9 * v24;
-  const lanes v26 = v23 - v25;
-  const lanes v27 = v26 * qd_0;
-  const lanes v28 = v9 * v5;
-  const lanes v29 = v28 * v10;
-  const lanes v30 = v1 * v3;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v31 * v12;
-  const lanes v33 = v32 * qd_3;
-  const lanes v34 = v28 * v3;
-  const lanes v35 = v1 * v10;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = v6 * v36;
-  const lanes v38 = v9 * v7;
-  const lanes v39 = v2 * v38;
-  const lanes v40 = v37 + v39;
-  const lanes v41 = 0.2 * v40;
-  const lanes v42 = v41 * qd_4;
-  const lanes v43 = v33 - v42;
-  const lanes v44 = v17 * v5;
-  const lanes v45 = v14 * v7;
-  const lanes v46 = v44 - v45;
-  const lanes v47 = v9 * v46;
-  const lanes v48 = v47 * qd_2;
-  const lanes v49 = v43 - v48;
-  const lanes v50 = 1.075 * v11;
-  const lanes v51 = v46 - v50;
-  const lanes v52 = v9 * v51;
-  const lanes v53 = v52 * qd_1;
-  const lanes v54 = v49 - v53;
-  const lanes v55 = v27 + v54;
-  const lanes v56 = -v55;
+  LANES_COS_SIN(v7, v5, v4); LANES_COS_SIN(v11, v8, q_1);
+  const lanes v12 = 0.2 * v2, v13 = v12 * v3, v14 = 0.2 - v13, v15 = v14 * v5, v16 = 0.2 * v6,
+      v17 = v16 + 1.1425, v18 = v17 * v7, v19 = v15 + v18, v20 = 1.075 * v8, v21 = v19 + v20,
+      v22 = v21 + 0.32, v23 = v1 * v22, v24 = v12 * v10, v25 = v9 * v24, v26 = v23 - v25,
+      v27 = v26 * qd_0, v28 = v9 * v5, v29 = v28 * v10, v30 = v1 * v3, v31 = v29 + v30,
+      v32 = v31 * v12, v33 = v32 * qd_3, v34 = v28 * v3, v35 = v1 * v10, v36 = v34 - v35,
+      v37 = v6 * v36, v38 = v9 * v7, v39 = v2 * v38, v40 = v37 + v39, v41 = 0.2 * v40,
+      v42 = v41 * qd_4, v43 = v33 - v42, v44 = v17 * v5, v45 = v14 * v7, v46 = v44 - v45,
+      v47 = v9 * v46, v48 = v47 * qd_2, v49 = v43 - v48, v50 = 1.075 * v11, v51 = v46 - v50,
+      v52 = v9 * v51, v53 = v52 * qd_1, v54 = v49 - v53, v55 = v27 + v54, v56 = -v55;
   out[0] = v56;
-  const lanes v57 = v52 * qd_0;
-  const lanes v58 = v1 * qd_1;
-  const lanes v59 = v58 * v21;
-  const lanes v60 = v57 - v59;
-  const lanes v61 = v7 * v10;
-  const lanes v62 = v61 * v12;
-  const lanes v63 = v62 * qd_3;
-  const lanes v64 = v7 * v3;
-  const lanes v65 = v6 * v64;
-  const lanes v66 = v2 * v5;
-  const lanes v67 = v65 - v66;
-  const lanes v68 = 0.2 * v67;
-  const lanes v69 = v68 * qd_4;
-  const lanes v70 = v63 - v69;
-  const lanes v71 = v19 * qd_2;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = v1 * v72;
-  const lanes v74 = v60 + v73;
+  const lanes v57 = v52 * qd_0, v58 = v1 * qd_1, v59 = v58 * v21, v60 = v57 - v59, v61 = v7 * v10,
+      v62 = v61 * v12, v63 = v62 * qd_3, v64 = v7 * v3, v65 = v6 * v64, v66 = v2 * v5,
+      v67 = v65 - v66, v68 = 0.2 * v67, v69 = v68 * qd_4, v70 = v63 - v69, v71 = v19 * qd_2,
+      v72 = v70 - v71, v73 = v1 * v72, v74 = v60 + v73;
   out[1] = v74;
-  const lanes v75 = v47 * qd_0;
-  const lanes v76 = v1 * qd_2;
-  const lanes v77 = v58 + v76;
-  const lanes v78 = v77 * v19;
-  const lanes v79 = v75 - v78;
-  const lanes v80 = v1 * v70;
-  const lanes v81 = v79 + v80;
+  const lanes v75 = v47 * qd_0, v76 = v1 * qd_2, v77 = v58 + v76, v78 = v77 * v19, v79 = v75 - v78,
+      v80 = v1 * v70, v81 = v79 + v80;
   out[2] = v81;
-  const lanes v82 = v38 * qd_3;
-  const lanes v83 = v82 + v77;
-  const lanes v84 = v83 * v62;
-  const lanes v85 = v5 * qd_3;
-  const lanes v86 = qd_0 - v85;
-  const lanes v87 = v86 * v32;
-  const lanes v88 = v84 - v87;
-  const lanes v89 = v38 * v69;
-  const lanes v90 = v42 * v5;
-  const lanes v91 = v89 + v90;
-  const lanes v92 = v88 - v91;
+  const lanes v82 = v38 * qd_3, v83 = v82 + v77, v84 = v83 * v62, v85 = v5 * qd_3, v86 = qd_0 - v85,
+      v87 = v86 * v32, v88 = v84 - v87, v89 = v38 * v69, v90 = v42 * v5, v91 = v89 + v90,
+      v92 = v88 - v91;
   out[3] = v92;
-  const lanes v93 = v61 * qd_4;
-  const lanes v94 = v93 + v86;
-  const lanes v95 = v94 * v41;
-  const lanes v96 = v31 * qd_4;
-  const lanes v97 = v96 + v83;
-  const lanes v98 = v97 * v68;
-  const lanes v99 = v95 - v98;
-  out[4] = v99;
-  out[5] = LANES_OF(0.0);
-  const lanes v100 = v1 * v24;
-  const lanes v101 = v9 * v22;
-  const lanes v102 = v100 + v101;
-  const lanes v103 = v102 * qd_0;
-  const lanes v104 = v1 * v51;
-  const lanes v105 = v104 * qd_1;
-  const lanes v106 = v1 * v46;
-  const lanes v107 = v106 * qd_2;
-  const lanes v108 = v9 * v3;
-  const lanes v109 = v1 * v5;
-  const lanes v110 = v109 * v10;
-  const lanes v111 = v108 - v110;
-  const lanes v112 = v111 * v12;
-  const lanes v113 = v112 * qd_3;
-  const lanes v114 = v109 * v3;
-  const lanes v115 = v9 * v10;
-  const lanes v116 = v114 + v115;
-  const lanes v117 = v6 * v116;
-  const lanes v118 = v1 * v7;
-  const lanes v119 = v2 * v118;
-  const lanes v120 = v117 + v119;
-  const lanes v121 = 0.2 * v120;
-  const lanes v122 = v121 * qd_4;
-  const lanes v123 = v113 + v122;
-  const lanes v124 = v107 + v123;
-  const lanes v125 = v105 + v124;
-  const lanes v126 = v103 + v125;
-  const lanes v127 = -v126;
+  const lanes v93 = v61 * qd_4, v94 = v93 + v86, v95 = v94 * v41, v96 = v31 * qd_4, v97 = v96 + v83,
+      v98 = v97 * v68, v99 = v95 - v98;
+  out[4] = v99; out[5] = LANES_OF(0.0);
+  const lanes v100 = v1 * v24, v101 = v9 * v22, v102 = v100 + v101, v103 = v102 * qd_0,
+      v104 = v1 * v51, v105 = v104 * qd_1, v106 = v1 * v46, v107 = v106 * qd_2, v108 = v9 * v3,
+      v109 = v1 * v5, v110 = v109 * v10, v111 = v108 - v110, v112 = v111 * v12, v113 = v112 * qd_3,
+      v114 = v109 * v3, v115 = v9 * v10, v116 = v114 + v115, v117 = v6 * v116, v118 = v1 * v7,
+      v119 = v2 * v118, v120 = v117 + v119, v121 = 0.2 * v120, v122 = v121 * qd_4,
+      v123 = v113 + v122, v124 = v107 + v123, v125 = v105 + v124, v126 = v103 + v125, v127 = -v126;
   out[6] = v127;
-  const lanes v128 = v9 * v72;
-  const lanes v129 = v9 * qd_1;
-  const lanes v130 = v129 * v21;
-  const lanes v131 = v104 * qd_0;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v128 - v132;
+  const lanes v128 = v9 * v72, v129 = v9 * qd_1, v130 = v129 * v21, v131 = v104 * qd_0,
+      v132 = v130 + v131, v133 = v128 - v132;
   out[7] = v133;
-  const lanes v134 = v9 * v70;
-  const lanes v135 = v9 * qd_2;
-  const lanes v136 = v129 + v135;
-  const lanes v137 = v136 * v19;
-  const lanes v138 = v106 * qd_0;
-  const lanes v139 = v137 + v138;
-  const lanes v140 = v134 - v139;
+  const lanes v134 = v9 * v70, v135 = v9 * qd_2, v136 = v129 + v135, v137 = v136 * v19,
+      v138 = v106 * qd_0, v139 = v137 + v138, v140 = v134 - v139;
   out[8] = v140;
-  const lanes v141 = v118 * v69;
-  const lanes v142 = v122 * v5;
-  const lanes v143 = v141 + v142;
-  const lanes v144 = v118 * qd_3;
-  const lanes v145 = v144 - v136;
-  const lanes v146 = v145 * v62;
-  const lanes v147 = v86 * v112;
-  const lanes v148 = v146 + v147;
-  const lanes v149 = v143 - v148;
+  const lanes v141 = v118 * v69, v142 = v122 * v5, v143 = v141 + v142, v144 = v118 * qd_3,
+      v145 = v144 - v136, v146 = v145 * v62, v147 = v86 * v112, v148 = v146 + v147,
+      v149 = v143 - v148;
   out[9] = v149;
-  const lanes v150 = v111 * qd_4;
-  const lanes v151 = v145 - v150;
-  const lanes v152 = v151 * v68;
-  const lanes v153 = v94 * v121;
-  const lanes v154 = v152 - v153;
-  out[10] = v154;
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  const lanes v155 = v129 * v52;
-  const lanes v156 = v58 * v104;
-  const lanes v157 = v155 + v156;
-  const lanes v158 = v1 * v124;
-  const lanes v159 = v9 * v49;
-  const lanes v160 = v158 - v159;
-  const lanes v161 = v157 + v160;
+  const lanes v150 = v111 * qd_4, v151 = v145 - v150, v152 = v151 * v68, v153 = v94 * v121,
+      v154 = v152 - v153;
+  out[10] = v154; out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  const lanes v155 = v129 * v52, v156 = v58 * v104, v157 = v155 + v156, v158 = v1 * v124,
+      v159 = v9 * v49, v160 = v158 - v159, v161 = v157 + v160;
   out[13] = v161;
-  const lanes v162 = v136 * v47;
-  const lanes v163 = v77 * v106;
-  const lanes v164 = v162 + v163;
-  const lanes v165 = v1 * v123;
-  const lanes v166 = v9 * v43;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v164 + v167;
+  const lanes v162 = v136 * v47, v163 = v77 * v106, v164 = v162 + v163, v165 = v1 * v123,
+      v166 = v9 * v43, v167 = v165 - v166, v168 = v164 + v167;
   out[14] = v168;
-  const lanes v169 = v145 * v32;
-  const lanes v170 = v83 * v112;
-  const lanes v171 = v169 + v170;
-  const lanes v172 = v38 * v122;
-  const lanes v173 = v118 * v42;
-  const lanes v174 = v172 - v173;
-  const lanes v175 = v171 + v174;
+  const lanes v169 = v145 * v32, v170 = v83 * v112, v171 = v169 + v170, v172 = v38 * v122,
+      v173 = v118 * v42, v174 = v172 - v173, v175 = v171 + v174;
   out[15] = v175;
-  const lanes v176 = v97 * v121;
-  const lanes v177 = v151 * v41;
-  const lanes v178 = v176 - v177;
-  out[16] = v178;
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  const lanes v179 = v1 * qd_0;
-  const lanes v180 = -v179;
-  out[19] = v180;
-  out[20] = v180;
-  const lanes v181 = v38 * qd_0;
-  const lanes v182 = v77 * v5;
-  const lanes v183 = v181 + v182;
-  const lanes v184 = -v183;
+  const lanes v176 = v97 * v121, v177 = v151 * v41, v178 = v176 - v177;
+  out[16] = v178; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0);
+  const lanes v179 = v1 * qd_0, v180 = -v179;
+  out[19] = v180; out[20] = v180;
+  const lanes v181 = v38 * qd_0, v182 = v77 * v5, v183 = v181 + v182, v184 = -v183;
   out[21] = v184;
-  const lanes v185 = v83 * v61;
-  const lanes v186 = v86 * v31;
-  const lanes v187 = v185 - v186;
+  const lanes v185 = v83 * v61, v186 = v86 * v31, v187 = v185 - v186;
   out[22] = v187;
-  const lanes v188 = v6 * v5;
-  const lanes v189 = v2 * v64;
-  const lanes v190 = v188 + v189;
-  const lanes v191 = v97 * v190;
-  const lanes v192 = v6 * v38;
-  const lanes v193 = v2 * v36;
-  const lanes v194 = v192 - v193;
-  const lanes v195 = v94 * v194;
-  const lanes v196 = v191 + v195;
-  const lanes v197 = -v196;
-  out[23] = v197;
-  out[24] = LANES_OF(0.0);
-  const lanes v198 = v9 * qd_0;
-  const lanes v199 = -v198;
-  out[25] = v199;
-  out[26] = v199;
-  const lanes v200 = v118 * qd_0;
-  const lanes v201 = v136 * v5;
-  const lanes v202 = v200 - v201;
+  const lanes v188 = v6 * v5, v189 = v2 * v64, v190 = v188 + v189, v191 = v97 * v190,
+      v192 = v6 * v38, v193 = v2 * v36, v194 = v192 - v193, v195 = v94 * v194, v196 = v191 + v195,
+      v197 = -v196;
+  out[23] = v197; out[24] = LANES_OF(0.0);
+  const lanes v198 = v9 * qd_0, v199 = -v198;
+  out[25] = v199; out[26] = v199;
+  const lanes v200 = v118 * qd_0, v201 = v136 * v5, v202 = v200 - v201;
   out[27] = v202;
-  const lanes v203 = v145 * v61;
-  const lanes v204 = v86 * v111;
-  const lanes v205 = v203 + v204;
-  const lanes v206 = -v205;
+  const lanes v203 = v145 * v61, v204 = v86 * v111, v205 = v203 + v204, v206 = -v205;
   out[28] = v206;
-  const lanes v207 = v151 * v190;
-  const lanes v208 = v6 * v118;
-  const lanes v209 = v2 * v116;
-  const lanes v210 = v208 - v209;
-  const lanes v211 = v94 * v210;
-  const lanes v212 = v207 + v211;
-  out[29] = v212;
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  const lanes v213 = v58 * v9;
-  const lanes v214 = v129 * v1;
-  const lanes v215 = v213 - v214;
+  const lanes v207 = v151 * v190, v208 = v6 * v118, v209 = v2 * v116, v210 = v208 - v209,
+      v211 = v94 * v210, v212 = v207 + v211;
+  out[29] = v212; out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  const lanes v213 = v58 * v9, v214 = v129 * v1, v215 = v213 - v214;
   out[32] = v215;
-  const lanes v216 = v118 * v77;
-  const lanes v217 = v38 * v136;
-  const lanes v218 = v216 + v217;
-  const lanes v219 = -v218;
+  const lanes v216 = v118 * v77, v217 = v38 * v136, v218 = v216 + v217, v219 = -v218;
   out[33] = v219;
-  const lanes v220 = v145 * v31;
-  const lanes v221 = v83 * v111;
-  const lanes v222 = v220 + v221;
+  const lanes v220 = v145 * v31, v221 = v83 * v111, v222 = v220 + v221;
   out[34] = v222;
-  const lanes v223 = v151 * v194;
-  const lanes v224 = v97 * v210;
-  const lanes v225 = v223 - v224;
+  const lanes v223 = v151 * v194, v224 = v97 * v210, v225 = v223 - v224;
   out[35] = v225;
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_hessian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  lanes v1, v9; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v9);
-  lanes v6, v2; LANES_NAME(lanes_cos_sin)(&q_4, &v6, &v2);
-  lanes v3, v10; LANES_NAME(lanes_cos_sin)(&q_3, &v3, &v10);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4];
+  LANES_COS_SIN(v1, v9, q_0); LANES_COS_SIN(v6, v2, q_4); LANES_COS_SIN(v3, v10, q_3);
   const lanes v4 = q_1 + q_2;
-  lanes v7, v5; LANES_NAME(lanes_cos_sin)(&v4, &v7, &v5);
-  lanes v11, v8; LANES_NAME(lanes_cos_sin)(&q_1, &v11, &v8);
-  const lanes v12 = 0.2 * v2;
-  const lanes v13 = v12 * v3;
-  const lanes v14 = 0.2 - v13;
-  const lanes v15 = v14 * v5;
-  const lanes v16 = 0.2 * v6;
-  const lanes v17 = v16 + 1.1425;
-  const lanes v18 = v17 * v7;
-  const lanes v19 = v15 + v18;
-  const lanes v20 = 1.075 * v8;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = v21 + 0.32;
-  const lanes v23 = v1 * v22;
-  const lanes v24 = v12 * v10;
-  const lanes v25 = v9 * v24;
-  const lanes v26 = v23 - v25;
-  const lanes v27 = -v26;
+  LANES_COS_SIN(v7, v5, v4); LANES_COS_SIN(v11, v8, q_1);
+  const lanes v12 = 0.2 * v2, v13 = v12 * v3, v14 = 0.2 - v13, v15 = v14 * v5, v16 = 0.2 * v6,
+      v17 = v16 + 1.1425, v18 = v17 * v7, v19 = v15 + v18, v20 = 1.075 * v8, v21 = v19 + v20,
+      v22 = v21 + 0.32, v23 = v1 * v22, v24 = v12 * v10, v25 = v9 * v24, v26 = v23 - v25,
+      v27 = -v26;
   out[0] = v27;
-  const lanes v28 = v17 * v5;
-  const lanes v29 = v14 * v7;
-  const lanes v30 = v28 - v29;
-  const lanes v31 = 1.075 * v11;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = v9 * v32;
+  const lanes v28 = v17 * v5, v29 = v14 * v7, v30 = v28 - v29, v31 = 1.075 * v11, v32 = v30 - v31,
+      v33 = v9 * v32;
   out[1] = v33;
   const lanes v34 = v9 * v30;
   out[2] = v34;
-  const lanes v35 = v9 * v5;
-  const lanes v36 = v35 * v10;
-  const lanes v37 = v1 * v3;
-  const lanes v38 = v36 + v37;
-  const lanes v39 = v38 * v12;
-  const lanes v40 = -v39;
+  const lanes v35 = v9 * v5, v36 = v35 * v10, v37 = v1 * v3, v38 = v36 + v37, v39 = v38 * v12,
+      v40 = -v39;
   out[3] = v40;
-  const lanes v41 = v35 * v3;
-  const lanes v42 = v1 * v10;
-  const lanes v43 = v41 - v42;
-  const lanes v44 = v6 * v43;
-  const lanes v45 = v9 * v7;
-  const lanes v46 = v2 * v45;
-  const lanes v47 = v44 + v46;
-  const lanes v48 = 0.2 * v47;
-  out[4] = v48;
-  out[5] = LANES_OF(0.0);
-  out[6] = v33;
-  const lanes v49 = v1 * v21;
-  const lanes v50 = -v49;
+  const lanes v41 = v35 * v3, v42 = v1 * v10, v43 = v41 - v42, v44 = v6 * v43, v45 = v9 * v7,
+      v46 = v2 * v45, v47 = v44 + v46, v48 = 0.2 * v47;
+  out[4] = v48; out[5] = LANES_OF(0.0); out[6] = v33;
+  const lanes v49 = v1 * v21, v50 = -v49;
   out[7] = v50;
-  const lanes v51 = v1 * v19;
-  const lanes v52 = -v51;
+  const lanes v51 = v1 * v19, v52 = -v51;
   out[8] = v52;
-  const lanes v53 = v7 * v10;
-  const lanes v54 = v53 * v12;
-  const lanes v55 = v1 * v54;
+  const lanes v53 = v7 * v10, v54 = v53 * v12, v55 = v1 * v54;
   out[9] = v55;
-  const lanes v56 = v7 * v3;
-  const lanes v57 = v6 * v56;
-  const lanes v58 = v2 * v5;
-  const lanes v59 = v57 - v58;
-  const lanes v60 = 0.2 * v59;
-  const lanes v61 = v1 * v60;
-  const lanes v62 = -v61;
-  out[10] = v62;
-  out[11] = LANES_OF(0.0);
-  out[12] = v34;
-  out[13] = v52;
-  out[14] = v52;
-  out[15] = v55;
-  out[16] = v62;
-  out[17] = LANES_OF(0.0);
-  out[18] = v40;
-  out[19] = v55;
+  const lanes v56 = v7 * v3, v57 = v6 * v56, v58 = v2 * v5, v59 = v57 - v58, v60 = 0.2 * v59,
+      v61 = v1 * v60, v62 = -v61;
+  out[10] = v62; out[11] = LANES_OF(0.0); out[12] = v34; out[13] = v52; out[14] = v52;
+  out[15] = v55; out[16] = v62; out[17] = LANES_OF(0.0); out[18] = v40; out[19] = v55;
   out[20] = v55;
-  const lanes v63 = v45 * v54;
-  const lanes v64 = v5 * v39;
-  const lanes v65 = v63 + v64;
+  const lanes v63 = v45 * v54, v64 = v5 * v39, v65 = v63 + v64;
   out[21] = v65;
-  const lanes v66 = v45 * v60;
-  const lanes v67 = v5 * v48;
-  const lanes v68 = v66 + v67;
-  const lanes v69 = -v68;
-  out[22] = v69;
-  out[23] = LANES_OF(0.0);
-  out[24] = v48;
-  out[25] = v62;
-  out[26] = v62;
+  const lanes v66 = v45 * v60, v67 = v5 * v48, v68 = v66 + v67, v69 = -v68;
+  out[22] = v69; out[23] = LANES_OF(0.0); out[24] = v48; out[25] = v62; out[26] = v62;
   out[27] = v69;
-  const lanes v70 = v53 * v48;
-  const lanes v71 = v38 * v60;
-  const lanes v72 = v70 - v71;
-  out[28] = v72;
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
+  const lanes v70 = v53 * v48, v71 = v38 * v60, v72 = v70 - v71;
+  out[28] = v72; out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0);
   out[35] = LANES_OF(0.0);
-  const lanes v73 = v1 * v24;
-  const lanes v74 = v9 * v22;
-  const lanes v75 = v73 + v74;
-  const lanes v76 = -v75;
+  const lanes v73 = v1 * v24, v74 = v9 * v22, v75 = v73 + v74, v76 = -v75;
   out[36] = v76;
-  const lanes v77 = v1 * v32;
-  const lanes v78 = -v77;
+  const lanes v77 = v1 * v32, v78 = -v77;
   out[37] = v78;
-  const lanes v79 = v1 * v30;
-  const lanes v80 = -v79;
+  const lanes v79 = v1 * v30, v80 = -v79;
   out[38] = v80;
-  const lanes v81 = v9 * v3;
-  const lanes v82 = v1 * v5;
-  const lanes v83 = v82 * v10;
-  const lanes v84 = v81 - v83;
-  const lanes v85 = v84 * v12;
-  const lanes v86 = -v85;
+  const lanes v81 = v9 * v3, v82 = v1 * v5, v83 = v82 * v10, v84 = v81 - v83, v85 = v84 * v12,
+      v86 = -v85;
   out[39] = v86;
-  const lanes v87 = v82 * v3;
-  const lanes v88 = v9 * v10;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v6 * v89;
-  const lanes v91 = v1 * v7;
-  const lanes v92 = v2 * v91;
-  const lanes v93 = v90 + v92;
-  const lanes v94 = 0.2 * v93;
-  const lanes v95 = -v94;
-  out[40] = v95;
-  out[41] = LANES_OF(0.0);
-  out[42] = v78;
-  const lanes v96 = v9 * v21;
-  const lanes v97 = -v96;
+  const lanes v87 = v82 * v3, v88 = v9 * v10, v89 = v87 + v88, v90 = v6 * v89, v91 = v1 * v7,
+      v92 = v2 * v91, v93 = v90 + v92, v94 = 0.2 * v93, v95 = -v94;
+  out[40] = v95; out[41] = LANES_OF(0.0); out[42] = v78;
+  const lanes v96 = v9 * v21, v97 = -v96;
   out[43] = v97;
-  const lanes v98 = v9 * v19;
-  const lanes v99 = -v98;
+  const lanes v98 = v9 * v19, v99 = -v98;
   out[44] = v99;
   const lanes v100 = v9 * v54;
   out[45] = v100;
-  const lanes v101 = v9 * v60;
-  const lanes v102 = -v101;
-  out[46] = v102;
-  out[47] = LANES_OF(0.0);
-  out[48] = v80;
-  out[49] = v99;
-  out[50] = v99;
-  out[51] = v100;
-  out[52] = v102;
-  out[53] = LANES_OF(0.0);
-  out[54] = v86;
-  out[55] = v100;
+  const lanes v101 = v9 * v60, v102 = -v101;
+  out[46] = v102; out[47] = LANES_OF(0.0); out[48] = v80; out[49] = v99; out[50] = v99;
+  out[51] = v100; out[52] = v102; out[53] = LANES_OF(0.0); out[54] = v86; out[55] = v100;
   out[56] = v100;
-  const lanes v103 = v5 * v85;
-  const lanes v104 = v91 * v54;
-  const lanes v105 = v103 - v104;
+  const lanes v103 = v5 * v85, v104 = v91 * v54, v105 = v103 - v104;
   out[57] = v105;
-  const lanes v106 = v91 * v60;
-  const lanes v107 = v5 * v94;
-  const lanes v108 = v106 + v107;
-  out[58] = v108;
-  out[59] = LANES_OF(0.0);
-  out[60] = v95;
-  out[61] = v102;
-  out[62] = v102;
+  const lanes v106 = v91 * v60, v107 = v5 * v94, v108 = v106 + v107;
+  out[58] = v108; out[59] = LANES_OF(0.0); out[60] = v95; out[61] = v102; out[62] = v102;
   out[63] = v108;
-  const lanes v109 = v84 * v60;
-  const lanes v110 = v53 * v94;
-  const lanes v111 = v109 + v110;
-  const lanes v112 = -v111;
-  out[64] = v112;
-  out[65] = LANES_OF(0.0);
-  out[66] = LANES_OF(0.0);
-  out[67] = LANES_OF(0.0);
-  out[68] = LANES_OF(0.0);
-  out[69] = LANES_OF(0.0);
-  out[70] = LANES_OF(0.0);
-  out[71] = LANES_OF(0.0);
-  out[72] = LANES_OF(0.0);
-  out[73] = LANES_OF(0.0);
-  out[74] = LANES_OF(0.0);
-  out[75] = LANES_OF(0.0);
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
-  const lanes v113 = v1 * v77;
-  const lanes v114 = v9 * v33;
-  const lanes v115 = v113 + v114;
+  const lanes v109 = v84 * v60, v110 = v53 * v94, v111 = v109 + v110, v112 = -v111;
+  out[64] = v112; out[65] = LANES_OF(0.0); out[66] = LANES_OF(0.0); out[67] = LANES_OF(0.0);
+  out[68] = LANES_OF(0.0); out[69] = LANES_OF(0.0); out[70] = LANES_OF(0.0);
+  out[71] = LANES_OF(0.0); out[72] = LANES_OF(0.0); out[73] = LANES_OF(0.0);
+  out[74] = LANES_OF(0.0); out[75] = LANES_OF(0.0); out[76] = LANES_OF(0.0);
+  out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0);
+  const lanes v113 = v1 * v77, v114 = v9 * v33, v115 = v113 + v114;
   out[79] = v115;
-  const lanes v116 = v1 * v79;
-  const lanes v117 = v9 * v34;
-  const lanes v118 = v116 + v117;
+  const lanes v116 = v1 * v79, v117 = v9 * v34, v118 = v116 + v117;
   out[80] = v118;
-  const lanes v119 = v1 * v85;
-  const lanes v120 = v9 * v39;
-  const lanes v121 = v119 - v120;
+  const lanes v119 = v1 * v85, v120 = v9 * v39, v121 = v119 - v120;
   out[81] = v121;
-  const lanes v122 = v1 * v94;
-  const lanes v123 = v9 * v48;
-  const lanes v124 = v122 + v123;
-  out[82] = v124;
-  out[83] = LANES_OF(0.0);
-  out[84] = LANES_OF(0.0);
-  out[85] = v118;
-  out[86] = v118;
-  out[87] = v121;
-  out[88] = v124;
-  out[89] = LANES_OF(0.0);
-  out[90] = LANES_OF(0.0);
-  out[91] = v121;
+  const lanes v122 = v1 * v94, v123 = v9 * v48, v124 = v122 + v123;
+  out[82] = v124; out[83] = LANES_OF(0.0); out[84] = LANES_OF(0.0); out[85] = v118; out[86] = v118;
+  out[87] = v121; out[88] = v124; out[89] = LANES_OF(0.0); out[90] = LANES_OF(0.0); out[91] = v121;
   out[92] = v121;
-  const lanes v125 = v91 * v39;
-  const lanes v126 = v45 * v85;
-  const lanes v127 = v125 + v126;
+  const lanes v125 = v91 * v39, v126 = v45 * v85, v127 = v125 + v126;
   out[93] = v127;
-  const lanes v128 = v45 * v94;
-  const lanes v129 = v91 * v48;
-  const lanes v130 = v128 - v129;
-  out[94] = v130;
-  out[95] = LANES_OF(0.0);
-  out[96] = LANES_OF(0.0);
-  out[97] = v124;
-  out[98] = v124;
+  const lanes v128 = v45 * v94, v129 = v91 * v48, v130 = v128 - v129;
+  out[94] = v130; out[95] = LANES_OF(0.0); out[96] = LANES_OF(0.0); out[97] = v124; out[98] = v124;
   out[99] = v130;
-  const lanes v131 = v84 * v48;
-  const lanes v132 = v38 * v94;
-  const lanes v133 = v131 + v132;
-  out[100] = v133;
-  out[101] = LANES_OF(0.0);
-  out[102] = LANES_OF(0.0);
-  out[103] = LANES_OF(0.0);
-  out[104] = LANES_OF(0.0);
-  out[105] = LANES_OF(0.0);
-  out[106] = LANES_OF(0.0);
-  out[107] = LANES_OF(0.0);
-  out[108] = LANES_OF(0.0);
-  out[109] = LANES_OF(0.0);
-  out[110] = LANES_OF(0.0);
-  out[111] = LANES_OF(0.0);
-  out[112] = LANES_OF(0.0);
+  const lanes v131 = v84 * v48, v132 = v38 * v94, v133 = v131 + v132;
+  out[100] = v133; out[101] = LANES_OF(0.0); out[102] = LANES_OF(0.0); out[103] = LANES_OF(0.0);
+  out[104] = LANES_OF(0.0); out[105] = LANES_OF(0.0); out[106] = LANES_OF(0.0);
+  out[107] = LANES_OF(0.0); out[108] = LANES_OF(0.0); out[109] = LANES_OF(0.0);
+  out[110] = LANES_OF(0.0); out[111] = LANES_OF(0.0); out[112] = LANES_OF(0.0);
   out[113] = LANES_OF(0.0);
   const lanes v134 = -v1;
-  out[114] = v134;
-  out[115] = LANES_OF(0.0);
-  out[116] = LANES_OF(0.0);
-  out[117] = LANES_OF(0.0);
-  out[118] = LANES_OF(0.0);
-  out[119] = LANES_OF(0.0);
-  out[120] = v134;
-  out[121] = LANES_OF(0.0);
-  out[122] = LANES_OF(0.0);
-  out[123] = LANES_OF(0.0);
-  out[124] = LANES_OF(0.0);
+  out[114] = v134; out[115] = LANES_OF(0.0); out[116] = LANES_OF(0.0); out[117] = LANES_OF(0.0);
+  out[118] = LANES_OF(0.0); out[119] = LANES_OF(0.0); out[120] = v134; out[121] = LANES_OF(0.0);
+  out[122] = LANES_OF(0.0); out[123] = LANES_OF(0.0); out[124] = LANES_OF(0.0);
   out[125] = LANES_OF(0.0);
   const lanes v135 = -v45;
   out[126] = v135;
   const lanes v136 = -v82;
-  out[127] = v136;
-  out[128] = v136;
-  out[129] = LANES_OF(0.0);
-  out[130] = LANES_OF(0.0);
+  out[127] = v136; out[128] = v136; out[129] = LANES_OF(0.0); out[130] = LANES_OF(0.0);
   out[131] = LANES_OF(0.0);
   const lanes v137 = -v38;
   out[132] = v137;
   const lanes v138 = v1 * v53;
-  out[133] = v138;
-  out[134] = v138;
-  const lanes v139 = v45 * v53;
-  const lanes v140 = v38 * v5;
-  const lanes v141 = v139 + v140;
-  out[135] = v141;
-  out[136] = LANES_OF(0.0);
-  out[137] = LANES_OF(0.0);
-  const lanes v142 = v6 * v45;
-  const lanes v143 = v2 * v43;
-  const lanes v144 = v142 - v143;
-  const lanes v145 = -v144;
+  out[133] = v138; out[134] = v138;
+  const lanes v139 = v45 * v53, v140 = v38 * v5, v141 = v139 + v140;
+  out[135] = v141; out[136] = LANES_OF(0.0); out[137] = LANES_OF(0.0);
+  const lanes v142 = v6 * v45, v143 = v2 * v43, v144 = v142 - v143, v145 = -v144;
   out[138] = v145;
-  const lanes v146 = v6 * v5;
-  const lanes v147 = v2 * v56;
-  const lanes v148 = v146 + v147;
-  const lanes v149 = v1 * v148;
-  const lanes v150 = -v149;
-  out[139] = v150;
-  out[140] = v150;
-  const lanes v151 = v144 * v5;
-  const lanes v152 = v45 * v148;
-  const lanes v153 = v151 - v152;
+  const lanes v146 = v6 * v5, v147 = v2 * v56, v148 = v146 + v147, v149 = v1 * v148, v150 = -v149;
+  out[139] = v150; out[140] = v150;
+  const lanes v151 = v144 * v5, v152 = v45 * v148, v153 = v151 - v152;
   out[141] = v153;
-  const lanes v154 = v38 * v148;
-  const lanes v155 = v53 * v144;
-  const lanes v156 = v154 + v155;
-  const lanes v157 = -v156;
-  out[142] = v157;
-  out[143] = LANES_OF(0.0);
-  out[144] = LANES_OF(0.0);
-  out[145] = LANES_OF(0.0);
-  out[146] = LANES_OF(0.0);
-  out[147] = LANES_OF(0.0);
-  out[148] = LANES_OF(0.0);
+  const lanes v154 = v38 * v148, v155 = v53 * v144, v156 = v154 + v155, v157 = -v156;
+  out[142] = v157; out[143] = LANES_OF(0.0); out[144] = LANES_OF(0.0); out[145] = LANES_OF(0.0);
+  out[146] = LANES_OF(0.0); out[147] = LANES_OF(0.0); out[148] = LANES_OF(0.0);
   out[149] = LANES_OF(0.0);
   const lanes v158 = -v9;
-  out[150] = v158;
-  out[151] = LANES_OF(0.0);
-  out[152] = LANES_OF(0.0);
-  out[153] = LANES_OF(0.0);
-  out[154] = LANES_OF(0.0);
-  out[155] = LANES_OF(0.0);
-  out[156] = v158;
-  out[157] = LANES_OF(0.0);
-  out[158] = LANES_OF(0.0);
-  out[159] = LANES_OF(0.0);
-  out[160] = LANES_OF(0.0);
-  out[161] = LANES_OF(0.0);
-  out[162] = v91;
+  out[150] = v158; out[151] = LANES_OF(0.0); out[152] = LANES_OF(0.0); out[153] = LANES_OF(0.0);
+  out[154] = LANES_OF(0.0); out[155] = LANES_OF(0.0); out[156] = v158; out[157] = LANES_OF(0.0);
+  out[158] = LANES_OF(0.0); out[159] = LANES_OF(0.0); out[160] = LANES_OF(0.0);
+  out[161] = LANES_OF(0.0); out[162] = v91;
   const lanes v159 = -v35;
-  out[163] = v159;
-  out[164] = v159;
-  out[165] = LANES_OF(0.0);
-  out[166] = LANES_OF(0.0);
+  out[163] = v159; out[164] = v159; out[165] = LANES_OF(0.0); out[166] = LANES_OF(0.0);
   out[167] = LANES_OF(0.0);
   const lanes v160 = -v84;
   out[168] = v160;
   const lanes v161 = v53 * v9;
-  out[169] = v161;
-  out[170] = v161;
-  const lanes v162 = v84 * v5;
-  const lanes v163 = v91 * v53;
-  const lanes v164 = v162 - v163;
-  out[171] = v164;
-  out[172] = LANES_OF(0.0);
-  out[173] = LANES_OF(0.0);
-  const lanes v165 = v6 * v91;
-  const lanes v166 = v2 * v89;
-  const lanes v167 = v165 - v166;
+  out[169] = v161; out[170] = v161;
+  const lanes v162 = v84 * v5, v163 = v91 * v53, v164 = v162 - v163;
+  out[171] = v164; out[172] = LANES_OF(0.0); out[173] = LANES_OF(0.0);
+  const lanes v165 = v6 * v91, v166 = v2 * v89, v167 = v165 - v166;
   out[174] = v167;
-  const lanes v168 = v148 * v9;
-  const lanes v169 = -v168;
-  out[175] = v169;
-  out[176] = v169;
-  const lanes v170 = v91 * v148;
-  const lanes v171 = v167 * v5;
-  const lanes v172 = v170 - v171;
+  const lanes v168 = v148 * v9, v169 = -v168;
+  out[175] = v169; out[176] = v169;
+  const lanes v170 = v91 * v148, v171 = v167 * v5, v172 = v170 - v171;
   out[177] = v172;
-  const lanes v173 = v53 * v167;
-  const lanes v174 = v84 * v148;
-  const lanes v175 = v173 - v174;
-  out[178] = v175;
-  out[179] = LANES_OF(0.0);
-  out[180] = LANES_OF(0.0);
-  out[181] = LANES_OF(0.0);
-  out[182] = LANES_OF(0.0);
-  out[183] = LANES_OF(0.0);
-  out[184] = LANES_OF(0.0);
-  out[185] = LANES_OF(0.0);
-  out[186] = LANES_OF(0.0);
-  out[187] = LANES_OF(0.0);
-  out[188] = LANES_OF(0.0);
-  out[189] = LANES_OF(0.0);
-  out[190] = LANES_OF(0.0);
-  out[191] = LANES_OF(0.0);
-  out[192] = LANES_OF(0.0);
-  out[193] = LANES_OF(0.0);
-  out[194] = LANES_OF(0.0);
-  out[195] = LANES_OF(0.0);
-  out[196] = LANES_OF(0.0);
-  out[197] = LANES_OF(0.0);
-  out[198] = LANES_OF(0.0);
-  const lanes v176 = v91 * v1;
-  const lanes v177 = v45 * v9;
-  const lanes v178 = v176 + v177;
-  const lanes v179 = -v178;
-  out[199] = v179;
-  out[200] = v179;
-  out[201] = LANES_OF(0.0);
-  out[202] = LANES_OF(0.0);
-  out[203] = LANES_OF(0.0);
-  out[204] = LANES_OF(0.0);
-  const lanes v180 = v1 * v84;
-  const lanes v181 = v38 * v9;
-  const lanes v182 = v180 - v181;
-  out[205] = v182;
-  out[206] = v182;
-  const lanes v183 = v91 * v38;
-  const lanes v184 = v45 * v84;
-  const lanes v185 = v183 + v184;
-  out[207] = v185;
-  out[208] = LANES_OF(0.0);
-  out[209] = LANES_OF(0.0);
-  out[210] = LANES_OF(0.0);
-  const lanes v186 = v1 * v167;
-  const lanes v187 = v144 * v9;
-  const lanes v188 = v186 + v187;
-  const lanes v189 = -v188;
-  out[211] = v189;
-  out[212] = v189;
-  const lanes v190 = v91 * v144;
-  const lanes v191 = v45 * v167;
-  const lanes v192 = v190 - v191;
+  const lanes v173 = v53 * v167, v174 = v84 * v148, v175 = v173 - v174;
+  out[178] = v175; out[179] = LANES_OF(0.0); out[180] = LANES_OF(0.0); out[181] = LANES_OF(0.0);
+  out[182] = LANES_OF(0.0); out[183] = LANES_OF(0.0); out[184] = LANES_OF(0.0);
+  out[185] = LANES_OF(0.0); out[186] = LANES_OF(0.0); out[187] = LANES_OF(0.0);
+  out[188] = LANES_OF(0.0); out[189] = LANES_OF(0.0); out[190] = LANES_OF(0.0);
+  out[191] = LANES_OF(0.0); out[192] = LANES_OF(0.0); out[193] = LANES_OF(0.0);
+  out[194] = LANES_OF(0.0); out[195] = LANES_OF(0.0); out[196] = LANES_OF(0.0);
+  out[197] = LANES_OF(0.0); out[198] = LANES_OF(0.0);
+  const lanes v176 = v91 * v1, v177 = v45 * v9, v178 = v176 + v177, v179 = -v178;
+  out[199] = v179; out[200] = v179; out[201] = LANES_OF(0.0); out[202] = LANES_OF(0.0);
+  out[203] = LANES_OF(0.0); out[204] = LANES_OF(0.0);
+  const lanes v180 = v1 * v84, v181 = v38 * v9, v182 = v180 - v181;
+  out[205] = v182; out[206] = v182;
+  const lanes v183 = v91 * v38, v184 = v45 * v84, v185 = v183 + v184;
+  out[207] = v185; out[208] = LANES_OF(0.0); out[209] = LANES_OF(0.0); out[210] = LANES_OF(0.0);
+  const lanes v186 = v1 * v167, v187 = v144 * v9, v188 = v186 + v187, v189 = -v188;
+  out[211] = v189; out[212] = v189;
+  const lanes v190 = v91 * v144, v191 = v45 * v167, v192 = v190 - v191;
   out[213] = v192;
-  const lanes v193 = v84 * v144;
-  const lanes v194 = v38 * v167;
-  const lanes v195 = v193 + v194;
-  const lanes v196 = -v195;
-  out[214] = v196;
-  out[215] = LANES_OF(0.0);
+  const lanes v193 = v84 * v144, v194 = v38 * v167, v195 = v193 + v194, v196 = -v195;
+  out[214] = v196; out[215] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_twist_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v1);
-  lanes v2, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v2, &v6);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v3, v1, q_0); LANES_COS_SIN(v2, v6, q_3);
   const lanes v4 = q_1 + q_2;
-  lanes v9, v5; LANES_NAME(lanes_cos_sin)(&v4, &v9, &v5);
-  lanes v11, v7; LANES_NAME(lanes_cos_sin)(&q_4, &v11, &v7);
-  lanes v8, v10; LANES_NAME(lanes_cos_sin)(&q_1, &v8, &v10);
-  const lanes v12 = v1 * v2;
-  const lanes v13 = v3 * v5;
-  const lanes v14 = v13 * v6;
-  const lanes v15 = v12 - v14;
-  const lanes v16 = 1.075 * v8;
-  const lanes v17 = v16 + 0.78;
-  const lanes v18 = v5 * v17;
-  const lanes v19 = 1.075 * v10;
-  const lanes v20 = v19 + 0.32;
-  const lanes v21 = v9 * v20;
-  const lanes v22 = v18 - v21;
-  const lanes v23 = v22 - 1.1425;
-  const lanes v24 = v7 * v23;
-  const lanes v25 = v5 * v20;
-  const lanes v26 = v9 * v17;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = v27 + 0.2;
-  const lanes v29 = v2 * v28;
-  const lanes v30 = v11 * v29;
-  const lanes v31 = v24 - v30;
-  const lanes v32 = v15 * v31;
-  const lanes v33 = v13 * v2;
-  const lanes v34 = v1 * v6;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = v11 * v35;
-  const lanes v37 = v3 * v9;
-  const lanes v38 = v7 * v37;
-  const lanes v39 = v36 + v38;
-  const lanes v40 = v28 * v6;
-  const lanes v41 = v39 * v40;
-  const lanes v42 = v32 - v41;
-  const lanes v43 = v42 * qd_5;
-  const lanes v44 = v37 * v29;
-  const lanes v45 = v35 * v23;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = v46 * qd_4;
-  const lanes v48 = v1 * v28;
-  const lanes v49 = v48 * qd_3;
-  const lanes v50 = 0.78 * v3;
-  const lanes v51 = v50 * qd_1;
-  const lanes v52 = v3 * v17;
-  const lanes v53 = v52 * qd_2;
-  const lanes v54 = v51 + v53;
-  const lanes v55 = v49 + v54;
-  const lanes v56 = v47 + v55;
-  const lanes v57 = v43 - v56;
+  LANES_COS_SIN(v9, v5, v4); LANES_COS_SIN(v11, v7, q_4); LANES_COS_SIN(v8, v10, q_1);
+  const lanes v12 = v1 * v2, v13 = v3 * v5, v14 = v13 * v6, v15 = v12 - v14, v16 = 1.075 * v8,
+      v17 = v16 + 0.78, v18 = v5 * v17, v19 = 1.075 * v10, v20 = v19 + 0.32, v21 = v9 * v20,
+      v22 = v18 - v21, v23 = v22 - 1.1425, v24 = v7 * v23, v25 = v5 * v20, v26 = v9 * v17,
+      v27 = v25 + v26, v28 = v27 + 0.2, v29 = v2 * v28, v30 = v11 * v29, v31 = v24 - v30,
+      v32 = v15 * v31, v33 = v13 * v2, v34 = v1 * v6, v35 = v33 + v34, v36 = v11 * v35,
+      v37 = v3 * v9, v38 = v7 * v37, v39 = v36 + v38, v40 = v28 * v6, v41 = v39 * v40,
+      v42 = v32 - v41, v43 = v42 * qd_5, v44 = v37 * v29, v45 = v35 * v23, v46 = v44 + v45,
+      v47 = v46 * qd_4, v48 = v1 * v28, v49 = v48 * qd_3, v50 = 0.78 * v3, v51 = v50 * qd_1,
+      v52 = v3 * v17, v53 = v52 * qd_2, v54 = v51 + v53, v55 = v49 + v54, v56 = v47 + v55,
+      v57 = v43 - v56;
   out[0] = v57;
-  const lanes v58 = v3 * v28;
-  const lanes v59 = v58 * qd_3;
-  const lanes v60 = 0.78 * v1;
-  const lanes v61 = v60 * qd_1;
-  const lanes v62 = v1 * v17;
-  const lanes v63 = v62 * qd_2;
-  const lanes v64 = v61 + v63;
-  const lanes v65 = v59 - v64;
-  const lanes v66 = v1 * v9;
-  const lanes v67 = v66 * v29;
-  const lanes v68 = v1 * v5;
-  const lanes v69 = v68 * v2;
-  const lanes v70 = v3 * v6;
-  const lanes v71 = v69 - v70;
-  const lanes v72 = v71 * v23;
-  const lanes v73 = v67 + v72;
-  const lanes v74 = v73 * qd_4;
-  const lanes v75 = v65 - v74;
-  const lanes v76 = v68 * v6;
-  const lanes v77 = v3 * v2;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = v78 * v31;
-  const lanes v80 = v11 * v71;
-  const lanes v81 = v7 * v66;
-  const lanes v82 = v80 + v81;
-  const lanes v83 = v82 * v40;
-  const lanes v84 = v79 + v83;
-  const lanes v85 = v84 * qd_5;
-  const lanes v86 = v75 - v85;
+  const lanes v58 = v3 * v28, v59 = v58 * qd_3, v60 = 0.78 * v1, v61 = v60 * qd_1, v62 = v1 * v17,
+      v63 = v62 * qd_2, v64 = v61 + v63, v65 = v59 - v64, v66 = v1 * v9, v67 = v66 * v29,
+      v68 = v1 * v5, v69 = v68 * v2, v70 = v3 * v6, v71 = v69 - v70, v72 = v71 * v23,
+      v73 = v67 + v72, v74 = v73 * qd_4, v75 = v65 - v74, v76 = v68 * v6, v77 = v3 * v2,
+      v78 = v76 + v77, v79 = v78 * v31, v80 = v11 * v71, v81 = v7 * v66, v82 = v80 + v81,
+      v83 = v82 * v40, v84 = v79 + v83, v85 = v84 * qd_5, v86 = v75 - v85;
   out[1] = v86;
-  const lanes v87 = v5 * v29;
-  const lanes v88 = v9 * v2;
-  const lanes v89 = v88 * v23;
-  const lanes v90 = v87 - v89;
-  const lanes v91 = v90 * qd_4;
-  const lanes v92 = 0.32 * qd_1;
-  const lanes v93 = v20 * qd_2;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = v91 + v94;
-  const lanes v96 = v9 * v6;
-  const lanes v97 = v96 * v31;
-  const lanes v98 = v11 * v88;
-  const lanes v99 = v7 * v5;
-  const lanes v100 = v98 - v99;
-  const lanes v101 = v100 * v40;
-  const lanes v102 = v97 + v101;
-  const lanes v103 = v102 * qd_5;
-  const lanes v104 = v95 - v103;
+  const lanes v87 = v5 * v29, v88 = v9 * v2, v89 = v88 * v23, v90 = v87 - v89, v91 = v90 * qd_4,
+      v92 = 0.32 * qd_1, v93 = v20 * qd_2, v94 = v92 + v93, v95 = v91 + v94, v96 = v9 * v6,
+      v97 = v96 * v31, v98 = v11 * v88, v99 = v7 * v5, v100 = v98 - v99, v101 = v100 * v40,
+      v102 = v97 + v101, v103 = v102 * qd_5, v104 = v95 - v103;
   out[2] = v104;
-  const lanes v105 = v11 * v37;
-  const lanes v106 = v7 * v35;
-  const lanes v107 = v105 - v106;
-  const lanes v108 = v107 * qd_5;
-  const lanes v109 = v37 * qd_3;
-  const lanes v110 = v1 * qd_1;
-  const lanes v111 = v1 * qd_2;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = v109 - v112;
-  const lanes v114 = v15 * qd_4;
-  const lanes v115 = v113 - v114;
-  const lanes v116 = v108 + v115;
+  const lanes v105 = v11 * v37, v106 = v7 * v35, v107 = v105 - v106, v108 = v107 * qd_5,
+      v109 = v37 * qd_3, v110 = v1 * qd_1, v111 = v1 * qd_2, v112 = v110 + v111, v113 = v109 - v112,
+      v114 = v15 * qd_4, v115 = v113 - v114, v116 = v108 + v115;
   out[3] = v116;
-  const lanes v117 = v11 * v66;
-  const lanes v118 = v7 * v71;
-  const lanes v119 = v117 - v118;
-  const lanes v120 = v119 * qd_5;
-  const lanes v121 = v78 * qd_4;
-  const lanes v122 = v66 * qd_3;
-  const lanes v123 = v3 * qd_1;
-  const lanes v124 = v3 * qd_2;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = v122 + v125;
-  const lanes v127 = v121 + v126;
-  const lanes v128 = v120 + v127;
+  const lanes v117 = v11 * v66, v118 = v7 * v71, v119 = v117 - v118, v120 = v119 * qd_5,
+      v121 = v78 * qd_4, v122 = v66 * qd_3, v123 = v3 * qd_1, v124 = v3 * qd_2, v125 = v123 + v124,
+      v126 = v122 + v125, v127 = v121 + v126, v128 = v120 + v127;
   out[4] = v128;
-  const lanes v129 = v96 * qd_4;
-  const lanes v130 = v5 * qd_3;
-  const lanes v131 = qd_0 - v130;
-  const lanes v132 = v129 + v131;
-  const lanes v133 = v11 * v5;
-  const lanes v134 = v7 * v88;
-  const lanes v135 = v133 + v134;
-  const lanes v136 = v135 * qd_5;
-  const lanes v137 = v132 - v136;
+  const lanes v129 = v96 * qd_4, v130 = v5 * qd_3, v131 = qd_0 - v130, v132 = v129 + v131,
+      v133 = v11 * v5, v134 = v7 * v88, v135 = v133 + v134, v136 = v135 * qd_5, v137 = v132 - v136;
   out[5] = v137;
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_twist_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v2);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&q_4, &v4, &v3);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v5);
-  lanes v7, v11; LANES_NAME(lanes_cos_sin)(&q_0, &v7, &v11);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[6], qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v2, q_5); LANES_COS_SIN(v4, v3, q_4); LANES_COS_SIN(v6, v5, q_3);
+  LANES_COS_SIN(v7, v11, q_0);
   const lanes v8 = q_1 + q_2;
-  lanes v10, v9; LANES_NAME(lanes_cos_sin)(&v8, &v10, &v9);
-  lanes v13, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v13, &v12);
-  const lanes v14 = 0.2 * v1;
-  const lanes v15 = v14 * qd_4;
-  const lanes v16 = 0.2 * v3;
-  const lanes v17 = v2 * v16;
-  const lanes v18 = v17 * qd_3;
-  const lanes v19 = v4 * v1;
-  const lanes v20 = v19 * v5;
-  const lanes v21 = v2 * v6;
-  const lanes v22 = v20 + v21;
-  const lanes v23 = v22 * v7;
-  const lanes v24 = v2 * v5;
-  const lanes v25 = v19 * v6;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = v26 * v9;
-  const lanes v28 = v3 * v1;
-  const lanes v29 = v28 * v10;
-  const lanes v30 = v27 - v29;
-  const lanes v31 = v30 * v11;
-  const lanes v32 = v23 + v31;
-  const lanes v33 = v16 * v6;
-  const lanes v34 = 0.2 - v33;
-  const lanes v35 = v34 * v9;
-  const lanes v36 = 0.2 * v4;
-  const lanes v37 = v36 + 1.1425;
-  const lanes v38 = v37 * v10;
-  const lanes v39 = v35 + v38;
-  const lanes v40 = 1.075 * v12;
-  const lanes v41 = v39 + v40;
-  const lanes v42 = v41 + 0.32;
-  const lanes v43 = v7 * v42;
-  const lanes v44 = v16 * v5;
-  const lanes v45 = v11 * v44;
-  const lanes v46 = v43 - v45;
-  const lanes v47 = v32 * v46;
-  const lanes v48 = v30 * v7;
-  const lanes v49 = v22 * v11;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = v7 * v44;
-  const lanes v52 = v11 * v42;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v50 * v53;
-  const lanes v55 = v47 - v54;
-  const lanes v56 = v55 * qd_0;
-  const lanes v57 = v37 * v9;
-  const lanes v58 = v34 * v10;
-  const lanes v59 = v57 - v58;
-  const lanes v60 = 1.075 * v13;
-  const lanes v61 = v59 - v60;
-  const lanes v62 = v30 * v61;
-  const lanes v63 = v28 * v9;
-  const lanes v64 = v26 * v10;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = v65 * v41;
-  const lanes v67 = v62 + v66;
-  const lanes v68 = v67 * qd_1;
-  const lanes v69 = v56 - v68;
-  const lanes v70 = v30 * v59;
-  const lanes v71 = v65 * v39;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v72 * qd_2;
-  const lanes v74 = v69 - v73;
-  const lanes v75 = v18 + v74;
-  const lanes v76 = v15 + v75;
+  LANES_COS_SIN(v10, v9, v8); LANES_COS_SIN(v13, v12, q_1);
+  const lanes v14 = 0.2 * v1, v15 = v14 * qd_4, v16 = 0.2 * v3, v17 = v2 * v16, v18 = v17 * qd_3,
+      v19 = v4 * v1, v20 = v19 * v5, v21 = v2 * v6, v22 = v20 + v21, v23 = v22 * v7, v24 = v2 * v5,
+      v25 = v19 * v6, v26 = v24 - v25, v27 = v26 * v9, v28 = v3 * v1, v29 = v28 * v10,
+      v30 = v27 - v29, v31 = v30 * v11, v32 = v23 + v31, v33 = v16 * v6, v34 = 0.2 - v33,
+      v35 = v34 * v9, v36 = 0.2 * v4, v37 = v36 + 1.1425, v38 = v37 * v10, v39 = v35 + v38,
+      v40 = 1.075 * v12, v41 = v39 + v40, v42 = v41 + 0.32, v43 = v7 * v42, v44 = v16 * v5,
+      v45 = v11 * v44, v46 = v43 - v45, v47 = v32 * v46, v48 = v30 * v7, v49 = v22 * v11,
+      v50 = v48 - v49, v51 = v7 * v44, v52 = v11 * v42, v53 = v51 + v52, v54 = v50 * v53,
+      v55 = v47 - v54, v56 = v55 * qd_0, v57 = v37 * v9, v58 = v34 * v10, v59 = v57 - v58,
+      v60 = 1.075 * v13, v61 = v59 - v60, v62 = v30 * v61, v63 = v28 * v9, v64 = v26 * v10,
+      v65 = v63 + v64, v66 = v65 * v41, v67 = v62 + v66, v68 = v67 * qd_1, v69 = v56 - v68,
+      v70 = v30 * v59, v71 = v65 * v39, v72 = v70 + v71, v73 = v72 * qd_2, v74 = v69 - v73,
+      v75 = v18 + v74, v76 = v15 + v75;
   out[0] = v76;
-  const lanes v77 = v1 * v16;
-  const lanes v78 = v77 * qd_3;
-  const lanes v79 = v3 * v2;
-  const lanes v80 = v79 * v9;
-  const lanes v81 = v4 * v2;
-  const lanes v82 = v81 * v6;
-  const lanes v83 = v1 * v5;
-  const lanes v84 = v82 + v83;
-  const lanes v85 = v84 * v10;
-  const lanes v86 = v80 - v85;
-  const lanes v87 = v86 * v39;
-  const lanes v88 = v79 * v10;
-  const lanes v89 = v84 * v9;
-  const lanes v90 = v88 + v89;
-  const lanes v91 = v90 * v59;
-  const lanes v92 = v87 - v91;
-  const lanes v93 = v92 * qd_2;
-  const lanes v94 = v90 * v11;
-  const lanes v95 = v81 * v5;
-  const lanes v96 = v1 * v6;
-  const lanes v97 = v95 - v96;
-  const lanes v98 = v97 * v7;
-  const lanes v99 = v94 - v98;
-  const lanes v100 = v99 * v46;
-  const lanes v101 = v97 * v11;
-  const lanes v102 = v90 * v7;
-  const lanes v103 = v101 + v102;
-  const lanes v104 = v103 * v53;
-  const lanes v105 = v100 - v104;
-  const lanes v106 = v105 * qd_0;
-  const lanes v107 = v86 * v41;
-  const lanes v108 = v90 * v61;
-  const lanes v109 = v107 - v108;
-  const lanes v110 = v109 * qd_1;
-  const lanes v111 = v106 + v110;
-  const lanes v112 = v93 + v111;
-  const lanes v113 = v78 + v112;
-  const lanes v114 = 0.2 * v2;
-  const lanes v115 = v114 * qd_4;
-  const lanes v116 = v113 - v115;
+  const lanes v77 = v1 * v16, v78 = v77 * qd_3, v79 = v3 * v2, v80 = v79 * v9, v81 = v4 * v2,
+      v82 = v81 * v6, v83 = v1 * v5, v84 = v82 + v83, v85 = v84 * v10, v86 = v80 - v85,
+      v87 = v86 * v39, v88 = v79 * v10, v89 = v84 * v9, v90 = v88 + v89, v91 = v90 * v59,
+      v92 = v87 - v91, v93 = v92 * qd_2, v94 = v90 * v11, v95 = v81 * v5, v96 = v1 * v6,
+      v97 = v95 - v96, v98 = v97 * v7, v99 = v94 - v98, v100 = v99 * v46, v101 = v97 * v11,
+      v102 = v90 * v7, v103 = v101 + v102, v104 = v103 * v53, v105 = v100 - v104,
+      v106 = v105 * qd_0, v107 = v86 * v41, v108 = v90 * v61, v109 = v107 - v108,
+      v110 = v109 * qd_1, v111 = v106 + v110, v112 = v93 + v111, v113 = v78 + v112, v114 = 0.2 * v2,
+      v115 = v114 * qd_4, v116 = v113 - v115;
   out[1] = v116;
-  const lanes v117 = v4 * v9;
-  const lanes v118 = v3 * v6;
-  const lanes v119 = v118 * v10;
-  const lanes v120 = v117 + v119;
-  const lanes v121 = v120 * v39;
-  const lanes v122 = v4 * v10;
-  const lanes v123 = v118 * v9;
-  const lanes v124 = v122 - v123;
-  const lanes v125 = v124 * v59;
-  const lanes v126 = v121 - v125;
-  const lanes v127 = v126 * qd_2;
-  const lanes v128 = v3 * v5;
-  const lanes v129 = v128 * v7;
-  const lanes v130 = v124 * v11;
-  const lanes v131 = v129 + v130;
-  const lanes v132 = v131 * v46;
-  const lanes v133 = v124 * v7;
-  const lanes v134 = v128 * v11;
-  const lanes v135 = v133 - v134;
-  const lanes v136 = v135 * v53;
-  const lanes v137 = v132 - v136;
-  const lanes v138 = v137 * qd_0;
-  const lanes v139 = v120 * v41;
-  const lanes v140 = v124 * v61;
-  const lanes v141 = v139 - v140;
-  const lanes v142 = v141 * qd_1;
-  const lanes v143 = v138 + v142;
-  const lanes v144 = v127 + v143;
+  const lanes v117 = v4 * v9, v118 = v3 * v6, v119 = v118 * v10, v120 = v117 + v119,
+      v121 = v120 * v39, v122 = v4 * v10, v123 = v118 * v9, v124 = v122 - v123, v125 = v124 * v59,
+      v126 = v121 - v125, v127 = v126 * qd_2, v128 = v3 * v5, v129 = v128 * v7, v130 = v124 * v11,
+      v131 = v129 + v130, v132 = v131 * v46, v133 = v124 * v7, v134 = v128 * v11,
+      v135 = v133 - v134, v136 = v135 * v53, v137 = v132 - v136, v138 = v137 * qd_0,
+      v139 = v120 * v41, v140 = v124 * v61, v141 = v139 - v140, v142 = v141 * qd_1,
+      v143 = v138 + v142, v144 = v127 + v143;
   out[2] = v144;
-  const lanes v145 = v2 * qd_4;
-  const lanes v146 = v22 * qd_2;
-  const lanes v147 = v65 * qd_0;
-  const lanes v148 = v22 * qd_1;
-  const lanes v149 = v147 + v148;
-  const lanes v150 = v146 + v149;
-  const lanes v151 = v28 * qd_3;
-  const lanes v152 = v150 - v151;
-  const lanes v153 = v145 + v152;
+  const lanes v145 = v2 * qd_4, v146 = v22 * qd_2, v147 = v65 * qd_0, v148 = v22 * qd_1,
+      v149 = v147 + v148, v150 = v146 + v149, v151 = v28 * qd_3, v152 = v150 - v151,
+      v153 = v145 + v152;
   out[3] = v153;
-  const lanes v154 = v1 * qd_4;
-  const lanes v155 = v79 * qd_3;
-  const lanes v156 = v97 * qd_2;
-  const lanes v157 = v86 * qd_0;
-  const lanes v158 = v97 * qd_1;
-  const lanes v159 = v157 + v158;
-  const lanes v160 = v156 + v159;
-  const lanes v161 = v155 - v160;
-  const lanes v162 = v154 + v161;
+  const lanes v154 = v1 * qd_4, v155 = v79 * qd_3, v156 = v97 * qd_2, v157 = v86 * qd_0,
+      v158 = v97 * qd_1, v159 = v157 + v158, v160 = v156 + v159, v161 = v155 - v160,
+      v162 = v154 + v161;
   out[4] = v162;
-  const lanes v163 = v4 * qd_3;
-  const lanes v164 = v128 * qd_2;
-  const lanes v165 = v128 * qd_1;
-  const lanes v166 = v120 * qd_0;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v164 + v167;
-  const lanes v169 = v163 + v168;
-  const lanes v170 = v169 + qd_5;
+  const lanes v163 = v4 * qd_3, v164 = v128 * qd_2, v165 = v128 * qd_1, v166 = v120 * qd_0,
+      v167 = v165 - v166, v168 = v164 + v167, v169 = v163 + v168, v170 = v169 + qd_5;
   out[5] = v170;
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_twist_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v8; LANES_NAME(lanes_cos_sin)(&q_4, &v1, &v8);
-  lanes v2, v6; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v6);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v8, q_4); LANES_COS_SIN(v2, v6, q_0);
   const lanes v3 = q_1 + q_2;
-  lanes v9, v4; LANES_NAME(lanes_cos_sin)(&v3, &v9, &v4);
-  lanes v5, v7; LANES_NAME(lanes_cos_sin)(&q_3, &v5, &v7);
-  lanes v11, v10; LANES_NAME(lanes_cos_sin)(&q_1, &v11, &v10);
-  const lanes v12 = v2 * v4;
-  const lanes v13 = v12 * v5;
-  const lanes v14 = v6 * v7;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = v1 * v15;
-  const lanes v17 = v2 * v9;
-  const lanes v18 = v8 * v17;
-  const lanes v19 = v16 + v18;
-  const lanes v20 = 0.2 * v19;
-  const lanes v21 = v20 * qd_4;
-  const lanes v22 = v6 * v5;
-  const lanes v23 = v12 * v7;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = 0.2 * v8;
-  const lanes v26 = v24 * v25;
-  const lanes v27 = v26 * qd_3;
-  const lanes v28 = 0.2 * v1;
-  const lanes v29 = v28 + 1.1425;
-  const lanes v30 = v29 * v4;
-  const lanes v31 = v25 * v5;
-  const lanes v32 = 0.2 - v31;
-  const lanes v33 = v32 * v9;
-  const lanes v34 = v30 - v33;
-  const lanes v35 = v2 * v34;
-  const lanes v36 = v35 * qd_2;
-  const lanes v37 = v25 * v7;
-  const lanes v38 = v2 * v37;
-  const lanes v39 = v32 * v4;
-  const lanes v40 = v29 * v9;
-  const lanes v41 = v39 + v40;
-  const lanes v42 = 1.075 * v10;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = v43 + 0.32;
-  const lanes v45 = v6 * v44;
-  const lanes v46 = v38 + v45;
-  const lanes v47 = v46 * qd_0;
-  const lanes v48 = 1.075 * v11;
-  const lanes v49 = v34 - v48;
-  const lanes v50 = v2 * v49;
-  const lanes v51 = v50 * qd_1;
-  const lanes v52 = v47 + v51;
-  const lanes v53 = v36 + v52;
-  const lanes v54 = v27 + v53;
-  const lanes v55 = v21 + v54;
-  const lanes v56 = -v55;
+  LANES_COS_SIN(v9, v4, v3); LANES_COS_SIN(v5, v7, q_3); LANES_COS_SIN(v11, v10, q_1);
+  const lanes v12 = v2 * v4, v13 = v12 * v5, v14 = v6 * v7, v15 = v13 + v14, v16 = v1 * v15,
+      v17 = v2 * v9, v18 = v8 * v17, v19 = v16 + v18, v20 = 0.2 * v19, v21 = v20 * qd_4,
+      v22 = v6 * v5, v23 = v12 * v7, v24 = v22 - v23, v25 = 0.2 * v8, v26 = v24 * v25,
+      v27 = v26 * qd_3, v28 = 0.2 * v1, v29 = v28 + 1.1425, v30 = v29 * v4, v31 = v25 * v5,
+      v32 = 0.2 - v31, v33 = v32 * v9, v34 = v30 - v33, v35 = v2 * v34, v36 = v35 * qd_2,
+      v37 = v25 * v7, v38 = v2 * v37, v39 = v32 * v4, v40 = v29 * v9, v41 = v39 + v40,
+      v42 = 1.075 * v10, v43 = v41 + v42, v44 = v43 + 0.32, v45 = v6 * v44, v46 = v38 + v45,
+      v47 = v46 * qd_0, v48 = 1.075 * v11, v49 = v34 - v48, v50 = v2 * v49, v51 = v50 * qd_1,
+      v52 = v47 + v51, v53 = v36 + v52, v54 = v27 + v53, v55 = v21 + v54, v56 = -v55;
   out[0] = v56;
-  const lanes v57 = v6 * v4;
-  const lanes v58 = v57 * v7;
-  const lanes v59 = v2 * v5;
-  const lanes v60 = v58 + v59;
-  const lanes v61 = v60 * v25;
-  const lanes v62 = v61 * qd_3;
-  const lanes v63 = v2 * v44;
-  const lanes v64 = v6 * v37;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 * qd_0;
-  const lanes v67 = v6 * v49;
-  const lanes v68 = v67 * qd_1;
-  const lanes v69 = v66 - v68;
-  const lanes v70 = v6 * v34;
-  const lanes v71 = v70 * qd_2;
-  const lanes v72 = v69 - v71;
-  const lanes v73 = v62 + v72;
-  const lanes v74 = v57 * v5;
-  const lanes v75 = v2 * v7;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v1 * v76;
-  const lanes v78 = v6 * v9;
-  const lanes v79 = v8 * v78;
-  const lanes v80 = v77 + v79;
-  const lanes v81 = 0.2 * v80;
-  const lanes v82 = v81 * qd_4;
-  const lanes v83 = v73 - v82;
+  const lanes v57 = v6 * v4, v58 = v57 * v7, v59 = v2 * v5, v60 = v58 + v59, v61 = v60 * v25,
+      v62 = v61 * qd_3, v63 = v2 * v44, v64 = v6 * v37, v65 = v63 - v64, v66 = v65 * qd_0,
+      v67 = v6 * v49, v68 = v67 * qd_1, v69 = v66 - v68, v70 = v6 * v34, v71 = v70 * qd_2,
+      v72 = v69 - v71, v73 = v62 + v72, v74 = v57 * v5, v75 = v2 * v7, v76 = v74 - v75,
+      v77 = v1 * v76, v78 = v6 * v9, v79 = v8 * v78, v80 = v77 + v79, v81 = 0.2 * v80,
+      v82 = v81 * qd_4, v83 = v73 - v82;
   out[1] = v83;
-  const lanes v84 = v9 * v7;
-  const lanes v85 = v84 * v25;
-  const lanes v86 = v85 * qd_3;
-  const lanes v87 = v43 * qd_1;
-  const lanes v88 = v41 * qd_2;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v86 - v89;
-  const lanes v91 = v9 * v5;
-  const lanes v92 = v1 * v91;
-  const lanes v93 = v8 * v4;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = 0.2 * v94;
-  const lanes v96 = v95 * qd_4;
-  const lanes v97 = v90 - v96;
+  const lanes v84 = v9 * v7, v85 = v84 * v25, v86 = v85 * qd_3, v87 = v43 * qd_1, v88 = v41 * qd_2,
+      v89 = v87 + v88, v90 = v86 - v89, v91 = v9 * v5, v92 = v1 * v91, v93 = v8 * v4,
+      v94 = v92 - v93, v95 = 0.2 * v94, v96 = v95 * qd_4, v97 = v90 - v96;
   out[2] = v97;
-  const lanes v98 = v1 * v17;
-  const lanes v99 = v8 * v15;
-  const lanes v100 = v98 - v99;
-  const lanes v101 = v100 * qd_5;
-  const lanes v102 = v17 * qd_3;
-  const lanes v103 = v6 * qd_1;
-  const lanes v104 = v6 * qd_2;
-  const lanes v105 = v103 + v104;
-  const lanes v106 = v102 - v105;
-  const lanes v107 = v24 * qd_4;
-  const lanes v108 = v106 - v107;
-  const lanes v109 = v101 + v108;
+  const lanes v98 = v1 * v17, v99 = v8 * v15, v100 = v98 - v99, v101 = v100 * qd_5,
+      v102 = v17 * qd_3, v103 = v6 * qd_1, v104 = v6 * qd_2, v105 = v103 + v104, v106 = v102 - v105,
+      v107 = v24 * qd_4, v108 = v106 - v107, v109 = v101 + v108;
   out[3] = v109;
-  const lanes v110 = v1 * v78;
-  const lanes v111 = v8 * v76;
-  const lanes v112 = v110 - v111;
-  const lanes v113 = v112 * qd_5;
-  const lanes v114 = v60 * qd_4;
-  const lanes v115 = v78 * qd_3;
-  const lanes v116 = v2 * qd_1;
-  const lanes v117 = v2 * qd_2;
-  const lanes v118 = v116 + v117;
-  const lanes v119 = v115 + v118;
-  const lanes v120 = v114 + v119;
-  const lanes v121 = v113 + v120;
+  const lanes v110 = v1 * v78, v111 = v8 * v76, v112 = v110 - v111, v113 = v112 * qd_5,
+      v114 = v60 * qd_4, v115 = v78 * qd_3, v116 = v2 * qd_1, v117 = v2 * qd_2, v118 = v116 + v117,
+      v119 = v115 + v118, v120 = v114 + v119, v121 = v113 + v120;
   out[4] = v121;
-  const lanes v122 = v84 * qd_4;
-  const lanes v123 = v4 * qd_3;
-  const lanes v124 = qd_0 - v123;
-  const lanes v125 = v122 + v124;
-  const lanes v126 = v1 * v4;
-  const lanes v127 = v8 * v91;
-  const lanes v128 = v126 + v127;
-  const lanes v129 = v128 * qd_5;
-  const lanes v130 = v125 - v129;
+  const lanes v122 = v84 * qd_4, v123 = v4 * qd_3, v124 = qd_0 - v123, v125 = v122 + v124,
+      v126 = v1 * v4, v127 = v8 * v91, v128 = v126 + v127, v129 = v128 * qd_5, v130 = v125 - v129;
   out[5] = v130;
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_acceleration_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v1);
-  lanes v2, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v2, &v6);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11], qdd_0 = in[12],
+      qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16], qdd_5 = in[17];
+  LANES_COS_SIN(v3, v1, q_0); LANES_COS_SIN(v2, v6, q_3);
   const lanes v4 = q_1 + q_2;
-  lanes v9, v5; LANES_NAME(lanes_cos_sin)(&v4, &v9, &v5);
-  lanes v11, v7; LANES_NAME(lanes_cos_sin)(&q_4, &v11, &v7);
-  lanes v8, v10; LANES_NAME(lanes_cos_sin)(&q_1, &v8, &v10);
-  const lanes v12 = v1 * v2;
-  const lanes v13 = v3 * v5;
-  const lanes v14 = v13 * v6;
-  const lanes v15 = v12 - v14;
-  const lanes v16 = 1.075 * v8;
-  const lanes v17 = v16 + 0.78;
-  const lanes v18 = v5 * v17;
-  const lanes v19 = 1.075 * v10;
-  const lanes v20 = v19 + 0.32;
-  const lanes v21 = v9 * v20;
-  const lanes v22 = v18 - v21;
-  const lanes v23 = v22 - 1.1425;
-  const lanes v24 = v7 * v23;
-  const lanes v25 = v5 * v20;
-  const lanes v26 = v9 * v17;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = v27 + 0.2;
-  const lanes v29 = v2 * v28;
-  const lanes v30 = v11 * v29;
-  const lanes v31 = v24 - v30;
-  const lanes v32 = v15 * v31;
-  const lanes v33 = v13 * v2;
-  const lanes v34 = v1 * v6;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = v11 * v35;
-  const lanes v37 = v3 * v9;
-  const lanes v38 = v7 * v37;
-  const lanes v39 = v36 + v38;
-  const lanes v40 = v28 * v6;
-  const lanes v41 = v39 * v40;
-  const lanes v42 = v32 - v41;
-  const lanes v43 = v42 * qdd_5;
-  const lanes v44 = v37 * v29;
-  const lanes v45 = v35 * v23;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = v46 * qdd_4;
-  const lanes v48 = v1 * v28;
-  const lanes v49 = v48 * qdd_3;
-  const lanes v50 = 0.78 * v3;
-  const lanes v51 = v50 * qdd_1;
-  const lanes v52 = v3 * v17;
-  const lanes v53 = v52 * qdd_2;
-  const lanes v54 = v51 + v53;
-  const lanes v55 = v49 + v54;
-  const lanes v56 = v47 + v55;
-  const lanes v57 = v43 - v56;
-  const lanes v58 = v1 * v5;
-  const lanes v59 = v58 * v6;
-  const lanes v60 = v3 * v2;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = v61 * v31;
-  const lanes v63 = v58 * v2;
-  const lanes v64 = v3 * v6;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v11 * v65;
-  const lanes v67 = v1 * v9;
-  const lanes v68 = v7 * v67;
-  const lanes v69 = v66 + v68;
-  const lanes v70 = v69 * v40;
-  const lanes v71 = v62 + v70;
-  const lanes v72 = v9 * v6;
-  const lanes v73 = v72 * qd_4;
-  const lanes v74 = v5 * qd_3;
-  const lanes v75 = qd_0 - v74;
-  const lanes v76 = v73 + v75;
-  const lanes v77 = v71 * v76;
-  const lanes v78 = v72 * v31;
-  const lanes v79 = v9 * v2;
-  const lanes v80 = v11 * v79;
-  const lanes v81 = v7 * v5;
-  const lanes v82 = v80 - v81;
-  const lanes v83 = v82 * v40;
-  const lanes v84 = v78 + v83;
-  const lanes v85 = v61 * qd_4;
-  const lanes v86 = v67 * qd_3;
-  const lanes v87 = v3 * qd_1;
-  const lanes v88 = v3 * qd_2;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v86 + v89;
-  const lanes v91 = v85 + v90;
-  const lanes v92 = v84 * v91;
-  const lanes v93 = v77 - v92;
-  const lanes v94 = v3 * v28;
-  const lanes v95 = v94 * qd_3;
-  const lanes v96 = 0.78 * v1;
-  const lanes v97 = v96 * qd_1;
-  const lanes v98 = v1 * v17;
-  const lanes v99 = v98 * qd_2;
-  const lanes v100 = v97 + v99;
-  const lanes v101 = v95 - v100;
-  const lanes v102 = v67 * v29;
-  const lanes v103 = v65 * v23;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = v104 * qd_4;
-  const lanes v106 = v101 - v105;
-  const lanes v107 = v11 * v5;
-  const lanes v108 = v7 * v79;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = v106 * v109;
-  const lanes v111 = v5 * v29;
-  const lanes v112 = v79 * v23;
-  const lanes v113 = v111 - v112;
-  const lanes v114 = v113 * qd_4;
-  const lanes v115 = 0.32 * qd_1;
-  const lanes v116 = v20 * qd_2;
-  const lanes v117 = v115 + v116;
-  const lanes v118 = v114 + v117;
-  const lanes v119 = v11 * v67;
-  const lanes v120 = v7 * v65;
-  const lanes v121 = v119 - v120;
-  const lanes v122 = v118 * v121;
-  const lanes v123 = v110 + v122;
-  const lanes v124 = v93 - v123;
-  const lanes v125 = v124 * qd_5;
-  const lanes v126 = v104 * v75;
-  const lanes v127 = v113 * v90;
-  const lanes v128 = v126 + v127;
-  const lanes v129 = v101 * v72;
-  const lanes v130 = v117 * v61;
-  const lanes v131 = v129 - v130;
-  const lanes v132 = v128 + v131;
-  const lanes v133 = v132 * qd_4;
-  const lanes v134 = v100 * v5;
-  const lanes v135 = v117 * v67;
-  const lanes v136 = v134 - v135;
-  const lanes v137 = v94 * qd_0;
-  const lanes v138 = v136 - v137;
-  const lanes v139 = v138 * qd_3;
-  const lanes v140 = v96 * qd_0;
-  const lanes v141 = v140 * qd_1;
-  const lanes v142 = v87 * v20;
-  const lanes v143 = v98 * qd_0;
-  const lanes v144 = v142 + v143;
-  const lanes v145 = v115 * v3;
-  const lanes v146 = v144 - v145;
-  const lanes v147 = v146 * qd_2;
-  const lanes v148 = v141 + v147;
-  const lanes v149 = v139 + v148;
-  const lanes v150 = v133 + v149;
-  const lanes v151 = v125 + v150;
-  const lanes v152 = v57 + v151;
+  LANES_COS_SIN(v9, v5, v4); LANES_COS_SIN(v11, v7, q_4); LANES_COS_SIN(v8, v10, q_1);
+  const lanes v12 = v1 * v2, v13 = v3 * v5, v14 = v13 * v6, v15 = v12 - v14, v16 = 1.075 * v8,
+      v17 = v16 + 0.78, v18 = v5 * v17, v19 = 1.075 * v10, v20 = v19 + 0.32, v21 = v9 * v20,
+      v22 = v18 - v21, v23 = v22 - 1.1425, v24 = v7 * v23, v25 = v5 * v20, v26 = v9 * v17,
+      v27 = v25 + v26, v28 = v27 + 0.2, v29 = v2 * v28, v30 = v11 * v29, v31 = v24 - v30,
+      v32 = v15 * v31, v33 = v13 * v2, v34 = v1 * v6, v35 = v33 + v34, v36 = v11 * v35,
+      v37 = v3 * v9, v38 = v7 * v37, v39 = v36 + v38, v40 = v28 * v6, v41 = v39 * v40,
+      v42 = v32 - v41, v43 = v42 * qdd_5, v44 = v37 * v29, v45 = v35 * v23, v46 = v44 + v45,
+      v47 = v46 * qdd_4, v48 = v1 * v28, v49 = v48 * qdd_3, v50 = 0.78 * v3, v51 = v50 * qdd_1,
+      v52 = v3 * v17, v53 = v52 * qdd_2, v54 = v51 + v53, v55 = v49 + v54, v56 = v47 + v55,
+      v57 = v43 - v56, v58 = v1 * v5, v59 = v58 * v6, v60 = v3 * v2, v61 = v59 + v60,
+      v62 = v61 * v31, v63 = v58 * v2, v64 = v3 * v6, v65 = v63 - v64, v66 = v11 * v65,
+      v67 = v1 * v9, v68 = v7 * v67, v69 = v66 + v68, v70 = v69 * v40, v71 = v62 + v70,
+      v72 = v9 * v6, v73 = v72 * qd_4, v74 = v5 * qd_3, v75 = qd_0 - v74, v76 = v73 + v75,
+      v77 = v71 * v76, v78 = v72 * v31, v79 = v9 * v2, v80 = v11 * v79, v81 = v7 * v5,
+      v82 = v80 - v81, v83 = v82 * v40, v84 = v78 + v83, v85 = v61 * qd_4, v86 = v67 * qd_3,
+      v87 = v3 * qd_1, v88 = v3 * qd_2, v89 = v87 + v88, v90 = v86 + v89, v91 = v85 + v90,
+      v92 = v84 * v91, v93 = v77 - v92, v94 = v3 * v28, v95 = v94 * qd_3, v96 = 0.78 * v1,
+      v97 = v96 * qd_1, v98 = v1 * v17, v99 = v98 * qd_2, v100 = v97 + v99, v101 = v95 - v100,
+      v102 = v67 * v29, v103 = v65 * v23, v104 = v102 + v103, v105 = v104 * qd_4,
+      v106 = v101 - v105, v107 = v11 * v5, v108 = v7 * v79, v109 = v107 + v108, v110 = v106 * v109,
+      v111 = v5 * v29, v112 = v79 * v23, v113 = v111 - v112, v114 = v113 * qd_4, v115 = 0.32 * qd_1,
+      v116 = v20 * qd_2, v117 = v115 + v116, v118 = v114 + v117, v119 = v11 * v67, v120 = v7 * v65,
+      v121 = v119 - v120, v122 = v118 * v121, v123 = v110 + v122, v124 = v93 - v123,
+      v125 = v124 * qd_5, v126 = v104 * v75, v127 = v113 * v90, v128 = v126 + v127,
+      v129 = v101 * v72, v130 = v117 * v61, v131 = v129 - v130, v132 = v128 + v131,
+      v133 = v132 * qd_4, v134 = v100 * v5, v135 = v117 * v67, v136 = v134 - v135,
+      v137 = v94 * qd_0, v138 = v136 - v137, v139 = v138 * qd_3, v140 = v96 * qd_0,
+      v141 = v140 * qd_1, v142 = v87 * v20, v143 = v98 * qd_0, v144 = v142 + v143, v145 = v115 * v3,
+      v146 = v144 - v145, v147 = v146 * qd_2, v148 = v141 + v147, v149 = v139 + v148,
+      v150 = v133 + v149, v151 = v125 + v150, v152 = v57 + v151;
   out[0] = v152;
-  const lanes v153 = v94 * qdd_3;
-  const lanes v154 = v96 * qdd_1;
-  const lanes v155 = v98 * qdd_2;
-  const lanes v156 = v154 + v155;
-  const lanes v157 = v153 - v156;
-  const lanes v158 = v104 * qdd_4;
-  const lanes v159 = v157 - v158;
-  const lanes v160 = v71 * qdd_5;
-  const lanes v161 = v159 - v160;
-  const lanes v162 = v42 * v76;
-  const lanes v163 = v37 * qd_3;
-  const lanes v164 = v1 * qd_1;
-  const lanes v165 = v1 * qd_2;
-  const lanes v166 = v164 + v165;
-  const lanes v167 = v163 - v166;
-  const lanes v168 = v15 * qd_4;
-  const lanes v169 = v167 - v168;
-  const lanes v170 = v84 * v169;
-  const lanes v171 = v162 + v170;
-  const lanes v172 = v11 * v37;
-  const lanes v173 = v7 * v35;
-  const lanes v174 = v172 - v173;
-  const lanes v175 = v118 * v174;
-  const lanes v176 = v46 * qd_4;
-  const lanes v177 = v48 * qd_3;
-  const lanes v178 = v50 * qd_1;
-  const lanes v179 = v52 * qd_2;
-  const lanes v180 = v178 + v179;
-  const lanes v181 = v177 + v180;
-  const lanes v182 = v176 + v181;
-  const lanes v183 = v182 * v109;
-  const lanes v184 = v175 - v183;
-  const lanes v185 = v171 + v184;
-  const lanes v186 = v185 * qd_5;
-  const lanes v187 = v181 * v72;
-  const lanes v188 = v117 * v15;
-  const lanes v189 = v187 - v188;
-  const lanes v190 = v113 * v167;
-  const lanes v191 = v75 * v46;
-  const lanes v192 = v190 + v191;
-  const lanes v193 = v189 - v192;
-  const lanes v194 = v193 * qd_4;
-  const lanes v195 = v37 * v117;
-  const lanes v196 = v180 * v5;
-  const lanes v197 = v195 - v196;
-  const lanes v198 = v48 * qd_0;
-  const lanes v199 = v197 - v198;
-  const lanes v200 = v199 * qd_3;
-  const lanes v201 = v164 * v20;
-  const lanes v202 = v52 * qd_0;
-  const lanes v203 = v201 - v202;
-  const lanes v204 = v115 * v1;
-  const lanes v205 = v203 - v204;
-  const lanes v206 = v205 * qd_2;
-  const lanes v207 = v50 * qd_0;
-  const lanes v208 = v207 * qd_1;
-  const lanes v209 = v206 - v208;
-  const lanes v210 = v200 + v209;
-  const lanes v211 = v194 + v210;
-  const lanes v212 = v186 + v211;
-  const lanes v213 = v161 + v212;
+  const lanes v153 = v94 * qdd_3, v154 = v96 * qdd_1, v155 = v98 * qdd_2, v156 = v154 + v155,
+      v157 = v153 - v156, v158 = v104 * qdd_4, v159 = v157 - v158, v160 = v71 * qdd_5,
+      v161 = v159 - v160, v162 = v42 * v76, v163 = v37 * qd_3, v164 = v1 * qd_1, v165 = v1 * qd_2,
+      v166 = v164 + v165, v167 = v163 - v166, v168 = v15 * qd_4, v169 = v167 - v168,
+      v170 = v84 * v169, v171 = v162 + v170, v172 = v11 * v37, v173 = v7 * v35, v174 = v172 - v173,
+      v175 = v118 * v174, v176 = v46 * qd_4, v177 = v48 * qd_3, v178 = v50 * qd_1,
+      v179 = v52 * qd_2, v180 = v178 + v179, v181 = v177 + v180, v182 = v176 + v181,
+      v183 = v182 * v109, v184 = v175 - v183, v185 = v171 + v184, v186 = v185 * qd_5,
+      v187 = v181 * v72, v188 = v117 * v15, v189 = v187 - v188, v190 = v113 * v167,
+      v191 = v75 * v46, v192 = v190 + v191, v193 = v189 - v192, v194 = v193 * qd_4,
+      v195 = v37 * v117, v196 = v180 * v5, v197 = v195 - v196, v198 = v48 * qd_0,
+      v199 = v197 - v198, v200 = v199 * qd_3, v201 = v164 * v20, v202 = v52 * qd_0,
+      v203 = v201 - v202, v204 = v115 * v1, v205 = v203 - v204, v206 = v205 * qd_2,
+      v207 = v50 * qd_0, v208 = v207 * qd_1, v209 = v206 - v208, v210 = v200 + v209,
+      v211 = v194 + v210, v212 = v186 + v211, v213 = v161 + v212;
   out[1] = v213;
-  const lanes v214 = v113 * qdd_4;
-  const lanes v215 = 0.32 * qdd_1;
-  const lanes v216 = v20 * qdd_2;
-  const lanes v217 = v215 + v216;
-  const lanes v218 = v214 + v217;
-  const lanes v219 = v84 * qdd_5;
-  const lanes v220 = v218 - v219;
-  const lanes v221 = v90 * v46;
-  const lanes v222 = v104 * v167;
-  const lanes v223 = v221 - v222;
-  const lanes v224 = v101 * v15;
-  const lanes v225 = v181 * v61;
-  const lanes v226 = v224 - v225;
-  const lanes v227 = v223 + v226;
-  const lanes v228 = v227 * qd_4;
-  const lanes v229 = v164 * v98;
-  const lanes v230 = v87 * v52;
-  const lanes v231 = v229 + v230;
-  const lanes v232 = v178 * v3;
-  const lanes v233 = v97 * v1;
-  const lanes v234 = v232 + v233;
-  const lanes v235 = v231 - v234;
-  const lanes v236 = v235 * qd_2;
-  const lanes v237 = v89 * v48;
-  const lanes v238 = v166 * v94;
-  const lanes v239 = v237 - v238;
-  const lanes v240 = v37 * v100;
-  const lanes v241 = v180 * v67;
-  const lanes v242 = v240 - v241;
-  const lanes v243 = v239 + v242;
-  const lanes v244 = v243 * qd_3;
-  const lanes v245 = v236 + v244;
-  const lanes v246 = v228 + v245;
-  const lanes v247 = v42 * v91;
-  const lanes v248 = v71 * v169;
-  const lanes v249 = v247 + v248;
-  const lanes v250 = v182 * v121;
-  const lanes v251 = v106 * v174;
-  const lanes v252 = v250 + v251;
-  const lanes v253 = v249 + v252;
-  const lanes v254 = v253 * qd_5;
-  const lanes v255 = v246 - v254;
-  const lanes v256 = v220 + v255;
+  const lanes v214 = v113 * qdd_4, v215 = 0.32 * qdd_1, v216 = v20 * qdd_2, v217 = v215 + v216,
+      v218 = v214 + v217, v219 = v84 * qdd_5, v220 = v218 - v219, v221 = v90 * v46,
+      v222 = v104 * v167, v223 = v221 - v222, v224 = v101 * v15, v225 = v181 * v61,
+      v226 = v224 - v225, v227 = v223 + v226, v228 = v227 * qd_4, v229 = v164 * v98,
+      v230 = v87 * v52, v231 = v229 + v230, v232 = v178 * v3, v233 = v97 * v1, v234 = v232 + v233,
+      v235 = v231 - v234, v236 = v235 * qd_2, v237 = v89 * v48, v238 = v166 * v94,
+      v239 = v237 - v238, v240 = v37 * v100, v241 = v180 * v67, v242 = v240 - v241,
+      v243 = v239 + v242, v244 = v243 * qd_3, v245 = v236 + v244, v246 = v228 + v245,
+      v247 = v42 * v91, v248 = v71 * v169, v249 = v247 + v248, v250 = v182 * v121,
+      v251 = v106 * v174, v252 = v250 + v251, v253 = v249 + v252, v254 = v253 * qd_5,
+      v255 = v246 - v254, v256 = v220 + v255;
   out[2] = v256;
-  const lanes v257 = v174 * qdd_5;
-  const lanes v258 = v37 * qdd_3;
-  const lanes v259 = v1 * qdd_1;
-  const lanes v260 = v1 * qdd_2;
-  const lanes v261 = v259 + v260;
-  const lanes v262 = v258 - v261;
-  const lanes v263 = v15 * qdd_4;
-  const lanes v264 = v262 - v263;
-  const lanes v265 = v257 + v264;
-  const lanes v266 = v90 * v72;
-  const lanes v267 = v75 * v61;
-  const lanes v268 = v266 - v267;
-  const lanes v269 = v268 * qd_4;
-  const lanes v270 = v67 * qd_0;
-  const lanes v271 = v89 * v5;
-  const lanes v272 = v270 + v271;
-  const lanes v273 = v272 * qd_3;
-  const lanes v274 = v3 * qd_0;
-  const lanes v275 = v274 * qd_1;
-  const lanes v276 = v274 * qd_2;
-  const lanes v277 = v275 + v276;
-  const lanes v278 = v273 + v277;
-  const lanes v279 = v269 - v278;
-  const lanes v280 = v91 * v109;
-  const lanes v281 = v76 * v121;
-  const lanes v282 = v280 + v281;
-  const lanes v283 = v282 * qd_5;
-  const lanes v284 = v279 - v283;
-  const lanes v285 = v265 + v284;
+  const lanes v257 = v174 * qdd_5, v258 = v37 * qdd_3, v259 = v1 * qdd_1, v260 = v1 * qdd_2,
+      v261 = v259 + v260, v262 = v258 - v261, v263 = v15 * qdd_4, v264 = v262 - v263,
+      v265 = v257 + v264, v266 = v90 * v72, v267 = v75 * v61, v268 = v266 - v267,
+      v269 = v268 * qd_4, v270 = v67 * qd_0, v271 = v89 * v5, v272 = v270 + v271,
+      v273 = v272 * qd_3, v274 = v3 * qd_0, v275 = v274 * qd_1, v276 = v274 * qd_2,
+      v277 = v275 + v276, v278 = v273 + v277, v279 = v269 - v278, v280 = v91 * v109,
+      v281 = v76 * v121, v282 = v280 + v281, v283 = v282 * qd_5, v284 = v279 - v283,
+      v285 = v265 + v284;
   out[3] = v285;
-  const lanes v286 = v121 * qdd_5;
-  const lanes v287 = v61 * qdd_4;
-  const lanes v288 = v67 * qdd_3;
-  const lanes v289 = v3 * qdd_1;
-  const lanes v290 = v3 * qdd_2;
-  const lanes v291 = v289 + v290;
-  const lanes v292 = v288 + v291;
-  const lanes v293 = v287 + v292;
-  const lanes v294 = v286 + v293;
-  const lanes v295 = v169 * v109;
-  const lanes v296 = v76 * v174;
-  const lanes v297 = v295 + v296;
-  const lanes v298 = v297 * qd_5;
-  const lanes v299 = v37 * qd_0;
-  const lanes v300 = v166 * v5;
-  const lanes v301 = v299 - v300;
-  const lanes v302 = v301 * qd_3;
-  const lanes v303 = v1 * qd_0;
-  const lanes v304 = v303 * qd_1;
-  const lanes v305 = v303 * qd_2;
-  const lanes v306 = v304 + v305;
-  const lanes v307 = v302 - v306;
-  const lanes v308 = v167 * v72;
-  const lanes v309 = v75 * v15;
-  const lanes v310 = v308 + v309;
-  const lanes v311 = v310 * qd_4;
-  const lanes v312 = v307 - v311;
-  const lanes v313 = v298 + v312;
-  const lanes v314 = v294 + v313;
+  const lanes v286 = v121 * qdd_5, v287 = v61 * qdd_4, v288 = v67 * qdd_3, v289 = v3 * qdd_1,
+      v290 = v3 * qdd_2, v291 = v289 + v290, v292 = v288 + v291, v293 = v287 + v292,
+      v294 = v286 + v293, v295 = v169 * v109, v296 = v76 * v174, v297 = v295 + v296,
+      v298 = v297 * qd_5, v299 = v37 * qd_0, v300 = v166 * v5, v301 = v299 - v300,
+      v302 = v301 * qd_3, v303 = v1 * qd_0, v304 = v303 * qd_1, v305 = v303 * qd_2,
+      v306 = v304 + v305, v307 = v302 - v306, v308 = v167 * v72, v309 = v75 * v15,
+      v310 = v308 + v309, v311 = v310 * qd_4, v312 = v307 - v311, v313 = v298 + v312,
+      v314 = v294 + v313;
   out[4] = v314;
-  const lanes v315 = v72 * qdd_4;
-  const lanes v316 = v5 * qdd_3;
-  const lanes v317 = qdd_0 - v316;
-  const lanes v318 = v315 + v317;
-  const lanes v319 = v109 * qdd_5;
-  const lanes v320 = v318 - v319;
-  const lanes v321 = v169 * v121;
-  const lanes v322 = v91 * v174;
-  const lanes v323 = v321 - v322;
-  const lanes v324 = v323 * qd_5;
-  const lanes v325 = v167 * v61;
-  const lanes v326 = v90 * v15;
-  const lanes v327 = v325 + v326;
-  const lanes v328 = v327 * qd_4;
-  const lanes v329 = v87 * v1;
-  const lanes v330 = v164 * v3;
-  const lanes v331 = v329 - v330;
-  const lanes v332 = v331 * qd_2;
-  const lanes v333 = v37 * v89;
-  const lanes v334 = v67 * v166;
-  const lanes v335 = v333 + v334;
-  const lanes v336 = v335 * qd_3;
-  const lanes v337 = v332 - v336;
-  const lanes v338 = v328 + v337;
-  const lanes v339 = v324 + v338;
-  const lanes v340 = v320 + v339;
+  const lanes v315 = v72 * qdd_4, v316 = v5 * qdd_3, v317 = qdd_0 - v316, v318 = v315 + v317,
+      v319 = v109 * qdd_5, v320 = v318 - v319, v321 = v169 * v121, v322 = v91 * v174,
+      v323 = v321 - v322, v324 = v323 * qd_5, v325 = v167 * v61, v326 = v90 * v15,
+      v327 = v325 + v326, v328 = v327 * qd_4, v329 = v87 * v1, v330 = v164 * v3, v331 = v329 - v330,
+      v332 = v331 * qd_2, v333 = v37 * v89, v334 = v67 * v166, v335 = v333 + v334,
+      v336 = v335 * qd_3, v337 = v332 - v336, v338 = v328 + v337, v339 = v324 + v338,
+      v340 = v320 + v339;
   out[5] = v340;
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_acceleration_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v2);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&q_4, &v4, &v3);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v5);
-  lanes v7, v11; LANES_NAME(lanes_cos_sin)(&q_0, &v7, &v11);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[6], qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11],
+      qdd_0 = in[12], qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16],
+      qdd_5 = in[17];
+  LANES_COS_SIN(v1, v2, q_5); LANES_COS_SIN(v4, v3, q_4); LANES_COS_SIN(v6, v5, q_3);
+  LANES_COS_SIN(v7, v11, q_0);
   const lanes v8 = q_1 + q_2;
-  lanes v10, v9; LANES_NAME(lanes_cos_sin)(&v8, &v10, &v9);
-  lanes v13, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v13, &v12);
-  const lanes v14 = 0.2 * v1;
-  const lanes v15 = v14 * qdd_4;
-  const lanes v16 = 0.2 * v3;
-  const lanes v17 = v2 * v16;
-  const lanes v18 = v17 * qdd_3;
-  const lanes v19 = v4 * v1;
-  const lanes v20 = v19 * v5;
-  const lanes v21 = v2 * v6;
-  const lanes v22 = v20 + v21;
-  const lanes v23 = v22 * v7;
-  const lanes v24 = v2 * v5;
-  const lanes v25 = v19 * v6;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = v26 * v9;
-  const lanes v28 = v3 * v1;
-  const lanes v29 = v28 * v10;
-  const lanes v30 = v27 - v29;
-  const lanes v31 = v30 * v11;
-  const lanes v32 = v23 + v31;
-  const lanes v33 = v16 * v6;
-  const lanes v34 = 0.2 - v33;
-  const lanes v35 = v34 * v9;
-  const lanes v36 = 0.2 * v4;
-  const lanes v37 = v36 + 1.1425;
-  const lanes v38 = v37 * v10;
-  const lanes v39 = v35 + v38;
-  const lanes v40 = 1.075 * v12;
-  const lanes v41 = v39 + v40;
-  const lanes v42 = v41 + 0.32;
-  const lanes v43 = v7 * v42;
-  const lanes v44 = v16 * v5;
-  const lanes v45 = v11 * v44;
-  const lanes v46 = v43 - v45;
-  const lanes v47 = v32 * v46;
-  const lanes v48 = v30 * v7;
-  const lanes v49 = v22 * v11;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = v7 * v44;
-  const lanes v52 = v11 * v42;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v50 * v53;
-  const lanes v55 = v47 - v54;
-  const lanes v56 = v55 * qdd_0;
-  const lanes v57 = v37 * v9;
-  const lanes v58 = v34 * v10;
-  const lanes v59 = v57 - v58;
-  const lanes v60 = 1.075 * v13;
-  const lanes v61 = v59 - v60;
-  const lanes v62 = v30 * v61;
-  const lanes v63 = v28 * v9;
-  const lanes v64 = v26 * v10;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = v65 * v41;
-  const lanes v67 = v62 + v66;
-  const lanes v68 = v67 * qdd_1;
-  const lanes v69 = v56 - v68;
-  const lanes v70 = v30 * v59;
-  const lanes v71 = v65 * v39;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v72 * qdd_2;
-  const lanes v74 = v69 - v73;
-  const lanes v75 = v18 + v74;
-  const lanes v76 = v15 + v75;
-  const lanes v77 = 0.2 * v2;
-  const lanes v78 = v77 * qd_4;
-  const lanes v79 = v4 * v78;
-  const lanes v80 = v1 * v16;
-  const lanes v81 = v80 * qd_5;
-  const lanes v82 = v79 + v81;
-  const lanes v83 = v82 * qd_3;
-  const lanes v84 = v3 * v2;
-  const lanes v85 = v84 * v9;
-  const lanes v86 = v4 * v2;
-  const lanes v87 = v86 * v6;
-  const lanes v88 = v1 * v5;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v89 * v10;
-  const lanes v91 = v85 - v90;
-  const lanes v92 = v91 * v39;
-  const lanes v93 = v84 * v10;
-  const lanes v94 = v89 * v9;
-  const lanes v95 = v93 + v94;
-  const lanes v96 = v95 * v59;
-  const lanes v97 = v92 - v96;
-  const lanes v98 = v4 * qd_3;
-  const lanes v99 = v98 + qd_5;
-  const lanes v100 = v97 * v99;
-  const lanes v101 = v4 * v9;
-  const lanes v102 = v3 * v6;
-  const lanes v103 = v102 * v10;
-  const lanes v104 = v101 + v103;
-  const lanes v105 = v104 * v39;
-  const lanes v106 = v4 * v10;
-  const lanes v107 = v102 * v9;
-  const lanes v108 = v106 - v107;
-  const lanes v109 = v108 * v59;
-  const lanes v110 = v105 - v109;
-  const lanes v111 = v84 * qd_3;
-  const lanes v112 = v1 * qd_4;
-  const lanes v113 = v111 + v112;
-  const lanes v114 = v110 * v113;
-  const lanes v115 = v100 - v114;
-  const lanes v116 = v3 * v5;
-  const lanes v117 = v80 * qd_3;
-  const lanes v118 = v117 - v78;
-  const lanes v119 = v116 * v118;
-  const lanes v120 = v115 - v119;
-  const lanes v121 = v120 * qd_2;
-  const lanes v122 = v91 * v41;
-  const lanes v123 = v95 * v61;
-  const lanes v124 = v122 - v123;
-  const lanes v125 = v124 * qd_1;
-  const lanes v126 = v97 * qd_2;
-  const lanes v127 = v126 + v118;
-  const lanes v128 = v125 + v127;
-  const lanes v129 = v104 * v128;
-  const lanes v130 = v104 * v41;
-  const lanes v131 = v108 * v61;
-  const lanes v132 = v130 - v131;
-  const lanes v133 = v132 * qd_1;
-  const lanes v134 = v110 * qd_2;
-  const lanes v135 = v133 + v134;
-  const lanes v136 = v91 * v135;
-  const lanes v137 = v129 - v136;
-  const lanes v138 = v95 * v11;
-  const lanes v139 = v86 * v5;
-  const lanes v140 = v1 * v6;
-  const lanes v141 = v139 - v140;
-  const lanes v142 = v141 * v7;
-  const lanes v143 = v138 - v142;
-  const lanes v144 = v143 * v46;
-  const lanes v145 = v141 * v11;
-  const lanes v146 = v95 * v7;
-  const lanes v147 = v145 + v146;
-  const lanes v148 = v147 * v53;
-  const lanes v149 = v144 - v148;
-  const lanes v150 = v116 * qd_1;
-  const lanes v151 = v116 * qd_2;
-  const lanes v152 = v151 + v99;
-  const lanes v153 = v150 + v152;
-  const lanes v154 = v149 * v153;
-  const lanes v155 = v116 * v7;
-  const lanes v156 = v108 * v11;
-  const lanes v157 = v155 + v156;
-  const lanes v158 = v157 * v46;
-  const lanes v159 = v108 * v7;
-  const lanes v160 = v116 * v11;
-  const lanes v161 = v159 - v160;
-  const lanes v162 = v161 * v53;
-  const lanes v163 = v158 - v162;
-  const lanes v164 = v141 * qd_2;
-  const lanes v165 = v113 - v164;
-  const lanes v166 = v141 * qd_1;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v163 * v167;
-  const lanes v169 = v154 - v168;
-  const lanes v170 = v137 + v169;
-  const lanes v171 = v170 * qd_0;
-  const lanes v172 = v124 * v152;
-  const lanes v173 = v132 * v165;
-  const lanes v174 = v172 - v173;
-  const lanes v175 = v141 * v134;
-  const lanes v176 = v116 * v127;
-  const lanes v177 = v175 + v176;
-  const lanes v178 = v174 - v177;
-  const lanes v179 = v178 * qd_1;
-  const lanes v180 = v171 + v179;
-  const lanes v181 = v121 + v180;
-  const lanes v182 = v83 + v181;
-  const lanes v183 = v77 * qd_5;
-  const lanes v184 = v183 * qd_4;
-  const lanes v185 = v182 - v184;
-  const lanes v186 = v76 + v185;
+  LANES_COS_SIN(v10, v9, v8); LANES_COS_SIN(v13, v12, q_1);
+  const lanes v14 = 0.2 * v1, v15 = v14 * qdd_4, v16 = 0.2 * v3, v17 = v2 * v16, v18 = v17 * qdd_3,
+      v19 = v4 * v1, v20 = v19 * v5, v21 = v2 * v6, v22 = v20 + v21, v23 = v22 * v7, v24 = v2 * v5,
+      v25 = v19 * v6, v26 = v24 - v25, v27 = v26 * v9, v28 = v3 * v1, v29 = v28 * v10,
+      v30 = v27 - v29, v31 = v30 * v11, v32 = v23 + v31, v33 = v16 * v6, v34 = 0.2 - v33,
+      v35 = v34 * v9, v36 = 0.2 * v4, v37 = v36 + 1.1425, v38 = v37 * v10, v39 = v35 + v38,
+      v40 = 1.075 * v12, v41 = v39 + v40, v42 = v41 + 0.32, v43 = v7 * v42, v44 = v16 * v5,
+      v45 = v11 * v44, v46 = v43 - v45, v47 = v32 * v46, v48 = v30 * v7, v49 = v22 * v11,
+      v50 = v48 - v49, v51 = v7 * v44, v52 = v11 * v42, v53 = v51 + v52, v54 = v50 * v53,
+      v55 = v47 - v54, v56 = v55 * qdd_0, v57 = v37 * v9, v58 = v34 * v10, v59 = v57 - v58,
+      v60 = 1.075 * v13, v61 = v59 - v60, v62 = v30 * v61, v63 = v28 * v9, v64 = v26 * v10,
+      v65 = v63 + v64, v66 = v65 * v41, v67 = v62 + v66, v68 = v67 * qdd_1, v69 = v56 - v68,
+      v70 = v30 * v59, v71 = v65 * v39, v72 = v70 + v71, v73 = v72 * qdd_2, v74 = v69 - v73,
+      v75 = v18 + v74, v76 = v15 + v75, v77 = 0.2 * v2, v78 = v77 * qd_4, v79 = v4 * v78,
+      v80 = v1 * v16, v81 = v80 * qd_5, v82 = v79 + v81, v83 = v82 * qd_3, v84 = v3 * v2,
+      v85 = v84 * v9, v86 = v4 * v2, v87 = v86 * v6, v88 = v1 * v5, v89 = v87 + v88,
+      v90 = v89 * v10, v91 = v85 - v90, v92 = v91 * v39, v93 = v84 * v10, v94 = v89 * v9,
+      v95 = v93 + v94, v96 = v95 * v59, v97 = v92 - v96, v98 = v4 * qd_3, v99 = v98 + qd_5,
+      v100 = v97 * v99, v101 = v4 * v9, v102 = v3 * v6, v103 = v102 * v10, v104 = v101 + v103,
+      v105 = v104 * v39, v106 = v4 * v10, v107 = v102 * v9, v108 = v106 - v107, v109 = v108 * v59,
+      v110 = v105 - v109, v111 = v84 * qd_3, v112 = v1 * qd_4, v113 = v111 + v112,
+      v114 = v110 * v113, v115 = v100 - v114, v116 = v3 * v5, v117 = v80 * qd_3, v118 = v117 - v78,
+      v119 = v116 * v118, v120 = v115 - v119, v121 = v120 * qd_2, v122 = v91 * v41,
+      v123 = v95 * v61, v124 = v122 - v123, v125 = v124 * qd_1, v126 = v97 * qd_2,
+      v127 = v126 + v118, v128 = v125 + v127, v129 = v104 * v128, v130 = v104 * v41,
+      v131 = v108 * v61, v132 = v130 - v131, v133 = v132 * qd_1, v134 = v110 * qd_2,
+      v135 = v133 + v134, v136 = v91 * v135, v137 = v129 - v136, v138 = v95 * v11, v139 = v86 * v5,
+      v140 = v1 * v6, v141 = v139 - v140, v142 = v141 * v7, v143 = v138 - v142, v144 = v143 * v46,
+      v145 = v141 * v11, v146 = v95 * v7, v147 = v145 + v146, v148 = v147 * v53, v149 = v144 - v148,
+      v150 = v116 * qd_1, v151 = v116 * qd_2, v152 = v151 + v99, v153 = v150 + v152,
+      v154 = v149 * v153, v155 = v116 * v7, v156 = v108 * v11, v157 = v155 + v156,
+      v158 = v157 * v46, v159 = v108 * v7, v160 = v116 * v11, v161 = v159 - v160, v162 = v161 * v53,
+      v163 = v158 - v162, v164 = v141 * qd_2, v165 = v113 - v164, v166 = v141 * qd_1,
+      v167 = v165 - v166, v168 = v163 * v167, v169 = v154 - v168, v170 = v137 + v169,
+      v171 = v170 * qd_0, v172 = v124 * v152, v173 = v132 * v165, v174 = v172 - v173,
+      v175 = v141 * v134, v176 = v116 * v127, v177 = v175 + v176, v178 = v174 - v177,
+      v179 = v178 * qd_1, v180 = v171 + v179, v181 = v121 + v180, v182 = v83 + v181,
+      v183 = v77 * qd_5, v184 = v183 * qd_4, v185 = v182 - v184, v186 = v76 + v185;
   out[0] = v186;
-  const lanes v187 = v80 * qdd_3;
-  const lanes v188 = v97 * qdd_2;
-  const lanes v189 = v149 * qdd_0;
-  const lanes v190 = v124 * qdd_1;
-  const lanes v191 = v189 + v190;
-  const lanes v192 = v188 + v191;
-  const lanes v193 = v187 + v192;
-  const lanes v194 = v77 * qdd_4;
-  const lanes v195 = v193 - v194;
-  const lanes v196 = v14 * qd_4;
-  const lanes v197 = v4 * v196;
-  const lanes v198 = v17 * qd_5;
-  const lanes v199 = v197 - v198;
-  const lanes v200 = v199 * qd_3;
-  const lanes v201 = v17 * qd_3;
-  const lanes v202 = v201 + v196;
-  const lanes v203 = v116 * v202;
-  const lanes v204 = v72 * v99;
-  const lanes v205 = v2 * qd_4;
-  const lanes v206 = v28 * qd_3;
-  const lanes v207 = v205 - v206;
-  const lanes v208 = v110 * v207;
-  const lanes v209 = v204 + v208;
-  const lanes v210 = v203 + v209;
-  const lanes v211 = v210 * qd_2;
-  const lanes v212 = v22 * qd_1;
-  const lanes v213 = v22 * qd_2;
-  const lanes v214 = v213 + v207;
-  const lanes v215 = v212 + v214;
-  const lanes v216 = v163 * v215;
-  const lanes v217 = v55 * v153;
-  const lanes v218 = v216 - v217;
-  const lanes v219 = v65 * v135;
-  const lanes v220 = v72 * qd_2;
-  const lanes v221 = v202 - v220;
-  const lanes v222 = v67 * qd_1;
-  const lanes v223 = v221 - v222;
-  const lanes v224 = v104 * v223;
-  const lanes v225 = v219 + v224;
-  const lanes v226 = v218 - v225;
-  const lanes v227 = v226 * qd_0;
-  const lanes v228 = v116 * v221;
-  const lanes v229 = v22 * v134;
-  const lanes v230 = v228 - v229;
-  const lanes v231 = v67 * v152;
-  const lanes v232 = v132 * v214;
-  const lanes v233 = v231 + v232;
-  const lanes v234 = v230 + v233;
-  const lanes v235 = v234 * qd_1;
-  const lanes v236 = v227 + v235;
-  const lanes v237 = v211 + v236;
-  const lanes v238 = v200 + v237;
-  const lanes v239 = v14 * qd_5;
-  const lanes v240 = v239 * qd_4;
-  const lanes v241 = v238 - v240;
-  const lanes v242 = v195 + v241;
+  const lanes v187 = v80 * qdd_3, v188 = v97 * qdd_2, v189 = v149 * qdd_0, v190 = v124 * qdd_1,
+      v191 = v189 + v190, v192 = v188 + v191, v193 = v187 + v192, v194 = v77 * qdd_4,
+      v195 = v193 - v194, v196 = v14 * qd_4, v197 = v4 * v196, v198 = v17 * qd_5,
+      v199 = v197 - v198, v200 = v199 * qd_3, v201 = v17 * qd_3, v202 = v201 + v196,
+      v203 = v116 * v202, v204 = v72 * v99, v205 = v2 * qd_4, v206 = v28 * qd_3, v207 = v205 - v206,
+      v208 = v110 * v207, v209 = v204 + v208, v210 = v203 + v209, v211 = v210 * qd_2,
+      v212 = v22 * qd_1, v213 = v22 * qd_2, v214 = v213 + v207, v215 = v212 + v214,
+      v216 = v163 * v215, v217 = v55 * v153, v218 = v216 - v217, v219 = v65 * v135,
+      v220 = v72 * qd_2, v221 = v202 - v220, v222 = v67 * qd_1, v223 = v221 - v222,
+      v224 = v104 * v223, v225 = v219 + v224, v226 = v218 - v225, v227 = v226 * qd_0,
+      v228 = v116 * v221, v229 = v22 * v134, v230 = v228 - v229, v231 = v67 * v152,
+      v232 = v132 * v214, v233 = v231 + v232, v234 = v230 + v233, v235 = v234 * qd_1,
+      v236 = v227 + v235, v237 = v211 + v236, v238 = v200 + v237, v239 = v14 * qd_5,
+      v240 = v239 * qd_4, v241 = v238 - v240, v242 = v195 + v241;
   out[1] = v242;
-  const lanes v243 = v110 * qdd_2;
-  const lanes v244 = v163 * qdd_0;
-  const lanes v245 = v132 * qdd_1;
-  const lanes v246 = v244 + v245;
-  const lanes v247 = v243 + v246;
-  const lanes v248 = v28 * v78;
-  const lanes v249 = v84 * v196;
-  const lanes v250 = v248 - v249;
-  const lanes v251 = v17 * v112;
-  const lanes v252 = v80 * v205;
-  const lanes v253 = v251 - v252;
-  const lanes v254 = v250 + v253;
-  const lanes v255 = v254 * qd_3;
-  const lanes v256 = v22 * v118;
-  const lanes v257 = v141 * v202;
-  const lanes v258 = v256 + v257;
-  const lanes v259 = v72 * v113;
-  const lanes v260 = v97 * v207;
-  const lanes v261 = v259 + v260;
-  const lanes v262 = v258 - v261;
-  const lanes v263 = v262 * qd_2;
-  const lanes v264 = v65 * v128;
-  const lanes v265 = v91 * v223;
-  const lanes v266 = v264 + v265;
-  const lanes v267 = v55 * v167;
-  const lanes v268 = v149 * v215;
-  const lanes v269 = v267 - v268;
-  const lanes v270 = v266 + v269;
-  const lanes v271 = v270 * qd_0;
-  const lanes v272 = v22 * v127;
-  const lanes v273 = v141 * v221;
-  const lanes v274 = v272 + v273;
-  const lanes v275 = v67 * v165;
-  const lanes v276 = v124 * v214;
-  const lanes v277 = v275 + v276;
-  const lanes v278 = v274 - v277;
-  const lanes v279 = v278 * qd_1;
-  const lanes v280 = v271 + v279;
-  const lanes v281 = v263 + v280;
-  const lanes v282 = v255 + v281;
-  const lanes v283 = v247 + v282;
+  const lanes v243 = v110 * qdd_2, v244 = v163 * qdd_0, v245 = v132 * qdd_1, v246 = v244 + v245,
+      v247 = v243 + v246, v248 = v28 * v78, v249 = v84 * v196, v250 = v248 - v249,
+      v251 = v17 * v112, v252 = v80 * v205, v253 = v251 - v252, v254 = v250 + v253,
+      v255 = v254 * qd_3, v256 = v22 * v118, v257 = v141 * v202, v258 = v256 + v257,
+      v259 = v72 * v113, v260 = v97 * v207, v261 = v259 + v260, v262 = v258 - v261,
+      v263 = v262 * qd_2, v264 = v65 * v128, v265 = v91 * v223, v266 = v264 + v265,
+      v267 = v55 * v167, v268 = v149 * v215, v269 = v267 - v268, v270 = v266 + v269,
+      v271 = v270 * qd_0, v272 = v22 * v127, v273 = v141 * v221, v274 = v272 + v273,
+      v275 = v67 * v165, v276 = v124 * v214, v277 = v275 + v276, v278 = v274 - v277,
+      v279 = v278 * qd_1, v280 = v271 + v279, v281 = v263 + v280, v282 = v255 + v281,
+      v283 = v247 + v282;
   out[2] = v283;
-  const lanes v284 = v2 * qdd_4;
-  const lanes v285 = v22 * qdd_2;
-  const lanes v286 = v65 * qdd_0;
-  const lanes v287 = v22 * qdd_1;
-  const lanes v288 = v286 + v287;
-  const lanes v289 = v285 + v288;
-  const lanes v290 = v28 * qdd_3;
-  const lanes v291 = v289 - v290;
-  const lanes v292 = v284 + v291;
-  const lanes v293 = v1 * qd_5;
-  const lanes v294 = v293 * qd_4;
-  const lanes v295 = v84 * qd_5;
-  const lanes v296 = v4 * v112;
-  const lanes v297 = v295 - v296;
-  const lanes v298 = v297 * qd_3;
-  const lanes v299 = v104 * v167;
-  const lanes v300 = v91 * v153;
-  const lanes v301 = v299 - v300;
-  const lanes v302 = v301 * qd_0;
-  const lanes v303 = v141 * v152;
-  const lanes v304 = v116 * v165;
-  const lanes v305 = v303 + v304;
-  const lanes v306 = v305 * qd_1;
-  const lanes v307 = v302 - v306;
-  const lanes v308 = v141 * v99;
-  const lanes v309 = v116 * v113;
-  const lanes v310 = v308 + v309;
-  const lanes v311 = v310 * qd_2;
-  const lanes v312 = v307 - v311;
-  const lanes v313 = v298 + v312;
-  const lanes v314 = v294 + v313;
-  const lanes v315 = v292 + v314;
+  const lanes v284 = v2 * qdd_4, v285 = v22 * qdd_2, v286 = v65 * qdd_0, v287 = v22 * qdd_1,
+      v288 = v286 + v287, v289 = v285 + v288, v290 = v28 * qdd_3, v291 = v289 - v290,
+      v292 = v284 + v291, v293 = v1 * qd_5, v294 = v293 * qd_4, v295 = v84 * qd_5, v296 = v4 * v112,
+      v297 = v295 - v296, v298 = v297 * qd_3, v299 = v104 * v167, v300 = v91 * v153,
+      v301 = v299 - v300, v302 = v301 * qd_0, v303 = v141 * v152, v304 = v116 * v165,
+      v305 = v303 + v304, v306 = v305 * qd_1, v307 = v302 - v306, v308 = v141 * v99,
+      v309 = v116 * v113, v310 = v308 + v309, v311 = v310 * qd_2, v312 = v307 - v311,
+      v313 = v298 + v312, v314 = v294 + v313, v315 = v292 + v314;
   out[3] = v315;
-  const lanes v316 = v1 * qdd_4;
-  const lanes v317 = v84 * qdd_3;
-  const lanes v318 = v141 * qdd_2;
-  const lanes v319 = v91 * qdd_0;
-  const lanes v320 = v141 * qdd_1;
-  const lanes v321 = v319 + v320;
-  const lanes v322 = v318 + v321;
-  const lanes v323 = v317 - v322;
-  const lanes v324 = v316 + v323;
-  const lanes v325 = v4 * v205;
-  const lanes v326 = v28 * qd_5;
-  const lanes v327 = v325 + v326;
-  const lanes v328 = v327 * qd_3;
-  const lanes v329 = v116 * v207;
-  const lanes v330 = v22 * v99;
-  const lanes v331 = v329 - v330;
-  const lanes v332 = v331 * qd_2;
-  const lanes v333 = v116 * v214;
-  const lanes v334 = v22 * v152;
-  const lanes v335 = v333 - v334;
-  const lanes v336 = v335 * qd_1;
-  const lanes v337 = v65 * v153;
-  const lanes v338 = v104 * v215;
-  const lanes v339 = v337 + v338;
-  const lanes v340 = v339 * qd_0;
-  const lanes v341 = v336 - v340;
-  const lanes v342 = v332 + v341;
-  const lanes v343 = v328 + v342;
-  const lanes v344 = v2 * qd_5;
-  const lanes v345 = v344 * qd_4;
-  const lanes v346 = v343 - v345;
-  const lanes v347 = v324 + v346;
+  const lanes v316 = v1 * qdd_4, v317 = v84 * qdd_3, v318 = v141 * qdd_2, v319 = v91 * qdd_0,
+      v320 = v141 * qdd_1, v321 = v319 + v320, v322 = v318 + v321, v323 = v317 - v322,
+      v324 = v316 + v323, v325 = v4 * v205, v326 = v28 * qd_5, v327 = v325 + v326,
+      v328 = v327 * qd_3, v329 = v116 * v207, v330 = v22 * v99, v331 = v329 - v330,
+      v332 = v331 * qd_2, v333 = v116 * v214, v334 = v22 * v152, v335 = v333 - v334,
+      v336 = v335 * qd_1, v337 = v65 * v153, v338 = v104 * v215, v339 = v337 + v338,
+      v340 = v339 * qd_0, v341 = v336 - v340, v342 = v332 + v341, v343 = v328 + v342,
+      v344 = v2 * qd_5, v345 = v344 * qd_4, v346 = v343 - v345, v347 = v324 + v346;
   out[4] = v347;
-  const lanes v348 = v4 * qdd_3;
-  const lanes v349 = v116 * qdd_2;
-  const lanes v350 = v116 * qdd_1;
-  const lanes v351 = v104 * qdd_0;
-  const lanes v352 = v350 - v351;
-  const lanes v353 = v349 + v352;
-  const lanes v354 = v348 + v353;
-  const lanes v355 = v354 + qdd_5;
-  const lanes v356 = v22 * v113;
-  const lanes v357 = v141 * v207;
-  const lanes v358 = v356 + v357;
-  const lanes v359 = v358 * qd_2;
-  const lanes v360 = v65 * v167;
-  const lanes v361 = v91 * v215;
-  const lanes v362 = v360 + v361;
-  const lanes v363 = v362 * qd_0;
-  const lanes v364 = v22 * v165;
-  const lanes v365 = v141 * v214;
-  const lanes v366 = v364 + v365;
-  const lanes v367 = v366 * qd_1;
-  const lanes v368 = v363 + v367;
-  const lanes v369 = v359 + v368;
-  const lanes v370 = v28 * v112;
-  const lanes v371 = v84 * v205;
-  const lanes v372 = v370 + v371;
-  const lanes v373 = v372 * qd_3;
-  const lanes v374 = v369 - v373;
-  const lanes v375 = v355 + v374;
+  const lanes v348 = v4 * qdd_3, v349 = v116 * qdd_2, v350 = v116 * qdd_1, v351 = v104 * qdd_0,
+      v352 = v350 - v351, v353 = v349 + v352, v354 = v348 + v353, v355 = v354 + qdd_5,
+      v356 = v22 * v113, v357 = v141 * v207, v358 = v356 + v357, v359 = v358 * qd_2,
+      v360 = v65 * v167, v361 = v91 * v215, v362 = v360 + v361, v363 = v362 * qd_0,
+      v364 = v22 * v165, v365 = v141 * v214, v366 = v364 + v365, v367 = v366 * qd_1,
+      v368 = v363 + v367, v369 = v359 + v368, v370 = v28 * v112, v371 = v84 * v205,
+      v372 = v370 + v371, v373 = v372 * qd_3, v374 = v369 - v373, v375 = v355 + v374;
   out[5] = v375;
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_acceleration_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  const lanes v1 = q_1 + q_2;
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&v1, &v2, &v4);
-  lanes v7, v3; LANES_NAME(lanes_cos_sin)(&q_3, &v7, &v3);
-  lanes v5, v9; LANES_NAME(lanes_cos_sin)(&q_4, &v5, &v9);
-  lanes v8, v6; LANES_NAME(lanes_cos_sin)(&q_0, &v8, &v6);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_1, &v10, &v11);
-  const lanes v12 = v2 * v3;
-  const lanes v13 = v12 * qd_4;
-  const lanes v14 = v4 * qd_3;
-  const lanes v15 = qd_0 - v14;
-  const lanes v16 = v13 + v15;
-  const lanes v17 = v6 * v4;
-  const lanes v18 = v17 * v7;
-  const lanes v19 = v8 * v3;
-  const lanes v20 = v18 - v19;
-  const lanes v21 = v5 * v20;
-  const lanes v22 = v6 * v2;
-  const lanes v23 = v9 * v22;
-  const lanes v24 = v21 + v23;
-  const lanes v25 = 0.2 * v24;
-  const lanes v26 = v16 * v25;
-  const lanes v27 = v17 * v3;
-  const lanes v28 = v8 * v7;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = v29 * qd_4;
-  const lanes v31 = v22 * qd_3;
-  const lanes v32 = v8 * qd_1;
-  const lanes v33 = v8 * qd_2;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = v31 + v34;
-  const lanes v36 = v30 + v35;
-  const lanes v37 = v2 * v7;
-  const lanes v38 = v5 * v37;
-  const lanes v39 = v9 * v4;
-  const lanes v40 = v38 - v39;
-  const lanes v41 = 0.2 * v40;
-  const lanes v42 = v36 * v41;
-  const lanes v43 = v26 - v42;
-  const lanes v44 = v43 * qd_4;
-  const lanes v45 = 0.2 * v9;
-  const lanes v46 = v12 * v45;
-  const lanes v47 = v35 * v46;
-  const lanes v48 = v29 * v45;
-  const lanes v49 = v15 * v48;
-  const lanes v50 = v47 - v49;
-  const lanes v51 = v41 * qd_4;
-  const lanes v52 = v22 * v51;
-  const lanes v53 = v25 * qd_4;
-  const lanes v54 = v53 * v4;
-  const lanes v55 = v52 + v54;
-  const lanes v56 = v50 - v55;
-  const lanes v57 = v56 * qd_3;
-  const lanes v58 = 0.2 * v5;
-  const lanes v59 = v58 + 1.1425;
-  const lanes v60 = v59 * v4;
-  const lanes v61 = v45 * v7;
-  const lanes v62 = 0.2 - v61;
-  const lanes v63 = v62 * v2;
-  const lanes v64 = v60 - v63;
-  const lanes v65 = v6 * v64;
-  const lanes v66 = v65 * qd_0;
-  const lanes v67 = v62 * v4;
-  const lanes v68 = v59 * v2;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v34 * v69;
-  const lanes v71 = v66 - v70;
-  const lanes v72 = v46 * qd_3;
-  const lanes v73 = v72 - v51;
-  const lanes v74 = v8 * v73;
-  const lanes v75 = v71 + v74;
-  const lanes v76 = v75 * qd_2;
-  const lanes v77 = 1.075 * v10;
-  const lanes v78 = v64 - v77;
-  const lanes v79 = v6 * v78;
-  const lanes v80 = v79 * qd_0;
-  const lanes v81 = 1.075 * v11;
-  const lanes v82 = v69 + v81;
-  const lanes v83 = v32 * v82;
-  const lanes v84 = v80 - v83;
-  const lanes v85 = v69 * qd_2;
-  const lanes v86 = v73 - v85;
-  const lanes v87 = v8 * v86;
-  const lanes v88 = v84 + v87;
-  const lanes v89 = v88 * qd_1;
-  const lanes v90 = v82 + 0.32;
-  const lanes v91 = v8 * v90;
-  const lanes v92 = v45 * v3;
-  const lanes v93 = v6 * v92;
-  const lanes v94 = v91 - v93;
-  const lanes v95 = v94 * qd_0;
-  const lanes v96 = v48 * qd_3;
-  const lanes v97 = v96 - v53;
-  const lanes v98 = v65 * qd_2;
-  const lanes v99 = v97 - v98;
-  const lanes v100 = v79 * qd_1;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = v95 + v101;
-  const lanes v103 = v102 * qd_0;
-  const lanes v104 = v89 - v103;
-  const lanes v105 = v76 + v104;
-  const lanes v106 = v57 + v105;
-  const lanes v107 = v44 + v106;
-  const lanes v108 = v8 * v4;
-  const lanes v109 = v108 * v7;
-  const lanes v110 = v6 * v3;
-  const lanes v111 = v109 + v110;
-  const lanes v112 = v5 * v111;
-  const lanes v113 = v8 * v2;
-  const lanes v114 = v9 * v113;
-  const lanes v115 = v112 + v114;
-  const lanes v116 = 0.2 * v115;
-  const lanes v117 = v116 * qdd_4;
-  const lanes v118 = v6 * v7;
-  const lanes v119 = v108 * v3;
-  const lanes v120 = v118 - v119;
-  const lanes v121 = v120 * v45;
-  const lanes v122 = v121 * qdd_3;
-  const lanes v123 = v8 * v64;
-  const lanes v124 = v123 * qdd_2;
-  const lanes v125 = v8 * v92;
-  const lanes v126 = v6 * v90;
-  const lanes v127 = v125 + v126;
-  const lanes v128 = v127 * qdd_0;
-  const lanes v129 = v8 * v78;
-  const lanes v130 = v129 * qdd_1;
-  const lanes v131 = v128 + v130;
-  const lanes v132 = v124 + v131;
-  const lanes v133 = v122 + v132;
-  const lanes v134 = v117 + v133;
-  const lanes v135 = v107 - v134;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11], qdd_0 = in[12],
+      qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16], qdd_5 = in[17],
+      v1 = q_1 + q_2;
+  LANES_COS_SIN(v2, v4, v1); LANES_COS_SIN(v7, v3, q_3); LANES_COS_SIN(v5, v9, q_4);
+  LANES_COS_SIN(v8, v6, q_0); LANES_COS_SIN(v10, v11, q_1);
+  const lanes v12 = v2 * v3, v13 = v12 * qd_4, v14 = v4 * qd_3, v15 = qd_0 - v14, v16 = v13 + v15,
+      v17 = v6 * v4, v18 = v17 * v7, v19 = v8 * v3, v20 = v18 - v19, v21 = v5 * v20, v22 = v6 * v2,
+      v23 = v9 * v22, v24 = v21 + v23, v25 = 0.2 * v24, v26 = v16 * v25, v27 = v17 * v3,
+      v28 = v8 * v7, v29 = v27 + v28, v30 = v29 * qd_4, v31 = v22 * qd_3, v32 = v8 * qd_1,
+      v33 = v8 * qd_2, v34 = v32 + v33, v35 = v31 + v34, v36 = v30 + v35, v37 = v2 * v7,
+      v38 = v5 * v37, v39 = v9 * v4, v40 = v38 - v39, v41 = 0.2 * v40, v42 = v36 * v41,
+      v43 = v26 - v42, v44 = v43 * qd_4, v45 = 0.2 * v9, v46 = v12 * v45, v47 = v35 * v46,
+      v48 = v29 * v45, v49 = v15 * v48, v50 = v47 - v49, v51 = v41 * qd_4, v52 = v22 * v51,
+      v53 = v25 * qd_4, v54 = v53 * v4, v55 = v52 + v54, v56 = v50 - v55, v57 = v56 * qd_3,
+      v58 = 0.2 * v5, v59 = v58 + 1.1425, v60 = v59 * v4, v61 = v45 * v7, v62 = 0.2 - v61,
+      v63 = v62 * v2, v64 = v60 - v63, v65 = v6 * v64, v66 = v65 * qd_0, v67 = v62 * v4,
+      v68 = v59 * v2, v69 = v67 + v68, v70 = v34 * v69, v71 = v66 - v70, v72 = v46 * qd_3,
+      v73 = v72 - v51, v74 = v8 * v73, v75 = v71 + v74, v76 = v75 * qd_2, v77 = 1.075 * v10,
+      v78 = v64 - v77, v79 = v6 * v78, v80 = v79 * qd_0, v81 = 1.075 * v11, v82 = v69 + v81,
+      v83 = v32 * v82, v84 = v80 - v83, v85 = v69 * qd_2, v86 = v73 - v85, v87 = v8 * v86,
+      v88 = v84 + v87, v89 = v88 * qd_1, v90 = v82 + 0.32, v91 = v8 * v90, v92 = v45 * v3,
+      v93 = v6 * v92, v94 = v91 - v93, v95 = v94 * qd_0, v96 = v48 * qd_3, v97 = v96 - v53,
+      v98 = v65 * qd_2, v99 = v97 - v98, v100 = v79 * qd_1, v101 = v99 - v100, v102 = v95 + v101,
+      v103 = v102 * qd_0, v104 = v89 - v103, v105 = v76 + v104, v106 = v57 + v105,
+      v107 = v44 + v106, v108 = v8 * v4, v109 = v108 * v7, v110 = v6 * v3, v111 = v109 + v110,
+      v112 = v5 * v111, v113 = v8 * v2, v114 = v9 * v113, v115 = v112 + v114, v116 = 0.2 * v115,
+      v117 = v116 * qdd_4, v118 = v6 * v7, v119 = v108 * v3, v120 = v118 - v119, v121 = v120 * v45,
+      v122 = v121 * qdd_3, v123 = v8 * v64, v124 = v123 * qdd_2, v125 = v8 * v92, v126 = v6 * v90,
+      v127 = v125 + v126, v128 = v127 * qdd_0, v129 = v8 * v78, v130 = v129 * qdd_1,
+      v131 = v128 + v130, v132 = v124 + v131, v133 = v122 + v132, v134 = v117 + v133,
+      v135 = v107 - v134;
   out[0] = v135;
-  const lanes v136 = v48 * qdd_3;
-  const lanes v137 = v94 * qdd_0;
-  const lanes v138 = v79 * qdd_1;
-  const lanes v139 = v137 - v138;
-  const lanes v140 = v65 * qdd_2;
-  const lanes v141 = v139 - v140;
-  const lanes v142 = v136 + v141;
-  const lanes v143 = v25 * qdd_4;
-  const lanes v144 = v142 - v143;
-  const lanes v145 = v113 * qd_3;
-  const lanes v146 = v6 * qd_1;
-  const lanes v147 = v6 * qd_2;
-  const lanes v148 = v146 + v147;
-  const lanes v149 = v145 - v148;
-  const lanes v150 = v120 * qd_4;
-  const lanes v151 = v149 - v150;
-  const lanes v152 = v151 * v41;
-  const lanes v153 = v16 * v116;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 * qd_4;
-  const lanes v156 = v113 * v51;
-  const lanes v157 = v116 * qd_4;
-  const lanes v158 = v157 * v4;
-  const lanes v159 = v156 + v158;
-  const lanes v160 = v149 * v46;
-  const lanes v161 = v15 * v121;
-  const lanes v162 = v160 + v161;
-  const lanes v163 = v159 - v162;
-  const lanes v164 = v163 * qd_3;
-  const lanes v165 = v6 * v73;
-  const lanes v166 = v148 * v69;
-  const lanes v167 = v123 * qd_0;
-  const lanes v168 = v166 + v167;
-  const lanes v169 = v165 - v168;
-  const lanes v170 = v169 * qd_2;
-  const lanes v171 = v6 * v86;
-  const lanes v172 = v146 * v82;
-  const lanes v173 = v129 * qd_0;
-  const lanes v174 = v172 + v173;
-  const lanes v175 = v171 - v174;
-  const lanes v176 = v175 * qd_1;
-  const lanes v177 = v127 * qd_0;
-  const lanes v178 = v129 * qd_1;
-  const lanes v179 = v123 * qd_2;
-  const lanes v180 = v121 * qd_3;
-  const lanes v181 = v180 + v157;
-  const lanes v182 = v179 + v181;
-  const lanes v183 = v178 + v182;
-  const lanes v184 = v177 + v183;
-  const lanes v185 = v184 * qd_0;
-  const lanes v186 = v176 - v185;
-  const lanes v187 = v170 + v186;
-  const lanes v188 = v164 + v187;
-  const lanes v189 = v155 + v188;
-  const lanes v190 = v144 + v189;
+  const lanes v136 = v48 * qdd_3, v137 = v94 * qdd_0, v138 = v79 * qdd_1, v139 = v137 - v138,
+      v140 = v65 * qdd_2, v141 = v139 - v140, v142 = v136 + v141, v143 = v25 * qdd_4,
+      v144 = v142 - v143, v145 = v113 * qd_3, v146 = v6 * qd_1, v147 = v6 * qd_2,
+      v148 = v146 + v147, v149 = v145 - v148, v150 = v120 * qd_4, v151 = v149 - v150,
+      v152 = v151 * v41, v153 = v16 * v116, v154 = v152 - v153, v155 = v154 * qd_4,
+      v156 = v113 * v51, v157 = v116 * qd_4, v158 = v157 * v4, v159 = v156 + v158,
+      v160 = v149 * v46, v161 = v15 * v121, v162 = v160 + v161, v163 = v159 - v162,
+      v164 = v163 * qd_3, v165 = v6 * v73, v166 = v148 * v69, v167 = v123 * qd_0,
+      v168 = v166 + v167, v169 = v165 - v168, v170 = v169 * qd_2, v171 = v6 * v86,
+      v172 = v146 * v82, v173 = v129 * qd_0, v174 = v172 + v173, v175 = v171 - v174,
+      v176 = v175 * qd_1, v177 = v127 * qd_0, v178 = v129 * qd_1, v179 = v123 * qd_2,
+      v180 = v121 * qd_3, v181 = v180 + v157, v182 = v179 + v181, v183 = v178 + v182,
+      v184 = v177 + v183, v185 = v184 * qd_0, v186 = v176 - v185, v187 = v170 + v186,
+      v188 = v164 + v187, v189 = v155 + v188, v190 = v144 + v189;
   out[1] = v190;
-  const lanes v191 = v46 * qdd_3;
-  const lanes v192 = v82 * qdd_1;
-  const lanes v193 = v69 * qdd_2;
-  const lanes v194 = v192 + v193;
-  const lanes v195 = v191 - v194;
-  const lanes v196 = v41 * qdd_4;
-  const lanes v197 = v195 - v196;
-  const lanes v198 = v36 * v116;
-  const lanes v199 = v151 * v25;
-  const lanes v200 = v198 - v199;
-  const lanes v201 = v200 * qd_4;
-  const lanes v202 = v149 * v48;
-  const lanes v203 = v35 * v121;
-  const lanes v204 = v202 + v203;
-  const lanes v205 = v22 * v157;
-  const lanes v206 = v113 * v53;
-  const lanes v207 = v205 - v206;
-  const lanes v208 = v204 + v207;
-  const lanes v209 = v208 * qd_3;
-  const lanes v210 = v146 * v79;
-  const lanes v211 = v32 * v129;
-  const lanes v212 = v210 + v211;
-  const lanes v213 = v8 * v182;
-  const lanes v214 = v6 * v99;
-  const lanes v215 = v213 - v214;
-  const lanes v216 = v212 + v215;
-  const lanes v217 = v216 * qd_1;
-  const lanes v218 = v148 * v65;
-  const lanes v219 = v34 * v123;
-  const lanes v220 = v218 + v219;
-  const lanes v221 = v8 * v181;
-  const lanes v222 = v6 * v97;
-  const lanes v223 = v221 - v222;
-  const lanes v224 = v220 + v223;
-  const lanes v225 = v224 * qd_2;
-  const lanes v226 = v217 + v225;
-  const lanes v227 = v209 + v226;
-  const lanes v228 = v201 + v227;
-  const lanes v229 = v197 + v228;
+  const lanes v191 = v46 * qdd_3, v192 = v82 * qdd_1, v193 = v69 * qdd_2, v194 = v192 + v193,
+      v195 = v191 - v194, v196 = v41 * qdd_4, v197 = v195 - v196, v198 = v36 * v116,
+      v199 = v151 * v25, v200 = v198 - v199, v201 = v200 * qd_4, v202 = v149 * v48,
+      v203 = v35 * v121, v204 = v202 + v203, v205 = v22 * v157, v206 = v113 * v53,
+      v207 = v205 - v206, v208 = v204 + v207, v209 = v208 * qd_3, v210 = v146 * v79,
+      v211 = v32 * v129, v212 = v210 + v211, v213 = v8 * v182, v214 = v6 * v99, v215 = v213 - v214,
+      v216 = v212 + v215, v217 = v216 * qd_1, v218 = v148 * v65, v219 = v34 * v123,
+      v220 = v218 + v219, v221 = v8 * v181, v222 = v6 * v97, v223 = v221 - v222, v224 = v220 + v223,
+      v225 = v224 * qd_2, v226 = v217 + v225, v227 = v209 + v226, v228 = v201 + v227,
+      v229 = v197 + v228;
   out[2] = v229;
-  const lanes v230 = v5 * v113;
-  const lanes v231 = v9 * v111;
-  const lanes v232 = v230 - v231;
-  const lanes v233 = v232 * qdd_5;
-  const lanes v234 = v113 * qdd_3;
-  const lanes v235 = v6 * qdd_1;
-  const lanes v236 = v6 * qdd_2;
-  const lanes v237 = v235 + v236;
-  const lanes v238 = v234 - v237;
-  const lanes v239 = v120 * qdd_4;
-  const lanes v240 = v238 - v239;
-  const lanes v241 = v233 + v240;
-  const lanes v242 = v35 * v12;
-  const lanes v243 = v15 * v29;
-  const lanes v244 = v242 - v243;
-  const lanes v245 = v244 * qd_4;
-  const lanes v246 = v22 * qd_0;
-  const lanes v247 = v34 * v4;
-  const lanes v248 = v246 + v247;
-  const lanes v249 = v248 * qd_3;
-  const lanes v250 = v8 * qd_0;
-  const lanes v251 = v250 * qd_1;
-  const lanes v252 = v250 * qd_2;
-  const lanes v253 = v251 + v252;
-  const lanes v254 = v249 + v253;
-  const lanes v255 = v245 - v254;
-  const lanes v256 = v5 * v4;
-  const lanes v257 = v9 * v37;
-  const lanes v258 = v256 + v257;
-  const lanes v259 = v36 * v258;
-  const lanes v260 = v5 * v22;
-  const lanes v261 = v9 * v20;
-  const lanes v262 = v260 - v261;
-  const lanes v263 = v16 * v262;
-  const lanes v264 = v259 + v263;
-  const lanes v265 = v264 * qd_5;
-  const lanes v266 = v255 - v265;
-  const lanes v267 = v241 + v266;
+  const lanes v230 = v5 * v113, v231 = v9 * v111, v232 = v230 - v231, v233 = v232 * qdd_5,
+      v234 = v113 * qdd_3, v235 = v6 * qdd_1, v236 = v6 * qdd_2, v237 = v235 + v236,
+      v238 = v234 - v237, v239 = v120 * qdd_4, v240 = v238 - v239, v241 = v233 + v240,
+      v242 = v35 * v12, v243 = v15 * v29, v244 = v242 - v243, v245 = v244 * qd_4, v246 = v22 * qd_0,
+      v247 = v34 * v4, v248 = v246 + v247, v249 = v248 * qd_3, v250 = v8 * qd_0, v251 = v250 * qd_1,
+      v252 = v250 * qd_2, v253 = v251 + v252, v254 = v249 + v253, v255 = v245 - v254,
+      v256 = v5 * v4, v257 = v9 * v37, v258 = v256 + v257, v259 = v36 * v258, v260 = v5 * v22,
+      v261 = v9 * v20, v262 = v260 - v261, v263 = v16 * v262, v264 = v259 + v263,
+      v265 = v264 * qd_5, v266 = v255 - v265, v267 = v241 + v266;
   out[3] = v267;
-  const lanes v268 = v262 * qdd_5;
-  const lanes v269 = v29 * qdd_4;
-  const lanes v270 = v22 * qdd_3;
-  const lanes v271 = v8 * qdd_1;
-  const lanes v272 = v8 * qdd_2;
-  const lanes v273 = v271 + v272;
-  const lanes v274 = v270 + v273;
-  const lanes v275 = v269 + v274;
-  const lanes v276 = v268 + v275;
-  const lanes v277 = v151 * v258;
-  const lanes v278 = v16 * v232;
-  const lanes v279 = v277 + v278;
-  const lanes v280 = v279 * qd_5;
-  const lanes v281 = v113 * qd_0;
-  const lanes v282 = v148 * v4;
-  const lanes v283 = v281 - v282;
-  const lanes v284 = v283 * qd_3;
-  const lanes v285 = v6 * qd_0;
-  const lanes v286 = v285 * qd_1;
-  const lanes v287 = v285 * qd_2;
-  const lanes v288 = v286 + v287;
-  const lanes v289 = v284 - v288;
-  const lanes v290 = v149 * v12;
-  const lanes v291 = v15 * v120;
-  const lanes v292 = v290 + v291;
-  const lanes v293 = v292 * qd_4;
-  const lanes v294 = v289 - v293;
-  const lanes v295 = v280 + v294;
-  const lanes v296 = v276 + v295;
+  const lanes v268 = v262 * qdd_5, v269 = v29 * qdd_4, v270 = v22 * qdd_3, v271 = v8 * qdd_1,
+      v272 = v8 * qdd_2, v273 = v271 + v272, v274 = v270 + v273, v275 = v269 + v274,
+      v276 = v268 + v275, v277 = v151 * v258, v278 = v16 * v232, v279 = v277 + v278,
+      v280 = v279 * qd_5, v281 = v113 * qd_0, v282 = v148 * v4, v283 = v281 - v282,
+      v284 = v283 * qd_3, v285 = v6 * qd_0, v286 = v285 * qd_1, v287 = v285 * qd_2,
+      v288 = v286 + v287, v289 = v284 - v288, v290 = v149 * v12, v291 = v15 * v120,
+      v292 = v290 + v291, v293 = v292 * qd_4, v294 = v289 - v293, v295 = v280 + v294,
+      v296 = v276 + v295;
   out[4] = v296;
-  const lanes v297 = v12 * qdd_4;
-  const lanes v298 = v4 * qdd_3;
-  const lanes v299 = qdd_0 - v298;
-  const lanes v300 = v297 + v299;
-  const lanes v301 = v258 * qdd_5;
-  const lanes v302 = v300 - v301;
-  const lanes v303 = v151 * v262;
-  const lanes v304 = v36 * v232;
-  const lanes v305 = v303 - v304;
-  const lanes v306 = v305 * qd_5;
-  const lanes v307 = v149 * v29;
-  const lanes v308 = v35 * v120;
-  const lanes v309 = v307 + v308;
-  const lanes v310 = v309 * qd_4;
-  const lanes v311 = v32 * v6;
-  const lanes v312 = v146 * v8;
-  const lanes v313 = v311 - v312;
-  const lanes v314 = v313 * qd_2;
-  const lanes v315 = v113 * v34;
-  const lanes v316 = v22 * v148;
-  const lanes v317 = v315 + v316;
-  const lanes v318 = v317 * qd_3;
-  const lanes v319 = v314 - v318;
-  const lanes v320 = v310 + v319;
-  const lanes v321 = v306 + v320;
-  const lanes v322 = v302 + v321;
+  const lanes v297 = v12 * qdd_4, v298 = v4 * qdd_3, v299 = qdd_0 - v298, v300 = v297 + v299,
+      v301 = v258 * qdd_5, v302 = v300 - v301, v303 = v151 * v262, v304 = v36 * v232,
+      v305 = v303 - v304, v306 = v305 * qd_5, v307 = v149 * v29, v308 = v35 * v120,
+      v309 = v307 + v308, v310 = v309 * qd_4, v311 = v32 * v6, v312 = v146 * v8, v313 = v311 - v312,
+      v314 = v313 * qd_2, v315 = v113 * v34, v316 = v22 * v148, v317 = v315 + v316,
+      v318 = v317 * qd_3, v319 = v314 - v318, v320 = v310 + v319, v321 = v306 + v320,
+      v322 = v302 + v321;
   out[5] = v322;
 }
 
 static LANES_TARGET void LANES_NAME(irb6640_ik)(const lanes *in, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes v1 = 0.2 * T_2;
-  const lanes v2 = T_3 - v1;
-  const lanes v3 = v2 * v2;
-  const lanes v4 = 0.2 * T_6;
-  const lanes v5 = T_7 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 + v6;
-  const lanes v8 = 4e-15 * v7;
-  const lanes_where v9 = LANES_LT(v8, v7);
-  lanes v10; LANES_NAME(lanes_sqrt)(&v7, &v10);
-  const lanes v11 = v5 * v10;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = LANES_CHOICE(v9, v12, 0.0);
-  const lanes v14 = LANES_CHOICE(v9, v13, 0.0);
-  const lanes v15 = v2 * v10;
-  const lanes v16 = LANES_CHOICE(v9, v15, 0.0);
-  const lanes v17 = 1e-150 + v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = v14 + v18;
-  lanes v20; LANES_NAME(lanes_sqrt)(&v19, &v20);
-  const lanes v21 = 1.0 / v20;
-  const lanes v22 = v11 * v21;
-  const lanes v23 = LANES_CHOICE(v9, v22, 0.0);
-  const lanes v24 = v17 / v20;
-  lanes v25; LANES_NAME(lanes_atan2)(&v23, &v24, &v25);
-  const lanes v26 = v24 * v2;
-  const lanes v27 = v22 * v5;
-  const lanes v28 = LANES_CHOICE(v9, v27, 0.0);
-  const lanes v29 = v26 + v28;
-  const lanes v30 = v29 - 0.32;
-  const lanes v31 = 0.2 * T_10;
-  const lanes v32 = T_11 - v31;
-  const lanes v33 = v32 - 0.78;
-  const lanes v34 = v33 * v33;
-  const lanes v35 = v30 * v30;
-  const lanes v36 = v34 + v35;
-  const lanes v37 = v36 - 2.50093125;
-  const lanes v38 = 0.43 * v37;
-  const lanes v39 = v36 - 0.007203490074109453;
-  const lanes v40 = 4.994659009925891 - v36;
-  const lanes v41 = v39 * v40;
-  const lanes_where v42 = LANES_LT(2.48747125625e-14, v41);
-  lanes v43; LANES_NAME(lanes_sqrt)(&v41, &v43);
-  const lanes v44 = 2.456375 * v43;
-  const lanes v45 = LANES_CHOICE(v42, v44, 0.0);
-  const lanes v46 = v38 + v45;
-  const lanes v47 = 1e-150 + v46;
-  const lanes v48 = 0.43 * v43;
-  const lanes v49 = LANES_CHOICE(v42, v48, 0.0);
-  const lanes v50 = 2.456375 * v37;
-  const lanes v51 = v49 - v50;
-  const lanes v52 = v51 * v51;
-  const lanes v53 = v47 * v47;
-  const lanes v54 = v52 + v53;
-  lanes v55; LANES_NAME(lanes_sqrt)(&v54, &v55);
-  const lanes v56 = v47 / v55;
-  const lanes v57 = 0.2 * v56;
-  const lanes v58 = v51 / v55;
-  const lanes v59 = 1.1425 * v58;
-  const lanes v60 = v57 - v59;
-  const lanes v61 = 1.075 + v60;
-  const lanes v62 = v30 * v61;
-  const lanes v63 = 1.1425 * v56;
-  const lanes v64 = 0.2 * v58;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = v33 * v65;
-  const lanes v67 = v62 - v66;
-  const lanes v68 = v67 * v67;
-  const lanes v69 = v33 * v61;
-  const lanes v70 = v30 * v65;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = 1e-150 + v71;
-  const lanes v73 = v72 * v72;
-  const lanes v74 = v68 + v73;
-  lanes v75; LANES_NAME(lanes_sqrt)(&v74, &v75);
-  const lanes v76 = v67 / v75;
-  const lanes v77 = v72 / v75;
-  lanes v78; LANES_NAME(lanes_atan2)(&v76, &v77, &v78);
-  lanes v79; LANES_NAME(lanes_atan2)(&v58, &v56, &v79);
-  const lanes v80 = T_6 * v24;
-  const lanes v81 = T_2 * v22;
-  const lanes v82 = LANES_CHOICE(v9, v81, 0.0);
-  const lanes v83 = v80 - v82;
-  const lanes v84 = v83 * v83;
-  const lanes v85 = T_10 * v77;
-  const lanes v86 = T_2 * v24;
-  const lanes v87 = T_6 * v22;
-  const lanes v88 = LANES_CHOICE(v9, v87, 0.0);
-  const lanes v89 = v86 + v88;
-  const lanes v90 = v76 * v89;
-  const lanes v91 = v85 + v90;
-  const lanes v92 = v56 * v91;
-  const lanes v93 = v77 * v89;
-  const lanes v94 = T_10 * v76;
-  const lanes v95 = v93 - v94;
-  const lanes v96 = v58 * v95;
-  const lanes v97 = v92 + v96;
-  const lanes v98 = v97 * v97;
-  const lanes v99 = v84 + v98;
-  const lanes v100 = 4e-15 * v99;
-  const lanes_where v101 = LANES_LT(v100, v99);
-  lanes v102; LANES_NAME(lanes_sqrt)(&v99, &v102);
-  const lanes v103 = v83 * v102;
-  const lanes v104 = v103 * v103;
-  const lanes v105 = LANES_CHOICE(v101, v104, 0.0);
-  const lanes v106 = LANES_CHOICE(v101, v105, 0.0);
-  const lanes v107 = v97 * v102;
-  const lanes v108 = LANES_CHOICE(v101, v107, 0.0);
-  const lanes v109 = 1e-150 - v108;
-  const lanes v110 = v109 * v109;
-  const lanes v111 = v106 + v110;
-  lanes v112; LANES_NAME(lanes_sqrt)(&v111, &v112);
-  const lanes v113 = 1.0 / v112;
-  const lanes v114 = v103 * v113;
-  const lanes v115 = LANES_CHOICE(v101, v114, 0.0);
-  const lanes v116 = v109 / v112;
-  lanes v117; LANES_NAME(lanes_atan2)(&v115, &v116, &v117);
-  const lanes v118 = v97 * v116;
-  const lanes v119 = v83 * v114;
-  const lanes v120 = LANES_CHOICE(v101, v119, 0.0);
-  const lanes v121 = v118 - v120;
-  const lanes v122 = v121 * v121;
-  const lanes v123 = v56 * v95;
-  const lanes v124 = v58 * v91;
-  const lanes v125 = v123 - v124;
-  const lanes v126 = 1e-150 + v125;
-  const lanes v127 = v126 * v126;
-  const lanes v128 = v122 + v127;
-  lanes v129; LANES_NAME(lanes_sqrt)(&v128, &v129);
-  const lanes v130 = v121 / v129;
-  const lanes v131 = v126 / v129;
-  lanes v132; LANES_NAME(lanes_atan2)(&v130, &v131, &v132);
-  const lanes v133 = T_0 * v22;
-  const lanes v134 = LANES_CHOICE(v9, v133, 0.0);
-  const lanes v135 = T_4 * v24;
-  const lanes v136 = v134 - v135;
-  const lanes v137 = v116 * v136;
-  const lanes v138 = T_8 * v76;
-  const lanes v139 = T_0 * v24;
-  const lanes v140 = T_4 * v22;
-  const lanes v141 = LANES_CHOICE(v9, v140, 0.0);
-  const lanes v142 = v139 + v141;
-  const lanes v143 = v77 * v142;
-  const lanes v144 = v138 - v143;
-  const lanes v145 = v58 * v144;
-  const lanes v146 = T_8 * v77;
-  const lanes v147 = v76 * v142;
-  const lanes v148 = v146 + v147;
-  const lanes v149 = v56 * v148;
-  const lanes v150 = v145 - v149;
-  const lanes v151 = v114 * v150;
-  const lanes v152 = LANES_CHOICE(v101, v151, 0.0);
-  const lanes v153 = v137 + v152;
-  const lanes v154 = v153 * v153;
-  const lanes v155 = v116 * v150;
-  const lanes v156 = v114 * v136;
-  const lanes v157 = LANES_CHOICE(v101, v156, 0.0);
-  const lanes v158 = v155 - v157;
-  const lanes v159 = v131 * v158;
-  const lanes v160 = v56 * v144;
-  const lanes v161 = v58 * v148;
-  const lanes v162 = v160 + v161;
-  const lanes v163 = v130 * v162;
-  const lanes v164 = v159 - v163;
-  const lanes v165 = 1e-150 + v164;
-  const lanes v166 = v165 * v165;
-  const lanes v167 = v154 + v166;
-  lanes v168; LANES_NAME(lanes_sqrt)(&v167, &v168);
-  const lanes v169 = v153 / v168;
-  const lanes v170 = v165 / v168;
-  lanes v171; LANES_NAME(lanes_atan2)(&v169, &v170, &v171);
-  const lanes v172 = 1e-150 + v108;
-  const lanes v173 = v172 * v172;
-  const lanes v174 = v173 + v106;
-  lanes v175; LANES_NAME(lanes_sqrt)(&v174, &v175);
-  const lanes v176 = 1.0 / v175;
-  const lanes v177 = v176 * v103;
-  const lanes v178 = LANES_CHOICE(v101, v177, 0.0);
-  const lanes v179 = v172 / v175;
-  lanes v180; LANES_NAME(lanes_atan2)(&v178, &v179, &v180);
-  const lanes v181 = v179 * v97;
-  const lanes v182 = v177 * v83;
-  const lanes v183 = LANES_CHOICE(v101, v182, 0.0);
-  const lanes v184 = v181 + v183;
-  const lanes v185 = v184 * v184;
-  const lanes v186 = v185 + v127;
-  lanes v187; LANES_NAME(lanes_sqrt)(&v186, &v187);
-  const lanes v188 = v184 / v187;
-  const lanes v189 = v126 / v187;
-  lanes v190; LANES_NAME(lanes_atan2)(&v188, &v189, &v190);
-  const lanes v191 = v179 * v136;
-  const lanes v192 = v177 * v150;
-  const lanes v193 = LANES_CHOICE(v101, v192, 0.0);
-  const lanes v194 = v191 - v193;
-  const lanes v195 = v194 * v194;
-  const lanes v196 = v179 * v150;
-  const lanes v197 = v177 * v136;
-  const lanes v198 = LANES_CHOICE(v101, v197, 0.0);
-  const lanes v199 = v196 + v198;
-  const lanes v200 = v189 * v199;
-  const lanes v201 = v188 * v162;
-  const lanes v202 = v200 - v201;
-  const lanes v203 = 1e-150 + v202;
-  const lanes v204 = v203 * v203;
-  const lanes v205 = v195 + v204;
-  lanes v206; LANES_NAME(lanes_sqrt)(&v205, &v206);
-  const lanes v207 = v194 / v206;
-  const lanes v208 = v203 / v206;
-  lanes v209; LANES_NAME(lanes_atan2)(&v207, &v208, &v209);
-  const lanes v210 = v49 + v50;
-  const lanes v211 = v210 * v210;
-  const lanes v212 = v38 - v45;
-  const lanes v213 = 1e-150 + v212;
-  const lanes v214 = v213 * v213;
-  const lanes v215 = v211 + v214;
-  lanes v216; LANES_NAME(lanes_sqrt)(&v215, &v216);
-  const lanes v217 = v210 / v216;
-  const lanes v218 = 1.1425 * v217;
-  const lanes v219 = v213 / v216;
-  const lanes v220 = 0.2 * v219;
-  const lanes v221 = v218 + v220;
-  const lanes v222 = 1.075 + v221;
-  const lanes v223 = v30 * v222;
-  const lanes v224 = 1.1425 * v219;
-  const lanes v225 = 0.2 * v217;
-  const lanes v226 = v224 - v225;
-  const lanes v227 = v33 * v226;
-  const lanes v228 = v223 - v227;
-  const lanes v229 = v228 * v228;
-  const lanes v230 = v33 * v222;
-  const lanes v231 = v30 * v226;
-  const lanes v232 = v230 + v231;
-  const lanes v233 = 1e-150 + v232;
-  const lanes v234 = v233 * v233;
-  const lanes v235 = v229 + v234;
-  lanes v236; LANES_NAME(lanes_sqrt)(&v235, &v236);
-  const lanes v237 = v228 / v236;
-  const lanes v238 = v233 / v236;
-  lanes v239; LANES_NAME(lanes_atan2)(&v237, &v238, &v239);
-  lanes v240; LANES_NAME(lanes_atan2)(&v217, &v219, &v240);
-  const lanes v241 = T_10 * v238;
-  const lanes v242 = v237 * v89;
-  const lanes v243 = v241 + v242;
-  const lanes v244 = v219 * v243;
-  const lanes v245 = v238 * v89;
-  const lanes v246 = T_10 * v237;
-  const lanes v247 = v245 - v246;
-  const lanes v248 = v217 * v247;
-  const lanes v249 = v244 - v248;
-  const lanes v250 = v249 * v249;
-  const lanes v251 = v250 + v84;
-  const lanes v252 = 4e-15 * v251;
-  const lanes_where v253 = LANES_LT(v252, v251);
-  lanes v254; LANES_NAME(lanes_sqrt)(&v251, &v254);
-  const lanes v255 = v254 * v83;
-  const lanes v256 = v255 * v255;
-  const lanes v257 = LANES_CHOICE(v253, v256, 0.0);
-  const lanes v258 = LANES_CHOICE(v253, v257, 0.0);
-  const lanes v259 = v249 * v254;
-  const lanes v260 = LANES_CHOICE(v253, v259, 0.0);
-  const lanes v261 = 1e-150 - v260;
-  const lanes v262 = v261 * v261;
-  const lanes v263 = v258 + v262;
-  lanes v264; LANES_NAME(lanes_sqrt)(&v263, &v264);
-  const lanes v265 = 1.0 / v264;
-  const lanes v266 = v255 * v265;
-  const lanes v267 = LANES_CHOICE(v253, v266, 0.0);
-  const lanes v268 = v261 / v264;
-  lanes v269; LANES_NAME(lanes_atan2)(&v267, &v268, &v269);
-  const lanes v270 = v249 * v268;
-  const lanes v271 = v266 * v83;
-  const lanes v272 = LANES_CHOICE(v253, v271, 0.0);
-  const lanes v273 = v270 - v272;
-  const lanes v274 = v273 * v273;
-  const lanes v275 = v219 * v247;
-  const lanes v276 = v217 * v243;
-  const lanes v277 = v275 + v276;
-  const lanes v278 = 1e-150 + v277;
-  const lanes v279 = v278 * v278;
-  const lanes v280 = v274 + v279;
-  lanes v281; LANES_NAME(lanes_sqrt)(&v280, &v281);
-  const lanes v282 = v273 / v281;
-  const lanes v283 = v278 / v281;
-  lanes v284; LANES_NAME(lanes_atan2)(&v282, &v283, &v284);
-  const lanes v285 = v268 * v136;
-  const lanes v286 = T_8 * v238;
-  const lanes v287 = v237 * v142;
-  const lanes v288 = v286 + v287;
-  const lanes v289 = v219 * v288;
-  const lanes v290 = T_8 * v237;
-  const lanes v291 = v238 * v142;
-  const lanes v292 = v290 - v291;
-  const lanes v293 = v217 * v292;
-  const lanes v294 = v289 + v293;
-  const lanes v295 = v266 * v294;
-  const lanes v296 = LANES_CHOICE(v253, v295, 0.0);
-  const lanes v297 = v285 - v296;
-  const lanes v298 = v297 * v297;
-  const lanes v299 = v268 * v294;
-  const lanes v300 = v266 * v136;
-  const lanes v301 = LANES_CHOICE(v253, v300, 0.0);
-  const lanes v302 = v299 + v301;
-  const lanes v303 = v283 * v302;
-  const lanes v304 = v219 * v292;
-  const lanes v305 = v217 * v288;
-  const lanes v306 = v304 - v305;
-  const lanes v307 = v282 * v306;
-  const lanes v308 = v303 + v307;
-  const lanes v309 = 1e-150 - v308;
-  const lanes v310 = v309 * v309;
-  const lanes v311 = v298 + v310;
-  lanes v312; LANES_NAME(lanes_sqrt)(&v311, &v312);
-  const lanes v313 = v297 / v312;
-  const lanes v314 = v309 / v312;
-  lanes v315; LANES_NAME(lanes_atan2)(&v313, &v314, &v315);
-  const lanes v316 = 1e-150 + v260;
-  const lanes v317 = v316 * v316;
-  const lanes v318 = v258 + v317;
-  lanes v319; LANES_NAME(lanes_sqrt)(&v318, &v319);
-  const lanes v320 = 1.0 / v319;
-  const lanes v321 = v255 * v320;
-  const lanes v322 = LANES_CHOICE(v253, v321, 0.0);
-  const lanes v323 = v316 / v319;
-  lanes v324; LANES_NAME(lanes_atan2)(&v322, &v323, &v324);
-  const lanes v325 = v249 * v323;
-  const lanes v326 = v321 * v83;
-  const lanes v327 = LANES_CHOICE(v253, v326, 0.0);
-  const lanes v328 = v325 + v327;
-  const lanes v329 = v328 * v328;
-  const lanes v330 = v279 + v329;
-  lanes v331; LANES_NAME(lanes_sqrt)(&v330, &v331);
-  const lanes v332 = v328 / v331;
-  const lanes v333 = v278 / v331;
-  lanes v334; LANES_NAME(lanes_atan2)(&v332, &v333, &v334);
-  const lanes v335 = v294 * v321;
-  const lanes v336 = LANES_CHOICE(v253, v335, 0.0);
-  const lanes v337 = v323 * v136;
-  const lanes v338 = v336 + v337;
-  const lanes v339 = v338 * v338;
-  const lanes v340 = v321 * v136;
-  const lanes v341 = LANES_CHOICE(v253, v340, 0.0);
-  const lanes v342 = v294 * v323;
-  const lanes v343 = v341 - v342;
-  const lanes v344 = v333 * v343;
-  const lanes v345 = v306 * v332;
-  const lanes v346 = v344 - v345;
-  const lanes v347 = 1e-150 + v346;
-  const lanes v348 = v347 * v347;
-  const lanes v349 = v339 + v348;
-  lanes v350; LANES_NAME(lanes_sqrt)(&v349, &v350);
-  const lanes v351 = v338 / v350;
-  const lanes v352 = v347 / v350;
-  lanes v353; LANES_NAME(lanes_atan2)(&v351, &v352, &v353);
-  const lanes v354 = 1e-150 - v16;
-  const lanes v355 = v354 * v354;
-  const lanes v356 = v14 + v355;
-  lanes v357; LANES_NAME(lanes_sqrt)(&v356, &v357);
-  const lanes v358 = 1.0 / v357;
-  const lanes v359 = v11 * v358;
-  const lanes v360 = LANES_CHOICE(v9, v359, 0.0);
-  const lanes v361 = v354 / v357;
-  lanes v362; LANES_NAME(lanes_atan2)(&v360, &v361, &v362);
-  const lanes v363 = v2 * v361;
-  const lanes v364 = v359 * v5;
-  const lanes v365 = LANES_CHOICE(v9, v364, 0.0);
-  const lanes v366 = v363 - v365;
-  const lanes v367 = v366 - 0.32;
-  const lanes v368 = v367 * v367;
-  const lanes v369 = v34 + v368;
-  const lanes v370 = v369 - 2.50093125;
-  const lanes v371 = 0.43 * v370;
-  const lanes v372 = v369 - 0.007203490074109453;
-  const lanes v373 = 4.994659009925891 - v369;
-  const lanes v374 = v372 * v373;
-  const lanes_where v375 = LANES_LT(2.48747125625e-14, v374);
-  lanes v376; LANES_NAME(lanes_sqrt)(&v374, &v376);
-  const lanes v377 = 2.456375 * v376;
-  const lanes v378 = LANES_CHOICE(v375, v377, 0.0);
-  const lanes v379 = v371 + v378;
-  const lanes v380 = 1e-150 + v379;
-  const lanes v381 = 0.43 * v376;
-  const lanes v382 = LANES_CHOICE(v375, v381, 0.0);
-  const lanes v383 = 2.456375 * v370;
-  const lanes v384 = v382 - v383;
-  const lanes v385 = v384 * v384;
-  const lanes v386 = v380 * v380;
-  const lanes v387 = v385 + v386;
-  lanes v388; LANES_NAME(lanes_sqrt)(&v387, &v388);
-  const lanes v389 = v380 / v388;
-  const lanes v390 = 0.2 * v389;
-  const lanes v391 = v384 / v388;
-  const lanes v392 = 1.1425 * v391;
-  const lanes v393 = v390 - v392;
-  const lanes v394 = 1.075 + v393;
-  const lanes v395 = v367 * v394;
-  const lanes v396 = 1.1425 * v389;
-  const lanes v397 = 0.2 * v391;
-  const lanes v398 = v396 + v397;
-  const lanes v399 = v33 * v398;
-  const lanes v400 = v395 - v399;
-  const lanes v401 = v400 * v400;
-  const lanes v402 = v33 * v394;
-  const lanes v403 = v367 * v398;
-  const lanes v404 = v402 + v403;
-  const lanes v405 = 1e-150 + v404;
-  const lanes v406 = v405 * v405;
-  const lanes v407 = v401 + v406;
-  lanes v408; LANES_NAME(lanes_sqrt)(&v407, &v408);
-  const lanes v409 = v400 / v408;
-  const lanes v410 = v405 / v408;
-  lanes v411; LANES_NAME(lanes_atan2)(&v409, &v410, &v411);
-  lanes v412; LANES_NAME(lanes_atan2)(&v391, &v389, &v412);
-  const lanes v413 = T_2 * v359;
-  const lanes v414 = LANES_CHOICE(v9, v413, 0.0);
-  const lanes v415 = T_6 * v361;
-  const lanes v416 = v414 + v415;
-  const lanes v417 = v416 * v416;
-  const lanes v418 = T_10 * v410;
-  const lanes v419 = T_2 * v361;
-  const lanes v420 = T_6 * v359;
-  const lanes v421 = LANES_CHOICE(v9, v420, 0.0);
-  const lanes v422 = v419 - v421;
-  const lanes v423 = v409 * v422;
-  const lanes v424 = v418 + v423;
-  const lanes v425 = v389 * v424;
-  const lanes v426 = v410 * v422;
-  const lanes v427 = T_10 * v409;
-  const lanes v428 = v426 - v427;
-  const lanes v429 = v391 * v428;
-  const lanes v430 = v425 + v429;
-  const lanes v431 = v430 * v430;
-  const lanes v432 = v417 + v431;
-  const lanes v433 = 4e-15 * v432;
-  const lanes_where v434 = LANES_LT(v433, v432);
-  lanes v435; LANES_NAME(lanes_sqrt)(&v432, &v435);
-  const lanes v436 = v416 * v435;
-  const lanes v437 = v436 * v436;
-  const lanes v438 = LANES_CHOICE(v434, v437, 0.0);
-  const lanes v439 = LANES_CHOICE(v434, v438, 0.0);
-  const lanes v440 = v430 * v435;
-  const lanes v441 = LANES_CHOICE(v434, v440, 0.0);
-  const lanes v442 = 1e-150 - v441;
-  const lanes v443 = v442 * v442;
-  const lanes v444 = v439 + v443;
-  lanes v445; LANES_NAME(lanes_sqrt)(&v444, &v445);
-  const lanes v446 = 1.0 / v445;
-  const lanes v447 = v436 * v446;
-  const lanes v448 = LANES_CHOICE(v434, v447, 0.0);
-  const lanes v449 = v442 / v445;
-  lanes v450; LANES_NAME(lanes_atan2)(&v448, &v449, &v450);
-  const lanes v451 = v430 * v449;
-  const lanes v452 = v416 * v447;
-  const lanes v453 = LANES_CHOICE(v434, v452, 0.0);
-  const lanes v454 = v451 - v453;
-  const lanes v455 = v454 * v454;
-  const lanes v456 = v389 * v428;
-  const lanes v457 = v391 * v424;
-  const lanes v458 = v456 - v457;
-  const lanes v459 = 1e-150 + v458;
-  const lanes v460 = v459 * v459;
-  const lanes v461 = v455 + v460;
-  lanes v462; LANES_NAME(lanes_sqrt)(&v461, &v462);
-  const lanes v463 = v454 / v462;
-  const lanes v464 = v459 / v462;
-  lanes v465; LANES_NAME(lanes_atan2)(&v463, &v464, &v465);
-  const lanes v466 = T_8 * v409;
-  const lanes v467 = T_0 * v361;
-  const lanes v468 = T_4 * v359;
-  const lanes v469 = LANES_CHOICE(v9, v468, 0.0);
-  const lanes v470 = v467 - v469;
-  const lanes v471 = v410 * v470;
-  const lanes v472 = v466 - v471;
-  const lanes v473 = v391 * v472;
-  const lanes v474 = T_8 * v410;
-  const lanes v475 = v409 * v470;
-  const lanes v476 = v474 + v475;
-  const lanes v477 = v389 * v476;
-  const lanes v478 = v473 - v477;
-  const lanes v479 = v447 * v478;
-  const lanes v480 = LANES_CHOICE(v434, v479, 0.0);
-  const lanes v481 = T_0 * v359;
-  const lanes v482 = LANES_CHOICE(v9, v481, 0.0);
-  const lanes v483 = T_4 * v361;
-  const lanes v484 = v482 + v483;
-  const lanes v485 = v449 * v484;
-  const lanes v486 = v480 - v485;
-  const lanes v487 = v486 * v486;
-  const lanes v488 = v449 * v478;
-  const lanes v489 = v447 * v484;
-  const lanes v490 = LANES_CHOICE(v434, v489, 0.0);
-  const lanes v491 = v488 + v490;
-  const lanes v492 = v464 * v491;
-  const lanes v493 = v389 * v472;
-  const lanes v494 = v391 * v476;
-  const lanes v495 = v493 + v494;
-  const lanes v496 = v463 * v495;
-  const lanes v497 = v492 - v496;
-  const lanes v498 = 1e-150 + v497;
-  const lanes v499 = v498 * v498;
-  const lanes v500 = v487 + v499;
-  lanes v501; LANES_NAME(lanes_sqrt)(&v500, &v501);
-  const lanes v502 = v486 / v501;
-  const lanes v503 = v498 / v501;
-  lanes v504; LANES_NAME(lanes_atan2)(&v502, &v503, &v504);
-  const lanes v505 = 1e-150 + v441;
-  const lanes v506 = v505 * v505;
-  const lanes v507 = v439 + v506;
-  lanes v508; LANES_NAME(lanes_sqrt)(&v507, &v508);
-  const lanes v509 = 1.0 / v508;
-  const lanes v510 = v436 * v509;
-  const lanes v511 = LANES_CHOICE(v434, v510, 0.0);
-  const lanes v512 = v505 / v508;
-  lanes v513; LANES_NAME(lanes_atan2)(&v511, &v512, &v513);
-  const lanes v514 = v416 * v510;
-  const lanes v515 = LANES_CHOICE(v434, v514, 0.0);
-  const lanes v516 = v430 * v512;
-  const lanes v517 = v515 + v516;
-  const lanes v518 = v517 * v517;
-  const lanes v519 = v460 + v518;
-  lanes v520; LANES_NAME(lanes_sqrt)(&v519, &v520);
-  const lanes v521 = v517 / v520;
-  const lanes v522 = v459 / v520;
-  lanes v523; LANES_NAME(lanes_atan2)(&v521, &v522, &v523);
-  const lanes v524 = v484 * v512;
-  const lanes v525 = v478 * v510;
-  const lanes v526 = LANES_CHOICE(v434, v525, 0.0);
-  const lanes v527 = v524 + v526;
-  const lanes v528 = v527 * v527;
-  const lanes v529 = v478 * v512;
-  const lanes v530 = v484 * v510;
-  const lanes v531 = LANES_CHOICE(v434, v530, 0.0);
-  const lanes v532 = v529 - v531;
-  const lanes v533 = v522 * v532;
-  const lanes v534 = v495 * v521;
-  const lanes v535 = v533 - v534;
-  const lanes v536 = 1e-150 + v535;
-  const lanes v537 = v536 * v536;
-  const lanes v538 = v528 + v537;
-  lanes v539; LANES_NAME(lanes_sqrt)(&v538, &v539);
-  const lanes v540 = v527 / v539;
-  const lanes v541 = v536 / v539;
-  lanes v542; LANES_NAME(lanes_atan2)(&v540, &v541, &v542);
-  const lanes v543 = v382 + v383;
-  const lanes v544 = v543 * v543;
-  const lanes v545 = v371 - v378;
-  const lanes v546 = 1e-150 + v545;
-  const lanes v547 = v546 * v546;
-  const lanes v548 = v544 + v547;
-  lanes v549; LANES_NAME(lanes_sqrt)(&v548, &v549);
-  const lanes v550 = v543 / v549;
-  const lanes v551 = 1.1425 * v550;
-  const lanes v552 = v546 / v549;
-  const lanes v553 = 0.2 * v552;
-  const lanes v554 = v551 + v553;
-  const lanes v555 = 1.075 + v554;
-  const lanes v556 = v367 * v555;
-  const lanes v557 = 1.1425 * v552;
-  const lanes v558 = 0.2 * v550;
-  const lanes v559 = v557 - v558;
-  const lanes v560 = v33 * v559;
-  const lanes v561 = v556 - v560;
-  const lanes v562 = v561 * v561;
-  const lanes v563 = v33 * v555;
-  const lanes v564 = v367 * v559;
-  const lanes v565 = v563 + v564;
-  const lanes v566 = 1e-150 + v565;
-  const lanes v567 = v566 * v566;
-  const lanes v568 = v562 + v567;
-  lanes v569; LANES_NAME(lanes_sqrt)(&v568, &v569);
-  const lanes v570 = v561 / v569;
-  const lanes v571 = v566 / v569;
-  lanes v572; LANES_NAME(lanes_atan2)(&v570, &v571, &v572);
-  lanes v573; LANES_NAME(lanes_atan2)(&v550, &v552, &v573);
-  const lanes v574 = T_10 * v571;
-  const lanes v575 = v422 * v570;
-  const lanes v576 = v574 + v575;
-  const lanes v577 = v552 * v576;
-  const lanes v578 = v422 * v571;
-  const lanes v579 = T_10 * v570;
-  const lanes v580 = v578 - v579;
-  const lanes v581 = v550 * v580;
-  const lanes v582 = v577 - v581;
-  const lanes v583 = v582 * v582;
-  const lanes v584 = v417 + v583;
-  const lanes v585 = 4e-15 * v584;
-  const lanes_where v586 = LANES_LT(v585, v584);
-  lanes v587; LANES_NAME(lanes_sqrt)(&v584, &v587);
-  const lanes v588 = v416 * v587;
-  const lanes v589 = v588 * v588;
-  const lanes v590 = LANES_CHOICE(v586, v589, 0.0);
-  const lanes v591 = LANES_CHOICE(v586, v590, 0.0);
-  const lanes v592 = v582 * v587;
-  const lanes v593 = LANES_CHOICE(v586, v592, 0.0);
-  const lanes v594 = 1e-150 - v593;
-  const lanes v595 = v594 * v594;
-  const lanes v596 = v591 + v595;
-  lanes v597; LANES_NAME(lanes_sqrt)(&v596, &v597);
-  const lanes v598 = 1.0 / v597;
-  const lanes v599 = v588 * v598;
-  const lanes v600 = LANES_CHOICE(v586, v599, 0.0);
-  const lanes v601 = v594 / v597;
-  lanes v602; LANES_NAME(lanes_atan2)(&v600, &v601, &v602);
-  const lanes v603 = v582 * v601;
-  const lanes v604 = v416 * v599;
-  const lanes v605 = LANES_CHOICE(v586, v604, 0.0);
-  const lanes v606 = v603 - v605;
-  const lanes v607 = v606 * v606;
-  const lanes v608 = v552 * v580;
-  const lanes v609 = v550 * v576;
-  const lanes v610 = v608 + v609;
-  const lanes v611 = 1e-150 + v610;
-  const lanes v612 = v611 * v611;
-  const lanes v613 = v607 + v612;
-  lanes v614; LANES_NAME(lanes_sqrt)(&v613, &v614);
-  const lanes v615 = v606 / v614;
-  const lanes v616 = v611 / v614;
-  lanes v617; LANES_NAME(lanes_atan2)(&v615, &v616, &v617);
-  const lanes v618 = v484 * v601;
-  const lanes v619 = T_8 * v571;
-  const lanes v620 = v470 * v570;
-  const lanes v621 = v619 + v620;
-  const lanes v622 = v552 * v621;
-  const lanes v623 = T_8 * v570;
-  const lanes v624 = v470 * v571;
-  const lanes v625 = v623 - v624;
-  const lanes v626 = v550 * v625;
-  const lanes v627 = v622 + v626;
-  const lanes v628 = v599 * v627;
-  const lanes v629 = LANES_CHOICE(v586, v628, 0.0);
-  const lanes v630 = v618 + v629;
-  const lanes v631 = v630 * v630;
-  const lanes v632 = v484 * v599;
-  const lanes v633 = LANES_CHOICE(v586, v632, 0.0);
-  const lanes v634 = v601 * v627;
-  const lanes v635 = v633 - v634;
-  const lanes v636 = v616 * v635;
-  const lanes v637 = v552 * v625;
-  const lanes v638 = v550 * v621;
-  const lanes v639 = v637 - v638;
-  const lanes v640 = v615 * v639;
-  const lanes v641 = v636 - v640;
-  const lanes v642 = 1e-150 + v641;
-  const lanes v643 = v642 * v642;
-  const lanes v644 = v631 + v643;
-  lanes v645; LANES_NAME(lanes_sqrt)(&v644, &v645);
-  const lanes v646 = v630 / v645;
-  const lanes v647 = v642 / v645;
-  lanes v648; LANES_NAME(lanes_atan2)(&v646, &v647, &v648);
-  const lanes v649 = 1e-150 + v593;
-  const lanes v650 = v649 * v649;
-  const lanes v651 = v591 + v650;
-  lanes v652; LANES_NAME(lanes_sqrt)(&v651, &v652);
-  const lanes v653 = 1.0 / v652;
-  const lanes v654 = v588 * v653;
-  const lanes v655 = LANES_CHOICE(v586, v654, 0.0);
-  const lanes v656 = v649 / v652;
-  lanes v657; LANES_NAME(lanes_atan2)(&v655, &v656, &v657);
-  const lanes v658 = v416 * v654;
-  const lanes v659 = LANES_CHOICE(v586, v658, 0.0);
-  const lanes v660 = v582 * v656;
-  const lanes v661 = v659 + v660;
-  const lanes v662 = v661 * v661;
-  const lanes v663 = v612 + v662;
-  lanes v664; LANES_NAME(lanes_sqrt)(&v663, &v664);
-  const lanes v665 = v661 / v664;
-  const lanes v666 = v611 / v664;
-  lanes v667; LANES_NAME(lanes_atan2)(&v665, &v666, &v667);
-  const lanes v668 = v627 * v654;
-  const lanes v669 = LANES_CHOICE(v586, v668, 0.0);
-  const lanes v670 = v484 * v656;
-  const lanes v671 = v669 - v670;
-  const lanes v672 = v671 * v671;
-  const lanes v673 = v639 * v665;
-  const lanes v674 = v484 * v654;
-  const lanes v675 = LANES_CHOICE(v586, v674, 0.0);
-  const lanes v676 = v627 * v656;
-  const lanes v677 = v675 + v676;
-  const lanes v678 = v666 * v677;
-  const lanes v679 = v673 + v678;
-  const lanes v680 = 1e-150 - v679;
-  const lanes v681 = v680 * v680;
-  const lanes v682 = v672 + v681;
-  lanes v683; LANES_NAME(lanes_sqrt)(&v682, &v683);
-  const lanes v684 = v671 / v683;
-  const lanes v685 = v680 / v683;
-  lanes v686; LANES_NAME(lanes_atan2)(&v684, &v685, &v686);
-  out[0] = v25;
-  out[1] = v78;
-  out[2] = v79;
-  out[3] = v117;
-  const lanes v687 = -v132;
-  out[4] = v687;
-  const lanes v688 = -v171;
-  out[5] = v688;
-  out[6] = v25;
-  out[7] = v78;
-  out[8] = v79;
-  const lanes v689 = -v180;
-  out[9] = v689;
-  const lanes v690 = -v190;
-  out[10] = v690;
-  const lanes v691 = -v209;
-  out[11] = v691;
-  out[12] = v25;
-  out[13] = v239;
-  const lanes v692 = -v240;
-  out[14] = v692;
-  out[15] = v269;
-  const lanes v693 = -v284;
-  out[16] = v693;
-  const lanes v694 = -v315;
-  out[17] = v694;
-  out[18] = v25;
-  out[19] = v239;
-  out[20] = v692;
-  const lanes v695 = -v324;
-  out[21] = v695;
-  const lanes v696 = -v334;
-  out[22] = v696;
-  const lanes v697 = -v353;
-  out[23] = v697;
-  const lanes v698 = -v362;
-  out[24] = v698;
-  out[25] = v411;
-  out[26] = v412;
-  out[27] = v450;
-  const lanes v699 = -v465;
-  out[28] = v699;
-  const lanes v700 = -v504;
-  out[29] = v700;
-  out[30] = v698;
-  out[31] = v411;
-  out[32] = v412;
-  const lanes v701 = -v513;
-  out[33] = v701;
-  const lanes v702 = -v523;
-  out[34] = v702;
-  out[35] = v542;
-  out[36] = v698;
-  out[37] = v572;
-  const lanes v703 = -v573;
-  out[38] = v703;
-  out[39] = v602;
-  const lanes v704 = -v617;
-  out[40] = v704;
-  out[41] = v648;
-  out[42] = v698;
-  out[43] = v572;
-  out[44] = v703;
-  const lanes v705 = -v657;
-  out[45] = v705;
-  const lanes v706 = -v667;
-  out[46] = v706;
-  const lanes v707 = -v686;
-  out[47] = v707;
-  const lanes v708 = 0.2 * v130;
-  const lanes v709 = v708 * v114;
-  const lanes v710 = v709 * v22;
-  const lanes v711 = LANES_CHOICE(v101, v710, 0.0);
-  const lanes v712 = LANES_CHOICE(v9, v711, 0.0);
-  const lanes v713 = v708 * v116;
-  const lanes v714 = v713 + 0.2;
-  const lanes v715 = v56 * v76;
-  const lanes v716 = v58 * v77;
-  const lanes v717 = v715 + v716;
-  const lanes v718 = v714 * v717;
-  const lanes v719 = 0.2 * v131;
-  const lanes v720 = v719 + 1.1425;
-  const lanes v721 = v58 * v76;
-  const lanes v722 = v56 * v77;
-  const lanes v723 = v721 - v722;
-  const lanes v724 = v720 * v723;
-  const lanes v725 = v718 - v724;
-  const lanes v726 = 1.075 * v76;
-  const lanes v727 = v725 + v726;
-  const lanes v728 = v727 + 0.32;
-  const lanes v729 = v728 * v24;
-  const lanes v730 = v712 + v729;
-  const lanes v731 = v730 - T_3;
-  const lanes v732 = v731 * v731;
-  const lanes v733 = v728 * v22;
-  const lanes v734 = LANES_CHOICE(v9, v733, 0.0);
-  const lanes v735 = v709 * v24;
-  const lanes v736 = LANES_CHOICE(v101, v735, 0.0);
-  const lanes v737 = v734 - v736;
-  const lanes v738 = v737 - T_7;
-  const lanes v739 = v738 * v738;
-  const lanes v740 = v732 + v739;
-  const lanes v741 = v714 * v723;
-  const lanes v742 = v720 * v717;
-  const lanes v743 = v741 + v742;
-  const lanes v744 = 1.075 * v77;
-  const lanes v745 = v743 - v744;
-  const lanes v746 = 0.78 - v745;
-  const lanes v747 = v746 - T_11;
-  const lanes v748 = v747 * v747;
-  const lanes v749 = v740 + v748;
-  const lanes v750 = v22 * v116;
-  const lanes v751 = LANES_CHOICE(v9, v750, 0.0);
-  const lanes v752 = v24 * v717;
-  const lanes v753 = v114 * v752;
-  const lanes v754 = LANES_CHOICE(v101, v753, 0.0);
-  const lanes v755 = v751 - v754;
-  const lanes v756 = v755 * v169;
-  const lanes v757 = v24 * v723;
-  const lanes v758 = v757 * v130;
-  const lanes v759 = v22 * v114;
-  const lanes v760 = LANES_CHOICE(v9, v759, 0.0);
-  const lanes v761 = LANES_CHOICE(v101, v760, 0.0);
-  const lanes v762 = v116 * v752;
-  const lanes v763 = v761 + v762;
-  const lanes v764 = v763 * v131;
-  const lanes v765 = v758 + v764;
-  const lanes v766 = v765 * v170;
-  const lanes v767 = v756 - v766;
-  const lanes v768 = v767 - T_0;
-  const lanes v769 = v768 * v768;
-  const lanes v770 = v755 * v170;
-  const lanes v771 = v765 * v169;
-  const lanes v772 = v770 + v771;
-  const lanes v773 = T_1 + v772;
-  const lanes v774 = v773 * v773;
-  const lanes v775 = v769 + v774;
-  const lanes v776 = v763 * v130;
-  const lanes v777 = v757 * v131;
-  const lanes v778 = v776 - v777;
-  const lanes v779 = v778 - T_2;
-  const lanes v780 = v779 * v779;
-  const lanes v781 = v775 + v780;
-  const lanes v782 = v24 * v116;
-  const lanes v783 = v22 * v717;
-  const lanes v784 = v114 * v783;
-  const lanes v785 = LANES_CHOICE(v101, v784, 0.0);
-  const lanes v786 = LANES_CHOICE(v9, v785, 0.0);
-  const lanes v787 = v782 + v786;
-  const lanes v788 = v787 * v169;
-  const lanes v789 = v22 * v723;
-  const lanes v790 = v789 * v130;
-  const lanes v791 = LANES_CHOICE(v9, v790, 0.0);
-  const lanes v792 = v116 * v783;
-  const lanes v793 = LANES_CHOICE(v9, v792, 0.0);
-  const lanes v794 = v24 * v114;
-  const lanes v795 = LANES_CHOICE(v101, v794, 0.0);
-  const lanes v796 = v793 - v795;
-  const lanes v797 = v796 * v131;
-  const lanes v798 = v791 + v797;
-  const lanes v799 = v798 * v170;
-  const lanes v800 = v788 + v799;
-  const lanes v801 = T_4 + v800;
-  const lanes v802 = v801 * v801;
-  const lanes v803 = v781 + v802;
-  const lanes v804 = v787 * v170;
-  const lanes v805 = v798 * v169;
-  const lanes v806 = v804 - v805;
-  const lanes v807 = v806 - T_5;
-  const lanes v808 = v807 * v807;
-  const lanes v809 = v803 + v808;
-  const lanes v810 = v796 * v130;
-  const lanes v811 = v789 * v131;
-  const lanes v812 = LANES_CHOICE(v9, v811, 0.0);
-  const lanes v813 = v810 - v812;
-  const lanes v814 = v813 - T_6;
-  const lanes v815 = v814 * v814;
-  const lanes v816 = v809 + v815;
-  const lanes v817 = v114 * v723;
-  const lanes v818 = v817 * v169;
-  const lanes v819 = LANES_CHOICE(v101, v818, 0.0);
-  const lanes v820 = v130 * v717;
-  const lanes v821 = v116 * v723;
-  const lanes v822 = v821 * v131;
-  const lanes v823 = v820 - v822;
-  const lanes v824 = v823 * v170;
-  const lanes v825 = v819 - v824;
-  const lanes v826 = v825 - T_8;
-  const lanes v827 = v826 * v826;
-  const lanes v828 = v816 + v827;
-  const lanes v829 = v817 * v170;
-  const lanes v830 = LANES_CHOICE(v101, v829, 0.0);
-  const lanes v831 = v823 * v169;
-  const lanes v832 = v830 + v831;
-  const lanes v833 = T_9 + v832;
-  const lanes v834 = v833 * v833;
-  const lanes v835 = v828 + v834;
-  const lanes v836 = v821 * v130;
-  const lanes v837 = v131 * v717;
-  const lanes v838 = v836 + v837;
-  const lanes v839 = T_10 + v838;
-  const lanes v840 = v839 * v839;
-  const lanes v841 = v835 + v840;
-  const lanes v842 = 0.5 * v841;
-  lanes v843; LANES_NAME(lanes_fmax)(&v749, &v842, &v843);
-  lanes v844; LANES_NAME(lanes_sqrt)(&v843, &v844);
-  out[48] = v844;
-  const lanes v845 = 0.2 * v188;
-  const lanes v846 = v179 * v845;
-  const lanes v847 = v846 + 0.2;
-  const lanes v848 = v847 * v717;
-  const lanes v849 = 0.2 * v189;
-  const lanes v850 = v849 + 1.1425;
-  const lanes v851 = v850 * v723;
-  const lanes v852 = v848 - v851;
-  const lanes v853 = v726 + v852;
-  const lanes v854 = v853 + 0.32;
-  const lanes v855 = v24 * v854;
-  const lanes v856 = v177 * v845;
-  const lanes v857 = v22 * v856;
-  const lanes v858 = LANES_CHOICE(v9, v857, 0.0);
-  const lanes v859 = LANES_CHOICE(v101, v858, 0.0);
-  const lanes v860 = v855 - v859;
-  const lanes v861 = v860 - T_3;
-  const lanes v862 = v861 * v861;
-  const lanes v863 = v24 * v856;
-  const lanes v864 = LANES_CHOICE(v101, v863, 0.0);
-  const lanes v865 = v22 * v854;
-  const lanes v866 = LANES_CHOICE(v9, v865, 0.0);
-  const lanes v867 = v864 + v866;
-  const lanes v868 = v867 - T_7;
-  const lanes v869 = v868 * v868;
-  const lanes v870 = v862 + v869;
-  const lanes v871 = v847 * v723;
-  const lanes v872 = v850 * v717;
-  const lanes v873 = v871 + v872;
-  const lanes v874 = v873 - v744;
-  const lanes v875 = 0.78 - v874;
-  const lanes v876 = v875 - T_11;
-  const lanes v877 = v876 * v876;
-  const lanes v878 = v870 + v877;
-  const lanes v879 = v179 * v22;
-  const lanes v880 = LANES_CHOICE(v9, v879, 0.0);
-  const lanes v881 = v177 * v752;
-  const lanes v882 = LANES_CHOICE(v101, v881, 0.0);
-  const lanes v883 = v880 + v882;
-  const lanes v884 = v207 * v883;
-  const lanes v885 = v757 * v188;
-  const lanes v886 = v179 * v752;
-  const lanes v887 = v177 * v22;
-  const lanes v888 = LANES_CHOICE(v101, v887, 0.0);
-  const lanes v889 = LANES_CHOICE(v9, v888, 0.0);
-  const lanes v890 = v886 - v889;
-  const lanes v891 = v189 * v890;
-  const lanes v892 = v885 + v891;
-  const lanes v893 = v208 * v892;
-  const lanes v894 = v884 - v893;
-  const lanes v895 = v894 - T_0;
-  const lanes v896 = v895 * v895;
-  const lanes v897 = v208 * v883;
-  const lanes v898 = v207 * v892;
-  const lanes v899 = v897 + v898;
-  const lanes v900 = T_1 + v899;
-  const lanes v901 = v900 * v900;
-  const lanes v902 = v896 + v901;
-  const lanes v903 = v188 * v890;
-  const lanes v904 = v757 * v189;
-  const lanes v905 = v903 - v904;
-  const lanes v906 = v905 - T_2;
-  const lanes v907 = v906 * v906;
-  const lanes v908 = v902 + v907;
-  const lanes v909 = v789 * v188;
-  const lanes v910 = LANES_CHOICE(v9, v909, 0.0);
-  const lanes v911 = v179 * v783;
-  const lanes v912 = LANES_CHOICE(v9, v911, 0.0);
-  const lanes v913 = v177 * v24;
-  const lanes v914 = LANES_CHOICE(v101, v913, 0.0);
-  const lanes v915 = v912 + v914;
-  const lanes v916 = v189 * v915;
-  const lanes v917 = v910 + v916;
-  const lanes v918 = v208 * v917;
-  const lanes v919 = v179 * v24;
-  const lanes v920 = v177 * v783;
-  const lanes v921 = LANES_CHOICE(v101, v920, 0.0);
-  const lanes v922 = LANES_CHOICE(v9, v921, 0.0);
-  const lanes v923 = v919 - v922;
-  const lanes v924 = v207 * v923;
-  const lanes v925 = v918 + v924;
-  const lanes v926 = T_4 + v925;
-  const lanes v927 = v926 * v926;
-  const lanes v928 = v908 + v927;
-  const lanes v929 = v208 * v923;
-  const lanes v930 = v207 * v917;
-  const lanes v931 = v929 - v930;
-  const lanes v932 = v931 - T_5;
-  const lanes v933 = v932 * v932;
-  const lanes v934 = v928 + v933;
-  const lanes v935 = v188 * v915;
-  const lanes v936 = v789 * v189;
-  const lanes v937 = LANES_CHOICE(v9, v936, 0.0);
-  const lanes v938 = v935 - v937;
-  const lanes v939 = v938 - T_6;
-  const lanes v940 = v939 * v939;
-  const lanes v941 = v934 + v940;
-  const lanes v942 = v188 * v717;
-  const lanes v943 = v179 * v723;
-  const lanes v944 = v189 * v943;
-  const lanes v945 = v942 - v944;
-  const lanes v946 = v208 * v945;
-  const lanes v947 = v177 * v723;
-  const lanes v948 = v207 * v947;
-  const lanes v949 = LANES_CHOICE(v101, v948, 0.0);
-  const lanes v950 = v946 + v949;
-  const lanes v951 = T_8 + v950;
-  const lanes v952 = v951 * v951;
-  const lanes v953 = v941 + v952;
-  const lanes v954 = v207 * v945;
-  const lanes v955 = v208 * v947;
-  const lanes v956 = LANES_CHOICE(v101, v955, 0.0);
-  const lanes v957 = v954 - v956;
-  const lanes v958 = T_9 + v957;
-  const lanes v959 = v958 * v958;
-  const lanes v960 = v953 + v959;
-  const lanes v961 = v189 * v717;
-  const lanes v962 = v188 * v943;
-  const lanes v963 = v961 + v962;
-  const lanes v964 = T_10 + v963;
-  const lanes v965 = v964 * v964;
-  const lanes v966 = v960 + v965;
-  const lanes v967 = 0.5 * v966;
-  lanes v968; LANES_NAME(lanes_fmax)(&v878, &v967, &v968);
-  lanes v969; LANES_NAME(lanes_sqrt)(&v968, &v969);
-  out[49] = v969;
-  const lanes v970 = v219 * v237;
-  const lanes v971 = v217 * v238;
-  const lanes v972 = v970 - v971;
-  const lanes v973 = 0.2 * v282;
-  const lanes v974 = v268 * v973;
-  const lanes v975 = v974 + 0.2;
-  const lanes v976 = v972 * v975;
-  const lanes v977 = v219 * v238;
-  const lanes v978 = v217 * v237;
-  const lanes v979 = v977 + v978;
-  const lanes v980 = 0.2 * v283;
-  const lanes v981 = v980 + 1.1425;
-  const lanes v982 = v979 * v981;
-  const lanes v983 = v976 + v982;
-  const lanes v984 = 1.075 * v237;
-  const lanes v985 = v983 + v984;
-  const lanes v986 = v985 + 0.32;
-  const lanes v987 = v24 * v986;
-  const lanes v988 = v266 * v973;
-  const lanes v989 = v22 * v988;
-  const lanes v990 = LANES_CHOICE(v9, v989, 0.0);
-  const lanes v991 = LANES_CHOICE(v253, v990, 0.0);
-  const lanes v992 = v987 + v991;
-  const lanes v993 = v992 - T_3;
-  const lanes v994 = v993 * v993;
-  const lanes v995 = v22 * v986;
-  const lanes v996 = LANES_CHOICE(v9, v995, 0.0);
-  const lanes v997 = v24 * v988;
-  const lanes v998 = LANES_CHOICE(v253, v997, 0.0);
-  const lanes v999 = v996 - v998;
-  const lanes v1000 = v999 - T_7;
-  const lanes v1001 = v1000 * v1000;
-  const lanes v1002 = v994 + v1001;
-  const lanes v1003 = v972 * v981;
-  const lanes v1004 = v979 * v975;
-  const lanes v1005 = v1003 - v1004;
-  const lanes v1006 = 1.075 * v238;
-  const lanes v1007 = v1005 - v1006;
-  const lanes v1008 = 0.78 - v1007;
-  const lanes v1009 = v1008 - T_11;
-  const lanes v1010 = v1009 * v1009;
-  const lanes v1011 = v1002 + v1010;
-  const lanes v1012 = v22 * v268;
-  const lanes v1013 = LANES_CHOICE(v9, v1012, 0.0);
-  const lanes v1014 = v24 * v972;
-  const lanes v1015 = v266 * v1014;
-  const lanes v1016 = LANES_CHOICE(v253, v1015, 0.0);
-  const lanes v1017 = v1013 - v1016;
-  const lanes v1018 = v313 * v1017;
-  const lanes v1019 = v22 * v266;
-  const lanes v1020 = LANES_CHOICE(v9, v1019, 0.0);
-  const lanes v1021 = LANES_CHOICE(v253, v1020, 0.0);
-  const lanes v1022 = v268 * v1014;
-  const lanes v1023 = v1021 + v1022;
-  const lanes v1024 = v283 * v1023;
-  const lanes v1025 = v24 * v979;
-  const lanes v1026 = v282 * v1025;
-  const lanes v1027 = v1024 - v1026;
-  const lanes v1028 = v314 * v1027;
-  const lanes v1029 = v1018 - v1028;
-  const lanes v1030 = v1029 - T_0;
-  const lanes v1031 = v1030 * v1030;
-  const lanes v1032 = v314 * v1017;
-  const lanes v1033 = v313 * v1027;
-  const lanes v1034 = v1032 + v1033;
-  const lanes v1035 = T_1 + v1034;
-  const lanes v1036 = v1035 * v1035;
-  const lanes v1037 = v1031 + v1036;
-  const lanes v1038 = v283 * v1025;
-  const lanes v1039 = v282 * v1023;
-  const lanes v1040 = v1038 + v1039;
-  const lanes v1041 = v1040 - T_2;
-  const lanes v1042 = v1041 * v1041;
-  const lanes v1043 = v1037 + v1042;
-  const lanes v1044 = v22 * v972;
-  const lanes v1045 = v268 * v1044;
-  const lanes v1046 = LANES_CHOICE(v9, v1045, 0.0);
-  const lanes v1047 = v24 * v266;
-  const lanes v1048 = LANES_CHOICE(v253, v1047, 0.0);
-  const lanes v1049 = v1046 - v1048;
-  const lanes v1050 = v283 * v1049;
-  const lanes v1051 = v22 * v979;
-  const lanes v1052 = v282 * v1051;
-  const lanes v1053 = LANES_CHOICE(v9, v1052, 0.0);
-  const lanes v1054 = v1050 - v1053;
-  const lanes v1055 = v314 * v1054;
-  const lanes v1056 = v24 * v268;
-  const lanes v1057 = v266 * v1044;
-  const lanes v1058 = LANES_CHOICE(v253, v1057, 0.0);
-  const lanes v1059 = LANES_CHOICE(v9, v1058, 0.0);
-  const lanes v1060 = v1056 + v1059;
-  const lanes v1061 = v313 * v1060;
-  const lanes v1062 = v1055 + v1061;
-  const lanes v1063 = T_4 + v1062;
-  const lanes v1064 = v1063 * v1063;
-  const lanes v1065 = v1043 + v1064;
-  const lanes v1066 = v314 * v1060;
-  const lanes v1067 = v313 * v1054;
-  const lanes v1068 = v1066 - v1067;
-  const lanes v1069 = v1068 - T_5;
-  const lanes v1070 = v1069 * v1069;
-  const lanes v1071 = v1065 + v1070;
-  const lanes v1072 = v283 * v1051;
-  const lanes v1073 = LANES_CHOICE(v9, v1072, 0.0);
-  const lanes v1074 = v282 * v1049;
-  const lanes v1075 = v1073 + v1074;
-  const lanes v1076 = v1075 - T_6;
-  const lanes v1077 = v1076 * v1076;
-  const lanes v1078 = v1071 + v1077;
-  const lanes v1079 = v268 * v979;
-  const lanes v1080 = v283 * v1079;
-  const lanes v1081 = v282 * v972;
-  const lanes v1082 = v1080 + v1081;
-  const lanes v1083 = v314 * v1082;
-  const lanes v1084 = v266 * v979;
-  const lanes v1085 = v313 * v1084;
-  const lanes v1086 = LANES_CHOICE(v253, v1085, 0.0);
-  const lanes v1087 = v1083 + v1086;
-  const lanes v1088 = T_8 + v1087;
-  const lanes v1089 = v1088 * v1088;
-  const lanes v1090 = v1078 + v1089;
-  const lanes v1091 = v313 * v1082;
-  const lanes v1092 = v314 * v1084;
-  const lanes v1093 = LANES_CHOICE(v253, v1092, 0.0);
-  const lanes v1094 = v1091 - v1093;
-  const lanes v1095 = T_9 + v1094;
-  const lanes v1096 = v1095 * v1095;
-  const lanes v1097 = v1090 + v1096;
-  const lanes v1098 = v283 * v972;
-  const lanes v1099 = v282 * v1079;
-  const lanes v1100 = v1098 - v1099;
-  const lanes v1101 = T_10 + v1100;
-  const lanes v1102 = v1101 * v1101;
-  const lanes v1103 = v1097 + v1102;
-  const lanes v1104 = 0.5 * v1103;
-  lanes v1105; LANES_NAME(lanes_fmax)(&v1011, &v1104, &v1105);
-  lanes v1106; LANES_NAME(lanes_sqrt)(&v1105, &v1106);
-  out[50] = v1106;
-  const lanes v1107 = 0.2 * v332;
-  const lanes v1108 = v323 * v1107;
-  const lanes v1109 = v1108 + 0.2;
-  const lanes v1110 = v972 * v1109;
-  const lanes v1111 = 0.2 * v333;
-  const lanes v1112 = v1111 + 1.1425;
-  const lanes v1113 = v979 * v1112;
-  const lanes v1114 = v1110 + v1113;
-  const lanes v1115 = v984 + v1114;
-  const lanes v1116 = v1115 + 0.32;
-  const lanes v1117 = v24 * v1116;
-  const lanes v1118 = v321 * v1107;
-  const lanes v1119 = v22 * v1118;
-  const lanes v1120 = LANES_CHOICE(v9, v1119, 0.0);
-  const lanes v1121 = LANES_CHOICE(v253, v1120, 0.0);
-  const lanes v1122 = v1117 - v1121;
-  const lanes v1123 = v1122 - T_3;
-  const lanes v1124 = v1123 * v1123;
-  const lanes v1125 = v24 * v1118;
-  const lanes v1126 = LANES_CHOICE(v253, v1125, 0.0);
-  const lanes v1127 = v22 * v1116;
-  const lanes v1128 = LANES_CHOICE(v9, v1127, 0.0);
-  const lanes v1129 = v1126 + v1128;
-  const lanes v1130 = v1129 - T_7;
-  const lanes v1131 = v1130 * v1130;
-  const lanes v1132 = v1124 + v1131;
-  const lanes v1133 = v972 * v1112;
-  const lanes v1134 = v979 * v1109;
-  const lanes v1135 = v1133 - v1134;
-  const lanes v1136 = v1135 - v1006;
-  const lanes v1137 = 0.78 - v1136;
-  const lanes v1138 = v1137 - T_11;
-  const lanes v1139 = v1138 * v1138;
-  const lanes v1140 = v1132 + v1139;
-  const lanes v1141 = v22 * v323;
-  const lanes v1142 = LANES_CHOICE(v9, v1141, 0.0);
-  const lanes v1143 = v1014 * v321;
-  const lanes v1144 = LANES_CHOICE(v253, v1143, 0.0);
-  const lanes v1145 = v1142 + v1144;
-  const lanes v1146 = v351 * v1145;
-  const lanes v1147 = v1014 * v323;
-  const lanes v1148 = v22 * v321;
-  const lanes v1149 = LANES_CHOICE(v9, v1148, 0.0);
-  const lanes v1150 = LANES_CHOICE(v253, v1149, 0.0);
-  const lanes v1151 = v1147 - v1150;
-  const lanes v1152 = v333 * v1151;
-  const lanes v1153 = v1025 * v332;
-  const lanes v1154 = v1152 - v1153;
-  const lanes v1155 = v352 * v1154;
-  const lanes v1156 = v1146 - v1155;
-  const lanes v1157 = v1156 - T_0;
-  const lanes v1158 = v1157 * v1157;
-  const lanes v1159 = v352 * v1145;
-  const lanes v1160 = v351 * v1154;
-  const lanes v1161 = v1159 + v1160;
-  const lanes v1162 = T_1 + v1161;
-  const lanes v1163 = v1162 * v1162;
-  const lanes v1164 = v1158 + v1163;
-  const lanes v1165 = v1025 * v333;
-  const lanes v1166 = v332 * v1151;
-  const lanes v1167 = v1165 + v1166;
-  const lanes v1168 = v1167 - T_2;
-  const lanes v1169 = v1168 * v1168;
-  const lanes v1170 = v1164 + v1169;
-  const lanes v1171 = v24 * v321;
-  const lanes v1172 = LANES_CHOICE(v253, v1171, 0.0);
-  const lanes v1173 = v1044 * v323;
-  const lanes v1174 = LANES_CHOICE(v9, v1173, 0.0);
-  const lanes v1175 = v1172 + v1174;
-  const lanes v1176 = v333 * v1175;
-  const lanes v1177 = v1051 * v332;
-  const lanes v1178 = LANES_CHOICE(v9, v1177, 0.0);
-  const lanes v1179 = v1176 - v1178;
-  const lanes v1180 = v352 * v1179;
-  const lanes v1181 = v24 * v323;
-  const lanes v1182 = v1044 * v321;
-  const lanes v1183 = LANES_CHOICE(v9, v1182, 0.0);
-  const lanes v1184 = LANES_CHOICE(v253, v1183, 0.0);
-  const lanes v1185 = v1181 - v1184;
-  const lanes v1186 = v351 * v1185;
-  const lanes v1187 = v1180 + v1186;
-  const lanes v1188 = T_4 + v1187;
-  const lanes v1189 = v1188 * v1188;
-  const lanes v1190 = v1170 + v1189;
-  const lanes v1191 = v352 * v1185;
-  const lanes v1192 = v351 * v1179;
-  const lanes v1193 = v1191 - v1192;
-  const lanes v1194 = v1193 - T_5;
-  const lanes v1195 = v1194 * v1194;
-  const lanes v1196 = v1190 + v1195;
-  const lanes v1197 = v1051 * v333;
-  const lanes v1198 = LANES_CHOICE(v9, v1197, 0.0);
-  const lanes v1199 = v332 * v1175;
-  const lanes v1200 = v1198 + v1199;
-  const lanes v1201 = v1200 - T_6;
-  const lanes v1202 = v1201 * v1201;
-  const lanes v1203 = v1196 + v1202;
-  const lanes v1204 = v979 * v321;
-  const lanes v1205 = v351 * v1204;
-  const lanes v1206 = LANES_CHOICE(v253, v1205, 0.0);
-  const lanes v1207 = v972 * v332;
-  const lanes v1208 = v979 * v323;
-  const lanes v1209 = v333 * v1208;
-  const lanes v1210 = v1207 + v1209;
-  const lanes v1211 = v352 * v1210;
-  const lanes v1212 = v1206 - v1211;
-  const lanes v1213 = v1212 - T_8;
-  const lanes v1214 = v1213 * v1213;
-  const lanes v1215 = v1203 + v1214;
-  const lanes v1216 = v352 * v1204;
-  const lanes v1217 = LANES_CHOICE(v253, v1216, 0.0);
-  const lanes v1218 = v351 * v1210;
-  const lanes v1219 = v1217 + v1218;
-  const lanes v1220 = T_9 + v1219;
-  const lanes v1221 = v1220 * v1220;
-  const lanes v1222 = v1215 + v1221;
-  const lanes v1223 = v972 * v333;
-  const lanes v1224 = v332 * v1208;
-  const lanes v1225 = v1223 - v1224;
-  const lanes v1226 = T_10 + v1225;
-  const lanes v1227 = v1226 * v1226;
-  const lanes v1228 = v1222 + v1227;
-  const lanes v1229 = 0.5 * v1228;
-  lanes v1230; LANES_NAME(lanes_fmax)(&v1140, &v1229, &v1230);
-  lanes v1231; LANES_NAME(lanes_sqrt)(&v1230, &v1231);
-  out[51] = v1231;
-  const lanes v1232 = v389 * v409;
-  const lanes v1233 = v391 * v410;
-  const lanes v1234 = v1232 + v1233;
-  const lanes v1235 = 0.2 * v463;
-  const lanes v1236 = v449 * v1235;
-  const lanes v1237 = v1236 + 0.2;
-  const lanes v1238 = v1234 * v1237;
-  const lanes v1239 = v391 * v409;
-  const lanes v1240 = v389 * v410;
-  const lanes v1241 = v1239 - v1240;
-  const lanes v1242 = 0.2 * v464;
-  const lanes v1243 = v1242 + 1.1425;
-  const lanes v1244 = v1241 * v1243;
-  const lanes v1245 = v1238 - v1244;
-  const lanes v1246 = 1.075 * v409;
-  const lanes v1247 = v1245 + v1246;
-  const lanes v1248 = v1247 + 0.32;
-  const lanes v1249 = v361 * v1248;
-  const lanes v1250 = v447 * v1235;
-  const lanes v1251 = v359 * v1250;
-  const lanes v1252 = LANES_CHOICE(v9, v1251, 0.0);
-  const lanes v1253 = LANES_CHOICE(v434, v1252, 0.0);
-  const lanes v1254 = v1249 - v1253;
-  const lanes v1255 = v1254 - T_3;
-  const lanes v1256 = v1255 * v1255;
-  const lanes v1257 = v361 * v1250;
-  const lanes v1258 = LANES_CHOICE(v434, v1257, 0.0);
-  const lanes v1259 = v359 * v1248;
-  const lanes v1260 = LANES_CHOICE(v9, v1259, 0.0);
-  const lanes v1261 = v1258 + v1260;
-  const lanes v1262 = T_7 + v1261;
-  const lanes v1263 = v1262 * v1262;
-  const lanes v1264 = v1256 + v1263;
-  const lanes v1265 = v1234 * v1243;
-  const lanes v1266 = v1241 * v1237;
-  const lanes v1267 = v1265 + v1266;
-  const lanes v1268 = 1.075 * v410;
-  const lanes v1269 = v1267 - v1268;
-  const lanes v1270 = 0.78 - v1269;
-  const lanes v1271 = v1270 - T_11;
-  const lanes v1272 = v1271 * v1271;
-  const lanes v1273 = v1264 + v1272;
-  const lanes v1274 = v361 * v1234;
-  const lanes v1275 = v449 * v1274;
-  const lanes v1276 = v359 * v447;
-  const lanes v1277 = LANES_CHOICE(v9, v1276, 0.0);
-  const lanes v1278 = LANES_CHOICE(v434, v1277, 0.0);
-  const lanes v1279 = v1275 - v1278;
-  const lanes v1280 = v464 * v1279;
-  const lanes v1281 = v361 * v1241;
-  const lanes v1282 = v463 * v1281;
-  const lanes v1283 = v1280 + v1282;
-  const lanes v1284 = v503 * v1283;
-  const lanes v1285 = v359 * v449;
-  const lanes v1286 = LANES_CHOICE(v9, v1285, 0.0);
-  const lanes v1287 = v447 * v1274;
-  const lanes v1288 = LANES_CHOICE(v434, v1287, 0.0);
-  const lanes v1289 = v1286 + v1288;
-  const lanes v1290 = v502 * v1289;
-  const lanes v1291 = v1284 + v1290;
-  const lanes v1292 = T_0 + v1291;
-  const lanes v1293 = v1292 * v1292;
-  const lanes v1294 = v502 * v1283;
-  const lanes v1295 = v503 * v1289;
-  const lanes v1296 = v1294 - v1295;
-  const lanes v1297 = T_1 + v1296;
-  const lanes v1298 = v1297 * v1297;
-  const lanes v1299 = v1293 + v1298;
-  const lanes v1300 = v463 * v1279;
-  const lanes v1301 = v464 * v1281;
-  const lanes v1302 = v1300 - v1301;
-  const lanes v1303 = v1302 - T_2;
-  const lanes v1304 = v1303 * v1303;
-  const lanes v1305 = v1299 + v1304;
-  const lanes v1306 = v361 * v449;
-  const lanes v1307 = v359 * v1234;
-  const lanes v1308 = v447 * v1307;
-  const lanes v1309 = LANES_CHOICE(v434, v1308, 0.0);
-  const lanes v1310 = LANES_CHOICE(v9, v1309, 0.0);
-  const lanes v1311 = v1306 - v1310;
-  const lanes v1312 = v502 * v1311;
-  const lanes v1313 = v361 * v447;
-  const lanes v1314 = LANES_CHOICE(v434, v1313, 0.0);
-  const lanes v1315 = v449 * v1307;
-  const lanes v1316 = LANES_CHOICE(v9, v1315, 0.0);
-  const lanes v1317 = v1314 + v1316;
-  const lanes v1318 = v464 * v1317;
-  const lanes v1319 = v359 * v1241;
-  const lanes v1320 = v463 * v1319;
-  const lanes v1321 = LANES_CHOICE(v9, v1320, 0.0);
-  const lanes v1322 = v1318 + v1321;
-  const lanes v1323 = v503 * v1322;
-  const lanes v1324 = v1312 - v1323;
-  const lanes v1325 = T_4 + v1324;
-  const lanes v1326 = v1325 * v1325;
-  const lanes v1327 = v1305 + v1326;
-  const lanes v1328 = v503 * v1311;
-  const lanes v1329 = v502 * v1322;
-  const lanes v1330 = v1328 + v1329;
-  const lanes v1331 = v1330 - T_5;
-  const lanes v1332 = v1331 * v1331;
-  const lanes v1333 = v1327 + v1332;
-  const lanes v1334 = v464 * v1319;
-  const lanes v1335 = LANES_CHOICE(v9, v1334, 0.0);
-  const lanes v1336 = v463 * v1317;
-  const lanes v1337 = v1335 - v1336;
-  const lanes v1338 = v1337 - T_6;
-  const lanes v1339 = v1338 * v1338;
-  const lanes v1340 = v1333 + v1339;
-  const lanes v1341 = v447 * v1241;
-  const lanes v1342 = v502 * v1341;
-  const lanes v1343 = LANES_CHOICE(v434, v1342, 0.0);
-  const lanes v1344 = v463 * v1234;
-  const lanes v1345 = v449 * v1241;
-  const lanes v1346 = v464 * v1345;
-  const lanes v1347 = v1344 - v1346;
-  const lanes v1348 = v503 * v1347;
-  const lanes v1349 = v1343 - v1348;
-  const lanes v1350 = v1349 - T_8;
-  const lanes v1351 = v1350 * v1350;
-  const lanes v1352 = v1340 + v1351;
-  const lanes v1353 = v503 * v1341;
-  const lanes v1354 = LANES_CHOICE(v434, v1353, 0.0);
-  const lanes v1355 = v502 * v1347;
-  const lanes v1356 = v1354 + v1355;
-  const lanes v1357 = T_9 + v1356;
-  const lanes v1358 = v1357 * v1357;
-  const lanes v1359 = v1352 + v1358;
-  const lanes v1360 = v464 * v1234;
-  const lanes v1361 = v463 * v1345;
-  const lanes v1362 = v1360 + v1361;
-  const lanes v1363 = T_10 + v1362;
-  const lanes v1364 = v1363 * v1363;
-  const lanes v1365 = v1359 + v1364;
-  const lanes v1366 = 0.5 * v1365;
-  lanes v1367; LANES_NAME(lanes_fmax)(&v1273, &v1366, &v1367);
-  lanes v1368; LANES_NAME(lanes_sqrt)(&v1367, &v1368);
-  out[52] = v1368;
-  const lanes v1369 = 0.2 * v521;
-  const lanes v1370 = v512 * v1369;
-  const lanes v1371 = v1370 + 0.2;
-  const lanes v1372 = v1234 * v1371;
-  const lanes v1373 = 0.2 * v522;
-  const lanes v1374 = v1373 + 1.1425;
-  const lanes v1375 = v1241 * v1374;
-  const lanes v1376 = v1372 - v1375;
-  const lanes v1377 = v1246 + v1376;
-  const lanes v1378 = v1377 + 0.32;
-  const lanes v1379 = v361 * v1378;
-  const lanes v1380 = v510 * v1369;
-  const lanes v1381 = v359 * v1380;
-  const lanes v1382 = LANES_CHOICE(v9, v1381, 0.0);
-  const lanes v1383 = LANES_CHOICE(v434, v1382, 0.0);
-  const lanes v1384 = v1379 + v1383;
-  const lanes v1385 = v1384 - T_3;
-  const lanes v1386 = v1385 * v1385;
-  const lanes v1387 = v361 * v1380;
-  const lanes v1388 = LANES_CHOICE(v434, v1387, 0.0);
-  const lanes v1389 = v359 * v1378;
-  const lanes v1390 = LANES_CHOICE(v9, v1389, 0.0);
-  const lanes v1391 = v1388 - v1390;
-  const lanes v1392 = v1391 - T_7;
-  const lanes v1393 = v1392 * v1392;
-  const lanes v1394 = v1386 + v1393;
-  const lanes v1395 = v1234 * v1374;
-  const lanes v1396 = v1241 * v1371;
-  const lanes v1397 = v1395 + v1396;
-  const lanes v1398 = v1397 - v1268;
-  const lanes v1399 = 0.78 - v1398;
-  const lanes v1400 = v1399 - T_11;
-  const lanes v1401 = v1400 * v1400;
-  const lanes v1402 = v1394 + v1401;
-  const lanes v1403 = v1281 * v521;
-  const lanes v1404 = v359 * v510;
-  const lanes v1405 = LANES_CHOICE(v9, v1404, 0.0);
-  const lanes v1406 = LANES_CHOICE(v434, v1405, 0.0);
-  const lanes v1407 = v1274 * v512;
-  const lanes v1408 = v1406 + v1407;
-  const lanes v1409 = v522 * v1408;
-  const lanes v1410 = v1403 + v1409;
-  const lanes v1411 = v541 * v1410;
-  const lanes v1412 = v1274 * v510;
-  const lanes v1413 = LANES_CHOICE(v434, v1412, 0.0);
-  const lanes v1414 = v359 * v512;
-  const lanes v1415 = LANES_CHOICE(v9, v1414, 0.0);
-  const lanes v1416 = v1413 - v1415;
-  const lanes v1417 = v540 * v1416;
-  const lanes v1418 = v1411 + v1417;
-  const lanes v1419 = T_0 + v1418;
-  const lanes v1420 = v1419 * v1419;
-  const lanes v1421 = v541 * v1416;
-  const lanes v1422 = v540 * v1410;
-  const lanes v1423 = v1421 - v1422;
-  const lanes v1424 = T_1 + v1423;
-  const lanes v1425 = v1424 * v1424;
-  const lanes v1426 = v1420 + v1425;
-  const lanes v1427 = v521 * v1408;
-  const lanes v1428 = v1281 * v522;
-  const lanes v1429 = v1427 - v1428;
-  const lanes v1430 = v1429 - T_2;
-  const lanes v1431 = v1430 * v1430;
-  const lanes v1432 = v1426 + v1431;
-  const lanes v1433 = v361 * v510;
-  const lanes v1434 = LANES_CHOICE(v434, v1433, 0.0);
-  const lanes v1435 = v1307 * v512;
-  const lanes v1436 = LANES_CHOICE(v9, v1435, 0.0);
-  const lanes v1437 = v1434 - v1436;
-  const lanes v1438 = v522 * v1437;
-  const lanes v1439 = v1319 * v521;
-  const lanes v1440 = LANES_CHOICE(v9, v1439, 0.0);
-  const lanes v1441 = v1438 - v1440;
-  const lanes v1442 = v541 * v1441;
-  const lanes v1443 = v361 * v512;
-  const lanes v1444 = v1307 * v510;
-  const lanes v1445 = LANES_CHOICE(v9, v1444, 0.0);
-  const lanes v1446 = LANES_CHOICE(v434, v1445, 0.0);
-  const lanes v1447 = v1443 + v1446;
-  const lanes v1448 = v540 * v1447;
-  const lanes v1449 = v1442 - v1448;
-  const lanes v1450 = T_4 + v1449;
-  const lanes v1451 = v1450 * v1450;
-  const lanes v1452 = v1432 + v1451;
-  const lanes v1453 = v541 * v1447;
-  const lanes v1454 = v540 * v1441;
-  const lanes v1455 = v1453 + v1454;
-  const lanes v1456 = v1455 - T_5;
-  const lanes v1457 = v1456 * v1456;
-  const lanes v1458 = v1452 + v1457;
-  const lanes v1459 = v1319 * v522;
-  const lanes v1460 = LANES_CHOICE(v9, v1459, 0.0);
-  const lanes v1461 = v521 * v1437;
-  const lanes v1462 = v1460 + v1461;
-  const lanes v1463 = v1462 - T_6;
-  const lanes v1464 = v1463 * v1463;
-  const lanes v1465 = v1458 + v1464;
-  const lanes v1466 = v1241 * v510;
-  const lanes v1467 = v540 * v1466;
-  const lanes v1468 = LANES_CHOICE(v434, v1467, 0.0);
-  const lanes v1469 = v1234 * v521;
-  const lanes v1470 = v1241 * v512;
-  const lanes v1471 = v522 * v1470;
-  const lanes v1472 = v1469 - v1471;
-  const lanes v1473 = v541 * v1472;
-  const lanes v1474 = v1468 - v1473;
-  const lanes v1475 = v1474 - T_8;
-  const lanes v1476 = v1475 * v1475;
-  const lanes v1477 = v1465 + v1476;
-  const lanes v1478 = v541 * v1466;
-  const lanes v1479 = LANES_CHOICE(v434, v1478, 0.0);
-  const lanes v1480 = v540 * v1472;
-  const lanes v1481 = v1479 + v1480;
-  const lanes v1482 = T_9 - v1481;
-  const lanes v1483 = v1482 * v1482;
-  const lanes v1484 = v1477 + v1483;
-  const lanes v1485 = v1234 * v522;
-  const lanes v1486 = v521 * v1470;
-  const lanes v1487 = v1485 + v1486;
-  const lanes v1488 = T_10 + v1487;
-  const lanes v1489 = v1488 * v1488;
-  const lanes v1490 = v1484 + v1489;
-  const lanes v1491 = 0.5 * v1490;
-  lanes v1492; LANES_NAME(lanes_fmax)(&v1402, &v1491, &v1492);
-  lanes v1493; LANES_NAME(lanes_sqrt)(&v1492, &v1493);
-  out[53] = v1493;
-  const lanes v1494 = v552 * v570;
-  const lanes v1495 = v550 * v571;
-  const lanes v1496 = v1494 - v1495;
-  const lanes v1497 = 0.2 * v615;
-  const lanes v1498 = v601 * v1497;
-  const lanes v1499 = v1498 + 0.2;
-  const lanes v1500 = v1496 * v1499;
-  const lanes v1501 = v552 * v571;
-  const lanes v1502 = v550 * v570;
-  const lanes v1503 = v1501 + v1502;
-  const lanes v1504 = 0.2 * v616;
-  const lanes v1505 = v1504 + 1.1425;
-  const lanes v1506 = v1503 * v1505;
-  const lanes v1507 = v1500 + v1506;
-  const lanes v1508 = 1.075 * v570;
-  const lanes v1509 = v1507 + v1508;
-  const lanes v1510 = v1509 + 0.32;
-  const lanes v1511 = v361 * v1510;
-  const lanes v1512 = v599 * v1497;
-  const lanes v1513 = v359 * v1512;
-  const lanes v1514 = LANES_CHOICE(v9, v1513, 0.0);
-  const lanes v1515 = LANES_CHOICE(v586, v1514, 0.0);
-  const lanes v1516 = v1511 - v1515;
-  const lanes v1517 = v1516 - T_3;
-  const lanes v1518 = v1517 * v1517;
-  const lanes v1519 = v361 * v1512;
-  const lanes v1520 = LANES_CHOICE(v586, v1519, 0.0);
-  const lanes v1521 = v359 * v1510;
-  const lanes v1522 = LANES_CHOICE(v9, v1521, 0.0);
-  const lanes v1523 = v1520 + v1522;
-  const lanes v1524 = T_7 + v1523;
-  const lanes v1525 = v1524 * v1524;
-  const lanes v1526 = v1518 + v1525;
-  const lanes v1527 = v1496 * v1505;
-  const lanes v1528 = v1503 * v1499;
-  const lanes v1529 = v1527 - v1528;
-  const lanes v1530 = 1.075 * v571;
-  const lanes v1531 = v1529 - v1530;
-  const lanes v1532 = 0.78 - v1531;
-  const lanes v1533 = v1532 - T_11;
-  const lanes v1534 = v1533 * v1533;
-  const lanes v1535 = v1526 + v1534;
-  const lanes v1536 = v359 * v601;
-  const lanes v1537 = LANES_CHOICE(v9, v1536, 0.0);
-  const lanes v1538 = v361 * v1496;
-  const lanes v1539 = v599 * v1538;
-  const lanes v1540 = LANES_CHOICE(v586, v1539, 0.0);
-  const lanes v1541 = v1537 + v1540;
-  const lanes v1542 = v646 * v1541;
-  const lanes v1543 = v601 * v1538;
-  const lanes v1544 = v359 * v599;
-  const lanes v1545 = LANES_CHOICE(v9, v1544, 0.0);
-  const lanes v1546 = LANES_CHOICE(v586, v1545, 0.0);
-  const lanes v1547 = v1543 - v1546;
-  const lanes v1548 = v616 * v1547;
-  const lanes v1549 = v361 * v1503;
-  const lanes v1550 = v615 * v1549;
-  const lanes v1551 = v1548 - v1550;
-  const lanes v1552 = v647 * v1551;
-  const lanes v1553 = v1542 - v1552;
-  const lanes v1554 = v1553 - T_0;
-  const lanes v1555 = v1554 * v1554;
-  const lanes v1556 = v647 * v1541;
-  const lanes v1557 = v646 * v1551;
-  const lanes v1558 = v1556 + v1557;
-  const lanes v1559 = T_1 - v1558;
-  const lanes v1560 = v1559 * v1559;
-  const lanes v1561 = v1555 + v1560;
-  const lanes v1562 = v616 * v1549;
-  const lanes v1563 = v615 * v1547;
-  const lanes v1564 = v1562 + v1563;
-  const lanes v1565 = v1564 - T_2;
-  const lanes v1566 = v1565 * v1565;
-  const lanes v1567 = v1561 + v1566;
-  const lanes v1568 = v359 * v1503;
-  const lanes v1569 = v615 * v1568;
-  const lanes v1570 = LANES_CHOICE(v9, v1569, 0.0);
-  const lanes v1571 = v361 * v599;
-  const lanes v1572 = LANES_CHOICE(v586, v1571, 0.0);
-  const lanes v1573 = v359 * v1496;
-  const lanes v1574 = v601 * v1573;
-  const lanes v1575 = LANES_CHOICE(v9, v1574, 0.0);
-  const lanes v1576 = v1572 + v1575;
-  const lanes v1577 = v616 * v1576;
-  const lanes v1578 = v1570 - v1577;
-  const lanes v1579 = v647 * v1578;
-  const lanes v1580 = v361 * v601;
-  const lanes v1581 = v599 * v1573;
-  const lanes v1582 = LANES_CHOICE(v586, v1581, 0.0);
-  const lanes v1583 = LANES_CHOICE(v9, v1582, 0.0);
-  const lanes v1584 = v1580 - v1583;
-  const lanes v1585 = v646 * v1584;
-  const lanes v1586 = v1579 - v1585;
-  const lanes v1587 = T_4 + v1586;
-  const lanes v1588 = v1587 * v1587;
-  const lanes v1589 = v1567 + v1588;
-  const lanes v1590 = v647 * v1584;
-  const lanes v1591 = v646 * v1578;
-  const lanes v1592 = v1590 + v1591;
-  const lanes v1593 = v1592 - T_5;
-  const lanes v1594 = v1593 * v1593;
-  const lanes v1595 = v1589 + v1594;
-  const lanes v1596 = v616 * v1568;
-  const lanes v1597 = LANES_CHOICE(v9, v1596, 0.0);
-  const lanes v1598 = v615 * v1576;
-  const lanes v1599 = v1597 + v1598;
-  const lanes v1600 = T_6 + v1599;
-  const lanes v1601 = v1600 * v1600;
-  const lanes v1602 = v1595 + v1601;
-  const lanes v1603 = v599 * v1503;
-  const lanes v1604 = v646 * v1603;
-  const lanes v1605 = LANES_CHOICE(v586, v1604, 0.0);
-  const lanes v1606 = v601 * v1503;
-  const lanes v1607 = v616 * v1606;
-  const lanes v1608 = v615 * v1496;
-  const lanes v1609 = v1607 + v1608;
-  const lanes v1610 = v647 * v1609;
-  const lanes v1611 = v1605 - v1610;
-  const lanes v1612 = v1611 - T_8;
-  const lanes v1613 = v1612 * v1612;
-  const lanes v1614 = v1602 + v1613;
-  const lanes v1615 = v647 * v1603;
-  const lanes v1616 = LANES_CHOICE(v586, v1615, 0.0);
-  const lanes v1617 = v646 * v1609;
-  const lanes v1618 = v1616 + v1617;
-  const lanes v1619 = T_9 - v1618;
-  const lanes v1620 = v1619 * v1619;
-  const lanes v1621 = v1614 + v1620;
-  const lanes v1622 = v616 * v1496;
-  const lanes v1623 = v615 * v1606;
-  const lanes v1624 = v1622 - v1623;
-  const lanes v1625 = T_10 + v1624;
-  const lanes v1626 = v1625 * v1625;
-  const lanes v1627 = v1621 + v1626;
-  const lanes v1628 = 0.5 * v1627;
-  lanes v1629; LANES_NAME(lanes_fmax)(&v1535, &v1628, &v1629);
-  lanes v1630; LANES_NAME(lanes_sqrt)(&v1629, &v1630);
-  out[54] = v1630;
-  const lanes v1631 = 0.2 * v665;
-  const lanes v1632 = v656 * v1631;
-  const lanes v1633 = v1632 + 0.2;
-  const lanes v1634 = v1496 * v1633;
-  const lanes v1635 = 0.2 * v666;
-  const lanes v1636 = v1635 + 1.1425;
-  const lanes v1637 = v1503 * v1636;
-  const lanes v1638 = v1634 + v1637;
-  const lanes v1639 = v1508 + v1638;
-  const lanes v1640 = v1639 + 0.32;
-  const lanes v1641 = v361 * v1640;
-  const lanes v1642 = v654 * v1631;
-  const lanes v1643 = v359 * v1642;
-  const lanes v1644 = LANES_CHOICE(v9, v1643, 0.0);
-  const lanes v1645 = LANES_CHOICE(v586, v1644, 0.0);
-  const lanes v1646 = v1641 + v1645;
-  const lanes v1647 = v1646 - T_3;
-  const lanes v1648 = v1647 * v1647;
-  const lanes v1649 = v361 * v1642;
-  const lanes v1650 = LANES_CHOICE(v586, v1649, 0.0);
-  const lanes v1651 = v359 * v1640;
-  const lanes v1652 = LANES_CHOICE(v9, v1651, 0.0);
-  const lanes v1653 = v1650 - v1652;
-  const lanes v1654 = v1653 - T_7;
-  const lanes v1655 = v1654 * v1654;
-  const lanes v1656 = v1648 + v1655;
-  const lanes v1657 = v1496 * v1636;
-  const lanes v1658 = v1503 * v1633;
-  const lanes v1659 = v1657 - v1658;
-  const lanes v1660 = v1659 - v1530;
-  const lanes v1661 = 0.78 - v1660;
-  const lanes v1662 = v1661 - T_11;
-  const lanes v1663 = v1662 * v1662;
-  const lanes v1664 = v1656 + v1663;
-  const lanes v1665 = v1538 * v654;
-  const lanes v1666 = LANES_CHOICE(v586, v1665, 0.0);
-  const lanes v1667 = v359 * v656;
-  const lanes v1668 = LANES_CHOICE(v9, v1667, 0.0);
-  const lanes v1669 = v1666 - v1668;
-  const lanes v1670 = v684 * v1669;
-  const lanes v1671 = v359 * v654;
-  const lanes v1672 = LANES_CHOICE(v9, v1671, 0.0);
-  const lanes v1673 = LANES_CHOICE(v586, v1672, 0.0);
-  const lanes v1674 = v1538 * v656;
-  const lanes v1675 = v1673 + v1674;
-  const lanes v1676 = v666 * v1675;
-  const lanes v1677 = v1549 * v665;
-  const lanes v1678 = v1676 - v1677;
-  const lanes v1679 = v685 * v1678;
-  const lanes v1680 = v1670 - v1679;
-  const lanes v1681 = v1680 - T_0;
-  const lanes v1682 = v1681 * v1681;
-  const lanes v1683 = v685 * v1669;
-  const lanes v1684 = v684 * v1678;
-  const lanes v1685 = v1683 + v1684;
-  const lanes v1686 = T_1 + v1685;
-  const lanes v1687 = v1686 * v1686;
-  const lanes v1688 = v1682 + v1687;
-  const lanes v1689 = v1549 * v666;
-  const lanes v1690 = v665 * v1675;
-  const lanes v1691 = v1689 + v1690;
-  const lanes v1692 = v1691 - T_2;
-  const lanes v1693 = v1692 * v1692;
-  const lanes v1694 = v1688 + v1693;
-  const lanes v1695 = v1568 * v665;
-  const lanes v1696 = LANES_CHOICE(v9, v1695, 0.0);
-  const lanes v1697 = v361 * v654;
-  const lanes v1698 = LANES_CHOICE(v586, v1697, 0.0);
-  const lanes v1699 = v1573 * v656;
-  const lanes v1700 = LANES_CHOICE(v9, v1699, 0.0);
-  const lanes v1701 = v1698 - v1700;
-  const lanes v1702 = v666 * v1701;
-  const lanes v1703 = v1696 + v1702;
-  const lanes v1704 = v685 * v1703;
-  const lanes v1705 = v361 * v656;
-  const lanes v1706 = v1573 * v654;
-  const lanes v1707 = LANES_CHOICE(v9, v1706, 0.0);
-  const lanes v1708 = LANES_CHOICE(v586, v1707, 0.0);
-  const lanes v1709 = v1705 + v1708;
-  const lanes v1710 = v684 * v1709;
-  const lanes v1711 = v1704 + v1710;
-  const lanes v1712 = T_4 + v1711;
-  const lanes v1713 = v1712 * v1712;
-  const lanes v1714 = v1694 + v1713;
-  const lanes v1715 = v685 * v1709;
-  const lanes v1716 = v684 * v1703;
-  const lanes v1717 = v1715 - v1716;
-  const lanes v1718 = v1717 - T_5;
-  const lanes v1719 = v1718 * v1718;
-  const lanes v1720 = v1714 + v1719;
-  const lanes v1721 = v665 * v1701;
-  const lanes v1722 = v1568 * v666;
-  const lanes v1723 = LANES_CHOICE(v9, v1722, 0.0);
-  const lanes v1724 = v1721 - v1723;
-  const lanes v1725 = v1724 - T_6;
-  const lanes v1726 = v1725 * v1725;
-  const lanes v1727 = v1720 + v1726;
-  const lanes v1728 = v1503 * v654;
-  const lanes v1729 = v684 * v1728;
-  const lanes v1730 = LANES_CHOICE(v586, v1729, 0.0);
-  const lanes v1731 = v1496 * v665;
-  const lanes v1732 = v1503 * v656;
-  const lanes v1733 = v666 * v1732;
-  const lanes v1734 = v1731 + v1733;
-  const lanes v1735 = v685 * v1734;
-  const lanes v1736 = v1730 - v1735;
-  const lanes v1737 = v1736 - T_8;
-  const lanes v1738 = v1737 * v1737;
-  const lanes v1739 = v1727 + v1738;
-  const lanes v1740 = v685 * v1728;
-  const lanes v1741 = LANES_CHOICE(v586, v1740, 0.0);
-  const lanes v1742 = v684 * v1734;
-  const lanes v1743 = v1741 + v1742;
-  const lanes v1744 = T_9 + v1743;
-  const lanes v1745 = v1744 * v1744;
-  const lanes v1746 = v1739 + v1745;
-  const lanes v1747 = v1496 * v666;
-  const lanes v1748 = v665 * v1732;
-  const lanes v1749 = v1747 - v1748;
-  const lanes v1750 = T_10 + v1749;
-  const lanes v1751 = v1750 * v1750;
-  const lanes v1752 = v1746 + v1751;
-  const lanes v1753 = 0.5 * v1752;
-  lanes v1754; LANES_NAME(lanes_fmax)(&v1664, &v1753, &v1754);
-  lanes v1755; LANES_NAME(lanes_sqrt)(&v1754, &v1755);
-  out[55] = v1755;
-  const lanes v1756 = 1e-300 + v7;
-  const lanes v1757 = v7 / v1756;
-  const lanes v1758 = 0.1608058782568696 * v41;
-  lanes v1759; LANES_NAME(lanes_fmin)(&v1757, &v1758, &v1759);
-  const lanes v1760 = 1e-300 + v99;
-  const lanes v1761 = v99 / v1760;
-  lanes v1762; LANES_NAME(lanes_fmin)(&v1759, &v1761, &v1762);
-  out[56] = v1762;
-  out[57] = v1762;
-  const lanes v1763 = 1e-300 + v251;
-  const lanes v1764 = v251 / v1763;
-  lanes v1765; LANES_NAME(lanes_fmin)(&v1759, &v1764, &v1765);
-  out[58] = v1765;
-  out[59] = v1765;
-  const lanes v1766 = 1e-300 + v432;
-  const lanes v1767 = v432 / v1766;
-  const lanes v1768 = 0.1608058782568696 * v374;
-  lanes v1769; LANES_NAME(lanes_fmin)(&v1757, &v1768, &v1769);
-  lanes v1770; LANES_NAME(lanes_fmin)(&v1767, &v1769, &v1770);
-  out[60] = v1770;
-  out[61] = v1770;
-  const lanes v1771 = 1e-300 + v584;
-  const lanes v1772 = v584 / v1771;
-  lanes v1773; LANES_NAME(lanes_fmin)(&v1769, &v1772, &v1773);
-  out[62] = v1773;
-  out[63] = v1773;
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      v1 = 0.2 * T_6, v2 = 0.2 * T_2, v3 = 0.2 * T_10, v4 = T_7 - v1, v5 = T_3 - v2, v6 = T_11 - v3,
+      v7 = v4 * v4, v8 = 1e-150 + v5, v9 = v6 - 0.78, v10 = v8 * v8;
+  LANES_LET2(v11, atan2, v4, v8);
+  const lanes v12 = v9 * v9, v13 = v7 + v10;
+  out[0] = v11; out[6] = v11; out[12] = v11; out[18] = v11; LANES_LET1(v14, rsqrt, v13);
+  const lanes v15 = v4 * v14, v16 = v8 * v14, v17 = v16 * v5, v18 = v15 * v4, v19 = T_6 * v16,
+      v20 = T_2 * v15, v21 = T_2 * v16, v22 = T_6 * v15, v23 = T_0 * v15, v24 = T_4 * v16,
+      v25 = T_0 * v16, v26 = T_4 * v15;
+  LANES_LET2(v27, supplement, v11, v15);
+  const lanes v28 = v17 + v18, v29 = v19 - v20, v30 = v21 + v22, v31 = v23 - v24, v32 = v25 + v26,
+      v33 = -v27, v34 = v28 - 0.32, v35 = v29 * v29, v36 = v28 + 0.32;
+  out[24] = v33; out[30] = v33; out[36] = v33; out[42] = v33;
+  const lanes v37 = v34 * v34, v38 = v36 * v36, v39 = v12 + v37, v40 = v12 + v38,
+      v41 = v39 - 2.50093125, v42 = v39 - 0.007203490074109453, v43 = 4.994659009925891 - v39,
+      v44 = v40 - 0.007203490074109453, v45 = 4.994659009925891 - v40, v46 = v40 - 2.50093125,
+      v47 = 0.43 * v41, v48 = v42 * v43, v49 = 2.456375 * v41, v50 = v44 * v45,
+      v51 = 2.456375 * v46, v52 = 0.43 * v46;
+  const lanes_where v53 = LANES_LT(2.48747125625e-14, v48); LANES_LET1(v54, sqrt, v48);
+  const lanes_where v55 = LANES_LT(2.48747125625e-14, v50); LANES_LET1(v56, sqrt, v50);
+  const lanes v57 = 0.1608058782568696 * v48, v58 = 0.1608058782568696 * v50,
+      v59 = LANES_CHOICE(v53, v54, 0.0), v60 = LANES_CHOICE(v55, v56, 0.0);
+  out[56] = v57; out[57] = v57; out[58] = v57; out[59] = v57; out[60] = v58; out[61] = v58;
+  out[62] = v58; out[63] = v58;
+  const lanes v61 = 2.456375 * v59, v62 = 0.43 * v59, v63 = 0.43 * v60, v64 = 2.456375 * v60,
+      v65 = v47 + v61, v66 = v62 - v49, v67 = v47 - v61, v68 = v62 + v49, v69 = v63 - v51,
+      v70 = v52 + v64, v71 = v52 - v64, v72 = v63 + v51, v73 = 1e-150 + v65, v74 = v66 * v66,
+      v75 = 1e-150 + v67, v76 = v68 * v68, v77 = v69 * v69, v78 = 1e-150 + v70, v79 = 1e-150 + v71,
+      v80 = v72 * v72, v81 = v73 * v73;
+  LANES_LET2(v82, atan2, v66, v73);
+  const lanes v83 = v75 * v75;
+  LANES_LET2(v84, atan2, v68, v75);
+  const lanes v85 = v78 * v78;
+  LANES_LET2(v86, atan2, v69, v78);
+  const lanes v87 = v79 * v79;
+  LANES_LET2(v88, atan2, v72, v79);
+  const lanes v89 = v74 + v81, v90 = v76 + v83, v91 = v77 + v85, v92 = v80 + v87;
+  out[2] = v82; out[8] = v82;
+  const lanes v93 = -v84;
+  out[26] = v86; out[32] = v86;
+  const lanes v94 = -v88;
+  LANES_LET1(v95, rsqrt, v89); LANES_LET1(v96, rsqrt, v90); LANES_LET1(v97, rsqrt, v91);
+  LANES_LET1(v98, rsqrt, v92); out[14] = v93; out[20] = v93; out[38] = v94; out[44] = v94;
+  const lanes v99 = v73 * v95, v100 = v66 * v95, v101 = v75 * v96, v102 = v68 * v96,
+      v103 = v69 * v97, v104 = v78 * v97, v105 = v79 * v98, v106 = v72 * v98, v107 = 0.2 * v99,
+      v108 = 1.1425 * v100, v109 = 0.2 * v100, v110 = 1.1425 * v99, v111 = 0.2 * v101,
+      v112 = 1.1425 * v102, v113 = 1.1425 * v101, v114 = 0.2 * v102, v115 = 0.2 * v103,
+      v116 = 1.1425 * v104, v117 = 0.2 * v104, v118 = 1.1425 * v103, v119 = 1.1425 * v105,
+      v120 = 0.2 * v106, v121 = 0.2 * v105, v122 = 1.1425 * v106, v123 = v107 - v108,
+      v124 = v109 + v110, v125 = v111 + v112, v126 = v113 - v114, v127 = v115 + v116,
+      v128 = v117 - v118, v129 = v119 - v120, v130 = v121 + v122, v131 = 1.075 + v123,
+      v132 = v9 * v124, v133 = v34 * v124, v134 = 1.075 + v125, v135 = v9 * v126, v136 = v34 * v126,
+      v137 = v9 * v127, v138 = 1.075 + v128, v139 = v36 * v127, v140 = v9 * v129,
+      v141 = 1.075 + v130, v142 = v36 * v129, v143 = v34 * v131, v144 = v9 * v131,
+      v145 = v34 * v134, v146 = v9 * v134, v147 = v36 * v138, v148 = v9 * v138, v149 = v36 * v141,
+      v150 = v9 * v141, v151 = v143 - v132, v152 = v144 + v133, v153 = v145 - v135,
+      v154 = v146 + v136, v155 = v137 + v147, v156 = v148 - v139, v157 = v140 + v149,
+      v158 = v150 - v142, v159 = v151 * v151, v160 = 1e-150 + v152, v161 = v153 * v153,
+      v162 = 1e-150 + v154, v163 = v155 * v155, v164 = 1e-150 + v156, v165 = v157 * v157,
+      v166 = 1e-150 + v158, v167 = v160 * v160;
+  LANES_LET2(v168, atan2, v151, v160);
+  const lanes v169 = v162 * v162;
+  LANES_LET2(v170, atan2, v153, v162);
+  const lanes v171 = v164 * v164;
+  LANES_LET2(v172, atan2, v155, v164);
+  const lanes v173 = v166 * v166;
+  LANES_LET2(v174, atan2, v157, v166);
+  const lanes v175 = v159 + v167, v176 = v161 + v169, v177 = v163 + v171, v178 = v165 + v173;
+  out[1] = v168; out[7] = v168; out[13] = v170; out[19] = v170;
+  const lanes v179 = -v172, v180 = -v174;
+  LANES_LET1(v181, rsqrt, v175); LANES_LET1(v182, rsqrt, v176); LANES_LET1(v183, rsqrt, v177);
+  LANES_LET1(v184, rsqrt, v178); out[25] = v179; out[31] = v179; out[37] = v180; out[43] = v180;
+  const lanes v185 = v151 * v181, v186 = v160 * v181, v187 = v153 * v182, v188 = v162 * v182,
+      v189 = v155 * v183, v190 = v164 * v183, v191 = v157 * v184, v192 = v166 * v184,
+      v193 = T_10 * v186, v194 = v185 * v30, v195 = v186 * v30, v196 = T_10 * v185,
+      v197 = T_8 * v185, v198 = v186 * v32, v199 = T_8 * v186, v200 = v185 * v32,
+      v201 = T_10 * v188, v202 = v187 * v30, v203 = v188 * v30, v204 = T_10 * v187,
+      v205 = T_8 * v188, v206 = v187 * v32, v207 = T_8 * v187, v208 = v188 * v32,
+      v209 = T_10 * v190, v210 = v189 * v30, v211 = T_10 * v189, v212 = v190 * v30,
+      v213 = v190 * v32, v214 = T_8 * v189, v215 = T_8 * v190, v216 = v189 * v32,
+      v217 = T_10 * v192, v218 = v191 * v30, v219 = T_10 * v191, v220 = v192 * v30,
+      v221 = T_8 * v192, v222 = v191 * v32, v223 = v192 * v32, v224 = T_8 * v191, v225 = v99 * v185,
+      v226 = v100 * v186, v227 = v100 * v185, v228 = v99 * v186, v229 = 1.075 * v185,
+      v230 = 1.075 * v186, v231 = v101 * v187, v232 = v102 * v188, v233 = v101 * v188,
+      v234 = v102 * v187, v235 = 1.075 * v187, v236 = 1.075 * v188, v237 = v103 * v190,
+      v238 = v104 * v189, v239 = v104 * v190, v240 = v103 * v189, v241 = 1.075 * v189,
+      v242 = 1.075 * v190, v243 = v105 * v191, v244 = v106 * v192, v245 = v106 * v191,
+      v246 = v105 * v192, v247 = 1.075 * v191, v248 = 1.075 * v192, v249 = v193 + v194,
+      v250 = v195 - v196, v251 = v197 - v198, v252 = v199 + v200, v253 = v201 + v202,
+      v254 = v203 - v204, v255 = v205 + v206, v256 = v207 - v208, v257 = v209 + v210,
+      v258 = v211 - v212, v259 = v213 - v214, v260 = v215 + v216, v261 = v217 + v218,
+      v262 = v219 - v220, v263 = v221 + v222, v264 = v223 - v224, v265 = v225 + v226,
+      v266 = v227 - v228, v267 = v231 - v232, v268 = v233 + v234, v269 = v237 - v238,
+      v270 = v239 + v240, v271 = v243 + v244, v272 = v245 - v246, v273 = v99 * v249,
+      v274 = v100 * v250, v275 = v99 * v250, v276 = v100 * v249, v277 = v100 * v251,
+      v278 = v99 * v252, v279 = v99 * v251, v280 = v100 * v252, v281 = v101 * v253,
+      v282 = v102 * v254, v283 = v101 * v254, v284 = v102 * v253, v285 = v101 * v255,
+      v286 = v102 * v256, v287 = v101 * v256, v288 = v102 * v255, v289 = v104 * v257,
+      v290 = v103 * v258, v291 = v104 * v258, v292 = v103 * v257, v293 = v103 * v259,
+      v294 = v104 * v260, v295 = v104 * v259, v296 = v103 * v260, v297 = v105 * v261,
+      v298 = v106 * v262, v299 = v105 * v262, v300 = v106 * v261, v301 = v105 * v263,
+      v302 = v106 * v264, v303 = v105 * v264, v304 = v106 * v263, v305 = v16 * v265,
+      v306 = v16 * v266, v307 = v15 * v265, v308 = v15 * v266, v309 = v16 * v267, v310 = v16 * v268,
+      v311 = v15 * v267, v312 = v15 * v268, v313 = v16 * v269, v314 = v16 * v270, v315 = v15 * v270,
+      v316 = v15 * v269, v317 = v16 * v271, v318 = v16 * v272, v319 = v15 * v271, v320 = v15 * v272,
+      v321 = v273 + v274, v322 = v275 - v276, v323 = v277 - v278, v324 = v279 + v280,
+      v325 = v281 - v282, v326 = v283 + v284, v327 = v285 + v286, v328 = v287 - v288,
+      v329 = v289 + v290, v330 = v291 - v292, v331 = v293 - v294, v332 = v295 + v296,
+      v333 = v297 - v298, v334 = v299 + v300, v335 = v301 + v302, v336 = v303 - v304,
+      v337 = 1e-150 - v321, v338 = v322 * v322, v339 = 1e-150 - v325, v340 = v326 * v326,
+      v341 = 1e-150 - v329, v342 = v330 * v330, v343 = 1e-150 - v333, v344 = v334 * v334,
+      v345 = v337 * v337;
+  LANES_LET2(v346, atan2, v29, v337);
+  const lanes v347 = v339 * v339;
+  LANES_LET2(v348, atan2, v29, v339);
+  const lanes v349 = v341 * v341;
+  LANES_LET2(v350, atan2, v29, v341);
+  const lanes v351 = v343 * v343;
+  LANES_LET2(v352, atan2, v29, v343);
+  const lanes v353 = v35 + v345, v354 = v347 + v35, v355 = v349 + v35, v356 = v351 + v35;
+  out[3] = v346; out[15] = v348;
+  const lanes v357 = -v350, v358 = -v352;
+  LANES_LET1(v359, rsqrt, v353); LANES_LET1(v360, rsqrt, v354); LANES_LET1(v361, rsqrt, v355);
+  LANES_LET1(v362, rsqrt, v356); out[27] = v357; out[39] = v358;
+  const lanes v363 = v29 * v359, v364 = v337 * v359, v365 = v29 * v360, v366 = v339 * v360,
+      v367 = v29 * v361, v368 = v341 * v361, v369 = v29 * v362, v370 = v343 * v362,
+      v371 = v321 * v364, v372 = v29 * v363, v373 = v364 * v31, v374 = v363 * v323,
+      v375 = v364 * v323, v376 = v363 * v31;
+  LANES_LET2(v377, supplement, v346, v363);
+  const lanes v378 = v325 * v366, v379 = v365 * v29, v380 = v366 * v31, v381 = v365 * v327,
+      v382 = v366 * v327, v383 = v365 * v31;
+  LANES_LET2(v384, supplement, v348, v365);
+  const lanes v385 = v329 * v368, v386 = v367 * v29, v387 = v368 * v31, v388 = v367 * v331,
+      v389 = v368 * v331, v390 = v367 * v31;
+  LANES_LET2(v391, supplement, v350, v367);
+  const lanes v392 = v333 * v370, v393 = v369 * v29, v394 = v369 * v335, v395 = v370 * v31,
+      v396 = v370 * v335, v397 = v369 * v31;
+  LANES_LET2(v398, supplement, v352, v369);
+  const lanes v399 = v15 * v364, v400 = v363 * v305, v401 = v15 * v363, v402 = v364 * v305,
+      v403 = v364 * v307, v404 = v16 * v363, v405 = v16 * v364, v406 = v363 * v307,
+      v407 = v363 * v266, v408 = v364 * v266, v409 = v15 * v365, v410 = v366 * v309,
+      v411 = v15 * v366, v412 = v365 * v309, v413 = v16 * v366, v414 = v365 * v311,
+      v415 = v366 * v311, v416 = v16 * v365, v417 = v366 * v268, v418 = v365 * v268,
+      v419 = v15 * v368, v420 = v367 * v313, v421 = v15 * v367, v422 = v368 * v313,
+      v423 = v16 * v367, v424 = v368 * v316, v425 = v367 * v316, v426 = v16 * v368,
+      v427 = v368 * v270, v428 = v367 * v270, v429 = v15 * v369, v430 = v370 * v317,
+      v431 = v369 * v317, v432 = v15 * v370, v433 = v370 * v319, v434 = v16 * v369,
+      v435 = v16 * v370, v436 = v369 * v319, v437 = v370 * v272, v438 = v369 * v272,
+      v439 = v371 - v372, v440 = v373 + v374, v441 = v375 - v376, v442 = v378 - v379,
+      v443 = v380 - v381, v444 = v382 + v383, v445 = v385 - v386, v446 = v387 + v388,
+      v447 = v389 - v390, v448 = v392 - v393, v449 = v394 - v395, v450 = v396 + v397, v451 = -v377,
+      v452 = -v384;
+  out[33] = v391; out[45] = v398;
+  const lanes v453 = v399 - v400, v454 = v401 + v402, v455 = v403 - v404, v456 = v405 + v406,
+      v457 = v409 + v410, v458 = v411 - v412, v459 = v413 + v414, v460 = v415 - v416,
+      v461 = v419 + v420, v462 = v421 - v422, v463 = v423 + v424, v464 = v425 - v426,
+      v465 = v429 + v430, v466 = v431 - v432, v467 = v433 - v434, v468 = v435 + v436,
+      v469 = v439 * v439;
+  LANES_LET2(v470, atan2, v439, v322);
+  const lanes v471 = v440 * v440, v472 = v442 * v442;
+  LANES_LET2(v473, atan2, v442, v326);
+  const lanes v474 = v443 * v443, v475 = v445 * v445;
+  LANES_LET2(v476, atan2, v445, v330);
+  const lanes v477 = v446 * v446, v478 = v448 * v448;
+  LANES_LET2(v479, atan2, v448, v334);
+  const lanes v480 = v449 * v449;
+  out[9] = v451; out[21] = v452;
+  const lanes v481 = v338 + v469, v482 = v340 + v472, v483 = v342 + v475, v484 = v344 + v478,
+      v485 = -v470;
+  out[10] = v470;
+  const lanes v486 = -v473;
+  out[22] = v473;
+  const lanes v487 = -v476;
+  out[34] = v476;
+  const lanes v488 = -v479;
+  out[46] = v479; LANES_LET1(v489, rsqrt, v481); LANES_LET1(v490, rsqrt, v482);
+  LANES_LET1(v491, rsqrt, v483); LANES_LET1(v492, rsqrt, v484); out[4] = v485; out[16] = v486;
+  out[28] = v487; out[40] = v488;
+  const lanes v493 = v439 * v489, v494 = v322 * v489, v495 = v442 * v490, v496 = v326 * v490,
+      v497 = v445 * v491, v498 = v330 * v491, v499 = v448 * v492, v500 = v334 * v492,
+      v501 = v494 * v441, v502 = v493 * v324, v503 = v496 * v444, v504 = v495 * v328,
+      v505 = v498 * v447, v506 = v497 * v332, v507 = v500 * v450, v508 = v499 * v336,
+      v509 = 0.2 * v493, v510 = 0.2 * v494, v511 = v494 * v454, v512 = v493 * v306,
+      v513 = v493 * v454, v514 = v494 * v306, v515 = v494 * v455, v516 = v493 * v308,
+      v517 = v493 * v455, v518 = v494 * v308, v519 = v493 * v265, v520 = v494 * v408,
+      v521 = v494 * v265, v522 = v493 * v408, v523 = 0.2 * v495, v524 = 0.2 * v496,
+      v525 = v496 * v457, v526 = v495 * v310, v527 = v496 * v310, v528 = v495 * v457,
+      v529 = v496 * v460, v530 = v495 * v312, v531 = v496 * v312, v532 = v495 * v460,
+      v533 = v496 * v417, v534 = v495 * v267, v535 = v496 * v267, v536 = v495 * v417,
+      v537 = 0.2 * v497, v538 = 0.2 * v498, v539 = v498 * v462, v540 = v497 * v314,
+      v541 = v497 * v462, v542 = v498 * v314, v543 = v497 * v315, v544 = v498 * v463,
+      v545 = v498 * v315, v546 = v497 * v463, v547 = v498 * v427, v548 = v497 * v269,
+      v549 = v498 * v269, v550 = v497 * v427, v551 = 0.2 * v499, v552 = 0.2 * v500,
+      v553 = v500 * v465, v554 = v499 * v318, v555 = v500 * v318, v556 = v499 * v465,
+      v557 = v500 * v467, v558 = v499 * v320, v559 = v500 * v320, v560 = v499 * v467,
+      v561 = v500 * v437, v562 = v499 * v271, v563 = v499 * v437, v564 = v500 * v271,
+      v565 = v501 - v502, v566 = v503 + v504, v567 = v505 - v506, v568 = v507 + v508,
+      v569 = v509 * v363, v570 = v509 * v364, v571 = v510 + 1.1425, v572 = v511 + v512,
+      v573 = v513 - v514, v574 = v515 + v516, v575 = v517 - v518, v576 = v519 - v520,
+      v577 = v521 + v522, v578 = v366 * v523, v579 = v524 + 1.1425, v580 = v365 * v523,
+      v581 = v525 - v526, v582 = v527 + v528, v583 = v529 - v530, v584 = v531 + v532,
+      v585 = v533 + v534, v586 = v535 - v536, v587 = v367 * v537, v588 = v368 * v537,
+      v589 = v538 + 1.1425, v590 = v539 + v540, v591 = v541 - v542, v592 = v543 - v544,
+      v593 = v545 + v546, v594 = v547 + v548, v595 = v549 - v550, v596 = v369 * v551,
+      v597 = v370 * v551, v598 = v552 + 1.1425, v599 = v553 - v554, v600 = v555 + v556,
+      v601 = v557 - v558, v602 = v559 + v560, v603 = v561 + v562, v604 = v563 - v564,
+      v605 = v565 * v565;
+  LANES_LET2(v606, atan2, v440, v565);
+  const lanes v607 = v566 * v566, v608 = -v566, v609 = v567 * v567;
+  LANES_LET2(v610, atan2, v446, v567);
+  const lanes v611 = v568 * v568, v612 = -v568, v613 = v569 * v15, v614 = v570 + 0.2,
+      v615 = v571 * v266, v616 = v569 * v16, v617 = v571 * v265, v618 = v573 - T_2,
+      v619 = v575 - T_6, v620 = T_10 + v577, v621 = v578 + 0.2, v622 = v268 * v579,
+      v623 = v15 * v580, v624 = v16 * v580, v625 = v267 * v579, v626 = v582 - T_2,
+      v627 = v584 - T_6, v628 = T_10 + v586, v629 = v15 * v587, v630 = v588 + 0.2,
+      v631 = v270 * v589, v632 = v16 * v587, v633 = v269 * v589, v634 = v591 - T_2,
+      v635 = T_6 + v593, v636 = T_10 + v595, v637 = v15 * v596, v638 = v597 + 0.2,
+      v639 = v272 * v598, v640 = v16 * v596, v641 = v271 * v598, v642 = v600 - T_2,
+      v643 = v602 - T_6, v644 = T_10 + v604, v645 = v471 + v605, v646 = v474 + v607;
+  LANES_LET2(v647, atan2, v443, v608);
+  const lanes v648 = v477 + v609, v649 = v480 + v611;
+  LANES_LET2(v650, atan2, v449, v612);
+  const lanes v651 = -v606;
+  out[29] = v610;
+  const lanes v652 = v614 * v265, v653 = v614 * v266, v654 = v618 * v618, v655 = v619 * v619,
+      v656 = v620 * v620, v657 = v267 * v621, v658 = v268 * v621, v659 = v626 * v626,
+      v660 = v627 * v627, v661 = v628 * v628, v662 = v269 * v630, v663 = v270 * v630,
+      v664 = v634 * v634, v665 = v635 * v635, v666 = v636 * v636, v667 = v271 * v638,
+      v668 = v272 * v638, v669 = v642 * v642, v670 = v643 * v643, v671 = v644 * v644;
+  LANES_LET1(v672, rsqrt, v645); LANES_LET1(v673, rsqrt, v646); LANES_LET1(v674, rsqrt, v648);
+  LANES_LET1(v675, rsqrt, v649); out[5] = v651;
+  const lanes v676 = -v647, v677 = -v650, v678 = v652 - v615, v679 = v653 + v617,
+      v680 = v657 + v622, v681 = v625 - v658, v682 = v662 + v631, v683 = v633 - v663,
+      v684 = v667 + v639, v685 = v668 - v641, v686 = v440 * v672, v687 = v565 * v672,
+      v688 = v443 * v673, v689 = v566 * v673, v690 = v446 * v674, v691 = v567 * v674,
+      v692 = v449 * v675, v693 = v568 * v675;
+  out[17] = v676; out[41] = v677;
+  const lanes v694 = v678 + v229, v695 = v679 - v230, v696 = v680 + v235, v697 = v681 - v236,
+      v698 = v682 - v241, v699 = v683 - v242, v700 = v684 + v247, v701 = v685 - v248;
+  LANES_LET2(v702, supplement, v606, v686); LANES_LET2(v703, supplement, v647, v688);
+  LANES_LET2(v704, supplement, v610, v690); LANES_LET2(v705, supplement, v650, v692);
+  const lanes v706 = v694 + 0.32, v707 = 0.78 - v695, v708 = v686 * v453, v709 = v687 * v572,
+      v710 = v687 * v453, v711 = v686 * v572, v712 = v687 * v574, v713 = v686 * v456,
+      v714 = v687 * v456, v715 = v686 * v574, v716 = v686 * v407, v717 = v687 * v576,
+      v718 = v687 * v407, v719 = v686 * v576, v720 = v696 + 0.32, v721 = 0.78 - v697,
+      v722 = v689 * v581, v723 = v688 * v458, v724 = v688 * v581, v725 = v689 * v458,
+      v726 = v688 * v459, v727 = v689 * v583, v728 = v689 * v459, v729 = v688 * v583,
+      v730 = v689 * v585, v731 = v688 * v418, v732 = v689 * v418, v733 = v688 * v585,
+      v734 = v698 + 0.32, v735 = 0.78 - v699, v736 = v690 * v461, v737 = v691 * v590,
+      v738 = v691 * v461, v739 = v690 * v590, v740 = v691 * v592, v741 = v690 * v464,
+      v742 = v691 * v464, v743 = v690 * v592, v744 = v691 * v594, v745 = v690 * v428,
+      v746 = v691 * v428, v747 = v690 * v594, v748 = 0.32 - v700, v749 = 0.78 - v701,
+      v750 = v693 * v599, v751 = v692 * v466, v752 = v692 * v599, v753 = v693 * v466,
+      v754 = v693 * v601, v755 = v692 * v468, v756 = v693 * v468, v757 = v692 * v601,
+      v758 = v693 * v603, v759 = v692 * v438, v760 = v693 * v438, v761 = v692 * v603;
+  out[11] = v702; out[23] = v703;
+  const lanes v762 = -v704;
+  out[47] = v705;
+  const lanes v763 = v16 * v706, v764 = v706 * v15, v765 = v707 - T_11, v766 = v708 - v709,
+      v767 = v710 + v711, v768 = v712 + v713, v769 = v714 - v715, v770 = v716 - v717,
+      v771 = v718 + v719, v772 = v16 * v720, v773 = v15 * v720, v774 = v721 - T_11,
+      v775 = v722 + v723, v776 = v724 - v725, v777 = v726 - v727, v778 = v728 + v729,
+      v779 = v730 - v731, v780 = v732 + v733, v781 = v16 * v734, v782 = v15 * v734,
+      v783 = v735 - T_11, v784 = v736 - v737, v785 = v738 + v739, v786 = v740 - v741,
+      v787 = v742 + v743, v788 = v744 + v745, v789 = v746 - v747, v790 = v16 * v748,
+      v791 = v15 * v748, v792 = v749 - T_11, v793 = v750 + v751, v794 = v752 - v753,
+      v795 = v754 + v755, v796 = v756 - v757, v797 = v758 + v759, v798 = v760 - v761;
+  out[35] = v762;
+  const lanes v799 = v613 + v763, v800 = v764 - v616, v801 = v765 * v765, v802 = v766 - T_0,
+      v803 = T_1 + v767, v804 = T_4 + v768, v805 = v769 - T_5, v806 = v770 - T_8, v807 = T_9 + v771,
+      v808 = v772 + v623, v809 = v773 - v624, v810 = v774 * v774, v811 = v775 - T_0,
+      v812 = T_1 + v776, v813 = T_4 + v777, v814 = T_5 + v778, v815 = v779 - T_8, v816 = T_9 + v780,
+      v817 = v629 - v781, v818 = v632 + v782, v819 = v783 * v783, v820 = v784 - T_0,
+      v821 = T_1 - v785, v822 = T_4 + v786, v823 = v787 - T_5, v824 = T_8 + v788, v825 = T_9 + v789,
+      v826 = v637 - v790, v827 = v640 + v791, v828 = v792 * v792, v829 = v793 - T_0,
+      v830 = T_1 + v794, v831 = T_4 - v795, v832 = v796 - T_5, v833 = T_8 + v797, v834 = T_9 + v798,
+      v835 = v799 - T_3, v836 = v800 - T_7, v837 = v802 * v802, v838 = v803 * v803,
+      v839 = v804 * v804, v840 = v805 * v805, v841 = v806 * v806, v842 = v807 * v807,
+      v843 = v808 - T_3, v844 = v809 - T_7, v845 = v811 * v811, v846 = v812 * v812,
+      v847 = v813 * v813, v848 = v814 * v814, v849 = v815 * v815, v850 = v816 * v816,
+      v851 = v817 - T_3, v852 = T_7 + v818, v853 = v820 * v820, v854 = v821 * v821,
+      v855 = v822 * v822, v856 = v823 * v823, v857 = v824 * v824, v858 = v825 * v825,
+      v859 = v826 - T_3, v860 = T_7 + v827, v861 = v829 * v829, v862 = v830 * v830,
+      v863 = v831 * v831, v864 = v832 * v832, v865 = v833 * v833, v866 = v834 * v834,
+      v867 = v835 * v835, v868 = v836 * v836, v869 = v837 + v838, v870 = v843 * v843,
+      v871 = v844 * v844, v872 = v845 + v846, v873 = v851 * v851, v874 = v852 * v852,
+      v875 = v853 + v854, v876 = v859 * v859, v877 = v860 * v860, v878 = v861 + v862,
+      v879 = v867 + v868, v880 = v869 + v654, v881 = v870 + v871, v882 = v872 + v659,
+      v883 = v873 + v874, v884 = v875 + v664, v885 = v876 + v877, v886 = v878 + v669,
+      v887 = v879 + v801, v888 = v880 + v839, v889 = v881 + v810, v890 = v882 + v847,
+      v891 = v883 + v819, v892 = v884 + v855, v893 = v885 + v828, v894 = v886 + v863,
+      v895 = v888 + v840, v896 = v890 + v848, v897 = v892 + v856, v898 = v894 + v864,
+      v899 = v895 + v655, v900 = v896 + v660, v901 = v897 + v665, v902 = v898 + v670,
+      v903 = v899 + v841, v904 = v900 + v849, v905 = v901 + v857, v906 = v902 + v865,
+      v907 = v903 + v842, v908 = v904 + v850, v909 = v905 + v858, v910 = v906 + v866,
+      v911 = v907 + v656, v912 = v908 + v661, v913 = v909 + v666, v914 = v910 + v671,
+      v915 = 0.5 * v911, v916 = 0.5 * v912, v917 = 0.5 * v913, v918 = 0.5 * v914,
+      v919 = v887 + v915, v920 = v887 - v915, v921 = v889 + v916, v922 = v889 - v916,
+      v923 = v891 + v917, v924 = v891 - v917, v925 = v893 + v918, v926 = v893 - v918;
+  LANES_LET1(v927, fabs, v920); LANES_LET1(v928, fabs, v922); LANES_LET1(v929, fabs, v924);
+  LANES_LET1(v930, fabs, v926);
+  const lanes v931 = v919 + v927, v932 = v921 + v928, v933 = v923 + v929, v934 = v925 + v930,
+      v935 = 0.5 * v931, v936 = 0.5 * v932, v937 = 0.5 * v933, v938 = 0.5 * v934;
+  LANES_LET1(v939, sqrt, v935); LANES_LET1(v940, sqrt, v936); LANES_LET1(v941, sqrt, v937);
+  LANES_LET1(v942, sqrt, v938); out[48] = v939; out[49] = v939; out[50] = v940; out[51] = v940;
+  out[52] = v941; out[53] = v941; out[54] = v942; out[55] = v942;
 }

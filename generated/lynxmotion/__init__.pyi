@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import Robot
+from chasles import Robot, Solutions
 
 robot: Robot
 
@@ -297,7 +297,7 @@ def acceleration_mixed(
 def ik(
     T: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> Solutions:
     """Every solution of the inverse kinematics, in 4 slots.
 
     fk(q[k]) = T wherever residual[k] is rounding
@@ -316,7 +316,7 @@ def ik(
 def ik_position(
     p: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> Solutions:
     """Every solution of the inverse kinematics, in 4 slots.
 
     fk(q[k]) has its origin in p wherever residual[k] is rounding; free joints are 0
@@ -335,7 +335,7 @@ def ik_position(
 def ik_position_pitch(
     x: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> Solutions:
     """Every solution of the inverse kinematics, in 8 slots.
 
     fk(q[k]) has its origin in x[:3] and its third axis the elevation x[3] wherever residual[k] is rounding; a free joint is 0
@@ -354,7 +354,7 @@ def ik_position_pitch(
 def ik_position_direction(
     x: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
     threads: int | Literal["all"] | None = 1,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+) -> Solutions:
     """Every solution of the inverse kinematics, in 4 slots.
 
     fk(q[k]) has its origin in x[:3] and the third axis x[3:] wherever residual[k] is rounding; a free joint is 0

@@ -18,772 +18,293 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
+    const double *T, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes sign_0 = in[16];
-  const lanes sign_1 = in[17];
-  const lanes v1 = 0.2 * T_2;
-  const lanes v2 = T_3 - v1;
-  const lanes v3 = v2 * v2;
-  const lanes v4 = 0.2 * T_6;
-  const lanes v5 = T_7 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 + v6;
-  const lanes v8 = 4e-15 * v7;
-  const lanes_where v9 = LANES_LT(v8, v7);
-  lanes v10; LANES_NAME(lanes_sqrt)(&v7, &v10);
-  const lanes v11 = sign_0 * v10;
-  const lanes v12 = v5 * v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = LANES_CHOICE(v9, v13, 0.0);
-  const lanes v15 = LANES_CHOICE(v9, v14, 0.0);
-  const lanes v16 = v2 * v11;
-  const lanes v17 = LANES_CHOICE(v9, v16, 0.0);
-  const lanes v18 = 1e-150 - v17;
-  const lanes v19 = v18 * v18;
-  const lanes v20 = v15 + v19;
-  lanes v21; LANES_NAME(lanes_sqrt)(&v20, &v21);
-  const lanes v22 = 1.0 / v21;
-  const lanes v23 = v12 * v22;
-  const lanes v24 = LANES_CHOICE(v9, v23, 0.0);
-  const lanes v25 = v18 / v21;
-  const lanes v27 = 0.2 * T_10;
-  const lanes v28 = T_11 - v27;
-  const lanes v29 = v28 - 0.1;
-  const lanes v30 = 1e-150 + T_10;
-  const lanes v31 = T_2 * v25;
-  const lanes v32 = T_6 * v23;
-  const lanes v33 = LANES_CHOICE(v9, v32, 0.0);
-  const lanes v34 = v31 - v33;
-  const lanes v35 = v34 * v34;
-  const lanes v36 = v30 * v30;
-  const lanes v37 = v35 + v36;
-  lanes v38; LANES_NAME(lanes_sqrt)(&v37, &v38);
-  const lanes v39 = v30 / v38;
-  const lanes v40 = 0.1 * v39;
-  const lanes v41 = v29 + v40;
-  const lanes v42 = v2 * v25;
-  const lanes v43 = v5 * v23;
-  const lanes v44 = LANES_CHOICE(v9, v43, 0.0);
-  const lanes v45 = v42 - v44;
-  const lanes v46 = v34 / v38;
-  const lanes v47 = 0.1 * v46;
-  const lanes v48 = v45 + v47;
-  const lanes v49 = v48 * v48;
-  const lanes v50 = v41 * v41;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v51 - 0.02;
-  const lanes v53 = 0.02 * v52;
-  const lanes v54 = 1e-150 + v53;
-  const lanes v55 = 0.04 - v51;
-  const lanes v56 = v51 * v55;
-  const lanes_where v57 = LANES_LT(1.6e-18, v56);
-  lanes v58; LANES_NAME(lanes_sqrt)(&v56, &v58);
-  const lanes v59 = sign_1 * v58;
-  const lanes v60 = 0.02 * v59;
-  const lanes v61 = v60 * v60;
-  const lanes v62 = LANES_CHOICE(v57, v61, 0.0);
-  const lanes v63 = LANES_CHOICE(v57, v62, 0.0);
-  const lanes v64 = v54 * v54;
-  const lanes v65 = v63 + v64;
-  lanes v66; LANES_NAME(lanes_sqrt)(&v65, &v66);
-  const lanes v67 = v54 / v66;
-  const lanes v68 = 0.1 * v67;
-  const lanes v69 = v68 + 0.1;
-  const lanes v70 = v41 * v69;
-  const lanes v71 = 1.0 / v66;
-  const lanes v72 = v60 * v71;
-  const lanes v73 = 0.1 * v72;
-  const lanes v74 = v48 * v73;
-  const lanes v75 = LANES_CHOICE(v57, v74, 0.0);
-  const lanes v76 = v70 - v75;
-  const lanes v77 = v76 * v76;
-  const lanes v78 = v48 * v69;
-  const lanes v79 = v41 * v73;
-  const lanes v80 = LANES_CHOICE(v57, v79, 0.0);
-  const lanes v81 = v78 + v80;
-  const lanes v82 = 1e-150 + v81;
-  const lanes v83 = v82 * v82;
-  const lanes v84 = v77 + v83;
-  lanes v85; LANES_NAME(lanes_sqrt)(&v84, &v85);
-  const lanes v86 = v76 / v85;
-  const lanes v87 = v82 / v85;
-  lanes v88; LANES_NAME(lanes_atan2)(&v86, &v87, &v88);
-  const lanes v89 = LANES_CHOICE(v57, v72, 0.0);
-  lanes v90; LANES_NAME(lanes_atan2)(&v89, &v67, &v90);
-  const lanes v91 = v67 * v86;
-  const lanes v92 = v72 * v87;
-  const lanes v93 = LANES_CHOICE(v57, v92, 0.0);
-  const lanes v94 = v91 + v93;
-  const lanes v95 = v39 * v94;
-  const lanes v96 = v67 * v87;
-  const lanes v97 = v72 * v86;
-  const lanes v98 = LANES_CHOICE(v57, v97, 0.0);
-  const lanes v99 = v96 - v98;
-  const lanes v100 = v46 * v99;
-  const lanes v101 = v95 + v100;
-  const lanes v102 = v39 * v99;
-  const lanes v103 = v46 * v94;
-  const lanes v104 = v102 - v103;
-  lanes v105; LANES_NAME(lanes_atan2)(&v101, &v104, &v105);
-  const lanes v106 = T_0 * v23;
-  const lanes v107 = LANES_CHOICE(v9, v106, 0.0);
-  const lanes v108 = T_4 * v25;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = v109 * v109;
-  const lanes v111 = T_0 * v25;
-  const lanes v112 = T_4 * v23;
-  const lanes v113 = LANES_CHOICE(v9, v112, 0.0);
-  const lanes v114 = v111 - v113;
-  const lanes v115 = v39 * v114;
-  const lanes v116 = T_8 * v46;
-  const lanes v117 = v115 - v116;
-  const lanes v118 = 1e-150 + v117;
-  const lanes v119 = v118 * v118;
-  const lanes v120 = v110 + v119;
-  lanes v121; LANES_NAME(lanes_sqrt)(&v120, &v121);
-  const lanes v122 = v109 / v121;
-  const lanes v123 = v118 / v121;
-  out[1] = v88;
-  out[2] = v90;
-  const lanes v126 = -v105;
-  out[3] = v126;
-  const lanes v127 = 0.1 * v99;
-  const lanes v128 = v94 * v104;
-  const lanes v129 = v99 * v101;
-  const lanes v130 = v128 - v129;
-  const lanes v131 = 0.1 * v130;
-  const lanes v132 = v127 - v131;
-  const lanes v133 = 0.1 * v87;
-  const lanes v134 = v132 + v133;
-  const lanes v135 = v25 * v134;
-  const lanes v136 = v135 - T_3;
-  const lanes v137 = v136 * v136;
-  const lanes v138 = v23 * v134;
-  const lanes v139 = LANES_CHOICE(v9, v138, 0.0);
-  const lanes v140 = T_7 + v139;
-  const lanes v141 = v140 * v140;
-  const lanes v142 = v137 + v141;
-  const lanes v143 = v99 * v104;
-  const lanes v144 = v94 * v101;
-  const lanes v145 = v143 + v144;
-  const lanes v146 = 0.1 * v145;
-  const lanes v147 = 0.1 * v94;
-  const lanes v148 = v146 + v147;
-  const lanes v149 = 0.1 * v86;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = v150 + 0.1;
-  const lanes v152 = v151 - T_11;
-  const lanes v153 = v152 * v152;
-  const lanes v154 = v142 + v153;
-  const lanes v155 = v23 * v122;
-  const lanes v156 = LANES_CHOICE(v9, v155, 0.0);
-  const lanes v157 = v25 * v145;
-  const lanes v158 = v123 * v157;
-  const lanes v159 = v156 + v158;
-  const lanes v160 = v159 - T_0;
-  const lanes v161 = v160 * v160;
-  const lanes v162 = v23 * v123;
-  const lanes v163 = LANES_CHOICE(v9, v162, 0.0);
-  const lanes v164 = v122 * v157;
-  const lanes v165 = v163 - v164;
-  const lanes v166 = v165 - T_1;
-  const lanes v167 = v166 * v166;
-  const lanes v168 = v161 + v167;
-  const lanes v169 = v25 * v130;
-  const lanes v170 = T_2 + v169;
-  const lanes v171 = v170 * v170;
-  const lanes v172 = v168 + v171;
-  const lanes v173 = v25 * v122;
-  const lanes v174 = v23 * v145;
-  const lanes v175 = v123 * v174;
-  const lanes v176 = LANES_CHOICE(v9, v175, 0.0);
-  const lanes v177 = v173 - v176;
-  const lanes v178 = v177 - T_4;
-  const lanes v179 = v178 * v178;
-  const lanes v180 = v172 + v179;
-  const lanes v181 = v25 * v123;
-  const lanes v182 = v122 * v174;
-  const lanes v183 = LANES_CHOICE(v9, v182, 0.0);
-  const lanes v184 = v181 + v183;
-  const lanes v185 = v184 - T_5;
-  const lanes v186 = v185 * v185;
-  const lanes v187 = v180 + v186;
-  const lanes v188 = v23 * v130;
-  const lanes v189 = LANES_CHOICE(v9, v188, 0.0);
-  const lanes v190 = v189 - T_6;
-  const lanes v191 = v190 * v190;
-  const lanes v192 = v187 + v191;
-  const lanes v193 = v123 * v130;
-  const lanes v194 = v193 - T_8;
-  const lanes v195 = v194 * v194;
-  const lanes v196 = v192 + v195;
-  const lanes v197 = v122 * v130;
-  const lanes v198 = T_9 + v197;
-  const lanes v199 = v198 * v198;
-  const lanes v200 = v196 + v199;
-  const lanes v201 = v145 - T_10;
-  const lanes v202 = v201 * v201;
-  const lanes v203 = v200 + v202;
-  const lanes v204 = 0.5 * v203;
-  lanes v205; LANES_NAME(lanes_fmax)(&v154, &v204, &v205);
-  lanes v206; LANES_NAME(lanes_sqrt)(&v205, &v206);
-  out[5] = v206;
-  const lanes v207 = 1e-300 + v7;
-  const lanes v208 = v7 / v207;
-  const lanes v209 = 2500.0 * v56;
-  lanes v210; LANES_NAME(lanes_fmin)(&v208, &v209, &v210);
-  out[6] = v210;
-  lanes v26, v124; LANES_NAME(lanes_two_atan2)(&v24, &v25, &v122, &v123, &v26, &v124);
-  const lanes v125 = -v26;
-  out[0] = v125;
-  out[4] = v124;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 0.2 * T_6, v2 = 0.2 * T_2,
+      v3 = 0.2 * T_10, v4 = 1e-150 + T_10, v5 = T_7 - v1, v6 = T_3 - v2, v7 = T_11 - v3,
+      v8 = v4 * v4, v9 = v5 * v5, v10 = 1e-150 - v6, v11 = v7 - 0.1, v12 = v10 * v10,
+      v13 = v10 * choice_0, v14 = v9 + v12;
+  LANES_LET1(v16, rsqrt, v14);
+  const lanes v18 = v5 * v16, v19 = v10 * v16, v21 = choice_0 * v19, v22 = choice_0 * v18,
+      v23 = T_2 * v21, v24 = T_6 * v22, v25 = v6 * v21, v26 = v5 * v22, v27 = T_0 * v22,
+      v28 = T_4 * v21, v29 = T_0 * v21, v30 = T_4 * v22, v31 = v23 - v24, v32 = v25 - v26,
+      v33 = v27 + v28, v34 = v29 - v30, v35 = v31 * v31, v36 = v33 * v33, v37 = v35 + v8;
+  LANES_LET1(v38, rsqrt, v37);
+  const lanes v39 = v4 * v38, v40 = v31 * v38, v41 = 0.1 * v39, v42 = 0.1 * v40, v43 = v39 * v34,
+      v44 = T_8 * v40, v45 = v21 * v39, v46 = v21 * v40, v47 = v22 * v39, v48 = v22 * v40,
+      v49 = v39 - T_10, v50 = v11 + v41, v51 = v32 + v42, v52 = v43 - v44, v53 = v46 - T_2,
+      v54 = T_6 + v48, v55 = v49 * v49, v56 = v51 * v51, v57 = v50 * v50, v58 = 1e-150 + v52,
+      v59 = v53 * v53, v60 = v54 * v54, v61 = v56 + v57, v62 = v58 * v58, v64 = v61 - 0.02,
+      v65 = 0.04 - v61, v66 = v36 + v62, v67 = 0.02 * v64, v68 = v61 * v65;
+  LANES_LET1(v69, rsqrt, v66);
+  const lanes v70 = 1e-150 + v67;
+  const lanes_where v71 = LANES_LT(1.6e-18, v68); LANES_LET1(v72, sqrt, v68);
+  const lanes v73 = v33 * v69, v74 = v58 * v69, v75 = 2500.0 * v68,
+      v76 = LANES_CHOICE(v71, v72, 0.0), v77 = v70 * v70, v78 = v22 * v73, v79 = v74 * v45,
+      v80 = v22 * v74, v81 = v73 * v45, v82 = v21 * v73, v83 = v74 * v47, v84 = v21 * v74,
+      v85 = v73 * v47, v86 = v40 * v74, v87 = v40 * v73;
+  out[6] = v75;
+  const lanes v88 = choice_1 * v76, v89 = v78 + v79, v90 = v80 - v81, v91 = v82 - v83,
+      v92 = v84 + v85, v93 = T_8 + v86, v94 = v87 - T_9, v95 = 0.02 * v88, v96 = v89 - T_0,
+      v97 = v90 - T_1, v98 = v91 - T_4, v99 = v92 - T_5, v100 = v93 * v93, v101 = v94 * v94,
+      v102 = v95 * v95;
+  LANES_LET2(v103, atan2, v95, v70);
+  const lanes v104 = v96 * v96, v105 = v97 * v97, v106 = v98 * v98, v107 = v99 * v99,
+      v108 = v102 + v77;
+  out[2] = v103;
+  const lanes v109 = v104 + v105;
+  LANES_LET1(v110, rsqrt, v108);
+  const lanes v111 = v109 + v59, v112 = v70 * v110, v113 = v95 * v110, v114 = v111 + v106,
+      v115 = 0.1 * v112, v116 = 0.1 * v113, v117 = v114 + v107, v118 = v115 + 0.1,
+      v119 = v51 * v116, v120 = v50 * v116, v121 = v117 + v60, v122 = v50 * v118, v123 = v51 * v118,
+      v124 = v121 + v100, v125 = v122 - v119, v126 = v123 + v120, v127 = v124 + v101,
+      v128 = v125 * v125, v129 = 1e-150 + v126, v130 = v127 + v55, v131 = v129 * v129;
+  LANES_LET2(v132, atan2, v125, v129);
+  const lanes v133 = 0.5 * v130, v134 = v128 + v131;
+  out[1] = v132; LANES_LET1(v135, rsqrt, v134);
+  const lanes v136 = v125 * v135, v137 = v129 * v135, v138 = v112 * v136, v139 = v113 * v137,
+      v140 = v112 * v137, v141 = v113 * v136, v142 = 0.1 * v137, v143 = 0.1 * v136,
+      v144 = v138 + v139, v145 = v140 - v141, v146 = v39 * v144, v147 = v40 * v145,
+      v148 = v39 * v145, v149 = v40 * v144, v150 = 0.1 * v145, v151 = 0.1 * v144,
+      v152 = v146 + v147, v153 = v148 - v149, v154 = v42 + v150, v155 = v41 + v151;
+  LANES_LET2(v156, atan2, v152, v153);
+  const lanes v157 = v154 + v142, v158 = v155 + v143, v159 = -v156, v160 = v21 * v157,
+      v161 = v22 * v157, v162 = v158 + 0.1;
+  out[3] = v159;
+  const lanes v163 = v160 - T_3, v164 = T_7 + v161, v165 = v162 - T_11, v166 = v163 * v163,
+      v167 = v164 * v164, v168 = v165 * v165, v169 = v166 + v167, v170 = v169 + v168,
+      v171 = v170 + v133, v172 = v170 - v133;
+  LANES_LET1(v173, fabs, v172);
+  const lanes v174 = v171 + v173, v175 = 0.5 * v174;
+  LANES_LET1(v176, sqrt, v175); out[5] = v176;
+  lanes v15, v63; LANES_NAME(lanes_two_atan2)(&v5, &v13, &v33, &v58, &v15, &v63);
+  const lanes v17 = choice_0 * v15, v20 = -v17;
+  out[0] = v20; out[4] = v63;
 }
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(const double *T, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(const double *T, double *q, double *residual, double *margin)
 {
-  static const double signs[2][8] = {
+  static const double choice[2][8] = {
     {1, 1, -1, -1, -1, -1, -1, -1},
     {1, -1, 1, -1, -1, -1, -1, -1}};
   enum { BRANCHES = 4, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[18], out[BRANCHES / COUNT][7];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 2; i++) {
-      in[16 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(lynxmotion_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][7];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(lynxmotion_ik_branch)(T, choice, b, out[b / COUNT]);
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 5, COUNT, q + b * 5, 5);
-    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b * 1, 1);
   }
 }
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_position_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(lynxmotion_ik_position_branch)(
+    const double *p, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes p_0 = in[0];
-  const lanes p_1 = in[1];
-  const lanes p_2 = in[2];
-  const lanes sign_0 = in[3];
-  const lanes sign_1 = in[4];
-  const lanes v1 = p_0 * p_0;
-  const lanes v2 = p_1 * p_1;
-  const lanes v3 = v1 + v2;
-  const lanes v4 = 4e-15 * v3;
-  const lanes_where v5 = LANES_LT(v4, v3);
-  lanes v6; LANES_NAME(lanes_sqrt)(&v3, &v6);
-  const lanes v7 = sign_0 * v6;
-  const lanes v8 = v7 * p_1;
-  const lanes v9 = v8 * v8;
-  const lanes v10 = LANES_CHOICE(v5, v9, 0.0);
-  const lanes v11 = LANES_CHOICE(v5, v10, 0.0);
-  const lanes v12 = v7 * p_0;
-  const lanes v13 = LANES_CHOICE(v5, v12, 0.0);
-  const lanes v14 = 1e-150 - v13;
-  const lanes v15 = v14 * v14;
-  const lanes v16 = v11 + v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 1.0 / v17;
-  const lanes v19 = v8 * v18;
-  const lanes v20 = LANES_CHOICE(v5, v19, 0.0);
-  const lanes v21 = v14 / v17;
-  const lanes v23 = p_2 - 0.1;
-  const lanes v24 = v21 * p_0;
-  const lanes v25 = v19 * p_1;
-  const lanes v26 = LANES_CHOICE(v5, v25, 0.0);
-  const lanes v27 = v24 - v26;
-  const lanes v28 = v27 * v27;
-  const lanes v29 = v23 * v23;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = v30 - 0.001715728752538099;
-  const lanes v32 = 0.058284271247461904 - v30;
-  const lanes v33 = v31 * v32;
-  const lanes_where v34 = LANES_LT(3.2e-18, v33);
-  lanes v35; LANES_NAME(lanes_sqrt)(&v33, &v35);
-  const lanes v36 = sign_1 * v35;
-  const lanes v37 = 0.02 * v36;
-  const lanes v38 = LANES_CHOICE(v34, v37, 0.0);
-  const lanes v39 = v30 - 0.03;
-  const lanes v40 = 0.02 * v39;
-  const lanes v41 = v38 + v40;
-  const lanes v42 = 1e-150 + v41;
-  const lanes v43 = v38 - v40;
-  const lanes v44 = v43 * v43;
-  const lanes v45 = v42 * v42;
-  const lanes v46 = v44 + v45;
-  lanes v47; LANES_NAME(lanes_sqrt)(&v46, &v47);
-  const lanes v48 = v42 / v47;
-  const lanes v49 = 0.1 * v48;
-  const lanes v50 = v43 / v47;
-  const lanes v51 = 0.1 * v50;
-  const lanes v52 = v49 - v51;
-  const lanes v53 = v52 + 0.1;
-  const lanes v54 = v23 * v53;
-  const lanes v55 = v49 + v51;
-  const lanes v56 = v27 * v55;
-  const lanes v57 = v54 - v56;
-  const lanes v58 = v57 * v57;
-  const lanes v59 = v27 * v53;
-  const lanes v60 = v23 * v55;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = 1e-150 + v61;
-  const lanes v63 = v62 * v62;
-  const lanes v64 = v58 + v63;
-  lanes v65; LANES_NAME(lanes_sqrt)(&v64, &v65);
-  const lanes v66 = v57 / v65;
-  const lanes v67 = v62 / v65;
-  lanes v68; LANES_NAME(lanes_atan2)(&v66, &v67, &v68);
-  lanes v69; LANES_NAME(lanes_atan2)(&v50, &v48, &v69);
-  out[1] = v68;
-  out[2] = v69;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  const lanes v71 = v48 * v67;
-  const lanes v72 = v50 * v66;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = 0.1 * v73;
-  const lanes v75 = v48 * v66;
-  const lanes v76 = v50 * v67;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = 0.1 * v77;
-  const lanes v79 = v74 - v78;
-  const lanes v80 = 0.1 * v67;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = v21 * v81;
-  const lanes v83 = v82 - p_0;
-  const lanes v84 = v83 * v83;
-  const lanes v85 = v19 * v81;
-  const lanes v86 = LANES_CHOICE(v5, v85, 0.0);
-  const lanes v87 = v86 + p_1;
-  const lanes v88 = v87 * v87;
-  const lanes v89 = v84 + v88;
-  const lanes v90 = v74 + v78;
-  const lanes v91 = 0.1 * v66;
-  const lanes v92 = v90 + v91;
-  const lanes v93 = v92 + 0.1;
-  const lanes v94 = v93 - p_2;
-  const lanes v95 = v94 * v94;
-  const lanes v96 = v89 + v95;
-  lanes v97; LANES_NAME(lanes_sqrt)(&v96, &v97);
-  out[5] = v97;
-  const lanes v98 = 1e-300 + v3;
-  const lanes v99 = v3 / v98;
-  const lanes v100 = 1250.0 * v33;
-  lanes v101; LANES_NAME(lanes_fmin)(&v99, &v100, &v101);
-  out[6] = v101;
-  lanes v22; LANES_NAME(lanes_atan2)(&v20, &v21, &v22);
-  const lanes v70 = -v22;
-  out[0] = v70;
+  const lanes p_0 = LANES_OF(p[0]), p_1 = LANES_OF(p[1]), p_2 = LANES_OF(p[2]),
+      choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 1e-150 - p_0, v2 = p_1 * p_1,
+      v3 = p_2 - 0.1;
+  out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  const lanes v4 = v1 * v1, v5 = v1 * choice_0, v6 = v3 * v3, v7 = v4 + v2;
+  LANES_LET1(v9, rsqrt, v7);
+  const lanes v11 = p_1 * v9, v12 = v1 * v9, v14 = choice_0 * v12, v15 = choice_0 * v11,
+      v16 = v14 * p_0, v17 = v15 * p_1, v18 = v16 - v17, v19 = v18 * v18, v20 = v19 + v6,
+      v21 = v20 - 0.001715728752538099, v22 = 0.058284271247461904 - v20, v23 = v20 - 0.03,
+      v24 = v21 * v22, v25 = 0.02 * v23;
+  const lanes_where v26 = LANES_LT(3.2e-18, v24); LANES_LET1(v27, sqrt, v24);
+  const lanes v28 = 1250.0 * v24, v29 = LANES_CHOICE(v26, v27, 0.0);
+  out[6] = v28;
+  const lanes v30 = choice_1 * v29, v31 = 0.02 * v30, v32 = v31 + v25, v33 = v31 - v25,
+      v34 = 1e-150 + v32, v35 = v33 * v33, v36 = v34 * v34;
+  LANES_LET2(v37, atan2, v33, v34);
+  const lanes v38 = v35 + v36;
+  out[2] = v37; LANES_LET1(v39, rsqrt, v38);
+  const lanes v40 = v34 * v39, v41 = v33 * v39, v42 = 0.1 * v40, v43 = 0.1 * v41, v44 = v42 - v43,
+      v45 = v42 + v43, v46 = v44 + 0.1, v47 = v18 * v45, v48 = v3 * v45, v49 = v3 * v46,
+      v50 = v18 * v46, v51 = v49 - v47, v52 = v50 + v48, v53 = v51 * v51, v54 = 1e-150 + v52,
+      v55 = v54 * v54;
+  LANES_LET2(v56, atan2, v51, v54);
+  const lanes v57 = v53 + v55;
+  out[1] = v56; LANES_LET1(v58, rsqrt, v57);
+  const lanes v59 = v51 * v58, v60 = v54 * v58, v61 = v40 * v60, v62 = v41 * v59, v63 = v40 * v59,
+      v64 = v41 * v60, v65 = 0.1 * v60, v66 = 0.1 * v59, v67 = v61 - v62, v68 = v63 + v64,
+      v69 = 0.1 * v67, v70 = 0.1 * v68, v71 = v69 - v70, v72 = v69 + v70, v73 = v71 + v65,
+      v74 = v72 + v66, v75 = v14 * v73, v76 = v15 * v73, v77 = v74 + 0.1, v78 = v75 - p_0,
+      v79 = v76 + p_1, v80 = v77 - p_2, v81 = v78 * v78, v82 = v79 * v79, v83 = v80 * v80,
+      v84 = v81 + v82, v85 = v84 + v83;
+  LANES_LET1(v86, sqrt, v85); out[5] = v86; LANES_LET2(v8, atan2, p_1, v5);
+  const lanes v10 = choice_0 * v8, v13 = -v10;
+  out[0] = v13;
 }
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_position_branches)(const double *p, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_branches)(const double *p, double *q, double *residual, double *margin)
 {
-  static const double signs[2][8] = {
+  static const double choice[2][8] = {
     {1, 1, -1, -1, -1, -1, -1, -1},
     {1, -1, 1, -1, -1, -1, -1, -1}};
   enum { BRANCHES = 4, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[5], out[BRANCHES / COUNT][7];
-  LANES_NAME(lanes_spread)(p, 3, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 2; i++) {
-      in[3 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(lynxmotion_ik_position_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][7];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(lynxmotion_ik_position_branch)(p, choice, b, out[b / COUNT]);
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 5, COUNT, q + b * 5, 5);
-    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b * 1, 1);
   }
 }
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(lynxmotion_ik_position_pitch_branch)(
+    const double *x, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes x_0 = in[0];
-  const lanes x_1 = in[1];
-  const lanes x_2 = in[2];
-  const lanes x_3 = in[3];
-  const lanes sign_0 = in[4];
-  const lanes sign_1 = in[5];
-  const lanes sign_2 = in[6];
-  const lanes v1 = x_0 * x_0;
-  const lanes v2 = x_1 * x_1;
-  const lanes v3 = v1 + v2;
-  const lanes v4 = 4e-15 * v3;
-  const lanes_where v5 = LANES_LT(v4, v3);
-  lanes v6; LANES_NAME(lanes_sqrt)(&v3, &v6);
-  const lanes v7 = sign_0 * v6;
-  const lanes v8 = v7 * x_1;
-  const lanes v9 = v8 * v8;
-  const lanes v10 = LANES_CHOICE(v5, v9, 0.0);
-  const lanes v11 = LANES_CHOICE(v5, v10, 0.0);
-  const lanes v12 = v7 * x_0;
-  const lanes v13 = LANES_CHOICE(v5, v12, 0.0);
-  const lanes v14 = 1e-150 - v13;
-  const lanes v15 = v14 * v14;
-  const lanes v16 = v11 + v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 1.0 / v17;
-  const lanes v19 = v8 * v18;
-  const lanes v20 = LANES_CHOICE(v5, v19, 0.0);
-  const lanes v21 = v14 / v17;
-  const lanes v23 = x_2 - 0.1;
-  lanes v26, v24; LANES_NAME(lanes_cos_sin)(&x_3, &v26, &v24);
-  const lanes v25 = 1e-150 + v24;
-  const lanes v27 = sign_1 * v26;
-  const lanes v28 = v27 * v27;
-  const lanes v29 = v25 * v25;
-  const lanes v30 = v28 + v29;
-  lanes v31; LANES_NAME(lanes_sqrt)(&v30, &v31);
-  const lanes v32 = v25 / v31;
-  const lanes v33 = 0.1 * v32;
-  const lanes v34 = v23 - v33;
-  const lanes v35 = v21 * x_0;
-  const lanes v36 = v19 * x_1;
-  const lanes v37 = LANES_CHOICE(v5, v36, 0.0);
-  const lanes v38 = v35 - v37;
-  const lanes v39 = v27 / v31;
-  const lanes v40 = 0.1 * v39;
-  const lanes v41 = v38 + v40;
-  const lanes v42 = v41 * v41;
-  const lanes v43 = v34 * v34;
-  const lanes v44 = v42 + v43;
-  const lanes v45 = v44 - 0.02;
-  const lanes v46 = 0.02 * v45;
-  const lanes v47 = 1e-150 + v46;
-  const lanes v48 = 0.04 - v44;
-  const lanes v49 = v44 * v48;
-  const lanes_where v50 = LANES_LT(1.6e-18, v49);
-  lanes v51; LANES_NAME(lanes_sqrt)(&v49, &v51);
-  const lanes v52 = sign_2 * v51;
-  const lanes v53 = 0.02 * v52;
-  const lanes v54 = v53 * v53;
-  const lanes v55 = LANES_CHOICE(v50, v54, 0.0);
-  const lanes v56 = LANES_CHOICE(v50, v55, 0.0);
-  const lanes v57 = v47 * v47;
-  const lanes v58 = v56 + v57;
-  lanes v59; LANES_NAME(lanes_sqrt)(&v58, &v59);
-  const lanes v60 = v47 / v59;
-  const lanes v61 = 0.1 * v60;
-  const lanes v62 = v61 + 0.1;
-  const lanes v63 = v34 * v62;
-  const lanes v64 = 1.0 / v59;
-  const lanes v65 = v53 * v64;
-  const lanes v66 = 0.1 * v65;
-  const lanes v67 = v41 * v66;
-  const lanes v68 = LANES_CHOICE(v50, v67, 0.0);
-  const lanes v69 = v63 - v68;
-  const lanes v70 = v69 * v69;
-  const lanes v71 = v41 * v62;
-  const lanes v72 = v34 * v66;
-  const lanes v73 = LANES_CHOICE(v50, v72, 0.0);
-  const lanes v74 = v71 + v73;
-  const lanes v75 = 1e-150 + v74;
-  const lanes v76 = v75 * v75;
-  const lanes v77 = v70 + v76;
-  lanes v78; LANES_NAME(lanes_sqrt)(&v77, &v78);
-  const lanes v79 = v69 / v78;
-  const lanes v80 = v75 / v78;
-  lanes v81; LANES_NAME(lanes_atan2)(&v79, &v80, &v81);
-  const lanes v82 = LANES_CHOICE(v50, v65, 0.0);
-  lanes v83; LANES_NAME(lanes_atan2)(&v82, &v60, &v83);
-  const lanes v84 = v60 * v80;
-  const lanes v85 = v65 * v79;
-  const lanes v86 = LANES_CHOICE(v50, v85, 0.0);
-  const lanes v87 = v84 - v86;
-  const lanes v88 = v39 * v87;
-  const lanes v89 = v60 * v79;
-  const lanes v90 = v65 * v80;
-  const lanes v91 = LANES_CHOICE(v50, v90, 0.0);
-  const lanes v92 = v89 + v91;
-  const lanes v93 = v32 * v92;
-  const lanes v94 = v88 - v93;
-  const lanes v95 = v32 * v87;
-  const lanes v96 = v39 * v92;
-  const lanes v97 = v95 + v96;
-  lanes v98; LANES_NAME(lanes_atan2)(&v94, &v97, &v98);
-  out[1] = v81;
-  out[2] = v83;
-  out[3] = v98;
-  out[4] = LANES_OF(0.0);
-  const lanes v100 = 0.1 * v87;
-  const lanes v101 = v87 * v94;
-  const lanes v102 = v92 * v97;
-  const lanes v103 = v101 + v102;
-  const lanes v104 = 0.1 * v103;
-  const lanes v105 = v100 - v104;
-  const lanes v106 = 0.1 * v80;
-  const lanes v107 = v105 + v106;
-  const lanes v108 = v21 * v107;
-  const lanes v109 = v108 - x_0;
-  const lanes v110 = v109 * v109;
-  const lanes v111 = v19 * v107;
-  const lanes v112 = LANES_CHOICE(v5, v111, 0.0);
-  const lanes v113 = v112 + x_1;
-  const lanes v114 = v113 * v113;
-  const lanes v115 = v110 + v114;
-  const lanes v116 = v87 * v97;
-  const lanes v117 = v92 * v94;
-  const lanes v118 = v116 - v117;
-  const lanes v119 = 0.1 * v118;
-  const lanes v120 = 0.1 * v92;
-  const lanes v121 = v119 + v120;
-  const lanes v122 = 0.1 * v79;
-  const lanes v123 = v121 + v122;
-  const lanes v124 = v123 + 0.1;
-  const lanes v125 = v124 - x_2;
-  const lanes v126 = v125 * v125;
-  const lanes v127 = v115 + v126;
-  const lanes v128 = v118 - v24;
-  const lanes v129 = v128 * v128;
-  const lanes v130 = v21 * v103;
-  const lanes v131 = v130 * v130;
-  const lanes v132 = v19 * v103;
-  const lanes v133 = v132 * v132;
-  const lanes v134 = LANES_CHOICE(v5, v133, 0.0);
-  const lanes v135 = LANES_CHOICE(v5, v134, 0.0);
-  const lanes v136 = v131 + v135;
-  lanes v137; LANES_NAME(lanes_sqrt)(&v136, &v137);
-  lanes v138; LANES_NAME(lanes_fabs)(&v26, &v138);
-  const lanes v139 = v137 - v138;
-  const lanes v140 = v139 * v139;
-  const lanes v141 = v129 + v140;
-  lanes v142; LANES_NAME(lanes_fmax)(&v127, &v141, &v142);
-  lanes v143; LANES_NAME(lanes_sqrt)(&v142, &v143);
-  out[5] = v143;
-  const lanes v144 = 1e-300 + v3;
-  const lanes v145 = v3 / v144;
-  const lanes v146 = 2500.0 * v49;
-  lanes v147; LANES_NAME(lanes_fmin)(&v145, &v146, &v147);
-  out[6] = v147;
-  lanes v22; LANES_NAME(lanes_atan2)(&v20, &v21, &v22);
-  const lanes v99 = -v22;
-  out[0] = v99;
+  const lanes x_0 = LANES_OF(x[0]), x_1 = LANES_OF(x[1]), x_2 = LANES_OF(x[2]),
+      x_3 = LANES_OF(x[3]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 1e-150 - x_0, v2 = x_1 * x_1,
+      v3 = x_2 - 0.1;
+  LANES_COS_SIN(v5, v4, x_3); out[4] = LANES_OF(0.0);
+  const lanes v6 = v1 * v1, v7 = v1 * choice_0, v8 = 1e-150 + v4, v9 = choice_1 * v5;
+  LANES_LET1(v10, fabs, v5);
+  const lanes v11 = v6 + v2, v13 = v9 * v9, v14 = v8 * v8;
+  LANES_LET1(v15, rsqrt, v11);
+  const lanes v16 = v13 + v14, v18 = x_1 * v15, v19 = v1 * v15;
+  LANES_LET1(v20, rsqrt, v16);
+  const lanes v22 = choice_0 * v19, v23 = v8 * v20, v24 = choice_0 * v18, v25 = v9 * v20,
+      v26 = 0.1 * v23, v27 = v22 * x_0, v28 = v24 * x_1, v29 = 0.1 * v25, v30 = v23 - v4,
+      v31 = v22 * v25, v32 = v24 * v25, v33 = v3 - v26, v34 = v27 - v28, v35 = v30 * v30,
+      v36 = v31 * v31, v37 = v32 * v32, v38 = v34 + v29, v39 = v33 * v33, v40 = v36 + v37,
+      v41 = v38 * v38;
+  LANES_LET1(v42, sqrt, v40);
+  const lanes v43 = v41 + v39, v44 = v42 - v10, v45 = v43 - 0.02, v46 = 0.04 - v43, v47 = v44 * v44,
+      v48 = 0.02 * v45, v49 = v43 * v46, v50 = v35 + v47, v51 = 1e-150 + v48;
+  const lanes_where v52 = LANES_LT(1.6e-18, v49); LANES_LET1(v53, sqrt, v49);
+  const lanes v54 = 2500.0 * v49, v55 = LANES_CHOICE(v52, v53, 0.0), v56 = v51 * v51;
+  out[6] = v54;
+  const lanes v57 = choice_2 * v55, v58 = 0.02 * v57, v59 = v58 * v58;
+  LANES_LET2(v60, atan2, v58, v51);
+  const lanes v61 = v59 + v56;
+  out[2] = v60; LANES_LET1(v62, rsqrt, v61);
+  const lanes v63 = v51 * v62, v64 = v58 * v62, v65 = 0.1 * v63, v66 = 0.1 * v64, v67 = v65 + 0.1,
+      v68 = v38 * v66, v69 = v33 * v66, v70 = v33 * v67, v71 = v38 * v67, v72 = v70 - v68,
+      v73 = v71 + v69, v74 = v72 * v72, v75 = 1e-150 + v73, v76 = v75 * v75;
+  LANES_LET2(v77, atan2, v72, v75);
+  const lanes v78 = v74 + v76;
+  out[1] = v77; LANES_LET1(v79, rsqrt, v78);
+  const lanes v80 = v72 * v79, v81 = v75 * v79, v82 = v63 * v81, v83 = v64 * v80, v84 = v63 * v80,
+      v85 = v64 * v81, v86 = 0.1 * v81, v87 = 0.1 * v80, v88 = v82 - v83, v89 = v84 + v85,
+      v90 = v25 * v88, v91 = v23 * v89, v92 = v23 * v88, v93 = v25 * v89, v94 = 0.1 * v88,
+      v95 = 0.1 * v89, v96 = v90 - v91, v97 = v92 + v93, v98 = v94 - v29, v99 = v26 + v95;
+  LANES_LET2(v100, atan2, v96, v97);
+  const lanes v101 = v98 + v86, v102 = v99 + v87;
+  out[3] = v100;
+  const lanes v103 = v22 * v101, v104 = v24 * v101, v105 = v102 + 0.1, v106 = v103 - x_0,
+      v107 = v104 + x_1, v108 = v105 - x_2, v109 = v106 * v106, v110 = v107 * v107,
+      v111 = v108 * v108, v112 = v109 + v110, v113 = v112 + v111, v114 = v113 + v50,
+      v115 = v113 - v50;
+  LANES_LET1(v116, fabs, v115);
+  const lanes v117 = v114 + v116, v118 = 0.5 * v117;
+  LANES_LET1(v119, sqrt, v118); out[5] = v119; LANES_LET2(v12, atan2, x_1, v7);
+  const lanes v17 = choice_0 * v12, v21 = -v17;
+  out[0] = v21;
 }
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch_branches)(const double *x, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch_branches)(const double *x, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[7], out[BRANCHES / COUNT][7];
-  LANES_NAME(lanes_spread)(x, 4, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[4 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(lynxmotion_ik_position_pitch_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][7];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(lynxmotion_ik_position_pitch_branch)(x, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(lynxmotion_ik_position_pitch_branch)(x, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 5, COUNT, q + b * 5, 5);
-    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b * 1, 1);
   }
 }
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
+    const double *x, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes x_0 = in[0];
-  const lanes x_1 = in[1];
-  const lanes x_2 = in[2];
-  const lanes x_3 = in[3];
-  const lanes x_4 = in[4];
-  const lanes x_5 = in[5];
-  const lanes sign_0 = in[6];
-  const lanes sign_1 = in[7];
-  const lanes v1 = x_0 * x_0;
-  const lanes v2 = x_1 * x_1;
-  const lanes v3 = v1 + v2;
-  const lanes v4 = 4e-15 * v3;
-  const lanes_where v5 = LANES_LT(v4, v3);
-  lanes v6; LANES_NAME(lanes_sqrt)(&v3, &v6);
-  const lanes v7 = sign_0 * v6;
-  const lanes v8 = v7 * x_1;
-  const lanes v9 = v8 * v8;
-  const lanes v10 = LANES_CHOICE(v5, v9, 0.0);
-  const lanes v11 = LANES_CHOICE(v5, v10, 0.0);
-  const lanes v12 = v7 * x_0;
-  const lanes v13 = LANES_CHOICE(v5, v12, 0.0);
-  const lanes v14 = 1e-150 - v13;
-  const lanes v15 = v14 * v14;
-  const lanes v16 = v11 + v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 1.0 / v17;
-  const lanes v19 = v8 * v18;
-  const lanes v20 = LANES_CHOICE(v5, v19, 0.0);
-  const lanes v21 = v14 / v17;
-  const lanes v23 = x_2 - 0.1;
-  const lanes v24 = 1e-150 + x_5;
-  const lanes v25 = v21 * x_3;
-  const lanes v26 = v19 * x_4;
-  const lanes v27 = LANES_CHOICE(v5, v26, 0.0);
-  const lanes v28 = v25 - v27;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = v24 * v24;
-  const lanes v31 = v29 + v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = v24 / v32;
-  const lanes v34 = 0.1 * v33;
-  const lanes v35 = v23 - v34;
-  const lanes v36 = v21 * x_0;
-  const lanes v37 = v19 * x_1;
-  const lanes v38 = LANES_CHOICE(v5, v37, 0.0);
-  const lanes v39 = v36 - v38;
-  const lanes v40 = v28 / v32;
-  const lanes v41 = 0.1 * v40;
-  const lanes v42 = v39 - v41;
-  const lanes v43 = v42 * v42;
-  const lanes v44 = v35 * v35;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = v45 - 0.02;
-  const lanes v47 = 0.02 * v46;
-  const lanes v48 = 1e-150 + v47;
-  const lanes v49 = 0.04 - v45;
-  const lanes v50 = v45 * v49;
-  const lanes_where v51 = LANES_LT(1.6e-18, v50);
-  lanes v52; LANES_NAME(lanes_sqrt)(&v50, &v52);
-  const lanes v53 = sign_1 * v52;
-  const lanes v54 = 0.02 * v53;
-  const lanes v55 = v54 * v54;
-  const lanes v56 = LANES_CHOICE(v51, v55, 0.0);
-  const lanes v57 = LANES_CHOICE(v51, v56, 0.0);
-  const lanes v58 = v48 * v48;
-  const lanes v59 = v57 + v58;
-  lanes v60; LANES_NAME(lanes_sqrt)(&v59, &v60);
-  const lanes v61 = v48 / v60;
-  const lanes v62 = 0.1 * v61;
-  const lanes v63 = v62 + 0.1;
-  const lanes v64 = v35 * v63;
-  const lanes v65 = 1.0 / v60;
-  const lanes v66 = v54 * v65;
-  const lanes v67 = 0.1 * v66;
-  const lanes v68 = v42 * v67;
-  const lanes v69 = LANES_CHOICE(v51, v68, 0.0);
-  const lanes v70 = v64 - v69;
-  const lanes v71 = v70 * v70;
-  const lanes v72 = v42 * v63;
-  const lanes v73 = v35 * v67;
-  const lanes v74 = LANES_CHOICE(v51, v73, 0.0);
-  const lanes v75 = v72 + v74;
-  const lanes v76 = 1e-150 + v75;
-  const lanes v77 = v76 * v76;
-  const lanes v78 = v71 + v77;
-  lanes v79; LANES_NAME(lanes_sqrt)(&v78, &v79);
-  const lanes v80 = v70 / v79;
-  const lanes v81 = v76 / v79;
-  lanes v82; LANES_NAME(lanes_atan2)(&v80, &v81, &v82);
-  const lanes v83 = LANES_CHOICE(v51, v66, 0.0);
-  lanes v84; LANES_NAME(lanes_atan2)(&v83, &v61, &v84);
-  const lanes v85 = v61 * v80;
-  const lanes v86 = v66 * v81;
-  const lanes v87 = LANES_CHOICE(v51, v86, 0.0);
-  const lanes v88 = v85 + v87;
-  const lanes v89 = v33 * v88;
-  const lanes v90 = v61 * v81;
-  const lanes v91 = v66 * v80;
-  const lanes v92 = LANES_CHOICE(v51, v91, 0.0);
-  const lanes v93 = v90 - v92;
-  const lanes v94 = v40 * v93;
-  const lanes v95 = v89 + v94;
-  const lanes v96 = v33 * v93;
-  const lanes v97 = v40 * v88;
-  const lanes v98 = v96 - v97;
-  lanes v99; LANES_NAME(lanes_atan2)(&v95, &v98, &v99);
-  out[1] = v82;
-  out[2] = v84;
-  const lanes v101 = -v99;
-  out[3] = v101;
+  const lanes x_0 = LANES_OF(x[0]), x_1 = LANES_OF(x[1]), x_2 = LANES_OF(x[2]),
+      x_3 = LANES_OF(x[3]), x_4 = LANES_OF(x[4]), x_5 = LANES_OF(x[5]),
+      choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b), v1 = 1e-150 - x_0, v2 = x_1 * x_1,
+      v3 = x_2 - 0.1, v4 = 1e-150 + x_5;
   out[4] = LANES_OF(0.0);
-  const lanes v102 = 0.1 * v93;
-  const lanes v103 = v88 * v98;
-  const lanes v104 = v93 * v95;
-  const lanes v105 = v103 - v104;
-  const lanes v106 = 0.1 * v105;
-  const lanes v107 = v102 - v106;
-  const lanes v108 = 0.1 * v81;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = v21 * v109;
-  const lanes v111 = v110 - x_0;
-  const lanes v112 = v111 * v111;
-  const lanes v113 = v19 * v109;
-  const lanes v114 = LANES_CHOICE(v5, v113, 0.0);
-  const lanes v115 = v114 + x_1;
-  const lanes v116 = v115 * v115;
-  const lanes v117 = v112 + v116;
-  const lanes v118 = v93 * v98;
-  const lanes v119 = v88 * v95;
-  const lanes v120 = v118 + v119;
-  const lanes v121 = 0.1 * v120;
-  const lanes v122 = 0.1 * v88;
-  const lanes v123 = v121 + v122;
-  const lanes v124 = 0.1 * v80;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = v125 + 0.1;
-  const lanes v127 = v126 - x_2;
-  const lanes v128 = v127 * v127;
-  const lanes v129 = v117 + v128;
-  const lanes v130 = v21 * v105;
-  const lanes v131 = v130 + x_3;
-  const lanes v132 = v131 * v131;
-  const lanes v133 = v19 * v105;
-  const lanes v134 = LANES_CHOICE(v5, v133, 0.0);
-  const lanes v135 = v134 - x_4;
-  const lanes v136 = v135 * v135;
-  const lanes v137 = v132 + v136;
-  const lanes v138 = v120 - x_5;
-  const lanes v139 = v138 * v138;
-  const lanes v140 = v137 + v139;
-  lanes v141; LANES_NAME(lanes_fmax)(&v129, &v140, &v141);
-  lanes v142; LANES_NAME(lanes_sqrt)(&v141, &v142);
-  out[5] = v142;
-  const lanes v143 = 1e-300 + v3;
-  const lanes v144 = v3 / v143;
-  const lanes v145 = 2500.0 * v50;
-  lanes v146; LANES_NAME(lanes_fmin)(&v144, &v145, &v146);
-  out[6] = v146;
-  lanes v22; LANES_NAME(lanes_atan2)(&v20, &v21, &v22);
-  const lanes v100 = -v22;
-  out[0] = v100;
+  const lanes v5 = v1 * v1, v6 = v1 * choice_0, v7 = v4 * v4, v8 = v5 + v2;
+  LANES_LET1(v10, rsqrt, v8);
+  const lanes v12 = x_1 * v10, v13 = v1 * v10, v15 = choice_0 * v13, v16 = choice_0 * v12,
+      v17 = v15 * x_3, v18 = v16 * x_4, v19 = v15 * x_0, v20 = v16 * x_1, v21 = v17 - v18,
+      v22 = v19 - v20, v23 = v21 * v21, v24 = v23 + v7;
+  LANES_LET1(v25, rsqrt, v24);
+  const lanes v26 = v4 * v25, v27 = v21 * v25, v28 = 0.1 * v26, v29 = 0.1 * v27, v30 = v15 * v27,
+      v31 = v16 * v27, v32 = v26 - x_5, v33 = v3 - v28, v34 = v22 - v29, v35 = v30 - x_3,
+      v36 = v31 + x_4, v37 = v32 * v32, v38 = v34 * v34, v39 = v33 * v33, v40 = v35 * v35,
+      v41 = v36 * v36, v42 = v38 + v39, v43 = v40 + v41, v44 = v42 - 0.02, v45 = 0.04 - v42,
+      v46 = v43 + v37, v47 = 0.02 * v44, v48 = v42 * v45, v49 = 1e-150 + v47;
+  const lanes_where v50 = LANES_LT(1.6e-18, v48); LANES_LET1(v51, sqrt, v48);
+  const lanes v52 = 2500.0 * v48, v53 = LANES_CHOICE(v50, v51, 0.0), v54 = v49 * v49;
+  out[6] = v52;
+  const lanes v55 = choice_1 * v53, v56 = 0.02 * v55, v57 = v56 * v56;
+  LANES_LET2(v58, atan2, v56, v49);
+  const lanes v59 = v57 + v54;
+  out[2] = v58; LANES_LET1(v60, rsqrt, v59);
+  const lanes v61 = v49 * v60, v62 = v56 * v60, v63 = 0.1 * v61, v64 = 0.1 * v62, v65 = v63 + 0.1,
+      v66 = v34 * v64, v67 = v33 * v64, v68 = v33 * v65, v69 = v34 * v65, v70 = v68 - v66,
+      v71 = v69 + v67, v72 = v70 * v70, v73 = 1e-150 + v71, v74 = v73 * v73;
+  LANES_LET2(v75, atan2, v70, v73);
+  const lanes v76 = v72 + v74;
+  out[1] = v75; LANES_LET1(v77, rsqrt, v76);
+  const lanes v78 = v70 * v77, v79 = v73 * v77, v80 = v61 * v78, v81 = v62 * v79, v82 = v61 * v79,
+      v83 = v62 * v78, v84 = 0.1 * v79, v85 = 0.1 * v78, v86 = v80 + v81, v87 = v82 - v83,
+      v88 = v26 * v86, v89 = v27 * v87, v90 = v26 * v87, v91 = v27 * v86, v92 = 0.1 * v87,
+      v93 = 0.1 * v86, v94 = v88 + v89, v95 = v90 - v91, v96 = v29 + v92, v97 = v28 + v93;
+  LANES_LET2(v98, atan2, v94, v95);
+  const lanes v99 = v96 + v84, v100 = v97 + v85, v101 = -v98, v102 = v15 * v99, v103 = v16 * v99,
+      v104 = v100 + 0.1;
+  out[3] = v101;
+  const lanes v105 = v102 - x_0, v106 = v103 + x_1, v107 = v104 - x_2, v108 = v105 * v105,
+      v109 = v106 * v106, v110 = v107 * v107, v111 = v108 + v109, v112 = v111 + v110,
+      v113 = v112 + v46, v114 = v112 - v46;
+  LANES_LET1(v115, fabs, v114);
+  const lanes v116 = v113 + v115, v117 = 0.5 * v116;
+  LANES_LET1(v118, sqrt, v117); out[5] = v118; LANES_LET2(v9, atan2, x_1, v6);
+  const lanes v11 = choice_0 * v9, v14 = -v11;
+  out[0] = v14;
 }
 
-static inline LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branches)(const double *x, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branches)(const double *x, double *q, double *residual, double *margin)
 {
-  static const double signs[2][8] = {
+  static const double choice[2][8] = {
     {1, 1, -1, -1, -1, -1, -1, -1},
     {1, -1, 1, -1, -1, -1, -1, -1}};
   enum { BRANCHES = 4, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[8], out[BRANCHES / COUNT][7];
-  LANES_NAME(lanes_spread)(x, 6, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 2; i++) {
-      in[6 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(lynxmotion_ik_position_direction_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][7];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(lynxmotion_ik_position_direction_branch)(x, choice, b, out[b / COUNT]);
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 5, COUNT, q + b * 5, 5);
-    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, margin + b * 1, 1);
   }
 }
 

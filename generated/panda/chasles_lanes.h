@@ -34,7 +34,13 @@ static const double lanes_arctangent[] = {-0.3333333333333298, 0.199999999999031
   -0.02743532082961043, 0.010117105953140847};
 
 #define LANES_TINY 5e-324 /* the least number above 0 */
-#define LANES_ALWAYS __attribute__((always_inline))
+#define LANES_INLINE static inline __attribute__((always_inline)) LANES_TARGET
+/* Two vectors that do not wait for each other are to be computed side by side. */
+#ifdef __clang__
+#define LANES_SCHEDULED
+#else
+#define LANES_SCHEDULED __attribute__((optimize("schedule-insns")))
+#endif
 
 #define LANES_JOIN_(a, b) a##_##b
 #define LANES_JOIN(a, b) LANES_JOIN_(a, b)
@@ -49,12 +55,17 @@ static const double lanes_arctangent[] = {-0.3333333333333298, 0.199999999999031
 /* 1 or 0. */
 #define LANES_NUMBER(condition) LANES_CHOICE(condition, 1.0, 0.0)
 
+/* Declares what a function of lanes, or two, gives. */
+#define LANES_LET1(value, name, x) lanes value; LANES_NAME(lanes_##name)(&x, &value)
+#define LANES_LET2(value, name, x, y) lanes value; LANES_NAME(lanes_##name)(&x, &y, &value)
+#define LANES_COS_SIN(c, s, x) lanes c, s; LANES_NAME(lanes_cos_sin)(&x, &c, &s)
+
 /* Functions take lanes by address: vectors wider than the baseline's are not passed by value in its
  * calls. They call others part by part, a part being a register of the set. */
 #define LANES_PART(x, k) (((lanes_part *)(x))[k])
 #define LANES_PARTS (int)(sizeof(lanes) / sizeof(lanes_part))
 #define LANES_BY_PARTS(name, function)                                                       \
-  static inline LANES_TARGET void LANES_NAME(lanes_##name)(const lanes *x, lanes *value)     \
+  LANES_INLINE void LANES_NAME(lanes_##name)(const lanes *x, lanes *value)                   \
   {                                                                                          \
     for (int k = 0; k < LANES_PARTS; k++) {                                                  \
       LANES_PART(value, k) = function(LANES_PART(x, k));                                     \
@@ -78,6 +89,8 @@ static const double lanes_arctangent[] = {-0.3333333333333298, 0.199999999999031
 #undef LANES_TARGET
 #undef LANES_VECTOR
 #undef LANES_SQRT
+#undef LANES_ALL
+#undef LANES_COMPARED
 #undef LANES_MAX
 #undef LANES_MIN
 #undef LANES_FMA
@@ -87,21 +100,25 @@ static const double lanes_arctangent[] = {-0.3333333333333298, 0.199999999999031
 #undef LANES_EQ
 #undef LANES_NE
 #undef LANES_NEGATIVE
+#undef LANES_MINUS
 #undef LANES_CHOICE
 #undef LANES_ANY
 #undef lanes
 #undef lanes_mask
 #undef lanes_part
 #undef lanes_where
-/* LANES_MAX and LANES_MIN give the second where one is NaN. */
+/* LANES_MAX and LANES_MIN give the second where one is NaN; LANES_MINUS is the bit of a minus sign,
+ * where a condition holds. */
 #if CHASLES_ISA == 2
 #define LANES 8
 #define LANES_SET avx512
 #define LANES_TARGET __attribute__((target("avx512f,avx512dq,avx512vl,avx2,fma")))
 #define LANES_VECTOR(name) _ZGVeN8v_##name
-#define LANES_SQRT _mm512_sqrt_pd
-#define LANES_MAX(x, y) ((lanes)_mm512_max_pd(LANES_OF(x), LANES_OF(y)))
-#define LANES_MIN(x, y) ((lanes)_mm512_min_pd(LANES_OF(x), LANES_OF(y)))
+/* Of all lanes by name: g++ 12 warns of the plain ones. */
+#define LANES_ALL (__mmask8)-1
+#define LANES_SQRT(x) _mm512_maskz_sqrt_pd(LANES_ALL, x)
+#define LANES_MAX(x, y) ((lanes)_mm512_maskz_max_pd(LANES_ALL, LANES_OF(x), LANES_OF(y)))
+#define LANES_MIN(x, y) ((lanes)_mm512_maskz_min_pd(LANES_ALL, LANES_OF(x), LANES_OF(y)))
 #define LANES_FMA(x, y, z) ((lanes)_mm512_fmadd_pd(x, y, z))
 #define LANES_LESS_PRODUCT(z, x, y) ((lanes)_mm512_fnmadd_pd(x, y, z))
 #define LANES_COMPARED(x, y, how) _mm512_cmp_pd_mask(LANES_OF(x), LANES_OF(y), how)
@@ -112,6 +129,8 @@ static const double lanes_arctangent[] = {-0.3333333333333298, 0.199999999999031
 #define LANES_NEGATIVE(x) _mm512_movepi64_mask((__m512i)(x))
 #define LANES_CHOICE(condition, x, y) \
   ((lanes)_mm512_mask_blend_pd(condition, LANES_OF(y), LANES_OF(x)))
+#define LANES_MINUS(condition) \
+  ((lanes_mask)_mm512_maskz_mov_epi64(condition, _mm512_set1_epi64(INT64_MIN)))
 #define LANES_ANY(condition) (condition)
 #define lanes_part __m512d
 #define lanes_where __mmask8
@@ -121,6 +140,7 @@ static const double lanes_arctangent[] = {-0.3333333333333298, 0.199999999999031
 #define LANES_LE(x, y) ((lanes_mask)(LANES_OF(x) <= LANES_OF(y)))
 #define LANES_EQ(x, y) ((lanes_mask)(LANES_OF(x) == LANES_OF(y)))
 #define LANES_NE(x, y) ((lanes_mask)(LANES_OF(x) != LANES_OF(y)))
+#define LANES_MINUS(condition) ((condition) & INT64_MIN)
 #define lanes_where lanes_mask
 #if CHASLES_ISA == 1
 #define LANES_SET avx2
@@ -180,7 +200,23 @@ LANES_LIBM(tan)
 #endif
 LANES_BY_PARTS(sqrt, LANES_SQRT)
 
-static inline LANES_TARGET void LANES_NAME(lanes_fabs)(const lanes *x, lanes *value)
+/* 1 / sqrt(x), to 2 units. From 14 bits by the series of (1 - e)^(-1/2), where e is at most 2^-13 and
+ * what is left out 35/128 e^4; where x is 0 or infinite, e is NaN and the estimate exact. */
+LANES_INLINE void LANES_NAME(lanes_rsqrt)(const lanes *x, lanes *value)
+{
+#if CHASLES_ISA == 2
+  const lanes estimate = (lanes)_mm512_maskz_rsqrt14_pd(LANES_ALL, *x);
+  const lanes e = LANES_LESS_PRODUCT(LANES_OF(1.0), *x * estimate, estimate);
+  const lanes series = LANES_FMA(LANES_FMA(LANES_OF(0.3125), e, LANES_OF(0.375)), e, LANES_OF(0.5));
+  const lanes_where finite = LANES_EQ(e, e);
+  *value = (lanes)_mm512_mask3_fmadd_pd(series, estimate * e, estimate, finite);
+#else
+  LANES_NAME(lanes_sqrt)(x, value);
+  *value = 1.0 / *value;
+#endif
+}
+
+LANES_INLINE void LANES_NAME(lanes_fabs)(const lanes *x, lanes *value)
 {
   *value = (lanes)((lanes_mask)*x & INT64_MAX);
 }
@@ -240,8 +276,7 @@ static inline LANES_TARGET void LANES_NAME(lanes_cos_sin)(const lanes *x, lanes 
 /* The angle of a point. Of |x| and |y| the lesser over the greater, or what is left of that angle
  * behind half a right one: one quotient, exact but for its sum and its own rounding. Where |x| and
  * |y| differ and their sum overflows, the angle is off. */
-static inline LANES_ALWAYS LANES_TARGET void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x,
-                                                                     lanes *value)
+LANES_INLINE void LANES_NAME(lanes_atan2)(const lanes *y, const lanes *x, lanes *value)
 {
   const double *const p = lanes_arctangent;
   const double eighth = 0.78539816339744828, rest = 3.061616997868383e-17; /* their sum is pi/4 */
@@ -268,7 +303,7 @@ static inline LANES_ALWAYS LANES_TARGET void LANES_NAME(lanes_atan2)(const lanes
   odd = LANES_FMA(zz, odd, LANES_OF(p[1]));
   /* Counted from the axis or diagonal that is nearest, `count` eighths of a turn from that of x;
    * backwards where one and only one of the two is so: steep, or x negative. */
-  const lanes_mask backwards = (lanes_mask)LANES_CHOICE(steep, -*x, *x) & INT64_MIN;
+  const lanes_mask backwards = LANES_MINUS(steep) ^ ((lanes_mask)*x & INT64_MIN);
   const lanes signed_t = (lanes)((lanes_mask)t ^ backwards);
   const lanes axis = LANES_CHOICE(steep, 2.0, LANES_CHOICE(LANES_NEGATIVE(*x), 4.0, 0.0));
   const lanes count = axis + (lanes)((lanes_mask)LANES_NUMBER(diagonal) ^ backwards);
@@ -279,9 +314,8 @@ static inline LANES_ALWAYS LANES_TARGET void LANES_NAME(lanes_atan2)(const lanes
 }
 
 /* Of two points that are each the same in lanes 2 k and 2 k + 1, by one call. */
-static inline LANES_TARGET void LANES_NAME(lanes_two_atan2)(const lanes *y1, const lanes *x1,
-                                                            const lanes *y2, const lanes *x2,
-                                                            lanes *value1, lanes *value2)
+LANES_INLINE void LANES_NAME(lanes_two_atan2)(const lanes *y1, const lanes *x1, const lanes *y2,
+                                              const lanes *x2, lanes *value1, lanes *value2)
 {
 #if LANES == 8
   const lanes y = __builtin_shufflevector(*y1, *y2, 0, 9, 2, 11, 4, 13, 6, 15);
@@ -300,25 +334,33 @@ static inline LANES_TARGET void LANES_NAME(lanes_two_atan2)(const lanes *y1, con
 #endif
 }
 
-static inline LANES_TARGET void LANES_NAME(lanes_atan)(const lanes *x, lanes *value)
+/* Of an angle a from -pi to pi, the one whose size is pi less that of a, with the sign of y. */
+LANES_INLINE void LANES_NAME(lanes_supplement)(const lanes *a, const lanes *y, lanes *value)
+{
+  lanes size;
+  LANES_NAME(lanes_fabs)(a, &size);
+  *value = (lanes)((lanes_mask)(3.14159265358979323846 - size) | ((lanes_mask)*y & INT64_MIN));
+}
+
+LANES_INLINE void LANES_NAME(lanes_atan)(const lanes *x, lanes *value)
 {
   const lanes one = LANES_OF(1.0);
   LANES_NAME(lanes_atan2)(x, &one, value);
 }
 
-static inline LANES_TARGET void LANES_NAME(lanes_sign)(const lanes *x, lanes *value)
+LANES_INLINE void LANES_NAME(lanes_sign)(const lanes *x, lanes *value)
 {
   const lanes_where less = LANES_LT(*x, 0.0), more = LANES_LT(0.0, *x);
   *value = LANES_CHOICE(less, -1.0, LANES_CHOICE(more, 1.0, *x));
 }
 
 /* The number where the other is NaN, as C has it. */
-static inline LANES_TARGET void LANES_NAME(lanes_fmin)(const lanes *x, const lanes *y, lanes *value)
+LANES_INLINE void LANES_NAME(lanes_fmin)(const lanes *x, const lanes *y, lanes *value)
 {
   *value = LANES_CHOICE(LANES_NE(*y, *y), *x, LANES_MIN(*x, *y));
 }
 
-static inline LANES_TARGET void LANES_NAME(lanes_fmax)(const lanes *x, const lanes *y, lanes *value)
+LANES_INLINE void LANES_NAME(lanes_fmax)(const lanes *x, const lanes *y, lanes *value)
 {
   *value = LANES_CHOICE(LANES_NE(*y, *y), *x, LANES_MAX(*x, *y));
 }
@@ -326,7 +368,7 @@ static inline LANES_TARGET void LANES_NAME(lanes_fmax)(const lanes *x, const lan
 /* ---- rows to lanes and back ---- */
 
 /* LANES lanes become LANES rows. */
-static inline LANES_TARGET void LANES_NAME(lanes_transpose)(const lanes *a, lanes *rows)
+LANES_INLINE void LANES_NAME(lanes_transpose)(const lanes *a, lanes *rows)
 {
 #if LANES == 8
   lanes b[8], c[8];
@@ -371,14 +413,6 @@ static inline LANES_TARGET void LANES_NAME(lanes_load)(const double *row, int wi
 #endif
 }
 
-/* One row in all lanes. */
-static inline LANES_TARGET void LANES_NAME(lanes_spread)(const double *row, int size, lanes *to)
-{
-  for (int k = 0; k < size; k++) {
-    to[k] = LANES_OF(row[k]);
-  }
-}
-
 /* Through registers: a wide load would have to wait for narrow stores to reach the cache. */
 static inline LANES_TARGET void LANES_NAME(lanes_gather)(const double *rows, ptrdiff_t step,
                                                          int size, int count, lanes *to)
@@ -398,8 +432,8 @@ static inline LANES_TARGET void LANES_NAME(lanes_gather)(const double *rows, ptr
   }
 }
 
-static inline LANES_TARGET void LANES_NAME(lanes_scatter)(const lanes *from, int size, int count,
-                                                          double *rows, ptrdiff_t step)
+LANES_INLINE void LANES_NAME(lanes_scatter)(const lanes *from, int size, int count, double *rows,
+                                            ptrdiff_t step)
 {
   int k = 0;
   for (; k < size && size >= LANES; k += LANES) {

@@ -18,454 +18,155 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(panda_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(panda_ik_branch)(
+    const double *T, const double *q7, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes q7_0 = in[16];
-  const lanes sign_0 = in[17];
-  const lanes sign_1 = in[18];
-  const lanes sign_2 = in[19];
-  const lanes v1 = 0.7071067811865476 * T_8;
-  const lanes v2 = 0.7071067811865476 * T_9;
-  const lanes v3 = v1 - v2;
-  lanes v4, v7; LANES_NAME(lanes_cos_sin)(&q7_0, &v4, &v7);
-  const lanes v5 = v3 * v4;
-  const lanes v6 = v1 + v2;
-  const lanes v8 = v6 * v7;
-  const lanes v9 = v5 - v8;
-  const lanes v10 = 0.333 - T_11;
-  const lanes v11 = v9 * v10;
-  const lanes v12 = 0.7071067811865476 * T_0;
-  const lanes v13 = 0.7071067811865476 * T_1;
-  const lanes v14 = v12 - v13;
-  const lanes v15 = v14 * v4;
-  const lanes v16 = v12 + v13;
-  const lanes v17 = v16 * v7;
-  const lanes v18 = v15 - v17;
-  const lanes v19 = T_3 * v18;
-  const lanes v20 = v11 - v19;
-  const lanes v21 = 0.7071067811865476 * T_4;
-  const lanes v22 = 0.7071067811865476 * T_5;
-  const lanes v23 = v21 - v22;
-  const lanes v24 = v23 * v4;
-  const lanes v25 = v21 + v22;
-  const lanes v26 = v25 * v7;
-  const lanes v27 = v24 - v26;
-  const lanes v28 = T_7 * v27;
-  const lanes v29 = v20 - v28;
-  const lanes v30 = v29 * v29;
-  const lanes v31 = v6 * v4;
-  const lanes v32 = v3 * v7;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v33 * v10;
-  const lanes v35 = v16 * v4;
-  const lanes v36 = v14 * v7;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = T_3 * v37;
-  const lanes v39 = v34 - v38;
-  const lanes v40 = v25 * v4;
-  const lanes v41 = v23 * v7;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = T_7 * v42;
-  const lanes v44 = v39 - v43;
-  const lanes v45 = v44 + 0.088;
-  const lanes v46 = v45 * v45;
-  const lanes v47 = v30 + v46;
-  const lanes v48 = T_3 * T_2;
-  const lanes v49 = T_7 * T_6;
-  const lanes v50 = v48 + v49;
-  const lanes v51 = T_10 * v10;
-  const lanes v52 = v50 - v51;
-  const lanes v53 = 0.926 + v52;
-  const lanes v54 = v53 - 1.033;
-  const lanes v55 = v54 * v54;
-  const lanes v56 = v47 + v55;
-  const lanes v57 = v56 - 0.004378530044808538;
-  const lanes v58 = 0.5174704699551914 - v56;
-  const lanes v59 = v57 * v58;
-  const lanes_where v60 = LANES_LT(2.63263338801e-16, v59);
-  lanes v61; LANES_NAME(lanes_sqrt)(&v59, &v61);
-  const lanes v62 = sign_0 * v61;
-  const lanes v63 = 0.2290755 * v62;
-  const lanes v64 = LANES_CHOICE(v60, v63, 0.0);
-  const lanes v65 = v56 - 0.2609245;
-  const lanes v66 = 0.1155 * v65;
-  const lanes v67 = v64 - v66;
-  const lanes v68 = v67 * v67;
-  const lanes v69 = 0.2290755 * v65;
-  const lanes v70 = 0.1155 * v62;
-  const lanes v71 = LANES_CHOICE(v60, v70, 0.0);
-  const lanes v72 = v69 + v71;
-  const lanes v73 = 1e-150 + v72;
-  const lanes v74 = v73 * v73;
-  const lanes v75 = v68 + v74;
-  lanes v76; LANES_NAME(lanes_sqrt)(&v75, &v76);
-  const lanes v77 = v67 / v76;
-  const lanes v78 = 0.316 * v77;
-  const lanes v79 = v73 / v76;
-  const lanes v80 = 0.0825 * v79;
-  const lanes v81 = v78 + v80;
-  const lanes v82 = 0.0825 - v81;
-  const lanes v83 = v29 * v82;
-  const lanes v84 = v83 * v83;
-  const lanes v85 = v82 * v82;
-  const lanes v86 = v46 + v55;
-  lanes v87; LANES_NAME(lanes_fmin)(&v85, &v86, &v87);
-  const lanes v88 = 4e-15 * v87;
-  const lanes_where v89 = LANES_LT(v85, v86);
-  const lanes v90 = v85 - v30;
-  const lanes v91 = 0.0825 * v77;
-  const lanes v92 = 0.316 * v79;
-  const lanes v93 = v91 - v92;
-  const lanes v94 = v93 - 0.384;
-  const lanes v95 = v94 * v94;
-  const lanes v96 = v86 - v95;
-  const lanes v97 = LANES_CHOICE(v89, v90, v96);
-  const lanes_where v98 = LANES_LT(v88, v97);
-  lanes v99; LANES_NAME(lanes_sqrt)(&v97, &v99);
-  const lanes v100 = sign_1 * v99;
-  const lanes v101 = v45 * v100;
-  const lanes v102 = LANES_CHOICE(v98, v101, 0.0);
-  const lanes v103 = v54 * v94;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = 1e-150 + v104;
-  const lanes v106 = v45 * v94;
-  const lanes v107 = v54 * v100;
-  const lanes v108 = LANES_CHOICE(v98, v107, 0.0);
-  const lanes v109 = v106 - v108;
-  const lanes v110 = v109 * v109;
-  const lanes v111 = v105 * v105;
-  const lanes v112 = v110 + v111;
-  lanes v113; LANES_NAME(lanes_sqrt)(&v112, &v113);
-  const lanes v114 = v105 / v113;
-  const lanes v115 = v45 * v114;
-  const lanes v116 = v109 / v113;
-  const lanes v117 = v54 * v116;
-  const lanes v118 = v115 - v117;
-  const lanes v119 = v82 * v118;
-  const lanes v120 = 1e-150 + v119;
-  const lanes v121 = v120 * v120;
-  const lanes v122 = v84 + v121;
-  lanes v123; LANES_NAME(lanes_sqrt)(&v122, &v123);
-  const lanes v124 = v83 / v123;
-  const lanes v125 = T_10 * v116;
-  const lanes v126 = v114 * v33;
-  const lanes v127 = v125 + v126;
-  const lanes v128 = v124 * v127;
-  const lanes v129 = v120 / v123;
-  const lanes v130 = v129 * v9;
-  const lanes v131 = v128 - v130;
-  const lanes v132 = v131 * v131;
-  const lanes v133 = v129 * v127;
-  const lanes v134 = v124 * v9;
-  const lanes v135 = v133 + v134;
-  const lanes v136 = v79 * v135;
-  const lanes v137 = T_10 * v114;
-  const lanes v138 = v116 * v33;
-  const lanes v139 = v137 - v138;
-  const lanes v140 = v77 * v139;
-  const lanes v141 = v136 + v140;
-  const lanes v142 = v141 * v141;
-  const lanes v143 = v132 + v142;
-  const lanes v144 = 4e-15 * v143;
-  const lanes_where v145 = LANES_LT(v144, v143);
-  lanes v146; LANES_NAME(lanes_sqrt)(&v143, &v146);
-  const lanes v147 = sign_2 * v146;
-  const lanes v148 = v141 * v147;
-  const lanes v149 = LANES_CHOICE(v145, v148, 0.0);
-  const lanes v150 = 1e-150 - v149;
-  const lanes v151 = v131 * v147;
-  const lanes v152 = v151 * v151;
-  const lanes v153 = LANES_CHOICE(v145, v152, 0.0);
-  const lanes v154 = LANES_CHOICE(v145, v153, 0.0);
-  const lanes v155 = v150 * v150;
-  const lanes v156 = v154 + v155;
-  lanes v157; LANES_NAME(lanes_sqrt)(&v156, &v157);
-  const lanes v158 = v150 / v157;
-  const lanes v159 = T_2 * v116;
-  const lanes v160 = v114 * v37;
-  const lanes v161 = v159 + v160;
-  const lanes v162 = v124 * v161;
-  const lanes v163 = v129 * v18;
-  const lanes v164 = v162 - v163;
-  const lanes v165 = v158 * v164;
-  const lanes v166 = 1.0 / v157;
-  const lanes v167 = v151 * v166;
-  const lanes v168 = v129 * v161;
-  const lanes v169 = v124 * v18;
-  const lanes v170 = v168 + v169;
-  const lanes v171 = v79 * v170;
-  const lanes v172 = T_2 * v114;
-  const lanes v173 = v116 * v37;
-  const lanes v174 = v172 - v173;
-  const lanes v175 = v77 * v174;
-  const lanes v176 = v171 + v175;
-  const lanes v177 = v167 * v176;
-  const lanes v178 = LANES_CHOICE(v145, v177, 0.0);
-  const lanes v179 = v165 + v178;
-  const lanes v180 = v179 * v179;
-  const lanes v181 = v79 * v139;
-  const lanes v182 = v77 * v135;
-  const lanes v183 = v181 - v182;
-  const lanes v184 = 1e-150 - v183;
-  const lanes v185 = v131 * v167;
-  const lanes v186 = LANES_CHOICE(v145, v185, 0.0);
-  const lanes v187 = v141 * v158;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = v188 * v188;
-  const lanes v190 = v184 * v184;
-  const lanes v191 = v189 + v190;
-  lanes v192; LANES_NAME(lanes_sqrt)(&v191, &v192);
-  const lanes v193 = v184 / v192;
-  const lanes v194 = v167 * v164;
-  const lanes v195 = LANES_CHOICE(v145, v194, 0.0);
-  const lanes v196 = v158 * v176;
-  const lanes v197 = v195 - v196;
-  const lanes v198 = v193 * v197;
-  const lanes v199 = v188 / v192;
-  const lanes v200 = v79 * v174;
-  const lanes v201 = v77 * v170;
-  const lanes v202 = v200 - v201;
-  const lanes v203 = v199 * v202;
-  const lanes v204 = v198 + v203;
-  const lanes v205 = 1e-150 - v204;
-  const lanes v206 = v205 * v205;
-  const lanes v207 = v180 + v206;
-  lanes v208; LANES_NAME(lanes_sqrt)(&v207, &v208);
-  const lanes v209 = v179 / v208;
-  const lanes v210 = v205 / v208;
-  lanes v211; LANES_NAME(lanes_atan2)(&v209, &v210, &v211);
-  lanes v212; LANES_NAME(lanes_atan2)(&v199, &v193, &v212);
-  const lanes v213 = LANES_CHOICE(v145, v167, 0.0);
-  lanes v214; LANES_NAME(lanes_atan2)(&v213, &v158, &v214);
-  const lanes v218 = q7_0 + 0.7853981633974483;
-  lanes v219, v220; LANES_NAME(lanes_cos_sin)(&v218, &v219, &v220);
-  out[0] = v211;
-  out[1] = v212;
-  const lanes v221 = -v214;
-  out[2] = v221;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), q7_0 = LANES_OF(q7[0]),
+      choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.7071067811865476 * T_8,
+      v2 = 0.7071067811865476 * T_9;
+  LANES_COS_SIN(v3, v4, q7_0);
+  const lanes v5 = 0.333 - T_11, v6 = 0.7071067811865476 * T_0, v7 = 0.7071067811865476 * T_1,
+      v8 = 0.7071067811865476 * T_4, v9 = 0.7071067811865476 * T_5, v10 = T_3 * T_2,
+      v11 = T_7 * T_6, v12 = q7_0 + 0.7853981633974483;
   out[6] = q7_0;
-  const lanes v223 = 0.088 * v114;
-  const lanes v224 = 0.107 * v116;
-  const lanes v225 = v223 + v224;
-  const lanes v226 = v129 * v225;
-  const lanes v227 = v226 - 0.0825;
-  const lanes v228 = v79 * v227;
-  const lanes v229 = 0.088 * v116;
-  const lanes v230 = 0.107 * v114;
-  const lanes v231 = v229 - v230;
-  const lanes v232 = v231 + 0.384;
-  const lanes v233 = v77 * v232;
-  const lanes v234 = v228 - v233;
-  const lanes v235 = v234 + 0.0825;
-  const lanes v236 = v158 * v235;
-  const lanes v237 = v124 * v225;
-  const lanes v238 = v167 * v237;
-  const lanes v239 = LANES_CHOICE(v145, v238, 0.0);
-  const lanes v240 = v236 - v239;
-  const lanes v241 = v193 * v240;
-  const lanes v242 = v79 * v232;
-  const lanes v243 = v77 * v227;
-  const lanes v244 = v242 + v243;
-  const lanes v245 = v244 + 0.316;
-  const lanes v246 = v199 * v245;
-  const lanes v247 = v241 + v246;
-  const lanes v248 = v210 * v247;
-  const lanes v249 = v158 * v237;
-  const lanes v250 = v167 * v235;
-  const lanes v251 = LANES_CHOICE(v145, v250, 0.0);
-  const lanes v252 = v249 + v251;
-  const lanes v253 = v209 * v252;
-  const lanes v254 = v248 + v253;
-  const lanes v255 = v254 - T_3;
-  const lanes v256 = v255 * v255;
-  const lanes v257 = v209 * v247;
-  const lanes v258 = v210 * v252;
-  const lanes v259 = v257 - v258;
-  const lanes v260 = v259 - T_7;
-  const lanes v261 = v260 * v260;
-  const lanes v262 = v256 + v261;
-  const lanes v263 = v199 * v240;
-  const lanes v264 = v193 * v245;
-  const lanes v265 = v263 - v264;
-  const lanes v266 = 0.333 - v265;
-  const lanes v267 = v266 - T_11;
-  const lanes v268 = v267 * v267;
-  const lanes v269 = v262 + v268;
-  const lanes v270 = v193 * v210;
-  const lanes v271 = v167 * v270;
-  const lanes v272 = LANES_CHOICE(v145, v271, 0.0);
-  const lanes v273 = v158 * v209;
-  const lanes v274 = v272 - v273;
-  const lanes v275 = v129 * v274;
-  const lanes v276 = v158 * v270;
-  const lanes v277 = v167 * v209;
-  const lanes v278 = LANES_CHOICE(v145, v277, 0.0);
-  const lanes v279 = v276 + v278;
-  const lanes v280 = v79 * v279;
-  const lanes v281 = v199 * v210;
-  const lanes v282 = v77 * v281;
-  const lanes v283 = v280 + v282;
-  const lanes v284 = v124 * v283;
-  const lanes v285 = v275 + v284;
-  const lanes v286 = v285 * v219;
-  const lanes v287 = v129 * v283;
-  const lanes v288 = v124 * v274;
-  const lanes v289 = v287 - v288;
-  const lanes v290 = v114 * v289;
-  const lanes v291 = v79 * v281;
-  const lanes v292 = v77 * v279;
-  const lanes v293 = v291 - v292;
-  const lanes v294 = v116 * v293;
-  const lanes v295 = v290 + v294;
-  const lanes v296 = v295 * v220;
-  const lanes v297 = v286 + v296;
-  const lanes v298 = v297 - T_0;
-  const lanes v299 = v298 * v298;
-  const lanes v300 = v295 * v219;
-  const lanes v301 = v285 * v220;
-  const lanes v302 = v300 - v301;
-  const lanes v303 = v302 - T_1;
-  const lanes v304 = v303 * v303;
-  const lanes v305 = v299 + v304;
-  const lanes v306 = v114 * v293;
-  const lanes v307 = v116 * v289;
-  const lanes v308 = v306 - v307;
-  const lanes v309 = T_2 + v308;
-  const lanes v310 = v309 * v309;
-  const lanes v311 = v305 + v310;
-  const lanes v312 = v158 * v210;
-  const lanes v313 = v193 * v209;
-  const lanes v314 = v167 * v313;
-  const lanes v315 = LANES_CHOICE(v145, v314, 0.0);
-  const lanes v316 = v312 + v315;
-  const lanes v317 = v129 * v316;
-  const lanes v318 = v158 * v313;
-  const lanes v319 = v167 * v210;
-  const lanes v320 = LANES_CHOICE(v145, v319, 0.0);
-  const lanes v321 = v318 - v320;
-  const lanes v322 = v79 * v321;
-  const lanes v323 = v199 * v209;
-  const lanes v324 = v77 * v323;
-  const lanes v325 = v322 + v324;
-  const lanes v326 = v124 * v325;
-  const lanes v327 = v317 + v326;
-  const lanes v328 = v327 * v219;
-  const lanes v329 = v129 * v325;
-  const lanes v330 = v124 * v316;
-  const lanes v331 = v329 - v330;
-  const lanes v332 = v114 * v331;
-  const lanes v333 = v79 * v323;
-  const lanes v334 = v77 * v321;
-  const lanes v335 = v333 - v334;
-  const lanes v336 = v116 * v335;
-  const lanes v337 = v332 + v336;
-  const lanes v338 = v337 * v220;
-  const lanes v339 = v328 + v338;
-  const lanes v340 = v339 - T_4;
-  const lanes v341 = v340 * v340;
-  const lanes v342 = v311 + v341;
-  const lanes v343 = v337 * v219;
-  const lanes v344 = v327 * v220;
-  const lanes v345 = v343 - v344;
-  const lanes v346 = v345 - T_5;
-  const lanes v347 = v346 * v346;
-  const lanes v348 = v342 + v347;
-  const lanes v349 = v114 * v335;
-  const lanes v350 = v116 * v331;
-  const lanes v351 = v349 - v350;
-  const lanes v352 = T_6 + v351;
-  const lanes v353 = v352 * v352;
-  const lanes v354 = v348 + v353;
-  const lanes v355 = v77 * v193;
-  const lanes v356 = v158 * v199;
-  const lanes v357 = v79 * v356;
-  const lanes v358 = v355 - v357;
-  const lanes v359 = v124 * v358;
-  const lanes v360 = v167 * v199;
-  const lanes v361 = v129 * v360;
-  const lanes v362 = LANES_CHOICE(v145, v361, 0.0);
-  const lanes v363 = v359 - v362;
-  const lanes v364 = v363 * v219;
-  const lanes v365 = v129 * v358;
-  const lanes v366 = v124 * v360;
-  const lanes v367 = LANES_CHOICE(v145, v366, 0.0);
-  const lanes v368 = v365 + v367;
-  const lanes v369 = v114 * v368;
-  const lanes v370 = v79 * v193;
-  const lanes v371 = v77 * v356;
-  const lanes v372 = v370 + v371;
-  const lanes v373 = v116 * v372;
-  const lanes v374 = v369 + v373;
-  const lanes v375 = v374 * v220;
-  const lanes v376 = v364 + v375;
-  const lanes v377 = v376 - T_8;
-  const lanes v378 = v377 * v377;
-  const lanes v379 = v354 + v378;
-  const lanes v380 = v374 * v219;
-  const lanes v381 = v363 * v220;
-  const lanes v382 = v380 - v381;
-  const lanes v383 = v382 - T_9;
-  const lanes v384 = v383 * v383;
-  const lanes v385 = v379 + v384;
-  const lanes v386 = v114 * v372;
-  const lanes v387 = v116 * v368;
-  const lanes v388 = v386 - v387;
-  const lanes v389 = T_10 + v388;
-  const lanes v390 = v389 * v389;
-  const lanes v391 = v385 + v390;
-  const lanes v392 = 0.5 * v391;
-  lanes v393; LANES_NAME(lanes_fmax)(&v269, &v392, &v393);
-  lanes v394; LANES_NAME(lanes_sqrt)(&v393, &v394);
-  out[7] = v394;
-  const lanes v395 = 1e-300 + v143;
-  const lanes v396 = v143 / v395;
-  const lanes v397 = 15.193911990243308 * v59;
-  const lanes v398 = 1e-300 + v87;
-  const lanes v399 = v97 / v398;
-  lanes v400; LANES_NAME(lanes_fmin)(&v397, &v399, &v400);
-  lanes v401; LANES_NAME(lanes_fmin)(&v396, &v400, &v401);
-  out[8] = v401;
-  lanes v215, v216; LANES_NAME(lanes_two_atan2)(&v77, &v79, &v124, &v129, &v215, &v216);
-  lanes v217; LANES_NAME(lanes_atan2)(&v116, &v114, &v217);
-  out[3] = v215;
-  const lanes v222 = -v216;
-  out[4] = v222;
-  out[5] = v217;
+  const lanes v13 = v1 - v2, v14 = v1 + v2, v15 = v6 - v7, v16 = v6 + v7, v17 = v8 - v9,
+      v18 = v8 + v9, v19 = v10 + v11, v20 = T_10 * v5;
+  LANES_COS_SIN(v21, v22, v12);
+  const lanes v23 = v13 * v3, v24 = v14 * v4, v25 = v15 * v3, v26 = v16 * v4, v27 = v17 * v3,
+      v28 = v18 * v4, v29 = v14 * v3, v30 = v13 * v4, v31 = v16 * v3, v32 = v15 * v4,
+      v33 = v18 * v3, v34 = v17 * v4, v35 = v19 - v20, v36 = v23 - v24, v37 = v25 - v26,
+      v38 = v27 - v28, v39 = v29 + v30, v40 = v31 + v32, v41 = v33 + v34, v42 = 0.926 + v35,
+      v43 = v36 * v5, v44 = T_3 * v37, v45 = T_7 * v38, v46 = v39 * v5, v47 = T_3 * v40,
+      v48 = T_7 * v41, v49 = v42 - 1.033, v50 = v43 - v44, v51 = v46 - v47, v52 = v49 * v49,
+      v53 = v50 - v45, v54 = v51 - v48, v55 = v53 * v53, v56 = v54 + 0.088, v57 = v56 * v56,
+      v58 = v55 + v57, v59 = v57 + v52, v60 = v58 + v52, v61 = v60 - 0.2609245,
+      v62 = v60 - 0.004378530044808538, v63 = 0.5174704699551914 - v60, v64 = 0.2290755 * v61,
+      v65 = v62 * v63, v66 = 0.1155 * v61;
+  const lanes_where v67 = LANES_LT(2.63263338801e-16, v65); LANES_LET1(v68, sqrt, v65);
+  const lanes v69 = 15.193911990243308 * v65, v70 = LANES_CHOICE(v67, v68, 0.0),
+      v71 = choice_0 * v70, v72 = 0.1155 * v71, v73 = 0.2290755 * v71, v74 = v64 + v72,
+      v75 = v73 - v66, v76 = 1e-150 + v74, v77 = v75 * v75, v78 = v76 * v76, v80 = v77 + v78;
+  LANES_LET1(v81, rsqrt, v80);
+  const lanes v82 = v76 * v81, v83 = v75 * v81, v84 = 0.316 * v83, v85 = 0.0825 * v82,
+      v86 = 0.0825 * v83, v87 = 0.316 * v82, v88 = v84 + v85, v89 = v86 - v87, v90 = 0.0825 - v88,
+      v91 = v89 - 0.384, v92 = v90 * v90, v93 = v91 * v91, v94 = v49 * v91, v95 = v56 * v91,
+      v96 = v53 * v90;
+  LANES_LET2(v97, fmin, v92, v59); const lanes_where v98 = LANES_LT(v92, v59);
+  const lanes v99 = v92 - v55, v100 = v59 - v93, v101 = v96 * v96, v102 = 4e-15 * v97,
+      v103 = LANES_CHOICE(v98, v99, v100), v104 = 1e-300 + v97;
+  const lanes_where v105 = LANES_LT(v102, v103); LANES_LET1(v106, sqrt, v103);
+  const lanes v107 = v103 / v104, v108 = LANES_CHOICE(v105, v106, 0.0);
+  LANES_LET2(v109, fmin, v69, v107);
+  const lanes v110 = choice_1 * v108;
+  out[8] = v109;
+  const lanes v111 = v56 * v110, v112 = v49 * v110, v113 = v111 + v94, v114 = v95 - v112,
+      v115 = 1e-150 + v113, v116 = v114 * v114, v117 = v115 * v115, v119 = v116 + v117;
+  LANES_LET1(v120, rsqrt, v119);
+  const lanes v121 = v115 * v120, v122 = v114 * v120, v123 = v56 * v121, v124 = v49 * v122,
+      v125 = T_10 * v122, v126 = v121 * v39, v127 = T_10 * v121, v128 = v122 * v39,
+      v129 = T_2 * v122, v130 = v121 * v40, v131 = T_2 * v121, v132 = v122 * v40,
+      v133 = 0.088 * v121, v134 = 0.107 * v122, v135 = 0.088 * v122, v136 = 0.107 * v121,
+      v137 = v123 - v124, v138 = v125 + v126, v139 = v127 - v128, v140 = v129 + v130,
+      v141 = v131 - v132, v142 = v133 + v134, v143 = v135 - v136, v144 = v90 * v137,
+      v145 = v83 * v139, v146 = v83 * v141, v147 = v82 * v139, v148 = v82 * v141,
+      v149 = v143 + 0.384, v150 = 1e-150 + v144, v151 = v83 * v149, v152 = v82 * v149,
+      v153 = v150 * v150, v155 = v101 + v153;
+  LANES_LET1(v157, rsqrt, v155);
+  const lanes v158 = v150 * v157, v159 = v96 * v157, v160 = v158 * v138, v161 = v159 * v36,
+      v162 = v159 * v138, v163 = v158 * v36, v164 = v159 * v140, v165 = v158 * v37,
+      v166 = v158 * v140, v167 = v159 * v37, v168 = v159 * v142, v169 = v158 * v142,
+      v170 = v160 + v161, v171 = v162 - v163, v172 = v164 - v165, v173 = v166 + v167,
+      v174 = v169 - 0.0825, v175 = v82 * v170, v176 = v171 * v171, v177 = v82 * v173,
+      v178 = v83 * v170, v179 = v83 * v173, v180 = v82 * v174, v181 = v83 * v174,
+      v182 = v175 + v145, v183 = v177 + v146, v184 = v147 - v178, v185 = v148 - v179,
+      v186 = v180 - v151, v187 = v152 + v181, v188 = 1e-150 - v182, v189 = v184 * v184,
+      v190 = -v184, v191 = v186 + 0.0825, v192 = v187 + 0.316, v193 = v188 * v188,
+      v194 = v188 * choice_2, v195 = v176 + v193;
+  LANES_LET2(v196, atan2, v171, v194); LANES_LET1(v197, rsqrt, v195);
+  const lanes v198 = choice_2 * v196, v199 = v188 * v197, v200 = v171 * v197, v201 = -v198,
+      v202 = choice_2 * v199, v203 = choice_2 * v200;
+  out[2] = v201;
+  const lanes v204 = v202 * v172, v205 = v203 * v183, v206 = v171 * v203, v207 = v182 * v202,
+      v208 = v203 * v172, v209 = v202 * v183, v210 = v202 * v168, v211 = v203 * v191,
+      v212 = v202 * v191, v213 = v203 * v168, v214 = v204 + v205, v215 = v206 - v207,
+      v216 = v208 - v209, v217 = v210 + v211, v218 = v212 - v213, v219 = v214 * v214,
+      v220 = v215 * v215;
+  LANES_LET2(v221, atan2, v215, v190);
+  const lanes v222 = v189 + v220;
+  out[1] = v221; LANES_LET1(v223, rsqrt, v222);
+  const lanes v224 = v215 * v223, v225 = v184 * v223, v226 = v224 * v185, v227 = v225 * v216,
+      v228 = v224 * v192, v229 = v225 * v218, v230 = v225 * v192, v231 = v224 * v218,
+      v232 = v203 * v224, v233 = v202 * v224, v234 = v83 * v225, v235 = v82 * v225,
+      v236 = v226 - v227, v237 = v228 - v229, v238 = v230 + v231, v239 = v159 * v232,
+      v240 = v82 * v233, v241 = v83 * v233, v242 = v158 * v232, v243 = v236 * v236, v244 = -v236,
+      v245 = 0.333 - v238, v246 = v240 + v234, v247 = v241 - v235, v248 = v219 + v243;
+  LANES_LET2(v249, atan2, v214, v244);
+  const lanes v250 = v245 - T_11, v251 = v158 * v246, v252 = v122 * v247, v253 = v159 * v246,
+      v254 = v121 * v247;
+  LANES_LET1(v255, rsqrt, v248); out[0] = v249;
+  const lanes v256 = v250 * v250, v257 = v239 - v251, v258 = v242 + v253, v259 = v214 * v255,
+      v260 = v236 * v255, v261 = v121 * v257, v262 = v258 * v21, v263 = v258 * v22,
+      v264 = v122 * v257, v265 = v259 * v217, v266 = v260 * v237, v267 = v260 * v217,
+      v268 = v259 * v237, v269 = v225 * v260, v270 = v202 * v259, v271 = v203 * v259,
+      v272 = v224 * v260, v273 = v203 * v260, v274 = v225 * v259, v275 = v224 * v259,
+      v276 = v202 * v260, v277 = v261 + v252, v278 = v254 - v264, v279 = v265 - v266,
+      v280 = v267 + v268, v281 = v203 * v269, v282 = v202 * v269, v283 = v83 * v272,
+      v284 = v82 * v272, v285 = v202 * v274, v286 = v83 * v275, v287 = v203 * v274,
+      v288 = v82 * v275, v289 = v277 * v22, v290 = v277 * v21, v291 = T_10 + v278,
+      v292 = v279 - T_3, v293 = v280 - T_7, v294 = v281 - v270, v295 = v282 + v271,
+      v296 = v273 - v285, v297 = v276 + v287, v298 = v289 - v262, v299 = v263 + v290,
+      v300 = v291 * v291, v301 = v292 * v292, v302 = v293 * v293, v303 = v158 * v294,
+      v304 = v82 * v295, v305 = v159 * v294, v306 = v83 * v295, v307 = v82 * v296,
+      v308 = v158 * v297, v309 = v159 * v297, v310 = v83 * v296, v311 = v298 - T_8,
+      v312 = v299 - T_9, v313 = v301 + v302, v314 = v304 - v283, v315 = v284 + v306,
+      v316 = v307 + v286, v317 = v288 - v310, v318 = v311 * v311, v319 = v312 * v312,
+      v320 = v313 + v256, v321 = v159 * v314, v322 = v158 * v314, v323 = v122 * v315,
+      v324 = v121 * v315, v325 = v159 * v316, v326 = v158 * v316, v327 = v122 * v317,
+      v328 = v121 * v317, v329 = v303 + v321, v330 = v322 - v305, v331 = v325 - v308,
+      v332 = v326 + v309, v333 = v329 * v21, v334 = v121 * v330, v335 = v329 * v22,
+      v336 = v122 * v330, v337 = v331 * v21, v338 = v121 * v332, v339 = v331 * v22,
+      v340 = v122 * v332, v341 = v334 - v323, v342 = v324 + v336, v343 = v338 + v327,
+      v344 = v328 - v340, v345 = v341 * v22, v346 = v341 * v21, v347 = v342 - T_2,
+      v348 = v343 * v22, v349 = v343 * v21, v350 = T_6 + v344, v351 = v333 + v345,
+      v352 = v346 - v335, v353 = v347 * v347, v354 = v337 + v348, v355 = v349 - v339,
+      v356 = v350 * v350, v357 = v351 - T_0, v358 = v352 - T_1, v359 = v354 - T_4,
+      v360 = v355 - T_5, v361 = v357 * v357, v362 = v358 * v358, v363 = v359 * v359,
+      v364 = v360 * v360, v365 = v361 + v362, v366 = v365 + v353, v367 = v366 + v363,
+      v368 = v367 + v364, v369 = v368 + v356, v370 = v369 + v318, v371 = v370 + v319,
+      v372 = v371 + v300, v373 = 0.5 * v372, v374 = v320 + v373, v375 = v320 - v373;
+  LANES_LET1(v376, fabs, v375);
+  const lanes v377 = v374 + v376, v378 = 0.5 * v377;
+  LANES_LET1(v379, sqrt, v378); out[7] = v379;
+  lanes v79, v118; LANES_NAME(lanes_two_atan2)(&v75, &v76, &v114, &v115, &v79, &v118);
+  LANES_LET2(v154, atan2, v96, v150); out[3] = v79; out[5] = v118;
+  const lanes v156 = -v154;
+  out[4] = v156;
 }
 
-static inline LANES_TARGET void LANES_NAME(panda_ik_branches)(const double *T, const double *q7, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(panda_ik_branches)(const double *T, const double *q7, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[20], out[BRANCHES / COUNT][9];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  LANES_NAME(lanes_spread)(q7, 1, in + 16);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[17 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(panda_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][9];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(panda_ik_branch)(T, q7, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(panda_ik_branch)(T, q7, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 7, COUNT, q + b * 7, 7);
-    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 8, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 8, 1, COUNT, margin + b * 1, 1);
   }
 }
 

@@ -3,2795 +3,1002 @@
 
 static LANES_TARGET void LANES_NAME(panda_fk)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes v1 = q_6 + 0.7853981633974483;
-  lanes v15, v2; LANES_NAME(lanes_cos_sin)(&v1, &v15, &v2);
-  lanes v3, v14; LANES_NAME(lanes_cos_sin)(&q_5, &v3, &v14);
-  lanes v4, v9; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v9);
-  lanes v7, v5; LANES_NAME(lanes_cos_sin)(&q_1, &v7, &v5);
-  lanes v11, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v11, &v6);
-  lanes v8, v10; LANES_NAME(lanes_cos_sin)(&q_2, &v8, &v10);
-  lanes v12, v13; LANES_NAME(lanes_cos_sin)(&q_4, &v12, &v13);
-  const lanes v16 = v4 * v5;
-  const lanes v17 = v16 * v6;
-  const lanes v18 = v4 * v7;
-  const lanes v19 = v18 * v8;
-  const lanes v20 = v9 * v10;
-  const lanes v21 = v19 - v20;
-  const lanes v22 = v21 * v11;
-  const lanes v23 = v17 + v22;
-  const lanes v24 = v23 * v12;
-  const lanes v25 = v18 * v10;
-  const lanes v26 = v9 * v8;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = v13 * v27;
-  const lanes v29 = v24 - v28;
-  const lanes v30 = v3 * v29;
-  const lanes v31 = v16 * v11;
-  const lanes v32 = v21 * v6;
-  const lanes v33 = v31 - v32;
-  const lanes v34 = v14 * v33;
-  const lanes v35 = v30 + v34;
-  const lanes v36 = v2 * v35;
-  const lanes v37 = v13 * v23;
-  const lanes v38 = v27 * v12;
-  const lanes v39 = v37 + v38;
-  const lanes v40 = v15 * v39;
-  const lanes v41 = v36 - v40;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], v1 = q_6 + 0.7853981633974483;
+  LANES_COS_SIN(v15, v2, v1); LANES_COS_SIN(v3, v14, q_5); LANES_COS_SIN(v4, v9, q_0);
+  LANES_COS_SIN(v7, v5, q_1); LANES_COS_SIN(v11, v6, q_3); LANES_COS_SIN(v8, v10, q_2);
+  LANES_COS_SIN(v12, v13, q_4);
+  const lanes v16 = v4 * v5, v17 = v16 * v6, v18 = v4 * v7, v19 = v18 * v8, v20 = v9 * v10,
+      v21 = v19 - v20, v22 = v21 * v11, v23 = v17 + v22, v24 = v23 * v12, v25 = v18 * v10,
+      v26 = v9 * v8, v27 = v25 + v26, v28 = v13 * v27, v29 = v24 - v28, v30 = v3 * v29,
+      v31 = v16 * v11, v32 = v21 * v6, v33 = v31 - v32, v34 = v14 * v33, v35 = v30 + v34,
+      v36 = v2 * v35, v37 = v13 * v23, v38 = v27 * v12, v39 = v37 + v38, v40 = v15 * v39,
+      v41 = v36 - v40;
   out[0] = v41;
-  const lanes v42 = v2 * v39;
-  const lanes v43 = v15 * v35;
-  const lanes v44 = v42 + v43;
+  const lanes v42 = v2 * v39, v43 = v15 * v35, v44 = v42 + v43;
   out[1] = v44;
-  const lanes v45 = v3 * v33;
-  const lanes v46 = v14 * v29;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = -v47;
+  const lanes v45 = v3 * v33, v46 = v14 * v29, v47 = v45 - v46, v48 = -v47;
   out[2] = v48;
-  const lanes v49 = 0.088 * v3;
-  const lanes v50 = 0.107 * v14;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v51 * v12;
-  const lanes v53 = v52 - 0.0825;
-  const lanes v54 = v53 * v11;
-  const lanes v55 = 0.088 * v14;
-  const lanes v56 = 0.107 * v3;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v57 + 0.384;
-  const lanes v59 = v58 * v6;
-  const lanes v60 = v54 - v59;
-  const lanes v61 = v60 + 0.0825;
-  const lanes v62 = v8 * v61;
-  const lanes v63 = v13 * v51;
-  const lanes v64 = v63 * v10;
-  const lanes v65 = v62 - v64;
-  const lanes v66 = v7 * v65;
-  const lanes v67 = v53 * v6;
-  const lanes v68 = v58 * v11;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v69 + 0.316;
-  const lanes v71 = v5 * v70;
-  const lanes v72 = v66 + v71;
-  const lanes v73 = v4 * v72;
-  const lanes v74 = v8 * v63;
-  const lanes v75 = v61 * v10;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v9 * v76;
-  const lanes v78 = v73 - v77;
+  const lanes v49 = 0.088 * v3, v50 = 0.107 * v14, v51 = v49 + v50, v52 = v51 * v12,
+      v53 = v52 - 0.0825, v54 = v53 * v11, v55 = 0.088 * v14, v56 = 0.107 * v3, v57 = v55 - v56,
+      v58 = v57 + 0.384, v59 = v58 * v6, v60 = v54 - v59, v61 = v60 + 0.0825, v62 = v8 * v61,
+      v63 = v13 * v51, v64 = v63 * v10, v65 = v62 - v64, v66 = v7 * v65, v67 = v53 * v6,
+      v68 = v58 * v11, v69 = v67 + v68, v70 = v69 + 0.316, v71 = v5 * v70, v72 = v66 + v71,
+      v73 = v4 * v72, v74 = v8 * v63, v75 = v61 * v10, v76 = v74 + v75, v77 = v9 * v76,
+      v78 = v73 - v77;
   out[3] = v78;
-  const lanes v79 = v4 * v8;
-  const lanes v80 = v9 * v7;
-  const lanes v81 = v80 * v10;
-  const lanes v82 = v79 - v81;
-  const lanes v83 = v13 * v82;
-  const lanes v84 = v9 * v5;
-  const lanes v85 = v84 * v6;
-  const lanes v86 = v4 * v10;
-  const lanes v87 = v80 * v8;
-  const lanes v88 = v86 + v87;
-  const lanes v89 = v88 * v11;
-  const lanes v90 = v85 + v89;
-  const lanes v91 = v90 * v12;
-  const lanes v92 = v83 + v91;
-  const lanes v93 = v3 * v92;
-  const lanes v94 = v84 * v11;
-  const lanes v95 = v88 * v6;
-  const lanes v96 = v94 - v95;
-  const lanes v97 = v14 * v96;
-  const lanes v98 = v93 + v97;
-  const lanes v99 = v2 * v98;
-  const lanes v100 = v82 * v12;
-  const lanes v101 = v13 * v90;
-  const lanes v102 = v100 - v101;
-  const lanes v103 = v15 * v102;
-  const lanes v104 = v99 + v103;
+  const lanes v79 = v4 * v8, v80 = v9 * v7, v81 = v80 * v10, v82 = v79 - v81, v83 = v13 * v82,
+      v84 = v9 * v5, v85 = v84 * v6, v86 = v4 * v10, v87 = v80 * v8, v88 = v86 + v87,
+      v89 = v88 * v11, v90 = v85 + v89, v91 = v90 * v12, v92 = v83 + v91, v93 = v3 * v92,
+      v94 = v84 * v11, v95 = v88 * v6, v96 = v94 - v95, v97 = v14 * v96, v98 = v93 + v97,
+      v99 = v2 * v98, v100 = v82 * v12, v101 = v13 * v90, v102 = v100 - v101, v103 = v15 * v102,
+      v104 = v99 + v103;
   out[4] = v104;
-  const lanes v105 = v15 * v98;
-  const lanes v106 = v2 * v102;
-  const lanes v107 = v105 - v106;
+  const lanes v105 = v15 * v98, v106 = v2 * v102, v107 = v105 - v106;
   out[5] = v107;
-  const lanes v108 = v3 * v96;
-  const lanes v109 = v14 * v92;
-  const lanes v110 = v108 - v109;
-  const lanes v111 = -v110;
+  const lanes v108 = v3 * v96, v109 = v14 * v92, v110 = v108 - v109, v111 = -v110;
   out[6] = v111;
-  const lanes v112 = v4 * v76;
-  const lanes v113 = v9 * v72;
-  const lanes v114 = v112 + v113;
+  const lanes v112 = v4 * v76, v113 = v9 * v72, v114 = v112 + v113;
   out[7] = v114;
-  const lanes v115 = v5 * v10;
-  const lanes v116 = v13 * v115;
-  const lanes v117 = v7 * v6;
-  const lanes v118 = v5 * v8;
-  const lanes v119 = v118 * v11;
-  const lanes v120 = v117 - v119;
-  const lanes v121 = v120 * v12;
-  const lanes v122 = v116 + v121;
-  const lanes v123 = v3 * v122;
-  const lanes v124 = v118 * v6;
-  const lanes v125 = v7 * v11;
-  const lanes v126 = v124 + v125;
-  const lanes v127 = v14 * v126;
-  const lanes v128 = v123 + v127;
-  const lanes v129 = v2 * v128;
-  const lanes v130 = v115 * v12;
-  const lanes v131 = v13 * v120;
-  const lanes v132 = v130 - v131;
-  const lanes v133 = v15 * v132;
-  const lanes v134 = v129 + v133;
+  const lanes v115 = v5 * v10, v116 = v13 * v115, v117 = v7 * v6, v118 = v5 * v8, v119 = v118 * v11,
+      v120 = v117 - v119, v121 = v120 * v12, v122 = v116 + v121, v123 = v3 * v122, v124 = v118 * v6,
+      v125 = v7 * v11, v126 = v124 + v125, v127 = v14 * v126, v128 = v123 + v127, v129 = v2 * v128,
+      v130 = v115 * v12, v131 = v13 * v120, v132 = v130 - v131, v133 = v15 * v132,
+      v134 = v129 + v133;
   out[8] = v134;
-  const lanes v135 = v15 * v128;
-  const lanes v136 = v2 * v132;
-  const lanes v137 = v135 - v136;
+  const lanes v135 = v15 * v128, v136 = v2 * v132, v137 = v135 - v136;
   out[9] = v137;
-  const lanes v138 = v3 * v126;
-  const lanes v139 = v14 * v122;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = -v140;
+  const lanes v138 = v3 * v126, v139 = v14 * v122, v140 = v138 - v139, v141 = -v140;
   out[10] = v141;
-  const lanes v142 = v5 * v65;
-  const lanes v143 = v7 * v70;
-  const lanes v144 = v142 - v143;
-  const lanes v145 = 0.333 - v144;
-  out[11] = v145;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v142 = v5 * v65, v143 = v7 * v70, v144 = v142 - v143, v145 = 0.333 - v144;
+  out[11] = v145; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(panda_link_poses)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&q_3, &v8, &v7);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&q_4, &v9, &v10);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_5, &v11, &v12);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_1); LANES_COS_SIN(v5, v6, q_2);
+  LANES_COS_SIN(v8, v7, q_3); LANES_COS_SIN(v9, v10, q_4); LANES_COS_SIN(v11, v12, q_5);
   const lanes v13 = q_6 + 0.7853981633974483;
-  lanes v15, v14; LANES_NAME(lanes_cos_sin)(&v13, &v15, &v14);
-  out[0] = v1;
+  LANES_COS_SIN(v15, v14, v13); out[0] = v1;
   const lanes v16 = -v2;
-  out[1] = v16;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = v2;
-  out[5] = v1;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.333);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
+  out[1] = v16; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = v2; out[5] = v1;
+  out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
+  out[10] = LANES_OF(1.0); out[11] = LANES_OF(0.333); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
   const lanes v17 = v1 * v3;
   out[16] = v17;
-  const lanes v18 = v1 * v4;
-  const lanes v19 = -v18;
-  out[17] = v19;
-  out[18] = v16;
-  out[19] = LANES_OF(0.0);
+  const lanes v18 = v1 * v4, v19 = -v18;
+  out[17] = v19; out[18] = v16; out[19] = LANES_OF(0.0);
   const lanes v20 = v2 * v3;
   out[20] = v20;
-  const lanes v21 = v2 * v4;
-  const lanes v22 = -v21;
-  out[21] = v22;
-  out[22] = v1;
-  out[23] = LANES_OF(0.0);
+  const lanes v21 = v2 * v4, v22 = -v21;
+  out[21] = v22; out[22] = v1; out[23] = LANES_OF(0.0);
   const lanes v23 = -v4;
   out[24] = v23;
   const lanes v24 = -v3;
-  out[25] = v24;
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.333);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(1.0);
-  const lanes v25 = v17 * v5;
-  const lanes v26 = v2 * v6;
-  const lanes v27 = v25 - v26;
+  out[25] = v24; out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.333); out[28] = LANES_OF(0.0);
+  out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(1.0);
+  const lanes v25 = v17 * v5, v26 = v2 * v6, v27 = v25 - v26;
   out[32] = v27;
-  const lanes v28 = v17 * v6;
-  const lanes v29 = v2 * v5;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = -v30;
-  out[33] = v31;
-  out[34] = v18;
+  const lanes v28 = v17 * v6, v29 = v2 * v5, v30 = v28 + v29, v31 = -v30;
+  out[33] = v31; out[34] = v18;
   const lanes v32 = 0.316 * v18;
   out[35] = v32;
-  const lanes v33 = v1 * v6;
-  const lanes v34 = v20 * v5;
-  const lanes v35 = v33 + v34;
+  const lanes v33 = v1 * v6, v34 = v20 * v5, v35 = v33 + v34;
   out[36] = v35;
-  const lanes v36 = v1 * v5;
-  const lanes v37 = v20 * v6;
-  const lanes v38 = v36 - v37;
-  out[37] = v38;
-  out[38] = v21;
+  const lanes v36 = v1 * v5, v37 = v20 * v6, v38 = v36 - v37;
+  out[37] = v38; out[38] = v21;
   const lanes v39 = 0.316 * v21;
   out[39] = v39;
-  const lanes v40 = v4 * v5;
-  const lanes v41 = -v40;
+  const lanes v40 = v4 * v5, v41 = -v40;
   out[40] = v41;
   const lanes v42 = v4 * v6;
-  out[41] = v42;
-  out[42] = v3;
-  const lanes v43 = 0.316 * v3;
-  const lanes v44 = 0.333 + v43;
-  out[43] = v44;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
+  out[41] = v42; out[42] = v3;
+  const lanes v43 = 0.316 * v3, v44 = 0.333 + v43;
+  out[43] = v44; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
   out[47] = LANES_OF(1.0);
-  const lanes v45 = v18 * v7;
-  const lanes v46 = v27 * v8;
-  const lanes v47 = v45 + v46;
+  const lanes v45 = v18 * v7, v46 = v27 * v8, v47 = v45 + v46;
   out[48] = v47;
-  const lanes v48 = v18 * v8;
-  const lanes v49 = v27 * v7;
-  const lanes v50 = v48 - v49;
-  out[49] = v50;
-  out[50] = v30;
-  const lanes v51 = 0.0825 * v27;
-  const lanes v52 = v32 + v51;
+  const lanes v48 = v18 * v8, v49 = v27 * v7, v50 = v48 - v49;
+  out[49] = v50; out[50] = v30;
+  const lanes v51 = 0.0825 * v27, v52 = v32 + v51;
   out[51] = v52;
-  const lanes v53 = v21 * v7;
-  const lanes v54 = v35 * v8;
-  const lanes v55 = v53 + v54;
+  const lanes v53 = v21 * v7, v54 = v35 * v8, v55 = v53 + v54;
   out[52] = v55;
-  const lanes v56 = v21 * v8;
-  const lanes v57 = v35 * v7;
-  const lanes v58 = v56 - v57;
+  const lanes v56 = v21 * v8, v57 = v35 * v7, v58 = v56 - v57;
   out[53] = v58;
   const lanes v59 = -v38;
   out[54] = v59;
-  const lanes v60 = 0.0825 * v35;
-  const lanes v61 = v39 + v60;
+  const lanes v60 = 0.0825 * v35, v61 = v39 + v60;
   out[55] = v61;
-  const lanes v62 = v3 * v7;
-  const lanes v63 = v40 * v8;
-  const lanes v64 = v62 - v63;
+  const lanes v62 = v3 * v7, v63 = v40 * v8, v64 = v62 - v63;
   out[56] = v64;
-  const lanes v65 = v40 * v7;
-  const lanes v66 = v3 * v8;
-  const lanes v67 = v65 + v66;
+  const lanes v65 = v40 * v7, v66 = v3 * v8, v67 = v65 + v66;
   out[57] = v67;
   const lanes v68 = -v42;
   out[58] = v68;
-  const lanes v69 = 0.0825 * v40;
-  const lanes v70 = v44 - v69;
-  out[59] = v70;
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
+  const lanes v69 = 0.0825 * v40, v70 = v44 - v69;
+  out[59] = v70; out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0); out[62] = LANES_OF(0.0);
   out[63] = LANES_OF(1.0);
-  const lanes v71 = v47 * v9;
-  const lanes v72 = v10 * v30;
-  const lanes v73 = v71 - v72;
+  const lanes v71 = v47 * v9, v72 = v10 * v30, v73 = v71 - v72;
   out[64] = v73;
-  const lanes v74 = v10 * v47;
-  const lanes v75 = v30 * v9;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = -v76;
-  out[65] = v77;
-  out[66] = v50;
-  const lanes v78 = 0.384 * v50;
-  const lanes v79 = v52 + v78;
-  const lanes v80 = 0.0825 * v47;
-  const lanes v81 = v79 - v80;
+  const lanes v74 = v10 * v47, v75 = v30 * v9, v76 = v74 + v75, v77 = -v76;
+  out[65] = v77; out[66] = v50;
+  const lanes v78 = 0.384 * v50, v79 = v52 + v78, v80 = 0.0825 * v47, v81 = v79 - v80;
   out[67] = v81;
-  const lanes v82 = v10 * v38;
-  const lanes v83 = v55 * v9;
-  const lanes v84 = v82 + v83;
+  const lanes v82 = v10 * v38, v83 = v55 * v9, v84 = v82 + v83;
   out[68] = v84;
-  const lanes v85 = v38 * v9;
-  const lanes v86 = v10 * v55;
-  const lanes v87 = v85 - v86;
-  out[69] = v87;
-  out[70] = v58;
-  const lanes v88 = 0.384 * v58;
-  const lanes v89 = v61 + v88;
-  const lanes v90 = 0.0825 * v55;
-  const lanes v91 = v89 - v90;
+  const lanes v85 = v38 * v9, v86 = v10 * v55, v87 = v85 - v86;
+  out[69] = v87; out[70] = v58;
+  const lanes v88 = 0.384 * v58, v89 = v61 + v88, v90 = 0.0825 * v55, v91 = v89 - v90;
   out[71] = v91;
-  const lanes v92 = v10 * v42;
-  const lanes v93 = v64 * v9;
-  const lanes v94 = v92 + v93;
+  const lanes v92 = v10 * v42, v93 = v64 * v9, v94 = v92 + v93;
   out[72] = v94;
-  const lanes v95 = v42 * v9;
-  const lanes v96 = v10 * v64;
-  const lanes v97 = v95 - v96;
-  out[73] = v97;
-  out[74] = v67;
-  const lanes v98 = 0.384 * v67;
-  const lanes v99 = v70 + v98;
-  const lanes v100 = 0.0825 * v64;
-  const lanes v101 = v99 - v100;
-  out[75] = v101;
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
+  const lanes v95 = v42 * v9, v96 = v10 * v64, v97 = v95 - v96;
+  out[73] = v97; out[74] = v67;
+  const lanes v98 = 0.384 * v67, v99 = v70 + v98, v100 = 0.0825 * v64, v101 = v99 - v100;
+  out[75] = v101; out[76] = LANES_OF(0.0); out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0);
   out[79] = LANES_OF(1.0);
-  const lanes v102 = v11 * v73;
-  const lanes v103 = v12 * v50;
-  const lanes v104 = v102 + v103;
+  const lanes v102 = v11 * v73, v103 = v12 * v50, v104 = v102 + v103;
   out[80] = v104;
-  const lanes v105 = v11 * v50;
-  const lanes v106 = v12 * v73;
-  const lanes v107 = v105 - v106;
-  out[81] = v107;
-  out[82] = v76;
-  out[83] = v81;
-  const lanes v108 = v11 * v84;
-  const lanes v109 = v12 * v58;
-  const lanes v110 = v108 + v109;
+  const lanes v105 = v11 * v50, v106 = v12 * v73, v107 = v105 - v106;
+  out[81] = v107; out[82] = v76; out[83] = v81;
+  const lanes v108 = v11 * v84, v109 = v12 * v58, v110 = v108 + v109;
   out[84] = v110;
-  const lanes v111 = v11 * v58;
-  const lanes v112 = v12 * v84;
-  const lanes v113 = v111 - v112;
+  const lanes v111 = v11 * v58, v112 = v12 * v84, v113 = v111 - v112;
   out[85] = v113;
   const lanes v114 = -v87;
-  out[86] = v114;
-  out[87] = v91;
-  const lanes v115 = v11 * v94;
-  const lanes v116 = v12 * v67;
-  const lanes v117 = v115 + v116;
+  out[86] = v114; out[87] = v91;
+  const lanes v115 = v11 * v94, v116 = v12 * v67, v117 = v115 + v116;
   out[88] = v117;
-  const lanes v118 = v11 * v67;
-  const lanes v119 = v12 * v94;
-  const lanes v120 = v118 - v119;
+  const lanes v118 = v11 * v67, v119 = v12 * v94, v120 = v118 - v119;
   out[89] = v120;
   const lanes v121 = -v97;
-  out[90] = v121;
-  out[91] = v101;
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
-  out[95] = LANES_OF(1.0);
-  const lanes v122 = v14 * v104;
-  const lanes v123 = v15 * v76;
-  const lanes v124 = v122 - v123;
-  const lanes v125 = 0.7071067811865476 * v124;
-  const lanes v126 = v14 * v76;
-  const lanes v127 = v15 * v104;
-  const lanes v128 = v126 + v127;
-  const lanes v129 = 0.7071067811865476 * v128;
-  const lanes v130 = v125 + v129;
+  out[90] = v121; out[91] = v101; out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0);
+  out[94] = LANES_OF(0.0); out[95] = LANES_OF(1.0);
+  const lanes v122 = v14 * v104, v123 = v15 * v76, v124 = v122 - v123,
+      v125 = 0.7071067811865476 * v124, v126 = v14 * v76, v127 = v15 * v104, v128 = v126 + v127,
+      v129 = 0.7071067811865476 * v128, v130 = v125 + v129;
   out[96] = v130;
   const lanes v131 = v129 - v125;
   out[97] = v131;
   const lanes v132 = -v107;
   out[98] = v132;
-  const lanes v133 = 0.088 * v104;
-  const lanes v134 = v81 + v133;
+  const lanes v133 = 0.088 * v104, v134 = v81 + v133;
   out[99] = v134;
-  const lanes v135 = v14 * v110;
-  const lanes v136 = v15 * v87;
-  const lanes v137 = v135 + v136;
-  const lanes v138 = 0.7071067811865476 * v137;
-  const lanes v139 = v15 * v110;
-  const lanes v140 = v14 * v87;
-  const lanes v141 = v139 - v140;
-  const lanes v142 = 0.7071067811865476 * v141;
-  const lanes v143 = v138 + v142;
+  const lanes v135 = v14 * v110, v136 = v15 * v87, v137 = v135 + v136,
+      v138 = 0.7071067811865476 * v137, v139 = v15 * v110, v140 = v14 * v87, v141 = v139 - v140,
+      v142 = 0.7071067811865476 * v141, v143 = v138 + v142;
   out[100] = v143;
   const lanes v144 = v142 - v138;
   out[101] = v144;
   const lanes v145 = -v113;
   out[102] = v145;
-  const lanes v146 = 0.088 * v110;
-  const lanes v147 = v91 + v146;
+  const lanes v146 = 0.088 * v110, v147 = v91 + v146;
   out[103] = v147;
-  const lanes v148 = v14 * v117;
-  const lanes v149 = v15 * v97;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = 0.7071067811865476 * v150;
-  const lanes v152 = v15 * v117;
-  const lanes v153 = v14 * v97;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = 0.7071067811865476 * v154;
-  const lanes v156 = v151 + v155;
+  const lanes v148 = v14 * v117, v149 = v15 * v97, v150 = v148 + v149,
+      v151 = 0.7071067811865476 * v150, v152 = v15 * v117, v153 = v14 * v97, v154 = v152 - v153,
+      v155 = 0.7071067811865476 * v154, v156 = v151 + v155;
   out[104] = v156;
   const lanes v157 = v155 - v151;
   out[105] = v157;
   const lanes v158 = -v120;
   out[106] = v158;
-  const lanes v159 = 0.088 * v117;
-  const lanes v160 = v101 + v159;
-  out[107] = v160;
-  out[108] = LANES_OF(0.0);
-  out[109] = LANES_OF(0.0);
-  out[110] = LANES_OF(0.0);
+  const lanes v159 = 0.088 * v117, v160 = v101 + v159;
+  out[107] = v160; out[108] = LANES_OF(0.0); out[109] = LANES_OF(0.0); out[110] = LANES_OF(0.0);
   out[111] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(panda_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes v1 = q_6 + 0.7853981633974483;
-  lanes v15, v2; LANES_NAME(lanes_cos_sin)(&v1, &v15, &v2);
-  lanes v3, v14; LANES_NAME(lanes_cos_sin)(&q_5, &v3, &v14);
-  lanes v4, v9; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v9);
-  lanes v7, v5; LANES_NAME(lanes_cos_sin)(&q_1, &v7, &v5);
-  lanes v11, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v11, &v6);
-  lanes v8, v10; LANES_NAME(lanes_cos_sin)(&q_2, &v8, &v10);
-  lanes v12, v13; LANES_NAME(lanes_cos_sin)(&q_4, &v12, &v13);
-  const lanes v16 = v4 * v5;
-  const lanes v17 = v16 * v6;
-  const lanes v18 = v4 * v7;
-  const lanes v19 = v18 * v8;
-  const lanes v20 = v9 * v10;
-  const lanes v21 = v19 - v20;
-  const lanes v22 = v21 * v11;
-  const lanes v23 = v17 + v22;
-  const lanes v24 = v23 * v12;
-  const lanes v25 = v18 * v10;
-  const lanes v26 = v9 * v8;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = v13 * v27;
-  const lanes v29 = v24 - v28;
-  const lanes v30 = v3 * v29;
-  const lanes v31 = v16 * v11;
-  const lanes v32 = v21 * v6;
-  const lanes v33 = v31 - v32;
-  const lanes v34 = v14 * v33;
-  const lanes v35 = v30 + v34;
-  const lanes v36 = v2 * v35;
-  const lanes v37 = v13 * v23;
-  const lanes v38 = v27 * v12;
-  const lanes v39 = v37 + v38;
-  const lanes v40 = v15 * v39;
-  const lanes v41 = v36 - v40;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], v1 = q_6 + 0.7853981633974483;
+  LANES_COS_SIN(v15, v2, v1); LANES_COS_SIN(v3, v14, q_5); LANES_COS_SIN(v4, v9, q_0);
+  LANES_COS_SIN(v7, v5, q_1); LANES_COS_SIN(v11, v6, q_3); LANES_COS_SIN(v8, v10, q_2);
+  LANES_COS_SIN(v12, v13, q_4);
+  const lanes v16 = v4 * v5, v17 = v16 * v6, v18 = v4 * v7, v19 = v18 * v8, v20 = v9 * v10,
+      v21 = v19 - v20, v22 = v21 * v11, v23 = v17 + v22, v24 = v23 * v12, v25 = v18 * v10,
+      v26 = v9 * v8, v27 = v25 + v26, v28 = v13 * v27, v29 = v24 - v28, v30 = v3 * v29,
+      v31 = v16 * v11, v32 = v21 * v6, v33 = v31 - v32, v34 = v14 * v33, v35 = v30 + v34,
+      v36 = v2 * v35, v37 = v13 * v23, v38 = v27 * v12, v39 = v37 + v38, v40 = v15 * v39,
+      v41 = v36 - v40;
   out[0] = v41;
-  const lanes v42 = v2 * v39;
-  const lanes v43 = v15 * v35;
-  const lanes v44 = v42 + v43;
+  const lanes v42 = v2 * v39, v43 = v15 * v35, v44 = v42 + v43;
   out[1] = v44;
-  const lanes v45 = v3 * v33;
-  const lanes v46 = v14 * v29;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = -v47;
+  const lanes v45 = v3 * v33, v46 = v14 * v29, v47 = v45 - v46, v48 = -v47;
   out[2] = v48;
-  const lanes v49 = 0.088 * v3;
-  const lanes v50 = 0.107 * v14;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v51 * v12;
-  const lanes v53 = v52 - 0.0825;
-  const lanes v54 = v53 * v11;
-  const lanes v55 = 0.088 * v14;
-  const lanes v56 = 0.107 * v3;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v57 + 0.384;
-  const lanes v59 = v58 * v6;
-  const lanes v60 = v54 - v59;
-  const lanes v61 = v60 + 0.0825;
-  const lanes v62 = v8 * v61;
-  const lanes v63 = v13 * v51;
-  const lanes v64 = v63 * v10;
-  const lanes v65 = v62 - v64;
-  const lanes v66 = v7 * v65;
-  const lanes v67 = v53 * v6;
-  const lanes v68 = v58 * v11;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v69 + 0.316;
-  const lanes v71 = v5 * v70;
-  const lanes v72 = v66 + v71;
-  const lanes v73 = v4 * v72;
-  const lanes v74 = v8 * v63;
-  const lanes v75 = v61 * v10;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v9 * v76;
-  const lanes v78 = v73 - v77;
+  const lanes v49 = 0.088 * v3, v50 = 0.107 * v14, v51 = v49 + v50, v52 = v51 * v12,
+      v53 = v52 - 0.0825, v54 = v53 * v11, v55 = 0.088 * v14, v56 = 0.107 * v3, v57 = v55 - v56,
+      v58 = v57 + 0.384, v59 = v58 * v6, v60 = v54 - v59, v61 = v60 + 0.0825, v62 = v8 * v61,
+      v63 = v13 * v51, v64 = v63 * v10, v65 = v62 - v64, v66 = v7 * v65, v67 = v53 * v6,
+      v68 = v58 * v11, v69 = v67 + v68, v70 = v69 + 0.316, v71 = v5 * v70, v72 = v66 + v71,
+      v73 = v4 * v72, v74 = v8 * v63, v75 = v61 * v10, v76 = v74 + v75, v77 = v9 * v76,
+      v78 = v73 - v77;
   out[3] = v78;
-  const lanes v79 = v4 * v8;
-  const lanes v80 = v9 * v7;
-  const lanes v81 = v80 * v10;
-  const lanes v82 = v79 - v81;
-  const lanes v83 = v13 * v82;
-  const lanes v84 = v9 * v5;
-  const lanes v85 = v84 * v6;
-  const lanes v86 = v4 * v10;
-  const lanes v87 = v80 * v8;
-  const lanes v88 = v86 + v87;
-  const lanes v89 = v88 * v11;
-  const lanes v90 = v85 + v89;
-  const lanes v91 = v90 * v12;
-  const lanes v92 = v83 + v91;
-  const lanes v93 = v3 * v92;
-  const lanes v94 = v84 * v11;
-  const lanes v95 = v88 * v6;
-  const lanes v96 = v94 - v95;
-  const lanes v97 = v14 * v96;
-  const lanes v98 = v93 + v97;
-  const lanes v99 = v2 * v98;
-  const lanes v100 = v82 * v12;
-  const lanes v101 = v13 * v90;
-  const lanes v102 = v100 - v101;
-  const lanes v103 = v15 * v102;
-  const lanes v104 = v99 + v103;
+  const lanes v79 = v4 * v8, v80 = v9 * v7, v81 = v80 * v10, v82 = v79 - v81, v83 = v13 * v82,
+      v84 = v9 * v5, v85 = v84 * v6, v86 = v4 * v10, v87 = v80 * v8, v88 = v86 + v87,
+      v89 = v88 * v11, v90 = v85 + v89, v91 = v90 * v12, v92 = v83 + v91, v93 = v3 * v92,
+      v94 = v84 * v11, v95 = v88 * v6, v96 = v94 - v95, v97 = v14 * v96, v98 = v93 + v97,
+      v99 = v2 * v98, v100 = v82 * v12, v101 = v13 * v90, v102 = v100 - v101, v103 = v15 * v102,
+      v104 = v99 + v103;
   out[4] = v104;
-  const lanes v105 = v15 * v98;
-  const lanes v106 = v2 * v102;
-  const lanes v107 = v105 - v106;
+  const lanes v105 = v15 * v98, v106 = v2 * v102, v107 = v105 - v106;
   out[5] = v107;
-  const lanes v108 = v3 * v96;
-  const lanes v109 = v14 * v92;
-  const lanes v110 = v108 - v109;
-  const lanes v111 = -v110;
+  const lanes v108 = v3 * v96, v109 = v14 * v92, v110 = v108 - v109, v111 = -v110;
   out[6] = v111;
-  const lanes v112 = v4 * v76;
-  const lanes v113 = v9 * v72;
-  const lanes v114 = v112 + v113;
+  const lanes v112 = v4 * v76, v113 = v9 * v72, v114 = v112 + v113;
   out[7] = v114;
-  const lanes v115 = v5 * v10;
-  const lanes v116 = v13 * v115;
-  const lanes v117 = v7 * v6;
-  const lanes v118 = v5 * v8;
-  const lanes v119 = v118 * v11;
-  const lanes v120 = v117 - v119;
-  const lanes v121 = v120 * v12;
-  const lanes v122 = v116 + v121;
-  const lanes v123 = v3 * v122;
-  const lanes v124 = v118 * v6;
-  const lanes v125 = v7 * v11;
-  const lanes v126 = v124 + v125;
-  const lanes v127 = v14 * v126;
-  const lanes v128 = v123 + v127;
-  const lanes v129 = v2 * v128;
-  const lanes v130 = v115 * v12;
-  const lanes v131 = v13 * v120;
-  const lanes v132 = v130 - v131;
-  const lanes v133 = v15 * v132;
-  const lanes v134 = v129 + v133;
+  const lanes v115 = v5 * v10, v116 = v13 * v115, v117 = v7 * v6, v118 = v5 * v8, v119 = v118 * v11,
+      v120 = v117 - v119, v121 = v120 * v12, v122 = v116 + v121, v123 = v3 * v122, v124 = v118 * v6,
+      v125 = v7 * v11, v126 = v124 + v125, v127 = v14 * v126, v128 = v123 + v127, v129 = v2 * v128,
+      v130 = v115 * v12, v131 = v13 * v120, v132 = v130 - v131, v133 = v15 * v132,
+      v134 = v129 + v133;
   out[8] = v134;
-  const lanes v135 = v15 * v128;
-  const lanes v136 = v2 * v132;
-  const lanes v137 = v135 - v136;
+  const lanes v135 = v15 * v128, v136 = v2 * v132, v137 = v135 - v136;
   out[9] = v137;
-  const lanes v138 = v3 * v126;
-  const lanes v139 = v14 * v122;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = -v140;
+  const lanes v138 = v3 * v126, v139 = v14 * v122, v140 = v138 - v139, v141 = -v140;
   out[10] = v141;
-  const lanes v142 = v5 * v65;
-  const lanes v143 = v7 * v70;
-  const lanes v144 = v142 - v143;
-  const lanes v145 = 0.333 - v144;
-  out[11] = v145;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v142 = v5 * v65, v143 = v7 * v70, v144 = v142 - v143, v145 = 0.333 - v144;
+  out[11] = v145; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
   const lanes v146 = -v114;
   out[16] = v146;
-  const lanes v147 = v4 * v144;
-  const lanes v148 = -v147;
+  const lanes v147 = v4 * v144, v148 = -v147;
   out[17] = v148;
-  const lanes v149 = v18 * v76;
-  const lanes v150 = v9 * v65;
-  const lanes v151 = v149 + v150;
-  const lanes v152 = -v151;
+  const lanes v149 = v18 * v76, v150 = v9 * v65, v151 = v149 + v150, v152 = -v151;
   out[18] = v152;
-  const lanes v153 = v16 * v60;
-  const lanes v154 = v21 * v69;
-  const lanes v155 = v153 - v154;
+  const lanes v153 = v16 * v60, v154 = v21 * v69, v155 = v153 - v154;
   out[19] = v155;
-  const lanes v156 = v39 * v51;
-  const lanes v157 = -v156;
+  const lanes v156 = v39 * v51, v157 = -v156;
   out[20] = v157;
-  const lanes v158 = v33 * v51;
-  const lanes v159 = v29 * v57;
-  const lanes v160 = v158 - v159;
-  out[21] = v160;
-  out[22] = LANES_OF(0.0);
-  out[23] = v78;
-  const lanes v161 = v9 * v144;
-  const lanes v162 = -v161;
+  const lanes v158 = v33 * v51, v159 = v29 * v57, v160 = v158 - v159;
+  out[21] = v160; out[22] = LANES_OF(0.0); out[23] = v78;
+  const lanes v161 = v9 * v144, v162 = -v161;
   out[24] = v162;
-  const lanes v163 = v4 * v65;
-  const lanes v164 = v80 * v76;
-  const lanes v165 = v163 - v164;
+  const lanes v163 = v4 * v65, v164 = v80 * v76, v165 = v163 - v164;
   out[25] = v165;
-  const lanes v166 = v84 * v60;
-  const lanes v167 = v88 * v69;
-  const lanes v168 = v166 - v167;
+  const lanes v166 = v84 * v60, v167 = v88 * v69, v168 = v166 - v167;
   out[26] = v168;
   const lanes v169 = v102 * v51;
   out[27] = v169;
-  const lanes v170 = v96 * v51;
-  const lanes v171 = v92 * v57;
-  const lanes v172 = v170 - v171;
-  out[28] = v172;
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
+  const lanes v170 = v96 * v51, v171 = v92 * v57, v172 = v170 - v171;
+  out[28] = v172; out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0);
   const lanes v173 = -v72;
   out[31] = v173;
   const lanes v174 = v5 * v76;
   out[32] = v174;
-  const lanes v175 = v118 * v69;
-  const lanes v176 = v7 * v60;
-  const lanes v177 = v175 + v176;
+  const lanes v175 = v118 * v69, v176 = v7 * v60, v177 = v175 + v176;
   out[33] = v177;
   const lanes v178 = v132 * v51;
   out[34] = v178;
-  const lanes v179 = v126 * v51;
-  const lanes v180 = v122 * v57;
-  const lanes v181 = v179 - v180;
-  out[35] = v181;
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
+  const lanes v179 = v126 * v51, v180 = v122 * v57, v181 = v179 - v180;
+  out[35] = v181; out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0);
   const lanes v182 = -v9;
-  out[38] = v182;
-  out[39] = v16;
-  out[40] = v27;
-  out[41] = v33;
-  out[42] = v39;
-  out[43] = v48;
-  out[44] = LANES_OF(0.0);
-  out[45] = v4;
-  out[46] = v84;
+  out[38] = v182; out[39] = v16; out[40] = v27; out[41] = v33; out[42] = v39; out[43] = v48;
+  out[44] = LANES_OF(0.0); out[45] = v4; out[46] = v84;
   const lanes v183 = -v82;
-  out[47] = v183;
-  out[48] = v96;
+  out[47] = v183; out[48] = v96;
   const lanes v184 = -v102;
-  out[49] = v184;
-  out[50] = v111;
-  out[51] = LANES_OF(1.0);
-  out[52] = LANES_OF(0.0);
-  out[53] = v7;
+  out[49] = v184; out[50] = v111; out[51] = LANES_OF(1.0); out[52] = LANES_OF(0.0); out[53] = v7;
   const lanes v185 = -v115;
-  out[54] = v185;
-  out[55] = v126;
+  out[54] = v185; out[55] = v126;
   const lanes v186 = -v132;
-  out[56] = v186;
-  out[57] = v141;
+  out[56] = v186; out[57] = v141;
 }
 
 static LANES_TARGET void LANES_NAME(panda_jacobian_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v3);
-  lanes v4, v2; LANES_NAME(lanes_cos_sin)(&q_1, &v4, &v2);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&q_3, &v8, &v7);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&q_4, &v9, &v10);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_5, &v11, &v12);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v3, q_0); LANES_COS_SIN(v4, v2, q_1); LANES_COS_SIN(v5, v6, q_2);
+  LANES_COS_SIN(v8, v7, q_3); LANES_COS_SIN(v9, v10, q_4); LANES_COS_SIN(v11, v12, q_5);
   out[0] = LANES_OF(0.0);
-  const lanes v13 = 0.333 * v1;
-  const lanes v14 = -v13;
+  const lanes v13 = 0.333 * v1, v14 = -v13;
   out[1] = v14;
-  const lanes v15 = 0.333 * v2;
-  const lanes v16 = v15 * v3;
-  const lanes v17 = -v16;
+  const lanes v15 = 0.333 * v2, v16 = v15 * v3, v17 = -v16;
   out[2] = v17;
-  const lanes v18 = 0.333 * v4;
-  const lanes v19 = v18 + 0.316;
-  const lanes v20 = v1 * v4;
-  const lanes v21 = v20 * v5;
-  const lanes v22 = v3 * v6;
-  const lanes v23 = v21 - v22;
-  const lanes v24 = v19 * v23;
-  const lanes v25 = v15 * v5;
-  const lanes v26 = v25 - 0.0825;
-  const lanes v27 = v1 * v2;
-  const lanes v28 = v26 * v27;
-  const lanes v29 = v24 + v28;
+  const lanes v18 = 0.333 * v4, v19 = v18 + 0.316, v20 = v1 * v4, v21 = v20 * v5, v22 = v3 * v6,
+      v23 = v21 - v22, v24 = v19 * v23, v25 = v15 * v5, v26 = v25 - 0.0825, v27 = v1 * v2,
+      v28 = v26 * v27, v29 = v24 + v28;
   out[3] = v29;
-  const lanes v30 = v15 * v6;
-  const lanes v31 = v27 * v7;
-  const lanes v32 = v23 * v8;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v30 * v33;
-  const lanes v35 = v26 * v8;
-  const lanes v36 = v19 * v7;
-  const lanes v37 = v35 - v36;
-  const lanes v38 = v37 + 0.0825;
-  const lanes v39 = v20 * v6;
-  const lanes v40 = v3 * v5;
-  const lanes v41 = v39 + v40;
-  const lanes v42 = v38 * v41;
-  const lanes v43 = v34 - v42;
+  const lanes v30 = v15 * v6, v31 = v27 * v7, v32 = v23 * v8, v33 = v31 + v32, v34 = v30 * v33,
+      v35 = v26 * v8, v36 = v19 * v7, v37 = v35 - v36, v38 = v37 + 0.0825, v39 = v20 * v6,
+      v40 = v3 * v5, v41 = v39 + v40, v42 = v38 * v41, v43 = v34 - v42;
   out[4] = v43;
-  const lanes v44 = v19 * v8;
-  const lanes v45 = v26 * v7;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = v46 + 0.384;
-  const lanes v48 = v33 * v9;
-  const lanes v49 = v10 * v41;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = v47 * v50;
-  const lanes v52 = v38 * v9;
-  const lanes v53 = v10 * v30;
-  const lanes v54 = v52 - v53;
-  const lanes v55 = v27 * v8;
-  const lanes v56 = v23 * v7;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v54 * v57;
-  const lanes v59 = v51 + v58;
+  const lanes v44 = v19 * v8, v45 = v26 * v7, v46 = v44 + v45, v47 = v46 + 0.384, v48 = v33 * v9,
+      v49 = v10 * v41, v50 = v48 - v49, v51 = v47 * v50, v52 = v38 * v9, v53 = v10 * v30,
+      v54 = v52 - v53, v55 = v27 * v8, v56 = v23 * v7, v57 = v55 - v56, v58 = v54 * v57,
+      v59 = v51 + v58;
   out[5] = v59;
-  const lanes v60 = v11 * v54;
-  const lanes v61 = v47 * v12;
-  const lanes v62 = v60 - v61;
-  const lanes v63 = v62 - 0.088;
-  const lanes v64 = v10 * v33;
-  const lanes v65 = v41 * v9;
-  const lanes v66 = v64 + v65;
-  const lanes v67 = v63 * v66;
-  const lanes v68 = v10 * v38;
-  const lanes v69 = v30 * v9;
-  const lanes v70 = v68 + v69;
-  const lanes v71 = v11 * v50;
-  const lanes v72 = v12 * v57;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = v70 * v73;
-  const lanes v75 = v67 - v74;
-  out[6] = v75;
-  out[7] = LANES_OF(0.0);
-  const lanes v76 = 0.333 * v3;
-  const lanes v77 = -v76;
+  const lanes v60 = v11 * v54, v61 = v47 * v12, v62 = v60 - v61, v63 = v62 - 0.088, v64 = v10 * v33,
+      v65 = v41 * v9, v66 = v64 + v65, v67 = v63 * v66, v68 = v10 * v38, v69 = v30 * v9,
+      v70 = v68 + v69, v71 = v11 * v50, v72 = v12 * v57, v73 = v71 + v72, v74 = v70 * v73,
+      v75 = v67 - v74;
+  out[6] = v75; out[7] = LANES_OF(0.0);
+  const lanes v76 = 0.333 * v3, v77 = -v76;
   out[8] = v77;
   const lanes v78 = v1 * v15;
   out[9] = v78;
-  const lanes v79 = v1 * v6;
-  const lanes v80 = v3 * v4;
-  const lanes v81 = v80 * v5;
-  const lanes v82 = v79 + v81;
-  const lanes v83 = v19 * v82;
-  const lanes v84 = v3 * v2;
-  const lanes v85 = v26 * v84;
-  const lanes v86 = v83 + v85;
+  const lanes v79 = v1 * v6, v80 = v3 * v4, v81 = v80 * v5, v82 = v79 + v81, v83 = v19 * v82,
+      v84 = v3 * v2, v85 = v26 * v84, v86 = v83 + v85;
   out[10] = v86;
-  const lanes v87 = v84 * v7;
-  const lanes v88 = v82 * v8;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v30 * v89;
-  const lanes v91 = v1 * v5;
-  const lanes v92 = v80 * v6;
-  const lanes v93 = v91 - v92;
-  const lanes v94 = v38 * v93;
-  const lanes v95 = v90 + v94;
+  const lanes v87 = v84 * v7, v88 = v82 * v8, v89 = v87 + v88, v90 = v30 * v89, v91 = v1 * v5,
+      v92 = v80 * v6, v93 = v91 - v92, v94 = v38 * v93, v95 = v90 + v94;
   out[11] = v95;
-  const lanes v96 = v10 * v93;
-  const lanes v97 = v89 * v9;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = v47 * v98;
-  const lanes v100 = v84 * v8;
-  const lanes v101 = v82 * v7;
-  const lanes v102 = v100 - v101;
-  const lanes v103 = v54 * v102;
-  const lanes v104 = v99 + v103;
+  const lanes v96 = v10 * v93, v97 = v89 * v9, v98 = v96 + v97, v99 = v47 * v98, v100 = v84 * v8,
+      v101 = v82 * v7, v102 = v100 - v101, v103 = v54 * v102, v104 = v99 + v103;
   out[12] = v104;
-  const lanes v105 = v11 * v98;
-  const lanes v106 = v12 * v102;
-  const lanes v107 = v105 + v106;
-  const lanes v108 = v70 * v107;
-  const lanes v109 = v93 * v9;
-  const lanes v110 = v10 * v89;
-  const lanes v111 = v109 - v110;
-  const lanes v112 = v63 * v111;
-  const lanes v113 = v108 + v112;
-  const lanes v114 = -v113;
-  out[13] = v114;
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  const lanes v115 = v26 * v4;
-  const lanes v116 = v2 * v5;
-  const lanes v117 = v19 * v116;
-  const lanes v118 = v115 - v117;
+  const lanes v105 = v11 * v98, v106 = v12 * v102, v107 = v105 + v106, v108 = v70 * v107,
+      v109 = v93 * v9, v110 = v10 * v89, v111 = v109 - v110, v112 = v63 * v111, v113 = v108 + v112,
+      v114 = -v113;
+  out[13] = v114; out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
+  const lanes v115 = v26 * v4, v116 = v2 * v5, v117 = v19 * v116, v118 = v115 - v117;
   out[17] = v118;
-  const lanes v119 = v4 * v7;
-  const lanes v120 = v116 * v8;
-  const lanes v121 = v119 - v120;
-  const lanes v122 = v30 * v121;
-  const lanes v123 = v2 * v6;
-  const lanes v124 = v38 * v123;
-  const lanes v125 = v122 + v124;
+  const lanes v119 = v4 * v7, v120 = v116 * v8, v121 = v119 - v120, v122 = v30 * v121,
+      v123 = v2 * v6, v124 = v38 * v123, v125 = v122 + v124;
   out[18] = v125;
-  const lanes v126 = v10 * v123;
-  const lanes v127 = v121 * v9;
-  const lanes v128 = v126 + v127;
-  const lanes v129 = v47 * v128;
-  const lanes v130 = v116 * v7;
-  const lanes v131 = v4 * v8;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v54 * v132;
-  const lanes v134 = v129 + v133;
+  const lanes v126 = v10 * v123, v127 = v121 * v9, v128 = v126 + v127, v129 = v47 * v128,
+      v130 = v116 * v7, v131 = v4 * v8, v132 = v130 + v131, v133 = v54 * v132, v134 = v129 + v133;
   out[19] = v134;
-  const lanes v135 = v11 * v128;
-  const lanes v136 = v12 * v132;
-  const lanes v137 = v135 + v136;
-  const lanes v138 = v70 * v137;
-  const lanes v139 = v123 * v9;
-  const lanes v140 = v10 * v121;
-  const lanes v141 = v139 - v140;
-  const lanes v142 = v63 * v141;
-  const lanes v143 = v138 + v142;
-  const lanes v144 = -v143;
-  out[20] = v144;
-  out[21] = LANES_OF(0.0);
+  const lanes v135 = v11 * v128, v136 = v12 * v132, v137 = v135 + v136, v138 = v70 * v137,
+      v139 = v123 * v9, v140 = v10 * v121, v141 = v139 - v140, v142 = v63 * v141,
+      v143 = v138 + v142, v144 = -v143;
+  out[20] = v144; out[21] = LANES_OF(0.0);
   const lanes v145 = -v3;
-  out[22] = v145;
-  out[23] = v27;
-  out[24] = v41;
-  out[25] = v57;
-  out[26] = v66;
-  const lanes v146 = v11 * v57;
-  const lanes v147 = v12 * v50;
-  const lanes v148 = v146 - v147;
-  const lanes v149 = -v148;
-  out[27] = v149;
-  out[28] = LANES_OF(0.0);
-  out[29] = v1;
-  out[30] = v84;
+  out[22] = v145; out[23] = v27; out[24] = v41; out[25] = v57; out[26] = v66;
+  const lanes v146 = v11 * v57, v147 = v12 * v50, v148 = v146 - v147, v149 = -v148;
+  out[27] = v149; out[28] = LANES_OF(0.0); out[29] = v1; out[30] = v84;
   const lanes v150 = -v93;
-  out[31] = v150;
-  out[32] = v102;
+  out[31] = v150; out[32] = v102;
   const lanes v151 = -v111;
   out[33] = v151;
-  const lanes v152 = v11 * v102;
-  const lanes v153 = v12 * v98;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = -v154;
-  out[34] = v155;
-  out[35] = LANES_OF(1.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = v4;
+  const lanes v152 = v11 * v102, v153 = v12 * v98, v154 = v152 - v153, v155 = -v154;
+  out[34] = v155; out[35] = LANES_OF(1.0); out[36] = LANES_OF(0.0); out[37] = v4;
   const lanes v156 = -v123;
-  out[38] = v156;
-  out[39] = v132;
+  out[38] = v156; out[39] = v132;
   const lanes v157 = -v141;
   out[40] = v157;
-  const lanes v158 = v11 * v132;
-  const lanes v159 = v12 * v128;
-  const lanes v160 = v158 - v159;
-  const lanes v161 = -v160;
+  const lanes v158 = v11 * v132, v159 = v12 * v128, v160 = v158 - v159, v161 = -v160;
   out[41] = v161;
 }
 
 static LANES_TARGET void LANES_NAME(panda_jacobian_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  lanes v1, v15; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v15);
-  lanes v7, v2; LANES_NAME(lanes_cos_sin)(&q_4, &v7, &v2);
-  lanes v3, v10; LANES_NAME(lanes_cos_sin)(&q_5, &v3, &v10);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6];
+  LANES_COS_SIN(v1, v15, q_0); LANES_COS_SIN(v7, v2, q_4); LANES_COS_SIN(v3, v10, q_5);
   const lanes v4 = q_6 + 0.7853981633974483;
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&v4, &v6, &v5);
-  lanes v8, v12; LANES_NAME(lanes_cos_sin)(&q_2, &v8, &v12);
-  lanes v9, v11; LANES_NAME(lanes_cos_sin)(&q_3, &v9, &v11);
-  lanes v14, v13; LANES_NAME(lanes_cos_sin)(&q_1, &v14, &v13);
-  const lanes v16 = v3 * v5;
-  const lanes v17 = v2 * v16;
-  const lanes v18 = v6 * v7;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = v19 * v8;
-  const lanes v21 = v16 * v7;
-  const lanes v22 = v2 * v6;
-  const lanes v23 = v21 - v22;
-  const lanes v24 = v23 * v9;
-  const lanes v25 = v10 * v5;
-  const lanes v26 = v25 * v11;
-  const lanes v27 = v24 - v26;
-  const lanes v28 = v27 * v12;
-  const lanes v29 = v20 + v28;
-  const lanes v30 = v1 * v29;
-  const lanes v31 = v25 * v9;
-  const lanes v32 = v23 * v11;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v33 * v13;
-  const lanes v35 = v27 * v8;
-  const lanes v36 = v19 * v12;
-  const lanes v37 = v35 - v36;
-  const lanes v38 = v37 * v14;
-  const lanes v39 = v34 + v38;
-  const lanes v40 = v39 * v15;
-  const lanes v41 = v30 + v40;
-  const lanes v42 = 0.088 * v3;
-  const lanes v43 = 0.107 * v10;
-  const lanes v44 = v42 + v43;
-  const lanes v45 = v44 * v7;
-  const lanes v46 = v45 - 0.0825;
-  const lanes v47 = v46 * v9;
-  const lanes v48 = 0.088 * v10;
-  const lanes v49 = 0.107 * v3;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = v50 + 0.384;
-  const lanes v52 = v51 * v11;
-  const lanes v53 = v47 - v52;
-  const lanes v54 = v53 + 0.0825;
-  const lanes v55 = v8 * v54;
-  const lanes v56 = v2 * v44;
-  const lanes v57 = v56 * v12;
-  const lanes v58 = v55 - v57;
-  const lanes v59 = v14 * v58;
-  const lanes v60 = v46 * v11;
-  const lanes v61 = v51 * v9;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v62 + 0.316;
-  const lanes v64 = v13 * v63;
-  const lanes v65 = v59 + v64;
-  const lanes v66 = v1 * v65;
-  const lanes v67 = v8 * v56;
-  const lanes v68 = v54 * v12;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v15 * v69;
-  const lanes v71 = v66 - v70;
-  const lanes v72 = v41 * v71;
-  const lanes v73 = v1 * v39;
-  const lanes v74 = v29 * v15;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v1 * v69;
-  const lanes v77 = v15 * v65;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = v75 * v78;
-  const lanes v80 = v72 - v79;
+  LANES_COS_SIN(v6, v5, v4); LANES_COS_SIN(v8, v12, q_2); LANES_COS_SIN(v9, v11, q_3);
+  LANES_COS_SIN(v14, v13, q_1);
+  const lanes v16 = v3 * v5, v17 = v2 * v16, v18 = v6 * v7, v19 = v17 + v18, v20 = v19 * v8,
+      v21 = v16 * v7, v22 = v2 * v6, v23 = v21 - v22, v24 = v23 * v9, v25 = v10 * v5,
+      v26 = v25 * v11, v27 = v24 - v26, v28 = v27 * v12, v29 = v20 + v28, v30 = v1 * v29,
+      v31 = v25 * v9, v32 = v23 * v11, v33 = v31 + v32, v34 = v33 * v13, v35 = v27 * v8,
+      v36 = v19 * v12, v37 = v35 - v36, v38 = v37 * v14, v39 = v34 + v38, v40 = v39 * v15,
+      v41 = v30 + v40, v42 = 0.088 * v3, v43 = 0.107 * v10, v44 = v42 + v43, v45 = v44 * v7,
+      v46 = v45 - 0.0825, v47 = v46 * v9, v48 = 0.088 * v10, v49 = 0.107 * v3, v50 = v48 - v49,
+      v51 = v50 + 0.384, v52 = v51 * v11, v53 = v47 - v52, v54 = v53 + 0.0825, v55 = v8 * v54,
+      v56 = v2 * v44, v57 = v56 * v12, v58 = v55 - v57, v59 = v14 * v58, v60 = v46 * v11,
+      v61 = v51 * v9, v62 = v60 + v61, v63 = v62 + 0.316, v64 = v13 * v63, v65 = v59 + v64,
+      v66 = v1 * v65, v67 = v8 * v56, v68 = v54 * v12, v69 = v67 + v68, v70 = v15 * v69,
+      v71 = v66 - v70, v72 = v41 * v71, v73 = v1 * v39, v74 = v29 * v15, v75 = v73 - v74,
+      v76 = v1 * v69, v77 = v15 * v65, v78 = v76 + v77, v79 = v75 * v78, v80 = v72 - v79;
   out[0] = v80;
-  const lanes v81 = v37 * v13;
-  const lanes v82 = v33 * v14;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v83 * v65;
-  const lanes v85 = v13 * v58;
-  const lanes v86 = v14 * v63;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v39 * v87;
-  const lanes v89 = v84 - v88;
+  const lanes v81 = v37 * v13, v82 = v33 * v14, v83 = v81 - v82, v84 = v83 * v65, v85 = v13 * v58,
+      v86 = v14 * v63, v87 = v85 - v86, v88 = v39 * v87, v89 = v84 - v88;
   out[1] = v89;
-  const lanes v90 = v29 * v58;
-  const lanes v91 = v37 * v69;
-  const lanes v92 = v90 - v91;
+  const lanes v90 = v29 * v58, v91 = v37 * v69, v92 = v90 - v91;
   out[2] = v92;
-  const lanes v93 = v33 * v53;
-  const lanes v94 = v27 * v62;
-  const lanes v95 = v93 - v94;
+  const lanes v93 = v33 * v53, v94 = v27 * v62, v95 = v93 - v94;
   out[3] = v95;
   const lanes v96 = v6 * v44;
   out[4] = v96;
   const lanes v97 = 0.107 * v5;
-  out[5] = v97;
-  out[6] = LANES_OF(0.0);
-  const lanes v98 = v3 * v6;
-  const lanes v99 = v2 * v98;
-  const lanes v100 = v5 * v7;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = v101 * v8;
-  const lanes v103 = v2 * v5;
-  const lanes v104 = v98 * v7;
-  const lanes v105 = v103 + v104;
-  const lanes v106 = v105 * v9;
-  const lanes v107 = v10 * v6;
-  const lanes v108 = v107 * v11;
-  const lanes v109 = v106 - v108;
-  const lanes v110 = v109 * v12;
-  const lanes v111 = v102 + v110;
-  const lanes v112 = v1 * v111;
-  const lanes v113 = v107 * v9;
-  const lanes v114 = v105 * v11;
-  const lanes v115 = v113 + v114;
-  const lanes v116 = v115 * v13;
-  const lanes v117 = v109 * v8;
-  const lanes v118 = v101 * v12;
-  const lanes v119 = v117 - v118;
-  const lanes v120 = v119 * v14;
-  const lanes v121 = v116 + v120;
-  const lanes v122 = v121 * v15;
-  const lanes v123 = v112 + v122;
-  const lanes v124 = v123 * v71;
-  const lanes v125 = v1 * v121;
-  const lanes v126 = v111 * v15;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v127 * v78;
-  const lanes v129 = v124 - v128;
+  out[5] = v97; out[6] = LANES_OF(0.0);
+  const lanes v98 = v3 * v6, v99 = v2 * v98, v100 = v5 * v7, v101 = v99 - v100, v102 = v101 * v8,
+      v103 = v2 * v5, v104 = v98 * v7, v105 = v103 + v104, v106 = v105 * v9, v107 = v10 * v6,
+      v108 = v107 * v11, v109 = v106 - v108, v110 = v109 * v12, v111 = v102 + v110,
+      v112 = v1 * v111, v113 = v107 * v9, v114 = v105 * v11, v115 = v113 + v114, v116 = v115 * v13,
+      v117 = v109 * v8, v118 = v101 * v12, v119 = v117 - v118, v120 = v119 * v14,
+      v121 = v116 + v120, v122 = v121 * v15, v123 = v112 + v122, v124 = v123 * v71,
+      v125 = v1 * v121, v126 = v111 * v15, v127 = v125 - v126, v128 = v127 * v78,
+      v129 = v124 - v128;
   out[7] = v129;
-  const lanes v130 = v119 * v13;
-  const lanes v131 = v115 * v14;
-  const lanes v132 = v130 - v131;
-  const lanes v133 = v132 * v65;
-  const lanes v134 = v121 * v87;
-  const lanes v135 = v133 - v134;
+  const lanes v130 = v119 * v13, v131 = v115 * v14, v132 = v130 - v131, v133 = v132 * v65,
+      v134 = v121 * v87, v135 = v133 - v134;
   out[8] = v135;
-  const lanes v136 = v111 * v58;
-  const lanes v137 = v119 * v69;
-  const lanes v138 = v136 - v137;
+  const lanes v136 = v111 * v58, v137 = v119 * v69, v138 = v136 - v137;
   out[9] = v138;
-  const lanes v139 = v115 * v53;
-  const lanes v140 = v109 * v62;
-  const lanes v141 = v139 - v140;
+  const lanes v139 = v115 * v53, v140 = v109 * v62, v141 = v139 - v140;
   out[10] = v141;
-  const lanes v142 = v5 * v44;
-  const lanes v143 = -v142;
+  const lanes v142 = v5 * v44, v143 = -v142;
   out[11] = v143;
   const lanes v144 = 0.107 * v6;
-  out[12] = v144;
-  out[13] = LANES_OF(0.0);
-  const lanes v145 = v2 * v10;
-  const lanes v146 = v145 * v8;
-  const lanes v147 = v3 * v11;
-  const lanes v148 = v10 * v7;
-  const lanes v149 = v148 * v9;
-  const lanes v150 = v147 + v149;
-  const lanes v151 = v150 * v12;
-  const lanes v152 = v146 + v151;
-  const lanes v153 = v1 * v152;
-  const lanes v154 = v148 * v11;
-  const lanes v155 = v3 * v9;
-  const lanes v156 = v154 - v155;
-  const lanes v157 = v156 * v13;
-  const lanes v158 = v150 * v8;
-  const lanes v159 = v145 * v12;
-  const lanes v160 = v158 - v159;
-  const lanes v161 = v160 * v14;
-  const lanes v162 = v157 + v161;
-  const lanes v163 = v162 * v15;
-  const lanes v164 = v153 + v163;
-  const lanes v165 = v164 * v71;
-  const lanes v166 = v1 * v162;
-  const lanes v167 = v152 * v15;
-  const lanes v168 = v166 - v167;
-  const lanes v169 = v168 * v78;
-  const lanes v170 = v165 - v169;
+  out[12] = v144; out[13] = LANES_OF(0.0);
+  const lanes v145 = v2 * v10, v146 = v145 * v8, v147 = v3 * v11, v148 = v10 * v7, v149 = v148 * v9,
+      v150 = v147 + v149, v151 = v150 * v12, v152 = v146 + v151, v153 = v1 * v152,
+      v154 = v148 * v11, v155 = v3 * v9, v156 = v154 - v155, v157 = v156 * v13, v158 = v150 * v8,
+      v159 = v145 * v12, v160 = v158 - v159, v161 = v160 * v14, v162 = v157 + v161,
+      v163 = v162 * v15, v164 = v153 + v163, v165 = v164 * v71, v166 = v1 * v162, v167 = v152 * v15,
+      v168 = v166 - v167, v169 = v168 * v78, v170 = v165 - v169;
   out[14] = v170;
-  const lanes v171 = v160 * v13;
-  const lanes v172 = v156 * v14;
-  const lanes v173 = v171 - v172;
-  const lanes v174 = v173 * v65;
-  const lanes v175 = v162 * v87;
-  const lanes v176 = v174 - v175;
+  const lanes v171 = v160 * v13, v172 = v156 * v14, v173 = v171 - v172, v174 = v173 * v65,
+      v175 = v162 * v87, v176 = v174 - v175;
   out[15] = v176;
-  const lanes v177 = v152 * v58;
-  const lanes v178 = v160 * v69;
-  const lanes v179 = v177 - v178;
+  const lanes v177 = v152 * v58, v178 = v160 * v69, v179 = v177 - v178;
   out[16] = v179;
-  const lanes v180 = v156 * v53;
-  const lanes v181 = v150 * v62;
-  const lanes v182 = v180 - v181;
-  out[17] = v182;
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(-0.088);
-  out[20] = LANES_OF(0.0);
+  const lanes v180 = v156 * v53, v181 = v150 * v62, v182 = v180 - v181;
+  out[17] = v182; out[18] = LANES_OF(0.0); out[19] = LANES_OF(-0.088); out[20] = LANES_OF(0.0);
   const lanes v183 = -v83;
-  out[21] = v183;
-  out[22] = v29;
-  out[23] = v33;
+  out[21] = v183; out[22] = v29; out[23] = v33;
   const lanes v184 = -v19;
-  out[24] = v184;
-  out[25] = v25;
+  out[24] = v184; out[25] = v25;
   const lanes v185 = -v6;
-  out[26] = v185;
-  out[27] = LANES_OF(0.0);
+  out[26] = v185; out[27] = LANES_OF(0.0);
   const lanes v186 = -v132;
-  out[28] = v186;
-  out[29] = v111;
-  out[30] = v115;
+  out[28] = v186; out[29] = v111; out[30] = v115;
   const lanes v187 = -v101;
-  out[31] = v187;
-  out[32] = v107;
-  out[33] = v5;
-  out[34] = LANES_OF(0.0);
+  out[31] = v187; out[32] = v107; out[33] = v5; out[34] = LANES_OF(0.0);
   const lanes v188 = -v173;
-  out[35] = v188;
-  out[36] = v152;
-  out[37] = v156;
+  out[35] = v188; out[36] = v152; out[37] = v156;
   const lanes v189 = -v145;
   out[38] = v189;
   const lanes v190 = -v3;
-  out[39] = v190;
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(1.0);
+  out[39] = v190; out[40] = LANES_OF(0.0); out[41] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(panda_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v10; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v10);
-  lanes v2, v9; LANES_NAME(lanes_cos_sin)(&q_2, &v2, &v9);
-  lanes v6, v3; LANES_NAME(lanes_cos_sin)(&q_4, &v6, &v3);
-  lanes v4, v5; LANES_NAME(lanes_cos_sin)(&q_5, &v4, &v5);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v7, &v8);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v11, &v12);
-  const lanes v13 = 0.088 * v4;
-  const lanes v14 = 0.107 * v5;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = v3 * v15;
-  const lanes v17 = v2 * v16;
-  const lanes v18 = v15 * v6;
-  const lanes v19 = v18 - 0.0825;
-  const lanes v20 = v19 * v7;
-  const lanes v21 = 0.088 * v5;
-  const lanes v22 = 0.107 * v4;
-  const lanes v23 = v21 - v22;
-  const lanes v24 = v23 + 0.384;
-  const lanes v25 = v24 * v8;
-  const lanes v26 = v20 - v25;
-  const lanes v27 = v26 + 0.0825;
-  const lanes v28 = v27 * v9;
-  const lanes v29 = v17 + v28;
-  const lanes v30 = v1 * v29;
-  const lanes v31 = v2 * v27;
-  const lanes v32 = v16 * v9;
-  const lanes v33 = v31 - v32;
-  const lanes v34 = v11 * v33;
-  const lanes v35 = v19 * v8;
-  const lanes v36 = v24 * v7;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = v37 + 0.316;
-  const lanes v39 = v12 * v38;
-  const lanes v40 = v34 + v39;
-  const lanes v41 = v10 * v40;
-  const lanes v42 = v30 + v41;
-  const lanes v43 = -v42;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v10, q_0); LANES_COS_SIN(v2, v9, q_2); LANES_COS_SIN(v6, v3, q_4);
+  LANES_COS_SIN(v4, v5, q_5); LANES_COS_SIN(v7, v8, q_3); LANES_COS_SIN(v11, v12, q_1);
+  const lanes v13 = 0.088 * v4, v14 = 0.107 * v5, v15 = v13 + v14, v16 = v3 * v15, v17 = v2 * v16,
+      v18 = v15 * v6, v19 = v18 - 0.0825, v20 = v19 * v7, v21 = 0.088 * v5, v22 = 0.107 * v4,
+      v23 = v21 - v22, v24 = v23 + 0.384, v25 = v24 * v8, v26 = v20 - v25, v27 = v26 + 0.0825,
+      v28 = v27 * v9, v29 = v17 + v28, v30 = v1 * v29, v31 = v2 * v27, v32 = v16 * v9,
+      v33 = v31 - v32, v34 = v11 * v33, v35 = v19 * v8, v36 = v24 * v7, v37 = v35 + v36,
+      v38 = v37 + 0.316, v39 = v12 * v38, v40 = v34 + v39, v41 = v10 * v40, v42 = v30 + v41,
+      v43 = -v42;
   out[0] = v43;
-  const lanes v44 = v12 * v33;
-  const lanes v45 = v11 * v38;
-  const lanes v46 = v44 - v45;
-  const lanes v47 = v1 * v46;
-  const lanes v48 = -v47;
+  const lanes v44 = v12 * v33, v45 = v11 * v38, v46 = v44 - v45, v47 = v1 * v46, v48 = -v47;
   out[1] = v48;
-  const lanes v49 = v1 * v11;
-  const lanes v50 = v49 * v29;
-  const lanes v51 = v10 * v33;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = -v52;
+  const lanes v49 = v1 * v11, v50 = v49 * v29, v51 = v10 * v33, v52 = v50 + v51, v53 = -v52;
   out[2] = v53;
-  const lanes v54 = v1 * v12;
-  const lanes v55 = v54 * v26;
-  const lanes v56 = v49 * v2;
-  const lanes v57 = v10 * v9;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = v58 * v37;
-  const lanes v60 = v55 - v59;
+  const lanes v54 = v1 * v12, v55 = v54 * v26, v56 = v49 * v2, v57 = v10 * v9, v58 = v56 - v57,
+      v59 = v58 * v37, v60 = v55 - v59;
   out[3] = v60;
-  const lanes v61 = v54 * v8;
-  const lanes v62 = v58 * v7;
-  const lanes v63 = v61 + v62;
-  const lanes v64 = v3 * v63;
-  const lanes v65 = v49 * v9;
-  const lanes v66 = v10 * v2;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v67 * v6;
-  const lanes v69 = v64 + v68;
-  const lanes v70 = v69 * v15;
-  const lanes v71 = -v70;
+  const lanes v61 = v54 * v8, v62 = v58 * v7, v63 = v61 + v62, v64 = v3 * v63, v65 = v49 * v9,
+      v66 = v10 * v2, v67 = v65 + v66, v68 = v67 * v6, v69 = v64 + v68, v70 = v69 * v15, v71 = -v70;
   out[4] = v71;
-  const lanes v72 = v54 * v7;
-  const lanes v73 = v58 * v8;
-  const lanes v74 = v72 - v73;
-  const lanes v75 = v74 * v15;
-  const lanes v76 = v63 * v6;
-  const lanes v77 = v3 * v67;
-  const lanes v78 = v76 - v77;
-  const lanes v79 = v78 * v23;
-  const lanes v80 = v75 - v79;
-  out[5] = v80;
-  out[6] = LANES_OF(0.0);
-  const lanes v81 = v1 * v40;
-  const lanes v82 = v10 * v29;
-  const lanes v83 = v81 - v82;
+  const lanes v72 = v54 * v7, v73 = v58 * v8, v74 = v72 - v73, v75 = v74 * v15, v76 = v63 * v6,
+      v77 = v3 * v67, v78 = v76 - v77, v79 = v78 * v23, v80 = v75 - v79;
+  out[5] = v80; out[6] = LANES_OF(0.0);
+  const lanes v81 = v1 * v40, v82 = v10 * v29, v83 = v81 - v82;
   out[7] = v83;
-  const lanes v84 = v10 * v46;
-  const lanes v85 = -v84;
+  const lanes v84 = v10 * v46, v85 = -v84;
   out[8] = v85;
-  const lanes v86 = v1 * v33;
-  const lanes v87 = v10 * v11;
-  const lanes v88 = v87 * v29;
-  const lanes v89 = v86 - v88;
+  const lanes v86 = v1 * v33, v87 = v10 * v11, v88 = v87 * v29, v89 = v86 - v88;
   out[9] = v89;
-  const lanes v90 = v10 * v12;
-  const lanes v91 = v90 * v26;
-  const lanes v92 = v1 * v9;
-  const lanes v93 = v87 * v2;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = v94 * v37;
-  const lanes v96 = v91 - v95;
+  const lanes v90 = v10 * v12, v91 = v90 * v26, v92 = v1 * v9, v93 = v87 * v2, v94 = v92 + v93,
+      v95 = v94 * v37, v96 = v91 - v95;
   out[10] = v96;
-  const lanes v97 = v1 * v2;
-  const lanes v98 = v87 * v9;
-  const lanes v99 = v97 - v98;
-  const lanes v100 = v99 * v6;
-  const lanes v101 = v90 * v8;
-  const lanes v102 = v94 * v7;
-  const lanes v103 = v101 + v102;
-  const lanes v104 = v3 * v103;
-  const lanes v105 = v100 - v104;
-  const lanes v106 = v105 * v15;
+  const lanes v97 = v1 * v2, v98 = v87 * v9, v99 = v97 - v98, v100 = v99 * v6, v101 = v90 * v8,
+      v102 = v94 * v7, v103 = v101 + v102, v104 = v3 * v103, v105 = v100 - v104, v106 = v105 * v15;
   out[11] = v106;
-  const lanes v107 = v90 * v7;
-  const lanes v108 = v94 * v8;
-  const lanes v109 = v107 - v108;
-  const lanes v110 = v109 * v15;
-  const lanes v111 = v3 * v99;
-  const lanes v112 = v103 * v6;
-  const lanes v113 = v111 + v112;
-  const lanes v114 = v113 * v23;
-  const lanes v115 = v110 - v114;
-  out[12] = v115;
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v107 = v90 * v7, v108 = v94 * v8, v109 = v107 - v108, v110 = v109 * v15,
+      v111 = v3 * v99, v112 = v103 * v6, v113 = v111 + v112, v114 = v113 * v23, v115 = v110 - v114;
+  out[12] = v115; out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   const lanes v116 = -v40;
   out[15] = v116;
   const lanes v117 = v12 * v29;
   out[16] = v117;
-  const lanes v118 = v12 * v2;
-  const lanes v119 = v118 * v37;
-  const lanes v120 = v11 * v26;
-  const lanes v121 = v119 + v120;
+  const lanes v118 = v12 * v2, v119 = v118 * v37, v120 = v11 * v26, v121 = v119 + v120;
   out[17] = v121;
-  const lanes v122 = v12 * v9;
-  const lanes v123 = v122 * v6;
-  const lanes v124 = v11 * v8;
-  const lanes v125 = v118 * v7;
-  const lanes v126 = v124 - v125;
-  const lanes v127 = v3 * v126;
-  const lanes v128 = v123 - v127;
-  const lanes v129 = v128 * v15;
+  const lanes v122 = v12 * v9, v123 = v122 * v6, v124 = v11 * v8, v125 = v118 * v7,
+      v126 = v124 - v125, v127 = v3 * v126, v128 = v123 - v127, v129 = v128 * v15;
   out[18] = v129;
-  const lanes v130 = v118 * v8;
-  const lanes v131 = v11 * v7;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v132 * v15;
-  const lanes v134 = v3 * v122;
-  const lanes v135 = v126 * v6;
-  const lanes v136 = v134 + v135;
-  const lanes v137 = v136 * v23;
-  const lanes v138 = v133 - v137;
-  out[19] = v138;
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
+  const lanes v130 = v118 * v8, v131 = v11 * v7, v132 = v130 + v131, v133 = v132 * v15,
+      v134 = v3 * v122, v135 = v126 * v6, v136 = v134 + v135, v137 = v136 * v23, v138 = v133 - v137;
+  out[19] = v138; out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
   const lanes v139 = -v10;
-  out[22] = v139;
-  out[23] = v54;
-  out[24] = v67;
-  out[25] = v74;
-  out[26] = v69;
-  const lanes v140 = v4 * v74;
-  const lanes v141 = v5 * v78;
-  const lanes v142 = v140 - v141;
-  const lanes v143 = -v142;
-  out[27] = v143;
-  out[28] = LANES_OF(0.0);
-  out[29] = v1;
-  out[30] = v90;
+  out[22] = v139; out[23] = v54; out[24] = v67; out[25] = v74; out[26] = v69;
+  const lanes v140 = v4 * v74, v141 = v5 * v78, v142 = v140 - v141, v143 = -v142;
+  out[27] = v143; out[28] = LANES_OF(0.0); out[29] = v1; out[30] = v90;
   const lanes v144 = -v99;
-  out[31] = v144;
-  out[32] = v109;
+  out[31] = v144; out[32] = v109;
   const lanes v145 = -v105;
   out[33] = v145;
-  const lanes v146 = v4 * v109;
-  const lanes v147 = v5 * v113;
-  const lanes v148 = v146 - v147;
-  const lanes v149 = -v148;
-  out[34] = v149;
-  out[35] = LANES_OF(1.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = v11;
+  const lanes v146 = v4 * v109, v147 = v5 * v113, v148 = v146 - v147, v149 = -v148;
+  out[34] = v149; out[35] = LANES_OF(1.0); out[36] = LANES_OF(0.0); out[37] = v11;
   const lanes v150 = -v122;
-  out[38] = v150;
-  out[39] = v132;
+  out[38] = v150; out[39] = v132;
   const lanes v151 = -v128;
   out[40] = v151;
-  const lanes v152 = v4 * v132;
-  const lanes v153 = v5 * v136;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = -v154;
+  const lanes v152 = v4 * v132, v153 = v5 * v136, v154 = v152 - v153, v155 = -v154;
   out[41] = v155;
 }
 
 static LANES_TARGET void LANES_NAME(panda_jacobian_space_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&q_1, &v4, &v3);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v6);
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&q_3, &v8, &v7);
-  lanes v10, v9; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v9);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_5, &v11, &v12);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12];
+  LANES_COS_SIN(v2, v1, q_0); LANES_COS_SIN(v4, v3, q_1); LANES_COS_SIN(v5, v6, q_2);
+  LANES_COS_SIN(v8, v7, q_3); LANES_COS_SIN(v10, v9, q_4); LANES_COS_SIN(v11, v12, q_5);
   out[0] = LANES_OF(0.0);
-  const lanes v13 = 0.333 * v1;
-  const lanes v14 = v13 * qd_0;
+  const lanes v13 = 0.333 * v1, v14 = v13 * qd_0;
   out[1] = v14;
-  const lanes v15 = 0.333 * v3;
-  const lanes v16 = v2 * v15;
-  const lanes v17 = v16 * qd_0;
-  const lanes v18 = v13 * qd_1;
-  const lanes v19 = v18 * v4;
-  const lanes v20 = v17 + v19;
-  const lanes v21 = -v20;
+  const lanes v15 = 0.333 * v3, v16 = v2 * v15, v17 = v16 * qd_0, v18 = v13 * qd_1, v19 = v18 * v4,
+      v20 = v17 + v19, v21 = -v20;
   out[2] = v21;
-  const lanes v22 = v15 * v5;
-  const lanes v23 = v22 - 0.0825;
-  const lanes v24 = v23 * v4;
-  const lanes v25 = 0.333 * v4;
-  const lanes v26 = v25 + 0.316;
-  const lanes v27 = v3 * v5;
-  const lanes v28 = v26 * v27;
-  const lanes v29 = v24 - v28;
-  const lanes v30 = v2 * qd_1;
-  const lanes v31 = v1 * v3;
-  const lanes v32 = v31 * qd_2;
-  const lanes v33 = v30 + v32;
-  const lanes v34 = v29 * v33;
-  const lanes v35 = v2 * v6;
-  const lanes v36 = v1 * v4;
-  const lanes v37 = v36 * v5;
-  const lanes v38 = v35 + v37;
-  const lanes v39 = v26 * v38;
-  const lanes v40 = v23 * v31;
-  const lanes v41 = v39 + v40;
-  const lanes v42 = v4 * qd_2;
-  const lanes v43 = v42 + qd_0;
-  const lanes v44 = v41 * v43;
-  const lanes v45 = v34 - v44;
-  const lanes v46 = v16 * qd_2;
-  const lanes v47 = v46 - v18;
-  const lanes v48 = v3 * v6;
-  const lanes v49 = v47 * v48;
-  const lanes v50 = v45 - v49;
+  const lanes v22 = v15 * v5, v23 = v22 - 0.0825, v24 = v23 * v4, v25 = 0.333 * v4,
+      v26 = v25 + 0.316, v27 = v3 * v5, v28 = v26 * v27, v29 = v24 - v28, v30 = v2 * qd_1,
+      v31 = v1 * v3, v32 = v31 * qd_2, v33 = v30 + v32, v34 = v29 * v33, v35 = v2 * v6,
+      v36 = v1 * v4, v37 = v36 * v5, v38 = v35 + v37, v39 = v26 * v38, v40 = v23 * v31,
+      v41 = v39 + v40, v42 = v4 * qd_2, v43 = v42 + qd_0, v44 = v41 * v43, v45 = v34 - v44,
+      v46 = v16 * qd_2, v47 = v46 - v18, v48 = v3 * v6, v49 = v47 * v48, v50 = v45 - v49;
   out[3] = v50;
-  const lanes v51 = v15 * v6;
-  const lanes v52 = v4 * v7;
-  const lanes v53 = v27 * v8;
-  const lanes v54 = v52 - v53;
-  const lanes v55 = v51 * v54;
-  const lanes v56 = v23 * v8;
-  const lanes v57 = v26 * v7;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = v58 + 0.0825;
-  const lanes v60 = v59 * v48;
-  const lanes v61 = v55 + v60;
-  const lanes v62 = v2 * v5;
-  const lanes v63 = v36 * v6;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v64 * qd_3;
-  const lanes v66 = v33 - v65;
-  const lanes v67 = v61 * v66;
-  const lanes v68 = v31 * v7;
-  const lanes v69 = v38 * v8;
-  const lanes v70 = v68 + v69;
-  const lanes v71 = v51 * v70;
-  const lanes v72 = v59 * v64;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = v48 * qd_3;
-  const lanes v75 = v43 - v74;
-  const lanes v76 = v73 * v75;
-  const lanes v77 = v67 - v76;
-  const lanes v78 = v41 * qd_3;
-  const lanes v79 = v78 + v47;
-  const lanes v80 = v27 * v7;
-  const lanes v81 = v4 * v8;
-  const lanes v82 = v80 + v81;
-  const lanes v83 = v79 * v82;
-  const lanes v84 = v29 * qd_3;
-  const lanes v85 = v31 * v8;
-  const lanes v86 = v38 * v7;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v84 * v87;
-  const lanes v89 = v83 - v88;
-  const lanes v90 = v77 + v89;
+  const lanes v51 = v15 * v6, v52 = v4 * v7, v53 = v27 * v8, v54 = v52 - v53, v55 = v51 * v54,
+      v56 = v23 * v8, v57 = v26 * v7, v58 = v56 - v57, v59 = v58 + 0.0825, v60 = v59 * v48,
+      v61 = v55 + v60, v62 = v2 * v5, v63 = v36 * v6, v64 = v62 - v63, v65 = v64 * qd_3,
+      v66 = v33 - v65, v67 = v61 * v66, v68 = v31 * v7, v69 = v38 * v8, v70 = v68 + v69,
+      v71 = v51 * v70, v72 = v59 * v64, v73 = v71 + v72, v74 = v48 * qd_3, v75 = v43 - v74,
+      v76 = v73 * v75, v77 = v67 - v76, v78 = v41 * qd_3, v79 = v78 + v47, v80 = v27 * v7,
+      v81 = v4 * v8, v82 = v80 + v81, v83 = v79 * v82, v84 = v29 * qd_3, v85 = v31 * v8,
+      v86 = v38 * v7, v87 = v85 - v86, v88 = v84 * v87, v89 = v83 - v88, v90 = v77 + v89;
   out[4] = v90;
-  const lanes v91 = v26 * v8;
-  const lanes v92 = v23 * v7;
-  const lanes v93 = v91 + v92;
-  const lanes v94 = v93 + 0.384;
-  const lanes v95 = v9 * v48;
-  const lanes v96 = v54 * v10;
-  const lanes v97 = v95 + v96;
-  const lanes v98 = v94 * v97;
-  const lanes v99 = v59 * v10;
-  const lanes v100 = v9 * v51;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = v101 * v82;
-  const lanes v103 = v98 + v102;
-  const lanes v104 = v87 * qd_4;
-  const lanes v105 = v104 + v66;
-  const lanes v106 = v103 * v105;
-  const lanes v107 = v9 * v64;
-  const lanes v108 = v70 * v10;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = v94 * v109;
-  const lanes v111 = v101 * v87;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = v82 * qd_4;
-  const lanes v114 = v113 + v75;
-  const lanes v115 = v112 * v114;
-  const lanes v116 = v106 - v115;
-  const lanes v117 = v61 * qd_4;
-  const lanes v118 = v84 + v117;
-  const lanes v119 = v64 * v10;
-  const lanes v120 = v9 * v70;
-  const lanes v121 = v119 - v120;
-  const lanes v122 = v118 * v121;
-  const lanes v123 = v73 * qd_4;
-  const lanes v124 = v123 + v79;
-  const lanes v125 = v48 * v10;
-  const lanes v126 = v9 * v54;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v124 * v127;
-  const lanes v129 = v122 - v128;
-  const lanes v130 = v116 + v129;
+  const lanes v91 = v26 * v8, v92 = v23 * v7, v93 = v91 + v92, v94 = v93 + 0.384, v95 = v9 * v48,
+      v96 = v54 * v10, v97 = v95 + v96, v98 = v94 * v97, v99 = v59 * v10, v100 = v9 * v51,
+      v101 = v99 - v100, v102 = v101 * v82, v103 = v98 + v102, v104 = v87 * qd_4, v105 = v104 + v66,
+      v106 = v103 * v105, v107 = v9 * v64, v108 = v70 * v10, v109 = v107 + v108, v110 = v94 * v109,
+      v111 = v101 * v87, v112 = v110 + v111, v113 = v82 * qd_4, v114 = v113 + v75,
+      v115 = v112 * v114, v116 = v106 - v115, v117 = v61 * qd_4, v118 = v84 + v117,
+      v119 = v64 * v10, v120 = v9 * v70, v121 = v119 - v120, v122 = v118 * v121, v123 = v73 * qd_4,
+      v124 = v123 + v79, v125 = v48 * v10, v126 = v9 * v54, v127 = v125 - v126, v128 = v124 * v127,
+      v129 = v122 - v128, v130 = v116 + v129;
   out[5] = v130;
-  const lanes v131 = v9 * v59;
-  const lanes v132 = v51 * v10;
-  const lanes v133 = v131 + v132;
-  const lanes v134 = v11 * v109;
-  const lanes v135 = v12 * v87;
-  const lanes v136 = v134 + v135;
-  const lanes v137 = v133 * v136;
-  const lanes v138 = v11 * v101;
-  const lanes v139 = v94 * v12;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = v140 - 0.088;
-  const lanes v142 = v141 * v121;
-  const lanes v143 = v137 + v142;
-  const lanes v144 = v127 * qd_5;
-  const lanes v145 = v114 - v144;
-  const lanes v146 = v143 * v145;
-  const lanes v147 = v11 * v97;
-  const lanes v148 = v12 * v82;
-  const lanes v149 = v147 + v148;
-  const lanes v150 = v133 * v149;
-  const lanes v151 = v141 * v127;
-  const lanes v152 = v150 + v151;
-  const lanes v153 = v121 * qd_5;
-  const lanes v154 = v105 - v153;
-  const lanes v155 = v152 * v154;
-  const lanes v156 = v146 - v155;
-  const lanes v157 = v103 * qd_5;
-  const lanes v158 = v157 + v118;
-  const lanes v159 = v11 * v87;
-  const lanes v160 = v12 * v109;
-  const lanes v161 = v159 - v160;
-  const lanes v162 = v158 * v161;
-  const lanes v163 = v112 * qd_5;
-  const lanes v164 = v163 + v124;
-  const lanes v165 = v11 * v82;
-  const lanes v166 = v12 * v97;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v164 * v167;
-  const lanes v169 = v162 - v168;
-  const lanes v170 = v156 + v169;
-  out[6] = v170;
-  out[7] = LANES_OF(0.0);
-  const lanes v171 = 0.333 * v2;
-  const lanes v172 = v171 * qd_0;
-  const lanes v173 = -v172;
+  const lanes v131 = v9 * v59, v132 = v51 * v10, v133 = v131 + v132, v134 = v11 * v109,
+      v135 = v12 * v87, v136 = v134 + v135, v137 = v133 * v136, v138 = v11 * v101, v139 = v94 * v12,
+      v140 = v138 - v139, v141 = v140 - 0.088, v142 = v141 * v121, v143 = v137 + v142,
+      v144 = v127 * qd_5, v145 = v114 - v144, v146 = v143 * v145, v147 = v11 * v97,
+      v148 = v12 * v82, v149 = v147 + v148, v150 = v133 * v149, v151 = v141 * v127,
+      v152 = v150 + v151, v153 = v121 * qd_5, v154 = v105 - v153, v155 = v152 * v154,
+      v156 = v146 - v155, v157 = v103 * qd_5, v158 = v157 + v118, v159 = v11 * v87,
+      v160 = v12 * v109, v161 = v159 - v160, v162 = v158 * v161, v163 = v112 * qd_5,
+      v164 = v163 + v124, v165 = v11 * v82, v166 = v12 * v97, v167 = v165 - v166,
+      v168 = v164 * v167, v169 = v162 - v168, v170 = v156 + v169;
+  out[6] = v170; out[7] = LANES_OF(0.0);
+  const lanes v171 = 0.333 * v2, v172 = v171 * qd_0, v173 = -v172;
   out[8] = v173;
-  const lanes v174 = v171 * qd_1;
-  const lanes v175 = v174 * v4;
-  const lanes v176 = v15 * v1;
-  const lanes v177 = v176 * qd_0;
-  const lanes v178 = v175 - v177;
+  const lanes v174 = v171 * qd_1, v175 = v174 * v4, v176 = v15 * v1, v177 = v176 * qd_0,
+      v178 = v175 - v177;
   out[9] = v178;
-  const lanes v179 = v2 * v4;
-  const lanes v180 = v179 * v5;
-  const lanes v181 = v1 * v6;
-  const lanes v182 = v180 - v181;
-  const lanes v183 = v26 * v182;
-  const lanes v184 = v2 * v3;
-  const lanes v185 = v23 * v184;
-  const lanes v186 = v183 + v185;
-  const lanes v187 = v186 * v43;
-  const lanes v188 = v184 * qd_2;
-  const lanes v189 = v1 * qd_1;
-  const lanes v190 = v188 - v189;
-  const lanes v191 = v29 * v190;
-  const lanes v192 = v187 - v191;
-  const lanes v193 = v176 * qd_2;
-  const lanes v194 = v174 + v193;
-  const lanes v195 = v194 * v48;
-  const lanes v196 = v192 - v195;
+  const lanes v179 = v2 * v4, v180 = v179 * v5, v181 = v1 * v6, v182 = v180 - v181,
+      v183 = v26 * v182, v184 = v2 * v3, v185 = v23 * v184, v186 = v183 + v185, v187 = v186 * v43,
+      v188 = v184 * qd_2, v189 = v1 * qd_1, v190 = v188 - v189, v191 = v29 * v190,
+      v192 = v187 - v191, v193 = v176 * qd_2, v194 = v174 + v193, v195 = v194 * v48,
+      v196 = v192 - v195;
   out[10] = v196;
-  const lanes v197 = v184 * v7;
-  const lanes v198 = v182 * v8;
-  const lanes v199 = v197 + v198;
-  const lanes v200 = v51 * v199;
-  const lanes v201 = v179 * v6;
-  const lanes v202 = v1 * v5;
-  const lanes v203 = v201 + v202;
-  const lanes v204 = v59 * v203;
-  const lanes v205 = v200 - v204;
-  const lanes v206 = v205 * v75;
-  const lanes v207 = v203 * qd_3;
-  const lanes v208 = v207 + v190;
-  const lanes v209 = v61 * v208;
-  const lanes v210 = v206 - v209;
-  const lanes v211 = v184 * v8;
-  const lanes v212 = v182 * v7;
-  const lanes v213 = v211 - v212;
-  const lanes v214 = v84 * v213;
-  const lanes v215 = v186 * qd_3;
-  const lanes v216 = v215 - v194;
-  const lanes v217 = v216 * v82;
-  const lanes v218 = v214 - v217;
-  const lanes v219 = v210 + v218;
+  const lanes v197 = v184 * v7, v198 = v182 * v8, v199 = v197 + v198, v200 = v51 * v199,
+      v201 = v179 * v6, v202 = v1 * v5, v203 = v201 + v202, v204 = v59 * v203, v205 = v200 - v204,
+      v206 = v205 * v75, v207 = v203 * qd_3, v208 = v207 + v190, v209 = v61 * v208,
+      v210 = v206 - v209, v211 = v184 * v8, v212 = v182 * v7, v213 = v211 - v212, v214 = v84 * v213,
+      v215 = v186 * qd_3, v216 = v215 - v194, v217 = v216 * v82, v218 = v214 - v217,
+      v219 = v210 + v218;
   out[11] = v219;
-  const lanes v220 = v199 * v10;
-  const lanes v221 = v9 * v203;
-  const lanes v222 = v220 - v221;
-  const lanes v223 = v94 * v222;
-  const lanes v224 = v101 * v213;
-  const lanes v225 = v223 + v224;
-  const lanes v226 = v225 * v114;
-  const lanes v227 = v213 * qd_4;
-  const lanes v228 = v227 + v208;
-  const lanes v229 = v103 * v228;
-  const lanes v230 = v226 - v229;
-  const lanes v231 = v205 * qd_4;
-  const lanes v232 = v231 + v216;
-  const lanes v233 = v232 * v127;
-  const lanes v234 = v9 * v199;
-  const lanes v235 = v203 * v10;
-  const lanes v236 = v234 + v235;
-  const lanes v237 = v118 * v236;
-  const lanes v238 = v233 + v237;
-  const lanes v239 = v230 + v238;
+  const lanes v220 = v199 * v10, v221 = v9 * v203, v222 = v220 - v221, v223 = v94 * v222,
+      v224 = v101 * v213, v225 = v223 + v224, v226 = v225 * v114, v227 = v213 * qd_4,
+      v228 = v227 + v208, v229 = v103 * v228, v230 = v226 - v229, v231 = v205 * qd_4,
+      v232 = v231 + v216, v233 = v232 * v127, v234 = v9 * v199, v235 = v203 * v10,
+      v236 = v234 + v235, v237 = v118 * v236, v238 = v233 + v237, v239 = v230 + v238;
   out[12] = v239;
-  const lanes v240 = v141 * v236;
-  const lanes v241 = v11 * v222;
-  const lanes v242 = v12 * v213;
-  const lanes v243 = v241 + v242;
-  const lanes v244 = v133 * v243;
-  const lanes v245 = v240 - v244;
-  const lanes v246 = v245 * v145;
-  const lanes v247 = v236 * qd_5;
-  const lanes v248 = v247 + v228;
-  const lanes v249 = v152 * v248;
-  const lanes v250 = v246 + v249;
-  const lanes v251 = v225 * qd_5;
-  const lanes v252 = v251 + v232;
-  const lanes v253 = v252 * v167;
-  const lanes v254 = v11 * v213;
-  const lanes v255 = v12 * v222;
-  const lanes v256 = v254 - v255;
-  const lanes v257 = v158 * v256;
-  const lanes v258 = v253 - v257;
-  const lanes v259 = v250 + v258;
-  out[13] = v259;
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  const lanes v260 = v176 * v30;
-  const lanes v261 = v16 * v189;
-  const lanes v262 = v260 - v261;
-  const lanes v263 = v184 * v18;
-  const lanes v264 = v31 * v174;
-  const lanes v265 = v263 - v264;
-  const lanes v266 = v262 + v265;
+  const lanes v240 = v141 * v236, v241 = v11 * v222, v242 = v12 * v213, v243 = v241 + v242,
+      v244 = v133 * v243, v245 = v240 - v244, v246 = v245 * v145, v247 = v236 * qd_5,
+      v248 = v247 + v228, v249 = v152 * v248, v250 = v246 + v249, v251 = v225 * qd_5,
+      v252 = v251 + v232, v253 = v252 * v167, v254 = v11 * v213, v255 = v12 * v222,
+      v256 = v254 - v255, v257 = v158 * v256, v258 = v253 - v257, v259 = v250 + v258;
+  out[13] = v259; out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0);
+  const lanes v260 = v176 * v30, v261 = v16 * v189, v262 = v260 - v261, v263 = v184 * v18,
+      v264 = v31 * v174, v265 = v263 - v264, v266 = v262 + v265;
   out[16] = v266;
-  const lanes v267 = v41 * v190;
-  const lanes v268 = v186 * v33;
-  const lanes v269 = v267 - v268;
-  const lanes v270 = v194 * v64;
-  const lanes v271 = v47 * v203;
-  const lanes v272 = v270 - v271;
-  const lanes v273 = v269 + v272;
+  const lanes v267 = v41 * v190, v268 = v186 * v33, v269 = v267 - v268, v270 = v194 * v64,
+      v271 = v47 * v203, v272 = v270 - v271, v273 = v269 + v272;
   out[17] = v273;
-  const lanes v274 = v73 * v208;
-  const lanes v275 = v205 * v66;
-  const lanes v276 = v274 - v275;
-  const lanes v277 = v216 * v87;
-  const lanes v278 = v79 * v213;
-  const lanes v279 = v277 - v278;
-  const lanes v280 = v276 + v279;
+  const lanes v274 = v73 * v208, v275 = v205 * v66, v276 = v274 - v275, v277 = v216 * v87,
+      v278 = v79 * v213, v279 = v277 - v278, v280 = v276 + v279;
   out[18] = v280;
-  const lanes v281 = v112 * v228;
-  const lanes v282 = v225 * v105;
-  const lanes v283 = v281 - v282;
-  const lanes v284 = v232 * v121;
-  const lanes v285 = v124 * v236;
-  const lanes v286 = v284 + v285;
-  const lanes v287 = v283 - v286;
+  const lanes v281 = v112 * v228, v282 = v225 * v105, v283 = v281 - v282, v284 = v232 * v121,
+      v285 = v124 * v236, v286 = v284 + v285, v287 = v283 - v286;
   out[19] = v287;
-  const lanes v288 = v164 * v256;
-  const lanes v289 = v252 * v161;
-  const lanes v290 = v288 - v289;
-  const lanes v291 = v245 * v154;
-  const lanes v292 = v143 * v248;
-  const lanes v293 = v291 + v292;
-  const lanes v294 = v290 - v293;
-  out[20] = v294;
-  out[21] = LANES_OF(0.0);
-  const lanes v295 = v2 * qd_0;
-  const lanes v296 = -v295;
+  const lanes v288 = v164 * v256, v289 = v252 * v161, v290 = v288 - v289, v291 = v245 * v154,
+      v292 = v143 * v248, v293 = v291 + v292, v294 = v290 - v293;
+  out[20] = v294; out[21] = LANES_OF(0.0);
+  const lanes v295 = v2 * qd_0, v296 = -v295;
   out[22] = v296;
-  const lanes v297 = v30 * v4;
-  const lanes v298 = v31 * qd_0;
-  const lanes v299 = v297 - v298;
+  const lanes v297 = v30 * v4, v298 = v31 * qd_0, v299 = v297 - v298;
   out[23] = v299;
-  const lanes v300 = v43 * v64;
-  const lanes v301 = v33 * v48;
-  const lanes v302 = v300 - v301;
+  const lanes v300 = v43 * v64, v301 = v33 * v48, v302 = v300 - v301;
   out[24] = v302;
-  const lanes v303 = v66 * v82;
-  const lanes v304 = v75 * v87;
-  const lanes v305 = v303 - v304;
+  const lanes v303 = v66 * v82, v304 = v75 * v87, v305 = v303 - v304;
   out[25] = v305;
-  const lanes v306 = v114 * v121;
-  const lanes v307 = v105 * v127;
-  const lanes v308 = v306 - v307;
+  const lanes v306 = v114 * v121, v307 = v105 * v127, v308 = v306 - v307;
   out[26] = v308;
-  const lanes v309 = v145 * v161;
-  const lanes v310 = v154 * v167;
-  const lanes v311 = v309 - v310;
-  out[27] = v311;
-  out[28] = LANES_OF(0.0);
-  const lanes v312 = v1 * qd_0;
-  const lanes v313 = -v312;
+  const lanes v309 = v145 * v161, v310 = v154 * v167, v311 = v309 - v310;
+  out[27] = v311; out[28] = LANES_OF(0.0);
+  const lanes v312 = v1 * qd_0, v313 = -v312;
   out[29] = v313;
-  const lanes v314 = v184 * qd_0;
-  const lanes v315 = v189 * v4;
-  const lanes v316 = v314 + v315;
+  const lanes v314 = v184 * qd_0, v315 = v189 * v4, v316 = v314 + v315;
   out[30] = v316;
-  const lanes v317 = v203 * v43;
-  const lanes v318 = v190 * v48;
-  const lanes v319 = v317 + v318;
+  const lanes v317 = v203 * v43, v318 = v190 * v48, v319 = v317 + v318;
   out[31] = v319;
-  const lanes v320 = v75 * v213;
-  const lanes v321 = v208 * v82;
-  const lanes v322 = v320 - v321;
+  const lanes v320 = v75 * v213, v321 = v208 * v82, v322 = v320 - v321;
   out[32] = v322;
-  const lanes v323 = v228 * v127;
-  const lanes v324 = v114 * v236;
-  const lanes v325 = v323 + v324;
+  const lanes v323 = v228 * v127, v324 = v114 * v236, v325 = v323 + v324;
   out[33] = v325;
-  const lanes v326 = v248 * v167;
-  const lanes v327 = v145 * v256;
-  const lanes v328 = v326 - v327;
-  out[34] = v328;
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  const lanes v329 = v184 * v30;
-  const lanes v330 = v31 * v189;
-  const lanes v331 = v329 + v330;
-  const lanes v332 = -v331;
+  const lanes v326 = v248 * v167, v327 = v145 * v256, v328 = v326 - v327;
+  out[34] = v328; out[35] = LANES_OF(0.0); out[36] = LANES_OF(0.0);
+  const lanes v329 = v184 * v30, v330 = v31 * v189, v331 = v329 + v330, v332 = -v331;
   out[37] = v332;
-  const lanes v333 = v203 * v33;
-  const lanes v334 = v190 * v64;
-  const lanes v335 = v333 + v334;
-  const lanes v336 = -v335;
+  const lanes v333 = v203 * v33, v334 = v190 * v64, v335 = v333 + v334, v336 = -v335;
   out[38] = v336;
-  const lanes v337 = v208 * v87;
-  const lanes v338 = v66 * v213;
-  const lanes v339 = v337 - v338;
+  const lanes v337 = v208 * v87, v338 = v66 * v213, v339 = v337 - v338;
   out[39] = v339;
-  const lanes v340 = v228 * v121;
-  const lanes v341 = v105 * v236;
-  const lanes v342 = v340 + v341;
-  const lanes v343 = -v342;
+  const lanes v340 = v228 * v121, v341 = v105 * v236, v342 = v340 + v341, v343 = -v342;
   out[40] = v343;
-  const lanes v344 = v154 * v256;
-  const lanes v345 = v248 * v161;
-  const lanes v346 = v344 - v345;
+  const lanes v344 = v154 * v256, v345 = v248 * v161, v346 = v344 - v345;
   out[41] = v346;
 }
 
 static LANES_TARGET void LANES_NAME(panda_jacobian_body_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v3);
-  lanes v5, v2; LANES_NAME(lanes_cos_sin)(&q_3, &v5, &v2);
-  lanes v4, v7; LANES_NAME(lanes_cos_sin)(&q_4, &v4, &v7);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_2, &v6, &v8);
-  lanes v10, v9; LANES_NAME(lanes_cos_sin)(&q_1, &v10, &v9);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12],
+      qd_6 = in[13];
+  LANES_COS_SIN(v1, v3, q_5); LANES_COS_SIN(v5, v2, q_3); LANES_COS_SIN(v4, v7, q_4);
+  LANES_COS_SIN(v6, v8, q_2); LANES_COS_SIN(v10, v9, q_1);
   const lanes v11 = q_6 + 0.7853981633974483;
-  lanes v13, v12; LANES_NAME(lanes_cos_sin)(&v11, &v13, &v12);
-  lanes v14, v15; LANES_NAME(lanes_cos_sin)(&q_0, &v14, &v15);
-  const lanes v16 = v1 * v2;
-  const lanes v17 = v3 * v4;
-  const lanes v18 = v17 * v5;
-  const lanes v19 = v16 + v18;
-  const lanes v20 = v19 * v6;
-  const lanes v21 = v7 * v3;
-  const lanes v22 = v21 * v8;
-  const lanes v23 = v20 - v22;
-  const lanes v24 = v23 * v9;
-  const lanes v25 = v17 * v2;
-  const lanes v26 = v1 * v5;
-  const lanes v27 = v25 - v26;
-  const lanes v28 = v27 * v10;
-  const lanes v29 = v24 - v28;
-  const lanes v30 = v7 * v12;
-  const lanes v31 = v1 * v13;
-  const lanes v32 = v31 * v4;
-  const lanes v33 = v30 + v32;
-  const lanes v34 = v33 * v5;
-  const lanes v35 = v3 * v13;
-  const lanes v36 = v35 * v2;
-  const lanes v37 = v34 - v36;
-  const lanes v38 = v37 * v6;
-  const lanes v39 = v7 * v31;
-  const lanes v40 = v12 * v4;
-  const lanes v41 = v39 - v40;
-  const lanes v42 = v41 * v8;
-  const lanes v43 = v38 - v42;
-  const lanes v44 = v43 * v9;
-  const lanes v45 = v35 * v5;
-  const lanes v46 = v33 * v2;
-  const lanes v47 = v45 + v46;
-  const lanes v48 = v47 * v10;
-  const lanes v49 = v44 - v48;
-  const lanes v50 = 0.088 * v1;
-  const lanes v51 = 0.107 * v3;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = v52 * v4;
-  const lanes v54 = v53 - 0.0825;
-  const lanes v55 = v54 * v5;
-  const lanes v56 = 0.088 * v3;
-  const lanes v57 = 0.107 * v1;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = v58 + 0.384;
-  const lanes v60 = v59 * v2;
-  const lanes v61 = v55 - v60;
-  const lanes v62 = v61 + 0.0825;
-  const lanes v63 = v6 * v62;
-  const lanes v64 = v7 * v52;
-  const lanes v65 = v64 * v8;
-  const lanes v66 = v63 - v65;
-  const lanes v67 = v10 * v66;
-  const lanes v68 = v54 * v2;
-  const lanes v69 = v59 * v5;
-  const lanes v70 = v68 + v69;
-  const lanes v71 = v70 + 0.316;
-  const lanes v72 = v9 * v71;
-  const lanes v73 = v67 + v72;
-  const lanes v74 = v49 * v73;
-  const lanes v75 = v47 * v9;
-  const lanes v76 = v43 * v10;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = v9 * v66;
-  const lanes v79 = v10 * v71;
-  const lanes v80 = v78 - v79;
-  const lanes v81 = v77 * v80;
-  const lanes v82 = v74 - v81;
-  const lanes v83 = v82 * qd_1;
-  const lanes v84 = v41 * v6;
-  const lanes v85 = v37 * v8;
-  const lanes v86 = v84 + v85;
-  const lanes v87 = v86 * v66;
-  const lanes v88 = v6 * v64;
-  const lanes v89 = v62 * v8;
-  const lanes v90 = v88 + v89;
-  const lanes v91 = v43 * v90;
-  const lanes v92 = v87 - v91;
-  const lanes v93 = v92 * qd_2;
-  const lanes v94 = v47 * v61;
-  const lanes v95 = v37 * v70;
-  const lanes v96 = v94 - v95;
-  const lanes v97 = v96 * qd_3;
-  const lanes v98 = 0.107 * v13;
-  const lanes v99 = v98 * qd_5;
-  const lanes v100 = v12 * v52;
-  const lanes v101 = v100 * qd_4;
-  const lanes v102 = v99 - v101;
-  const lanes v103 = v97 + v102;
-  const lanes v104 = v93 + v103;
-  const lanes v105 = v83 + v104;
-  const lanes v106 = v29 * v105;
-  const lanes v107 = v29 * v73;
-  const lanes v108 = v27 * v9;
-  const lanes v109 = v23 * v10;
-  const lanes v110 = v108 + v109;
-  const lanes v111 = v110 * v80;
-  const lanes v112 = v107 - v111;
-  const lanes v113 = v112 * qd_1;
-  const lanes v114 = v21 * v6;
-  const lanes v115 = v19 * v8;
-  const lanes v116 = v114 + v115;
-  const lanes v117 = v116 * v66;
-  const lanes v118 = v23 * v90;
-  const lanes v119 = v117 - v118;
-  const lanes v120 = v119 * qd_2;
-  const lanes v121 = v27 * v61;
-  const lanes v122 = v19 * v70;
-  const lanes v123 = v121 - v122;
-  const lanes v124 = v123 * qd_3;
-  const lanes v125 = 0.088 * qd_5;
-  const lanes v126 = v124 - v125;
-  const lanes v127 = v120 + v126;
-  const lanes v128 = v113 + v127;
-  const lanes v129 = v49 * v128;
-  const lanes v130 = v106 - v129;
-  const lanes v131 = v14 * v86;
-  const lanes v132 = v77 * v15;
-  const lanes v133 = v131 + v132;
-  const lanes v134 = v14 * v73;
-  const lanes v135 = v15 * v90;
-  const lanes v136 = v134 - v135;
-  const lanes v137 = v133 * v136;
-  const lanes v138 = v14 * v77;
-  const lanes v139 = v86 * v15;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = v14 * v90;
-  const lanes v142 = v15 * v73;
-  const lanes v143 = v141 + v142;
-  const lanes v144 = v140 * v143;
-  const lanes v145 = v137 - v144;
-  const lanes v146 = v116 * qd_1;
-  const lanes v147 = v27 * qd_2;
-  const lanes v148 = v1 * qd_4;
-  const lanes v149 = qd_6 - v148;
-  const lanes v150 = v21 * qd_3;
-  const lanes v151 = v149 - v150;
-  const lanes v152 = v147 + v151;
-  const lanes v153 = v146 + v152;
-  const lanes v154 = v145 * v153;
-  const lanes v155 = v14 * v116;
-  const lanes v156 = v110 * v15;
-  const lanes v157 = v155 + v156;
-  const lanes v158 = v157 * v136;
-  const lanes v159 = v14 * v110;
-  const lanes v160 = v116 * v15;
-  const lanes v161 = v159 - v160;
-  const lanes v162 = v161 * v143;
-  const lanes v163 = v158 - v162;
-  const lanes v164 = v86 * qd_1;
-  const lanes v165 = v47 * qd_2;
-  const lanes v166 = v35 * qd_4;
-  const lanes v167 = v12 * qd_5;
-  const lanes v168 = v166 + v167;
-  const lanes v169 = v41 * qd_3;
-  const lanes v170 = v168 - v169;
-  const lanes v171 = v165 + v170;
-  const lanes v172 = v164 + v171;
-  const lanes v173 = v163 * v172;
-  const lanes v174 = v154 - v173;
-  const lanes v175 = v130 + v174;
+  LANES_COS_SIN(v13, v12, v11); LANES_COS_SIN(v14, v15, q_0);
+  const lanes v16 = v1 * v2, v17 = v3 * v4, v18 = v17 * v5, v19 = v16 + v18, v20 = v19 * v6,
+      v21 = v7 * v3, v22 = v21 * v8, v23 = v20 - v22, v24 = v23 * v9, v25 = v17 * v2, v26 = v1 * v5,
+      v27 = v25 - v26, v28 = v27 * v10, v29 = v24 - v28, v30 = v7 * v12, v31 = v1 * v13,
+      v32 = v31 * v4, v33 = v30 + v32, v34 = v33 * v5, v35 = v3 * v13, v36 = v35 * v2,
+      v37 = v34 - v36, v38 = v37 * v6, v39 = v7 * v31, v40 = v12 * v4, v41 = v39 - v40,
+      v42 = v41 * v8, v43 = v38 - v42, v44 = v43 * v9, v45 = v35 * v5, v46 = v33 * v2,
+      v47 = v45 + v46, v48 = v47 * v10, v49 = v44 - v48, v50 = 0.088 * v1, v51 = 0.107 * v3,
+      v52 = v50 + v51, v53 = v52 * v4, v54 = v53 - 0.0825, v55 = v54 * v5, v56 = 0.088 * v3,
+      v57 = 0.107 * v1, v58 = v56 - v57, v59 = v58 + 0.384, v60 = v59 * v2, v61 = v55 - v60,
+      v62 = v61 + 0.0825, v63 = v6 * v62, v64 = v7 * v52, v65 = v64 * v8, v66 = v63 - v65,
+      v67 = v10 * v66, v68 = v54 * v2, v69 = v59 * v5, v70 = v68 + v69, v71 = v70 + 0.316,
+      v72 = v9 * v71, v73 = v67 + v72, v74 = v49 * v73, v75 = v47 * v9, v76 = v43 * v10,
+      v77 = v75 + v76, v78 = v9 * v66, v79 = v10 * v71, v80 = v78 - v79, v81 = v77 * v80,
+      v82 = v74 - v81, v83 = v82 * qd_1, v84 = v41 * v6, v85 = v37 * v8, v86 = v84 + v85,
+      v87 = v86 * v66, v88 = v6 * v64, v89 = v62 * v8, v90 = v88 + v89, v91 = v43 * v90,
+      v92 = v87 - v91, v93 = v92 * qd_2, v94 = v47 * v61, v95 = v37 * v70, v96 = v94 - v95,
+      v97 = v96 * qd_3, v98 = 0.107 * v13, v99 = v98 * qd_5, v100 = v12 * v52, v101 = v100 * qd_4,
+      v102 = v99 - v101, v103 = v97 + v102, v104 = v93 + v103, v105 = v83 + v104, v106 = v29 * v105,
+      v107 = v29 * v73, v108 = v27 * v9, v109 = v23 * v10, v110 = v108 + v109, v111 = v110 * v80,
+      v112 = v107 - v111, v113 = v112 * qd_1, v114 = v21 * v6, v115 = v19 * v8, v116 = v114 + v115,
+      v117 = v116 * v66, v118 = v23 * v90, v119 = v117 - v118, v120 = v119 * qd_2, v121 = v27 * v61,
+      v122 = v19 * v70, v123 = v121 - v122, v124 = v123 * qd_3, v125 = 0.088 * qd_5,
+      v126 = v124 - v125, v127 = v120 + v126, v128 = v113 + v127, v129 = v49 * v128,
+      v130 = v106 - v129, v131 = v14 * v86, v132 = v77 * v15, v133 = v131 + v132, v134 = v14 * v73,
+      v135 = v15 * v90, v136 = v134 - v135, v137 = v133 * v136, v138 = v14 * v77, v139 = v86 * v15,
+      v140 = v138 - v139, v141 = v14 * v90, v142 = v15 * v73, v143 = v141 + v142,
+      v144 = v140 * v143, v145 = v137 - v144, v146 = v116 * qd_1, v147 = v27 * qd_2,
+      v148 = v1 * qd_4, v149 = qd_6 - v148, v150 = v21 * qd_3, v151 = v149 - v150,
+      v152 = v147 + v151, v153 = v146 + v152, v154 = v145 * v153, v155 = v14 * v116,
+      v156 = v110 * v15, v157 = v155 + v156, v158 = v157 * v136, v159 = v14 * v110,
+      v160 = v116 * v15, v161 = v159 - v160, v162 = v161 * v143, v163 = v158 - v162,
+      v164 = v86 * qd_1, v165 = v47 * qd_2, v166 = v35 * qd_4, v167 = v12 * qd_5,
+      v168 = v166 + v167, v169 = v41 * qd_3, v170 = v168 - v169, v171 = v165 + v170,
+      v172 = v164 + v171, v173 = v163 * v172, v174 = v154 - v173, v175 = v130 + v174;
   out[0] = v175;
-  const lanes v176 = v86 * v127;
-  const lanes v177 = v116 * v104;
-  const lanes v178 = v176 - v177;
-  const lanes v179 = v82 * v152;
-  const lanes v180 = v112 * v171;
-  const lanes v181 = v179 - v180;
-  const lanes v182 = v178 + v181;
+  const lanes v176 = v86 * v127, v177 = v116 * v104, v178 = v176 - v177, v179 = v82 * v152,
+      v180 = v112 * v171, v181 = v179 - v180, v182 = v178 + v181;
   out[1] = v182;
-  const lanes v183 = v47 * v126;
-  const lanes v184 = v27 * v103;
-  const lanes v185 = v183 - v184;
-  const lanes v186 = v92 * v151;
-  const lanes v187 = v119 * v170;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = v185 + v188;
+  const lanes v183 = v47 * v126, v184 = v27 * v103, v185 = v183 - v184, v186 = v92 * v151,
+      v187 = v119 * v170, v188 = v186 - v187, v189 = v185 + v188;
   out[2] = v189;
-  const lanes v190 = v41 * v125;
-  const lanes v191 = v21 * v102;
-  const lanes v192 = v190 + v191;
-  const lanes v193 = v96 * v149;
-  const lanes v194 = v123 * v168;
-  const lanes v195 = v193 - v194;
-  const lanes v196 = v192 + v195;
+  const lanes v190 = v41 * v125, v191 = v21 * v102, v192 = v190 + v191, v193 = v96 * v149,
+      v194 = v123 * v168, v195 = v193 - v194, v196 = v192 + v195;
   out[3] = v196;
-  const lanes v197 = v1 * v99;
-  const lanes v198 = v35 * v125;
-  const lanes v199 = v197 - v198;
-  const lanes v200 = v100 * qd_6;
-  const lanes v201 = v199 - v200;
+  const lanes v197 = v1 * v99, v198 = v35 * v125, v199 = v197 - v198, v200 = v100 * qd_6,
+      v201 = v199 - v200;
   out[4] = v201;
   const lanes v202 = v98 * qd_6;
-  out[5] = v202;
-  out[6] = LANES_OF(0.0);
-  const lanes v203 = v1 * v12;
-  const lanes v204 = v203 * v4;
-  const lanes v205 = v7 * v13;
-  const lanes v206 = v204 - v205;
-  const lanes v207 = v206 * v5;
-  const lanes v208 = v3 * v12;
-  const lanes v209 = v208 * v2;
-  const lanes v210 = v207 - v209;
-  const lanes v211 = v210 * v6;
-  const lanes v212 = v7 * v203;
-  const lanes v213 = v13 * v4;
-  const lanes v214 = v212 + v213;
-  const lanes v215 = v214 * v8;
-  const lanes v216 = v211 - v215;
-  const lanes v217 = v216 * v9;
-  const lanes v218 = v208 * v5;
-  const lanes v219 = v206 * v2;
-  const lanes v220 = v218 + v219;
-  const lanes v221 = v220 * v10;
-  const lanes v222 = v217 - v221;
-  const lanes v223 = v222 * v128;
-  const lanes v224 = v222 * v73;
-  const lanes v225 = v220 * v9;
-  const lanes v226 = v216 * v10;
-  const lanes v227 = v225 + v226;
-  const lanes v228 = v227 * v80;
-  const lanes v229 = v224 - v228;
-  const lanes v230 = v229 * qd_1;
-  const lanes v231 = v214 * v6;
-  const lanes v232 = v210 * v8;
-  const lanes v233 = v231 + v232;
-  const lanes v234 = v233 * v66;
-  const lanes v235 = v216 * v90;
-  const lanes v236 = v234 - v235;
-  const lanes v237 = v236 * qd_2;
-  const lanes v238 = v220 * v61;
-  const lanes v239 = v210 * v70;
-  const lanes v240 = v238 - v239;
-  const lanes v241 = v240 * qd_3;
-  const lanes v242 = v13 * v52;
-  const lanes v243 = v242 * qd_4;
-  const lanes v244 = 0.107 * v12;
-  const lanes v245 = v244 * qd_5;
-  const lanes v246 = v243 + v245;
-  const lanes v247 = v241 + v246;
-  const lanes v248 = v237 + v247;
-  const lanes v249 = v230 + v248;
-  const lanes v250 = v29 * v249;
-  const lanes v251 = v223 - v250;
-  const lanes v252 = v233 * qd_1;
-  const lanes v253 = v220 * qd_2;
-  const lanes v254 = v208 * qd_4;
-  const lanes v255 = v13 * qd_5;
-  const lanes v256 = v254 - v255;
-  const lanes v257 = v214 * qd_3;
-  const lanes v258 = v256 - v257;
-  const lanes v259 = v253 + v258;
-  const lanes v260 = v252 + v259;
-  const lanes v261 = v163 * v260;
-  const lanes v262 = v14 * v233;
-  const lanes v263 = v227 * v15;
-  const lanes v264 = v262 + v263;
-  const lanes v265 = v264 * v136;
-  const lanes v266 = v14 * v227;
-  const lanes v267 = v233 * v15;
-  const lanes v268 = v266 - v267;
-  const lanes v269 = v268 * v143;
-  const lanes v270 = v265 - v269;
-  const lanes v271 = v270 * v153;
-  const lanes v272 = v261 - v271;
-  const lanes v273 = v251 + v272;
+  out[5] = v202; out[6] = LANES_OF(0.0);
+  const lanes v203 = v1 * v12, v204 = v203 * v4, v205 = v7 * v13, v206 = v204 - v205,
+      v207 = v206 * v5, v208 = v3 * v12, v209 = v208 * v2, v210 = v207 - v209, v211 = v210 * v6,
+      v212 = v7 * v203, v213 = v13 * v4, v214 = v212 + v213, v215 = v214 * v8, v216 = v211 - v215,
+      v217 = v216 * v9, v218 = v208 * v5, v219 = v206 * v2, v220 = v218 + v219, v221 = v220 * v10,
+      v222 = v217 - v221, v223 = v222 * v128, v224 = v222 * v73, v225 = v220 * v9,
+      v226 = v216 * v10, v227 = v225 + v226, v228 = v227 * v80, v229 = v224 - v228,
+      v230 = v229 * qd_1, v231 = v214 * v6, v232 = v210 * v8, v233 = v231 + v232, v234 = v233 * v66,
+      v235 = v216 * v90, v236 = v234 - v235, v237 = v236 * qd_2, v238 = v220 * v61,
+      v239 = v210 * v70, v240 = v238 - v239, v241 = v240 * qd_3, v242 = v13 * v52,
+      v243 = v242 * qd_4, v244 = 0.107 * v12, v245 = v244 * qd_5, v246 = v243 + v245,
+      v247 = v241 + v246, v248 = v237 + v247, v249 = v230 + v248, v250 = v29 * v249,
+      v251 = v223 - v250, v252 = v233 * qd_1, v253 = v220 * qd_2, v254 = v208 * qd_4,
+      v255 = v13 * qd_5, v256 = v254 - v255, v257 = v214 * qd_3, v258 = v256 - v257,
+      v259 = v253 + v258, v260 = v252 + v259, v261 = v163 * v260, v262 = v14 * v233,
+      v263 = v227 * v15, v264 = v262 + v263, v265 = v264 * v136, v266 = v14 * v227,
+      v267 = v233 * v15, v268 = v266 - v267, v269 = v268 * v143, v270 = v265 - v269,
+      v271 = v270 * v153, v272 = v261 - v271, v273 = v251 + v272;
   out[7] = v273;
-  const lanes v274 = v116 * v248;
-  const lanes v275 = v233 * v127;
-  const lanes v276 = v274 - v275;
-  const lanes v277 = v112 * v259;
-  const lanes v278 = v229 * v152;
-  const lanes v279 = v277 - v278;
-  const lanes v280 = v276 + v279;
+  const lanes v274 = v116 * v248, v275 = v233 * v127, v276 = v274 - v275, v277 = v112 * v259,
+      v278 = v229 * v152, v279 = v277 - v278, v280 = v276 + v279;
   out[8] = v280;
-  const lanes v281 = v27 * v247;
-  const lanes v282 = v220 * v126;
-  const lanes v283 = v281 - v282;
-  const lanes v284 = v119 * v258;
-  const lanes v285 = v236 * v151;
-  const lanes v286 = v284 - v285;
-  const lanes v287 = v283 + v286;
+  const lanes v281 = v27 * v247, v282 = v220 * v126, v283 = v281 - v282, v284 = v119 * v258,
+      v285 = v236 * v151, v286 = v284 - v285, v287 = v283 + v286;
   out[9] = v287;
-  const lanes v288 = v123 * v256;
-  const lanes v289 = v240 * v149;
-  const lanes v290 = v288 - v289;
-  const lanes v291 = v214 * v125;
-  const lanes v292 = v21 * v246;
-  const lanes v293 = v291 + v292;
-  const lanes v294 = v290 - v293;
+  const lanes v288 = v123 * v256, v289 = v240 * v149, v290 = v288 - v289, v291 = v214 * v125,
+      v292 = v21 * v246, v293 = v291 + v292, v294 = v290 - v293;
   out[10] = v294;
-  const lanes v295 = v208 * v125;
-  const lanes v296 = v1 * v245;
-  const lanes v297 = v295 - v296;
-  const lanes v298 = v242 * qd_6;
-  const lanes v299 = v297 - v298;
+  const lanes v295 = v208 * v125, v296 = v1 * v245, v297 = v295 - v296, v298 = v242 * qd_6,
+      v299 = v297 - v298;
   out[11] = v299;
-  const lanes v300 = v244 * qd_6;
-  const lanes v301 = -v300;
-  out[12] = v301;
-  out[13] = LANES_OF(0.0);
-  const lanes v302 = v49 * v249;
-  const lanes v303 = v222 * v105;
-  const lanes v304 = v302 - v303;
-  const lanes v305 = v270 * v172;
-  const lanes v306 = v145 * v260;
-  const lanes v307 = v305 - v306;
-  const lanes v308 = v304 + v307;
+  const lanes v300 = v244 * qd_6, v301 = -v300;
+  out[12] = v301; out[13] = LANES_OF(0.0);
+  const lanes v302 = v49 * v249, v303 = v222 * v105, v304 = v302 - v303, v305 = v270 * v172,
+      v306 = v145 * v260, v307 = v305 - v306, v308 = v304 + v307;
   out[14] = v308;
-  const lanes v309 = v233 * v104;
-  const lanes v310 = v86 * v248;
-  const lanes v311 = v309 - v310;
-  const lanes v312 = v229 * v171;
-  const lanes v313 = v82 * v259;
-  const lanes v314 = v312 - v313;
-  const lanes v315 = v311 + v314;
+  const lanes v309 = v233 * v104, v310 = v86 * v248, v311 = v309 - v310, v312 = v229 * v171,
+      v313 = v82 * v259, v314 = v312 - v313, v315 = v311 + v314;
   out[15] = v315;
-  const lanes v316 = v220 * v103;
-  const lanes v317 = v47 * v247;
-  const lanes v318 = v316 - v317;
-  const lanes v319 = v236 * v170;
-  const lanes v320 = v92 * v258;
-  const lanes v321 = v319 - v320;
-  const lanes v322 = v318 + v321;
+  const lanes v316 = v220 * v103, v317 = v47 * v247, v318 = v316 - v317, v319 = v236 * v170,
+      v320 = v92 * v258, v321 = v319 - v320, v322 = v318 + v321;
   out[16] = v322;
-  const lanes v323 = v41 * v246;
-  const lanes v324 = v214 * v102;
-  const lanes v325 = v323 - v324;
-  const lanes v326 = v240 * v168;
-  const lanes v327 = v96 * v256;
-  const lanes v328 = v326 - v327;
-  const lanes v329 = v325 + v328;
+  const lanes v323 = v41 * v246, v324 = v214 * v102, v325 = v323 - v324, v326 = v240 * v168,
+      v327 = v96 * v256, v328 = v326 - v327, v329 = v325 + v328;
   out[17] = v329;
-  const lanes v330 = v208 * v99;
-  const lanes v331 = v35 * v245;
-  const lanes v332 = v330 - v331;
-  const lanes v333 = v242 * v167;
-  const lanes v334 = v100 * v255;
-  const lanes v335 = v333 - v334;
-  const lanes v336 = v332 + v335;
-  out[18] = v336;
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  const lanes v337 = v29 * v172;
-  const lanes v338 = v49 * v153;
-  const lanes v339 = v337 - v338;
+  const lanes v330 = v208 * v99, v331 = v35 * v245, v332 = v330 - v331, v333 = v242 * v167,
+      v334 = v100 * v255, v335 = v333 - v334, v336 = v332 + v335;
+  out[18] = v336; out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0);
+  const lanes v337 = v29 * v172, v338 = v49 * v153, v339 = v337 - v338;
   out[21] = v339;
-  const lanes v340 = v86 * v152;
-  const lanes v341 = v116 * v171;
-  const lanes v342 = v340 - v341;
+  const lanes v340 = v86 * v152, v341 = v116 * v171, v342 = v340 - v341;
   out[22] = v342;
-  const lanes v343 = v47 * v151;
-  const lanes v344 = v27 * v170;
-  const lanes v345 = v343 - v344;
+  const lanes v343 = v47 * v151, v344 = v27 * v170, v345 = v343 - v344;
   out[23] = v345;
-  const lanes v346 = v21 * v168;
-  const lanes v347 = v41 * v149;
-  const lanes v348 = v346 - v347;
+  const lanes v346 = v21 * v168, v347 = v41 * v149, v348 = v346 - v347;
   out[24] = v348;
-  const lanes v349 = v1 * v167;
-  const lanes v350 = v35 * qd_6;
-  const lanes v351 = v349 + v350;
+  const lanes v349 = v1 * v167, v350 = v35 * qd_6, v351 = v349 + v350;
   out[25] = v351;
   const lanes v352 = v12 * qd_6;
-  out[26] = v352;
-  out[27] = LANES_OF(0.0);
-  const lanes v353 = v222 * v153;
-  const lanes v354 = v29 * v260;
-  const lanes v355 = v353 - v354;
+  out[26] = v352; out[27] = LANES_OF(0.0);
+  const lanes v353 = v222 * v153, v354 = v29 * v260, v355 = v353 - v354;
   out[28] = v355;
-  const lanes v356 = v116 * v259;
-  const lanes v357 = v233 * v152;
-  const lanes v358 = v356 - v357;
+  const lanes v356 = v116 * v259, v357 = v233 * v152, v358 = v356 - v357;
   out[29] = v358;
-  const lanes v359 = v27 * v258;
-  const lanes v360 = v220 * v151;
-  const lanes v361 = v359 - v360;
+  const lanes v359 = v27 * v258, v360 = v220 * v151, v361 = v359 - v360;
   out[30] = v361;
-  const lanes v362 = v214 * v149;
-  const lanes v363 = v21 * v256;
-  const lanes v364 = v362 - v363;
+  const lanes v362 = v214 * v149, v363 = v21 * v256, v364 = v362 - v363;
   out[31] = v364;
-  const lanes v365 = v1 * v255;
-  const lanes v366 = v208 * qd_6;
-  const lanes v367 = v365 - v366;
+  const lanes v365 = v1 * v255, v366 = v208 * qd_6, v367 = v365 - v366;
   out[32] = v367;
   const lanes v368 = v13 * qd_6;
-  out[33] = v368;
-  out[34] = LANES_OF(0.0);
-  const lanes v369 = v49 * v260;
-  const lanes v370 = v222 * v172;
-  const lanes v371 = v369 - v370;
+  out[33] = v368; out[34] = LANES_OF(0.0);
+  const lanes v369 = v49 * v260, v370 = v222 * v172, v371 = v369 - v370;
   out[35] = v371;
-  const lanes v372 = v233 * v171;
-  const lanes v373 = v86 * v259;
-  const lanes v374 = v372 - v373;
+  const lanes v372 = v233 * v171, v373 = v86 * v259, v374 = v372 - v373;
   out[36] = v374;
-  const lanes v375 = v220 * v170;
-  const lanes v376 = v47 * v258;
-  const lanes v377 = v375 - v376;
+  const lanes v375 = v220 * v170, v376 = v47 * v258, v377 = v375 - v376;
   out[37] = v377;
-  const lanes v378 = v41 * v256;
-  const lanes v379 = v214 * v168;
-  const lanes v380 = v378 - v379;
+  const lanes v378 = v41 * v256, v379 = v214 * v168, v380 = v378 - v379;
   out[38] = v380;
-  const lanes v381 = v208 * v167;
-  const lanes v382 = v35 * v255;
-  const lanes v383 = v381 + v382;
-  out[39] = v383;
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
+  const lanes v381 = v208 * v167, v382 = v35 * v255, v383 = v381 + v382;
+  out[39] = v383; out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(panda_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  lanes v1, v12; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v12);
-  lanes v2, v11; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v11);
-  lanes v3, v10; LANES_NAME(lanes_cos_sin)(&q_2, &v3, &v10);
-  lanes v4, v5; LANES_NAME(lanes_cos_sin)(&q_5, &v4, &v5);
-  lanes v6, v9; LANES_NAME(lanes_cos_sin)(&q_4, &v6, &v9);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v7, &v8);
-  const lanes v13 = 0.088 * v4;
-  const lanes v14 = 0.107 * v5;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = v15 * v6;
-  const lanes v17 = v16 - 0.0825;
-  const lanes v18 = v17 * v7;
-  const lanes v19 = 0.088 * v5;
-  const lanes v20 = 0.107 * v4;
-  const lanes v21 = v19 - v20;
-  const lanes v22 = v21 + 0.384;
-  const lanes v23 = v22 * v8;
-  const lanes v24 = v18 - v23;
-  const lanes v25 = v24 + 0.0825;
-  const lanes v26 = v3 * v25;
-  const lanes v27 = v9 * v15;
-  const lanes v28 = v27 * v10;
-  const lanes v29 = v26 - v28;
-  const lanes v30 = v2 * v29;
-  const lanes v31 = v17 * v8;
-  const lanes v32 = v22 * v7;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v33 + 0.316;
-  const lanes v35 = v11 * v34;
-  const lanes v36 = v30 + v35;
-  const lanes v37 = v1 * v36;
-  const lanes v38 = v3 * v27;
-  const lanes v39 = v25 * v10;
-  const lanes v40 = v38 + v39;
-  const lanes v41 = v12 * v40;
-  const lanes v42 = v37 - v41;
-  const lanes v43 = v42 * qd_0;
-  const lanes v44 = v1 * v29;
-  const lanes v45 = v12 * v2;
-  const lanes v46 = v45 * v40;
-  const lanes v47 = v44 - v46;
-  const lanes v48 = v47 * qd_2;
-  const lanes v49 = v12 * v11;
-  const lanes v50 = v49 * v24;
-  const lanes v51 = v1 * v10;
-  const lanes v52 = v45 * v3;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v53 * v33;
-  const lanes v55 = v50 - v54;
-  const lanes v56 = v55 * qd_3;
-  const lanes v57 = v1 * v3;
-  const lanes v58 = v45 * v10;
-  const lanes v59 = v57 - v58;
-  const lanes v60 = v59 * v6;
-  const lanes v61 = v49 * v8;
-  const lanes v62 = v53 * v7;
-  const lanes v63 = v61 + v62;
-  const lanes v64 = v9 * v63;
-  const lanes v65 = v60 - v64;
-  const lanes v66 = v65 * v15;
-  const lanes v67 = v66 * qd_4;
-  const lanes v68 = v49 * v7;
-  const lanes v69 = v53 * v8;
-  const lanes v70 = v68 - v69;
-  const lanes v71 = v70 * v15;
-  const lanes v72 = v9 * v59;
-  const lanes v73 = v63 * v6;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v74 * v21;
-  const lanes v76 = v71 - v75;
-  const lanes v77 = v76 * qd_5;
-  const lanes v78 = v67 + v77;
-  const lanes v79 = v56 + v78;
-  const lanes v80 = v48 + v79;
-  const lanes v81 = v11 * v29;
-  const lanes v82 = v2 * v34;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v12 * v83;
-  const lanes v85 = v84 * qd_1;
-  const lanes v86 = v80 - v85;
-  const lanes v87 = v43 + v86;
-  const lanes v88 = -v87;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12];
+  LANES_COS_SIN(v1, v12, q_0); LANES_COS_SIN(v2, v11, q_1); LANES_COS_SIN(v3, v10, q_2);
+  LANES_COS_SIN(v4, v5, q_5); LANES_COS_SIN(v6, v9, q_4); LANES_COS_SIN(v7, v8, q_3);
+  const lanes v13 = 0.088 * v4, v14 = 0.107 * v5, v15 = v13 + v14, v16 = v15 * v6,
+      v17 = v16 - 0.0825, v18 = v17 * v7, v19 = 0.088 * v5, v20 = 0.107 * v4, v21 = v19 - v20,
+      v22 = v21 + 0.384, v23 = v22 * v8, v24 = v18 - v23, v25 = v24 + 0.0825, v26 = v3 * v25,
+      v27 = v9 * v15, v28 = v27 * v10, v29 = v26 - v28, v30 = v2 * v29, v31 = v17 * v8,
+      v32 = v22 * v7, v33 = v31 + v32, v34 = v33 + 0.316, v35 = v11 * v34, v36 = v30 + v35,
+      v37 = v1 * v36, v38 = v3 * v27, v39 = v25 * v10, v40 = v38 + v39, v41 = v12 * v40,
+      v42 = v37 - v41, v43 = v42 * qd_0, v44 = v1 * v29, v45 = v12 * v2, v46 = v45 * v40,
+      v47 = v44 - v46, v48 = v47 * qd_2, v49 = v12 * v11, v50 = v49 * v24, v51 = v1 * v10,
+      v52 = v45 * v3, v53 = v51 + v52, v54 = v53 * v33, v55 = v50 - v54, v56 = v55 * qd_3,
+      v57 = v1 * v3, v58 = v45 * v10, v59 = v57 - v58, v60 = v59 * v6, v61 = v49 * v8,
+      v62 = v53 * v7, v63 = v61 + v62, v64 = v9 * v63, v65 = v60 - v64, v66 = v65 * v15,
+      v67 = v66 * qd_4, v68 = v49 * v7, v69 = v53 * v8, v70 = v68 - v69, v71 = v70 * v15,
+      v72 = v9 * v59, v73 = v63 * v6, v74 = v72 + v73, v75 = v74 * v21, v76 = v71 - v75,
+      v77 = v76 * qd_5, v78 = v67 + v77, v79 = v56 + v78, v80 = v48 + v79, v81 = v11 * v29,
+      v82 = v2 * v34, v83 = v81 - v82, v84 = v12 * v83, v85 = v84 * qd_1, v86 = v80 - v85,
+      v87 = v43 + v86, v88 = -v87;
   out[0] = v88;
-  const lanes v89 = v84 * qd_0;
-  const lanes v90 = v1 * qd_1;
-  const lanes v91 = v90 * v36;
-  const lanes v92 = v89 - v91;
-  const lanes v93 = v11 * v40;
-  const lanes v94 = v93 * qd_2;
-  const lanes v95 = v11 * v3;
-  const lanes v96 = v95 * v33;
-  const lanes v97 = v2 * v24;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = v98 * qd_3;
-  const lanes v100 = v11 * v10;
-  const lanes v101 = v100 * v6;
-  const lanes v102 = v2 * v8;
-  const lanes v103 = v95 * v7;
-  const lanes v104 = v102 - v103;
-  const lanes v105 = v9 * v104;
-  const lanes v106 = v101 - v105;
-  const lanes v107 = v106 * v15;
-  const lanes v108 = v107 * qd_4;
-  const lanes v109 = v95 * v8;
-  const lanes v110 = v2 * v7;
-  const lanes v111 = v109 + v110;
-  const lanes v112 = v111 * v15;
-  const lanes v113 = v9 * v100;
-  const lanes v114 = v104 * v6;
-  const lanes v115 = v113 + v114;
-  const lanes v116 = v115 * v21;
-  const lanes v117 = v112 - v116;
-  const lanes v118 = v117 * qd_5;
-  const lanes v119 = v108 + v118;
-  const lanes v120 = v99 + v119;
-  const lanes v121 = v94 + v120;
-  const lanes v122 = v1 * v121;
-  const lanes v123 = v92 + v122;
+  const lanes v89 = v84 * qd_0, v90 = v1 * qd_1, v91 = v90 * v36, v92 = v89 - v91, v93 = v11 * v40,
+      v94 = v93 * qd_2, v95 = v11 * v3, v96 = v95 * v33, v97 = v2 * v24, v98 = v96 + v97,
+      v99 = v98 * qd_3, v100 = v11 * v10, v101 = v100 * v6, v102 = v2 * v8, v103 = v95 * v7,
+      v104 = v102 - v103, v105 = v9 * v104, v106 = v101 - v105, v107 = v106 * v15,
+      v108 = v107 * qd_4, v109 = v95 * v8, v110 = v2 * v7, v111 = v109 + v110, v112 = v111 * v15,
+      v113 = v9 * v100, v114 = v104 * v6, v115 = v113 + v114, v116 = v115 * v21, v117 = v112 - v116,
+      v118 = v117 * qd_5, v119 = v108 + v118, v120 = v99 + v119, v121 = v94 + v120,
+      v122 = v1 * v121, v123 = v92 + v122;
   out[1] = v123;
-  const lanes v124 = v49 * qd_2;
-  const lanes v125 = v90 + v124;
-  const lanes v126 = v125 * v93;
-  const lanes v127 = v2 * qd_2;
-  const lanes v128 = v127 + qd_0;
-  const lanes v129 = v128 * v47;
-  const lanes v130 = v126 - v129;
-  const lanes v131 = v49 * v120;
-  const lanes v132 = v2 * v79;
-  const lanes v133 = v131 - v132;
-  const lanes v134 = v130 + v133;
+  const lanes v124 = v49 * qd_2, v125 = v90 + v124, v126 = v125 * v93, v127 = v2 * qd_2,
+      v128 = v127 + qd_0, v129 = v128 * v47, v130 = v126 - v129, v131 = v49 * v120, v132 = v2 * v79,
+      v133 = v131 - v132, v134 = v130 + v133;
   out[2] = v134;
-  const lanes v135 = v59 * qd_3;
-  const lanes v136 = v125 - v135;
-  const lanes v137 = v136 * v98;
-  const lanes v138 = v100 * qd_3;
-  const lanes v139 = v128 - v138;
-  const lanes v140 = v139 * v55;
-  const lanes v141 = v137 - v140;
-  const lanes v142 = v100 * v78;
-  const lanes v143 = v59 * v119;
-  const lanes v144 = v142 - v143;
-  const lanes v145 = v141 + v144;
+  const lanes v135 = v59 * qd_3, v136 = v125 - v135, v137 = v136 * v98, v138 = v100 * qd_3,
+      v139 = v128 - v138, v140 = v139 * v55, v141 = v137 - v140, v142 = v100 * v78,
+      v143 = v59 * v119, v144 = v142 - v143, v145 = v141 + v144;
   out[3] = v145;
-  const lanes v146 = v70 * qd_4;
-  const lanes v147 = v146 + v136;
-  const lanes v148 = v147 * v107;
-  const lanes v149 = v111 * qd_4;
-  const lanes v150 = v149 + v139;
-  const lanes v151 = v150 * v66;
-  const lanes v152 = v148 - v151;
-  const lanes v153 = v70 * v118;
-  const lanes v154 = v111 * v77;
-  const lanes v155 = v153 - v154;
-  const lanes v156 = v152 + v155;
+  const lanes v146 = v70 * qd_4, v147 = v146 + v136, v148 = v147 * v107, v149 = v111 * qd_4,
+      v150 = v149 + v139, v151 = v150 * v66, v152 = v148 - v151, v153 = v70 * v118,
+      v154 = v111 * v77, v155 = v153 - v154, v156 = v152 + v155;
   out[4] = v156;
-  const lanes v157 = v65 * qd_5;
-  const lanes v158 = v147 - v157;
-  const lanes v159 = v117 * v158;
-  const lanes v160 = v106 * qd_5;
-  const lanes v161 = v150 - v160;
-  const lanes v162 = v161 * v76;
-  const lanes v163 = v159 - v162;
-  out[5] = v163;
-  out[6] = LANES_OF(0.0);
-  const lanes v164 = v1 * v11;
-  const lanes v165 = v164 * v24;
-  const lanes v166 = v1 * v2;
-  const lanes v167 = v166 * v3;
-  const lanes v168 = v12 * v10;
-  const lanes v169 = v167 - v168;
-  const lanes v170 = v169 * v33;
-  const lanes v171 = v165 - v170;
-  const lanes v172 = v171 * qd_3;
-  const lanes v173 = v164 * v7;
-  const lanes v174 = v169 * v8;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 * v15;
-  const lanes v177 = v164 * v8;
-  const lanes v178 = v169 * v7;
-  const lanes v179 = v177 + v178;
-  const lanes v180 = v179 * v6;
-  const lanes v181 = v166 * v10;
-  const lanes v182 = v12 * v3;
-  const lanes v183 = v181 + v182;
-  const lanes v184 = v9 * v183;
-  const lanes v185 = v180 - v184;
-  const lanes v186 = v185 * v21;
-  const lanes v187 = v176 - v186;
-  const lanes v188 = v187 * qd_5;
-  const lanes v189 = v9 * v179;
-  const lanes v190 = v183 * v6;
-  const lanes v191 = v189 + v190;
-  const lanes v192 = v191 * v15;
-  const lanes v193 = v192 * qd_4;
-  const lanes v194 = v188 - v193;
-  const lanes v195 = v172 + v194;
-  const lanes v196 = v166 * v40;
-  const lanes v197 = v12 * v29;
-  const lanes v198 = v196 + v197;
-  const lanes v199 = v198 * qd_2;
-  const lanes v200 = v195 - v199;
-  const lanes v201 = v1 * v83;
-  const lanes v202 = v201 * qd_1;
-  const lanes v203 = v200 - v202;
-  const lanes v204 = v1 * v40;
-  const lanes v205 = v12 * v36;
-  const lanes v206 = v204 + v205;
-  const lanes v207 = v206 * qd_0;
-  const lanes v208 = v203 - v207;
+  const lanes v157 = v65 * qd_5, v158 = v147 - v157, v159 = v117 * v158, v160 = v106 * qd_5,
+      v161 = v150 - v160, v162 = v161 * v76, v163 = v159 - v162;
+  out[5] = v163; out[6] = LANES_OF(0.0);
+  const lanes v164 = v1 * v11, v165 = v164 * v24, v166 = v1 * v2, v167 = v166 * v3,
+      v168 = v12 * v10, v169 = v167 - v168, v170 = v169 * v33, v171 = v165 - v170,
+      v172 = v171 * qd_3, v173 = v164 * v7, v174 = v169 * v8, v175 = v173 - v174, v176 = v175 * v15,
+      v177 = v164 * v8, v178 = v169 * v7, v179 = v177 + v178, v180 = v179 * v6, v181 = v166 * v10,
+      v182 = v12 * v3, v183 = v181 + v182, v184 = v9 * v183, v185 = v180 - v184, v186 = v185 * v21,
+      v187 = v176 - v186, v188 = v187 * qd_5, v189 = v9 * v179, v190 = v183 * v6,
+      v191 = v189 + v190, v192 = v191 * v15, v193 = v192 * qd_4, v194 = v188 - v193,
+      v195 = v172 + v194, v196 = v166 * v40, v197 = v12 * v29, v198 = v196 + v197,
+      v199 = v198 * qd_2, v200 = v195 - v199, v201 = v1 * v83, v202 = v201 * qd_1,
+      v203 = v200 - v202, v204 = v1 * v40, v205 = v12 * v36, v206 = v204 + v205, v207 = v206 * qd_0,
+      v208 = v203 - v207;
   out[7] = v208;
-  const lanes v209 = v12 * v121;
-  const lanes v210 = v12 * qd_1;
-  const lanes v211 = v210 * v36;
-  const lanes v212 = v201 * qd_0;
-  const lanes v213 = v211 + v212;
-  const lanes v214 = v209 - v213;
+  const lanes v209 = v12 * v121, v210 = v12 * qd_1, v211 = v210 * v36, v212 = v201 * qd_0,
+      v213 = v211 + v212, v214 = v209 - v213;
   out[8] = v214;
-  const lanes v215 = v2 * v195;
-  const lanes v216 = v164 * v120;
-  const lanes v217 = v215 - v216;
-  const lanes v218 = v164 * qd_2;
-  const lanes v219 = v218 - v210;
-  const lanes v220 = v219 * v93;
-  const lanes v221 = v128 * v198;
-  const lanes v222 = v220 + v221;
-  const lanes v223 = v217 - v222;
+  const lanes v215 = v2 * v195, v216 = v164 * v120, v217 = v215 - v216, v218 = v164 * qd_2,
+      v219 = v218 - v210, v220 = v219 * v93, v221 = v128 * v198, v222 = v220 + v221,
+      v223 = v217 - v222;
   out[9] = v223;
-  const lanes v224 = v139 * v171;
-  const lanes v225 = v183 * qd_3;
-  const lanes v226 = v225 + v219;
-  const lanes v227 = v226 * v98;
-  const lanes v228 = v224 - v227;
-  const lanes v229 = v183 * v119;
-  const lanes v230 = v100 * v194;
-  const lanes v231 = v229 + v230;
-  const lanes v232 = v228 - v231;
+  const lanes v224 = v139 * v171, v225 = v183 * qd_3, v226 = v225 + v219, v227 = v226 * v98,
+      v228 = v224 - v227, v229 = v183 * v119, v230 = v100 * v194, v231 = v229 + v230,
+      v232 = v228 - v231;
   out[10] = v232;
-  const lanes v233 = v111 * v188;
-  const lanes v234 = v175 * v118;
-  const lanes v235 = v233 - v234;
-  const lanes v236 = v175 * qd_4;
-  const lanes v237 = v236 + v226;
-  const lanes v238 = v237 * v107;
-  const lanes v239 = v150 * v192;
-  const lanes v240 = v238 + v239;
-  const lanes v241 = v235 - v240;
+  const lanes v233 = v111 * v188, v234 = v175 * v118, v235 = v233 - v234, v236 = v175 * qd_4,
+      v237 = v236 + v226, v238 = v237 * v107, v239 = v150 * v192, v240 = v238 + v239,
+      v241 = v235 - v240;
   out[11] = v241;
-  const lanes v242 = v161 * v187;
-  const lanes v243 = v191 * qd_5;
-  const lanes v244 = v243 + v237;
-  const lanes v245 = v117 * v244;
-  const lanes v246 = v242 - v245;
-  out[12] = v246;
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  const lanes v247 = v210 * v84;
-  const lanes v248 = v90 * v201;
-  const lanes v249 = v247 + v248;
-  const lanes v250 = v1 * v200;
-  const lanes v251 = v12 * v80;
-  const lanes v252 = v250 + v251;
-  const lanes v253 = v249 - v252;
+  const lanes v242 = v161 * v187, v243 = v191 * qd_5, v244 = v243 + v237, v245 = v117 * v244,
+      v246 = v242 - v245;
+  out[12] = v246; out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  const lanes v247 = v210 * v84, v248 = v90 * v201, v249 = v247 + v248, v250 = v1 * v200,
+      v251 = v12 * v80, v252 = v250 + v251, v253 = v249 - v252;
   out[15] = v253;
-  const lanes v254 = v219 * v47;
-  const lanes v255 = v125 * v198;
-  const lanes v256 = v254 + v255;
-  const lanes v257 = v164 * v79;
-  const lanes v258 = v49 * v195;
-  const lanes v259 = v257 - v258;
-  const lanes v260 = v256 + v259;
+  const lanes v254 = v219 * v47, v255 = v125 * v198, v256 = v254 + v255, v257 = v164 * v79,
+      v258 = v49 * v195, v259 = v257 - v258, v260 = v256 + v259;
   out[16] = v260;
-  const lanes v261 = v226 * v55;
-  const lanes v262 = v136 * v171;
-  const lanes v263 = v261 - v262;
-  const lanes v264 = v183 * v78;
-  const lanes v265 = v59 * v194;
-  const lanes v266 = v264 + v265;
-  const lanes v267 = v263 + v266;
+  const lanes v261 = v226 * v55, v262 = v136 * v171, v263 = v261 - v262, v264 = v183 * v78,
+      v265 = v59 * v194, v266 = v264 + v265, v267 = v263 + v266;
   out[17] = v267;
-  const lanes v268 = v237 * v66;
-  const lanes v269 = v147 * v192;
-  const lanes v270 = v268 + v269;
-  const lanes v271 = v175 * v77;
-  const lanes v272 = v70 * v188;
-  const lanes v273 = v271 - v272;
-  const lanes v274 = v270 + v273;
+  const lanes v268 = v237 * v66, v269 = v147 * v192, v270 = v268 + v269, v271 = v175 * v77,
+      v272 = v70 * v188, v273 = v271 - v272, v274 = v270 + v273;
   out[18] = v274;
-  const lanes v275 = v244 * v76;
-  const lanes v276 = v158 * v187;
-  const lanes v277 = v275 - v276;
-  out[19] = v277;
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  const lanes v278 = v1 * qd_0;
-  const lanes v279 = -v278;
+  const lanes v275 = v244 * v76, v276 = v158 * v187, v277 = v275 - v276;
+  out[19] = v277; out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
+  const lanes v278 = v1 * qd_0, v279 = -v278;
   out[22] = v279;
-  const lanes v280 = v90 * v2;
-  const lanes v281 = v49 * qd_0;
-  const lanes v282 = v280 - v281;
+  const lanes v280 = v90 * v2, v281 = v49 * qd_0, v282 = v280 - v281;
   out[23] = v282;
-  const lanes v283 = v128 * v59;
-  const lanes v284 = v125 * v100;
-  const lanes v285 = v283 - v284;
+  const lanes v283 = v128 * v59, v284 = v125 * v100, v285 = v283 - v284;
   out[24] = v285;
-  const lanes v286 = v136 * v111;
-  const lanes v287 = v139 * v70;
-  const lanes v288 = v286 - v287;
+  const lanes v286 = v136 * v111, v287 = v139 * v70, v288 = v286 - v287;
   out[25] = v288;
-  const lanes v289 = v150 * v65;
-  const lanes v290 = v147 * v106;
-  const lanes v291 = v289 - v290;
+  const lanes v289 = v150 * v65, v290 = v147 * v106, v291 = v289 - v290;
   out[26] = v291;
-  const lanes v292 = v4 * v70;
-  const lanes v293 = v5 * v74;
-  const lanes v294 = v292 - v293;
-  const lanes v295 = v161 * v294;
-  const lanes v296 = v4 * v111;
-  const lanes v297 = v5 * v115;
-  const lanes v298 = v296 - v297;
-  const lanes v299 = v158 * v298;
-  const lanes v300 = v295 - v299;
-  out[27] = v300;
-  out[28] = LANES_OF(0.0);
-  const lanes v301 = v12 * qd_0;
-  const lanes v302 = -v301;
+  const lanes v292 = v4 * v70, v293 = v5 * v74, v294 = v292 - v293, v295 = v161 * v294,
+      v296 = v4 * v111, v297 = v5 * v115, v298 = v296 - v297, v299 = v158 * v298,
+      v300 = v295 - v299;
+  out[27] = v300; out[28] = LANES_OF(0.0);
+  const lanes v301 = v12 * qd_0, v302 = -v301;
   out[29] = v302;
-  const lanes v303 = v164 * qd_0;
-  const lanes v304 = v210 * v2;
-  const lanes v305 = v303 + v304;
+  const lanes v303 = v164 * qd_0, v304 = v210 * v2, v305 = v303 + v304;
   out[30] = v305;
-  const lanes v306 = v183 * v128;
-  const lanes v307 = v219 * v100;
-  const lanes v308 = v306 + v307;
+  const lanes v306 = v183 * v128, v307 = v219 * v100, v308 = v306 + v307;
   out[31] = v308;
-  const lanes v309 = v139 * v175;
-  const lanes v310 = v226 * v111;
-  const lanes v311 = v309 - v310;
+  const lanes v309 = v139 * v175, v310 = v226 * v111, v311 = v309 - v310;
   out[32] = v311;
-  const lanes v312 = v237 * v106;
-  const lanes v313 = v150 * v191;
-  const lanes v314 = v312 + v313;
+  const lanes v312 = v237 * v106, v313 = v150 * v191, v314 = v312 + v313;
   out[33] = v314;
-  const lanes v315 = v244 * v298;
-  const lanes v316 = v4 * v175;
-  const lanes v317 = v5 * v185;
-  const lanes v318 = v316 - v317;
-  const lanes v319 = v161 * v318;
-  const lanes v320 = v315 - v319;
-  out[34] = v320;
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  const lanes v321 = v164 * v90;
-  const lanes v322 = v49 * v210;
-  const lanes v323 = v321 + v322;
-  const lanes v324 = -v323;
+  const lanes v315 = v244 * v298, v316 = v4 * v175, v317 = v5 * v185, v318 = v316 - v317,
+      v319 = v161 * v318, v320 = v315 - v319;
+  out[34] = v320; out[35] = LANES_OF(0.0); out[36] = LANES_OF(0.0);
+  const lanes v321 = v164 * v90, v322 = v49 * v210, v323 = v321 + v322, v324 = -v323;
   out[37] = v324;
-  const lanes v325 = v183 * v125;
-  const lanes v326 = v219 * v59;
-  const lanes v327 = v325 + v326;
-  const lanes v328 = -v327;
+  const lanes v325 = v183 * v125, v326 = v219 * v59, v327 = v325 + v326, v328 = -v327;
   out[38] = v328;
-  const lanes v329 = v226 * v70;
-  const lanes v330 = v136 * v175;
-  const lanes v331 = v329 - v330;
+  const lanes v329 = v226 * v70, v330 = v136 * v175, v331 = v329 - v330;
   out[39] = v331;
-  const lanes v332 = v237 * v65;
-  const lanes v333 = v147 * v191;
-  const lanes v334 = v332 + v333;
-  const lanes v335 = -v334;
+  const lanes v332 = v237 * v65, v333 = v147 * v191, v334 = v332 + v333, v335 = -v334;
   out[40] = v335;
-  const lanes v336 = v158 * v318;
-  const lanes v337 = v244 * v294;
-  const lanes v338 = v336 - v337;
+  const lanes v336 = v158 * v318, v337 = v244 * v294, v338 = v336 - v337;
   out[41] = v338;
 }
 
 static LANES_TARGET void LANES_NAME(panda_hessian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v12; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v12);
-  lanes v2, v11; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v11);
-  lanes v3, v10; LANES_NAME(lanes_cos_sin)(&q_2, &v3, &v10);
-  lanes v4, v5; LANES_NAME(lanes_cos_sin)(&q_5, &v4, &v5);
-  lanes v6, v9; LANES_NAME(lanes_cos_sin)(&q_4, &v6, &v9);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v7, &v8);
-  const lanes v13 = 0.088 * v4;
-  const lanes v14 = 0.107 * v5;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = v15 * v6;
-  const lanes v17 = v16 - 0.0825;
-  const lanes v18 = v17 * v7;
-  const lanes v19 = 0.088 * v5;
-  const lanes v20 = 0.107 * v4;
-  const lanes v21 = v19 - v20;
-  const lanes v22 = v21 + 0.384;
-  const lanes v23 = v22 * v8;
-  const lanes v24 = v18 - v23;
-  const lanes v25 = v24 + 0.0825;
-  const lanes v26 = v3 * v25;
-  const lanes v27 = v9 * v15;
-  const lanes v28 = v27 * v10;
-  const lanes v29 = v26 - v28;
-  const lanes v30 = v2 * v29;
-  const lanes v31 = v17 * v8;
-  const lanes v32 = v22 * v7;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v33 + 0.316;
-  const lanes v35 = v11 * v34;
-  const lanes v36 = v30 + v35;
-  const lanes v37 = v1 * v36;
-  const lanes v38 = v3 * v27;
-  const lanes v39 = v25 * v10;
-  const lanes v40 = v38 + v39;
-  const lanes v41 = v12 * v40;
-  const lanes v42 = v37 - v41;
-  const lanes v43 = -v42;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v12, q_0); LANES_COS_SIN(v2, v11, q_1); LANES_COS_SIN(v3, v10, q_2);
+  LANES_COS_SIN(v4, v5, q_5); LANES_COS_SIN(v6, v9, q_4); LANES_COS_SIN(v7, v8, q_3);
+  const lanes v13 = 0.088 * v4, v14 = 0.107 * v5, v15 = v13 + v14, v16 = v15 * v6,
+      v17 = v16 - 0.0825, v18 = v17 * v7, v19 = 0.088 * v5, v20 = 0.107 * v4, v21 = v19 - v20,
+      v22 = v21 + 0.384, v23 = v22 * v8, v24 = v18 - v23, v25 = v24 + 0.0825, v26 = v3 * v25,
+      v27 = v9 * v15, v28 = v27 * v10, v29 = v26 - v28, v30 = v2 * v29, v31 = v17 * v8,
+      v32 = v22 * v7, v33 = v31 + v32, v34 = v33 + 0.316, v35 = v11 * v34, v36 = v30 + v35,
+      v37 = v1 * v36, v38 = v3 * v27, v39 = v25 * v10, v40 = v38 + v39, v41 = v12 * v40,
+      v42 = v37 - v41, v43 = -v42;
   out[0] = v43;
-  const lanes v44 = v11 * v29;
-  const lanes v45 = v2 * v34;
-  const lanes v46 = v44 - v45;
-  const lanes v47 = v12 * v46;
+  const lanes v44 = v11 * v29, v45 = v2 * v34, v46 = v44 - v45, v47 = v12 * v46;
   out[1] = v47;
-  const lanes v48 = v1 * v29;
-  const lanes v49 = v12 * v2;
-  const lanes v50 = v49 * v40;
-  const lanes v51 = v48 - v50;
-  const lanes v52 = -v51;
+  const lanes v48 = v1 * v29, v49 = v12 * v2, v50 = v49 * v40, v51 = v48 - v50, v52 = -v51;
   out[2] = v52;
-  const lanes v53 = v12 * v11;
-  const lanes v54 = v53 * v24;
-  const lanes v55 = v1 * v10;
-  const lanes v56 = v49 * v3;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = v57 * v33;
-  const lanes v59 = v54 - v58;
-  const lanes v60 = -v59;
+  const lanes v53 = v12 * v11, v54 = v53 * v24, v55 = v1 * v10, v56 = v49 * v3, v57 = v55 + v56,
+      v58 = v57 * v33, v59 = v54 - v58, v60 = -v59;
   out[3] = v60;
-  const lanes v61 = v1 * v3;
-  const lanes v62 = v49 * v10;
-  const lanes v63 = v61 - v62;
-  const lanes v64 = v63 * v6;
-  const lanes v65 = v53 * v8;
-  const lanes v66 = v57 * v7;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v9 * v67;
-  const lanes v69 = v64 - v68;
-  const lanes v70 = v69 * v15;
-  const lanes v71 = -v70;
+  const lanes v61 = v1 * v3, v62 = v49 * v10, v63 = v61 - v62, v64 = v63 * v6, v65 = v53 * v8,
+      v66 = v57 * v7, v67 = v65 + v66, v68 = v9 * v67, v69 = v64 - v68, v70 = v69 * v15, v71 = -v70;
   out[4] = v71;
-  const lanes v72 = v53 * v7;
-  const lanes v73 = v57 * v8;
-  const lanes v74 = v72 - v73;
-  const lanes v75 = v74 * v15;
-  const lanes v76 = v9 * v63;
-  const lanes v77 = v67 * v6;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = v78 * v21;
-  const lanes v80 = v75 - v79;
-  const lanes v81 = -v80;
-  out[5] = v81;
-  out[6] = LANES_OF(0.0);
-  out[7] = v47;
+  const lanes v72 = v53 * v7, v73 = v57 * v8, v74 = v72 - v73, v75 = v74 * v15, v76 = v9 * v63,
+      v77 = v67 * v6, v78 = v76 + v77, v79 = v78 * v21, v80 = v75 - v79, v81 = -v80;
+  out[5] = v81; out[6] = LANES_OF(0.0); out[7] = v47;
   const lanes v82 = -v37;
   out[8] = v82;
-  const lanes v83 = v11 * v40;
-  const lanes v84 = v1 * v83;
+  const lanes v83 = v11 * v40, v84 = v1 * v83;
   out[9] = v84;
-  const lanes v85 = v11 * v3;
-  const lanes v86 = v85 * v33;
-  const lanes v87 = v2 * v24;
-  const lanes v88 = v86 + v87;
-  const lanes v89 = v1 * v88;
+  const lanes v85 = v11 * v3, v86 = v85 * v33, v87 = v2 * v24, v88 = v86 + v87, v89 = v1 * v88;
   out[10] = v89;
-  const lanes v90 = v11 * v10;
-  const lanes v91 = v90 * v6;
-  const lanes v92 = v2 * v8;
-  const lanes v93 = v85 * v7;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = v9 * v94;
-  const lanes v96 = v91 - v95;
-  const lanes v97 = v96 * v15;
-  const lanes v98 = v1 * v97;
+  const lanes v90 = v11 * v10, v91 = v90 * v6, v92 = v2 * v8, v93 = v85 * v7, v94 = v92 - v93,
+      v95 = v9 * v94, v96 = v91 - v95, v97 = v96 * v15, v98 = v1 * v97;
   out[11] = v98;
-  const lanes v99 = v85 * v8;
-  const lanes v100 = v2 * v7;
-  const lanes v101 = v99 + v100;
-  const lanes v102 = v101 * v15;
-  const lanes v103 = v9 * v90;
-  const lanes v104 = v94 * v6;
-  const lanes v105 = v103 + v104;
-  const lanes v106 = v105 * v21;
-  const lanes v107 = v102 - v106;
-  const lanes v108 = v1 * v107;
-  out[12] = v108;
-  out[13] = LANES_OF(0.0);
-  out[14] = v52;
-  out[15] = v84;
-  const lanes v109 = v53 * v83;
-  const lanes v110 = v2 * v51;
-  const lanes v111 = v109 - v110;
+  const lanes v99 = v85 * v8, v100 = v2 * v7, v101 = v99 + v100, v102 = v101 * v15, v103 = v9 * v90,
+      v104 = v94 * v6, v105 = v103 + v104, v106 = v105 * v21, v107 = v102 - v106, v108 = v1 * v107;
+  out[12] = v108; out[13] = LANES_OF(0.0); out[14] = v52; out[15] = v84;
+  const lanes v109 = v53 * v83, v110 = v2 * v51, v111 = v109 - v110;
   out[16] = v111;
-  const lanes v112 = v53 * v88;
-  const lanes v113 = v2 * v59;
-  const lanes v114 = v112 - v113;
+  const lanes v112 = v53 * v88, v113 = v2 * v59, v114 = v112 - v113;
   out[17] = v114;
-  const lanes v115 = v53 * v97;
-  const lanes v116 = v2 * v70;
-  const lanes v117 = v115 - v116;
+  const lanes v115 = v53 * v97, v116 = v2 * v70, v117 = v115 - v116;
   out[18] = v117;
-  const lanes v118 = v107 * v53;
-  const lanes v119 = v2 * v80;
-  const lanes v120 = v118 - v119;
-  out[19] = v120;
-  out[20] = LANES_OF(0.0);
-  out[21] = v60;
-  out[22] = v89;
-  out[23] = v114;
-  const lanes v121 = v90 * v59;
-  const lanes v122 = v63 * v88;
-  const lanes v123 = v121 - v122;
+  const lanes v118 = v107 * v53, v119 = v2 * v80, v120 = v118 - v119;
+  out[19] = v120; out[20] = LANES_OF(0.0); out[21] = v60; out[22] = v89; out[23] = v114;
+  const lanes v121 = v90 * v59, v122 = v63 * v88, v123 = v121 - v122;
   out[24] = v123;
-  const lanes v124 = v90 * v70;
-  const lanes v125 = v63 * v97;
-  const lanes v126 = v124 - v125;
+  const lanes v124 = v90 * v70, v125 = v63 * v97, v126 = v124 - v125;
   out[25] = v126;
-  const lanes v127 = v90 * v80;
-  const lanes v128 = v107 * v63;
-  const lanes v129 = v127 - v128;
-  out[26] = v129;
-  out[27] = LANES_OF(0.0);
-  out[28] = v71;
-  out[29] = v98;
-  out[30] = v117;
+  const lanes v127 = v90 * v80, v128 = v107 * v63, v129 = v127 - v128;
+  out[26] = v129; out[27] = LANES_OF(0.0); out[28] = v71; out[29] = v98; out[30] = v117;
   out[31] = v126;
-  const lanes v130 = v74 * v97;
-  const lanes v131 = v101 * v70;
-  const lanes v132 = v130 - v131;
+  const lanes v130 = v74 * v97, v131 = v101 * v70, v132 = v130 - v131;
   out[32] = v132;
-  const lanes v133 = v107 * v74;
-  const lanes v134 = v101 * v80;
-  const lanes v135 = v133 - v134;
-  out[33] = v135;
-  out[34] = LANES_OF(0.0);
-  out[35] = v81;
-  out[36] = v108;
-  out[37] = v120;
-  out[38] = v129;
-  out[39] = v135;
-  const lanes v136 = v96 * v80;
-  const lanes v137 = v107 * v69;
-  const lanes v138 = v136 - v137;
-  out[40] = v138;
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(0.0);
-  out[48] = LANES_OF(0.0);
-  const lanes v139 = v1 * v40;
-  const lanes v140 = v12 * v36;
-  const lanes v141 = v139 + v140;
-  const lanes v142 = -v141;
+  const lanes v133 = v107 * v74, v134 = v101 * v80, v135 = v133 - v134;
+  out[33] = v135; out[34] = LANES_OF(0.0); out[35] = v81; out[36] = v108; out[37] = v120;
+  out[38] = v129; out[39] = v135;
+  const lanes v136 = v96 * v80, v137 = v107 * v69, v138 = v136 - v137;
+  out[40] = v138; out[41] = LANES_OF(0.0); out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0);
+  out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
+  out[47] = LANES_OF(0.0); out[48] = LANES_OF(0.0);
+  const lanes v139 = v1 * v40, v140 = v12 * v36, v141 = v139 + v140, v142 = -v141;
   out[49] = v142;
-  const lanes v143 = v1 * v46;
-  const lanes v144 = -v143;
+  const lanes v143 = v1 * v46, v144 = -v143;
   out[50] = v144;
-  const lanes v145 = v1 * v2;
-  const lanes v146 = v145 * v40;
-  const lanes v147 = v12 * v29;
-  const lanes v148 = v146 + v147;
-  const lanes v149 = -v148;
+  const lanes v145 = v1 * v2, v146 = v145 * v40, v147 = v12 * v29, v148 = v146 + v147, v149 = -v148;
   out[51] = v149;
-  const lanes v150 = v1 * v11;
-  const lanes v151 = v150 * v24;
-  const lanes v152 = v145 * v3;
-  const lanes v153 = v12 * v10;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 * v33;
-  const lanes v156 = v151 - v155;
+  const lanes v150 = v1 * v11, v151 = v150 * v24, v152 = v145 * v3, v153 = v12 * v10,
+      v154 = v152 - v153, v155 = v154 * v33, v156 = v151 - v155;
   out[52] = v156;
-  const lanes v157 = v150 * v8;
-  const lanes v158 = v154 * v7;
-  const lanes v159 = v157 + v158;
-  const lanes v160 = v9 * v159;
-  const lanes v161 = v145 * v10;
-  const lanes v162 = v12 * v3;
-  const lanes v163 = v161 + v162;
-  const lanes v164 = v163 * v6;
-  const lanes v165 = v160 + v164;
-  const lanes v166 = v165 * v15;
-  const lanes v167 = -v166;
+  const lanes v157 = v150 * v8, v158 = v154 * v7, v159 = v157 + v158, v160 = v9 * v159,
+      v161 = v145 * v10, v162 = v12 * v3, v163 = v161 + v162, v164 = v163 * v6, v165 = v160 + v164,
+      v166 = v165 * v15, v167 = -v166;
   out[53] = v167;
-  const lanes v168 = v150 * v7;
-  const lanes v169 = v154 * v8;
-  const lanes v170 = v168 - v169;
-  const lanes v171 = v170 * v15;
-  const lanes v172 = v159 * v6;
-  const lanes v173 = v9 * v163;
-  const lanes v174 = v172 - v173;
-  const lanes v175 = v174 * v21;
-  const lanes v176 = v171 - v175;
-  out[54] = v176;
-  out[55] = LANES_OF(0.0);
-  out[56] = v144;
+  const lanes v168 = v150 * v7, v169 = v154 * v8, v170 = v168 - v169, v171 = v170 * v15,
+      v172 = v159 * v6, v173 = v9 * v163, v174 = v172 - v173, v175 = v174 * v21, v176 = v171 - v175;
+  out[54] = v176; out[55] = LANES_OF(0.0); out[56] = v144;
   const lanes v177 = -v140;
   out[57] = v177;
   const lanes v178 = v12 * v83;
@@ -2801,4841 +1008,1144 @@ static LANES_TARGET void LANES_NAME(panda_hessian_mixed)(const lanes *in, lanes 
   const lanes v180 = v12 * v97;
   out[60] = v180;
   const lanes v181 = v107 * v12;
-  out[61] = v181;
-  out[62] = LANES_OF(0.0);
-  out[63] = v149;
-  out[64] = v178;
-  const lanes v182 = v150 * v83;
-  const lanes v183 = v2 * v148;
-  const lanes v184 = v182 + v183;
-  const lanes v185 = -v184;
+  out[61] = v181; out[62] = LANES_OF(0.0); out[63] = v149; out[64] = v178;
+  const lanes v182 = v150 * v83, v183 = v2 * v148, v184 = v182 + v183, v185 = -v184;
   out[65] = v185;
-  const lanes v186 = v2 * v156;
-  const lanes v187 = v150 * v88;
-  const lanes v188 = v186 - v187;
+  const lanes v186 = v2 * v156, v187 = v150 * v88, v188 = v186 - v187;
   out[66] = v188;
-  const lanes v189 = v150 * v97;
-  const lanes v190 = v2 * v166;
-  const lanes v191 = v189 + v190;
-  const lanes v192 = -v191;
+  const lanes v189 = v150 * v97, v190 = v2 * v166, v191 = v189 + v190, v192 = -v191;
   out[67] = v192;
-  const lanes v193 = v2 * v176;
-  const lanes v194 = v107 * v150;
-  const lanes v195 = v193 - v194;
-  out[68] = v195;
-  out[69] = LANES_OF(0.0);
-  out[70] = v156;
-  out[71] = v179;
-  out[72] = v188;
-  const lanes v196 = v163 * v88;
-  const lanes v197 = v90 * v156;
-  const lanes v198 = v196 + v197;
-  const lanes v199 = -v198;
+  const lanes v193 = v2 * v176, v194 = v107 * v150, v195 = v193 - v194;
+  out[68] = v195; out[69] = LANES_OF(0.0); out[70] = v156; out[71] = v179; out[72] = v188;
+  const lanes v196 = v163 * v88, v197 = v90 * v156, v198 = v196 + v197, v199 = -v198;
   out[73] = v199;
-  const lanes v200 = v90 * v166;
-  const lanes v201 = v163 * v97;
-  const lanes v202 = v200 - v201;
+  const lanes v200 = v90 * v166, v201 = v163 * v97, v202 = v200 - v201;
   out[74] = v202;
-  const lanes v203 = v107 * v163;
-  const lanes v204 = v90 * v176;
-  const lanes v205 = v203 + v204;
-  const lanes v206 = -v205;
-  out[75] = v206;
-  out[76] = LANES_OF(0.0);
-  out[77] = v167;
-  out[78] = v180;
-  out[79] = v192;
+  const lanes v203 = v107 * v163, v204 = v90 * v176, v205 = v203 + v204, v206 = -v205;
+  out[75] = v206; out[76] = LANES_OF(0.0); out[77] = v167; out[78] = v180; out[79] = v192;
   out[80] = v202;
-  const lanes v207 = v170 * v97;
-  const lanes v208 = v101 * v166;
-  const lanes v209 = v207 + v208;
-  const lanes v210 = -v209;
+  const lanes v207 = v170 * v97, v208 = v101 * v166, v209 = v207 + v208, v210 = -v209;
   out[81] = v210;
-  const lanes v211 = v101 * v176;
-  const lanes v212 = v107 * v170;
-  const lanes v213 = v211 - v212;
-  out[82] = v213;
-  out[83] = LANES_OF(0.0);
-  out[84] = v176;
-  out[85] = v181;
-  out[86] = v195;
-  out[87] = v206;
-  out[88] = v213;
-  const lanes v214 = v107 * v165;
-  const lanes v215 = v96 * v176;
-  const lanes v216 = v214 + v215;
-  const lanes v217 = -v216;
-  out[89] = v217;
-  out[90] = LANES_OF(0.0);
-  out[91] = LANES_OF(0.0);
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
-  out[95] = LANES_OF(0.0);
-  out[96] = LANES_OF(0.0);
-  out[97] = LANES_OF(0.0);
-  out[98] = LANES_OF(0.0);
-  out[99] = LANES_OF(0.0);
-  out[100] = LANES_OF(0.0);
-  out[101] = LANES_OF(0.0);
-  out[102] = LANES_OF(0.0);
-  out[103] = LANES_OF(0.0);
-  out[104] = LANES_OF(0.0);
+  const lanes v211 = v101 * v176, v212 = v107 * v170, v213 = v211 - v212;
+  out[82] = v213; out[83] = LANES_OF(0.0); out[84] = v176; out[85] = v181; out[86] = v195;
+  out[87] = v206; out[88] = v213;
+  const lanes v214 = v107 * v165, v215 = v96 * v176, v216 = v214 + v215, v217 = -v216;
+  out[89] = v217; out[90] = LANES_OF(0.0); out[91] = LANES_OF(0.0); out[92] = LANES_OF(0.0);
+  out[93] = LANES_OF(0.0); out[94] = LANES_OF(0.0); out[95] = LANES_OF(0.0);
+  out[96] = LANES_OF(0.0); out[97] = LANES_OF(0.0); out[98] = LANES_OF(0.0);
+  out[99] = LANES_OF(0.0); out[100] = LANES_OF(0.0); out[101] = LANES_OF(0.0);
+  out[102] = LANES_OF(0.0); out[103] = LANES_OF(0.0); out[104] = LANES_OF(0.0);
   out[105] = LANES_OF(0.0);
-  const lanes v218 = v1 * v143;
-  const lanes v219 = v12 * v47;
-  const lanes v220 = v218 + v219;
+  const lanes v218 = v1 * v143, v219 = v12 * v47, v220 = v218 + v219;
   out[106] = v220;
-  const lanes v221 = v1 * v148;
-  const lanes v222 = v12 * v51;
-  const lanes v223 = v221 - v222;
+  const lanes v221 = v1 * v148, v222 = v12 * v51, v223 = v221 - v222;
   out[107] = v223;
-  const lanes v224 = v1 * v156;
-  const lanes v225 = v12 * v59;
-  const lanes v226 = v224 + v225;
-  const lanes v227 = -v226;
+  const lanes v224 = v1 * v156, v225 = v12 * v59, v226 = v224 + v225, v227 = -v226;
   out[108] = v227;
-  const lanes v228 = v1 * v166;
-  const lanes v229 = v12 * v70;
-  const lanes v230 = v228 - v229;
+  const lanes v228 = v1 * v166, v229 = v12 * v70, v230 = v228 - v229;
   out[109] = v230;
-  const lanes v231 = v1 * v176;
-  const lanes v232 = v12 * v80;
-  const lanes v233 = v231 + v232;
-  const lanes v234 = -v233;
-  out[110] = v234;
-  out[111] = LANES_OF(0.0);
-  out[112] = LANES_OF(0.0);
-  out[113] = v223;
-  const lanes v235 = v150 * v51;
-  const lanes v236 = v53 * v148;
-  const lanes v237 = v235 + v236;
+  const lanes v231 = v1 * v176, v232 = v12 * v80, v233 = v231 + v232, v234 = -v233;
+  out[110] = v234; out[111] = LANES_OF(0.0); out[112] = LANES_OF(0.0); out[113] = v223;
+  const lanes v235 = v150 * v51, v236 = v53 * v148, v237 = v235 + v236;
   out[114] = v237;
-  const lanes v238 = v150 * v59;
-  const lanes v239 = v53 * v156;
-  const lanes v240 = v238 - v239;
+  const lanes v238 = v150 * v59, v239 = v53 * v156, v240 = v238 - v239;
   out[115] = v240;
-  const lanes v241 = v150 * v70;
-  const lanes v242 = v53 * v166;
-  const lanes v243 = v241 + v242;
+  const lanes v241 = v150 * v70, v242 = v53 * v166, v243 = v241 + v242;
   out[116] = v243;
-  const lanes v244 = v150 * v80;
-  const lanes v245 = v53 * v176;
-  const lanes v246 = v244 - v245;
-  out[117] = v246;
-  out[118] = LANES_OF(0.0);
-  out[119] = LANES_OF(0.0);
-  out[120] = v227;
+  const lanes v244 = v150 * v80, v245 = v53 * v176, v246 = v244 - v245;
+  out[117] = v246; out[118] = LANES_OF(0.0); out[119] = LANES_OF(0.0); out[120] = v227;
   out[121] = v240;
-  const lanes v247 = v163 * v59;
-  const lanes v248 = v63 * v156;
-  const lanes v249 = v247 + v248;
+  const lanes v247 = v163 * v59, v248 = v63 * v156, v249 = v247 + v248;
   out[122] = v249;
-  const lanes v250 = v163 * v70;
-  const lanes v251 = v63 * v166;
-  const lanes v252 = v250 - v251;
+  const lanes v250 = v163 * v70, v251 = v63 * v166, v252 = v250 - v251;
   out[123] = v252;
-  const lanes v253 = v163 * v80;
-  const lanes v254 = v63 * v176;
-  const lanes v255 = v253 + v254;
-  out[124] = v255;
-  out[125] = LANES_OF(0.0);
-  out[126] = LANES_OF(0.0);
-  out[127] = v230;
-  out[128] = v243;
-  out[129] = v252;
-  const lanes v256 = v170 * v70;
-  const lanes v257 = v74 * v166;
-  const lanes v258 = v256 + v257;
+  const lanes v253 = v163 * v80, v254 = v63 * v176, v255 = v253 + v254;
+  out[124] = v255; out[125] = LANES_OF(0.0); out[126] = LANES_OF(0.0); out[127] = v230;
+  out[128] = v243; out[129] = v252;
+  const lanes v256 = v170 * v70, v257 = v74 * v166, v258 = v256 + v257;
   out[130] = v258;
-  const lanes v259 = v170 * v80;
-  const lanes v260 = v74 * v176;
-  const lanes v261 = v259 - v260;
-  out[131] = v261;
-  out[132] = LANES_OF(0.0);
-  out[133] = LANES_OF(0.0);
-  out[134] = v234;
-  out[135] = v246;
-  out[136] = v255;
-  out[137] = v261;
-  const lanes v262 = v165 * v80;
-  const lanes v263 = v69 * v176;
-  const lanes v264 = v262 + v263;
-  out[138] = v264;
-  out[139] = LANES_OF(0.0);
-  out[140] = LANES_OF(0.0);
-  out[141] = LANES_OF(0.0);
-  out[142] = LANES_OF(0.0);
-  out[143] = LANES_OF(0.0);
-  out[144] = LANES_OF(0.0);
-  out[145] = LANES_OF(0.0);
-  out[146] = LANES_OF(0.0);
-  out[147] = LANES_OF(0.0);
-  out[148] = LANES_OF(0.0);
-  out[149] = LANES_OF(0.0);
-  out[150] = LANES_OF(0.0);
-  out[151] = LANES_OF(0.0);
-  out[152] = LANES_OF(0.0);
-  out[153] = LANES_OF(0.0);
+  const lanes v259 = v170 * v80, v260 = v74 * v176, v261 = v259 - v260;
+  out[131] = v261; out[132] = LANES_OF(0.0); out[133] = LANES_OF(0.0); out[134] = v234;
+  out[135] = v246; out[136] = v255; out[137] = v261;
+  const lanes v262 = v165 * v80, v263 = v69 * v176, v264 = v262 + v263;
+  out[138] = v264; out[139] = LANES_OF(0.0); out[140] = LANES_OF(0.0); out[141] = LANES_OF(0.0);
+  out[142] = LANES_OF(0.0); out[143] = LANES_OF(0.0); out[144] = LANES_OF(0.0);
+  out[145] = LANES_OF(0.0); out[146] = LANES_OF(0.0); out[147] = LANES_OF(0.0);
+  out[148] = LANES_OF(0.0); out[149] = LANES_OF(0.0); out[150] = LANES_OF(0.0);
+  out[151] = LANES_OF(0.0); out[152] = LANES_OF(0.0); out[153] = LANES_OF(0.0);
   const lanes v265 = -v1;
-  out[154] = v265;
-  out[155] = LANES_OF(0.0);
-  out[156] = LANES_OF(0.0);
-  out[157] = LANES_OF(0.0);
-  out[158] = LANES_OF(0.0);
-  out[159] = LANES_OF(0.0);
-  out[160] = LANES_OF(0.0);
+  out[154] = v265; out[155] = LANES_OF(0.0); out[156] = LANES_OF(0.0); out[157] = LANES_OF(0.0);
+  out[158] = LANES_OF(0.0); out[159] = LANES_OF(0.0); out[160] = LANES_OF(0.0);
   const lanes v266 = -v53;
-  out[161] = v266;
-  out[162] = v145;
-  out[163] = LANES_OF(0.0);
-  out[164] = LANES_OF(0.0);
-  out[165] = LANES_OF(0.0);
-  out[166] = LANES_OF(0.0);
-  out[167] = LANES_OF(0.0);
-  out[168] = v63;
-  const lanes v267 = v1 * v90;
-  const lanes v268 = -v267;
+  out[161] = v266; out[162] = v145; out[163] = LANES_OF(0.0); out[164] = LANES_OF(0.0);
+  out[165] = LANES_OF(0.0); out[166] = LANES_OF(0.0); out[167] = LANES_OF(0.0); out[168] = v63;
+  const lanes v267 = v1 * v90, v268 = -v267;
   out[169] = v268;
-  const lanes v269 = v63 * v2;
-  const lanes v270 = v53 * v90;
-  const lanes v271 = v269 - v270;
-  out[170] = v271;
-  out[171] = LANES_OF(0.0);
-  out[172] = LANES_OF(0.0);
-  out[173] = LANES_OF(0.0);
+  const lanes v269 = v63 * v2, v270 = v53 * v90, v271 = v269 - v270;
+  out[170] = v271; out[171] = LANES_OF(0.0); out[172] = LANES_OF(0.0); out[173] = LANES_OF(0.0);
   out[174] = LANES_OF(0.0);
   const lanes v272 = -v74;
   out[175] = v272;
   const lanes v273 = v1 * v101;
   out[176] = v273;
-  const lanes v274 = v53 * v101;
-  const lanes v275 = v74 * v2;
-  const lanes v276 = v274 - v275;
+  const lanes v274 = v53 * v101, v275 = v74 * v2, v276 = v274 - v275;
   out[177] = v276;
-  const lanes v277 = v90 * v74;
-  const lanes v278 = v63 * v101;
-  const lanes v279 = v277 - v278;
-  out[178] = v279;
-  out[179] = LANES_OF(0.0);
-  out[180] = LANES_OF(0.0);
-  out[181] = LANES_OF(0.0);
+  const lanes v277 = v90 * v74, v278 = v63 * v101, v279 = v277 - v278;
+  out[178] = v279; out[179] = LANES_OF(0.0); out[180] = LANES_OF(0.0); out[181] = LANES_OF(0.0);
   out[182] = v69;
-  const lanes v280 = v1 * v96;
-  const lanes v281 = -v280;
+  const lanes v280 = v1 * v96, v281 = -v280;
   out[183] = v281;
-  const lanes v282 = v2 * v69;
-  const lanes v283 = v53 * v96;
-  const lanes v284 = v282 - v283;
+  const lanes v282 = v2 * v69, v283 = v53 * v96, v284 = v282 - v283;
   out[184] = v284;
-  const lanes v285 = v63 * v96;
-  const lanes v286 = v90 * v69;
-  const lanes v287 = v285 - v286;
+  const lanes v285 = v63 * v96, v286 = v90 * v69, v287 = v285 - v286;
   out[185] = v287;
-  const lanes v288 = v101 * v69;
-  const lanes v289 = v74 * v96;
-  const lanes v290 = v288 - v289;
-  out[186] = v290;
-  out[187] = LANES_OF(0.0);
-  out[188] = LANES_OF(0.0);
-  const lanes v291 = v4 * v74;
-  const lanes v292 = v5 * v78;
-  const lanes v293 = v291 - v292;
+  const lanes v288 = v101 * v69, v289 = v74 * v96, v290 = v288 - v289;
+  out[186] = v290; out[187] = LANES_OF(0.0); out[188] = LANES_OF(0.0);
+  const lanes v291 = v4 * v74, v292 = v5 * v78, v293 = v291 - v292;
   out[189] = v293;
-  const lanes v294 = v4 * v101;
-  const lanes v295 = v5 * v105;
-  const lanes v296 = v294 - v295;
-  const lanes v297 = v1 * v296;
-  const lanes v298 = -v297;
+  const lanes v294 = v4 * v101, v295 = v5 * v105, v296 = v294 - v295, v297 = v1 * v296,
+      v298 = -v297;
   out[190] = v298;
-  const lanes v299 = v2 * v293;
-  const lanes v300 = v53 * v296;
-  const lanes v301 = v299 - v300;
+  const lanes v299 = v2 * v293, v300 = v53 * v296, v301 = v299 - v300;
   out[191] = v301;
-  const lanes v302 = v63 * v296;
-  const lanes v303 = v90 * v293;
-  const lanes v304 = v302 - v303;
+  const lanes v302 = v63 * v296, v303 = v90 * v293, v304 = v302 - v303;
   out[192] = v304;
-  const lanes v305 = v101 * v293;
-  const lanes v306 = v74 * v296;
-  const lanes v307 = v305 - v306;
+  const lanes v305 = v101 * v293, v306 = v74 * v296, v307 = v305 - v306;
   out[193] = v307;
-  const lanes v308 = v69 * v296;
-  const lanes v309 = v96 * v293;
-  const lanes v310 = v308 - v309;
-  out[194] = v310;
-  out[195] = LANES_OF(0.0);
-  out[196] = LANES_OF(0.0);
-  out[197] = LANES_OF(0.0);
-  out[198] = LANES_OF(0.0);
-  out[199] = LANES_OF(0.0);
-  out[200] = LANES_OF(0.0);
-  out[201] = LANES_OF(0.0);
-  out[202] = LANES_OF(0.0);
+  const lanes v308 = v69 * v296, v309 = v96 * v293, v310 = v308 - v309;
+  out[194] = v310; out[195] = LANES_OF(0.0); out[196] = LANES_OF(0.0); out[197] = LANES_OF(0.0);
+  out[198] = LANES_OF(0.0); out[199] = LANES_OF(0.0); out[200] = LANES_OF(0.0);
+  out[201] = LANES_OF(0.0); out[202] = LANES_OF(0.0);
   const lanes v311 = -v12;
-  out[203] = v311;
-  out[204] = LANES_OF(0.0);
-  out[205] = LANES_OF(0.0);
-  out[206] = LANES_OF(0.0);
-  out[207] = LANES_OF(0.0);
-  out[208] = LANES_OF(0.0);
-  out[209] = LANES_OF(0.0);
-  out[210] = v150;
-  out[211] = v49;
-  out[212] = LANES_OF(0.0);
-  out[213] = LANES_OF(0.0);
-  out[214] = LANES_OF(0.0);
-  out[215] = LANES_OF(0.0);
-  out[216] = LANES_OF(0.0);
-  out[217] = v163;
-  const lanes v312 = v12 * v90;
-  const lanes v313 = -v312;
+  out[203] = v311; out[204] = LANES_OF(0.0); out[205] = LANES_OF(0.0); out[206] = LANES_OF(0.0);
+  out[207] = LANES_OF(0.0); out[208] = LANES_OF(0.0); out[209] = LANES_OF(0.0); out[210] = v150;
+  out[211] = v49; out[212] = LANES_OF(0.0); out[213] = LANES_OF(0.0); out[214] = LANES_OF(0.0);
+  out[215] = LANES_OF(0.0); out[216] = LANES_OF(0.0); out[217] = v163;
+  const lanes v312 = v12 * v90, v313 = -v312;
   out[218] = v313;
-  const lanes v314 = v150 * v90;
-  const lanes v315 = v163 * v2;
-  const lanes v316 = v314 + v315;
-  out[219] = v316;
-  out[220] = LANES_OF(0.0);
-  out[221] = LANES_OF(0.0);
-  out[222] = LANES_OF(0.0);
-  out[223] = LANES_OF(0.0);
-  out[224] = v170;
+  const lanes v314 = v150 * v90, v315 = v163 * v2, v316 = v314 + v315;
+  out[219] = v316; out[220] = LANES_OF(0.0); out[221] = LANES_OF(0.0); out[222] = LANES_OF(0.0);
+  out[223] = LANES_OF(0.0); out[224] = v170;
   const lanes v317 = v12 * v101;
   out[225] = v317;
-  const lanes v318 = v170 * v2;
-  const lanes v319 = v150 * v101;
-  const lanes v320 = v318 - v319;
+  const lanes v318 = v170 * v2, v319 = v150 * v101, v320 = v318 - v319;
   out[226] = v320;
-  const lanes v321 = v163 * v101;
-  const lanes v322 = v90 * v170;
-  const lanes v323 = v321 + v322;
-  const lanes v324 = -v323;
-  out[227] = v324;
-  out[228] = LANES_OF(0.0);
-  out[229] = LANES_OF(0.0);
-  out[230] = LANES_OF(0.0);
+  const lanes v321 = v163 * v101, v322 = v90 * v170, v323 = v321 + v322, v324 = -v323;
+  out[227] = v324; out[228] = LANES_OF(0.0); out[229] = LANES_OF(0.0); out[230] = LANES_OF(0.0);
   out[231] = v165;
-  const lanes v325 = v12 * v96;
-  const lanes v326 = -v325;
+  const lanes v325 = v12 * v96, v326 = -v325;
   out[232] = v326;
-  const lanes v327 = v150 * v96;
-  const lanes v328 = v2 * v165;
-  const lanes v329 = v327 + v328;
+  const lanes v327 = v150 * v96, v328 = v2 * v165, v329 = v327 + v328;
   out[233] = v329;
-  const lanes v330 = v163 * v96;
-  const lanes v331 = v90 * v165;
-  const lanes v332 = v330 - v331;
+  const lanes v330 = v163 * v96, v331 = v90 * v165, v332 = v330 - v331;
   out[234] = v332;
-  const lanes v333 = v170 * v96;
-  const lanes v334 = v101 * v165;
-  const lanes v335 = v333 + v334;
-  out[235] = v335;
-  out[236] = LANES_OF(0.0);
-  out[237] = LANES_OF(0.0);
-  const lanes v336 = v4 * v170;
-  const lanes v337 = v5 * v174;
-  const lanes v338 = v336 - v337;
-  const lanes v339 = -v338;
+  const lanes v333 = v170 * v96, v334 = v101 * v165, v335 = v333 + v334;
+  out[235] = v335; out[236] = LANES_OF(0.0); out[237] = LANES_OF(0.0);
+  const lanes v336 = v4 * v170, v337 = v5 * v174, v338 = v336 - v337, v339 = -v338;
   out[238] = v339;
-  const lanes v340 = v12 * v296;
-  const lanes v341 = -v340;
+  const lanes v340 = v12 * v296, v341 = -v340;
   out[239] = v341;
-  const lanes v342 = v150 * v296;
-  const lanes v343 = v2 * v338;
-  const lanes v344 = v342 - v343;
+  const lanes v342 = v150 * v296, v343 = v2 * v338, v344 = v342 - v343;
   out[240] = v344;
-  const lanes v345 = v163 * v296;
-  const lanes v346 = v90 * v338;
-  const lanes v347 = v345 + v346;
+  const lanes v345 = v163 * v296, v346 = v90 * v338, v347 = v345 + v346;
   out[241] = v347;
-  const lanes v348 = v170 * v296;
-  const lanes v349 = v101 * v338;
-  const lanes v350 = v348 - v349;
+  const lanes v348 = v170 * v296, v349 = v101 * v338, v350 = v348 - v349;
   out[242] = v350;
-  const lanes v351 = v165 * v296;
-  const lanes v352 = v96 * v338;
-  const lanes v353 = v351 + v352;
-  out[243] = v353;
-  out[244] = LANES_OF(0.0);
-  out[245] = LANES_OF(0.0);
-  out[246] = LANES_OF(0.0);
-  out[247] = LANES_OF(0.0);
-  out[248] = LANES_OF(0.0);
-  out[249] = LANES_OF(0.0);
-  out[250] = LANES_OF(0.0);
-  out[251] = LANES_OF(0.0);
-  out[252] = LANES_OF(0.0);
-  out[253] = LANES_OF(0.0);
-  out[254] = LANES_OF(0.0);
-  out[255] = LANES_OF(0.0);
-  out[256] = LANES_OF(0.0);
-  out[257] = LANES_OF(0.0);
-  out[258] = LANES_OF(0.0);
+  const lanes v351 = v165 * v296, v352 = v96 * v338, v353 = v351 + v352;
+  out[243] = v353; out[244] = LANES_OF(0.0); out[245] = LANES_OF(0.0); out[246] = LANES_OF(0.0);
+  out[247] = LANES_OF(0.0); out[248] = LANES_OF(0.0); out[249] = LANES_OF(0.0);
+  out[250] = LANES_OF(0.0); out[251] = LANES_OF(0.0); out[252] = LANES_OF(0.0);
+  out[253] = LANES_OF(0.0); out[254] = LANES_OF(0.0); out[255] = LANES_OF(0.0);
+  out[256] = LANES_OF(0.0); out[257] = LANES_OF(0.0); out[258] = LANES_OF(0.0);
   out[259] = LANES_OF(0.0);
-  const lanes v354 = v1 * v150;
-  const lanes v355 = v53 * v12;
-  const lanes v356 = v354 + v355;
-  const lanes v357 = -v356;
-  out[260] = v357;
-  out[261] = LANES_OF(0.0);
-  out[262] = LANES_OF(0.0);
-  out[263] = LANES_OF(0.0);
-  out[264] = LANES_OF(0.0);
-  out[265] = LANES_OF(0.0);
-  out[266] = LANES_OF(0.0);
-  const lanes v358 = v12 * v63;
-  const lanes v359 = v1 * v163;
-  const lanes v360 = v358 - v359;
+  const lanes v354 = v1 * v150, v355 = v53 * v12, v356 = v354 + v355, v357 = -v356;
+  out[260] = v357; out[261] = LANES_OF(0.0); out[262] = LANES_OF(0.0); out[263] = LANES_OF(0.0);
+  out[264] = LANES_OF(0.0); out[265] = LANES_OF(0.0); out[266] = LANES_OF(0.0);
+  const lanes v358 = v12 * v63, v359 = v1 * v163, v360 = v358 - v359;
   out[267] = v360;
-  const lanes v361 = v150 * v63;
-  const lanes v362 = v53 * v163;
-  const lanes v363 = v361 + v362;
-  const lanes v364 = -v363;
-  out[268] = v364;
-  out[269] = LANES_OF(0.0);
-  out[270] = LANES_OF(0.0);
-  out[271] = LANES_OF(0.0);
-  out[272] = LANES_OF(0.0);
-  out[273] = LANES_OF(0.0);
-  const lanes v365 = v1 * v170;
-  const lanes v366 = v12 * v74;
-  const lanes v367 = v365 + v366;
-  const lanes v368 = -v367;
+  const lanes v361 = v150 * v63, v362 = v53 * v163, v363 = v361 + v362, v364 = -v363;
+  out[268] = v364; out[269] = LANES_OF(0.0); out[270] = LANES_OF(0.0); out[271] = LANES_OF(0.0);
+  out[272] = LANES_OF(0.0); out[273] = LANES_OF(0.0);
+  const lanes v365 = v1 * v170, v366 = v12 * v74, v367 = v365 + v366, v368 = -v367;
   out[274] = v368;
-  const lanes v369 = v150 * v74;
-  const lanes v370 = v53 * v170;
-  const lanes v371 = v369 - v370;
+  const lanes v369 = v150 * v74, v370 = v53 * v170, v371 = v369 - v370;
   out[275] = v371;
-  const lanes v372 = v163 * v74;
-  const lanes v373 = v63 * v170;
-  const lanes v374 = v372 + v373;
-  out[276] = v374;
-  out[277] = LANES_OF(0.0);
-  out[278] = LANES_OF(0.0);
-  out[279] = LANES_OF(0.0);
+  const lanes v372 = v163 * v74, v373 = v63 * v170, v374 = v372 + v373;
+  out[276] = v374; out[277] = LANES_OF(0.0); out[278] = LANES_OF(0.0); out[279] = LANES_OF(0.0);
   out[280] = LANES_OF(0.0);
-  const lanes v375 = v12 * v69;
-  const lanes v376 = v1 * v165;
-  const lanes v377 = v375 - v376;
+  const lanes v375 = v12 * v69, v376 = v1 * v165, v377 = v375 - v376;
   out[281] = v377;
-  const lanes v378 = v150 * v69;
-  const lanes v379 = v53 * v165;
-  const lanes v380 = v378 + v379;
-  const lanes v381 = -v380;
+  const lanes v378 = v150 * v69, v379 = v53 * v165, v380 = v378 + v379, v381 = -v380;
   out[282] = v381;
-  const lanes v382 = v63 * v165;
-  const lanes v383 = v163 * v69;
-  const lanes v384 = v382 - v383;
+  const lanes v382 = v63 * v165, v383 = v163 * v69, v384 = v382 - v383;
   out[283] = v384;
-  const lanes v385 = v170 * v69;
-  const lanes v386 = v74 * v165;
-  const lanes v387 = v385 + v386;
-  const lanes v388 = -v387;
-  out[284] = v388;
-  out[285] = LANES_OF(0.0);
-  out[286] = LANES_OF(0.0);
-  out[287] = LANES_OF(0.0);
-  const lanes v389 = v1 * v338;
-  const lanes v390 = v12 * v293;
-  const lanes v391 = v389 + v390;
+  const lanes v385 = v170 * v69, v386 = v74 * v165, v387 = v385 + v386, v388 = -v387;
+  out[284] = v388; out[285] = LANES_OF(0.0); out[286] = LANES_OF(0.0); out[287] = LANES_OF(0.0);
+  const lanes v389 = v1 * v338, v390 = v12 * v293, v391 = v389 + v390;
   out[288] = v391;
-  const lanes v392 = v53 * v338;
-  const lanes v393 = v150 * v293;
-  const lanes v394 = v392 - v393;
+  const lanes v392 = v53 * v338, v393 = v150 * v293, v394 = v392 - v393;
   out[289] = v394;
-  const lanes v395 = v163 * v293;
-  const lanes v396 = v63 * v338;
-  const lanes v397 = v395 + v396;
-  const lanes v398 = -v397;
+  const lanes v395 = v163 * v293, v396 = v63 * v338, v397 = v395 + v396, v398 = -v397;
   out[290] = v398;
-  const lanes v399 = v74 * v338;
-  const lanes v400 = v170 * v293;
-  const lanes v401 = v399 - v400;
+  const lanes v399 = v74 * v338, v400 = v170 * v293, v401 = v399 - v400;
   out[291] = v401;
-  const lanes v402 = v165 * v293;
-  const lanes v403 = v69 * v338;
-  const lanes v404 = v402 + v403;
-  const lanes v405 = -v404;
-  out[292] = v405;
-  out[293] = LANES_OF(0.0);
+  const lanes v402 = v165 * v293, v403 = v69 * v338, v404 = v402 + v403, v405 = -v404;
+  out[292] = v405; out[293] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(panda_twist_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  lanes v1, v10; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v10);
-  lanes v5, v2; LANES_NAME(lanes_cos_sin)(&q_1, &v5, &v2);
-  lanes v3, v9; LANES_NAME(lanes_cos_sin)(&q_2, &v3, &v9);
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v4, &v6);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_4, &v7, &v8);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_0, &v11, &v12);
-  const lanes v13 = 0.333 * v2;
-  const lanes v14 = v13 * v3;
-  const lanes v15 = v14 - 0.0825;
-  const lanes v16 = v15 * v4;
-  const lanes v17 = 0.333 * v5;
-  const lanes v18 = v17 + 0.316;
-  const lanes v19 = v18 * v6;
-  const lanes v20 = v16 - v19;
-  const lanes v21 = v20 + 0.0825;
-  const lanes v22 = v21 * v7;
-  const lanes v23 = v13 * v9;
-  const lanes v24 = v8 * v23;
-  const lanes v25 = v22 - v24;
-  const lanes v26 = v1 * v25;
-  const lanes v27 = v18 * v4;
-  const lanes v28 = v15 * v6;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = v29 + 0.384;
-  const lanes v31 = v30 * v10;
-  const lanes v32 = v26 - v31;
-  const lanes v33 = v32 - 0.088;
-  const lanes v34 = v11 * v2;
-  const lanes v35 = v34 * v6;
-  const lanes v36 = v11 * v5;
-  const lanes v37 = v36 * v3;
-  const lanes v38 = v12 * v9;
-  const lanes v39 = v37 - v38;
-  const lanes v40 = v39 * v4;
-  const lanes v41 = v35 + v40;
-  const lanes v42 = v8 * v41;
-  const lanes v43 = v36 * v9;
-  const lanes v44 = v12 * v3;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = v45 * v7;
-  const lanes v47 = v42 + v46;
-  const lanes v48 = v33 * v47;
-  const lanes v49 = v8 * v21;
-  const lanes v50 = v23 * v7;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v41 * v7;
-  const lanes v53 = v8 * v45;
-  const lanes v54 = v52 - v53;
-  const lanes v55 = v1 * v54;
-  const lanes v56 = v34 * v4;
-  const lanes v57 = v39 * v6;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = v10 * v58;
-  const lanes v60 = v55 + v59;
-  const lanes v61 = v51 * v60;
-  const lanes v62 = v48 - v61;
-  const lanes v63 = v62 * qd_6;
-  const lanes v64 = v30 * v54;
-  const lanes v65 = v25 * v58;
-  const lanes v66 = v64 + v65;
-  const lanes v67 = v66 * qd_5;
-  const lanes v68 = v23 * v41;
-  const lanes v69 = v21 * v45;
-  const lanes v70 = v68 - v69;
-  const lanes v71 = v70 * qd_4;
-  const lanes v72 = v18 * v39;
-  const lanes v73 = v15 * v34;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v74 * qd_3;
-  const lanes v76 = 0.333 * v11;
-  const lanes v77 = v76 * qd_1;
-  const lanes v78 = v13 * v12;
-  const lanes v79 = v78 * qd_2;
-  const lanes v80 = v77 + v79;
-  const lanes v81 = v75 - v80;
-  const lanes v82 = v71 + v81;
-  const lanes v83 = v67 + v82;
-  const lanes v84 = v63 + v83;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12],
+      qd_6 = in[13];
+  LANES_COS_SIN(v1, v10, q_5); LANES_COS_SIN(v5, v2, q_1); LANES_COS_SIN(v3, v9, q_2);
+  LANES_COS_SIN(v4, v6, q_3); LANES_COS_SIN(v7, v8, q_4); LANES_COS_SIN(v11, v12, q_0);
+  const lanes v13 = 0.333 * v2, v14 = v13 * v3, v15 = v14 - 0.0825, v16 = v15 * v4,
+      v17 = 0.333 * v5, v18 = v17 + 0.316, v19 = v18 * v6, v20 = v16 - v19, v21 = v20 + 0.0825,
+      v22 = v21 * v7, v23 = v13 * v9, v24 = v8 * v23, v25 = v22 - v24, v26 = v1 * v25,
+      v27 = v18 * v4, v28 = v15 * v6, v29 = v27 + v28, v30 = v29 + 0.384, v31 = v30 * v10,
+      v32 = v26 - v31, v33 = v32 - 0.088, v34 = v11 * v2, v35 = v34 * v6, v36 = v11 * v5,
+      v37 = v36 * v3, v38 = v12 * v9, v39 = v37 - v38, v40 = v39 * v4, v41 = v35 + v40,
+      v42 = v8 * v41, v43 = v36 * v9, v44 = v12 * v3, v45 = v43 + v44, v46 = v45 * v7,
+      v47 = v42 + v46, v48 = v33 * v47, v49 = v8 * v21, v50 = v23 * v7, v51 = v49 + v50,
+      v52 = v41 * v7, v53 = v8 * v45, v54 = v52 - v53, v55 = v1 * v54, v56 = v34 * v4,
+      v57 = v39 * v6, v58 = v56 - v57, v59 = v10 * v58, v60 = v55 + v59, v61 = v51 * v60,
+      v62 = v48 - v61, v63 = v62 * qd_6, v64 = v30 * v54, v65 = v25 * v58, v66 = v64 + v65,
+      v67 = v66 * qd_5, v68 = v23 * v41, v69 = v21 * v45, v70 = v68 - v69, v71 = v70 * qd_4,
+      v72 = v18 * v39, v73 = v15 * v34, v74 = v72 + v73, v75 = v74 * qd_3, v76 = 0.333 * v11,
+      v77 = v76 * qd_1, v78 = v13 * v12, v79 = v78 * qd_2, v80 = v77 + v79, v81 = v75 - v80,
+      v82 = v71 + v81, v83 = v67 + v82, v84 = v63 + v83;
   out[0] = v84;
-  const lanes v85 = v11 * v3;
-  const lanes v86 = v12 * v5;
-  const lanes v87 = v86 * v9;
-  const lanes v88 = v85 - v87;
-  const lanes v89 = v8 * v88;
-  const lanes v90 = v12 * v2;
-  const lanes v91 = v90 * v6;
-  const lanes v92 = v11 * v9;
-  const lanes v93 = v86 * v3;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = v94 * v4;
-  const lanes v96 = v91 + v95;
-  const lanes v97 = v96 * v7;
-  const lanes v98 = v89 + v97;
-  const lanes v99 = v30 * v98;
-  const lanes v100 = v90 * v4;
-  const lanes v101 = v94 * v6;
-  const lanes v102 = v100 - v101;
-  const lanes v103 = v25 * v102;
-  const lanes v104 = v99 + v103;
-  const lanes v105 = v104 * qd_5;
-  const lanes v106 = v23 * v96;
-  const lanes v107 = v21 * v88;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = v108 * qd_4;
-  const lanes v110 = v18 * v94;
-  const lanes v111 = v15 * v90;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = v112 * qd_3;
-  const lanes v114 = v11 * v13;
-  const lanes v115 = v114 * qd_2;
-  const lanes v116 = 0.333 * v12;
-  const lanes v117 = v116 * qd_1;
-  const lanes v118 = v115 - v117;
-  const lanes v119 = v113 + v118;
-  const lanes v120 = v109 + v119;
-  const lanes v121 = v105 + v120;
-  const lanes v122 = v1 * v98;
-  const lanes v123 = v10 * v102;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = v51 * v124;
-  const lanes v126 = v88 * v7;
-  const lanes v127 = v8 * v96;
-  const lanes v128 = v126 - v127;
-  const lanes v129 = v33 * v128;
-  const lanes v130 = v125 + v129;
-  const lanes v131 = v130 * qd_6;
-  const lanes v132 = v121 - v131;
+  const lanes v85 = v11 * v3, v86 = v12 * v5, v87 = v86 * v9, v88 = v85 - v87, v89 = v8 * v88,
+      v90 = v12 * v2, v91 = v90 * v6, v92 = v11 * v9, v93 = v86 * v3, v94 = v92 + v93,
+      v95 = v94 * v4, v96 = v91 + v95, v97 = v96 * v7, v98 = v89 + v97, v99 = v30 * v98,
+      v100 = v90 * v4, v101 = v94 * v6, v102 = v100 - v101, v103 = v25 * v102, v104 = v99 + v103,
+      v105 = v104 * qd_5, v106 = v23 * v96, v107 = v21 * v88, v108 = v106 + v107,
+      v109 = v108 * qd_4, v110 = v18 * v94, v111 = v15 * v90, v112 = v110 + v111,
+      v113 = v112 * qd_3, v114 = v11 * v13, v115 = v114 * qd_2, v116 = 0.333 * v12,
+      v117 = v116 * qd_1, v118 = v115 - v117, v119 = v113 + v118, v120 = v109 + v119,
+      v121 = v105 + v120, v122 = v1 * v98, v123 = v10 * v102, v124 = v122 + v123, v125 = v51 * v124,
+      v126 = v88 * v7, v127 = v8 * v96, v128 = v126 - v127, v129 = v33 * v128, v130 = v125 + v129,
+      v131 = v130 * qd_6, v132 = v121 - v131;
   out[1] = v132;
-  const lanes v133 = v2 * v9;
-  const lanes v134 = v8 * v133;
-  const lanes v135 = v5 * v6;
-  const lanes v136 = v2 * v3;
-  const lanes v137 = v136 * v4;
-  const lanes v138 = v135 - v137;
-  const lanes v139 = v138 * v7;
-  const lanes v140 = v134 + v139;
-  const lanes v141 = v30 * v140;
-  const lanes v142 = v136 * v6;
-  const lanes v143 = v5 * v4;
-  const lanes v144 = v142 + v143;
-  const lanes v145 = v25 * v144;
-  const lanes v146 = v141 + v145;
-  const lanes v147 = v146 * qd_5;
-  const lanes v148 = v15 * v5;
-  const lanes v149 = v18 * v136;
-  const lanes v150 = v148 - v149;
-  const lanes v151 = v150 * qd_3;
-  const lanes v152 = v23 * v138;
-  const lanes v153 = v21 * v133;
-  const lanes v154 = v152 + v153;
-  const lanes v155 = v154 * qd_4;
-  const lanes v156 = v151 + v155;
-  const lanes v157 = v147 + v156;
-  const lanes v158 = v1 * v140;
-  const lanes v159 = v10 * v144;
-  const lanes v160 = v158 + v159;
-  const lanes v161 = v51 * v160;
-  const lanes v162 = v133 * v7;
-  const lanes v163 = v8 * v138;
-  const lanes v164 = v162 - v163;
-  const lanes v165 = v33 * v164;
-  const lanes v166 = v161 + v165;
-  const lanes v167 = v166 * qd_6;
-  const lanes v168 = v157 - v167;
+  const lanes v133 = v2 * v9, v134 = v8 * v133, v135 = v5 * v6, v136 = v2 * v3, v137 = v136 * v4,
+      v138 = v135 - v137, v139 = v138 * v7, v140 = v134 + v139, v141 = v30 * v140, v142 = v136 * v6,
+      v143 = v5 * v4, v144 = v142 + v143, v145 = v25 * v144, v146 = v141 + v145, v147 = v146 * qd_5,
+      v148 = v15 * v5, v149 = v18 * v136, v150 = v148 - v149, v151 = v150 * qd_3, v152 = v23 * v138,
+      v153 = v21 * v133, v154 = v152 + v153, v155 = v154 * qd_4, v156 = v151 + v155,
+      v157 = v147 + v156, v158 = v1 * v140, v159 = v10 * v144, v160 = v158 + v159,
+      v161 = v51 * v160, v162 = v133 * v7, v163 = v8 * v138, v164 = v162 - v163, v165 = v33 * v164,
+      v166 = v161 + v165, v167 = v166 * qd_6, v168 = v157 - v167;
   out[2] = v168;
-  const lanes v169 = v47 * qd_5;
-  const lanes v170 = v58 * qd_4;
-  const lanes v171 = v45 * qd_3;
-  const lanes v172 = v34 * qd_2;
-  const lanes v173 = v12 * qd_1;
-  const lanes v174 = v172 - v173;
-  const lanes v175 = v171 + v174;
-  const lanes v176 = v170 + v175;
-  const lanes v177 = v169 + v176;
-  const lanes v178 = v1 * v58;
-  const lanes v179 = v10 * v54;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v180 * qd_6;
-  const lanes v182 = v177 - v181;
+  const lanes v169 = v47 * qd_5, v170 = v58 * qd_4, v171 = v45 * qd_3, v172 = v34 * qd_2,
+      v173 = v12 * qd_1, v174 = v172 - v173, v175 = v171 + v174, v176 = v170 + v175,
+      v177 = v169 + v176, v178 = v1 * v58, v179 = v10 * v54, v180 = v178 - v179, v181 = v180 * qd_6,
+      v182 = v177 - v181;
   out[3] = v182;
-  const lanes v183 = v102 * qd_4;
-  const lanes v184 = v11 * qd_1;
-  const lanes v185 = v90 * qd_2;
-  const lanes v186 = v184 + v185;
-  const lanes v187 = v88 * qd_3;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = v183 + v188;
-  const lanes v190 = v128 * qd_5;
-  const lanes v191 = v189 - v190;
-  const lanes v192 = v1 * v102;
-  const lanes v193 = v10 * v98;
-  const lanes v194 = v192 - v193;
-  const lanes v195 = v194 * qd_6;
-  const lanes v196 = v191 - v195;
+  const lanes v183 = v102 * qd_4, v184 = v11 * qd_1, v185 = v90 * qd_2, v186 = v184 + v185,
+      v187 = v88 * qd_3, v188 = v186 - v187, v189 = v183 + v188, v190 = v128 * qd_5,
+      v191 = v189 - v190, v192 = v1 * v102, v193 = v10 * v98, v194 = v192 - v193,
+      v195 = v194 * qd_6, v196 = v191 - v195;
   out[4] = v196;
-  const lanes v197 = v144 * qd_4;
-  const lanes v198 = v5 * qd_2;
-  const lanes v199 = v198 + qd_0;
-  const lanes v200 = v133 * qd_3;
-  const lanes v201 = v199 - v200;
-  const lanes v202 = v197 + v201;
-  const lanes v203 = v164 * qd_5;
-  const lanes v204 = v202 - v203;
-  const lanes v205 = v1 * v144;
-  const lanes v206 = v10 * v140;
-  const lanes v207 = v205 - v206;
-  const lanes v208 = v207 * qd_6;
-  const lanes v209 = v204 - v208;
+  const lanes v197 = v144 * qd_4, v198 = v5 * qd_2, v199 = v198 + qd_0, v200 = v133 * qd_3,
+      v201 = v199 - v200, v202 = v197 + v201, v203 = v164 * qd_5, v204 = v202 - v203,
+      v205 = v1 * v144, v206 = v10 * v140, v207 = v205 - v206, v208 = v207 * qd_6,
+      v209 = v204 - v208;
   out[5] = v209;
 }
 
 static LANES_TARGET void LANES_NAME(panda_twist_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  const lanes v1 = q_6 + 0.7853981633974483;
-  lanes v3, v2; LANES_NAME(lanes_cos_sin)(&v1, &v3, &v2);
-  lanes v4, v5; LANES_NAME(lanes_cos_sin)(&q_5, &v4, &v5);
-  lanes v6, v9; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v9);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_4, &v7, &v8);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_2, &v10, &v11);
-  lanes v12, v15; LANES_NAME(lanes_cos_sin)(&q_0, &v12, &v15);
-  lanes v14, v13; LANES_NAME(lanes_cos_sin)(&q_1, &v14, &v13);
-  const lanes v16 = 0.107 * v2;
-  const lanes v17 = v16 * qd_5;
-  const lanes v18 = 0.088 * v4;
-  const lanes v19 = 0.107 * v5;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = v3 * v20;
-  const lanes v22 = v21 * qd_4;
-  const lanes v23 = v5 * v2;
-  const lanes v24 = v23 * v6;
-  const lanes v25 = v4 * v2;
-  const lanes v26 = v25 * v7;
-  const lanes v27 = v8 * v3;
-  const lanes v28 = v26 - v27;
-  const lanes v29 = v28 * v9;
-  const lanes v30 = v24 + v29;
-  const lanes v31 = v20 * v7;
-  const lanes v32 = v31 - 0.0825;
-  const lanes v33 = v32 * v6;
-  const lanes v34 = 0.088 * v5;
-  const lanes v35 = 0.107 * v4;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = v36 + 0.384;
-  const lanes v38 = v37 * v9;
-  const lanes v39 = v33 - v38;
-  const lanes v40 = v30 * v39;
-  const lanes v41 = v28 * v6;
-  const lanes v42 = v23 * v9;
-  const lanes v43 = v41 - v42;
-  const lanes v44 = v32 * v9;
-  const lanes v45 = v37 * v6;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = v43 * v46;
-  const lanes v48 = v40 - v47;
-  const lanes v49 = v48 * qd_3;
-  const lanes v50 = v8 * v25;
-  const lanes v51 = v3 * v7;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = v52 * v10;
-  const lanes v54 = v43 * v11;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = v39 + 0.0825;
-  const lanes v57 = v10 * v56;
-  const lanes v58 = v8 * v20;
-  const lanes v59 = v58 * v11;
-  const lanes v60 = v57 - v59;
-  const lanes v61 = v55 * v60;
-  const lanes v62 = v43 * v10;
-  const lanes v63 = v52 * v11;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v10 * v58;
-  const lanes v66 = v56 * v11;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v64 * v67;
-  const lanes v69 = v61 - v68;
-  const lanes v70 = v69 * qd_2;
-  const lanes v71 = v12 * v55;
-  const lanes v72 = v30 * v13;
-  const lanes v73 = v64 * v14;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v74 * v15;
-  const lanes v76 = v71 + v75;
-  const lanes v77 = v14 * v60;
-  const lanes v78 = v46 + 0.316;
-  const lanes v79 = v13 * v78;
-  const lanes v80 = v77 + v79;
-  const lanes v81 = v12 * v80;
-  const lanes v82 = v15 * v67;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v76 * v83;
-  const lanes v85 = v12 * v74;
-  const lanes v86 = v55 * v15;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v12 * v67;
-  const lanes v89 = v15 * v80;
-  const lanes v90 = v88 + v89;
-  const lanes v91 = v87 * v90;
-  const lanes v92 = v84 - v91;
-  const lanes v93 = v92 * qd_0;
-  const lanes v94 = v64 * v13;
-  const lanes v95 = v30 * v14;
-  const lanes v96 = v94 - v95;
-  const lanes v97 = v96 * v80;
-  const lanes v98 = v13 * v60;
-  const lanes v99 = v14 * v78;
-  const lanes v100 = v98 - v99;
-  const lanes v101 = v74 * v100;
-  const lanes v102 = v97 - v101;
-  const lanes v103 = v102 * qd_1;
-  const lanes v104 = v93 + v103;
-  const lanes v105 = v70 + v104;
-  const lanes v106 = v49 + v105;
-  const lanes v107 = v22 + v106;
-  const lanes v108 = v17 + v107;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11],
+      qd_5 = in[12], qd_6 = in[13], v1 = q_6 + 0.7853981633974483;
+  LANES_COS_SIN(v3, v2, v1); LANES_COS_SIN(v4, v5, q_5); LANES_COS_SIN(v6, v9, q_3);
+  LANES_COS_SIN(v7, v8, q_4); LANES_COS_SIN(v10, v11, q_2); LANES_COS_SIN(v12, v15, q_0);
+  LANES_COS_SIN(v14, v13, q_1);
+  const lanes v16 = 0.107 * v2, v17 = v16 * qd_5, v18 = 0.088 * v4, v19 = 0.107 * v5,
+      v20 = v18 + v19, v21 = v3 * v20, v22 = v21 * qd_4, v23 = v5 * v2, v24 = v23 * v6,
+      v25 = v4 * v2, v26 = v25 * v7, v27 = v8 * v3, v28 = v26 - v27, v29 = v28 * v9,
+      v30 = v24 + v29, v31 = v20 * v7, v32 = v31 - 0.0825, v33 = v32 * v6, v34 = 0.088 * v5,
+      v35 = 0.107 * v4, v36 = v34 - v35, v37 = v36 + 0.384, v38 = v37 * v9, v39 = v33 - v38,
+      v40 = v30 * v39, v41 = v28 * v6, v42 = v23 * v9, v43 = v41 - v42, v44 = v32 * v9,
+      v45 = v37 * v6, v46 = v44 + v45, v47 = v43 * v46, v48 = v40 - v47, v49 = v48 * qd_3,
+      v50 = v8 * v25, v51 = v3 * v7, v52 = v50 + v51, v53 = v52 * v10, v54 = v43 * v11,
+      v55 = v53 + v54, v56 = v39 + 0.0825, v57 = v10 * v56, v58 = v8 * v20, v59 = v58 * v11,
+      v60 = v57 - v59, v61 = v55 * v60, v62 = v43 * v10, v63 = v52 * v11, v64 = v62 - v63,
+      v65 = v10 * v58, v66 = v56 * v11, v67 = v65 + v66, v68 = v64 * v67, v69 = v61 - v68,
+      v70 = v69 * qd_2, v71 = v12 * v55, v72 = v30 * v13, v73 = v64 * v14, v74 = v72 + v73,
+      v75 = v74 * v15, v76 = v71 + v75, v77 = v14 * v60, v78 = v46 + 0.316, v79 = v13 * v78,
+      v80 = v77 + v79, v81 = v12 * v80, v82 = v15 * v67, v83 = v81 - v82, v84 = v76 * v83,
+      v85 = v12 * v74, v86 = v55 * v15, v87 = v85 - v86, v88 = v12 * v67, v89 = v15 * v80,
+      v90 = v88 + v89, v91 = v87 * v90, v92 = v84 - v91, v93 = v92 * qd_0, v94 = v64 * v13,
+      v95 = v30 * v14, v96 = v94 - v95, v97 = v96 * v80, v98 = v13 * v60, v99 = v14 * v78,
+      v100 = v98 - v99, v101 = v74 * v100, v102 = v97 - v101, v103 = v102 * qd_1, v104 = v93 + v103,
+      v105 = v70 + v104, v106 = v49 + v105, v107 = v22 + v106, v108 = v17 + v107;
   out[0] = v108;
-  const lanes v109 = 0.107 * v3;
-  const lanes v110 = v109 * qd_5;
-  const lanes v111 = v5 * v3;
-  const lanes v112 = v111 * v6;
-  const lanes v113 = v8 * v2;
-  const lanes v114 = v4 * v3;
-  const lanes v115 = v114 * v7;
-  const lanes v116 = v113 + v115;
-  const lanes v117 = v116 * v9;
-  const lanes v118 = v112 + v117;
-  const lanes v119 = v118 * v39;
-  const lanes v120 = v116 * v6;
-  const lanes v121 = v111 * v9;
-  const lanes v122 = v120 - v121;
-  const lanes v123 = v122 * v46;
-  const lanes v124 = v119 - v123;
-  const lanes v125 = v124 * qd_3;
-  const lanes v126 = v8 * v114;
-  const lanes v127 = v2 * v7;
-  const lanes v128 = v126 - v127;
-  const lanes v129 = v128 * v10;
-  const lanes v130 = v122 * v11;
-  const lanes v131 = v129 + v130;
-  const lanes v132 = v131 * v60;
-  const lanes v133 = v122 * v10;
-  const lanes v134 = v128 * v11;
-  const lanes v135 = v133 - v134;
-  const lanes v136 = v135 * v67;
-  const lanes v137 = v132 - v136;
-  const lanes v138 = v137 * qd_2;
-  const lanes v139 = v12 * v131;
-  const lanes v140 = v118 * v13;
-  const lanes v141 = v135 * v14;
-  const lanes v142 = v140 + v141;
-  const lanes v143 = v142 * v15;
-  const lanes v144 = v139 + v143;
-  const lanes v145 = v144 * v83;
-  const lanes v146 = v12 * v142;
-  const lanes v147 = v131 * v15;
-  const lanes v148 = v146 - v147;
-  const lanes v149 = v148 * v90;
-  const lanes v150 = v145 - v149;
-  const lanes v151 = v150 * qd_0;
-  const lanes v152 = v135 * v13;
-  const lanes v153 = v118 * v14;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 * v80;
-  const lanes v156 = v142 * v100;
-  const lanes v157 = v155 - v156;
-  const lanes v158 = v157 * qd_1;
-  const lanes v159 = v151 + v158;
-  const lanes v160 = v138 + v159;
-  const lanes v161 = v125 + v160;
-  const lanes v162 = v2 * v20;
-  const lanes v163 = v162 * qd_4;
-  const lanes v164 = v161 - v163;
-  const lanes v165 = v110 + v164;
+  const lanes v109 = 0.107 * v3, v110 = v109 * qd_5, v111 = v5 * v3, v112 = v111 * v6,
+      v113 = v8 * v2, v114 = v4 * v3, v115 = v114 * v7, v116 = v113 + v115, v117 = v116 * v9,
+      v118 = v112 + v117, v119 = v118 * v39, v120 = v116 * v6, v121 = v111 * v9, v122 = v120 - v121,
+      v123 = v122 * v46, v124 = v119 - v123, v125 = v124 * qd_3, v126 = v8 * v114, v127 = v2 * v7,
+      v128 = v126 - v127, v129 = v128 * v10, v130 = v122 * v11, v131 = v129 + v130,
+      v132 = v131 * v60, v133 = v122 * v10, v134 = v128 * v11, v135 = v133 - v134,
+      v136 = v135 * v67, v137 = v132 - v136, v138 = v137 * qd_2, v139 = v12 * v131,
+      v140 = v118 * v13, v141 = v135 * v14, v142 = v140 + v141, v143 = v142 * v15,
+      v144 = v139 + v143, v145 = v144 * v83, v146 = v12 * v142, v147 = v131 * v15,
+      v148 = v146 - v147, v149 = v148 * v90, v150 = v145 - v149, v151 = v150 * qd_0,
+      v152 = v135 * v13, v153 = v118 * v14, v154 = v152 - v153, v155 = v154 * v80,
+      v156 = v142 * v100, v157 = v155 - v156, v158 = v157 * qd_1, v159 = v151 + v158,
+      v160 = v138 + v159, v161 = v125 + v160, v162 = v2 * v20, v163 = v162 * qd_4,
+      v164 = v161 - v163, v165 = v110 + v164;
   out[1] = v165;
-  const lanes v166 = v5 * v7;
-  const lanes v167 = v166 * v9;
-  const lanes v168 = v4 * v6;
-  const lanes v169 = v167 - v168;
-  const lanes v170 = v169 * v39;
-  const lanes v171 = v4 * v9;
-  const lanes v172 = v166 * v6;
-  const lanes v173 = v171 + v172;
-  const lanes v174 = v173 * v46;
-  const lanes v175 = v170 - v174;
-  const lanes v176 = v175 * qd_3;
-  const lanes v177 = v8 * v5;
-  const lanes v178 = v177 * v10;
-  const lanes v179 = v173 * v11;
-  const lanes v180 = v178 + v179;
-  const lanes v181 = v180 * v60;
-  const lanes v182 = v173 * v10;
-  const lanes v183 = v177 * v11;
-  const lanes v184 = v182 - v183;
-  const lanes v185 = v184 * v67;
-  const lanes v186 = v181 - v185;
-  const lanes v187 = v186 * qd_2;
-  const lanes v188 = v12 * v180;
-  const lanes v189 = v169 * v13;
-  const lanes v190 = v184 * v14;
-  const lanes v191 = v189 + v190;
-  const lanes v192 = v191 * v15;
-  const lanes v193 = v188 + v192;
-  const lanes v194 = v193 * v83;
-  const lanes v195 = v12 * v191;
-  const lanes v196 = v180 * v15;
-  const lanes v197 = v195 - v196;
-  const lanes v198 = v197 * v90;
-  const lanes v199 = v194 - v198;
-  const lanes v200 = v199 * qd_0;
-  const lanes v201 = v184 * v13;
-  const lanes v202 = v169 * v14;
-  const lanes v203 = v201 - v202;
-  const lanes v204 = v203 * v80;
-  const lanes v205 = v191 * v100;
-  const lanes v206 = v204 - v205;
-  const lanes v207 = v206 * qd_1;
-  const lanes v208 = v200 + v207;
-  const lanes v209 = v187 + v208;
-  const lanes v210 = v176 + v209;
-  const lanes v211 = 0.088 * qd_5;
-  const lanes v212 = v210 - v211;
+  const lanes v166 = v5 * v7, v167 = v166 * v9, v168 = v4 * v6, v169 = v167 - v168,
+      v170 = v169 * v39, v171 = v4 * v9, v172 = v166 * v6, v173 = v171 + v172, v174 = v173 * v46,
+      v175 = v170 - v174, v176 = v175 * qd_3, v177 = v8 * v5, v178 = v177 * v10, v179 = v173 * v11,
+      v180 = v178 + v179, v181 = v180 * v60, v182 = v173 * v10, v183 = v177 * v11,
+      v184 = v182 - v183, v185 = v184 * v67, v186 = v181 - v185, v187 = v186 * qd_2,
+      v188 = v12 * v180, v189 = v169 * v13, v190 = v184 * v14, v191 = v189 + v190,
+      v192 = v191 * v15, v193 = v188 + v192, v194 = v193 * v83, v195 = v12 * v191,
+      v196 = v180 * v15, v197 = v195 - v196, v198 = v197 * v90, v199 = v194 - v198,
+      v200 = v199 * qd_0, v201 = v184 * v13, v202 = v169 * v14, v203 = v201 - v202,
+      v204 = v203 * v80, v205 = v191 * v100, v206 = v204 - v205, v207 = v206 * qd_1,
+      v208 = v200 + v207, v209 = v187 + v208, v210 = v176 + v209, v211 = 0.088 * qd_5,
+      v212 = v210 - v211;
   out[2] = v212;
-  const lanes v213 = v23 * qd_4;
-  const lanes v214 = v30 * qd_2;
-  const lanes v215 = v55 * qd_1;
-  const lanes v216 = v96 * qd_0;
-  const lanes v217 = v215 - v216;
-  const lanes v218 = v214 + v217;
-  const lanes v219 = v52 * qd_3;
-  const lanes v220 = v218 - v219;
-  const lanes v221 = v213 + v220;
-  const lanes v222 = v3 * qd_5;
-  const lanes v223 = v221 - v222;
+  const lanes v213 = v23 * qd_4, v214 = v30 * qd_2, v215 = v55 * qd_1, v216 = v96 * qd_0,
+      v217 = v215 - v216, v218 = v214 + v217, v219 = v52 * qd_3, v220 = v218 - v219,
+      v221 = v213 + v220, v222 = v3 * qd_5, v223 = v221 - v222;
   out[3] = v223;
-  const lanes v224 = v2 * qd_5;
-  const lanes v225 = v111 * qd_4;
-  const lanes v226 = v118 * qd_2;
-  const lanes v227 = v131 * qd_1;
-  const lanes v228 = v154 * qd_0;
-  const lanes v229 = v227 - v228;
-  const lanes v230 = v226 + v229;
-  const lanes v231 = v128 * qd_3;
-  const lanes v232 = v230 - v231;
-  const lanes v233 = v225 + v232;
-  const lanes v234 = v224 + v233;
+  const lanes v224 = v2 * qd_5, v225 = v111 * qd_4, v226 = v118 * qd_2, v227 = v131 * qd_1,
+      v228 = v154 * qd_0, v229 = v227 - v228, v230 = v226 + v229, v231 = v128 * qd_3,
+      v232 = v230 - v231, v233 = v225 + v232, v234 = v224 + v233;
   out[4] = v234;
-  const lanes v235 = v169 * qd_2;
-  const lanes v236 = v180 * qd_1;
-  const lanes v237 = v203 * qd_0;
-  const lanes v238 = v236 - v237;
-  const lanes v239 = v235 + v238;
-  const lanes v240 = v177 * qd_3;
-  const lanes v241 = v239 - v240;
-  const lanes v242 = v4 * qd_4;
-  const lanes v243 = v241 - v242;
-  const lanes v244 = v243 + qd_6;
+  const lanes v235 = v169 * qd_2, v236 = v180 * qd_1, v237 = v203 * qd_0, v238 = v236 - v237,
+      v239 = v235 + v238, v240 = v177 * qd_3, v241 = v239 - v240, v242 = v4 * qd_4,
+      v243 = v241 - v242, v244 = v243 + qd_6;
   out[5] = v244;
 }
 
 static LANES_TARGET void LANES_NAME(panda_twist_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  lanes v1, v6; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v6);
-  lanes v4, v2; LANES_NAME(lanes_cos_sin)(&q_1, &v4, &v2);
-  lanes v3, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v3, &v8);
-  lanes v5, v7; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v7);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&q_5, &v9, &v10);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_4, &v11, &v12);
-  const lanes v13 = v1 * v2;
-  const lanes v14 = v13 * v3;
-  const lanes v15 = v1 * v4;
-  const lanes v16 = v15 * v5;
-  const lanes v17 = v6 * v7;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 * v8;
-  const lanes v20 = v14 - v19;
-  const lanes v21 = 0.088 * v9;
-  const lanes v22 = 0.107 * v10;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = v20 * v23;
-  const lanes v25 = v13 * v8;
-  const lanes v26 = v18 * v3;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = v27 * v11;
-  const lanes v29 = v15 * v7;
-  const lanes v30 = v6 * v5;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v12 * v31;
-  const lanes v33 = v28 - v32;
-  const lanes v34 = 0.088 * v10;
-  const lanes v35 = 0.107 * v9;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = v33 * v36;
-  const lanes v38 = v24 - v37;
-  const lanes v39 = v38 * qd_5;
-  const lanes v40 = v23 * v11;
-  const lanes v41 = v40 - 0.0825;
-  const lanes v42 = v41 * v3;
-  const lanes v43 = v36 + 0.384;
-  const lanes v44 = v43 * v8;
-  const lanes v45 = v42 - v44;
-  const lanes v46 = v13 * v45;
-  const lanes v47 = v41 * v8;
-  const lanes v48 = v43 * v3;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = v18 * v49;
-  const lanes v51 = v46 - v50;
-  const lanes v52 = v51 * qd_3;
-  const lanes v53 = v12 * v23;
-  const lanes v54 = v5 * v53;
-  const lanes v55 = v45 + 0.0825;
-  const lanes v56 = v55 * v7;
-  const lanes v57 = v54 + v56;
-  const lanes v58 = v15 * v57;
-  const lanes v59 = v5 * v55;
-  const lanes v60 = v53 * v7;
-  const lanes v61 = v59 - v60;
-  const lanes v62 = v6 * v61;
-  const lanes v63 = v58 + v62;
-  const lanes v64 = v63 * qd_2;
-  const lanes v65 = v1 * v57;
-  const lanes v66 = v4 * v61;
-  const lanes v67 = v49 + 0.316;
-  const lanes v68 = v2 * v67;
-  const lanes v69 = v66 + v68;
-  const lanes v70 = v6 * v69;
-  const lanes v71 = v65 + v70;
-  const lanes v72 = v71 * qd_0;
-  const lanes v73 = v2 * v61;
-  const lanes v74 = v4 * v67;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v1 * v75;
-  const lanes v77 = v76 * qd_1;
-  const lanes v78 = v72 + v77;
-  const lanes v79 = v64 + v78;
-  const lanes v80 = v52 - v79;
-  const lanes v81 = v12 * v27;
-  const lanes v82 = v31 * v11;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = v83 * v23;
-  const lanes v85 = v84 * qd_4;
-  const lanes v86 = v80 - v85;
-  const lanes v87 = v39 + v86;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12],
+      qd_6 = in[13];
+  LANES_COS_SIN(v1, v6, q_0); LANES_COS_SIN(v4, v2, q_1); LANES_COS_SIN(v3, v8, q_3);
+  LANES_COS_SIN(v5, v7, q_2); LANES_COS_SIN(v9, v10, q_5); LANES_COS_SIN(v11, v12, q_4);
+  const lanes v13 = v1 * v2, v14 = v13 * v3, v15 = v1 * v4, v16 = v15 * v5, v17 = v6 * v7,
+      v18 = v16 - v17, v19 = v18 * v8, v20 = v14 - v19, v21 = 0.088 * v9, v22 = 0.107 * v10,
+      v23 = v21 + v22, v24 = v20 * v23, v25 = v13 * v8, v26 = v18 * v3, v27 = v25 + v26,
+      v28 = v27 * v11, v29 = v15 * v7, v30 = v6 * v5, v31 = v29 + v30, v32 = v12 * v31,
+      v33 = v28 - v32, v34 = 0.088 * v10, v35 = 0.107 * v9, v36 = v34 - v35, v37 = v33 * v36,
+      v38 = v24 - v37, v39 = v38 * qd_5, v40 = v23 * v11, v41 = v40 - 0.0825, v42 = v41 * v3,
+      v43 = v36 + 0.384, v44 = v43 * v8, v45 = v42 - v44, v46 = v13 * v45, v47 = v41 * v8,
+      v48 = v43 * v3, v49 = v47 + v48, v50 = v18 * v49, v51 = v46 - v50, v52 = v51 * qd_3,
+      v53 = v12 * v23, v54 = v5 * v53, v55 = v45 + 0.0825, v56 = v55 * v7, v57 = v54 + v56,
+      v58 = v15 * v57, v59 = v5 * v55, v60 = v53 * v7, v61 = v59 - v60, v62 = v6 * v61,
+      v63 = v58 + v62, v64 = v63 * qd_2, v65 = v1 * v57, v66 = v4 * v61, v67 = v49 + 0.316,
+      v68 = v2 * v67, v69 = v66 + v68, v70 = v6 * v69, v71 = v65 + v70, v72 = v71 * qd_0,
+      v73 = v2 * v61, v74 = v4 * v67, v75 = v73 - v74, v76 = v1 * v75, v77 = v76 * qd_1,
+      v78 = v72 + v77, v79 = v64 + v78, v80 = v52 - v79, v81 = v12 * v27, v82 = v31 * v11,
+      v83 = v81 + v82, v84 = v83 * v23, v85 = v84 * qd_4, v86 = v80 - v85, v87 = v39 + v86;
   out[0] = v87;
-  const lanes v88 = v6 * v2;
-  const lanes v89 = v88 * v3;
-  const lanes v90 = v1 * v7;
-  const lanes v91 = v6 * v4;
-  const lanes v92 = v91 * v5;
-  const lanes v93 = v90 + v92;
-  const lanes v94 = v93 * v8;
-  const lanes v95 = v89 - v94;
-  const lanes v96 = v95 * v23;
-  const lanes v97 = v1 * v5;
-  const lanes v98 = v91 * v7;
-  const lanes v99 = v97 - v98;
-  const lanes v100 = v12 * v99;
-  const lanes v101 = v88 * v8;
-  const lanes v102 = v93 * v3;
-  const lanes v103 = v101 + v102;
-  const lanes v104 = v103 * v11;
-  const lanes v105 = v100 + v104;
-  const lanes v106 = v105 * v36;
-  const lanes v107 = v96 - v106;
-  const lanes v108 = v107 * qd_5;
-  const lanes v109 = v99 * v11;
-  const lanes v110 = v12 * v103;
-  const lanes v111 = v109 - v110;
-  const lanes v112 = v111 * v23;
-  const lanes v113 = v112 * qd_4;
-  const lanes v114 = v88 * v45;
-  const lanes v115 = v93 * v49;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v116 * qd_3;
-  const lanes v118 = v1 * v61;
-  const lanes v119 = v91 * v57;
-  const lanes v120 = v118 - v119;
-  const lanes v121 = v120 * qd_2;
-  const lanes v122 = v1 * v69;
-  const lanes v123 = v6 * v57;
-  const lanes v124 = v122 - v123;
-  const lanes v125 = v124 * qd_0;
-  const lanes v126 = v6 * v75;
-  const lanes v127 = v126 * qd_1;
-  const lanes v128 = v125 - v127;
-  const lanes v129 = v121 + v128;
-  const lanes v130 = v117 + v129;
-  const lanes v131 = v113 + v130;
-  const lanes v132 = v108 + v131;
+  const lanes v88 = v6 * v2, v89 = v88 * v3, v90 = v1 * v7, v91 = v6 * v4, v92 = v91 * v5,
+      v93 = v90 + v92, v94 = v93 * v8, v95 = v89 - v94, v96 = v95 * v23, v97 = v1 * v5,
+      v98 = v91 * v7, v99 = v97 - v98, v100 = v12 * v99, v101 = v88 * v8, v102 = v93 * v3,
+      v103 = v101 + v102, v104 = v103 * v11, v105 = v100 + v104, v106 = v105 * v36,
+      v107 = v96 - v106, v108 = v107 * qd_5, v109 = v99 * v11, v110 = v12 * v103,
+      v111 = v109 - v110, v112 = v111 * v23, v113 = v112 * qd_4, v114 = v88 * v45, v115 = v93 * v49,
+      v116 = v114 - v115, v117 = v116 * qd_3, v118 = v1 * v61, v119 = v91 * v57, v120 = v118 - v119,
+      v121 = v120 * qd_2, v122 = v1 * v69, v123 = v6 * v57, v124 = v122 - v123, v125 = v124 * qd_0,
+      v126 = v6 * v75, v127 = v126 * qd_1, v128 = v125 - v127, v129 = v121 + v128,
+      v130 = v117 + v129, v131 = v113 + v130, v132 = v108 + v131;
   out[1] = v132;
-  const lanes v133 = v2 * v5;
-  const lanes v134 = v133 * v8;
-  const lanes v135 = v4 * v3;
-  const lanes v136 = v134 + v135;
-  const lanes v137 = v136 * v23;
-  const lanes v138 = v2 * v7;
-  const lanes v139 = v12 * v138;
-  const lanes v140 = v4 * v8;
-  const lanes v141 = v133 * v3;
-  const lanes v142 = v140 - v141;
-  const lanes v143 = v142 * v11;
-  const lanes v144 = v139 + v143;
-  const lanes v145 = v144 * v36;
-  const lanes v146 = v137 - v145;
-  const lanes v147 = v146 * qd_5;
-  const lanes v148 = v138 * v11;
-  const lanes v149 = v12 * v142;
-  const lanes v150 = v148 - v149;
-  const lanes v151 = v150 * v23;
-  const lanes v152 = v151 * qd_4;
-  const lanes v153 = v133 * v49;
-  const lanes v154 = v4 * v45;
-  const lanes v155 = v153 + v154;
-  const lanes v156 = v155 * qd_3;
-  const lanes v157 = v2 * v57;
-  const lanes v158 = v157 * qd_2;
-  const lanes v159 = v69 * qd_1;
-  const lanes v160 = v158 - v159;
-  const lanes v161 = v156 + v160;
-  const lanes v162 = v152 + v161;
-  const lanes v163 = v147 + v162;
+  const lanes v133 = v2 * v5, v134 = v133 * v8, v135 = v4 * v3, v136 = v134 + v135,
+      v137 = v136 * v23, v138 = v2 * v7, v139 = v12 * v138, v140 = v4 * v8, v141 = v133 * v3,
+      v142 = v140 - v141, v143 = v142 * v11, v144 = v139 + v143, v145 = v144 * v36,
+      v146 = v137 - v145, v147 = v146 * qd_5, v148 = v138 * v11, v149 = v12 * v142,
+      v150 = v148 - v149, v151 = v150 * v23, v152 = v151 * qd_4, v153 = v133 * v49, v154 = v4 * v45,
+      v155 = v153 + v154, v156 = v155 * qd_3, v157 = v2 * v57, v158 = v157 * qd_2,
+      v159 = v69 * qd_1, v160 = v158 - v159, v161 = v156 + v160, v162 = v152 + v161,
+      v163 = v147 + v162;
   out[2] = v163;
-  const lanes v164 = v83 * qd_5;
-  const lanes v165 = v20 * qd_4;
-  const lanes v166 = v31 * qd_3;
-  const lanes v167 = v13 * qd_2;
-  const lanes v168 = v6 * qd_1;
-  const lanes v169 = v167 - v168;
-  const lanes v170 = v166 + v169;
-  const lanes v171 = v165 + v170;
-  const lanes v172 = v164 + v171;
-  const lanes v173 = v9 * v20;
-  const lanes v174 = v10 * v33;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 * qd_6;
-  const lanes v177 = v172 - v176;
+  const lanes v164 = v83 * qd_5, v165 = v20 * qd_4, v166 = v31 * qd_3, v167 = v13 * qd_2,
+      v168 = v6 * qd_1, v169 = v167 - v168, v170 = v166 + v169, v171 = v165 + v170,
+      v172 = v164 + v171, v173 = v9 * v20, v174 = v10 * v33, v175 = v173 - v174, v176 = v175 * qd_6,
+      v177 = v172 - v176;
   out[3] = v177;
-  const lanes v178 = v95 * qd_4;
-  const lanes v179 = v1 * qd_1;
-  const lanes v180 = v88 * qd_2;
-  const lanes v181 = v179 + v180;
-  const lanes v182 = v99 * qd_3;
-  const lanes v183 = v181 - v182;
-  const lanes v184 = v178 + v183;
-  const lanes v185 = v111 * qd_5;
-  const lanes v186 = v184 - v185;
-  const lanes v187 = v9 * v95;
-  const lanes v188 = v10 * v105;
-  const lanes v189 = v187 - v188;
-  const lanes v190 = v189 * qd_6;
-  const lanes v191 = v186 - v190;
+  const lanes v178 = v95 * qd_4, v179 = v1 * qd_1, v180 = v88 * qd_2, v181 = v179 + v180,
+      v182 = v99 * qd_3, v183 = v181 - v182, v184 = v178 + v183, v185 = v111 * qd_5,
+      v186 = v184 - v185, v187 = v9 * v95, v188 = v10 * v105, v189 = v187 - v188,
+      v190 = v189 * qd_6, v191 = v186 - v190;
   out[4] = v191;
-  const lanes v192 = v136 * qd_4;
-  const lanes v193 = v4 * qd_2;
-  const lanes v194 = v193 + qd_0;
-  const lanes v195 = v138 * qd_3;
-  const lanes v196 = v194 - v195;
-  const lanes v197 = v192 + v196;
-  const lanes v198 = v150 * qd_5;
-  const lanes v199 = v197 - v198;
-  const lanes v200 = v9 * v136;
-  const lanes v201 = v10 * v144;
-  const lanes v202 = v200 - v201;
-  const lanes v203 = v202 * qd_6;
-  const lanes v204 = v199 - v203;
+  const lanes v192 = v136 * qd_4, v193 = v4 * qd_2, v194 = v193 + qd_0, v195 = v138 * qd_3,
+      v196 = v194 - v195, v197 = v192 + v196, v198 = v150 * qd_5, v199 = v197 - v198,
+      v200 = v9 * v136, v201 = v10 * v144, v202 = v200 - v201, v203 = v202 * qd_6,
+      v204 = v199 - v203;
   out[5] = v204;
 }
 
 static LANES_TARGET void LANES_NAME(panda_acceleration_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  const lanes qdd_0 = in[14];
-  const lanes qdd_1 = in[15];
-  const lanes qdd_2 = in[16];
-  const lanes qdd_3 = in[17];
-  const lanes qdd_4 = in[18];
-  const lanes qdd_5 = in[19];
-  const lanes qdd_6 = in[20];
-  lanes v1, v10; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v10);
-  lanes v5, v2; LANES_NAME(lanes_cos_sin)(&q_1, &v5, &v2);
-  lanes v3, v9; LANES_NAME(lanes_cos_sin)(&q_2, &v3, &v9);
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v4, &v6);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_4, &v7, &v8);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_0, &v11, &v12);
-  const lanes v13 = 0.333 * v2;
-  const lanes v14 = v13 * v3;
-  const lanes v15 = v14 - 0.0825;
-  const lanes v16 = v15 * v4;
-  const lanes v17 = 0.333 * v5;
-  const lanes v18 = v17 + 0.316;
-  const lanes v19 = v18 * v6;
-  const lanes v20 = v16 - v19;
-  const lanes v21 = v20 + 0.0825;
-  const lanes v22 = v21 * v7;
-  const lanes v23 = v13 * v9;
-  const lanes v24 = v8 * v23;
-  const lanes v25 = v22 - v24;
-  const lanes v26 = v1 * v25;
-  const lanes v27 = v18 * v4;
-  const lanes v28 = v15 * v6;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = v29 + 0.384;
-  const lanes v31 = v30 * v10;
-  const lanes v32 = v26 - v31;
-  const lanes v33 = v32 - 0.088;
-  const lanes v34 = v11 * v2;
-  const lanes v35 = v34 * v6;
-  const lanes v36 = v11 * v5;
-  const lanes v37 = v36 * v3;
-  const lanes v38 = v12 * v9;
-  const lanes v39 = v37 - v38;
-  const lanes v40 = v39 * v4;
-  const lanes v41 = v35 + v40;
-  const lanes v42 = v8 * v41;
-  const lanes v43 = v36 * v9;
-  const lanes v44 = v12 * v3;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = v45 * v7;
-  const lanes v47 = v42 + v46;
-  const lanes v48 = v33 * v47;
-  const lanes v49 = v8 * v21;
-  const lanes v50 = v23 * v7;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v41 * v7;
-  const lanes v53 = v8 * v45;
-  const lanes v54 = v52 - v53;
-  const lanes v55 = v1 * v54;
-  const lanes v56 = v34 * v4;
-  const lanes v57 = v39 * v6;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = v10 * v58;
-  const lanes v60 = v55 + v59;
-  const lanes v61 = v51 * v60;
-  const lanes v62 = v48 - v61;
-  const lanes v63 = v62 * qdd_6;
-  const lanes v64 = v30 * v54;
-  const lanes v65 = v25 * v58;
-  const lanes v66 = v64 + v65;
-  const lanes v67 = v66 * qdd_5;
-  const lanes v68 = v23 * v41;
-  const lanes v69 = v21 * v45;
-  const lanes v70 = v68 - v69;
-  const lanes v71 = v70 * qdd_4;
-  const lanes v72 = v18 * v39;
-  const lanes v73 = v15 * v34;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v74 * qdd_3;
-  const lanes v76 = 0.333 * v11;
-  const lanes v77 = v76 * qdd_1;
-  const lanes v78 = v13 * v12;
-  const lanes v79 = v78 * qdd_2;
-  const lanes v80 = v77 + v79;
-  const lanes v81 = v75 - v80;
-  const lanes v82 = v71 + v81;
-  const lanes v83 = v67 + v82;
-  const lanes v84 = v63 + v83;
-  const lanes v85 = v11 * v3;
-  const lanes v86 = v12 * v5;
-  const lanes v87 = v86 * v9;
-  const lanes v88 = v85 - v87;
-  const lanes v89 = v8 * v88;
-  const lanes v90 = v12 * v2;
-  const lanes v91 = v90 * v6;
-  const lanes v92 = v11 * v9;
-  const lanes v93 = v86 * v3;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = v94 * v4;
-  const lanes v96 = v91 + v95;
-  const lanes v97 = v96 * v7;
-  const lanes v98 = v89 + v97;
-  const lanes v99 = v1 * v98;
-  const lanes v100 = v90 * v4;
-  const lanes v101 = v94 * v6;
-  const lanes v102 = v100 - v101;
-  const lanes v103 = v10 * v102;
-  const lanes v104 = v99 + v103;
-  const lanes v105 = v51 * v104;
-  const lanes v106 = v88 * v7;
-  const lanes v107 = v8 * v96;
-  const lanes v108 = v106 - v107;
-  const lanes v109 = v33 * v108;
-  const lanes v110 = v105 + v109;
-  const lanes v111 = v2 * v3;
-  const lanes v112 = v111 * v6;
-  const lanes v113 = v5 * v4;
-  const lanes v114 = v112 + v113;
-  const lanes v115 = v114 * qd_4;
-  const lanes v116 = v5 * qd_2;
-  const lanes v117 = v116 + qd_0;
-  const lanes v118 = v2 * v9;
-  const lanes v119 = v118 * qd_3;
-  const lanes v120 = v117 - v119;
-  const lanes v121 = v115 + v120;
-  const lanes v122 = v118 * v7;
-  const lanes v123 = v5 * v6;
-  const lanes v124 = v111 * v4;
-  const lanes v125 = v123 - v124;
-  const lanes v126 = v8 * v125;
-  const lanes v127 = v122 - v126;
-  const lanes v128 = v127 * qd_5;
-  const lanes v129 = v121 - v128;
-  const lanes v130 = v110 * v129;
-  const lanes v131 = v8 * v118;
-  const lanes v132 = v125 * v7;
-  const lanes v133 = v131 + v132;
-  const lanes v134 = v1 * v133;
-  const lanes v135 = v10 * v114;
-  const lanes v136 = v134 + v135;
-  const lanes v137 = v51 * v136;
-  const lanes v138 = v33 * v127;
-  const lanes v139 = v137 + v138;
-  const lanes v140 = v102 * qd_4;
-  const lanes v141 = v11 * qd_1;
-  const lanes v142 = v90 * qd_2;
-  const lanes v143 = v141 + v142;
-  const lanes v144 = v88 * qd_3;
-  const lanes v145 = v143 - v144;
-  const lanes v146 = v140 + v145;
-  const lanes v147 = v108 * qd_5;
-  const lanes v148 = v146 - v147;
-  const lanes v149 = v139 * v148;
-  const lanes v150 = v130 - v149;
-  const lanes v151 = v30 * v133;
-  const lanes v152 = v25 * v114;
-  const lanes v153 = v151 + v152;
-  const lanes v154 = v153 * qd_5;
-  const lanes v155 = v15 * v5;
-  const lanes v156 = v18 * v111;
-  const lanes v157 = v155 - v156;
-  const lanes v158 = v157 * qd_3;
-  const lanes v159 = v23 * v125;
-  const lanes v160 = v21 * v118;
-  const lanes v161 = v159 + v160;
-  const lanes v162 = v161 * qd_4;
-  const lanes v163 = v158 + v162;
-  const lanes v164 = v154 + v163;
-  const lanes v165 = v1 * v102;
-  const lanes v166 = v10 * v98;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v164 * v167;
-  const lanes v169 = v30 * v98;
-  const lanes v170 = v25 * v102;
-  const lanes v171 = v169 + v170;
-  const lanes v172 = v171 * qd_5;
-  const lanes v173 = v23 * v96;
-  const lanes v174 = v21 * v88;
-  const lanes v175 = v173 + v174;
-  const lanes v176 = v175 * qd_4;
-  const lanes v177 = v18 * v94;
-  const lanes v178 = v15 * v90;
-  const lanes v179 = v177 + v178;
-  const lanes v180 = v179 * qd_3;
-  const lanes v181 = v11 * v13;
-  const lanes v182 = v181 * qd_2;
-  const lanes v183 = 0.333 * v12;
-  const lanes v184 = v183 * qd_1;
-  const lanes v185 = v182 - v184;
-  const lanes v186 = v180 + v185;
-  const lanes v187 = v176 + v186;
-  const lanes v188 = v172 + v187;
-  const lanes v189 = v1 * v114;
-  const lanes v190 = v10 * v133;
-  const lanes v191 = v189 - v190;
-  const lanes v192 = v188 * v191;
-  const lanes v193 = v168 - v192;
-  const lanes v194 = v150 + v193;
-  const lanes v195 = v194 * qd_6;
-  const lanes v196 = v153 * v146;
-  const lanes v197 = v171 * v121;
-  const lanes v198 = v196 - v197;
-  const lanes v199 = v163 * v108;
-  const lanes v200 = v187 * v127;
-  const lanes v201 = v199 - v200;
-  const lanes v202 = v198 + v201;
-  const lanes v203 = v202 * qd_5;
-  const lanes v204 = v161 * v145;
-  const lanes v205 = v175 * v120;
-  const lanes v206 = v204 - v205;
-  const lanes v207 = v186 * v114;
-  const lanes v208 = v158 * v102;
-  const lanes v209 = v207 - v208;
-  const lanes v210 = v206 + v209;
-  const lanes v211 = v210 * qd_4;
-  const lanes v212 = v157 * v143;
-  const lanes v213 = v179 * v117;
-  const lanes v214 = v212 - v213;
-  const lanes v215 = v185 * v118;
-  const lanes v216 = v214 - v215;
-  const lanes v217 = v216 * qd_3;
-  const lanes v218 = v183 * qd_0;
-  const lanes v219 = v218 * qd_1;
-  const lanes v220 = v181 * qd_0;
-  const lanes v221 = v184 * v5;
-  const lanes v222 = v220 + v221;
-  const lanes v223 = v222 * qd_2;
-  const lanes v224 = v219 - v223;
-  const lanes v225 = v217 + v224;
-  const lanes v226 = v211 + v225;
-  const lanes v227 = v203 + v226;
-  const lanes v228 = v195 + v227;
-  const lanes v229 = v84 + v228;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12],
+      qd_6 = in[13], qdd_0 = in[14], qdd_1 = in[15], qdd_2 = in[16], qdd_3 = in[17], qdd_4 = in[18],
+      qdd_5 = in[19], qdd_6 = in[20];
+  LANES_COS_SIN(v1, v10, q_5); LANES_COS_SIN(v5, v2, q_1); LANES_COS_SIN(v3, v9, q_2);
+  LANES_COS_SIN(v4, v6, q_3); LANES_COS_SIN(v7, v8, q_4); LANES_COS_SIN(v11, v12, q_0);
+  const lanes v13 = 0.333 * v2, v14 = v13 * v3, v15 = v14 - 0.0825, v16 = v15 * v4,
+      v17 = 0.333 * v5, v18 = v17 + 0.316, v19 = v18 * v6, v20 = v16 - v19, v21 = v20 + 0.0825,
+      v22 = v21 * v7, v23 = v13 * v9, v24 = v8 * v23, v25 = v22 - v24, v26 = v1 * v25,
+      v27 = v18 * v4, v28 = v15 * v6, v29 = v27 + v28, v30 = v29 + 0.384, v31 = v30 * v10,
+      v32 = v26 - v31, v33 = v32 - 0.088, v34 = v11 * v2, v35 = v34 * v6, v36 = v11 * v5,
+      v37 = v36 * v3, v38 = v12 * v9, v39 = v37 - v38, v40 = v39 * v4, v41 = v35 + v40,
+      v42 = v8 * v41, v43 = v36 * v9, v44 = v12 * v3, v45 = v43 + v44, v46 = v45 * v7,
+      v47 = v42 + v46, v48 = v33 * v47, v49 = v8 * v21, v50 = v23 * v7, v51 = v49 + v50,
+      v52 = v41 * v7, v53 = v8 * v45, v54 = v52 - v53, v55 = v1 * v54, v56 = v34 * v4,
+      v57 = v39 * v6, v58 = v56 - v57, v59 = v10 * v58, v60 = v55 + v59, v61 = v51 * v60,
+      v62 = v48 - v61, v63 = v62 * qdd_6, v64 = v30 * v54, v65 = v25 * v58, v66 = v64 + v65,
+      v67 = v66 * qdd_5, v68 = v23 * v41, v69 = v21 * v45, v70 = v68 - v69, v71 = v70 * qdd_4,
+      v72 = v18 * v39, v73 = v15 * v34, v74 = v72 + v73, v75 = v74 * qdd_3, v76 = 0.333 * v11,
+      v77 = v76 * qdd_1, v78 = v13 * v12, v79 = v78 * qdd_2, v80 = v77 + v79, v81 = v75 - v80,
+      v82 = v71 + v81, v83 = v67 + v82, v84 = v63 + v83, v85 = v11 * v3, v86 = v12 * v5,
+      v87 = v86 * v9, v88 = v85 - v87, v89 = v8 * v88, v90 = v12 * v2, v91 = v90 * v6,
+      v92 = v11 * v9, v93 = v86 * v3, v94 = v92 + v93, v95 = v94 * v4, v96 = v91 + v95,
+      v97 = v96 * v7, v98 = v89 + v97, v99 = v1 * v98, v100 = v90 * v4, v101 = v94 * v6,
+      v102 = v100 - v101, v103 = v10 * v102, v104 = v99 + v103, v105 = v51 * v104, v106 = v88 * v7,
+      v107 = v8 * v96, v108 = v106 - v107, v109 = v33 * v108, v110 = v105 + v109, v111 = v2 * v3,
+      v112 = v111 * v6, v113 = v5 * v4, v114 = v112 + v113, v115 = v114 * qd_4, v116 = v5 * qd_2,
+      v117 = v116 + qd_0, v118 = v2 * v9, v119 = v118 * qd_3, v120 = v117 - v119,
+      v121 = v115 + v120, v122 = v118 * v7, v123 = v5 * v6, v124 = v111 * v4, v125 = v123 - v124,
+      v126 = v8 * v125, v127 = v122 - v126, v128 = v127 * qd_5, v129 = v121 - v128,
+      v130 = v110 * v129, v131 = v8 * v118, v132 = v125 * v7, v133 = v131 + v132, v134 = v1 * v133,
+      v135 = v10 * v114, v136 = v134 + v135, v137 = v51 * v136, v138 = v33 * v127,
+      v139 = v137 + v138, v140 = v102 * qd_4, v141 = v11 * qd_1, v142 = v90 * qd_2,
+      v143 = v141 + v142, v144 = v88 * qd_3, v145 = v143 - v144, v146 = v140 + v145,
+      v147 = v108 * qd_5, v148 = v146 - v147, v149 = v139 * v148, v150 = v130 - v149,
+      v151 = v30 * v133, v152 = v25 * v114, v153 = v151 + v152, v154 = v153 * qd_5, v155 = v15 * v5,
+      v156 = v18 * v111, v157 = v155 - v156, v158 = v157 * qd_3, v159 = v23 * v125,
+      v160 = v21 * v118, v161 = v159 + v160, v162 = v161 * qd_4, v163 = v158 + v162,
+      v164 = v154 + v163, v165 = v1 * v102, v166 = v10 * v98, v167 = v165 - v166,
+      v168 = v164 * v167, v169 = v30 * v98, v170 = v25 * v102, v171 = v169 + v170,
+      v172 = v171 * qd_5, v173 = v23 * v96, v174 = v21 * v88, v175 = v173 + v174,
+      v176 = v175 * qd_4, v177 = v18 * v94, v178 = v15 * v90, v179 = v177 + v178,
+      v180 = v179 * qd_3, v181 = v11 * v13, v182 = v181 * qd_2, v183 = 0.333 * v12,
+      v184 = v183 * qd_1, v185 = v182 - v184, v186 = v180 + v185, v187 = v176 + v186,
+      v188 = v172 + v187, v189 = v1 * v114, v190 = v10 * v133, v191 = v189 - v190,
+      v192 = v188 * v191, v193 = v168 - v192, v194 = v150 + v193, v195 = v194 * qd_6,
+      v196 = v153 * v146, v197 = v171 * v121, v198 = v196 - v197, v199 = v163 * v108,
+      v200 = v187 * v127, v201 = v199 - v200, v202 = v198 + v201, v203 = v202 * qd_5,
+      v204 = v161 * v145, v205 = v175 * v120, v206 = v204 - v205, v207 = v186 * v114,
+      v208 = v158 * v102, v209 = v207 - v208, v210 = v206 + v209, v211 = v210 * qd_4,
+      v212 = v157 * v143, v213 = v179 * v117, v214 = v212 - v213, v215 = v185 * v118,
+      v216 = v214 - v215, v217 = v216 * qd_3, v218 = v183 * qd_0, v219 = v218 * qd_1,
+      v220 = v181 * qd_0, v221 = v184 * v5, v222 = v220 + v221, v223 = v222 * qd_2,
+      v224 = v219 - v223, v225 = v217 + v224, v226 = v211 + v225, v227 = v203 + v226,
+      v228 = v195 + v227, v229 = v84 + v228;
   out[0] = v229;
-  const lanes v230 = v171 * qdd_5;
-  const lanes v231 = v175 * qdd_4;
-  const lanes v232 = v179 * qdd_3;
-  const lanes v233 = v181 * qdd_2;
-  const lanes v234 = v183 * qdd_1;
-  const lanes v235 = v233 - v234;
-  const lanes v236 = v232 + v235;
-  const lanes v237 = v231 + v236;
-  const lanes v238 = v230 + v237;
-  const lanes v239 = v110 * qdd_6;
-  const lanes v240 = v238 - v239;
-  const lanes v241 = v62 * v129;
-  const lanes v242 = v47 * qd_5;
-  const lanes v243 = v58 * qd_4;
-  const lanes v244 = v45 * qd_3;
-  const lanes v245 = v34 * qd_2;
-  const lanes v246 = v12 * qd_1;
-  const lanes v247 = v245 - v246;
-  const lanes v248 = v244 + v247;
-  const lanes v249 = v243 + v248;
-  const lanes v250 = v242 + v249;
-  const lanes v251 = v139 * v250;
-  const lanes v252 = v241 + v251;
-  const lanes v253 = v66 * qd_5;
-  const lanes v254 = v70 * qd_4;
-  const lanes v255 = v74 * qd_3;
-  const lanes v256 = v76 * qd_1;
-  const lanes v257 = v78 * qd_2;
-  const lanes v258 = v256 + v257;
-  const lanes v259 = v255 - v258;
-  const lanes v260 = v254 + v259;
-  const lanes v261 = v253 + v260;
-  const lanes v262 = v261 * v191;
-  const lanes v263 = v1 * v58;
-  const lanes v264 = v10 * v54;
-  const lanes v265 = v263 - v264;
-  const lanes v266 = v164 * v265;
-  const lanes v267 = v262 - v266;
-  const lanes v268 = v252 + v267;
-  const lanes v269 = v268 * qd_6;
-  const lanes v270 = v66 * v121;
-  const lanes v271 = v153 * v249;
-  const lanes v272 = v270 - v271;
-  const lanes v273 = v260 * v127;
-  const lanes v274 = v163 * v47;
-  const lanes v275 = v273 + v274;
-  const lanes v276 = v272 + v275;
-  const lanes v277 = v276 * qd_5;
-  const lanes v278 = v70 * v120;
-  const lanes v279 = v161 * v248;
-  const lanes v280 = v278 - v279;
-  const lanes v281 = v158 * v58;
-  const lanes v282 = v259 * v114;
-  const lanes v283 = v281 - v282;
-  const lanes v284 = v280 + v283;
-  const lanes v285 = v284 * qd_4;
-  const lanes v286 = v74 * v117;
-  const lanes v287 = v157 * v247;
-  const lanes v288 = v286 - v287;
-  const lanes v289 = v258 * v118;
-  const lanes v290 = v288 - v289;
-  const lanes v291 = v290 * qd_3;
-  const lanes v292 = v256 * v5;
-  const lanes v293 = v78 * qd_0;
-  const lanes v294 = v292 - v293;
-  const lanes v295 = v294 * qd_2;
-  const lanes v296 = v76 * qd_0;
-  const lanes v297 = v296 * qd_1;
-  const lanes v298 = v295 - v297;
-  const lanes v299 = v291 + v298;
-  const lanes v300 = v285 + v299;
-  const lanes v301 = v277 + v300;
-  const lanes v302 = v269 + v301;
-  const lanes v303 = v240 + v302;
+  const lanes v230 = v171 * qdd_5, v231 = v175 * qdd_4, v232 = v179 * qdd_3, v233 = v181 * qdd_2,
+      v234 = v183 * qdd_1, v235 = v233 - v234, v236 = v232 + v235, v237 = v231 + v236,
+      v238 = v230 + v237, v239 = v110 * qdd_6, v240 = v238 - v239, v241 = v62 * v129,
+      v242 = v47 * qd_5, v243 = v58 * qd_4, v244 = v45 * qd_3, v245 = v34 * qd_2, v246 = v12 * qd_1,
+      v247 = v245 - v246, v248 = v244 + v247, v249 = v243 + v248, v250 = v242 + v249,
+      v251 = v139 * v250, v252 = v241 + v251, v253 = v66 * qd_5, v254 = v70 * qd_4,
+      v255 = v74 * qd_3, v256 = v76 * qd_1, v257 = v78 * qd_2, v258 = v256 + v257,
+      v259 = v255 - v258, v260 = v254 + v259, v261 = v253 + v260, v262 = v261 * v191,
+      v263 = v1 * v58, v264 = v10 * v54, v265 = v263 - v264, v266 = v164 * v265, v267 = v262 - v266,
+      v268 = v252 + v267, v269 = v268 * qd_6, v270 = v66 * v121, v271 = v153 * v249,
+      v272 = v270 - v271, v273 = v260 * v127, v274 = v163 * v47, v275 = v273 + v274,
+      v276 = v272 + v275, v277 = v276 * qd_5, v278 = v70 * v120, v279 = v161 * v248,
+      v280 = v278 - v279, v281 = v158 * v58, v282 = v259 * v114, v283 = v281 - v282,
+      v284 = v280 + v283, v285 = v284 * qd_4, v286 = v74 * v117, v287 = v157 * v247,
+      v288 = v286 - v287, v289 = v258 * v118, v290 = v288 - v289, v291 = v290 * qd_3,
+      v292 = v256 * v5, v293 = v78 * qd_0, v294 = v292 - v293, v295 = v294 * qd_2,
+      v296 = v76 * qd_0, v297 = v296 * qd_1, v298 = v295 - v297, v299 = v291 + v298,
+      v300 = v285 + v299, v301 = v277 + v300, v302 = v269 + v301, v303 = v240 + v302;
   out[1] = v303;
-  const lanes v304 = v153 * qdd_5;
-  const lanes v305 = v157 * qdd_3;
-  const lanes v306 = v161 * qdd_4;
-  const lanes v307 = v305 + v306;
-  const lanes v308 = v304 + v307;
-  const lanes v309 = v139 * qdd_6;
-  const lanes v310 = v308 - v309;
-  const lanes v311 = v188 * v265;
-  const lanes v312 = v261 * v167;
-  const lanes v313 = v311 - v312;
-  const lanes v314 = v62 * v148;
-  const lanes v315 = v110 * v250;
-  const lanes v316 = v314 + v315;
-  const lanes v317 = v313 - v316;
-  const lanes v318 = v317 * qd_6;
-  const lanes v319 = v171 * v249;
-  const lanes v320 = v66 * v146;
-  const lanes v321 = v319 - v320;
-  const lanes v322 = v260 * v108;
-  const lanes v323 = v187 * v47;
-  const lanes v324 = v322 + v323;
-  const lanes v325 = v321 - v324;
-  const lanes v326 = v325 * qd_5;
-  const lanes v327 = v175 * v248;
-  const lanes v328 = v70 * v145;
-  const lanes v329 = v327 - v328;
-  const lanes v330 = v259 * v102;
-  const lanes v331 = v186 * v58;
-  const lanes v332 = v330 - v331;
-  const lanes v333 = v329 + v332;
-  const lanes v334 = v333 * qd_4;
-  const lanes v335 = v78 * v141;
-  const lanes v336 = v181 * v246;
-  const lanes v337 = v335 - v336;
-  const lanes v338 = v34 * v184;
-  const lanes v339 = v90 * v256;
-  const lanes v340 = v338 - v339;
-  const lanes v341 = v337 + v340;
-  const lanes v342 = v341 * qd_2;
-  const lanes v343 = v179 * v247;
-  const lanes v344 = v74 * v143;
-  const lanes v345 = v343 - v344;
-  const lanes v346 = v258 * v88;
-  const lanes v347 = v185 * v45;
-  const lanes v348 = v346 - v347;
-  const lanes v349 = v345 + v348;
-  const lanes v350 = v349 * qd_3;
-  const lanes v351 = v342 + v350;
-  const lanes v352 = v334 + v351;
-  const lanes v353 = v326 + v352;
-  const lanes v354 = v318 + v353;
-  const lanes v355 = v310 + v354;
+  const lanes v304 = v153 * qdd_5, v305 = v157 * qdd_3, v306 = v161 * qdd_4, v307 = v305 + v306,
+      v308 = v304 + v307, v309 = v139 * qdd_6, v310 = v308 - v309, v311 = v188 * v265,
+      v312 = v261 * v167, v313 = v311 - v312, v314 = v62 * v148, v315 = v110 * v250,
+      v316 = v314 + v315, v317 = v313 - v316, v318 = v317 * qd_6, v319 = v171 * v249,
+      v320 = v66 * v146, v321 = v319 - v320, v322 = v260 * v108, v323 = v187 * v47,
+      v324 = v322 + v323, v325 = v321 - v324, v326 = v325 * qd_5, v327 = v175 * v248,
+      v328 = v70 * v145, v329 = v327 - v328, v330 = v259 * v102, v331 = v186 * v58,
+      v332 = v330 - v331, v333 = v329 + v332, v334 = v333 * qd_4, v335 = v78 * v141,
+      v336 = v181 * v246, v337 = v335 - v336, v338 = v34 * v184, v339 = v90 * v256,
+      v340 = v338 - v339, v341 = v337 + v340, v342 = v341 * qd_2, v343 = v179 * v247,
+      v344 = v74 * v143, v345 = v343 - v344, v346 = v258 * v88, v347 = v185 * v45,
+      v348 = v346 - v347, v349 = v345 + v348, v350 = v349 * qd_3, v351 = v342 + v350,
+      v352 = v334 + v351, v353 = v326 + v352, v354 = v318 + v353, v355 = v310 + v354;
   out[2] = v355;
-  const lanes v356 = v47 * qdd_5;
-  const lanes v357 = v58 * qdd_4;
-  const lanes v358 = v45 * qdd_3;
-  const lanes v359 = v34 * qdd_2;
-  const lanes v360 = v12 * qdd_1;
-  const lanes v361 = v359 - v360;
-  const lanes v362 = v358 + v361;
-  const lanes v363 = v357 + v362;
-  const lanes v364 = v356 + v363;
-  const lanes v365 = v265 * qdd_6;
-  const lanes v366 = v364 - v365;
-  const lanes v367 = v129 * v167;
-  const lanes v368 = v148 * v191;
-  const lanes v369 = v367 - v368;
-  const lanes v370 = v369 * qd_6;
-  const lanes v371 = v121 * v108;
-  const lanes v372 = v146 * v127;
-  const lanes v373 = v371 - v372;
-  const lanes v374 = v373 * qd_5;
-  const lanes v375 = v145 * v114;
-  const lanes v376 = v120 * v102;
-  const lanes v377 = v375 - v376;
-  const lanes v378 = v377 * qd_4;
-  const lanes v379 = v117 * v88;
-  const lanes v380 = v143 * v118;
-  const lanes v381 = v379 - v380;
-  const lanes v382 = v381 * qd_3;
-  const lanes v383 = v141 * v5;
-  const lanes v384 = v90 * qd_0;
-  const lanes v385 = v383 - v384;
-  const lanes v386 = v385 * qd_2;
-  const lanes v387 = v11 * qd_0;
-  const lanes v388 = v387 * qd_1;
-  const lanes v389 = v386 - v388;
-  const lanes v390 = v382 + v389;
-  const lanes v391 = v378 + v390;
-  const lanes v392 = v374 + v391;
-  const lanes v393 = v370 + v392;
-  const lanes v394 = v366 + v393;
+  const lanes v356 = v47 * qdd_5, v357 = v58 * qdd_4, v358 = v45 * qdd_3, v359 = v34 * qdd_2,
+      v360 = v12 * qdd_1, v361 = v359 - v360, v362 = v358 + v361, v363 = v357 + v362,
+      v364 = v356 + v363, v365 = v265 * qdd_6, v366 = v364 - v365, v367 = v129 * v167,
+      v368 = v148 * v191, v369 = v367 - v368, v370 = v369 * qd_6, v371 = v121 * v108,
+      v372 = v146 * v127, v373 = v371 - v372, v374 = v373 * qd_5, v375 = v145 * v114,
+      v376 = v120 * v102, v377 = v375 - v376, v378 = v377 * qd_4, v379 = v117 * v88,
+      v380 = v143 * v118, v381 = v379 - v380, v382 = v381 * qd_3, v383 = v141 * v5,
+      v384 = v90 * qd_0, v385 = v383 - v384, v386 = v385 * qd_2, v387 = v11 * qd_0,
+      v388 = v387 * qd_1, v389 = v386 - v388, v390 = v382 + v389, v391 = v378 + v390,
+      v392 = v374 + v391, v393 = v370 + v392, v394 = v366 + v393;
   out[3] = v394;
-  const lanes v395 = v102 * qdd_4;
-  const lanes v396 = v11 * qdd_1;
-  const lanes v397 = v90 * qdd_2;
-  const lanes v398 = v396 + v397;
-  const lanes v399 = v88 * qdd_3;
-  const lanes v400 = v398 - v399;
-  const lanes v401 = v395 + v400;
-  const lanes v402 = v108 * qdd_5;
-  const lanes v403 = v401 - v402;
-  const lanes v404 = v167 * qdd_6;
-  const lanes v405 = v403 - v404;
-  const lanes v406 = v250 * v191;
-  const lanes v407 = v129 * v265;
-  const lanes v408 = v406 - v407;
-  const lanes v409 = v408 * qd_6;
-  const lanes v410 = v249 * v127;
-  const lanes v411 = v121 * v47;
-  const lanes v412 = v410 + v411;
-  const lanes v413 = v412 * qd_5;
-  const lanes v414 = v120 * v58;
-  const lanes v415 = v248 * v114;
-  const lanes v416 = v414 - v415;
-  const lanes v417 = v416 * qd_4;
-  const lanes v418 = v45 * v117;
-  const lanes v419 = v247 * v118;
-  const lanes v420 = v418 + v419;
-  const lanes v421 = v420 * qd_3;
-  const lanes v422 = v34 * qd_0;
-  const lanes v423 = v246 * v5;
-  const lanes v424 = v422 + v423;
-  const lanes v425 = v424 * qd_2;
-  const lanes v426 = v12 * qd_0;
-  const lanes v427 = v426 * qd_1;
-  const lanes v428 = v425 - v427;
-  const lanes v429 = v421 + v428;
-  const lanes v430 = v417 + v429;
-  const lanes v431 = v413 + v430;
-  const lanes v432 = v409 + v431;
-  const lanes v433 = v405 + v432;
+  const lanes v395 = v102 * qdd_4, v396 = v11 * qdd_1, v397 = v90 * qdd_2, v398 = v396 + v397,
+      v399 = v88 * qdd_3, v400 = v398 - v399, v401 = v395 + v400, v402 = v108 * qdd_5,
+      v403 = v401 - v402, v404 = v167 * qdd_6, v405 = v403 - v404, v406 = v250 * v191,
+      v407 = v129 * v265, v408 = v406 - v407, v409 = v408 * qd_6, v410 = v249 * v127,
+      v411 = v121 * v47, v412 = v410 + v411, v413 = v412 * qd_5, v414 = v120 * v58,
+      v415 = v248 * v114, v416 = v414 - v415, v417 = v416 * qd_4, v418 = v45 * v117,
+      v419 = v247 * v118, v420 = v418 + v419, v421 = v420 * qd_3, v422 = v34 * qd_0,
+      v423 = v246 * v5, v424 = v422 + v423, v425 = v424 * qd_2, v426 = v12 * qd_0,
+      v427 = v426 * qd_1, v428 = v425 - v427, v429 = v421 + v428, v430 = v417 + v429,
+      v431 = v413 + v430, v432 = v409 + v431, v433 = v405 + v432;
   out[4] = v433;
-  const lanes v434 = v114 * qdd_4;
-  const lanes v435 = v5 * qdd_2;
-  const lanes v436 = v435 + qdd_0;
-  const lanes v437 = v118 * qdd_3;
-  const lanes v438 = v436 - v437;
-  const lanes v439 = v434 + v438;
-  const lanes v440 = v127 * qdd_5;
-  const lanes v441 = v439 - v440;
-  const lanes v442 = v191 * qdd_6;
-  const lanes v443 = v441 - v442;
-  const lanes v444 = v148 * v265;
-  const lanes v445 = v250 * v167;
-  const lanes v446 = v444 - v445;
-  const lanes v447 = v446 * qd_6;
-  const lanes v448 = v248 * v102;
-  const lanes v449 = v145 * v58;
-  const lanes v450 = v448 - v449;
-  const lanes v451 = v450 * qd_4;
-  const lanes v452 = v34 * v141;
-  const lanes v453 = v90 * v246;
-  const lanes v454 = v452 + v453;
-  const lanes v455 = v454 * qd_2;
-  const lanes v456 = v45 * v143;
-  const lanes v457 = v247 * v88;
-  const lanes v458 = v456 + v457;
-  const lanes v459 = v458 * qd_3;
-  const lanes v460 = v455 + v459;
-  const lanes v461 = v451 - v460;
-  const lanes v462 = v249 * v108;
-  const lanes v463 = v146 * v47;
-  const lanes v464 = v462 + v463;
-  const lanes v465 = v464 * qd_5;
-  const lanes v466 = v461 - v465;
-  const lanes v467 = v447 + v466;
-  const lanes v468 = v443 + v467;
+  const lanes v434 = v114 * qdd_4, v435 = v5 * qdd_2, v436 = v435 + qdd_0, v437 = v118 * qdd_3,
+      v438 = v436 - v437, v439 = v434 + v438, v440 = v127 * qdd_5, v441 = v439 - v440,
+      v442 = v191 * qdd_6, v443 = v441 - v442, v444 = v148 * v265, v445 = v250 * v167,
+      v446 = v444 - v445, v447 = v446 * qd_6, v448 = v248 * v102, v449 = v145 * v58,
+      v450 = v448 - v449, v451 = v450 * qd_4, v452 = v34 * v141, v453 = v90 * v246,
+      v454 = v452 + v453, v455 = v454 * qd_2, v456 = v45 * v143, v457 = v247 * v88,
+      v458 = v456 + v457, v459 = v458 * qd_3, v460 = v455 + v459, v461 = v451 - v460,
+      v462 = v249 * v108, v463 = v146 * v47, v464 = v462 + v463, v465 = v464 * qd_5,
+      v466 = v461 - v465, v467 = v447 + v466, v468 = v443 + v467;
   out[5] = v468;
 }
 
 static LANES_TARGET void LANES_NAME(panda_acceleration_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  const lanes qdd_0 = in[14];
-  const lanes qdd_1 = in[15];
-  const lanes qdd_2 = in[16];
-  const lanes qdd_3 = in[17];
-  const lanes qdd_4 = in[18];
-  const lanes qdd_5 = in[19];
-  const lanes qdd_6 = in[20];
-  const lanes v1 = q_6 + 0.7853981633974483;
-  lanes v3, v2; LANES_NAME(lanes_cos_sin)(&v1, &v3, &v2);
-  lanes v4, v5; LANES_NAME(lanes_cos_sin)(&q_5, &v4, &v5);
-  lanes v6, v9; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v9);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_4, &v7, &v8);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_2, &v10, &v11);
-  lanes v12, v15; LANES_NAME(lanes_cos_sin)(&q_0, &v12, &v15);
-  lanes v14, v13; LANES_NAME(lanes_cos_sin)(&q_1, &v14, &v13);
-  const lanes v16 = 0.107 * v2;
-  const lanes v17 = v16 * qdd_5;
-  const lanes v18 = 0.088 * v4;
-  const lanes v19 = 0.107 * v5;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = v3 * v20;
-  const lanes v22 = v21 * qdd_4;
-  const lanes v23 = v5 * v2;
-  const lanes v24 = v23 * v6;
-  const lanes v25 = v4 * v2;
-  const lanes v26 = v25 * v7;
-  const lanes v27 = v8 * v3;
-  const lanes v28 = v26 - v27;
-  const lanes v29 = v28 * v9;
-  const lanes v30 = v24 + v29;
-  const lanes v31 = v20 * v7;
-  const lanes v32 = v31 - 0.0825;
-  const lanes v33 = v32 * v6;
-  const lanes v34 = 0.088 * v5;
-  const lanes v35 = 0.107 * v4;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = v36 + 0.384;
-  const lanes v38 = v37 * v9;
-  const lanes v39 = v33 - v38;
-  const lanes v40 = v30 * v39;
-  const lanes v41 = v28 * v6;
-  const lanes v42 = v23 * v9;
-  const lanes v43 = v41 - v42;
-  const lanes v44 = v32 * v9;
-  const lanes v45 = v37 * v6;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = v43 * v46;
-  const lanes v48 = v40 - v47;
-  const lanes v49 = v48 * qdd_3;
-  const lanes v50 = v8 * v25;
-  const lanes v51 = v3 * v7;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = v52 * v10;
-  const lanes v54 = v43 * v11;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = v39 + 0.0825;
-  const lanes v57 = v10 * v56;
-  const lanes v58 = v8 * v20;
-  const lanes v59 = v58 * v11;
-  const lanes v60 = v57 - v59;
-  const lanes v61 = v55 * v60;
-  const lanes v62 = v43 * v10;
-  const lanes v63 = v52 * v11;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v10 * v58;
-  const lanes v66 = v56 * v11;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v64 * v67;
-  const lanes v69 = v61 - v68;
-  const lanes v70 = v69 * qdd_2;
-  const lanes v71 = v12 * v55;
-  const lanes v72 = v30 * v13;
-  const lanes v73 = v64 * v14;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v74 * v15;
-  const lanes v76 = v71 + v75;
-  const lanes v77 = v14 * v60;
-  const lanes v78 = v46 + 0.316;
-  const lanes v79 = v13 * v78;
-  const lanes v80 = v77 + v79;
-  const lanes v81 = v12 * v80;
-  const lanes v82 = v15 * v67;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v76 * v83;
-  const lanes v85 = v12 * v74;
-  const lanes v86 = v55 * v15;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v12 * v67;
-  const lanes v89 = v15 * v80;
-  const lanes v90 = v88 + v89;
-  const lanes v91 = v87 * v90;
-  const lanes v92 = v84 - v91;
-  const lanes v93 = v92 * qdd_0;
-  const lanes v94 = v64 * v13;
-  const lanes v95 = v30 * v14;
-  const lanes v96 = v94 - v95;
-  const lanes v97 = v96 * v80;
-  const lanes v98 = v13 * v60;
-  const lanes v99 = v14 * v78;
-  const lanes v100 = v98 - v99;
-  const lanes v101 = v74 * v100;
-  const lanes v102 = v97 - v101;
-  const lanes v103 = v102 * qdd_1;
-  const lanes v104 = v93 + v103;
-  const lanes v105 = v70 + v104;
-  const lanes v106 = v49 + v105;
-  const lanes v107 = v22 + v106;
-  const lanes v108 = v17 + v107;
-  const lanes v109 = 0.107 * v3;
-  const lanes v110 = v109 * qd_6;
-  const lanes v111 = v110 * qd_5;
-  const lanes v112 = v109 * qd_5;
-  const lanes v113 = v4 * v112;
-  const lanes v114 = v5 * v3;
-  const lanes v115 = 0.088 * qd_5;
-  const lanes v116 = v114 * v115;
-  const lanes v117 = v113 - v116;
-  const lanes v118 = v2 * v20;
-  const lanes v119 = v118 * qd_6;
-  const lanes v120 = v117 - v119;
-  const lanes v121 = v120 * qd_4;
-  const lanes v122 = v4 * v3;
-  const lanes v123 = v8 * v122;
-  const lanes v124 = v2 * v7;
-  const lanes v125 = v123 - v124;
-  const lanes v126 = v125 * v115;
-  const lanes v127 = v8 * v5;
-  const lanes v128 = v118 * qd_4;
-  const lanes v129 = v112 - v128;
-  const lanes v130 = v127 * v129;
-  const lanes v131 = v126 + v130;
-  const lanes v132 = v114 * v6;
-  const lanes v133 = v8 * v2;
-  const lanes v134 = v122 * v7;
-  const lanes v135 = v133 + v134;
-  const lanes v136 = v135 * v9;
-  const lanes v137 = v132 + v136;
-  const lanes v138 = v137 * v39;
-  const lanes v139 = v135 * v6;
-  const lanes v140 = v114 * v9;
-  const lanes v141 = v139 - v140;
-  const lanes v142 = v141 * v46;
-  const lanes v143 = v138 - v142;
-  const lanes v144 = v4 * qd_4;
-  const lanes v145 = qd_6 - v144;
-  const lanes v146 = v143 * v145;
-  const lanes v147 = v5 * v7;
-  const lanes v148 = v147 * v9;
-  const lanes v149 = v4 * v6;
-  const lanes v150 = v148 - v149;
-  const lanes v151 = v150 * v39;
-  const lanes v152 = v4 * v9;
-  const lanes v153 = v147 * v6;
-  const lanes v154 = v152 + v153;
-  const lanes v155 = v154 * v46;
-  const lanes v156 = v151 - v155;
-  const lanes v157 = v114 * qd_4;
-  const lanes v158 = v2 * qd_5;
-  const lanes v159 = v157 + v158;
-  const lanes v160 = v156 * v159;
-  const lanes v161 = v146 - v160;
-  const lanes v162 = v131 + v161;
-  const lanes v163 = v162 * qd_3;
-  const lanes v164 = v156 * qd_3;
-  const lanes v165 = v164 - v115;
-  const lanes v166 = v137 * v165;
-  const lanes v167 = v143 * qd_3;
-  const lanes v168 = v167 + v129;
-  const lanes v169 = v150 * v168;
-  const lanes v170 = v166 - v169;
-  const lanes v171 = v125 * v10;
-  const lanes v172 = v141 * v11;
-  const lanes v173 = v171 + v172;
-  const lanes v174 = v173 * v60;
-  const lanes v175 = v141 * v10;
-  const lanes v176 = v125 * v11;
-  const lanes v177 = v175 - v176;
-  const lanes v178 = v177 * v67;
-  const lanes v179 = v174 - v178;
-  const lanes v180 = v127 * qd_3;
-  const lanes v181 = v145 - v180;
-  const lanes v182 = v179 * v181;
-  const lanes v183 = v127 * v10;
-  const lanes v184 = v154 * v11;
-  const lanes v185 = v183 + v184;
-  const lanes v186 = v185 * v60;
-  const lanes v187 = v154 * v10;
-  const lanes v188 = v127 * v11;
-  const lanes v189 = v187 - v188;
-  const lanes v190 = v189 * v67;
-  const lanes v191 = v186 - v190;
-  const lanes v192 = v125 * qd_3;
-  const lanes v193 = v159 - v192;
-  const lanes v194 = v191 * v193;
-  const lanes v195 = v182 - v194;
-  const lanes v196 = v170 + v195;
-  const lanes v197 = v196 * qd_2;
-  const lanes v198 = v189 * v13;
-  const lanes v199 = v150 * v14;
-  const lanes v200 = v198 - v199;
-  const lanes v201 = v177 * v13;
-  const lanes v202 = v137 * v14;
-  const lanes v203 = v201 - v202;
-  const lanes v204 = v203 * v80;
-  const lanes v205 = v137 * v13;
-  const lanes v206 = v177 * v14;
-  const lanes v207 = v205 + v206;
-  const lanes v208 = v207 * v100;
-  const lanes v209 = v204 - v208;
-  const lanes v210 = v209 * qd_1;
-  const lanes v211 = v179 * qd_2;
-  const lanes v212 = v211 + v168;
-  const lanes v213 = v210 + v212;
-  const lanes v214 = v200 * v213;
-  const lanes v215 = v200 * v80;
-  const lanes v216 = v150 * v13;
-  const lanes v217 = v189 * v14;
-  const lanes v218 = v216 + v217;
-  const lanes v219 = v218 * v100;
-  const lanes v220 = v215 - v219;
-  const lanes v221 = v220 * qd_1;
-  const lanes v222 = v191 * qd_2;
-  const lanes v223 = v222 + v165;
-  const lanes v224 = v221 + v223;
-  const lanes v225 = v203 * v224;
-  const lanes v226 = v214 - v225;
-  const lanes v227 = v12 * v173;
-  const lanes v228 = v207 * v15;
-  const lanes v229 = v227 + v228;
-  const lanes v230 = v229 * v83;
-  const lanes v231 = v12 * v207;
-  const lanes v232 = v173 * v15;
-  const lanes v233 = v231 - v232;
-  const lanes v234 = v233 * v90;
-  const lanes v235 = v230 - v234;
-  const lanes v236 = v185 * qd_1;
-  const lanes v237 = v150 * qd_2;
-  const lanes v238 = v237 + v181;
-  const lanes v239 = v236 + v238;
-  const lanes v240 = v235 * v239;
-  const lanes v241 = v12 * v185;
-  const lanes v242 = v218 * v15;
-  const lanes v243 = v241 + v242;
-  const lanes v244 = v243 * v83;
-  const lanes v245 = v12 * v218;
-  const lanes v246 = v185 * v15;
-  const lanes v247 = v245 - v246;
-  const lanes v248 = v247 * v90;
-  const lanes v249 = v244 - v248;
-  const lanes v250 = v173 * qd_1;
-  const lanes v251 = v137 * qd_2;
-  const lanes v252 = v251 + v193;
-  const lanes v253 = v250 + v252;
-  const lanes v254 = v249 * v253;
-  const lanes v255 = v240 - v254;
-  const lanes v256 = v226 + v255;
-  const lanes v257 = v256 * qd_0;
-  const lanes v258 = v173 * v223;
-  const lanes v259 = v185 * v212;
-  const lanes v260 = v258 - v259;
-  const lanes v261 = v209 * v238;
-  const lanes v262 = v220 * v252;
-  const lanes v263 = v261 - v262;
-  const lanes v264 = v260 + v263;
-  const lanes v265 = v264 * qd_1;
-  const lanes v266 = v257 + v265;
-  const lanes v267 = v197 + v266;
-  const lanes v268 = v163 + v267;
-  const lanes v269 = v121 + v268;
-  const lanes v270 = v111 + v269;
-  const lanes v271 = v108 + v270;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11],
+      qd_5 = in[12], qd_6 = in[13], qdd_0 = in[14], qdd_1 = in[15], qdd_2 = in[16], qdd_3 = in[17],
+      qdd_4 = in[18], qdd_5 = in[19], qdd_6 = in[20], v1 = q_6 + 0.7853981633974483;
+  LANES_COS_SIN(v3, v2, v1); LANES_COS_SIN(v4, v5, q_5); LANES_COS_SIN(v6, v9, q_3);
+  LANES_COS_SIN(v7, v8, q_4); LANES_COS_SIN(v10, v11, q_2); LANES_COS_SIN(v12, v15, q_0);
+  LANES_COS_SIN(v14, v13, q_1);
+  const lanes v16 = 0.107 * v2, v17 = v16 * qdd_5, v18 = 0.088 * v4, v19 = 0.107 * v5,
+      v20 = v18 + v19, v21 = v3 * v20, v22 = v21 * qdd_4, v23 = v5 * v2, v24 = v23 * v6,
+      v25 = v4 * v2, v26 = v25 * v7, v27 = v8 * v3, v28 = v26 - v27, v29 = v28 * v9,
+      v30 = v24 + v29, v31 = v20 * v7, v32 = v31 - 0.0825, v33 = v32 * v6, v34 = 0.088 * v5,
+      v35 = 0.107 * v4, v36 = v34 - v35, v37 = v36 + 0.384, v38 = v37 * v9, v39 = v33 - v38,
+      v40 = v30 * v39, v41 = v28 * v6, v42 = v23 * v9, v43 = v41 - v42, v44 = v32 * v9,
+      v45 = v37 * v6, v46 = v44 + v45, v47 = v43 * v46, v48 = v40 - v47, v49 = v48 * qdd_3,
+      v50 = v8 * v25, v51 = v3 * v7, v52 = v50 + v51, v53 = v52 * v10, v54 = v43 * v11,
+      v55 = v53 + v54, v56 = v39 + 0.0825, v57 = v10 * v56, v58 = v8 * v20, v59 = v58 * v11,
+      v60 = v57 - v59, v61 = v55 * v60, v62 = v43 * v10, v63 = v52 * v11, v64 = v62 - v63,
+      v65 = v10 * v58, v66 = v56 * v11, v67 = v65 + v66, v68 = v64 * v67, v69 = v61 - v68,
+      v70 = v69 * qdd_2, v71 = v12 * v55, v72 = v30 * v13, v73 = v64 * v14, v74 = v72 + v73,
+      v75 = v74 * v15, v76 = v71 + v75, v77 = v14 * v60, v78 = v46 + 0.316, v79 = v13 * v78,
+      v80 = v77 + v79, v81 = v12 * v80, v82 = v15 * v67, v83 = v81 - v82, v84 = v76 * v83,
+      v85 = v12 * v74, v86 = v55 * v15, v87 = v85 - v86, v88 = v12 * v67, v89 = v15 * v80,
+      v90 = v88 + v89, v91 = v87 * v90, v92 = v84 - v91, v93 = v92 * qdd_0, v94 = v64 * v13,
+      v95 = v30 * v14, v96 = v94 - v95, v97 = v96 * v80, v98 = v13 * v60, v99 = v14 * v78,
+      v100 = v98 - v99, v101 = v74 * v100, v102 = v97 - v101, v103 = v102 * qdd_1,
+      v104 = v93 + v103, v105 = v70 + v104, v106 = v49 + v105, v107 = v22 + v106, v108 = v17 + v107,
+      v109 = 0.107 * v3, v110 = v109 * qd_6, v111 = v110 * qd_5, v112 = v109 * qd_5,
+      v113 = v4 * v112, v114 = v5 * v3, v115 = 0.088 * qd_5, v116 = v114 * v115, v117 = v113 - v116,
+      v118 = v2 * v20, v119 = v118 * qd_6, v120 = v117 - v119, v121 = v120 * qd_4, v122 = v4 * v3,
+      v123 = v8 * v122, v124 = v2 * v7, v125 = v123 - v124, v126 = v125 * v115, v127 = v8 * v5,
+      v128 = v118 * qd_4, v129 = v112 - v128, v130 = v127 * v129, v131 = v126 + v130,
+      v132 = v114 * v6, v133 = v8 * v2, v134 = v122 * v7, v135 = v133 + v134, v136 = v135 * v9,
+      v137 = v132 + v136, v138 = v137 * v39, v139 = v135 * v6, v140 = v114 * v9, v141 = v139 - v140,
+      v142 = v141 * v46, v143 = v138 - v142, v144 = v4 * qd_4, v145 = qd_6 - v144,
+      v146 = v143 * v145, v147 = v5 * v7, v148 = v147 * v9, v149 = v4 * v6, v150 = v148 - v149,
+      v151 = v150 * v39, v152 = v4 * v9, v153 = v147 * v6, v154 = v152 + v153, v155 = v154 * v46,
+      v156 = v151 - v155, v157 = v114 * qd_4, v158 = v2 * qd_5, v159 = v157 + v158,
+      v160 = v156 * v159, v161 = v146 - v160, v162 = v131 + v161, v163 = v162 * qd_3,
+      v164 = v156 * qd_3, v165 = v164 - v115, v166 = v137 * v165, v167 = v143 * qd_3,
+      v168 = v167 + v129, v169 = v150 * v168, v170 = v166 - v169, v171 = v125 * v10,
+      v172 = v141 * v11, v173 = v171 + v172, v174 = v173 * v60, v175 = v141 * v10,
+      v176 = v125 * v11, v177 = v175 - v176, v178 = v177 * v67, v179 = v174 - v178,
+      v180 = v127 * qd_3, v181 = v145 - v180, v182 = v179 * v181, v183 = v127 * v10,
+      v184 = v154 * v11, v185 = v183 + v184, v186 = v185 * v60, v187 = v154 * v10,
+      v188 = v127 * v11, v189 = v187 - v188, v190 = v189 * v67, v191 = v186 - v190,
+      v192 = v125 * qd_3, v193 = v159 - v192, v194 = v191 * v193, v195 = v182 - v194,
+      v196 = v170 + v195, v197 = v196 * qd_2, v198 = v189 * v13, v199 = v150 * v14,
+      v200 = v198 - v199, v201 = v177 * v13, v202 = v137 * v14, v203 = v201 - v202,
+      v204 = v203 * v80, v205 = v137 * v13, v206 = v177 * v14, v207 = v205 + v206,
+      v208 = v207 * v100, v209 = v204 - v208, v210 = v209 * qd_1, v211 = v179 * qd_2,
+      v212 = v211 + v168, v213 = v210 + v212, v214 = v200 * v213, v215 = v200 * v80,
+      v216 = v150 * v13, v217 = v189 * v14, v218 = v216 + v217, v219 = v218 * v100,
+      v220 = v215 - v219, v221 = v220 * qd_1, v222 = v191 * qd_2, v223 = v222 + v165,
+      v224 = v221 + v223, v225 = v203 * v224, v226 = v214 - v225, v227 = v12 * v173,
+      v228 = v207 * v15, v229 = v227 + v228, v230 = v229 * v83, v231 = v12 * v207,
+      v232 = v173 * v15, v233 = v231 - v232, v234 = v233 * v90, v235 = v230 - v234,
+      v236 = v185 * qd_1, v237 = v150 * qd_2, v238 = v237 + v181, v239 = v236 + v238,
+      v240 = v235 * v239, v241 = v12 * v185, v242 = v218 * v15, v243 = v241 + v242,
+      v244 = v243 * v83, v245 = v12 * v218, v246 = v185 * v15, v247 = v245 - v246,
+      v248 = v247 * v90, v249 = v244 - v248, v250 = v173 * qd_1, v251 = v137 * qd_2,
+      v252 = v251 + v193, v253 = v250 + v252, v254 = v249 * v253, v255 = v240 - v254,
+      v256 = v226 + v255, v257 = v256 * qd_0, v258 = v173 * v223, v259 = v185 * v212,
+      v260 = v258 - v259, v261 = v209 * v238, v262 = v220 * v252, v263 = v261 - v262,
+      v264 = v260 + v263, v265 = v264 * qd_1, v266 = v257 + v265, v267 = v197 + v266,
+      v268 = v163 + v267, v269 = v121 + v268, v270 = v111 + v269, v271 = v108 + v270;
   out[0] = v271;
-  const lanes v272 = v109 * qdd_5;
-  const lanes v273 = v143 * qdd_3;
-  const lanes v274 = v179 * qdd_2;
-  const lanes v275 = v235 * qdd_0;
-  const lanes v276 = v209 * qdd_1;
-  const lanes v277 = v275 + v276;
-  const lanes v278 = v274 + v277;
-  const lanes v279 = v273 + v278;
-  const lanes v280 = v118 * qdd_4;
-  const lanes v281 = v279 - v280;
-  const lanes v282 = v272 + v281;
-  const lanes v283 = v23 * v115;
-  const lanes v284 = v16 * qd_5;
-  const lanes v285 = v4 * v284;
-  const lanes v286 = v283 - v285;
-  const lanes v287 = v21 * qd_6;
-  const lanes v288 = v286 - v287;
-  const lanes v289 = v288 * qd_4;
-  const lanes v290 = v23 * qd_4;
-  const lanes v291 = v3 * qd_5;
-  const lanes v292 = v290 - v291;
-  const lanes v293 = v156 * v292;
-  const lanes v294 = v48 * v145;
-  const lanes v295 = v293 - v294;
-  const lanes v296 = v52 * v115;
-  const lanes v297 = v21 * qd_4;
-  const lanes v298 = v297 + v284;
-  const lanes v299 = v127 * v298;
-  const lanes v300 = v296 + v299;
-  const lanes v301 = v295 - v300;
-  const lanes v302 = v301 * qd_3;
-  const lanes v303 = v48 * qd_3;
-  const lanes v304 = v303 + v298;
-  const lanes v305 = v150 * v304;
-  const lanes v306 = v30 * v165;
-  const lanes v307 = v305 - v306;
-  const lanes v308 = v52 * qd_3;
-  const lanes v309 = v292 - v308;
-  const lanes v310 = v191 * v309;
-  const lanes v311 = v69 * v181;
-  const lanes v312 = v310 - v311;
-  const lanes v313 = v307 + v312;
-  const lanes v314 = v313 * qd_2;
-  const lanes v315 = v96 * v224;
-  const lanes v316 = v102 * qd_1;
-  const lanes v317 = v69 * qd_2;
-  const lanes v318 = v317 + v304;
-  const lanes v319 = v316 + v318;
-  const lanes v320 = v200 * v319;
-  const lanes v321 = v315 - v320;
-  const lanes v322 = v55 * qd_1;
-  const lanes v323 = v30 * qd_2;
-  const lanes v324 = v323 + v309;
-  const lanes v325 = v322 + v324;
-  const lanes v326 = v249 * v325;
-  const lanes v327 = v92 * v239;
-  const lanes v328 = v326 - v327;
-  const lanes v329 = v321 + v328;
-  const lanes v330 = v329 * qd_0;
-  const lanes v331 = v185 * v318;
-  const lanes v332 = v55 * v223;
-  const lanes v333 = v331 - v332;
-  const lanes v334 = v220 * v324;
-  const lanes v335 = v102 * v238;
-  const lanes v336 = v334 - v335;
-  const lanes v337 = v333 + v336;
-  const lanes v338 = v337 * qd_1;
-  const lanes v339 = v330 + v338;
-  const lanes v340 = v314 + v339;
-  const lanes v341 = v302 + v340;
-  const lanes v342 = v289 + v341;
-  const lanes v343 = v16 * qd_6;
-  const lanes v344 = v343 * qd_5;
-  const lanes v345 = v342 - v344;
-  const lanes v346 = v282 + v345;
+  const lanes v272 = v109 * qdd_5, v273 = v143 * qdd_3, v274 = v179 * qdd_2, v275 = v235 * qdd_0,
+      v276 = v209 * qdd_1, v277 = v275 + v276, v278 = v274 + v277, v279 = v273 + v278,
+      v280 = v118 * qdd_4, v281 = v279 - v280, v282 = v272 + v281, v283 = v23 * v115,
+      v284 = v16 * qd_5, v285 = v4 * v284, v286 = v283 - v285, v287 = v21 * qd_6,
+      v288 = v286 - v287, v289 = v288 * qd_4, v290 = v23 * qd_4, v291 = v3 * qd_5,
+      v292 = v290 - v291, v293 = v156 * v292, v294 = v48 * v145, v295 = v293 - v294,
+      v296 = v52 * v115, v297 = v21 * qd_4, v298 = v297 + v284, v299 = v127 * v298,
+      v300 = v296 + v299, v301 = v295 - v300, v302 = v301 * qd_3, v303 = v48 * qd_3,
+      v304 = v303 + v298, v305 = v150 * v304, v306 = v30 * v165, v307 = v305 - v306,
+      v308 = v52 * qd_3, v309 = v292 - v308, v310 = v191 * v309, v311 = v69 * v181,
+      v312 = v310 - v311, v313 = v307 + v312, v314 = v313 * qd_2, v315 = v96 * v224,
+      v316 = v102 * qd_1, v317 = v69 * qd_2, v318 = v317 + v304, v319 = v316 + v318,
+      v320 = v200 * v319, v321 = v315 - v320, v322 = v55 * qd_1, v323 = v30 * qd_2,
+      v324 = v323 + v309, v325 = v322 + v324, v326 = v249 * v325, v327 = v92 * v239,
+      v328 = v326 - v327, v329 = v321 + v328, v330 = v329 * qd_0, v331 = v185 * v318,
+      v332 = v55 * v223, v333 = v331 - v332, v334 = v220 * v324, v335 = v102 * v238,
+      v336 = v334 - v335, v337 = v333 + v336, v338 = v337 * qd_1, v339 = v330 + v338,
+      v340 = v314 + v339, v341 = v302 + v340, v342 = v289 + v341, v343 = v16 * qd_6,
+      v344 = v343 * qd_5, v345 = v342 - v344, v346 = v282 + v345;
   out[1] = v346;
-  const lanes v347 = v156 * qdd_3;
-  const lanes v348 = v191 * qdd_2;
-  const lanes v349 = v249 * qdd_0;
-  const lanes v350 = v220 * qdd_1;
-  const lanes v351 = v349 + v350;
-  const lanes v352 = v348 + v351;
-  const lanes v353 = v347 + v352;
-  const lanes v354 = 0.088 * qdd_5;
-  const lanes v355 = v353 - v354;
-  const lanes v356 = v23 * v112;
-  const lanes v357 = v114 * v284;
-  const lanes v358 = v356 - v357;
-  const lanes v359 = v21 * v158;
-  const lanes v360 = v118 * v291;
-  const lanes v361 = v359 - v360;
-  const lanes v362 = v358 + v361;
-  const lanes v363 = v362 * qd_4;
-  const lanes v364 = v125 * v298;
-  const lanes v365 = v52 * v129;
-  const lanes v366 = v364 - v365;
-  const lanes v367 = v48 * v159;
-  const lanes v368 = v143 * v292;
-  const lanes v369 = v367 - v368;
-  const lanes v370 = v366 + v369;
-  const lanes v371 = v370 * qd_3;
-  const lanes v372 = v30 * v168;
-  const lanes v373 = v137 * v304;
-  const lanes v374 = v372 - v373;
-  const lanes v375 = v69 * v193;
-  const lanes v376 = v179 * v309;
-  const lanes v377 = v375 - v376;
-  const lanes v378 = v374 + v377;
-  const lanes v379 = v378 * qd_2;
-  const lanes v380 = v203 * v319;
-  const lanes v381 = v96 * v213;
-  const lanes v382 = v380 - v381;
-  const lanes v383 = v92 * v253;
-  const lanes v384 = v235 * v325;
-  const lanes v385 = v383 - v384;
-  const lanes v386 = v382 + v385;
-  const lanes v387 = v386 * qd_0;
-  const lanes v388 = v55 * v212;
-  const lanes v389 = v173 * v318;
-  const lanes v390 = v388 - v389;
-  const lanes v391 = v102 * v252;
-  const lanes v392 = v209 * v324;
-  const lanes v393 = v391 - v392;
-  const lanes v394 = v390 + v393;
-  const lanes v395 = v394 * qd_1;
-  const lanes v396 = v387 + v395;
-  const lanes v397 = v379 + v396;
-  const lanes v398 = v371 + v397;
-  const lanes v399 = v363 + v398;
-  const lanes v400 = v355 + v399;
+  const lanes v347 = v156 * qdd_3, v348 = v191 * qdd_2, v349 = v249 * qdd_0, v350 = v220 * qdd_1,
+      v351 = v349 + v350, v352 = v348 + v351, v353 = v347 + v352, v354 = 0.088 * qdd_5,
+      v355 = v353 - v354, v356 = v23 * v112, v357 = v114 * v284, v358 = v356 - v357,
+      v359 = v21 * v158, v360 = v118 * v291, v361 = v359 - v360, v362 = v358 + v361,
+      v363 = v362 * qd_4, v364 = v125 * v298, v365 = v52 * v129, v366 = v364 - v365,
+      v367 = v48 * v159, v368 = v143 * v292, v369 = v367 - v368, v370 = v366 + v369,
+      v371 = v370 * qd_3, v372 = v30 * v168, v373 = v137 * v304, v374 = v372 - v373,
+      v375 = v69 * v193, v376 = v179 * v309, v377 = v375 - v376, v378 = v374 + v377,
+      v379 = v378 * qd_2, v380 = v203 * v319, v381 = v96 * v213, v382 = v380 - v381,
+      v383 = v92 * v253, v384 = v235 * v325, v385 = v383 - v384, v386 = v382 + v385,
+      v387 = v386 * qd_0, v388 = v55 * v212, v389 = v173 * v318, v390 = v388 - v389,
+      v391 = v102 * v252, v392 = v209 * v324, v393 = v391 - v392, v394 = v390 + v393,
+      v395 = v394 * qd_1, v396 = v387 + v395, v397 = v379 + v396, v398 = v371 + v397,
+      v399 = v363 + v398, v400 = v355 + v399;
   out[2] = v400;
-  const lanes v401 = v23 * qdd_4;
-  const lanes v402 = v30 * qdd_2;
-  const lanes v403 = v55 * qdd_1;
-  const lanes v404 = v96 * qdd_0;
-  const lanes v405 = v403 - v404;
-  const lanes v406 = v402 + v405;
-  const lanes v407 = v52 * qdd_3;
-  const lanes v408 = v406 - v407;
-  const lanes v409 = v401 + v408;
-  const lanes v410 = v3 * qdd_5;
-  const lanes v411 = v409 - v410;
-  const lanes v412 = v2 * qd_6;
-  const lanes v413 = v412 * qd_5;
-  const lanes v414 = v4 * v158;
-  const lanes v415 = v114 * qd_6;
-  const lanes v416 = v414 + v415;
-  const lanes v417 = v416 * qd_4;
-  const lanes v418 = v127 * v159;
-  const lanes v419 = v125 * v145;
-  const lanes v420 = v418 - v419;
-  const lanes v421 = v420 * qd_3;
-  const lanes v422 = v137 * v181;
-  const lanes v423 = v150 * v193;
-  const lanes v424 = v422 - v423;
-  const lanes v425 = v424 * qd_2;
-  const lanes v426 = v200 * v253;
-  const lanes v427 = v203 * v239;
-  const lanes v428 = v426 - v427;
-  const lanes v429 = v428 * qd_0;
-  const lanes v430 = v173 * v238;
-  const lanes v431 = v185 * v252;
-  const lanes v432 = v430 - v431;
-  const lanes v433 = v432 * qd_1;
-  const lanes v434 = v429 + v433;
-  const lanes v435 = v425 + v434;
-  const lanes v436 = v421 + v435;
-  const lanes v437 = v417 + v436;
-  const lanes v438 = v413 + v437;
-  const lanes v439 = v411 + v438;
+  const lanes v401 = v23 * qdd_4, v402 = v30 * qdd_2, v403 = v55 * qdd_1, v404 = v96 * qdd_0,
+      v405 = v403 - v404, v406 = v402 + v405, v407 = v52 * qdd_3, v408 = v406 - v407,
+      v409 = v401 + v408, v410 = v3 * qdd_5, v411 = v409 - v410, v412 = v2 * qd_6,
+      v413 = v412 * qd_5, v414 = v4 * v158, v415 = v114 * qd_6, v416 = v414 + v415,
+      v417 = v416 * qd_4, v418 = v127 * v159, v419 = v125 * v145, v420 = v418 - v419,
+      v421 = v420 * qd_3, v422 = v137 * v181, v423 = v150 * v193, v424 = v422 - v423,
+      v425 = v424 * qd_2, v426 = v200 * v253, v427 = v203 * v239, v428 = v426 - v427,
+      v429 = v428 * qd_0, v430 = v173 * v238, v431 = v185 * v252, v432 = v430 - v431,
+      v433 = v432 * qd_1, v434 = v429 + v433, v435 = v425 + v434, v436 = v421 + v435,
+      v437 = v417 + v436, v438 = v413 + v437, v439 = v411 + v438;
   out[3] = v439;
-  const lanes v440 = v2 * qdd_5;
-  const lanes v441 = v114 * qdd_4;
-  const lanes v442 = v137 * qdd_2;
-  const lanes v443 = v173 * qdd_1;
-  const lanes v444 = v203 * qdd_0;
-  const lanes v445 = v443 - v444;
-  const lanes v446 = v442 + v445;
-  const lanes v447 = v125 * qdd_3;
-  const lanes v448 = v446 - v447;
-  const lanes v449 = v441 + v448;
-  const lanes v450 = v440 + v449;
-  const lanes v451 = v3 * qd_6;
-  const lanes v452 = v451 * qd_5;
-  const lanes v453 = v4 * v291;
-  const lanes v454 = v23 * qd_6;
-  const lanes v455 = v453 - v454;
-  const lanes v456 = v455 * qd_4;
-  const lanes v457 = v52 * v145;
-  const lanes v458 = v127 * v292;
-  const lanes v459 = v457 - v458;
-  const lanes v460 = v459 * qd_3;
-  const lanes v461 = v150 * v309;
-  const lanes v462 = v30 * v181;
-  const lanes v463 = v461 - v462;
-  const lanes v464 = v463 * qd_2;
-  const lanes v465 = v96 * v239;
-  const lanes v466 = v200 * v325;
-  const lanes v467 = v465 - v466;
-  const lanes v468 = v467 * qd_0;
-  const lanes v469 = v185 * v324;
-  const lanes v470 = v55 * v238;
-  const lanes v471 = v469 - v470;
-  const lanes v472 = v471 * qd_1;
-  const lanes v473 = v468 + v472;
-  const lanes v474 = v464 + v473;
-  const lanes v475 = v460 + v474;
-  const lanes v476 = v456 + v475;
-  const lanes v477 = v452 + v476;
-  const lanes v478 = v450 + v477;
+  const lanes v440 = v2 * qdd_5, v441 = v114 * qdd_4, v442 = v137 * qdd_2, v443 = v173 * qdd_1,
+      v444 = v203 * qdd_0, v445 = v443 - v444, v446 = v442 + v445, v447 = v125 * qdd_3,
+      v448 = v446 - v447, v449 = v441 + v448, v450 = v440 + v449, v451 = v3 * qd_6,
+      v452 = v451 * qd_5, v453 = v4 * v291, v454 = v23 * qd_6, v455 = v453 - v454,
+      v456 = v455 * qd_4, v457 = v52 * v145, v458 = v127 * v292, v459 = v457 - v458,
+      v460 = v459 * qd_3, v461 = v150 * v309, v462 = v30 * v181, v463 = v461 - v462,
+      v464 = v463 * qd_2, v465 = v96 * v239, v466 = v200 * v325, v467 = v465 - v466,
+      v468 = v467 * qd_0, v469 = v185 * v324, v470 = v55 * v238, v471 = v469 - v470,
+      v472 = v471 * qd_1, v473 = v468 + v472, v474 = v464 + v473, v475 = v460 + v474,
+      v476 = v456 + v475, v477 = v452 + v476, v478 = v450 + v477;
   out[4] = v478;
-  const lanes v479 = v150 * qdd_2;
-  const lanes v480 = v185 * qdd_1;
-  const lanes v481 = v200 * qdd_0;
-  const lanes v482 = v480 - v481;
-  const lanes v483 = v479 + v482;
-  const lanes v484 = v127 * qdd_3;
-  const lanes v485 = v483 - v484;
-  const lanes v486 = v4 * qdd_4;
-  const lanes v487 = v485 - v486;
-  const lanes v488 = v487 + qdd_6;
-  const lanes v489 = v23 * v158;
-  const lanes v490 = v114 * v291;
-  const lanes v491 = v489 + v490;
-  const lanes v492 = v491 * qd_4;
-  const lanes v493 = v125 * v292;
-  const lanes v494 = v52 * v159;
-  const lanes v495 = v493 - v494;
-  const lanes v496 = v495 * qd_3;
-  const lanes v497 = v30 * v193;
-  const lanes v498 = v137 * v309;
-  const lanes v499 = v497 - v498;
-  const lanes v500 = v499 * qd_2;
-  const lanes v501 = v203 * v325;
-  const lanes v502 = v96 * v253;
-  const lanes v503 = v501 - v502;
-  const lanes v504 = v503 * qd_0;
-  const lanes v505 = v55 * v252;
-  const lanes v506 = v173 * v324;
-  const lanes v507 = v505 - v506;
-  const lanes v508 = v507 * qd_1;
-  const lanes v509 = v504 + v508;
-  const lanes v510 = v500 + v509;
-  const lanes v511 = v496 + v510;
-  const lanes v512 = v492 + v511;
-  const lanes v513 = v488 + v512;
+  const lanes v479 = v150 * qdd_2, v480 = v185 * qdd_1, v481 = v200 * qdd_0, v482 = v480 - v481,
+      v483 = v479 + v482, v484 = v127 * qdd_3, v485 = v483 - v484, v486 = v4 * qdd_4,
+      v487 = v485 - v486, v488 = v487 + qdd_6, v489 = v23 * v158, v490 = v114 * v291,
+      v491 = v489 + v490, v492 = v491 * qd_4, v493 = v125 * v292, v494 = v52 * v159,
+      v495 = v493 - v494, v496 = v495 * qd_3, v497 = v30 * v193, v498 = v137 * v309,
+      v499 = v497 - v498, v500 = v499 * qd_2, v501 = v203 * v325, v502 = v96 * v253,
+      v503 = v501 - v502, v504 = v503 * qd_0, v505 = v55 * v252, v506 = v173 * v324,
+      v507 = v505 - v506, v508 = v507 * qd_1, v509 = v504 + v508, v510 = v500 + v509,
+      v511 = v496 + v510, v512 = v492 + v511, v513 = v488 + v512;
   out[5] = v513;
 }
 
 static LANES_TARGET void LANES_NAME(panda_acceleration_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  const lanes qdd_0 = in[14];
-  const lanes qdd_1 = in[15];
-  const lanes qdd_2 = in[16];
-  const lanes qdd_3 = in[17];
-  const lanes qdd_4 = in[18];
-  const lanes qdd_5 = in[19];
-  const lanes qdd_6 = in[20];
-  lanes v1, v6; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v6);
-  lanes v4, v2; LANES_NAME(lanes_cos_sin)(&q_1, &v4, &v2);
-  lanes v3, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v3, &v8);
-  lanes v5, v7; LANES_NAME(lanes_cos_sin)(&q_2, &v5, &v7);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&q_5, &v9, &v10);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_4, &v11, &v12);
-  const lanes v13 = v1 * v2;
-  const lanes v14 = v13 * v3;
-  const lanes v15 = v1 * v4;
-  const lanes v16 = v15 * v5;
-  const lanes v17 = v6 * v7;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 * v8;
-  const lanes v20 = v14 - v19;
-  const lanes v21 = 0.088 * v9;
-  const lanes v22 = 0.107 * v10;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = v20 * v23;
-  const lanes v25 = v13 * v8;
-  const lanes v26 = v18 * v3;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = v27 * v11;
-  const lanes v29 = v15 * v7;
-  const lanes v30 = v6 * v5;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v12 * v31;
-  const lanes v33 = v28 - v32;
-  const lanes v34 = 0.088 * v10;
-  const lanes v35 = 0.107 * v9;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = v33 * v36;
-  const lanes v38 = v24 - v37;
-  const lanes v39 = v38 * qdd_5;
-  const lanes v40 = v23 * v11;
-  const lanes v41 = v40 - 0.0825;
-  const lanes v42 = v41 * v3;
-  const lanes v43 = v36 + 0.384;
-  const lanes v44 = v43 * v8;
-  const lanes v45 = v42 - v44;
-  const lanes v46 = v13 * v45;
-  const lanes v47 = v41 * v8;
-  const lanes v48 = v43 * v3;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = v18 * v49;
-  const lanes v51 = v46 - v50;
-  const lanes v52 = v51 * qdd_3;
-  const lanes v53 = v12 * v23;
-  const lanes v54 = v5 * v53;
-  const lanes v55 = v45 + 0.0825;
-  const lanes v56 = v55 * v7;
-  const lanes v57 = v54 + v56;
-  const lanes v58 = v15 * v57;
-  const lanes v59 = v5 * v55;
-  const lanes v60 = v53 * v7;
-  const lanes v61 = v59 - v60;
-  const lanes v62 = v6 * v61;
-  const lanes v63 = v58 + v62;
-  const lanes v64 = v63 * qdd_2;
-  const lanes v65 = v1 * v57;
-  const lanes v66 = v4 * v61;
-  const lanes v67 = v49 + 0.316;
-  const lanes v68 = v2 * v67;
-  const lanes v69 = v66 + v68;
-  const lanes v70 = v6 * v69;
-  const lanes v71 = v65 + v70;
-  const lanes v72 = v71 * qdd_0;
-  const lanes v73 = v2 * v61;
-  const lanes v74 = v4 * v67;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v1 * v75;
-  const lanes v77 = v76 * qdd_1;
-  const lanes v78 = v72 + v77;
-  const lanes v79 = v64 + v78;
-  const lanes v80 = v52 - v79;
-  const lanes v81 = v12 * v27;
-  const lanes v82 = v31 * v11;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = v83 * v23;
-  const lanes v85 = v84 * qdd_4;
-  const lanes v86 = v80 - v85;
-  const lanes v87 = v39 + v86;
-  const lanes v88 = v2 * v5;
-  const lanes v89 = v88 * v8;
-  const lanes v90 = v4 * v3;
-  const lanes v91 = v89 + v90;
-  const lanes v92 = v91 * v23;
-  const lanes v93 = v2 * v7;
-  const lanes v94 = v12 * v93;
-  const lanes v95 = v4 * v8;
-  const lanes v96 = v88 * v3;
-  const lanes v97 = v95 - v96;
-  const lanes v98 = v97 * v11;
-  const lanes v99 = v94 + v98;
-  const lanes v100 = v99 * v36;
-  const lanes v101 = v92 - v100;
-  const lanes v102 = v6 * v2;
-  const lanes v103 = v102 * v3;
-  const lanes v104 = v1 * v7;
-  const lanes v105 = v6 * v4;
-  const lanes v106 = v105 * v5;
-  const lanes v107 = v104 + v106;
-  const lanes v108 = v107 * v8;
-  const lanes v109 = v103 - v108;
-  const lanes v110 = v109 * qd_4;
-  const lanes v111 = v1 * qd_1;
-  const lanes v112 = v102 * qd_2;
-  const lanes v113 = v111 + v112;
-  const lanes v114 = v1 * v5;
-  const lanes v115 = v105 * v7;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v116 * qd_3;
-  const lanes v118 = v113 - v117;
-  const lanes v119 = v110 + v118;
-  const lanes v120 = v116 * v11;
-  const lanes v121 = v102 * v8;
-  const lanes v122 = v107 * v3;
-  const lanes v123 = v121 + v122;
-  const lanes v124 = v12 * v123;
-  const lanes v125 = v120 - v124;
-  const lanes v126 = v125 * qd_5;
-  const lanes v127 = v119 - v126;
-  const lanes v128 = v101 * v127;
-  const lanes v129 = v91 * qd_4;
-  const lanes v130 = v4 * qd_2;
-  const lanes v131 = v130 + qd_0;
-  const lanes v132 = v93 * qd_3;
-  const lanes v133 = v131 - v132;
-  const lanes v134 = v129 + v133;
-  const lanes v135 = v93 * v11;
-  const lanes v136 = v12 * v97;
-  const lanes v137 = v135 - v136;
-  const lanes v138 = v137 * qd_5;
-  const lanes v139 = v134 - v138;
-  const lanes v140 = v109 * v23;
-  const lanes v141 = v12 * v116;
-  const lanes v142 = v123 * v11;
-  const lanes v143 = v141 + v142;
-  const lanes v144 = v143 * v36;
-  const lanes v145 = v140 - v144;
-  const lanes v146 = v139 * v145;
-  const lanes v147 = v128 - v146;
-  const lanes v148 = v147 * qd_5;
-  const lanes v149 = v137 * v23;
-  const lanes v150 = v119 * v149;
-  const lanes v151 = v125 * v23;
-  const lanes v152 = v134 * v151;
-  const lanes v153 = v150 - v152;
-  const lanes v154 = v101 * qd_5;
-  const lanes v155 = v109 * v154;
-  const lanes v156 = v145 * qd_5;
-  const lanes v157 = v91 * v156;
-  const lanes v158 = v155 - v157;
-  const lanes v159 = v153 + v158;
-  const lanes v160 = v159 * qd_4;
-  const lanes v161 = v88 * v49;
-  const lanes v162 = v4 * v45;
-  const lanes v163 = v161 + v162;
-  const lanes v164 = v118 * v163;
-  const lanes v165 = v102 * v45;
-  const lanes v166 = v107 * v49;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v133 * v167;
-  const lanes v169 = v164 - v168;
-  const lanes v170 = v151 * qd_4;
-  const lanes v171 = v170 + v156;
-  const lanes v172 = v93 * v171;
-  const lanes v173 = v149 * qd_4;
-  const lanes v174 = v173 + v154;
-  const lanes v175 = v116 * v174;
-  const lanes v176 = v172 - v175;
-  const lanes v177 = v169 + v176;
-  const lanes v178 = v177 * qd_3;
-  const lanes v179 = v2 * v57;
-  const lanes v180 = v113 * v179;
-  const lanes v181 = v1 * v61;
-  const lanes v182 = v105 * v57;
-  const lanes v183 = v181 - v182;
-  const lanes v184 = v131 * v183;
-  const lanes v185 = v180 - v184;
-  const lanes v186 = v163 * qd_3;
-  const lanes v187 = v186 + v174;
-  const lanes v188 = v102 * v187;
-  const lanes v189 = v167 * qd_3;
-  const lanes v190 = v189 + v171;
-  const lanes v191 = v4 * v190;
-  const lanes v192 = v188 - v191;
-  const lanes v193 = v185 + v192;
-  const lanes v194 = v193 * qd_2;
-  const lanes v195 = v6 * v75;
-  const lanes v196 = v195 * qd_0;
-  const lanes v197 = v111 * v69;
-  const lanes v198 = v196 - v197;
-  const lanes v199 = v179 * qd_2;
-  const lanes v200 = v199 + v187;
-  const lanes v201 = v1 * v200;
-  const lanes v202 = v198 + v201;
-  const lanes v203 = v202 * qd_1;
-  const lanes v204 = v1 * v69;
-  const lanes v205 = v6 * v57;
-  const lanes v206 = v204 - v205;
-  const lanes v207 = v206 * qd_0;
-  const lanes v208 = v183 * qd_2;
-  const lanes v209 = v208 + v190;
-  const lanes v210 = v195 * qd_1;
-  const lanes v211 = v209 - v210;
-  const lanes v212 = v207 + v211;
-  const lanes v213 = v212 * qd_0;
-  const lanes v214 = v203 - v213;
-  const lanes v215 = v194 + v214;
-  const lanes v216 = v178 + v215;
-  const lanes v217 = v160 + v216;
-  const lanes v218 = v148 + v217;
-  const lanes v219 = v87 + v218;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12],
+      qd_6 = in[13], qdd_0 = in[14], qdd_1 = in[15], qdd_2 = in[16], qdd_3 = in[17], qdd_4 = in[18],
+      qdd_5 = in[19], qdd_6 = in[20];
+  LANES_COS_SIN(v1, v6, q_0); LANES_COS_SIN(v4, v2, q_1); LANES_COS_SIN(v3, v8, q_3);
+  LANES_COS_SIN(v5, v7, q_2); LANES_COS_SIN(v9, v10, q_5); LANES_COS_SIN(v11, v12, q_4);
+  const lanes v13 = v1 * v2, v14 = v13 * v3, v15 = v1 * v4, v16 = v15 * v5, v17 = v6 * v7,
+      v18 = v16 - v17, v19 = v18 * v8, v20 = v14 - v19, v21 = 0.088 * v9, v22 = 0.107 * v10,
+      v23 = v21 + v22, v24 = v20 * v23, v25 = v13 * v8, v26 = v18 * v3, v27 = v25 + v26,
+      v28 = v27 * v11, v29 = v15 * v7, v30 = v6 * v5, v31 = v29 + v30, v32 = v12 * v31,
+      v33 = v28 - v32, v34 = 0.088 * v10, v35 = 0.107 * v9, v36 = v34 - v35, v37 = v33 * v36,
+      v38 = v24 - v37, v39 = v38 * qdd_5, v40 = v23 * v11, v41 = v40 - 0.0825, v42 = v41 * v3,
+      v43 = v36 + 0.384, v44 = v43 * v8, v45 = v42 - v44, v46 = v13 * v45, v47 = v41 * v8,
+      v48 = v43 * v3, v49 = v47 + v48, v50 = v18 * v49, v51 = v46 - v50, v52 = v51 * qdd_3,
+      v53 = v12 * v23, v54 = v5 * v53, v55 = v45 + 0.0825, v56 = v55 * v7, v57 = v54 + v56,
+      v58 = v15 * v57, v59 = v5 * v55, v60 = v53 * v7, v61 = v59 - v60, v62 = v6 * v61,
+      v63 = v58 + v62, v64 = v63 * qdd_2, v65 = v1 * v57, v66 = v4 * v61, v67 = v49 + 0.316,
+      v68 = v2 * v67, v69 = v66 + v68, v70 = v6 * v69, v71 = v65 + v70, v72 = v71 * qdd_0,
+      v73 = v2 * v61, v74 = v4 * v67, v75 = v73 - v74, v76 = v1 * v75, v77 = v76 * qdd_1,
+      v78 = v72 + v77, v79 = v64 + v78, v80 = v52 - v79, v81 = v12 * v27, v82 = v31 * v11,
+      v83 = v81 + v82, v84 = v83 * v23, v85 = v84 * qdd_4, v86 = v80 - v85, v87 = v39 + v86,
+      v88 = v2 * v5, v89 = v88 * v8, v90 = v4 * v3, v91 = v89 + v90, v92 = v91 * v23, v93 = v2 * v7,
+      v94 = v12 * v93, v95 = v4 * v8, v96 = v88 * v3, v97 = v95 - v96, v98 = v97 * v11,
+      v99 = v94 + v98, v100 = v99 * v36, v101 = v92 - v100, v102 = v6 * v2, v103 = v102 * v3,
+      v104 = v1 * v7, v105 = v6 * v4, v106 = v105 * v5, v107 = v104 + v106, v108 = v107 * v8,
+      v109 = v103 - v108, v110 = v109 * qd_4, v111 = v1 * qd_1, v112 = v102 * qd_2,
+      v113 = v111 + v112, v114 = v1 * v5, v115 = v105 * v7, v116 = v114 - v115, v117 = v116 * qd_3,
+      v118 = v113 - v117, v119 = v110 + v118, v120 = v116 * v11, v121 = v102 * v8, v122 = v107 * v3,
+      v123 = v121 + v122, v124 = v12 * v123, v125 = v120 - v124, v126 = v125 * qd_5,
+      v127 = v119 - v126, v128 = v101 * v127, v129 = v91 * qd_4, v130 = v4 * qd_2,
+      v131 = v130 + qd_0, v132 = v93 * qd_3, v133 = v131 - v132, v134 = v129 + v133,
+      v135 = v93 * v11, v136 = v12 * v97, v137 = v135 - v136, v138 = v137 * qd_5,
+      v139 = v134 - v138, v140 = v109 * v23, v141 = v12 * v116, v142 = v123 * v11,
+      v143 = v141 + v142, v144 = v143 * v36, v145 = v140 - v144, v146 = v139 * v145,
+      v147 = v128 - v146, v148 = v147 * qd_5, v149 = v137 * v23, v150 = v119 * v149,
+      v151 = v125 * v23, v152 = v134 * v151, v153 = v150 - v152, v154 = v101 * qd_5,
+      v155 = v109 * v154, v156 = v145 * qd_5, v157 = v91 * v156, v158 = v155 - v157,
+      v159 = v153 + v158, v160 = v159 * qd_4, v161 = v88 * v49, v162 = v4 * v45, v163 = v161 + v162,
+      v164 = v118 * v163, v165 = v102 * v45, v166 = v107 * v49, v167 = v165 - v166,
+      v168 = v133 * v167, v169 = v164 - v168, v170 = v151 * qd_4, v171 = v170 + v156,
+      v172 = v93 * v171, v173 = v149 * qd_4, v174 = v173 + v154, v175 = v116 * v174,
+      v176 = v172 - v175, v177 = v169 + v176, v178 = v177 * qd_3, v179 = v2 * v57,
+      v180 = v113 * v179, v181 = v1 * v61, v182 = v105 * v57, v183 = v181 - v182,
+      v184 = v131 * v183, v185 = v180 - v184, v186 = v163 * qd_3, v187 = v186 + v174,
+      v188 = v102 * v187, v189 = v167 * qd_3, v190 = v189 + v171, v191 = v4 * v190,
+      v192 = v188 - v191, v193 = v185 + v192, v194 = v193 * qd_2, v195 = v6 * v75,
+      v196 = v195 * qd_0, v197 = v111 * v69, v198 = v196 - v197, v199 = v179 * qd_2,
+      v200 = v199 + v187, v201 = v1 * v200, v202 = v198 + v201, v203 = v202 * qd_1, v204 = v1 * v69,
+      v205 = v6 * v57, v206 = v204 - v205, v207 = v206 * qd_0, v208 = v183 * qd_2,
+      v209 = v208 + v190, v210 = v195 * qd_1, v211 = v209 - v210, v212 = v207 + v211,
+      v213 = v212 * qd_0, v214 = v203 - v213, v215 = v194 + v214, v216 = v178 + v215,
+      v217 = v160 + v216, v218 = v148 + v217, v219 = v87 + v218;
   out[0] = v219;
-  const lanes v220 = v145 * qdd_5;
-  const lanes v221 = v151 * qdd_4;
-  const lanes v222 = v167 * qdd_3;
-  const lanes v223 = v183 * qdd_2;
-  const lanes v224 = v206 * qdd_0;
-  const lanes v225 = v195 * qdd_1;
-  const lanes v226 = v224 - v225;
-  const lanes v227 = v223 + v226;
-  const lanes v228 = v222 + v227;
-  const lanes v229 = v221 + v228;
-  const lanes v230 = v220 + v229;
-  const lanes v231 = v139 * v38;
-  const lanes v232 = v83 * qd_5;
-  const lanes v233 = v20 * qd_4;
-  const lanes v234 = v31 * qd_3;
-  const lanes v235 = v13 * qd_2;
-  const lanes v236 = v6 * qd_1;
-  const lanes v237 = v235 - v236;
-  const lanes v238 = v234 + v237;
-  const lanes v239 = v233 + v238;
-  const lanes v240 = v232 + v239;
-  const lanes v241 = v101 * v240;
-  const lanes v242 = v231 - v241;
-  const lanes v243 = v242 * qd_5;
-  const lanes v244 = v38 * qd_5;
-  const lanes v245 = v91 * v244;
-  const lanes v246 = v20 * v154;
-  const lanes v247 = v245 - v246;
-  const lanes v248 = v239 * v149;
-  const lanes v249 = v134 * v84;
-  const lanes v250 = v248 + v249;
-  const lanes v251 = v247 - v250;
-  const lanes v252 = v251 * qd_4;
-  const lanes v253 = v133 * v51;
-  const lanes v254 = v238 * v163;
-  const lanes v255 = v253 - v254;
-  const lanes v256 = v31 * v174;
-  const lanes v257 = v84 * qd_4;
-  const lanes v258 = v244 - v257;
-  const lanes v259 = v93 * v258;
-  const lanes v260 = v256 + v259;
-  const lanes v261 = v255 - v260;
-  const lanes v262 = v261 * qd_3;
-  const lanes v263 = v51 * qd_3;
-  const lanes v264 = v263 + v258;
-  const lanes v265 = v4 * v264;
-  const lanes v266 = v13 * v187;
-  const lanes v267 = v265 - v266;
-  const lanes v268 = v237 * v179;
-  const lanes v269 = v131 * v63;
-  const lanes v270 = v268 + v269;
-  const lanes v271 = v267 - v270;
-  const lanes v272 = v271 * qd_2;
-  const lanes v273 = v63 * qd_2;
-  const lanes v274 = v264 - v273;
-  const lanes v275 = v76 * qd_1;
-  const lanes v276 = v274 - v275;
-  const lanes v277 = v71 * qd_0;
-  const lanes v278 = v276 - v277;
-  const lanes v279 = v278 * qd_0;
-  const lanes v280 = v6 * v200;
-  const lanes v281 = v236 * v69;
-  const lanes v282 = v76 * qd_0;
-  const lanes v283 = v281 + v282;
-  const lanes v284 = v280 - v283;
-  const lanes v285 = v284 * qd_1;
-  const lanes v286 = v279 + v285;
-  const lanes v287 = v272 + v286;
-  const lanes v288 = v262 + v287;
-  const lanes v289 = v252 + v288;
-  const lanes v290 = v243 + v289;
-  const lanes v291 = v230 + v290;
+  const lanes v220 = v145 * qdd_5, v221 = v151 * qdd_4, v222 = v167 * qdd_3, v223 = v183 * qdd_2,
+      v224 = v206 * qdd_0, v225 = v195 * qdd_1, v226 = v224 - v225, v227 = v223 + v226,
+      v228 = v222 + v227, v229 = v221 + v228, v230 = v220 + v229, v231 = v139 * v38,
+      v232 = v83 * qd_5, v233 = v20 * qd_4, v234 = v31 * qd_3, v235 = v13 * qd_2, v236 = v6 * qd_1,
+      v237 = v235 - v236, v238 = v234 + v237, v239 = v233 + v238, v240 = v232 + v239,
+      v241 = v101 * v240, v242 = v231 - v241, v243 = v242 * qd_5, v244 = v38 * qd_5,
+      v245 = v91 * v244, v246 = v20 * v154, v247 = v245 - v246, v248 = v239 * v149,
+      v249 = v134 * v84, v250 = v248 + v249, v251 = v247 - v250, v252 = v251 * qd_4,
+      v253 = v133 * v51, v254 = v238 * v163, v255 = v253 - v254, v256 = v31 * v174,
+      v257 = v84 * qd_4, v258 = v244 - v257, v259 = v93 * v258, v260 = v256 + v259,
+      v261 = v255 - v260, v262 = v261 * qd_3, v263 = v51 * qd_3, v264 = v263 + v258,
+      v265 = v4 * v264, v266 = v13 * v187, v267 = v265 - v266, v268 = v237 * v179,
+      v269 = v131 * v63, v270 = v268 + v269, v271 = v267 - v270, v272 = v271 * qd_2,
+      v273 = v63 * qd_2, v274 = v264 - v273, v275 = v76 * qd_1, v276 = v274 - v275,
+      v277 = v71 * qd_0, v278 = v276 - v277, v279 = v278 * qd_0, v280 = v6 * v200,
+      v281 = v236 * v69, v282 = v76 * qd_0, v283 = v281 + v282, v284 = v280 - v283,
+      v285 = v284 * qd_1, v286 = v279 + v285, v287 = v272 + v286, v288 = v262 + v287,
+      v289 = v252 + v288, v290 = v243 + v289, v291 = v230 + v290;
   out[1] = v291;
-  const lanes v292 = v101 * qdd_5;
-  const lanes v293 = v149 * qdd_4;
-  const lanes v294 = v163 * qdd_3;
-  const lanes v295 = v179 * qdd_2;
-  const lanes v296 = v69 * qdd_1;
-  const lanes v297 = v295 - v296;
-  const lanes v298 = v294 + v297;
-  const lanes v299 = v293 + v298;
-  const lanes v300 = v292 + v299;
-  const lanes v301 = v240 * v145;
-  const lanes v302 = v127 * v38;
-  const lanes v303 = v301 - v302;
-  const lanes v304 = v303 * qd_5;
-  const lanes v305 = v239 * v151;
-  const lanes v306 = v119 * v84;
-  const lanes v307 = v305 + v306;
-  const lanes v308 = v20 * v156;
-  const lanes v309 = v109 * v244;
-  const lanes v310 = v308 - v309;
-  const lanes v311 = v307 + v310;
-  const lanes v312 = v311 * qd_4;
-  const lanes v313 = v238 * v167;
-  const lanes v314 = v118 * v51;
-  const lanes v315 = v313 - v314;
-  const lanes v316 = v31 * v171;
-  const lanes v317 = v116 * v258;
-  const lanes v318 = v316 + v317;
-  const lanes v319 = v315 + v318;
-  const lanes v320 = v319 * qd_3;
-  const lanes v321 = v236 * v195;
-  const lanes v322 = v111 * v76;
-  const lanes v323 = v321 + v322;
-  const lanes v324 = v1 * v274;
-  const lanes v325 = v6 * v209;
-  const lanes v326 = v324 + v325;
-  const lanes v327 = v323 - v326;
-  const lanes v328 = v327 * qd_1;
-  const lanes v329 = v237 * v183;
-  const lanes v330 = v113 * v63;
-  const lanes v331 = v329 + v330;
-  const lanes v332 = v13 * v190;
-  const lanes v333 = v102 * v264;
-  const lanes v334 = v332 - v333;
-  const lanes v335 = v331 + v334;
-  const lanes v336 = v335 * qd_2;
-  const lanes v337 = v328 + v336;
-  const lanes v338 = v320 + v337;
-  const lanes v339 = v312 + v338;
-  const lanes v340 = v304 + v339;
-  const lanes v341 = v300 + v340;
+  const lanes v292 = v101 * qdd_5, v293 = v149 * qdd_4, v294 = v163 * qdd_3, v295 = v179 * qdd_2,
+      v296 = v69 * qdd_1, v297 = v295 - v296, v298 = v294 + v297, v299 = v293 + v298,
+      v300 = v292 + v299, v301 = v240 * v145, v302 = v127 * v38, v303 = v301 - v302,
+      v304 = v303 * qd_5, v305 = v239 * v151, v306 = v119 * v84, v307 = v305 + v306,
+      v308 = v20 * v156, v309 = v109 * v244, v310 = v308 - v309, v311 = v307 + v310,
+      v312 = v311 * qd_4, v313 = v238 * v167, v314 = v118 * v51, v315 = v313 - v314,
+      v316 = v31 * v171, v317 = v116 * v258, v318 = v316 + v317, v319 = v315 + v318,
+      v320 = v319 * qd_3, v321 = v236 * v195, v322 = v111 * v76, v323 = v321 + v322,
+      v324 = v1 * v274, v325 = v6 * v209, v326 = v324 + v325, v327 = v323 - v326,
+      v328 = v327 * qd_1, v329 = v237 * v183, v330 = v113 * v63, v331 = v329 + v330,
+      v332 = v13 * v190, v333 = v102 * v264, v334 = v332 - v333, v335 = v331 + v334,
+      v336 = v335 * qd_2, v337 = v328 + v336, v338 = v320 + v337, v339 = v312 + v338,
+      v340 = v304 + v339, v341 = v300 + v340;
   out[2] = v341;
-  const lanes v342 = v83 * qdd_5;
-  const lanes v343 = v20 * qdd_4;
-  const lanes v344 = v31 * qdd_3;
-  const lanes v345 = v13 * qdd_2;
-  const lanes v346 = v6 * qdd_1;
-  const lanes v347 = v345 - v346;
-  const lanes v348 = v344 + v347;
-  const lanes v349 = v343 + v348;
-  const lanes v350 = v342 + v349;
-  const lanes v351 = v9 * v20;
-  const lanes v352 = v10 * v33;
-  const lanes v353 = v351 - v352;
-  const lanes v354 = v353 * qdd_6;
-  const lanes v355 = v350 - v354;
-  const lanes v356 = v9 * v109;
-  const lanes v357 = v10 * v143;
-  const lanes v358 = v356 - v357;
-  const lanes v359 = v139 * v358;
-  const lanes v360 = v9 * v91;
-  const lanes v361 = v10 * v99;
-  const lanes v362 = v360 - v361;
-  const lanes v363 = v127 * v362;
-  const lanes v364 = v359 - v363;
-  const lanes v365 = v364 * qd_6;
-  const lanes v366 = v134 * v125;
-  const lanes v367 = v119 * v137;
-  const lanes v368 = v366 - v367;
-  const lanes v369 = v368 * qd_5;
-  const lanes v370 = v118 * v91;
-  const lanes v371 = v133 * v109;
-  const lanes v372 = v370 - v371;
-  const lanes v373 = v372 * qd_4;
-  const lanes v374 = v131 * v116;
-  const lanes v375 = v113 * v93;
-  const lanes v376 = v374 - v375;
-  const lanes v377 = v376 * qd_3;
-  const lanes v378 = v111 * v4;
-  const lanes v379 = v102 * qd_0;
-  const lanes v380 = v378 - v379;
-  const lanes v381 = v380 * qd_2;
-  const lanes v382 = v1 * qd_0;
-  const lanes v383 = v382 * qd_1;
-  const lanes v384 = v381 - v383;
-  const lanes v385 = v377 + v384;
-  const lanes v386 = v373 + v385;
-  const lanes v387 = v369 + v386;
-  const lanes v388 = v365 + v387;
-  const lanes v389 = v355 + v388;
+  const lanes v342 = v83 * qdd_5, v343 = v20 * qdd_4, v344 = v31 * qdd_3, v345 = v13 * qdd_2,
+      v346 = v6 * qdd_1, v347 = v345 - v346, v348 = v344 + v347, v349 = v343 + v348,
+      v350 = v342 + v349, v351 = v9 * v20, v352 = v10 * v33, v353 = v351 - v352,
+      v354 = v353 * qdd_6, v355 = v350 - v354, v356 = v9 * v109, v357 = v10 * v143,
+      v358 = v356 - v357, v359 = v139 * v358, v360 = v9 * v91, v361 = v10 * v99, v362 = v360 - v361,
+      v363 = v127 * v362, v364 = v359 - v363, v365 = v364 * qd_6, v366 = v134 * v125,
+      v367 = v119 * v137, v368 = v366 - v367, v369 = v368 * qd_5, v370 = v118 * v91,
+      v371 = v133 * v109, v372 = v370 - v371, v373 = v372 * qd_4, v374 = v131 * v116,
+      v375 = v113 * v93, v376 = v374 - v375, v377 = v376 * qd_3, v378 = v111 * v4,
+      v379 = v102 * qd_0, v380 = v378 - v379, v381 = v380 * qd_2, v382 = v1 * qd_0,
+      v383 = v382 * qd_1, v384 = v381 - v383, v385 = v377 + v384, v386 = v373 + v385,
+      v387 = v369 + v386, v388 = v365 + v387, v389 = v355 + v388;
   out[3] = v389;
-  const lanes v390 = v109 * qdd_4;
-  const lanes v391 = v1 * qdd_1;
-  const lanes v392 = v102 * qdd_2;
-  const lanes v393 = v391 + v392;
-  const lanes v394 = v116 * qdd_3;
-  const lanes v395 = v393 - v394;
-  const lanes v396 = v390 + v395;
-  const lanes v397 = v125 * qdd_5;
-  const lanes v398 = v396 - v397;
-  const lanes v399 = v358 * qdd_6;
-  const lanes v400 = v398 - v399;
-  const lanes v401 = v240 * v362;
-  const lanes v402 = v139 * v353;
-  const lanes v403 = v401 - v402;
-  const lanes v404 = v403 * qd_6;
-  const lanes v405 = v239 * v137;
-  const lanes v406 = v134 * v83;
-  const lanes v407 = v405 + v406;
-  const lanes v408 = v407 * qd_5;
-  const lanes v409 = v133 * v20;
-  const lanes v410 = v238 * v91;
-  const lanes v411 = v409 - v410;
-  const lanes v412 = v411 * qd_4;
-  const lanes v413 = v31 * v131;
-  const lanes v414 = v237 * v93;
-  const lanes v415 = v413 + v414;
-  const lanes v416 = v415 * qd_3;
-  const lanes v417 = v13 * qd_0;
-  const lanes v418 = v236 * v4;
-  const lanes v419 = v417 + v418;
-  const lanes v420 = v419 * qd_2;
-  const lanes v421 = v6 * qd_0;
-  const lanes v422 = v421 * qd_1;
-  const lanes v423 = v420 - v422;
-  const lanes v424 = v416 + v423;
-  const lanes v425 = v412 + v424;
-  const lanes v426 = v408 + v425;
-  const lanes v427 = v404 + v426;
-  const lanes v428 = v400 + v427;
+  const lanes v390 = v109 * qdd_4, v391 = v1 * qdd_1, v392 = v102 * qdd_2, v393 = v391 + v392,
+      v394 = v116 * qdd_3, v395 = v393 - v394, v396 = v390 + v395, v397 = v125 * qdd_5,
+      v398 = v396 - v397, v399 = v358 * qdd_6, v400 = v398 - v399, v401 = v240 * v362,
+      v402 = v139 * v353, v403 = v401 - v402, v404 = v403 * qd_6, v405 = v239 * v137,
+      v406 = v134 * v83, v407 = v405 + v406, v408 = v407 * qd_5, v409 = v133 * v20,
+      v410 = v238 * v91, v411 = v409 - v410, v412 = v411 * qd_4, v413 = v31 * v131,
+      v414 = v237 * v93, v415 = v413 + v414, v416 = v415 * qd_3, v417 = v13 * qd_0,
+      v418 = v236 * v4, v419 = v417 + v418, v420 = v419 * qd_2, v421 = v6 * qd_0,
+      v422 = v421 * qd_1, v423 = v420 - v422, v424 = v416 + v423, v425 = v412 + v424,
+      v426 = v408 + v425, v427 = v404 + v426, v428 = v400 + v427;
   out[4] = v428;
-  const lanes v429 = v91 * qdd_4;
-  const lanes v430 = v4 * qdd_2;
-  const lanes v431 = v430 + qdd_0;
-  const lanes v432 = v93 * qdd_3;
-  const lanes v433 = v431 - v432;
-  const lanes v434 = v429 + v433;
-  const lanes v435 = v137 * qdd_5;
-  const lanes v436 = v434 - v435;
-  const lanes v437 = v362 * qdd_6;
-  const lanes v438 = v436 - v437;
-  const lanes v439 = v127 * v353;
-  const lanes v440 = v240 * v358;
-  const lanes v441 = v439 - v440;
-  const lanes v442 = v441 * qd_6;
-  const lanes v443 = v238 * v109;
-  const lanes v444 = v118 * v20;
-  const lanes v445 = v443 - v444;
-  const lanes v446 = v445 * qd_4;
-  const lanes v447 = v13 * v111;
-  const lanes v448 = v102 * v236;
-  const lanes v449 = v447 + v448;
-  const lanes v450 = v449 * qd_2;
-  const lanes v451 = v31 * v113;
-  const lanes v452 = v237 * v116;
-  const lanes v453 = v451 + v452;
-  const lanes v454 = v453 * qd_3;
-  const lanes v455 = v450 + v454;
-  const lanes v456 = v446 - v455;
-  const lanes v457 = v239 * v125;
-  const lanes v458 = v119 * v83;
-  const lanes v459 = v457 + v458;
-  const lanes v460 = v459 * qd_5;
-  const lanes v461 = v456 - v460;
-  const lanes v462 = v442 + v461;
-  const lanes v463 = v438 + v462;
+  const lanes v429 = v91 * qdd_4, v430 = v4 * qdd_2, v431 = v430 + qdd_0, v432 = v93 * qdd_3,
+      v433 = v431 - v432, v434 = v429 + v433, v435 = v137 * qdd_5, v436 = v434 - v435,
+      v437 = v362 * qdd_6, v438 = v436 - v437, v439 = v127 * v353, v440 = v240 * v358,
+      v441 = v439 - v440, v442 = v441 * qd_6, v443 = v238 * v109, v444 = v118 * v20,
+      v445 = v443 - v444, v446 = v445 * qd_4, v447 = v13 * v111, v448 = v102 * v236,
+      v449 = v447 + v448, v450 = v449 * qd_2, v451 = v31 * v113, v452 = v237 * v116,
+      v453 = v451 + v452, v454 = v453 * qd_3, v455 = v450 + v454, v456 = v446 - v455,
+      v457 = v239 * v125, v458 = v119 * v83, v459 = v457 + v458, v460 = v459 * qd_5,
+      v461 = v456 - v460, v462 = v442 + v461, v463 = v438 + v462;
   out[5] = v463;
 }
 
 static LANES_TARGET void LANES_NAME(panda_ik)(const lanes *in, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes q7_0 = in[16];
-  const lanes v1 = 0.7071067811865476 * T_8;
-  const lanes v2 = 0.7071067811865476 * T_9;
-  const lanes v3 = v1 - v2;
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&q7_0, &v4, &v6);
-  const lanes v5 = v3 * v4;
-  const lanes v7 = v1 + v2;
-  const lanes v8 = v6 * v7;
-  const lanes v9 = v5 - v8;
-  const lanes v10 = 0.333 - T_11;
-  const lanes v11 = v9 * v10;
-  const lanes v12 = 0.7071067811865476 * T_0;
-  const lanes v13 = 0.7071067811865476 * T_1;
-  const lanes v14 = v12 - v13;
-  const lanes v15 = v14 * v4;
-  const lanes v16 = v12 + v13;
-  const lanes v17 = v6 * v16;
-  const lanes v18 = v15 - v17;
-  const lanes v19 = T_3 * v18;
-  const lanes v20 = v11 - v19;
-  const lanes v21 = 0.7071067811865476 * T_4;
-  const lanes v22 = 0.7071067811865476 * T_5;
-  const lanes v23 = v21 - v22;
-  const lanes v24 = v23 * v4;
-  const lanes v25 = v21 + v22;
-  const lanes v26 = v6 * v25;
-  const lanes v27 = v24 - v26;
-  const lanes v28 = T_7 * v27;
-  const lanes v29 = v20 - v28;
-  const lanes v30 = v29 * v29;
-  const lanes v31 = v6 * v3;
-  const lanes v32 = v7 * v4;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v33 * v10;
-  const lanes v35 = v6 * v14;
-  const lanes v36 = v16 * v4;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = T_3 * v37;
-  const lanes v39 = v34 - v38;
-  const lanes v40 = v6 * v23;
-  const lanes v41 = v25 * v4;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = T_7 * v42;
-  const lanes v44 = v39 - v43;
-  const lanes v45 = v44 + 0.088;
-  const lanes v46 = v45 * v45;
-  const lanes v47 = v30 + v46;
-  const lanes v48 = T_3 * T_2;
-  const lanes v49 = T_7 * T_6;
-  const lanes v50 = v48 + v49;
-  const lanes v51 = T_10 * v10;
-  const lanes v52 = v50 - v51;
-  const lanes v53 = 0.926 + v52;
-  const lanes v54 = v53 - 1.033;
-  const lanes v55 = v54 * v54;
-  const lanes v56 = v47 + v55;
-  const lanes v57 = v56 - 0.004378530044808538;
-  const lanes v58 = 0.5174704699551914 - v56;
-  const lanes v59 = v57 * v58;
-  const lanes_where v60 = LANES_LT(2.63263338801e-16, v59);
-  lanes v61; LANES_NAME(lanes_sqrt)(&v59, &v61);
-  const lanes v62 = 0.2290755 * v61;
-  const lanes v63 = LANES_CHOICE(v60, v62, 0.0);
-  const lanes v64 = v56 - 0.2609245;
-  const lanes v65 = 0.1155 * v64;
-  const lanes v66 = v63 - v65;
-  const lanes v67 = v66 * v66;
-  const lanes v68 = 0.2290755 * v64;
-  const lanes v69 = 0.1155 * v61;
-  const lanes v70 = LANES_CHOICE(v60, v69, 0.0);
-  const lanes v71 = v68 + v70;
-  const lanes v72 = 1e-150 + v71;
-  const lanes v73 = v72 * v72;
-  const lanes v74 = v67 + v73;
-  lanes v75; LANES_NAME(lanes_sqrt)(&v74, &v75);
-  const lanes v76 = v66 / v75;
-  const lanes v77 = 0.316 * v76;
-  const lanes v78 = v72 / v75;
-  const lanes v79 = 0.0825 * v78;
-  const lanes v80 = v77 + v79;
-  const lanes v81 = 0.0825 - v80;
-  const lanes v82 = v29 * v81;
-  const lanes v83 = v82 * v82;
-  const lanes v84 = v46 + v55;
-  const lanes v85 = v81 * v81;
-  lanes v86; LANES_NAME(lanes_fmin)(&v84, &v85, &v86);
-  const lanes v87 = 4e-15 * v86;
-  const lanes_where v88 = LANES_LT(v85, v84);
-  const lanes v89 = v85 - v30;
-  const lanes v90 = 0.0825 * v76;
-  const lanes v91 = 0.316 * v78;
-  const lanes v92 = v90 - v91;
-  const lanes v93 = v92 - 0.384;
-  const lanes v94 = v93 * v93;
-  const lanes v95 = v84 - v94;
-  const lanes v96 = LANES_CHOICE(v88, v89, v95);
-  const lanes_where v97 = LANES_LT(v87, v96);
-  lanes v98; LANES_NAME(lanes_sqrt)(&v96, &v98);
-  const lanes v99 = v45 * v98;
-  const lanes v100 = LANES_CHOICE(v97, v99, 0.0);
-  const lanes v101 = v54 * v93;
-  const lanes v102 = v100 + v101;
-  const lanes v103 = 1e-150 + v102;
-  const lanes v104 = v45 * v93;
-  const lanes v105 = v54 * v98;
-  const lanes v106 = LANES_CHOICE(v97, v105, 0.0);
-  const lanes v107 = v104 - v106;
-  const lanes v108 = v107 * v107;
-  const lanes v109 = v103 * v103;
-  const lanes v110 = v108 + v109;
-  lanes v111; LANES_NAME(lanes_sqrt)(&v110, &v111);
-  const lanes v112 = v103 / v111;
-  const lanes v113 = v45 * v112;
-  const lanes v114 = v107 / v111;
-  const lanes v115 = v54 * v114;
-  const lanes v116 = v113 - v115;
-  const lanes v117 = v81 * v116;
-  const lanes v118 = 1e-150 + v117;
-  const lanes v119 = v118 * v118;
-  const lanes v120 = v83 + v119;
-  lanes v121; LANES_NAME(lanes_sqrt)(&v120, &v121);
-  const lanes v122 = v82 / v121;
-  const lanes v123 = T_10 * v114;
-  const lanes v124 = v33 * v112;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = v122 * v125;
-  const lanes v127 = v118 / v121;
-  const lanes v128 = v9 * v127;
-  const lanes v129 = v126 - v128;
-  const lanes v130 = v129 * v129;
-  const lanes v131 = v9 * v122;
-  const lanes v132 = v127 * v125;
-  const lanes v133 = v131 + v132;
-  const lanes v134 = v78 * v133;
-  const lanes v135 = T_10 * v112;
-  const lanes v136 = v33 * v114;
-  const lanes v137 = v135 - v136;
-  const lanes v138 = v76 * v137;
-  const lanes v139 = v134 + v138;
-  const lanes v140 = v139 * v139;
-  const lanes v141 = v130 + v140;
-  const lanes v142 = 4e-15 * v141;
-  const lanes_where v143 = LANES_LT(v142, v141);
-  const lanes v144 = v18 * v122;
-  const lanes v145 = T_2 * v114;
-  const lanes v146 = v37 * v112;
-  const lanes v147 = v145 + v146;
-  const lanes v148 = v127 * v147;
-  const lanes v149 = v144 + v148;
-  const lanes v150 = v78 * v149;
-  const lanes v151 = T_2 * v112;
-  const lanes v152 = v37 * v114;
-  const lanes v153 = v151 - v152;
-  const lanes v154 = v76 * v153;
-  const lanes v155 = v150 + v154;
-  lanes v156; LANES_NAME(lanes_sqrt)(&v141, &v156);
-  const lanes v157 = v129 * v156;
-  const lanes v158 = v157 * v157;
-  const lanes v159 = LANES_CHOICE(v143, v158, 0.0);
-  const lanes v160 = LANES_CHOICE(v143, v159, 0.0);
-  const lanes v161 = v139 * v156;
-  const lanes v162 = LANES_CHOICE(v143, v161, 0.0);
-  const lanes v163 = 1e-150 - v162;
-  const lanes v164 = v163 * v163;
-  const lanes v165 = v160 + v164;
-  lanes v166; LANES_NAME(lanes_sqrt)(&v165, &v166);
-  const lanes v167 = 1.0 / v166;
-  const lanes v168 = v157 * v167;
-  const lanes v169 = v155 * v168;
-  const lanes v170 = LANES_CHOICE(v143, v169, 0.0);
-  const lanes v171 = v163 / v166;
-  const lanes v172 = v122 * v147;
-  const lanes v173 = v18 * v127;
-  const lanes v174 = v172 - v173;
-  const lanes v175 = v171 * v174;
-  const lanes v176 = v170 + v175;
-  const lanes v177 = v176 * v176;
-  const lanes v178 = v78 * v153;
-  const lanes v179 = v76 * v149;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v129 * v168;
-  const lanes v182 = LANES_CHOICE(v143, v181, 0.0);
-  const lanes v183 = v139 * v171;
-  const lanes v184 = v182 - v183;
-  const lanes v185 = v184 * v184;
-  const lanes v186 = v78 * v137;
-  const lanes v187 = v76 * v133;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = 1e-150 - v188;
-  const lanes v190 = v189 * v189;
-  const lanes v191 = v185 + v190;
-  lanes v192; LANES_NAME(lanes_sqrt)(&v191, &v192);
-  const lanes v193 = v184 / v192;
-  const lanes v194 = v180 * v193;
-  const lanes v195 = v168 * v174;
-  const lanes v196 = LANES_CHOICE(v143, v195, 0.0);
-  const lanes v197 = v155 * v171;
-  const lanes v198 = v196 - v197;
-  const lanes v199 = v189 / v192;
-  const lanes v200 = v198 * v199;
-  const lanes v201 = v194 + v200;
-  const lanes v202 = 1e-150 - v201;
-  const lanes v203 = v202 * v202;
-  const lanes v204 = v177 + v203;
-  lanes v205; LANES_NAME(lanes_sqrt)(&v204, &v205);
-  const lanes v206 = v176 / v205;
-  const lanes v207 = v202 / v205;
-  lanes v208; LANES_NAME(lanes_atan2)(&v206, &v207, &v208);
-  lanes v209; LANES_NAME(lanes_atan2)(&v193, &v199, &v209);
-  const lanes v210 = LANES_CHOICE(v143, v168, 0.0);
-  lanes v211; LANES_NAME(lanes_atan2)(&v210, &v171, &v211);
-  lanes v212; LANES_NAME(lanes_atan2)(&v76, &v78, &v212);
-  lanes v213; LANES_NAME(lanes_atan2)(&v122, &v127, &v213);
-  lanes v214; LANES_NAME(lanes_atan2)(&v114, &v112, &v214);
-  const lanes v215 = 1e-150 + v162;
-  const lanes v216 = v215 * v215;
-  const lanes v217 = v216 + v160;
-  lanes v218; LANES_NAME(lanes_sqrt)(&v217, &v218);
-  const lanes v219 = v215 / v218;
-  const lanes v220 = v219 * v174;
-  const lanes v221 = 1.0 / v218;
-  const lanes v222 = v221 * v157;
-  const lanes v223 = v155 * v222;
-  const lanes v224 = LANES_CHOICE(v143, v223, 0.0);
-  const lanes v225 = v220 - v224;
-  const lanes v226 = v225 * v225;
-  const lanes v227 = v219 * v139;
-  const lanes v228 = v222 * v129;
-  const lanes v229 = LANES_CHOICE(v143, v228, 0.0);
-  const lanes v230 = v227 + v229;
-  const lanes v231 = v230 * v230;
-  const lanes v232 = v231 + v190;
-  lanes v233; LANES_NAME(lanes_sqrt)(&v232, &v233);
-  const lanes v234 = v230 / v233;
-  const lanes v235 = v180 * v234;
-  const lanes v236 = v189 / v233;
-  const lanes v237 = v155 * v219;
-  const lanes v238 = v222 * v174;
-  const lanes v239 = LANES_CHOICE(v143, v238, 0.0);
-  const lanes v240 = v237 + v239;
-  const lanes v241 = v236 * v240;
-  const lanes v242 = v235 + v241;
-  const lanes v243 = 1e-150 + v242;
-  const lanes v244 = v243 * v243;
-  const lanes v245 = v226 + v244;
-  lanes v246; LANES_NAME(lanes_sqrt)(&v245, &v246);
-  const lanes v247 = v225 / v246;
-  const lanes v248 = v243 / v246;
-  lanes v249; LANES_NAME(lanes_atan2)(&v247, &v248, &v249);
-  lanes v250; LANES_NAME(lanes_atan2)(&v234, &v236, &v250);
-  const lanes v251 = LANES_CHOICE(v143, v222, 0.0);
-  lanes v252; LANES_NAME(lanes_atan2)(&v251, &v219, &v252);
-  const lanes v253 = v101 - v100;
-  const lanes v254 = 1e-150 + v253;
-  const lanes v255 = v104 + v106;
-  const lanes v256 = v255 * v255;
-  const lanes v257 = v254 * v254;
-  const lanes v258 = v256 + v257;
-  lanes v259; LANES_NAME(lanes_sqrt)(&v258, &v259);
-  const lanes v260 = v254 / v259;
-  const lanes v261 = v45 * v260;
-  const lanes v262 = v255 / v259;
-  const lanes v263 = v54 * v262;
-  const lanes v264 = v261 - v263;
-  const lanes v265 = v264 * v81;
-  const lanes v266 = 1e-150 + v265;
-  const lanes v267 = v266 * v266;
-  const lanes v268 = v267 + v83;
-  lanes v269; LANES_NAME(lanes_sqrt)(&v268, &v269);
-  const lanes v270 = v82 / v269;
-  const lanes v271 = T_10 * v262;
-  const lanes v272 = v33 * v260;
-  const lanes v273 = v271 + v272;
-  const lanes v274 = v270 * v273;
-  const lanes v275 = v266 / v269;
-  const lanes v276 = v9 * v275;
-  const lanes v277 = v274 - v276;
-  const lanes v278 = v277 * v277;
-  const lanes v279 = T_10 * v260;
-  const lanes v280 = v33 * v262;
-  const lanes v281 = v279 - v280;
-  const lanes v282 = v281 * v76;
-  const lanes v283 = v9 * v270;
-  const lanes v284 = v275 * v273;
-  const lanes v285 = v283 + v284;
-  const lanes v286 = v285 * v78;
-  const lanes v287 = v282 + v286;
-  const lanes v288 = v287 * v287;
-  const lanes v289 = v278 + v288;
-  const lanes v290 = 4e-15 * v289;
-  const lanes_where v291 = LANES_LT(v290, v289);
-  lanes v292; LANES_NAME(lanes_sqrt)(&v289, &v292);
-  const lanes v293 = v287 * v292;
-  const lanes v294 = LANES_CHOICE(v291, v293, 0.0);
-  const lanes v295 = 1e-150 - v294;
-  const lanes v296 = v277 * v292;
-  const lanes v297 = v296 * v296;
-  const lanes v298 = LANES_CHOICE(v291, v297, 0.0);
-  const lanes v299 = LANES_CHOICE(v291, v298, 0.0);
-  const lanes v300 = v295 * v295;
-  const lanes v301 = v299 + v300;
-  lanes v302; LANES_NAME(lanes_sqrt)(&v301, &v302);
-  const lanes v303 = v295 / v302;
-  const lanes v304 = T_2 * v262;
-  const lanes v305 = v37 * v260;
-  const lanes v306 = v304 + v305;
-  const lanes v307 = v270 * v306;
-  const lanes v308 = v18 * v275;
-  const lanes v309 = v307 - v308;
-  const lanes v310 = v303 * v309;
-  const lanes v311 = 1.0 / v302;
-  const lanes v312 = v296 * v311;
-  const lanes v313 = T_2 * v260;
-  const lanes v314 = v37 * v262;
-  const lanes v315 = v313 - v314;
-  const lanes v316 = v315 * v76;
-  const lanes v317 = v18 * v270;
-  const lanes v318 = v275 * v306;
-  const lanes v319 = v317 + v318;
-  const lanes v320 = v319 * v78;
-  const lanes v321 = v316 + v320;
-  const lanes v322 = v312 * v321;
-  const lanes v323 = LANES_CHOICE(v291, v322, 0.0);
-  const lanes v324 = v310 + v323;
-  const lanes v325 = v324 * v324;
-  const lanes v326 = v281 * v78;
-  const lanes v327 = v285 * v76;
-  const lanes v328 = v326 - v327;
-  const lanes v329 = 1e-150 - v328;
-  const lanes v330 = v277 * v312;
-  const lanes v331 = LANES_CHOICE(v291, v330, 0.0);
-  const lanes v332 = v287 * v303;
-  const lanes v333 = v331 - v332;
-  const lanes v334 = v333 * v333;
-  const lanes v335 = v329 * v329;
-  const lanes v336 = v334 + v335;
-  lanes v337; LANES_NAME(lanes_sqrt)(&v336, &v337);
-  const lanes v338 = v329 / v337;
-  const lanes v339 = v312 * v309;
-  const lanes v340 = LANES_CHOICE(v291, v339, 0.0);
-  const lanes v341 = v303 * v321;
-  const lanes v342 = v340 - v341;
-  const lanes v343 = v338 * v342;
-  const lanes v344 = v333 / v337;
-  const lanes v345 = v315 * v78;
-  const lanes v346 = v319 * v76;
-  const lanes v347 = v345 - v346;
-  const lanes v348 = v344 * v347;
-  const lanes v349 = v343 + v348;
-  const lanes v350 = 1e-150 - v349;
-  const lanes v351 = v350 * v350;
-  const lanes v352 = v325 + v351;
-  lanes v353; LANES_NAME(lanes_sqrt)(&v352, &v353);
-  const lanes v354 = v324 / v353;
-  const lanes v355 = v350 / v353;
-  lanes v356; LANES_NAME(lanes_atan2)(&v354, &v355, &v356);
-  lanes v357; LANES_NAME(lanes_atan2)(&v344, &v338, &v357);
-  const lanes v358 = LANES_CHOICE(v291, v312, 0.0);
-  lanes v359; LANES_NAME(lanes_atan2)(&v358, &v303, &v359);
-  lanes v360; LANES_NAME(lanes_atan2)(&v270, &v275, &v360);
-  lanes v361; LANES_NAME(lanes_atan2)(&v262, &v260, &v361);
-  const lanes v362 = 1e-150 + v294;
-  const lanes v363 = v362 * v362;
-  const lanes v364 = v299 + v363;
-  lanes v365; LANES_NAME(lanes_sqrt)(&v364, &v365);
-  const lanes v366 = v362 / v365;
-  const lanes v367 = v309 * v366;
-  const lanes v368 = 1.0 / v365;
-  const lanes v369 = v296 * v368;
-  const lanes v370 = v321 * v369;
-  const lanes v371 = LANES_CHOICE(v291, v370, 0.0);
-  const lanes v372 = v367 - v371;
-  const lanes v373 = v372 * v372;
-  const lanes v374 = v277 * v369;
-  const lanes v375 = LANES_CHOICE(v291, v374, 0.0);
-  const lanes v376 = v287 * v366;
-  const lanes v377 = v375 + v376;
-  const lanes v378 = v377 * v377;
-  const lanes v379 = v335 + v378;
-  lanes v380; LANES_NAME(lanes_sqrt)(&v379, &v380);
-  const lanes v381 = v377 / v380;
-  const lanes v382 = v347 * v381;
-  const lanes v383 = v329 / v380;
-  const lanes v384 = v309 * v369;
-  const lanes v385 = LANES_CHOICE(v291, v384, 0.0);
-  const lanes v386 = v321 * v366;
-  const lanes v387 = v385 + v386;
-  const lanes v388 = v383 * v387;
-  const lanes v389 = v382 + v388;
-  const lanes v390 = 1e-150 + v389;
-  const lanes v391 = v390 * v390;
-  const lanes v392 = v373 + v391;
-  lanes v393; LANES_NAME(lanes_sqrt)(&v392, &v393);
-  const lanes v394 = v372 / v393;
-  const lanes v395 = v390 / v393;
-  lanes v396; LANES_NAME(lanes_atan2)(&v394, &v395, &v396);
-  lanes v397; LANES_NAME(lanes_atan2)(&v381, &v383, &v397);
-  const lanes v398 = LANES_CHOICE(v291, v369, 0.0);
-  lanes v399; LANES_NAME(lanes_atan2)(&v398, &v366, &v399);
-  const lanes v400 = v68 - v70;
-  const lanes v401 = 1e-150 + v400;
-  const lanes v402 = v63 + v65;
-  const lanes v403 = v402 * v402;
-  const lanes v404 = v401 * v401;
-  const lanes v405 = v403 + v404;
-  lanes v406; LANES_NAME(lanes_sqrt)(&v405, &v406);
-  const lanes v407 = v401 / v406;
-  const lanes v408 = 0.0825 * v407;
-  const lanes v409 = v402 / v406;
-  const lanes v410 = 0.316 * v409;
-  const lanes v411 = v408 - v410;
-  const lanes v412 = 0.0825 - v411;
-  const lanes v413 = v29 * v412;
-  const lanes v414 = v413 * v413;
-  const lanes v415 = v412 * v412;
-  lanes v416; LANES_NAME(lanes_fmin)(&v84, &v415, &v416);
-  const lanes v417 = 4e-15 * v416;
-  const lanes_where v418 = LANES_LT(v415, v84);
-  const lanes v419 = v415 - v30;
-  const lanes v420 = 0.316 * v407;
-  const lanes v421 = 0.0825 * v409;
-  const lanes v422 = v420 + v421;
-  const lanes v423 = 0.384 + v422;
-  const lanes v424 = v423 * v423;
-  const lanes v425 = v84 - v424;
-  const lanes v426 = LANES_CHOICE(v418, v419, v425);
-  const lanes_where v427 = LANES_LT(v417, v426);
-  lanes v428; LANES_NAME(lanes_sqrt)(&v426, &v428);
-  const lanes v429 = v45 * v428;
-  const lanes v430 = LANES_CHOICE(v427, v429, 0.0);
-  const lanes v431 = v54 * v423;
-  const lanes v432 = v430 - v431;
-  const lanes v433 = 1e-150 + v432;
-  const lanes v434 = v45 * v423;
-  const lanes v435 = v54 * v428;
-  const lanes v436 = LANES_CHOICE(v427, v435, 0.0);
-  const lanes v437 = v434 + v436;
-  const lanes v438 = v437 * v437;
-  const lanes v439 = v433 * v433;
-  const lanes v440 = v438 + v439;
-  lanes v441; LANES_NAME(lanes_sqrt)(&v440, &v441);
-  const lanes v442 = v433 / v441;
-  const lanes v443 = v45 * v442;
-  const lanes v444 = v437 / v441;
-  const lanes v445 = v54 * v444;
-  const lanes v446 = v443 + v445;
-  const lanes v447 = v412 * v446;
-  const lanes v448 = 1e-150 + v447;
-  const lanes v449 = v448 * v448;
-  const lanes v450 = v414 + v449;
-  lanes v451; LANES_NAME(lanes_sqrt)(&v450, &v451);
-  const lanes v452 = v413 / v451;
-  const lanes v453 = v33 * v442;
-  const lanes v454 = T_10 * v444;
-  const lanes v455 = v453 - v454;
-  const lanes v456 = v452 * v455;
-  const lanes v457 = v448 / v451;
-  const lanes v458 = v9 * v457;
-  const lanes v459 = v456 - v458;
-  const lanes v460 = v459 * v459;
-  const lanes v461 = v9 * v452;
-  const lanes v462 = v457 * v455;
-  const lanes v463 = v461 + v462;
-  const lanes v464 = v407 * v463;
-  const lanes v465 = T_10 * v442;
-  const lanes v466 = v33 * v444;
-  const lanes v467 = v465 + v466;
-  const lanes v468 = v409 * v467;
-  const lanes v469 = v464 - v468;
-  const lanes v470 = v469 * v469;
-  const lanes v471 = v460 + v470;
-  const lanes v472 = 4e-15 * v471;
-  const lanes_where v473 = LANES_LT(v472, v471);
-  lanes v474; LANES_NAME(lanes_sqrt)(&v471, &v474);
-  const lanes v475 = v469 * v474;
-  const lanes v476 = LANES_CHOICE(v473, v475, 0.0);
-  const lanes v477 = 1e-150 - v476;
-  const lanes v478 = v459 * v474;
-  const lanes v479 = v478 * v478;
-  const lanes v480 = LANES_CHOICE(v473, v479, 0.0);
-  const lanes v481 = LANES_CHOICE(v473, v480, 0.0);
-  const lanes v482 = v477 * v477;
-  const lanes v483 = v481 + v482;
-  lanes v484; LANES_NAME(lanes_sqrt)(&v483, &v484);
-  const lanes v485 = v477 / v484;
-  const lanes v486 = v37 * v442;
-  const lanes v487 = T_2 * v444;
-  const lanes v488 = v486 - v487;
-  const lanes v489 = v452 * v488;
-  const lanes v490 = v18 * v457;
-  const lanes v491 = v489 - v490;
-  const lanes v492 = v485 * v491;
-  const lanes v493 = 1.0 / v484;
-  const lanes v494 = v478 * v493;
-  const lanes v495 = v18 * v452;
-  const lanes v496 = v457 * v488;
-  const lanes v497 = v495 + v496;
-  const lanes v498 = v407 * v497;
-  const lanes v499 = T_2 * v442;
-  const lanes v500 = v37 * v444;
-  const lanes v501 = v499 + v500;
-  const lanes v502 = v409 * v501;
-  const lanes v503 = v498 - v502;
-  const lanes v504 = v494 * v503;
-  const lanes v505 = LANES_CHOICE(v473, v504, 0.0);
-  const lanes v506 = v492 + v505;
-  const lanes v507 = v506 * v506;
-  const lanes v508 = v407 * v467;
-  const lanes v509 = v409 * v463;
-  const lanes v510 = v508 + v509;
-  const lanes v511 = 1e-150 - v510;
-  const lanes v512 = v459 * v494;
-  const lanes v513 = LANES_CHOICE(v473, v512, 0.0);
-  const lanes v514 = v469 * v485;
-  const lanes v515 = v513 - v514;
-  const lanes v516 = v515 * v515;
-  const lanes v517 = v511 * v511;
-  const lanes v518 = v516 + v517;
-  lanes v519; LANES_NAME(lanes_sqrt)(&v518, &v519);
-  const lanes v520 = v511 / v519;
-  const lanes v521 = v494 * v491;
-  const lanes v522 = LANES_CHOICE(v473, v521, 0.0);
-  const lanes v523 = v485 * v503;
-  const lanes v524 = v522 - v523;
-  const lanes v525 = v520 * v524;
-  const lanes v526 = v515 / v519;
-  const lanes v527 = v407 * v501;
-  const lanes v528 = v409 * v497;
-  const lanes v529 = v527 + v528;
-  const lanes v530 = v526 * v529;
-  const lanes v531 = v525 + v530;
-  const lanes v532 = 1e-150 - v531;
-  const lanes v533 = v532 * v532;
-  const lanes v534 = v507 + v533;
-  lanes v535; LANES_NAME(lanes_sqrt)(&v534, &v535);
-  const lanes v536 = v506 / v535;
-  const lanes v537 = v532 / v535;
-  lanes v538; LANES_NAME(lanes_atan2)(&v536, &v537, &v538);
-  lanes v539; LANES_NAME(lanes_atan2)(&v526, &v520, &v539);
-  const lanes v540 = LANES_CHOICE(v473, v494, 0.0);
-  lanes v541; LANES_NAME(lanes_atan2)(&v540, &v485, &v541);
-  lanes v542; LANES_NAME(lanes_atan2)(&v409, &v407, &v542);
-  lanes v543; LANES_NAME(lanes_atan2)(&v452, &v457, &v543);
-  lanes v544; LANES_NAME(lanes_atan2)(&v444, &v442, &v544);
-  const lanes v545 = 1e-150 + v476;
-  const lanes v546 = v545 * v545;
-  const lanes v547 = v481 + v546;
-  lanes v548; LANES_NAME(lanes_sqrt)(&v547, &v548);
-  const lanes v549 = v545 / v548;
-  const lanes v550 = v491 * v549;
-  const lanes v551 = 1.0 / v548;
-  const lanes v552 = v478 * v551;
-  const lanes v553 = v503 * v552;
-  const lanes v554 = LANES_CHOICE(v473, v553, 0.0);
-  const lanes v555 = v550 - v554;
-  const lanes v556 = v555 * v555;
-  const lanes v557 = v459 * v552;
-  const lanes v558 = LANES_CHOICE(v473, v557, 0.0);
-  const lanes v559 = v469 * v549;
-  const lanes v560 = v558 + v559;
-  const lanes v561 = v560 * v560;
-  const lanes v562 = v517 + v561;
-  lanes v563; LANES_NAME(lanes_sqrt)(&v562, &v563);
-  const lanes v564 = v560 / v563;
-  const lanes v565 = v529 * v564;
-  const lanes v566 = v511 / v563;
-  const lanes v567 = v491 * v552;
-  const lanes v568 = LANES_CHOICE(v473, v567, 0.0);
-  const lanes v569 = v503 * v549;
-  const lanes v570 = v568 + v569;
-  const lanes v571 = v566 * v570;
-  const lanes v572 = v565 + v571;
-  const lanes v573 = 1e-150 + v572;
-  const lanes v574 = v573 * v573;
-  const lanes v575 = v556 + v574;
-  lanes v576; LANES_NAME(lanes_sqrt)(&v575, &v576);
-  const lanes v577 = v555 / v576;
-  const lanes v578 = v573 / v576;
-  lanes v579; LANES_NAME(lanes_atan2)(&v577, &v578, &v579);
-  lanes v580; LANES_NAME(lanes_atan2)(&v564, &v566, &v580);
-  const lanes v581 = LANES_CHOICE(v473, v552, 0.0);
-  lanes v582; LANES_NAME(lanes_atan2)(&v581, &v549, &v582);
-  const lanes v583 = v430 + v431;
-  const lanes v584 = 1e-150 - v583;
-  const lanes v585 = v436 - v434;
-  const lanes v586 = v585 * v585;
-  const lanes v587 = v584 * v584;
-  const lanes v588 = v586 + v587;
-  lanes v589; LANES_NAME(lanes_sqrt)(&v588, &v589);
-  const lanes v590 = v584 / v589;
-  const lanes v591 = v45 * v590;
-  const lanes v592 = v585 / v589;
-  const lanes v593 = v54 * v592;
-  const lanes v594 = v591 - v593;
-  const lanes v595 = v412 * v594;
-  const lanes v596 = 1e-150 + v595;
-  const lanes v597 = v596 * v596;
-  const lanes v598 = v414 + v597;
-  lanes v599; LANES_NAME(lanes_sqrt)(&v598, &v599);
-  const lanes v600 = v413 / v599;
-  const lanes v601 = T_10 * v592;
-  const lanes v602 = v33 * v590;
-  const lanes v603 = v601 + v602;
-  const lanes v604 = v600 * v603;
-  const lanes v605 = v596 / v599;
-  const lanes v606 = v9 * v605;
-  const lanes v607 = v604 - v606;
-  const lanes v608 = v607 * v607;
-  const lanes v609 = v9 * v600;
-  const lanes v610 = v605 * v603;
-  const lanes v611 = v609 + v610;
-  const lanes v612 = v407 * v611;
-  const lanes v613 = T_10 * v590;
-  const lanes v614 = v33 * v592;
-  const lanes v615 = v613 - v614;
-  const lanes v616 = v409 * v615;
-  const lanes v617 = v612 - v616;
-  const lanes v618 = v617 * v617;
-  const lanes v619 = v608 + v618;
-  const lanes v620 = 4e-15 * v619;
-  const lanes_where v621 = LANES_LT(v620, v619);
-  lanes v622; LANES_NAME(lanes_sqrt)(&v619, &v622);
-  const lanes v623 = v617 * v622;
-  const lanes v624 = LANES_CHOICE(v621, v623, 0.0);
-  const lanes v625 = 1e-150 - v624;
-  const lanes v626 = v607 * v622;
-  const lanes v627 = v626 * v626;
-  const lanes v628 = LANES_CHOICE(v621, v627, 0.0);
-  const lanes v629 = LANES_CHOICE(v621, v628, 0.0);
-  const lanes v630 = v625 * v625;
-  const lanes v631 = v629 + v630;
-  lanes v632; LANES_NAME(lanes_sqrt)(&v631, &v632);
-  const lanes v633 = v625 / v632;
-  const lanes v634 = T_2 * v592;
-  const lanes v635 = v37 * v590;
-  const lanes v636 = v634 + v635;
-  const lanes v637 = v600 * v636;
-  const lanes v638 = v18 * v605;
-  const lanes v639 = v637 - v638;
-  const lanes v640 = v633 * v639;
-  const lanes v641 = 1.0 / v632;
-  const lanes v642 = v626 * v641;
-  const lanes v643 = v18 * v600;
-  const lanes v644 = v605 * v636;
-  const lanes v645 = v643 + v644;
-  const lanes v646 = v407 * v645;
-  const lanes v647 = T_2 * v590;
-  const lanes v648 = v37 * v592;
-  const lanes v649 = v647 - v648;
-  const lanes v650 = v409 * v649;
-  const lanes v651 = v646 - v650;
-  const lanes v652 = v642 * v651;
-  const lanes v653 = LANES_CHOICE(v621, v652, 0.0);
-  const lanes v654 = v640 + v653;
-  const lanes v655 = v654 * v654;
-  const lanes v656 = v407 * v615;
-  const lanes v657 = v409 * v611;
-  const lanes v658 = v656 + v657;
-  const lanes v659 = 1e-150 - v658;
-  const lanes v660 = v607 * v642;
-  const lanes v661 = LANES_CHOICE(v621, v660, 0.0);
-  const lanes v662 = v617 * v633;
-  const lanes v663 = v661 - v662;
-  const lanes v664 = v663 * v663;
-  const lanes v665 = v659 * v659;
-  const lanes v666 = v664 + v665;
-  lanes v667; LANES_NAME(lanes_sqrt)(&v666, &v667);
-  const lanes v668 = v659 / v667;
-  const lanes v669 = v642 * v639;
-  const lanes v670 = LANES_CHOICE(v621, v669, 0.0);
-  const lanes v671 = v633 * v651;
-  const lanes v672 = v670 - v671;
-  const lanes v673 = v668 * v672;
-  const lanes v674 = v663 / v667;
-  const lanes v675 = v407 * v649;
-  const lanes v676 = v409 * v645;
-  const lanes v677 = v675 + v676;
-  const lanes v678 = v674 * v677;
-  const lanes v679 = v673 + v678;
-  const lanes v680 = 1e-150 - v679;
-  const lanes v681 = v680 * v680;
-  const lanes v682 = v655 + v681;
-  lanes v683; LANES_NAME(lanes_sqrt)(&v682, &v683);
-  const lanes v684 = v654 / v683;
-  const lanes v685 = v680 / v683;
-  lanes v686; LANES_NAME(lanes_atan2)(&v684, &v685, &v686);
-  lanes v687; LANES_NAME(lanes_atan2)(&v674, &v668, &v687);
-  const lanes v688 = LANES_CHOICE(v621, v642, 0.0);
-  lanes v689; LANES_NAME(lanes_atan2)(&v688, &v633, &v689);
-  lanes v690; LANES_NAME(lanes_atan2)(&v600, &v605, &v690);
-  lanes v691; LANES_NAME(lanes_atan2)(&v592, &v590, &v691);
-  const lanes v692 = 1e-150 + v624;
-  const lanes v693 = v692 * v692;
-  const lanes v694 = v629 + v693;
-  lanes v695; LANES_NAME(lanes_sqrt)(&v694, &v695);
-  const lanes v696 = v692 / v695;
-  const lanes v697 = v639 * v696;
-  const lanes v698 = 1.0 / v695;
-  const lanes v699 = v626 * v698;
-  const lanes v700 = v651 * v699;
-  const lanes v701 = LANES_CHOICE(v621, v700, 0.0);
-  const lanes v702 = v697 - v701;
-  const lanes v703 = v702 * v702;
-  const lanes v704 = v607 * v699;
-  const lanes v705 = LANES_CHOICE(v621, v704, 0.0);
-  const lanes v706 = v617 * v696;
-  const lanes v707 = v705 + v706;
-  const lanes v708 = v707 * v707;
-  const lanes v709 = v665 + v708;
-  lanes v710; LANES_NAME(lanes_sqrt)(&v709, &v710);
-  const lanes v711 = v707 / v710;
-  const lanes v712 = v677 * v711;
-  const lanes v713 = v659 / v710;
-  const lanes v714 = v639 * v699;
-  const lanes v715 = LANES_CHOICE(v621, v714, 0.0);
-  const lanes v716 = v651 * v696;
-  const lanes v717 = v715 + v716;
-  const lanes v718 = v713 * v717;
-  const lanes v719 = v712 + v718;
-  const lanes v720 = 1e-150 + v719;
-  const lanes v721 = v720 * v720;
-  const lanes v722 = v703 + v721;
-  lanes v723; LANES_NAME(lanes_sqrt)(&v722, &v723);
-  const lanes v724 = v702 / v723;
-  const lanes v725 = v720 / v723;
-  lanes v726; LANES_NAME(lanes_atan2)(&v724, &v725, &v726);
-  lanes v727; LANES_NAME(lanes_atan2)(&v711, &v713, &v727);
-  const lanes v728 = LANES_CHOICE(v621, v699, 0.0);
-  lanes v729; LANES_NAME(lanes_atan2)(&v728, &v696, &v729);
-  const lanes v730 = q7_0 + 0.7853981633974483;
-  lanes v732, v731; LANES_NAME(lanes_cos_sin)(&v730, &v732, &v731);
-  out[0] = v208;
-  out[1] = v209;
-  const lanes v733 = -v211;
-  out[2] = v733;
-  out[3] = v212;
-  const lanes v734 = -v213;
-  out[4] = v734;
-  out[5] = v214;
-  out[6] = q7_0;
-  out[7] = v249;
-  const lanes v735 = -v250;
-  out[8] = v735;
-  out[9] = v252;
-  out[10] = v212;
-  out[11] = v734;
-  out[12] = v214;
-  out[13] = q7_0;
-  out[14] = v356;
-  out[15] = v357;
-  const lanes v736 = -v359;
-  out[16] = v736;
-  out[17] = v212;
-  const lanes v737 = -v360;
-  out[18] = v737;
-  out[19] = v361;
-  out[20] = q7_0;
-  out[21] = v396;
-  const lanes v738 = -v397;
-  out[22] = v738;
-  out[23] = v399;
-  out[24] = v212;
-  out[25] = v737;
-  out[26] = v361;
-  out[27] = q7_0;
-  out[28] = v538;
-  out[29] = v539;
-  const lanes v739 = -v541;
-  out[30] = v739;
-  const lanes v740 = -v542;
-  out[31] = v740;
-  const lanes v741 = -v543;
-  out[32] = v741;
-  const lanes v742 = -v544;
-  out[33] = v742;
-  out[34] = q7_0;
-  out[35] = v579;
-  const lanes v743 = -v580;
-  out[36] = v743;
-  out[37] = v582;
-  out[38] = v740;
-  out[39] = v741;
-  out[40] = v742;
-  out[41] = q7_0;
-  out[42] = v686;
-  out[43] = v687;
-  const lanes v744 = -v689;
-  out[44] = v744;
-  out[45] = v740;
-  const lanes v745 = -v690;
-  out[46] = v745;
-  out[47] = v691;
-  out[48] = q7_0;
-  out[49] = v726;
-  const lanes v746 = -v727;
-  out[50] = v746;
-  out[51] = v729;
-  out[52] = v740;
-  out[53] = v745;
-  out[54] = v691;
-  out[55] = q7_0;
-  const lanes v747 = 0.088 * v112;
-  const lanes v748 = 0.107 * v114;
-  const lanes v749 = v747 + v748;
-  const lanes v750 = v749 * v127;
-  const lanes v751 = v750 - 0.0825;
-  const lanes v752 = v751 * v78;
-  const lanes v753 = 0.088 * v114;
-  const lanes v754 = 0.107 * v112;
-  const lanes v755 = v753 - v754;
-  const lanes v756 = v755 + 0.384;
-  const lanes v757 = v756 * v76;
-  const lanes v758 = v752 - v757;
-  const lanes v759 = v758 + 0.0825;
-  const lanes v760 = v759 * v171;
-  const lanes v761 = v749 * v122;
-  const lanes v762 = v761 * v168;
-  const lanes v763 = LANES_CHOICE(v143, v762, 0.0);
-  const lanes v764 = v760 - v763;
-  const lanes v765 = v764 * v199;
-  const lanes v766 = v751 * v76;
-  const lanes v767 = v756 * v78;
-  const lanes v768 = v766 + v767;
-  const lanes v769 = v768 + 0.316;
-  const lanes v770 = v769 * v193;
-  const lanes v771 = v765 + v770;
-  const lanes v772 = v207 * v771;
-  const lanes v773 = v761 * v171;
-  const lanes v774 = v759 * v168;
-  const lanes v775 = LANES_CHOICE(v143, v774, 0.0);
-  const lanes v776 = v773 + v775;
-  const lanes v777 = v206 * v776;
-  const lanes v778 = v772 + v777;
-  const lanes v779 = v778 - T_3;
-  const lanes v780 = v779 * v779;
-  const lanes v781 = v206 * v771;
-  const lanes v782 = v207 * v776;
-  const lanes v783 = v781 - v782;
-  const lanes v784 = v783 - T_7;
-  const lanes v785 = v784 * v784;
-  const lanes v786 = v780 + v785;
-  const lanes v787 = v764 * v193;
-  const lanes v788 = v769 * v199;
-  const lanes v789 = v787 - v788;
-  const lanes v790 = 0.333 - v789;
-  const lanes v791 = v790 - T_11;
-  const lanes v792 = v791 * v791;
-  const lanes v793 = v786 + v792;
-  const lanes v794 = v207 * v193;
-  const lanes v795 = v794 * v78;
-  const lanes v796 = v206 * v168;
-  const lanes v797 = LANES_CHOICE(v143, v796, 0.0);
-  const lanes v798 = v207 * v199;
-  const lanes v799 = v798 * v171;
-  const lanes v800 = v797 + v799;
-  const lanes v801 = v800 * v76;
-  const lanes v802 = v795 - v801;
-  const lanes v803 = v802 * v114;
-  const lanes v804 = v794 * v76;
-  const lanes v805 = v800 * v78;
-  const lanes v806 = v804 + v805;
-  const lanes v807 = v806 * v127;
-  const lanes v808 = v798 * v168;
-  const lanes v809 = LANES_CHOICE(v143, v808, 0.0);
-  const lanes v810 = v206 * v171;
-  const lanes v811 = v809 - v810;
-  const lanes v812 = v811 * v122;
-  const lanes v813 = v807 - v812;
-  const lanes v814 = v813 * v112;
-  const lanes v815 = v803 + v814;
-  const lanes v816 = v731 * v815;
-  const lanes v817 = v811 * v127;
-  const lanes v818 = v806 * v122;
-  const lanes v819 = v817 + v818;
-  const lanes v820 = v819 * v732;
-  const lanes v821 = v816 + v820;
-  const lanes v822 = v821 - T_0;
-  const lanes v823 = v822 * v822;
-  const lanes v824 = v815 * v732;
-  const lanes v825 = v731 * v819;
-  const lanes v826 = v824 - v825;
-  const lanes v827 = v826 - T_1;
-  const lanes v828 = v827 * v827;
-  const lanes v829 = v823 + v828;
-  const lanes v830 = v802 * v112;
-  const lanes v831 = v813 * v114;
-  const lanes v832 = v830 - v831;
-  const lanes v833 = T_2 + v832;
-  const lanes v834 = v833 * v833;
-  const lanes v835 = v829 + v834;
-  const lanes v836 = v206 * v193;
-  const lanes v837 = v836 * v78;
-  const lanes v838 = v206 * v199;
-  const lanes v839 = v838 * v171;
-  const lanes v840 = v207 * v168;
-  const lanes v841 = LANES_CHOICE(v143, v840, 0.0);
-  const lanes v842 = v839 - v841;
-  const lanes v843 = v842 * v76;
-  const lanes v844 = v837 - v843;
-  const lanes v845 = v844 * v114;
-  const lanes v846 = v836 * v76;
-  const lanes v847 = v842 * v78;
-  const lanes v848 = v846 + v847;
-  const lanes v849 = v848 * v127;
-  const lanes v850 = v207 * v171;
-  const lanes v851 = v838 * v168;
-  const lanes v852 = LANES_CHOICE(v143, v851, 0.0);
-  const lanes v853 = v850 + v852;
-  const lanes v854 = v853 * v122;
-  const lanes v855 = v849 - v854;
-  const lanes v856 = v855 * v112;
-  const lanes v857 = v845 + v856;
-  const lanes v858 = v731 * v857;
-  const lanes v859 = v853 * v127;
-  const lanes v860 = v848 * v122;
-  const lanes v861 = v859 + v860;
-  const lanes v862 = v861 * v732;
-  const lanes v863 = v858 + v862;
-  const lanes v864 = v863 - T_4;
-  const lanes v865 = v864 * v864;
-  const lanes v866 = v835 + v865;
-  const lanes v867 = v857 * v732;
-  const lanes v868 = v731 * v861;
-  const lanes v869 = v867 - v868;
-  const lanes v870 = v869 - T_5;
-  const lanes v871 = v870 * v870;
-  const lanes v872 = v866 + v871;
-  const lanes v873 = v844 * v112;
-  const lanes v874 = v855 * v114;
-  const lanes v875 = v873 - v874;
-  const lanes v876 = T_6 + v875;
-  const lanes v877 = v876 * v876;
-  const lanes v878 = v872 + v877;
-  const lanes v879 = v171 * v193;
-  const lanes v880 = v879 * v76;
-  const lanes v881 = v78 * v199;
-  const lanes v882 = v880 + v881;
-  const lanes v883 = v882 * v114;
-  const lanes v884 = v168 * v193;
-  const lanes v885 = v884 * v122;
-  const lanes v886 = LANES_CHOICE(v143, v885, 0.0);
-  const lanes v887 = v76 * v199;
-  const lanes v888 = v879 * v78;
-  const lanes v889 = v887 - v888;
-  const lanes v890 = v889 * v127;
-  const lanes v891 = v886 + v890;
-  const lanes v892 = v891 * v112;
-  const lanes v893 = v883 + v892;
-  const lanes v894 = v731 * v893;
-  const lanes v895 = v889 * v122;
-  const lanes v896 = v884 * v127;
-  const lanes v897 = LANES_CHOICE(v143, v896, 0.0);
-  const lanes v898 = v895 - v897;
-  const lanes v899 = v898 * v732;
-  const lanes v900 = v894 + v899;
-  const lanes v901 = v900 - T_8;
-  const lanes v902 = v901 * v901;
-  const lanes v903 = v878 + v902;
-  const lanes v904 = v893 * v732;
-  const lanes v905 = v731 * v898;
-  const lanes v906 = v904 - v905;
-  const lanes v907 = v906 - T_9;
-  const lanes v908 = v907 * v907;
-  const lanes v909 = v903 + v908;
-  const lanes v910 = v882 * v112;
-  const lanes v911 = v891 * v114;
-  const lanes v912 = v910 - v911;
-  const lanes v913 = T_10 + v912;
-  const lanes v914 = v913 * v913;
-  const lanes v915 = v909 + v914;
-  const lanes v916 = 0.5 * v915;
-  lanes v917; LANES_NAME(lanes_fmax)(&v793, &v916, &v917);
-  lanes v918; LANES_NAME(lanes_sqrt)(&v917, &v918);
-  out[56] = v918;
-  const lanes v919 = v761 * v222;
-  const lanes v920 = LANES_CHOICE(v143, v919, 0.0);
-  const lanes v921 = v759 * v219;
-  const lanes v922 = v920 + v921;
-  const lanes v923 = v236 * v922;
-  const lanes v924 = v769 * v234;
-  const lanes v925 = v923 - v924;
-  const lanes v926 = v248 * v925;
-  const lanes v927 = v761 * v219;
-  const lanes v928 = v759 * v222;
-  const lanes v929 = LANES_CHOICE(v143, v928, 0.0);
-  const lanes v930 = v927 - v929;
-  const lanes v931 = v247 * v930;
-  const lanes v932 = v926 + v931;
-  const lanes v933 = v932 - T_3;
-  const lanes v934 = v933 * v933;
-  const lanes v935 = v247 * v925;
-  const lanes v936 = v248 * v930;
-  const lanes v937 = v935 - v936;
-  const lanes v938 = v937 - T_7;
-  const lanes v939 = v938 * v938;
-  const lanes v940 = v934 + v939;
-  const lanes v941 = v769 * v236;
-  const lanes v942 = v234 * v922;
-  const lanes v943 = v941 + v942;
-  const lanes v944 = v943 + 0.333;
-  const lanes v945 = v944 - T_11;
-  const lanes v946 = v945 * v945;
-  const lanes v947 = v940 + v946;
-  const lanes v948 = v219 * v247;
-  const lanes v949 = v236 * v248;
-  const lanes v950 = v222 * v949;
-  const lanes v951 = LANES_CHOICE(v143, v950, 0.0);
-  const lanes v952 = v948 + v951;
-  const lanes v953 = v952 * v122;
-  const lanes v954 = v219 * v949;
-  const lanes v955 = v222 * v247;
-  const lanes v956 = LANES_CHOICE(v143, v955, 0.0);
-  const lanes v957 = v954 - v956;
-  const lanes v958 = v957 * v78;
-  const lanes v959 = v234 * v248;
-  const lanes v960 = v959 * v76;
-  const lanes v961 = v958 - v960;
-  const lanes v962 = v961 * v127;
-  const lanes v963 = v953 + v962;
-  const lanes v964 = v963 * v112;
-  const lanes v965 = v959 * v78;
-  const lanes v966 = v957 * v76;
-  const lanes v967 = v965 + v966;
-  const lanes v968 = v967 * v114;
-  const lanes v969 = v964 - v968;
-  const lanes v970 = v731 * v969;
-  const lanes v971 = v961 * v122;
-  const lanes v972 = v952 * v127;
-  const lanes v973 = v971 - v972;
-  const lanes v974 = v732 * v973;
-  const lanes v975 = v970 + v974;
-  const lanes v976 = v975 - T_0;
-  const lanes v977 = v976 * v976;
-  const lanes v978 = v732 * v969;
-  const lanes v979 = v731 * v973;
-  const lanes v980 = v978 - v979;
-  const lanes v981 = v980 - T_1;
-  const lanes v982 = v981 * v981;
-  const lanes v983 = v977 + v982;
-  const lanes v984 = v967 * v112;
-  const lanes v985 = v963 * v114;
-  const lanes v986 = v984 + v985;
-  const lanes v987 = T_2 - v986;
-  const lanes v988 = v987 * v987;
-  const lanes v989 = v983 + v988;
-  const lanes v990 = v236 * v247;
-  const lanes v991 = v219 * v990;
-  const lanes v992 = v222 * v248;
-  const lanes v993 = LANES_CHOICE(v143, v992, 0.0);
-  const lanes v994 = v991 + v993;
-  const lanes v995 = v994 * v78;
-  const lanes v996 = v234 * v247;
-  const lanes v997 = v996 * v76;
-  const lanes v998 = v995 - v997;
-  const lanes v999 = v998 * v127;
-  const lanes v1000 = v219 * v248;
-  const lanes v1001 = v222 * v990;
-  const lanes v1002 = LANES_CHOICE(v143, v1001, 0.0);
-  const lanes v1003 = v1000 - v1002;
-  const lanes v1004 = v1003 * v122;
-  const lanes v1005 = v999 - v1004;
-  const lanes v1006 = v1005 * v112;
-  const lanes v1007 = v996 * v78;
-  const lanes v1008 = v994 * v76;
-  const lanes v1009 = v1007 + v1008;
-  const lanes v1010 = v1009 * v114;
-  const lanes v1011 = v1006 - v1010;
-  const lanes v1012 = v731 * v1011;
-  const lanes v1013 = v1003 * v127;
-  const lanes v1014 = v998 * v122;
-  const lanes v1015 = v1013 + v1014;
-  const lanes v1016 = v732 * v1015;
-  const lanes v1017 = v1012 + v1016;
-  const lanes v1018 = v1017 - T_4;
-  const lanes v1019 = v1018 * v1018;
-  const lanes v1020 = v989 + v1019;
-  const lanes v1021 = v732 * v1011;
-  const lanes v1022 = v731 * v1015;
-  const lanes v1023 = v1021 - v1022;
-  const lanes v1024 = v1023 - T_5;
-  const lanes v1025 = v1024 * v1024;
-  const lanes v1026 = v1020 + v1025;
-  const lanes v1027 = v1009 * v112;
-  const lanes v1028 = v1005 * v114;
-  const lanes v1029 = v1027 + v1028;
-  const lanes v1030 = T_6 - v1029;
-  const lanes v1031 = v1030 * v1030;
-  const lanes v1032 = v1026 + v1031;
-  const lanes v1033 = v236 * v78;
-  const lanes v1034 = v219 * v234;
-  const lanes v1035 = v1034 * v76;
-  const lanes v1036 = v1033 - v1035;
-  const lanes v1037 = v1036 * v114;
-  const lanes v1038 = v222 * v234;
-  const lanes v1039 = v1038 * v122;
-  const lanes v1040 = LANES_CHOICE(v143, v1039, 0.0);
-  const lanes v1041 = v236 * v76;
-  const lanes v1042 = v1034 * v78;
-  const lanes v1043 = v1041 + v1042;
-  const lanes v1044 = v1043 * v127;
-  const lanes v1045 = v1040 + v1044;
-  const lanes v1046 = v1045 * v112;
-  const lanes v1047 = v1037 + v1046;
-  const lanes v1048 = v731 * v1047;
-  const lanes v1049 = v1043 * v122;
-  const lanes v1050 = v1038 * v127;
-  const lanes v1051 = LANES_CHOICE(v143, v1050, 0.0);
-  const lanes v1052 = v1049 - v1051;
-  const lanes v1053 = v732 * v1052;
-  const lanes v1054 = v1048 + v1053;
-  const lanes v1055 = v1054 - T_8;
-  const lanes v1056 = v1055 * v1055;
-  const lanes v1057 = v1032 + v1056;
-  const lanes v1058 = v732 * v1047;
-  const lanes v1059 = v731 * v1052;
-  const lanes v1060 = v1058 - v1059;
-  const lanes v1061 = v1060 - T_9;
-  const lanes v1062 = v1061 * v1061;
-  const lanes v1063 = v1057 + v1062;
-  const lanes v1064 = v1036 * v112;
-  const lanes v1065 = v1045 * v114;
-  const lanes v1066 = v1064 - v1065;
-  const lanes v1067 = T_10 + v1066;
-  const lanes v1068 = v1067 * v1067;
-  const lanes v1069 = v1063 + v1068;
-  const lanes v1070 = 0.5 * v1069;
-  lanes v1071; LANES_NAME(lanes_fmax)(&v947, &v1070, &v1071);
-  lanes v1072; LANES_NAME(lanes_sqrt)(&v1071, &v1072);
-  out[57] = v1072;
-  const lanes v1073 = 0.088 * v260;
-  const lanes v1074 = 0.107 * v262;
-  const lanes v1075 = v1073 + v1074;
-  const lanes v1076 = v275 * v1075;
-  const lanes v1077 = v1076 - 0.0825;
-  const lanes v1078 = v1077 * v78;
-  const lanes v1079 = 0.088 * v262;
-  const lanes v1080 = 0.107 * v260;
-  const lanes v1081 = v1079 - v1080;
-  const lanes v1082 = v1081 + 0.384;
-  const lanes v1083 = v1082 * v76;
-  const lanes v1084 = v1078 - v1083;
-  const lanes v1085 = v1084 + 0.0825;
-  const lanes v1086 = v303 * v1085;
-  const lanes v1087 = v270 * v1075;
-  const lanes v1088 = v312 * v1087;
-  const lanes v1089 = LANES_CHOICE(v291, v1088, 0.0);
-  const lanes v1090 = v1086 - v1089;
-  const lanes v1091 = v338 * v1090;
-  const lanes v1092 = v1077 * v76;
-  const lanes v1093 = v1082 * v78;
-  const lanes v1094 = v1092 + v1093;
-  const lanes v1095 = v1094 + 0.316;
-  const lanes v1096 = v344 * v1095;
-  const lanes v1097 = v1091 + v1096;
-  const lanes v1098 = v355 * v1097;
-  const lanes v1099 = v303 * v1087;
-  const lanes v1100 = v312 * v1085;
-  const lanes v1101 = LANES_CHOICE(v291, v1100, 0.0);
-  const lanes v1102 = v1099 + v1101;
-  const lanes v1103 = v354 * v1102;
-  const lanes v1104 = v1098 + v1103;
-  const lanes v1105 = v1104 - T_3;
-  const lanes v1106 = v1105 * v1105;
-  const lanes v1107 = v354 * v1097;
-  const lanes v1108 = v355 * v1102;
-  const lanes v1109 = v1107 - v1108;
-  const lanes v1110 = v1109 - T_7;
-  const lanes v1111 = v1110 * v1110;
-  const lanes v1112 = v1106 + v1111;
-  const lanes v1113 = v344 * v1090;
-  const lanes v1114 = v338 * v1095;
-  const lanes v1115 = v1113 - v1114;
-  const lanes v1116 = 0.333 - v1115;
-  const lanes v1117 = v1116 - T_11;
-  const lanes v1118 = v1117 * v1117;
-  const lanes v1119 = v1112 + v1118;
-  const lanes v1120 = v344 * v355;
-  const lanes v1121 = v1120 * v76;
-  const lanes v1122 = v338 * v355;
-  const lanes v1123 = v303 * v1122;
-  const lanes v1124 = v312 * v354;
-  const lanes v1125 = LANES_CHOICE(v291, v1124, 0.0);
-  const lanes v1126 = v1123 + v1125;
-  const lanes v1127 = v1126 * v78;
-  const lanes v1128 = v1121 + v1127;
-  const lanes v1129 = v275 * v1128;
-  const lanes v1130 = v312 * v1122;
-  const lanes v1131 = LANES_CHOICE(v291, v1130, 0.0);
-  const lanes v1132 = v303 * v354;
-  const lanes v1133 = v1131 - v1132;
-  const lanes v1134 = v270 * v1133;
-  const lanes v1135 = v1129 - v1134;
-  const lanes v1136 = v260 * v1135;
-  const lanes v1137 = v1120 * v78;
-  const lanes v1138 = v1126 * v76;
-  const lanes v1139 = v1137 - v1138;
-  const lanes v1140 = v262 * v1139;
-  const lanes v1141 = v1136 + v1140;
-  const lanes v1142 = v731 * v1141;
-  const lanes v1143 = v275 * v1133;
-  const lanes v1144 = v270 * v1128;
-  const lanes v1145 = v1143 + v1144;
-  const lanes v1146 = v732 * v1145;
-  const lanes v1147 = v1142 + v1146;
-  const lanes v1148 = v1147 - T_0;
-  const lanes v1149 = v1148 * v1148;
-  const lanes v1150 = v732 * v1141;
-  const lanes v1151 = v731 * v1145;
-  const lanes v1152 = v1150 - v1151;
-  const lanes v1153 = v1152 - T_1;
-  const lanes v1154 = v1153 * v1153;
-  const lanes v1155 = v1149 + v1154;
-  const lanes v1156 = v260 * v1139;
-  const lanes v1157 = v262 * v1135;
-  const lanes v1158 = v1156 - v1157;
-  const lanes v1159 = T_2 + v1158;
-  const lanes v1160 = v1159 * v1159;
-  const lanes v1161 = v1155 + v1160;
-  const lanes v1162 = v344 * v354;
-  const lanes v1163 = v1162 * v76;
-  const lanes v1164 = v338 * v354;
-  const lanes v1165 = v303 * v1164;
-  const lanes v1166 = v312 * v355;
-  const lanes v1167 = LANES_CHOICE(v291, v1166, 0.0);
-  const lanes v1168 = v1165 - v1167;
-  const lanes v1169 = v1168 * v78;
-  const lanes v1170 = v1163 + v1169;
-  const lanes v1171 = v275 * v1170;
-  const lanes v1172 = v303 * v355;
-  const lanes v1173 = v312 * v1164;
-  const lanes v1174 = LANES_CHOICE(v291, v1173, 0.0);
-  const lanes v1175 = v1172 + v1174;
-  const lanes v1176 = v270 * v1175;
-  const lanes v1177 = v1171 - v1176;
-  const lanes v1178 = v260 * v1177;
-  const lanes v1179 = v1162 * v78;
-  const lanes v1180 = v1168 * v76;
-  const lanes v1181 = v1179 - v1180;
-  const lanes v1182 = v262 * v1181;
-  const lanes v1183 = v1178 + v1182;
-  const lanes v1184 = v731 * v1183;
-  const lanes v1185 = v275 * v1175;
-  const lanes v1186 = v270 * v1170;
-  const lanes v1187 = v1185 + v1186;
-  const lanes v1188 = v732 * v1187;
-  const lanes v1189 = v1184 + v1188;
-  const lanes v1190 = v1189 - T_4;
-  const lanes v1191 = v1190 * v1190;
-  const lanes v1192 = v1161 + v1191;
-  const lanes v1193 = v732 * v1183;
-  const lanes v1194 = v731 * v1187;
-  const lanes v1195 = v1193 - v1194;
-  const lanes v1196 = v1195 - T_5;
-  const lanes v1197 = v1196 * v1196;
-  const lanes v1198 = v1192 + v1197;
-  const lanes v1199 = v260 * v1181;
-  const lanes v1200 = v262 * v1177;
-  const lanes v1201 = v1199 - v1200;
-  const lanes v1202 = T_6 + v1201;
-  const lanes v1203 = v1202 * v1202;
-  const lanes v1204 = v1198 + v1203;
-  const lanes v1205 = v338 * v76;
-  const lanes v1206 = v303 * v344;
-  const lanes v1207 = v1206 * v78;
-  const lanes v1208 = v1205 - v1207;
-  const lanes v1209 = v275 * v1208;
-  const lanes v1210 = v312 * v344;
-  const lanes v1211 = v270 * v1210;
-  const lanes v1212 = LANES_CHOICE(v291, v1211, 0.0);
-  const lanes v1213 = v1209 + v1212;
-  const lanes v1214 = v260 * v1213;
-  const lanes v1215 = v338 * v78;
-  const lanes v1216 = v1206 * v76;
-  const lanes v1217 = v1215 + v1216;
-  const lanes v1218 = v262 * v1217;
-  const lanes v1219 = v1214 + v1218;
-  const lanes v1220 = v731 * v1219;
-  const lanes v1221 = v270 * v1208;
-  const lanes v1222 = v275 * v1210;
-  const lanes v1223 = LANES_CHOICE(v291, v1222, 0.0);
-  const lanes v1224 = v1221 - v1223;
-  const lanes v1225 = v732 * v1224;
-  const lanes v1226 = v1220 + v1225;
-  const lanes v1227 = v1226 - T_8;
-  const lanes v1228 = v1227 * v1227;
-  const lanes v1229 = v1204 + v1228;
-  const lanes v1230 = v732 * v1219;
-  const lanes v1231 = v731 * v1224;
-  const lanes v1232 = v1230 - v1231;
-  const lanes v1233 = v1232 - T_9;
-  const lanes v1234 = v1233 * v1233;
-  const lanes v1235 = v1229 + v1234;
-  const lanes v1236 = v260 * v1217;
-  const lanes v1237 = v262 * v1213;
-  const lanes v1238 = v1236 - v1237;
-  const lanes v1239 = T_10 + v1238;
-  const lanes v1240 = v1239 * v1239;
-  const lanes v1241 = v1235 + v1240;
-  const lanes v1242 = 0.5 * v1241;
-  lanes v1243; LANES_NAME(lanes_fmax)(&v1119, &v1242, &v1243);
-  lanes v1244; LANES_NAME(lanes_sqrt)(&v1243, &v1244);
-  out[58] = v1244;
-  const lanes v1245 = v1087 * v369;
-  const lanes v1246 = LANES_CHOICE(v291, v1245, 0.0);
-  const lanes v1247 = v1085 * v366;
-  const lanes v1248 = v1246 + v1247;
-  const lanes v1249 = v383 * v1248;
-  const lanes v1250 = v1095 * v381;
-  const lanes v1251 = v1249 - v1250;
-  const lanes v1252 = v395 * v1251;
-  const lanes v1253 = v1087 * v366;
-  const lanes v1254 = v1085 * v369;
-  const lanes v1255 = LANES_CHOICE(v291, v1254, 0.0);
-  const lanes v1256 = v1253 - v1255;
-  const lanes v1257 = v394 * v1256;
-  const lanes v1258 = v1252 + v1257;
-  const lanes v1259 = v1258 - T_3;
-  const lanes v1260 = v1259 * v1259;
-  const lanes v1261 = v394 * v1251;
-  const lanes v1262 = v395 * v1256;
-  const lanes v1263 = v1261 - v1262;
-  const lanes v1264 = v1263 - T_7;
-  const lanes v1265 = v1264 * v1264;
-  const lanes v1266 = v1260 + v1265;
-  const lanes v1267 = v1095 * v383;
-  const lanes v1268 = v381 * v1248;
-  const lanes v1269 = v1267 + v1268;
-  const lanes v1270 = v1269 + 0.333;
-  const lanes v1271 = v1270 - T_11;
-  const lanes v1272 = v1271 * v1271;
-  const lanes v1273 = v1266 + v1272;
-  const lanes v1274 = v383 * v395;
-  const lanes v1275 = v366 * v1274;
-  const lanes v1276 = v369 * v394;
-  const lanes v1277 = LANES_CHOICE(v291, v1276, 0.0);
-  const lanes v1278 = v1275 - v1277;
-  const lanes v1279 = v78 * v1278;
-  const lanes v1280 = v381 * v395;
-  const lanes v1281 = v76 * v1280;
-  const lanes v1282 = v1279 - v1281;
-  const lanes v1283 = v275 * v1282;
-  const lanes v1284 = v366 * v394;
-  const lanes v1285 = v369 * v1274;
-  const lanes v1286 = LANES_CHOICE(v291, v1285, 0.0);
-  const lanes v1287 = v1284 + v1286;
-  const lanes v1288 = v270 * v1287;
-  const lanes v1289 = v1283 + v1288;
-  const lanes v1290 = v260 * v1289;
-  const lanes v1291 = v78 * v1280;
-  const lanes v1292 = v76 * v1278;
-  const lanes v1293 = v1291 + v1292;
-  const lanes v1294 = v262 * v1293;
-  const lanes v1295 = v1290 - v1294;
-  const lanes v1296 = v731 * v1295;
-  const lanes v1297 = v270 * v1282;
-  const lanes v1298 = v275 * v1287;
-  const lanes v1299 = v1297 - v1298;
-  const lanes v1300 = v732 * v1299;
-  const lanes v1301 = v1296 + v1300;
-  const lanes v1302 = v1301 - T_0;
-  const lanes v1303 = v1302 * v1302;
-  const lanes v1304 = v732 * v1295;
-  const lanes v1305 = v731 * v1299;
-  const lanes v1306 = v1304 - v1305;
-  const lanes v1307 = v1306 - T_1;
-  const lanes v1308 = v1307 * v1307;
-  const lanes v1309 = v1303 + v1308;
-  const lanes v1310 = v260 * v1293;
-  const lanes v1311 = v262 * v1289;
-  const lanes v1312 = v1310 + v1311;
-  const lanes v1313 = T_2 - v1312;
-  const lanes v1314 = v1313 * v1313;
-  const lanes v1315 = v1309 + v1314;
-  const lanes v1316 = v383 * v394;
-  const lanes v1317 = v366 * v1316;
-  const lanes v1318 = v369 * v395;
-  const lanes v1319 = LANES_CHOICE(v291, v1318, 0.0);
-  const lanes v1320 = v1317 + v1319;
-  const lanes v1321 = v78 * v1320;
-  const lanes v1322 = v381 * v394;
-  const lanes v1323 = v76 * v1322;
-  const lanes v1324 = v1321 - v1323;
-  const lanes v1325 = v275 * v1324;
-  const lanes v1326 = v366 * v395;
-  const lanes v1327 = v369 * v1316;
-  const lanes v1328 = LANES_CHOICE(v291, v1327, 0.0);
-  const lanes v1329 = v1326 - v1328;
-  const lanes v1330 = v270 * v1329;
-  const lanes v1331 = v1325 - v1330;
-  const lanes v1332 = v260 * v1331;
-  const lanes v1333 = v78 * v1322;
-  const lanes v1334 = v76 * v1320;
-  const lanes v1335 = v1333 + v1334;
-  const lanes v1336 = v262 * v1335;
-  const lanes v1337 = v1332 - v1336;
-  const lanes v1338 = v731 * v1337;
-  const lanes v1339 = v275 * v1329;
-  const lanes v1340 = v270 * v1324;
-  const lanes v1341 = v1339 + v1340;
-  const lanes v1342 = v732 * v1341;
-  const lanes v1343 = v1338 + v1342;
-  const lanes v1344 = v1343 - T_4;
-  const lanes v1345 = v1344 * v1344;
-  const lanes v1346 = v1315 + v1345;
-  const lanes v1347 = v732 * v1337;
-  const lanes v1348 = v731 * v1341;
-  const lanes v1349 = v1347 - v1348;
-  const lanes v1350 = v1349 - T_5;
-  const lanes v1351 = v1350 * v1350;
-  const lanes v1352 = v1346 + v1351;
-  const lanes v1353 = v260 * v1335;
-  const lanes v1354 = v262 * v1331;
-  const lanes v1355 = v1353 + v1354;
-  const lanes v1356 = T_6 - v1355;
-  const lanes v1357 = v1356 * v1356;
-  const lanes v1358 = v1352 + v1357;
-  const lanes v1359 = v366 * v381;
-  const lanes v1360 = v78 * v1359;
-  const lanes v1361 = v76 * v383;
-  const lanes v1362 = v1360 + v1361;
-  const lanes v1363 = v275 * v1362;
-  const lanes v1364 = v369 * v381;
-  const lanes v1365 = v270 * v1364;
-  const lanes v1366 = LANES_CHOICE(v291, v1365, 0.0);
-  const lanes v1367 = v1363 + v1366;
-  const lanes v1368 = v260 * v1367;
-  const lanes v1369 = v78 * v383;
-  const lanes v1370 = v76 * v1359;
-  const lanes v1371 = v1369 - v1370;
-  const lanes v1372 = v262 * v1371;
-  const lanes v1373 = v1368 + v1372;
-  const lanes v1374 = v731 * v1373;
-  const lanes v1375 = v270 * v1362;
-  const lanes v1376 = v275 * v1364;
-  const lanes v1377 = LANES_CHOICE(v291, v1376, 0.0);
-  const lanes v1378 = v1375 - v1377;
-  const lanes v1379 = v732 * v1378;
-  const lanes v1380 = v1374 + v1379;
-  const lanes v1381 = v1380 - T_8;
-  const lanes v1382 = v1381 * v1381;
-  const lanes v1383 = v1358 + v1382;
-  const lanes v1384 = v732 * v1373;
-  const lanes v1385 = v731 * v1378;
-  const lanes v1386 = v1384 - v1385;
-  const lanes v1387 = v1386 - T_9;
-  const lanes v1388 = v1387 * v1387;
-  const lanes v1389 = v1383 + v1388;
-  const lanes v1390 = v260 * v1371;
-  const lanes v1391 = v262 * v1367;
-  const lanes v1392 = v1390 - v1391;
-  const lanes v1393 = T_10 + v1392;
-  const lanes v1394 = v1393 * v1393;
-  const lanes v1395 = v1389 + v1394;
-  const lanes v1396 = 0.5 * v1395;
-  lanes v1397; LANES_NAME(lanes_fmax)(&v1273, &v1396, &v1397);
-  lanes v1398; LANES_NAME(lanes_sqrt)(&v1397, &v1398);
-  out[59] = v1398;
-  const lanes v1399 = 0.088 * v442;
-  const lanes v1400 = 0.107 * v444;
-  const lanes v1401 = v1399 - v1400;
-  const lanes v1402 = v457 * v1401;
-  const lanes v1403 = v1402 - 0.0825;
-  const lanes v1404 = v407 * v1403;
-  const lanes v1405 = 0.107 * v442;
-  const lanes v1406 = 0.088 * v444;
-  const lanes v1407 = v1405 + v1406;
-  const lanes v1408 = 0.384 - v1407;
-  const lanes v1409 = v409 * v1408;
-  const lanes v1410 = v1404 + v1409;
-  const lanes v1411 = v1410 + 0.0825;
-  const lanes v1412 = v485 * v1411;
-  const lanes v1413 = v452 * v1401;
-  const lanes v1414 = v494 * v1413;
-  const lanes v1415 = LANES_CHOICE(v473, v1414, 0.0);
-  const lanes v1416 = v1412 - v1415;
-  const lanes v1417 = v520 * v1416;
-  const lanes v1418 = v407 * v1408;
-  const lanes v1419 = v409 * v1403;
-  const lanes v1420 = v1418 - v1419;
-  const lanes v1421 = v1420 + 0.316;
-  const lanes v1422 = v526 * v1421;
-  const lanes v1423 = v1417 + v1422;
-  const lanes v1424 = v537 * v1423;
-  const lanes v1425 = v485 * v1413;
-  const lanes v1426 = v494 * v1411;
-  const lanes v1427 = LANES_CHOICE(v473, v1426, 0.0);
-  const lanes v1428 = v1425 + v1427;
-  const lanes v1429 = v536 * v1428;
-  const lanes v1430 = v1424 + v1429;
-  const lanes v1431 = v1430 - T_3;
-  const lanes v1432 = v1431 * v1431;
-  const lanes v1433 = v536 * v1423;
-  const lanes v1434 = v537 * v1428;
-  const lanes v1435 = v1433 - v1434;
-  const lanes v1436 = v1435 - T_7;
-  const lanes v1437 = v1436 * v1436;
-  const lanes v1438 = v1432 + v1437;
-  const lanes v1439 = v526 * v1416;
-  const lanes v1440 = v520 * v1421;
-  const lanes v1441 = v1439 - v1440;
-  const lanes v1442 = 0.333 - v1441;
-  const lanes v1443 = v1442 - T_11;
-  const lanes v1444 = v1443 * v1443;
-  const lanes v1445 = v1438 + v1444;
-  const lanes v1446 = v520 * v537;
-  const lanes v1447 = v485 * v1446;
-  const lanes v1448 = v494 * v536;
-  const lanes v1449 = LANES_CHOICE(v473, v1448, 0.0);
-  const lanes v1450 = v1447 + v1449;
-  const lanes v1451 = v407 * v1450;
-  const lanes v1452 = v526 * v537;
-  const lanes v1453 = v409 * v1452;
-  const lanes v1454 = v1451 - v1453;
-  const lanes v1455 = v457 * v1454;
-  const lanes v1456 = v494 * v1446;
-  const lanes v1457 = LANES_CHOICE(v473, v1456, 0.0);
-  const lanes v1458 = v485 * v536;
-  const lanes v1459 = v1457 - v1458;
-  const lanes v1460 = v452 * v1459;
-  const lanes v1461 = v1455 - v1460;
-  const lanes v1462 = v442 * v1461;
-  const lanes v1463 = v407 * v1452;
-  const lanes v1464 = v409 * v1450;
-  const lanes v1465 = v1463 + v1464;
-  const lanes v1466 = v444 * v1465;
-  const lanes v1467 = v1462 - v1466;
-  const lanes v1468 = v731 * v1467;
-  const lanes v1469 = v457 * v1459;
-  const lanes v1470 = v452 * v1454;
-  const lanes v1471 = v1469 + v1470;
-  const lanes v1472 = v732 * v1471;
-  const lanes v1473 = v1468 + v1472;
-  const lanes v1474 = v1473 - T_0;
-  const lanes v1475 = v1474 * v1474;
-  const lanes v1476 = v732 * v1467;
-  const lanes v1477 = v731 * v1471;
-  const lanes v1478 = v1476 - v1477;
-  const lanes v1479 = v1478 - T_1;
-  const lanes v1480 = v1479 * v1479;
-  const lanes v1481 = v1475 + v1480;
-  const lanes v1482 = v442 * v1465;
-  const lanes v1483 = v444 * v1461;
-  const lanes v1484 = v1482 + v1483;
-  const lanes v1485 = T_2 + v1484;
-  const lanes v1486 = v1485 * v1485;
-  const lanes v1487 = v1481 + v1486;
-  const lanes v1488 = v520 * v536;
-  const lanes v1489 = v485 * v1488;
-  const lanes v1490 = v494 * v537;
-  const lanes v1491 = LANES_CHOICE(v473, v1490, 0.0);
-  const lanes v1492 = v1489 - v1491;
-  const lanes v1493 = v407 * v1492;
-  const lanes v1494 = v526 * v536;
-  const lanes v1495 = v409 * v1494;
-  const lanes v1496 = v1493 - v1495;
-  const lanes v1497 = v457 * v1496;
-  const lanes v1498 = v485 * v537;
-  const lanes v1499 = v494 * v1488;
-  const lanes v1500 = LANES_CHOICE(v473, v1499, 0.0);
-  const lanes v1501 = v1498 + v1500;
-  const lanes v1502 = v452 * v1501;
-  const lanes v1503 = v1497 - v1502;
-  const lanes v1504 = v442 * v1503;
-  const lanes v1505 = v407 * v1494;
-  const lanes v1506 = v409 * v1492;
-  const lanes v1507 = v1505 + v1506;
-  const lanes v1508 = v444 * v1507;
-  const lanes v1509 = v1504 - v1508;
-  const lanes v1510 = v731 * v1509;
-  const lanes v1511 = v457 * v1501;
-  const lanes v1512 = v452 * v1496;
-  const lanes v1513 = v1511 + v1512;
-  const lanes v1514 = v732 * v1513;
-  const lanes v1515 = v1510 + v1514;
-  const lanes v1516 = v1515 - T_4;
-  const lanes v1517 = v1516 * v1516;
-  const lanes v1518 = v1487 + v1517;
-  const lanes v1519 = v732 * v1509;
-  const lanes v1520 = v731 * v1513;
-  const lanes v1521 = v1519 - v1520;
-  const lanes v1522 = v1521 - T_5;
-  const lanes v1523 = v1522 * v1522;
-  const lanes v1524 = v1518 + v1523;
-  const lanes v1525 = v442 * v1507;
-  const lanes v1526 = v444 * v1503;
-  const lanes v1527 = v1525 + v1526;
-  const lanes v1528 = T_6 + v1527;
-  const lanes v1529 = v1528 * v1528;
-  const lanes v1530 = v1524 + v1529;
-  const lanes v1531 = v494 * v526;
-  const lanes v1532 = v452 * v1531;
-  const lanes v1533 = LANES_CHOICE(v473, v1532, 0.0);
-  const lanes v1534 = v485 * v526;
-  const lanes v1535 = v407 * v1534;
-  const lanes v1536 = v409 * v520;
-  const lanes v1537 = v1535 + v1536;
-  const lanes v1538 = v457 * v1537;
-  const lanes v1539 = v1533 - v1538;
-  const lanes v1540 = v442 * v1539;
-  const lanes v1541 = v407 * v520;
-  const lanes v1542 = v409 * v1534;
-  const lanes v1543 = v1541 - v1542;
-  const lanes v1544 = v444 * v1543;
-  const lanes v1545 = v1540 - v1544;
-  const lanes v1546 = v731 * v1545;
-  const lanes v1547 = v457 * v1531;
-  const lanes v1548 = LANES_CHOICE(v473, v1547, 0.0);
-  const lanes v1549 = v452 * v1537;
-  const lanes v1550 = v1548 + v1549;
-  const lanes v1551 = v732 * v1550;
-  const lanes v1552 = v1546 - v1551;
-  const lanes v1553 = v1552 - T_8;
-  const lanes v1554 = v1553 * v1553;
-  const lanes v1555 = v1530 + v1554;
-  const lanes v1556 = v731 * v1550;
-  const lanes v1557 = v732 * v1545;
-  const lanes v1558 = v1556 + v1557;
-  const lanes v1559 = v1558 - T_9;
-  const lanes v1560 = v1559 * v1559;
-  const lanes v1561 = v1555 + v1560;
-  const lanes v1562 = v442 * v1543;
-  const lanes v1563 = v444 * v1539;
-  const lanes v1564 = v1562 + v1563;
-  const lanes v1565 = T_10 + v1564;
-  const lanes v1566 = v1565 * v1565;
-  const lanes v1567 = v1561 + v1566;
-  const lanes v1568 = 0.5 * v1567;
-  lanes v1569; LANES_NAME(lanes_fmax)(&v1445, &v1568, &v1569);
-  lanes v1570; LANES_NAME(lanes_sqrt)(&v1569, &v1570);
-  out[60] = v1570;
-  const lanes v1571 = v1413 * v552;
-  const lanes v1572 = LANES_CHOICE(v473, v1571, 0.0);
-  const lanes v1573 = v1411 * v549;
-  const lanes v1574 = v1572 + v1573;
-  const lanes v1575 = v566 * v1574;
-  const lanes v1576 = v1421 * v564;
-  const lanes v1577 = v1575 - v1576;
-  const lanes v1578 = v578 * v1577;
-  const lanes v1579 = v1413 * v549;
-  const lanes v1580 = v1411 * v552;
-  const lanes v1581 = LANES_CHOICE(v473, v1580, 0.0);
-  const lanes v1582 = v1579 - v1581;
-  const lanes v1583 = v577 * v1582;
-  const lanes v1584 = v1578 + v1583;
-  const lanes v1585 = v1584 - T_3;
-  const lanes v1586 = v1585 * v1585;
-  const lanes v1587 = v577 * v1577;
-  const lanes v1588 = v578 * v1582;
-  const lanes v1589 = v1587 - v1588;
-  const lanes v1590 = v1589 - T_7;
-  const lanes v1591 = v1590 * v1590;
-  const lanes v1592 = v1586 + v1591;
-  const lanes v1593 = v1421 * v566;
-  const lanes v1594 = v564 * v1574;
-  const lanes v1595 = v1593 + v1594;
-  const lanes v1596 = v1595 + 0.333;
-  const lanes v1597 = v1596 - T_11;
-  const lanes v1598 = v1597 * v1597;
-  const lanes v1599 = v1592 + v1598;
-  const lanes v1600 = v566 * v578;
-  const lanes v1601 = v549 * v1600;
-  const lanes v1602 = v552 * v577;
-  const lanes v1603 = LANES_CHOICE(v473, v1602, 0.0);
-  const lanes v1604 = v1601 - v1603;
-  const lanes v1605 = v407 * v1604;
-  const lanes v1606 = v564 * v578;
-  const lanes v1607 = v409 * v1606;
-  const lanes v1608 = v1605 + v1607;
-  const lanes v1609 = v457 * v1608;
-  const lanes v1610 = v549 * v577;
-  const lanes v1611 = v552 * v1600;
-  const lanes v1612 = LANES_CHOICE(v473, v1611, 0.0);
-  const lanes v1613 = v1610 + v1612;
-  const lanes v1614 = v452 * v1613;
-  const lanes v1615 = v1609 + v1614;
-  const lanes v1616 = v442 * v1615;
-  const lanes v1617 = v409 * v1604;
-  const lanes v1618 = v407 * v1606;
-  const lanes v1619 = v1617 - v1618;
-  const lanes v1620 = v444 * v1619;
-  const lanes v1621 = v1616 - v1620;
-  const lanes v1622 = v731 * v1621;
-  const lanes v1623 = v452 * v1608;
-  const lanes v1624 = v457 * v1613;
-  const lanes v1625 = v1623 - v1624;
-  const lanes v1626 = v732 * v1625;
-  const lanes v1627 = v1622 + v1626;
-  const lanes v1628 = v1627 - T_0;
-  const lanes v1629 = v1628 * v1628;
-  const lanes v1630 = v732 * v1621;
-  const lanes v1631 = v731 * v1625;
-  const lanes v1632 = v1630 - v1631;
-  const lanes v1633 = v1632 - T_1;
-  const lanes v1634 = v1633 * v1633;
-  const lanes v1635 = v1629 + v1634;
-  const lanes v1636 = v442 * v1619;
-  const lanes v1637 = v444 * v1615;
-  const lanes v1638 = v1636 + v1637;
-  const lanes v1639 = T_2 + v1638;
-  const lanes v1640 = v1639 * v1639;
-  const lanes v1641 = v1635 + v1640;
-  const lanes v1642 = v566 * v577;
-  const lanes v1643 = v549 * v1642;
-  const lanes v1644 = v552 * v578;
-  const lanes v1645 = LANES_CHOICE(v473, v1644, 0.0);
-  const lanes v1646 = v1643 + v1645;
-  const lanes v1647 = v407 * v1646;
-  const lanes v1648 = v564 * v577;
-  const lanes v1649 = v409 * v1648;
-  const lanes v1650 = v1647 + v1649;
-  const lanes v1651 = v457 * v1650;
-  const lanes v1652 = v549 * v578;
-  const lanes v1653 = v552 * v1642;
-  const lanes v1654 = LANES_CHOICE(v473, v1653, 0.0);
-  const lanes v1655 = v1652 - v1654;
-  const lanes v1656 = v452 * v1655;
-  const lanes v1657 = v1651 - v1656;
-  const lanes v1658 = v442 * v1657;
-  const lanes v1659 = v409 * v1646;
-  const lanes v1660 = v407 * v1648;
-  const lanes v1661 = v1659 - v1660;
-  const lanes v1662 = v444 * v1661;
-  const lanes v1663 = v1658 - v1662;
-  const lanes v1664 = v731 * v1663;
-  const lanes v1665 = v457 * v1655;
-  const lanes v1666 = v452 * v1650;
-  const lanes v1667 = v1665 + v1666;
-  const lanes v1668 = v732 * v1667;
-  const lanes v1669 = v1664 + v1668;
-  const lanes v1670 = v1669 - T_4;
-  const lanes v1671 = v1670 * v1670;
-  const lanes v1672 = v1641 + v1671;
-  const lanes v1673 = v732 * v1663;
-  const lanes v1674 = v731 * v1667;
-  const lanes v1675 = v1673 - v1674;
-  const lanes v1676 = v1675 - T_5;
-  const lanes v1677 = v1676 * v1676;
-  const lanes v1678 = v1672 + v1677;
-  const lanes v1679 = v442 * v1661;
-  const lanes v1680 = v444 * v1657;
-  const lanes v1681 = v1679 + v1680;
-  const lanes v1682 = T_6 + v1681;
-  const lanes v1683 = v1682 * v1682;
-  const lanes v1684 = v1678 + v1683;
-  const lanes v1685 = v549 * v564;
-  const lanes v1686 = v407 * v1685;
-  const lanes v1687 = v409 * v566;
-  const lanes v1688 = v1686 - v1687;
-  const lanes v1689 = v457 * v1688;
-  const lanes v1690 = v552 * v564;
-  const lanes v1691 = v452 * v1690;
-  const lanes v1692 = LANES_CHOICE(v473, v1691, 0.0);
-  const lanes v1693 = v1689 + v1692;
-  const lanes v1694 = v442 * v1693;
-  const lanes v1695 = v407 * v566;
-  const lanes v1696 = v409 * v1685;
-  const lanes v1697 = v1695 + v1696;
-  const lanes v1698 = v444 * v1697;
-  const lanes v1699 = v1694 - v1698;
-  const lanes v1700 = v731 * v1699;
-  const lanes v1701 = v452 * v1688;
-  const lanes v1702 = v457 * v1690;
-  const lanes v1703 = LANES_CHOICE(v473, v1702, 0.0);
-  const lanes v1704 = v1701 - v1703;
-  const lanes v1705 = v732 * v1704;
-  const lanes v1706 = v1700 + v1705;
-  const lanes v1707 = v1706 - T_8;
-  const lanes v1708 = v1707 * v1707;
-  const lanes v1709 = v1684 + v1708;
-  const lanes v1710 = v732 * v1699;
-  const lanes v1711 = v731 * v1704;
-  const lanes v1712 = v1710 - v1711;
-  const lanes v1713 = v1712 - T_9;
-  const lanes v1714 = v1713 * v1713;
-  const lanes v1715 = v1709 + v1714;
-  const lanes v1716 = v442 * v1697;
-  const lanes v1717 = v444 * v1693;
-  const lanes v1718 = v1716 + v1717;
-  const lanes v1719 = T_10 + v1718;
-  const lanes v1720 = v1719 * v1719;
-  const lanes v1721 = v1715 + v1720;
-  const lanes v1722 = 0.5 * v1721;
-  lanes v1723; LANES_NAME(lanes_fmax)(&v1599, &v1722, &v1723);
-  lanes v1724; LANES_NAME(lanes_sqrt)(&v1723, &v1724);
-  out[61] = v1724;
-  const lanes v1725 = 0.088 * v590;
-  const lanes v1726 = 0.107 * v592;
-  const lanes v1727 = v1725 + v1726;
-  const lanes v1728 = v605 * v1727;
-  const lanes v1729 = v1728 - 0.0825;
-  const lanes v1730 = v407 * v1729;
-  const lanes v1731 = 0.088 * v592;
-  const lanes v1732 = 0.107 * v590;
-  const lanes v1733 = v1731 - v1732;
-  const lanes v1734 = v1733 + 0.384;
-  const lanes v1735 = v409 * v1734;
-  const lanes v1736 = v1730 + v1735;
-  const lanes v1737 = v1736 + 0.0825;
-  const lanes v1738 = v633 * v1737;
-  const lanes v1739 = v600 * v1727;
-  const lanes v1740 = v642 * v1739;
-  const lanes v1741 = LANES_CHOICE(v621, v1740, 0.0);
-  const lanes v1742 = v1738 - v1741;
-  const lanes v1743 = v668 * v1742;
-  const lanes v1744 = v407 * v1734;
-  const lanes v1745 = v409 * v1729;
-  const lanes v1746 = v1744 - v1745;
-  const lanes v1747 = v1746 + 0.316;
-  const lanes v1748 = v674 * v1747;
-  const lanes v1749 = v1743 + v1748;
-  const lanes v1750 = v685 * v1749;
-  const lanes v1751 = v633 * v1739;
-  const lanes v1752 = v642 * v1737;
-  const lanes v1753 = LANES_CHOICE(v621, v1752, 0.0);
-  const lanes v1754 = v1751 + v1753;
-  const lanes v1755 = v684 * v1754;
-  const lanes v1756 = v1750 + v1755;
-  const lanes v1757 = v1756 - T_3;
-  const lanes v1758 = v1757 * v1757;
-  const lanes v1759 = v684 * v1749;
-  const lanes v1760 = v685 * v1754;
-  const lanes v1761 = v1759 - v1760;
-  const lanes v1762 = v1761 - T_7;
-  const lanes v1763 = v1762 * v1762;
-  const lanes v1764 = v1758 + v1763;
-  const lanes v1765 = v674 * v1742;
-  const lanes v1766 = v668 * v1747;
-  const lanes v1767 = v1765 - v1766;
-  const lanes v1768 = 0.333 - v1767;
-  const lanes v1769 = v1768 - T_11;
-  const lanes v1770 = v1769 * v1769;
-  const lanes v1771 = v1764 + v1770;
-  const lanes v1772 = v668 * v685;
-  const lanes v1773 = v633 * v1772;
-  const lanes v1774 = v642 * v684;
-  const lanes v1775 = LANES_CHOICE(v621, v1774, 0.0);
-  const lanes v1776 = v1773 + v1775;
-  const lanes v1777 = v407 * v1776;
-  const lanes v1778 = v674 * v685;
-  const lanes v1779 = v409 * v1778;
-  const lanes v1780 = v1777 - v1779;
-  const lanes v1781 = v605 * v1780;
-  const lanes v1782 = v642 * v1772;
-  const lanes v1783 = LANES_CHOICE(v621, v1782, 0.0);
-  const lanes v1784 = v633 * v684;
-  const lanes v1785 = v1783 - v1784;
-  const lanes v1786 = v600 * v1785;
-  const lanes v1787 = v1781 - v1786;
-  const lanes v1788 = v590 * v1787;
-  const lanes v1789 = v407 * v1778;
-  const lanes v1790 = v409 * v1776;
-  const lanes v1791 = v1789 + v1790;
-  const lanes v1792 = v592 * v1791;
-  const lanes v1793 = v1788 + v1792;
-  const lanes v1794 = v731 * v1793;
-  const lanes v1795 = v605 * v1785;
-  const lanes v1796 = v600 * v1780;
-  const lanes v1797 = v1795 + v1796;
-  const lanes v1798 = v732 * v1797;
-  const lanes v1799 = v1794 + v1798;
-  const lanes v1800 = v1799 - T_0;
-  const lanes v1801 = v1800 * v1800;
-  const lanes v1802 = v732 * v1793;
-  const lanes v1803 = v731 * v1797;
-  const lanes v1804 = v1802 - v1803;
-  const lanes v1805 = v1804 - T_1;
-  const lanes v1806 = v1805 * v1805;
-  const lanes v1807 = v1801 + v1806;
-  const lanes v1808 = v590 * v1791;
-  const lanes v1809 = v592 * v1787;
-  const lanes v1810 = v1808 - v1809;
-  const lanes v1811 = T_2 + v1810;
-  const lanes v1812 = v1811 * v1811;
-  const lanes v1813 = v1807 + v1812;
-  const lanes v1814 = v668 * v684;
-  const lanes v1815 = v633 * v1814;
-  const lanes v1816 = v642 * v685;
-  const lanes v1817 = LANES_CHOICE(v621, v1816, 0.0);
-  const lanes v1818 = v1815 - v1817;
-  const lanes v1819 = v407 * v1818;
-  const lanes v1820 = v674 * v684;
-  const lanes v1821 = v409 * v1820;
-  const lanes v1822 = v1819 - v1821;
-  const lanes v1823 = v605 * v1822;
-  const lanes v1824 = v633 * v685;
-  const lanes v1825 = v642 * v1814;
-  const lanes v1826 = LANES_CHOICE(v621, v1825, 0.0);
-  const lanes v1827 = v1824 + v1826;
-  const lanes v1828 = v600 * v1827;
-  const lanes v1829 = v1823 - v1828;
-  const lanes v1830 = v590 * v1829;
-  const lanes v1831 = v407 * v1820;
-  const lanes v1832 = v409 * v1818;
-  const lanes v1833 = v1831 + v1832;
-  const lanes v1834 = v592 * v1833;
-  const lanes v1835 = v1830 + v1834;
-  const lanes v1836 = v731 * v1835;
-  const lanes v1837 = v605 * v1827;
-  const lanes v1838 = v600 * v1822;
-  const lanes v1839 = v1837 + v1838;
-  const lanes v1840 = v732 * v1839;
-  const lanes v1841 = v1836 + v1840;
-  const lanes v1842 = v1841 - T_4;
-  const lanes v1843 = v1842 * v1842;
-  const lanes v1844 = v1813 + v1843;
-  const lanes v1845 = v732 * v1835;
-  const lanes v1846 = v731 * v1839;
-  const lanes v1847 = v1845 - v1846;
-  const lanes v1848 = v1847 - T_5;
-  const lanes v1849 = v1848 * v1848;
-  const lanes v1850 = v1844 + v1849;
-  const lanes v1851 = v590 * v1833;
-  const lanes v1852 = v592 * v1829;
-  const lanes v1853 = v1851 - v1852;
-  const lanes v1854 = T_6 + v1853;
-  const lanes v1855 = v1854 * v1854;
-  const lanes v1856 = v1850 + v1855;
-  const lanes v1857 = v642 * v674;
-  const lanes v1858 = v600 * v1857;
-  const lanes v1859 = LANES_CHOICE(v621, v1858, 0.0);
-  const lanes v1860 = v633 * v674;
-  const lanes v1861 = v407 * v1860;
-  const lanes v1862 = v409 * v668;
-  const lanes v1863 = v1861 + v1862;
-  const lanes v1864 = v605 * v1863;
-  const lanes v1865 = v1859 - v1864;
-  const lanes v1866 = v590 * v1865;
-  const lanes v1867 = v407 * v668;
-  const lanes v1868 = v409 * v1860;
-  const lanes v1869 = v1867 - v1868;
-  const lanes v1870 = v592 * v1869;
-  const lanes v1871 = v1866 + v1870;
-  const lanes v1872 = v731 * v1871;
-  const lanes v1873 = v605 * v1857;
-  const lanes v1874 = LANES_CHOICE(v621, v1873, 0.0);
-  const lanes v1875 = v600 * v1863;
-  const lanes v1876 = v1874 + v1875;
-  const lanes v1877 = v732 * v1876;
-  const lanes v1878 = v1872 - v1877;
-  const lanes v1879 = v1878 - T_8;
-  const lanes v1880 = v1879 * v1879;
-  const lanes v1881 = v1856 + v1880;
-  const lanes v1882 = v731 * v1876;
-  const lanes v1883 = v732 * v1871;
-  const lanes v1884 = v1882 + v1883;
-  const lanes v1885 = v1884 - T_9;
-  const lanes v1886 = v1885 * v1885;
-  const lanes v1887 = v1881 + v1886;
-  const lanes v1888 = v590 * v1869;
-  const lanes v1889 = v592 * v1865;
-  const lanes v1890 = v1888 - v1889;
-  const lanes v1891 = T_10 + v1890;
-  const lanes v1892 = v1891 * v1891;
-  const lanes v1893 = v1887 + v1892;
-  const lanes v1894 = 0.5 * v1893;
-  lanes v1895; LANES_NAME(lanes_fmax)(&v1771, &v1894, &v1895);
-  lanes v1896; LANES_NAME(lanes_sqrt)(&v1895, &v1896);
-  out[62] = v1896;
-  const lanes v1897 = v1739 * v699;
-  const lanes v1898 = LANES_CHOICE(v621, v1897, 0.0);
-  const lanes v1899 = v1737 * v696;
-  const lanes v1900 = v1898 + v1899;
-  const lanes v1901 = v713 * v1900;
-  const lanes v1902 = v1747 * v711;
-  const lanes v1903 = v1901 - v1902;
-  const lanes v1904 = v725 * v1903;
-  const lanes v1905 = v1739 * v696;
-  const lanes v1906 = v1737 * v699;
-  const lanes v1907 = LANES_CHOICE(v621, v1906, 0.0);
-  const lanes v1908 = v1905 - v1907;
-  const lanes v1909 = v724 * v1908;
-  const lanes v1910 = v1904 + v1909;
-  const lanes v1911 = v1910 - T_3;
-  const lanes v1912 = v1911 * v1911;
-  const lanes v1913 = v724 * v1903;
-  const lanes v1914 = v725 * v1908;
-  const lanes v1915 = v1913 - v1914;
-  const lanes v1916 = v1915 - T_7;
-  const lanes v1917 = v1916 * v1916;
-  const lanes v1918 = v1912 + v1917;
-  const lanes v1919 = v1747 * v713;
-  const lanes v1920 = v711 * v1900;
-  const lanes v1921 = v1919 + v1920;
-  const lanes v1922 = v1921 + 0.333;
-  const lanes v1923 = v1922 - T_11;
-  const lanes v1924 = v1923 * v1923;
-  const lanes v1925 = v1918 + v1924;
-  const lanes v1926 = v713 * v725;
-  const lanes v1927 = v696 * v1926;
-  const lanes v1928 = v699 * v724;
-  const lanes v1929 = LANES_CHOICE(v621, v1928, 0.0);
-  const lanes v1930 = v1927 - v1929;
-  const lanes v1931 = v407 * v1930;
-  const lanes v1932 = v711 * v725;
-  const lanes v1933 = v409 * v1932;
-  const lanes v1934 = v1931 + v1933;
-  const lanes v1935 = v605 * v1934;
-  const lanes v1936 = v696 * v724;
-  const lanes v1937 = v699 * v1926;
-  const lanes v1938 = LANES_CHOICE(v621, v1937, 0.0);
-  const lanes v1939 = v1936 + v1938;
-  const lanes v1940 = v600 * v1939;
-  const lanes v1941 = v1935 + v1940;
-  const lanes v1942 = v590 * v1941;
-  const lanes v1943 = v409 * v1930;
-  const lanes v1944 = v407 * v1932;
-  const lanes v1945 = v1943 - v1944;
-  const lanes v1946 = v592 * v1945;
-  const lanes v1947 = v1942 + v1946;
-  const lanes v1948 = v731 * v1947;
-  const lanes v1949 = v600 * v1934;
-  const lanes v1950 = v605 * v1939;
-  const lanes v1951 = v1949 - v1950;
-  const lanes v1952 = v732 * v1951;
-  const lanes v1953 = v1948 + v1952;
-  const lanes v1954 = v1953 - T_0;
-  const lanes v1955 = v1954 * v1954;
-  const lanes v1956 = v732 * v1947;
-  const lanes v1957 = v731 * v1951;
-  const lanes v1958 = v1956 - v1957;
-  const lanes v1959 = v1958 - T_1;
-  const lanes v1960 = v1959 * v1959;
-  const lanes v1961 = v1955 + v1960;
-  const lanes v1962 = v590 * v1945;
-  const lanes v1963 = v592 * v1941;
-  const lanes v1964 = v1962 - v1963;
-  const lanes v1965 = T_2 + v1964;
-  const lanes v1966 = v1965 * v1965;
-  const lanes v1967 = v1961 + v1966;
-  const lanes v1968 = v713 * v724;
-  const lanes v1969 = v696 * v1968;
-  const lanes v1970 = v699 * v725;
-  const lanes v1971 = LANES_CHOICE(v621, v1970, 0.0);
-  const lanes v1972 = v1969 + v1971;
-  const lanes v1973 = v407 * v1972;
-  const lanes v1974 = v711 * v724;
-  const lanes v1975 = v409 * v1974;
-  const lanes v1976 = v1973 + v1975;
-  const lanes v1977 = v605 * v1976;
-  const lanes v1978 = v696 * v725;
-  const lanes v1979 = v699 * v1968;
-  const lanes v1980 = LANES_CHOICE(v621, v1979, 0.0);
-  const lanes v1981 = v1978 - v1980;
-  const lanes v1982 = v600 * v1981;
-  const lanes v1983 = v1977 - v1982;
-  const lanes v1984 = v590 * v1983;
-  const lanes v1985 = v409 * v1972;
-  const lanes v1986 = v407 * v1974;
-  const lanes v1987 = v1985 - v1986;
-  const lanes v1988 = v592 * v1987;
-  const lanes v1989 = v1984 + v1988;
-  const lanes v1990 = v731 * v1989;
-  const lanes v1991 = v605 * v1981;
-  const lanes v1992 = v600 * v1976;
-  const lanes v1993 = v1991 + v1992;
-  const lanes v1994 = v732 * v1993;
-  const lanes v1995 = v1990 + v1994;
-  const lanes v1996 = v1995 - T_4;
-  const lanes v1997 = v1996 * v1996;
-  const lanes v1998 = v1967 + v1997;
-  const lanes v1999 = v732 * v1989;
-  const lanes v2000 = v731 * v1993;
-  const lanes v2001 = v1999 - v2000;
-  const lanes v2002 = v2001 - T_5;
-  const lanes v2003 = v2002 * v2002;
-  const lanes v2004 = v1998 + v2003;
-  const lanes v2005 = v590 * v1987;
-  const lanes v2006 = v592 * v1983;
-  const lanes v2007 = v2005 - v2006;
-  const lanes v2008 = T_6 + v2007;
-  const lanes v2009 = v2008 * v2008;
-  const lanes v2010 = v2004 + v2009;
-  const lanes v2011 = v696 * v711;
-  const lanes v2012 = v407 * v2011;
-  const lanes v2013 = v409 * v713;
-  const lanes v2014 = v2012 - v2013;
-  const lanes v2015 = v605 * v2014;
-  const lanes v2016 = v699 * v711;
-  const lanes v2017 = v600 * v2016;
-  const lanes v2018 = LANES_CHOICE(v621, v2017, 0.0);
-  const lanes v2019 = v2015 + v2018;
-  const lanes v2020 = v590 * v2019;
-  const lanes v2021 = v407 * v713;
-  const lanes v2022 = v409 * v2011;
-  const lanes v2023 = v2021 + v2022;
-  const lanes v2024 = v592 * v2023;
-  const lanes v2025 = v2020 + v2024;
-  const lanes v2026 = v731 * v2025;
-  const lanes v2027 = v600 * v2014;
-  const lanes v2028 = v605 * v2016;
-  const lanes v2029 = LANES_CHOICE(v621, v2028, 0.0);
-  const lanes v2030 = v2027 - v2029;
-  const lanes v2031 = v732 * v2030;
-  const lanes v2032 = v2026 + v2031;
-  const lanes v2033 = v2032 - T_8;
-  const lanes v2034 = v2033 * v2033;
-  const lanes v2035 = v2010 + v2034;
-  const lanes v2036 = v732 * v2025;
-  const lanes v2037 = v731 * v2030;
-  const lanes v2038 = v2036 - v2037;
-  const lanes v2039 = v2038 - T_9;
-  const lanes v2040 = v2039 * v2039;
-  const lanes v2041 = v2035 + v2040;
-  const lanes v2042 = v590 * v2023;
-  const lanes v2043 = v592 * v2019;
-  const lanes v2044 = v2042 - v2043;
-  const lanes v2045 = T_10 + v2044;
-  const lanes v2046 = v2045 * v2045;
-  const lanes v2047 = v2041 + v2046;
-  const lanes v2048 = 0.5 * v2047;
-  lanes v2049; LANES_NAME(lanes_fmax)(&v1925, &v2048, &v2049);
-  lanes v2050; LANES_NAME(lanes_sqrt)(&v2049, &v2050);
-  out[63] = v2050;
-  const lanes v2051 = 15.193911990243308 * v59;
-  const lanes v2052 = 1e-300 + v86;
-  const lanes v2053 = v96 / v2052;
-  lanes v2054; LANES_NAME(lanes_fmin)(&v2051, &v2053, &v2054);
-  const lanes v2055 = 1e-300 + v141;
-  const lanes v2056 = v141 / v2055;
-  lanes v2057; LANES_NAME(lanes_fmin)(&v2054, &v2056, &v2057);
-  out[64] = v2057;
-  out[65] = v2057;
-  const lanes v2058 = 1e-300 + v289;
-  const lanes v2059 = v289 / v2058;
-  lanes v2060; LANES_NAME(lanes_fmin)(&v2054, &v2059, &v2060);
-  out[66] = v2060;
-  out[67] = v2060;
-  const lanes v2061 = 1e-300 + v471;
-  const lanes v2062 = v471 / v2061;
-  const lanes v2063 = 1e-300 + v416;
-  const lanes v2064 = v426 / v2063;
-  lanes v2065; LANES_NAME(lanes_fmin)(&v2051, &v2064, &v2065);
-  lanes v2066; LANES_NAME(lanes_fmin)(&v2062, &v2065, &v2066);
-  out[68] = v2066;
-  out[69] = v2066;
-  const lanes v2067 = 1e-300 + v619;
-  const lanes v2068 = v619 / v2067;
-  lanes v2069; LANES_NAME(lanes_fmin)(&v2065, &v2068, &v2069);
-  out[70] = v2069;
-  out[71] = v2069;
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      q7_0 = in[16], v1 = 0.7071067811865476 * T_8, v2 = 0.7071067811865476 * T_9;
+  LANES_COS_SIN(v3, v4, q7_0);
+  const lanes v5 = 0.333 - T_11, v6 = 0.7071067811865476 * T_0, v7 = 0.7071067811865476 * T_1,
+      v8 = 0.7071067811865476 * T_4, v9 = 0.7071067811865476 * T_5, v10 = T_3 * T_2,
+      v11 = T_7 * T_6, v12 = q7_0 + 0.7853981633974483;
+  out[6] = q7_0; out[13] = q7_0; out[20] = q7_0; out[27] = q7_0; out[34] = q7_0; out[41] = q7_0;
+  out[48] = q7_0; out[55] = q7_0;
+  const lanes v13 = v1 - v2, v14 = v1 + v2, v15 = v6 - v7, v16 = v6 + v7, v17 = v8 - v9,
+      v18 = v8 + v9, v19 = v10 + v11, v20 = T_10 * v5;
+  LANES_COS_SIN(v22, v21, v12);
+  const lanes v23 = v13 * v3, v24 = v4 * v14, v25 = v15 * v3, v26 = v4 * v16, v27 = v17 * v3,
+      v28 = v4 * v18, v29 = v4 * v13, v30 = v14 * v3, v31 = v4 * v15, v32 = v16 * v3,
+      v33 = v4 * v17, v34 = v18 * v3, v35 = v19 - v20, v36 = v23 - v24, v37 = v25 - v26,
+      v38 = v27 - v28, v39 = v29 + v30, v40 = v31 + v32, v41 = v33 + v34, v42 = 0.926 + v35,
+      v43 = v36 * v5, v44 = T_3 * v37, v45 = T_7 * v38, v46 = v39 * v5, v47 = T_3 * v40,
+      v48 = T_7 * v41, v49 = v42 - 1.033, v50 = v43 - v44, v51 = v46 - v47, v52 = v49 * v49,
+      v53 = v50 - v45, v54 = v51 - v48, v55 = v53 * v53, v56 = v54 + 0.088, v57 = v56 * v56,
+      v58 = v55 + v57, v59 = v57 + v52, v60 = v58 + v52, v61 = v60 - 0.2609245,
+      v62 = v60 - 0.004378530044808538, v63 = 0.5174704699551914 - v60, v64 = 0.2290755 * v61,
+      v65 = v62 * v63, v66 = 0.1155 * v61;
+  const lanes_where v67 = LANES_LT(2.63263338801e-16, v65); LANES_LET1(v68, sqrt, v65);
+  const lanes v69 = 15.193911990243308 * v65, v70 = LANES_CHOICE(v67, v68, 0.0), v71 = 0.1155 * v70,
+      v72 = 0.2290755 * v70, v73 = v64 + v71, v74 = v72 - v66, v75 = v64 - v71, v76 = v72 + v66,
+      v77 = 1e-150 + v73, v78 = v74 * v74, v79 = 1e-150 + v75, v80 = v76 * v76, v81 = v77 * v77;
+  LANES_LET2(v82, atan2, v74, v77);
+  const lanes v83 = v79 * v79;
+  LANES_LET2(v84, atan2, v76, v79);
+  const lanes v85 = v78 + v81, v86 = v80 + v83;
+  out[3] = v82; out[10] = v82; out[17] = v82; out[24] = v82;
+  const lanes v87 = -v84;
+  LANES_LET1(v88, rsqrt, v85); LANES_LET1(v89, rsqrt, v86); out[31] = v87; out[38] = v87;
+  out[45] = v87; out[52] = v87;
+  const lanes v90 = v77 * v88, v91 = v74 * v88, v92 = v79 * v89, v93 = v76 * v89, v94 = 0.316 * v91,
+      v95 = 0.0825 * v90, v96 = 0.0825 * v91, v97 = 0.316 * v90, v98 = 0.0825 * v92,
+      v99 = 0.316 * v93, v100 = 0.316 * v92, v101 = 0.0825 * v93, v102 = v94 + v95,
+      v103 = v96 - v97, v104 = v98 - v99, v105 = v100 + v101, v106 = 0.0825 - v102,
+      v107 = v103 - 0.384, v108 = 0.0825 - v104, v109 = 0.384 + v105, v110 = v53 * v106,
+      v111 = v106 * v106, v112 = v107 * v107, v113 = v49 * v107, v114 = v56 * v107,
+      v115 = v53 * v108, v116 = v108 * v108, v117 = v109 * v109, v118 = v49 * v109,
+      v119 = v56 * v109, v120 = v110 * v110;
+  LANES_LET2(v121, fmin, v59, v111); const lanes_where v122 = LANES_LT(v111, v59);
+  const lanes v123 = v111 - v55, v124 = v59 - v112, v125 = v115 * v115;
+  LANES_LET2(v126, fmin, v59, v116); const lanes_where v127 = LANES_LT(v116, v59);
+  const lanes v128 = v116 - v55, v129 = v59 - v117, v130 = 4e-15 * v121,
+      v131 = LANES_CHOICE(v122, v123, v124), v132 = 4e-15 * v126,
+      v133 = LANES_CHOICE(v127, v128, v129), v134 = 1e-300 + v121, v135 = 1e-300 + v126;
+  const lanes_where v136 = LANES_LT(v130, v131); LANES_LET1(v137, sqrt, v131);
+  const lanes_where v138 = LANES_LT(v132, v133); LANES_LET1(v139, sqrt, v133);
+  const lanes v140 = v131 / v134, v141 = v133 / v135, v142 = LANES_CHOICE(v136, v137, 0.0),
+      v143 = LANES_CHOICE(v138, v139, 0.0);
+  LANES_LET2(v144, fmin, v69, v140); LANES_LET2(v145, fmin, v69, v141);
+  const lanes v146 = v56 * v142, v147 = v49 * v142, v148 = v56 * v143, v149 = v49 * v143;
+  out[64] = v144; out[65] = v144; out[66] = v144; out[67] = v144; out[68] = v145; out[69] = v145;
+  out[70] = v145; out[71] = v145;
+  const lanes v150 = v146 + v113, v151 = v114 - v147, v152 = v113 - v146, v153 = v114 + v147,
+      v154 = v148 - v118, v155 = v119 + v149, v156 = v148 + v118, v157 = v149 - v119,
+      v158 = 1e-150 + v150, v159 = v151 * v151, v160 = 1e-150 + v152, v161 = v153 * v153,
+      v162 = 1e-150 + v154, v163 = v155 * v155, v164 = 1e-150 - v156, v165 = v157 * v157,
+      v166 = v158 * v158;
+  LANES_LET2(v167, atan2, v151, v158);
+  const lanes v168 = v160 * v160;
+  LANES_LET2(v169, atan2, v153, v160);
+  const lanes v170 = v162 * v162;
+  LANES_LET2(v171, atan2, v155, v162);
+  const lanes v172 = v164 * v164;
+  LANES_LET2(v173, atan2, v157, v164);
+  const lanes v174 = v159 + v166, v175 = v161 + v168, v176 = v163 + v170, v177 = v165 + v172;
+  out[5] = v167; out[12] = v167; out[19] = v169; out[26] = v169;
+  const lanes v178 = -v171;
+  out[47] = v173; out[54] = v173; LANES_LET1(v179, rsqrt, v174); LANES_LET1(v180, rsqrt, v175);
+  LANES_LET1(v181, rsqrt, v176); LANES_LET1(v182, rsqrt, v177); out[33] = v178; out[40] = v178;
+  const lanes v183 = v158 * v179, v184 = v151 * v179, v185 = v160 * v180, v186 = v153 * v180,
+      v187 = v162 * v181, v188 = v155 * v181, v189 = v164 * v182, v190 = v157 * v182,
+      v191 = v56 * v183, v192 = v49 * v184, v193 = T_10 * v184, v194 = v39 * v183,
+      v195 = T_10 * v183, v196 = v39 * v184, v197 = T_2 * v184, v198 = v40 * v183,
+      v199 = T_2 * v183, v200 = v40 * v184, v201 = T_10 * v185, v202 = v39 * v186,
+      v203 = v185 * v56, v204 = v186 * v49, v205 = T_10 * v186, v206 = v39 * v185,
+      v207 = T_2 * v186, v208 = v40 * v185, v209 = T_2 * v185, v210 = v40 * v186, v211 = v56 * v187,
+      v212 = v49 * v188, v213 = v39 * v187, v214 = T_10 * v188, v215 = T_10 * v187,
+      v216 = v39 * v188, v217 = v40 * v187, v218 = T_2 * v188, v219 = T_2 * v187, v220 = v40 * v188,
+      v221 = v56 * v189, v222 = v49 * v190, v223 = T_10 * v190, v224 = v39 * v189,
+      v225 = T_10 * v189, v226 = v39 * v190, v227 = T_2 * v190, v228 = v40 * v189,
+      v229 = T_2 * v189, v230 = v40 * v190, v231 = 0.088 * v183, v232 = 0.107 * v184,
+      v233 = 0.088 * v184, v234 = 0.107 * v183, v235 = 0.088 * v185, v236 = 0.107 * v186,
+      v237 = 0.088 * v186, v238 = 0.107 * v185, v239 = 0.088 * v187, v240 = 0.107 * v188,
+      v241 = 0.107 * v187, v242 = 0.088 * v188, v243 = 0.088 * v189, v244 = 0.107 * v190,
+      v245 = 0.088 * v190, v246 = 0.107 * v189, v247 = v191 - v192, v248 = v193 + v194,
+      v249 = v195 - v196, v250 = v197 + v198, v251 = v199 - v200, v252 = v201 - v202,
+      v253 = v203 - v204, v254 = v205 + v206, v255 = v207 + v208, v256 = v209 - v210,
+      v257 = v211 + v212, v258 = v213 - v214, v259 = v215 + v216, v260 = v217 - v218,
+      v261 = v219 + v220, v262 = v221 - v222, v263 = v223 + v224, v264 = v225 - v226,
+      v265 = v227 + v228, v266 = v229 - v230, v267 = v231 + v232, v268 = v233 - v234,
+      v269 = v235 + v236, v270 = v237 - v238, v271 = v239 - v240, v272 = v241 + v242,
+      v273 = v243 + v244, v274 = v245 - v246, v275 = v106 * v247, v276 = v91 * v249,
+      v277 = v91 * v251, v278 = v90 * v249, v279 = v90 * v251, v280 = v252 * v91,
+      v281 = v253 * v106, v282 = v256 * v91, v283 = v252 * v90, v284 = v256 * v90,
+      v285 = v108 * v257, v286 = v93 * v259, v287 = v93 * v261, v288 = v92 * v259,
+      v289 = v92 * v261, v290 = v108 * v262, v291 = v93 * v264, v292 = v93 * v266,
+      v293 = v92 * v264, v294 = v92 * v266, v295 = v268 + 0.384, v296 = v270 + 0.384,
+      v297 = 0.384 - v272, v298 = v274 + 0.384, v299 = 1e-150 + v275, v300 = 1e-150 + v281,
+      v301 = 1e-150 + v285, v302 = 1e-150 + v290, v303 = v295 * v91, v304 = v295 * v90,
+      v305 = v296 * v91, v306 = v296 * v90, v307 = v93 * v297, v308 = v92 * v297, v309 = v93 * v298,
+      v310 = v92 * v298, v311 = v299 * v299;
+  LANES_LET2(v312, atan2, v110, v299);
+  const lanes v313 = v300 * v300;
+  LANES_LET2(v314, atan2, v110, v300);
+  const lanes v315 = v301 * v301;
+  LANES_LET2(v316, atan2, v115, v301);
+  const lanes v317 = v302 * v302;
+  LANES_LET2(v318, atan2, v115, v302);
+  const lanes v319 = v120 + v311, v320 = v313 + v120, v321 = v125 + v315, v322 = v125 + v317,
+      v323 = -v312, v324 = -v314, v325 = -v316, v326 = -v318;
+  LANES_LET1(v327, rsqrt, v319); LANES_LET1(v328, rsqrt, v320); LANES_LET1(v329, rsqrt, v321);
+  LANES_LET1(v330, rsqrt, v322); out[4] = v323; out[11] = v323; out[18] = v324; out[25] = v324;
+  out[32] = v325; out[39] = v325; out[46] = v326; out[53] = v326;
+  const lanes v331 = v110 * v327, v332 = v299 * v327, v333 = v110 * v328, v334 = v300 * v328,
+      v335 = v115 * v329, v336 = v301 * v329, v337 = v115 * v330, v338 = v302 * v330,
+      v339 = v36 * v331, v340 = v332 * v248, v341 = v331 * v248, v342 = v36 * v332,
+      v343 = v331 * v250, v344 = v37 * v332, v345 = v37 * v331, v346 = v332 * v250,
+      v347 = v36 * v333, v348 = v334 * v254, v349 = v333 * v254, v350 = v36 * v334,
+      v351 = v333 * v255, v352 = v37 * v334, v353 = v37 * v333, v354 = v334 * v255,
+      v355 = v36 * v335, v356 = v336 * v258, v357 = v335 * v258, v358 = v36 * v336,
+      v359 = v335 * v260, v360 = v37 * v336, v361 = v37 * v335, v362 = v336 * v260,
+      v363 = v36 * v337, v364 = v338 * v263, v365 = v337 * v263, v366 = v36 * v338,
+      v367 = v337 * v265, v368 = v37 * v338, v369 = v37 * v337, v370 = v338 * v265,
+      v371 = v267 * v331, v372 = v267 * v332, v373 = v333 * v269, v374 = v334 * v269,
+      v375 = v335 * v271, v376 = v336 * v271, v377 = v337 * v273, v378 = v338 * v273,
+      v379 = v339 + v340, v380 = v341 - v342, v381 = v343 - v344, v382 = v345 + v346,
+      v383 = v347 + v348, v384 = v349 - v350, v385 = v351 - v352, v386 = v353 + v354,
+      v387 = v355 + v356, v388 = v357 - v358, v389 = v359 - v360, v390 = v361 + v362,
+      v391 = v363 + v364, v392 = v365 - v366, v393 = v367 - v368, v394 = v369 + v370,
+      v395 = v372 - 0.0825, v396 = v374 - 0.0825, v397 = v376 - 0.0825, v398 = v378 - 0.0825,
+      v399 = v90 * v379, v400 = v380 * v380, v401 = v90 * v382, v402 = v91 * v379,
+      v403 = v91 * v382, v404 = v383 * v90, v405 = v384 * v384, v406 = v386 * v90,
+      v407 = v383 * v91, v408 = v386 * v91, v409 = v92 * v387, v410 = v388 * v388,
+      v411 = v92 * v390, v412 = v93 * v387, v413 = v93 * v390, v414 = v92 * v391,
+      v415 = v392 * v392, v416 = v92 * v394, v417 = v93 * v391, v418 = v93 * v394,
+      v419 = v395 * v90, v420 = v395 * v91, v421 = v396 * v90, v422 = v396 * v91, v423 = v92 * v397,
+      v424 = v93 * v397, v425 = v92 * v398, v426 = v93 * v398, v427 = v399 + v276,
+      v428 = v401 + v277, v429 = v278 - v402, v430 = v279 - v403, v431 = v280 + v404,
+      v432 = v282 + v406, v433 = v283 - v407, v434 = v284 - v408, v435 = v409 - v286,
+      v436 = v411 - v287, v437 = v288 + v412, v438 = v289 + v413, v439 = v414 - v291,
+      v440 = v416 - v292, v441 = v293 + v417, v442 = v294 + v418, v443 = v419 - v303,
+      v444 = v420 + v304, v445 = v421 - v305, v446 = v422 + v306, v447 = v423 + v307,
+      v448 = v308 - v424, v449 = v425 + v309, v450 = v310 - v426, v451 = 1e-150 - v427,
+      v452 = v429 * v429, v453 = -v429, v454 = 1e-150 - v431, v455 = v433 * v433, v456 = -v433,
+      v457 = 1e-150 - v435, v458 = v437 * v437, v459 = -v437, v460 = 1e-150 - v439,
+      v461 = v441 * v441, v462 = -v441, v463 = v443 + 0.0825, v464 = v444 + 0.316,
+      v465 = v445 + 0.0825, v466 = v446 + 0.316, v467 = v447 + 0.0825, v468 = v448 + 0.316,
+      v469 = v449 + 0.0825, v470 = v450 + 0.316, v471 = v451 * v451;
+  LANES_LET2(v472, atan2, v380, v451);
+  const lanes v473 = v454 * v454;
+  LANES_LET2(v474, atan2, v384, v454);
+  const lanes v475 = v457 * v457;
+  LANES_LET2(v476, atan2, v388, v457);
+  const lanes v477 = v460 * v460;
+  LANES_LET2(v478, atan2, v392, v460);
+  const lanes v479 = v400 + v471, v480 = v405 + v473, v481 = v410 + v475, v482 = v415 + v477,
+      v483 = -v472, v484 = -v474, v485 = -v476, v486 = -v478;
+  LANES_LET1(v487, rsqrt, v479); LANES_LET1(v488, rsqrt, v480); LANES_LET1(v489, rsqrt, v481);
+  LANES_LET1(v490, rsqrt, v482); out[2] = v483; out[16] = v484; out[30] = v485; out[44] = v486;
+  const lanes v491 = v451 * v487, v492 = v380 * v487, v493 = v454 * v488, v494 = v384 * v488,
+      v495 = v457 * v489, v496 = v388 * v489, v497 = v460 * v490, v498 = v392 * v490,
+      v499 = v491 * v381, v500 = v492 * v428, v501 = v380 * v492, v502 = v427 * v491,
+      v503 = v492 * v381, v504 = v491 * v428;
+  LANES_LET2(v505, supplement, v472, v492);
+  const lanes v506 = v493 * v385, v507 = v494 * v432, v508 = v384 * v494, v509 = v431 * v493,
+      v510 = v494 * v385, v511 = v493 * v432;
+  LANES_LET2(v512, supplement, v474, v494);
+  const lanes v513 = v495 * v389, v514 = v496 * v436, v515 = v388 * v496, v516 = v435 * v495,
+      v517 = v496 * v389, v518 = v495 * v436;
+  LANES_LET2(v519, supplement, v476, v496);
+  const lanes v520 = v497 * v393, v521 = v498 * v440, v522 = v392 * v498, v523 = v439 * v497,
+      v524 = v498 * v393, v525 = v497 * v440;
+  LANES_LET2(v526, supplement, v478, v498);
+  const lanes v527 = v371 * v491, v528 = v463 * v492, v529 = v463 * v491, v530 = v371 * v492,
+      v531 = v493 * v373, v532 = v494 * v465, v533 = v493 * v465, v534 = v494 * v373,
+      v535 = v495 * v375, v536 = v496 * v467, v537 = v495 * v467, v538 = v496 * v375,
+      v539 = v497 * v377, v540 = v498 * v469, v541 = v497 * v469, v542 = v498 * v377,
+      v543 = v499 + v500, v544 = v501 - v502, v545 = v503 - v504, v546 = v506 + v507,
+      v547 = v508 - v509, v548 = v510 - v511, v549 = v513 + v514, v550 = v515 - v516,
+      v551 = v517 - v518, v552 = v520 + v521, v553 = v522 - v523, v554 = v524 - v525;
+  out[9] = v505; out[23] = v512; out[37] = v519; out[51] = v526;
+  const lanes v555 = v527 + v528, v556 = v529 - v530, v557 = v531 + v532, v558 = v533 - v534,
+      v559 = v535 + v536, v560 = v537 - v538, v561 = v539 + v540, v562 = v541 - v542,
+      v563 = v543 * v543, v564 = v544 * v544;
+  LANES_LET2(v565, atan2, v544, v453);
+  const lanes v566 = v546 * v546, v567 = v547 * v547;
+  LANES_LET2(v568, atan2, v547, v456);
+  const lanes v569 = v549 * v549, v570 = v550 * v550;
+  LANES_LET2(v571, atan2, v550, v459);
+  const lanes v572 = v552 * v552, v573 = v553 * v553;
+  LANES_LET2(v574, atan2, v553, v462);
+  const lanes v575 = v452 + v564, v576 = v455 + v567, v577 = v458 + v570, v578 = v461 + v573;
+  out[1] = v565;
+  const lanes v579 = -v565;
+  out[15] = v568;
+  const lanes v580 = -v568;
+  out[29] = v571;
+  const lanes v581 = -v571;
+  out[43] = v574;
+  const lanes v582 = -v574;
+  LANES_LET1(v583, rsqrt, v575); LANES_LET1(v584, rsqrt, v576); LANES_LET1(v585, rsqrt, v577);
+  LANES_LET1(v586, rsqrt, v578); out[8] = v579; out[22] = v580; out[36] = v581; out[50] = v582;
+  const lanes v587 = v544 * v583, v588 = v429 * v583, v589 = v547 * v584, v590 = v433 * v584,
+      v591 = v550 * v585, v592 = v437 * v585, v593 = v553 * v586, v594 = v441 * v586,
+      v595 = v587 * v430, v596 = v588 * v545, v597 = v589 * v434, v598 = v590 * v548,
+      v599 = v591 * v438, v600 = v592 * v551, v601 = v593 * v442, v602 = v594 * v554,
+      v603 = v464 * v587, v604 = v556 * v588, v605 = v556 * v587, v606 = v464 * v588,
+      v607 = v491 * v587, v608 = v90 * v588, v609 = v492 * v587, v610 = v91 * v588,
+      v611 = v589 * v466, v612 = v590 * v558, v613 = v590 * v466, v614 = v589 * v558,
+      v615 = v494 * v589, v616 = v590 * v91, v617 = v493 * v589, v618 = v590 * v90,
+      v619 = v591 * v468, v620 = v592 * v560, v621 = v592 * v468, v622 = v591 * v560,
+      v623 = v496 * v591, v624 = v495 * v591, v625 = v93 * v592, v626 = v92 * v592,
+      v627 = v593 * v470, v628 = v594 * v562, v629 = v594 * v470, v630 = v593 * v562,
+      v631 = v498 * v593, v632 = v497 * v593, v633 = v93 * v594, v634 = v92 * v594,
+      v635 = v595 - v596, v636 = v597 - v598, v637 = v599 - v600, v638 = v601 - v602,
+      v639 = v603 - v604, v640 = v605 + v606, v641 = v607 * v91, v642 = v609 * v331,
+      v643 = v607 * v90, v644 = v609 * v332, v645 = v611 - v612, v646 = v613 + v614,
+      v647 = v333 * v615, v648 = v617 * v90, v649 = v617 * v91, v650 = v334 * v615,
+      v651 = v619 - v620, v652 = v621 + v622, v653 = v335 * v623, v654 = v92 * v624,
+      v655 = v93 * v624, v656 = v336 * v623, v657 = v627 - v628, v658 = v629 + v630,
+      v659 = v337 * v631, v660 = v92 * v632, v661 = v93 * v632, v662 = v338 * v631,
+      v663 = v635 * v635, v664 = -v635, v665 = v636 * v636, v666 = -v636, v667 = v637 * v637,
+      v668 = -v637, v669 = v638 * v638, v670 = -v638, v671 = 0.333 - v640, v672 = v641 - v608,
+      v673 = v643 + v610, v674 = 0.333 - v646, v675 = v616 + v648, v676 = v649 - v618,
+      v677 = 0.333 - v652, v678 = v654 - v625, v679 = v626 + v655, v680 = 0.333 - v658,
+      v681 = v660 - v633, v682 = v634 + v661, v683 = v563 + v663;
+  LANES_LET2(v684, atan2, v543, v664);
+  const lanes v685 = v566 + v665;
+  LANES_LET2(v686, atan2, v546, v666);
+  const lanes v687 = v569 + v667;
+  LANES_LET2(v688, atan2, v549, v668);
+  const lanes v689 = v572 + v669;
+  LANES_LET2(v690, atan2, v552, v670);
+  const lanes v691 = v671 - T_11, v692 = v672 * v184, v693 = v673 * v332, v694 = v673 * v331,
+      v695 = v672 * v183, v696 = v674 - T_11, v697 = v334 * v675, v698 = v186 * v676,
+      v699 = v333 * v675, v700 = v185 * v676, v701 = v677 - T_11, v702 = v336 * v678,
+      v703 = v188 * v679, v704 = v335 * v678, v705 = v187 * v679, v706 = v680 - T_11,
+      v707 = v338 * v681, v708 = v190 * v682, v709 = v337 * v681, v710 = v189 * v682;
+  LANES_LET1(v711, rsqrt, v683); LANES_LET1(v712, rsqrt, v685); LANES_LET1(v713, rsqrt, v687);
+  LANES_LET1(v714, rsqrt, v689); out[0] = v684; out[14] = v686; out[28] = v688; out[42] = v690;
+  const lanes v715 = v691 * v691, v716 = v642 - v693, v717 = v644 + v694, v718 = v696 * v696,
+      v719 = v647 - v697, v720 = v650 + v699, v721 = v701 * v701, v722 = v653 - v702,
+      v723 = v656 + v704, v724 = v706 * v706, v725 = v659 - v707, v726 = v662 + v709,
+      v727 = v543 * v711, v728 = v635 * v711, v729 = v546 * v712, v730 = v636 * v712,
+      v731 = v549 * v713, v732 = v637 * v713, v733 = v552 * v714, v734 = v638 * v714,
+      v735 = v716 * v183, v736 = v717 * v22, v737 = v21 * v717, v738 = v716 * v184,
+      v739 = v185 * v719, v740 = v22 * v720, v741 = v21 * v720, v742 = v186 * v719,
+      v743 = v187 * v722, v744 = v22 * v723, v745 = v21 * v723, v746 = v188 * v722,
+      v747 = v189 * v725, v748 = v22 * v726, v749 = v21 * v726, v750 = v190 * v725;
+  LANES_LET2(v751, supplement, v684, v727); LANES_LET2(v752, supplement, v686, v729);
+  LANES_LET2(v753, supplement, v688, v731); LANES_LET2(v754, supplement, v690, v733);
+  const lanes v755 = v727 * v555, v756 = v728 * v639, v757 = v728 * v555, v758 = v727 * v639,
+      v759 = v727 * v492, v760 = v728 * v588, v761 = v728 * v587, v762 = v727 * v491,
+      v763 = v727 * v587, v764 = v728 * v492, v765 = v727 * v588, v766 = v728 * v491,
+      v767 = v692 + v735, v768 = v695 - v738, v769 = v729 * v557, v770 = v730 * v645,
+      v771 = v730 * v557, v772 = v729 * v645, v773 = v590 * v730, v774 = v494 * v729,
+      v775 = v589 * v730, v776 = v493 * v729, v777 = v589 * v729, v778 = v494 * v730,
+      v779 = v590 * v729, v780 = v493 * v730, v781 = v739 + v698, v782 = v700 - v742,
+      v783 = v731 * v559, v784 = v732 * v651, v785 = v732 * v559, v786 = v731 * v651,
+      v787 = v592 * v732, v788 = v496 * v731, v789 = v591 * v732, v790 = v495 * v731,
+      v791 = v496 * v732, v792 = v592 * v731, v793 = v591 * v731, v794 = v495 * v732,
+      v795 = v743 + v703, v796 = v746 - v705, v797 = v733 * v561, v798 = v734 * v657,
+      v799 = v734 * v561, v800 = v733 * v657, v801 = v594 * v734, v802 = v498 * v733,
+      v803 = v593 * v734, v804 = v497 * v733, v805 = v498 * v734, v806 = v594 * v733,
+      v807 = v593 * v733, v808 = v497 * v734, v809 = v747 - v708, v810 = v710 + v750, v811 = -v751,
+      v812 = -v752, v813 = -v753, v814 = -v754, v815 = v755 - v756, v816 = v757 + v758,
+      v817 = v760 * v491, v818 = v761 * v91, v819 = v760 * v492, v820 = v761 * v90,
+      v821 = v763 * v90, v822 = v765 * v491, v823 = v765 * v492, v824 = v763 * v91,
+      v825 = v21 * v767, v826 = v767 * v22, v827 = T_10 + v768, v828 = v769 - v770,
+      v829 = v771 + v772, v830 = v493 * v773, v831 = v775 * v91, v832 = v494 * v773,
+      v833 = v775 * v90, v834 = v777 * v91, v835 = v493 * v779, v836 = v494 * v779,
+      v837 = v777 * v90, v838 = v21 * v781, v839 = v22 * v781, v840 = T_10 + v782,
+      v841 = v783 - v784, v842 = v785 + v786, v843 = v495 * v787, v844 = v93 * v789,
+      v845 = v496 * v787, v846 = v92 * v789, v847 = v495 * v792, v848 = v93 * v793,
+      v849 = v496 * v792, v850 = v92 * v793, v851 = v21 * v795, v852 = v22 * v795,
+      v853 = T_10 + v796, v854 = v797 - v798, v855 = v799 + v800, v856 = v497 * v801,
+      v857 = v93 * v803, v858 = v498 * v801, v859 = v92 * v803, v860 = v497 * v806,
+      v861 = v93 * v807, v862 = v498 * v806, v863 = v92 * v807, v864 = v21 * v809,
+      v865 = v22 * v809, v866 = T_10 - v810;
+  out[7] = v811; out[21] = v812; out[35] = v813; out[49] = v814;
+  const lanes v867 = v815 - T_3, v868 = v816 - T_7, v869 = v759 + v817, v870 = v819 - v762,
+      v871 = v764 - v822, v872 = v766 + v823, v873 = v825 - v736, v874 = v737 + v826,
+      v875 = v827 * v827, v876 = v828 - T_3, v877 = v829 - T_7, v878 = v830 + v774,
+      v879 = v832 - v776, v880 = v778 - v835, v881 = v780 + v836, v882 = v838 - v740,
+      v883 = v741 + v839, v884 = v840 * v840, v885 = v841 - T_3, v886 = v842 - T_7,
+      v887 = v843 + v788, v888 = v845 - v790, v889 = v791 - v847, v890 = v794 + v849,
+      v891 = v851 - v744, v892 = v745 + v852, v893 = v853 * v853, v894 = v854 - T_3,
+      v895 = v855 - T_7, v896 = v856 + v802, v897 = v858 - v804, v898 = v805 - v860,
+      v899 = v808 + v862, v900 = v864 - v748, v901 = v749 + v865, v902 = v866 * v866,
+      v903 = v867 * v867, v904 = v868 * v868, v905 = v869 * v90, v906 = v870 * v331,
+      v907 = v869 * v91, v908 = v870 * v332, v909 = v871 * v91, v910 = v872 * v331,
+      v911 = v871 * v90, v912 = v872 * v332, v913 = v873 - T_8, v914 = v874 - T_9,
+      v915 = v876 * v876, v916 = v877 * v877, v917 = v878 * v90, v918 = v333 * v879,
+      v919 = v878 * v91, v920 = v334 * v879, v921 = v880 * v90, v922 = v333 * v881,
+      v923 = v880 * v91, v924 = v334 * v881, v925 = v882 - T_8, v926 = v883 - T_9,
+      v927 = v885 * v885, v928 = v886 * v886, v929 = v92 * v887, v930 = v335 * v888,
+      v931 = v93 * v887, v932 = v336 * v888, v933 = v92 * v889, v934 = v335 * v890,
+      v935 = v93 * v889, v936 = v336 * v890, v937 = v891 - T_8, v938 = v892 - T_9,
+      v939 = v894 * v894, v940 = v895 * v895, v941 = v92 * v896, v942 = v337 * v897,
+      v943 = v93 * v896, v944 = v338 * v897, v945 = v92 * v898, v946 = v337 * v899,
+      v947 = v93 * v898, v948 = v338 * v899, v949 = v900 - T_8, v950 = v901 - T_9,
+      v951 = v903 + v904, v952 = v905 - v818, v953 = v820 + v907, v954 = v821 - v909,
+      v955 = v824 + v911, v956 = v913 * v913, v957 = v914 * v914, v958 = v915 + v916,
+      v959 = v917 - v831, v960 = v833 + v919, v961 = v834 + v921, v962 = v837 - v923,
+      v963 = v925 * v925, v964 = v926 * v926, v965 = v927 + v928, v966 = v929 + v844,
+      v967 = v846 - v931, v968 = v933 - v848, v969 = v850 + v935, v970 = v937 * v937,
+      v971 = v938 * v938, v972 = v939 + v940, v973 = v941 + v857, v974 = v859 - v943,
+      v975 = v945 - v861, v976 = v863 + v947, v977 = v949 * v949, v978 = v950 * v950,
+      v979 = v951 + v715, v980 = v952 * v332, v981 = v953 * v184, v982 = v952 * v331,
+      v983 = v953 * v183, v984 = v954 * v184, v985 = v955 * v332, v986 = v955 * v331,
+      v987 = v954 * v183, v988 = v958 + v718, v989 = v334 * v959, v990 = v186 * v960,
+      v991 = v333 * v959, v992 = v185 * v960, v993 = v334 * v961, v994 = v186 * v962,
+      v995 = v333 * v961, v996 = v185 * v962, v997 = v965 + v721, v998 = v336 * v966,
+      v999 = v188 * v967, v1000 = v335 * v966, v1001 = v187 * v967, v1002 = v336 * v968,
+      v1003 = v188 * v969, v1004 = v335 * v968, v1005 = v187 * v969, v1006 = v972 + v724,
+      v1007 = v338 * v973, v1008 = v190 * v974, v1009 = v337 * v973, v1010 = v189 * v974,
+      v1011 = v338 * v975, v1012 = v190 * v976, v1013 = v337 * v975, v1014 = v189 * v976,
+      v1015 = v980 - v906, v1016 = v908 + v982, v1017 = v910 + v985, v1018 = v986 - v912,
+      v1019 = v989 - v918, v1020 = v920 + v991, v1021 = v993 + v922, v1022 = v995 - v924,
+      v1023 = v998 - v930, v1024 = v932 + v1000, v1025 = v1002 + v934, v1026 = v1004 - v936,
+      v1027 = v1007 - v942, v1028 = v944 + v1009, v1029 = v1011 + v946, v1030 = v1013 - v948,
+      v1031 = v1015 * v183, v1032 = v1016 * v22, v1033 = v21 * v1016, v1034 = v1015 * v184,
+      v1035 = v1017 * v183, v1036 = v1018 * v22, v1037 = v21 * v1018, v1038 = v1017 * v184,
+      v1039 = v185 * v1019, v1040 = v22 * v1020, v1041 = v21 * v1020, v1042 = v186 * v1019,
+      v1043 = v185 * v1021, v1044 = v22 * v1022, v1045 = v21 * v1022, v1046 = v186 * v1021,
+      v1047 = v187 * v1023, v1048 = v22 * v1024, v1049 = v21 * v1024, v1050 = v188 * v1023,
+      v1051 = v187 * v1025, v1052 = v22 * v1026, v1053 = v21 * v1026, v1054 = v188 * v1025,
+      v1055 = v189 * v1027, v1056 = v22 * v1028, v1057 = v21 * v1028, v1058 = v190 * v1027,
+      v1059 = v189 * v1029, v1060 = v22 * v1030, v1061 = v21 * v1030, v1062 = v190 * v1029,
+      v1063 = v1031 - v981, v1064 = v983 + v1034, v1065 = v984 + v1035, v1066 = v987 - v1038,
+      v1067 = v1039 - v990, v1068 = v992 + v1042, v1069 = v1043 + v994, v1070 = v996 - v1046,
+      v1071 = v1047 + v999, v1072 = v1001 - v1050, v1073 = v1051 - v1003, v1074 = v1005 + v1054,
+      v1075 = v1055 - v1008, v1076 = v1010 + v1058, v1077 = v1059 + v1012, v1078 = v1014 - v1062,
+      v1079 = v21 * v1063, v1080 = v1063 * v22, v1081 = v1064 - T_2, v1082 = v21 * v1065,
+      v1083 = v1065 * v22, v1084 = T_6 + v1066, v1085 = v21 * v1067, v1086 = v22 * v1067,
+      v1087 = v1068 - T_2, v1088 = v21 * v1069, v1089 = v22 * v1069, v1090 = T_6 + v1070,
+      v1091 = v21 * v1071, v1092 = v22 * v1071, v1093 = v1072 - T_2, v1094 = v21 * v1073,
+      v1095 = v22 * v1073, v1096 = T_6 + v1074, v1097 = v21 * v1075, v1098 = v22 * v1075,
+      v1099 = v1076 - T_2, v1100 = v21 * v1077, v1101 = v22 * v1077, v1102 = T_6 + v1078,
+      v1103 = v1079 + v1032, v1104 = v1080 - v1033, v1105 = v1081 * v1081, v1106 = v1082 + v1036,
+      v1107 = v1083 - v1037, v1108 = v1084 * v1084, v1109 = v1085 + v1040, v1110 = v1086 - v1041,
+      v1111 = v1087 * v1087, v1112 = v1088 + v1044, v1113 = v1089 - v1045, v1114 = v1090 * v1090,
+      v1115 = v1091 + v1048, v1116 = v1092 - v1049, v1117 = v1093 * v1093, v1118 = v1094 + v1052,
+      v1119 = v1095 - v1053, v1120 = v1096 * v1096, v1121 = v1097 + v1056, v1122 = v1098 - v1057,
+      v1123 = v1099 * v1099, v1124 = v1100 + v1060, v1125 = v1101 - v1061, v1126 = v1102 * v1102,
+      v1127 = v1103 - T_0, v1128 = v1104 - T_1, v1129 = v1106 - T_4, v1130 = v1107 - T_5,
+      v1131 = v1109 - T_0, v1132 = v1110 - T_1, v1133 = v1112 - T_4, v1134 = v1113 - T_5,
+      v1135 = v1115 - T_0, v1136 = v1116 - T_1, v1137 = v1118 - T_4, v1138 = v1119 - T_5,
+      v1139 = v1121 - T_0, v1140 = v1122 - T_1, v1141 = v1124 - T_4, v1142 = v1125 - T_5,
+      v1143 = v1127 * v1127, v1144 = v1128 * v1128, v1145 = v1129 * v1129, v1146 = v1130 * v1130,
+      v1147 = v1131 * v1131, v1148 = v1132 * v1132, v1149 = v1133 * v1133, v1150 = v1134 * v1134,
+      v1151 = v1135 * v1135, v1152 = v1136 * v1136, v1153 = v1137 * v1137, v1154 = v1138 * v1138,
+      v1155 = v1139 * v1139, v1156 = v1140 * v1140, v1157 = v1141 * v1141, v1158 = v1142 * v1142,
+      v1159 = v1143 + v1144, v1160 = v1147 + v1148, v1161 = v1151 + v1152, v1162 = v1155 + v1156,
+      v1163 = v1159 + v1105, v1164 = v1160 + v1111, v1165 = v1161 + v1117, v1166 = v1162 + v1123,
+      v1167 = v1163 + v1145, v1168 = v1164 + v1149, v1169 = v1165 + v1153, v1170 = v1166 + v1157,
+      v1171 = v1167 + v1146, v1172 = v1168 + v1150, v1173 = v1169 + v1154, v1174 = v1170 + v1158,
+      v1175 = v1171 + v1108, v1176 = v1172 + v1114, v1177 = v1173 + v1120, v1178 = v1174 + v1126,
+      v1179 = v1175 + v956, v1180 = v1176 + v963, v1181 = v1177 + v970, v1182 = v1178 + v977,
+      v1183 = v1179 + v957, v1184 = v1180 + v964, v1185 = v1181 + v971, v1186 = v1182 + v978,
+      v1187 = v1183 + v875, v1188 = v1184 + v884, v1189 = v1185 + v893, v1190 = v1186 + v902,
+      v1191 = 0.5 * v1187, v1192 = 0.5 * v1188, v1193 = 0.5 * v1189, v1194 = 0.5 * v1190,
+      v1195 = v979 + v1191, v1196 = v979 - v1191, v1197 = v988 + v1192, v1198 = v988 - v1192,
+      v1199 = v997 + v1193, v1200 = v997 - v1193, v1201 = v1006 + v1194, v1202 = v1006 - v1194;
+  LANES_LET1(v1203, fabs, v1196); LANES_LET1(v1204, fabs, v1198); LANES_LET1(v1205, fabs, v1200);
+  LANES_LET1(v1206, fabs, v1202);
+  const lanes v1207 = v1195 + v1203, v1208 = v1197 + v1204, v1209 = v1199 + v1205,
+      v1210 = v1201 + v1206, v1211 = 0.5 * v1207, v1212 = 0.5 * v1208, v1213 = 0.5 * v1209,
+      v1214 = 0.5 * v1210;
+  LANES_LET1(v1215, sqrt, v1211); LANES_LET1(v1216, sqrt, v1212); LANES_LET1(v1217, sqrt, v1213);
+  LANES_LET1(v1218, sqrt, v1214); out[56] = v1215; out[57] = v1215; out[58] = v1216;
+  out[59] = v1216; out[60] = v1217; out[61] = v1217; out[62] = v1218; out[63] = v1218;
 }

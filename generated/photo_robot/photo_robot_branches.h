@@ -18,366 +18,121 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(photo_robot_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
+    const double *T, const double *q1, const double *q4, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes q1_0 = in[16];
-  const lanes q4_0 = in[17];
-  const lanes sign_0 = in[18];
-  const lanes sign_1 = in[19];
-  const lanes sign_2 = in[20];
-  const lanes v1 = T_7 * T_7;
-  const lanes v2 = T_3 - q1_0;
-  const lanes v3 = v2 - 1.0;
-  const lanes v4 = v3 * v3;
-  const lanes v5 = v1 + v4;
-  const lanes v6 = 4e-15 * v5;
-  const lanes_where v7 = LANES_LT(v6, v5);
-  lanes v8; LANES_NAME(lanes_sqrt)(&v5, &v8);
-  const lanes v9 = sign_0 * v8;
-  const lanes v10 = T_7 * v9;
-  const lanes v11 = v10 * v10;
-  const lanes v12 = LANES_CHOICE(v7, v11, 0.0);
-  const lanes v13 = LANES_CHOICE(v7, v12, 0.0);
-  const lanes v14 = v3 * v9;
-  const lanes v15 = LANES_CHOICE(v7, v14, 0.0);
-  const lanes v16 = 1e-150 + v15;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = v13 + v17;
-  lanes v19; LANES_NAME(lanes_sqrt)(&v18, &v19);
-  const lanes v20 = 1.0 / v19;
-  const lanes v21 = v10 * v20;
-  const lanes v22 = LANES_CHOICE(v7, v21, 0.0);
-  const lanes v23 = v16 / v19;
-  const lanes v25 = T_7 * v21;
-  const lanes v26 = LANES_CHOICE(v7, v25, 0.0);
-  const lanes v27 = v3 * v23;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = T_11 - 0.3;
-  const lanes v31 = v30 * v30;
-  const lanes v32 = v29 + v31;
-  const lanes v33 = 1.333 + q4_0;
-  const lanes v34 = v33 - 1.0;
-  const lanes v35 = v34 * v34;
-  const lanes v36 = 0.110889 + v35;
-  const lanes v37 = v36 + 0.927369;
-  const lanes v38 = v32 - v37;
-  const lanes v39 = -0.641358 * v38;
-  const lanes v40 = 1.4837904000000002e-14 * v36;
-  const lanes v41 = 3.709476 * v36;
-  const lanes v42 = v38 * v38;
-  const lanes v43 = v41 - v42;
-  const lanes_where v44 = LANES_LT(v40, v43);
-  const lanes v45 = 1.926 * v34;
-  lanes v46; LANES_NAME(lanes_sqrt)(&v43, &v46);
-  const lanes v47 = sign_1 * v46;
-  const lanes v48 = v45 * v47;
-  const lanes v49 = LANES_CHOICE(v44, v48, 0.0);
-  const lanes v50 = v39 + v49;
-  const lanes v51 = 1e-150 + v50;
-  const lanes v52 = -0.641358 * v47;
-  const lanes v53 = LANES_CHOICE(v44, v52, 0.0);
-  const lanes v54 = v45 * v38;
-  const lanes v55 = v53 - v54;
-  const lanes v56 = v55 * v55;
-  const lanes v57 = v51 * v51;
-  const lanes v58 = v56 + v57;
-  lanes v59; LANES_NAME(lanes_sqrt)(&v58, &v59);
-  const lanes v60 = v51 / v59;
-  const lanes v61 = 0.963 * v60;
-  const lanes v62 = 0.333 - v61;
-  const lanes v63 = v28 * v62;
-  const lanes v64 = v55 / v59;
-  const lanes v65 = 0.963 * v64;
-  const lanes v66 = v34 - v65;
-  const lanes v67 = v30 * v66;
-  const lanes v68 = v63 - v67;
-  const lanes v69 = v68 * v68;
-  const lanes v70 = v28 * v66;
-  const lanes v71 = v30 * v62;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = 1e-150 + v72;
-  const lanes v74 = v73 * v73;
-  const lanes v75 = v69 + v74;
-  lanes v76; LANES_NAME(lanes_sqrt)(&v75, &v76);
-  const lanes v77 = v68 / v76;
-  const lanes v78 = v73 / v76;
-  const lanes v81 = T_6 * v23;
-  const lanes v82 = T_2 * v21;
-  const lanes v83 = LANES_CHOICE(v7, v82, 0.0);
-  const lanes v84 = v81 - v83;
-  const lanes v85 = v84 * v84;
-  const lanes v86 = T_2 * v23;
-  const lanes v87 = T_6 * v21;
-  const lanes v88 = LANES_CHOICE(v7, v87, 0.0);
-  const lanes v89 = v86 + v88;
-  const lanes v90 = v78 * v89;
-  const lanes v91 = T_10 * v77;
-  const lanes v92 = v90 - v91;
-  const lanes v93 = v60 * v92;
-  const lanes v94 = T_10 * v78;
-  const lanes v95 = v77 * v89;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = v64 * v96;
-  const lanes v98 = v93 - v97;
-  const lanes v99 = v98 * v98;
-  const lanes v100 = v85 + v99;
-  const lanes v101 = 4e-15 * v100;
-  const lanes_where v102 = LANES_LT(v101, v100);
-  lanes v103; LANES_NAME(lanes_sqrt)(&v100, &v103);
-  const lanes v104 = sign_2 * v103;
-  const lanes v105 = v84 * v104;
-  const lanes v106 = v105 * v105;
-  const lanes v107 = LANES_CHOICE(v102, v106, 0.0);
-  const lanes v108 = LANES_CHOICE(v102, v107, 0.0);
-  const lanes v109 = v98 * v104;
-  const lanes v110 = LANES_CHOICE(v102, v109, 0.0);
-  const lanes v111 = 1e-150 - v110;
-  const lanes v112 = v111 * v111;
-  const lanes v113 = v108 + v112;
-  lanes v114; LANES_NAME(lanes_sqrt)(&v113, &v114);
-  const lanes v115 = 1.0 / v114;
-  const lanes v116 = v105 * v115;
-  const lanes v117 = LANES_CHOICE(v102, v116, 0.0);
-  const lanes v118 = v111 / v114;
-  lanes v119; LANES_NAME(lanes_atan2)(&v117, &v118, &v119);
-  const lanes v120 = v60 * v96;
-  const lanes v121 = v64 * v92;
-  const lanes v122 = v120 + v121;
-  const lanes v123 = v122 * v122;
-  const lanes v124 = v98 * v118;
-  const lanes v125 = v84 * v116;
-  const lanes v126 = LANES_CHOICE(v102, v125, 0.0);
-  const lanes v127 = v124 - v126;
-  const lanes v128 = 1e-150 + v127;
-  const lanes v129 = v128 * v128;
-  const lanes v130 = v123 + v129;
-  lanes v131; LANES_NAME(lanes_sqrt)(&v130, &v131);
-  const lanes v132 = v122 / v131;
-  const lanes v133 = v128 / v131;
-  lanes v134; LANES_NAME(lanes_atan2)(&v132, &v133, &v134);
-  const lanes v135 = T_4 * v23;
-  const lanes v136 = T_0 * v21;
-  const lanes v137 = LANES_CHOICE(v7, v136, 0.0);
-  const lanes v138 = v135 - v137;
-  const lanes v139 = v118 * v138;
-  const lanes v140 = T_0 * v23;
-  const lanes v141 = T_4 * v21;
-  const lanes v142 = LANES_CHOICE(v7, v141, 0.0);
-  const lanes v143 = v140 + v142;
-  const lanes v144 = v78 * v143;
-  const lanes v145 = T_8 * v77;
-  const lanes v146 = v144 - v145;
-  const lanes v147 = v60 * v146;
-  const lanes v148 = T_8 * v78;
-  const lanes v149 = v77 * v143;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = v64 * v150;
-  const lanes v152 = v147 - v151;
-  const lanes v153 = v116 * v152;
-  const lanes v154 = LANES_CHOICE(v102, v153, 0.0);
-  const lanes v155 = v139 + v154;
-  const lanes v156 = v155 * v155;
-  const lanes v157 = v60 * v150;
-  const lanes v158 = v64 * v146;
-  const lanes v159 = v157 + v158;
-  const lanes v160 = v133 * v159;
-  const lanes v161 = v118 * v152;
-  const lanes v162 = v116 * v138;
-  const lanes v163 = LANES_CHOICE(v102, v162, 0.0);
-  const lanes v164 = v161 - v163;
-  const lanes v165 = v132 * v164;
-  const lanes v166 = v160 - v165;
-  const lanes v167 = 1e-150 + v166;
-  const lanes v168 = v167 * v167;
-  const lanes v169 = v156 + v168;
-  lanes v170; LANES_NAME(lanes_sqrt)(&v169, &v170);
-  const lanes v171 = v155 / v170;
-  const lanes v172 = v167 / v170;
-  lanes v173; LANES_NAME(lanes_atan2)(&v171, &v172, &v173);
-  out[0] = q1_0;
-  out[3] = q4_0;
-  out[5] = v119;
-  const lanes v174 = -v134;
-  out[6] = v174;
-  out[7] = v173;
-  const lanes v175 = q1_0 + 1.0;
-  const lanes v176 = q4_0 + 0.333;
-  const lanes v177 = v176 * v78;
-  const lanes v178 = 0.333 * v77;
-  const lanes v179 = v177 + v178;
-  const lanes v180 = v60 * v77;
-  const lanes v181 = v64 * v78;
-  const lanes v182 = v180 + v181;
-  const lanes v183 = 0.963 * v182;
-  const lanes v184 = v179 - v183;
-  const lanes v185 = v23 * v184;
-  const lanes v186 = v175 + v185;
-  const lanes v187 = v186 - T_3;
-  const lanes v188 = v187 * v187;
-  const lanes v189 = v21 * v184;
-  const lanes v190 = LANES_CHOICE(v7, v189, 0.0);
-  const lanes v191 = v190 - T_7;
-  const lanes v192 = v191 * v191;
-  const lanes v193 = v188 + v192;
-  const lanes v194 = v60 * v78;
-  const lanes v195 = v64 * v77;
-  const lanes v196 = v194 - v195;
-  const lanes v197 = 0.963 * v196;
-  const lanes v198 = v176 * v77;
-  const lanes v199 = 0.333 * v78;
-  const lanes v200 = v198 - v199;
-  const lanes v201 = v197 + v200;
-  const lanes v202 = 0.3 - v201;
-  const lanes v203 = v202 - T_11;
-  const lanes v204 = v203 * v203;
-  const lanes v205 = v193 + v204;
-  const lanes v206 = v23 * v182;
-  const lanes v207 = v133 * v206;
-  const lanes v208 = v21 * v116;
-  const lanes v209 = LANES_CHOICE(v7, v208, 0.0);
-  const lanes v210 = LANES_CHOICE(v102, v209, 0.0);
-  const lanes v211 = v23 * v196;
-  const lanes v212 = v118 * v211;
-  const lanes v213 = v210 + v212;
-  const lanes v214 = v132 * v213;
-  const lanes v215 = v207 - v214;
-  const lanes v216 = v172 * v215;
-  const lanes v217 = v21 * v118;
-  const lanes v218 = LANES_CHOICE(v7, v217, 0.0);
-  const lanes v219 = v116 * v211;
-  const lanes v220 = LANES_CHOICE(v102, v219, 0.0);
-  const lanes v221 = v218 - v220;
-  const lanes v222 = v171 * v221;
-  const lanes v223 = v216 - v222;
-  const lanes v224 = v223 - T_0;
-  const lanes v225 = v224 * v224;
-  const lanes v226 = v172 * v221;
-  const lanes v227 = v171 * v215;
-  const lanes v228 = v226 + v227;
-  const lanes v229 = v228 - T_1;
-  const lanes v230 = v229 * v229;
-  const lanes v231 = v225 + v230;
-  const lanes v232 = v133 * v213;
-  const lanes v233 = v132 * v206;
-  const lanes v234 = v232 + v233;
-  const lanes v235 = v234 - T_2;
-  const lanes v236 = v235 * v235;
-  const lanes v237 = v231 + v236;
-  const lanes v238 = v21 * v182;
-  const lanes v239 = v133 * v238;
-  const lanes v240 = LANES_CHOICE(v7, v239, 0.0);
-  const lanes v241 = v21 * v196;
-  const lanes v242 = v118 * v241;
-  const lanes v243 = LANES_CHOICE(v7, v242, 0.0);
-  const lanes v244 = v23 * v116;
-  const lanes v245 = LANES_CHOICE(v102, v244, 0.0);
-  const lanes v246 = v243 - v245;
-  const lanes v247 = v132 * v246;
-  const lanes v248 = v240 - v247;
-  const lanes v249 = v172 * v248;
-  const lanes v250 = v23 * v118;
-  const lanes v251 = v116 * v241;
-  const lanes v252 = LANES_CHOICE(v102, v251, 0.0);
-  const lanes v253 = LANES_CHOICE(v7, v252, 0.0);
-  const lanes v254 = v250 + v253;
-  const lanes v255 = v171 * v254;
-  const lanes v256 = v249 + v255;
-  const lanes v257 = v256 - T_4;
-  const lanes v258 = v257 * v257;
-  const lanes v259 = v237 + v258;
-  const lanes v260 = v171 * v248;
-  const lanes v261 = v172 * v254;
-  const lanes v262 = v260 - v261;
-  const lanes v263 = v262 - T_5;
-  const lanes v264 = v263 * v263;
-  const lanes v265 = v259 + v264;
-  const lanes v266 = v133 * v246;
-  const lanes v267 = v132 * v238;
-  const lanes v268 = LANES_CHOICE(v7, v267, 0.0);
-  const lanes v269 = v266 + v268;
-  const lanes v270 = v269 - T_6;
-  const lanes v271 = v270 * v270;
-  const lanes v272 = v265 + v271;
-  const lanes v273 = v133 * v196;
-  const lanes v274 = v118 * v182;
-  const lanes v275 = v132 * v274;
-  const lanes v276 = v273 + v275;
-  const lanes v277 = v172 * v276;
-  const lanes v278 = v116 * v182;
-  const lanes v279 = v171 * v278;
-  const lanes v280 = LANES_CHOICE(v102, v279, 0.0);
-  const lanes v281 = v277 - v280;
-  const lanes v282 = v281 - T_8;
-  const lanes v283 = v282 * v282;
-  const lanes v284 = v272 + v283;
-  const lanes v285 = v172 * v278;
-  const lanes v286 = LANES_CHOICE(v102, v285, 0.0);
-  const lanes v287 = v171 * v276;
-  const lanes v288 = v286 + v287;
-  const lanes v289 = v288 - T_9;
-  const lanes v290 = v289 * v289;
-  const lanes v291 = v284 + v290;
-  const lanes v292 = v132 * v196;
-  const lanes v293 = v133 * v274;
-  const lanes v294 = v292 - v293;
-  const lanes v295 = v294 - T_10;
-  const lanes v296 = v295 * v295;
-  const lanes v297 = v291 + v296;
-  const lanes v298 = 0.5 * v297;
-  lanes v299; LANES_NAME(lanes_fmax)(&v205, &v298, &v299);
-  lanes v300; LANES_NAME(lanes_sqrt)(&v299, &v300);
-  out[8] = v300;
-  const lanes v301 = 1e-300 + v100;
-  const lanes v302 = v100 / v301;
-  const lanes v303 = 1e-300 + v5;
-  const lanes v304 = v5 / v303;
-  const lanes v305 = 1e-300 + v41;
-  const lanes v306 = v43 / v305;
-  lanes v307; LANES_NAME(lanes_fmin)(&v304, &v306, &v307);
-  lanes v308; LANES_NAME(lanes_fmin)(&v302, &v307, &v308);
-  out[9] = v308;
-  lanes v24, v79; LANES_NAME(lanes_two_atan2)(&v22, &v23, &v77, &v78, &v24, &v79);
-  lanes v80; LANES_NAME(lanes_atan2)(&v64, &v60, &v80);
-  out[1] = v24;
-  out[2] = v79;
-  out[4] = v80;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), q1_0 = LANES_OF(q1[0]), q4_0 = LANES_OF(q4[0]),
+      choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = T_7 * T_7, v2 = T_3 - q1_0,
+      v3 = 1.333 + q4_0, v4 = T_11 - 0.3;
+  out[0] = q1_0; out[3] = q4_0;
+  const lanes v5 = q1_0 + 1.0, v6 = q4_0 + 0.333, v7 = v2 - 1.0, v8 = v3 - 1.0, v9 = v4 * v4,
+      v10 = 1e-150 + v7, v11 = 1.926 * v8, v12 = v8 * v8, v13 = v10 * v10, v14 = v10 * choice_0,
+      v15 = 0.110889 + v12, v16 = v1 + v13, v18 = 1.4837904000000002e-14 * v15,
+      v19 = 3.709476 * v15, v20 = 0.927369 + v15;
+  LANES_LET1(v21, rsqrt, v16);
+  const lanes v23 = 1e-300 + v19, v24 = T_7 * v21, v25 = v10 * v21, v26 = choice_0 * v25,
+      v27 = choice_0 * v24, v28 = T_7 * v27, v29 = v7 * v26, v30 = T_6 * v26, v31 = T_2 * v27,
+      v32 = T_2 * v26, v33 = T_6 * v27, v34 = T_4 * v26, v35 = T_0 * v27, v36 = T_0 * v26,
+      v37 = T_4 * v27, v38 = v28 + v29, v39 = v30 - v31, v40 = v32 + v33, v41 = v34 - v35,
+      v42 = v36 + v37, v43 = v38 * v38, v44 = v39 * v39, v45 = v43 + v9, v46 = v45 - v20,
+      v47 = v46 * v46, v48 = 0.641358 * v46, v49 = v11 * v46, v50 = v19 - v47;
+  const lanes_where v51 = LANES_LT(v18, v50); LANES_LET1(v52, sqrt, v50);
+  const lanes v53 = v50 / v23, v54 = LANES_CHOICE(v51, v52, 0.0);
+  out[9] = v53;
+  const lanes v55 = choice_1 * v54, v56 = v11 * v55, v57 = 0.641358 * v55, v58 = v56 - v48,
+      v59 = v57 + v49, v60 = 1e-150 + v58, v61 = v59 * v59, v62 = v60 * v60, v64 = v61 + v62;
+  LANES_LET1(v66, rsqrt, v64);
+  const lanes v67 = v60 * v66, v68 = v59 * v66, v69 = 0.963 * v67, v70 = 0.963 * v68,
+      v71 = 0.333 - v69, v72 = v8 + v70, v73 = v38 * v71, v74 = v4 * v72, v75 = v38 * v72,
+      v76 = v4 * v71, v77 = v73 - v74, v78 = v75 + v76, v79 = v77 * v77, v80 = 1e-150 + v78,
+      v81 = v80 * v80, v83 = v79 + v81;
+  LANES_LET1(v84, rsqrt, v83);
+  const lanes v85 = v77 * v84, v86 = v80 * v84, v87 = v86 * v40, v88 = T_10 * v85, v89 = T_10 * v86,
+      v90 = v85 * v40, v91 = v86 * v42, v92 = T_8 * v85, v93 = T_8 * v86, v94 = v85 * v42,
+      v95 = v6 * v86, v96 = 0.333 * v85, v97 = v67 * v85, v98 = v68 * v86, v99 = v67 * v86,
+      v100 = v68 * v85, v101 = v6 * v85, v102 = 0.333 * v86, v103 = v87 - v88, v104 = v89 + v90,
+      v105 = v91 - v92, v106 = v93 + v94, v107 = v95 + v96, v108 = v97 - v98, v109 = v99 + v100,
+      v110 = v101 - v102, v111 = v67 * v103, v112 = v68 * v104, v113 = v67 * v104,
+      v114 = v68 * v103, v115 = v67 * v105, v116 = v68 * v106, v117 = v67 * v106, v118 = v68 * v105,
+      v119 = 0.963 * v108, v120 = 0.963 * v109, v121 = v26 * v108, v122 = v26 * v109,
+      v123 = v27 * v108, v124 = v27 * v109, v125 = v111 + v112, v126 = v113 - v114,
+      v127 = v115 + v116, v128 = v117 - v118, v129 = v107 - v119, v130 = v120 + v110,
+      v131 = 1e-150 - v125, v132 = v126 * v126, v133 = v26 * v129, v134 = v27 * v129,
+      v135 = 0.3 - v130, v136 = v131 * v131, v137 = v131 * choice_2, v138 = v5 + v133,
+      v139 = v134 - T_7, v140 = v135 - T_11, v141 = v44 + v136;
+  LANES_LET2(v142, atan2, v39, v137);
+  const lanes v143 = v138 - T_3, v144 = v139 * v139, v145 = v140 * v140;
+  LANES_LET1(v146, rsqrt, v141);
+  const lanes v147 = choice_2 * v142, v148 = v143 * v143, v149 = v39 * v146, v150 = v131 * v146;
+  out[5] = v147;
+  const lanes v151 = v148 + v144, v152 = choice_2 * v150, v153 = choice_2 * v149,
+      v154 = v151 + v145, v155 = v125 * v152, v156 = v39 * v153, v157 = v152 * v41,
+      v158 = v153 * v127, v159 = v152 * v127, v160 = v153 * v41, v161 = v27 * v153,
+      v162 = v152 * v122, v163 = v27 * v152, v164 = v153 * v122, v165 = v152 * v124,
+      v166 = v26 * v153, v167 = v26 * v152, v168 = v153 * v124, v169 = v152 * v108,
+      v170 = v153 * v108, v171 = v155 - v156, v172 = v157 + v158, v173 = v159 - v160,
+      v174 = v161 + v162, v175 = v163 - v164, v176 = v165 - v166, v177 = v167 + v168,
+      v178 = v171 * v171;
+  LANES_LET2(v179, atan2, v126, v171);
+  const lanes v180 = v172 * v172, v181 = v132 + v178, v182 = -v179;
+  LANES_LET1(v183, rsqrt, v181); out[6] = v182;
+  const lanes v184 = v126 * v183, v185 = v171 * v183, v186 = v185 * v128, v187 = v184 * v173,
+      v188 = v185 * v121, v189 = v184 * v174, v190 = v185 * v174, v191 = v184 * v121,
+      v192 = v185 * v123, v193 = v184 * v176, v194 = v185 * v176, v195 = v184 * v123,
+      v196 = v185 * v109, v197 = v184 * v169, v198 = v184 * v109, v199 = v185 * v169,
+      v200 = v186 - v187, v201 = v188 - v189, v202 = v190 + v191, v203 = v192 - v193,
+      v204 = v194 + v195, v205 = v196 + v197, v206 = v198 - v199, v207 = v200 * v200;
+  LANES_LET2(v208, atan2, v172, v200);
+  const lanes v209 = v202 - T_2, v210 = v204 - T_6, v211 = v206 - T_10, v212 = v180 + v207;
+  out[7] = v208;
+  const lanes v213 = v209 * v209, v214 = v210 * v210, v215 = v211 * v211;
+  LANES_LET1(v216, rsqrt, v212);
+  const lanes v217 = v172 * v216, v218 = v200 * v216, v219 = v218 * v201, v220 = v217 * v175,
+      v221 = v218 * v175, v222 = v217 * v201, v223 = v218 * v203, v224 = v217 * v177,
+      v225 = v217 * v203, v226 = v218 * v177, v227 = v218 * v205, v228 = v217 * v170,
+      v229 = v218 * v170, v230 = v217 * v205, v231 = v219 - v220, v232 = v221 + v222,
+      v233 = v223 + v224, v234 = v225 - v226, v235 = v227 - v228, v236 = v229 + v230,
+      v237 = v231 - T_0, v238 = v232 - T_1, v239 = v233 - T_4, v240 = v234 - T_5, v241 = v235 - T_8,
+      v242 = v236 - T_9, v243 = v237 * v237, v244 = v238 * v238, v245 = v239 * v239,
+      v246 = v240 * v240, v247 = v241 * v241, v248 = v242 * v242, v249 = v243 + v244,
+      v250 = v249 + v213, v251 = v250 + v245, v252 = v251 + v246, v253 = v252 + v214,
+      v254 = v253 + v247, v255 = v254 + v248, v256 = v255 + v215, v257 = 0.5 * v256,
+      v258 = v154 + v257, v259 = v154 - v257;
+  LANES_LET1(v260, fabs, v259);
+  const lanes v261 = v258 + v260, v262 = 0.5 * v261;
+  LANES_LET1(v263, sqrt, v262); out[8] = v263;
+  lanes v17, v63; LANES_NAME(lanes_two_atan2)(&T_7, &v14, &v59, &v60, &v17, &v63);
+  LANES_LET2(v82, atan2, v77, v80);
+  const lanes v22 = choice_0 * v17;
+  out[1] = v22;
+  const lanes v65 = -v63;
+  out[4] = v65; out[2] = v82;
 }
 
-static inline LANES_TARGET void LANES_NAME(photo_robot_ik_branches)(const double *T, const double *q1, const double *q4, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(photo_robot_ik_branches)(const double *T, const double *q1, const double *q4, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[21], out[BRANCHES / COUNT][10];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  LANES_NAME(lanes_spread)(q1, 1, in + 16);
-  LANES_NAME(lanes_spread)(q4, 1, in + 17);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[18 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(photo_robot_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][10];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(photo_robot_ik_branch)(T, q1, q4, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(photo_robot_ik_branch)(T, q1, q4, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 8, COUNT, q + b * 8, 8);
-    LANES_NAME(lanes_scatter)(from + 8, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 9, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 8, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 9, 1, COUNT, margin + b * 1, 1);
   }
 }
 

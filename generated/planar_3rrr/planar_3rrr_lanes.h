@@ -3,2077 +3,733 @@
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_actuators)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes v1 = theta_0 + 0.2511473670974872;
-  lanes v5, v2; LANES_NAME(lanes_cos_sin)(&theta_2, &v5, &v2);
-  const lanes v3 = 0.065 * v2;
-  const lanes v4 = v1 + v3;
-  const lanes v6 = 0.11258330249197702 * v5;
-  const lanes v7 = v4 - v6;
-  const lanes v8 = v7 * v7;
-  const lanes v9 = theta_1 + 0.145;
-  const lanes v10 = 0.11258330249197702 * v2;
-  const lanes v11 = v9 - v10;
-  const lanes v12 = 0.065 * v5;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = v8 + v14;
-  const lanes v16 = 0.5 * v15;
-  const lanes v17 = 0.01445 + v16;
-  const lanes v18 = v17 - 0.00845;
-  const lanes v19 = v18 / v15;
-  const lanes v20 = v19 * v13;
-  const lanes v21 = v15 - 0.0016;
-  const lanes v22 = 0.09 - v15;
-  const lanes v23 = v21 * v22;
-  lanes v24; LANES_NAME(lanes_sqrt)(&v23, &v24);
-  const lanes v25 = 0.5 * v24;
-  const lanes v26 = v25 / v15;
-  const lanes v27 = v26 * v7;
-  const lanes v28 = v20 + v27;
-  const lanes v29 = 5.882352941176471 * v28;
-  const lanes v30 = v19 * v7;
-  const lanes v31 = v26 * v13;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = 5.882352941176471 * v32;
-  lanes v34; LANES_NAME(lanes_atan2)(&v29, &v33, &v34);
-  const lanes v35 = theta_0 - 0.2511473670974872;
-  const lanes v36 = v35 + v6;
-  const lanes v37 = v36 + v3;
-  const lanes v38 = v37 * v37;
-  const lanes v39 = v9 + v10;
-  const lanes v40 = v39 - v12;
-  const lanes v41 = v40 * v40;
-  const lanes v42 = v38 + v41;
-  const lanes v43 = 0.5 * v42;
-  const lanes v44 = 0.01445 + v43;
-  const lanes v45 = v44 - 0.00845;
-  const lanes v46 = v45 / v42;
-  const lanes v47 = v37 * v46;
-  const lanes v48 = 0.09 - v42;
-  const lanes v49 = v42 - 0.0016;
-  const lanes v50 = v48 * v49;
-  lanes v51; LANES_NAME(lanes_sqrt)(&v50, &v51);
-  const lanes v52 = 0.5 * v51;
-  const lanes v53 = v52 / v42;
-  const lanes v54 = v40 * v53;
-  const lanes v55 = v47 - v54;
-  const lanes v56 = 1.122405855156146 * v55;
-  const lanes v57 = v37 * v53;
-  const lanes v58 = v40 * v46;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = 5.774277549692141 * v59;
-  const lanes v61 = v56 - v60;
-  const lanes v62 = 5.774277549692141 * v55;
-  const lanes v63 = 1.122405855156146 * v59;
-  const lanes v64 = v62 + v63;
-  const lanes v65 = -v64;
-  lanes v66; LANES_NAME(lanes_atan2)(&v61, &v65, &v66);
-  const lanes v67 = 0.13 * v2;
-  const lanes v68 = theta_0 - v67;
-  const lanes v69 = v68 * v68;
-  const lanes v70 = theta_1 - 0.29;
-  const lanes v71 = 0.13 * v5;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v72 * v72;
-  const lanes v74 = v69 + v73;
-  const lanes v75 = 0.09 - v74;
-  const lanes v76 = v74 - 0.0016;
-  const lanes v77 = v75 * v76;
-  lanes v78; LANES_NAME(lanes_sqrt)(&v77, &v78);
-  const lanes v79 = 0.5 * v78;
-  const lanes v80 = v79 / v74;
-  const lanes v81 = v68 * v80;
-  const lanes v82 = 0.5 * v74;
-  const lanes v83 = 0.01445 + v82;
-  const lanes v84 = v83 - 0.00845;
-  const lanes v85 = v84 / v74;
-  const lanes v86 = v72 * v85;
-  const lanes v87 = v81 + v86;
-  const lanes v88 = 5.882352941176471 * v87;
-  const lanes v89 = v68 * v85;
-  const lanes v90 = v72 * v80;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = 5.882352941176471 * v91;
-  lanes v93; LANES_NAME(lanes_atan2)(&v88, &v92, &v93);
-  out[0] = v34;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], v1 = theta_0 + 0.2511473670974872;
+  LANES_COS_SIN(v5, v2, theta_2);
+  const lanes v3 = 0.065 * v2, v4 = v1 + v3, v6 = 0.11258330249197702 * v5, v7 = v4 - v6,
+      v8 = v7 * v7, v9 = theta_1 + 0.145, v10 = 0.11258330249197702 * v2, v11 = v9 - v10,
+      v12 = 0.065 * v5, v13 = v11 - v12, v14 = v13 * v13, v15 = v8 + v14, v16 = 0.5 * v15,
+      v17 = 0.01445 + v16, v18 = v17 - 0.00845, v19 = v18 / v15, v20 = v19 * v13,
+      v21 = v15 - 0.0016, v22 = 0.09 - v15, v23 = v21 * v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.5 * v24, v26 = v25 / v15, v27 = v26 * v7, v28 = v20 + v27,
+      v29 = 5.882352941176471 * v28, v30 = v19 * v7, v31 = v26 * v13, v32 = v30 - v31,
+      v33 = 5.882352941176471 * v32;
+  LANES_LET2(v34, atan2, v29, v33);
+  const lanes v35 = theta_0 - 0.2511473670974872, v36 = v35 + v6, v37 = v36 + v3, v38 = v37 * v37,
+      v39 = v9 + v10, v40 = v39 - v12, v41 = v40 * v40, v42 = v38 + v41, v43 = 0.5 * v42,
+      v44 = 0.01445 + v43, v45 = v44 - 0.00845, v46 = v45 / v42, v47 = v37 * v46, v48 = 0.09 - v42,
+      v49 = v42 - 0.0016, v50 = v48 * v49;
+  LANES_LET1(v51, sqrt, v50);
+  const lanes v52 = 0.5 * v51, v53 = v52 / v42, v54 = v40 * v53, v55 = v47 - v54,
+      v56 = 1.122405855156146 * v55, v57 = v37 * v53, v58 = v40 * v46, v59 = v57 + v58,
+      v60 = 5.774277549692141 * v59, v61 = v56 - v60, v62 = 5.774277549692141 * v55,
+      v63 = 1.122405855156146 * v59, v64 = v62 + v63, v65 = -v64;
+  LANES_LET2(v66, atan2, v61, v65);
+  const lanes v67 = 0.13 * v2, v68 = theta_0 - v67, v69 = v68 * v68, v70 = theta_1 - 0.29,
+      v71 = 0.13 * v5, v72 = v70 + v71, v73 = v72 * v72, v74 = v69 + v73, v75 = 0.09 - v74,
+      v76 = v74 - 0.0016, v77 = v75 * v76;
+  LANES_LET1(v78, sqrt, v77);
+  const lanes v79 = 0.5 * v78, v80 = v79 / v74, v81 = v68 * v80, v82 = 0.5 * v74,
+      v83 = 0.01445 + v82, v84 = v83 - 0.00845, v85 = v84 / v74, v86 = v72 * v85, v87 = v81 + v86,
+      v88 = 5.882352941176471 * v87, v89 = v68 * v85, v90 = v72 * v80, v91 = v89 - v90,
+      v92 = 5.882352941176471 * v91;
+  LANES_LET2(v93, atan2, v88, v92); out[0] = v34;
   const lanes v94 = v66 + 3.3335788713091694;
-  out[1] = v94;
-  out[2] = v93;
+  out[1] = v94; out[2] = v93;
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_actuators_D_chain)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_2, &v2, &v1);
-  const lanes v3 = theta_0 + 0.2511473670974872;
-  const lanes v4 = 0.065 * v1;
-  const lanes v5 = v3 + v4;
-  const lanes v6 = 0.11258330249197702 * v2;
-  const lanes v7 = v5 - v6;
-  const lanes v8 = v7 * v7;
-  const lanes v9 = theta_1 + 0.145;
-  const lanes v10 = 0.11258330249197702 * v1;
-  const lanes v11 = v9 - v10;
-  const lanes v12 = 0.065 * v2;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = v8 + v14;
-  const lanes v16 = 0.5 * v15;
-  const lanes v17 = 0.01445 + v16;
-  const lanes v18 = v17 - 0.00845;
-  const lanes v19 = v18 / v15;
-  const lanes v20 = v19 * v7;
-  const lanes v21 = v15 - 0.0016;
-  const lanes v22 = 0.09 - v15;
-  const lanes v23 = v21 * v22;
-  lanes v24; LANES_NAME(lanes_sqrt)(&v23, &v24);
-  const lanes v25 = 0.5 * v24;
-  const lanes v26 = v25 / v15;
-  const lanes v27 = v26 * v13;
-  const lanes v28 = v20 - v27;
-  const lanes v29 = v28 - v7;
-  const lanes v30 = v29 / v25;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2];
+  LANES_COS_SIN(v2, v1, theta_2);
+  const lanes v3 = theta_0 + 0.2511473670974872, v4 = 0.065 * v1, v5 = v3 + v4,
+      v6 = 0.11258330249197702 * v2, v7 = v5 - v6, v8 = v7 * v7, v9 = theta_1 + 0.145,
+      v10 = 0.11258330249197702 * v1, v11 = v9 - v10, v12 = 0.065 * v2, v13 = v11 - v12,
+      v14 = v13 * v13, v15 = v8 + v14, v16 = 0.5 * v15, v17 = 0.01445 + v16, v18 = v17 - 0.00845,
+      v19 = v18 / v15, v20 = v19 * v7, v21 = v15 - 0.0016, v22 = 0.09 - v15, v23 = v21 * v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.5 * v24, v26 = v25 / v15, v27 = v26 * v13, v28 = v20 - v27, v29 = v28 - v7,
+      v30 = v29 / v25;
   out[0] = v30;
-  const lanes v31 = v19 * v13;
-  const lanes v32 = v26 * v7;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v33 - v13;
-  const lanes v35 = v34 / v25;
+  const lanes v31 = v19 * v13, v32 = v26 * v7, v33 = v31 + v32, v34 = v33 - v13, v35 = v34 / v25;
   out[1] = v35;
-  const lanes v36 = v10 + v12;
-  const lanes v37 = v36 * v29;
-  const lanes v38 = v4 - v6;
-  const lanes v39 = v38 * v34;
-  const lanes v40 = v37 + v39;
-  const lanes v41 = v40 / v25;
+  const lanes v36 = v10 + v12, v37 = v36 * v29, v38 = v4 - v6, v39 = v38 * v34, v40 = v37 + v39,
+      v41 = v40 / v25;
   out[2] = v41;
-  const lanes v42 = theta_0 - 0.2511473670974872;
-  const lanes v43 = v42 + v6;
-  const lanes v44 = v43 + v4;
-  const lanes v45 = v44 * v44;
-  const lanes v46 = v9 + v10;
-  const lanes v47 = v46 - v12;
-  const lanes v48 = v47 * v47;
-  const lanes v49 = v45 + v48;
-  const lanes v50 = 0.5 * v49;
-  const lanes v51 = 0.01445 + v50;
-  const lanes v52 = v51 - 0.00845;
-  const lanes v53 = v52 / v49;
-  const lanes v54 = v44 * v53;
-  const lanes v55 = 0.09 - v49;
-  const lanes v56 = v49 - 0.0016;
-  const lanes v57 = v55 * v56;
-  lanes v58; LANES_NAME(lanes_sqrt)(&v57, &v58);
-  const lanes v59 = 0.5 * v58;
-  const lanes v60 = v59 / v49;
-  const lanes v61 = v47 * v60;
-  const lanes v62 = v54 - v61;
-  const lanes v63 = v62 - v44;
-  const lanes v64 = v63 / v59;
+  const lanes v42 = theta_0 - 0.2511473670974872, v43 = v42 + v6, v44 = v43 + v4, v45 = v44 * v44,
+      v46 = v9 + v10, v47 = v46 - v12, v48 = v47 * v47, v49 = v45 + v48, v50 = 0.5 * v49,
+      v51 = 0.01445 + v50, v52 = v51 - 0.00845, v53 = v52 / v49, v54 = v44 * v53, v55 = 0.09 - v49,
+      v56 = v49 - 0.0016, v57 = v55 * v56;
+  LANES_LET1(v58, sqrt, v57);
+  const lanes v59 = 0.5 * v58, v60 = v59 / v49, v61 = v47 * v60, v62 = v54 - v61, v63 = v62 - v44,
+      v64 = v63 / v59;
   out[3] = v64;
-  const lanes v65 = v44 * v60;
-  const lanes v66 = v47 * v53;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v67 - v47;
-  const lanes v69 = v68 / v59;
+  const lanes v65 = v44 * v60, v66 = v47 * v53, v67 = v65 + v66, v68 = v67 - v47, v69 = v68 / v59;
   out[4] = v69;
-  const lanes v70 = v12 - v10;
-  const lanes v71 = v70 * v63;
-  const lanes v72 = v6 + v4;
-  const lanes v73 = v72 * v68;
-  const lanes v74 = v71 + v73;
-  const lanes v75 = v74 / v59;
+  const lanes v70 = v12 - v10, v71 = v70 * v63, v72 = v6 + v4, v73 = v72 * v68, v74 = v71 + v73,
+      v75 = v74 / v59;
   out[5] = v75;
-  const lanes v76 = 0.13 * v1;
-  const lanes v77 = theta_0 - v76;
-  const lanes v78 = v77 * v77;
-  const lanes v79 = theta_1 - 0.29;
-  const lanes v80 = 0.13 * v2;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = v81 * v81;
-  const lanes v83 = v78 + v82;
-  const lanes v84 = 0.5 * v83;
-  const lanes v85 = 0.01445 + v84;
-  const lanes v86 = v85 - 0.00845;
-  const lanes v87 = v86 / v83;
-  const lanes v88 = v77 * v87;
-  const lanes v89 = 0.09 - v83;
-  const lanes v90 = v83 - 0.0016;
-  const lanes v91 = v89 * v90;
-  lanes v92; LANES_NAME(lanes_sqrt)(&v91, &v92);
-  const lanes v93 = 0.5 * v92;
-  const lanes v94 = v93 / v83;
-  const lanes v95 = v81 * v94;
-  const lanes v96 = v88 - v95;
-  const lanes v97 = v96 - v77;
-  const lanes v98 = v97 / v93;
+  const lanes v76 = 0.13 * v1, v77 = theta_0 - v76, v78 = v77 * v77, v79 = theta_1 - 0.29,
+      v80 = 0.13 * v2, v81 = v79 + v80, v82 = v81 * v81, v83 = v78 + v82, v84 = 0.5 * v83,
+      v85 = 0.01445 + v84, v86 = v85 - 0.00845, v87 = v86 / v83, v88 = v77 * v87, v89 = 0.09 - v83,
+      v90 = v83 - 0.0016, v91 = v89 * v90;
+  LANES_LET1(v92, sqrt, v91);
+  const lanes v93 = 0.5 * v92, v94 = v93 / v83, v95 = v81 * v94, v96 = v88 - v95, v97 = v96 - v77,
+      v98 = v97 / v93;
   out[6] = v98;
-  const lanes v99 = v77 * v94;
-  const lanes v100 = v81 * v87;
-  const lanes v101 = v99 + v100;
-  const lanes v102 = v101 - v81;
-  const lanes v103 = v102 / v93;
+  const lanes v99 = v77 * v94, v100 = v81 * v87, v101 = v99 + v100, v102 = v101 - v81,
+      v103 = v102 / v93;
   out[7] = v103;
-  const lanes v104 = v80 * v97;
-  const lanes v105 = v76 * v102;
-  const lanes v106 = v104 + v105;
-  const lanes v107 = v106 / v93;
-  const lanes v108 = -v107;
+  const lanes v104 = v80 * v97, v105 = v76 * v102, v106 = v104 + v105, v107 = v106 / v93,
+      v108 = -v107;
   out[8] = v108;
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_actuator_rates)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes thetad_0 = in[3];
-  const lanes thetad_1 = in[4];
-  const lanes thetad_2 = in[5];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_2, &v2, &v1);
-  const lanes v3 = v1 * thetad_2;
-  const lanes v4 = 0.11258330249197702 * v3;
-  const lanes v5 = thetad_0 + v4;
-  const lanes v6 = v2 * thetad_2;
-  const lanes v7 = 0.065 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = theta_0 + 0.2511473670974872;
-  const lanes v10 = 0.065 * v1;
-  const lanes v11 = v9 + v10;
-  const lanes v12 = 0.11258330249197702 * v2;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = theta_1 + 0.145;
-  const lanes v16 = 0.11258330249197702 * v1;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = 0.065 * v2;
-  const lanes v19 = v17 - v18;
-  const lanes v20 = v19 * v19;
-  const lanes v21 = v14 + v20;
-  const lanes v22 = 0.5 * v21;
-  const lanes v23 = 0.01445 + v22;
-  const lanes v24 = v23 - 0.00845;
-  const lanes v25 = v24 / v21;
-  const lanes v26 = v25 * v13;
-  const lanes v27 = v21 - 0.0016;
-  const lanes v28 = 0.09 - v21;
-  const lanes v29 = v27 * v28;
-  lanes v30; LANES_NAME(lanes_sqrt)(&v29, &v30);
-  const lanes v31 = 0.5 * v30;
-  const lanes v32 = v31 / v21;
-  const lanes v33 = v32 * v19;
-  const lanes v34 = v26 - v33;
-  const lanes v35 = v34 - v13;
-  const lanes v36 = v8 * v35;
-  const lanes v37 = 0.065 * v3;
-  const lanes v38 = thetad_1 + v37;
-  const lanes v39 = 0.11258330249197702 * v6;
-  const lanes v40 = v38 - v39;
-  const lanes v41 = v25 * v19;
-  const lanes v42 = v32 * v13;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = v43 - v19;
-  const lanes v45 = v40 * v44;
-  const lanes v46 = v36 + v45;
-  const lanes v47 = v46 / v31;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], thetad_0 = in[3], thetad_1 = in[4],
+      thetad_2 = in[5];
+  LANES_COS_SIN(v2, v1, theta_2);
+  const lanes v3 = v1 * thetad_2, v4 = 0.11258330249197702 * v3, v5 = thetad_0 + v4,
+      v6 = v2 * thetad_2, v7 = 0.065 * v6, v8 = v5 + v7, v9 = theta_0 + 0.2511473670974872,
+      v10 = 0.065 * v1, v11 = v9 + v10, v12 = 0.11258330249197702 * v2, v13 = v11 - v12,
+      v14 = v13 * v13, v15 = theta_1 + 0.145, v16 = 0.11258330249197702 * v1, v17 = v15 - v16,
+      v18 = 0.065 * v2, v19 = v17 - v18, v20 = v19 * v19, v21 = v14 + v20, v22 = 0.5 * v21,
+      v23 = 0.01445 + v22, v24 = v23 - 0.00845, v25 = v24 / v21, v26 = v25 * v13,
+      v27 = v21 - 0.0016, v28 = 0.09 - v21, v29 = v27 * v28;
+  LANES_LET1(v30, sqrt, v29);
+  const lanes v31 = 0.5 * v30, v32 = v31 / v21, v33 = v32 * v19, v34 = v26 - v33, v35 = v34 - v13,
+      v36 = v8 * v35, v37 = 0.065 * v3, v38 = thetad_1 + v37, v39 = 0.11258330249197702 * v6,
+      v40 = v38 - v39, v41 = v25 * v19, v42 = v32 * v13, v43 = v41 + v42, v44 = v43 - v19,
+      v45 = v40 * v44, v46 = v36 + v45, v47 = v46 / v31;
   out[0] = v47;
-  const lanes v48 = thetad_0 + v7;
-  const lanes v49 = v48 - v4;
-  const lanes v50 = theta_0 - 0.2511473670974872;
-  const lanes v51 = v50 + v12;
-  const lanes v52 = v51 + v10;
-  const lanes v53 = v52 * v52;
-  const lanes v54 = v15 + v16;
-  const lanes v55 = v54 - v18;
-  const lanes v56 = v55 * v55;
-  const lanes v57 = v53 + v56;
-  const lanes v58 = 0.5 * v57;
-  const lanes v59 = 0.01445 + v58;
-  const lanes v60 = v59 - 0.00845;
-  const lanes v61 = v60 / v57;
-  const lanes v62 = v52 * v61;
-  const lanes v63 = 0.09 - v57;
-  const lanes v64 = v57 - 0.0016;
-  const lanes v65 = v63 * v64;
-  lanes v66; LANES_NAME(lanes_sqrt)(&v65, &v66);
-  const lanes v67 = 0.5 * v66;
-  const lanes v68 = v67 / v57;
-  const lanes v69 = v55 * v68;
-  const lanes v70 = v62 - v69;
-  const lanes v71 = v70 - v52;
-  const lanes v72 = v49 * v71;
-  const lanes v73 = thetad_1 + v39;
-  const lanes v74 = v73 + v37;
-  const lanes v75 = v52 * v68;
-  const lanes v76 = v55 * v61;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = v77 - v55;
-  const lanes v79 = v74 * v78;
-  const lanes v80 = v72 + v79;
-  const lanes v81 = v80 / v67;
+  const lanes v48 = thetad_0 + v7, v49 = v48 - v4, v50 = theta_0 - 0.2511473670974872,
+      v51 = v50 + v12, v52 = v51 + v10, v53 = v52 * v52, v54 = v15 + v16, v55 = v54 - v18,
+      v56 = v55 * v55, v57 = v53 + v56, v58 = 0.5 * v57, v59 = 0.01445 + v58, v60 = v59 - 0.00845,
+      v61 = v60 / v57, v62 = v52 * v61, v63 = 0.09 - v57, v64 = v57 - 0.0016, v65 = v63 * v64;
+  LANES_LET1(v66, sqrt, v65);
+  const lanes v67 = 0.5 * v66, v68 = v67 / v57, v69 = v55 * v68, v70 = v62 - v69, v71 = v70 - v52,
+      v72 = v49 * v71, v73 = thetad_1 + v39, v74 = v73 + v37, v75 = v52 * v68, v76 = v55 * v61,
+      v77 = v75 + v76, v78 = v77 - v55, v79 = v74 * v78, v80 = v72 + v79, v81 = v80 / v67;
   out[1] = v81;
-  const lanes v82 = 0.13 * v6;
-  const lanes v83 = thetad_0 - v82;
-  const lanes v84 = 0.13 * v1;
-  const lanes v85 = theta_0 - v84;
-  const lanes v86 = v85 * v85;
-  const lanes v87 = theta_1 - 0.29;
-  const lanes v88 = 0.13 * v2;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v89 * v89;
-  const lanes v91 = v86 + v90;
-  const lanes v92 = 0.5 * v91;
-  const lanes v93 = 0.01445 + v92;
-  const lanes v94 = v93 - 0.00845;
-  const lanes v95 = v94 / v91;
-  const lanes v96 = v85 * v95;
-  const lanes v97 = 0.09 - v91;
-  const lanes v98 = v91 - 0.0016;
-  const lanes v99 = v97 * v98;
-  lanes v100; LANES_NAME(lanes_sqrt)(&v99, &v100);
-  const lanes v101 = 0.5 * v100;
-  const lanes v102 = v101 / v91;
-  const lanes v103 = v89 * v102;
-  const lanes v104 = v96 - v103;
-  const lanes v105 = v104 - v85;
-  const lanes v106 = v83 * v105;
-  const lanes v107 = 0.13 * v3;
-  const lanes v108 = thetad_1 - v107;
-  const lanes v109 = v85 * v102;
-  const lanes v110 = v89 * v95;
-  const lanes v111 = v109 + v110;
-  const lanes v112 = v111 - v89;
-  const lanes v113 = v108 * v112;
-  const lanes v114 = v106 + v113;
-  const lanes v115 = v114 / v101;
+  const lanes v82 = 0.13 * v6, v83 = thetad_0 - v82, v84 = 0.13 * v1, v85 = theta_0 - v84,
+      v86 = v85 * v85, v87 = theta_1 - 0.29, v88 = 0.13 * v2, v89 = v87 + v88, v90 = v89 * v89,
+      v91 = v86 + v90, v92 = 0.5 * v91, v93 = 0.01445 + v92, v94 = v93 - 0.00845, v95 = v94 / v91,
+      v96 = v85 * v95, v97 = 0.09 - v91, v98 = v91 - 0.0016, v99 = v97 * v98;
+  LANES_LET1(v100, sqrt, v99);
+  const lanes v101 = 0.5 * v100, v102 = v101 / v91, v103 = v89 * v102, v104 = v96 - v103,
+      v105 = v104 - v85, v106 = v83 * v105, v107 = 0.13 * v3, v108 = thetad_1 - v107,
+      v109 = v85 * v102, v110 = v89 * v95, v111 = v109 + v110, v112 = v111 - v89,
+      v113 = v108 * v112, v114 = v106 + v113, v115 = v114 / v101;
   out[2] = v115;
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_actuator_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes thetad_0 = in[3];
-  const lanes thetad_1 = in[4];
-  const lanes thetad_2 = in[5];
-  const lanes thetadd_0 = in[6];
-  const lanes thetadd_1 = in[7];
-  const lanes thetadd_2 = in[8];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_2, &v2, &v1);
-  const lanes v3 = v1 * thetad_2;
-  const lanes v4 = 0.11258330249197702 * v3;
-  const lanes v5 = thetad_0 + v4;
-  const lanes v6 = v2 * thetad_2;
-  const lanes v7 = 0.065 * v6;
-  const lanes v8 = v5 + v7;
-  const lanes v9 = theta_0 + 0.2511473670974872;
-  const lanes v10 = 0.065 * v1;
-  const lanes v11 = v9 + v10;
-  const lanes v12 = 0.11258330249197702 * v2;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = theta_1 + 0.145;
-  const lanes v16 = 0.11258330249197702 * v1;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = 0.065 * v2;
-  const lanes v19 = v17 - v18;
-  const lanes v20 = v19 * v19;
-  const lanes v21 = v14 + v20;
-  const lanes v22 = 0.5 * v21;
-  const lanes v23 = 0.01445 + v22;
-  const lanes v24 = v23 - 0.00845;
-  const lanes v25 = v24 / v21;
-  const lanes v26 = v8 * v25;
-  const lanes v27 = 2.0 * v13;
-  const lanes v28 = v8 * v27;
-  const lanes v29 = 0.065 * v3;
-  const lanes v30 = thetad_1 + v29;
-  const lanes v31 = 0.11258330249197702 * v6;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = 2.0 * v19;
-  const lanes v34 = v32 * v33;
-  const lanes v35 = v28 + v34;
-  const lanes v36 = 0.5 * v35;
-  const lanes v37 = v36 / v21;
-  const lanes v38 = v21 * v21;
-  const lanes v39 = v24 / v38;
-  const lanes v40 = v35 * v39;
-  const lanes v41 = v37 - v40;
-  const lanes v42 = v41 * v13;
-  const lanes v43 = v26 + v42;
-  const lanes v44 = v21 - 0.0016;
-  const lanes v45 = 0.09 - v21;
-  const lanes v46 = v44 * v45;
-  lanes v47; LANES_NAME(lanes_sqrt)(&v46, &v47);
-  const lanes v48 = 0.5 * v47;
-  const lanes v49 = v48 / v21;
-  const lanes v50 = v32 * v49;
-  const lanes v51 = v43 - v50;
-  const lanes v52 = v35 * v45;
-  const lanes v53 = v44 * v35;
-  const lanes v54 = v52 - v53;
-  const lanes v55 = 0.25 / v47;
-  const lanes v56 = v54 * v55;
-  const lanes v57 = v56 / v21;
-  const lanes v58 = v48 / v38;
-  const lanes v59 = v35 * v58;
-  const lanes v60 = v57 - v59;
-  const lanes v61 = v60 * v19;
-  const lanes v62 = v51 - v61;
-  const lanes v63 = v62 - v8;
-  const lanes v64 = v8 * v63;
-  const lanes v65 = v8 * v49;
-  const lanes v66 = v32 * v25;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v41 * v19;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v60 * v13;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = v71 - v32;
-  const lanes v73 = v32 * v72;
-  const lanes v74 = v64 + v73;
-  const lanes v75 = v6 * thetad_2;
-  const lanes v76 = v1 * thetadd_2;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = 0.11258330249197702 * v77;
-  const lanes v79 = thetadd_0 + v78;
-  const lanes v80 = v2 * thetadd_2;
-  const lanes v81 = v3 * thetad_2;
-  const lanes v82 = v80 - v81;
-  const lanes v83 = 0.065 * v82;
-  const lanes v84 = v79 + v83;
-  const lanes v85 = v25 * v13;
-  const lanes v86 = v49 * v19;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v87 - v13;
-  const lanes v89 = v84 * v88;
-  const lanes v90 = v74 + v89;
-  const lanes v91 = 0.065 * v77;
-  const lanes v92 = thetadd_1 + v91;
-  const lanes v93 = 0.11258330249197702 * v82;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = v25 * v19;
-  const lanes v96 = v49 * v13;
-  const lanes v97 = v95 + v96;
-  const lanes v98 = v97 - v19;
-  const lanes v99 = v94 * v98;
-  const lanes v100 = v90 + v99;
-  const lanes v101 = v100 / v48;
-  const lanes v102 = v8 * v88;
-  const lanes v103 = v32 * v98;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = v48 * v48;
-  const lanes v106 = v104 / v105;
-  const lanes v107 = v56 * v106;
-  const lanes v108 = v101 - v107;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], thetad_0 = in[3], thetad_1 = in[4],
+      thetad_2 = in[5], thetadd_0 = in[6], thetadd_1 = in[7], thetadd_2 = in[8];
+  LANES_COS_SIN(v2, v1, theta_2);
+  const lanes v3 = v1 * thetad_2, v4 = 0.11258330249197702 * v3, v5 = thetad_0 + v4,
+      v6 = v2 * thetad_2, v7 = 0.065 * v6, v8 = v5 + v7, v9 = theta_0 + 0.2511473670974872,
+      v10 = 0.065 * v1, v11 = v9 + v10, v12 = 0.11258330249197702 * v2, v13 = v11 - v12,
+      v14 = v13 * v13, v15 = theta_1 + 0.145, v16 = 0.11258330249197702 * v1, v17 = v15 - v16,
+      v18 = 0.065 * v2, v19 = v17 - v18, v20 = v19 * v19, v21 = v14 + v20, v22 = 0.5 * v21,
+      v23 = 0.01445 + v22, v24 = v23 - 0.00845, v25 = v24 / v21, v26 = v8 * v25, v27 = 2.0 * v13,
+      v28 = v8 * v27, v29 = 0.065 * v3, v30 = thetad_1 + v29, v31 = 0.11258330249197702 * v6,
+      v32 = v30 - v31, v33 = 2.0 * v19, v34 = v32 * v33, v35 = v28 + v34, v36 = 0.5 * v35,
+      v37 = v36 / v21, v38 = v21 * v21, v39 = v24 / v38, v40 = v35 * v39, v41 = v37 - v40,
+      v42 = v41 * v13, v43 = v26 + v42, v44 = v21 - 0.0016, v45 = 0.09 - v21, v46 = v44 * v45;
+  LANES_LET1(v47, sqrt, v46);
+  const lanes v48 = 0.5 * v47, v49 = v48 / v21, v50 = v32 * v49, v51 = v43 - v50, v52 = v35 * v45,
+      v53 = v44 * v35, v54 = v52 - v53, v55 = 0.25 / v47, v56 = v54 * v55, v57 = v56 / v21,
+      v58 = v48 / v38, v59 = v35 * v58, v60 = v57 - v59, v61 = v60 * v19, v62 = v51 - v61,
+      v63 = v62 - v8, v64 = v8 * v63, v65 = v8 * v49, v66 = v32 * v25, v67 = v65 + v66,
+      v68 = v41 * v19, v69 = v67 + v68, v70 = v60 * v13, v71 = v69 + v70, v72 = v71 - v32,
+      v73 = v32 * v72, v74 = v64 + v73, v75 = v6 * thetad_2, v76 = v1 * thetadd_2, v77 = v75 + v76,
+      v78 = 0.11258330249197702 * v77, v79 = thetadd_0 + v78, v80 = v2 * thetadd_2,
+      v81 = v3 * thetad_2, v82 = v80 - v81, v83 = 0.065 * v82, v84 = v79 + v83, v85 = v25 * v13,
+      v86 = v49 * v19, v87 = v85 - v86, v88 = v87 - v13, v89 = v84 * v88, v90 = v74 + v89,
+      v91 = 0.065 * v77, v92 = thetadd_1 + v91, v93 = 0.11258330249197702 * v82, v94 = v92 - v93,
+      v95 = v25 * v19, v96 = v49 * v13, v97 = v95 + v96, v98 = v97 - v19, v99 = v94 * v98,
+      v100 = v90 + v99, v101 = v100 / v48, v102 = v8 * v88, v103 = v32 * v98, v104 = v102 + v103,
+      v105 = v48 * v48, v106 = v104 / v105, v107 = v56 * v106, v108 = v101 - v107;
   out[0] = v108;
-  const lanes v109 = thetad_0 + v7;
-  const lanes v110 = v109 - v4;
-  const lanes v111 = theta_0 - 0.2511473670974872;
-  const lanes v112 = v111 + v12;
-  const lanes v113 = v112 + v10;
-  const lanes v114 = v113 * v113;
-  const lanes v115 = v15 + v16;
-  const lanes v116 = v115 - v18;
-  const lanes v117 = v116 * v116;
-  const lanes v118 = v114 + v117;
-  const lanes v119 = 0.5 * v118;
-  const lanes v120 = 0.01445 + v119;
-  const lanes v121 = v120 - 0.00845;
-  const lanes v122 = v121 / v118;
-  const lanes v123 = v110 * v122;
-  const lanes v124 = 2.0 * v113;
-  const lanes v125 = v110 * v124;
-  const lanes v126 = thetad_1 + v31;
-  const lanes v127 = v126 + v29;
-  const lanes v128 = 2.0 * v116;
-  const lanes v129 = v127 * v128;
-  const lanes v130 = v125 + v129;
-  const lanes v131 = 0.5 * v130;
-  const lanes v132 = v131 / v118;
-  const lanes v133 = v118 * v118;
-  const lanes v134 = v121 / v133;
-  const lanes v135 = v130 * v134;
-  const lanes v136 = v132 - v135;
-  const lanes v137 = v136 * v113;
-  const lanes v138 = v123 + v137;
-  const lanes v139 = 0.09 - v118;
-  const lanes v140 = v118 - 0.0016;
-  const lanes v141 = v139 * v140;
-  lanes v142; LANES_NAME(lanes_sqrt)(&v141, &v142);
-  const lanes v143 = 0.5 * v142;
-  const lanes v144 = v143 / v118;
-  const lanes v145 = v127 * v144;
-  const lanes v146 = v138 - v145;
-  const lanes v147 = v130 * v139;
-  const lanes v148 = v130 * v140;
-  const lanes v149 = v147 - v148;
-  const lanes v150 = 0.25 / v142;
-  const lanes v151 = v149 * v150;
-  const lanes v152 = v151 / v118;
-  const lanes v153 = v143 / v133;
-  const lanes v154 = v130 * v153;
-  const lanes v155 = v152 - v154;
-  const lanes v156 = v155 * v116;
-  const lanes v157 = v146 - v156;
-  const lanes v158 = v157 - v110;
-  const lanes v159 = v110 * v158;
-  const lanes v160 = v110 * v144;
-  const lanes v161 = v127 * v122;
-  const lanes v162 = v160 + v161;
-  const lanes v163 = v136 * v116;
-  const lanes v164 = v162 + v163;
-  const lanes v165 = v155 * v113;
-  const lanes v166 = v164 + v165;
-  const lanes v167 = v166 - v127;
-  const lanes v168 = v127 * v167;
-  const lanes v169 = v159 + v168;
-  const lanes v170 = thetadd_0 + v83;
-  const lanes v171 = v170 - v78;
-  const lanes v172 = v113 * v122;
-  const lanes v173 = v116 * v144;
-  const lanes v174 = v172 - v173;
-  const lanes v175 = v174 - v113;
-  const lanes v176 = v171 * v175;
-  const lanes v177 = v169 + v176;
-  const lanes v178 = thetadd_1 + v93;
-  const lanes v179 = v178 + v91;
-  const lanes v180 = v113 * v144;
-  const lanes v181 = v116 * v122;
-  const lanes v182 = v180 + v181;
-  const lanes v183 = v182 - v116;
-  const lanes v184 = v179 * v183;
-  const lanes v185 = v177 + v184;
-  const lanes v186 = v185 / v143;
-  const lanes v187 = v110 * v175;
-  const lanes v188 = v127 * v183;
-  const lanes v189 = v187 + v188;
-  const lanes v190 = v143 * v143;
-  const lanes v191 = v189 / v190;
-  const lanes v192 = v151 * v191;
-  const lanes v193 = v186 - v192;
+  const lanes v109 = thetad_0 + v7, v110 = v109 - v4, v111 = theta_0 - 0.2511473670974872,
+      v112 = v111 + v12, v113 = v112 + v10, v114 = v113 * v113, v115 = v15 + v16, v116 = v115 - v18,
+      v117 = v116 * v116, v118 = v114 + v117, v119 = 0.5 * v118, v120 = 0.01445 + v119,
+      v121 = v120 - 0.00845, v122 = v121 / v118, v123 = v110 * v122, v124 = 2.0 * v113,
+      v125 = v110 * v124, v126 = thetad_1 + v31, v127 = v126 + v29, v128 = 2.0 * v116,
+      v129 = v127 * v128, v130 = v125 + v129, v131 = 0.5 * v130, v132 = v131 / v118,
+      v133 = v118 * v118, v134 = v121 / v133, v135 = v130 * v134, v136 = v132 - v135,
+      v137 = v136 * v113, v138 = v123 + v137, v139 = 0.09 - v118, v140 = v118 - 0.0016,
+      v141 = v139 * v140;
+  LANES_LET1(v142, sqrt, v141);
+  const lanes v143 = 0.5 * v142, v144 = v143 / v118, v145 = v127 * v144, v146 = v138 - v145,
+      v147 = v130 * v139, v148 = v130 * v140, v149 = v147 - v148, v150 = 0.25 / v142,
+      v151 = v149 * v150, v152 = v151 / v118, v153 = v143 / v133, v154 = v130 * v153,
+      v155 = v152 - v154, v156 = v155 * v116, v157 = v146 - v156, v158 = v157 - v110,
+      v159 = v110 * v158, v160 = v110 * v144, v161 = v127 * v122, v162 = v160 + v161,
+      v163 = v136 * v116, v164 = v162 + v163, v165 = v155 * v113, v166 = v164 + v165,
+      v167 = v166 - v127, v168 = v127 * v167, v169 = v159 + v168, v170 = thetadd_0 + v83,
+      v171 = v170 - v78, v172 = v113 * v122, v173 = v116 * v144, v174 = v172 - v173,
+      v175 = v174 - v113, v176 = v171 * v175, v177 = v169 + v176, v178 = thetadd_1 + v93,
+      v179 = v178 + v91, v180 = v113 * v144, v181 = v116 * v122, v182 = v180 + v181,
+      v183 = v182 - v116, v184 = v179 * v183, v185 = v177 + v184, v186 = v185 / v143,
+      v187 = v110 * v175, v188 = v127 * v183, v189 = v187 + v188, v190 = v143 * v143,
+      v191 = v189 / v190, v192 = v151 * v191, v193 = v186 - v192;
   out[1] = v193;
-  const lanes v194 = 0.13 * v6;
-  const lanes v195 = thetad_0 - v194;
-  const lanes v196 = 0.13 * v1;
-  const lanes v197 = theta_0 - v196;
-  const lanes v198 = v197 * v197;
-  const lanes v199 = theta_1 - 0.29;
-  const lanes v200 = 0.13 * v2;
-  const lanes v201 = v199 + v200;
-  const lanes v202 = v201 * v201;
-  const lanes v203 = v198 + v202;
-  const lanes v204 = 0.5 * v203;
-  const lanes v205 = 0.01445 + v204;
-  const lanes v206 = v205 - 0.00845;
-  const lanes v207 = v206 / v203;
-  const lanes v208 = v195 * v207;
-  const lanes v209 = 2.0 * v197;
-  const lanes v210 = v195 * v209;
-  const lanes v211 = 0.13 * v3;
-  const lanes v212 = thetad_1 - v211;
-  const lanes v213 = 2.0 * v201;
-  const lanes v214 = v212 * v213;
-  const lanes v215 = v210 + v214;
-  const lanes v216 = 0.5 * v215;
-  const lanes v217 = v216 / v203;
-  const lanes v218 = v203 * v203;
-  const lanes v219 = v206 / v218;
-  const lanes v220 = v215 * v219;
-  const lanes v221 = v217 - v220;
-  const lanes v222 = v221 * v197;
-  const lanes v223 = v208 + v222;
-  const lanes v224 = 0.09 - v203;
-  const lanes v225 = v203 - 0.0016;
-  const lanes v226 = v224 * v225;
-  lanes v227; LANES_NAME(lanes_sqrt)(&v226, &v227);
-  const lanes v228 = 0.5 * v227;
-  const lanes v229 = v228 / v203;
-  const lanes v230 = v212 * v229;
-  const lanes v231 = v223 - v230;
-  const lanes v232 = v215 * v224;
-  const lanes v233 = v215 * v225;
-  const lanes v234 = v232 - v233;
-  const lanes v235 = 0.25 / v227;
-  const lanes v236 = v234 * v235;
-  const lanes v237 = v236 / v203;
-  const lanes v238 = v228 / v218;
-  const lanes v239 = v215 * v238;
-  const lanes v240 = v237 - v239;
-  const lanes v241 = v240 * v201;
-  const lanes v242 = v231 - v241;
-  const lanes v243 = v242 - v195;
-  const lanes v244 = v195 * v243;
-  const lanes v245 = v195 * v229;
-  const lanes v246 = v212 * v207;
-  const lanes v247 = v245 + v246;
-  const lanes v248 = v221 * v201;
-  const lanes v249 = v247 + v248;
-  const lanes v250 = v240 * v197;
-  const lanes v251 = v249 + v250;
-  const lanes v252 = v251 - v212;
-  const lanes v253 = v212 * v252;
-  const lanes v254 = v244 + v253;
-  const lanes v255 = 0.13 * v82;
-  const lanes v256 = thetadd_0 - v255;
-  const lanes v257 = v197 * v207;
-  const lanes v258 = v201 * v229;
-  const lanes v259 = v257 - v258;
-  const lanes v260 = v259 - v197;
-  const lanes v261 = v256 * v260;
-  const lanes v262 = v254 + v261;
-  const lanes v263 = 0.13 * v77;
-  const lanes v264 = thetadd_1 - v263;
-  const lanes v265 = v197 * v229;
-  const lanes v266 = v201 * v207;
-  const lanes v267 = v265 + v266;
-  const lanes v268 = v267 - v201;
-  const lanes v269 = v264 * v268;
-  const lanes v270 = v262 + v269;
-  const lanes v271 = v270 / v228;
-  const lanes v272 = v195 * v260;
-  const lanes v273 = v212 * v268;
-  const lanes v274 = v272 + v273;
-  const lanes v275 = v228 * v228;
-  const lanes v276 = v274 / v275;
-  const lanes v277 = v236 * v276;
-  const lanes v278 = v271 - v277;
+  const lanes v194 = 0.13 * v6, v195 = thetad_0 - v194, v196 = 0.13 * v1, v197 = theta_0 - v196,
+      v198 = v197 * v197, v199 = theta_1 - 0.29, v200 = 0.13 * v2, v201 = v199 + v200,
+      v202 = v201 * v201, v203 = v198 + v202, v204 = 0.5 * v203, v205 = 0.01445 + v204,
+      v206 = v205 - 0.00845, v207 = v206 / v203, v208 = v195 * v207, v209 = 2.0 * v197,
+      v210 = v195 * v209, v211 = 0.13 * v3, v212 = thetad_1 - v211, v213 = 2.0 * v201,
+      v214 = v212 * v213, v215 = v210 + v214, v216 = 0.5 * v215, v217 = v216 / v203,
+      v218 = v203 * v203, v219 = v206 / v218, v220 = v215 * v219, v221 = v217 - v220,
+      v222 = v221 * v197, v223 = v208 + v222, v224 = 0.09 - v203, v225 = v203 - 0.0016,
+      v226 = v224 * v225;
+  LANES_LET1(v227, sqrt, v226);
+  const lanes v228 = 0.5 * v227, v229 = v228 / v203, v230 = v212 * v229, v231 = v223 - v230,
+      v232 = v215 * v224, v233 = v215 * v225, v234 = v232 - v233, v235 = 0.25 / v227,
+      v236 = v234 * v235, v237 = v236 / v203, v238 = v228 / v218, v239 = v215 * v238,
+      v240 = v237 - v239, v241 = v240 * v201, v242 = v231 - v241, v243 = v242 - v195,
+      v244 = v195 * v243, v245 = v195 * v229, v246 = v212 * v207, v247 = v245 + v246,
+      v248 = v221 * v201, v249 = v247 + v248, v250 = v240 * v197, v251 = v249 + v250,
+      v252 = v251 - v212, v253 = v212 * v252, v254 = v244 + v253, v255 = 0.13 * v82,
+      v256 = thetadd_0 - v255, v257 = v197 * v207, v258 = v201 * v229, v259 = v257 - v258,
+      v260 = v259 - v197, v261 = v256 * v260, v262 = v254 + v261, v263 = 0.13 * v77,
+      v264 = thetadd_1 - v263, v265 = v197 * v229, v266 = v201 * v207, v267 = v265 + v266,
+      v268 = v267 - v201, v269 = v264 * v268, v270 = v262 + v269, v271 = v270 / v228,
+      v272 = v195 * v260, v273 = v212 * v268, v274 = v272 + v273, v275 = v228 * v228,
+      v276 = v274 / v275, v277 = v236 * v276, v278 = v271 - v277;
   out[2] = v278;
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_actuator_margin)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_2, &v2, &v1);
-  const lanes v3 = theta_0 + 0.2511473670974872;
-  const lanes v4 = 0.065 * v1;
-  const lanes v5 = v3 + v4;
-  const lanes v6 = 0.11258330249197702 * v2;
-  const lanes v7 = v5 - v6;
-  const lanes v8 = v7 * v7;
-  const lanes v9 = theta_1 + 0.145;
-  const lanes v10 = 0.11258330249197702 * v1;
-  const lanes v11 = v9 - v10;
-  const lanes v12 = 0.065 * v2;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = v8 + v14;
-  const lanes v16 = v15 - 0.0016;
-  const lanes v17 = 0.09 - v15;
-  const lanes v18 = v16 * v17;
-  const lanes v19 = 511.8650314285129 * v18;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2];
+  LANES_COS_SIN(v2, v1, theta_2);
+  const lanes v3 = theta_0 + 0.2511473670974872, v4 = 0.065 * v1, v5 = v3 + v4,
+      v6 = 0.11258330249197702 * v2, v7 = v5 - v6, v8 = v7 * v7, v9 = theta_1 + 0.145,
+      v10 = 0.11258330249197702 * v1, v11 = v9 - v10, v12 = 0.065 * v2, v13 = v11 - v12,
+      v14 = v13 * v13, v15 = v8 + v14, v16 = v15 - 0.0016, v17 = 0.09 - v15, v18 = v16 * v17,
+      v19 = 511.8650314285129 * v18;
   out[0] = v19;
-  const lanes v20 = theta_0 - 0.2511473670974872;
-  const lanes v21 = v20 + v6;
-  const lanes v22 = v21 + v4;
-  const lanes v23 = v22 * v22;
-  const lanes v24 = v9 + v10;
-  const lanes v25 = v24 - v12;
-  const lanes v26 = v25 * v25;
-  const lanes v27 = v23 + v26;
-  const lanes v28 = 0.09 - v27;
-  const lanes v29 = v27 - 0.0016;
-  const lanes v30 = v28 * v29;
-  const lanes v31 = 511.8650314285129 * v30;
+  const lanes v20 = theta_0 - 0.2511473670974872, v21 = v20 + v6, v22 = v21 + v4, v23 = v22 * v22,
+      v24 = v9 + v10, v25 = v24 - v12, v26 = v25 * v25, v27 = v23 + v26, v28 = 0.09 - v27,
+      v29 = v27 - 0.0016, v30 = v28 * v29, v31 = 511.8650314285129 * v30;
   out[1] = v31;
-  const lanes v32 = 0.13 * v1;
-  const lanes v33 = theta_0 - v32;
-  const lanes v34 = v33 * v33;
-  const lanes v35 = theta_1 - 0.29;
-  const lanes v36 = 0.13 * v2;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = v37 * v37;
-  const lanes v39 = v34 + v38;
-  const lanes v40 = 0.09 - v39;
-  const lanes v41 = v39 - 0.0016;
-  const lanes v42 = v40 * v41;
-  const lanes v43 = 511.8650314285129 * v42;
+  const lanes v32 = 0.13 * v1, v33 = theta_0 - v32, v34 = v33 * v33, v35 = theta_1 - 0.29,
+      v36 = 0.13 * v2, v37 = v35 + v36, v38 = v37 * v37, v39 = v34 + v38, v40 = 0.09 - v39,
+      v41 = v39 - 0.0016, v42 = v40 * v41, v43 = 511.8650314285129 * v42;
   out[2] = v43;
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_actuators_all)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes v1 = theta_0 + 0.2511473670974872;
-  lanes v5, v2; LANES_NAME(lanes_cos_sin)(&theta_2, &v5, &v2);
-  const lanes v3 = 0.065 * v2;
-  const lanes v4 = v1 + v3;
-  const lanes v6 = 0.11258330249197702 * v5;
-  const lanes v7 = v4 - v6;
-  const lanes v8 = v7 * v7;
-  const lanes v9 = theta_1 + 0.145;
-  const lanes v10 = 0.11258330249197702 * v2;
-  const lanes v11 = v9 - v10;
-  const lanes v12 = 0.065 * v5;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v13 * v13;
-  const lanes v15 = v8 + v14;
-  const lanes v16 = 0.5 * v15;
-  const lanes v17 = 0.01445 + v16;
-  const lanes v18 = v17 - 0.00845;
-  const lanes v19 = v18 / v15;
-  const lanes v20 = v19 * v13;
-  const lanes v21 = v15 - 0.0016;
-  const lanes v22 = 0.09 - v15;
-  const lanes v23 = v21 * v22;
-  lanes v24; LANES_NAME(lanes_sqrt)(&v23, &v24);
-  const lanes v25 = 0.5 * v24;
-  const lanes v26 = v25 / v15;
-  const lanes v27 = v26 * v7;
-  const lanes v28 = v20 + v27;
-  const lanes v29 = 5.882352941176471 * v28;
-  const lanes v30 = v19 * v7;
-  const lanes v31 = v26 * v13;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = 5.882352941176471 * v32;
-  lanes v34; LANES_NAME(lanes_atan2)(&v29, &v33, &v34);
-  const lanes v35 = theta_0 - 0.2511473670974872;
-  const lanes v36 = v35 + v6;
-  const lanes v37 = v36 + v3;
-  const lanes v38 = v37 * v37;
-  const lanes v39 = v9 + v10;
-  const lanes v40 = v39 - v12;
-  const lanes v41 = v40 * v40;
-  const lanes v42 = v38 + v41;
-  const lanes v43 = 0.5 * v42;
-  const lanes v44 = 0.01445 + v43;
-  const lanes v45 = v44 - 0.00845;
-  const lanes v46 = v45 / v42;
-  const lanes v47 = v37 * v46;
-  const lanes v48 = 0.09 - v42;
-  const lanes v49 = v42 - 0.0016;
-  const lanes v50 = v48 * v49;
-  lanes v51; LANES_NAME(lanes_sqrt)(&v50, &v51);
-  const lanes v52 = 0.5 * v51;
-  const lanes v53 = v52 / v42;
-  const lanes v54 = v40 * v53;
-  const lanes v55 = v47 - v54;
-  const lanes v56 = 1.122405855156146 * v55;
-  const lanes v57 = v37 * v53;
-  const lanes v58 = v40 * v46;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = 5.774277549692141 * v59;
-  const lanes v61 = v56 - v60;
-  const lanes v62 = 5.774277549692141 * v55;
-  const lanes v63 = 1.122405855156146 * v59;
-  const lanes v64 = v62 + v63;
-  const lanes v65 = -v64;
-  lanes v66; LANES_NAME(lanes_atan2)(&v61, &v65, &v66);
-  const lanes v67 = 0.13 * v2;
-  const lanes v68 = theta_0 - v67;
-  const lanes v69 = v68 * v68;
-  const lanes v70 = theta_1 - 0.29;
-  const lanes v71 = 0.13 * v5;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v72 * v72;
-  const lanes v74 = v69 + v73;
-  const lanes v75 = 0.09 - v74;
-  const lanes v76 = v74 - 0.0016;
-  const lanes v77 = v75 * v76;
-  lanes v78; LANES_NAME(lanes_sqrt)(&v77, &v78);
-  const lanes v79 = 0.5 * v78;
-  const lanes v80 = v79 / v74;
-  const lanes v81 = v68 * v80;
-  const lanes v82 = 0.5 * v74;
-  const lanes v83 = 0.01445 + v82;
-  const lanes v84 = v83 - 0.00845;
-  const lanes v85 = v84 / v74;
-  const lanes v86 = v72 * v85;
-  const lanes v87 = v81 + v86;
-  const lanes v88 = 5.882352941176471 * v87;
-  const lanes v89 = v68 * v85;
-  const lanes v90 = v72 * v80;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = 5.882352941176471 * v91;
-  lanes v93; LANES_NAME(lanes_atan2)(&v88, &v92, &v93);
-  const lanes v94 = v86 - v81;
-  const lanes v95 = 5.882352941176471 * v94;
-  const lanes v96 = v89 + v90;
-  const lanes v97 = 5.882352941176471 * v96;
-  lanes v98; LANES_NAME(lanes_atan2)(&v95, &v97, &v98);
-  const lanes v99 = v47 + v54;
-  const lanes v100 = 1.122405855156146 * v99;
-  const lanes v101 = v58 - v57;
-  const lanes v102 = 5.774277549692141 * v101;
-  const lanes v103 = v100 - v102;
-  const lanes v104 = 5.774277549692141 * v99;
-  const lanes v105 = 1.122405855156146 * v101;
-  const lanes v106 = v104 + v105;
-  const lanes v107 = -v106;
-  lanes v108; LANES_NAME(lanes_atan2)(&v103, &v107, &v108);
-  const lanes v109 = v20 - v27;
-  const lanes v110 = 5.882352941176471 * v109;
-  const lanes v111 = v30 + v31;
-  const lanes v112 = 5.882352941176471 * v111;
-  lanes v113; LANES_NAME(lanes_atan2)(&v110, &v112, &v113);
-  out[0] = v34;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], v1 = theta_0 + 0.2511473670974872;
+  LANES_COS_SIN(v5, v2, theta_2);
+  const lanes v3 = 0.065 * v2, v4 = v1 + v3, v6 = 0.11258330249197702 * v5, v7 = v4 - v6,
+      v8 = v7 * v7, v9 = theta_1 + 0.145, v10 = 0.11258330249197702 * v2, v11 = v9 - v10,
+      v12 = 0.065 * v5, v13 = v11 - v12, v14 = v13 * v13, v15 = v8 + v14, v16 = 0.5 * v15,
+      v17 = 0.01445 + v16, v18 = v17 - 0.00845, v19 = v18 / v15, v20 = v19 * v13,
+      v21 = v15 - 0.0016, v22 = 0.09 - v15, v23 = v21 * v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.5 * v24, v26 = v25 / v15, v27 = v26 * v7, v28 = v20 + v27,
+      v29 = 5.882352941176471 * v28, v30 = v19 * v7, v31 = v26 * v13, v32 = v30 - v31,
+      v33 = 5.882352941176471 * v32;
+  LANES_LET2(v34, atan2, v29, v33);
+  const lanes v35 = theta_0 - 0.2511473670974872, v36 = v35 + v6, v37 = v36 + v3, v38 = v37 * v37,
+      v39 = v9 + v10, v40 = v39 - v12, v41 = v40 * v40, v42 = v38 + v41, v43 = 0.5 * v42,
+      v44 = 0.01445 + v43, v45 = v44 - 0.00845, v46 = v45 / v42, v47 = v37 * v46, v48 = 0.09 - v42,
+      v49 = v42 - 0.0016, v50 = v48 * v49;
+  LANES_LET1(v51, sqrt, v50);
+  const lanes v52 = 0.5 * v51, v53 = v52 / v42, v54 = v40 * v53, v55 = v47 - v54,
+      v56 = 1.122405855156146 * v55, v57 = v37 * v53, v58 = v40 * v46, v59 = v57 + v58,
+      v60 = 5.774277549692141 * v59, v61 = v56 - v60, v62 = 5.774277549692141 * v55,
+      v63 = 1.122405855156146 * v59, v64 = v62 + v63, v65 = -v64;
+  LANES_LET2(v66, atan2, v61, v65);
+  const lanes v67 = 0.13 * v2, v68 = theta_0 - v67, v69 = v68 * v68, v70 = theta_1 - 0.29,
+      v71 = 0.13 * v5, v72 = v70 + v71, v73 = v72 * v72, v74 = v69 + v73, v75 = 0.09 - v74,
+      v76 = v74 - 0.0016, v77 = v75 * v76;
+  LANES_LET1(v78, sqrt, v77);
+  const lanes v79 = 0.5 * v78, v80 = v79 / v74, v81 = v68 * v80, v82 = 0.5 * v74,
+      v83 = 0.01445 + v82, v84 = v83 - 0.00845, v85 = v84 / v74, v86 = v72 * v85, v87 = v81 + v86,
+      v88 = 5.882352941176471 * v87, v89 = v68 * v85, v90 = v72 * v80, v91 = v89 - v90,
+      v92 = 5.882352941176471 * v91;
+  LANES_LET2(v93, atan2, v88, v92);
+  const lanes v94 = v86 - v81, v95 = 5.882352941176471 * v94, v96 = v89 + v90,
+      v97 = 5.882352941176471 * v96;
+  LANES_LET2(v98, atan2, v95, v97);
+  const lanes v99 = v47 + v54, v100 = 1.122405855156146 * v99, v101 = v58 - v57,
+      v102 = 5.774277549692141 * v101, v103 = v100 - v102, v104 = 5.774277549692141 * v99,
+      v105 = 1.122405855156146 * v101, v106 = v104 + v105, v107 = -v106;
+  LANES_LET2(v108, atan2, v103, v107);
+  const lanes v109 = v20 - v27, v110 = 5.882352941176471 * v109, v111 = v30 + v31,
+      v112 = 5.882352941176471 * v111;
+  LANES_LET2(v113, atan2, v110, v112); out[0] = v34;
   const lanes v114 = v66 + 3.3335788713091694;
-  out[1] = v114;
-  out[2] = v93;
-  out[3] = v34;
-  out[4] = v114;
-  out[5] = v98;
-  out[6] = v34;
+  out[1] = v114; out[2] = v93; out[3] = v34; out[4] = v114; out[5] = v98; out[6] = v34;
   const lanes v115 = v108 + 3.3335788713091694;
-  out[7] = v115;
-  out[8] = v93;
-  out[9] = v34;
-  out[10] = v115;
-  out[11] = v98;
-  out[12] = v113;
-  out[13] = v114;
-  out[14] = v93;
-  out[15] = v113;
-  out[16] = v114;
-  out[17] = v98;
-  out[18] = v113;
-  out[19] = v115;
-  out[20] = v93;
-  out[21] = v113;
-  out[22] = v115;
-  out[23] = v98;
+  out[7] = v115; out[8] = v93; out[9] = v34; out[10] = v115; out[11] = v98; out[12] = v113;
+  out[13] = v114; out[14] = v93; out[15] = v113; out[16] = v114; out[17] = v98; out[18] = v113;
+  out[19] = v115; out[20] = v93; out[21] = v113; out[22] = v115; out[23] = v98;
   const lanes v116 = 511.8650314285129 * v23;
   out[24] = v116;
   const lanes v117 = 511.8650314285129 * v50;
   out[25] = v117;
   const lanes v118 = 511.8650314285129 * v77;
-  out[26] = v118;
-  out[27] = v116;
-  out[28] = v117;
-  out[29] = v118;
-  out[30] = v116;
-  out[31] = v117;
-  out[32] = v118;
-  out[33] = v116;
-  out[34] = v117;
-  out[35] = v118;
-  out[36] = v116;
-  out[37] = v117;
-  out[38] = v118;
-  out[39] = v116;
-  out[40] = v117;
-  out[41] = v118;
-  out[42] = v116;
-  out[43] = v117;
-  out[44] = v118;
-  out[45] = v116;
-  out[46] = v117;
-  out[47] = v118;
+  out[26] = v118; out[27] = v116; out[28] = v117; out[29] = v118; out[30] = v116; out[31] = v117;
+  out[32] = v118; out[33] = v116; out[34] = v117; out[35] = v118; out[36] = v116; out[37] = v117;
+  out[38] = v118; out[39] = v116; out[40] = v117; out[41] = v118; out[42] = v116; out[43] = v117;
+  out[44] = v118; out[45] = v116; out[46] = v117; out[47] = v118;
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_constraint)(const lanes *in, lanes *out)
 {
-  const lanes z_0 = in[0];
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes z_4 = in[4];
-  const lanes z_5 = in[5];
-  const lanes z_6 = in[6];
-  const lanes z_7 = in[7];
-  const lanes z_8 = in[8];
-  const lanes v1 = z_3 + z_6;
-  lanes v2, v6; LANES_NAME(lanes_cos_sin)(&v1, &v2, &v6);
-  lanes v3, v7; LANES_NAME(lanes_cos_sin)(&z_3, &v3, &v7);
-  lanes v4, v5; LANES_NAME(lanes_cos_sin)(&z_2, &v4, &v5);
+  const lanes z_0 = in[0], z_1 = in[1], z_2 = in[2], z_3 = in[3], z_4 = in[4], z_5 = in[5],
+      z_6 = in[6], z_7 = in[7], z_8 = in[8], v1 = z_3 + z_6;
+  LANES_COS_SIN(v2, v6, v1); LANES_COS_SIN(v3, v7, z_3); LANES_COS_SIN(v4, v5, z_2);
   const lanes v8 = z_4 + z_7;
-  lanes v9, v11; LANES_NAME(lanes_cos_sin)(&v8, &v9, &v11);
-  lanes v10, v12; LANES_NAME(lanes_cos_sin)(&z_4, &v10, &v12);
+  LANES_COS_SIN(v9, v11, v8); LANES_COS_SIN(v10, v12, z_4);
   const lanes v13 = z_5 + z_8;
-  lanes v14, v16; LANES_NAME(lanes_cos_sin)(&v13, &v14, &v16);
-  lanes v15, v17; LANES_NAME(lanes_cos_sin)(&z_5, &v15, &v17);
-  const lanes v18 = 0.13 * v2;
-  const lanes v19 = 0.17 * v3;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = 0.11258330249197702 * v4;
-  const lanes v22 = v20 + v21;
-  const lanes v23 = z_0 + 0.2511473670974872;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = 0.065 * v5;
-  const lanes v26 = v24 - v25;
+  LANES_COS_SIN(v14, v16, v13); LANES_COS_SIN(v15, v17, z_5);
+  const lanes v18 = 0.13 * v2, v19 = 0.17 * v3, v20 = v18 + v19, v21 = 0.11258330249197702 * v4,
+      v22 = v20 + v21, v23 = z_0 + 0.2511473670974872, v24 = v22 - v23, v25 = 0.065 * v5,
+      v26 = v24 - v25;
   out[0] = v26;
-  const lanes v27 = 0.13 * v6;
-  const lanes v28 = 0.17 * v7;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = 0.11258330249197702 * v5;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = 0.065 * v4;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = z_1 + 0.145;
-  const lanes v35 = v33 - v34;
+  const lanes v27 = 0.13 * v6, v28 = 0.17 * v7, v29 = v27 + v28, v30 = 0.11258330249197702 * v5,
+      v31 = v29 + v30, v32 = 0.065 * v4, v33 = v31 + v32, v34 = z_1 + 0.145, v35 = v33 - v34;
   out[1] = v35;
-  const lanes v36 = 0.2511473670974872 - z_0;
-  const lanes v37 = 0.13 * v9;
-  const lanes v38 = v36 + v37;
-  const lanes v39 = 0.17 * v10;
-  const lanes v40 = v38 + v39;
-  const lanes v41 = v40 - v21;
-  const lanes v42 = v41 - v25;
+  const lanes v36 = 0.2511473670974872 - z_0, v37 = 0.13 * v9, v38 = v36 + v37, v39 = 0.17 * v10,
+      v40 = v38 + v39, v41 = v40 - v21, v42 = v41 - v25;
   out[2] = v42;
-  const lanes v43 = 0.13 * v11;
-  const lanes v44 = 0.17 * v12;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = v45 + v32;
-  const lanes v47 = v46 - v34;
-  const lanes v48 = v47 - v30;
+  const lanes v43 = 0.13 * v11, v44 = 0.17 * v12, v45 = v43 + v44, v46 = v45 + v32, v47 = v46 - v34,
+      v48 = v47 - v30;
   out[3] = v48;
-  const lanes v49 = 0.13 * v14;
-  const lanes v50 = 0.17 * v15;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = 0.13 * v5;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v53 - z_0;
+  const lanes v49 = 0.13 * v14, v50 = 0.17 * v15, v51 = v49 + v50, v52 = 0.13 * v5, v53 = v51 + v52,
+      v54 = v53 - z_0;
   out[4] = v54;
-  const lanes v55 = 0.29 - z_1;
-  const lanes v56 = 0.13 * v16;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = 0.17 * v17;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = 0.13 * v4;
-  const lanes v61 = v59 - v60;
+  const lanes v55 = 0.29 - z_1, v56 = 0.13 * v16, v57 = v55 + v56, v58 = 0.17 * v17,
+      v59 = v57 + v58, v60 = 0.13 * v4, v61 = v59 - v60;
   out[5] = v61;
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_constraint_D_z)(const lanes *in, lanes *out)
 {
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes z_4 = in[4];
-  const lanes z_5 = in[5];
-  const lanes z_6 = in[6];
-  const lanes z_7 = in[7];
-  const lanes z_8 = in[8];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&z_2, &v2, &v1);
+  const lanes z_2 = in[2], z_3 = in[3], z_4 = in[4], z_5 = in[5], z_6 = in[6], z_7 = in[7],
+      z_8 = in[8];
+  LANES_COS_SIN(v2, v1, z_2);
   const lanes v3 = z_3 + z_6;
-  lanes v6, v4; LANES_NAME(lanes_cos_sin)(&v3, &v6, &v4);
-  lanes v7, v5; LANES_NAME(lanes_cos_sin)(&z_3, &v7, &v5);
+  LANES_COS_SIN(v6, v4, v3); LANES_COS_SIN(v7, v5, z_3);
   const lanes v8 = z_4 + z_7;
-  lanes v11, v9; LANES_NAME(lanes_cos_sin)(&v8, &v11, &v9);
-  lanes v12, v10; LANES_NAME(lanes_cos_sin)(&z_4, &v12, &v10);
+  LANES_COS_SIN(v11, v9, v8); LANES_COS_SIN(v12, v10, z_4);
   const lanes v13 = z_5 + z_8;
-  lanes v16, v14; LANES_NAME(lanes_cos_sin)(&v13, &v16, &v14);
-  lanes v17, v15; LANES_NAME(lanes_cos_sin)(&z_5, &v17, &v15);
-  out[0] = LANES_OF(-1.0);
+  LANES_COS_SIN(v16, v14, v13); LANES_COS_SIN(v17, v15, z_5); out[0] = LANES_OF(-1.0);
   out[1] = LANES_OF(0.0);
-  const lanes v18 = 0.11258330249197702 * v1;
-  const lanes v19 = 0.065 * v2;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = -v20;
+  const lanes v18 = 0.11258330249197702 * v1, v19 = 0.065 * v2, v20 = v18 + v19, v21 = -v20;
   out[2] = v21;
-  const lanes v22 = 0.13 * v4;
-  const lanes v23 = 0.17 * v5;
-  const lanes v24 = v22 + v23;
-  const lanes v25 = -v24;
-  out[3] = v25;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes v22 = 0.13 * v4, v23 = 0.17 * v5, v24 = v22 + v23, v25 = -v24;
+  out[3] = v25; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
   const lanes v26 = -v22;
-  out[6] = v26;
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
+  out[6] = v26; out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
   out[10] = LANES_OF(-1.0);
-  const lanes v27 = 0.11258330249197702 * v2;
-  const lanes v28 = 0.065 * v1;
-  const lanes v29 = v27 - v28;
+  const lanes v27 = 0.11258330249197702 * v2, v28 = 0.065 * v1, v29 = v27 - v28;
   out[11] = v29;
-  const lanes v30 = 0.13 * v6;
-  const lanes v31 = 0.17 * v7;
-  const lanes v32 = v30 + v31;
-  out[12] = v32;
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = v30;
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(-1.0);
+  const lanes v30 = 0.13 * v6, v31 = 0.17 * v7, v32 = v30 + v31;
+  out[12] = v32; out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = v30;
+  out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0); out[18] = LANES_OF(-1.0);
   out[19] = LANES_OF(0.0);
   const lanes v33 = v18 - v19;
-  out[20] = v33;
-  out[21] = LANES_OF(0.0);
-  const lanes v34 = 0.13 * v9;
-  const lanes v35 = 0.17 * v10;
-  const lanes v36 = v34 + v35;
-  const lanes v37 = -v36;
-  out[22] = v37;
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(0.0);
+  out[20] = v33; out[21] = LANES_OF(0.0);
+  const lanes v34 = 0.13 * v9, v35 = 0.17 * v10, v36 = v34 + v35, v37 = -v36;
+  out[22] = v37; out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0);
   const lanes v38 = -v34;
-  out[25] = v38;
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(-1.0);
-  const lanes v39 = v27 + v28;
-  const lanes v40 = -v39;
-  out[29] = v40;
-  out[30] = LANES_OF(0.0);
-  const lanes v41 = 0.13 * v11;
-  const lanes v42 = 0.17 * v12;
-  const lanes v43 = v41 + v42;
-  out[31] = v43;
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = v41;
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(-1.0);
-  out[37] = LANES_OF(0.0);
+  out[25] = v38; out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0); out[28] = LANES_OF(-1.0);
+  const lanes v39 = v27 + v28, v40 = -v39;
+  out[29] = v40; out[30] = LANES_OF(0.0);
+  const lanes v41 = 0.13 * v11, v42 = 0.17 * v12, v43 = v41 + v42;
+  out[31] = v43; out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0); out[34] = v41;
+  out[35] = LANES_OF(0.0); out[36] = LANES_OF(-1.0); out[37] = LANES_OF(0.0);
   const lanes v44 = 0.13 * v2;
-  out[38] = v44;
-  out[39] = LANES_OF(0.0);
-  out[40] = LANES_OF(0.0);
-  const lanes v45 = 0.13 * v14;
-  const lanes v46 = 0.17 * v15;
-  const lanes v47 = v45 + v46;
-  const lanes v48 = -v47;
-  out[41] = v48;
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
+  out[38] = v44; out[39] = LANES_OF(0.0); out[40] = LANES_OF(0.0);
+  const lanes v45 = 0.13 * v14, v46 = 0.17 * v15, v47 = v45 + v46, v48 = -v47;
+  out[41] = v48; out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0);
   const lanes v49 = -v45;
-  out[44] = v49;
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(-1.0);
+  out[44] = v49; out[45] = LANES_OF(0.0); out[46] = LANES_OF(-1.0);
   const lanes v50 = 0.13 * v1;
-  out[47] = v50;
-  out[48] = LANES_OF(0.0);
-  out[49] = LANES_OF(0.0);
-  const lanes v51 = 0.13 * v16;
-  const lanes v52 = 0.17 * v17;
-  const lanes v53 = v51 + v52;
-  out[50] = v53;
-  out[51] = LANES_OF(0.0);
-  out[52] = LANES_OF(0.0);
-  out[53] = v51;
+  out[47] = v50; out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0);
+  const lanes v51 = 0.13 * v16, v52 = 0.17 * v17, v53 = v51 + v52;
+  out[50] = v53; out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0); out[53] = v51;
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_constraint_D_z_dot)(const lanes *in, lanes *out)
 {
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes z_4 = in[4];
-  const lanes z_5 = in[5];
-  const lanes z_6 = in[6];
-  const lanes z_7 = in[7];
-  const lanes z_8 = in[8];
-  const lanes zd_2 = in[11];
-  const lanes zd_3 = in[12];
-  const lanes zd_4 = in[13];
-  const lanes zd_5 = in[14];
-  const lanes zd_6 = in[15];
-  const lanes zd_7 = in[16];
-  const lanes zd_8 = in[17];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&z_2, &v1, &v2);
+  const lanes z_2 = in[2], z_3 = in[3], z_4 = in[4], z_5 = in[5], z_6 = in[6], z_7 = in[7],
+      z_8 = in[8], zd_2 = in[11], zd_3 = in[12], zd_4 = in[13], zd_5 = in[14], zd_6 = in[15],
+      zd_7 = in[16], zd_8 = in[17];
+  LANES_COS_SIN(v1, v2, z_2);
   const lanes v3 = z_3 + z_6;
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&v3, &v4, &v6);
-  lanes v5, v7; LANES_NAME(lanes_cos_sin)(&z_3, &v5, &v7);
+  LANES_COS_SIN(v4, v6, v3); LANES_COS_SIN(v5, v7, z_3);
   const lanes v8 = z_4 + z_7;
-  lanes v9, v11; LANES_NAME(lanes_cos_sin)(&v8, &v9, &v11);
-  lanes v10, v12; LANES_NAME(lanes_cos_sin)(&z_4, &v10, &v12);
+  LANES_COS_SIN(v9, v11, v8); LANES_COS_SIN(v10, v12, z_4);
   const lanes v13 = z_5 + z_8;
-  lanes v14, v16; LANES_NAME(lanes_cos_sin)(&v13, &v14, &v16);
-  lanes v15, v17; LANES_NAME(lanes_cos_sin)(&z_5, &v15, &v17);
-  out[0] = LANES_OF(0.0);
+  LANES_COS_SIN(v14, v16, v13); LANES_COS_SIN(v15, v17, z_5); out[0] = LANES_OF(0.0);
   out[1] = LANES_OF(0.0);
-  const lanes v18 = v1 * zd_2;
-  const lanes v19 = 0.11258330249197702 * v18;
-  const lanes v20 = v2 * zd_2;
-  const lanes v21 = 0.065 * v20;
-  const lanes v22 = v19 - v21;
-  const lanes v23 = -v22;
+  const lanes v18 = v1 * zd_2, v19 = 0.11258330249197702 * v18, v20 = v2 * zd_2, v21 = 0.065 * v20,
+      v22 = v19 - v21, v23 = -v22;
   out[2] = v23;
-  const lanes v24 = v4 * zd_3;
-  const lanes v25 = v4 * zd_6;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = 0.13 * v26;
-  const lanes v28 = v5 * zd_3;
-  const lanes v29 = 0.17 * v28;
-  const lanes v30 = v27 + v29;
-  const lanes v31 = -v30;
-  out[3] = v31;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes v24 = v4 * zd_3, v25 = v4 * zd_6, v26 = v24 + v25, v27 = 0.13 * v26, v28 = v5 * zd_3,
+      v29 = 0.17 * v28, v30 = v27 + v29, v31 = -v30;
+  out[3] = v31; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
   const lanes v32 = -v27;
-  out[6] = v32;
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
+  out[6] = v32; out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
   out[10] = LANES_OF(0.0);
-  const lanes v33 = 0.11258330249197702 * v20;
-  const lanes v34 = 0.065 * v18;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = -v35;
+  const lanes v33 = 0.11258330249197702 * v20, v34 = 0.065 * v18, v35 = v33 + v34, v36 = -v35;
   out[11] = v36;
-  const lanes v37 = v6 * zd_3;
-  const lanes v38 = v6 * zd_6;
-  const lanes v39 = v37 + v38;
-  const lanes v40 = 0.13 * v39;
-  const lanes v41 = v7 * zd_3;
-  const lanes v42 = 0.17 * v41;
-  const lanes v43 = v40 + v42;
-  const lanes v44 = -v43;
-  out[12] = v44;
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v37 = v6 * zd_3, v38 = v6 * zd_6, v39 = v37 + v38, v40 = 0.13 * v39, v41 = v7 * zd_3,
+      v42 = 0.17 * v41, v43 = v40 + v42, v44 = -v43;
+  out[12] = v44; out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   const lanes v45 = -v40;
-  out[15] = v45;
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
+  out[15] = v45; out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0);
   out[19] = LANES_OF(0.0);
   const lanes v46 = v19 + v21;
-  out[20] = v46;
-  out[21] = LANES_OF(0.0);
-  const lanes v47 = v9 * zd_4;
-  const lanes v48 = v9 * zd_7;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = 0.13 * v49;
-  const lanes v51 = v10 * zd_4;
-  const lanes v52 = 0.17 * v51;
-  const lanes v53 = v50 + v52;
-  const lanes v54 = -v53;
-  out[22] = v54;
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(0.0);
+  out[20] = v46; out[21] = LANES_OF(0.0);
+  const lanes v47 = v9 * zd_4, v48 = v9 * zd_7, v49 = v47 + v48, v50 = 0.13 * v49, v51 = v10 * zd_4,
+      v52 = 0.17 * v51, v53 = v50 + v52, v54 = -v53;
+  out[22] = v54; out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0);
   const lanes v55 = -v50;
-  out[25] = v55;
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  const lanes v56 = v34 - v33;
-  const lanes v57 = -v56;
-  out[29] = v57;
-  out[30] = LANES_OF(0.0);
-  const lanes v58 = v11 * zd_4;
-  const lanes v59 = v11 * zd_7;
-  const lanes v60 = v58 + v59;
-  const lanes v61 = 0.13 * v60;
-  const lanes v62 = v12 * zd_4;
-  const lanes v63 = 0.17 * v62;
-  const lanes v64 = v61 + v63;
-  const lanes v65 = -v64;
-  out[31] = v65;
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
+  out[25] = v55; out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
+  const lanes v56 = v34 - v33, v57 = -v56;
+  out[29] = v57; out[30] = LANES_OF(0.0);
+  const lanes v58 = v11 * zd_4, v59 = v11 * zd_7, v60 = v58 + v59, v61 = 0.13 * v60,
+      v62 = v12 * zd_4, v63 = 0.17 * v62, v64 = v61 + v63, v65 = -v64;
+  out[31] = v65; out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0);
   const lanes v66 = -v61;
-  out[34] = v66;
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
-  const lanes v67 = 0.13 * v20;
-  const lanes v68 = -v67;
-  out[38] = v68;
-  out[39] = LANES_OF(0.0);
-  out[40] = LANES_OF(0.0);
-  const lanes v69 = v14 * zd_5;
-  const lanes v70 = v14 * zd_8;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = 0.13 * v71;
-  const lanes v73 = v15 * zd_5;
-  const lanes v74 = 0.17 * v73;
-  const lanes v75 = v72 + v74;
-  const lanes v76 = -v75;
-  out[41] = v76;
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
+  out[34] = v66; out[35] = LANES_OF(0.0); out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0);
+  const lanes v67 = 0.13 * v20, v68 = -v67;
+  out[38] = v68; out[39] = LANES_OF(0.0); out[40] = LANES_OF(0.0);
+  const lanes v69 = v14 * zd_5, v70 = v14 * zd_8, v71 = v69 + v70, v72 = 0.13 * v71,
+      v73 = v15 * zd_5, v74 = 0.17 * v73, v75 = v72 + v74, v76 = -v75;
+  out[41] = v76; out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0);
   const lanes v77 = -v72;
-  out[44] = v77;
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
+  out[44] = v77; out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
   const lanes v78 = 0.13 * v18;
-  out[47] = v78;
-  out[48] = LANES_OF(0.0);
-  out[49] = LANES_OF(0.0);
-  const lanes v79 = v16 * zd_5;
-  const lanes v80 = v16 * zd_8;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = 0.13 * v81;
-  const lanes v83 = v17 * zd_5;
-  const lanes v84 = 0.17 * v83;
-  const lanes v85 = v82 + v84;
-  const lanes v86 = -v85;
-  out[50] = v86;
-  out[51] = LANES_OF(0.0);
-  out[52] = LANES_OF(0.0);
+  out[47] = v78; out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0);
+  const lanes v79 = v16 * zd_5, v80 = v16 * zd_8, v81 = v79 + v80, v82 = 0.13 * v81,
+      v83 = v17 * zd_5, v84 = 0.17 * v83, v85 = v82 + v84, v86 = -v85;
+  out[50] = v86; out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0);
   const lanes v87 = -v82;
   out[53] = v87;
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_chain_fk)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&theta_2, &v1, &v2);
-  out[0] = v1;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2];
+  LANES_COS_SIN(v1, v2, theta_2); out[0] = v1;
   const lanes v3 = -v2;
-  out[1] = v3;
-  out[2] = LANES_OF(0.0);
-  out[3] = theta_0;
-  out[4] = v2;
-  out[5] = v1;
-  out[6] = LANES_OF(0.0);
-  out[7] = theta_1;
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
+  out[1] = v3; out[2] = LANES_OF(0.0); out[3] = theta_0; out[4] = v2; out[5] = v1;
+  out[6] = LANES_OF(0.0); out[7] = theta_1; out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
+  out[10] = LANES_OF(1.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_chain_link_poses)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&theta_2, &v1, &v2);
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = theta_0;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(1.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  out[16] = LANES_OF(1.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = theta_0;
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(1.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = theta_1;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(1.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(1.0);
-  out[32] = v1;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2];
+  LANES_COS_SIN(v1, v2, theta_2); out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0);
+  out[2] = LANES_OF(0.0); out[3] = theta_0; out[4] = LANES_OF(0.0); out[5] = LANES_OF(1.0);
+  out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
+  out[10] = LANES_OF(1.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
+  out[16] = LANES_OF(1.0); out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = theta_0;
+  out[20] = LANES_OF(0.0); out[21] = LANES_OF(1.0); out[22] = LANES_OF(0.0); out[23] = theta_1;
+  out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(1.0);
+  out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
+  out[30] = LANES_OF(0.0); out[31] = LANES_OF(1.0); out[32] = v1;
   const lanes v3 = -v2;
-  out[33] = v3;
-  out[34] = LANES_OF(0.0);
-  out[35] = theta_0;
-  out[36] = v2;
-  out[37] = v1;
-  out[38] = LANES_OF(0.0);
-  out[39] = theta_1;
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(1.0);
-  out[43] = LANES_OF(0.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(1.0);
+  out[33] = v3; out[34] = LANES_OF(0.0); out[35] = theta_0; out[36] = v2; out[37] = v1;
+  out[38] = LANES_OF(0.0); out[39] = theta_1; out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0);
+  out[42] = LANES_OF(1.0); out[43] = LANES_OF(0.0); out[44] = LANES_OF(0.0);
+  out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0); out[47] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_chain_jacobian_space)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = theta_1;
-  out[3] = LANES_OF(0.0);
+  const lanes theta_0 = in[0], theta_1 = in[1];
+  out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0); out[2] = theta_1; out[3] = LANES_OF(0.0);
   out[4] = LANES_OF(1.0);
   const lanes v1 = -theta_0;
-  out[5] = v1;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(1.0);
+  out[5] = v1; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
+  out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0);
+  out[16] = LANES_OF(0.0); out[17] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_chain_jacobian_body)(const lanes *in, lanes *out)
 {
   const lanes theta_2 = in[2];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&theta_2, &v1, &v2);
-  out[0] = v1;
-  out[1] = v2;
-  out[2] = LANES_OF(0.0);
+  LANES_COS_SIN(v1, v2, theta_2); out[0] = v1; out[1] = v2; out[2] = LANES_OF(0.0);
   const lanes v3 = -v2;
-  out[3] = v3;
-  out[4] = v1;
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(1.0);
+  out[3] = v3; out[4] = v1; out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
+  out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_chain_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  (void)in;
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(1.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
+  (void)in; out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0);
+  out[3] = LANES_OF(0.0); out[4] = LANES_OF(1.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
   out[17] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_rods)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes q_0 = in[3];
-  const lanes q_1 = in[4];
-  const lanes q_2 = in[5];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_2, &v2, &v1);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_1, &v5, &v6);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_2, &v7, &v8);
-  const lanes v9 = 0.065 * v1;
-  const lanes v10 = 0.11258330249197702 * v2;
-  const lanes v11 = v9 - v10;
-  const lanes v12 = v11 + theta_0;
-  const lanes v13 = 0.17 * v3;
-  const lanes v14 = v13 - 0.2511473670974872;
-  const lanes v15 = v12 - v14;
-  const lanes v16 = v15 * v15;
-  const lanes v17 = 0.11258330249197702 * v1;
-  const lanes v18 = 0.065 * v2;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = theta_1 - v19;
-  const lanes v21 = 0.17 * v4;
-  const lanes v22 = v21 - 0.145;
-  const lanes v23 = v20 - v22;
-  const lanes v24 = v23 * v23;
-  const lanes v25 = v16 + v24;
-  lanes v26; LANES_NAME(lanes_sqrt)(&v25, &v26);
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], q_0 = in[3], q_1 = in[4],
+      q_2 = in[5];
+  LANES_COS_SIN(v2, v1, theta_2); LANES_COS_SIN(v3, v4, q_0); LANES_COS_SIN(v5, v6, q_1);
+  LANES_COS_SIN(v7, v8, q_2);
+  const lanes v9 = 0.065 * v1, v10 = 0.11258330249197702 * v2, v11 = v9 - v10, v12 = v11 + theta_0,
+      v13 = 0.17 * v3, v14 = v13 - 0.2511473670974872, v15 = v12 - v14, v16 = v15 * v15,
+      v17 = 0.11258330249197702 * v1, v18 = 0.065 * v2, v19 = v17 + v18, v20 = theta_1 - v19,
+      v21 = 0.17 * v4, v22 = v21 - 0.145, v23 = v20 - v22, v24 = v23 * v23, v25 = v16 + v24;
+  LANES_LET1(v26, sqrt, v25);
   const lanes v27 = v26 - 0.13;
   out[0] = v27;
-  const lanes v28 = v10 + v9;
-  const lanes v29 = v28 + theta_0;
-  const lanes v30 = 0.17 * v5;
-  const lanes v31 = 0.2511473670974872 + v30;
-  const lanes v32 = v29 - v31;
-  const lanes v33 = v32 * v32;
-  const lanes v34 = v18 - v17;
-  const lanes v35 = theta_1 - v34;
-  const lanes v36 = 0.17 * v6;
-  const lanes v37 = v36 - 0.145;
-  const lanes v38 = v35 - v37;
-  const lanes v39 = v38 * v38;
-  const lanes v40 = v33 + v39;
-  lanes v41; LANES_NAME(lanes_sqrt)(&v40, &v41);
+  const lanes v28 = v10 + v9, v29 = v28 + theta_0, v30 = 0.17 * v5, v31 = 0.2511473670974872 + v30,
+      v32 = v29 - v31, v33 = v32 * v32, v34 = v18 - v17, v35 = theta_1 - v34, v36 = 0.17 * v6,
+      v37 = v36 - 0.145, v38 = v35 - v37, v39 = v38 * v38, v40 = v33 + v39;
+  LANES_LET1(v41, sqrt, v40);
   const lanes v42 = v41 - 0.13;
   out[1] = v42;
-  const lanes v43 = 0.13 * v1;
-  const lanes v44 = theta_0 - v43;
-  const lanes v45 = 0.17 * v7;
-  const lanes v46 = v44 - v45;
-  const lanes v47 = v46 * v46;
-  const lanes v48 = 0.13 * v2;
-  const lanes v49 = v48 + theta_1;
-  const lanes v50 = 0.17 * v8;
-  const lanes v51 = v50 + 0.29;
-  const lanes v52 = v49 - v51;
-  const lanes v53 = v52 * v52;
-  const lanes v54 = v47 + v53;
-  lanes v55; LANES_NAME(lanes_sqrt)(&v54, &v55);
+  const lanes v43 = 0.13 * v1, v44 = theta_0 - v43, v45 = 0.17 * v7, v46 = v44 - v45,
+      v47 = v46 * v46, v48 = 0.13 * v2, v49 = v48 + theta_1, v50 = 0.17 * v8, v51 = v50 + 0.29,
+      v52 = v49 - v51, v53 = v52 * v52, v54 = v47 + v53;
+  LANES_LET1(v55, sqrt, v54);
   const lanes v56 = v55 - 0.13;
   out[2] = v56;
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_rods_D_chain)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes q_0 = in[3];
-  const lanes q_1 = in[4];
-  const lanes q_2 = in[5];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_2, &v2, &v1);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_1, &v5, &v6);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_2, &v7, &v8);
-  const lanes v9 = 0.065 * v1;
-  const lanes v10 = 0.11258330249197702 * v2;
-  const lanes v11 = v9 - v10;
-  const lanes v12 = v11 + theta_0;
-  const lanes v13 = 0.17 * v3;
-  const lanes v14 = v13 - 0.2511473670974872;
-  const lanes v15 = v12 - v14;
-  const lanes v16 = 2.0 * v15;
-  const lanes v17 = v15 * v15;
-  const lanes v18 = 0.11258330249197702 * v1;
-  const lanes v19 = 0.065 * v2;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = theta_1 - v20;
-  const lanes v22 = 0.17 * v4;
-  const lanes v23 = v22 - 0.145;
-  const lanes v24 = v21 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = v17 + v25;
-  lanes v27; LANES_NAME(lanes_sqrt)(&v26, &v27);
-  const lanes v28 = 0.5 / v27;
-  const lanes v29 = v16 * v28;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], q_0 = in[3], q_1 = in[4],
+      q_2 = in[5];
+  LANES_COS_SIN(v2, v1, theta_2); LANES_COS_SIN(v3, v4, q_0); LANES_COS_SIN(v5, v6, q_1);
+  LANES_COS_SIN(v7, v8, q_2);
+  const lanes v9 = 0.065 * v1, v10 = 0.11258330249197702 * v2, v11 = v9 - v10, v12 = v11 + theta_0,
+      v13 = 0.17 * v3, v14 = v13 - 0.2511473670974872, v15 = v12 - v14, v16 = 2.0 * v15,
+      v17 = v15 * v15, v18 = 0.11258330249197702 * v1, v19 = 0.065 * v2, v20 = v18 + v19,
+      v21 = theta_1 - v20, v22 = 0.17 * v4, v23 = v22 - 0.145, v24 = v21 - v23, v25 = v24 * v24,
+      v26 = v17 + v25;
+  LANES_LET1(v27, sqrt, v26);
+  const lanes v28 = 0.5 / v27, v29 = v16 * v28;
   out[0] = v29;
-  const lanes v30 = 2.0 * v24;
-  const lanes v31 = v28 * v30;
+  const lanes v30 = 2.0 * v24, v31 = v28 * v30;
   out[1] = v31;
-  const lanes v32 = v20 * v16;
-  const lanes v33 = v11 * v30;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = v28 * v34;
+  const lanes v32 = v20 * v16, v33 = v11 * v30, v34 = v32 + v33, v35 = v28 * v34;
   out[2] = v35;
-  const lanes v36 = v10 + v9;
-  const lanes v37 = v36 + theta_0;
-  const lanes v38 = 0.17 * v5;
-  const lanes v39 = 0.2511473670974872 + v38;
-  const lanes v40 = v37 - v39;
-  const lanes v41 = 2.0 * v40;
-  const lanes v42 = v40 * v40;
-  const lanes v43 = v19 - v18;
-  const lanes v44 = theta_1 - v43;
-  const lanes v45 = 0.17 * v6;
-  const lanes v46 = v45 - 0.145;
-  const lanes v47 = v44 - v46;
-  const lanes v48 = v47 * v47;
-  const lanes v49 = v42 + v48;
-  lanes v50; LANES_NAME(lanes_sqrt)(&v49, &v50);
-  const lanes v51 = 0.5 / v50;
-  const lanes v52 = v41 * v51;
+  const lanes v36 = v10 + v9, v37 = v36 + theta_0, v38 = 0.17 * v5, v39 = 0.2511473670974872 + v38,
+      v40 = v37 - v39, v41 = 2.0 * v40, v42 = v40 * v40, v43 = v19 - v18, v44 = theta_1 - v43,
+      v45 = 0.17 * v6, v46 = v45 - 0.145, v47 = v44 - v46, v48 = v47 * v47, v49 = v42 + v48;
+  LANES_LET1(v50, sqrt, v49);
+  const lanes v51 = 0.5 / v50, v52 = v41 * v51;
   out[3] = v52;
-  const lanes v53 = 2.0 * v47;
-  const lanes v54 = v51 * v53;
+  const lanes v53 = 2.0 * v47, v54 = v51 * v53;
   out[4] = v54;
-  const lanes v55 = v43 * v41;
-  const lanes v56 = v36 * v53;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = v51 * v57;
+  const lanes v55 = v43 * v41, v56 = v36 * v53, v57 = v55 + v56, v58 = v51 * v57;
   out[5] = v58;
-  const lanes v59 = 0.13 * v1;
-  const lanes v60 = theta_0 - v59;
-  const lanes v61 = 0.17 * v7;
-  const lanes v62 = v60 - v61;
-  const lanes v63 = 2.0 * v62;
-  const lanes v64 = v62 * v62;
-  const lanes v65 = 0.13 * v2;
-  const lanes v66 = v65 + theta_1;
-  const lanes v67 = 0.17 * v8;
-  const lanes v68 = v67 + 0.29;
-  const lanes v69 = v66 - v68;
-  const lanes v70 = v69 * v69;
-  const lanes v71 = v64 + v70;
-  lanes v72; LANES_NAME(lanes_sqrt)(&v71, &v72);
-  const lanes v73 = 0.5 / v72;
-  const lanes v74 = v63 * v73;
+  const lanes v59 = 0.13 * v1, v60 = theta_0 - v59, v61 = 0.17 * v7, v62 = v60 - v61,
+      v63 = 2.0 * v62, v64 = v62 * v62, v65 = 0.13 * v2, v66 = v65 + theta_1, v67 = 0.17 * v8,
+      v68 = v67 + 0.29, v69 = v66 - v68, v70 = v69 * v69, v71 = v64 + v70;
+  LANES_LET1(v72, sqrt, v71);
+  const lanes v73 = 0.5 / v72, v74 = v63 * v73;
   out[6] = v74;
-  const lanes v75 = 2.0 * v69;
-  const lanes v76 = v73 * v75;
+  const lanes v75 = 2.0 * v69, v76 = v73 * v75;
   out[7] = v76;
-  const lanes v77 = v65 * v63;
-  const lanes v78 = v59 * v75;
-  const lanes v79 = v77 + v78;
-  const lanes v80 = v73 * v79;
-  const lanes v81 = -v80;
+  const lanes v77 = v65 * v63, v78 = v59 * v75, v79 = v77 + v78, v80 = v73 * v79, v81 = -v80;
   out[8] = v81;
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_velocity_relation)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes q_0 = in[3];
-  const lanes q_1 = in[4];
-  const lanes q_2 = in[5];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_2, &v2, &v1);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_1, &v5, &v6);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_2, &v7, &v8);
-  const lanes v9 = 0.065 * v1;
-  const lanes v10 = 0.11258330249197702 * v2;
-  const lanes v11 = v9 - v10;
-  const lanes v12 = v11 + theta_0;
-  const lanes v13 = 0.17 * v3;
-  const lanes v14 = v13 - 0.2511473670974872;
-  const lanes v15 = v12 - v14;
-  const lanes v16 = v15 * v15;
-  const lanes v17 = 0.11258330249197702 * v1;
-  const lanes v18 = 0.065 * v2;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = theta_1 - v19;
-  const lanes v21 = 0.17 * v4;
-  const lanes v22 = v21 - 0.145;
-  const lanes v23 = v20 - v22;
-  const lanes v24 = v23 * v23;
-  const lanes v25 = v16 + v24;
-  lanes v26; LANES_NAME(lanes_sqrt)(&v25, &v26);
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], q_0 = in[3], q_1 = in[4],
+      q_2 = in[5];
+  LANES_COS_SIN(v2, v1, theta_2); LANES_COS_SIN(v3, v4, q_0); LANES_COS_SIN(v5, v6, q_1);
+  LANES_COS_SIN(v7, v8, q_2);
+  const lanes v9 = 0.065 * v1, v10 = 0.11258330249197702 * v2, v11 = v9 - v10, v12 = v11 + theta_0,
+      v13 = 0.17 * v3, v14 = v13 - 0.2511473670974872, v15 = v12 - v14, v16 = v15 * v15,
+      v17 = 0.11258330249197702 * v1, v18 = 0.065 * v2, v19 = v17 + v18, v20 = theta_1 - v19,
+      v21 = 0.17 * v4, v22 = v21 - 0.145, v23 = v20 - v22, v24 = v23 * v23, v25 = v16 + v24;
+  LANES_LET1(v26, sqrt, v25);
   const lanes v27 = v15 / v26;
   out[0] = v27;
   const lanes v28 = v23 / v26;
   out[1] = v28;
-  const lanes v29 = v28 * v11;
-  const lanes v30 = v20 - theta_1;
-  const lanes v31 = v27 * v30;
-  const lanes v32 = v29 - v31;
+  const lanes v29 = v28 * v11, v30 = v20 - theta_1, v31 = v27 * v30, v32 = v29 - v31;
   out[2] = v32;
-  const lanes v33 = v10 + v9;
-  const lanes v34 = v33 + theta_0;
-  const lanes v35 = 0.17 * v5;
-  const lanes v36 = 0.2511473670974872 + v35;
-  const lanes v37 = v34 - v36;
-  const lanes v38 = v37 * v37;
-  const lanes v39 = v18 - v17;
-  const lanes v40 = theta_1 - v39;
-  const lanes v41 = 0.17 * v6;
-  const lanes v42 = v41 - 0.145;
-  const lanes v43 = v40 - v42;
-  const lanes v44 = v43 * v43;
-  const lanes v45 = v38 + v44;
-  lanes v46; LANES_NAME(lanes_sqrt)(&v45, &v46);
+  const lanes v33 = v10 + v9, v34 = v33 + theta_0, v35 = 0.17 * v5, v36 = 0.2511473670974872 + v35,
+      v37 = v34 - v36, v38 = v37 * v37, v39 = v18 - v17, v40 = theta_1 - v39, v41 = 0.17 * v6,
+      v42 = v41 - 0.145, v43 = v40 - v42, v44 = v43 * v43, v45 = v38 + v44;
+  LANES_LET1(v46, sqrt, v45);
   const lanes v47 = v37 / v46;
   out[3] = v47;
   const lanes v48 = v43 / v46;
   out[4] = v48;
-  const lanes v49 = v48 * v33;
-  const lanes v50 = v40 - theta_1;
-  const lanes v51 = v47 * v50;
-  const lanes v52 = v49 - v51;
+  const lanes v49 = v48 * v33, v50 = v40 - theta_1, v51 = v47 * v50, v52 = v49 - v51;
   out[5] = v52;
-  const lanes v53 = 0.13 * v1;
-  const lanes v54 = theta_0 - v53;
-  const lanes v55 = 0.17 * v7;
-  const lanes v56 = v54 - v55;
-  const lanes v57 = v56 * v56;
-  const lanes v58 = 0.13 * v2;
-  const lanes v59 = v58 + theta_1;
-  const lanes v60 = 0.17 * v8;
-  const lanes v61 = v60 + 0.29;
-  const lanes v62 = v59 - v61;
-  const lanes v63 = v62 * v62;
-  const lanes v64 = v57 + v63;
-  lanes v65; LANES_NAME(lanes_sqrt)(&v64, &v65);
+  const lanes v53 = 0.13 * v1, v54 = theta_0 - v53, v55 = 0.17 * v7, v56 = v54 - v55,
+      v57 = v56 * v56, v58 = 0.13 * v2, v59 = v58 + theta_1, v60 = 0.17 * v8, v61 = v60 + 0.29,
+      v62 = v59 - v61, v63 = v62 * v62, v64 = v57 + v63;
+  LANES_LET1(v65, sqrt, v64);
   const lanes v66 = v56 / v65;
   out[6] = v66;
   const lanes v67 = v62 / v65;
   out[7] = v67;
-  const lanes v68 = v54 - theta_0;
-  const lanes v69 = v67 * v68;
-  const lanes v70 = v66 * v58;
-  const lanes v71 = v69 - v70;
+  const lanes v68 = v54 - theta_0, v69 = v67 * v68, v70 = v66 * v58, v71 = v69 - v70;
   out[8] = v71;
-  const lanes v72 = 0.5 / v26;
-  const lanes v73 = 2.0 * v23;
-  const lanes v74 = v73 * v13;
-  const lanes v75 = 2.0 * v15;
-  const lanes v76 = v75 * v21;
-  const lanes v77 = v74 - v76;
-  const lanes v78 = v72 * v77;
-  out[9] = v78;
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  const lanes v79 = 0.5 / v46;
-  const lanes v80 = 2.0 * v43;
-  const lanes v81 = v80 * v35;
-  const lanes v82 = 2.0 * v37;
-  const lanes v83 = v82 * v41;
-  const lanes v84 = v81 - v83;
-  const lanes v85 = v79 * v84;
-  out[13] = v85;
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  const lanes v86 = 0.5 / v65;
-  const lanes v87 = 2.0 * v62;
-  const lanes v88 = v87 * v55;
-  const lanes v89 = 2.0 * v56;
-  const lanes v90 = v89 * v60;
-  const lanes v91 = v88 - v90;
-  const lanes v92 = v86 * v91;
+  const lanes v72 = 0.5 / v26, v73 = 2.0 * v23, v74 = v73 * v13, v75 = 2.0 * v15, v76 = v75 * v21,
+      v77 = v74 - v76, v78 = v72 * v77;
+  out[9] = v78; out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  const lanes v79 = 0.5 / v46, v80 = 2.0 * v43, v81 = v80 * v35, v82 = 2.0 * v37, v83 = v82 * v41,
+      v84 = v81 - v83, v85 = v79 * v84;
+  out[13] = v85; out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
+  const lanes v86 = 0.5 / v65, v87 = 2.0 * v62, v88 = v87 * v55, v89 = 2.0 * v56, v90 = v89 * v60,
+      v91 = v88 - v90, v92 = v86 * v91;
   out[17] = v92;
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_assembly_polynomial)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_2, &v1, &v3);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&q_1, &v5, &v6);
-  const lanes v7 = 0.17 * v1;
-  const lanes v8 = 0.17 * v2;
-  const lanes v9 = v8 - 0.2511473670974872;
-  const lanes v10 = v7 - v9;
-  const lanes v11 = v10 * v10;
-  const lanes v12 = 0.0507 + v11;
-  const lanes v13 = 0.17 * v3;
-  const lanes v14 = v13 + 0.29;
-  const lanes v15 = 0.17 * v4;
-  const lanes v16 = v15 - 0.145;
-  const lanes v17 = v14 - v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = v12 + v18;
-  const lanes v20 = 0.17 * v5;
-  const lanes v21 = 0.2511473670974872 + v20;
-  const lanes v22 = v21 - v9;
-  const lanes v23 = v22 * v22;
-  const lanes v24 = 0.0507 + v23;
-  const lanes v25 = 0.17 * v6;
-  const lanes v26 = v25 - 0.145;
-  const lanes v27 = v26 - v16;
-  const lanes v28 = v27 * v27;
-  const lanes v29 = v24 + v28;
-  const lanes v30 = 0.5 * v29;
-  const lanes v31 = v30 * v30;
-  const lanes v32 = 0.22516660498395405 * v22;
-  const lanes v33 = v32 * v32;
-  const lanes v34 = 0.5 * v33;
-  const lanes v35 = v31 + v34;
-  const lanes v36 = 0.22516660498395405 * v27;
-  const lanes v37 = v36 * v36;
-  const lanes v38 = 0.5 * v37;
-  const lanes v39 = v35 + v38;
-  const lanes v40 = v19 * v39;
-  const lanes v41 = 0.39 * v17;
-  const lanes v42 = 0.22516660498395405 * v10;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = 0.5 * v43;
-  const lanes v45 = v29 * v32;
-  const lanes v46 = v44 * v45;
-  const lanes v47 = v40 + v46;
-  const lanes v48 = 0.22516660498395405 * v17;
-  const lanes v49 = 0.39 * v10;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = 0.5 * v50;
-  const lanes v52 = v29 * v36;
-  const lanes v53 = v51 * v52;
-  const lanes v54 = v47 + v53;
-  const lanes v55 = 0.5 * v19;
-  const lanes v56 = v55 * v55;
-  const lanes v57 = v44 * v44;
-  const lanes v58 = 0.5 * v57;
-  const lanes v59 = v56 + v58;
-  const lanes v60 = v51 * v51;
-  const lanes v61 = 0.5 * v60;
-  const lanes v62 = v59 + v61;
-  const lanes v63 = v29 * v62;
-  const lanes v64 = v19 * v44;
-  const lanes v65 = v32 * v64;
-  const lanes v66 = v63 + v65;
-  const lanes v67 = v19 * v51;
-  const lanes v68 = v36 * v67;
-  const lanes v69 = v66 + v68;
-  const lanes v70 = v54 + v69;
-  const lanes v71 = v22 * v10;
-  const lanes v72 = 0.02535 + v71;
-  const lanes v73 = v27 * v17;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v30 * v55;
-  const lanes v76 = 0.11258330249197702 * v22;
-  const lanes v77 = v76 * v44;
-  const lanes v78 = v75 + v77;
-  const lanes v79 = 0.11258330249197702 * v27;
-  const lanes v80 = v79 * v51;
-  const lanes v81 = v78 + v80;
-  const lanes v82 = v74 * v81;
-  const lanes v83 = 0.195 * v27;
-  const lanes v84 = v42 + v83;
-  const lanes v85 = v84 + v76;
-  const lanes v86 = 0.5 * v85;
-  const lanes v87 = v30 * v44;
-  const lanes v88 = v32 * v55;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v86 * v89;
-  const lanes v91 = v82 + v90;
-  const lanes v92 = v48 + v79;
-  const lanes v93 = 0.195 * v22;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = 0.5 * v94;
-  const lanes v96 = v30 * v51;
-  const lanes v97 = v36 * v55;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = v95 * v98;
-  const lanes v100 = v91 + v99;
-  const lanes v101 = 2.0 * v100;
-  const lanes v102 = v70 - v101;
-  const lanes v103 = v22 * v17;
-  const lanes v104 = 0.04390748797187104 + v103;
-  const lanes v105 = v27 * v10;
-  const lanes v106 = v104 - v105;
-  const lanes v107 = v106 * v106;
-  const lanes v108 = v79 - v48;
-  const lanes v109 = v108 - v93;
-  const lanes v110 = v109 * v109;
-  const lanes v111 = 0.5 * v110;
-  const lanes v112 = v107 + v111;
-  const lanes v113 = v83 + v76;
-  const lanes v114 = v113 - v42;
-  const lanes v115 = v114 * v114;
-  const lanes v116 = 0.5 * v115;
-  const lanes v117 = v112 + v116;
-  const lanes v118 = 0.0169 * v117;
-  const lanes v119 = v102 - v118;
-  const lanes v120 = 3237.1282973906777 * v119;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2];
+  LANES_COS_SIN(v1, v3, q_2); LANES_COS_SIN(v2, v4, q_0); LANES_COS_SIN(v5, v6, q_1);
+  const lanes v7 = 0.17 * v1, v8 = 0.17 * v2, v9 = v8 - 0.2511473670974872, v10 = v7 - v9,
+      v11 = v10 * v10, v12 = 0.0507 + v11, v13 = 0.17 * v3, v14 = v13 + 0.29, v15 = 0.17 * v4,
+      v16 = v15 - 0.145, v17 = v14 - v16, v18 = v17 * v17, v19 = v12 + v18, v20 = 0.17 * v5,
+      v21 = 0.2511473670974872 + v20, v22 = v21 - v9, v23 = v22 * v22, v24 = 0.0507 + v23,
+      v25 = 0.17 * v6, v26 = v25 - 0.145, v27 = v26 - v16, v28 = v27 * v27, v29 = v24 + v28,
+      v30 = 0.5 * v29, v31 = v30 * v30, v32 = 0.22516660498395405 * v22, v33 = v32 * v32,
+      v34 = 0.5 * v33, v35 = v31 + v34, v36 = 0.22516660498395405 * v27, v37 = v36 * v36,
+      v38 = 0.5 * v37, v39 = v35 + v38, v40 = v19 * v39, v41 = 0.39 * v17,
+      v42 = 0.22516660498395405 * v10, v43 = v41 + v42, v44 = 0.5 * v43, v45 = v29 * v32,
+      v46 = v44 * v45, v47 = v40 + v46, v48 = 0.22516660498395405 * v17, v49 = 0.39 * v10,
+      v50 = v48 - v49, v51 = 0.5 * v50, v52 = v29 * v36, v53 = v51 * v52, v54 = v47 + v53,
+      v55 = 0.5 * v19, v56 = v55 * v55, v57 = v44 * v44, v58 = 0.5 * v57, v59 = v56 + v58,
+      v60 = v51 * v51, v61 = 0.5 * v60, v62 = v59 + v61, v63 = v29 * v62, v64 = v19 * v44,
+      v65 = v32 * v64, v66 = v63 + v65, v67 = v19 * v51, v68 = v36 * v67, v69 = v66 + v68,
+      v70 = v54 + v69, v71 = v22 * v10, v72 = 0.02535 + v71, v73 = v27 * v17, v74 = v72 + v73,
+      v75 = v30 * v55, v76 = 0.11258330249197702 * v22, v77 = v76 * v44, v78 = v75 + v77,
+      v79 = 0.11258330249197702 * v27, v80 = v79 * v51, v81 = v78 + v80, v82 = v74 * v81,
+      v83 = 0.195 * v27, v84 = v42 + v83, v85 = v84 + v76, v86 = 0.5 * v85, v87 = v30 * v44,
+      v88 = v32 * v55, v89 = v87 + v88, v90 = v86 * v89, v91 = v82 + v90, v92 = v48 + v79,
+      v93 = 0.195 * v22, v94 = v92 - v93, v95 = 0.5 * v94, v96 = v30 * v51, v97 = v36 * v55,
+      v98 = v96 + v97, v99 = v95 * v98, v100 = v91 + v99, v101 = 2.0 * v100, v102 = v70 - v101,
+      v103 = v22 * v17, v104 = 0.04390748797187104 + v103, v105 = v27 * v10, v106 = v104 - v105,
+      v107 = v106 * v106, v108 = v79 - v48, v109 = v108 - v93, v110 = v109 * v109,
+      v111 = 0.5 * v110, v112 = v107 + v111, v113 = v83 + v76, v114 = v113 - v42,
+      v115 = v114 * v114, v116 = 0.5 * v115, v117 = v112 + v116, v118 = 0.0169 * v117,
+      v119 = v102 - v118, v120 = 3237.1282973906777 * v119;
   out[0] = v120;
-  const lanes v121 = v74 * v89;
-  const lanes v122 = v85 * v81;
-  const lanes v123 = v121 + v122;
-  const lanes v124 = v77 - v80;
-  const lanes v125 = v86 * v124;
-  const lanes v126 = v123 + v125;
-  const lanes v127 = v76 * v51;
-  const lanes v128 = v79 * v44;
-  const lanes v129 = v127 + v128;
-  const lanes v130 = v95 * v129;
-  const lanes v131 = v126 + v130;
-  const lanes v132 = 2.0 * v131;
-  const lanes v133 = v19 * v45;
-  const lanes v134 = v43 * v39;
-  const lanes v135 = v133 + v134;
-  const lanes v136 = v34 - v38;
-  const lanes v137 = v44 * v136;
-  const lanes v138 = v135 + v137;
-  const lanes v139 = v32 * v36;
-  const lanes v140 = v51 * v139;
-  const lanes v141 = v138 + v140;
-  const lanes v142 = v132 - v141;
-  const lanes v143 = v29 * v64;
-  const lanes v144 = 0.4503332099679081 * v22;
-  const lanes v145 = v144 * v62;
-  const lanes v146 = v143 + v145;
-  const lanes v147 = v58 - v61;
-  const lanes v148 = v32 * v147;
-  const lanes v149 = v146 + v148;
-  const lanes v150 = v44 * v51;
-  const lanes v151 = v36 * v150;
-  const lanes v152 = v149 + v151;
-  const lanes v153 = v142 - v152;
-  const lanes v154 = 2.0 * v106;
-  const lanes v155 = v154 * v109;
-  const lanes v156 = 0.0169 * v155;
-  const lanes v157 = v153 - v156;
-  const lanes v158 = 3237.1282973906777 * v157;
+  const lanes v121 = v74 * v89, v122 = v85 * v81, v123 = v121 + v122, v124 = v77 - v80,
+      v125 = v86 * v124, v126 = v123 + v125, v127 = v76 * v51, v128 = v79 * v44, v129 = v127 + v128,
+      v130 = v95 * v129, v131 = v126 + v130, v132 = 2.0 * v131, v133 = v19 * v45, v134 = v43 * v39,
+      v135 = v133 + v134, v136 = v34 - v38, v137 = v44 * v136, v138 = v135 + v137, v139 = v32 * v36,
+      v140 = v51 * v139, v141 = v138 + v140, v142 = v132 - v141, v143 = v29 * v64,
+      v144 = 0.4503332099679081 * v22, v145 = v144 * v62, v146 = v143 + v145, v147 = v58 - v61,
+      v148 = v32 * v147, v149 = v146 + v148, v150 = v44 * v51, v151 = v36 * v150,
+      v152 = v149 + v151, v153 = v142 - v152, v154 = 2.0 * v106, v155 = v154 * v109,
+      v156 = 0.0169 * v155, v157 = v153 - v156, v158 = 3237.1282973906777 * v157;
   out[1] = v158;
-  const lanes v159 = v19 * v52;
-  const lanes v160 = v50 * v39;
-  const lanes v161 = v159 + v160;
-  const lanes v162 = v44 * v139;
-  const lanes v163 = v161 + v162;
-  const lanes v164 = v51 * v136;
-  const lanes v165 = v163 - v164;
-  const lanes v166 = v29 * v67;
-  const lanes v167 = 0.4503332099679081 * v27;
-  const lanes v168 = v167 * v62;
-  const lanes v169 = v166 + v168;
-  const lanes v170 = v32 * v150;
-  const lanes v171 = v169 + v170;
-  const lanes v172 = v36 * v147;
-  const lanes v173 = v171 - v172;
-  const lanes v174 = v165 + v173;
-  const lanes v175 = v74 * v98;
-  const lanes v176 = v94 * v81;
-  const lanes v177 = v175 + v176;
-  const lanes v178 = v86 * v129;
-  const lanes v179 = v177 + v178;
-  const lanes v180 = v95 * v124;
-  const lanes v181 = v179 - v180;
-  const lanes v182 = 2.0 * v181;
-  const lanes v183 = v174 - v182;
-  const lanes v184 = v154 * v114;
-  const lanes v185 = 0.0169 * v184;
-  const lanes v186 = v183 - v185;
-  const lanes v187 = 3237.1282973906777 * v186;
-  const lanes v188 = -v187;
+  const lanes v159 = v19 * v52, v160 = v50 * v39, v161 = v159 + v160, v162 = v44 * v139,
+      v163 = v161 + v162, v164 = v51 * v136, v165 = v163 - v164, v166 = v29 * v67,
+      v167 = 0.4503332099679081 * v27, v168 = v167 * v62, v169 = v166 + v168, v170 = v32 * v150,
+      v171 = v169 + v170, v172 = v36 * v147, v173 = v171 - v172, v174 = v165 + v173,
+      v175 = v74 * v98, v176 = v94 * v81, v177 = v175 + v176, v178 = v86 * v129, v179 = v177 + v178,
+      v180 = v95 * v124, v181 = v179 - v180, v182 = 2.0 * v181, v183 = v174 - v182,
+      v184 = v154 * v114, v185 = 0.0169 * v184, v186 = v183 - v185,
+      v187 = 3237.1282973906777 * v186, v188 = -v187;
   out[2] = v188;
-  const lanes v189 = v19 * v136;
-  const lanes v190 = v189 + v46;
-  const lanes v191 = v190 - v53;
-  const lanes v192 = v29 * v147;
-  const lanes v193 = v192 + v65;
-  const lanes v194 = v193 - v68;
-  const lanes v195 = v191 + v194;
-  const lanes v196 = v74 * v124;
-  const lanes v197 = v196 + v90;
-  const lanes v198 = v197 - v99;
-  const lanes v199 = 2.0 * v198;
-  const lanes v200 = v195 - v199;
-  const lanes v201 = v111 - v116;
-  const lanes v202 = 0.0169 * v201;
-  const lanes v203 = v200 - v202;
-  const lanes v204 = 3237.1282973906777 * v203;
+  const lanes v189 = v19 * v136, v190 = v189 + v46, v191 = v190 - v53, v192 = v29 * v147,
+      v193 = v192 + v65, v194 = v193 - v68, v195 = v191 + v194, v196 = v74 * v124,
+      v197 = v196 + v90, v198 = v197 - v99, v199 = 2.0 * v198, v200 = v195 - v199,
+      v201 = v111 - v116, v202 = 0.0169 * v201, v203 = v200 - v202,
+      v204 = 3237.1282973906777 * v203;
   out[3] = v204;
-  const lanes v205 = v74 * v129;
-  const lanes v206 = v86 * v98;
-  const lanes v207 = v205 + v206;
-  const lanes v208 = v95 * v89;
-  const lanes v209 = v207 + v208;
-  const lanes v210 = 2.0 * v209;
-  const lanes v211 = v19 * v139;
-  const lanes v212 = v44 * v52;
-  const lanes v213 = v211 + v212;
-  const lanes v214 = v51 * v45;
-  const lanes v215 = v213 + v214;
-  const lanes v216 = v210 - v215;
-  const lanes v217 = v29 * v150;
-  const lanes v218 = v32 * v67;
-  const lanes v219 = v217 + v218;
-  const lanes v220 = v36 * v64;
-  const lanes v221 = v219 + v220;
-  const lanes v222 = v216 - v221;
-  const lanes v223 = v109 * v114;
-  const lanes v224 = 0.0169 * v223;
-  const lanes v225 = v222 - v224;
-  const lanes v226 = 3237.1282973906777 * v225;
-  const lanes v227 = -v226;
+  const lanes v205 = v74 * v129, v206 = v86 * v98, v207 = v205 + v206, v208 = v95 * v89,
+      v209 = v207 + v208, v210 = 2.0 * v209, v211 = v19 * v139, v212 = v44 * v52,
+      v213 = v211 + v212, v214 = v51 * v45, v215 = v213 + v214, v216 = v210 - v215,
+      v217 = v29 * v150, v218 = v32 * v67, v219 = v217 + v218, v220 = v36 * v64, v221 = v219 + v220,
+      v222 = v216 - v221, v223 = v109 * v114, v224 = 0.0169 * v223, v225 = v222 - v224,
+      v226 = 3237.1282973906777 * v225, v227 = -v226;
   out[4] = v227;
-  const lanes v228 = v140 - v137;
-  const lanes v229 = v151 - v148;
-  const lanes v230 = v228 + v229;
-  const lanes v231 = v130 - v125;
-  const lanes v232 = 2.0 * v231;
-  const lanes v233 = v230 - v232;
-  const lanes v234 = 3237.1282973906777 * v233;
+  const lanes v228 = v140 - v137, v229 = v151 - v148, v230 = v228 + v229, v231 = v130 - v125,
+      v232 = 2.0 * v231, v233 = v230 - v232, v234 = 3237.1282973906777 * v233;
   out[5] = v234;
-  const lanes v235 = v162 + v164;
-  const lanes v236 = v170 + v172;
-  const lanes v237 = v235 + v236;
-  const lanes v238 = v178 + v180;
-  const lanes v239 = 2.0 * v238;
-  const lanes v240 = v237 - v239;
-  const lanes v241 = 3237.1282973906777 * v240;
-  const lanes v242 = -v241;
+  const lanes v235 = v162 + v164, v236 = v170 + v172, v237 = v235 + v236, v238 = v178 + v180,
+      v239 = 2.0 * v238, v240 = v237 - v239, v241 = 3237.1282973906777 * v240, v242 = -v241;
   out[6] = v242;
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_assembly_position)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes phi_0 = in[3];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&phi_0, &v1, &v2);
-  lanes v3, v5; LANES_NAME(lanes_cos_sin)(&q_2, &v3, &v5);
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v6);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_1, &v7, &v8);
-  const lanes v9 = 0.11258330249197702 * v1;
-  const lanes v10 = 0.195 * v2;
-  const lanes v11 = v9 - v10;
-  const lanes v12 = 0.17 * v3;
-  const lanes v13 = 0.17 * v4;
-  const lanes v14 = v13 - 0.2511473670974872;
-  const lanes v15 = v12 - v14;
-  const lanes v16 = v11 - v15;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = 0.195 * v1;
-  const lanes v19 = 0.11258330249197702 * v2;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = 0.17 * v5;
-  const lanes v22 = v21 + 0.29;
-  const lanes v23 = 0.17 * v6;
-  const lanes v24 = v23 - 0.145;
-  const lanes v25 = v22 - v24;
-  const lanes v26 = v20 - v25;
-  const lanes v27 = v26 * v26;
-  const lanes v28 = v17 + v27;
-  const lanes v29 = 0.22516660498395405 * v1;
-  const lanes v30 = 0.17 * v7;
-  const lanes v31 = 0.2511473670974872 + v30;
-  const lanes v32 = v31 - v14;
-  const lanes v33 = v29 - v32;
-  const lanes v34 = v33 * v33;
-  const lanes v35 = 0.22516660498395405 * v2;
-  const lanes v36 = 0.17 * v8;
-  const lanes v37 = v36 - 0.145;
-  const lanes v38 = v37 - v24;
-  const lanes v39 = v35 - v38;
-  const lanes v40 = v39 * v39;
-  const lanes v41 = v34 + v40;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], phi_0 = in[3];
+  LANES_COS_SIN(v1, v2, phi_0); LANES_COS_SIN(v3, v5, q_2); LANES_COS_SIN(v4, v6, q_0);
+  LANES_COS_SIN(v7, v8, q_1);
+  const lanes v9 = 0.11258330249197702 * v1, v10 = 0.195 * v2, v11 = v9 - v10, v12 = 0.17 * v3,
+      v13 = 0.17 * v4, v14 = v13 - 0.2511473670974872, v15 = v12 - v14, v16 = v11 - v15,
+      v17 = v16 * v16, v18 = 0.195 * v1, v19 = 0.11258330249197702 * v2, v20 = v18 + v19,
+      v21 = 0.17 * v5, v22 = v21 + 0.29, v23 = 0.17 * v6, v24 = v23 - 0.145, v25 = v22 - v24,
+      v26 = v20 - v25, v27 = v26 * v26, v28 = v17 + v27, v29 = 0.22516660498395405 * v1,
+      v30 = 0.17 * v7, v31 = 0.2511473670974872 + v30, v32 = v31 - v14, v33 = v29 - v32,
+      v34 = v33 * v33, v35 = 0.22516660498395405 * v2, v36 = 0.17 * v8, v37 = v36 - 0.145,
+      v38 = v37 - v24, v39 = v35 - v38, v40 = v39 * v39, v41 = v34 + v40;
   const lanes_where v42 = LANES_LE(v28, v41);
-  const lanes v43 = LANES_CHOICE(v42, v33, v16);
-  const lanes v44 = 0.5 * v41;
-  const lanes v45 = -v44;
-  const lanes v46 = 0.5 * v28;
-  const lanes v47 = -v46;
-  const lanes v48 = LANES_CHOICE(v42, v45, v47);
-  const lanes v49 = LANES_CHOICE(v42, v41, v28);
-  const lanes v50 = v48 / v49;
-  const lanes v51 = v43 * v50;
-  const lanes v52 = LANES_CHOICE(v42, v39, v26);
-  const lanes v53 = v33 * v26;
-  const lanes v54 = v39 * v16;
-  const lanes v55 = v53 - v54;
-  const lanes v56 = -v55;
-  const lanes v57 = LANES_CHOICE(v42, v55, v56);
-  const lanes v58 = LANES_CHOICE(v42, v47, v45);
-  const lanes v59 = v33 * v16;
-  const lanes v60 = v39 * v26;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = v50 * v61;
-  const lanes v63 = v58 - v62;
-  const lanes v64 = v57 * v63;
+  const lanes v43 = LANES_CHOICE(v42, v33, v16), v44 = 0.5 * v41, v45 = -v44, v46 = 0.5 * v28,
+      v47 = -v46, v48 = LANES_CHOICE(v42, v45, v47), v49 = LANES_CHOICE(v42, v41, v28),
+      v50 = v48 / v49, v51 = v43 * v50, v52 = LANES_CHOICE(v42, v39, v26), v53 = v33 * v26,
+      v54 = v39 * v16, v55 = v53 - v54, v56 = -v55, v57 = LANES_CHOICE(v42, v55, v56),
+      v58 = LANES_CHOICE(v42, v47, v45), v59 = v33 * v16, v60 = v39 * v26, v61 = v59 + v60,
+      v62 = v50 * v61, v63 = v58 - v62, v64 = v57 * v63;
   const lanes_where v65 = LANES_LE(0.0, v64);
-  const lanes v66 = 0.0169 / v49;
-  const lanes v67 = v50 * v50;
-  const lanes v68 = v66 - v67;
-  const lanes v69_0 = LANES_OF(0.0);
-  lanes v69; LANES_NAME(lanes_fmax)(&v69_0, &v68, &v69);
-  lanes v70; LANES_NAME(lanes_sqrt)(&v69, &v70);
-  const lanes v71 = -v70;
-  const lanes v72 = LANES_CHOICE(v65, v70, v71);
-  const lanes v73 = v52 * v72;
-  const lanes v74 = v51 - v73;
-  const lanes v75 = v74 + v14;
-  const lanes v76 = 0.065 * v2;
-  const lanes v77 = v76 - v9;
-  const lanes v78 = v75 - v77;
+  const lanes v66 = 0.0169 / v49, v67 = v50 * v50, v68 = v66 - v67, v69 = LANES_MAX(v68, 0.0);
+  LANES_LET1(v70, sqrt, v69);
+  const lanes v71 = -v70, v72 = LANES_CHOICE(v65, v70, v71), v73 = v52 * v72, v74 = v51 - v73,
+      v75 = v74 + v14, v76 = 0.065 * v2, v77 = v76 - v9, v78 = v75 - v77;
   out[0] = v78;
-  const lanes v79 = v43 * v72;
-  const lanes v80 = v52 * v50;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = 0.065 * v1;
-  const lanes v83 = v19 + v82;
-  const lanes v84 = v81 + v83;
-  const lanes v85 = v84 + v24;
-  out[1] = v85;
-  out[2] = phi_0;
+  const lanes v79 = v43 * v72, v80 = v52 * v50, v81 = v79 + v80, v82 = 0.065 * v1, v83 = v19 + v82,
+      v84 = v81 + v83, v85 = v84 + v24;
+  out[1] = v85; out[2] = phi_0;
 }
 
 static LANES_TARGET void LANES_NAME(planar_3rrr_assembly_mirror)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes phi_0 = in[3];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&phi_0, &v1, &v2);
-  lanes v3, v5; LANES_NAME(lanes_cos_sin)(&q_2, &v3, &v5);
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v6);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_1, &v7, &v8);
-  const lanes v9 = 0.11258330249197702 * v1;
-  const lanes v10 = 0.195 * v2;
-  const lanes v11 = v9 - v10;
-  const lanes v12 = 0.17 * v3;
-  const lanes v13 = 0.17 * v4;
-  const lanes v14 = v13 - 0.2511473670974872;
-  const lanes v15 = v12 - v14;
-  const lanes v16 = v11 - v15;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = 0.195 * v1;
-  const lanes v19 = 0.11258330249197702 * v2;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = 0.17 * v5;
-  const lanes v22 = v21 + 0.29;
-  const lanes v23 = 0.17 * v6;
-  const lanes v24 = v23 - 0.145;
-  const lanes v25 = v22 - v24;
-  const lanes v26 = v20 - v25;
-  const lanes v27 = v26 * v26;
-  const lanes v28 = v17 + v27;
-  const lanes v29 = 0.22516660498395405 * v1;
-  const lanes v30 = 0.17 * v7;
-  const lanes v31 = 0.2511473670974872 + v30;
-  const lanes v32 = v31 - v14;
-  const lanes v33 = v29 - v32;
-  const lanes v34 = v33 * v33;
-  const lanes v35 = 0.22516660498395405 * v2;
-  const lanes v36 = 0.17 * v8;
-  const lanes v37 = v36 - 0.145;
-  const lanes v38 = v37 - v24;
-  const lanes v39 = v35 - v38;
-  const lanes v40 = v39 * v39;
-  const lanes v41 = v34 + v40;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], phi_0 = in[3];
+  LANES_COS_SIN(v1, v2, phi_0); LANES_COS_SIN(v3, v5, q_2); LANES_COS_SIN(v4, v6, q_0);
+  LANES_COS_SIN(v7, v8, q_1);
+  const lanes v9 = 0.11258330249197702 * v1, v10 = 0.195 * v2, v11 = v9 - v10, v12 = 0.17 * v3,
+      v13 = 0.17 * v4, v14 = v13 - 0.2511473670974872, v15 = v12 - v14, v16 = v11 - v15,
+      v17 = v16 * v16, v18 = 0.195 * v1, v19 = 0.11258330249197702 * v2, v20 = v18 + v19,
+      v21 = 0.17 * v5, v22 = v21 + 0.29, v23 = 0.17 * v6, v24 = v23 - 0.145, v25 = v22 - v24,
+      v26 = v20 - v25, v27 = v26 * v26, v28 = v17 + v27, v29 = 0.22516660498395405 * v1,
+      v30 = 0.17 * v7, v31 = 0.2511473670974872 + v30, v32 = v31 - v14, v33 = v29 - v32,
+      v34 = v33 * v33, v35 = 0.22516660498395405 * v2, v36 = 0.17 * v8, v37 = v36 - 0.145,
+      v38 = v37 - v24, v39 = v35 - v38, v40 = v39 * v39, v41 = v34 + v40;
   const lanes_where v42 = LANES_LE(v28, v41);
-  const lanes v43 = LANES_CHOICE(v42, v33, v16);
-  const lanes v44 = 0.5 * v41;
-  const lanes v45 = -v44;
-  const lanes v46 = 0.5 * v28;
-  const lanes v47 = -v46;
-  const lanes v48 = LANES_CHOICE(v42, v45, v47);
-  const lanes v49 = LANES_CHOICE(v42, v41, v28);
-  const lanes v50 = v48 / v49;
-  const lanes v51 = v43 * v50;
-  const lanes v52 = LANES_CHOICE(v42, v39, v26);
-  const lanes v53 = v33 * v26;
-  const lanes v54 = v39 * v16;
-  const lanes v55 = v53 - v54;
-  const lanes v56 = -v55;
-  const lanes v57 = LANES_CHOICE(v42, v55, v56);
-  const lanes v58 = LANES_CHOICE(v42, v47, v45);
-  const lanes v59 = v33 * v16;
-  const lanes v60 = v39 * v26;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = v50 * v61;
-  const lanes v63 = v58 - v62;
-  const lanes v64 = v57 * v63;
+  const lanes v43 = LANES_CHOICE(v42, v33, v16), v44 = 0.5 * v41, v45 = -v44, v46 = 0.5 * v28,
+      v47 = -v46, v48 = LANES_CHOICE(v42, v45, v47), v49 = LANES_CHOICE(v42, v41, v28),
+      v50 = v48 / v49, v51 = v43 * v50, v52 = LANES_CHOICE(v42, v39, v26), v53 = v33 * v26,
+      v54 = v39 * v16, v55 = v53 - v54, v56 = -v55, v57 = LANES_CHOICE(v42, v55, v56),
+      v58 = LANES_CHOICE(v42, v47, v45), v59 = v33 * v16, v60 = v39 * v26, v61 = v59 + v60,
+      v62 = v50 * v61, v63 = v58 - v62, v64 = v57 * v63;
   const lanes_where v65 = LANES_LE(0.0, v64);
-  const lanes v66 = 0.0169 / v49;
-  const lanes v67 = v50 * v50;
-  const lanes v68 = v66 - v67;
-  const lanes v69_0 = LANES_OF(0.0);
-  lanes v69; LANES_NAME(lanes_fmax)(&v69_0, &v68, &v69);
-  lanes v70; LANES_NAME(lanes_sqrt)(&v69, &v70);
-  const lanes v71 = -v70;
-  const lanes v72 = LANES_CHOICE(v65, v70, v71);
-  const lanes v73 = v52 * v72;
-  const lanes v74 = v51 + v73;
-  const lanes v75 = v74 + v14;
-  const lanes v76 = 0.065 * v2;
-  const lanes v77 = v76 - v9;
-  const lanes v78 = v75 - v77;
+  const lanes v66 = 0.0169 / v49, v67 = v50 * v50, v68 = v66 - v67, v69 = LANES_MAX(v68, 0.0);
+  LANES_LET1(v70, sqrt, v69);
+  const lanes v71 = -v70, v72 = LANES_CHOICE(v65, v70, v71), v73 = v52 * v72, v74 = v51 + v73,
+      v75 = v74 + v14, v76 = 0.065 * v2, v77 = v76 - v9, v78 = v75 - v77;
   out[0] = v78;
-  const lanes v79 = 0.065 * v1;
-  const lanes v80 = v19 + v79;
-  const lanes v81 = v52 * v50;
-  const lanes v82 = v43 * v72;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v80 + v83;
-  const lanes v85 = v84 + v24;
-  out[1] = v85;
-  out[2] = phi_0;
+  const lanes v79 = 0.065 * v1, v80 = v19 + v79, v81 = v52 * v50, v82 = v43 * v72, v83 = v81 - v82,
+      v84 = v80 + v83, v85 = v84 + v24;
+  out[1] = v85; out[2] = phi_0;
 }

@@ -61,6 +61,34 @@ extern "C" {
 #define CHASLES_HAS_AVX2 (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
 #endif
 
+#if CHASLES_SET_AVX512
+#define CHASLES_RUN_AVX512(kernel) \
+  if (n > 1 && CHASLES_HAS_AVX512) { \
+    lanes_run_avx512(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    return; \
+  }
+#else
+#define CHASLES_RUN_AVX512(kernel)
+#endif
+#if CHASLES_SET_AVX2
+#define CHASLES_RUN_AVX2(kernel) \
+  if (n > 1 && CHASLES_HAS_AVX2) { \
+    lanes_run_avx2(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    return; \
+  }
+#else
+#define CHASLES_RUN_AVX2(kernel)
+#endif
+#if CHASLES_SET_BASELINE
+#define CHASLES_RUN_BASELINE(kernel) \
+  if (n > 1) { \
+    lanes_run_baseline(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    return; \
+  }
+#else
+#define CHASLES_RUN_BASELINE(kernel)
+#endif
+
 /* Rows of any step, in doubles. */
 static void planar_3rrr_170_actuators_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
@@ -68,27 +96,9 @@ static void planar_3rrr_170_actuators_rows(size_t n, const double *const *inputs
 #if CHASLES_LANES
   static const int sizes[] = {3, 3};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_actuators_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_actuators_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_actuators_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_actuators_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_actuators_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_actuators_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_actuators(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -110,27 +120,9 @@ static void planar_3rrr_170_actuators_D_chain_rows(size_t n, const double *const
 #if CHASLES_LANES
   static const int sizes[] = {3, 9};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_actuators_D_chain_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_actuators_D_chain_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_actuators_D_chain_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_actuators_D_chain_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_actuators_D_chain_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_actuators_D_chain_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_actuators_D_chain(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -152,27 +144,9 @@ static void planar_3rrr_170_actuator_rates_rows(size_t n, const double *const *i
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_actuator_rates_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_actuator_rates_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_actuator_rates_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_actuator_rates_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_actuator_rates_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_actuator_rates_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_actuator_rates(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -194,27 +168,9 @@ static void planar_3rrr_170_actuator_accelerations_rows(size_t n, const double *
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3, 3};
   static const lanes_shape shape = {3, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_actuator_accelerations_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_actuator_accelerations_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_actuator_accelerations_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_actuator_accelerations_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_actuator_accelerations_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_actuator_accelerations_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_actuator_accelerations(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -236,27 +192,9 @@ static void planar_3rrr_170_actuator_margin_rows(size_t n, const double *const *
 #if CHASLES_LANES
   static const int sizes[] = {3, 3};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_actuator_margin_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_actuator_margin_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_actuator_margin_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_actuator_margin_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_actuator_margin_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_actuator_margin_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_actuator_margin(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -278,27 +216,9 @@ static void planar_3rrr_170_actuators_all_rows(size_t n, const double *const *in
 #if CHASLES_LANES
   static const int sizes[] = {3, 24, 24};
   static const lanes_shape shape = {1, 2, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_actuators_all_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_actuators_all_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_actuators_all_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_actuators_all_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_actuators_all_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_actuators_all_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_actuators_all(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -320,27 +240,9 @@ static void planar_3rrr_170_constraint_rows(size_t n, const double *const *input
 #if CHASLES_LANES
   static const int sizes[] = {9, 6};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_constraint_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_constraint_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_constraint_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_constraint_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_constraint_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_constraint_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_constraint(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -362,27 +264,9 @@ static void planar_3rrr_170_constraint_D_z_rows(size_t n, const double *const *i
 #if CHASLES_LANES
   static const int sizes[] = {9, 54};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_constraint_D_z_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_constraint_D_z_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_constraint_D_z_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_constraint_D_z_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_constraint_D_z_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_constraint_D_z_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_constraint_D_z(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -404,27 +288,9 @@ static void planar_3rrr_170_constraint_D_z_dot_rows(size_t n, const double *cons
 #if CHASLES_LANES
   static const int sizes[] = {9, 9, 54};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_constraint_D_z_dot_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_constraint_D_z_dot_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_constraint_D_z_dot_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_constraint_D_z_dot_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_constraint_D_z_dot_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_constraint_D_z_dot_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_constraint_D_z_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -446,27 +312,9 @@ static void planar_3rrr_170_chain_fk_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {3, 16};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_chain_fk_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_chain_fk_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_chain_fk_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_chain_fk_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_chain_fk_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_chain_fk_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_chain_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -488,27 +336,9 @@ static void planar_3rrr_170_chain_link_poses_rows(size_t n, const double *const 
 #if CHASLES_LANES
   static const int sizes[] = {3, 48};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_chain_link_poses_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_chain_link_poses_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_chain_link_poses_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_chain_link_poses_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_chain_link_poses_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_chain_link_poses_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_chain_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -530,27 +360,9 @@ static void planar_3rrr_170_chain_jacobian_space_rows(size_t n, const double *co
 #if CHASLES_LANES
   static const int sizes[] = {3, 18};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_chain_jacobian_space_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_chain_jacobian_space_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_chain_jacobian_space_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_chain_jacobian_space_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_chain_jacobian_space_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_chain_jacobian_space_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_chain_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -572,27 +384,9 @@ static void planar_3rrr_170_chain_jacobian_body_rows(size_t n, const double *con
 #if CHASLES_LANES
   static const int sizes[] = {3, 18};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_chain_jacobian_body_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_chain_jacobian_body_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_chain_jacobian_body_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_chain_jacobian_body_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_chain_jacobian_body_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_chain_jacobian_body_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_chain_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -614,27 +408,9 @@ static void planar_3rrr_170_chain_jacobian_mixed_rows(size_t n, const double *co
 #if CHASLES_LANES
   static const int sizes[] = {3, 18};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_chain_jacobian_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_chain_jacobian_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_chain_jacobian_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_chain_jacobian_mixed_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_chain_jacobian_mixed_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_chain_jacobian_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_chain_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -656,27 +432,9 @@ static void planar_3rrr_170_rods_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 3};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_rods_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_rods_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_rods_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_rods_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_rods_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_rods_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_rods(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -698,27 +456,9 @@ static void planar_3rrr_170_rods_D_chain_rows(size_t n, const double *const *inp
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 9};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_rods_D_chain_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_rods_D_chain_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_rods_D_chain_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_rods_D_chain_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_rods_D_chain_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_rods_D_chain_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_rods_D_chain(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -740,27 +480,9 @@ static void planar_3rrr_170_velocity_relation_rows(size_t n, const double *const
 #if CHASLES_LANES
   static const int sizes[] = {3, 3, 9, 9};
   static const lanes_shape shape = {2, 2, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_velocity_relation_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_velocity_relation_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_velocity_relation_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_velocity_relation_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_velocity_relation_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_velocity_relation_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_velocity_relation(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -782,27 +504,9 @@ static void planar_3rrr_170_assembly_polynomial_rows(size_t n, const double *con
 #if CHASLES_LANES
   static const int sizes[] = {3, 7};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_assembly_polynomial_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_assembly_polynomial_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_assembly_polynomial_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_assembly_polynomial_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_assembly_polynomial_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_assembly_polynomial_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_assembly_polynomial(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -824,27 +528,9 @@ static void planar_3rrr_170_assembly_position_rows(size_t n, const double *const
 #if CHASLES_LANES
   static const int sizes[] = {3, 1, 3};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_assembly_position_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_assembly_position_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_assembly_position_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_assembly_position_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_assembly_position_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_assembly_position_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_assembly_position(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -866,27 +552,9 @@ static void planar_3rrr_170_assembly_mirror_rows(size_t n, const double *const *
 #if CHASLES_LANES
   static const int sizes[] = {3, 1, 3};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(planar_3rrr_170_assembly_mirror_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(planar_3rrr_170_assembly_mirror_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(planar_3rrr_170_assembly_mirror_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(planar_3rrr_170_assembly_mirror_avx512)
+  CHASLES_RUN_AVX2(planar_3rrr_170_assembly_mirror_avx2)
+  CHASLES_RUN_BASELINE(planar_3rrr_170_assembly_mirror_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     planar_3rrr_170_assembly_mirror(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);

@@ -18,345 +18,120 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(puma560_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(puma560_ik_branch)(
+    const double *T, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes sign_0 = in[16];
-  const lanes sign_1 = in[17];
-  const lanes sign_2 = in[18];
-  const lanes v1 = 0.15005 * T_3;
-  const lanes v2 = T_3 * T_3;
-  const lanes v3 = T_7 * T_7;
-  const lanes v4 = v2 + v3;
-  const lanes v5 = 4e-15 * v4;
-  const lanes v6 = v4 - 0.0225150025;
-  const lanes_where v7 = LANES_LT(v5, v6);
-  lanes v8; LANES_NAME(lanes_sqrt)(&v6, &v8);
-  const lanes v9 = sign_0 * v8;
-  const lanes v10 = T_7 * v9;
-  const lanes v11 = LANES_CHOICE(v7, v10, 0.0);
-  const lanes v12 = v1 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = T_3 * v9;
-  const lanes v15 = LANES_CHOICE(v7, v14, 0.0);
-  const lanes v16 = 0.15005 * T_7;
-  const lanes v17 = v15 + v16;
-  const lanes v18 = 1e-150 - v17;
-  const lanes v19 = v18 * v18;
-  const lanes v20 = v13 + v19;
-  lanes v21; LANES_NAME(lanes_sqrt)(&v20, &v21);
-  const lanes v22 = v12 / v21;
-  const lanes v23 = v18 / v21;
-  const lanes v25 = T_11 - 0.67183;
-  const lanes v26 = T_3 * v23;
-  const lanes v27 = T_7 * v22;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = v25 * v25;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v31 - 2.274465470661e-07;
-  const lanes v33 = 0.746628912553453 - v31;
-  const lanes v34 = v32 * v33;
-  const lanes_where v35 = LANES_LT(5.574543934244672e-16, v34);
-  lanes v36; LANES_NAME(lanes_sqrt)(&v34, &v36);
-  const lanes v37 = sign_1 * v36;
-  const lanes v38 = 0.37290248 * v37;
-  const lanes v39 = LANES_CHOICE(v35, v38, 0.0);
-  const lanes v40 = v31 - 0.37331457;
-  const lanes v41 = 0.01753108 * v40;
-  const lanes v42 = v39 + v41;
-  const lanes v43 = 1e-150 + v42;
-  const lanes v44 = 0.01753108 * v37;
-  const lanes v45 = LANES_CHOICE(v35, v44, 0.0);
-  const lanes v46 = 0.37290248 * v40;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v47 * v47;
-  const lanes v49 = v43 * v43;
-  const lanes v50 = v48 + v49;
-  lanes v51; LANES_NAME(lanes_sqrt)(&v50, &v51);
-  const lanes v52 = v43 / v51;
-  const lanes v53 = 0.0203 * v52;
-  const lanes v54 = v47 / v51;
-  const lanes v55 = 0.4318 * v54;
-  const lanes v56 = v53 - v55;
-  const lanes v57 = v56 + 0.4318;
-  const lanes v58 = v25 * v57;
-  const lanes v59 = 0.0203 * v54;
-  const lanes v60 = 0.4318 * v52;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = v28 * v61;
-  const lanes v63 = v58 - v62;
-  const lanes v64 = v63 * v63;
-  const lanes v65 = v28 * v57;
-  const lanes v66 = v25 * v61;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = 1e-150 + v67;
-  const lanes v69 = v68 * v68;
-  const lanes v70 = v64 + v69;
-  lanes v71; LANES_NAME(lanes_sqrt)(&v70, &v71);
-  const lanes v72 = v63 / v71;
-  const lanes v73 = v68 / v71;
-  const lanes v76 = T_6 * v23;
-  const lanes v77 = T_2 * v22;
-  const lanes v78 = v76 - v77;
-  const lanes v79 = v78 * v78;
-  const lanes v80 = T_10 * v72;
-  const lanes v81 = T_2 * v23;
-  const lanes v82 = T_6 * v22;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = v73 * v83;
-  const lanes v85 = v80 + v84;
-  const lanes v86 = v52 * v85;
-  const lanes v87 = T_10 * v73;
-  const lanes v88 = v72 * v83;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v54 * v89;
-  const lanes v91 = v86 + v90;
-  const lanes v92 = v91 * v91;
-  const lanes v93 = v79 + v92;
-  const lanes v94 = 4e-15 * v93;
-  const lanes_where v95 = LANES_LT(v94, v93);
-  lanes v96; LANES_NAME(lanes_sqrt)(&v93, &v96);
-  const lanes v97 = sign_2 * v96;
-  const lanes v98 = v78 * v97;
-  const lanes v99 = v98 * v98;
-  const lanes v100 = LANES_CHOICE(v95, v99, 0.0);
-  const lanes v101 = LANES_CHOICE(v95, v100, 0.0);
-  const lanes v102 = v91 * v97;
-  const lanes v103 = LANES_CHOICE(v95, v102, 0.0);
-  const lanes v104 = 1e-150 - v103;
-  const lanes v105 = v104 * v104;
-  const lanes v106 = v101 + v105;
-  lanes v107; LANES_NAME(lanes_sqrt)(&v106, &v107);
-  const lanes v108 = 1.0 / v107;
-  const lanes v109 = v98 * v108;
-  const lanes v110 = LANES_CHOICE(v95, v109, 0.0);
-  const lanes v111 = v104 / v107;
-  lanes v112; LANES_NAME(lanes_atan2)(&v110, &v111, &v112);
-  const lanes v113 = v91 * v111;
-  const lanes v114 = v78 * v109;
-  const lanes v115 = LANES_CHOICE(v95, v114, 0.0);
-  const lanes v116 = v113 - v115;
-  const lanes v117 = v116 * v116;
-  const lanes v118 = v52 * v89;
-  const lanes v119 = v54 * v85;
-  const lanes v120 = v118 - v119;
-  const lanes v121 = 1e-150 + v120;
-  const lanes v122 = v121 * v121;
-  const lanes v123 = v117 + v122;
-  lanes v124; LANES_NAME(lanes_sqrt)(&v123, &v124);
-  const lanes v125 = v116 / v124;
-  const lanes v126 = v121 / v124;
-  lanes v127; LANES_NAME(lanes_atan2)(&v125, &v126, &v127);
-  const lanes v128 = T_4 * v23;
-  const lanes v129 = T_0 * v22;
-  const lanes v130 = v128 - v129;
-  const lanes v131 = v111 * v130;
-  const lanes v132 = T_8 * v72;
-  const lanes v133 = T_0 * v23;
-  const lanes v134 = T_4 * v22;
-  const lanes v135 = v133 + v134;
-  const lanes v136 = v73 * v135;
-  const lanes v137 = v132 + v136;
-  const lanes v138 = v52 * v137;
-  const lanes v139 = T_8 * v73;
-  const lanes v140 = v72 * v135;
-  const lanes v141 = v139 - v140;
-  const lanes v142 = v54 * v141;
-  const lanes v143 = v138 + v142;
-  const lanes v144 = v109 * v143;
-  const lanes v145 = LANES_CHOICE(v95, v144, 0.0);
-  const lanes v146 = v131 + v145;
-  const lanes v147 = v146 * v146;
-  const lanes v148 = v111 * v143;
-  const lanes v149 = v109 * v130;
-  const lanes v150 = LANES_CHOICE(v95, v149, 0.0);
-  const lanes v151 = v148 - v150;
-  const lanes v152 = v126 * v151;
-  const lanes v153 = v52 * v141;
-  const lanes v154 = v54 * v137;
-  const lanes v155 = v153 - v154;
-  const lanes v156 = v125 * v155;
-  const lanes v157 = v152 - v156;
-  const lanes v158 = 1e-150 + v157;
-  const lanes v159 = v158 * v158;
-  const lanes v160 = v147 + v159;
-  lanes v161; LANES_NAME(lanes_sqrt)(&v160, &v161);
-  const lanes v162 = v146 / v161;
-  const lanes v163 = v158 / v161;
-  lanes v164; LANES_NAME(lanes_atan2)(&v162, &v163, &v164);
-  const lanes v165 = -v112;
-  out[3] = v165;
-  const lanes v166 = -v127;
-  out[4] = v166;
-  out[5] = v164;
-  const lanes v167 = v52 * v73;
-  const lanes v168 = v54 * v72;
-  const lanes v169 = v167 - v168;
-  const lanes v170 = 0.0203 * v169;
-  const lanes v171 = v52 * v72;
-  const lanes v172 = v54 * v73;
-  const lanes v173 = v171 + v172;
-  const lanes v174 = 0.4318 * v173;
-  const lanes v175 = v170 - v174;
-  const lanes v176 = 0.4318 * v73;
-  const lanes v177 = v175 + v176;
-  const lanes v178 = v23 * v177;
-  const lanes v179 = 0.15005 * v22;
-  const lanes v180 = v178 + v179;
-  const lanes v181 = v180 - T_3;
-  const lanes v182 = v181 * v181;
-  const lanes v183 = v22 * v177;
-  const lanes v184 = 0.15005 * v23;
-  const lanes v185 = v183 - v184;
-  const lanes v186 = v185 - T_7;
-  const lanes v187 = v186 * v186;
-  const lanes v188 = v182 + v187;
-  const lanes v189 = 0.4318 * v169;
-  const lanes v190 = 0.0203 * v173;
-  const lanes v191 = v189 + v190;
-  const lanes v192 = 0.4318 * v72;
-  const lanes v193 = v191 + v192;
-  const lanes v194 = v193 + 0.67183;
-  const lanes v195 = v194 - T_11;
-  const lanes v196 = v195 * v195;
-  const lanes v197 = v188 + v196;
-  const lanes v198 = v22 * v109;
-  const lanes v199 = LANES_CHOICE(v95, v198, 0.0);
-  const lanes v200 = v23 * v169;
-  const lanes v201 = v111 * v200;
-  const lanes v202 = v199 + v201;
-  const lanes v203 = v126 * v202;
-  const lanes v204 = v23 * v173;
-  const lanes v205 = v125 * v204;
-  const lanes v206 = v203 + v205;
-  const lanes v207 = v163 * v206;
-  const lanes v208 = v109 * v200;
-  const lanes v209 = LANES_CHOICE(v95, v208, 0.0);
-  const lanes v210 = v22 * v111;
-  const lanes v211 = v209 - v210;
-  const lanes v212 = v162 * v211;
-  const lanes v213 = v207 + v212;
-  const lanes v214 = v213 - T_0;
-  const lanes v215 = v214 * v214;
-  const lanes v216 = v163 * v211;
-  const lanes v217 = v162 * v206;
-  const lanes v218 = v216 - v217;
-  const lanes v219 = v218 - T_1;
-  const lanes v220 = v219 * v219;
-  const lanes v221 = v215 + v220;
-  const lanes v222 = v125 * v202;
-  const lanes v223 = v126 * v204;
-  const lanes v224 = v222 - v223;
-  const lanes v225 = v224 - T_2;
-  const lanes v226 = v225 * v225;
-  const lanes v227 = v221 + v226;
-  const lanes v228 = v22 * v169;
-  const lanes v229 = v111 * v228;
-  const lanes v230 = v23 * v109;
-  const lanes v231 = LANES_CHOICE(v95, v230, 0.0);
-  const lanes v232 = v229 - v231;
-  const lanes v233 = v126 * v232;
-  const lanes v234 = v22 * v173;
-  const lanes v235 = v125 * v234;
-  const lanes v236 = v233 + v235;
-  const lanes v237 = v163 * v236;
-  const lanes v238 = v23 * v111;
-  const lanes v239 = v109 * v228;
-  const lanes v240 = LANES_CHOICE(v95, v239, 0.0);
-  const lanes v241 = v238 + v240;
-  const lanes v242 = v162 * v241;
-  const lanes v243 = v237 + v242;
-  const lanes v244 = v243 - T_4;
-  const lanes v245 = v244 * v244;
-  const lanes v246 = v227 + v245;
-  const lanes v247 = v163 * v241;
-  const lanes v248 = v162 * v236;
-  const lanes v249 = v247 - v248;
-  const lanes v250 = v249 - T_5;
-  const lanes v251 = v250 * v250;
-  const lanes v252 = v246 + v251;
-  const lanes v253 = v125 * v232;
-  const lanes v254 = v126 * v234;
-  const lanes v255 = v253 - v254;
-  const lanes v256 = v255 - T_6;
-  const lanes v257 = v256 * v256;
-  const lanes v258 = v252 + v257;
-  const lanes v259 = v111 * v173;
-  const lanes v260 = v126 * v259;
-  const lanes v261 = v125 * v169;
-  const lanes v262 = v260 - v261;
-  const lanes v263 = v163 * v262;
-  const lanes v264 = v109 * v173;
-  const lanes v265 = v162 * v264;
-  const lanes v266 = LANES_CHOICE(v95, v265, 0.0);
-  const lanes v267 = v263 + v266;
-  const lanes v268 = v267 - T_8;
-  const lanes v269 = v268 * v268;
-  const lanes v270 = v258 + v269;
-  const lanes v271 = v163 * v264;
-  const lanes v272 = LANES_CHOICE(v95, v271, 0.0);
-  const lanes v273 = v162 * v262;
-  const lanes v274 = v272 - v273;
-  const lanes v275 = v274 - T_9;
-  const lanes v276 = v275 * v275;
-  const lanes v277 = v270 + v276;
-  const lanes v278 = v126 * v169;
-  const lanes v279 = v125 * v259;
-  const lanes v280 = v278 + v279;
-  const lanes v281 = v280 - T_10;
-  const lanes v282 = v281 * v281;
-  const lanes v283 = v277 + v282;
-  const lanes v284 = 0.5 * v283;
-  lanes v285; LANES_NAME(lanes_fmax)(&v197, &v284, &v285);
-  lanes v286; LANES_NAME(lanes_sqrt)(&v285, &v286);
-  out[6] = v286;
-  const lanes v287 = 1e-300 + v93;
-  const lanes v288 = v93 / v287;
-  const lanes v289 = 1e-300 + v4;
-  const lanes v290 = v6 / v289;
-  const lanes v291 = 7.1754748858069295 * v34;
-  lanes v292; LANES_NAME(lanes_fmin)(&v290, &v291, &v292);
-  lanes v293; LANES_NAME(lanes_fmin)(&v288, &v292, &v293);
-  out[7] = v293;
-  lanes v24, v74; LANES_NAME(lanes_two_atan2)(&v22, &v23, &v72, &v73, &v24, &v74);
-  lanes v75; LANES_NAME(lanes_atan2)(&v54, &v52, &v75);
-  out[0] = v24;
-  out[1] = v74;
-  out[2] = v75;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.15005 * T_3,
+      v2 = T_3 * T_3, v3 = T_7 * T_7, v4 = 0.15005 * T_7, v5 = T_11 - 0.67183, v6 = v2 + v3,
+      v7 = v5 * v5, v8 = 4e-15 * v6, v9 = v6 - 0.0225150025, v10 = 1e-300 + v6;
+  const lanes_where v11 = LANES_LT(v8, v9); LANES_LET1(v12, sqrt, v9);
+  const lanes v13 = v9 / v10, v14 = LANES_CHOICE(v11, v12, 0.0), v15 = choice_0 * v14,
+      v16 = T_7 * v15, v17 = T_3 * v15, v18 = v1 - v16, v19 = v17 + v4, v20 = v18 * v18,
+      v21 = 1e-150 - v19, v22 = v21 * v21, v24 = v20 + v22;
+  LANES_LET1(v25, rsqrt, v24);
+  const lanes v26 = v18 * v25, v27 = v21 * v25, v28 = T_3 * v27, v29 = T_7 * v26, v30 = T_6 * v27,
+      v31 = T_2 * v26, v32 = T_2 * v27, v33 = T_6 * v26, v34 = T_4 * v27, v35 = T_0 * v26,
+      v36 = T_0 * v27, v37 = T_4 * v26, v38 = 0.15005 * v26, v39 = 0.15005 * v27, v40 = v28 + v29,
+      v41 = v30 - v31, v42 = v32 + v33, v43 = v34 - v35, v44 = v36 + v37, v45 = v40 * v40,
+      v46 = v41 * v41, v47 = v45 + v7, v48 = v47 - 2.274465470661e-07,
+      v49 = 0.746628912553453 - v47, v50 = v47 - 0.37331457, v51 = v48 * v49,
+      v52 = 0.01753108 * v50, v53 = 0.37290248 * v50;
+  const lanes_where v54 = LANES_LT(5.574543934244672e-16, v51); LANES_LET1(v55, sqrt, v51);
+  const lanes v56 = 7.1754748858069295 * v51, v57 = LANES_CHOICE(v54, v55, 0.0);
+  LANES_LET2(v58, fmin, v13, v56);
+  const lanes v59 = choice_1 * v57;
+  out[7] = v58;
+  const lanes v60 = 0.37290248 * v59, v61 = 0.01753108 * v59, v62 = v60 + v52, v63 = v61 - v53,
+      v64 = 1e-150 + v62, v65 = v63 * v63, v66 = v64 * v64, v68 = v65 + v66;
+  LANES_LET1(v69, rsqrt, v68);
+  const lanes v70 = v64 * v69, v71 = v63 * v69, v72 = 0.0203 * v70, v73 = 0.4318 * v71,
+      v74 = 0.0203 * v71, v75 = 0.4318 * v70, v76 = v72 - v73, v77 = v74 + v75, v78 = v76 + 0.4318,
+      v79 = v40 * v77, v80 = v5 * v77, v81 = v5 * v78, v82 = v40 * v78, v83 = v81 - v79,
+      v84 = v82 + v80, v85 = v83 * v83, v86 = 1e-150 + v84, v87 = v86 * v86, v89 = v85 + v87;
+  LANES_LET1(v90, rsqrt, v89);
+  const lanes v91 = v83 * v90, v92 = v86 * v90, v93 = T_10 * v91, v94 = v92 * v42, v95 = T_10 * v92,
+      v96 = v91 * v42, v97 = T_8 * v91, v98 = v92 * v44, v99 = T_8 * v92, v100 = v91 * v44,
+      v101 = v70 * v92, v102 = v71 * v91, v103 = v70 * v91, v104 = v71 * v92, v105 = 0.4318 * v92,
+      v106 = 0.4318 * v91, v107 = v93 + v94, v108 = v95 - v96, v109 = v97 + v98, v110 = v99 - v100,
+      v111 = v101 - v102, v112 = v103 + v104, v113 = v70 * v107, v114 = v71 * v108,
+      v115 = v70 * v108, v116 = v71 * v107, v117 = v70 * v109, v118 = v71 * v110, v119 = v70 * v110,
+      v120 = v71 * v109, v121 = 0.0203 * v111, v122 = 0.4318 * v112, v123 = 0.4318 * v111,
+      v124 = 0.0203 * v112, v125 = v27 * v111, v126 = v27 * v112, v127 = v26 * v111,
+      v128 = v26 * v112, v129 = v113 + v114, v130 = v115 - v116, v131 = v117 + v118,
+      v132 = v119 - v120, v133 = v121 - v122, v134 = v123 + v124, v135 = 1e-150 - v129,
+      v136 = v130 * v130, v137 = v133 + v105, v138 = v134 + v106, v139 = v135 * v135,
+      v140 = v135 * choice_2, v141 = v27 * v137, v142 = v26 * v137, v143 = v138 + 0.67183,
+      v144 = v46 + v139;
+  LANES_LET2(v145, atan2, v41, v140);
+  const lanes v146 = v141 + v38, v147 = v142 - v39, v148 = v143 - T_11;
+  LANES_LET1(v149, rsqrt, v144);
+  const lanes v150 = choice_2 * v145, v151 = v146 - T_3, v152 = v147 - T_7, v153 = v148 * v148,
+      v154 = v41 * v149, v155 = v135 * v149, v156 = -v150, v157 = v151 * v151, v158 = v152 * v152,
+      v159 = choice_2 * v155, v160 = choice_2 * v154;
+  out[3] = v156;
+  const lanes v161 = v157 + v158, v162 = v129 * v159, v163 = v41 * v160, v164 = v159 * v43,
+      v165 = v160 * v131, v166 = v159 * v131, v167 = v160 * v43, v168 = v161 + v153,
+      v169 = v26 * v160, v170 = v159 * v125, v171 = v160 * v125, v172 = v26 * v159,
+      v173 = v159 * v127, v174 = v27 * v160, v175 = v27 * v159, v176 = v160 * v127,
+      v177 = v159 * v112, v178 = v160 * v112, v179 = v162 - v163, v180 = v164 + v165,
+      v181 = v166 - v167, v182 = v169 + v170, v183 = v171 - v172, v184 = v173 - v174,
+      v185 = v175 + v176, v186 = v179 * v179;
+  LANES_LET2(v187, atan2, v179, v130);
+  const lanes v188 = v180 * v180, v189 = v136 + v186, v190 = -v187;
+  LANES_LET1(v191, rsqrt, v189); out[4] = v190;
+  const lanes v192 = v179 * v191, v193 = v130 * v191, v194 = v193 * v181, v195 = v192 * v132,
+      v196 = v193 * v182, v197 = v192 * v126, v198 = v192 * v182, v199 = v193 * v126,
+      v200 = v193 * v184, v201 = v192 * v128, v202 = v192 * v184, v203 = v193 * v128,
+      v204 = v193 * v177, v205 = v192 * v111, v206 = v193 * v111, v207 = v192 * v177,
+      v208 = v194 - v195, v209 = v196 + v197, v210 = v198 - v199, v211 = v200 + v201,
+      v212 = v202 - v203, v213 = v204 - v205, v214 = v206 + v207, v215 = v208 * v208;
+  LANES_LET2(v216, atan2, v180, v208);
+  const lanes v217 = v210 - T_2, v218 = v212 - T_6, v219 = v214 - T_10, v220 = v188 + v215;
+  out[5] = v216;
+  const lanes v221 = v217 * v217, v222 = v218 * v218, v223 = v219 * v219;
+  LANES_LET1(v224, rsqrt, v220);
+  const lanes v225 = v180 * v224, v226 = v208 * v224, v227 = v226 * v209, v228 = v225 * v183,
+      v229 = v226 * v183, v230 = v225 * v209, v231 = v226 * v211, v232 = v225 * v185,
+      v233 = v226 * v185, v234 = v225 * v211, v235 = v226 * v213, v236 = v225 * v178,
+      v237 = v226 * v178, v238 = v225 * v213, v239 = v227 + v228, v240 = v229 - v230,
+      v241 = v231 + v232, v242 = v233 - v234, v243 = v235 + v236, v244 = v237 - v238,
+      v245 = v239 - T_0, v246 = v240 - T_1, v247 = v241 - T_4, v248 = v242 - T_5, v249 = v243 - T_8,
+      v250 = v244 - T_9, v251 = v245 * v245, v252 = v246 * v246, v253 = v247 * v247,
+      v254 = v248 * v248, v255 = v249 * v249, v256 = v250 * v250, v257 = v251 + v252,
+      v258 = v257 + v221, v259 = v258 + v253, v260 = v259 + v254, v261 = v260 + v222,
+      v262 = v261 + v255, v263 = v262 + v256, v264 = v263 + v223, v265 = 0.5 * v264,
+      v266 = v168 + v265, v267 = v168 - v265;
+  LANES_LET1(v268, fabs, v267);
+  const lanes v269 = v266 + v268, v270 = 0.5 * v269;
+  LANES_LET1(v271, sqrt, v270); out[6] = v271;
+  lanes v23, v67; LANES_NAME(lanes_two_atan2)(&v18, &v21, &v63, &v64, &v23, &v67);
+  LANES_LET2(v88, atan2, v83, v86); out[0] = v23; out[2] = v67; out[1] = v88;
 }
 
-static inline LANES_TARGET void LANES_NAME(puma560_ik_branches)(const double *T, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(puma560_ik_branches)(const double *T, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[19], out[BRANCHES / COUNT][8];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[16 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(puma560_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][8];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(puma560_ik_branch)(T, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(puma560_ik_branch)(T, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 6, COUNT, q + b * 6, 6);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b * 1, 1);
   }
 }
 

@@ -3,5002 +3,1440 @@
 
 static LANES_TARGET void LANES_NAME(puma560_fk)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v11; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v11);
-  lanes v2, v9; LANES_NAME(lanes_cos_sin)(&q_4, &v2, &v9);
-  lanes v3, v7; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v7);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v11, q_5); LANES_COS_SIN(v2, v9, q_4); LANES_COS_SIN(v3, v7, q_0);
   const lanes v4 = q_1 + q_2;
-  lanes v5, v10; LANES_NAME(lanes_cos_sin)(&v4, &v5, &v10);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v8);
-  lanes v12, v13; LANES_NAME(lanes_cos_sin)(&q_1, &v12, &v13);
-  const lanes v14 = v3 * v5;
-  const lanes v15 = v14 * v6;
-  const lanes v16 = v7 * v8;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = v2 * v17;
-  const lanes v19 = v3 * v10;
-  const lanes v20 = v9 * v19;
-  const lanes v21 = v18 - v20;
-  const lanes v22 = v1 * v21;
-  const lanes v23 = v14 * v8;
-  const lanes v24 = v7 * v6;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = v11 * v25;
-  const lanes v27 = v22 - v26;
+  LANES_COS_SIN(v5, v10, v4); LANES_COS_SIN(v6, v8, q_3); LANES_COS_SIN(v12, v13, q_1);
+  const lanes v14 = v3 * v5, v15 = v14 * v6, v16 = v7 * v8, v17 = v15 - v16, v18 = v2 * v17,
+      v19 = v3 * v10, v20 = v9 * v19, v21 = v18 - v20, v22 = v1 * v21, v23 = v14 * v8,
+      v24 = v7 * v6, v25 = v23 + v24, v26 = v11 * v25, v27 = v22 - v26;
   out[0] = v27;
-  const lanes v28 = v1 * v25;
-  const lanes v29 = v11 * v21;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = -v30;
+  const lanes v28 = v1 * v25, v29 = v11 * v21, v30 = v28 + v29, v31 = -v30;
   out[1] = v31;
-  const lanes v32 = v2 * v19;
-  const lanes v33 = v9 * v17;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = -v34;
+  const lanes v32 = v2 * v19, v33 = v9 * v17, v34 = v32 + v33, v35 = -v34;
   out[2] = v35;
-  const lanes v36 = 0.0203 * v5;
-  const lanes v37 = 0.4318 * v10;
-  const lanes v38 = v36 - v37;
-  const lanes v39 = 0.4318 * v12;
-  const lanes v40 = v38 + v39;
-  const lanes v41 = v3 * v40;
-  const lanes v42 = 0.15005 * v7;
-  const lanes v43 = v41 + v42;
+  const lanes v36 = 0.0203 * v5, v37 = 0.4318 * v10, v38 = v36 - v37, v39 = 0.4318 * v12,
+      v40 = v38 + v39, v41 = v3 * v40, v42 = 0.15005 * v7, v43 = v41 + v42;
   out[3] = v43;
-  const lanes v44 = v7 * v5;
-  const lanes v45 = v44 * v6;
-  const lanes v46 = v3 * v8;
-  const lanes v47 = v45 + v46;
-  const lanes v48 = v2 * v47;
-  const lanes v49 = v7 * v10;
-  const lanes v50 = v9 * v49;
-  const lanes v51 = v48 - v50;
-  const lanes v52 = v1 * v51;
-  const lanes v53 = v3 * v6;
-  const lanes v54 = v44 * v8;
-  const lanes v55 = v53 - v54;
-  const lanes v56 = v11 * v55;
-  const lanes v57 = v52 + v56;
+  const lanes v44 = v7 * v5, v45 = v44 * v6, v46 = v3 * v8, v47 = v45 + v46, v48 = v2 * v47,
+      v49 = v7 * v10, v50 = v9 * v49, v51 = v48 - v50, v52 = v1 * v51, v53 = v3 * v6,
+      v54 = v44 * v8, v55 = v53 - v54, v56 = v11 * v55, v57 = v52 + v56;
   out[4] = v57;
-  const lanes v58 = v1 * v55;
-  const lanes v59 = v11 * v51;
-  const lanes v60 = v58 - v59;
+  const lanes v58 = v1 * v55, v59 = v11 * v51, v60 = v58 - v59;
   out[5] = v60;
-  const lanes v61 = v2 * v49;
-  const lanes v62 = v9 * v47;
-  const lanes v63 = v61 + v62;
-  const lanes v64 = -v63;
+  const lanes v61 = v2 * v49, v62 = v9 * v47, v63 = v61 + v62, v64 = -v63;
   out[6] = v64;
-  const lanes v65 = v7 * v40;
-  const lanes v66 = 0.15005 * v3;
-  const lanes v67 = v65 - v66;
+  const lanes v65 = v7 * v40, v66 = 0.15005 * v3, v67 = v65 - v66;
   out[7] = v67;
-  const lanes v68 = v10 * v6;
-  const lanes v69 = v2 * v68;
-  const lanes v70 = v9 * v5;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = v1 * v71;
-  const lanes v73 = v10 * v8;
-  const lanes v74 = v11 * v73;
-  const lanes v75 = v72 - v74;
+  const lanes v68 = v10 * v6, v69 = v2 * v68, v70 = v9 * v5, v71 = v69 + v70, v72 = v1 * v71,
+      v73 = v10 * v8, v74 = v11 * v73, v75 = v72 - v74;
   out[8] = v75;
-  const lanes v76 = v1 * v73;
-  const lanes v77 = v11 * v71;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = -v78;
+  const lanes v76 = v1 * v73, v77 = v11 * v71, v78 = v76 + v77, v79 = -v78;
   out[9] = v79;
-  const lanes v80 = v2 * v5;
-  const lanes v81 = v9 * v68;
-  const lanes v82 = v80 - v81;
+  const lanes v80 = v2 * v5, v81 = v9 * v68, v82 = v80 - v81;
   out[10] = v82;
-  const lanes v83 = 0.4318 * v5;
-  const lanes v84 = 0.0203 * v10;
-  const lanes v85 = v83 + v84;
-  const lanes v86 = 0.4318 * v13;
-  const lanes v87 = v85 + v86;
-  const lanes v88 = v87 + 0.67183;
-  out[11] = v88;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v83 = 0.4318 * v5, v84 = 0.0203 * v10, v85 = v83 + v84, v86 = 0.4318 * v13,
+      v87 = v85 + v86, v88 = v87 + 0.67183;
+  out[11] = v88; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(puma560_link_poses)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_1);
   const lanes v5 = q_1 + q_2;
-  lanes v6, v7; LANES_NAME(lanes_cos_sin)(&v5, &v6, &v7);
-  lanes v8, v9; LANES_NAME(lanes_cos_sin)(&q_3, &v8, &v9);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v11);
-  lanes v12, v13; LANES_NAME(lanes_cos_sin)(&q_5, &v12, &v13);
-  out[0] = v1;
-  out[1] = LANES_OF(0.0);
-  out[2] = v2;
-  out[3] = LANES_OF(0.0);
-  out[4] = v2;
-  out[5] = LANES_OF(0.0);
+  LANES_COS_SIN(v6, v7, v5); LANES_COS_SIN(v8, v9, q_3); LANES_COS_SIN(v10, v11, q_4);
+  LANES_COS_SIN(v12, v13, q_5); out[0] = v1; out[1] = LANES_OF(0.0); out[2] = v2;
+  out[3] = LANES_OF(0.0); out[4] = v2; out[5] = LANES_OF(0.0);
   const lanes v14 = -v1;
-  out[6] = v14;
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(1.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.67183);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
+  out[6] = v14; out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(1.0);
+  out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.67183); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
   const lanes v15 = v1 * v3;
   out[16] = v15;
-  const lanes v16 = v1 * v4;
-  const lanes v17 = -v16;
-  out[17] = v17;
-  out[18] = v2;
+  const lanes v16 = v1 * v4, v17 = -v16;
+  out[17] = v17; out[18] = v2;
   const lanes v18 = 0.4318 * v15;
   out[19] = v18;
   const lanes v19 = v2 * v3;
   out[20] = v19;
-  const lanes v20 = v2 * v4;
-  const lanes v21 = -v20;
-  out[21] = v21;
-  out[22] = v14;
+  const lanes v20 = v2 * v4, v21 = -v20;
+  out[21] = v21; out[22] = v14;
   const lanes v22 = 0.4318 * v19;
-  out[23] = v22;
-  out[24] = v4;
-  out[25] = v3;
-  out[26] = LANES_OF(0.0);
-  const lanes v23 = 0.4318 * v4;
-  const lanes v24 = 0.67183 + v23;
-  out[27] = v24;
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
+  out[23] = v22; out[24] = v4; out[25] = v3; out[26] = LANES_OF(0.0);
+  const lanes v23 = 0.4318 * v4, v24 = 0.67183 + v23;
+  out[27] = v24; out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0);
   out[31] = LANES_OF(1.0);
   const lanes v25 = v1 * v6;
   out[32] = v25;
   const lanes v26 = -v2;
   out[33] = v26;
-  const lanes v27 = v1 * v7;
-  const lanes v28 = -v27;
+  const lanes v27 = v1 * v7, v28 = -v27;
   out[34] = v28;
-  const lanes v29 = 0.15005 * v2;
-  const lanes v30 = v29 + v18;
-  const lanes v31 = 0.0203 * v25;
-  const lanes v32 = v30 + v31;
+  const lanes v29 = 0.15005 * v2, v30 = v29 + v18, v31 = 0.0203 * v25, v32 = v30 + v31;
   out[35] = v32;
   const lanes v33 = v2 * v6;
-  out[36] = v33;
-  out[37] = v1;
-  const lanes v34 = v2 * v7;
-  const lanes v35 = -v34;
+  out[36] = v33; out[37] = v1;
+  const lanes v34 = v2 * v7, v35 = -v34;
   out[38] = v35;
-  const lanes v36 = 0.15005 * v1;
-  const lanes v37 = v22 - v36;
-  const lanes v38 = 0.0203 * v33;
-  const lanes v39 = v37 + v38;
-  out[39] = v39;
-  out[40] = v7;
-  out[41] = LANES_OF(0.0);
-  out[42] = v6;
-  const lanes v40 = 0.0203 * v7;
-  const lanes v41 = v24 + v40;
-  out[43] = v41;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
+  const lanes v36 = 0.15005 * v1, v37 = v22 - v36, v38 = 0.0203 * v33, v39 = v37 + v38;
+  out[39] = v39; out[40] = v7; out[41] = LANES_OF(0.0); out[42] = v6;
+  const lanes v40 = 0.0203 * v7, v41 = v24 + v40;
+  out[43] = v41; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
   out[47] = LANES_OF(1.0);
-  const lanes v42 = v25 * v8;
-  const lanes v43 = v2 * v9;
-  const lanes v44 = v42 - v43;
-  out[48] = v44;
-  out[49] = v28;
-  const lanes v45 = v25 * v9;
-  const lanes v46 = v2 * v8;
-  const lanes v47 = v45 + v46;
+  const lanes v42 = v25 * v8, v43 = v2 * v9, v44 = v42 - v43;
+  out[48] = v44; out[49] = v28;
+  const lanes v45 = v25 * v9, v46 = v2 * v8, v47 = v45 + v46;
   out[50] = v47;
-  const lanes v48 = 0.4318 * v27;
-  const lanes v49 = v32 - v48;
+  const lanes v48 = 0.4318 * v27, v49 = v32 - v48;
   out[51] = v49;
-  const lanes v50 = v33 * v8;
-  const lanes v51 = v1 * v9;
-  const lanes v52 = v50 + v51;
-  out[52] = v52;
-  out[53] = v35;
-  const lanes v53 = v1 * v8;
-  const lanes v54 = v33 * v9;
-  const lanes v55 = v53 - v54;
-  const lanes v56 = -v55;
+  const lanes v50 = v33 * v8, v51 = v1 * v9, v52 = v50 + v51;
+  out[52] = v52; out[53] = v35;
+  const lanes v53 = v1 * v8, v54 = v33 * v9, v55 = v53 - v54, v56 = -v55;
   out[54] = v56;
-  const lanes v57 = 0.4318 * v34;
-  const lanes v58 = v39 - v57;
+  const lanes v57 = 0.4318 * v34, v58 = v39 - v57;
   out[55] = v58;
   const lanes v59 = v7 * v8;
-  out[56] = v59;
-  out[57] = v6;
+  out[56] = v59; out[57] = v6;
   const lanes v60 = v7 * v9;
   out[58] = v60;
-  const lanes v61 = 0.4318 * v6;
-  const lanes v62 = v24 + v61;
-  const lanes v63 = v62 + v40;
-  out[59] = v63;
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
+  const lanes v61 = 0.4318 * v6, v62 = v24 + v61, v63 = v62 + v40;
+  out[59] = v63; out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0); out[62] = LANES_OF(0.0);
   out[63] = LANES_OF(1.0);
-  const lanes v64 = v10 * v44;
-  const lanes v65 = v11 * v27;
-  const lanes v66 = v64 - v65;
+  const lanes v64 = v10 * v44, v65 = v11 * v27, v66 = v64 - v65;
   out[64] = v66;
   const lanes v67 = -v47;
   out[65] = v67;
-  const lanes v68 = v10 * v27;
-  const lanes v69 = v11 * v44;
-  const lanes v70 = v68 + v69;
-  const lanes v71 = -v70;
-  out[66] = v71;
-  out[67] = v49;
-  const lanes v72 = v10 * v52;
-  const lanes v73 = v11 * v34;
-  const lanes v74 = v72 - v73;
-  out[68] = v74;
-  out[69] = v55;
-  const lanes v75 = v10 * v34;
-  const lanes v76 = v11 * v52;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = -v77;
-  out[70] = v78;
-  out[71] = v58;
-  const lanes v79 = v10 * v59;
-  const lanes v80 = v11 * v6;
-  const lanes v81 = v79 + v80;
+  const lanes v68 = v10 * v27, v69 = v11 * v44, v70 = v68 + v69, v71 = -v70;
+  out[66] = v71; out[67] = v49;
+  const lanes v72 = v10 * v52, v73 = v11 * v34, v74 = v72 - v73;
+  out[68] = v74; out[69] = v55;
+  const lanes v75 = v10 * v34, v76 = v11 * v52, v77 = v75 + v76, v78 = -v77;
+  out[70] = v78; out[71] = v58;
+  const lanes v79 = v10 * v59, v80 = v11 * v6, v81 = v79 + v80;
   out[72] = v81;
   const lanes v82 = -v60;
   out[73] = v82;
-  const lanes v83 = v10 * v6;
-  const lanes v84 = v11 * v59;
-  const lanes v85 = v83 - v84;
-  out[74] = v85;
-  out[75] = v63;
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
-  out[79] = LANES_OF(1.0);
-  const lanes v86 = v12 * v66;
-  const lanes v87 = v13 * v47;
-  const lanes v88 = v86 - v87;
+  const lanes v83 = v10 * v6, v84 = v11 * v59, v85 = v83 - v84;
+  out[74] = v85; out[75] = v63; out[76] = LANES_OF(0.0); out[77] = LANES_OF(0.0);
+  out[78] = LANES_OF(0.0); out[79] = LANES_OF(1.0);
+  const lanes v86 = v12 * v66, v87 = v13 * v47, v88 = v86 - v87;
   out[80] = v88;
-  const lanes v89 = v12 * v47;
-  const lanes v90 = v13 * v66;
-  const lanes v91 = v89 + v90;
-  const lanes v92 = -v91;
-  out[81] = v92;
-  out[82] = v71;
-  out[83] = v49;
-  const lanes v93 = v12 * v74;
-  const lanes v94 = v13 * v55;
-  const lanes v95 = v93 + v94;
+  const lanes v89 = v12 * v47, v90 = v13 * v66, v91 = v89 + v90, v92 = -v91;
+  out[81] = v92; out[82] = v71; out[83] = v49;
+  const lanes v93 = v12 * v74, v94 = v13 * v55, v95 = v93 + v94;
   out[84] = v95;
-  const lanes v96 = v12 * v55;
-  const lanes v97 = v13 * v74;
-  const lanes v98 = v96 - v97;
-  out[85] = v98;
-  out[86] = v78;
-  out[87] = v58;
-  const lanes v99 = v12 * v81;
-  const lanes v100 = v13 * v60;
-  const lanes v101 = v99 - v100;
+  const lanes v96 = v12 * v55, v97 = v13 * v74, v98 = v96 - v97;
+  out[85] = v98; out[86] = v78; out[87] = v58;
+  const lanes v99 = v12 * v81, v100 = v13 * v60, v101 = v99 - v100;
   out[88] = v101;
-  const lanes v102 = v12 * v60;
-  const lanes v103 = v13 * v81;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = -v104;
-  out[89] = v105;
-  out[90] = v85;
-  out[91] = v63;
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
-  out[95] = LANES_OF(1.0);
+  const lanes v102 = v12 * v60, v103 = v13 * v81, v104 = v102 + v103, v105 = -v104;
+  out[89] = v105; out[90] = v85; out[91] = v63; out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0);
+  out[94] = LANES_OF(0.0); out[95] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(puma560_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v11; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v11);
-  lanes v2, v9; LANES_NAME(lanes_cos_sin)(&q_4, &v2, &v9);
-  lanes v3, v7; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v7);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v11, q_5); LANES_COS_SIN(v2, v9, q_4); LANES_COS_SIN(v3, v7, q_0);
   const lanes v4 = q_1 + q_2;
-  lanes v5, v10; LANES_NAME(lanes_cos_sin)(&v4, &v5, &v10);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v8);
-  lanes v12, v13; LANES_NAME(lanes_cos_sin)(&q_1, &v12, &v13);
-  const lanes v14 = v3 * v5;
-  const lanes v15 = v14 * v6;
-  const lanes v16 = v7 * v8;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = v2 * v17;
-  const lanes v19 = v3 * v10;
-  const lanes v20 = v9 * v19;
-  const lanes v21 = v18 - v20;
-  const lanes v22 = v1 * v21;
-  const lanes v23 = v14 * v8;
-  const lanes v24 = v7 * v6;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = v11 * v25;
-  const lanes v27 = v22 - v26;
+  LANES_COS_SIN(v5, v10, v4); LANES_COS_SIN(v6, v8, q_3); LANES_COS_SIN(v12, v13, q_1);
+  const lanes v14 = v3 * v5, v15 = v14 * v6, v16 = v7 * v8, v17 = v15 - v16, v18 = v2 * v17,
+      v19 = v3 * v10, v20 = v9 * v19, v21 = v18 - v20, v22 = v1 * v21, v23 = v14 * v8,
+      v24 = v7 * v6, v25 = v23 + v24, v26 = v11 * v25, v27 = v22 - v26;
   out[0] = v27;
-  const lanes v28 = v1 * v25;
-  const lanes v29 = v11 * v21;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = -v30;
+  const lanes v28 = v1 * v25, v29 = v11 * v21, v30 = v28 + v29, v31 = -v30;
   out[1] = v31;
-  const lanes v32 = v2 * v19;
-  const lanes v33 = v9 * v17;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = -v34;
+  const lanes v32 = v2 * v19, v33 = v9 * v17, v34 = v32 + v33, v35 = -v34;
   out[2] = v35;
-  const lanes v36 = 0.0203 * v5;
-  const lanes v37 = 0.4318 * v10;
-  const lanes v38 = v36 - v37;
-  const lanes v39 = 0.4318 * v12;
-  const lanes v40 = v38 + v39;
-  const lanes v41 = v3 * v40;
-  const lanes v42 = 0.15005 * v7;
-  const lanes v43 = v41 + v42;
+  const lanes v36 = 0.0203 * v5, v37 = 0.4318 * v10, v38 = v36 - v37, v39 = 0.4318 * v12,
+      v40 = v38 + v39, v41 = v3 * v40, v42 = 0.15005 * v7, v43 = v41 + v42;
   out[3] = v43;
-  const lanes v44 = v7 * v5;
-  const lanes v45 = v44 * v6;
-  const lanes v46 = v3 * v8;
-  const lanes v47 = v45 + v46;
-  const lanes v48 = v2 * v47;
-  const lanes v49 = v7 * v10;
-  const lanes v50 = v9 * v49;
-  const lanes v51 = v48 - v50;
-  const lanes v52 = v1 * v51;
-  const lanes v53 = v3 * v6;
-  const lanes v54 = v44 * v8;
-  const lanes v55 = v53 - v54;
-  const lanes v56 = v11 * v55;
-  const lanes v57 = v52 + v56;
+  const lanes v44 = v7 * v5, v45 = v44 * v6, v46 = v3 * v8, v47 = v45 + v46, v48 = v2 * v47,
+      v49 = v7 * v10, v50 = v9 * v49, v51 = v48 - v50, v52 = v1 * v51, v53 = v3 * v6,
+      v54 = v44 * v8, v55 = v53 - v54, v56 = v11 * v55, v57 = v52 + v56;
   out[4] = v57;
-  const lanes v58 = v1 * v55;
-  const lanes v59 = v11 * v51;
-  const lanes v60 = v58 - v59;
+  const lanes v58 = v1 * v55, v59 = v11 * v51, v60 = v58 - v59;
   out[5] = v60;
-  const lanes v61 = v2 * v49;
-  const lanes v62 = v9 * v47;
-  const lanes v63 = v61 + v62;
-  const lanes v64 = -v63;
+  const lanes v61 = v2 * v49, v62 = v9 * v47, v63 = v61 + v62, v64 = -v63;
   out[6] = v64;
-  const lanes v65 = v7 * v40;
-  const lanes v66 = 0.15005 * v3;
-  const lanes v67 = v65 - v66;
+  const lanes v65 = v7 * v40, v66 = 0.15005 * v3, v67 = v65 - v66;
   out[7] = v67;
-  const lanes v68 = v10 * v6;
-  const lanes v69 = v2 * v68;
-  const lanes v70 = v9 * v5;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = v1 * v71;
-  const lanes v73 = v10 * v8;
-  const lanes v74 = v11 * v73;
-  const lanes v75 = v72 - v74;
+  const lanes v68 = v10 * v6, v69 = v2 * v68, v70 = v9 * v5, v71 = v69 + v70, v72 = v1 * v71,
+      v73 = v10 * v8, v74 = v11 * v73, v75 = v72 - v74;
   out[8] = v75;
-  const lanes v76 = v1 * v73;
-  const lanes v77 = v11 * v71;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = -v78;
+  const lanes v76 = v1 * v73, v77 = v11 * v71, v78 = v76 + v77, v79 = -v78;
   out[9] = v79;
-  const lanes v80 = v2 * v5;
-  const lanes v81 = v9 * v68;
-  const lanes v82 = v80 - v81;
+  const lanes v80 = v2 * v5, v81 = v9 * v68, v82 = v80 - v81;
   out[10] = v82;
-  const lanes v83 = 0.4318 * v5;
-  const lanes v84 = 0.0203 * v10;
-  const lanes v85 = v83 + v84;
-  const lanes v86 = 0.4318 * v13;
-  const lanes v87 = v85 + v86;
-  const lanes v88 = v87 + 0.67183;
-  out[11] = v88;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v83 = 0.4318 * v5, v84 = 0.0203 * v10, v85 = v83 + v84, v86 = 0.4318 * v13,
+      v87 = v85 + v86, v88 = v87 + 0.67183;
+  out[11] = v88; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
   const lanes v89 = -v67;
   out[16] = v89;
-  const lanes v90 = v3 * v87;
-  const lanes v91 = -v90;
+  const lanes v90 = v3 * v87, v91 = -v90;
   out[17] = v91;
-  const lanes v92 = v3 * v85;
-  const lanes v93 = -v92;
-  out[18] = v93;
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
+  const lanes v92 = v3 * v85, v93 = -v92;
+  out[18] = v93; out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
   out[22] = v43;
-  const lanes v94 = v7 * v87;
-  const lanes v95 = -v94;
+  const lanes v94 = v7 * v87, v95 = -v94;
   out[23] = v95;
-  const lanes v96 = v7 * v85;
-  const lanes v97 = -v96;
-  out[24] = v97;
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = v40;
-  out[30] = v38;
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = v7;
+  const lanes v96 = v7 * v85, v97 = -v96;
+  out[24] = v97; out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0);
+  out[28] = LANES_OF(0.0); out[29] = v40; out[30] = v38; out[31] = LANES_OF(0.0);
+  out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[35] = v7;
   out[36] = v7;
   const lanes v98 = -v19;
-  out[37] = v98;
-  out[38] = v25;
-  out[39] = v35;
-  out[40] = LANES_OF(0.0);
+  out[37] = v98; out[38] = v25; out[39] = v35; out[40] = LANES_OF(0.0);
   const lanes v99 = -v3;
-  out[41] = v99;
-  out[42] = v99;
+  out[41] = v99; out[42] = v99;
   const lanes v100 = -v49;
   out[43] = v100;
   const lanes v101 = -v55;
-  out[44] = v101;
-  out[45] = v64;
-  out[46] = LANES_OF(1.0);
-  out[47] = LANES_OF(0.0);
-  out[48] = LANES_OF(0.0);
-  out[49] = v5;
-  out[50] = v73;
-  out[51] = v82;
+  out[44] = v101; out[45] = v64; out[46] = LANES_OF(1.0); out[47] = LANES_OF(0.0);
+  out[48] = LANES_OF(0.0); out[49] = v5; out[50] = v73; out[51] = v82;
 }
 
 static LANES_TARGET void LANES_NAME(puma560_jacobian_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v3);
-  lanes v4, v2; LANES_NAME(lanes_cos_sin)(&q_1, &v4, &v2);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4];
+  LANES_COS_SIN(v1, v3, q_0); LANES_COS_SIN(v4, v2, q_1);
   const lanes v5 = q_1 + q_2;
-  lanes v6, v7; LANES_NAME(lanes_cos_sin)(&v5, &v6, &v7);
-  lanes v9, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v9, &v8);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v11);
+  LANES_COS_SIN(v6, v7, v5); LANES_COS_SIN(v9, v8, q_3); LANES_COS_SIN(v10, v11, q_4);
   out[0] = LANES_OF(0.0);
   const lanes v12 = 0.67183 * v1;
   out[1] = v12;
-  const lanes v13 = 0.4318 * v2;
-  const lanes v14 = v13 + 0.67183;
-  const lanes v15 = v1 * v14;
+  const lanes v13 = 0.4318 * v2, v14 = v13 + 0.67183, v15 = v1 * v14;
   out[2] = v15;
-  const lanes v16 = 0.4318 * v4;
-  const lanes v17 = v16 * v6;
-  const lanes v18 = v14 * v7;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = v19 + 0.0203;
-  const lanes v21 = v3 * v20;
-  const lanes v22 = v1 * v6;
-  const lanes v23 = 0.15005 * v22;
-  const lanes v24 = v21 - v23;
+  const lanes v16 = 0.4318 * v4, v17 = v16 * v6, v18 = v14 * v7, v19 = v17 + v18,
+      v20 = v19 + 0.0203, v21 = v3 * v20, v22 = v1 * v6, v23 = 0.15005 * v22, v24 = v21 - v23;
   out[3] = v24;
-  const lanes v25 = v1 * v7;
-  const lanes v26 = 0.15005 * v8;
-  const lanes v27 = v20 * v9;
-  const lanes v28 = v26 - v27;
-  const lanes v29 = v25 * v28;
-  const lanes v30 = v22 * v9;
-  const lanes v31 = v3 * v8;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = v16 * v7;
-  const lanes v34 = v6 * v14;
-  const lanes v35 = v33 - v34;
-  const lanes v36 = v35 - 0.4318;
-  const lanes v37 = v32 * v36;
-  const lanes v38 = v29 + v37;
-  const lanes v39 = -v38;
+  const lanes v25 = v1 * v7, v26 = 0.15005 * v8, v27 = v20 * v9, v28 = v26 - v27, v29 = v25 * v28,
+      v30 = v22 * v9, v31 = v3 * v8, v32 = v30 - v31, v33 = v16 * v7, v34 = v6 * v14,
+      v35 = v33 - v34, v36 = v35 - 0.4318, v37 = v32 * v36, v38 = v29 + v37, v39 = -v38;
   out[4] = v39;
-  const lanes v40 = v22 * v8;
-  const lanes v41 = v3 * v9;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = v10 * v28;
-  const lanes v44 = v11 * v36;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = v42 * v45;
-  const lanes v47 = v10 * v32;
-  const lanes v48 = v11 * v25;
-  const lanes v49 = v47 - v48;
-  const lanes v50 = v20 * v8;
-  const lanes v51 = 0.15005 * v9;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = v49 * v52;
-  const lanes v54 = v46 + v53;
-  const lanes v55 = -v54;
-  out[5] = v55;
-  out[6] = LANES_OF(0.0);
+  const lanes v40 = v22 * v8, v41 = v3 * v9, v42 = v40 + v41, v43 = v10 * v28, v44 = v11 * v36,
+      v45 = v43 + v44, v46 = v42 * v45, v47 = v10 * v32, v48 = v11 * v25, v49 = v47 - v48,
+      v50 = v20 * v8, v51 = 0.15005 * v9, v52 = v50 + v51, v53 = v49 * v52, v54 = v46 + v53,
+      v55 = -v54;
+  out[5] = v55; out[6] = LANES_OF(0.0);
   const lanes v56 = 0.67183 * v3;
   out[7] = v56;
   const lanes v57 = v3 * v14;
   out[8] = v57;
-  const lanes v58 = v3 * v6;
-  const lanes v59 = 0.15005 * v58;
-  const lanes v60 = v1 * v20;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = -v61;
+  const lanes v58 = v3 * v6, v59 = 0.15005 * v58, v60 = v1 * v20, v61 = v59 + v60, v62 = -v61;
   out[9] = v62;
-  const lanes v63 = v3 * v7;
-  const lanes v64 = v63 * v28;
-  const lanes v65 = v58 * v9;
-  const lanes v66 = v1 * v8;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v67 * v36;
-  const lanes v69 = v64 + v68;
-  const lanes v70 = -v69;
+  const lanes v63 = v3 * v7, v64 = v63 * v28, v65 = v58 * v9, v66 = v1 * v8, v67 = v65 + v66,
+      v68 = v67 * v36, v69 = v64 + v68, v70 = -v69;
   out[10] = v70;
-  const lanes v71 = v1 * v9;
-  const lanes v72 = v58 * v8;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = v73 * v45;
-  const lanes v75 = v10 * v67;
-  const lanes v76 = v11 * v63;
-  const lanes v77 = v75 - v76;
-  const lanes v78 = v77 * v52;
-  const lanes v79 = v74 - v78;
-  out[11] = v79;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
+  const lanes v71 = v1 * v9, v72 = v58 * v8, v73 = v71 - v72, v74 = v73 * v45, v75 = v10 * v67,
+      v76 = v11 * v63, v77 = v75 - v76, v78 = v77 * v52, v79 = v74 - v78;
+  out[11] = v79; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
   const lanes v80 = -v16;
   out[14] = v80;
-  const lanes v81 = 0.15005 * v7;
-  const lanes v82 = -v81;
+  const lanes v81 = 0.15005 * v7, v82 = -v81;
   out[15] = v82;
-  const lanes v83 = v6 * v28;
-  const lanes v84 = v7 * v9;
-  const lanes v85 = v84 * v36;
-  const lanes v86 = v83 - v85;
+  const lanes v83 = v6 * v28, v84 = v7 * v9, v85 = v84 * v36, v86 = v83 - v85;
   out[16] = v86;
-  const lanes v87 = v7 * v8;
-  const lanes v88 = v87 * v45;
-  const lanes v89 = v10 * v84;
-  const lanes v90 = v11 * v6;
-  const lanes v91 = v89 + v90;
-  const lanes v92 = v91 * v52;
-  const lanes v93 = v88 + v92;
-  const lanes v94 = -v93;
-  out[17] = v94;
-  out[18] = LANES_OF(0.0);
-  out[19] = v3;
-  out[20] = v3;
+  const lanes v87 = v7 * v8, v88 = v87 * v45, v89 = v10 * v84, v90 = v11 * v6, v91 = v89 + v90,
+      v92 = v91 * v52, v93 = v88 + v92, v94 = -v93;
+  out[17] = v94; out[18] = LANES_OF(0.0); out[19] = v3; out[20] = v3;
   const lanes v95 = -v25;
-  out[21] = v95;
-  out[22] = v42;
-  const lanes v96 = v10 * v25;
-  const lanes v97 = v11 * v32;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = -v98;
-  out[23] = v99;
-  out[24] = LANES_OF(0.0);
+  out[21] = v95; out[22] = v42;
+  const lanes v96 = v10 * v25, v97 = v11 * v32, v98 = v96 + v97, v99 = -v98;
+  out[23] = v99; out[24] = LANES_OF(0.0);
   const lanes v100 = -v1;
-  out[25] = v100;
-  out[26] = v100;
+  out[25] = v100; out[26] = v100;
   const lanes v101 = -v63;
   out[27] = v101;
   const lanes v102 = -v73;
   out[28] = v102;
-  const lanes v103 = v10 * v63;
-  const lanes v104 = v11 * v67;
-  const lanes v105 = v103 + v104;
-  const lanes v106 = -v105;
-  out[29] = v106;
-  out[30] = LANES_OF(1.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = v6;
-  out[34] = v87;
-  const lanes v107 = v10 * v6;
-  const lanes v108 = v11 * v84;
-  const lanes v109 = v107 - v108;
+  const lanes v103 = v10 * v63, v104 = v11 * v67, v105 = v103 + v104, v106 = -v105;
+  out[29] = v106; out[30] = LANES_OF(1.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
+  out[33] = v6; out[34] = v87;
+  const lanes v107 = v10 * v6, v108 = v11 * v84, v109 = v107 - v108;
   out[35] = v109;
 }
 
 static LANES_TARGET void LANES_NAME(puma560_jacobian_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v7; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v7);
-  lanes v5, v2; LANES_NAME(lanes_cos_sin)(&q_5, &v5, &v2);
-  lanes v3, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v3, &v6);
-  lanes v4, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v4, &v11);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v7, q_0); LANES_COS_SIN(v5, v2, q_5); LANES_COS_SIN(v3, v6, q_3);
+  LANES_COS_SIN(v4, v11, q_4);
   const lanes v8 = q_1 + q_2;
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&v8, &v9, &v10);
-  lanes v12, v13; LANES_NAME(lanes_cos_sin)(&q_1, &v12, &v13);
-  const lanes v14 = v2 * v3;
-  const lanes v15 = v4 * v5;
-  const lanes v16 = v15 * v6;
-  const lanes v17 = v14 + v16;
-  const lanes v18 = v1 * v17;
-  const lanes v19 = v3 * v15;
-  const lanes v20 = v2 * v6;
-  const lanes v21 = v19 - v20;
-  const lanes v22 = v9 * v21;
-  const lanes v23 = v11 * v5;
-  const lanes v24 = v10 * v23;
-  const lanes v25 = v22 - v24;
-  const lanes v26 = v7 * v25;
-  const lanes v27 = v18 + v26;
-  const lanes v28 = 0.0203 * v9;
-  const lanes v29 = 0.4318 * v10;
-  const lanes v30 = v28 - v29;
-  const lanes v31 = 0.4318 * v12;
-  const lanes v32 = v30 + v31;
-  const lanes v33 = v1 * v32;
-  const lanes v34 = 0.15005 * v7;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = v27 * v35;
-  const lanes v37 = v1 * v25;
-  const lanes v38 = v7 * v17;
-  const lanes v39 = v37 - v38;
-  const lanes v40 = v7 * v32;
-  const lanes v41 = 0.15005 * v1;
-  const lanes v42 = v40 - v41;
-  const lanes v43 = v39 * v42;
-  const lanes v44 = v36 - v43;
+  LANES_COS_SIN(v9, v10, v8); LANES_COS_SIN(v12, v13, q_1);
+  const lanes v14 = v2 * v3, v15 = v4 * v5, v16 = v15 * v6, v17 = v14 + v16, v18 = v1 * v17,
+      v19 = v3 * v15, v20 = v2 * v6, v21 = v19 - v20, v22 = v9 * v21, v23 = v11 * v5,
+      v24 = v10 * v23, v25 = v22 - v24, v26 = v7 * v25, v27 = v18 + v26, v28 = 0.0203 * v9,
+      v29 = 0.4318 * v10, v30 = v28 - v29, v31 = 0.4318 * v12, v32 = v30 + v31, v33 = v1 * v32,
+      v34 = 0.15005 * v7, v35 = v33 + v34, v36 = v27 * v35, v37 = v1 * v25, v38 = v7 * v17,
+      v39 = v37 - v38, v40 = v7 * v32, v41 = 0.15005 * v1, v42 = v40 - v41, v43 = v39 * v42,
+      v44 = v36 - v43;
   out[0] = v44;
-  const lanes v45 = v9 * v23;
-  const lanes v46 = v10 * v21;
-  const lanes v47 = v45 + v46;
-  const lanes v48 = v47 * v32;
-  const lanes v49 = 0.4318 * v9;
-  const lanes v50 = 0.0203 * v10;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = 0.4318 * v13;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v53 * v25;
-  const lanes v55 = v48 - v54;
+  const lanes v45 = v9 * v23, v46 = v10 * v21, v47 = v45 + v46, v48 = v47 * v32, v49 = 0.4318 * v9,
+      v50 = 0.0203 * v10, v51 = v49 + v50, v52 = 0.4318 * v13, v53 = v51 + v52, v54 = v53 * v25,
+      v55 = v48 - v54;
   out[1] = v55;
-  const lanes v56 = v47 * v30;
-  const lanes v57 = v51 * v25;
-  const lanes v58 = v56 - v57;
-  out[2] = v58;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  const lanes v59 = v5 * v3;
-  const lanes v60 = v4 * v2;
-  const lanes v61 = v60 * v6;
-  const lanes v62 = v59 - v61;
-  const lanes v63 = v1 * v62;
-  const lanes v64 = v11 * v2;
-  const lanes v65 = v10 * v64;
-  const lanes v66 = v5 * v6;
-  const lanes v67 = v3 * v60;
-  const lanes v68 = v66 + v67;
-  const lanes v69 = v9 * v68;
-  const lanes v70 = v65 - v69;
-  const lanes v71 = v7 * v70;
-  const lanes v72 = v63 + v71;
-  const lanes v73 = v72 * v35;
-  const lanes v74 = v1 * v70;
-  const lanes v75 = v7 * v62;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v76 * v42;
-  const lanes v78 = v73 - v77;
+  const lanes v56 = v47 * v30, v57 = v51 * v25, v58 = v56 - v57;
+  out[2] = v58; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
+  const lanes v59 = v5 * v3, v60 = v4 * v2, v61 = v60 * v6, v62 = v59 - v61, v63 = v1 * v62,
+      v64 = v11 * v2, v65 = v10 * v64, v66 = v5 * v6, v67 = v3 * v60, v68 = v66 + v67,
+      v69 = v9 * v68, v70 = v65 - v69, v71 = v7 * v70, v72 = v63 + v71, v73 = v72 * v35,
+      v74 = v1 * v70, v75 = v7 * v62, v76 = v74 - v75, v77 = v76 * v42, v78 = v73 - v77;
   out[6] = v78;
-  const lanes v79 = v9 * v64;
-  const lanes v80 = v10 * v68;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = v81 * v32;
-  const lanes v83 = v53 * v70;
-  const lanes v84 = v82 + v83;
-  const lanes v85 = -v84;
+  const lanes v79 = v9 * v64, v80 = v10 * v68, v81 = v79 + v80, v82 = v81 * v32, v83 = v53 * v70,
+      v84 = v82 + v83, v85 = -v84;
   out[7] = v85;
-  const lanes v86 = v81 * v30;
-  const lanes v87 = v51 * v70;
-  const lanes v88 = v86 + v87;
-  const lanes v89 = -v88;
-  out[8] = v89;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  const lanes v90 = v11 * v6;
-  const lanes v91 = v7 * v90;
-  const lanes v92 = v4 * v10;
-  const lanes v93 = v11 * v3;
-  const lanes v94 = v9 * v93;
-  const lanes v95 = v92 + v94;
-  const lanes v96 = v95 * v1;
-  const lanes v97 = v91 - v96;
-  const lanes v98 = v97 * v42;
-  const lanes v99 = v95 * v7;
-  const lanes v100 = v1 * v90;
-  const lanes v101 = v99 + v100;
-  const lanes v102 = v101 * v35;
-  const lanes v103 = v98 + v102;
-  const lanes v104 = -v103;
+  const lanes v86 = v81 * v30, v87 = v51 * v70, v88 = v86 + v87, v89 = -v88;
+  out[8] = v89; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  const lanes v90 = v11 * v6, v91 = v7 * v90, v92 = v4 * v10, v93 = v11 * v3, v94 = v9 * v93,
+      v95 = v92 + v94, v96 = v95 * v1, v97 = v91 - v96, v98 = v97 * v42, v99 = v95 * v7,
+      v100 = v1 * v90, v101 = v99 + v100, v102 = v101 * v35, v103 = v98 + v102, v104 = -v103;
   out[12] = v104;
-  const lanes v105 = v95 * v53;
-  const lanes v106 = v4 * v9;
-  const lanes v107 = v10 * v93;
-  const lanes v108 = v106 - v107;
-  const lanes v109 = v108 * v32;
-  const lanes v110 = v105 + v109;
+  const lanes v105 = v95 * v53, v106 = v4 * v9, v107 = v10 * v93, v108 = v106 - v107,
+      v109 = v108 * v32, v110 = v105 + v109;
   out[13] = v110;
-  const lanes v111 = v95 * v51;
-  const lanes v112 = v108 * v30;
-  const lanes v113 = v111 + v112;
-  out[14] = v113;
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
+  const lanes v111 = v95 * v51, v112 = v108 * v30, v113 = v111 + v112;
+  out[14] = v113; out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
   out[18] = v47;
   const lanes v114 = -v17;
-  out[19] = v114;
-  out[20] = v114;
-  out[21] = v23;
+  out[19] = v114; out[20] = v114; out[21] = v23;
   const lanes v115 = -v2;
-  out[22] = v115;
-  out[23] = LANES_OF(0.0);
+  out[22] = v115; out[23] = LANES_OF(0.0);
   const lanes v116 = -v81;
   out[24] = v116;
   const lanes v117 = -v62;
-  out[25] = v117;
-  out[26] = v117;
+  out[25] = v117; out[26] = v117;
   const lanes v118 = -v64;
   out[27] = v118;
   const lanes v119 = -v5;
-  out[28] = v119;
-  out[29] = LANES_OF(0.0);
-  out[30] = v108;
-  out[31] = v90;
-  out[32] = v90;
-  out[33] = v4;
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(1.0);
+  out[28] = v119; out[29] = LANES_OF(0.0); out[30] = v108; out[31] = v90; out[32] = v90;
+  out[33] = v4; out[34] = LANES_OF(0.0); out[35] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(puma560_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  lanes v6, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v6, &v1);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4];
+  LANES_COS_SIN(v6, v1, q_0);
   const lanes v2 = q_1 + q_2;
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v4);
-  lanes v5, v7; LANES_NAME(lanes_cos_sin)(&q_1, &v5, &v7);
-  lanes v9, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v9, &v8);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v11);
-  const lanes v12 = 0.0203 * v3;
-  const lanes v13 = 0.4318 * v4;
-  const lanes v14 = v12 - v13;
-  const lanes v15 = 0.4318 * v5;
-  const lanes v16 = v14 + v15;
-  const lanes v17 = v1 * v16;
-  const lanes v18 = 0.15005 * v6;
-  const lanes v19 = v17 - v18;
-  const lanes v20 = -v19;
+  LANES_COS_SIN(v3, v4, v2); LANES_COS_SIN(v5, v7, q_1); LANES_COS_SIN(v9, v8, q_3);
+  LANES_COS_SIN(v10, v11, q_4);
+  const lanes v12 = 0.0203 * v3, v13 = 0.4318 * v4, v14 = v12 - v13, v15 = 0.4318 * v5,
+      v16 = v14 + v15, v17 = v1 * v16, v18 = 0.15005 * v6, v19 = v17 - v18, v20 = -v19;
   out[0] = v20;
-  const lanes v21 = 0.4318 * v3;
-  const lanes v22 = 0.0203 * v4;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = 0.4318 * v7;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = v6 * v25;
-  const lanes v27 = -v26;
+  const lanes v21 = 0.4318 * v3, v22 = 0.0203 * v4, v23 = v21 + v22, v24 = 0.4318 * v7,
+      v25 = v23 + v24, v26 = v6 * v25, v27 = -v26;
   out[1] = v27;
-  const lanes v28 = v6 * v23;
-  const lanes v29 = -v28;
-  out[2] = v29;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  const lanes v30 = v6 * v16;
-  const lanes v31 = 0.15005 * v1;
-  const lanes v32 = v30 + v31;
+  const lanes v28 = v6 * v23, v29 = -v28;
+  out[2] = v29; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
+  const lanes v30 = v6 * v16, v31 = 0.15005 * v1, v32 = v30 + v31;
   out[6] = v32;
-  const lanes v33 = v1 * v25;
-  const lanes v34 = -v33;
+  const lanes v33 = v1 * v25, v34 = -v33;
   out[7] = v34;
-  const lanes v35 = v1 * v23;
-  const lanes v36 = -v35;
-  out[8] = v36;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = v16;
-  out[14] = v14;
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = v1;
+  const lanes v35 = v1 * v23, v36 = -v35;
+  out[8] = v36; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = v16; out[14] = v14; out[15] = LANES_OF(0.0);
+  out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = v1;
   out[20] = v1;
-  const lanes v37 = v6 * v4;
-  const lanes v38 = -v37;
+  const lanes v37 = v6 * v4, v38 = -v37;
   out[21] = v38;
-  const lanes v39 = v6 * v3;
-  const lanes v40 = v39 * v8;
-  const lanes v41 = v1 * v9;
-  const lanes v42 = v40 + v41;
+  const lanes v39 = v6 * v3, v40 = v39 * v8, v41 = v1 * v9, v42 = v40 + v41;
   out[22] = v42;
-  const lanes v43 = v10 * v37;
-  const lanes v44 = v39 * v9;
-  const lanes v45 = v1 * v8;
-  const lanes v46 = v44 - v45;
-  const lanes v47 = v11 * v46;
-  const lanes v48 = v43 + v47;
-  const lanes v49 = -v48;
-  out[23] = v49;
-  out[24] = LANES_OF(0.0);
+  const lanes v43 = v10 * v37, v44 = v39 * v9, v45 = v1 * v8, v46 = v44 - v45, v47 = v11 * v46,
+      v48 = v43 + v47, v49 = -v48;
+  out[23] = v49; out[24] = LANES_OF(0.0);
   const lanes v50 = -v6;
-  out[25] = v50;
-  out[26] = v50;
-  const lanes v51 = v1 * v4;
-  const lanes v52 = -v51;
+  out[25] = v50; out[26] = v50;
+  const lanes v51 = v1 * v4, v52 = -v51;
   out[27] = v52;
-  const lanes v53 = v6 * v9;
-  const lanes v54 = v1 * v3;
-  const lanes v55 = v54 * v8;
-  const lanes v56 = v53 - v55;
-  const lanes v57 = -v56;
+  const lanes v53 = v6 * v9, v54 = v1 * v3, v55 = v54 * v8, v56 = v53 - v55, v57 = -v56;
   out[28] = v57;
-  const lanes v58 = v10 * v51;
-  const lanes v59 = v54 * v9;
-  const lanes v60 = v6 * v8;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = v11 * v61;
-  const lanes v63 = v58 + v62;
-  const lanes v64 = -v63;
-  out[29] = v64;
-  out[30] = LANES_OF(1.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
+  const lanes v58 = v10 * v51, v59 = v54 * v9, v60 = v6 * v8, v61 = v59 + v60, v62 = v11 * v61,
+      v63 = v58 + v62, v64 = -v63;
+  out[29] = v64; out[30] = LANES_OF(1.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
   out[33] = v3;
   const lanes v65 = v4 * v8;
   out[34] = v65;
-  const lanes v66 = v10 * v3;
-  const lanes v67 = v4 * v9;
-  const lanes v68 = v11 * v67;
-  const lanes v69 = v66 - v68;
+  const lanes v66 = v10 * v3, v67 = v4 * v9, v68 = v11 * v67, v69 = v66 - v68;
   out[35] = v69;
 }
 
 static LANES_TARGET void LANES_NAME(puma560_jacobian_space_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10];
+  LANES_COS_SIN(v2, v1, q_0); LANES_COS_SIN(v3, v4, q_1);
   const lanes v5 = q_1 + q_2;
-  lanes v7, v6; LANES_NAME(lanes_cos_sin)(&v5, &v7, &v6);
-  lanes v9, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v9, &v8);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v11);
+  LANES_COS_SIN(v7, v6, v5); LANES_COS_SIN(v9, v8, q_3); LANES_COS_SIN(v10, v11, q_4);
   out[0] = LANES_OF(0.0);
-  const lanes v12 = 0.67183 * v1;
-  const lanes v13 = v12 * qd_0;
-  const lanes v14 = -v13;
+  const lanes v12 = 0.67183 * v1, v13 = v12 * qd_0, v14 = -v13;
   out[1] = v14;
-  const lanes v15 = v2 * qd_1;
-  const lanes v16 = 0.4318 * v3;
-  const lanes v17 = v15 * v16;
-  const lanes v18 = 0.4318 * v4;
-  const lanes v19 = v18 + 0.67183;
-  const lanes v20 = v1 * v19;
-  const lanes v21 = v20 * qd_0;
-  const lanes v22 = v17 - v21;
+  const lanes v15 = v2 * qd_1, v16 = 0.4318 * v3, v17 = v15 * v16, v18 = 0.4318 * v4,
+      v19 = v18 + 0.67183, v20 = v1 * v19, v21 = v20 * qd_0, v22 = v17 - v21;
   out[2] = v22;
-  const lanes v23 = v2 * qd_2;
-  const lanes v24 = v15 + v23;
-  const lanes v25 = 0.15005 * v6;
-  const lanes v26 = v24 * v25;
-  const lanes v27 = v1 * v7;
-  const lanes v28 = 0.15005 * v27;
-  const lanes v29 = v16 * v7;
-  const lanes v30 = v19 * v6;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v31 + 0.0203;
-  const lanes v33 = v2 * v32;
-  const lanes v34 = v28 + v33;
-  const lanes v35 = v34 * qd_0;
-  const lanes v36 = v26 + v35;
-  const lanes v37 = v12 * qd_1;
-  const lanes v38 = v20 * qd_2;
-  const lanes v39 = v37 + v38;
-  const lanes v40 = v39 * v7;
-  const lanes v41 = v16 * qd_2;
-  const lanes v42 = v1 * v6;
-  const lanes v43 = v41 * v42;
-  const lanes v44 = v40 - v43;
-  const lanes v45 = v36 + v44;
+  const lanes v23 = v2 * qd_2, v24 = v15 + v23, v25 = 0.15005 * v6, v26 = v24 * v25, v27 = v1 * v7,
+      v28 = 0.15005 * v27, v29 = v16 * v7, v30 = v19 * v6, v31 = v29 + v30, v32 = v31 + 0.0203,
+      v33 = v2 * v32, v34 = v28 + v33, v35 = v34 * qd_0, v36 = v26 + v35, v37 = v12 * qd_1,
+      v38 = v20 * qd_2, v39 = v37 + v38, v40 = v39 * v7, v41 = v16 * qd_2, v42 = v1 * v6,
+      v43 = v41 * v42, v44 = v40 - v43, v45 = v36 + v44;
   out[3] = v45;
-  const lanes v46 = v7 * qd_3;
-  const lanes v47 = v46 + qd_0;
-  const lanes v48 = 0.15005 * v8;
-  const lanes v49 = v32 * v9;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = v42 * v50;
-  const lanes v52 = v27 * v9;
-  const lanes v53 = v2 * v8;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = v16 * v6;
-  const lanes v56 = v7 * v19;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v57 - 0.4318;
-  const lanes v59 = v54 * v58;
-  const lanes v60 = v51 + v59;
-  const lanes v61 = v47 * v60;
-  const lanes v62 = v42 * qd_3;
-  const lanes v63 = v62 + v24;
-  const lanes v64 = v7 * v50;
-  const lanes v65 = v6 * v9;
-  const lanes v66 = v65 * v58;
-  const lanes v67 = v64 - v66;
-  const lanes v68 = v63 * v67;
-  const lanes v69 = v61 - v68;
-  const lanes v70 = v34 * qd_3;
-  const lanes v71 = v39 - v70;
-  const lanes v72 = v6 * v8;
-  const lanes v73 = v71 * v72;
-  const lanes v74 = v25 * qd_3;
-  const lanes v75 = v41 + v74;
-  const lanes v76 = v2 * v9;
-  const lanes v77 = v27 * v8;
-  const lanes v78 = v76 - v77;
-  const lanes v79 = v75 * v78;
-  const lanes v80 = v73 - v79;
-  const lanes v81 = v69 + v80;
+  const lanes v46 = v7 * qd_3, v47 = v46 + qd_0, v48 = 0.15005 * v8, v49 = v32 * v9,
+      v50 = v48 - v49, v51 = v42 * v50, v52 = v27 * v9, v53 = v2 * v8, v54 = v52 + v53,
+      v55 = v16 * v6, v56 = v7 * v19, v57 = v55 - v56, v58 = v57 - 0.4318, v59 = v54 * v58,
+      v60 = v51 + v59, v61 = v47 * v60, v62 = v42 * qd_3, v63 = v62 + v24, v64 = v7 * v50,
+      v65 = v6 * v9, v66 = v65 * v58, v67 = v64 - v66, v68 = v63 * v67, v69 = v61 - v68,
+      v70 = v34 * qd_3, v71 = v39 - v70, v72 = v6 * v8, v73 = v71 * v72, v74 = v25 * qd_3,
+      v75 = v41 + v74, v76 = v2 * v9, v77 = v27 * v8, v78 = v76 - v77, v79 = v75 * v78,
+      v80 = v73 - v79, v81 = v69 + v80;
   out[4] = v81;
-  const lanes v82 = v78 * qd_4;
-  const lanes v83 = v82 + v63;
-  const lanes v84 = v10 * v50;
-  const lanes v85 = v11 * v58;
-  const lanes v86 = v84 + v85;
-  const lanes v87 = v72 * v86;
-  const lanes v88 = v10 * v65;
-  const lanes v89 = v11 * v7;
-  const lanes v90 = v88 + v89;
-  const lanes v91 = v32 * v8;
-  const lanes v92 = 0.15005 * v9;
-  const lanes v93 = v91 + v92;
-  const lanes v94 = v90 * v93;
-  const lanes v95 = v87 + v94;
-  const lanes v96 = v83 * v95;
-  const lanes v97 = v72 * qd_4;
-  const lanes v98 = v97 + v47;
-  const lanes v99 = v78 * v86;
-  const lanes v100 = v10 * v54;
-  const lanes v101 = v11 * v42;
-  const lanes v102 = v100 - v101;
-  const lanes v103 = v102 * v93;
-  const lanes v104 = v99 - v103;
-  const lanes v105 = v98 * v104;
-  const lanes v106 = v96 - v105;
-  const lanes v107 = v60 * qd_4;
-  const lanes v108 = v71 - v107;
-  const lanes v109 = v10 * v7;
-  const lanes v110 = v11 * v65;
-  const lanes v111 = v109 - v110;
-  const lanes v112 = v108 * v111;
-  const lanes v113 = v67 * qd_4;
-  const lanes v114 = v113 - v75;
-  const lanes v115 = v10 * v42;
-  const lanes v116 = v11 * v54;
-  const lanes v117 = v115 + v116;
-  const lanes v118 = v114 * v117;
-  const lanes v119 = v112 + v118;
-  const lanes v120 = v106 + v119;
-  out[5] = v120;
-  out[6] = LANES_OF(0.0);
-  const lanes v121 = 0.67183 * v2;
-  const lanes v122 = v121 * qd_0;
+  const lanes v82 = v78 * qd_4, v83 = v82 + v63, v84 = v10 * v50, v85 = v11 * v58, v86 = v84 + v85,
+      v87 = v72 * v86, v88 = v10 * v65, v89 = v11 * v7, v90 = v88 + v89, v91 = v32 * v8,
+      v92 = 0.15005 * v9, v93 = v91 + v92, v94 = v90 * v93, v95 = v87 + v94, v96 = v83 * v95,
+      v97 = v72 * qd_4, v98 = v97 + v47, v99 = v78 * v86, v100 = v10 * v54, v101 = v11 * v42,
+      v102 = v100 - v101, v103 = v102 * v93, v104 = v99 - v103, v105 = v98 * v104,
+      v106 = v96 - v105, v107 = v60 * qd_4, v108 = v71 - v107, v109 = v10 * v7, v110 = v11 * v65,
+      v111 = v109 - v110, v112 = v108 * v111, v113 = v67 * qd_4, v114 = v113 - v75,
+      v115 = v10 * v42, v116 = v11 * v54, v117 = v115 + v116, v118 = v114 * v117,
+      v119 = v112 + v118, v120 = v106 + v119;
+  out[5] = v120; out[6] = LANES_OF(0.0);
+  const lanes v121 = 0.67183 * v2, v122 = v121 * qd_0;
   out[7] = v122;
-  const lanes v123 = v1 * qd_1;
-  const lanes v124 = v123 * v16;
-  const lanes v125 = v2 * v19;
-  const lanes v126 = v125 * qd_0;
-  const lanes v127 = v124 + v126;
+  const lanes v123 = v1 * qd_1, v124 = v123 * v16, v125 = v2 * v19, v126 = v125 * qd_0,
+      v127 = v124 + v126;
   out[8] = v127;
-  const lanes v128 = v1 * qd_2;
-  const lanes v129 = v123 + v128;
-  const lanes v130 = v129 * v25;
-  const lanes v131 = v1 * v32;
-  const lanes v132 = v2 * v7;
-  const lanes v133 = 0.15005 * v132;
-  const lanes v134 = v131 - v133;
-  const lanes v135 = v134 * qd_0;
-  const lanes v136 = v130 + v135;
-  const lanes v137 = v2 * v6;
-  const lanes v138 = v41 * v137;
-  const lanes v139 = v121 * qd_1;
-  const lanes v140 = v125 * qd_2;
-  const lanes v141 = v139 + v140;
-  const lanes v142 = v141 * v7;
-  const lanes v143 = v138 - v142;
-  const lanes v144 = v136 + v143;
+  const lanes v128 = v1 * qd_2, v129 = v123 + v128, v130 = v129 * v25, v131 = v1 * v32,
+      v132 = v2 * v7, v133 = 0.15005 * v132, v134 = v131 - v133, v135 = v134 * qd_0,
+      v136 = v130 + v135, v137 = v2 * v6, v138 = v41 * v137, v139 = v121 * qd_1, v140 = v125 * qd_2,
+      v141 = v139 + v140, v142 = v141 * v7, v143 = v138 - v142, v144 = v136 + v143;
   out[9] = v144;
-  const lanes v145 = v137 * qd_3;
-  const lanes v146 = v129 - v145;
-  const lanes v147 = v146 * v67;
-  const lanes v148 = v137 * v50;
-  const lanes v149 = v132 * v9;
-  const lanes v150 = v1 * v8;
-  const lanes v151 = v149 - v150;
-  const lanes v152 = v151 * v58;
-  const lanes v153 = v148 + v152;
-  const lanes v154 = v47 * v153;
-  const lanes v155 = v147 + v154;
-  const lanes v156 = v134 * qd_3;
-  const lanes v157 = v156 + v141;
-  const lanes v158 = v157 * v72;
-  const lanes v159 = v132 * v8;
-  const lanes v160 = v1 * v9;
-  const lanes v161 = v159 + v160;
-  const lanes v162 = v75 * v161;
-  const lanes v163 = v158 + v162;
-  const lanes v164 = v155 + v163;
-  const lanes v165 = -v164;
+  const lanes v145 = v137 * qd_3, v146 = v129 - v145, v147 = v146 * v67, v148 = v137 * v50,
+      v149 = v132 * v9, v150 = v1 * v8, v151 = v149 - v150, v152 = v151 * v58, v153 = v148 + v152,
+      v154 = v47 * v153, v155 = v147 + v154, v156 = v134 * qd_3, v157 = v156 + v141,
+      v158 = v157 * v72, v159 = v132 * v8, v160 = v1 * v9, v161 = v159 + v160, v162 = v75 * v161,
+      v163 = v158 + v162, v164 = v155 + v163, v165 = -v164;
   out[10] = v165;
-  const lanes v166 = v161 * qd_4;
-  const lanes v167 = v166 + v146;
-  const lanes v168 = v167 * v95;
-  const lanes v169 = v161 * v86;
-  const lanes v170 = v10 * v151;
-  const lanes v171 = v11 * v137;
-  const lanes v172 = v170 - v171;
-  const lanes v173 = v172 * v93;
-  const lanes v174 = v169 + v173;
-  const lanes v175 = v98 * v174;
-  const lanes v176 = v168 - v175;
-  const lanes v177 = v153 * qd_4;
-  const lanes v178 = v157 - v177;
-  const lanes v179 = v178 * v111;
-  const lanes v180 = v10 * v137;
-  const lanes v181 = v11 * v151;
-  const lanes v182 = v180 + v181;
-  const lanes v183 = v114 * v182;
-  const lanes v184 = v179 + v183;
-  const lanes v185 = v176 - v184;
-  out[11] = v185;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  const lanes v186 = v123 * v20;
-  const lanes v187 = v15 * v125;
-  const lanes v188 = v186 + v187;
-  const lanes v189 = v139 * v2;
-  const lanes v190 = v37 * v1;
-  const lanes v191 = v189 + v190;
-  const lanes v192 = v188 - v191;
+  const lanes v166 = v161 * qd_4, v167 = v166 + v146, v168 = v167 * v95, v169 = v161 * v86,
+      v170 = v10 * v151, v171 = v11 * v137, v172 = v170 - v171, v173 = v172 * v93,
+      v174 = v169 + v173, v175 = v98 * v174, v176 = v168 - v175, v177 = v153 * qd_4,
+      v178 = v157 - v177, v179 = v178 * v111, v180 = v10 * v137, v181 = v11 * v151,
+      v182 = v180 + v181, v183 = v114 * v182, v184 = v179 + v183, v185 = v176 - v184;
+  out[11] = v185; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  const lanes v186 = v123 * v20, v187 = v15 * v125, v188 = v186 + v187, v189 = v139 * v2,
+      v190 = v37 * v1, v191 = v189 + v190, v192 = v188 - v191;
   out[14] = v192;
-  const lanes v193 = v24 * v134;
-  const lanes v194 = v129 * v34;
-  const lanes v195 = v193 - v194;
-  const lanes v196 = v39 * v137;
-  const lanes v197 = v141 * v42;
-  const lanes v198 = v196 - v197;
-  const lanes v199 = v195 + v198;
+  const lanes v193 = v24 * v134, v194 = v129 * v34, v195 = v193 - v194, v196 = v39 * v137,
+      v197 = v141 * v42, v198 = v196 - v197, v199 = v195 + v198;
   out[15] = v199;
-  const lanes v200 = v146 * v60;
-  const lanes v201 = v63 * v153;
-  const lanes v202 = v200 + v201;
-  const lanes v203 = v157 * v78;
-  const lanes v204 = v71 * v161;
-  const lanes v205 = v203 + v204;
-  const lanes v206 = v202 + v205;
-  const lanes v207 = -v206;
+  const lanes v200 = v146 * v60, v201 = v63 * v153, v202 = v200 + v201, v203 = v157 * v78,
+      v204 = v71 * v161, v205 = v203 + v204, v206 = v202 + v205, v207 = -v206;
   out[16] = v207;
-  const lanes v208 = v167 * v104;
-  const lanes v209 = v83 * v174;
-  const lanes v210 = v208 - v209;
-  const lanes v211 = v108 * v182;
-  const lanes v212 = v178 * v117;
-  const lanes v213 = v211 - v212;
-  const lanes v214 = v210 + v213;
-  out[17] = v214;
-  out[18] = LANES_OF(0.0);
+  const lanes v208 = v167 * v104, v209 = v83 * v174, v210 = v208 - v209, v211 = v108 * v182,
+      v212 = v178 * v117, v213 = v211 - v212, v214 = v210 + v213;
+  out[17] = v214; out[18] = LANES_OF(0.0);
   const lanes v215 = v2 * qd_0;
-  out[19] = v215;
-  out[20] = v215;
-  const lanes v216 = v42 * qd_0;
-  const lanes v217 = v24 * v7;
-  const lanes v218 = v216 - v217;
+  out[19] = v215; out[20] = v215;
+  const lanes v216 = v42 * qd_0, v217 = v24 * v7, v218 = v216 - v217;
   out[21] = v218;
-  const lanes v219 = v47 * v78;
-  const lanes v220 = v63 * v72;
-  const lanes v221 = v219 - v220;
+  const lanes v219 = v47 * v78, v220 = v63 * v72, v221 = v219 - v220;
   out[22] = v221;
-  const lanes v222 = v98 * v117;
-  const lanes v223 = v83 * v111;
-  const lanes v224 = v222 - v223;
-  out[23] = v224;
-  out[24] = LANES_OF(0.0);
+  const lanes v222 = v98 * v117, v223 = v83 * v111, v224 = v222 - v223;
+  out[23] = v224; out[24] = LANES_OF(0.0);
   const lanes v225 = v1 * qd_0;
-  out[25] = v225;
-  out[26] = v225;
-  const lanes v226 = v129 * v7;
-  const lanes v227 = v137 * qd_0;
-  const lanes v228 = v226 + v227;
-  const lanes v229 = -v228;
+  out[25] = v225; out[26] = v225;
+  const lanes v226 = v129 * v7, v227 = v137 * qd_0, v228 = v226 + v227, v229 = -v228;
   out[27] = v229;
-  const lanes v230 = v47 * v161;
-  const lanes v231 = v146 * v72;
-  const lanes v232 = v230 - v231;
+  const lanes v230 = v47 * v161, v231 = v146 * v72, v232 = v230 - v231;
   out[28] = v232;
-  const lanes v233 = v167 * v111;
-  const lanes v234 = v98 * v182;
-  const lanes v235 = v233 + v234;
-  const lanes v236 = -v235;
-  out[29] = v236;
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  const lanes v237 = v15 * v1;
-  const lanes v238 = v123 * v2;
-  const lanes v239 = v237 - v238;
+  const lanes v233 = v167 * v111, v234 = v98 * v182, v235 = v233 + v234, v236 = -v235;
+  out[29] = v236; out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  const lanes v237 = v15 * v1, v238 = v123 * v2, v239 = v237 - v238;
   out[32] = v239;
-  const lanes v240 = v129 * v42;
-  const lanes v241 = v24 * v137;
-  const lanes v242 = v240 + v241;
-  const lanes v243 = -v242;
+  const lanes v240 = v129 * v42, v241 = v24 * v137, v242 = v240 + v241, v243 = -v242;
   out[33] = v243;
-  const lanes v244 = v63 * v161;
-  const lanes v245 = v146 * v78;
-  const lanes v246 = v244 - v245;
+  const lanes v244 = v63 * v161, v245 = v146 * v78, v246 = v244 - v245;
   out[34] = v246;
-  const lanes v247 = v167 * v117;
-  const lanes v248 = v83 * v182;
-  const lanes v249 = v247 + v248;
-  const lanes v250 = -v249;
+  const lanes v247 = v167 * v117, v248 = v83 * v182, v249 = v247 + v248, v250 = -v249;
   out[35] = v250;
 }
 
 static LANES_TARGET void LANES_NAME(puma560_jacobian_body_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&q_4, &v1, &v5);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v5, q_4);
   const lanes v2 = q_1 + q_2;
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v4);
-  lanes v6, v9; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v9);
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&q_5, &v8, &v7);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_1, &v10, &v11);
-  lanes v12, v13; LANES_NAME(lanes_cos_sin)(&q_0, &v12, &v13);
-  const lanes v14 = v1 * v3;
-  const lanes v15 = v5 * v6;
-  const lanes v16 = v4 * v15;
-  const lanes v17 = v14 - v16;
-  const lanes v18 = v5 * v7;
-  const lanes v19 = v3 * v18;
-  const lanes v20 = v8 * v9;
-  const lanes v21 = v1 * v7;
-  const lanes v22 = v6 * v21;
-  const lanes v23 = v20 + v22;
-  const lanes v24 = v4 * v23;
-  const lanes v25 = v19 + v24;
-  const lanes v26 = 0.0203 * v3;
-  const lanes v27 = 0.4318 * v4;
-  const lanes v28 = v26 - v27;
-  const lanes v29 = 0.4318 * v10;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = v25 * v30;
-  const lanes v32 = 0.4318 * v3;
-  const lanes v33 = 0.0203 * v4;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = 0.4318 * v11;
-  const lanes v36 = v34 + v35;
-  const lanes v37 = v4 * v18;
-  const lanes v38 = v3 * v23;
-  const lanes v39 = v37 - v38;
-  const lanes v40 = v36 * v39;
-  const lanes v41 = v31 + v40;
-  const lanes v42 = v41 * qd_1;
-  const lanes v43 = v25 * v28;
-  const lanes v44 = v34 * v39;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = v45 * qd_2;
-  const lanes v47 = v42 + v46;
-  const lanes v48 = v17 * v47;
-  const lanes v49 = v1 * v4;
-  const lanes v50 = v3 * v15;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v51 * v36;
-  const lanes v53 = v17 * v30;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = v54 * qd_1;
-  const lanes v56 = v51 * v34;
-  const lanes v57 = v17 * v28;
-  const lanes v58 = v56 + v57;
-  const lanes v59 = v58 * qd_2;
-  const lanes v60 = v55 + v59;
-  const lanes v61 = v25 * v60;
-  const lanes v62 = v48 - v61;
-  const lanes v63 = v8 * v6;
-  const lanes v64 = v21 * v9;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v12 * v65;
-  const lanes v67 = v13 * v39;
-  const lanes v68 = v66 + v67;
-  const lanes v69 = v12 * v30;
-  const lanes v70 = 0.15005 * v13;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = v68 * v71;
-  const lanes v73 = v12 * v39;
-  const lanes v74 = v13 * v65;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v13 * v30;
-  const lanes v77 = 0.15005 * v12;
-  const lanes v78 = v76 - v77;
-  const lanes v79 = v75 * v78;
-  const lanes v80 = v72 - v79;
-  const lanes v81 = v5 * v9;
-  const lanes v82 = v81 * qd_1;
-  const lanes v83 = v81 * qd_2;
-  const lanes v84 = v1 * qd_3;
-  const lanes v85 = v84 + qd_5;
-  const lanes v86 = v83 + v85;
-  const lanes v87 = v82 + v86;
-  const lanes v88 = v80 * v87;
-  const lanes v89 = v13 * v81;
-  const lanes v90 = v51 * v12;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = v91 * v78;
-  const lanes v93 = v51 * v13;
-  const lanes v94 = v12 * v81;
-  const lanes v95 = v93 + v94;
-  const lanes v96 = v95 * v71;
-  const lanes v97 = v92 + v96;
-  const lanes v98 = v65 * qd_1;
-  const lanes v99 = v65 * qd_2;
-  const lanes v100 = v18 * qd_3;
-  const lanes v101 = v8 * qd_4;
-  const lanes v102 = v100 + v101;
-  const lanes v103 = v99 + v102;
-  const lanes v104 = v98 + v103;
-  const lanes v105 = v97 * v104;
-  const lanes v106 = v88 - v105;
-  const lanes v107 = v62 + v106;
+  LANES_COS_SIN(v3, v4, v2); LANES_COS_SIN(v6, v9, q_3); LANES_COS_SIN(v8, v7, q_5);
+  LANES_COS_SIN(v10, v11, q_1); LANES_COS_SIN(v12, v13, q_0);
+  const lanes v14 = v1 * v3, v15 = v5 * v6, v16 = v4 * v15, v17 = v14 - v16, v18 = v5 * v7,
+      v19 = v3 * v18, v20 = v8 * v9, v21 = v1 * v7, v22 = v6 * v21, v23 = v20 + v22, v24 = v4 * v23,
+      v25 = v19 + v24, v26 = 0.0203 * v3, v27 = 0.4318 * v4, v28 = v26 - v27, v29 = 0.4318 * v10,
+      v30 = v28 + v29, v31 = v25 * v30, v32 = 0.4318 * v3, v33 = 0.0203 * v4, v34 = v32 + v33,
+      v35 = 0.4318 * v11, v36 = v34 + v35, v37 = v4 * v18, v38 = v3 * v23, v39 = v37 - v38,
+      v40 = v36 * v39, v41 = v31 + v40, v42 = v41 * qd_1, v43 = v25 * v28, v44 = v34 * v39,
+      v45 = v43 + v44, v46 = v45 * qd_2, v47 = v42 + v46, v48 = v17 * v47, v49 = v1 * v4,
+      v50 = v3 * v15, v51 = v49 + v50, v52 = v51 * v36, v53 = v17 * v30, v54 = v52 + v53,
+      v55 = v54 * qd_1, v56 = v51 * v34, v57 = v17 * v28, v58 = v56 + v57, v59 = v58 * qd_2,
+      v60 = v55 + v59, v61 = v25 * v60, v62 = v48 - v61, v63 = v8 * v6, v64 = v21 * v9,
+      v65 = v63 - v64, v66 = v12 * v65, v67 = v13 * v39, v68 = v66 + v67, v69 = v12 * v30,
+      v70 = 0.15005 * v13, v71 = v69 + v70, v72 = v68 * v71, v73 = v12 * v39, v74 = v13 * v65,
+      v75 = v73 - v74, v76 = v13 * v30, v77 = 0.15005 * v12, v78 = v76 - v77, v79 = v75 * v78,
+      v80 = v72 - v79, v81 = v5 * v9, v82 = v81 * qd_1, v83 = v81 * qd_2, v84 = v1 * qd_3,
+      v85 = v84 + qd_5, v86 = v83 + v85, v87 = v82 + v86, v88 = v80 * v87, v89 = v13 * v81,
+      v90 = v51 * v12, v91 = v89 - v90, v92 = v91 * v78, v93 = v51 * v13, v94 = v12 * v81,
+      v95 = v93 + v94, v96 = v95 * v71, v97 = v92 + v96, v98 = v65 * qd_1, v99 = v65 * qd_2,
+      v100 = v18 * qd_3, v101 = v8 * qd_4, v102 = v100 + v101, v103 = v99 + v102, v104 = v98 + v103,
+      v105 = v97 * v104, v106 = v88 - v105, v107 = v62 + v106;
   out[0] = v107;
-  const lanes v108 = v46 * v81;
-  const lanes v109 = v59 * v65;
-  const lanes v110 = v108 - v109;
-  const lanes v111 = v54 * v103;
-  const lanes v112 = v41 * v86;
-  const lanes v113 = v111 - v112;
-  const lanes v114 = v110 + v113;
+  const lanes v108 = v46 * v81, v109 = v59 * v65, v110 = v108 - v109, v111 = v54 * v103,
+      v112 = v41 * v86, v113 = v111 - v112, v114 = v110 + v113;
   out[1] = v114;
-  const lanes v115 = v58 * v102;
-  const lanes v116 = v45 * v85;
-  const lanes v117 = v115 - v116;
-  out[2] = v117;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  const lanes v118 = v5 * v8;
-  const lanes v119 = v3 * v118;
-  const lanes v120 = v1 * v8;
-  const lanes v121 = v6 * v120;
-  const lanes v122 = v7 * v9;
-  const lanes v123 = v121 - v122;
-  const lanes v124 = v4 * v123;
-  const lanes v125 = v119 + v124;
-  const lanes v126 = v125 * v30;
-  const lanes v127 = v3 * v123;
-  const lanes v128 = v4 * v118;
-  const lanes v129 = v127 - v128;
-  const lanes v130 = v36 * v129;
-  const lanes v131 = v126 - v130;
-  const lanes v132 = v131 * qd_1;
-  const lanes v133 = v125 * v28;
-  const lanes v134 = v34 * v129;
-  const lanes v135 = v133 - v134;
-  const lanes v136 = v135 * qd_2;
-  const lanes v137 = v132 + v136;
-  const lanes v138 = v17 * v137;
-  const lanes v139 = v125 * v60;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = v7 * v6;
-  const lanes v142 = v120 * v9;
-  const lanes v143 = v141 + v142;
-  const lanes v144 = v12 * v143;
-  const lanes v145 = v13 * v129;
-  const lanes v146 = v144 + v145;
-  const lanes v147 = v146 * v71;
-  const lanes v148 = v12 * v129;
-  const lanes v149 = v13 * v143;
-  const lanes v150 = v148 - v149;
-  const lanes v151 = v150 * v78;
-  const lanes v152 = v147 - v151;
-  const lanes v153 = v152 * v87;
-  const lanes v154 = v118 * qd_3;
-  const lanes v155 = v7 * qd_4;
-  const lanes v156 = v154 - v155;
-  const lanes v157 = v143 * qd_2;
-  const lanes v158 = v156 - v157;
-  const lanes v159 = v143 * qd_1;
-  const lanes v160 = v158 - v159;
-  const lanes v161 = v97 * v160;
-  const lanes v162 = v153 + v161;
-  const lanes v163 = v140 - v162;
+  const lanes v115 = v58 * v102, v116 = v45 * v85, v117 = v115 - v116;
+  out[2] = v117; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
+  const lanes v118 = v5 * v8, v119 = v3 * v118, v120 = v1 * v8, v121 = v6 * v120, v122 = v7 * v9,
+      v123 = v121 - v122, v124 = v4 * v123, v125 = v119 + v124, v126 = v125 * v30, v127 = v3 * v123,
+      v128 = v4 * v118, v129 = v127 - v128, v130 = v36 * v129, v131 = v126 - v130,
+      v132 = v131 * qd_1, v133 = v125 * v28, v134 = v34 * v129, v135 = v133 - v134,
+      v136 = v135 * qd_2, v137 = v132 + v136, v138 = v17 * v137, v139 = v125 * v60,
+      v140 = v138 - v139, v141 = v7 * v6, v142 = v120 * v9, v143 = v141 + v142, v144 = v12 * v143,
+      v145 = v13 * v129, v146 = v144 + v145, v147 = v146 * v71, v148 = v12 * v129,
+      v149 = v13 * v143, v150 = v148 - v149, v151 = v150 * v78, v152 = v147 - v151,
+      v153 = v152 * v87, v154 = v118 * qd_3, v155 = v7 * qd_4, v156 = v154 - v155,
+      v157 = v143 * qd_2, v158 = v156 - v157, v159 = v143 * qd_1, v160 = v158 - v159,
+      v161 = v97 * v160, v162 = v153 + v161, v163 = v140 - v162;
   out[6] = v163;
-  const lanes v164 = v136 * v81;
-  const lanes v165 = v59 * v143;
-  const lanes v166 = v164 + v165;
-  const lanes v167 = v54 * v158;
-  const lanes v168 = v131 * v86;
-  const lanes v169 = v167 - v168;
-  const lanes v170 = v166 + v169;
+  const lanes v164 = v136 * v81, v165 = v59 * v143, v166 = v164 + v165, v167 = v54 * v158,
+      v168 = v131 * v86, v169 = v167 - v168, v170 = v166 + v169;
   out[7] = v170;
-  const lanes v171 = v58 * v156;
-  const lanes v172 = v135 * v85;
-  const lanes v173 = v171 - v172;
-  out[8] = v173;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  const lanes v174 = v25 * v137;
-  const lanes v175 = v125 * v47;
-  const lanes v176 = v174 - v175;
-  const lanes v177 = v152 * v104;
-  const lanes v178 = v80 * v160;
-  const lanes v179 = v177 + v178;
-  const lanes v180 = v176 - v179;
+  const lanes v171 = v58 * v156, v172 = v135 * v85, v173 = v171 - v172;
+  out[8] = v173; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  const lanes v174 = v25 * v137, v175 = v125 * v47, v176 = v174 - v175, v177 = v152 * v104,
+      v178 = v80 * v160, v179 = v177 + v178, v180 = v176 - v179;
   out[12] = v180;
-  const lanes v181 = v136 * v65;
-  const lanes v182 = v46 * v143;
-  const lanes v183 = v181 + v182;
-  const lanes v184 = v41 * v158;
-  const lanes v185 = v131 * v103;
-  const lanes v186 = v184 - v185;
-  const lanes v187 = v183 + v186;
+  const lanes v181 = v136 * v65, v182 = v46 * v143, v183 = v181 + v182, v184 = v41 * v158,
+      v185 = v131 * v103, v186 = v184 - v185, v187 = v183 + v186;
   out[13] = v187;
-  const lanes v188 = v45 * v156;
-  const lanes v189 = v135 * v102;
-  const lanes v190 = v188 - v189;
-  out[14] = v190;
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  const lanes v191 = v17 * v104;
-  const lanes v192 = v25 * v87;
-  const lanes v193 = v191 - v192;
+  const lanes v188 = v45 * v156, v189 = v135 * v102, v190 = v188 - v189;
+  out[14] = v190; out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
+  const lanes v191 = v17 * v104, v192 = v25 * v87, v193 = v191 - v192;
   out[18] = v193;
-  const lanes v194 = v103 * v81;
-  const lanes v195 = v86 * v65;
-  const lanes v196 = v194 - v195;
+  const lanes v194 = v103 * v81, v195 = v86 * v65, v196 = v194 - v195;
   out[19] = v196;
-  const lanes v197 = v102 * v81;
-  const lanes v198 = v85 * v65;
-  const lanes v199 = v197 - v198;
+  const lanes v197 = v102 * v81, v198 = v85 * v65, v199 = v197 - v198;
   out[20] = v199;
-  const lanes v200 = v1 * v101;
-  const lanes v201 = v18 * qd_5;
-  const lanes v202 = v200 - v201;
+  const lanes v200 = v1 * v101, v201 = v18 * qd_5, v202 = v200 - v201;
   out[21] = v202;
-  const lanes v203 = v8 * qd_5;
-  const lanes v204 = -v203;
-  out[22] = v204;
-  out[23] = LANES_OF(0.0);
-  const lanes v205 = v17 * v160;
-  const lanes v206 = v125 * v87;
-  const lanes v207 = v205 - v206;
+  const lanes v203 = v8 * qd_5, v204 = -v203;
+  out[22] = v204; out[23] = LANES_OF(0.0);
+  const lanes v205 = v17 * v160, v206 = v125 * v87, v207 = v205 - v206;
   out[24] = v207;
-  const lanes v208 = v158 * v81;
-  const lanes v209 = v86 * v143;
-  const lanes v210 = v208 + v209;
+  const lanes v208 = v158 * v81, v209 = v86 * v143, v210 = v208 + v209;
   out[25] = v210;
-  const lanes v211 = v156 * v81;
-  const lanes v212 = v85 * v143;
-  const lanes v213 = v211 + v212;
+  const lanes v211 = v156 * v81, v212 = v85 * v143, v213 = v211 + v212;
   out[26] = v213;
-  const lanes v214 = v1 * v155;
-  const lanes v215 = v118 * qd_5;
-  const lanes v216 = v214 + v215;
-  const lanes v217 = -v216;
+  const lanes v214 = v1 * v155, v215 = v118 * qd_5, v216 = v214 + v215, v217 = -v216;
   out[27] = v217;
   const lanes v218 = v7 * qd_5;
-  out[28] = v218;
-  out[29] = LANES_OF(0.0);
-  const lanes v219 = v25 * v160;
-  const lanes v220 = v125 * v104;
-  const lanes v221 = v219 - v220;
+  out[28] = v218; out[29] = LANES_OF(0.0);
+  const lanes v219 = v25 * v160, v220 = v125 * v104, v221 = v219 - v220;
   out[30] = v221;
-  const lanes v222 = v158 * v65;
-  const lanes v223 = v103 * v143;
-  const lanes v224 = v222 + v223;
+  const lanes v222 = v158 * v65, v223 = v103 * v143, v224 = v222 + v223;
   out[31] = v224;
-  const lanes v225 = v156 * v65;
-  const lanes v226 = v102 * v143;
-  const lanes v227 = v225 + v226;
+  const lanes v225 = v156 * v65, v226 = v102 * v143, v227 = v225 + v226;
   out[32] = v227;
-  const lanes v228 = v155 * v18;
-  const lanes v229 = v101 * v118;
-  const lanes v230 = v228 + v229;
-  const lanes v231 = -v230;
-  out[33] = v231;
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
+  const lanes v228 = v155 * v18, v229 = v101 * v118, v230 = v228 + v229, v231 = -v230;
+  out[33] = v231; out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(puma560_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  lanes v6, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v6, &v1);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10];
+  LANES_COS_SIN(v6, v1, q_0);
   const lanes v2 = q_1 + q_2;
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v4);
-  lanes v7, v5; LANES_NAME(lanes_cos_sin)(&q_1, &v7, &v5);
-  lanes v8, v9; LANES_NAME(lanes_cos_sin)(&q_3, &v8, &v9);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v11);
-  const lanes v12 = 0.4318 * v3;
-  const lanes v13 = 0.0203 * v4;
-  const lanes v14 = v12 + v13;
-  const lanes v15 = 0.4318 * v5;
-  const lanes v16 = v14 + v15;
-  const lanes v17 = v1 * v16;
-  const lanes v18 = v17 * qd_1;
-  const lanes v19 = v1 * v14;
-  const lanes v20 = v19 * qd_2;
-  const lanes v21 = v18 + v20;
-  const lanes v22 = 0.0203 * v3;
-  const lanes v23 = 0.4318 * v4;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = 0.4318 * v7;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = v6 * v26;
-  const lanes v28 = 0.15005 * v1;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = v29 * qd_0;
-  const lanes v31 = v21 - v30;
+  LANES_COS_SIN(v3, v4, v2); LANES_COS_SIN(v7, v5, q_1); LANES_COS_SIN(v8, v9, q_3);
+  LANES_COS_SIN(v10, v11, q_4);
+  const lanes v12 = 0.4318 * v3, v13 = 0.0203 * v4, v14 = v12 + v13, v15 = 0.4318 * v5,
+      v16 = v14 + v15, v17 = v1 * v16, v18 = v17 * qd_1, v19 = v1 * v14, v20 = v19 * qd_2,
+      v21 = v18 + v20, v22 = 0.0203 * v3, v23 = 0.4318 * v4, v24 = v22 - v23, v25 = 0.4318 * v7,
+      v26 = v24 + v25, v27 = v6 * v26, v28 = 0.15005 * v1, v29 = v27 + v28, v30 = v29 * qd_0,
+      v31 = v21 - v30;
   out[0] = v31;
-  const lanes v32 = v17 * qd_0;
-  const lanes v33 = v6 * qd_1;
-  const lanes v34 = v33 * v26;
-  const lanes v35 = v32 - v34;
-  const lanes v36 = v24 * qd_2;
-  const lanes v37 = v6 * v36;
-  const lanes v38 = v35 - v37;
+  const lanes v32 = v17 * qd_0, v33 = v6 * qd_1, v34 = v33 * v26, v35 = v32 - v34, v36 = v24 * qd_2,
+      v37 = v6 * v36, v38 = v35 - v37;
   out[1] = v38;
-  const lanes v39 = v19 * qd_0;
-  const lanes v40 = v6 * qd_2;
-  const lanes v41 = v33 + v40;
-  const lanes v42 = v41 * v24;
-  const lanes v43 = v39 - v42;
-  out[2] = v43;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  const lanes v44 = v1 * v26;
-  const lanes v45 = 0.15005 * v6;
-  const lanes v46 = v44 - v45;
-  const lanes v47 = v46 * qd_0;
-  const lanes v48 = v6 * v16;
-  const lanes v49 = v48 * qd_1;
-  const lanes v50 = v6 * v14;
-  const lanes v51 = v50 * qd_2;
-  const lanes v52 = v49 + v51;
-  const lanes v53 = v47 + v52;
-  const lanes v54 = -v53;
+  const lanes v39 = v19 * qd_0, v40 = v6 * qd_2, v41 = v33 + v40, v42 = v41 * v24, v43 = v39 - v42;
+  out[2] = v43; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
+  const lanes v44 = v1 * v26, v45 = 0.15005 * v6, v46 = v44 - v45, v47 = v46 * qd_0, v48 = v6 * v16,
+      v49 = v48 * qd_1, v50 = v6 * v14, v51 = v50 * qd_2, v52 = v49 + v51, v53 = v47 + v52,
+      v54 = -v53;
   out[6] = v54;
-  const lanes v55 = v1 * qd_1;
-  const lanes v56 = v55 * v26;
-  const lanes v57 = v48 * qd_0;
-  const lanes v58 = v56 + v57;
-  const lanes v59 = v1 * v36;
-  const lanes v60 = v58 + v59;
-  const lanes v61 = -v60;
+  const lanes v55 = v1 * qd_1, v56 = v55 * v26, v57 = v48 * qd_0, v58 = v56 + v57, v59 = v1 * v36,
+      v60 = v58 + v59, v61 = -v60;
   out[7] = v61;
-  const lanes v62 = v1 * qd_2;
-  const lanes v63 = v55 + v62;
-  const lanes v64 = v63 * v24;
-  const lanes v65 = v50 * qd_0;
-  const lanes v66 = v64 + v65;
-  const lanes v67 = -v66;
-  out[8] = v67;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
+  const lanes v62 = v1 * qd_2, v63 = v55 + v62, v64 = v63 * v24, v65 = v50 * qd_0, v66 = v64 + v65,
+      v67 = -v66;
+  out[8] = v67; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
   out[12] = LANES_OF(0.0);
-  const lanes v68 = v55 * v17;
-  const lanes v69 = v33 * v48;
-  const lanes v70 = v68 + v69;
-  const lanes v71 = v6 * v51;
-  const lanes v72 = v1 * v20;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = v70 + v73;
-  const lanes v75 = -v74;
+  const lanes v68 = v55 * v17, v69 = v33 * v48, v70 = v68 + v69, v71 = v6 * v51, v72 = v1 * v20,
+      v73 = v71 + v72, v74 = v70 + v73, v75 = -v74;
   out[13] = v75;
-  const lanes v76 = v63 * v19;
-  const lanes v77 = v41 * v50;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = -v78;
-  out[14] = v79;
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
+  const lanes v76 = v63 * v19, v77 = v41 * v50, v78 = v76 + v77, v79 = -v78;
+  out[14] = v79; out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
   out[18] = LANES_OF(0.0);
   const lanes v80 = v6 * qd_0;
-  out[19] = v80;
-  out[20] = v80;
-  const lanes v81 = v1 * v4;
-  const lanes v82 = v81 * qd_0;
-  const lanes v83 = v41 * v3;
-  const lanes v84 = v82 - v83;
+  out[19] = v80; out[20] = v80;
+  const lanes v81 = v1 * v4, v82 = v81 * qd_0, v83 = v41 * v3, v84 = v82 - v83;
   out[21] = v84;
-  const lanes v85 = v3 * qd_3;
-  const lanes v86 = v85 + qd_0;
-  const lanes v87 = v6 * v8;
-  const lanes v88 = v1 * v3;
-  const lanes v89 = v88 * v9;
-  const lanes v90 = v87 - v89;
-  const lanes v91 = v86 * v90;
-  const lanes v92 = v81 * qd_3;
-  const lanes v93 = v92 + v41;
-  const lanes v94 = v4 * v9;
-  const lanes v95 = v93 * v94;
-  const lanes v96 = v91 - v95;
+  const lanes v85 = v3 * qd_3, v86 = v85 + qd_0, v87 = v6 * v8, v88 = v1 * v3, v89 = v88 * v9,
+      v90 = v87 - v89, v91 = v86 * v90, v92 = v81 * qd_3, v93 = v92 + v41, v94 = v4 * v9,
+      v95 = v93 * v94, v96 = v91 - v95;
   out[22] = v96;
-  const lanes v97 = v94 * qd_4;
-  const lanes v98 = v97 + v86;
-  const lanes v99 = v10 * v81;
-  const lanes v100 = v88 * v8;
-  const lanes v101 = v6 * v9;
-  const lanes v102 = v100 + v101;
-  const lanes v103 = v11 * v102;
-  const lanes v104 = v99 + v103;
-  const lanes v105 = v98 * v104;
-  const lanes v106 = v90 * qd_4;
-  const lanes v107 = v106 + v93;
-  const lanes v108 = v10 * v3;
-  const lanes v109 = v4 * v8;
-  const lanes v110 = v11 * v109;
-  const lanes v111 = v108 - v110;
-  const lanes v112 = v107 * v111;
-  const lanes v113 = v105 - v112;
-  out[23] = v113;
-  out[24] = LANES_OF(0.0);
+  const lanes v97 = v94 * qd_4, v98 = v97 + v86, v99 = v10 * v81, v100 = v88 * v8, v101 = v6 * v9,
+      v102 = v100 + v101, v103 = v11 * v102, v104 = v99 + v103, v105 = v98 * v104,
+      v106 = v90 * qd_4, v107 = v106 + v93, v108 = v10 * v3, v109 = v4 * v8, v110 = v11 * v109,
+      v111 = v108 - v110, v112 = v107 * v111, v113 = v105 - v112;
+  out[23] = v113; out[24] = LANES_OF(0.0);
   const lanes v114 = v1 * qd_0;
-  out[25] = v114;
-  out[26] = v114;
-  const lanes v115 = v63 * v3;
-  const lanes v116 = v6 * v4;
-  const lanes v117 = v116 * qd_0;
-  const lanes v118 = v115 + v117;
-  const lanes v119 = -v118;
+  out[25] = v114; out[26] = v114;
+  const lanes v115 = v63 * v3, v116 = v6 * v4, v117 = v116 * qd_0, v118 = v115 + v117, v119 = -v118;
   out[27] = v119;
-  const lanes v120 = v6 * v3;
-  const lanes v121 = v120 * v9;
-  const lanes v122 = v1 * v8;
-  const lanes v123 = v121 + v122;
-  const lanes v124 = v86 * v123;
-  const lanes v125 = v116 * qd_3;
-  const lanes v126 = v63 - v125;
-  const lanes v127 = v126 * v94;
-  const lanes v128 = v124 - v127;
+  const lanes v120 = v6 * v3, v121 = v120 * v9, v122 = v1 * v8, v123 = v121 + v122,
+      v124 = v86 * v123, v125 = v116 * qd_3, v126 = v63 - v125, v127 = v126 * v94,
+      v128 = v124 - v127;
   out[28] = v128;
-  const lanes v129 = v123 * qd_4;
-  const lanes v130 = v129 + v126;
-  const lanes v131 = v130 * v111;
-  const lanes v132 = v10 * v116;
-  const lanes v133 = v120 * v8;
-  const lanes v134 = v1 * v9;
-  const lanes v135 = v133 - v134;
-  const lanes v136 = v11 * v135;
-  const lanes v137 = v132 + v136;
-  const lanes v138 = v98 * v137;
-  const lanes v139 = v131 + v138;
-  const lanes v140 = -v139;
-  out[29] = v140;
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  const lanes v141 = v33 * v1;
-  const lanes v142 = v55 * v6;
-  const lanes v143 = v141 - v142;
+  const lanes v129 = v123 * qd_4, v130 = v129 + v126, v131 = v130 * v111, v132 = v10 * v116,
+      v133 = v120 * v8, v134 = v1 * v9, v135 = v133 - v134, v136 = v11 * v135, v137 = v132 + v136,
+      v138 = v98 * v137, v139 = v131 + v138, v140 = -v139;
+  out[29] = v140; out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  const lanes v141 = v33 * v1, v142 = v55 * v6, v143 = v141 - v142;
   out[32] = v143;
-  const lanes v144 = v63 * v81;
-  const lanes v145 = v41 * v116;
-  const lanes v146 = v144 + v145;
-  const lanes v147 = -v146;
+  const lanes v144 = v63 * v81, v145 = v41 * v116, v146 = v144 + v145, v147 = -v146;
   out[33] = v147;
-  const lanes v148 = v93 * v123;
-  const lanes v149 = v126 * v90;
-  const lanes v150 = v148 - v149;
+  const lanes v148 = v93 * v123, v149 = v126 * v90, v150 = v148 - v149;
   out[34] = v150;
-  const lanes v151 = v130 * v104;
-  const lanes v152 = v107 * v137;
-  const lanes v153 = v151 + v152;
-  const lanes v154 = -v153;
+  const lanes v151 = v130 * v104, v152 = v107 * v137, v153 = v151 + v152, v154 = -v153;
   out[35] = v154;
 }
 
 static LANES_TARGET void LANES_NAME(puma560_hessian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  lanes v1, v6; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v6);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4];
+  LANES_COS_SIN(v1, v6, q_0);
   const lanes v2 = q_1 + q_2;
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v4);
-  lanes v5, v7; LANES_NAME(lanes_cos_sin)(&q_1, &v5, &v7);
-  lanes v8, v9; LANES_NAME(lanes_cos_sin)(&q_3, &v8, &v9);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v11);
-  const lanes v12 = 0.0203 * v3;
-  const lanes v13 = 0.4318 * v4;
-  const lanes v14 = v12 - v13;
-  const lanes v15 = 0.4318 * v5;
-  const lanes v16 = v14 + v15;
-  const lanes v17 = v1 * v16;
-  const lanes v18 = 0.15005 * v6;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = -v19;
+  LANES_COS_SIN(v3, v4, v2); LANES_COS_SIN(v5, v7, q_1); LANES_COS_SIN(v8, v9, q_3);
+  LANES_COS_SIN(v10, v11, q_4);
+  const lanes v12 = 0.0203 * v3, v13 = 0.4318 * v4, v14 = v12 - v13, v15 = 0.4318 * v5,
+      v16 = v14 + v15, v17 = v1 * v16, v18 = 0.15005 * v6, v19 = v17 + v18, v20 = -v19;
   out[0] = v20;
-  const lanes v21 = 0.4318 * v3;
-  const lanes v22 = 0.0203 * v4;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = 0.4318 * v7;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = v6 * v25;
+  const lanes v21 = 0.4318 * v3, v22 = 0.0203 * v4, v23 = v21 + v22, v24 = 0.4318 * v7,
+      v25 = v23 + v24, v26 = v6 * v25;
   out[1] = v26;
   const lanes v27 = v6 * v23;
-  out[2] = v27;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  out[2] = v27; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
   out[6] = v26;
   const lanes v28 = -v17;
   out[7] = v28;
-  const lanes v29 = v1 * v14;
-  const lanes v30 = -v29;
-  out[8] = v30;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = v27;
-  out[13] = v30;
-  out[14] = v30;
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
+  const lanes v29 = v1 * v14, v30 = -v29;
+  out[8] = v30; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = v27; out[13] = v30; out[14] = v30; out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
+  out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
+  out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0);
+  out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0);
+  out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
+  out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0);
   out[35] = LANES_OF(0.0);
-  const lanes v31 = v6 * v16;
-  const lanes v32 = 0.15005 * v1;
-  const lanes v33 = v31 - v32;
-  const lanes v34 = -v33;
+  const lanes v31 = v6 * v16, v32 = 0.15005 * v1, v33 = v31 - v32, v34 = -v33;
   out[36] = v34;
-  const lanes v35 = v1 * v25;
-  const lanes v36 = -v35;
+  const lanes v35 = v1 * v25, v36 = -v35;
   out[37] = v36;
-  const lanes v37 = v1 * v23;
-  const lanes v38 = -v37;
-  out[38] = v38;
-  out[39] = LANES_OF(0.0);
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
+  const lanes v37 = v1 * v23, v38 = -v37;
+  out[38] = v38; out[39] = LANES_OF(0.0); out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0);
   out[42] = v36;
   const lanes v39 = -v31;
   out[43] = v39;
-  const lanes v40 = v6 * v14;
-  const lanes v41 = -v40;
-  out[44] = v41;
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(0.0);
-  out[48] = v38;
-  out[49] = v41;
-  out[50] = v41;
-  out[51] = LANES_OF(0.0);
-  out[52] = LANES_OF(0.0);
-  out[53] = LANES_OF(0.0);
-  out[54] = LANES_OF(0.0);
-  out[55] = LANES_OF(0.0);
-  out[56] = LANES_OF(0.0);
-  out[57] = LANES_OF(0.0);
-  out[58] = LANES_OF(0.0);
-  out[59] = LANES_OF(0.0);
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
-  out[63] = LANES_OF(0.0);
-  out[64] = LANES_OF(0.0);
-  out[65] = LANES_OF(0.0);
-  out[66] = LANES_OF(0.0);
-  out[67] = LANES_OF(0.0);
-  out[68] = LANES_OF(0.0);
-  out[69] = LANES_OF(0.0);
-  out[70] = LANES_OF(0.0);
-  out[71] = LANES_OF(0.0);
-  out[72] = LANES_OF(0.0);
-  out[73] = LANES_OF(0.0);
-  out[74] = LANES_OF(0.0);
-  out[75] = LANES_OF(0.0);
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
-  const lanes v42 = v1 * v35;
-  const lanes v43 = v6 * v26;
-  const lanes v44 = v42 + v43;
-  const lanes v45 = -v44;
+  const lanes v40 = v6 * v14, v41 = -v40;
+  out[44] = v41; out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0); out[47] = LANES_OF(0.0);
+  out[48] = v38; out[49] = v41; out[50] = v41; out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0);
+  out[53] = LANES_OF(0.0); out[54] = LANES_OF(0.0); out[55] = LANES_OF(0.0);
+  out[56] = LANES_OF(0.0); out[57] = LANES_OF(0.0); out[58] = LANES_OF(0.0);
+  out[59] = LANES_OF(0.0); out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0);
+  out[62] = LANES_OF(0.0); out[63] = LANES_OF(0.0); out[64] = LANES_OF(0.0);
+  out[65] = LANES_OF(0.0); out[66] = LANES_OF(0.0); out[67] = LANES_OF(0.0);
+  out[68] = LANES_OF(0.0); out[69] = LANES_OF(0.0); out[70] = LANES_OF(0.0);
+  out[71] = LANES_OF(0.0); out[72] = LANES_OF(0.0); out[73] = LANES_OF(0.0);
+  out[74] = LANES_OF(0.0); out[75] = LANES_OF(0.0); out[76] = LANES_OF(0.0);
+  out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0);
+  const lanes v42 = v1 * v35, v43 = v6 * v26, v44 = v42 + v43, v45 = -v44;
   out[79] = v45;
-  const lanes v46 = v1 * v37;
-  const lanes v47 = v6 * v27;
-  const lanes v48 = v46 + v47;
-  const lanes v49 = -v48;
-  out[80] = v49;
-  out[81] = LANES_OF(0.0);
-  out[82] = LANES_OF(0.0);
-  out[83] = LANES_OF(0.0);
-  out[84] = LANES_OF(0.0);
-  out[85] = v49;
-  out[86] = v49;
-  out[87] = LANES_OF(0.0);
-  out[88] = LANES_OF(0.0);
-  out[89] = LANES_OF(0.0);
-  out[90] = LANES_OF(0.0);
-  out[91] = LANES_OF(0.0);
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
-  out[95] = LANES_OF(0.0);
-  out[96] = LANES_OF(0.0);
-  out[97] = LANES_OF(0.0);
-  out[98] = LANES_OF(0.0);
-  out[99] = LANES_OF(0.0);
-  out[100] = LANES_OF(0.0);
-  out[101] = LANES_OF(0.0);
-  out[102] = LANES_OF(0.0);
-  out[103] = LANES_OF(0.0);
-  out[104] = LANES_OF(0.0);
-  out[105] = LANES_OF(0.0);
-  out[106] = LANES_OF(0.0);
-  out[107] = LANES_OF(0.0);
-  out[108] = LANES_OF(0.0);
-  out[109] = LANES_OF(0.0);
-  out[110] = LANES_OF(0.0);
-  out[111] = LANES_OF(0.0);
-  out[112] = LANES_OF(0.0);
-  out[113] = LANES_OF(0.0);
-  out[114] = v1;
-  out[115] = LANES_OF(0.0);
-  out[116] = LANES_OF(0.0);
-  out[117] = LANES_OF(0.0);
-  out[118] = LANES_OF(0.0);
-  out[119] = LANES_OF(0.0);
-  out[120] = v1;
-  out[121] = LANES_OF(0.0);
-  out[122] = LANES_OF(0.0);
-  out[123] = LANES_OF(0.0);
-  out[124] = LANES_OF(0.0);
-  out[125] = LANES_OF(0.0);
+  const lanes v46 = v1 * v37, v47 = v6 * v27, v48 = v46 + v47, v49 = -v48;
+  out[80] = v49; out[81] = LANES_OF(0.0); out[82] = LANES_OF(0.0); out[83] = LANES_OF(0.0);
+  out[84] = LANES_OF(0.0); out[85] = v49; out[86] = v49; out[87] = LANES_OF(0.0);
+  out[88] = LANES_OF(0.0); out[89] = LANES_OF(0.0); out[90] = LANES_OF(0.0);
+  out[91] = LANES_OF(0.0); out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0);
+  out[94] = LANES_OF(0.0); out[95] = LANES_OF(0.0); out[96] = LANES_OF(0.0);
+  out[97] = LANES_OF(0.0); out[98] = LANES_OF(0.0); out[99] = LANES_OF(0.0);
+  out[100] = LANES_OF(0.0); out[101] = LANES_OF(0.0); out[102] = LANES_OF(0.0);
+  out[103] = LANES_OF(0.0); out[104] = LANES_OF(0.0); out[105] = LANES_OF(0.0);
+  out[106] = LANES_OF(0.0); out[107] = LANES_OF(0.0); out[108] = LANES_OF(0.0);
+  out[109] = LANES_OF(0.0); out[110] = LANES_OF(0.0); out[111] = LANES_OF(0.0);
+  out[112] = LANES_OF(0.0); out[113] = LANES_OF(0.0); out[114] = v1; out[115] = LANES_OF(0.0);
+  out[116] = LANES_OF(0.0); out[117] = LANES_OF(0.0); out[118] = LANES_OF(0.0);
+  out[119] = LANES_OF(0.0); out[120] = v1; out[121] = LANES_OF(0.0); out[122] = LANES_OF(0.0);
+  out[123] = LANES_OF(0.0); out[124] = LANES_OF(0.0); out[125] = LANES_OF(0.0);
   const lanes v50 = v6 * v4;
   out[126] = v50;
-  const lanes v51 = v1 * v3;
-  const lanes v52 = -v51;
-  out[127] = v52;
-  out[128] = v52;
-  out[129] = LANES_OF(0.0);
-  out[130] = LANES_OF(0.0);
+  const lanes v51 = v1 * v3, v52 = -v51;
+  out[127] = v52; out[128] = v52; out[129] = LANES_OF(0.0); out[130] = LANES_OF(0.0);
   out[131] = LANES_OF(0.0);
-  const lanes v53 = v1 * v8;
-  const lanes v54 = v6 * v3;
-  const lanes v55 = v54 * v9;
-  const lanes v56 = v53 - v55;
+  const lanes v53 = v1 * v8, v54 = v6 * v3, v55 = v54 * v9, v56 = v53 - v55;
   out[132] = v56;
-  const lanes v57 = v4 * v9;
-  const lanes v58 = v1 * v57;
-  const lanes v59 = -v58;
-  out[133] = v59;
-  out[134] = v59;
-  const lanes v60 = v56 * v3;
-  const lanes v61 = v50 * v57;
-  const lanes v62 = v60 - v61;
-  out[135] = v62;
-  out[136] = LANES_OF(0.0);
-  out[137] = LANES_OF(0.0);
-  const lanes v63 = v10 * v50;
-  const lanes v64 = v54 * v8;
-  const lanes v65 = v1 * v9;
-  const lanes v66 = v64 + v65;
-  const lanes v67 = v11 * v66;
-  const lanes v68 = v63 + v67;
+  const lanes v57 = v4 * v9, v58 = v1 * v57, v59 = -v58;
+  out[133] = v59; out[134] = v59;
+  const lanes v60 = v56 * v3, v61 = v50 * v57, v62 = v60 - v61;
+  out[135] = v62; out[136] = LANES_OF(0.0); out[137] = LANES_OF(0.0);
+  const lanes v63 = v10 * v50, v64 = v54 * v8, v65 = v1 * v9, v66 = v64 + v65, v67 = v11 * v66,
+      v68 = v63 + v67;
   out[138] = v68;
-  const lanes v69 = v10 * v3;
-  const lanes v70 = v4 * v8;
-  const lanes v71 = v11 * v70;
-  const lanes v72 = v69 - v71;
-  const lanes v73 = v1 * v72;
-  const lanes v74 = -v73;
-  out[139] = v74;
-  out[140] = v74;
-  const lanes v75 = v68 * v3;
-  const lanes v76 = v50 * v72;
-  const lanes v77 = v75 - v76;
+  const lanes v69 = v10 * v3, v70 = v4 * v8, v71 = v11 * v70, v72 = v69 - v71, v73 = v1 * v72,
+      v74 = -v73;
+  out[139] = v74; out[140] = v74;
+  const lanes v75 = v68 * v3, v76 = v50 * v72, v77 = v75 - v76;
   out[141] = v77;
-  const lanes v78 = v57 * v68;
-  const lanes v79 = v56 * v72;
-  const lanes v80 = v78 - v79;
-  out[142] = v80;
-  out[143] = LANES_OF(0.0);
-  out[144] = LANES_OF(0.0);
-  out[145] = LANES_OF(0.0);
-  out[146] = LANES_OF(0.0);
-  out[147] = LANES_OF(0.0);
-  out[148] = LANES_OF(0.0);
-  out[149] = LANES_OF(0.0);
-  out[150] = v6;
-  out[151] = LANES_OF(0.0);
-  out[152] = LANES_OF(0.0);
-  out[153] = LANES_OF(0.0);
-  out[154] = LANES_OF(0.0);
-  out[155] = LANES_OF(0.0);
-  out[156] = v6;
-  out[157] = LANES_OF(0.0);
-  out[158] = LANES_OF(0.0);
-  out[159] = LANES_OF(0.0);
-  out[160] = LANES_OF(0.0);
-  out[161] = LANES_OF(0.0);
-  const lanes v81 = v1 * v4;
-  const lanes v82 = -v81;
+  const lanes v78 = v57 * v68, v79 = v56 * v72, v80 = v78 - v79;
+  out[142] = v80; out[143] = LANES_OF(0.0); out[144] = LANES_OF(0.0); out[145] = LANES_OF(0.0);
+  out[146] = LANES_OF(0.0); out[147] = LANES_OF(0.0); out[148] = LANES_OF(0.0);
+  out[149] = LANES_OF(0.0); out[150] = v6; out[151] = LANES_OF(0.0); out[152] = LANES_OF(0.0);
+  out[153] = LANES_OF(0.0); out[154] = LANES_OF(0.0); out[155] = LANES_OF(0.0); out[156] = v6;
+  out[157] = LANES_OF(0.0); out[158] = LANES_OF(0.0); out[159] = LANES_OF(0.0);
+  out[160] = LANES_OF(0.0); out[161] = LANES_OF(0.0);
+  const lanes v81 = v1 * v4, v82 = -v81;
   out[162] = v82;
   const lanes v83 = -v54;
-  out[163] = v83;
-  out[164] = v83;
-  out[165] = LANES_OF(0.0);
-  out[166] = LANES_OF(0.0);
+  out[163] = v83; out[164] = v83; out[165] = LANES_OF(0.0); out[166] = LANES_OF(0.0);
   out[167] = LANES_OF(0.0);
-  const lanes v84 = v51 * v9;
-  const lanes v85 = v6 * v8;
-  const lanes v86 = v84 + v85;
+  const lanes v84 = v51 * v9, v85 = v6 * v8, v86 = v84 + v85;
   out[168] = v86;
-  const lanes v87 = v57 * v6;
-  const lanes v88 = -v87;
-  out[169] = v88;
-  out[170] = v88;
-  const lanes v89 = v81 * v57;
-  const lanes v90 = v86 * v3;
-  const lanes v91 = v89 + v90;
-  out[171] = v91;
-  out[172] = LANES_OF(0.0);
-  out[173] = LANES_OF(0.0);
-  const lanes v92 = v10 * v81;
-  const lanes v93 = v51 * v8;
-  const lanes v94 = v6 * v9;
-  const lanes v95 = v93 - v94;
-  const lanes v96 = v11 * v95;
-  const lanes v97 = v92 + v96;
-  const lanes v98 = -v97;
+  const lanes v87 = v57 * v6, v88 = -v87;
+  out[169] = v88; out[170] = v88;
+  const lanes v89 = v81 * v57, v90 = v86 * v3, v91 = v89 + v90;
+  out[171] = v91; out[172] = LANES_OF(0.0); out[173] = LANES_OF(0.0);
+  const lanes v92 = v10 * v81, v93 = v51 * v8, v94 = v6 * v9, v95 = v93 - v94, v96 = v11 * v95,
+      v97 = v92 + v96, v98 = -v97;
   out[174] = v98;
-  const lanes v99 = v72 * v6;
-  const lanes v100 = -v99;
-  out[175] = v100;
-  out[176] = v100;
-  const lanes v101 = v81 * v72;
-  const lanes v102 = v97 * v3;
-  const lanes v103 = v101 - v102;
+  const lanes v99 = v72 * v6, v100 = -v99;
+  out[175] = v100; out[176] = v100;
+  const lanes v101 = v81 * v72, v102 = v97 * v3, v103 = v101 - v102;
   out[177] = v103;
-  const lanes v104 = v86 * v72;
-  const lanes v105 = v57 * v97;
-  const lanes v106 = v104 + v105;
-  const lanes v107 = -v106;
-  out[178] = v107;
-  out[179] = LANES_OF(0.0);
-  out[180] = LANES_OF(0.0);
-  out[181] = LANES_OF(0.0);
-  out[182] = LANES_OF(0.0);
-  out[183] = LANES_OF(0.0);
-  out[184] = LANES_OF(0.0);
-  out[185] = LANES_OF(0.0);
-  out[186] = LANES_OF(0.0);
-  out[187] = LANES_OF(0.0);
-  out[188] = LANES_OF(0.0);
-  out[189] = LANES_OF(0.0);
-  out[190] = LANES_OF(0.0);
-  out[191] = LANES_OF(0.0);
-  out[192] = LANES_OF(0.0);
-  out[193] = LANES_OF(0.0);
-  out[194] = LANES_OF(0.0);
-  out[195] = LANES_OF(0.0);
-  out[196] = LANES_OF(0.0);
-  out[197] = LANES_OF(0.0);
-  out[198] = LANES_OF(0.0);
-  const lanes v108 = v81 * v1;
-  const lanes v109 = v50 * v6;
-  const lanes v110 = v108 + v109;
-  const lanes v111 = -v110;
-  out[199] = v111;
-  out[200] = v111;
-  out[201] = LANES_OF(0.0);
-  out[202] = LANES_OF(0.0);
-  out[203] = LANES_OF(0.0);
-  out[204] = LANES_OF(0.0);
-  const lanes v112 = v1 * v86;
-  const lanes v113 = v56 * v6;
-  const lanes v114 = v112 - v113;
-  out[205] = v114;
-  out[206] = v114;
-  const lanes v115 = v81 * v56;
-  const lanes v116 = v50 * v86;
-  const lanes v117 = v115 + v116;
-  out[207] = v117;
-  out[208] = LANES_OF(0.0);
-  out[209] = LANES_OF(0.0);
-  out[210] = LANES_OF(0.0);
-  const lanes v118 = v1 * v97;
-  const lanes v119 = v68 * v6;
-  const lanes v120 = v118 + v119;
-  const lanes v121 = -v120;
-  out[211] = v121;
-  out[212] = v121;
-  const lanes v122 = v81 * v68;
-  const lanes v123 = v50 * v97;
-  const lanes v124 = v122 - v123;
+  const lanes v104 = v86 * v72, v105 = v57 * v97, v106 = v104 + v105, v107 = -v106;
+  out[178] = v107; out[179] = LANES_OF(0.0); out[180] = LANES_OF(0.0); out[181] = LANES_OF(0.0);
+  out[182] = LANES_OF(0.0); out[183] = LANES_OF(0.0); out[184] = LANES_OF(0.0);
+  out[185] = LANES_OF(0.0); out[186] = LANES_OF(0.0); out[187] = LANES_OF(0.0);
+  out[188] = LANES_OF(0.0); out[189] = LANES_OF(0.0); out[190] = LANES_OF(0.0);
+  out[191] = LANES_OF(0.0); out[192] = LANES_OF(0.0); out[193] = LANES_OF(0.0);
+  out[194] = LANES_OF(0.0); out[195] = LANES_OF(0.0); out[196] = LANES_OF(0.0);
+  out[197] = LANES_OF(0.0); out[198] = LANES_OF(0.0);
+  const lanes v108 = v81 * v1, v109 = v50 * v6, v110 = v108 + v109, v111 = -v110;
+  out[199] = v111; out[200] = v111; out[201] = LANES_OF(0.0); out[202] = LANES_OF(0.0);
+  out[203] = LANES_OF(0.0); out[204] = LANES_OF(0.0);
+  const lanes v112 = v1 * v86, v113 = v56 * v6, v114 = v112 - v113;
+  out[205] = v114; out[206] = v114;
+  const lanes v115 = v81 * v56, v116 = v50 * v86, v117 = v115 + v116;
+  out[207] = v117; out[208] = LANES_OF(0.0); out[209] = LANES_OF(0.0); out[210] = LANES_OF(0.0);
+  const lanes v118 = v1 * v97, v119 = v68 * v6, v120 = v118 + v119, v121 = -v120;
+  out[211] = v121; out[212] = v121;
+  const lanes v122 = v81 * v68, v123 = v50 * v97, v124 = v122 - v123;
   out[213] = v124;
-  const lanes v125 = v86 * v68;
-  const lanes v126 = v56 * v97;
-  const lanes v127 = v125 + v126;
-  const lanes v128 = -v127;
-  out[214] = v128;
-  out[215] = LANES_OF(0.0);
+  const lanes v125 = v86 * v68, v126 = v56 * v97, v127 = v125 + v126, v128 = -v127;
+  out[214] = v128; out[215] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(puma560_twist_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v7, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v7, &v1);
-  lanes v2, v5; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v5);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v7, v1, q_0); LANES_COS_SIN(v2, v5, q_1);
   const lanes v3 = q_1 + q_2;
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&v3, &v4, &v6);
-  lanes v9, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v9, &v8);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v11);
-  const lanes v12 = 0.4318 * v2;
-  const lanes v13 = v12 * v4;
-  const lanes v14 = 0.4318 * v5;
-  const lanes v15 = v14 + 0.67183;
-  const lanes v16 = v15 * v6;
-  const lanes v17 = v13 + v16;
-  const lanes v18 = v17 + 0.0203;
-  const lanes v19 = v1 * v18;
-  const lanes v20 = v7 * v4;
-  const lanes v21 = 0.15005 * v20;
-  const lanes v22 = v19 - v21;
-  const lanes v23 = v22 * qd_3;
-  const lanes v24 = 0.67183 * v7;
-  const lanes v25 = v24 * qd_1;
-  const lanes v26 = v7 * v15;
-  const lanes v27 = v26 * qd_2;
-  const lanes v28 = v25 + v27;
-  const lanes v29 = v23 + v28;
-  const lanes v30 = v7 * v6;
-  const lanes v31 = 0.15005 * v8;
-  const lanes v32 = v18 * v9;
-  const lanes v33 = v31 - v32;
-  const lanes v34 = v30 * v33;
-  const lanes v35 = v20 * v9;
-  const lanes v36 = v1 * v8;
-  const lanes v37 = v35 - v36;
-  const lanes v38 = v12 * v6;
-  const lanes v39 = v4 * v15;
-  const lanes v40 = v38 - v39;
-  const lanes v41 = v40 - 0.4318;
-  const lanes v42 = v37 * v41;
-  const lanes v43 = v34 + v42;
-  const lanes v44 = v43 * qd_4;
-  const lanes v45 = v29 - v44;
-  const lanes v46 = v20 * v8;
-  const lanes v47 = v1 * v9;
-  const lanes v48 = v46 + v47;
-  const lanes v49 = v10 * v33;
-  const lanes v50 = v11 * v41;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v48 * v51;
-  const lanes v53 = v10 * v37;
-  const lanes v54 = v11 * v30;
-  const lanes v55 = v53 - v54;
-  const lanes v56 = v18 * v8;
-  const lanes v57 = 0.15005 * v9;
-  const lanes v58 = v56 + v57;
-  const lanes v59 = v55 * v58;
-  const lanes v60 = v52 + v59;
-  const lanes v61 = v60 * qd_5;
-  const lanes v62 = v45 - v61;
+  LANES_COS_SIN(v4, v6, v3); LANES_COS_SIN(v9, v8, q_3); LANES_COS_SIN(v10, v11, q_4);
+  const lanes v12 = 0.4318 * v2, v13 = v12 * v4, v14 = 0.4318 * v5, v15 = v14 + 0.67183,
+      v16 = v15 * v6, v17 = v13 + v16, v18 = v17 + 0.0203, v19 = v1 * v18, v20 = v7 * v4,
+      v21 = 0.15005 * v20, v22 = v19 - v21, v23 = v22 * qd_3, v24 = 0.67183 * v7, v25 = v24 * qd_1,
+      v26 = v7 * v15, v27 = v26 * qd_2, v28 = v25 + v27, v29 = v23 + v28, v30 = v7 * v6,
+      v31 = 0.15005 * v8, v32 = v18 * v9, v33 = v31 - v32, v34 = v30 * v33, v35 = v20 * v9,
+      v36 = v1 * v8, v37 = v35 - v36, v38 = v12 * v6, v39 = v4 * v15, v40 = v38 - v39,
+      v41 = v40 - 0.4318, v42 = v37 * v41, v43 = v34 + v42, v44 = v43 * qd_4, v45 = v29 - v44,
+      v46 = v20 * v8, v47 = v1 * v9, v48 = v46 + v47, v49 = v10 * v33, v50 = v11 * v41,
+      v51 = v49 + v50, v52 = v48 * v51, v53 = v10 * v37, v54 = v11 * v30, v55 = v53 - v54,
+      v56 = v18 * v8, v57 = 0.15005 * v9, v58 = v56 + v57, v59 = v55 * v58, v60 = v52 + v59,
+      v61 = v60 * qd_5, v62 = v45 - v61;
   out[0] = v62;
-  const lanes v63 = v7 * v9;
-  const lanes v64 = v1 * v4;
-  const lanes v65 = v64 * v8;
-  const lanes v66 = v63 - v65;
-  const lanes v67 = v66 * v51;
-  const lanes v68 = v64 * v9;
-  const lanes v69 = v7 * v8;
-  const lanes v70 = v68 + v69;
-  const lanes v71 = v10 * v70;
-  const lanes v72 = v1 * v6;
-  const lanes v73 = v11 * v72;
-  const lanes v74 = v71 - v73;
-  const lanes v75 = v74 * v58;
-  const lanes v76 = v67 - v75;
-  const lanes v77 = v76 * qd_5;
-  const lanes v78 = 0.67183 * v1;
-  const lanes v79 = v78 * qd_1;
-  const lanes v80 = v1 * v15;
-  const lanes v81 = v80 * qd_2;
-  const lanes v82 = v79 + v81;
-  const lanes v83 = 0.15005 * v64;
-  const lanes v84 = v7 * v18;
-  const lanes v85 = v83 + v84;
-  const lanes v86 = v85 * qd_3;
-  const lanes v87 = v82 - v86;
-  const lanes v88 = v72 * v33;
-  const lanes v89 = v70 * v41;
-  const lanes v90 = v88 + v89;
-  const lanes v91 = v90 * qd_4;
-  const lanes v92 = v87 - v91;
-  const lanes v93 = v77 + v92;
+  const lanes v63 = v7 * v9, v64 = v1 * v4, v65 = v64 * v8, v66 = v63 - v65, v67 = v66 * v51,
+      v68 = v64 * v9, v69 = v7 * v8, v70 = v68 + v69, v71 = v10 * v70, v72 = v1 * v6,
+      v73 = v11 * v72, v74 = v71 - v73, v75 = v74 * v58, v76 = v67 - v75, v77 = v76 * qd_5,
+      v78 = 0.67183 * v1, v79 = v78 * qd_1, v80 = v1 * v15, v81 = v80 * qd_2, v82 = v79 + v81,
+      v83 = 0.15005 * v64, v84 = v7 * v18, v85 = v83 + v84, v86 = v85 * qd_3, v87 = v82 - v86,
+      v88 = v72 * v33, v89 = v70 * v41, v90 = v88 + v89, v91 = v90 * qd_4, v92 = v87 - v91,
+      v93 = v77 + v92;
   out[1] = v93;
-  const lanes v94 = v4 * v33;
-  const lanes v95 = v6 * v9;
-  const lanes v96 = v95 * v41;
-  const lanes v97 = v94 - v96;
-  const lanes v98 = v97 * qd_4;
-  const lanes v99 = v12 * qd_2;
-  const lanes v100 = 0.15005 * v6;
-  const lanes v101 = v100 * qd_3;
-  const lanes v102 = v99 + v101;
-  const lanes v103 = v98 - v102;
-  const lanes v104 = v6 * v8;
-  const lanes v105 = v104 * v51;
-  const lanes v106 = v10 * v95;
-  const lanes v107 = v11 * v4;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = v108 * v58;
-  const lanes v110 = v105 + v109;
-  const lanes v111 = v110 * qd_5;
-  const lanes v112 = v103 - v111;
+  const lanes v94 = v4 * v33, v95 = v6 * v9, v96 = v95 * v41, v97 = v94 - v96, v98 = v97 * qd_4,
+      v99 = v12 * qd_2, v100 = 0.15005 * v6, v101 = v100 * qd_3, v102 = v99 + v101,
+      v103 = v98 - v102, v104 = v6 * v8, v105 = v104 * v51, v106 = v10 * v95, v107 = v11 * v4,
+      v108 = v106 + v107, v109 = v108 * v58, v110 = v105 + v109, v111 = v110 * qd_5,
+      v112 = v103 - v111;
   out[2] = v112;
-  const lanes v113 = v48 * qd_4;
-  const lanes v114 = v1 * qd_1;
-  const lanes v115 = v1 * qd_2;
-  const lanes v116 = v114 + v115;
-  const lanes v117 = v30 * qd_3;
-  const lanes v118 = v116 - v117;
-  const lanes v119 = v113 + v118;
-  const lanes v120 = v10 * v30;
-  const lanes v121 = v11 * v37;
-  const lanes v122 = v120 + v121;
-  const lanes v123 = v122 * qd_5;
-  const lanes v124 = v119 - v123;
+  const lanes v113 = v48 * qd_4, v114 = v1 * qd_1, v115 = v1 * qd_2, v116 = v114 + v115,
+      v117 = v30 * qd_3, v118 = v116 - v117, v119 = v113 + v118, v120 = v10 * v30, v121 = v11 * v37,
+      v122 = v120 + v121, v123 = v122 * qd_5, v124 = v119 - v123;
   out[3] = v124;
-  const lanes v125 = v10 * v72;
-  const lanes v126 = v11 * v70;
-  const lanes v127 = v125 + v126;
-  const lanes v128 = v127 * qd_5;
-  const lanes v129 = v66 * qd_4;
-  const lanes v130 = v72 * qd_3;
-  const lanes v131 = v7 * qd_1;
-  const lanes v132 = v7 * qd_2;
-  const lanes v133 = v131 + v132;
-  const lanes v134 = v130 + v133;
-  const lanes v135 = v129 + v134;
-  const lanes v136 = v128 + v135;
-  const lanes v137 = -v136;
+  const lanes v125 = v10 * v72, v126 = v11 * v70, v127 = v125 + v126, v128 = v127 * qd_5,
+      v129 = v66 * qd_4, v130 = v72 * qd_3, v131 = v7 * qd_1, v132 = v7 * qd_2, v133 = v131 + v132,
+      v134 = v130 + v133, v135 = v129 + v134, v136 = v128 + v135, v137 = -v136;
   out[4] = v137;
-  const lanes v138 = v10 * v4;
-  const lanes v139 = v11 * v95;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = v140 * qd_5;
-  const lanes v142 = v104 * qd_4;
-  const lanes v143 = v4 * qd_3;
-  const lanes v144 = v143 + qd_0;
-  const lanes v145 = v142 + v144;
-  const lanes v146 = v141 + v145;
+  const lanes v138 = v10 * v4, v139 = v11 * v95, v140 = v138 - v139, v141 = v140 * qd_5,
+      v142 = v104 * qd_4, v143 = v4 * qd_3, v144 = v143 + qd_0, v145 = v142 + v144,
+      v146 = v141 + v145;
   out[5] = v146;
 }
 
 static LANES_TARGET void LANES_NAME(puma560_twist_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes v1 = q_1 + q_2;
-  lanes v2, v5; LANES_NAME(lanes_cos_sin)(&v1, &v2, &v5);
-  lanes v7, v3; LANES_NAME(lanes_cos_sin)(&q_4, &v7, &v3);
-  lanes v4, v8; LANES_NAME(lanes_cos_sin)(&q_5, &v4, &v8);
-  lanes v6, v9; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v9);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_0, &v10, &v11);
-  lanes v12, v13; LANES_NAME(lanes_cos_sin)(&q_1, &v12, &v13);
-  const lanes v14 = v3 * v4;
-  const lanes v15 = v2 * v14;
-  const lanes v16 = v7 * v4;
-  const lanes v17 = v6 * v16;
-  const lanes v18 = v8 * v9;
-  const lanes v19 = v17 - v18;
-  const lanes v20 = v5 * v19;
-  const lanes v21 = v15 + v20;
-  const lanes v22 = 0.0203 * v2;
-  const lanes v23 = 0.4318 * v5;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v21 * v24;
-  const lanes v26 = 0.4318 * v2;
-  const lanes v27 = 0.0203 * v5;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v2 * v19;
-  const lanes v30 = v5 * v14;
-  const lanes v31 = v29 - v30;
-  const lanes v32 = v28 * v31;
-  const lanes v33 = v25 - v32;
-  const lanes v34 = v33 * qd_2;
-  const lanes v35 = v8 * v6;
-  const lanes v36 = v16 * v9;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = v10 * v37;
-  const lanes v39 = v11 * v31;
-  const lanes v40 = v38 + v39;
-  const lanes v41 = 0.4318 * v12;
-  const lanes v42 = v24 + v41;
-  const lanes v43 = v10 * v42;
-  const lanes v44 = 0.15005 * v11;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = v40 * v45;
-  const lanes v47 = v10 * v31;
-  const lanes v48 = v11 * v37;
-  const lanes v49 = v47 - v48;
-  const lanes v50 = v11 * v42;
-  const lanes v51 = 0.15005 * v10;
-  const lanes v52 = v50 - v51;
-  const lanes v53 = v49 * v52;
-  const lanes v54 = v46 - v53;
-  const lanes v55 = v54 * qd_0;
-  const lanes v56 = v21 * v42;
-  const lanes v57 = 0.4318 * v13;
-  const lanes v58 = v28 + v57;
-  const lanes v59 = v58 * v31;
-  const lanes v60 = v56 - v59;
-  const lanes v61 = v60 * qd_1;
-  const lanes v62 = v55 + v61;
-  const lanes v63 = v34 + v62;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[6], qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11],
+      v1 = q_1 + q_2;
+  LANES_COS_SIN(v2, v5, v1); LANES_COS_SIN(v7, v3, q_4); LANES_COS_SIN(v4, v8, q_5);
+  LANES_COS_SIN(v6, v9, q_3); LANES_COS_SIN(v10, v11, q_0); LANES_COS_SIN(v12, v13, q_1);
+  const lanes v14 = v3 * v4, v15 = v2 * v14, v16 = v7 * v4, v17 = v6 * v16, v18 = v8 * v9,
+      v19 = v17 - v18, v20 = v5 * v19, v21 = v15 + v20, v22 = 0.0203 * v2, v23 = 0.4318 * v5,
+      v24 = v22 - v23, v25 = v21 * v24, v26 = 0.4318 * v2, v27 = 0.0203 * v5, v28 = v26 + v27,
+      v29 = v2 * v19, v30 = v5 * v14, v31 = v29 - v30, v32 = v28 * v31, v33 = v25 - v32,
+      v34 = v33 * qd_2, v35 = v8 * v6, v36 = v16 * v9, v37 = v35 + v36, v38 = v10 * v37,
+      v39 = v11 * v31, v40 = v38 + v39, v41 = 0.4318 * v12, v42 = v24 + v41, v43 = v10 * v42,
+      v44 = 0.15005 * v11, v45 = v43 + v44, v46 = v40 * v45, v47 = v10 * v31, v48 = v11 * v37,
+      v49 = v47 - v48, v50 = v11 * v42, v51 = 0.15005 * v10, v52 = v50 - v51, v53 = v49 * v52,
+      v54 = v46 - v53, v55 = v54 * qd_0, v56 = v21 * v42, v57 = 0.4318 * v13, v58 = v28 + v57,
+      v59 = v58 * v31, v60 = v56 - v59, v61 = v60 * qd_1, v62 = v55 + v61, v63 = v34 + v62;
   out[0] = v63;
-  const lanes v64 = v4 * v6;
-  const lanes v65 = v7 * v8;
-  const lanes v66 = v65 * v9;
-  const lanes v67 = v64 - v66;
-  const lanes v68 = v10 * v67;
-  const lanes v69 = v3 * v8;
-  const lanes v70 = v5 * v69;
-  const lanes v71 = v4 * v9;
-  const lanes v72 = v6 * v65;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = v2 * v73;
-  const lanes v75 = v70 - v74;
-  const lanes v76 = v11 * v75;
-  const lanes v77 = v68 + v76;
-  const lanes v78 = v77 * v45;
-  const lanes v79 = v10 * v75;
-  const lanes v80 = v11 * v67;
-  const lanes v81 = v79 - v80;
-  const lanes v82 = v81 * v52;
-  const lanes v83 = v78 - v82;
-  const lanes v84 = v83 * qd_0;
-  const lanes v85 = v2 * v69;
-  const lanes v86 = v5 * v73;
-  const lanes v87 = v85 + v86;
-  const lanes v88 = v87 * v42;
-  const lanes v89 = v58 * v75;
-  const lanes v90 = v88 + v89;
-  const lanes v91 = v90 * qd_1;
-  const lanes v92 = v84 - v91;
-  const lanes v93 = v87 * v24;
-  const lanes v94 = v28 * v75;
-  const lanes v95 = v93 + v94;
-  const lanes v96 = v95 * qd_2;
-  const lanes v97 = v92 - v96;
+  const lanes v64 = v4 * v6, v65 = v7 * v8, v66 = v65 * v9, v67 = v64 - v66, v68 = v10 * v67,
+      v69 = v3 * v8, v70 = v5 * v69, v71 = v4 * v9, v72 = v6 * v65, v73 = v71 + v72, v74 = v2 * v73,
+      v75 = v70 - v74, v76 = v11 * v75, v77 = v68 + v76, v78 = v77 * v45, v79 = v10 * v75,
+      v80 = v11 * v67, v81 = v79 - v80, v82 = v81 * v52, v83 = v78 - v82, v84 = v83 * qd_0,
+      v85 = v2 * v69, v86 = v5 * v73, v87 = v85 + v86, v88 = v87 * v42, v89 = v58 * v75,
+      v90 = v88 + v89, v91 = v90 * qd_1, v92 = v84 - v91, v93 = v87 * v24, v94 = v28 * v75,
+      v95 = v93 + v94, v96 = v95 * qd_2, v97 = v92 - v96;
   out[1] = v97;
-  const lanes v98 = v7 * v5;
-  const lanes v99 = v3 * v6;
-  const lanes v100 = v2 * v99;
-  const lanes v101 = v98 + v100;
-  const lanes v102 = v101 * v28;
-  const lanes v103 = v7 * v2;
-  const lanes v104 = v5 * v99;
-  const lanes v105 = v103 - v104;
-  const lanes v106 = v105 * v24;
-  const lanes v107 = v102 + v106;
-  const lanes v108 = v107 * qd_2;
-  const lanes v109 = v101 * v58;
-  const lanes v110 = v105 * v42;
-  const lanes v111 = v109 + v110;
-  const lanes v112 = v111 * qd_1;
-  const lanes v113 = v3 * v9;
-  const lanes v114 = v11 * v113;
-  const lanes v115 = v101 * v10;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v116 * v52;
-  const lanes v118 = v101 * v11;
-  const lanes v119 = v10 * v113;
-  const lanes v120 = v118 + v119;
-  const lanes v121 = v120 * v45;
-  const lanes v122 = v117 + v121;
-  const lanes v123 = v122 * qd_0;
-  const lanes v124 = v112 - v123;
-  const lanes v125 = v108 + v124;
+  const lanes v98 = v7 * v5, v99 = v3 * v6, v100 = v2 * v99, v101 = v98 + v100, v102 = v101 * v28,
+      v103 = v7 * v2, v104 = v5 * v99, v105 = v103 - v104, v106 = v105 * v24, v107 = v102 + v106,
+      v108 = v107 * qd_2, v109 = v101 * v58, v110 = v105 * v42, v111 = v109 + v110,
+      v112 = v111 * qd_1, v113 = v3 * v9, v114 = v11 * v113, v115 = v101 * v10, v116 = v114 - v115,
+      v117 = v116 * v52, v118 = v101 * v11, v119 = v10 * v113, v120 = v118 + v119,
+      v121 = v120 * v45, v122 = v117 + v121, v123 = v122 * qd_0, v124 = v112 - v123,
+      v125 = v108 + v124;
   out[2] = v125;
-  const lanes v126 = v14 * qd_3;
-  const lanes v127 = v21 * qd_0;
-  const lanes v128 = v37 * qd_1;
-  const lanes v129 = v127 - v128;
-  const lanes v130 = v37 * qd_2;
-  const lanes v131 = v129 - v130;
-  const lanes v132 = v126 + v131;
-  const lanes v133 = v8 * qd_4;
-  const lanes v134 = v132 - v133;
+  const lanes v126 = v14 * qd_3, v127 = v21 * qd_0, v128 = v37 * qd_1, v129 = v127 - v128,
+      v130 = v37 * qd_2, v131 = v129 - v130, v132 = v126 + v131, v133 = v8 * qd_4,
+      v134 = v132 - v133;
   out[3] = v134;
-  const lanes v135 = v4 * qd_4;
-  const lanes v136 = v69 * qd_3;
-  const lanes v137 = v67 * qd_2;
-  const lanes v138 = v87 * qd_0;
-  const lanes v139 = v67 * qd_1;
-  const lanes v140 = v138 + v139;
-  const lanes v141 = v137 + v140;
-  const lanes v142 = v136 + v141;
-  const lanes v143 = v135 + v142;
-  const lanes v144 = -v143;
+  const lanes v135 = v4 * qd_4, v136 = v69 * qd_3, v137 = v67 * qd_2, v138 = v87 * qd_0,
+      v139 = v67 * qd_1, v140 = v138 + v139, v141 = v137 + v140, v142 = v136 + v141,
+      v143 = v135 + v142, v144 = -v143;
   out[4] = v144;
-  const lanes v145 = v7 * qd_3;
-  const lanes v146 = v113 * qd_2;
-  const lanes v147 = v105 * qd_0;
-  const lanes v148 = v113 * qd_1;
-  const lanes v149 = v147 + v148;
-  const lanes v150 = v146 + v149;
-  const lanes v151 = v145 + v150;
-  const lanes v152 = v151 + qd_5;
+  const lanes v145 = v7 * qd_3, v146 = v113 * qd_2, v147 = v105 * qd_0, v148 = v113 * qd_1,
+      v149 = v147 + v148, v150 = v146 + v149, v151 = v145 + v150, v152 = v151 + qd_5;
   out[5] = v152;
 }
 
 static LANES_TARGET void LANES_NAME(puma560_twist_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v5);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v5, q_0);
   const lanes v2 = q_1 + q_2;
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v4);
-  lanes v6, v7; LANES_NAME(lanes_cos_sin)(&q_1, &v6, &v7);
-  lanes v9, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v9, &v8);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v11);
-  const lanes v12 = 0.4318 * v3;
-  const lanes v13 = 0.0203 * v4;
-  const lanes v14 = v12 + v13;
-  const lanes v15 = v1 * v14;
-  const lanes v16 = v15 * qd_2;
-  const lanes v17 = 0.0203 * v3;
-  const lanes v18 = 0.4318 * v4;
-  const lanes v19 = v17 - v18;
-  const lanes v20 = 0.4318 * v6;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = v5 * v21;
-  const lanes v23 = 0.15005 * v1;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v24 * qd_0;
-  const lanes v26 = 0.4318 * v7;
-  const lanes v27 = v14 + v26;
-  const lanes v28 = v1 * v27;
-  const lanes v29 = v28 * qd_1;
-  const lanes v30 = v25 + v29;
-  const lanes v31 = v16 + v30;
-  const lanes v32 = -v31;
+  LANES_COS_SIN(v3, v4, v2); LANES_COS_SIN(v6, v7, q_1); LANES_COS_SIN(v9, v8, q_3);
+  LANES_COS_SIN(v10, v11, q_4);
+  const lanes v12 = 0.4318 * v3, v13 = 0.0203 * v4, v14 = v12 + v13, v15 = v1 * v14,
+      v16 = v15 * qd_2, v17 = 0.0203 * v3, v18 = 0.4318 * v4, v19 = v17 - v18, v20 = 0.4318 * v6,
+      v21 = v19 + v20, v22 = v5 * v21, v23 = 0.15005 * v1, v24 = v22 - v23, v25 = v24 * qd_0,
+      v26 = 0.4318 * v7, v27 = v14 + v26, v28 = v1 * v27, v29 = v28 * qd_1, v30 = v25 + v29,
+      v31 = v16 + v30, v32 = -v31;
   out[0] = v32;
-  const lanes v33 = v1 * v21;
-  const lanes v34 = 0.15005 * v5;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = v35 * qd_0;
-  const lanes v37 = v5 * v27;
-  const lanes v38 = v37 * qd_1;
-  const lanes v39 = v36 - v38;
-  const lanes v40 = v5 * v14;
-  const lanes v41 = v40 * qd_2;
-  const lanes v42 = v39 - v41;
+  const lanes v33 = v1 * v21, v34 = 0.15005 * v5, v35 = v33 + v34, v36 = v35 * qd_0, v37 = v5 * v27,
+      v38 = v37 * qd_1, v39 = v36 - v38, v40 = v5 * v14, v41 = v40 * qd_2, v42 = v39 - v41;
   out[1] = v42;
-  const lanes v43 = v21 * qd_1;
-  const lanes v44 = v19 * qd_2;
-  const lanes v45 = v43 + v44;
+  const lanes v43 = v21 * qd_1, v44 = v19 * qd_2, v45 = v43 + v44;
   out[2] = v45;
-  const lanes v46 = v1 * v3;
-  const lanes v47 = v46 * v8;
-  const lanes v48 = v5 * v9;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = v49 * qd_4;
-  const lanes v51 = v5 * qd_1;
-  const lanes v52 = v5 * qd_2;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v1 * v4;
-  const lanes v55 = v54 * qd_3;
-  const lanes v56 = v53 - v55;
-  const lanes v57 = v50 + v56;
-  const lanes v58 = v10 * v54;
-  const lanes v59 = v46 * v9;
-  const lanes v60 = v5 * v8;
-  const lanes v61 = v59 - v60;
-  const lanes v62 = v11 * v61;
-  const lanes v63 = v58 + v62;
-  const lanes v64 = v63 * qd_5;
-  const lanes v65 = v57 - v64;
+  const lanes v46 = v1 * v3, v47 = v46 * v8, v48 = v5 * v9, v49 = v47 + v48, v50 = v49 * qd_4,
+      v51 = v5 * qd_1, v52 = v5 * qd_2, v53 = v51 + v52, v54 = v1 * v4, v55 = v54 * qd_3,
+      v56 = v53 - v55, v57 = v50 + v56, v58 = v10 * v54, v59 = v46 * v9, v60 = v5 * v8,
+      v61 = v59 - v60, v62 = v11 * v61, v63 = v58 + v62, v64 = v63 * qd_5, v65 = v57 - v64;
   out[3] = v65;
-  const lanes v66 = v5 * v4;
-  const lanes v67 = v10 * v66;
-  const lanes v68 = v5 * v3;
-  const lanes v69 = v68 * v9;
-  const lanes v70 = v1 * v8;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = v11 * v71;
-  const lanes v73 = v67 + v72;
-  const lanes v74 = v73 * qd_5;
-  const lanes v75 = v1 * v9;
-  const lanes v76 = v68 * v8;
-  const lanes v77 = v75 - v76;
-  const lanes v78 = v77 * qd_4;
-  const lanes v79 = v66 * qd_3;
-  const lanes v80 = v1 * qd_1;
-  const lanes v81 = v1 * qd_2;
-  const lanes v82 = v80 + v81;
-  const lanes v83 = v79 + v82;
-  const lanes v84 = v78 + v83;
-  const lanes v85 = v74 + v84;
-  const lanes v86 = -v85;
+  const lanes v66 = v5 * v4, v67 = v10 * v66, v68 = v5 * v3, v69 = v68 * v9, v70 = v1 * v8,
+      v71 = v69 + v70, v72 = v11 * v71, v73 = v67 + v72, v74 = v73 * qd_5, v75 = v1 * v9,
+      v76 = v68 * v8, v77 = v75 - v76, v78 = v77 * qd_4, v79 = v66 * qd_3, v80 = v1 * qd_1,
+      v81 = v1 * qd_2, v82 = v80 + v81, v83 = v79 + v82, v84 = v78 + v83, v85 = v74 + v84,
+      v86 = -v85;
   out[4] = v86;
-  const lanes v87 = v10 * v3;
-  const lanes v88 = v4 * v9;
-  const lanes v89 = v11 * v88;
-  const lanes v90 = v87 - v89;
-  const lanes v91 = v90 * qd_5;
-  const lanes v92 = v4 * v8;
-  const lanes v93 = v92 * qd_4;
-  const lanes v94 = v3 * qd_3;
-  const lanes v95 = v94 + qd_0;
-  const lanes v96 = v93 + v95;
-  const lanes v97 = v91 + v96;
+  const lanes v87 = v10 * v3, v88 = v4 * v9, v89 = v11 * v88, v90 = v87 - v89, v91 = v90 * qd_5,
+      v92 = v4 * v8, v93 = v92 * qd_4, v94 = v3 * qd_3, v95 = v94 + qd_0, v96 = v93 + v95,
+      v97 = v91 + v96;
   out[5] = v97;
 }
 
 static LANES_TARGET void LANES_NAME(puma560_acceleration_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  lanes v7, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v7, &v1);
-  lanes v2, v5; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v5);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11], qdd_0 = in[12],
+      qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16], qdd_5 = in[17];
+  LANES_COS_SIN(v7, v1, q_0); LANES_COS_SIN(v2, v5, q_1);
   const lanes v3 = q_1 + q_2;
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&v3, &v4, &v6);
-  lanes v9, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v9, &v8);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v11);
-  const lanes v12 = 0.4318 * v2;
-  const lanes v13 = v12 * v4;
-  const lanes v14 = 0.4318 * v5;
-  const lanes v15 = v14 + 0.67183;
-  const lanes v16 = v15 * v6;
-  const lanes v17 = v13 + v16;
-  const lanes v18 = v17 + 0.0203;
-  const lanes v19 = v1 * v18;
-  const lanes v20 = v7 * v4;
-  const lanes v21 = 0.15005 * v20;
-  const lanes v22 = v19 - v21;
-  const lanes v23 = v22 * qdd_3;
-  const lanes v24 = 0.67183 * v7;
-  const lanes v25 = v24 * qdd_1;
-  const lanes v26 = v7 * v15;
-  const lanes v27 = v26 * qdd_2;
-  const lanes v28 = v25 + v27;
-  const lanes v29 = v23 + v28;
-  const lanes v30 = v7 * v6;
-  const lanes v31 = 0.15005 * v8;
-  const lanes v32 = v18 * v9;
-  const lanes v33 = v31 - v32;
-  const lanes v34 = v30 * v33;
-  const lanes v35 = v20 * v9;
-  const lanes v36 = v1 * v8;
-  const lanes v37 = v35 - v36;
-  const lanes v38 = v12 * v6;
-  const lanes v39 = v4 * v15;
-  const lanes v40 = v38 - v39;
-  const lanes v41 = v40 - 0.4318;
-  const lanes v42 = v37 * v41;
-  const lanes v43 = v34 + v42;
-  const lanes v44 = v43 * qdd_4;
-  const lanes v45 = v29 - v44;
-  const lanes v46 = v20 * v8;
-  const lanes v47 = v1 * v9;
-  const lanes v48 = v46 + v47;
-  const lanes v49 = v10 * v33;
-  const lanes v50 = v11 * v41;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v48 * v51;
-  const lanes v53 = v10 * v37;
-  const lanes v54 = v11 * v30;
-  const lanes v55 = v53 - v54;
-  const lanes v56 = v18 * v8;
-  const lanes v57 = 0.15005 * v9;
-  const lanes v58 = v56 + v57;
-  const lanes v59 = v55 * v58;
-  const lanes v60 = v52 + v59;
-  const lanes v61 = v60 * qdd_5;
-  const lanes v62 = v45 - v61;
-  const lanes v63 = v7 * v9;
-  const lanes v64 = v1 * v4;
-  const lanes v65 = v64 * v8;
-  const lanes v66 = v63 - v65;
-  const lanes v67 = v66 * qd_4;
-  const lanes v68 = v1 * v6;
-  const lanes v69 = v68 * qd_3;
-  const lanes v70 = v7 * qd_1;
-  const lanes v71 = v7 * qd_2;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v69 + v72;
-  const lanes v74 = v67 + v73;
-  const lanes v75 = v6 * v8;
-  const lanes v76 = v75 * v51;
-  const lanes v77 = v6 * v9;
-  const lanes v78 = v10 * v77;
-  const lanes v79 = v11 * v4;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = v80 * v58;
-  const lanes v82 = v76 + v81;
-  const lanes v83 = v74 * v82;
-  const lanes v84 = v75 * qd_4;
-  const lanes v85 = v4 * qd_3;
-  const lanes v86 = v85 + qd_0;
-  const lanes v87 = v84 + v86;
-  const lanes v88 = v66 * v51;
-  const lanes v89 = v64 * v9;
-  const lanes v90 = v7 * v8;
-  const lanes v91 = v89 + v90;
-  const lanes v92 = v10 * v91;
-  const lanes v93 = v11 * v68;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = v94 * v58;
-  const lanes v96 = v88 - v95;
-  const lanes v97 = v87 * v96;
-  const lanes v98 = v83 - v97;
-  const lanes v99 = 0.67183 * v1;
-  const lanes v100 = v99 * qd_1;
-  const lanes v101 = v1 * v15;
-  const lanes v102 = v101 * qd_2;
-  const lanes v103 = v100 + v102;
-  const lanes v104 = 0.15005 * v64;
-  const lanes v105 = v7 * v18;
-  const lanes v106 = v104 + v105;
-  const lanes v107 = v106 * qd_3;
-  const lanes v108 = v103 - v107;
-  const lanes v109 = v68 * v33;
-  const lanes v110 = v91 * v41;
-  const lanes v111 = v109 + v110;
-  const lanes v112 = v111 * qd_4;
-  const lanes v113 = v108 - v112;
-  const lanes v114 = v10 * v4;
-  const lanes v115 = v11 * v77;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v113 * v116;
-  const lanes v118 = v4 * v33;
-  const lanes v119 = v77 * v41;
-  const lanes v120 = v118 - v119;
-  const lanes v121 = v120 * qd_4;
-  const lanes v122 = v12 * qd_2;
-  const lanes v123 = 0.15005 * v6;
-  const lanes v124 = v123 * qd_3;
-  const lanes v125 = v122 + v124;
-  const lanes v126 = v121 - v125;
-  const lanes v127 = v10 * v68;
-  const lanes v128 = v11 * v91;
-  const lanes v129 = v127 + v128;
-  const lanes v130 = v126 * v129;
-  const lanes v131 = v117 + v130;
-  const lanes v132 = v98 + v131;
-  const lanes v133 = v132 * qd_5;
-  const lanes v134 = v86 * v111;
-  const lanes v135 = v73 * v120;
-  const lanes v136 = v134 - v135;
-  const lanes v137 = v108 * v75;
-  const lanes v138 = v125 * v66;
-  const lanes v139 = v137 - v138;
-  const lanes v140 = v136 + v139;
-  const lanes v141 = v140 * qd_4;
-  const lanes v142 = v72 * v123;
-  const lanes v143 = v106 * qd_0;
-  const lanes v144 = v142 + v143;
-  const lanes v145 = v103 * v4;
-  const lanes v146 = v122 * v68;
-  const lanes v147 = v145 - v146;
-  const lanes v148 = v144 + v147;
-  const lanes v149 = v148 * qd_3;
-  const lanes v150 = v70 * v12;
-  const lanes v151 = v101 * qd_0;
-  const lanes v152 = v150 - v151;
-  const lanes v153 = v152 * qd_2;
-  const lanes v154 = v99 * qd_0;
-  const lanes v155 = v154 * qd_1;
-  const lanes v156 = v153 - v155;
-  const lanes v157 = v149 + v156;
-  const lanes v158 = v141 + v157;
-  const lanes v159 = v133 + v158;
-  const lanes v160 = v62 + v159;
+  LANES_COS_SIN(v4, v6, v3); LANES_COS_SIN(v9, v8, q_3); LANES_COS_SIN(v10, v11, q_4);
+  const lanes v12 = 0.4318 * v2, v13 = v12 * v4, v14 = 0.4318 * v5, v15 = v14 + 0.67183,
+      v16 = v15 * v6, v17 = v13 + v16, v18 = v17 + 0.0203, v19 = v1 * v18, v20 = v7 * v4,
+      v21 = 0.15005 * v20, v22 = v19 - v21, v23 = v22 * qdd_3, v24 = 0.67183 * v7,
+      v25 = v24 * qdd_1, v26 = v7 * v15, v27 = v26 * qdd_2, v28 = v25 + v27, v29 = v23 + v28,
+      v30 = v7 * v6, v31 = 0.15005 * v8, v32 = v18 * v9, v33 = v31 - v32, v34 = v30 * v33,
+      v35 = v20 * v9, v36 = v1 * v8, v37 = v35 - v36, v38 = v12 * v6, v39 = v4 * v15,
+      v40 = v38 - v39, v41 = v40 - 0.4318, v42 = v37 * v41, v43 = v34 + v42, v44 = v43 * qdd_4,
+      v45 = v29 - v44, v46 = v20 * v8, v47 = v1 * v9, v48 = v46 + v47, v49 = v10 * v33,
+      v50 = v11 * v41, v51 = v49 + v50, v52 = v48 * v51, v53 = v10 * v37, v54 = v11 * v30,
+      v55 = v53 - v54, v56 = v18 * v8, v57 = 0.15005 * v9, v58 = v56 + v57, v59 = v55 * v58,
+      v60 = v52 + v59, v61 = v60 * qdd_5, v62 = v45 - v61, v63 = v7 * v9, v64 = v1 * v4,
+      v65 = v64 * v8, v66 = v63 - v65, v67 = v66 * qd_4, v68 = v1 * v6, v69 = v68 * qd_3,
+      v70 = v7 * qd_1, v71 = v7 * qd_2, v72 = v70 + v71, v73 = v69 + v72, v74 = v67 + v73,
+      v75 = v6 * v8, v76 = v75 * v51, v77 = v6 * v9, v78 = v10 * v77, v79 = v11 * v4,
+      v80 = v78 + v79, v81 = v80 * v58, v82 = v76 + v81, v83 = v74 * v82, v84 = v75 * qd_4,
+      v85 = v4 * qd_3, v86 = v85 + qd_0, v87 = v84 + v86, v88 = v66 * v51, v89 = v64 * v9,
+      v90 = v7 * v8, v91 = v89 + v90, v92 = v10 * v91, v93 = v11 * v68, v94 = v92 - v93,
+      v95 = v94 * v58, v96 = v88 - v95, v97 = v87 * v96, v98 = v83 - v97, v99 = 0.67183 * v1,
+      v100 = v99 * qd_1, v101 = v1 * v15, v102 = v101 * qd_2, v103 = v100 + v102,
+      v104 = 0.15005 * v64, v105 = v7 * v18, v106 = v104 + v105, v107 = v106 * qd_3,
+      v108 = v103 - v107, v109 = v68 * v33, v110 = v91 * v41, v111 = v109 + v110,
+      v112 = v111 * qd_4, v113 = v108 - v112, v114 = v10 * v4, v115 = v11 * v77, v116 = v114 - v115,
+      v117 = v113 * v116, v118 = v4 * v33, v119 = v77 * v41, v120 = v118 - v119, v121 = v120 * qd_4,
+      v122 = v12 * qd_2, v123 = 0.15005 * v6, v124 = v123 * qd_3, v125 = v122 + v124,
+      v126 = v121 - v125, v127 = v10 * v68, v128 = v11 * v91, v129 = v127 + v128,
+      v130 = v126 * v129, v131 = v117 + v130, v132 = v98 + v131, v133 = v132 * qd_5,
+      v134 = v86 * v111, v135 = v73 * v120, v136 = v134 - v135, v137 = v108 * v75,
+      v138 = v125 * v66, v139 = v137 - v138, v140 = v136 + v139, v141 = v140 * qd_4,
+      v142 = v72 * v123, v143 = v106 * qd_0, v144 = v142 + v143, v145 = v103 * v4,
+      v146 = v122 * v68, v147 = v145 - v146, v148 = v144 + v147, v149 = v148 * qd_3,
+      v150 = v70 * v12, v151 = v101 * qd_0, v152 = v150 - v151, v153 = v152 * qd_2,
+      v154 = v99 * qd_0, v155 = v154 * qd_1, v156 = v153 - v155, v157 = v149 + v156,
+      v158 = v141 + v157, v159 = v133 + v158, v160 = v62 + v159;
   out[0] = v160;
-  const lanes v161 = v96 * qdd_5;
-  const lanes v162 = v99 * qdd_1;
-  const lanes v163 = v101 * qdd_2;
-  const lanes v164 = v162 + v163;
-  const lanes v165 = v106 * qdd_3;
-  const lanes v166 = v164 - v165;
-  const lanes v167 = v111 * qdd_4;
-  const lanes v168 = v166 - v167;
-  const lanes v169 = v161 + v168;
-  const lanes v170 = v48 * qd_4;
-  const lanes v171 = v1 * qd_1;
-  const lanes v172 = v1 * qd_2;
-  const lanes v173 = v171 + v172;
-  const lanes v174 = v30 * qd_3;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v170 + v175;
-  const lanes v177 = v176 * v82;
-  const lanes v178 = v87 * v60;
-  const lanes v179 = v177 - v178;
-  const lanes v180 = v22 * qd_3;
-  const lanes v181 = v24 * qd_1;
-  const lanes v182 = v26 * qd_2;
-  const lanes v183 = v181 + v182;
-  const lanes v184 = v180 + v183;
-  const lanes v185 = v43 * qd_4;
-  const lanes v186 = v184 - v185;
-  const lanes v187 = v186 * v116;
-  const lanes v188 = v10 * v30;
-  const lanes v189 = v11 * v37;
-  const lanes v190 = v188 + v189;
-  const lanes v191 = v126 * v190;
-  const lanes v192 = v187 + v191;
-  const lanes v193 = v179 - v192;
-  const lanes v194 = v193 * qd_5;
-  const lanes v195 = v173 * v123;
-  const lanes v196 = v22 * qd_0;
-  const lanes v197 = v195 + v196;
-  const lanes v198 = v122 * v30;
-  const lanes v199 = v183 * v4;
-  const lanes v200 = v198 - v199;
-  const lanes v201 = v197 + v200;
-  const lanes v202 = v201 * qd_3;
-  const lanes v203 = v24 * qd_0;
-  const lanes v204 = v203 * qd_1;
-  const lanes v205 = v171 * v12;
-  const lanes v206 = v26 * qd_0;
-  const lanes v207 = v205 + v206;
-  const lanes v208 = v207 * qd_2;
-  const lanes v209 = v204 + v208;
-  const lanes v210 = v202 + v209;
-  const lanes v211 = v175 * v120;
-  const lanes v212 = v86 * v43;
-  const lanes v213 = v211 + v212;
-  const lanes v214 = v184 * v75;
-  const lanes v215 = v125 * v48;
-  const lanes v216 = v214 + v215;
-  const lanes v217 = v213 + v216;
-  const lanes v218 = v217 * qd_4;
-  const lanes v219 = v210 - v218;
-  const lanes v220 = v194 + v219;
-  const lanes v221 = v169 + v220;
+  const lanes v161 = v96 * qdd_5, v162 = v99 * qdd_1, v163 = v101 * qdd_2, v164 = v162 + v163,
+      v165 = v106 * qdd_3, v166 = v164 - v165, v167 = v111 * qdd_4, v168 = v166 - v167,
+      v169 = v161 + v168, v170 = v48 * qd_4, v171 = v1 * qd_1, v172 = v1 * qd_2, v173 = v171 + v172,
+      v174 = v30 * qd_3, v175 = v173 - v174, v176 = v170 + v175, v177 = v176 * v82,
+      v178 = v87 * v60, v179 = v177 - v178, v180 = v22 * qd_3, v181 = v24 * qd_1, v182 = v26 * qd_2,
+      v183 = v181 + v182, v184 = v180 + v183, v185 = v43 * qd_4, v186 = v184 - v185,
+      v187 = v186 * v116, v188 = v10 * v30, v189 = v11 * v37, v190 = v188 + v189,
+      v191 = v126 * v190, v192 = v187 + v191, v193 = v179 - v192, v194 = v193 * qd_5,
+      v195 = v173 * v123, v196 = v22 * qd_0, v197 = v195 + v196, v198 = v122 * v30,
+      v199 = v183 * v4, v200 = v198 - v199, v201 = v197 + v200, v202 = v201 * qd_3,
+      v203 = v24 * qd_0, v204 = v203 * qd_1, v205 = v171 * v12, v206 = v26 * qd_0,
+      v207 = v205 + v206, v208 = v207 * qd_2, v209 = v204 + v208, v210 = v202 + v209,
+      v211 = v175 * v120, v212 = v86 * v43, v213 = v211 + v212, v214 = v184 * v75,
+      v215 = v125 * v48, v216 = v214 + v215, v217 = v213 + v216, v218 = v217 * qd_4,
+      v219 = v210 - v218, v220 = v194 + v219, v221 = v169 + v220;
   out[1] = v221;
-  const lanes v222 = v120 * qdd_4;
-  const lanes v223 = v12 * qdd_2;
-  const lanes v224 = v123 * qdd_3;
-  const lanes v225 = v223 + v224;
-  const lanes v226 = v222 - v225;
-  const lanes v227 = v82 * qdd_5;
-  const lanes v228 = v226 - v227;
-  const lanes v229 = v176 * v96;
-  const lanes v230 = v74 * v60;
-  const lanes v231 = v229 - v230;
-  const lanes v232 = v113 * v190;
-  const lanes v233 = v186 * v129;
-  const lanes v234 = v232 - v233;
-  const lanes v235 = v231 + v234;
-  const lanes v236 = v235 * qd_5;
-  const lanes v237 = v171 * v101;
-  const lanes v238 = v70 * v26;
-  const lanes v239 = v237 + v238;
-  const lanes v240 = v181 * v7;
-  const lanes v241 = v100 * v1;
-  const lanes v242 = v240 + v241;
-  const lanes v243 = v239 - v242;
-  const lanes v244 = v243 * qd_2;
-  const lanes v245 = v72 * v22;
-  const lanes v246 = v173 * v106;
-  const lanes v247 = v245 - v246;
-  const lanes v248 = v103 * v30;
-  const lanes v249 = v183 * v68;
-  const lanes v250 = v248 - v249;
-  const lanes v251 = v247 + v250;
-  const lanes v252 = v251 * qd_3;
-  const lanes v253 = v244 + v252;
-  const lanes v254 = v175 * v111;
-  const lanes v255 = v73 * v43;
-  const lanes v256 = v254 + v255;
-  const lanes v257 = v184 * v66;
-  const lanes v258 = v108 * v48;
-  const lanes v259 = v257 + v258;
-  const lanes v260 = v256 + v259;
-  const lanes v261 = v260 * qd_4;
-  const lanes v262 = v253 - v261;
-  const lanes v263 = v236 + v262;
-  const lanes v264 = v228 + v263;
+  const lanes v222 = v120 * qdd_4, v223 = v12 * qdd_2, v224 = v123 * qdd_3, v225 = v223 + v224,
+      v226 = v222 - v225, v227 = v82 * qdd_5, v228 = v226 - v227, v229 = v176 * v96,
+      v230 = v74 * v60, v231 = v229 - v230, v232 = v113 * v190, v233 = v186 * v129,
+      v234 = v232 - v233, v235 = v231 + v234, v236 = v235 * qd_5, v237 = v171 * v101,
+      v238 = v70 * v26, v239 = v237 + v238, v240 = v181 * v7, v241 = v100 * v1, v242 = v240 + v241,
+      v243 = v239 - v242, v244 = v243 * qd_2, v245 = v72 * v22, v246 = v173 * v106,
+      v247 = v245 - v246, v248 = v103 * v30, v249 = v183 * v68, v250 = v248 - v249,
+      v251 = v247 + v250, v252 = v251 * qd_3, v253 = v244 + v252, v254 = v175 * v111,
+      v255 = v73 * v43, v256 = v254 + v255, v257 = v184 * v66, v258 = v108 * v48,
+      v259 = v257 + v258, v260 = v256 + v259, v261 = v260 * qd_4, v262 = v253 - v261,
+      v263 = v236 + v262, v264 = v228 + v263;
   out[2] = v264;
-  const lanes v265 = v48 * qdd_4;
-  const lanes v266 = v1 * qdd_1;
-  const lanes v267 = v1 * qdd_2;
-  const lanes v268 = v266 + v267;
-  const lanes v269 = v30 * qdd_3;
-  const lanes v270 = v268 - v269;
-  const lanes v271 = v265 + v270;
-  const lanes v272 = v190 * qdd_5;
-  const lanes v273 = v271 - v272;
-  const lanes v274 = v87 * v129;
-  const lanes v275 = v74 * v116;
-  const lanes v276 = v274 - v275;
-  const lanes v277 = v276 * qd_5;
-  const lanes v278 = v86 * v66;
-  const lanes v279 = v73 * v75;
-  const lanes v280 = v278 - v279;
-  const lanes v281 = v280 * qd_4;
-  const lanes v282 = v68 * qd_0;
-  const lanes v283 = v72 * v4;
-  const lanes v284 = v282 - v283;
-  const lanes v285 = v284 * qd_3;
-  const lanes v286 = v7 * qd_0;
-  const lanes v287 = v286 * qd_1;
-  const lanes v288 = v286 * qd_2;
-  const lanes v289 = v287 + v288;
-  const lanes v290 = v285 + v289;
-  const lanes v291 = v281 + v290;
-  const lanes v292 = v277 + v291;
-  const lanes v293 = v273 + v292;
+  const lanes v265 = v48 * qdd_4, v266 = v1 * qdd_1, v267 = v1 * qdd_2, v268 = v266 + v267,
+      v269 = v30 * qdd_3, v270 = v268 - v269, v271 = v265 + v270, v272 = v190 * qdd_5,
+      v273 = v271 - v272, v274 = v87 * v129, v275 = v74 * v116, v276 = v274 - v275,
+      v277 = v276 * qd_5, v278 = v86 * v66, v279 = v73 * v75, v280 = v278 - v279,
+      v281 = v280 * qd_4, v282 = v68 * qd_0, v283 = v72 * v4, v284 = v282 - v283,
+      v285 = v284 * qd_3, v286 = v7 * qd_0, v287 = v286 * qd_1, v288 = v286 * qd_2,
+      v289 = v287 + v288, v290 = v285 + v289, v291 = v281 + v290, v292 = v277 + v291,
+      v293 = v273 + v292;
   out[3] = v293;
-  const lanes v294 = v86 * v48;
-  const lanes v295 = v175 * v75;
-  const lanes v296 = v294 - v295;
-  const lanes v297 = v296 * qd_4;
-  const lanes v298 = v1 * qd_0;
-  const lanes v299 = v298 * qd_1;
-  const lanes v300 = v298 * qd_2;
-  const lanes v301 = v299 + v300;
-  const lanes v302 = v173 * v4;
-  const lanes v303 = v30 * qd_0;
-  const lanes v304 = v302 + v303;
-  const lanes v305 = v304 * qd_3;
-  const lanes v306 = v301 - v305;
-  const lanes v307 = v297 + v306;
-  const lanes v308 = v176 * v116;
-  const lanes v309 = v87 * v190;
-  const lanes v310 = v308 + v309;
-  const lanes v311 = v310 * qd_5;
-  const lanes v312 = v307 - v311;
-  const lanes v313 = v129 * qdd_5;
-  const lanes v314 = v66 * qdd_4;
-  const lanes v315 = v68 * qdd_3;
-  const lanes v316 = v7 * qdd_1;
-  const lanes v317 = v7 * qdd_2;
-  const lanes v318 = v316 + v317;
-  const lanes v319 = v315 + v318;
-  const lanes v320 = v314 + v319;
-  const lanes v321 = v313 + v320;
-  const lanes v322 = v312 - v321;
+  const lanes v294 = v86 * v48, v295 = v175 * v75, v296 = v294 - v295, v297 = v296 * qd_4,
+      v298 = v1 * qd_0, v299 = v298 * qd_1, v300 = v298 * qd_2, v301 = v299 + v300,
+      v302 = v173 * v4, v303 = v30 * qd_0, v304 = v302 + v303, v305 = v304 * qd_3,
+      v306 = v301 - v305, v307 = v297 + v306, v308 = v176 * v116, v309 = v87 * v190,
+      v310 = v308 + v309, v311 = v310 * qd_5, v312 = v307 - v311, v313 = v129 * qdd_5,
+      v314 = v66 * qdd_4, v315 = v68 * qdd_3, v316 = v7 * qdd_1, v317 = v7 * qdd_2,
+      v318 = v316 + v317, v319 = v315 + v318, v320 = v314 + v319, v321 = v313 + v320,
+      v322 = v312 - v321;
   out[4] = v322;
-  const lanes v323 = v116 * qdd_5;
-  const lanes v324 = v75 * qdd_4;
-  const lanes v325 = v4 * qdd_3;
-  const lanes v326 = v325 + qdd_0;
-  const lanes v327 = v324 + v326;
-  const lanes v328 = v323 + v327;
-  const lanes v329 = v73 * v48;
-  const lanes v330 = v175 * v66;
-  const lanes v331 = v329 - v330;
-  const lanes v332 = v331 * qd_4;
-  const lanes v333 = v70 * v1;
-  const lanes v334 = v171 * v7;
-  const lanes v335 = v333 - v334;
-  const lanes v336 = v335 * qd_2;
-  const lanes v337 = v173 * v68;
-  const lanes v338 = v72 * v30;
-  const lanes v339 = v337 + v338;
-  const lanes v340 = v339 * qd_3;
-  const lanes v341 = v336 - v340;
-  const lanes v342 = v332 + v341;
-  const lanes v343 = v176 * v129;
-  const lanes v344 = v74 * v190;
-  const lanes v345 = v343 + v344;
-  const lanes v346 = v345 * qd_5;
-  const lanes v347 = v342 - v346;
-  const lanes v348 = v328 + v347;
+  const lanes v323 = v116 * qdd_5, v324 = v75 * qdd_4, v325 = v4 * qdd_3, v326 = v325 + qdd_0,
+      v327 = v324 + v326, v328 = v323 + v327, v329 = v73 * v48, v330 = v175 * v66,
+      v331 = v329 - v330, v332 = v331 * qd_4, v333 = v70 * v1, v334 = v171 * v7, v335 = v333 - v334,
+      v336 = v335 * qd_2, v337 = v173 * v68, v338 = v72 * v30, v339 = v337 + v338,
+      v340 = v339 * qd_3, v341 = v336 - v340, v342 = v332 + v341, v343 = v176 * v129,
+      v344 = v74 * v190, v345 = v343 + v344, v346 = v345 * qd_5, v347 = v342 - v346,
+      v348 = v328 + v347;
   out[5] = v348;
 }
 
 static LANES_TARGET void LANES_NAME(puma560_acceleration_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  const lanes v1 = q_1 + q_2;
-  lanes v2, v5; LANES_NAME(lanes_cos_sin)(&v1, &v2, &v5);
-  lanes v7, v3; LANES_NAME(lanes_cos_sin)(&q_4, &v7, &v3);
-  lanes v4, v8; LANES_NAME(lanes_cos_sin)(&q_5, &v4, &v8);
-  lanes v6, v9; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v9);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_0, &v10, &v11);
-  lanes v12, v13; LANES_NAME(lanes_cos_sin)(&q_1, &v12, &v13);
-  const lanes v14 = v3 * v4;
-  const lanes v15 = v2 * v14;
-  const lanes v16 = v7 * v4;
-  const lanes v17 = v6 * v16;
-  const lanes v18 = v8 * v9;
-  const lanes v19 = v17 - v18;
-  const lanes v20 = v5 * v19;
-  const lanes v21 = v15 + v20;
-  const lanes v22 = 0.0203 * v2;
-  const lanes v23 = 0.4318 * v5;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v21 * v24;
-  const lanes v26 = 0.4318 * v2;
-  const lanes v27 = 0.0203 * v5;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v2 * v19;
-  const lanes v30 = v5 * v14;
-  const lanes v31 = v29 - v30;
-  const lanes v32 = v28 * v31;
-  const lanes v33 = v25 - v32;
-  const lanes v34 = v33 * qdd_2;
-  const lanes v35 = v8 * v6;
-  const lanes v36 = v16 * v9;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = v10 * v37;
-  const lanes v39 = v11 * v31;
-  const lanes v40 = v38 + v39;
-  const lanes v41 = 0.4318 * v12;
-  const lanes v42 = v24 + v41;
-  const lanes v43 = v10 * v42;
-  const lanes v44 = 0.15005 * v11;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = v40 * v45;
-  const lanes v47 = v10 * v31;
-  const lanes v48 = v11 * v37;
-  const lanes v49 = v47 - v48;
-  const lanes v50 = v11 * v42;
-  const lanes v51 = 0.15005 * v10;
-  const lanes v52 = v50 - v51;
-  const lanes v53 = v49 * v52;
-  const lanes v54 = v46 - v53;
-  const lanes v55 = v54 * qdd_0;
-  const lanes v56 = v21 * v42;
-  const lanes v57 = 0.4318 * v13;
-  const lanes v58 = v28 + v57;
-  const lanes v59 = v58 * v31;
-  const lanes v60 = v56 - v59;
-  const lanes v61 = v60 * qdd_1;
-  const lanes v62 = v55 + v61;
-  const lanes v63 = v34 + v62;
-  const lanes v64 = v7 * v5;
-  const lanes v65 = v3 * v6;
-  const lanes v66 = v2 * v65;
-  const lanes v67 = v64 + v66;
-  const lanes v68 = v67 * v28;
-  const lanes v69 = v7 * v2;
-  const lanes v70 = v5 * v65;
-  const lanes v71 = v69 - v70;
-  const lanes v72 = v71 * v24;
-  const lanes v73 = v68 + v72;
-  const lanes v74 = v3 * v8;
-  const lanes v75 = v74 * qd_3;
-  const lanes v76 = v4 * qd_4;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = v73 * v77;
-  const lanes v79 = v2 * v74;
-  const lanes v80 = v4 * v9;
-  const lanes v81 = v7 * v8;
-  const lanes v82 = v6 * v81;
-  const lanes v83 = v80 + v82;
-  const lanes v84 = v5 * v83;
-  const lanes v85 = v79 + v84;
-  const lanes v86 = v85 * v24;
-  const lanes v87 = v5 * v74;
-  const lanes v88 = v2 * v83;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v28 * v89;
-  const lanes v91 = v86 + v90;
-  const lanes v92 = v7 * qd_3;
-  const lanes v93 = v92 + qd_5;
-  const lanes v94 = v91 * v93;
-  const lanes v95 = v78 - v94;
-  const lanes v96 = v95 * qd_2;
-  const lanes v97 = v85 * v42;
-  const lanes v98 = v58 * v89;
-  const lanes v99 = v97 + v98;
-  const lanes v100 = v99 * qd_1;
-  const lanes v101 = v91 * qd_2;
-  const lanes v102 = v100 + v101;
-  const lanes v103 = v71 * v102;
-  const lanes v104 = v67 * v58;
-  const lanes v105 = v71 * v42;
-  const lanes v106 = v104 + v105;
-  const lanes v107 = v106 * qd_1;
-  const lanes v108 = v73 * qd_2;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = v85 * v109;
-  const lanes v111 = v103 - v110;
-  const lanes v112 = v4 * v6;
-  const lanes v113 = v81 * v9;
-  const lanes v114 = v112 - v113;
-  const lanes v115 = v10 * v114;
-  const lanes v116 = v11 * v89;
-  const lanes v117 = v115 + v116;
-  const lanes v118 = v117 * v45;
-  const lanes v119 = v10 * v89;
-  const lanes v120 = v11 * v114;
-  const lanes v121 = v119 - v120;
-  const lanes v122 = v121 * v52;
-  const lanes v123 = v118 - v122;
-  const lanes v124 = v3 * v9;
-  const lanes v125 = v124 * qd_1;
-  const lanes v126 = v124 * qd_2;
-  const lanes v127 = v126 + v93;
-  const lanes v128 = v125 + v127;
-  const lanes v129 = v123 * v128;
-  const lanes v130 = v11 * v124;
-  const lanes v131 = v67 * v10;
-  const lanes v132 = v130 - v131;
-  const lanes v133 = v132 * v52;
-  const lanes v134 = v67 * v11;
-  const lanes v135 = v10 * v124;
-  const lanes v136 = v134 + v135;
-  const lanes v137 = v136 * v45;
-  const lanes v138 = v133 + v137;
-  const lanes v139 = v114 * qd_1;
-  const lanes v140 = v114 * qd_2;
-  const lanes v141 = v140 + v77;
-  const lanes v142 = v139 + v141;
-  const lanes v143 = v138 * v142;
-  const lanes v144 = v129 - v143;
-  const lanes v145 = v111 + v144;
-  const lanes v146 = v145 * qd_0;
-  const lanes v147 = v101 * v124;
-  const lanes v148 = v108 * v114;
-  const lanes v149 = v147 - v148;
-  const lanes v150 = v106 * v141;
-  const lanes v151 = v99 * v127;
-  const lanes v152 = v150 - v151;
-  const lanes v153 = v149 + v152;
-  const lanes v154 = v153 * qd_1;
-  const lanes v155 = v146 + v154;
-  const lanes v156 = v96 + v155;
-  const lanes v157 = v63 + v156;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[6], qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11],
+      qdd_0 = in[12], qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16],
+      qdd_5 = in[17], v1 = q_1 + q_2;
+  LANES_COS_SIN(v2, v5, v1); LANES_COS_SIN(v7, v3, q_4); LANES_COS_SIN(v4, v8, q_5);
+  LANES_COS_SIN(v6, v9, q_3); LANES_COS_SIN(v10, v11, q_0); LANES_COS_SIN(v12, v13, q_1);
+  const lanes v14 = v3 * v4, v15 = v2 * v14, v16 = v7 * v4, v17 = v6 * v16, v18 = v8 * v9,
+      v19 = v17 - v18, v20 = v5 * v19, v21 = v15 + v20, v22 = 0.0203 * v2, v23 = 0.4318 * v5,
+      v24 = v22 - v23, v25 = v21 * v24, v26 = 0.4318 * v2, v27 = 0.0203 * v5, v28 = v26 + v27,
+      v29 = v2 * v19, v30 = v5 * v14, v31 = v29 - v30, v32 = v28 * v31, v33 = v25 - v32,
+      v34 = v33 * qdd_2, v35 = v8 * v6, v36 = v16 * v9, v37 = v35 + v36, v38 = v10 * v37,
+      v39 = v11 * v31, v40 = v38 + v39, v41 = 0.4318 * v12, v42 = v24 + v41, v43 = v10 * v42,
+      v44 = 0.15005 * v11, v45 = v43 + v44, v46 = v40 * v45, v47 = v10 * v31, v48 = v11 * v37,
+      v49 = v47 - v48, v50 = v11 * v42, v51 = 0.15005 * v10, v52 = v50 - v51, v53 = v49 * v52,
+      v54 = v46 - v53, v55 = v54 * qdd_0, v56 = v21 * v42, v57 = 0.4318 * v13, v58 = v28 + v57,
+      v59 = v58 * v31, v60 = v56 - v59, v61 = v60 * qdd_1, v62 = v55 + v61, v63 = v34 + v62,
+      v64 = v7 * v5, v65 = v3 * v6, v66 = v2 * v65, v67 = v64 + v66, v68 = v67 * v28, v69 = v7 * v2,
+      v70 = v5 * v65, v71 = v69 - v70, v72 = v71 * v24, v73 = v68 + v72, v74 = v3 * v8,
+      v75 = v74 * qd_3, v76 = v4 * qd_4, v77 = v75 + v76, v78 = v73 * v77, v79 = v2 * v74,
+      v80 = v4 * v9, v81 = v7 * v8, v82 = v6 * v81, v83 = v80 + v82, v84 = v5 * v83,
+      v85 = v79 + v84, v86 = v85 * v24, v87 = v5 * v74, v88 = v2 * v83, v89 = v87 - v88,
+      v90 = v28 * v89, v91 = v86 + v90, v92 = v7 * qd_3, v93 = v92 + qd_5, v94 = v91 * v93,
+      v95 = v78 - v94, v96 = v95 * qd_2, v97 = v85 * v42, v98 = v58 * v89, v99 = v97 + v98,
+      v100 = v99 * qd_1, v101 = v91 * qd_2, v102 = v100 + v101, v103 = v71 * v102, v104 = v67 * v58,
+      v105 = v71 * v42, v106 = v104 + v105, v107 = v106 * qd_1, v108 = v73 * qd_2,
+      v109 = v107 + v108, v110 = v85 * v109, v111 = v103 - v110, v112 = v4 * v6, v113 = v81 * v9,
+      v114 = v112 - v113, v115 = v10 * v114, v116 = v11 * v89, v117 = v115 + v116,
+      v118 = v117 * v45, v119 = v10 * v89, v120 = v11 * v114, v121 = v119 - v120, v122 = v121 * v52,
+      v123 = v118 - v122, v124 = v3 * v9, v125 = v124 * qd_1, v126 = v124 * qd_2, v127 = v126 + v93,
+      v128 = v125 + v127, v129 = v123 * v128, v130 = v11 * v124, v131 = v67 * v10,
+      v132 = v130 - v131, v133 = v132 * v52, v134 = v67 * v11, v135 = v10 * v124,
+      v136 = v134 + v135, v137 = v136 * v45, v138 = v133 + v137, v139 = v114 * qd_1,
+      v140 = v114 * qd_2, v141 = v140 + v77, v142 = v139 + v141, v143 = v138 * v142,
+      v144 = v129 - v143, v145 = v111 + v144, v146 = v145 * qd_0, v147 = v101 * v124,
+      v148 = v108 * v114, v149 = v147 - v148, v150 = v106 * v141, v151 = v99 * v127,
+      v152 = v150 - v151, v153 = v149 + v152, v154 = v153 * qd_1, v155 = v146 + v154,
+      v156 = v96 + v155, v157 = v63 + v156;
   out[0] = v157;
-  const lanes v158 = v123 * qdd_0;
-  const lanes v159 = v99 * qdd_1;
-  const lanes v160 = v158 - v159;
-  const lanes v161 = v91 * qdd_2;
-  const lanes v162 = v160 - v161;
-  const lanes v163 = v14 * qd_3;
-  const lanes v164 = v8 * qd_4;
-  const lanes v165 = v163 - v164;
-  const lanes v166 = v73 * v165;
-  const lanes v167 = v33 * v93;
-  const lanes v168 = v166 - v167;
-  const lanes v169 = v168 * qd_2;
-  const lanes v170 = v60 * qd_1;
-  const lanes v171 = v33 * qd_2;
-  const lanes v172 = v170 + v171;
-  const lanes v173 = v71 * v172;
-  const lanes v174 = v21 * v109;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v54 * v128;
-  const lanes v177 = v37 * qd_2;
-  const lanes v178 = v165 - v177;
-  const lanes v179 = v37 * qd_1;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v138 * v180;
-  const lanes v182 = v176 + v181;
-  const lanes v183 = v175 - v182;
-  const lanes v184 = v183 * qd_0;
-  const lanes v185 = v171 * v124;
-  const lanes v186 = v108 * v37;
-  const lanes v187 = v185 + v186;
-  const lanes v188 = v106 * v178;
-  const lanes v189 = v60 * v127;
-  const lanes v190 = v188 - v189;
-  const lanes v191 = v187 + v190;
-  const lanes v192 = v191 * qd_1;
-  const lanes v193 = v184 + v192;
-  const lanes v194 = v169 + v193;
-  const lanes v195 = v162 + v194;
+  const lanes v158 = v123 * qdd_0, v159 = v99 * qdd_1, v160 = v158 - v159, v161 = v91 * qdd_2,
+      v162 = v160 - v161, v163 = v14 * qd_3, v164 = v8 * qd_4, v165 = v163 - v164,
+      v166 = v73 * v165, v167 = v33 * v93, v168 = v166 - v167, v169 = v168 * qd_2,
+      v170 = v60 * qd_1, v171 = v33 * qd_2, v172 = v170 + v171, v173 = v71 * v172,
+      v174 = v21 * v109, v175 = v173 - v174, v176 = v54 * v128, v177 = v37 * qd_2,
+      v178 = v165 - v177, v179 = v37 * qd_1, v180 = v178 - v179, v181 = v138 * v180,
+      v182 = v176 + v181, v183 = v175 - v182, v184 = v183 * qd_0, v185 = v171 * v124,
+      v186 = v108 * v37, v187 = v185 + v186, v188 = v106 * v178, v189 = v60 * v127,
+      v190 = v188 - v189, v191 = v187 + v190, v192 = v191 * qd_1, v193 = v184 + v192,
+      v194 = v169 + v193, v195 = v162 + v194;
   out[1] = v195;
-  const lanes v196 = v73 * qdd_2;
-  const lanes v197 = v106 * qdd_1;
-  const lanes v198 = v138 * qdd_0;
-  const lanes v199 = v197 - v198;
-  const lanes v200 = v196 + v199;
-  const lanes v201 = v91 * v165;
-  const lanes v202 = v33 * v77;
-  const lanes v203 = v201 - v202;
-  const lanes v204 = v203 * qd_2;
-  const lanes v205 = v85 * v172;
-  const lanes v206 = v21 * v102;
-  const lanes v207 = v205 - v206;
-  const lanes v208 = v54 * v142;
-  const lanes v209 = v123 * v180;
-  const lanes v210 = v208 + v209;
-  const lanes v211 = v207 - v210;
-  const lanes v212 = v211 * qd_0;
-  const lanes v213 = v171 * v114;
-  const lanes v214 = v101 * v37;
-  const lanes v215 = v213 + v214;
-  const lanes v216 = v99 * v178;
-  const lanes v217 = v60 * v141;
-  const lanes v218 = v216 - v217;
-  const lanes v219 = v215 + v218;
-  const lanes v220 = v219 * qd_1;
-  const lanes v221 = v212 + v220;
-  const lanes v222 = v204 + v221;
-  const lanes v223 = v200 + v222;
+  const lanes v196 = v73 * qdd_2, v197 = v106 * qdd_1, v198 = v138 * qdd_0, v199 = v197 - v198,
+      v200 = v196 + v199, v201 = v91 * v165, v202 = v33 * v77, v203 = v201 - v202,
+      v204 = v203 * qd_2, v205 = v85 * v172, v206 = v21 * v102, v207 = v205 - v206,
+      v208 = v54 * v142, v209 = v123 * v180, v210 = v208 + v209, v211 = v207 - v210,
+      v212 = v211 * qd_0, v213 = v171 * v114, v214 = v101 * v37, v215 = v213 + v214,
+      v216 = v99 * v178, v217 = v60 * v141, v218 = v216 - v217, v219 = v215 + v218,
+      v220 = v219 * qd_1, v221 = v212 + v220, v222 = v204 + v221, v223 = v200 + v222;
   out[2] = v223;
-  const lanes v224 = v14 * qdd_3;
-  const lanes v225 = v21 * qdd_0;
-  const lanes v226 = v37 * qdd_1;
-  const lanes v227 = v225 - v226;
-  const lanes v228 = v37 * qdd_2;
-  const lanes v229 = v227 - v228;
-  const lanes v230 = v224 + v229;
-  const lanes v231 = v8 * qdd_4;
-  const lanes v232 = v230 - v231;
-  const lanes v233 = v7 * v76;
-  const lanes v234 = v74 * qd_5;
-  const lanes v235 = v233 - v234;
-  const lanes v236 = v235 * qd_3;
-  const lanes v237 = v77 * v124;
-  const lanes v238 = v93 * v114;
-  const lanes v239 = v237 - v238;
-  const lanes v240 = v239 * qd_2;
-  const lanes v241 = v71 * v142;
-  const lanes v242 = v85 * v128;
-  const lanes v243 = v241 - v242;
-  const lanes v244 = v243 * qd_0;
-  const lanes v245 = v141 * v124;
-  const lanes v246 = v127 * v114;
-  const lanes v247 = v245 - v246;
-  const lanes v248 = v247 * qd_1;
-  const lanes v249 = v244 + v248;
-  const lanes v250 = v240 + v249;
-  const lanes v251 = v236 + v250;
-  const lanes v252 = v4 * qd_5;
-  const lanes v253 = v252 * qd_4;
-  const lanes v254 = v251 - v253;
-  const lanes v255 = v232 + v254;
+  const lanes v224 = v14 * qdd_3, v225 = v21 * qdd_0, v226 = v37 * qdd_1, v227 = v225 - v226,
+      v228 = v37 * qdd_2, v229 = v227 - v228, v230 = v224 + v229, v231 = v8 * qdd_4,
+      v232 = v230 - v231, v233 = v7 * v76, v234 = v74 * qd_5, v235 = v233 - v234,
+      v236 = v235 * qd_3, v237 = v77 * v124, v238 = v93 * v114, v239 = v237 - v238,
+      v240 = v239 * qd_2, v241 = v71 * v142, v242 = v85 * v128, v243 = v241 - v242,
+      v244 = v243 * qd_0, v245 = v141 * v124, v246 = v127 * v114, v247 = v245 - v246,
+      v248 = v247 * qd_1, v249 = v244 + v248, v250 = v240 + v249, v251 = v236 + v250,
+      v252 = v4 * qd_5, v253 = v252 * qd_4, v254 = v251 - v253, v255 = v232 + v254;
   out[3] = v255;
-  const lanes v256 = v8 * qd_5;
-  const lanes v257 = v256 * qd_4;
-  const lanes v258 = v165 * v124;
-  const lanes v259 = v93 * v37;
-  const lanes v260 = v258 + v259;
-  const lanes v261 = v260 * qd_2;
-  const lanes v262 = v71 * v180;
-  const lanes v263 = v21 * v128;
-  const lanes v264 = v262 - v263;
-  const lanes v265 = v264 * qd_0;
-  const lanes v266 = v178 * v124;
-  const lanes v267 = v127 * v37;
-  const lanes v268 = v266 + v267;
-  const lanes v269 = v268 * qd_1;
-  const lanes v270 = v265 + v269;
-  const lanes v271 = v261 + v270;
-  const lanes v272 = v7 * v164;
-  const lanes v273 = v14 * qd_5;
-  const lanes v274 = v272 + v273;
-  const lanes v275 = v274 * qd_3;
-  const lanes v276 = v271 - v275;
-  const lanes v277 = v257 + v276;
-  const lanes v278 = v4 * qdd_4;
-  const lanes v279 = v74 * qdd_3;
-  const lanes v280 = v114 * qdd_2;
-  const lanes v281 = v85 * qdd_0;
-  const lanes v282 = v114 * qdd_1;
-  const lanes v283 = v281 + v282;
-  const lanes v284 = v280 + v283;
-  const lanes v285 = v279 + v284;
-  const lanes v286 = v278 + v285;
-  const lanes v287 = v277 - v286;
+  const lanes v256 = v8 * qd_5, v257 = v256 * qd_4, v258 = v165 * v124, v259 = v93 * v37,
+      v260 = v258 + v259, v261 = v260 * qd_2, v262 = v71 * v180, v263 = v21 * v128,
+      v264 = v262 - v263, v265 = v264 * qd_0, v266 = v178 * v124, v267 = v127 * v37,
+      v268 = v266 + v267, v269 = v268 * qd_1, v270 = v265 + v269, v271 = v261 + v270,
+      v272 = v7 * v164, v273 = v14 * qd_5, v274 = v272 + v273, v275 = v274 * qd_3,
+      v276 = v271 - v275, v277 = v257 + v276, v278 = v4 * qdd_4, v279 = v74 * qdd_3,
+      v280 = v114 * qdd_2, v281 = v85 * qdd_0, v282 = v114 * qdd_1, v283 = v281 + v282,
+      v284 = v280 + v283, v285 = v279 + v284, v286 = v278 + v285, v287 = v277 - v286;
   out[4] = v287;
-  const lanes v288 = v7 * qdd_3;
-  const lanes v289 = v124 * qdd_2;
-  const lanes v290 = v71 * qdd_0;
-  const lanes v291 = v124 * qdd_1;
-  const lanes v292 = v290 + v291;
-  const lanes v293 = v289 + v292;
-  const lanes v294 = v288 + v293;
-  const lanes v295 = v294 + qdd_5;
-  const lanes v296 = v165 * v114;
-  const lanes v297 = v77 * v37;
-  const lanes v298 = v296 + v297;
-  const lanes v299 = v298 * qd_2;
-  const lanes v300 = v85 * v180;
-  const lanes v301 = v21 * v142;
-  const lanes v302 = v300 - v301;
-  const lanes v303 = v302 * qd_0;
-  const lanes v304 = v178 * v114;
-  const lanes v305 = v141 * v37;
-  const lanes v306 = v304 + v305;
-  const lanes v307 = v306 * qd_1;
-  const lanes v308 = v303 + v307;
-  const lanes v309 = v299 + v308;
-  const lanes v310 = v164 * v74;
-  const lanes v311 = v76 * v14;
-  const lanes v312 = v310 + v311;
-  const lanes v313 = v312 * qd_3;
-  const lanes v314 = v309 - v313;
-  const lanes v315 = v295 + v314;
+  const lanes v288 = v7 * qdd_3, v289 = v124 * qdd_2, v290 = v71 * qdd_0, v291 = v124 * qdd_1,
+      v292 = v290 + v291, v293 = v289 + v292, v294 = v288 + v293, v295 = v294 + qdd_5,
+      v296 = v165 * v114, v297 = v77 * v37, v298 = v296 + v297, v299 = v298 * qd_2,
+      v300 = v85 * v180, v301 = v21 * v142, v302 = v300 - v301, v303 = v302 * qd_0,
+      v304 = v178 * v114, v305 = v141 * v37, v306 = v304 + v305, v307 = v306 * qd_1,
+      v308 = v303 + v307, v309 = v299 + v308, v310 = v164 * v74, v311 = v76 * v14,
+      v312 = v310 + v311, v313 = v312 * qd_3, v314 = v309 - v313, v315 = v295 + v314;
   out[5] = v315;
 }
 
 static LANES_TARGET void LANES_NAME(puma560_acceleration_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  lanes v5, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v5, &v1);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11], qdd_0 = in[12],
+      qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16], qdd_5 = in[17];
+  LANES_COS_SIN(v5, v1, q_0);
   const lanes v2 = q_1 + q_2;
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v4);
-  lanes v7, v6; LANES_NAME(lanes_cos_sin)(&q_1, &v7, &v6);
-  lanes v9, v8; LANES_NAME(lanes_cos_sin)(&q_3, &v9, &v8);
-  lanes v10, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v11);
-  const lanes v12 = 0.4318 * v3;
-  const lanes v13 = 0.0203 * v4;
-  const lanes v14 = v12 + v13;
-  const lanes v15 = v1 * v14;
-  const lanes v16 = v15 * qd_0;
-  const lanes v17 = v5 * qd_1;
-  const lanes v18 = v5 * qd_2;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = 0.0203 * v3;
-  const lanes v21 = 0.4318 * v4;
-  const lanes v22 = v20 - v21;
-  const lanes v23 = v19 * v22;
-  const lanes v24 = v16 - v23;
-  const lanes v25 = v24 * qd_2;
-  const lanes v26 = 0.4318 * v6;
-  const lanes v27 = v14 + v26;
-  const lanes v28 = v1 * v27;
-  const lanes v29 = v28 * qd_1;
-  const lanes v30 = v15 * qd_2;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = 0.4318 * v7;
-  const lanes v33 = v22 + v32;
-  const lanes v34 = v5 * v33;
-  const lanes v35 = 0.15005 * v1;
-  const lanes v36 = v34 + v35;
-  const lanes v37 = v36 * qd_0;
-  const lanes v38 = v31 - v37;
-  const lanes v39 = v38 * qd_0;
-  const lanes v40 = v28 * qd_0;
-  const lanes v41 = v17 * v33;
-  const lanes v42 = v40 - v41;
-  const lanes v43 = v22 * qd_2;
-  const lanes v44 = v5 * v43;
-  const lanes v45 = v42 - v44;
-  const lanes v46 = v45 * qd_1;
-  const lanes v47 = v39 + v46;
-  const lanes v48 = v25 + v47;
-  const lanes v49 = v5 * v14;
-  const lanes v50 = v49 * qdd_2;
-  const lanes v51 = v1 * v33;
-  const lanes v52 = 0.15005 * v5;
-  const lanes v53 = v51 - v52;
-  const lanes v54 = v53 * qdd_0;
-  const lanes v55 = v5 * v27;
-  const lanes v56 = v55 * qdd_1;
-  const lanes v57 = v54 + v56;
-  const lanes v58 = v50 + v57;
-  const lanes v59 = v48 - v58;
+  LANES_COS_SIN(v3, v4, v2); LANES_COS_SIN(v7, v6, q_1); LANES_COS_SIN(v9, v8, q_3);
+  LANES_COS_SIN(v10, v11, q_4);
+  const lanes v12 = 0.4318 * v3, v13 = 0.0203 * v4, v14 = v12 + v13, v15 = v1 * v14,
+      v16 = v15 * qd_0, v17 = v5 * qd_1, v18 = v5 * qd_2, v19 = v17 + v18, v20 = 0.0203 * v3,
+      v21 = 0.4318 * v4, v22 = v20 - v21, v23 = v19 * v22, v24 = v16 - v23, v25 = v24 * qd_2,
+      v26 = 0.4318 * v6, v27 = v14 + v26, v28 = v1 * v27, v29 = v28 * qd_1, v30 = v15 * qd_2,
+      v31 = v29 + v30, v32 = 0.4318 * v7, v33 = v22 + v32, v34 = v5 * v33, v35 = 0.15005 * v1,
+      v36 = v34 + v35, v37 = v36 * qd_0, v38 = v31 - v37, v39 = v38 * qd_0, v40 = v28 * qd_0,
+      v41 = v17 * v33, v42 = v40 - v41, v43 = v22 * qd_2, v44 = v5 * v43, v45 = v42 - v44,
+      v46 = v45 * qd_1, v47 = v39 + v46, v48 = v25 + v47, v49 = v5 * v14, v50 = v49 * qdd_2,
+      v51 = v1 * v33, v52 = 0.15005 * v5, v53 = v51 - v52, v54 = v53 * qdd_0, v55 = v5 * v27,
+      v56 = v55 * qdd_1, v57 = v54 + v56, v58 = v50 + v57, v59 = v48 - v58;
   out[0] = v59;
-  const lanes v60 = v36 * qdd_0;
-  const lanes v61 = v28 * qdd_1;
-  const lanes v62 = v60 - v61;
-  const lanes v63 = v15 * qdd_2;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v1 * qd_1;
-  const lanes v66 = v1 * qd_2;
-  const lanes v67 = v65 + v66;
-  const lanes v68 = v67 * v22;
-  const lanes v69 = v49 * qd_0;
-  const lanes v70 = v68 + v69;
-  const lanes v71 = v70 * qd_2;
-  const lanes v72 = v53 * qd_0;
-  const lanes v73 = v55 * qd_1;
-  const lanes v74 = v49 * qd_2;
-  const lanes v75 = v73 + v74;
-  const lanes v76 = v72 + v75;
-  const lanes v77 = v76 * qd_0;
-  const lanes v78 = v65 * v33;
-  const lanes v79 = v55 * qd_0;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = v1 * v43;
-  const lanes v82 = v80 + v81;
-  const lanes v83 = v82 * qd_1;
-  const lanes v84 = v77 + v83;
-  const lanes v85 = v71 + v84;
-  const lanes v86 = v64 - v85;
+  const lanes v60 = v36 * qdd_0, v61 = v28 * qdd_1, v62 = v60 - v61, v63 = v15 * qdd_2,
+      v64 = v62 - v63, v65 = v1 * qd_1, v66 = v1 * qd_2, v67 = v65 + v66, v68 = v67 * v22,
+      v69 = v49 * qd_0, v70 = v68 + v69, v71 = v70 * qd_2, v72 = v53 * qd_0, v73 = v55 * qd_1,
+      v74 = v49 * qd_2, v75 = v73 + v74, v76 = v72 + v75, v77 = v76 * qd_0, v78 = v65 * v33,
+      v79 = v55 * qd_0, v80 = v78 + v79, v81 = v1 * v43, v82 = v80 + v81, v83 = v82 * qd_1,
+      v84 = v77 + v83, v85 = v71 + v84, v86 = v64 - v85;
   out[1] = v86;
-  const lanes v87 = v33 * qdd_1;
-  const lanes v88 = v22 * qdd_2;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v65 * v28;
-  const lanes v91 = v17 * v55;
-  const lanes v92 = v90 + v91;
-  const lanes v93 = v5 * v74;
-  const lanes v94 = v1 * v30;
-  const lanes v95 = v93 + v94;
-  const lanes v96 = v92 + v95;
-  const lanes v97 = v96 * qd_1;
-  const lanes v98 = v67 * v15;
-  const lanes v99 = v19 * v49;
-  const lanes v100 = v98 + v99;
-  const lanes v101 = v100 * qd_2;
-  const lanes v102 = v97 + v101;
-  const lanes v103 = v89 - v102;
+  const lanes v87 = v33 * qdd_1, v88 = v22 * qdd_2, v89 = v87 + v88, v90 = v65 * v28,
+      v91 = v17 * v55, v92 = v90 + v91, v93 = v5 * v74, v94 = v1 * v30, v95 = v93 + v94,
+      v96 = v92 + v95, v97 = v96 * qd_1, v98 = v67 * v15, v99 = v19 * v49, v100 = v98 + v99,
+      v101 = v100 * qd_2, v102 = v97 + v101, v103 = v89 - v102;
   out[2] = v103;
-  const lanes v104 = v5 * v3;
-  const lanes v105 = v104 * v8;
-  const lanes v106 = v1 * v9;
-  const lanes v107 = v105 + v106;
-  const lanes v108 = v107 * qdd_4;
-  const lanes v109 = v1 * qdd_1;
-  const lanes v110 = v1 * qdd_2;
-  const lanes v111 = v109 + v110;
-  const lanes v112 = v5 * v4;
-  const lanes v113 = v112 * qdd_3;
-  const lanes v114 = v111 - v113;
-  const lanes v115 = v108 + v114;
-  const lanes v116 = v10 * v112;
-  const lanes v117 = v104 * v9;
-  const lanes v118 = v1 * v8;
-  const lanes v119 = v117 - v118;
-  const lanes v120 = v11 * v119;
-  const lanes v121 = v116 + v120;
-  const lanes v122 = v121 * qdd_5;
-  const lanes v123 = v115 - v122;
-  const lanes v124 = v4 * v8;
-  const lanes v125 = v124 * qd_4;
-  const lanes v126 = v3 * qd_3;
-  const lanes v127 = v126 + qd_0;
-  const lanes v128 = v125 + v127;
-  const lanes v129 = v1 * v4;
-  const lanes v130 = v10 * v129;
-  const lanes v131 = v1 * v3;
-  const lanes v132 = v131 * v9;
-  const lanes v133 = v5 * v8;
-  const lanes v134 = v132 + v133;
-  const lanes v135 = v11 * v134;
-  const lanes v136 = v130 + v135;
-  const lanes v137 = v128 * v136;
-  const lanes v138 = v5 * v9;
-  const lanes v139 = v131 * v8;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = v140 * qd_4;
-  const lanes v142 = v129 * qd_3;
-  const lanes v143 = v142 + v19;
-  const lanes v144 = v141 + v143;
-  const lanes v145 = v10 * v3;
-  const lanes v146 = v4 * v9;
-  const lanes v147 = v11 * v146;
-  const lanes v148 = v145 - v147;
-  const lanes v149 = v144 * v148;
-  const lanes v150 = v137 - v149;
-  const lanes v151 = v150 * qd_5;
-  const lanes v152 = v127 * v140;
-  const lanes v153 = v143 * v124;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 * qd_4;
-  const lanes v156 = v129 * qd_0;
-  const lanes v157 = v19 * v3;
-  const lanes v158 = v156 - v157;
-  const lanes v159 = v158 * qd_3;
-  const lanes v160 = v5 * qd_0;
-  const lanes v161 = v160 * qd_1;
-  const lanes v162 = v160 * qd_2;
-  const lanes v163 = v161 + v162;
-  const lanes v164 = v159 + v163;
-  const lanes v165 = v155 + v164;
-  const lanes v166 = v151 + v165;
-  const lanes v167 = v123 + v166;
+  const lanes v104 = v5 * v3, v105 = v104 * v8, v106 = v1 * v9, v107 = v105 + v106,
+      v108 = v107 * qdd_4, v109 = v1 * qdd_1, v110 = v1 * qdd_2, v111 = v109 + v110, v112 = v5 * v4,
+      v113 = v112 * qdd_3, v114 = v111 - v113, v115 = v108 + v114, v116 = v10 * v112,
+      v117 = v104 * v9, v118 = v1 * v8, v119 = v117 - v118, v120 = v11 * v119, v121 = v116 + v120,
+      v122 = v121 * qdd_5, v123 = v115 - v122, v124 = v4 * v8, v125 = v124 * qd_4, v126 = v3 * qd_3,
+      v127 = v126 + qd_0, v128 = v125 + v127, v129 = v1 * v4, v130 = v10 * v129, v131 = v1 * v3,
+      v132 = v131 * v9, v133 = v5 * v8, v134 = v132 + v133, v135 = v11 * v134, v136 = v130 + v135,
+      v137 = v128 * v136, v138 = v5 * v9, v139 = v131 * v8, v140 = v138 - v139, v141 = v140 * qd_4,
+      v142 = v129 * qd_3, v143 = v142 + v19, v144 = v141 + v143, v145 = v10 * v3, v146 = v4 * v9,
+      v147 = v11 * v146, v148 = v145 - v147, v149 = v144 * v148, v150 = v137 - v149,
+      v151 = v150 * qd_5, v152 = v127 * v140, v153 = v143 * v124, v154 = v152 - v153,
+      v155 = v154 * qd_4, v156 = v129 * qd_0, v157 = v19 * v3, v158 = v156 - v157,
+      v159 = v158 * qd_3, v160 = v5 * qd_0, v161 = v160 * qd_1, v162 = v160 * qd_2,
+      v163 = v161 + v162, v164 = v159 + v163, v165 = v155 + v164, v166 = v151 + v165,
+      v167 = v123 + v166;
   out[3] = v167;
-  const lanes v168 = v127 * v107;
-  const lanes v169 = v112 * qd_3;
-  const lanes v170 = v67 - v169;
-  const lanes v171 = v170 * v124;
-  const lanes v172 = v168 - v171;
-  const lanes v173 = v172 * qd_4;
-  const lanes v174 = v1 * qd_0;
-  const lanes v175 = v174 * qd_1;
-  const lanes v176 = v174 * qd_2;
-  const lanes v177 = v175 + v176;
-  const lanes v178 = v67 * v3;
-  const lanes v179 = v112 * qd_0;
-  const lanes v180 = v178 + v179;
-  const lanes v181 = v180 * qd_3;
-  const lanes v182 = v177 - v181;
-  const lanes v183 = v173 + v182;
-  const lanes v184 = v107 * qd_4;
-  const lanes v185 = v184 + v170;
-  const lanes v186 = v185 * v148;
-  const lanes v187 = v128 * v121;
-  const lanes v188 = v186 + v187;
-  const lanes v189 = v188 * qd_5;
-  const lanes v190 = v183 - v189;
-  const lanes v191 = v136 * qdd_5;
-  const lanes v192 = v140 * qdd_4;
-  const lanes v193 = v129 * qdd_3;
-  const lanes v194 = v5 * qdd_1;
-  const lanes v195 = v5 * qdd_2;
-  const lanes v196 = v194 + v195;
-  const lanes v197 = v193 + v196;
-  const lanes v198 = v192 + v197;
-  const lanes v199 = v191 + v198;
-  const lanes v200 = v190 - v199;
+  const lanes v168 = v127 * v107, v169 = v112 * qd_3, v170 = v67 - v169, v171 = v170 * v124,
+      v172 = v168 - v171, v173 = v172 * qd_4, v174 = v1 * qd_0, v175 = v174 * qd_1,
+      v176 = v174 * qd_2, v177 = v175 + v176, v178 = v67 * v3, v179 = v112 * qd_0,
+      v180 = v178 + v179, v181 = v180 * qd_3, v182 = v177 - v181, v183 = v173 + v182,
+      v184 = v107 * qd_4, v185 = v184 + v170, v186 = v185 * v148, v187 = v128 * v121,
+      v188 = v186 + v187, v189 = v188 * qd_5, v190 = v183 - v189, v191 = v136 * qdd_5,
+      v192 = v140 * qdd_4, v193 = v129 * qdd_3, v194 = v5 * qdd_1, v195 = v5 * qdd_2,
+      v196 = v194 + v195, v197 = v193 + v196, v198 = v192 + v197, v199 = v191 + v198,
+      v200 = v190 - v199;
   out[4] = v200;
-  const lanes v201 = v148 * qdd_5;
-  const lanes v202 = v124 * qdd_4;
-  const lanes v203 = v3 * qdd_3;
-  const lanes v204 = v203 + qdd_0;
-  const lanes v205 = v202 + v204;
-  const lanes v206 = v201 + v205;
-  const lanes v207 = v143 * v107;
-  const lanes v208 = v170 * v140;
-  const lanes v209 = v207 - v208;
-  const lanes v210 = v209 * qd_4;
-  const lanes v211 = v17 * v1;
-  const lanes v212 = v65 * v5;
-  const lanes v213 = v211 - v212;
-  const lanes v214 = v213 * qd_2;
-  const lanes v215 = v67 * v129;
-  const lanes v216 = v19 * v112;
-  const lanes v217 = v215 + v216;
-  const lanes v218 = v217 * qd_3;
-  const lanes v219 = v214 - v218;
-  const lanes v220 = v210 + v219;
-  const lanes v221 = v185 * v136;
-  const lanes v222 = v144 * v121;
-  const lanes v223 = v221 + v222;
-  const lanes v224 = v223 * qd_5;
-  const lanes v225 = v220 - v224;
-  const lanes v226 = v206 + v225;
+  const lanes v201 = v148 * qdd_5, v202 = v124 * qdd_4, v203 = v3 * qdd_3, v204 = v203 + qdd_0,
+      v205 = v202 + v204, v206 = v201 + v205, v207 = v143 * v107, v208 = v170 * v140,
+      v209 = v207 - v208, v210 = v209 * qd_4, v211 = v17 * v1, v212 = v65 * v5, v213 = v211 - v212,
+      v214 = v213 * qd_2, v215 = v67 * v129, v216 = v19 * v112, v217 = v215 + v216,
+      v218 = v217 * qd_3, v219 = v214 - v218, v220 = v210 + v219, v221 = v185 * v136,
+      v222 = v144 * v121, v223 = v221 + v222, v224 = v223 * qd_5, v225 = v220 - v224,
+      v226 = v206 + v225;
   out[5] = v226;
 }
 
 static LANES_TARGET void LANES_NAME(puma560_ik)(const lanes *in, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes v1 = 0.15005 * T_3;
-  const lanes v2 = T_3 * T_3;
-  const lanes v3 = T_7 * T_7;
-  const lanes v4 = v2 + v3;
-  const lanes v5 = 4e-15 * v4;
-  const lanes v6 = v4 - 0.0225150025;
-  const lanes_where v7 = LANES_LT(v5, v6);
-  lanes v8; LANES_NAME(lanes_sqrt)(&v6, &v8);
-  const lanes v9 = T_7 * v8;
-  const lanes v10 = LANES_CHOICE(v7, v9, 0.0);
-  const lanes v11 = v1 - v10;
-  const lanes v12 = T_3 * v8;
-  const lanes v13 = LANES_CHOICE(v7, v12, 0.0);
-  const lanes v14 = 0.15005 * T_7;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = 1e-150 - v15;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = v11 * v11;
-  const lanes v19 = v17 + v18;
-  lanes v20; LANES_NAME(lanes_sqrt)(&v19, &v20);
-  const lanes v21 = v11 / v20;
-  const lanes v22 = v16 / v20;
-  lanes v23; LANES_NAME(lanes_atan2)(&v21, &v22, &v23);
-  const lanes v24 = T_3 * v22;
-  const lanes v25 = T_7 * v21;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = v26 * v26;
-  const lanes v28 = T_11 - 0.67183;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = v27 + v29;
-  const lanes v31 = v30 - 2.274465470661e-07;
-  const lanes v32 = 0.746628912553453 - v30;
-  const lanes v33 = v31 * v32;
-  const lanes_where v34 = LANES_LT(5.574543934244672e-16, v33);
-  lanes v35; LANES_NAME(lanes_sqrt)(&v33, &v35);
-  const lanes v36 = 0.37290248 * v35;
-  const lanes v37 = LANES_CHOICE(v34, v36, 0.0);
-  const lanes v38 = v30 - 0.37331457;
-  const lanes v39 = 0.01753108 * v38;
-  const lanes v40 = v37 + v39;
-  const lanes v41 = 1e-150 + v40;
-  const lanes v42 = 0.01753108 * v35;
-  const lanes v43 = LANES_CHOICE(v34, v42, 0.0);
-  const lanes v44 = 0.37290248 * v38;
-  const lanes v45 = v43 - v44;
-  const lanes v46 = v45 * v45;
-  const lanes v47 = v41 * v41;
-  const lanes v48 = v46 + v47;
-  lanes v49; LANES_NAME(lanes_sqrt)(&v48, &v49);
-  const lanes v50 = v41 / v49;
-  const lanes v51 = 0.0203 * v50;
-  const lanes v52 = v45 / v49;
-  const lanes v53 = 0.4318 * v52;
-  const lanes v54 = v51 - v53;
-  const lanes v55 = v54 + 0.4318;
-  const lanes v56 = v55 * v28;
-  const lanes v57 = 0.0203 * v52;
-  const lanes v58 = 0.4318 * v50;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = v26 * v59;
-  const lanes v61 = v56 - v60;
-  const lanes v62 = v61 * v61;
-  const lanes v63 = v26 * v55;
-  const lanes v64 = v59 * v28;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = 1e-150 + v65;
-  const lanes v67 = v66 * v66;
-  const lanes v68 = v62 + v67;
-  lanes v69; LANES_NAME(lanes_sqrt)(&v68, &v69);
-  const lanes v70 = v61 / v69;
-  const lanes v71 = v66 / v69;
-  lanes v72; LANES_NAME(lanes_atan2)(&v70, &v71, &v72);
-  lanes v73; LANES_NAME(lanes_atan2)(&v52, &v50, &v73);
-  const lanes v74 = T_6 * v22;
-  const lanes v75 = T_2 * v21;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v76 * v76;
-  const lanes v78 = T_10 * v70;
-  const lanes v79 = T_2 * v22;
-  const lanes v80 = T_6 * v21;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = v71 * v81;
-  const lanes v83 = v78 + v82;
-  const lanes v84 = v50 * v83;
-  const lanes v85 = T_10 * v71;
-  const lanes v86 = v70 * v81;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v52 * v87;
-  const lanes v89 = v84 + v88;
-  const lanes v90 = v89 * v89;
-  const lanes v91 = v77 + v90;
-  const lanes v92 = 4e-15 * v91;
-  const lanes_where v93 = LANES_LT(v92, v91);
-  lanes v94; LANES_NAME(lanes_sqrt)(&v91, &v94);
-  const lanes v95 = v76 * v94;
-  const lanes v96 = v95 * v95;
-  const lanes v97 = LANES_CHOICE(v93, v96, 0.0);
-  const lanes v98 = LANES_CHOICE(v93, v97, 0.0);
-  const lanes v99 = v89 * v94;
-  const lanes v100 = LANES_CHOICE(v93, v99, 0.0);
-  const lanes v101 = 1e-150 - v100;
-  const lanes v102 = v101 * v101;
-  const lanes v103 = v98 + v102;
-  lanes v104; LANES_NAME(lanes_sqrt)(&v103, &v104);
-  const lanes v105 = 1.0 / v104;
-  const lanes v106 = v95 * v105;
-  const lanes v107 = LANES_CHOICE(v93, v106, 0.0);
-  const lanes v108 = v101 / v104;
-  lanes v109; LANES_NAME(lanes_atan2)(&v107, &v108, &v109);
-  const lanes v110 = v89 * v108;
-  const lanes v111 = v76 * v106;
-  const lanes v112 = LANES_CHOICE(v93, v111, 0.0);
-  const lanes v113 = v110 - v112;
-  const lanes v114 = v113 * v113;
-  const lanes v115 = v50 * v87;
-  const lanes v116 = v52 * v83;
-  const lanes v117 = v115 - v116;
-  const lanes v118 = 1e-150 + v117;
-  const lanes v119 = v118 * v118;
-  const lanes v120 = v114 + v119;
-  lanes v121; LANES_NAME(lanes_sqrt)(&v120, &v121);
-  const lanes v122 = v113 / v121;
-  const lanes v123 = v118 / v121;
-  lanes v124; LANES_NAME(lanes_atan2)(&v122, &v123, &v124);
-  const lanes v125 = T_4 * v22;
-  const lanes v126 = T_0 * v21;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v108 * v127;
-  const lanes v129 = T_8 * v70;
-  const lanes v130 = T_0 * v22;
-  const lanes v131 = T_4 * v21;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v71 * v132;
-  const lanes v134 = v129 + v133;
-  const lanes v135 = v50 * v134;
-  const lanes v136 = T_8 * v71;
-  const lanes v137 = v70 * v132;
-  const lanes v138 = v136 - v137;
-  const lanes v139 = v52 * v138;
-  const lanes v140 = v135 + v139;
-  const lanes v141 = v106 * v140;
-  const lanes v142 = LANES_CHOICE(v93, v141, 0.0);
-  const lanes v143 = v128 + v142;
-  const lanes v144 = v143 * v143;
-  const lanes v145 = v108 * v140;
-  const lanes v146 = v106 * v127;
-  const lanes v147 = LANES_CHOICE(v93, v146, 0.0);
-  const lanes v148 = v145 - v147;
-  const lanes v149 = v123 * v148;
-  const lanes v150 = v50 * v138;
-  const lanes v151 = v52 * v134;
-  const lanes v152 = v150 - v151;
-  const lanes v153 = v122 * v152;
-  const lanes v154 = v149 - v153;
-  const lanes v155 = 1e-150 + v154;
-  const lanes v156 = v155 * v155;
-  const lanes v157 = v144 + v156;
-  lanes v158; LANES_NAME(lanes_sqrt)(&v157, &v158);
-  const lanes v159 = v143 / v158;
-  const lanes v160 = v155 / v158;
-  lanes v161; LANES_NAME(lanes_atan2)(&v159, &v160, &v161);
-  const lanes v162 = 1e-150 + v100;
-  const lanes v163 = v162 * v162;
-  const lanes v164 = v163 + v98;
-  lanes v165; LANES_NAME(lanes_sqrt)(&v164, &v165);
-  const lanes v166 = 1.0 / v165;
-  const lanes v167 = v166 * v95;
-  const lanes v168 = LANES_CHOICE(v93, v167, 0.0);
-  const lanes v169 = v162 / v165;
-  lanes v170; LANES_NAME(lanes_atan2)(&v168, &v169, &v170);
-  const lanes v171 = v169 * v89;
-  const lanes v172 = v167 * v76;
-  const lanes v173 = LANES_CHOICE(v93, v172, 0.0);
-  const lanes v174 = v171 + v173;
-  const lanes v175 = v174 * v174;
-  const lanes v176 = v175 + v119;
-  lanes v177; LANES_NAME(lanes_sqrt)(&v176, &v177);
-  const lanes v178 = v174 / v177;
-  const lanes v179 = v118 / v177;
-  lanes v180; LANES_NAME(lanes_atan2)(&v178, &v179, &v180);
-  const lanes v181 = v169 * v127;
-  const lanes v182 = v167 * v140;
-  const lanes v183 = LANES_CHOICE(v93, v182, 0.0);
-  const lanes v184 = v181 - v183;
-  const lanes v185 = v184 * v184;
-  const lanes v186 = v169 * v140;
-  const lanes v187 = v167 * v127;
-  const lanes v188 = LANES_CHOICE(v93, v187, 0.0);
-  const lanes v189 = v186 + v188;
-  const lanes v190 = v179 * v189;
-  const lanes v191 = v178 * v152;
-  const lanes v192 = v190 - v191;
-  const lanes v193 = 1e-150 + v192;
-  const lanes v194 = v193 * v193;
-  const lanes v195 = v185 + v194;
-  lanes v196; LANES_NAME(lanes_sqrt)(&v195, &v196);
-  const lanes v197 = v184 / v196;
-  const lanes v198 = v193 / v196;
-  lanes v199; LANES_NAME(lanes_atan2)(&v197, &v198, &v199);
-  const lanes v200 = v39 - v37;
-  const lanes v201 = 1e-150 + v200;
-  const lanes v202 = v44 + v43;
-  const lanes v203 = v202 * v202;
-  const lanes v204 = v201 * v201;
-  const lanes v205 = v203 + v204;
-  lanes v206; LANES_NAME(lanes_sqrt)(&v205, &v206);
-  const lanes v207 = v201 / v206;
-  const lanes v208 = 0.0203 * v207;
-  const lanes v209 = v202 / v206;
-  const lanes v210 = 0.4318 * v209;
-  const lanes v211 = v208 + v210;
-  const lanes v212 = v211 + 0.4318;
-  const lanes v213 = v212 * v28;
-  const lanes v214 = 0.4318 * v207;
-  const lanes v215 = 0.0203 * v209;
-  const lanes v216 = v214 - v215;
-  const lanes v217 = v26 * v216;
-  const lanes v218 = v213 - v217;
-  const lanes v219 = v218 * v218;
-  const lanes v220 = v26 * v212;
-  const lanes v221 = v216 * v28;
-  const lanes v222 = v220 + v221;
-  const lanes v223 = 1e-150 + v222;
-  const lanes v224 = v223 * v223;
-  const lanes v225 = v219 + v224;
-  lanes v226; LANES_NAME(lanes_sqrt)(&v225, &v226);
-  const lanes v227 = v218 / v226;
-  const lanes v228 = v223 / v226;
-  lanes v229; LANES_NAME(lanes_atan2)(&v227, &v228, &v229);
-  lanes v230; LANES_NAME(lanes_atan2)(&v209, &v207, &v230);
-  const lanes v231 = T_10 * v227;
-  const lanes v232 = v228 * v81;
-  const lanes v233 = v231 + v232;
-  const lanes v234 = v207 * v233;
-  const lanes v235 = T_10 * v228;
-  const lanes v236 = v227 * v81;
-  const lanes v237 = v235 - v236;
-  const lanes v238 = v209 * v237;
-  const lanes v239 = v234 - v238;
-  const lanes v240 = v239 * v239;
-  const lanes v241 = v240 + v77;
-  const lanes v242 = 4e-15 * v241;
-  const lanes_where v243 = LANES_LT(v242, v241);
-  lanes v244; LANES_NAME(lanes_sqrt)(&v241, &v244);
-  const lanes v245 = v244 * v76;
-  const lanes v246 = v245 * v245;
-  const lanes v247 = LANES_CHOICE(v243, v246, 0.0);
-  const lanes v248 = LANES_CHOICE(v243, v247, 0.0);
-  const lanes v249 = v239 * v244;
-  const lanes v250 = LANES_CHOICE(v243, v249, 0.0);
-  const lanes v251 = 1e-150 - v250;
-  const lanes v252 = v251 * v251;
-  const lanes v253 = v248 + v252;
-  lanes v254; LANES_NAME(lanes_sqrt)(&v253, &v254);
-  const lanes v255 = 1.0 / v254;
-  const lanes v256 = v245 * v255;
-  const lanes v257 = LANES_CHOICE(v243, v256, 0.0);
-  const lanes v258 = v251 / v254;
-  lanes v259; LANES_NAME(lanes_atan2)(&v257, &v258, &v259);
-  const lanes v260 = v239 * v258;
-  const lanes v261 = v256 * v76;
-  const lanes v262 = LANES_CHOICE(v243, v261, 0.0);
-  const lanes v263 = v260 - v262;
-  const lanes v264 = v263 * v263;
-  const lanes v265 = v207 * v237;
-  const lanes v266 = v209 * v233;
-  const lanes v267 = v265 + v266;
-  const lanes v268 = 1e-150 + v267;
-  const lanes v269 = v268 * v268;
-  const lanes v270 = v264 + v269;
-  lanes v271; LANES_NAME(lanes_sqrt)(&v270, &v271);
-  const lanes v272 = v263 / v271;
-  const lanes v273 = v268 / v271;
-  lanes v274; LANES_NAME(lanes_atan2)(&v272, &v273, &v274);
-  const lanes v275 = v258 * v127;
-  const lanes v276 = T_8 * v227;
-  const lanes v277 = v228 * v132;
-  const lanes v278 = v276 + v277;
-  const lanes v279 = v207 * v278;
-  const lanes v280 = T_8 * v228;
-  const lanes v281 = v227 * v132;
-  const lanes v282 = v280 - v281;
-  const lanes v283 = v209 * v282;
-  const lanes v284 = v279 - v283;
-  const lanes v285 = v256 * v284;
-  const lanes v286 = LANES_CHOICE(v243, v285, 0.0);
-  const lanes v287 = v275 + v286;
-  const lanes v288 = v287 * v287;
-  const lanes v289 = v258 * v284;
-  const lanes v290 = v256 * v127;
-  const lanes v291 = LANES_CHOICE(v243, v290, 0.0);
-  const lanes v292 = v289 - v291;
-  const lanes v293 = v273 * v292;
-  const lanes v294 = v207 * v282;
-  const lanes v295 = v209 * v278;
-  const lanes v296 = v294 + v295;
-  const lanes v297 = v272 * v296;
-  const lanes v298 = v293 - v297;
-  const lanes v299 = 1e-150 + v298;
-  const lanes v300 = v299 * v299;
-  const lanes v301 = v288 + v300;
-  lanes v302; LANES_NAME(lanes_sqrt)(&v301, &v302);
-  const lanes v303 = v287 / v302;
-  const lanes v304 = v299 / v302;
-  lanes v305; LANES_NAME(lanes_atan2)(&v303, &v304, &v305);
-  const lanes v306 = 1e-150 + v250;
-  const lanes v307 = v306 * v306;
-  const lanes v308 = v248 + v307;
-  lanes v309; LANES_NAME(lanes_sqrt)(&v308, &v309);
-  const lanes v310 = 1.0 / v309;
-  const lanes v311 = v245 * v310;
-  const lanes v312 = LANES_CHOICE(v243, v311, 0.0);
-  const lanes v313 = v306 / v309;
-  lanes v314; LANES_NAME(lanes_atan2)(&v312, &v313, &v314);
-  const lanes v315 = v239 * v313;
-  const lanes v316 = v311 * v76;
-  const lanes v317 = LANES_CHOICE(v243, v316, 0.0);
-  const lanes v318 = v315 + v317;
-  const lanes v319 = v318 * v318;
-  const lanes v320 = v269 + v319;
-  lanes v321; LANES_NAME(lanes_sqrt)(&v320, &v321);
-  const lanes v322 = v318 / v321;
-  const lanes v323 = v268 / v321;
-  lanes v324; LANES_NAME(lanes_atan2)(&v322, &v323, &v324);
-  const lanes v325 = v313 * v127;
-  const lanes v326 = v284 * v311;
-  const lanes v327 = LANES_CHOICE(v243, v326, 0.0);
-  const lanes v328 = v325 - v327;
-  const lanes v329 = v328 * v328;
-  const lanes v330 = v284 * v313;
-  const lanes v331 = v311 * v127;
-  const lanes v332 = LANES_CHOICE(v243, v331, 0.0);
-  const lanes v333 = v330 + v332;
-  const lanes v334 = v323 * v333;
-  const lanes v335 = v296 * v322;
-  const lanes v336 = v334 - v335;
-  const lanes v337 = 1e-150 + v336;
-  const lanes v338 = v337 * v337;
-  const lanes v339 = v329 + v338;
-  lanes v340; LANES_NAME(lanes_sqrt)(&v339, &v340);
-  const lanes v341 = v328 / v340;
-  const lanes v342 = v337 / v340;
-  lanes v343; LANES_NAME(lanes_atan2)(&v341, &v342, &v343);
-  const lanes v344 = v1 + v10;
-  const lanes v345 = v344 * v344;
-  const lanes v346 = v14 - v13;
-  const lanes v347 = 1e-150 - v346;
-  const lanes v348 = v347 * v347;
-  const lanes v349 = v345 + v348;
-  lanes v350; LANES_NAME(lanes_sqrt)(&v349, &v350);
-  const lanes v351 = v344 / v350;
-  const lanes v352 = v347 / v350;
-  lanes v353; LANES_NAME(lanes_atan2)(&v351, &v352, &v353);
-  const lanes v354 = T_3 * v352;
-  const lanes v355 = T_7 * v351;
-  const lanes v356 = v354 + v355;
-  const lanes v357 = v356 * v356;
-  const lanes v358 = v357 + v29;
-  const lanes v359 = v358 - 2.274465470661e-07;
-  const lanes v360 = 0.746628912553453 - v358;
-  const lanes v361 = v359 * v360;
-  const lanes_where v362 = LANES_LT(5.574543934244672e-16, v361);
-  lanes v363; LANES_NAME(lanes_sqrt)(&v361, &v363);
-  const lanes v364 = 0.37290248 * v363;
-  const lanes v365 = LANES_CHOICE(v362, v364, 0.0);
-  const lanes v366 = v358 - 0.37331457;
-  const lanes v367 = 0.01753108 * v366;
-  const lanes v368 = v365 + v367;
-  const lanes v369 = 1e-150 + v368;
-  const lanes v370 = 0.01753108 * v363;
-  const lanes v371 = LANES_CHOICE(v362, v370, 0.0);
-  const lanes v372 = 0.37290248 * v366;
-  const lanes v373 = v371 - v372;
-  const lanes v374 = v373 * v373;
-  const lanes v375 = v369 * v369;
-  const lanes v376 = v374 + v375;
-  lanes v377; LANES_NAME(lanes_sqrt)(&v376, &v377);
-  const lanes v378 = v369 / v377;
-  const lanes v379 = 0.0203 * v378;
-  const lanes v380 = v373 / v377;
-  const lanes v381 = 0.4318 * v380;
-  const lanes v382 = v379 - v381;
-  const lanes v383 = v382 + 0.4318;
-  const lanes v384 = v383 * v28;
-  const lanes v385 = 0.0203 * v380;
-  const lanes v386 = 0.4318 * v378;
-  const lanes v387 = v385 + v386;
-  const lanes v388 = v356 * v387;
-  const lanes v389 = v384 - v388;
-  const lanes v390 = v389 * v389;
-  const lanes v391 = v356 * v383;
-  const lanes v392 = v387 * v28;
-  const lanes v393 = v391 + v392;
-  const lanes v394 = 1e-150 + v393;
-  const lanes v395 = v394 * v394;
-  const lanes v396 = v390 + v395;
-  lanes v397; LANES_NAME(lanes_sqrt)(&v396, &v397);
-  const lanes v398 = v389 / v397;
-  const lanes v399 = v394 / v397;
-  lanes v400; LANES_NAME(lanes_atan2)(&v398, &v399, &v400);
-  lanes v401; LANES_NAME(lanes_atan2)(&v380, &v378, &v401);
-  const lanes v402 = T_6 * v352;
-  const lanes v403 = T_2 * v351;
-  const lanes v404 = v402 - v403;
-  const lanes v405 = v404 * v404;
-  const lanes v406 = T_10 * v398;
-  const lanes v407 = T_2 * v352;
-  const lanes v408 = T_6 * v351;
-  const lanes v409 = v407 + v408;
-  const lanes v410 = v399 * v409;
-  const lanes v411 = v406 + v410;
-  const lanes v412 = v378 * v411;
-  const lanes v413 = T_10 * v399;
-  const lanes v414 = v398 * v409;
-  const lanes v415 = v413 - v414;
-  const lanes v416 = v380 * v415;
-  const lanes v417 = v412 + v416;
-  const lanes v418 = v417 * v417;
-  const lanes v419 = v405 + v418;
-  const lanes v420 = 4e-15 * v419;
-  const lanes_where v421 = LANES_LT(v420, v419);
-  lanes v422; LANES_NAME(lanes_sqrt)(&v419, &v422);
-  const lanes v423 = v404 * v422;
-  const lanes v424 = v423 * v423;
-  const lanes v425 = LANES_CHOICE(v421, v424, 0.0);
-  const lanes v426 = LANES_CHOICE(v421, v425, 0.0);
-  const lanes v427 = v417 * v422;
-  const lanes v428 = LANES_CHOICE(v421, v427, 0.0);
-  const lanes v429 = 1e-150 - v428;
-  const lanes v430 = v429 * v429;
-  const lanes v431 = v426 + v430;
-  lanes v432; LANES_NAME(lanes_sqrt)(&v431, &v432);
-  const lanes v433 = 1.0 / v432;
-  const lanes v434 = v423 * v433;
-  const lanes v435 = LANES_CHOICE(v421, v434, 0.0);
-  const lanes v436 = v429 / v432;
-  lanes v437; LANES_NAME(lanes_atan2)(&v435, &v436, &v437);
-  const lanes v438 = v417 * v436;
-  const lanes v439 = v404 * v434;
-  const lanes v440 = LANES_CHOICE(v421, v439, 0.0);
-  const lanes v441 = v438 - v440;
-  const lanes v442 = v441 * v441;
-  const lanes v443 = v378 * v415;
-  const lanes v444 = v380 * v411;
-  const lanes v445 = v443 - v444;
-  const lanes v446 = 1e-150 + v445;
-  const lanes v447 = v446 * v446;
-  const lanes v448 = v442 + v447;
-  lanes v449; LANES_NAME(lanes_sqrt)(&v448, &v449);
-  const lanes v450 = v441 / v449;
-  const lanes v451 = v446 / v449;
-  lanes v452; LANES_NAME(lanes_atan2)(&v450, &v451, &v452);
-  const lanes v453 = T_4 * v352;
-  const lanes v454 = T_0 * v351;
-  const lanes v455 = v453 - v454;
-  const lanes v456 = v436 * v455;
-  const lanes v457 = T_8 * v398;
-  const lanes v458 = T_0 * v352;
-  const lanes v459 = T_4 * v351;
-  const lanes v460 = v458 + v459;
-  const lanes v461 = v399 * v460;
-  const lanes v462 = v457 + v461;
-  const lanes v463 = v378 * v462;
-  const lanes v464 = T_8 * v399;
-  const lanes v465 = v398 * v460;
-  const lanes v466 = v464 - v465;
-  const lanes v467 = v380 * v466;
-  const lanes v468 = v463 + v467;
-  const lanes v469 = v434 * v468;
-  const lanes v470 = LANES_CHOICE(v421, v469, 0.0);
-  const lanes v471 = v456 + v470;
-  const lanes v472 = v471 * v471;
-  const lanes v473 = v436 * v468;
-  const lanes v474 = v434 * v455;
-  const lanes v475 = LANES_CHOICE(v421, v474, 0.0);
-  const lanes v476 = v473 - v475;
-  const lanes v477 = v451 * v476;
-  const lanes v478 = v378 * v466;
-  const lanes v479 = v380 * v462;
-  const lanes v480 = v478 - v479;
-  const lanes v481 = v450 * v480;
-  const lanes v482 = v477 - v481;
-  const lanes v483 = 1e-150 + v482;
-  const lanes v484 = v483 * v483;
-  const lanes v485 = v472 + v484;
-  lanes v486; LANES_NAME(lanes_sqrt)(&v485, &v486);
-  const lanes v487 = v471 / v486;
-  const lanes v488 = v483 / v486;
-  lanes v489; LANES_NAME(lanes_atan2)(&v487, &v488, &v489);
-  const lanes v490 = 1e-150 + v428;
-  const lanes v491 = v490 * v490;
-  const lanes v492 = v426 + v491;
-  lanes v493; LANES_NAME(lanes_sqrt)(&v492, &v493);
-  const lanes v494 = 1.0 / v493;
-  const lanes v495 = v423 * v494;
-  const lanes v496 = LANES_CHOICE(v421, v495, 0.0);
-  const lanes v497 = v490 / v493;
-  lanes v498; LANES_NAME(lanes_atan2)(&v496, &v497, &v498);
-  const lanes v499 = v404 * v495;
-  const lanes v500 = LANES_CHOICE(v421, v499, 0.0);
-  const lanes v501 = v417 * v497;
-  const lanes v502 = v500 + v501;
-  const lanes v503 = v502 * v502;
-  const lanes v504 = v447 + v503;
-  lanes v505; LANES_NAME(lanes_sqrt)(&v504, &v505);
-  const lanes v506 = v502 / v505;
-  const lanes v507 = v446 / v505;
-  lanes v508; LANES_NAME(lanes_atan2)(&v506, &v507, &v508);
-  const lanes v509 = v455 * v497;
-  const lanes v510 = v468 * v495;
-  const lanes v511 = LANES_CHOICE(v421, v510, 0.0);
-  const lanes v512 = v509 - v511;
-  const lanes v513 = v512 * v512;
-  const lanes v514 = v455 * v495;
-  const lanes v515 = LANES_CHOICE(v421, v514, 0.0);
-  const lanes v516 = v468 * v497;
-  const lanes v517 = v515 + v516;
-  const lanes v518 = v507 * v517;
-  const lanes v519 = v480 * v506;
-  const lanes v520 = v518 - v519;
-  const lanes v521 = 1e-150 + v520;
-  const lanes v522 = v521 * v521;
-  const lanes v523 = v513 + v522;
-  lanes v524; LANES_NAME(lanes_sqrt)(&v523, &v524);
-  const lanes v525 = v512 / v524;
-  const lanes v526 = v521 / v524;
-  lanes v527; LANES_NAME(lanes_atan2)(&v525, &v526, &v527);
-  const lanes v528 = v367 - v365;
-  const lanes v529 = 1e-150 + v528;
-  const lanes v530 = v372 + v371;
-  const lanes v531 = v530 * v530;
-  const lanes v532 = v529 * v529;
-  const lanes v533 = v531 + v532;
-  lanes v534; LANES_NAME(lanes_sqrt)(&v533, &v534);
-  const lanes v535 = v529 / v534;
-  const lanes v536 = 0.0203 * v535;
-  const lanes v537 = v530 / v534;
-  const lanes v538 = 0.4318 * v537;
-  const lanes v539 = v536 + v538;
-  const lanes v540 = v539 + 0.4318;
-  const lanes v541 = v540 * v28;
-  const lanes v542 = 0.4318 * v535;
-  const lanes v543 = 0.0203 * v537;
-  const lanes v544 = v542 - v543;
-  const lanes v545 = v356 * v544;
-  const lanes v546 = v541 - v545;
-  const lanes v547 = v546 * v546;
-  const lanes v548 = v356 * v540;
-  const lanes v549 = v544 * v28;
-  const lanes v550 = v548 + v549;
-  const lanes v551 = 1e-150 + v550;
-  const lanes v552 = v551 * v551;
-  const lanes v553 = v547 + v552;
-  lanes v554; LANES_NAME(lanes_sqrt)(&v553, &v554);
-  const lanes v555 = v546 / v554;
-  const lanes v556 = v551 / v554;
-  lanes v557; LANES_NAME(lanes_atan2)(&v555, &v556, &v557);
-  lanes v558; LANES_NAME(lanes_atan2)(&v537, &v535, &v558);
-  const lanes v559 = T_10 * v555;
-  const lanes v560 = v409 * v556;
-  const lanes v561 = v559 + v560;
-  const lanes v562 = v535 * v561;
-  const lanes v563 = T_10 * v556;
-  const lanes v564 = v409 * v555;
-  const lanes v565 = v563 - v564;
-  const lanes v566 = v537 * v565;
-  const lanes v567 = v562 - v566;
-  const lanes v568 = v567 * v567;
-  const lanes v569 = v405 + v568;
-  const lanes v570 = 4e-15 * v569;
-  const lanes_where v571 = LANES_LT(v570, v569);
-  lanes v572; LANES_NAME(lanes_sqrt)(&v569, &v572);
-  const lanes v573 = v404 * v572;
-  const lanes v574 = v573 * v573;
-  const lanes v575 = LANES_CHOICE(v571, v574, 0.0);
-  const lanes v576 = LANES_CHOICE(v571, v575, 0.0);
-  const lanes v577 = v567 * v572;
-  const lanes v578 = LANES_CHOICE(v571, v577, 0.0);
-  const lanes v579 = 1e-150 - v578;
-  const lanes v580 = v579 * v579;
-  const lanes v581 = v576 + v580;
-  lanes v582; LANES_NAME(lanes_sqrt)(&v581, &v582);
-  const lanes v583 = 1.0 / v582;
-  const lanes v584 = v573 * v583;
-  const lanes v585 = LANES_CHOICE(v571, v584, 0.0);
-  const lanes v586 = v579 / v582;
-  lanes v587; LANES_NAME(lanes_atan2)(&v585, &v586, &v587);
-  const lanes v588 = v567 * v586;
-  const lanes v589 = v404 * v584;
-  const lanes v590 = LANES_CHOICE(v571, v589, 0.0);
-  const lanes v591 = v588 - v590;
-  const lanes v592 = v591 * v591;
-  const lanes v593 = v535 * v565;
-  const lanes v594 = v537 * v561;
-  const lanes v595 = v593 + v594;
-  const lanes v596 = 1e-150 + v595;
-  const lanes v597 = v596 * v596;
-  const lanes v598 = v592 + v597;
-  lanes v599; LANES_NAME(lanes_sqrt)(&v598, &v599);
-  const lanes v600 = v591 / v599;
-  const lanes v601 = v596 / v599;
-  lanes v602; LANES_NAME(lanes_atan2)(&v600, &v601, &v602);
-  const lanes v603 = v455 * v586;
-  const lanes v604 = T_8 * v555;
-  const lanes v605 = v460 * v556;
-  const lanes v606 = v604 + v605;
-  const lanes v607 = v535 * v606;
-  const lanes v608 = T_8 * v556;
-  const lanes v609 = v460 * v555;
-  const lanes v610 = v608 - v609;
-  const lanes v611 = v537 * v610;
-  const lanes v612 = v607 - v611;
-  const lanes v613 = v584 * v612;
-  const lanes v614 = LANES_CHOICE(v571, v613, 0.0);
-  const lanes v615 = v603 + v614;
-  const lanes v616 = v615 * v615;
-  const lanes v617 = v586 * v612;
-  const lanes v618 = v455 * v584;
-  const lanes v619 = LANES_CHOICE(v571, v618, 0.0);
-  const lanes v620 = v617 - v619;
-  const lanes v621 = v601 * v620;
-  const lanes v622 = v535 * v610;
-  const lanes v623 = v537 * v606;
-  const lanes v624 = v622 + v623;
-  const lanes v625 = v600 * v624;
-  const lanes v626 = v621 - v625;
-  const lanes v627 = 1e-150 + v626;
-  const lanes v628 = v627 * v627;
-  const lanes v629 = v616 + v628;
-  lanes v630; LANES_NAME(lanes_sqrt)(&v629, &v630);
-  const lanes v631 = v615 / v630;
-  const lanes v632 = v627 / v630;
-  lanes v633; LANES_NAME(lanes_atan2)(&v631, &v632, &v633);
-  const lanes v634 = 1e-150 + v578;
-  const lanes v635 = v634 * v634;
-  const lanes v636 = v576 + v635;
-  lanes v637; LANES_NAME(lanes_sqrt)(&v636, &v637);
-  const lanes v638 = 1.0 / v637;
-  const lanes v639 = v573 * v638;
-  const lanes v640 = LANES_CHOICE(v571, v639, 0.0);
-  const lanes v641 = v634 / v637;
-  lanes v642; LANES_NAME(lanes_atan2)(&v640, &v641, &v642);
-  const lanes v643 = v404 * v639;
-  const lanes v644 = LANES_CHOICE(v571, v643, 0.0);
-  const lanes v645 = v567 * v641;
-  const lanes v646 = v644 + v645;
-  const lanes v647 = v646 * v646;
-  const lanes v648 = v597 + v647;
-  lanes v649; LANES_NAME(lanes_sqrt)(&v648, &v649);
-  const lanes v650 = v646 / v649;
-  const lanes v651 = v596 / v649;
-  lanes v652; LANES_NAME(lanes_atan2)(&v650, &v651, &v652);
-  const lanes v653 = v455 * v641;
-  const lanes v654 = v612 * v639;
-  const lanes v655 = LANES_CHOICE(v571, v654, 0.0);
-  const lanes v656 = v653 - v655;
-  const lanes v657 = v656 * v656;
-  const lanes v658 = v455 * v639;
-  const lanes v659 = LANES_CHOICE(v571, v658, 0.0);
-  const lanes v660 = v612 * v641;
-  const lanes v661 = v659 + v660;
-  const lanes v662 = v651 * v661;
-  const lanes v663 = v624 * v650;
-  const lanes v664 = v662 - v663;
-  const lanes v665 = 1e-150 + v664;
-  const lanes v666 = v665 * v665;
-  const lanes v667 = v657 + v666;
-  lanes v668; LANES_NAME(lanes_sqrt)(&v667, &v668);
-  const lanes v669 = v656 / v668;
-  const lanes v670 = v665 / v668;
-  lanes v671; LANES_NAME(lanes_atan2)(&v669, &v670, &v671);
-  out[0] = v23;
-  out[1] = v72;
-  out[2] = v73;
-  const lanes v672 = -v109;
-  out[3] = v672;
-  const lanes v673 = -v124;
-  out[4] = v673;
-  out[5] = v161;
-  out[6] = v23;
-  out[7] = v72;
-  out[8] = v73;
-  out[9] = v170;
-  const lanes v674 = -v180;
-  out[10] = v674;
-  out[11] = v199;
-  out[12] = v23;
-  out[13] = v229;
-  const lanes v675 = -v230;
-  out[14] = v675;
-  const lanes v676 = -v259;
-  out[15] = v676;
-  const lanes v677 = -v274;
-  out[16] = v677;
-  out[17] = v305;
-  out[18] = v23;
-  out[19] = v229;
-  out[20] = v675;
-  out[21] = v314;
-  const lanes v678 = -v324;
-  out[22] = v678;
-  out[23] = v343;
-  out[24] = v353;
-  out[25] = v400;
-  out[26] = v401;
-  const lanes v679 = -v437;
-  out[27] = v679;
-  const lanes v680 = -v452;
-  out[28] = v680;
-  out[29] = v489;
-  out[30] = v353;
-  out[31] = v400;
-  out[32] = v401;
-  out[33] = v498;
-  const lanes v681 = -v508;
-  out[34] = v681;
-  out[35] = v527;
-  out[36] = v353;
-  out[37] = v557;
-  const lanes v682 = -v558;
-  out[38] = v682;
-  const lanes v683 = -v587;
-  out[39] = v683;
-  const lanes v684 = -v602;
-  out[40] = v684;
-  out[41] = v633;
-  out[42] = v353;
-  out[43] = v557;
-  out[44] = v682;
-  out[45] = v642;
-  const lanes v685 = -v652;
-  out[46] = v685;
-  out[47] = v671;
-  const lanes v686 = v50 * v71;
-  const lanes v687 = v52 * v70;
-  const lanes v688 = v686 - v687;
-  const lanes v689 = 0.0203 * v688;
-  const lanes v690 = v50 * v70;
-  const lanes v691 = v52 * v71;
-  const lanes v692 = v690 + v691;
-  const lanes v693 = 0.4318 * v692;
-  const lanes v694 = v689 - v693;
-  const lanes v695 = 0.4318 * v71;
-  const lanes v696 = v694 + v695;
-  const lanes v697 = v696 * v22;
-  const lanes v698 = 0.15005 * v21;
-  const lanes v699 = v697 + v698;
-  const lanes v700 = v699 - T_3;
-  const lanes v701 = v700 * v700;
-  const lanes v702 = v696 * v21;
-  const lanes v703 = 0.15005 * v22;
-  const lanes v704 = v702 - v703;
-  const lanes v705 = v704 - T_7;
-  const lanes v706 = v705 * v705;
-  const lanes v707 = v701 + v706;
-  const lanes v708 = 0.4318 * v688;
-  const lanes v709 = 0.0203 * v692;
-  const lanes v710 = v708 + v709;
-  const lanes v711 = 0.4318 * v70;
-  const lanes v712 = v710 + v711;
-  const lanes v713 = v712 + 0.67183;
-  const lanes v714 = v713 - T_11;
-  const lanes v715 = v714 * v714;
-  const lanes v716 = v707 + v715;
-  const lanes v717 = v21 * v106;
-  const lanes v718 = LANES_CHOICE(v93, v717, 0.0);
-  const lanes v719 = v22 * v688;
-  const lanes v720 = v108 * v719;
-  const lanes v721 = v718 + v720;
-  const lanes v722 = v123 * v721;
-  const lanes v723 = v22 * v692;
-  const lanes v724 = v122 * v723;
-  const lanes v725 = v722 + v724;
-  const lanes v726 = v725 * v160;
-  const lanes v727 = v106 * v719;
-  const lanes v728 = LANES_CHOICE(v93, v727, 0.0);
-  const lanes v729 = v21 * v108;
-  const lanes v730 = v728 - v729;
-  const lanes v731 = v159 * v730;
-  const lanes v732 = v726 + v731;
-  const lanes v733 = v732 - T_0;
-  const lanes v734 = v733 * v733;
-  const lanes v735 = v160 * v730;
-  const lanes v736 = v725 * v159;
-  const lanes v737 = v735 - v736;
-  const lanes v738 = v737 - T_1;
-  const lanes v739 = v738 * v738;
-  const lanes v740 = v734 + v739;
-  const lanes v741 = v122 * v721;
-  const lanes v742 = v123 * v723;
-  const lanes v743 = v741 - v742;
-  const lanes v744 = v743 - T_2;
-  const lanes v745 = v744 * v744;
-  const lanes v746 = v740 + v745;
-  const lanes v747 = v22 * v108;
-  const lanes v748 = v21 * v688;
-  const lanes v749 = v106 * v748;
-  const lanes v750 = LANES_CHOICE(v93, v749, 0.0);
-  const lanes v751 = v747 + v750;
-  const lanes v752 = v751 * v159;
-  const lanes v753 = v108 * v748;
-  const lanes v754 = v22 * v106;
-  const lanes v755 = LANES_CHOICE(v93, v754, 0.0);
-  const lanes v756 = v753 - v755;
-  const lanes v757 = v123 * v756;
-  const lanes v758 = v21 * v692;
-  const lanes v759 = v122 * v758;
-  const lanes v760 = v757 + v759;
-  const lanes v761 = v760 * v160;
-  const lanes v762 = v752 + v761;
-  const lanes v763 = v762 - T_4;
-  const lanes v764 = v763 * v763;
-  const lanes v765 = v746 + v764;
-  const lanes v766 = v751 * v160;
-  const lanes v767 = v760 * v159;
-  const lanes v768 = v766 - v767;
-  const lanes v769 = v768 - T_5;
-  const lanes v770 = v769 * v769;
-  const lanes v771 = v765 + v770;
-  const lanes v772 = v122 * v756;
-  const lanes v773 = v123 * v758;
-  const lanes v774 = v772 - v773;
-  const lanes v775 = v774 - T_6;
-  const lanes v776 = v775 * v775;
-  const lanes v777 = v771 + v776;
-  const lanes v778 = v106 * v692;
-  const lanes v779 = v778 * v159;
-  const lanes v780 = LANES_CHOICE(v93, v779, 0.0);
-  const lanes v781 = v108 * v692;
-  const lanes v782 = v123 * v781;
-  const lanes v783 = v122 * v688;
-  const lanes v784 = v782 - v783;
-  const lanes v785 = v784 * v160;
-  const lanes v786 = v780 + v785;
-  const lanes v787 = v786 - T_8;
-  const lanes v788 = v787 * v787;
-  const lanes v789 = v777 + v788;
-  const lanes v790 = v778 * v160;
-  const lanes v791 = LANES_CHOICE(v93, v790, 0.0);
-  const lanes v792 = v784 * v159;
-  const lanes v793 = v791 - v792;
-  const lanes v794 = v793 - T_9;
-  const lanes v795 = v794 * v794;
-  const lanes v796 = v789 + v795;
-  const lanes v797 = v123 * v688;
-  const lanes v798 = v122 * v781;
-  const lanes v799 = v797 + v798;
-  const lanes v800 = v799 - T_10;
-  const lanes v801 = v800 * v800;
-  const lanes v802 = v796 + v801;
-  const lanes v803 = 0.5 * v802;
-  lanes v804; LANES_NAME(lanes_fmax)(&v716, &v803, &v804);
-  lanes v805; LANES_NAME(lanes_sqrt)(&v804, &v805);
-  out[48] = v805;
-  const lanes v806 = v169 * v719;
-  const lanes v807 = v167 * v21;
-  const lanes v808 = LANES_CHOICE(v93, v807, 0.0);
-  const lanes v809 = v806 - v808;
-  const lanes v810 = v179 * v809;
-  const lanes v811 = v178 * v723;
-  const lanes v812 = v810 + v811;
-  const lanes v813 = v198 * v812;
-  const lanes v814 = v169 * v21;
-  const lanes v815 = v167 * v719;
-  const lanes v816 = LANES_CHOICE(v93, v815, 0.0);
-  const lanes v817 = v814 + v816;
-  const lanes v818 = v197 * v817;
-  const lanes v819 = v813 - v818;
-  const lanes v820 = v819 - T_0;
-  const lanes v821 = v820 * v820;
-  const lanes v822 = v198 * v817;
-  const lanes v823 = v197 * v812;
-  const lanes v824 = v822 + v823;
-  const lanes v825 = T_1 + v824;
-  const lanes v826 = v825 * v825;
-  const lanes v827 = v821 + v826;
-  const lanes v828 = v178 * v809;
-  const lanes v829 = v179 * v723;
-  const lanes v830 = v828 - v829;
-  const lanes v831 = v830 - T_2;
-  const lanes v832 = v831 * v831;
-  const lanes v833 = v827 + v832;
-  const lanes v834 = v22 * v167;
-  const lanes v835 = LANES_CHOICE(v93, v834, 0.0);
-  const lanes v836 = v169 * v748;
-  const lanes v837 = v835 + v836;
-  const lanes v838 = v179 * v837;
-  const lanes v839 = v178 * v758;
-  const lanes v840 = v838 + v839;
-  const lanes v841 = v198 * v840;
-  const lanes v842 = v22 * v169;
-  const lanes v843 = v167 * v748;
-  const lanes v844 = LANES_CHOICE(v93, v843, 0.0);
-  const lanes v845 = v842 - v844;
-  const lanes v846 = v197 * v845;
-  const lanes v847 = v841 + v846;
-  const lanes v848 = v847 - T_4;
-  const lanes v849 = v848 * v848;
-  const lanes v850 = v833 + v849;
-  const lanes v851 = v198 * v845;
-  const lanes v852 = v197 * v840;
-  const lanes v853 = v851 - v852;
-  const lanes v854 = v853 - T_5;
-  const lanes v855 = v854 * v854;
-  const lanes v856 = v850 + v855;
-  const lanes v857 = v178 * v837;
-  const lanes v858 = v179 * v758;
-  const lanes v859 = v857 - v858;
-  const lanes v860 = v859 - T_6;
-  const lanes v861 = v860 * v860;
-  const lanes v862 = v856 + v861;
-  const lanes v863 = v169 * v692;
-  const lanes v864 = v179 * v863;
-  const lanes v865 = v178 * v688;
-  const lanes v866 = v864 - v865;
-  const lanes v867 = v198 * v866;
-  const lanes v868 = v167 * v692;
-  const lanes v869 = v197 * v868;
-  const lanes v870 = LANES_CHOICE(v93, v869, 0.0);
-  const lanes v871 = v867 - v870;
-  const lanes v872 = v871 - T_8;
-  const lanes v873 = v872 * v872;
-  const lanes v874 = v862 + v873;
-  const lanes v875 = v198 * v868;
-  const lanes v876 = LANES_CHOICE(v93, v875, 0.0);
-  const lanes v877 = v197 * v866;
-  const lanes v878 = v876 + v877;
-  const lanes v879 = T_9 + v878;
-  const lanes v880 = v879 * v879;
-  const lanes v881 = v874 + v880;
-  const lanes v882 = v179 * v688;
-  const lanes v883 = v178 * v863;
-  const lanes v884 = v882 + v883;
-  const lanes v885 = v884 - T_10;
-  const lanes v886 = v885 * v885;
-  const lanes v887 = v881 + v886;
-  const lanes v888 = 0.5 * v887;
-  lanes v889; LANES_NAME(lanes_fmax)(&v716, &v888, &v889);
-  lanes v890; LANES_NAME(lanes_sqrt)(&v889, &v890);
-  out[49] = v890;
-  const lanes v891 = v207 * v228;
-  const lanes v892 = v209 * v227;
-  const lanes v893 = v891 + v892;
-  const lanes v894 = 0.0203 * v893;
-  const lanes v895 = v207 * v227;
-  const lanes v896 = v209 * v228;
-  const lanes v897 = v895 - v896;
-  const lanes v898 = 0.4318 * v897;
-  const lanes v899 = v894 - v898;
-  const lanes v900 = 0.4318 * v228;
-  const lanes v901 = v899 + v900;
-  const lanes v902 = v22 * v901;
-  const lanes v903 = v902 + v698;
-  const lanes v904 = v903 - T_3;
-  const lanes v905 = v904 * v904;
-  const lanes v906 = v21 * v901;
-  const lanes v907 = v906 - v703;
-  const lanes v908 = v907 - T_7;
-  const lanes v909 = v908 * v908;
-  const lanes v910 = v905 + v909;
-  const lanes v911 = 0.4318 * v893;
-  const lanes v912 = 0.0203 * v897;
-  const lanes v913 = v911 + v912;
-  const lanes v914 = 0.4318 * v227;
-  const lanes v915 = v913 + v914;
-  const lanes v916 = v915 + 0.67183;
-  const lanes v917 = v916 - T_11;
-  const lanes v918 = v917 * v917;
-  const lanes v919 = v910 + v918;
-  const lanes v920 = v21 * v256;
-  const lanes v921 = LANES_CHOICE(v243, v920, 0.0);
-  const lanes v922 = v22 * v893;
-  const lanes v923 = v258 * v922;
-  const lanes v924 = v921 + v923;
-  const lanes v925 = v273 * v924;
-  const lanes v926 = v22 * v897;
-  const lanes v927 = v272 * v926;
-  const lanes v928 = v925 + v927;
-  const lanes v929 = v304 * v928;
-  const lanes v930 = v256 * v922;
-  const lanes v931 = LANES_CHOICE(v243, v930, 0.0);
-  const lanes v932 = v21 * v258;
-  const lanes v933 = v931 - v932;
-  const lanes v934 = v303 * v933;
-  const lanes v935 = v929 + v934;
-  const lanes v936 = v935 - T_0;
-  const lanes v937 = v936 * v936;
-  const lanes v938 = v304 * v933;
-  const lanes v939 = v303 * v928;
-  const lanes v940 = v938 - v939;
-  const lanes v941 = v940 - T_1;
-  const lanes v942 = v941 * v941;
-  const lanes v943 = v937 + v942;
-  const lanes v944 = v272 * v924;
-  const lanes v945 = v273 * v926;
-  const lanes v946 = v944 - v945;
-  const lanes v947 = v946 - T_2;
-  const lanes v948 = v947 * v947;
-  const lanes v949 = v943 + v948;
-  const lanes v950 = v21 * v893;
-  const lanes v951 = v258 * v950;
-  const lanes v952 = v22 * v256;
-  const lanes v953 = LANES_CHOICE(v243, v952, 0.0);
-  const lanes v954 = v951 - v953;
-  const lanes v955 = v273 * v954;
-  const lanes v956 = v21 * v897;
-  const lanes v957 = v272 * v956;
-  const lanes v958 = v955 + v957;
-  const lanes v959 = v304 * v958;
-  const lanes v960 = v22 * v258;
-  const lanes v961 = v256 * v950;
-  const lanes v962 = LANES_CHOICE(v243, v961, 0.0);
-  const lanes v963 = v960 + v962;
-  const lanes v964 = v303 * v963;
-  const lanes v965 = v959 + v964;
-  const lanes v966 = v965 - T_4;
-  const lanes v967 = v966 * v966;
-  const lanes v968 = v949 + v967;
-  const lanes v969 = v304 * v963;
-  const lanes v970 = v303 * v958;
-  const lanes v971 = v969 - v970;
-  const lanes v972 = v971 - T_5;
-  const lanes v973 = v972 * v972;
-  const lanes v974 = v968 + v973;
-  const lanes v975 = v272 * v954;
-  const lanes v976 = v273 * v956;
-  const lanes v977 = v975 - v976;
-  const lanes v978 = v977 - T_6;
-  const lanes v979 = v978 * v978;
-  const lanes v980 = v974 + v979;
-  const lanes v981 = v258 * v897;
-  const lanes v982 = v273 * v981;
-  const lanes v983 = v272 * v893;
-  const lanes v984 = v982 - v983;
-  const lanes v985 = v304 * v984;
-  const lanes v986 = v256 * v897;
-  const lanes v987 = v303 * v986;
-  const lanes v988 = LANES_CHOICE(v243, v987, 0.0);
-  const lanes v989 = v985 + v988;
-  const lanes v990 = v989 - T_8;
-  const lanes v991 = v990 * v990;
-  const lanes v992 = v980 + v991;
-  const lanes v993 = v304 * v986;
-  const lanes v994 = LANES_CHOICE(v243, v993, 0.0);
-  const lanes v995 = v303 * v984;
-  const lanes v996 = v994 - v995;
-  const lanes v997 = v996 - T_9;
-  const lanes v998 = v997 * v997;
-  const lanes v999 = v992 + v998;
-  const lanes v1000 = v273 * v893;
-  const lanes v1001 = v272 * v981;
-  const lanes v1002 = v1000 + v1001;
-  const lanes v1003 = v1002 - T_10;
-  const lanes v1004 = v1003 * v1003;
-  const lanes v1005 = v999 + v1004;
-  const lanes v1006 = 0.5 * v1005;
-  lanes v1007; LANES_NAME(lanes_fmax)(&v919, &v1006, &v1007);
-  lanes v1008; LANES_NAME(lanes_sqrt)(&v1007, &v1008);
-  out[50] = v1008;
-  const lanes v1009 = v926 * v322;
-  const lanes v1010 = v922 * v313;
-  const lanes v1011 = v21 * v311;
-  const lanes v1012 = LANES_CHOICE(v243, v1011, 0.0);
-  const lanes v1013 = v1010 - v1012;
-  const lanes v1014 = v323 * v1013;
-  const lanes v1015 = v1009 + v1014;
-  const lanes v1016 = v342 * v1015;
-  const lanes v1017 = v21 * v313;
-  const lanes v1018 = v922 * v311;
-  const lanes v1019 = LANES_CHOICE(v243, v1018, 0.0);
-  const lanes v1020 = v1017 + v1019;
-  const lanes v1021 = v341 * v1020;
-  const lanes v1022 = v1016 - v1021;
-  const lanes v1023 = v1022 - T_0;
-  const lanes v1024 = v1023 * v1023;
-  const lanes v1025 = v342 * v1020;
-  const lanes v1026 = v341 * v1015;
-  const lanes v1027 = v1025 + v1026;
-  const lanes v1028 = T_1 + v1027;
-  const lanes v1029 = v1028 * v1028;
-  const lanes v1030 = v1024 + v1029;
-  const lanes v1031 = v322 * v1013;
-  const lanes v1032 = v926 * v323;
-  const lanes v1033 = v1031 - v1032;
-  const lanes v1034 = v1033 - T_2;
-  const lanes v1035 = v1034 * v1034;
-  const lanes v1036 = v1030 + v1035;
-  const lanes v1037 = v956 * v322;
-  const lanes v1038 = v22 * v311;
-  const lanes v1039 = LANES_CHOICE(v243, v1038, 0.0);
-  const lanes v1040 = v950 * v313;
-  const lanes v1041 = v1039 + v1040;
-  const lanes v1042 = v323 * v1041;
-  const lanes v1043 = v1037 + v1042;
-  const lanes v1044 = v342 * v1043;
-  const lanes v1045 = v22 * v313;
-  const lanes v1046 = v950 * v311;
-  const lanes v1047 = LANES_CHOICE(v243, v1046, 0.0);
-  const lanes v1048 = v1045 - v1047;
-  const lanes v1049 = v341 * v1048;
-  const lanes v1050 = v1044 + v1049;
-  const lanes v1051 = v1050 - T_4;
-  const lanes v1052 = v1051 * v1051;
-  const lanes v1053 = v1036 + v1052;
-  const lanes v1054 = v342 * v1048;
-  const lanes v1055 = v341 * v1043;
-  const lanes v1056 = v1054 - v1055;
-  const lanes v1057 = v1056 - T_5;
-  const lanes v1058 = v1057 * v1057;
-  const lanes v1059 = v1053 + v1058;
-  const lanes v1060 = v322 * v1041;
-  const lanes v1061 = v956 * v323;
-  const lanes v1062 = v1060 - v1061;
-  const lanes v1063 = v1062 - T_6;
-  const lanes v1064 = v1063 * v1063;
-  const lanes v1065 = v1059 + v1064;
-  const lanes v1066 = v897 * v313;
-  const lanes v1067 = v323 * v1066;
-  const lanes v1068 = v893 * v322;
-  const lanes v1069 = v1067 - v1068;
-  const lanes v1070 = v342 * v1069;
-  const lanes v1071 = v897 * v311;
-  const lanes v1072 = v341 * v1071;
-  const lanes v1073 = LANES_CHOICE(v243, v1072, 0.0);
-  const lanes v1074 = v1070 - v1073;
-  const lanes v1075 = v1074 - T_8;
-  const lanes v1076 = v1075 * v1075;
-  const lanes v1077 = v1065 + v1076;
-  const lanes v1078 = v342 * v1071;
-  const lanes v1079 = LANES_CHOICE(v243, v1078, 0.0);
-  const lanes v1080 = v341 * v1069;
-  const lanes v1081 = v1079 + v1080;
-  const lanes v1082 = T_9 + v1081;
-  const lanes v1083 = v1082 * v1082;
-  const lanes v1084 = v1077 + v1083;
-  const lanes v1085 = v893 * v323;
-  const lanes v1086 = v322 * v1066;
-  const lanes v1087 = v1085 + v1086;
-  const lanes v1088 = v1087 - T_10;
-  const lanes v1089 = v1088 * v1088;
-  const lanes v1090 = v1084 + v1089;
-  const lanes v1091 = 0.5 * v1090;
-  lanes v1092; LANES_NAME(lanes_fmax)(&v919, &v1091, &v1092);
-  lanes v1093; LANES_NAME(lanes_sqrt)(&v1092, &v1093);
-  out[51] = v1093;
-  const lanes v1094 = v378 * v399;
-  const lanes v1095 = v380 * v398;
-  const lanes v1096 = v1094 - v1095;
-  const lanes v1097 = 0.0203 * v1096;
-  const lanes v1098 = v378 * v398;
-  const lanes v1099 = v380 * v399;
-  const lanes v1100 = v1098 + v1099;
-  const lanes v1101 = 0.4318 * v1100;
-  const lanes v1102 = v1097 - v1101;
-  const lanes v1103 = 0.4318 * v399;
-  const lanes v1104 = v1102 + v1103;
-  const lanes v1105 = v352 * v1104;
-  const lanes v1106 = 0.15005 * v351;
-  const lanes v1107 = v1105 + v1106;
-  const lanes v1108 = v1107 - T_3;
-  const lanes v1109 = v1108 * v1108;
-  const lanes v1110 = v351 * v1104;
-  const lanes v1111 = 0.15005 * v352;
-  const lanes v1112 = v1110 - v1111;
-  const lanes v1113 = v1112 - T_7;
-  const lanes v1114 = v1113 * v1113;
-  const lanes v1115 = v1109 + v1114;
-  const lanes v1116 = 0.4318 * v1096;
-  const lanes v1117 = 0.0203 * v1100;
-  const lanes v1118 = v1116 + v1117;
-  const lanes v1119 = 0.4318 * v398;
-  const lanes v1120 = v1118 + v1119;
-  const lanes v1121 = v1120 + 0.67183;
-  const lanes v1122 = v1121 - T_11;
-  const lanes v1123 = v1122 * v1122;
-  const lanes v1124 = v1115 + v1123;
-  const lanes v1125 = v351 * v434;
-  const lanes v1126 = LANES_CHOICE(v421, v1125, 0.0);
-  const lanes v1127 = v352 * v1096;
-  const lanes v1128 = v436 * v1127;
-  const lanes v1129 = v1126 + v1128;
-  const lanes v1130 = v451 * v1129;
-  const lanes v1131 = v352 * v1100;
-  const lanes v1132 = v450 * v1131;
-  const lanes v1133 = v1130 + v1132;
-  const lanes v1134 = v488 * v1133;
-  const lanes v1135 = v434 * v1127;
-  const lanes v1136 = LANES_CHOICE(v421, v1135, 0.0);
-  const lanes v1137 = v351 * v436;
-  const lanes v1138 = v1136 - v1137;
-  const lanes v1139 = v487 * v1138;
-  const lanes v1140 = v1134 + v1139;
-  const lanes v1141 = v1140 - T_0;
-  const lanes v1142 = v1141 * v1141;
-  const lanes v1143 = v488 * v1138;
-  const lanes v1144 = v487 * v1133;
-  const lanes v1145 = v1143 - v1144;
-  const lanes v1146 = v1145 - T_1;
-  const lanes v1147 = v1146 * v1146;
-  const lanes v1148 = v1142 + v1147;
-  const lanes v1149 = v450 * v1129;
-  const lanes v1150 = v451 * v1131;
-  const lanes v1151 = v1149 - v1150;
-  const lanes v1152 = v1151 - T_2;
-  const lanes v1153 = v1152 * v1152;
-  const lanes v1154 = v1148 + v1153;
-  const lanes v1155 = v351 * v1096;
-  const lanes v1156 = v436 * v1155;
-  const lanes v1157 = v352 * v434;
-  const lanes v1158 = LANES_CHOICE(v421, v1157, 0.0);
-  const lanes v1159 = v1156 - v1158;
-  const lanes v1160 = v451 * v1159;
-  const lanes v1161 = v351 * v1100;
-  const lanes v1162 = v450 * v1161;
-  const lanes v1163 = v1160 + v1162;
-  const lanes v1164 = v488 * v1163;
-  const lanes v1165 = v352 * v436;
-  const lanes v1166 = v434 * v1155;
-  const lanes v1167 = LANES_CHOICE(v421, v1166, 0.0);
-  const lanes v1168 = v1165 + v1167;
-  const lanes v1169 = v487 * v1168;
-  const lanes v1170 = v1164 + v1169;
-  const lanes v1171 = v1170 - T_4;
-  const lanes v1172 = v1171 * v1171;
-  const lanes v1173 = v1154 + v1172;
-  const lanes v1174 = v488 * v1168;
-  const lanes v1175 = v487 * v1163;
-  const lanes v1176 = v1174 - v1175;
-  const lanes v1177 = v1176 - T_5;
-  const lanes v1178 = v1177 * v1177;
-  const lanes v1179 = v1173 + v1178;
-  const lanes v1180 = v450 * v1159;
-  const lanes v1181 = v451 * v1161;
-  const lanes v1182 = v1180 - v1181;
-  const lanes v1183 = v1182 - T_6;
-  const lanes v1184 = v1183 * v1183;
-  const lanes v1185 = v1179 + v1184;
-  const lanes v1186 = v436 * v1100;
-  const lanes v1187 = v451 * v1186;
-  const lanes v1188 = v450 * v1096;
-  const lanes v1189 = v1187 - v1188;
-  const lanes v1190 = v488 * v1189;
-  const lanes v1191 = v434 * v1100;
-  const lanes v1192 = v487 * v1191;
-  const lanes v1193 = LANES_CHOICE(v421, v1192, 0.0);
-  const lanes v1194 = v1190 + v1193;
-  const lanes v1195 = v1194 - T_8;
-  const lanes v1196 = v1195 * v1195;
-  const lanes v1197 = v1185 + v1196;
-  const lanes v1198 = v488 * v1191;
-  const lanes v1199 = LANES_CHOICE(v421, v1198, 0.0);
-  const lanes v1200 = v487 * v1189;
-  const lanes v1201 = v1199 - v1200;
-  const lanes v1202 = v1201 - T_9;
-  const lanes v1203 = v1202 * v1202;
-  const lanes v1204 = v1197 + v1203;
-  const lanes v1205 = v451 * v1096;
-  const lanes v1206 = v450 * v1186;
-  const lanes v1207 = v1205 + v1206;
-  const lanes v1208 = v1207 - T_10;
-  const lanes v1209 = v1208 * v1208;
-  const lanes v1210 = v1204 + v1209;
-  const lanes v1211 = 0.5 * v1210;
-  lanes v1212; LANES_NAME(lanes_fmax)(&v1124, &v1211, &v1212);
-  lanes v1213; LANES_NAME(lanes_sqrt)(&v1212, &v1213);
-  out[52] = v1213;
-  const lanes v1214 = v1131 * v506;
-  const lanes v1215 = v1127 * v497;
-  const lanes v1216 = v351 * v495;
-  const lanes v1217 = LANES_CHOICE(v421, v1216, 0.0);
-  const lanes v1218 = v1215 - v1217;
-  const lanes v1219 = v507 * v1218;
-  const lanes v1220 = v1214 + v1219;
-  const lanes v1221 = v526 * v1220;
-  const lanes v1222 = v351 * v497;
-  const lanes v1223 = v1127 * v495;
-  const lanes v1224 = LANES_CHOICE(v421, v1223, 0.0);
-  const lanes v1225 = v1222 + v1224;
-  const lanes v1226 = v525 * v1225;
-  const lanes v1227 = v1221 - v1226;
-  const lanes v1228 = v1227 - T_0;
-  const lanes v1229 = v1228 * v1228;
-  const lanes v1230 = v526 * v1225;
-  const lanes v1231 = v525 * v1220;
-  const lanes v1232 = v1230 + v1231;
-  const lanes v1233 = T_1 + v1232;
-  const lanes v1234 = v1233 * v1233;
-  const lanes v1235 = v1229 + v1234;
-  const lanes v1236 = v506 * v1218;
-  const lanes v1237 = v1131 * v507;
-  const lanes v1238 = v1236 - v1237;
-  const lanes v1239 = v1238 - T_2;
-  const lanes v1240 = v1239 * v1239;
-  const lanes v1241 = v1235 + v1240;
-  const lanes v1242 = v1161 * v506;
-  const lanes v1243 = v352 * v495;
-  const lanes v1244 = LANES_CHOICE(v421, v1243, 0.0);
-  const lanes v1245 = v1155 * v497;
-  const lanes v1246 = v1244 + v1245;
-  const lanes v1247 = v507 * v1246;
-  const lanes v1248 = v1242 + v1247;
-  const lanes v1249 = v526 * v1248;
-  const lanes v1250 = v352 * v497;
-  const lanes v1251 = v1155 * v495;
-  const lanes v1252 = LANES_CHOICE(v421, v1251, 0.0);
-  const lanes v1253 = v1250 - v1252;
-  const lanes v1254 = v525 * v1253;
-  const lanes v1255 = v1249 + v1254;
-  const lanes v1256 = v1255 - T_4;
-  const lanes v1257 = v1256 * v1256;
-  const lanes v1258 = v1241 + v1257;
-  const lanes v1259 = v526 * v1253;
-  const lanes v1260 = v525 * v1248;
-  const lanes v1261 = v1259 - v1260;
-  const lanes v1262 = v1261 - T_5;
-  const lanes v1263 = v1262 * v1262;
-  const lanes v1264 = v1258 + v1263;
-  const lanes v1265 = v506 * v1246;
-  const lanes v1266 = v1161 * v507;
-  const lanes v1267 = v1265 - v1266;
-  const lanes v1268 = v1267 - T_6;
-  const lanes v1269 = v1268 * v1268;
-  const lanes v1270 = v1264 + v1269;
-  const lanes v1271 = v1100 * v497;
-  const lanes v1272 = v507 * v1271;
-  const lanes v1273 = v1096 * v506;
-  const lanes v1274 = v1272 - v1273;
-  const lanes v1275 = v526 * v1274;
-  const lanes v1276 = v1100 * v495;
-  const lanes v1277 = v525 * v1276;
-  const lanes v1278 = LANES_CHOICE(v421, v1277, 0.0);
-  const lanes v1279 = v1275 - v1278;
-  const lanes v1280 = v1279 - T_8;
-  const lanes v1281 = v1280 * v1280;
-  const lanes v1282 = v1270 + v1281;
-  const lanes v1283 = v526 * v1276;
-  const lanes v1284 = LANES_CHOICE(v421, v1283, 0.0);
-  const lanes v1285 = v525 * v1274;
-  const lanes v1286 = v1284 + v1285;
-  const lanes v1287 = T_9 + v1286;
-  const lanes v1288 = v1287 * v1287;
-  const lanes v1289 = v1282 + v1288;
-  const lanes v1290 = v1096 * v507;
-  const lanes v1291 = v506 * v1271;
-  const lanes v1292 = v1290 + v1291;
-  const lanes v1293 = v1292 - T_10;
-  const lanes v1294 = v1293 * v1293;
-  const lanes v1295 = v1289 + v1294;
-  const lanes v1296 = 0.5 * v1295;
-  lanes v1297; LANES_NAME(lanes_fmax)(&v1124, &v1296, &v1297);
-  lanes v1298; LANES_NAME(lanes_sqrt)(&v1297, &v1298);
-  out[53] = v1298;
-  const lanes v1299 = v535 * v556;
-  const lanes v1300 = v537 * v555;
-  const lanes v1301 = v1299 + v1300;
-  const lanes v1302 = 0.0203 * v1301;
-  const lanes v1303 = v535 * v555;
-  const lanes v1304 = v537 * v556;
-  const lanes v1305 = v1303 - v1304;
-  const lanes v1306 = 0.4318 * v1305;
-  const lanes v1307 = v1302 - v1306;
-  const lanes v1308 = 0.4318 * v556;
-  const lanes v1309 = v1307 + v1308;
-  const lanes v1310 = v352 * v1309;
-  const lanes v1311 = v1310 + v1106;
-  const lanes v1312 = v1311 - T_3;
-  const lanes v1313 = v1312 * v1312;
-  const lanes v1314 = v351 * v1309;
-  const lanes v1315 = v1314 - v1111;
-  const lanes v1316 = v1315 - T_7;
-  const lanes v1317 = v1316 * v1316;
-  const lanes v1318 = v1313 + v1317;
-  const lanes v1319 = 0.4318 * v1301;
-  const lanes v1320 = 0.0203 * v1305;
-  const lanes v1321 = v1319 + v1320;
-  const lanes v1322 = 0.4318 * v555;
-  const lanes v1323 = v1321 + v1322;
-  const lanes v1324 = v1323 + 0.67183;
-  const lanes v1325 = v1324 - T_11;
-  const lanes v1326 = v1325 * v1325;
-  const lanes v1327 = v1318 + v1326;
-  const lanes v1328 = v351 * v584;
-  const lanes v1329 = LANES_CHOICE(v571, v1328, 0.0);
-  const lanes v1330 = v352 * v1301;
-  const lanes v1331 = v586 * v1330;
-  const lanes v1332 = v1329 + v1331;
-  const lanes v1333 = v601 * v1332;
-  const lanes v1334 = v352 * v1305;
-  const lanes v1335 = v600 * v1334;
-  const lanes v1336 = v1333 + v1335;
-  const lanes v1337 = v632 * v1336;
-  const lanes v1338 = v584 * v1330;
-  const lanes v1339 = LANES_CHOICE(v571, v1338, 0.0);
-  const lanes v1340 = v351 * v586;
-  const lanes v1341 = v1339 - v1340;
-  const lanes v1342 = v631 * v1341;
-  const lanes v1343 = v1337 + v1342;
-  const lanes v1344 = v1343 - T_0;
-  const lanes v1345 = v1344 * v1344;
-  const lanes v1346 = v632 * v1341;
-  const lanes v1347 = v631 * v1336;
-  const lanes v1348 = v1346 - v1347;
-  const lanes v1349 = v1348 - T_1;
-  const lanes v1350 = v1349 * v1349;
-  const lanes v1351 = v1345 + v1350;
-  const lanes v1352 = v600 * v1332;
-  const lanes v1353 = v601 * v1334;
-  const lanes v1354 = v1352 - v1353;
-  const lanes v1355 = v1354 - T_2;
-  const lanes v1356 = v1355 * v1355;
-  const lanes v1357 = v1351 + v1356;
-  const lanes v1358 = v351 * v1301;
-  const lanes v1359 = v586 * v1358;
-  const lanes v1360 = v352 * v584;
-  const lanes v1361 = LANES_CHOICE(v571, v1360, 0.0);
-  const lanes v1362 = v1359 - v1361;
-  const lanes v1363 = v601 * v1362;
-  const lanes v1364 = v351 * v1305;
-  const lanes v1365 = v600 * v1364;
-  const lanes v1366 = v1363 + v1365;
-  const lanes v1367 = v632 * v1366;
-  const lanes v1368 = v352 * v586;
-  const lanes v1369 = v584 * v1358;
-  const lanes v1370 = LANES_CHOICE(v571, v1369, 0.0);
-  const lanes v1371 = v1368 + v1370;
-  const lanes v1372 = v631 * v1371;
-  const lanes v1373 = v1367 + v1372;
-  const lanes v1374 = v1373 - T_4;
-  const lanes v1375 = v1374 * v1374;
-  const lanes v1376 = v1357 + v1375;
-  const lanes v1377 = v632 * v1371;
-  const lanes v1378 = v631 * v1366;
-  const lanes v1379 = v1377 - v1378;
-  const lanes v1380 = v1379 - T_5;
-  const lanes v1381 = v1380 * v1380;
-  const lanes v1382 = v1376 + v1381;
-  const lanes v1383 = v600 * v1362;
-  const lanes v1384 = v601 * v1364;
-  const lanes v1385 = v1383 - v1384;
-  const lanes v1386 = v1385 - T_6;
-  const lanes v1387 = v1386 * v1386;
-  const lanes v1388 = v1382 + v1387;
-  const lanes v1389 = v586 * v1305;
-  const lanes v1390 = v601 * v1389;
-  const lanes v1391 = v600 * v1301;
-  const lanes v1392 = v1390 - v1391;
-  const lanes v1393 = v632 * v1392;
-  const lanes v1394 = v584 * v1305;
-  const lanes v1395 = v631 * v1394;
-  const lanes v1396 = LANES_CHOICE(v571, v1395, 0.0);
-  const lanes v1397 = v1393 + v1396;
-  const lanes v1398 = v1397 - T_8;
-  const lanes v1399 = v1398 * v1398;
-  const lanes v1400 = v1388 + v1399;
-  const lanes v1401 = v632 * v1394;
-  const lanes v1402 = LANES_CHOICE(v571, v1401, 0.0);
-  const lanes v1403 = v631 * v1392;
-  const lanes v1404 = v1402 - v1403;
-  const lanes v1405 = v1404 - T_9;
-  const lanes v1406 = v1405 * v1405;
-  const lanes v1407 = v1400 + v1406;
-  const lanes v1408 = v601 * v1301;
-  const lanes v1409 = v600 * v1389;
-  const lanes v1410 = v1408 + v1409;
-  const lanes v1411 = v1410 - T_10;
-  const lanes v1412 = v1411 * v1411;
-  const lanes v1413 = v1407 + v1412;
-  const lanes v1414 = 0.5 * v1413;
-  lanes v1415; LANES_NAME(lanes_fmax)(&v1327, &v1414, &v1415);
-  lanes v1416; LANES_NAME(lanes_sqrt)(&v1415, &v1416);
-  out[54] = v1416;
-  const lanes v1417 = v1334 * v650;
-  const lanes v1418 = v1330 * v641;
-  const lanes v1419 = v351 * v639;
-  const lanes v1420 = LANES_CHOICE(v571, v1419, 0.0);
-  const lanes v1421 = v1418 - v1420;
-  const lanes v1422 = v651 * v1421;
-  const lanes v1423 = v1417 + v1422;
-  const lanes v1424 = v670 * v1423;
-  const lanes v1425 = v351 * v641;
-  const lanes v1426 = v1330 * v639;
-  const lanes v1427 = LANES_CHOICE(v571, v1426, 0.0);
-  const lanes v1428 = v1425 + v1427;
-  const lanes v1429 = v669 * v1428;
-  const lanes v1430 = v1424 - v1429;
-  const lanes v1431 = v1430 - T_0;
-  const lanes v1432 = v1431 * v1431;
-  const lanes v1433 = v670 * v1428;
-  const lanes v1434 = v669 * v1423;
-  const lanes v1435 = v1433 + v1434;
-  const lanes v1436 = T_1 + v1435;
-  const lanes v1437 = v1436 * v1436;
-  const lanes v1438 = v1432 + v1437;
-  const lanes v1439 = v650 * v1421;
-  const lanes v1440 = v1334 * v651;
-  const lanes v1441 = v1439 - v1440;
-  const lanes v1442 = v1441 - T_2;
-  const lanes v1443 = v1442 * v1442;
-  const lanes v1444 = v1438 + v1443;
-  const lanes v1445 = v1364 * v650;
-  const lanes v1446 = v352 * v639;
-  const lanes v1447 = LANES_CHOICE(v571, v1446, 0.0);
-  const lanes v1448 = v1358 * v641;
-  const lanes v1449 = v1447 + v1448;
-  const lanes v1450 = v651 * v1449;
-  const lanes v1451 = v1445 + v1450;
-  const lanes v1452 = v670 * v1451;
-  const lanes v1453 = v352 * v641;
-  const lanes v1454 = v1358 * v639;
-  const lanes v1455 = LANES_CHOICE(v571, v1454, 0.0);
-  const lanes v1456 = v1453 - v1455;
-  const lanes v1457 = v669 * v1456;
-  const lanes v1458 = v1452 + v1457;
-  const lanes v1459 = v1458 - T_4;
-  const lanes v1460 = v1459 * v1459;
-  const lanes v1461 = v1444 + v1460;
-  const lanes v1462 = v670 * v1456;
-  const lanes v1463 = v669 * v1451;
-  const lanes v1464 = v1462 - v1463;
-  const lanes v1465 = v1464 - T_5;
-  const lanes v1466 = v1465 * v1465;
-  const lanes v1467 = v1461 + v1466;
-  const lanes v1468 = v650 * v1449;
-  const lanes v1469 = v1364 * v651;
-  const lanes v1470 = v1468 - v1469;
-  const lanes v1471 = v1470 - T_6;
-  const lanes v1472 = v1471 * v1471;
-  const lanes v1473 = v1467 + v1472;
-  const lanes v1474 = v1305 * v641;
-  const lanes v1475 = v651 * v1474;
-  const lanes v1476 = v1301 * v650;
-  const lanes v1477 = v1475 - v1476;
-  const lanes v1478 = v670 * v1477;
-  const lanes v1479 = v1305 * v639;
-  const lanes v1480 = v669 * v1479;
-  const lanes v1481 = LANES_CHOICE(v571, v1480, 0.0);
-  const lanes v1482 = v1478 - v1481;
-  const lanes v1483 = v1482 - T_8;
-  const lanes v1484 = v1483 * v1483;
-  const lanes v1485 = v1473 + v1484;
-  const lanes v1486 = v670 * v1479;
-  const lanes v1487 = LANES_CHOICE(v571, v1486, 0.0);
-  const lanes v1488 = v669 * v1477;
-  const lanes v1489 = v1487 + v1488;
-  const lanes v1490 = T_9 + v1489;
-  const lanes v1491 = v1490 * v1490;
-  const lanes v1492 = v1485 + v1491;
-  const lanes v1493 = v1301 * v651;
-  const lanes v1494 = v650 * v1474;
-  const lanes v1495 = v1493 + v1494;
-  const lanes v1496 = v1495 - T_10;
-  const lanes v1497 = v1496 * v1496;
-  const lanes v1498 = v1492 + v1497;
-  const lanes v1499 = 0.5 * v1498;
-  lanes v1500; LANES_NAME(lanes_fmax)(&v1327, &v1499, &v1500);
-  lanes v1501; LANES_NAME(lanes_sqrt)(&v1500, &v1501);
-  out[55] = v1501;
-  const lanes v1502 = 7.1754748858069295 * v33;
-  const lanes v1503 = 1e-300 + v4;
-  const lanes v1504 = v6 / v1503;
-  lanes v1505; LANES_NAME(lanes_fmin)(&v1502, &v1504, &v1505);
-  const lanes v1506 = 1e-300 + v91;
-  const lanes v1507 = v91 / v1506;
-  lanes v1508; LANES_NAME(lanes_fmin)(&v1505, &v1507, &v1508);
-  out[56] = v1508;
-  out[57] = v1508;
-  const lanes v1509 = 1e-300 + v241;
-  const lanes v1510 = v241 / v1509;
-  lanes v1511; LANES_NAME(lanes_fmin)(&v1505, &v1510, &v1511);
-  out[58] = v1511;
-  out[59] = v1511;
-  const lanes v1512 = 1e-300 + v419;
-  const lanes v1513 = v419 / v1512;
-  const lanes v1514 = 7.1754748858069295 * v361;
-  lanes v1515; LANES_NAME(lanes_fmin)(&v1514, &v1504, &v1515);
-  lanes v1516; LANES_NAME(lanes_fmin)(&v1513, &v1515, &v1516);
-  out[60] = v1516;
-  out[61] = v1516;
-  const lanes v1517 = 1e-300 + v569;
-  const lanes v1518 = v569 / v1517;
-  lanes v1519; LANES_NAME(lanes_fmin)(&v1515, &v1518, &v1519);
-  out[62] = v1519;
-  out[63] = v1519;
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      v1 = 0.15005 * T_3, v2 = T_3 * T_3, v3 = T_7 * T_7, v4 = 0.15005 * T_7, v5 = T_11 - 0.67183,
+      v6 = v2 + v3, v7 = v5 * v5, v8 = 4e-15 * v6, v9 = v6 - 0.0225150025, v10 = 1e-300 + v6;
+  const lanes_where v11 = LANES_LT(v8, v9); LANES_LET1(v12, sqrt, v9);
+  const lanes v13 = v9 / v10, v14 = LANES_CHOICE(v11, v12, 0.0), v15 = T_7 * v14, v16 = T_3 * v14,
+      v17 = v1 - v15, v18 = v16 + v4, v19 = v1 + v15, v20 = v4 - v16, v21 = 1e-150 - v18,
+      v22 = v17 * v17, v23 = v19 * v19, v24 = 1e-150 - v20, v25 = v21 * v21;
+  LANES_LET2(v26, atan2, v17, v21);
+  const lanes v27 = v24 * v24;
+  LANES_LET2(v28, atan2, v19, v24);
+  const lanes v29 = v25 + v22, v30 = v23 + v27;
+  out[0] = v26; out[6] = v26; out[12] = v26; out[18] = v26; out[24] = v28; out[30] = v28;
+  out[36] = v28; out[42] = v28; LANES_LET1(v31, rsqrt, v29); LANES_LET1(v32, rsqrt, v30);
+  const lanes v33 = v17 * v31, v34 = v21 * v31, v35 = v19 * v32, v36 = v24 * v32, v37 = T_3 * v34,
+      v38 = T_7 * v33, v39 = T_6 * v34, v40 = T_2 * v33, v41 = T_2 * v34, v42 = T_6 * v33,
+      v43 = T_4 * v34, v44 = T_0 * v33, v45 = T_0 * v34, v46 = T_4 * v33, v47 = T_3 * v36,
+      v48 = T_7 * v35, v49 = T_6 * v36, v50 = T_2 * v35, v51 = T_2 * v36, v52 = T_6 * v35,
+      v53 = T_4 * v36, v54 = T_0 * v35, v55 = T_0 * v36, v56 = T_4 * v35, v57 = 0.15005 * v33,
+      v58 = 0.15005 * v34, v59 = 0.15005 * v35, v60 = 0.15005 * v36, v61 = v37 + v38,
+      v62 = v39 - v40, v63 = v41 + v42, v64 = v43 - v44, v65 = v45 + v46, v66 = v47 + v48,
+      v67 = v49 - v50, v68 = v51 + v52, v69 = v53 - v54, v70 = v55 + v56, v71 = v61 * v61,
+      v72 = v62 * v62, v73 = v66 * v66, v74 = v67 * v67, v75 = v71 + v7, v76 = v73 + v7,
+      v77 = v75 - 2.274465470661e-07, v78 = 0.746628912553453 - v75, v79 = v75 - 0.37331457,
+      v80 = v76 - 2.274465470661e-07, v81 = 0.746628912553453 - v76, v82 = v76 - 0.37331457,
+      v83 = v77 * v78, v84 = 0.01753108 * v79, v85 = 0.37290248 * v79, v86 = v80 * v81,
+      v87 = 0.01753108 * v82, v88 = 0.37290248 * v82;
+  const lanes_where v89 = LANES_LT(5.574543934244672e-16, v83); LANES_LET1(v90, sqrt, v83);
+  const lanes_where v91 = LANES_LT(5.574543934244672e-16, v86); LANES_LET1(v92, sqrt, v86);
+  const lanes v93 = 7.1754748858069295 * v83, v94 = 7.1754748858069295 * v86,
+      v95 = LANES_CHOICE(v89, v90, 0.0), v96 = LANES_CHOICE(v91, v92, 0.0);
+  LANES_LET2(v97, fmin, v93, v13); LANES_LET2(v98, fmin, v94, v13);
+  const lanes v99 = 0.37290248 * v95, v100 = 0.01753108 * v95, v101 = 0.37290248 * v96,
+      v102 = 0.01753108 * v96;
+  out[56] = v97; out[57] = v97; out[58] = v97; out[59] = v97; out[60] = v98; out[61] = v98;
+  out[62] = v98; out[63] = v98;
+  const lanes v103 = v99 + v84, v104 = v100 - v85, v105 = v84 - v99, v106 = v85 + v100,
+      v107 = v101 + v87, v108 = v102 - v88, v109 = v87 - v101, v110 = v88 + v102,
+      v111 = 1e-150 + v103, v112 = v104 * v104, v113 = 1e-150 + v105, v114 = v106 * v106,
+      v115 = 1e-150 + v107, v116 = v108 * v108, v117 = 1e-150 + v109, v118 = v110 * v110,
+      v119 = v111 * v111;
+  LANES_LET2(v120, atan2, v104, v111);
+  const lanes v121 = v113 * v113;
+  LANES_LET2(v122, atan2, v106, v113);
+  const lanes v123 = v115 * v115;
+  LANES_LET2(v124, atan2, v108, v115);
+  const lanes v125 = v117 * v117;
+  LANES_LET2(v126, atan2, v110, v117);
+  const lanes v127 = v112 + v119, v128 = v114 + v121, v129 = v116 + v123, v130 = v118 + v125;
+  out[2] = v120; out[8] = v120;
+  const lanes v131 = -v122;
+  out[26] = v124; out[32] = v124;
+  const lanes v132 = -v126;
+  LANES_LET1(v133, rsqrt, v127); LANES_LET1(v134, rsqrt, v128); LANES_LET1(v135, rsqrt, v129);
+  LANES_LET1(v136, rsqrt, v130); out[14] = v131; out[20] = v131; out[38] = v132; out[44] = v132;
+  const lanes v137 = v111 * v133, v138 = v104 * v133, v139 = v113 * v134, v140 = v106 * v134,
+      v141 = v115 * v135, v142 = v108 * v135, v143 = v117 * v136, v144 = v110 * v136,
+      v145 = 0.0203 * v137, v146 = 0.4318 * v138, v147 = 0.0203 * v138, v148 = 0.4318 * v137,
+      v149 = 0.0203 * v139, v150 = 0.4318 * v140, v151 = 0.4318 * v139, v152 = 0.0203 * v140,
+      v153 = 0.0203 * v141, v154 = 0.4318 * v142, v155 = 0.0203 * v142, v156 = 0.4318 * v141,
+      v157 = 0.0203 * v143, v158 = 0.4318 * v144, v159 = 0.4318 * v143, v160 = 0.0203 * v144,
+      v161 = v145 - v146, v162 = v147 + v148, v163 = v149 + v150, v164 = v151 - v152,
+      v165 = v153 - v154, v166 = v155 + v156, v167 = v157 + v158, v168 = v159 - v160,
+      v169 = v161 + 0.4318, v170 = v61 * v162, v171 = v162 * v5, v172 = v163 + 0.4318,
+      v173 = v164 * v61, v174 = v164 * v5, v175 = v165 + 0.4318, v176 = v66 * v166,
+      v177 = v166 * v5, v178 = v167 + 0.4318, v179 = v66 * v168, v180 = v168 * v5, v181 = v169 * v5,
+      v182 = v61 * v169, v183 = v172 * v5, v184 = v172 * v61, v185 = v175 * v5, v186 = v66 * v175,
+      v187 = v178 * v5, v188 = v66 * v178, v189 = v181 - v170, v190 = v182 + v171,
+      v191 = v183 - v173, v192 = v174 + v184, v193 = v185 - v176, v194 = v186 + v177,
+      v195 = v187 - v179, v196 = v188 + v180, v197 = v189 * v189, v198 = 1e-150 + v190,
+      v199 = v191 * v191, v200 = 1e-150 + v192, v201 = v193 * v193, v202 = 1e-150 + v194,
+      v203 = v195 * v195, v204 = 1e-150 + v196, v205 = v198 * v198;
+  LANES_LET2(v206, atan2, v189, v198);
+  const lanes v207 = v200 * v200;
+  LANES_LET2(v208, atan2, v191, v200);
+  const lanes v209 = v202 * v202;
+  LANES_LET2(v210, atan2, v193, v202);
+  const lanes v211 = v204 * v204;
+  LANES_LET2(v212, atan2, v195, v204);
+  const lanes v213 = v197 + v205, v214 = v199 + v207, v215 = v201 + v209, v216 = v203 + v211;
+  out[1] = v206; out[7] = v206; out[13] = v208; out[19] = v208; out[25] = v210; out[31] = v210;
+  out[37] = v212; out[43] = v212; LANES_LET1(v217, rsqrt, v213); LANES_LET1(v218, rsqrt, v214);
+  LANES_LET1(v219, rsqrt, v215); LANES_LET1(v220, rsqrt, v216);
+  const lanes v221 = v189 * v217, v222 = v198 * v217, v223 = v191 * v218, v224 = v200 * v218,
+      v225 = v193 * v219, v226 = v202 * v219, v227 = v195 * v220, v228 = v204 * v220,
+      v229 = T_10 * v221, v230 = v222 * v63, v231 = T_10 * v222, v232 = v221 * v63,
+      v233 = T_8 * v221, v234 = v222 * v65, v235 = T_8 * v222, v236 = v221 * v65,
+      v237 = T_10 * v223, v238 = v224 * v63, v239 = T_10 * v224, v240 = v223 * v63,
+      v241 = T_8 * v223, v242 = v224 * v65, v243 = T_8 * v224, v244 = v223 * v65,
+      v245 = T_10 * v225, v246 = v226 * v68, v247 = T_10 * v226, v248 = v225 * v68,
+      v249 = T_8 * v225, v250 = v226 * v70, v251 = T_8 * v226, v252 = v225 * v70,
+      v253 = T_10 * v227, v254 = v68 * v228, v255 = T_10 * v228, v256 = v68 * v227,
+      v257 = T_8 * v227, v258 = v70 * v228, v259 = T_8 * v228, v260 = v70 * v227,
+      v261 = v137 * v222, v262 = v138 * v221, v263 = v137 * v221, v264 = v138 * v222,
+      v265 = 0.4318 * v222, v266 = 0.4318 * v221, v267 = v139 * v224, v268 = v140 * v223,
+      v269 = v139 * v223, v270 = v140 * v224, v271 = 0.4318 * v224, v272 = 0.4318 * v223,
+      v273 = v141 * v226, v274 = v142 * v225, v275 = v141 * v225, v276 = v142 * v226,
+      v277 = 0.4318 * v226, v278 = 0.4318 * v225, v279 = v143 * v228, v280 = v144 * v227,
+      v281 = v143 * v227, v282 = v144 * v228, v283 = 0.4318 * v228, v284 = 0.4318 * v227,
+      v285 = v229 + v230, v286 = v231 - v232, v287 = v233 + v234, v288 = v235 - v236,
+      v289 = v237 + v238, v290 = v239 - v240, v291 = v241 + v242, v292 = v243 - v244,
+      v293 = v245 + v246, v294 = v247 - v248, v295 = v249 + v250, v296 = v251 - v252,
+      v297 = v253 + v254, v298 = v255 - v256, v299 = v257 + v258, v300 = v259 - v260,
+      v301 = v261 - v262, v302 = v263 + v264, v303 = v267 + v268, v304 = v269 - v270,
+      v305 = v273 - v274, v306 = v275 + v276, v307 = v279 + v280, v308 = v281 - v282,
+      v309 = v137 * v285, v310 = v138 * v286, v311 = v137 * v286, v312 = v138 * v285,
+      v313 = v137 * v287, v314 = v138 * v288, v315 = v137 * v288, v316 = v138 * v287,
+      v317 = v139 * v289, v318 = v140 * v290, v319 = v139 * v290, v320 = v140 * v289,
+      v321 = v139 * v291, v322 = v140 * v292, v323 = v139 * v292, v324 = v140 * v291,
+      v325 = v141 * v293, v326 = v142 * v294, v327 = v141 * v294, v328 = v142 * v293,
+      v329 = v141 * v295, v330 = v142 * v296, v331 = v141 * v296, v332 = v142 * v295,
+      v333 = v143 * v297, v334 = v144 * v298, v335 = v143 * v298, v336 = v144 * v297,
+      v337 = v143 * v299, v338 = v144 * v300, v339 = v143 * v300, v340 = v144 * v299,
+      v341 = 0.0203 * v301, v342 = 0.4318 * v302, v343 = 0.4318 * v301, v344 = 0.0203 * v302,
+      v345 = v34 * v301, v346 = v34 * v302, v347 = v33 * v301, v348 = v33 * v302,
+      v349 = 0.0203 * v303, v350 = 0.4318 * v304, v351 = 0.4318 * v303, v352 = 0.0203 * v304,
+      v353 = v34 * v303, v354 = v34 * v304, v355 = v33 * v303, v356 = v33 * v304,
+      v357 = 0.0203 * v305, v358 = 0.4318 * v306, v359 = 0.4318 * v305, v360 = 0.0203 * v306,
+      v361 = v36 * v305, v362 = v36 * v306, v363 = v35 * v305, v364 = v35 * v306,
+      v365 = 0.0203 * v307, v366 = 0.4318 * v308, v367 = 0.4318 * v307, v368 = 0.0203 * v308,
+      v369 = v36 * v307, v370 = v36 * v308, v371 = v35 * v307, v372 = v35 * v308,
+      v373 = v309 + v310, v374 = v311 - v312, v375 = v313 + v314, v376 = v315 - v316,
+      v377 = v317 - v318, v378 = v319 + v320, v379 = v321 - v322, v380 = v323 + v324,
+      v381 = v325 + v326, v382 = v327 - v328, v383 = v329 + v330, v384 = v331 - v332,
+      v385 = v333 - v334, v386 = v335 + v336, v387 = v337 - v338, v388 = v339 + v340,
+      v389 = v341 - v342, v390 = v343 + v344, v391 = v349 - v350, v392 = v351 + v352,
+      v393 = v357 - v358, v394 = v359 + v360, v395 = v365 - v366, v396 = v367 + v368,
+      v397 = 1e-150 - v373, v398 = v374 * v374, v399 = 1e-150 - v377, v400 = v378 * v378,
+      v401 = 1e-150 - v381, v402 = v382 * v382, v403 = 1e-150 - v385, v404 = v386 * v386,
+      v405 = v389 + v265, v406 = v390 + v266, v407 = v391 + v271, v408 = v392 + v272,
+      v409 = v393 + v277, v410 = v394 + v278, v411 = v395 + v283, v412 = v396 + v284,
+      v413 = v397 * v397;
+  LANES_LET2(v414, atan2, v62, v397);
+  const lanes v415 = v399 * v399;
+  LANES_LET2(v416, atan2, v62, v399);
+  const lanes v417 = v401 * v401;
+  LANES_LET2(v418, atan2, v67, v401);
+  const lanes v419 = v403 * v403;
+  LANES_LET2(v420, atan2, v67, v403);
+  const lanes v421 = v405 * v34, v422 = v405 * v33, v423 = v406 + 0.67183, v424 = v34 * v407,
+      v425 = v33 * v407, v426 = v408 + 0.67183, v427 = v36 * v409, v428 = v35 * v409,
+      v429 = v410 + 0.67183, v430 = v36 * v411, v431 = v35 * v411, v432 = v412 + 0.67183,
+      v433 = v72 + v413, v434 = v415 + v72, v435 = v74 + v417, v436 = v74 + v419, v437 = -v414,
+      v438 = -v416, v439 = -v418, v440 = -v420, v441 = v421 + v57, v442 = v422 - v58,
+      v443 = v423 - T_11, v444 = v424 + v57, v445 = v425 - v58, v446 = v426 - T_11,
+      v447 = v427 + v59, v448 = v428 - v60, v449 = v429 - T_11, v450 = v430 + v59,
+      v451 = v431 - v60, v452 = v432 - T_11;
+  LANES_LET1(v453, rsqrt, v433); LANES_LET1(v454, rsqrt, v434); LANES_LET1(v455, rsqrt, v435);
+  LANES_LET1(v456, rsqrt, v436); out[3] = v437; out[15] = v438; out[27] = v439; out[39] = v440;
+  const lanes v457 = v441 - T_3, v458 = v442 - T_7, v459 = v443 * v443, v460 = v444 - T_3,
+      v461 = v445 - T_7, v462 = v446 * v446, v463 = v447 - T_3, v464 = v448 - T_7,
+      v465 = v449 * v449, v466 = v450 - T_3, v467 = v451 - T_7, v468 = v452 * v452,
+      v469 = v62 * v453, v470 = v397 * v453, v471 = v62 * v454, v472 = v399 * v454,
+      v473 = v67 * v455, v474 = v401 * v455, v475 = v67 * v456, v476 = v403 * v456,
+      v477 = v457 * v457, v478 = v458 * v458, v479 = v460 * v460, v480 = v461 * v461,
+      v481 = v463 * v463, v482 = v464 * v464, v483 = v466 * v466, v484 = v467 * v467,
+      v485 = v373 * v470, v486 = v62 * v469, v487 = v470 * v64, v488 = v469 * v375,
+      v489 = v470 * v375, v490 = v469 * v64;
+  LANES_LET2(v491, supplement, v414, v469);
+  const lanes v492 = v377 * v472, v493 = v471 * v62, v494 = v472 * v64, v495 = v471 * v379,
+      v496 = v472 * v379, v497 = v471 * v64;
+  LANES_LET2(v498, supplement, v416, v471);
+  const lanes v499 = v381 * v474, v500 = v67 * v473, v501 = v474 * v69, v502 = v473 * v383,
+      v503 = v474 * v383, v504 = v473 * v69;
+  LANES_LET2(v505, supplement, v418, v473);
+  const lanes v506 = v385 * v476, v507 = v67 * v475, v508 = v69 * v476, v509 = v475 * v387,
+      v510 = v476 * v387, v511 = v69 * v475;
+  LANES_LET2(v512, supplement, v420, v475);
+  const lanes v513 = v477 + v478, v514 = v33 * v469, v515 = v470 * v345, v516 = v469 * v345,
+      v517 = v33 * v470, v518 = v470 * v347, v519 = v34 * v469, v520 = v34 * v470,
+      v521 = v469 * v347, v522 = v470 * v302, v523 = v469 * v302, v524 = v479 + v480,
+      v525 = v33 * v471, v526 = v472 * v353, v527 = v471 * v353, v528 = v33 * v472,
+      v529 = v472 * v355, v530 = v34 * v471, v531 = v34 * v472, v532 = v471 * v355,
+      v533 = v472 * v304, v534 = v471 * v304, v535 = v481 + v482, v536 = v35 * v473,
+      v537 = v474 * v361, v538 = v473 * v361, v539 = v35 * v474, v540 = v474 * v363,
+      v541 = v36 * v473, v542 = v36 * v474, v543 = v473 * v363, v544 = v474 * v306,
+      v545 = v473 * v306, v546 = v483 + v484, v547 = v35 * v475, v548 = v476 * v369,
+      v549 = v475 * v369, v550 = v35 * v476, v551 = v476 * v371, v552 = v36 * v475,
+      v553 = v36 * v476, v554 = v475 * v371, v555 = v476 * v308, v556 = v475 * v308,
+      v557 = v485 - v486, v558 = v487 + v488, v559 = v489 - v490, v560 = v492 - v493,
+      v561 = v494 + v495, v562 = v496 - v497, v563 = v499 - v500, v564 = v501 + v502,
+      v565 = v503 - v504, v566 = v506 - v507, v567 = v508 + v509, v568 = v510 - v511;
+  out[9] = v491; out[21] = v498; out[33] = v505; out[45] = v512;
+  const lanes v569 = v513 + v459, v570 = v514 + v515, v571 = v516 - v517, v572 = v518 - v519,
+      v573 = v520 + v521, v574 = v524 + v462, v575 = v525 + v526, v576 = v527 - v528,
+      v577 = v529 - v530, v578 = v531 + v532, v579 = v535 + v465, v580 = v536 + v537,
+      v581 = v538 - v539, v582 = v540 - v541, v583 = v542 + v543, v584 = v546 + v468,
+      v585 = v547 + v548, v586 = v549 - v550, v587 = v551 - v552, v588 = v553 + v554,
+      v589 = v557 * v557;
+  LANES_LET2(v590, atan2, v557, v374);
+  const lanes v591 = v558 * v558, v592 = v560 * v560;
+  LANES_LET2(v593, atan2, v560, v378);
+  const lanes v594 = v561 * v561, v595 = v563 * v563;
+  LANES_LET2(v596, atan2, v563, v382);
+  const lanes v597 = v564 * v564, v598 = v566 * v566;
+  LANES_LET2(v599, atan2, v566, v386);
+  const lanes v600 = v567 * v567, v601 = v398 + v589, v602 = v400 + v592, v603 = v402 + v595,
+      v604 = v404 + v598, v605 = -v590;
+  out[10] = v590;
+  const lanes v606 = -v593;
+  out[22] = v593;
+  const lanes v607 = -v596;
+  out[34] = v596;
+  const lanes v608 = -v599;
+  out[46] = v599; LANES_LET1(v609, rsqrt, v601); LANES_LET1(v610, rsqrt, v602);
+  LANES_LET1(v611, rsqrt, v603); LANES_LET1(v612, rsqrt, v604); out[4] = v605; out[16] = v606;
+  out[28] = v607; out[40] = v608;
+  const lanes v613 = v557 * v609, v614 = v374 * v609, v615 = v560 * v610, v616 = v378 * v610,
+      v617 = v563 * v611, v618 = v382 * v611, v619 = v566 * v612, v620 = v386 * v612,
+      v621 = v614 * v559, v622 = v613 * v376, v623 = v616 * v562, v624 = v615 * v380,
+      v625 = v618 * v565, v626 = v617 * v384, v627 = v620 * v568, v628 = v619 * v388,
+      v629 = v614 * v570, v630 = v613 * v346, v631 = v613 * v570, v632 = v614 * v346,
+      v633 = v614 * v572, v634 = v613 * v348, v635 = v613 * v572, v636 = v614 * v348,
+      v637 = v614 * v522, v638 = v613 * v301, v639 = v614 * v301, v640 = v613 * v522,
+      v641 = v616 * v575, v642 = v615 * v354, v643 = v615 * v575, v644 = v616 * v354,
+      v645 = v616 * v577, v646 = v615 * v356, v647 = v615 * v577, v648 = v616 * v356,
+      v649 = v616 * v533, v650 = v615 * v303, v651 = v616 * v303, v652 = v615 * v533,
+      v653 = v618 * v580, v654 = v617 * v362, v655 = v617 * v580, v656 = v618 * v362,
+      v657 = v618 * v582, v658 = v617 * v364, v659 = v617 * v582, v660 = v618 * v364,
+      v661 = v618 * v544, v662 = v617 * v305, v663 = v618 * v305, v664 = v617 * v544,
+      v665 = v620 * v585, v666 = v619 * v370, v667 = v619 * v585, v668 = v620 * v370,
+      v669 = v620 * v587, v670 = v619 * v372, v671 = v619 * v587, v672 = v620 * v372,
+      v673 = v620 * v555, v674 = v619 * v307, v675 = v620 * v307, v676 = v619 * v555,
+      v677 = v621 - v622, v678 = v623 - v624, v679 = v625 - v626, v680 = v627 - v628,
+      v681 = v629 + v630, v682 = v631 - v632, v683 = v633 + v634, v684 = v635 - v636,
+      v685 = v637 - v638, v686 = v639 + v640, v687 = v641 + v642, v688 = v643 - v644,
+      v689 = v645 + v646, v690 = v647 - v648, v691 = v649 - v650, v692 = v651 + v652,
+      v693 = v653 + v654, v694 = v655 - v656, v695 = v657 + v658, v696 = v659 - v660,
+      v697 = v661 - v662, v698 = v663 + v664, v699 = v665 + v666, v700 = v667 - v668,
+      v701 = v669 + v670, v702 = v671 - v672, v703 = v673 - v674, v704 = v675 + v676,
+      v705 = v677 * v677;
+  LANES_LET2(v706, atan2, v558, v677);
+  const lanes v707 = v678 * v678;
+  LANES_LET2(v708, atan2, v561, v678);
+  const lanes v709 = v679 * v679;
+  LANES_LET2(v710, atan2, v564, v679);
+  const lanes v711 = v680 * v680;
+  LANES_LET2(v712, atan2, v567, v680);
+  const lanes v713 = v682 - T_2, v714 = v684 - T_6, v715 = v686 - T_10, v716 = v688 - T_2,
+      v717 = v690 - T_6, v718 = v692 - T_10, v719 = v694 - T_2, v720 = v696 - T_6,
+      v721 = v698 - T_10, v722 = v700 - T_2, v723 = v702 - T_6, v724 = v704 - T_10,
+      v725 = v591 + v705, v726 = v594 + v707, v727 = v597 + v709, v728 = v600 + v711;
+  out[5] = v706; out[17] = v708; out[29] = v710; out[41] = v712;
+  const lanes v729 = v713 * v713, v730 = v714 * v714, v731 = v715 * v715, v732 = v716 * v716,
+      v733 = v717 * v717, v734 = v718 * v718, v735 = v719 * v719, v736 = v720 * v720,
+      v737 = v721 * v721, v738 = v722 * v722, v739 = v723 * v723, v740 = v724 * v724;
+  LANES_LET1(v741, rsqrt, v725); LANES_LET1(v742, rsqrt, v726); LANES_LET1(v743, rsqrt, v727);
+  LANES_LET1(v744, rsqrt, v728);
+  const lanes v745 = v558 * v741, v746 = v677 * v741, v747 = v561 * v742, v748 = v678 * v742,
+      v749 = v564 * v743, v750 = v679 * v743, v751 = v567 * v744, v752 = v680 * v744;
+  LANES_LET2(v753, supplement, v706, v745); LANES_LET2(v754, supplement, v708, v747);
+  LANES_LET2(v755, supplement, v710, v749); LANES_LET2(v756, supplement, v712, v751);
+  const lanes v757 = v746 * v681, v758 = v745 * v571, v759 = v746 * v571, v760 = v745 * v681,
+      v761 = v746 * v683, v762 = v745 * v573, v763 = v746 * v573, v764 = v745 * v683,
+      v765 = v746 * v685, v766 = v745 * v523, v767 = v746 * v523, v768 = v745 * v685,
+      v769 = v748 * v687, v770 = v747 * v576, v771 = v748 * v576, v772 = v747 * v687,
+      v773 = v748 * v689, v774 = v747 * v578, v775 = v748 * v578, v776 = v747 * v689,
+      v777 = v748 * v691, v778 = v747 * v534, v779 = v748 * v534, v780 = v747 * v691,
+      v781 = v750 * v693, v782 = v749 * v581, v783 = v750 * v581, v784 = v749 * v693,
+      v785 = v750 * v695, v786 = v749 * v583, v787 = v750 * v583, v788 = v749 * v695,
+      v789 = v750 * v697, v790 = v749 * v545, v791 = v750 * v545, v792 = v749 * v697,
+      v793 = v752 * v699, v794 = v751 * v586, v795 = v752 * v586, v796 = v751 * v699,
+      v797 = v752 * v701, v798 = v751 * v588, v799 = v752 * v588, v800 = v751 * v701,
+      v801 = v752 * v703, v802 = v751 * v556, v803 = v752 * v556, v804 = v751 * v703, v805 = -v753,
+      v806 = -v754, v807 = -v755, v808 = -v756, v809 = v757 + v758, v810 = v759 - v760,
+      v811 = v761 + v762, v812 = v763 - v764, v813 = v765 + v766, v814 = v767 - v768,
+      v815 = v769 + v770, v816 = v771 - v772, v817 = v773 + v774, v818 = v775 - v776,
+      v819 = v777 + v778, v820 = v779 - v780, v821 = v781 + v782, v822 = v783 - v784,
+      v823 = v785 + v786, v824 = v787 - v788, v825 = v789 + v790, v826 = v791 - v792,
+      v827 = v793 + v794, v828 = v795 - v796, v829 = v797 + v798, v830 = v799 - v800,
+      v831 = v801 + v802, v832 = v803 - v804;
+  out[11] = v805; out[23] = v806; out[35] = v807; out[47] = v808;
+  const lanes v833 = v809 - T_0, v834 = v810 - T_1, v835 = v811 - T_4, v836 = v812 - T_5,
+      v837 = v813 - T_8, v838 = v814 - T_9, v839 = v815 - T_0, v840 = v816 - T_1, v841 = v817 - T_4,
+      v842 = v818 - T_5, v843 = v819 - T_8, v844 = v820 - T_9, v845 = v821 - T_0, v846 = v822 - T_1,
+      v847 = v823 - T_4, v848 = v824 - T_5, v849 = v825 - T_8, v850 = v826 - T_9, v851 = v827 - T_0,
+      v852 = v828 - T_1, v853 = v829 - T_4, v854 = v830 - T_5, v855 = v831 - T_8, v856 = v832 - T_9,
+      v857 = v833 * v833, v858 = v834 * v834, v859 = v835 * v835, v860 = v836 * v836,
+      v861 = v837 * v837, v862 = v838 * v838, v863 = v839 * v839, v864 = v840 * v840,
+      v865 = v841 * v841, v866 = v842 * v842, v867 = v843 * v843, v868 = v844 * v844,
+      v869 = v845 * v845, v870 = v846 * v846, v871 = v847 * v847, v872 = v848 * v848,
+      v873 = v849 * v849, v874 = v850 * v850, v875 = v851 * v851, v876 = v852 * v852,
+      v877 = v853 * v853, v878 = v854 * v854, v879 = v855 * v855, v880 = v856 * v856,
+      v881 = v857 + v858, v882 = v863 + v864, v883 = v869 + v870, v884 = v875 + v876,
+      v885 = v881 + v729, v886 = v882 + v732, v887 = v883 + v735, v888 = v884 + v738,
+      v889 = v885 + v859, v890 = v886 + v865, v891 = v887 + v871, v892 = v888 + v877,
+      v893 = v889 + v860, v894 = v890 + v866, v895 = v891 + v872, v896 = v892 + v878,
+      v897 = v893 + v730, v898 = v894 + v733, v899 = v895 + v736, v900 = v896 + v739,
+      v901 = v897 + v861, v902 = v898 + v867, v903 = v899 + v873, v904 = v900 + v879,
+      v905 = v901 + v862, v906 = v902 + v868, v907 = v903 + v874, v908 = v904 + v880,
+      v909 = v905 + v731, v910 = v906 + v734, v911 = v907 + v737, v912 = v908 + v740,
+      v913 = 0.5 * v909, v914 = 0.5 * v910, v915 = 0.5 * v911, v916 = 0.5 * v912,
+      v917 = v569 + v913, v918 = v569 - v913, v919 = v574 + v914, v920 = v574 - v914,
+      v921 = v579 + v915, v922 = v579 - v915, v923 = v584 + v916, v924 = v584 - v916;
+  LANES_LET1(v925, fabs, v918); LANES_LET1(v926, fabs, v920); LANES_LET1(v927, fabs, v922);
+  LANES_LET1(v928, fabs, v924);
+  const lanes v929 = v917 + v925, v930 = v919 + v926, v931 = v921 + v927, v932 = v923 + v928,
+      v933 = 0.5 * v929, v934 = 0.5 * v930, v935 = 0.5 * v931, v936 = 0.5 * v932;
+  LANES_LET1(v937, sqrt, v933); LANES_LET1(v938, sqrt, v934); LANES_LET1(v939, sqrt, v935);
+  LANES_LET1(v940, sqrt, v936); out[48] = v937; out[49] = v937; out[50] = v938; out[51] = v938;
+  out[52] = v939; out[53] = v939; out[54] = v940; out[55] = v940;
 }

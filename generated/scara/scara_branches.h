@@ -14,168 +14,70 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(scara_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(scara_ik_branch)(
+    const double *T, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes sign_0 = in[16];
-  const lanes v1 = 0.677 * T_6;
-  const lanes v2 = T_7 + v1;
-  const lanes v3 = 0.677 * T_2;
-  const lanes v4 = T_3 + v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = v2 * v2;
-  const lanes v7 = v5 + v6;
-  const lanes v8 = v7 - 0.32125;
-  const lanes v9 = 0.31875 * v8;
-  const lanes v10 = 1e-150 + v9;
-  const lanes v11 = v7 - 0.0025;
-  const lanes v12 = 0.64 - v7;
-  const lanes v13 = v11 * v12;
-  const lanes_where v14 = LANES_LT(4.0640625e-16, v13);
-  lanes v15; LANES_NAME(lanes_sqrt)(&v13, &v15);
-  const lanes v16 = sign_0 * v15;
-  const lanes v17 = 0.31875 * v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = LANES_CHOICE(v14, v18, 0.0);
-  const lanes v20 = LANES_CHOICE(v14, v19, 0.0);
-  const lanes v21 = v10 * v10;
-  const lanes v22 = v20 + v21;
-  lanes v23; LANES_NAME(lanes_sqrt)(&v22, &v23);
-  const lanes v24 = v10 / v23;
-  const lanes v25 = 0.375 * v24;
-  const lanes v26 = v25 + 0.425;
-  const lanes v27 = v2 * v26;
-  const lanes v28 = 1.0 / v23;
-  const lanes v29 = v17 * v28;
-  const lanes v30 = 0.375 * v29;
-  const lanes v31 = v4 * v30;
-  const lanes v32 = LANES_CHOICE(v14, v31, 0.0);
-  const lanes v33 = v27 - v32;
-  const lanes v34 = v33 * v33;
-  const lanes v35 = v4 * v26;
-  const lanes v36 = v2 * v30;
-  const lanes v37 = LANES_CHOICE(v14, v36, 0.0);
-  const lanes v38 = v35 + v37;
-  const lanes v39 = 1e-150 + v38;
-  const lanes v40 = v39 * v39;
-  const lanes v41 = v34 + v40;
-  lanes v42; LANES_NAME(lanes_sqrt)(&v41, &v42);
-  const lanes v43 = v33 / v42;
-  const lanes v44 = v39 / v42;
-  lanes v45; LANES_NAME(lanes_atan2)(&v43, &v44, &v45);
-  const lanes v46 = LANES_CHOICE(v14, v29, 0.0);
-  lanes v47; LANES_NAME(lanes_atan2)(&v46, &v24, &v47);
-  const lanes v48 = T_4 * T_4;
-  const lanes v49 = 1e-150 + T_0;
-  const lanes v50 = v49 * v49;
-  const lanes v51 = v48 + v50;
-  lanes v52; LANES_NAME(lanes_sqrt)(&v51, &v52);
-  const lanes v53 = T_4 / v52;
-  const lanes v54 = v24 * v44;
-  const lanes v55 = v29 * v43;
-  const lanes v56 = LANES_CHOICE(v14, v55, 0.0);
-  const lanes v57 = v54 - v56;
-  const lanes v58 = v53 * v57;
-  const lanes v59 = v49 / v52;
-  const lanes v60 = v24 * v43;
-  const lanes v61 = v29 * v44;
-  const lanes v62 = LANES_CHOICE(v14, v61, 0.0);
-  const lanes v63 = v60 + v62;
-  const lanes v64 = v59 * v63;
-  const lanes v65 = v58 - v64;
-  const lanes v66 = v59 * v57;
-  const lanes v67 = v53 * v63;
-  const lanes v68 = v66 + v67;
-  lanes v69; LANES_NAME(lanes_atan2)(&v65, &v68, &v69);
-  out[0] = v45;
-  out[1] = v47;
-  const lanes v70 = 0.677 * T_10;
-  const lanes v71 = T_11 + v70;
-  const lanes v72 = -v71;
-  out[2] = v72;
-  const lanes v73 = -v69;
-  out[3] = v73;
-  const lanes v74 = 0.375 * v57;
-  const lanes v75 = 0.425 * v44;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v76 - T_3;
-  const lanes v78 = v77 * v77;
-  const lanes v79 = 0.375 * v63;
-  const lanes v80 = 0.425 * v43;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = v81 - T_7;
-  const lanes v83 = v82 * v82;
-  const lanes v84 = v78 + v83;
-  const lanes v85 = v71 - 0.2;
-  const lanes v86 = v85 + 0.877;
-  const lanes v87 = v86 - T_11;
-  const lanes v88 = v87 * v87;
-  const lanes v89 = v84 + v88;
-  const lanes v90 = T_2 * T_2;
-  const lanes v91 = T_6 * T_6;
-  const lanes v92 = v90 + v91;
-  const lanes v93 = T_8 * T_8;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = T_9 * T_9;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = v57 * v68;
-  const lanes v98 = v63 * v65;
-  const lanes v99 = v97 - v98;
-  const lanes v100 = v99 - T_0;
-  const lanes v101 = v100 * v100;
-  const lanes v102 = v96 + v101;
-  const lanes v103 = v57 * v65;
-  const lanes v104 = v63 * v68;
-  const lanes v105 = v103 + v104;
-  const lanes v106 = v105 - T_1;
-  const lanes v107 = v106 * v106;
-  const lanes v108 = v102 + v107;
-  const lanes v109 = v105 - T_4;
-  const lanes v110 = v109 * v109;
-  const lanes v111 = v108 + v110;
-  const lanes v112 = T_5 + v99;
-  const lanes v113 = v112 * v112;
-  const lanes v114 = v111 + v113;
-  const lanes v115 = 1.0 + T_10;
-  const lanes v116 = v115 * v115;
-  const lanes v117 = v114 + v116;
-  const lanes v118 = 0.5 * v117;
-  lanes v119; LANES_NAME(lanes_fmax)(&v89, &v118, &v119);
-  lanes v120; LANES_NAME(lanes_sqrt)(&v119, &v120);
-  out[4] = v120;
-  const lanes v121 = 9.84236831987697 * v13;
-  out[5] = v121;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      v1 = 0.677 * T_6, v2 = 0.677 * T_2, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = 0.677 * T_10,
+      v6 = T_2 * T_2, v7 = T_6 * T_6, v8 = T_8 * T_8, v9 = T_9 * T_9, v10 = 1.0 + T_10,
+      v11 = T_7 + v1, v12 = T_3 + v2, v13 = v4 * v4, v14 = T_11 + v5, v15 = v6 + v7,
+      v16 = v10 * v10, v17 = v12 * v12, v18 = v11 * v11, v19 = v3 + v13, v20 = -v14,
+      v21 = v14 - 0.2, v22 = v15 + v8, v23 = v17 + v18;
+  LANES_LET1(v24, rsqrt, v19); out[2] = v20;
+  const lanes v25 = v21 + 0.877, v26 = v22 + v9, v27 = v23 - 0.32125, v28 = v23 - 0.0025,
+      v29 = 0.64 - v23, v30 = T_4 * v24, v31 = v4 * v24, v32 = v25 - T_11, v33 = 0.31875 * v27,
+      v34 = v28 * v29, v35 = v32 * v32, v36 = v31 - T_0, v37 = v30 - T_1, v38 = v30 - T_4,
+      v39 = T_5 + v31, v40 = 1e-150 + v33;
+  const lanes_where v41 = LANES_LT(4.0640625e-16, v34); LANES_LET1(v42, sqrt, v34);
+  const lanes v43 = v36 * v36, v44 = v37 * v37, v45 = v38 * v38, v46 = v39 * v39,
+      v47 = 9.84236831987697 * v34, v48 = LANES_CHOICE(v41, v42, 0.0), v49 = v40 * v40,
+      v50 = v26 + v43;
+  out[5] = v47;
+  const lanes v51 = choice_0 * v48, v52 = v50 + v44, v53 = 0.31875 * v51, v54 = v52 + v45,
+      v55 = v53 * v53;
+  LANES_LET2(v56, atan2, v53, v40);
+  const lanes v57 = v54 + v46, v58 = v55 + v49;
+  out[1] = v56;
+  const lanes v59 = v57 + v16;
+  LANES_LET1(v60, rsqrt, v58);
+  const lanes v61 = 0.5 * v59, v62 = v40 * v60, v63 = v53 * v60, v64 = 0.375 * v62,
+      v65 = 0.375 * v63, v66 = v64 + 0.425, v67 = v12 * v65, v68 = v11 * v65, v69 = v11 * v66,
+      v70 = v12 * v66, v71 = v69 - v67, v72 = v70 + v68, v73 = v71 * v71, v74 = 1e-150 + v72,
+      v75 = v74 * v74;
+  LANES_LET2(v76, atan2, v71, v74);
+  const lanes v77 = v73 + v75;
+  out[0] = v76; LANES_LET1(v78, rsqrt, v77);
+  const lanes v79 = v71 * v78, v80 = v74 * v78, v81 = v62 * v80, v82 = v63 * v79, v83 = v62 * v79,
+      v84 = v63 * v80, v85 = 0.425 * v80, v86 = 0.425 * v79, v87 = v81 - v82, v88 = v83 + v84,
+      v89 = v30 * v87, v90 = v31 * v88, v91 = v31 * v87, v92 = v30 * v88, v93 = 0.375 * v87,
+      v94 = 0.375 * v88, v95 = v89 - v90, v96 = v91 + v92, v97 = v93 + v85, v98 = v94 + v86;
+  LANES_LET2(v99, atan2, v95, v96);
+  const lanes v100 = v97 - T_3, v101 = v98 - T_7, v102 = -v99, v103 = v100 * v100,
+      v104 = v101 * v101;
+  out[3] = v102;
+  const lanes v105 = v103 + v104, v106 = v105 + v35, v107 = v106 + v61, v108 = v106 - v61;
+  LANES_LET1(v109, fabs, v108);
+  const lanes v110 = v107 + v109, v111 = 0.5 * v110;
+  LANES_LET1(v112, sqrt, v111); out[4] = v112;
 }
 
-static inline LANES_TARGET void LANES_NAME(scara_ik_branches)(const double *T, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(scara_ik_branches)(const double *T, double *q, double *residual, double *margin)
 {
-  static const double signs[1][8] = {
+  static const double choice[1][8] = {
     {1, -1, -1, -1, -1, -1, -1, -1}};
   enum { BRANCHES = 2, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[17], out[BRANCHES / COUNT][6];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 1; i++) {
-      in[16 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(scara_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][6];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(scara_ik_branch)(T, choice, b, out[b / COUNT]);
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 4, COUNT, q + b * 4, 4);
-    LANES_NAME(lanes_scatter)(from + 4, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 4, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 5, 1, COUNT, margin + b * 1, 1);
   }
 }
 

@@ -4,570 +4,234 @@
 static LANES_TARGET void LANES_NAME(slider_crank_fk)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
+  LANES_COS_SIN(v1, v2, q_0); out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0);
   out[2] = LANES_OF(0.0);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.05 * v2;
-  const lanes v5 = 0.18 + v4;
-  const lanes v6 = 0.18 - v4;
-  const lanes v7 = v5 * v6;
-  lanes v8; LANES_NAME(lanes_sqrt)(&v7, &v8);
+  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 + v4, v6 = 0.18 - v4, v7 = v5 * v6;
+  LANES_LET1(v8, sqrt, v7);
   const lanes v9 = v3 + v8;
-  out[3] = v9;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(1.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
+  out[3] = v9; out[4] = LANES_OF(0.0); out[5] = LANES_OF(1.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_link_poses)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
+  LANES_COS_SIN(v1, v2, q_0); out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0);
   out[2] = LANES_OF(0.0);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.05 * v2;
-  const lanes v5 = 0.18 + v4;
-  const lanes v6 = 0.18 - v4;
-  const lanes v7 = v5 * v6;
-  lanes v8; LANES_NAME(lanes_sqrt)(&v7, &v8);
+  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 + v4, v6 = 0.18 - v4, v7 = v5 * v6;
+  LANES_LET1(v8, sqrt, v7);
   const lanes v9 = v3 + v8;
-  out[3] = v9;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(1.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
+  out[3] = v9; out[4] = LANES_OF(0.0); out[5] = LANES_OF(1.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
+  LANES_COS_SIN(v1, v2, q_0); out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0);
   out[2] = LANES_OF(0.0);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.05 * v2;
-  const lanes v5 = 0.18 + v4;
-  const lanes v6 = 0.18 - v4;
-  const lanes v7 = v5 * v6;
-  lanes v8; LANES_NAME(lanes_sqrt)(&v7, &v8);
+  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 + v4, v6 = 0.18 - v4, v7 = v5 * v6;
+  LANES_LET1(v8, sqrt, v7);
   const lanes v9 = v3 + v8;
-  out[3] = v9;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(1.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  const lanes v10 = v3 * v6;
-  const lanes v11 = v3 * v5;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = 0.5 / v8;
-  const lanes v14 = v12 * v13;
-  const lanes v15 = v14 - v4;
-  out[16] = v15;
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
+  out[3] = v9; out[4] = LANES_OF(0.0); out[5] = LANES_OF(1.0); out[6] = LANES_OF(0.0);
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0);
+  out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
+  const lanes v10 = v3 * v6, v11 = v3 * v5, v12 = v10 - v11, v13 = 0.5 / v8, v14 = v12 * v13,
+      v15 = v14 - v4;
+  out[16] = v15; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
+  out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_space)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.05 * v2;
-  const lanes v5 = 0.18 - v4;
-  const lanes v6 = v3 * v5;
-  const lanes v7 = 0.18 + v4;
-  const lanes v8 = v3 * v7;
-  const lanes v9 = v6 - v8;
-  const lanes v10 = v7 * v5;
-  lanes v11; LANES_NAME(lanes_sqrt)(&v10, &v11);
-  const lanes v12 = 0.5 / v11;
-  const lanes v13 = v9 * v12;
-  const lanes v14 = v13 - v4;
-  out[0] = v14;
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 - v4, v6 = v3 * v5, v7 = 0.18 + v4,
+      v8 = v3 * v7, v9 = v6 - v8, v10 = v7 * v5;
+  LANES_LET1(v11, sqrt, v10);
+  const lanes v12 = 0.5 / v11, v13 = v9 * v12, v14 = v13 - v4;
+  out[0] = v14; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_body)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.05 * v2;
-  const lanes v5 = 0.18 - v4;
-  const lanes v6 = v3 * v5;
-  const lanes v7 = 0.18 + v4;
-  const lanes v8 = v3 * v7;
-  const lanes v9 = v6 - v8;
-  const lanes v10 = v7 * v5;
-  lanes v11; LANES_NAME(lanes_sqrt)(&v10, &v11);
-  const lanes v12 = 0.5 / v11;
-  const lanes v13 = v9 * v12;
-  const lanes v14 = v13 - v4;
-  out[0] = v14;
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 - v4, v6 = v3 * v5, v7 = 0.18 + v4,
+      v8 = v3 * v7, v9 = v6 - v8, v10 = v7 * v5;
+  LANES_LET1(v11, sqrt, v10);
+  const lanes v12 = 0.5 / v11, v13 = v9 * v12, v14 = v13 - v4;
+  out[0] = v14; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.05 * v2;
-  const lanes v5 = 0.18 - v4;
-  const lanes v6 = v3 * v5;
-  const lanes v7 = 0.18 + v4;
-  const lanes v8 = v3 * v7;
-  const lanes v9 = v6 - v8;
-  const lanes v10 = v7 * v5;
-  lanes v11; LANES_NAME(lanes_sqrt)(&v10, &v11);
-  const lanes v12 = 0.5 / v11;
-  const lanes v13 = v9 * v12;
-  const lanes v14 = v13 - v4;
-  out[0] = v14;
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 - v4, v6 = v3 * v5, v7 = 0.18 + v4,
+      v8 = v3 * v7, v9 = v6 - v8, v10 = v7 * v5;
+  LANES_LET1(v11, sqrt, v10);
+  const lanes v12 = 0.5 / v11, v13 = v9 * v12, v14 = v13 - v4;
+  out[0] = v14; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_space_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = v1 * qd_0;
-  const lanes v4 = 0.05 * v3;
-  const lanes v5 = 0.05 * v1;
-  const lanes v6 = 0.05 * v2;
-  const lanes v7 = 0.18 - v6;
-  const lanes v8 = v5 * v7;
-  const lanes v9 = 0.18 + v6;
-  const lanes v10 = v5 * v9;
-  const lanes v11 = v8 - v10;
-  const lanes v12 = v4 * v7;
-  const lanes v13 = v4 * v9;
-  const lanes v14 = v12 - v13;
-  const lanes v15 = v9 * v7;
-  lanes v16; LANES_NAME(lanes_sqrt)(&v15, &v16);
-  const lanes v17 = v16 * v15;
-  const lanes v18 = 0.25 / v17;
-  const lanes v19 = v14 * v18;
-  const lanes v20 = v11 * v19;
-  const lanes v21 = 0.5 / v16;
-  const lanes v22 = v2 * qd_0;
-  const lanes v23 = 0.05 * v22;
-  const lanes v24 = v7 - v9;
-  const lanes v25 = v23 * v24;
-  const lanes v26 = 0.1 * v1;
-  const lanes v27 = v26 * v4;
-  const lanes v28 = v25 + v27;
-  const lanes v29 = v21 * v28;
-  const lanes v30 = v20 + v29;
-  const lanes v31 = v4 + v30;
-  const lanes v32 = -v31;
-  out[0] = v32;
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes q_0 = in[0], qd_0 = in[1];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v1, v6 = 0.05 * v2, v7 = 0.18 - v6,
+      v8 = v5 * v7, v9 = 0.18 + v6, v10 = v5 * v9, v11 = v8 - v10, v12 = v4 * v7, v13 = v4 * v9,
+      v14 = v12 - v13, v15 = v9 * v7;
+  LANES_LET1(v16, sqrt, v15);
+  const lanes v17 = v16 * v15, v18 = 0.25 / v17, v19 = v14 * v18, v20 = v11 * v19, v21 = 0.5 / v16,
+      v22 = v2 * qd_0, v23 = 0.05 * v22, v24 = v7 - v9, v25 = v23 * v24, v26 = 0.1 * v1,
+      v27 = v26 * v4, v28 = v25 + v27, v29 = v21 * v28, v30 = v20 + v29, v31 = v4 + v30, v32 = -v31;
+  out[0] = v32; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_body_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = v1 * qd_0;
-  const lanes v4 = 0.05 * v3;
-  const lanes v5 = 0.05 * v1;
-  const lanes v6 = 0.05 * v2;
-  const lanes v7 = 0.18 - v6;
-  const lanes v8 = v5 * v7;
-  const lanes v9 = 0.18 + v6;
-  const lanes v10 = v5 * v9;
-  const lanes v11 = v8 - v10;
-  const lanes v12 = v4 * v7;
-  const lanes v13 = v4 * v9;
-  const lanes v14 = v12 - v13;
-  const lanes v15 = v9 * v7;
-  lanes v16; LANES_NAME(lanes_sqrt)(&v15, &v16);
-  const lanes v17 = v16 * v15;
-  const lanes v18 = 0.25 / v17;
-  const lanes v19 = v14 * v18;
-  const lanes v20 = v11 * v19;
-  const lanes v21 = 0.5 / v16;
-  const lanes v22 = v2 * qd_0;
-  const lanes v23 = 0.05 * v22;
-  const lanes v24 = v7 - v9;
-  const lanes v25 = v23 * v24;
-  const lanes v26 = 0.1 * v1;
-  const lanes v27 = v26 * v4;
-  const lanes v28 = v25 + v27;
-  const lanes v29 = v21 * v28;
-  const lanes v30 = v20 + v29;
-  const lanes v31 = v4 + v30;
-  const lanes v32 = -v31;
-  out[0] = v32;
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes q_0 = in[0], qd_0 = in[1];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v1, v6 = 0.05 * v2, v7 = 0.18 - v6,
+      v8 = v5 * v7, v9 = 0.18 + v6, v10 = v5 * v9, v11 = v8 - v10, v12 = v4 * v7, v13 = v4 * v9,
+      v14 = v12 - v13, v15 = v9 * v7;
+  LANES_LET1(v16, sqrt, v15);
+  const lanes v17 = v16 * v15, v18 = 0.25 / v17, v19 = v14 * v18, v20 = v11 * v19, v21 = 0.5 / v16,
+      v22 = v2 * qd_0, v23 = 0.05 * v22, v24 = v7 - v9, v25 = v23 * v24, v26 = 0.1 * v1,
+      v27 = v26 * v4, v28 = v25 + v27, v29 = v21 * v28, v30 = v20 + v29, v31 = v4 + v30, v32 = -v31;
+  out[0] = v32; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = v1 * qd_0;
-  const lanes v4 = 0.05 * v3;
-  const lanes v5 = 0.05 * v1;
-  const lanes v6 = 0.05 * v2;
-  const lanes v7 = 0.18 - v6;
-  const lanes v8 = v5 * v7;
-  const lanes v9 = 0.18 + v6;
-  const lanes v10 = v5 * v9;
-  const lanes v11 = v8 - v10;
-  const lanes v12 = v4 * v7;
-  const lanes v13 = v4 * v9;
-  const lanes v14 = v12 - v13;
-  const lanes v15 = v9 * v7;
-  lanes v16; LANES_NAME(lanes_sqrt)(&v15, &v16);
-  const lanes v17 = v16 * v15;
-  const lanes v18 = 0.25 / v17;
-  const lanes v19 = v14 * v18;
-  const lanes v20 = v11 * v19;
-  const lanes v21 = 0.5 / v16;
-  const lanes v22 = v2 * qd_0;
-  const lanes v23 = 0.05 * v22;
-  const lanes v24 = v7 - v9;
-  const lanes v25 = v23 * v24;
-  const lanes v26 = 0.1 * v1;
-  const lanes v27 = v26 * v4;
-  const lanes v28 = v25 + v27;
-  const lanes v29 = v21 * v28;
-  const lanes v30 = v20 + v29;
-  const lanes v31 = v4 + v30;
-  const lanes v32 = -v31;
-  out[0] = v32;
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes q_0 = in[0], qd_0 = in[1];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = v1 * qd_0, v4 = 0.05 * v3, v5 = 0.05 * v1, v6 = 0.05 * v2, v7 = 0.18 - v6,
+      v8 = v5 * v7, v9 = 0.18 + v6, v10 = v5 * v9, v11 = v8 - v10, v12 = v4 * v7, v13 = v4 * v9,
+      v14 = v12 - v13, v15 = v9 * v7;
+  LANES_LET1(v16, sqrt, v15);
+  const lanes v17 = v16 * v15, v18 = 0.25 / v17, v19 = v14 * v18, v20 = v11 * v19, v21 = 0.5 / v16,
+      v22 = v2 * qd_0, v23 = 0.05 * v22, v24 = v7 - v9, v25 = v23 * v24, v26 = 0.1 * v1,
+      v27 = v26 * v4, v28 = v25 + v27, v29 = v21 * v28, v30 = v20 + v29, v31 = v4 + v30, v32 = -v31;
+  out[0] = v32; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_hessian_mixed)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.05 * v2;
-  const lanes v5 = 0.18 - v4;
-  const lanes v6 = v3 * v5;
-  const lanes v7 = 0.18 + v4;
-  const lanes v8 = v3 * v7;
-  const lanes v9 = v6 - v8;
-  const lanes v10 = v7 * v5;
-  lanes v11; LANES_NAME(lanes_sqrt)(&v10, &v11);
-  const lanes v12 = v11 * v10;
-  const lanes v13 = 0.25 / v12;
-  const lanes v14 = v9 * v13;
-  const lanes v15 = v9 * v14;
-  const lanes v16 = 0.5 / v11;
-  const lanes v17 = v3 * v3;
-  const lanes v18 = 2.0 * v17;
-  const lanes v19 = v5 - v7;
-  const lanes v20 = v4 * v19;
-  const lanes v21 = v18 + v20;
-  const lanes v22 = v16 * v21;
-  const lanes v23 = v15 + v22;
-  const lanes v24 = v3 + v23;
-  const lanes v25 = -v24;
-  out[0] = v25;
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 - v4, v6 = v3 * v5, v7 = 0.18 + v4,
+      v8 = v3 * v7, v9 = v6 - v8, v10 = v7 * v5;
+  LANES_LET1(v11, sqrt, v10);
+  const lanes v12 = v11 * v10, v13 = 0.25 / v12, v14 = v9 * v13, v15 = v9 * v14, v16 = 0.5 / v11,
+      v17 = v3 * v3, v18 = 2.0 * v17, v19 = v5 - v7, v20 = v4 * v19, v21 = v18 + v20,
+      v22 = v16 * v21, v23 = v15 + v22, v24 = v3 + v23, v25 = -v24;
+  out[0] = v25; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_twist_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.18 + v3;
-  const lanes v5 = 0.18 - v3;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.5 / v7;
-  const lanes v9 = v2 * qd_0;
-  const lanes v10 = 0.05 * v9;
-  const lanes v11 = v10 * v5;
-  const lanes v12 = v10 * v4;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v8 * v13;
-  const lanes v15 = v1 * qd_0;
-  const lanes v16 = 0.05 * v15;
-  const lanes v17 = v14 - v16;
-  out[0] = v17;
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes q_0 = in[0], qd_0 = in[1];
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
+  out[0] = v17; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_twist_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.18 + v3;
-  const lanes v5 = 0.18 - v3;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.5 / v7;
-  const lanes v9 = v2 * qd_0;
-  const lanes v10 = 0.05 * v9;
-  const lanes v11 = v10 * v5;
-  const lanes v12 = v10 * v4;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v8 * v13;
-  const lanes v15 = v1 * qd_0;
-  const lanes v16 = 0.05 * v15;
-  const lanes v17 = v14 - v16;
-  out[0] = v17;
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes q_0 = in[0], qd_0 = in[1];
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
+  out[0] = v17; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_twist_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.18 + v3;
-  const lanes v5 = 0.18 - v3;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.5 / v7;
-  const lanes v9 = v2 * qd_0;
-  const lanes v10 = 0.05 * v9;
-  const lanes v11 = v10 * v5;
-  const lanes v12 = v10 * v4;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v8 * v13;
-  const lanes v15 = v1 * qd_0;
-  const lanes v16 = 0.05 * v15;
-  const lanes v17 = v14 - v16;
-  out[0] = v17;
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes q_0 = in[0], qd_0 = in[1];
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
+  out[0] = v17; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_acceleration_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  const lanes qdd_0 = in[2];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.18 + v3;
-  const lanes v5 = 0.18 - v3;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.5 / v7;
-  const lanes v9 = v5 - v4;
-  const lanes v10 = v2 * qdd_0;
-  const lanes v11 = v1 * qd_0;
-  const lanes v12 = v11 * qd_0;
-  const lanes v13 = v10 - v12;
-  const lanes v14 = 0.05 * v13;
-  const lanes v15 = v9 * v14;
-  const lanes v16 = v2 * qd_0;
-  const lanes v17 = 0.05 * v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = 2.0 * v18;
-  const lanes v20 = v15 - v19;
-  const lanes v21 = v8 * v20;
-  const lanes v22 = v17 * v5;
-  const lanes v23 = v17 * v4;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v7 * v6;
-  const lanes v26 = 0.25 / v25;
-  const lanes v27 = v24 * v26;
-  const lanes v28 = v24 * v27;
-  const lanes v29 = v21 - v28;
-  const lanes v30 = v1 * qdd_0;
-  const lanes v31 = v16 * qd_0;
-  const lanes v32 = v30 + v31;
-  const lanes v33 = 0.05 * v32;
-  const lanes v34 = v29 - v33;
-  out[0] = v34;
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
+      v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
+      v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
+      v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
+      v28 = v24 * v27, v29 = v21 - v28, v30 = v1 * qdd_0, v31 = v16 * qd_0, v32 = v30 + v31,
+      v33 = 0.05 * v32, v34 = v29 - v33;
+  out[0] = v34; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_acceleration_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  const lanes qdd_0 = in[2];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.18 + v3;
-  const lanes v5 = 0.18 - v3;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.5 / v7;
-  const lanes v9 = v5 - v4;
-  const lanes v10 = v2 * qdd_0;
-  const lanes v11 = v1 * qd_0;
-  const lanes v12 = v11 * qd_0;
-  const lanes v13 = v10 - v12;
-  const lanes v14 = 0.05 * v13;
-  const lanes v15 = v9 * v14;
-  const lanes v16 = v2 * qd_0;
-  const lanes v17 = 0.05 * v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = 2.0 * v18;
-  const lanes v20 = v15 - v19;
-  const lanes v21 = v8 * v20;
-  const lanes v22 = v17 * v5;
-  const lanes v23 = v17 * v4;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v7 * v6;
-  const lanes v26 = 0.25 / v25;
-  const lanes v27 = v24 * v26;
-  const lanes v28 = v24 * v27;
-  const lanes v29 = v21 - v28;
-  const lanes v30 = v1 * qdd_0;
-  const lanes v31 = v16 * qd_0;
-  const lanes v32 = v30 + v31;
-  const lanes v33 = 0.05 * v32;
-  const lanes v34 = v29 - v33;
-  out[0] = v34;
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
+      v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
+      v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
+      v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
+      v28 = v24 * v27, v29 = v21 - v28, v30 = v1 * qdd_0, v31 = v16 * qd_0, v32 = v30 + v31,
+      v33 = 0.05 * v32, v34 = v29 - v33;
+  out[0] = v34; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_acceleration_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  const lanes qdd_0 = in[2];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.18 + v3;
-  const lanes v5 = 0.18 - v3;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.5 / v7;
-  const lanes v9 = v5 - v4;
-  const lanes v10 = v2 * qdd_0;
-  const lanes v11 = v1 * qd_0;
-  const lanes v12 = v11 * qd_0;
-  const lanes v13 = v10 - v12;
-  const lanes v14 = 0.05 * v13;
-  const lanes v15 = v9 * v14;
-  const lanes v16 = v2 * qd_0;
-  const lanes v17 = 0.05 * v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = 2.0 * v18;
-  const lanes v20 = v15 - v19;
-  const lanes v21 = v8 * v20;
-  const lanes v22 = v17 * v5;
-  const lanes v23 = v17 * v4;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v7 * v6;
-  const lanes v26 = 0.25 / v25;
-  const lanes v27 = v24 * v26;
-  const lanes v28 = v24 * v27;
-  const lanes v29 = v21 - v28;
-  const lanes v30 = v1 * qdd_0;
-  const lanes v31 = v16 * qd_0;
-  const lanes v32 = v30 + v31;
-  const lanes v33 = 0.05 * v32;
-  const lanes v34 = v29 - v33;
-  out[0] = v34;
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
+  const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
+      v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
+      v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
+      v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
+      v28 = v24 * v27, v29 = v21 - v28, v30 = v1 * qdd_0, v31 = v16 * qd_0, v32 = v30 + v31,
+      v33 = 0.05 * v32, v34 = v29 - v33;
+  out[0] = v34; out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_chain)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.05 * v2;
-  const lanes v5 = 0.18 + v4;
-  const lanes v6 = 0.18 - v4;
-  const lanes v7 = v5 * v6;
-  lanes v8; LANES_NAME(lanes_sqrt)(&v7, &v8);
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 + v4, v6 = 0.18 - v4, v7 = v5 * v6;
+  LANES_LET1(v8, sqrt, v7);
   const lanes v9 = v3 + v8;
   out[0] = v9;
 }
@@ -575,408 +239,207 @@ static LANES_TARGET void LANES_NAME(slider_crank_chain)(const lanes *in, lanes *
 static LANES_TARGET void LANES_NAME(slider_crank_chain_D_q)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.05 * v2;
-  const lanes v5 = 0.18 - v4;
-  const lanes v6 = v3 * v5;
-  const lanes v7 = 0.18 + v4;
-  const lanes v8 = v3 * v7;
-  const lanes v9 = v6 - v8;
-  const lanes v10 = v7 * v5;
-  lanes v11; LANES_NAME(lanes_sqrt)(&v10, &v11);
-  const lanes v12 = 0.5 / v11;
-  const lanes v13 = v9 * v12;
-  const lanes v14 = v13 - v4;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 - v4, v6 = v3 * v5, v7 = 0.18 + v4,
+      v8 = v3 * v7, v9 = v6 - v8, v10 = v7 * v5;
+  LANES_LET1(v11, sqrt, v10);
+  const lanes v12 = 0.5 / v11, v13 = v9 * v12, v14 = v13 - v4;
   out[0] = v14;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_chain_rates)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.18 + v3;
-  const lanes v5 = 0.18 - v3;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.5 / v7;
-  const lanes v9 = v2 * qd_0;
-  const lanes v10 = 0.05 * v9;
-  const lanes v11 = v10 * v5;
-  const lanes v12 = v10 * v4;
-  const lanes v13 = v11 - v12;
-  const lanes v14 = v8 * v13;
-  const lanes v15 = v1 * qd_0;
-  const lanes v16 = 0.05 * v15;
-  const lanes v17 = v14 - v16;
+  const lanes q_0 = in[0], qd_0 = in[1];
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v2 * qd_0, v10 = 0.05 * v9, v11 = v10 * v5, v12 = v10 * v4,
+      v13 = v11 - v12, v14 = v8 * v13, v15 = v1 * qd_0, v16 = 0.05 * v15, v17 = v14 - v16;
   out[0] = v17;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_chain_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes qd_0 = in[1];
-  const lanes qdd_0 = in[2];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.18 + v3;
-  const lanes v5 = 0.18 - v3;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.5 / v7;
-  const lanes v9 = v5 - v4;
-  const lanes v10 = v2 * qdd_0;
-  const lanes v11 = v1 * qd_0;
-  const lanes v12 = v11 * qd_0;
-  const lanes v13 = v10 - v12;
-  const lanes v14 = 0.05 * v13;
-  const lanes v15 = v9 * v14;
-  const lanes v16 = v2 * qd_0;
-  const lanes v17 = 0.05 * v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = 2.0 * v18;
-  const lanes v20 = v15 - v19;
-  const lanes v21 = v8 * v20;
-  const lanes v22 = v17 * v5;
-  const lanes v23 = v17 * v4;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v7 * v6;
-  const lanes v26 = 0.25 / v25;
-  const lanes v27 = v24 * v26;
-  const lanes v28 = v24 * v27;
-  const lanes v29 = v21 - v28;
-  const lanes v30 = v1 * qdd_0;
-  const lanes v31 = v16 * qd_0;
-  const lanes v32 = v30 + v31;
-  const lanes v33 = 0.05 * v32;
-  const lanes v34 = v29 - v33;
+  const lanes q_0 = in[0], qd_0 = in[1], qdd_0 = in[2];
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 / v7, v9 = v5 - v4, v10 = v2 * qdd_0, v11 = v1 * qd_0, v12 = v11 * qd_0,
+      v13 = v10 - v12, v14 = 0.05 * v13, v15 = v9 * v14, v16 = v2 * qd_0, v17 = 0.05 * v16,
+      v18 = v17 * v17, v19 = 2.0 * v18, v20 = v15 - v19, v21 = v8 * v20, v22 = v17 * v5,
+      v23 = v17 * v4, v24 = v22 - v23, v25 = v7 * v6, v26 = 0.25 / v25, v27 = v24 * v26,
+      v28 = v24 * v27, v29 = v21 - v28, v30 = v1 * qdd_0, v31 = v16 * qd_0, v32 = v30 + v31,
+      v33 = 0.05 * v32, v34 = v29 - v33;
   out[0] = v34;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_passive)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.27777777777777773 * v2;
-  const lanes v4 = v1 * v3;
-  const lanes v5 = 0.05 * v2;
-  const lanes v6 = 0.18 + v5;
-  const lanes v7 = 0.18 - v5;
-  const lanes v8 = v6 * v7;
-  lanes v9; LANES_NAME(lanes_sqrt)(&v8, &v9);
-  const lanes v10 = 5.555555555555555 * v9;
-  const lanes v11 = v10 * v2;
-  const lanes v12 = v4 + v11;
-  const lanes v13 = -v12;
-  const lanes v14 = v1 * v10;
-  const lanes v15 = v3 * v2;
-  const lanes v16 = v14 - v15;
-  lanes v17; LANES_NAME(lanes_atan2)(&v13, &v16, &v17);
-  out[0] = v17;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.27777777777777773 * v2, v4 = v1 * v3, v5 = 0.05 * v2, v6 = 0.18 + v5,
+      v7 = 0.18 - v5, v8 = v6 * v7;
+  LANES_LET1(v9, sqrt, v8);
+  const lanes v10 = 5.555555555555555 * v9, v11 = v10 * v2, v12 = v4 + v11, v13 = -v12,
+      v14 = v1 * v10, v15 = v3 * v2, v16 = v14 - v15;
+  LANES_LET2(v17, atan2, v13, v16); out[0] = v17;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_passive_D_q)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.05 * v2;
-  const lanes v5 = 0.18 + v4;
-  const lanes v6 = 0.18 - v4;
-  const lanes v7 = v5 * v6;
-  lanes v8; LANES_NAME(lanes_sqrt)(&v7, &v8);
-  const lanes v9 = v3 * v8;
-  const lanes v10 = v3 * v6;
-  const lanes v11 = v3 * v5;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = 0.5 / v8;
-  const lanes v14 = v12 * v13;
-  const lanes v15 = v4 * v14;
-  const lanes v16 = v9 - v15;
-  const lanes v17 = 30.864197530864196 * v16;
-  const lanes v18 = 1.0 + v17;
-  const lanes v19 = -v18;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 + v4, v6 = 0.18 - v4, v7 = v5 * v6;
+  LANES_LET1(v8, sqrt, v7);
+  const lanes v9 = v3 * v8, v10 = v3 * v6, v11 = v3 * v5, v12 = v10 - v11, v13 = 0.5 / v8,
+      v14 = v12 * v13, v15 = v4 * v14, v16 = v9 - v15, v17 = 30.864197530864196 * v16,
+      v18 = 1.0 + v17, v19 = -v18;
   out[0] = v19;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_configuration)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.05 * v2;
-  const lanes v4 = 0.18 + v3;
-  const lanes v5 = 0.18 - v3;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.27777777777777773 * v2;
-  const lanes v9 = v1 * v8;
-  const lanes v10 = 5.555555555555555 * v7;
-  const lanes v11 = v10 * v2;
-  const lanes v12 = v9 + v11;
-  const lanes v13 = -v12;
-  const lanes v14 = v1 * v10;
-  const lanes v15 = v8 * v2;
-  const lanes v16 = v14 - v15;
-  lanes v17; LANES_NAME(lanes_atan2)(&v13, &v16, &v17);
-  const lanes v18 = 0.05 * v1;
-  const lanes v19 = v18 + v7;
-  out[0] = v19;
-  out[1] = q_0;
-  out[2] = v17;
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.05 * v2, v4 = 0.18 + v3, v5 = 0.18 - v3, v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.27777777777777773 * v2, v9 = v1 * v8, v10 = 5.555555555555555 * v7,
+      v11 = v10 * v2, v12 = v9 + v11, v13 = -v12, v14 = v1 * v10, v15 = v8 * v2, v16 = v14 - v15;
+  LANES_LET2(v17, atan2, v13, v16);
+  const lanes v18 = 0.05 * v1, v19 = v18 + v7;
+  out[0] = v19; out[1] = q_0; out[2] = v17;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_margin)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1; LANES_NAME(lanes_sin)(&q_0, &v1);
-  const lanes v2 = 0.05 * v1;
-  const lanes v3 = 0.18 + v2;
-  const lanes v4 = 0.18 - v2;
-  const lanes v5 = v3 * v4;
-  const lanes v6 = 30.864197530864196 * v5;
+  LANES_LET1(v1, sin, q_0);
+  const lanes v2 = 0.05 * v1, v3 = 0.18 + v2, v4 = 0.18 - v2, v5 = v3 * v4,
+      v6 = 30.864197530864196 * v5;
   out[0] = v6;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_chain_all)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = 0.05 * v2;
-  const lanes v5 = 0.18 + v4;
-  const lanes v6 = 0.18 - v4;
-  const lanes v7 = v5 * v6;
-  lanes v8; LANES_NAME(lanes_sqrt)(&v7, &v8);
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.05 * v1, v4 = 0.05 * v2, v5 = 0.18 + v4, v6 = 0.18 - v4, v7 = v5 * v6;
+  LANES_LET1(v8, sqrt, v7);
   const lanes v9 = v3 + v8;
   out[0] = v9;
   const lanes v10 = v3 - v8;
   out[1] = v10;
   const lanes v11 = 30.864197530864196 * v7;
-  out[2] = v11;
-  out[3] = v11;
+  out[2] = v11; out[3] = v11;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_actuators)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes v1 = theta_0 * theta_0;
-  const lanes v2 = 0.0529 - v1;
-  const lanes v3 = v1 - 0.0169;
-  const lanes v4 = v2 * v3;
-  lanes v5; LANES_NAME(lanes_sqrt)(&v4, &v5);
-  const lanes v6 = 0.5 * v5;
-  const lanes v7 = v6 / v1;
-  const lanes v8 = v7 * theta_0;
-  const lanes v9 = 20.0 * v8;
-  const lanes v10 = 0.5 * v1;
-  const lanes v11 = 0.00125 + v10;
-  const lanes v12 = v11 - 0.0162;
-  const lanes v13 = v12 / v1;
-  const lanes v14 = v13 * theta_0;
-  const lanes v15 = 20.0 * v14;
-  lanes v16; LANES_NAME(lanes_atan2)(&v9, &v15, &v16);
-  out[0] = v16;
+  const lanes theta_0 = in[0], v1 = theta_0 * theta_0, v2 = 0.0529 - v1, v3 = v1 - 0.0169,
+      v4 = v2 * v3;
+  LANES_LET1(v5, sqrt, v4);
+  const lanes v6 = 0.5 * v5, v7 = v6 / v1, v8 = v7 * theta_0, v9 = 20.0 * v8, v10 = 0.5 * v1,
+      v11 = 0.00125 + v10, v12 = v11 - 0.0162, v13 = v12 / v1, v14 = v13 * theta_0,
+      v15 = 20.0 * v14;
+  LANES_LET2(v16, atan2, v9, v15); out[0] = v16;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_actuators_D_chain)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes v1 = theta_0 * theta_0;
-  const lanes v2 = 0.5 * v1;
-  const lanes v3 = 0.00125 + v2;
-  const lanes v4 = v3 - 0.0162;
-  const lanes v5 = v4 / v1;
-  const lanes v6 = v5 * theta_0;
-  const lanes v7 = v6 - theta_0;
-  const lanes v8 = 0.0529 - v1;
-  const lanes v9 = v1 - 0.0169;
-  const lanes v10 = v8 * v9;
-  lanes v11; LANES_NAME(lanes_sqrt)(&v10, &v11);
-  const lanes v12 = 0.5 * v11;
-  const lanes v13 = v7 / v12;
+  const lanes theta_0 = in[0], v1 = theta_0 * theta_0, v2 = 0.5 * v1, v3 = 0.00125 + v2,
+      v4 = v3 - 0.0162, v5 = v4 / v1, v6 = v5 * theta_0, v7 = v6 - theta_0, v8 = 0.0529 - v1,
+      v9 = v1 - 0.0169, v10 = v8 * v9;
+  LANES_LET1(v11, sqrt, v10);
+  const lanes v12 = 0.5 * v11, v13 = v7 / v12;
   out[0] = v13;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_actuator_rates)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes thetad_0 = in[1];
-  const lanes v1 = theta_0 * theta_0;
-  const lanes v2 = 0.5 * v1;
-  const lanes v3 = 0.00125 + v2;
-  const lanes v4 = v3 - 0.0162;
-  const lanes v5 = v4 / v1;
-  const lanes v6 = v5 * theta_0;
-  const lanes v7 = v6 - theta_0;
-  const lanes v8 = v7 * thetad_0;
-  const lanes v9 = 0.0529 - v1;
-  const lanes v10 = v1 - 0.0169;
-  const lanes v11 = v9 * v10;
-  lanes v12; LANES_NAME(lanes_sqrt)(&v11, &v12);
-  const lanes v13 = 0.5 * v12;
-  const lanes v14 = v8 / v13;
+  const lanes theta_0 = in[0], thetad_0 = in[1], v1 = theta_0 * theta_0, v2 = 0.5 * v1,
+      v3 = 0.00125 + v2, v4 = v3 - 0.0162, v5 = v4 / v1, v6 = v5 * theta_0, v7 = v6 - theta_0,
+      v8 = v7 * thetad_0, v9 = 0.0529 - v1, v10 = v1 - 0.0169, v11 = v9 * v10;
+  LANES_LET1(v12, sqrt, v11);
+  const lanes v13 = 0.5 * v12, v14 = v8 / v13;
   out[0] = v14;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_actuator_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes thetad_0 = in[1];
-  const lanes thetadd_0 = in[2];
-  const lanes v1 = theta_0 * theta_0;
-  const lanes v2 = 0.5 * v1;
-  const lanes v3 = 0.00125 + v2;
-  const lanes v4 = v3 - 0.0162;
-  const lanes v5 = v4 / v1;
-  const lanes v6 = v5 * theta_0;
-  const lanes v7 = v6 - theta_0;
-  const lanes v8 = v7 * thetadd_0;
-  const lanes v9 = v5 * thetad_0;
-  const lanes v10 = 2.0 * theta_0;
-  const lanes v11 = v10 * thetad_0;
-  const lanes v12 = 0.5 * v11;
-  const lanes v13 = v12 / v1;
-  const lanes v14 = v1 * v1;
-  const lanes v15 = v4 / v14;
-  const lanes v16 = v11 * v15;
-  const lanes v17 = v13 - v16;
-  const lanes v18 = v17 * theta_0;
-  const lanes v19 = v9 + v18;
-  const lanes v20 = v19 - thetad_0;
-  const lanes v21 = v20 * thetad_0;
-  const lanes v22 = v8 + v21;
-  const lanes v23 = 0.0529 - v1;
-  const lanes v24 = v1 - 0.0169;
-  const lanes v25 = v23 * v24;
-  lanes v26; LANES_NAME(lanes_sqrt)(&v25, &v26);
-  const lanes v27 = 0.5 * v26;
-  const lanes v28 = v22 / v27;
-  const lanes v29 = v23 * v11;
-  const lanes v30 = v24 * v11;
-  const lanes v31 = v29 - v30;
-  const lanes v32 = 0.25 / v26;
-  const lanes v33 = v31 * v32;
-  const lanes v34 = v7 * thetad_0;
-  const lanes v35 = v27 * v27;
-  const lanes v36 = v34 / v35;
-  const lanes v37 = v33 * v36;
-  const lanes v38 = v28 - v37;
+  const lanes theta_0 = in[0], thetad_0 = in[1], thetadd_0 = in[2], v1 = theta_0 * theta_0,
+      v2 = 0.5 * v1, v3 = 0.00125 + v2, v4 = v3 - 0.0162, v5 = v4 / v1, v6 = v5 * theta_0,
+      v7 = v6 - theta_0, v8 = v7 * thetadd_0, v9 = v5 * thetad_0, v10 = 2.0 * theta_0,
+      v11 = v10 * thetad_0, v12 = 0.5 * v11, v13 = v12 / v1, v14 = v1 * v1, v15 = v4 / v14,
+      v16 = v11 * v15, v17 = v13 - v16, v18 = v17 * theta_0, v19 = v9 + v18, v20 = v19 - thetad_0,
+      v21 = v20 * thetad_0, v22 = v8 + v21, v23 = 0.0529 - v1, v24 = v1 - 0.0169, v25 = v23 * v24;
+  LANES_LET1(v26, sqrt, v25);
+  const lanes v27 = 0.5 * v26, v28 = v22 / v27, v29 = v23 * v11, v30 = v24 * v11, v31 = v29 - v30,
+      v32 = 0.25 / v26, v33 = v31 * v32, v34 = v7 * thetad_0, v35 = v27 * v27, v36 = v34 / v35,
+      v37 = v33 * v36, v38 = v28 - v37;
   out[0] = v38;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_actuator_margin)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes v1 = theta_0 * theta_0;
-  const lanes v2 = 0.0529 - v1;
-  const lanes v3 = v1 - 0.0169;
-  const lanes v4 = v2 * v3;
-  const lanes v5 = 3086.41975308642 * v4;
+  const lanes theta_0 = in[0], v1 = theta_0 * theta_0, v2 = 0.0529 - v1, v3 = v1 - 0.0169,
+      v4 = v2 * v3, v5 = 3086.41975308642 * v4;
   out[0] = v5;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_actuators_all)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes v1 = theta_0 * theta_0;
-  const lanes v2 = 0.0529 - v1;
-  const lanes v3 = v1 - 0.0169;
-  const lanes v4 = v2 * v3;
-  lanes v5; LANES_NAME(lanes_sqrt)(&v4, &v5);
-  const lanes v6 = 0.5 * v5;
-  const lanes v7 = v6 / v1;
-  const lanes v8 = v7 * theta_0;
-  const lanes v9 = 20.0 * v8;
-  const lanes v10 = 0.5 * v1;
-  const lanes v11 = 0.00125 + v10;
-  const lanes v12 = v11 - 0.0162;
-  const lanes v13 = v12 / v1;
-  const lanes v14 = v13 * theta_0;
-  const lanes v15 = 20.0 * v14;
-  lanes v16; LANES_NAME(lanes_atan2)(&v9, &v15, &v16);
+  const lanes theta_0 = in[0], v1 = theta_0 * theta_0, v2 = 0.0529 - v1, v3 = v1 - 0.0169,
+      v4 = v2 * v3;
+  LANES_LET1(v5, sqrt, v4);
+  const lanes v6 = 0.5 * v5, v7 = v6 / v1, v8 = v7 * theta_0, v9 = 20.0 * v8, v10 = 0.5 * v1,
+      v11 = 0.00125 + v10, v12 = v11 - 0.0162, v13 = v12 / v1, v14 = v13 * theta_0,
+      v15 = 20.0 * v14;
+  LANES_LET2(v16, atan2, v9, v15);
   const lanes v17 = -v9;
-  lanes v18; LANES_NAME(lanes_atan2)(&v17, &v15, &v18);
-  out[0] = v16;
-  out[1] = v18;
+  LANES_LET2(v18, atan2, v17, v15); out[0] = v16; out[1] = v18;
   const lanes v19 = 3086.41975308642 * v4;
-  out[2] = v19;
-  out[3] = v19;
+  out[2] = v19; out[3] = v19;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_constraint)(const lanes *in, lanes *out)
 {
-  const lanes z_0 = in[0];
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&z_1, &v1, &v4);
+  const lanes z_0 = in[0], z_1 = in[1], z_2 = in[2];
+  LANES_COS_SIN(v1, v4, z_1);
   const lanes v2 = z_1 + z_2;
-  lanes v3, v5; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v5);
-  const lanes v6 = 0.05 * v1;
-  const lanes v7 = 0.18 * v3;
-  const lanes v8 = v6 + v7;
-  const lanes v9 = v8 - z_0;
+  LANES_COS_SIN(v3, v5, v2);
+  const lanes v6 = 0.05 * v1, v7 = 0.18 * v3, v8 = v6 + v7, v9 = v8 - z_0;
   out[0] = v9;
-  const lanes v10 = 0.05 * v4;
-  const lanes v11 = 0.18 * v5;
-  const lanes v12 = v10 + v11;
+  const lanes v10 = 0.05 * v4, v11 = 0.18 * v5, v12 = v10 + v11;
   out[1] = v12;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_constraint_D_z)(const lanes *in, lanes *out)
 {
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  lanes v4, v1; LANES_NAME(lanes_cos_sin)(&z_1, &v4, &v1);
+  const lanes z_1 = in[1], z_2 = in[2];
+  LANES_COS_SIN(v4, v1, z_1);
   const lanes v2 = z_1 + z_2;
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&v2, &v5, &v3);
-  out[0] = LANES_OF(-1.0);
-  const lanes v6 = 0.05 * v1;
-  const lanes v7 = 0.18 * v3;
-  const lanes v8 = v6 + v7;
-  const lanes v9 = -v8;
+  LANES_COS_SIN(v5, v3, v2); out[0] = LANES_OF(-1.0);
+  const lanes v6 = 0.05 * v1, v7 = 0.18 * v3, v8 = v6 + v7, v9 = -v8;
   out[1] = v9;
   const lanes v10 = -v7;
-  out[2] = v10;
-  out[3] = LANES_OF(0.0);
-  const lanes v11 = 0.05 * v4;
-  const lanes v12 = 0.18 * v5;
-  const lanes v13 = v11 + v12;
-  out[4] = v13;
-  out[5] = v12;
+  out[2] = v10; out[3] = LANES_OF(0.0);
+  const lanes v11 = 0.05 * v4, v12 = 0.18 * v5, v13 = v11 + v12;
+  out[4] = v13; out[5] = v12;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_constraint_D_z_dot)(const lanes *in, lanes *out)
 {
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes zd_1 = in[4];
-  const lanes zd_2 = in[5];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&z_1, &v1, &v4);
+  const lanes z_1 = in[1], z_2 = in[2], zd_1 = in[4], zd_2 = in[5];
+  LANES_COS_SIN(v1, v4, z_1);
   const lanes v2 = z_1 + z_2;
-  lanes v3, v5; LANES_NAME(lanes_cos_sin)(&v2, &v3, &v5);
-  out[0] = LANES_OF(0.0);
-  const lanes v6 = v1 * zd_1;
-  const lanes v7 = 0.05 * v6;
-  const lanes v8 = v3 * zd_1;
-  const lanes v9 = v3 * zd_2;
-  const lanes v10 = v8 + v9;
-  const lanes v11 = 0.18 * v10;
-  const lanes v12 = v7 + v11;
-  const lanes v13 = -v12;
+  LANES_COS_SIN(v3, v5, v2); out[0] = LANES_OF(0.0);
+  const lanes v6 = v1 * zd_1, v7 = 0.05 * v6, v8 = v3 * zd_1, v9 = v3 * zd_2, v10 = v8 + v9,
+      v11 = 0.18 * v10, v12 = v7 + v11, v13 = -v12;
   out[1] = v13;
   const lanes v14 = -v11;
-  out[2] = v14;
-  out[3] = LANES_OF(0.0);
-  const lanes v15 = v4 * zd_1;
-  const lanes v16 = 0.05 * v15;
-  const lanes v17 = v5 * zd_1;
-  const lanes v18 = v5 * zd_2;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = 0.18 * v19;
-  const lanes v21 = v16 + v20;
-  const lanes v22 = -v21;
+  out[2] = v14; out[3] = LANES_OF(0.0);
+  const lanes v15 = v4 * zd_1, v16 = 0.05 * v15, v17 = v5 * zd_1, v18 = v5 * zd_2, v19 = v17 + v18,
+      v20 = 0.18 * v19, v21 = v16 + v20, v22 = -v21;
   out[4] = v22;
   const lanes v23 = -v20;
   out[5] = v23;
@@ -984,59 +447,36 @@ static LANES_TARGET void LANES_NAME(slider_crank_constraint_D_z_dot)(const lanes
 
 static LANES_TARGET void LANES_NAME(slider_crank_rods)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes q_0 = in[1];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = theta_0 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.05 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  lanes v9; LANES_NAME(lanes_sqrt)(&v8, &v9);
+  const lanes theta_0 = in[0], q_0 = in[1];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.05 * v1, v4 = theta_0 - v3, v5 = v4 * v4, v6 = 0.05 * v2, v7 = v6 * v6,
+      v8 = v5 + v7;
+  LANES_LET1(v9, sqrt, v8);
   const lanes v10 = v9 - 0.18;
   out[0] = v10;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_rods_D_chain)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes q_0 = in[1];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = theta_0 - v3;
-  const lanes v5 = 2.0 * v4;
-  const lanes v6 = v4 * v4;
-  const lanes v7 = 0.05 * v2;
-  const lanes v8 = v7 * v7;
-  const lanes v9 = v6 + v8;
-  lanes v10; LANES_NAME(lanes_sqrt)(&v9, &v10);
-  const lanes v11 = 0.5 / v10;
-  const lanes v12 = v5 * v11;
+  const lanes theta_0 = in[0], q_0 = in[1];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.05 * v1, v4 = theta_0 - v3, v5 = 2.0 * v4, v6 = v4 * v4, v7 = 0.05 * v2,
+      v8 = v7 * v7, v9 = v6 + v8;
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = 0.5 / v10, v12 = v5 * v11;
   out[0] = v12;
 }
 
 static LANES_TARGET void LANES_NAME(slider_crank_velocity_relation)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes q_0 = in[1];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = 0.05 * v1;
-  const lanes v4 = theta_0 - v3;
-  const lanes v5 = v4 * v4;
-  const lanes v6 = 0.05 * v2;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v5 + v7;
-  lanes v9; LANES_NAME(lanes_sqrt)(&v8, &v9);
+  const lanes theta_0 = in[0], q_0 = in[1];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = 0.05 * v1, v4 = theta_0 - v3, v5 = v4 * v4, v6 = 0.05 * v2, v7 = v6 * v6,
+      v8 = v5 + v7;
+  LANES_LET1(v9, sqrt, v8);
   const lanes v10 = v4 / v9;
   out[0] = v10;
-  const lanes v11 = 0.5 / v9;
-  const lanes v12 = -v6;
-  const lanes v13 = 2.0 * v12;
-  const lanes v14 = v13 * v3;
-  const lanes v15 = 2.0 * v4;
-  const lanes v16 = v15 * v6;
-  const lanes v17 = v14 - v16;
-  const lanes v18 = v11 * v17;
+  const lanes v11 = 0.5 / v9, v12 = -v6, v13 = 2.0 * v12, v14 = v13 * v3, v15 = 2.0 * v4,
+      v16 = v15 * v6, v17 = v14 - v16, v18 = v11 * v17;
   out[1] = v18;
 }

@@ -61,6 +61,34 @@ extern "C" {
 #define CHASLES_HAS_AVX2 (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
 #endif
 
+#if CHASLES_SET_AVX512
+#define CHASLES_RUN_AVX512(kernel) \
+  if (n > 1 && CHASLES_HAS_AVX512) { \
+    lanes_run_avx512(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    return; \
+  }
+#else
+#define CHASLES_RUN_AVX512(kernel)
+#endif
+#if CHASLES_SET_AVX2
+#define CHASLES_RUN_AVX2(kernel) \
+  if (n > 1 && CHASLES_HAS_AVX2) { \
+    lanes_run_avx2(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    return; \
+  }
+#else
+#define CHASLES_RUN_AVX2(kernel)
+#endif
+#if CHASLES_SET_BASELINE
+#define CHASLES_RUN_BASELINE(kernel) \
+  if (n > 1) { \
+    lanes_run_baseline(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    return; \
+  }
+#else
+#define CHASLES_RUN_BASELINE(kernel)
+#endif
+
 /* Rows of any step, in doubles. */
 static void stanford_fk_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
@@ -68,27 +96,9 @@ static void stanford_fk_rows(size_t n, const double *const *inputs, const ptrdif
 #if CHASLES_LANES
   static const int sizes[] = {6, 16};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_fk_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_fk_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_fk_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_fk_avx512)
+  CHASLES_RUN_AVX2(stanford_fk_avx2)
+  CHASLES_RUN_BASELINE(stanford_fk_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -110,27 +120,9 @@ static void stanford_link_poses_rows(size_t n, const double *const *inputs, cons
 #if CHASLES_LANES
   static const int sizes[] = {6, 96};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_link_poses_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_link_poses_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_link_poses_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_link_poses_avx512)
+  CHASLES_RUN_AVX2(stanford_link_poses_avx2)
+  CHASLES_RUN_BASELINE(stanford_link_poses_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -152,27 +144,9 @@ static void stanford_fk_jacobian_mixed_rows(size_t n, const double *const *input
 #if CHASLES_LANES
   static const int sizes[] = {6, 16, 36};
   static const lanes_shape shape = {1, 2, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_fk_jacobian_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_fk_jacobian_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_fk_jacobian_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_fk_jacobian_mixed_avx512)
+  CHASLES_RUN_AVX2(stanford_fk_jacobian_mixed_avx2)
+  CHASLES_RUN_BASELINE(stanford_fk_jacobian_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_fk_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);
@@ -194,27 +168,9 @@ static void stanford_jacobian_space_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_jacobian_space_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_jacobian_space_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_jacobian_space_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_jacobian_space_avx512)
+  CHASLES_RUN_AVX2(stanford_jacobian_space_avx2)
+  CHASLES_RUN_BASELINE(stanford_jacobian_space_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -236,27 +192,9 @@ static void stanford_jacobian_body_rows(size_t n, const double *const *inputs, c
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_jacobian_body_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_jacobian_body_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_jacobian_body_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_jacobian_body_avx512)
+  CHASLES_RUN_AVX2(stanford_jacobian_body_avx2)
+  CHASLES_RUN_BASELINE(stanford_jacobian_body_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -278,27 +216,9 @@ static void stanford_jacobian_mixed_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_jacobian_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_jacobian_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_jacobian_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_jacobian_mixed_avx512)
+  CHASLES_RUN_AVX2(stanford_jacobian_mixed_avx2)
+  CHASLES_RUN_BASELINE(stanford_jacobian_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -320,27 +240,9 @@ static void stanford_jacobian_space_dot_rows(size_t n, const double *const *inpu
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_jacobian_space_dot_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_jacobian_space_dot_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_jacobian_space_dot_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_jacobian_space_dot_avx512)
+  CHASLES_RUN_AVX2(stanford_jacobian_space_dot_avx2)
+  CHASLES_RUN_BASELINE(stanford_jacobian_space_dot_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_jacobian_space_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -362,27 +264,9 @@ static void stanford_jacobian_body_dot_rows(size_t n, const double *const *input
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_jacobian_body_dot_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_jacobian_body_dot_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_jacobian_body_dot_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_jacobian_body_dot_avx512)
+  CHASLES_RUN_AVX2(stanford_jacobian_body_dot_avx2)
+  CHASLES_RUN_BASELINE(stanford_jacobian_body_dot_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_jacobian_body_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -404,27 +288,9 @@ static void stanford_jacobian_mixed_dot_rows(size_t n, const double *const *inpu
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_jacobian_mixed_dot_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_jacobian_mixed_dot_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_jacobian_mixed_dot_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_jacobian_mixed_dot_avx512)
+  CHASLES_RUN_AVX2(stanford_jacobian_mixed_dot_avx2)
+  CHASLES_RUN_BASELINE(stanford_jacobian_mixed_dot_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_jacobian_mixed_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -446,27 +312,9 @@ static void stanford_hessian_mixed_rows(size_t n, const double *const *inputs, c
 #if CHASLES_LANES
   static const int sizes[] = {6, 216};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_hessian_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_hessian_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_hessian_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_hessian_mixed_avx512)
+  CHASLES_RUN_AVX2(stanford_hessian_mixed_avx2)
+  CHASLES_RUN_BASELINE(stanford_hessian_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_hessian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -488,27 +336,9 @@ static void stanford_twist_space_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_twist_space_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_twist_space_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_twist_space_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_twist_space_avx512)
+  CHASLES_RUN_AVX2(stanford_twist_space_avx2)
+  CHASLES_RUN_BASELINE(stanford_twist_space_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_twist_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -530,27 +360,9 @@ static void stanford_twist_body_rows(size_t n, const double *const *inputs, cons
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_twist_body_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_twist_body_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_twist_body_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_twist_body_avx512)
+  CHASLES_RUN_AVX2(stanford_twist_body_avx2)
+  CHASLES_RUN_BASELINE(stanford_twist_body_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_twist_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -572,27 +384,9 @@ static void stanford_twist_mixed_rows(size_t n, const double *const *inputs, con
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_twist_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_twist_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_twist_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_twist_mixed_avx512)
+  CHASLES_RUN_AVX2(stanford_twist_mixed_avx2)
+  CHASLES_RUN_BASELINE(stanford_twist_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_twist_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -614,27 +408,9 @@ static void stanford_acceleration_space_rows(size_t n, const double *const *inpu
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_acceleration_space_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_acceleration_space_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_acceleration_space_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_acceleration_space_avx512)
+  CHASLES_RUN_AVX2(stanford_acceleration_space_avx2)
+  CHASLES_RUN_BASELINE(stanford_acceleration_space_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_acceleration_space(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -656,27 +432,9 @@ static void stanford_acceleration_body_rows(size_t n, const double *const *input
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_acceleration_body_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_acceleration_body_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_acceleration_body_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_acceleration_body_avx512)
+  CHASLES_RUN_AVX2(stanford_acceleration_body_avx2)
+  CHASLES_RUN_BASELINE(stanford_acceleration_body_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_acceleration_body(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -698,27 +456,9 @@ static void stanford_acceleration_mixed_rows(size_t n, const double *const *inpu
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_acceleration_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_acceleration_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_acceleration_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_acceleration_mixed_avx512)
+  CHASLES_RUN_AVX2(stanford_acceleration_mixed_avx2)
+  CHASLES_RUN_BASELINE(stanford_acceleration_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_acceleration_mixed(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -740,27 +480,9 @@ static void stanford_ik_rows(size_t n, const double *const *inputs, const ptrdif
 #if CHASLES_LANES
   static const int sizes[] = {16, 48, 8, 8};
   static const lanes_shape shape = {1, 3, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stanford_ik_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stanford_ik_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stanford_ik_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stanford_ik_avx512)
+  CHASLES_RUN_AVX2(stanford_ik_avx2)
+  CHASLES_RUN_BASELINE(stanford_ik_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stanford_ik(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1], outputs[2] + k * output_steps[2]);

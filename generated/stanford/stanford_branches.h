@@ -18,336 +18,112 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(stanford_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(stanford_ik_branch)(
+    const double *T, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes sign_0 = in[16];
-  const lanes sign_1 = in[17];
-  const lanes sign_2 = in[18];
-  const lanes v1 = 0.26289 * T_2;
-  const lanes v2 = T_3 - v1;
-  const lanes v3 = v2 * v2;
-  const lanes v4 = 0.26289 * T_6;
-  const lanes v5 = T_7 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 + v6;
-  const lanes v8 = 0.26289 * T_10;
-  const lanes v9 = T_11 - v8;
-  const lanes v10 = v9 - 0.411988;
-  const lanes v11 = v10 * v10;
-  const lanes v12 = v7 + v11;
-  const lanes v13 = 0.0236144689 + v12;
-  const lanes v14 = 4e-15 * v13;
-  const lanes v15 = v12 - 0.0236144689;
-  const lanes_where v16 = LANES_LT(v14, v15);
-  lanes v17; LANES_NAME(lanes_sqrt)(&v15, &v17);
-  const lanes v18 = sign_0 * v17;
-  const lanes v19 = v18 * v18;
-  const lanes v20 = LANES_CHOICE(v16, v19, 0.0);
-  const lanes v21 = LANES_CHOICE(v16, v20, 0.0);
-  lanes v22; LANES_NAME(lanes_fmin)(&v21, &v7, &v22);
-  const lanes v23 = 4e-15 * v22;
-  const lanes_where v24 = LANES_LT(v21, v7);
-  const lanes v25 = v21 - v11;
-  const lanes v26 = v7 - 0.0236144689;
-  const lanes v27 = LANES_CHOICE(v24, v25, v26);
-  const lanes_where v28 = LANES_LT(v23, v27);
-  lanes v29; LANES_NAME(lanes_sqrt)(&v27, &v29);
-  const lanes v30 = sign_1 * v29;
-  const lanes v31 = v5 * v30;
-  const lanes v32 = LANES_CHOICE(v28, v31, 0.0);
-  const lanes v33 = 0.15367 * v2;
-  const lanes v34 = v32 - v33;
-  const lanes v35 = v34 * v34;
-  const lanes v36 = v2 * v30;
-  const lanes v37 = LANES_CHOICE(v28, v36, 0.0);
-  const lanes v38 = 0.15367 * v5;
-  const lanes v39 = v37 + v38;
-  const lanes v40 = 1e-150 + v39;
-  const lanes v41 = v40 * v40;
-  const lanes v42 = v35 + v41;
-  lanes v43; LANES_NAME(lanes_sqrt)(&v42, &v43);
-  const lanes v44 = v34 / v43;
-  const lanes v45 = v40 / v43;
-  const lanes v47 = v2 * v45;
-  const lanes v48 = v5 * v44;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = v18 * v49;
-  const lanes v51 = v50 * v50;
-  const lanes v52 = LANES_CHOICE(v16, v51, 0.0);
-  const lanes v53 = LANES_CHOICE(v16, v52, 0.0);
-  const lanes v54 = v10 * v18;
-  const lanes v55 = LANES_CHOICE(v16, v54, 0.0);
-  const lanes v56 = 1e-150 + v55;
-  const lanes v57 = v56 * v56;
-  const lanes v58 = v53 + v57;
-  lanes v59; LANES_NAME(lanes_sqrt)(&v58, &v59);
-  const lanes v60 = 1.0 / v59;
-  const lanes v61 = v50 * v60;
-  const lanes v62 = LANES_CHOICE(v16, v61, 0.0);
-  const lanes v63 = v56 / v59;
-  const lanes v65 = T_6 * v45;
-  const lanes v66 = T_2 * v44;
-  const lanes v67 = v65 - v66;
-  const lanes v68 = v67 * v67;
-  const lanes v69 = T_2 * v45;
-  const lanes v70 = T_6 * v44;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = v63 * v71;
-  const lanes v73 = T_10 * v61;
-  const lanes v74 = LANES_CHOICE(v16, v73, 0.0);
-  const lanes v75 = v72 - v74;
-  const lanes v76 = v75 * v75;
-  const lanes v77 = v68 + v76;
-  const lanes v78 = 4e-15 * v77;
-  const lanes_where v79 = LANES_LT(v78, v77);
-  lanes v80; LANES_NAME(lanes_sqrt)(&v77, &v80);
-  const lanes v81 = sign_2 * v80;
-  const lanes v82 = v75 * v81;
-  const lanes v83 = v82 * v82;
-  const lanes v84 = LANES_CHOICE(v79, v83, 0.0);
-  const lanes v85 = LANES_CHOICE(v79, v84, 0.0);
-  const lanes v86 = v67 * v81;
-  const lanes v87 = LANES_CHOICE(v79, v86, 0.0);
-  const lanes v88 = 1e-150 - v87;
-  const lanes v89 = v88 * v88;
-  const lanes v90 = v85 + v89;
-  lanes v91; LANES_NAME(lanes_sqrt)(&v90, &v91);
-  const lanes v92 = 1.0 / v91;
-  const lanes v93 = v82 * v92;
-  const lanes v94 = LANES_CHOICE(v79, v93, 0.0);
-  const lanes v95 = v88 / v91;
-  lanes v96; LANES_NAME(lanes_atan2)(&v94, &v95, &v96);
-  const lanes v97 = v67 * v95;
-  const lanes v98 = v75 * v93;
-  const lanes v99 = LANES_CHOICE(v79, v98, 0.0);
-  const lanes v100 = v97 - v99;
-  const lanes v101 = v100 * v100;
-  const lanes v102 = T_10 * v63;
-  const lanes v103 = v61 * v71;
-  const lanes v104 = LANES_CHOICE(v16, v103, 0.0);
-  const lanes v105 = v102 + v104;
-  const lanes v106 = 1e-150 + v105;
-  const lanes v107 = v106 * v106;
-  const lanes v108 = v101 + v107;
-  lanes v109; LANES_NAME(lanes_sqrt)(&v108, &v109);
-  const lanes v110 = v100 / v109;
-  const lanes v111 = v106 / v109;
-  lanes v112; LANES_NAME(lanes_atan2)(&v110, &v111, &v112);
-  const lanes v113 = T_8 * v61;
-  const lanes v114 = LANES_CHOICE(v16, v113, 0.0);
-  const lanes v115 = T_0 * v45;
-  const lanes v116 = T_4 * v44;
-  const lanes v117 = v115 + v116;
-  const lanes v118 = v63 * v117;
-  const lanes v119 = v114 - v118;
-  const lanes v120 = v95 * v119;
-  const lanes v121 = T_0 * v44;
-  const lanes v122 = T_4 * v45;
-  const lanes v123 = v121 - v122;
-  const lanes v124 = v93 * v123;
-  const lanes v125 = LANES_CHOICE(v79, v124, 0.0);
-  const lanes v126 = v120 + v125;
-  const lanes v127 = v126 * v126;
-  const lanes v128 = v95 * v123;
-  const lanes v129 = v93 * v119;
-  const lanes v130 = LANES_CHOICE(v79, v129, 0.0);
-  const lanes v131 = v128 - v130;
-  const lanes v132 = v111 * v131;
-  const lanes v133 = T_8 * v63;
-  const lanes v134 = v61 * v117;
-  const lanes v135 = LANES_CHOICE(v16, v134, 0.0);
-  const lanes v136 = v133 + v135;
-  const lanes v137 = v110 * v136;
-  const lanes v138 = v132 + v137;
-  const lanes v139 = 1e-150 + v138;
-  const lanes v140 = v139 * v139;
-  const lanes v141 = v127 + v140;
-  lanes v142; LANES_NAME(lanes_sqrt)(&v141, &v142);
-  const lanes v143 = v126 / v142;
-  const lanes v144 = v139 / v142;
-  lanes v145; LANES_NAME(lanes_atan2)(&v143, &v144, &v145);
-  const lanes v146 = LANES_CHOICE(v16, v18, 0.0);
-  out[2] = v146;
-  out[3] = v96;
-  const lanes v147 = -v112;
-  out[4] = v147;
-  const lanes v148 = -v145;
-  out[5] = v148;
-  const lanes v149 = 0.26289 * v111;
-  const lanes v150 = v146 + v149;
-  const lanes v151 = v61 * v150;
-  const lanes v152 = LANES_CHOICE(v16, v151, 0.0);
-  const lanes v153 = 0.26289 * v110;
-  const lanes v154 = v93 * v153;
-  const lanes v155 = v63 * v154;
-  const lanes v156 = LANES_CHOICE(v79, v155, 0.0);
-  const lanes v157 = v152 - v156;
-  const lanes v158 = v45 * v157;
-  const lanes v159 = v95 * v153;
-  const lanes v160 = v159 + 0.15367;
-  const lanes v161 = v44 * v160;
-  const lanes v162 = v158 - v161;
-  const lanes v163 = v162 - T_3;
-  const lanes v164 = v163 * v163;
-  const lanes v165 = v45 * v160;
-  const lanes v166 = v44 * v157;
-  const lanes v167 = v165 + v166;
-  const lanes v168 = v167 - T_7;
-  const lanes v169 = v168 * v168;
-  const lanes v170 = v164 + v169;
-  const lanes v171 = v63 * v150;
-  const lanes v172 = v61 * v154;
-  const lanes v173 = LANES_CHOICE(v16, v172, 0.0);
-  const lanes v174 = LANES_CHOICE(v79, v173, 0.0);
-  const lanes v175 = v171 + v174;
-  const lanes v176 = v175 + 0.411988;
-  const lanes v177 = v176 - T_11;
-  const lanes v178 = v177 * v177;
-  const lanes v179 = v170 + v178;
-  const lanes v180 = v44 * v95;
-  const lanes v181 = v45 * v63;
-  const lanes v182 = v93 * v181;
-  const lanes v183 = LANES_CHOICE(v79, v182, 0.0);
-  const lanes v184 = v180 + v183;
-  const lanes v185 = v111 * v184;
-  const lanes v186 = v45 * v61;
-  const lanes v187 = v110 * v186;
-  const lanes v188 = LANES_CHOICE(v16, v187, 0.0);
-  const lanes v189 = v185 + v188;
-  const lanes v190 = v144 * v189;
-  const lanes v191 = v95 * v181;
-  const lanes v192 = v44 * v93;
-  const lanes v193 = LANES_CHOICE(v79, v192, 0.0);
-  const lanes v194 = v191 - v193;
-  const lanes v195 = v143 * v194;
-  const lanes v196 = v190 - v195;
-  const lanes v197 = v196 - T_0;
-  const lanes v198 = v197 * v197;
-  const lanes v199 = v144 * v194;
-  const lanes v200 = v143 * v189;
-  const lanes v201 = v199 + v200;
-  const lanes v202 = v201 - T_1;
-  const lanes v203 = v202 * v202;
-  const lanes v204 = v198 + v203;
-  const lanes v205 = v110 * v184;
-  const lanes v206 = v111 * v186;
-  const lanes v207 = LANES_CHOICE(v16, v206, 0.0);
-  const lanes v208 = v205 - v207;
-  const lanes v209 = T_2 + v208;
-  const lanes v210 = v209 * v209;
-  const lanes v211 = v204 + v210;
-  const lanes v212 = v44 * v63;
-  const lanes v213 = v93 * v212;
-  const lanes v214 = LANES_CHOICE(v79, v213, 0.0);
-  const lanes v215 = v45 * v95;
-  const lanes v216 = v214 - v215;
-  const lanes v217 = v111 * v216;
-  const lanes v218 = v44 * v61;
-  const lanes v219 = v110 * v218;
-  const lanes v220 = LANES_CHOICE(v16, v219, 0.0);
-  const lanes v221 = v217 + v220;
-  const lanes v222 = v144 * v221;
-  const lanes v223 = v45 * v93;
-  const lanes v224 = LANES_CHOICE(v79, v223, 0.0);
-  const lanes v225 = v95 * v212;
-  const lanes v226 = v224 + v225;
-  const lanes v227 = v143 * v226;
-  const lanes v228 = v222 - v227;
-  const lanes v229 = v228 - T_4;
-  const lanes v230 = v229 * v229;
-  const lanes v231 = v211 + v230;
-  const lanes v232 = v144 * v226;
-  const lanes v233 = v143 * v221;
-  const lanes v234 = v232 + v233;
-  const lanes v235 = v234 - T_5;
-  const lanes v236 = v235 * v235;
-  const lanes v237 = v231 + v236;
-  const lanes v238 = v110 * v216;
-  const lanes v239 = v111 * v218;
-  const lanes v240 = LANES_CHOICE(v16, v239, 0.0);
-  const lanes v241 = v238 - v240;
-  const lanes v242 = T_6 + v241;
-  const lanes v243 = v242 * v242;
-  const lanes v244 = v237 + v243;
-  const lanes v245 = v63 * v110;
-  const lanes v246 = v61 * v93;
-  const lanes v247 = v111 * v246;
-  const lanes v248 = LANES_CHOICE(v16, v247, 0.0);
-  const lanes v249 = LANES_CHOICE(v79, v248, 0.0);
-  const lanes v250 = v245 - v249;
-  const lanes v251 = v144 * v250;
-  const lanes v252 = v61 * v95;
-  const lanes v253 = v143 * v252;
-  const lanes v254 = LANES_CHOICE(v16, v253, 0.0);
-  const lanes v255 = v251 + v254;
-  const lanes v256 = v255 - T_8;
-  const lanes v257 = v256 * v256;
-  const lanes v258 = v244 + v257;
-  const lanes v259 = v143 * v250;
-  const lanes v260 = v144 * v252;
-  const lanes v261 = LANES_CHOICE(v16, v260, 0.0);
-  const lanes v262 = v259 - v261;
-  const lanes v263 = v262 - T_9;
-  const lanes v264 = v263 * v263;
-  const lanes v265 = v258 + v264;
-  const lanes v266 = v63 * v111;
-  const lanes v267 = v110 * v246;
-  const lanes v268 = LANES_CHOICE(v16, v267, 0.0);
-  const lanes v269 = LANES_CHOICE(v79, v268, 0.0);
-  const lanes v270 = v266 + v269;
-  const lanes v271 = v270 - T_10;
-  const lanes v272 = v271 * v271;
-  const lanes v273 = v265 + v272;
-  const lanes v274 = 0.5 * v273;
-  lanes v275; LANES_NAME(lanes_fmax)(&v179, &v274, &v275);
-  lanes v276; LANES_NAME(lanes_sqrt)(&v275, &v276);
-  out[6] = v276;
-  const lanes v277 = 1e-300 + v77;
-  const lanes v278 = v77 / v277;
-  const lanes v279 = 1e-300 + v13;
-  const lanes v280 = v15 / v279;
-  const lanes v281 = 1e-300 + v22;
-  const lanes v282 = v27 / v281;
-  lanes v283; LANES_NAME(lanes_fmin)(&v280, &v282, &v283);
-  lanes v284; LANES_NAME(lanes_fmin)(&v278, &v283, &v284);
-  out[7] = v284;
-  lanes v46, v64; LANES_NAME(lanes_two_atan2)(&v44, &v45, &v62, &v63, &v46, &v64);
-  out[0] = v46;
-  out[1] = v64;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.26289 * T_6,
+      v2 = 0.26289 * T_2, v3 = 0.26289 * T_10, v4 = T_7 - v1, v5 = T_3 - v2, v6 = T_11 - v3,
+      v7 = v5 * v5, v8 = v4 * v4, v9 = v6 - 0.411988, v10 = 0.15367 * v5, v11 = 0.15367 * v4,
+      v12 = v7 + v8, v13 = v9 * v9, v14 = v12 + v13, v15 = v12 - 0.0236144689,
+      v16 = 0.0236144689 + v14, v17 = v14 - 0.0236144689, v18 = 4e-15 * v16;
+  LANES_LET1(v19, sqrt, v17);
+  const lanes v20 = 1e-300 + v16;
+  const lanes_where v21 = LANES_LT(v18, v17);
+  const lanes v22 = v17 / v20, v23 = LANES_CHOICE(v21, v19, 0.0), v24 = choice_0 * v23,
+      v25 = v24 * v24, v26 = v9 * v24;
+  out[2] = v24; LANES_LET2(v27, fmin, v25, v12); const lanes_where v28 = LANES_LT(v25, v12);
+  const lanes v29 = v25 - v13, v30 = 1e-150 + v26, v31 = 4e-15 * v27,
+      v32 = LANES_CHOICE(v28, v29, v15), v33 = v30 * v30, v34 = 1e-300 + v27;
+  const lanes_where v35 = LANES_LT(v31, v32); LANES_LET1(v36, sqrt, v32);
+  const lanes v37 = v32 / v34, v38 = LANES_CHOICE(v35, v36, 0.0);
+  LANES_LET2(v39, fmin, v22, v37);
+  const lanes v40 = choice_1 * v38;
+  out[7] = v39;
+  const lanes v41 = v4 * v40, v42 = v5 * v40, v43 = v41 - v10, v44 = v42 + v11, v45 = v43 * v43,
+      v46 = 1e-150 + v44, v47 = v46 * v46, v49 = v45 + v47;
+  LANES_LET1(v50, rsqrt, v49);
+  const lanes v51 = v43 * v50, v52 = v46 * v50, v53 = v5 * v52, v54 = v4 * v51, v55 = T_2 * v52,
+      v56 = T_6 * v51, v57 = T_6 * v52, v58 = T_2 * v51, v59 = T_0 * v52, v60 = T_4 * v51,
+      v61 = T_0 * v51, v62 = T_4 * v52, v63 = v53 + v54, v64 = v55 + v56, v65 = v57 - v58,
+      v66 = v59 + v60, v67 = v61 - v62, v68 = v24 * v63, v69 = 1e-150 - v65, v70 = v68 * v68,
+      v72 = v69 * v69, v73 = v69 * choice_2, v74 = v70 + v33;
+  LANES_LET1(v75, rsqrt, v74);
+  const lanes v76 = v68 * v75, v77 = v30 * v75, v78 = v77 * v64, v79 = T_10 * v76, v80 = T_10 * v77,
+      v81 = v76 * v64, v82 = T_8 * v76, v83 = v77 * v66, v84 = T_8 * v77, v85 = v76 * v66,
+      v86 = v52 * v77, v87 = v52 * v76, v88 = v51 * v77, v89 = v51 * v76, v90 = v78 - v79,
+      v91 = v80 + v81, v92 = v82 - v83, v93 = v84 + v85, v94 = v90 * v90;
+  LANES_LET2(v95, atan2, v90, v73);
+  const lanes v96 = v91 * v91, v97 = v94 + v72, v98 = choice_2 * v95;
+  LANES_LET1(v99, rsqrt, v97); out[3] = v98;
+  const lanes v100 = v90 * v99, v101 = v69 * v99, v102 = choice_2 * v101, v103 = choice_2 * v100,
+      v104 = v65 * v102, v105 = v90 * v103, v106 = v102 * v92, v107 = v103 * v67, v108 = v102 * v67,
+      v109 = v103 * v92, v110 = v51 * v102, v111 = v103 * v86, v112 = v102 * v86, v113 = v51 * v103,
+      v114 = v103 * v88, v115 = v52 * v102, v116 = v52 * v103, v117 = v102 * v88, v118 = v76 * v103,
+      v119 = v76 * v102, v120 = v104 - v105, v121 = v106 + v107, v122 = v108 - v109,
+      v123 = v110 + v111, v124 = v112 - v113, v125 = v114 - v115, v126 = v116 + v117,
+      v127 = v120 * v120;
+  LANES_LET2(v128, atan2, v120, v91);
+  const lanes v129 = v121 * v121, v130 = v96 + v127, v131 = -v128;
+  LANES_LET1(v132, rsqrt, v130); out[4] = v131;
+  const lanes v133 = v120 * v132, v134 = v91 * v132, v135 = v134 * v122, v136 = v133 * v93,
+      v137 = 0.26289 * v134, v138 = 0.26289 * v133, v139 = v134 * v123, v140 = v133 * v87,
+      v141 = v133 * v123, v142 = v134 * v87, v143 = v134 * v125, v144 = v133 * v89,
+      v145 = v133 * v125, v146 = v134 * v89, v147 = v77 * v133, v148 = v134 * v118,
+      v149 = v77 * v134, v150 = v133 * v118, v151 = v135 + v136, v152 = v24 + v137,
+      v153 = v103 * v138, v154 = v102 * v138, v155 = v139 + v140, v156 = v141 - v142,
+      v157 = v143 + v144, v158 = v145 - v146, v159 = v147 - v148, v160 = v149 + v150,
+      v161 = v151 * v151;
+  LANES_LET2(v162, atan2, v121, v151);
+  const lanes v163 = v76 * v152, v164 = v77 * v153, v165 = v154 + 0.15367, v166 = v77 * v152,
+      v167 = v76 * v153, v168 = T_2 + v156, v169 = T_6 + v158, v170 = v160 - T_10,
+      v171 = v129 + v161, v172 = -v162, v173 = v163 - v164, v174 = v51 * v165, v175 = v52 * v165,
+      v176 = v166 + v167, v177 = v168 * v168, v178 = v169 * v169, v179 = v170 * v170;
+  LANES_LET1(v180, rsqrt, v171); out[5] = v172;
+  const lanes v181 = v52 * v173, v182 = v51 * v173, v183 = v176 + 0.411988, v184 = v121 * v180,
+      v185 = v151 * v180, v186 = v181 - v174, v187 = v175 + v182, v188 = v183 - T_11,
+      v189 = v186 - T_3, v190 = v187 - T_7, v191 = v188 * v188, v192 = v185 * v155,
+      v193 = v184 * v124, v194 = v185 * v124, v195 = v184 * v155, v196 = v185 * v157,
+      v197 = v184 * v126, v198 = v185 * v126, v199 = v184 * v157, v200 = v185 * v159,
+      v201 = v184 * v119, v202 = v184 * v159, v203 = v185 * v119, v204 = v189 * v189,
+      v205 = v190 * v190, v206 = v192 - v193, v207 = v194 + v195, v208 = v196 - v197,
+      v209 = v198 + v199, v210 = v200 + v201, v211 = v202 - v203, v212 = v204 + v205,
+      v213 = v206 - T_0, v214 = v207 - T_1, v215 = v208 - T_4, v216 = v209 - T_5, v217 = v210 - T_8,
+      v218 = v211 - T_9, v219 = v212 + v191, v220 = v213 * v213, v221 = v214 * v214,
+      v222 = v215 * v215, v223 = v216 * v216, v224 = v217 * v217, v225 = v218 * v218,
+      v226 = v220 + v221, v227 = v226 + v177, v228 = v227 + v222, v229 = v228 + v223,
+      v230 = v229 + v178, v231 = v230 + v224, v232 = v231 + v225, v233 = v232 + v179,
+      v234 = 0.5 * v233, v235 = v219 + v234, v236 = v219 - v234;
+  LANES_LET1(v237, fabs, v236);
+  const lanes v238 = v235 + v237, v239 = 0.5 * v238;
+  LANES_LET1(v240, sqrt, v239); out[6] = v240;
+  lanes v48, v71; LANES_NAME(lanes_two_atan2)(&v43, &v46, &v68, &v30, &v48, &v71); out[0] = v48;
+  out[1] = v71;
 }
 
-static inline LANES_TARGET void LANES_NAME(stanford_ik_branches)(const double *T, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(stanford_ik_branches)(const double *T, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[19], out[BRANCHES / COUNT][8];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[16 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(stanford_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][8];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(stanford_ik_branch)(T, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(stanford_ik_branch)(T, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 6, COUNT, q + b * 6, 6);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b * 1, 1);
   }
 }
 

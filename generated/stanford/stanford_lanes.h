@@ -3,5131 +3,1399 @@
 
 static LANES_TARGET void LANES_NAME(stanford_fk)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v10, v1; LANES_NAME(lanes_cos_sin)(&q_5, &v10, &v1);
-  lanes v2, v5; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v5);
-  lanes v3, v8; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v8);
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v4, &v6);
-  lanes v7, v9; LANES_NAME(lanes_cos_sin)(&q_4, &v7, &v9);
-  const lanes v11 = v2 * v3;
-  const lanes v12 = v11 * v4;
-  const lanes v13 = v5 * v6;
-  const lanes v14 = v12 - v13;
-  const lanes v15 = v1 * v14;
-  const lanes v16 = v11 * v6;
-  const lanes v17 = v5 * v4;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = v18 * v7;
-  const lanes v20 = v2 * v8;
-  const lanes v21 = v20 * v9;
-  const lanes v22 = v19 - v21;
-  const lanes v23 = v22 * v10;
-  const lanes v24 = v15 + v23;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v10, v1, q_5); LANES_COS_SIN(v2, v5, q_0); LANES_COS_SIN(v3, v8, q_1);
+  LANES_COS_SIN(v4, v6, q_3); LANES_COS_SIN(v7, v9, q_4);
+  const lanes v11 = v2 * v3, v12 = v11 * v4, v13 = v5 * v6, v14 = v12 - v13, v15 = v1 * v14,
+      v16 = v11 * v6, v17 = v5 * v4, v18 = v16 + v17, v19 = v18 * v7, v20 = v2 * v8, v21 = v20 * v9,
+      v22 = v19 - v21, v23 = v22 * v10, v24 = v15 + v23;
   out[0] = v24;
-  const lanes v25 = v14 * v10;
-  const lanes v26 = v1 * v22;
-  const lanes v27 = v25 - v26;
+  const lanes v25 = v14 * v10, v26 = v1 * v22, v27 = v25 - v26;
   out[1] = v27;
-  const lanes v28 = v20 * v7;
-  const lanes v29 = v18 * v9;
-  const lanes v30 = v28 + v29;
+  const lanes v28 = v20 * v7, v29 = v18 * v9, v30 = v28 + v29;
   out[2] = v30;
-  const lanes v31 = 0.26289 * v9;
-  const lanes v32 = v31 * v6;
-  const lanes v33 = v3 * v32;
-  const lanes v34 = 0.26289 * v7;
-  const lanes v35 = v34 + q_2;
-  const lanes v36 = v35 * v8;
-  const lanes v37 = v33 + v36;
-  const lanes v38 = v2 * v37;
-  const lanes v39 = v31 * v4;
-  const lanes v40 = 0.15367 - v39;
-  const lanes v41 = v5 * v40;
-  const lanes v42 = v38 - v41;
+  const lanes v31 = 0.26289 * v9, v32 = v31 * v6, v33 = v3 * v32, v34 = 0.26289 * v7,
+      v35 = v34 + q_2, v36 = v35 * v8, v37 = v33 + v36, v38 = v2 * v37, v39 = v31 * v4,
+      v40 = 0.15367 - v39, v41 = v5 * v40, v42 = v38 - v41;
   out[3] = v42;
-  const lanes v43 = v2 * v6;
-  const lanes v44 = v5 * v3;
-  const lanes v45 = v44 * v4;
-  const lanes v46 = v43 + v45;
-  const lanes v47 = v1 * v46;
-  const lanes v48 = v44 * v6;
-  const lanes v49 = v2 * v4;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = v50 * v7;
-  const lanes v52 = v5 * v8;
-  const lanes v53 = v52 * v9;
-  const lanes v54 = v51 - v53;
-  const lanes v55 = v54 * v10;
-  const lanes v56 = v47 + v55;
+  const lanes v43 = v2 * v6, v44 = v5 * v3, v45 = v44 * v4, v46 = v43 + v45, v47 = v1 * v46,
+      v48 = v44 * v6, v49 = v2 * v4, v50 = v48 - v49, v51 = v50 * v7, v52 = v5 * v8, v53 = v52 * v9,
+      v54 = v51 - v53, v55 = v54 * v10, v56 = v47 + v55;
   out[4] = v56;
-  const lanes v57 = v46 * v10;
-  const lanes v58 = v1 * v54;
-  const lanes v59 = v57 - v58;
+  const lanes v57 = v46 * v10, v58 = v1 * v54, v59 = v57 - v58;
   out[5] = v59;
-  const lanes v60 = v52 * v7;
-  const lanes v61 = v50 * v9;
-  const lanes v62 = v60 + v61;
+  const lanes v60 = v52 * v7, v61 = v50 * v9, v62 = v60 + v61;
   out[6] = v62;
-  const lanes v63 = v2 * v40;
-  const lanes v64 = v5 * v37;
-  const lanes v65 = v63 + v64;
+  const lanes v63 = v2 * v40, v64 = v5 * v37, v65 = v63 + v64;
   out[7] = v65;
-  const lanes v66 = v8 * v4;
-  const lanes v67 = v1 * v66;
-  const lanes v68 = v8 * v6;
-  const lanes v69 = v68 * v7;
-  const lanes v70 = v3 * v9;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = v71 * v10;
-  const lanes v73 = v67 + v72;
-  const lanes v74 = -v73;
+  const lanes v66 = v8 * v4, v67 = v1 * v66, v68 = v8 * v6, v69 = v68 * v7, v70 = v3 * v9,
+      v71 = v69 + v70, v72 = v71 * v10, v73 = v67 + v72, v74 = -v73;
   out[8] = v74;
-  const lanes v75 = v1 * v71;
-  const lanes v76 = v66 * v10;
-  const lanes v77 = v75 - v76;
+  const lanes v75 = v1 * v71, v76 = v66 * v10, v77 = v75 - v76;
   out[9] = v77;
-  const lanes v78 = v68 * v9;
-  const lanes v79 = v3 * v7;
-  const lanes v80 = v78 - v79;
-  const lanes v81 = -v80;
+  const lanes v78 = v68 * v9, v79 = v3 * v7, v80 = v78 - v79, v81 = -v80;
   out[10] = v81;
-  const lanes v82 = v32 * v8;
-  const lanes v83 = v3 * v35;
-  const lanes v84 = v82 - v83;
-  const lanes v85 = 0.411988 - v84;
-  out[11] = v85;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v82 = v32 * v8, v83 = v3 * v35, v84 = v82 - v83, v85 = 0.411988 - v84;
+  out[11] = v85; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(stanford_link_poses)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v5);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_4, &v7, &v8);
-  lanes v10, v9; LANES_NAME(lanes_cos_sin)(&q_5, &v10, &v9);
-  out[0] = v1;
-  out[1] = LANES_OF(0.0);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_1); LANES_COS_SIN(v6, v5, q_3);
+  LANES_COS_SIN(v7, v8, q_4); LANES_COS_SIN(v10, v9, q_5); out[0] = v1; out[1] = LANES_OF(0.0);
   const lanes v11 = -v2;
-  out[2] = v11;
-  out[3] = LANES_OF(0.0);
-  out[4] = v2;
-  out[5] = LANES_OF(0.0);
-  out[6] = v1;
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(-1.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.411988);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
+  out[2] = v11; out[3] = LANES_OF(0.0); out[4] = v2; out[5] = LANES_OF(0.0); out[6] = v1;
+  out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(-1.0); out[10] = LANES_OF(0.0);
+  out[11] = LANES_OF(0.411988); out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
   const lanes v12 = v1 * v3;
-  out[16] = v12;
-  out[17] = v11;
+  out[16] = v12; out[17] = v11;
   const lanes v13 = v1 * v4;
   out[18] = v13;
-  const lanes v14 = 0.15367 * v2;
-  const lanes v15 = -v14;
+  const lanes v14 = 0.15367 * v2, v15 = -v14;
   out[19] = v15;
   const lanes v16 = v2 * v3;
-  out[20] = v16;
-  out[21] = v1;
+  out[20] = v16; out[21] = v1;
   const lanes v17 = v2 * v4;
   out[22] = v17;
   const lanes v18 = 0.15367 * v1;
   out[23] = v18;
   const lanes v19 = -v4;
-  out[24] = v19;
-  out[25] = LANES_OF(0.0);
-  out[26] = v3;
-  out[27] = LANES_OF(0.411988);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(1.0);
-  out[32] = v2;
-  out[33] = v12;
-  out[34] = v13;
-  const lanes v20 = v13 * q_2;
-  const lanes v21 = v20 - v14;
+  out[24] = v19; out[25] = LANES_OF(0.0); out[26] = v3; out[27] = LANES_OF(0.411988);
+  out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0);
+  out[31] = LANES_OF(1.0); out[32] = v2; out[33] = v12; out[34] = v13;
+  const lanes v20 = v13 * q_2, v21 = v20 - v14;
   out[35] = v21;
   const lanes v22 = -v1;
-  out[36] = v22;
-  out[37] = v16;
-  out[38] = v17;
-  const lanes v23 = v17 * q_2;
-  const lanes v24 = v18 + v23;
-  out[39] = v24;
-  out[40] = LANES_OF(0.0);
-  out[41] = v19;
-  out[42] = v3;
-  const lanes v25 = v3 * q_2;
-  const lanes v26 = 0.411988 + v25;
-  out[43] = v26;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
+  out[36] = v22; out[37] = v16; out[38] = v17;
+  const lanes v23 = v17 * q_2, v24 = v18 + v23;
+  out[39] = v24; out[40] = LANES_OF(0.0); out[41] = v19; out[42] = v3;
+  const lanes v25 = v3 * q_2, v26 = 0.411988 + v25;
+  out[43] = v26; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
   out[47] = LANES_OF(1.0);
-  const lanes v27 = v12 * v5;
-  const lanes v28 = v2 * v6;
-  const lanes v29 = v27 + v28;
+  const lanes v27 = v12 * v5, v28 = v2 * v6, v29 = v27 + v28;
   out[48] = v29;
   const lanes v30 = -v13;
   out[49] = v30;
-  const lanes v31 = v12 * v6;
-  const lanes v32 = v2 * v5;
-  const lanes v33 = v31 - v32;
-  out[50] = v33;
-  out[51] = v21;
-  const lanes v34 = v16 * v5;
-  const lanes v35 = v1 * v6;
-  const lanes v36 = v34 - v35;
+  const lanes v31 = v12 * v6, v32 = v2 * v5, v33 = v31 - v32;
+  out[50] = v33; out[51] = v21;
+  const lanes v34 = v16 * v5, v35 = v1 * v6, v36 = v34 - v35;
   out[52] = v36;
   const lanes v37 = -v17;
   out[53] = v37;
-  const lanes v38 = v1 * v5;
-  const lanes v39 = v16 * v6;
-  const lanes v40 = v38 + v39;
-  out[54] = v40;
-  out[55] = v24;
-  const lanes v41 = v4 * v5;
-  const lanes v42 = -v41;
+  const lanes v38 = v1 * v5, v39 = v16 * v6, v40 = v38 + v39;
+  out[54] = v40; out[55] = v24;
+  const lanes v41 = v4 * v5, v42 = -v41;
   out[56] = v42;
   const lanes v43 = -v3;
   out[57] = v43;
-  const lanes v44 = v4 * v6;
-  const lanes v45 = -v44;
-  out[58] = v45;
-  out[59] = v26;
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
-  out[63] = LANES_OF(1.0);
-  const lanes v46 = v29 * v7;
-  const lanes v47 = v13 * v8;
-  const lanes v48 = v46 - v47;
-  out[64] = v48;
-  out[65] = v33;
-  const lanes v49 = v13 * v7;
-  const lanes v50 = v29 * v8;
-  const lanes v51 = v49 + v50;
-  out[66] = v51;
-  out[67] = v21;
-  const lanes v52 = v36 * v7;
-  const lanes v53 = v17 * v8;
-  const lanes v54 = v52 - v53;
-  out[68] = v54;
-  out[69] = v40;
-  const lanes v55 = v17 * v7;
-  const lanes v56 = v36 * v8;
-  const lanes v57 = v55 + v56;
-  out[70] = v57;
-  out[71] = v24;
-  const lanes v58 = v41 * v7;
-  const lanes v59 = v3 * v8;
-  const lanes v60 = v58 + v59;
-  const lanes v61 = -v60;
-  out[72] = v61;
-  out[73] = v45;
-  const lanes v62 = v41 * v8;
-  const lanes v63 = v3 * v7;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = -v64;
-  out[74] = v65;
-  out[75] = v26;
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
-  out[79] = LANES_OF(1.0);
-  const lanes v66 = v9 * v33;
-  const lanes v67 = v48 * v10;
-  const lanes v68 = v66 + v67;
+  const lanes v44 = v4 * v6, v45 = -v44;
+  out[58] = v45; out[59] = v26; out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0);
+  out[62] = LANES_OF(0.0); out[63] = LANES_OF(1.0);
+  const lanes v46 = v29 * v7, v47 = v13 * v8, v48 = v46 - v47;
+  out[64] = v48; out[65] = v33;
+  const lanes v49 = v13 * v7, v50 = v29 * v8, v51 = v49 + v50;
+  out[66] = v51; out[67] = v21;
+  const lanes v52 = v36 * v7, v53 = v17 * v8, v54 = v52 - v53;
+  out[68] = v54; out[69] = v40;
+  const lanes v55 = v17 * v7, v56 = v36 * v8, v57 = v55 + v56;
+  out[70] = v57; out[71] = v24;
+  const lanes v58 = v41 * v7, v59 = v3 * v8, v60 = v58 + v59, v61 = -v60;
+  out[72] = v61; out[73] = v45;
+  const lanes v62 = v41 * v8, v63 = v3 * v7, v64 = v62 - v63, v65 = -v64;
+  out[74] = v65; out[75] = v26; out[76] = LANES_OF(0.0); out[77] = LANES_OF(0.0);
+  out[78] = LANES_OF(0.0); out[79] = LANES_OF(1.0);
+  const lanes v66 = v9 * v33, v67 = v48 * v10, v68 = v66 + v67;
   out[80] = v68;
-  const lanes v69 = v33 * v10;
-  const lanes v70 = v9 * v48;
-  const lanes v71 = v69 - v70;
-  out[81] = v71;
-  out[82] = v51;
-  const lanes v72 = 0.26289 * v51;
-  const lanes v73 = v21 + v72;
+  const lanes v69 = v33 * v10, v70 = v9 * v48, v71 = v69 - v70;
+  out[81] = v71; out[82] = v51;
+  const lanes v72 = 0.26289 * v51, v73 = v21 + v72;
   out[83] = v73;
-  const lanes v74 = v9 * v40;
-  const lanes v75 = v54 * v10;
-  const lanes v76 = v74 + v75;
+  const lanes v74 = v9 * v40, v75 = v54 * v10, v76 = v74 + v75;
   out[84] = v76;
-  const lanes v77 = v40 * v10;
-  const lanes v78 = v9 * v54;
-  const lanes v79 = v77 - v78;
-  out[85] = v79;
-  out[86] = v57;
-  const lanes v80 = 0.26289 * v57;
-  const lanes v81 = v24 + v80;
+  const lanes v77 = v40 * v10, v78 = v9 * v54, v79 = v77 - v78;
+  out[85] = v79; out[86] = v57;
+  const lanes v80 = 0.26289 * v57, v81 = v24 + v80;
   out[87] = v81;
-  const lanes v82 = v9 * v44;
-  const lanes v83 = v60 * v10;
-  const lanes v84 = v82 + v83;
-  const lanes v85 = -v84;
+  const lanes v82 = v9 * v44, v83 = v60 * v10, v84 = v82 + v83, v85 = -v84;
   out[88] = v85;
-  const lanes v86 = v9 * v60;
-  const lanes v87 = v44 * v10;
-  const lanes v88 = v86 - v87;
-  out[89] = v88;
-  out[90] = v65;
-  const lanes v89 = 0.26289 * v64;
-  const lanes v90 = v26 - v89;
-  out[91] = v90;
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
+  const lanes v86 = v9 * v60, v87 = v44 * v10, v88 = v86 - v87;
+  out[89] = v88; out[90] = v65;
+  const lanes v89 = 0.26289 * v64, v90 = v26 - v89;
+  out[91] = v90; out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0); out[94] = LANES_OF(0.0);
   out[95] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(stanford_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v10, v1; LANES_NAME(lanes_cos_sin)(&q_5, &v10, &v1);
-  lanes v2, v5; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v5);
-  lanes v3, v8; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v8);
-  lanes v4, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v4, &v6);
-  lanes v7, v9; LANES_NAME(lanes_cos_sin)(&q_4, &v7, &v9);
-  const lanes v11 = v2 * v3;
-  const lanes v12 = v11 * v4;
-  const lanes v13 = v5 * v6;
-  const lanes v14 = v12 - v13;
-  const lanes v15 = v1 * v14;
-  const lanes v16 = v11 * v6;
-  const lanes v17 = v5 * v4;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = v18 * v7;
-  const lanes v20 = v2 * v8;
-  const lanes v21 = v20 * v9;
-  const lanes v22 = v19 - v21;
-  const lanes v23 = v22 * v10;
-  const lanes v24 = v15 + v23;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v10, v1, q_5); LANES_COS_SIN(v2, v5, q_0); LANES_COS_SIN(v3, v8, q_1);
+  LANES_COS_SIN(v4, v6, q_3); LANES_COS_SIN(v7, v9, q_4);
+  const lanes v11 = v2 * v3, v12 = v11 * v4, v13 = v5 * v6, v14 = v12 - v13, v15 = v1 * v14,
+      v16 = v11 * v6, v17 = v5 * v4, v18 = v16 + v17, v19 = v18 * v7, v20 = v2 * v8, v21 = v20 * v9,
+      v22 = v19 - v21, v23 = v22 * v10, v24 = v15 + v23;
   out[0] = v24;
-  const lanes v25 = v14 * v10;
-  const lanes v26 = v1 * v22;
-  const lanes v27 = v25 - v26;
+  const lanes v25 = v14 * v10, v26 = v1 * v22, v27 = v25 - v26;
   out[1] = v27;
-  const lanes v28 = v20 * v7;
-  const lanes v29 = v18 * v9;
-  const lanes v30 = v28 + v29;
+  const lanes v28 = v20 * v7, v29 = v18 * v9, v30 = v28 + v29;
   out[2] = v30;
-  const lanes v31 = 0.26289 * v9;
-  const lanes v32 = v31 * v6;
-  const lanes v33 = v3 * v32;
-  const lanes v34 = 0.26289 * v7;
-  const lanes v35 = v34 + q_2;
-  const lanes v36 = v35 * v8;
-  const lanes v37 = v33 + v36;
-  const lanes v38 = v2 * v37;
-  const lanes v39 = v31 * v4;
-  const lanes v40 = 0.15367 - v39;
-  const lanes v41 = v5 * v40;
-  const lanes v42 = v38 - v41;
+  const lanes v31 = 0.26289 * v9, v32 = v31 * v6, v33 = v3 * v32, v34 = 0.26289 * v7,
+      v35 = v34 + q_2, v36 = v35 * v8, v37 = v33 + v36, v38 = v2 * v37, v39 = v31 * v4,
+      v40 = 0.15367 - v39, v41 = v5 * v40, v42 = v38 - v41;
   out[3] = v42;
-  const lanes v43 = v2 * v6;
-  const lanes v44 = v5 * v3;
-  const lanes v45 = v44 * v4;
-  const lanes v46 = v43 + v45;
-  const lanes v47 = v1 * v46;
-  const lanes v48 = v44 * v6;
-  const lanes v49 = v2 * v4;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = v50 * v7;
-  const lanes v52 = v5 * v8;
-  const lanes v53 = v52 * v9;
-  const lanes v54 = v51 - v53;
-  const lanes v55 = v54 * v10;
-  const lanes v56 = v47 + v55;
+  const lanes v43 = v2 * v6, v44 = v5 * v3, v45 = v44 * v4, v46 = v43 + v45, v47 = v1 * v46,
+      v48 = v44 * v6, v49 = v2 * v4, v50 = v48 - v49, v51 = v50 * v7, v52 = v5 * v8, v53 = v52 * v9,
+      v54 = v51 - v53, v55 = v54 * v10, v56 = v47 + v55;
   out[4] = v56;
-  const lanes v57 = v46 * v10;
-  const lanes v58 = v1 * v54;
-  const lanes v59 = v57 - v58;
+  const lanes v57 = v46 * v10, v58 = v1 * v54, v59 = v57 - v58;
   out[5] = v59;
-  const lanes v60 = v52 * v7;
-  const lanes v61 = v50 * v9;
-  const lanes v62 = v60 + v61;
+  const lanes v60 = v52 * v7, v61 = v50 * v9, v62 = v60 + v61;
   out[6] = v62;
-  const lanes v63 = v2 * v40;
-  const lanes v64 = v5 * v37;
-  const lanes v65 = v63 + v64;
+  const lanes v63 = v2 * v40, v64 = v5 * v37, v65 = v63 + v64;
   out[7] = v65;
-  const lanes v66 = v8 * v4;
-  const lanes v67 = v1 * v66;
-  const lanes v68 = v8 * v6;
-  const lanes v69 = v68 * v7;
-  const lanes v70 = v3 * v9;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = v71 * v10;
-  const lanes v73 = v67 + v72;
-  const lanes v74 = -v73;
+  const lanes v66 = v8 * v4, v67 = v1 * v66, v68 = v8 * v6, v69 = v68 * v7, v70 = v3 * v9,
+      v71 = v69 + v70, v72 = v71 * v10, v73 = v67 + v72, v74 = -v73;
   out[8] = v74;
-  const lanes v75 = v1 * v71;
-  const lanes v76 = v66 * v10;
-  const lanes v77 = v75 - v76;
+  const lanes v75 = v1 * v71, v76 = v66 * v10, v77 = v75 - v76;
   out[9] = v77;
-  const lanes v78 = v68 * v9;
-  const lanes v79 = v3 * v7;
-  const lanes v80 = v78 - v79;
-  const lanes v81 = -v80;
+  const lanes v78 = v68 * v9, v79 = v3 * v7, v80 = v78 - v79, v81 = -v80;
   out[10] = v81;
-  const lanes v82 = v32 * v8;
-  const lanes v83 = v3 * v35;
-  const lanes v84 = v82 - v83;
-  const lanes v85 = 0.411988 - v84;
-  out[11] = v85;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v82 = v32 * v8, v83 = v3 * v35, v84 = v82 - v83, v85 = 0.411988 - v84;
+  out[11] = v85; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
   const lanes v86 = -v65;
   out[16] = v86;
-  const lanes v87 = v2 * v84;
-  const lanes v88 = -v87;
-  out[17] = v88;
-  out[18] = v20;
+  const lanes v87 = v2 * v84, v88 = -v87;
+  out[17] = v88; out[18] = v20;
   const lanes v89 = v14 * v31;
   out[19] = v89;
   const lanes v90 = 0.26289 * v22;
-  out[20] = v90;
-  out[21] = LANES_OF(0.0);
-  out[22] = v42;
-  const lanes v91 = v5 * v84;
-  const lanes v92 = -v91;
-  out[23] = v92;
-  out[24] = v52;
+  out[20] = v90; out[21] = LANES_OF(0.0); out[22] = v42;
+  const lanes v91 = v5 * v84, v92 = -v91;
+  out[23] = v92; out[24] = v52;
   const lanes v93 = v46 * v31;
   out[25] = v93;
   const lanes v94 = 0.26289 * v54;
-  out[26] = v94;
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
+  out[26] = v94; out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
   const lanes v95 = -v37;
-  out[29] = v95;
-  out[30] = v3;
-  const lanes v96 = v66 * v31;
-  const lanes v97 = -v96;
+  out[29] = v95; out[30] = v3;
+  const lanes v96 = v66 * v31, v97 = -v96;
   out[31] = v97;
-  const lanes v98 = 0.26289 * v71;
-  const lanes v99 = -v98;
-  out[32] = v99;
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
+  const lanes v98 = 0.26289 * v71, v99 = -v98;
+  out[32] = v99; out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0);
   const lanes v100 = -v5;
-  out[35] = v100;
-  out[36] = LANES_OF(0.0);
-  out[37] = v20;
-  out[38] = v14;
-  out[39] = v30;
-  out[40] = LANES_OF(0.0);
-  out[41] = v2;
-  out[42] = LANES_OF(0.0);
-  out[43] = v52;
-  out[44] = v46;
-  out[45] = v62;
-  out[46] = LANES_OF(1.0);
-  out[47] = LANES_OF(0.0);
-  out[48] = LANES_OF(0.0);
+  out[35] = v100; out[36] = LANES_OF(0.0); out[37] = v20; out[38] = v14; out[39] = v30;
+  out[40] = LANES_OF(0.0); out[41] = v2; out[42] = LANES_OF(0.0); out[43] = v52; out[44] = v46;
+  out[45] = v62; out[46] = LANES_OF(1.0); out[47] = LANES_OF(0.0); out[48] = LANES_OF(0.0);
   out[49] = v3;
   const lanes v101 = -v66;
-  out[50] = v101;
-  out[51] = v81;
+  out[50] = v101; out[51] = v81;
 }
 
 static LANES_TARGET void LANES_NAME(stanford_jacobian_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v3, v2; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v2);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v5);
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&q_4, &v8, &v7);
-  out[0] = LANES_OF(0.0);
-  const lanes v9 = 0.411988 * v1;
-  const lanes v10 = -v9;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4];
+  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v3, v2, q_1); LANES_COS_SIN(v6, v5, q_3);
+  LANES_COS_SIN(v8, v7, q_4); out[0] = LANES_OF(0.0);
+  const lanes v9 = 0.411988 * v1, v10 = -v9;
   out[1] = v10;
   const lanes v11 = v1 * v2;
   out[2] = v11;
-  const lanes v12 = v1 * v3;
-  const lanes v13 = 0.15367 * v12;
-  const lanes v14 = 0.411988 * v2;
-  const lanes v15 = v4 * v14;
-  const lanes v16 = v13 - v15;
+  const lanes v12 = v1 * v3, v13 = 0.15367 * v12, v14 = 0.411988 * v2, v15 = v4 * v14,
+      v16 = v13 - v15;
   out[3] = v16;
-  const lanes v17 = v5 * v14;
-  const lanes v18 = 0.15367 * v6;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = v11 * v19;
-  const lanes v21 = v12 * v5;
-  const lanes v22 = v4 * v6;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = 0.411988 * v3;
-  const lanes v25 = v24 + q_2;
-  const lanes v26 = v23 * v25;
-  const lanes v27 = v20 + v26;
-  const lanes v28 = -v27;
+  const lanes v17 = v5 * v14, v18 = 0.15367 * v6, v19 = v17 + v18, v20 = v11 * v19, v21 = v12 * v5,
+      v22 = v4 * v6, v23 = v21 + v22, v24 = 0.411988 * v3, v25 = v24 + q_2, v26 = v23 * v25,
+      v27 = v20 + v26, v28 = -v27;
   out[4] = v28;
-  const lanes v29 = v12 * v6;
-  const lanes v30 = v4 * v5;
-  const lanes v31 = v29 - v30;
-  const lanes v32 = v25 * v7;
-  const lanes v33 = v19 * v8;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = v31 * v34;
-  const lanes v36 = v23 * v8;
-  const lanes v37 = v11 * v7;
-  const lanes v38 = v36 - v37;
-  const lanes v39 = v6 * v14;
-  const lanes v40 = 0.15367 * v5;
-  const lanes v41 = v39 - v40;
-  const lanes v42 = v38 * v41;
-  const lanes v43 = v35 - v42;
-  out[5] = v43;
-  out[6] = LANES_OF(0.0);
-  const lanes v44 = 0.411988 * v4;
-  const lanes v45 = -v44;
+  const lanes v29 = v12 * v6, v30 = v4 * v5, v31 = v29 - v30, v32 = v25 * v7, v33 = v19 * v8,
+      v34 = v32 + v33, v35 = v31 * v34, v36 = v23 * v8, v37 = v11 * v7, v38 = v36 - v37,
+      v39 = v6 * v14, v40 = 0.15367 * v5, v41 = v39 - v40, v42 = v38 * v41, v43 = v35 - v42;
+  out[5] = v43; out[6] = LANES_OF(0.0);
+  const lanes v44 = 0.411988 * v4, v45 = -v44;
   out[7] = v45;
   const lanes v46 = v4 * v2;
   out[8] = v46;
-  const lanes v47 = v1 * v14;
-  const lanes v48 = v4 * v3;
-  const lanes v49 = 0.15367 * v48;
-  const lanes v50 = v47 + v49;
+  const lanes v47 = v1 * v14, v48 = v4 * v3, v49 = 0.15367 * v48, v50 = v47 + v49;
   out[9] = v50;
-  const lanes v51 = v46 * v19;
-  const lanes v52 = v48 * v5;
-  const lanes v53 = v1 * v6;
-  const lanes v54 = v52 - v53;
-  const lanes v55 = v54 * v25;
-  const lanes v56 = v51 + v55;
-  const lanes v57 = -v56;
+  const lanes v51 = v46 * v19, v52 = v48 * v5, v53 = v1 * v6, v54 = v52 - v53, v55 = v54 * v25,
+      v56 = v51 + v55, v57 = -v56;
   out[10] = v57;
-  const lanes v58 = v1 * v5;
-  const lanes v59 = v48 * v6;
-  const lanes v60 = v58 + v59;
-  const lanes v61 = v60 * v34;
-  const lanes v62 = v54 * v8;
-  const lanes v63 = v46 * v7;
-  const lanes v64 = v62 - v63;
-  const lanes v65 = v64 * v41;
-  const lanes v66 = v61 - v65;
-  out[11] = v66;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = v3;
-  const lanes v67 = 0.15367 * v2;
-  const lanes v68 = -v67;
+  const lanes v58 = v1 * v5, v59 = v48 * v6, v60 = v58 + v59, v61 = v60 * v34, v62 = v54 * v8,
+      v63 = v46 * v7, v64 = v62 - v63, v65 = v64 * v41, v66 = v61 - v65;
+  out[11] = v66; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = v3;
+  const lanes v67 = 0.15367 * v2, v68 = -v67;
   out[15] = v68;
-  const lanes v69 = v2 * v5;
-  const lanes v70 = v69 * v25;
-  const lanes v71 = v3 * v19;
-  const lanes v72 = v70 - v71;
+  const lanes v69 = v2 * v5, v70 = v69 * v25, v71 = v3 * v19, v72 = v70 - v71;
   out[16] = v72;
-  const lanes v73 = v69 * v8;
-  const lanes v74 = v3 * v7;
-  const lanes v75 = v73 + v74;
-  const lanes v76 = v75 * v41;
-  const lanes v77 = v2 * v6;
-  const lanes v78 = v77 * v34;
-  const lanes v79 = v76 - v78;
-  out[17] = v79;
-  out[18] = LANES_OF(0.0);
+  const lanes v73 = v69 * v8, v74 = v3 * v7, v75 = v73 + v74, v76 = v75 * v41, v77 = v2 * v6,
+      v78 = v77 * v34, v79 = v76 - v78;
+  out[17] = v79; out[18] = LANES_OF(0.0);
   const lanes v80 = -v4;
-  out[19] = v80;
-  out[20] = LANES_OF(0.0);
-  out[21] = v11;
-  out[22] = v31;
-  const lanes v81 = v11 * v8;
-  const lanes v82 = v23 * v7;
-  const lanes v83 = v81 + v82;
-  out[23] = v83;
-  out[24] = LANES_OF(0.0);
-  out[25] = v1;
-  out[26] = LANES_OF(0.0);
-  out[27] = v46;
+  out[19] = v80; out[20] = LANES_OF(0.0); out[21] = v11; out[22] = v31;
+  const lanes v81 = v11 * v8, v82 = v23 * v7, v83 = v81 + v82;
+  out[23] = v83; out[24] = LANES_OF(0.0); out[25] = v1; out[26] = LANES_OF(0.0); out[27] = v46;
   out[28] = v60;
-  const lanes v84 = v46 * v8;
-  const lanes v85 = v54 * v7;
-  const lanes v86 = v84 + v85;
-  out[29] = v86;
-  out[30] = LANES_OF(1.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
+  const lanes v84 = v46 * v8, v85 = v54 * v7, v86 = v84 + v85;
+  out[29] = v86; out[30] = LANES_OF(1.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
   out[33] = v3;
   const lanes v87 = -v77;
   out[34] = v87;
-  const lanes v88 = v69 * v7;
-  const lanes v89 = v3 * v8;
-  const lanes v90 = v88 - v89;
-  const lanes v91 = -v90;
+  const lanes v88 = v69 * v7, v89 = v3 * v8, v90 = v88 - v89, v91 = -v90;
   out[35] = v91;
 }
 
 static LANES_TARGET void LANES_NAME(stanford_jacobian_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v7; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v7);
-  lanes v6, v2; LANES_NAME(lanes_cos_sin)(&q_5, &v6, &v2);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&q_3, &v4, &v3);
-  lanes v5, v10; LANES_NAME(lanes_cos_sin)(&q_4, &v5, &v10);
-  lanes v8, v9; LANES_NAME(lanes_cos_sin)(&q_1, &v8, &v9);
-  const lanes v11 = v2 * v3;
-  const lanes v12 = v5 * v6;
-  const lanes v13 = v4 * v12;
-  const lanes v14 = v11 - v13;
-  const lanes v15 = v1 * v14;
-  const lanes v16 = v2 * v4;
-  const lanes v17 = v3 * v12;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = v8 * v18;
-  const lanes v20 = v10 * v6;
-  const lanes v21 = v9 * v20;
-  const lanes v22 = v19 - v21;
-  const lanes v23 = v7 * v22;
-  const lanes v24 = v15 + v23;
-  const lanes v25 = 0.26289 * v10;
-  const lanes v26 = v25 * v3;
-  const lanes v27 = v8 * v26;
-  const lanes v28 = 0.26289 * v5;
-  const lanes v29 = v28 + q_2;
-  const lanes v30 = v29 * v9;
-  const lanes v31 = v27 + v30;
-  const lanes v32 = v1 * v31;
-  const lanes v33 = v25 * v4;
-  const lanes v34 = 0.15367 - v33;
-  const lanes v35 = v7 * v34;
-  const lanes v36 = v32 - v35;
-  const lanes v37 = v24 * v36;
-  const lanes v38 = v1 * v34;
-  const lanes v39 = v7 * v31;
-  const lanes v40 = v38 + v39;
-  const lanes v41 = v1 * v22;
-  const lanes v42 = v7 * v14;
-  const lanes v43 = v41 - v42;
-  const lanes v44 = v40 * v43;
-  const lanes v45 = v37 - v44;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v7, q_0); LANES_COS_SIN(v6, v2, q_5); LANES_COS_SIN(v4, v3, q_3);
+  LANES_COS_SIN(v5, v10, q_4); LANES_COS_SIN(v8, v9, q_1);
+  const lanes v11 = v2 * v3, v12 = v5 * v6, v13 = v4 * v12, v14 = v11 - v13, v15 = v1 * v14,
+      v16 = v2 * v4, v17 = v3 * v12, v18 = v16 + v17, v19 = v8 * v18, v20 = v10 * v6,
+      v21 = v9 * v20, v22 = v19 - v21, v23 = v7 * v22, v24 = v15 + v23, v25 = 0.26289 * v10,
+      v26 = v25 * v3, v27 = v8 * v26, v28 = 0.26289 * v5, v29 = v28 + q_2, v30 = v29 * v9,
+      v31 = v27 + v30, v32 = v1 * v31, v33 = v25 * v4, v34 = 0.15367 - v33, v35 = v7 * v34,
+      v36 = v32 - v35, v37 = v24 * v36, v38 = v1 * v34, v39 = v7 * v31, v40 = v38 + v39,
+      v41 = v1 * v22, v42 = v7 * v14, v43 = v41 - v42, v44 = v40 * v43, v45 = v37 - v44;
   out[0] = v45;
-  const lanes v46 = v8 * v20;
-  const lanes v47 = v9 * v18;
-  const lanes v48 = v46 + v47;
-  const lanes v49 = v31 * v48;
-  const lanes v50 = v26 * v9;
-  const lanes v51 = v8 * v29;
-  const lanes v52 = v50 - v51;
-  const lanes v53 = v52 * v22;
-  const lanes v54 = v49 - v53;
+  const lanes v46 = v8 * v20, v47 = v9 * v18, v48 = v46 + v47, v49 = v31 * v48, v50 = v26 * v9,
+      v51 = v8 * v29, v52 = v50 - v51, v53 = v52 * v22, v54 = v49 - v53;
   out[1] = v54;
   const lanes v55 = -v20;
   out[2] = v55;
   const lanes v56 = v2 * v25;
   out[3] = v56;
   const lanes v57 = 0.26289 * v6;
-  out[4] = v57;
-  out[5] = LANES_OF(0.0);
-  const lanes v58 = v3 * v6;
-  const lanes v59 = v2 * v5;
-  const lanes v60 = v4 * v59;
-  const lanes v61 = v58 + v60;
-  const lanes v62 = v1 * v61;
-  const lanes v63 = v4 * v6;
-  const lanes v64 = v3 * v59;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v8 * v65;
-  const lanes v67 = v2 * v10;
-  const lanes v68 = v9 * v67;
-  const lanes v69 = v66 + v68;
-  const lanes v70 = v7 * v69;
-  const lanes v71 = v62 + v70;
-  const lanes v72 = v71 * v36;
-  const lanes v73 = v1 * v69;
-  const lanes v74 = v7 * v61;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v40 * v75;
-  const lanes v77 = v72 - v76;
+  out[4] = v57; out[5] = LANES_OF(0.0);
+  const lanes v58 = v3 * v6, v59 = v2 * v5, v60 = v4 * v59, v61 = v58 + v60, v62 = v1 * v61,
+      v63 = v4 * v6, v64 = v3 * v59, v65 = v63 - v64, v66 = v8 * v65, v67 = v2 * v10,
+      v68 = v9 * v67, v69 = v66 + v68, v70 = v7 * v69, v71 = v62 + v70, v72 = v71 * v36,
+      v73 = v1 * v69, v74 = v7 * v61, v75 = v73 - v74, v76 = v40 * v75, v77 = v72 - v76;
   out[6] = v77;
-  const lanes v78 = v9 * v65;
-  const lanes v79 = v8 * v67;
-  const lanes v80 = v78 - v79;
-  const lanes v81 = v31 * v80;
-  const lanes v82 = v52 * v69;
-  const lanes v83 = v81 - v82;
-  out[7] = v83;
-  out[8] = v67;
+  const lanes v78 = v9 * v65, v79 = v8 * v67, v80 = v78 - v79, v81 = v31 * v80, v82 = v52 * v69,
+      v83 = v81 - v82;
+  out[7] = v83; out[8] = v67;
   const lanes v84 = v25 * v6;
   out[9] = v84;
-  const lanes v85 = 0.26289 * v2;
-  const lanes v86 = -v85;
-  out[10] = v86;
-  out[11] = LANES_OF(0.0);
-  const lanes v87 = v3 * v10;
-  const lanes v88 = v8 * v87;
-  const lanes v89 = v9 * v5;
-  const lanes v90 = v88 + v89;
-  const lanes v91 = v7 * v90;
-  const lanes v92 = v4 * v10;
-  const lanes v93 = v1 * v92;
-  const lanes v94 = v91 - v93;
-  const lanes v95 = v94 * v36;
-  const lanes v96 = v1 * v90;
-  const lanes v97 = v7 * v92;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = v40 * v98;
-  const lanes v100 = v95 - v99;
+  const lanes v85 = 0.26289 * v2, v86 = -v85;
+  out[10] = v86; out[11] = LANES_OF(0.0);
+  const lanes v87 = v3 * v10, v88 = v8 * v87, v89 = v9 * v5, v90 = v88 + v89, v91 = v7 * v90,
+      v92 = v4 * v10, v93 = v1 * v92, v94 = v91 - v93, v95 = v94 * v36, v96 = v1 * v90,
+      v97 = v7 * v92, v98 = v96 + v97, v99 = v40 * v98, v100 = v95 - v99;
   out[12] = v100;
-  const lanes v101 = v9 * v87;
-  const lanes v102 = v8 * v5;
-  const lanes v103 = v101 - v102;
-  const lanes v104 = v31 * v103;
-  const lanes v105 = v52 * v90;
-  const lanes v106 = v104 - v105;
-  out[13] = v106;
-  out[14] = v5;
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
+  const lanes v101 = v9 * v87, v102 = v8 * v5, v103 = v101 - v102, v104 = v31 * v103,
+      v105 = v52 * v90, v106 = v104 - v105;
+  out[13] = v106; out[14] = v5; out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0);
   out[17] = LANES_OF(0.0);
   const lanes v107 = -v48;
-  out[18] = v107;
-  out[19] = v14;
-  out[20] = LANES_OF(0.0);
-  out[21] = v55;
-  out[22] = v2;
+  out[18] = v107; out[19] = v14; out[20] = LANES_OF(0.0); out[21] = v55; out[22] = v2;
   out[23] = LANES_OF(0.0);
   const lanes v108 = -v80;
-  out[24] = v108;
-  out[25] = v61;
-  out[26] = LANES_OF(0.0);
-  out[27] = v67;
-  out[28] = v6;
+  out[24] = v108; out[25] = v61; out[26] = LANES_OF(0.0); out[27] = v67; out[28] = v6;
   out[29] = LANES_OF(0.0);
   const lanes v109 = -v103;
   out[30] = v109;
   const lanes v110 = -v92;
-  out[31] = v110;
-  out[32] = LANES_OF(0.0);
-  out[33] = v5;
-  out[34] = LANES_OF(0.0);
+  out[31] = v110; out[32] = LANES_OF(0.0); out[33] = v5; out[34] = LANES_OF(0.0);
   out[35] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(stanford_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v7, v2; LANES_NAME(lanes_cos_sin)(&q_4, &v7, &v2);
-  lanes v3, v6; LANES_NAME(lanes_cos_sin)(&q_3, &v3, &v6);
-  lanes v5, v8; LANES_NAME(lanes_cos_sin)(&q_1, &v5, &v8);
-  const lanes v9 = 0.26289 * v2;
-  const lanes v10 = v9 * v3;
-  const lanes v11 = 0.15367 - v10;
-  const lanes v12 = v1 * v11;
-  const lanes v13 = v9 * v6;
-  const lanes v14 = v5 * v13;
-  const lanes v15 = 0.26289 * v7;
-  const lanes v16 = v15 + q_2;
-  const lanes v17 = v16 * v8;
-  const lanes v18 = v14 + v17;
-  const lanes v19 = v4 * v18;
-  const lanes v20 = v12 + v19;
-  const lanes v21 = -v20;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4];
+  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v7, v2, q_4); LANES_COS_SIN(v3, v6, q_3);
+  LANES_COS_SIN(v5, v8, q_1);
+  const lanes v9 = 0.26289 * v2, v10 = v9 * v3, v11 = 0.15367 - v10, v12 = v1 * v11, v13 = v9 * v6,
+      v14 = v5 * v13, v15 = 0.26289 * v7, v16 = v15 + q_2, v17 = v16 * v8, v18 = v14 + v17,
+      v19 = v4 * v18, v20 = v12 + v19, v21 = -v20;
   out[0] = v21;
-  const lanes v22 = v13 * v8;
-  const lanes v23 = v5 * v16;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v1 * v24;
-  const lanes v26 = -v25;
+  const lanes v22 = v13 * v8, v23 = v5 * v16, v24 = v22 - v23, v25 = v1 * v24, v26 = -v25;
   out[1] = v26;
   const lanes v27 = v1 * v8;
   out[2] = v27;
-  const lanes v28 = v1 * v5;
-  const lanes v29 = v28 * v3;
-  const lanes v30 = v4 * v6;
-  const lanes v31 = v29 - v30;
-  const lanes v32 = v31 * v9;
+  const lanes v28 = v1 * v5, v29 = v28 * v3, v30 = v4 * v6, v31 = v29 - v30, v32 = v31 * v9;
   out[3] = v32;
-  const lanes v33 = v28 * v6;
-  const lanes v34 = v4 * v3;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = v35 * v7;
-  const lanes v37 = v27 * v2;
-  const lanes v38 = v36 - v37;
-  const lanes v39 = 0.26289 * v38;
-  out[4] = v39;
-  out[5] = LANES_OF(0.0);
-  const lanes v40 = v1 * v18;
-  const lanes v41 = v4 * v11;
-  const lanes v42 = v40 - v41;
+  const lanes v33 = v28 * v6, v34 = v4 * v3, v35 = v33 + v34, v36 = v35 * v7, v37 = v27 * v2,
+      v38 = v36 - v37, v39 = 0.26289 * v38;
+  out[4] = v39; out[5] = LANES_OF(0.0);
+  const lanes v40 = v1 * v18, v41 = v4 * v11, v42 = v40 - v41;
   out[6] = v42;
-  const lanes v43 = v4 * v24;
-  const lanes v44 = -v43;
+  const lanes v43 = v4 * v24, v44 = -v43;
   out[7] = v44;
   const lanes v45 = v4 * v8;
   out[8] = v45;
-  const lanes v46 = v1 * v6;
-  const lanes v47 = v4 * v5;
-  const lanes v48 = v47 * v3;
-  const lanes v49 = v46 + v48;
-  const lanes v50 = v49 * v9;
+  const lanes v46 = v1 * v6, v47 = v4 * v5, v48 = v47 * v3, v49 = v46 + v48, v50 = v49 * v9;
   out[9] = v50;
-  const lanes v51 = v47 * v6;
-  const lanes v52 = v1 * v3;
-  const lanes v53 = v51 - v52;
-  const lanes v54 = v53 * v7;
-  const lanes v55 = v45 * v2;
-  const lanes v56 = v54 - v55;
-  const lanes v57 = 0.26289 * v56;
-  out[10] = v57;
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
+  const lanes v51 = v47 * v6, v52 = v1 * v3, v53 = v51 - v52, v54 = v53 * v7, v55 = v45 * v2,
+      v56 = v54 - v55, v57 = 0.26289 * v56;
+  out[10] = v57; out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
   const lanes v58 = -v18;
-  out[13] = v58;
-  out[14] = v5;
-  const lanes v59 = v8 * v3;
-  const lanes v60 = v59 * v9;
-  const lanes v61 = -v60;
+  out[13] = v58; out[14] = v5;
+  const lanes v59 = v8 * v3, v60 = v59 * v9, v61 = -v60;
   out[15] = v61;
-  const lanes v62 = v8 * v6;
-  const lanes v63 = v62 * v7;
-  const lanes v64 = v5 * v2;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = 0.26289 * v65;
-  const lanes v67 = -v66;
-  out[16] = v67;
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
+  const lanes v62 = v8 * v6, v63 = v62 * v7, v64 = v5 * v2, v65 = v63 + v64, v66 = 0.26289 * v65,
+      v67 = -v66;
+  out[16] = v67; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0);
   const lanes v68 = -v4;
-  out[19] = v68;
-  out[20] = LANES_OF(0.0);
-  out[21] = v27;
-  out[22] = v31;
-  const lanes v69 = v27 * v7;
-  const lanes v70 = v35 * v2;
-  const lanes v71 = v69 + v70;
-  out[23] = v71;
-  out[24] = LANES_OF(0.0);
-  out[25] = v1;
-  out[26] = LANES_OF(0.0);
-  out[27] = v45;
+  out[19] = v68; out[20] = LANES_OF(0.0); out[21] = v27; out[22] = v31;
+  const lanes v69 = v27 * v7, v70 = v35 * v2, v71 = v69 + v70;
+  out[23] = v71; out[24] = LANES_OF(0.0); out[25] = v1; out[26] = LANES_OF(0.0); out[27] = v45;
   out[28] = v49;
-  const lanes v72 = v45 * v7;
-  const lanes v73 = v53 * v2;
-  const lanes v74 = v72 + v73;
-  out[29] = v74;
-  out[30] = LANES_OF(1.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
+  const lanes v72 = v45 * v7, v73 = v53 * v2, v74 = v72 + v73;
+  out[29] = v74; out[30] = LANES_OF(1.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
   out[33] = v5;
   const lanes v75 = -v59;
   out[34] = v75;
-  const lanes v76 = v62 * v2;
-  const lanes v77 = v5 * v7;
-  const lanes v78 = v76 - v77;
-  const lanes v79 = -v78;
+  const lanes v76 = v62 * v2, v77 = v5 * v7, v78 = v76 - v77, v79 = -v78;
   out[35] = v79;
 }
 
 static LANES_TARGET void LANES_NAME(stanford_jacobian_space_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v5);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_4, &v7, &v8);
-  out[0] = LANES_OF(0.0);
-  const lanes v9 = 0.411988 * v1;
-  const lanes v10 = v9 * qd_0;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10];
+  LANES_COS_SIN(v2, v1, q_0); LANES_COS_SIN(v3, v4, q_1); LANES_COS_SIN(v6, v5, q_3);
+  LANES_COS_SIN(v7, v8, q_4); out[0] = LANES_OF(0.0);
+  const lanes v9 = 0.411988 * v1, v10 = v9 * qd_0;
   out[1] = v10;
-  const lanes v11 = v2 * qd_1;
-  const lanes v12 = v11 * v3;
-  const lanes v13 = v1 * v4;
-  const lanes v14 = v13 * qd_0;
-  const lanes v15 = v12 - v14;
+  const lanes v11 = v2 * qd_1, v12 = v11 * v3, v13 = v1 * v4, v14 = v13 * qd_0, v15 = v12 - v14;
   out[2] = v15;
-  const lanes v16 = v13 * qd_2;
-  const lanes v17 = v9 * qd_1;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 * v3;
-  const lanes v20 = v3 * qd_2;
-  const lanes v21 = v20 * v13;
-  const lanes v22 = v19 - v21;
-  const lanes v23 = 0.15367 * v4;
-  const lanes v24 = v11 * v23;
-  const lanes v25 = 0.411988 * v4;
-  const lanes v26 = v2 * v25;
-  const lanes v27 = v1 * v3;
-  const lanes v28 = 0.15367 * v27;
-  const lanes v29 = v26 + v28;
-  const lanes v30 = v29 * qd_0;
-  const lanes v31 = v24 + v30;
-  const lanes v32 = v22 - v31;
+  const lanes v16 = v13 * qd_2, v17 = v9 * qd_1, v18 = v16 - v17, v19 = v18 * v3, v20 = v3 * qd_2,
+      v21 = v20 * v13, v22 = v19 - v21, v23 = 0.15367 * v4, v24 = v11 * v23, v25 = 0.411988 * v4,
+      v26 = v2 * v25, v27 = v1 * v3, v28 = 0.15367 * v27, v29 = v26 + v28, v30 = v29 * qd_0,
+      v31 = v24 + v30, v32 = v22 - v31;
   out[3] = v32;
-  const lanes v33 = v13 * qd_3;
-  const lanes v34 = v11 + v33;
-  const lanes v35 = v4 * v5;
-  const lanes v36 = 0.411988 * v3;
-  const lanes v37 = v36 + q_2;
-  const lanes v38 = v35 * v37;
-  const lanes v39 = v5 * v25;
-  const lanes v40 = 0.15367 * v6;
-  const lanes v41 = v39 + v40;
-  const lanes v42 = v3 * v41;
-  const lanes v43 = v38 - v42;
-  const lanes v44 = v34 * v43;
-  const lanes v45 = v3 * qd_3;
-  const lanes v46 = v45 + qd_0;
-  const lanes v47 = v13 * v41;
-  const lanes v48 = v27 * v5;
-  const lanes v49 = v2 * v6;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = v50 * v37;
-  const lanes v52 = v47 + v51;
-  const lanes v53 = v46 * v52;
-  const lanes v54 = v44 + v53;
-  const lanes v55 = v29 * qd_3;
-  const lanes v56 = v55 + v18;
-  const lanes v57 = v4 * v6;
-  const lanes v58 = v56 * v57;
-  const lanes v59 = v23 * qd_3;
-  const lanes v60 = v20 - v59;
-  const lanes v61 = v2 * v5;
-  const lanes v62 = v27 * v6;
-  const lanes v63 = v61 + v62;
-  const lanes v64 = v60 * v63;
-  const lanes v65 = v58 + v64;
-  const lanes v66 = v54 - v65;
+  const lanes v33 = v13 * qd_3, v34 = v11 + v33, v35 = v4 * v5, v36 = 0.411988 * v3,
+      v37 = v36 + q_2, v38 = v35 * v37, v39 = v5 * v25, v40 = 0.15367 * v6, v41 = v39 + v40,
+      v42 = v3 * v41, v43 = v38 - v42, v44 = v34 * v43, v45 = v3 * qd_3, v46 = v45 + qd_0,
+      v47 = v13 * v41, v48 = v27 * v5, v49 = v2 * v6, v50 = v48 - v49, v51 = v50 * v37,
+      v52 = v47 + v51, v53 = v46 * v52, v54 = v44 + v53, v55 = v29 * qd_3, v56 = v55 + v18,
+      v57 = v4 * v6, v58 = v56 * v57, v59 = v23 * qd_3, v60 = v20 - v59, v61 = v2 * v5,
+      v62 = v27 * v6, v63 = v61 + v62, v64 = v60 * v63, v65 = v58 + v64, v66 = v54 - v65;
   out[4] = v66;
-  const lanes v67 = v63 * qd_4;
-  const lanes v68 = v67 + v34;
-  const lanes v69 = v35 * v7;
-  const lanes v70 = v3 * v8;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = v6 * v25;
-  const lanes v73 = 0.15367 * v5;
-  const lanes v74 = v72 - v73;
-  const lanes v75 = v71 * v74;
-  const lanes v76 = v37 * v8;
-  const lanes v77 = v41 * v7;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = v57 * v78;
-  const lanes v80 = v75 - v79;
-  const lanes v81 = v68 * v80;
-  const lanes v82 = v57 * qd_4;
-  const lanes v83 = v46 - v82;
-  const lanes v84 = v63 * v78;
-  const lanes v85 = v50 * v7;
-  const lanes v86 = v13 * v8;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v87 * v74;
-  const lanes v89 = v84 - v88;
-  const lanes v90 = v83 * v89;
-  const lanes v91 = v81 - v90;
-  const lanes v92 = v52 * qd_4;
-  const lanes v93 = v56 - v92;
-  const lanes v94 = v35 * v8;
-  const lanes v95 = v3 * v7;
-  const lanes v96 = v94 - v95;
-  const lanes v97 = v93 * v96;
-  const lanes v98 = v43 * qd_4;
-  const lanes v99 = v98 + v60;
-  const lanes v100 = v13 * v7;
-  const lanes v101 = v50 * v8;
-  const lanes v102 = v100 + v101;
-  const lanes v103 = v99 * v102;
-  const lanes v104 = v97 + v103;
-  const lanes v105 = v91 - v104;
-  out[5] = v105;
-  out[6] = LANES_OF(0.0);
-  const lanes v106 = 0.411988 * v2;
-  const lanes v107 = v106 * qd_0;
-  const lanes v108 = -v107;
+  const lanes v67 = v63 * qd_4, v68 = v67 + v34, v69 = v35 * v7, v70 = v3 * v8, v71 = v69 + v70,
+      v72 = v6 * v25, v73 = 0.15367 * v5, v74 = v72 - v73, v75 = v71 * v74, v76 = v37 * v8,
+      v77 = v41 * v7, v78 = v76 + v77, v79 = v57 * v78, v80 = v75 - v79, v81 = v68 * v80,
+      v82 = v57 * qd_4, v83 = v46 - v82, v84 = v63 * v78, v85 = v50 * v7, v86 = v13 * v8,
+      v87 = v85 - v86, v88 = v87 * v74, v89 = v84 - v88, v90 = v83 * v89, v91 = v81 - v90,
+      v92 = v52 * qd_4, v93 = v56 - v92, v94 = v35 * v8, v95 = v3 * v7, v96 = v94 - v95,
+      v97 = v93 * v96, v98 = v43 * qd_4, v99 = v98 + v60, v100 = v13 * v7, v101 = v50 * v8,
+      v102 = v100 + v101, v103 = v99 * v102, v104 = v97 + v103, v105 = v91 - v104;
+  out[5] = v105; out[6] = LANES_OF(0.0);
+  const lanes v106 = 0.411988 * v2, v107 = v106 * qd_0, v108 = -v107;
   out[7] = v108;
-  const lanes v109 = v1 * qd_1;
-  const lanes v110 = v109 * v3;
-  const lanes v111 = v2 * v4;
-  const lanes v112 = v111 * qd_0;
-  const lanes v113 = v110 + v112;
+  const lanes v109 = v1 * qd_1, v110 = v109 * v3, v111 = v2 * v4, v112 = v111 * qd_0,
+      v113 = v110 + v112;
   out[8] = v113;
-  const lanes v114 = v2 * v3;
-  const lanes v115 = 0.15367 * v114;
-  const lanes v116 = v1 * v25;
-  const lanes v117 = v115 - v116;
-  const lanes v118 = v117 * qd_0;
-  const lanes v119 = v109 * v23;
-  const lanes v120 = v118 - v119;
-  const lanes v121 = v20 * v111;
-  const lanes v122 = v111 * qd_2;
-  const lanes v123 = v106 * qd_1;
-  const lanes v124 = v122 - v123;
-  const lanes v125 = v124 * v3;
-  const lanes v126 = v121 - v125;
-  const lanes v127 = v120 + v126;
+  const lanes v114 = v2 * v3, v115 = 0.15367 * v114, v116 = v1 * v25, v117 = v115 - v116,
+      v118 = v117 * qd_0, v119 = v109 * v23, v120 = v118 - v119, v121 = v20 * v111,
+      v122 = v111 * qd_2, v123 = v106 * qd_1, v124 = v122 - v123, v125 = v124 * v3,
+      v126 = v121 - v125, v127 = v120 + v126;
   out[9] = v127;
-  const lanes v128 = v117 * qd_3;
-  const lanes v129 = v128 + v124;
-  const lanes v130 = v129 * v57;
-  const lanes v131 = v114 * v6;
-  const lanes v132 = v1 * v5;
-  const lanes v133 = v131 - v132;
-  const lanes v134 = v60 * v133;
-  const lanes v135 = v130 + v134;
-  const lanes v136 = v111 * qd_3;
-  const lanes v137 = v136 - v109;
-  const lanes v138 = v137 * v43;
-  const lanes v139 = v111 * v41;
-  const lanes v140 = v114 * v5;
-  const lanes v141 = v1 * v6;
-  const lanes v142 = v140 + v141;
-  const lanes v143 = v142 * v37;
-  const lanes v144 = v139 + v143;
-  const lanes v145 = v46 * v144;
-  const lanes v146 = v138 + v145;
-  const lanes v147 = v135 - v146;
+  const lanes v128 = v117 * qd_3, v129 = v128 + v124, v130 = v129 * v57, v131 = v114 * v6,
+      v132 = v1 * v5, v133 = v131 - v132, v134 = v60 * v133, v135 = v130 + v134, v136 = v111 * qd_3,
+      v137 = v136 - v109, v138 = v137 * v43, v139 = v111 * v41, v140 = v114 * v5, v141 = v1 * v6,
+      v142 = v140 + v141, v143 = v142 * v37, v144 = v139 + v143, v145 = v46 * v144,
+      v146 = v138 + v145, v147 = v135 - v146;
   out[10] = v147;
-  const lanes v148 = v133 * v78;
-  const lanes v149 = v142 * v7;
-  const lanes v150 = v111 * v8;
-  const lanes v151 = v149 - v150;
-  const lanes v152 = v151 * v74;
-  const lanes v153 = v148 - v152;
-  const lanes v154 = v83 * v153;
-  const lanes v155 = v133 * qd_4;
-  const lanes v156 = v155 + v137;
-  const lanes v157 = v156 * v80;
-  const lanes v158 = v154 - v157;
-  const lanes v159 = v144 * qd_4;
-  const lanes v160 = v129 - v159;
-  const lanes v161 = v160 * v96;
-  const lanes v162 = v111 * v7;
-  const lanes v163 = v142 * v8;
-  const lanes v164 = v162 + v163;
-  const lanes v165 = v99 * v164;
-  const lanes v166 = v161 + v165;
-  const lanes v167 = v158 + v166;
-  out[11] = v167;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  const lanes v168 = v109 * v13;
-  const lanes v169 = v11 * v111;
-  const lanes v170 = v168 + v169;
-  const lanes v171 = -v170;
+  const lanes v148 = v133 * v78, v149 = v142 * v7, v150 = v111 * v8, v151 = v149 - v150,
+      v152 = v151 * v74, v153 = v148 - v152, v154 = v83 * v153, v155 = v133 * qd_4,
+      v156 = v155 + v137, v157 = v156 * v80, v158 = v154 - v157, v159 = v144 * qd_4,
+      v160 = v129 - v159, v161 = v160 * v96, v162 = v111 * v7, v163 = v142 * v8, v164 = v162 + v163,
+      v165 = v99 * v164, v166 = v161 + v165, v167 = v158 + v166;
+  out[11] = v167; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  const lanes v168 = v109 * v13, v169 = v11 * v111, v170 = v168 + v169, v171 = -v170;
   out[14] = v171;
-  const lanes v172 = v124 * v13;
-  const lanes v173 = v111 * v18;
-  const lanes v174 = v172 - v173;
-  const lanes v175 = v109 * v29;
-  const lanes v176 = v11 * v117;
-  const lanes v177 = v175 + v176;
-  const lanes v178 = v174 - v177;
+  const lanes v172 = v124 * v13, v173 = v111 * v18, v174 = v172 - v173, v175 = v109 * v29,
+      v176 = v11 * v117, v177 = v175 + v176, v178 = v174 - v177;
   out[15] = v178;
-  const lanes v179 = v34 * v144;
-  const lanes v180 = v137 * v52;
-  const lanes v181 = v179 - v180;
-  const lanes v182 = v129 * v63;
-  const lanes v183 = v56 * v133;
-  const lanes v184 = v182 - v183;
-  const lanes v185 = v181 + v184;
+  const lanes v179 = v34 * v144, v180 = v137 * v52, v181 = v179 - v180, v182 = v129 * v63,
+      v183 = v56 * v133, v184 = v182 - v183, v185 = v181 + v184;
   out[16] = v185;
-  const lanes v186 = v156 * v89;
-  const lanes v187 = v68 * v153;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = v160 * v102;
-  const lanes v190 = v93 * v164;
-  const lanes v191 = v189 - v190;
-  const lanes v192 = v188 + v191;
-  out[17] = v192;
-  out[18] = LANES_OF(0.0);
-  const lanes v193 = v2 * qd_0;
-  const lanes v194 = -v193;
-  out[19] = v194;
-  out[20] = LANES_OF(0.0);
-  out[21] = v15;
-  const lanes v195 = v34 * v57;
-  const lanes v196 = v46 * v63;
-  const lanes v197 = v195 + v196;
-  const lanes v198 = -v197;
+  const lanes v186 = v156 * v89, v187 = v68 * v153, v188 = v186 - v187, v189 = v160 * v102,
+      v190 = v93 * v164, v191 = v189 - v190, v192 = v188 + v191;
+  out[17] = v192; out[18] = LANES_OF(0.0);
+  const lanes v193 = v2 * qd_0, v194 = -v193;
+  out[19] = v194; out[20] = LANES_OF(0.0); out[21] = v15;
+  const lanes v195 = v34 * v57, v196 = v46 * v63, v197 = v195 + v196, v198 = -v197;
   out[22] = v198;
-  const lanes v199 = v68 * v96;
-  const lanes v200 = v83 * v102;
-  const lanes v201 = v199 + v200;
-  const lanes v202 = -v201;
-  out[23] = v202;
-  out[24] = LANES_OF(0.0);
-  const lanes v203 = v1 * qd_0;
-  const lanes v204 = -v203;
-  out[25] = v204;
-  out[26] = LANES_OF(0.0);
-  out[27] = v113;
-  const lanes v205 = v137 * v57;
-  const lanes v206 = v46 * v133;
-  const lanes v207 = v205 + v206;
+  const lanes v199 = v68 * v96, v200 = v83 * v102, v201 = v199 + v200, v202 = -v201;
+  out[23] = v202; out[24] = LANES_OF(0.0);
+  const lanes v203 = v1 * qd_0, v204 = -v203;
+  out[25] = v204; out[26] = LANES_OF(0.0); out[27] = v113;
+  const lanes v205 = v137 * v57, v206 = v46 * v133, v207 = v205 + v206;
   out[28] = v207;
-  const lanes v208 = v156 * v96;
-  const lanes v209 = v83 * v164;
-  const lanes v210 = v208 + v209;
-  out[29] = v210;
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
+  const lanes v208 = v156 * v96, v209 = v83 * v164, v210 = v208 + v209;
+  out[29] = v210; out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
   out[33] = v171;
-  const lanes v211 = v137 * v63;
-  const lanes v212 = v34 * v133;
-  const lanes v213 = v211 - v212;
+  const lanes v211 = v137 * v63, v212 = v34 * v133, v213 = v211 - v212;
   out[34] = v213;
-  const lanes v214 = v156 * v102;
-  const lanes v215 = v68 * v164;
-  const lanes v216 = v214 - v215;
+  const lanes v214 = v156 * v102, v215 = v68 * v164, v216 = v214 - v215;
   out[35] = v216;
 }
 
 static LANES_TARGET void LANES_NAME(stanford_jacobian_body_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v5; LANES_NAME(lanes_cos_sin)(&q_1, &v1, &v5);
-  lanes v4, v2; LANES_NAME(lanes_cos_sin)(&q_4, &v4, &v2);
-  lanes v6, v3; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v3);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&q_5, &v7, &v8);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&q_0, &v9, &v10);
-  const lanes v11 = 0.26289 * v2;
-  const lanes v12 = v11 * v3;
-  const lanes v13 = v1 * v12;
-  const lanes v14 = 0.26289 * v4;
-  const lanes v15 = v14 + q_2;
-  const lanes v16 = v15 * v5;
-  const lanes v17 = v13 + v16;
-  const lanes v18 = v6 * v7;
-  const lanes v19 = v8 * v4;
-  const lanes v20 = v3 * v19;
-  const lanes v21 = v18 - v20;
-  const lanes v22 = v5 * v21;
-  const lanes v23 = v8 * v2;
-  const lanes v24 = v1 * v23;
-  const lanes v25 = v22 - v24;
-  const lanes v26 = v17 * v25;
-  const lanes v27 = v12 * v5;
-  const lanes v28 = v1 * v15;
-  const lanes v29 = v27 - v28;
-  const lanes v30 = v1 * v21;
-  const lanes v31 = v5 * v23;
-  const lanes v32 = v30 + v31;
-  const lanes v33 = v29 * v32;
-  const lanes v34 = v26 - v33;
-  const lanes v35 = v34 * qd_1;
-  const lanes v36 = v23 * qd_2;
-  const lanes v37 = v11 * v7;
-  const lanes v38 = v37 * qd_3;
-  const lanes v39 = 0.26289 * v8;
-  const lanes v40 = v39 * qd_4;
-  const lanes v41 = v38 - v40;
-  const lanes v42 = v36 + v41;
-  const lanes v43 = v35 + v42;
-  const lanes v44 = v3 * v2;
-  const lanes v45 = v5 * v44;
-  const lanes v46 = v1 * v4;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v43 * v47;
-  const lanes v49 = v17 * v47;
-  const lanes v50 = v1 * v44;
-  const lanes v51 = v5 * v4;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = v29 * v52;
-  const lanes v54 = v49 - v53;
-  const lanes v55 = v54 * qd_1;
-  const lanes v56 = v4 * qd_2;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = v57 * v25;
-  const lanes v59 = v48 - v58;
-  const lanes v60 = v3 * v7;
-  const lanes v61 = v6 * v19;
-  const lanes v62 = v60 + v61;
-  const lanes v63 = v9 * v62;
-  const lanes v64 = v10 * v32;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = v9 * v17;
-  const lanes v67 = v11 * v6;
-  const lanes v68 = 0.15367 - v67;
-  const lanes v69 = v10 * v68;
-  const lanes v70 = v66 - v69;
-  const lanes v71 = v65 * v70;
-  const lanes v72 = v9 * v68;
-  const lanes v73 = v10 * v17;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v9 * v32;
-  const lanes v76 = v10 * v62;
-  const lanes v77 = v75 - v76;
-  const lanes v78 = v74 * v77;
-  const lanes v79 = v71 - v78;
-  const lanes v80 = v4 * qd_3;
-  const lanes v81 = v80 + qd_5;
-  const lanes v82 = v6 * v2;
-  const lanes v83 = v82 * qd_1;
-  const lanes v84 = v81 - v83;
-  const lanes v85 = v79 * v84;
-  const lanes v86 = v10 * v52;
-  const lanes v87 = v9 * v82;
-  const lanes v88 = v86 - v87;
-  const lanes v89 = v88 * v70;
-  const lanes v90 = v9 * v52;
-  const lanes v91 = v10 * v82;
-  const lanes v92 = v90 + v91;
-  const lanes v93 = v74 * v92;
-  const lanes v94 = v89 - v93;
-  const lanes v95 = v62 * qd_1;
-  const lanes v96 = v23 * qd_3;
-  const lanes v97 = v7 * qd_4;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = v95 + v98;
-  const lanes v100 = v94 * v99;
-  const lanes v101 = v85 - v100;
-  const lanes v102 = v59 + v101;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v5, q_1); LANES_COS_SIN(v4, v2, q_4); LANES_COS_SIN(v6, v3, q_3);
+  LANES_COS_SIN(v7, v8, q_5); LANES_COS_SIN(v9, v10, q_0);
+  const lanes v11 = 0.26289 * v2, v12 = v11 * v3, v13 = v1 * v12, v14 = 0.26289 * v4,
+      v15 = v14 + q_2, v16 = v15 * v5, v17 = v13 + v16, v18 = v6 * v7, v19 = v8 * v4,
+      v20 = v3 * v19, v21 = v18 - v20, v22 = v5 * v21, v23 = v8 * v2, v24 = v1 * v23,
+      v25 = v22 - v24, v26 = v17 * v25, v27 = v12 * v5, v28 = v1 * v15, v29 = v27 - v28,
+      v30 = v1 * v21, v31 = v5 * v23, v32 = v30 + v31, v33 = v29 * v32, v34 = v26 - v33,
+      v35 = v34 * qd_1, v36 = v23 * qd_2, v37 = v11 * v7, v38 = v37 * qd_3, v39 = 0.26289 * v8,
+      v40 = v39 * qd_4, v41 = v38 - v40, v42 = v36 + v41, v43 = v35 + v42, v44 = v3 * v2,
+      v45 = v5 * v44, v46 = v1 * v4, v47 = v45 - v46, v48 = v43 * v47, v49 = v17 * v47,
+      v50 = v1 * v44, v51 = v5 * v4, v52 = v50 + v51, v53 = v29 * v52, v54 = v49 - v53,
+      v55 = v54 * qd_1, v56 = v4 * qd_2, v57 = v55 + v56, v58 = v57 * v25, v59 = v48 - v58,
+      v60 = v3 * v7, v61 = v6 * v19, v62 = v60 + v61, v63 = v9 * v62, v64 = v10 * v32,
+      v65 = v63 + v64, v66 = v9 * v17, v67 = v11 * v6, v68 = 0.15367 - v67, v69 = v10 * v68,
+      v70 = v66 - v69, v71 = v65 * v70, v72 = v9 * v68, v73 = v10 * v17, v74 = v72 + v73,
+      v75 = v9 * v32, v76 = v10 * v62, v77 = v75 - v76, v78 = v74 * v77, v79 = v71 - v78,
+      v80 = v4 * qd_3, v81 = v80 + qd_5, v82 = v6 * v2, v83 = v82 * qd_1, v84 = v81 - v83,
+      v85 = v79 * v84, v86 = v10 * v52, v87 = v9 * v82, v88 = v86 - v87, v89 = v88 * v70,
+      v90 = v9 * v52, v91 = v10 * v82, v92 = v90 + v91, v93 = v74 * v92, v94 = v89 - v93,
+      v95 = v62 * qd_1, v96 = v23 * qd_3, v97 = v7 * qd_4, v98 = v96 + v97, v99 = v95 + v98,
+      v100 = v94 * v99, v101 = v85 - v100, v102 = v59 + v101;
   out[0] = v102;
-  const lanes v103 = v56 * v62;
-  const lanes v104 = v42 * v82;
-  const lanes v105 = v103 + v104;
-  const lanes v106 = v34 * v81;
-  const lanes v107 = v54 * v98;
-  const lanes v108 = v106 - v107;
-  const lanes v109 = v105 + v108;
+  const lanes v103 = v56 * v62, v104 = v42 * v82, v105 = v103 + v104, v106 = v34 * v81,
+      v107 = v54 * v98, v108 = v106 - v107, v109 = v105 + v108;
   out[1] = v109;
-  const lanes v110 = v81 * v23;
-  const lanes v111 = v98 * v4;
-  const lanes v112 = v110 - v111;
+  const lanes v110 = v81 * v23, v111 = v98 * v4, v112 = v110 - v111;
   out[2] = v112;
-  const lanes v113 = v40 * v4;
-  const lanes v114 = v37 * qd_5;
-  const lanes v115 = v113 + v114;
+  const lanes v113 = v40 * v4, v114 = v37 * qd_5, v115 = v113 + v114;
   out[3] = v115;
-  const lanes v116 = v39 * qd_5;
-  const lanes v117 = -v116;
-  out[4] = v117;
-  out[5] = LANES_OF(0.0);
-  const lanes v118 = v2 * v7;
-  const lanes v119 = v1 * v118;
-  const lanes v120 = v8 * v6;
-  const lanes v121 = v4 * v7;
-  const lanes v122 = v3 * v121;
-  const lanes v123 = v120 + v122;
-  const lanes v124 = v5 * v123;
-  const lanes v125 = v119 + v124;
-  const lanes v126 = v57 * v125;
-  const lanes v127 = v17 * v125;
-  const lanes v128 = v1 * v123;
-  const lanes v129 = v5 * v118;
-  const lanes v130 = v128 - v129;
-  const lanes v131 = v29 * v130;
-  const lanes v132 = v127 - v131;
-  const lanes v133 = v132 * qd_1;
-  const lanes v134 = v8 * v11;
-  const lanes v135 = v134 * qd_3;
-  const lanes v136 = 0.26289 * v7;
-  const lanes v137 = v136 * qd_4;
-  const lanes v138 = v135 + v137;
-  const lanes v139 = v118 * qd_2;
-  const lanes v140 = v138 - v139;
-  const lanes v141 = v133 + v140;
-  const lanes v142 = v141 * v47;
-  const lanes v143 = v126 - v142;
-  const lanes v144 = v8 * v3;
-  const lanes v145 = v6 * v121;
-  const lanes v146 = v144 - v145;
-  const lanes v147 = v146 * qd_1;
-  const lanes v148 = v8 * qd_4;
-  const lanes v149 = v118 * qd_3;
-  const lanes v150 = v148 - v149;
-  const lanes v151 = v147 + v150;
-  const lanes v152 = v94 * v151;
-  const lanes v153 = v9 * v146;
-  const lanes v154 = v10 * v130;
-  const lanes v155 = v153 + v154;
-  const lanes v156 = v155 * v70;
-  const lanes v157 = v9 * v130;
-  const lanes v158 = v10 * v146;
-  const lanes v159 = v157 - v158;
-  const lanes v160 = v74 * v159;
-  const lanes v161 = v156 - v160;
-  const lanes v162 = v161 * v84;
-  const lanes v163 = v152 - v162;
-  const lanes v164 = v143 + v163;
+  const lanes v116 = v39 * qd_5, v117 = -v116;
+  out[4] = v117; out[5] = LANES_OF(0.0);
+  const lanes v118 = v2 * v7, v119 = v1 * v118, v120 = v8 * v6, v121 = v4 * v7, v122 = v3 * v121,
+      v123 = v120 + v122, v124 = v5 * v123, v125 = v119 + v124, v126 = v57 * v125,
+      v127 = v17 * v125, v128 = v1 * v123, v129 = v5 * v118, v130 = v128 - v129, v131 = v29 * v130,
+      v132 = v127 - v131, v133 = v132 * qd_1, v134 = v8 * v11, v135 = v134 * qd_3,
+      v136 = 0.26289 * v7, v137 = v136 * qd_4, v138 = v135 + v137, v139 = v118 * qd_2,
+      v140 = v138 - v139, v141 = v133 + v140, v142 = v141 * v47, v143 = v126 - v142, v144 = v8 * v3,
+      v145 = v6 * v121, v146 = v144 - v145, v147 = v146 * qd_1, v148 = v8 * qd_4,
+      v149 = v118 * qd_3, v150 = v148 - v149, v151 = v147 + v150, v152 = v94 * v151,
+      v153 = v9 * v146, v154 = v10 * v130, v155 = v153 + v154, v156 = v155 * v70, v157 = v9 * v130,
+      v158 = v10 * v146, v159 = v157 - v158, v160 = v74 * v159, v161 = v156 - v160,
+      v162 = v161 * v84, v163 = v152 - v162, v164 = v143 + v163;
   out[6] = v164;
-  const lanes v165 = v54 * v150;
-  const lanes v166 = v132 * v81;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v56 * v146;
-  const lanes v169 = v140 * v82;
-  const lanes v170 = v168 + v169;
-  const lanes v171 = v167 - v170;
+  const lanes v165 = v54 * v150, v166 = v132 * v81, v167 = v165 - v166, v168 = v56 * v146,
+      v169 = v140 * v82, v170 = v168 + v169, v171 = v167 - v170;
   out[7] = v171;
-  const lanes v172 = v150 * v4;
-  const lanes v173 = v81 * v118;
-  const lanes v174 = v172 + v173;
+  const lanes v172 = v150 * v4, v173 = v81 * v118, v174 = v172 + v173;
   out[8] = v174;
-  const lanes v175 = v137 * v4;
-  const lanes v176 = v134 * qd_5;
-  const lanes v177 = v175 - v176;
+  const lanes v175 = v137 * v4, v176 = v134 * qd_5, v177 = v175 - v176;
   out[9] = v177;
-  const lanes v178 = v136 * qd_5;
-  const lanes v179 = -v178;
-  out[10] = v179;
-  out[11] = LANES_OF(0.0);
-  const lanes v180 = v141 * v25;
-  const lanes v181 = v43 * v125;
-  const lanes v182 = v180 - v181;
-  const lanes v183 = v161 * v99;
-  const lanes v184 = v79 * v151;
-  const lanes v185 = v183 - v184;
-  const lanes v186 = v182 + v185;
+  const lanes v178 = v136 * qd_5, v179 = -v178;
+  out[10] = v179; out[11] = LANES_OF(0.0);
+  const lanes v180 = v141 * v25, v181 = v43 * v125, v182 = v180 - v181, v183 = v161 * v99,
+      v184 = v79 * v151, v185 = v183 - v184, v186 = v182 + v185;
   out[12] = v186;
-  const lanes v187 = v42 * v146;
-  const lanes v188 = v140 * v62;
-  const lanes v189 = v187 - v188;
-  const lanes v190 = v132 * v98;
-  const lanes v191 = v34 * v150;
-  const lanes v192 = v190 - v191;
-  const lanes v193 = v189 + v192;
+  const lanes v187 = v42 * v146, v188 = v140 * v62, v189 = v187 - v188, v190 = v132 * v98,
+      v191 = v34 * v150, v192 = v190 - v191, v193 = v189 + v192;
   out[13] = v193;
-  const lanes v194 = v150 * v23;
-  const lanes v195 = v98 * v118;
-  const lanes v196 = v194 + v195;
-  const lanes v197 = -v196;
+  const lanes v194 = v150 * v23, v195 = v98 * v118, v196 = v194 + v195, v197 = -v196;
   out[14] = v197;
-  const lanes v198 = v40 * v118;
-  const lanes v199 = v137 * v23;
-  const lanes v200 = v198 - v199;
-  const lanes v201 = v134 * v97;
-  const lanes v202 = v37 * v148;
-  const lanes v203 = v201 - v202;
-  const lanes v204 = v200 + v203;
-  out[15] = v204;
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  const lanes v205 = v99 * v47;
-  const lanes v206 = v84 * v25;
-  const lanes v207 = v205 - v206;
+  const lanes v198 = v40 * v118, v199 = v137 * v23, v200 = v198 - v199, v201 = v134 * v97,
+      v202 = v37 * v148, v203 = v201 - v202, v204 = v200 + v203;
+  out[15] = v204; out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
+  const lanes v205 = v99 * v47, v206 = v84 * v25, v207 = v205 - v206;
   out[18] = v207;
-  const lanes v208 = v98 * v82;
-  const lanes v209 = v81 * v62;
-  const lanes v210 = v208 + v209;
-  out[19] = v210;
-  out[20] = LANES_OF(0.0);
-  const lanes v211 = v23 * qd_5;
-  const lanes v212 = v97 * v4;
-  const lanes v213 = v211 - v212;
+  const lanes v208 = v98 * v82, v209 = v81 * v62, v210 = v208 + v209;
+  out[19] = v210; out[20] = LANES_OF(0.0);
+  const lanes v211 = v23 * qd_5, v212 = v97 * v4, v213 = v211 - v212;
   out[21] = v213;
   const lanes v214 = v7 * qd_5;
-  out[22] = v214;
-  out[23] = LANES_OF(0.0);
-  const lanes v215 = v84 * v125;
-  const lanes v216 = v151 * v47;
-  const lanes v217 = v215 - v216;
+  out[22] = v214; out[23] = LANES_OF(0.0);
+  const lanes v215 = v84 * v125, v216 = v151 * v47, v217 = v215 - v216;
   out[24] = v217;
-  const lanes v218 = v150 * v82;
-  const lanes v219 = v81 * v146;
-  const lanes v220 = v218 + v219;
-  const lanes v221 = -v220;
-  out[25] = v221;
-  out[26] = LANES_OF(0.0);
-  const lanes v222 = v148 * v4;
-  const lanes v223 = v118 * qd_5;
-  const lanes v224 = v222 + v223;
+  const lanes v218 = v150 * v82, v219 = v81 * v146, v220 = v218 + v219, v221 = -v220;
+  out[25] = v221; out[26] = LANES_OF(0.0);
+  const lanes v222 = v148 * v4, v223 = v118 * qd_5, v224 = v222 + v223;
   out[27] = v224;
-  const lanes v225 = v8 * qd_5;
-  const lanes v226 = -v225;
-  out[28] = v226;
-  out[29] = LANES_OF(0.0);
-  const lanes v227 = v151 * v25;
-  const lanes v228 = v99 * v125;
-  const lanes v229 = v227 - v228;
+  const lanes v225 = v8 * qd_5, v226 = -v225;
+  out[28] = v226; out[29] = LANES_OF(0.0);
+  const lanes v227 = v151 * v25, v228 = v99 * v125, v229 = v227 - v228;
   out[30] = v229;
-  const lanes v230 = v98 * v146;
-  const lanes v231 = v150 * v62;
-  const lanes v232 = v230 - v231;
-  out[31] = v232;
-  out[32] = LANES_OF(0.0);
-  const lanes v233 = v148 * v23;
-  const lanes v234 = v97 * v118;
-  const lanes v235 = v233 + v234;
-  const lanes v236 = -v235;
-  out[33] = v236;
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
+  const lanes v230 = v98 * v146, v231 = v150 * v62, v232 = v230 - v231;
+  out[31] = v232; out[32] = LANES_OF(0.0);
+  const lanes v233 = v148 * v23, v234 = v97 * v118, v235 = v233 + v234, v236 = -v235;
+  out[33] = v236; out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(stanford_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  lanes v1, v7; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v7);
-  lanes v2, v6; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v6);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&q_4, &v5, &v3);
-  lanes v8, v4; LANES_NAME(lanes_cos_sin)(&q_3, &v8, &v4);
-  const lanes v9 = 0.26289 * v3;
-  const lanes v10 = v9 * v4;
-  const lanes v11 = v2 * v10;
-  const lanes v12 = 0.26289 * v5;
-  const lanes v13 = v12 + q_2;
-  const lanes v14 = v13 * v6;
-  const lanes v15 = v11 + v14;
-  const lanes v16 = v1 * v15;
-  const lanes v17 = v9 * v8;
-  const lanes v18 = 0.15367 - v17;
-  const lanes v19 = v7 * v18;
-  const lanes v20 = v16 - v19;
-  const lanes v21 = v20 * qd_0;
-  const lanes v22 = v7 * v6;
-  const lanes v23 = v22 * qd_2;
-  const lanes v24 = v1 * v4;
-  const lanes v25 = v7 * v2;
-  const lanes v26 = v25 * v8;
-  const lanes v27 = v24 + v26;
-  const lanes v28 = v27 * v9;
-  const lanes v29 = v28 * qd_3;
-  const lanes v30 = v25 * v4;
-  const lanes v31 = v1 * v8;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = v32 * v5;
-  const lanes v34 = v22 * v3;
-  const lanes v35 = v33 - v34;
-  const lanes v36 = 0.26289 * v35;
-  const lanes v37 = v36 * qd_4;
-  const lanes v38 = v29 + v37;
-  const lanes v39 = v23 + v38;
-  const lanes v40 = v10 * v6;
-  const lanes v41 = v2 * v13;
-  const lanes v42 = v40 - v41;
-  const lanes v43 = v7 * v42;
-  const lanes v44 = v43 * qd_1;
-  const lanes v45 = v39 - v44;
-  const lanes v46 = v21 + v45;
-  const lanes v47 = -v46;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10];
+  LANES_COS_SIN(v1, v7, q_0); LANES_COS_SIN(v2, v6, q_1); LANES_COS_SIN(v5, v3, q_4);
+  LANES_COS_SIN(v8, v4, q_3);
+  const lanes v9 = 0.26289 * v3, v10 = v9 * v4, v11 = v2 * v10, v12 = 0.26289 * v5, v13 = v12 + q_2,
+      v14 = v13 * v6, v15 = v11 + v14, v16 = v1 * v15, v17 = v9 * v8, v18 = 0.15367 - v17,
+      v19 = v7 * v18, v20 = v16 - v19, v21 = v20 * qd_0, v22 = v7 * v6, v23 = v22 * qd_2,
+      v24 = v1 * v4, v25 = v7 * v2, v26 = v25 * v8, v27 = v24 + v26, v28 = v27 * v9,
+      v29 = v28 * qd_3, v30 = v25 * v4, v31 = v1 * v8, v32 = v30 - v31, v33 = v32 * v5,
+      v34 = v22 * v3, v35 = v33 - v34, v36 = 0.26289 * v35, v37 = v36 * qd_4, v38 = v29 + v37,
+      v39 = v23 + v38, v40 = v10 * v6, v41 = v2 * v13, v42 = v40 - v41, v43 = v7 * v42,
+      v44 = v43 * qd_1, v45 = v39 - v44, v46 = v21 + v45, v47 = -v46;
   out[0] = v47;
-  const lanes v48 = v43 * qd_0;
-  const lanes v49 = v1 * qd_1;
-  const lanes v50 = v49 * v15;
-  const lanes v51 = v48 - v50;
-  const lanes v52 = v2 * qd_2;
-  const lanes v53 = v6 * v8;
-  const lanes v54 = v53 * v9;
-  const lanes v55 = v54 * qd_3;
-  const lanes v56 = v6 * v4;
-  const lanes v57 = v56 * v5;
-  const lanes v58 = v2 * v3;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = 0.26289 * v59;
-  const lanes v61 = v60 * qd_4;
-  const lanes v62 = v55 + v61;
-  const lanes v63 = v52 - v62;
-  const lanes v64 = v1 * v63;
-  const lanes v65 = v51 + v64;
+  const lanes v48 = v43 * qd_0, v49 = v1 * qd_1, v50 = v49 * v15, v51 = v48 - v50, v52 = v2 * qd_2,
+      v53 = v6 * v8, v54 = v53 * v9, v55 = v54 * qd_3, v56 = v6 * v4, v57 = v56 * v5, v58 = v2 * v3,
+      v59 = v57 + v58, v60 = 0.26289 * v59, v61 = v60 * qd_4, v62 = v55 + v61, v63 = v52 - v62,
+      v64 = v1 * v63, v65 = v51 + v64;
   out[1] = v65;
-  const lanes v66 = v49 * v2;
-  const lanes v67 = v22 * qd_0;
-  const lanes v68 = v66 - v67;
+  const lanes v66 = v49 * v2, v67 = v22 * qd_0, v68 = v66 - v67;
   out[2] = v68;
-  const lanes v69 = v22 * qd_3;
-  const lanes v70 = v49 + v69;
-  const lanes v71 = v70 * v54;
-  const lanes v72 = v2 * qd_3;
-  const lanes v73 = v72 + qd_0;
-  const lanes v74 = v73 * v28;
-  const lanes v75 = v71 + v74;
-  const lanes v76 = v22 * v61;
-  const lanes v77 = v2 * v37;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = v75 + v78;
-  const lanes v80 = -v79;
+  const lanes v69 = v22 * qd_3, v70 = v49 + v69, v71 = v70 * v54, v72 = v2 * qd_3, v73 = v72 + qd_0,
+      v74 = v73 * v28, v75 = v71 + v74, v76 = v22 * v61, v77 = v2 * v37, v78 = v76 + v77,
+      v79 = v75 + v78, v80 = -v79;
   out[3] = v80;
-  const lanes v81 = v27 * qd_4;
-  const lanes v82 = v81 + v70;
-  const lanes v83 = v82 * v60;
-  const lanes v84 = v53 * qd_4;
-  const lanes v85 = v73 - v84;
-  const lanes v86 = v85 * v36;
-  const lanes v87 = v83 + v86;
-  const lanes v88 = -v87;
-  out[4] = v88;
-  out[5] = LANES_OF(0.0);
-  const lanes v89 = v1 * v6;
-  const lanes v90 = v89 * qd_2;
-  const lanes v91 = v1 * v2;
-  const lanes v92 = v91 * v8;
-  const lanes v93 = v7 * v4;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = v94 * v9;
-  const lanes v96 = v95 * qd_3;
-  const lanes v97 = v91 * v4;
-  const lanes v98 = v7 * v8;
-  const lanes v99 = v97 + v98;
-  const lanes v100 = v99 * v5;
-  const lanes v101 = v89 * v3;
-  const lanes v102 = v100 - v101;
-  const lanes v103 = 0.26289 * v102;
-  const lanes v104 = v103 * qd_4;
-  const lanes v105 = v96 + v104;
-  const lanes v106 = v90 + v105;
-  const lanes v107 = v1 * v42;
-  const lanes v108 = v107 * qd_1;
-  const lanes v109 = v106 - v108;
-  const lanes v110 = v1 * v18;
-  const lanes v111 = v7 * v15;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = v112 * qd_0;
-  const lanes v114 = v109 - v113;
+  const lanes v81 = v27 * qd_4, v82 = v81 + v70, v83 = v82 * v60, v84 = v53 * qd_4, v85 = v73 - v84,
+      v86 = v85 * v36, v87 = v83 + v86, v88 = -v87;
+  out[4] = v88; out[5] = LANES_OF(0.0);
+  const lanes v89 = v1 * v6, v90 = v89 * qd_2, v91 = v1 * v2, v92 = v91 * v8, v93 = v7 * v4,
+      v94 = v92 - v93, v95 = v94 * v9, v96 = v95 * qd_3, v97 = v91 * v4, v98 = v7 * v8,
+      v99 = v97 + v98, v100 = v99 * v5, v101 = v89 * v3, v102 = v100 - v101, v103 = 0.26289 * v102,
+      v104 = v103 * qd_4, v105 = v96 + v104, v106 = v90 + v105, v107 = v1 * v42, v108 = v107 * qd_1,
+      v109 = v106 - v108, v110 = v1 * v18, v111 = v7 * v15, v112 = v110 + v111, v113 = v112 * qd_0,
+      v114 = v109 - v113;
   out[6] = v114;
-  const lanes v115 = v7 * v63;
-  const lanes v116 = v7 * qd_1;
-  const lanes v117 = v116 * v15;
-  const lanes v118 = v107 * qd_0;
-  const lanes v119 = v117 + v118;
-  const lanes v120 = v115 - v119;
+  const lanes v115 = v7 * v63, v116 = v7 * qd_1, v117 = v116 * v15, v118 = v107 * qd_0,
+      v119 = v117 + v118, v120 = v115 - v119;
   out[7] = v120;
-  const lanes v121 = v116 * v2;
-  const lanes v122 = v89 * qd_0;
-  const lanes v123 = v121 + v122;
+  const lanes v121 = v116 * v2, v122 = v89 * qd_0, v123 = v121 + v122;
   out[8] = v123;
-  const lanes v124 = v89 * qd_3;
-  const lanes v125 = v124 - v116;
-  const lanes v126 = v125 * v54;
-  const lanes v127 = v73 * v95;
-  const lanes v128 = v126 + v127;
-  const lanes v129 = v89 * v61;
-  const lanes v130 = v2 * v104;
-  const lanes v131 = v129 + v130;
-  const lanes v132 = v128 + v131;
+  const lanes v124 = v89 * qd_3, v125 = v124 - v116, v126 = v125 * v54, v127 = v73 * v95,
+      v128 = v126 + v127, v129 = v89 * v61, v130 = v2 * v104, v131 = v129 + v130,
+      v132 = v128 + v131;
   out[9] = v132;
-  const lanes v133 = v94 * qd_4;
-  const lanes v134 = v133 + v125;
-  const lanes v135 = v134 * v60;
-  const lanes v136 = v85 * v103;
-  const lanes v137 = v135 + v136;
-  out[10] = v137;
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  const lanes v138 = v116 * v43;
-  const lanes v139 = v49 * v107;
-  const lanes v140 = v138 + v139;
-  const lanes v141 = v1 * v106;
-  const lanes v142 = v7 * v39;
-  const lanes v143 = v141 + v142;
-  const lanes v144 = v140 - v143;
+  const lanes v133 = v94 * qd_4, v134 = v133 + v125, v135 = v134 * v60, v136 = v85 * v103,
+      v137 = v135 + v136;
+  out[10] = v137; out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  const lanes v138 = v116 * v43, v139 = v49 * v107, v140 = v138 + v139, v141 = v1 * v106,
+      v142 = v7 * v39, v143 = v141 + v142, v144 = v140 - v143;
   out[13] = v144;
-  const lanes v145 = v116 * v22;
-  const lanes v146 = v49 * v89;
-  const lanes v147 = v145 + v146;
-  const lanes v148 = -v147;
+  const lanes v145 = v116 * v22, v146 = v49 * v89, v147 = v145 + v146, v148 = -v147;
   out[14] = v148;
-  const lanes v149 = v125 * v28;
-  const lanes v150 = v70 * v95;
-  const lanes v151 = v149 - v150;
-  const lanes v152 = v89 * v37;
-  const lanes v153 = v22 * v104;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v151 + v154;
+  const lanes v149 = v125 * v28, v150 = v70 * v95, v151 = v149 - v150, v152 = v89 * v37,
+      v153 = v22 * v104, v154 = v152 - v153, v155 = v151 + v154;
   out[15] = v155;
-  const lanes v156 = v134 * v36;
-  const lanes v157 = v82 * v103;
-  const lanes v158 = v156 - v157;
-  out[16] = v158;
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  const lanes v159 = v1 * qd_0;
-  const lanes v160 = -v159;
-  out[19] = v160;
-  out[20] = LANES_OF(0.0);
-  out[21] = v68;
-  const lanes v161 = v70 * v53;
-  const lanes v162 = v73 * v27;
-  const lanes v163 = v161 + v162;
-  const lanes v164 = -v163;
+  const lanes v156 = v134 * v36, v157 = v82 * v103, v158 = v156 - v157;
+  out[16] = v158; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0);
+  const lanes v159 = v1 * qd_0, v160 = -v159;
+  out[19] = v160; out[20] = LANES_OF(0.0); out[21] = v68;
+  const lanes v161 = v70 * v53, v162 = v73 * v27, v163 = v161 + v162, v164 = -v163;
   out[22] = v164;
-  const lanes v165 = v56 * v3;
-  const lanes v166 = v2 * v5;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v82 * v167;
-  const lanes v169 = v22 * v5;
-  const lanes v170 = v32 * v3;
-  const lanes v171 = v169 + v170;
-  const lanes v172 = v85 * v171;
-  const lanes v173 = v168 + v172;
-  const lanes v174 = -v173;
-  out[23] = v174;
-  out[24] = LANES_OF(0.0);
-  const lanes v175 = v7 * qd_0;
-  const lanes v176 = -v175;
-  out[25] = v176;
-  out[26] = LANES_OF(0.0);
-  out[27] = v123;
-  const lanes v177 = v125 * v53;
-  const lanes v178 = v73 * v94;
-  const lanes v179 = v177 + v178;
+  const lanes v165 = v56 * v3, v166 = v2 * v5, v167 = v165 - v166, v168 = v82 * v167,
+      v169 = v22 * v5, v170 = v32 * v3, v171 = v169 + v170, v172 = v85 * v171, v173 = v168 + v172,
+      v174 = -v173;
+  out[23] = v174; out[24] = LANES_OF(0.0);
+  const lanes v175 = v7 * qd_0, v176 = -v175;
+  out[25] = v176; out[26] = LANES_OF(0.0); out[27] = v123;
+  const lanes v177 = v125 * v53, v178 = v73 * v94, v179 = v177 + v178;
   out[28] = v179;
-  const lanes v180 = v134 * v167;
-  const lanes v181 = v89 * v5;
-  const lanes v182 = v99 * v3;
-  const lanes v183 = v181 + v182;
-  const lanes v184 = v85 * v183;
-  const lanes v185 = v180 + v184;
-  out[29] = v185;
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
+  const lanes v180 = v134 * v167, v181 = v89 * v5, v182 = v99 * v3, v183 = v181 + v182,
+      v184 = v85 * v183, v185 = v180 + v184;
+  out[29] = v185; out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
   out[33] = v148;
-  const lanes v186 = v125 * v27;
-  const lanes v187 = v70 * v94;
-  const lanes v188 = v186 - v187;
+  const lanes v186 = v125 * v27, v187 = v70 * v94, v188 = v186 - v187;
   out[34] = v188;
-  const lanes v189 = v134 * v171;
-  const lanes v190 = v82 * v183;
-  const lanes v191 = v189 - v190;
+  const lanes v189 = v134 * v171, v190 = v82 * v183, v191 = v189 - v190;
   out[35] = v191;
 }
 
 static LANES_TARGET void LANES_NAME(stanford_hessian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  lanes v1, v7; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v7);
-  lanes v2, v6; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v6);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&q_4, &v5, &v3);
-  lanes v8, v4; LANES_NAME(lanes_cos_sin)(&q_3, &v8, &v4);
-  const lanes v9 = 0.26289 * v3;
-  const lanes v10 = v9 * v4;
-  const lanes v11 = v2 * v10;
-  const lanes v12 = 0.26289 * v5;
-  const lanes v13 = v12 + q_2;
-  const lanes v14 = v13 * v6;
-  const lanes v15 = v11 + v14;
-  const lanes v16 = v1 * v15;
-  const lanes v17 = v9 * v8;
-  const lanes v18 = 0.15367 - v17;
-  const lanes v19 = v7 * v18;
-  const lanes v20 = v16 - v19;
-  const lanes v21 = -v20;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4];
+  LANES_COS_SIN(v1, v7, q_0); LANES_COS_SIN(v2, v6, q_1); LANES_COS_SIN(v5, v3, q_4);
+  LANES_COS_SIN(v8, v4, q_3);
+  const lanes v9 = 0.26289 * v3, v10 = v9 * v4, v11 = v2 * v10, v12 = 0.26289 * v5, v13 = v12 + q_2,
+      v14 = v13 * v6, v15 = v11 + v14, v16 = v1 * v15, v17 = v9 * v8, v18 = 0.15367 - v17,
+      v19 = v7 * v18, v20 = v16 - v19, v21 = -v20;
   out[0] = v21;
-  const lanes v22 = v10 * v6;
-  const lanes v23 = v2 * v13;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v7 * v24;
+  const lanes v22 = v10 * v6, v23 = v2 * v13, v24 = v22 - v23, v25 = v7 * v24;
   out[1] = v25;
-  const lanes v26 = v7 * v6;
-  const lanes v27 = -v26;
+  const lanes v26 = v7 * v6, v27 = -v26;
   out[2] = v27;
-  const lanes v28 = v1 * v4;
-  const lanes v29 = v7 * v2;
-  const lanes v30 = v29 * v8;
-  const lanes v31 = v28 + v30;
-  const lanes v32 = v31 * v9;
-  const lanes v33 = -v32;
+  const lanes v28 = v1 * v4, v29 = v7 * v2, v30 = v29 * v8, v31 = v28 + v30, v32 = v31 * v9,
+      v33 = -v32;
   out[3] = v33;
-  const lanes v34 = v29 * v4;
-  const lanes v35 = v1 * v8;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = v36 * v5;
-  const lanes v38 = v26 * v3;
-  const lanes v39 = v37 - v38;
-  const lanes v40 = 0.26289 * v39;
-  const lanes v41 = -v40;
-  out[4] = v41;
-  out[5] = LANES_OF(0.0);
-  out[6] = v25;
+  const lanes v34 = v29 * v4, v35 = v1 * v8, v36 = v34 - v35, v37 = v36 * v5, v38 = v26 * v3,
+      v39 = v37 - v38, v40 = 0.26289 * v39, v41 = -v40;
+  out[4] = v41; out[5] = LANES_OF(0.0); out[6] = v25;
   const lanes v42 = -v16;
   out[7] = v42;
   const lanes v43 = v1 * v2;
   out[8] = v43;
-  const lanes v44 = v6 * v8;
-  const lanes v45 = v44 * v9;
-  const lanes v46 = v1 * v45;
-  const lanes v47 = -v46;
+  const lanes v44 = v6 * v8, v45 = v44 * v9, v46 = v1 * v45, v47 = -v46;
   out[9] = v47;
-  const lanes v48 = v6 * v4;
-  const lanes v49 = v48 * v5;
-  const lanes v50 = v2 * v3;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = 0.26289 * v51;
-  const lanes v53 = v1 * v52;
-  const lanes v54 = -v53;
-  out[10] = v54;
-  out[11] = LANES_OF(0.0);
-  out[12] = v27;
-  out[13] = v43;
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = v33;
-  out[19] = v47;
-  out[20] = LANES_OF(0.0);
-  const lanes v55 = v26 * v45;
-  const lanes v56 = v2 * v32;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = -v57;
+  const lanes v48 = v6 * v4, v49 = v48 * v5, v50 = v2 * v3, v51 = v49 + v50, v52 = 0.26289 * v51,
+      v53 = v1 * v52, v54 = -v53;
+  out[10] = v54; out[11] = LANES_OF(0.0); out[12] = v27; out[13] = v43; out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0); out[18] = v33;
+  out[19] = v47; out[20] = LANES_OF(0.0);
+  const lanes v55 = v26 * v45, v56 = v2 * v32, v57 = v55 + v56, v58 = -v57;
   out[21] = v58;
-  const lanes v59 = v26 * v52;
-  const lanes v60 = v2 * v40;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = -v61;
-  out[22] = v62;
-  out[23] = LANES_OF(0.0);
-  out[24] = v41;
-  out[25] = v54;
-  out[26] = LANES_OF(0.0);
+  const lanes v59 = v26 * v52, v60 = v2 * v40, v61 = v59 + v60, v62 = -v61;
+  out[22] = v62; out[23] = LANES_OF(0.0); out[24] = v41; out[25] = v54; out[26] = LANES_OF(0.0);
   out[27] = v62;
-  const lanes v63 = v44 * v40;
-  const lanes v64 = v31 * v52;
-  const lanes v65 = v63 - v64;
-  out[28] = v65;
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
+  const lanes v63 = v44 * v40, v64 = v31 * v52, v65 = v63 - v64;
+  out[28] = v65; out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0);
   out[35] = LANES_OF(0.0);
-  const lanes v66 = v1 * v18;
-  const lanes v67 = v7 * v15;
-  const lanes v68 = v66 + v67;
-  const lanes v69 = -v68;
+  const lanes v66 = v1 * v18, v67 = v7 * v15, v68 = v66 + v67, v69 = -v68;
   out[36] = v69;
-  const lanes v70 = v1 * v24;
-  const lanes v71 = -v70;
+  const lanes v70 = v1 * v24, v71 = -v70;
   out[37] = v71;
   const lanes v72 = v1 * v6;
   out[38] = v72;
-  const lanes v73 = v43 * v8;
-  const lanes v74 = v7 * v4;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v75 * v9;
+  const lanes v73 = v43 * v8, v74 = v7 * v4, v75 = v73 - v74, v76 = v75 * v9;
   out[39] = v76;
-  const lanes v77 = v43 * v4;
-  const lanes v78 = v7 * v8;
-  const lanes v79 = v77 + v78;
-  const lanes v80 = v79 * v5;
-  const lanes v81 = v72 * v3;
-  const lanes v82 = v80 - v81;
-  const lanes v83 = 0.26289 * v82;
-  out[40] = v83;
-  out[41] = LANES_OF(0.0);
-  out[42] = v71;
+  const lanes v77 = v43 * v4, v78 = v7 * v8, v79 = v77 + v78, v80 = v79 * v5, v81 = v72 * v3,
+      v82 = v80 - v81, v83 = 0.26289 * v82;
+  out[40] = v83; out[41] = LANES_OF(0.0); out[42] = v71;
   const lanes v84 = -v67;
-  out[43] = v84;
-  out[44] = v29;
-  const lanes v85 = v7 * v45;
-  const lanes v86 = -v85;
+  out[43] = v84; out[44] = v29;
+  const lanes v85 = v7 * v45, v86 = -v85;
   out[45] = v86;
-  const lanes v87 = v7 * v52;
-  const lanes v88 = -v87;
-  out[46] = v88;
-  out[47] = LANES_OF(0.0);
-  out[48] = v72;
-  out[49] = v29;
-  out[50] = LANES_OF(0.0);
-  out[51] = LANES_OF(0.0);
-  out[52] = LANES_OF(0.0);
-  out[53] = LANES_OF(0.0);
-  out[54] = v76;
-  out[55] = v86;
-  out[56] = LANES_OF(0.0);
-  const lanes v89 = v72 * v45;
-  const lanes v90 = v2 * v76;
-  const lanes v91 = v89 + v90;
+  const lanes v87 = v7 * v52, v88 = -v87;
+  out[46] = v88; out[47] = LANES_OF(0.0); out[48] = v72; out[49] = v29; out[50] = LANES_OF(0.0);
+  out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0); out[53] = LANES_OF(0.0); out[54] = v76;
+  out[55] = v86; out[56] = LANES_OF(0.0);
+  const lanes v89 = v72 * v45, v90 = v2 * v76, v91 = v89 + v90;
   out[57] = v91;
-  const lanes v92 = v72 * v52;
-  const lanes v93 = v2 * v83;
-  const lanes v94 = v92 + v93;
-  out[58] = v94;
-  out[59] = LANES_OF(0.0);
-  out[60] = v83;
-  out[61] = v88;
-  out[62] = LANES_OF(0.0);
+  const lanes v92 = v72 * v52, v93 = v2 * v83, v94 = v92 + v93;
+  out[58] = v94; out[59] = LANES_OF(0.0); out[60] = v83; out[61] = v88; out[62] = LANES_OF(0.0);
   out[63] = v94;
-  const lanes v95 = v75 * v52;
-  const lanes v96 = v44 * v83;
-  const lanes v97 = v95 - v96;
-  out[64] = v97;
-  out[65] = LANES_OF(0.0);
-  out[66] = LANES_OF(0.0);
-  out[67] = LANES_OF(0.0);
-  out[68] = LANES_OF(0.0);
-  out[69] = LANES_OF(0.0);
-  out[70] = LANES_OF(0.0);
-  out[71] = LANES_OF(0.0);
-  out[72] = LANES_OF(0.0);
-  out[73] = LANES_OF(0.0);
-  out[74] = LANES_OF(0.0);
-  out[75] = LANES_OF(0.0);
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
-  const lanes v98 = v1 * v70;
-  const lanes v99 = v7 * v25;
-  const lanes v100 = v98 + v99;
+  const lanes v95 = v75 * v52, v96 = v44 * v83, v97 = v95 - v96;
+  out[64] = v97; out[65] = LANES_OF(0.0); out[66] = LANES_OF(0.0); out[67] = LANES_OF(0.0);
+  out[68] = LANES_OF(0.0); out[69] = LANES_OF(0.0); out[70] = LANES_OF(0.0);
+  out[71] = LANES_OF(0.0); out[72] = LANES_OF(0.0); out[73] = LANES_OF(0.0);
+  out[74] = LANES_OF(0.0); out[75] = LANES_OF(0.0); out[76] = LANES_OF(0.0);
+  out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0);
+  const lanes v98 = v1 * v70, v99 = v7 * v25, v100 = v98 + v99;
   out[79] = v100;
-  const lanes v101 = v1 * v72;
-  const lanes v102 = v26 * v7;
-  const lanes v103 = v101 + v102;
-  const lanes v104 = -v103;
+  const lanes v101 = v1 * v72, v102 = v26 * v7, v103 = v101 + v102, v104 = -v103;
   out[80] = v104;
-  const lanes v105 = v1 * v76;
-  const lanes v106 = v7 * v32;
-  const lanes v107 = v105 + v106;
-  const lanes v108 = -v107;
+  const lanes v105 = v1 * v76, v106 = v7 * v32, v107 = v105 + v106, v108 = -v107;
   out[81] = v108;
-  const lanes v109 = v1 * v83;
-  const lanes v110 = v7 * v40;
-  const lanes v111 = v109 + v110;
-  const lanes v112 = -v111;
-  out[82] = v112;
-  out[83] = LANES_OF(0.0);
-  out[84] = LANES_OF(0.0);
-  out[85] = v104;
-  out[86] = LANES_OF(0.0);
-  out[87] = LANES_OF(0.0);
-  out[88] = LANES_OF(0.0);
-  out[89] = LANES_OF(0.0);
-  out[90] = LANES_OF(0.0);
-  out[91] = v108;
-  out[92] = LANES_OF(0.0);
-  const lanes v113 = v72 * v32;
-  const lanes v114 = v26 * v76;
-  const lanes v115 = v113 - v114;
+  const lanes v109 = v1 * v83, v110 = v7 * v40, v111 = v109 + v110, v112 = -v111;
+  out[82] = v112; out[83] = LANES_OF(0.0); out[84] = LANES_OF(0.0); out[85] = v104;
+  out[86] = LANES_OF(0.0); out[87] = LANES_OF(0.0); out[88] = LANES_OF(0.0);
+  out[89] = LANES_OF(0.0); out[90] = LANES_OF(0.0); out[91] = v108; out[92] = LANES_OF(0.0);
+  const lanes v113 = v72 * v32, v114 = v26 * v76, v115 = v113 - v114;
   out[93] = v115;
-  const lanes v116 = v72 * v40;
-  const lanes v117 = v26 * v83;
-  const lanes v118 = v116 - v117;
-  out[94] = v118;
-  out[95] = LANES_OF(0.0);
-  out[96] = LANES_OF(0.0);
-  out[97] = v112;
-  out[98] = LANES_OF(0.0);
-  out[99] = v118;
-  const lanes v119 = v75 * v40;
-  const lanes v120 = v31 * v83;
-  const lanes v121 = v119 - v120;
-  out[100] = v121;
-  out[101] = LANES_OF(0.0);
-  out[102] = LANES_OF(0.0);
-  out[103] = LANES_OF(0.0);
-  out[104] = LANES_OF(0.0);
-  out[105] = LANES_OF(0.0);
-  out[106] = LANES_OF(0.0);
-  out[107] = LANES_OF(0.0);
-  out[108] = LANES_OF(0.0);
-  out[109] = LANES_OF(0.0);
-  out[110] = LANES_OF(0.0);
-  out[111] = LANES_OF(0.0);
-  out[112] = LANES_OF(0.0);
+  const lanes v116 = v72 * v40, v117 = v26 * v83, v118 = v116 - v117;
+  out[94] = v118; out[95] = LANES_OF(0.0); out[96] = LANES_OF(0.0); out[97] = v112;
+  out[98] = LANES_OF(0.0); out[99] = v118;
+  const lanes v119 = v75 * v40, v120 = v31 * v83, v121 = v119 - v120;
+  out[100] = v121; out[101] = LANES_OF(0.0); out[102] = LANES_OF(0.0); out[103] = LANES_OF(0.0);
+  out[104] = LANES_OF(0.0); out[105] = LANES_OF(0.0); out[106] = LANES_OF(0.0);
+  out[107] = LANES_OF(0.0); out[108] = LANES_OF(0.0); out[109] = LANES_OF(0.0);
+  out[110] = LANES_OF(0.0); out[111] = LANES_OF(0.0); out[112] = LANES_OF(0.0);
   out[113] = LANES_OF(0.0);
   const lanes v122 = -v1;
-  out[114] = v122;
-  out[115] = LANES_OF(0.0);
-  out[116] = LANES_OF(0.0);
-  out[117] = LANES_OF(0.0);
-  out[118] = LANES_OF(0.0);
-  out[119] = LANES_OF(0.0);
-  out[120] = LANES_OF(0.0);
-  out[121] = LANES_OF(0.0);
-  out[122] = LANES_OF(0.0);
-  out[123] = LANES_OF(0.0);
-  out[124] = LANES_OF(0.0);
-  out[125] = LANES_OF(0.0);
-  out[126] = v27;
-  out[127] = v43;
-  out[128] = LANES_OF(0.0);
-  out[129] = LANES_OF(0.0);
-  out[130] = LANES_OF(0.0);
+  out[114] = v122; out[115] = LANES_OF(0.0); out[116] = LANES_OF(0.0); out[117] = LANES_OF(0.0);
+  out[118] = LANES_OF(0.0); out[119] = LANES_OF(0.0); out[120] = LANES_OF(0.0);
+  out[121] = LANES_OF(0.0); out[122] = LANES_OF(0.0); out[123] = LANES_OF(0.0);
+  out[124] = LANES_OF(0.0); out[125] = LANES_OF(0.0); out[126] = v27; out[127] = v43;
+  out[128] = LANES_OF(0.0); out[129] = LANES_OF(0.0); out[130] = LANES_OF(0.0);
   out[131] = LANES_OF(0.0);
   const lanes v123 = -v31;
   out[132] = v123;
-  const lanes v124 = v1 * v44;
-  const lanes v125 = -v124;
-  out[133] = v125;
-  out[134] = LANES_OF(0.0);
-  const lanes v126 = v26 * v44;
-  const lanes v127 = v31 * v2;
-  const lanes v128 = v126 + v127;
-  const lanes v129 = -v128;
-  out[135] = v129;
-  out[136] = LANES_OF(0.0);
-  out[137] = LANES_OF(0.0);
-  const lanes v130 = v26 * v5;
-  const lanes v131 = v36 * v3;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = -v132;
+  const lanes v124 = v1 * v44, v125 = -v124;
+  out[133] = v125; out[134] = LANES_OF(0.0);
+  const lanes v126 = v26 * v44, v127 = v31 * v2, v128 = v126 + v127, v129 = -v128;
+  out[135] = v129; out[136] = LANES_OF(0.0); out[137] = LANES_OF(0.0);
+  const lanes v130 = v26 * v5, v131 = v36 * v3, v132 = v130 + v131, v133 = -v132;
   out[138] = v133;
-  const lanes v134 = v48 * v3;
-  const lanes v135 = v2 * v5;
-  const lanes v136 = v134 - v135;
-  const lanes v137 = v1 * v136;
-  const lanes v138 = -v137;
-  out[139] = v138;
-  out[140] = LANES_OF(0.0);
-  const lanes v139 = v26 * v136;
-  const lanes v140 = v132 * v2;
-  const lanes v141 = v139 + v140;
-  const lanes v142 = -v141;
+  const lanes v134 = v48 * v3, v135 = v2 * v5, v136 = v134 - v135, v137 = v1 * v136, v138 = -v137;
+  out[139] = v138; out[140] = LANES_OF(0.0);
+  const lanes v139 = v26 * v136, v140 = v132 * v2, v141 = v139 + v140, v142 = -v141;
   out[141] = v142;
-  const lanes v143 = v44 * v132;
-  const lanes v144 = v31 * v136;
-  const lanes v145 = v143 - v144;
-  out[142] = v145;
-  out[143] = LANES_OF(0.0);
-  out[144] = LANES_OF(0.0);
-  out[145] = LANES_OF(0.0);
-  out[146] = LANES_OF(0.0);
-  out[147] = LANES_OF(0.0);
-  out[148] = LANES_OF(0.0);
+  const lanes v143 = v44 * v132, v144 = v31 * v136, v145 = v143 - v144;
+  out[142] = v145; out[143] = LANES_OF(0.0); out[144] = LANES_OF(0.0); out[145] = LANES_OF(0.0);
+  out[146] = LANES_OF(0.0); out[147] = LANES_OF(0.0); out[148] = LANES_OF(0.0);
   out[149] = LANES_OF(0.0);
   const lanes v146 = -v7;
-  out[150] = v146;
-  out[151] = LANES_OF(0.0);
-  out[152] = LANES_OF(0.0);
-  out[153] = LANES_OF(0.0);
-  out[154] = LANES_OF(0.0);
-  out[155] = LANES_OF(0.0);
-  out[156] = LANES_OF(0.0);
-  out[157] = LANES_OF(0.0);
-  out[158] = LANES_OF(0.0);
-  out[159] = LANES_OF(0.0);
-  out[160] = LANES_OF(0.0);
-  out[161] = LANES_OF(0.0);
-  out[162] = v72;
-  out[163] = v29;
-  out[164] = LANES_OF(0.0);
-  out[165] = LANES_OF(0.0);
-  out[166] = LANES_OF(0.0);
-  out[167] = LANES_OF(0.0);
-  out[168] = v75;
-  const lanes v147 = v7 * v44;
-  const lanes v148 = -v147;
-  out[169] = v148;
-  out[170] = LANES_OF(0.0);
-  const lanes v149 = v72 * v44;
-  const lanes v150 = v75 * v2;
-  const lanes v151 = v149 + v150;
-  out[171] = v151;
-  out[172] = LANES_OF(0.0);
-  out[173] = LANES_OF(0.0);
-  const lanes v152 = v72 * v5;
-  const lanes v153 = v79 * v3;
-  const lanes v154 = v152 + v153;
+  out[150] = v146; out[151] = LANES_OF(0.0); out[152] = LANES_OF(0.0); out[153] = LANES_OF(0.0);
+  out[154] = LANES_OF(0.0); out[155] = LANES_OF(0.0); out[156] = LANES_OF(0.0);
+  out[157] = LANES_OF(0.0); out[158] = LANES_OF(0.0); out[159] = LANES_OF(0.0);
+  out[160] = LANES_OF(0.0); out[161] = LANES_OF(0.0); out[162] = v72; out[163] = v29;
+  out[164] = LANES_OF(0.0); out[165] = LANES_OF(0.0); out[166] = LANES_OF(0.0);
+  out[167] = LANES_OF(0.0); out[168] = v75;
+  const lanes v147 = v7 * v44, v148 = -v147;
+  out[169] = v148; out[170] = LANES_OF(0.0);
+  const lanes v149 = v72 * v44, v150 = v75 * v2, v151 = v149 + v150;
+  out[171] = v151; out[172] = LANES_OF(0.0); out[173] = LANES_OF(0.0);
+  const lanes v152 = v72 * v5, v153 = v79 * v3, v154 = v152 + v153;
   out[174] = v154;
-  const lanes v155 = v7 * v136;
-  const lanes v156 = -v155;
-  out[175] = v156;
-  out[176] = LANES_OF(0.0);
-  const lanes v157 = v72 * v136;
-  const lanes v158 = v154 * v2;
-  const lanes v159 = v157 + v158;
+  const lanes v155 = v7 * v136, v156 = -v155;
+  out[175] = v156; out[176] = LANES_OF(0.0);
+  const lanes v157 = v72 * v136, v158 = v154 * v2, v159 = v157 + v158;
   out[177] = v159;
-  const lanes v160 = v75 * v136;
-  const lanes v161 = v44 * v154;
-  const lanes v162 = v160 - v161;
-  out[178] = v162;
-  out[179] = LANES_OF(0.0);
-  out[180] = LANES_OF(0.0);
-  out[181] = LANES_OF(0.0);
-  out[182] = LANES_OF(0.0);
-  out[183] = LANES_OF(0.0);
-  out[184] = LANES_OF(0.0);
-  out[185] = LANES_OF(0.0);
-  out[186] = LANES_OF(0.0);
-  out[187] = LANES_OF(0.0);
-  out[188] = LANES_OF(0.0);
-  out[189] = LANES_OF(0.0);
-  out[190] = LANES_OF(0.0);
-  out[191] = LANES_OF(0.0);
-  out[192] = LANES_OF(0.0);
-  out[193] = LANES_OF(0.0);
-  out[194] = LANES_OF(0.0);
-  out[195] = LANES_OF(0.0);
-  out[196] = LANES_OF(0.0);
-  out[197] = LANES_OF(0.0);
-  out[198] = LANES_OF(0.0);
-  out[199] = v104;
-  out[200] = LANES_OF(0.0);
-  out[201] = LANES_OF(0.0);
-  out[202] = LANES_OF(0.0);
-  out[203] = LANES_OF(0.0);
+  const lanes v160 = v75 * v136, v161 = v44 * v154, v162 = v160 - v161;
+  out[178] = v162; out[179] = LANES_OF(0.0); out[180] = LANES_OF(0.0); out[181] = LANES_OF(0.0);
+  out[182] = LANES_OF(0.0); out[183] = LANES_OF(0.0); out[184] = LANES_OF(0.0);
+  out[185] = LANES_OF(0.0); out[186] = LANES_OF(0.0); out[187] = LANES_OF(0.0);
+  out[188] = LANES_OF(0.0); out[189] = LANES_OF(0.0); out[190] = LANES_OF(0.0);
+  out[191] = LANES_OF(0.0); out[192] = LANES_OF(0.0); out[193] = LANES_OF(0.0);
+  out[194] = LANES_OF(0.0); out[195] = LANES_OF(0.0); out[196] = LANES_OF(0.0);
+  out[197] = LANES_OF(0.0); out[198] = LANES_OF(0.0); out[199] = v104; out[200] = LANES_OF(0.0);
+  out[201] = LANES_OF(0.0); out[202] = LANES_OF(0.0); out[203] = LANES_OF(0.0);
   out[204] = LANES_OF(0.0);
-  const lanes v163 = v1 * v75;
-  const lanes v164 = v31 * v7;
-  const lanes v165 = v163 + v164;
-  const lanes v166 = -v165;
-  out[205] = v166;
-  out[206] = LANES_OF(0.0);
-  const lanes v167 = v72 * v31;
-  const lanes v168 = v26 * v75;
-  const lanes v169 = v167 - v168;
-  out[207] = v169;
-  out[208] = LANES_OF(0.0);
-  out[209] = LANES_OF(0.0);
-  out[210] = LANES_OF(0.0);
-  const lanes v170 = v1 * v154;
-  const lanes v171 = v7 * v132;
-  const lanes v172 = v170 + v171;
-  const lanes v173 = -v172;
-  out[211] = v173;
-  out[212] = LANES_OF(0.0);
-  const lanes v174 = v72 * v132;
-  const lanes v175 = v26 * v154;
-  const lanes v176 = v174 - v175;
+  const lanes v163 = v1 * v75, v164 = v31 * v7, v165 = v163 + v164, v166 = -v165;
+  out[205] = v166; out[206] = LANES_OF(0.0);
+  const lanes v167 = v72 * v31, v168 = v26 * v75, v169 = v167 - v168;
+  out[207] = v169; out[208] = LANES_OF(0.0); out[209] = LANES_OF(0.0); out[210] = LANES_OF(0.0);
+  const lanes v170 = v1 * v154, v171 = v7 * v132, v172 = v170 + v171, v173 = -v172;
+  out[211] = v173; out[212] = LANES_OF(0.0);
+  const lanes v174 = v72 * v132, v175 = v26 * v154, v176 = v174 - v175;
   out[213] = v176;
-  const lanes v177 = v75 * v132;
-  const lanes v178 = v31 * v154;
-  const lanes v179 = v177 - v178;
-  out[214] = v179;
-  out[215] = LANES_OF(0.0);
+  const lanes v177 = v75 * v132, v178 = v31 * v154, v179 = v177 - v178;
+  out[214] = v179; out[215] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(stanford_twist_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v7);
-  lanes v3, v5; LANES_NAME(lanes_cos_sin)(&q_3, &v3, &v5);
-  lanes v8, v6; LANES_NAME(lanes_cos_sin)(&q_4, &v8, &v6);
-  const lanes v9 = v1 * v2;
-  const lanes v10 = v9 * v3;
-  const lanes v11 = v4 * v5;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = 0.411988 * v2;
-  const lanes v14 = v13 + q_2;
-  const lanes v15 = v14 * v6;
-  const lanes v16 = 0.411988 * v7;
-  const lanes v17 = v5 * v16;
-  const lanes v18 = 0.15367 * v3;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = v19 * v8;
-  const lanes v21 = v15 + v20;
-  const lanes v22 = v12 * v21;
-  const lanes v23 = v9 * v5;
-  const lanes v24 = v4 * v3;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = v25 * v8;
-  const lanes v27 = v1 * v7;
-  const lanes v28 = v27 * v6;
-  const lanes v29 = v26 - v28;
-  const lanes v30 = v3 * v16;
-  const lanes v31 = 0.15367 * v5;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = v29 * v32;
-  const lanes v34 = v22 - v33;
-  const lanes v35 = v34 * qd_5;
-  const lanes v36 = 0.15367 * v9;
-  const lanes v37 = v4 * v16;
-  const lanes v38 = v36 - v37;
-  const lanes v39 = v38 * qd_3;
-  const lanes v40 = v27 * qd_2;
-  const lanes v41 = 0.411988 * v1;
-  const lanes v42 = v41 * qd_1;
-  const lanes v43 = v40 - v42;
-  const lanes v44 = v39 + v43;
-  const lanes v45 = v27 * v19;
-  const lanes v46 = v25 * v14;
-  const lanes v47 = v45 + v46;
-  const lanes v48 = v47 * qd_4;
-  const lanes v49 = v44 - v48;
-  const lanes v50 = v35 + v49;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v2, v7, q_1); LANES_COS_SIN(v3, v5, q_3);
+  LANES_COS_SIN(v8, v6, q_4);
+  const lanes v9 = v1 * v2, v10 = v9 * v3, v11 = v4 * v5, v12 = v10 - v11, v13 = 0.411988 * v2,
+      v14 = v13 + q_2, v15 = v14 * v6, v16 = 0.411988 * v7, v17 = v5 * v16, v18 = 0.15367 * v3,
+      v19 = v17 + v18, v20 = v19 * v8, v21 = v15 + v20, v22 = v12 * v21, v23 = v9 * v5,
+      v24 = v4 * v3, v25 = v23 + v24, v26 = v25 * v8, v27 = v1 * v7, v28 = v27 * v6,
+      v29 = v26 - v28, v30 = v3 * v16, v31 = 0.15367 * v5, v32 = v30 - v31, v33 = v29 * v32,
+      v34 = v22 - v33, v35 = v34 * qd_5, v36 = 0.15367 * v9, v37 = v4 * v16, v38 = v36 - v37,
+      v39 = v38 * qd_3, v40 = v27 * qd_2, v41 = 0.411988 * v1, v42 = v41 * qd_1, v43 = v40 - v42,
+      v44 = v39 + v43, v45 = v27 * v19, v46 = v25 * v14, v47 = v45 + v46, v48 = v47 * qd_4,
+      v49 = v44 - v48, v50 = v35 + v49;
   out[0] = v50;
-  const lanes v51 = v1 * v5;
-  const lanes v52 = v4 * v2;
-  const lanes v53 = v52 * v3;
-  const lanes v54 = v51 + v53;
-  const lanes v55 = v54 * v21;
-  const lanes v56 = v52 * v5;
-  const lanes v57 = v1 * v3;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = v58 * v8;
-  const lanes v60 = v4 * v7;
-  const lanes v61 = v60 * v6;
-  const lanes v62 = v59 - v61;
-  const lanes v63 = v62 * v32;
-  const lanes v64 = v55 - v63;
-  const lanes v65 = v64 * qd_5;
-  const lanes v66 = v1 * v16;
-  const lanes v67 = 0.15367 * v52;
-  const lanes v68 = v66 + v67;
-  const lanes v69 = v68 * qd_3;
-  const lanes v70 = v60 * qd_2;
-  const lanes v71 = 0.411988 * v4;
-  const lanes v72 = v71 * qd_1;
-  const lanes v73 = v70 - v72;
-  const lanes v74 = v69 + v73;
-  const lanes v75 = v60 * v19;
-  const lanes v76 = v58 * v14;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = v77 * qd_4;
-  const lanes v79 = v74 - v78;
-  const lanes v80 = v65 + v79;
+  const lanes v51 = v1 * v5, v52 = v4 * v2, v53 = v52 * v3, v54 = v51 + v53, v55 = v54 * v21,
+      v56 = v52 * v5, v57 = v1 * v3, v58 = v56 - v57, v59 = v58 * v8, v60 = v4 * v7, v61 = v60 * v6,
+      v62 = v59 - v61, v63 = v62 * v32, v64 = v55 - v63, v65 = v64 * qd_5, v66 = v1 * v16,
+      v67 = 0.15367 * v52, v68 = v66 + v67, v69 = v68 * qd_3, v70 = v60 * qd_2, v71 = 0.411988 * v4,
+      v72 = v71 * qd_1, v73 = v70 - v72, v74 = v69 + v73, v75 = v60 * v19, v76 = v58 * v14,
+      v77 = v75 + v76, v78 = v77 * qd_4, v79 = v74 - v78, v80 = v65 + v79;
   out[1] = v80;
-  const lanes v81 = v7 * v5;
-  const lanes v82 = v81 * v8;
-  const lanes v83 = v2 * v6;
-  const lanes v84 = v82 + v83;
-  const lanes v85 = v84 * v32;
-  const lanes v86 = v7 * v3;
-  const lanes v87 = v86 * v21;
-  const lanes v88 = v85 - v87;
-  const lanes v89 = v88 * qd_5;
-  const lanes v90 = v81 * v14;
-  const lanes v91 = v2 * v19;
-  const lanes v92 = v90 - v91;
-  const lanes v93 = v92 * qd_4;
-  const lanes v94 = v2 * qd_2;
-  const lanes v95 = 0.15367 * v7;
-  const lanes v96 = v95 * qd_3;
-  const lanes v97 = v94 - v96;
-  const lanes v98 = v93 + v97;
-  const lanes v99 = v89 + v98;
+  const lanes v81 = v7 * v5, v82 = v81 * v8, v83 = v2 * v6, v84 = v82 + v83, v85 = v84 * v32,
+      v86 = v7 * v3, v87 = v86 * v21, v88 = v85 - v87, v89 = v88 * qd_5, v90 = v81 * v14,
+      v91 = v2 * v19, v92 = v90 - v91, v93 = v92 * qd_4, v94 = v2 * qd_2, v95 = 0.15367 * v7,
+      v96 = v95 * qd_3, v97 = v94 - v96, v98 = v93 + v97, v99 = v89 + v98;
   out[2] = v99;
-  const lanes v100 = v27 * v8;
-  const lanes v101 = v25 * v6;
-  const lanes v102 = v100 + v101;
-  const lanes v103 = v102 * qd_5;
-  const lanes v104 = v12 * qd_4;
-  const lanes v105 = v27 * qd_3;
-  const lanes v106 = v4 * qd_1;
-  const lanes v107 = v105 - v106;
-  const lanes v108 = v104 + v107;
-  const lanes v109 = v103 + v108;
+  const lanes v100 = v27 * v8, v101 = v25 * v6, v102 = v100 + v101, v103 = v102 * qd_5,
+      v104 = v12 * qd_4, v105 = v27 * qd_3, v106 = v4 * qd_1, v107 = v105 - v106,
+      v108 = v104 + v107, v109 = v103 + v108;
   out[3] = v109;
-  const lanes v110 = v60 * v8;
-  const lanes v111 = v58 * v6;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = v112 * qd_5;
-  const lanes v114 = v54 * qd_4;
-  const lanes v115 = v1 * qd_1;
-  const lanes v116 = v60 * qd_3;
-  const lanes v117 = v115 + v116;
-  const lanes v118 = v114 + v117;
-  const lanes v119 = v113 + v118;
+  const lanes v110 = v60 * v8, v111 = v58 * v6, v112 = v110 + v111, v113 = v112 * qd_5,
+      v114 = v54 * qd_4, v115 = v1 * qd_1, v116 = v60 * qd_3, v117 = v115 + v116,
+      v118 = v114 + v117, v119 = v113 + v118;
   out[4] = v119;
-  const lanes v120 = v2 * qd_3;
-  const lanes v121 = v120 + qd_0;
-  const lanes v122 = v86 * qd_4;
-  const lanes v123 = v121 - v122;
-  const lanes v124 = v81 * v6;
-  const lanes v125 = v2 * v8;
-  const lanes v126 = v124 - v125;
-  const lanes v127 = v126 * qd_5;
-  const lanes v128 = v123 - v127;
+  const lanes v120 = v2 * qd_3, v121 = v120 + qd_0, v122 = v86 * qd_4, v123 = v121 - v122,
+      v124 = v81 * v6, v125 = v2 * v8, v126 = v124 - v125, v127 = v126 * qd_5, v128 = v123 - v127;
   out[5] = v128;
 }
 
 static LANES_TARGET void LANES_NAME(stanford_twist_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v2);
-  lanes v7, v3; LANES_NAME(lanes_cos_sin)(&q_4, &v7, &v3);
-  lanes v4, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v8);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v5);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&q_1, &v9, &v10);
-  const lanes v11 = 0.26289 * v1;
-  const lanes v12 = v11 * qd_4;
-  const lanes v13 = 0.26289 * v3;
-  const lanes v14 = v2 * v13;
-  const lanes v15 = v14 * qd_3;
-  const lanes v16 = v2 * v5;
-  const lanes v17 = v7 * v1;
-  const lanes v18 = v6 * v17;
-  const lanes v19 = v16 - v18;
-  const lanes v20 = v4 * v19;
-  const lanes v21 = v2 * v6;
-  const lanes v22 = v5 * v17;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = v9 * v23;
-  const lanes v25 = v3 * v1;
-  const lanes v26 = v10 * v25;
-  const lanes v27 = v24 - v26;
-  const lanes v28 = v8 * v27;
-  const lanes v29 = v20 + v28;
-  const lanes v30 = v13 * v5;
-  const lanes v31 = v9 * v30;
-  const lanes v32 = 0.26289 * v7;
-  const lanes v33 = v32 + q_2;
-  const lanes v34 = v33 * v10;
-  const lanes v35 = v31 + v34;
-  const lanes v36 = v4 * v35;
-  const lanes v37 = v13 * v6;
-  const lanes v38 = 0.15367 - v37;
-  const lanes v39 = v8 * v38;
-  const lanes v40 = v36 - v39;
-  const lanes v41 = v29 * v40;
-  const lanes v42 = v4 * v38;
-  const lanes v43 = v8 * v35;
-  const lanes v44 = v42 + v43;
-  const lanes v45 = v4 * v27;
-  const lanes v46 = v8 * v19;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v44 * v47;
-  const lanes v49 = v41 - v48;
-  const lanes v50 = v49 * qd_0;
-  const lanes v51 = v9 * v25;
-  const lanes v52 = v10 * v23;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v35 * v53;
-  const lanes v55 = v30 * v10;
-  const lanes v56 = v9 * v33;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v57 * v27;
-  const lanes v59 = v54 - v58;
-  const lanes v60 = v59 * qd_1;
-  const lanes v61 = v50 + v60;
-  const lanes v62 = v25 * qd_2;
-  const lanes v63 = v61 - v62;
-  const lanes v64 = v15 + v63;
-  const lanes v65 = v12 + v64;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[6], qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v2, q_5); LANES_COS_SIN(v7, v3, q_4); LANES_COS_SIN(v4, v8, q_0);
+  LANES_COS_SIN(v6, v5, q_3); LANES_COS_SIN(v9, v10, q_1);
+  const lanes v11 = 0.26289 * v1, v12 = v11 * qd_4, v13 = 0.26289 * v3, v14 = v2 * v13,
+      v15 = v14 * qd_3, v16 = v2 * v5, v17 = v7 * v1, v18 = v6 * v17, v19 = v16 - v18,
+      v20 = v4 * v19, v21 = v2 * v6, v22 = v5 * v17, v23 = v21 + v22, v24 = v9 * v23, v25 = v3 * v1,
+      v26 = v10 * v25, v27 = v24 - v26, v28 = v8 * v27, v29 = v20 + v28, v30 = v13 * v5,
+      v31 = v9 * v30, v32 = 0.26289 * v7, v33 = v32 + q_2, v34 = v33 * v10, v35 = v31 + v34,
+      v36 = v4 * v35, v37 = v13 * v6, v38 = 0.15367 - v37, v39 = v8 * v38, v40 = v36 - v39,
+      v41 = v29 * v40, v42 = v4 * v38, v43 = v8 * v35, v44 = v42 + v43, v45 = v4 * v27,
+      v46 = v8 * v19, v47 = v45 - v46, v48 = v44 * v47, v49 = v41 - v48, v50 = v49 * qd_0,
+      v51 = v9 * v25, v52 = v10 * v23, v53 = v51 + v52, v54 = v35 * v53, v55 = v30 * v10,
+      v56 = v9 * v33, v57 = v55 - v56, v58 = v57 * v27, v59 = v54 - v58, v60 = v59 * qd_1,
+      v61 = v50 + v60, v62 = v25 * qd_2, v63 = v61 - v62, v64 = v15 + v63, v65 = v12 + v64;
   out[0] = v65;
-  const lanes v66 = v13 * v1;
-  const lanes v67 = v66 * qd_3;
-  const lanes v68 = v2 * v3;
-  const lanes v69 = v68 * qd_2;
-  const lanes v70 = v5 * v1;
-  const lanes v71 = v2 * v7;
-  const lanes v72 = v6 * v71;
-  const lanes v73 = v70 + v72;
-  const lanes v74 = v4 * v73;
-  const lanes v75 = v6 * v1;
-  const lanes v76 = v5 * v71;
-  const lanes v77 = v75 - v76;
-  const lanes v78 = v9 * v77;
-  const lanes v79 = v10 * v68;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = v8 * v80;
-  const lanes v82 = v74 + v81;
-  const lanes v83 = v82 * v40;
-  const lanes v84 = v4 * v80;
-  const lanes v85 = v8 * v73;
-  const lanes v86 = v84 - v85;
-  const lanes v87 = v44 * v86;
-  const lanes v88 = v83 - v87;
-  const lanes v89 = v88 * qd_0;
-  const lanes v90 = v10 * v77;
-  const lanes v91 = v9 * v68;
-  const lanes v92 = v90 - v91;
-  const lanes v93 = v35 * v92;
-  const lanes v94 = v57 * v80;
-  const lanes v95 = v93 - v94;
-  const lanes v96 = v95 * qd_1;
-  const lanes v97 = v89 + v96;
-  const lanes v98 = v69 + v97;
-  const lanes v99 = v67 + v98;
-  const lanes v100 = 0.26289 * v2;
-  const lanes v101 = v100 * qd_4;
-  const lanes v102 = v99 - v101;
+  const lanes v66 = v13 * v1, v67 = v66 * qd_3, v68 = v2 * v3, v69 = v68 * qd_2, v70 = v5 * v1,
+      v71 = v2 * v7, v72 = v6 * v71, v73 = v70 + v72, v74 = v4 * v73, v75 = v6 * v1, v76 = v5 * v71,
+      v77 = v75 - v76, v78 = v9 * v77, v79 = v10 * v68, v80 = v78 + v79, v81 = v8 * v80,
+      v82 = v74 + v81, v83 = v82 * v40, v84 = v4 * v80, v85 = v8 * v73, v86 = v84 - v85,
+      v87 = v44 * v86, v88 = v83 - v87, v89 = v88 * qd_0, v90 = v10 * v77, v91 = v9 * v68,
+      v92 = v90 - v91, v93 = v35 * v92, v94 = v57 * v80, v95 = v93 - v94, v96 = v95 * qd_1,
+      v97 = v89 + v96, v98 = v69 + v97, v99 = v67 + v98, v100 = 0.26289 * v2, v101 = v100 * qd_4,
+      v102 = v99 - v101;
   out[1] = v102;
-  const lanes v103 = v7 * qd_2;
-  const lanes v104 = v5 * v3;
-  const lanes v105 = v9 * v104;
-  const lanes v106 = v10 * v7;
-  const lanes v107 = v105 + v106;
-  const lanes v108 = v8 * v107;
-  const lanes v109 = v6 * v3;
-  const lanes v110 = v4 * v109;
-  const lanes v111 = v108 - v110;
-  const lanes v112 = v111 * v40;
-  const lanes v113 = v4 * v107;
-  const lanes v114 = v8 * v109;
-  const lanes v115 = v113 + v114;
-  const lanes v116 = v44 * v115;
-  const lanes v117 = v112 - v116;
-  const lanes v118 = v117 * qd_0;
-  const lanes v119 = v10 * v104;
-  const lanes v120 = v9 * v7;
-  const lanes v121 = v119 - v120;
-  const lanes v122 = v35 * v121;
-  const lanes v123 = v57 * v107;
-  const lanes v124 = v122 - v123;
-  const lanes v125 = v124 * qd_1;
-  const lanes v126 = v118 + v125;
-  const lanes v127 = v103 + v126;
+  const lanes v103 = v7 * qd_2, v104 = v5 * v3, v105 = v9 * v104, v106 = v10 * v7,
+      v107 = v105 + v106, v108 = v8 * v107, v109 = v6 * v3, v110 = v4 * v109, v111 = v108 - v110,
+      v112 = v111 * v40, v113 = v4 * v107, v114 = v8 * v109, v115 = v113 + v114, v116 = v44 * v115,
+      v117 = v112 - v116, v118 = v117 * qd_0, v119 = v10 * v104, v120 = v9 * v7, v121 = v119 - v120,
+      v122 = v35 * v121, v123 = v57 * v107, v124 = v122 - v123, v125 = v124 * qd_1,
+      v126 = v118 + v125, v127 = v103 + v126;
   out[2] = v127;
-  const lanes v128 = v2 * qd_4;
-  const lanes v129 = v19 * qd_1;
-  const lanes v130 = v53 * qd_0;
-  const lanes v131 = v129 - v130;
-  const lanes v132 = v25 * qd_3;
-  const lanes v133 = v131 - v132;
-  const lanes v134 = v128 + v133;
+  const lanes v128 = v2 * qd_4, v129 = v19 * qd_1, v130 = v53 * qd_0, v131 = v129 - v130,
+      v132 = v25 * qd_3, v133 = v131 - v132, v134 = v128 + v133;
   out[3] = v134;
-  const lanes v135 = v1 * qd_4;
-  const lanes v136 = v68 * qd_3;
-  const lanes v137 = v73 * qd_1;
-  const lanes v138 = v92 * qd_0;
-  const lanes v139 = v137 - v138;
-  const lanes v140 = v136 + v139;
-  const lanes v141 = v135 + v140;
+  const lanes v135 = v1 * qd_4, v136 = v68 * qd_3, v137 = v73 * qd_1, v138 = v92 * qd_0,
+      v139 = v137 - v138, v140 = v136 + v139, v141 = v135 + v140;
   out[4] = v141;
-  const lanes v142 = v7 * qd_3;
-  const lanes v143 = v121 * qd_0;
-  const lanes v144 = v109 * qd_1;
-  const lanes v145 = v143 + v144;
-  const lanes v146 = v142 - v145;
-  const lanes v147 = v146 + qd_5;
+  const lanes v142 = v7 * qd_3, v143 = v121 * qd_0, v144 = v109 * qd_1, v145 = v143 + v144,
+      v146 = v142 - v145, v147 = v146 + qd_5;
   out[5] = v147;
 }
 
 static LANES_TARGET void LANES_NAME(stanford_twist_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v7);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&q_3, &v5, &v3);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_4, &v6, &v8);
-  const lanes v9 = v1 * v2;
-  const lanes v10 = v9 * v3;
-  const lanes v11 = v4 * v5;
-  const lanes v12 = v10 + v11;
-  const lanes v13 = v12 * v6;
-  const lanes v14 = v1 * v7;
-  const lanes v15 = v14 * v8;
-  const lanes v16 = v13 - v15;
-  const lanes v17 = 0.26289 * v16;
-  const lanes v18 = v17 * qd_4;
-  const lanes v19 = v9 * v5;
-  const lanes v20 = v4 * v3;
-  const lanes v21 = v19 - v20;
-  const lanes v22 = 0.26289 * v8;
-  const lanes v23 = v21 * v22;
-  const lanes v24 = v23 * qd_3;
-  const lanes v25 = v14 * qd_2;
-  const lanes v26 = v22 * v5;
-  const lanes v27 = 0.15367 - v26;
-  const lanes v28 = v1 * v27;
-  const lanes v29 = v22 * v3;
-  const lanes v30 = v2 * v29;
-  const lanes v31 = 0.26289 * v6;
-  const lanes v32 = v31 + q_2;
-  const lanes v33 = v32 * v7;
-  const lanes v34 = v30 + v33;
-  const lanes v35 = v4 * v34;
-  const lanes v36 = v28 + v35;
-  const lanes v37 = v36 * qd_0;
-  const lanes v38 = v29 * v7;
-  const lanes v39 = v2 * v32;
-  const lanes v40 = v38 - v39;
-  const lanes v41 = v1 * v40;
-  const lanes v42 = v41 * qd_1;
-  const lanes v43 = v37 + v42;
-  const lanes v44 = v25 - v43;
-  const lanes v45 = v24 + v44;
-  const lanes v46 = v18 + v45;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v2, v7, q_1); LANES_COS_SIN(v5, v3, q_3);
+  LANES_COS_SIN(v6, v8, q_4);
+  const lanes v9 = v1 * v2, v10 = v9 * v3, v11 = v4 * v5, v12 = v10 + v11, v13 = v12 * v6,
+      v14 = v1 * v7, v15 = v14 * v8, v16 = v13 - v15, v17 = 0.26289 * v16, v18 = v17 * qd_4,
+      v19 = v9 * v5, v20 = v4 * v3, v21 = v19 - v20, v22 = 0.26289 * v8, v23 = v21 * v22,
+      v24 = v23 * qd_3, v25 = v14 * qd_2, v26 = v22 * v5, v27 = 0.15367 - v26, v28 = v1 * v27,
+      v29 = v22 * v3, v30 = v2 * v29, v31 = 0.26289 * v6, v32 = v31 + q_2, v33 = v32 * v7,
+      v34 = v30 + v33, v35 = v4 * v34, v36 = v28 + v35, v37 = v36 * qd_0, v38 = v29 * v7,
+      v39 = v2 * v32, v40 = v38 - v39, v41 = v1 * v40, v42 = v41 * qd_1, v43 = v37 + v42,
+      v44 = v25 - v43, v45 = v24 + v44, v46 = v18 + v45;
   out[0] = v46;
-  const lanes v47 = v4 * v2;
-  const lanes v48 = v47 * v3;
-  const lanes v49 = v1 * v5;
-  const lanes v50 = v48 - v49;
-  const lanes v51 = v50 * v6;
-  const lanes v52 = v4 * v7;
-  const lanes v53 = v52 * v8;
-  const lanes v54 = v51 - v53;
-  const lanes v55 = 0.26289 * v54;
-  const lanes v56 = v55 * qd_4;
-  const lanes v57 = v1 * v3;
-  const lanes v58 = v47 * v5;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = v59 * v22;
-  const lanes v61 = v60 * qd_3;
-  const lanes v62 = v52 * qd_2;
-  const lanes v63 = v1 * v34;
-  const lanes v64 = v4 * v27;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 * qd_0;
-  const lanes v67 = v4 * v40;
-  const lanes v68 = v67 * qd_1;
-  const lanes v69 = v66 - v68;
-  const lanes v70 = v62 + v69;
-  const lanes v71 = v61 + v70;
-  const lanes v72 = v56 + v71;
+  const lanes v47 = v4 * v2, v48 = v47 * v3, v49 = v1 * v5, v50 = v48 - v49, v51 = v50 * v6,
+      v52 = v4 * v7, v53 = v52 * v8, v54 = v51 - v53, v55 = 0.26289 * v54, v56 = v55 * qd_4,
+      v57 = v1 * v3, v58 = v47 * v5, v59 = v57 + v58, v60 = v59 * v22, v61 = v60 * qd_3,
+      v62 = v52 * qd_2, v63 = v1 * v34, v64 = v4 * v27, v65 = v63 - v64, v66 = v65 * qd_0,
+      v67 = v4 * v40, v68 = v67 * qd_1, v69 = v66 - v68, v70 = v62 + v69, v71 = v61 + v70,
+      v72 = v56 + v71;
   out[1] = v72;
-  const lanes v73 = v2 * qd_2;
-  const lanes v74 = v34 * qd_1;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v7 * v5;
-  const lanes v77 = v76 * v22;
-  const lanes v78 = v77 * qd_3;
-  const lanes v79 = v75 - v78;
-  const lanes v80 = v7 * v3;
-  const lanes v81 = v80 * v6;
-  const lanes v82 = v2 * v8;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = 0.26289 * v83;
-  const lanes v85 = v84 * qd_4;
-  const lanes v86 = v79 - v85;
+  const lanes v73 = v2 * qd_2, v74 = v34 * qd_1, v75 = v73 - v74, v76 = v7 * v5, v77 = v76 * v22,
+      v78 = v77 * qd_3, v79 = v75 - v78, v80 = v7 * v3, v81 = v80 * v6, v82 = v2 * v8,
+      v83 = v81 + v82, v84 = 0.26289 * v83, v85 = v84 * qd_4, v86 = v79 - v85;
   out[2] = v86;
-  const lanes v87 = v14 * v6;
-  const lanes v88 = v12 * v8;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v89 * qd_5;
-  const lanes v91 = v21 * qd_4;
-  const lanes v92 = v14 * qd_3;
-  const lanes v93 = v4 * qd_1;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = v91 + v94;
-  const lanes v96 = v90 + v95;
+  const lanes v87 = v14 * v6, v88 = v12 * v8, v89 = v87 + v88, v90 = v89 * qd_5, v91 = v21 * qd_4,
+      v92 = v14 * qd_3, v93 = v4 * qd_1, v94 = v92 - v93, v95 = v91 + v94, v96 = v90 + v95;
   out[3] = v96;
-  const lanes v97 = v52 * v6;
-  const lanes v98 = v50 * v8;
-  const lanes v99 = v97 + v98;
-  const lanes v100 = v99 * qd_5;
-  const lanes v101 = v59 * qd_4;
-  const lanes v102 = v1 * qd_1;
-  const lanes v103 = v52 * qd_3;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = v101 + v104;
-  const lanes v106 = v100 + v105;
+  const lanes v97 = v52 * v6, v98 = v50 * v8, v99 = v97 + v98, v100 = v99 * qd_5, v101 = v59 * qd_4,
+      v102 = v1 * qd_1, v103 = v52 * qd_3, v104 = v102 + v103, v105 = v101 + v104,
+      v106 = v100 + v105;
   out[4] = v106;
-  const lanes v107 = v2 * qd_3;
-  const lanes v108 = v107 + qd_0;
-  const lanes v109 = v76 * qd_4;
-  const lanes v110 = v108 - v109;
-  const lanes v111 = v80 * v8;
-  const lanes v112 = v2 * v6;
-  const lanes v113 = v111 - v112;
-  const lanes v114 = v113 * qd_5;
-  const lanes v115 = v110 - v114;
+  const lanes v107 = v2 * qd_3, v108 = v107 + qd_0, v109 = v76 * qd_4, v110 = v108 - v109,
+      v111 = v80 * v8, v112 = v2 * v6, v113 = v111 - v112, v114 = v113 * qd_5, v115 = v110 - v114;
   out[5] = v115;
 }
 
 static LANES_TARGET void LANES_NAME(stanford_acceleration_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v7);
-  lanes v3, v5; LANES_NAME(lanes_cos_sin)(&q_3, &v3, &v5);
-  lanes v8, v6; LANES_NAME(lanes_cos_sin)(&q_4, &v8, &v6);
-  const lanes v9 = v1 * v2;
-  const lanes v10 = v9 * v3;
-  const lanes v11 = v4 * v5;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = 0.411988 * v2;
-  const lanes v14 = v13 + q_2;
-  const lanes v15 = v14 * v6;
-  const lanes v16 = 0.411988 * v7;
-  const lanes v17 = v5 * v16;
-  const lanes v18 = 0.15367 * v3;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = v19 * v8;
-  const lanes v21 = v15 + v20;
-  const lanes v22 = v12 * v21;
-  const lanes v23 = v9 * v5;
-  const lanes v24 = v4 * v3;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = v25 * v8;
-  const lanes v27 = v1 * v7;
-  const lanes v28 = v27 * v6;
-  const lanes v29 = v26 - v28;
-  const lanes v30 = v3 * v16;
-  const lanes v31 = 0.15367 * v5;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = v29 * v32;
-  const lanes v34 = v22 - v33;
-  const lanes v35 = v34 * qdd_5;
-  const lanes v36 = 0.15367 * v9;
-  const lanes v37 = v4 * v16;
-  const lanes v38 = v36 - v37;
-  const lanes v39 = v38 * qdd_3;
-  const lanes v40 = v27 * qdd_2;
-  const lanes v41 = 0.411988 * v1;
-  const lanes v42 = v41 * qdd_1;
-  const lanes v43 = v40 - v42;
-  const lanes v44 = v39 + v43;
-  const lanes v45 = v27 * v19;
-  const lanes v46 = v25 * v14;
-  const lanes v47 = v45 + v46;
-  const lanes v48 = v47 * qdd_4;
-  const lanes v49 = v44 - v48;
-  const lanes v50 = v35 + v49;
-  const lanes v51 = v1 * v5;
-  const lanes v52 = v4 * v2;
-  const lanes v53 = v52 * v3;
-  const lanes v54 = v51 + v53;
-  const lanes v55 = v54 * qd_4;
-  const lanes v56 = v1 * qd_1;
-  const lanes v57 = v4 * v7;
-  const lanes v58 = v57 * qd_3;
-  const lanes v59 = v56 + v58;
-  const lanes v60 = v55 + v59;
-  const lanes v61 = v7 * v5;
-  const lanes v62 = v61 * v8;
-  const lanes v63 = v2 * v6;
-  const lanes v64 = v62 + v63;
-  const lanes v65 = v64 * v32;
-  const lanes v66 = v7 * v3;
-  const lanes v67 = v66 * v21;
-  const lanes v68 = v65 - v67;
-  const lanes v69 = v60 * v68;
-  const lanes v70 = v2 * qd_3;
-  const lanes v71 = v70 + qd_0;
-  const lanes v72 = v66 * qd_4;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = v54 * v21;
-  const lanes v75 = v52 * v5;
-  const lanes v76 = v1 * v3;
-  const lanes v77 = v75 - v76;
-  const lanes v78 = v77 * v8;
-  const lanes v79 = v57 * v6;
-  const lanes v80 = v78 - v79;
-  const lanes v81 = v80 * v32;
-  const lanes v82 = v74 - v81;
-  const lanes v83 = v73 * v82;
-  const lanes v84 = v69 - v83;
-  const lanes v85 = v1 * v16;
-  const lanes v86 = 0.15367 * v52;
-  const lanes v87 = v85 + v86;
-  const lanes v88 = v87 * qd_3;
-  const lanes v89 = v57 * qd_2;
-  const lanes v90 = 0.411988 * v4;
-  const lanes v91 = v90 * qd_1;
-  const lanes v92 = v89 - v91;
-  const lanes v93 = v88 + v92;
-  const lanes v94 = v57 * v19;
-  const lanes v95 = v77 * v14;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = v96 * qd_4;
-  const lanes v98 = v93 - v97;
-  const lanes v99 = v61 * v6;
-  const lanes v100 = v2 * v8;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = v98 * v101;
-  const lanes v103 = v61 * v14;
-  const lanes v104 = v2 * v19;
-  const lanes v105 = v103 - v104;
-  const lanes v106 = v105 * qd_4;
-  const lanes v107 = v2 * qd_2;
-  const lanes v108 = 0.15367 * v7;
-  const lanes v109 = v108 * qd_3;
-  const lanes v110 = v107 - v109;
-  const lanes v111 = v106 + v110;
-  const lanes v112 = v57 * v8;
-  const lanes v113 = v77 * v6;
-  const lanes v114 = v112 + v113;
-  const lanes v115 = v111 * v114;
-  const lanes v116 = v102 + v115;
-  const lanes v117 = v84 - v116;
-  const lanes v118 = v117 * qd_5;
-  const lanes v119 = v59 * v105;
-  const lanes v120 = v71 * v96;
-  const lanes v121 = v119 + v120;
-  const lanes v122 = v93 * v66;
-  const lanes v123 = v110 * v54;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = v121 - v124;
-  const lanes v126 = v125 * qd_4;
-  const lanes v127 = v92 * v2;
-  const lanes v128 = v107 * v57;
-  const lanes v129 = v127 - v128;
-  const lanes v130 = v56 * v108;
-  const lanes v131 = v87 * qd_0;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v129 - v132;
-  const lanes v134 = v133 * qd_3;
-  const lanes v135 = v90 * qd_0;
-  const lanes v136 = v135 * qd_1;
-  const lanes v137 = v56 * v2;
-  const lanes v138 = v57 * qd_0;
-  const lanes v139 = v137 - v138;
-  const lanes v140 = v139 * qd_2;
-  const lanes v141 = v136 + v140;
-  const lanes v142 = v134 + v141;
-  const lanes v143 = v126 + v142;
-  const lanes v144 = v118 + v143;
-  const lanes v145 = v50 + v144;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11], qdd_0 = in[12],
+      qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16], qdd_5 = in[17];
+  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v2, v7, q_1); LANES_COS_SIN(v3, v5, q_3);
+  LANES_COS_SIN(v8, v6, q_4);
+  const lanes v9 = v1 * v2, v10 = v9 * v3, v11 = v4 * v5, v12 = v10 - v11, v13 = 0.411988 * v2,
+      v14 = v13 + q_2, v15 = v14 * v6, v16 = 0.411988 * v7, v17 = v5 * v16, v18 = 0.15367 * v3,
+      v19 = v17 + v18, v20 = v19 * v8, v21 = v15 + v20, v22 = v12 * v21, v23 = v9 * v5,
+      v24 = v4 * v3, v25 = v23 + v24, v26 = v25 * v8, v27 = v1 * v7, v28 = v27 * v6,
+      v29 = v26 - v28, v30 = v3 * v16, v31 = 0.15367 * v5, v32 = v30 - v31, v33 = v29 * v32,
+      v34 = v22 - v33, v35 = v34 * qdd_5, v36 = 0.15367 * v9, v37 = v4 * v16, v38 = v36 - v37,
+      v39 = v38 * qdd_3, v40 = v27 * qdd_2, v41 = 0.411988 * v1, v42 = v41 * qdd_1, v43 = v40 - v42,
+      v44 = v39 + v43, v45 = v27 * v19, v46 = v25 * v14, v47 = v45 + v46, v48 = v47 * qdd_4,
+      v49 = v44 - v48, v50 = v35 + v49, v51 = v1 * v5, v52 = v4 * v2, v53 = v52 * v3,
+      v54 = v51 + v53, v55 = v54 * qd_4, v56 = v1 * qd_1, v57 = v4 * v7, v58 = v57 * qd_3,
+      v59 = v56 + v58, v60 = v55 + v59, v61 = v7 * v5, v62 = v61 * v8, v63 = v2 * v6,
+      v64 = v62 + v63, v65 = v64 * v32, v66 = v7 * v3, v67 = v66 * v21, v68 = v65 - v67,
+      v69 = v60 * v68, v70 = v2 * qd_3, v71 = v70 + qd_0, v72 = v66 * qd_4, v73 = v71 - v72,
+      v74 = v54 * v21, v75 = v52 * v5, v76 = v1 * v3, v77 = v75 - v76, v78 = v77 * v8,
+      v79 = v57 * v6, v80 = v78 - v79, v81 = v80 * v32, v82 = v74 - v81, v83 = v73 * v82,
+      v84 = v69 - v83, v85 = v1 * v16, v86 = 0.15367 * v52, v87 = v85 + v86, v88 = v87 * qd_3,
+      v89 = v57 * qd_2, v90 = 0.411988 * v4, v91 = v90 * qd_1, v92 = v89 - v91, v93 = v88 + v92,
+      v94 = v57 * v19, v95 = v77 * v14, v96 = v94 + v95, v97 = v96 * qd_4, v98 = v93 - v97,
+      v99 = v61 * v6, v100 = v2 * v8, v101 = v99 - v100, v102 = v98 * v101, v103 = v61 * v14,
+      v104 = v2 * v19, v105 = v103 - v104, v106 = v105 * qd_4, v107 = v2 * qd_2,
+      v108 = 0.15367 * v7, v109 = v108 * qd_3, v110 = v107 - v109, v111 = v106 + v110,
+      v112 = v57 * v8, v113 = v77 * v6, v114 = v112 + v113, v115 = v111 * v114, v116 = v102 + v115,
+      v117 = v84 - v116, v118 = v117 * qd_5, v119 = v59 * v105, v120 = v71 * v96,
+      v121 = v119 + v120, v122 = v93 * v66, v123 = v110 * v54, v124 = v122 + v123,
+      v125 = v121 - v124, v126 = v125 * qd_4, v127 = v92 * v2, v128 = v107 * v57,
+      v129 = v127 - v128, v130 = v56 * v108, v131 = v87 * qd_0, v132 = v130 + v131,
+      v133 = v129 - v132, v134 = v133 * qd_3, v135 = v90 * qd_0, v136 = v135 * qd_1,
+      v137 = v56 * v2, v138 = v57 * qd_0, v139 = v137 - v138, v140 = v139 * qd_2,
+      v141 = v136 + v140, v142 = v134 + v141, v143 = v126 + v142, v144 = v118 + v143,
+      v145 = v50 + v144;
   out[0] = v145;
-  const lanes v146 = v82 * qdd_5;
-  const lanes v147 = v87 * qdd_3;
-  const lanes v148 = v57 * qdd_2;
-  const lanes v149 = v90 * qdd_1;
-  const lanes v150 = v148 - v149;
-  const lanes v151 = v147 + v150;
-  const lanes v152 = v96 * qdd_4;
-  const lanes v153 = v151 - v152;
-  const lanes v154 = v146 + v153;
-  const lanes v155 = v73 * v34;
-  const lanes v156 = v12 * qd_4;
-  const lanes v157 = v27 * qd_3;
-  const lanes v158 = v4 * qd_1;
-  const lanes v159 = v157 - v158;
-  const lanes v160 = v156 + v159;
-  const lanes v161 = v160 * v68;
-  const lanes v162 = v155 - v161;
-  const lanes v163 = v38 * qd_3;
-  const lanes v164 = v27 * qd_2;
-  const lanes v165 = v41 * qd_1;
-  const lanes v166 = v164 - v165;
-  const lanes v167 = v163 + v166;
-  const lanes v168 = v47 * qd_4;
-  const lanes v169 = v167 - v168;
-  const lanes v170 = v169 * v101;
-  const lanes v171 = v27 * v8;
-  const lanes v172 = v25 * v6;
-  const lanes v173 = v171 + v172;
-  const lanes v174 = v111 * v173;
-  const lanes v175 = v170 + v174;
-  const lanes v176 = v162 + v175;
-  const lanes v177 = v176 * qd_5;
-  const lanes v178 = v167 * v66;
-  const lanes v179 = v110 * v12;
-  const lanes v180 = v178 + v179;
-  const lanes v181 = v159 * v105;
-  const lanes v182 = v71 * v47;
-  const lanes v183 = v181 + v182;
-  const lanes v184 = v180 - v183;
-  const lanes v185 = v184 * qd_4;
-  const lanes v186 = v38 * qd_0;
-  const lanes v187 = v158 * v108;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = v107 * v27;
-  const lanes v190 = v166 * v2;
-  const lanes v191 = v189 - v190;
-  const lanes v192 = v188 + v191;
-  const lanes v193 = v192 * qd_3;
-  const lanes v194 = v158 * v2;
-  const lanes v195 = v27 * qd_0;
-  const lanes v196 = v194 + v195;
-  const lanes v197 = v196 * qd_2;
-  const lanes v198 = v41 * qd_0;
-  const lanes v199 = v198 * qd_1;
-  const lanes v200 = v197 - v199;
-  const lanes v201 = v193 + v200;
-  const lanes v202 = v185 + v201;
-  const lanes v203 = v177 + v202;
-  const lanes v204 = v154 + v203;
+  const lanes v146 = v82 * qdd_5, v147 = v87 * qdd_3, v148 = v57 * qdd_2, v149 = v90 * qdd_1,
+      v150 = v148 - v149, v151 = v147 + v150, v152 = v96 * qdd_4, v153 = v151 - v152,
+      v154 = v146 + v153, v155 = v73 * v34, v156 = v12 * qd_4, v157 = v27 * qd_3, v158 = v4 * qd_1,
+      v159 = v157 - v158, v160 = v156 + v159, v161 = v160 * v68, v162 = v155 - v161,
+      v163 = v38 * qd_3, v164 = v27 * qd_2, v165 = v41 * qd_1, v166 = v164 - v165,
+      v167 = v163 + v166, v168 = v47 * qd_4, v169 = v167 - v168, v170 = v169 * v101,
+      v171 = v27 * v8, v172 = v25 * v6, v173 = v171 + v172, v174 = v111 * v173, v175 = v170 + v174,
+      v176 = v162 + v175, v177 = v176 * qd_5, v178 = v167 * v66, v179 = v110 * v12,
+      v180 = v178 + v179, v181 = v159 * v105, v182 = v71 * v47, v183 = v181 + v182,
+      v184 = v180 - v183, v185 = v184 * qd_4, v186 = v38 * qd_0, v187 = v158 * v108,
+      v188 = v186 - v187, v189 = v107 * v27, v190 = v166 * v2, v191 = v189 - v190,
+      v192 = v188 + v191, v193 = v192 * qd_3, v194 = v158 * v2, v195 = v27 * qd_0,
+      v196 = v194 + v195, v197 = v196 * qd_2, v198 = v41 * qd_0, v199 = v198 * qd_1,
+      v200 = v197 - v199, v201 = v193 + v200, v202 = v185 + v201, v203 = v177 + v202,
+      v204 = v154 + v203;
   out[1] = v204;
-  const lanes v205 = v68 * qdd_5;
-  const lanes v206 = v105 * qdd_4;
-  const lanes v207 = v2 * qdd_2;
-  const lanes v208 = v108 * qdd_3;
-  const lanes v209 = v207 - v208;
-  const lanes v210 = v206 + v209;
-  const lanes v211 = v205 + v210;
-  const lanes v212 = v160 * v82;
-  const lanes v213 = v60 * v34;
-  const lanes v214 = v212 - v213;
-  const lanes v215 = v169 * v114;
-  const lanes v216 = v98 * v173;
-  const lanes v217 = v215 - v216;
-  const lanes v218 = v214 + v217;
-  const lanes v219 = v218 * qd_5;
-  const lanes v220 = v59 * v47;
-  const lanes v221 = v159 * v96;
-  const lanes v222 = v220 - v221;
-  const lanes v223 = v167 * v54;
-  const lanes v224 = v93 * v12;
-  const lanes v225 = v223 - v224;
-  const lanes v226 = v222 + v225;
-  const lanes v227 = v226 * qd_4;
-  const lanes v228 = v166 * v57;
-  const lanes v229 = v27 * v92;
-  const lanes v230 = v228 - v229;
-  const lanes v231 = v158 * v87;
-  const lanes v232 = v56 * v38;
-  const lanes v233 = v231 + v232;
-  const lanes v234 = v230 - v233;
-  const lanes v235 = v234 * qd_3;
-  const lanes v236 = v158 * v57;
-  const lanes v237 = v56 * v27;
-  const lanes v238 = v236 + v237;
-  const lanes v239 = v238 * qd_2;
-  const lanes v240 = v235 - v239;
-  const lanes v241 = v227 + v240;
-  const lanes v242 = v219 + v241;
-  const lanes v243 = v211 + v242;
+  const lanes v205 = v68 * qdd_5, v206 = v105 * qdd_4, v207 = v2 * qdd_2, v208 = v108 * qdd_3,
+      v209 = v207 - v208, v210 = v206 + v209, v211 = v205 + v210, v212 = v160 * v82,
+      v213 = v60 * v34, v214 = v212 - v213, v215 = v169 * v114, v216 = v98 * v173,
+      v217 = v215 - v216, v218 = v214 + v217, v219 = v218 * qd_5, v220 = v59 * v47,
+      v221 = v159 * v96, v222 = v220 - v221, v223 = v167 * v54, v224 = v93 * v12,
+      v225 = v223 - v224, v226 = v222 + v225, v227 = v226 * qd_4, v228 = v166 * v57,
+      v229 = v27 * v92, v230 = v228 - v229, v231 = v158 * v87, v232 = v56 * v38, v233 = v231 + v232,
+      v234 = v230 - v233, v235 = v234 * qd_3, v236 = v158 * v57, v237 = v56 * v27,
+      v238 = v236 + v237, v239 = v238 * qd_2, v240 = v235 - v239, v241 = v227 + v240,
+      v242 = v219 + v241, v243 = v211 + v242;
   out[2] = v243;
-  const lanes v244 = v173 * qdd_5;
-  const lanes v245 = v12 * qdd_4;
-  const lanes v246 = v27 * qdd_3;
-  const lanes v247 = v4 * qdd_1;
-  const lanes v248 = v246 - v247;
-  const lanes v249 = v245 + v248;
-  const lanes v250 = v244 + v249;
-  const lanes v251 = v139 * qd_3;
-  const lanes v252 = v1 * qd_0;
-  const lanes v253 = v252 * qd_1;
-  const lanes v254 = v251 - v253;
-  const lanes v255 = v59 * v66;
-  const lanes v256 = v71 * v54;
-  const lanes v257 = v255 + v256;
-  const lanes v258 = v257 * qd_4;
-  const lanes v259 = v254 - v258;
-  const lanes v260 = v60 * v101;
-  const lanes v261 = v73 * v114;
-  const lanes v262 = v260 + v261;
-  const lanes v263 = v262 * qd_5;
-  const lanes v264 = v259 - v263;
-  const lanes v265 = v250 + v264;
+  const lanes v244 = v173 * qdd_5, v245 = v12 * qdd_4, v246 = v27 * qdd_3, v247 = v4 * qdd_1,
+      v248 = v246 - v247, v249 = v245 + v248, v250 = v244 + v249, v251 = v139 * qd_3,
+      v252 = v1 * qd_0, v253 = v252 * qd_1, v254 = v251 - v253, v255 = v59 * v66, v256 = v71 * v54,
+      v257 = v255 + v256, v258 = v257 * qd_4, v259 = v254 - v258, v260 = v60 * v101,
+      v261 = v73 * v114, v262 = v260 + v261, v263 = v262 * qd_5, v264 = v259 - v263,
+      v265 = v250 + v264;
   out[3] = v265;
-  const lanes v266 = v114 * qdd_5;
-  const lanes v267 = v54 * qdd_4;
-  const lanes v268 = v1 * qdd_1;
-  const lanes v269 = v57 * qdd_3;
-  const lanes v270 = v268 + v269;
-  const lanes v271 = v267 + v270;
-  const lanes v272 = v266 + v271;
-  const lanes v273 = v160 * v101;
-  const lanes v274 = v73 * v173;
-  const lanes v275 = v273 + v274;
-  const lanes v276 = v275 * qd_5;
-  const lanes v277 = v159 * v66;
-  const lanes v278 = v71 * v12;
-  const lanes v279 = v277 + v278;
-  const lanes v280 = v279 * qd_4;
-  const lanes v281 = v196 * qd_3;
-  const lanes v282 = v4 * qd_0;
-  const lanes v283 = v282 * qd_1;
-  const lanes v284 = v281 - v283;
-  const lanes v285 = v280 + v284;
-  const lanes v286 = v276 + v285;
-  const lanes v287 = v272 + v286;
+  const lanes v266 = v114 * qdd_5, v267 = v54 * qdd_4, v268 = v1 * qdd_1, v269 = v57 * qdd_3,
+      v270 = v268 + v269, v271 = v267 + v270, v272 = v266 + v271, v273 = v160 * v101,
+      v274 = v73 * v173, v275 = v273 + v274, v276 = v275 * qd_5, v277 = v159 * v66,
+      v278 = v71 * v12, v279 = v277 + v278, v280 = v279 * qd_4, v281 = v196 * qd_3,
+      v282 = v4 * qd_0, v283 = v282 * qd_1, v284 = v281 - v283, v285 = v280 + v284,
+      v286 = v276 + v285, v287 = v272 + v286;
   out[4] = v287;
-  const lanes v288 = v2 * qdd_3;
-  const lanes v289 = v288 + qdd_0;
-  const lanes v290 = v66 * qdd_4;
-  const lanes v291 = v289 - v290;
-  const lanes v292 = v101 * qdd_5;
-  const lanes v293 = v291 - v292;
-  const lanes v294 = v160 * v114;
-  const lanes v295 = v60 * v173;
-  const lanes v296 = v294 - v295;
-  const lanes v297 = v296 * qd_5;
-  const lanes v298 = v159 * v54;
-  const lanes v299 = v59 * v12;
-  const lanes v300 = v298 - v299;
-  const lanes v301 = v300 * qd_4;
-  const lanes v302 = v238 * qd_3;
-  const lanes v303 = v301 - v302;
-  const lanes v304 = v297 + v303;
-  const lanes v305 = v293 + v304;
+  const lanes v288 = v2 * qdd_3, v289 = v288 + qdd_0, v290 = v66 * qdd_4, v291 = v289 - v290,
+      v292 = v101 * qdd_5, v293 = v291 - v292, v294 = v160 * v114, v295 = v60 * v173,
+      v296 = v294 - v295, v297 = v296 * qd_5, v298 = v159 * v54, v299 = v59 * v12,
+      v300 = v298 - v299, v301 = v300 * qd_4, v302 = v238 * qd_3, v303 = v301 - v302,
+      v304 = v297 + v303, v305 = v293 + v304;
   out[5] = v305;
 }
 
 static LANES_TARGET void LANES_NAME(stanford_acceleration_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v2);
-  lanes v7, v3; LANES_NAME(lanes_cos_sin)(&q_4, &v7, &v3);
-  lanes v4, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v8);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&q_3, &v6, &v5);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&q_1, &v9, &v10);
-  const lanes v11 = 0.26289 * v1;
-  const lanes v12 = v11 * qdd_4;
-  const lanes v13 = 0.26289 * v3;
-  const lanes v14 = v2 * v13;
-  const lanes v15 = v14 * qdd_3;
-  const lanes v16 = v2 * v5;
-  const lanes v17 = v7 * v1;
-  const lanes v18 = v6 * v17;
-  const lanes v19 = v16 - v18;
-  const lanes v20 = v4 * v19;
-  const lanes v21 = v2 * v6;
-  const lanes v22 = v5 * v17;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = v9 * v23;
-  const lanes v25 = v3 * v1;
-  const lanes v26 = v10 * v25;
-  const lanes v27 = v24 - v26;
-  const lanes v28 = v8 * v27;
-  const lanes v29 = v20 + v28;
-  const lanes v30 = v13 * v5;
-  const lanes v31 = v9 * v30;
-  const lanes v32 = 0.26289 * v7;
-  const lanes v33 = v32 + q_2;
-  const lanes v34 = v33 * v10;
-  const lanes v35 = v31 + v34;
-  const lanes v36 = v4 * v35;
-  const lanes v37 = v13 * v6;
-  const lanes v38 = 0.15367 - v37;
-  const lanes v39 = v8 * v38;
-  const lanes v40 = v36 - v39;
-  const lanes v41 = v29 * v40;
-  const lanes v42 = v4 * v38;
-  const lanes v43 = v8 * v35;
-  const lanes v44 = v42 + v43;
-  const lanes v45 = v4 * v27;
-  const lanes v46 = v8 * v19;
-  const lanes v47 = v45 - v46;
-  const lanes v48 = v44 * v47;
-  const lanes v49 = v41 - v48;
-  const lanes v50 = v49 * qdd_0;
-  const lanes v51 = v9 * v25;
-  const lanes v52 = v10 * v23;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v35 * v53;
-  const lanes v55 = v30 * v10;
-  const lanes v56 = v9 * v33;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = v57 * v27;
-  const lanes v59 = v54 - v58;
-  const lanes v60 = v59 * qdd_1;
-  const lanes v61 = v50 + v60;
-  const lanes v62 = v25 * qdd_2;
-  const lanes v63 = v61 - v62;
-  const lanes v64 = v15 + v63;
-  const lanes v65 = v12 + v64;
-  const lanes v66 = 0.26289 * v2;
-  const lanes v67 = v66 * qd_4;
-  const lanes v68 = v67 * v7;
-  const lanes v69 = v13 * v1;
-  const lanes v70 = v69 * qd_5;
-  const lanes v71 = v68 + v70;
-  const lanes v72 = v71 * qd_3;
-  const lanes v73 = v7 * qd_3;
-  const lanes v74 = v73 + qd_5;
-  const lanes v75 = v2 * v3;
-  const lanes v76 = v74 * v75;
-  const lanes v77 = v75 * qd_3;
-  const lanes v78 = v1 * qd_4;
-  const lanes v79 = v77 + v78;
-  const lanes v80 = v79 * v7;
-  const lanes v81 = v76 - v80;
-  const lanes v82 = v81 * qd_2;
-  const lanes v83 = v6 * v1;
-  const lanes v84 = v2 * v7;
-  const lanes v85 = v5 * v84;
-  const lanes v86 = v83 - v85;
-  const lanes v87 = v10 * v86;
-  const lanes v88 = v9 * v75;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = v35 * v89;
-  const lanes v91 = v9 * v86;
-  const lanes v92 = v10 * v75;
-  const lanes v93 = v91 + v92;
-  const lanes v94 = v57 * v93;
-  const lanes v95 = v90 - v94;
-  const lanes v96 = v95 * qd_1;
-  const lanes v97 = v75 * qd_2;
-  const lanes v98 = v69 * qd_3;
-  const lanes v99 = v98 - v67;
-  const lanes v100 = v97 + v99;
-  const lanes v101 = v96 + v100;
-  const lanes v102 = v5 * v3;
-  const lanes v103 = v10 * v102;
-  const lanes v104 = v9 * v7;
-  const lanes v105 = v103 - v104;
-  const lanes v106 = v101 * v105;
-  const lanes v107 = v35 * v105;
-  const lanes v108 = v9 * v102;
-  const lanes v109 = v10 * v7;
-  const lanes v110 = v108 + v109;
-  const lanes v111 = v57 * v110;
-  const lanes v112 = v107 - v111;
-  const lanes v113 = v112 * qd_1;
-  const lanes v114 = v7 * qd_2;
-  const lanes v115 = v113 + v114;
-  const lanes v116 = v115 * v89;
-  const lanes v117 = v106 - v116;
-  const lanes v118 = v5 * v1;
-  const lanes v119 = v6 * v84;
-  const lanes v120 = v118 + v119;
-  const lanes v121 = v4 * v120;
-  const lanes v122 = v8 * v93;
-  const lanes v123 = v121 + v122;
-  const lanes v124 = v123 * v40;
-  const lanes v125 = v4 * v93;
-  const lanes v126 = v8 * v120;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v44 * v127;
-  const lanes v129 = v124 - v128;
-  const lanes v130 = v6 * v3;
-  const lanes v131 = v130 * qd_1;
-  const lanes v132 = v74 - v131;
-  const lanes v133 = v129 * v132;
-  const lanes v134 = v8 * v110;
-  const lanes v135 = v4 * v130;
-  const lanes v136 = v134 - v135;
-  const lanes v137 = v136 * v40;
-  const lanes v138 = v4 * v110;
-  const lanes v139 = v8 * v130;
-  const lanes v140 = v138 + v139;
-  const lanes v141 = v44 * v140;
-  const lanes v142 = v137 - v141;
-  const lanes v143 = v120 * qd_1;
-  const lanes v144 = v143 + v79;
-  const lanes v145 = v142 * v144;
-  const lanes v146 = v133 - v145;
-  const lanes v147 = v117 + v146;
-  const lanes v148 = v147 * qd_0;
-  const lanes v149 = v114 * v120;
-  const lanes v150 = v100 * v130;
-  const lanes v151 = v149 + v150;
-  const lanes v152 = v95 * v74;
-  const lanes v153 = v112 * v79;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v151 + v154;
-  const lanes v156 = v155 * qd_1;
-  const lanes v157 = v148 + v156;
-  const lanes v158 = v82 + v157;
-  const lanes v159 = v72 + v158;
-  const lanes v160 = v66 * qd_5;
-  const lanes v161 = v160 * qd_4;
-  const lanes v162 = v159 - v161;
-  const lanes v163 = v65 + v162;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[6], qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11],
+      qdd_0 = in[12], qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16],
+      qdd_5 = in[17];
+  LANES_COS_SIN(v1, v2, q_5); LANES_COS_SIN(v7, v3, q_4); LANES_COS_SIN(v4, v8, q_0);
+  LANES_COS_SIN(v6, v5, q_3); LANES_COS_SIN(v9, v10, q_1);
+  const lanes v11 = 0.26289 * v1, v12 = v11 * qdd_4, v13 = 0.26289 * v3, v14 = v2 * v13,
+      v15 = v14 * qdd_3, v16 = v2 * v5, v17 = v7 * v1, v18 = v6 * v17, v19 = v16 - v18,
+      v20 = v4 * v19, v21 = v2 * v6, v22 = v5 * v17, v23 = v21 + v22, v24 = v9 * v23, v25 = v3 * v1,
+      v26 = v10 * v25, v27 = v24 - v26, v28 = v8 * v27, v29 = v20 + v28, v30 = v13 * v5,
+      v31 = v9 * v30, v32 = 0.26289 * v7, v33 = v32 + q_2, v34 = v33 * v10, v35 = v31 + v34,
+      v36 = v4 * v35, v37 = v13 * v6, v38 = 0.15367 - v37, v39 = v8 * v38, v40 = v36 - v39,
+      v41 = v29 * v40, v42 = v4 * v38, v43 = v8 * v35, v44 = v42 + v43, v45 = v4 * v27,
+      v46 = v8 * v19, v47 = v45 - v46, v48 = v44 * v47, v49 = v41 - v48, v50 = v49 * qdd_0,
+      v51 = v9 * v25, v52 = v10 * v23, v53 = v51 + v52, v54 = v35 * v53, v55 = v30 * v10,
+      v56 = v9 * v33, v57 = v55 - v56, v58 = v57 * v27, v59 = v54 - v58, v60 = v59 * qdd_1,
+      v61 = v50 + v60, v62 = v25 * qdd_2, v63 = v61 - v62, v64 = v15 + v63, v65 = v12 + v64,
+      v66 = 0.26289 * v2, v67 = v66 * qd_4, v68 = v67 * v7, v69 = v13 * v1, v70 = v69 * qd_5,
+      v71 = v68 + v70, v72 = v71 * qd_3, v73 = v7 * qd_3, v74 = v73 + qd_5, v75 = v2 * v3,
+      v76 = v74 * v75, v77 = v75 * qd_3, v78 = v1 * qd_4, v79 = v77 + v78, v80 = v79 * v7,
+      v81 = v76 - v80, v82 = v81 * qd_2, v83 = v6 * v1, v84 = v2 * v7, v85 = v5 * v84,
+      v86 = v83 - v85, v87 = v10 * v86, v88 = v9 * v75, v89 = v87 - v88, v90 = v35 * v89,
+      v91 = v9 * v86, v92 = v10 * v75, v93 = v91 + v92, v94 = v57 * v93, v95 = v90 - v94,
+      v96 = v95 * qd_1, v97 = v75 * qd_2, v98 = v69 * qd_3, v99 = v98 - v67, v100 = v97 + v99,
+      v101 = v96 + v100, v102 = v5 * v3, v103 = v10 * v102, v104 = v9 * v7, v105 = v103 - v104,
+      v106 = v101 * v105, v107 = v35 * v105, v108 = v9 * v102, v109 = v10 * v7, v110 = v108 + v109,
+      v111 = v57 * v110, v112 = v107 - v111, v113 = v112 * qd_1, v114 = v7 * qd_2,
+      v115 = v113 + v114, v116 = v115 * v89, v117 = v106 - v116, v118 = v5 * v1, v119 = v6 * v84,
+      v120 = v118 + v119, v121 = v4 * v120, v122 = v8 * v93, v123 = v121 + v122, v124 = v123 * v40,
+      v125 = v4 * v93, v126 = v8 * v120, v127 = v125 - v126, v128 = v44 * v127, v129 = v124 - v128,
+      v130 = v6 * v3, v131 = v130 * qd_1, v132 = v74 - v131, v133 = v129 * v132, v134 = v8 * v110,
+      v135 = v4 * v130, v136 = v134 - v135, v137 = v136 * v40, v138 = v4 * v110, v139 = v8 * v130,
+      v140 = v138 + v139, v141 = v44 * v140, v142 = v137 - v141, v143 = v120 * qd_1,
+      v144 = v143 + v79, v145 = v142 * v144, v146 = v133 - v145, v147 = v117 + v146,
+      v148 = v147 * qd_0, v149 = v114 * v120, v150 = v100 * v130, v151 = v149 + v150,
+      v152 = v95 * v74, v153 = v112 * v79, v154 = v152 - v153, v155 = v151 + v154,
+      v156 = v155 * qd_1, v157 = v148 + v156, v158 = v82 + v157, v159 = v72 + v158,
+      v160 = v66 * qd_5, v161 = v160 * qd_4, v162 = v159 - v161, v163 = v65 + v162;
   out[0] = v163;
-  const lanes v164 = v69 * qdd_3;
-  const lanes v165 = v75 * qdd_2;
-  const lanes v166 = v129 * qdd_0;
-  const lanes v167 = v95 * qdd_1;
-  const lanes v168 = v166 + v167;
-  const lanes v169 = v165 + v168;
-  const lanes v170 = v164 + v169;
-  const lanes v171 = v66 * qdd_4;
-  const lanes v172 = v170 - v171;
-  const lanes v173 = v11 * qd_4;
-  const lanes v174 = v173 * v7;
-  const lanes v175 = v14 * qd_5;
-  const lanes v176 = v174 - v175;
-  const lanes v177 = v176 * qd_3;
-  const lanes v178 = v2 * qd_4;
-  const lanes v179 = v25 * qd_3;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v180 * v7;
-  const lanes v182 = v74 * v25;
-  const lanes v183 = v181 + v182;
-  const lanes v184 = v183 * qd_2;
-  const lanes v185 = v115 * v53;
-  const lanes v186 = v59 * qd_1;
-  const lanes v187 = v14 * qd_3;
-  const lanes v188 = v187 + v173;
-  const lanes v189 = v25 * qd_2;
-  const lanes v190 = v188 - v189;
-  const lanes v191 = v186 + v190;
-  const lanes v192 = v191 * v105;
-  const lanes v193 = v185 - v192;
-  const lanes v194 = v19 * qd_1;
-  const lanes v195 = v194 + v180;
-  const lanes v196 = v142 * v195;
-  const lanes v197 = v49 * v132;
-  const lanes v198 = v196 - v197;
-  const lanes v199 = v193 + v198;
-  const lanes v200 = v199 * qd_0;
-  const lanes v201 = v112 * v180;
-  const lanes v202 = v59 * v74;
-  const lanes v203 = v201 - v202;
-  const lanes v204 = v114 * v19;
-  const lanes v205 = v190 * v130;
-  const lanes v206 = v204 + v205;
-  const lanes v207 = v203 - v206;
-  const lanes v208 = v207 * qd_1;
-  const lanes v209 = v200 + v208;
-  const lanes v210 = v184 + v209;
-  const lanes v211 = v177 + v210;
-  const lanes v212 = v11 * qd_5;
-  const lanes v213 = v212 * qd_4;
-  const lanes v214 = v211 - v213;
-  const lanes v215 = v172 + v214;
+  const lanes v164 = v69 * qdd_3, v165 = v75 * qdd_2, v166 = v129 * qdd_0, v167 = v95 * qdd_1,
+      v168 = v166 + v167, v169 = v165 + v168, v170 = v164 + v169, v171 = v66 * qdd_4,
+      v172 = v170 - v171, v173 = v11 * qd_4, v174 = v173 * v7, v175 = v14 * qd_5,
+      v176 = v174 - v175, v177 = v176 * qd_3, v178 = v2 * qd_4, v179 = v25 * qd_3,
+      v180 = v178 - v179, v181 = v180 * v7, v182 = v74 * v25, v183 = v181 + v182,
+      v184 = v183 * qd_2, v185 = v115 * v53, v186 = v59 * qd_1, v187 = v14 * qd_3,
+      v188 = v187 + v173, v189 = v25 * qd_2, v190 = v188 - v189, v191 = v186 + v190,
+      v192 = v191 * v105, v193 = v185 - v192, v194 = v19 * qd_1, v195 = v194 + v180,
+      v196 = v142 * v195, v197 = v49 * v132, v198 = v196 - v197, v199 = v193 + v198,
+      v200 = v199 * qd_0, v201 = v112 * v180, v202 = v59 * v74, v203 = v201 - v202,
+      v204 = v114 * v19, v205 = v190 * v130, v206 = v204 + v205, v207 = v203 - v206,
+      v208 = v207 * qd_1, v209 = v200 + v208, v210 = v184 + v209, v211 = v177 + v210,
+      v212 = v11 * qd_5, v213 = v212 * qd_4, v214 = v211 - v213, v215 = v172 + v214;
   out[1] = v215;
-  const lanes v216 = v7 * qdd_2;
-  const lanes v217 = v142 * qdd_0;
-  const lanes v218 = v112 * qdd_1;
-  const lanes v219 = v217 + v218;
-  const lanes v220 = v216 + v219;
-  const lanes v221 = v67 * v25;
-  const lanes v222 = v173 * v75;
-  const lanes v223 = v221 - v222;
-  const lanes v224 = v14 * v78;
-  const lanes v225 = v69 * v178;
-  const lanes v226 = v224 - v225;
-  const lanes v227 = v223 + v226;
-  const lanes v228 = v227 * qd_3;
-  const lanes v229 = v191 * v89;
-  const lanes v230 = v101 * v53;
-  const lanes v231 = v229 - v230;
-  const lanes v232 = v49 * v144;
-  const lanes v233 = v129 * v195;
-  const lanes v234 = v232 - v233;
-  const lanes v235 = v231 + v234;
-  const lanes v236 = v235 * qd_0;
-  const lanes v237 = v100 * v19;
-  const lanes v238 = v190 * v120;
-  const lanes v239 = v237 - v238;
-  const lanes v240 = v59 * v79;
-  const lanes v241 = v95 * v180;
-  const lanes v242 = v240 - v241;
-  const lanes v243 = v239 + v242;
-  const lanes v244 = v243 * qd_1;
-  const lanes v245 = v236 + v244;
-  const lanes v246 = v180 * v75;
-  const lanes v247 = v79 * v25;
-  const lanes v248 = v246 + v247;
-  const lanes v249 = v248 * qd_2;
-  const lanes v250 = v245 - v249;
-  const lanes v251 = v228 + v250;
-  const lanes v252 = v220 + v251;
+  const lanes v216 = v7 * qdd_2, v217 = v142 * qdd_0, v218 = v112 * qdd_1, v219 = v217 + v218,
+      v220 = v216 + v219, v221 = v67 * v25, v222 = v173 * v75, v223 = v221 - v222, v224 = v14 * v78,
+      v225 = v69 * v178, v226 = v224 - v225, v227 = v223 + v226, v228 = v227 * qd_3,
+      v229 = v191 * v89, v230 = v101 * v53, v231 = v229 - v230, v232 = v49 * v144,
+      v233 = v129 * v195, v234 = v232 - v233, v235 = v231 + v234, v236 = v235 * qd_0,
+      v237 = v100 * v19, v238 = v190 * v120, v239 = v237 - v238, v240 = v59 * v79,
+      v241 = v95 * v180, v242 = v240 - v241, v243 = v239 + v242, v244 = v243 * qd_1,
+      v245 = v236 + v244, v246 = v180 * v75, v247 = v79 * v25, v248 = v246 + v247,
+      v249 = v248 * qd_2, v250 = v245 - v249, v251 = v228 + v250, v252 = v220 + v251;
   out[2] = v252;
-  const lanes v253 = v2 * qdd_4;
-  const lanes v254 = v19 * qdd_1;
-  const lanes v255 = v53 * qdd_0;
-  const lanes v256 = v254 - v255;
-  const lanes v257 = v25 * qdd_3;
-  const lanes v258 = v256 - v257;
-  const lanes v259 = v253 + v258;
-  const lanes v260 = v1 * qd_5;
-  const lanes v261 = v260 * qd_4;
-  const lanes v262 = v75 * qd_5;
-  const lanes v263 = v78 * v7;
-  const lanes v264 = v262 - v263;
-  const lanes v265 = v264 * qd_3;
-  const lanes v266 = v144 * v105;
-  const lanes v267 = v132 * v89;
-  const lanes v268 = v266 - v267;
-  const lanes v269 = v268 * qd_0;
-  const lanes v270 = v79 * v130;
-  const lanes v271 = v74 * v120;
-  const lanes v272 = v270 + v271;
-  const lanes v273 = v272 * qd_1;
-  const lanes v274 = v269 + v273;
-  const lanes v275 = v265 + v274;
-  const lanes v276 = v261 + v275;
-  const lanes v277 = v259 + v276;
+  const lanes v253 = v2 * qdd_4, v254 = v19 * qdd_1, v255 = v53 * qdd_0, v256 = v254 - v255,
+      v257 = v25 * qdd_3, v258 = v256 - v257, v259 = v253 + v258, v260 = v1 * qd_5,
+      v261 = v260 * qd_4, v262 = v75 * qd_5, v263 = v78 * v7, v264 = v262 - v263,
+      v265 = v264 * qd_3, v266 = v144 * v105, v267 = v132 * v89, v268 = v266 - v267,
+      v269 = v268 * qd_0, v270 = v79 * v130, v271 = v74 * v120, v272 = v270 + v271,
+      v273 = v272 * qd_1, v274 = v269 + v273, v275 = v265 + v274, v276 = v261 + v275,
+      v277 = v259 + v276;
   out[3] = v277;
-  const lanes v278 = v1 * qdd_4;
-  const lanes v279 = v75 * qdd_3;
-  const lanes v280 = v120 * qdd_1;
-  const lanes v281 = v89 * qdd_0;
-  const lanes v282 = v280 - v281;
-  const lanes v283 = v279 + v282;
-  const lanes v284 = v278 + v283;
-  const lanes v285 = v178 * v7;
-  const lanes v286 = v25 * qd_5;
-  const lanes v287 = v285 + v286;
-  const lanes v288 = v287 * qd_3;
-  const lanes v289 = v132 * v53;
-  const lanes v290 = v195 * v105;
-  const lanes v291 = v289 - v290;
-  const lanes v292 = v291 * qd_0;
-  const lanes v293 = v180 * v130;
-  const lanes v294 = v74 * v19;
-  const lanes v295 = v293 + v294;
-  const lanes v296 = v295 * qd_1;
-  const lanes v297 = v292 - v296;
-  const lanes v298 = v288 + v297;
-  const lanes v299 = v2 * qd_5;
-  const lanes v300 = v299 * qd_4;
-  const lanes v301 = v298 - v300;
-  const lanes v302 = v284 + v301;
+  const lanes v278 = v1 * qdd_4, v279 = v75 * qdd_3, v280 = v120 * qdd_1, v281 = v89 * qdd_0,
+      v282 = v280 - v281, v283 = v279 + v282, v284 = v278 + v283, v285 = v178 * v7,
+      v286 = v25 * qd_5, v287 = v285 + v286, v288 = v287 * qd_3, v289 = v132 * v53,
+      v290 = v195 * v105, v291 = v289 - v290, v292 = v291 * qd_0, v293 = v180 * v130,
+      v294 = v74 * v19, v295 = v293 + v294, v296 = v295 * qd_1, v297 = v292 - v296,
+      v298 = v288 + v297, v299 = v2 * qd_5, v300 = v299 * qd_4, v301 = v298 - v300,
+      v302 = v284 + v301;
   out[4] = v302;
-  const lanes v303 = v7 * qdd_3;
-  const lanes v304 = v105 * qdd_0;
-  const lanes v305 = v130 * qdd_1;
-  const lanes v306 = v304 + v305;
-  const lanes v307 = v303 - v306;
-  const lanes v308 = v307 + qdd_5;
-  const lanes v309 = v195 * v89;
-  const lanes v310 = v144 * v53;
-  const lanes v311 = v309 - v310;
-  const lanes v312 = v311 * qd_0;
-  const lanes v313 = v79 * v19;
-  const lanes v314 = v180 * v120;
-  const lanes v315 = v313 - v314;
-  const lanes v316 = v315 * qd_1;
-  const lanes v317 = v312 + v316;
-  const lanes v318 = v178 * v75;
-  const lanes v319 = v78 * v25;
-  const lanes v320 = v318 + v319;
-  const lanes v321 = v320 * qd_3;
-  const lanes v322 = v317 - v321;
-  const lanes v323 = v308 + v322;
+  const lanes v303 = v7 * qdd_3, v304 = v105 * qdd_0, v305 = v130 * qdd_1, v306 = v304 + v305,
+      v307 = v303 - v306, v308 = v307 + qdd_5, v309 = v195 * v89, v310 = v144 * v53,
+      v311 = v309 - v310, v312 = v311 * qd_0, v313 = v79 * v19, v314 = v180 * v120,
+      v315 = v313 - v314, v316 = v315 * qd_1, v317 = v312 + v316, v318 = v178 * v75,
+      v319 = v78 * v25, v320 = v318 + v319, v321 = v320 * qd_3, v322 = v317 - v321,
+      v323 = v308 + v322;
   out[5] = v323;
 }
 
 static LANES_TARGET void LANES_NAME(stanford_acceleration_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v4);
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&q_1, &v2, &v7);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&q_3, &v5, &v3);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_4, &v6, &v8);
-  const lanes v9 = v1 * v2;
-  const lanes v10 = v9 * v3;
-  const lanes v11 = v4 * v5;
-  const lanes v12 = v10 + v11;
-  const lanes v13 = v12 * v6;
-  const lanes v14 = v1 * v7;
-  const lanes v15 = v14 * v8;
-  const lanes v16 = v13 - v15;
-  const lanes v17 = 0.26289 * v16;
-  const lanes v18 = v17 * qdd_4;
-  const lanes v19 = v9 * v5;
-  const lanes v20 = v4 * v3;
-  const lanes v21 = v19 - v20;
-  const lanes v22 = 0.26289 * v8;
-  const lanes v23 = v21 * v22;
-  const lanes v24 = v23 * qdd_3;
-  const lanes v25 = v14 * qdd_2;
-  const lanes v26 = v22 * v5;
-  const lanes v27 = 0.15367 - v26;
-  const lanes v28 = v1 * v27;
-  const lanes v29 = v22 * v3;
-  const lanes v30 = v2 * v29;
-  const lanes v31 = 0.26289 * v6;
-  const lanes v32 = v31 + q_2;
-  const lanes v33 = v32 * v7;
-  const lanes v34 = v30 + v33;
-  const lanes v35 = v4 * v34;
-  const lanes v36 = v28 + v35;
-  const lanes v37 = v36 * qdd_0;
-  const lanes v38 = v29 * v7;
-  const lanes v39 = v2 * v32;
-  const lanes v40 = v38 - v39;
-  const lanes v41 = v1 * v40;
-  const lanes v42 = v41 * qdd_1;
-  const lanes v43 = v37 + v42;
-  const lanes v44 = v25 - v43;
-  const lanes v45 = v24 + v44;
-  const lanes v46 = v18 + v45;
-  const lanes v47 = v1 * qd_1;
-  const lanes v48 = v47 * v2;
-  const lanes v49 = v4 * v7;
-  const lanes v50 = v49 * qd_0;
-  const lanes v51 = v48 - v50;
-  const lanes v52 = v51 * qd_2;
-  const lanes v53 = v4 * v40;
-  const lanes v54 = v53 * qd_0;
-  const lanes v55 = v47 * v34;
-  const lanes v56 = v54 - v55;
-  const lanes v57 = v2 * qd_2;
-  const lanes v58 = v7 * v5;
-  const lanes v59 = v58 * v22;
-  const lanes v60 = v59 * qd_3;
-  const lanes v61 = v7 * v3;
-  const lanes v62 = v61 * v6;
-  const lanes v63 = v2 * v8;
-  const lanes v64 = v62 + v63;
-  const lanes v65 = 0.26289 * v64;
-  const lanes v66 = v65 * qd_4;
-  const lanes v67 = v60 + v66;
-  const lanes v68 = v57 - v67;
-  const lanes v69 = v1 * v68;
-  const lanes v70 = v56 + v69;
-  const lanes v71 = v70 * qd_1;
-  const lanes v72 = v1 * v34;
-  const lanes v73 = v4 * v27;
-  const lanes v74 = v72 - v73;
-  const lanes v75 = v74 * qd_0;
-  const lanes v76 = v49 * qd_2;
-  const lanes v77 = v1 * v3;
-  const lanes v78 = v4 * v2;
-  const lanes v79 = v78 * v5;
-  const lanes v80 = v77 + v79;
-  const lanes v81 = v80 * v22;
-  const lanes v82 = v81 * qd_3;
-  const lanes v83 = v78 * v3;
-  const lanes v84 = v1 * v5;
-  const lanes v85 = v83 - v84;
-  const lanes v86 = v85 * v6;
-  const lanes v87 = v49 * v8;
-  const lanes v88 = v86 - v87;
-  const lanes v89 = 0.26289 * v88;
-  const lanes v90 = v89 * qd_4;
-  const lanes v91 = v82 + v90;
-  const lanes v92 = v76 + v91;
-  const lanes v93 = v53 * qd_1;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = v75 + v94;
-  const lanes v96 = v95 * qd_0;
-  const lanes v97 = v71 - v96;
-  const lanes v98 = v52 + v97;
-  const lanes v99 = v49 * qd_3;
-  const lanes v100 = v47 + v99;
-  const lanes v101 = v100 * v59;
-  const lanes v102 = v2 * qd_3;
-  const lanes v103 = v102 + qd_0;
-  const lanes v104 = v103 * v81;
-  const lanes v105 = v101 + v104;
-  const lanes v106 = v49 * v66;
-  const lanes v107 = v2 * v90;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = v105 + v108;
-  const lanes v110 = v109 * qd_3;
-  const lanes v111 = v98 - v110;
-  const lanes v112 = v80 * qd_4;
-  const lanes v113 = v112 + v100;
-  const lanes v114 = v113 * v65;
-  const lanes v115 = v58 * qd_4;
-  const lanes v116 = v103 - v115;
-  const lanes v117 = v116 * v89;
-  const lanes v118 = v114 + v117;
-  const lanes v119 = v118 * qd_4;
-  const lanes v120 = v111 - v119;
-  const lanes v121 = v46 + v120;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11], qdd_0 = in[12],
+      qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16], qdd_5 = in[17];
+  LANES_COS_SIN(v1, v4, q_0); LANES_COS_SIN(v2, v7, q_1); LANES_COS_SIN(v5, v3, q_3);
+  LANES_COS_SIN(v6, v8, q_4);
+  const lanes v9 = v1 * v2, v10 = v9 * v3, v11 = v4 * v5, v12 = v10 + v11, v13 = v12 * v6,
+      v14 = v1 * v7, v15 = v14 * v8, v16 = v13 - v15, v17 = 0.26289 * v16, v18 = v17 * qdd_4,
+      v19 = v9 * v5, v20 = v4 * v3, v21 = v19 - v20, v22 = 0.26289 * v8, v23 = v21 * v22,
+      v24 = v23 * qdd_3, v25 = v14 * qdd_2, v26 = v22 * v5, v27 = 0.15367 - v26, v28 = v1 * v27,
+      v29 = v22 * v3, v30 = v2 * v29, v31 = 0.26289 * v6, v32 = v31 + q_2, v33 = v32 * v7,
+      v34 = v30 + v33, v35 = v4 * v34, v36 = v28 + v35, v37 = v36 * qdd_0, v38 = v29 * v7,
+      v39 = v2 * v32, v40 = v38 - v39, v41 = v1 * v40, v42 = v41 * qdd_1, v43 = v37 + v42,
+      v44 = v25 - v43, v45 = v24 + v44, v46 = v18 + v45, v47 = v1 * qd_1, v48 = v47 * v2,
+      v49 = v4 * v7, v50 = v49 * qd_0, v51 = v48 - v50, v52 = v51 * qd_2, v53 = v4 * v40,
+      v54 = v53 * qd_0, v55 = v47 * v34, v56 = v54 - v55, v57 = v2 * qd_2, v58 = v7 * v5,
+      v59 = v58 * v22, v60 = v59 * qd_3, v61 = v7 * v3, v62 = v61 * v6, v63 = v2 * v8,
+      v64 = v62 + v63, v65 = 0.26289 * v64, v66 = v65 * qd_4, v67 = v60 + v66, v68 = v57 - v67,
+      v69 = v1 * v68, v70 = v56 + v69, v71 = v70 * qd_1, v72 = v1 * v34, v73 = v4 * v27,
+      v74 = v72 - v73, v75 = v74 * qd_0, v76 = v49 * qd_2, v77 = v1 * v3, v78 = v4 * v2,
+      v79 = v78 * v5, v80 = v77 + v79, v81 = v80 * v22, v82 = v81 * qd_3, v83 = v78 * v3,
+      v84 = v1 * v5, v85 = v83 - v84, v86 = v85 * v6, v87 = v49 * v8, v88 = v86 - v87,
+      v89 = 0.26289 * v88, v90 = v89 * qd_4, v91 = v82 + v90, v92 = v76 + v91, v93 = v53 * qd_1,
+      v94 = v92 - v93, v95 = v75 + v94, v96 = v95 * qd_0, v97 = v71 - v96, v98 = v52 + v97,
+      v99 = v49 * qd_3, v100 = v47 + v99, v101 = v100 * v59, v102 = v2 * qd_3, v103 = v102 + qd_0,
+      v104 = v103 * v81, v105 = v101 + v104, v106 = v49 * v66, v107 = v2 * v90, v108 = v106 + v107,
+      v109 = v105 + v108, v110 = v109 * qd_3, v111 = v98 - v110, v112 = v80 * qd_4,
+      v113 = v112 + v100, v114 = v113 * v65, v115 = v58 * qd_4, v116 = v103 - v115,
+      v117 = v116 * v89, v118 = v114 + v117, v119 = v118 * qd_4, v120 = v111 - v119,
+      v121 = v46 + v120;
   out[0] = v121;
-  const lanes v122 = v89 * qdd_4;
-  const lanes v123 = v81 * qdd_3;
-  const lanes v124 = v49 * qdd_2;
-  const lanes v125 = v74 * qdd_0;
-  const lanes v126 = v53 * qdd_1;
-  const lanes v127 = v125 - v126;
-  const lanes v128 = v124 + v127;
-  const lanes v129 = v123 + v128;
-  const lanes v130 = v122 + v129;
-  const lanes v131 = v21 * qd_4;
-  const lanes v132 = v14 * qd_3;
-  const lanes v133 = v4 * qd_1;
-  const lanes v134 = v132 - v133;
-  const lanes v135 = v131 + v134;
-  const lanes v136 = v135 * v65;
-  const lanes v137 = v116 * v17;
-  const lanes v138 = v136 + v137;
-  const lanes v139 = v138 * qd_4;
-  const lanes v140 = v134 * v59;
-  const lanes v141 = v103 * v23;
-  const lanes v142 = v140 + v141;
-  const lanes v143 = v14 * v66;
-  const lanes v144 = v17 * qd_4;
-  const lanes v145 = v2 * v144;
-  const lanes v146 = v143 + v145;
-  const lanes v147 = v142 + v146;
-  const lanes v148 = v147 * qd_3;
-  const lanes v149 = v133 * v2;
-  const lanes v150 = v14 * qd_0;
-  const lanes v151 = v149 + v150;
-  const lanes v152 = v151 * qd_2;
-  const lanes v153 = v14 * qd_2;
-  const lanes v154 = v23 * qd_3;
-  const lanes v155 = v154 + v144;
-  const lanes v156 = v153 + v155;
-  const lanes v157 = v41 * qd_1;
-  const lanes v158 = v156 - v157;
-  const lanes v159 = v36 * qd_0;
-  const lanes v160 = v158 - v159;
-  const lanes v161 = v160 * qd_0;
-  const lanes v162 = v4 * v68;
-  const lanes v163 = v133 * v34;
-  const lanes v164 = v41 * qd_0;
-  const lanes v165 = v163 + v164;
-  const lanes v166 = v162 - v165;
-  const lanes v167 = v166 * qd_1;
-  const lanes v168 = v161 + v167;
-  const lanes v169 = v152 + v168;
-  const lanes v170 = v148 + v169;
-  const lanes v171 = v139 + v170;
-  const lanes v172 = v130 + v171;
+  const lanes v122 = v89 * qdd_4, v123 = v81 * qdd_3, v124 = v49 * qdd_2, v125 = v74 * qdd_0,
+      v126 = v53 * qdd_1, v127 = v125 - v126, v128 = v124 + v127, v129 = v123 + v128,
+      v130 = v122 + v129, v131 = v21 * qd_4, v132 = v14 * qd_3, v133 = v4 * qd_1,
+      v134 = v132 - v133, v135 = v131 + v134, v136 = v135 * v65, v137 = v116 * v17,
+      v138 = v136 + v137, v139 = v138 * qd_4, v140 = v134 * v59, v141 = v103 * v23,
+      v142 = v140 + v141, v143 = v14 * v66, v144 = v17 * qd_4, v145 = v2 * v144, v146 = v143 + v145,
+      v147 = v142 + v146, v148 = v147 * qd_3, v149 = v133 * v2, v150 = v14 * qd_0,
+      v151 = v149 + v150, v152 = v151 * qd_2, v153 = v14 * qd_2, v154 = v23 * qd_3,
+      v155 = v154 + v144, v156 = v153 + v155, v157 = v41 * qd_1, v158 = v156 - v157,
+      v159 = v36 * qd_0, v160 = v158 - v159, v161 = v160 * qd_0, v162 = v4 * v68, v163 = v133 * v34,
+      v164 = v41 * qd_0, v165 = v163 + v164, v166 = v162 - v165, v167 = v166 * qd_1,
+      v168 = v161 + v167, v169 = v152 + v168, v170 = v148 + v169, v171 = v139 + v170,
+      v172 = v130 + v171;
   out[1] = v172;
-  const lanes v173 = v2 * qdd_2;
-  const lanes v174 = v34 * qdd_1;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v59 * qdd_3;
-  const lanes v177 = v175 - v176;
-  const lanes v178 = v65 * qdd_4;
-  const lanes v179 = v177 - v178;
-  const lanes v180 = v135 * v89;
-  const lanes v181 = v113 * v17;
-  const lanes v182 = v180 - v181;
-  const lanes v183 = v182 * qd_4;
-  const lanes v184 = v134 * v81;
-  const lanes v185 = v100 * v23;
-  const lanes v186 = v184 - v185;
-  const lanes v187 = v14 * v90;
-  const lanes v188 = v49 * v144;
-  const lanes v189 = v187 - v188;
-  const lanes v190 = v186 + v189;
-  const lanes v191 = v190 * qd_3;
-  const lanes v192 = v133 * v53;
-  const lanes v193 = v47 * v41;
-  const lanes v194 = v192 + v193;
-  const lanes v195 = v1 * v156;
-  const lanes v196 = v4 * v92;
-  const lanes v197 = v195 + v196;
-  const lanes v198 = v194 - v197;
-  const lanes v199 = v198 * qd_1;
-  const lanes v200 = v133 * v49;
-  const lanes v201 = v47 * v14;
-  const lanes v202 = v200 + v201;
-  const lanes v203 = v202 * qd_2;
-  const lanes v204 = v199 - v203;
-  const lanes v205 = v191 + v204;
-  const lanes v206 = v183 + v205;
-  const lanes v207 = v179 + v206;
+  const lanes v173 = v2 * qdd_2, v174 = v34 * qdd_1, v175 = v173 - v174, v176 = v59 * qdd_3,
+      v177 = v175 - v176, v178 = v65 * qdd_4, v179 = v177 - v178, v180 = v135 * v89,
+      v181 = v113 * v17, v182 = v180 - v181, v183 = v182 * qd_4, v184 = v134 * v81,
+      v185 = v100 * v23, v186 = v184 - v185, v187 = v14 * v90, v188 = v49 * v144,
+      v189 = v187 - v188, v190 = v186 + v189, v191 = v190 * qd_3, v192 = v133 * v53,
+      v193 = v47 * v41, v194 = v192 + v193, v195 = v1 * v156, v196 = v4 * v92, v197 = v195 + v196,
+      v198 = v194 - v197, v199 = v198 * qd_1, v200 = v133 * v49, v201 = v47 * v14,
+      v202 = v200 + v201, v203 = v202 * qd_2, v204 = v199 - v203, v205 = v191 + v204,
+      v206 = v183 + v205, v207 = v179 + v206;
   out[2] = v207;
-  const lanes v208 = v14 * v6;
-  const lanes v209 = v12 * v8;
-  const lanes v210 = v208 + v209;
-  const lanes v211 = v210 * qdd_5;
-  const lanes v212 = v21 * qdd_4;
-  const lanes v213 = v14 * qdd_3;
-  const lanes v214 = v4 * qdd_1;
-  const lanes v215 = v213 - v214;
-  const lanes v216 = v212 + v215;
-  const lanes v217 = v211 + v216;
-  const lanes v218 = v51 * qd_3;
-  const lanes v219 = v1 * qd_0;
-  const lanes v220 = v219 * qd_1;
-  const lanes v221 = v218 - v220;
-  const lanes v222 = v100 * v58;
-  const lanes v223 = v103 * v80;
-  const lanes v224 = v222 + v223;
-  const lanes v225 = v224 * qd_4;
-  const lanes v226 = v221 - v225;
-  const lanes v227 = v61 * v8;
-  const lanes v228 = v2 * v6;
-  const lanes v229 = v227 - v228;
-  const lanes v230 = v113 * v229;
-  const lanes v231 = v49 * v6;
-  const lanes v232 = v85 * v8;
-  const lanes v233 = v231 + v232;
-  const lanes v234 = v116 * v233;
-  const lanes v235 = v230 + v234;
-  const lanes v236 = v235 * qd_5;
-  const lanes v237 = v226 - v236;
-  const lanes v238 = v217 + v237;
+  const lanes v208 = v14 * v6, v209 = v12 * v8, v210 = v208 + v209, v211 = v210 * qdd_5,
+      v212 = v21 * qdd_4, v213 = v14 * qdd_3, v214 = v4 * qdd_1, v215 = v213 - v214,
+      v216 = v212 + v215, v217 = v211 + v216, v218 = v51 * qd_3, v219 = v1 * qd_0,
+      v220 = v219 * qd_1, v221 = v218 - v220, v222 = v100 * v58, v223 = v103 * v80,
+      v224 = v222 + v223, v225 = v224 * qd_4, v226 = v221 - v225, v227 = v61 * v8, v228 = v2 * v6,
+      v229 = v227 - v228, v230 = v113 * v229, v231 = v49 * v6, v232 = v85 * v8, v233 = v231 + v232,
+      v234 = v116 * v233, v235 = v230 + v234, v236 = v235 * qd_5, v237 = v226 - v236,
+      v238 = v217 + v237;
   out[3] = v238;
-  const lanes v239 = v233 * qdd_5;
-  const lanes v240 = v80 * qdd_4;
-  const lanes v241 = v1 * qdd_1;
-  const lanes v242 = v49 * qdd_3;
-  const lanes v243 = v241 + v242;
-  const lanes v244 = v240 + v243;
-  const lanes v245 = v239 + v244;
-  const lanes v246 = v135 * v229;
-  const lanes v247 = v116 * v210;
-  const lanes v248 = v246 + v247;
-  const lanes v249 = v248 * qd_5;
-  const lanes v250 = v134 * v58;
-  const lanes v251 = v103 * v21;
-  const lanes v252 = v250 + v251;
-  const lanes v253 = v252 * qd_4;
-  const lanes v254 = v151 * qd_3;
-  const lanes v255 = v4 * qd_0;
-  const lanes v256 = v255 * qd_1;
-  const lanes v257 = v254 - v256;
-  const lanes v258 = v253 + v257;
-  const lanes v259 = v249 + v258;
-  const lanes v260 = v245 + v259;
+  const lanes v239 = v233 * qdd_5, v240 = v80 * qdd_4, v241 = v1 * qdd_1, v242 = v49 * qdd_3,
+      v243 = v241 + v242, v244 = v240 + v243, v245 = v239 + v244, v246 = v135 * v229,
+      v247 = v116 * v210, v248 = v246 + v247, v249 = v248 * qd_5, v250 = v134 * v58,
+      v251 = v103 * v21, v252 = v250 + v251, v253 = v252 * qd_4, v254 = v151 * qd_3,
+      v255 = v4 * qd_0, v256 = v255 * qd_1, v257 = v254 - v256, v258 = v253 + v257,
+      v259 = v249 + v258, v260 = v245 + v259;
   out[4] = v260;
-  const lanes v261 = v2 * qdd_3;
-  const lanes v262 = v261 + qdd_0;
-  const lanes v263 = v58 * qdd_4;
-  const lanes v264 = v262 - v263;
-  const lanes v265 = v229 * qdd_5;
-  const lanes v266 = v264 - v265;
-  const lanes v267 = v135 * v233;
-  const lanes v268 = v113 * v210;
-  const lanes v269 = v267 - v268;
-  const lanes v270 = v269 * qd_5;
-  const lanes v271 = v134 * v80;
-  const lanes v272 = v100 * v21;
-  const lanes v273 = v271 - v272;
-  const lanes v274 = v273 * qd_4;
-  const lanes v275 = v202 * qd_3;
-  const lanes v276 = v274 - v275;
-  const lanes v277 = v270 + v276;
-  const lanes v278 = v266 + v277;
+  const lanes v261 = v2 * qdd_3, v262 = v261 + qdd_0, v263 = v58 * qdd_4, v264 = v262 - v263,
+      v265 = v229 * qdd_5, v266 = v264 - v265, v267 = v135 * v233, v268 = v113 * v210,
+      v269 = v267 - v268, v270 = v269 * qd_5, v271 = v134 * v80, v272 = v100 * v21,
+      v273 = v271 - v272, v274 = v273 * qd_4, v275 = v202 * qd_3, v276 = v274 - v275,
+      v277 = v270 + v276, v278 = v266 + v277;
   out[5] = v278;
 }
 
 static LANES_TARGET void LANES_NAME(stanford_ik)(const lanes *in, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes v1 = 0.26289 * T_2;
-  const lanes v2 = T_3 - v1;
-  const lanes v3 = v2 * v2;
-  const lanes v4 = 0.26289 * T_6;
-  const lanes v5 = T_7 - v4;
-  const lanes v6 = v5 * v5;
-  const lanes v7 = v3 + v6;
-  const lanes v8 = 0.26289 * T_10;
-  const lanes v9 = T_11 - v8;
-  const lanes v10 = v9 - 0.411988;
-  const lanes v11 = v10 * v10;
-  const lanes v12 = v7 + v11;
-  const lanes v13 = 0.0236144689 + v12;
-  const lanes v14 = 4e-15 * v13;
-  const lanes v15 = v12 - 0.0236144689;
-  const lanes_where v16 = LANES_LT(v14, v15);
-  lanes v17; LANES_NAME(lanes_sqrt)(&v15, &v17);
-  const lanes v18 = v17 * v17;
-  const lanes v19 = LANES_CHOICE(v16, v18, 0.0);
-  const lanes v20 = LANES_CHOICE(v16, v19, 0.0);
-  lanes v21; LANES_NAME(lanes_fmin)(&v7, &v20, &v21);
-  const lanes v22 = 4e-15 * v21;
-  const lanes_where v23 = LANES_LT(v20, v7);
-  const lanes v24 = v20 - v11;
-  const lanes v25 = v7 - 0.0236144689;
-  const lanes v26 = LANES_CHOICE(v23, v24, v25);
-  const lanes_where v27 = LANES_LT(v22, v26);
-  lanes v28; LANES_NAME(lanes_sqrt)(&v26, &v28);
-  const lanes v29 = v28 * v5;
-  const lanes v30 = LANES_CHOICE(v27, v29, 0.0);
-  const lanes v31 = 0.15367 * v2;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = v32 * v32;
-  const lanes v34 = v28 * v2;
-  const lanes v35 = LANES_CHOICE(v27, v34, 0.0);
-  const lanes v36 = 0.15367 * v5;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = 1e-150 + v37;
-  const lanes v39 = v38 * v38;
-  const lanes v40 = v33 + v39;
-  lanes v41; LANES_NAME(lanes_sqrt)(&v40, &v41);
-  const lanes v42 = v32 / v41;
-  const lanes v43 = v38 / v41;
-  lanes v44; LANES_NAME(lanes_atan2)(&v42, &v43, &v44);
-  const lanes v45 = v43 * v2;
-  const lanes v46 = v42 * v5;
-  const lanes v47 = v45 + v46;
-  const lanes v48 = v17 * v47;
-  const lanes v49 = v48 * v48;
-  const lanes v50 = LANES_CHOICE(v16, v49, 0.0);
-  const lanes v51 = LANES_CHOICE(v16, v50, 0.0);
-  const lanes v52 = v17 * v10;
-  const lanes v53 = LANES_CHOICE(v16, v52, 0.0);
-  const lanes v54 = 1e-150 + v53;
-  const lanes v55 = v54 * v54;
-  const lanes v56 = v51 + v55;
-  lanes v57; LANES_NAME(lanes_sqrt)(&v56, &v57);
-  const lanes v58 = 1.0 / v57;
-  const lanes v59 = v48 * v58;
-  const lanes v60 = LANES_CHOICE(v16, v59, 0.0);
-  const lanes v61 = v54 / v57;
-  lanes v62; LANES_NAME(lanes_atan2)(&v60, &v61, &v62);
-  const lanes v63 = T_6 * v43;
-  const lanes v64 = T_2 * v42;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 * v65;
-  const lanes v67 = T_2 * v43;
-  const lanes v68 = T_6 * v42;
-  const lanes v69 = v67 + v68;
-  const lanes v70 = v61 * v69;
-  const lanes v71 = T_10 * v59;
-  const lanes v72 = LANES_CHOICE(v16, v71, 0.0);
-  const lanes v73 = v70 - v72;
-  const lanes v74 = v73 * v73;
-  const lanes v75 = v66 + v74;
-  const lanes v76 = 4e-15 * v75;
-  const lanes_where v77 = LANES_LT(v76, v75);
-  lanes v78; LANES_NAME(lanes_sqrt)(&v75, &v78);
-  const lanes v79 = v73 * v78;
-  const lanes v80 = v79 * v79;
-  const lanes v81 = LANES_CHOICE(v77, v80, 0.0);
-  const lanes v82 = LANES_CHOICE(v77, v81, 0.0);
-  const lanes v83 = v65 * v78;
-  const lanes v84 = LANES_CHOICE(v77, v83, 0.0);
-  const lanes v85 = 1e-150 - v84;
-  const lanes v86 = v85 * v85;
-  const lanes v87 = v82 + v86;
-  lanes v88; LANES_NAME(lanes_sqrt)(&v87, &v88);
-  const lanes v89 = 1.0 / v88;
-  const lanes v90 = v79 * v89;
-  const lanes v91 = LANES_CHOICE(v77, v90, 0.0);
-  const lanes v92 = v85 / v88;
-  lanes v93; LANES_NAME(lanes_atan2)(&v91, &v92, &v93);
-  const lanes v94 = v65 * v92;
-  const lanes v95 = v73 * v90;
-  const lanes v96 = LANES_CHOICE(v77, v95, 0.0);
-  const lanes v97 = v94 - v96;
-  const lanes v98 = v97 * v97;
-  const lanes v99 = T_10 * v61;
-  const lanes v100 = v59 * v69;
-  const lanes v101 = LANES_CHOICE(v16, v100, 0.0);
-  const lanes v102 = v99 + v101;
-  const lanes v103 = 1e-150 + v102;
-  const lanes v104 = v103 * v103;
-  const lanes v105 = v98 + v104;
-  lanes v106; LANES_NAME(lanes_sqrt)(&v105, &v106);
-  const lanes v107 = v97 / v106;
-  const lanes v108 = v103 / v106;
-  lanes v109; LANES_NAME(lanes_atan2)(&v107, &v108, &v109);
-  const lanes v110 = T_8 * v59;
-  const lanes v111 = LANES_CHOICE(v16, v110, 0.0);
-  const lanes v112 = T_0 * v43;
-  const lanes v113 = T_4 * v42;
-  const lanes v114 = v112 + v113;
-  const lanes v115 = v61 * v114;
-  const lanes v116 = v111 - v115;
-  const lanes v117 = v92 * v116;
-  const lanes v118 = T_0 * v42;
-  const lanes v119 = T_4 * v43;
-  const lanes v120 = v118 - v119;
-  const lanes v121 = v90 * v120;
-  const lanes v122 = LANES_CHOICE(v77, v121, 0.0);
-  const lanes v123 = v117 + v122;
-  const lanes v124 = v123 * v123;
-  const lanes v125 = v92 * v120;
-  const lanes v126 = v90 * v116;
-  const lanes v127 = LANES_CHOICE(v77, v126, 0.0);
-  const lanes v128 = v125 - v127;
-  const lanes v129 = v108 * v128;
-  const lanes v130 = T_8 * v61;
-  const lanes v131 = v59 * v114;
-  const lanes v132 = LANES_CHOICE(v16, v131, 0.0);
-  const lanes v133 = v130 + v132;
-  const lanes v134 = v107 * v133;
-  const lanes v135 = v129 + v134;
-  const lanes v136 = 1e-150 + v135;
-  const lanes v137 = v136 * v136;
-  const lanes v138 = v124 + v137;
-  lanes v139; LANES_NAME(lanes_sqrt)(&v138, &v139);
-  const lanes v140 = v123 / v139;
-  const lanes v141 = v136 / v139;
-  lanes v142; LANES_NAME(lanes_atan2)(&v140, &v141, &v142);
-  const lanes v143 = 1e-150 + v84;
-  const lanes v144 = v143 * v143;
-  const lanes v145 = v144 + v82;
-  lanes v146; LANES_NAME(lanes_sqrt)(&v145, &v146);
-  const lanes v147 = 1.0 / v146;
-  const lanes v148 = v147 * v79;
-  const lanes v149 = LANES_CHOICE(v77, v148, 0.0);
-  const lanes v150 = v143 / v146;
-  lanes v151; LANES_NAME(lanes_atan2)(&v149, &v150, &v151);
-  const lanes v152 = v150 * v65;
-  const lanes v153 = v148 * v73;
-  const lanes v154 = LANES_CHOICE(v77, v153, 0.0);
-  const lanes v155 = v152 + v154;
-  const lanes v156 = v155 * v155;
-  const lanes v157 = v156 + v104;
-  lanes v158; LANES_NAME(lanes_sqrt)(&v157, &v158);
-  const lanes v159 = v155 / v158;
-  const lanes v160 = v103 / v158;
-  lanes v161; LANES_NAME(lanes_atan2)(&v159, &v160, &v161);
-  const lanes v162 = v150 * v116;
-  const lanes v163 = v148 * v120;
-  const lanes v164 = LANES_CHOICE(v77, v163, 0.0);
-  const lanes v165 = v162 - v164;
-  const lanes v166 = v165 * v165;
-  const lanes v167 = v150 * v120;
-  const lanes v168 = v148 * v116;
-  const lanes v169 = LANES_CHOICE(v77, v168, 0.0);
-  const lanes v170 = v167 + v169;
-  const lanes v171 = v160 * v170;
-  const lanes v172 = v159 * v133;
-  const lanes v173 = v171 + v172;
-  const lanes v174 = 1e-150 + v173;
-  const lanes v175 = v174 * v174;
-  const lanes v176 = v166 + v175;
-  lanes v177; LANES_NAME(lanes_sqrt)(&v176, &v177);
-  const lanes v178 = v165 / v177;
-  const lanes v179 = v174 / v177;
-  lanes v180; LANES_NAME(lanes_atan2)(&v178, &v179, &v180);
-  const lanes v181 = v30 + v31;
-  const lanes v182 = v181 * v181;
-  const lanes v183 = v36 - v35;
-  const lanes v184 = 1e-150 + v183;
-  const lanes v185 = v184 * v184;
-  const lanes v186 = v182 + v185;
-  lanes v187; LANES_NAME(lanes_sqrt)(&v186, &v187);
-  const lanes v188 = v181 / v187;
-  const lanes v189 = v184 / v187;
-  lanes v190; LANES_NAME(lanes_atan2)(&v188, &v189, &v190);
-  const lanes v191 = v189 * v2;
-  const lanes v192 = v188 * v5;
-  const lanes v193 = v191 - v192;
-  const lanes v194 = v17 * v193;
-  const lanes v195 = v194 * v194;
-  const lanes v196 = LANES_CHOICE(v16, v195, 0.0);
-  const lanes v197 = LANES_CHOICE(v16, v196, 0.0);
-  const lanes v198 = v197 + v55;
-  lanes v199; LANES_NAME(lanes_sqrt)(&v198, &v199);
-  const lanes v200 = 1.0 / v199;
-  const lanes v201 = v194 * v200;
-  const lanes v202 = LANES_CHOICE(v16, v201, 0.0);
-  const lanes v203 = v54 / v199;
-  lanes v204; LANES_NAME(lanes_atan2)(&v202, &v203, &v204);
-  const lanes v205 = T_2 * v188;
-  const lanes v206 = T_6 * v189;
-  const lanes v207 = v205 + v206;
-  const lanes v208 = v207 * v207;
-  const lanes v209 = T_2 * v189;
-  const lanes v210 = T_6 * v188;
-  const lanes v211 = v209 - v210;
-  const lanes v212 = v203 * v211;
-  const lanes v213 = T_10 * v201;
-  const lanes v214 = LANES_CHOICE(v16, v213, 0.0);
-  const lanes v215 = v212 - v214;
-  const lanes v216 = v215 * v215;
-  const lanes v217 = v208 + v216;
-  const lanes v218 = 4e-15 * v217;
-  const lanes_where v219 = LANES_LT(v218, v217);
-  lanes v220; LANES_NAME(lanes_sqrt)(&v217, &v220);
-  const lanes v221 = v215 * v220;
-  const lanes v222 = v221 * v221;
-  const lanes v223 = LANES_CHOICE(v219, v222, 0.0);
-  const lanes v224 = LANES_CHOICE(v219, v223, 0.0);
-  const lanes v225 = v207 * v220;
-  const lanes v226 = LANES_CHOICE(v219, v225, 0.0);
-  const lanes v227 = 1e-150 - v226;
-  const lanes v228 = v227 * v227;
-  const lanes v229 = v224 + v228;
-  lanes v230; LANES_NAME(lanes_sqrt)(&v229, &v230);
-  const lanes v231 = 1.0 / v230;
-  const lanes v232 = v221 * v231;
-  const lanes v233 = LANES_CHOICE(v219, v232, 0.0);
-  const lanes v234 = v227 / v230;
-  lanes v235; LANES_NAME(lanes_atan2)(&v233, &v234, &v235);
-  const lanes v236 = v207 * v234;
-  const lanes v237 = v215 * v232;
-  const lanes v238 = LANES_CHOICE(v219, v237, 0.0);
-  const lanes v239 = v236 - v238;
-  const lanes v240 = v239 * v239;
-  const lanes v241 = T_10 * v203;
-  const lanes v242 = v201 * v211;
-  const lanes v243 = LANES_CHOICE(v16, v242, 0.0);
-  const lanes v244 = v241 + v243;
-  const lanes v245 = 1e-150 + v244;
-  const lanes v246 = v245 * v245;
-  const lanes v247 = v240 + v246;
-  lanes v248; LANES_NAME(lanes_sqrt)(&v247, &v248);
-  const lanes v249 = v239 / v248;
-  const lanes v250 = v245 / v248;
-  lanes v251; LANES_NAME(lanes_atan2)(&v249, &v250, &v251);
-  const lanes v252 = T_8 * v201;
-  const lanes v253 = LANES_CHOICE(v16, v252, 0.0);
-  const lanes v254 = T_0 * v189;
-  const lanes v255 = T_4 * v188;
-  const lanes v256 = v254 - v255;
-  const lanes v257 = v203 * v256;
-  const lanes v258 = v253 - v257;
-  const lanes v259 = v234 * v258;
-  const lanes v260 = T_0 * v188;
-  const lanes v261 = T_4 * v189;
-  const lanes v262 = v260 + v261;
-  const lanes v263 = v232 * v262;
-  const lanes v264 = LANES_CHOICE(v219, v263, 0.0);
-  const lanes v265 = v259 - v264;
-  const lanes v266 = v265 * v265;
-  const lanes v267 = T_8 * v203;
-  const lanes v268 = v201 * v256;
-  const lanes v269 = LANES_CHOICE(v16, v268, 0.0);
-  const lanes v270 = v267 + v269;
-  const lanes v271 = v249 * v270;
-  const lanes v272 = v234 * v262;
-  const lanes v273 = v232 * v258;
-  const lanes v274 = LANES_CHOICE(v219, v273, 0.0);
-  const lanes v275 = v272 + v274;
-  const lanes v276 = v250 * v275;
-  const lanes v277 = v271 - v276;
-  const lanes v278 = 1e-150 + v277;
-  const lanes v279 = v278 * v278;
-  const lanes v280 = v266 + v279;
-  lanes v281; LANES_NAME(lanes_sqrt)(&v280, &v281);
-  const lanes v282 = v265 / v281;
-  const lanes v283 = v278 / v281;
-  lanes v284; LANES_NAME(lanes_atan2)(&v282, &v283, &v284);
-  const lanes v285 = 1e-150 + v226;
-  const lanes v286 = v285 * v285;
-  const lanes v287 = v224 + v286;
-  lanes v288; LANES_NAME(lanes_sqrt)(&v287, &v288);
-  const lanes v289 = 1.0 / v288;
-  const lanes v290 = v221 * v289;
-  const lanes v291 = LANES_CHOICE(v219, v290, 0.0);
-  const lanes v292 = v285 / v288;
-  lanes v293; LANES_NAME(lanes_atan2)(&v291, &v292, &v293);
-  const lanes v294 = v207 * v292;
-  const lanes v295 = v215 * v290;
-  const lanes v296 = LANES_CHOICE(v219, v295, 0.0);
-  const lanes v297 = v294 + v296;
-  const lanes v298 = v297 * v297;
-  const lanes v299 = v246 + v298;
-  lanes v300; LANES_NAME(lanes_sqrt)(&v299, &v300);
-  const lanes v301 = v297 / v300;
-  const lanes v302 = v245 / v300;
-  lanes v303; LANES_NAME(lanes_atan2)(&v301, &v302, &v303);
-  const lanes v304 = v262 * v290;
-  const lanes v305 = LANES_CHOICE(v219, v304, 0.0);
-  const lanes v306 = v258 * v292;
-  const lanes v307 = v305 + v306;
-  const lanes v308 = v307 * v307;
-  const lanes v309 = v270 * v301;
-  const lanes v310 = v258 * v290;
-  const lanes v311 = LANES_CHOICE(v219, v310, 0.0);
-  const lanes v312 = v262 * v292;
-  const lanes v313 = v311 - v312;
-  const lanes v314 = v302 * v313;
-  const lanes v315 = v309 + v314;
-  const lanes v316 = 1e-150 + v315;
-  const lanes v317 = v316 * v316;
-  const lanes v318 = v308 + v317;
-  lanes v319; LANES_NAME(lanes_sqrt)(&v318, &v319);
-  const lanes v320 = v307 / v319;
-  const lanes v321 = v316 / v319;
-  lanes v322; LANES_NAME(lanes_atan2)(&v320, &v321, &v322);
-  const lanes v323 = 1e-150 - v53;
-  const lanes v324 = v323 * v323;
-  const lanes v325 = v51 + v324;
-  lanes v326; LANES_NAME(lanes_sqrt)(&v325, &v326);
-  const lanes v327 = 1.0 / v326;
-  const lanes v328 = v48 * v327;
-  const lanes v329 = LANES_CHOICE(v16, v328, 0.0);
-  const lanes v330 = v323 / v326;
-  lanes v331; LANES_NAME(lanes_atan2)(&v329, &v330, &v331);
-  const lanes v332 = T_10 * v328;
-  const lanes v333 = LANES_CHOICE(v16, v332, 0.0);
-  const lanes v334 = v330 * v69;
-  const lanes v335 = v333 + v334;
-  const lanes v336 = v335 * v335;
-  const lanes v337 = v336 + v66;
-  const lanes v338 = 4e-15 * v337;
-  const lanes_where v339 = LANES_LT(v338, v337);
-  lanes v340; LANES_NAME(lanes_sqrt)(&v337, &v340);
-  const lanes v341 = v335 * v340;
-  const lanes v342 = v341 * v341;
-  const lanes v343 = LANES_CHOICE(v339, v342, 0.0);
-  const lanes v344 = LANES_CHOICE(v339, v343, 0.0);
-  const lanes v345 = v340 * v65;
-  const lanes v346 = LANES_CHOICE(v339, v345, 0.0);
-  const lanes v347 = 1e-150 - v346;
-  const lanes v348 = v347 * v347;
-  const lanes v349 = v344 + v348;
-  lanes v350; LANES_NAME(lanes_sqrt)(&v349, &v350);
-  const lanes v351 = 1.0 / v350;
-  const lanes v352 = v341 * v351;
-  const lanes v353 = LANES_CHOICE(v339, v352, 0.0);
-  const lanes v354 = v347 / v350;
-  lanes v355; LANES_NAME(lanes_atan2)(&v353, &v354, &v355);
-  const lanes v356 = v354 * v65;
-  const lanes v357 = v335 * v352;
-  const lanes v358 = LANES_CHOICE(v339, v357, 0.0);
-  const lanes v359 = v356 - v358;
-  const lanes v360 = v359 * v359;
-  const lanes v361 = T_10 * v330;
-  const lanes v362 = v328 * v69;
-  const lanes v363 = LANES_CHOICE(v16, v362, 0.0);
-  const lanes v364 = v361 - v363;
-  const lanes v365 = 1e-150 + v364;
-  const lanes v366 = v365 * v365;
-  const lanes v367 = v360 + v366;
-  lanes v368; LANES_NAME(lanes_sqrt)(&v367, &v368);
-  const lanes v369 = v359 / v368;
-  const lanes v370 = v365 / v368;
-  lanes v371; LANES_NAME(lanes_atan2)(&v369, &v370, &v371);
-  const lanes v372 = v352 * v120;
-  const lanes v373 = LANES_CHOICE(v339, v372, 0.0);
-  const lanes v374 = T_8 * v328;
-  const lanes v375 = LANES_CHOICE(v16, v374, 0.0);
-  const lanes v376 = v330 * v114;
-  const lanes v377 = v375 + v376;
-  const lanes v378 = v354 * v377;
-  const lanes v379 = v373 - v378;
-  const lanes v380 = v379 * v379;
-  const lanes v381 = v354 * v120;
-  const lanes v382 = v352 * v377;
-  const lanes v383 = LANES_CHOICE(v339, v382, 0.0);
-  const lanes v384 = v381 + v383;
-  const lanes v385 = v370 * v384;
-  const lanes v386 = T_8 * v330;
-  const lanes v387 = v328 * v114;
-  const lanes v388 = LANES_CHOICE(v16, v387, 0.0);
-  const lanes v389 = v386 - v388;
-  const lanes v390 = v369 * v389;
-  const lanes v391 = v385 + v390;
-  const lanes v392 = 1e-150 + v391;
-  const lanes v393 = v392 * v392;
-  const lanes v394 = v380 + v393;
-  lanes v395; LANES_NAME(lanes_sqrt)(&v394, &v395);
-  const lanes v396 = v379 / v395;
-  const lanes v397 = v392 / v395;
-  lanes v398; LANES_NAME(lanes_atan2)(&v396, &v397, &v398);
-  const lanes v399 = 1e-150 + v346;
-  const lanes v400 = v399 * v399;
-  const lanes v401 = v344 + v400;
-  lanes v402; LANES_NAME(lanes_sqrt)(&v401, &v402);
-  const lanes v403 = 1.0 / v402;
-  const lanes v404 = v341 * v403;
-  const lanes v405 = LANES_CHOICE(v339, v404, 0.0);
-  const lanes v406 = v399 / v402;
-  lanes v407; LANES_NAME(lanes_atan2)(&v405, &v406, &v407);
-  const lanes v408 = v335 * v404;
-  const lanes v409 = LANES_CHOICE(v339, v408, 0.0);
-  const lanes v410 = v65 * v406;
-  const lanes v411 = v409 + v410;
-  const lanes v412 = v411 * v411;
-  const lanes v413 = v366 + v412;
-  lanes v414; LANES_NAME(lanes_sqrt)(&v413, &v414);
-  const lanes v415 = v411 / v414;
-  const lanes v416 = v365 / v414;
-  lanes v417; LANES_NAME(lanes_atan2)(&v415, &v416, &v417);
-  const lanes v418 = v377 * v406;
-  const lanes v419 = v404 * v120;
-  const lanes v420 = LANES_CHOICE(v339, v419, 0.0);
-  const lanes v421 = v418 + v420;
-  const lanes v422 = v421 * v421;
-  const lanes v423 = v389 * v415;
-  const lanes v424 = v406 * v120;
-  const lanes v425 = v377 * v404;
-  const lanes v426 = LANES_CHOICE(v339, v425, 0.0);
-  const lanes v427 = v424 - v426;
-  const lanes v428 = v416 * v427;
-  const lanes v429 = v423 + v428;
-  const lanes v430 = 1e-150 + v429;
-  const lanes v431 = v430 * v430;
-  const lanes v432 = v422 + v431;
-  lanes v433; LANES_NAME(lanes_sqrt)(&v432, &v433);
-  const lanes v434 = v421 / v433;
-  const lanes v435 = v430 / v433;
-  lanes v436; LANES_NAME(lanes_atan2)(&v434, &v435, &v436);
-  const lanes v437 = v197 + v324;
-  lanes v438; LANES_NAME(lanes_sqrt)(&v437, &v438);
-  const lanes v439 = 1.0 / v438;
-  const lanes v440 = v194 * v439;
-  const lanes v441 = LANES_CHOICE(v16, v440, 0.0);
-  const lanes v442 = v323 / v438;
-  lanes v443; LANES_NAME(lanes_atan2)(&v441, &v442, &v443);
-  const lanes v444 = T_10 * v440;
-  const lanes v445 = LANES_CHOICE(v16, v444, 0.0);
-  const lanes v446 = v211 * v442;
-  const lanes v447 = v445 + v446;
-  const lanes v448 = v447 * v447;
-  const lanes v449 = v208 + v448;
-  const lanes v450 = 4e-15 * v449;
-  const lanes_where v451 = LANES_LT(v450, v449);
-  lanes v452; LANES_NAME(lanes_sqrt)(&v449, &v452);
-  const lanes v453 = v447 * v452;
-  const lanes v454 = v453 * v453;
-  const lanes v455 = LANES_CHOICE(v451, v454, 0.0);
-  const lanes v456 = LANES_CHOICE(v451, v455, 0.0);
-  const lanes v457 = v207 * v452;
-  const lanes v458 = LANES_CHOICE(v451, v457, 0.0);
-  const lanes v459 = 1e-150 - v458;
-  const lanes v460 = v459 * v459;
-  const lanes v461 = v456 + v460;
-  lanes v462; LANES_NAME(lanes_sqrt)(&v461, &v462);
-  const lanes v463 = 1.0 / v462;
-  const lanes v464 = v453 * v463;
-  const lanes v465 = LANES_CHOICE(v451, v464, 0.0);
-  const lanes v466 = v459 / v462;
-  lanes v467; LANES_NAME(lanes_atan2)(&v465, &v466, &v467);
-  const lanes v468 = v207 * v466;
-  const lanes v469 = v447 * v464;
-  const lanes v470 = LANES_CHOICE(v451, v469, 0.0);
-  const lanes v471 = v468 - v470;
-  const lanes v472 = v471 * v471;
-  const lanes v473 = T_10 * v442;
-  const lanes v474 = v211 * v440;
-  const lanes v475 = LANES_CHOICE(v16, v474, 0.0);
-  const lanes v476 = v473 - v475;
-  const lanes v477 = 1e-150 + v476;
-  const lanes v478 = v477 * v477;
-  const lanes v479 = v472 + v478;
-  lanes v480; LANES_NAME(lanes_sqrt)(&v479, &v480);
-  const lanes v481 = v471 / v480;
-  const lanes v482 = v477 / v480;
-  lanes v483; LANES_NAME(lanes_atan2)(&v481, &v482, &v483);
-  const lanes v484 = v262 * v464;
-  const lanes v485 = LANES_CHOICE(v451, v484, 0.0);
-  const lanes v486 = T_8 * v440;
-  const lanes v487 = LANES_CHOICE(v16, v486, 0.0);
-  const lanes v488 = v256 * v442;
-  const lanes v489 = v487 + v488;
-  const lanes v490 = v466 * v489;
-  const lanes v491 = v485 + v490;
-  const lanes v492 = v491 * v491;
-  const lanes v493 = v464 * v489;
-  const lanes v494 = LANES_CHOICE(v451, v493, 0.0);
-  const lanes v495 = v262 * v466;
-  const lanes v496 = v494 - v495;
-  const lanes v497 = v482 * v496;
-  const lanes v498 = T_8 * v442;
-  const lanes v499 = v256 * v440;
-  const lanes v500 = LANES_CHOICE(v16, v499, 0.0);
-  const lanes v501 = v498 - v500;
-  const lanes v502 = v481 * v501;
-  const lanes v503 = v497 + v502;
-  const lanes v504 = 1e-150 + v503;
-  const lanes v505 = v504 * v504;
-  const lanes v506 = v492 + v505;
-  lanes v507; LANES_NAME(lanes_sqrt)(&v506, &v507);
-  const lanes v508 = v491 / v507;
-  const lanes v509 = v504 / v507;
-  lanes v510; LANES_NAME(lanes_atan2)(&v508, &v509, &v510);
-  const lanes v511 = 1e-150 + v458;
-  const lanes v512 = v511 * v511;
-  const lanes v513 = v456 + v512;
-  lanes v514; LANES_NAME(lanes_sqrt)(&v513, &v514);
-  const lanes v515 = 1.0 / v514;
-  const lanes v516 = v453 * v515;
-  const lanes v517 = LANES_CHOICE(v451, v516, 0.0);
-  const lanes v518 = v511 / v514;
-  lanes v519; LANES_NAME(lanes_atan2)(&v517, &v518, &v519);
-  const lanes v520 = v207 * v518;
-  const lanes v521 = v447 * v516;
-  const lanes v522 = LANES_CHOICE(v451, v521, 0.0);
-  const lanes v523 = v520 + v522;
-  const lanes v524 = v523 * v523;
-  const lanes v525 = v478 + v524;
-  lanes v526; LANES_NAME(lanes_sqrt)(&v525, &v526);
-  const lanes v527 = v523 / v526;
-  const lanes v528 = v477 / v526;
-  lanes v529; LANES_NAME(lanes_atan2)(&v527, &v528, &v529);
-  const lanes v530 = v262 * v516;
-  const lanes v531 = LANES_CHOICE(v451, v530, 0.0);
-  const lanes v532 = v489 * v518;
-  const lanes v533 = v531 - v532;
-  const lanes v534 = v533 * v533;
-  const lanes v535 = v501 * v527;
-  const lanes v536 = v262 * v518;
-  const lanes v537 = v489 * v516;
-  const lanes v538 = LANES_CHOICE(v451, v537, 0.0);
-  const lanes v539 = v536 + v538;
-  const lanes v540 = v528 * v539;
-  const lanes v541 = v535 - v540;
-  const lanes v542 = 1e-150 + v541;
-  const lanes v543 = v542 * v542;
-  const lanes v544 = v534 + v543;
-  lanes v545; LANES_NAME(lanes_sqrt)(&v544, &v545);
-  const lanes v546 = v533 / v545;
-  const lanes v547 = v542 / v545;
-  lanes v548; LANES_NAME(lanes_atan2)(&v546, &v547, &v548);
-  out[0] = v44;
-  out[1] = v62;
-  const lanes v549 = LANES_CHOICE(v16, v17, 0.0);
-  out[2] = v549;
-  out[3] = v93;
-  const lanes v550 = -v109;
-  out[4] = v550;
-  const lanes v551 = -v142;
-  out[5] = v551;
-  out[6] = v44;
-  out[7] = v62;
-  out[8] = v549;
-  const lanes v552 = -v151;
-  out[9] = v552;
-  const lanes v553 = -v161;
-  out[10] = v553;
-  const lanes v554 = -v180;
-  out[11] = v554;
-  const lanes v555 = -v190;
-  out[12] = v555;
-  out[13] = v204;
-  out[14] = v549;
-  out[15] = v235;
-  const lanes v556 = -v251;
-  out[16] = v556;
-  const lanes v557 = -v284;
-  out[17] = v557;
-  out[18] = v555;
-  out[19] = v204;
-  out[20] = v549;
-  const lanes v558 = -v293;
-  out[21] = v558;
-  const lanes v559 = -v303;
-  out[22] = v559;
-  const lanes v560 = -v322;
-  out[23] = v560;
-  out[24] = v44;
-  const lanes v561 = -v331;
-  out[25] = v561;
-  const lanes v562 = -v549;
-  out[26] = v562;
-  out[27] = v355;
-  const lanes v563 = -v371;
-  out[28] = v563;
-  const lanes v564 = -v398;
-  out[29] = v564;
-  out[30] = v44;
-  out[31] = v561;
-  out[32] = v562;
-  const lanes v565 = -v407;
-  out[33] = v565;
-  const lanes v566 = -v417;
-  out[34] = v566;
-  out[35] = v436;
-  out[36] = v555;
-  const lanes v567 = -v443;
-  out[37] = v567;
-  out[38] = v562;
-  out[39] = v467;
-  const lanes v568 = -v483;
-  out[40] = v568;
-  out[41] = v510;
-  out[42] = v555;
-  out[43] = v567;
-  out[44] = v562;
-  const lanes v569 = -v519;
-  out[45] = v569;
-  const lanes v570 = -v529;
-  out[46] = v570;
-  const lanes v571 = -v548;
-  out[47] = v571;
-  const lanes v572 = 0.26289 * v108;
-  const lanes v573 = v572 + v549;
-  const lanes v574 = v573 * v59;
-  const lanes v575 = LANES_CHOICE(v16, v574, 0.0);
-  const lanes v576 = 0.26289 * v107;
-  const lanes v577 = v576 * v90;
-  const lanes v578 = v577 * v61;
-  const lanes v579 = LANES_CHOICE(v77, v578, 0.0);
-  const lanes v580 = v575 - v579;
-  const lanes v581 = v580 * v43;
-  const lanes v582 = v576 * v92;
-  const lanes v583 = v582 + 0.15367;
-  const lanes v584 = v583 * v42;
-  const lanes v585 = v581 - v584;
-  const lanes v586 = v585 - T_3;
-  const lanes v587 = v586 * v586;
-  const lanes v588 = v580 * v42;
-  const lanes v589 = v583 * v43;
-  const lanes v590 = v588 + v589;
-  const lanes v591 = v590 - T_7;
-  const lanes v592 = v591 * v591;
-  const lanes v593 = v587 + v592;
-  const lanes v594 = v577 * v59;
-  const lanes v595 = LANES_CHOICE(v77, v594, 0.0);
-  const lanes v596 = LANES_CHOICE(v16, v595, 0.0);
-  const lanes v597 = v573 * v61;
-  const lanes v598 = v596 + v597;
-  const lanes v599 = v598 + 0.411988;
-  const lanes v600 = v599 - T_11;
-  const lanes v601 = v600 * v600;
-  const lanes v602 = v593 + v601;
-  const lanes v603 = v42 * v92;
-  const lanes v604 = v43 * v61;
-  const lanes v605 = v90 * v604;
-  const lanes v606 = LANES_CHOICE(v77, v605, 0.0);
-  const lanes v607 = v603 + v606;
-  const lanes v608 = v108 * v607;
-  const lanes v609 = v43 * v59;
-  const lanes v610 = v107 * v609;
-  const lanes v611 = LANES_CHOICE(v16, v610, 0.0);
-  const lanes v612 = v608 + v611;
-  const lanes v613 = v141 * v612;
-  const lanes v614 = v92 * v604;
-  const lanes v615 = v42 * v90;
-  const lanes v616 = LANES_CHOICE(v77, v615, 0.0);
-  const lanes v617 = v614 - v616;
-  const lanes v618 = v140 * v617;
-  const lanes v619 = v613 - v618;
-  const lanes v620 = v619 - T_0;
-  const lanes v621 = v620 * v620;
-  const lanes v622 = v141 * v617;
-  const lanes v623 = v140 * v612;
-  const lanes v624 = v622 + v623;
-  const lanes v625 = v624 - T_1;
-  const lanes v626 = v625 * v625;
-  const lanes v627 = v621 + v626;
-  const lanes v628 = v107 * v607;
-  const lanes v629 = v108 * v609;
-  const lanes v630 = LANES_CHOICE(v16, v629, 0.0);
-  const lanes v631 = v628 - v630;
-  const lanes v632 = T_2 + v631;
-  const lanes v633 = v632 * v632;
-  const lanes v634 = v627 + v633;
-  const lanes v635 = v42 * v61;
-  const lanes v636 = v90 * v635;
-  const lanes v637 = LANES_CHOICE(v77, v636, 0.0);
-  const lanes v638 = v43 * v92;
-  const lanes v639 = v637 - v638;
-  const lanes v640 = v108 * v639;
-  const lanes v641 = v42 * v59;
-  const lanes v642 = v107 * v641;
-  const lanes v643 = LANES_CHOICE(v16, v642, 0.0);
-  const lanes v644 = v640 + v643;
-  const lanes v645 = v141 * v644;
-  const lanes v646 = v43 * v90;
-  const lanes v647 = LANES_CHOICE(v77, v646, 0.0);
-  const lanes v648 = v92 * v635;
-  const lanes v649 = v647 + v648;
-  const lanes v650 = v140 * v649;
-  const lanes v651 = v645 - v650;
-  const lanes v652 = v651 - T_4;
-  const lanes v653 = v652 * v652;
-  const lanes v654 = v634 + v653;
-  const lanes v655 = v141 * v649;
-  const lanes v656 = v140 * v644;
-  const lanes v657 = v655 + v656;
-  const lanes v658 = v657 - T_5;
-  const lanes v659 = v658 * v658;
-  const lanes v660 = v654 + v659;
-  const lanes v661 = v107 * v639;
-  const lanes v662 = v108 * v641;
-  const lanes v663 = LANES_CHOICE(v16, v662, 0.0);
-  const lanes v664 = v661 - v663;
-  const lanes v665 = T_6 + v664;
-  const lanes v666 = v665 * v665;
-  const lanes v667 = v660 + v666;
-  const lanes v668 = v61 * v107;
-  const lanes v669 = v59 * v90;
-  const lanes v670 = v108 * v669;
-  const lanes v671 = LANES_CHOICE(v16, v670, 0.0);
-  const lanes v672 = LANES_CHOICE(v77, v671, 0.0);
-  const lanes v673 = v668 - v672;
-  const lanes v674 = v141 * v673;
-  const lanes v675 = v59 * v92;
-  const lanes v676 = v140 * v675;
-  const lanes v677 = LANES_CHOICE(v16, v676, 0.0);
-  const lanes v678 = v674 + v677;
-  const lanes v679 = v678 - T_8;
-  const lanes v680 = v679 * v679;
-  const lanes v681 = v667 + v680;
-  const lanes v682 = v140 * v673;
-  const lanes v683 = v141 * v675;
-  const lanes v684 = LANES_CHOICE(v16, v683, 0.0);
-  const lanes v685 = v682 - v684;
-  const lanes v686 = v685 - T_9;
-  const lanes v687 = v686 * v686;
-  const lanes v688 = v681 + v687;
-  const lanes v689 = v61 * v108;
-  const lanes v690 = v107 * v669;
-  const lanes v691 = LANES_CHOICE(v16, v690, 0.0);
-  const lanes v692 = LANES_CHOICE(v77, v691, 0.0);
-  const lanes v693 = v689 + v692;
-  const lanes v694 = v693 - T_10;
-  const lanes v695 = v694 * v694;
-  const lanes v696 = v688 + v695;
-  const lanes v697 = 0.5 * v696;
-  lanes v698; LANES_NAME(lanes_fmax)(&v602, &v697, &v698);
-  lanes v699; LANES_NAME(lanes_sqrt)(&v698, &v699);
-  out[48] = v699;
-  const lanes v700 = 0.26289 * v159;
-  const lanes v701 = v148 * v700;
-  const lanes v702 = v701 * v61;
-  const lanes v703 = LANES_CHOICE(v77, v702, 0.0);
-  const lanes v704 = 0.26289 * v160;
-  const lanes v705 = v549 + v704;
-  const lanes v706 = v705 * v59;
-  const lanes v707 = LANES_CHOICE(v16, v706, 0.0);
-  const lanes v708 = v703 + v707;
-  const lanes v709 = v708 * v43;
-  const lanes v710 = v150 * v700;
-  const lanes v711 = v710 + 0.15367;
-  const lanes v712 = v711 * v42;
-  const lanes v713 = v709 - v712;
-  const lanes v714 = v713 - T_3;
-  const lanes v715 = v714 * v714;
-  const lanes v716 = v708 * v42;
-  const lanes v717 = v711 * v43;
-  const lanes v718 = v716 + v717;
-  const lanes v719 = v718 - T_7;
-  const lanes v720 = v719 * v719;
-  const lanes v721 = v715 + v720;
-  const lanes v722 = v705 * v61;
-  const lanes v723 = v701 * v59;
-  const lanes v724 = LANES_CHOICE(v77, v723, 0.0);
-  const lanes v725 = LANES_CHOICE(v16, v724, 0.0);
-  const lanes v726 = v722 - v725;
-  const lanes v727 = v726 + 0.411988;
-  const lanes v728 = v727 - T_11;
-  const lanes v729 = v728 * v728;
-  const lanes v730 = v721 + v729;
-  const lanes v731 = v150 * v42;
-  const lanes v732 = v148 * v604;
-  const lanes v733 = LANES_CHOICE(v77, v732, 0.0);
-  const lanes v734 = v731 - v733;
-  const lanes v735 = v160 * v734;
-  const lanes v736 = v159 * v609;
-  const lanes v737 = LANES_CHOICE(v16, v736, 0.0);
-  const lanes v738 = v735 + v737;
-  const lanes v739 = v179 * v738;
-  const lanes v740 = v150 * v604;
-  const lanes v741 = v148 * v42;
-  const lanes v742 = LANES_CHOICE(v77, v741, 0.0);
-  const lanes v743 = v740 + v742;
-  const lanes v744 = v178 * v743;
-  const lanes v745 = v739 - v744;
-  const lanes v746 = v745 - T_0;
-  const lanes v747 = v746 * v746;
-  const lanes v748 = v179 * v743;
-  const lanes v749 = v178 * v738;
-  const lanes v750 = v748 + v749;
-  const lanes v751 = v750 - T_1;
-  const lanes v752 = v751 * v751;
-  const lanes v753 = v747 + v752;
-  const lanes v754 = v159 * v734;
-  const lanes v755 = v160 * v609;
-  const lanes v756 = LANES_CHOICE(v16, v755, 0.0);
-  const lanes v757 = v754 - v756;
-  const lanes v758 = T_2 + v757;
-  const lanes v759 = v758 * v758;
-  const lanes v760 = v753 + v759;
-  const lanes v761 = v159 * v641;
-  const lanes v762 = LANES_CHOICE(v16, v761, 0.0);
-  const lanes v763 = v150 * v43;
-  const lanes v764 = v148 * v635;
-  const lanes v765 = LANES_CHOICE(v77, v764, 0.0);
-  const lanes v766 = v763 + v765;
-  const lanes v767 = v160 * v766;
-  const lanes v768 = v762 - v767;
-  const lanes v769 = v179 * v768;
-  const lanes v770 = v150 * v635;
-  const lanes v771 = v148 * v43;
-  const lanes v772 = LANES_CHOICE(v77, v771, 0.0);
-  const lanes v773 = v770 - v772;
-  const lanes v774 = v178 * v773;
-  const lanes v775 = v769 - v774;
-  const lanes v776 = v775 - T_4;
-  const lanes v777 = v776 * v776;
-  const lanes v778 = v760 + v777;
-  const lanes v779 = v179 * v773;
-  const lanes v780 = v178 * v768;
-  const lanes v781 = v779 + v780;
-  const lanes v782 = v781 - T_5;
-  const lanes v783 = v782 * v782;
-  const lanes v784 = v778 + v783;
-  const lanes v785 = v160 * v641;
-  const lanes v786 = LANES_CHOICE(v16, v785, 0.0);
-  const lanes v787 = v159 * v766;
-  const lanes v788 = v786 + v787;
-  const lanes v789 = T_6 - v788;
-  const lanes v790 = v789 * v789;
-  const lanes v791 = v784 + v790;
-  const lanes v792 = v148 * v59;
-  const lanes v793 = v160 * v792;
-  const lanes v794 = LANES_CHOICE(v77, v793, 0.0);
-  const lanes v795 = LANES_CHOICE(v16, v794, 0.0);
-  const lanes v796 = v159 * v61;
-  const lanes v797 = v795 + v796;
-  const lanes v798 = v179 * v797;
-  const lanes v799 = v150 * v59;
-  const lanes v800 = v178 * v799;
-  const lanes v801 = LANES_CHOICE(v16, v800, 0.0);
-  const lanes v802 = v798 + v801;
-  const lanes v803 = v802 - T_8;
-  const lanes v804 = v803 * v803;
-  const lanes v805 = v791 + v804;
-  const lanes v806 = v178 * v797;
-  const lanes v807 = v179 * v799;
-  const lanes v808 = LANES_CHOICE(v16, v807, 0.0);
-  const lanes v809 = v806 - v808;
-  const lanes v810 = v809 - T_9;
-  const lanes v811 = v810 * v810;
-  const lanes v812 = v805 + v811;
-  const lanes v813 = v160 * v61;
-  const lanes v814 = v159 * v792;
-  const lanes v815 = LANES_CHOICE(v77, v814, 0.0);
-  const lanes v816 = LANES_CHOICE(v16, v815, 0.0);
-  const lanes v817 = v813 - v816;
-  const lanes v818 = v817 - T_10;
-  const lanes v819 = v818 * v818;
-  const lanes v820 = v812 + v819;
-  const lanes v821 = 0.5 * v820;
-  lanes v822; LANES_NAME(lanes_fmax)(&v730, &v821, &v822);
-  lanes v823; LANES_NAME(lanes_sqrt)(&v822, &v823);
-  out[49] = v823;
-  const lanes v824 = 0.26289 * v250;
-  const lanes v825 = v549 + v824;
-  const lanes v826 = v201 * v825;
-  const lanes v827 = LANES_CHOICE(v16, v826, 0.0);
-  const lanes v828 = 0.26289 * v249;
-  const lanes v829 = v232 * v828;
-  const lanes v830 = v203 * v829;
-  const lanes v831 = LANES_CHOICE(v219, v830, 0.0);
-  const lanes v832 = v827 - v831;
-  const lanes v833 = v189 * v832;
-  const lanes v834 = v234 * v828;
-  const lanes v835 = v834 + 0.15367;
-  const lanes v836 = v188 * v835;
-  const lanes v837 = v833 + v836;
-  const lanes v838 = v837 - T_3;
-  const lanes v839 = v838 * v838;
-  const lanes v840 = v189 * v835;
-  const lanes v841 = v188 * v832;
-  const lanes v842 = v840 - v841;
-  const lanes v843 = v842 - T_7;
-  const lanes v844 = v843 * v843;
-  const lanes v845 = v839 + v844;
-  const lanes v846 = v203 * v825;
-  const lanes v847 = v201 * v829;
-  const lanes v848 = LANES_CHOICE(v16, v847, 0.0);
-  const lanes v849 = LANES_CHOICE(v219, v848, 0.0);
-  const lanes v850 = v846 + v849;
-  const lanes v851 = v850 + 0.411988;
-  const lanes v852 = v851 - T_11;
-  const lanes v853 = v852 * v852;
-  const lanes v854 = v845 + v853;
-  const lanes v855 = v189 * v203;
-  const lanes v856 = v232 * v855;
-  const lanes v857 = LANES_CHOICE(v219, v856, 0.0);
-  const lanes v858 = v188 * v234;
-  const lanes v859 = v857 - v858;
-  const lanes v860 = v250 * v859;
-  const lanes v861 = v189 * v201;
-  const lanes v862 = v249 * v861;
-  const lanes v863 = LANES_CHOICE(v16, v862, 0.0);
-  const lanes v864 = v860 + v863;
-  const lanes v865 = v283 * v864;
-  const lanes v866 = v188 * v232;
-  const lanes v867 = LANES_CHOICE(v219, v866, 0.0);
-  const lanes v868 = v234 * v855;
-  const lanes v869 = v867 + v868;
-  const lanes v870 = v282 * v869;
-  const lanes v871 = v865 - v870;
-  const lanes v872 = v871 - T_0;
-  const lanes v873 = v872 * v872;
-  const lanes v874 = v283 * v869;
-  const lanes v875 = v282 * v864;
-  const lanes v876 = v874 + v875;
-  const lanes v877 = v876 - T_1;
-  const lanes v878 = v877 * v877;
-  const lanes v879 = v873 + v878;
-  const lanes v880 = v249 * v859;
-  const lanes v881 = v250 * v861;
-  const lanes v882 = LANES_CHOICE(v16, v881, 0.0);
-  const lanes v883 = v880 - v882;
-  const lanes v884 = T_2 + v883;
-  const lanes v885 = v884 * v884;
-  const lanes v886 = v879 + v885;
-  const lanes v887 = v189 * v234;
-  const lanes v888 = v188 * v203;
-  const lanes v889 = v232 * v888;
-  const lanes v890 = LANES_CHOICE(v219, v889, 0.0);
-  const lanes v891 = v887 + v890;
-  const lanes v892 = v250 * v891;
-  const lanes v893 = v188 * v201;
-  const lanes v894 = v249 * v893;
-  const lanes v895 = LANES_CHOICE(v16, v894, 0.0);
-  const lanes v896 = v892 + v895;
-  const lanes v897 = v283 * v896;
-  const lanes v898 = v189 * v232;
-  const lanes v899 = LANES_CHOICE(v219, v898, 0.0);
-  const lanes v900 = v234 * v888;
-  const lanes v901 = v899 - v900;
-  const lanes v902 = v282 * v901;
-  const lanes v903 = v897 + v902;
-  const lanes v904 = T_4 + v903;
-  const lanes v905 = v904 * v904;
-  const lanes v906 = v886 + v905;
-  const lanes v907 = v283 * v901;
-  const lanes v908 = v282 * v896;
-  const lanes v909 = v907 - v908;
-  const lanes v910 = v909 - T_5;
-  const lanes v911 = v910 * v910;
-  const lanes v912 = v906 + v911;
-  const lanes v913 = v250 * v893;
-  const lanes v914 = LANES_CHOICE(v16, v913, 0.0);
-  const lanes v915 = v249 * v891;
-  const lanes v916 = v914 - v915;
-  const lanes v917 = T_6 + v916;
-  const lanes v918 = v917 * v917;
-  const lanes v919 = v912 + v918;
-  const lanes v920 = v203 * v249;
-  const lanes v921 = v201 * v232;
-  const lanes v922 = v250 * v921;
-  const lanes v923 = LANES_CHOICE(v16, v922, 0.0);
-  const lanes v924 = LANES_CHOICE(v219, v923, 0.0);
-  const lanes v925 = v920 - v924;
-  const lanes v926 = v283 * v925;
-  const lanes v927 = v201 * v234;
-  const lanes v928 = v282 * v927;
-  const lanes v929 = LANES_CHOICE(v16, v928, 0.0);
-  const lanes v930 = v926 + v929;
-  const lanes v931 = v930 - T_8;
-  const lanes v932 = v931 * v931;
-  const lanes v933 = v919 + v932;
-  const lanes v934 = v282 * v925;
-  const lanes v935 = v283 * v927;
-  const lanes v936 = LANES_CHOICE(v16, v935, 0.0);
-  const lanes v937 = v934 - v936;
-  const lanes v938 = v937 - T_9;
-  const lanes v939 = v938 * v938;
-  const lanes v940 = v933 + v939;
-  const lanes v941 = v203 * v250;
-  const lanes v942 = v249 * v921;
-  const lanes v943 = LANES_CHOICE(v16, v942, 0.0);
-  const lanes v944 = LANES_CHOICE(v219, v943, 0.0);
-  const lanes v945 = v941 + v944;
-  const lanes v946 = v945 - T_10;
-  const lanes v947 = v946 * v946;
-  const lanes v948 = v940 + v947;
-  const lanes v949 = 0.5 * v948;
-  lanes v950; LANES_NAME(lanes_fmax)(&v854, &v949, &v950);
-  lanes v951; LANES_NAME(lanes_sqrt)(&v950, &v951);
-  out[50] = v951;
-  const lanes v952 = 0.26289 * v301;
-  const lanes v953 = v290 * v952;
-  const lanes v954 = v203 * v953;
-  const lanes v955 = LANES_CHOICE(v219, v954, 0.0);
-  const lanes v956 = 0.26289 * v302;
-  const lanes v957 = v549 + v956;
-  const lanes v958 = v201 * v957;
-  const lanes v959 = LANES_CHOICE(v16, v958, 0.0);
-  const lanes v960 = v955 + v959;
-  const lanes v961 = v189 * v960;
-  const lanes v962 = v292 * v952;
-  const lanes v963 = v962 + 0.15367;
-  const lanes v964 = v188 * v963;
-  const lanes v965 = v961 + v964;
-  const lanes v966 = v965 - T_3;
-  const lanes v967 = v966 * v966;
-  const lanes v968 = v189 * v963;
-  const lanes v969 = v188 * v960;
-  const lanes v970 = v968 - v969;
-  const lanes v971 = v970 - T_7;
-  const lanes v972 = v971 * v971;
-  const lanes v973 = v967 + v972;
-  const lanes v974 = v203 * v957;
-  const lanes v975 = v201 * v953;
-  const lanes v976 = LANES_CHOICE(v16, v975, 0.0);
-  const lanes v977 = LANES_CHOICE(v219, v976, 0.0);
-  const lanes v978 = v974 - v977;
-  const lanes v979 = v978 + 0.411988;
-  const lanes v980 = v979 - T_11;
-  const lanes v981 = v980 * v980;
-  const lanes v982 = v973 + v981;
-  const lanes v983 = v861 * v301;
-  const lanes v984 = LANES_CHOICE(v16, v983, 0.0);
-  const lanes v985 = v188 * v292;
-  const lanes v986 = v855 * v290;
-  const lanes v987 = LANES_CHOICE(v219, v986, 0.0);
-  const lanes v988 = v985 + v987;
-  const lanes v989 = v302 * v988;
-  const lanes v990 = v984 - v989;
-  const lanes v991 = v321 * v990;
-  const lanes v992 = v855 * v292;
-  const lanes v993 = v188 * v290;
-  const lanes v994 = LANES_CHOICE(v219, v993, 0.0);
-  const lanes v995 = v992 - v994;
-  const lanes v996 = v320 * v995;
-  const lanes v997 = v991 - v996;
-  const lanes v998 = v997 - T_0;
-  const lanes v999 = v998 * v998;
-  const lanes v1000 = v321 * v995;
-  const lanes v1001 = v320 * v990;
-  const lanes v1002 = v1000 + v1001;
-  const lanes v1003 = v1002 - T_1;
-  const lanes v1004 = v1003 * v1003;
-  const lanes v1005 = v999 + v1004;
-  const lanes v1006 = v861 * v302;
-  const lanes v1007 = LANES_CHOICE(v16, v1006, 0.0);
-  const lanes v1008 = v301 * v988;
-  const lanes v1009 = v1007 + v1008;
-  const lanes v1010 = T_2 - v1009;
-  const lanes v1011 = v1010 * v1010;
-  const lanes v1012 = v1005 + v1011;
-  const lanes v1013 = v888 * v290;
-  const lanes v1014 = LANES_CHOICE(v219, v1013, 0.0);
-  const lanes v1015 = v189 * v292;
-  const lanes v1016 = v1014 - v1015;
-  const lanes v1017 = v302 * v1016;
-  const lanes v1018 = v893 * v301;
-  const lanes v1019 = LANES_CHOICE(v16, v1018, 0.0);
-  const lanes v1020 = v1017 - v1019;
-  const lanes v1021 = v321 * v1020;
-  const lanes v1022 = v189 * v290;
-  const lanes v1023 = LANES_CHOICE(v219, v1022, 0.0);
-  const lanes v1024 = v888 * v292;
-  const lanes v1025 = v1023 + v1024;
-  const lanes v1026 = v320 * v1025;
-  const lanes v1027 = v1021 + v1026;
-  const lanes v1028 = v1027 - T_4;
-  const lanes v1029 = v1028 * v1028;
-  const lanes v1030 = v1012 + v1029;
-  const lanes v1031 = v320 * v1020;
-  const lanes v1032 = v321 * v1025;
-  const lanes v1033 = v1031 - v1032;
-  const lanes v1034 = v1033 - T_5;
-  const lanes v1035 = v1034 * v1034;
-  const lanes v1036 = v1030 + v1035;
-  const lanes v1037 = v893 * v302;
-  const lanes v1038 = LANES_CHOICE(v16, v1037, 0.0);
-  const lanes v1039 = v301 * v1016;
-  const lanes v1040 = v1038 + v1039;
-  const lanes v1041 = T_6 + v1040;
-  const lanes v1042 = v1041 * v1041;
-  const lanes v1043 = v1036 + v1042;
-  const lanes v1044 = v203 * v301;
-  const lanes v1045 = v201 * v290;
-  const lanes v1046 = v302 * v1045;
-  const lanes v1047 = LANES_CHOICE(v16, v1046, 0.0);
-  const lanes v1048 = LANES_CHOICE(v219, v1047, 0.0);
-  const lanes v1049 = v1044 + v1048;
-  const lanes v1050 = v321 * v1049;
-  const lanes v1051 = v201 * v292;
-  const lanes v1052 = v320 * v1051;
-  const lanes v1053 = LANES_CHOICE(v16, v1052, 0.0);
-  const lanes v1054 = v1050 + v1053;
-  const lanes v1055 = v1054 - T_8;
-  const lanes v1056 = v1055 * v1055;
-  const lanes v1057 = v1043 + v1056;
-  const lanes v1058 = v320 * v1049;
-  const lanes v1059 = v321 * v1051;
-  const lanes v1060 = LANES_CHOICE(v16, v1059, 0.0);
-  const lanes v1061 = v1058 - v1060;
-  const lanes v1062 = v1061 - T_9;
-  const lanes v1063 = v1062 * v1062;
-  const lanes v1064 = v1057 + v1063;
-  const lanes v1065 = v203 * v302;
-  const lanes v1066 = v301 * v1045;
-  const lanes v1067 = LANES_CHOICE(v16, v1066, 0.0);
-  const lanes v1068 = LANES_CHOICE(v219, v1067, 0.0);
-  const lanes v1069 = v1065 - v1068;
-  const lanes v1070 = v1069 - T_10;
-  const lanes v1071 = v1070 * v1070;
-  const lanes v1072 = v1064 + v1071;
-  const lanes v1073 = 0.5 * v1072;
-  lanes v1074; LANES_NAME(lanes_fmax)(&v982, &v1073, &v1074);
-  lanes v1075; LANES_NAME(lanes_sqrt)(&v1074, &v1075);
-  out[51] = v1075;
-  const lanes v1076 = 0.26289 * v369;
-  const lanes v1077 = v352 * v1076;
-  const lanes v1078 = v330 * v1077;
-  const lanes v1079 = LANES_CHOICE(v339, v1078, 0.0);
-  const lanes v1080 = 0.26289 * v370;
-  const lanes v1081 = v1080 - v549;
-  const lanes v1082 = v328 * v1081;
-  const lanes v1083 = LANES_CHOICE(v16, v1082, 0.0);
-  const lanes v1084 = v1079 + v1083;
-  const lanes v1085 = v43 * v1084;
-  const lanes v1086 = v354 * v1076;
-  const lanes v1087 = v1086 + 0.15367;
-  const lanes v1088 = v42 * v1087;
-  const lanes v1089 = v1085 + v1088;
-  const lanes v1090 = T_3 + v1089;
-  const lanes v1091 = v1090 * v1090;
-  const lanes v1092 = v43 * v1087;
-  const lanes v1093 = v42 * v1084;
-  const lanes v1094 = v1092 - v1093;
-  const lanes v1095 = v1094 - T_7;
-  const lanes v1096 = v1095 * v1095;
-  const lanes v1097 = v1091 + v1096;
-  const lanes v1098 = v330 * v1081;
-  const lanes v1099 = v328 * v1077;
-  const lanes v1100 = LANES_CHOICE(v16, v1099, 0.0);
-  const lanes v1101 = LANES_CHOICE(v339, v1100, 0.0);
-  const lanes v1102 = v1098 - v1101;
-  const lanes v1103 = v1102 + 0.411988;
-  const lanes v1104 = v1103 - T_11;
-  const lanes v1105 = v1104 * v1104;
-  const lanes v1106 = v1097 + v1105;
-  const lanes v1107 = v42 * v354;
-  const lanes v1108 = v43 * v330;
-  const lanes v1109 = v352 * v1108;
-  const lanes v1110 = LANES_CHOICE(v339, v1109, 0.0);
-  const lanes v1111 = v1107 + v1110;
-  const lanes v1112 = v370 * v1111;
-  const lanes v1113 = v43 * v328;
-  const lanes v1114 = v369 * v1113;
-  const lanes v1115 = LANES_CHOICE(v16, v1114, 0.0);
-  const lanes v1116 = v1112 - v1115;
-  const lanes v1117 = v397 * v1116;
-  const lanes v1118 = v354 * v1108;
-  const lanes v1119 = v42 * v352;
-  const lanes v1120 = LANES_CHOICE(v339, v1119, 0.0);
-  const lanes v1121 = v1118 - v1120;
-  const lanes v1122 = v396 * v1121;
-  const lanes v1123 = v1117 - v1122;
-  const lanes v1124 = v1123 - T_0;
-  const lanes v1125 = v1124 * v1124;
-  const lanes v1126 = v397 * v1121;
-  const lanes v1127 = v396 * v1116;
-  const lanes v1128 = v1126 + v1127;
-  const lanes v1129 = v1128 - T_1;
-  const lanes v1130 = v1129 * v1129;
-  const lanes v1131 = v1125 + v1130;
-  const lanes v1132 = v370 * v1113;
-  const lanes v1133 = LANES_CHOICE(v16, v1132, 0.0);
-  const lanes v1134 = v369 * v1111;
-  const lanes v1135 = v1133 + v1134;
-  const lanes v1136 = T_2 + v1135;
-  const lanes v1137 = v1136 * v1136;
-  const lanes v1138 = v1131 + v1137;
-  const lanes v1139 = v42 * v330;
-  const lanes v1140 = v352 * v1139;
-  const lanes v1141 = LANES_CHOICE(v339, v1140, 0.0);
-  const lanes v1142 = v43 * v354;
-  const lanes v1143 = v1141 - v1142;
-  const lanes v1144 = v370 * v1143;
-  const lanes v1145 = v42 * v328;
-  const lanes v1146 = v369 * v1145;
-  const lanes v1147 = LANES_CHOICE(v16, v1146, 0.0);
-  const lanes v1148 = v1144 - v1147;
-  const lanes v1149 = v397 * v1148;
-  const lanes v1150 = v43 * v352;
-  const lanes v1151 = LANES_CHOICE(v339, v1150, 0.0);
-  const lanes v1152 = v354 * v1139;
-  const lanes v1153 = v1151 + v1152;
-  const lanes v1154 = v396 * v1153;
-  const lanes v1155 = v1149 - v1154;
-  const lanes v1156 = v1155 - T_4;
-  const lanes v1157 = v1156 * v1156;
-  const lanes v1158 = v1138 + v1157;
-  const lanes v1159 = v397 * v1153;
-  const lanes v1160 = v396 * v1148;
-  const lanes v1161 = v1159 + v1160;
-  const lanes v1162 = v1161 - T_5;
-  const lanes v1163 = v1162 * v1162;
-  const lanes v1164 = v1158 + v1163;
-  const lanes v1165 = v370 * v1145;
-  const lanes v1166 = LANES_CHOICE(v16, v1165, 0.0);
-  const lanes v1167 = v369 * v1143;
-  const lanes v1168 = v1166 + v1167;
-  const lanes v1169 = T_6 + v1168;
-  const lanes v1170 = v1169 * v1169;
-  const lanes v1171 = v1164 + v1170;
-  const lanes v1172 = v330 * v369;
-  const lanes v1173 = v328 * v352;
-  const lanes v1174 = v370 * v1173;
-  const lanes v1175 = LANES_CHOICE(v16, v1174, 0.0);
-  const lanes v1176 = LANES_CHOICE(v339, v1175, 0.0);
-  const lanes v1177 = v1172 + v1176;
-  const lanes v1178 = v397 * v1177;
-  const lanes v1179 = v328 * v354;
-  const lanes v1180 = v396 * v1179;
-  const lanes v1181 = LANES_CHOICE(v16, v1180, 0.0);
-  const lanes v1182 = v1178 - v1181;
-  const lanes v1183 = v1182 - T_8;
-  const lanes v1184 = v1183 * v1183;
-  const lanes v1185 = v1171 + v1184;
-  const lanes v1186 = v397 * v1179;
-  const lanes v1187 = LANES_CHOICE(v16, v1186, 0.0);
-  const lanes v1188 = v396 * v1177;
-  const lanes v1189 = v1187 + v1188;
-  const lanes v1190 = v1189 - T_9;
-  const lanes v1191 = v1190 * v1190;
-  const lanes v1192 = v1185 + v1191;
-  const lanes v1193 = v330 * v370;
-  const lanes v1194 = v369 * v1173;
-  const lanes v1195 = LANES_CHOICE(v16, v1194, 0.0);
-  const lanes v1196 = LANES_CHOICE(v339, v1195, 0.0);
-  const lanes v1197 = v1193 - v1196;
-  const lanes v1198 = v1197 - T_10;
-  const lanes v1199 = v1198 * v1198;
-  const lanes v1200 = v1192 + v1199;
-  const lanes v1201 = 0.5 * v1200;
-  lanes v1202; LANES_NAME(lanes_fmax)(&v1106, &v1201, &v1202);
-  lanes v1203; LANES_NAME(lanes_sqrt)(&v1202, &v1203);
-  out[52] = v1203;
-  const lanes v1204 = 0.26289 * v415;
-  const lanes v1205 = v404 * v1204;
-  const lanes v1206 = v330 * v1205;
-  const lanes v1207 = LANES_CHOICE(v339, v1206, 0.0);
-  const lanes v1208 = 0.26289 * v416;
-  const lanes v1209 = v1208 - v549;
-  const lanes v1210 = v328 * v1209;
-  const lanes v1211 = LANES_CHOICE(v16, v1210, 0.0);
-  const lanes v1212 = v1207 - v1211;
-  const lanes v1213 = v43 * v1212;
-  const lanes v1214 = v406 * v1204;
-  const lanes v1215 = v1214 + 0.15367;
-  const lanes v1216 = v42 * v1215;
-  const lanes v1217 = v1213 - v1216;
-  const lanes v1218 = v1217 - T_3;
-  const lanes v1219 = v1218 * v1218;
-  const lanes v1220 = v43 * v1215;
-  const lanes v1221 = v42 * v1212;
-  const lanes v1222 = v1220 + v1221;
-  const lanes v1223 = v1222 - T_7;
-  const lanes v1224 = v1223 * v1223;
-  const lanes v1225 = v1219 + v1224;
-  const lanes v1226 = v330 * v1209;
-  const lanes v1227 = v328 * v1205;
-  const lanes v1228 = LANES_CHOICE(v16, v1227, 0.0);
-  const lanes v1229 = LANES_CHOICE(v339, v1228, 0.0);
-  const lanes v1230 = v1226 + v1229;
-  const lanes v1231 = v1230 + 0.411988;
-  const lanes v1232 = v1231 - T_11;
-  const lanes v1233 = v1232 * v1232;
-  const lanes v1234 = v1225 + v1233;
-  const lanes v1235 = v42 * v406;
-  const lanes v1236 = v1108 * v404;
-  const lanes v1237 = LANES_CHOICE(v339, v1236, 0.0);
-  const lanes v1238 = v1235 - v1237;
-  const lanes v1239 = v416 * v1238;
-  const lanes v1240 = v1113 * v415;
-  const lanes v1241 = LANES_CHOICE(v16, v1240, 0.0);
-  const lanes v1242 = v1239 - v1241;
-  const lanes v1243 = v435 * v1242;
-  const lanes v1244 = v42 * v404;
-  const lanes v1245 = LANES_CHOICE(v339, v1244, 0.0);
-  const lanes v1246 = v1108 * v406;
-  const lanes v1247 = v1245 + v1246;
-  const lanes v1248 = v434 * v1247;
-  const lanes v1249 = v1243 + v1248;
-  const lanes v1250 = v1249 - T_0;
-  const lanes v1251 = v1250 * v1250;
-  const lanes v1252 = v435 * v1247;
-  const lanes v1253 = v434 * v1242;
-  const lanes v1254 = v1252 - v1253;
-  const lanes v1255 = v1254 - T_1;
-  const lanes v1256 = v1255 * v1255;
-  const lanes v1257 = v1251 + v1256;
-  const lanes v1258 = v1113 * v416;
-  const lanes v1259 = LANES_CHOICE(v16, v1258, 0.0);
-  const lanes v1260 = v415 * v1238;
-  const lanes v1261 = v1259 + v1260;
-  const lanes v1262 = T_2 + v1261;
-  const lanes v1263 = v1262 * v1262;
-  const lanes v1264 = v1257 + v1263;
-  const lanes v1265 = v1139 * v406;
-  const lanes v1266 = v43 * v404;
-  const lanes v1267 = LANES_CHOICE(v339, v1266, 0.0);
-  const lanes v1268 = v1265 - v1267;
-  const lanes v1269 = v434 * v1268;
-  const lanes v1270 = v1145 * v415;
-  const lanes v1271 = LANES_CHOICE(v16, v1270, 0.0);
-  const lanes v1272 = v43 * v406;
-  const lanes v1273 = v1139 * v404;
-  const lanes v1274 = LANES_CHOICE(v339, v1273, 0.0);
-  const lanes v1275 = v1272 + v1274;
-  const lanes v1276 = v416 * v1275;
-  const lanes v1277 = v1271 + v1276;
-  const lanes v1278 = v435 * v1277;
-  const lanes v1279 = v1269 - v1278;
-  const lanes v1280 = v1279 - T_4;
-  const lanes v1281 = v1280 * v1280;
-  const lanes v1282 = v1264 + v1281;
-  const lanes v1283 = v435 * v1268;
-  const lanes v1284 = v434 * v1277;
-  const lanes v1285 = v1283 + v1284;
-  const lanes v1286 = v1285 - T_5;
-  const lanes v1287 = v1286 * v1286;
-  const lanes v1288 = v1282 + v1287;
-  const lanes v1289 = v1145 * v416;
-  const lanes v1290 = LANES_CHOICE(v16, v1289, 0.0);
-  const lanes v1291 = v415 * v1275;
-  const lanes v1292 = v1290 - v1291;
-  const lanes v1293 = T_6 + v1292;
-  const lanes v1294 = v1293 * v1293;
-  const lanes v1295 = v1288 + v1294;
-  const lanes v1296 = v330 * v415;
-  const lanes v1297 = v328 * v404;
-  const lanes v1298 = v416 * v1297;
-  const lanes v1299 = LANES_CHOICE(v16, v1298, 0.0);
-  const lanes v1300 = LANES_CHOICE(v339, v1299, 0.0);
-  const lanes v1301 = v1296 - v1300;
-  const lanes v1302 = v435 * v1301;
-  const lanes v1303 = v328 * v406;
-  const lanes v1304 = v434 * v1303;
-  const lanes v1305 = LANES_CHOICE(v16, v1304, 0.0);
-  const lanes v1306 = v1302 + v1305;
-  const lanes v1307 = v1306 - T_8;
-  const lanes v1308 = v1307 * v1307;
-  const lanes v1309 = v1295 + v1308;
-  const lanes v1310 = v435 * v1303;
-  const lanes v1311 = LANES_CHOICE(v16, v1310, 0.0);
-  const lanes v1312 = v434 * v1301;
-  const lanes v1313 = v1311 - v1312;
-  const lanes v1314 = v1313 - T_9;
-  const lanes v1315 = v1314 * v1314;
-  const lanes v1316 = v1309 + v1315;
-  const lanes v1317 = v330 * v416;
-  const lanes v1318 = v415 * v1297;
-  const lanes v1319 = LANES_CHOICE(v16, v1318, 0.0);
-  const lanes v1320 = LANES_CHOICE(v339, v1319, 0.0);
-  const lanes v1321 = v1317 + v1320;
-  const lanes v1322 = v1321 - T_10;
-  const lanes v1323 = v1322 * v1322;
-  const lanes v1324 = v1316 + v1323;
-  const lanes v1325 = 0.5 * v1324;
-  lanes v1326; LANES_NAME(lanes_fmax)(&v1234, &v1325, &v1326);
-  lanes v1327; LANES_NAME(lanes_sqrt)(&v1326, &v1327);
-  out[53] = v1327;
-  const lanes v1328 = 0.26289 * v481;
-  const lanes v1329 = v466 * v1328;
-  const lanes v1330 = v1329 + 0.15367;
-  const lanes v1331 = v188 * v1330;
-  const lanes v1332 = v464 * v1328;
-  const lanes v1333 = v442 * v1332;
-  const lanes v1334 = LANES_CHOICE(v451, v1333, 0.0);
-  const lanes v1335 = 0.26289 * v482;
-  const lanes v1336 = v1335 - v549;
-  const lanes v1337 = v440 * v1336;
-  const lanes v1338 = LANES_CHOICE(v16, v1337, 0.0);
-  const lanes v1339 = v1334 + v1338;
-  const lanes v1340 = v189 * v1339;
-  const lanes v1341 = v1331 - v1340;
-  const lanes v1342 = v1341 - T_3;
-  const lanes v1343 = v1342 * v1342;
-  const lanes v1344 = v189 * v1330;
-  const lanes v1345 = v188 * v1339;
-  const lanes v1346 = v1344 + v1345;
-  const lanes v1347 = v1346 - T_7;
-  const lanes v1348 = v1347 * v1347;
-  const lanes v1349 = v1343 + v1348;
-  const lanes v1350 = v442 * v1336;
-  const lanes v1351 = v440 * v1332;
-  const lanes v1352 = LANES_CHOICE(v16, v1351, 0.0);
-  const lanes v1353 = LANES_CHOICE(v451, v1352, 0.0);
-  const lanes v1354 = v1350 - v1353;
-  const lanes v1355 = v1354 + 0.411988;
-  const lanes v1356 = v1355 - T_11;
-  const lanes v1357 = v1356 * v1356;
-  const lanes v1358 = v1349 + v1357;
-  const lanes v1359 = v189 * v442;
-  const lanes v1360 = v464 * v1359;
-  const lanes v1361 = LANES_CHOICE(v451, v1360, 0.0);
-  const lanes v1362 = v188 * v466;
-  const lanes v1363 = v1361 - v1362;
-  const lanes v1364 = v482 * v1363;
-  const lanes v1365 = v189 * v440;
-  const lanes v1366 = v481 * v1365;
-  const lanes v1367 = LANES_CHOICE(v16, v1366, 0.0);
-  const lanes v1368 = v1364 - v1367;
-  const lanes v1369 = v509 * v1368;
-  const lanes v1370 = v188 * v464;
-  const lanes v1371 = LANES_CHOICE(v451, v1370, 0.0);
-  const lanes v1372 = v466 * v1359;
-  const lanes v1373 = v1371 + v1372;
-  const lanes v1374 = v508 * v1373;
-  const lanes v1375 = v1369 + v1374;
-  const lanes v1376 = v1375 - T_0;
-  const lanes v1377 = v1376 * v1376;
-  const lanes v1378 = v509 * v1373;
-  const lanes v1379 = v508 * v1368;
-  const lanes v1380 = v1378 - v1379;
-  const lanes v1381 = v1380 - T_1;
-  const lanes v1382 = v1381 * v1381;
-  const lanes v1383 = v1377 + v1382;
-  const lanes v1384 = v482 * v1365;
-  const lanes v1385 = LANES_CHOICE(v16, v1384, 0.0);
-  const lanes v1386 = v481 * v1363;
-  const lanes v1387 = v1385 + v1386;
-  const lanes v1388 = T_2 + v1387;
-  const lanes v1389 = v1388 * v1388;
-  const lanes v1390 = v1383 + v1389;
-  const lanes v1391 = v188 * v440;
-  const lanes v1392 = v481 * v1391;
-  const lanes v1393 = LANES_CHOICE(v16, v1392, 0.0);
-  const lanes v1394 = v189 * v466;
-  const lanes v1395 = v188 * v442;
-  const lanes v1396 = v464 * v1395;
-  const lanes v1397 = LANES_CHOICE(v451, v1396, 0.0);
-  const lanes v1398 = v1394 + v1397;
-  const lanes v1399 = v482 * v1398;
-  const lanes v1400 = v1393 - v1399;
-  const lanes v1401 = v509 * v1400;
-  const lanes v1402 = v189 * v464;
-  const lanes v1403 = LANES_CHOICE(v451, v1402, 0.0);
-  const lanes v1404 = v466 * v1395;
-  const lanes v1405 = v1403 - v1404;
-  const lanes v1406 = v508 * v1405;
-  const lanes v1407 = v1401 + v1406;
-  const lanes v1408 = v1407 - T_4;
-  const lanes v1409 = v1408 * v1408;
-  const lanes v1410 = v1390 + v1409;
-  const lanes v1411 = v509 * v1405;
-  const lanes v1412 = v508 * v1400;
-  const lanes v1413 = v1411 - v1412;
-  const lanes v1414 = v1413 - T_5;
-  const lanes v1415 = v1414 * v1414;
-  const lanes v1416 = v1410 + v1415;
-  const lanes v1417 = v482 * v1391;
-  const lanes v1418 = LANES_CHOICE(v16, v1417, 0.0);
-  const lanes v1419 = v481 * v1398;
-  const lanes v1420 = v1418 + v1419;
-  const lanes v1421 = T_6 - v1420;
-  const lanes v1422 = v1421 * v1421;
-  const lanes v1423 = v1416 + v1422;
-  const lanes v1424 = v442 * v481;
-  const lanes v1425 = v440 * v464;
-  const lanes v1426 = v482 * v1425;
-  const lanes v1427 = LANES_CHOICE(v16, v1426, 0.0);
-  const lanes v1428 = LANES_CHOICE(v451, v1427, 0.0);
-  const lanes v1429 = v1424 + v1428;
-  const lanes v1430 = v509 * v1429;
-  const lanes v1431 = v440 * v466;
-  const lanes v1432 = v508 * v1431;
-  const lanes v1433 = LANES_CHOICE(v16, v1432, 0.0);
-  const lanes v1434 = v1430 + v1433;
-  const lanes v1435 = v1434 - T_8;
-  const lanes v1436 = v1435 * v1435;
-  const lanes v1437 = v1423 + v1436;
-  const lanes v1438 = v509 * v1431;
-  const lanes v1439 = LANES_CHOICE(v16, v1438, 0.0);
-  const lanes v1440 = v508 * v1429;
-  const lanes v1441 = v1439 - v1440;
-  const lanes v1442 = v1441 - T_9;
-  const lanes v1443 = v1442 * v1442;
-  const lanes v1444 = v1437 + v1443;
-  const lanes v1445 = v442 * v482;
-  const lanes v1446 = v481 * v1425;
-  const lanes v1447 = LANES_CHOICE(v16, v1446, 0.0);
-  const lanes v1448 = LANES_CHOICE(v451, v1447, 0.0);
-  const lanes v1449 = v1445 - v1448;
-  const lanes v1450 = v1449 - T_10;
-  const lanes v1451 = v1450 * v1450;
-  const lanes v1452 = v1444 + v1451;
-  const lanes v1453 = 0.5 * v1452;
-  lanes v1454; LANES_NAME(lanes_fmax)(&v1358, &v1453, &v1454);
-  lanes v1455; LANES_NAME(lanes_sqrt)(&v1454, &v1455);
-  out[54] = v1455;
-  const lanes v1456 = 0.26289 * v527;
-  const lanes v1457 = v516 * v1456;
-  const lanes v1458 = v442 * v1457;
-  const lanes v1459 = LANES_CHOICE(v451, v1458, 0.0);
-  const lanes v1460 = 0.26289 * v528;
-  const lanes v1461 = v1460 - v549;
-  const lanes v1462 = v440 * v1461;
-  const lanes v1463 = LANES_CHOICE(v16, v1462, 0.0);
-  const lanes v1464 = v1459 - v1463;
-  const lanes v1465 = v189 * v1464;
-  const lanes v1466 = v518 * v1456;
-  const lanes v1467 = v1466 + 0.15367;
-  const lanes v1468 = v188 * v1467;
-  const lanes v1469 = v1465 + v1468;
-  const lanes v1470 = v1469 - T_3;
-  const lanes v1471 = v1470 * v1470;
-  const lanes v1472 = v189 * v1467;
-  const lanes v1473 = v188 * v1464;
-  const lanes v1474 = v1472 - v1473;
-  const lanes v1475 = v1474 - T_7;
-  const lanes v1476 = v1475 * v1475;
-  const lanes v1477 = v1471 + v1476;
-  const lanes v1478 = v442 * v1461;
-  const lanes v1479 = v440 * v1457;
-  const lanes v1480 = LANES_CHOICE(v16, v1479, 0.0);
-  const lanes v1481 = LANES_CHOICE(v451, v1480, 0.0);
-  const lanes v1482 = v1478 + v1481;
-  const lanes v1483 = v1482 + 0.411988;
-  const lanes v1484 = v1483 - T_11;
-  const lanes v1485 = v1484 * v1484;
-  const lanes v1486 = v1477 + v1485;
-  const lanes v1487 = v1365 * v527;
-  const lanes v1488 = LANES_CHOICE(v16, v1487, 0.0);
-  const lanes v1489 = v188 * v518;
-  const lanes v1490 = v1359 * v516;
-  const lanes v1491 = LANES_CHOICE(v451, v1490, 0.0);
-  const lanes v1492 = v1489 + v1491;
-  const lanes v1493 = v528 * v1492;
-  const lanes v1494 = v1488 + v1493;
-  const lanes v1495 = v547 * v1494;
-  const lanes v1496 = v1359 * v518;
-  const lanes v1497 = v188 * v516;
-  const lanes v1498 = LANES_CHOICE(v451, v1497, 0.0);
-  const lanes v1499 = v1496 - v1498;
-  const lanes v1500 = v546 * v1499;
-  const lanes v1501 = v1495 + v1500;
-  const lanes v1502 = T_0 + v1501;
-  const lanes v1503 = v1502 * v1502;
-  const lanes v1504 = v547 * v1499;
-  const lanes v1505 = v546 * v1494;
-  const lanes v1506 = v1504 - v1505;
-  const lanes v1507 = v1506 - T_1;
-  const lanes v1508 = v1507 * v1507;
-  const lanes v1509 = v1503 + v1508;
-  const lanes v1510 = v1365 * v528;
-  const lanes v1511 = LANES_CHOICE(v16, v1510, 0.0);
-  const lanes v1512 = v527 * v1492;
-  const lanes v1513 = v1511 - v1512;
-  const lanes v1514 = T_2 + v1513;
-  const lanes v1515 = v1514 * v1514;
-  const lanes v1516 = v1509 + v1515;
-  const lanes v1517 = v1391 * v527;
-  const lanes v1518 = LANES_CHOICE(v16, v1517, 0.0);
-  const lanes v1519 = v1395 * v516;
-  const lanes v1520 = LANES_CHOICE(v451, v1519, 0.0);
-  const lanes v1521 = v189 * v518;
-  const lanes v1522 = v1520 - v1521;
-  const lanes v1523 = v528 * v1522;
-  const lanes v1524 = v1518 + v1523;
-  const lanes v1525 = v547 * v1524;
-  const lanes v1526 = v189 * v516;
-  const lanes v1527 = LANES_CHOICE(v451, v1526, 0.0);
-  const lanes v1528 = v1395 * v518;
-  const lanes v1529 = v1527 + v1528;
-  const lanes v1530 = v546 * v1529;
-  const lanes v1531 = v1525 + v1530;
-  const lanes v1532 = v1531 - T_4;
-  const lanes v1533 = v1532 * v1532;
-  const lanes v1534 = v1516 + v1533;
-  const lanes v1535 = v546 * v1524;
-  const lanes v1536 = v547 * v1529;
-  const lanes v1537 = v1535 - v1536;
-  const lanes v1538 = v1537 - T_5;
-  const lanes v1539 = v1538 * v1538;
-  const lanes v1540 = v1534 + v1539;
-  const lanes v1541 = v527 * v1522;
-  const lanes v1542 = v1391 * v528;
-  const lanes v1543 = LANES_CHOICE(v16, v1542, 0.0);
-  const lanes v1544 = v1541 - v1543;
-  const lanes v1545 = T_6 + v1544;
-  const lanes v1546 = v1545 * v1545;
-  const lanes v1547 = v1540 + v1546;
-  const lanes v1548 = v442 * v527;
-  const lanes v1549 = v440 * v516;
-  const lanes v1550 = v528 * v1549;
-  const lanes v1551 = LANES_CHOICE(v16, v1550, 0.0);
-  const lanes v1552 = LANES_CHOICE(v451, v1551, 0.0);
-  const lanes v1553 = v1548 - v1552;
-  const lanes v1554 = v547 * v1553;
-  const lanes v1555 = v440 * v518;
-  const lanes v1556 = v546 * v1555;
-  const lanes v1557 = LANES_CHOICE(v16, v1556, 0.0);
-  const lanes v1558 = v1554 - v1557;
-  const lanes v1559 = v1558 - T_8;
-  const lanes v1560 = v1559 * v1559;
-  const lanes v1561 = v1547 + v1560;
-  const lanes v1562 = v547 * v1555;
-  const lanes v1563 = LANES_CHOICE(v16, v1562, 0.0);
-  const lanes v1564 = v546 * v1553;
-  const lanes v1565 = v1563 + v1564;
-  const lanes v1566 = v1565 - T_9;
-  const lanes v1567 = v1566 * v1566;
-  const lanes v1568 = v1561 + v1567;
-  const lanes v1569 = v442 * v528;
-  const lanes v1570 = v527 * v1549;
-  const lanes v1571 = LANES_CHOICE(v16, v1570, 0.0);
-  const lanes v1572 = LANES_CHOICE(v451, v1571, 0.0);
-  const lanes v1573 = v1569 + v1572;
-  const lanes v1574 = v1573 - T_10;
-  const lanes v1575 = v1574 * v1574;
-  const lanes v1576 = v1568 + v1575;
-  const lanes v1577 = 0.5 * v1576;
-  lanes v1578; LANES_NAME(lanes_fmax)(&v1486, &v1577, &v1578);
-  lanes v1579; LANES_NAME(lanes_sqrt)(&v1578, &v1579);
-  out[55] = v1579;
-  const lanes v1580 = 1e-300 + v13;
-  const lanes v1581 = v15 / v1580;
-  const lanes v1582 = 1e-300 + v21;
-  const lanes v1583 = v26 / v1582;
-  lanes v1584; LANES_NAME(lanes_fmin)(&v1581, &v1583, &v1584);
-  const lanes v1585 = 1e-300 + v75;
-  const lanes v1586 = v75 / v1585;
-  lanes v1587; LANES_NAME(lanes_fmin)(&v1584, &v1586, &v1587);
-  out[56] = v1587;
-  out[57] = v1587;
-  const lanes v1588 = 1e-300 + v217;
-  const lanes v1589 = v217 / v1588;
-  lanes v1590; LANES_NAME(lanes_fmin)(&v1584, &v1589, &v1590);
-  out[58] = v1590;
-  out[59] = v1590;
-  const lanes v1591 = 1e-300 + v337;
-  const lanes v1592 = v337 / v1591;
-  lanes v1593; LANES_NAME(lanes_fmin)(&v1584, &v1592, &v1593);
-  out[60] = v1593;
-  out[61] = v1593;
-  const lanes v1594 = 1e-300 + v449;
-  const lanes v1595 = v449 / v1594;
-  lanes v1596; LANES_NAME(lanes_fmin)(&v1584, &v1595, &v1596);
-  out[62] = v1596;
-  out[63] = v1596;
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      v1 = 0.26289 * T_2, v2 = 0.26289 * T_6, v3 = 0.26289 * T_10, v4 = T_3 - v1, v5 = T_7 - v2,
+      v6 = T_11 - v3, v7 = v4 * v4, v8 = v5 * v5, v9 = v6 - 0.411988, v10 = 0.15367 * v4,
+      v11 = 0.15367 * v5, v12 = v7 + v8, v13 = v9 * v9, v14 = v12 + v13, v15 = v12 - 0.0236144689,
+      v16 = 0.0236144689 + v14, v17 = v14 - 0.0236144689, v18 = 4e-15 * v16;
+  LANES_LET1(v19, sqrt, v17);
+  const lanes v20 = 1e-300 + v16;
+  const lanes_where v21 = LANES_LT(v18, v17);
+  const lanes v22 = v17 / v20, v23 = LANES_CHOICE(v21, v19, 0.0), v24 = v23 * v23, v25 = v23 * v9;
+  out[2] = v23; out[8] = v23; out[14] = v23; out[20] = v23;
+  const lanes v26 = -v23;
+  LANES_LET2(v27, fmin, v12, v24); const lanes_where v28 = LANES_LT(v24, v12);
+  const lanes v29 = v24 - v13, v30 = 1e-150 + v25, v31 = 1e-150 - v25;
+  out[26] = v26; out[32] = v26; out[38] = v26; out[44] = v26;
+  const lanes v32 = 4e-15 * v27, v33 = LANES_CHOICE(v28, v29, v15), v34 = v30 * v30,
+      v35 = v31 * v31, v36 = 1e-300 + v27;
+  const lanes_where v37 = LANES_LT(v32, v33); LANES_LET1(v38, sqrt, v33);
+  const lanes v39 = v33 / v36, v40 = LANES_CHOICE(v37, v38, 0.0);
+  LANES_LET2(v41, fmin, v22, v39);
+  const lanes v42 = v40 * v5, v43 = v40 * v4;
+  out[56] = v41; out[57] = v41; out[58] = v41; out[59] = v41; out[60] = v41; out[61] = v41;
+  out[62] = v41; out[63] = v41;
+  const lanes v44 = v42 - v10, v45 = v43 + v11, v46 = v42 + v10, v47 = v11 - v43, v48 = v44 * v44,
+      v49 = 1e-150 + v45, v50 = v46 * v46, v51 = 1e-150 + v47, v52 = v49 * v49;
+  LANES_LET2(v53, atan2, v44, v49);
+  const lanes v54 = v51 * v51;
+  LANES_LET2(v55, atan2, v46, v51);
+  const lanes v56 = v48 + v52, v57 = v50 + v54;
+  out[0] = v53; out[6] = v53;
+  const lanes v58 = -v55;
+  out[24] = v53; out[30] = v53; LANES_LET1(v59, rsqrt, v56); LANES_LET1(v60, rsqrt, v57);
+  out[12] = v58; out[18] = v58; out[36] = v58; out[42] = v58;
+  const lanes v61 = v44 * v59, v62 = v49 * v59, v63 = v46 * v60, v64 = v51 * v60, v65 = v62 * v4,
+      v66 = v61 * v5, v67 = T_2 * v62, v68 = T_6 * v61, v69 = T_6 * v62, v70 = T_2 * v61,
+      v71 = T_0 * v62, v72 = T_4 * v61, v73 = T_0 * v61, v74 = T_4 * v62, v75 = v64 * v4,
+      v76 = v63 * v5, v77 = T_2 * v64, v78 = T_6 * v63, v79 = T_2 * v63, v80 = T_6 * v64,
+      v81 = T_0 * v64, v82 = T_4 * v63, v83 = T_0 * v63, v84 = T_4 * v64, v85 = v65 + v66,
+      v86 = v67 + v68, v87 = v69 - v70, v88 = v71 + v72, v89 = v73 - v74, v90 = v75 - v76,
+      v91 = v77 - v78, v92 = v79 + v80, v93 = v81 - v82, v94 = v83 + v84, v95 = v23 * v85,
+      v96 = 1e-150 - v87, v97 = v23 * v90, v98 = 1e-150 - v92, v99 = v95 * v95;
+  LANES_LET2(v100, atan2, v95, v30);
+  const lanes v101 = v96 * v96, v102 = v97 * v97;
+  LANES_LET2(v103, atan2, v97, v30);
+  const lanes v104 = v98 * v98;
+  LANES_LET2(v105, atan2, v95, v31); LANES_LET2(v106, atan2, v97, v31);
+  const lanes v107 = v99 + v34, v108 = v102 + v34, v109 = v35 + v99, v110 = v102 + v35;
+  out[1] = v100; out[7] = v100; out[13] = v103; out[19] = v103;
+  const lanes v111 = -v105, v112 = -v106;
+  LANES_LET1(v113, rsqrt, v107); LANES_LET1(v114, rsqrt, v108); LANES_LET1(v115, rsqrt, v109);
+  LANES_LET1(v116, rsqrt, v110); out[25] = v111; out[31] = v111; out[37] = v112; out[43] = v112;
+  const lanes v117 = v95 * v113, v118 = v30 * v113, v119 = v97 * v114, v120 = v30 * v114,
+      v121 = v95 * v115, v122 = v31 * v115, v123 = v97 * v116, v124 = v31 * v116, v125 = v118 * v86,
+      v126 = T_10 * v117, v127 = T_10 * v118, v128 = v117 * v86, v129 = T_8 * v117,
+      v130 = v118 * v88, v131 = T_8 * v118, v132 = v117 * v88, v133 = v120 * v91,
+      v134 = T_10 * v119, v135 = T_10 * v120, v136 = v119 * v91, v137 = T_8 * v119,
+      v138 = v120 * v93, v139 = T_8 * v120, v140 = v119 * v93, v141 = T_10 * v121,
+      v142 = v122 * v86, v143 = T_10 * v122, v144 = v121 * v86, v145 = T_8 * v121,
+      v146 = v122 * v88, v147 = T_8 * v122, v148 = v121 * v88, v149 = T_10 * v123,
+      v150 = v91 * v124, v151 = T_10 * v124, v152 = v91 * v123, v153 = T_8 * v123,
+      v154 = v93 * v124, v155 = T_8 * v124, v156 = v93 * v123, v157 = v62 * v118, v158 = v62 * v117,
+      v159 = v61 * v118, v160 = v61 * v117, v161 = v64 * v120, v162 = v64 * v119, v163 = v63 * v120,
+      v164 = v63 * v119, v165 = v122 * v62, v166 = v121 * v62, v167 = v122 * v61, v168 = v121 * v61,
+      v169 = v64 * v124, v170 = v64 * v123, v171 = v63 * v123, v172 = v63 * v124,
+      v173 = v125 - v126, v174 = v127 + v128, v175 = v129 - v130, v176 = v131 + v132,
+      v177 = v133 - v134, v178 = v135 + v136, v179 = v137 - v138, v180 = v139 + v140,
+      v181 = v141 + v142, v182 = v143 - v144, v183 = v145 + v146, v184 = v147 - v148,
+      v185 = v149 + v150, v186 = v151 - v152, v187 = v153 + v154, v188 = v155 - v156,
+      v189 = v173 * v173;
+  LANES_LET2(v190, atan2, v173, v96);
+  const lanes v191 = v174 * v174, v192 = v177 * v177;
+  LANES_LET2(v193, atan2, v177, v98);
+  const lanes v194 = v178 * v178, v195 = v181 * v181;
+  LANES_LET2(v196, atan2, v181, v96);
+  const lanes v197 = v182 * v182, v198 = v185 * v185;
+  LANES_LET2(v199, atan2, v185, v98);
+  const lanes v200 = v186 * v186, v201 = v189 + v101, v202 = v192 + v104, v203 = v195 + v101,
+      v204 = v104 + v198;
+  out[3] = v190; out[15] = v193; out[27] = v196; out[39] = v199; LANES_LET1(v205, rsqrt, v201);
+  LANES_LET1(v206, rsqrt, v202); LANES_LET1(v207, rsqrt, v203); LANES_LET1(v208, rsqrt, v204);
+  const lanes v209 = v173 * v205, v210 = v96 * v205, v211 = v177 * v206, v212 = v98 * v206,
+      v213 = v181 * v207, v214 = v96 * v207, v215 = v185 * v208, v216 = v98 * v208,
+      v217 = v87 * v210, v218 = v173 * v209, v219 = v210 * v175, v220 = v209 * v89,
+      v221 = v210 * v89, v222 = v209 * v175;
+  LANES_LET2(v223, supplement, v190, v209);
+  const lanes v224 = v92 * v212, v225 = v177 * v211, v226 = v212 * v179, v227 = v211 * v94,
+      v228 = v212 * v94, v229 = v211 * v179;
+  LANES_LET2(v230, supplement, v193, v211);
+  const lanes v231 = v214 * v87, v232 = v181 * v213, v233 = v213 * v89, v234 = v214 * v183,
+      v235 = v214 * v89, v236 = v213 * v183;
+  LANES_LET2(v237, supplement, v196, v213);
+  const lanes v238 = v92 * v216, v239 = v185 * v215, v240 = v94 * v215, v241 = v216 * v187,
+      v242 = v215 * v187, v243 = v94 * v216;
+  LANES_LET2(v244, supplement, v199, v215);
+  const lanes v245 = v61 * v210, v246 = v209 * v157, v247 = v210 * v157, v248 = v61 * v209,
+      v249 = v209 * v159, v250 = v62 * v210, v251 = v62 * v209, v252 = v210 * v159,
+      v253 = v117 * v209, v254 = v117 * v210, v255 = v211 * v161, v256 = v63 * v212,
+      v257 = v63 * v211, v258 = v212 * v161, v259 = v64 * v212, v260 = v211 * v163,
+      v261 = v64 * v211, v262 = v212 * v163, v263 = v119 * v211, v264 = v119 * v212,
+      v265 = v214 * v61, v266 = v213 * v165, v267 = v214 * v165, v268 = v213 * v61,
+      v269 = v213 * v167, v270 = v214 * v62, v271 = v214 * v167, v272 = v213 * v62,
+      v273 = v121 * v213, v274 = v121 * v214, v275 = v215 * v169, v276 = v63 * v216,
+      v277 = v63 * v215, v278 = v216 * v169, v279 = v64 * v216, v280 = v215 * v172,
+      v281 = v64 * v215, v282 = v216 * v172, v283 = v123 * v215, v284 = v123 * v216,
+      v285 = v217 - v218, v286 = v219 + v220, v287 = v221 - v222, v288 = v224 - v225,
+      v289 = v226 - v227, v290 = v228 + v229, v291 = v231 - v232, v292 = v233 - v234,
+      v293 = v235 + v236, v294 = v238 - v239, v295 = v240 + v241, v296 = v242 - v243, v297 = -v223,
+      v298 = -v230, v299 = -v237, v300 = -v244, v301 = v245 + v246, v302 = v247 - v248,
+      v303 = v249 - v250, v304 = v251 + v252, v305 = v255 - v256, v306 = v257 + v258,
+      v307 = v259 + v260, v308 = v261 - v262, v309 = v265 + v266, v310 = v267 - v268,
+      v311 = v269 - v270, v312 = v271 + v272, v313 = v275 - v276, v314 = v277 + v278,
+      v315 = v279 + v280, v316 = v281 - v282, v317 = v285 * v285;
+  LANES_LET2(v318, atan2, v285, v174);
+  const lanes v319 = v286 * v286, v320 = v288 * v288;
+  LANES_LET2(v321, atan2, v288, v178);
+  const lanes v322 = v289 * v289, v323 = v291 * v291;
+  LANES_LET2(v324, atan2, v291, v182);
+  const lanes v325 = v292 * v292, v326 = v294 * v294;
+  LANES_LET2(v327, atan2, v294, v186);
+  const lanes v328 = v295 * v295;
+  out[9] = v297; out[21] = v298; out[33] = v299; out[45] = v300;
+  const lanes v329 = v191 + v317, v330 = v194 + v320, v331 = v197 + v323, v332 = v200 + v326,
+      v333 = -v318;
+  out[10] = v318;
+  const lanes v334 = -v321;
+  out[22] = v321;
+  const lanes v335 = -v324;
+  out[34] = v324;
+  const lanes v336 = -v327;
+  out[46] = v327; LANES_LET1(v337, rsqrt, v329); LANES_LET1(v338, rsqrt, v330);
+  LANES_LET1(v339, rsqrt, v331); LANES_LET1(v340, rsqrt, v332); out[4] = v333; out[16] = v334;
+  out[28] = v335; out[40] = v336;
+  const lanes v341 = v285 * v337, v342 = v174 * v337, v343 = v288 * v338, v344 = v178 * v338,
+      v345 = v291 * v339, v346 = v182 * v339, v347 = v294 * v340, v348 = v186 * v340,
+      v349 = v342 * v287, v350 = v341 * v176, v351 = v343 * v180, v352 = v344 * v290,
+      v353 = v346 * v293, v354 = v345 * v184, v355 = v348 * v296, v356 = v347 * v188,
+      v357 = 0.26289 * v342, v358 = 0.26289 * v341, v359 = v342 * v301, v360 = v341 * v158,
+      v361 = v341 * v301, v362 = v342 * v158, v363 = v342 * v303, v364 = v341 * v160,
+      v365 = v341 * v303, v366 = v342 * v160, v367 = v118 * v341, v368 = v342 * v253,
+      v369 = v118 * v342, v370 = v341 * v253, v371 = 0.26289 * v344, v372 = 0.26289 * v343,
+      v373 = v344 * v305, v374 = v343 * v162, v375 = v343 * v305, v376 = v344 * v162,
+      v377 = v344 * v307, v378 = v343 * v164, v379 = v344 * v164, v380 = v343 * v307,
+      v381 = v120 * v343, v382 = v344 * v263, v383 = v120 * v344, v384 = v343 * v263,
+      v385 = 0.26289 * v345, v386 = 0.26289 * v346, v387 = v346 * v309, v388 = v345 * v166,
+      v389 = v346 * v166, v390 = v345 * v309, v391 = v346 * v311, v392 = v345 * v168,
+      v393 = v346 * v168, v394 = v345 * v311, v395 = v122 * v345, v396 = v346 * v273,
+      v397 = v122 * v346, v398 = v345 * v273, v399 = 0.26289 * v347, v400 = 0.26289 * v348,
+      v401 = v348 * v313, v402 = v347 * v170, v403 = v348 * v170, v404 = v347 * v313,
+      v405 = v347 * v171, v406 = v348 * v315, v407 = v348 * v171, v408 = v347 * v315,
+      v409 = v124 * v347, v410 = v348 * v283, v411 = v124 * v348, v412 = v347 * v283,
+      v413 = v349 + v350, v414 = v351 - v352, v415 = v353 + v354, v416 = v355 + v356,
+      v417 = v23 + v357, v418 = v209 * v358, v419 = v210 * v358, v420 = v359 + v360,
+      v421 = v361 - v362, v422 = v363 + v364, v423 = v365 - v366, v424 = v367 - v368,
+      v425 = v369 + v370, v426 = v23 + v371, v427 = v211 * v372, v428 = v212 * v372,
+      v429 = v373 + v374, v430 = v375 - v376, v431 = v377 + v378, v432 = v379 - v380,
+      v433 = v381 - v382, v434 = v383 + v384, v435 = v213 * v385, v436 = v386 - v23,
+      v437 = v214 * v385, v438 = v387 - v388, v439 = v389 + v390, v440 = v391 - v392,
+      v441 = v393 + v394, v442 = v395 + v396, v443 = v397 - v398, v444 = v216 * v399,
+      v445 = v215 * v399, v446 = v400 - v23, v447 = v401 - v402, v448 = v403 + v404,
+      v449 = v405 - v406, v450 = v407 + v408, v451 = v409 + v410, v452 = v411 - v412,
+      v453 = v413 * v413;
+  LANES_LET2(v454, atan2, v286, v413);
+  const lanes v455 = v414 * v414;
+  LANES_LET2(v456, atan2, v289, v414);
+  const lanes v457 = v415 * v415;
+  LANES_LET2(v458, atan2, v292, v415);
+  const lanes v459 = v416 * v416;
+  LANES_LET2(v460, atan2, v295, v416);
+  const lanes v461 = v417 * v117, v462 = v118 * v418, v463 = v419 + 0.15367, v464 = v417 * v118,
+      v465 = v117 * v418, v466 = T_2 + v421, v467 = T_6 + v423, v468 = v425 - T_10,
+      v469 = v119 * v426, v470 = v120 * v427, v471 = v428 + 0.15367, v472 = v120 * v426,
+      v473 = v119 * v427, v474 = T_2 + v430, v475 = T_6 + v432, v476 = v434 - T_10,
+      v477 = v122 * v435, v478 = v121 * v436, v479 = v437 + 0.15367, v480 = v122 * v436,
+      v481 = v121 * v435, v482 = T_2 + v439, v483 = T_6 + v441, v484 = v443 - T_10,
+      v485 = v444 + 0.15367, v486 = v124 * v445, v487 = v123 * v446, v488 = v124 * v446,
+      v489 = v123 * v445, v490 = T_2 + v448, v491 = T_6 - v450, v492 = v452 - T_10,
+      v493 = v319 + v453, v494 = v322 + v455, v495 = v325 + v457, v496 = v328 + v459, v497 = -v454,
+      v498 = -v456, v499 = -v458;
+  out[41] = v460;
+  const lanes v500 = v461 - v462, v501 = v463 * v61, v502 = v463 * v62, v503 = v464 + v465,
+      v504 = v466 * v466, v505 = v467 * v467, v506 = v468 * v468, v507 = v469 - v470,
+      v508 = v63 * v471, v509 = v64 * v471, v510 = v472 + v473, v511 = v474 * v474,
+      v512 = v475 * v475, v513 = v476 * v476, v514 = v477 + v478, v515 = v479 * v61,
+      v516 = v479 * v62, v517 = v480 - v481, v518 = v482 * v482, v519 = v483 * v483,
+      v520 = v484 * v484, v521 = v63 * v485, v522 = v486 + v487, v523 = v64 * v485,
+      v524 = v488 - v489, v525 = v490 * v490, v526 = v491 * v491, v527 = v492 * v492;
+  LANES_LET1(v528, rsqrt, v493); LANES_LET1(v529, rsqrt, v494); LANES_LET1(v530, rsqrt, v495);
+  LANES_LET1(v531, rsqrt, v496); out[5] = v497; out[17] = v498; out[29] = v499;
+  const lanes v532 = v500 * v62, v533 = v500 * v61, v534 = v503 + 0.411988, v535 = v64 * v507,
+      v536 = v63 * v507, v537 = v510 + 0.411988, v538 = v514 * v62, v539 = v514 * v61,
+      v540 = v517 + 0.411988, v541 = v64 * v522, v542 = v63 * v522, v543 = v524 + 0.411988,
+      v544 = v286 * v528, v545 = v413 * v528, v546 = v289 * v529, v547 = v414 * v529,
+      v548 = v292 * v530, v549 = v415 * v530, v550 = v295 * v531, v551 = v416 * v531,
+      v552 = v532 - v501, v553 = v533 + v502, v554 = v534 - T_11, v555 = v535 + v508,
+      v556 = v509 - v536, v557 = v537 - T_11, v558 = v538 + v515, v559 = v516 - v539,
+      v560 = v540 - T_11, v561 = v521 - v541, v562 = v523 + v542, v563 = v543 - T_11;
+  LANES_LET2(v564, supplement, v454, v544); LANES_LET2(v565, supplement, v456, v546);
+  LANES_LET2(v566, supplement, v458, v548); LANES_LET2(v567, supplement, v460, v550);
+  const lanes v568 = v552 - T_3, v569 = v553 - T_7, v570 = v554 * v554, v571 = v545 * v420,
+      v572 = v544 * v302, v573 = v545 * v302, v574 = v544 * v420, v575 = v545 * v422,
+      v576 = v544 * v304, v577 = v545 * v304, v578 = v544 * v422, v579 = v545 * v424,
+      v580 = v544 * v254, v581 = v544 * v424, v582 = v545 * v254, v583 = v555 - T_3,
+      v584 = v556 - T_7, v585 = v557 * v557, v586 = v547 * v429, v587 = v546 * v306,
+      v588 = v547 * v306, v589 = v546 * v429, v590 = v547 * v431, v591 = v546 * v308,
+      v592 = v547 * v308, v593 = v546 * v431, v594 = v547 * v433, v595 = v546 * v264,
+      v596 = v546 * v433, v597 = v547 * v264, v598 = T_3 + v558, v599 = v559 - T_7,
+      v600 = v560 * v560, v601 = v549 * v438, v602 = v548 * v310, v603 = v549 * v310,
+      v604 = v548 * v438, v605 = v549 * v440, v606 = v548 * v312, v607 = v549 * v312,
+      v608 = v548 * v440, v609 = v549 * v442, v610 = v548 * v274, v611 = v549 * v274,
+      v612 = v548 * v442, v613 = v561 - T_3, v614 = v562 - T_7, v615 = v563 * v563,
+      v616 = v551 * v447, v617 = v550 * v314, v618 = v551 * v314, v619 = v550 * v447,
+      v620 = v551 * v449, v621 = v550 * v316, v622 = v551 * v316, v623 = v550 * v449,
+      v624 = v551 * v451, v625 = v550 * v284, v626 = v551 * v284, v627 = v550 * v451;
+  out[11] = v564; out[23] = v565; out[35] = v566;
+  const lanes v628 = -v567, v629 = v568 * v568, v630 = v569 * v569, v631 = v571 - v572,
+      v632 = v573 + v574, v633 = v575 - v576, v634 = v577 + v578, v635 = v579 + v580,
+      v636 = v581 - v582, v637 = v583 * v583, v638 = v584 * v584, v639 = v586 - v587,
+      v640 = v588 + v589, v641 = v590 + v591, v642 = v592 - v593, v643 = v594 + v595,
+      v644 = v596 - v597, v645 = v598 * v598, v646 = v599 * v599, v647 = v601 - v602,
+      v648 = v603 + v604, v649 = v605 - v606, v650 = v607 + v608, v651 = v609 - v610,
+      v652 = v611 + v612, v653 = v613 * v613, v654 = v614 * v614, v655 = v616 + v617,
+      v656 = v618 - v619, v657 = v620 + v621, v658 = v622 - v623, v659 = v624 + v625,
+      v660 = v626 - v627;
+  out[47] = v628;
+  const lanes v661 = v629 + v630, v662 = v631 - T_0, v663 = v632 - T_1, v664 = v633 - T_4,
+      v665 = v634 - T_5, v666 = v635 - T_8, v667 = v636 - T_9, v668 = v637 + v638,
+      v669 = v639 - T_0, v670 = v640 - T_1, v671 = T_4 + v641, v672 = v642 - T_5, v673 = v643 - T_8,
+      v674 = v644 - T_9, v675 = v645 + v646, v676 = v647 - T_0, v677 = v648 - T_1,
+      v678 = v649 - T_4, v679 = v650 - T_5, v680 = v651 - T_8, v681 = v652 - T_9,
+      v682 = v653 + v654, v683 = v655 - T_0, v684 = v656 - T_1, v685 = v657 - T_4,
+      v686 = v658 - T_5, v687 = v659 - T_8, v688 = v660 - T_9, v689 = v661 + v570,
+      v690 = v662 * v662, v691 = v663 * v663, v692 = v664 * v664, v693 = v665 * v665,
+      v694 = v666 * v666, v695 = v667 * v667, v696 = v668 + v585, v697 = v669 * v669,
+      v698 = v670 * v670, v699 = v671 * v671, v700 = v672 * v672, v701 = v673 * v673,
+      v702 = v674 * v674, v703 = v675 + v600, v704 = v676 * v676, v705 = v677 * v677,
+      v706 = v678 * v678, v707 = v679 * v679, v708 = v680 * v680, v709 = v681 * v681,
+      v710 = v682 + v615, v711 = v683 * v683, v712 = v684 * v684, v713 = v685 * v685,
+      v714 = v686 * v686, v715 = v687 * v687, v716 = v688 * v688, v717 = v690 + v691,
+      v718 = v697 + v698, v719 = v704 + v705, v720 = v711 + v712, v721 = v717 + v504,
+      v722 = v718 + v511, v723 = v719 + v518, v724 = v720 + v525, v725 = v721 + v692,
+      v726 = v722 + v699, v727 = v723 + v706, v728 = v724 + v713, v729 = v725 + v693,
+      v730 = v726 + v700, v731 = v727 + v707, v732 = v728 + v714, v733 = v729 + v505,
+      v734 = v730 + v512, v735 = v731 + v519, v736 = v732 + v526, v737 = v733 + v694,
+      v738 = v734 + v701, v739 = v735 + v708, v740 = v736 + v715, v741 = v737 + v695,
+      v742 = v738 + v702, v743 = v739 + v709, v744 = v740 + v716, v745 = v741 + v506,
+      v746 = v742 + v513, v747 = v743 + v520, v748 = v744 + v527, v749 = 0.5 * v745,
+      v750 = 0.5 * v746, v751 = 0.5 * v747, v752 = 0.5 * v748, v753 = v689 + v749,
+      v754 = v689 - v749, v755 = v696 + v750, v756 = v696 - v750, v757 = v703 + v751,
+      v758 = v703 - v751, v759 = v710 + v752, v760 = v710 - v752;
+  LANES_LET1(v761, fabs, v754); LANES_LET1(v762, fabs, v756); LANES_LET1(v763, fabs, v758);
+  LANES_LET1(v764, fabs, v760);
+  const lanes v765 = v753 + v761, v766 = v755 + v762, v767 = v757 + v763, v768 = v759 + v764,
+      v769 = 0.5 * v765, v770 = 0.5 * v766, v771 = 0.5 * v767, v772 = 0.5 * v768;
+  LANES_LET1(v773, sqrt, v769); LANES_LET1(v774, sqrt, v770); LANES_LET1(v775, sqrt, v771);
+  LANES_LET1(v776, sqrt, v772); out[48] = v773; out[49] = v773; out[50] = v774; out[51] = v774;
+  out[52] = v775; out[53] = v775; out[54] = v776; out[55] = v776;
 }

@@ -61,6 +61,34 @@ extern "C" {
 #define CHASLES_HAS_AVX2 (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
 #endif
 
+#if CHASLES_SET_AVX512
+#define CHASLES_RUN_AVX512(kernel) \
+  if (n > 1 && CHASLES_HAS_AVX512) { \
+    lanes_run_avx512(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    return; \
+  }
+#else
+#define CHASLES_RUN_AVX512(kernel)
+#endif
+#if CHASLES_SET_AVX2
+#define CHASLES_RUN_AVX2(kernel) \
+  if (n > 1 && CHASLES_HAS_AVX2) { \
+    lanes_run_avx2(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    return; \
+  }
+#else
+#define CHASLES_RUN_AVX2(kernel)
+#endif
+#if CHASLES_SET_BASELINE
+#define CHASLES_RUN_BASELINE(kernel) \
+  if (n > 1) { \
+    lanes_run_baseline(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \
+    return; \
+  }
+#else
+#define CHASLES_RUN_BASELINE(kernel)
+#endif
+
 /* Rows of any step, in doubles. */
 static void stewart_gough_actuators_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
     double *const *outputs, const ptrdiff_t *output_steps)
@@ -68,27 +96,9 @@ static void stewart_gough_actuators_rows(size_t n, const double *const *inputs, 
 #if CHASLES_LANES
   static const int sizes[] = {6, 6};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stewart_gough_actuators_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stewart_gough_actuators_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stewart_gough_actuators_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stewart_gough_actuators_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_actuators_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_actuators_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_actuators(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -110,27 +120,9 @@ static void stewart_gough_actuators_D_chain_rows(size_t n, const double *const *
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stewart_gough_actuators_D_chain_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stewart_gough_actuators_D_chain_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stewart_gough_actuators_D_chain_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stewart_gough_actuators_D_chain_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_actuators_D_chain_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_actuators_D_chain_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_actuators_D_chain(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -152,27 +144,9 @@ static void stewart_gough_actuator_rates_rows(size_t n, const double *const *inp
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stewart_gough_actuator_rates_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stewart_gough_actuator_rates_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stewart_gough_actuator_rates_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stewart_gough_actuator_rates_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_actuator_rates_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_actuator_rates_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_actuator_rates(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -194,27 +168,9 @@ static void stewart_gough_actuator_accelerations_rows(size_t n, const double *co
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6, 6};
   static const lanes_shape shape = {3, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stewart_gough_actuator_accelerations_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stewart_gough_actuator_accelerations_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stewart_gough_actuator_accelerations_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stewart_gough_actuator_accelerations_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_actuator_accelerations_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_actuator_accelerations_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_actuator_accelerations(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], inputs[2] + k * input_steps[2], outputs[0] + k * output_steps[0]);
@@ -236,27 +192,9 @@ static void stewart_gough_constraint_rows(size_t n, const double *const *inputs,
 #if CHASLES_LANES
   static const int sizes[] = {12, 6};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stewart_gough_constraint_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stewart_gough_constraint_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stewart_gough_constraint_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stewart_gough_constraint_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_constraint_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_constraint_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_constraint(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -278,27 +216,9 @@ static void stewart_gough_constraint_D_z_rows(size_t n, const double *const *inp
 #if CHASLES_LANES
   static const int sizes[] = {12, 72};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stewart_gough_constraint_D_z_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stewart_gough_constraint_D_z_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stewart_gough_constraint_D_z_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stewart_gough_constraint_D_z_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_constraint_D_z_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_constraint_D_z_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_constraint_D_z(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -320,27 +240,9 @@ static void stewart_gough_constraint_D_z_dot_rows(size_t n, const double *const 
 #if CHASLES_LANES
   static const int sizes[] = {12, 12, 72};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stewart_gough_constraint_D_z_dot_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stewart_gough_constraint_D_z_dot_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stewart_gough_constraint_D_z_dot_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stewart_gough_constraint_D_z_dot_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_constraint_D_z_dot_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_constraint_D_z_dot_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_constraint_D_z_dot(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -362,27 +264,9 @@ static void stewart_gough_chain_fk_rows(size_t n, const double *const *inputs, c
 #if CHASLES_LANES
   static const int sizes[] = {6, 16};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stewart_gough_chain_fk_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stewart_gough_chain_fk_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stewart_gough_chain_fk_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stewart_gough_chain_fk_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_fk_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_fk_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_fk(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -404,27 +288,9 @@ static void stewart_gough_chain_link_poses_rows(size_t n, const double *const *i
 #if CHASLES_LANES
   static const int sizes[] = {6, 96};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stewart_gough_chain_link_poses_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stewart_gough_chain_link_poses_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stewart_gough_chain_link_poses_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stewart_gough_chain_link_poses_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_link_poses_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_link_poses_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_link_poses(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -446,27 +312,9 @@ static void stewart_gough_chain_jacobian_space_rows(size_t n, const double *cons
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stewart_gough_chain_jacobian_space_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stewart_gough_chain_jacobian_space_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stewart_gough_chain_jacobian_space_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stewart_gough_chain_jacobian_space_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_jacobian_space_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_jacobian_space_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_jacobian_space(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -488,27 +336,9 @@ static void stewart_gough_chain_jacobian_body_rows(size_t n, const double *const
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stewart_gough_chain_jacobian_body_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stewart_gough_chain_jacobian_body_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stewart_gough_chain_jacobian_body_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stewart_gough_chain_jacobian_body_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_jacobian_body_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_jacobian_body_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_jacobian_body(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -530,27 +360,9 @@ static void stewart_gough_chain_jacobian_mixed_rows(size_t n, const double *cons
 #if CHASLES_LANES
   static const int sizes[] = {6, 36};
   static const lanes_shape shape = {1, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stewart_gough_chain_jacobian_mixed_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stewart_gough_chain_jacobian_mixed_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stewart_gough_chain_jacobian_mixed_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stewart_gough_chain_jacobian_mixed_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_chain_jacobian_mixed_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_chain_jacobian_mixed_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_chain_jacobian_mixed(inputs[0] + k * input_steps[0], outputs[0] + k * output_steps[0]);
@@ -572,27 +384,9 @@ static void stewart_gough_rods_rows(size_t n, const double *const *inputs, const
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 6};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stewart_gough_rods_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stewart_gough_rods_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stewart_gough_rods_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stewart_gough_rods_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_rods_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_rods_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_rods(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -614,27 +408,9 @@ static void stewart_gough_rods_D_chain_rows(size_t n, const double *const *input
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36};
   static const lanes_shape shape = {2, 1, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stewart_gough_rods_D_chain_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stewart_gough_rods_D_chain_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stewart_gough_rods_D_chain_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stewart_gough_rods_D_chain_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_rods_D_chain_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_rods_D_chain_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_rods_D_chain(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0]);
@@ -656,27 +432,9 @@ static void stewart_gough_velocity_relation_rows(size_t n, const double *const *
 #if CHASLES_LANES
   static const int sizes[] = {6, 6, 36, 36};
   static const lanes_shape shape = {2, 2, sizes};
-#endif
-#if CHASLES_SET_AVX512
-  if (n > 1 && CHASLES_HAS_AVX512) {
-    lanes_run_avx512(stewart_gough_velocity_relation_avx512, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_AVX2
-  if (n > 1 && CHASLES_HAS_AVX2) {
-    lanes_run_avx2(stewart_gough_velocity_relation_avx2, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
-#endif
-#if CHASLES_SET_BASELINE
-  if (n > 1) {
-    lanes_run_baseline(stewart_gough_velocity_relation_baseline, &shape, n, inputs, input_steps, outputs,
-        output_steps);
-    return;
-  }
+  CHASLES_RUN_AVX512(stewart_gough_velocity_relation_avx512)
+  CHASLES_RUN_AVX2(stewart_gough_velocity_relation_avx2)
+  CHASLES_RUN_BASELINE(stewart_gough_velocity_relation_baseline)
 #endif
   for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {
     stewart_gough_velocity_relation(inputs[0] + k * input_steps[0], inputs[1] + k * input_steps[1], outputs[0] + k * output_steps[0], outputs[1] + k * output_steps[1]);

@@ -3,4230 +3,1457 @@
 
 static LANES_TARGET void LANES_NAME(stewart_gough_actuators)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_4, &v2, &v1);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&theta_5, &v4, &v3);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&theta_3, &v6, &v5);
-  const lanes v7 = 0.16069690242163484 * v1;
-  const lanes v8 = 0.1915111107797445 * v3;
-  const lanes v9 = v2 * v8;
-  const lanes v10 = v7 + v9;
-  const lanes v11 = theta_2 - v10;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = 0.1915111107797445 * v4;
-  const lanes v14 = v13 * v5;
-  const lanes v15 = v8 * v1;
-  const lanes v16 = 0.16069690242163484 * v2;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = v17 * v6;
-  const lanes v19 = v14 - v18;
-  const lanes v20 = v19 + theta_0;
-  const lanes v21 = v20 - 0.3939231012048832;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v12 + v22;
-  const lanes v24 = v13 * v6;
-  const lanes v25 = v17 * v5;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = theta_1 - v26;
-  const lanes v28 = 0.06945927106677215 + v27;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = v23 + v29;
-  lanes v31; LANES_NAME(lanes_sqrt)(&v30, &v31);
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5];
+  LANES_COS_SIN(v2, v1, theta_4); LANES_COS_SIN(v4, v3, theta_5); LANES_COS_SIN(v6, v5, theta_3);
+  const lanes v7 = 0.16069690242163484 * v1, v8 = 0.1915111107797445 * v3, v9 = v2 * v8,
+      v10 = v7 + v9, v11 = theta_2 - v10, v12 = v11 * v11, v13 = 0.1915111107797445 * v4,
+      v14 = v13 * v5, v15 = v8 * v1, v16 = 0.16069690242163484 * v2, v17 = v15 - v16,
+      v18 = v17 * v6, v19 = v14 - v18, v20 = v19 + theta_0, v21 = v20 - 0.3939231012048832,
+      v22 = v21 * v21, v23 = v12 + v22, v24 = v13 * v6, v25 = v17 * v5, v26 = v24 + v25,
+      v27 = theta_1 - v26, v28 = 0.06945927106677215 + v27, v29 = v28 * v28, v30 = v23 + v29;
+  LANES_LET1(v31, sqrt, v30);
   const lanes v32 = v31 - 0.57;
   out[0] = v32;
-  const lanes v33 = v9 - v7;
-  const lanes v34 = v33 + theta_2;
-  const lanes v35 = v34 * v34;
-  const lanes v36 = v16 + v15;
-  const lanes v37 = v36 * v6;
-  const lanes v38 = v37 - v14;
-  const lanes v39 = v38 + theta_0;
-  const lanes v40 = v39 - 0.3939231012048832;
-  const lanes v41 = v40 * v40;
-  const lanes v42 = v35 + v41;
-  const lanes v43 = v36 * v5;
-  const lanes v44 = v24 + v43;
-  const lanes v45 = v44 + theta_1;
-  const lanes v46 = v45 - 0.06945927106677215;
-  const lanes v47 = v46 * v46;
-  const lanes v48 = v42 + v47;
-  lanes v49; LANES_NAME(lanes_sqrt)(&v48, &v49);
+  const lanes v33 = v9 - v7, v34 = v33 + theta_2, v35 = v34 * v34, v36 = v16 + v15, v37 = v36 * v6,
+      v38 = v37 - v14, v39 = v38 + theta_0, v40 = v39 - 0.3939231012048832, v41 = v40 * v40,
+      v42 = v35 + v41, v43 = v36 * v5, v44 = v24 + v43, v45 = v44 + theta_1,
+      v46 = v45 - 0.06945927106677215, v47 = v46 * v46, v48 = v42 + v47;
+  LANES_LET1(v49, sqrt, v48);
   const lanes v50 = v49 - 0.57;
   out[1] = v50;
-  const lanes v51 = 0.2349231551964771 * v3;
-  const lanes v52 = v2 * v51;
-  const lanes v53 = 0.08550503583141718 * v1;
-  const lanes v54 = v52 - v53;
-  const lanes v55 = v54 + theta_2;
-  const lanes v56 = v55 * v55;
-  const lanes v57 = 0.08550503583141718 * v2;
-  const lanes v58 = v51 * v1;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = v59 * v6;
-  const lanes v61 = 0.2349231551964771 * v4;
-  const lanes v62 = v61 * v5;
-  const lanes v63 = v60 - v62;
-  const lanes v64 = v63 + theta_0;
-  const lanes v65 = 0.1368080573302675 + v64;
-  const lanes v66 = v65 * v65;
-  const lanes v67 = v56 + v66;
-  const lanes v68 = v61 * v6;
-  const lanes v69 = v59 * v5;
-  const lanes v70 = v68 + v69;
-  const lanes v71 = v70 + theta_1;
-  const lanes v72 = v71 - 0.37587704831436336;
-  const lanes v73 = v72 * v72;
-  const lanes v74 = v67 + v73;
-  lanes v75; LANES_NAME(lanes_sqrt)(&v74, &v75);
+  const lanes v51 = 0.2349231551964771 * v3, v52 = v2 * v51, v53 = 0.08550503583141718 * v1,
+      v54 = v52 - v53, v55 = v54 + theta_2, v56 = v55 * v55, v57 = 0.08550503583141718 * v2,
+      v58 = v51 * v1, v59 = v57 + v58, v60 = v59 * v6, v61 = 0.2349231551964771 * v4,
+      v62 = v61 * v5, v63 = v60 - v62, v64 = v63 + theta_0, v65 = 0.1368080573302675 + v64,
+      v66 = v65 * v65, v67 = v56 + v66, v68 = v61 * v6, v69 = v59 * v5, v70 = v68 + v69,
+      v71 = v70 + theta_1, v72 = v71 - 0.37587704831436336, v73 = v72 * v72, v74 = v67 + v73;
+  LANES_LET1(v75, sqrt, v74);
   const lanes v76 = v75 - 0.57;
   out[2] = v76;
-  const lanes v77 = 0.246201938253052 * v1;
-  const lanes v78 = 0.04341204441673259 * v3;
-  const lanes v79 = v2 * v78;
-  const lanes v80 = v77 + v79;
-  const lanes v81 = v80 + theta_2;
-  const lanes v82 = v81 * v81;
-  const lanes v83 = 0.04341204441673259 * v4;
-  const lanes v84 = v83 * v5;
-  const lanes v85 = 0.246201938253052 * v2;
-  const lanes v86 = v78 * v1;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v87 * v6;
-  const lanes v89 = v84 + v88;
-  const lanes v90 = theta_0 - v89;
-  const lanes v91 = 0.25711504387461576 + v90;
-  const lanes v92 = v91 * v91;
-  const lanes v93 = v82 + v92;
-  const lanes v94 = v83 * v6;
-  const lanes v95 = v87 * v5;
-  const lanes v96 = v94 - v95;
-  const lanes v97 = v96 + theta_1;
-  const lanes v98 = v97 - 0.3064177772475912;
-  const lanes v99 = v98 * v98;
-  const lanes v100 = v93 + v99;
-  lanes v101; LANES_NAME(lanes_sqrt)(&v100, &v101);
+  const lanes v77 = 0.246201938253052 * v1, v78 = 0.04341204441673259 * v3, v79 = v2 * v78,
+      v80 = v77 + v79, v81 = v80 + theta_2, v82 = v81 * v81, v83 = 0.04341204441673259 * v4,
+      v84 = v83 * v5, v85 = 0.246201938253052 * v2, v86 = v78 * v1, v87 = v85 - v86, v88 = v87 * v6,
+      v89 = v84 + v88, v90 = theta_0 - v89, v91 = 0.25711504387461576 + v90, v92 = v91 * v91,
+      v93 = v82 + v92, v94 = v83 * v6, v95 = v87 * v5, v96 = v94 - v95, v97 = v96 + theta_1,
+      v98 = v97 - 0.3064177772475912, v99 = v98 * v98, v100 = v93 + v99;
+  LANES_LET1(v101, sqrt, v100);
   const lanes v102 = v101 - 0.57;
   out[3] = v102;
-  const lanes v103 = v77 - v79;
-  const lanes v104 = v103 + theta_2;
-  const lanes v105 = v104 * v104;
-  const lanes v106 = v85 + v86;
-  const lanes v107 = v6 * v106;
-  const lanes v108 = v84 - v107;
-  const lanes v109 = v108 + theta_0;
-  const lanes v110 = 0.25711504387461576 + v109;
-  const lanes v111 = v110 * v110;
-  const lanes v112 = v105 + v111;
-  const lanes v113 = v106 * v5;
-  const lanes v114 = v94 + v113;
-  const lanes v115 = theta_1 - v114;
-  const lanes v116 = 0.3064177772475912 + v115;
-  const lanes v117 = v116 * v116;
-  const lanes v118 = v112 + v117;
-  lanes v119; LANES_NAME(lanes_sqrt)(&v118, &v119);
+  const lanes v103 = v77 - v79, v104 = v103 + theta_2, v105 = v104 * v104, v106 = v85 + v86,
+      v107 = v6 * v106, v108 = v84 - v107, v109 = v108 + theta_0, v110 = 0.25711504387461576 + v109,
+      v111 = v110 * v110, v112 = v105 + v111, v113 = v106 * v5, v114 = v94 + v113,
+      v115 = theta_1 - v114, v116 = 0.3064177772475912 + v115, v117 = v116 * v116,
+      v118 = v112 + v117;
+  LANES_LET1(v119, sqrt, v118);
   const lanes v120 = v119 - 0.57;
   out[4] = v120;
-  const lanes v121 = v53 + v52;
-  const lanes v122 = theta_2 - v121;
-  const lanes v123 = v122 * v122;
-  const lanes v124 = v58 - v57;
-  const lanes v125 = v6 * v124;
-  const lanes v126 = v62 - v125;
-  const lanes v127 = v126 + theta_0;
-  const lanes v128 = 0.1368080573302675 + v127;
-  const lanes v129 = v128 * v128;
-  const lanes v130 = v123 + v129;
-  const lanes v131 = v5 * v124;
-  const lanes v132 = v68 + v131;
-  const lanes v133 = theta_1 - v132;
-  const lanes v134 = 0.37587704831436336 + v133;
-  const lanes v135 = v134 * v134;
-  const lanes v136 = v130 + v135;
-  lanes v137; LANES_NAME(lanes_sqrt)(&v136, &v137);
+  const lanes v121 = v53 + v52, v122 = theta_2 - v121, v123 = v122 * v122, v124 = v58 - v57,
+      v125 = v6 * v124, v126 = v62 - v125, v127 = v126 + theta_0, v128 = 0.1368080573302675 + v127,
+      v129 = v128 * v128, v130 = v123 + v129, v131 = v5 * v124, v132 = v68 + v131,
+      v133 = theta_1 - v132, v134 = 0.37587704831436336 + v133, v135 = v134 * v134,
+      v136 = v130 + v135;
+  LANES_LET1(v137, sqrt, v136);
   const lanes v138 = v137 - 0.57;
   out[5] = v138;
 }
 
 static LANES_TARGET void LANES_NAME(stewart_gough_actuators_D_chain)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&theta_5, &v1, &v3);
-  lanes v6, v2; LANES_NAME(lanes_cos_sin)(&theta_3, &v6, &v2);
-  lanes v5, v4; LANES_NAME(lanes_cos_sin)(&theta_4, &v5, &v4);
-  const lanes v7 = 0.1915111107797445 * v1;
-  const lanes v8 = v7 * v2;
-  const lanes v9 = 0.1915111107797445 * v3;
-  const lanes v10 = v9 * v4;
-  const lanes v11 = 0.16069690242163484 * v5;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v6;
-  const lanes v14 = v8 - v13;
-  const lanes v15 = v14 + theta_0;
-  const lanes v16 = v15 - 0.3939231012048832;
-  const lanes v17 = 2.0 * v16;
-  const lanes v18 = 0.16069690242163484 * v4;
-  const lanes v19 = v5 * v9;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = theta_2 - v20;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v16 * v16;
-  const lanes v24 = v22 + v23;
-  const lanes v25 = v7 * v6;
-  const lanes v26 = v12 * v2;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = theta_1 - v27;
-  const lanes v29 = 0.06945927106677215 + v28;
-  const lanes v30 = v29 * v29;
-  const lanes v31 = v24 + v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.5 / v32;
-  const lanes v34 = v17 * v33;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5];
+  LANES_COS_SIN(v1, v3, theta_5); LANES_COS_SIN(v6, v2, theta_3); LANES_COS_SIN(v5, v4, theta_4);
+  const lanes v7 = 0.1915111107797445 * v1, v8 = v7 * v2, v9 = 0.1915111107797445 * v3,
+      v10 = v9 * v4, v11 = 0.16069690242163484 * v5, v12 = v10 - v11, v13 = v12 * v6,
+      v14 = v8 - v13, v15 = v14 + theta_0, v16 = v15 - 0.3939231012048832, v17 = 2.0 * v16,
+      v18 = 0.16069690242163484 * v4, v19 = v5 * v9, v20 = v18 + v19, v21 = theta_2 - v20,
+      v22 = v21 * v21, v23 = v16 * v16, v24 = v22 + v23, v25 = v7 * v6, v26 = v12 * v2,
+      v27 = v25 + v26, v28 = theta_1 - v27, v29 = 0.06945927106677215 + v28, v30 = v29 * v29,
+      v31 = v24 + v30;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = 0.5 / v32, v34 = v17 * v33;
   out[0] = v34;
-  const lanes v35 = 2.0 * v29;
-  const lanes v36 = v33 * v35;
+  const lanes v35 = 2.0 * v29, v36 = v33 * v35;
   out[1] = v36;
-  const lanes v37 = 2.0 * v21;
-  const lanes v38 = v33 * v37;
+  const lanes v37 = 2.0 * v21, v38 = v33 * v37;
   out[2] = v38;
-  const lanes v39 = v17 * v27;
-  const lanes v40 = v35 * v14;
-  const lanes v41 = v39 + v40;
-  const lanes v42 = v33 * v41;
+  const lanes v39 = v17 * v27, v40 = v35 * v14, v41 = v39 + v40, v42 = v33 * v41;
   out[3] = v42;
-  const lanes v43 = v37 * v12;
-  const lanes v44 = v20 * v6;
-  const lanes v45 = v17 * v44;
-  const lanes v46 = v43 - v45;
-  const lanes v47 = v20 * v2;
-  const lanes v48 = v35 * v47;
-  const lanes v49 = v46 - v48;
-  const lanes v50 = v33 * v49;
+  const lanes v43 = v37 * v12, v44 = v20 * v6, v45 = v17 * v44, v46 = v43 - v45, v47 = v20 * v2,
+      v48 = v35 * v47, v49 = v46 - v48, v50 = v33 * v49;
   out[4] = v50;
-  const lanes v51 = v7 * v4;
-  const lanes v52 = v51 * v6;
-  const lanes v53 = v9 * v2;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = v17 * v54;
-  const lanes v56 = v51 * v2;
-  const lanes v57 = v9 * v6;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = v35 * v58;
-  const lanes v60 = v55 + v59;
-  const lanes v61 = v5 * v7;
-  const lanes v62 = v37 * v61;
-  const lanes v63 = v60 + v62;
-  const lanes v64 = v33 * v63;
-  const lanes v65 = -v64;
+  const lanes v51 = v7 * v4, v52 = v51 * v6, v53 = v9 * v2, v54 = v52 + v53, v55 = v17 * v54,
+      v56 = v51 * v2, v57 = v9 * v6, v58 = v56 - v57, v59 = v35 * v58, v60 = v55 + v59,
+      v61 = v5 * v7, v62 = v37 * v61, v63 = v60 + v62, v64 = v33 * v63, v65 = -v64;
   out[5] = v65;
-  const lanes v66 = v11 + v10;
-  const lanes v67 = v66 * v6;
-  const lanes v68 = v67 - v8;
-  const lanes v69 = v68 + theta_0;
-  const lanes v70 = v69 - 0.3939231012048832;
-  const lanes v71 = 2.0 * v70;
-  const lanes v72 = v19 - v18;
-  const lanes v73 = v72 + theta_2;
-  const lanes v74 = v73 * v73;
-  const lanes v75 = v70 * v70;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v66 * v2;
-  const lanes v78 = v25 + v77;
-  const lanes v79 = v78 + theta_1;
-  const lanes v80 = v79 - 0.06945927106677215;
-  const lanes v81 = v80 * v80;
-  const lanes v82 = v76 + v81;
-  lanes v83; LANES_NAME(lanes_sqrt)(&v82, &v83);
-  const lanes v84 = 0.5 / v83;
-  const lanes v85 = v71 * v84;
+  const lanes v66 = v11 + v10, v67 = v66 * v6, v68 = v67 - v8, v69 = v68 + theta_0,
+      v70 = v69 - 0.3939231012048832, v71 = 2.0 * v70, v72 = v19 - v18, v73 = v72 + theta_2,
+      v74 = v73 * v73, v75 = v70 * v70, v76 = v74 + v75, v77 = v66 * v2, v78 = v25 + v77,
+      v79 = v78 + theta_1, v80 = v79 - 0.06945927106677215, v81 = v80 * v80, v82 = v76 + v81;
+  LANES_LET1(v83, sqrt, v82);
+  const lanes v84 = 0.5 / v83, v85 = v71 * v84;
   out[6] = v85;
-  const lanes v86 = 2.0 * v80;
-  const lanes v87 = v84 * v86;
+  const lanes v86 = 2.0 * v80, v87 = v84 * v86;
   out[7] = v87;
-  const lanes v88 = 2.0 * v73;
-  const lanes v89 = v84 * v88;
+  const lanes v88 = 2.0 * v73, v89 = v84 * v88;
   out[8] = v89;
-  const lanes v90 = v86 * v68;
-  const lanes v91 = v71 * v78;
-  const lanes v92 = v90 - v91;
-  const lanes v93 = v84 * v92;
+  const lanes v90 = v86 * v68, v91 = v71 * v78, v92 = v90 - v91, v93 = v84 * v92;
   out[9] = v93;
-  const lanes v94 = v72 * v6;
-  const lanes v95 = v71 * v94;
-  const lanes v96 = v72 * v2;
-  const lanes v97 = v86 * v96;
-  const lanes v98 = v95 + v97;
-  const lanes v99 = v88 * v66;
-  const lanes v100 = v98 - v99;
-  const lanes v101 = v84 * v100;
+  const lanes v94 = v72 * v6, v95 = v71 * v94, v96 = v72 * v2, v97 = v86 * v96, v98 = v95 + v97,
+      v99 = v88 * v66, v100 = v98 - v99, v101 = v84 * v100;
   out[10] = v101;
-  const lanes v102 = v71 * v54;
-  const lanes v103 = v86 * v58;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = v88 * v61;
-  const lanes v106 = v104 + v105;
-  const lanes v107 = v84 * v106;
+  const lanes v102 = v71 * v54, v103 = v86 * v58, v104 = v102 + v103, v105 = v88 * v61,
+      v106 = v104 + v105, v107 = v84 * v106;
   out[11] = v107;
-  const lanes v108 = 0.08550503583141718 * v5;
-  const lanes v109 = 0.2349231551964771 * v3;
-  const lanes v110 = v109 * v4;
-  const lanes v111 = v108 + v110;
-  const lanes v112 = v111 * v6;
-  const lanes v113 = 0.2349231551964771 * v1;
-  const lanes v114 = v113 * v2;
-  const lanes v115 = v112 - v114;
-  const lanes v116 = v115 + theta_0;
-  const lanes v117 = 0.1368080573302675 + v116;
-  const lanes v118 = 2.0 * v117;
-  const lanes v119 = v5 * v109;
-  const lanes v120 = 0.08550503583141718 * v4;
-  const lanes v121 = v119 - v120;
-  const lanes v122 = v121 + theta_2;
-  const lanes v123 = v122 * v122;
-  const lanes v124 = v117 * v117;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = v113 * v6;
-  const lanes v127 = v111 * v2;
-  const lanes v128 = v126 + v127;
-  const lanes v129 = v128 + theta_1;
-  const lanes v130 = v129 - 0.37587704831436336;
-  const lanes v131 = v130 * v130;
-  const lanes v132 = v125 + v131;
-  lanes v133; LANES_NAME(lanes_sqrt)(&v132, &v133);
-  const lanes v134 = 0.5 / v133;
-  const lanes v135 = v118 * v134;
+  const lanes v108 = 0.08550503583141718 * v5, v109 = 0.2349231551964771 * v3, v110 = v109 * v4,
+      v111 = v108 + v110, v112 = v111 * v6, v113 = 0.2349231551964771 * v1, v114 = v113 * v2,
+      v115 = v112 - v114, v116 = v115 + theta_0, v117 = 0.1368080573302675 + v116,
+      v118 = 2.0 * v117, v119 = v5 * v109, v120 = 0.08550503583141718 * v4, v121 = v119 - v120,
+      v122 = v121 + theta_2, v123 = v122 * v122, v124 = v117 * v117, v125 = v123 + v124,
+      v126 = v113 * v6, v127 = v111 * v2, v128 = v126 + v127, v129 = v128 + theta_1,
+      v130 = v129 - 0.37587704831436336, v131 = v130 * v130, v132 = v125 + v131;
+  LANES_LET1(v133, sqrt, v132);
+  const lanes v134 = 0.5 / v133, v135 = v118 * v134;
   out[12] = v135;
-  const lanes v136 = 2.0 * v130;
-  const lanes v137 = v134 * v136;
+  const lanes v136 = 2.0 * v130, v137 = v134 * v136;
   out[13] = v137;
-  const lanes v138 = 2.0 * v122;
-  const lanes v139 = v134 * v138;
+  const lanes v138 = 2.0 * v122, v139 = v134 * v138;
   out[14] = v139;
-  const lanes v140 = v136 * v115;
-  const lanes v141 = v118 * v128;
-  const lanes v142 = v140 - v141;
-  const lanes v143 = v134 * v142;
+  const lanes v140 = v136 * v115, v141 = v118 * v128, v142 = v140 - v141, v143 = v134 * v142;
   out[15] = v143;
-  const lanes v144 = v121 * v6;
-  const lanes v145 = v118 * v144;
-  const lanes v146 = v121 * v2;
-  const lanes v147 = v136 * v146;
-  const lanes v148 = v145 + v147;
-  const lanes v149 = v138 * v111;
-  const lanes v150 = v148 - v149;
-  const lanes v151 = v134 * v150;
+  const lanes v144 = v121 * v6, v145 = v118 * v144, v146 = v121 * v2, v147 = v136 * v146,
+      v148 = v145 + v147, v149 = v138 * v111, v150 = v148 - v149, v151 = v134 * v150;
   out[16] = v151;
-  const lanes v152 = v113 * v4;
-  const lanes v153 = v152 * v6;
-  const lanes v154 = v109 * v2;
-  const lanes v155 = v153 + v154;
-  const lanes v156 = v118 * v155;
-  const lanes v157 = v152 * v2;
-  const lanes v158 = v109 * v6;
-  const lanes v159 = v157 - v158;
-  const lanes v160 = v136 * v159;
-  const lanes v161 = v156 + v160;
-  const lanes v162 = v5 * v113;
-  const lanes v163 = v138 * v162;
-  const lanes v164 = v161 + v163;
-  const lanes v165 = v134 * v164;
+  const lanes v152 = v113 * v4, v153 = v152 * v6, v154 = v109 * v2, v155 = v153 + v154,
+      v156 = v118 * v155, v157 = v152 * v2, v158 = v109 * v6, v159 = v157 - v158,
+      v160 = v136 * v159, v161 = v156 + v160, v162 = v5 * v113, v163 = v138 * v162,
+      v164 = v161 + v163, v165 = v134 * v164;
   out[17] = v165;
-  const lanes v166 = 0.04341204441673259 * v1;
-  const lanes v167 = v166 * v2;
-  const lanes v168 = 0.246201938253052 * v5;
-  const lanes v169 = 0.04341204441673259 * v3;
-  const lanes v170 = v169 * v4;
-  const lanes v171 = v168 - v170;
-  const lanes v172 = v171 * v6;
-  const lanes v173 = v167 + v172;
-  const lanes v174 = theta_0 - v173;
-  const lanes v175 = 0.25711504387461576 + v174;
-  const lanes v176 = 2.0 * v175;
-  const lanes v177 = 0.246201938253052 * v4;
-  const lanes v178 = v5 * v169;
-  const lanes v179 = v177 + v178;
-  const lanes v180 = v179 + theta_2;
-  const lanes v181 = v180 * v180;
-  const lanes v182 = v175 * v175;
-  const lanes v183 = v181 + v182;
-  const lanes v184 = v166 * v6;
-  const lanes v185 = v171 * v2;
-  const lanes v186 = v184 - v185;
-  const lanes v187 = v186 + theta_1;
-  const lanes v188 = v187 - 0.3064177772475912;
-  const lanes v189 = v188 * v188;
-  const lanes v190 = v183 + v189;
-  lanes v191; LANES_NAME(lanes_sqrt)(&v190, &v191);
-  const lanes v192 = 0.5 / v191;
-  const lanes v193 = v176 * v192;
+  const lanes v166 = 0.04341204441673259 * v1, v167 = v166 * v2, v168 = 0.246201938253052 * v5,
+      v169 = 0.04341204441673259 * v3, v170 = v169 * v4, v171 = v168 - v170, v172 = v171 * v6,
+      v173 = v167 + v172, v174 = theta_0 - v173, v175 = 0.25711504387461576 + v174,
+      v176 = 2.0 * v175, v177 = 0.246201938253052 * v4, v178 = v5 * v169, v179 = v177 + v178,
+      v180 = v179 + theta_2, v181 = v180 * v180, v182 = v175 * v175, v183 = v181 + v182,
+      v184 = v166 * v6, v185 = v171 * v2, v186 = v184 - v185, v187 = v186 + theta_1,
+      v188 = v187 - 0.3064177772475912, v189 = v188 * v188, v190 = v183 + v189;
+  LANES_LET1(v191, sqrt, v190);
+  const lanes v192 = 0.5 / v191, v193 = v176 * v192;
   out[18] = v193;
-  const lanes v194 = 2.0 * v188;
-  const lanes v195 = v192 * v194;
+  const lanes v194 = 2.0 * v188, v195 = v192 * v194;
   out[19] = v195;
-  const lanes v196 = 2.0 * v180;
-  const lanes v197 = v192 * v196;
+  const lanes v196 = 2.0 * v180, v197 = v192 * v196;
   out[20] = v197;
-  const lanes v198 = v176 * v186;
-  const lanes v199 = v194 * v173;
-  const lanes v200 = v198 + v199;
-  const lanes v201 = v192 * v200;
-  const lanes v202 = -v201;
+  const lanes v198 = v176 * v186, v199 = v194 * v173, v200 = v198 + v199, v201 = v192 * v200,
+      v202 = -v201;
   out[21] = v202;
-  const lanes v203 = v179 * v6;
-  const lanes v204 = v176 * v203;
-  const lanes v205 = v179 * v2;
-  const lanes v206 = v194 * v205;
-  const lanes v207 = v204 + v206;
-  const lanes v208 = v196 * v171;
-  const lanes v209 = v207 + v208;
-  const lanes v210 = v192 * v209;
+  const lanes v203 = v179 * v6, v204 = v176 * v203, v205 = v179 * v2, v206 = v194 * v205,
+      v207 = v204 + v206, v208 = v196 * v171, v209 = v207 + v208, v210 = v192 * v209;
   out[22] = v210;
-  const lanes v211 = v166 * v4;
-  const lanes v212 = v211 * v6;
-  const lanes v213 = v169 * v2;
-  const lanes v214 = v212 + v213;
-  const lanes v215 = v176 * v214;
-  const lanes v216 = v211 * v2;
-  const lanes v217 = v169 * v6;
-  const lanes v218 = v216 - v217;
-  const lanes v219 = v194 * v218;
-  const lanes v220 = v215 + v219;
-  const lanes v221 = v5 * v166;
-  const lanes v222 = v196 * v221;
-  const lanes v223 = v220 + v222;
-  const lanes v224 = v192 * v223;
+  const lanes v211 = v166 * v4, v212 = v211 * v6, v213 = v169 * v2, v214 = v212 + v213,
+      v215 = v176 * v214, v216 = v211 * v2, v217 = v169 * v6, v218 = v216 - v217,
+      v219 = v194 * v218, v220 = v215 + v219, v221 = v5 * v166, v222 = v196 * v221,
+      v223 = v220 + v222, v224 = v192 * v223;
   out[23] = v224;
-  const lanes v225 = v168 + v170;
-  const lanes v226 = v6 * v225;
-  const lanes v227 = v167 - v226;
-  const lanes v228 = v227 + theta_0;
-  const lanes v229 = 0.25711504387461576 + v228;
-  const lanes v230 = 2.0 * v229;
-  const lanes v231 = v177 - v178;
-  const lanes v232 = v231 + theta_2;
-  const lanes v233 = v232 * v232;
-  const lanes v234 = v229 * v229;
-  const lanes v235 = v233 + v234;
-  const lanes v236 = v225 * v2;
-  const lanes v237 = v184 + v236;
-  const lanes v238 = theta_1 - v237;
-  const lanes v239 = 0.3064177772475912 + v238;
-  const lanes v240 = v239 * v239;
-  const lanes v241 = v235 + v240;
-  lanes v242; LANES_NAME(lanes_sqrt)(&v241, &v242);
-  const lanes v243 = 0.5 / v242;
-  const lanes v244 = v230 * v243;
+  const lanes v225 = v168 + v170, v226 = v6 * v225, v227 = v167 - v226, v228 = v227 + theta_0,
+      v229 = 0.25711504387461576 + v228, v230 = 2.0 * v229, v231 = v177 - v178,
+      v232 = v231 + theta_2, v233 = v232 * v232, v234 = v229 * v229, v235 = v233 + v234,
+      v236 = v225 * v2, v237 = v184 + v236, v238 = theta_1 - v237, v239 = 0.3064177772475912 + v238,
+      v240 = v239 * v239, v241 = v235 + v240;
+  LANES_LET1(v242, sqrt, v241);
+  const lanes v243 = 0.5 / v242, v244 = v230 * v243;
   out[24] = v244;
-  const lanes v245 = 2.0 * v239;
-  const lanes v246 = v243 * v245;
+  const lanes v245 = 2.0 * v239, v246 = v243 * v245;
   out[25] = v246;
-  const lanes v247 = 2.0 * v232;
-  const lanes v248 = v243 * v247;
+  const lanes v247 = 2.0 * v232, v248 = v243 * v247;
   out[26] = v248;
-  const lanes v249 = v230 * v237;
-  const lanes v250 = v245 * v227;
-  const lanes v251 = v249 + v250;
-  const lanes v252 = v243 * v251;
+  const lanes v249 = v230 * v237, v250 = v245 * v227, v251 = v249 + v250, v252 = v243 * v251;
   out[27] = v252;
-  const lanes v253 = v6 * v231;
-  const lanes v254 = v230 * v253;
-  const lanes v255 = v231 * v2;
-  const lanes v256 = v245 * v255;
-  const lanes v257 = v254 + v256;
-  const lanes v258 = v247 * v225;
-  const lanes v259 = v257 + v258;
-  const lanes v260 = v243 * v259;
+  const lanes v253 = v6 * v231, v254 = v230 * v253, v255 = v231 * v2, v256 = v245 * v255,
+      v257 = v254 + v256, v258 = v247 * v225, v259 = v257 + v258, v260 = v243 * v259;
   out[28] = v260;
-  const lanes v261 = v230 * v214;
-  const lanes v262 = v245 * v218;
-  const lanes v263 = v261 + v262;
-  const lanes v264 = v247 * v221;
-  const lanes v265 = v263 + v264;
-  const lanes v266 = v243 * v265;
-  const lanes v267 = -v266;
+  const lanes v261 = v230 * v214, v262 = v245 * v218, v263 = v261 + v262, v264 = v247 * v221,
+      v265 = v263 + v264, v266 = v243 * v265, v267 = -v266;
   out[29] = v267;
-  const lanes v268 = v110 - v108;
-  const lanes v269 = v6 * v268;
-  const lanes v270 = v114 - v269;
-  const lanes v271 = v270 + theta_0;
-  const lanes v272 = 0.1368080573302675 + v271;
-  const lanes v273 = 2.0 * v272;
-  const lanes v274 = v120 + v119;
-  const lanes v275 = theta_2 - v274;
-  const lanes v276 = v275 * v275;
-  const lanes v277 = v272 * v272;
-  const lanes v278 = v276 + v277;
-  const lanes v279 = v2 * v268;
-  const lanes v280 = v126 + v279;
-  const lanes v281 = theta_1 - v280;
-  const lanes v282 = 0.37587704831436336 + v281;
-  const lanes v283 = v282 * v282;
-  const lanes v284 = v278 + v283;
-  lanes v285; LANES_NAME(lanes_sqrt)(&v284, &v285);
-  const lanes v286 = 0.5 / v285;
-  const lanes v287 = v273 * v286;
+  const lanes v268 = v110 - v108, v269 = v6 * v268, v270 = v114 - v269, v271 = v270 + theta_0,
+      v272 = 0.1368080573302675 + v271, v273 = 2.0 * v272, v274 = v120 + v119,
+      v275 = theta_2 - v274, v276 = v275 * v275, v277 = v272 * v272, v278 = v276 + v277,
+      v279 = v2 * v268, v280 = v126 + v279, v281 = theta_1 - v280,
+      v282 = 0.37587704831436336 + v281, v283 = v282 * v282, v284 = v278 + v283;
+  LANES_LET1(v285, sqrt, v284);
+  const lanes v286 = 0.5 / v285, v287 = v273 * v286;
   out[30] = v287;
-  const lanes v288 = 2.0 * v282;
-  const lanes v289 = v286 * v288;
+  const lanes v288 = 2.0 * v282, v289 = v286 * v288;
   out[31] = v289;
-  const lanes v290 = 2.0 * v275;
-  const lanes v291 = v286 * v290;
+  const lanes v290 = 2.0 * v275, v291 = v286 * v290;
   out[32] = v291;
-  const lanes v292 = v273 * v280;
-  const lanes v293 = v288 * v270;
-  const lanes v294 = v292 + v293;
-  const lanes v295 = v286 * v294;
+  const lanes v292 = v273 * v280, v293 = v288 * v270, v294 = v292 + v293, v295 = v286 * v294;
   out[33] = v295;
-  const lanes v296 = v290 * v268;
-  const lanes v297 = v6 * v274;
-  const lanes v298 = v273 * v297;
-  const lanes v299 = v296 - v298;
-  const lanes v300 = v2 * v274;
-  const lanes v301 = v288 * v300;
-  const lanes v302 = v299 - v301;
-  const lanes v303 = v286 * v302;
+  const lanes v296 = v290 * v268, v297 = v6 * v274, v298 = v273 * v297, v299 = v296 - v298,
+      v300 = v2 * v274, v301 = v288 * v300, v302 = v299 - v301, v303 = v286 * v302;
   out[34] = v303;
-  const lanes v304 = v273 * v155;
-  const lanes v305 = v288 * v159;
-  const lanes v306 = v304 + v305;
-  const lanes v307 = v290 * v162;
-  const lanes v308 = v306 + v307;
-  const lanes v309 = v286 * v308;
-  const lanes v310 = -v309;
+  const lanes v304 = v273 * v155, v305 = v288 * v159, v306 = v304 + v305, v307 = v290 * v162,
+      v308 = v306 + v307, v309 = v286 * v308, v310 = -v309;
   out[35] = v310;
 }
 
 static LANES_TARGET void LANES_NAME(stewart_gough_actuator_rates)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  const lanes thetad_0 = in[6];
-  const lanes thetad_1 = in[7];
-  const lanes thetad_2 = in[8];
-  const lanes thetad_3 = in[9];
-  const lanes thetad_4 = in[10];
-  const lanes thetad_5 = in[11];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_4, &v2, &v1);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&theta_5, &v4, &v3);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&theta_3, &v6, &v5);
-  const lanes v7 = 0.16069690242163484 * v1;
-  const lanes v8 = 0.1915111107797445 * v3;
-  const lanes v9 = v2 * v8;
-  const lanes v10 = v7 + v9;
-  const lanes v11 = theta_2 - v10;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = 0.1915111107797445 * v4;
-  const lanes v14 = v13 * v5;
-  const lanes v15 = v8 * v1;
-  const lanes v16 = 0.16069690242163484 * v2;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = v17 * v6;
-  const lanes v19 = v14 - v18;
-  const lanes v20 = v19 + theta_0;
-  const lanes v21 = v20 - 0.3939231012048832;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v12 + v22;
-  const lanes v24 = v13 * v6;
-  const lanes v25 = v17 * v5;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = theta_1 - v26;
-  const lanes v28 = 0.06945927106677215 + v27;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = v23 + v29;
-  lanes v31; LANES_NAME(lanes_sqrt)(&v30, &v31);
-  const lanes v32 = 0.5 / v31;
-  const lanes v33 = 2.0 * v21;
-  const lanes v34 = v5 * thetad_3;
-  const lanes v35 = v34 * v17;
-  const lanes v36 = v6 * thetad_3;
-  const lanes v37 = v36 * v13;
-  const lanes v38 = v35 + v37;
-  const lanes v39 = v3 * thetad_5;
-  const lanes v40 = 0.1915111107797445 * v39;
-  const lanes v41 = v40 * v5;
-  const lanes v42 = v38 - v41;
-  const lanes v43 = v1 * thetad_4;
-  const lanes v44 = 0.16069690242163484 * v43;
-  const lanes v45 = v2 * thetad_4;
-  const lanes v46 = v45 * v8;
-  const lanes v47 = v44 + v46;
-  const lanes v48 = v4 * thetad_5;
-  const lanes v49 = 0.1915111107797445 * v48;
-  const lanes v50 = v49 * v1;
-  const lanes v51 = v47 + v50;
-  const lanes v52 = v51 * v6;
-  const lanes v53 = v42 - v52;
-  const lanes v54 = v53 + thetad_0;
-  const lanes v55 = v33 * v54;
-  const lanes v56 = 2.0 * v28;
-  const lanes v57 = v36 * v17;
-  const lanes v58 = v51 * v5;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = v34 * v13;
-  const lanes v61 = v59 - v60;
-  const lanes v62 = v40 * v6;
-  const lanes v63 = v61 - v62;
-  const lanes v64 = thetad_1 - v63;
-  const lanes v65 = v56 * v64;
-  const lanes v66 = v55 + v65;
-  const lanes v67 = 2.0 * v11;
-  const lanes v68 = 0.16069690242163484 * v45;
-  const lanes v69 = v2 * v49;
-  const lanes v70 = v68 + v69;
-  const lanes v71 = v43 * v8;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = thetad_2 - v72;
-  const lanes v74 = v67 * v73;
-  const lanes v75 = v66 + v74;
-  const lanes v76 = v32 * v75;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5], thetad_0 = in[6], thetad_1 = in[7], thetad_2 = in[8], thetad_3 = in[9],
+      thetad_4 = in[10], thetad_5 = in[11];
+  LANES_COS_SIN(v2, v1, theta_4); LANES_COS_SIN(v4, v3, theta_5); LANES_COS_SIN(v6, v5, theta_3);
+  const lanes v7 = 0.16069690242163484 * v1, v8 = 0.1915111107797445 * v3, v9 = v2 * v8,
+      v10 = v7 + v9, v11 = theta_2 - v10, v12 = v11 * v11, v13 = 0.1915111107797445 * v4,
+      v14 = v13 * v5, v15 = v8 * v1, v16 = 0.16069690242163484 * v2, v17 = v15 - v16,
+      v18 = v17 * v6, v19 = v14 - v18, v20 = v19 + theta_0, v21 = v20 - 0.3939231012048832,
+      v22 = v21 * v21, v23 = v12 + v22, v24 = v13 * v6, v25 = v17 * v5, v26 = v24 + v25,
+      v27 = theta_1 - v26, v28 = 0.06945927106677215 + v27, v29 = v28 * v28, v30 = v23 + v29;
+  LANES_LET1(v31, sqrt, v30);
+  const lanes v32 = 0.5 / v31, v33 = 2.0 * v21, v34 = v5 * thetad_3, v35 = v34 * v17,
+      v36 = v6 * thetad_3, v37 = v36 * v13, v38 = v35 + v37, v39 = v3 * thetad_5,
+      v40 = 0.1915111107797445 * v39, v41 = v40 * v5, v42 = v38 - v41, v43 = v1 * thetad_4,
+      v44 = 0.16069690242163484 * v43, v45 = v2 * thetad_4, v46 = v45 * v8, v47 = v44 + v46,
+      v48 = v4 * thetad_5, v49 = 0.1915111107797445 * v48, v50 = v49 * v1, v51 = v47 + v50,
+      v52 = v51 * v6, v53 = v42 - v52, v54 = v53 + thetad_0, v55 = v33 * v54, v56 = 2.0 * v28,
+      v57 = v36 * v17, v58 = v51 * v5, v59 = v57 + v58, v60 = v34 * v13, v61 = v59 - v60,
+      v62 = v40 * v6, v63 = v61 - v62, v64 = thetad_1 - v63, v65 = v56 * v64, v66 = v55 + v65,
+      v67 = 2.0 * v11, v68 = 0.16069690242163484 * v45, v69 = v2 * v49, v70 = v68 + v69,
+      v71 = v43 * v8, v72 = v70 - v71, v73 = thetad_2 - v72, v74 = v67 * v73, v75 = v66 + v74,
+      v76 = v32 * v75;
   out[0] = v76;
-  const lanes v77 = v9 - v7;
-  const lanes v78 = v77 + theta_2;
-  const lanes v79 = v78 * v78;
-  const lanes v80 = v16 + v15;
-  const lanes v81 = v80 * v6;
-  const lanes v82 = v81 - v14;
-  const lanes v83 = v82 + theta_0;
-  const lanes v84 = v83 - 0.3939231012048832;
-  const lanes v85 = v84 * v84;
-  const lanes v86 = v79 + v85;
-  const lanes v87 = v80 * v5;
-  const lanes v88 = v24 + v87;
-  const lanes v89 = v88 + theta_1;
-  const lanes v90 = v89 - 0.06945927106677215;
-  const lanes v91 = v90 * v90;
-  const lanes v92 = v86 + v91;
-  lanes v93; LANES_NAME(lanes_sqrt)(&v92, &v93);
-  const lanes v94 = 0.5 / v93;
-  const lanes v95 = 2.0 * v84;
-  const lanes v96 = v46 + v50;
-  const lanes v97 = v96 - v44;
-  const lanes v98 = v97 * v6;
-  const lanes v99 = v41 + v98;
-  const lanes v100 = v34 * v80;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = v101 - v37;
-  const lanes v103 = v102 + thetad_0;
-  const lanes v104 = v95 * v103;
-  const lanes v105 = 2.0 * v90;
-  const lanes v106 = v36 * v80;
-  const lanes v107 = v97 * v5;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = v108 - v60;
-  const lanes v110 = v109 - v62;
-  const lanes v111 = v110 + thetad_1;
-  const lanes v112 = v105 * v111;
-  const lanes v113 = v104 + v112;
-  const lanes v114 = 2.0 * v78;
-  const lanes v115 = v69 - v68;
-  const lanes v116 = v115 - v71;
-  const lanes v117 = v116 + thetad_2;
-  const lanes v118 = v114 * v117;
-  const lanes v119 = v113 + v118;
-  const lanes v120 = v94 * v119;
+  const lanes v77 = v9 - v7, v78 = v77 + theta_2, v79 = v78 * v78, v80 = v16 + v15, v81 = v80 * v6,
+      v82 = v81 - v14, v83 = v82 + theta_0, v84 = v83 - 0.3939231012048832, v85 = v84 * v84,
+      v86 = v79 + v85, v87 = v80 * v5, v88 = v24 + v87, v89 = v88 + theta_1,
+      v90 = v89 - 0.06945927106677215, v91 = v90 * v90, v92 = v86 + v91;
+  LANES_LET1(v93, sqrt, v92);
+  const lanes v94 = 0.5 / v93, v95 = 2.0 * v84, v96 = v46 + v50, v97 = v96 - v44, v98 = v97 * v6,
+      v99 = v41 + v98, v100 = v34 * v80, v101 = v99 - v100, v102 = v101 - v37,
+      v103 = v102 + thetad_0, v104 = v95 * v103, v105 = 2.0 * v90, v106 = v36 * v80,
+      v107 = v97 * v5, v108 = v106 + v107, v109 = v108 - v60, v110 = v109 - v62,
+      v111 = v110 + thetad_1, v112 = v105 * v111, v113 = v104 + v112, v114 = 2.0 * v78,
+      v115 = v69 - v68, v116 = v115 - v71, v117 = v116 + thetad_2, v118 = v114 * v117,
+      v119 = v113 + v118, v120 = v94 * v119;
   out[1] = v120;
-  const lanes v121 = 0.2349231551964771 * v3;
-  const lanes v122 = v2 * v121;
-  const lanes v123 = 0.08550503583141718 * v1;
-  const lanes v124 = v122 - v123;
-  const lanes v125 = v124 + theta_2;
-  const lanes v126 = v125 * v125;
-  const lanes v127 = 0.08550503583141718 * v2;
-  const lanes v128 = v121 * v1;
-  const lanes v129 = v127 + v128;
-  const lanes v130 = v129 * v6;
-  const lanes v131 = 0.2349231551964771 * v4;
-  const lanes v132 = v131 * v5;
-  const lanes v133 = v130 - v132;
-  const lanes v134 = v133 + theta_0;
-  const lanes v135 = 0.1368080573302675 + v134;
-  const lanes v136 = v135 * v135;
-  const lanes v137 = v126 + v136;
-  const lanes v138 = v131 * v6;
-  const lanes v139 = v129 * v5;
-  const lanes v140 = v138 + v139;
-  const lanes v141 = v140 + theta_1;
-  const lanes v142 = v141 - 0.37587704831436336;
-  const lanes v143 = v142 * v142;
-  const lanes v144 = v137 + v143;
-  lanes v145; LANES_NAME(lanes_sqrt)(&v144, &v145);
-  const lanes v146 = 0.5 / v145;
-  const lanes v147 = 2.0 * v135;
-  const lanes v148 = 0.2349231551964771 * v39;
-  const lanes v149 = v148 * v5;
-  const lanes v150 = v45 * v121;
-  const lanes v151 = 0.2349231551964771 * v48;
-  const lanes v152 = v151 * v1;
-  const lanes v153 = v150 + v152;
-  const lanes v154 = 0.08550503583141718 * v43;
-  const lanes v155 = v153 - v154;
-  const lanes v156 = v155 * v6;
-  const lanes v157 = v149 + v156;
-  const lanes v158 = v34 * v129;
-  const lanes v159 = v157 - v158;
-  const lanes v160 = v36 * v131;
-  const lanes v161 = v159 - v160;
-  const lanes v162 = v161 + thetad_0;
-  const lanes v163 = v147 * v162;
-  const lanes v164 = 2.0 * v142;
-  const lanes v165 = v36 * v129;
-  const lanes v166 = v155 * v5;
-  const lanes v167 = v165 + v166;
-  const lanes v168 = v34 * v131;
-  const lanes v169 = v167 - v168;
-  const lanes v170 = v148 * v6;
-  const lanes v171 = v169 - v170;
-  const lanes v172 = v171 + thetad_1;
-  const lanes v173 = v164 * v172;
-  const lanes v174 = v163 + v173;
-  const lanes v175 = 2.0 * v125;
-  const lanes v176 = v2 * v151;
-  const lanes v177 = 0.08550503583141718 * v45;
-  const lanes v178 = v176 - v177;
-  const lanes v179 = v43 * v121;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v180 + thetad_2;
-  const lanes v182 = v175 * v181;
-  const lanes v183 = v174 + v182;
-  const lanes v184 = v146 * v183;
+  const lanes v121 = 0.2349231551964771 * v3, v122 = v2 * v121, v123 = 0.08550503583141718 * v1,
+      v124 = v122 - v123, v125 = v124 + theta_2, v126 = v125 * v125,
+      v127 = 0.08550503583141718 * v2, v128 = v121 * v1, v129 = v127 + v128, v130 = v129 * v6,
+      v131 = 0.2349231551964771 * v4, v132 = v131 * v5, v133 = v130 - v132, v134 = v133 + theta_0,
+      v135 = 0.1368080573302675 + v134, v136 = v135 * v135, v137 = v126 + v136, v138 = v131 * v6,
+      v139 = v129 * v5, v140 = v138 + v139, v141 = v140 + theta_1,
+      v142 = v141 - 0.37587704831436336, v143 = v142 * v142, v144 = v137 + v143;
+  LANES_LET1(v145, sqrt, v144);
+  const lanes v146 = 0.5 / v145, v147 = 2.0 * v135, v148 = 0.2349231551964771 * v39,
+      v149 = v148 * v5, v150 = v45 * v121, v151 = 0.2349231551964771 * v48, v152 = v151 * v1,
+      v153 = v150 + v152, v154 = 0.08550503583141718 * v43, v155 = v153 - v154, v156 = v155 * v6,
+      v157 = v149 + v156, v158 = v34 * v129, v159 = v157 - v158, v160 = v36 * v131,
+      v161 = v159 - v160, v162 = v161 + thetad_0, v163 = v147 * v162, v164 = 2.0 * v142,
+      v165 = v36 * v129, v166 = v155 * v5, v167 = v165 + v166, v168 = v34 * v131,
+      v169 = v167 - v168, v170 = v148 * v6, v171 = v169 - v170, v172 = v171 + thetad_1,
+      v173 = v164 * v172, v174 = v163 + v173, v175 = 2.0 * v125, v176 = v2 * v151,
+      v177 = 0.08550503583141718 * v45, v178 = v176 - v177, v179 = v43 * v121, v180 = v178 - v179,
+      v181 = v180 + thetad_2, v182 = v175 * v181, v183 = v174 + v182, v184 = v146 * v183;
   out[2] = v184;
-  const lanes v185 = 0.246201938253052 * v1;
-  const lanes v186 = 0.04341204441673259 * v3;
-  const lanes v187 = v2 * v186;
-  const lanes v188 = v185 + v187;
-  const lanes v189 = v188 + theta_2;
-  const lanes v190 = v189 * v189;
-  const lanes v191 = 0.04341204441673259 * v4;
-  const lanes v192 = v191 * v5;
-  const lanes v193 = 0.246201938253052 * v2;
-  const lanes v194 = v186 * v1;
-  const lanes v195 = v193 - v194;
-  const lanes v196 = v195 * v6;
-  const lanes v197 = v192 + v196;
-  const lanes v198 = theta_0 - v197;
-  const lanes v199 = 0.25711504387461576 + v198;
-  const lanes v200 = v199 * v199;
-  const lanes v201 = v190 + v200;
-  const lanes v202 = v191 * v6;
-  const lanes v203 = v195 * v5;
-  const lanes v204 = v202 - v203;
-  const lanes v205 = v204 + theta_1;
-  const lanes v206 = v205 - 0.3064177772475912;
-  const lanes v207 = v206 * v206;
-  const lanes v208 = v201 + v207;
-  lanes v209; LANES_NAME(lanes_sqrt)(&v208, &v209);
-  const lanes v210 = 0.5 / v209;
-  const lanes v211 = 2.0 * v199;
-  const lanes v212 = v36 * v191;
-  const lanes v213 = v34 * v195;
-  const lanes v214 = v212 - v213;
-  const lanes v215 = 0.04341204441673259 * v39;
-  const lanes v216 = v215 * v5;
-  const lanes v217 = v214 - v216;
-  const lanes v218 = 0.246201938253052 * v43;
-  const lanes v219 = v45 * v186;
-  const lanes v220 = v218 + v219;
-  const lanes v221 = 0.04341204441673259 * v48;
-  const lanes v222 = v221 * v1;
-  const lanes v223 = v220 + v222;
-  const lanes v224 = v223 * v6;
-  const lanes v225 = v217 - v224;
-  const lanes v226 = thetad_0 - v225;
-  const lanes v227 = v211 * v226;
-  const lanes v228 = 2.0 * v206;
-  const lanes v229 = v223 * v5;
-  const lanes v230 = v34 * v191;
-  const lanes v231 = v229 - v230;
-  const lanes v232 = v36 * v195;
-  const lanes v233 = v231 - v232;
-  const lanes v234 = v215 * v6;
-  const lanes v235 = v233 - v234;
-  const lanes v236 = v235 + thetad_1;
-  const lanes v237 = v228 * v236;
-  const lanes v238 = v227 + v237;
-  const lanes v239 = 2.0 * v189;
-  const lanes v240 = 0.246201938253052 * v45;
-  const lanes v241 = v2 * v221;
-  const lanes v242 = v240 + v241;
-  const lanes v243 = v43 * v186;
-  const lanes v244 = v242 - v243;
-  const lanes v245 = v244 + thetad_2;
-  const lanes v246 = v239 * v245;
-  const lanes v247 = v238 + v246;
-  const lanes v248 = v210 * v247;
+  const lanes v185 = 0.246201938253052 * v1, v186 = 0.04341204441673259 * v3, v187 = v2 * v186,
+      v188 = v185 + v187, v189 = v188 + theta_2, v190 = v189 * v189,
+      v191 = 0.04341204441673259 * v4, v192 = v191 * v5, v193 = 0.246201938253052 * v2,
+      v194 = v186 * v1, v195 = v193 - v194, v196 = v195 * v6, v197 = v192 + v196,
+      v198 = theta_0 - v197, v199 = 0.25711504387461576 + v198, v200 = v199 * v199,
+      v201 = v190 + v200, v202 = v191 * v6, v203 = v195 * v5, v204 = v202 - v203,
+      v205 = v204 + theta_1, v206 = v205 - 0.3064177772475912, v207 = v206 * v206,
+      v208 = v201 + v207;
+  LANES_LET1(v209, sqrt, v208);
+  const lanes v210 = 0.5 / v209, v211 = 2.0 * v199, v212 = v36 * v191, v213 = v34 * v195,
+      v214 = v212 - v213, v215 = 0.04341204441673259 * v39, v216 = v215 * v5, v217 = v214 - v216,
+      v218 = 0.246201938253052 * v43, v219 = v45 * v186, v220 = v218 + v219,
+      v221 = 0.04341204441673259 * v48, v222 = v221 * v1, v223 = v220 + v222, v224 = v223 * v6,
+      v225 = v217 - v224, v226 = thetad_0 - v225, v227 = v211 * v226, v228 = 2.0 * v206,
+      v229 = v223 * v5, v230 = v34 * v191, v231 = v229 - v230, v232 = v36 * v195,
+      v233 = v231 - v232, v234 = v215 * v6, v235 = v233 - v234, v236 = v235 + thetad_1,
+      v237 = v228 * v236, v238 = v227 + v237, v239 = 2.0 * v189, v240 = 0.246201938253052 * v45,
+      v241 = v2 * v221, v242 = v240 + v241, v243 = v43 * v186, v244 = v242 - v243,
+      v245 = v244 + thetad_2, v246 = v239 * v245, v247 = v238 + v246, v248 = v210 * v247;
   out[3] = v248;
-  const lanes v249 = v185 - v187;
-  const lanes v250 = v249 + theta_2;
-  const lanes v251 = v250 * v250;
-  const lanes v252 = v193 + v194;
-  const lanes v253 = v6 * v252;
-  const lanes v254 = v192 - v253;
-  const lanes v255 = v254 + theta_0;
-  const lanes v256 = 0.25711504387461576 + v255;
-  const lanes v257 = v256 * v256;
-  const lanes v258 = v251 + v257;
-  const lanes v259 = v252 * v5;
-  const lanes v260 = v202 + v259;
-  const lanes v261 = theta_1 - v260;
-  const lanes v262 = 0.3064177772475912 + v261;
-  const lanes v263 = v262 * v262;
-  const lanes v264 = v258 + v263;
-  lanes v265; LANES_NAME(lanes_sqrt)(&v264, &v265);
-  const lanes v266 = 0.5 / v265;
-  const lanes v267 = 2.0 * v256;
-  const lanes v268 = v34 * v252;
-  const lanes v269 = v268 + v212;
-  const lanes v270 = v269 - v216;
-  const lanes v271 = v219 + v222;
-  const lanes v272 = v271 - v218;
-  const lanes v273 = v272 * v6;
-  const lanes v274 = v270 - v273;
-  const lanes v275 = v274 + thetad_0;
-  const lanes v276 = v267 * v275;
-  const lanes v277 = 2.0 * v262;
-  const lanes v278 = v36 * v252;
-  const lanes v279 = v272 * v5;
-  const lanes v280 = v278 + v279;
-  const lanes v281 = v280 - v230;
-  const lanes v282 = v281 - v234;
-  const lanes v283 = thetad_1 - v282;
-  const lanes v284 = v277 * v283;
-  const lanes v285 = v276 + v284;
-  const lanes v286 = 2.0 * v250;
-  const lanes v287 = v240 + v243;
-  const lanes v288 = v287 - v241;
-  const lanes v289 = v288 + thetad_2;
-  const lanes v290 = v286 * v289;
-  const lanes v291 = v285 + v290;
-  const lanes v292 = v266 * v291;
+  const lanes v249 = v185 - v187, v250 = v249 + theta_2, v251 = v250 * v250, v252 = v193 + v194,
+      v253 = v6 * v252, v254 = v192 - v253, v255 = v254 + theta_0,
+      v256 = 0.25711504387461576 + v255, v257 = v256 * v256, v258 = v251 + v257, v259 = v252 * v5,
+      v260 = v202 + v259, v261 = theta_1 - v260, v262 = 0.3064177772475912 + v261,
+      v263 = v262 * v262, v264 = v258 + v263;
+  LANES_LET1(v265, sqrt, v264);
+  const lanes v266 = 0.5 / v265, v267 = 2.0 * v256, v268 = v34 * v252, v269 = v268 + v212,
+      v270 = v269 - v216, v271 = v219 + v222, v272 = v271 - v218, v273 = v272 * v6,
+      v274 = v270 - v273, v275 = v274 + thetad_0, v276 = v267 * v275, v277 = 2.0 * v262,
+      v278 = v36 * v252, v279 = v272 * v5, v280 = v278 + v279, v281 = v280 - v230,
+      v282 = v281 - v234, v283 = thetad_1 - v282, v284 = v277 * v283, v285 = v276 + v284,
+      v286 = 2.0 * v250, v287 = v240 + v243, v288 = v287 - v241, v289 = v288 + thetad_2,
+      v290 = v286 * v289, v291 = v285 + v290, v292 = v266 * v291;
   out[4] = v292;
-  const lanes v293 = v123 + v122;
-  const lanes v294 = theta_2 - v293;
-  const lanes v295 = v294 * v294;
-  const lanes v296 = v128 - v127;
-  const lanes v297 = v6 * v296;
-  const lanes v298 = v132 - v297;
-  const lanes v299 = v298 + theta_0;
-  const lanes v300 = 0.1368080573302675 + v299;
-  const lanes v301 = v300 * v300;
-  const lanes v302 = v295 + v301;
-  const lanes v303 = v5 * v296;
-  const lanes v304 = v138 + v303;
-  const lanes v305 = theta_1 - v304;
-  const lanes v306 = 0.37587704831436336 + v305;
-  const lanes v307 = v306 * v306;
-  const lanes v308 = v302 + v307;
-  lanes v309; LANES_NAME(lanes_sqrt)(&v308, &v309);
-  const lanes v310 = 0.5 / v309;
-  const lanes v311 = 2.0 * v300;
-  const lanes v312 = v34 * v296;
-  const lanes v313 = v312 + v160;
-  const lanes v314 = v313 - v149;
-  const lanes v315 = v154 + v150;
-  const lanes v316 = v315 + v152;
-  const lanes v317 = v316 * v6;
-  const lanes v318 = v314 - v317;
-  const lanes v319 = v318 + thetad_0;
-  const lanes v320 = v311 * v319;
-  const lanes v321 = 2.0 * v306;
-  const lanes v322 = v36 * v296;
-  const lanes v323 = v316 * v5;
-  const lanes v324 = v322 + v323;
-  const lanes v325 = v324 - v168;
-  const lanes v326 = v325 - v170;
-  const lanes v327 = thetad_1 - v326;
-  const lanes v328 = v321 * v327;
-  const lanes v329 = v320 + v328;
-  const lanes v330 = 2.0 * v294;
-  const lanes v331 = v177 + v176;
-  const lanes v332 = v331 - v179;
-  const lanes v333 = thetad_2 - v332;
-  const lanes v334 = v330 * v333;
-  const lanes v335 = v329 + v334;
-  const lanes v336 = v310 * v335;
+  const lanes v293 = v123 + v122, v294 = theta_2 - v293, v295 = v294 * v294, v296 = v128 - v127,
+      v297 = v6 * v296, v298 = v132 - v297, v299 = v298 + theta_0, v300 = 0.1368080573302675 + v299,
+      v301 = v300 * v300, v302 = v295 + v301, v303 = v5 * v296, v304 = v138 + v303,
+      v305 = theta_1 - v304, v306 = 0.37587704831436336 + v305, v307 = v306 * v306,
+      v308 = v302 + v307;
+  LANES_LET1(v309, sqrt, v308);
+  const lanes v310 = 0.5 / v309, v311 = 2.0 * v300, v312 = v34 * v296, v313 = v312 + v160,
+      v314 = v313 - v149, v315 = v154 + v150, v316 = v315 + v152, v317 = v316 * v6,
+      v318 = v314 - v317, v319 = v318 + thetad_0, v320 = v311 * v319, v321 = 2.0 * v306,
+      v322 = v36 * v296, v323 = v316 * v5, v324 = v322 + v323, v325 = v324 - v168,
+      v326 = v325 - v170, v327 = thetad_1 - v326, v328 = v321 * v327, v329 = v320 + v328,
+      v330 = 2.0 * v294, v331 = v177 + v176, v332 = v331 - v179, v333 = thetad_2 - v332,
+      v334 = v330 * v333, v335 = v329 + v334, v336 = v310 * v335;
   out[5] = v336;
 }
 
 static LANES_TARGET void LANES_NAME(stewart_gough_actuator_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  const lanes thetad_0 = in[6];
-  const lanes thetad_1 = in[7];
-  const lanes thetad_2 = in[8];
-  const lanes thetad_3 = in[9];
-  const lanes thetad_4 = in[10];
-  const lanes thetad_5 = in[11];
-  const lanes thetadd_0 = in[12];
-  const lanes thetadd_1 = in[13];
-  const lanes thetadd_2 = in[14];
-  const lanes thetadd_3 = in[15];
-  const lanes thetadd_4 = in[16];
-  const lanes thetadd_5 = in[17];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_4, &v2, &v1);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&theta_5, &v4, &v3);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&theta_3, &v6, &v5);
-  const lanes v7 = 0.16069690242163484 * v1;
-  const lanes v8 = 0.1915111107797445 * v3;
-  const lanes v9 = v2 * v8;
-  const lanes v10 = v7 + v9;
-  const lanes v11 = theta_2 - v10;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = 0.1915111107797445 * v4;
-  const lanes v14 = v13 * v5;
-  const lanes v15 = v8 * v1;
-  const lanes v16 = 0.16069690242163484 * v2;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = v17 * v6;
-  const lanes v19 = v14 - v18;
-  const lanes v20 = v19 + theta_0;
-  const lanes v21 = v20 - 0.3939231012048832;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v12 + v22;
-  const lanes v24 = v13 * v6;
-  const lanes v25 = v17 * v5;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = theta_1 - v26;
-  const lanes v28 = 0.06945927106677215 + v27;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = v23 + v29;
-  lanes v31; LANES_NAME(lanes_sqrt)(&v30, &v31);
-  const lanes v32 = 0.5 / v31;
-  const lanes v33 = 2.0 * v21;
-  const lanes v34 = v6 * thetadd_3;
-  const lanes v35 = v5 * thetad_3;
-  const lanes v36 = v35 * thetad_3;
-  const lanes v37 = v34 - v36;
-  const lanes v38 = v13 * v37;
-  const lanes v39 = v6 * thetad_3;
-  const lanes v40 = v39 * thetad_3;
-  const lanes v41 = v5 * thetadd_3;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = v17 * v42;
-  const lanes v44 = v38 + v43;
-  const lanes v45 = 2.0 * v35;
-  const lanes v46 = v1 * thetad_4;
-  const lanes v47 = 0.16069690242163484 * v46;
-  const lanes v48 = v2 * thetad_4;
-  const lanes v49 = v48 * v8;
-  const lanes v50 = v47 + v49;
-  const lanes v51 = v4 * thetad_5;
-  const lanes v52 = 0.1915111107797445 * v51;
-  const lanes v53 = v52 * v1;
-  const lanes v54 = v50 + v53;
-  const lanes v55 = v45 * v54;
-  const lanes v56 = v44 + v55;
-  const lanes v57 = v3 * thetadd_5;
-  const lanes v58 = v51 * thetad_5;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = 0.1915111107797445 * v59;
-  const lanes v61 = v60 * v5;
-  const lanes v62 = v56 - v61;
-  const lanes v63 = v48 * thetad_4;
-  const lanes v64 = v1 * thetadd_4;
-  const lanes v65 = v63 + v64;
-  const lanes v66 = 0.16069690242163484 * v65;
-  const lanes v67 = v2 * thetadd_4;
-  const lanes v68 = v46 * thetad_4;
-  const lanes v69 = v67 - v68;
-  const lanes v70 = v8 * v69;
-  const lanes v71 = v66 + v70;
-  const lanes v72 = v4 * thetadd_5;
-  const lanes v73 = v3 * thetad_5;
-  const lanes v74 = v73 * thetad_5;
-  const lanes v75 = v72 - v74;
-  const lanes v76 = 0.1915111107797445 * v75;
-  const lanes v77 = v76 * v1;
-  const lanes v78 = v71 + v77;
-  const lanes v79 = 2.0 * v48;
-  const lanes v80 = v79 * v52;
-  const lanes v81 = v78 + v80;
-  const lanes v82 = v81 * v6;
-  const lanes v83 = v62 - v82;
-  const lanes v84 = 2.0 * v39;
-  const lanes v85 = 0.1915111107797445 * v73;
-  const lanes v86 = v84 * v85;
-  const lanes v87 = v83 - v86;
-  const lanes v88 = v87 + thetadd_0;
-  const lanes v89 = v33 * v88;
-  const lanes v90 = 2.0 * v28;
-  const lanes v91 = v17 * v37;
-  const lanes v92 = v81 * v5;
-  const lanes v93 = v91 + v92;
-  const lanes v94 = v45 * v85;
-  const lanes v95 = v93 + v94;
-  const lanes v96 = v84 * v54;
-  const lanes v97 = v95 + v96;
-  const lanes v98 = v13 * v42;
-  const lanes v99 = v97 - v98;
-  const lanes v100 = v60 * v6;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = thetadd_1 - v101;
-  const lanes v103 = v90 * v102;
-  const lanes v104 = v89 + v103;
-  const lanes v105 = 2.0 * v11;
-  const lanes v106 = 0.16069690242163484 * v69;
-  const lanes v107 = v2 * v76;
-  const lanes v108 = v106 + v107;
-  const lanes v109 = v8 * v65;
-  const lanes v110 = v108 - v109;
-  const lanes v111 = 2.0 * v46;
-  const lanes v112 = v111 * v52;
-  const lanes v113 = v110 - v112;
-  const lanes v114 = thetadd_2 - v113;
-  const lanes v115 = v105 * v114;
-  const lanes v116 = v104 + v115;
-  const lanes v117 = 0.16069690242163484 * v48;
-  const lanes v118 = v2 * v52;
-  const lanes v119 = v117 + v118;
-  const lanes v120 = v46 * v8;
-  const lanes v121 = v119 - v120;
-  const lanes v122 = thetad_2 - v121;
-  const lanes v123 = 2.0 * v122;
-  const lanes v124 = v122 * v123;
-  const lanes v125 = v116 + v124;
-  const lanes v126 = v35 * v17;
-  const lanes v127 = v39 * v13;
-  const lanes v128 = v126 + v127;
-  const lanes v129 = v85 * v5;
-  const lanes v130 = v128 - v129;
-  const lanes v131 = v54 * v6;
-  const lanes v132 = v130 - v131;
-  const lanes v133 = v132 + thetad_0;
-  const lanes v134 = 2.0 * v133;
-  const lanes v135 = v133 * v134;
-  const lanes v136 = v125 + v135;
-  const lanes v137 = v39 * v17;
-  const lanes v138 = v54 * v5;
-  const lanes v139 = v137 + v138;
-  const lanes v140 = v35 * v13;
-  const lanes v141 = v139 - v140;
-  const lanes v142 = v85 * v6;
-  const lanes v143 = v141 - v142;
-  const lanes v144 = thetad_1 - v143;
-  const lanes v145 = 2.0 * v144;
-  const lanes v146 = v144 * v145;
-  const lanes v147 = v136 + v146;
-  const lanes v148 = v32 * v147;
-  const lanes v149 = v33 * v133;
-  const lanes v150 = v90 * v144;
-  const lanes v151 = v149 + v150;
-  const lanes v152 = v105 * v122;
-  const lanes v153 = v151 + v152;
-  const lanes v154 = v31 * v30;
-  const lanes v155 = 0.25 / v154;
-  const lanes v156 = v153 * v155;
-  const lanes v157 = v153 * v156;
-  const lanes v158 = v148 - v157;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5], thetad_0 = in[6], thetad_1 = in[7], thetad_2 = in[8], thetad_3 = in[9],
+      thetad_4 = in[10], thetad_5 = in[11], thetadd_0 = in[12], thetadd_1 = in[13],
+      thetadd_2 = in[14], thetadd_3 = in[15], thetadd_4 = in[16], thetadd_5 = in[17];
+  LANES_COS_SIN(v2, v1, theta_4); LANES_COS_SIN(v4, v3, theta_5); LANES_COS_SIN(v6, v5, theta_3);
+  const lanes v7 = 0.16069690242163484 * v1, v8 = 0.1915111107797445 * v3, v9 = v2 * v8,
+      v10 = v7 + v9, v11 = theta_2 - v10, v12 = v11 * v11, v13 = 0.1915111107797445 * v4,
+      v14 = v13 * v5, v15 = v8 * v1, v16 = 0.16069690242163484 * v2, v17 = v15 - v16,
+      v18 = v17 * v6, v19 = v14 - v18, v20 = v19 + theta_0, v21 = v20 - 0.3939231012048832,
+      v22 = v21 * v21, v23 = v12 + v22, v24 = v13 * v6, v25 = v17 * v5, v26 = v24 + v25,
+      v27 = theta_1 - v26, v28 = 0.06945927106677215 + v27, v29 = v28 * v28, v30 = v23 + v29;
+  LANES_LET1(v31, sqrt, v30);
+  const lanes v32 = 0.5 / v31, v33 = 2.0 * v21, v34 = v6 * thetadd_3, v35 = v5 * thetad_3,
+      v36 = v35 * thetad_3, v37 = v34 - v36, v38 = v13 * v37, v39 = v6 * thetad_3,
+      v40 = v39 * thetad_3, v41 = v5 * thetadd_3, v42 = v40 + v41, v43 = v17 * v42, v44 = v38 + v43,
+      v45 = 2.0 * v35, v46 = v1 * thetad_4, v47 = 0.16069690242163484 * v46, v48 = v2 * thetad_4,
+      v49 = v48 * v8, v50 = v47 + v49, v51 = v4 * thetad_5, v52 = 0.1915111107797445 * v51,
+      v53 = v52 * v1, v54 = v50 + v53, v55 = v45 * v54, v56 = v44 + v55, v57 = v3 * thetadd_5,
+      v58 = v51 * thetad_5, v59 = v57 + v58, v60 = 0.1915111107797445 * v59, v61 = v60 * v5,
+      v62 = v56 - v61, v63 = v48 * thetad_4, v64 = v1 * thetadd_4, v65 = v63 + v64,
+      v66 = 0.16069690242163484 * v65, v67 = v2 * thetadd_4, v68 = v46 * thetad_4, v69 = v67 - v68,
+      v70 = v8 * v69, v71 = v66 + v70, v72 = v4 * thetadd_5, v73 = v3 * thetad_5,
+      v74 = v73 * thetad_5, v75 = v72 - v74, v76 = 0.1915111107797445 * v75, v77 = v76 * v1,
+      v78 = v71 + v77, v79 = 2.0 * v48, v80 = v79 * v52, v81 = v78 + v80, v82 = v81 * v6,
+      v83 = v62 - v82, v84 = 2.0 * v39, v85 = 0.1915111107797445 * v73, v86 = v84 * v85,
+      v87 = v83 - v86, v88 = v87 + thetadd_0, v89 = v33 * v88, v90 = 2.0 * v28, v91 = v17 * v37,
+      v92 = v81 * v5, v93 = v91 + v92, v94 = v45 * v85, v95 = v93 + v94, v96 = v84 * v54,
+      v97 = v95 + v96, v98 = v13 * v42, v99 = v97 - v98, v100 = v60 * v6, v101 = v99 - v100,
+      v102 = thetadd_1 - v101, v103 = v90 * v102, v104 = v89 + v103, v105 = 2.0 * v11,
+      v106 = 0.16069690242163484 * v69, v107 = v2 * v76, v108 = v106 + v107, v109 = v8 * v65,
+      v110 = v108 - v109, v111 = 2.0 * v46, v112 = v111 * v52, v113 = v110 - v112,
+      v114 = thetadd_2 - v113, v115 = v105 * v114, v116 = v104 + v115,
+      v117 = 0.16069690242163484 * v48, v118 = v2 * v52, v119 = v117 + v118, v120 = v46 * v8,
+      v121 = v119 - v120, v122 = thetad_2 - v121, v123 = 2.0 * v122, v124 = v122 * v123,
+      v125 = v116 + v124, v126 = v35 * v17, v127 = v39 * v13, v128 = v126 + v127, v129 = v85 * v5,
+      v130 = v128 - v129, v131 = v54 * v6, v132 = v130 - v131, v133 = v132 + thetad_0,
+      v134 = 2.0 * v133, v135 = v133 * v134, v136 = v125 + v135, v137 = v39 * v17, v138 = v54 * v5,
+      v139 = v137 + v138, v140 = v35 * v13, v141 = v139 - v140, v142 = v85 * v6, v143 = v141 - v142,
+      v144 = thetad_1 - v143, v145 = 2.0 * v144, v146 = v144 * v145, v147 = v136 + v146,
+      v148 = v32 * v147, v149 = v33 * v133, v150 = v90 * v144, v151 = v149 + v150,
+      v152 = v105 * v122, v153 = v151 + v152, v154 = v31 * v30, v155 = 0.25 / v154,
+      v156 = v153 * v155, v157 = v153 * v156, v158 = v148 - v157;
   out[0] = v158;
-  const lanes v159 = v9 - v7;
-  const lanes v160 = v159 + theta_2;
-  const lanes v161 = v160 * v160;
-  const lanes v162 = v16 + v15;
-  const lanes v163 = v162 * v6;
-  const lanes v164 = v163 - v14;
-  const lanes v165 = v164 + theta_0;
-  const lanes v166 = v165 - 0.3939231012048832;
-  const lanes v167 = v166 * v166;
-  const lanes v168 = v161 + v167;
-  const lanes v169 = v162 * v5;
-  const lanes v170 = v24 + v169;
-  const lanes v171 = v170 + theta_1;
-  const lanes v172 = v171 - 0.06945927106677215;
-  const lanes v173 = v172 * v172;
-  const lanes v174 = v168 + v173;
-  lanes v175; LANES_NAME(lanes_sqrt)(&v174, &v175);
-  const lanes v176 = 0.5 / v175;
-  const lanes v177 = 2.0 * v166;
-  const lanes v178 = v70 + v77;
-  const lanes v179 = v178 + v80;
-  const lanes v180 = v179 - v66;
-  const lanes v181 = v180 * v6;
-  const lanes v182 = v61 + v181;
-  const lanes v183 = v182 + v86;
-  const lanes v184 = v183 - v38;
-  const lanes v185 = v42 * v162;
-  const lanes v186 = v184 - v185;
-  const lanes v187 = v49 + v53;
-  const lanes v188 = v187 - v47;
-  const lanes v189 = v45 * v188;
-  const lanes v190 = v186 - v189;
-  const lanes v191 = v190 + thetadd_0;
-  const lanes v192 = v177 * v191;
-  const lanes v193 = 2.0 * v172;
-  const lanes v194 = v37 * v162;
-  const lanes v195 = v180 * v5;
-  const lanes v196 = v194 + v195;
-  const lanes v197 = v196 + v94;
-  const lanes v198 = v84 * v188;
-  const lanes v199 = v197 + v198;
-  const lanes v200 = v199 - v98;
-  const lanes v201 = v200 - v100;
-  const lanes v202 = v201 + thetadd_1;
-  const lanes v203 = v193 * v202;
-  const lanes v204 = v192 + v203;
-  const lanes v205 = 2.0 * v160;
-  const lanes v206 = v107 - v106;
-  const lanes v207 = v206 - v109;
-  const lanes v208 = v207 - v112;
-  const lanes v209 = v208 + thetadd_2;
-  const lanes v210 = v205 * v209;
-  const lanes v211 = v204 + v210;
-  const lanes v212 = v118 - v117;
-  const lanes v213 = v212 - v120;
-  const lanes v214 = v213 + thetad_2;
-  const lanes v215 = 2.0 * v214;
-  const lanes v216 = v214 * v215;
-  const lanes v217 = v211 + v216;
-  const lanes v218 = v188 * v6;
-  const lanes v219 = v129 + v218;
-  const lanes v220 = v35 * v162;
-  const lanes v221 = v219 - v220;
-  const lanes v222 = v221 - v127;
-  const lanes v223 = v222 + thetad_0;
-  const lanes v224 = 2.0 * v223;
-  const lanes v225 = v223 * v224;
-  const lanes v226 = v217 + v225;
-  const lanes v227 = v39 * v162;
-  const lanes v228 = v188 * v5;
-  const lanes v229 = v227 + v228;
-  const lanes v230 = v229 - v140;
-  const lanes v231 = v230 - v142;
-  const lanes v232 = v231 + thetad_1;
-  const lanes v233 = 2.0 * v232;
-  const lanes v234 = v232 * v233;
-  const lanes v235 = v226 + v234;
-  const lanes v236 = v176 * v235;
-  const lanes v237 = v177 * v223;
-  const lanes v238 = v193 * v232;
-  const lanes v239 = v237 + v238;
-  const lanes v240 = v205 * v214;
-  const lanes v241 = v239 + v240;
-  const lanes v242 = v175 * v174;
-  const lanes v243 = 0.25 / v242;
-  const lanes v244 = v241 * v243;
-  const lanes v245 = v241 * v244;
-  const lanes v246 = v236 - v245;
+  const lanes v159 = v9 - v7, v160 = v159 + theta_2, v161 = v160 * v160, v162 = v16 + v15,
+      v163 = v162 * v6, v164 = v163 - v14, v165 = v164 + theta_0, v166 = v165 - 0.3939231012048832,
+      v167 = v166 * v166, v168 = v161 + v167, v169 = v162 * v5, v170 = v24 + v169,
+      v171 = v170 + theta_1, v172 = v171 - 0.06945927106677215, v173 = v172 * v172,
+      v174 = v168 + v173;
+  LANES_LET1(v175, sqrt, v174);
+  const lanes v176 = 0.5 / v175, v177 = 2.0 * v166, v178 = v70 + v77, v179 = v178 + v80,
+      v180 = v179 - v66, v181 = v180 * v6, v182 = v61 + v181, v183 = v182 + v86, v184 = v183 - v38,
+      v185 = v42 * v162, v186 = v184 - v185, v187 = v49 + v53, v188 = v187 - v47, v189 = v45 * v188,
+      v190 = v186 - v189, v191 = v190 + thetadd_0, v192 = v177 * v191, v193 = 2.0 * v172,
+      v194 = v37 * v162, v195 = v180 * v5, v196 = v194 + v195, v197 = v196 + v94, v198 = v84 * v188,
+      v199 = v197 + v198, v200 = v199 - v98, v201 = v200 - v100, v202 = v201 + thetadd_1,
+      v203 = v193 * v202, v204 = v192 + v203, v205 = 2.0 * v160, v206 = v107 - v106,
+      v207 = v206 - v109, v208 = v207 - v112, v209 = v208 + thetadd_2, v210 = v205 * v209,
+      v211 = v204 + v210, v212 = v118 - v117, v213 = v212 - v120, v214 = v213 + thetad_2,
+      v215 = 2.0 * v214, v216 = v214 * v215, v217 = v211 + v216, v218 = v188 * v6,
+      v219 = v129 + v218, v220 = v35 * v162, v221 = v219 - v220, v222 = v221 - v127,
+      v223 = v222 + thetad_0, v224 = 2.0 * v223, v225 = v223 * v224, v226 = v217 + v225,
+      v227 = v39 * v162, v228 = v188 * v5, v229 = v227 + v228, v230 = v229 - v140,
+      v231 = v230 - v142, v232 = v231 + thetad_1, v233 = 2.0 * v232, v234 = v232 * v233,
+      v235 = v226 + v234, v236 = v176 * v235, v237 = v177 * v223, v238 = v193 * v232,
+      v239 = v237 + v238, v240 = v205 * v214, v241 = v239 + v240, v242 = v175 * v174,
+      v243 = 0.25 / v242, v244 = v241 * v243, v245 = v241 * v244, v246 = v236 - v245;
   out[1] = v246;
-  const lanes v247 = 0.2349231551964771 * v3;
-  const lanes v248 = v2 * v247;
-  const lanes v249 = 0.08550503583141718 * v1;
-  const lanes v250 = v248 - v249;
-  const lanes v251 = v250 + theta_2;
-  const lanes v252 = v251 * v251;
-  const lanes v253 = 0.08550503583141718 * v2;
-  const lanes v254 = v247 * v1;
-  const lanes v255 = v253 + v254;
-  const lanes v256 = v255 * v6;
-  const lanes v257 = 0.2349231551964771 * v4;
-  const lanes v258 = v257 * v5;
-  const lanes v259 = v256 - v258;
-  const lanes v260 = v259 + theta_0;
-  const lanes v261 = 0.1368080573302675 + v260;
-  const lanes v262 = v261 * v261;
-  const lanes v263 = v252 + v262;
-  const lanes v264 = v257 * v6;
-  const lanes v265 = v255 * v5;
-  const lanes v266 = v264 + v265;
-  const lanes v267 = v266 + theta_1;
-  const lanes v268 = v267 - 0.37587704831436336;
-  const lanes v269 = v268 * v268;
-  const lanes v270 = v263 + v269;
-  lanes v271; LANES_NAME(lanes_sqrt)(&v270, &v271);
-  const lanes v272 = 0.5 / v271;
-  const lanes v273 = 2.0 * v261;
-  const lanes v274 = 0.2349231551964771 * v59;
-  const lanes v275 = v274 * v5;
-  const lanes v276 = v69 * v247;
-  const lanes v277 = 0.2349231551964771 * v75;
-  const lanes v278 = v277 * v1;
-  const lanes v279 = v276 + v278;
-  const lanes v280 = 0.2349231551964771 * v51;
-  const lanes v281 = v79 * v280;
-  const lanes v282 = v279 + v281;
-  const lanes v283 = 0.08550503583141718 * v65;
-  const lanes v284 = v282 - v283;
-  const lanes v285 = v284 * v6;
-  const lanes v286 = v275 + v285;
-  const lanes v287 = 0.2349231551964771 * v73;
-  const lanes v288 = v84 * v287;
-  const lanes v289 = v286 + v288;
-  const lanes v290 = v42 * v255;
-  const lanes v291 = v289 - v290;
-  const lanes v292 = v37 * v257;
-  const lanes v293 = v291 - v292;
-  const lanes v294 = v48 * v247;
-  const lanes v295 = v280 * v1;
-  const lanes v296 = v294 + v295;
-  const lanes v297 = 0.08550503583141718 * v46;
-  const lanes v298 = v296 - v297;
-  const lanes v299 = v45 * v298;
-  const lanes v300 = v293 - v299;
-  const lanes v301 = v300 + thetadd_0;
-  const lanes v302 = v273 * v301;
-  const lanes v303 = 2.0 * v268;
-  const lanes v304 = v37 * v255;
-  const lanes v305 = v284 * v5;
-  const lanes v306 = v304 + v305;
-  const lanes v307 = v45 * v287;
-  const lanes v308 = v306 + v307;
-  const lanes v309 = v84 * v298;
-  const lanes v310 = v308 + v309;
-  const lanes v311 = v42 * v257;
-  const lanes v312 = v310 - v311;
-  const lanes v313 = v274 * v6;
-  const lanes v314 = v312 - v313;
-  const lanes v315 = v314 + thetadd_1;
-  const lanes v316 = v303 * v315;
-  const lanes v317 = v302 + v316;
-  const lanes v318 = 2.0 * v251;
-  const lanes v319 = v2 * v277;
-  const lanes v320 = 0.08550503583141718 * v69;
-  const lanes v321 = v319 - v320;
-  const lanes v322 = v65 * v247;
-  const lanes v323 = v321 - v322;
-  const lanes v324 = v111 * v280;
-  const lanes v325 = v323 - v324;
-  const lanes v326 = v325 + thetadd_2;
-  const lanes v327 = v318 * v326;
-  const lanes v328 = v317 + v327;
-  const lanes v329 = v2 * v280;
-  const lanes v330 = 0.08550503583141718 * v48;
-  const lanes v331 = v329 - v330;
-  const lanes v332 = v46 * v247;
-  const lanes v333 = v331 - v332;
-  const lanes v334 = v333 + thetad_2;
-  const lanes v335 = 2.0 * v334;
-  const lanes v336 = v334 * v335;
-  const lanes v337 = v328 + v336;
-  const lanes v338 = v287 * v5;
-  const lanes v339 = v298 * v6;
-  const lanes v340 = v338 + v339;
-  const lanes v341 = v35 * v255;
-  const lanes v342 = v340 - v341;
-  const lanes v343 = v39 * v257;
-  const lanes v344 = v342 - v343;
-  const lanes v345 = v344 + thetad_0;
-  const lanes v346 = 2.0 * v345;
-  const lanes v347 = v345 * v346;
-  const lanes v348 = v337 + v347;
-  const lanes v349 = v39 * v255;
-  const lanes v350 = v298 * v5;
-  const lanes v351 = v349 + v350;
-  const lanes v352 = v35 * v257;
-  const lanes v353 = v351 - v352;
-  const lanes v354 = v287 * v6;
-  const lanes v355 = v353 - v354;
-  const lanes v356 = v355 + thetad_1;
-  const lanes v357 = 2.0 * v356;
-  const lanes v358 = v356 * v357;
-  const lanes v359 = v348 + v358;
-  const lanes v360 = v272 * v359;
-  const lanes v361 = v273 * v345;
-  const lanes v362 = v303 * v356;
-  const lanes v363 = v361 + v362;
-  const lanes v364 = v318 * v334;
-  const lanes v365 = v363 + v364;
-  const lanes v366 = v271 * v270;
-  const lanes v367 = 0.25 / v366;
-  const lanes v368 = v365 * v367;
-  const lanes v369 = v365 * v368;
-  const lanes v370 = v360 - v369;
+  const lanes v247 = 0.2349231551964771 * v3, v248 = v2 * v247, v249 = 0.08550503583141718 * v1,
+      v250 = v248 - v249, v251 = v250 + theta_2, v252 = v251 * v251,
+      v253 = 0.08550503583141718 * v2, v254 = v247 * v1, v255 = v253 + v254, v256 = v255 * v6,
+      v257 = 0.2349231551964771 * v4, v258 = v257 * v5, v259 = v256 - v258, v260 = v259 + theta_0,
+      v261 = 0.1368080573302675 + v260, v262 = v261 * v261, v263 = v252 + v262, v264 = v257 * v6,
+      v265 = v255 * v5, v266 = v264 + v265, v267 = v266 + theta_1,
+      v268 = v267 - 0.37587704831436336, v269 = v268 * v268, v270 = v263 + v269;
+  LANES_LET1(v271, sqrt, v270);
+  const lanes v272 = 0.5 / v271, v273 = 2.0 * v261, v274 = 0.2349231551964771 * v59,
+      v275 = v274 * v5, v276 = v69 * v247, v277 = 0.2349231551964771 * v75, v278 = v277 * v1,
+      v279 = v276 + v278, v280 = 0.2349231551964771 * v51, v281 = v79 * v280, v282 = v279 + v281,
+      v283 = 0.08550503583141718 * v65, v284 = v282 - v283, v285 = v284 * v6, v286 = v275 + v285,
+      v287 = 0.2349231551964771 * v73, v288 = v84 * v287, v289 = v286 + v288, v290 = v42 * v255,
+      v291 = v289 - v290, v292 = v37 * v257, v293 = v291 - v292, v294 = v48 * v247,
+      v295 = v280 * v1, v296 = v294 + v295, v297 = 0.08550503583141718 * v46, v298 = v296 - v297,
+      v299 = v45 * v298, v300 = v293 - v299, v301 = v300 + thetadd_0, v302 = v273 * v301,
+      v303 = 2.0 * v268, v304 = v37 * v255, v305 = v284 * v5, v306 = v304 + v305, v307 = v45 * v287,
+      v308 = v306 + v307, v309 = v84 * v298, v310 = v308 + v309, v311 = v42 * v257,
+      v312 = v310 - v311, v313 = v274 * v6, v314 = v312 - v313, v315 = v314 + thetadd_1,
+      v316 = v303 * v315, v317 = v302 + v316, v318 = 2.0 * v251, v319 = v2 * v277,
+      v320 = 0.08550503583141718 * v69, v321 = v319 - v320, v322 = v65 * v247, v323 = v321 - v322,
+      v324 = v111 * v280, v325 = v323 - v324, v326 = v325 + thetadd_2, v327 = v318 * v326,
+      v328 = v317 + v327, v329 = v2 * v280, v330 = 0.08550503583141718 * v48, v331 = v329 - v330,
+      v332 = v46 * v247, v333 = v331 - v332, v334 = v333 + thetad_2, v335 = 2.0 * v334,
+      v336 = v334 * v335, v337 = v328 + v336, v338 = v287 * v5, v339 = v298 * v6,
+      v340 = v338 + v339, v341 = v35 * v255, v342 = v340 - v341, v343 = v39 * v257,
+      v344 = v342 - v343, v345 = v344 + thetad_0, v346 = 2.0 * v345, v347 = v345 * v346,
+      v348 = v337 + v347, v349 = v39 * v255, v350 = v298 * v5, v351 = v349 + v350,
+      v352 = v35 * v257, v353 = v351 - v352, v354 = v287 * v6, v355 = v353 - v354,
+      v356 = v355 + thetad_1, v357 = 2.0 * v356, v358 = v356 * v357, v359 = v348 + v358,
+      v360 = v272 * v359, v361 = v273 * v345, v362 = v303 * v356, v363 = v361 + v362,
+      v364 = v318 * v334, v365 = v363 + v364, v366 = v271 * v270, v367 = 0.25 / v366,
+      v368 = v365 * v367, v369 = v365 * v368, v370 = v360 - v369;
   out[2] = v370;
-  const lanes v371 = 0.246201938253052 * v1;
-  const lanes v372 = 0.04341204441673259 * v3;
-  const lanes v373 = v2 * v372;
-  const lanes v374 = v371 + v373;
-  const lanes v375 = v374 + theta_2;
-  const lanes v376 = v375 * v375;
-  const lanes v377 = 0.04341204441673259 * v4;
-  const lanes v378 = v377 * v5;
-  const lanes v379 = 0.246201938253052 * v2;
-  const lanes v380 = v372 * v1;
-  const lanes v381 = v379 - v380;
-  const lanes v382 = v381 * v6;
-  const lanes v383 = v378 + v382;
-  const lanes v384 = theta_0 - v383;
-  const lanes v385 = 0.25711504387461576 + v384;
-  const lanes v386 = v385 * v385;
-  const lanes v387 = v376 + v386;
-  const lanes v388 = v377 * v6;
-  const lanes v389 = v381 * v5;
-  const lanes v390 = v388 - v389;
-  const lanes v391 = v390 + theta_1;
-  const lanes v392 = v391 - 0.3064177772475912;
-  const lanes v393 = v392 * v392;
-  const lanes v394 = v387 + v393;
-  lanes v395; LANES_NAME(lanes_sqrt)(&v394, &v395);
-  const lanes v396 = 0.5 / v395;
-  const lanes v397 = 2.0 * v385;
-  const lanes v398 = v37 * v377;
-  const lanes v399 = 0.246201938253052 * v46;
-  const lanes v400 = v48 * v372;
-  const lanes v401 = v399 + v400;
-  const lanes v402 = 0.04341204441673259 * v51;
-  const lanes v403 = v402 * v1;
-  const lanes v404 = v401 + v403;
-  const lanes v405 = v45 * v404;
-  const lanes v406 = v398 + v405;
-  const lanes v407 = v42 * v381;
-  const lanes v408 = v406 - v407;
-  const lanes v409 = 0.04341204441673259 * v59;
-  const lanes v410 = v409 * v5;
-  const lanes v411 = v408 - v410;
-  const lanes v412 = 0.246201938253052 * v65;
-  const lanes v413 = v69 * v372;
-  const lanes v414 = v412 + v413;
-  const lanes v415 = 0.04341204441673259 * v75;
-  const lanes v416 = v415 * v1;
-  const lanes v417 = v414 + v416;
-  const lanes v418 = v79 * v402;
-  const lanes v419 = v417 + v418;
-  const lanes v420 = v419 * v6;
-  const lanes v421 = v411 - v420;
-  const lanes v422 = 0.04341204441673259 * v73;
-  const lanes v423 = v84 * v422;
-  const lanes v424 = v421 - v423;
-  const lanes v425 = thetadd_0 - v424;
-  const lanes v426 = v397 * v425;
-  const lanes v427 = 2.0 * v392;
-  const lanes v428 = v419 * v5;
-  const lanes v429 = v45 * v422;
-  const lanes v430 = v428 + v429;
-  const lanes v431 = v84 * v404;
-  const lanes v432 = v430 + v431;
-  const lanes v433 = v42 * v377;
-  const lanes v434 = v432 - v433;
-  const lanes v435 = v37 * v381;
-  const lanes v436 = v434 - v435;
-  const lanes v437 = v409 * v6;
-  const lanes v438 = v436 - v437;
-  const lanes v439 = v438 + thetadd_1;
-  const lanes v440 = v427 * v439;
-  const lanes v441 = v426 + v440;
-  const lanes v442 = 2.0 * v375;
-  const lanes v443 = 0.246201938253052 * v69;
-  const lanes v444 = v2 * v415;
-  const lanes v445 = v443 + v444;
-  const lanes v446 = v65 * v372;
-  const lanes v447 = v445 - v446;
-  const lanes v448 = v111 * v402;
-  const lanes v449 = v447 - v448;
-  const lanes v450 = v449 + thetadd_2;
-  const lanes v451 = v442 * v450;
-  const lanes v452 = v441 + v451;
-  const lanes v453 = 0.246201938253052 * v48;
-  const lanes v454 = v2 * v402;
-  const lanes v455 = v453 + v454;
-  const lanes v456 = v46 * v372;
-  const lanes v457 = v455 - v456;
-  const lanes v458 = v457 + thetad_2;
-  const lanes v459 = 2.0 * v458;
-  const lanes v460 = v458 * v459;
-  const lanes v461 = v452 + v460;
-  const lanes v462 = v39 * v377;
-  const lanes v463 = v35 * v381;
-  const lanes v464 = v462 - v463;
-  const lanes v465 = v422 * v5;
-  const lanes v466 = v464 - v465;
-  const lanes v467 = v404 * v6;
-  const lanes v468 = v466 - v467;
-  const lanes v469 = thetad_0 - v468;
-  const lanes v470 = 2.0 * v469;
-  const lanes v471 = v469 * v470;
-  const lanes v472 = v461 + v471;
-  const lanes v473 = v404 * v5;
-  const lanes v474 = v35 * v377;
-  const lanes v475 = v473 - v474;
-  const lanes v476 = v39 * v381;
-  const lanes v477 = v475 - v476;
-  const lanes v478 = v422 * v6;
-  const lanes v479 = v477 - v478;
-  const lanes v480 = v479 + thetad_1;
-  const lanes v481 = 2.0 * v480;
-  const lanes v482 = v480 * v481;
-  const lanes v483 = v472 + v482;
-  const lanes v484 = v396 * v483;
-  const lanes v485 = v397 * v469;
-  const lanes v486 = v427 * v480;
-  const lanes v487 = v485 + v486;
-  const lanes v488 = v442 * v458;
-  const lanes v489 = v487 + v488;
-  const lanes v490 = v395 * v394;
-  const lanes v491 = 0.25 / v490;
-  const lanes v492 = v489 * v491;
-  const lanes v493 = v489 * v492;
-  const lanes v494 = v484 - v493;
+  const lanes v371 = 0.246201938253052 * v1, v372 = 0.04341204441673259 * v3, v373 = v2 * v372,
+      v374 = v371 + v373, v375 = v374 + theta_2, v376 = v375 * v375,
+      v377 = 0.04341204441673259 * v4, v378 = v377 * v5, v379 = 0.246201938253052 * v2,
+      v380 = v372 * v1, v381 = v379 - v380, v382 = v381 * v6, v383 = v378 + v382,
+      v384 = theta_0 - v383, v385 = 0.25711504387461576 + v384, v386 = v385 * v385,
+      v387 = v376 + v386, v388 = v377 * v6, v389 = v381 * v5, v390 = v388 - v389,
+      v391 = v390 + theta_1, v392 = v391 - 0.3064177772475912, v393 = v392 * v392,
+      v394 = v387 + v393;
+  LANES_LET1(v395, sqrt, v394);
+  const lanes v396 = 0.5 / v395, v397 = 2.0 * v385, v398 = v37 * v377,
+      v399 = 0.246201938253052 * v46, v400 = v48 * v372, v401 = v399 + v400,
+      v402 = 0.04341204441673259 * v51, v403 = v402 * v1, v404 = v401 + v403, v405 = v45 * v404,
+      v406 = v398 + v405, v407 = v42 * v381, v408 = v406 - v407, v409 = 0.04341204441673259 * v59,
+      v410 = v409 * v5, v411 = v408 - v410, v412 = 0.246201938253052 * v65, v413 = v69 * v372,
+      v414 = v412 + v413, v415 = 0.04341204441673259 * v75, v416 = v415 * v1, v417 = v414 + v416,
+      v418 = v79 * v402, v419 = v417 + v418, v420 = v419 * v6, v421 = v411 - v420,
+      v422 = 0.04341204441673259 * v73, v423 = v84 * v422, v424 = v421 - v423,
+      v425 = thetadd_0 - v424, v426 = v397 * v425, v427 = 2.0 * v392, v428 = v419 * v5,
+      v429 = v45 * v422, v430 = v428 + v429, v431 = v84 * v404, v432 = v430 + v431,
+      v433 = v42 * v377, v434 = v432 - v433, v435 = v37 * v381, v436 = v434 - v435,
+      v437 = v409 * v6, v438 = v436 - v437, v439 = v438 + thetadd_1, v440 = v427 * v439,
+      v441 = v426 + v440, v442 = 2.0 * v375, v443 = 0.246201938253052 * v69, v444 = v2 * v415,
+      v445 = v443 + v444, v446 = v65 * v372, v447 = v445 - v446, v448 = v111 * v402,
+      v449 = v447 - v448, v450 = v449 + thetadd_2, v451 = v442 * v450, v452 = v441 + v451,
+      v453 = 0.246201938253052 * v48, v454 = v2 * v402, v455 = v453 + v454, v456 = v46 * v372,
+      v457 = v455 - v456, v458 = v457 + thetad_2, v459 = 2.0 * v458, v460 = v458 * v459,
+      v461 = v452 + v460, v462 = v39 * v377, v463 = v35 * v381, v464 = v462 - v463,
+      v465 = v422 * v5, v466 = v464 - v465, v467 = v404 * v6, v468 = v466 - v467,
+      v469 = thetad_0 - v468, v470 = 2.0 * v469, v471 = v469 * v470, v472 = v461 + v471,
+      v473 = v404 * v5, v474 = v35 * v377, v475 = v473 - v474, v476 = v39 * v381,
+      v477 = v475 - v476, v478 = v422 * v6, v479 = v477 - v478, v480 = v479 + thetad_1,
+      v481 = 2.0 * v480, v482 = v480 * v481, v483 = v472 + v482, v484 = v396 * v483,
+      v485 = v397 * v469, v486 = v427 * v480, v487 = v485 + v486, v488 = v442 * v458,
+      v489 = v487 + v488, v490 = v395 * v394, v491 = 0.25 / v490, v492 = v489 * v491,
+      v493 = v489 * v492, v494 = v484 - v493;
   out[3] = v494;
-  const lanes v495 = v371 - v373;
-  const lanes v496 = v495 + theta_2;
-  const lanes v497 = v496 * v496;
-  const lanes v498 = v379 + v380;
-  const lanes v499 = v6 * v498;
-  const lanes v500 = v378 - v499;
-  const lanes v501 = v500 + theta_0;
-  const lanes v502 = 0.25711504387461576 + v501;
-  const lanes v503 = v502 * v502;
-  const lanes v504 = v497 + v503;
-  const lanes v505 = v498 * v5;
-  const lanes v506 = v388 + v505;
-  const lanes v507 = theta_1 - v506;
-  const lanes v508 = 0.3064177772475912 + v507;
-  const lanes v509 = v508 * v508;
-  const lanes v510 = v504 + v509;
-  lanes v511; LANES_NAME(lanes_sqrt)(&v510, &v511);
-  const lanes v512 = 0.5 / v511;
-  const lanes v513 = 2.0 * v502;
-  const lanes v514 = v42 * v498;
-  const lanes v515 = v514 + v398;
-  const lanes v516 = v400 + v403;
-  const lanes v517 = v516 - v399;
-  const lanes v518 = v45 * v517;
-  const lanes v519 = v515 + v518;
-  const lanes v520 = v519 - v410;
-  const lanes v521 = v413 + v416;
-  const lanes v522 = v521 + v418;
-  const lanes v523 = v522 - v412;
-  const lanes v524 = v523 * v6;
-  const lanes v525 = v520 - v524;
-  const lanes v526 = v525 - v423;
-  const lanes v527 = v526 + thetadd_0;
-  const lanes v528 = v513 * v527;
-  const lanes v529 = 2.0 * v508;
-  const lanes v530 = v37 * v498;
-  const lanes v531 = v523 * v5;
-  const lanes v532 = v530 + v531;
-  const lanes v533 = v532 + v429;
-  const lanes v534 = v84 * v517;
-  const lanes v535 = v533 + v534;
-  const lanes v536 = v535 - v433;
-  const lanes v537 = v536 - v437;
-  const lanes v538 = thetadd_1 - v537;
-  const lanes v539 = v529 * v538;
-  const lanes v540 = v528 + v539;
-  const lanes v541 = 2.0 * v496;
-  const lanes v542 = v443 + v446;
-  const lanes v543 = v542 + v448;
-  const lanes v544 = v543 - v444;
-  const lanes v545 = v544 + thetadd_2;
-  const lanes v546 = v541 * v545;
-  const lanes v547 = v540 + v546;
-  const lanes v548 = v453 + v456;
-  const lanes v549 = v548 - v454;
-  const lanes v550 = v549 + thetad_2;
-  const lanes v551 = 2.0 * v550;
-  const lanes v552 = v550 * v551;
-  const lanes v553 = v547 + v552;
-  const lanes v554 = v35 * v498;
-  const lanes v555 = v554 + v462;
-  const lanes v556 = v555 - v465;
-  const lanes v557 = v517 * v6;
-  const lanes v558 = v556 - v557;
-  const lanes v559 = v558 + thetad_0;
-  const lanes v560 = 2.0 * v559;
-  const lanes v561 = v559 * v560;
-  const lanes v562 = v553 + v561;
-  const lanes v563 = v39 * v498;
-  const lanes v564 = v517 * v5;
-  const lanes v565 = v563 + v564;
-  const lanes v566 = v565 - v474;
-  const lanes v567 = v566 - v478;
-  const lanes v568 = thetad_1 - v567;
-  const lanes v569 = 2.0 * v568;
-  const lanes v570 = v568 * v569;
-  const lanes v571 = v562 + v570;
-  const lanes v572 = v512 * v571;
-  const lanes v573 = v513 * v559;
-  const lanes v574 = v529 * v568;
-  const lanes v575 = v573 + v574;
-  const lanes v576 = v541 * v550;
-  const lanes v577 = v575 + v576;
-  const lanes v578 = v511 * v510;
-  const lanes v579 = 0.25 / v578;
-  const lanes v580 = v577 * v579;
-  const lanes v581 = v577 * v580;
-  const lanes v582 = v572 - v581;
+  const lanes v495 = v371 - v373, v496 = v495 + theta_2, v497 = v496 * v496, v498 = v379 + v380,
+      v499 = v6 * v498, v500 = v378 - v499, v501 = v500 + theta_0,
+      v502 = 0.25711504387461576 + v501, v503 = v502 * v502, v504 = v497 + v503, v505 = v498 * v5,
+      v506 = v388 + v505, v507 = theta_1 - v506, v508 = 0.3064177772475912 + v507,
+      v509 = v508 * v508, v510 = v504 + v509;
+  LANES_LET1(v511, sqrt, v510);
+  const lanes v512 = 0.5 / v511, v513 = 2.0 * v502, v514 = v42 * v498, v515 = v514 + v398,
+      v516 = v400 + v403, v517 = v516 - v399, v518 = v45 * v517, v519 = v515 + v518,
+      v520 = v519 - v410, v521 = v413 + v416, v522 = v521 + v418, v523 = v522 - v412,
+      v524 = v523 * v6, v525 = v520 - v524, v526 = v525 - v423, v527 = v526 + thetadd_0,
+      v528 = v513 * v527, v529 = 2.0 * v508, v530 = v37 * v498, v531 = v523 * v5,
+      v532 = v530 + v531, v533 = v532 + v429, v534 = v84 * v517, v535 = v533 + v534,
+      v536 = v535 - v433, v537 = v536 - v437, v538 = thetadd_1 - v537, v539 = v529 * v538,
+      v540 = v528 + v539, v541 = 2.0 * v496, v542 = v443 + v446, v543 = v542 + v448,
+      v544 = v543 - v444, v545 = v544 + thetadd_2, v546 = v541 * v545, v547 = v540 + v546,
+      v548 = v453 + v456, v549 = v548 - v454, v550 = v549 + thetad_2, v551 = 2.0 * v550,
+      v552 = v550 * v551, v553 = v547 + v552, v554 = v35 * v498, v555 = v554 + v462,
+      v556 = v555 - v465, v557 = v517 * v6, v558 = v556 - v557, v559 = v558 + thetad_0,
+      v560 = 2.0 * v559, v561 = v559 * v560, v562 = v553 + v561, v563 = v39 * v498,
+      v564 = v517 * v5, v565 = v563 + v564, v566 = v565 - v474, v567 = v566 - v478,
+      v568 = thetad_1 - v567, v569 = 2.0 * v568, v570 = v568 * v569, v571 = v562 + v570,
+      v572 = v512 * v571, v573 = v513 * v559, v574 = v529 * v568, v575 = v573 + v574,
+      v576 = v541 * v550, v577 = v575 + v576, v578 = v511 * v510, v579 = 0.25 / v578,
+      v580 = v577 * v579, v581 = v577 * v580, v582 = v572 - v581;
   out[4] = v582;
-  const lanes v583 = v249 + v248;
-  const lanes v584 = theta_2 - v583;
-  const lanes v585 = v584 * v584;
-  const lanes v586 = v254 - v253;
-  const lanes v587 = v6 * v586;
-  const lanes v588 = v258 - v587;
-  const lanes v589 = v588 + theta_0;
-  const lanes v590 = 0.1368080573302675 + v589;
-  const lanes v591 = v590 * v590;
-  const lanes v592 = v585 + v591;
-  const lanes v593 = v5 * v586;
-  const lanes v594 = v264 + v593;
-  const lanes v595 = theta_1 - v594;
-  const lanes v596 = 0.37587704831436336 + v595;
-  const lanes v597 = v596 * v596;
-  const lanes v598 = v592 + v597;
-  lanes v599; LANES_NAME(lanes_sqrt)(&v598, &v599);
-  const lanes v600 = 0.5 / v599;
-  const lanes v601 = 2.0 * v590;
-  const lanes v602 = v42 * v586;
-  const lanes v603 = v602 + v292;
-  const lanes v604 = v297 + v294;
-  const lanes v605 = v604 + v295;
-  const lanes v606 = v45 * v605;
-  const lanes v607 = v603 + v606;
-  const lanes v608 = v607 - v275;
-  const lanes v609 = v283 + v276;
-  const lanes v610 = v609 + v278;
-  const lanes v611 = v610 + v281;
-  const lanes v612 = v611 * v6;
-  const lanes v613 = v608 - v612;
-  const lanes v614 = v613 - v288;
-  const lanes v615 = v614 + thetadd_0;
-  const lanes v616 = v601 * v615;
-  const lanes v617 = 2.0 * v596;
-  const lanes v618 = v37 * v586;
-  const lanes v619 = v611 * v5;
-  const lanes v620 = v618 + v619;
-  const lanes v621 = v620 + v307;
-  const lanes v622 = v84 * v605;
-  const lanes v623 = v621 + v622;
-  const lanes v624 = v623 - v311;
-  const lanes v625 = v624 - v313;
-  const lanes v626 = thetadd_1 - v625;
-  const lanes v627 = v617 * v626;
-  const lanes v628 = v616 + v627;
-  const lanes v629 = 2.0 * v584;
-  const lanes v630 = v320 + v319;
-  const lanes v631 = v630 - v322;
-  const lanes v632 = v631 - v324;
-  const lanes v633 = thetadd_2 - v632;
-  const lanes v634 = v629 * v633;
-  const lanes v635 = v628 + v634;
-  const lanes v636 = v330 + v329;
-  const lanes v637 = v636 - v332;
-  const lanes v638 = thetad_2 - v637;
-  const lanes v639 = 2.0 * v638;
-  const lanes v640 = v638 * v639;
-  const lanes v641 = v635 + v640;
-  const lanes v642 = v35 * v586;
-  const lanes v643 = v642 + v343;
-  const lanes v644 = v643 - v338;
-  const lanes v645 = v605 * v6;
-  const lanes v646 = v644 - v645;
-  const lanes v647 = v646 + thetad_0;
-  const lanes v648 = 2.0 * v647;
-  const lanes v649 = v647 * v648;
-  const lanes v650 = v641 + v649;
-  const lanes v651 = v39 * v586;
-  const lanes v652 = v605 * v5;
-  const lanes v653 = v651 + v652;
-  const lanes v654 = v653 - v352;
-  const lanes v655 = v654 - v354;
-  const lanes v656 = thetad_1 - v655;
-  const lanes v657 = 2.0 * v656;
-  const lanes v658 = v656 * v657;
-  const lanes v659 = v650 + v658;
-  const lanes v660 = v600 * v659;
-  const lanes v661 = v601 * v647;
-  const lanes v662 = v617 * v656;
-  const lanes v663 = v661 + v662;
-  const lanes v664 = v629 * v638;
-  const lanes v665 = v663 + v664;
-  const lanes v666 = v599 * v598;
-  const lanes v667 = 0.25 / v666;
-  const lanes v668 = v665 * v667;
-  const lanes v669 = v665 * v668;
-  const lanes v670 = v660 - v669;
+  const lanes v583 = v249 + v248, v584 = theta_2 - v583, v585 = v584 * v584, v586 = v254 - v253,
+      v587 = v6 * v586, v588 = v258 - v587, v589 = v588 + theta_0, v590 = 0.1368080573302675 + v589,
+      v591 = v590 * v590, v592 = v585 + v591, v593 = v5 * v586, v594 = v264 + v593,
+      v595 = theta_1 - v594, v596 = 0.37587704831436336 + v595, v597 = v596 * v596,
+      v598 = v592 + v597;
+  LANES_LET1(v599, sqrt, v598);
+  const lanes v600 = 0.5 / v599, v601 = 2.0 * v590, v602 = v42 * v586, v603 = v602 + v292,
+      v604 = v297 + v294, v605 = v604 + v295, v606 = v45 * v605, v607 = v603 + v606,
+      v608 = v607 - v275, v609 = v283 + v276, v610 = v609 + v278, v611 = v610 + v281,
+      v612 = v611 * v6, v613 = v608 - v612, v614 = v613 - v288, v615 = v614 + thetadd_0,
+      v616 = v601 * v615, v617 = 2.0 * v596, v618 = v37 * v586, v619 = v611 * v5,
+      v620 = v618 + v619, v621 = v620 + v307, v622 = v84 * v605, v623 = v621 + v622,
+      v624 = v623 - v311, v625 = v624 - v313, v626 = thetadd_1 - v625, v627 = v617 * v626,
+      v628 = v616 + v627, v629 = 2.0 * v584, v630 = v320 + v319, v631 = v630 - v322,
+      v632 = v631 - v324, v633 = thetadd_2 - v632, v634 = v629 * v633, v635 = v628 + v634,
+      v636 = v330 + v329, v637 = v636 - v332, v638 = thetad_2 - v637, v639 = 2.0 * v638,
+      v640 = v638 * v639, v641 = v635 + v640, v642 = v35 * v586, v643 = v642 + v343,
+      v644 = v643 - v338, v645 = v605 * v6, v646 = v644 - v645, v647 = v646 + thetad_0,
+      v648 = 2.0 * v647, v649 = v647 * v648, v650 = v641 + v649, v651 = v39 * v586,
+      v652 = v605 * v5, v653 = v651 + v652, v654 = v653 - v352, v655 = v654 - v354,
+      v656 = thetad_1 - v655, v657 = 2.0 * v656, v658 = v656 * v657, v659 = v650 + v658,
+      v660 = v600 * v659, v661 = v601 * v647, v662 = v617 * v656, v663 = v661 + v662,
+      v664 = v629 * v638, v665 = v663 + v664, v666 = v599 * v598, v667 = 0.25 / v666,
+      v668 = v665 * v667, v669 = v665 * v668, v670 = v660 - v669;
   out[5] = v670;
 }
 
 static LANES_TARGET void LANES_NAME(stewart_gough_constraint)(const lanes *in, lanes *out)
 {
-  const lanes z_0 = in[0];
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes z_4 = in[4];
-  const lanes z_5 = in[5];
-  const lanes z_6 = in[6];
-  const lanes z_7 = in[7];
-  const lanes z_8 = in[8];
-  const lanes z_9 = in[9];
-  const lanes z_10 = in[10];
-  const lanes z_11 = in[11];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&z_3, &v3, &v1);
-  lanes v2, v5; LANES_NAME(lanes_cos_sin)(&z_5, &v2, &v5);
-  lanes v6, v4; LANES_NAME(lanes_cos_sin)(&z_4, &v6, &v4);
-  const lanes v7 = 0.1915111107797445 * v2;
-  const lanes v8 = v1 * v7;
-  const lanes v9 = 0.1915111107797445 * v5;
-  const lanes v10 = v4 * v9;
-  const lanes v11 = 0.16069690242163484 * v6;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v3 * v12;
-  const lanes v14 = v8 - v13;
-  const lanes v15 = v14 + z_0;
-  const lanes v16 = 0.3939231012048832 - v15;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = v3 * v7;
-  const lanes v19 = v1 * v12;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = z_1 - v20;
-  const lanes v22 = 0.06945927106677215 + v21;
-  const lanes v23 = v22 * v22;
-  const lanes v24 = v17 + v23;
-  const lanes v25 = 0.16069690242163484 * v4;
-  const lanes v26 = v6 * v9;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = z_2 - v27;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = v24 + v29;
-  lanes v31; LANES_NAME(lanes_sqrt)(&v30, &v31);
-  const lanes v32 = v31 - z_6;
-  const lanes v33 = v32 - 0.57;
+  const lanes z_0 = in[0], z_1 = in[1], z_2 = in[2], z_3 = in[3], z_4 = in[4], z_5 = in[5],
+      z_6 = in[6], z_7 = in[7], z_8 = in[8], z_9 = in[9], z_10 = in[10], z_11 = in[11];
+  LANES_COS_SIN(v3, v1, z_3); LANES_COS_SIN(v2, v5, z_5); LANES_COS_SIN(v6, v4, z_4);
+  const lanes v7 = 0.1915111107797445 * v2, v8 = v1 * v7, v9 = 0.1915111107797445 * v5,
+      v10 = v4 * v9, v11 = 0.16069690242163484 * v6, v12 = v10 - v11, v13 = v3 * v12,
+      v14 = v8 - v13, v15 = v14 + z_0, v16 = 0.3939231012048832 - v15, v17 = v16 * v16,
+      v18 = v3 * v7, v19 = v1 * v12, v20 = v18 + v19, v21 = z_1 - v20,
+      v22 = 0.06945927106677215 + v21, v23 = v22 * v22, v24 = v17 + v23,
+      v25 = 0.16069690242163484 * v4, v26 = v6 * v9, v27 = v25 + v26, v28 = z_2 - v27,
+      v29 = v28 * v28, v30 = v24 + v29;
+  LANES_LET1(v31, sqrt, v30);
+  const lanes v32 = v31 - z_6, v33 = v32 - 0.57;
   out[0] = v33;
-  const lanes v34 = v11 + v10;
-  const lanes v35 = v3 * v34;
-  const lanes v36 = v35 - v8;
-  const lanes v37 = v36 + z_0;
-  const lanes v38 = 0.3939231012048832 - v37;
-  const lanes v39 = v38 * v38;
-  const lanes v40 = v1 * v34;
-  const lanes v41 = v18 + v40;
-  const lanes v42 = v41 + z_1;
-  const lanes v43 = 0.06945927106677215 - v42;
-  const lanes v44 = v43 * v43;
-  const lanes v45 = v39 + v44;
-  const lanes v46 = v26 - v25;
-  const lanes v47 = v46 + z_2;
-  const lanes v48 = v47 * v47;
-  const lanes v49 = v45 + v48;
-  lanes v50; LANES_NAME(lanes_sqrt)(&v49, &v50);
-  const lanes v51 = v50 - z_7;
-  const lanes v52 = v51 - 0.57;
+  const lanes v34 = v11 + v10, v35 = v3 * v34, v36 = v35 - v8, v37 = v36 + z_0,
+      v38 = 0.3939231012048832 - v37, v39 = v38 * v38, v40 = v1 * v34, v41 = v18 + v40,
+      v42 = v41 + z_1, v43 = 0.06945927106677215 - v42, v44 = v43 * v43, v45 = v39 + v44,
+      v46 = v26 - v25, v47 = v46 + z_2, v48 = v47 * v47, v49 = v45 + v48;
+  LANES_LET1(v50, sqrt, v49);
+  const lanes v51 = v50 - z_7, v52 = v51 - 0.57;
   out[1] = v52;
-  const lanes v53 = 0.08550503583141718 * v6;
-  const lanes v54 = 0.2349231551964771 * v5;
-  const lanes v55 = v4 * v54;
-  const lanes v56 = v53 + v55;
-  const lanes v57 = v3 * v56;
-  const lanes v58 = 0.2349231551964771 * v2;
-  const lanes v59 = v1 * v58;
-  const lanes v60 = v57 - v59;
-  const lanes v61 = v60 + z_0;
-  const lanes v62 = 0.1368080573302675 + v61;
-  const lanes v63 = v62 * v62;
-  const lanes v64 = v3 * v58;
-  const lanes v65 = v1 * v56;
-  const lanes v66 = v64 + v65;
-  const lanes v67 = v66 + z_1;
-  const lanes v68 = 0.37587704831436336 - v67;
-  const lanes v69 = v68 * v68;
-  const lanes v70 = v63 + v69;
-  const lanes v71 = v6 * v54;
-  const lanes v72 = 0.08550503583141718 * v4;
-  const lanes v73 = v71 - v72;
-  const lanes v74 = v73 + z_2;
-  const lanes v75 = v74 * v74;
-  const lanes v76 = v70 + v75;
-  lanes v77; LANES_NAME(lanes_sqrt)(&v76, &v77);
-  const lanes v78 = v77 - z_8;
-  const lanes v79 = v78 - 0.57;
+  const lanes v53 = 0.08550503583141718 * v6, v54 = 0.2349231551964771 * v5, v55 = v4 * v54,
+      v56 = v53 + v55, v57 = v3 * v56, v58 = 0.2349231551964771 * v2, v59 = v1 * v58,
+      v60 = v57 - v59, v61 = v60 + z_0, v62 = 0.1368080573302675 + v61, v63 = v62 * v62,
+      v64 = v3 * v58, v65 = v1 * v56, v66 = v64 + v65, v67 = v66 + z_1,
+      v68 = 0.37587704831436336 - v67, v69 = v68 * v68, v70 = v63 + v69, v71 = v6 * v54,
+      v72 = 0.08550503583141718 * v4, v73 = v71 - v72, v74 = v73 + z_2, v75 = v74 * v74,
+      v76 = v70 + v75;
+  LANES_LET1(v77, sqrt, v76);
+  const lanes v78 = v77 - z_8, v79 = v78 - 0.57;
   out[2] = v79;
-  const lanes v80 = 0.246201938253052 * v6;
-  const lanes v81 = 0.04341204441673259 * v5;
-  const lanes v82 = v4 * v81;
-  const lanes v83 = v80 - v82;
-  const lanes v84 = v3 * v83;
-  const lanes v85 = 0.04341204441673259 * v2;
-  const lanes v86 = v1 * v85;
-  const lanes v87 = v84 + v86;
-  const lanes v88 = z_0 - v87;
-  const lanes v89 = 0.25711504387461576 + v88;
-  const lanes v90 = v89 * v89;
-  const lanes v91 = v3 * v85;
-  const lanes v92 = v1 * v83;
-  const lanes v93 = v91 - v92;
-  const lanes v94 = v93 + z_1;
-  const lanes v95 = 0.3064177772475912 - v94;
-  const lanes v96 = v95 * v95;
-  const lanes v97 = v90 + v96;
-  const lanes v98 = 0.246201938253052 * v4;
-  const lanes v99 = v6 * v81;
-  const lanes v100 = v98 + v99;
-  const lanes v101 = v100 + z_2;
-  const lanes v102 = v101 * v101;
-  const lanes v103 = v97 + v102;
-  lanes v104; LANES_NAME(lanes_sqrt)(&v103, &v104);
-  const lanes v105 = v104 - z_9;
-  const lanes v106 = v105 - 0.57;
+  const lanes v80 = 0.246201938253052 * v6, v81 = 0.04341204441673259 * v5, v82 = v4 * v81,
+      v83 = v80 - v82, v84 = v3 * v83, v85 = 0.04341204441673259 * v2, v86 = v1 * v85,
+      v87 = v84 + v86, v88 = z_0 - v87, v89 = 0.25711504387461576 + v88, v90 = v89 * v89,
+      v91 = v3 * v85, v92 = v1 * v83, v93 = v91 - v92, v94 = v93 + z_1,
+      v95 = 0.3064177772475912 - v94, v96 = v95 * v95, v97 = v90 + v96,
+      v98 = 0.246201938253052 * v4, v99 = v6 * v81, v100 = v98 + v99, v101 = v100 + z_2,
+      v102 = v101 * v101, v103 = v97 + v102;
+  LANES_LET1(v104, sqrt, v103);
+  const lanes v105 = v104 - z_9, v106 = v105 - 0.57;
   out[3] = v106;
-  const lanes v107 = v80 + v82;
-  const lanes v108 = v3 * v107;
-  const lanes v109 = v86 - v108;
-  const lanes v110 = v109 + z_0;
-  const lanes v111 = 0.25711504387461576 + v110;
-  const lanes v112 = v111 * v111;
-  const lanes v113 = v1 * v107;
-  const lanes v114 = v91 + v113;
-  const lanes v115 = z_1 - v114;
-  const lanes v116 = 0.3064177772475912 + v115;
-  const lanes v117 = v116 * v116;
-  const lanes v118 = v112 + v117;
-  const lanes v119 = v98 - v99;
-  const lanes v120 = v119 + z_2;
-  const lanes v121 = v120 * v120;
-  const lanes v122 = v118 + v121;
-  lanes v123; LANES_NAME(lanes_sqrt)(&v122, &v123);
-  const lanes v124 = v123 - z_10;
-  const lanes v125 = v124 - 0.57;
+  const lanes v107 = v80 + v82, v108 = v3 * v107, v109 = v86 - v108, v110 = v109 + z_0,
+      v111 = 0.25711504387461576 + v110, v112 = v111 * v111, v113 = v1 * v107, v114 = v91 + v113,
+      v115 = z_1 - v114, v116 = 0.3064177772475912 + v115, v117 = v116 * v116, v118 = v112 + v117,
+      v119 = v98 - v99, v120 = v119 + z_2, v121 = v120 * v120, v122 = v118 + v121;
+  LANES_LET1(v123, sqrt, v122);
+  const lanes v124 = v123 - z_10, v125 = v124 - 0.57;
   out[4] = v125;
-  const lanes v126 = v55 - v53;
-  const lanes v127 = v3 * v126;
-  const lanes v128 = v59 - v127;
-  const lanes v129 = v128 + z_0;
-  const lanes v130 = 0.1368080573302675 + v129;
-  const lanes v131 = v130 * v130;
-  const lanes v132 = v1 * v126;
-  const lanes v133 = v64 + v132;
-  const lanes v134 = z_1 - v133;
-  const lanes v135 = 0.37587704831436336 + v134;
-  const lanes v136 = v135 * v135;
-  const lanes v137 = v131 + v136;
-  const lanes v138 = v72 + v71;
-  const lanes v139 = z_2 - v138;
-  const lanes v140 = v139 * v139;
-  const lanes v141 = v137 + v140;
-  lanes v142; LANES_NAME(lanes_sqrt)(&v141, &v142);
-  const lanes v143 = v142 - z_11;
-  const lanes v144 = v143 - 0.57;
+  const lanes v126 = v55 - v53, v127 = v3 * v126, v128 = v59 - v127, v129 = v128 + z_0,
+      v130 = 0.1368080573302675 + v129, v131 = v130 * v130, v132 = v1 * v126, v133 = v64 + v132,
+      v134 = z_1 - v133, v135 = 0.37587704831436336 + v134, v136 = v135 * v135, v137 = v131 + v136,
+      v138 = v72 + v71, v139 = z_2 - v138, v140 = v139 * v139, v141 = v137 + v140;
+  LANES_LET1(v142, sqrt, v141);
+  const lanes v143 = v142 - z_11, v144 = v143 - 0.57;
   out[5] = v144;
 }
 
 static LANES_TARGET void LANES_NAME(stewart_gough_constraint_D_z)(const lanes *in, lanes *out)
 {
-  const lanes z_0 = in[0];
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes z_4 = in[4];
-  const lanes z_5 = in[5];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&z_3, &v3, &v1);
-  lanes v2, v5; LANES_NAME(lanes_cos_sin)(&z_5, &v2, &v5);
-  lanes v6, v4; LANES_NAME(lanes_cos_sin)(&z_4, &v6, &v4);
-  const lanes v7 = 0.1915111107797445 * v2;
-  const lanes v8 = v1 * v7;
-  const lanes v9 = 0.1915111107797445 * v5;
-  const lanes v10 = v4 * v9;
-  const lanes v11 = 0.16069690242163484 * v6;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v3 * v12;
-  const lanes v14 = v8 - v13;
-  const lanes v15 = v14 + z_0;
-  const lanes v16 = 0.3939231012048832 - v15;
-  const lanes v17 = 2.0 * v16;
-  const lanes v18 = v16 * v16;
-  const lanes v19 = v3 * v7;
-  const lanes v20 = v1 * v12;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = z_1 - v21;
-  const lanes v23 = 0.06945927106677215 + v22;
-  const lanes v24 = v23 * v23;
-  const lanes v25 = v18 + v24;
-  const lanes v26 = 0.16069690242163484 * v4;
-  const lanes v27 = v6 * v9;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = z_2 - v28;
-  const lanes v30 = v29 * v29;
-  const lanes v31 = v25 + v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.5 / v32;
-  const lanes v34 = v17 * v33;
-  const lanes v35 = -v34;
+  const lanes z_0 = in[0], z_1 = in[1], z_2 = in[2], z_3 = in[3], z_4 = in[4], z_5 = in[5];
+  LANES_COS_SIN(v3, v1, z_3); LANES_COS_SIN(v2, v5, z_5); LANES_COS_SIN(v6, v4, z_4);
+  const lanes v7 = 0.1915111107797445 * v2, v8 = v1 * v7, v9 = 0.1915111107797445 * v5,
+      v10 = v4 * v9, v11 = 0.16069690242163484 * v6, v12 = v10 - v11, v13 = v3 * v12,
+      v14 = v8 - v13, v15 = v14 + z_0, v16 = 0.3939231012048832 - v15, v17 = 2.0 * v16,
+      v18 = v16 * v16, v19 = v3 * v7, v20 = v1 * v12, v21 = v19 + v20, v22 = z_1 - v21,
+      v23 = 0.06945927106677215 + v22, v24 = v23 * v23, v25 = v18 + v24,
+      v26 = 0.16069690242163484 * v4, v27 = v6 * v9, v28 = v26 + v27, v29 = z_2 - v28,
+      v30 = v29 * v29, v31 = v25 + v30;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = 0.5 / v32, v34 = v17 * v33, v35 = -v34;
   out[0] = v35;
-  const lanes v36 = 2.0 * v23;
-  const lanes v37 = v33 * v36;
+  const lanes v36 = 2.0 * v23, v37 = v33 * v36;
   out[1] = v37;
-  const lanes v38 = 2.0 * v29;
-  const lanes v39 = v33 * v38;
+  const lanes v38 = 2.0 * v29, v39 = v33 * v38;
   out[2] = v39;
-  const lanes v40 = v14 * v36;
-  const lanes v41 = v21 * v17;
-  const lanes v42 = v40 - v41;
-  const lanes v43 = v33 * v42;
+  const lanes v40 = v14 * v36, v41 = v21 * v17, v42 = v40 - v41, v43 = v33 * v42;
   out[3] = v43;
-  const lanes v44 = v3 * v28;
-  const lanes v45 = v17 * v44;
-  const lanes v46 = v12 * v38;
-  const lanes v47 = v45 + v46;
-  const lanes v48 = v1 * v28;
-  const lanes v49 = v36 * v48;
-  const lanes v50 = v47 - v49;
-  const lanes v51 = v33 * v50;
+  const lanes v44 = v3 * v28, v45 = v17 * v44, v46 = v12 * v38, v47 = v45 + v46, v48 = v1 * v28,
+      v49 = v36 * v48, v50 = v47 - v49, v51 = v33 * v50;
   out[4] = v51;
-  const lanes v52 = v4 * v7;
-  const lanes v53 = v3 * v52;
-  const lanes v54 = v1 * v9;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = v17 * v55;
-  const lanes v57 = v1 * v52;
-  const lanes v58 = v3 * v9;
-  const lanes v59 = v57 - v58;
-  const lanes v60 = v36 * v59;
-  const lanes v61 = v56 - v60;
-  const lanes v62 = v6 * v7;
-  const lanes v63 = v38 * v62;
-  const lanes v64 = v61 - v63;
-  const lanes v65 = v33 * v64;
-  out[5] = v65;
-  out[6] = LANES_OF(-1.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  const lanes v66 = v11 + v10;
-  const lanes v67 = v3 * v66;
-  const lanes v68 = v67 - v8;
-  const lanes v69 = v68 + z_0;
-  const lanes v70 = 0.3939231012048832 - v69;
-  const lanes v71 = 2.0 * v70;
-  const lanes v72 = v70 * v70;
-  const lanes v73 = v1 * v66;
-  const lanes v74 = v19 + v73;
-  const lanes v75 = v74 + z_1;
-  const lanes v76 = 0.06945927106677215 - v75;
-  const lanes v77 = v76 * v76;
-  const lanes v78 = v72 + v77;
-  const lanes v79 = v27 - v26;
-  const lanes v80 = v79 + z_2;
-  const lanes v81 = v80 * v80;
-  const lanes v82 = v78 + v81;
-  lanes v83; LANES_NAME(lanes_sqrt)(&v82, &v83);
-  const lanes v84 = 0.5 / v83;
-  const lanes v85 = v71 * v84;
-  const lanes v86 = -v85;
+  const lanes v52 = v4 * v7, v53 = v3 * v52, v54 = v1 * v9, v55 = v53 + v54, v56 = v17 * v55,
+      v57 = v1 * v52, v58 = v3 * v9, v59 = v57 - v58, v60 = v36 * v59, v61 = v56 - v60,
+      v62 = v6 * v7, v63 = v38 * v62, v64 = v61 - v63, v65 = v33 * v64;
+  out[5] = v65; out[6] = LANES_OF(-1.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
+  out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  const lanes v66 = v11 + v10, v67 = v3 * v66, v68 = v67 - v8, v69 = v68 + z_0,
+      v70 = 0.3939231012048832 - v69, v71 = 2.0 * v70, v72 = v70 * v70, v73 = v1 * v66,
+      v74 = v19 + v73, v75 = v74 + z_1, v76 = 0.06945927106677215 - v75, v77 = v76 * v76,
+      v78 = v72 + v77, v79 = v27 - v26, v80 = v79 + z_2, v81 = v80 * v80, v82 = v78 + v81;
+  LANES_LET1(v83, sqrt, v82);
+  const lanes v84 = 0.5 / v83, v85 = v71 * v84, v86 = -v85;
   out[12] = v86;
-  const lanes v87 = 2.0 * v76;
-  const lanes v88 = v84 * v87;
-  const lanes v89 = -v88;
+  const lanes v87 = 2.0 * v76, v88 = v84 * v87, v89 = -v88;
   out[13] = v89;
-  const lanes v90 = 2.0 * v80;
-  const lanes v91 = v84 * v90;
+  const lanes v90 = 2.0 * v80, v91 = v84 * v90;
   out[14] = v91;
-  const lanes v92 = v74 * v71;
-  const lanes v93 = v68 * v87;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = v84 * v94;
+  const lanes v92 = v74 * v71, v93 = v68 * v87, v94 = v92 - v93, v95 = v84 * v94;
   out[15] = v95;
-  const lanes v96 = v3 * v79;
-  const lanes v97 = v71 * v96;
-  const lanes v98 = v1 * v79;
-  const lanes v99 = v87 * v98;
-  const lanes v100 = v97 + v99;
-  const lanes v101 = v66 * v90;
-  const lanes v102 = v100 + v101;
-  const lanes v103 = v84 * v102;
-  const lanes v104 = -v103;
+  const lanes v96 = v3 * v79, v97 = v71 * v96, v98 = v1 * v79, v99 = v87 * v98, v100 = v97 + v99,
+      v101 = v66 * v90, v102 = v100 + v101, v103 = v84 * v102, v104 = -v103;
   out[16] = v104;
-  const lanes v105 = v90 * v62;
-  const lanes v106 = v71 * v55;
-  const lanes v107 = v105 - v106;
-  const lanes v108 = v87 * v59;
-  const lanes v109 = v107 - v108;
-  const lanes v110 = v84 * v109;
-  out[17] = v110;
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(-1.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  const lanes v111 = 0.08550503583141718 * v6;
-  const lanes v112 = 0.2349231551964771 * v5;
-  const lanes v113 = v4 * v112;
-  const lanes v114 = v111 + v113;
-  const lanes v115 = v3 * v114;
-  const lanes v116 = 0.2349231551964771 * v2;
-  const lanes v117 = v1 * v116;
-  const lanes v118 = v115 - v117;
-  const lanes v119 = v118 + z_0;
-  const lanes v120 = 0.1368080573302675 + v119;
-  const lanes v121 = 2.0 * v120;
-  const lanes v122 = v120 * v120;
-  const lanes v123 = v3 * v116;
-  const lanes v124 = v1 * v114;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = v125 + z_1;
-  const lanes v127 = 0.37587704831436336 - v126;
-  const lanes v128 = v127 * v127;
-  const lanes v129 = v122 + v128;
-  const lanes v130 = v6 * v112;
-  const lanes v131 = 0.08550503583141718 * v4;
-  const lanes v132 = v130 - v131;
-  const lanes v133 = v132 + z_2;
-  const lanes v134 = v133 * v133;
-  const lanes v135 = v129 + v134;
-  lanes v136; LANES_NAME(lanes_sqrt)(&v135, &v136);
-  const lanes v137 = 0.5 / v136;
-  const lanes v138 = v121 * v137;
+  const lanes v105 = v90 * v62, v106 = v71 * v55, v107 = v105 - v106, v108 = v87 * v59,
+      v109 = v107 - v108, v110 = v84 * v109;
+  out[17] = v110; out[18] = LANES_OF(0.0); out[19] = LANES_OF(-1.0); out[20] = LANES_OF(0.0);
+  out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0);
+  const lanes v111 = 0.08550503583141718 * v6, v112 = 0.2349231551964771 * v5, v113 = v4 * v112,
+      v114 = v111 + v113, v115 = v3 * v114, v116 = 0.2349231551964771 * v2, v117 = v1 * v116,
+      v118 = v115 - v117, v119 = v118 + z_0, v120 = 0.1368080573302675 + v119, v121 = 2.0 * v120,
+      v122 = v120 * v120, v123 = v3 * v116, v124 = v1 * v114, v125 = v123 + v124, v126 = v125 + z_1,
+      v127 = 0.37587704831436336 - v126, v128 = v127 * v127, v129 = v122 + v128, v130 = v6 * v112,
+      v131 = 0.08550503583141718 * v4, v132 = v130 - v131, v133 = v132 + z_2, v134 = v133 * v133,
+      v135 = v129 + v134;
+  LANES_LET1(v136, sqrt, v135);
+  const lanes v137 = 0.5 / v136, v138 = v121 * v137;
   out[24] = v138;
-  const lanes v139 = 2.0 * v127;
-  const lanes v140 = v137 * v139;
-  const lanes v141 = -v140;
+  const lanes v139 = 2.0 * v127, v140 = v137 * v139, v141 = -v140;
   out[25] = v141;
-  const lanes v142 = 2.0 * v133;
-  const lanes v143 = v137 * v142;
+  const lanes v142 = 2.0 * v133, v143 = v137 * v142;
   out[26] = v143;
-  const lanes v144 = v125 * v121;
-  const lanes v145 = v118 * v139;
-  const lanes v146 = v144 + v145;
-  const lanes v147 = v137 * v146;
-  const lanes v148 = -v147;
+  const lanes v144 = v125 * v121, v145 = v118 * v139, v146 = v144 + v145, v147 = v137 * v146,
+      v148 = -v147;
   out[27] = v148;
-  const lanes v149 = v3 * v132;
-  const lanes v150 = v121 * v149;
-  const lanes v151 = v1 * v132;
-  const lanes v152 = v139 * v151;
-  const lanes v153 = v150 - v152;
-  const lanes v154 = v114 * v142;
-  const lanes v155 = v153 - v154;
-  const lanes v156 = v137 * v155;
+  const lanes v149 = v3 * v132, v150 = v121 * v149, v151 = v1 * v132, v152 = v139 * v151,
+      v153 = v150 - v152, v154 = v114 * v142, v155 = v153 - v154, v156 = v137 * v155;
   out[28] = v156;
-  const lanes v157 = v4 * v116;
-  const lanes v158 = v3 * v157;
-  const lanes v159 = v1 * v112;
-  const lanes v160 = v158 + v159;
-  const lanes v161 = v121 * v160;
-  const lanes v162 = v6 * v116;
-  const lanes v163 = v142 * v162;
-  const lanes v164 = v161 + v163;
-  const lanes v165 = v1 * v157;
-  const lanes v166 = v3 * v112;
-  const lanes v167 = v165 - v166;
-  const lanes v168 = v139 * v167;
-  const lanes v169 = v164 - v168;
-  const lanes v170 = v137 * v169;
-  out[29] = v170;
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(-1.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
-  const lanes v171 = 0.246201938253052 * v6;
-  const lanes v172 = 0.04341204441673259 * v5;
-  const lanes v173 = v4 * v172;
-  const lanes v174 = v171 - v173;
-  const lanes v175 = v3 * v174;
-  const lanes v176 = 0.04341204441673259 * v2;
-  const lanes v177 = v1 * v176;
-  const lanes v178 = v175 + v177;
-  const lanes v179 = z_0 - v178;
-  const lanes v180 = 0.25711504387461576 + v179;
-  const lanes v181 = 2.0 * v180;
-  const lanes v182 = v180 * v180;
-  const lanes v183 = v3 * v176;
-  const lanes v184 = v1 * v174;
-  const lanes v185 = v183 - v184;
-  const lanes v186 = v185 + z_1;
-  const lanes v187 = 0.3064177772475912 - v186;
-  const lanes v188 = v187 * v187;
-  const lanes v189 = v182 + v188;
-  const lanes v190 = 0.246201938253052 * v4;
-  const lanes v191 = v6 * v172;
-  const lanes v192 = v190 + v191;
-  const lanes v193 = v192 + z_2;
-  const lanes v194 = v193 * v193;
-  const lanes v195 = v189 + v194;
-  lanes v196; LANES_NAME(lanes_sqrt)(&v195, &v196);
-  const lanes v197 = 0.5 / v196;
-  const lanes v198 = v181 * v197;
+  const lanes v157 = v4 * v116, v158 = v3 * v157, v159 = v1 * v112, v160 = v158 + v159,
+      v161 = v121 * v160, v162 = v6 * v116, v163 = v142 * v162, v164 = v161 + v163,
+      v165 = v1 * v157, v166 = v3 * v112, v167 = v165 - v166, v168 = v139 * v167,
+      v169 = v164 - v168, v170 = v137 * v169;
+  out[29] = v170; out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(-1.0);
+  out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0);
+  const lanes v171 = 0.246201938253052 * v6, v172 = 0.04341204441673259 * v5, v173 = v4 * v172,
+      v174 = v171 - v173, v175 = v3 * v174, v176 = 0.04341204441673259 * v2, v177 = v1 * v176,
+      v178 = v175 + v177, v179 = z_0 - v178, v180 = 0.25711504387461576 + v179, v181 = 2.0 * v180,
+      v182 = v180 * v180, v183 = v3 * v176, v184 = v1 * v174, v185 = v183 - v184, v186 = v185 + z_1,
+      v187 = 0.3064177772475912 - v186, v188 = v187 * v187, v189 = v182 + v188,
+      v190 = 0.246201938253052 * v4, v191 = v6 * v172, v192 = v190 + v191, v193 = v192 + z_2,
+      v194 = v193 * v193, v195 = v189 + v194;
+  LANES_LET1(v196, sqrt, v195);
+  const lanes v197 = 0.5 / v196, v198 = v181 * v197;
   out[36] = v198;
-  const lanes v199 = 2.0 * v187;
-  const lanes v200 = v197 * v199;
-  const lanes v201 = -v200;
+  const lanes v199 = 2.0 * v187, v200 = v197 * v199, v201 = -v200;
   out[37] = v201;
-  const lanes v202 = 2.0 * v193;
-  const lanes v203 = v197 * v202;
+  const lanes v202 = 2.0 * v193, v203 = v197 * v202;
   out[38] = v203;
-  const lanes v204 = v178 * v199;
-  const lanes v205 = v185 * v181;
-  const lanes v206 = v204 - v205;
-  const lanes v207 = v197 * v206;
+  const lanes v204 = v178 * v199, v205 = v185 * v181, v206 = v204 - v205, v207 = v197 * v206;
   out[39] = v207;
-  const lanes v208 = v3 * v192;
-  const lanes v209 = v181 * v208;
-  const lanes v210 = v174 * v202;
-  const lanes v211 = v209 + v210;
-  const lanes v212 = v1 * v192;
-  const lanes v213 = v199 * v212;
-  const lanes v214 = v211 - v213;
-  const lanes v215 = v197 * v214;
+  const lanes v208 = v3 * v192, v209 = v181 * v208, v210 = v174 * v202, v211 = v209 + v210,
+      v212 = v1 * v192, v213 = v199 * v212, v214 = v211 - v213, v215 = v197 * v214;
   out[40] = v215;
-  const lanes v216 = v4 * v176;
-  const lanes v217 = v3 * v216;
-  const lanes v218 = v1 * v172;
-  const lanes v219 = v217 + v218;
-  const lanes v220 = v181 * v219;
-  const lanes v221 = v6 * v176;
-  const lanes v222 = v202 * v221;
-  const lanes v223 = v220 + v222;
-  const lanes v224 = v1 * v216;
-  const lanes v225 = v3 * v172;
-  const lanes v226 = v224 - v225;
-  const lanes v227 = v199 * v226;
-  const lanes v228 = v223 - v227;
-  const lanes v229 = v197 * v228;
-  out[41] = v229;
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(-1.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(0.0);
-  const lanes v230 = v171 + v173;
-  const lanes v231 = v3 * v230;
-  const lanes v232 = v177 - v231;
-  const lanes v233 = v232 + z_0;
-  const lanes v234 = 0.25711504387461576 + v233;
-  const lanes v235 = 2.0 * v234;
-  const lanes v236 = v234 * v234;
-  const lanes v237 = v1 * v230;
-  const lanes v238 = v183 + v237;
-  const lanes v239 = z_1 - v238;
-  const lanes v240 = 0.3064177772475912 + v239;
-  const lanes v241 = v240 * v240;
-  const lanes v242 = v236 + v241;
-  const lanes v243 = v190 - v191;
-  const lanes v244 = v243 + z_2;
-  const lanes v245 = v244 * v244;
-  const lanes v246 = v242 + v245;
-  lanes v247; LANES_NAME(lanes_sqrt)(&v246, &v247);
-  const lanes v248 = 0.5 / v247;
-  const lanes v249 = v235 * v248;
+  const lanes v216 = v4 * v176, v217 = v3 * v216, v218 = v1 * v172, v219 = v217 + v218,
+      v220 = v181 * v219, v221 = v6 * v176, v222 = v202 * v221, v223 = v220 + v222,
+      v224 = v1 * v216, v225 = v3 * v172, v226 = v224 - v225, v227 = v199 * v226,
+      v228 = v223 - v227, v229 = v197 * v228;
+  out[41] = v229; out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0); out[44] = LANES_OF(0.0);
+  out[45] = LANES_OF(-1.0); out[46] = LANES_OF(0.0); out[47] = LANES_OF(0.0);
+  const lanes v230 = v171 + v173, v231 = v3 * v230, v232 = v177 - v231, v233 = v232 + z_0,
+      v234 = 0.25711504387461576 + v233, v235 = 2.0 * v234, v236 = v234 * v234, v237 = v1 * v230,
+      v238 = v183 + v237, v239 = z_1 - v238, v240 = 0.3064177772475912 + v239, v241 = v240 * v240,
+      v242 = v236 + v241, v243 = v190 - v191, v244 = v243 + z_2, v245 = v244 * v244,
+      v246 = v242 + v245;
+  LANES_LET1(v247, sqrt, v246);
+  const lanes v248 = 0.5 / v247, v249 = v235 * v248;
   out[48] = v249;
-  const lanes v250 = 2.0 * v240;
-  const lanes v251 = v248 * v250;
+  const lanes v250 = 2.0 * v240, v251 = v248 * v250;
   out[49] = v251;
-  const lanes v252 = 2.0 * v244;
-  const lanes v253 = v248 * v252;
+  const lanes v252 = 2.0 * v244, v253 = v248 * v252;
   out[50] = v253;
-  const lanes v254 = v238 * v235;
-  const lanes v255 = v232 * v250;
-  const lanes v256 = v254 + v255;
-  const lanes v257 = v248 * v256;
+  const lanes v254 = v238 * v235, v255 = v232 * v250, v256 = v254 + v255, v257 = v248 * v256;
   out[51] = v257;
-  const lanes v258 = v3 * v243;
-  const lanes v259 = v235 * v258;
-  const lanes v260 = v1 * v243;
-  const lanes v261 = v250 * v260;
-  const lanes v262 = v259 + v261;
-  const lanes v263 = v230 * v252;
-  const lanes v264 = v262 + v263;
-  const lanes v265 = v248 * v264;
+  const lanes v258 = v3 * v243, v259 = v235 * v258, v260 = v1 * v243, v261 = v250 * v260,
+      v262 = v259 + v261, v263 = v230 * v252, v264 = v262 + v263, v265 = v248 * v264;
   out[52] = v265;
-  const lanes v266 = v235 * v219;
-  const lanes v267 = v250 * v226;
-  const lanes v268 = v266 + v267;
-  const lanes v269 = v252 * v221;
-  const lanes v270 = v268 + v269;
-  const lanes v271 = v248 * v270;
-  const lanes v272 = -v271;
-  out[53] = v272;
-  out[54] = LANES_OF(0.0);
-  out[55] = LANES_OF(0.0);
-  out[56] = LANES_OF(0.0);
-  out[57] = LANES_OF(0.0);
-  out[58] = LANES_OF(-1.0);
-  out[59] = LANES_OF(0.0);
-  const lanes v273 = v113 - v111;
-  const lanes v274 = v3 * v273;
-  const lanes v275 = v117 - v274;
-  const lanes v276 = v275 + z_0;
-  const lanes v277 = 0.1368080573302675 + v276;
-  const lanes v278 = 2.0 * v277;
-  const lanes v279 = v277 * v277;
-  const lanes v280 = v1 * v273;
-  const lanes v281 = v123 + v280;
-  const lanes v282 = z_1 - v281;
-  const lanes v283 = 0.37587704831436336 + v282;
-  const lanes v284 = v283 * v283;
-  const lanes v285 = v279 + v284;
-  const lanes v286 = v131 + v130;
-  const lanes v287 = z_2 - v286;
-  const lanes v288 = v287 * v287;
-  const lanes v289 = v285 + v288;
-  lanes v290; LANES_NAME(lanes_sqrt)(&v289, &v290);
-  const lanes v291 = 0.5 / v290;
-  const lanes v292 = v278 * v291;
+  const lanes v266 = v235 * v219, v267 = v250 * v226, v268 = v266 + v267, v269 = v252 * v221,
+      v270 = v268 + v269, v271 = v248 * v270, v272 = -v271;
+  out[53] = v272; out[54] = LANES_OF(0.0); out[55] = LANES_OF(0.0); out[56] = LANES_OF(0.0);
+  out[57] = LANES_OF(0.0); out[58] = LANES_OF(-1.0); out[59] = LANES_OF(0.0);
+  const lanes v273 = v113 - v111, v274 = v3 * v273, v275 = v117 - v274, v276 = v275 + z_0,
+      v277 = 0.1368080573302675 + v276, v278 = 2.0 * v277, v279 = v277 * v277, v280 = v1 * v273,
+      v281 = v123 + v280, v282 = z_1 - v281, v283 = 0.37587704831436336 + v282, v284 = v283 * v283,
+      v285 = v279 + v284, v286 = v131 + v130, v287 = z_2 - v286, v288 = v287 * v287,
+      v289 = v285 + v288;
+  LANES_LET1(v290, sqrt, v289);
+  const lanes v291 = 0.5 / v290, v292 = v278 * v291;
   out[60] = v292;
-  const lanes v293 = 2.0 * v283;
-  const lanes v294 = v291 * v293;
+  const lanes v293 = 2.0 * v283, v294 = v291 * v293;
   out[61] = v294;
-  const lanes v295 = 2.0 * v287;
-  const lanes v296 = v291 * v295;
+  const lanes v295 = 2.0 * v287, v296 = v291 * v295;
   out[62] = v296;
-  const lanes v297 = v281 * v278;
-  const lanes v298 = v275 * v293;
-  const lanes v299 = v297 + v298;
-  const lanes v300 = v291 * v299;
+  const lanes v297 = v281 * v278, v298 = v275 * v293, v299 = v297 + v298, v300 = v291 * v299;
   out[63] = v300;
-  const lanes v301 = v273 * v295;
-  const lanes v302 = v3 * v286;
-  const lanes v303 = v278 * v302;
-  const lanes v304 = v301 - v303;
-  const lanes v305 = v1 * v286;
-  const lanes v306 = v293 * v305;
-  const lanes v307 = v304 - v306;
-  const lanes v308 = v291 * v307;
+  const lanes v301 = v273 * v295, v302 = v3 * v286, v303 = v278 * v302, v304 = v301 - v303,
+      v305 = v1 * v286, v306 = v293 * v305, v307 = v304 - v306, v308 = v291 * v307;
   out[64] = v308;
-  const lanes v309 = v278 * v160;
-  const lanes v310 = v293 * v167;
-  const lanes v311 = v309 + v310;
-  const lanes v312 = v295 * v162;
-  const lanes v313 = v311 + v312;
-  const lanes v314 = v291 * v313;
-  const lanes v315 = -v314;
-  out[65] = v315;
-  out[66] = LANES_OF(0.0);
-  out[67] = LANES_OF(0.0);
-  out[68] = LANES_OF(0.0);
-  out[69] = LANES_OF(0.0);
-  out[70] = LANES_OF(0.0);
-  out[71] = LANES_OF(-1.0);
+  const lanes v309 = v278 * v160, v310 = v293 * v167, v311 = v309 + v310, v312 = v295 * v162,
+      v313 = v311 + v312, v314 = v291 * v313, v315 = -v314;
+  out[65] = v315; out[66] = LANES_OF(0.0); out[67] = LANES_OF(0.0); out[68] = LANES_OF(0.0);
+  out[69] = LANES_OF(0.0); out[70] = LANES_OF(0.0); out[71] = LANES_OF(-1.0);
 }
 
 static LANES_TARGET void LANES_NAME(stewart_gough_constraint_D_z_dot)(const lanes *in, lanes *out)
 {
-  const lanes z_0 = in[0];
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_3 = in[3];
-  const lanes z_4 = in[4];
-  const lanes z_5 = in[5];
-  const lanes zd_0 = in[12];
-  const lanes zd_1 = in[13];
-  const lanes zd_2 = in[14];
-  const lanes zd_3 = in[15];
-  const lanes zd_4 = in[16];
-  const lanes zd_5 = in[17];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&z_3, &v3, &v1);
-  lanes v2, v5; LANES_NAME(lanes_cos_sin)(&z_5, &v2, &v5);
-  lanes v6, v4; LANES_NAME(lanes_cos_sin)(&z_4, &v6, &v4);
-  const lanes v7 = 0.1915111107797445 * v2;
-  const lanes v8 = v1 * v7;
-  const lanes v9 = 0.1915111107797445 * v5;
-  const lanes v10 = v4 * v9;
-  const lanes v11 = 0.16069690242163484 * v6;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v3 * v12;
-  const lanes v14 = v8 - v13;
-  const lanes v15 = v14 + z_0;
-  const lanes v16 = 0.3939231012048832 - v15;
-  const lanes v17 = 2.0 * v16;
-  const lanes v18 = v3 * v7;
-  const lanes v19 = v1 * v12;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = z_1 - v20;
-  const lanes v22 = 0.06945927106677215 + v21;
-  const lanes v23 = 2.0 * v22;
-  const lanes v24 = v4 * zd_4;
-  const lanes v25 = 0.16069690242163484 * v24;
-  const lanes v26 = v2 * zd_5;
-  const lanes v27 = 0.1915111107797445 * v26;
-  const lanes v28 = v4 * v27;
-  const lanes v29 = v25 + v28;
-  const lanes v30 = v6 * zd_4;
-  const lanes v31 = v9 * v30;
-  const lanes v32 = v29 + v31;
-  const lanes v33 = v1 * v32;
-  const lanes v34 = v3 * zd_3;
-  const lanes v35 = v12 * v34;
-  const lanes v36 = v33 + v35;
-  const lanes v37 = v5 * zd_5;
-  const lanes v38 = 0.1915111107797445 * v37;
-  const lanes v39 = v3 * v38;
-  const lanes v40 = v36 - v39;
-  const lanes v41 = v1 * zd_3;
-  const lanes v42 = v7 * v41;
-  const lanes v43 = v40 - v42;
-  const lanes v44 = zd_1 - v43;
-  const lanes v45 = v23 * v44;
-  const lanes v46 = 0.16069690242163484 * v4;
-  const lanes v47 = v6 * v9;
-  const lanes v48 = v46 + v47;
-  const lanes v49 = z_2 - v48;
-  const lanes v50 = 2.0 * v49;
-  const lanes v51 = 0.16069690242163484 * v30;
-  const lanes v52 = v6 * v27;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v9 * v24;
-  const lanes v55 = v53 - v54;
-  const lanes v56 = zd_2 - v55;
-  const lanes v57 = v50 * v56;
-  const lanes v58 = v45 + v57;
-  const lanes v59 = v7 * v34;
-  const lanes v60 = v12 * v41;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = v3 * v32;
-  const lanes v63 = v61 - v62;
-  const lanes v64 = v1 * v38;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 + zd_0;
-  const lanes v67 = v17 * v66;
-  const lanes v68 = v58 - v67;
-  const lanes v69 = v16 * v16;
-  const lanes v70 = v22 * v22;
-  const lanes v71 = v69 + v70;
-  const lanes v72 = v49 * v49;
-  const lanes v73 = v71 + v72;
-  lanes v74; LANES_NAME(lanes_sqrt)(&v73, &v74);
-  const lanes v75 = v74 * v73;
-  const lanes v76 = 0.25 / v75;
-  const lanes v77 = v68 * v76;
-  const lanes v78 = v17 * v77;
-  const lanes v79 = 0.5 / v74;
-  const lanes v80 = 2.0 * v66;
-  const lanes v81 = v79 * v80;
-  const lanes v82 = v78 + v81;
+  const lanes z_0 = in[0], z_1 = in[1], z_2 = in[2], z_3 = in[3], z_4 = in[4], z_5 = in[5],
+      zd_0 = in[12], zd_1 = in[13], zd_2 = in[14], zd_3 = in[15], zd_4 = in[16], zd_5 = in[17];
+  LANES_COS_SIN(v3, v1, z_3); LANES_COS_SIN(v2, v5, z_5); LANES_COS_SIN(v6, v4, z_4);
+  const lanes v7 = 0.1915111107797445 * v2, v8 = v1 * v7, v9 = 0.1915111107797445 * v5,
+      v10 = v4 * v9, v11 = 0.16069690242163484 * v6, v12 = v10 - v11, v13 = v3 * v12,
+      v14 = v8 - v13, v15 = v14 + z_0, v16 = 0.3939231012048832 - v15, v17 = 2.0 * v16,
+      v18 = v3 * v7, v19 = v1 * v12, v20 = v18 + v19, v21 = z_1 - v20,
+      v22 = 0.06945927106677215 + v21, v23 = 2.0 * v22, v24 = v4 * zd_4,
+      v25 = 0.16069690242163484 * v24, v26 = v2 * zd_5, v27 = 0.1915111107797445 * v26,
+      v28 = v4 * v27, v29 = v25 + v28, v30 = v6 * zd_4, v31 = v9 * v30, v32 = v29 + v31,
+      v33 = v1 * v32, v34 = v3 * zd_3, v35 = v12 * v34, v36 = v33 + v35, v37 = v5 * zd_5,
+      v38 = 0.1915111107797445 * v37, v39 = v3 * v38, v40 = v36 - v39, v41 = v1 * zd_3,
+      v42 = v7 * v41, v43 = v40 - v42, v44 = zd_1 - v43, v45 = v23 * v44,
+      v46 = 0.16069690242163484 * v4, v47 = v6 * v9, v48 = v46 + v47, v49 = z_2 - v48,
+      v50 = 2.0 * v49, v51 = 0.16069690242163484 * v30, v52 = v6 * v27, v53 = v51 + v52,
+      v54 = v9 * v24, v55 = v53 - v54, v56 = zd_2 - v55, v57 = v50 * v56, v58 = v45 + v57,
+      v59 = v7 * v34, v60 = v12 * v41, v61 = v59 + v60, v62 = v3 * v32, v63 = v61 - v62,
+      v64 = v1 * v38, v65 = v63 - v64, v66 = v65 + zd_0, v67 = v17 * v66, v68 = v58 - v67,
+      v69 = v16 * v16, v70 = v22 * v22, v71 = v69 + v70, v72 = v49 * v49, v73 = v71 + v72;
+  LANES_LET1(v74, sqrt, v73);
+  const lanes v75 = v74 * v73, v76 = 0.25 / v75, v77 = v68 * v76, v78 = v17 * v77, v79 = 0.5 / v74,
+      v80 = 2.0 * v66, v81 = v79 * v80, v82 = v78 + v81;
   out[0] = v82;
-  const lanes v83 = 2.0 * v44;
-  const lanes v84 = v79 * v83;
-  const lanes v85 = v23 * v77;
-  const lanes v86 = v84 - v85;
+  const lanes v83 = 2.0 * v44, v84 = v79 * v83, v85 = v23 * v77, v86 = v84 - v85;
   out[1] = v86;
-  const lanes v87 = 2.0 * v56;
-  const lanes v88 = v79 * v87;
-  const lanes v89 = v50 * v77;
-  const lanes v90 = v88 - v89;
+  const lanes v87 = 2.0 * v56, v88 = v79 * v87, v89 = v50 * v77, v90 = v88 - v89;
   out[2] = v90;
-  const lanes v91 = v14 * v83;
-  const lanes v92 = v23 * v65;
-  const lanes v93 = v91 + v92;
-  const lanes v94 = v17 * v43;
-  const lanes v95 = v20 * v80;
-  const lanes v96 = v94 - v95;
-  const lanes v97 = v93 - v96;
-  const lanes v98 = v79 * v97;
-  const lanes v99 = v14 * v23;
-  const lanes v100 = v20 * v17;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = v101 * v77;
-  const lanes v103 = v98 - v102;
+  const lanes v91 = v14 * v83, v92 = v23 * v65, v93 = v91 + v92, v94 = v17 * v43, v95 = v20 * v80,
+      v96 = v94 - v95, v97 = v93 - v96, v98 = v79 * v97, v99 = v14 * v23, v100 = v20 * v17,
+      v101 = v99 - v100, v102 = v101 * v77, v103 = v98 - v102;
   out[3] = v103;
-  const lanes v104 = v3 * v55;
-  const lanes v105 = v48 * v41;
-  const lanes v106 = v104 - v105;
-  const lanes v107 = v17 * v106;
-  const lanes v108 = v3 * v48;
-  const lanes v109 = v108 * v80;
-  const lanes v110 = v107 - v109;
-  const lanes v111 = v12 * v87;
-  const lanes v112 = v50 * v32;
-  const lanes v113 = v111 + v112;
-  const lanes v114 = v110 + v113;
-  const lanes v115 = v1 * v55;
-  const lanes v116 = v48 * v34;
-  const lanes v117 = v115 + v116;
-  const lanes v118 = v23 * v117;
-  const lanes v119 = v1 * v48;
-  const lanes v120 = v119 * v83;
-  const lanes v121 = v118 + v120;
-  const lanes v122 = v114 - v121;
-  const lanes v123 = v79 * v122;
-  const lanes v124 = v17 * v108;
-  const lanes v125 = v12 * v50;
-  const lanes v126 = v124 + v125;
-  const lanes v127 = v23 * v119;
-  const lanes v128 = v126 - v127;
-  const lanes v129 = v128 * v77;
-  const lanes v130 = v123 - v129;
+  const lanes v104 = v3 * v55, v105 = v48 * v41, v106 = v104 - v105, v107 = v17 * v106,
+      v108 = v3 * v48, v109 = v108 * v80, v110 = v107 - v109, v111 = v12 * v87, v112 = v50 * v32,
+      v113 = v111 + v112, v114 = v110 + v113, v115 = v1 * v55, v116 = v48 * v34, v117 = v115 + v116,
+      v118 = v23 * v117, v119 = v1 * v48, v120 = v119 * v83, v121 = v118 + v120, v122 = v114 - v121,
+      v123 = v79 * v122, v124 = v17 * v108, v125 = v12 * v50, v126 = v124 + v125, v127 = v23 * v119,
+      v128 = v126 - v127, v129 = v128 * v77, v130 = v123 - v129;
   out[4] = v130;
-  const lanes v131 = v7 * v30;
-  const lanes v132 = v4 * v38;
-  const lanes v133 = v131 - v132;
-  const lanes v134 = v3 * v133;
-  const lanes v135 = v1 * v27;
-  const lanes v136 = v134 + v135;
-  const lanes v137 = v9 * v34;
-  const lanes v138 = v136 + v137;
-  const lanes v139 = v4 * v7;
-  const lanes v140 = v139 * v41;
-  const lanes v141 = v138 - v140;
-  const lanes v142 = v17 * v141;
-  const lanes v143 = v3 * v139;
-  const lanes v144 = v1 * v9;
-  const lanes v145 = v143 + v144;
-  const lanes v146 = v145 * v80;
-  const lanes v147 = v142 - v146;
-  const lanes v148 = v1 * v133;
-  const lanes v149 = v9 * v41;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = v139 * v34;
-  const lanes v152 = v150 + v151;
-  const lanes v153 = v3 * v27;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v23 * v154;
-  const lanes v156 = v1 * v139;
-  const lanes v157 = v3 * v9;
-  const lanes v158 = v156 - v157;
-  const lanes v159 = v158 * v83;
-  const lanes v160 = v155 + v159;
-  const lanes v161 = v147 - v160;
-  const lanes v162 = v6 * v7;
-  const lanes v163 = v162 * v87;
-  const lanes v164 = v6 * v38;
-  const lanes v165 = v7 * v24;
-  const lanes v166 = v164 + v165;
-  const lanes v167 = v50 * v166;
-  const lanes v168 = v163 - v167;
-  const lanes v169 = v161 - v168;
-  const lanes v170 = v79 * v169;
-  const lanes v171 = v17 * v145;
-  const lanes v172 = v23 * v158;
-  const lanes v173 = v171 - v172;
-  const lanes v174 = v50 * v162;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v175 * v77;
-  const lanes v177 = v170 - v176;
-  out[5] = v177;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  const lanes v178 = v11 + v10;
-  const lanes v179 = v3 * v178;
-  const lanes v180 = v179 - v8;
-  const lanes v181 = v180 + z_0;
-  const lanes v182 = 0.3939231012048832 - v181;
-  const lanes v183 = 2.0 * v182;
-  const lanes v184 = v47 - v46;
-  const lanes v185 = v184 + z_2;
-  const lanes v186 = 2.0 * v185;
-  const lanes v187 = v52 - v51;
-  const lanes v188 = v187 - v54;
-  const lanes v189 = v188 + zd_2;
-  const lanes v190 = v186 * v189;
-  const lanes v191 = v28 + v31;
-  const lanes v192 = v191 - v25;
-  const lanes v193 = v3 * v192;
-  const lanes v194 = v193 + v64;
-  const lanes v195 = v194 - v59;
-  const lanes v196 = v178 * v41;
-  const lanes v197 = v195 - v196;
-  const lanes v198 = v197 + zd_0;
-  const lanes v199 = v183 * v198;
-  const lanes v200 = v190 - v199;
-  const lanes v201 = v1 * v178;
-  const lanes v202 = v18 + v201;
-  const lanes v203 = v202 + z_1;
-  const lanes v204 = 0.06945927106677215 - v203;
-  const lanes v205 = 2.0 * v204;
-  const lanes v206 = v1 * v192;
-  const lanes v207 = v178 * v34;
-  const lanes v208 = v206 + v207;
-  const lanes v209 = v208 - v39;
-  const lanes v210 = v209 - v42;
-  const lanes v211 = v210 + zd_1;
-  const lanes v212 = v205 * v211;
-  const lanes v213 = v200 - v212;
-  const lanes v214 = v182 * v182;
-  const lanes v215 = v204 * v204;
-  const lanes v216 = v214 + v215;
-  const lanes v217 = v185 * v185;
-  const lanes v218 = v216 + v217;
-  lanes v219; LANES_NAME(lanes_sqrt)(&v218, &v219);
-  const lanes v220 = v219 * v218;
-  const lanes v221 = 0.25 / v220;
-  const lanes v222 = v213 * v221;
-  const lanes v223 = v183 * v222;
-  const lanes v224 = 0.5 / v219;
-  const lanes v225 = 2.0 * v198;
-  const lanes v226 = v224 * v225;
-  const lanes v227 = v223 + v226;
+  const lanes v131 = v7 * v30, v132 = v4 * v38, v133 = v131 - v132, v134 = v3 * v133,
+      v135 = v1 * v27, v136 = v134 + v135, v137 = v9 * v34, v138 = v136 + v137, v139 = v4 * v7,
+      v140 = v139 * v41, v141 = v138 - v140, v142 = v17 * v141, v143 = v3 * v139, v144 = v1 * v9,
+      v145 = v143 + v144, v146 = v145 * v80, v147 = v142 - v146, v148 = v1 * v133, v149 = v9 * v41,
+      v150 = v148 + v149, v151 = v139 * v34, v152 = v150 + v151, v153 = v3 * v27,
+      v154 = v152 - v153, v155 = v23 * v154, v156 = v1 * v139, v157 = v3 * v9, v158 = v156 - v157,
+      v159 = v158 * v83, v160 = v155 + v159, v161 = v147 - v160, v162 = v6 * v7, v163 = v162 * v87,
+      v164 = v6 * v38, v165 = v7 * v24, v166 = v164 + v165, v167 = v50 * v166, v168 = v163 - v167,
+      v169 = v161 - v168, v170 = v79 * v169, v171 = v17 * v145, v172 = v23 * v158,
+      v173 = v171 - v172, v174 = v50 * v162, v175 = v173 - v174, v176 = v175 * v77,
+      v177 = v170 - v176;
+  out[5] = v177; out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
+  out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  const lanes v178 = v11 + v10, v179 = v3 * v178, v180 = v179 - v8, v181 = v180 + z_0,
+      v182 = 0.3939231012048832 - v181, v183 = 2.0 * v182, v184 = v47 - v46, v185 = v184 + z_2,
+      v186 = 2.0 * v185, v187 = v52 - v51, v188 = v187 - v54, v189 = v188 + zd_2,
+      v190 = v186 * v189, v191 = v28 + v31, v192 = v191 - v25, v193 = v3 * v192, v194 = v193 + v64,
+      v195 = v194 - v59, v196 = v178 * v41, v197 = v195 - v196, v198 = v197 + zd_0,
+      v199 = v183 * v198, v200 = v190 - v199, v201 = v1 * v178, v202 = v18 + v201,
+      v203 = v202 + z_1, v204 = 0.06945927106677215 - v203, v205 = 2.0 * v204, v206 = v1 * v192,
+      v207 = v178 * v34, v208 = v206 + v207, v209 = v208 - v39, v210 = v209 - v42,
+      v211 = v210 + zd_1, v212 = v205 * v211, v213 = v200 - v212, v214 = v182 * v182,
+      v215 = v204 * v204, v216 = v214 + v215, v217 = v185 * v185, v218 = v216 + v217;
+  LANES_LET1(v219, sqrt, v218);
+  const lanes v220 = v219 * v218, v221 = 0.25 / v220, v222 = v213 * v221, v223 = v183 * v222,
+      v224 = 0.5 / v219, v225 = 2.0 * v198, v226 = v224 * v225, v227 = v223 + v226;
   out[12] = v227;
-  const lanes v228 = 2.0 * v211;
-  const lanes v229 = v224 * v228;
-  const lanes v230 = v205 * v222;
-  const lanes v231 = v229 + v230;
+  const lanes v228 = 2.0 * v211, v229 = v224 * v228, v230 = v205 * v222, v231 = v229 + v230;
   out[13] = v231;
-  const lanes v232 = 2.0 * v189;
-  const lanes v233 = v224 * v232;
-  const lanes v234 = v186 * v222;
-  const lanes v235 = v233 - v234;
+  const lanes v232 = 2.0 * v189, v233 = v224 * v232, v234 = v186 * v222, v235 = v233 - v234;
   out[14] = v235;
-  const lanes v236 = v183 * v210;
-  const lanes v237 = v202 * v225;
-  const lanes v238 = v236 - v237;
-  const lanes v239 = v205 * v197;
-  const lanes v240 = v180 * v228;
-  const lanes v241 = v239 - v240;
-  const lanes v242 = v238 - v241;
-  const lanes v243 = v224 * v242;
-  const lanes v244 = v202 * v183;
-  const lanes v245 = v180 * v205;
-  const lanes v246 = v244 - v245;
-  const lanes v247 = v246 * v222;
-  const lanes v248 = v243 - v247;
+  const lanes v236 = v183 * v210, v237 = v202 * v225, v238 = v236 - v237, v239 = v205 * v197,
+      v240 = v180 * v228, v241 = v239 - v240, v242 = v238 - v241, v243 = v224 * v242,
+      v244 = v202 * v183, v245 = v180 * v205, v246 = v244 - v245, v247 = v246 * v222,
+      v248 = v243 - v247;
   out[15] = v248;
-  const lanes v249 = v3 * v188;
-  const lanes v250 = v184 * v41;
-  const lanes v251 = v249 - v250;
-  const lanes v252 = v183 * v251;
-  const lanes v253 = v3 * v184;
-  const lanes v254 = v253 * v225;
-  const lanes v255 = v252 - v254;
-  const lanes v256 = v1 * v188;
-  const lanes v257 = v184 * v34;
-  const lanes v258 = v256 + v257;
-  const lanes v259 = v205 * v258;
-  const lanes v260 = v1 * v184;
-  const lanes v261 = v260 * v228;
-  const lanes v262 = v259 - v261;
-  const lanes v263 = v255 + v262;
-  const lanes v264 = v178 * v232;
-  const lanes v265 = v186 * v192;
-  const lanes v266 = v264 + v265;
-  const lanes v267 = v263 + v266;
-  const lanes v268 = v224 * v267;
-  const lanes v269 = v183 * v253;
-  const lanes v270 = v205 * v260;
-  const lanes v271 = v269 + v270;
-  const lanes v272 = v178 * v186;
-  const lanes v273 = v271 + v272;
-  const lanes v274 = v273 * v222;
-  const lanes v275 = v268 - v274;
-  const lanes v276 = -v275;
+  const lanes v249 = v3 * v188, v250 = v184 * v41, v251 = v249 - v250, v252 = v183 * v251,
+      v253 = v3 * v184, v254 = v253 * v225, v255 = v252 - v254, v256 = v1 * v188, v257 = v184 * v34,
+      v258 = v256 + v257, v259 = v205 * v258, v260 = v1 * v184, v261 = v260 * v228,
+      v262 = v259 - v261, v263 = v255 + v262, v264 = v178 * v232, v265 = v186 * v192,
+      v266 = v264 + v265, v267 = v263 + v266, v268 = v224 * v267, v269 = v183 * v253,
+      v270 = v205 * v260, v271 = v269 + v270, v272 = v178 * v186, v273 = v271 + v272,
+      v274 = v273 * v222, v275 = v268 - v274, v276 = -v275;
   out[16] = v276;
-  const lanes v277 = v162 * v232;
-  const lanes v278 = v186 * v166;
-  const lanes v279 = v277 - v278;
-  const lanes v280 = v183 * v141;
-  const lanes v281 = v145 * v225;
-  const lanes v282 = v280 - v281;
-  const lanes v283 = v279 - v282;
-  const lanes v284 = v205 * v154;
-  const lanes v285 = v158 * v228;
-  const lanes v286 = v284 - v285;
-  const lanes v287 = v283 - v286;
-  const lanes v288 = v224 * v287;
-  const lanes v289 = v186 * v162;
-  const lanes v290 = v183 * v145;
-  const lanes v291 = v289 - v290;
-  const lanes v292 = v205 * v158;
-  const lanes v293 = v291 - v292;
-  const lanes v294 = v293 * v222;
-  const lanes v295 = v288 - v294;
-  out[17] = v295;
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  const lanes v296 = 0.08550503583141718 * v6;
-  const lanes v297 = 0.2349231551964771 * v5;
-  const lanes v298 = v4 * v297;
-  const lanes v299 = v296 + v298;
-  const lanes v300 = v3 * v299;
-  const lanes v301 = 0.2349231551964771 * v2;
-  const lanes v302 = v1 * v301;
-  const lanes v303 = v300 - v302;
-  const lanes v304 = v303 + z_0;
-  const lanes v305 = 0.1368080573302675 + v304;
-  const lanes v306 = v305 * v305;
-  const lanes v307 = v3 * v301;
-  const lanes v308 = v1 * v299;
-  const lanes v309 = v307 + v308;
-  const lanes v310 = v309 + z_1;
-  const lanes v311 = 0.37587704831436336 - v310;
-  const lanes v312 = v311 * v311;
-  const lanes v313 = v306 + v312;
-  const lanes v314 = v6 * v297;
-  const lanes v315 = 0.08550503583141718 * v4;
-  const lanes v316 = v314 - v315;
-  const lanes v317 = v316 + z_2;
-  const lanes v318 = v317 * v317;
-  const lanes v319 = v313 + v318;
-  lanes v320; LANES_NAME(lanes_sqrt)(&v319, &v320);
-  const lanes v321 = 0.5 / v320;
-  const lanes v322 = 0.2349231551964771 * v26;
-  const lanes v323 = v4 * v322;
-  const lanes v324 = v297 * v30;
-  const lanes v325 = v323 + v324;
-  const lanes v326 = 0.08550503583141718 * v24;
-  const lanes v327 = v325 - v326;
-  const lanes v328 = v3 * v327;
-  const lanes v329 = 0.2349231551964771 * v37;
-  const lanes v330 = v1 * v329;
-  const lanes v331 = v328 + v330;
-  const lanes v332 = v301 * v34;
-  const lanes v333 = v331 - v332;
-  const lanes v334 = v299 * v41;
-  const lanes v335 = v333 - v334;
-  const lanes v336 = v335 + zd_0;
-  const lanes v337 = 2.0 * v336;
-  const lanes v338 = v321 * v337;
-  const lanes v339 = 2.0 * v305;
-  const lanes v340 = v339 * v336;
-  const lanes v341 = 2.0 * v317;
-  const lanes v342 = v6 * v322;
-  const lanes v343 = 0.08550503583141718 * v30;
-  const lanes v344 = v342 - v343;
-  const lanes v345 = v297 * v24;
-  const lanes v346 = v344 - v345;
-  const lanes v347 = v346 + zd_2;
-  const lanes v348 = v341 * v347;
-  const lanes v349 = v340 + v348;
-  const lanes v350 = 2.0 * v311;
-  const lanes v351 = v1 * v327;
-  const lanes v352 = v299 * v34;
-  const lanes v353 = v351 + v352;
-  const lanes v354 = v3 * v329;
-  const lanes v355 = v353 - v354;
-  const lanes v356 = v301 * v41;
-  const lanes v357 = v355 - v356;
-  const lanes v358 = v357 + zd_1;
-  const lanes v359 = v350 * v358;
-  const lanes v360 = v349 - v359;
-  const lanes v361 = v320 * v319;
-  const lanes v362 = 0.25 / v361;
-  const lanes v363 = v360 * v362;
-  const lanes v364 = v339 * v363;
-  const lanes v365 = v338 - v364;
+  const lanes v277 = v162 * v232, v278 = v186 * v166, v279 = v277 - v278, v280 = v183 * v141,
+      v281 = v145 * v225, v282 = v280 - v281, v283 = v279 - v282, v284 = v205 * v154,
+      v285 = v158 * v228, v286 = v284 - v285, v287 = v283 - v286, v288 = v224 * v287,
+      v289 = v186 * v162, v290 = v183 * v145, v291 = v289 - v290, v292 = v205 * v158,
+      v293 = v291 - v292, v294 = v293 * v222, v295 = v288 - v294;
+  out[17] = v295; out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0);
+  out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0);
+  const lanes v296 = 0.08550503583141718 * v6, v297 = 0.2349231551964771 * v5, v298 = v4 * v297,
+      v299 = v296 + v298, v300 = v3 * v299, v301 = 0.2349231551964771 * v2, v302 = v1 * v301,
+      v303 = v300 - v302, v304 = v303 + z_0, v305 = 0.1368080573302675 + v304, v306 = v305 * v305,
+      v307 = v3 * v301, v308 = v1 * v299, v309 = v307 + v308, v310 = v309 + z_1,
+      v311 = 0.37587704831436336 - v310, v312 = v311 * v311, v313 = v306 + v312, v314 = v6 * v297,
+      v315 = 0.08550503583141718 * v4, v316 = v314 - v315, v317 = v316 + z_2, v318 = v317 * v317,
+      v319 = v313 + v318;
+  LANES_LET1(v320, sqrt, v319);
+  const lanes v321 = 0.5 / v320, v322 = 0.2349231551964771 * v26, v323 = v4 * v322,
+      v324 = v297 * v30, v325 = v323 + v324, v326 = 0.08550503583141718 * v24, v327 = v325 - v326,
+      v328 = v3 * v327, v329 = 0.2349231551964771 * v37, v330 = v1 * v329, v331 = v328 + v330,
+      v332 = v301 * v34, v333 = v331 - v332, v334 = v299 * v41, v335 = v333 - v334,
+      v336 = v335 + zd_0, v337 = 2.0 * v336, v338 = v321 * v337, v339 = 2.0 * v305,
+      v340 = v339 * v336, v341 = 2.0 * v317, v342 = v6 * v322, v343 = 0.08550503583141718 * v30,
+      v344 = v342 - v343, v345 = v297 * v24, v346 = v344 - v345, v347 = v346 + zd_2,
+      v348 = v341 * v347, v349 = v340 + v348, v350 = 2.0 * v311, v351 = v1 * v327,
+      v352 = v299 * v34, v353 = v351 + v352, v354 = v3 * v329, v355 = v353 - v354,
+      v356 = v301 * v41, v357 = v355 - v356, v358 = v357 + zd_1, v359 = v350 * v358,
+      v360 = v349 - v359, v361 = v320 * v319, v362 = 0.25 / v361, v363 = v360 * v362,
+      v364 = v339 * v363, v365 = v338 - v364;
   out[24] = v365;
-  const lanes v366 = 2.0 * v358;
-  const lanes v367 = v321 * v366;
-  const lanes v368 = v350 * v363;
-  const lanes v369 = v367 + v368;
+  const lanes v366 = 2.0 * v358, v367 = v321 * v366, v368 = v350 * v363, v369 = v367 + v368;
   out[25] = v369;
-  const lanes v370 = 2.0 * v347;
-  const lanes v371 = v321 * v370;
-  const lanes v372 = v341 * v363;
-  const lanes v373 = v371 - v372;
+  const lanes v370 = 2.0 * v347, v371 = v321 * v370, v372 = v341 * v363, v373 = v371 - v372;
   out[26] = v373;
-  const lanes v374 = v309 * v337;
-  const lanes v375 = v339 * v357;
-  const lanes v376 = v374 + v375;
-  const lanes v377 = v350 * v335;
-  const lanes v378 = v303 * v366;
-  const lanes v379 = v377 - v378;
-  const lanes v380 = v376 + v379;
-  const lanes v381 = v321 * v380;
-  const lanes v382 = v309 * v339;
-  const lanes v383 = v303 * v350;
-  const lanes v384 = v382 + v383;
-  const lanes v385 = v384 * v363;
-  const lanes v386 = v381 - v385;
-  const lanes v387 = -v386;
+  const lanes v374 = v309 * v337, v375 = v339 * v357, v376 = v374 + v375, v377 = v350 * v335,
+      v378 = v303 * v366, v379 = v377 - v378, v380 = v376 + v379, v381 = v321 * v380,
+      v382 = v309 * v339, v383 = v303 * v350, v384 = v382 + v383, v385 = v384 * v363,
+      v386 = v381 - v385, v387 = -v386;
   out[27] = v387;
-  const lanes v388 = v3 * v346;
-  const lanes v389 = v316 * v41;
-  const lanes v390 = v388 - v389;
-  const lanes v391 = v339 * v390;
-  const lanes v392 = v3 * v316;
-  const lanes v393 = v392 * v337;
-  const lanes v394 = v391 + v393;
-  const lanes v395 = v1 * v346;
-  const lanes v396 = v316 * v34;
-  const lanes v397 = v395 + v396;
-  const lanes v398 = v350 * v397;
-  const lanes v399 = v1 * v316;
-  const lanes v400 = v399 * v366;
-  const lanes v401 = v398 - v400;
-  const lanes v402 = v394 - v401;
-  const lanes v403 = v299 * v370;
-  const lanes v404 = v341 * v327;
-  const lanes v405 = v403 + v404;
-  const lanes v406 = v402 - v405;
-  const lanes v407 = v321 * v406;
-  const lanes v408 = v339 * v392;
-  const lanes v409 = v350 * v399;
-  const lanes v410 = v408 - v409;
-  const lanes v411 = v299 * v341;
-  const lanes v412 = v410 - v411;
-  const lanes v413 = v412 * v363;
-  const lanes v414 = v407 - v413;
+  const lanes v388 = v3 * v346, v389 = v316 * v41, v390 = v388 - v389, v391 = v339 * v390,
+      v392 = v3 * v316, v393 = v392 * v337, v394 = v391 + v393, v395 = v1 * v346, v396 = v316 * v34,
+      v397 = v395 + v396, v398 = v350 * v397, v399 = v1 * v316, v400 = v399 * v366,
+      v401 = v398 - v400, v402 = v394 - v401, v403 = v299 * v370, v404 = v341 * v327,
+      v405 = v403 + v404, v406 = v402 - v405, v407 = v321 * v406, v408 = v339 * v392,
+      v409 = v350 * v399, v410 = v408 - v409, v411 = v299 * v341, v412 = v410 - v411,
+      v413 = v412 * v363, v414 = v407 - v413;
   out[28] = v414;
-  const lanes v415 = v301 * v30;
-  const lanes v416 = v4 * v329;
-  const lanes v417 = v415 - v416;
-  const lanes v418 = v3 * v417;
-  const lanes v419 = v1 * v322;
-  const lanes v420 = v418 + v419;
-  const lanes v421 = v297 * v34;
-  const lanes v422 = v420 + v421;
-  const lanes v423 = v4 * v301;
-  const lanes v424 = v423 * v41;
-  const lanes v425 = v422 - v424;
-  const lanes v426 = v339 * v425;
-  const lanes v427 = v3 * v423;
-  const lanes v428 = v1 * v297;
-  const lanes v429 = v427 + v428;
-  const lanes v430 = v429 * v337;
-  const lanes v431 = v426 + v430;
-  const lanes v432 = v6 * v301;
-  const lanes v433 = v432 * v370;
-  const lanes v434 = v6 * v329;
-  const lanes v435 = v301 * v24;
-  const lanes v436 = v434 + v435;
-  const lanes v437 = v341 * v436;
-  const lanes v438 = v433 - v437;
-  const lanes v439 = v431 + v438;
-  const lanes v440 = v1 * v417;
-  const lanes v441 = v297 * v41;
-  const lanes v442 = v440 + v441;
-  const lanes v443 = v423 * v34;
-  const lanes v444 = v442 + v443;
-  const lanes v445 = v3 * v322;
-  const lanes v446 = v444 - v445;
-  const lanes v447 = v350 * v446;
-  const lanes v448 = v1 * v423;
-  const lanes v449 = v3 * v297;
-  const lanes v450 = v448 - v449;
-  const lanes v451 = v450 * v366;
-  const lanes v452 = v447 - v451;
-  const lanes v453 = v439 - v452;
-  const lanes v454 = v321 * v453;
-  const lanes v455 = v339 * v429;
-  const lanes v456 = v341 * v432;
-  const lanes v457 = v455 + v456;
-  const lanes v458 = v350 * v450;
-  const lanes v459 = v457 - v458;
-  const lanes v460 = v459 * v363;
-  const lanes v461 = v454 - v460;
-  out[29] = v461;
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
-  const lanes v462 = 0.246201938253052 * v6;
-  const lanes v463 = 0.04341204441673259 * v5;
-  const lanes v464 = v4 * v463;
-  const lanes v465 = v462 - v464;
-  const lanes v466 = v3 * v465;
-  const lanes v467 = 0.04341204441673259 * v2;
-  const lanes v468 = v1 * v467;
-  const lanes v469 = v466 + v468;
-  const lanes v470 = z_0 - v469;
-  const lanes v471 = 0.25711504387461576 + v470;
-  const lanes v472 = v471 * v471;
-  const lanes v473 = v3 * v467;
-  const lanes v474 = v1 * v465;
-  const lanes v475 = v473 - v474;
-  const lanes v476 = v475 + z_1;
-  const lanes v477 = 0.3064177772475912 - v476;
-  const lanes v478 = v477 * v477;
-  const lanes v479 = v472 + v478;
-  const lanes v480 = 0.246201938253052 * v4;
-  const lanes v481 = v6 * v463;
-  const lanes v482 = v480 + v481;
-  const lanes v483 = v482 + z_2;
-  const lanes v484 = v483 * v483;
-  const lanes v485 = v479 + v484;
-  lanes v486; LANES_NAME(lanes_sqrt)(&v485, &v486);
-  const lanes v487 = 0.5 / v486;
-  const lanes v488 = v467 * v34;
-  const lanes v489 = 0.246201938253052 * v24;
-  const lanes v490 = 0.04341204441673259 * v26;
-  const lanes v491 = v4 * v490;
-  const lanes v492 = v489 + v491;
-  const lanes v493 = v463 * v30;
-  const lanes v494 = v492 + v493;
-  const lanes v495 = v3 * v494;
-  const lanes v496 = v488 - v495;
-  const lanes v497 = 0.04341204441673259 * v37;
-  const lanes v498 = v1 * v497;
-  const lanes v499 = v496 - v498;
-  const lanes v500 = v465 * v41;
-  const lanes v501 = v499 - v500;
-  const lanes v502 = zd_0 - v501;
-  const lanes v503 = 2.0 * v502;
-  const lanes v504 = v487 * v503;
-  const lanes v505 = 2.0 * v471;
-  const lanes v506 = v505 * v502;
-  const lanes v507 = 2.0 * v483;
-  const lanes v508 = 0.246201938253052 * v30;
-  const lanes v509 = v6 * v490;
-  const lanes v510 = v508 + v509;
-  const lanes v511 = v463 * v24;
-  const lanes v512 = v510 - v511;
-  const lanes v513 = v512 + zd_2;
-  const lanes v514 = v507 * v513;
-  const lanes v515 = v506 + v514;
-  const lanes v516 = 2.0 * v477;
-  const lanes v517 = v1 * v494;
-  const lanes v518 = v3 * v497;
-  const lanes v519 = v517 - v518;
-  const lanes v520 = v467 * v41;
-  const lanes v521 = v519 - v520;
-  const lanes v522 = v465 * v34;
-  const lanes v523 = v521 - v522;
-  const lanes v524 = v523 + zd_1;
-  const lanes v525 = v516 * v524;
-  const lanes v526 = v515 - v525;
-  const lanes v527 = v486 * v485;
-  const lanes v528 = 0.25 / v527;
-  const lanes v529 = v526 * v528;
-  const lanes v530 = v505 * v529;
-  const lanes v531 = v504 - v530;
+  const lanes v415 = v301 * v30, v416 = v4 * v329, v417 = v415 - v416, v418 = v3 * v417,
+      v419 = v1 * v322, v420 = v418 + v419, v421 = v297 * v34, v422 = v420 + v421, v423 = v4 * v301,
+      v424 = v423 * v41, v425 = v422 - v424, v426 = v339 * v425, v427 = v3 * v423, v428 = v1 * v297,
+      v429 = v427 + v428, v430 = v429 * v337, v431 = v426 + v430, v432 = v6 * v301,
+      v433 = v432 * v370, v434 = v6 * v329, v435 = v301 * v24, v436 = v434 + v435,
+      v437 = v341 * v436, v438 = v433 - v437, v439 = v431 + v438, v440 = v1 * v417,
+      v441 = v297 * v41, v442 = v440 + v441, v443 = v423 * v34, v444 = v442 + v443,
+      v445 = v3 * v322, v446 = v444 - v445, v447 = v350 * v446, v448 = v1 * v423, v449 = v3 * v297,
+      v450 = v448 - v449, v451 = v450 * v366, v452 = v447 - v451, v453 = v439 - v452,
+      v454 = v321 * v453, v455 = v339 * v429, v456 = v341 * v432, v457 = v455 + v456,
+      v458 = v350 * v450, v459 = v457 - v458, v460 = v459 * v363, v461 = v454 - v460;
+  out[29] = v461; out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
+  out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0);
+  const lanes v462 = 0.246201938253052 * v6, v463 = 0.04341204441673259 * v5, v464 = v4 * v463,
+      v465 = v462 - v464, v466 = v3 * v465, v467 = 0.04341204441673259 * v2, v468 = v1 * v467,
+      v469 = v466 + v468, v470 = z_0 - v469, v471 = 0.25711504387461576 + v470, v472 = v471 * v471,
+      v473 = v3 * v467, v474 = v1 * v465, v475 = v473 - v474, v476 = v475 + z_1,
+      v477 = 0.3064177772475912 - v476, v478 = v477 * v477, v479 = v472 + v478,
+      v480 = 0.246201938253052 * v4, v481 = v6 * v463, v482 = v480 + v481, v483 = v482 + z_2,
+      v484 = v483 * v483, v485 = v479 + v484;
+  LANES_LET1(v486, sqrt, v485);
+  const lanes v487 = 0.5 / v486, v488 = v467 * v34, v489 = 0.246201938253052 * v24,
+      v490 = 0.04341204441673259 * v26, v491 = v4 * v490, v492 = v489 + v491, v493 = v463 * v30,
+      v494 = v492 + v493, v495 = v3 * v494, v496 = v488 - v495, v497 = 0.04341204441673259 * v37,
+      v498 = v1 * v497, v499 = v496 - v498, v500 = v465 * v41, v501 = v499 - v500,
+      v502 = zd_0 - v501, v503 = 2.0 * v502, v504 = v487 * v503, v505 = 2.0 * v471,
+      v506 = v505 * v502, v507 = 2.0 * v483, v508 = 0.246201938253052 * v30, v509 = v6 * v490,
+      v510 = v508 + v509, v511 = v463 * v24, v512 = v510 - v511, v513 = v512 + zd_2,
+      v514 = v507 * v513, v515 = v506 + v514, v516 = 2.0 * v477, v517 = v1 * v494, v518 = v3 * v497,
+      v519 = v517 - v518, v520 = v467 * v41, v521 = v519 - v520, v522 = v465 * v34,
+      v523 = v521 - v522, v524 = v523 + zd_1, v525 = v516 * v524, v526 = v515 - v525,
+      v527 = v486 * v485, v528 = 0.25 / v527, v529 = v526 * v528, v530 = v505 * v529,
+      v531 = v504 - v530;
   out[36] = v531;
-  const lanes v532 = 2.0 * v524;
-  const lanes v533 = v487 * v532;
-  const lanes v534 = v516 * v529;
-  const lanes v535 = v533 + v534;
+  const lanes v532 = 2.0 * v524, v533 = v487 * v532, v534 = v516 * v529, v535 = v533 + v534;
   out[37] = v535;
-  const lanes v536 = 2.0 * v513;
-  const lanes v537 = v487 * v536;
-  const lanes v538 = v507 * v529;
-  const lanes v539 = v537 - v538;
+  const lanes v536 = 2.0 * v513, v537 = v487 * v536, v538 = v507 * v529, v539 = v537 - v538;
   out[38] = v539;
-  const lanes v540 = v516 * v501;
-  const lanes v541 = v469 * v532;
-  const lanes v542 = v540 - v541;
-  const lanes v543 = v475 * v503;
-  const lanes v544 = v505 * v523;
-  const lanes v545 = v543 + v544;
-  const lanes v546 = v542 - v545;
-  const lanes v547 = v487 * v546;
-  const lanes v548 = v469 * v516;
-  const lanes v549 = v475 * v505;
-  const lanes v550 = v548 - v549;
-  const lanes v551 = v550 * v529;
-  const lanes v552 = v547 - v551;
+  const lanes v540 = v516 * v501, v541 = v469 * v532, v542 = v540 - v541, v543 = v475 * v503,
+      v544 = v505 * v523, v545 = v543 + v544, v546 = v542 - v545, v547 = v487 * v546,
+      v548 = v469 * v516, v549 = v475 * v505, v550 = v548 - v549, v551 = v550 * v529,
+      v552 = v547 - v551;
   out[39] = v552;
-  const lanes v553 = v3 * v512;
-  const lanes v554 = v482 * v41;
-  const lanes v555 = v553 - v554;
-  const lanes v556 = v505 * v555;
-  const lanes v557 = v3 * v482;
-  const lanes v558 = v557 * v503;
-  const lanes v559 = v556 + v558;
-  const lanes v560 = v465 * v536;
-  const lanes v561 = v507 * v494;
-  const lanes v562 = v560 - v561;
-  const lanes v563 = v559 + v562;
-  const lanes v564 = v1 * v512;
-  const lanes v565 = v482 * v34;
-  const lanes v566 = v564 + v565;
-  const lanes v567 = v516 * v566;
-  const lanes v568 = v1 * v482;
-  const lanes v569 = v568 * v532;
-  const lanes v570 = v567 - v569;
-  const lanes v571 = v563 - v570;
-  const lanes v572 = v487 * v571;
-  const lanes v573 = v505 * v557;
-  const lanes v574 = v465 * v507;
-  const lanes v575 = v573 + v574;
-  const lanes v576 = v516 * v568;
-  const lanes v577 = v575 - v576;
-  const lanes v578 = v577 * v529;
-  const lanes v579 = v572 - v578;
+  const lanes v553 = v3 * v512, v554 = v482 * v41, v555 = v553 - v554, v556 = v505 * v555,
+      v557 = v3 * v482, v558 = v557 * v503, v559 = v556 + v558, v560 = v465 * v536,
+      v561 = v507 * v494, v562 = v560 - v561, v563 = v559 + v562, v564 = v1 * v512,
+      v565 = v482 * v34, v566 = v564 + v565, v567 = v516 * v566, v568 = v1 * v482,
+      v569 = v568 * v532, v570 = v567 - v569, v571 = v563 - v570, v572 = v487 * v571,
+      v573 = v505 * v557, v574 = v465 * v507, v575 = v573 + v574, v576 = v516 * v568,
+      v577 = v575 - v576, v578 = v577 * v529, v579 = v572 - v578;
   out[40] = v579;
-  const lanes v580 = v467 * v30;
-  const lanes v581 = v4 * v497;
-  const lanes v582 = v580 - v581;
-  const lanes v583 = v3 * v582;
-  const lanes v584 = v1 * v490;
-  const lanes v585 = v583 + v584;
-  const lanes v586 = v463 * v34;
-  const lanes v587 = v585 + v586;
-  const lanes v588 = v4 * v467;
-  const lanes v589 = v588 * v41;
-  const lanes v590 = v587 - v589;
-  const lanes v591 = v505 * v590;
-  const lanes v592 = v3 * v588;
-  const lanes v593 = v1 * v463;
-  const lanes v594 = v592 + v593;
-  const lanes v595 = v594 * v503;
-  const lanes v596 = v591 + v595;
-  const lanes v597 = v6 * v467;
-  const lanes v598 = v597 * v536;
-  const lanes v599 = v6 * v497;
-  const lanes v600 = v467 * v24;
-  const lanes v601 = v599 + v600;
-  const lanes v602 = v507 * v601;
-  const lanes v603 = v598 - v602;
-  const lanes v604 = v596 + v603;
-  const lanes v605 = v1 * v582;
-  const lanes v606 = v463 * v41;
-  const lanes v607 = v605 + v606;
-  const lanes v608 = v588 * v34;
-  const lanes v609 = v607 + v608;
-  const lanes v610 = v3 * v490;
-  const lanes v611 = v609 - v610;
-  const lanes v612 = v516 * v611;
-  const lanes v613 = v1 * v588;
-  const lanes v614 = v3 * v463;
-  const lanes v615 = v613 - v614;
-  const lanes v616 = v615 * v532;
-  const lanes v617 = v612 - v616;
-  const lanes v618 = v604 - v617;
-  const lanes v619 = v487 * v618;
-  const lanes v620 = v505 * v594;
-  const lanes v621 = v507 * v597;
-  const lanes v622 = v620 + v621;
-  const lanes v623 = v516 * v615;
-  const lanes v624 = v622 - v623;
-  const lanes v625 = v624 * v529;
-  const lanes v626 = v619 - v625;
-  out[41] = v626;
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(0.0);
-  const lanes v627 = v462 + v464;
-  const lanes v628 = v3 * v627;
-  const lanes v629 = v468 - v628;
-  const lanes v630 = v629 + z_0;
-  const lanes v631 = 0.25711504387461576 + v630;
-  const lanes v632 = v631 * v631;
-  const lanes v633 = v1 * v627;
-  const lanes v634 = v473 + v633;
-  const lanes v635 = z_1 - v634;
-  const lanes v636 = 0.3064177772475912 + v635;
-  const lanes v637 = v636 * v636;
-  const lanes v638 = v632 + v637;
-  const lanes v639 = v480 - v481;
-  const lanes v640 = v639 + z_2;
-  const lanes v641 = v640 * v640;
-  const lanes v642 = v638 + v641;
-  lanes v643; LANES_NAME(lanes_sqrt)(&v642, &v643);
-  const lanes v644 = 0.5 / v643;
-  const lanes v645 = v627 * v41;
-  const lanes v646 = v488 + v645;
-  const lanes v647 = v491 + v493;
-  const lanes v648 = v647 - v489;
-  const lanes v649 = v3 * v648;
-  const lanes v650 = v646 - v649;
-  const lanes v651 = v650 - v498;
-  const lanes v652 = v651 + zd_0;
-  const lanes v653 = 2.0 * v652;
-  const lanes v654 = v644 * v653;
-  const lanes v655 = 2.0 * v631;
-  const lanes v656 = v655 * v652;
-  const lanes v657 = 2.0 * v636;
-  const lanes v658 = v1 * v648;
-  const lanes v659 = v627 * v34;
-  const lanes v660 = v658 + v659;
-  const lanes v661 = v660 - v518;
-  const lanes v662 = v661 - v520;
-  const lanes v663 = zd_1 - v662;
-  const lanes v664 = v657 * v663;
-  const lanes v665 = v656 + v664;
-  const lanes v666 = 2.0 * v640;
-  const lanes v667 = v508 + v511;
-  const lanes v668 = v667 - v509;
-  const lanes v669 = v668 + zd_2;
-  const lanes v670 = v666 * v669;
-  const lanes v671 = v665 + v670;
-  const lanes v672 = v643 * v642;
-  const lanes v673 = 0.25 / v672;
-  const lanes v674 = v671 * v673;
-  const lanes v675 = v655 * v674;
-  const lanes v676 = v654 - v675;
+  const lanes v580 = v467 * v30, v581 = v4 * v497, v582 = v580 - v581, v583 = v3 * v582,
+      v584 = v1 * v490, v585 = v583 + v584, v586 = v463 * v34, v587 = v585 + v586, v588 = v4 * v467,
+      v589 = v588 * v41, v590 = v587 - v589, v591 = v505 * v590, v592 = v3 * v588, v593 = v1 * v463,
+      v594 = v592 + v593, v595 = v594 * v503, v596 = v591 + v595, v597 = v6 * v467,
+      v598 = v597 * v536, v599 = v6 * v497, v600 = v467 * v24, v601 = v599 + v600,
+      v602 = v507 * v601, v603 = v598 - v602, v604 = v596 + v603, v605 = v1 * v582,
+      v606 = v463 * v41, v607 = v605 + v606, v608 = v588 * v34, v609 = v607 + v608,
+      v610 = v3 * v490, v611 = v609 - v610, v612 = v516 * v611, v613 = v1 * v588, v614 = v3 * v463,
+      v615 = v613 - v614, v616 = v615 * v532, v617 = v612 - v616, v618 = v604 - v617,
+      v619 = v487 * v618, v620 = v505 * v594, v621 = v507 * v597, v622 = v620 + v621,
+      v623 = v516 * v615, v624 = v622 - v623, v625 = v624 * v529, v626 = v619 - v625;
+  out[41] = v626; out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0); out[44] = LANES_OF(0.0);
+  out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0); out[47] = LANES_OF(0.0);
+  const lanes v627 = v462 + v464, v628 = v3 * v627, v629 = v468 - v628, v630 = v629 + z_0,
+      v631 = 0.25711504387461576 + v630, v632 = v631 * v631, v633 = v1 * v627, v634 = v473 + v633,
+      v635 = z_1 - v634, v636 = 0.3064177772475912 + v635, v637 = v636 * v636, v638 = v632 + v637,
+      v639 = v480 - v481, v640 = v639 + z_2, v641 = v640 * v640, v642 = v638 + v641;
+  LANES_LET1(v643, sqrt, v642);
+  const lanes v644 = 0.5 / v643, v645 = v627 * v41, v646 = v488 + v645, v647 = v491 + v493,
+      v648 = v647 - v489, v649 = v3 * v648, v650 = v646 - v649, v651 = v650 - v498,
+      v652 = v651 + zd_0, v653 = 2.0 * v652, v654 = v644 * v653, v655 = 2.0 * v631,
+      v656 = v655 * v652, v657 = 2.0 * v636, v658 = v1 * v648, v659 = v627 * v34,
+      v660 = v658 + v659, v661 = v660 - v518, v662 = v661 - v520, v663 = zd_1 - v662,
+      v664 = v657 * v663, v665 = v656 + v664, v666 = 2.0 * v640, v667 = v508 + v511,
+      v668 = v667 - v509, v669 = v668 + zd_2, v670 = v666 * v669, v671 = v665 + v670,
+      v672 = v643 * v642, v673 = 0.25 / v672, v674 = v671 * v673, v675 = v655 * v674,
+      v676 = v654 - v675;
   out[48] = v676;
-  const lanes v677 = 2.0 * v663;
-  const lanes v678 = v644 * v677;
-  const lanes v679 = v657 * v674;
-  const lanes v680 = v678 - v679;
+  const lanes v677 = 2.0 * v663, v678 = v644 * v677, v679 = v657 * v674, v680 = v678 - v679;
   out[49] = v680;
-  const lanes v681 = 2.0 * v669;
-  const lanes v682 = v644 * v681;
-  const lanes v683 = v666 * v674;
-  const lanes v684 = v682 - v683;
+  const lanes v681 = 2.0 * v669, v682 = v644 * v681, v683 = v666 * v674, v684 = v682 - v683;
   out[50] = v684;
-  const lanes v685 = v634 * v653;
-  const lanes v686 = v655 * v662;
-  const lanes v687 = v685 + v686;
-  const lanes v688 = v629 * v677;
-  const lanes v689 = v657 * v651;
-  const lanes v690 = v688 + v689;
-  const lanes v691 = v687 + v690;
-  const lanes v692 = v644 * v691;
-  const lanes v693 = v634 * v655;
-  const lanes v694 = v629 * v657;
-  const lanes v695 = v693 + v694;
-  const lanes v696 = v695 * v674;
-  const lanes v697 = v692 - v696;
+  const lanes v685 = v634 * v653, v686 = v655 * v662, v687 = v685 + v686, v688 = v629 * v677,
+      v689 = v657 * v651, v690 = v688 + v689, v691 = v687 + v690, v692 = v644 * v691,
+      v693 = v634 * v655, v694 = v629 * v657, v695 = v693 + v694, v696 = v695 * v674,
+      v697 = v692 - v696;
   out[51] = v697;
-  const lanes v698 = v3 * v668;
-  const lanes v699 = v639 * v41;
-  const lanes v700 = v698 - v699;
-  const lanes v701 = v655 * v700;
-  const lanes v702 = v3 * v639;
-  const lanes v703 = v702 * v653;
-  const lanes v704 = v701 + v703;
-  const lanes v705 = v1 * v668;
-  const lanes v706 = v639 * v34;
-  const lanes v707 = v705 + v706;
-  const lanes v708 = v657 * v707;
-  const lanes v709 = v1 * v639;
-  const lanes v710 = v709 * v677;
-  const lanes v711 = v708 + v710;
-  const lanes v712 = v704 + v711;
-  const lanes v713 = v627 * v681;
-  const lanes v714 = v666 * v648;
-  const lanes v715 = v713 + v714;
-  const lanes v716 = v712 + v715;
-  const lanes v717 = v644 * v716;
-  const lanes v718 = v655 * v702;
-  const lanes v719 = v657 * v709;
-  const lanes v720 = v718 + v719;
-  const lanes v721 = v627 * v666;
-  const lanes v722 = v720 + v721;
-  const lanes v723 = v722 * v674;
-  const lanes v724 = v717 - v723;
+  const lanes v698 = v3 * v668, v699 = v639 * v41, v700 = v698 - v699, v701 = v655 * v700,
+      v702 = v3 * v639, v703 = v702 * v653, v704 = v701 + v703, v705 = v1 * v668, v706 = v639 * v34,
+      v707 = v705 + v706, v708 = v657 * v707, v709 = v1 * v639, v710 = v709 * v677,
+      v711 = v708 + v710, v712 = v704 + v711, v713 = v627 * v681, v714 = v666 * v648,
+      v715 = v713 + v714, v716 = v712 + v715, v717 = v644 * v716, v718 = v655 * v702,
+      v719 = v657 * v709, v720 = v718 + v719, v721 = v627 * v666, v722 = v720 + v721,
+      v723 = v722 * v674, v724 = v717 - v723;
   out[52] = v724;
-  const lanes v725 = v655 * v590;
-  const lanes v726 = v594 * v653;
-  const lanes v727 = v725 + v726;
-  const lanes v728 = v657 * v611;
-  const lanes v729 = v615 * v677;
-  const lanes v730 = v728 + v729;
-  const lanes v731 = v727 + v730;
-  const lanes v732 = v597 * v681;
-  const lanes v733 = v666 * v601;
-  const lanes v734 = v732 - v733;
-  const lanes v735 = v731 + v734;
-  const lanes v736 = v644 * v735;
-  const lanes v737 = v655 * v594;
-  const lanes v738 = v657 * v615;
-  const lanes v739 = v737 + v738;
-  const lanes v740 = v666 * v597;
-  const lanes v741 = v739 + v740;
-  const lanes v742 = v741 * v674;
-  const lanes v743 = v736 - v742;
-  const lanes v744 = -v743;
-  out[53] = v744;
-  out[54] = LANES_OF(0.0);
-  out[55] = LANES_OF(0.0);
-  out[56] = LANES_OF(0.0);
-  out[57] = LANES_OF(0.0);
-  out[58] = LANES_OF(0.0);
-  out[59] = LANES_OF(0.0);
-  const lanes v745 = v298 - v296;
-  const lanes v746 = v3 * v745;
-  const lanes v747 = v302 - v746;
-  const lanes v748 = v747 + z_0;
-  const lanes v749 = 0.1368080573302675 + v748;
-  const lanes v750 = v749 * v749;
-  const lanes v751 = v1 * v745;
-  const lanes v752 = v307 + v751;
-  const lanes v753 = z_1 - v752;
-  const lanes v754 = 0.37587704831436336 + v753;
-  const lanes v755 = v754 * v754;
-  const lanes v756 = v750 + v755;
-  const lanes v757 = v315 + v314;
-  const lanes v758 = z_2 - v757;
-  const lanes v759 = v758 * v758;
-  const lanes v760 = v756 + v759;
-  lanes v761; LANES_NAME(lanes_sqrt)(&v760, &v761);
-  const lanes v762 = 0.5 / v761;
-  const lanes v763 = v745 * v41;
-  const lanes v764 = v332 + v763;
-  const lanes v765 = v326 + v323;
-  const lanes v766 = v765 + v324;
-  const lanes v767 = v3 * v766;
-  const lanes v768 = v764 - v767;
-  const lanes v769 = v768 - v330;
-  const lanes v770 = v769 + zd_0;
-  const lanes v771 = 2.0 * v770;
-  const lanes v772 = v762 * v771;
-  const lanes v773 = 2.0 * v749;
-  const lanes v774 = v773 * v770;
-  const lanes v775 = 2.0 * v754;
-  const lanes v776 = v1 * v766;
-  const lanes v777 = v745 * v34;
-  const lanes v778 = v776 + v777;
-  const lanes v779 = v778 - v354;
-  const lanes v780 = v779 - v356;
-  const lanes v781 = zd_1 - v780;
-  const lanes v782 = v775 * v781;
-  const lanes v783 = v774 + v782;
-  const lanes v784 = 2.0 * v758;
-  const lanes v785 = v343 + v342;
-  const lanes v786 = v785 - v345;
-  const lanes v787 = zd_2 - v786;
-  const lanes v788 = v784 * v787;
-  const lanes v789 = v783 + v788;
-  const lanes v790 = v761 * v760;
-  const lanes v791 = 0.25 / v790;
-  const lanes v792 = v789 * v791;
-  const lanes v793 = v773 * v792;
-  const lanes v794 = v772 - v793;
+  const lanes v725 = v655 * v590, v726 = v594 * v653, v727 = v725 + v726, v728 = v657 * v611,
+      v729 = v615 * v677, v730 = v728 + v729, v731 = v727 + v730, v732 = v597 * v681,
+      v733 = v666 * v601, v734 = v732 - v733, v735 = v731 + v734, v736 = v644 * v735,
+      v737 = v655 * v594, v738 = v657 * v615, v739 = v737 + v738, v740 = v666 * v597,
+      v741 = v739 + v740, v742 = v741 * v674, v743 = v736 - v742, v744 = -v743;
+  out[53] = v744; out[54] = LANES_OF(0.0); out[55] = LANES_OF(0.0); out[56] = LANES_OF(0.0);
+  out[57] = LANES_OF(0.0); out[58] = LANES_OF(0.0); out[59] = LANES_OF(0.0);
+  const lanes v745 = v298 - v296, v746 = v3 * v745, v747 = v302 - v746, v748 = v747 + z_0,
+      v749 = 0.1368080573302675 + v748, v750 = v749 * v749, v751 = v1 * v745, v752 = v307 + v751,
+      v753 = z_1 - v752, v754 = 0.37587704831436336 + v753, v755 = v754 * v754, v756 = v750 + v755,
+      v757 = v315 + v314, v758 = z_2 - v757, v759 = v758 * v758, v760 = v756 + v759;
+  LANES_LET1(v761, sqrt, v760);
+  const lanes v762 = 0.5 / v761, v763 = v745 * v41, v764 = v332 + v763, v765 = v326 + v323,
+      v766 = v765 + v324, v767 = v3 * v766, v768 = v764 - v767, v769 = v768 - v330,
+      v770 = v769 + zd_0, v771 = 2.0 * v770, v772 = v762 * v771, v773 = 2.0 * v749,
+      v774 = v773 * v770, v775 = 2.0 * v754, v776 = v1 * v766, v777 = v745 * v34,
+      v778 = v776 + v777, v779 = v778 - v354, v780 = v779 - v356, v781 = zd_1 - v780,
+      v782 = v775 * v781, v783 = v774 + v782, v784 = 2.0 * v758, v785 = v343 + v342,
+      v786 = v785 - v345, v787 = zd_2 - v786, v788 = v784 * v787, v789 = v783 + v788,
+      v790 = v761 * v760, v791 = 0.25 / v790, v792 = v789 * v791, v793 = v773 * v792,
+      v794 = v772 - v793;
   out[60] = v794;
-  const lanes v795 = 2.0 * v781;
-  const lanes v796 = v762 * v795;
-  const lanes v797 = v775 * v792;
-  const lanes v798 = v796 - v797;
+  const lanes v795 = 2.0 * v781, v796 = v762 * v795, v797 = v775 * v792, v798 = v796 - v797;
   out[61] = v798;
-  const lanes v799 = 2.0 * v787;
-  const lanes v800 = v762 * v799;
-  const lanes v801 = v784 * v792;
-  const lanes v802 = v800 - v801;
+  const lanes v799 = 2.0 * v787, v800 = v762 * v799, v801 = v784 * v792, v802 = v800 - v801;
   out[62] = v802;
-  const lanes v803 = v752 * v771;
-  const lanes v804 = v773 * v780;
-  const lanes v805 = v803 + v804;
-  const lanes v806 = v747 * v795;
-  const lanes v807 = v775 * v769;
-  const lanes v808 = v806 + v807;
-  const lanes v809 = v805 + v808;
-  const lanes v810 = v762 * v809;
-  const lanes v811 = v752 * v773;
-  const lanes v812 = v747 * v775;
-  const lanes v813 = v811 + v812;
-  const lanes v814 = v813 * v792;
-  const lanes v815 = v810 - v814;
+  const lanes v803 = v752 * v771, v804 = v773 * v780, v805 = v803 + v804, v806 = v747 * v795,
+      v807 = v775 * v769, v808 = v806 + v807, v809 = v805 + v808, v810 = v762 * v809,
+      v811 = v752 * v773, v812 = v747 * v775, v813 = v811 + v812, v814 = v813 * v792,
+      v815 = v810 - v814;
   out[63] = v815;
-  const lanes v816 = v745 * v799;
-  const lanes v817 = v784 * v766;
-  const lanes v818 = v816 + v817;
-  const lanes v819 = v3 * v786;
-  const lanes v820 = v757 * v41;
-  const lanes v821 = v819 - v820;
-  const lanes v822 = v773 * v821;
-  const lanes v823 = v3 * v757;
-  const lanes v824 = v823 * v771;
-  const lanes v825 = v822 + v824;
-  const lanes v826 = v818 - v825;
-  const lanes v827 = v1 * v786;
-  const lanes v828 = v757 * v34;
-  const lanes v829 = v827 + v828;
-  const lanes v830 = v775 * v829;
-  const lanes v831 = v1 * v757;
-  const lanes v832 = v831 * v795;
-  const lanes v833 = v830 + v832;
-  const lanes v834 = v826 - v833;
-  const lanes v835 = v762 * v834;
-  const lanes v836 = v745 * v784;
-  const lanes v837 = v773 * v823;
-  const lanes v838 = v836 - v837;
-  const lanes v839 = v775 * v831;
-  const lanes v840 = v838 - v839;
-  const lanes v841 = v840 * v792;
-  const lanes v842 = v835 - v841;
+  const lanes v816 = v745 * v799, v817 = v784 * v766, v818 = v816 + v817, v819 = v3 * v786,
+      v820 = v757 * v41, v821 = v819 - v820, v822 = v773 * v821, v823 = v3 * v757,
+      v824 = v823 * v771, v825 = v822 + v824, v826 = v818 - v825, v827 = v1 * v786,
+      v828 = v757 * v34, v829 = v827 + v828, v830 = v775 * v829, v831 = v1 * v757,
+      v832 = v831 * v795, v833 = v830 + v832, v834 = v826 - v833, v835 = v762 * v834,
+      v836 = v745 * v784, v837 = v773 * v823, v838 = v836 - v837, v839 = v775 * v831,
+      v840 = v838 - v839, v841 = v840 * v792, v842 = v835 - v841;
   out[64] = v842;
-  const lanes v843 = v773 * v425;
-  const lanes v844 = v429 * v771;
-  const lanes v845 = v843 + v844;
-  const lanes v846 = v775 * v446;
-  const lanes v847 = v450 * v795;
-  const lanes v848 = v846 + v847;
-  const lanes v849 = v845 + v848;
-  const lanes v850 = v432 * v799;
-  const lanes v851 = v784 * v436;
-  const lanes v852 = v850 - v851;
-  const lanes v853 = v849 + v852;
-  const lanes v854 = v762 * v853;
-  const lanes v855 = v773 * v429;
-  const lanes v856 = v775 * v450;
-  const lanes v857 = v855 + v856;
-  const lanes v858 = v784 * v432;
-  const lanes v859 = v857 + v858;
-  const lanes v860 = v859 * v792;
-  const lanes v861 = v854 - v860;
-  const lanes v862 = -v861;
-  out[65] = v862;
-  out[66] = LANES_OF(0.0);
-  out[67] = LANES_OF(0.0);
-  out[68] = LANES_OF(0.0);
-  out[69] = LANES_OF(0.0);
-  out[70] = LANES_OF(0.0);
-  out[71] = LANES_OF(0.0);
+  const lanes v843 = v773 * v425, v844 = v429 * v771, v845 = v843 + v844, v846 = v775 * v446,
+      v847 = v450 * v795, v848 = v846 + v847, v849 = v845 + v848, v850 = v432 * v799,
+      v851 = v784 * v436, v852 = v850 - v851, v853 = v849 + v852, v854 = v762 * v853,
+      v855 = v773 * v429, v856 = v775 * v450, v857 = v855 + v856, v858 = v784 * v432,
+      v859 = v857 + v858, v860 = v859 * v792, v861 = v854 - v860, v862 = -v861;
+  out[65] = v862; out[66] = LANES_OF(0.0); out[67] = LANES_OF(0.0); out[68] = LANES_OF(0.0);
+  out[69] = LANES_OF(0.0); out[70] = LANES_OF(0.0); out[71] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(stewart_gough_chain_fk)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&theta_4, &v1, &v4);
-  lanes v2, v6; LANES_NAME(lanes_cos_sin)(&theta_3, &v2, &v6);
-  lanes v5, v3; LANES_NAME(lanes_cos_sin)(&theta_5, &v5, &v3);
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5];
+  LANES_COS_SIN(v1, v4, theta_4); LANES_COS_SIN(v2, v6, theta_3); LANES_COS_SIN(v5, v3, theta_5);
   const lanes v7 = v1 * v2;
   out[0] = v7;
-  const lanes v8 = v2 * v4;
-  const lanes v9 = v3 * v8;
-  const lanes v10 = v5 * v6;
-  const lanes v11 = v9 - v10;
+  const lanes v8 = v2 * v4, v9 = v3 * v8, v10 = v5 * v6, v11 = v9 - v10;
   out[1] = v11;
-  const lanes v12 = v3 * v6;
-  const lanes v13 = v5 * v8;
-  const lanes v14 = v12 + v13;
-  out[2] = v14;
-  out[3] = theta_0;
+  const lanes v12 = v3 * v6, v13 = v5 * v8, v14 = v12 + v13;
+  out[2] = v14; out[3] = theta_0;
   const lanes v15 = v1 * v6;
   out[4] = v15;
-  const lanes v16 = v6 * v4;
-  const lanes v17 = v3 * v16;
-  const lanes v18 = v5 * v2;
-  const lanes v19 = v17 + v18;
+  const lanes v16 = v6 * v4, v17 = v3 * v16, v18 = v5 * v2, v19 = v17 + v18;
   out[5] = v19;
-  const lanes v20 = v5 * v16;
-  const lanes v21 = v3 * v2;
-  const lanes v22 = v20 - v21;
-  out[6] = v22;
-  out[7] = theta_1;
+  const lanes v20 = v5 * v16, v21 = v3 * v2, v22 = v20 - v21;
+  out[6] = v22; out[7] = theta_1;
   const lanes v23 = -v4;
   out[8] = v23;
   const lanes v24 = v1 * v3;
   out[9] = v24;
   const lanes v25 = v1 * v5;
-  out[10] = v25;
-  out[11] = theta_2;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
+  out[10] = v25; out[11] = theta_2; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(stewart_gough_chain_link_poses)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&theta_3, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&theta_4, &v3, &v4);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&theta_5, &v6, &v5);
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = theta_0;
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(1.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  out[16] = LANES_OF(1.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = theta_0;
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(1.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = theta_1;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(1.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(1.0);
-  out[32] = LANES_OF(1.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = theta_0;
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(1.0);
-  out[38] = LANES_OF(0.0);
-  out[39] = theta_1;
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(1.0);
-  out[43] = theta_2;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(1.0);
-  out[48] = v1;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5];
+  LANES_COS_SIN(v1, v2, theta_3); LANES_COS_SIN(v3, v4, theta_4); LANES_COS_SIN(v6, v5, theta_5);
+  out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = theta_0;
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(1.0); out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
+  out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = LANES_OF(1.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
+  out[15] = LANES_OF(1.0); out[16] = LANES_OF(1.0); out[17] = LANES_OF(0.0);
+  out[18] = LANES_OF(0.0); out[19] = theta_0; out[20] = LANES_OF(0.0); out[21] = LANES_OF(1.0);
+  out[22] = LANES_OF(0.0); out[23] = theta_1; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0);
+  out[26] = LANES_OF(1.0); out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
+  out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(1.0);
+  out[32] = LANES_OF(1.0); out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[35] = theta_0;
+  out[36] = LANES_OF(0.0); out[37] = LANES_OF(1.0); out[38] = LANES_OF(0.0); out[39] = theta_1;
+  out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0); out[42] = LANES_OF(1.0); out[43] = theta_2;
+  out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
+  out[47] = LANES_OF(1.0); out[48] = v1;
   const lanes v7 = -v2;
-  out[49] = v7;
-  out[50] = LANES_OF(0.0);
-  out[51] = theta_0;
-  out[52] = v2;
-  out[53] = v1;
-  out[54] = LANES_OF(0.0);
-  out[55] = theta_1;
-  out[56] = LANES_OF(0.0);
-  out[57] = LANES_OF(0.0);
-  out[58] = LANES_OF(1.0);
-  out[59] = theta_2;
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
-  out[63] = LANES_OF(1.0);
+  out[49] = v7; out[50] = LANES_OF(0.0); out[51] = theta_0; out[52] = v2; out[53] = v1;
+  out[54] = LANES_OF(0.0); out[55] = theta_1; out[56] = LANES_OF(0.0); out[57] = LANES_OF(0.0);
+  out[58] = LANES_OF(1.0); out[59] = theta_2; out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0);
+  out[62] = LANES_OF(0.0); out[63] = LANES_OF(1.0);
   const lanes v8 = v3 * v1;
-  out[64] = v8;
-  out[65] = v7;
+  out[64] = v8; out[65] = v7;
   const lanes v9 = v1 * v4;
-  out[66] = v9;
-  out[67] = theta_0;
+  out[66] = v9; out[67] = theta_0;
   const lanes v10 = v3 * v2;
-  out[68] = v10;
-  out[69] = v1;
+  out[68] = v10; out[69] = v1;
   const lanes v11 = v2 * v4;
-  out[70] = v11;
-  out[71] = theta_1;
+  out[70] = v11; out[71] = theta_1;
   const lanes v12 = -v4;
-  out[72] = v12;
-  out[73] = LANES_OF(0.0);
-  out[74] = v3;
-  out[75] = theta_2;
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
-  out[79] = LANES_OF(1.0);
-  out[80] = v8;
-  const lanes v13 = v5 * v9;
-  const lanes v14 = v6 * v2;
-  const lanes v15 = v13 - v14;
+  out[72] = v12; out[73] = LANES_OF(0.0); out[74] = v3; out[75] = theta_2; out[76] = LANES_OF(0.0);
+  out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0); out[79] = LANES_OF(1.0); out[80] = v8;
+  const lanes v13 = v5 * v9, v14 = v6 * v2, v15 = v13 - v14;
   out[81] = v15;
-  const lanes v16 = v5 * v2;
-  const lanes v17 = v6 * v9;
-  const lanes v18 = v16 + v17;
-  out[82] = v18;
-  out[83] = theta_0;
-  out[84] = v10;
-  const lanes v19 = v5 * v11;
-  const lanes v20 = v6 * v1;
-  const lanes v21 = v19 + v20;
+  const lanes v16 = v5 * v2, v17 = v6 * v9, v18 = v16 + v17;
+  out[82] = v18; out[83] = theta_0; out[84] = v10;
+  const lanes v19 = v5 * v11, v20 = v6 * v1, v21 = v19 + v20;
   out[85] = v21;
-  const lanes v22 = v6 * v11;
-  const lanes v23 = v5 * v1;
-  const lanes v24 = v22 - v23;
-  out[86] = v24;
-  out[87] = theta_1;
-  out[88] = v12;
+  const lanes v22 = v6 * v11, v23 = v5 * v1, v24 = v22 - v23;
+  out[86] = v24; out[87] = theta_1; out[88] = v12;
   const lanes v25 = v3 * v5;
   out[89] = v25;
   const lanes v26 = v3 * v6;
-  out[90] = v26;
-  out[91] = theta_2;
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
-  out[95] = LANES_OF(1.0);
+  out[90] = v26; out[91] = theta_2; out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0);
+  out[94] = LANES_OF(0.0); out[95] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(stewart_gough_chain_jacobian_space)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&theta_3, &v1, &v3);
-  lanes v4, v2; LANES_NAME(lanes_cos_sin)(&theta_4, &v4, &v2);
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = theta_1;
-  const lanes v5 = v1 * theta_2;
-  const lanes v6 = -v5;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4];
+  LANES_COS_SIN(v1, v3, theta_3); LANES_COS_SIN(v4, v2, theta_4); out[0] = LANES_OF(1.0);
+  out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = theta_1;
+  const lanes v5 = v1 * theta_2, v6 = -v5;
   out[4] = v6;
-  const lanes v7 = v1 * v2;
-  const lanes v8 = v1 * theta_1;
-  const lanes v9 = v3 * theta_0;
-  const lanes v10 = v8 - v9;
-  const lanes v11 = v7 * v10;
-  const lanes v12 = v4 * theta_2;
-  const lanes v13 = v1 * theta_0;
-  const lanes v14 = v3 * theta_1;
-  const lanes v15 = v13 + v14;
-  const lanes v16 = v15 * v2;
-  const lanes v17 = v12 + v16;
-  const lanes v18 = v3 * v17;
-  const lanes v19 = v11 + v18;
-  const lanes v20 = -v19;
-  out[5] = v20;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(1.0);
-  out[8] = LANES_OF(0.0);
+  const lanes v7 = v1 * v2, v8 = v1 * theta_1, v9 = v3 * theta_0, v10 = v8 - v9, v11 = v7 * v10,
+      v12 = v4 * theta_2, v13 = v1 * theta_0, v14 = v3 * theta_1, v15 = v13 + v14, v16 = v15 * v2,
+      v17 = v12 + v16, v18 = v3 * v17, v19 = v11 + v18, v20 = -v19;
+  out[5] = v20; out[6] = LANES_OF(0.0); out[7] = LANES_OF(1.0); out[8] = LANES_OF(0.0);
   const lanes v21 = -theta_0;
   out[9] = v21;
-  const lanes v22 = v3 * theta_2;
-  const lanes v23 = -v22;
+  const lanes v22 = v3 * theta_2, v23 = -v22;
   out[10] = v23;
-  const lanes v24 = v1 * v17;
-  const lanes v25 = v3 * v2;
-  const lanes v26 = v25 * v10;
-  const lanes v27 = v24 - v26;
-  out[11] = v27;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(1.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = v15;
-  const lanes v28 = v4 * v10;
-  const lanes v29 = -v28;
-  out[17] = v29;
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
+  const lanes v24 = v1 * v17, v25 = v3 * v2, v26 = v25 * v10, v27 = v24 - v26;
+  out[11] = v27; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(1.0);
+  out[15] = LANES_OF(0.0); out[16] = v15;
+  const lanes v28 = v4 * v10, v29 = -v28;
+  out[17] = v29; out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0);
   out[21] = LANES_OF(0.0);
   const lanes v30 = -v3;
   out[22] = v30;
   const lanes v31 = v4 * v1;
-  out[23] = v31;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = v1;
+  out[23] = v31; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0);
+  out[27] = LANES_OF(0.0); out[28] = v1;
   const lanes v32 = v4 * v3;
-  out[29] = v32;
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(1.0);
-  out[34] = LANES_OF(0.0);
+  out[29] = v32; out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
+  out[33] = LANES_OF(1.0); out[34] = LANES_OF(0.0);
   const lanes v33 = -v2;
   out[35] = v33;
 }
 
 static LANES_TARGET void LANES_NAME(stewart_gough_chain_jacobian_body)(const lanes *in, lanes *out)
 {
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&theta_4, &v1, &v4);
-  lanes v2, v3; LANES_NAME(lanes_cos_sin)(&theta_3, &v2, &v3);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&theta_5, &v6, &v5);
+  const lanes theta_3 = in[3], theta_4 = in[4], theta_5 = in[5];
+  LANES_COS_SIN(v1, v4, theta_4); LANES_COS_SIN(v2, v3, theta_3); LANES_COS_SIN(v6, v5, theta_5);
   const lanes v7 = v1 * v2;
   out[0] = v7;
   const lanes v8 = v1 * v3;
   out[1] = v8;
   const lanes v9 = -v4;
-  out[2] = v9;
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  const lanes v10 = v5 * v4;
-  const lanes v11 = v2 * v10;
-  const lanes v12 = v6 * v3;
-  const lanes v13 = v11 - v12;
+  out[2] = v9; out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
+  const lanes v10 = v5 * v4, v11 = v2 * v10, v12 = v6 * v3, v13 = v11 - v12;
   out[6] = v13;
-  const lanes v14 = v6 * v2;
-  const lanes v15 = v3 * v10;
-  const lanes v16 = v14 + v15;
+  const lanes v14 = v6 * v2, v15 = v3 * v10, v16 = v14 + v15;
   out[7] = v16;
   const lanes v17 = v1 * v5;
-  out[8] = v17;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  const lanes v18 = v5 * v3;
-  const lanes v19 = v6 * v4;
-  const lanes v20 = v2 * v19;
-  const lanes v21 = v18 + v20;
+  out[8] = v17; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  const lanes v18 = v5 * v3, v19 = v6 * v4, v20 = v2 * v19, v21 = v18 + v20;
   out[12] = v21;
-  const lanes v22 = v3 * v19;
-  const lanes v23 = v5 * v2;
-  const lanes v24 = v22 - v23;
+  const lanes v22 = v3 * v19, v23 = v5 * v2, v24 = v22 - v23;
   out[13] = v24;
   const lanes v25 = v1 * v6;
-  out[14] = v25;
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = v9;
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(1.0);
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = v17;
-  out[28] = v6;
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = v25;
+  out[14] = v25; out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
+  out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0); out[21] = v9;
+  out[22] = LANES_OF(0.0); out[23] = LANES_OF(1.0); out[24] = LANES_OF(0.0);
+  out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0); out[27] = v17; out[28] = v6;
+  out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  out[32] = LANES_OF(0.0); out[33] = v25;
   const lanes v26 = -v5;
-  out[34] = v26;
-  out[35] = LANES_OF(0.0);
+  out[34] = v26; out[35] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(stewart_gough_chain_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  lanes v3, v1; LANES_NAME(lanes_cos_sin)(&theta_3, &v3, &v1);
-  lanes v2, v4; LANES_NAME(lanes_cos_sin)(&theta_4, &v2, &v4);
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(1.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(1.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
+  const lanes theta_3 = in[3], theta_4 = in[4];
+  LANES_COS_SIN(v3, v1, theta_3); LANES_COS_SIN(v2, v4, theta_4); out[0] = LANES_OF(1.0);
+  out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0); out[7] = LANES_OF(1.0); out[8] = LANES_OF(0.0);
+  out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(1.0); out[15] = LANES_OF(0.0);
+  out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0);
+  out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
   const lanes v5 = -v1;
   out[22] = v5;
   const lanes v6 = v2 * v3;
-  out[23] = v6;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = v3;
+  out[23] = v6; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0);
+  out[27] = LANES_OF(0.0); out[28] = v3;
   const lanes v7 = v2 * v1;
-  out[29] = v7;
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(1.0);
-  out[34] = LANES_OF(0.0);
+  out[29] = v7; out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
+  out[33] = LANES_OF(1.0); out[34] = LANES_OF(0.0);
   const lanes v8 = -v4;
   out[35] = v8;
 }
 
 static LANES_TARGET void LANES_NAME(stewart_gough_rods)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  const lanes q_0 = in[6];
-  const lanes q_1 = in[7];
-  const lanes q_2 = in[8];
-  const lanes q_3 = in[9];
-  const lanes q_4 = in[10];
-  const lanes q_5 = in[11];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_4, &v2, &v1);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&theta_5, &v4, &v3);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&theta_3, &v6, &v5);
-  const lanes v7 = 0.16069690242163484 * v1;
-  const lanes v8 = 0.1915111107797445 * v3;
-  const lanes v9 = v2 * v8;
-  const lanes v10 = v7 + v9;
-  const lanes v11 = theta_2 - v10;
-  const lanes v12 = v11 * v11;
-  const lanes v13 = 0.1915111107797445 * v4;
-  const lanes v14 = v13 * v5;
-  const lanes v15 = v8 * v1;
-  const lanes v16 = 0.16069690242163484 * v2;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = v17 * v6;
-  const lanes v19 = v14 - v18;
-  const lanes v20 = v19 + theta_0;
-  const lanes v21 = v20 - 0.3939231012048832;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v12 + v22;
-  const lanes v24 = v13 * v6;
-  const lanes v25 = v17 * v5;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = theta_1 - v26;
-  const lanes v28 = 0.06945927106677215 + v27;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = v23 + v29;
-  lanes v31; LANES_NAME(lanes_sqrt)(&v30, &v31);
-  const lanes v32 = v31 - 0.57;
-  const lanes v33 = v32 - q_0;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5], q_0 = in[6], q_1 = in[7], q_2 = in[8], q_3 = in[9], q_4 = in[10],
+      q_5 = in[11];
+  LANES_COS_SIN(v2, v1, theta_4); LANES_COS_SIN(v4, v3, theta_5); LANES_COS_SIN(v6, v5, theta_3);
+  const lanes v7 = 0.16069690242163484 * v1, v8 = 0.1915111107797445 * v3, v9 = v2 * v8,
+      v10 = v7 + v9, v11 = theta_2 - v10, v12 = v11 * v11, v13 = 0.1915111107797445 * v4,
+      v14 = v13 * v5, v15 = v8 * v1, v16 = 0.16069690242163484 * v2, v17 = v15 - v16,
+      v18 = v17 * v6, v19 = v14 - v18, v20 = v19 + theta_0, v21 = v20 - 0.3939231012048832,
+      v22 = v21 * v21, v23 = v12 + v22, v24 = v13 * v6, v25 = v17 * v5, v26 = v24 + v25,
+      v27 = theta_1 - v26, v28 = 0.06945927106677215 + v27, v29 = v28 * v28, v30 = v23 + v29;
+  LANES_LET1(v31, sqrt, v30);
+  const lanes v32 = v31 - 0.57, v33 = v32 - q_0;
   out[0] = v33;
-  const lanes v34 = v9 - v7;
-  const lanes v35 = v34 + theta_2;
-  const lanes v36 = v35 * v35;
-  const lanes v37 = v16 + v15;
-  const lanes v38 = v37 * v6;
-  const lanes v39 = v38 - v14;
-  const lanes v40 = v39 + theta_0;
-  const lanes v41 = v40 - 0.3939231012048832;
-  const lanes v42 = v41 * v41;
-  const lanes v43 = v36 + v42;
-  const lanes v44 = v37 * v5;
-  const lanes v45 = v24 + v44;
-  const lanes v46 = v45 + theta_1;
-  const lanes v47 = v46 - 0.06945927106677215;
-  const lanes v48 = v47 * v47;
-  const lanes v49 = v43 + v48;
-  lanes v50; LANES_NAME(lanes_sqrt)(&v49, &v50);
-  const lanes v51 = v50 - 0.57;
-  const lanes v52 = v51 - q_1;
+  const lanes v34 = v9 - v7, v35 = v34 + theta_2, v36 = v35 * v35, v37 = v16 + v15, v38 = v37 * v6,
+      v39 = v38 - v14, v40 = v39 + theta_0, v41 = v40 - 0.3939231012048832, v42 = v41 * v41,
+      v43 = v36 + v42, v44 = v37 * v5, v45 = v24 + v44, v46 = v45 + theta_1,
+      v47 = v46 - 0.06945927106677215, v48 = v47 * v47, v49 = v43 + v48;
+  LANES_LET1(v50, sqrt, v49);
+  const lanes v51 = v50 - 0.57, v52 = v51 - q_1;
   out[1] = v52;
-  const lanes v53 = 0.2349231551964771 * v3;
-  const lanes v54 = v2 * v53;
-  const lanes v55 = 0.08550503583141718 * v1;
-  const lanes v56 = v54 - v55;
-  const lanes v57 = v56 + theta_2;
-  const lanes v58 = v57 * v57;
-  const lanes v59 = 0.08550503583141718 * v2;
-  const lanes v60 = v53 * v1;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = v61 * v6;
-  const lanes v63 = 0.2349231551964771 * v4;
-  const lanes v64 = v63 * v5;
-  const lanes v65 = v62 - v64;
-  const lanes v66 = v65 + theta_0;
-  const lanes v67 = 0.1368080573302675 + v66;
-  const lanes v68 = v67 * v67;
-  const lanes v69 = v58 + v68;
-  const lanes v70 = v63 * v6;
-  const lanes v71 = v61 * v5;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v72 + theta_1;
-  const lanes v74 = v73 - 0.37587704831436336;
-  const lanes v75 = v74 * v74;
-  const lanes v76 = v69 + v75;
-  lanes v77; LANES_NAME(lanes_sqrt)(&v76, &v77);
-  const lanes v78 = v77 - 0.57;
-  const lanes v79 = v78 - q_2;
+  const lanes v53 = 0.2349231551964771 * v3, v54 = v2 * v53, v55 = 0.08550503583141718 * v1,
+      v56 = v54 - v55, v57 = v56 + theta_2, v58 = v57 * v57, v59 = 0.08550503583141718 * v2,
+      v60 = v53 * v1, v61 = v59 + v60, v62 = v61 * v6, v63 = 0.2349231551964771 * v4,
+      v64 = v63 * v5, v65 = v62 - v64, v66 = v65 + theta_0, v67 = 0.1368080573302675 + v66,
+      v68 = v67 * v67, v69 = v58 + v68, v70 = v63 * v6, v71 = v61 * v5, v72 = v70 + v71,
+      v73 = v72 + theta_1, v74 = v73 - 0.37587704831436336, v75 = v74 * v74, v76 = v69 + v75;
+  LANES_LET1(v77, sqrt, v76);
+  const lanes v78 = v77 - 0.57, v79 = v78 - q_2;
   out[2] = v79;
-  const lanes v80 = 0.246201938253052 * v1;
-  const lanes v81 = 0.04341204441673259 * v3;
-  const lanes v82 = v2 * v81;
-  const lanes v83 = v80 + v82;
-  const lanes v84 = v83 + theta_2;
-  const lanes v85 = v84 * v84;
-  const lanes v86 = 0.04341204441673259 * v4;
-  const lanes v87 = v86 * v5;
-  const lanes v88 = 0.246201938253052 * v2;
-  const lanes v89 = v81 * v1;
-  const lanes v90 = v88 - v89;
-  const lanes v91 = v90 * v6;
-  const lanes v92 = v87 + v91;
-  const lanes v93 = theta_0 - v92;
-  const lanes v94 = 0.25711504387461576 + v93;
-  const lanes v95 = v94 * v94;
-  const lanes v96 = v85 + v95;
-  const lanes v97 = v86 * v6;
-  const lanes v98 = v90 * v5;
-  const lanes v99 = v97 - v98;
-  const lanes v100 = v99 + theta_1;
-  const lanes v101 = v100 - 0.3064177772475912;
-  const lanes v102 = v101 * v101;
-  const lanes v103 = v96 + v102;
-  lanes v104; LANES_NAME(lanes_sqrt)(&v103, &v104);
-  const lanes v105 = v104 - 0.57;
-  const lanes v106 = v105 - q_3;
+  const lanes v80 = 0.246201938253052 * v1, v81 = 0.04341204441673259 * v3, v82 = v2 * v81,
+      v83 = v80 + v82, v84 = v83 + theta_2, v85 = v84 * v84, v86 = 0.04341204441673259 * v4,
+      v87 = v86 * v5, v88 = 0.246201938253052 * v2, v89 = v81 * v1, v90 = v88 - v89, v91 = v90 * v6,
+      v92 = v87 + v91, v93 = theta_0 - v92, v94 = 0.25711504387461576 + v93, v95 = v94 * v94,
+      v96 = v85 + v95, v97 = v86 * v6, v98 = v90 * v5, v99 = v97 - v98, v100 = v99 + theta_1,
+      v101 = v100 - 0.3064177772475912, v102 = v101 * v101, v103 = v96 + v102;
+  LANES_LET1(v104, sqrt, v103);
+  const lanes v105 = v104 - 0.57, v106 = v105 - q_3;
   out[3] = v106;
-  const lanes v107 = v80 - v82;
-  const lanes v108 = v107 + theta_2;
-  const lanes v109 = v108 * v108;
-  const lanes v110 = v88 + v89;
-  const lanes v111 = v6 * v110;
-  const lanes v112 = v87 - v111;
-  const lanes v113 = v112 + theta_0;
-  const lanes v114 = 0.25711504387461576 + v113;
-  const lanes v115 = v114 * v114;
-  const lanes v116 = v109 + v115;
-  const lanes v117 = v110 * v5;
-  const lanes v118 = v97 + v117;
-  const lanes v119 = theta_1 - v118;
-  const lanes v120 = 0.3064177772475912 + v119;
-  const lanes v121 = v120 * v120;
-  const lanes v122 = v116 + v121;
-  lanes v123; LANES_NAME(lanes_sqrt)(&v122, &v123);
-  const lanes v124 = v123 - 0.57;
-  const lanes v125 = v124 - q_4;
+  const lanes v107 = v80 - v82, v108 = v107 + theta_2, v109 = v108 * v108, v110 = v88 + v89,
+      v111 = v6 * v110, v112 = v87 - v111, v113 = v112 + theta_0, v114 = 0.25711504387461576 + v113,
+      v115 = v114 * v114, v116 = v109 + v115, v117 = v110 * v5, v118 = v97 + v117,
+      v119 = theta_1 - v118, v120 = 0.3064177772475912 + v119, v121 = v120 * v120,
+      v122 = v116 + v121;
+  LANES_LET1(v123, sqrt, v122);
+  const lanes v124 = v123 - 0.57, v125 = v124 - q_4;
   out[4] = v125;
-  const lanes v126 = v55 + v54;
-  const lanes v127 = theta_2 - v126;
-  const lanes v128 = v127 * v127;
-  const lanes v129 = v60 - v59;
-  const lanes v130 = v6 * v129;
-  const lanes v131 = v64 - v130;
-  const lanes v132 = v131 + theta_0;
-  const lanes v133 = 0.1368080573302675 + v132;
-  const lanes v134 = v133 * v133;
-  const lanes v135 = v128 + v134;
-  const lanes v136 = v5 * v129;
-  const lanes v137 = v70 + v136;
-  const lanes v138 = theta_1 - v137;
-  const lanes v139 = 0.37587704831436336 + v138;
-  const lanes v140 = v139 * v139;
-  const lanes v141 = v135 + v140;
-  lanes v142; LANES_NAME(lanes_sqrt)(&v141, &v142);
-  const lanes v143 = v142 - 0.57;
-  const lanes v144 = v143 - q_5;
+  const lanes v126 = v55 + v54, v127 = theta_2 - v126, v128 = v127 * v127, v129 = v60 - v59,
+      v130 = v6 * v129, v131 = v64 - v130, v132 = v131 + theta_0, v133 = 0.1368080573302675 + v132,
+      v134 = v133 * v133, v135 = v128 + v134, v136 = v5 * v129, v137 = v70 + v136,
+      v138 = theta_1 - v137, v139 = 0.37587704831436336 + v138, v140 = v139 * v139,
+      v141 = v135 + v140;
+  LANES_LET1(v142, sqrt, v141);
+  const lanes v143 = v142 - 0.57, v144 = v143 - q_5;
   out[5] = v144;
 }
 
 static LANES_TARGET void LANES_NAME(stewart_gough_rods_D_chain)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&theta_5, &v1, &v3);
-  lanes v6, v2; LANES_NAME(lanes_cos_sin)(&theta_3, &v6, &v2);
-  lanes v5, v4; LANES_NAME(lanes_cos_sin)(&theta_4, &v5, &v4);
-  const lanes v7 = 0.1915111107797445 * v1;
-  const lanes v8 = v7 * v2;
-  const lanes v9 = 0.1915111107797445 * v3;
-  const lanes v10 = v9 * v4;
-  const lanes v11 = 0.16069690242163484 * v5;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v6;
-  const lanes v14 = v8 - v13;
-  const lanes v15 = v14 + theta_0;
-  const lanes v16 = v15 - 0.3939231012048832;
-  const lanes v17 = 2.0 * v16;
-  const lanes v18 = 0.16069690242163484 * v4;
-  const lanes v19 = v5 * v9;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = theta_2 - v20;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v16 * v16;
-  const lanes v24 = v22 + v23;
-  const lanes v25 = v7 * v6;
-  const lanes v26 = v12 * v2;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = theta_1 - v27;
-  const lanes v29 = 0.06945927106677215 + v28;
-  const lanes v30 = v29 * v29;
-  const lanes v31 = v24 + v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.5 / v32;
-  const lanes v34 = v17 * v33;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5];
+  LANES_COS_SIN(v1, v3, theta_5); LANES_COS_SIN(v6, v2, theta_3); LANES_COS_SIN(v5, v4, theta_4);
+  const lanes v7 = 0.1915111107797445 * v1, v8 = v7 * v2, v9 = 0.1915111107797445 * v3,
+      v10 = v9 * v4, v11 = 0.16069690242163484 * v5, v12 = v10 - v11, v13 = v12 * v6,
+      v14 = v8 - v13, v15 = v14 + theta_0, v16 = v15 - 0.3939231012048832, v17 = 2.0 * v16,
+      v18 = 0.16069690242163484 * v4, v19 = v5 * v9, v20 = v18 + v19, v21 = theta_2 - v20,
+      v22 = v21 * v21, v23 = v16 * v16, v24 = v22 + v23, v25 = v7 * v6, v26 = v12 * v2,
+      v27 = v25 + v26, v28 = theta_1 - v27, v29 = 0.06945927106677215 + v28, v30 = v29 * v29,
+      v31 = v24 + v30;
+  LANES_LET1(v32, sqrt, v31);
+  const lanes v33 = 0.5 / v32, v34 = v17 * v33;
   out[0] = v34;
-  const lanes v35 = 2.0 * v29;
-  const lanes v36 = v33 * v35;
+  const lanes v35 = 2.0 * v29, v36 = v33 * v35;
   out[1] = v36;
-  const lanes v37 = 2.0 * v21;
-  const lanes v38 = v33 * v37;
+  const lanes v37 = 2.0 * v21, v38 = v33 * v37;
   out[2] = v38;
-  const lanes v39 = v17 * v27;
-  const lanes v40 = v35 * v14;
-  const lanes v41 = v39 + v40;
-  const lanes v42 = v33 * v41;
+  const lanes v39 = v17 * v27, v40 = v35 * v14, v41 = v39 + v40, v42 = v33 * v41;
   out[3] = v42;
-  const lanes v43 = v37 * v12;
-  const lanes v44 = v20 * v6;
-  const lanes v45 = v17 * v44;
-  const lanes v46 = v43 - v45;
-  const lanes v47 = v20 * v2;
-  const lanes v48 = v35 * v47;
-  const lanes v49 = v46 - v48;
-  const lanes v50 = v33 * v49;
+  const lanes v43 = v37 * v12, v44 = v20 * v6, v45 = v17 * v44, v46 = v43 - v45, v47 = v20 * v2,
+      v48 = v35 * v47, v49 = v46 - v48, v50 = v33 * v49;
   out[4] = v50;
-  const lanes v51 = v7 * v4;
-  const lanes v52 = v51 * v6;
-  const lanes v53 = v9 * v2;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = v17 * v54;
-  const lanes v56 = v51 * v2;
-  const lanes v57 = v9 * v6;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = v35 * v58;
-  const lanes v60 = v55 + v59;
-  const lanes v61 = v5 * v7;
-  const lanes v62 = v37 * v61;
-  const lanes v63 = v60 + v62;
-  const lanes v64 = v33 * v63;
-  const lanes v65 = -v64;
+  const lanes v51 = v7 * v4, v52 = v51 * v6, v53 = v9 * v2, v54 = v52 + v53, v55 = v17 * v54,
+      v56 = v51 * v2, v57 = v9 * v6, v58 = v56 - v57, v59 = v35 * v58, v60 = v55 + v59,
+      v61 = v5 * v7, v62 = v37 * v61, v63 = v60 + v62, v64 = v33 * v63, v65 = -v64;
   out[5] = v65;
-  const lanes v66 = v11 + v10;
-  const lanes v67 = v66 * v6;
-  const lanes v68 = v67 - v8;
-  const lanes v69 = v68 + theta_0;
-  const lanes v70 = v69 - 0.3939231012048832;
-  const lanes v71 = 2.0 * v70;
-  const lanes v72 = v19 - v18;
-  const lanes v73 = v72 + theta_2;
-  const lanes v74 = v73 * v73;
-  const lanes v75 = v70 * v70;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v66 * v2;
-  const lanes v78 = v25 + v77;
-  const lanes v79 = v78 + theta_1;
-  const lanes v80 = v79 - 0.06945927106677215;
-  const lanes v81 = v80 * v80;
-  const lanes v82 = v76 + v81;
-  lanes v83; LANES_NAME(lanes_sqrt)(&v82, &v83);
-  const lanes v84 = 0.5 / v83;
-  const lanes v85 = v71 * v84;
+  const lanes v66 = v11 + v10, v67 = v66 * v6, v68 = v67 - v8, v69 = v68 + theta_0,
+      v70 = v69 - 0.3939231012048832, v71 = 2.0 * v70, v72 = v19 - v18, v73 = v72 + theta_2,
+      v74 = v73 * v73, v75 = v70 * v70, v76 = v74 + v75, v77 = v66 * v2, v78 = v25 + v77,
+      v79 = v78 + theta_1, v80 = v79 - 0.06945927106677215, v81 = v80 * v80, v82 = v76 + v81;
+  LANES_LET1(v83, sqrt, v82);
+  const lanes v84 = 0.5 / v83, v85 = v71 * v84;
   out[6] = v85;
-  const lanes v86 = 2.0 * v80;
-  const lanes v87 = v84 * v86;
+  const lanes v86 = 2.0 * v80, v87 = v84 * v86;
   out[7] = v87;
-  const lanes v88 = 2.0 * v73;
-  const lanes v89 = v84 * v88;
+  const lanes v88 = 2.0 * v73, v89 = v84 * v88;
   out[8] = v89;
-  const lanes v90 = v86 * v68;
-  const lanes v91 = v71 * v78;
-  const lanes v92 = v90 - v91;
-  const lanes v93 = v84 * v92;
+  const lanes v90 = v86 * v68, v91 = v71 * v78, v92 = v90 - v91, v93 = v84 * v92;
   out[9] = v93;
-  const lanes v94 = v72 * v6;
-  const lanes v95 = v71 * v94;
-  const lanes v96 = v72 * v2;
-  const lanes v97 = v86 * v96;
-  const lanes v98 = v95 + v97;
-  const lanes v99 = v88 * v66;
-  const lanes v100 = v98 - v99;
-  const lanes v101 = v84 * v100;
+  const lanes v94 = v72 * v6, v95 = v71 * v94, v96 = v72 * v2, v97 = v86 * v96, v98 = v95 + v97,
+      v99 = v88 * v66, v100 = v98 - v99, v101 = v84 * v100;
   out[10] = v101;
-  const lanes v102 = v71 * v54;
-  const lanes v103 = v86 * v58;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = v88 * v61;
-  const lanes v106 = v104 + v105;
-  const lanes v107 = v84 * v106;
+  const lanes v102 = v71 * v54, v103 = v86 * v58, v104 = v102 + v103, v105 = v88 * v61,
+      v106 = v104 + v105, v107 = v84 * v106;
   out[11] = v107;
-  const lanes v108 = 0.08550503583141718 * v5;
-  const lanes v109 = 0.2349231551964771 * v3;
-  const lanes v110 = v109 * v4;
-  const lanes v111 = v108 + v110;
-  const lanes v112 = v111 * v6;
-  const lanes v113 = 0.2349231551964771 * v1;
-  const lanes v114 = v113 * v2;
-  const lanes v115 = v112 - v114;
-  const lanes v116 = v115 + theta_0;
-  const lanes v117 = 0.1368080573302675 + v116;
-  const lanes v118 = 2.0 * v117;
-  const lanes v119 = v5 * v109;
-  const lanes v120 = 0.08550503583141718 * v4;
-  const lanes v121 = v119 - v120;
-  const lanes v122 = v121 + theta_2;
-  const lanes v123 = v122 * v122;
-  const lanes v124 = v117 * v117;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = v113 * v6;
-  const lanes v127 = v111 * v2;
-  const lanes v128 = v126 + v127;
-  const lanes v129 = v128 + theta_1;
-  const lanes v130 = v129 - 0.37587704831436336;
-  const lanes v131 = v130 * v130;
-  const lanes v132 = v125 + v131;
-  lanes v133; LANES_NAME(lanes_sqrt)(&v132, &v133);
-  const lanes v134 = 0.5 / v133;
-  const lanes v135 = v118 * v134;
+  const lanes v108 = 0.08550503583141718 * v5, v109 = 0.2349231551964771 * v3, v110 = v109 * v4,
+      v111 = v108 + v110, v112 = v111 * v6, v113 = 0.2349231551964771 * v1, v114 = v113 * v2,
+      v115 = v112 - v114, v116 = v115 + theta_0, v117 = 0.1368080573302675 + v116,
+      v118 = 2.0 * v117, v119 = v5 * v109, v120 = 0.08550503583141718 * v4, v121 = v119 - v120,
+      v122 = v121 + theta_2, v123 = v122 * v122, v124 = v117 * v117, v125 = v123 + v124,
+      v126 = v113 * v6, v127 = v111 * v2, v128 = v126 + v127, v129 = v128 + theta_1,
+      v130 = v129 - 0.37587704831436336, v131 = v130 * v130, v132 = v125 + v131;
+  LANES_LET1(v133, sqrt, v132);
+  const lanes v134 = 0.5 / v133, v135 = v118 * v134;
   out[12] = v135;
-  const lanes v136 = 2.0 * v130;
-  const lanes v137 = v134 * v136;
+  const lanes v136 = 2.0 * v130, v137 = v134 * v136;
   out[13] = v137;
-  const lanes v138 = 2.0 * v122;
-  const lanes v139 = v134 * v138;
+  const lanes v138 = 2.0 * v122, v139 = v134 * v138;
   out[14] = v139;
-  const lanes v140 = v136 * v115;
-  const lanes v141 = v118 * v128;
-  const lanes v142 = v140 - v141;
-  const lanes v143 = v134 * v142;
+  const lanes v140 = v136 * v115, v141 = v118 * v128, v142 = v140 - v141, v143 = v134 * v142;
   out[15] = v143;
-  const lanes v144 = v121 * v6;
-  const lanes v145 = v118 * v144;
-  const lanes v146 = v121 * v2;
-  const lanes v147 = v136 * v146;
-  const lanes v148 = v145 + v147;
-  const lanes v149 = v138 * v111;
-  const lanes v150 = v148 - v149;
-  const lanes v151 = v134 * v150;
+  const lanes v144 = v121 * v6, v145 = v118 * v144, v146 = v121 * v2, v147 = v136 * v146,
+      v148 = v145 + v147, v149 = v138 * v111, v150 = v148 - v149, v151 = v134 * v150;
   out[16] = v151;
-  const lanes v152 = v113 * v4;
-  const lanes v153 = v152 * v6;
-  const lanes v154 = v109 * v2;
-  const lanes v155 = v153 + v154;
-  const lanes v156 = v118 * v155;
-  const lanes v157 = v152 * v2;
-  const lanes v158 = v109 * v6;
-  const lanes v159 = v157 - v158;
-  const lanes v160 = v136 * v159;
-  const lanes v161 = v156 + v160;
-  const lanes v162 = v5 * v113;
-  const lanes v163 = v138 * v162;
-  const lanes v164 = v161 + v163;
-  const lanes v165 = v134 * v164;
+  const lanes v152 = v113 * v4, v153 = v152 * v6, v154 = v109 * v2, v155 = v153 + v154,
+      v156 = v118 * v155, v157 = v152 * v2, v158 = v109 * v6, v159 = v157 - v158,
+      v160 = v136 * v159, v161 = v156 + v160, v162 = v5 * v113, v163 = v138 * v162,
+      v164 = v161 + v163, v165 = v134 * v164;
   out[17] = v165;
-  const lanes v166 = 0.04341204441673259 * v1;
-  const lanes v167 = v166 * v2;
-  const lanes v168 = 0.246201938253052 * v5;
-  const lanes v169 = 0.04341204441673259 * v3;
-  const lanes v170 = v169 * v4;
-  const lanes v171 = v168 - v170;
-  const lanes v172 = v171 * v6;
-  const lanes v173 = v167 + v172;
-  const lanes v174 = theta_0 - v173;
-  const lanes v175 = 0.25711504387461576 + v174;
-  const lanes v176 = 2.0 * v175;
-  const lanes v177 = 0.246201938253052 * v4;
-  const lanes v178 = v5 * v169;
-  const lanes v179 = v177 + v178;
-  const lanes v180 = v179 + theta_2;
-  const lanes v181 = v180 * v180;
-  const lanes v182 = v175 * v175;
-  const lanes v183 = v181 + v182;
-  const lanes v184 = v166 * v6;
-  const lanes v185 = v171 * v2;
-  const lanes v186 = v184 - v185;
-  const lanes v187 = v186 + theta_1;
-  const lanes v188 = v187 - 0.3064177772475912;
-  const lanes v189 = v188 * v188;
-  const lanes v190 = v183 + v189;
-  lanes v191; LANES_NAME(lanes_sqrt)(&v190, &v191);
-  const lanes v192 = 0.5 / v191;
-  const lanes v193 = v176 * v192;
+  const lanes v166 = 0.04341204441673259 * v1, v167 = v166 * v2, v168 = 0.246201938253052 * v5,
+      v169 = 0.04341204441673259 * v3, v170 = v169 * v4, v171 = v168 - v170, v172 = v171 * v6,
+      v173 = v167 + v172, v174 = theta_0 - v173, v175 = 0.25711504387461576 + v174,
+      v176 = 2.0 * v175, v177 = 0.246201938253052 * v4, v178 = v5 * v169, v179 = v177 + v178,
+      v180 = v179 + theta_2, v181 = v180 * v180, v182 = v175 * v175, v183 = v181 + v182,
+      v184 = v166 * v6, v185 = v171 * v2, v186 = v184 - v185, v187 = v186 + theta_1,
+      v188 = v187 - 0.3064177772475912, v189 = v188 * v188, v190 = v183 + v189;
+  LANES_LET1(v191, sqrt, v190);
+  const lanes v192 = 0.5 / v191, v193 = v176 * v192;
   out[18] = v193;
-  const lanes v194 = 2.0 * v188;
-  const lanes v195 = v192 * v194;
+  const lanes v194 = 2.0 * v188, v195 = v192 * v194;
   out[19] = v195;
-  const lanes v196 = 2.0 * v180;
-  const lanes v197 = v192 * v196;
+  const lanes v196 = 2.0 * v180, v197 = v192 * v196;
   out[20] = v197;
-  const lanes v198 = v176 * v186;
-  const lanes v199 = v194 * v173;
-  const lanes v200 = v198 + v199;
-  const lanes v201 = v192 * v200;
-  const lanes v202 = -v201;
+  const lanes v198 = v176 * v186, v199 = v194 * v173, v200 = v198 + v199, v201 = v192 * v200,
+      v202 = -v201;
   out[21] = v202;
-  const lanes v203 = v179 * v6;
-  const lanes v204 = v176 * v203;
-  const lanes v205 = v179 * v2;
-  const lanes v206 = v194 * v205;
-  const lanes v207 = v204 + v206;
-  const lanes v208 = v196 * v171;
-  const lanes v209 = v207 + v208;
-  const lanes v210 = v192 * v209;
+  const lanes v203 = v179 * v6, v204 = v176 * v203, v205 = v179 * v2, v206 = v194 * v205,
+      v207 = v204 + v206, v208 = v196 * v171, v209 = v207 + v208, v210 = v192 * v209;
   out[22] = v210;
-  const lanes v211 = v166 * v4;
-  const lanes v212 = v211 * v6;
-  const lanes v213 = v169 * v2;
-  const lanes v214 = v212 + v213;
-  const lanes v215 = v176 * v214;
-  const lanes v216 = v211 * v2;
-  const lanes v217 = v169 * v6;
-  const lanes v218 = v216 - v217;
-  const lanes v219 = v194 * v218;
-  const lanes v220 = v215 + v219;
-  const lanes v221 = v5 * v166;
-  const lanes v222 = v196 * v221;
-  const lanes v223 = v220 + v222;
-  const lanes v224 = v192 * v223;
+  const lanes v211 = v166 * v4, v212 = v211 * v6, v213 = v169 * v2, v214 = v212 + v213,
+      v215 = v176 * v214, v216 = v211 * v2, v217 = v169 * v6, v218 = v216 - v217,
+      v219 = v194 * v218, v220 = v215 + v219, v221 = v5 * v166, v222 = v196 * v221,
+      v223 = v220 + v222, v224 = v192 * v223;
   out[23] = v224;
-  const lanes v225 = v168 + v170;
-  const lanes v226 = v6 * v225;
-  const lanes v227 = v167 - v226;
-  const lanes v228 = v227 + theta_0;
-  const lanes v229 = 0.25711504387461576 + v228;
-  const lanes v230 = 2.0 * v229;
-  const lanes v231 = v177 - v178;
-  const lanes v232 = v231 + theta_2;
-  const lanes v233 = v232 * v232;
-  const lanes v234 = v229 * v229;
-  const lanes v235 = v233 + v234;
-  const lanes v236 = v225 * v2;
-  const lanes v237 = v184 + v236;
-  const lanes v238 = theta_1 - v237;
-  const lanes v239 = 0.3064177772475912 + v238;
-  const lanes v240 = v239 * v239;
-  const lanes v241 = v235 + v240;
-  lanes v242; LANES_NAME(lanes_sqrt)(&v241, &v242);
-  const lanes v243 = 0.5 / v242;
-  const lanes v244 = v230 * v243;
+  const lanes v225 = v168 + v170, v226 = v6 * v225, v227 = v167 - v226, v228 = v227 + theta_0,
+      v229 = 0.25711504387461576 + v228, v230 = 2.0 * v229, v231 = v177 - v178,
+      v232 = v231 + theta_2, v233 = v232 * v232, v234 = v229 * v229, v235 = v233 + v234,
+      v236 = v225 * v2, v237 = v184 + v236, v238 = theta_1 - v237, v239 = 0.3064177772475912 + v238,
+      v240 = v239 * v239, v241 = v235 + v240;
+  LANES_LET1(v242, sqrt, v241);
+  const lanes v243 = 0.5 / v242, v244 = v230 * v243;
   out[24] = v244;
-  const lanes v245 = 2.0 * v239;
-  const lanes v246 = v243 * v245;
+  const lanes v245 = 2.0 * v239, v246 = v243 * v245;
   out[25] = v246;
-  const lanes v247 = 2.0 * v232;
-  const lanes v248 = v243 * v247;
+  const lanes v247 = 2.0 * v232, v248 = v243 * v247;
   out[26] = v248;
-  const lanes v249 = v230 * v237;
-  const lanes v250 = v245 * v227;
-  const lanes v251 = v249 + v250;
-  const lanes v252 = v243 * v251;
+  const lanes v249 = v230 * v237, v250 = v245 * v227, v251 = v249 + v250, v252 = v243 * v251;
   out[27] = v252;
-  const lanes v253 = v6 * v231;
-  const lanes v254 = v230 * v253;
-  const lanes v255 = v231 * v2;
-  const lanes v256 = v245 * v255;
-  const lanes v257 = v254 + v256;
-  const lanes v258 = v247 * v225;
-  const lanes v259 = v257 + v258;
-  const lanes v260 = v243 * v259;
+  const lanes v253 = v6 * v231, v254 = v230 * v253, v255 = v231 * v2, v256 = v245 * v255,
+      v257 = v254 + v256, v258 = v247 * v225, v259 = v257 + v258, v260 = v243 * v259;
   out[28] = v260;
-  const lanes v261 = v230 * v214;
-  const lanes v262 = v245 * v218;
-  const lanes v263 = v261 + v262;
-  const lanes v264 = v247 * v221;
-  const lanes v265 = v263 + v264;
-  const lanes v266 = v243 * v265;
-  const lanes v267 = -v266;
+  const lanes v261 = v230 * v214, v262 = v245 * v218, v263 = v261 + v262, v264 = v247 * v221,
+      v265 = v263 + v264, v266 = v243 * v265, v267 = -v266;
   out[29] = v267;
-  const lanes v268 = v110 - v108;
-  const lanes v269 = v6 * v268;
-  const lanes v270 = v114 - v269;
-  const lanes v271 = v270 + theta_0;
-  const lanes v272 = 0.1368080573302675 + v271;
-  const lanes v273 = 2.0 * v272;
-  const lanes v274 = v120 + v119;
-  const lanes v275 = theta_2 - v274;
-  const lanes v276 = v275 * v275;
-  const lanes v277 = v272 * v272;
-  const lanes v278 = v276 + v277;
-  const lanes v279 = v2 * v268;
-  const lanes v280 = v126 + v279;
-  const lanes v281 = theta_1 - v280;
-  const lanes v282 = 0.37587704831436336 + v281;
-  const lanes v283 = v282 * v282;
-  const lanes v284 = v278 + v283;
-  lanes v285; LANES_NAME(lanes_sqrt)(&v284, &v285);
-  const lanes v286 = 0.5 / v285;
-  const lanes v287 = v273 * v286;
+  const lanes v268 = v110 - v108, v269 = v6 * v268, v270 = v114 - v269, v271 = v270 + theta_0,
+      v272 = 0.1368080573302675 + v271, v273 = 2.0 * v272, v274 = v120 + v119,
+      v275 = theta_2 - v274, v276 = v275 * v275, v277 = v272 * v272, v278 = v276 + v277,
+      v279 = v2 * v268, v280 = v126 + v279, v281 = theta_1 - v280,
+      v282 = 0.37587704831436336 + v281, v283 = v282 * v282, v284 = v278 + v283;
+  LANES_LET1(v285, sqrt, v284);
+  const lanes v286 = 0.5 / v285, v287 = v273 * v286;
   out[30] = v287;
-  const lanes v288 = 2.0 * v282;
-  const lanes v289 = v286 * v288;
+  const lanes v288 = 2.0 * v282, v289 = v286 * v288;
   out[31] = v289;
-  const lanes v290 = 2.0 * v275;
-  const lanes v291 = v286 * v290;
+  const lanes v290 = 2.0 * v275, v291 = v286 * v290;
   out[32] = v291;
-  const lanes v292 = v273 * v280;
-  const lanes v293 = v288 * v270;
-  const lanes v294 = v292 + v293;
-  const lanes v295 = v286 * v294;
+  const lanes v292 = v273 * v280, v293 = v288 * v270, v294 = v292 + v293, v295 = v286 * v294;
   out[33] = v295;
-  const lanes v296 = v290 * v268;
-  const lanes v297 = v6 * v274;
-  const lanes v298 = v273 * v297;
-  const lanes v299 = v296 - v298;
-  const lanes v300 = v2 * v274;
-  const lanes v301 = v288 * v300;
-  const lanes v302 = v299 - v301;
-  const lanes v303 = v286 * v302;
+  const lanes v296 = v290 * v268, v297 = v6 * v274, v298 = v273 * v297, v299 = v296 - v298,
+      v300 = v2 * v274, v301 = v288 * v300, v302 = v299 - v301, v303 = v286 * v302;
   out[34] = v303;
-  const lanes v304 = v273 * v155;
-  const lanes v305 = v288 * v159;
-  const lanes v306 = v304 + v305;
-  const lanes v307 = v290 * v162;
-  const lanes v308 = v306 + v307;
-  const lanes v309 = v286 * v308;
-  const lanes v310 = -v309;
+  const lanes v304 = v273 * v155, v305 = v288 * v159, v306 = v304 + v305, v307 = v290 * v162,
+      v308 = v306 + v307, v309 = v286 * v308, v310 = -v309;
   out[35] = v310;
 }
 
 static LANES_TARGET void LANES_NAME(stewart_gough_velocity_relation)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  lanes v1, v3; LANES_NAME(lanes_cos_sin)(&theta_5, &v1, &v3);
-  lanes v6, v2; LANES_NAME(lanes_cos_sin)(&theta_3, &v6, &v2);
-  lanes v5, v4; LANES_NAME(lanes_cos_sin)(&theta_4, &v5, &v4);
-  const lanes v7 = 0.1915111107797445 * v1;
-  const lanes v8 = v7 * v2;
-  const lanes v9 = 0.1915111107797445 * v3;
-  const lanes v10 = v9 * v4;
-  const lanes v11 = 0.16069690242163484 * v5;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v6;
-  const lanes v14 = v8 - v13;
-  const lanes v15 = v14 + theta_0;
-  const lanes v16 = v15 - 0.3939231012048832;
-  const lanes v17 = 0.16069690242163484 * v4;
-  const lanes v18 = v5 * v9;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = theta_2 - v19;
-  const lanes v21 = v20 * v20;
-  const lanes v22 = v16 * v16;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = v7 * v6;
-  const lanes v25 = v12 * v2;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = theta_1 - v26;
-  const lanes v28 = 0.06945927106677215 + v27;
-  const lanes v29 = v28 * v28;
-  const lanes v30 = v23 + v29;
-  lanes v31; LANES_NAME(lanes_sqrt)(&v30, &v31);
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5];
+  LANES_COS_SIN(v1, v3, theta_5); LANES_COS_SIN(v6, v2, theta_3); LANES_COS_SIN(v5, v4, theta_4);
+  const lanes v7 = 0.1915111107797445 * v1, v8 = v7 * v2, v9 = 0.1915111107797445 * v3,
+      v10 = v9 * v4, v11 = 0.16069690242163484 * v5, v12 = v10 - v11, v13 = v12 * v6,
+      v14 = v8 - v13, v15 = v14 + theta_0, v16 = v15 - 0.3939231012048832,
+      v17 = 0.16069690242163484 * v4, v18 = v5 * v9, v19 = v17 + v18, v20 = theta_2 - v19,
+      v21 = v20 * v20, v22 = v16 * v16, v23 = v21 + v22, v24 = v7 * v6, v25 = v12 * v2,
+      v26 = v24 + v25, v27 = theta_1 - v26, v28 = 0.06945927106677215 + v27, v29 = v28 * v28,
+      v30 = v23 + v29;
+  LANES_LET1(v31, sqrt, v30);
   const lanes v32 = v16 / v31;
   out[0] = v32;
   const lanes v33 = v28 / v31;
   out[1] = v33;
   const lanes v34 = v20 / v31;
   out[2] = v34;
-  const lanes v35 = v27 - theta_1;
-  const lanes v36 = v34 * v35;
-  const lanes v37 = v20 - theta_2;
-  const lanes v38 = v33 * v37;
-  const lanes v39 = v36 - v38;
+  const lanes v35 = v27 - theta_1, v36 = v34 * v35, v37 = v20 - theta_2, v38 = v33 * v37,
+      v39 = v36 - v38;
   out[3] = v39;
-  const lanes v40 = v32 * v37;
-  const lanes v41 = v34 * v14;
-  const lanes v42 = v40 - v41;
+  const lanes v40 = v32 * v37, v41 = v34 * v14, v42 = v40 - v41;
   out[4] = v42;
-  const lanes v43 = v33 * v14;
-  const lanes v44 = v32 * v35;
-  const lanes v45 = v43 - v44;
+  const lanes v43 = v33 * v14, v44 = v32 * v35, v45 = v43 - v44;
   out[5] = v45;
-  const lanes v46 = v11 + v10;
-  const lanes v47 = v46 * v6;
-  const lanes v48 = v47 - v8;
-  const lanes v49 = v48 + theta_0;
-  const lanes v50 = v49 - 0.3939231012048832;
-  const lanes v51 = v18 - v17;
-  const lanes v52 = v51 + theta_2;
-  const lanes v53 = v52 * v52;
-  const lanes v54 = v50 * v50;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = v46 * v2;
-  const lanes v57 = v24 + v56;
-  const lanes v58 = v57 + theta_1;
-  const lanes v59 = v58 - 0.06945927106677215;
-  const lanes v60 = v59 * v59;
-  const lanes v61 = v55 + v60;
-  lanes v62; LANES_NAME(lanes_sqrt)(&v61, &v62);
+  const lanes v46 = v11 + v10, v47 = v46 * v6, v48 = v47 - v8, v49 = v48 + theta_0,
+      v50 = v49 - 0.3939231012048832, v51 = v18 - v17, v52 = v51 + theta_2, v53 = v52 * v52,
+      v54 = v50 * v50, v55 = v53 + v54, v56 = v46 * v2, v57 = v24 + v56, v58 = v57 + theta_1,
+      v59 = v58 - 0.06945927106677215, v60 = v59 * v59, v61 = v55 + v60;
+  LANES_LET1(v62, sqrt, v61);
   const lanes v63 = v50 / v62;
   out[6] = v63;
   const lanes v64 = v59 / v62;
   out[7] = v64;
   const lanes v65 = v52 / v62;
   out[8] = v65;
-  const lanes v66 = v65 * v57;
-  const lanes v67 = v64 * v51;
-  const lanes v68 = v66 - v67;
+  const lanes v66 = v65 * v57, v67 = v64 * v51, v68 = v66 - v67;
   out[9] = v68;
-  const lanes v69 = v63 * v51;
-  const lanes v70 = v65 * v48;
-  const lanes v71 = v69 - v70;
+  const lanes v69 = v63 * v51, v70 = v65 * v48, v71 = v69 - v70;
   out[10] = v71;
-  const lanes v72 = v64 * v48;
-  const lanes v73 = v63 * v57;
-  const lanes v74 = v72 - v73;
+  const lanes v72 = v64 * v48, v73 = v63 * v57, v74 = v72 - v73;
   out[11] = v74;
-  const lanes v75 = 0.08550503583141718 * v5;
-  const lanes v76 = 0.2349231551964771 * v3;
-  const lanes v77 = v76 * v4;
-  const lanes v78 = v75 + v77;
-  const lanes v79 = v78 * v6;
-  const lanes v80 = 0.2349231551964771 * v1;
-  const lanes v81 = v80 * v2;
-  const lanes v82 = v79 - v81;
-  const lanes v83 = v82 + theta_0;
-  const lanes v84 = 0.1368080573302675 + v83;
-  const lanes v85 = v5 * v76;
-  const lanes v86 = 0.08550503583141718 * v4;
-  const lanes v87 = v85 - v86;
-  const lanes v88 = v87 + theta_2;
-  const lanes v89 = v88 * v88;
-  const lanes v90 = v84 * v84;
-  const lanes v91 = v89 + v90;
-  const lanes v92 = v80 * v6;
-  const lanes v93 = v78 * v2;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = v94 + theta_1;
-  const lanes v96 = v95 - 0.37587704831436336;
-  const lanes v97 = v96 * v96;
-  const lanes v98 = v91 + v97;
-  lanes v99; LANES_NAME(lanes_sqrt)(&v98, &v99);
+  const lanes v75 = 0.08550503583141718 * v5, v76 = 0.2349231551964771 * v3, v77 = v76 * v4,
+      v78 = v75 + v77, v79 = v78 * v6, v80 = 0.2349231551964771 * v1, v81 = v80 * v2,
+      v82 = v79 - v81, v83 = v82 + theta_0, v84 = 0.1368080573302675 + v83, v85 = v5 * v76,
+      v86 = 0.08550503583141718 * v4, v87 = v85 - v86, v88 = v87 + theta_2, v89 = v88 * v88,
+      v90 = v84 * v84, v91 = v89 + v90, v92 = v80 * v6, v93 = v78 * v2, v94 = v92 + v93,
+      v95 = v94 + theta_1, v96 = v95 - 0.37587704831436336, v97 = v96 * v96, v98 = v91 + v97;
+  LANES_LET1(v99, sqrt, v98);
   const lanes v100 = v84 / v99;
   out[12] = v100;
   const lanes v101 = v96 / v99;
   out[13] = v101;
   const lanes v102 = v88 / v99;
   out[14] = v102;
-  const lanes v103 = v102 * v94;
-  const lanes v104 = v101 * v87;
-  const lanes v105 = v103 - v104;
+  const lanes v103 = v102 * v94, v104 = v101 * v87, v105 = v103 - v104;
   out[15] = v105;
-  const lanes v106 = v100 * v87;
-  const lanes v107 = v102 * v82;
-  const lanes v108 = v106 - v107;
+  const lanes v106 = v100 * v87, v107 = v102 * v82, v108 = v106 - v107;
   out[16] = v108;
-  const lanes v109 = v101 * v82;
-  const lanes v110 = v100 * v94;
-  const lanes v111 = v109 - v110;
+  const lanes v109 = v101 * v82, v110 = v100 * v94, v111 = v109 - v110;
   out[17] = v111;
-  const lanes v112 = 0.04341204441673259 * v1;
-  const lanes v113 = v112 * v2;
-  const lanes v114 = 0.246201938253052 * v5;
-  const lanes v115 = 0.04341204441673259 * v3;
-  const lanes v116 = v115 * v4;
-  const lanes v117 = v114 - v116;
-  const lanes v118 = v117 * v6;
-  const lanes v119 = v113 + v118;
-  const lanes v120 = theta_0 - v119;
-  const lanes v121 = 0.25711504387461576 + v120;
-  const lanes v122 = 0.246201938253052 * v4;
-  const lanes v123 = v5 * v115;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = v124 + theta_2;
-  const lanes v126 = v125 * v125;
-  const lanes v127 = v121 * v121;
-  const lanes v128 = v126 + v127;
-  const lanes v129 = v112 * v6;
-  const lanes v130 = v117 * v2;
-  const lanes v131 = v129 - v130;
-  const lanes v132 = v131 + theta_1;
-  const lanes v133 = v132 - 0.3064177772475912;
-  const lanes v134 = v133 * v133;
-  const lanes v135 = v128 + v134;
-  lanes v136; LANES_NAME(lanes_sqrt)(&v135, &v136);
+  const lanes v112 = 0.04341204441673259 * v1, v113 = v112 * v2, v114 = 0.246201938253052 * v5,
+      v115 = 0.04341204441673259 * v3, v116 = v115 * v4, v117 = v114 - v116, v118 = v117 * v6,
+      v119 = v113 + v118, v120 = theta_0 - v119, v121 = 0.25711504387461576 + v120,
+      v122 = 0.246201938253052 * v4, v123 = v5 * v115, v124 = v122 + v123, v125 = v124 + theta_2,
+      v126 = v125 * v125, v127 = v121 * v121, v128 = v126 + v127, v129 = v112 * v6,
+      v130 = v117 * v2, v131 = v129 - v130, v132 = v131 + theta_1, v133 = v132 - 0.3064177772475912,
+      v134 = v133 * v133, v135 = v128 + v134;
+  LANES_LET1(v136, sqrt, v135);
   const lanes v137 = v121 / v136;
   out[18] = v137;
   const lanes v138 = v133 / v136;
   out[19] = v138;
   const lanes v139 = v125 / v136;
   out[20] = v139;
-  const lanes v140 = v139 * v131;
-  const lanes v141 = v138 * v124;
-  const lanes v142 = v140 - v141;
+  const lanes v140 = v139 * v131, v141 = v138 * v124, v142 = v140 - v141;
   out[21] = v142;
-  const lanes v143 = v137 * v124;
-  const lanes v144 = v120 - theta_0;
-  const lanes v145 = v139 * v144;
-  const lanes v146 = v143 - v145;
+  const lanes v143 = v137 * v124, v144 = v120 - theta_0, v145 = v139 * v144, v146 = v143 - v145;
   out[22] = v146;
-  const lanes v147 = v138 * v144;
-  const lanes v148 = v137 * v131;
-  const lanes v149 = v147 - v148;
+  const lanes v147 = v138 * v144, v148 = v137 * v131, v149 = v147 - v148;
   out[23] = v149;
-  const lanes v150 = v114 + v116;
-  const lanes v151 = v6 * v150;
-  const lanes v152 = v113 - v151;
-  const lanes v153 = v152 + theta_0;
-  const lanes v154 = 0.25711504387461576 + v153;
-  const lanes v155 = v122 - v123;
-  const lanes v156 = v155 + theta_2;
-  const lanes v157 = v156 * v156;
-  const lanes v158 = v154 * v154;
-  const lanes v159 = v157 + v158;
-  const lanes v160 = v150 * v2;
-  const lanes v161 = v129 + v160;
-  const lanes v162 = theta_1 - v161;
-  const lanes v163 = 0.3064177772475912 + v162;
-  const lanes v164 = v163 * v163;
-  const lanes v165 = v159 + v164;
-  lanes v166; LANES_NAME(lanes_sqrt)(&v165, &v166);
+  const lanes v150 = v114 + v116, v151 = v6 * v150, v152 = v113 - v151, v153 = v152 + theta_0,
+      v154 = 0.25711504387461576 + v153, v155 = v122 - v123, v156 = v155 + theta_2,
+      v157 = v156 * v156, v158 = v154 * v154, v159 = v157 + v158, v160 = v150 * v2,
+      v161 = v129 + v160, v162 = theta_1 - v161, v163 = 0.3064177772475912 + v162,
+      v164 = v163 * v163, v165 = v159 + v164;
+  LANES_LET1(v166, sqrt, v165);
   const lanes v167 = v154 / v166;
   out[24] = v167;
   const lanes v168 = v163 / v166;
   out[25] = v168;
   const lanes v169 = v156 / v166;
   out[26] = v169;
-  const lanes v170 = v162 - theta_1;
-  const lanes v171 = v169 * v170;
-  const lanes v172 = v168 * v155;
-  const lanes v173 = v171 - v172;
+  const lanes v170 = v162 - theta_1, v171 = v169 * v170, v172 = v168 * v155, v173 = v171 - v172;
   out[27] = v173;
-  const lanes v174 = v167 * v155;
-  const lanes v175 = v169 * v152;
-  const lanes v176 = v174 - v175;
+  const lanes v174 = v167 * v155, v175 = v169 * v152, v176 = v174 - v175;
   out[28] = v176;
-  const lanes v177 = v168 * v152;
-  const lanes v178 = v167 * v170;
-  const lanes v179 = v177 - v178;
+  const lanes v177 = v168 * v152, v178 = v167 * v170, v179 = v177 - v178;
   out[29] = v179;
-  const lanes v180 = v77 - v75;
-  const lanes v181 = v6 * v180;
-  const lanes v182 = v81 - v181;
-  const lanes v183 = v182 + theta_0;
-  const lanes v184 = 0.1368080573302675 + v183;
-  const lanes v185 = v86 + v85;
-  const lanes v186 = theta_2 - v185;
-  const lanes v187 = v186 * v186;
-  const lanes v188 = v184 * v184;
-  const lanes v189 = v187 + v188;
-  const lanes v190 = v2 * v180;
-  const lanes v191 = v92 + v190;
-  const lanes v192 = theta_1 - v191;
-  const lanes v193 = 0.37587704831436336 + v192;
-  const lanes v194 = v193 * v193;
-  const lanes v195 = v189 + v194;
-  lanes v196; LANES_NAME(lanes_sqrt)(&v195, &v196);
+  const lanes v180 = v77 - v75, v181 = v6 * v180, v182 = v81 - v181, v183 = v182 + theta_0,
+      v184 = 0.1368080573302675 + v183, v185 = v86 + v85, v186 = theta_2 - v185, v187 = v186 * v186,
+      v188 = v184 * v184, v189 = v187 + v188, v190 = v2 * v180, v191 = v92 + v190,
+      v192 = theta_1 - v191, v193 = 0.37587704831436336 + v192, v194 = v193 * v193,
+      v195 = v189 + v194;
+  LANES_LET1(v196, sqrt, v195);
   const lanes v197 = v184 / v196;
   out[30] = v197;
   const lanes v198 = v193 / v196;
   out[31] = v198;
   const lanes v199 = v186 / v196;
   out[32] = v199;
-  const lanes v200 = v192 - theta_1;
-  const lanes v201 = v199 * v200;
-  const lanes v202 = v186 - theta_2;
-  const lanes v203 = v198 * v202;
-  const lanes v204 = v201 - v203;
+  const lanes v200 = v192 - theta_1, v201 = v199 * v200, v202 = v186 - theta_2, v203 = v198 * v202,
+      v204 = v201 - v203;
   out[33] = v204;
-  const lanes v205 = v197 * v202;
-  const lanes v206 = v199 * v182;
-  const lanes v207 = v205 - v206;
+  const lanes v205 = v197 * v202, v206 = v199 * v182, v207 = v205 - v206;
   out[34] = v207;
-  const lanes v208 = v198 * v182;
-  const lanes v209 = v197 * v200;
-  const lanes v210 = v208 - v209;
-  out[35] = v210;
-  out[36] = LANES_OF(1.0);
-  out[37] = LANES_OF(0.0);
-  out[38] = LANES_OF(0.0);
-  out[39] = LANES_OF(0.0);
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(1.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(0.0);
-  out[48] = LANES_OF(0.0);
-  out[49] = LANES_OF(0.0);
-  out[50] = LANES_OF(1.0);
-  out[51] = LANES_OF(0.0);
-  out[52] = LANES_OF(0.0);
-  out[53] = LANES_OF(0.0);
-  out[54] = LANES_OF(0.0);
-  out[55] = LANES_OF(0.0);
-  out[56] = LANES_OF(0.0);
-  out[57] = LANES_OF(1.0);
-  out[58] = LANES_OF(0.0);
-  out[59] = LANES_OF(0.0);
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
-  out[63] = LANES_OF(0.0);
-  out[64] = LANES_OF(1.0);
-  out[65] = LANES_OF(0.0);
-  out[66] = LANES_OF(0.0);
-  out[67] = LANES_OF(0.0);
-  out[68] = LANES_OF(0.0);
-  out[69] = LANES_OF(0.0);
-  out[70] = LANES_OF(0.0);
-  out[71] = LANES_OF(1.0);
+  const lanes v208 = v198 * v182, v209 = v197 * v200, v210 = v208 - v209;
+  out[35] = v210; out[36] = LANES_OF(1.0); out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0);
+  out[39] = LANES_OF(0.0); out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0);
+  out[42] = LANES_OF(0.0); out[43] = LANES_OF(1.0); out[44] = LANES_OF(0.0);
+  out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0); out[47] = LANES_OF(0.0);
+  out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0); out[50] = LANES_OF(1.0);
+  out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0); out[53] = LANES_OF(0.0);
+  out[54] = LANES_OF(0.0); out[55] = LANES_OF(0.0); out[56] = LANES_OF(0.0);
+  out[57] = LANES_OF(1.0); out[58] = LANES_OF(0.0); out[59] = LANES_OF(0.0);
+  out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0); out[62] = LANES_OF(0.0);
+  out[63] = LANES_OF(0.0); out[64] = LANES_OF(1.0); out[65] = LANES_OF(0.0);
+  out[66] = LANES_OF(0.0); out[67] = LANES_OF(0.0); out[68] = LANES_OF(0.0);
+  out[69] = LANES_OF(0.0); out[70] = LANES_OF(0.0); out[71] = LANES_OF(1.0);
 }

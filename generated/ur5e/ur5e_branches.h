@@ -18,353 +18,128 @@ extern "C" {
 
 #include "chasles_lanes.h"
 
-static inline LANES_TARGET void LANES_NAME(ur5e_ik_branch)(const lanes *in, lanes *out)
+LANES_INLINE void LANES_NAME(ur5e_ik_branch)(
+    const double *T, const double (*choice)[8], int b, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes sign_0 = in[16];
-  const lanes sign_1 = in[17];
-  const lanes sign_2 = in[18];
-  const lanes v1 = 0.0996 * T_2;
-  const lanes v2 = T_3 - v1;
-  const lanes v3 = 0.1333 * v2;
-  const lanes v4 = v2 * v2;
-  const lanes v5 = 0.0996 * T_6;
-  const lanes v6 = T_7 - v5;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v4 + v7;
-  const lanes v9 = 4e-15 * v8;
-  const lanes v10 = v8 - 0.01776889;
-  const lanes_where v11 = LANES_LT(v9, v10);
-  lanes v12; LANES_NAME(lanes_sqrt)(&v10, &v12);
-  const lanes v13 = sign_0 * v12;
-  const lanes v14 = v6 * v13;
-  const lanes v15 = LANES_CHOICE(v11, v14, 0.0);
-  const lanes v16 = v3 - v15;
-  const lanes v17 = v16 * v16;
-  const lanes v18 = v2 * v13;
-  const lanes v19 = LANES_CHOICE(v11, v18, 0.0);
-  const lanes v20 = 0.1333 * v6;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = 1e-150 - v21;
-  const lanes v23 = v22 * v22;
-  const lanes v24 = v17 + v23;
-  lanes v25; LANES_NAME(lanes_sqrt)(&v24, &v25);
-  const lanes v26 = v16 / v25;
-  const lanes v27 = v22 / v25;
-  const lanes v29 = v2 * v27;
-  const lanes v30 = v6 * v26;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = T_10 * T_10;
-  const lanes v33 = T_2 * v27;
-  const lanes v34 = T_6 * v26;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = v35 * v35;
-  const lanes v37 = v32 + v36;
-  const lanes_where v38 = LANES_LT(2.5e-19, v37);
-  const lanes v39 = 4e-15 * v37;
-  const lanes_where v40 = LANES_LT(v39, v37);
-  lanes v41; LANES_NAME(lanes_sqrt)(&v37, &v41);
-  const lanes v42 = sign_1 * v41;
-  const lanes v43 = T_10 * v42;
-  const lanes v44 = v43 * v43;
-  const lanes v45 = LANES_CHOICE(v40, v44, 0.0);
-  const lanes v46 = LANES_CHOICE(v40, v45, 0.0);
-  const lanes v47 = v35 * v42;
-  const lanes v48 = LANES_CHOICE(v40, v47, 0.0);
-  const lanes v49 = 1e-150 - v48;
-  const lanes v50 = v49 * v49;
-  const lanes v51 = v46 + v50;
-  lanes v52; LANES_NAME(lanes_sqrt)(&v51, &v52);
-  const lanes v53 = 1.0 / v52;
-  const lanes v54 = v43 * v53;
-  const lanes v55 = LANES_CHOICE(v40, v54, 0.0);
-  const lanes v56 = -v55;
-  const lanes v57 = v31 * v31;
-  const lanes v58 = 0.0996 * T_10;
-  const lanes v59 = T_11 - v58;
-  const lanes v60 = v59 - 0.1625;
-  const lanes v61 = v60 * v60;
-  const lanes v62 = v57 + v61;
-  const lanes v63 = 1.5904144000000003e-16 * v62;
-  const lanes v64 = 0.03976036 * v62;
-  const lanes v65 = 0.00994009 + v62;
-  const lanes v66 = 0.33444584 - v65;
-  const lanes v67 = v66 * v66;
-  const lanes v68 = v64 - v67;
-  const lanes_where v69 = LANES_LT(v63, v68);
-  const lanes v70 = 0.1994 * v60;
-  lanes v71; LANES_NAME(lanes_sqrt)(&v68, &v71);
-  const lanes v72 = sign_1 * v71;
-  const lanes v73 = v70 * v72;
-  const lanes v74 = LANES_CHOICE(v69, v73, 0.0);
-  const lanes v75 = 0.1994 * v31;
-  const lanes v76 = v75 * v66;
-  const lanes v77 = v74 - v76;
-  const lanes v78 = v77 * v77;
-  const lanes v79 = v70 * v66;
-  const lanes v80 = v75 * v72;
-  const lanes v81 = LANES_CHOICE(v69, v80, 0.0);
-  const lanes v82 = v79 + v81;
-  const lanes v83 = 1e-150 + v82;
-  const lanes v84 = v83 * v83;
-  const lanes v85 = v78 + v84;
-  lanes v86; LANES_NAME(lanes_sqrt)(&v85, &v86);
-  const lanes v87 = v77 / v86;
-  const lanes v88 = LANES_CHOICE(v38, v56, v87);
-  const lanes v89 = 0.0997 * v88;
-  const lanes v90 = v31 - v89;
-  const lanes v91 = v90 * v90;
-  const lanes v92 = v49 / v52;
-  const lanes v93 = v83 / v86;
-  const lanes v94 = LANES_CHOICE(v38, v92, v93);
-  const lanes v95 = 0.0997 * v94;
-  const lanes v96 = v60 + v95;
-  const lanes v97 = v96 * v96;
-  const lanes v98 = v91 + v97;
-  const lanes v99 = v98 - 0.00107584;
-  const lanes v100 = 0.66781584 - v98;
-  const lanes v101 = v99 * v100;
-  const lanes_where v102 = LANES_LT(4.445422276e-16, v101);
-  lanes v103; LANES_NAME(lanes_sqrt)(&v101, &v103);
-  const lanes v104 = sign_2 * v103;
-  const lanes v105 = 0.33337 * v104;
-  const lanes v106 = v105 * v105;
-  const lanes v107 = LANES_CHOICE(v102, v106, 0.0);
-  const lanes v108 = LANES_CHOICE(v102, v107, 0.0);
-  const lanes v109 = v98 - 0.33444584;
-  const lanes v110 = 0.33337 * v109;
-  const lanes v111 = 1e-150 + v110;
-  const lanes v112 = v111 * v111;
-  const lanes v113 = v108 + v112;
-  lanes v114; LANES_NAME(lanes_sqrt)(&v113, &v114);
-  const lanes v115 = 1.0 / v114;
-  const lanes v116 = v105 * v115;
-  const lanes v117 = 0.3922 * v116;
-  const lanes v118 = v90 * v117;
-  const lanes v119 = LANES_CHOICE(v102, v118, 0.0);
-  const lanes v120 = v111 / v114;
-  const lanes v121 = 0.3922 * v120;
-  const lanes v122 = -0.425 - v121;
-  const lanes v123 = v96 * v122;
-  const lanes v124 = v119 + v123;
-  const lanes v125 = v124 * v124;
-  const lanes v126 = v90 * v122;
-  const lanes v127 = v96 * v117;
-  const lanes v128 = LANES_CHOICE(v102, v127, 0.0);
-  const lanes v129 = v126 - v128;
-  const lanes v130 = 1e-150 + v129;
-  const lanes v131 = v130 * v130;
-  const lanes v132 = v125 + v131;
-  lanes v133; LANES_NAME(lanes_sqrt)(&v132, &v133);
-  const lanes v134 = v124 / v133;
-  const lanes v135 = v130 / v133;
-  lanes v136; LANES_NAME(lanes_atan2)(&v134, &v135, &v136);
-  const lanes v137 = LANES_CHOICE(v102, v116, 0.0);
-  lanes v138; LANES_NAME(lanes_atan2)(&v137, &v120, &v138);
-  const lanes v139 = v120 * v135;
-  const lanes v140 = v116 * v134;
-  const lanes v141 = LANES_CHOICE(v102, v140, 0.0);
-  const lanes v142 = v139 - v141;
-  const lanes v143 = v88 * v142;
-  const lanes v144 = v120 * v134;
-  const lanes v145 = v116 * v135;
-  const lanes v146 = LANES_CHOICE(v102, v145, 0.0);
-  const lanes v147 = v144 + v146;
-  const lanes v148 = v94 * v147;
-  const lanes v149 = v143 - v148;
-  const lanes v150 = v94 * v142;
-  const lanes v151 = v88 * v147;
-  const lanes v152 = v150 + v151;
-  lanes v153; LANES_NAME(lanes_atan2)(&v149, &v152, &v153);
-  const lanes v154 = T_10 * v88;
-  const lanes v155 = v35 * v94;
-  const lanes v156 = v154 + v155;
-  const lanes v157 = T_6 * v27;
-  const lanes v158 = T_2 * v26;
-  const lanes v159 = v157 - v158;
-  const lanes v160 = 1e-150 - v159;
-  const lanes v161 = v160 * v160;
-  const lanes v162 = v156 * v156;
-  const lanes v163 = v161 + v162;
-  lanes v164; LANES_NAME(lanes_sqrt)(&v163, &v164);
-  const lanes v165 = v156 / v164;
-  const lanes v166 = v160 / v164;
-  const lanes v168 = T_8 * v94;
-  const lanes v169 = T_0 * v27;
-  const lanes v170 = T_4 * v26;
-  const lanes v171 = v169 + v170;
-  const lanes v172 = v88 * v171;
-  const lanes v173 = v168 - v172;
-  const lanes v174 = v173 * v173;
-  const lanes v175 = T_8 * v88;
-  const lanes v176 = v94 * v171;
-  const lanes v177 = v175 + v176;
-  const lanes v178 = v166 * v177;
-  const lanes v179 = T_4 * v27;
-  const lanes v180 = T_0 * v26;
-  const lanes v181 = v179 - v180;
-  const lanes v182 = v165 * v181;
-  const lanes v183 = v178 + v182;
-  const lanes v184 = 1e-150 + v183;
-  const lanes v185 = v184 * v184;
-  const lanes v186 = v174 + v185;
-  lanes v187; LANES_NAME(lanes_sqrt)(&v186, &v187);
-  const lanes v188 = v173 / v187;
-  const lanes v189 = v184 / v187;
-  out[1] = v136;
-  out[2] = v138;
-  out[3] = v153;
-  const lanes v192 = v142 * v152;
-  const lanes v193 = v147 * v149;
-  const lanes v194 = v192 - v193;
-  const lanes v195 = 0.0996 * v165;
-  const lanes v196 = v194 * v195;
-  const lanes v197 = v142 * v149;
-  const lanes v198 = v147 * v152;
-  const lanes v199 = v197 + v198;
-  const lanes v200 = 0.0997 * v199;
-  const lanes v201 = v196 + v200;
-  const lanes v202 = -0.3922 * v142;
-  const lanes v203 = v201 + v202;
-  const lanes v204 = -0.425 * v135;
-  const lanes v205 = v203 + v204;
-  const lanes v206 = v27 * v205;
-  const lanes v207 = 0.0996 * v166;
-  const lanes v208 = v207 + 0.1333;
-  const lanes v209 = v26 * v208;
-  const lanes v210 = v206 + v209;
-  const lanes v211 = v210 - T_3;
-  const lanes v212 = v211 * v211;
-  const lanes v213 = v26 * v205;
-  const lanes v214 = v27 * v208;
-  const lanes v215 = v213 - v214;
-  const lanes v216 = v215 - T_7;
-  const lanes v217 = v216 * v216;
-  const lanes v218 = v212 + v217;
-  const lanes v219 = v199 * v195;
-  const lanes v220 = 0.0997 * v194;
-  const lanes v221 = v219 - v220;
-  const lanes v222 = -0.3922 * v147;
-  const lanes v223 = v221 + v222;
-  const lanes v224 = -0.425 * v134;
-  const lanes v225 = v223 + v224;
-  const lanes v226 = v225 + 0.1625;
-  const lanes v227 = v226 - T_11;
-  const lanes v228 = v227 * v227;
-  const lanes v229 = v218 + v228;
-  const lanes v230 = v27 * v194;
-  const lanes v231 = v166 * v230;
-  const lanes v232 = v26 * v165;
-  const lanes v233 = v231 - v232;
-  const lanes v234 = v189 * v233;
-  const lanes v235 = v27 * v199;
-  const lanes v236 = v188 * v235;
-  const lanes v237 = v234 - v236;
-  const lanes v238 = v237 - T_0;
-  const lanes v239 = v238 * v238;
-  const lanes v240 = v189 * v235;
-  const lanes v241 = v188 * v233;
-  const lanes v242 = v240 + v241;
-  const lanes v243 = T_1 + v242;
-  const lanes v244 = v243 * v243;
-  const lanes v245 = v239 + v244;
-  const lanes v246 = v26 * v166;
-  const lanes v247 = v165 * v230;
-  const lanes v248 = v246 + v247;
-  const lanes v249 = v248 - T_2;
-  const lanes v250 = v249 * v249;
-  const lanes v251 = v245 + v250;
-  const lanes v252 = v27 * v165;
-  const lanes v253 = v26 * v194;
-  const lanes v254 = v166 * v253;
-  const lanes v255 = v252 + v254;
-  const lanes v256 = v189 * v255;
-  const lanes v257 = v26 * v199;
-  const lanes v258 = v188 * v257;
-  const lanes v259 = v256 - v258;
-  const lanes v260 = v259 - T_4;
-  const lanes v261 = v260 * v260;
-  const lanes v262 = v251 + v261;
-  const lanes v263 = v189 * v257;
-  const lanes v264 = v188 * v255;
-  const lanes v265 = v263 + v264;
-  const lanes v266 = T_5 + v265;
-  const lanes v267 = v266 * v266;
-  const lanes v268 = v262 + v267;
-  const lanes v269 = v165 * v253;
-  const lanes v270 = v27 * v166;
-  const lanes v271 = v269 - v270;
-  const lanes v272 = v271 - T_6;
-  const lanes v273 = v272 * v272;
-  const lanes v274 = v268 + v273;
-  const lanes v275 = v166 * v199;
-  const lanes v276 = v189 * v275;
-  const lanes v277 = v188 * v194;
-  const lanes v278 = v276 + v277;
-  const lanes v279 = v278 - T_8;
-  const lanes v280 = v279 * v279;
-  const lanes v281 = v274 + v280;
-  const lanes v282 = v189 * v194;
-  const lanes v283 = v188 * v275;
-  const lanes v284 = v282 - v283;
-  const lanes v285 = v284 - T_9;
-  const lanes v286 = v285 * v285;
-  const lanes v287 = v281 + v286;
-  const lanes v288 = v165 * v199;
-  const lanes v289 = v288 - T_10;
-  const lanes v290 = v289 * v289;
-  const lanes v291 = v287 + v290;
-  const lanes v292 = 0.5 * v291;
-  lanes v293; LANES_NAME(lanes_fmax)(&v229, &v292, &v293);
-  lanes v294; LANES_NAME(lanes_sqrt)(&v293, &v294);
-  out[6] = v294;
-  const lanes v295 = 8.99802032665209 * v101;
-  const lanes v296 = 1e-300 + v8;
-  const lanes v297 = v10 / v296;
-  const lanes v298 = 1e-300 + v37;
-  const lanes v299 = v37 / v298;
-  lanes v300; LANES_NAME(lanes_fmin)(&v297, &v299, &v300);
-  lanes v301; LANES_NAME(lanes_fmin)(&v295, &v300, &v301);
-  out[7] = v301;
-  lanes v28, v167; LANES_NAME(lanes_two_atan2)(&v26, &v27, &v165, &v166, &v28, &v167);
-  lanes v190; LANES_NAME(lanes_atan2)(&v188, &v189, &v190);
-  out[0] = v28;
-  const lanes v191 = -v167;
-  out[4] = v191;
-  out[5] = v190;
+  const lanes T_0 = LANES_OF(T[0]), T_1 = LANES_OF(T[1]), T_2 = LANES_OF(T[2]),
+      T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
+      T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
+      T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
+      choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.0996 * T_2,
+      v2 = 0.0996 * T_6, v3 = T_10 * T_10, v4 = 0.0996 * T_10, v5 = T_3 - v1, v6 = T_7 - v2,
+      v7 = T_11 - v4, v8 = 0.1333 * v5, v9 = v5 * v5, v10 = v6 * v6, v11 = 0.1333 * v6,
+      v12 = v7 - 0.1625, v13 = v9 + v10, v14 = 0.1994 * v12, v15 = v12 * v12, v16 = 4e-15 * v13,
+      v17 = v13 - 0.01776889, v18 = 1e-300 + v13;
+  const lanes_where v19 = LANES_LT(v16, v17); LANES_LET1(v20, sqrt, v17);
+  const lanes v21 = v17 / v18, v22 = LANES_CHOICE(v19, v20, 0.0), v23 = choice_0 * v22,
+      v24 = v6 * v23, v25 = v5 * v23, v26 = v8 - v24, v27 = v25 + v11, v28 = v26 * v26,
+      v29 = 1e-150 - v27, v30 = v29 * v29, v32 = v28 + v30;
+  LANES_LET1(v33, rsqrt, v32);
+  const lanes v34 = v26 * v33, v35 = v29 * v33, v36 = v5 * v35, v37 = v6 * v34, v38 = T_2 * v35,
+      v39 = T_6 * v34, v40 = T_6 * v35, v41 = T_2 * v34, v42 = T_0 * v35, v43 = T_4 * v34,
+      v44 = T_4 * v35, v45 = T_0 * v34, v46 = v36 + v37, v47 = v38 + v39, v48 = v40 - v41,
+      v49 = v42 + v43, v50 = v44 - v45, v51 = v47 * v47, v52 = 1e-150 - v47, v53 = v46 * v46,
+      v54 = 0.1994 * v46, v55 = v48 * v48, v56 = -v48, v57 = v3 + v51, v58 = v52 * v52,
+      v59 = v53 + v15;
+  const lanes_where v60 = LANES_LT(2.5e-19, v57);
+  const lanes v61 = v3 + v58, v62 = 1.5904144000000003e-16 * v59, v63 = 0.03976036 * v59,
+      v64 = 0.00994009 + v59;
+  LANES_LET1(v65, rsqrt, v61);
+  const lanes v66 = 0.33444584 - v64, v67 = T_10 * v65, v68 = v66 * v66, v69 = v54 * v66,
+      v70 = v14 * v66, v71 = v52 * v65, v72 = choice_1 * v67, v73 = v63 - v68, v74 = choice_1 * v71,
+      v75 = -v72;
+  const lanes_where v76 = LANES_LT(v62, v73); LANES_LET1(v77, sqrt, v73);
+  const lanes v78 = LANES_CHOICE(v76, v77, 0.0), v79 = choice_1 * v78, v80 = v14 * v79,
+      v81 = v54 * v79, v82 = v80 - v69, v83 = v70 + v81, v84 = v82 * v82, v85 = 1e-150 + v83,
+      v86 = v85 * v85, v87 = v84 + v86;
+  LANES_LET1(v88, rsqrt, v87);
+  const lanes v89 = v82 * v88, v90 = v85 * v88, v91 = LANES_CHOICE(v60, v75, v89),
+      v92 = LANES_CHOICE(v60, v74, v90), v93 = 0.0997 * v91, v94 = 0.0997 * v92, v95 = T_10 * v91,
+      v96 = v47 * v92, v97 = T_8 * v92, v98 = v91 * v49, v99 = T_8 * v91, v100 = v92 * v49,
+      v101 = v35 * v92, v102 = v35 * v91, v103 = v34 * v92, v104 = v34 * v91, v105 = v46 - v93,
+      v106 = v12 + v94, v107 = v95 + v96, v108 = v97 - v98, v109 = v99 + v100, v110 = v105 * v105,
+      v111 = v106 * v106, v112 = v107 * v107, v114 = v108 * v108, v115 = v110 + v111,
+      v116 = v55 + v112, v118 = v115 - 0.00107584, v119 = 0.66781584 - v115,
+      v120 = v115 - 0.33444584;
+  LANES_LET1(v121, rsqrt, v116);
+  const lanes v122 = v118 * v119, v123 = 0.33337 * v120, v124 = v107 * v121, v125 = v48 * v121;
+  const lanes_where v126 = LANES_LT(4.445422276e-16, v122); LANES_LET1(v127, sqrt, v122);
+  const lanes v128 = 1e-150 + v123, v129 = v124 * v50, v130 = v125 * v109, v131 = 0.0996 * v124,
+      v132 = 0.0996 * v125, v133 = v34 * v124, v134 = v125 * v101, v135 = v124 * v101,
+      v136 = v34 * v125, v137 = v35 * v124, v138 = v125 * v103, v139 = v35 * v125,
+      v140 = v124 * v103, v141 = v91 * v125, v142 = v91 * v124, v143 = 8.99802032665209 * v122,
+      v144 = LANES_CHOICE(v126, v127, 0.0), v145 = v128 * v128, v146 = v129 - v130,
+      v147 = v92 * v131, v148 = 0.1333 - v132, v149 = v91 * v131, v150 = v133 + v134,
+      v151 = v135 - v136, v152 = v137 - v138, v153 = v139 + v140, v154 = v142 - T_10;
+  LANES_LET2(v155, fmin, v21, v143);
+  const lanes v156 = choice_2 * v144, v157 = v146 * v146, v159 = v147 + v93, v160 = v34 * v148,
+      v161 = v35 * v148, v162 = v149 - v94, v163 = v151 - T_2, v164 = v153 - T_6,
+      v165 = v154 * v154;
+  out[7] = v155;
+  const lanes v166 = 0.33337 * v156, v167 = v114 + v157, v168 = v163 * v163, v169 = v164 * v164,
+      v170 = v166 * v166;
+  LANES_LET2(v171, atan2, v166, v128); LANES_LET1(v172, rsqrt, v167);
+  const lanes v173 = v170 + v145, v174 = v108 * v172, v175 = v146 * v172;
+  out[2] = v171; LANES_LET1(v176, rsqrt, v173);
+  const lanes v177 = v175 * v150, v178 = v174 * v102, v179 = v174 * v150, v180 = v175 * v102,
+      v181 = v175 * v152, v182 = v174 * v104, v183 = v175 * v104, v184 = v174 * v152,
+      v185 = v92 * v174, v186 = v175 * v141, v187 = v92 * v175, v188 = v174 * v141,
+      v189 = v166 * v176, v190 = v128 * v176, v191 = v177 + v178, v192 = v179 - v180,
+      v193 = v181 - v182, v194 = v183 + v184, v195 = v185 - v186, v196 = v187 + v188,
+      v197 = 0.3922 * v189, v198 = 0.3922 * v190, v199 = T_0 + v191, v200 = v192 - T_1,
+      v201 = v193 - T_4, v202 = T_5 + v194, v203 = v195 - T_8, v204 = v196 - T_9,
+      v205 = v105 * v197, v206 = -0.425 - v198, v207 = v106 * v197, v208 = v199 * v199,
+      v209 = v200 * v200, v210 = v201 * v201, v211 = v202 * v202, v212 = v203 * v203,
+      v213 = v204 * v204, v214 = v106 * v206, v215 = v105 * v206, v216 = v208 + v209,
+      v217 = v205 + v214, v218 = v215 - v207, v219 = v216 + v168, v220 = v217 * v217,
+      v221 = 1e-150 + v218, v222 = v219 + v210, v223 = v221 * v221;
+  LANES_LET2(v224, atan2, v217, v221);
+  const lanes v225 = v222 + v211, v226 = v220 + v223;
+  out[1] = v224;
+  const lanes v227 = v225 + v169;
+  LANES_LET1(v228, rsqrt, v226);
+  const lanes v229 = v227 + v212, v230 = v217 * v228, v231 = v221 * v228, v232 = v229 + v213,
+      v233 = v190 * v231, v234 = v189 * v230, v235 = v190 * v230, v236 = v189 * v231,
+      v237 = -0.425 * v231, v238 = -0.425 * v230, v239 = v232 + v165, v240 = v233 - v234,
+      v241 = v235 + v236, v242 = 0.5 * v239, v243 = v91 * v240, v244 = v92 * v241,
+      v245 = v92 * v240, v246 = v91 * v241, v247 = -0.3922 * v240, v248 = -0.3922 * v241,
+      v249 = v243 - v244, v250 = v245 + v246, v251 = v159 + v247, v252 = v162 + v248;
+  LANES_LET2(v253, atan2, v249, v250);
+  const lanes v254 = v251 + v237, v255 = v252 + v238;
+  out[3] = v253;
+  const lanes v256 = v35 * v254, v257 = v34 * v254, v258 = v255 + 0.1625, v259 = v256 + v160,
+      v260 = v257 - v161, v261 = v258 - T_11, v262 = v259 - T_3, v263 = v260 - T_7,
+      v264 = v261 * v261, v265 = v262 * v262, v266 = v263 * v263, v267 = v265 + v266,
+      v268 = v267 + v264, v269 = v268 + v242, v270 = v268 - v242;
+  LANES_LET1(v271, fabs, v270);
+  const lanes v272 = v269 + v271, v273 = 0.5 * v272;
+  LANES_LET1(v274, sqrt, v273); out[6] = v274;
+  lanes v31, v113; LANES_NAME(lanes_two_atan2)(&v26, &v29, &v107, &v56, &v31, &v113);
+  LANES_LET2(v158, atan2, v108, v146); out[0] = v31;
+  const lanes v117 = -v113;
+  out[4] = v117; out[5] = v158;
 }
 
-static inline LANES_TARGET void LANES_NAME(ur5e_ik_branches)(const double *T, double *q, double *residual, double *margin)
+static LANES_SCHEDULED LANES_TARGET void LANES_NAME(ur5e_ik_branches)(const double *T, double *q, double *residual, double *margin)
 {
-  static const double signs[3][8] = {
+  static const double choice[3][8] = {
     {1, 1, 1, 1, -1, -1, -1, -1},
     {1, 1, -1, -1, 1, 1, -1, -1},
     {1, -1, 1, -1, 1, -1, 1, -1}};
   enum { BRANCHES = 8, COUNT = BRANCHES < LANES ? BRANCHES : LANES };
-  lanes in[19], out[BRANCHES / COUNT][8];
-  LANES_NAME(lanes_spread)(T, 16, in + 0);
-  for (int b = 0; b < BRANCHES; b += COUNT) {
-    for (int i = 0; i < 3; i++) {
-      in[16 + i] = *(const LANES_NAME(lanes_row) *)(signs[i] + b);
-    }
-    LANES_NAME(ur5e_ik_branch)(in, out[b / COUNT]);
+  lanes out[BRANCHES / COUNT][8];
+  for (int b = 0; b < BRANCHES; b += 8) {
+    LANES_NAME(ur5e_ik_branch)(T, choice, b, out[b / COUNT]);
+#if LANES == 4
+    LANES_NAME(ur5e_ik_branch)(T, choice, b + 4, out[b / COUNT + 1]);
+#endif
   }
   for (int b = 0; b < BRANCHES; b += COUNT) {
     const lanes *from = out[b / COUNT];
     LANES_NAME(lanes_scatter)(from + 0, 6, COUNT, q + b * 6, 6);
-    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b, 1);
-    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b, 1);
+    LANES_NAME(lanes_scatter)(from + 6, 1, COUNT, residual + b * 1, 1);
+    LANES_NAME(lanes_scatter)(from + 7, 1, COUNT, margin + b * 1, 1);
   }
 }
 

@@ -3,5013 +3,1545 @@
 
 static LANES_TARGET void LANES_NAME(ur5e_fk)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v9; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v9);
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&q_4, &v2, &v7);
-  lanes v3, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v8);
-  const lanes v4 = q_1 + q_2;
-  const lanes v5 = v4 + q_3;
-  lanes v6, v10; LANES_NAME(lanes_cos_sin)(&v5, &v6, &v10);
-  lanes v11, v13; LANES_NAME(lanes_cos_sin)(&v4, &v11, &v13);
-  lanes v12, v14; LANES_NAME(lanes_cos_sin)(&q_1, &v12, &v14);
-  const lanes v15 = v3 * v6;
-  const lanes v16 = v2 * v15;
-  const lanes v17 = v7 * v8;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = v1 * v18;
-  const lanes v20 = v10 * v3;
-  const lanes v21 = v9 * v20;
-  const lanes v22 = v19 - v21;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v9, q_5); LANES_COS_SIN(v2, v7, q_4); LANES_COS_SIN(v3, v8, q_0);
+  const lanes v4 = q_1 + q_2, v5 = v4 + q_3;
+  LANES_COS_SIN(v6, v10, v5); LANES_COS_SIN(v11, v13, v4); LANES_COS_SIN(v12, v14, q_1);
+  const lanes v15 = v3 * v6, v16 = v2 * v15, v17 = v7 * v8, v18 = v16 + v17, v19 = v1 * v18,
+      v20 = v10 * v3, v21 = v9 * v20, v22 = v19 - v21;
   out[0] = v22;
-  const lanes v23 = v1 * v20;
-  const lanes v24 = v9 * v18;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = -v25;
+  const lanes v23 = v1 * v20, v24 = v9 * v18, v25 = v23 + v24, v26 = -v25;
   out[1] = v26;
-  const lanes v27 = v2 * v8;
-  const lanes v28 = v7 * v15;
-  const lanes v29 = v27 - v28;
+  const lanes v27 = v2 * v8, v28 = v7 * v15, v29 = v27 - v28;
   out[2] = v29;
-  const lanes v30 = 0.0997 * v10;
-  const lanes v31 = 0.0996 * v7;
-  const lanes v32 = v31 * v6;
-  const lanes v33 = v30 - v32;
-  const lanes v34 = -0.3922 * v11;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = -0.425 * v12;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = v3 * v37;
-  const lanes v39 = 0.0996 * v2;
-  const lanes v40 = v39 + 0.1333;
-  const lanes v41 = v40 * v8;
-  const lanes v42 = v38 + v41;
+  const lanes v30 = 0.0997 * v10, v31 = 0.0996 * v7, v32 = v31 * v6, v33 = v30 - v32,
+      v34 = -0.3922 * v11, v35 = v33 + v34, v36 = -0.425 * v12, v37 = v35 + v36, v38 = v3 * v37,
+      v39 = 0.0996 * v2, v40 = v39 + 0.1333, v41 = v40 * v8, v42 = v38 + v41;
   out[3] = v42;
-  const lanes v43 = v8 * v6;
-  const lanes v44 = v2 * v43;
-  const lanes v45 = v7 * v3;
-  const lanes v46 = v44 - v45;
-  const lanes v47 = v1 * v46;
-  const lanes v48 = v10 * v8;
-  const lanes v49 = v9 * v48;
-  const lanes v50 = v47 - v49;
+  const lanes v43 = v8 * v6, v44 = v2 * v43, v45 = v7 * v3, v46 = v44 - v45, v47 = v1 * v46,
+      v48 = v10 * v8, v49 = v9 * v48, v50 = v47 - v49;
   out[4] = v50;
-  const lanes v51 = v1 * v48;
-  const lanes v52 = v9 * v46;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = -v53;
+  const lanes v51 = v1 * v48, v52 = v9 * v46, v53 = v51 + v52, v54 = -v53;
   out[5] = v54;
-  const lanes v55 = v2 * v3;
-  const lanes v56 = v7 * v43;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = -v57;
+  const lanes v55 = v2 * v3, v56 = v7 * v43, v57 = v55 + v56, v58 = -v57;
   out[6] = v58;
-  const lanes v59 = v8 * v37;
-  const lanes v60 = v3 * v40;
-  const lanes v61 = v59 - v60;
+  const lanes v59 = v8 * v37, v60 = v3 * v40, v61 = v59 - v60;
   out[7] = v61;
-  const lanes v62 = v10 * v2;
-  const lanes v63 = v1 * v62;
-  const lanes v64 = v9 * v6;
-  const lanes v65 = v63 + v64;
+  const lanes v62 = v10 * v2, v63 = v1 * v62, v64 = v9 * v6, v65 = v63 + v64;
   out[8] = v65;
-  const lanes v66 = v1 * v6;
-  const lanes v67 = v9 * v62;
-  const lanes v68 = v66 - v67;
+  const lanes v66 = v1 * v6, v67 = v9 * v62, v68 = v66 - v67;
   out[9] = v68;
-  const lanes v69 = v10 * v7;
-  const lanes v70 = -v69;
+  const lanes v69 = v10 * v7, v70 = -v69;
   out[10] = v70;
-  const lanes v71 = -0.3922 * v13;
-  const lanes v72 = v10 * v31;
-  const lanes v73 = 0.0997 * v6;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v71 - v74;
-  const lanes v76 = -0.425 * v14;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = v77 + 0.1625;
-  out[11] = v78;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v71 = -0.3922 * v13, v72 = v10 * v31, v73 = 0.0997 * v6, v74 = v72 + v73,
+      v75 = v71 - v74, v76 = -0.425 * v14, v77 = v75 + v76, v78 = v77 + 0.1625;
+  out[11] = v78; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_link_poses)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v2, q_0); LANES_COS_SIN(v3, v4, q_1);
   const lanes v5 = q_1 + q_2;
-  lanes v6, v7; LANES_NAME(lanes_cos_sin)(&v5, &v6, &v7);
+  LANES_COS_SIN(v6, v7, v5);
   const lanes v8 = v5 + q_3;
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&v8, &v9, &v10);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_4, &v11, &v12);
-  lanes v13, v14; LANES_NAME(lanes_cos_sin)(&q_5, &v13, &v14);
-  out[0] = v1;
-  out[1] = LANES_OF(0.0);
-  out[2] = v2;
-  out[3] = LANES_OF(0.0);
-  out[4] = v2;
+  LANES_COS_SIN(v9, v10, v8); LANES_COS_SIN(v11, v12, q_4); LANES_COS_SIN(v13, v14, q_5);
+  out[0] = v1; out[1] = LANES_OF(0.0); out[2] = v2; out[3] = LANES_OF(0.0); out[4] = v2;
   out[5] = LANES_OF(0.0);
   const lanes v15 = -v1;
-  out[6] = v15;
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(1.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.1625);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
+  out[6] = v15; out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(1.0);
+  out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.1625); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
   const lanes v16 = v1 * v3;
   out[16] = v16;
-  const lanes v17 = v1 * v4;
-  const lanes v18 = -v17;
-  out[17] = v18;
-  out[18] = v2;
+  const lanes v17 = v1 * v4, v18 = -v17;
+  out[17] = v18; out[18] = v2;
   const lanes v19 = -0.425 * v16;
   out[19] = v19;
   const lanes v20 = v2 * v3;
   out[20] = v20;
-  const lanes v21 = v2 * v4;
-  const lanes v22 = -v21;
-  out[21] = v22;
-  out[22] = v15;
+  const lanes v21 = v2 * v4, v22 = -v21;
+  out[21] = v22; out[22] = v15;
   const lanes v23 = -0.425 * v20;
-  out[23] = v23;
-  out[24] = v4;
-  out[25] = v3;
-  out[26] = LANES_OF(0.0);
-  const lanes v24 = -0.425 * v4;
-  const lanes v25 = 0.1625 + v24;
-  out[27] = v25;
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
+  out[23] = v23; out[24] = v4; out[25] = v3; out[26] = LANES_OF(0.0);
+  const lanes v24 = -0.425 * v4, v25 = 0.1625 + v24;
+  out[27] = v25; out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0);
   out[31] = LANES_OF(1.0);
   const lanes v26 = v1 * v6;
   out[32] = v26;
-  const lanes v27 = v1 * v7;
-  const lanes v28 = -v27;
-  out[33] = v28;
-  out[34] = v2;
-  const lanes v29 = -0.3922 * v26;
-  const lanes v30 = v19 + v29;
+  const lanes v27 = v1 * v7, v28 = -v27;
+  out[33] = v28; out[34] = v2;
+  const lanes v29 = -0.3922 * v26, v30 = v19 + v29;
   out[35] = v30;
   const lanes v31 = v2 * v6;
   out[36] = v31;
-  const lanes v32 = v2 * v7;
-  const lanes v33 = -v32;
-  out[37] = v33;
-  out[38] = v15;
-  const lanes v34 = -0.3922 * v31;
-  const lanes v35 = v23 + v34;
-  out[39] = v35;
-  out[40] = v7;
-  out[41] = v6;
-  out[42] = LANES_OF(0.0);
-  const lanes v36 = -0.3922 * v7;
-  const lanes v37 = v25 + v36;
-  out[43] = v37;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
+  const lanes v32 = v2 * v7, v33 = -v32;
+  out[37] = v33; out[38] = v15;
+  const lanes v34 = -0.3922 * v31, v35 = v23 + v34;
+  out[39] = v35; out[40] = v7; out[41] = v6; out[42] = LANES_OF(0.0);
+  const lanes v36 = -0.3922 * v7, v37 = v25 + v36;
+  out[43] = v37; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
   out[47] = LANES_OF(1.0);
   const lanes v38 = v1 * v9;
-  out[48] = v38;
-  out[49] = v2;
+  out[48] = v38; out[49] = v2;
   const lanes v39 = v10 * v1;
   out[50] = v39;
-  const lanes v40 = 0.1333 * v2;
-  const lanes v41 = v19 + v40;
-  const lanes v42 = v41 + v29;
+  const lanes v40 = 0.1333 * v2, v41 = v19 + v40, v42 = v41 + v29;
   out[51] = v42;
   const lanes v43 = v2 * v9;
-  out[52] = v43;
-  out[53] = v15;
+  out[52] = v43; out[53] = v15;
   const lanes v44 = v10 * v2;
   out[54] = v44;
-  const lanes v45 = 0.1333 * v1;
-  const lanes v46 = v35 - v45;
-  out[55] = v46;
-  out[56] = v10;
-  out[57] = LANES_OF(0.0);
+  const lanes v45 = 0.1333 * v1, v46 = v35 - v45;
+  out[55] = v46; out[56] = v10; out[57] = LANES_OF(0.0);
   const lanes v47 = -v9;
-  out[58] = v47;
-  out[59] = v37;
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
-  out[63] = LANES_OF(1.0);
-  const lanes v48 = v11 * v38;
-  const lanes v49 = v12 * v2;
-  const lanes v50 = v48 + v49;
+  out[58] = v47; out[59] = v37; out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0);
+  out[62] = LANES_OF(0.0); out[63] = LANES_OF(1.0);
+  const lanes v48 = v11 * v38, v49 = v12 * v2, v50 = v48 + v49;
   out[64] = v50;
   const lanes v51 = -v39;
   out[65] = v51;
-  const lanes v52 = v11 * v2;
-  const lanes v53 = v12 * v38;
-  const lanes v54 = v52 - v53;
+  const lanes v52 = v11 * v2, v53 = v12 * v38, v54 = v52 - v53;
   out[66] = v54;
-  const lanes v55 = 0.0997 * v39;
-  const lanes v56 = v42 + v55;
+  const lanes v55 = 0.0997 * v39, v56 = v42 + v55;
   out[67] = v56;
-  const lanes v57 = v11 * v43;
-  const lanes v58 = v12 * v1;
-  const lanes v59 = v57 - v58;
+  const lanes v57 = v11 * v43, v58 = v12 * v1, v59 = v57 - v58;
   out[68] = v59;
   const lanes v60 = -v44;
   out[69] = v60;
-  const lanes v61 = v11 * v1;
-  const lanes v62 = v12 * v43;
-  const lanes v63 = v61 + v62;
-  const lanes v64 = -v63;
+  const lanes v61 = v11 * v1, v62 = v12 * v43, v63 = v61 + v62, v64 = -v63;
   out[70] = v64;
-  const lanes v65 = 0.0997 * v44;
-  const lanes v66 = v46 + v65;
+  const lanes v65 = 0.0997 * v44, v66 = v46 + v65;
   out[71] = v66;
   const lanes v67 = v10 * v11;
-  out[72] = v67;
-  out[73] = v9;
-  const lanes v68 = v10 * v12;
-  const lanes v69 = -v68;
+  out[72] = v67; out[73] = v9;
+  const lanes v68 = v10 * v12, v69 = -v68;
   out[74] = v69;
-  const lanes v70 = 0.0997 * v9;
-  const lanes v71 = v37 - v70;
-  out[75] = v71;
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
+  const lanes v70 = 0.0997 * v9, v71 = v37 - v70;
+  out[75] = v71; out[76] = LANES_OF(0.0); out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0);
   out[79] = LANES_OF(1.0);
-  const lanes v72 = v13 * v50;
-  const lanes v73 = v14 * v39;
-  const lanes v74 = v72 - v73;
+  const lanes v72 = v13 * v50, v73 = v14 * v39, v74 = v72 - v73;
   out[80] = v74;
-  const lanes v75 = v13 * v39;
-  const lanes v76 = v14 * v50;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = -v77;
-  out[81] = v78;
-  out[82] = v54;
-  const lanes v79 = 0.0996 * v54;
-  const lanes v80 = v56 + v79;
+  const lanes v75 = v13 * v39, v76 = v14 * v50, v77 = v75 + v76, v78 = -v77;
+  out[81] = v78; out[82] = v54;
+  const lanes v79 = 0.0996 * v54, v80 = v56 + v79;
   out[83] = v80;
-  const lanes v81 = v13 * v59;
-  const lanes v82 = v14 * v44;
-  const lanes v83 = v81 - v82;
+  const lanes v81 = v13 * v59, v82 = v14 * v44, v83 = v81 - v82;
   out[84] = v83;
-  const lanes v84 = v13 * v44;
-  const lanes v85 = v14 * v59;
-  const lanes v86 = v84 + v85;
-  const lanes v87 = -v86;
-  out[85] = v87;
-  out[86] = v64;
-  const lanes v88 = 0.0996 * v63;
-  const lanes v89 = v66 - v88;
+  const lanes v84 = v13 * v44, v85 = v14 * v59, v86 = v84 + v85, v87 = -v86;
+  out[85] = v87; out[86] = v64;
+  const lanes v88 = 0.0996 * v63, v89 = v66 - v88;
   out[87] = v89;
-  const lanes v90 = v13 * v67;
-  const lanes v91 = v14 * v9;
-  const lanes v92 = v90 + v91;
+  const lanes v90 = v13 * v67, v91 = v14 * v9, v92 = v90 + v91;
   out[88] = v92;
-  const lanes v93 = v13 * v9;
-  const lanes v94 = v14 * v67;
-  const lanes v95 = v93 - v94;
-  out[89] = v95;
-  out[90] = v69;
-  const lanes v96 = 0.0996 * v68;
-  const lanes v97 = v71 - v96;
-  out[91] = v97;
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
+  const lanes v93 = v13 * v9, v94 = v14 * v67, v95 = v93 - v94;
+  out[89] = v95; out[90] = v69;
+  const lanes v96 = 0.0996 * v68, v97 = v71 - v96;
+  out[91] = v97; out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0); out[94] = LANES_OF(0.0);
   out[95] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v9; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v9);
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&q_4, &v2, &v7);
-  lanes v3, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v3, &v8);
-  const lanes v4 = q_1 + q_2;
-  const lanes v5 = v4 + q_3;
-  lanes v6, v10; LANES_NAME(lanes_cos_sin)(&v5, &v6, &v10);
-  lanes v11, v13; LANES_NAME(lanes_cos_sin)(&v4, &v11, &v13);
-  lanes v12, v14; LANES_NAME(lanes_cos_sin)(&q_1, &v12, &v14);
-  const lanes v15 = v3 * v6;
-  const lanes v16 = v2 * v15;
-  const lanes v17 = v7 * v8;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = v1 * v18;
-  const lanes v20 = v10 * v3;
-  const lanes v21 = v9 * v20;
-  const lanes v22 = v19 - v21;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v9, q_5); LANES_COS_SIN(v2, v7, q_4); LANES_COS_SIN(v3, v8, q_0);
+  const lanes v4 = q_1 + q_2, v5 = v4 + q_3;
+  LANES_COS_SIN(v6, v10, v5); LANES_COS_SIN(v11, v13, v4); LANES_COS_SIN(v12, v14, q_1);
+  const lanes v15 = v3 * v6, v16 = v2 * v15, v17 = v7 * v8, v18 = v16 + v17, v19 = v1 * v18,
+      v20 = v10 * v3, v21 = v9 * v20, v22 = v19 - v21;
   out[0] = v22;
-  const lanes v23 = v1 * v20;
-  const lanes v24 = v9 * v18;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = -v25;
+  const lanes v23 = v1 * v20, v24 = v9 * v18, v25 = v23 + v24, v26 = -v25;
   out[1] = v26;
-  const lanes v27 = v2 * v8;
-  const lanes v28 = v7 * v15;
-  const lanes v29 = v27 - v28;
+  const lanes v27 = v2 * v8, v28 = v7 * v15, v29 = v27 - v28;
   out[2] = v29;
-  const lanes v30 = 0.0997 * v10;
-  const lanes v31 = 0.0996 * v7;
-  const lanes v32 = v31 * v6;
-  const lanes v33 = v30 - v32;
-  const lanes v34 = -0.3922 * v11;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = -0.425 * v12;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = v3 * v37;
-  const lanes v39 = 0.0996 * v2;
-  const lanes v40 = v39 + 0.1333;
-  const lanes v41 = v40 * v8;
-  const lanes v42 = v38 + v41;
+  const lanes v30 = 0.0997 * v10, v31 = 0.0996 * v7, v32 = v31 * v6, v33 = v30 - v32,
+      v34 = -0.3922 * v11, v35 = v33 + v34, v36 = -0.425 * v12, v37 = v35 + v36, v38 = v3 * v37,
+      v39 = 0.0996 * v2, v40 = v39 + 0.1333, v41 = v40 * v8, v42 = v38 + v41;
   out[3] = v42;
-  const lanes v43 = v8 * v6;
-  const lanes v44 = v2 * v43;
-  const lanes v45 = v7 * v3;
-  const lanes v46 = v44 - v45;
-  const lanes v47 = v1 * v46;
-  const lanes v48 = v10 * v8;
-  const lanes v49 = v9 * v48;
-  const lanes v50 = v47 - v49;
+  const lanes v43 = v8 * v6, v44 = v2 * v43, v45 = v7 * v3, v46 = v44 - v45, v47 = v1 * v46,
+      v48 = v10 * v8, v49 = v9 * v48, v50 = v47 - v49;
   out[4] = v50;
-  const lanes v51 = v1 * v48;
-  const lanes v52 = v9 * v46;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = -v53;
+  const lanes v51 = v1 * v48, v52 = v9 * v46, v53 = v51 + v52, v54 = -v53;
   out[5] = v54;
-  const lanes v55 = v2 * v3;
-  const lanes v56 = v7 * v43;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = -v57;
+  const lanes v55 = v2 * v3, v56 = v7 * v43, v57 = v55 + v56, v58 = -v57;
   out[6] = v58;
-  const lanes v59 = v8 * v37;
-  const lanes v60 = v3 * v40;
-  const lanes v61 = v59 - v60;
+  const lanes v59 = v8 * v37, v60 = v3 * v40, v61 = v59 - v60;
   out[7] = v61;
-  const lanes v62 = v10 * v2;
-  const lanes v63 = v1 * v62;
-  const lanes v64 = v9 * v6;
-  const lanes v65 = v63 + v64;
+  const lanes v62 = v10 * v2, v63 = v1 * v62, v64 = v9 * v6, v65 = v63 + v64;
   out[8] = v65;
-  const lanes v66 = v1 * v6;
-  const lanes v67 = v9 * v62;
-  const lanes v68 = v66 - v67;
+  const lanes v66 = v1 * v6, v67 = v9 * v62, v68 = v66 - v67;
   out[9] = v68;
-  const lanes v69 = v10 * v7;
-  const lanes v70 = -v69;
+  const lanes v69 = v10 * v7, v70 = -v69;
   out[10] = v70;
-  const lanes v71 = -0.3922 * v13;
-  const lanes v72 = v10 * v31;
-  const lanes v73 = 0.0997 * v6;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v71 - v74;
-  const lanes v76 = -0.425 * v14;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = v77 + 0.1625;
-  out[11] = v78;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v71 = -0.3922 * v13, v72 = v10 * v31, v73 = 0.0997 * v6, v74 = v72 + v73,
+      v75 = v71 - v74, v76 = -0.425 * v14, v77 = v75 + v76, v78 = v77 + 0.1625;
+  out[11] = v78; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
   const lanes v79 = -v61;
   out[16] = v79;
-  const lanes v80 = v3 * v77;
-  const lanes v81 = -v80;
+  const lanes v80 = v3 * v77, v81 = -v80;
   out[17] = v81;
-  const lanes v82 = v3 * v75;
-  const lanes v83 = -v82;
+  const lanes v82 = v3 * v75, v83 = -v82;
   out[18] = v83;
   const lanes v84 = v3 * v74;
   out[19] = v84;
-  const lanes v85 = 0.0996 * v18;
-  const lanes v86 = -v85;
-  out[20] = v86;
-  out[21] = LANES_OF(0.0);
-  out[22] = v42;
-  const lanes v87 = v8 * v77;
-  const lanes v88 = -v87;
+  const lanes v85 = 0.0996 * v18, v86 = -v85;
+  out[20] = v86; out[21] = LANES_OF(0.0); out[22] = v42;
+  const lanes v87 = v8 * v77, v88 = -v87;
   out[23] = v88;
-  const lanes v89 = v75 * v8;
-  const lanes v90 = -v89;
+  const lanes v89 = v75 * v8, v90 = -v89;
   out[24] = v90;
   const lanes v91 = v74 * v8;
   out[25] = v91;
-  const lanes v92 = 0.0996 * v46;
-  const lanes v93 = -v92;
-  out[26] = v93;
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = v37;
-  out[30] = v35;
+  const lanes v92 = 0.0996 * v46, v93 = -v92;
+  out[26] = v93; out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = v37; out[30] = v35;
   out[31] = v33;
-  const lanes v94 = 0.0996 * v62;
-  const lanes v95 = -v94;
-  out[32] = v95;
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = v8;
-  out[36] = v8;
-  out[37] = v8;
-  out[38] = v20;
-  out[39] = v29;
-  out[40] = LANES_OF(0.0);
+  const lanes v94 = 0.0996 * v62, v95 = -v94;
+  out[32] = v95; out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[35] = v8; out[36] = v8;
+  out[37] = v8; out[38] = v20; out[39] = v29; out[40] = LANES_OF(0.0);
   const lanes v96 = -v3;
-  out[41] = v96;
-  out[42] = v96;
-  out[43] = v96;
-  out[44] = v48;
-  out[45] = v58;
-  out[46] = LANES_OF(1.0);
-  out[47] = LANES_OF(0.0);
-  out[48] = LANES_OF(0.0);
+  out[41] = v96; out[42] = v96; out[43] = v96; out[44] = v48; out[45] = v58;
+  out[46] = LANES_OF(1.0); out[47] = LANES_OF(0.0); out[48] = LANES_OF(0.0);
   out[49] = LANES_OF(0.0);
   const lanes v97 = -v6;
-  out[50] = v97;
-  out[51] = v70;
+  out[50] = v97; out[51] = v70;
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_jacobian_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  lanes v1, v7; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v7);
-  lanes v10, v2; LANES_NAME(lanes_cos_sin)(&q_1, &v10, &v2);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4];
+  LANES_COS_SIN(v1, v7, q_0); LANES_COS_SIN(v10, v2, q_1);
   const lanes v3 = q_1 + q_2;
-  lanes v9, v4; LANES_NAME(lanes_cos_sin)(&v3, &v9, &v4);
+  LANES_COS_SIN(v9, v4, v3);
   const lanes v5 = v3 + q_3;
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&v5, &v6, &v8);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_4, &v11, &v12);
-  out[0] = LANES_OF(0.0);
+  LANES_COS_SIN(v6, v8, v5); LANES_COS_SIN(v11, v12, q_4); out[0] = LANES_OF(0.0);
   const lanes v13 = 0.1625 * v1;
   out[1] = v13;
-  const lanes v14 = -0.425 * v2;
-  const lanes v15 = v14 + 0.1625;
-  const lanes v16 = v1 * v15;
+  const lanes v14 = -0.425 * v2, v15 = v14 + 0.1625, v16 = v1 * v15;
   out[2] = v16;
-  const lanes v17 = -0.3922 * v4;
-  const lanes v18 = v17 + v15;
-  const lanes v19 = v1 * v18;
+  const lanes v17 = -0.3922 * v4, v18 = v17 + v15, v19 = v1 * v18;
   out[3] = v19;
-  const lanes v20 = v1 * v6;
-  const lanes v21 = 0.1333 * v20;
-  const lanes v22 = v8 * v18;
-  const lanes v23 = -0.3922 * v9;
-  const lanes v24 = -0.425 * v10;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = v25 * v6;
-  const lanes v27 = v22 + v26;
-  const lanes v28 = v7 * v27;
-  const lanes v29 = v21 - v28;
+  const lanes v20 = v1 * v6, v21 = 0.1333 * v20, v22 = v8 * v18, v23 = -0.3922 * v9,
+      v24 = -0.425 * v10, v25 = v23 + v24, v26 = v25 * v6, v27 = v22 + v26, v28 = v7 * v27,
+      v29 = v21 - v28;
   out[4] = v29;
-  const lanes v30 = v8 * v1;
-  const lanes v31 = v11 * v27;
-  const lanes v32 = 0.1333 * v12;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v30 * v33;
-  const lanes v35 = v11 * v20;
-  const lanes v36 = v12 * v7;
-  const lanes v37 = v35 + v36;
-  const lanes v38 = v8 * v25;
-  const lanes v39 = v18 * v6;
-  const lanes v40 = v38 - v39;
-  const lanes v41 = v40 + 0.0997;
-  const lanes v42 = v37 * v41;
-  const lanes v43 = v34 - v42;
-  out[5] = v43;
-  out[6] = LANES_OF(0.0);
+  const lanes v30 = v8 * v1, v31 = v11 * v27, v32 = 0.1333 * v12, v33 = v31 + v32, v34 = v30 * v33,
+      v35 = v11 * v20, v36 = v12 * v7, v37 = v35 + v36, v38 = v8 * v25, v39 = v18 * v6,
+      v40 = v38 - v39, v41 = v40 + 0.0997, v42 = v37 * v41, v43 = v34 - v42;
+  out[5] = v43; out[6] = LANES_OF(0.0);
   const lanes v44 = 0.1625 * v7;
   out[7] = v44;
   const lanes v45 = v7 * v15;
   out[8] = v45;
   const lanes v46 = v7 * v18;
   out[9] = v46;
-  const lanes v47 = v7 * v6;
-  const lanes v48 = 0.1333 * v47;
-  const lanes v49 = v1 * v27;
-  const lanes v50 = v48 + v49;
+  const lanes v47 = v7 * v6, v48 = 0.1333 * v47, v49 = v1 * v27, v50 = v48 + v49;
   out[10] = v50;
-  const lanes v51 = v8 * v7;
-  const lanes v52 = v51 * v33;
-  const lanes v53 = v11 * v47;
-  const lanes v54 = v12 * v1;
-  const lanes v55 = v53 - v54;
-  const lanes v56 = v55 * v41;
-  const lanes v57 = v52 - v56;
-  out[11] = v57;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
+  const lanes v51 = v8 * v7, v52 = v51 * v33, v53 = v11 * v47, v54 = v12 * v1, v55 = v53 - v54,
+      v56 = v55 * v41, v57 = v52 - v56;
+  out[11] = v57; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
   const lanes v58 = -v24;
   out[14] = v58;
   const lanes v59 = -v25;
   out[15] = v59;
   const lanes v60 = 0.1333 * v8;
   out[16] = v60;
-  const lanes v61 = v8 * v11;
-  const lanes v62 = v61 * v41;
-  const lanes v63 = v33 * v6;
-  const lanes v64 = v62 + v63;
-  const lanes v65 = -v64;
-  out[17] = v65;
-  out[18] = LANES_OF(0.0);
-  out[19] = v7;
-  out[20] = v7;
-  out[21] = v7;
-  out[22] = v30;
-  const lanes v66 = v11 * v7;
-  const lanes v67 = v12 * v20;
-  const lanes v68 = v66 - v67;
-  out[23] = v68;
-  out[24] = LANES_OF(0.0);
+  const lanes v61 = v8 * v11, v62 = v61 * v41, v63 = v33 * v6, v64 = v62 + v63, v65 = -v64;
+  out[17] = v65; out[18] = LANES_OF(0.0); out[19] = v7; out[20] = v7; out[21] = v7; out[22] = v30;
+  const lanes v66 = v11 * v7, v67 = v12 * v20, v68 = v66 - v67;
+  out[23] = v68; out[24] = LANES_OF(0.0);
   const lanes v69 = -v1;
-  out[25] = v69;
-  out[26] = v69;
-  out[27] = v69;
-  out[28] = v51;
-  const lanes v70 = v11 * v1;
-  const lanes v71 = v12 * v47;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = -v72;
-  out[29] = v73;
-  out[30] = LANES_OF(1.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
+  out[25] = v69; out[26] = v69; out[27] = v69; out[28] = v51;
+  const lanes v70 = v11 * v1, v71 = v12 * v47, v72 = v70 + v71, v73 = -v72;
+  out[29] = v73; out[30] = LANES_OF(1.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
   out[33] = LANES_OF(0.0);
   const lanes v74 = -v6;
   out[34] = v74;
-  const lanes v75 = v8 * v12;
-  const lanes v76 = -v75;
+  const lanes v75 = v8 * v12, v76 = -v75;
   out[35] = v76;
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_jacobian_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  lanes v1, v9; LANES_NAME(lanes_cos_sin)(&q_4, &v1, &v9);
-  lanes v2, v7; LANES_NAME(lanes_cos_sin)(&q_5, &v2, &v7);
-  const lanes v3 = q_1 + q_2;
-  const lanes v4 = v3 + q_3;
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&v4, &v5, &v6);
-  lanes v10, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v10, &v8);
-  lanes v11, v13; LANES_NAME(lanes_cos_sin)(&v3, &v11, &v13);
-  lanes v12, v14; LANES_NAME(lanes_cos_sin)(&q_1, &v12, &v14);
-  const lanes v15 = v1 * v2;
-  const lanes v16 = v15 * v5;
-  const lanes v17 = v6 * v7;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 * v8;
-  const lanes v20 = v9 * v2;
-  const lanes v21 = v20 * v10;
-  const lanes v22 = v19 - v21;
-  const lanes v23 = 0.0997 * v6;
-  const lanes v24 = 0.0996 * v9;
-  const lanes v25 = v24 * v5;
-  const lanes v26 = v23 - v25;
-  const lanes v27 = -0.3922 * v11;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = -0.425 * v12;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = v10 * v30;
-  const lanes v32 = 0.0996 * v1;
-  const lanes v33 = v32 + 0.1333;
-  const lanes v34 = v33 * v8;
-  const lanes v35 = v31 + v34;
-  const lanes v36 = v22 * v35;
-  const lanes v37 = v20 * v8;
-  const lanes v38 = v18 * v10;
-  const lanes v39 = v37 + v38;
-  const lanes v40 = v8 * v30;
-  const lanes v41 = v10 * v33;
-  const lanes v42 = v40 - v41;
-  const lanes v43 = v39 * v42;
-  const lanes v44 = v36 - v43;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5];
+  LANES_COS_SIN(v1, v9, q_4); LANES_COS_SIN(v2, v7, q_5);
+  const lanes v3 = q_1 + q_2, v4 = v3 + q_3;
+  LANES_COS_SIN(v5, v6, v4); LANES_COS_SIN(v10, v8, q_0); LANES_COS_SIN(v11, v13, v3);
+  LANES_COS_SIN(v12, v14, q_1);
+  const lanes v15 = v1 * v2, v16 = v15 * v5, v17 = v6 * v7, v18 = v16 - v17, v19 = v18 * v8,
+      v20 = v9 * v2, v21 = v20 * v10, v22 = v19 - v21, v23 = 0.0997 * v6, v24 = 0.0996 * v9,
+      v25 = v24 * v5, v26 = v23 - v25, v27 = -0.3922 * v11, v28 = v26 + v27, v29 = -0.425 * v12,
+      v30 = v28 + v29, v31 = v10 * v30, v32 = 0.0996 * v1, v33 = v32 + 0.1333, v34 = v33 * v8,
+      v35 = v31 + v34, v36 = v22 * v35, v37 = v20 * v8, v38 = v18 * v10, v39 = v37 + v38,
+      v40 = v8 * v30, v41 = v10 * v33, v42 = v40 - v41, v43 = v39 * v42, v44 = v36 - v43;
   out[0] = v44;
-  const lanes v45 = v6 * v15;
-  const lanes v46 = v7 * v5;
-  const lanes v47 = v45 + v46;
-  const lanes v48 = v47 * v30;
-  const lanes v49 = -0.3922 * v13;
-  const lanes v50 = v6 * v24;
-  const lanes v51 = 0.0997 * v5;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = v49 - v52;
-  const lanes v54 = -0.425 * v14;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = v18 * v55;
-  const lanes v57 = v48 - v56;
+  const lanes v45 = v6 * v15, v46 = v7 * v5, v47 = v45 + v46, v48 = v47 * v30, v49 = -0.3922 * v13,
+      v50 = v6 * v24, v51 = 0.0997 * v5, v52 = v50 + v51, v53 = v49 - v52, v54 = -0.425 * v14,
+      v55 = v53 + v54, v56 = v18 * v55, v57 = v48 - v56;
   out[1] = v57;
-  const lanes v58 = v47 * v28;
-  const lanes v59 = v18 * v53;
-  const lanes v60 = v58 - v59;
+  const lanes v58 = v47 * v28, v59 = v18 * v53, v60 = v58 - v59;
   out[2] = v60;
-  const lanes v61 = 0.0997 * v15;
-  const lanes v62 = v7 * v24;
-  const lanes v63 = v61 - v62;
+  const lanes v61 = 0.0997 * v15, v62 = v7 * v24, v63 = v61 - v62;
   out[3] = v63;
-  const lanes v64 = 0.0996 * v2;
-  const lanes v65 = -v64;
-  out[4] = v65;
-  out[5] = LANES_OF(0.0);
-  const lanes v66 = v9 * v7;
-  const lanes v67 = v66 * v8;
-  const lanes v68 = v6 * v2;
-  const lanes v69 = v1 * v7;
-  const lanes v70 = v69 * v5;
-  const lanes v71 = v68 + v70;
-  const lanes v72 = v71 * v10;
-  const lanes v73 = v67 + v72;
-  const lanes v74 = v73 * v42;
-  const lanes v75 = v66 * v10;
-  const lanes v76 = v71 * v8;
-  const lanes v77 = v75 - v76;
-  const lanes v78 = v77 * v35;
-  const lanes v79 = v74 + v78;
+  const lanes v64 = 0.0996 * v2, v65 = -v64;
+  out[4] = v65; out[5] = LANES_OF(0.0);
+  const lanes v66 = v9 * v7, v67 = v66 * v8, v68 = v6 * v2, v69 = v1 * v7, v70 = v69 * v5,
+      v71 = v68 + v70, v72 = v71 * v10, v73 = v67 + v72, v74 = v73 * v42, v75 = v66 * v10,
+      v76 = v71 * v8, v77 = v75 - v76, v78 = v77 * v35, v79 = v74 + v78;
   out[6] = v79;
-  const lanes v80 = v71 * v55;
-  const lanes v81 = v2 * v5;
-  const lanes v82 = v6 * v69;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v83 * v30;
-  const lanes v85 = v80 + v84;
+  const lanes v80 = v71 * v55, v81 = v2 * v5, v82 = v6 * v69, v83 = v81 - v82, v84 = v83 * v30,
+      v85 = v80 + v84;
   out[7] = v85;
-  const lanes v86 = v71 * v53;
-  const lanes v87 = v83 * v28;
-  const lanes v88 = v86 + v87;
+  const lanes v86 = v71 * v53, v87 = v83 * v28, v88 = v86 + v87;
   out[8] = v88;
-  const lanes v89 = 0.0997 * v69;
-  const lanes v90 = v2 * v24;
-  const lanes v91 = v89 + v90;
-  const lanes v92 = -v91;
+  const lanes v89 = 0.0997 * v69, v90 = v2 * v24, v91 = v89 + v90, v92 = -v91;
   out[9] = v92;
   const lanes v93 = 0.0996 * v7;
-  out[10] = v93;
-  out[11] = LANES_OF(0.0);
-  const lanes v94 = v1 * v8;
-  const lanes v95 = v9 * v5;
-  const lanes v96 = v95 * v10;
-  const lanes v97 = v94 - v96;
-  const lanes v98 = v97 * v42;
-  const lanes v99 = v95 * v8;
-  const lanes v100 = v1 * v10;
-  const lanes v101 = v99 + v100;
-  const lanes v102 = v101 * v35;
-  const lanes v103 = v98 + v102;
-  const lanes v104 = -v103;
+  out[10] = v93; out[11] = LANES_OF(0.0);
+  const lanes v94 = v1 * v8, v95 = v9 * v5, v96 = v95 * v10, v97 = v94 - v96, v98 = v97 * v42,
+      v99 = v95 * v8, v100 = v1 * v10, v101 = v99 + v100, v102 = v101 * v35, v103 = v98 + v102,
+      v104 = -v103;
   out[12] = v104;
-  const lanes v105 = v95 * v55;
-  const lanes v106 = v6 * v9;
-  const lanes v107 = v106 * v30;
-  const lanes v108 = v105 - v107;
+  const lanes v105 = v95 * v55, v106 = v6 * v9, v107 = v106 * v30, v108 = v105 - v107;
   out[13] = v108;
-  const lanes v109 = v95 * v53;
-  const lanes v110 = v106 * v28;
-  const lanes v111 = v109 - v110;
+  const lanes v109 = v95 * v53, v110 = v106 * v28, v111 = v109 - v110;
   out[14] = v111;
-  const lanes v112 = 0.0997 * v9;
-  const lanes v113 = -v112;
-  out[15] = v113;
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = v47;
-  out[19] = v20;
-  out[20] = v20;
-  out[21] = v20;
+  const lanes v112 = 0.0997 * v9, v113 = -v112;
+  out[15] = v113; out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0); out[18] = v47; out[19] = v20;
+  out[20] = v20; out[21] = v20;
   const lanes v114 = -v7;
-  out[22] = v114;
-  out[23] = LANES_OF(0.0);
-  out[24] = v83;
+  out[22] = v114; out[23] = LANES_OF(0.0); out[24] = v83;
   const lanes v115 = -v66;
-  out[25] = v115;
-  out[26] = v115;
-  out[27] = v115;
+  out[25] = v115; out[26] = v115; out[27] = v115;
   const lanes v116 = -v2;
-  out[28] = v116;
-  out[29] = LANES_OF(0.0);
+  out[28] = v116; out[29] = LANES_OF(0.0);
   const lanes v117 = -v106;
-  out[30] = v117;
-  out[31] = v1;
-  out[32] = v1;
-  out[33] = v1;
-  out[34] = LANES_OF(0.0);
+  out[30] = v117; out[31] = v1; out[32] = v1; out[33] = v1; out[34] = LANES_OF(0.0);
   out[35] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  lanes v9, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v9, &v1);
-  const lanes v2 = q_1 + q_2;
-  const lanes v3 = v2 + q_3;
-  lanes v6, v4; LANES_NAME(lanes_cos_sin)(&v3, &v6, &v4);
-  lanes v10, v5; LANES_NAME(lanes_cos_sin)(&q_4, &v10, &v5);
-  lanes v7, v11; LANES_NAME(lanes_cos_sin)(&v2, &v7, &v11);
-  lanes v8, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v8, &v12);
-  const lanes v13 = 0.0997 * v4;
-  const lanes v14 = 0.0996 * v5;
-  const lanes v15 = v14 * v6;
-  const lanes v16 = v13 - v15;
-  const lanes v17 = -0.3922 * v7;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = -0.425 * v8;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = v1 * v20;
-  const lanes v22 = 0.0996 * v10;
-  const lanes v23 = v22 + 0.1333;
-  const lanes v24 = v9 * v23;
-  const lanes v25 = v21 - v24;
-  const lanes v26 = -v25;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4];
+  LANES_COS_SIN(v9, v1, q_0);
+  const lanes v2 = q_1 + q_2, v3 = v2 + q_3;
+  LANES_COS_SIN(v6, v4, v3); LANES_COS_SIN(v10, v5, q_4); LANES_COS_SIN(v7, v11, v2);
+  LANES_COS_SIN(v8, v12, q_1);
+  const lanes v13 = 0.0997 * v4, v14 = 0.0996 * v5, v15 = v14 * v6, v16 = v13 - v15,
+      v17 = -0.3922 * v7, v18 = v16 + v17, v19 = -0.425 * v8, v20 = v18 + v19, v21 = v1 * v20,
+      v22 = 0.0996 * v10, v23 = v22 + 0.1333, v24 = v9 * v23, v25 = v21 - v24, v26 = -v25;
   out[0] = v26;
-  const lanes v27 = -0.3922 * v11;
-  const lanes v28 = v4 * v14;
-  const lanes v29 = 0.0997 * v6;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = v27 - v30;
-  const lanes v32 = -0.425 * v12;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v9 * v33;
-  const lanes v35 = -v34;
+  const lanes v27 = -0.3922 * v11, v28 = v4 * v14, v29 = 0.0997 * v6, v30 = v28 + v29,
+      v31 = v27 - v30, v32 = -0.425 * v12, v33 = v31 + v32, v34 = v9 * v33, v35 = -v34;
   out[1] = v35;
-  const lanes v36 = v9 * v31;
-  const lanes v37 = -v36;
+  const lanes v36 = v9 * v31, v37 = -v36;
   out[2] = v37;
   const lanes v38 = v9 * v30;
   out[3] = v38;
-  const lanes v39 = v9 * v6;
-  const lanes v40 = v10 * v39;
-  const lanes v41 = v5 * v1;
-  const lanes v42 = v40 + v41;
-  const lanes v43 = 0.0996 * v42;
-  const lanes v44 = -v43;
-  out[4] = v44;
-  out[5] = LANES_OF(0.0);
-  const lanes v45 = v9 * v20;
-  const lanes v46 = v23 * v1;
-  const lanes v47 = v45 + v46;
+  const lanes v39 = v9 * v6, v40 = v10 * v39, v41 = v5 * v1, v42 = v40 + v41, v43 = 0.0996 * v42,
+      v44 = -v43;
+  out[4] = v44; out[5] = LANES_OF(0.0);
+  const lanes v45 = v9 * v20, v46 = v23 * v1, v47 = v45 + v46;
   out[6] = v47;
-  const lanes v48 = v1 * v33;
-  const lanes v49 = -v48;
+  const lanes v48 = v1 * v33, v49 = -v48;
   out[7] = v49;
-  const lanes v50 = v31 * v1;
-  const lanes v51 = -v50;
+  const lanes v50 = v31 * v1, v51 = -v50;
   out[8] = v51;
   const lanes v52 = v30 * v1;
   out[9] = v52;
-  const lanes v53 = v1 * v6;
-  const lanes v54 = v10 * v53;
-  const lanes v55 = v5 * v9;
-  const lanes v56 = v54 - v55;
-  const lanes v57 = 0.0996 * v56;
-  const lanes v58 = -v57;
-  out[10] = v58;
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = v20;
-  out[14] = v18;
+  const lanes v53 = v1 * v6, v54 = v10 * v53, v55 = v5 * v9, v56 = v54 - v55, v57 = 0.0996 * v56,
+      v58 = -v57;
+  out[10] = v58; out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0); out[13] = v20; out[14] = v18;
   out[15] = v16;
-  const lanes v59 = v4 * v10;
-  const lanes v60 = 0.0996 * v59;
-  const lanes v61 = -v60;
-  out[16] = v61;
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = v1;
-  out[20] = v1;
+  const lanes v59 = v4 * v10, v60 = 0.0996 * v59, v61 = -v60;
+  out[16] = v61; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = v1; out[20] = v1;
   out[21] = v1;
   const lanes v62 = v4 * v9;
   out[22] = v62;
-  const lanes v63 = v10 * v1;
-  const lanes v64 = v5 * v39;
-  const lanes v65 = v63 - v64;
-  out[23] = v65;
-  out[24] = LANES_OF(0.0);
+  const lanes v63 = v10 * v1, v64 = v5 * v39, v65 = v63 - v64;
+  out[23] = v65; out[24] = LANES_OF(0.0);
   const lanes v66 = -v9;
-  out[25] = v66;
-  out[26] = v66;
-  out[27] = v66;
+  out[25] = v66; out[26] = v66; out[27] = v66;
   const lanes v67 = v4 * v1;
   out[28] = v67;
-  const lanes v68 = v10 * v9;
-  const lanes v69 = v5 * v53;
-  const lanes v70 = v68 + v69;
-  const lanes v71 = -v70;
-  out[29] = v71;
-  out[30] = LANES_OF(1.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
+  const lanes v68 = v10 * v9, v69 = v5 * v53, v70 = v68 + v69, v71 = -v70;
+  out[29] = v71; out[30] = LANES_OF(1.0); out[31] = LANES_OF(0.0); out[32] = LANES_OF(0.0);
   out[33] = LANES_OF(0.0);
   const lanes v72 = -v6;
   out[34] = v72;
-  const lanes v73 = v4 * v5;
-  const lanes v74 = -v73;
+  const lanes v73 = v4 * v5, v74 = -v73;
   out[35] = v74;
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_jacobian_space_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&q_1, &v3, &v4);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10];
+  LANES_COS_SIN(v2, v1, q_0); LANES_COS_SIN(v3, v4, q_1);
   const lanes v5 = q_1 + q_2;
-  lanes v6, v7; LANES_NAME(lanes_cos_sin)(&v5, &v6, &v7);
+  LANES_COS_SIN(v6, v7, v5);
   const lanes v8 = v5 + q_3;
-  lanes v10, v9; LANES_NAME(lanes_cos_sin)(&v8, &v10, &v9);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&q_4, &v11, &v12);
-  out[0] = LANES_OF(0.0);
-  const lanes v13 = 0.1625 * v1;
-  const lanes v14 = v13 * qd_0;
-  const lanes v15 = -v14;
+  LANES_COS_SIN(v10, v9, v8); LANES_COS_SIN(v11, v12, q_4); out[0] = LANES_OF(0.0);
+  const lanes v13 = 0.1625 * v1, v14 = v13 * qd_0, v15 = -v14;
   out[1] = v15;
-  const lanes v16 = v2 * qd_1;
-  const lanes v17 = -0.425 * v3;
-  const lanes v18 = v16 * v17;
-  const lanes v19 = -0.425 * v4;
-  const lanes v20 = v19 + 0.1625;
-  const lanes v21 = v1 * v20;
-  const lanes v22 = v21 * qd_0;
-  const lanes v23 = v18 - v22;
+  const lanes v16 = v2 * qd_1, v17 = -0.425 * v3, v18 = v16 * v17, v19 = -0.425 * v4,
+      v20 = v19 + 0.1625, v21 = v1 * v20, v22 = v21 * qd_0, v23 = v18 - v22;
   out[2] = v23;
-  const lanes v24 = v2 * qd_2;
-  const lanes v25 = v16 + v24;
-  const lanes v26 = -0.3922 * v6;
-  const lanes v27 = v26 + v17;
-  const lanes v28 = v25 * v27;
-  const lanes v29 = -0.3922 * v7;
-  const lanes v30 = v29 + v20;
-  const lanes v31 = v1 * v30;
-  const lanes v32 = v31 * qd_0;
-  const lanes v33 = v28 - v32;
-  const lanes v34 = v17 * qd_2;
-  const lanes v35 = v34 * v2;
-  const lanes v36 = v33 - v35;
+  const lanes v24 = v2 * qd_2, v25 = v16 + v24, v26 = -0.3922 * v6, v27 = v26 + v17,
+      v28 = v25 * v27, v29 = -0.3922 * v7, v30 = v29 + v20, v31 = v1 * v30, v32 = v31 * qd_0,
+      v33 = v28 - v32, v34 = v17 * qd_2, v35 = v34 * v2, v36 = v33 - v35;
   out[3] = v36;
-  const lanes v37 = v27 * qd_3;
-  const lanes v38 = v34 + v37;
-  const lanes v39 = v9 * v1;
-  const lanes v40 = v38 * v39;
-  const lanes v41 = v31 * qd_3;
-  const lanes v42 = v13 * qd_1;
-  const lanes v43 = v21 * qd_2;
-  const lanes v44 = v42 + v43;
-  const lanes v45 = v41 + v44;
-  const lanes v46 = v45 * v10;
-  const lanes v47 = v40 - v46;
-  const lanes v48 = v2 * qd_3;
-  const lanes v49 = v48 + v25;
-  const lanes v50 = 0.1333 * v9;
-  const lanes v51 = v49 * v50;
-  const lanes v52 = v1 * v10;
-  const lanes v53 = 0.1333 * v52;
-  const lanes v54 = v9 * v30;
-  const lanes v55 = v27 * v10;
-  const lanes v56 = v54 + v55;
-  const lanes v57 = v2 * v56;
-  const lanes v58 = v53 + v57;
-  const lanes v59 = v58 * qd_0;
-  const lanes v60 = v51 + v59;
-  const lanes v61 = v47 - v60;
+  const lanes v37 = v27 * qd_3, v38 = v34 + v37, v39 = v9 * v1, v40 = v38 * v39, v41 = v31 * qd_3,
+      v42 = v13 * qd_1, v43 = v21 * qd_2, v44 = v42 + v43, v45 = v41 + v44, v46 = v45 * v10,
+      v47 = v40 - v46, v48 = v2 * qd_3, v49 = v48 + v25, v50 = 0.1333 * v9, v51 = v49 * v50,
+      v52 = v1 * v10, v53 = 0.1333 * v52, v54 = v9 * v30, v55 = v27 * v10, v56 = v54 + v55,
+      v57 = v2 * v56, v58 = v53 + v57, v59 = v58 * qd_0, v60 = v51 + v59, v61 = v47 - v60;
   out[4] = v61;
-  const lanes v62 = v50 * qd_4;
-  const lanes v63 = v62 - v38;
-  const lanes v64 = v11 * v2;
-  const lanes v65 = v12 * v52;
-  const lanes v66 = v64 + v65;
-  const lanes v67 = v63 * v66;
-  const lanes v68 = v58 * qd_4;
-  const lanes v69 = v68 + v45;
-  const lanes v70 = v9 * v12;
-  const lanes v71 = v69 * v70;
-  const lanes v72 = v67 - v71;
-  const lanes v73 = v9 * v11;
-  const lanes v74 = v9 * v27;
-  const lanes v75 = v30 * v10;
-  const lanes v76 = v74 - v75;
-  const lanes v77 = v76 + 0.0997;
-  const lanes v78 = v73 * v77;
-  const lanes v79 = v11 * v56;
-  const lanes v80 = 0.1333 * v12;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = v81 * v10;
-  const lanes v83 = v78 + v82;
-  const lanes v84 = v39 * qd_4;
-  const lanes v85 = v84 - v49;
-  const lanes v86 = v83 * v85;
-  const lanes v87 = v10 * qd_4;
-  const lanes v88 = qd_0 - v87;
-  const lanes v89 = v39 * v81;
-  const lanes v90 = v11 * v52;
-  const lanes v91 = v12 * v2;
-  const lanes v92 = v90 - v91;
-  const lanes v93 = v92 * v77;
-  const lanes v94 = v89 - v93;
-  const lanes v95 = v88 * v94;
-  const lanes v96 = v86 + v95;
-  const lanes v97 = v72 - v96;
-  out[5] = v97;
-  out[6] = LANES_OF(0.0);
-  const lanes v98 = 0.1625 * v2;
-  const lanes v99 = v98 * qd_0;
+  const lanes v62 = v50 * qd_4, v63 = v62 - v38, v64 = v11 * v2, v65 = v12 * v52, v66 = v64 + v65,
+      v67 = v63 * v66, v68 = v58 * qd_4, v69 = v68 + v45, v70 = v9 * v12, v71 = v69 * v70,
+      v72 = v67 - v71, v73 = v9 * v11, v74 = v9 * v27, v75 = v30 * v10, v76 = v74 - v75,
+      v77 = v76 + 0.0997, v78 = v73 * v77, v79 = v11 * v56, v80 = 0.1333 * v12, v81 = v79 + v80,
+      v82 = v81 * v10, v83 = v78 + v82, v84 = v39 * qd_4, v85 = v84 - v49, v86 = v83 * v85,
+      v87 = v10 * qd_4, v88 = qd_0 - v87, v89 = v39 * v81, v90 = v11 * v52, v91 = v12 * v2,
+      v92 = v90 - v91, v93 = v92 * v77, v94 = v89 - v93, v95 = v88 * v94, v96 = v86 + v95,
+      v97 = v72 - v96;
+  out[5] = v97; out[6] = LANES_OF(0.0);
+  const lanes v98 = 0.1625 * v2, v99 = v98 * qd_0;
   out[7] = v99;
-  const lanes v100 = v1 * qd_1;
-  const lanes v101 = v100 * v17;
-  const lanes v102 = v2 * v20;
-  const lanes v103 = v102 * qd_0;
-  const lanes v104 = v101 + v103;
+  const lanes v100 = v1 * qd_1, v101 = v100 * v17, v102 = v2 * v20, v103 = v102 * qd_0,
+      v104 = v101 + v103;
   out[8] = v104;
-  const lanes v105 = v1 * qd_2;
-  const lanes v106 = v100 + v105;
-  const lanes v107 = v106 * v27;
-  const lanes v108 = v2 * v30;
-  const lanes v109 = v108 * qd_0;
-  const lanes v110 = v107 + v109;
-  const lanes v111 = v34 * v1;
-  const lanes v112 = v110 - v111;
+  const lanes v105 = v1 * qd_2, v106 = v100 + v105, v107 = v106 * v27, v108 = v2 * v30,
+      v109 = v108 * qd_0, v110 = v107 + v109, v111 = v34 * v1, v112 = v110 - v111;
   out[9] = v112;
-  const lanes v113 = v2 * v10;
-  const lanes v114 = 0.1333 * v113;
-  const lanes v115 = v1 * v56;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v116 * qd_0;
-  const lanes v118 = v1 * qd_3;
-  const lanes v119 = v118 + v106;
-  const lanes v120 = v119 * v50;
-  const lanes v121 = v117 - v120;
-  const lanes v122 = v108 * qd_3;
-  const lanes v123 = v98 * qd_1;
-  const lanes v124 = v102 * qd_2;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = v122 + v125;
-  const lanes v127 = v126 * v10;
-  const lanes v128 = v9 * v2;
-  const lanes v129 = v38 * v128;
-  const lanes v130 = v127 - v129;
-  const lanes v131 = v121 + v130;
+  const lanes v113 = v2 * v10, v114 = 0.1333 * v113, v115 = v1 * v56, v116 = v114 - v115,
+      v117 = v116 * qd_0, v118 = v1 * qd_3, v119 = v118 + v106, v120 = v119 * v50,
+      v121 = v117 - v120, v122 = v108 * qd_3, v123 = v98 * qd_1, v124 = v102 * qd_2,
+      v125 = v123 + v124, v126 = v122 + v125, v127 = v126 * v10, v128 = v9 * v2, v129 = v38 * v128,
+      v130 = v127 - v129, v131 = v121 + v130;
   out[10] = v131;
-  const lanes v132 = v128 * qd_4;
-  const lanes v133 = v132 + v119;
-  const lanes v134 = v83 * v133;
-  const lanes v135 = v128 * v81;
-  const lanes v136 = v11 * v113;
-  const lanes v137 = v12 * v1;
-  const lanes v138 = v136 + v137;
-  const lanes v139 = v138 * v77;
-  const lanes v140 = v135 - v139;
-  const lanes v141 = v88 * v140;
-  const lanes v142 = v134 + v141;
-  const lanes v143 = v116 * qd_4;
-  const lanes v144 = v143 + v126;
-  const lanes v145 = v144 * v70;
-  const lanes v146 = v11 * v1;
-  const lanes v147 = v12 * v113;
-  const lanes v148 = v146 - v147;
-  const lanes v149 = v63 * v148;
-  const lanes v150 = v145 + v149;
-  const lanes v151 = v142 + v150;
-  out[11] = v151;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  const lanes v152 = v100 * v21;
-  const lanes v153 = v16 * v102;
-  const lanes v154 = v152 + v153;
-  const lanes v155 = v123 * v2;
-  const lanes v156 = v42 * v1;
-  const lanes v157 = v155 + v156;
-  const lanes v158 = v154 - v157;
+  const lanes v132 = v128 * qd_4, v133 = v132 + v119, v134 = v83 * v133, v135 = v128 * v81,
+      v136 = v11 * v113, v137 = v12 * v1, v138 = v136 + v137, v139 = v138 * v77, v140 = v135 - v139,
+      v141 = v88 * v140, v142 = v134 + v141, v143 = v116 * qd_4, v144 = v143 + v126,
+      v145 = v144 * v70, v146 = v11 * v1, v147 = v12 * v113, v148 = v146 - v147, v149 = v63 * v148,
+      v150 = v145 + v149, v151 = v142 + v150;
+  out[11] = v151; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0);
+  const lanes v152 = v100 * v21, v153 = v16 * v102, v154 = v152 + v153, v155 = v123 * v2,
+      v156 = v42 * v1, v157 = v155 + v156, v158 = v154 - v157;
   out[14] = v158;
-  const lanes v159 = v106 * v31;
-  const lanes v160 = v25 * v108;
-  const lanes v161 = v159 + v160;
-  const lanes v162 = v125 * v2;
-  const lanes v163 = v44 * v1;
-  const lanes v164 = v162 + v163;
-  const lanes v165 = v161 - v164;
+  const lanes v159 = v106 * v31, v160 = v25 * v108, v161 = v159 + v160, v162 = v125 * v2,
+      v163 = v44 * v1, v164 = v162 + v163, v165 = v161 - v164;
   out[15] = v165;
-  const lanes v166 = v119 * v58;
-  const lanes v167 = v49 * v116;
-  const lanes v168 = v166 + v167;
-  const lanes v169 = v126 * v39;
-  const lanes v170 = v45 * v128;
-  const lanes v171 = v169 - v170;
-  const lanes v172 = v168 + v171;
+  const lanes v166 = v119 * v58, v167 = v49 * v116, v168 = v166 + v167, v169 = v126 * v39,
+      v170 = v45 * v128, v171 = v169 - v170, v172 = v168 + v171;
   out[16] = v172;
-  const lanes v173 = v133 * v94;
-  const lanes v174 = v85 * v140;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v144 * v66;
-  const lanes v177 = v69 * v148;
-  const lanes v178 = v176 + v177;
-  const lanes v179 = v175 - v178;
-  out[17] = v179;
-  out[18] = LANES_OF(0.0);
+  const lanes v173 = v133 * v94, v174 = v85 * v140, v175 = v173 - v174, v176 = v144 * v66,
+      v177 = v69 * v148, v178 = v176 + v177, v179 = v175 - v178;
+  out[17] = v179; out[18] = LANES_OF(0.0);
   const lanes v180 = v2 * qd_0;
-  out[19] = v180;
-  out[20] = v180;
-  out[21] = v180;
-  const lanes v181 = v49 * v10;
-  const lanes v182 = v39 * qd_0;
-  const lanes v183 = v181 - v182;
+  out[19] = v180; out[20] = v180; out[21] = v180;
+  const lanes v181 = v49 * v10, v182 = v39 * qd_0, v183 = v181 - v182;
   out[22] = v183;
-  const lanes v184 = v88 * v66;
-  const lanes v185 = v85 * v70;
-  const lanes v186 = v184 - v185;
-  out[23] = v186;
-  out[24] = LANES_OF(0.0);
+  const lanes v184 = v88 * v66, v185 = v85 * v70, v186 = v184 - v185;
+  out[23] = v186; out[24] = LANES_OF(0.0);
   const lanes v187 = v1 * qd_0;
-  out[25] = v187;
-  out[26] = v187;
-  out[27] = v187;
-  const lanes v188 = v119 * v10;
-  const lanes v189 = v128 * qd_0;
-  const lanes v190 = v188 + v189;
+  out[25] = v187; out[26] = v187; out[27] = v187;
+  const lanes v188 = v119 * v10, v189 = v128 * qd_0, v190 = v188 + v189;
   out[28] = v190;
-  const lanes v191 = v133 * v70;
-  const lanes v192 = v88 * v148;
-  const lanes v193 = v191 + v192;
-  out[29] = v193;
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  const lanes v194 = v16 * v1;
-  const lanes v195 = v100 * v2;
-  const lanes v196 = v194 - v195;
+  const lanes v191 = v133 * v70, v192 = v88 * v148, v193 = v191 + v192;
+  out[29] = v193; out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  const lanes v194 = v16 * v1, v195 = v100 * v2, v196 = v194 - v195;
   out[32] = v196;
-  const lanes v197 = v25 * v1;
-  const lanes v198 = v106 * v2;
-  const lanes v199 = v197 - v198;
+  const lanes v197 = v25 * v1, v198 = v106 * v2, v199 = v197 - v198;
   out[33] = v199;
-  const lanes v200 = v119 * v39;
-  const lanes v201 = v49 * v128;
-  const lanes v202 = v200 + v201;
+  const lanes v200 = v119 * v39, v201 = v49 * v128, v202 = v200 + v201;
   out[34] = v202;
-  const lanes v203 = v133 * v66;
-  const lanes v204 = v85 * v148;
-  const lanes v205 = v203 + v204;
-  const lanes v206 = -v205;
+  const lanes v203 = v133 * v66, v204 = v85 * v148, v205 = v203 + v204, v206 = -v205;
   out[35] = v206;
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_jacobian_body_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v7; LANES_NAME(lanes_cos_sin)(&q_5, &v1, &v7);
-  const lanes v2 = q_1 + q_2;
-  const lanes v3 = v2 + q_3;
-  lanes v4, v5; LANES_NAME(lanes_cos_sin)(&v3, &v4, &v5);
-  lanes v6, v8; LANES_NAME(lanes_cos_sin)(&q_4, &v6, &v8);
-  lanes v11, v9; LANES_NAME(lanes_cos_sin)(&v2, &v11, &v9);
-  lanes v12, v10; LANES_NAME(lanes_cos_sin)(&q_1, &v12, &v10);
-  lanes v14, v13; LANES_NAME(lanes_cos_sin)(&q_0, &v14, &v13);
-  const lanes v15 = v1 * v4;
-  const lanes v16 = v6 * v7;
-  const lanes v17 = v5 * v16;
-  const lanes v18 = v15 - v17;
-  const lanes v19 = v8 * v4;
-  const lanes v20 = -0.3922 * v9;
-  const lanes v21 = 0.0996 * v8;
-  const lanes v22 = v5 * v21;
-  const lanes v23 = 0.0997 * v4;
-  const lanes v24 = v22 + v23;
-  const lanes v25 = v20 - v24;
-  const lanes v26 = -0.425 * v10;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = v19 * v27;
-  const lanes v29 = v5 * v8;
-  const lanes v30 = 0.0997 * v5;
-  const lanes v31 = v21 * v4;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = -0.3922 * v11;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = -0.425 * v12;
-  const lanes v36 = v34 + v35;
-  const lanes v37 = v29 * v36;
-  const lanes v38 = v28 - v37;
-  const lanes v39 = v38 * qd_1;
-  const lanes v40 = v19 * v25;
-  const lanes v41 = v29 * v34;
-  const lanes v42 = v40 - v41;
-  const lanes v43 = v42 * qd_2;
-  const lanes v44 = 0.0997 * v8;
-  const lanes v45 = v44 * qd_3;
-  const lanes v46 = v43 - v45;
-  const lanes v47 = v39 + v46;
-  const lanes v48 = v18 * v47;
-  const lanes v49 = v5 * v1;
-  const lanes v50 = v16 * v4;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = v51 * v27;
-  const lanes v53 = v18 * v36;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = v54 * qd_1;
-  const lanes v56 = v51 * v25;
-  const lanes v57 = v18 * v34;
-  const lanes v58 = v56 + v57;
-  const lanes v59 = v58 * qd_2;
-  const lanes v60 = 0.0996 * v7;
-  const lanes v61 = v60 * qd_4;
-  const lanes v62 = 0.0997 * v16;
-  const lanes v63 = v1 * v21;
-  const lanes v64 = v62 + v63;
-  const lanes v65 = v64 * qd_3;
-  const lanes v66 = v61 - v65;
-  const lanes v67 = v59 + v66;
-  const lanes v68 = v55 + v67;
-  const lanes v69 = v29 * v68;
-  const lanes v70 = v48 + v69;
-  const lanes v71 = v8 * v7;
-  const lanes v72 = v71 * v13;
-  const lanes v73 = v51 * v14;
-  const lanes v74 = v72 + v73;
-  const lanes v75 = v13 * v36;
-  const lanes v76 = 0.0996 * v6;
-  const lanes v77 = v76 + 0.1333;
-  const lanes v78 = v14 * v77;
-  const lanes v79 = v75 - v78;
-  const lanes v80 = v74 * v79;
-  const lanes v81 = v71 * v14;
-  const lanes v82 = v51 * v13;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v14 * v36;
-  const lanes v85 = v77 * v13;
-  const lanes v86 = v84 + v85;
-  const lanes v87 = v83 * v86;
-  const lanes v88 = v80 + v87;
-  const lanes v89 = v6 * qd_1;
-  const lanes v90 = v6 * qd_2;
-  const lanes v91 = v6 * qd_3;
-  const lanes v92 = v91 + qd_5;
-  const lanes v93 = v90 + v92;
-  const lanes v94 = v89 + v93;
-  const lanes v95 = v88 * v94;
-  const lanes v96 = v6 * v13;
-  const lanes v97 = v19 * v14;
-  const lanes v98 = v96 - v97;
-  const lanes v99 = v98 * v79;
-  const lanes v100 = v19 * v13;
-  const lanes v101 = v6 * v14;
-  const lanes v102 = v100 + v101;
-  const lanes v103 = v102 * v86;
-  const lanes v104 = v99 + v103;
-  const lanes v105 = v71 * qd_1;
-  const lanes v106 = v71 * qd_2;
-  const lanes v107 = v71 * qd_3;
-  const lanes v108 = v1 * qd_4;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = v106 + v109;
-  const lanes v111 = v105 + v110;
-  const lanes v112 = v104 * v111;
-  const lanes v113 = v95 - v112;
-  const lanes v114 = v70 + v113;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v7, q_5);
+  const lanes v2 = q_1 + q_2, v3 = v2 + q_3;
+  LANES_COS_SIN(v4, v5, v3); LANES_COS_SIN(v6, v8, q_4); LANES_COS_SIN(v11, v9, v2);
+  LANES_COS_SIN(v12, v10, q_1); LANES_COS_SIN(v14, v13, q_0);
+  const lanes v15 = v1 * v4, v16 = v6 * v7, v17 = v5 * v16, v18 = v15 - v17, v19 = v8 * v4,
+      v20 = -0.3922 * v9, v21 = 0.0996 * v8, v22 = v5 * v21, v23 = 0.0997 * v4, v24 = v22 + v23,
+      v25 = v20 - v24, v26 = -0.425 * v10, v27 = v25 + v26, v28 = v19 * v27, v29 = v5 * v8,
+      v30 = 0.0997 * v5, v31 = v21 * v4, v32 = v30 - v31, v33 = -0.3922 * v11, v34 = v32 + v33,
+      v35 = -0.425 * v12, v36 = v34 + v35, v37 = v29 * v36, v38 = v28 - v37, v39 = v38 * qd_1,
+      v40 = v19 * v25, v41 = v29 * v34, v42 = v40 - v41, v43 = v42 * qd_2, v44 = 0.0997 * v8,
+      v45 = v44 * qd_3, v46 = v43 - v45, v47 = v39 + v46, v48 = v18 * v47, v49 = v5 * v1,
+      v50 = v16 * v4, v51 = v49 + v50, v52 = v51 * v27, v53 = v18 * v36, v54 = v52 + v53,
+      v55 = v54 * qd_1, v56 = v51 * v25, v57 = v18 * v34, v58 = v56 + v57, v59 = v58 * qd_2,
+      v60 = 0.0996 * v7, v61 = v60 * qd_4, v62 = 0.0997 * v16, v63 = v1 * v21, v64 = v62 + v63,
+      v65 = v64 * qd_3, v66 = v61 - v65, v67 = v59 + v66, v68 = v55 + v67, v69 = v29 * v68,
+      v70 = v48 + v69, v71 = v8 * v7, v72 = v71 * v13, v73 = v51 * v14, v74 = v72 + v73,
+      v75 = v13 * v36, v76 = 0.0996 * v6, v77 = v76 + 0.1333, v78 = v14 * v77, v79 = v75 - v78,
+      v80 = v74 * v79, v81 = v71 * v14, v82 = v51 * v13, v83 = v81 - v82, v84 = v14 * v36,
+      v85 = v77 * v13, v86 = v84 + v85, v87 = v83 * v86, v88 = v80 + v87, v89 = v6 * qd_1,
+      v90 = v6 * qd_2, v91 = v6 * qd_3, v92 = v91 + qd_5, v93 = v90 + v92, v94 = v89 + v93,
+      v95 = v88 * v94, v96 = v6 * v13, v97 = v19 * v14, v98 = v96 - v97, v99 = v98 * v79,
+      v100 = v19 * v13, v101 = v6 * v14, v102 = v100 + v101, v103 = v102 * v86, v104 = v99 + v103,
+      v105 = v71 * qd_1, v106 = v71 * qd_2, v107 = v71 * qd_3, v108 = v1 * qd_4, v109 = v107 + v108,
+      v110 = v106 + v109, v111 = v105 + v110, v112 = v104 * v111, v113 = v95 - v112,
+      v114 = v70 + v113;
   out[0] = v114;
-  const lanes v115 = v54 * v93;
-  const lanes v116 = v38 * v110;
-  const lanes v117 = v115 + v116;
-  const lanes v118 = v71 * v46;
-  const lanes v119 = v6 * v67;
-  const lanes v120 = v118 + v119;
-  const lanes v121 = v117 - v120;
+  const lanes v115 = v54 * v93, v116 = v38 * v110, v117 = v115 + v116, v118 = v71 * v46,
+      v119 = v6 * v67, v120 = v118 + v119, v121 = v117 - v120;
   out[1] = v121;
-  const lanes v122 = v71 * v45;
-  const lanes v123 = v6 * v66;
-  const lanes v124 = v122 - v123;
-  const lanes v125 = v58 * v92;
-  const lanes v126 = v42 * v109;
-  const lanes v127 = v125 + v126;
-  const lanes v128 = v124 + v127;
+  const lanes v122 = v71 * v45, v123 = v6 * v66, v124 = v122 - v123, v125 = v58 * v92,
+      v126 = v42 * v109, v127 = v125 + v126, v128 = v124 + v127;
   out[2] = v128;
-  const lanes v129 = v6 * v61;
-  const lanes v130 = v64 * qd_5;
-  const lanes v131 = v44 * v108;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v129 + v132;
-  const lanes v134 = -v133;
+  const lanes v129 = v6 * v61, v130 = v64 * qd_5, v131 = v44 * v108, v132 = v130 + v131,
+      v133 = v129 + v132, v134 = -v133;
   out[3] = v134;
   const lanes v135 = v60 * qd_5;
-  out[4] = v135;
-  out[5] = LANES_OF(0.0);
-  const lanes v136 = v6 * v1;
-  const lanes v137 = v5 * v136;
-  const lanes v138 = v7 * v4;
-  const lanes v139 = v137 + v138;
-  const lanes v140 = v139 * v47;
-  const lanes v141 = v139 * v36;
-  const lanes v142 = v136 * v4;
-  const lanes v143 = v5 * v7;
-  const lanes v144 = v142 - v143;
-  const lanes v145 = v144 * v27;
-  const lanes v146 = v141 - v145;
-  const lanes v147 = v146 * qd_1;
-  const lanes v148 = v139 * v34;
-  const lanes v149 = v144 * v25;
-  const lanes v150 = v148 - v149;
-  const lanes v151 = v150 * qd_2;
-  const lanes v152 = 0.0997 * v136;
-  const lanes v153 = v7 * v21;
-  const lanes v154 = v152 - v153;
-  const lanes v155 = v154 * qd_3;
-  const lanes v156 = 0.0996 * v1;
-  const lanes v157 = v156 * qd_4;
-  const lanes v158 = v155 - v157;
-  const lanes v159 = v151 + v158;
-  const lanes v160 = v147 + v159;
-  const lanes v161 = v29 * v160;
-  const lanes v162 = v140 + v161;
-  const lanes v163 = v144 * v13;
-  const lanes v164 = v8 * v1;
-  const lanes v165 = v164 * v14;
-  const lanes v166 = v163 - v165;
-  const lanes v167 = v166 * v86;
-  const lanes v168 = v164 * v13;
-  const lanes v169 = v144 * v14;
-  const lanes v170 = v168 + v169;
-  const lanes v171 = v170 * v79;
-  const lanes v172 = v167 - v171;
-  const lanes v173 = v172 * v94;
-  const lanes v174 = v164 * qd_1;
-  const lanes v175 = v164 * qd_2;
-  const lanes v176 = v164 * qd_3;
-  const lanes v177 = v7 * qd_4;
-  const lanes v178 = v176 - v177;
-  const lanes v179 = v175 + v178;
-  const lanes v180 = v174 + v179;
-  const lanes v181 = v104 * v180;
-  const lanes v182 = v173 + v181;
-  const lanes v183 = v162 + v182;
-  const lanes v184 = -v183;
+  out[4] = v135; out[5] = LANES_OF(0.0);
+  const lanes v136 = v6 * v1, v137 = v5 * v136, v138 = v7 * v4, v139 = v137 + v138,
+      v140 = v139 * v47, v141 = v139 * v36, v142 = v136 * v4, v143 = v5 * v7, v144 = v142 - v143,
+      v145 = v144 * v27, v146 = v141 - v145, v147 = v146 * qd_1, v148 = v139 * v34,
+      v149 = v144 * v25, v150 = v148 - v149, v151 = v150 * qd_2, v152 = 0.0997 * v136,
+      v153 = v7 * v21, v154 = v152 - v153, v155 = v154 * qd_3, v156 = 0.0996 * v1,
+      v157 = v156 * qd_4, v158 = v155 - v157, v159 = v151 + v158, v160 = v147 + v159,
+      v161 = v29 * v160, v162 = v140 + v161, v163 = v144 * v13, v164 = v8 * v1, v165 = v164 * v14,
+      v166 = v163 - v165, v167 = v166 * v86, v168 = v164 * v13, v169 = v144 * v14,
+      v170 = v168 + v169, v171 = v170 * v79, v172 = v167 - v171, v173 = v172 * v94,
+      v174 = v164 * qd_1, v175 = v164 * qd_2, v176 = v164 * qd_3, v177 = v7 * qd_4,
+      v178 = v176 - v177, v179 = v175 + v178, v180 = v174 + v179, v181 = v104 * v180,
+      v182 = v173 + v181, v183 = v162 + v182, v184 = -v183;
   out[6] = v184;
-  const lanes v185 = v6 * v159;
-  const lanes v186 = v164 * v46;
-  const lanes v187 = v185 - v186;
-  const lanes v188 = v38 * v179;
-  const lanes v189 = v146 * v93;
-  const lanes v190 = v188 - v189;
-  const lanes v191 = v187 + v190;
+  const lanes v185 = v6 * v159, v186 = v164 * v46, v187 = v185 - v186, v188 = v38 * v179,
+      v189 = v146 * v93, v190 = v188 - v189, v191 = v187 + v190;
   out[7] = v191;
-  const lanes v192 = v164 * v45;
-  const lanes v193 = v6 * v158;
-  const lanes v194 = v192 + v193;
-  const lanes v195 = v42 * v178;
-  const lanes v196 = v150 * v92;
-  const lanes v197 = v195 - v196;
-  const lanes v198 = v194 + v197;
+  const lanes v192 = v164 * v45, v193 = v6 * v158, v194 = v192 + v193, v195 = v42 * v178,
+      v196 = v150 * v92, v197 = v195 - v196, v198 = v194 + v197;
   out[8] = v198;
-  const lanes v199 = v44 * v177;
-  const lanes v200 = v154 * qd_5;
-  const lanes v201 = v199 - v200;
-  const lanes v202 = v6 * v157;
-  const lanes v203 = v201 - v202;
+  const lanes v199 = v44 * v177, v200 = v154 * qd_5, v201 = v199 - v200, v202 = v6 * v157,
+      v203 = v201 - v202;
   out[9] = v203;
   const lanes v204 = v156 * qd_5;
-  out[10] = v204;
-  out[11] = LANES_OF(0.0);
-  const lanes v205 = v139 * v68;
-  const lanes v206 = v18 * v160;
-  const lanes v207 = v205 - v206;
-  const lanes v208 = v172 * v111;
-  const lanes v209 = v88 * v180;
-  const lanes v210 = v208 + v209;
-  const lanes v211 = v207 - v210;
+  out[10] = v204; out[11] = LANES_OF(0.0);
+  const lanes v205 = v139 * v68, v206 = v18 * v160, v207 = v205 - v206, v208 = v172 * v111,
+      v209 = v88 * v180, v210 = v208 + v209, v211 = v207 - v210;
   out[12] = v211;
-  const lanes v212 = v164 * v67;
-  const lanes v213 = v71 * v159;
-  const lanes v214 = v212 + v213;
-  const lanes v215 = v146 * v110;
-  const lanes v216 = v54 * v179;
-  const lanes v217 = v215 + v216;
-  const lanes v218 = v214 - v217;
+  const lanes v212 = v164 * v67, v213 = v71 * v159, v214 = v212 + v213, v215 = v146 * v110,
+      v216 = v54 * v179, v217 = v215 + v216, v218 = v214 - v217;
   out[13] = v218;
-  const lanes v219 = v164 * v66;
-  const lanes v220 = v71 * v158;
-  const lanes v221 = v219 + v220;
-  const lanes v222 = v150 * v109;
-  const lanes v223 = v58 * v178;
-  const lanes v224 = v222 + v223;
-  const lanes v225 = v221 - v224;
+  const lanes v219 = v164 * v66, v220 = v71 * v158, v221 = v219 + v220, v222 = v150 * v109,
+      v223 = v58 * v178, v224 = v222 + v223, v225 = v221 - v224;
   out[14] = v225;
-  const lanes v226 = v164 * v61;
-  const lanes v227 = v71 * v157;
-  const lanes v228 = v226 - v227;
-  const lanes v229 = v154 * v108;
-  const lanes v230 = v64 * v177;
-  const lanes v231 = v229 + v230;
-  const lanes v232 = v228 - v231;
-  out[15] = v232;
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  const lanes v233 = v18 * v94;
-  const lanes v234 = v29 * v111;
-  const lanes v235 = v233 - v234;
+  const lanes v226 = v164 * v61, v227 = v71 * v157, v228 = v226 - v227, v229 = v154 * v108,
+      v230 = v64 * v177, v231 = v229 + v230, v232 = v228 - v231;
+  out[15] = v232; out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
+  const lanes v233 = v18 * v94, v234 = v29 * v111, v235 = v233 - v234;
   out[18] = v235;
-  const lanes v236 = v6 * v110;
-  const lanes v237 = v71 * v93;
-  const lanes v238 = v236 - v237;
+  const lanes v236 = v6 * v110, v237 = v71 * v93, v238 = v236 - v237;
   out[19] = v238;
-  const lanes v239 = v6 * v109;
-  const lanes v240 = v71 * v92;
-  const lanes v241 = v239 - v240;
+  const lanes v239 = v6 * v109, v240 = v71 * v92, v241 = v239 - v240;
   out[20] = v241;
-  const lanes v242 = v6 * v108;
-  const lanes v243 = v71 * qd_5;
-  const lanes v244 = v242 - v243;
+  const lanes v242 = v6 * v108, v243 = v71 * qd_5, v244 = v242 - v243;
   out[21] = v244;
-  const lanes v245 = v1 * qd_5;
-  const lanes v246 = -v245;
-  out[22] = v246;
-  out[23] = LANES_OF(0.0);
-  const lanes v247 = v139 * v94;
-  const lanes v248 = v29 * v180;
-  const lanes v249 = v247 + v248;
-  const lanes v250 = -v249;
+  const lanes v245 = v1 * qd_5, v246 = -v245;
+  out[22] = v246; out[23] = LANES_OF(0.0);
+  const lanes v247 = v139 * v94, v248 = v29 * v180, v249 = v247 + v248, v250 = -v249;
   out[24] = v250;
-  const lanes v251 = v6 * v179;
-  const lanes v252 = v164 * v93;
-  const lanes v253 = v251 - v252;
+  const lanes v251 = v6 * v179, v252 = v164 * v93, v253 = v251 - v252;
   out[25] = v253;
-  const lanes v254 = v6 * v178;
-  const lanes v255 = v164 * v92;
-  const lanes v256 = v254 - v255;
+  const lanes v254 = v6 * v178, v255 = v164 * v92, v256 = v254 - v255;
   out[26] = v256;
-  const lanes v257 = v164 * qd_5;
-  const lanes v258 = v6 * v177;
-  const lanes v259 = v257 + v258;
-  const lanes v260 = -v259;
+  const lanes v257 = v164 * qd_5, v258 = v6 * v177, v259 = v257 + v258, v260 = -v259;
   out[27] = v260;
   const lanes v261 = v7 * qd_5;
-  out[28] = v261;
-  out[29] = LANES_OF(0.0);
-  const lanes v262 = v139 * v111;
-  const lanes v263 = v18 * v180;
-  const lanes v264 = v262 + v263;
-  const lanes v265 = -v264;
+  out[28] = v261; out[29] = LANES_OF(0.0);
+  const lanes v262 = v139 * v111, v263 = v18 * v180, v264 = v262 + v263, v265 = -v264;
   out[30] = v265;
-  const lanes v266 = v71 * v179;
-  const lanes v267 = v164 * v110;
-  const lanes v268 = v266 - v267;
+  const lanes v266 = v71 * v179, v267 = v164 * v110, v268 = v266 - v267;
   out[31] = v268;
-  const lanes v269 = v71 * v178;
-  const lanes v270 = v164 * v109;
-  const lanes v271 = v269 - v270;
+  const lanes v269 = v71 * v178, v270 = v164 * v109, v271 = v269 - v270;
   out[32] = v271;
-  const lanes v272 = v164 * v108;
-  const lanes v273 = v71 * v177;
-  const lanes v274 = v272 + v273;
-  const lanes v275 = -v274;
-  out[33] = v275;
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
+  const lanes v272 = v164 * v108, v273 = v71 * v177, v274 = v272 + v273, v275 = -v274;
+  out[33] = v275; out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  lanes v1, v10; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v10);
-  const lanes v2 = q_1 + q_2;
-  const lanes v3 = v2 + q_3;
-  lanes v6, v4; LANES_NAME(lanes_cos_sin)(&v3, &v6, &v4);
-  lanes v9, v5; LANES_NAME(lanes_cos_sin)(&q_4, &v9, &v5);
-  lanes v7, v11; LANES_NAME(lanes_cos_sin)(&v2, &v7, &v11);
-  lanes v8, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v8, &v12);
-  const lanes v13 = 0.0997 * v4;
-  const lanes v14 = 0.0996 * v5;
-  const lanes v15 = v14 * v6;
-  const lanes v16 = v13 - v15;
-  const lanes v17 = -0.3922 * v7;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = -0.425 * v8;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = v1 * v20;
-  const lanes v22 = 0.0996 * v9;
-  const lanes v23 = v22 + 0.1333;
-  const lanes v24 = v23 * v10;
-  const lanes v25 = v21 + v24;
-  const lanes v26 = v25 * qd_0;
-  const lanes v27 = v4 * v14;
-  const lanes v28 = 0.0997 * v6;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = v29 * v10;
-  const lanes v31 = v30 * qd_3;
-  const lanes v32 = v10 * v6;
-  const lanes v33 = v9 * v32;
-  const lanes v34 = v5 * v1;
-  const lanes v35 = v33 - v34;
-  const lanes v36 = 0.0996 * v35;
-  const lanes v37 = v36 * qd_4;
-  const lanes v38 = v31 - v37;
-  const lanes v39 = -0.3922 * v11;
-  const lanes v40 = v39 - v29;
-  const lanes v41 = v40 * v10;
-  const lanes v42 = v41 * qd_2;
-  const lanes v43 = v38 - v42;
-  const lanes v44 = -0.425 * v12;
-  const lanes v45 = v40 + v44;
-  const lanes v46 = v10 * v45;
-  const lanes v47 = v46 * qd_1;
-  const lanes v48 = v43 - v47;
-  const lanes v49 = v26 + v48;
-  const lanes v50 = -v49;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10];
+  LANES_COS_SIN(v1, v10, q_0);
+  const lanes v2 = q_1 + q_2, v3 = v2 + q_3;
+  LANES_COS_SIN(v6, v4, v3); LANES_COS_SIN(v9, v5, q_4); LANES_COS_SIN(v7, v11, v2);
+  LANES_COS_SIN(v8, v12, q_1);
+  const lanes v13 = 0.0997 * v4, v14 = 0.0996 * v5, v15 = v14 * v6, v16 = v13 - v15,
+      v17 = -0.3922 * v7, v18 = v16 + v17, v19 = -0.425 * v8, v20 = v18 + v19, v21 = v1 * v20,
+      v22 = 0.0996 * v9, v23 = v22 + 0.1333, v24 = v23 * v10, v25 = v21 + v24, v26 = v25 * qd_0,
+      v27 = v4 * v14, v28 = 0.0997 * v6, v29 = v27 + v28, v30 = v29 * v10, v31 = v30 * qd_3,
+      v32 = v10 * v6, v33 = v9 * v32, v34 = v5 * v1, v35 = v33 - v34, v36 = 0.0996 * v35,
+      v37 = v36 * qd_4, v38 = v31 - v37, v39 = -0.3922 * v11, v40 = v39 - v29, v41 = v40 * v10,
+      v42 = v41 * qd_2, v43 = v38 - v42, v44 = -0.425 * v12, v45 = v40 + v44, v46 = v10 * v45,
+      v47 = v46 * qd_1, v48 = v43 - v47, v49 = v26 + v48, v50 = -v49;
   out[0] = v50;
-  const lanes v51 = v46 * qd_0;
-  const lanes v52 = v1 * qd_1;
-  const lanes v53 = v52 * v20;
-  const lanes v54 = v51 - v53;
-  const lanes v55 = v18 * qd_2;
-  const lanes v56 = v16 * qd_3;
-  const lanes v57 = v4 * v9;
-  const lanes v58 = 0.0996 * v57;
-  const lanes v59 = v58 * qd_4;
-  const lanes v60 = v56 - v59;
-  const lanes v61 = v55 + v60;
-  const lanes v62 = v1 * v61;
-  const lanes v63 = v54 - v62;
+  const lanes v51 = v46 * qd_0, v52 = v1 * qd_1, v53 = v52 * v20, v54 = v51 - v53, v55 = v18 * qd_2,
+      v56 = v16 * qd_3, v57 = v4 * v9, v58 = 0.0996 * v57, v59 = v58 * qd_4, v60 = v56 - v59,
+      v61 = v55 + v60, v62 = v1 * v61, v63 = v54 - v62;
   out[1] = v63;
-  const lanes v64 = v41 * qd_0;
-  const lanes v65 = v1 * qd_2;
-  const lanes v66 = v52 + v65;
-  const lanes v67 = v66 * v18;
-  const lanes v68 = v64 - v67;
-  const lanes v69 = v1 * v60;
-  const lanes v70 = v68 - v69;
+  const lanes v64 = v41 * qd_0, v65 = v1 * qd_2, v66 = v52 + v65, v67 = v66 * v18, v68 = v64 - v67,
+      v69 = v1 * v60, v70 = v68 - v69;
   out[2] = v70;
-  const lanes v71 = v1 * v59;
-  const lanes v72 = v1 * qd_3;
-  const lanes v73 = v72 + v66;
-  const lanes v74 = v73 * v16;
-  const lanes v75 = v30 * qd_0;
-  const lanes v76 = v74 + v75;
-  const lanes v77 = v71 - v76;
+  const lanes v71 = v1 * v59, v72 = v1 * qd_3, v73 = v72 + v66, v74 = v73 * v16, v75 = v30 * qd_0,
+      v76 = v74 + v75, v77 = v71 - v76;
   out[3] = v77;
-  const lanes v78 = v6 * qd_4;
-  const lanes v79 = qd_0 - v78;
-  const lanes v80 = v79 * v36;
-  const lanes v81 = v4 * v10;
-  const lanes v82 = v81 * qd_4;
-  const lanes v83 = v82 - v73;
-  const lanes v84 = v83 * v58;
-  const lanes v85 = v80 - v84;
-  out[4] = v85;
-  out[5] = LANES_OF(0.0);
-  const lanes v86 = v1 * v29;
-  const lanes v87 = v86 * qd_3;
-  const lanes v88 = v1 * v6;
-  const lanes v89 = v9 * v88;
-  const lanes v90 = v5 * v10;
-  const lanes v91 = v89 + v90;
-  const lanes v92 = 0.0996 * v91;
-  const lanes v93 = v92 * qd_4;
-  const lanes v94 = v87 - v93;
-  const lanes v95 = v1 * v40;
-  const lanes v96 = v95 * qd_2;
-  const lanes v97 = v94 - v96;
-  const lanes v98 = v1 * v45;
-  const lanes v99 = v98 * qd_1;
-  const lanes v100 = v97 - v99;
-  const lanes v101 = v10 * v20;
-  const lanes v102 = v1 * v23;
-  const lanes v103 = v101 - v102;
-  const lanes v104 = v103 * qd_0;
-  const lanes v105 = v100 - v104;
+  const lanes v78 = v6 * qd_4, v79 = qd_0 - v78, v80 = v79 * v36, v81 = v4 * v10, v82 = v81 * qd_4,
+      v83 = v82 - v73, v84 = v83 * v58, v85 = v80 - v84;
+  out[4] = v85; out[5] = LANES_OF(0.0);
+  const lanes v86 = v1 * v29, v87 = v86 * qd_3, v88 = v1 * v6, v89 = v9 * v88, v90 = v5 * v10,
+      v91 = v89 + v90, v92 = 0.0996 * v91, v93 = v92 * qd_4, v94 = v87 - v93, v95 = v1 * v40,
+      v96 = v95 * qd_2, v97 = v94 - v96, v98 = v1 * v45, v99 = v98 * qd_1, v100 = v97 - v99,
+      v101 = v10 * v20, v102 = v1 * v23, v103 = v101 - v102, v104 = v103 * qd_0, v105 = v100 - v104;
   out[6] = v105;
-  const lanes v106 = v10 * qd_1;
-  const lanes v107 = v106 * v20;
-  const lanes v108 = v98 * qd_0;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = v61 * v10;
-  const lanes v111 = v109 + v110;
-  const lanes v112 = -v111;
+  const lanes v106 = v10 * qd_1, v107 = v106 * v20, v108 = v98 * qd_0, v109 = v107 + v108,
+      v110 = v61 * v10, v111 = v109 + v110, v112 = -v111;
   out[7] = v112;
-  const lanes v113 = v10 * qd_2;
-  const lanes v114 = v106 + v113;
-  const lanes v115 = v114 * v18;
-  const lanes v116 = v95 * qd_0;
-  const lanes v117 = v115 + v116;
-  const lanes v118 = v60 * v10;
-  const lanes v119 = v117 + v118;
-  const lanes v120 = -v119;
+  const lanes v113 = v10 * qd_2, v114 = v106 + v113, v115 = v114 * v18, v116 = v95 * qd_0,
+      v117 = v115 + v116, v118 = v60 * v10, v119 = v117 + v118, v120 = -v119;
   out[8] = v120;
-  const lanes v121 = v86 * qd_0;
-  const lanes v122 = v10 * qd_3;
-  const lanes v123 = v122 + v114;
-  const lanes v124 = v123 * v16;
-  const lanes v125 = v121 - v124;
-  const lanes v126 = v59 * v10;
-  const lanes v127 = v125 + v126;
+  const lanes v121 = v86 * qd_0, v122 = v10 * qd_3, v123 = v122 + v114, v124 = v123 * v16,
+      v125 = v121 - v124, v126 = v59 * v10, v127 = v125 + v126;
   out[9] = v127;
-  const lanes v128 = v4 * v1;
-  const lanes v129 = v128 * qd_4;
-  const lanes v130 = v129 + v123;
-  const lanes v131 = v130 * v58;
-  const lanes v132 = v79 * v92;
-  const lanes v133 = v131 - v132;
-  out[10] = v133;
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  const lanes v134 = v1 * v97;
-  const lanes v135 = v43 * v10;
-  const lanes v136 = v134 + v135;
-  const lanes v137 = v106 * v46;
-  const lanes v138 = v52 * v98;
-  const lanes v139 = v137 + v138;
-  const lanes v140 = v136 - v139;
+  const lanes v128 = v4 * v1, v129 = v128 * qd_4, v130 = v129 + v123, v131 = v130 * v58,
+      v132 = v79 * v92, v133 = v131 - v132;
+  out[10] = v133; out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  const lanes v134 = v1 * v97, v135 = v43 * v10, v136 = v134 + v135, v137 = v106 * v46,
+      v138 = v52 * v98, v139 = v137 + v138, v140 = v136 - v139;
   out[13] = v140;
-  const lanes v141 = v1 * v94;
-  const lanes v142 = v38 * v10;
-  const lanes v143 = v141 + v142;
-  const lanes v144 = v114 * v41;
-  const lanes v145 = v66 * v95;
-  const lanes v146 = v144 + v145;
-  const lanes v147 = v143 - v146;
+  const lanes v141 = v1 * v94, v142 = v38 * v10, v143 = v141 + v142, v144 = v114 * v41,
+      v145 = v66 * v95, v146 = v144 + v145, v147 = v143 - v146;
   out[14] = v147;
-  const lanes v148 = v123 * v30;
-  const lanes v149 = v73 * v86;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = v1 * v93;
-  const lanes v152 = v37 * v10;
-  const lanes v153 = v151 + v152;
-  const lanes v154 = v150 - v153;
+  const lanes v148 = v123 * v30, v149 = v73 * v86, v150 = v148 + v149, v151 = v1 * v93,
+      v152 = v37 * v10, v153 = v151 + v152, v154 = v150 - v153;
   out[15] = v154;
-  const lanes v155 = v83 * v92;
-  const lanes v156 = v130 * v36;
-  const lanes v157 = v155 - v156;
-  out[16] = v157;
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
+  const lanes v155 = v83 * v92, v156 = v130 * v36, v157 = v155 - v156;
+  out[16] = v157; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0);
   const lanes v158 = v1 * qd_0;
-  out[19] = v158;
-  out[20] = v158;
-  out[21] = v158;
-  const lanes v159 = v73 * v6;
-  const lanes v160 = v81 * qd_0;
-  const lanes v161 = v159 - v160;
+  out[19] = v158; out[20] = v158; out[21] = v158;
+  const lanes v159 = v73 * v6, v160 = v81 * qd_0, v161 = v159 - v160;
   out[22] = v161;
-  const lanes v162 = v9 * v1;
-  const lanes v163 = v5 * v32;
-  const lanes v164 = v162 + v163;
-  const lanes v165 = v79 * v164;
-  const lanes v166 = v4 * v5;
-  const lanes v167 = v83 * v166;
-  const lanes v168 = v165 - v167;
-  out[23] = v168;
-  out[24] = LANES_OF(0.0);
+  const lanes v162 = v9 * v1, v163 = v5 * v32, v164 = v162 + v163, v165 = v79 * v164,
+      v166 = v4 * v5, v167 = v83 * v166, v168 = v165 - v167;
+  out[23] = v168; out[24] = LANES_OF(0.0);
   const lanes v169 = v10 * qd_0;
-  out[25] = v169;
-  out[26] = v169;
-  out[27] = v169;
-  const lanes v170 = v123 * v6;
-  const lanes v171 = v128 * qd_0;
-  const lanes v172 = v170 + v171;
+  out[25] = v169; out[26] = v169; out[27] = v169;
+  const lanes v170 = v123 * v6, v171 = v128 * qd_0, v172 = v170 + v171;
   out[28] = v172;
-  const lanes v173 = v130 * v166;
-  const lanes v174 = v9 * v10;
-  const lanes v175 = v5 * v88;
-  const lanes v176 = v174 - v175;
-  const lanes v177 = v79 * v176;
-  const lanes v178 = v173 + v177;
-  out[29] = v178;
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  const lanes v179 = v52 * v10;
-  const lanes v180 = v106 * v1;
-  const lanes v181 = v179 - v180;
+  const lanes v173 = v130 * v166, v174 = v9 * v10, v175 = v5 * v88, v176 = v174 - v175,
+      v177 = v79 * v176, v178 = v173 + v177;
+  out[29] = v178; out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  const lanes v179 = v52 * v10, v180 = v106 * v1, v181 = v179 - v180;
   out[32] = v181;
-  const lanes v182 = v66 * v10;
-  const lanes v183 = v114 * v1;
-  const lanes v184 = v182 - v183;
+  const lanes v182 = v66 * v10, v183 = v114 * v1, v184 = v182 - v183;
   out[33] = v184;
-  const lanes v185 = v123 * v81;
-  const lanes v186 = v73 * v128;
-  const lanes v187 = v185 + v186;
+  const lanes v185 = v123 * v81, v186 = v73 * v128, v187 = v185 + v186;
   out[34] = v187;
-  const lanes v188 = v130 * v164;
-  const lanes v189 = v83 * v176;
-  const lanes v190 = v188 + v189;
-  const lanes v191 = -v190;
+  const lanes v188 = v130 * v164, v189 = v83 * v176, v190 = v188 + v189, v191 = -v190;
   out[35] = v191;
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_hessian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  lanes v1, v10; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v10);
-  const lanes v2 = q_1 + q_2;
-  const lanes v3 = v2 + q_3;
-  lanes v6, v4; LANES_NAME(lanes_cos_sin)(&v3, &v6, &v4);
-  lanes v9, v5; LANES_NAME(lanes_cos_sin)(&q_4, &v9, &v5);
-  lanes v7, v11; LANES_NAME(lanes_cos_sin)(&v2, &v7, &v11);
-  lanes v8, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v8, &v12);
-  const lanes v13 = 0.0997 * v4;
-  const lanes v14 = 0.0996 * v5;
-  const lanes v15 = v14 * v6;
-  const lanes v16 = v13 - v15;
-  const lanes v17 = -0.3922 * v7;
-  const lanes v18 = v16 + v17;
-  const lanes v19 = -0.425 * v8;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = v1 * v20;
-  const lanes v22 = 0.0996 * v9;
-  const lanes v23 = v22 + 0.1333;
-  const lanes v24 = v23 * v10;
-  const lanes v25 = v21 + v24;
-  const lanes v26 = -v25;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4];
+  LANES_COS_SIN(v1, v10, q_0);
+  const lanes v2 = q_1 + q_2, v3 = v2 + q_3;
+  LANES_COS_SIN(v6, v4, v3); LANES_COS_SIN(v9, v5, q_4); LANES_COS_SIN(v7, v11, v2);
+  LANES_COS_SIN(v8, v12, q_1);
+  const lanes v13 = 0.0997 * v4, v14 = 0.0996 * v5, v15 = v14 * v6, v16 = v13 - v15,
+      v17 = -0.3922 * v7, v18 = v16 + v17, v19 = -0.425 * v8, v20 = v18 + v19, v21 = v1 * v20,
+      v22 = 0.0996 * v9, v23 = v22 + 0.1333, v24 = v23 * v10, v25 = v21 + v24, v26 = -v25;
   out[0] = v26;
-  const lanes v27 = -0.3922 * v11;
-  const lanes v28 = v4 * v14;
-  const lanes v29 = 0.0997 * v6;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = v27 - v30;
-  const lanes v32 = -0.425 * v12;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v10 * v33;
+  const lanes v27 = -0.3922 * v11, v28 = v4 * v14, v29 = 0.0997 * v6, v30 = v28 + v29,
+      v31 = v27 - v30, v32 = -0.425 * v12, v33 = v31 + v32, v34 = v10 * v33;
   out[1] = v34;
   const lanes v35 = v31 * v10;
   out[2] = v35;
-  const lanes v36 = v30 * v10;
-  const lanes v37 = -v36;
+  const lanes v36 = v30 * v10, v37 = -v36;
   out[3] = v37;
-  const lanes v38 = v10 * v6;
-  const lanes v39 = v9 * v38;
-  const lanes v40 = v5 * v1;
-  const lanes v41 = v39 - v40;
-  const lanes v42 = 0.0996 * v41;
-  out[4] = v42;
-  out[5] = LANES_OF(0.0);
-  out[6] = v34;
+  const lanes v38 = v10 * v6, v39 = v9 * v38, v40 = v5 * v1, v41 = v39 - v40, v42 = 0.0996 * v41;
+  out[4] = v42; out[5] = LANES_OF(0.0); out[6] = v34;
   const lanes v43 = -v21;
   out[7] = v43;
-  const lanes v44 = v1 * v18;
-  const lanes v45 = -v44;
+  const lanes v44 = v1 * v18, v45 = -v44;
   out[8] = v45;
-  const lanes v46 = v1 * v16;
-  const lanes v47 = -v46;
+  const lanes v46 = v1 * v16, v47 = -v46;
   out[9] = v47;
-  const lanes v48 = v4 * v9;
-  const lanes v49 = 0.0996 * v48;
-  const lanes v50 = v1 * v49;
-  out[10] = v50;
-  out[11] = LANES_OF(0.0);
-  out[12] = v35;
-  out[13] = v45;
-  out[14] = v45;
-  out[15] = v47;
-  out[16] = v50;
-  out[17] = LANES_OF(0.0);
-  out[18] = v37;
-  out[19] = v47;
-  out[20] = v47;
-  out[21] = v47;
-  out[22] = v50;
-  out[23] = LANES_OF(0.0);
-  out[24] = v42;
-  out[25] = v50;
-  out[26] = v50;
-  out[27] = v50;
-  const lanes v51 = v4 * v10;
-  const lanes v52 = v51 * v49;
-  const lanes v53 = v42 * v6;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = -v54;
-  out[28] = v55;
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
+  const lanes v48 = v4 * v9, v49 = 0.0996 * v48, v50 = v1 * v49;
+  out[10] = v50; out[11] = LANES_OF(0.0); out[12] = v35; out[13] = v45; out[14] = v45;
+  out[15] = v47; out[16] = v50; out[17] = LANES_OF(0.0); out[18] = v37; out[19] = v47;
+  out[20] = v47; out[21] = v47; out[22] = v50; out[23] = LANES_OF(0.0); out[24] = v42;
+  out[25] = v50; out[26] = v50; out[27] = v50;
+  const lanes v51 = v4 * v10, v52 = v51 * v49, v53 = v42 * v6, v54 = v52 + v53, v55 = -v54;
+  out[28] = v55; out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0);
   out[35] = LANES_OF(0.0);
-  const lanes v56 = v10 * v20;
-  const lanes v57 = v1 * v23;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = -v58;
+  const lanes v56 = v10 * v20, v57 = v1 * v23, v58 = v56 - v57, v59 = -v58;
   out[36] = v59;
-  const lanes v60 = v1 * v33;
-  const lanes v61 = -v60;
+  const lanes v60 = v1 * v33, v61 = -v60;
   out[37] = v61;
-  const lanes v62 = v1 * v31;
-  const lanes v63 = -v62;
+  const lanes v62 = v1 * v31, v63 = -v62;
   out[38] = v63;
   const lanes v64 = v1 * v30;
   out[39] = v64;
-  const lanes v65 = v1 * v6;
-  const lanes v66 = v9 * v65;
-  const lanes v67 = v5 * v10;
-  const lanes v68 = v66 + v67;
-  const lanes v69 = 0.0996 * v68;
-  const lanes v70 = -v69;
-  out[40] = v70;
-  out[41] = LANES_OF(0.0);
-  out[42] = v61;
+  const lanes v65 = v1 * v6, v66 = v9 * v65, v67 = v5 * v10, v68 = v66 + v67, v69 = 0.0996 * v68,
+      v70 = -v69;
+  out[40] = v70; out[41] = LANES_OF(0.0); out[42] = v61;
   const lanes v71 = -v56;
   out[43] = v71;
-  const lanes v72 = v18 * v10;
-  const lanes v73 = -v72;
+  const lanes v72 = v18 * v10, v73 = -v72;
   out[44] = v73;
-  const lanes v74 = v16 * v10;
-  const lanes v75 = -v74;
+  const lanes v74 = v16 * v10, v75 = -v74;
   out[45] = v75;
   const lanes v76 = v10 * v49;
-  out[46] = v76;
-  out[47] = LANES_OF(0.0);
-  out[48] = v63;
-  out[49] = v73;
-  out[50] = v73;
-  out[51] = v75;
-  out[52] = v76;
-  out[53] = LANES_OF(0.0);
-  out[54] = v64;
-  out[55] = v75;
-  out[56] = v75;
-  out[57] = v75;
-  out[58] = v76;
-  out[59] = LANES_OF(0.0);
-  out[60] = v70;
-  out[61] = v76;
-  out[62] = v76;
-  out[63] = v76;
-  const lanes v77 = v4 * v1;
-  const lanes v78 = v77 * v49;
-  const lanes v79 = v69 * v6;
-  const lanes v80 = v78 + v79;
-  out[64] = v80;
-  out[65] = LANES_OF(0.0);
-  out[66] = LANES_OF(0.0);
-  out[67] = LANES_OF(0.0);
-  out[68] = LANES_OF(0.0);
-  out[69] = LANES_OF(0.0);
-  out[70] = LANES_OF(0.0);
-  out[71] = LANES_OF(0.0);
-  out[72] = LANES_OF(0.0);
-  out[73] = LANES_OF(0.0);
-  out[74] = LANES_OF(0.0);
-  out[75] = LANES_OF(0.0);
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
-  const lanes v81 = v1 * v60;
-  const lanes v82 = v10 * v34;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = -v83;
+  out[46] = v76; out[47] = LANES_OF(0.0); out[48] = v63; out[49] = v73; out[50] = v73;
+  out[51] = v75; out[52] = v76; out[53] = LANES_OF(0.0); out[54] = v64; out[55] = v75;
+  out[56] = v75; out[57] = v75; out[58] = v76; out[59] = LANES_OF(0.0); out[60] = v70;
+  out[61] = v76; out[62] = v76; out[63] = v76;
+  const lanes v77 = v4 * v1, v78 = v77 * v49, v79 = v69 * v6, v80 = v78 + v79;
+  out[64] = v80; out[65] = LANES_OF(0.0); out[66] = LANES_OF(0.0); out[67] = LANES_OF(0.0);
+  out[68] = LANES_OF(0.0); out[69] = LANES_OF(0.0); out[70] = LANES_OF(0.0);
+  out[71] = LANES_OF(0.0); out[72] = LANES_OF(0.0); out[73] = LANES_OF(0.0);
+  out[74] = LANES_OF(0.0); out[75] = LANES_OF(0.0); out[76] = LANES_OF(0.0);
+  out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0);
+  const lanes v81 = v1 * v60, v82 = v10 * v34, v83 = v81 + v82, v84 = -v83;
   out[79] = v84;
-  const lanes v85 = v1 * v62;
-  const lanes v86 = v10 * v35;
-  const lanes v87 = v85 + v86;
-  const lanes v88 = -v87;
+  const lanes v85 = v1 * v62, v86 = v10 * v35, v87 = v85 + v86, v88 = -v87;
   out[80] = v88;
-  const lanes v89 = v1 * v64;
-  const lanes v90 = v10 * v36;
-  const lanes v91 = v89 + v90;
+  const lanes v89 = v1 * v64, v90 = v10 * v36, v91 = v89 + v90;
   out[81] = v91;
-  const lanes v92 = v1 * v69;
-  const lanes v93 = v10 * v42;
-  const lanes v94 = v92 + v93;
-  const lanes v95 = -v94;
-  out[82] = v95;
-  out[83] = LANES_OF(0.0);
-  out[84] = LANES_OF(0.0);
-  out[85] = v88;
-  out[86] = v88;
-  out[87] = v91;
-  out[88] = v95;
-  out[89] = LANES_OF(0.0);
-  out[90] = LANES_OF(0.0);
-  out[91] = v91;
-  out[92] = v91;
-  out[93] = v91;
-  out[94] = v95;
-  out[95] = LANES_OF(0.0);
-  out[96] = LANES_OF(0.0);
-  out[97] = v95;
-  out[98] = v95;
-  out[99] = v95;
-  const lanes v96 = v51 * v69;
-  const lanes v97 = v77 * v42;
-  const lanes v98 = v96 - v97;
-  out[100] = v98;
-  out[101] = LANES_OF(0.0);
-  out[102] = LANES_OF(0.0);
-  out[103] = LANES_OF(0.0);
-  out[104] = LANES_OF(0.0);
-  out[105] = LANES_OF(0.0);
-  out[106] = LANES_OF(0.0);
-  out[107] = LANES_OF(0.0);
-  out[108] = LANES_OF(0.0);
-  out[109] = LANES_OF(0.0);
-  out[110] = LANES_OF(0.0);
-  out[111] = LANES_OF(0.0);
-  out[112] = LANES_OF(0.0);
-  out[113] = LANES_OF(0.0);
-  out[114] = v1;
-  out[115] = LANES_OF(0.0);
-  out[116] = LANES_OF(0.0);
-  out[117] = LANES_OF(0.0);
-  out[118] = LANES_OF(0.0);
-  out[119] = LANES_OF(0.0);
-  out[120] = v1;
-  out[121] = LANES_OF(0.0);
-  out[122] = LANES_OF(0.0);
-  out[123] = LANES_OF(0.0);
-  out[124] = LANES_OF(0.0);
-  out[125] = LANES_OF(0.0);
-  out[126] = v1;
-  out[127] = LANES_OF(0.0);
-  out[128] = LANES_OF(0.0);
-  out[129] = LANES_OF(0.0);
-  out[130] = LANES_OF(0.0);
+  const lanes v92 = v1 * v69, v93 = v10 * v42, v94 = v92 + v93, v95 = -v94;
+  out[82] = v95; out[83] = LANES_OF(0.0); out[84] = LANES_OF(0.0); out[85] = v88; out[86] = v88;
+  out[87] = v91; out[88] = v95; out[89] = LANES_OF(0.0); out[90] = LANES_OF(0.0); out[91] = v91;
+  out[92] = v91; out[93] = v91; out[94] = v95; out[95] = LANES_OF(0.0); out[96] = LANES_OF(0.0);
+  out[97] = v95; out[98] = v95; out[99] = v95;
+  const lanes v96 = v51 * v69, v97 = v77 * v42, v98 = v96 - v97;
+  out[100] = v98; out[101] = LANES_OF(0.0); out[102] = LANES_OF(0.0); out[103] = LANES_OF(0.0);
+  out[104] = LANES_OF(0.0); out[105] = LANES_OF(0.0); out[106] = LANES_OF(0.0);
+  out[107] = LANES_OF(0.0); out[108] = LANES_OF(0.0); out[109] = LANES_OF(0.0);
+  out[110] = LANES_OF(0.0); out[111] = LANES_OF(0.0); out[112] = LANES_OF(0.0);
+  out[113] = LANES_OF(0.0); out[114] = v1; out[115] = LANES_OF(0.0); out[116] = LANES_OF(0.0);
+  out[117] = LANES_OF(0.0); out[118] = LANES_OF(0.0); out[119] = LANES_OF(0.0); out[120] = v1;
+  out[121] = LANES_OF(0.0); out[122] = LANES_OF(0.0); out[123] = LANES_OF(0.0);
+  out[124] = LANES_OF(0.0); out[125] = LANES_OF(0.0); out[126] = v1; out[127] = LANES_OF(0.0);
+  out[128] = LANES_OF(0.0); out[129] = LANES_OF(0.0); out[130] = LANES_OF(0.0);
   out[131] = LANES_OF(0.0);
   const lanes v99 = -v51;
-  out[132] = v99;
-  out[133] = v65;
-  out[134] = v65;
-  out[135] = v65;
-  out[136] = LANES_OF(0.0);
+  out[132] = v99; out[133] = v65; out[134] = v65; out[135] = v65; out[136] = LANES_OF(0.0);
   out[137] = LANES_OF(0.0);
-  const lanes v100 = v9 * v1;
-  const lanes v101 = v5 * v38;
-  const lanes v102 = v100 + v101;
+  const lanes v100 = v9 * v1, v101 = v5 * v38, v102 = v100 + v101;
   out[138] = v102;
-  const lanes v103 = v4 * v5;
-  const lanes v104 = v103 * v1;
-  out[139] = v104;
-  out[140] = v104;
-  out[141] = v104;
-  const lanes v105 = v51 * v103;
-  const lanes v106 = v102 * v6;
-  const lanes v107 = v105 + v106;
-  const lanes v108 = -v107;
-  out[142] = v108;
-  out[143] = LANES_OF(0.0);
-  out[144] = LANES_OF(0.0);
-  out[145] = LANES_OF(0.0);
-  out[146] = LANES_OF(0.0);
-  out[147] = LANES_OF(0.0);
-  out[148] = LANES_OF(0.0);
-  out[149] = LANES_OF(0.0);
-  out[150] = v10;
-  out[151] = LANES_OF(0.0);
-  out[152] = LANES_OF(0.0);
-  out[153] = LANES_OF(0.0);
-  out[154] = LANES_OF(0.0);
-  out[155] = LANES_OF(0.0);
-  out[156] = v10;
-  out[157] = LANES_OF(0.0);
-  out[158] = LANES_OF(0.0);
-  out[159] = LANES_OF(0.0);
-  out[160] = LANES_OF(0.0);
-  out[161] = LANES_OF(0.0);
-  out[162] = v10;
-  out[163] = LANES_OF(0.0);
-  out[164] = LANES_OF(0.0);
-  out[165] = LANES_OF(0.0);
-  out[166] = LANES_OF(0.0);
-  out[167] = LANES_OF(0.0);
-  out[168] = v77;
-  out[169] = v38;
-  out[170] = v38;
-  out[171] = v38;
-  out[172] = LANES_OF(0.0);
-  out[173] = LANES_OF(0.0);
-  const lanes v109 = v9 * v10;
-  const lanes v110 = v5 * v65;
-  const lanes v111 = v109 - v110;
+  const lanes v103 = v4 * v5, v104 = v103 * v1;
+  out[139] = v104; out[140] = v104; out[141] = v104;
+  const lanes v105 = v51 * v103, v106 = v102 * v6, v107 = v105 + v106, v108 = -v107;
+  out[142] = v108; out[143] = LANES_OF(0.0); out[144] = LANES_OF(0.0); out[145] = LANES_OF(0.0);
+  out[146] = LANES_OF(0.0); out[147] = LANES_OF(0.0); out[148] = LANES_OF(0.0);
+  out[149] = LANES_OF(0.0); out[150] = v10; out[151] = LANES_OF(0.0); out[152] = LANES_OF(0.0);
+  out[153] = LANES_OF(0.0); out[154] = LANES_OF(0.0); out[155] = LANES_OF(0.0); out[156] = v10;
+  out[157] = LANES_OF(0.0); out[158] = LANES_OF(0.0); out[159] = LANES_OF(0.0);
+  out[160] = LANES_OF(0.0); out[161] = LANES_OF(0.0); out[162] = v10; out[163] = LANES_OF(0.0);
+  out[164] = LANES_OF(0.0); out[165] = LANES_OF(0.0); out[166] = LANES_OF(0.0);
+  out[167] = LANES_OF(0.0); out[168] = v77; out[169] = v38; out[170] = v38; out[171] = v38;
+  out[172] = LANES_OF(0.0); out[173] = LANES_OF(0.0);
+  const lanes v109 = v9 * v10, v110 = v5 * v65, v111 = v109 - v110;
   out[174] = v111;
   const lanes v112 = v103 * v10;
-  out[175] = v112;
-  out[176] = v112;
-  out[177] = v112;
-  const lanes v113 = v77 * v103;
-  const lanes v114 = v111 * v6;
-  const lanes v115 = v113 - v114;
-  out[178] = v115;
-  out[179] = LANES_OF(0.0);
-  out[180] = LANES_OF(0.0);
-  out[181] = LANES_OF(0.0);
-  out[182] = LANES_OF(0.0);
-  out[183] = LANES_OF(0.0);
-  out[184] = LANES_OF(0.0);
-  out[185] = LANES_OF(0.0);
-  out[186] = LANES_OF(0.0);
-  out[187] = LANES_OF(0.0);
-  out[188] = LANES_OF(0.0);
-  out[189] = LANES_OF(0.0);
-  out[190] = LANES_OF(0.0);
-  out[191] = LANES_OF(0.0);
-  out[192] = LANES_OF(0.0);
-  out[193] = LANES_OF(0.0);
-  out[194] = LANES_OF(0.0);
-  out[195] = LANES_OF(0.0);
-  out[196] = LANES_OF(0.0);
-  out[197] = LANES_OF(0.0);
-  out[198] = LANES_OF(0.0);
-  out[199] = LANES_OF(0.0);
-  out[200] = LANES_OF(0.0);
-  out[201] = LANES_OF(0.0);
-  out[202] = LANES_OF(0.0);
-  out[203] = LANES_OF(0.0);
-  out[204] = LANES_OF(0.0);
-  const lanes v116 = v77 * v1;
-  const lanes v117 = v51 * v10;
-  const lanes v118 = v116 + v117;
-  out[205] = v118;
-  out[206] = v118;
-  out[207] = v118;
-  out[208] = LANES_OF(0.0);
-  out[209] = LANES_OF(0.0);
-  out[210] = LANES_OF(0.0);
-  const lanes v119 = v111 * v1;
-  const lanes v120 = v102 * v10;
-  const lanes v121 = v119 - v120;
-  out[211] = v121;
-  out[212] = v121;
-  out[213] = v121;
-  const lanes v122 = v77 * v102;
-  const lanes v123 = v51 * v111;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = -v124;
-  out[214] = v125;
-  out[215] = LANES_OF(0.0);
+  out[175] = v112; out[176] = v112; out[177] = v112;
+  const lanes v113 = v77 * v103, v114 = v111 * v6, v115 = v113 - v114;
+  out[178] = v115; out[179] = LANES_OF(0.0); out[180] = LANES_OF(0.0); out[181] = LANES_OF(0.0);
+  out[182] = LANES_OF(0.0); out[183] = LANES_OF(0.0); out[184] = LANES_OF(0.0);
+  out[185] = LANES_OF(0.0); out[186] = LANES_OF(0.0); out[187] = LANES_OF(0.0);
+  out[188] = LANES_OF(0.0); out[189] = LANES_OF(0.0); out[190] = LANES_OF(0.0);
+  out[191] = LANES_OF(0.0); out[192] = LANES_OF(0.0); out[193] = LANES_OF(0.0);
+  out[194] = LANES_OF(0.0); out[195] = LANES_OF(0.0); out[196] = LANES_OF(0.0);
+  out[197] = LANES_OF(0.0); out[198] = LANES_OF(0.0); out[199] = LANES_OF(0.0);
+  out[200] = LANES_OF(0.0); out[201] = LANES_OF(0.0); out[202] = LANES_OF(0.0);
+  out[203] = LANES_OF(0.0); out[204] = LANES_OF(0.0);
+  const lanes v116 = v77 * v1, v117 = v51 * v10, v118 = v116 + v117;
+  out[205] = v118; out[206] = v118; out[207] = v118; out[208] = LANES_OF(0.0);
+  out[209] = LANES_OF(0.0); out[210] = LANES_OF(0.0);
+  const lanes v119 = v111 * v1, v120 = v102 * v10, v121 = v119 - v120;
+  out[211] = v121; out[212] = v121; out[213] = v121;
+  const lanes v122 = v77 * v102, v123 = v51 * v111, v124 = v122 + v123, v125 = -v124;
+  out[214] = v125; out[215] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_twist_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes v1 = q_1 + q_2;
-  const lanes v2 = v1 + q_3;
-  lanes v10, v3; LANES_NAME(lanes_cos_sin)(&v2, &v10, &v3);
-  lanes v4, v12; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v12);
-  lanes v5, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v5, &v11);
-  lanes v8, v6; LANES_NAME(lanes_cos_sin)(&v1, &v8, &v6);
-  lanes v9, v7; LANES_NAME(lanes_cos_sin)(&q_1, &v9, &v7);
-  const lanes v13 = v3 * v4;
-  const lanes v14 = -0.3922 * v6;
-  const lanes v15 = -0.425 * v7;
-  const lanes v16 = v15 + 0.1625;
-  const lanes v17 = v14 + v16;
-  const lanes v18 = v3 * v17;
-  const lanes v19 = -0.3922 * v8;
-  const lanes v20 = -0.425 * v9;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = v21 * v10;
-  const lanes v23 = v18 + v22;
-  const lanes v24 = v5 * v23;
-  const lanes v25 = 0.1333 * v11;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = v13 * v26;
-  const lanes v28 = v4 * v10;
-  const lanes v29 = v5 * v28;
-  const lanes v30 = v11 * v12;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v3 * v21;
-  const lanes v33 = v17 * v10;
-  const lanes v34 = v32 - v33;
-  const lanes v35 = v34 + 0.0997;
-  const lanes v36 = v31 * v35;
-  const lanes v37 = v27 - v36;
-  const lanes v38 = v37 * qd_5;
-  const lanes v39 = 0.1333 * v28;
-  const lanes v40 = v12 * v23;
-  const lanes v41 = v39 - v40;
-  const lanes v42 = v41 * qd_4;
-  const lanes v43 = v4 * v17;
-  const lanes v44 = v43 * qd_3;
-  const lanes v45 = 0.1625 * v4;
-  const lanes v46 = v45 * qd_1;
-  const lanes v47 = v4 * v16;
-  const lanes v48 = v47 * qd_2;
-  const lanes v49 = v46 + v48;
-  const lanes v50 = v44 + v49;
-  const lanes v51 = v42 + v50;
-  const lanes v52 = v38 + v51;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11], v1 = q_1 + q_2,
+      v2 = v1 + q_3;
+  LANES_COS_SIN(v10, v3, v2); LANES_COS_SIN(v4, v12, q_0); LANES_COS_SIN(v5, v11, q_4);
+  LANES_COS_SIN(v8, v6, v1); LANES_COS_SIN(v9, v7, q_1);
+  const lanes v13 = v3 * v4, v14 = -0.3922 * v6, v15 = -0.425 * v7, v16 = v15 + 0.1625,
+      v17 = v14 + v16, v18 = v3 * v17, v19 = -0.3922 * v8, v20 = -0.425 * v9, v21 = v19 + v20,
+      v22 = v21 * v10, v23 = v18 + v22, v24 = v5 * v23, v25 = 0.1333 * v11, v26 = v24 + v25,
+      v27 = v13 * v26, v28 = v4 * v10, v29 = v5 * v28, v30 = v11 * v12, v31 = v29 + v30,
+      v32 = v3 * v21, v33 = v17 * v10, v34 = v32 - v33, v35 = v34 + 0.0997, v36 = v31 * v35,
+      v37 = v27 - v36, v38 = v37 * qd_5, v39 = 0.1333 * v28, v40 = v12 * v23, v41 = v39 - v40,
+      v42 = v41 * qd_4, v43 = v4 * v17, v44 = v43 * qd_3, v45 = 0.1625 * v4, v46 = v45 * qd_1,
+      v47 = v4 * v16, v48 = v47 * qd_2, v49 = v46 + v48, v50 = v44 + v49, v51 = v42 + v50,
+      v52 = v38 + v51;
   out[0] = v52;
-  const lanes v53 = v3 * v12;
-  const lanes v54 = v53 * v26;
-  const lanes v55 = v12 * v10;
-  const lanes v56 = v5 * v55;
-  const lanes v57 = v11 * v4;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = v58 * v35;
-  const lanes v60 = v54 - v59;
-  const lanes v61 = v60 * qd_5;
-  const lanes v62 = 0.1333 * v55;
-  const lanes v63 = v4 * v23;
-  const lanes v64 = v62 + v63;
-  const lanes v65 = v64 * qd_4;
-  const lanes v66 = v12 * v17;
-  const lanes v67 = v66 * qd_3;
-  const lanes v68 = 0.1625 * v12;
-  const lanes v69 = v68 * qd_1;
-  const lanes v70 = v12 * v16;
-  const lanes v71 = v70 * qd_2;
-  const lanes v72 = v69 + v71;
-  const lanes v73 = v67 + v72;
-  const lanes v74 = v65 + v73;
-  const lanes v75 = v61 + v74;
+  const lanes v53 = v3 * v12, v54 = v53 * v26, v55 = v12 * v10, v56 = v5 * v55, v57 = v11 * v4,
+      v58 = v56 - v57, v59 = v58 * v35, v60 = v54 - v59, v61 = v60 * qd_5, v62 = 0.1333 * v55,
+      v63 = v4 * v23, v64 = v62 + v63, v65 = v64 * qd_4, v66 = v12 * v17, v67 = v66 * qd_3,
+      v68 = 0.1625 * v12, v69 = v68 * qd_1, v70 = v12 * v16, v71 = v70 * qd_2, v72 = v69 + v71,
+      v73 = v67 + v72, v74 = v65 + v73, v75 = v61 + v74;
   out[1] = v75;
-  const lanes v76 = 0.1333 * v3;
-  const lanes v77 = v76 * qd_4;
-  const lanes v78 = v20 * qd_2;
-  const lanes v79 = v21 * qd_3;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = v77 - v80;
-  const lanes v82 = v3 * v5;
-  const lanes v83 = v82 * v35;
-  const lanes v84 = v26 * v10;
-  const lanes v85 = v83 + v84;
-  const lanes v86 = v85 * qd_5;
-  const lanes v87 = v81 - v86;
+  const lanes v76 = 0.1333 * v3, v77 = v76 * qd_4, v78 = v20 * qd_2, v79 = v21 * qd_3,
+      v80 = v78 + v79, v81 = v77 - v80, v82 = v3 * v5, v83 = v82 * v35, v84 = v26 * v10,
+      v85 = v83 + v84, v86 = v85 * qd_5, v87 = v81 - v86;
   out[2] = v87;
-  const lanes v88 = v5 * v12;
-  const lanes v89 = v11 * v28;
-  const lanes v90 = v88 - v89;
-  const lanes v91 = v90 * qd_5;
-  const lanes v92 = v13 * qd_4;
-  const lanes v93 = v12 * qd_3;
-  const lanes v94 = v12 * qd_1;
-  const lanes v95 = v12 * qd_2;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = v93 + v96;
-  const lanes v98 = v92 + v97;
-  const lanes v99 = v91 + v98;
+  const lanes v88 = v5 * v12, v89 = v11 * v28, v90 = v88 - v89, v91 = v90 * qd_5, v92 = v13 * qd_4,
+      v93 = v12 * qd_3, v94 = v12 * qd_1, v95 = v12 * qd_2, v96 = v94 + v95, v97 = v93 + v96,
+      v98 = v92 + v97, v99 = v91 + v98;
   out[3] = v99;
-  const lanes v100 = v53 * qd_4;
-  const lanes v101 = v4 * qd_3;
-  const lanes v102 = v4 * qd_1;
-  const lanes v103 = v4 * qd_2;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = v101 + v104;
-  const lanes v106 = v100 - v105;
-  const lanes v107 = v5 * v4;
-  const lanes v108 = v11 * v55;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = v109 * qd_5;
-  const lanes v111 = v106 - v110;
+  const lanes v100 = v53 * qd_4, v101 = v4 * qd_3, v102 = v4 * qd_1, v103 = v4 * qd_2,
+      v104 = v102 + v103, v105 = v101 + v104, v106 = v100 - v105, v107 = v5 * v4, v108 = v11 * v55,
+      v109 = v107 + v108, v110 = v109 * qd_5, v111 = v106 - v110;
   out[4] = v111;
-  const lanes v112 = v10 * qd_4;
-  const lanes v113 = qd_0 - v112;
-  const lanes v114 = v3 * v11;
-  const lanes v115 = v114 * qd_5;
-  const lanes v116 = v113 - v115;
+  const lanes v112 = v10 * qd_4, v113 = qd_0 - v112, v114 = v3 * v11, v115 = v114 * qd_5,
+      v116 = v113 - v115;
   out[5] = v116;
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_twist_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_4, &v1, &v4);
-  lanes v2, v3; LANES_NAME(lanes_cos_sin)(&q_5, &v2, &v3);
-  const lanes v5 = q_1 + q_2;
-  const lanes v6 = v5 + q_3;
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&v6, &v8, &v7);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&v5, &v9, &v10);
-  lanes v12, v11; LANES_NAME(lanes_cos_sin)(&q_0, &v12, &v11);
-  lanes v13, v14; LANES_NAME(lanes_cos_sin)(&q_1, &v13, &v14);
-  const lanes v15 = v1 * v2;
-  const lanes v16 = 0.0997 * v15;
-  const lanes v17 = 0.0996 * v4;
-  const lanes v18 = v3 * v17;
-  const lanes v19 = v16 - v18;
-  const lanes v20 = v19 * qd_3;
-  const lanes v21 = v7 * v15;
-  const lanes v22 = v3 * v8;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = 0.0997 * v7;
-  const lanes v25 = v17 * v8;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = -0.3922 * v9;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v23 * v28;
-  const lanes v30 = v15 * v8;
-  const lanes v31 = v7 * v3;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = -0.3922 * v10;
-  const lanes v34 = v7 * v17;
-  const lanes v35 = 0.0997 * v8;
-  const lanes v36 = v34 + v35;
-  const lanes v37 = v33 - v36;
-  const lanes v38 = v32 * v37;
-  const lanes v39 = v29 - v38;
-  const lanes v40 = v39 * qd_2;
-  const lanes v41 = v32 * v11;
-  const lanes v42 = v4 * v2;
-  const lanes v43 = v42 * v12;
-  const lanes v44 = v41 - v43;
-  const lanes v45 = -0.425 * v13;
-  const lanes v46 = v28 + v45;
-  const lanes v47 = v12 * v46;
-  const lanes v48 = 0.0996 * v1;
-  const lanes v49 = v48 + 0.1333;
-  const lanes v50 = v49 * v11;
-  const lanes v51 = v47 + v50;
-  const lanes v52 = v44 * v51;
-  const lanes v53 = v42 * v11;
-  const lanes v54 = v32 * v12;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = v11 * v46;
-  const lanes v57 = v12 * v49;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = v55 * v58;
-  const lanes v60 = v52 - v59;
-  const lanes v61 = v60 * qd_0;
-  const lanes v62 = v23 * v46;
-  const lanes v63 = -0.425 * v14;
-  const lanes v64 = v37 + v63;
-  const lanes v65 = v32 * v64;
-  const lanes v66 = v62 - v65;
-  const lanes v67 = v66 * qd_1;
-  const lanes v68 = v61 + v67;
-  const lanes v69 = v40 + v68;
-  const lanes v70 = v20 + v69;
-  const lanes v71 = 0.0996 * v2;
-  const lanes v72 = v71 * qd_4;
-  const lanes v73 = v70 - v72;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[6], qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v4, q_4); LANES_COS_SIN(v2, v3, q_5);
+  const lanes v5 = q_1 + q_2, v6 = v5 + q_3;
+  LANES_COS_SIN(v8, v7, v6); LANES_COS_SIN(v9, v10, v5); LANES_COS_SIN(v12, v11, q_0);
+  LANES_COS_SIN(v13, v14, q_1);
+  const lanes v15 = v1 * v2, v16 = 0.0997 * v15, v17 = 0.0996 * v4, v18 = v3 * v17, v19 = v16 - v18,
+      v20 = v19 * qd_3, v21 = v7 * v15, v22 = v3 * v8, v23 = v21 + v22, v24 = 0.0997 * v7,
+      v25 = v17 * v8, v26 = v24 - v25, v27 = -0.3922 * v9, v28 = v26 + v27, v29 = v23 * v28,
+      v30 = v15 * v8, v31 = v7 * v3, v32 = v30 - v31, v33 = -0.3922 * v10, v34 = v7 * v17,
+      v35 = 0.0997 * v8, v36 = v34 + v35, v37 = v33 - v36, v38 = v32 * v37, v39 = v29 - v38,
+      v40 = v39 * qd_2, v41 = v32 * v11, v42 = v4 * v2, v43 = v42 * v12, v44 = v41 - v43,
+      v45 = -0.425 * v13, v46 = v28 + v45, v47 = v12 * v46, v48 = 0.0996 * v1, v49 = v48 + 0.1333,
+      v50 = v49 * v11, v51 = v47 + v50, v52 = v44 * v51, v53 = v42 * v11, v54 = v32 * v12,
+      v55 = v53 + v54, v56 = v11 * v46, v57 = v12 * v49, v58 = v56 - v57, v59 = v55 * v58,
+      v60 = v52 - v59, v61 = v60 * qd_0, v62 = v23 * v46, v63 = -0.425 * v14, v64 = v37 + v63,
+      v65 = v32 * v64, v66 = v62 - v65, v67 = v66 * qd_1, v68 = v61 + v67, v69 = v40 + v68,
+      v70 = v20 + v69, v71 = 0.0996 * v2, v72 = v71 * qd_4, v73 = v70 - v72;
   out[0] = v73;
-  const lanes v74 = 0.0996 * v3;
-  const lanes v75 = v74 * qd_4;
-  const lanes v76 = v7 * v2;
-  const lanes v77 = v1 * v3;
-  const lanes v78 = v77 * v8;
-  const lanes v79 = v76 + v78;
-  const lanes v80 = v79 * v37;
-  const lanes v81 = v2 * v8;
-  const lanes v82 = v7 * v77;
-  const lanes v83 = v81 - v82;
-  const lanes v84 = v83 * v28;
-  const lanes v85 = v80 + v84;
-  const lanes v86 = v85 * qd_2;
-  const lanes v87 = v4 * v3;
-  const lanes v88 = v87 * v11;
-  const lanes v89 = v79 * v12;
-  const lanes v90 = v88 + v89;
-  const lanes v91 = v90 * v58;
-  const lanes v92 = v87 * v12;
-  const lanes v93 = v79 * v11;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = v94 * v51;
-  const lanes v96 = v91 + v95;
-  const lanes v97 = v96 * qd_0;
-  const lanes v98 = v79 * v64;
-  const lanes v99 = v83 * v46;
-  const lanes v100 = v98 + v99;
-  const lanes v101 = v100 * qd_1;
-  const lanes v102 = v97 + v101;
-  const lanes v103 = v86 + v102;
-  const lanes v104 = 0.0997 * v77;
-  const lanes v105 = v2 * v17;
-  const lanes v106 = v104 + v105;
-  const lanes v107 = v106 * qd_3;
-  const lanes v108 = v103 - v107;
-  const lanes v109 = v75 + v108;
+  const lanes v74 = 0.0996 * v3, v75 = v74 * qd_4, v76 = v7 * v2, v77 = v1 * v3, v78 = v77 * v8,
+      v79 = v76 + v78, v80 = v79 * v37, v81 = v2 * v8, v82 = v7 * v77, v83 = v81 - v82,
+      v84 = v83 * v28, v85 = v80 + v84, v86 = v85 * qd_2, v87 = v4 * v3, v88 = v87 * v11,
+      v89 = v79 * v12, v90 = v88 + v89, v91 = v90 * v58, v92 = v87 * v12, v93 = v79 * v11,
+      v94 = v92 - v93, v95 = v94 * v51, v96 = v91 + v95, v97 = v96 * qd_0, v98 = v79 * v64,
+      v99 = v83 * v46, v100 = v98 + v99, v101 = v100 * qd_1, v102 = v97 + v101, v103 = v86 + v102,
+      v104 = 0.0997 * v77, v105 = v2 * v17, v106 = v104 + v105, v107 = v106 * qd_3,
+      v108 = v103 - v107, v109 = v75 + v108;
   out[1] = v109;
-  const lanes v110 = v4 * v8;
-  const lanes v111 = v110 * v37;
-  const lanes v112 = v7 * v4;
-  const lanes v113 = v112 * v28;
-  const lanes v114 = v111 - v113;
-  const lanes v115 = v114 * qd_2;
-  const lanes v116 = v110 * v64;
-  const lanes v117 = v112 * v46;
-  const lanes v118 = v116 - v117;
-  const lanes v119 = v118 * qd_1;
-  const lanes v120 = v1 * v11;
-  const lanes v121 = v110 * v12;
-  const lanes v122 = v120 - v121;
-  const lanes v123 = v122 * v58;
-  const lanes v124 = v110 * v11;
-  const lanes v125 = v1 * v12;
-  const lanes v126 = v124 + v125;
-  const lanes v127 = v126 * v51;
-  const lanes v128 = v123 + v127;
-  const lanes v129 = v128 * qd_0;
-  const lanes v130 = v119 - v129;
-  const lanes v131 = v115 + v130;
-  const lanes v132 = 0.0997 * v4;
-  const lanes v133 = v132 * qd_3;
-  const lanes v134 = v131 - v133;
+  const lanes v110 = v4 * v8, v111 = v110 * v37, v112 = v7 * v4, v113 = v112 * v28,
+      v114 = v111 - v113, v115 = v114 * qd_2, v116 = v110 * v64, v117 = v112 * v46,
+      v118 = v116 - v117, v119 = v118 * qd_1, v120 = v1 * v11, v121 = v110 * v12,
+      v122 = v120 - v121, v123 = v122 * v58, v124 = v110 * v11, v125 = v1 * v12, v126 = v124 + v125,
+      v127 = v126 * v51, v128 = v123 + v127, v129 = v128 * qd_0, v130 = v119 - v129,
+      v131 = v115 + v130, v132 = 0.0997 * v4, v133 = v132 * qd_3, v134 = v131 - v133;
   out[2] = v134;
-  const lanes v135 = v42 * qd_3;
-  const lanes v136 = v42 * qd_2;
-  const lanes v137 = v23 * qd_0;
-  const lanes v138 = v42 * qd_1;
-  const lanes v139 = v137 + v138;
-  const lanes v140 = v136 + v139;
-  const lanes v141 = v135 + v140;
-  const lanes v142 = v3 * qd_4;
-  const lanes v143 = v141 - v142;
+  const lanes v135 = v42 * qd_3, v136 = v42 * qd_2, v137 = v23 * qd_0, v138 = v42 * qd_1,
+      v139 = v137 + v138, v140 = v136 + v139, v141 = v135 + v140, v142 = v3 * qd_4,
+      v143 = v141 - v142;
   out[3] = v143;
-  const lanes v144 = v83 * qd_0;
-  const lanes v145 = v87 * qd_1;
-  const lanes v146 = v144 - v145;
-  const lanes v147 = v87 * qd_2;
-  const lanes v148 = v146 - v147;
-  const lanes v149 = v87 * qd_3;
-  const lanes v150 = v148 - v149;
-  const lanes v151 = v2 * qd_4;
-  const lanes v152 = v150 - v151;
+  const lanes v144 = v83 * qd_0, v145 = v87 * qd_1, v146 = v144 - v145, v147 = v87 * qd_2,
+      v148 = v146 - v147, v149 = v87 * qd_3, v150 = v148 - v149, v151 = v2 * qd_4,
+      v152 = v150 - v151;
   out[4] = v152;
-  const lanes v153 = v1 * qd_3;
-  const lanes v154 = v1 * qd_2;
-  const lanes v155 = v1 * qd_1;
-  const lanes v156 = v112 * qd_0;
-  const lanes v157 = v155 - v156;
-  const lanes v158 = v154 + v157;
-  const lanes v159 = v153 + v158;
-  const lanes v160 = v159 + qd_5;
+  const lanes v153 = v1 * qd_3, v154 = v1 * qd_2, v155 = v1 * qd_1, v156 = v112 * qd_0,
+      v157 = v155 - v156, v158 = v154 + v157, v159 = v153 + v158, v160 = v159 + qd_5;
   out[5] = v160;
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_twist_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  lanes v1, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v8);
-  const lanes v2 = q_1 + q_2;
-  const lanes v3 = v2 + q_3;
-  lanes v6, v4; LANES_NAME(lanes_cos_sin)(&v3, &v6, &v4);
-  lanes v11, v5; LANES_NAME(lanes_cos_sin)(&q_4, &v11, &v5);
-  lanes v9, v7; LANES_NAME(lanes_cos_sin)(&v2, &v9, &v7);
-  lanes v10, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v10, &v12);
-  const lanes v13 = 0.0996 * v5;
-  const lanes v14 = v4 * v13;
-  const lanes v15 = 0.0997 * v6;
-  const lanes v16 = v14 + v15;
-  const lanes v17 = v1 * v16;
-  const lanes v18 = v17 * qd_3;
-  const lanes v19 = -0.3922 * v7;
-  const lanes v20 = v19 - v16;
-  const lanes v21 = v1 * v20;
-  const lanes v22 = v21 * qd_2;
-  const lanes v23 = 0.0997 * v4;
-  const lanes v24 = v13 * v6;
-  const lanes v25 = v23 - v24;
-  const lanes v26 = -0.3922 * v9;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = -0.425 * v10;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = v8 * v29;
-  const lanes v31 = 0.0996 * v11;
-  const lanes v32 = v31 + 0.1333;
-  const lanes v33 = v1 * v32;
-  const lanes v34 = v30 - v33;
-  const lanes v35 = v34 * qd_0;
-  const lanes v36 = -0.425 * v12;
-  const lanes v37 = v20 + v36;
-  const lanes v38 = v1 * v37;
-  const lanes v39 = v38 * qd_1;
-  const lanes v40 = v35 + v39;
-  const lanes v41 = v22 + v40;
-  const lanes v42 = v18 - v41;
-  const lanes v43 = v1 * v6;
-  const lanes v44 = v11 * v43;
-  const lanes v45 = v5 * v8;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = 0.0996 * v46;
-  const lanes v48 = v47 * qd_4;
-  const lanes v49 = v42 - v48;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11];
+  LANES_COS_SIN(v1, v8, q_0);
+  const lanes v2 = q_1 + q_2, v3 = v2 + q_3;
+  LANES_COS_SIN(v6, v4, v3); LANES_COS_SIN(v11, v5, q_4); LANES_COS_SIN(v9, v7, v2);
+  LANES_COS_SIN(v10, v12, q_1);
+  const lanes v13 = 0.0996 * v5, v14 = v4 * v13, v15 = 0.0997 * v6, v16 = v14 + v15, v17 = v1 * v16,
+      v18 = v17 * qd_3, v19 = -0.3922 * v7, v20 = v19 - v16, v21 = v1 * v20, v22 = v21 * qd_2,
+      v23 = 0.0997 * v4, v24 = v13 * v6, v25 = v23 - v24, v26 = -0.3922 * v9, v27 = v25 + v26,
+      v28 = -0.425 * v10, v29 = v27 + v28, v30 = v8 * v29, v31 = 0.0996 * v11, v32 = v31 + 0.1333,
+      v33 = v1 * v32, v34 = v30 - v33, v35 = v34 * qd_0, v36 = -0.425 * v12, v37 = v20 + v36,
+      v38 = v1 * v37, v39 = v38 * qd_1, v40 = v35 + v39, v41 = v22 + v40, v42 = v18 - v41,
+      v43 = v1 * v6, v44 = v11 * v43, v45 = v5 * v8, v46 = v44 + v45, v47 = 0.0996 * v46,
+      v48 = v47 * qd_4, v49 = v42 - v48;
   out[0] = v49;
-  const lanes v50 = v16 * v8;
-  const lanes v51 = v50 * qd_3;
-  const lanes v52 = v1 * v29;
-  const lanes v53 = v32 * v8;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = v54 * qd_0;
-  const lanes v56 = v8 * v37;
-  const lanes v57 = v56 * qd_1;
-  const lanes v58 = v55 - v57;
-  const lanes v59 = v20 * v8;
-  const lanes v60 = v59 * qd_2;
-  const lanes v61 = v58 - v60;
-  const lanes v62 = v51 + v61;
-  const lanes v63 = v8 * v6;
-  const lanes v64 = v11 * v63;
-  const lanes v65 = v5 * v1;
-  const lanes v66 = v64 - v65;
-  const lanes v67 = 0.0996 * v66;
-  const lanes v68 = v67 * qd_4;
-  const lanes v69 = v62 - v68;
+  const lanes v50 = v16 * v8, v51 = v50 * qd_3, v52 = v1 * v29, v53 = v32 * v8, v54 = v52 + v53,
+      v55 = v54 * qd_0, v56 = v8 * v37, v57 = v56 * qd_1, v58 = v55 - v57, v59 = v20 * v8,
+      v60 = v59 * qd_2, v61 = v58 - v60, v62 = v51 + v61, v63 = v8 * v6, v64 = v11 * v63,
+      v65 = v5 * v1, v66 = v64 - v65, v67 = 0.0996 * v66, v68 = v67 * qd_4, v69 = v62 - v68;
   out[1] = v69;
-  const lanes v70 = v25 * qd_3;
-  const lanes v71 = v29 * qd_1;
-  const lanes v72 = v27 * qd_2;
-  const lanes v73 = v71 + v72;
-  const lanes v74 = v70 + v73;
-  const lanes v75 = v4 * v11;
-  const lanes v76 = 0.0996 * v75;
-  const lanes v77 = v76 * qd_4;
-  const lanes v78 = v74 - v77;
+  const lanes v70 = v25 * qd_3, v71 = v29 * qd_1, v72 = v27 * qd_2, v73 = v71 + v72,
+      v74 = v70 + v73, v75 = v4 * v11, v76 = 0.0996 * v75, v77 = v76 * qd_4, v78 = v74 - v77;
   out[2] = v78;
-  const lanes v79 = v11 * v8;
-  const lanes v80 = v5 * v43;
-  const lanes v81 = v79 - v80;
-  const lanes v82 = v81 * qd_5;
-  const lanes v83 = v4 * v1;
-  const lanes v84 = v83 * qd_4;
-  const lanes v85 = v8 * qd_3;
-  const lanes v86 = v8 * qd_1;
-  const lanes v87 = v8 * qd_2;
-  const lanes v88 = v86 + v87;
-  const lanes v89 = v85 + v88;
-  const lanes v90 = v84 + v89;
-  const lanes v91 = v82 + v90;
+  const lanes v79 = v11 * v8, v80 = v5 * v43, v81 = v79 - v80, v82 = v81 * qd_5, v83 = v4 * v1,
+      v84 = v83 * qd_4, v85 = v8 * qd_3, v86 = v8 * qd_1, v87 = v8 * qd_2, v88 = v86 + v87,
+      v89 = v85 + v88, v90 = v84 + v89, v91 = v82 + v90;
   out[3] = v91;
-  const lanes v92 = v4 * v8;
-  const lanes v93 = v92 * qd_4;
-  const lanes v94 = v1 * qd_3;
-  const lanes v95 = v1 * qd_1;
-  const lanes v96 = v1 * qd_2;
-  const lanes v97 = v95 + v96;
-  const lanes v98 = v94 + v97;
-  const lanes v99 = v93 - v98;
-  const lanes v100 = v11 * v1;
-  const lanes v101 = v5 * v63;
-  const lanes v102 = v100 + v101;
-  const lanes v103 = v102 * qd_5;
-  const lanes v104 = v99 - v103;
+  const lanes v92 = v4 * v8, v93 = v92 * qd_4, v94 = v1 * qd_3, v95 = v1 * qd_1, v96 = v1 * qd_2,
+      v97 = v95 + v96, v98 = v94 + v97, v99 = v93 - v98, v100 = v11 * v1, v101 = v5 * v63,
+      v102 = v100 + v101, v103 = v102 * qd_5, v104 = v99 - v103;
   out[4] = v104;
-  const lanes v105 = v6 * qd_4;
-  const lanes v106 = qd_0 - v105;
-  const lanes v107 = v4 * v5;
-  const lanes v108 = v107 * qd_5;
-  const lanes v109 = v106 - v108;
+  const lanes v105 = v6 * qd_4, v106 = qd_0 - v105, v107 = v4 * v5, v108 = v107 * qd_5,
+      v109 = v106 - v108;
   out[5] = v109;
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_acceleration_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  const lanes v1 = q_1 + q_2;
-  const lanes v2 = v1 + q_3;
-  lanes v10, v3; LANES_NAME(lanes_cos_sin)(&v2, &v10, &v3);
-  lanes v4, v12; LANES_NAME(lanes_cos_sin)(&q_0, &v4, &v12);
-  lanes v5, v11; LANES_NAME(lanes_cos_sin)(&q_4, &v5, &v11);
-  lanes v8, v6; LANES_NAME(lanes_cos_sin)(&v1, &v8, &v6);
-  lanes v9, v7; LANES_NAME(lanes_cos_sin)(&q_1, &v9, &v7);
-  const lanes v13 = v3 * v4;
-  const lanes v14 = -0.3922 * v6;
-  const lanes v15 = -0.425 * v7;
-  const lanes v16 = v15 + 0.1625;
-  const lanes v17 = v14 + v16;
-  const lanes v18 = v3 * v17;
-  const lanes v19 = -0.3922 * v8;
-  const lanes v20 = -0.425 * v9;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = v21 * v10;
-  const lanes v23 = v18 + v22;
-  const lanes v24 = v5 * v23;
-  const lanes v25 = 0.1333 * v11;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = v13 * v26;
-  const lanes v28 = v4 * v10;
-  const lanes v29 = v5 * v28;
-  const lanes v30 = v11 * v12;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v3 * v21;
-  const lanes v33 = v17 * v10;
-  const lanes v34 = v32 - v33;
-  const lanes v35 = v34 + 0.0997;
-  const lanes v36 = v31 * v35;
-  const lanes v37 = v27 - v36;
-  const lanes v38 = v37 * qdd_5;
-  const lanes v39 = 0.1333 * v28;
-  const lanes v40 = v12 * v23;
-  const lanes v41 = v39 - v40;
-  const lanes v42 = v41 * qdd_4;
-  const lanes v43 = v4 * v17;
-  const lanes v44 = v43 * qdd_3;
-  const lanes v45 = 0.1625 * v4;
-  const lanes v46 = v45 * qdd_1;
-  const lanes v47 = v4 * v16;
-  const lanes v48 = v47 * qdd_2;
-  const lanes v49 = v46 + v48;
-  const lanes v50 = v44 + v49;
-  const lanes v51 = v42 + v50;
-  const lanes v52 = v38 + v51;
-  const lanes v53 = 0.1333 * v3;
-  const lanes v54 = v53 * qd_4;
-  const lanes v55 = v20 * qd_2;
-  const lanes v56 = v21 * qd_3;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = v54 - v57;
-  const lanes v59 = v5 * v4;
-  const lanes v60 = v12 * v10;
-  const lanes v61 = v11 * v60;
-  const lanes v62 = v59 + v61;
-  const lanes v63 = v58 * v62;
-  const lanes v64 = 0.1333 * v60;
-  const lanes v65 = v4 * v23;
-  const lanes v66 = v64 + v65;
-  const lanes v67 = v66 * qd_4;
-  const lanes v68 = v12 * v17;
-  const lanes v69 = v68 * qd_3;
-  const lanes v70 = 0.1625 * v12;
-  const lanes v71 = v70 * qd_1;
-  const lanes v72 = v12 * v16;
-  const lanes v73 = v72 * qd_2;
-  const lanes v74 = v71 + v73;
-  const lanes v75 = v69 + v74;
-  const lanes v76 = v67 + v75;
-  const lanes v77 = v3 * v11;
-  const lanes v78 = v76 * v77;
-  const lanes v79 = v63 - v78;
-  const lanes v80 = v3 * v5;
-  const lanes v81 = v80 * v35;
-  const lanes v82 = v26 * v10;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = v3 * v12;
-  const lanes v85 = v84 * qd_4;
-  const lanes v86 = v4 * qd_3;
-  const lanes v87 = v4 * qd_1;
-  const lanes v88 = v4 * qd_2;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v86 + v89;
-  const lanes v91 = v85 - v90;
-  const lanes v92 = v83 * v91;
-  const lanes v93 = v10 * qd_4;
-  const lanes v94 = qd_0 - v93;
-  const lanes v95 = v84 * v26;
-  const lanes v96 = v5 * v60;
-  const lanes v97 = v11 * v4;
-  const lanes v98 = v96 - v97;
-  const lanes v99 = v98 * v35;
-  const lanes v100 = v95 - v99;
-  const lanes v101 = v94 * v100;
-  const lanes v102 = v92 + v101;
-  const lanes v103 = v79 - v102;
-  const lanes v104 = v103 * qd_5;
-  const lanes v105 = v57 * v84;
-  const lanes v106 = v75 * v10;
-  const lanes v107 = v105 - v106;
-  const lanes v108 = v90 * v53;
-  const lanes v109 = v66 * qd_0;
-  const lanes v110 = v108 + v109;
-  const lanes v111 = v107 - v110;
-  const lanes v112 = v111 * qd_4;
-  const lanes v113 = v89 * v21;
-  const lanes v114 = v68 * qd_0;
-  const lanes v115 = v113 - v114;
-  const lanes v116 = v55 * v4;
-  const lanes v117 = v115 - v116;
-  const lanes v118 = v117 * qd_3;
-  const lanes v119 = v87 * v20;
-  const lanes v120 = v72 * qd_0;
-  const lanes v121 = v119 - v120;
-  const lanes v122 = v121 * qd_2;
-  const lanes v123 = v70 * qd_0;
-  const lanes v124 = v123 * qd_1;
-  const lanes v125 = v122 - v124;
-  const lanes v126 = v118 + v125;
-  const lanes v127 = v112 + v126;
-  const lanes v128 = v104 + v127;
-  const lanes v129 = v52 + v128;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11], qdd_0 = in[12],
+      qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16], qdd_5 = in[17],
+      v1 = q_1 + q_2, v2 = v1 + q_3;
+  LANES_COS_SIN(v10, v3, v2); LANES_COS_SIN(v4, v12, q_0); LANES_COS_SIN(v5, v11, q_4);
+  LANES_COS_SIN(v8, v6, v1); LANES_COS_SIN(v9, v7, q_1);
+  const lanes v13 = v3 * v4, v14 = -0.3922 * v6, v15 = -0.425 * v7, v16 = v15 + 0.1625,
+      v17 = v14 + v16, v18 = v3 * v17, v19 = -0.3922 * v8, v20 = -0.425 * v9, v21 = v19 + v20,
+      v22 = v21 * v10, v23 = v18 + v22, v24 = v5 * v23, v25 = 0.1333 * v11, v26 = v24 + v25,
+      v27 = v13 * v26, v28 = v4 * v10, v29 = v5 * v28, v30 = v11 * v12, v31 = v29 + v30,
+      v32 = v3 * v21, v33 = v17 * v10, v34 = v32 - v33, v35 = v34 + 0.0997, v36 = v31 * v35,
+      v37 = v27 - v36, v38 = v37 * qdd_5, v39 = 0.1333 * v28, v40 = v12 * v23, v41 = v39 - v40,
+      v42 = v41 * qdd_4, v43 = v4 * v17, v44 = v43 * qdd_3, v45 = 0.1625 * v4, v46 = v45 * qdd_1,
+      v47 = v4 * v16, v48 = v47 * qdd_2, v49 = v46 + v48, v50 = v44 + v49, v51 = v42 + v50,
+      v52 = v38 + v51, v53 = 0.1333 * v3, v54 = v53 * qd_4, v55 = v20 * qd_2, v56 = v21 * qd_3,
+      v57 = v55 + v56, v58 = v54 - v57, v59 = v5 * v4, v60 = v12 * v10, v61 = v11 * v60,
+      v62 = v59 + v61, v63 = v58 * v62, v64 = 0.1333 * v60, v65 = v4 * v23, v66 = v64 + v65,
+      v67 = v66 * qd_4, v68 = v12 * v17, v69 = v68 * qd_3, v70 = 0.1625 * v12, v71 = v70 * qd_1,
+      v72 = v12 * v16, v73 = v72 * qd_2, v74 = v71 + v73, v75 = v69 + v74, v76 = v67 + v75,
+      v77 = v3 * v11, v78 = v76 * v77, v79 = v63 - v78, v80 = v3 * v5, v81 = v80 * v35,
+      v82 = v26 * v10, v83 = v81 + v82, v84 = v3 * v12, v85 = v84 * qd_4, v86 = v4 * qd_3,
+      v87 = v4 * qd_1, v88 = v4 * qd_2, v89 = v87 + v88, v90 = v86 + v89, v91 = v85 - v90,
+      v92 = v83 * v91, v93 = v10 * qd_4, v94 = qd_0 - v93, v95 = v84 * v26, v96 = v5 * v60,
+      v97 = v11 * v4, v98 = v96 - v97, v99 = v98 * v35, v100 = v95 - v99, v101 = v94 * v100,
+      v102 = v92 + v101, v103 = v79 - v102, v104 = v103 * qd_5, v105 = v57 * v84, v106 = v75 * v10,
+      v107 = v105 - v106, v108 = v90 * v53, v109 = v66 * qd_0, v110 = v108 + v109,
+      v111 = v107 - v110, v112 = v111 * qd_4, v113 = v89 * v21, v114 = v68 * qd_0,
+      v115 = v113 - v114, v116 = v55 * v4, v117 = v115 - v116, v118 = v117 * qd_3, v119 = v87 * v20,
+      v120 = v72 * qd_0, v121 = v119 - v120, v122 = v121 * qd_2, v123 = v70 * qd_0,
+      v124 = v123 * qd_1, v125 = v122 - v124, v126 = v118 + v125, v127 = v112 + v126,
+      v128 = v104 + v127, v129 = v52 + v128;
   out[0] = v129;
-  const lanes v130 = v100 * qdd_5;
-  const lanes v131 = v66 * qdd_4;
-  const lanes v132 = v68 * qdd_3;
-  const lanes v133 = v70 * qdd_1;
-  const lanes v134 = v72 * qdd_2;
-  const lanes v135 = v133 + v134;
-  const lanes v136 = v132 + v135;
-  const lanes v137 = v131 + v136;
-  const lanes v138 = v130 + v137;
-  const lanes v139 = v13 * qd_4;
-  const lanes v140 = v12 * qd_3;
-  const lanes v141 = v12 * qd_1;
-  const lanes v142 = v12 * qd_2;
-  const lanes v143 = v141 + v142;
-  const lanes v144 = v140 + v143;
-  const lanes v145 = v139 + v144;
-  const lanes v146 = v83 * v145;
-  const lanes v147 = v94 * v37;
-  const lanes v148 = v146 + v147;
-  const lanes v149 = v41 * qd_4;
-  const lanes v150 = v43 * qd_3;
-  const lanes v151 = v45 * qd_1;
-  const lanes v152 = v47 * qd_2;
-  const lanes v153 = v151 + v152;
-  const lanes v154 = v150 + v153;
-  const lanes v155 = v149 + v154;
-  const lanes v156 = v155 * v77;
-  const lanes v157 = v5 * v12;
-  const lanes v158 = v11 * v28;
-  const lanes v159 = v157 - v158;
-  const lanes v160 = v58 * v159;
-  const lanes v161 = v156 + v160;
-  const lanes v162 = v148 + v161;
-  const lanes v163 = v162 * qd_5;
-  const lanes v164 = v41 * qd_0;
-  const lanes v165 = v144 * v53;
-  const lanes v166 = v164 - v165;
-  const lanes v167 = v154 * v10;
-  const lanes v168 = v57 * v13;
-  const lanes v169 = v167 - v168;
-  const lanes v170 = v166 + v169;
-  const lanes v171 = v170 * qd_4;
-  const lanes v172 = v143 * v21;
-  const lanes v173 = v43 * qd_0;
-  const lanes v174 = v172 + v173;
-  const lanes v175 = v55 * v12;
-  const lanes v176 = v174 - v175;
-  const lanes v177 = v176 * qd_3;
-  const lanes v178 = v45 * qd_0;
-  const lanes v179 = v178 * qd_1;
-  const lanes v180 = v141 * v20;
-  const lanes v181 = v47 * qd_0;
-  const lanes v182 = v180 + v181;
-  const lanes v183 = v182 * qd_2;
-  const lanes v184 = v179 + v183;
-  const lanes v185 = v177 + v184;
-  const lanes v186 = v171 + v185;
-  const lanes v187 = v163 + v186;
-  const lanes v188 = v138 + v187;
+  const lanes v130 = v100 * qdd_5, v131 = v66 * qdd_4, v132 = v68 * qdd_3, v133 = v70 * qdd_1,
+      v134 = v72 * qdd_2, v135 = v133 + v134, v136 = v132 + v135, v137 = v131 + v136,
+      v138 = v130 + v137, v139 = v13 * qd_4, v140 = v12 * qd_3, v141 = v12 * qd_1,
+      v142 = v12 * qd_2, v143 = v141 + v142, v144 = v140 + v143, v145 = v139 + v144,
+      v146 = v83 * v145, v147 = v94 * v37, v148 = v146 + v147, v149 = v41 * qd_4, v150 = v43 * qd_3,
+      v151 = v45 * qd_1, v152 = v47 * qd_2, v153 = v151 + v152, v154 = v150 + v153,
+      v155 = v149 + v154, v156 = v155 * v77, v157 = v5 * v12, v158 = v11 * v28, v159 = v157 - v158,
+      v160 = v58 * v159, v161 = v156 + v160, v162 = v148 + v161, v163 = v162 * qd_5,
+      v164 = v41 * qd_0, v165 = v144 * v53, v166 = v164 - v165, v167 = v154 * v10, v168 = v57 * v13,
+      v169 = v167 - v168, v170 = v166 + v169, v171 = v170 * qd_4, v172 = v143 * v21,
+      v173 = v43 * qd_0, v174 = v172 + v173, v175 = v55 * v12, v176 = v174 - v175,
+      v177 = v176 * qd_3, v178 = v45 * qd_0, v179 = v178 * qd_1, v180 = v141 * v20,
+      v181 = v47 * qd_0, v182 = v180 + v181, v183 = v182 * qd_2, v184 = v179 + v183,
+      v185 = v177 + v184, v186 = v171 + v185, v187 = v163 + v186, v188 = v138 + v187;
   out[1] = v188;
-  const lanes v189 = v53 * qdd_4;
-  const lanes v190 = v20 * qdd_2;
-  const lanes v191 = v21 * qdd_3;
-  const lanes v192 = v190 + v191;
-  const lanes v193 = v189 - v192;
-  const lanes v194 = v83 * qdd_5;
-  const lanes v195 = v193 - v194;
-  const lanes v196 = v145 * v100;
-  const lanes v197 = v91 * v37;
-  const lanes v198 = v196 - v197;
-  const lanes v199 = v155 * v62;
-  const lanes v200 = v76 * v159;
-  const lanes v201 = v199 + v200;
-  const lanes v202 = v198 - v201;
-  const lanes v203 = v202 * qd_5;
-  const lanes v204 = v144 * v66;
-  const lanes v205 = v90 * v41;
-  const lanes v206 = v204 + v205;
-  const lanes v207 = v154 * v84;
-  const lanes v208 = v75 * v13;
-  const lanes v209 = v207 - v208;
-  const lanes v210 = v206 + v209;
-  const lanes v211 = v210 * qd_4;
-  const lanes v212 = v141 * v72;
-  const lanes v213 = v87 * v47;
-  const lanes v214 = v212 + v213;
-  const lanes v215 = v151 * v4;
-  const lanes v216 = v71 * v12;
-  const lanes v217 = v215 + v216;
-  const lanes v218 = v214 - v217;
-  const lanes v219 = v218 * qd_2;
-  const lanes v220 = v143 * v68;
-  const lanes v221 = v89 * v43;
-  const lanes v222 = v220 + v221;
-  const lanes v223 = v153 * v4;
-  const lanes v224 = v74 * v12;
-  const lanes v225 = v223 + v224;
-  const lanes v226 = v222 - v225;
-  const lanes v227 = v226 * qd_3;
-  const lanes v228 = v219 + v227;
-  const lanes v229 = v211 + v228;
-  const lanes v230 = v203 + v229;
-  const lanes v231 = v195 + v230;
+  const lanes v189 = v53 * qdd_4, v190 = v20 * qdd_2, v191 = v21 * qdd_3, v192 = v190 + v191,
+      v193 = v189 - v192, v194 = v83 * qdd_5, v195 = v193 - v194, v196 = v145 * v100,
+      v197 = v91 * v37, v198 = v196 - v197, v199 = v155 * v62, v200 = v76 * v159,
+      v201 = v199 + v200, v202 = v198 - v201, v203 = v202 * qd_5, v204 = v144 * v66,
+      v205 = v90 * v41, v206 = v204 + v205, v207 = v154 * v84, v208 = v75 * v13, v209 = v207 - v208,
+      v210 = v206 + v209, v211 = v210 * qd_4, v212 = v141 * v72, v213 = v87 * v47,
+      v214 = v212 + v213, v215 = v151 * v4, v216 = v71 * v12, v217 = v215 + v216,
+      v218 = v214 - v217, v219 = v218 * qd_2, v220 = v143 * v68, v221 = v89 * v43,
+      v222 = v220 + v221, v223 = v153 * v4, v224 = v74 * v12, v225 = v223 + v224,
+      v226 = v222 - v225, v227 = v226 * qd_3, v228 = v219 + v227, v229 = v211 + v228,
+      v230 = v203 + v229, v231 = v195 + v230;
   out[2] = v231;
-  const lanes v232 = v159 * qdd_5;
-  const lanes v233 = v13 * qdd_4;
-  const lanes v234 = v12 * qdd_3;
-  const lanes v235 = v12 * qdd_1;
-  const lanes v236 = v12 * qdd_2;
-  const lanes v237 = v235 + v236;
-  const lanes v238 = v234 + v237;
-  const lanes v239 = v233 + v238;
-  const lanes v240 = v232 + v239;
-  const lanes v241 = v94 * v62;
-  const lanes v242 = v91 * v77;
-  const lanes v243 = v241 - v242;
-  const lanes v244 = v243 * qd_5;
-  const lanes v245 = v90 * v10;
-  const lanes v246 = v84 * qd_0;
-  const lanes v247 = v245 - v246;
-  const lanes v248 = v247 * qd_4;
-  const lanes v249 = v4 * qd_0;
-  const lanes v250 = v249 * qd_3;
-  const lanes v251 = v249 * qd_1;
-  const lanes v252 = v249 * qd_2;
-  const lanes v253 = v251 + v252;
-  const lanes v254 = v250 + v253;
-  const lanes v255 = v248 + v254;
-  const lanes v256 = v244 + v255;
-  const lanes v257 = v240 + v256;
+  const lanes v232 = v159 * qdd_5, v233 = v13 * qdd_4, v234 = v12 * qdd_3, v235 = v12 * qdd_1,
+      v236 = v12 * qdd_2, v237 = v235 + v236, v238 = v234 + v237, v239 = v233 + v238,
+      v240 = v232 + v239, v241 = v94 * v62, v242 = v91 * v77, v243 = v241 - v242,
+      v244 = v243 * qd_5, v245 = v90 * v10, v246 = v84 * qd_0, v247 = v245 - v246,
+      v248 = v247 * qd_4, v249 = v4 * qd_0, v250 = v249 * qd_3, v251 = v249 * qd_1,
+      v252 = v249 * qd_2, v253 = v251 + v252, v254 = v250 + v253, v255 = v248 + v254,
+      v256 = v244 + v255, v257 = v240 + v256;
   out[3] = v257;
-  const lanes v258 = v84 * qdd_4;
-  const lanes v259 = v4 * qdd_3;
-  const lanes v260 = v4 * qdd_1;
-  const lanes v261 = v4 * qdd_2;
-  const lanes v262 = v260 + v261;
-  const lanes v263 = v259 + v262;
-  const lanes v264 = v258 - v263;
-  const lanes v265 = v62 * qdd_5;
-  const lanes v266 = v264 - v265;
-  const lanes v267 = v145 * v77;
-  const lanes v268 = v94 * v159;
-  const lanes v269 = v267 + v268;
-  const lanes v270 = v269 * qd_5;
-  const lanes v271 = v144 * v10;
-  const lanes v272 = v13 * qd_0;
-  const lanes v273 = v271 + v272;
-  const lanes v274 = v273 * qd_4;
-  const lanes v275 = v12 * qd_0;
-  const lanes v276 = v275 * qd_3;
-  const lanes v277 = v275 * qd_1;
-  const lanes v278 = v275 * qd_2;
-  const lanes v279 = v277 + v278;
-  const lanes v280 = v276 + v279;
-  const lanes v281 = v274 + v280;
-  const lanes v282 = v270 + v281;
-  const lanes v283 = v266 + v282;
+  const lanes v258 = v84 * qdd_4, v259 = v4 * qdd_3, v260 = v4 * qdd_1, v261 = v4 * qdd_2,
+      v262 = v260 + v261, v263 = v259 + v262, v264 = v258 - v263, v265 = v62 * qdd_5,
+      v266 = v264 - v265, v267 = v145 * v77, v268 = v94 * v159, v269 = v267 + v268,
+      v270 = v269 * qd_5, v271 = v144 * v10, v272 = v13 * qd_0, v273 = v271 + v272,
+      v274 = v273 * qd_4, v275 = v12 * qd_0, v276 = v275 * qd_3, v277 = v275 * qd_1,
+      v278 = v275 * qd_2, v279 = v277 + v278, v280 = v276 + v279, v281 = v274 + v280,
+      v282 = v270 + v281, v283 = v266 + v282;
   out[4] = v283;
-  const lanes v284 = v10 * qdd_4;
-  const lanes v285 = qdd_0 - v284;
-  const lanes v286 = v77 * qdd_5;
-  const lanes v287 = v285 - v286;
-  const lanes v288 = v144 * v84;
-  const lanes v289 = v90 * v13;
-  const lanes v290 = v288 + v289;
-  const lanes v291 = v290 * qd_4;
-  const lanes v292 = v87 * v12;
-  const lanes v293 = v141 * v4;
-  const lanes v294 = v292 - v293;
-  const lanes v295 = v294 * qd_2;
-  const lanes v296 = v89 * v12;
-  const lanes v297 = v143 * v4;
-  const lanes v298 = v296 - v297;
-  const lanes v299 = v298 * qd_3;
-  const lanes v300 = v295 + v299;
-  const lanes v301 = v291 + v300;
-  const lanes v302 = v145 * v62;
-  const lanes v303 = v91 * v159;
-  const lanes v304 = v302 + v303;
-  const lanes v305 = v304 * qd_5;
-  const lanes v306 = v301 - v305;
-  const lanes v307 = v287 + v306;
+  const lanes v284 = v10 * qdd_4, v285 = qdd_0 - v284, v286 = v77 * qdd_5, v287 = v285 - v286,
+      v288 = v144 * v84, v289 = v90 * v13, v290 = v288 + v289, v291 = v290 * qd_4, v292 = v87 * v12,
+      v293 = v141 * v4, v294 = v292 - v293, v295 = v294 * qd_2, v296 = v89 * v12, v297 = v143 * v4,
+      v298 = v296 - v297, v299 = v298 * qd_3, v300 = v295 + v299, v301 = v291 + v300,
+      v302 = v145 * v62, v303 = v91 * v159, v304 = v302 + v303, v305 = v304 * qd_5,
+      v306 = v301 - v305, v307 = v287 + v306;
   out[5] = v307;
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_acceleration_body)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  lanes v1, v4; LANES_NAME(lanes_cos_sin)(&q_4, &v1, &v4);
-  lanes v2, v3; LANES_NAME(lanes_cos_sin)(&q_5, &v2, &v3);
-  const lanes v5 = q_1 + q_2;
-  const lanes v6 = v5 + q_3;
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&v6, &v8, &v7);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&v5, &v9, &v10);
-  lanes v12, v11; LANES_NAME(lanes_cos_sin)(&q_0, &v12, &v11);
-  lanes v13, v14; LANES_NAME(lanes_cos_sin)(&q_1, &v13, &v14);
-  const lanes v15 = v1 * v2;
-  const lanes v16 = 0.0997 * v15;
-  const lanes v17 = 0.0996 * v4;
-  const lanes v18 = v3 * v17;
-  const lanes v19 = v16 - v18;
-  const lanes v20 = v19 * qdd_3;
-  const lanes v21 = v7 * v15;
-  const lanes v22 = v3 * v8;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = 0.0997 * v7;
-  const lanes v25 = v17 * v8;
-  const lanes v26 = v24 - v25;
-  const lanes v27 = -0.3922 * v9;
-  const lanes v28 = v26 + v27;
-  const lanes v29 = v23 * v28;
-  const lanes v30 = v15 * v8;
-  const lanes v31 = v7 * v3;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = -0.3922 * v10;
-  const lanes v34 = v7 * v17;
-  const lanes v35 = 0.0997 * v8;
-  const lanes v36 = v34 + v35;
-  const lanes v37 = v33 - v36;
-  const lanes v38 = v32 * v37;
-  const lanes v39 = v29 - v38;
-  const lanes v40 = v39 * qdd_2;
-  const lanes v41 = v32 * v11;
-  const lanes v42 = v4 * v2;
-  const lanes v43 = v42 * v12;
-  const lanes v44 = v41 - v43;
-  const lanes v45 = -0.425 * v13;
-  const lanes v46 = v28 + v45;
-  const lanes v47 = v12 * v46;
-  const lanes v48 = 0.0996 * v1;
-  const lanes v49 = v48 + 0.1333;
-  const lanes v50 = v49 * v11;
-  const lanes v51 = v47 + v50;
-  const lanes v52 = v44 * v51;
-  const lanes v53 = v42 * v11;
-  const lanes v54 = v32 * v12;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = v11 * v46;
-  const lanes v57 = v12 * v49;
-  const lanes v58 = v56 - v57;
-  const lanes v59 = v55 * v58;
-  const lanes v60 = v52 - v59;
-  const lanes v61 = v60 * qdd_0;
-  const lanes v62 = v23 * v46;
-  const lanes v63 = -0.425 * v14;
-  const lanes v64 = v37 + v63;
-  const lanes v65 = v32 * v64;
-  const lanes v66 = v62 - v65;
-  const lanes v67 = v66 * qdd_1;
-  const lanes v68 = v61 + v67;
-  const lanes v69 = v40 + v68;
-  const lanes v70 = v20 + v69;
-  const lanes v71 = 0.0996 * v2;
-  const lanes v72 = v71 * qdd_4;
-  const lanes v73 = v70 - v72;
-  const lanes v74 = 0.0996 * v3;
-  const lanes v75 = v74 * qd_5;
-  const lanes v76 = v75 * qd_4;
-  const lanes v77 = v4 * v3;
-  const lanes v78 = 0.0997 * v4;
-  const lanes v79 = v78 * qd_3;
-  const lanes v80 = v77 * v79;
-  const lanes v81 = v74 * qd_4;
-  const lanes v82 = v1 * v3;
-  const lanes v83 = 0.0997 * v82;
-  const lanes v84 = v2 * v17;
-  const lanes v85 = v83 + v84;
-  const lanes v86 = v85 * qd_3;
-  const lanes v87 = v81 - v86;
-  const lanes v88 = v1 * v87;
-  const lanes v89 = v80 - v88;
-  const lanes v90 = v7 * v2;
-  const lanes v91 = v82 * v8;
-  const lanes v92 = v90 + v91;
-  const lanes v93 = v92 * v37;
-  const lanes v94 = v2 * v8;
-  const lanes v95 = v7 * v82;
-  const lanes v96 = v94 - v95;
-  const lanes v97 = v96 * v28;
-  const lanes v98 = v93 + v97;
-  const lanes v99 = v1 * qd_3;
-  const lanes v100 = v99 + qd_5;
-  const lanes v101 = v98 * v100;
-  const lanes v102 = v4 * v8;
-  const lanes v103 = v102 * v37;
-  const lanes v104 = v7 * v4;
-  const lanes v105 = v104 * v28;
-  const lanes v106 = v103 - v105;
-  const lanes v107 = v77 * qd_3;
-  const lanes v108 = v2 * qd_4;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = v106 * v109;
-  const lanes v111 = v101 + v110;
-  const lanes v112 = v89 + v111;
-  const lanes v113 = v112 * qd_2;
-  const lanes v114 = v102 * v64;
-  const lanes v115 = v104 * v46;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v116 * qd_1;
-  const lanes v118 = v106 * qd_2;
-  const lanes v119 = v118 - v79;
-  const lanes v120 = v117 + v119;
-  const lanes v121 = v96 * v120;
-  const lanes v122 = v92 * v64;
-  const lanes v123 = v96 * v46;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = v124 * qd_1;
-  const lanes v126 = v98 * qd_2;
-  const lanes v127 = v126 + v87;
-  const lanes v128 = v125 + v127;
-  const lanes v129 = v104 * v128;
-  const lanes v130 = v121 + v129;
-  const lanes v131 = v77 * v11;
-  const lanes v132 = v92 * v12;
-  const lanes v133 = v131 + v132;
-  const lanes v134 = v133 * v58;
-  const lanes v135 = v77 * v12;
-  const lanes v136 = v92 * v11;
-  const lanes v137 = v135 - v136;
-  const lanes v138 = v137 * v51;
-  const lanes v139 = v134 + v138;
-  const lanes v140 = v1 * qd_1;
-  const lanes v141 = v1 * qd_2;
-  const lanes v142 = v141 + v100;
-  const lanes v143 = v140 + v142;
-  const lanes v144 = v139 * v143;
-  const lanes v145 = v1 * v11;
-  const lanes v146 = v102 * v12;
-  const lanes v147 = v145 - v146;
-  const lanes v148 = v147 * v58;
-  const lanes v149 = v102 * v11;
-  const lanes v150 = v1 * v12;
-  const lanes v151 = v149 + v150;
-  const lanes v152 = v151 * v51;
-  const lanes v153 = v148 + v152;
-  const lanes v154 = v77 * qd_1;
-  const lanes v155 = v77 * qd_2;
-  const lanes v156 = v155 + v109;
-  const lanes v157 = v154 + v156;
-  const lanes v158 = v153 * v157;
-  const lanes v159 = v144 - v158;
-  const lanes v160 = v130 + v159;
-  const lanes v161 = v160 * qd_0;
-  const lanes v162 = v124 * v142;
-  const lanes v163 = v116 * v156;
-  const lanes v164 = v162 + v163;
-  const lanes v165 = v77 * v119;
-  const lanes v166 = v1 * v127;
-  const lanes v167 = v165 + v166;
-  const lanes v168 = v164 - v167;
-  const lanes v169 = v168 * qd_1;
-  const lanes v170 = v161 + v169;
-  const lanes v171 = v113 + v170;
-  const lanes v172 = v1 * v81;
-  const lanes v173 = v85 * qd_5;
-  const lanes v174 = v78 * v108;
-  const lanes v175 = v173 + v174;
-  const lanes v176 = v172 + v175;
-  const lanes v177 = v176 * qd_3;
-  const lanes v178 = v171 - v177;
-  const lanes v179 = v76 + v178;
-  const lanes v180 = v73 + v179;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      qd_0 = in[6], qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11],
+      qdd_0 = in[12], qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16],
+      qdd_5 = in[17];
+  LANES_COS_SIN(v1, v4, q_4); LANES_COS_SIN(v2, v3, q_5);
+  const lanes v5 = q_1 + q_2, v6 = v5 + q_3;
+  LANES_COS_SIN(v8, v7, v6); LANES_COS_SIN(v9, v10, v5); LANES_COS_SIN(v12, v11, q_0);
+  LANES_COS_SIN(v13, v14, q_1);
+  const lanes v15 = v1 * v2, v16 = 0.0997 * v15, v17 = 0.0996 * v4, v18 = v3 * v17, v19 = v16 - v18,
+      v20 = v19 * qdd_3, v21 = v7 * v15, v22 = v3 * v8, v23 = v21 + v22, v24 = 0.0997 * v7,
+      v25 = v17 * v8, v26 = v24 - v25, v27 = -0.3922 * v9, v28 = v26 + v27, v29 = v23 * v28,
+      v30 = v15 * v8, v31 = v7 * v3, v32 = v30 - v31, v33 = -0.3922 * v10, v34 = v7 * v17,
+      v35 = 0.0997 * v8, v36 = v34 + v35, v37 = v33 - v36, v38 = v32 * v37, v39 = v29 - v38,
+      v40 = v39 * qdd_2, v41 = v32 * v11, v42 = v4 * v2, v43 = v42 * v12, v44 = v41 - v43,
+      v45 = -0.425 * v13, v46 = v28 + v45, v47 = v12 * v46, v48 = 0.0996 * v1, v49 = v48 + 0.1333,
+      v50 = v49 * v11, v51 = v47 + v50, v52 = v44 * v51, v53 = v42 * v11, v54 = v32 * v12,
+      v55 = v53 + v54, v56 = v11 * v46, v57 = v12 * v49, v58 = v56 - v57, v59 = v55 * v58,
+      v60 = v52 - v59, v61 = v60 * qdd_0, v62 = v23 * v46, v63 = -0.425 * v14, v64 = v37 + v63,
+      v65 = v32 * v64, v66 = v62 - v65, v67 = v66 * qdd_1, v68 = v61 + v67, v69 = v40 + v68,
+      v70 = v20 + v69, v71 = 0.0996 * v2, v72 = v71 * qdd_4, v73 = v70 - v72, v74 = 0.0996 * v3,
+      v75 = v74 * qd_5, v76 = v75 * qd_4, v77 = v4 * v3, v78 = 0.0997 * v4, v79 = v78 * qd_3,
+      v80 = v77 * v79, v81 = v74 * qd_4, v82 = v1 * v3, v83 = 0.0997 * v82, v84 = v2 * v17,
+      v85 = v83 + v84, v86 = v85 * qd_3, v87 = v81 - v86, v88 = v1 * v87, v89 = v80 - v88,
+      v90 = v7 * v2, v91 = v82 * v8, v92 = v90 + v91, v93 = v92 * v37, v94 = v2 * v8,
+      v95 = v7 * v82, v96 = v94 - v95, v97 = v96 * v28, v98 = v93 + v97, v99 = v1 * qd_3,
+      v100 = v99 + qd_5, v101 = v98 * v100, v102 = v4 * v8, v103 = v102 * v37, v104 = v7 * v4,
+      v105 = v104 * v28, v106 = v103 - v105, v107 = v77 * qd_3, v108 = v2 * qd_4,
+      v109 = v107 + v108, v110 = v106 * v109, v111 = v101 + v110, v112 = v89 + v111,
+      v113 = v112 * qd_2, v114 = v102 * v64, v115 = v104 * v46, v116 = v114 - v115,
+      v117 = v116 * qd_1, v118 = v106 * qd_2, v119 = v118 - v79, v120 = v117 + v119,
+      v121 = v96 * v120, v122 = v92 * v64, v123 = v96 * v46, v124 = v122 + v123, v125 = v124 * qd_1,
+      v126 = v98 * qd_2, v127 = v126 + v87, v128 = v125 + v127, v129 = v104 * v128,
+      v130 = v121 + v129, v131 = v77 * v11, v132 = v92 * v12, v133 = v131 + v132, v134 = v133 * v58,
+      v135 = v77 * v12, v136 = v92 * v11, v137 = v135 - v136, v138 = v137 * v51, v139 = v134 + v138,
+      v140 = v1 * qd_1, v141 = v1 * qd_2, v142 = v141 + v100, v143 = v140 + v142,
+      v144 = v139 * v143, v145 = v1 * v11, v146 = v102 * v12, v147 = v145 - v146, v148 = v147 * v58,
+      v149 = v102 * v11, v150 = v1 * v12, v151 = v149 + v150, v152 = v151 * v51, v153 = v148 + v152,
+      v154 = v77 * qd_1, v155 = v77 * qd_2, v156 = v155 + v109, v157 = v154 + v156,
+      v158 = v153 * v157, v159 = v144 - v158, v160 = v130 + v159, v161 = v160 * qd_0,
+      v162 = v124 * v142, v163 = v116 * v156, v164 = v162 + v163, v165 = v77 * v119,
+      v166 = v1 * v127, v167 = v165 + v166, v168 = v164 - v167, v169 = v168 * qd_1,
+      v170 = v161 + v169, v171 = v113 + v170, v172 = v1 * v81, v173 = v85 * qd_5, v174 = v78 * v108,
+      v175 = v173 + v174, v176 = v172 + v175, v177 = v176 * qd_3, v178 = v171 - v177,
+      v179 = v76 + v178, v180 = v73 + v179;
   out[0] = v180;
-  const lanes v181 = v74 * qdd_4;
-  const lanes v182 = v98 * qdd_2;
-  const lanes v183 = v139 * qdd_0;
-  const lanes v184 = v124 * qdd_1;
-  const lanes v185 = v183 + v184;
-  const lanes v186 = v182 + v185;
-  const lanes v187 = v85 * qdd_3;
-  const lanes v188 = v186 - v187;
-  const lanes v189 = v181 + v188;
-  const lanes v190 = v71 * qd_5;
-  const lanes v191 = v190 * qd_4;
-  const lanes v192 = v3 * qd_4;
-  const lanes v193 = v78 * v192;
-  const lanes v194 = v19 * qd_5;
-  const lanes v195 = v193 - v194;
-  const lanes v196 = v71 * qd_4;
-  const lanes v197 = v1 * v196;
-  const lanes v198 = v195 - v197;
-  const lanes v199 = v198 * qd_3;
-  const lanes v200 = v42 * v79;
-  const lanes v201 = v19 * qd_3;
-  const lanes v202 = v201 - v196;
-  const lanes v203 = v1 * v202;
-  const lanes v204 = v200 + v203;
-  const lanes v205 = v42 * qd_3;
-  const lanes v206 = v205 - v192;
-  const lanes v207 = v106 * v206;
-  const lanes v208 = v39 * v100;
-  const lanes v209 = v207 - v208;
-  const lanes v210 = v204 + v209;
-  const lanes v211 = v210 * qd_2;
-  const lanes v212 = v39 * qd_2;
-  const lanes v213 = v212 + v202;
-  const lanes v214 = v1 * v213;
-  const lanes v215 = v42 * v119;
-  const lanes v216 = v214 - v215;
-  const lanes v217 = v42 * qd_2;
-  const lanes v218 = v217 + v206;
-  const lanes v219 = v116 * v218;
-  const lanes v220 = v66 * v142;
-  const lanes v221 = v219 - v220;
-  const lanes v222 = v216 + v221;
-  const lanes v223 = v222 * qd_1;
-  const lanes v224 = v23 * v120;
-  const lanes v225 = v66 * qd_1;
-  const lanes v226 = v225 + v213;
-  const lanes v227 = v104 * v226;
-  const lanes v228 = v224 + v227;
-  const lanes v229 = v60 * v143;
-  const lanes v230 = v42 * qd_1;
-  const lanes v231 = v230 + v218;
-  const lanes v232 = v153 * v231;
-  const lanes v233 = v229 + v232;
-  const lanes v234 = v228 + v233;
-  const lanes v235 = v234 * qd_0;
-  const lanes v236 = v223 - v235;
-  const lanes v237 = v211 + v236;
-  const lanes v238 = v199 + v237;
-  const lanes v239 = v191 + v238;
-  const lanes v240 = v189 + v239;
+  const lanes v181 = v74 * qdd_4, v182 = v98 * qdd_2, v183 = v139 * qdd_0, v184 = v124 * qdd_1,
+      v185 = v183 + v184, v186 = v182 + v185, v187 = v85 * qdd_3, v188 = v186 - v187,
+      v189 = v181 + v188, v190 = v71 * qd_5, v191 = v190 * qd_4, v192 = v3 * qd_4,
+      v193 = v78 * v192, v194 = v19 * qd_5, v195 = v193 - v194, v196 = v71 * qd_4, v197 = v1 * v196,
+      v198 = v195 - v197, v199 = v198 * qd_3, v200 = v42 * v79, v201 = v19 * qd_3,
+      v202 = v201 - v196, v203 = v1 * v202, v204 = v200 + v203, v205 = v42 * qd_3,
+      v206 = v205 - v192, v207 = v106 * v206, v208 = v39 * v100, v209 = v207 - v208,
+      v210 = v204 + v209, v211 = v210 * qd_2, v212 = v39 * qd_2, v213 = v212 + v202,
+      v214 = v1 * v213, v215 = v42 * v119, v216 = v214 - v215, v217 = v42 * qd_2,
+      v218 = v217 + v206, v219 = v116 * v218, v220 = v66 * v142, v221 = v219 - v220,
+      v222 = v216 + v221, v223 = v222 * qd_1, v224 = v23 * v120, v225 = v66 * qd_1,
+      v226 = v225 + v213, v227 = v104 * v226, v228 = v224 + v227, v229 = v60 * v143,
+      v230 = v42 * qd_1, v231 = v230 + v218, v232 = v153 * v231, v233 = v229 + v232,
+      v234 = v228 + v233, v235 = v234 * qd_0, v236 = v223 - v235, v237 = v211 + v236,
+      v238 = v199 + v237, v239 = v191 + v238, v240 = v189 + v239;
   out[1] = v240;
-  const lanes v241 = v106 * qdd_2;
-  const lanes v242 = v116 * qdd_1;
-  const lanes v243 = v153 * qdd_0;
-  const lanes v244 = v242 - v243;
-  const lanes v245 = v241 + v244;
-  const lanes v246 = v78 * qdd_3;
-  const lanes v247 = v245 - v246;
-  const lanes v248 = v42 * v81;
-  const lanes v249 = v77 * v196;
-  const lanes v250 = v248 - v249;
-  const lanes v251 = v19 * v108;
-  const lanes v252 = v85 * v192;
-  const lanes v253 = v251 + v252;
-  const lanes v254 = v250 - v253;
-  const lanes v255 = v254 * qd_3;
-  const lanes v256 = v42 * v87;
-  const lanes v257 = v77 * v202;
-  const lanes v258 = v256 + v257;
-  const lanes v259 = v39 * v109;
-  const lanes v260 = v98 * v206;
-  const lanes v261 = v259 + v260;
-  const lanes v262 = v258 - v261;
-  const lanes v263 = v262 * qd_2;
-  const lanes v264 = v23 * v128;
-  const lanes v265 = v96 * v226;
-  const lanes v266 = v264 - v265;
-  const lanes v267 = v60 * v157;
-  const lanes v268 = v139 * v231;
-  const lanes v269 = v267 + v268;
-  const lanes v270 = v266 - v269;
-  const lanes v271 = v270 * qd_0;
-  const lanes v272 = v42 * v127;
-  const lanes v273 = v77 * v213;
-  const lanes v274 = v272 + v273;
-  const lanes v275 = v66 * v156;
-  const lanes v276 = v124 * v218;
-  const lanes v277 = v275 + v276;
-  const lanes v278 = v274 - v277;
-  const lanes v279 = v278 * qd_1;
-  const lanes v280 = v271 + v279;
-  const lanes v281 = v263 + v280;
-  const lanes v282 = v255 + v281;
-  const lanes v283 = v247 + v282;
+  const lanes v241 = v106 * qdd_2, v242 = v116 * qdd_1, v243 = v153 * qdd_0, v244 = v242 - v243,
+      v245 = v241 + v244, v246 = v78 * qdd_3, v247 = v245 - v246, v248 = v42 * v81,
+      v249 = v77 * v196, v250 = v248 - v249, v251 = v19 * v108, v252 = v85 * v192,
+      v253 = v251 + v252, v254 = v250 - v253, v255 = v254 * qd_3, v256 = v42 * v87,
+      v257 = v77 * v202, v258 = v256 + v257, v259 = v39 * v109, v260 = v98 * v206,
+      v261 = v259 + v260, v262 = v258 - v261, v263 = v262 * qd_2, v264 = v23 * v128,
+      v265 = v96 * v226, v266 = v264 - v265, v267 = v60 * v157, v268 = v139 * v231,
+      v269 = v267 + v268, v270 = v266 - v269, v271 = v270 * qd_0, v272 = v42 * v127,
+      v273 = v77 * v213, v274 = v272 + v273, v275 = v66 * v156, v276 = v124 * v218,
+      v277 = v275 + v276, v278 = v274 - v277, v279 = v278 * qd_1, v280 = v271 + v279,
+      v281 = v263 + v280, v282 = v255 + v281, v283 = v247 + v282;
   out[2] = v283;
-  const lanes v284 = v42 * qdd_3;
-  const lanes v285 = v42 * qdd_2;
-  const lanes v286 = v23 * qdd_0;
-  const lanes v287 = v42 * qdd_1;
-  const lanes v288 = v286 + v287;
-  const lanes v289 = v285 + v288;
-  const lanes v290 = v284 + v289;
-  const lanes v291 = v3 * qdd_4;
-  const lanes v292 = v290 - v291;
-  const lanes v293 = v1 * v108;
-  const lanes v294 = v77 * qd_5;
-  const lanes v295 = v293 - v294;
-  const lanes v296 = v295 * qd_3;
-  const lanes v297 = v1 * v109;
-  const lanes v298 = v77 * v100;
-  const lanes v299 = v297 - v298;
-  const lanes v300 = v299 * qd_2;
-  const lanes v301 = v96 * v143;
-  const lanes v302 = v104 * v157;
-  const lanes v303 = v301 - v302;
-  const lanes v304 = v303 * qd_0;
-  const lanes v305 = v1 * v156;
-  const lanes v306 = v77 * v142;
-  const lanes v307 = v305 - v306;
-  const lanes v308 = v307 * qd_1;
-  const lanes v309 = v304 + v308;
-  const lanes v310 = v300 + v309;
-  const lanes v311 = v296 + v310;
-  const lanes v312 = v2 * qd_5;
-  const lanes v313 = v312 * qd_4;
-  const lanes v314 = v311 - v313;
-  const lanes v315 = v292 + v314;
+  const lanes v284 = v42 * qdd_3, v285 = v42 * qdd_2, v286 = v23 * qdd_0, v287 = v42 * qdd_1,
+      v288 = v286 + v287, v289 = v285 + v288, v290 = v284 + v289, v291 = v3 * qdd_4,
+      v292 = v290 - v291, v293 = v1 * v108, v294 = v77 * qd_5, v295 = v293 - v294,
+      v296 = v295 * qd_3, v297 = v1 * v109, v298 = v77 * v100, v299 = v297 - v298,
+      v300 = v299 * qd_2, v301 = v96 * v143, v302 = v104 * v157, v303 = v301 - v302,
+      v304 = v303 * qd_0, v305 = v1 * v156, v306 = v77 * v142, v307 = v305 - v306,
+      v308 = v307 * qd_1, v309 = v304 + v308, v310 = v300 + v309, v311 = v296 + v310,
+      v312 = v2 * qd_5, v313 = v312 * qd_4, v314 = v311 - v313, v315 = v292 + v314;
   out[3] = v315;
-  const lanes v316 = v96 * qdd_0;
-  const lanes v317 = v77 * qdd_1;
-  const lanes v318 = v316 - v317;
-  const lanes v319 = v77 * qdd_2;
-  const lanes v320 = v318 - v319;
-  const lanes v321 = v77 * qdd_3;
-  const lanes v322 = v320 - v321;
-  const lanes v323 = v2 * qdd_4;
-  const lanes v324 = v322 - v323;
-  const lanes v325 = v3 * qd_5;
-  const lanes v326 = v325 * qd_4;
-  const lanes v327 = v1 * v206;
-  const lanes v328 = v42 * v100;
-  const lanes v329 = v327 - v328;
-  const lanes v330 = v329 * qd_2;
-  const lanes v331 = v1 * v218;
-  const lanes v332 = v42 * v142;
-  const lanes v333 = v331 - v332;
-  const lanes v334 = v333 * qd_1;
-  const lanes v335 = v23 * v143;
-  const lanes v336 = v104 * v231;
-  const lanes v337 = v335 + v336;
-  const lanes v338 = v337 * qd_0;
-  const lanes v339 = v334 - v338;
-  const lanes v340 = v330 + v339;
-  const lanes v341 = v42 * qd_5;
-  const lanes v342 = v1 * v192;
-  const lanes v343 = v341 + v342;
-  const lanes v344 = v343 * qd_3;
-  const lanes v345 = v340 - v344;
-  const lanes v346 = v326 + v345;
-  const lanes v347 = v324 + v346;
+  const lanes v316 = v96 * qdd_0, v317 = v77 * qdd_1, v318 = v316 - v317, v319 = v77 * qdd_2,
+      v320 = v318 - v319, v321 = v77 * qdd_3, v322 = v320 - v321, v323 = v2 * qdd_4,
+      v324 = v322 - v323, v325 = v3 * qd_5, v326 = v325 * qd_4, v327 = v1 * v206, v328 = v42 * v100,
+      v329 = v327 - v328, v330 = v329 * qd_2, v331 = v1 * v218, v332 = v42 * v142,
+      v333 = v331 - v332, v334 = v333 * qd_1, v335 = v23 * v143, v336 = v104 * v231,
+      v337 = v335 + v336, v338 = v337 * qd_0, v339 = v334 - v338, v340 = v330 + v339,
+      v341 = v42 * qd_5, v342 = v1 * v192, v343 = v341 + v342, v344 = v343 * qd_3,
+      v345 = v340 - v344, v346 = v326 + v345, v347 = v324 + v346;
   out[4] = v347;
-  const lanes v348 = v1 * qdd_3;
-  const lanes v349 = v1 * qdd_2;
-  const lanes v350 = v1 * qdd_1;
-  const lanes v351 = v104 * qdd_0;
-  const lanes v352 = v350 - v351;
-  const lanes v353 = v349 + v352;
-  const lanes v354 = v348 + v353;
-  const lanes v355 = v354 + qdd_5;
-  const lanes v356 = v77 * v206;
-  const lanes v357 = v42 * v109;
-  const lanes v358 = v356 - v357;
-  const lanes v359 = v358 * qd_2;
-  const lanes v360 = v77 * v218;
-  const lanes v361 = v42 * v156;
-  const lanes v362 = v360 - v361;
-  const lanes v363 = v362 * qd_1;
-  const lanes v364 = v23 * v157;
-  const lanes v365 = v96 * v231;
-  const lanes v366 = v364 + v365;
-  const lanes v367 = v366 * qd_0;
-  const lanes v368 = v363 - v367;
-  const lanes v369 = v359 + v368;
-  const lanes v370 = v42 * v108;
-  const lanes v371 = v77 * v192;
-  const lanes v372 = v370 + v371;
-  const lanes v373 = v372 * qd_3;
-  const lanes v374 = v369 - v373;
-  const lanes v375 = v355 + v374;
+  const lanes v348 = v1 * qdd_3, v349 = v1 * qdd_2, v350 = v1 * qdd_1, v351 = v104 * qdd_0,
+      v352 = v350 - v351, v353 = v349 + v352, v354 = v348 + v353, v355 = v354 + qdd_5,
+      v356 = v77 * v206, v357 = v42 * v109, v358 = v356 - v357, v359 = v358 * qd_2,
+      v360 = v77 * v218, v361 = v42 * v156, v362 = v360 - v361, v363 = v362 * qd_1,
+      v364 = v23 * v157, v365 = v96 * v231, v366 = v364 + v365, v367 = v366 * qd_0,
+      v368 = v363 - v367, v369 = v359 + v368, v370 = v42 * v108, v371 = v77 * v192,
+      v372 = v370 + v371, v373 = v372 * qd_3, v374 = v369 - v373, v375 = v355 + v374;
   out[5] = v375;
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_acceleration_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes qd_0 = in[6];
-  const lanes qd_1 = in[7];
-  const lanes qd_2 = in[8];
-  const lanes qd_3 = in[9];
-  const lanes qd_4 = in[10];
-  const lanes qd_5 = in[11];
-  const lanes qdd_0 = in[12];
-  const lanes qdd_1 = in[13];
-  const lanes qdd_2 = in[14];
-  const lanes qdd_3 = in[15];
-  const lanes qdd_4 = in[16];
-  const lanes qdd_5 = in[17];
-  lanes v1, v8; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v8);
-  const lanes v2 = q_1 + q_2;
-  const lanes v3 = v2 + q_3;
-  lanes v6, v4; LANES_NAME(lanes_cos_sin)(&v3, &v6, &v4);
-  lanes v11, v5; LANES_NAME(lanes_cos_sin)(&q_4, &v11, &v5);
-  lanes v9, v7; LANES_NAME(lanes_cos_sin)(&v2, &v9, &v7);
-  lanes v10, v12; LANES_NAME(lanes_cos_sin)(&q_1, &v10, &v12);
-  const lanes v13 = 0.0996 * v5;
-  const lanes v14 = v4 * v13;
-  const lanes v15 = 0.0997 * v6;
-  const lanes v16 = v14 + v15;
-  const lanes v17 = v1 * v16;
-  const lanes v18 = v17 * qdd_3;
-  const lanes v19 = -0.3922 * v7;
-  const lanes v20 = v19 - v16;
-  const lanes v21 = v1 * v20;
-  const lanes v22 = v21 * qdd_2;
-  const lanes v23 = 0.0997 * v4;
-  const lanes v24 = v13 * v6;
-  const lanes v25 = v23 - v24;
-  const lanes v26 = -0.3922 * v9;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = -0.425 * v10;
-  const lanes v29 = v27 + v28;
-  const lanes v30 = v8 * v29;
-  const lanes v31 = 0.0996 * v11;
-  const lanes v32 = v31 + 0.1333;
-  const lanes v33 = v1 * v32;
-  const lanes v34 = v30 - v33;
-  const lanes v35 = v34 * qdd_0;
-  const lanes v36 = -0.425 * v12;
-  const lanes v37 = v20 + v36;
-  const lanes v38 = v1 * v37;
-  const lanes v39 = v38 * qdd_1;
-  const lanes v40 = v35 + v39;
-  const lanes v41 = v22 + v40;
-  const lanes v42 = v18 - v41;
-  const lanes v43 = v1 * v6;
-  const lanes v44 = v11 * v43;
-  const lanes v45 = v5 * v8;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = 0.0996 * v46;
-  const lanes v48 = v47 * qdd_4;
-  const lanes v49 = v42 - v48;
-  const lanes v50 = v6 * qd_4;
-  const lanes v51 = qd_0 - v50;
-  const lanes v52 = v8 * v6;
-  const lanes v53 = v11 * v52;
-  const lanes v54 = v5 * v1;
-  const lanes v55 = v53 - v54;
-  const lanes v56 = 0.0996 * v55;
-  const lanes v57 = v51 * v56;
-  const lanes v58 = v4 * v8;
-  const lanes v59 = v58 * qd_4;
-  const lanes v60 = v1 * qd_3;
-  const lanes v61 = v1 * qd_1;
-  const lanes v62 = v1 * qd_2;
-  const lanes v63 = v61 + v62;
-  const lanes v64 = v60 + v63;
-  const lanes v65 = v59 - v64;
-  const lanes v66 = v4 * v11;
-  const lanes v67 = 0.0996 * v66;
-  const lanes v68 = v65 * v67;
-  const lanes v69 = v57 - v68;
-  const lanes v70 = v69 * qd_4;
-  const lanes v71 = v67 * qd_4;
-  const lanes v72 = v1 * v71;
-  const lanes v73 = v64 * v25;
-  const lanes v74 = v16 * v8;
-  const lanes v75 = v74 * qd_0;
-  const lanes v76 = v73 + v75;
-  const lanes v77 = v72 - v76;
-  const lanes v78 = v77 * qd_3;
-  const lanes v79 = v20 * v8;
-  const lanes v80 = v79 * qd_0;
-  const lanes v81 = v63 * v27;
-  const lanes v82 = v80 - v81;
-  const lanes v83 = v25 * qd_3;
-  const lanes v84 = v83 - v71;
-  const lanes v85 = v1 * v84;
-  const lanes v86 = v82 - v85;
-  const lanes v87 = v86 * qd_2;
-  const lanes v88 = v8 * v37;
-  const lanes v89 = v88 * qd_0;
-  const lanes v90 = v61 * v29;
-  const lanes v91 = v89 - v90;
-  const lanes v92 = v27 * qd_2;
-  const lanes v93 = v92 + v84;
-  const lanes v94 = v1 * v93;
-  const lanes v95 = v91 - v94;
-  const lanes v96 = v95 * qd_1;
-  const lanes v97 = v1 * v29;
-  const lanes v98 = v32 * v8;
-  const lanes v99 = v97 + v98;
-  const lanes v100 = v99 * qd_0;
-  const lanes v101 = v74 * qd_3;
-  const lanes v102 = v56 * qd_4;
-  const lanes v103 = v101 - v102;
-  const lanes v104 = v79 * qd_2;
-  const lanes v105 = v103 - v104;
-  const lanes v106 = v88 * qd_1;
-  const lanes v107 = v105 - v106;
-  const lanes v108 = v100 + v107;
-  const lanes v109 = v108 * qd_0;
-  const lanes v110 = v96 - v109;
-  const lanes v111 = v87 + v110;
-  const lanes v112 = v78 + v111;
-  const lanes v113 = v70 + v112;
-  const lanes v114 = v49 + v113;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], qd_0 = in[6],
+      qd_1 = in[7], qd_2 = in[8], qd_3 = in[9], qd_4 = in[10], qd_5 = in[11], qdd_0 = in[12],
+      qdd_1 = in[13], qdd_2 = in[14], qdd_3 = in[15], qdd_4 = in[16], qdd_5 = in[17];
+  LANES_COS_SIN(v1, v8, q_0);
+  const lanes v2 = q_1 + q_2, v3 = v2 + q_3;
+  LANES_COS_SIN(v6, v4, v3); LANES_COS_SIN(v11, v5, q_4); LANES_COS_SIN(v9, v7, v2);
+  LANES_COS_SIN(v10, v12, q_1);
+  const lanes v13 = 0.0996 * v5, v14 = v4 * v13, v15 = 0.0997 * v6, v16 = v14 + v15, v17 = v1 * v16,
+      v18 = v17 * qdd_3, v19 = -0.3922 * v7, v20 = v19 - v16, v21 = v1 * v20, v22 = v21 * qdd_2,
+      v23 = 0.0997 * v4, v24 = v13 * v6, v25 = v23 - v24, v26 = -0.3922 * v9, v27 = v25 + v26,
+      v28 = -0.425 * v10, v29 = v27 + v28, v30 = v8 * v29, v31 = 0.0996 * v11, v32 = v31 + 0.1333,
+      v33 = v1 * v32, v34 = v30 - v33, v35 = v34 * qdd_0, v36 = -0.425 * v12, v37 = v20 + v36,
+      v38 = v1 * v37, v39 = v38 * qdd_1, v40 = v35 + v39, v41 = v22 + v40, v42 = v18 - v41,
+      v43 = v1 * v6, v44 = v11 * v43, v45 = v5 * v8, v46 = v44 + v45, v47 = 0.0996 * v46,
+      v48 = v47 * qdd_4, v49 = v42 - v48, v50 = v6 * qd_4, v51 = qd_0 - v50, v52 = v8 * v6,
+      v53 = v11 * v52, v54 = v5 * v1, v55 = v53 - v54, v56 = 0.0996 * v55, v57 = v51 * v56,
+      v58 = v4 * v8, v59 = v58 * qd_4, v60 = v1 * qd_3, v61 = v1 * qd_1, v62 = v1 * qd_2,
+      v63 = v61 + v62, v64 = v60 + v63, v65 = v59 - v64, v66 = v4 * v11, v67 = 0.0996 * v66,
+      v68 = v65 * v67, v69 = v57 - v68, v70 = v69 * qd_4, v71 = v67 * qd_4, v72 = v1 * v71,
+      v73 = v64 * v25, v74 = v16 * v8, v75 = v74 * qd_0, v76 = v73 + v75, v77 = v72 - v76,
+      v78 = v77 * qd_3, v79 = v20 * v8, v80 = v79 * qd_0, v81 = v63 * v27, v82 = v80 - v81,
+      v83 = v25 * qd_3, v84 = v83 - v71, v85 = v1 * v84, v86 = v82 - v85, v87 = v86 * qd_2,
+      v88 = v8 * v37, v89 = v88 * qd_0, v90 = v61 * v29, v91 = v89 - v90, v92 = v27 * qd_2,
+      v93 = v92 + v84, v94 = v1 * v93, v95 = v91 - v94, v96 = v95 * qd_1, v97 = v1 * v29,
+      v98 = v32 * v8, v99 = v97 + v98, v100 = v99 * qd_0, v101 = v74 * qd_3, v102 = v56 * qd_4,
+      v103 = v101 - v102, v104 = v79 * qd_2, v105 = v103 - v104, v106 = v88 * qd_1,
+      v107 = v105 - v106, v108 = v100 + v107, v109 = v108 * qd_0, v110 = v96 - v109,
+      v111 = v87 + v110, v112 = v78 + v111, v113 = v70 + v112, v114 = v49 + v113;
   out[0] = v114;
-  const lanes v115 = v74 * qdd_3;
-  const lanes v116 = v99 * qdd_0;
-  const lanes v117 = v88 * qdd_1;
-  const lanes v118 = v116 - v117;
-  const lanes v119 = v79 * qdd_2;
-  const lanes v120 = v118 - v119;
-  const lanes v121 = v115 + v120;
-  const lanes v122 = v56 * qdd_4;
-  const lanes v123 = v121 - v122;
-  const lanes v124 = v4 * v1;
-  const lanes v125 = v124 * qd_4;
-  const lanes v126 = v8 * qd_3;
-  const lanes v127 = v8 * qd_1;
-  const lanes v128 = v8 * qd_2;
-  const lanes v129 = v127 + v128;
-  const lanes v130 = v126 + v129;
-  const lanes v131 = v125 + v130;
-  const lanes v132 = v131 * v67;
-  const lanes v133 = v51 * v47;
-  const lanes v134 = v132 - v133;
-  const lanes v135 = v134 * qd_4;
-  const lanes v136 = v17 * qd_0;
-  const lanes v137 = v130 * v25;
-  const lanes v138 = v136 - v137;
-  const lanes v139 = v71 * v8;
-  const lanes v140 = v138 + v139;
-  const lanes v141 = v140 * qd_3;
-  const lanes v142 = v17 * qd_3;
-  const lanes v143 = v47 * qd_4;
-  const lanes v144 = v142 - v143;
-  const lanes v145 = v21 * qd_2;
-  const lanes v146 = v144 - v145;
-  const lanes v147 = v38 * qd_1;
-  const lanes v148 = v146 - v147;
-  const lanes v149 = v34 * qd_0;
-  const lanes v150 = v148 - v149;
-  const lanes v151 = v150 * qd_0;
-  const lanes v152 = v127 * v29;
-  const lanes v153 = v38 * qd_0;
-  const lanes v154 = v152 + v153;
-  const lanes v155 = v93 * v8;
-  const lanes v156 = v154 + v155;
-  const lanes v157 = v156 * qd_1;
-  const lanes v158 = v151 - v157;
-  const lanes v159 = v129 * v27;
-  const lanes v160 = v21 * qd_0;
-  const lanes v161 = v159 + v160;
-  const lanes v162 = v84 * v8;
-  const lanes v163 = v161 + v162;
-  const lanes v164 = v163 * qd_2;
-  const lanes v165 = v158 - v164;
-  const lanes v166 = v141 + v165;
-  const lanes v167 = v135 + v166;
-  const lanes v168 = v123 + v167;
+  const lanes v115 = v74 * qdd_3, v116 = v99 * qdd_0, v117 = v88 * qdd_1, v118 = v116 - v117,
+      v119 = v79 * qdd_2, v120 = v118 - v119, v121 = v115 + v120, v122 = v56 * qdd_4,
+      v123 = v121 - v122, v124 = v4 * v1, v125 = v124 * qd_4, v126 = v8 * qd_3, v127 = v8 * qd_1,
+      v128 = v8 * qd_2, v129 = v127 + v128, v130 = v126 + v129, v131 = v125 + v130,
+      v132 = v131 * v67, v133 = v51 * v47, v134 = v132 - v133, v135 = v134 * qd_4,
+      v136 = v17 * qd_0, v137 = v130 * v25, v138 = v136 - v137, v139 = v71 * v8, v140 = v138 + v139,
+      v141 = v140 * qd_3, v142 = v17 * qd_3, v143 = v47 * qd_4, v144 = v142 - v143,
+      v145 = v21 * qd_2, v146 = v144 - v145, v147 = v38 * qd_1, v148 = v146 - v147,
+      v149 = v34 * qd_0, v150 = v148 - v149, v151 = v150 * qd_0, v152 = v127 * v29,
+      v153 = v38 * qd_0, v154 = v152 + v153, v155 = v93 * v8, v156 = v154 + v155,
+      v157 = v156 * qd_1, v158 = v151 - v157, v159 = v129 * v27, v160 = v21 * qd_0,
+      v161 = v159 + v160, v162 = v84 * v8, v163 = v161 + v162, v164 = v163 * qd_2,
+      v165 = v158 - v164, v166 = v141 + v165, v167 = v135 + v166, v168 = v123 + v167;
   out[1] = v168;
-  const lanes v169 = v25 * qdd_3;
-  const lanes v170 = v29 * qdd_1;
-  const lanes v171 = v27 * qdd_2;
-  const lanes v172 = v170 + v171;
-  const lanes v173 = v169 + v172;
-  const lanes v174 = v67 * qdd_4;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v65 * v47;
-  const lanes v177 = v131 * v56;
-  const lanes v178 = v176 - v177;
-  const lanes v179 = v178 * qd_4;
-  const lanes v180 = v130 * v74;
-  const lanes v181 = v64 * v17;
-  const lanes v182 = v180 + v181;
-  const lanes v183 = v1 * v143;
-  const lanes v184 = v102 * v8;
-  const lanes v185 = v183 + v184;
-  const lanes v186 = v182 - v185;
-  const lanes v187 = v186 * qd_3;
-  const lanes v188 = v1 * v146;
-  const lanes v189 = v105 * v8;
-  const lanes v190 = v188 + v189;
-  const lanes v191 = v127 * v88;
-  const lanes v192 = v61 * v38;
-  const lanes v193 = v191 + v192;
-  const lanes v194 = v190 - v193;
-  const lanes v195 = v194 * qd_1;
-  const lanes v196 = v1 * v144;
-  const lanes v197 = v103 * v8;
-  const lanes v198 = v196 + v197;
-  const lanes v199 = v129 * v79;
-  const lanes v200 = v63 * v21;
-  const lanes v201 = v199 + v200;
-  const lanes v202 = v198 - v201;
-  const lanes v203 = v202 * qd_2;
-  const lanes v204 = v195 + v203;
-  const lanes v205 = v187 + v204;
-  const lanes v206 = v179 + v205;
-  const lanes v207 = v175 + v206;
+  const lanes v169 = v25 * qdd_3, v170 = v29 * qdd_1, v171 = v27 * qdd_2, v172 = v170 + v171,
+      v173 = v169 + v172, v174 = v67 * qdd_4, v175 = v173 - v174, v176 = v65 * v47,
+      v177 = v131 * v56, v178 = v176 - v177, v179 = v178 * qd_4, v180 = v130 * v74,
+      v181 = v64 * v17, v182 = v180 + v181, v183 = v1 * v143, v184 = v102 * v8, v185 = v183 + v184,
+      v186 = v182 - v185, v187 = v186 * qd_3, v188 = v1 * v146, v189 = v105 * v8,
+      v190 = v188 + v189, v191 = v127 * v88, v192 = v61 * v38, v193 = v191 + v192,
+      v194 = v190 - v193, v195 = v194 * qd_1, v196 = v1 * v144, v197 = v103 * v8,
+      v198 = v196 + v197, v199 = v129 * v79, v200 = v63 * v21, v201 = v199 + v200,
+      v202 = v198 - v201, v203 = v202 * qd_2, v204 = v195 + v203, v205 = v187 + v204,
+      v206 = v179 + v205, v207 = v175 + v206;
   out[2] = v207;
-  const lanes v208 = v11 * v8;
-  const lanes v209 = v5 * v43;
-  const lanes v210 = v208 - v209;
-  const lanes v211 = v210 * qdd_5;
-  const lanes v212 = v124 * qdd_4;
-  const lanes v213 = v8 * qdd_3;
-  const lanes v214 = v8 * qdd_1;
-  const lanes v215 = v8 * qdd_2;
-  const lanes v216 = v214 + v215;
-  const lanes v217 = v213 + v216;
-  const lanes v218 = v212 + v217;
-  const lanes v219 = v211 + v218;
-  const lanes v220 = v11 * v1;
-  const lanes v221 = v5 * v52;
-  const lanes v222 = v220 + v221;
-  const lanes v223 = v51 * v222;
-  const lanes v224 = v4 * v5;
-  const lanes v225 = v65 * v224;
-  const lanes v226 = v223 - v225;
-  const lanes v227 = v226 * qd_5;
-  const lanes v228 = v64 * v6;
-  const lanes v229 = v58 * qd_0;
-  const lanes v230 = v228 - v229;
-  const lanes v231 = v230 * qd_4;
-  const lanes v232 = v1 * qd_0;
-  const lanes v233 = v232 * qd_3;
-  const lanes v234 = v232 * qd_1;
-  const lanes v235 = v232 * qd_2;
-  const lanes v236 = v234 + v235;
-  const lanes v237 = v233 + v236;
-  const lanes v238 = v231 + v237;
-  const lanes v239 = v227 + v238;
-  const lanes v240 = v219 + v239;
+  const lanes v208 = v11 * v8, v209 = v5 * v43, v210 = v208 - v209, v211 = v210 * qdd_5,
+      v212 = v124 * qdd_4, v213 = v8 * qdd_3, v214 = v8 * qdd_1, v215 = v8 * qdd_2,
+      v216 = v214 + v215, v217 = v213 + v216, v218 = v212 + v217, v219 = v211 + v218,
+      v220 = v11 * v1, v221 = v5 * v52, v222 = v220 + v221, v223 = v51 * v222, v224 = v4 * v5,
+      v225 = v65 * v224, v226 = v223 - v225, v227 = v226 * qd_5, v228 = v64 * v6, v229 = v58 * qd_0,
+      v230 = v228 - v229, v231 = v230 * qd_4, v232 = v1 * qd_0, v233 = v232 * qd_3,
+      v234 = v232 * qd_1, v235 = v232 * qd_2, v236 = v234 + v235, v237 = v233 + v236,
+      v238 = v231 + v237, v239 = v227 + v238, v240 = v219 + v239;
   out[3] = v240;
-  const lanes v241 = v58 * qdd_4;
-  const lanes v242 = v1 * qdd_3;
-  const lanes v243 = v1 * qdd_1;
-  const lanes v244 = v1 * qdd_2;
-  const lanes v245 = v243 + v244;
-  const lanes v246 = v242 + v245;
-  const lanes v247 = v241 - v246;
-  const lanes v248 = v222 * qdd_5;
-  const lanes v249 = v247 - v248;
-  const lanes v250 = v131 * v224;
-  const lanes v251 = v51 * v210;
-  const lanes v252 = v250 + v251;
-  const lanes v253 = v252 * qd_5;
-  const lanes v254 = v130 * v6;
-  const lanes v255 = v124 * qd_0;
-  const lanes v256 = v254 + v255;
-  const lanes v257 = v256 * qd_4;
-  const lanes v258 = v8 * qd_0;
-  const lanes v259 = v258 * qd_3;
-  const lanes v260 = v258 * qd_1;
-  const lanes v261 = v258 * qd_2;
-  const lanes v262 = v260 + v261;
-  const lanes v263 = v259 + v262;
-  const lanes v264 = v257 + v263;
-  const lanes v265 = v253 + v264;
-  const lanes v266 = v249 + v265;
+  const lanes v241 = v58 * qdd_4, v242 = v1 * qdd_3, v243 = v1 * qdd_1, v244 = v1 * qdd_2,
+      v245 = v243 + v244, v246 = v242 + v245, v247 = v241 - v246, v248 = v222 * qdd_5,
+      v249 = v247 - v248, v250 = v131 * v224, v251 = v51 * v210, v252 = v250 + v251,
+      v253 = v252 * qd_5, v254 = v130 * v6, v255 = v124 * qd_0, v256 = v254 + v255,
+      v257 = v256 * qd_4, v258 = v8 * qd_0, v259 = v258 * qd_3, v260 = v258 * qd_1,
+      v261 = v258 * qd_2, v262 = v260 + v261, v263 = v259 + v262, v264 = v257 + v263,
+      v265 = v253 + v264, v266 = v249 + v265;
   out[4] = v266;
-  const lanes v267 = v6 * qdd_4;
-  const lanes v268 = qdd_0 - v267;
-  const lanes v269 = v224 * qdd_5;
-  const lanes v270 = v268 - v269;
-  const lanes v271 = v130 * v58;
-  const lanes v272 = v64 * v124;
-  const lanes v273 = v271 + v272;
-  const lanes v274 = v273 * qd_4;
-  const lanes v275 = v61 * v8;
-  const lanes v276 = v127 * v1;
-  const lanes v277 = v275 - v276;
-  const lanes v278 = v277 * qd_2;
-  const lanes v279 = v63 * v8;
-  const lanes v280 = v129 * v1;
-  const lanes v281 = v279 - v280;
-  const lanes v282 = v281 * qd_3;
-  const lanes v283 = v278 + v282;
-  const lanes v284 = v274 + v283;
-  const lanes v285 = v131 * v222;
-  const lanes v286 = v65 * v210;
-  const lanes v287 = v285 + v286;
-  const lanes v288 = v287 * qd_5;
-  const lanes v289 = v284 - v288;
-  const lanes v290 = v270 + v289;
+  const lanes v267 = v6 * qdd_4, v268 = qdd_0 - v267, v269 = v224 * qdd_5, v270 = v268 - v269,
+      v271 = v130 * v58, v272 = v64 * v124, v273 = v271 + v272, v274 = v273 * qd_4, v275 = v61 * v8,
+      v276 = v127 * v1, v277 = v275 - v276, v278 = v277 * qd_2, v279 = v63 * v8, v280 = v129 * v1,
+      v281 = v279 - v280, v282 = v281 * qd_3, v283 = v278 + v282, v284 = v274 + v283,
+      v285 = v131 * v222, v286 = v65 * v210, v287 = v285 + v286, v288 = v287 * qd_5,
+      v289 = v284 - v288, v290 = v270 + v289;
   out[5] = v290;
 }
 
 static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
 {
-  const lanes T_0 = in[0];
-  const lanes T_1 = in[1];
-  const lanes T_2 = in[2];
-  const lanes T_3 = in[3];
-  const lanes T_4 = in[4];
-  const lanes T_5 = in[5];
-  const lanes T_6 = in[6];
-  const lanes T_7 = in[7];
-  const lanes T_8 = in[8];
-  const lanes T_9 = in[9];
-  const lanes T_10 = in[10];
-  const lanes T_11 = in[11];
-  const lanes v1 = 0.0996 * T_2;
-  const lanes v2 = T_3 - v1;
-  const lanes v3 = 0.1333 * v2;
-  const lanes v4 = v2 * v2;
-  const lanes v5 = 0.0996 * T_6;
-  const lanes v6 = T_7 - v5;
-  const lanes v7 = v6 * v6;
-  const lanes v8 = v4 + v7;
-  const lanes v9 = 4e-15 * v8;
-  const lanes v10 = v8 - 0.01776889;
-  const lanes_where v11 = LANES_LT(v9, v10);
-  lanes v12; LANES_NAME(lanes_sqrt)(&v10, &v12);
-  const lanes v13 = v12 * v6;
-  const lanes v14 = LANES_CHOICE(v11, v13, 0.0);
-  const lanes v15 = v3 - v14;
-  const lanes v16 = v15 * v15;
-  const lanes v17 = v12 * v2;
-  const lanes v18 = LANES_CHOICE(v11, v17, 0.0);
-  const lanes v19 = 0.1333 * v6;
-  const lanes v20 = v18 + v19;
-  const lanes v21 = 1e-150 - v20;
-  const lanes v22 = v21 * v21;
-  const lanes v23 = v16 + v22;
-  lanes v24; LANES_NAME(lanes_sqrt)(&v23, &v24);
-  const lanes v25 = v15 / v24;
-  const lanes v26 = v21 / v24;
-  lanes v27; LANES_NAME(lanes_atan2)(&v25, &v26, &v27);
-  const lanes v28 = v26 * v2;
-  const lanes v29 = v25 * v6;
-  const lanes v30 = v28 + v29;
-  const lanes v31 = T_10 * T_10;
-  const lanes v32 = T_2 * v26;
-  const lanes v33 = T_6 * v25;
-  const lanes v34 = v32 + v33;
-  const lanes v35 = v34 * v34;
-  const lanes v36 = v31 + v35;
-  const lanes_where v37 = LANES_LT(2.5e-19, v36);
-  const lanes v38 = 4e-15 * v36;
-  const lanes_where v39 = LANES_LT(v38, v36);
-  lanes v40; LANES_NAME(lanes_sqrt)(&v36, &v40);
-  const lanes v41 = T_10 * v40;
-  const lanes v42 = v41 * v41;
-  const lanes v43 = LANES_CHOICE(v39, v42, 0.0);
-  const lanes v44 = LANES_CHOICE(v39, v43, 0.0);
-  const lanes v45 = v34 * v40;
-  const lanes v46 = LANES_CHOICE(v39, v45, 0.0);
-  const lanes v47 = 1e-150 - v46;
-  const lanes v48 = v47 * v47;
-  const lanes v49 = v44 + v48;
-  lanes v50; LANES_NAME(lanes_sqrt)(&v49, &v50);
-  const lanes v51 = 1.0 / v50;
-  const lanes v52 = v41 * v51;
-  const lanes v53 = LANES_CHOICE(v39, v52, 0.0);
-  const lanes v54 = -v53;
-  const lanes v55 = 0.0996 * T_10;
-  const lanes v56 = T_11 - v55;
-  const lanes v57 = v56 - 0.1625;
-  const lanes v58 = v57 * v57;
-  const lanes v59 = v30 * v30;
-  const lanes v60 = v58 + v59;
-  const lanes v61 = 1.5904144000000003e-16 * v60;
-  const lanes v62 = 0.03976036 * v60;
-  const lanes v63 = 0.00994009 + v60;
-  const lanes v64 = 0.33444584 - v63;
-  const lanes v65 = v64 * v64;
-  const lanes v66 = v62 - v65;
-  const lanes_where v67 = LANES_LT(v61, v66);
-  const lanes v68 = 0.1994 * v57;
-  lanes v69; LANES_NAME(lanes_sqrt)(&v66, &v69);
-  const lanes v70 = v68 * v69;
-  const lanes v71 = LANES_CHOICE(v67, v70, 0.0);
-  const lanes v72 = 0.1994 * v30;
-  const lanes v73 = v72 * v64;
-  const lanes v74 = v71 - v73;
-  const lanes v75 = v74 * v74;
-  const lanes v76 = v68 * v64;
-  const lanes v77 = v72 * v69;
-  const lanes v78 = LANES_CHOICE(v67, v77, 0.0);
-  const lanes v79 = v76 + v78;
-  const lanes v80 = 1e-150 + v79;
-  const lanes v81 = v80 * v80;
-  const lanes v82 = v75 + v81;
-  lanes v83; LANES_NAME(lanes_sqrt)(&v82, &v83);
-  const lanes v84 = v74 / v83;
-  const lanes v85 = LANES_CHOICE(v37, v54, v84);
-  const lanes v86 = 0.0997 * v85;
-  const lanes v87 = v30 - v86;
-  const lanes v88 = v87 * v87;
-  const lanes v89 = v47 / v50;
-  const lanes v90 = v80 / v83;
-  const lanes v91 = LANES_CHOICE(v37, v89, v90);
-  const lanes v92 = 0.0997 * v91;
-  const lanes v93 = v57 + v92;
-  const lanes v94 = v93 * v93;
-  const lanes v95 = v88 + v94;
-  const lanes v96 = v95 - 0.00107584;
-  const lanes v97 = 0.66781584 - v95;
-  const lanes v98 = v96 * v97;
-  const lanes_where v99 = LANES_LT(4.445422276e-16, v98);
-  lanes v100; LANES_NAME(lanes_sqrt)(&v98, &v100);
-  const lanes v101 = 0.33337 * v100;
-  const lanes v102 = v101 * v101;
-  const lanes v103 = LANES_CHOICE(v99, v102, 0.0);
-  const lanes v104 = LANES_CHOICE(v99, v103, 0.0);
-  const lanes v105 = v95 - 0.33444584;
-  const lanes v106 = 0.33337 * v105;
-  const lanes v107 = 1e-150 + v106;
-  const lanes v108 = v107 * v107;
-  const lanes v109 = v104 + v108;
-  lanes v110; LANES_NAME(lanes_sqrt)(&v109, &v110);
-  const lanes v111 = 1.0 / v110;
-  const lanes v112 = v101 * v111;
-  const lanes v113 = 0.3922 * v112;
-  const lanes v114 = v87 * v113;
-  const lanes v115 = LANES_CHOICE(v99, v114, 0.0);
-  const lanes v116 = v107 / v110;
-  const lanes v117 = 0.3922 * v116;
-  const lanes v118 = -0.425 - v117;
-  const lanes v119 = v93 * v118;
-  const lanes v120 = v115 + v119;
-  const lanes v121 = v120 * v120;
-  const lanes v122 = v87 * v118;
-  const lanes v123 = v93 * v113;
-  const lanes v124 = LANES_CHOICE(v99, v123, 0.0);
-  const lanes v125 = v122 - v124;
-  const lanes v126 = 1e-150 + v125;
-  const lanes v127 = v126 * v126;
-  const lanes v128 = v121 + v127;
-  lanes v129; LANES_NAME(lanes_sqrt)(&v128, &v129);
-  const lanes v130 = v120 / v129;
-  const lanes v131 = v126 / v129;
-  lanes v132; LANES_NAME(lanes_atan2)(&v130, &v131, &v132);
-  const lanes v133 = LANES_CHOICE(v99, v112, 0.0);
-  lanes v134; LANES_NAME(lanes_atan2)(&v133, &v116, &v134);
-  const lanes v135 = v131 * v116;
-  const lanes v136 = v130 * v112;
-  const lanes v137 = LANES_CHOICE(v99, v136, 0.0);
-  const lanes v138 = v135 - v137;
-  const lanes v139 = v138 * v85;
-  const lanes v140 = v131 * v112;
-  const lanes v141 = LANES_CHOICE(v99, v140, 0.0);
-  const lanes v142 = v130 * v116;
-  const lanes v143 = v141 + v142;
-  const lanes v144 = v143 * v91;
-  const lanes v145 = v139 - v144;
-  const lanes v146 = v138 * v91;
-  const lanes v147 = v143 * v85;
-  const lanes v148 = v146 + v147;
-  lanes v149; LANES_NAME(lanes_atan2)(&v145, &v148, &v149);
-  const lanes v150 = T_10 * v85;
-  const lanes v151 = v34 * v91;
-  const lanes v152 = v150 + v151;
-  const lanes v153 = T_6 * v26;
-  const lanes v154 = T_2 * v25;
-  const lanes v155 = v153 - v154;
-  const lanes v156 = 1e-150 - v155;
-  const lanes v157 = v156 * v156;
-  const lanes v158 = v152 * v152;
-  const lanes v159 = v157 + v158;
-  lanes v160; LANES_NAME(lanes_sqrt)(&v159, &v160);
-  const lanes v161 = v152 / v160;
-  const lanes v162 = v156 / v160;
-  lanes v163; LANES_NAME(lanes_atan2)(&v161, &v162, &v163);
-  const lanes v164 = T_8 * v91;
-  const lanes v165 = T_0 * v26;
-  const lanes v166 = T_4 * v25;
-  const lanes v167 = v165 + v166;
-  const lanes v168 = v85 * v167;
-  const lanes v169 = v164 - v168;
-  const lanes v170 = v169 * v169;
-  const lanes v171 = T_8 * v85;
-  const lanes v172 = v91 * v167;
-  const lanes v173 = v171 + v172;
-  const lanes v174 = v162 * v173;
-  const lanes v175 = T_4 * v26;
-  const lanes v176 = T_0 * v25;
-  const lanes v177 = v175 - v176;
-  const lanes v178 = v161 * v177;
-  const lanes v179 = v174 + v178;
-  const lanes v180 = 1e-150 + v179;
-  const lanes v181 = v180 * v180;
-  const lanes v182 = v170 + v181;
-  lanes v183; LANES_NAME(lanes_sqrt)(&v182, &v183);
-  const lanes v184 = v169 / v183;
-  const lanes v185 = v180 / v183;
-  lanes v186; LANES_NAME(lanes_atan2)(&v184, &v185, &v186);
-  const lanes v187 = v119 - v115;
-  const lanes v188 = v187 * v187;
-  const lanes v189 = v122 + v124;
-  const lanes v190 = 1e-150 + v189;
-  const lanes v191 = v190 * v190;
-  const lanes v192 = v188 + v191;
-  lanes v193; LANES_NAME(lanes_sqrt)(&v192, &v193);
-  const lanes v194 = v187 / v193;
-  const lanes v195 = v190 / v193;
-  lanes v196; LANES_NAME(lanes_atan2)(&v194, &v195, &v196);
-  const lanes v197 = v195 * v116;
-  const lanes v198 = v194 * v112;
-  const lanes v199 = LANES_CHOICE(v99, v198, 0.0);
-  const lanes v200 = v197 + v199;
-  const lanes v201 = v200 * v85;
-  const lanes v202 = v194 * v116;
-  const lanes v203 = v195 * v112;
-  const lanes v204 = LANES_CHOICE(v99, v203, 0.0);
-  const lanes v205 = v202 - v204;
-  const lanes v206 = v205 * v91;
-  const lanes v207 = v201 - v206;
-  const lanes v208 = v200 * v91;
-  const lanes v209 = v205 * v85;
-  const lanes v210 = v208 + v209;
-  lanes v211; LANES_NAME(lanes_atan2)(&v207, &v210, &v211);
-  const lanes v212 = 1e-150 + v46;
-  const lanes v213 = v212 * v212;
-  const lanes v214 = v213 + v44;
-  lanes v215; LANES_NAME(lanes_sqrt)(&v214, &v215);
-  const lanes v216 = 1.0 / v215;
-  const lanes v217 = v216 * v41;
-  const lanes v218 = LANES_CHOICE(v39, v217, 0.0);
-  const lanes v219 = v71 + v73;
-  const lanes v220 = v219 * v219;
-  const lanes v221 = v76 - v78;
-  const lanes v222 = 1e-150 + v221;
-  const lanes v223 = v222 * v222;
-  const lanes v224 = v220 + v223;
-  lanes v225; LANES_NAME(lanes_sqrt)(&v224, &v225);
-  const lanes v226 = v219 / v225;
-  const lanes v227 = -v226;
-  const lanes v228 = LANES_CHOICE(v37, v218, v227);
-  const lanes v229 = 0.0997 * v228;
-  const lanes v230 = v30 - v229;
-  const lanes v231 = v230 * v230;
-  const lanes v232 = v212 / v215;
-  const lanes v233 = v222 / v225;
-  const lanes v234 = LANES_CHOICE(v37, v232, v233);
-  const lanes v235 = 0.0997 * v234;
-  const lanes v236 = v57 + v235;
-  const lanes v237 = v236 * v236;
-  const lanes v238 = v231 + v237;
-  const lanes v239 = v238 - 0.00107584;
-  const lanes v240 = 0.66781584 - v238;
-  const lanes v241 = v239 * v240;
-  const lanes_where v242 = LANES_LT(4.445422276e-16, v241);
-  lanes v243; LANES_NAME(lanes_sqrt)(&v241, &v243);
-  const lanes v244 = 0.33337 * v243;
-  const lanes v245 = v244 * v244;
-  const lanes v246 = LANES_CHOICE(v242, v245, 0.0);
-  const lanes v247 = LANES_CHOICE(v242, v246, 0.0);
-  const lanes v248 = v238 - 0.33444584;
-  const lanes v249 = 0.33337 * v248;
-  const lanes v250 = 1e-150 + v249;
-  const lanes v251 = v250 * v250;
-  const lanes v252 = v247 + v251;
-  lanes v253; LANES_NAME(lanes_sqrt)(&v252, &v253);
-  const lanes v254 = 1.0 / v253;
-  const lanes v255 = v244 * v254;
-  const lanes v256 = 0.3922 * v255;
-  const lanes v257 = v230 * v256;
-  const lanes v258 = LANES_CHOICE(v242, v257, 0.0);
-  const lanes v259 = v250 / v253;
-  const lanes v260 = 0.3922 * v259;
-  const lanes v261 = -0.425 - v260;
-  const lanes v262 = v236 * v261;
-  const lanes v263 = v258 + v262;
-  const lanes v264 = v263 * v263;
-  const lanes v265 = v230 * v261;
-  const lanes v266 = v236 * v256;
-  const lanes v267 = LANES_CHOICE(v242, v266, 0.0);
-  const lanes v268 = v265 - v267;
-  const lanes v269 = 1e-150 + v268;
-  const lanes v270 = v269 * v269;
-  const lanes v271 = v264 + v270;
-  lanes v272; LANES_NAME(lanes_sqrt)(&v271, &v272);
-  const lanes v273 = v263 / v272;
-  const lanes v274 = v269 / v272;
-  lanes v275; LANES_NAME(lanes_atan2)(&v273, &v274, &v275);
-  const lanes v276 = LANES_CHOICE(v242, v255, 0.0);
-  lanes v277; LANES_NAME(lanes_atan2)(&v276, &v259, &v277);
-  const lanes v278 = v259 * v274;
-  const lanes v279 = v255 * v273;
-  const lanes v280 = LANES_CHOICE(v242, v279, 0.0);
-  const lanes v281 = v278 - v280;
-  const lanes v282 = v228 * v281;
-  const lanes v283 = v259 * v273;
-  const lanes v284 = v255 * v274;
-  const lanes v285 = LANES_CHOICE(v242, v284, 0.0);
-  const lanes v286 = v283 + v285;
-  const lanes v287 = v234 * v286;
-  const lanes v288 = v282 - v287;
-  const lanes v289 = v234 * v281;
-  const lanes v290 = v228 * v286;
-  const lanes v291 = v289 + v290;
-  lanes v292; LANES_NAME(lanes_atan2)(&v288, &v291, &v292);
-  const lanes v293 = T_10 * v228;
-  const lanes v294 = v234 * v34;
-  const lanes v295 = v293 + v294;
-  const lanes v296 = v295 * v295;
-  const lanes v297 = v296 + v157;
-  lanes v298; LANES_NAME(lanes_sqrt)(&v297, &v298);
-  const lanes v299 = v295 / v298;
-  const lanes v300 = v156 / v298;
-  lanes v301; LANES_NAME(lanes_atan2)(&v299, &v300, &v301);
-  const lanes v302 = T_8 * v234;
-  const lanes v303 = v228 * v167;
-  const lanes v304 = v302 - v303;
-  const lanes v305 = v304 * v304;
-  const lanes v306 = T_8 * v228;
-  const lanes v307 = v234 * v167;
-  const lanes v308 = v306 + v307;
-  const lanes v309 = v300 * v308;
-  const lanes v310 = v299 * v177;
-  const lanes v311 = v309 + v310;
-  const lanes v312 = 1e-150 + v311;
-  const lanes v313 = v312 * v312;
-  const lanes v314 = v305 + v313;
-  lanes v315; LANES_NAME(lanes_sqrt)(&v314, &v315);
-  const lanes v316 = v304 / v315;
-  const lanes v317 = v312 / v315;
-  lanes v318; LANES_NAME(lanes_atan2)(&v316, &v317, &v318);
-  const lanes v319 = v262 - v258;
-  const lanes v320 = v319 * v319;
-  const lanes v321 = v265 + v267;
-  const lanes v322 = 1e-150 + v321;
-  const lanes v323 = v322 * v322;
-  const lanes v324 = v320 + v323;
-  lanes v325; LANES_NAME(lanes_sqrt)(&v324, &v325);
-  const lanes v326 = v319 / v325;
-  const lanes v327 = v322 / v325;
-  lanes v328; LANES_NAME(lanes_atan2)(&v326, &v327, &v328);
-  const lanes v329 = v259 * v327;
-  const lanes v330 = v255 * v326;
-  const lanes v331 = LANES_CHOICE(v242, v330, 0.0);
-  const lanes v332 = v329 + v331;
-  const lanes v333 = v228 * v332;
-  const lanes v334 = v259 * v326;
-  const lanes v335 = v255 * v327;
-  const lanes v336 = LANES_CHOICE(v242, v335, 0.0);
-  const lanes v337 = v334 - v336;
-  const lanes v338 = v234 * v337;
-  const lanes v339 = v333 - v338;
-  const lanes v340 = v234 * v332;
-  const lanes v341 = v228 * v337;
-  const lanes v342 = v340 + v341;
-  lanes v343; LANES_NAME(lanes_atan2)(&v339, &v342, &v343);
-  const lanes v344 = v14 + v3;
-  const lanes v345 = v344 * v344;
-  const lanes v346 = v19 - v18;
-  const lanes v347 = 1e-150 - v346;
-  const lanes v348 = v347 * v347;
-  const lanes v349 = v345 + v348;
-  lanes v350; LANES_NAME(lanes_sqrt)(&v349, &v350);
-  const lanes v351 = v344 / v350;
-  const lanes v352 = v347 / v350;
-  lanes v353; LANES_NAME(lanes_atan2)(&v351, &v352, &v353);
-  const lanes v354 = v2 * v352;
-  const lanes v355 = v351 * v6;
-  const lanes v356 = v354 + v355;
-  const lanes v357 = T_2 * v352;
-  const lanes v358 = T_6 * v351;
-  const lanes v359 = v357 + v358;
-  const lanes v360 = v359 * v359;
-  const lanes v361 = v31 + v360;
-  const lanes_where v362 = LANES_LT(2.5e-19, v361);
-  const lanes v363 = 4e-15 * v361;
-  const lanes_where v364 = LANES_LT(v363, v361);
-  lanes v365; LANES_NAME(lanes_sqrt)(&v361, &v365);
-  const lanes v366 = T_10 * v365;
-  const lanes v367 = v366 * v366;
-  const lanes v368 = LANES_CHOICE(v364, v367, 0.0);
-  const lanes v369 = LANES_CHOICE(v364, v368, 0.0);
-  const lanes v370 = v359 * v365;
-  const lanes v371 = LANES_CHOICE(v364, v370, 0.0);
-  const lanes v372 = 1e-150 - v371;
-  const lanes v373 = v372 * v372;
-  const lanes v374 = v369 + v373;
-  lanes v375; LANES_NAME(lanes_sqrt)(&v374, &v375);
-  const lanes v376 = 1.0 / v375;
-  const lanes v377 = v366 * v376;
-  const lanes v378 = LANES_CHOICE(v364, v377, 0.0);
-  const lanes v379 = -v378;
-  const lanes v380 = v356 * v356;
-  const lanes v381 = v58 + v380;
-  const lanes v382 = 1.5904144000000003e-16 * v381;
-  const lanes v383 = 0.03976036 * v381;
-  const lanes v384 = 0.00994009 + v381;
-  const lanes v385 = 0.33444584 - v384;
-  const lanes v386 = v385 * v385;
-  const lanes v387 = v383 - v386;
-  const lanes_where v388 = LANES_LT(v382, v387);
-  lanes v389; LANES_NAME(lanes_sqrt)(&v387, &v389);
-  const lanes v390 = v68 * v389;
-  const lanes v391 = LANES_CHOICE(v388, v390, 0.0);
-  const lanes v392 = 0.1994 * v356;
-  const lanes v393 = v392 * v385;
-  const lanes v394 = v391 - v393;
-  const lanes v395 = v394 * v394;
-  const lanes v396 = v68 * v385;
-  const lanes v397 = v392 * v389;
-  const lanes v398 = LANES_CHOICE(v388, v397, 0.0);
-  const lanes v399 = v396 + v398;
-  const lanes v400 = 1e-150 + v399;
-  const lanes v401 = v400 * v400;
-  const lanes v402 = v395 + v401;
-  lanes v403; LANES_NAME(lanes_sqrt)(&v402, &v403);
-  const lanes v404 = v394 / v403;
-  const lanes v405 = LANES_CHOICE(v362, v379, v404);
-  const lanes v406 = 0.0997 * v405;
-  const lanes v407 = v356 - v406;
-  const lanes v408 = v407 * v407;
-  const lanes v409 = v372 / v375;
-  const lanes v410 = v400 / v403;
-  const lanes v411 = LANES_CHOICE(v362, v409, v410);
-  const lanes v412 = 0.0997 * v411;
-  const lanes v413 = v57 + v412;
-  const lanes v414 = v413 * v413;
-  const lanes v415 = v408 + v414;
-  const lanes v416 = v415 - 0.00107584;
-  const lanes v417 = 0.66781584 - v415;
-  const lanes v418 = v416 * v417;
-  const lanes_where v419 = LANES_LT(4.445422276e-16, v418);
-  lanes v420; LANES_NAME(lanes_sqrt)(&v418, &v420);
-  const lanes v421 = 0.33337 * v420;
-  const lanes v422 = v421 * v421;
-  const lanes v423 = LANES_CHOICE(v419, v422, 0.0);
-  const lanes v424 = LANES_CHOICE(v419, v423, 0.0);
-  const lanes v425 = v415 - 0.33444584;
-  const lanes v426 = 0.33337 * v425;
-  const lanes v427 = 1e-150 + v426;
-  const lanes v428 = v427 * v427;
-  const lanes v429 = v424 + v428;
-  lanes v430; LANES_NAME(lanes_sqrt)(&v429, &v430);
-  const lanes v431 = 1.0 / v430;
-  const lanes v432 = v421 * v431;
-  const lanes v433 = 0.3922 * v432;
-  const lanes v434 = v407 * v433;
-  const lanes v435 = LANES_CHOICE(v419, v434, 0.0);
-  const lanes v436 = v427 / v430;
-  const lanes v437 = 0.3922 * v436;
-  const lanes v438 = -0.425 - v437;
-  const lanes v439 = v413 * v438;
-  const lanes v440 = v435 + v439;
-  const lanes v441 = v440 * v440;
-  const lanes v442 = v407 * v438;
-  const lanes v443 = v413 * v433;
-  const lanes v444 = LANES_CHOICE(v419, v443, 0.0);
-  const lanes v445 = v442 - v444;
-  const lanes v446 = 1e-150 + v445;
-  const lanes v447 = v446 * v446;
-  const lanes v448 = v441 + v447;
-  lanes v449; LANES_NAME(lanes_sqrt)(&v448, &v449);
-  const lanes v450 = v440 / v449;
-  const lanes v451 = v446 / v449;
-  lanes v452; LANES_NAME(lanes_atan2)(&v450, &v451, &v452);
-  const lanes v453 = LANES_CHOICE(v419, v432, 0.0);
-  lanes v454; LANES_NAME(lanes_atan2)(&v453, &v436, &v454);
-  const lanes v455 = v436 * v451;
-  const lanes v456 = v432 * v450;
-  const lanes v457 = LANES_CHOICE(v419, v456, 0.0);
-  const lanes v458 = v455 - v457;
-  const lanes v459 = v405 * v458;
-  const lanes v460 = v436 * v450;
-  const lanes v461 = v432 * v451;
-  const lanes v462 = LANES_CHOICE(v419, v461, 0.0);
-  const lanes v463 = v460 + v462;
-  const lanes v464 = v411 * v463;
-  const lanes v465 = v459 - v464;
-  const lanes v466 = v411 * v458;
-  const lanes v467 = v405 * v463;
-  const lanes v468 = v466 + v467;
-  lanes v469; LANES_NAME(lanes_atan2)(&v465, &v468, &v469);
-  const lanes v470 = T_10 * v405;
-  const lanes v471 = v359 * v411;
-  const lanes v472 = v470 + v471;
-  const lanes v473 = T_6 * v352;
-  const lanes v474 = T_2 * v351;
-  const lanes v475 = v473 - v474;
-  const lanes v476 = 1e-150 - v475;
-  const lanes v477 = v476 * v476;
-  const lanes v478 = v472 * v472;
-  const lanes v479 = v477 + v478;
-  lanes v480; LANES_NAME(lanes_sqrt)(&v479, &v480);
-  const lanes v481 = v472 / v480;
-  const lanes v482 = v476 / v480;
-  lanes v483; LANES_NAME(lanes_atan2)(&v481, &v482, &v483);
-  const lanes v484 = T_8 * v411;
-  const lanes v485 = T_0 * v352;
-  const lanes v486 = T_4 * v351;
-  const lanes v487 = v485 + v486;
-  const lanes v488 = v405 * v487;
-  const lanes v489 = v484 - v488;
-  const lanes v490 = v489 * v489;
-  const lanes v491 = T_8 * v405;
-  const lanes v492 = v411 * v487;
-  const lanes v493 = v491 + v492;
-  const lanes v494 = v482 * v493;
-  const lanes v495 = T_4 * v352;
-  const lanes v496 = T_0 * v351;
-  const lanes v497 = v495 - v496;
-  const lanes v498 = v481 * v497;
-  const lanes v499 = v494 + v498;
-  const lanes v500 = 1e-150 + v499;
-  const lanes v501 = v500 * v500;
-  const lanes v502 = v490 + v501;
-  lanes v503; LANES_NAME(lanes_sqrt)(&v502, &v503);
-  const lanes v504 = v489 / v503;
-  const lanes v505 = v500 / v503;
-  lanes v506; LANES_NAME(lanes_atan2)(&v504, &v505, &v506);
-  const lanes v507 = v439 - v435;
-  const lanes v508 = v507 * v507;
-  const lanes v509 = v442 + v444;
-  const lanes v510 = 1e-150 + v509;
-  const lanes v511 = v510 * v510;
-  const lanes v512 = v508 + v511;
-  lanes v513; LANES_NAME(lanes_sqrt)(&v512, &v513);
-  const lanes v514 = v507 / v513;
-  const lanes v515 = v510 / v513;
-  lanes v516; LANES_NAME(lanes_atan2)(&v514, &v515, &v516);
-  const lanes v517 = v436 * v515;
-  const lanes v518 = v432 * v514;
-  const lanes v519 = LANES_CHOICE(v419, v518, 0.0);
-  const lanes v520 = v517 + v519;
-  const lanes v521 = v405 * v520;
-  const lanes v522 = v436 * v514;
-  const lanes v523 = v432 * v515;
-  const lanes v524 = LANES_CHOICE(v419, v523, 0.0);
-  const lanes v525 = v522 - v524;
-  const lanes v526 = v411 * v525;
-  const lanes v527 = v521 - v526;
-  const lanes v528 = v411 * v520;
-  const lanes v529 = v405 * v525;
-  const lanes v530 = v528 + v529;
-  lanes v531; LANES_NAME(lanes_atan2)(&v527, &v530, &v531);
-  const lanes v532 = 1e-150 + v371;
-  const lanes v533 = v532 * v532;
-  const lanes v534 = v369 + v533;
-  lanes v535; LANES_NAME(lanes_sqrt)(&v534, &v535);
-  const lanes v536 = 1.0 / v535;
-  const lanes v537 = v366 * v536;
-  const lanes v538 = LANES_CHOICE(v364, v537, 0.0);
-  const lanes v539 = v391 + v393;
-  const lanes v540 = v539 * v539;
-  const lanes v541 = v396 - v398;
-  const lanes v542 = 1e-150 + v541;
-  const lanes v543 = v542 * v542;
-  const lanes v544 = v540 + v543;
-  lanes v545; LANES_NAME(lanes_sqrt)(&v544, &v545);
-  const lanes v546 = v539 / v545;
-  const lanes v547 = -v546;
-  const lanes v548 = LANES_CHOICE(v362, v538, v547);
-  const lanes v549 = 0.0997 * v548;
-  const lanes v550 = v356 - v549;
-  const lanes v551 = v550 * v550;
-  const lanes v552 = v532 / v535;
-  const lanes v553 = v542 / v545;
-  const lanes v554 = LANES_CHOICE(v362, v552, v553);
-  const lanes v555 = 0.0997 * v554;
-  const lanes v556 = v57 + v555;
-  const lanes v557 = v556 * v556;
-  const lanes v558 = v551 + v557;
-  const lanes v559 = v558 - 0.00107584;
-  const lanes v560 = 0.66781584 - v558;
-  const lanes v561 = v559 * v560;
-  const lanes_where v562 = LANES_LT(4.445422276e-16, v561);
-  lanes v563; LANES_NAME(lanes_sqrt)(&v561, &v563);
-  const lanes v564 = 0.33337 * v563;
-  const lanes v565 = v564 * v564;
-  const lanes v566 = LANES_CHOICE(v562, v565, 0.0);
-  const lanes v567 = LANES_CHOICE(v562, v566, 0.0);
-  const lanes v568 = v558 - 0.33444584;
-  const lanes v569 = 0.33337 * v568;
-  const lanes v570 = 1e-150 + v569;
-  const lanes v571 = v570 * v570;
-  const lanes v572 = v567 + v571;
-  lanes v573; LANES_NAME(lanes_sqrt)(&v572, &v573);
-  const lanes v574 = 1.0 / v573;
-  const lanes v575 = v564 * v574;
-  const lanes v576 = 0.3922 * v575;
-  const lanes v577 = v550 * v576;
-  const lanes v578 = LANES_CHOICE(v562, v577, 0.0);
-  const lanes v579 = v570 / v573;
-  const lanes v580 = 0.3922 * v579;
-  const lanes v581 = -0.425 - v580;
-  const lanes v582 = v556 * v581;
-  const lanes v583 = v578 + v582;
-  const lanes v584 = v583 * v583;
-  const lanes v585 = v550 * v581;
-  const lanes v586 = v556 * v576;
-  const lanes v587 = LANES_CHOICE(v562, v586, 0.0);
-  const lanes v588 = v585 - v587;
-  const lanes v589 = 1e-150 + v588;
-  const lanes v590 = v589 * v589;
-  const lanes v591 = v584 + v590;
-  lanes v592; LANES_NAME(lanes_sqrt)(&v591, &v592);
-  const lanes v593 = v583 / v592;
-  const lanes v594 = v589 / v592;
-  lanes v595; LANES_NAME(lanes_atan2)(&v593, &v594, &v595);
-  const lanes v596 = LANES_CHOICE(v562, v575, 0.0);
-  lanes v597; LANES_NAME(lanes_atan2)(&v596, &v579, &v597);
-  const lanes v598 = v579 * v594;
-  const lanes v599 = v575 * v593;
-  const lanes v600 = LANES_CHOICE(v562, v599, 0.0);
-  const lanes v601 = v598 - v600;
-  const lanes v602 = v548 * v601;
-  const lanes v603 = v579 * v593;
-  const lanes v604 = v575 * v594;
-  const lanes v605 = LANES_CHOICE(v562, v604, 0.0);
-  const lanes v606 = v603 + v605;
-  const lanes v607 = v554 * v606;
-  const lanes v608 = v602 - v607;
-  const lanes v609 = v554 * v601;
-  const lanes v610 = v548 * v606;
-  const lanes v611 = v609 + v610;
-  lanes v612; LANES_NAME(lanes_atan2)(&v608, &v611, &v612);
-  const lanes v613 = T_10 * v548;
-  const lanes v614 = v359 * v554;
-  const lanes v615 = v613 + v614;
-  const lanes v616 = v615 * v615;
-  const lanes v617 = v477 + v616;
-  lanes v618; LANES_NAME(lanes_sqrt)(&v617, &v618);
-  const lanes v619 = v615 / v618;
-  const lanes v620 = v476 / v618;
-  lanes v621; LANES_NAME(lanes_atan2)(&v619, &v620, &v621);
-  const lanes v622 = T_8 * v554;
-  const lanes v623 = v487 * v548;
-  const lanes v624 = v622 - v623;
-  const lanes v625 = v624 * v624;
-  const lanes v626 = v497 * v619;
-  const lanes v627 = T_8 * v548;
-  const lanes v628 = v487 * v554;
-  const lanes v629 = v627 + v628;
-  const lanes v630 = v620 * v629;
-  const lanes v631 = v626 + v630;
-  const lanes v632 = 1e-150 + v631;
-  const lanes v633 = v632 * v632;
-  const lanes v634 = v625 + v633;
-  lanes v635; LANES_NAME(lanes_sqrt)(&v634, &v635);
-  const lanes v636 = v624 / v635;
-  const lanes v637 = v632 / v635;
-  lanes v638; LANES_NAME(lanes_atan2)(&v636, &v637, &v638);
-  const lanes v639 = v582 - v578;
-  const lanes v640 = v639 * v639;
-  const lanes v641 = v585 + v587;
-  const lanes v642 = 1e-150 + v641;
-  const lanes v643 = v642 * v642;
-  const lanes v644 = v640 + v643;
-  lanes v645; LANES_NAME(lanes_sqrt)(&v644, &v645);
-  const lanes v646 = v639 / v645;
-  const lanes v647 = v642 / v645;
-  lanes v648; LANES_NAME(lanes_atan2)(&v646, &v647, &v648);
-  const lanes v649 = v579 * v647;
-  const lanes v650 = v575 * v646;
-  const lanes v651 = LANES_CHOICE(v562, v650, 0.0);
-  const lanes v652 = v649 + v651;
-  const lanes v653 = v548 * v652;
-  const lanes v654 = v579 * v646;
-  const lanes v655 = v575 * v647;
-  const lanes v656 = LANES_CHOICE(v562, v655, 0.0);
-  const lanes v657 = v654 - v656;
-  const lanes v658 = v554 * v657;
-  const lanes v659 = v653 - v658;
-  const lanes v660 = v554 * v652;
-  const lanes v661 = v548 * v657;
-  const lanes v662 = v660 + v661;
-  lanes v663; LANES_NAME(lanes_atan2)(&v659, &v662, &v663);
-  out[0] = v27;
-  out[1] = v132;
-  out[2] = v134;
-  out[3] = v149;
-  const lanes v664 = -v163;
-  out[4] = v664;
-  out[5] = v186;
-  out[6] = v27;
-  out[7] = v196;
-  const lanes v665 = -v134;
-  out[8] = v665;
-  out[9] = v211;
-  out[10] = v664;
-  out[11] = v186;
-  out[12] = v27;
-  out[13] = v275;
-  out[14] = v277;
-  out[15] = v292;
-  const lanes v666 = -v301;
-  out[16] = v666;
-  out[17] = v318;
-  out[18] = v27;
-  out[19] = v328;
-  const lanes v667 = -v277;
-  out[20] = v667;
-  out[21] = v343;
-  out[22] = v666;
-  out[23] = v318;
-  out[24] = v353;
-  out[25] = v452;
-  out[26] = v454;
-  out[27] = v469;
-  const lanes v668 = -v483;
-  out[28] = v668;
-  out[29] = v506;
-  out[30] = v353;
-  out[31] = v516;
-  const lanes v669 = -v454;
-  out[32] = v669;
-  out[33] = v531;
-  out[34] = v668;
-  out[35] = v506;
-  out[36] = v353;
-  out[37] = v595;
-  out[38] = v597;
-  out[39] = v612;
-  const lanes v670 = -v621;
-  out[40] = v670;
-  out[41] = v638;
-  out[42] = v353;
-  out[43] = v648;
-  const lanes v671 = -v597;
-  out[44] = v671;
-  out[45] = v663;
-  out[46] = v670;
-  out[47] = v638;
-  const lanes v672 = 0.0996 * v162;
-  const lanes v673 = v672 + 0.1333;
-  const lanes v674 = v673 * v25;
-  const lanes v675 = v138 * v148;
-  const lanes v676 = v143 * v145;
-  const lanes v677 = v675 - v676;
-  const lanes v678 = 0.0996 * v161;
-  const lanes v679 = v677 * v678;
-  const lanes v680 = v138 * v145;
-  const lanes v681 = v143 * v148;
-  const lanes v682 = v680 + v681;
-  const lanes v683 = 0.0997 * v682;
-  const lanes v684 = v679 + v683;
-  const lanes v685 = -0.3922 * v138;
-  const lanes v686 = v684 + v685;
-  const lanes v687 = -0.425 * v131;
-  const lanes v688 = v686 + v687;
-  const lanes v689 = v688 * v26;
-  const lanes v690 = v674 + v689;
-  const lanes v691 = v690 - T_3;
-  const lanes v692 = v691 * v691;
-  const lanes v693 = v688 * v25;
-  const lanes v694 = v673 * v26;
-  const lanes v695 = v693 - v694;
-  const lanes v696 = v695 - T_7;
-  const lanes v697 = v696 * v696;
-  const lanes v698 = v692 + v697;
-  const lanes v699 = v682 * v678;
-  const lanes v700 = 0.0997 * v677;
-  const lanes v701 = v699 - v700;
-  const lanes v702 = -0.3922 * v143;
-  const lanes v703 = v701 + v702;
-  const lanes v704 = -0.425 * v130;
-  const lanes v705 = v703 + v704;
-  const lanes v706 = v705 + 0.1625;
-  const lanes v707 = v706 - T_11;
-  const lanes v708 = v707 * v707;
-  const lanes v709 = v698 + v708;
-  const lanes v710 = v677 * v26;
-  const lanes v711 = v710 * v162;
-  const lanes v712 = v25 * v161;
-  const lanes v713 = v711 - v712;
-  const lanes v714 = v713 * v185;
-  const lanes v715 = v682 * v26;
-  const lanes v716 = v715 * v184;
-  const lanes v717 = v714 - v716;
-  const lanes v718 = v717 - T_0;
-  const lanes v719 = v718 * v718;
-  const lanes v720 = v715 * v185;
-  const lanes v721 = v713 * v184;
-  const lanes v722 = v720 + v721;
-  const lanes v723 = T_1 + v722;
-  const lanes v724 = v723 * v723;
-  const lanes v725 = v719 + v724;
-  const lanes v726 = v710 * v161;
-  const lanes v727 = v25 * v162;
-  const lanes v728 = v726 + v727;
-  const lanes v729 = v728 - T_2;
-  const lanes v730 = v729 * v729;
-  const lanes v731 = v725 + v730;
-  const lanes v732 = v677 * v25;
-  const lanes v733 = v732 * v162;
-  const lanes v734 = v26 * v161;
-  const lanes v735 = v733 + v734;
-  const lanes v736 = v735 * v185;
-  const lanes v737 = v682 * v25;
-  const lanes v738 = v737 * v184;
-  const lanes v739 = v736 - v738;
-  const lanes v740 = v739 - T_4;
-  const lanes v741 = v740 * v740;
-  const lanes v742 = v731 + v741;
-  const lanes v743 = v737 * v185;
-  const lanes v744 = v735 * v184;
-  const lanes v745 = v743 + v744;
-  const lanes v746 = T_5 + v745;
-  const lanes v747 = v746 * v746;
-  const lanes v748 = v742 + v747;
-  const lanes v749 = v732 * v161;
-  const lanes v750 = v26 * v162;
-  const lanes v751 = v749 - v750;
-  const lanes v752 = v751 - T_6;
-  const lanes v753 = v752 * v752;
-  const lanes v754 = v748 + v753;
-  const lanes v755 = v677 * v184;
-  const lanes v756 = v682 * v162;
-  const lanes v757 = v756 * v185;
-  const lanes v758 = v755 + v757;
-  const lanes v759 = v758 - T_8;
-  const lanes v760 = v759 * v759;
-  const lanes v761 = v754 + v760;
-  const lanes v762 = v677 * v185;
-  const lanes v763 = v756 * v184;
-  const lanes v764 = v762 - v763;
-  const lanes v765 = v764 - T_9;
-  const lanes v766 = v765 * v765;
-  const lanes v767 = v761 + v766;
-  const lanes v768 = v682 * v161;
-  const lanes v769 = v768 - T_10;
-  const lanes v770 = v769 * v769;
-  const lanes v771 = v767 + v770;
-  const lanes v772 = 0.5 * v771;
-  lanes v773; LANES_NAME(lanes_fmax)(&v709, &v772, &v773);
-  lanes v774; LANES_NAME(lanes_sqrt)(&v773, &v774);
-  out[48] = v774;
-  const lanes v775 = v200 * v210;
-  const lanes v776 = v205 * v207;
-  const lanes v777 = v775 - v776;
-  const lanes v778 = v678 * v777;
-  const lanes v779 = v200 * v207;
-  const lanes v780 = v205 * v210;
-  const lanes v781 = v779 + v780;
-  const lanes v782 = 0.0997 * v781;
-  const lanes v783 = v778 + v782;
-  const lanes v784 = -0.3922 * v200;
-  const lanes v785 = v783 + v784;
-  const lanes v786 = -0.425 * v195;
-  const lanes v787 = v785 + v786;
-  const lanes v788 = v787 * v26;
-  const lanes v789 = v674 + v788;
-  const lanes v790 = v789 - T_3;
-  const lanes v791 = v790 * v790;
-  const lanes v792 = v787 * v25;
-  const lanes v793 = v792 - v694;
-  const lanes v794 = v793 - T_7;
-  const lanes v795 = v794 * v794;
-  const lanes v796 = v791 + v795;
-  const lanes v797 = v678 * v781;
-  const lanes v798 = 0.0997 * v777;
-  const lanes v799 = v797 - v798;
-  const lanes v800 = -0.3922 * v205;
-  const lanes v801 = v799 + v800;
-  const lanes v802 = -0.425 * v194;
-  const lanes v803 = v801 + v802;
-  const lanes v804 = v803 + 0.1625;
-  const lanes v805 = v804 - T_11;
-  const lanes v806 = v805 * v805;
-  const lanes v807 = v796 + v806;
-  const lanes v808 = v777 * v26;
-  const lanes v809 = v808 * v162;
-  const lanes v810 = v809 - v712;
-  const lanes v811 = v810 * v185;
-  const lanes v812 = v781 * v26;
-  const lanes v813 = v812 * v184;
-  const lanes v814 = v811 - v813;
-  const lanes v815 = v814 - T_0;
-  const lanes v816 = v815 * v815;
-  const lanes v817 = v812 * v185;
-  const lanes v818 = v810 * v184;
-  const lanes v819 = v817 + v818;
-  const lanes v820 = T_1 + v819;
-  const lanes v821 = v820 * v820;
-  const lanes v822 = v816 + v821;
-  const lanes v823 = v808 * v161;
-  const lanes v824 = v823 + v727;
-  const lanes v825 = v824 - T_2;
-  const lanes v826 = v825 * v825;
-  const lanes v827 = v822 + v826;
-  const lanes v828 = v777 * v25;
-  const lanes v829 = v828 * v162;
-  const lanes v830 = v829 + v734;
-  const lanes v831 = v830 * v185;
-  const lanes v832 = v781 * v25;
-  const lanes v833 = v832 * v184;
-  const lanes v834 = v831 - v833;
-  const lanes v835 = v834 - T_4;
-  const lanes v836 = v835 * v835;
-  const lanes v837 = v827 + v836;
-  const lanes v838 = v832 * v185;
-  const lanes v839 = v830 * v184;
-  const lanes v840 = v838 + v839;
-  const lanes v841 = T_5 + v840;
-  const lanes v842 = v841 * v841;
-  const lanes v843 = v837 + v842;
-  const lanes v844 = v828 * v161;
-  const lanes v845 = v844 - v750;
-  const lanes v846 = v845 - T_6;
-  const lanes v847 = v846 * v846;
-  const lanes v848 = v843 + v847;
-  const lanes v849 = v777 * v184;
-  const lanes v850 = v781 * v162;
-  const lanes v851 = v850 * v185;
-  const lanes v852 = v849 + v851;
-  const lanes v853 = v852 - T_8;
-  const lanes v854 = v853 * v853;
-  const lanes v855 = v848 + v854;
-  const lanes v856 = v777 * v185;
-  const lanes v857 = v850 * v184;
-  const lanes v858 = v856 - v857;
-  const lanes v859 = v858 - T_9;
-  const lanes v860 = v859 * v859;
-  const lanes v861 = v855 + v860;
-  const lanes v862 = v781 * v161;
-  const lanes v863 = v862 - T_10;
-  const lanes v864 = v863 * v863;
-  const lanes v865 = v861 + v864;
-  const lanes v866 = 0.5 * v865;
-  lanes v867; LANES_NAME(lanes_fmax)(&v807, &v866, &v867);
-  lanes v868; LANES_NAME(lanes_sqrt)(&v867, &v868);
-  out[49] = v868;
-  const lanes v869 = v281 * v291;
-  const lanes v870 = v286 * v288;
-  const lanes v871 = v869 - v870;
-  const lanes v872 = 0.0996 * v299;
-  const lanes v873 = v871 * v872;
-  const lanes v874 = v281 * v288;
-  const lanes v875 = v286 * v291;
-  const lanes v876 = v874 + v875;
-  const lanes v877 = 0.0997 * v876;
-  const lanes v878 = v873 + v877;
-  const lanes v879 = -0.3922 * v281;
-  const lanes v880 = v878 + v879;
-  const lanes v881 = -0.425 * v274;
-  const lanes v882 = v880 + v881;
-  const lanes v883 = v26 * v882;
-  const lanes v884 = 0.0996 * v300;
-  const lanes v885 = v884 + 0.1333;
-  const lanes v886 = v25 * v885;
-  const lanes v887 = v883 + v886;
-  const lanes v888 = v887 - T_3;
-  const lanes v889 = v888 * v888;
-  const lanes v890 = v25 * v882;
-  const lanes v891 = v26 * v885;
-  const lanes v892 = v890 - v891;
-  const lanes v893 = v892 - T_7;
-  const lanes v894 = v893 * v893;
-  const lanes v895 = v889 + v894;
-  const lanes v896 = v876 * v872;
-  const lanes v897 = 0.0997 * v871;
-  const lanes v898 = v896 - v897;
-  const lanes v899 = -0.3922 * v286;
-  const lanes v900 = v898 + v899;
-  const lanes v901 = -0.425 * v273;
-  const lanes v902 = v900 + v901;
-  const lanes v903 = v902 + 0.1625;
-  const lanes v904 = v903 - T_11;
-  const lanes v905 = v904 * v904;
-  const lanes v906 = v895 + v905;
-  const lanes v907 = v26 * v871;
-  const lanes v908 = v300 * v907;
-  const lanes v909 = v25 * v299;
-  const lanes v910 = v908 - v909;
-  const lanes v911 = v317 * v910;
-  const lanes v912 = v26 * v876;
-  const lanes v913 = v316 * v912;
-  const lanes v914 = v911 - v913;
-  const lanes v915 = v914 - T_0;
-  const lanes v916 = v915 * v915;
-  const lanes v917 = v317 * v912;
-  const lanes v918 = v316 * v910;
-  const lanes v919 = v917 + v918;
-  const lanes v920 = T_1 + v919;
-  const lanes v921 = v920 * v920;
-  const lanes v922 = v916 + v921;
-  const lanes v923 = v25 * v300;
-  const lanes v924 = v299 * v907;
-  const lanes v925 = v923 + v924;
-  const lanes v926 = v925 - T_2;
-  const lanes v927 = v926 * v926;
-  const lanes v928 = v922 + v927;
-  const lanes v929 = v26 * v299;
-  const lanes v930 = v25 * v871;
-  const lanes v931 = v300 * v930;
-  const lanes v932 = v929 + v931;
-  const lanes v933 = v317 * v932;
-  const lanes v934 = v25 * v876;
-  const lanes v935 = v316 * v934;
-  const lanes v936 = v933 - v935;
-  const lanes v937 = v936 - T_4;
-  const lanes v938 = v937 * v937;
-  const lanes v939 = v928 + v938;
-  const lanes v940 = v317 * v934;
-  const lanes v941 = v316 * v932;
-  const lanes v942 = v940 + v941;
-  const lanes v943 = T_5 + v942;
-  const lanes v944 = v943 * v943;
-  const lanes v945 = v939 + v944;
-  const lanes v946 = v299 * v930;
-  const lanes v947 = v26 * v300;
-  const lanes v948 = v946 - v947;
-  const lanes v949 = v948 - T_6;
-  const lanes v950 = v949 * v949;
-  const lanes v951 = v945 + v950;
-  const lanes v952 = v300 * v876;
-  const lanes v953 = v317 * v952;
-  const lanes v954 = v316 * v871;
-  const lanes v955 = v953 + v954;
-  const lanes v956 = v955 - T_8;
-  const lanes v957 = v956 * v956;
-  const lanes v958 = v951 + v957;
-  const lanes v959 = v317 * v871;
-  const lanes v960 = v316 * v952;
-  const lanes v961 = v959 - v960;
-  const lanes v962 = v961 - T_9;
-  const lanes v963 = v962 * v962;
-  const lanes v964 = v958 + v963;
-  const lanes v965 = v299 * v876;
-  const lanes v966 = v965 - T_10;
-  const lanes v967 = v966 * v966;
-  const lanes v968 = v964 + v967;
-  const lanes v969 = 0.5 * v968;
-  lanes v970; LANES_NAME(lanes_fmax)(&v906, &v969, &v970);
-  lanes v971; LANES_NAME(lanes_sqrt)(&v970, &v971);
-  out[50] = v971;
-  const lanes v972 = v332 * v342;
-  const lanes v973 = v337 * v339;
-  const lanes v974 = v972 - v973;
-  const lanes v975 = v872 * v974;
-  const lanes v976 = v332 * v339;
-  const lanes v977 = v337 * v342;
-  const lanes v978 = v976 + v977;
-  const lanes v979 = 0.0997 * v978;
-  const lanes v980 = v975 + v979;
-  const lanes v981 = -0.3922 * v332;
-  const lanes v982 = v980 + v981;
-  const lanes v983 = -0.425 * v327;
-  const lanes v984 = v982 + v983;
-  const lanes v985 = v26 * v984;
-  const lanes v986 = v985 + v886;
-  const lanes v987 = v986 - T_3;
-  const lanes v988 = v987 * v987;
-  const lanes v989 = v25 * v984;
-  const lanes v990 = v989 - v891;
-  const lanes v991 = v990 - T_7;
-  const lanes v992 = v991 * v991;
-  const lanes v993 = v988 + v992;
-  const lanes v994 = v872 * v978;
-  const lanes v995 = 0.0997 * v974;
-  const lanes v996 = v994 - v995;
-  const lanes v997 = -0.3922 * v337;
-  const lanes v998 = v996 + v997;
-  const lanes v999 = -0.425 * v326;
-  const lanes v1000 = v998 + v999;
-  const lanes v1001 = v1000 + 0.1625;
-  const lanes v1002 = v1001 - T_11;
-  const lanes v1003 = v1002 * v1002;
-  const lanes v1004 = v993 + v1003;
-  const lanes v1005 = v26 * v974;
-  const lanes v1006 = v300 * v1005;
-  const lanes v1007 = v1006 - v909;
-  const lanes v1008 = v317 * v1007;
-  const lanes v1009 = v26 * v978;
-  const lanes v1010 = v316 * v1009;
-  const lanes v1011 = v1008 - v1010;
-  const lanes v1012 = v1011 - T_0;
-  const lanes v1013 = v1012 * v1012;
-  const lanes v1014 = v317 * v1009;
-  const lanes v1015 = v316 * v1007;
-  const lanes v1016 = v1014 + v1015;
-  const lanes v1017 = T_1 + v1016;
-  const lanes v1018 = v1017 * v1017;
-  const lanes v1019 = v1013 + v1018;
-  const lanes v1020 = v299 * v1005;
-  const lanes v1021 = v923 + v1020;
-  const lanes v1022 = v1021 - T_2;
-  const lanes v1023 = v1022 * v1022;
-  const lanes v1024 = v1019 + v1023;
-  const lanes v1025 = v25 * v974;
-  const lanes v1026 = v300 * v1025;
-  const lanes v1027 = v929 + v1026;
-  const lanes v1028 = v317 * v1027;
-  const lanes v1029 = v25 * v978;
-  const lanes v1030 = v316 * v1029;
-  const lanes v1031 = v1028 - v1030;
-  const lanes v1032 = v1031 - T_4;
-  const lanes v1033 = v1032 * v1032;
-  const lanes v1034 = v1024 + v1033;
-  const lanes v1035 = v317 * v1029;
-  const lanes v1036 = v316 * v1027;
-  const lanes v1037 = v1035 + v1036;
-  const lanes v1038 = T_5 + v1037;
-  const lanes v1039 = v1038 * v1038;
-  const lanes v1040 = v1034 + v1039;
-  const lanes v1041 = v299 * v1025;
-  const lanes v1042 = v1041 - v947;
-  const lanes v1043 = v1042 - T_6;
-  const lanes v1044 = v1043 * v1043;
-  const lanes v1045 = v1040 + v1044;
-  const lanes v1046 = v300 * v978;
-  const lanes v1047 = v317 * v1046;
-  const lanes v1048 = v316 * v974;
-  const lanes v1049 = v1047 + v1048;
-  const lanes v1050 = v1049 - T_8;
-  const lanes v1051 = v1050 * v1050;
-  const lanes v1052 = v1045 + v1051;
-  const lanes v1053 = v317 * v974;
-  const lanes v1054 = v316 * v1046;
-  const lanes v1055 = v1053 - v1054;
-  const lanes v1056 = v1055 - T_9;
-  const lanes v1057 = v1056 * v1056;
-  const lanes v1058 = v1052 + v1057;
-  const lanes v1059 = v299 * v978;
-  const lanes v1060 = v1059 - T_10;
-  const lanes v1061 = v1060 * v1060;
-  const lanes v1062 = v1058 + v1061;
-  const lanes v1063 = 0.5 * v1062;
-  lanes v1064; LANES_NAME(lanes_fmax)(&v1004, &v1063, &v1064);
-  lanes v1065; LANES_NAME(lanes_sqrt)(&v1064, &v1065);
-  out[51] = v1065;
-  const lanes v1066 = v458 * v468;
-  const lanes v1067 = v463 * v465;
-  const lanes v1068 = v1066 - v1067;
-  const lanes v1069 = 0.0996 * v481;
-  const lanes v1070 = v1068 * v1069;
-  const lanes v1071 = v458 * v465;
-  const lanes v1072 = v463 * v468;
-  const lanes v1073 = v1071 + v1072;
-  const lanes v1074 = 0.0997 * v1073;
-  const lanes v1075 = v1070 + v1074;
-  const lanes v1076 = -0.3922 * v458;
-  const lanes v1077 = v1075 + v1076;
-  const lanes v1078 = -0.425 * v451;
-  const lanes v1079 = v1077 + v1078;
-  const lanes v1080 = v352 * v1079;
-  const lanes v1081 = 0.0996 * v482;
-  const lanes v1082 = v1081 + 0.1333;
-  const lanes v1083 = v351 * v1082;
-  const lanes v1084 = v1080 + v1083;
-  const lanes v1085 = v1084 - T_3;
-  const lanes v1086 = v1085 * v1085;
-  const lanes v1087 = v351 * v1079;
-  const lanes v1088 = v352 * v1082;
-  const lanes v1089 = v1087 - v1088;
-  const lanes v1090 = v1089 - T_7;
-  const lanes v1091 = v1090 * v1090;
-  const lanes v1092 = v1086 + v1091;
-  const lanes v1093 = v1073 * v1069;
-  const lanes v1094 = 0.0997 * v1068;
-  const lanes v1095 = v1093 - v1094;
-  const lanes v1096 = -0.3922 * v463;
-  const lanes v1097 = v1095 + v1096;
-  const lanes v1098 = -0.425 * v450;
-  const lanes v1099 = v1097 + v1098;
-  const lanes v1100 = v1099 + 0.1625;
-  const lanes v1101 = v1100 - T_11;
-  const lanes v1102 = v1101 * v1101;
-  const lanes v1103 = v1092 + v1102;
-  const lanes v1104 = v352 * v1068;
-  const lanes v1105 = v482 * v1104;
-  const lanes v1106 = v351 * v481;
-  const lanes v1107 = v1105 - v1106;
-  const lanes v1108 = v505 * v1107;
-  const lanes v1109 = v352 * v1073;
-  const lanes v1110 = v504 * v1109;
-  const lanes v1111 = v1108 - v1110;
-  const lanes v1112 = v1111 - T_0;
-  const lanes v1113 = v1112 * v1112;
-  const lanes v1114 = v505 * v1109;
-  const lanes v1115 = v504 * v1107;
-  const lanes v1116 = v1114 + v1115;
-  const lanes v1117 = T_1 + v1116;
-  const lanes v1118 = v1117 * v1117;
-  const lanes v1119 = v1113 + v1118;
-  const lanes v1120 = v351 * v482;
-  const lanes v1121 = v481 * v1104;
-  const lanes v1122 = v1120 + v1121;
-  const lanes v1123 = v1122 - T_2;
-  const lanes v1124 = v1123 * v1123;
-  const lanes v1125 = v1119 + v1124;
-  const lanes v1126 = v352 * v481;
-  const lanes v1127 = v351 * v1068;
-  const lanes v1128 = v482 * v1127;
-  const lanes v1129 = v1126 + v1128;
-  const lanes v1130 = v505 * v1129;
-  const lanes v1131 = v351 * v1073;
-  const lanes v1132 = v504 * v1131;
-  const lanes v1133 = v1130 - v1132;
-  const lanes v1134 = v1133 - T_4;
-  const lanes v1135 = v1134 * v1134;
-  const lanes v1136 = v1125 + v1135;
-  const lanes v1137 = v505 * v1131;
-  const lanes v1138 = v504 * v1129;
-  const lanes v1139 = v1137 + v1138;
-  const lanes v1140 = T_5 + v1139;
-  const lanes v1141 = v1140 * v1140;
-  const lanes v1142 = v1136 + v1141;
-  const lanes v1143 = v481 * v1127;
-  const lanes v1144 = v352 * v482;
-  const lanes v1145 = v1143 - v1144;
-  const lanes v1146 = v1145 - T_6;
-  const lanes v1147 = v1146 * v1146;
-  const lanes v1148 = v1142 + v1147;
-  const lanes v1149 = v482 * v1073;
-  const lanes v1150 = v505 * v1149;
-  const lanes v1151 = v504 * v1068;
-  const lanes v1152 = v1150 + v1151;
-  const lanes v1153 = v1152 - T_8;
-  const lanes v1154 = v1153 * v1153;
-  const lanes v1155 = v1148 + v1154;
-  const lanes v1156 = v505 * v1068;
-  const lanes v1157 = v504 * v1149;
-  const lanes v1158 = v1156 - v1157;
-  const lanes v1159 = v1158 - T_9;
-  const lanes v1160 = v1159 * v1159;
-  const lanes v1161 = v1155 + v1160;
-  const lanes v1162 = v481 * v1073;
-  const lanes v1163 = v1162 - T_10;
-  const lanes v1164 = v1163 * v1163;
-  const lanes v1165 = v1161 + v1164;
-  const lanes v1166 = 0.5 * v1165;
-  lanes v1167; LANES_NAME(lanes_fmax)(&v1103, &v1166, &v1167);
-  lanes v1168; LANES_NAME(lanes_sqrt)(&v1167, &v1168);
-  out[52] = v1168;
-  const lanes v1169 = v520 * v530;
-  const lanes v1170 = v525 * v527;
-  const lanes v1171 = v1169 - v1170;
-  const lanes v1172 = v1069 * v1171;
-  const lanes v1173 = v520 * v527;
-  const lanes v1174 = v525 * v530;
-  const lanes v1175 = v1173 + v1174;
-  const lanes v1176 = 0.0997 * v1175;
-  const lanes v1177 = v1172 + v1176;
-  const lanes v1178 = -0.3922 * v520;
-  const lanes v1179 = v1177 + v1178;
-  const lanes v1180 = -0.425 * v515;
-  const lanes v1181 = v1179 + v1180;
-  const lanes v1182 = v352 * v1181;
-  const lanes v1183 = v1182 + v1083;
-  const lanes v1184 = v1183 - T_3;
-  const lanes v1185 = v1184 * v1184;
-  const lanes v1186 = v351 * v1181;
-  const lanes v1187 = v1186 - v1088;
-  const lanes v1188 = v1187 - T_7;
-  const lanes v1189 = v1188 * v1188;
-  const lanes v1190 = v1185 + v1189;
-  const lanes v1191 = v1069 * v1175;
-  const lanes v1192 = 0.0997 * v1171;
-  const lanes v1193 = v1191 - v1192;
-  const lanes v1194 = -0.3922 * v525;
-  const lanes v1195 = v1193 + v1194;
-  const lanes v1196 = -0.425 * v514;
-  const lanes v1197 = v1195 + v1196;
-  const lanes v1198 = v1197 + 0.1625;
-  const lanes v1199 = v1198 - T_11;
-  const lanes v1200 = v1199 * v1199;
-  const lanes v1201 = v1190 + v1200;
-  const lanes v1202 = v352 * v1171;
-  const lanes v1203 = v482 * v1202;
-  const lanes v1204 = v1203 - v1106;
-  const lanes v1205 = v505 * v1204;
-  const lanes v1206 = v352 * v1175;
-  const lanes v1207 = v504 * v1206;
-  const lanes v1208 = v1205 - v1207;
-  const lanes v1209 = v1208 - T_0;
-  const lanes v1210 = v1209 * v1209;
-  const lanes v1211 = v505 * v1206;
-  const lanes v1212 = v504 * v1204;
-  const lanes v1213 = v1211 + v1212;
-  const lanes v1214 = T_1 + v1213;
-  const lanes v1215 = v1214 * v1214;
-  const lanes v1216 = v1210 + v1215;
-  const lanes v1217 = v481 * v1202;
-  const lanes v1218 = v1120 + v1217;
-  const lanes v1219 = v1218 - T_2;
-  const lanes v1220 = v1219 * v1219;
-  const lanes v1221 = v1216 + v1220;
-  const lanes v1222 = v351 * v1171;
-  const lanes v1223 = v482 * v1222;
-  const lanes v1224 = v1126 + v1223;
-  const lanes v1225 = v505 * v1224;
-  const lanes v1226 = v351 * v1175;
-  const lanes v1227 = v504 * v1226;
-  const lanes v1228 = v1225 - v1227;
-  const lanes v1229 = v1228 - T_4;
-  const lanes v1230 = v1229 * v1229;
-  const lanes v1231 = v1221 + v1230;
-  const lanes v1232 = v505 * v1226;
-  const lanes v1233 = v504 * v1224;
-  const lanes v1234 = v1232 + v1233;
-  const lanes v1235 = T_5 + v1234;
-  const lanes v1236 = v1235 * v1235;
-  const lanes v1237 = v1231 + v1236;
-  const lanes v1238 = v481 * v1222;
-  const lanes v1239 = v1238 - v1144;
-  const lanes v1240 = v1239 - T_6;
-  const lanes v1241 = v1240 * v1240;
-  const lanes v1242 = v1237 + v1241;
-  const lanes v1243 = v482 * v1175;
-  const lanes v1244 = v505 * v1243;
-  const lanes v1245 = v504 * v1171;
-  const lanes v1246 = v1244 + v1245;
-  const lanes v1247 = v1246 - T_8;
-  const lanes v1248 = v1247 * v1247;
-  const lanes v1249 = v1242 + v1248;
-  const lanes v1250 = v505 * v1171;
-  const lanes v1251 = v504 * v1243;
-  const lanes v1252 = v1250 - v1251;
-  const lanes v1253 = v1252 - T_9;
-  const lanes v1254 = v1253 * v1253;
-  const lanes v1255 = v1249 + v1254;
-  const lanes v1256 = v481 * v1175;
-  const lanes v1257 = v1256 - T_10;
-  const lanes v1258 = v1257 * v1257;
-  const lanes v1259 = v1255 + v1258;
-  const lanes v1260 = 0.5 * v1259;
-  lanes v1261; LANES_NAME(lanes_fmax)(&v1201, &v1260, &v1261);
-  lanes v1262; LANES_NAME(lanes_sqrt)(&v1261, &v1262);
-  out[53] = v1262;
-  const lanes v1263 = v601 * v611;
-  const lanes v1264 = v606 * v608;
-  const lanes v1265 = v1263 - v1264;
-  const lanes v1266 = 0.0996 * v619;
-  const lanes v1267 = v1265 * v1266;
-  const lanes v1268 = v601 * v608;
-  const lanes v1269 = v606 * v611;
-  const lanes v1270 = v1268 + v1269;
-  const lanes v1271 = 0.0997 * v1270;
-  const lanes v1272 = v1267 + v1271;
-  const lanes v1273 = -0.3922 * v601;
-  const lanes v1274 = v1272 + v1273;
-  const lanes v1275 = -0.425 * v594;
-  const lanes v1276 = v1274 + v1275;
-  const lanes v1277 = v352 * v1276;
-  const lanes v1278 = 0.0996 * v620;
-  const lanes v1279 = v1278 + 0.1333;
-  const lanes v1280 = v351 * v1279;
-  const lanes v1281 = v1277 + v1280;
-  const lanes v1282 = v1281 - T_3;
-  const lanes v1283 = v1282 * v1282;
-  const lanes v1284 = v351 * v1276;
-  const lanes v1285 = v352 * v1279;
-  const lanes v1286 = v1284 - v1285;
-  const lanes v1287 = v1286 - T_7;
-  const lanes v1288 = v1287 * v1287;
-  const lanes v1289 = v1283 + v1288;
-  const lanes v1290 = v1270 * v1266;
-  const lanes v1291 = 0.0997 * v1265;
-  const lanes v1292 = v1290 - v1291;
-  const lanes v1293 = -0.3922 * v606;
-  const lanes v1294 = v1292 + v1293;
-  const lanes v1295 = -0.425 * v593;
-  const lanes v1296 = v1294 + v1295;
-  const lanes v1297 = v1296 + 0.1625;
-  const lanes v1298 = v1297 - T_11;
-  const lanes v1299 = v1298 * v1298;
-  const lanes v1300 = v1289 + v1299;
-  const lanes v1301 = v352 * v1265;
-  const lanes v1302 = v620 * v1301;
-  const lanes v1303 = v351 * v619;
-  const lanes v1304 = v1302 - v1303;
-  const lanes v1305 = v637 * v1304;
-  const lanes v1306 = v352 * v1270;
-  const lanes v1307 = v636 * v1306;
-  const lanes v1308 = v1305 - v1307;
-  const lanes v1309 = v1308 - T_0;
-  const lanes v1310 = v1309 * v1309;
-  const lanes v1311 = v637 * v1306;
-  const lanes v1312 = v636 * v1304;
-  const lanes v1313 = v1311 + v1312;
-  const lanes v1314 = T_1 + v1313;
-  const lanes v1315 = v1314 * v1314;
-  const lanes v1316 = v1310 + v1315;
-  const lanes v1317 = v351 * v620;
-  const lanes v1318 = v619 * v1301;
-  const lanes v1319 = v1317 + v1318;
-  const lanes v1320 = v1319 - T_2;
-  const lanes v1321 = v1320 * v1320;
-  const lanes v1322 = v1316 + v1321;
-  const lanes v1323 = v352 * v619;
-  const lanes v1324 = v351 * v1265;
-  const lanes v1325 = v620 * v1324;
-  const lanes v1326 = v1323 + v1325;
-  const lanes v1327 = v637 * v1326;
-  const lanes v1328 = v351 * v1270;
-  const lanes v1329 = v636 * v1328;
-  const lanes v1330 = v1327 - v1329;
-  const lanes v1331 = v1330 - T_4;
-  const lanes v1332 = v1331 * v1331;
-  const lanes v1333 = v1322 + v1332;
-  const lanes v1334 = v637 * v1328;
-  const lanes v1335 = v636 * v1326;
-  const lanes v1336 = v1334 + v1335;
-  const lanes v1337 = T_5 + v1336;
-  const lanes v1338 = v1337 * v1337;
-  const lanes v1339 = v1333 + v1338;
-  const lanes v1340 = v619 * v1324;
-  const lanes v1341 = v352 * v620;
-  const lanes v1342 = v1340 - v1341;
-  const lanes v1343 = v1342 - T_6;
-  const lanes v1344 = v1343 * v1343;
-  const lanes v1345 = v1339 + v1344;
-  const lanes v1346 = v620 * v1270;
-  const lanes v1347 = v637 * v1346;
-  const lanes v1348 = v636 * v1265;
-  const lanes v1349 = v1347 + v1348;
-  const lanes v1350 = v1349 - T_8;
-  const lanes v1351 = v1350 * v1350;
-  const lanes v1352 = v1345 + v1351;
-  const lanes v1353 = v637 * v1265;
-  const lanes v1354 = v636 * v1346;
-  const lanes v1355 = v1353 - v1354;
-  const lanes v1356 = v1355 - T_9;
-  const lanes v1357 = v1356 * v1356;
-  const lanes v1358 = v1352 + v1357;
-  const lanes v1359 = v619 * v1270;
-  const lanes v1360 = v1359 - T_10;
-  const lanes v1361 = v1360 * v1360;
-  const lanes v1362 = v1358 + v1361;
-  const lanes v1363 = 0.5 * v1362;
-  lanes v1364; LANES_NAME(lanes_fmax)(&v1300, &v1363, &v1364);
-  lanes v1365; LANES_NAME(lanes_sqrt)(&v1364, &v1365);
-  out[54] = v1365;
-  const lanes v1366 = v652 * v662;
-  const lanes v1367 = v657 * v659;
-  const lanes v1368 = v1366 - v1367;
-  const lanes v1369 = v1266 * v1368;
-  const lanes v1370 = v652 * v659;
-  const lanes v1371 = v657 * v662;
-  const lanes v1372 = v1370 + v1371;
-  const lanes v1373 = 0.0997 * v1372;
-  const lanes v1374 = v1369 + v1373;
-  const lanes v1375 = -0.3922 * v652;
-  const lanes v1376 = v1374 + v1375;
-  const lanes v1377 = -0.425 * v647;
-  const lanes v1378 = v1376 + v1377;
-  const lanes v1379 = v352 * v1378;
-  const lanes v1380 = v1379 + v1280;
-  const lanes v1381 = v1380 - T_3;
-  const lanes v1382 = v1381 * v1381;
-  const lanes v1383 = v351 * v1378;
-  const lanes v1384 = v1383 - v1285;
-  const lanes v1385 = v1384 - T_7;
-  const lanes v1386 = v1385 * v1385;
-  const lanes v1387 = v1382 + v1386;
-  const lanes v1388 = v1266 * v1372;
-  const lanes v1389 = 0.0997 * v1368;
-  const lanes v1390 = v1388 - v1389;
-  const lanes v1391 = -0.3922 * v657;
-  const lanes v1392 = v1390 + v1391;
-  const lanes v1393 = -0.425 * v646;
-  const lanes v1394 = v1392 + v1393;
-  const lanes v1395 = v1394 + 0.1625;
-  const lanes v1396 = v1395 - T_11;
-  const lanes v1397 = v1396 * v1396;
-  const lanes v1398 = v1387 + v1397;
-  const lanes v1399 = v352 * v1368;
-  const lanes v1400 = v620 * v1399;
-  const lanes v1401 = v1400 - v1303;
-  const lanes v1402 = v637 * v1401;
-  const lanes v1403 = v352 * v1372;
-  const lanes v1404 = v636 * v1403;
-  const lanes v1405 = v1402 - v1404;
-  const lanes v1406 = v1405 - T_0;
-  const lanes v1407 = v1406 * v1406;
-  const lanes v1408 = v637 * v1403;
-  const lanes v1409 = v636 * v1401;
-  const lanes v1410 = v1408 + v1409;
-  const lanes v1411 = T_1 + v1410;
-  const lanes v1412 = v1411 * v1411;
-  const lanes v1413 = v1407 + v1412;
-  const lanes v1414 = v619 * v1399;
-  const lanes v1415 = v1317 + v1414;
-  const lanes v1416 = v1415 - T_2;
-  const lanes v1417 = v1416 * v1416;
-  const lanes v1418 = v1413 + v1417;
-  const lanes v1419 = v351 * v1368;
-  const lanes v1420 = v620 * v1419;
-  const lanes v1421 = v1323 + v1420;
-  const lanes v1422 = v637 * v1421;
-  const lanes v1423 = v351 * v1372;
-  const lanes v1424 = v636 * v1423;
-  const lanes v1425 = v1422 - v1424;
-  const lanes v1426 = v1425 - T_4;
-  const lanes v1427 = v1426 * v1426;
-  const lanes v1428 = v1418 + v1427;
-  const lanes v1429 = v637 * v1423;
-  const lanes v1430 = v636 * v1421;
-  const lanes v1431 = v1429 + v1430;
-  const lanes v1432 = T_5 + v1431;
-  const lanes v1433 = v1432 * v1432;
-  const lanes v1434 = v1428 + v1433;
-  const lanes v1435 = v619 * v1419;
-  const lanes v1436 = v1435 - v1341;
-  const lanes v1437 = v1436 - T_6;
-  const lanes v1438 = v1437 * v1437;
-  const lanes v1439 = v1434 + v1438;
-  const lanes v1440 = v620 * v1372;
-  const lanes v1441 = v637 * v1440;
-  const lanes v1442 = v636 * v1368;
-  const lanes v1443 = v1441 + v1442;
-  const lanes v1444 = v1443 - T_8;
-  const lanes v1445 = v1444 * v1444;
-  const lanes v1446 = v1439 + v1445;
-  const lanes v1447 = v637 * v1368;
-  const lanes v1448 = v636 * v1440;
-  const lanes v1449 = v1447 - v1448;
-  const lanes v1450 = v1449 - T_9;
-  const lanes v1451 = v1450 * v1450;
-  const lanes v1452 = v1446 + v1451;
-  const lanes v1453 = v619 * v1372;
-  const lanes v1454 = v1453 - T_10;
-  const lanes v1455 = v1454 * v1454;
-  const lanes v1456 = v1452 + v1455;
-  const lanes v1457 = 0.5 * v1456;
-  lanes v1458; LANES_NAME(lanes_fmax)(&v1398, &v1457, &v1458);
-  lanes v1459; LANES_NAME(lanes_sqrt)(&v1458, &v1459);
-  out[55] = v1459;
-  const lanes v1460 = 1e-300 + v8;
-  const lanes v1461 = v10 / v1460;
-  const lanes v1462 = 1e-300 + v36;
-  const lanes v1463 = v36 / v1462;
-  lanes v1464; LANES_NAME(lanes_fmin)(&v1461, &v1463, &v1464);
-  const lanes v1465 = 8.99802032665209 * v98;
-  lanes v1466; LANES_NAME(lanes_fmin)(&v1464, &v1465, &v1466);
-  out[56] = v1466;
-  out[57] = v1466;
-  const lanes v1467 = 8.99802032665209 * v241;
-  lanes v1468; LANES_NAME(lanes_fmin)(&v1464, &v1467, &v1468);
-  out[58] = v1468;
-  out[59] = v1468;
-  const lanes v1469 = 8.99802032665209 * v418;
-  const lanes v1470 = 1e-300 + v361;
-  const lanes v1471 = v361 / v1470;
-  lanes v1472; LANES_NAME(lanes_fmin)(&v1461, &v1471, &v1472);
-  lanes v1473; LANES_NAME(lanes_fmin)(&v1469, &v1472, &v1473);
-  out[60] = v1473;
-  out[61] = v1473;
-  const lanes v1474 = 8.99802032665209 * v561;
-  lanes v1475; LANES_NAME(lanes_fmin)(&v1472, &v1474, &v1475);
-  out[62] = v1475;
-  out[63] = v1475;
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      v1 = 0.0996 * T_2, v2 = 0.0996 * T_6, v3 = T_10 * T_10, v4 = 0.0996 * T_10, v5 = T_3 - v1,
+      v6 = T_7 - v2, v7 = T_11 - v4, v8 = 0.1333 * v5, v9 = v5 * v5, v10 = v6 * v6,
+      v11 = 0.1333 * v6, v12 = v7 - 0.1625, v13 = v9 + v10, v14 = 0.1994 * v12, v15 = v12 * v12,
+      v16 = 4e-15 * v13, v17 = v13 - 0.01776889, v18 = 1e-300 + v13;
+  const lanes_where v19 = LANES_LT(v16, v17); LANES_LET1(v20, sqrt, v17);
+  const lanes v21 = v17 / v18, v22 = LANES_CHOICE(v19, v20, 0.0), v23 = v22 * v6, v24 = v22 * v5,
+      v25 = v8 - v23, v26 = v24 + v11, v27 = v23 + v8, v28 = v11 - v24, v29 = v25 * v25,
+      v30 = 1e-150 - v26, v31 = v27 * v27, v32 = 1e-150 - v28, v33 = v30 * v30;
+  LANES_LET2(v34, atan2, v25, v30);
+  const lanes v35 = v32 * v32;
+  LANES_LET2(v36, atan2, v27, v32);
+  const lanes v37 = v29 + v33, v38 = v31 + v35;
+  out[0] = v34; out[6] = v34; out[12] = v34; out[18] = v34; out[24] = v36; out[30] = v36;
+  out[36] = v36; out[42] = v36; LANES_LET1(v39, rsqrt, v37); LANES_LET1(v40, rsqrt, v38);
+  const lanes v41 = v25 * v39, v42 = v30 * v39, v43 = v27 * v40, v44 = v32 * v40, v45 = v42 * v5,
+      v46 = v41 * v6, v47 = T_2 * v42, v48 = T_6 * v41, v49 = T_6 * v42, v50 = T_2 * v41,
+      v51 = T_0 * v42, v52 = T_4 * v41, v53 = T_4 * v42, v54 = T_0 * v41, v55 = v44 * v5,
+      v56 = v43 * v6, v57 = T_2 * v44, v58 = T_6 * v43, v59 = T_6 * v44, v60 = T_2 * v43,
+      v61 = T_0 * v44, v62 = T_4 * v43, v63 = T_4 * v44, v64 = T_0 * v43, v65 = v45 + v46,
+      v66 = v47 + v48, v67 = v49 - v50, v68 = v51 + v52, v69 = v53 - v54, v70 = v55 + v56,
+      v71 = v57 + v58, v72 = v59 - v60, v73 = v61 + v62, v74 = v63 - v64, v75 = v66 * v66,
+      v76 = 1e-150 - v66, v77 = v65 * v65, v78 = 0.1994 * v65, v79 = v67 * v67, v80 = -v67,
+      v81 = -v67, v82 = v71 * v71, v83 = 1e-150 - v71, v84 = v70 * v70, v85 = 0.1994 * v70,
+      v86 = v72 * v72, v87 = -v72, v88 = -v72, v89 = v3 + v75, v90 = v76 * v76, v91 = v15 + v77,
+      v92 = v3 + v82, v93 = v83 * v83, v94 = v15 + v84;
+  const lanes_where v95 = LANES_LT(2.5e-19, v89);
+  const lanes v96 = v3 + v90, v97 = 1.5904144000000003e-16 * v91, v98 = 0.03976036 * v91,
+      v99 = 0.00994009 + v91;
+  const lanes_where v100 = LANES_LT(2.5e-19, v92);
+  const lanes v101 = v3 + v93, v102 = 1.5904144000000003e-16 * v94, v103 = 0.03976036 * v94,
+      v104 = 0.00994009 + v94;
+  LANES_LET1(v105, rsqrt, v96);
+  const lanes v106 = 0.33444584 - v99;
+  LANES_LET1(v107, rsqrt, v101);
+  const lanes v108 = 0.33444584 - v104, v109 = T_10 * v105, v110 = v106 * v106, v111 = v78 * v106,
+      v112 = v14 * v106, v113 = v76 * v105, v114 = T_10 * v107, v115 = v108 * v108,
+      v116 = v85 * v108, v117 = v14 * v108, v118 = v83 * v107, v119 = -v109, v120 = v98 - v110,
+      v121 = -v113, v122 = -v114, v123 = v103 - v115, v124 = -v118;
+  const lanes_where v125 = LANES_LT(v97, v120); LANES_LET1(v126, sqrt, v120);
+  const lanes_where v127 = LANES_LT(v102, v123); LANES_LET1(v128, sqrt, v123);
+  const lanes v129 = LANES_CHOICE(v125, v126, 0.0), v130 = LANES_CHOICE(v127, v128, 0.0),
+      v131 = v14 * v129, v132 = v78 * v129, v133 = v14 * v130, v134 = v85 * v130,
+      v135 = v131 - v111, v136 = v112 + v132, v137 = v131 + v111, v138 = v112 - v132,
+      v139 = v133 - v116, v140 = v117 + v134, v141 = v133 + v116, v142 = v117 - v134,
+      v143 = v135 * v135, v144 = 1e-150 + v136, v145 = v137 * v137, v146 = 1e-150 + v138,
+      v147 = v139 * v139, v148 = 1e-150 + v140, v149 = v141 * v141, v150 = 1e-150 + v142,
+      v151 = v144 * v144, v152 = v146 * v146, v153 = v148 * v148, v154 = v150 * v150,
+      v155 = v143 + v151, v156 = v145 + v152, v157 = v147 + v153, v158 = v149 + v154;
+  LANES_LET1(v159, rsqrt, v155); LANES_LET1(v160, rsqrt, v156); LANES_LET1(v161, rsqrt, v157);
+  LANES_LET1(v162, rsqrt, v158);
+  const lanes v163 = v135 * v159, v164 = v144 * v159, v165 = v137 * v160, v166 = v146 * v160,
+      v167 = v139 * v161, v168 = v148 * v161, v169 = v141 * v162, v170 = v150 * v162,
+      v171 = LANES_CHOICE(v95, v119, v163), v172 = LANES_CHOICE(v95, v113, v164), v173 = -v165,
+      v174 = LANES_CHOICE(v95, v121, v166), v175 = LANES_CHOICE(v100, v122, v167),
+      v176 = LANES_CHOICE(v100, v118, v168), v177 = -v169, v178 = LANES_CHOICE(v100, v124, v170),
+      v179 = 0.0997 * v171, v180 = 0.0997 * v172, v181 = T_10 * v171, v182 = v66 * v172,
+      v183 = T_8 * v172, v184 = v171 * v68, v185 = T_8 * v171, v186 = v172 * v68,
+      v187 = LANES_CHOICE(v95, v109, v173), v188 = 0.0997 * v174, v189 = v174 * v66,
+      v190 = T_8 * v174, v191 = v174 * v68, v192 = 0.0997 * v175, v193 = 0.0997 * v176,
+      v194 = T_10 * v175, v195 = v71 * v176, v196 = T_8 * v176, v197 = v175 * v73,
+      v198 = T_8 * v175, v199 = v176 * v73, v200 = LANES_CHOICE(v100, v114, v177),
+      v201 = 0.0997 * v178, v202 = v71 * v178, v203 = T_8 * v178, v204 = v73 * v178,
+      v205 = v42 * v171, v206 = v42 * v172, v207 = v41 * v172, v208 = v41 * v171, v209 = v174 * v42,
+      v210 = v174 * v41, v211 = v44 * v176, v212 = v44 * v175, v213 = v43 * v176, v214 = v43 * v175,
+      v215 = v44 * v178, v216 = v43 * v178, v217 = v65 - v179, v218 = v12 + v180,
+      v219 = v181 + v182, v220 = v183 - v184, v221 = v185 + v186, v222 = 0.0997 * v187,
+      v223 = v12 + v188, v224 = T_10 * v187, v225 = v187 * v68, v226 = T_8 * v187,
+      v227 = v70 - v192, v228 = v12 + v193, v229 = v194 + v195, v230 = v196 - v197,
+      v231 = v198 + v199, v232 = 0.0997 * v200, v233 = v12 + v201, v234 = T_10 * v200,
+      v235 = v73 * v200, v236 = T_8 * v200, v237 = v187 * v42, v238 = v187 * v41, v239 = v44 * v200,
+      v240 = v43 * v200, v241 = v217 * v217, v242 = v218 * v218, v243 = v219 * v219;
+  LANES_LET2(v244, atan2, v219, v80);
+  const lanes v245 = v220 * v220, v246 = v65 - v222, v247 = v223 * v223, v248 = v224 + v189,
+      v249 = v190 - v225, v250 = v226 + v191, v251 = v227 * v227, v252 = v228 * v228,
+      v253 = v229 * v229;
+  LANES_LET2(v254, atan2, v229, v87);
+  const lanes v255 = v230 * v230, v256 = v70 - v232, v257 = v233 * v233, v258 = v234 + v202,
+      v259 = v203 - v235, v260 = v236 + v204, v261 = v241 + v242, v262 = v79 + v243,
+      v263 = v246 * v246, v264 = v248 * v248;
+  LANES_LET2(v265, atan2, v248, v81);
+  const lanes v266 = v249 * v249, v267 = v251 + v252, v268 = v86 + v253, v269 = v256 * v256,
+      v270 = v258 * v258;
+  LANES_LET2(v271, atan2, v258, v88);
+  const lanes v272 = v259 * v259, v273 = -v244, v274 = -v254, v275 = v261 - 0.00107584,
+      v276 = 0.66781584 - v261, v277 = v261 - 0.33444584;
+  LANES_LET1(v278, rsqrt, v262);
+  const lanes v279 = v263 + v247, v280 = v264 + v79, v281 = v267 - 0.00107584,
+      v282 = 0.66781584 - v267, v283 = v267 - 0.33444584;
+  LANES_LET1(v284, rsqrt, v268);
+  const lanes v285 = v269 + v257, v286 = v86 + v270;
+  out[4] = v273; out[10] = v273;
+  const lanes v287 = -v265;
+  out[28] = v274; out[34] = v274;
+  const lanes v288 = -v271, v289 = v275 * v276, v290 = 0.33337 * v277, v291 = v219 * v278,
+      v292 = v67 * v278, v293 = v279 - 0.00107584, v294 = 0.66781584 - v279,
+      v295 = v279 - 0.33444584;
+  LANES_LET1(v296, rsqrt, v280);
+  const lanes v297 = v281 * v282, v298 = 0.33337 * v283, v299 = v229 * v284, v300 = v72 * v284,
+      v301 = v285 - 0.00107584, v302 = 0.66781584 - v285, v303 = v285 - 0.33444584;
+  LANES_LET1(v304, rsqrt, v286); out[16] = v287; out[22] = v287; out[40] = v288; out[46] = v288;
+  const lanes_where v305 = LANES_LT(4.445422276e-16, v289); LANES_LET1(v306, sqrt, v289);
+  const lanes v307 = 1e-150 + v290, v308 = v291 * v69, v309 = v292 * v221, v310 = v293 * v294,
+      v311 = 0.33337 * v295, v312 = v248 * v296, v313 = v67 * v296;
+  const lanes_where v314 = LANES_LT(4.445422276e-16, v297); LANES_LET1(v315, sqrt, v297);
+  const lanes v316 = 1e-150 + v298, v317 = v299 * v74, v318 = v300 * v231, v319 = v301 * v302,
+      v320 = 0.33337 * v303, v321 = v258 * v304, v322 = v72 * v304, v323 = 0.0996 * v292,
+      v324 = 0.0996 * v291, v325 = v206 * v292, v326 = v41 * v291, v327 = v206 * v291,
+      v328 = v41 * v292, v329 = v42 * v291, v330 = v207 * v292, v331 = v207 * v291,
+      v332 = v42 * v292, v333 = v171 * v292, v334 = v171 * v291, v335 = 0.0996 * v299,
+      v336 = 0.0996 * v300, v337 = v43 * v299, v338 = v300 * v211, v339 = v299 * v211,
+      v340 = v43 * v300, v341 = v44 * v299, v342 = v300 * v213, v343 = v44 * v300,
+      v344 = v299 * v213, v345 = v175 * v300, v346 = v175 * v299, v347 = 8.99802032665209 * v289,
+      v348 = 8.99802032665209 * v297, v349 = LANES_CHOICE(v305, v306, 0.0), v350 = v307 * v307,
+      v351 = v308 - v309;
+  const lanes_where v352 = LANES_LT(4.445422276e-16, v310); LANES_LET1(v353, sqrt, v310);
+  const lanes v354 = 1e-150 + v311, v355 = v312 * v69, v356 = v313 * v250,
+      v357 = LANES_CHOICE(v314, v315, 0.0), v358 = v316 * v316, v359 = v317 - v318;
+  const lanes_where v360 = LANES_LT(4.445422276e-16, v319); LANES_LET1(v361, sqrt, v319);
+  const lanes v362 = 1e-150 + v320, v363 = v74 * v321, v364 = v322 * v260, v365 = 0.1333 - v323,
+      v366 = v324 * v172, v367 = v324 * v171, v368 = v325 + v326, v369 = v327 - v328,
+      v370 = v329 - v330, v371 = v331 + v332, v372 = v334 - T_10, v373 = 0.0996 * v312,
+      v374 = 0.0996 * v313, v375 = v313 * v209, v376 = v312 * v41, v377 = v312 * v209,
+      v378 = v313 * v41, v379 = v312 * v42, v380 = v313 * v210, v381 = v313 * v42,
+      v382 = v312 * v210, v383 = v187 * v313, v384 = v187 * v312, v385 = v176 * v335,
+      v386 = 0.1333 - v336, v387 = v175 * v335, v388 = v337 + v338, v389 = v339 - v340,
+      v390 = v341 - v342, v391 = v343 + v344, v392 = v346 - T_10, v393 = 0.0996 * v321,
+      v394 = 0.0996 * v322, v395 = v43 * v321, v396 = v322 * v215, v397 = v321 * v215,
+      v398 = v43 * v322, v399 = v44 * v321, v400 = v322 * v216, v401 = v44 * v322,
+      v402 = v321 * v216, v403 = v200 * v322, v404 = v200 * v321;
+  LANES_LET2(v405, fmin, v21, v347);
+  const lanes v406 = 8.99802032665209 * v310;
+  LANES_LET2(v407, fmin, v21, v348);
+  const lanes v408 = 8.99802032665209 * v319, v409 = 0.33337 * v349, v410 = v351 * v351;
+  LANES_LET2(v411, atan2, v220, v351);
+  const lanes v412 = LANES_CHOICE(v352, v353, 0.0), v413 = v354 * v354, v414 = v355 - v356,
+      v415 = 0.33337 * v357, v416 = v359 * v359;
+  LANES_LET2(v417, atan2, v230, v359);
+  const lanes v418 = LANES_CHOICE(v360, v361, 0.0), v419 = v362 * v362, v420 = v363 - v364,
+      v421 = v365 * v41, v422 = v366 + v179, v423 = v365 * v42, v424 = v367 - v180,
+      v425 = v369 - T_2, v426 = v371 - T_6, v427 = v372 * v372, v428 = v174 * v373,
+      v429 = 0.1333 - v374, v430 = v187 * v373, v431 = v375 + v376, v432 = v377 - v378,
+      v433 = v379 - v380, v434 = v381 + v382, v435 = v384 - T_10, v436 = v385 + v192,
+      v437 = v43 * v386, v438 = v44 * v386, v439 = v387 - v193, v440 = v389 - T_2,
+      v441 = v391 - T_6, v442 = v392 * v392, v443 = v178 * v393, v444 = 0.1333 - v394,
+      v445 = v200 * v393, v446 = v395 + v396, v447 = v397 - v398, v448 = v399 - v400,
+      v449 = v401 + v402, v450 = v404 - T_10;
+  out[56] = v405; out[57] = v405; LANES_LET2(v451, fmin, v21, v406); out[60] = v407; out[61] = v407;
+  LANES_LET2(v452, fmin, v21, v408);
+  const lanes v453 = v409 * v409;
+  LANES_LET2(v454, atan2, v409, v307);
+  const lanes v455 = v245 + v410, v456 = 0.33337 * v412, v457 = v414 * v414;
+  LANES_LET2(v458, atan2, v249, v414);
+  const lanes v459 = v415 * v415;
+  LANES_LET2(v460, atan2, v415, v316);
+  const lanes v461 = v255 + v416, v462 = 0.33337 * v418, v463 = v420 * v420;
+  LANES_LET2(v464, atan2, v259, v420); out[5] = v411; out[11] = v411; out[29] = v417;
+  out[35] = v417;
+  const lanes v465 = v425 * v425, v466 = v426 * v426, v467 = v428 + v222, v468 = v41 * v429,
+      v469 = v42 * v429, v470 = v430 - v188, v471 = v432 - T_2, v472 = v434 - T_6,
+      v473 = v435 * v435, v474 = v440 * v440, v475 = v441 * v441, v476 = v443 + v232,
+      v477 = v43 * v444, v478 = v44 * v444, v479 = v445 - v201, v480 = v447 - T_2,
+      v481 = v449 - T_6, v482 = v450 * v450;
+  out[58] = v451; out[59] = v451; out[62] = v452; out[63] = v452;
+  const lanes v483 = v453 + v350;
+  LANES_LET1(v484, rsqrt, v455);
+  const lanes v485 = v456 * v456;
+  LANES_LET2(v486, atan2, v456, v354);
+  const lanes v487 = v266 + v457, v488 = v459 + v358;
+  LANES_LET1(v489, rsqrt, v461);
+  const lanes v490 = v462 * v462;
+  LANES_LET2(v491, atan2, v462, v362);
+  const lanes v492 = v272 + v463;
+  out[2] = v454;
+  const lanes v493 = -v454;
+  out[17] = v458; out[23] = v458; out[26] = v460;
+  const lanes v494 = -v460;
+  out[41] = v464; out[47] = v464;
+  const lanes v495 = v471 * v471, v496 = v472 * v472, v497 = v480 * v480, v498 = v481 * v481;
+  LANES_LET1(v499, rsqrt, v483);
+  const lanes v500 = v220 * v484, v501 = v351 * v484, v502 = v485 + v413;
+  LANES_LET1(v503, rsqrt, v487); LANES_LET1(v504, rsqrt, v488);
+  const lanes v505 = v230 * v489, v506 = v359 * v489, v507 = v490 + v419;
+  LANES_LET1(v508, rsqrt, v492); out[8] = v493; out[14] = v486;
+  const lanes v509 = -v486;
+  out[32] = v494; out[38] = v491;
+  const lanes v510 = -v491, v511 = v409 * v499, v512 = v307 * v499;
+  LANES_LET1(v513, rsqrt, v502);
+  const lanes v514 = v249 * v503, v515 = v414 * v503, v516 = v415 * v504, v517 = v316 * v504;
+  LANES_LET1(v518, rsqrt, v507);
+  const lanes v519 = v259 * v508, v520 = v420 * v508;
+  out[20] = v509; out[44] = v510;
+  const lanes v521 = v205 * v500, v522 = v368 * v501, v523 = v368 * v500, v524 = v205 * v501,
+      v525 = v370 * v501, v526 = v208 * v500, v527 = v208 * v501, v528 = v370 * v500,
+      v529 = v172 * v500, v530 = v333 * v501, v531 = v333 * v500, v532 = v172 * v501,
+      v533 = v506 * v388, v534 = v505 * v212, v535 = v505 * v388, v536 = v506 * v212,
+      v537 = v506 * v390, v538 = v505 * v214, v539 = v506 * v214, v540 = v505 * v390,
+      v541 = v176 * v505, v542 = v506 * v345, v543 = v176 * v506, v544 = v505 * v345,
+      v545 = 0.3922 * v511, v546 = 0.3922 * v512, v547 = v456 * v513, v548 = v354 * v513,
+      v549 = 0.3922 * v516, v550 = 0.3922 * v517, v551 = v462 * v518, v552 = v362 * v518,
+      v553 = v521 + v522, v554 = v523 - v524, v555 = v525 - v526, v556 = v527 + v528,
+      v557 = v529 - v530, v558 = v531 + v532, v559 = v515 * v431, v560 = v514 * v237,
+      v561 = v514 * v431, v562 = v515 * v237, v563 = v515 * v433, v564 = v514 * v238,
+      v565 = v515 * v238, v566 = v514 * v433, v567 = v174 * v514, v568 = v515 * v383,
+      v569 = v174 * v515, v570 = v514 * v383, v571 = v533 + v534, v572 = v535 - v536,
+      v573 = v537 - v538, v574 = v539 + v540, v575 = v541 - v542, v576 = v543 + v544,
+      v577 = v520 * v446, v578 = v519 * v239, v579 = v519 * v446, v580 = v520 * v239,
+      v581 = v520 * v448, v582 = v519 * v240, v583 = v520 * v240, v584 = v519 * v448,
+      v585 = v178 * v519, v586 = v520 * v403, v587 = v178 * v520, v588 = v519 * v403,
+      v589 = v217 * v545, v590 = -0.425 - v546, v591 = v218 * v545, v592 = 0.3922 * v547,
+      v593 = 0.3922 * v548, v594 = v227 * v549, v595 = -0.425 - v550, v596 = v228 * v549,
+      v597 = 0.3922 * v551, v598 = 0.3922 * v552, v599 = T_0 + v553, v600 = v554 - T_1,
+      v601 = v555 - T_4, v602 = T_5 + v556, v603 = v557 - T_8, v604 = v558 - T_9,
+      v605 = v559 + v560, v606 = v561 - v562, v607 = v563 - v564, v608 = v565 + v566,
+      v609 = v567 - v568, v610 = v569 + v570, v611 = T_0 + v571, v612 = v572 - T_1,
+      v613 = v573 - T_4, v614 = T_5 + v574, v615 = v575 - T_8, v616 = v576 - T_9,
+      v617 = v577 + v578, v618 = v579 - v580, v619 = v581 - v582, v620 = v583 + v584,
+      v621 = v585 - v586, v622 = v587 + v588, v623 = v218 * v590, v624 = v217 * v590,
+      v625 = v246 * v592, v626 = -0.425 - v593, v627 = v223 * v592, v628 = v228 * v595,
+      v629 = v227 * v595, v630 = v256 * v597, v631 = -0.425 - v598, v632 = v233 * v597,
+      v633 = v599 * v599, v634 = v600 * v600, v635 = v601 * v601, v636 = v602 * v602,
+      v637 = v603 * v603, v638 = v604 * v604, v639 = T_0 + v605, v640 = v606 - T_1,
+      v641 = v607 - T_4, v642 = T_5 + v608, v643 = v609 - T_8, v644 = v610 - T_9,
+      v645 = v611 * v611, v646 = v612 * v612, v647 = v613 * v613, v648 = v614 * v614,
+      v649 = v615 * v615, v650 = v616 * v616, v651 = T_0 + v617, v652 = v618 - T_1,
+      v653 = v619 - T_4, v654 = T_5 + v620, v655 = v621 - T_8, v656 = v622 - T_9,
+      v657 = v589 + v623, v658 = v624 - v591, v659 = v623 - v589, v660 = v624 + v591,
+      v661 = v223 * v626, v662 = v246 * v626, v663 = v594 + v628, v664 = v629 - v596,
+      v665 = v628 - v594, v666 = v629 + v596, v667 = v233 * v631, v668 = v256 * v631,
+      v669 = v633 + v634, v670 = v639 * v639, v671 = v640 * v640, v672 = v641 * v641,
+      v673 = v642 * v642, v674 = v643 * v643, v675 = v644 * v644, v676 = v645 + v646,
+      v677 = v651 * v651, v678 = v652 * v652, v679 = v653 * v653, v680 = v654 * v654,
+      v681 = v655 * v655, v682 = v656 * v656, v683 = v657 * v657, v684 = 1e-150 + v658,
+      v685 = v659 * v659, v686 = 1e-150 + v660, v687 = v625 + v661, v688 = v662 - v627,
+      v689 = v661 - v625, v690 = v662 + v627, v691 = v663 * v663, v692 = 1e-150 + v664,
+      v693 = v665 * v665, v694 = 1e-150 + v666, v695 = v630 + v667, v696 = v668 - v632,
+      v697 = v667 - v630, v698 = v668 + v632, v699 = v669 + v465, v700 = v670 + v671,
+      v701 = v676 + v474, v702 = v677 + v678, v703 = v684 * v684;
+  LANES_LET2(v704, atan2, v657, v684);
+  const lanes v705 = v686 * v686;
+  LANES_LET2(v706, atan2, v659, v686);
+  const lanes v707 = v687 * v687, v708 = 1e-150 + v688, v709 = v689 * v689, v710 = 1e-150 + v690,
+      v711 = v692 * v692;
+  LANES_LET2(v712, atan2, v663, v692);
+  const lanes v713 = v694 * v694;
+  LANES_LET2(v714, atan2, v665, v694);
+  const lanes v715 = v695 * v695, v716 = 1e-150 + v696, v717 = v697 * v697, v718 = 1e-150 + v698,
+      v719 = v699 + v635, v720 = v700 + v495, v721 = v701 + v647, v722 = v702 + v497,
+      v723 = v683 + v703, v724 = v685 + v705, v725 = v708 * v708;
+  LANES_LET2(v726, atan2, v687, v708);
+  const lanes v727 = v710 * v710;
+  LANES_LET2(v728, atan2, v689, v710);
+  const lanes v729 = v691 + v711, v730 = v693 + v713, v731 = v716 * v716;
+  LANES_LET2(v732, atan2, v695, v716);
+  const lanes v733 = v718 * v718;
+  LANES_LET2(v734, atan2, v697, v718); out[1] = v704; out[7] = v706; out[25] = v712; out[31] = v714;
+  const lanes v735 = v719 + v636, v736 = v720 + v672, v737 = v721 + v648, v738 = v722 + v679;
+  LANES_LET1(v739, rsqrt, v723); LANES_LET1(v740, rsqrt, v724);
+  const lanes v741 = v707 + v725, v742 = v709 + v727;
+  LANES_LET1(v743, rsqrt, v729); LANES_LET1(v744, rsqrt, v730);
+  const lanes v745 = v715 + v731, v746 = v717 + v733;
+  out[13] = v726; out[19] = v728; out[37] = v732; out[43] = v734;
+  const lanes v747 = v735 + v466, v748 = v736 + v673, v749 = v737 + v475, v750 = v738 + v680,
+      v751 = v657 * v739, v752 = v684 * v739, v753 = v659 * v740, v754 = v686 * v740;
+  LANES_LET1(v755, rsqrt, v741); LANES_LET1(v756, rsqrt, v742);
+  const lanes v757 = v663 * v743, v758 = v692 * v743, v759 = v665 * v744, v760 = v694 * v744;
+  LANES_LET1(v761, rsqrt, v745); LANES_LET1(v762, rsqrt, v746);
+  const lanes v763 = v747 + v637, v764 = v748 + v496, v765 = v749 + v649, v766 = v750 + v498,
+      v767 = v512 * v752, v768 = v511 * v751, v769 = v512 * v751, v770 = v511 * v752,
+      v771 = v754 * v512, v772 = v753 * v511, v773 = v753 * v512, v774 = v754 * v511,
+      v775 = v687 * v755, v776 = v708 * v755, v777 = v689 * v756, v778 = v710 * v756,
+      v779 = v517 * v758, v780 = v516 * v757, v781 = v517 * v757, v782 = v516 * v758,
+      v783 = v517 * v760, v784 = v516 * v759, v785 = v517 * v759, v786 = v516 * v760,
+      v787 = v695 * v761, v788 = v716 * v761, v789 = v697 * v762, v790 = v718 * v762,
+      v791 = -0.425 * v752, v792 = -0.425 * v751, v793 = v763 + v638, v794 = -0.425 * v754,
+      v795 = -0.425 * v753, v796 = v764 + v674, v797 = -0.425 * v758, v798 = -0.425 * v757,
+      v799 = v765 + v650, v800 = -0.425 * v760, v801 = -0.425 * v759, v802 = v766 + v681,
+      v803 = v767 - v768, v804 = v769 + v770, v805 = v771 + v772, v806 = v773 - v774,
+      v807 = v548 * v776, v808 = v547 * v775, v809 = v548 * v775, v810 = v547 * v776,
+      v811 = v548 * v778, v812 = v547 * v777, v813 = v548 * v777, v814 = v547 * v778,
+      v815 = v779 - v780, v816 = v781 + v782, v817 = v783 + v784, v818 = v785 - v786,
+      v819 = v552 * v788, v820 = v551 * v787, v821 = v552 * v787, v822 = v551 * v788,
+      v823 = v552 * v790, v824 = v551 * v789, v825 = v552 * v789, v826 = v551 * v790,
+      v827 = v793 + v427, v828 = -0.425 * v776, v829 = -0.425 * v775, v830 = v796 + v675,
+      v831 = -0.425 * v778, v832 = -0.425 * v777, v833 = v799 + v442, v834 = -0.425 * v788,
+      v835 = -0.425 * v787, v836 = v802 + v682, v837 = -0.425 * v790, v838 = -0.425 * v789,
+      v839 = v803 * v171, v840 = v804 * v172, v841 = v803 * v172, v842 = v804 * v171,
+      v843 = v805 * v171, v844 = v806 * v172, v845 = v805 * v172, v846 = v806 * v171,
+      v847 = v807 - v808, v848 = v809 + v810, v849 = v811 + v812, v850 = v813 - v814,
+      v851 = v175 * v815, v852 = v176 * v816, v853 = v176 * v815, v854 = v175 * v816,
+      v855 = v175 * v817, v856 = v176 * v818, v857 = v176 * v817, v858 = v175 * v818,
+      v859 = v819 - v820, v860 = v821 + v822, v861 = v823 + v824, v862 = v825 - v826,
+      v863 = -0.3922 * v803, v864 = -0.3922 * v804, v865 = 0.5 * v827, v866 = -0.3922 * v805,
+      v867 = -0.3922 * v806, v868 = v830 + v473, v869 = -0.3922 * v815, v870 = -0.3922 * v816,
+      v871 = 0.5 * v833, v872 = -0.3922 * v817, v873 = -0.3922 * v818, v874 = v836 + v482,
+      v875 = v839 - v840, v876 = v841 + v842, v877 = v843 - v844, v878 = v845 + v846,
+      v879 = v187 * v847, v880 = v174 * v848, v881 = v174 * v847, v882 = v187 * v848,
+      v883 = v187 * v849, v884 = v174 * v850, v885 = v174 * v849, v886 = v187 * v850,
+      v887 = v851 - v852, v888 = v853 + v854, v889 = v855 - v856, v890 = v857 + v858,
+      v891 = v200 * v859, v892 = v178 * v860, v893 = v178 * v859, v894 = v200 * v860,
+      v895 = v200 * v861, v896 = v178 * v862, v897 = v178 * v861, v898 = v200 * v862,
+      v899 = v422 + v863, v900 = v424 + v864, v901 = v422 + v866, v902 = v424 + v867,
+      v903 = -0.3922 * v847, v904 = -0.3922 * v848, v905 = 0.5 * v868, v906 = -0.3922 * v849,
+      v907 = -0.3922 * v850, v908 = v436 + v869, v909 = v439 + v870, v910 = v436 + v872,
+      v911 = v439 + v873, v912 = -0.3922 * v859, v913 = -0.3922 * v860, v914 = 0.5 * v874,
+      v915 = -0.3922 * v861, v916 = -0.3922 * v862;
+  LANES_LET2(v917, atan2, v875, v876); LANES_LET2(v918, atan2, v877, v878);
+  const lanes v919 = v879 - v880, v920 = v881 + v882, v921 = v883 - v884, v922 = v885 + v886;
+  LANES_LET2(v923, atan2, v887, v888); LANES_LET2(v924, atan2, v889, v890);
+  const lanes v925 = v891 - v892, v926 = v893 + v894, v927 = v895 - v896, v928 = v897 + v898,
+      v929 = v899 + v791, v930 = v900 + v792, v931 = v901 + v794, v932 = v902 + v795,
+      v933 = v467 + v903, v934 = v470 + v904, v935 = v467 + v906, v936 = v470 + v907,
+      v937 = v908 + v797, v938 = v909 + v798, v939 = v910 + v800, v940 = v911 + v801,
+      v941 = v476 + v912, v942 = v479 + v913, v943 = v476 + v915, v944 = v479 + v916;
+  LANES_LET2(v945, atan2, v919, v920); LANES_LET2(v946, atan2, v921, v922);
+  LANES_LET2(v947, atan2, v925, v926); LANES_LET2(v948, atan2, v927, v928); out[3] = v917;
+  out[9] = v918; out[27] = v923; out[33] = v924;
+  const lanes v949 = v929 * v42, v950 = v929 * v41, v951 = v930 + 0.1625, v952 = v931 * v42,
+      v953 = v931 * v41, v954 = v932 + 0.1625, v955 = v933 + v828, v956 = v934 + v829,
+      v957 = v935 + v831, v958 = v936 + v832, v959 = v44 * v937, v960 = v43 * v937,
+      v961 = v938 + 0.1625, v962 = v44 * v939, v963 = v43 * v939, v964 = v940 + 0.1625,
+      v965 = v941 + v834, v966 = v942 + v835, v967 = v943 + v837, v968 = v944 + v838;
+  out[15] = v945; out[21] = v946; out[39] = v947; out[45] = v948;
+  const lanes v969 = v421 + v949, v970 = v950 - v423, v971 = v951 - T_11, v972 = v421 + v952,
+      v973 = v953 - v423, v974 = v954 - T_11, v975 = v42 * v955, v976 = v41 * v955,
+      v977 = v956 + 0.1625, v978 = v42 * v957, v979 = v41 * v957, v980 = v958 + 0.1625,
+      v981 = v959 + v437, v982 = v960 - v438, v983 = v961 - T_11, v984 = v962 + v437,
+      v985 = v963 - v438, v986 = v964 - T_11, v987 = v44 * v965, v988 = v43 * v965,
+      v989 = v966 + 0.1625, v990 = v44 * v967, v991 = v43 * v967, v992 = v968 + 0.1625,
+      v993 = v969 - T_3, v994 = v970 - T_7, v995 = v971 * v971, v996 = v972 - T_3,
+      v997 = v973 - T_7, v998 = v974 * v974, v999 = v975 + v468, v1000 = v976 - v469,
+      v1001 = v977 - T_11, v1002 = v978 + v468, v1003 = v979 - v469, v1004 = v980 - T_11,
+      v1005 = v981 - T_3, v1006 = v982 - T_7, v1007 = v983 * v983, v1008 = v984 - T_3,
+      v1009 = v985 - T_7, v1010 = v986 * v986, v1011 = v987 + v477, v1012 = v988 - v478,
+      v1013 = v989 - T_11, v1014 = v990 + v477, v1015 = v991 - v478, v1016 = v992 - T_11,
+      v1017 = v993 * v993, v1018 = v994 * v994, v1019 = v996 * v996, v1020 = v997 * v997,
+      v1021 = v999 - T_3, v1022 = v1000 - T_7, v1023 = v1001 * v1001, v1024 = v1002 - T_3,
+      v1025 = v1003 - T_7, v1026 = v1004 * v1004, v1027 = v1005 * v1005, v1028 = v1006 * v1006,
+      v1029 = v1008 * v1008, v1030 = v1009 * v1009, v1031 = v1011 - T_3, v1032 = v1012 - T_7,
+      v1033 = v1013 * v1013, v1034 = v1014 - T_3, v1035 = v1015 - T_7, v1036 = v1016 * v1016,
+      v1037 = v1017 + v1018, v1038 = v1019 + v1020, v1039 = v1021 * v1021, v1040 = v1022 * v1022,
+      v1041 = v1024 * v1024, v1042 = v1025 * v1025, v1043 = v1027 + v1028, v1044 = v1029 + v1030,
+      v1045 = v1031 * v1031, v1046 = v1032 * v1032, v1047 = v1034 * v1034, v1048 = v1035 * v1035,
+      v1049 = v1037 + v995, v1050 = v1038 + v998, v1051 = v1039 + v1040, v1052 = v1041 + v1042,
+      v1053 = v1043 + v1007, v1054 = v1044 + v1010, v1055 = v1045 + v1046, v1056 = v1047 + v1048,
+      v1057 = v1049 + v865, v1058 = v1049 - v865, v1059 = v865 + v1050, v1060 = v1050 - v865,
+      v1061 = v1051 + v1023, v1062 = v1052 + v1026, v1063 = v1053 + v871, v1064 = v1053 - v871,
+      v1065 = v871 + v1054, v1066 = v1054 - v871, v1067 = v1055 + v1033, v1068 = v1056 + v1036;
+  LANES_LET1(v1069, fabs, v1058); LANES_LET1(v1070, fabs, v1060);
+  const lanes v1071 = v1061 + v905, v1072 = v1061 - v905, v1073 = v905 + v1062,
+      v1074 = v1062 - v905;
+  LANES_LET1(v1075, fabs, v1064); LANES_LET1(v1076, fabs, v1066);
+  const lanes v1077 = v1067 + v914, v1078 = v1067 - v914, v1079 = v914 + v1068,
+      v1080 = v1068 - v914, v1081 = v1057 + v1069, v1082 = v1059 + v1070;
+  LANES_LET1(v1083, fabs, v1072); LANES_LET1(v1084, fabs, v1074);
+  const lanes v1085 = v1063 + v1075, v1086 = v1065 + v1076;
+  LANES_LET1(v1087, fabs, v1078); LANES_LET1(v1088, fabs, v1080);
+  const lanes v1089 = 0.5 * v1081, v1090 = 0.5 * v1082, v1091 = v1071 + v1083,
+      v1092 = v1073 + v1084, v1093 = 0.5 * v1085, v1094 = 0.5 * v1086, v1095 = v1077 + v1087,
+      v1096 = v1079 + v1088;
+  LANES_LET1(v1097, sqrt, v1089); LANES_LET1(v1098, sqrt, v1090);
+  const lanes v1099 = 0.5 * v1091, v1100 = 0.5 * v1092;
+  LANES_LET1(v1101, sqrt, v1093); LANES_LET1(v1102, sqrt, v1094);
+  const lanes v1103 = 0.5 * v1095, v1104 = 0.5 * v1096;
+  out[48] = v1097; out[49] = v1098; LANES_LET1(v1105, sqrt, v1099); LANES_LET1(v1106, sqrt, v1100);
+  out[52] = v1101; out[53] = v1102; LANES_LET1(v1107, sqrt, v1103); LANES_LET1(v1108, sqrt, v1104);
+  out[50] = v1105; out[51] = v1106; out[54] = v1107; out[55] = v1108;
 }

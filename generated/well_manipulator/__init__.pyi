@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from chasles import Robot
+from chasles import Robot, Solutions
 
 robot: Robot
 
@@ -572,4 +572,26 @@ def constraint_D_z_dot(
 
     Returns:
         residual_D_z_dot (..., 8, 15): rate of the constraint Jacobian (1/s, m/s, 1/(m s)).
+    """
+
+def ik(
+    T: ArrayLike, l_HI: ArrayLike, l_MN: ArrayLike, theta7: ArrayLike, *, out: tuple[NDArray[np.float64] | None, NDArray[np.float64] | None, NDArray[np.float64] | None] | None = None,
+    threads: int | Literal["all"] | None = 1,
+) -> Solutions:
+    """Every solution of the inverse kinematics, in 4 slots.
+
+    fk(q[k]) = T wherever residual[k] is rounding
+
+    Args:
+        T (..., 4, 4): pose of the tool, T_0_R (1, m).
+        l_HI (...): the value of l_HI, which is given (m).
+        l_MN (...): the value of l_MN, which is given (m).
+        theta7 (...): the value of theta7, which is given (rad).
+        out: The array to write into, or a tuple of them.
+        threads: How many share a large batch.
+
+    Returns:
+        q (..., 4, 7): joint coordinates, one solution a row (rad or m).
+        residual (..., 4): distance of fk(q[k]) from the target (m or rad).
+        margin (..., 4): distance from the boundary of what can be reached, negative beyond (1).
     """

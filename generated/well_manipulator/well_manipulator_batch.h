@@ -43,6 +43,7 @@ void well_manipulator_actuator_accelerations_batch(size_t n, const double *theta
 void well_manipulator_constraint_batch(size_t n, const double *z, double *residual);
 void well_manipulator_constraint_D_z_batch(size_t n, const double *z, double *residual_D_z);
 void well_manipulator_constraint_D_z_dot_batch(size_t n, const double *z, const double *zd, double *residual_D_z_dot);
+void well_manipulator_ik_batch(size_t n, const double *T, const double *l_HI, const double *l_MN, const double *theta7, double *q, double *residual, double *margin);
 
 #ifdef __cplusplus
 }

@@ -3,8563 +3,3313 @@
 
 static LANES_TARGET void LANES_NAME(well_manipulator_fk)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 1.3215098366089841 - v3;
-  const lanes v5 = v3 - 0.3717842633910159;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.05518268758582475 * v7;
-  const lanes v9 = 0.5 * v3;
-  const lanes v10 = 0.386896705 + v9;
-  const lanes v11 = v10 - 0.03642682;
-  const lanes v12 = 1.1314389456999898 * v11;
-  const lanes v13 = v8 + v12;
-  const lanes v14 = v13 - 0.8755;
-  const lanes v15 = 0.1708 * v14;
-  const lanes v16 = 0.1103653751716495 * v11;
-  const lanes v17 = 0.5657194728499949 * v7;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 - 0.0854;
-  const lanes v20 = 0.209 * v19;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 13.715940634598335 * v21;
-  const lanes v23 = 0.209 * v14;
-  const lanes v24 = 0.1708 * v19;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.529310721904893 * v25;
-  const lanes v27 = v22 - v26;
-  const lanes v28 = q_2 * q_2;
-  const lanes v29 = 1.0578131478133972 - v28;
-  const lanes v30 = v28 - 0.38743535218660285;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.577777986497283 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 0.3407018 + v34;
-  const lanes v36 = v35 - 0.020610325;
-  const lanes v37 = 0.3636611253594786 * v36;
-  const lanes v38 = v33 - v37;
-  const lanes v39 = 0.2478 + v38;
-  const lanes v40 = 0.0991 * v39;
-  const lanes v41 = 1.155555972994566 * v36;
-  const lanes v42 = 0.1818305626797393 * v32;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = v43 - 0.7874;
-  const lanes v45 = 0.1772 * v44;
-  const lanes v46 = v40 - v45;
-  const lanes v47 = 24.259685376140357 * v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = 13.715940634598335 * v25;
-  const lanes v50 = 0.529310721904893 * v21;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = 0.1772 * v39;
-  const lanes v53 = 0.0991 * v44;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 24.259685376140357 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v48 - v56;
-  const lanes v58 = q_4 * q_4;
-  const lanes v59 = 0.702936602426126 - v58;
-  const lanes v60 = v58 - 0.23255545757387405;
-  const lanes v61 = v59 * v60;
-  lanes v62; LANES_NAME(lanes_sqrt)(&v61, &v62);
-  const lanes v63 = 0.7466208668870286 * v62;
-  const lanes v64 = 0.5 * v58;
-  const lanes v65 = 0.202158195 + v64;
-  const lanes v66 = 0.2522755194519218 * v65;
-  const lanes v67 = v63 - v66;
-  const lanes v68 = 0.11 + v67;
-  const lanes v69 = 0.1139 * v68;
-  const lanes v70 = 0.1261377597259609 * v62;
-  const lanes v71 = 1.4932417337740571 * v65;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v72 - 0.6511;
-  const lanes v74 = 0.1369 * v73;
-  const lanes v75 = v69 - v74;
-  const lanes v76 = 31.531000333597984 * v75;
-  const lanes v77 = v57 * v76;
-  const lanes v78 = v27 * v55;
-  const lanes v79 = v51 * v47;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = 0.1139 * v73;
-  const lanes v82 = 0.1369 * v68;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = 31.531000333597984 * v83;
-  const lanes v85 = v80 * v84;
-  const lanes v86 = v77 - v85;
-  const lanes v87 = q_6 * q_6;
-  const lanes v88 = 0.5 * v87;
-  const lanes v89 = v88 - 0.235090075;
-  const lanes v90 = 3.5864898908642604 * v89;
-  const lanes v91 = 0.7671943564657427 - v87;
-  const lanes v92 = v87 - 0.2881530235342572;
-  const lanes v93 = v91 * v92;
-  lanes v94; LANES_NAME(lanes_sqrt)(&v93, &v94);
-  const lanes v95 = 2.341132586374052 * v94;
-  const lanes v96 = v90 + v95;
-  const lanes v97 = 0.1031 - v96;
-  const lanes v98 = 0.0974 * v97;
-  const lanes v99 = 1.7932449454321302 * v94;
-  const lanes v100 = 4.682265172748104 * v89;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = 0.1346 + v101;
-  const lanes v103 = 0.6996 * v102;
-  const lanes v104 = v98 + v103;
-  const lanes v105 = 2.004301551818451 * v104;
-  const lanes v106 = v86 * v105;
-  const lanes v107 = v57 * v84;
-  const lanes v108 = v80 * v76;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = 0.6996 * v97;
-  const lanes v111 = 0.0974 * v102;
-  const lanes v112 = v110 - v111;
-  const lanes v113 = 2.004301551818451 * v112;
-  const lanes v114 = v109 * v113;
-  const lanes v115 = v106 + v114;
-  const lanes v116 = v1 * v115;
-  out[0] = v116;
-  const lanes v117 = v86 * v113;
-  const lanes v118 = v109 * v105;
-  const lanes v119 = v117 - v118;
-  const lanes v120 = v1 * v119;
-  const lanes v121 = -v120;
-  out[1] = v121;
-  out[2] = v2;
-  const lanes v122 = 0.0576 * v119;
-  const lanes v123 = 1.2774 * v115;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = 0.999842782540088 * q_5;
-  const lanes v126 = 0.7858 + v125;
-  const lanes v127 = v126 + 0.00039009554984291347;
-  const lanes v128 = v127 + 0.8200710502393802;
-  const lanes v129 = 13.72316978366506 * v21;
-  const lanes v130 = 0.2860217139510366 * v25;
-  const lanes v131 = v129 - v130;
-  const lanes v132 = v131 * v47;
-  const lanes v133 = 13.72316978366506 * v25;
-  const lanes v134 = 0.2860217139510366 * v21;
-  const lanes v135 = v133 + v134;
-  const lanes v136 = v135 * v55;
-  const lanes v137 = v132 - v136;
-  const lanes v138 = v137 * v76;
-  const lanes v139 = v131 * v55;
-  const lanes v140 = v135 * v47;
-  const lanes v141 = v139 + v140;
-  const lanes v142 = v141 * v84;
-  const lanes v143 = v138 - v142;
-  const lanes v144 = v128 * v143;
-  const lanes v145 = 0.01773161590195061 * q_5;
-  const lanes v146 = 0.021996541215881935 - v145;
-  const lanes v147 = v146 - 0.014543471362779892;
-  const lanes v148 = v137 * v84;
-  const lanes v149 = v141 * v76;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = v147 * v150;
-  const lanes v152 = v144 + v151;
-  const lanes v153 = v124 + v152;
-  const lanes v154 = 0.9997828710780122 * q_3;
-  const lanes v155 = 0.756 + v154;
-  const lanes v156 = v155 + 0.0011710800314968948;
-  const lanes v157 = v156 + 0.8571138553751799;
-  const lanes v158 = 13.726150127845361 * v21;
-  const lanes v159 = v158 * v47;
-  const lanes v160 = 13.726150127845361 * v25;
-  const lanes v161 = v160 * v55;
-  const lanes v162 = v159 - v161;
-  const lanes v163 = v157 * v162;
-  const lanes v164 = 0.020837722980371797 * q_3;
-  const lanes v165 = 0.05618779735458429 - v164;
-  const lanes v166 = v165 - 0.017864179911072742;
-  const lanes v167 = v158 * v55;
-  const lanes v168 = v160 * v47;
-  const lanes v169 = v167 + v168;
-  const lanes v170 = v166 * v169;
-  const lanes v171 = v163 + v170;
-  const lanes v172 = v153 + v171;
-  const lanes v173 = 13.296521628843802 * v21;
-  const lanes v174 = v172 + v173;
-  const lanes v175 = v1 * v174;
-  out[3] = v175;
-  const lanes v176 = v2 * v115;
-  out[4] = v176;
-  const lanes v177 = v2 * v119;
-  const lanes v178 = -v177;
-  out[5] = v178;
-  const lanes v179 = -v1;
-  out[6] = v179;
-  const lanes v180 = v2 * v174;
-  out[7] = v180;
-  out[8] = v119;
-  out[9] = v115;
-  out[10] = LANES_OF(0.0);
-  const lanes v181 = 1.2774 * v119;
-  const lanes v182 = 0.0576 * v115;
-  const lanes v183 = v181 - v182;
-  const lanes v184 = v147 * v143;
-  const lanes v185 = v128 * v150;
-  const lanes v186 = v184 - v185;
-  const lanes v187 = v183 + v186;
-  const lanes v188 = v166 * v162;
-  const lanes v189 = v157 * v169;
-  const lanes v190 = v188 - v189;
-  const lanes v191 = v187 + v190;
-  const lanes v192 = 13.296521628843802 * v25;
-  const lanes v193 = v191 - v192;
-  const lanes v194 = v193 + 1.03;
-  out[11] = v194;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = q_1 * q_1, v4 = 1.3215098366089841 - v3, v5 = v3 - 0.3717842633910159,
+      v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.05518268758582475 * v7, v9 = 0.5 * v3, v10 = 0.386896705 + v9,
+      v11 = v10 - 0.03642682, v12 = 1.1314389456999898 * v11, v13 = v8 + v12, v14 = v13 - 0.8755,
+      v15 = 0.1708 * v14, v16 = 0.1103653751716495 * v11, v17 = 0.5657194728499949 * v7,
+      v18 = v16 - v17, v19 = v18 - 0.0854, v20 = 0.209 * v19, v21 = v15 - v20,
+      v22 = 13.726150127845361 * v21, v23 = q_2 * q_2, v24 = 1.0578131478133972 - v23,
+      v25 = v23 - 0.38743535218660285, v26 = v24 * v25;
+  LANES_LET1(v27, sqrt, v26);
+  const lanes v28 = 0.577777986497283 * v27, v29 = 0.5 * v23, v30 = 0.3407018 + v29,
+      v31 = v30 - 0.020610325, v32 = 0.3636611253594786 * v31, v33 = v28 - v32, v34 = 0.2478 + v33,
+      v35 = 0.0991 * v34, v36 = 1.155555972994566 * v31, v37 = 0.1818305626797393 * v27,
+      v38 = v36 + v37, v39 = v38 - 0.7874, v40 = 0.1772 * v39, v41 = v35 - v40,
+      v42 = 24.259685376140357 * v41, v43 = v22 * v42, v44 = 0.209 * v14, v45 = 0.1708 * v19,
+      v46 = v44 + v45, v47 = 13.726150127845361 * v46, v48 = 0.1772 * v34, v49 = 0.0991 * v39,
+      v50 = v48 + v49, v51 = 24.259685376140357 * v50, v52 = v47 * v51, v53 = v43 - v52,
+      v54 = 0.9992562012543986 * v53, v55 = v22 * v51, v56 = v47 * v42, v57 = v55 + v56,
+      v58 = 0.03856221278179919 * v57, v59 = v54 - v58, v60 = q_4 * q_4,
+      v61 = 0.702936602426126 - v60, v62 = v60 - 0.23255545757387405, v63 = v61 * v62;
+  LANES_LET1(v64, sqrt, v63);
+  const lanes v65 = 0.7466208668870286 * v64, v66 = 0.5 * v60, v67 = 0.202158195 + v66,
+      v68 = 0.2522755194519218 * v67, v69 = v65 - v68, v70 = 0.11 + v69, v71 = 0.1139 * v70,
+      v72 = 0.1261377597259609 * v64, v73 = 1.4932417337740571 * v67, v74 = v72 + v73,
+      v75 = v74 - 0.6511, v76 = 0.1369 * v75, v77 = v71 - v76, v78 = 31.531000333597984 * v77,
+      v79 = v59 * v78, v80 = 0.9992562012543986 * v57, v81 = 0.03856221278179919 * v53,
+      v82 = v80 + v81, v83 = 0.1139 * v75, v84 = 0.1369 * v70, v85 = v83 + v84,
+      v86 = 31.531000333597984 * v85, v87 = v82 * v86, v88 = v79 - v87, v89 = q_6 * q_6,
+      v90 = 0.5 * v89, v91 = v90 - 0.235090075, v92 = 3.5864898908642604 * v91,
+      v93 = 0.7671943564657427 - v89, v94 = v89 - 0.2881530235342572, v95 = v93 * v94;
+  LANES_LET1(v96, sqrt, v95);
+  const lanes v97 = 2.341132586374052 * v96, v98 = v92 + v97, v99 = 0.1031 - v98,
+      v100 = 0.0974 * v99, v101 = 1.7932449454321302 * v96, v102 = 4.682265172748104 * v91,
+      v103 = v101 - v102, v104 = 0.1346 + v103, v105 = 0.6996 * v104, v106 = v100 + v105,
+      v107 = 2.004301551818451 * v106, v108 = v88 * v107, v109 = v59 * v86, v110 = v82 * v78,
+      v111 = v109 + v110, v112 = 0.6996 * v99, v113 = 0.0974 * v104, v114 = v112 - v113,
+      v115 = 2.004301551818451 * v114, v116 = v111 * v115, v117 = v108 + v116, v118 = v1 * v117;
+  out[0] = v118;
+  const lanes v119 = v88 * v115, v120 = v111 * v107, v121 = v119 - v120, v122 = v1 * v121,
+      v123 = -v122;
+  out[1] = v123; out[2] = v2;
+  const lanes v124 = 0.0576 * v121, v125 = 1.2774 * v117, v126 = v124 + v125,
+      v127 = 0.999842782540088 * q_5, v128 = 0.7858 + v127, v129 = v128 + 0.00039009554984291347,
+      v130 = v129 + 0.8200710502393802, v131 = 0.9997828710780122 * v53,
+      v132 = 0.020837722980371797 * v57, v133 = v131 - v132, v134 = v133 * v78,
+      v135 = 0.9997828710780122 * v57, v136 = 0.020837722980371797 * v53, v137 = v135 + v136,
+      v138 = v137 * v86, v139 = v134 - v138, v140 = v130 * v139, v141 = 0.01773161590195061 * q_5,
+      v142 = 0.021996541215881935 - v141, v143 = v142 - 0.014543471362779892, v144 = v133 * v86,
+      v145 = v137 * v78, v146 = v144 + v145, v147 = v143 * v146, v148 = v140 + v147,
+      v149 = v126 + v148, v150 = 0.9997828710780122 * q_3, v151 = 0.756 + v150,
+      v152 = v151 + 0.0011710800314968948, v153 = v152 + 0.8571138553751799, v154 = v153 * v53,
+      v155 = 0.020837722980371797 * q_3, v156 = 0.05618779735458429 - v155,
+      v157 = v156 - 0.017864179911072742, v158 = v157 * v57, v159 = v154 + v158, v160 = v149 + v159,
+      v161 = 13.296521628843802 * v21, v162 = v160 + v161, v163 = v1 * v162;
+  out[3] = v163;
+  const lanes v164 = v2 * v117;
+  out[4] = v164;
+  const lanes v165 = v2 * v121, v166 = -v165;
+  out[5] = v166;
+  const lanes v167 = -v1;
+  out[6] = v167;
+  const lanes v168 = v2 * v162;
+  out[7] = v168; out[8] = v121; out[9] = v117; out[10] = LANES_OF(0.0);
+  const lanes v169 = 1.2774 * v121, v170 = 0.0576 * v117, v171 = v169 - v170, v172 = v143 * v139,
+      v173 = v130 * v146, v174 = v172 - v173, v175 = v171 + v174, v176 = v157 * v53,
+      v177 = v153 * v57, v178 = v176 - v177, v179 = v175 + v178, v180 = 13.296521628843802 * v46,
+      v181 = v179 - v180, v182 = v181 + 1.03;
+  out[11] = v182; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_link_poses)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  out[0] = v1;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6];
+  LANES_COS_SIN(v1, v2, q_0); out[0] = v1;
   const lanes v3 = -v2;
-  out[1] = v3;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = v2;
-  out[5] = v1;
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(1.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(1.0);
-  const lanes v4 = q_1 * q_1;
-  const lanes v5 = 1.3215098366089841 - v4;
-  const lanes v6 = v4 - 0.3717842633910159;
-  const lanes v7 = v5 * v6;
-  lanes v8; LANES_NAME(lanes_sqrt)(&v7, &v8);
-  const lanes v9 = 0.05518268758582475 * v8;
-  const lanes v10 = 0.5 * v4;
-  const lanes v11 = 0.386896705 + v10;
-  const lanes v12 = v11 - 0.03642682;
-  const lanes v13 = 1.1314389456999898 * v12;
-  const lanes v14 = v9 + v13;
-  const lanes v15 = v14 - 0.8755;
-  const lanes v16 = 0.1708 * v15;
-  const lanes v17 = 0.1103653751716495 * v12;
-  const lanes v18 = 0.5657194728499949 * v8;
-  const lanes v19 = v17 - v18;
-  const lanes v20 = v19 - 0.0854;
-  const lanes v21 = 0.209 * v20;
-  const lanes v22 = v16 - v21;
-  const lanes v23 = 13.726150127845361 * v22;
-  const lanes v24 = v1 * v23;
+  out[1] = v3; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = v2; out[5] = v1;
+  out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0);
+  out[10] = LANES_OF(1.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(1.0);
+  const lanes v4 = q_1 * q_1, v5 = 1.3215098366089841 - v4, v6 = v4 - 0.3717842633910159,
+      v7 = v5 * v6;
+  LANES_LET1(v8, sqrt, v7);
+  const lanes v9 = 0.05518268758582475 * v8, v10 = 0.5 * v4, v11 = 0.386896705 + v10,
+      v12 = v11 - 0.03642682, v13 = 1.1314389456999898 * v12, v14 = v9 + v13, v15 = v14 - 0.8755,
+      v16 = 0.1708 * v15, v17 = 0.1103653751716495 * v12, v18 = 0.5657194728499949 * v8,
+      v19 = v17 - v18, v20 = v19 - 0.0854, v21 = 0.209 * v20, v22 = v16 - v21,
+      v23 = 13.726150127845361 * v22, v24 = v23 * v1;
   out[16] = v24;
-  const lanes v25 = 0.209 * v15;
-  const lanes v26 = 0.1708 * v20;
-  const lanes v27 = v25 + v26;
-  const lanes v28 = 13.726150127845361 * v27;
-  const lanes v29 = v1 * v28;
-  out[17] = v29;
-  out[18] = v2;
-  out[19] = LANES_OF(0.0);
-  const lanes v30 = v2 * v23;
+  const lanes v25 = 0.209 * v15, v26 = 0.1708 * v20, v27 = v25 + v26,
+      v28 = 13.726150127845361 * v27, v29 = v28 * v1;
+  out[17] = v29; out[18] = v2; out[19] = LANES_OF(0.0);
+  const lanes v30 = v23 * v2;
   out[20] = v30;
-  const lanes v31 = v2 * v28;
+  const lanes v31 = v28 * v2;
   out[21] = v31;
   const lanes v32 = -v1;
-  out[22] = v32;
-  out[23] = LANES_OF(0.0);
+  out[22] = v32; out[23] = LANES_OF(0.0);
   const lanes v33 = -v28;
-  out[24] = v33;
-  out[25] = v23;
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(1.03);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
+  out[24] = v33; out[25] = v23; out[26] = LANES_OF(0.0); out[27] = LANES_OF(1.03);
+  out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0);
   out[31] = LANES_OF(1.0);
-  const lanes v34 = q_2 * q_2;
-  const lanes v35 = 1.0578131478133972 - v34;
-  const lanes v36 = v34 - 0.38743535218660285;
-  const lanes v37 = v35 * v36;
-  lanes v38; LANES_NAME(lanes_sqrt)(&v37, &v38);
-  const lanes v39 = 0.577777986497283 * v38;
-  const lanes v40 = 0.5 * v34;
-  const lanes v41 = 0.3407018 + v40;
-  const lanes v42 = v41 - 0.020610325;
-  const lanes v43 = 0.3636611253594786 * v42;
-  const lanes v44 = v39 - v43;
-  const lanes v45 = 0.2478 + v44;
-  const lanes v46 = 0.0991 * v45;
-  const lanes v47 = 1.155555972994566 * v42;
-  const lanes v48 = 0.1818305626797393 * v38;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = v49 - 0.7874;
-  const lanes v51 = 0.1772 * v50;
-  const lanes v52 = v46 - v51;
-  const lanes v53 = 24.259685376140357 * v52;
-  const lanes v54 = v23 * v53;
-  const lanes v55 = 0.1772 * v45;
-  const lanes v56 = 0.0991 * v50;
-  const lanes v57 = v55 + v56;
-  const lanes v58 = 24.259685376140357 * v57;
-  const lanes v59 = v28 * v58;
-  const lanes v60 = v54 - v59;
-  const lanes v61 = v1 * v60;
+  const lanes v34 = q_2 * q_2, v35 = 1.0578131478133972 - v34, v36 = v34 - 0.38743535218660285,
+      v37 = v35 * v36;
+  LANES_LET1(v38, sqrt, v37);
+  const lanes v39 = 0.577777986497283 * v38, v40 = 0.5 * v34, v41 = 0.3407018 + v40,
+      v42 = v41 - 0.020610325, v43 = 0.3636611253594786 * v42, v44 = v39 - v43, v45 = 0.2478 + v44,
+      v46 = 0.0991 * v45, v47 = 1.155555972994566 * v42, v48 = 0.1818305626797393 * v38,
+      v49 = v47 + v48, v50 = v49 - 0.7874, v51 = 0.1772 * v50, v52 = v46 - v51,
+      v53 = 24.259685376140357 * v52, v54 = v23 * v53, v55 = 0.1772 * v45, v56 = 0.0991 * v50,
+      v57 = v55 + v56, v58 = 24.259685376140357 * v57, v59 = v28 * v58, v60 = v54 - v59,
+      v61 = v1 * v60;
   out[32] = v61;
-  const lanes v62 = v23 * v58;
-  const lanes v63 = v28 * v53;
-  const lanes v64 = v62 + v63;
-  const lanes v65 = v1 * v64;
-  out[33] = v65;
-  out[34] = v2;
+  const lanes v62 = v23 * v58, v63 = v28 * v53, v64 = v62 + v63, v65 = v1 * v64;
+  out[33] = v65; out[34] = v2;
   const lanes v66 = 0.9687 * v24;
   out[35] = v66;
   const lanes v67 = v2 * v60;
   out[36] = v67;
   const lanes v68 = v2 * v64;
-  out[37] = v68;
-  out[38] = v32;
+  out[37] = v68; out[38] = v32;
   const lanes v69 = 0.9687 * v30;
   out[39] = v69;
   const lanes v70 = -v64;
-  out[40] = v70;
-  out[41] = v60;
-  out[42] = LANES_OF(0.0);
-  const lanes v71 = 13.296521628843802 * v27;
-  const lanes v72 = 1.03 - v71;
-  out[43] = v72;
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
+  out[40] = v70; out[41] = v60; out[42] = LANES_OF(0.0);
+  const lanes v71 = 13.296521628843802 * v27, v72 = 1.03 - v71;
+  out[43] = v72; out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
   out[47] = LANES_OF(1.0);
-  const lanes v73 = 0.9997828710780122 * v61;
-  const lanes v74 = 0.020837722980371797 * v65;
-  const lanes v75 = v73 - v74;
+  const lanes v73 = 0.9997828710780122 * v61, v74 = 0.020837722980371797 * v65, v75 = v73 - v74;
   out[48] = v75;
-  const lanes v76 = 0.9997828710780122 * v65;
-  const lanes v77 = 0.020837722980371797 * v61;
-  const lanes v78 = v76 + v77;
-  out[49] = v78;
-  out[50] = v2;
-  const lanes v79 = 0.9997828710780122 * q_3;
-  const lanes v80 = 0.756 + v79;
-  const lanes v81 = v80 * v61;
-  const lanes v82 = v66 + v81;
-  const lanes v83 = 0.020837722980371797 * q_3;
-  const lanes v84 = v83 * v65;
-  const lanes v85 = v82 - v84;
+  const lanes v76 = 0.9997828710780122 * v65, v77 = 0.020837722980371797 * v61, v78 = v76 + v77;
+  out[49] = v78; out[50] = v2;
+  const lanes v79 = 0.9997828710780122 * q_3, v80 = 0.756 + v79, v81 = v80 * v61, v82 = v66 + v81,
+      v83 = 0.020837722980371797 * q_3, v84 = v83 * v65, v85 = v82 - v84;
   out[51] = v85;
-  const lanes v86 = 0.9997828710780122 * v67;
-  const lanes v87 = 0.020837722980371797 * v68;
-  const lanes v88 = v86 - v87;
+  const lanes v86 = 0.9997828710780122 * v67, v87 = 0.020837722980371797 * v68, v88 = v86 - v87;
   out[52] = v88;
-  const lanes v89 = 0.9997828710780122 * v68;
-  const lanes v90 = 0.020837722980371797 * v67;
-  const lanes v91 = v89 + v90;
-  out[53] = v91;
-  out[54] = v32;
-  const lanes v92 = v80 * v67;
-  const lanes v93 = v69 + v92;
-  const lanes v94 = v83 * v68;
-  const lanes v95 = v93 - v94;
+  const lanes v89 = 0.9997828710780122 * v68, v90 = 0.020837722980371797 * v67, v91 = v89 + v90;
+  out[53] = v91; out[54] = v32;
+  const lanes v92 = v80 * v67, v93 = v69 + v92, v94 = v83 * v68, v95 = v93 - v94;
   out[55] = v95;
-  const lanes v96 = 0.9997828710780122 * v64;
-  const lanes v97 = 0.020837722980371797 * v60;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = -v98;
+  const lanes v96 = 0.9997828710780122 * v64, v97 = 0.020837722980371797 * v60, v98 = v96 + v97,
+      v99 = -v98;
   out[56] = v99;
-  const lanes v100 = 0.9997828710780122 * v60;
-  const lanes v101 = 0.020837722980371797 * v64;
-  const lanes v102 = v100 - v101;
-  out[57] = v102;
-  out[58] = LANES_OF(0.0);
-  const lanes v103 = v80 * v64;
-  const lanes v104 = v72 - v103;
-  const lanes v105 = v83 * v60;
-  const lanes v106 = v104 - v105;
-  out[59] = v106;
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
+  const lanes v100 = 0.9997828710780122 * v60, v101 = 0.020837722980371797 * v64,
+      v102 = v100 - v101;
+  out[57] = v102; out[58] = LANES_OF(0.0);
+  const lanes v103 = v80 * v64, v104 = v72 - v103, v105 = v83 * v60, v106 = v104 - v105;
+  out[59] = v106; out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0); out[62] = LANES_OF(0.0);
   out[63] = LANES_OF(1.0);
-  const lanes v107 = 13.72316978366506 * v22;
-  const lanes v108 = 0.2860217139510366 * v27;
-  const lanes v109 = v107 - v108;
-  const lanes v110 = v109 * v53;
-  const lanes v111 = 13.72316978366506 * v27;
-  const lanes v112 = 0.2860217139510366 * v22;
-  const lanes v113 = v111 + v112;
-  const lanes v114 = v113 * v58;
-  const lanes v115 = v110 - v114;
-  const lanes v116 = q_4 * q_4;
-  const lanes v117 = 0.702936602426126 - v116;
-  const lanes v118 = v116 - 0.23255545757387405;
-  const lanes v119 = v117 * v118;
-  lanes v120; LANES_NAME(lanes_sqrt)(&v119, &v120);
-  const lanes v121 = 0.7466208668870286 * v120;
-  const lanes v122 = 0.5 * v116;
-  const lanes v123 = 0.202158195 + v122;
-  const lanes v124 = 0.2522755194519218 * v123;
-  const lanes v125 = v121 - v124;
-  const lanes v126 = 0.11 + v125;
-  const lanes v127 = 0.1139 * v126;
-  const lanes v128 = 0.1261377597259609 * v120;
-  const lanes v129 = 1.4932417337740571 * v123;
-  const lanes v130 = v128 + v129;
-  const lanes v131 = v130 - 0.6511;
-  const lanes v132 = 0.1369 * v131;
-  const lanes v133 = v127 - v132;
-  const lanes v134 = 31.531000333597984 * v133;
-  const lanes v135 = v115 * v134;
-  const lanes v136 = v109 * v58;
-  const lanes v137 = v113 * v53;
-  const lanes v138 = v136 + v137;
-  const lanes v139 = 0.1139 * v131;
-  const lanes v140 = 0.1369 * v126;
-  const lanes v141 = v139 + v140;
-  const lanes v142 = 31.531000333597984 * v141;
-  const lanes v143 = v138 * v142;
-  const lanes v144 = v135 - v143;
-  const lanes v145 = v1 * v144;
-  out[64] = v145;
-  const lanes v146 = v115 * v142;
-  const lanes v147 = v138 * v134;
-  const lanes v148 = v146 + v147;
-  const lanes v149 = v1 * v148;
-  out[65] = v149;
-  out[66] = v2;
-  const lanes v150 = v80 + 0.0011710800314968948;
-  const lanes v151 = v150 + 0.8571138553751799;
-  const lanes v152 = v151 * v61;
-  const lanes v153 = v66 + v152;
-  const lanes v154 = 0.05618779735458429 - v83;
-  const lanes v155 = v154 - 0.017864179911072742;
-  const lanes v156 = v155 * v65;
-  const lanes v157 = v153 + v156;
-  out[67] = v157;
-  const lanes v158 = v2 * v144;
-  out[68] = v158;
-  const lanes v159 = v2 * v148;
-  out[69] = v159;
-  out[70] = v32;
-  const lanes v160 = v151 * v67;
-  const lanes v161 = v69 + v160;
-  const lanes v162 = v155 * v68;
-  const lanes v163 = v161 + v162;
-  out[71] = v163;
-  const lanes v164 = -v148;
-  out[72] = v164;
-  out[73] = v144;
-  out[74] = LANES_OF(0.0);
-  const lanes v165 = v155 * v60;
-  const lanes v166 = v72 + v165;
-  const lanes v167 = v151 * v64;
-  const lanes v168 = v166 - v167;
-  out[75] = v168;
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
+  const lanes v107 = q_4 * q_4, v108 = 0.702936602426126 - v107, v109 = v107 - 0.23255545757387405,
+      v110 = v108 * v109;
+  LANES_LET1(v111, sqrt, v110);
+  const lanes v112 = 0.7466208668870286 * v111, v113 = 0.5 * v107, v114 = 0.202158195 + v113,
+      v115 = 0.2522755194519218 * v114, v116 = v112 - v115, v117 = 0.11 + v116,
+      v118 = 0.1139 * v117, v119 = 0.1261377597259609 * v111, v120 = 1.4932417337740571 * v114,
+      v121 = v119 + v120, v122 = v121 - 0.6511, v123 = 0.1369 * v122, v124 = v118 - v123,
+      v125 = 31.531000333597984 * v124, v126 = v102 * v125, v127 = 0.1139 * v122,
+      v128 = 0.1369 * v117, v129 = v127 + v128, v130 = 31.531000333597984 * v129, v131 = v98 * v130,
+      v132 = v126 - v131, v133 = v1 * v132;
+  out[64] = v133;
+  const lanes v134 = v102 * v130, v135 = v98 * v125, v136 = v134 + v135, v137 = v1 * v136;
+  out[65] = v137; out[66] = v2;
+  const lanes v138 = v80 + 0.0011710800314968948, v139 = v138 + 0.8571138553751799,
+      v140 = v139 * v61, v141 = v66 + v140, v142 = 0.05618779735458429 - v83,
+      v143 = v142 - 0.017864179911072742, v144 = v143 * v65, v145 = v141 + v144;
+  out[67] = v145;
+  const lanes v146 = v2 * v132;
+  out[68] = v146;
+  const lanes v147 = v2 * v136;
+  out[69] = v147; out[70] = v32;
+  const lanes v148 = v139 * v67, v149 = v69 + v148, v150 = v143 * v68, v151 = v149 + v150;
+  out[71] = v151;
+  const lanes v152 = -v136;
+  out[72] = v152; out[73] = v132; out[74] = LANES_OF(0.0);
+  const lanes v153 = v143 * v60, v154 = v72 + v153, v155 = v139 * v64, v156 = v154 - v155;
+  out[75] = v156; out[76] = LANES_OF(0.0); out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0);
   out[79] = LANES_OF(1.0);
-  const lanes v169 = 0.999842782540088 * v145;
-  const lanes v170 = 0.01773161590195061 * v149;
-  const lanes v171 = v169 - v170;
-  out[80] = v171;
-  const lanes v172 = 0.999842782540088 * v149;
-  const lanes v173 = 0.01773161590195061 * v145;
-  const lanes v174 = v172 + v173;
-  out[81] = v174;
-  out[82] = v2;
-  const lanes v175 = 0.999842782540088 * q_5;
-  const lanes v176 = 0.7858 + v175;
-  const lanes v177 = v176 * v145;
-  const lanes v178 = v157 + v177;
-  const lanes v179 = 0.01773161590195061 * q_5;
-  const lanes v180 = v179 * v149;
-  const lanes v181 = v178 - v180;
-  out[83] = v181;
-  const lanes v182 = 0.999842782540088 * v158;
-  const lanes v183 = 0.01773161590195061 * v159;
-  const lanes v184 = v182 - v183;
-  out[84] = v184;
-  const lanes v185 = 0.999842782540088 * v159;
-  const lanes v186 = 0.01773161590195061 * v158;
-  const lanes v187 = v185 + v186;
-  out[85] = v187;
-  out[86] = v32;
-  const lanes v188 = v176 * v158;
-  const lanes v189 = v163 + v188;
-  const lanes v190 = v179 * v159;
-  const lanes v191 = v189 - v190;
-  out[87] = v191;
-  const lanes v192 = 0.999842782540088 * v148;
-  const lanes v193 = 0.01773161590195061 * v144;
-  const lanes v194 = v192 + v193;
-  const lanes v195 = -v194;
-  out[88] = v195;
-  const lanes v196 = 0.999842782540088 * v144;
-  const lanes v197 = 0.01773161590195061 * v148;
-  const lanes v198 = v196 - v197;
-  out[89] = v198;
-  out[90] = LANES_OF(0.0);
-  const lanes v199 = v176 * v148;
-  const lanes v200 = v168 - v199;
-  const lanes v201 = v179 * v144;
-  const lanes v202 = v200 - v201;
-  out[91] = v202;
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
+  const lanes v157 = 0.999842782540088 * v133, v158 = 0.01773161590195061 * v137,
+      v159 = v157 - v158;
+  out[80] = v159;
+  const lanes v160 = 0.999842782540088 * v137, v161 = 0.01773161590195061 * v133,
+      v162 = v160 + v161;
+  out[81] = v162; out[82] = v2;
+  const lanes v163 = 0.999842782540088 * q_5, v164 = 0.7858 + v163, v165 = v164 * v133,
+      v166 = v145 + v165, v167 = 0.01773161590195061 * q_5, v168 = v167 * v137, v169 = v166 - v168;
+  out[83] = v169;
+  const lanes v170 = 0.999842782540088 * v146, v171 = 0.01773161590195061 * v147,
+      v172 = v170 - v171;
+  out[84] = v172;
+  const lanes v173 = 0.999842782540088 * v147, v174 = 0.01773161590195061 * v146,
+      v175 = v173 + v174;
+  out[85] = v175; out[86] = v32;
+  const lanes v176 = v164 * v146, v177 = v151 + v176, v178 = v167 * v147, v179 = v177 - v178;
+  out[87] = v179;
+  const lanes v180 = 0.999842782540088 * v136, v181 = 0.01773161590195061 * v132,
+      v182 = v180 + v181, v183 = -v182;
+  out[88] = v183;
+  const lanes v184 = 0.999842782540088 * v132, v185 = 0.01773161590195061 * v136,
+      v186 = v184 - v185;
+  out[89] = v186; out[90] = LANES_OF(0.0);
+  const lanes v187 = v164 * v136, v188 = v156 - v187, v189 = v167 * v132, v190 = v188 - v189;
+  out[91] = v190; out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0); out[94] = LANES_OF(0.0);
   out[95] = LANES_OF(1.0);
-  const lanes v203 = 13.715940634598335 * v22;
-  const lanes v204 = 0.529310721904893 * v27;
-  const lanes v205 = v203 - v204;
-  const lanes v206 = v205 * v53;
-  const lanes v207 = 13.715940634598335 * v27;
-  const lanes v208 = 0.529310721904893 * v22;
-  const lanes v209 = v207 + v208;
-  const lanes v210 = v209 * v58;
-  const lanes v211 = v206 - v210;
-  const lanes v212 = v211 * v134;
-  const lanes v213 = v205 * v58;
-  const lanes v214 = v209 * v53;
-  const lanes v215 = v213 + v214;
-  const lanes v216 = v215 * v142;
-  const lanes v217 = v212 - v216;
-  const lanes v218 = q_6 * q_6;
-  const lanes v219 = 0.5 * v218;
-  const lanes v220 = v219 - 0.235090075;
-  const lanes v221 = 3.5864898908642604 * v220;
-  const lanes v222 = 0.7671943564657427 - v218;
-  const lanes v223 = v218 - 0.2881530235342572;
-  const lanes v224 = v222 * v223;
-  lanes v225; LANES_NAME(lanes_sqrt)(&v224, &v225);
-  const lanes v226 = 2.341132586374052 * v225;
-  const lanes v227 = v221 + v226;
-  const lanes v228 = 0.1031 - v227;
-  const lanes v229 = 0.0974 * v228;
-  const lanes v230 = 1.7932449454321302 * v225;
-  const lanes v231 = 4.682265172748104 * v220;
-  const lanes v232 = v230 - v231;
-  const lanes v233 = 0.1346 + v232;
-  const lanes v234 = 0.6996 * v233;
-  const lanes v235 = v229 + v234;
-  const lanes v236 = 2.004301551818451 * v235;
-  const lanes v237 = v217 * v236;
-  const lanes v238 = v211 * v142;
-  const lanes v239 = v215 * v134;
-  const lanes v240 = v238 + v239;
-  const lanes v241 = 0.6996 * v228;
-  const lanes v242 = 0.0974 * v233;
-  const lanes v243 = v241 - v242;
-  const lanes v244 = 2.004301551818451 * v243;
-  const lanes v245 = v240 * v244;
-  const lanes v246 = v237 + v245;
-  const lanes v247 = v1 * v246;
-  out[96] = v247;
-  const lanes v248 = v217 * v244;
-  const lanes v249 = v240 * v236;
-  const lanes v250 = v248 - v249;
-  const lanes v251 = v1 * v250;
-  const lanes v252 = -v251;
-  out[97] = v252;
-  out[98] = v2;
-  const lanes v253 = v176 + 0.00039009554984291347;
-  const lanes v254 = v253 + 0.8200710502393802;
-  const lanes v255 = v254 * v145;
-  const lanes v256 = v157 + v255;
-  const lanes v257 = 0.021996541215881935 - v179;
-  const lanes v258 = v257 - 0.014543471362779892;
-  const lanes v259 = v258 * v149;
-  const lanes v260 = v256 + v259;
-  out[99] = v260;
-  const lanes v261 = v2 * v246;
-  out[100] = v261;
-  const lanes v262 = v2 * v250;
-  const lanes v263 = -v262;
-  out[101] = v263;
-  out[102] = v32;
-  const lanes v264 = v254 * v158;
-  const lanes v265 = v163 + v264;
-  const lanes v266 = v258 * v159;
-  const lanes v267 = v265 + v266;
-  out[103] = v267;
-  out[104] = v250;
-  out[105] = v246;
-  out[106] = LANES_OF(0.0);
-  const lanes v268 = v258 * v144;
-  const lanes v269 = v168 + v268;
-  const lanes v270 = v254 * v148;
-  const lanes v271 = v269 - v270;
-  out[107] = v271;
-  out[108] = LANES_OF(0.0);
-  out[109] = LANES_OF(0.0);
-  out[110] = LANES_OF(0.0);
+  const lanes v191 = 0.9992562012543986 * v60, v192 = 0.03856221278179919 * v64, v193 = v191 - v192,
+      v194 = v193 * v125, v195 = 0.9992562012543986 * v64, v196 = 0.03856221278179919 * v60,
+      v197 = v195 + v196, v198 = v197 * v130, v199 = v194 - v198, v200 = q_6 * q_6,
+      v201 = 0.5 * v200, v202 = v201 - 0.235090075, v203 = 3.5864898908642604 * v202,
+      v204 = 0.7671943564657427 - v200, v205 = v200 - 0.2881530235342572, v206 = v204 * v205;
+  LANES_LET1(v207, sqrt, v206);
+  const lanes v208 = 2.341132586374052 * v207, v209 = v203 + v208, v210 = 0.1031 - v209,
+      v211 = 0.0974 * v210, v212 = 1.7932449454321302 * v207, v213 = 4.682265172748104 * v202,
+      v214 = v212 - v213, v215 = 0.1346 + v214, v216 = 0.6996 * v215, v217 = v211 + v216,
+      v218 = 2.004301551818451 * v217, v219 = v199 * v218, v220 = v193 * v130, v221 = v197 * v125,
+      v222 = v220 + v221, v223 = 0.6996 * v210, v224 = 0.0974 * v215, v225 = v223 - v224,
+      v226 = 2.004301551818451 * v225, v227 = v222 * v226, v228 = v219 + v227, v229 = v1 * v228;
+  out[96] = v229;
+  const lanes v230 = v199 * v226, v231 = v222 * v218, v232 = v230 - v231, v233 = v1 * v232,
+      v234 = -v233;
+  out[97] = v234; out[98] = v2;
+  const lanes v235 = v164 + 0.00039009554984291347, v236 = v235 + 0.8200710502393802,
+      v237 = v236 * v133, v238 = v145 + v237, v239 = 0.021996541215881935 - v167,
+      v240 = v239 - 0.014543471362779892, v241 = v240 * v137, v242 = v238 + v241;
+  out[99] = v242;
+  const lanes v243 = v2 * v228;
+  out[100] = v243;
+  const lanes v244 = v2 * v232, v245 = -v244;
+  out[101] = v245; out[102] = v32;
+  const lanes v246 = v236 * v146, v247 = v151 + v246, v248 = v240 * v147, v249 = v247 + v248;
+  out[103] = v249; out[104] = v232; out[105] = v228; out[106] = LANES_OF(0.0);
+  const lanes v250 = v240 * v132, v251 = v156 + v250, v252 = v236 * v136, v253 = v251 - v252;
+  out[107] = v253; out[108] = LANES_OF(0.0); out[109] = LANES_OF(0.0); out[110] = LANES_OF(0.0);
   out[111] = LANES_OF(1.0);
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_fk_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 1.3215098366089841 - v3;
-  const lanes v5 = v3 - 0.3717842633910159;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.05518268758582475 * v7;
-  const lanes v9 = 0.5 * v3;
-  const lanes v10 = 0.386896705 + v9;
-  const lanes v11 = v10 - 0.03642682;
-  const lanes v12 = 1.1314389456999898 * v11;
-  const lanes v13 = v8 + v12;
-  const lanes v14 = v13 - 0.8755;
-  const lanes v15 = 0.1708 * v14;
-  const lanes v16 = 0.1103653751716495 * v11;
-  const lanes v17 = 0.5657194728499949 * v7;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 - 0.0854;
-  const lanes v20 = 0.209 * v19;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 13.715940634598335 * v21;
-  const lanes v23 = 0.209 * v14;
-  const lanes v24 = 0.1708 * v19;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.529310721904893 * v25;
-  const lanes v27 = v22 - v26;
-  const lanes v28 = q_2 * q_2;
-  const lanes v29 = 1.0578131478133972 - v28;
-  const lanes v30 = v28 - 0.38743535218660285;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.577777986497283 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 0.3407018 + v34;
-  const lanes v36 = v35 - 0.020610325;
-  const lanes v37 = 0.3636611253594786 * v36;
-  const lanes v38 = v33 - v37;
-  const lanes v39 = 0.2478 + v38;
-  const lanes v40 = 0.0991 * v39;
-  const lanes v41 = 1.155555972994566 * v36;
-  const lanes v42 = 0.1818305626797393 * v32;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = v43 - 0.7874;
-  const lanes v45 = 0.1772 * v44;
-  const lanes v46 = v40 - v45;
-  const lanes v47 = 24.259685376140357 * v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = 13.715940634598335 * v25;
-  const lanes v50 = 0.529310721904893 * v21;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = 0.1772 * v39;
-  const lanes v53 = 0.0991 * v44;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 24.259685376140357 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v48 - v56;
-  const lanes v58 = q_4 * q_4;
-  const lanes v59 = 0.702936602426126 - v58;
-  const lanes v60 = v58 - 0.23255545757387405;
-  const lanes v61 = v59 * v60;
-  lanes v62; LANES_NAME(lanes_sqrt)(&v61, &v62);
-  const lanes v63 = 0.7466208668870286 * v62;
-  const lanes v64 = 0.5 * v58;
-  const lanes v65 = 0.202158195 + v64;
-  const lanes v66 = 0.2522755194519218 * v65;
-  const lanes v67 = v63 - v66;
-  const lanes v68 = 0.11 + v67;
-  const lanes v69 = 0.1139 * v68;
-  const lanes v70 = 0.1261377597259609 * v62;
-  const lanes v71 = 1.4932417337740571 * v65;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v72 - 0.6511;
-  const lanes v74 = 0.1369 * v73;
-  const lanes v75 = v69 - v74;
-  const lanes v76 = 31.531000333597984 * v75;
-  const lanes v77 = v57 * v76;
-  const lanes v78 = v27 * v55;
-  const lanes v79 = v51 * v47;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = 0.1139 * v73;
-  const lanes v82 = 0.1369 * v68;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = 31.531000333597984 * v83;
-  const lanes v85 = v80 * v84;
-  const lanes v86 = v77 - v85;
-  const lanes v87 = q_6 * q_6;
-  const lanes v88 = 0.5 * v87;
-  const lanes v89 = v88 - 0.235090075;
-  const lanes v90 = 3.5864898908642604 * v89;
-  const lanes v91 = 0.7671943564657427 - v87;
-  const lanes v92 = v87 - 0.2881530235342572;
-  const lanes v93 = v91 * v92;
-  lanes v94; LANES_NAME(lanes_sqrt)(&v93, &v94);
-  const lanes v95 = 2.341132586374052 * v94;
-  const lanes v96 = v90 + v95;
-  const lanes v97 = 0.1031 - v96;
-  const lanes v98 = 0.0974 * v97;
-  const lanes v99 = 1.7932449454321302 * v94;
-  const lanes v100 = 4.682265172748104 * v89;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = 0.1346 + v101;
-  const lanes v103 = 0.6996 * v102;
-  const lanes v104 = v98 + v103;
-  const lanes v105 = 2.004301551818451 * v104;
-  const lanes v106 = v86 * v105;
-  const lanes v107 = v57 * v84;
-  const lanes v108 = v80 * v76;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = 0.6996 * v97;
-  const lanes v111 = 0.0974 * v102;
-  const lanes v112 = v110 - v111;
-  const lanes v113 = 2.004301551818451 * v112;
-  const lanes v114 = v109 * v113;
-  const lanes v115 = v106 + v114;
-  const lanes v116 = v1 * v115;
-  out[0] = v116;
-  const lanes v117 = v86 * v113;
-  const lanes v118 = v109 * v105;
-  const lanes v119 = v117 - v118;
-  const lanes v120 = v1 * v119;
-  const lanes v121 = -v120;
-  out[1] = v121;
-  out[2] = v2;
-  const lanes v122 = 0.0576 * v119;
-  const lanes v123 = 1.2774 * v115;
-  const lanes v124 = v122 + v123;
-  const lanes v125 = 0.999842782540088 * q_5;
-  const lanes v126 = 0.7858 + v125;
-  const lanes v127 = v126 + 0.00039009554984291347;
-  const lanes v128 = v127 + 0.8200710502393802;
-  const lanes v129 = 13.72316978366506 * v21;
-  const lanes v130 = 0.2860217139510366 * v25;
-  const lanes v131 = v129 - v130;
-  const lanes v132 = v131 * v47;
-  const lanes v133 = 13.72316978366506 * v25;
-  const lanes v134 = 0.2860217139510366 * v21;
-  const lanes v135 = v133 + v134;
-  const lanes v136 = v135 * v55;
-  const lanes v137 = v132 - v136;
-  const lanes v138 = v137 * v76;
-  const lanes v139 = v131 * v55;
-  const lanes v140 = v135 * v47;
-  const lanes v141 = v139 + v140;
-  const lanes v142 = v141 * v84;
-  const lanes v143 = v138 - v142;
-  const lanes v144 = v128 * v143;
-  const lanes v145 = 0.01773161590195061 * q_5;
-  const lanes v146 = 0.021996541215881935 - v145;
-  const lanes v147 = v146 - 0.014543471362779892;
-  const lanes v148 = v137 * v84;
-  const lanes v149 = v141 * v76;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = v147 * v150;
-  const lanes v152 = v144 + v151;
-  const lanes v153 = v124 + v152;
-  const lanes v154 = 0.9997828710780122 * q_3;
-  const lanes v155 = 0.756 + v154;
-  const lanes v156 = v155 + 0.0011710800314968948;
-  const lanes v157 = v156 + 0.8571138553751799;
-  const lanes v158 = 13.726150127845361 * v21;
-  const lanes v159 = v158 * v47;
-  const lanes v160 = 13.726150127845361 * v25;
-  const lanes v161 = v160 * v55;
-  const lanes v162 = v159 - v161;
-  const lanes v163 = v157 * v162;
-  const lanes v164 = 0.020837722980371797 * q_3;
-  const lanes v165 = 0.05618779735458429 - v164;
-  const lanes v166 = v165 - 0.017864179911072742;
-  const lanes v167 = v158 * v55;
-  const lanes v168 = v160 * v47;
-  const lanes v169 = v167 + v168;
-  const lanes v170 = v166 * v169;
-  const lanes v171 = v163 + v170;
-  const lanes v172 = v153 + v171;
-  const lanes v173 = 13.296521628843802 * v21;
-  const lanes v174 = v172 + v173;
-  const lanes v175 = v1 * v174;
-  out[3] = v175;
-  const lanes v176 = v2 * v115;
-  out[4] = v176;
-  const lanes v177 = v2 * v119;
-  const lanes v178 = -v177;
-  out[5] = v178;
-  const lanes v179 = -v1;
-  out[6] = v179;
-  const lanes v180 = v2 * v174;
-  out[7] = v180;
-  out[8] = v119;
-  out[9] = v115;
-  out[10] = LANES_OF(0.0);
-  const lanes v181 = 1.2774 * v119;
-  const lanes v182 = 0.0576 * v115;
-  const lanes v183 = v181 - v182;
-  const lanes v184 = v147 * v143;
-  const lanes v185 = v128 * v150;
-  const lanes v186 = v184 - v185;
-  const lanes v187 = v183 + v186;
-  const lanes v188 = v166 * v162;
-  const lanes v189 = v157 * v169;
-  const lanes v190 = v188 - v189;
-  const lanes v191 = v187 + v190;
-  const lanes v192 = 13.296521628843802 * v25;
-  const lanes v193 = v191 - v192;
-  const lanes v194 = v193 + 1.03;
-  out[11] = v194;
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = q_1 * q_1, v4 = 1.3215098366089841 - v3, v5 = v3 - 0.3717842633910159,
+      v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.05518268758582475 * v7, v9 = 0.5 * v3, v10 = 0.386896705 + v9,
+      v11 = v10 - 0.03642682, v12 = 1.1314389456999898 * v11, v13 = v8 + v12, v14 = v13 - 0.8755,
+      v15 = 0.1708 * v14, v16 = 0.1103653751716495 * v11, v17 = 0.5657194728499949 * v7,
+      v18 = v16 - v17, v19 = v18 - 0.0854, v20 = 0.209 * v19, v21 = v15 - v20,
+      v22 = 13.726150127845361 * v21, v23 = q_2 * q_2, v24 = 1.0578131478133972 - v23,
+      v25 = v23 - 0.38743535218660285, v26 = v24 * v25;
+  LANES_LET1(v27, sqrt, v26);
+  const lanes v28 = 0.577777986497283 * v27, v29 = 0.5 * v23, v30 = 0.3407018 + v29,
+      v31 = v30 - 0.020610325, v32 = 0.3636611253594786 * v31, v33 = v28 - v32, v34 = 0.2478 + v33,
+      v35 = 0.0991 * v34, v36 = 1.155555972994566 * v31, v37 = 0.1818305626797393 * v27,
+      v38 = v36 + v37, v39 = v38 - 0.7874, v40 = 0.1772 * v39, v41 = v35 - v40,
+      v42 = 24.259685376140357 * v41, v43 = v22 * v42, v44 = 0.209 * v14, v45 = 0.1708 * v19,
+      v46 = v44 + v45, v47 = 13.726150127845361 * v46, v48 = 0.1772 * v34, v49 = 0.0991 * v39,
+      v50 = v48 + v49, v51 = 24.259685376140357 * v50, v52 = v47 * v51, v53 = v43 - v52,
+      v54 = 0.9992562012543986 * v53, v55 = v22 * v51, v56 = v47 * v42, v57 = v55 + v56,
+      v58 = 0.03856221278179919 * v57, v59 = v54 - v58, v60 = q_4 * q_4,
+      v61 = 0.702936602426126 - v60, v62 = v60 - 0.23255545757387405, v63 = v61 * v62;
+  LANES_LET1(v64, sqrt, v63);
+  const lanes v65 = 0.7466208668870286 * v64, v66 = 0.5 * v60, v67 = 0.202158195 + v66,
+      v68 = 0.2522755194519218 * v67, v69 = v65 - v68, v70 = 0.11 + v69, v71 = 0.1139 * v70,
+      v72 = 0.1261377597259609 * v64, v73 = 1.4932417337740571 * v67, v74 = v72 + v73,
+      v75 = v74 - 0.6511, v76 = 0.1369 * v75, v77 = v71 - v76, v78 = 31.531000333597984 * v77,
+      v79 = v59 * v78, v80 = 0.9992562012543986 * v57, v81 = 0.03856221278179919 * v53,
+      v82 = v80 + v81, v83 = 0.1139 * v75, v84 = 0.1369 * v70, v85 = v83 + v84,
+      v86 = 31.531000333597984 * v85, v87 = v82 * v86, v88 = v79 - v87, v89 = q_6 * q_6,
+      v90 = 0.5 * v89, v91 = v90 - 0.235090075, v92 = 3.5864898908642604 * v91,
+      v93 = 0.7671943564657427 - v89, v94 = v89 - 0.2881530235342572, v95 = v93 * v94;
+  LANES_LET1(v96, sqrt, v95);
+  const lanes v97 = 2.341132586374052 * v96, v98 = v92 + v97, v99 = 0.1031 - v98,
+      v100 = 0.0974 * v99, v101 = 1.7932449454321302 * v96, v102 = 4.682265172748104 * v91,
+      v103 = v101 - v102, v104 = 0.1346 + v103, v105 = 0.6996 * v104, v106 = v100 + v105,
+      v107 = 2.004301551818451 * v106, v108 = v88 * v107, v109 = v59 * v86, v110 = v82 * v78,
+      v111 = v109 + v110, v112 = 0.6996 * v99, v113 = 0.0974 * v104, v114 = v112 - v113,
+      v115 = 2.004301551818451 * v114, v116 = v111 * v115, v117 = v108 + v116, v118 = v1 * v117;
+  out[0] = v118;
+  const lanes v119 = v88 * v115, v120 = v111 * v107, v121 = v119 - v120, v122 = v1 * v121,
+      v123 = -v122;
+  out[1] = v123; out[2] = v2;
+  const lanes v124 = 0.0576 * v121, v125 = 1.2774 * v117, v126 = v124 + v125,
+      v127 = 0.999842782540088 * q_5, v128 = 0.7858 + v127, v129 = v128 + 0.00039009554984291347,
+      v130 = v129 + 0.8200710502393802, v131 = 0.9997828710780122 * v53,
+      v132 = 0.020837722980371797 * v57, v133 = v131 - v132, v134 = v133 * v78,
+      v135 = 0.9997828710780122 * v57, v136 = 0.020837722980371797 * v53, v137 = v135 + v136,
+      v138 = v137 * v86, v139 = v134 - v138, v140 = v130 * v139, v141 = 0.01773161590195061 * q_5,
+      v142 = 0.021996541215881935 - v141, v143 = v142 - 0.014543471362779892, v144 = v133 * v86,
+      v145 = v137 * v78, v146 = v144 + v145, v147 = v143 * v146, v148 = v140 + v147,
+      v149 = v126 + v148, v150 = 0.9997828710780122 * q_3, v151 = 0.756 + v150,
+      v152 = v151 + 0.0011710800314968948, v153 = v152 + 0.8571138553751799, v154 = v153 * v53,
+      v155 = 0.020837722980371797 * q_3, v156 = 0.05618779735458429 - v155,
+      v157 = v156 - 0.017864179911072742, v158 = v157 * v57, v159 = v154 + v158, v160 = v149 + v159,
+      v161 = 13.296521628843802 * v21, v162 = v160 + v161, v163 = v1 * v162;
+  out[3] = v163;
+  const lanes v164 = v2 * v117;
+  out[4] = v164;
+  const lanes v165 = v2 * v121, v166 = -v165;
+  out[5] = v166;
+  const lanes v167 = -v1;
+  out[6] = v167;
+  const lanes v168 = v2 * v162;
+  out[7] = v168; out[8] = v121; out[9] = v117; out[10] = LANES_OF(0.0);
+  const lanes v169 = 1.2774 * v121, v170 = 0.0576 * v117, v171 = v169 - v170, v172 = v143 * v139,
+      v173 = v130 * v146, v174 = v172 - v173, v175 = v171 + v174, v176 = v157 * v53,
+      v177 = v153 * v57, v178 = v176 - v177, v179 = v175 + v178, v180 = 13.296521628843802 * v46,
+      v181 = v179 - v180, v182 = v181 + 1.03;
+  out[11] = v182; out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(1.0);
-  const lanes v195 = -v180;
-  out[16] = v195;
-  const lanes v196 = v1 * v193;
-  const lanes v197 = 0.5 * v7;
-  const lanes v198 = q_1 / v197;
-  const lanes v199 = v196 * v198;
-  out[17] = v199;
-  const lanes v200 = v1 * v191;
-  const lanes v201 = 0.5 * v32;
-  const lanes v202 = q_2 / v201;
-  const lanes v203 = v200 * v202;
-  out[18] = v203;
-  const lanes v204 = 0.9997828710780122 * v162;
-  const lanes v205 = 0.020837722980371797 * v169;
-  const lanes v206 = v204 - v205;
-  const lanes v207 = v1 * v206;
-  out[19] = v207;
-  const lanes v208 = v1 * v187;
-  const lanes v209 = 0.5 * v62;
-  const lanes v210 = q_4 / v209;
-  const lanes v211 = v208 * v210;
-  out[20] = v211;
-  const lanes v212 = 0.999842782540088 * v143;
-  const lanes v213 = 0.01773161590195061 * v150;
-  const lanes v214 = v212 - v213;
-  const lanes v215 = v1 * v214;
-  out[21] = v215;
-  const lanes v216 = v1 * v183;
-  const lanes v217 = 0.5 * v94;
-  const lanes v218 = q_6 / v217;
-  const lanes v219 = v216 * v218;
-  out[22] = v219;
-  out[23] = v175;
-  const lanes v220 = v2 * v193;
-  const lanes v221 = v220 * v198;
-  out[24] = v221;
-  const lanes v222 = v2 * v191;
-  const lanes v223 = v222 * v202;
-  out[25] = v223;
-  const lanes v224 = v2 * v206;
-  out[26] = v224;
-  const lanes v225 = v2 * v187;
-  const lanes v226 = v225 * v210;
-  out[27] = v226;
-  const lanes v227 = v2 * v214;
-  out[28] = v227;
-  const lanes v228 = v2 * v183;
-  const lanes v229 = v228 * v218;
-  out[29] = v229;
-  out[30] = LANES_OF(0.0);
-  const lanes v230 = v174 * v198;
-  const lanes v231 = -v230;
-  out[31] = v231;
-  const lanes v232 = v172 * v202;
-  const lanes v233 = -v232;
-  out[32] = v233;
-  const lanes v234 = 0.9997828710780122 * v169;
-  const lanes v235 = 0.020837722980371797 * v162;
-  const lanes v236 = v234 + v235;
-  const lanes v237 = -v236;
-  out[33] = v237;
-  const lanes v238 = v153 * v210;
-  const lanes v239 = -v238;
-  out[34] = v239;
-  const lanes v240 = 0.999842782540088 * v150;
-  const lanes v241 = 0.01773161590195061 * v143;
-  const lanes v242 = v240 + v241;
-  const lanes v243 = -v242;
-  out[35] = v243;
-  const lanes v244 = v124 * v218;
-  const lanes v245 = -v244;
-  out[36] = v245;
-  out[37] = LANES_OF(0.0);
-  const lanes v246 = v2 * v198;
-  const lanes v247 = -v246;
-  out[38] = v247;
-  const lanes v248 = v2 * v202;
-  const lanes v249 = -v248;
-  out[39] = v249;
-  out[40] = LANES_OF(0.0);
-  const lanes v250 = v2 * v210;
-  const lanes v251 = -v250;
-  out[41] = v251;
-  out[42] = LANES_OF(0.0);
-  const lanes v252 = v2 * v218;
-  const lanes v253 = -v252;
-  out[43] = v253;
-  out[44] = LANES_OF(0.0);
-  const lanes v254 = v1 * v198;
-  out[45] = v254;
-  const lanes v255 = v1 * v202;
-  out[46] = v255;
-  out[47] = LANES_OF(0.0);
-  const lanes v256 = v1 * v210;
-  out[48] = v256;
-  out[49] = LANES_OF(0.0);
-  const lanes v257 = v1 * v218;
-  out[50] = v257;
-  out[51] = LANES_OF(1.0);
-  out[52] = LANES_OF(0.0);
-  out[53] = LANES_OF(0.0);
-  out[54] = LANES_OF(0.0);
-  out[55] = LANES_OF(0.0);
-  out[56] = LANES_OF(0.0);
+  const lanes v183 = -v168;
+  out[16] = v183;
+  const lanes v184 = v1 * v181, v185 = 0.5 * v7, v186 = q_1 / v185, v187 = v184 * v186;
+  out[17] = v187;
+  const lanes v188 = v1 * v179, v189 = 0.5 * v27, v190 = q_2 / v189, v191 = v188 * v190;
+  out[18] = v191;
+  const lanes v192 = v1 * v133;
+  out[19] = v192;
+  const lanes v193 = v1 * v175, v194 = 0.5 * v64, v195 = q_4 / v194, v196 = v193 * v195;
+  out[20] = v196;
+  const lanes v197 = 0.999842782540088 * v139, v198 = 0.01773161590195061 * v146,
+      v199 = v197 - v198, v200 = v1 * v199;
+  out[21] = v200;
+  const lanes v201 = v1 * v171, v202 = 0.5 * v96, v203 = q_6 / v202, v204 = v201 * v203;
+  out[22] = v204; out[23] = v163;
+  const lanes v205 = v2 * v181, v206 = v205 * v186;
+  out[24] = v206;
+  const lanes v207 = v2 * v179, v208 = v207 * v190;
+  out[25] = v208;
+  const lanes v209 = v2 * v133;
+  out[26] = v209;
+  const lanes v210 = v2 * v175, v211 = v210 * v195;
+  out[27] = v211;
+  const lanes v212 = v2 * v199;
+  out[28] = v212;
+  const lanes v213 = v2 * v171, v214 = v213 * v203;
+  out[29] = v214; out[30] = LANES_OF(0.0);
+  const lanes v215 = v162 * v186, v216 = -v215;
+  out[31] = v216;
+  const lanes v217 = v160 * v190, v218 = -v217;
+  out[32] = v218;
+  const lanes v219 = -v137;
+  out[33] = v219;
+  const lanes v220 = v149 * v195, v221 = -v220;
+  out[34] = v221;
+  const lanes v222 = 0.999842782540088 * v146, v223 = 0.01773161590195061 * v139,
+      v224 = v222 + v223, v225 = -v224;
+  out[35] = v225;
+  const lanes v226 = v126 * v203, v227 = -v226;
+  out[36] = v227; out[37] = LANES_OF(0.0);
+  const lanes v228 = v2 * v186, v229 = -v228;
+  out[38] = v229;
+  const lanes v230 = v2 * v190, v231 = -v230;
+  out[39] = v231; out[40] = LANES_OF(0.0);
+  const lanes v232 = v2 * v195, v233 = -v232;
+  out[41] = v233; out[42] = LANES_OF(0.0);
+  const lanes v234 = v2 * v203, v235 = -v234;
+  out[43] = v235; out[44] = LANES_OF(0.0);
+  const lanes v236 = v1 * v186;
+  out[45] = v236;
+  const lanes v237 = v1 * v190;
+  out[46] = v237; out[47] = LANES_OF(0.0);
+  const lanes v238 = v1 * v195;
+  out[48] = v238; out[49] = LANES_OF(0.0);
+  const lanes v239 = v1 * v203;
+  out[50] = v239; out[51] = LANES_OF(1.0); out[52] = LANES_OF(0.0); out[53] = LANES_OF(0.0);
+  out[54] = LANES_OF(0.0); out[55] = LANES_OF(0.0); out[56] = LANES_OF(0.0);
   out[57] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_jacobian_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  out[0] = LANES_OF(0.0);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 1.3215098366089841 - v3;
-  const lanes v5 = v3 - 0.3717842633910159;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.5 * v7;
-  const lanes v9 = q_1 / v8;
-  const lanes v10 = 1.03 * v1;
-  const lanes v11 = v9 * v10;
-  const lanes v12 = -v11;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6];
+  LANES_COS_SIN(v1, v2, q_0); out[0] = LANES_OF(0.0);
+  const lanes v3 = q_1 * q_1, v4 = 1.3215098366089841 - v3, v5 = v3 - 0.3717842633910159,
+      v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 * v7, v9 = q_1 / v8, v10 = 1.03 * v1, v11 = v9 * v10, v12 = -v11;
   out[1] = v12;
-  const lanes v13 = q_2 * q_2;
-  const lanes v14 = 1.0578131478133972 - v13;
-  const lanes v15 = v13 - 0.38743535218660285;
-  const lanes v16 = v14 * v15;
-  lanes v17; LANES_NAME(lanes_sqrt)(&v16, &v17);
-  const lanes v18 = 0.5 * v17;
-  const lanes v19 = q_2 / v18;
-  const lanes v20 = 0.05518268758582475 * v7;
-  const lanes v21 = 0.5 * v3;
-  const lanes v22 = 0.386896705 + v21;
-  const lanes v23 = v22 - 0.03642682;
-  const lanes v24 = 1.1314389456999898 * v23;
-  const lanes v25 = v20 + v24;
-  const lanes v26 = v25 - 0.8755;
-  const lanes v27 = 0.209 * v26;
-  const lanes v28 = 0.1103653751716495 * v23;
-  const lanes v29 = 0.5657194728499949 * v7;
-  const lanes v30 = v28 - v29;
-  const lanes v31 = v30 - 0.0854;
-  const lanes v32 = 0.1708 * v31;
-  const lanes v33 = v27 + v32;
-  const lanes v34 = 13.296521628843802 * v33;
-  const lanes v35 = v34 - 1.03;
-  const lanes v36 = v1 * v35;
-  const lanes v37 = v19 * v36;
+  const lanes v13 = q_2 * q_2, v14 = 1.0578131478133972 - v13, v15 = v13 - 0.38743535218660285,
+      v16 = v14 * v15;
+  LANES_LET1(v17, sqrt, v16);
+  const lanes v18 = 0.5 * v17, v19 = q_2 / v18, v20 = 0.05518268758582475 * v7, v21 = 0.5 * v3,
+      v22 = 0.386896705 + v21, v23 = v22 - 0.03642682, v24 = 1.1314389456999898 * v23,
+      v25 = v20 + v24, v26 = v25 - 0.8755, v27 = 0.209 * v26, v28 = 0.1103653751716495 * v23,
+      v29 = 0.5657194728499949 * v7, v30 = v28 - v29, v31 = v30 - 0.0854, v32 = 0.1708 * v31,
+      v33 = v27 + v32, v34 = 13.296521628843802 * v33, v35 = v34 - 1.03, v36 = v1 * v35,
+      v37 = v19 * v36;
   out[2] = v37;
-  const lanes v38 = 0.1708 * v26;
-  const lanes v39 = 0.209 * v31;
-  const lanes v40 = v38 - v39;
-  const lanes v41 = 13.726150127845361 * v40;
-  const lanes v42 = 0.577777986497283 * v17;
-  const lanes v43 = 0.5 * v13;
-  const lanes v44 = 0.3407018 + v43;
-  const lanes v45 = v44 - 0.020610325;
-  const lanes v46 = 0.3636611253594786 * v45;
-  const lanes v47 = v42 - v46;
-  const lanes v48 = 0.2478 + v47;
-  const lanes v49 = 0.0991 * v48;
-  const lanes v50 = 1.155555972994566 * v45;
-  const lanes v51 = 0.1818305626797393 * v17;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = v52 - 0.7874;
-  const lanes v54 = 0.1772 * v53;
-  const lanes v55 = v49 - v54;
-  const lanes v56 = 24.259685376140357 * v55;
-  const lanes v57 = v41 * v56;
-  const lanes v58 = 13.726150127845361 * v33;
-  const lanes v59 = 0.1772 * v48;
-  const lanes v60 = 0.0991 * v53;
-  const lanes v61 = v59 + v60;
-  const lanes v62 = 24.259685376140357 * v61;
-  const lanes v63 = v58 * v62;
-  const lanes v64 = v57 - v63;
-  const lanes v65 = 0.9997828710780122 * v64;
-  const lanes v66 = v41 * v62;
-  const lanes v67 = v58 * v56;
-  const lanes v68 = v66 + v67;
-  const lanes v69 = 0.020837722980371797 * v68;
-  const lanes v70 = v65 - v69;
-  const lanes v71 = v1 * v70;
+  const lanes v38 = 0.1708 * v26, v39 = 0.209 * v31, v40 = v38 - v39,
+      v41 = 13.726150127845361 * v40, v42 = 0.577777986497283 * v17, v43 = 0.5 * v13,
+      v44 = 0.3407018 + v43, v45 = v44 - 0.020610325, v46 = 0.3636611253594786 * v45,
+      v47 = v42 - v46, v48 = 0.2478 + v47, v49 = 0.0991 * v48, v50 = 1.155555972994566 * v45,
+      v51 = 0.1818305626797393 * v17, v52 = v50 + v51, v53 = v52 - 0.7874, v54 = 0.1772 * v53,
+      v55 = v49 - v54, v56 = 24.259685376140357 * v55, v57 = v41 * v56,
+      v58 = 13.726150127845361 * v33, v59 = 0.1772 * v48, v60 = 0.0991 * v53, v61 = v59 + v60,
+      v62 = 24.259685376140357 * v61, v63 = v58 * v62, v64 = v57 - v63,
+      v65 = 0.9997828710780122 * v64, v66 = v41 * v62, v67 = v58 * v56, v68 = v66 + v67,
+      v69 = 0.020837722980371797 * v68, v70 = v65 - v69, v71 = v1 * v70;
   out[3] = v71;
-  const lanes v72 = q_4 * q_4;
-  const lanes v73 = 0.702936602426126 - v72;
-  const lanes v74 = v72 - 0.23255545757387405;
-  const lanes v75 = v73 * v74;
-  lanes v76; LANES_NAME(lanes_sqrt)(&v75, &v76);
-  const lanes v77 = 0.5 * v76;
-  const lanes v78 = q_4 / v77;
-  const lanes v79 = 0.020837722980371797 * q_3;
-  const lanes v80 = 0.05618779735458429 - v79;
-  const lanes v81 = v80 - 0.017864179911072742;
-  const lanes v82 = v81 * v64;
-  const lanes v83 = 0.9997828710780122 * q_3;
-  const lanes v84 = 0.756 + v83;
-  const lanes v85 = v84 + 0.0011710800314968948;
-  const lanes v86 = v85 + 0.8571138553751799;
-  const lanes v87 = v86 * v68;
-  const lanes v88 = v82 - v87;
-  const lanes v89 = v35 - v88;
-  const lanes v90 = v1 * v89;
-  const lanes v91 = v78 * v90;
+  const lanes v72 = q_4 * q_4, v73 = 0.702936602426126 - v72, v74 = v72 - 0.23255545757387405,
+      v75 = v73 * v74;
+  LANES_LET1(v76, sqrt, v75);
+  const lanes v77 = 0.5 * v76, v78 = q_4 / v77, v79 = 0.020837722980371797 * q_3,
+      v80 = 0.05618779735458429 - v79, v81 = v80 - 0.017864179911072742, v82 = v81 * v64,
+      v83 = 0.9997828710780122 * q_3, v84 = 0.756 + v83, v85 = v84 + 0.0011710800314968948,
+      v86 = v85 + 0.8571138553751799, v87 = v86 * v68, v88 = v82 - v87, v89 = v35 - v88,
+      v90 = v1 * v89, v91 = v78 * v90;
   out[4] = v91;
-  const lanes v92 = 13.72316978366506 * v40;
-  const lanes v93 = 0.2860217139510366 * v33;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = v94 * v56;
-  const lanes v96 = 13.72316978366506 * v33;
-  const lanes v97 = 0.2860217139510366 * v40;
-  const lanes v98 = v96 + v97;
-  const lanes v99 = v98 * v62;
-  const lanes v100 = v95 - v99;
-  const lanes v101 = 0.7466208668870286 * v76;
-  const lanes v102 = 0.5 * v72;
-  const lanes v103 = 0.202158195 + v102;
-  const lanes v104 = 0.2522755194519218 * v103;
-  const lanes v105 = v101 - v104;
-  const lanes v106 = 0.11 + v105;
-  const lanes v107 = 0.1139 * v106;
-  const lanes v108 = 0.1261377597259609 * v76;
-  const lanes v109 = 1.4932417337740571 * v103;
-  const lanes v110 = v108 + v109;
-  const lanes v111 = v110 - 0.6511;
-  const lanes v112 = 0.1369 * v111;
-  const lanes v113 = v107 - v112;
-  const lanes v114 = 31.531000333597984 * v113;
-  const lanes v115 = v100 * v114;
-  const lanes v116 = v94 * v62;
-  const lanes v117 = v98 * v56;
-  const lanes v118 = v116 + v117;
-  const lanes v119 = 0.1139 * v111;
-  const lanes v120 = 0.1369 * v106;
-  const lanes v121 = v119 + v120;
-  const lanes v122 = 31.531000333597984 * v121;
-  const lanes v123 = v118 * v122;
-  const lanes v124 = v115 - v123;
-  const lanes v125 = 0.999842782540088 * v124;
-  const lanes v126 = v100 * v122;
-  const lanes v127 = v118 * v114;
-  const lanes v128 = v126 + v127;
-  const lanes v129 = 0.01773161590195061 * v128;
-  const lanes v130 = v125 - v129;
-  const lanes v131 = v1 * v130;
-  out[5] = v131;
-  const lanes v132 = q_6 * q_6;
-  const lanes v133 = 0.7671943564657427 - v132;
-  const lanes v134 = v132 - 0.2881530235342572;
-  const lanes v135 = v133 * v134;
-  lanes v136; LANES_NAME(lanes_sqrt)(&v135, &v136);
-  const lanes v137 = 0.5 * v136;
-  const lanes v138 = q_6 / v137;
-  const lanes v139 = 0.01773161590195061 * q_5;
-  const lanes v140 = 0.021996541215881935 - v139;
-  const lanes v141 = v140 - 0.014543471362779892;
-  const lanes v142 = v141 * v124;
-  const lanes v143 = 0.999842782540088 * q_5;
-  const lanes v144 = 0.7858 + v143;
-  const lanes v145 = v144 + 0.00039009554984291347;
-  const lanes v146 = v145 + 0.8200710502393802;
-  const lanes v147 = v146 * v128;
-  const lanes v148 = v142 - v147;
-  const lanes v149 = v89 - v148;
-  const lanes v150 = v1 * v149;
-  const lanes v151 = v138 * v150;
-  out[6] = v151;
-  out[7] = LANES_OF(0.0);
-  const lanes v152 = 1.03 * v2;
-  const lanes v153 = v9 * v152;
-  const lanes v154 = -v153;
-  out[8] = v154;
-  const lanes v155 = v2 * v35;
-  const lanes v156 = v19 * v155;
-  out[9] = v156;
-  const lanes v157 = v2 * v70;
-  out[10] = v157;
-  const lanes v158 = v2 * v89;
-  const lanes v159 = v78 * v158;
-  out[11] = v159;
-  const lanes v160 = v2 * v130;
-  out[12] = v160;
-  const lanes v161 = v2 * v149;
-  const lanes v162 = v138 * v161;
-  out[13] = v162;
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  const lanes v163 = 13.296521628843802 * v40;
-  const lanes v164 = v163 * v19;
-  out[16] = v164;
-  const lanes v165 = 0.9997828710780122 * v68;
-  const lanes v166 = 0.020837722980371797 * v64;
-  const lanes v167 = v165 + v166;
-  const lanes v168 = -v167;
-  out[17] = v168;
-  const lanes v169 = v86 * v64;
-  const lanes v170 = v81 * v68;
-  const lanes v171 = v169 + v170;
-  const lanes v172 = v171 + v163;
-  const lanes v173 = v78 * v172;
-  out[18] = v173;
-  const lanes v174 = 0.999842782540088 * v128;
-  const lanes v175 = 0.01773161590195061 * v124;
-  const lanes v176 = v174 + v175;
-  const lanes v177 = -v176;
-  out[19] = v177;
-  const lanes v178 = v146 * v124;
-  const lanes v179 = v141 * v128;
-  const lanes v180 = v178 + v179;
-  const lanes v181 = v180 + v172;
-  const lanes v182 = v138 * v181;
-  out[20] = v182;
-  out[21] = LANES_OF(0.0);
-  const lanes v183 = v2 * v9;
-  const lanes v184 = -v183;
-  out[22] = v184;
-  const lanes v185 = v2 * v19;
-  const lanes v186 = -v185;
-  out[23] = v186;
-  out[24] = LANES_OF(0.0);
-  const lanes v187 = v2 * v78;
-  const lanes v188 = -v187;
-  out[25] = v188;
-  out[26] = LANES_OF(0.0);
-  const lanes v189 = v2 * v138;
-  const lanes v190 = -v189;
-  out[27] = v190;
-  out[28] = LANES_OF(0.0);
-  const lanes v191 = v1 * v9;
-  out[29] = v191;
-  const lanes v192 = v1 * v19;
-  out[30] = v192;
-  out[31] = LANES_OF(0.0);
-  const lanes v193 = v1 * v78;
-  out[32] = v193;
-  out[33] = LANES_OF(0.0);
-  const lanes v194 = v1 * v138;
-  out[34] = v194;
-  out[35] = LANES_OF(1.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
-  out[38] = LANES_OF(0.0);
-  out[39] = LANES_OF(0.0);
-  out[40] = LANES_OF(0.0);
+  const lanes v92 = 0.7466208668870286 * v76, v93 = 0.5 * v72, v94 = 0.202158195 + v93,
+      v95 = 0.2522755194519218 * v94, v96 = v92 - v95, v97 = 0.11 + v96, v98 = 0.1139 * v97,
+      v99 = 0.1261377597259609 * v76, v100 = 1.4932417337740571 * v94, v101 = v99 + v100,
+      v102 = v101 - 0.6511, v103 = 0.1369 * v102, v104 = v98 - v103,
+      v105 = 31.531000333597984 * v104, v106 = v70 * v105, v107 = 0.9997828710780122 * v68,
+      v108 = 0.020837722980371797 * v64, v109 = v107 + v108, v110 = 0.1139 * v102,
+      v111 = 0.1369 * v97, v112 = v110 + v111, v113 = 31.531000333597984 * v112, v114 = v109 * v113,
+      v115 = v106 - v114, v116 = 0.999842782540088 * v115, v117 = v70 * v113, v118 = v109 * v105,
+      v119 = v117 + v118, v120 = 0.01773161590195061 * v119, v121 = v116 - v120, v122 = v1 * v121;
+  out[5] = v122;
+  const lanes v123 = q_6 * q_6, v124 = 0.7671943564657427 - v123, v125 = v123 - 0.2881530235342572,
+      v126 = v124 * v125;
+  LANES_LET1(v127, sqrt, v126);
+  const lanes v128 = 0.5 * v127, v129 = q_6 / v128, v130 = 0.01773161590195061 * q_5,
+      v131 = 0.021996541215881935 - v130, v132 = v131 - 0.014543471362779892, v133 = v132 * v115,
+      v134 = 0.999842782540088 * q_5, v135 = 0.7858 + v134, v136 = v135 + 0.00039009554984291347,
+      v137 = v136 + 0.8200710502393802, v138 = v137 * v119, v139 = v133 - v138, v140 = v89 - v139,
+      v141 = v1 * v140, v142 = v129 * v141;
+  out[6] = v142; out[7] = LANES_OF(0.0);
+  const lanes v143 = 1.03 * v2, v144 = v9 * v143, v145 = -v144;
+  out[8] = v145;
+  const lanes v146 = v2 * v35, v147 = v19 * v146;
+  out[9] = v147;
+  const lanes v148 = v2 * v70;
+  out[10] = v148;
+  const lanes v149 = v2 * v89, v150 = v78 * v149;
+  out[11] = v150;
+  const lanes v151 = v2 * v121;
+  out[12] = v151;
+  const lanes v152 = v2 * v140, v153 = v129 * v152;
+  out[13] = v153; out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0);
+  const lanes v154 = 13.296521628843802 * v40, v155 = v154 * v19;
+  out[16] = v155;
+  const lanes v156 = -v109;
+  out[17] = v156;
+  const lanes v157 = v86 * v64, v158 = v81 * v68, v159 = v157 + v158, v160 = v159 + v154,
+      v161 = v78 * v160;
+  out[18] = v161;
+  const lanes v162 = 0.999842782540088 * v119, v163 = 0.01773161590195061 * v115,
+      v164 = v162 + v163, v165 = -v164;
+  out[19] = v165;
+  const lanes v166 = v137 * v115, v167 = v132 * v119, v168 = v166 + v167, v169 = v168 + v160,
+      v170 = v129 * v169;
+  out[20] = v170; out[21] = LANES_OF(0.0);
+  const lanes v171 = v2 * v9, v172 = -v171;
+  out[22] = v172;
+  const lanes v173 = v2 * v19, v174 = -v173;
+  out[23] = v174; out[24] = LANES_OF(0.0);
+  const lanes v175 = v2 * v78, v176 = -v175;
+  out[25] = v176; out[26] = LANES_OF(0.0);
+  const lanes v177 = v2 * v129, v178 = -v177;
+  out[27] = v178; out[28] = LANES_OF(0.0);
+  const lanes v179 = v1 * v9;
+  out[29] = v179;
+  const lanes v180 = v1 * v19;
+  out[30] = v180; out[31] = LANES_OF(0.0);
+  const lanes v181 = v1 * v78;
+  out[32] = v181; out[33] = LANES_OF(0.0);
+  const lanes v182 = v1 * v129;
+  out[34] = v182; out[35] = LANES_OF(1.0); out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0);
+  out[38] = LANES_OF(0.0); out[39] = LANES_OF(0.0); out[40] = LANES_OF(0.0);
   out[41] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_jacobian_body)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
+  const lanes q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5], q_6 = in[6];
   out[0] = LANES_OF(0.0);
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 1.3215098366089841 - v1;
-  const lanes v3 = v1 - 0.3717842633910159;
-  const lanes v4 = v2 * v3;
-  lanes v5; LANES_NAME(lanes_sqrt)(&v4, &v5);
-  const lanes v6 = 0.5 * v5;
-  const lanes v7 = q_1 / v6;
-  const lanes v8 = 0.05518268758582475 * v5;
-  const lanes v9 = 0.5 * v1;
-  const lanes v10 = 0.386896705 + v9;
-  const lanes v11 = v10 - 0.03642682;
-  const lanes v12 = 1.1314389456999898 * v11;
-  const lanes v13 = v8 + v12;
-  const lanes v14 = v13 - 0.8755;
-  const lanes v15 = 0.1708 * v14;
-  const lanes v16 = 0.1103653751716495 * v11;
-  const lanes v17 = 0.5657194728499949 * v5;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 - 0.0854;
-  const lanes v20 = 0.209 * v19;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 13.715940634598335 * v21;
-  const lanes v23 = 0.209 * v14;
-  const lanes v24 = 0.1708 * v19;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.529310721904893 * v25;
-  const lanes v27 = v22 - v26;
-  const lanes v28 = q_2 * q_2;
-  const lanes v29 = 1.0578131478133972 - v28;
-  const lanes v30 = v28 - 0.38743535218660285;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.577777986497283 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 0.3407018 + v34;
-  const lanes v36 = v35 - 0.020610325;
-  const lanes v37 = 0.3636611253594786 * v36;
-  const lanes v38 = v33 - v37;
-  const lanes v39 = 0.2478 + v38;
-  const lanes v40 = 0.0991 * v39;
-  const lanes v41 = 1.155555972994566 * v36;
-  const lanes v42 = 0.1818305626797393 * v32;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = v43 - 0.7874;
-  const lanes v45 = 0.1772 * v44;
-  const lanes v46 = v40 - v45;
-  const lanes v47 = 24.259685376140357 * v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = 13.715940634598335 * v25;
-  const lanes v50 = 0.529310721904893 * v21;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = 0.1772 * v39;
-  const lanes v53 = 0.0991 * v44;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 24.259685376140357 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v48 - v56;
-  const lanes v58 = q_4 * q_4;
-  const lanes v59 = 0.702936602426126 - v58;
-  const lanes v60 = v58 - 0.23255545757387405;
-  const lanes v61 = v59 * v60;
-  lanes v62; LANES_NAME(lanes_sqrt)(&v61, &v62);
-  const lanes v63 = 0.7466208668870286 * v62;
-  const lanes v64 = 0.5 * v58;
-  const lanes v65 = 0.202158195 + v64;
-  const lanes v66 = 0.2522755194519218 * v65;
-  const lanes v67 = v63 - v66;
-  const lanes v68 = 0.11 + v67;
-  const lanes v69 = 0.1139 * v68;
-  const lanes v70 = 0.1261377597259609 * v62;
-  const lanes v71 = 1.4932417337740571 * v65;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v72 - 0.6511;
-  const lanes v74 = 0.1369 * v73;
-  const lanes v75 = v69 - v74;
-  const lanes v76 = 31.531000333597984 * v75;
-  const lanes v77 = v57 * v76;
-  const lanes v78 = v27 * v55;
-  const lanes v79 = v51 * v47;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = 0.1139 * v73;
-  const lanes v82 = 0.1369 * v68;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = 31.531000333597984 * v83;
-  const lanes v85 = v80 * v84;
-  const lanes v86 = v77 - v85;
-  const lanes v87 = q_6 * q_6;
-  const lanes v88 = 0.5 * v87;
-  const lanes v89 = v88 - 0.235090075;
-  const lanes v90 = 3.5864898908642604 * v89;
-  const lanes v91 = 0.7671943564657427 - v87;
-  const lanes v92 = v87 - 0.2881530235342572;
-  const lanes v93 = v91 * v92;
-  lanes v94; LANES_NAME(lanes_sqrt)(&v93, &v94);
-  const lanes v95 = 2.341132586374052 * v94;
-  const lanes v96 = v90 + v95;
-  const lanes v97 = 0.1031 - v96;
-  const lanes v98 = 0.6996 * v97;
-  const lanes v99 = 1.7932449454321302 * v94;
-  const lanes v100 = 4.682265172748104 * v89;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = 0.1346 + v101;
-  const lanes v103 = 0.0974 * v102;
-  const lanes v104 = v98 - v103;
-  const lanes v105 = 2.004301551818451 * v104;
-  const lanes v106 = v86 * v105;
-  const lanes v107 = v57 * v84;
-  const lanes v108 = v80 * v76;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = 0.0974 * v97;
-  const lanes v111 = 0.6996 * v102;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = 2.004301551818451 * v112;
-  const lanes v114 = v109 * v113;
-  const lanes v115 = v106 - v114;
-  const lanes v116 = 0.0576 * v115;
-  const lanes v117 = v86 * v113;
-  const lanes v118 = v109 * v105;
-  const lanes v119 = v117 + v118;
-  const lanes v120 = 1.2774 * v119;
-  const lanes v121 = v116 + v120;
-  const lanes v122 = 0.999842782540088 * q_5;
-  const lanes v123 = 0.7858 + v122;
-  const lanes v124 = v123 + 0.00039009554984291347;
-  const lanes v125 = v124 + 0.8200710502393802;
-  const lanes v126 = 13.72316978366506 * v21;
-  const lanes v127 = 0.2860217139510366 * v25;
-  const lanes v128 = v126 - v127;
-  const lanes v129 = v128 * v47;
-  const lanes v130 = 13.72316978366506 * v25;
-  const lanes v131 = 0.2860217139510366 * v21;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v132 * v55;
-  const lanes v134 = v129 - v133;
-  const lanes v135 = v134 * v76;
-  const lanes v136 = v128 * v55;
-  const lanes v137 = v132 * v47;
-  const lanes v138 = v136 + v137;
-  const lanes v139 = v138 * v84;
-  const lanes v140 = v135 - v139;
-  const lanes v141 = v125 * v140;
-  const lanes v142 = 0.01773161590195061 * q_5;
-  const lanes v143 = 0.021996541215881935 - v142;
-  const lanes v144 = v143 - 0.014543471362779892;
-  const lanes v145 = v134 * v84;
-  const lanes v146 = v138 * v76;
-  const lanes v147 = v145 + v146;
-  const lanes v148 = v144 * v147;
-  const lanes v149 = v141 + v148;
-  const lanes v150 = v121 + v149;
-  const lanes v151 = 0.9997828710780122 * q_3;
-  const lanes v152 = 0.756 + v151;
-  const lanes v153 = v152 + 0.0011710800314968948;
-  const lanes v154 = v153 + 0.8571138553751799;
-  const lanes v155 = 13.726150127845361 * v21;
-  const lanes v156 = v155 * v47;
-  const lanes v157 = 13.726150127845361 * v25;
-  const lanes v158 = v157 * v55;
-  const lanes v159 = v156 - v158;
-  const lanes v160 = v154 * v159;
-  const lanes v161 = 0.020837722980371797 * q_3;
-  const lanes v162 = 0.05618779735458429 - v161;
-  const lanes v163 = v162 - 0.017864179911072742;
-  const lanes v164 = v155 * v55;
-  const lanes v165 = v157 * v47;
-  const lanes v166 = v164 + v165;
-  const lanes v167 = v163 * v166;
-  const lanes v168 = v160 + v167;
-  const lanes v169 = v150 + v168;
-  const lanes v170 = 13.296521628843802 * v21;
-  const lanes v171 = v169 + v170;
-  const lanes v172 = v115 * v171;
-  const lanes v173 = 1.2774 * v115;
-  const lanes v174 = 0.0576 * v119;
-  const lanes v175 = v173 - v174;
-  const lanes v176 = v144 * v140;
-  const lanes v177 = v125 * v147;
-  const lanes v178 = v176 - v177;
-  const lanes v179 = v175 + v178;
-  const lanes v180 = v163 * v159;
-  const lanes v181 = v154 * v166;
-  const lanes v182 = v180 - v181;
-  const lanes v183 = v179 + v182;
-  const lanes v184 = 13.296521628843802 * v25;
-  const lanes v185 = v183 - v184;
-  const lanes v186 = v119 * v185;
-  const lanes v187 = v172 - v186;
-  const lanes v188 = v7 * v187;
-  const lanes v189 = -v188;
-  out[1] = v189;
-  const lanes v190 = 0.5 * v32;
-  const lanes v191 = q_2 / v190;
-  const lanes v192 = v115 * v169;
-  const lanes v193 = v119 * v183;
-  const lanes v194 = v192 - v193;
-  const lanes v195 = v191 * v194;
-  const lanes v196 = -v195;
-  out[2] = v196;
-  const lanes v197 = 0.9997828710780122 * v159;
-  const lanes v198 = 0.020837722980371797 * v166;
-  const lanes v199 = v197 - v198;
-  const lanes v200 = v119 * v199;
-  const lanes v201 = 0.9997828710780122 * v166;
-  const lanes v202 = 0.020837722980371797 * v159;
-  const lanes v203 = v201 + v202;
-  const lanes v204 = v115 * v203;
-  const lanes v205 = v200 - v204;
-  out[3] = v205;
-  const lanes v206 = 0.5 * v62;
-  const lanes v207 = q_4 / v206;
-  const lanes v208 = v115 * v150;
-  const lanes v209 = v119 * v179;
-  const lanes v210 = v208 - v209;
-  const lanes v211 = v207 * v210;
-  const lanes v212 = -v211;
-  out[4] = v212;
-  const lanes v213 = 0.999842782540088 * v140;
-  const lanes v214 = 0.01773161590195061 * v147;
-  const lanes v215 = v213 - v214;
-  const lanes v216 = v119 * v215;
-  const lanes v217 = 0.999842782540088 * v147;
-  const lanes v218 = 0.01773161590195061 * v140;
-  const lanes v219 = v217 + v218;
-  const lanes v220 = v115 * v219;
-  const lanes v221 = v216 - v220;
-  out[5] = v221;
-  const lanes v222 = 0.5 * v94;
-  const lanes v223 = q_6 / v222;
-  const lanes v224 = 0.0576 * v223;
-  const lanes v225 = -v224;
-  out[6] = v225;
-  out[7] = LANES_OF(0.0);
-  const lanes v226 = v119 * v171;
-  const lanes v227 = v115 * v185;
-  const lanes v228 = v226 + v227;
-  const lanes v229 = v7 * v228;
-  const lanes v230 = -v229;
-  out[8] = v230;
-  const lanes v231 = v119 * v169;
-  const lanes v232 = v115 * v183;
-  const lanes v233 = v231 + v232;
-  const lanes v234 = v191 * v233;
-  const lanes v235 = -v234;
-  out[9] = v235;
-  const lanes v236 = v119 * v203;
-  const lanes v237 = v115 * v199;
-  const lanes v238 = v236 + v237;
-  const lanes v239 = -v238;
-  out[10] = v239;
-  const lanes v240 = v119 * v150;
-  const lanes v241 = v115 * v179;
-  const lanes v242 = v240 + v241;
-  const lanes v243 = v207 * v242;
-  const lanes v244 = -v243;
-  out[11] = v244;
-  const lanes v245 = v119 * v219;
-  const lanes v246 = v115 * v215;
-  const lanes v247 = v245 + v246;
-  const lanes v248 = -v247;
-  out[12] = v248;
-  const lanes v249 = 1.2774 * v223;
-  const lanes v250 = -v249;
-  out[13] = v250;
-  const lanes v251 = -v171;
-  out[14] = v251;
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = v115;
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = v119;
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
+  const lanes v1 = q_1 * q_1, v2 = 1.3215098366089841 - v1, v3 = v1 - 0.3717842633910159,
+      v4 = v2 * v3;
+  LANES_LET1(v5, sqrt, v4);
+  const lanes v6 = 0.5 * v5, v7 = q_1 / v6, v8 = 0.05518268758582475 * v5, v9 = 0.5 * v1,
+      v10 = 0.386896705 + v9, v11 = v10 - 0.03642682, v12 = 1.1314389456999898 * v11,
+      v13 = v8 + v12, v14 = v13 - 0.8755, v15 = 0.1708 * v14, v16 = 0.1103653751716495 * v11,
+      v17 = 0.5657194728499949 * v5, v18 = v16 - v17, v19 = v18 - 0.0854, v20 = 0.209 * v19,
+      v21 = v15 - v20, v22 = 13.726150127845361 * v21, v23 = q_2 * q_2,
+      v24 = 1.0578131478133972 - v23, v25 = v23 - 0.38743535218660285, v26 = v24 * v25;
+  LANES_LET1(v27, sqrt, v26);
+  const lanes v28 = 0.577777986497283 * v27, v29 = 0.5 * v23, v30 = 0.3407018 + v29,
+      v31 = v30 - 0.020610325, v32 = 0.3636611253594786 * v31, v33 = v28 - v32, v34 = 0.2478 + v33,
+      v35 = 0.0991 * v34, v36 = 1.155555972994566 * v31, v37 = 0.1818305626797393 * v27,
+      v38 = v36 + v37, v39 = v38 - 0.7874, v40 = 0.1772 * v39, v41 = v35 - v40,
+      v42 = 24.259685376140357 * v41, v43 = v22 * v42, v44 = 0.209 * v14, v45 = 0.1708 * v19,
+      v46 = v44 + v45, v47 = 13.726150127845361 * v46, v48 = 0.1772 * v34, v49 = 0.0991 * v39,
+      v50 = v48 + v49, v51 = 24.259685376140357 * v50, v52 = v47 * v51, v53 = v43 - v52,
+      v54 = 0.9992562012543986 * v53, v55 = v22 * v51, v56 = v47 * v42, v57 = v55 + v56,
+      v58 = 0.03856221278179919 * v57, v59 = v54 - v58, v60 = q_4 * q_4,
+      v61 = 0.702936602426126 - v60, v62 = v60 - 0.23255545757387405, v63 = v61 * v62;
+  LANES_LET1(v64, sqrt, v63);
+  const lanes v65 = 0.7466208668870286 * v64, v66 = 0.5 * v60, v67 = 0.202158195 + v66,
+      v68 = 0.2522755194519218 * v67, v69 = v65 - v68, v70 = 0.11 + v69, v71 = 0.1139 * v70,
+      v72 = 0.1261377597259609 * v64, v73 = 1.4932417337740571 * v67, v74 = v72 + v73,
+      v75 = v74 - 0.6511, v76 = 0.1369 * v75, v77 = v71 - v76, v78 = 31.531000333597984 * v77,
+      v79 = v59 * v78, v80 = 0.9992562012543986 * v57, v81 = 0.03856221278179919 * v53,
+      v82 = v80 + v81, v83 = 0.1139 * v75, v84 = 0.1369 * v70, v85 = v83 + v84,
+      v86 = 31.531000333597984 * v85, v87 = v82 * v86, v88 = v79 - v87, v89 = q_6 * q_6,
+      v90 = 0.5 * v89, v91 = v90 - 0.235090075, v92 = 3.5864898908642604 * v91,
+      v93 = 0.7671943564657427 - v89, v94 = v89 - 0.2881530235342572, v95 = v93 * v94;
+  LANES_LET1(v96, sqrt, v95);
+  const lanes v97 = 2.341132586374052 * v96, v98 = v92 + v97, v99 = 0.1031 - v98,
+      v100 = 0.6996 * v99, v101 = 1.7932449454321302 * v96, v102 = 4.682265172748104 * v91,
+      v103 = v101 - v102, v104 = 0.1346 + v103, v105 = 0.0974 * v104, v106 = v100 - v105,
+      v107 = 2.004301551818451 * v106, v108 = v88 * v107, v109 = v59 * v86, v110 = v82 * v78,
+      v111 = v109 + v110, v112 = 0.0974 * v99, v113 = 0.6996 * v104, v114 = v112 + v113,
+      v115 = 2.004301551818451 * v114, v116 = v111 * v115, v117 = v108 - v116, v118 = 0.0576 * v117,
+      v119 = v88 * v115, v120 = v111 * v107, v121 = v119 + v120, v122 = 1.2774 * v121,
+      v123 = v118 + v122, v124 = 0.999842782540088 * q_5, v125 = 0.7858 + v124,
+      v126 = v125 + 0.00039009554984291347, v127 = v126 + 0.8200710502393802,
+      v128 = 0.9997828710780122 * v53, v129 = 0.020837722980371797 * v57, v130 = v128 - v129,
+      v131 = v130 * v78, v132 = 0.9997828710780122 * v57, v133 = 0.020837722980371797 * v53,
+      v134 = v132 + v133, v135 = v134 * v86, v136 = v131 - v135, v137 = v127 * v136,
+      v138 = 0.01773161590195061 * q_5, v139 = 0.021996541215881935 - v138,
+      v140 = v139 - 0.014543471362779892, v141 = v130 * v86, v142 = v134 * v78, v143 = v141 + v142,
+      v144 = v140 * v143, v145 = v137 + v144, v146 = v123 + v145, v147 = 0.9997828710780122 * q_3,
+      v148 = 0.756 + v147, v149 = v148 + 0.0011710800314968948, v150 = v149 + 0.8571138553751799,
+      v151 = v150 * v53, v152 = 0.020837722980371797 * q_3, v153 = 0.05618779735458429 - v152,
+      v154 = v153 - 0.017864179911072742, v155 = v154 * v57, v156 = v151 + v155, v157 = v146 + v156,
+      v158 = 13.296521628843802 * v21, v159 = v157 + v158, v160 = v117 * v159, v161 = 1.2774 * v117,
+      v162 = 0.0576 * v121, v163 = v161 - v162, v164 = v140 * v136, v165 = v127 * v143,
+      v166 = v164 - v165, v167 = v163 + v166, v168 = v154 * v53, v169 = v150 * v57,
+      v170 = v168 - v169, v171 = v167 + v170, v172 = 13.296521628843802 * v46, v173 = v171 - v172,
+      v174 = v121 * v173, v175 = v160 - v174, v176 = v7 * v175, v177 = -v176;
+  out[1] = v177;
+  const lanes v178 = 0.5 * v27, v179 = q_2 / v178, v180 = v117 * v157, v181 = v121 * v171,
+      v182 = v180 - v181, v183 = v179 * v182, v184 = -v183;
+  out[2] = v184;
+  const lanes v185 = v130 * v121, v186 = v134 * v117, v187 = v185 - v186;
+  out[3] = v187;
+  const lanes v188 = 0.5 * v64, v189 = q_4 / v188, v190 = v117 * v146, v191 = v121 * v167,
+      v192 = v190 - v191, v193 = v189 * v192, v194 = -v193;
+  out[4] = v194;
+  const lanes v195 = 0.999842782540088 * v136, v196 = 0.01773161590195061 * v143,
+      v197 = v195 - v196, v198 = v121 * v197, v199 = 0.999842782540088 * v143,
+      v200 = 0.01773161590195061 * v136, v201 = v199 + v200, v202 = v117 * v201, v203 = v198 - v202;
+  out[5] = v203;
+  const lanes v204 = 0.5 * v96, v205 = q_6 / v204, v206 = 0.0576 * v205, v207 = -v206;
+  out[6] = v207; out[7] = LANES_OF(0.0);
+  const lanes v208 = v121 * v159, v209 = v117 * v173, v210 = v208 + v209, v211 = v7 * v210,
+      v212 = -v211;
+  out[8] = v212;
+  const lanes v213 = v121 * v157, v214 = v117 * v171, v215 = v213 + v214, v216 = v179 * v215,
+      v217 = -v216;
+  out[9] = v217;
+  const lanes v218 = v130 * v117, v219 = v134 * v121, v220 = v218 + v219, v221 = -v220;
+  out[10] = v221;
+  const lanes v222 = v121 * v146, v223 = v117 * v167, v224 = v222 + v223, v225 = v189 * v224,
+      v226 = -v225;
+  out[11] = v226;
+  const lanes v227 = v121 * v201, v228 = v117 * v197, v229 = v227 + v228, v230 = -v229;
+  out[12] = v230;
+  const lanes v231 = 1.2774 * v205, v232 = -v231;
+  out[13] = v232;
+  const lanes v233 = -v159;
+  out[14] = v233; out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
+  out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0); out[21] = v117;
+  out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0);
+  out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0); out[28] = v121;
+  out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0);
   out[35] = LANES_OF(0.0);
-  const lanes v252 = -v7;
-  out[36] = v252;
-  const lanes v253 = -v191;
-  out[37] = v253;
-  out[38] = LANES_OF(0.0);
-  const lanes v254 = -v207;
-  out[39] = v254;
-  out[40] = LANES_OF(0.0);
-  const lanes v255 = -v223;
-  out[41] = v255;
+  const lanes v234 = -v7;
+  out[36] = v234;
+  const lanes v235 = -v179;
+  out[37] = v235; out[38] = LANES_OF(0.0);
+  const lanes v236 = -v189;
+  out[39] = v236; out[40] = LANES_OF(0.0);
+  const lanes v237 = -v205;
+  out[41] = v237;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_jacobian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 1.3215098366089841 - v3;
-  const lanes v5 = v3 - 0.3717842633910159;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.05518268758582475 * v7;
-  const lanes v9 = 0.5 * v3;
-  const lanes v10 = 0.386896705 + v9;
-  const lanes v11 = v10 - 0.03642682;
-  const lanes v12 = 1.1314389456999898 * v11;
-  const lanes v13 = v8 + v12;
-  const lanes v14 = v13 - 0.8755;
-  const lanes v15 = 0.1708 * v14;
-  const lanes v16 = 0.1103653751716495 * v11;
-  const lanes v17 = 0.5657194728499949 * v7;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 - 0.0854;
-  const lanes v20 = 0.209 * v19;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 13.715940634598335 * v21;
-  const lanes v23 = 0.209 * v14;
-  const lanes v24 = 0.1708 * v19;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.529310721904893 * v25;
-  const lanes v27 = v22 - v26;
-  const lanes v28 = q_2 * q_2;
-  const lanes v29 = 1.0578131478133972 - v28;
-  const lanes v30 = v28 - 0.38743535218660285;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.577777986497283 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 0.3407018 + v34;
-  const lanes v36 = v35 - 0.020610325;
-  const lanes v37 = 0.3636611253594786 * v36;
-  const lanes v38 = v33 - v37;
-  const lanes v39 = 0.2478 + v38;
-  const lanes v40 = 0.0991 * v39;
-  const lanes v41 = 1.155555972994566 * v36;
-  const lanes v42 = 0.1818305626797393 * v32;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = v43 - 0.7874;
-  const lanes v45 = 0.1772 * v44;
-  const lanes v46 = v40 - v45;
-  const lanes v47 = 24.259685376140357 * v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = 13.715940634598335 * v25;
-  const lanes v50 = 0.529310721904893 * v21;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = 0.1772 * v39;
-  const lanes v53 = 0.0991 * v44;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 24.259685376140357 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v48 - v56;
-  const lanes v58 = q_4 * q_4;
-  const lanes v59 = 0.702936602426126 - v58;
-  const lanes v60 = v58 - 0.23255545757387405;
-  const lanes v61 = v59 * v60;
-  lanes v62; LANES_NAME(lanes_sqrt)(&v61, &v62);
-  const lanes v63 = 0.7466208668870286 * v62;
-  const lanes v64 = 0.5 * v58;
-  const lanes v65 = 0.202158195 + v64;
-  const lanes v66 = 0.2522755194519218 * v65;
-  const lanes v67 = v63 - v66;
-  const lanes v68 = 0.11 + v67;
-  const lanes v69 = 0.1139 * v68;
-  const lanes v70 = 0.1261377597259609 * v62;
-  const lanes v71 = 1.4932417337740571 * v65;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v72 - 0.6511;
-  const lanes v74 = 0.1369 * v73;
-  const lanes v75 = v69 - v74;
-  const lanes v76 = 31.531000333597984 * v75;
-  const lanes v77 = v57 * v76;
-  const lanes v78 = v27 * v55;
-  const lanes v79 = v51 * v47;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = 0.1139 * v73;
-  const lanes v82 = 0.1369 * v68;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = 31.531000333597984 * v83;
-  const lanes v85 = v80 * v84;
-  const lanes v86 = v77 - v85;
-  const lanes v87 = q_6 * q_6;
-  const lanes v88 = 0.5 * v87;
-  const lanes v89 = v88 - 0.235090075;
-  const lanes v90 = 3.5864898908642604 * v89;
-  const lanes v91 = 0.7671943564657427 - v87;
-  const lanes v92 = v87 - 0.2881530235342572;
-  const lanes v93 = v91 * v92;
-  lanes v94; LANES_NAME(lanes_sqrt)(&v93, &v94);
-  const lanes v95 = 2.341132586374052 * v94;
-  const lanes v96 = v90 + v95;
-  const lanes v97 = 0.1031 - v96;
-  const lanes v98 = 0.6996 * v97;
-  const lanes v99 = 1.7932449454321302 * v94;
-  const lanes v100 = 4.682265172748104 * v89;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = 0.1346 + v101;
-  const lanes v103 = 0.0974 * v102;
-  const lanes v104 = v98 - v103;
-  const lanes v105 = 2.004301551818451 * v104;
-  const lanes v106 = v86 * v105;
-  const lanes v107 = v57 * v84;
-  const lanes v108 = v80 * v76;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = 0.0974 * v97;
-  const lanes v111 = 0.6996 * v102;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = 2.004301551818451 * v112;
-  const lanes v114 = v109 * v113;
-  const lanes v115 = v106 - v114;
-  const lanes v116 = 0.0576 * v115;
-  const lanes v117 = v86 * v113;
-  const lanes v118 = v109 * v105;
-  const lanes v119 = v117 + v118;
-  const lanes v120 = 1.2774 * v119;
-  const lanes v121 = v116 + v120;
-  const lanes v122 = 0.999842782540088 * q_5;
-  const lanes v123 = 0.7858 + v122;
-  const lanes v124 = v123 + 0.00039009554984291347;
-  const lanes v125 = v124 + 0.8200710502393802;
-  const lanes v126 = 13.72316978366506 * v21;
-  const lanes v127 = 0.2860217139510366 * v25;
-  const lanes v128 = v126 - v127;
-  const lanes v129 = v128 * v47;
-  const lanes v130 = 13.72316978366506 * v25;
-  const lanes v131 = 0.2860217139510366 * v21;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v132 * v55;
-  const lanes v134 = v129 - v133;
-  const lanes v135 = v134 * v76;
-  const lanes v136 = v128 * v55;
-  const lanes v137 = v132 * v47;
-  const lanes v138 = v136 + v137;
-  const lanes v139 = v138 * v84;
-  const lanes v140 = v135 - v139;
-  const lanes v141 = v125 * v140;
-  const lanes v142 = 0.01773161590195061 * q_5;
-  const lanes v143 = 0.021996541215881935 - v142;
-  const lanes v144 = v143 - 0.014543471362779892;
-  const lanes v145 = v134 * v84;
-  const lanes v146 = v138 * v76;
-  const lanes v147 = v145 + v146;
-  const lanes v148 = v144 * v147;
-  const lanes v149 = v141 + v148;
-  const lanes v150 = v121 + v149;
-  const lanes v151 = 0.9997828710780122 * q_3;
-  const lanes v152 = 0.756 + v151;
-  const lanes v153 = v152 + 0.0011710800314968948;
-  const lanes v154 = v153 + 0.8571138553751799;
-  const lanes v155 = 13.726150127845361 * v21;
-  const lanes v156 = v155 * v47;
-  const lanes v157 = 13.726150127845361 * v25;
-  const lanes v158 = v157 * v55;
-  const lanes v159 = v156 - v158;
-  const lanes v160 = v154 * v159;
-  const lanes v161 = 0.020837722980371797 * q_3;
-  const lanes v162 = 0.05618779735458429 - v161;
-  const lanes v163 = v162 - 0.017864179911072742;
-  const lanes v164 = v155 * v55;
-  const lanes v165 = v157 * v47;
-  const lanes v166 = v164 + v165;
-  const lanes v167 = v163 * v166;
-  const lanes v168 = v160 + v167;
-  const lanes v169 = v150 + v168;
-  const lanes v170 = 13.296521628843802 * v21;
-  const lanes v171 = v169 + v170;
-  const lanes v172 = v1 * v171;
-  const lanes v173 = -v172;
-  out[0] = v173;
-  const lanes v174 = 1.2774 * v115;
-  const lanes v175 = 0.0576 * v119;
-  const lanes v176 = v174 - v175;
-  const lanes v177 = v144 * v140;
-  const lanes v178 = v125 * v147;
-  const lanes v179 = v177 - v178;
-  const lanes v180 = v176 + v179;
-  const lanes v181 = v163 * v159;
-  const lanes v182 = v154 * v166;
-  const lanes v183 = v181 - v182;
-  const lanes v184 = v180 + v183;
-  const lanes v185 = 13.296521628843802 * v25;
-  const lanes v186 = v184 - v185;
-  const lanes v187 = v2 * v186;
-  const lanes v188 = 0.5 * v7;
-  const lanes v189 = q_1 / v188;
-  const lanes v190 = v187 * v189;
-  out[1] = v190;
-  const lanes v191 = v2 * v184;
-  const lanes v192 = 0.5 * v32;
-  const lanes v193 = q_2 / v192;
-  const lanes v194 = v191 * v193;
-  out[2] = v194;
-  const lanes v195 = 0.9997828710780122 * v159;
-  const lanes v196 = 0.020837722980371797 * v166;
-  const lanes v197 = v195 - v196;
-  const lanes v198 = v2 * v197;
-  out[3] = v198;
-  const lanes v199 = v2 * v180;
-  const lanes v200 = 0.5 * v62;
-  const lanes v201 = q_4 / v200;
-  const lanes v202 = v199 * v201;
-  out[4] = v202;
-  const lanes v203 = 0.999842782540088 * v140;
-  const lanes v204 = 0.01773161590195061 * v147;
-  const lanes v205 = v203 - v204;
-  const lanes v206 = v2 * v205;
-  out[5] = v206;
-  const lanes v207 = v2 * v176;
-  const lanes v208 = 0.5 * v94;
-  const lanes v209 = q_6 / v208;
-  const lanes v210 = v207 * v209;
-  out[6] = v210;
-  const lanes v211 = v2 * v171;
-  out[7] = v211;
-  const lanes v212 = v1 * v186;
-  const lanes v213 = v212 * v189;
-  out[8] = v213;
-  const lanes v214 = v1 * v184;
-  const lanes v215 = v214 * v193;
-  out[9] = v215;
-  const lanes v216 = v1 * v197;
-  out[10] = v216;
-  const lanes v217 = v1 * v180;
-  const lanes v218 = v217 * v201;
-  out[11] = v218;
-  const lanes v219 = v1 * v205;
-  out[12] = v219;
-  const lanes v220 = v1 * v176;
-  const lanes v221 = v220 * v209;
-  out[13] = v221;
-  out[14] = LANES_OF(0.0);
-  const lanes v222 = v171 * v189;
-  const lanes v223 = -v222;
-  out[15] = v223;
-  const lanes v224 = v169 * v193;
-  const lanes v225 = -v224;
-  out[16] = v225;
-  const lanes v226 = 0.9997828710780122 * v166;
-  const lanes v227 = 0.020837722980371797 * v159;
-  const lanes v228 = v226 + v227;
-  const lanes v229 = -v228;
-  out[17] = v229;
-  const lanes v230 = v150 * v201;
-  const lanes v231 = -v230;
-  out[18] = v231;
-  const lanes v232 = 0.999842782540088 * v147;
-  const lanes v233 = 0.01773161590195061 * v140;
-  const lanes v234 = v232 + v233;
-  const lanes v235 = -v234;
-  out[19] = v235;
-  const lanes v236 = v121 * v209;
-  const lanes v237 = -v236;
-  out[20] = v237;
-  out[21] = LANES_OF(0.0);
-  const lanes v238 = v1 * v189;
-  const lanes v239 = -v238;
-  out[22] = v239;
-  const lanes v240 = v1 * v193;
-  const lanes v241 = -v240;
-  out[23] = v241;
-  out[24] = LANES_OF(0.0);
-  const lanes v242 = v1 * v201;
-  const lanes v243 = -v242;
-  out[25] = v243;
-  out[26] = LANES_OF(0.0);
-  const lanes v244 = v1 * v209;
-  const lanes v245 = -v244;
-  out[27] = v245;
-  out[28] = LANES_OF(0.0);
-  const lanes v246 = v2 * v189;
-  out[29] = v246;
-  const lanes v247 = v2 * v193;
-  out[30] = v247;
-  out[31] = LANES_OF(0.0);
-  const lanes v248 = v2 * v201;
-  out[32] = v248;
-  out[33] = LANES_OF(0.0);
-  const lanes v249 = v2 * v209;
-  out[34] = v249;
-  out[35] = LANES_OF(1.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
-  out[38] = LANES_OF(0.0);
-  out[39] = LANES_OF(0.0);
-  out[40] = LANES_OF(0.0);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6];
+  LANES_COS_SIN(v2, v1, q_0);
+  const lanes v3 = q_1 * q_1, v4 = 1.3215098366089841 - v3, v5 = v3 - 0.3717842633910159,
+      v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.05518268758582475 * v7, v9 = 0.5 * v3, v10 = 0.386896705 + v9,
+      v11 = v10 - 0.03642682, v12 = 1.1314389456999898 * v11, v13 = v8 + v12, v14 = v13 - 0.8755,
+      v15 = 0.1708 * v14, v16 = 0.1103653751716495 * v11, v17 = 0.5657194728499949 * v7,
+      v18 = v16 - v17, v19 = v18 - 0.0854, v20 = 0.209 * v19, v21 = v15 - v20,
+      v22 = 13.726150127845361 * v21, v23 = q_2 * q_2, v24 = 1.0578131478133972 - v23,
+      v25 = v23 - 0.38743535218660285, v26 = v24 * v25;
+  LANES_LET1(v27, sqrt, v26);
+  const lanes v28 = 0.577777986497283 * v27, v29 = 0.5 * v23, v30 = 0.3407018 + v29,
+      v31 = v30 - 0.020610325, v32 = 0.3636611253594786 * v31, v33 = v28 - v32, v34 = 0.2478 + v33,
+      v35 = 0.0991 * v34, v36 = 1.155555972994566 * v31, v37 = 0.1818305626797393 * v27,
+      v38 = v36 + v37, v39 = v38 - 0.7874, v40 = 0.1772 * v39, v41 = v35 - v40,
+      v42 = 24.259685376140357 * v41, v43 = v22 * v42, v44 = 0.209 * v14, v45 = 0.1708 * v19,
+      v46 = v44 + v45, v47 = 13.726150127845361 * v46, v48 = 0.1772 * v34, v49 = 0.0991 * v39,
+      v50 = v48 + v49, v51 = 24.259685376140357 * v50, v52 = v47 * v51, v53 = v43 - v52,
+      v54 = 0.9992562012543986 * v53, v55 = v22 * v51, v56 = v47 * v42, v57 = v55 + v56,
+      v58 = 0.03856221278179919 * v57, v59 = v54 - v58, v60 = q_4 * q_4,
+      v61 = 0.702936602426126 - v60, v62 = v60 - 0.23255545757387405, v63 = v61 * v62;
+  LANES_LET1(v64, sqrt, v63);
+  const lanes v65 = 0.7466208668870286 * v64, v66 = 0.5 * v60, v67 = 0.202158195 + v66,
+      v68 = 0.2522755194519218 * v67, v69 = v65 - v68, v70 = 0.11 + v69, v71 = 0.1139 * v70,
+      v72 = 0.1261377597259609 * v64, v73 = 1.4932417337740571 * v67, v74 = v72 + v73,
+      v75 = v74 - 0.6511, v76 = 0.1369 * v75, v77 = v71 - v76, v78 = 31.531000333597984 * v77,
+      v79 = v59 * v78, v80 = 0.9992562012543986 * v57, v81 = 0.03856221278179919 * v53,
+      v82 = v80 + v81, v83 = 0.1139 * v75, v84 = 0.1369 * v70, v85 = v83 + v84,
+      v86 = 31.531000333597984 * v85, v87 = v82 * v86, v88 = v79 - v87, v89 = q_6 * q_6,
+      v90 = 0.5 * v89, v91 = v90 - 0.235090075, v92 = 3.5864898908642604 * v91,
+      v93 = 0.7671943564657427 - v89, v94 = v89 - 0.2881530235342572, v95 = v93 * v94;
+  LANES_LET1(v96, sqrt, v95);
+  const lanes v97 = 2.341132586374052 * v96, v98 = v92 + v97, v99 = 0.1031 - v98,
+      v100 = 0.6996 * v99, v101 = 1.7932449454321302 * v96, v102 = 4.682265172748104 * v91,
+      v103 = v101 - v102, v104 = 0.1346 + v103, v105 = 0.0974 * v104, v106 = v100 - v105,
+      v107 = 2.004301551818451 * v106, v108 = v88 * v107, v109 = v59 * v86, v110 = v82 * v78,
+      v111 = v109 + v110, v112 = 0.0974 * v99, v113 = 0.6996 * v104, v114 = v112 + v113,
+      v115 = 2.004301551818451 * v114, v116 = v111 * v115, v117 = v108 - v116, v118 = 0.0576 * v117,
+      v119 = v88 * v115, v120 = v111 * v107, v121 = v119 + v120, v122 = 1.2774 * v121,
+      v123 = v118 + v122, v124 = 0.999842782540088 * q_5, v125 = 0.7858 + v124,
+      v126 = v125 + 0.00039009554984291347, v127 = v126 + 0.8200710502393802,
+      v128 = 0.9997828710780122 * v53, v129 = 0.020837722980371797 * v57, v130 = v128 - v129,
+      v131 = v130 * v78, v132 = 0.9997828710780122 * v57, v133 = 0.020837722980371797 * v53,
+      v134 = v132 + v133, v135 = v134 * v86, v136 = v131 - v135, v137 = v127 * v136,
+      v138 = 0.01773161590195061 * q_5, v139 = 0.021996541215881935 - v138,
+      v140 = v139 - 0.014543471362779892, v141 = v130 * v86, v142 = v134 * v78, v143 = v141 + v142,
+      v144 = v140 * v143, v145 = v137 + v144, v146 = v123 + v145, v147 = 0.9997828710780122 * q_3,
+      v148 = 0.756 + v147, v149 = v148 + 0.0011710800314968948, v150 = v149 + 0.8571138553751799,
+      v151 = v150 * v53, v152 = 0.020837722980371797 * q_3, v153 = 0.05618779735458429 - v152,
+      v154 = v153 - 0.017864179911072742, v155 = v154 * v57, v156 = v151 + v155, v157 = v146 + v156,
+      v158 = 13.296521628843802 * v21, v159 = v157 + v158, v160 = v1 * v159, v161 = -v160;
+  out[0] = v161;
+  const lanes v162 = 1.2774 * v117, v163 = 0.0576 * v121, v164 = v162 - v163, v165 = v140 * v136,
+      v166 = v127 * v143, v167 = v165 - v166, v168 = v164 + v167, v169 = v154 * v53,
+      v170 = v150 * v57, v171 = v169 - v170, v172 = v168 + v171, v173 = 13.296521628843802 * v46,
+      v174 = v172 - v173, v175 = v2 * v174, v176 = 0.5 * v7, v177 = q_1 / v176, v178 = v175 * v177;
+  out[1] = v178;
+  const lanes v179 = v2 * v172, v180 = 0.5 * v27, v181 = q_2 / v180, v182 = v179 * v181;
+  out[2] = v182;
+  const lanes v183 = v2 * v130;
+  out[3] = v183;
+  const lanes v184 = v2 * v168, v185 = 0.5 * v64, v186 = q_4 / v185, v187 = v184 * v186;
+  out[4] = v187;
+  const lanes v188 = 0.999842782540088 * v136, v189 = 0.01773161590195061 * v143,
+      v190 = v188 - v189, v191 = v2 * v190;
+  out[5] = v191;
+  const lanes v192 = v2 * v164, v193 = 0.5 * v96, v194 = q_6 / v193, v195 = v192 * v194;
+  out[6] = v195;
+  const lanes v196 = v2 * v159;
+  out[7] = v196;
+  const lanes v197 = v1 * v174, v198 = v197 * v177;
+  out[8] = v198;
+  const lanes v199 = v1 * v172, v200 = v199 * v181;
+  out[9] = v200;
+  const lanes v201 = v1 * v130;
+  out[10] = v201;
+  const lanes v202 = v1 * v168, v203 = v202 * v186;
+  out[11] = v203;
+  const lanes v204 = v1 * v190;
+  out[12] = v204;
+  const lanes v205 = v1 * v164, v206 = v205 * v194;
+  out[13] = v206; out[14] = LANES_OF(0.0);
+  const lanes v207 = v159 * v177, v208 = -v207;
+  out[15] = v208;
+  const lanes v209 = v157 * v181, v210 = -v209;
+  out[16] = v210;
+  const lanes v211 = -v134;
+  out[17] = v211;
+  const lanes v212 = v146 * v186, v213 = -v212;
+  out[18] = v213;
+  const lanes v214 = 0.999842782540088 * v143, v215 = 0.01773161590195061 * v136,
+      v216 = v214 + v215, v217 = -v216;
+  out[19] = v217;
+  const lanes v218 = v123 * v194, v219 = -v218;
+  out[20] = v219; out[21] = LANES_OF(0.0);
+  const lanes v220 = v1 * v177, v221 = -v220;
+  out[22] = v221;
+  const lanes v222 = v1 * v181, v223 = -v222;
+  out[23] = v223; out[24] = LANES_OF(0.0);
+  const lanes v224 = v1 * v186, v225 = -v224;
+  out[25] = v225; out[26] = LANES_OF(0.0);
+  const lanes v226 = v1 * v194, v227 = -v226;
+  out[27] = v227; out[28] = LANES_OF(0.0);
+  const lanes v228 = v2 * v177;
+  out[29] = v228;
+  const lanes v229 = v2 * v181;
+  out[30] = v229; out[31] = LANES_OF(0.0);
+  const lanes v230 = v2 * v186;
+  out[32] = v230; out[33] = LANES_OF(0.0);
+  const lanes v231 = v2 * v194;
+  out[34] = v231; out[35] = LANES_OF(1.0); out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0);
+  out[38] = LANES_OF(0.0); out[39] = LANES_OF(0.0); out[40] = LANES_OF(0.0);
   out[41] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_jacobian_space_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&q_0, &v2, &v1);
-  out[0] = LANES_OF(0.0);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 1.3215098366089841 - v3;
-  const lanes v5 = v3 - 0.3717842633910159;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.5 * v7;
-  const lanes v9 = q_1 / v8;
-  const lanes v10 = 1.03 * v1;
-  const lanes v11 = v10 * qd_0;
-  const lanes v12 = v9 * v11;
-  const lanes v13 = 1.03 * v2;
-  const lanes v14 = qd_1 / v8;
-  const lanes v15 = 2.0 * q_1;
-  const lanes v16 = v15 * qd_1;
-  const lanes v17 = v4 * v16;
-  const lanes v18 = v5 * v16;
-  const lanes v19 = v17 - v18;
-  const lanes v20 = 0.25 / v7;
-  const lanes v21 = v19 * v20;
-  const lanes v22 = v8 * v8;
-  const lanes v23 = q_1 / v22;
-  const lanes v24 = v21 * v23;
-  const lanes v25 = v14 - v24;
-  const lanes v26 = v13 * v25;
-  const lanes v27 = v12 - v26;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11],
+      qd_5 = in[12], qd_6 = in[13];
+  LANES_COS_SIN(v2, v1, q_0); out[0] = LANES_OF(0.0);
+  const lanes v3 = q_1 * q_1, v4 = 1.3215098366089841 - v3, v5 = v3 - 0.3717842633910159,
+      v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.5 * v7, v9 = q_1 / v8, v10 = 1.03 * v1, v11 = v10 * qd_0, v12 = v9 * v11,
+      v13 = 1.03 * v2, v14 = qd_1 / v8, v15 = 2.0 * q_1, v16 = v15 * qd_1, v17 = v4 * v16,
+      v18 = v5 * v16, v19 = v17 - v18, v20 = 0.25 / v7, v21 = v19 * v20, v22 = v8 * v8,
+      v23 = q_1 / v22, v24 = v21 * v23, v25 = v14 - v24, v26 = v13 * v25, v27 = v12 - v26;
   out[1] = v27;
-  const lanes v28 = 0.05518268758582475 * v7;
-  const lanes v29 = 0.5 * v3;
-  const lanes v30 = 0.386896705 + v29;
-  const lanes v31 = v30 - 0.03642682;
-  const lanes v32 = 1.1314389456999898 * v31;
-  const lanes v33 = v28 + v32;
-  const lanes v34 = v33 - 0.8755;
-  const lanes v35 = 0.209 * v34;
-  const lanes v36 = 0.1103653751716495 * v31;
-  const lanes v37 = 0.5657194728499949 * v7;
-  const lanes v38 = v36 - v37;
-  const lanes v39 = v38 - 0.0854;
-  const lanes v40 = 0.1708 * v39;
-  const lanes v41 = v35 + v40;
-  const lanes v42 = 13.296521628843802 * v41;
-  const lanes v43 = v42 - 1.03;
-  const lanes v44 = v2 * v43;
-  const lanes v45 = q_2 * q_2;
-  const lanes v46 = 1.0578131478133972 - v45;
-  const lanes v47 = v45 - 0.38743535218660285;
-  const lanes v48 = v46 * v47;
-  lanes v49; LANES_NAME(lanes_sqrt)(&v48, &v49);
-  const lanes v50 = 0.5 * v49;
-  const lanes v51 = qd_2 / v50;
-  const lanes v52 = 2.0 * q_2;
-  const lanes v53 = v52 * qd_2;
-  const lanes v54 = v46 * v53;
-  const lanes v55 = v47 * v53;
-  const lanes v56 = v54 - v55;
-  const lanes v57 = 0.25 / v49;
-  const lanes v58 = v56 * v57;
-  const lanes v59 = v50 * v50;
-  const lanes v60 = q_2 / v59;
-  const lanes v61 = v58 * v60;
-  const lanes v62 = v51 - v61;
-  const lanes v63 = v44 * v62;
-  const lanes v64 = q_2 / v50;
-  const lanes v65 = v1 * v43;
-  const lanes v66 = v65 * qd_0;
-  const lanes v67 = 0.1708 * v34;
-  const lanes v68 = 0.209 * v39;
-  const lanes v69 = v67 - v68;
-  const lanes v70 = 13.296521628843802 * v69;
-  const lanes v71 = q_1 * qd_1;
-  const lanes v72 = v71 / v8;
-  const lanes v73 = v2 * v72;
-  const lanes v74 = v70 * v73;
-  const lanes v75 = v66 - v74;
-  const lanes v76 = v64 * v75;
-  const lanes v77 = v63 - v76;
+  const lanes v28 = 0.05518268758582475 * v7, v29 = 0.5 * v3, v30 = 0.386896705 + v29,
+      v31 = v30 - 0.03642682, v32 = 1.1314389456999898 * v31, v33 = v28 + v32, v34 = v33 - 0.8755,
+      v35 = 0.209 * v34, v36 = 0.1103653751716495 * v31, v37 = 0.5657194728499949 * v7,
+      v38 = v36 - v37, v39 = v38 - 0.0854, v40 = 0.1708 * v39, v41 = v35 + v40,
+      v42 = 13.296521628843802 * v41, v43 = v42 - 1.03, v44 = v2 * v43, v45 = q_2 * q_2,
+      v46 = 1.0578131478133972 - v45, v47 = v45 - 0.38743535218660285, v48 = v46 * v47;
+  LANES_LET1(v49, sqrt, v48);
+  const lanes v50 = 0.5 * v49, v51 = qd_2 / v50, v52 = 2.0 * q_2, v53 = v52 * qd_2, v54 = v46 * v53,
+      v55 = v47 * v53, v56 = v54 - v55, v57 = 0.25 / v49, v58 = v56 * v57, v59 = v50 * v50,
+      v60 = q_2 / v59, v61 = v58 * v60, v62 = v51 - v61, v63 = v44 * v62, v64 = q_2 / v50,
+      v65 = v1 * v43, v66 = v65 * qd_0, v67 = 0.1708 * v34, v68 = 0.209 * v39, v69 = v67 - v68,
+      v70 = 13.296521628843802 * v69, v71 = q_1 * qd_1, v72 = v71 / v8, v73 = v2 * v72,
+      v74 = v70 * v73, v75 = v66 - v74, v76 = v64 * v75, v77 = v63 - v76;
   out[2] = v77;
-  const lanes v78 = 13.726150127845361 * v69;
-  const lanes v79 = 0.577777986497283 * v49;
-  const lanes v80 = 0.5 * v45;
-  const lanes v81 = 0.3407018 + v80;
-  const lanes v82 = v81 - 0.020610325;
-  const lanes v83 = 0.3636611253594786 * v82;
-  const lanes v84 = v79 - v83;
-  const lanes v85 = 0.2478 + v84;
-  const lanes v86 = 0.1772 * v85;
-  const lanes v87 = 1.155555972994566 * v82;
-  const lanes v88 = 0.1818305626797393 * v49;
-  const lanes v89 = v87 + v88;
-  const lanes v90 = v89 - 0.7874;
-  const lanes v91 = 0.0991 * v90;
-  const lanes v92 = v86 + v91;
-  const lanes v93 = 24.259685376140357 * v92;
-  const lanes v94 = v78 * v93;
-  const lanes v95 = 13.726150127845361 * v41;
-  const lanes v96 = 0.0991 * v85;
-  const lanes v97 = 0.1772 * v90;
-  const lanes v98 = v96 - v97;
-  const lanes v99 = 24.259685376140357 * v98;
-  const lanes v100 = v95 * v99;
-  const lanes v101 = v94 + v100;
-  const lanes v102 = 0.9997828710780122 * v101;
-  const lanes v103 = v78 * v99;
-  const lanes v104 = v95 * v93;
-  const lanes v105 = v103 - v104;
-  const lanes v106 = 0.020837722980371797 * v105;
-  const lanes v107 = v102 + v106;
-  const lanes v108 = q_2 * qd_2;
-  const lanes v109 = v108 / v50;
-  const lanes v110 = v2 * v109;
-  const lanes v111 = v73 + v110;
-  const lanes v112 = v107 * v111;
-  const lanes v113 = 0.9997828710780122 * v105;
-  const lanes v114 = 0.020837722980371797 * v101;
-  const lanes v115 = v113 - v114;
-  const lanes v116 = v1 * v115;
-  const lanes v117 = v116 * qd_0;
-  const lanes v118 = v112 + v117;
-  const lanes v119 = -v118;
+  const lanes v78 = 13.726150127845361 * v69, v79 = 0.577777986497283 * v49, v80 = 0.5 * v45,
+      v81 = 0.3407018 + v80, v82 = v81 - 0.020610325, v83 = 0.3636611253594786 * v82,
+      v84 = v79 - v83, v85 = 0.2478 + v84, v86 = 0.1772 * v85, v87 = 1.155555972994566 * v82,
+      v88 = 0.1818305626797393 * v49, v89 = v87 + v88, v90 = v89 - 0.7874, v91 = 0.0991 * v90,
+      v92 = v86 + v91, v93 = 24.259685376140357 * v92, v94 = v78 * v93,
+      v95 = 13.726150127845361 * v41, v96 = 0.0991 * v85, v97 = 0.1772 * v90, v98 = v96 - v97,
+      v99 = 24.259685376140357 * v98, v100 = v95 * v99, v101 = v94 + v100,
+      v102 = 0.9997828710780122 * v101, v103 = v78 * v99, v104 = v95 * v93, v105 = v103 - v104,
+      v106 = 0.020837722980371797 * v105, v107 = v102 + v106, v108 = q_2 * qd_2, v109 = v108 / v50,
+      v110 = v2 * v109, v111 = v73 + v110, v112 = v107 * v111, v113 = 0.9997828710780122 * v105,
+      v114 = 0.020837722980371797 * v101, v115 = v113 - v114, v116 = v1 * v115, v117 = v116 * qd_0,
+      v118 = v112 + v117, v119 = -v118;
   out[3] = v119;
-  const lanes v120 = 0.020837722980371797 * q_3;
-  const lanes v121 = 0.05618779735458429 - v120;
-  const lanes v122 = v121 - 0.017864179911072742;
-  const lanes v123 = v122 * v105;
-  const lanes v124 = 0.9997828710780122 * q_3;
-  const lanes v125 = 0.756 + v124;
-  const lanes v126 = v125 + 0.0011710800314968948;
-  const lanes v127 = v126 + 0.8571138553751799;
-  const lanes v128 = v127 * v101;
-  const lanes v129 = v123 - v128;
-  const lanes v130 = v43 - v129;
-  const lanes v131 = v2 * v130;
-  const lanes v132 = q_4 * q_4;
-  const lanes v133 = 0.702936602426126 - v132;
-  const lanes v134 = v132 - 0.23255545757387405;
-  const lanes v135 = v133 * v134;
-  lanes v136; LANES_NAME(lanes_sqrt)(&v135, &v136);
-  const lanes v137 = 0.5 * v136;
-  const lanes v138 = qd_4 / v137;
-  const lanes v139 = 2.0 * q_4;
-  const lanes v140 = v139 * qd_4;
-  const lanes v141 = v140 * v133;
-  const lanes v142 = v140 * v134;
-  const lanes v143 = v141 - v142;
-  const lanes v144 = 0.25 / v136;
-  const lanes v145 = v143 * v144;
-  const lanes v146 = v137 * v137;
-  const lanes v147 = q_4 / v146;
-  const lanes v148 = v145 * v147;
-  const lanes v149 = v138 - v148;
-  const lanes v150 = v131 * v149;
-  const lanes v151 = q_4 / v137;
-  const lanes v152 = v1 * v130;
-  const lanes v153 = v152 * qd_0;
-  const lanes v154 = v127 * v105;
-  const lanes v155 = v122 * v101;
-  const lanes v156 = v154 + v155;
-  const lanes v157 = v156 + v70;
-  const lanes v158 = v157 * v111;
-  const lanes v159 = v153 - v158;
-  const lanes v160 = v70 * v109;
-  const lanes v161 = v107 * qd_3;
-  const lanes v162 = v160 - v161;
-  const lanes v163 = v2 * v162;
-  const lanes v164 = v159 + v163;
-  const lanes v165 = v151 * v164;
-  const lanes v166 = v150 - v165;
+  const lanes v120 = 0.020837722980371797 * q_3, v121 = 0.05618779735458429 - v120,
+      v122 = v121 - 0.017864179911072742, v123 = v122 * v105, v124 = 0.9997828710780122 * q_3,
+      v125 = 0.756 + v124, v126 = v125 + 0.0011710800314968948, v127 = v126 + 0.8571138553751799,
+      v128 = v127 * v101, v129 = v123 - v128, v130 = v43 - v129, v131 = v2 * v130, v132 = q_4 * q_4,
+      v133 = 0.702936602426126 - v132, v134 = v132 - 0.23255545757387405, v135 = v133 * v134;
+  LANES_LET1(v136, sqrt, v135);
+  const lanes v137 = 0.5 * v136, v138 = qd_4 / v137, v139 = 2.0 * q_4, v140 = v139 * qd_4,
+      v141 = v133 * v140, v142 = v134 * v140, v143 = v141 - v142, v144 = 0.25 / v136,
+      v145 = v143 * v144, v146 = v137 * v137, v147 = q_4 / v146, v148 = v145 * v147,
+      v149 = v138 - v148, v150 = v131 * v149, v151 = q_4 / v137, v152 = v1 * v130,
+      v153 = v152 * qd_0, v154 = v127 * v105, v155 = v122 * v101, v156 = v154 + v155,
+      v157 = v156 + v70, v158 = v157 * v111, v159 = v153 - v158, v160 = v70 * v109,
+      v161 = v107 * qd_3, v162 = v160 - v161, v163 = v2 * v162, v164 = v159 + v163,
+      v165 = v151 * v164, v166 = v150 - v165;
   out[4] = v166;
-  const lanes v167 = 13.72316978366506 * v69;
-  const lanes v168 = 0.2860217139510366 * v41;
-  const lanes v169 = v167 - v168;
-  const lanes v170 = v169 * v99;
-  const lanes v171 = 13.72316978366506 * v41;
-  const lanes v172 = 0.2860217139510366 * v69;
-  const lanes v173 = v171 + v172;
-  const lanes v174 = v173 * v93;
-  const lanes v175 = v170 - v174;
-  const lanes v176 = 0.1261377597259609 * v136;
-  const lanes v177 = 0.5 * v132;
-  const lanes v178 = 0.202158195 + v177;
-  const lanes v179 = 1.4932417337740571 * v178;
-  const lanes v180 = v176 + v179;
-  const lanes v181 = v180 - 0.6511;
-  const lanes v182 = 0.1139 * v181;
-  const lanes v183 = 0.7466208668870286 * v136;
-  const lanes v184 = 0.2522755194519218 * v178;
-  const lanes v185 = v183 - v184;
-  const lanes v186 = 0.11 + v185;
-  const lanes v187 = 0.1369 * v186;
-  const lanes v188 = v182 + v187;
-  const lanes v189 = 31.531000333597984 * v188;
-  const lanes v190 = v175 * v189;
-  const lanes v191 = v169 * v93;
-  const lanes v192 = v173 * v99;
-  const lanes v193 = v191 + v192;
-  const lanes v194 = 0.1139 * v186;
-  const lanes v195 = 0.1369 * v181;
-  const lanes v196 = v194 - v195;
-  const lanes v197 = 31.531000333597984 * v196;
-  const lanes v198 = v193 * v197;
-  const lanes v199 = v190 + v198;
-  const lanes v200 = 0.999842782540088 * v199;
-  const lanes v201 = v175 * v197;
-  const lanes v202 = v193 * v189;
-  const lanes v203 = v201 - v202;
-  const lanes v204 = 0.01773161590195061 * v203;
-  const lanes v205 = v200 + v204;
-  const lanes v206 = q_4 * qd_4;
-  const lanes v207 = v206 / v137;
-  const lanes v208 = v2 * v207;
-  const lanes v209 = v208 + v111;
-  const lanes v210 = v205 * v209;
-  const lanes v211 = 0.999842782540088 * v203;
-  const lanes v212 = 0.01773161590195061 * v199;
-  const lanes v213 = v211 - v212;
-  const lanes v214 = v1 * v213;
-  const lanes v215 = v214 * qd_0;
-  const lanes v216 = v210 + v215;
-  const lanes v217 = -v216;
-  out[5] = v217;
-  const lanes v218 = 0.01773161590195061 * q_5;
-  const lanes v219 = 0.021996541215881935 - v218;
-  const lanes v220 = v219 - 0.014543471362779892;
-  const lanes v221 = v220 * v203;
-  const lanes v222 = 0.999842782540088 * q_5;
-  const lanes v223 = 0.7858 + v222;
-  const lanes v224 = v223 + 0.00039009554984291347;
-  const lanes v225 = v224 + 0.8200710502393802;
-  const lanes v226 = v225 * v199;
-  const lanes v227 = v221 - v226;
-  const lanes v228 = v130 - v227;
-  const lanes v229 = v2 * v228;
-  const lanes v230 = q_6 * q_6;
-  const lanes v231 = 0.7671943564657427 - v230;
-  const lanes v232 = v230 - 0.2881530235342572;
-  const lanes v233 = v231 * v232;
-  lanes v234; LANES_NAME(lanes_sqrt)(&v233, &v234);
-  const lanes v235 = 0.5 * v234;
-  const lanes v236 = qd_6 / v235;
-  const lanes v237 = 2.0 * q_6;
-  const lanes v238 = v237 * qd_6;
-  const lanes v239 = v238 * v231;
-  const lanes v240 = v238 * v232;
-  const lanes v241 = v239 - v240;
-  const lanes v242 = 0.25 / v234;
-  const lanes v243 = v241 * v242;
-  const lanes v244 = v235 * v235;
-  const lanes v245 = q_6 / v244;
-  const lanes v246 = v243 * v245;
-  const lanes v247 = v236 - v246;
-  const lanes v248 = v229 * v247;
-  const lanes v249 = q_6 / v235;
-  const lanes v250 = v1 * v228;
-  const lanes v251 = v250 * qd_0;
-  const lanes v252 = v225 * v203;
-  const lanes v253 = v220 * v199;
-  const lanes v254 = v252 + v253;
-  const lanes v255 = v254 + v157;
-  const lanes v256 = v255 * v209;
-  const lanes v257 = v251 - v256;
-  const lanes v258 = v157 * v207;
-  const lanes v259 = v258 + v162;
-  const lanes v260 = v205 * qd_5;
-  const lanes v261 = v259 - v260;
-  const lanes v262 = v2 * v261;
-  const lanes v263 = v257 + v262;
-  const lanes v264 = v249 * v263;
-  const lanes v265 = v248 - v264;
-  out[6] = v265;
-  out[7] = LANES_OF(0.0);
-  const lanes v266 = v13 * qd_0;
-  const lanes v267 = v9 * v266;
-  const lanes v268 = v10 * v25;
-  const lanes v269 = v267 + v268;
-  const lanes v270 = -v269;
-  out[8] = v270;
-  const lanes v271 = v1 * v72;
-  const lanes v272 = v70 * v271;
-  const lanes v273 = v44 * qd_0;
-  const lanes v274 = v272 + v273;
-  const lanes v275 = v64 * v274;
-  const lanes v276 = v65 * v62;
-  const lanes v277 = v275 + v276;
-  out[9] = v277;
-  const lanes v278 = v2 * v115;
-  const lanes v279 = v278 * qd_0;
-  const lanes v280 = v1 * v109;
-  const lanes v281 = v271 + v280;
-  const lanes v282 = v107 * v281;
-  const lanes v283 = v279 - v282;
-  out[10] = v283;
-  const lanes v284 = v152 * v149;
-  const lanes v285 = v1 * v162;
-  const lanes v286 = v157 * v281;
-  const lanes v287 = v131 * qd_0;
-  const lanes v288 = v286 + v287;
-  const lanes v289 = v285 - v288;
-  const lanes v290 = v151 * v289;
-  const lanes v291 = v284 - v290;
-  out[11] = v291;
-  const lanes v292 = v2 * v213;
-  const lanes v293 = v292 * qd_0;
-  const lanes v294 = v1 * v207;
-  const lanes v295 = v294 + v281;
-  const lanes v296 = v205 * v295;
-  const lanes v297 = v293 - v296;
-  out[12] = v297;
-  const lanes v298 = v250 * v247;
-  const lanes v299 = v1 * v261;
-  const lanes v300 = v255 * v295;
-  const lanes v301 = v229 * qd_0;
-  const lanes v302 = v300 + v301;
-  const lanes v303 = v299 - v302;
-  const lanes v304 = v249 * v303;
-  const lanes v305 = v298 - v304;
-  out[13] = v305;
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  const lanes v306 = v70 * v62;
-  const lanes v307 = v44 * v73;
-  const lanes v308 = v65 * v271;
-  const lanes v309 = v307 + v308;
-  const lanes v310 = v13 * v72;
-  const lanes v311 = v2 * v310;
-  const lanes v312 = v10 * v72;
-  const lanes v313 = v1 * v312;
-  const lanes v314 = v311 + v313;
-  const lanes v315 = v309 + v314;
-  const lanes v316 = v64 * v315;
-  const lanes v317 = v306 - v316;
-  out[16] = v317;
-  const lanes v318 = v278 * v111;
-  const lanes v319 = v116 * v281;
-  const lanes v320 = v318 + v319;
-  const lanes v321 = -v320;
-  out[17] = v321;
-  const lanes v322 = v157 * v149;
-  const lanes v323 = v131 * v111;
-  const lanes v324 = v152 * v281;
-  const lanes v325 = v323 + v324;
-  const lanes v326 = v278 * qd_3;
-  const lanes v327 = v44 * v109;
-  const lanes v328 = v327 - v310;
-  const lanes v329 = v326 + v328;
-  const lanes v330 = v2 * v329;
-  const lanes v331 = v116 * qd_3;
-  const lanes v332 = v65 * v109;
-  const lanes v333 = v332 - v312;
-  const lanes v334 = v331 + v333;
-  const lanes v335 = v1 * v334;
-  const lanes v336 = v330 + v335;
-  const lanes v337 = v325 - v336;
-  const lanes v338 = v151 * v337;
-  const lanes v339 = v322 - v338;
-  out[18] = v339;
-  const lanes v340 = v292 * v209;
-  const lanes v341 = v214 * v295;
-  const lanes v342 = v340 + v341;
-  const lanes v343 = -v342;
-  out[19] = v343;
-  const lanes v344 = v255 * v247;
-  const lanes v345 = v229 * v209;
-  const lanes v346 = v250 * v295;
-  const lanes v347 = v345 + v346;
-  const lanes v348 = v292 * qd_5;
-  const lanes v349 = v131 * v207;
-  const lanes v350 = v349 + v329;
-  const lanes v351 = v348 + v350;
-  const lanes v352 = v2 * v351;
-  const lanes v353 = v214 * qd_5;
-  const lanes v354 = v152 * v207;
-  const lanes v355 = v354 + v334;
-  const lanes v356 = v353 + v355;
-  const lanes v357 = v1 * v356;
-  const lanes v358 = v352 + v357;
-  const lanes v359 = v347 - v358;
-  const lanes v360 = v249 * v359;
-  const lanes v361 = v344 - v360;
-  out[20] = v361;
-  out[21] = LANES_OF(0.0);
-  const lanes v362 = v2 * qd_0;
-  const lanes v363 = v9 * v362;
-  const lanes v364 = v1 * v25;
-  const lanes v365 = v363 + v364;
-  const lanes v366 = -v365;
-  out[22] = v366;
-  const lanes v367 = v64 * v362;
-  const lanes v368 = v1 * v62;
-  const lanes v369 = v367 + v368;
-  const lanes v370 = -v369;
-  out[23] = v370;
-  out[24] = LANES_OF(0.0);
-  const lanes v371 = v151 * v362;
-  const lanes v372 = v1 * v149;
-  const lanes v373 = v371 + v372;
-  const lanes v374 = -v373;
-  out[25] = v374;
-  out[26] = LANES_OF(0.0);
-  const lanes v375 = v249 * v362;
-  const lanes v376 = v1 * v247;
-  const lanes v377 = v375 + v376;
-  const lanes v378 = -v377;
-  out[27] = v378;
-  out[28] = LANES_OF(0.0);
-  const lanes v379 = v2 * v25;
-  const lanes v380 = v1 * qd_0;
-  const lanes v381 = v9 * v380;
-  const lanes v382 = v379 - v381;
-  out[29] = v382;
-  const lanes v383 = v2 * v62;
-  const lanes v384 = v64 * v380;
-  const lanes v385 = v383 - v384;
-  out[30] = v385;
-  out[31] = LANES_OF(0.0);
-  const lanes v386 = v2 * v149;
-  const lanes v387 = v151 * v380;
-  const lanes v388 = v386 - v387;
-  out[32] = v388;
-  out[33] = LANES_OF(0.0);
-  const lanes v389 = v2 * v247;
-  const lanes v390 = v249 * v380;
-  const lanes v391 = v389 - v390;
-  out[34] = v391;
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  const lanes v392 = v2 * v271;
-  const lanes v393 = v1 * v73;
-  const lanes v394 = v392 - v393;
-  const lanes v395 = v64 * v394;
-  const lanes v396 = -v395;
-  out[37] = v396;
-  out[38] = LANES_OF(0.0);
-  const lanes v397 = v2 * v281;
-  const lanes v398 = v1 * v111;
-  const lanes v399 = v397 - v398;
-  const lanes v400 = v151 * v399;
-  const lanes v401 = -v400;
-  out[39] = v401;
-  out[40] = LANES_OF(0.0);
-  const lanes v402 = v2 * v295;
-  const lanes v403 = v1 * v209;
-  const lanes v404 = v402 - v403;
-  const lanes v405 = v249 * v404;
-  const lanes v406 = -v405;
-  out[41] = v406;
+  const lanes v167 = 0.1261377597259609 * v136, v168 = 0.5 * v132, v169 = 0.202158195 + v168,
+      v170 = 1.4932417337740571 * v169, v171 = v167 + v170, v172 = v171 - 0.6511,
+      v173 = 0.1139 * v172, v174 = 0.7466208668870286 * v136, v175 = 0.2522755194519218 * v169,
+      v176 = v174 - v175, v177 = 0.11 + v176, v178 = 0.1369 * v177, v179 = v173 + v178,
+      v180 = 31.531000333597984 * v179, v181 = v115 * v180, v182 = 0.1139 * v177,
+      v183 = 0.1369 * v172, v184 = v182 - v183, v185 = 31.531000333597984 * v184,
+      v186 = v107 * v185, v187 = v181 + v186, v188 = 0.999842782540088 * v187, v189 = v115 * v185,
+      v190 = v107 * v180, v191 = v189 - v190, v192 = 0.01773161590195061 * v191, v193 = v188 + v192,
+      v194 = q_4 * qd_4, v195 = v194 / v137, v196 = v2 * v195, v197 = v196 + v111,
+      v198 = v193 * v197, v199 = 0.999842782540088 * v191, v200 = 0.01773161590195061 * v187,
+      v201 = v199 - v200, v202 = v1 * v201, v203 = v202 * qd_0, v204 = v198 + v203, v205 = -v204;
+  out[5] = v205;
+  const lanes v206 = 0.01773161590195061 * q_5, v207 = 0.021996541215881935 - v206,
+      v208 = v207 - 0.014543471362779892, v209 = v208 * v191, v210 = 0.999842782540088 * q_5,
+      v211 = 0.7858 + v210, v212 = v211 + 0.00039009554984291347, v213 = v212 + 0.8200710502393802,
+      v214 = v213 * v187, v215 = v209 - v214, v216 = v130 - v215, v217 = v2 * v216,
+      v218 = q_6 * q_6, v219 = 0.7671943564657427 - v218, v220 = v218 - 0.2881530235342572,
+      v221 = v219 * v220;
+  LANES_LET1(v222, sqrt, v221);
+  const lanes v223 = 0.5 * v222, v224 = qd_6 / v223, v225 = 2.0 * q_6, v226 = v225 * qd_6,
+      v227 = v219 * v226, v228 = v220 * v226, v229 = v227 - v228, v230 = 0.25 / v222,
+      v231 = v229 * v230, v232 = v223 * v223, v233 = q_6 / v232, v234 = v231 * v233,
+      v235 = v224 - v234, v236 = v217 * v235, v237 = q_6 / v223, v238 = v1 * v216,
+      v239 = v238 * qd_0, v240 = v213 * v191, v241 = v208 * v187, v242 = v240 + v241,
+      v243 = v242 + v157, v244 = v243 * v197, v245 = v239 - v244, v246 = v157 * v195,
+      v247 = v246 + v162, v248 = v193 * qd_5, v249 = v247 - v248, v250 = v2 * v249,
+      v251 = v245 + v250, v252 = v237 * v251, v253 = v236 - v252;
+  out[6] = v253; out[7] = LANES_OF(0.0);
+  const lanes v254 = v13 * qd_0, v255 = v9 * v254, v256 = v10 * v25, v257 = v255 + v256,
+      v258 = -v257;
+  out[8] = v258;
+  const lanes v259 = v1 * v72, v260 = v70 * v259, v261 = v44 * qd_0, v262 = v260 + v261,
+      v263 = v64 * v262, v264 = v65 * v62, v265 = v263 + v264;
+  out[9] = v265;
+  const lanes v266 = v2 * v115, v267 = v266 * qd_0, v268 = v1 * v109, v269 = v259 + v268,
+      v270 = v107 * v269, v271 = v267 - v270;
+  out[10] = v271;
+  const lanes v272 = v152 * v149, v273 = v1 * v162, v274 = v157 * v269, v275 = v131 * qd_0,
+      v276 = v274 + v275, v277 = v273 - v276, v278 = v151 * v277, v279 = v272 - v278;
+  out[11] = v279;
+  const lanes v280 = v2 * v201, v281 = v280 * qd_0, v282 = v1 * v195, v283 = v282 + v269,
+      v284 = v193 * v283, v285 = v281 - v284;
+  out[12] = v285;
+  const lanes v286 = v238 * v235, v287 = v1 * v249, v288 = v243 * v283, v289 = v217 * qd_0,
+      v290 = v288 + v289, v291 = v287 - v290, v292 = v237 * v291, v293 = v286 - v292;
+  out[13] = v293; out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0);
+  const lanes v294 = v70 * v62, v295 = v44 * v73, v296 = v65 * v259, v297 = v295 + v296,
+      v298 = v13 * v72, v299 = v2 * v298, v300 = v10 * v72, v301 = v1 * v300, v302 = v299 + v301,
+      v303 = v297 + v302, v304 = v64 * v303, v305 = v294 - v304;
+  out[16] = v305;
+  const lanes v306 = v266 * v111, v307 = v116 * v269, v308 = v306 + v307, v309 = -v308;
+  out[17] = v309;
+  const lanes v310 = v157 * v149, v311 = v131 * v111, v312 = v152 * v269, v313 = v311 + v312,
+      v314 = v266 * qd_3, v315 = v44 * v109, v316 = v315 - v298, v317 = v314 + v316,
+      v318 = v2 * v317, v319 = v116 * qd_3, v320 = v65 * v109, v321 = v320 - v300,
+      v322 = v319 + v321, v323 = v1 * v322, v324 = v318 + v323, v325 = v313 - v324,
+      v326 = v151 * v325, v327 = v310 - v326;
+  out[18] = v327;
+  const lanes v328 = v280 * v197, v329 = v202 * v283, v330 = v328 + v329, v331 = -v330;
+  out[19] = v331;
+  const lanes v332 = v243 * v235, v333 = v217 * v197, v334 = v238 * v283, v335 = v333 + v334,
+      v336 = v280 * qd_5, v337 = v131 * v195, v338 = v337 + v317, v339 = v336 + v338,
+      v340 = v2 * v339, v341 = v202 * qd_5, v342 = v152 * v195, v343 = v342 + v322,
+      v344 = v341 + v343, v345 = v1 * v344, v346 = v340 + v345, v347 = v335 - v346,
+      v348 = v237 * v347, v349 = v332 - v348;
+  out[20] = v349; out[21] = LANES_OF(0.0);
+  const lanes v350 = v2 * qd_0, v351 = v9 * v350, v352 = v1 * v25, v353 = v351 + v352, v354 = -v353;
+  out[22] = v354;
+  const lanes v355 = v64 * v350, v356 = v1 * v62, v357 = v355 + v356, v358 = -v357;
+  out[23] = v358; out[24] = LANES_OF(0.0);
+  const lanes v359 = v151 * v350, v360 = v1 * v149, v361 = v359 + v360, v362 = -v361;
+  out[25] = v362; out[26] = LANES_OF(0.0);
+  const lanes v363 = v237 * v350, v364 = v1 * v235, v365 = v363 + v364, v366 = -v365;
+  out[27] = v366; out[28] = LANES_OF(0.0);
+  const lanes v367 = v2 * v25, v368 = v1 * qd_0, v369 = v9 * v368, v370 = v367 - v369;
+  out[29] = v370;
+  const lanes v371 = v2 * v62, v372 = v64 * v368, v373 = v371 - v372;
+  out[30] = v373; out[31] = LANES_OF(0.0);
+  const lanes v374 = v2 * v149, v375 = v151 * v368, v376 = v374 - v375;
+  out[32] = v376; out[33] = LANES_OF(0.0);
+  const lanes v377 = v2 * v235, v378 = v237 * v368, v379 = v377 - v378;
+  out[34] = v379; out[35] = LANES_OF(0.0); out[36] = LANES_OF(0.0);
+  const lanes v380 = v2 * v259, v381 = v1 * v73, v382 = v380 - v381, v383 = v64 * v382,
+      v384 = -v383;
+  out[37] = v384; out[38] = LANES_OF(0.0);
+  const lanes v385 = v2 * v269, v386 = v1 * v111, v387 = v385 - v386, v388 = v151 * v387,
+      v389 = -v388;
+  out[39] = v389; out[40] = LANES_OF(0.0);
+  const lanes v390 = v2 * v283, v391 = v1 * v197, v392 = v390 - v391, v393 = v237 * v392,
+      v394 = -v393;
+  out[41] = v394;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_jacobian_body_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
+  const lanes q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5], q_6 = in[6],
+      qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12], qd_6 = in[13];
   out[0] = LANES_OF(0.0);
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 1.3215098366089841 - v1;
-  const lanes v3 = v1 - 0.3717842633910159;
-  const lanes v4 = v2 * v3;
-  lanes v5; LANES_NAME(lanes_sqrt)(&v4, &v5);
-  const lanes v6 = 0.5 * v5;
-  const lanes v7 = q_1 / v6;
-  const lanes v8 = 0.05518268758582475 * v5;
-  const lanes v9 = 0.5 * v1;
-  const lanes v10 = 0.386896705 + v9;
-  const lanes v11 = v10 - 0.03642682;
-  const lanes v12 = 1.1314389456999898 * v11;
-  const lanes v13 = v8 + v12;
-  const lanes v14 = v13 - 0.8755;
-  const lanes v15 = 0.1708 * v14;
-  const lanes v16 = 0.1103653751716495 * v11;
-  const lanes v17 = 0.5657194728499949 * v5;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 - 0.0854;
-  const lanes v20 = 0.209 * v19;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 13.715940634598335 * v21;
-  const lanes v23 = 0.209 * v14;
-  const lanes v24 = 0.1708 * v19;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.529310721904893 * v25;
-  const lanes v27 = v22 - v26;
-  const lanes v28 = q_2 * q_2;
-  const lanes v29 = 1.0578131478133972 - v28;
-  const lanes v30 = v28 - 0.38743535218660285;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.577777986497283 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 0.3407018 + v34;
-  const lanes v36 = v35 - 0.020610325;
-  const lanes v37 = 0.3636611253594786 * v36;
-  const lanes v38 = v33 - v37;
-  const lanes v39 = 0.2478 + v38;
-  const lanes v40 = 0.0991 * v39;
-  const lanes v41 = 1.155555972994566 * v36;
-  const lanes v42 = 0.1818305626797393 * v32;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = v43 - 0.7874;
-  const lanes v45 = 0.1772 * v44;
-  const lanes v46 = v40 - v45;
-  const lanes v47 = 24.259685376140357 * v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = 13.715940634598335 * v25;
-  const lanes v50 = 0.529310721904893 * v21;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = 0.1772 * v39;
-  const lanes v53 = 0.0991 * v44;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 24.259685376140357 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v48 - v56;
-  const lanes v58 = q_4 * q_4;
-  const lanes v59 = 0.702936602426126 - v58;
-  const lanes v60 = v58 - 0.23255545757387405;
-  const lanes v61 = v59 * v60;
-  lanes v62; LANES_NAME(lanes_sqrt)(&v61, &v62);
-  const lanes v63 = 0.7466208668870286 * v62;
-  const lanes v64 = 0.5 * v58;
-  const lanes v65 = 0.202158195 + v64;
-  const lanes v66 = 0.2522755194519218 * v65;
-  const lanes v67 = v63 - v66;
-  const lanes v68 = 0.11 + v67;
-  const lanes v69 = 0.1139 * v68;
-  const lanes v70 = 0.1261377597259609 * v62;
-  const lanes v71 = 1.4932417337740571 * v65;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v72 - 0.6511;
-  const lanes v74 = 0.1369 * v73;
-  const lanes v75 = v69 - v74;
-  const lanes v76 = 31.531000333597984 * v75;
-  const lanes v77 = v57 * v76;
-  const lanes v78 = v27 * v55;
-  const lanes v79 = v51 * v47;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = 0.1139 * v73;
-  const lanes v82 = 0.1369 * v68;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = 31.531000333597984 * v83;
-  const lanes v85 = v80 * v84;
-  const lanes v86 = v77 - v85;
-  const lanes v87 = q_6 * q_6;
-  const lanes v88 = 0.5 * v87;
-  const lanes v89 = v88 - 0.235090075;
-  const lanes v90 = 3.5864898908642604 * v89;
-  const lanes v91 = 0.7671943564657427 - v87;
-  const lanes v92 = v87 - 0.2881530235342572;
-  const lanes v93 = v91 * v92;
-  lanes v94; LANES_NAME(lanes_sqrt)(&v93, &v94);
-  const lanes v95 = 2.341132586374052 * v94;
-  const lanes v96 = v90 + v95;
-  const lanes v97 = 0.1031 - v96;
-  const lanes v98 = 0.0974 * v97;
-  const lanes v99 = 1.7932449454321302 * v94;
-  const lanes v100 = 4.682265172748104 * v89;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = 0.1346 + v101;
-  const lanes v103 = 0.6996 * v102;
-  const lanes v104 = v98 + v103;
-  const lanes v105 = 2.004301551818451 * v104;
-  const lanes v106 = v86 * v105;
-  const lanes v107 = v57 * v84;
-  const lanes v108 = v80 * v76;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = 0.6996 * v97;
-  const lanes v111 = 0.0974 * v102;
-  const lanes v112 = v110 - v111;
-  const lanes v113 = 2.004301551818451 * v112;
-  const lanes v114 = v109 * v113;
-  const lanes v115 = v106 + v114;
-  const lanes v116 = v86 * v113;
-  const lanes v117 = v109 * v105;
-  const lanes v118 = v116 - v117;
-  const lanes v119 = 0.0576 * v118;
-  const lanes v120 = 1.2774 * v115;
-  const lanes v121 = v119 + v120;
-  const lanes v122 = 0.999842782540088 * q_5;
-  const lanes v123 = 0.7858 + v122;
-  const lanes v124 = v123 + 0.00039009554984291347;
-  const lanes v125 = v124 + 0.8200710502393802;
-  const lanes v126 = 13.72316978366506 * v21;
-  const lanes v127 = 0.2860217139510366 * v25;
-  const lanes v128 = v126 - v127;
-  const lanes v129 = v128 * v47;
-  const lanes v130 = 13.72316978366506 * v25;
-  const lanes v131 = 0.2860217139510366 * v21;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v132 * v55;
-  const lanes v134 = v129 - v133;
-  const lanes v135 = v134 * v76;
-  const lanes v136 = v128 * v55;
-  const lanes v137 = v132 * v47;
-  const lanes v138 = v136 + v137;
-  const lanes v139 = v138 * v84;
-  const lanes v140 = v135 - v139;
-  const lanes v141 = v125 * v140;
-  const lanes v142 = 0.01773161590195061 * q_5;
-  const lanes v143 = 0.021996541215881935 - v142;
-  const lanes v144 = v143 - 0.014543471362779892;
-  const lanes v145 = v134 * v84;
-  const lanes v146 = v138 * v76;
-  const lanes v147 = v145 + v146;
-  const lanes v148 = v144 * v147;
-  const lanes v149 = v141 + v148;
-  const lanes v150 = v121 + v149;
-  const lanes v151 = 0.9997828710780122 * q_3;
-  const lanes v152 = 0.756 + v151;
-  const lanes v153 = v152 + 0.0011710800314968948;
-  const lanes v154 = v153 + 0.8571138553751799;
-  const lanes v155 = 13.726150127845361 * v21;
-  const lanes v156 = v155 * v47;
-  const lanes v157 = 13.726150127845361 * v25;
-  const lanes v158 = v157 * v55;
-  const lanes v159 = v156 - v158;
-  const lanes v160 = v154 * v159;
-  const lanes v161 = 0.020837722980371797 * q_3;
-  const lanes v162 = 0.05618779735458429 - v161;
-  const lanes v163 = v162 - 0.017864179911072742;
-  const lanes v164 = v155 * v55;
-  const lanes v165 = v157 * v47;
-  const lanes v166 = v164 + v165;
-  const lanes v167 = v163 * v166;
-  const lanes v168 = v160 + v167;
-  const lanes v169 = v150 + v168;
-  const lanes v170 = v115 * v169;
-  const lanes v171 = 1.2774 * v118;
-  const lanes v172 = 0.0576 * v115;
-  const lanes v173 = v171 - v172;
-  const lanes v174 = v144 * v140;
-  const lanes v175 = v125 * v147;
-  const lanes v176 = v174 - v175;
-  const lanes v177 = v173 + v176;
-  const lanes v178 = v163 * v159;
-  const lanes v179 = v154 * v166;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = v177 + v180;
-  const lanes v182 = v118 * v181;
-  const lanes v183 = v170 + v182;
-  const lanes v184 = q_2 * qd_2;
-  const lanes v185 = 0.5 * v32;
-  const lanes v186 = v184 / v185;
-  const lanes v187 = v183 * v186;
-  const lanes v188 = 0.9997828710780122 * v166;
-  const lanes v189 = 0.020837722980371797 * v159;
-  const lanes v190 = v188 + v189;
-  const lanes v191 = v115 * v190;
-  const lanes v192 = 0.9997828710780122 * v159;
-  const lanes v193 = 0.020837722980371797 * v166;
-  const lanes v194 = v192 - v193;
-  const lanes v195 = v118 * v194;
-  const lanes v196 = v191 + v195;
-  const lanes v197 = v196 * qd_3;
-  const lanes v198 = v115 * v150;
-  const lanes v199 = v118 * v177;
-  const lanes v200 = v198 + v199;
-  const lanes v201 = q_4 * qd_4;
-  const lanes v202 = 0.5 * v62;
-  const lanes v203 = v201 / v202;
-  const lanes v204 = v200 * v203;
-  const lanes v205 = 0.999842782540088 * v147;
-  const lanes v206 = 0.01773161590195061 * v140;
-  const lanes v207 = v205 + v206;
-  const lanes v208 = v115 * v207;
-  const lanes v209 = 0.999842782540088 * v140;
-  const lanes v210 = 0.01773161590195061 * v147;
-  const lanes v211 = v209 - v210;
-  const lanes v212 = v118 * v211;
-  const lanes v213 = v208 + v212;
-  const lanes v214 = v213 * qd_5;
-  const lanes v215 = q_6 * qd_6;
-  const lanes v216 = 0.5 * v94;
-  const lanes v217 = v215 / v216;
-  const lanes v218 = 1.2774 * v217;
-  const lanes v219 = v214 + v218;
-  const lanes v220 = v204 + v219;
-  const lanes v221 = v197 + v220;
-  const lanes v222 = v187 + v221;
-  const lanes v223 = 13.296521628843802 * v21;
-  const lanes v224 = v169 + v223;
-  const lanes v225 = v115 * v224;
-  const lanes v226 = 13.296521628843802 * v25;
-  const lanes v227 = v181 - v226;
-  const lanes v228 = v118 * v227;
-  const lanes v229 = v225 + v228;
-  const lanes v230 = v203 + v217;
-  const lanes v231 = v186 + v230;
-  const lanes v232 = v229 * v231;
-  const lanes v233 = v222 - v232;
-  const lanes v234 = v7 * v233;
-  const lanes v235 = v118 * v224;
-  const lanes v236 = v115 * v227;
-  const lanes v237 = v235 - v236;
-  const lanes v238 = qd_1 / v6;
-  const lanes v239 = 2.0 * q_1;
-  const lanes v240 = v239 * qd_1;
-  const lanes v241 = v2 * v240;
-  const lanes v242 = v3 * v240;
-  const lanes v243 = v241 - v242;
-  const lanes v244 = 0.25 / v5;
-  const lanes v245 = v243 * v244;
-  const lanes v246 = v6 * v6;
-  const lanes v247 = q_1 / v246;
-  const lanes v248 = v245 * v247;
-  const lanes v249 = v238 - v248;
-  const lanes v250 = v237 * v249;
-  const lanes v251 = v234 + v250;
-  const lanes v252 = -v251;
-  out[1] = v252;
-  const lanes v253 = q_2 / v185;
-  const lanes v254 = v183 * v230;
-  const lanes v255 = v221 - v254;
-  const lanes v256 = v253 * v255;
-  const lanes v257 = v118 * v169;
-  const lanes v258 = v115 * v181;
-  const lanes v259 = v257 - v258;
-  const lanes v260 = qd_2 / v185;
-  const lanes v261 = 2.0 * q_2;
-  const lanes v262 = v261 * qd_2;
-  const lanes v263 = v29 * v262;
-  const lanes v264 = v30 * v262;
-  const lanes v265 = v263 - v264;
-  const lanes v266 = 0.25 / v32;
-  const lanes v267 = v265 * v266;
-  const lanes v268 = v185 * v185;
-  const lanes v269 = q_2 / v268;
-  const lanes v270 = v267 * v269;
-  const lanes v271 = v260 - v270;
-  const lanes v272 = v259 * v271;
-  const lanes v273 = v256 + v272;
-  const lanes v274 = -v273;
-  out[2] = v274;
-  const lanes v275 = v196 * v230;
-  out[3] = v275;
-  const lanes v276 = q_4 / v202;
-  const lanes v277 = v200 * v217;
-  const lanes v278 = v219 - v277;
-  const lanes v279 = v276 * v278;
-  const lanes v280 = v118 * v150;
-  const lanes v281 = v115 * v177;
-  const lanes v282 = v280 - v281;
-  const lanes v283 = qd_4 / v202;
-  const lanes v284 = 2.0 * q_4;
-  const lanes v285 = v284 * qd_4;
-  const lanes v286 = v285 * v59;
-  const lanes v287 = v285 * v60;
-  const lanes v288 = v286 - v287;
-  const lanes v289 = 0.25 / v62;
-  const lanes v290 = v288 * v289;
-  const lanes v291 = v202 * v202;
-  const lanes v292 = q_4 / v291;
-  const lanes v293 = v290 * v292;
-  const lanes v294 = v283 - v293;
-  const lanes v295 = v282 * v294;
-  const lanes v296 = v279 + v295;
-  const lanes v297 = -v296;
-  out[4] = v297;
-  const lanes v298 = v213 * v217;
-  out[5] = v298;
-  const lanes v299 = qd_6 / v216;
-  const lanes v300 = 2.0 * q_6;
-  const lanes v301 = v300 * qd_6;
-  const lanes v302 = v301 * v91;
-  const lanes v303 = v301 * v92;
-  const lanes v304 = v302 - v303;
-  const lanes v305 = 0.25 / v94;
-  const lanes v306 = v304 * v305;
-  const lanes v307 = v216 * v216;
-  const lanes v308 = q_6 / v307;
-  const lanes v309 = v306 * v308;
-  const lanes v310 = v299 - v309;
-  const lanes v311 = 0.0576 * v310;
-  const lanes v312 = -v311;
-  out[6] = v312;
-  out[7] = LANES_OF(0.0);
-  const lanes v313 = v115 * v194;
-  const lanes v314 = v118 * v190;
-  const lanes v315 = v313 - v314;
-  const lanes v316 = v315 * qd_3;
-  const lanes v317 = v115 * v211;
-  const lanes v318 = v118 * v207;
-  const lanes v319 = v317 - v318;
-  const lanes v320 = v319 * qd_5;
-  const lanes v321 = 0.0576 * v217;
-  const lanes v322 = v320 - v321;
-  const lanes v323 = v282 * v203;
-  const lanes v324 = v322 - v323;
-  const lanes v325 = v316 + v324;
-  const lanes v326 = v259 * v186;
-  const lanes v327 = v325 - v326;
-  const lanes v328 = v237 * v231;
-  const lanes v329 = v327 + v328;
-  const lanes v330 = v7 * v329;
-  const lanes v331 = v229 * v249;
-  const lanes v332 = v330 + v331;
-  const lanes v333 = -v332;
-  out[8] = v333;
-  const lanes v334 = v259 * v230;
-  const lanes v335 = v325 + v334;
-  const lanes v336 = v253 * v335;
-  const lanes v337 = v183 * v271;
-  const lanes v338 = v336 + v337;
-  const lanes v339 = -v338;
-  out[9] = v339;
-  const lanes v340 = v315 * v230;
-  out[10] = v340;
-  const lanes v341 = v282 * v217;
-  const lanes v342 = v322 + v341;
-  const lanes v343 = v276 * v342;
-  const lanes v344 = v200 * v294;
-  const lanes v345 = v343 + v344;
-  const lanes v346 = -v345;
-  out[11] = v346;
-  const lanes v347 = v319 * v217;
-  out[12] = v347;
-  const lanes v348 = 1.2774 * v310;
-  const lanes v349 = -v348;
-  out[13] = v349;
-  const lanes v350 = q_1 * qd_1;
-  const lanes v351 = v350 / v6;
-  const lanes v352 = v237 * v351;
-  const lanes v353 = v327 - v352;
-  const lanes v354 = v115 * v353;
-  const lanes v355 = v229 * v351;
-  const lanes v356 = v355 + v222;
-  const lanes v357 = v118 * v356;
-  const lanes v358 = v354 + v357;
-  const lanes v359 = -v358;
-  out[14] = v359;
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  const lanes v360 = v351 + v231;
-  const lanes v361 = v115 * v360;
-  const lanes v362 = -v361;
-  out[21] = v362;
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  const lanes v363 = v118 * v360;
-  out[28] = v363;
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  out[32] = LANES_OF(0.0);
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
+  const lanes v1 = q_1 * q_1, v2 = 1.3215098366089841 - v1, v3 = v1 - 0.3717842633910159,
+      v4 = v2 * v3;
+  LANES_LET1(v5, sqrt, v4);
+  const lanes v6 = 0.5 * v5, v7 = q_1 / v6, v8 = 0.05518268758582475 * v5, v9 = 0.5 * v1,
+      v10 = 0.386896705 + v9, v11 = v10 - 0.03642682, v12 = 1.1314389456999898 * v11,
+      v13 = v8 + v12, v14 = v13 - 0.8755, v15 = 0.1708 * v14, v16 = 0.1103653751716495 * v11,
+      v17 = 0.5657194728499949 * v5, v18 = v16 - v17, v19 = v18 - 0.0854, v20 = 0.209 * v19,
+      v21 = v15 - v20, v22 = 13.726150127845361 * v21, v23 = q_2 * q_2,
+      v24 = 1.0578131478133972 - v23, v25 = v23 - 0.38743535218660285, v26 = v24 * v25;
+  LANES_LET1(v27, sqrt, v26);
+  const lanes v28 = 0.577777986497283 * v27, v29 = 0.5 * v23, v30 = 0.3407018 + v29,
+      v31 = v30 - 0.020610325, v32 = 0.3636611253594786 * v31, v33 = v28 - v32, v34 = 0.2478 + v33,
+      v35 = 0.0991 * v34, v36 = 1.155555972994566 * v31, v37 = 0.1818305626797393 * v27,
+      v38 = v36 + v37, v39 = v38 - 0.7874, v40 = 0.1772 * v39, v41 = v35 - v40,
+      v42 = 24.259685376140357 * v41, v43 = v22 * v42, v44 = 0.209 * v14, v45 = 0.1708 * v19,
+      v46 = v44 + v45, v47 = 13.726150127845361 * v46, v48 = 0.1772 * v34, v49 = 0.0991 * v39,
+      v50 = v48 + v49, v51 = 24.259685376140357 * v50, v52 = v47 * v51, v53 = v43 - v52,
+      v54 = 0.9992562012543986 * v53, v55 = v22 * v51, v56 = v47 * v42, v57 = v55 + v56,
+      v58 = 0.03856221278179919 * v57, v59 = v54 - v58, v60 = q_4 * q_4,
+      v61 = 0.702936602426126 - v60, v62 = v60 - 0.23255545757387405, v63 = v61 * v62;
+  LANES_LET1(v64, sqrt, v63);
+  const lanes v65 = 0.7466208668870286 * v64, v66 = 0.5 * v60, v67 = 0.202158195 + v66,
+      v68 = 0.2522755194519218 * v67, v69 = v65 - v68, v70 = 0.11 + v69, v71 = 0.1139 * v70,
+      v72 = 0.1261377597259609 * v64, v73 = 1.4932417337740571 * v67, v74 = v72 + v73,
+      v75 = v74 - 0.6511, v76 = 0.1369 * v75, v77 = v71 - v76, v78 = 31.531000333597984 * v77,
+      v79 = v59 * v78, v80 = 0.9992562012543986 * v57, v81 = 0.03856221278179919 * v53,
+      v82 = v80 + v81, v83 = 0.1139 * v75, v84 = 0.1369 * v70, v85 = v83 + v84,
+      v86 = 31.531000333597984 * v85, v87 = v82 * v86, v88 = v79 - v87, v89 = q_6 * q_6,
+      v90 = 0.5 * v89, v91 = v90 - 0.235090075, v92 = 3.5864898908642604 * v91,
+      v93 = 0.7671943564657427 - v89, v94 = v89 - 0.2881530235342572, v95 = v93 * v94;
+  LANES_LET1(v96, sqrt, v95);
+  const lanes v97 = 2.341132586374052 * v96, v98 = v92 + v97, v99 = 0.1031 - v98,
+      v100 = 0.0974 * v99, v101 = 1.7932449454321302 * v96, v102 = 4.682265172748104 * v91,
+      v103 = v101 - v102, v104 = 0.1346 + v103, v105 = 0.6996 * v104, v106 = v100 + v105,
+      v107 = 2.004301551818451 * v106, v108 = v88 * v107, v109 = v59 * v86, v110 = v82 * v78,
+      v111 = v109 + v110, v112 = 0.6996 * v99, v113 = 0.0974 * v104, v114 = v112 - v113,
+      v115 = 2.004301551818451 * v114, v116 = v111 * v115, v117 = v108 + v116, v118 = v88 * v115,
+      v119 = v111 * v107, v120 = v118 - v119, v121 = 0.0576 * v120, v122 = 1.2774 * v117,
+      v123 = v121 + v122, v124 = 0.999842782540088 * q_5, v125 = 0.7858 + v124,
+      v126 = v125 + 0.00039009554984291347, v127 = v126 + 0.8200710502393802,
+      v128 = 0.9997828710780122 * v53, v129 = 0.020837722980371797 * v57, v130 = v128 - v129,
+      v131 = v130 * v78, v132 = 0.9997828710780122 * v57, v133 = 0.020837722980371797 * v53,
+      v134 = v132 + v133, v135 = v134 * v86, v136 = v131 - v135, v137 = v127 * v136,
+      v138 = 0.01773161590195061 * q_5, v139 = 0.021996541215881935 - v138,
+      v140 = v139 - 0.014543471362779892, v141 = v130 * v86, v142 = v134 * v78, v143 = v141 + v142,
+      v144 = v140 * v143, v145 = v137 + v144, v146 = v123 + v145, v147 = 0.9997828710780122 * q_3,
+      v148 = 0.756 + v147, v149 = v148 + 0.0011710800314968948, v150 = v149 + 0.8571138553751799,
+      v151 = v150 * v53, v152 = 0.020837722980371797 * q_3, v153 = 0.05618779735458429 - v152,
+      v154 = v153 - 0.017864179911072742, v155 = v154 * v57, v156 = v151 + v155, v157 = v146 + v156,
+      v158 = v117 * v157, v159 = 1.2774 * v120, v160 = 0.0576 * v117, v161 = v159 - v160,
+      v162 = v140 * v136, v163 = v127 * v143, v164 = v162 - v163, v165 = v161 + v164,
+      v166 = v154 * v53, v167 = v150 * v57, v168 = v166 - v167, v169 = v165 + v168,
+      v170 = v120 * v169, v171 = v158 + v170, v172 = q_2 * qd_2, v173 = 0.5 * v27,
+      v174 = v172 / v173, v175 = v171 * v174, v176 = v130 * v120, v177 = v134 * v117,
+      v178 = v176 + v177, v179 = v178 * qd_3, v180 = v117 * v146, v181 = v120 * v165,
+      v182 = v180 + v181, v183 = q_4 * qd_4, v184 = 0.5 * v64, v185 = v183 / v184,
+      v186 = v182 * v185, v187 = 0.999842782540088 * v143, v188 = 0.01773161590195061 * v136,
+      v189 = v187 + v188, v190 = v117 * v189, v191 = 0.999842782540088 * v136,
+      v192 = 0.01773161590195061 * v143, v193 = v191 - v192, v194 = v120 * v193, v195 = v190 + v194,
+      v196 = v195 * qd_5, v197 = q_6 * qd_6, v198 = 0.5 * v96, v199 = v197 / v198,
+      v200 = 1.2774 * v199, v201 = v196 + v200, v202 = v186 + v201, v203 = v179 + v202,
+      v204 = v175 + v203, v205 = 13.296521628843802 * v21, v206 = v157 + v205, v207 = v117 * v206,
+      v208 = 13.296521628843802 * v46, v209 = v169 - v208, v210 = v120 * v209, v211 = v207 + v210,
+      v212 = v185 + v199, v213 = v174 + v212, v214 = v211 * v213, v215 = v204 - v214,
+      v216 = v7 * v215, v217 = v120 * v206, v218 = v117 * v209, v219 = v217 - v218,
+      v220 = qd_1 / v6, v221 = 2.0 * q_1, v222 = v221 * qd_1, v223 = v2 * v222, v224 = v3 * v222,
+      v225 = v223 - v224, v226 = 0.25 / v5, v227 = v225 * v226, v228 = v6 * v6, v229 = q_1 / v228,
+      v230 = v227 * v229, v231 = v220 - v230, v232 = v219 * v231, v233 = v216 + v232, v234 = -v233;
+  out[1] = v234;
+  const lanes v235 = q_2 / v173, v236 = v171 * v212, v237 = v203 - v236, v238 = v235 * v237,
+      v239 = v120 * v157, v240 = v117 * v169, v241 = v239 - v240, v242 = qd_2 / v173,
+      v243 = 2.0 * q_2, v244 = v243 * qd_2, v245 = v24 * v244, v246 = v25 * v244,
+      v247 = v245 - v246, v248 = 0.25 / v27, v249 = v247 * v248, v250 = v173 * v173,
+      v251 = q_2 / v250, v252 = v249 * v251, v253 = v242 - v252, v254 = v241 * v253,
+      v255 = v238 + v254, v256 = -v255;
+  out[2] = v256;
+  const lanes v257 = v178 * v212;
+  out[3] = v257;
+  const lanes v258 = q_4 / v184, v259 = v182 * v199, v260 = v201 - v259, v261 = v258 * v260,
+      v262 = v120 * v146, v263 = v117 * v165, v264 = v262 - v263, v265 = qd_4 / v184,
+      v266 = 2.0 * q_4, v267 = v266 * qd_4, v268 = v61 * v267, v269 = v62 * v267,
+      v270 = v268 - v269, v271 = 0.25 / v64, v272 = v270 * v271, v273 = v184 * v184,
+      v274 = q_4 / v273, v275 = v272 * v274, v276 = v265 - v275, v277 = v264 * v276,
+      v278 = v261 + v277, v279 = -v278;
+  out[4] = v279;
+  const lanes v280 = v195 * v199;
+  out[5] = v280;
+  const lanes v281 = qd_6 / v198, v282 = 2.0 * q_6, v283 = v282 * qd_6, v284 = v93 * v283,
+      v285 = v94 * v283, v286 = v284 - v285, v287 = 0.25 / v96, v288 = v286 * v287,
+      v289 = v198 * v198, v290 = q_6 / v289, v291 = v288 * v290, v292 = v281 - v291,
+      v293 = 0.0576 * v292, v294 = -v293;
+  out[6] = v294; out[7] = LANES_OF(0.0);
+  const lanes v295 = v130 * v117, v296 = v134 * v120, v297 = v295 - v296, v298 = v297 * qd_3,
+      v299 = v117 * v193, v300 = v120 * v189, v301 = v299 - v300, v302 = v301 * qd_5,
+      v303 = 0.0576 * v199, v304 = v302 - v303, v305 = v264 * v185, v306 = v304 - v305,
+      v307 = v298 + v306, v308 = v241 * v174, v309 = v307 - v308, v310 = v219 * v213,
+      v311 = v309 + v310, v312 = v7 * v311, v313 = v211 * v231, v314 = v312 + v313, v315 = -v314;
+  out[8] = v315;
+  const lanes v316 = v241 * v212, v317 = v307 + v316, v318 = v235 * v317, v319 = v171 * v253,
+      v320 = v318 + v319, v321 = -v320;
+  out[9] = v321;
+  const lanes v322 = v297 * v212;
+  out[10] = v322;
+  const lanes v323 = v264 * v199, v324 = v304 + v323, v325 = v258 * v324, v326 = v182 * v276,
+      v327 = v325 + v326, v328 = -v327;
+  out[11] = v328;
+  const lanes v329 = v301 * v199;
+  out[12] = v329;
+  const lanes v330 = 1.2774 * v292, v331 = -v330;
+  out[13] = v331;
+  const lanes v332 = q_1 * qd_1, v333 = v332 / v6, v334 = v219 * v333, v335 = v309 - v334,
+      v336 = v117 * v335, v337 = v211 * v333, v338 = v337 + v204, v339 = v120 * v338,
+      v340 = v336 + v339, v341 = -v340;
+  out[14] = v341; out[15] = LANES_OF(0.0); out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
+  out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0);
+  const lanes v342 = v333 + v213, v343 = v117 * v342, v344 = -v343;
+  out[21] = v344; out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0);
+  out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0);
+  const lanes v345 = v120 * v342;
+  out[28] = v345; out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  out[32] = LANES_OF(0.0); out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0);
   out[35] = LANES_OF(0.0);
-  const lanes v364 = -v249;
-  out[36] = v364;
-  const lanes v365 = -v271;
-  out[37] = v365;
-  out[38] = LANES_OF(0.0);
-  const lanes v366 = -v294;
-  out[39] = v366;
-  out[40] = LANES_OF(0.0);
-  const lanes v367 = -v310;
-  out[41] = v367;
+  const lanes v346 = -v231;
+  out[36] = v346;
+  const lanes v347 = -v253;
+  out[37] = v347; out[38] = LANES_OF(0.0);
+  const lanes v348 = -v276;
+  out[39] = v348; out[40] = LANES_OF(0.0);
+  const lanes v349 = -v292;
+  out[41] = v349;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_jacobian_mixed_dot)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 1.3215098366089841 - v3;
-  const lanes v5 = v3 - 0.3717842633910159;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.05518268758582475 * v7;
-  const lanes v9 = 0.5 * v3;
-  const lanes v10 = 0.386896705 + v9;
-  const lanes v11 = v10 - 0.03642682;
-  const lanes v12 = 1.1314389456999898 * v11;
-  const lanes v13 = v8 + v12;
-  const lanes v14 = v13 - 0.8755;
-  const lanes v15 = 0.1708 * v14;
-  const lanes v16 = 0.1103653751716495 * v11;
-  const lanes v17 = 0.5657194728499949 * v7;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 - 0.0854;
-  const lanes v20 = 0.209 * v19;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 13.715940634598335 * v21;
-  const lanes v23 = 0.209 * v14;
-  const lanes v24 = 0.1708 * v19;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.529310721904893 * v25;
-  const lanes v27 = v22 - v26;
-  const lanes v28 = q_2 * q_2;
-  const lanes v29 = 1.0578131478133972 - v28;
-  const lanes v30 = v28 - 0.38743535218660285;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.577777986497283 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 0.3407018 + v34;
-  const lanes v36 = v35 - 0.020610325;
-  const lanes v37 = 0.3636611253594786 * v36;
-  const lanes v38 = v33 - v37;
-  const lanes v39 = 0.2478 + v38;
-  const lanes v40 = 0.0991 * v39;
-  const lanes v41 = 1.155555972994566 * v36;
-  const lanes v42 = 0.1818305626797393 * v32;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = v43 - 0.7874;
-  const lanes v45 = 0.1772 * v44;
-  const lanes v46 = v40 - v45;
-  const lanes v47 = 24.259685376140357 * v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = 13.715940634598335 * v25;
-  const lanes v50 = 0.529310721904893 * v21;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = 0.1772 * v39;
-  const lanes v53 = 0.0991 * v44;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 24.259685376140357 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v48 - v56;
-  const lanes v58 = q_4 * q_4;
-  const lanes v59 = 0.702936602426126 - v58;
-  const lanes v60 = v58 - 0.23255545757387405;
-  const lanes v61 = v59 * v60;
-  lanes v62; LANES_NAME(lanes_sqrt)(&v61, &v62);
-  const lanes v63 = 0.7466208668870286 * v62;
-  const lanes v64 = 0.5 * v58;
-  const lanes v65 = 0.202158195 + v64;
-  const lanes v66 = 0.2522755194519218 * v65;
-  const lanes v67 = v63 - v66;
-  const lanes v68 = 0.11 + v67;
-  const lanes v69 = 0.1139 * v68;
-  const lanes v70 = 0.1261377597259609 * v62;
-  const lanes v71 = 1.4932417337740571 * v65;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v72 - 0.6511;
-  const lanes v74 = 0.1369 * v73;
-  const lanes v75 = v69 - v74;
-  const lanes v76 = 31.531000333597984 * v75;
-  const lanes v77 = v57 * v76;
-  const lanes v78 = v27 * v55;
-  const lanes v79 = v51 * v47;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = 0.1139 * v73;
-  const lanes v82 = 0.1369 * v68;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = 31.531000333597984 * v83;
-  const lanes v85 = v80 * v84;
-  const lanes v86 = v77 - v85;
-  const lanes v87 = q_6 * q_6;
-  const lanes v88 = 0.5 * v87;
-  const lanes v89 = v88 - 0.235090075;
-  const lanes v90 = 3.5864898908642604 * v89;
-  const lanes v91 = 0.7671943564657427 - v87;
-  const lanes v92 = v87 - 0.2881530235342572;
-  const lanes v93 = v91 * v92;
-  lanes v94; LANES_NAME(lanes_sqrt)(&v93, &v94);
-  const lanes v95 = 2.341132586374052 * v94;
-  const lanes v96 = v90 + v95;
-  const lanes v97 = 0.1031 - v96;
-  const lanes v98 = 0.6996 * v97;
-  const lanes v99 = 1.7932449454321302 * v94;
-  const lanes v100 = 4.682265172748104 * v89;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = 0.1346 + v101;
-  const lanes v103 = 0.0974 * v102;
-  const lanes v104 = v98 - v103;
-  const lanes v105 = 2.004301551818451 * v104;
-  const lanes v106 = v86 * v105;
-  const lanes v107 = v57 * v84;
-  const lanes v108 = v80 * v76;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = 0.0974 * v97;
-  const lanes v111 = 0.6996 * v102;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = 2.004301551818451 * v112;
-  const lanes v114 = v109 * v113;
-  const lanes v115 = v106 - v114;
-  const lanes v116 = 0.0576 * v115;
-  const lanes v117 = v86 * v113;
-  const lanes v118 = v109 * v105;
-  const lanes v119 = v117 + v118;
-  const lanes v120 = 1.2774 * v119;
-  const lanes v121 = v116 + v120;
-  const lanes v122 = 0.999842782540088 * q_5;
-  const lanes v123 = 0.7858 + v122;
-  const lanes v124 = v123 + 0.00039009554984291347;
-  const lanes v125 = v124 + 0.8200710502393802;
-  const lanes v126 = 13.72316978366506 * v21;
-  const lanes v127 = 0.2860217139510366 * v25;
-  const lanes v128 = v126 - v127;
-  const lanes v129 = v128 * v47;
-  const lanes v130 = 13.72316978366506 * v25;
-  const lanes v131 = 0.2860217139510366 * v21;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v132 * v55;
-  const lanes v134 = v129 - v133;
-  const lanes v135 = v134 * v76;
-  const lanes v136 = v128 * v55;
-  const lanes v137 = v132 * v47;
-  const lanes v138 = v136 + v137;
-  const lanes v139 = v138 * v84;
-  const lanes v140 = v135 - v139;
-  const lanes v141 = v125 * v140;
-  const lanes v142 = 0.01773161590195061 * q_5;
-  const lanes v143 = 0.021996541215881935 - v142;
-  const lanes v144 = v143 - 0.014543471362779892;
-  const lanes v145 = v134 * v84;
-  const lanes v146 = v138 * v76;
-  const lanes v147 = v145 + v146;
-  const lanes v148 = v144 * v147;
-  const lanes v149 = v141 + v148;
-  const lanes v150 = v121 + v149;
-  const lanes v151 = 0.9997828710780122 * q_3;
-  const lanes v152 = 0.756 + v151;
-  const lanes v153 = v152 + 0.0011710800314968948;
-  const lanes v154 = v153 + 0.8571138553751799;
-  const lanes v155 = 13.726150127845361 * v21;
-  const lanes v156 = v155 * v47;
-  const lanes v157 = 13.726150127845361 * v25;
-  const lanes v158 = v157 * v55;
-  const lanes v159 = v156 - v158;
-  const lanes v160 = v154 * v159;
-  const lanes v161 = 0.020837722980371797 * q_3;
-  const lanes v162 = 0.05618779735458429 - v161;
-  const lanes v163 = v162 - 0.017864179911072742;
-  const lanes v164 = v155 * v55;
-  const lanes v165 = v157 * v47;
-  const lanes v166 = v164 + v165;
-  const lanes v167 = v163 * v166;
-  const lanes v168 = v160 + v167;
-  const lanes v169 = v150 + v168;
-  const lanes v170 = 13.296521628843802 * v21;
-  const lanes v171 = v169 + v170;
-  const lanes v172 = v1 * v171;
-  const lanes v173 = v172 * qd_0;
-  const lanes v174 = 1.2774 * v115;
-  const lanes v175 = 0.0576 * v119;
-  const lanes v176 = v174 - v175;
-  const lanes v177 = v144 * v140;
-  const lanes v178 = v125 * v147;
-  const lanes v179 = v177 - v178;
-  const lanes v180 = v176 + v179;
-  const lanes v181 = v163 * v159;
-  const lanes v182 = v154 * v166;
-  const lanes v183 = v181 - v182;
-  const lanes v184 = v180 + v183;
-  const lanes v185 = 13.296521628843802 * v25;
-  const lanes v186 = v184 - v185;
-  const lanes v187 = v2 * v186;
-  const lanes v188 = q_1 * qd_1;
-  const lanes v189 = 0.5 * v7;
-  const lanes v190 = v188 / v189;
-  const lanes v191 = v187 * v190;
-  const lanes v192 = v2 * v184;
-  const lanes v193 = q_2 * qd_2;
-  const lanes v194 = 0.5 * v32;
-  const lanes v195 = v193 / v194;
-  const lanes v196 = v192 * v195;
-  const lanes v197 = 0.9997828710780122 * v159;
-  const lanes v198 = 0.020837722980371797 * v166;
-  const lanes v199 = v197 - v198;
-  const lanes v200 = v2 * v199;
-  const lanes v201 = v200 * qd_3;
-  const lanes v202 = v2 * v180;
-  const lanes v203 = q_4 * qd_4;
-  const lanes v204 = 0.5 * v62;
-  const lanes v205 = v203 / v204;
-  const lanes v206 = v202 * v205;
-  const lanes v207 = 0.999842782540088 * v140;
-  const lanes v208 = 0.01773161590195061 * v147;
-  const lanes v209 = v207 - v208;
-  const lanes v210 = v2 * v209;
-  const lanes v211 = v210 * qd_5;
-  const lanes v212 = v2 * v176;
-  const lanes v213 = q_6 * qd_6;
-  const lanes v214 = 0.5 * v94;
-  const lanes v215 = v213 / v214;
-  const lanes v216 = v212 * v215;
-  const lanes v217 = v211 + v216;
-  const lanes v218 = v206 + v217;
-  const lanes v219 = v201 + v218;
-  const lanes v220 = v196 + v219;
-  const lanes v221 = v191 + v220;
-  const lanes v222 = v173 + v221;
-  const lanes v223 = -v222;
-  out[0] = v223;
-  const lanes v224 = v1 * v186;
-  const lanes v225 = qd_1 / v189;
-  const lanes v226 = 2.0 * q_1;
-  const lanes v227 = v226 * qd_1;
-  const lanes v228 = v4 * v227;
-  const lanes v229 = v5 * v227;
-  const lanes v230 = v228 - v229;
-  const lanes v231 = 0.25 / v7;
-  const lanes v232 = v230 * v231;
-  const lanes v233 = v189 * v189;
-  const lanes v234 = q_1 / v233;
-  const lanes v235 = v232 * v234;
-  const lanes v236 = v225 - v235;
-  const lanes v237 = v224 * v236;
-  const lanes v238 = q_1 / v189;
-  const lanes v239 = v1 * v190;
-  const lanes v240 = v171 * v239;
-  const lanes v241 = v187 * qd_0;
-  const lanes v242 = v240 + v241;
-  const lanes v243 = v169 * v195;
-  const lanes v244 = 0.9997828710780122 * v166;
-  const lanes v245 = 0.020837722980371797 * v159;
-  const lanes v246 = v244 + v245;
-  const lanes v247 = v246 * qd_3;
-  const lanes v248 = v150 * v205;
-  const lanes v249 = 0.999842782540088 * v147;
-  const lanes v250 = 0.01773161590195061 * v140;
-  const lanes v251 = v249 + v250;
-  const lanes v252 = v251 * qd_5;
-  const lanes v253 = v121 * v215;
-  const lanes v254 = v252 + v253;
-  const lanes v255 = v248 + v254;
-  const lanes v256 = v247 + v255;
-  const lanes v257 = v243 + v256;
-  const lanes v258 = v1 * v257;
-  const lanes v259 = v242 + v258;
-  const lanes v260 = v238 * v259;
-  const lanes v261 = v237 - v260;
-  out[1] = v261;
-  const lanes v262 = v1 * v184;
-  const lanes v263 = qd_2 / v194;
-  const lanes v264 = 2.0 * q_2;
-  const lanes v265 = v264 * qd_2;
-  const lanes v266 = v29 * v265;
-  const lanes v267 = v30 * v265;
-  const lanes v268 = v266 - v267;
-  const lanes v269 = 0.25 / v32;
-  const lanes v270 = v268 * v269;
-  const lanes v271 = v194 * v194;
-  const lanes v272 = q_2 / v271;
-  const lanes v273 = v270 * v272;
-  const lanes v274 = v263 - v273;
-  const lanes v275 = v262 * v274;
-  const lanes v276 = q_2 / v194;
-  const lanes v277 = v1 * v195;
-  const lanes v278 = v239 + v277;
-  const lanes v279 = v169 * v278;
-  const lanes v280 = v192 * qd_0;
-  const lanes v281 = v279 + v280;
-  const lanes v282 = v1 * v256;
-  const lanes v283 = v281 + v282;
-  const lanes v284 = v276 * v283;
-  const lanes v285 = v275 - v284;
-  out[2] = v285;
-  const lanes v286 = v246 * v278;
-  const lanes v287 = v200 * qd_0;
-  const lanes v288 = v286 + v287;
-  const lanes v289 = -v288;
-  out[3] = v289;
-  const lanes v290 = v1 * v180;
-  const lanes v291 = qd_4 / v204;
-  const lanes v292 = 2.0 * q_4;
-  const lanes v293 = v292 * qd_4;
-  const lanes v294 = v293 * v59;
-  const lanes v295 = v293 * v60;
-  const lanes v296 = v294 - v295;
-  const lanes v297 = 0.25 / v62;
-  const lanes v298 = v296 * v297;
-  const lanes v299 = v204 * v204;
-  const lanes v300 = q_4 / v299;
-  const lanes v301 = v298 * v300;
-  const lanes v302 = v291 - v301;
-  const lanes v303 = v290 * v302;
-  const lanes v304 = q_4 / v204;
-  const lanes v305 = v1 * v205;
-  const lanes v306 = v305 + v278;
-  const lanes v307 = v150 * v306;
-  const lanes v308 = v202 * qd_0;
-  const lanes v309 = v307 + v308;
-  const lanes v310 = v1 * v254;
-  const lanes v311 = v309 + v310;
-  const lanes v312 = v304 * v311;
-  const lanes v313 = v303 - v312;
-  out[4] = v313;
-  const lanes v314 = v251 * v306;
-  const lanes v315 = v210 * qd_0;
-  const lanes v316 = v314 + v315;
-  const lanes v317 = -v316;
-  out[5] = v317;
-  const lanes v318 = v1 * v176;
-  const lanes v319 = qd_6 / v214;
-  const lanes v320 = 2.0 * q_6;
-  const lanes v321 = v320 * qd_6;
-  const lanes v322 = v321 * v91;
-  const lanes v323 = v321 * v92;
-  const lanes v324 = v322 - v323;
-  const lanes v325 = 0.25 / v94;
-  const lanes v326 = v324 * v325;
-  const lanes v327 = v214 * v214;
-  const lanes v328 = q_6 / v327;
-  const lanes v329 = v326 * v328;
-  const lanes v330 = v319 - v329;
-  const lanes v331 = v318 * v330;
-  const lanes v332 = q_6 / v214;
-  const lanes v333 = v1 * v215;
-  const lanes v334 = v333 + v306;
-  const lanes v335 = v121 * v334;
-  const lanes v336 = v212 * qd_0;
-  const lanes v337 = v335 + v336;
-  const lanes v338 = v332 * v337;
-  const lanes v339 = v331 - v338;
-  out[6] = v339;
-  const lanes v340 = v224 * v190;
-  const lanes v341 = v262 * v195;
-  const lanes v342 = v1 * v199;
-  const lanes v343 = v342 * qd_3;
-  const lanes v344 = v290 * v205;
-  const lanes v345 = v1 * v209;
-  const lanes v346 = v345 * qd_5;
-  const lanes v347 = v318 * v215;
-  const lanes v348 = v346 + v347;
-  const lanes v349 = v344 + v348;
-  const lanes v350 = v343 + v349;
-  const lanes v351 = v341 + v350;
-  const lanes v352 = v340 + v351;
-  const lanes v353 = v2 * v171;
-  const lanes v354 = v353 * qd_0;
-  const lanes v355 = v352 - v354;
-  out[7] = v355;
-  const lanes v356 = v187 * v236;
-  const lanes v357 = v2 * v190;
-  const lanes v358 = v171 * v357;
-  const lanes v359 = v224 * qd_0;
-  const lanes v360 = v358 - v359;
-  const lanes v361 = v2 * v257;
-  const lanes v362 = v360 + v361;
-  const lanes v363 = v238 * v362;
-  const lanes v364 = v356 - v363;
-  out[8] = v364;
-  const lanes v365 = v192 * v274;
-  const lanes v366 = v2 * v195;
-  const lanes v367 = v357 + v366;
-  const lanes v368 = v169 * v367;
-  const lanes v369 = v262 * qd_0;
-  const lanes v370 = v368 - v369;
-  const lanes v371 = v2 * v256;
-  const lanes v372 = v370 + v371;
-  const lanes v373 = v276 * v372;
-  const lanes v374 = v365 - v373;
-  out[9] = v374;
-  const lanes v375 = v342 * qd_0;
-  const lanes v376 = v246 * v367;
-  const lanes v377 = v375 - v376;
-  out[10] = v377;
-  const lanes v378 = v202 * v302;
-  const lanes v379 = v2 * v205;
-  const lanes v380 = v379 + v367;
-  const lanes v381 = v150 * v380;
-  const lanes v382 = v290 * qd_0;
-  const lanes v383 = v381 - v382;
-  const lanes v384 = v2 * v254;
-  const lanes v385 = v383 + v384;
-  const lanes v386 = v304 * v385;
-  const lanes v387 = v378 - v386;
-  out[11] = v387;
-  const lanes v388 = v345 * qd_0;
-  const lanes v389 = v251 * v380;
-  const lanes v390 = v388 - v389;
-  out[12] = v390;
-  const lanes v391 = v212 * v330;
-  const lanes v392 = v2 * v215;
-  const lanes v393 = v392 + v380;
-  const lanes v394 = v121 * v393;
-  const lanes v395 = v318 * qd_0;
-  const lanes v396 = v394 - v395;
-  const lanes v397 = v332 * v396;
-  const lanes v398 = v391 - v397;
-  out[13] = v398;
-  out[14] = LANES_OF(0.0);
-  const lanes v399 = v224 * v239;
-  const lanes v400 = v187 * v357;
-  const lanes v401 = v399 + v400;
-  const lanes v402 = v1 * v351;
-  const lanes v403 = v2 * v220;
-  const lanes v404 = v402 + v403;
-  const lanes v405 = v401 + v404;
-  const lanes v406 = v238 * v405;
-  const lanes v407 = v171 * v236;
-  const lanes v408 = v406 + v407;
-  const lanes v409 = -v408;
-  out[15] = v409;
-  const lanes v410 = v262 * v278;
-  const lanes v411 = v192 * v367;
-  const lanes v412 = v410 + v411;
-  const lanes v413 = v1 * v350;
-  const lanes v414 = v2 * v219;
-  const lanes v415 = v413 + v414;
-  const lanes v416 = v412 + v415;
-  const lanes v417 = v276 * v416;
-  const lanes v418 = v169 * v274;
-  const lanes v419 = v417 + v418;
-  const lanes v420 = -v419;
-  out[16] = v420;
-  const lanes v421 = v342 * v278;
-  const lanes v422 = v200 * v367;
-  const lanes v423 = v421 + v422;
-  const lanes v424 = -v423;
-  out[17] = v424;
-  const lanes v425 = v290 * v306;
-  const lanes v426 = v202 * v380;
-  const lanes v427 = v425 + v426;
-  const lanes v428 = v1 * v348;
-  const lanes v429 = v2 * v217;
-  const lanes v430 = v428 + v429;
-  const lanes v431 = v427 + v430;
-  const lanes v432 = v304 * v431;
-  const lanes v433 = v150 * v302;
-  const lanes v434 = v432 + v433;
-  const lanes v435 = -v434;
-  out[18] = v435;
-  const lanes v436 = v345 * v306;
-  const lanes v437 = v210 * v380;
-  const lanes v438 = v436 + v437;
-  const lanes v439 = -v438;
-  out[19] = v439;
-  const lanes v440 = v318 * v334;
-  const lanes v441 = v212 * v393;
-  const lanes v442 = v440 + v441;
-  const lanes v443 = v332 * v442;
-  const lanes v444 = v121 * v330;
-  const lanes v445 = v443 + v444;
-  const lanes v446 = -v445;
-  out[20] = v446;
-  out[21] = LANES_OF(0.0);
-  const lanes v447 = v1 * qd_0;
-  const lanes v448 = v238 * v447;
-  const lanes v449 = v2 * v236;
-  const lanes v450 = v448 + v449;
-  const lanes v451 = -v450;
-  out[22] = v451;
-  const lanes v452 = v276 * v447;
-  const lanes v453 = v2 * v274;
-  const lanes v454 = v452 + v453;
-  const lanes v455 = -v454;
-  out[23] = v455;
-  out[24] = LANES_OF(0.0);
-  const lanes v456 = v304 * v447;
-  const lanes v457 = v2 * v302;
-  const lanes v458 = v456 + v457;
-  const lanes v459 = -v458;
-  out[25] = v459;
-  out[26] = LANES_OF(0.0);
-  const lanes v460 = v332 * v447;
-  const lanes v461 = v2 * v330;
-  const lanes v462 = v460 + v461;
-  const lanes v463 = -v462;
-  out[27] = v463;
-  out[28] = LANES_OF(0.0);
-  const lanes v464 = v1 * v236;
-  const lanes v465 = v2 * qd_0;
-  const lanes v466 = v238 * v465;
-  const lanes v467 = v464 - v466;
-  out[29] = v467;
-  const lanes v468 = v1 * v274;
-  const lanes v469 = v276 * v465;
-  const lanes v470 = v468 - v469;
-  out[30] = v470;
-  out[31] = LANES_OF(0.0);
-  const lanes v471 = v1 * v302;
-  const lanes v472 = v304 * v465;
-  const lanes v473 = v471 - v472;
-  out[32] = v473;
-  out[33] = LANES_OF(0.0);
-  const lanes v474 = v1 * v330;
-  const lanes v475 = v332 * v465;
-  const lanes v476 = v474 - v475;
-  out[34] = v476;
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  const lanes v477 = v1 * v357;
-  const lanes v478 = v2 * v239;
-  const lanes v479 = v477 - v478;
-  const lanes v480 = v276 * v479;
-  const lanes v481 = -v480;
-  out[37] = v481;
-  out[38] = LANES_OF(0.0);
-  const lanes v482 = v1 * v367;
-  const lanes v483 = v2 * v278;
-  const lanes v484 = v482 - v483;
-  const lanes v485 = v304 * v484;
-  const lanes v486 = -v485;
-  out[39] = v486;
-  out[40] = LANES_OF(0.0);
-  const lanes v487 = v1 * v380;
-  const lanes v488 = v2 * v306;
-  const lanes v489 = v487 - v488;
-  const lanes v490 = v332 * v489;
-  const lanes v491 = -v490;
-  out[41] = v491;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11],
+      qd_5 = in[12], qd_6 = in[13];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = q_1 * q_1, v4 = 1.3215098366089841 - v3, v5 = v3 - 0.3717842633910159,
+      v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.05518268758582475 * v7, v9 = 0.5 * v3, v10 = 0.386896705 + v9,
+      v11 = v10 - 0.03642682, v12 = 1.1314389456999898 * v11, v13 = v8 + v12, v14 = v13 - 0.8755,
+      v15 = 0.1708 * v14, v16 = 0.1103653751716495 * v11, v17 = 0.5657194728499949 * v7,
+      v18 = v16 - v17, v19 = v18 - 0.0854, v20 = 0.209 * v19, v21 = v15 - v20,
+      v22 = 13.726150127845361 * v21, v23 = q_2 * q_2, v24 = 1.0578131478133972 - v23,
+      v25 = v23 - 0.38743535218660285, v26 = v24 * v25;
+  LANES_LET1(v27, sqrt, v26);
+  const lanes v28 = 0.577777986497283 * v27, v29 = 0.5 * v23, v30 = 0.3407018 + v29,
+      v31 = v30 - 0.020610325, v32 = 0.3636611253594786 * v31, v33 = v28 - v32, v34 = 0.2478 + v33,
+      v35 = 0.0991 * v34, v36 = 1.155555972994566 * v31, v37 = 0.1818305626797393 * v27,
+      v38 = v36 + v37, v39 = v38 - 0.7874, v40 = 0.1772 * v39, v41 = v35 - v40,
+      v42 = 24.259685376140357 * v41, v43 = v22 * v42, v44 = 0.209 * v14, v45 = 0.1708 * v19,
+      v46 = v44 + v45, v47 = 13.726150127845361 * v46, v48 = 0.1772 * v34, v49 = 0.0991 * v39,
+      v50 = v48 + v49, v51 = 24.259685376140357 * v50, v52 = v47 * v51, v53 = v43 - v52,
+      v54 = 0.9992562012543986 * v53, v55 = v22 * v51, v56 = v47 * v42, v57 = v55 + v56,
+      v58 = 0.03856221278179919 * v57, v59 = v54 - v58, v60 = q_4 * q_4,
+      v61 = 0.702936602426126 - v60, v62 = v60 - 0.23255545757387405, v63 = v61 * v62;
+  LANES_LET1(v64, sqrt, v63);
+  const lanes v65 = 0.7466208668870286 * v64, v66 = 0.5 * v60, v67 = 0.202158195 + v66,
+      v68 = 0.2522755194519218 * v67, v69 = v65 - v68, v70 = 0.11 + v69, v71 = 0.1139 * v70,
+      v72 = 0.1261377597259609 * v64, v73 = 1.4932417337740571 * v67, v74 = v72 + v73,
+      v75 = v74 - 0.6511, v76 = 0.1369 * v75, v77 = v71 - v76, v78 = 31.531000333597984 * v77,
+      v79 = v59 * v78, v80 = 0.9992562012543986 * v57, v81 = 0.03856221278179919 * v53,
+      v82 = v80 + v81, v83 = 0.1139 * v75, v84 = 0.1369 * v70, v85 = v83 + v84,
+      v86 = 31.531000333597984 * v85, v87 = v82 * v86, v88 = v79 - v87, v89 = q_6 * q_6,
+      v90 = 0.5 * v89, v91 = v90 - 0.235090075, v92 = 3.5864898908642604 * v91,
+      v93 = 0.7671943564657427 - v89, v94 = v89 - 0.2881530235342572, v95 = v93 * v94;
+  LANES_LET1(v96, sqrt, v95);
+  const lanes v97 = 2.341132586374052 * v96, v98 = v92 + v97, v99 = 0.1031 - v98,
+      v100 = 0.6996 * v99, v101 = 1.7932449454321302 * v96, v102 = 4.682265172748104 * v91,
+      v103 = v101 - v102, v104 = 0.1346 + v103, v105 = 0.0974 * v104, v106 = v100 - v105,
+      v107 = 2.004301551818451 * v106, v108 = v88 * v107, v109 = v59 * v86, v110 = v82 * v78,
+      v111 = v109 + v110, v112 = 0.0974 * v99, v113 = 0.6996 * v104, v114 = v112 + v113,
+      v115 = 2.004301551818451 * v114, v116 = v111 * v115, v117 = v108 - v116, v118 = 0.0576 * v117,
+      v119 = v88 * v115, v120 = v111 * v107, v121 = v119 + v120, v122 = 1.2774 * v121,
+      v123 = v118 + v122, v124 = 0.999842782540088 * q_5, v125 = 0.7858 + v124,
+      v126 = v125 + 0.00039009554984291347, v127 = v126 + 0.8200710502393802,
+      v128 = 0.9997828710780122 * v53, v129 = 0.020837722980371797 * v57, v130 = v128 - v129,
+      v131 = v130 * v78, v132 = 0.9997828710780122 * v57, v133 = 0.020837722980371797 * v53,
+      v134 = v132 + v133, v135 = v134 * v86, v136 = v131 - v135, v137 = v127 * v136,
+      v138 = 0.01773161590195061 * q_5, v139 = 0.021996541215881935 - v138,
+      v140 = v139 - 0.014543471362779892, v141 = v130 * v86, v142 = v134 * v78, v143 = v141 + v142,
+      v144 = v140 * v143, v145 = v137 + v144, v146 = v123 + v145, v147 = 0.9997828710780122 * q_3,
+      v148 = 0.756 + v147, v149 = v148 + 0.0011710800314968948, v150 = v149 + 0.8571138553751799,
+      v151 = v150 * v53, v152 = 0.020837722980371797 * q_3, v153 = 0.05618779735458429 - v152,
+      v154 = v153 - 0.017864179911072742, v155 = v154 * v57, v156 = v151 + v155, v157 = v146 + v156,
+      v158 = 13.296521628843802 * v21, v159 = v157 + v158, v160 = v1 * v159, v161 = v160 * qd_0,
+      v162 = 1.2774 * v117, v163 = 0.0576 * v121, v164 = v162 - v163, v165 = v140 * v136,
+      v166 = v127 * v143, v167 = v165 - v166, v168 = v164 + v167, v169 = v154 * v53,
+      v170 = v150 * v57, v171 = v169 - v170, v172 = v168 + v171, v173 = 13.296521628843802 * v46,
+      v174 = v172 - v173, v175 = v2 * v174, v176 = q_1 * qd_1, v177 = 0.5 * v7, v178 = v176 / v177,
+      v179 = v175 * v178, v180 = v2 * v172, v181 = q_2 * qd_2, v182 = 0.5 * v27, v183 = v181 / v182,
+      v184 = v180 * v183, v185 = v2 * v130, v186 = v185 * qd_3, v187 = v2 * v168, v188 = q_4 * qd_4,
+      v189 = 0.5 * v64, v190 = v188 / v189, v191 = v187 * v190, v192 = 0.999842782540088 * v136,
+      v193 = 0.01773161590195061 * v143, v194 = v192 - v193, v195 = v2 * v194, v196 = v195 * qd_5,
+      v197 = v2 * v164, v198 = q_6 * qd_6, v199 = 0.5 * v96, v200 = v198 / v199, v201 = v197 * v200,
+      v202 = v196 + v201, v203 = v191 + v202, v204 = v186 + v203, v205 = v184 + v204,
+      v206 = v179 + v205, v207 = v161 + v206, v208 = -v207;
+  out[0] = v208;
+  const lanes v209 = v1 * v174, v210 = qd_1 / v177, v211 = 2.0 * q_1, v212 = v211 * qd_1,
+      v213 = v4 * v212, v214 = v5 * v212, v215 = v213 - v214, v216 = 0.25 / v7, v217 = v215 * v216,
+      v218 = v177 * v177, v219 = q_1 / v218, v220 = v217 * v219, v221 = v210 - v220,
+      v222 = v209 * v221, v223 = q_1 / v177, v224 = v1 * v178, v225 = v159 * v224,
+      v226 = v175 * qd_0, v227 = v225 + v226, v228 = v157 * v183, v229 = v134 * qd_3,
+      v230 = v146 * v190, v231 = 0.999842782540088 * v143, v232 = 0.01773161590195061 * v136,
+      v233 = v231 + v232, v234 = v233 * qd_5, v235 = v123 * v200, v236 = v234 + v235,
+      v237 = v230 + v236, v238 = v229 + v237, v239 = v228 + v238, v240 = v1 * v239,
+      v241 = v227 + v240, v242 = v223 * v241, v243 = v222 - v242;
+  out[1] = v243;
+  const lanes v244 = v1 * v172, v245 = qd_2 / v182, v246 = 2.0 * q_2, v247 = v246 * qd_2,
+      v248 = v24 * v247, v249 = v25 * v247, v250 = v248 - v249, v251 = 0.25 / v27,
+      v252 = v250 * v251, v253 = v182 * v182, v254 = q_2 / v253, v255 = v252 * v254,
+      v256 = v245 - v255, v257 = v244 * v256, v258 = q_2 / v182, v259 = v1 * v183,
+      v260 = v224 + v259, v261 = v157 * v260, v262 = v180 * qd_0, v263 = v261 + v262,
+      v264 = v1 * v238, v265 = v263 + v264, v266 = v258 * v265, v267 = v257 - v266;
+  out[2] = v267;
+  const lanes v268 = v134 * v260, v269 = v185 * qd_0, v270 = v268 + v269, v271 = -v270;
+  out[3] = v271;
+  const lanes v272 = v1 * v168, v273 = qd_4 / v189, v274 = 2.0 * q_4, v275 = v274 * qd_4,
+      v276 = v61 * v275, v277 = v62 * v275, v278 = v276 - v277, v279 = 0.25 / v64,
+      v280 = v278 * v279, v281 = v189 * v189, v282 = q_4 / v281, v283 = v280 * v282,
+      v284 = v273 - v283, v285 = v272 * v284, v286 = q_4 / v189, v287 = v1 * v190,
+      v288 = v287 + v260, v289 = v146 * v288, v290 = v187 * qd_0, v291 = v289 + v290,
+      v292 = v1 * v236, v293 = v291 + v292, v294 = v286 * v293, v295 = v285 - v294;
+  out[4] = v295;
+  const lanes v296 = v233 * v288, v297 = v195 * qd_0, v298 = v296 + v297, v299 = -v298;
+  out[5] = v299;
+  const lanes v300 = v1 * v164, v301 = qd_6 / v199, v302 = 2.0 * q_6, v303 = v302 * qd_6,
+      v304 = v93 * v303, v305 = v94 * v303, v306 = v304 - v305, v307 = 0.25 / v96,
+      v308 = v306 * v307, v309 = v199 * v199, v310 = q_6 / v309, v311 = v308 * v310,
+      v312 = v301 - v311, v313 = v300 * v312, v314 = q_6 / v199, v315 = v1 * v200,
+      v316 = v315 + v288, v317 = v123 * v316, v318 = v197 * qd_0, v319 = v317 + v318,
+      v320 = v314 * v319, v321 = v313 - v320;
+  out[6] = v321;
+  const lanes v322 = v209 * v178, v323 = v244 * v183, v324 = v1 * v130, v325 = v324 * qd_3,
+      v326 = v272 * v190, v327 = v1 * v194, v328 = v327 * qd_5, v329 = v300 * v200,
+      v330 = v328 + v329, v331 = v326 + v330, v332 = v325 + v331, v333 = v323 + v332,
+      v334 = v322 + v333, v335 = v2 * v159, v336 = v335 * qd_0, v337 = v334 - v336;
+  out[7] = v337;
+  const lanes v338 = v175 * v221, v339 = v2 * v178, v340 = v159 * v339, v341 = v209 * qd_0,
+      v342 = v340 - v341, v343 = v2 * v239, v344 = v342 + v343, v345 = v223 * v344,
+      v346 = v338 - v345;
+  out[8] = v346;
+  const lanes v347 = v180 * v256, v348 = v2 * v183, v349 = v339 + v348, v350 = v157 * v349,
+      v351 = v244 * qd_0, v352 = v350 - v351, v353 = v2 * v238, v354 = v352 + v353,
+      v355 = v258 * v354, v356 = v347 - v355;
+  out[9] = v356;
+  const lanes v357 = v324 * qd_0, v358 = v134 * v349, v359 = v357 - v358;
+  out[10] = v359;
+  const lanes v360 = v187 * v284, v361 = v2 * v190, v362 = v361 + v349, v363 = v146 * v362,
+      v364 = v272 * qd_0, v365 = v363 - v364, v366 = v2 * v236, v367 = v365 + v366,
+      v368 = v286 * v367, v369 = v360 - v368;
+  out[11] = v369;
+  const lanes v370 = v327 * qd_0, v371 = v233 * v362, v372 = v370 - v371;
+  out[12] = v372;
+  const lanes v373 = v197 * v312, v374 = v2 * v200, v375 = v374 + v362, v376 = v123 * v375,
+      v377 = v300 * qd_0, v378 = v376 - v377, v379 = v314 * v378, v380 = v373 - v379;
+  out[13] = v380; out[14] = LANES_OF(0.0);
+  const lanes v381 = v209 * v224, v382 = v175 * v339, v383 = v381 + v382, v384 = v1 * v333,
+      v385 = v2 * v205, v386 = v384 + v385, v387 = v383 + v386, v388 = v223 * v387,
+      v389 = v159 * v221, v390 = v388 + v389, v391 = -v390;
+  out[15] = v391;
+  const lanes v392 = v244 * v260, v393 = v180 * v349, v394 = v392 + v393, v395 = v1 * v332,
+      v396 = v2 * v204, v397 = v395 + v396, v398 = v394 + v397, v399 = v258 * v398,
+      v400 = v157 * v256, v401 = v399 + v400, v402 = -v401;
+  out[16] = v402;
+  const lanes v403 = v324 * v260, v404 = v185 * v349, v405 = v403 + v404, v406 = -v405;
+  out[17] = v406;
+  const lanes v407 = v272 * v288, v408 = v187 * v362, v409 = v407 + v408, v410 = v1 * v330,
+      v411 = v2 * v202, v412 = v410 + v411, v413 = v409 + v412, v414 = v286 * v413,
+      v415 = v146 * v284, v416 = v414 + v415, v417 = -v416;
+  out[18] = v417;
+  const lanes v418 = v327 * v288, v419 = v195 * v362, v420 = v418 + v419, v421 = -v420;
+  out[19] = v421;
+  const lanes v422 = v300 * v316, v423 = v197 * v375, v424 = v422 + v423, v425 = v314 * v424,
+      v426 = v123 * v312, v427 = v425 + v426, v428 = -v427;
+  out[20] = v428; out[21] = LANES_OF(0.0);
+  const lanes v429 = v1 * qd_0, v430 = v223 * v429, v431 = v2 * v221, v432 = v430 + v431,
+      v433 = -v432;
+  out[22] = v433;
+  const lanes v434 = v258 * v429, v435 = v2 * v256, v436 = v434 + v435, v437 = -v436;
+  out[23] = v437; out[24] = LANES_OF(0.0);
+  const lanes v438 = v286 * v429, v439 = v2 * v284, v440 = v438 + v439, v441 = -v440;
+  out[25] = v441; out[26] = LANES_OF(0.0);
+  const lanes v442 = v314 * v429, v443 = v2 * v312, v444 = v442 + v443, v445 = -v444;
+  out[27] = v445; out[28] = LANES_OF(0.0);
+  const lanes v446 = v1 * v221, v447 = v2 * qd_0, v448 = v223 * v447, v449 = v446 - v448;
+  out[29] = v449;
+  const lanes v450 = v1 * v256, v451 = v258 * v447, v452 = v450 - v451;
+  out[30] = v452; out[31] = LANES_OF(0.0);
+  const lanes v453 = v1 * v284, v454 = v286 * v447, v455 = v453 - v454;
+  out[32] = v455; out[33] = LANES_OF(0.0);
+  const lanes v456 = v1 * v312, v457 = v314 * v447, v458 = v456 - v457;
+  out[34] = v458; out[35] = LANES_OF(0.0); out[36] = LANES_OF(0.0);
+  const lanes v459 = v1 * v339, v460 = v2 * v224, v461 = v459 - v460, v462 = v258 * v461,
+      v463 = -v462;
+  out[37] = v463; out[38] = LANES_OF(0.0);
+  const lanes v464 = v1 * v349, v465 = v2 * v260, v466 = v464 - v465, v467 = v286 * v466,
+      v468 = -v467;
+  out[39] = v468; out[40] = LANES_OF(0.0);
+  const lanes v469 = v1 * v362, v470 = v2 * v288, v471 = v469 - v470, v472 = v314 * v471,
+      v473 = -v472;
+  out[41] = v473;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_hessian_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 1.3215098366089841 - v3;
-  const lanes v5 = v3 - 0.3717842633910159;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.05518268758582475 * v7;
-  const lanes v9 = 0.5 * v3;
-  const lanes v10 = 0.386896705 + v9;
-  const lanes v11 = v10 - 0.03642682;
-  const lanes v12 = 1.1314389456999898 * v11;
-  const lanes v13 = v8 + v12;
-  const lanes v14 = v13 - 0.8755;
-  const lanes v15 = 0.1708 * v14;
-  const lanes v16 = 0.1103653751716495 * v11;
-  const lanes v17 = 0.5657194728499949 * v7;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 - 0.0854;
-  const lanes v20 = 0.209 * v19;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 13.715940634598335 * v21;
-  const lanes v23 = 0.209 * v14;
-  const lanes v24 = 0.1708 * v19;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.529310721904893 * v25;
-  const lanes v27 = v22 - v26;
-  const lanes v28 = q_2 * q_2;
-  const lanes v29 = 1.0578131478133972 - v28;
-  const lanes v30 = v28 - 0.38743535218660285;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.577777986497283 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 0.3407018 + v34;
-  const lanes v36 = v35 - 0.020610325;
-  const lanes v37 = 0.3636611253594786 * v36;
-  const lanes v38 = v33 - v37;
-  const lanes v39 = 0.2478 + v38;
-  const lanes v40 = 0.0991 * v39;
-  const lanes v41 = 1.155555972994566 * v36;
-  const lanes v42 = 0.1818305626797393 * v32;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = v43 - 0.7874;
-  const lanes v45 = 0.1772 * v44;
-  const lanes v46 = v40 - v45;
-  const lanes v47 = 24.259685376140357 * v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = 13.715940634598335 * v25;
-  const lanes v50 = 0.529310721904893 * v21;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = 0.1772 * v39;
-  const lanes v53 = 0.0991 * v44;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 24.259685376140357 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v48 - v56;
-  const lanes v58 = q_4 * q_4;
-  const lanes v59 = 0.702936602426126 - v58;
-  const lanes v60 = v58 - 0.23255545757387405;
-  const lanes v61 = v59 * v60;
-  lanes v62; LANES_NAME(lanes_sqrt)(&v61, &v62);
-  const lanes v63 = 0.7466208668870286 * v62;
-  const lanes v64 = 0.5 * v58;
-  const lanes v65 = 0.202158195 + v64;
-  const lanes v66 = 0.2522755194519218 * v65;
-  const lanes v67 = v63 - v66;
-  const lanes v68 = 0.11 + v67;
-  const lanes v69 = 0.1139 * v68;
-  const lanes v70 = 0.1261377597259609 * v62;
-  const lanes v71 = 1.4932417337740571 * v65;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v72 - 0.6511;
-  const lanes v74 = 0.1369 * v73;
-  const lanes v75 = v69 - v74;
-  const lanes v76 = 31.531000333597984 * v75;
-  const lanes v77 = v57 * v76;
-  const lanes v78 = v27 * v55;
-  const lanes v79 = v51 * v47;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = 0.1139 * v73;
-  const lanes v82 = 0.1369 * v68;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = 31.531000333597984 * v83;
-  const lanes v85 = v80 * v84;
-  const lanes v86 = v77 - v85;
-  const lanes v87 = q_6 * q_6;
-  const lanes v88 = 0.5 * v87;
-  const lanes v89 = v88 - 0.235090075;
-  const lanes v90 = 3.5864898908642604 * v89;
-  const lanes v91 = 0.7671943564657427 - v87;
-  const lanes v92 = v87 - 0.2881530235342572;
-  const lanes v93 = v91 * v92;
-  lanes v94; LANES_NAME(lanes_sqrt)(&v93, &v94);
-  const lanes v95 = 2.341132586374052 * v94;
-  const lanes v96 = v90 + v95;
-  const lanes v97 = 0.1031 - v96;
-  const lanes v98 = 0.6996 * v97;
-  const lanes v99 = 1.7932449454321302 * v94;
-  const lanes v100 = 4.682265172748104 * v89;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = 0.1346 + v101;
-  const lanes v103 = 0.0974 * v102;
-  const lanes v104 = v98 - v103;
-  const lanes v105 = 2.004301551818451 * v104;
-  const lanes v106 = v86 * v105;
-  const lanes v107 = v57 * v84;
-  const lanes v108 = v80 * v76;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = 0.0974 * v97;
-  const lanes v111 = 0.6996 * v102;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = 2.004301551818451 * v112;
-  const lanes v114 = v109 * v113;
-  const lanes v115 = v106 - v114;
-  const lanes v116 = 0.0576 * v115;
-  const lanes v117 = v86 * v113;
-  const lanes v118 = v109 * v105;
-  const lanes v119 = v117 + v118;
-  const lanes v120 = 1.2774 * v119;
-  const lanes v121 = v116 + v120;
-  const lanes v122 = 0.999842782540088 * q_5;
-  const lanes v123 = 0.7858 + v122;
-  const lanes v124 = v123 + 0.00039009554984291347;
-  const lanes v125 = v124 + 0.8200710502393802;
-  const lanes v126 = 13.72316978366506 * v21;
-  const lanes v127 = 0.2860217139510366 * v25;
-  const lanes v128 = v126 - v127;
-  const lanes v129 = v128 * v47;
-  const lanes v130 = 13.72316978366506 * v25;
-  const lanes v131 = 0.2860217139510366 * v21;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = v132 * v55;
-  const lanes v134 = v129 - v133;
-  const lanes v135 = v134 * v76;
-  const lanes v136 = v128 * v55;
-  const lanes v137 = v132 * v47;
-  const lanes v138 = v136 + v137;
-  const lanes v139 = v138 * v84;
-  const lanes v140 = v135 - v139;
-  const lanes v141 = v125 * v140;
-  const lanes v142 = 0.01773161590195061 * q_5;
-  const lanes v143 = 0.021996541215881935 - v142;
-  const lanes v144 = v143 - 0.014543471362779892;
-  const lanes v145 = v134 * v84;
-  const lanes v146 = v138 * v76;
-  const lanes v147 = v145 + v146;
-  const lanes v148 = v144 * v147;
-  const lanes v149 = v141 + v148;
-  const lanes v150 = v121 + v149;
-  const lanes v151 = 0.9997828710780122 * q_3;
-  const lanes v152 = 0.756 + v151;
-  const lanes v153 = v152 + 0.0011710800314968948;
-  const lanes v154 = v153 + 0.8571138553751799;
-  const lanes v155 = 13.726150127845361 * v21;
-  const lanes v156 = v155 * v47;
-  const lanes v157 = 13.726150127845361 * v25;
-  const lanes v158 = v157 * v55;
-  const lanes v159 = v156 - v158;
-  const lanes v160 = v154 * v159;
-  const lanes v161 = 0.020837722980371797 * q_3;
-  const lanes v162 = 0.05618779735458429 - v161;
-  const lanes v163 = v162 - 0.017864179911072742;
-  const lanes v164 = v155 * v55;
-  const lanes v165 = v157 * v47;
-  const lanes v166 = v164 + v165;
-  const lanes v167 = v163 * v166;
-  const lanes v168 = v160 + v167;
-  const lanes v169 = v150 + v168;
-  const lanes v170 = 13.296521628843802 * v21;
-  const lanes v171 = v169 + v170;
-  const lanes v172 = v1 * v171;
-  const lanes v173 = -v172;
-  out[0] = v173;
-  const lanes v174 = 1.2774 * v115;
-  const lanes v175 = 0.0576 * v119;
-  const lanes v176 = v174 - v175;
-  const lanes v177 = v144 * v140;
-  const lanes v178 = v125 * v147;
-  const lanes v179 = v177 - v178;
-  const lanes v180 = v176 + v179;
-  const lanes v181 = v163 * v159;
-  const lanes v182 = v154 * v166;
-  const lanes v183 = v181 - v182;
-  const lanes v184 = v180 + v183;
-  const lanes v185 = 13.296521628843802 * v25;
-  const lanes v186 = v184 - v185;
-  const lanes v187 = v2 * v186;
-  const lanes v188 = 0.5 * v7;
-  const lanes v189 = q_1 / v188;
-  const lanes v190 = v187 * v189;
-  const lanes v191 = -v190;
-  out[1] = v191;
-  const lanes v192 = v2 * v184;
-  const lanes v193 = 0.5 * v32;
-  const lanes v194 = q_2 / v193;
-  const lanes v195 = v192 * v194;
-  const lanes v196 = -v195;
-  out[2] = v196;
-  const lanes v197 = 0.9997828710780122 * v159;
-  const lanes v198 = 0.020837722980371797 * v166;
-  const lanes v199 = v197 - v198;
-  const lanes v200 = v2 * v199;
-  const lanes v201 = -v200;
-  out[3] = v201;
-  const lanes v202 = v2 * v180;
-  const lanes v203 = 0.5 * v62;
-  const lanes v204 = q_4 / v203;
-  const lanes v205 = v202 * v204;
-  const lanes v206 = -v205;
-  out[4] = v206;
-  const lanes v207 = 0.999842782540088 * v140;
-  const lanes v208 = 0.01773161590195061 * v147;
-  const lanes v209 = v207 - v208;
-  const lanes v210 = v2 * v209;
-  const lanes v211 = -v210;
-  out[5] = v211;
-  const lanes v212 = v2 * v176;
-  const lanes v213 = 0.5 * v94;
-  const lanes v214 = q_6 / v213;
-  const lanes v215 = v212 * v214;
-  const lanes v216 = -v215;
-  out[6] = v216;
-  out[7] = v191;
-  const lanes v217 = v1 * v186;
-  const lanes v218 = 1.0 / v188;
-  const lanes v219 = v188 * v188;
-  const lanes v220 = q_1 / v219;
-  const lanes v221 = 0.25 / v7;
-  const lanes v222 = 2.0 * q_1;
-  const lanes v223 = v4 * v222;
-  const lanes v224 = v5 * v222;
-  const lanes v225 = v223 - v224;
-  const lanes v226 = v221 * v225;
-  const lanes v227 = v220 * v226;
-  const lanes v228 = v218 - v227;
-  const lanes v229 = v217 * v228;
-  const lanes v230 = v172 * v189;
-  const lanes v231 = v189 * v230;
-  const lanes v232 = v229 - v231;
-  out[8] = v232;
-  const lanes v233 = v1 * v169;
-  const lanes v234 = v194 * v233;
-  const lanes v235 = v189 * v234;
-  const lanes v236 = -v235;
-  out[9] = v236;
-  const lanes v237 = 0.9997828710780122 * v166;
-  const lanes v238 = 0.020837722980371797 * v159;
-  const lanes v239 = v237 + v238;
-  const lanes v240 = v1 * v239;
-  const lanes v241 = v189 * v240;
-  const lanes v242 = -v241;
-  out[10] = v242;
-  const lanes v243 = v1 * v150;
-  const lanes v244 = v204 * v243;
-  const lanes v245 = v189 * v244;
-  const lanes v246 = -v245;
-  out[11] = v246;
-  const lanes v247 = 0.999842782540088 * v147;
-  const lanes v248 = 0.01773161590195061 * v140;
-  const lanes v249 = v247 + v248;
-  const lanes v250 = v1 * v249;
-  const lanes v251 = v189 * v250;
-  const lanes v252 = -v251;
-  out[12] = v252;
-  const lanes v253 = v1 * v121;
-  const lanes v254 = v214 * v253;
-  const lanes v255 = v189 * v254;
-  const lanes v256 = -v255;
-  out[13] = v256;
-  out[14] = v196;
-  const lanes v257 = v189 * v233;
-  const lanes v258 = v194 * v257;
-  const lanes v259 = -v258;
-  out[15] = v259;
-  const lanes v260 = v1 * v184;
-  const lanes v261 = 1.0 / v193;
-  const lanes v262 = v193 * v193;
-  const lanes v263 = q_2 / v262;
-  const lanes v264 = 0.25 / v32;
-  const lanes v265 = 2.0 * q_2;
-  const lanes v266 = v29 * v265;
-  const lanes v267 = v30 * v265;
-  const lanes v268 = v266 - v267;
-  const lanes v269 = v264 * v268;
-  const lanes v270 = v263 * v269;
-  const lanes v271 = v261 - v270;
-  const lanes v272 = v260 * v271;
-  const lanes v273 = v194 * v234;
-  const lanes v274 = v272 - v273;
-  out[16] = v274;
-  const lanes v275 = v194 * v240;
-  const lanes v276 = -v275;
-  out[17] = v276;
-  const lanes v277 = v194 * v244;
-  const lanes v278 = -v277;
-  out[18] = v278;
-  const lanes v279 = v194 * v250;
-  const lanes v280 = -v279;
-  out[19] = v280;
-  const lanes v281 = v194 * v254;
-  const lanes v282 = -v281;
-  out[20] = v282;
-  out[21] = v201;
-  out[22] = v242;
-  out[23] = v276;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = v206;
-  const lanes v283 = v189 * v243;
-  const lanes v284 = v204 * v283;
-  const lanes v285 = -v284;
-  out[29] = v285;
-  const lanes v286 = v194 * v243;
-  const lanes v287 = v204 * v286;
-  const lanes v288 = -v287;
-  out[30] = v288;
-  out[31] = LANES_OF(0.0);
-  const lanes v289 = v1 * v180;
-  const lanes v290 = 1.0 / v203;
-  const lanes v291 = v203 * v203;
-  const lanes v292 = q_4 / v291;
-  const lanes v293 = 0.25 / v62;
-  const lanes v294 = 2.0 * q_4;
-  const lanes v295 = v294 * v59;
-  const lanes v296 = v294 * v60;
-  const lanes v297 = v295 - v296;
-  const lanes v298 = v293 * v297;
-  const lanes v299 = v292 * v298;
-  const lanes v300 = v290 - v299;
-  const lanes v301 = v289 * v300;
-  const lanes v302 = v204 * v244;
-  const lanes v303 = v301 - v302;
-  out[32] = v303;
-  const lanes v304 = v204 * v250;
-  const lanes v305 = -v304;
-  out[33] = v305;
-  const lanes v306 = v204 * v254;
-  const lanes v307 = -v306;
-  out[34] = v307;
-  out[35] = v211;
-  out[36] = v252;
-  out[37] = v280;
-  out[38] = LANES_OF(0.0);
-  out[39] = v305;
-  out[40] = LANES_OF(0.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = v216;
-  const lanes v308 = v189 * v253;
-  const lanes v309 = v214 * v308;
-  const lanes v310 = -v309;
-  out[43] = v310;
-  const lanes v311 = v194 * v253;
-  const lanes v312 = v214 * v311;
-  const lanes v313 = -v312;
-  out[44] = v313;
-  out[45] = LANES_OF(0.0);
-  const lanes v314 = v204 * v253;
-  const lanes v315 = v214 * v314;
-  const lanes v316 = -v315;
-  out[46] = v316;
-  out[47] = LANES_OF(0.0);
-  const lanes v317 = v1 * v176;
-  const lanes v318 = 1.0 / v213;
-  const lanes v319 = v213 * v213;
-  const lanes v320 = q_6 / v319;
-  const lanes v321 = 0.25 / v94;
-  const lanes v322 = 2.0 * q_6;
-  const lanes v323 = v322 * v91;
-  const lanes v324 = v322 * v92;
-  const lanes v325 = v323 - v324;
-  const lanes v326 = v321 * v325;
-  const lanes v327 = v320 * v326;
-  const lanes v328 = v318 - v327;
-  const lanes v329 = v317 * v328;
-  const lanes v330 = v214 * v254;
-  const lanes v331 = v329 - v330;
-  out[48] = v331;
-  const lanes v332 = v2 * v171;
-  const lanes v333 = -v332;
-  out[49] = v333;
-  const lanes v334 = v217 * v189;
-  out[50] = v334;
-  const lanes v335 = v260 * v194;
-  out[51] = v335;
-  const lanes v336 = v1 * v199;
-  out[52] = v336;
-  const lanes v337 = v289 * v204;
-  out[53] = v337;
-  const lanes v338 = v1 * v209;
-  out[54] = v338;
-  const lanes v339 = v317 * v214;
-  out[55] = v339;
-  out[56] = v334;
-  const lanes v340 = v187 * v228;
-  const lanes v341 = v332 * v189;
-  const lanes v342 = v189 * v341;
-  const lanes v343 = v340 - v342;
-  out[57] = v343;
-  const lanes v344 = v2 * v169;
-  const lanes v345 = v194 * v344;
-  const lanes v346 = v189 * v345;
-  const lanes v347 = -v346;
-  out[58] = v347;
-  const lanes v348 = v2 * v239;
-  const lanes v349 = v189 * v348;
-  const lanes v350 = -v349;
-  out[59] = v350;
-  const lanes v351 = v2 * v150;
-  const lanes v352 = v204 * v351;
-  const lanes v353 = v189 * v352;
-  const lanes v354 = -v353;
-  out[60] = v354;
-  const lanes v355 = v2 * v249;
-  const lanes v356 = v189 * v355;
-  const lanes v357 = -v356;
-  out[61] = v357;
-  const lanes v358 = v2 * v121;
-  const lanes v359 = v214 * v358;
-  const lanes v360 = v189 * v359;
-  const lanes v361 = -v360;
-  out[62] = v361;
-  out[63] = v335;
-  const lanes v362 = v189 * v344;
-  const lanes v363 = v194 * v362;
-  const lanes v364 = -v363;
-  out[64] = v364;
-  const lanes v365 = v192 * v271;
-  const lanes v366 = v194 * v345;
-  const lanes v367 = v365 - v366;
-  out[65] = v367;
-  const lanes v368 = v194 * v348;
-  const lanes v369 = -v368;
-  out[66] = v369;
-  const lanes v370 = v194 * v352;
-  const lanes v371 = -v370;
-  out[67] = v371;
-  const lanes v372 = v194 * v355;
-  const lanes v373 = -v372;
-  out[68] = v373;
-  const lanes v374 = v194 * v359;
-  const lanes v375 = -v374;
-  out[69] = v375;
-  out[70] = v336;
-  out[71] = v350;
-  out[72] = v369;
-  out[73] = LANES_OF(0.0);
-  out[74] = LANES_OF(0.0);
-  out[75] = LANES_OF(0.0);
-  out[76] = LANES_OF(0.0);
-  out[77] = v337;
-  const lanes v376 = v189 * v351;
-  const lanes v377 = v204 * v376;
-  const lanes v378 = -v377;
-  out[78] = v378;
-  const lanes v379 = v194 * v351;
-  const lanes v380 = v204 * v379;
-  const lanes v381 = -v380;
-  out[79] = v381;
-  out[80] = LANES_OF(0.0);
-  const lanes v382 = v202 * v300;
-  const lanes v383 = v204 * v352;
-  const lanes v384 = v382 - v383;
-  out[81] = v384;
-  const lanes v385 = v204 * v355;
-  const lanes v386 = -v385;
-  out[82] = v386;
-  const lanes v387 = v204 * v359;
-  const lanes v388 = -v387;
-  out[83] = v388;
-  out[84] = v338;
-  out[85] = v357;
-  out[86] = v373;
-  out[87] = LANES_OF(0.0);
-  out[88] = v386;
-  out[89] = LANES_OF(0.0);
-  out[90] = LANES_OF(0.0);
-  out[91] = v339;
-  const lanes v389 = v189 * v358;
-  const lanes v390 = v214 * v389;
-  const lanes v391 = -v390;
-  out[92] = v391;
-  const lanes v392 = v194 * v358;
-  const lanes v393 = v214 * v392;
-  const lanes v394 = -v393;
-  out[93] = v394;
-  out[94] = LANES_OF(0.0);
-  const lanes v395 = v204 * v358;
-  const lanes v396 = v214 * v395;
-  const lanes v397 = -v396;
-  out[95] = v397;
-  out[96] = LANES_OF(0.0);
-  const lanes v398 = v212 * v328;
-  const lanes v399 = v214 * v359;
-  const lanes v400 = v398 - v399;
-  out[97] = v400;
-  out[98] = LANES_OF(0.0);
-  out[99] = LANES_OF(0.0);
-  out[100] = LANES_OF(0.0);
-  out[101] = LANES_OF(0.0);
-  out[102] = LANES_OF(0.0);
-  out[103] = LANES_OF(0.0);
-  out[104] = LANES_OF(0.0);
-  out[105] = LANES_OF(0.0);
-  const lanes v401 = v1 * v217;
-  const lanes v402 = v2 * v187;
-  const lanes v403 = v401 + v402;
-  const lanes v404 = v189 * v403;
-  const lanes v405 = v189 * v404;
-  const lanes v406 = v171 * v228;
-  const lanes v407 = v405 + v406;
-  const lanes v408 = -v407;
-  out[106] = v408;
-  const lanes v409 = v1 * v260;
-  const lanes v410 = v2 * v192;
-  const lanes v411 = v409 + v410;
-  const lanes v412 = v194 * v411;
-  const lanes v413 = v189 * v412;
-  const lanes v414 = -v413;
-  out[107] = v414;
-  const lanes v415 = v1 * v336;
-  const lanes v416 = v2 * v200;
-  const lanes v417 = v415 + v416;
-  const lanes v418 = v189 * v417;
-  const lanes v419 = -v418;
-  out[108] = v419;
-  const lanes v420 = v1 * v289;
-  const lanes v421 = v2 * v202;
-  const lanes v422 = v420 + v421;
-  const lanes v423 = v204 * v422;
-  const lanes v424 = v189 * v423;
-  const lanes v425 = -v424;
-  out[109] = v425;
-  const lanes v426 = v1 * v338;
-  const lanes v427 = v2 * v210;
-  const lanes v428 = v426 + v427;
-  const lanes v429 = v189 * v428;
-  const lanes v430 = -v429;
-  out[110] = v430;
-  const lanes v431 = v1 * v317;
-  const lanes v432 = v2 * v212;
-  const lanes v433 = v431 + v432;
-  const lanes v434 = v214 * v433;
-  const lanes v435 = v189 * v434;
-  const lanes v436 = -v435;
-  out[111] = v436;
-  out[112] = LANES_OF(0.0);
-  const lanes v437 = v189 * v411;
-  const lanes v438 = v194 * v437;
-  const lanes v439 = -v438;
-  out[113] = v439;
-  const lanes v440 = v194 * v412;
-  const lanes v441 = v169 * v271;
-  const lanes v442 = v440 + v441;
-  const lanes v443 = -v442;
-  out[114] = v443;
-  const lanes v444 = v194 * v417;
-  const lanes v445 = -v444;
-  out[115] = v445;
-  const lanes v446 = v194 * v423;
-  const lanes v447 = -v446;
-  out[116] = v447;
-  const lanes v448 = v194 * v428;
-  const lanes v449 = -v448;
-  out[117] = v449;
-  const lanes v450 = v194 * v434;
-  const lanes v451 = -v450;
-  out[118] = v451;
-  out[119] = LANES_OF(0.0);
-  out[120] = v419;
-  out[121] = v445;
-  out[122] = LANES_OF(0.0);
-  out[123] = LANES_OF(0.0);
-  out[124] = LANES_OF(0.0);
-  out[125] = LANES_OF(0.0);
-  out[126] = LANES_OF(0.0);
-  const lanes v452 = v189 * v422;
-  const lanes v453 = v204 * v452;
-  const lanes v454 = -v453;
-  out[127] = v454;
-  const lanes v455 = v194 * v422;
-  const lanes v456 = v204 * v455;
-  const lanes v457 = -v456;
-  out[128] = v457;
-  out[129] = LANES_OF(0.0);
-  const lanes v458 = v204 * v423;
-  const lanes v459 = v150 * v300;
-  const lanes v460 = v458 + v459;
-  const lanes v461 = -v460;
-  out[130] = v461;
-  const lanes v462 = v204 * v428;
-  const lanes v463 = -v462;
-  out[131] = v463;
-  const lanes v464 = v204 * v434;
-  const lanes v465 = -v464;
-  out[132] = v465;
-  out[133] = LANES_OF(0.0);
-  out[134] = v430;
-  out[135] = v449;
-  out[136] = LANES_OF(0.0);
-  out[137] = v463;
-  out[138] = LANES_OF(0.0);
-  out[139] = LANES_OF(0.0);
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = q_1 * q_1, v4 = 1.3215098366089841 - v3, v5 = v3 - 0.3717842633910159,
+      v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.05518268758582475 * v7, v9 = 0.5 * v3, v10 = 0.386896705 + v9,
+      v11 = v10 - 0.03642682, v12 = 1.1314389456999898 * v11, v13 = v8 + v12, v14 = v13 - 0.8755,
+      v15 = 0.1708 * v14, v16 = 0.1103653751716495 * v11, v17 = 0.5657194728499949 * v7,
+      v18 = v16 - v17, v19 = v18 - 0.0854, v20 = 0.209 * v19, v21 = v15 - v20,
+      v22 = 13.726150127845361 * v21, v23 = q_2 * q_2, v24 = 1.0578131478133972 - v23,
+      v25 = v23 - 0.38743535218660285, v26 = v24 * v25;
+  LANES_LET1(v27, sqrt, v26);
+  const lanes v28 = 0.577777986497283 * v27, v29 = 0.5 * v23, v30 = 0.3407018 + v29,
+      v31 = v30 - 0.020610325, v32 = 0.3636611253594786 * v31, v33 = v28 - v32, v34 = 0.2478 + v33,
+      v35 = 0.0991 * v34, v36 = 1.155555972994566 * v31, v37 = 0.1818305626797393 * v27,
+      v38 = v36 + v37, v39 = v38 - 0.7874, v40 = 0.1772 * v39, v41 = v35 - v40,
+      v42 = 24.259685376140357 * v41, v43 = v22 * v42, v44 = 0.209 * v14, v45 = 0.1708 * v19,
+      v46 = v44 + v45, v47 = 13.726150127845361 * v46, v48 = 0.1772 * v34, v49 = 0.0991 * v39,
+      v50 = v48 + v49, v51 = 24.259685376140357 * v50, v52 = v47 * v51, v53 = v43 - v52,
+      v54 = 0.9992562012543986 * v53, v55 = v22 * v51, v56 = v47 * v42, v57 = v55 + v56,
+      v58 = 0.03856221278179919 * v57, v59 = v54 - v58, v60 = q_4 * q_4,
+      v61 = 0.702936602426126 - v60, v62 = v60 - 0.23255545757387405, v63 = v61 * v62;
+  LANES_LET1(v64, sqrt, v63);
+  const lanes v65 = 0.7466208668870286 * v64, v66 = 0.5 * v60, v67 = 0.202158195 + v66,
+      v68 = 0.2522755194519218 * v67, v69 = v65 - v68, v70 = 0.11 + v69, v71 = 0.1139 * v70,
+      v72 = 0.1261377597259609 * v64, v73 = 1.4932417337740571 * v67, v74 = v72 + v73,
+      v75 = v74 - 0.6511, v76 = 0.1369 * v75, v77 = v71 - v76, v78 = 31.531000333597984 * v77,
+      v79 = v59 * v78, v80 = 0.9992562012543986 * v57, v81 = 0.03856221278179919 * v53,
+      v82 = v80 + v81, v83 = 0.1139 * v75, v84 = 0.1369 * v70, v85 = v83 + v84,
+      v86 = 31.531000333597984 * v85, v87 = v82 * v86, v88 = v79 - v87, v89 = q_6 * q_6,
+      v90 = 0.5 * v89, v91 = v90 - 0.235090075, v92 = 3.5864898908642604 * v91,
+      v93 = 0.7671943564657427 - v89, v94 = v89 - 0.2881530235342572, v95 = v93 * v94;
+  LANES_LET1(v96, sqrt, v95);
+  const lanes v97 = 2.341132586374052 * v96, v98 = v92 + v97, v99 = 0.1031 - v98,
+      v100 = 0.6996 * v99, v101 = 1.7932449454321302 * v96, v102 = 4.682265172748104 * v91,
+      v103 = v101 - v102, v104 = 0.1346 + v103, v105 = 0.0974 * v104, v106 = v100 - v105,
+      v107 = 2.004301551818451 * v106, v108 = v88 * v107, v109 = v59 * v86, v110 = v82 * v78,
+      v111 = v109 + v110, v112 = 0.0974 * v99, v113 = 0.6996 * v104, v114 = v112 + v113,
+      v115 = 2.004301551818451 * v114, v116 = v111 * v115, v117 = v108 - v116, v118 = 0.0576 * v117,
+      v119 = v88 * v115, v120 = v111 * v107, v121 = v119 + v120, v122 = 1.2774 * v121,
+      v123 = v118 + v122, v124 = 0.999842782540088 * q_5, v125 = 0.7858 + v124,
+      v126 = v125 + 0.00039009554984291347, v127 = v126 + 0.8200710502393802,
+      v128 = 0.9997828710780122 * v53, v129 = 0.020837722980371797 * v57, v130 = v128 - v129,
+      v131 = v130 * v78, v132 = 0.9997828710780122 * v57, v133 = 0.020837722980371797 * v53,
+      v134 = v132 + v133, v135 = v134 * v86, v136 = v131 - v135, v137 = v127 * v136,
+      v138 = 0.01773161590195061 * q_5, v139 = 0.021996541215881935 - v138,
+      v140 = v139 - 0.014543471362779892, v141 = v130 * v86, v142 = v134 * v78, v143 = v141 + v142,
+      v144 = v140 * v143, v145 = v137 + v144, v146 = v123 + v145, v147 = 0.9997828710780122 * q_3,
+      v148 = 0.756 + v147, v149 = v148 + 0.0011710800314968948, v150 = v149 + 0.8571138553751799,
+      v151 = v150 * v53, v152 = 0.020837722980371797 * q_3, v153 = 0.05618779735458429 - v152,
+      v154 = v153 - 0.017864179911072742, v155 = v154 * v57, v156 = v151 + v155, v157 = v146 + v156,
+      v158 = 13.296521628843802 * v21, v159 = v157 + v158, v160 = v1 * v159, v161 = -v160;
+  out[0] = v161;
+  const lanes v162 = 1.2774 * v117, v163 = 0.0576 * v121, v164 = v162 - v163, v165 = v140 * v136,
+      v166 = v127 * v143, v167 = v165 - v166, v168 = v164 + v167, v169 = v154 * v53,
+      v170 = v150 * v57, v171 = v169 - v170, v172 = v168 + v171, v173 = 13.296521628843802 * v46,
+      v174 = v172 - v173, v175 = v2 * v174, v176 = 0.5 * v7, v177 = q_1 / v176, v178 = v175 * v177,
+      v179 = -v178;
+  out[1] = v179;
+  const lanes v180 = v2 * v172, v181 = 0.5 * v27, v182 = q_2 / v181, v183 = v180 * v182,
+      v184 = -v183;
+  out[2] = v184;
+  const lanes v185 = v2 * v130, v186 = -v185;
+  out[3] = v186;
+  const lanes v187 = v2 * v168, v188 = 0.5 * v64, v189 = q_4 / v188, v190 = v187 * v189,
+      v191 = -v190;
+  out[4] = v191;
+  const lanes v192 = 0.999842782540088 * v136, v193 = 0.01773161590195061 * v143,
+      v194 = v192 - v193, v195 = v2 * v194, v196 = -v195;
+  out[5] = v196;
+  const lanes v197 = v2 * v164, v198 = 0.5 * v96, v199 = q_6 / v198, v200 = v197 * v199,
+      v201 = -v200;
+  out[6] = v201; out[7] = v179;
+  const lanes v202 = 1.0 / v176, v203 = 2.0 * q_1, v204 = v4 * v203, v205 = v5 * v203,
+      v206 = v204 - v205, v207 = 0.25 / v7, v208 = v206 * v207, v209 = v176 * v176,
+      v210 = q_1 / v209, v211 = v208 * v210, v212 = v202 - v211, v213 = v1 * v174,
+      v214 = v212 * v213, v215 = v160 * v177, v216 = v177 * v215, v217 = v214 - v216;
+  out[8] = v217;
+  const lanes v218 = v1 * v157, v219 = v182 * v218, v220 = v177 * v219, v221 = -v220;
+  out[9] = v221;
+  const lanes v222 = v1 * v134, v223 = v177 * v222, v224 = -v223;
+  out[10] = v224;
+  const lanes v225 = v1 * v146, v226 = v189 * v225, v227 = v177 * v226, v228 = -v227;
+  out[11] = v228;
+  const lanes v229 = 0.999842782540088 * v143, v230 = 0.01773161590195061 * v136,
+      v231 = v229 + v230, v232 = v1 * v231, v233 = v177 * v232, v234 = -v233;
+  out[12] = v234;
+  const lanes v235 = v1 * v123, v236 = v199 * v235, v237 = v177 * v236, v238 = -v237;
+  out[13] = v238; out[14] = v184;
+  const lanes v239 = v177 * v218, v240 = v182 * v239, v241 = -v240;
+  out[15] = v241;
+  const lanes v242 = 1.0 / v181, v243 = 2.0 * q_2, v244 = v24 * v243, v245 = v25 * v243,
+      v246 = v244 - v245, v247 = 0.25 / v27, v248 = v246 * v247, v249 = v181 * v181,
+      v250 = q_2 / v249, v251 = v248 * v250, v252 = v242 - v251, v253 = v1 * v172,
+      v254 = v252 * v253, v255 = v182 * v219, v256 = v254 - v255;
+  out[16] = v256;
+  const lanes v257 = v182 * v222, v258 = -v257;
+  out[17] = v258;
+  const lanes v259 = v182 * v226, v260 = -v259;
+  out[18] = v260;
+  const lanes v261 = v182 * v232, v262 = -v261;
+  out[19] = v262;
+  const lanes v263 = v182 * v236, v264 = -v263;
+  out[20] = v264; out[21] = v186; out[22] = v224; out[23] = v258; out[24] = LANES_OF(0.0);
+  out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0); out[28] = v191;
+  const lanes v265 = v177 * v225, v266 = v189 * v265, v267 = -v266;
+  out[29] = v267;
+  const lanes v268 = v182 * v225, v269 = v189 * v268, v270 = -v269;
+  out[30] = v270; out[31] = LANES_OF(0.0);
+  const lanes v271 = 1.0 / v188, v272 = 2.0 * q_4, v273 = v61 * v272, v274 = v62 * v272,
+      v275 = v273 - v274, v276 = 0.25 / v64, v277 = v275 * v276, v278 = v188 * v188,
+      v279 = q_4 / v278, v280 = v277 * v279, v281 = v271 - v280, v282 = v1 * v168,
+      v283 = v281 * v282, v284 = v189 * v226, v285 = v283 - v284;
+  out[32] = v285;
+  const lanes v286 = v189 * v232, v287 = -v286;
+  out[33] = v287;
+  const lanes v288 = v189 * v236, v289 = -v288;
+  out[34] = v289; out[35] = v196; out[36] = v234; out[37] = v262; out[38] = LANES_OF(0.0);
+  out[39] = v287; out[40] = LANES_OF(0.0); out[41] = LANES_OF(0.0); out[42] = v201;
+  const lanes v290 = v177 * v235, v291 = v199 * v290, v292 = -v291;
+  out[43] = v292;
+  const lanes v293 = v182 * v235, v294 = v199 * v293, v295 = -v294;
+  out[44] = v295; out[45] = LANES_OF(0.0);
+  const lanes v296 = v189 * v235, v297 = v199 * v296, v298 = -v297;
+  out[46] = v298; out[47] = LANES_OF(0.0);
+  const lanes v299 = 1.0 / v198, v300 = 2.0 * q_6, v301 = v93 * v300, v302 = v94 * v300,
+      v303 = v301 - v302, v304 = 0.25 / v96, v305 = v303 * v304, v306 = v198 * v198,
+      v307 = q_6 / v306, v308 = v305 * v307, v309 = v299 - v308, v310 = v1 * v164,
+      v311 = v309 * v310, v312 = v199 * v236, v313 = v311 - v312;
+  out[48] = v313;
+  const lanes v314 = v2 * v159, v315 = -v314;
+  out[49] = v315;
+  const lanes v316 = v213 * v177;
+  out[50] = v316;
+  const lanes v317 = v253 * v182;
+  out[51] = v317;
+  const lanes v318 = v1 * v130;
+  out[52] = v318;
+  const lanes v319 = v282 * v189;
+  out[53] = v319;
+  const lanes v320 = v1 * v194;
+  out[54] = v320;
+  const lanes v321 = v310 * v199;
+  out[55] = v321; out[56] = v316;
+  const lanes v322 = v212 * v175, v323 = v314 * v177, v324 = v177 * v323, v325 = v322 - v324;
+  out[57] = v325;
+  const lanes v326 = v2 * v157, v327 = v182 * v326, v328 = v177 * v327, v329 = -v328;
+  out[58] = v329;
+  const lanes v330 = v2 * v134, v331 = v177 * v330, v332 = -v331;
+  out[59] = v332;
+  const lanes v333 = v2 * v146, v334 = v189 * v333, v335 = v177 * v334, v336 = -v335;
+  out[60] = v336;
+  const lanes v337 = v2 * v231, v338 = v177 * v337, v339 = -v338;
+  out[61] = v339;
+  const lanes v340 = v2 * v123, v341 = v199 * v340, v342 = v177 * v341, v343 = -v342;
+  out[62] = v343; out[63] = v317;
+  const lanes v344 = v177 * v326, v345 = v182 * v344, v346 = -v345;
+  out[64] = v346;
+  const lanes v347 = v252 * v180, v348 = v182 * v327, v349 = v347 - v348;
+  out[65] = v349;
+  const lanes v350 = v182 * v330, v351 = -v350;
+  out[66] = v351;
+  const lanes v352 = v182 * v334, v353 = -v352;
+  out[67] = v353;
+  const lanes v354 = v182 * v337, v355 = -v354;
+  out[68] = v355;
+  const lanes v356 = v182 * v341, v357 = -v356;
+  out[69] = v357; out[70] = v318; out[71] = v332; out[72] = v351; out[73] = LANES_OF(0.0);
+  out[74] = LANES_OF(0.0); out[75] = LANES_OF(0.0); out[76] = LANES_OF(0.0); out[77] = v319;
+  const lanes v358 = v177 * v333, v359 = v189 * v358, v360 = -v359;
+  out[78] = v360;
+  const lanes v361 = v182 * v333, v362 = v189 * v361, v363 = -v362;
+  out[79] = v363; out[80] = LANES_OF(0.0);
+  const lanes v364 = v281 * v187, v365 = v189 * v334, v366 = v364 - v365;
+  out[81] = v366;
+  const lanes v367 = v189 * v337, v368 = -v367;
+  out[82] = v368;
+  const lanes v369 = v189 * v341, v370 = -v369;
+  out[83] = v370; out[84] = v320; out[85] = v339; out[86] = v355; out[87] = LANES_OF(0.0);
+  out[88] = v368; out[89] = LANES_OF(0.0); out[90] = LANES_OF(0.0); out[91] = v321;
+  const lanes v371 = v177 * v340, v372 = v199 * v371, v373 = -v372;
+  out[92] = v373;
+  const lanes v374 = v182 * v340, v375 = v199 * v374, v376 = -v375;
+  out[93] = v376; out[94] = LANES_OF(0.0);
+  const lanes v377 = v189 * v340, v378 = v199 * v377, v379 = -v378;
+  out[95] = v379; out[96] = LANES_OF(0.0);
+  const lanes v380 = v309 * v197, v381 = v199 * v341, v382 = v380 - v381;
+  out[97] = v382; out[98] = LANES_OF(0.0); out[99] = LANES_OF(0.0); out[100] = LANES_OF(0.0);
+  out[101] = LANES_OF(0.0); out[102] = LANES_OF(0.0); out[103] = LANES_OF(0.0);
+  out[104] = LANES_OF(0.0); out[105] = LANES_OF(0.0);
+  const lanes v383 = v212 * v159, v384 = v1 * v213, v385 = v2 * v175, v386 = v384 + v385,
+      v387 = v177 * v386, v388 = v177 * v387, v389 = v383 + v388, v390 = -v389;
+  out[106] = v390;
+  const lanes v391 = v1 * v253, v392 = v2 * v180, v393 = v391 + v392, v394 = v182 * v393,
+      v395 = v177 * v394, v396 = -v395;
+  out[107] = v396;
+  const lanes v397 = v1 * v318, v398 = v2 * v185, v399 = v397 + v398, v400 = v177 * v399,
+      v401 = -v400;
+  out[108] = v401;
+  const lanes v402 = v1 * v282, v403 = v2 * v187, v404 = v402 + v403, v405 = v189 * v404,
+      v406 = v177 * v405, v407 = -v406;
+  out[109] = v407;
+  const lanes v408 = v1 * v320, v409 = v2 * v195, v410 = v408 + v409, v411 = v177 * v410,
+      v412 = -v411;
+  out[110] = v412;
+  const lanes v413 = v1 * v310, v414 = v2 * v197, v415 = v413 + v414, v416 = v199 * v415,
+      v417 = v177 * v416, v418 = -v417;
+  out[111] = v418; out[112] = LANES_OF(0.0);
+  const lanes v419 = v177 * v393, v420 = v182 * v419, v421 = -v420;
+  out[113] = v421;
+  const lanes v422 = v252 * v157, v423 = v182 * v394, v424 = v422 + v423, v425 = -v424;
+  out[114] = v425;
+  const lanes v426 = v182 * v399, v427 = -v426;
+  out[115] = v427;
+  const lanes v428 = v182 * v405, v429 = -v428;
+  out[116] = v429;
+  const lanes v430 = v182 * v410, v431 = -v430;
+  out[117] = v431;
+  const lanes v432 = v182 * v416, v433 = -v432;
+  out[118] = v433; out[119] = LANES_OF(0.0); out[120] = v401; out[121] = v427;
+  out[122] = LANES_OF(0.0); out[123] = LANES_OF(0.0); out[124] = LANES_OF(0.0);
+  out[125] = LANES_OF(0.0); out[126] = LANES_OF(0.0);
+  const lanes v434 = v177 * v404, v435 = v189 * v434, v436 = -v435;
+  out[127] = v436;
+  const lanes v437 = v182 * v404, v438 = v189 * v437, v439 = -v438;
+  out[128] = v439; out[129] = LANES_OF(0.0);
+  const lanes v440 = v189 * v405, v441 = v281 * v146, v442 = v440 + v441, v443 = -v442;
+  out[130] = v443;
+  const lanes v444 = v189 * v410, v445 = -v444;
+  out[131] = v445;
+  const lanes v446 = v189 * v416, v447 = -v446;
+  out[132] = v447; out[133] = LANES_OF(0.0); out[134] = v412; out[135] = v431;
+  out[136] = LANES_OF(0.0); out[137] = v445; out[138] = LANES_OF(0.0); out[139] = LANES_OF(0.0);
   out[140] = LANES_OF(0.0);
-  const lanes v466 = v189 * v433;
-  const lanes v467 = v214 * v466;
-  const lanes v468 = -v467;
-  out[141] = v468;
-  const lanes v469 = v194 * v433;
-  const lanes v470 = v214 * v469;
-  const lanes v471 = -v470;
-  out[142] = v471;
-  out[143] = LANES_OF(0.0);
-  const lanes v472 = v204 * v433;
-  const lanes v473 = v214 * v472;
-  const lanes v474 = -v473;
-  out[144] = v474;
-  out[145] = LANES_OF(0.0);
-  const lanes v475 = v214 * v434;
-  const lanes v476 = v121 * v328;
-  const lanes v477 = v475 + v476;
-  const lanes v478 = -v477;
-  out[146] = v478;
-  out[147] = LANES_OF(0.0);
-  out[148] = LANES_OF(0.0);
-  out[149] = LANES_OF(0.0);
-  out[150] = LANES_OF(0.0);
-  out[151] = LANES_OF(0.0);
-  out[152] = LANES_OF(0.0);
+  const lanes v448 = v177 * v415, v449 = v199 * v448, v450 = -v449;
+  out[141] = v450;
+  const lanes v451 = v182 * v415, v452 = v199 * v451, v453 = -v452;
+  out[142] = v453; out[143] = LANES_OF(0.0);
+  const lanes v454 = v189 * v415, v455 = v199 * v454, v456 = -v455;
+  out[144] = v456; out[145] = LANES_OF(0.0);
+  const lanes v457 = v199 * v416, v458 = v309 * v123, v459 = v457 + v458, v460 = -v459;
+  out[146] = v460; out[147] = LANES_OF(0.0); out[148] = LANES_OF(0.0); out[149] = LANES_OF(0.0);
+  out[150] = LANES_OF(0.0); out[151] = LANES_OF(0.0); out[152] = LANES_OF(0.0);
   out[153] = LANES_OF(0.0);
-  const lanes v479 = v1 * v189;
-  const lanes v480 = -v479;
-  out[154] = v480;
-  const lanes v481 = v2 * v228;
-  const lanes v482 = -v481;
-  out[155] = v482;
-  out[156] = LANES_OF(0.0);
-  out[157] = LANES_OF(0.0);
-  out[158] = LANES_OF(0.0);
-  out[159] = LANES_OF(0.0);
-  out[160] = LANES_OF(0.0);
-  const lanes v483 = v1 * v194;
-  const lanes v484 = -v483;
-  out[161] = v484;
-  out[162] = LANES_OF(0.0);
-  const lanes v485 = v2 * v271;
-  const lanes v486 = -v485;
-  out[163] = v486;
-  out[164] = LANES_OF(0.0);
-  out[165] = LANES_OF(0.0);
-  out[166] = LANES_OF(0.0);
-  out[167] = LANES_OF(0.0);
-  out[168] = LANES_OF(0.0);
-  out[169] = LANES_OF(0.0);
-  out[170] = LANES_OF(0.0);
-  out[171] = LANES_OF(0.0);
-  out[172] = LANES_OF(0.0);
-  out[173] = LANES_OF(0.0);
-  out[174] = LANES_OF(0.0);
-  const lanes v487 = v1 * v204;
-  const lanes v488 = -v487;
-  out[175] = v488;
-  out[176] = LANES_OF(0.0);
-  out[177] = LANES_OF(0.0);
-  out[178] = LANES_OF(0.0);
-  const lanes v489 = v2 * v300;
-  const lanes v490 = -v489;
-  out[179] = v490;
-  out[180] = LANES_OF(0.0);
-  out[181] = LANES_OF(0.0);
-  out[182] = LANES_OF(0.0);
-  out[183] = LANES_OF(0.0);
-  out[184] = LANES_OF(0.0);
-  out[185] = LANES_OF(0.0);
-  out[186] = LANES_OF(0.0);
-  out[187] = LANES_OF(0.0);
-  out[188] = LANES_OF(0.0);
-  const lanes v491 = v1 * v214;
-  const lanes v492 = -v491;
-  out[189] = v492;
-  out[190] = LANES_OF(0.0);
-  out[191] = LANES_OF(0.0);
-  out[192] = LANES_OF(0.0);
-  out[193] = LANES_OF(0.0);
-  out[194] = LANES_OF(0.0);
-  const lanes v493 = v2 * v328;
-  const lanes v494 = -v493;
-  out[195] = v494;
-  out[196] = LANES_OF(0.0);
-  out[197] = LANES_OF(0.0);
-  out[198] = LANES_OF(0.0);
-  out[199] = LANES_OF(0.0);
-  out[200] = LANES_OF(0.0);
-  out[201] = LANES_OF(0.0);
+  const lanes v461 = v1 * v177, v462 = -v461;
+  out[154] = v462;
+  const lanes v463 = v212 * v2, v464 = -v463;
+  out[155] = v464; out[156] = LANES_OF(0.0); out[157] = LANES_OF(0.0); out[158] = LANES_OF(0.0);
+  out[159] = LANES_OF(0.0); out[160] = LANES_OF(0.0);
+  const lanes v465 = v1 * v182, v466 = -v465;
+  out[161] = v466; out[162] = LANES_OF(0.0);
+  const lanes v467 = v252 * v2, v468 = -v467;
+  out[163] = v468; out[164] = LANES_OF(0.0); out[165] = LANES_OF(0.0); out[166] = LANES_OF(0.0);
+  out[167] = LANES_OF(0.0); out[168] = LANES_OF(0.0); out[169] = LANES_OF(0.0);
+  out[170] = LANES_OF(0.0); out[171] = LANES_OF(0.0); out[172] = LANES_OF(0.0);
+  out[173] = LANES_OF(0.0); out[174] = LANES_OF(0.0);
+  const lanes v469 = v1 * v189, v470 = -v469;
+  out[175] = v470; out[176] = LANES_OF(0.0); out[177] = LANES_OF(0.0); out[178] = LANES_OF(0.0);
+  const lanes v471 = v281 * v2, v472 = -v471;
+  out[179] = v472; out[180] = LANES_OF(0.0); out[181] = LANES_OF(0.0); out[182] = LANES_OF(0.0);
+  out[183] = LANES_OF(0.0); out[184] = LANES_OF(0.0); out[185] = LANES_OF(0.0);
+  out[186] = LANES_OF(0.0); out[187] = LANES_OF(0.0); out[188] = LANES_OF(0.0);
+  const lanes v473 = v1 * v199, v474 = -v473;
+  out[189] = v474; out[190] = LANES_OF(0.0); out[191] = LANES_OF(0.0); out[192] = LANES_OF(0.0);
+  out[193] = LANES_OF(0.0); out[194] = LANES_OF(0.0);
+  const lanes v475 = v309 * v2, v476 = -v475;
+  out[195] = v476; out[196] = LANES_OF(0.0); out[197] = LANES_OF(0.0); out[198] = LANES_OF(0.0);
+  out[199] = LANES_OF(0.0); out[200] = LANES_OF(0.0); out[201] = LANES_OF(0.0);
   out[202] = LANES_OF(0.0);
-  const lanes v495 = v2 * v189;
-  const lanes v496 = -v495;
-  out[203] = v496;
-  const lanes v497 = v1 * v228;
-  out[204] = v497;
-  out[205] = LANES_OF(0.0);
-  out[206] = LANES_OF(0.0);
-  out[207] = LANES_OF(0.0);
-  out[208] = LANES_OF(0.0);
-  out[209] = LANES_OF(0.0);
-  const lanes v498 = v2 * v194;
-  const lanes v499 = -v498;
-  out[210] = v499;
-  out[211] = LANES_OF(0.0);
-  const lanes v500 = v1 * v271;
-  out[212] = v500;
-  out[213] = LANES_OF(0.0);
-  out[214] = LANES_OF(0.0);
-  out[215] = LANES_OF(0.0);
-  out[216] = LANES_OF(0.0);
-  out[217] = LANES_OF(0.0);
-  out[218] = LANES_OF(0.0);
-  out[219] = LANES_OF(0.0);
-  out[220] = LANES_OF(0.0);
-  out[221] = LANES_OF(0.0);
-  out[222] = LANES_OF(0.0);
-  out[223] = LANES_OF(0.0);
-  const lanes v501 = v2 * v204;
-  const lanes v502 = -v501;
-  out[224] = v502;
-  out[225] = LANES_OF(0.0);
-  out[226] = LANES_OF(0.0);
-  out[227] = LANES_OF(0.0);
-  const lanes v503 = v1 * v300;
-  out[228] = v503;
-  out[229] = LANES_OF(0.0);
-  out[230] = LANES_OF(0.0);
-  out[231] = LANES_OF(0.0);
-  out[232] = LANES_OF(0.0);
-  out[233] = LANES_OF(0.0);
-  out[234] = LANES_OF(0.0);
-  out[235] = LANES_OF(0.0);
-  out[236] = LANES_OF(0.0);
-  out[237] = LANES_OF(0.0);
-  const lanes v504 = v2 * v214;
-  const lanes v505 = -v504;
-  out[238] = v505;
-  out[239] = LANES_OF(0.0);
-  out[240] = LANES_OF(0.0);
-  out[241] = LANES_OF(0.0);
-  out[242] = LANES_OF(0.0);
-  out[243] = LANES_OF(0.0);
-  const lanes v506 = v1 * v328;
-  out[244] = v506;
-  out[245] = LANES_OF(0.0);
-  out[246] = LANES_OF(0.0);
-  out[247] = LANES_OF(0.0);
-  out[248] = LANES_OF(0.0);
-  out[249] = LANES_OF(0.0);
-  out[250] = LANES_OF(0.0);
-  out[251] = LANES_OF(0.0);
-  out[252] = LANES_OF(0.0);
-  out[253] = LANES_OF(0.0);
-  out[254] = LANES_OF(0.0);
-  out[255] = LANES_OF(0.0);
-  out[256] = LANES_OF(0.0);
-  out[257] = LANES_OF(0.0);
-  out[258] = LANES_OF(0.0);
-  out[259] = LANES_OF(0.0);
-  out[260] = LANES_OF(0.0);
-  out[261] = LANES_OF(0.0);
-  out[262] = LANES_OF(0.0);
-  out[263] = LANES_OF(0.0);
-  out[264] = LANES_OF(0.0);
-  out[265] = LANES_OF(0.0);
-  out[266] = LANES_OF(0.0);
-  out[267] = LANES_OF(0.0);
-  out[268] = LANES_OF(0.0);
-  out[269] = LANES_OF(0.0);
-  out[270] = LANES_OF(0.0);
-  out[271] = LANES_OF(0.0);
-  out[272] = LANES_OF(0.0);
-  out[273] = LANES_OF(0.0);
-  out[274] = LANES_OF(0.0);
-  out[275] = LANES_OF(0.0);
-  out[276] = LANES_OF(0.0);
-  out[277] = LANES_OF(0.0);
-  out[278] = LANES_OF(0.0);
-  out[279] = LANES_OF(0.0);
-  out[280] = LANES_OF(0.0);
-  out[281] = LANES_OF(0.0);
-  out[282] = LANES_OF(0.0);
-  out[283] = LANES_OF(0.0);
-  out[284] = LANES_OF(0.0);
-  out[285] = LANES_OF(0.0);
-  out[286] = LANES_OF(0.0);
-  out[287] = LANES_OF(0.0);
-  out[288] = LANES_OF(0.0);
-  out[289] = LANES_OF(0.0);
-  out[290] = LANES_OF(0.0);
-  out[291] = LANES_OF(0.0);
-  out[292] = LANES_OF(0.0);
+  const lanes v477 = v2 * v177, v478 = -v477;
+  out[203] = v478;
+  const lanes v479 = v212 * v1;
+  out[204] = v479; out[205] = LANES_OF(0.0); out[206] = LANES_OF(0.0); out[207] = LANES_OF(0.0);
+  out[208] = LANES_OF(0.0); out[209] = LANES_OF(0.0);
+  const lanes v480 = v2 * v182, v481 = -v480;
+  out[210] = v481; out[211] = LANES_OF(0.0);
+  const lanes v482 = v252 * v1;
+  out[212] = v482; out[213] = LANES_OF(0.0); out[214] = LANES_OF(0.0); out[215] = LANES_OF(0.0);
+  out[216] = LANES_OF(0.0); out[217] = LANES_OF(0.0); out[218] = LANES_OF(0.0);
+  out[219] = LANES_OF(0.0); out[220] = LANES_OF(0.0); out[221] = LANES_OF(0.0);
+  out[222] = LANES_OF(0.0); out[223] = LANES_OF(0.0);
+  const lanes v483 = v2 * v189, v484 = -v483;
+  out[224] = v484; out[225] = LANES_OF(0.0); out[226] = LANES_OF(0.0); out[227] = LANES_OF(0.0);
+  const lanes v485 = v281 * v1;
+  out[228] = v485; out[229] = LANES_OF(0.0); out[230] = LANES_OF(0.0); out[231] = LANES_OF(0.0);
+  out[232] = LANES_OF(0.0); out[233] = LANES_OF(0.0); out[234] = LANES_OF(0.0);
+  out[235] = LANES_OF(0.0); out[236] = LANES_OF(0.0); out[237] = LANES_OF(0.0);
+  const lanes v486 = v2 * v199, v487 = -v486;
+  out[238] = v487; out[239] = LANES_OF(0.0); out[240] = LANES_OF(0.0); out[241] = LANES_OF(0.0);
+  out[242] = LANES_OF(0.0); out[243] = LANES_OF(0.0);
+  const lanes v488 = v309 * v1;
+  out[244] = v488; out[245] = LANES_OF(0.0); out[246] = LANES_OF(0.0); out[247] = LANES_OF(0.0);
+  out[248] = LANES_OF(0.0); out[249] = LANES_OF(0.0); out[250] = LANES_OF(0.0);
+  out[251] = LANES_OF(0.0); out[252] = LANES_OF(0.0); out[253] = LANES_OF(0.0);
+  out[254] = LANES_OF(0.0); out[255] = LANES_OF(0.0); out[256] = LANES_OF(0.0);
+  out[257] = LANES_OF(0.0); out[258] = LANES_OF(0.0); out[259] = LANES_OF(0.0);
+  out[260] = LANES_OF(0.0); out[261] = LANES_OF(0.0); out[262] = LANES_OF(0.0);
+  out[263] = LANES_OF(0.0); out[264] = LANES_OF(0.0); out[265] = LANES_OF(0.0);
+  out[266] = LANES_OF(0.0); out[267] = LANES_OF(0.0); out[268] = LANES_OF(0.0);
+  out[269] = LANES_OF(0.0); out[270] = LANES_OF(0.0); out[271] = LANES_OF(0.0);
+  out[272] = LANES_OF(0.0); out[273] = LANES_OF(0.0); out[274] = LANES_OF(0.0);
+  out[275] = LANES_OF(0.0); out[276] = LANES_OF(0.0); out[277] = LANES_OF(0.0);
+  out[278] = LANES_OF(0.0); out[279] = LANES_OF(0.0); out[280] = LANES_OF(0.0);
+  out[281] = LANES_OF(0.0); out[282] = LANES_OF(0.0); out[283] = LANES_OF(0.0);
+  out[284] = LANES_OF(0.0); out[285] = LANES_OF(0.0); out[286] = LANES_OF(0.0);
+  out[287] = LANES_OF(0.0); out[288] = LANES_OF(0.0); out[289] = LANES_OF(0.0);
+  out[290] = LANES_OF(0.0); out[291] = LANES_OF(0.0); out[292] = LANES_OF(0.0);
   out[293] = LANES_OF(0.0);
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_twist_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 1.3215098366089841 - v3;
-  const lanes v5 = v3 - 0.3717842633910159;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.05518268758582475 * v7;
-  const lanes v9 = 0.5 * v3;
-  const lanes v10 = 0.386896705 + v9;
-  const lanes v11 = v10 - 0.03642682;
-  const lanes v12 = 1.1314389456999898 * v11;
-  const lanes v13 = v8 + v12;
-  const lanes v14 = v13 - 0.8755;
-  const lanes v15 = 0.209 * v14;
-  const lanes v16 = 0.1103653751716495 * v11;
-  const lanes v17 = 0.5657194728499949 * v7;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 - 0.0854;
-  const lanes v20 = 0.1708 * v19;
-  const lanes v21 = v15 + v20;
-  const lanes v22 = 13.296521628843802 * v21;
-  const lanes v23 = v22 - 1.03;
-  const lanes v24 = 0.020837722980371797 * q_3;
-  const lanes v25 = 0.05618779735458429 - v24;
-  const lanes v26 = v25 - 0.017864179911072742;
-  const lanes v27 = 0.1708 * v14;
-  const lanes v28 = 0.209 * v19;
-  const lanes v29 = v27 - v28;
-  const lanes v30 = 13.726150127845361 * v29;
-  const lanes v31 = q_2 * q_2;
-  const lanes v32 = 1.0578131478133972 - v31;
-  const lanes v33 = v31 - 0.38743535218660285;
-  const lanes v34 = v32 * v33;
-  lanes v35; LANES_NAME(lanes_sqrt)(&v34, &v35);
-  const lanes v36 = 0.577777986497283 * v35;
-  const lanes v37 = 0.5 * v31;
-  const lanes v38 = 0.3407018 + v37;
-  const lanes v39 = v38 - 0.020610325;
-  const lanes v40 = 0.3636611253594786 * v39;
-  const lanes v41 = v36 - v40;
-  const lanes v42 = 0.2478 + v41;
-  const lanes v43 = 0.0991 * v42;
-  const lanes v44 = 1.155555972994566 * v39;
-  const lanes v45 = 0.1818305626797393 * v35;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = v46 - 0.7874;
-  const lanes v48 = 0.1772 * v47;
-  const lanes v49 = v43 - v48;
-  const lanes v50 = 24.259685376140357 * v49;
-  const lanes v51 = v30 * v50;
-  const lanes v52 = 13.726150127845361 * v21;
-  const lanes v53 = 0.1772 * v42;
-  const lanes v54 = 0.0991 * v47;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = 24.259685376140357 * v55;
-  const lanes v57 = v52 * v56;
-  const lanes v58 = v51 - v57;
-  const lanes v59 = v26 * v58;
-  const lanes v60 = 0.9997828710780122 * q_3;
-  const lanes v61 = 0.756 + v60;
-  const lanes v62 = v61 + 0.0011710800314968948;
-  const lanes v63 = v62 + 0.8571138553751799;
-  const lanes v64 = v30 * v56;
-  const lanes v65 = v52 * v50;
-  const lanes v66 = v64 + v65;
-  const lanes v67 = v63 * v66;
-  const lanes v68 = v59 - v67;
-  const lanes v69 = v23 - v68;
-  const lanes v70 = 0.01773161590195061 * q_5;
-  const lanes v71 = 0.021996541215881935 - v70;
-  const lanes v72 = v71 - 0.014543471362779892;
-  const lanes v73 = 13.72316978366506 * v29;
-  const lanes v74 = 0.2860217139510366 * v21;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v75 * v50;
-  const lanes v77 = 13.72316978366506 * v21;
-  const lanes v78 = 0.2860217139510366 * v29;
-  const lanes v79 = v77 + v78;
-  const lanes v80 = v79 * v56;
-  const lanes v81 = v76 - v80;
-  const lanes v82 = q_4 * q_4;
-  const lanes v83 = 0.702936602426126 - v82;
-  const lanes v84 = v82 - 0.23255545757387405;
-  const lanes v85 = v83 * v84;
-  lanes v86; LANES_NAME(lanes_sqrt)(&v85, &v86);
-  const lanes v87 = 0.7466208668870286 * v86;
-  const lanes v88 = 0.5 * v82;
-  const lanes v89 = 0.202158195 + v88;
-  const lanes v90 = 0.2522755194519218 * v89;
-  const lanes v91 = v87 - v90;
-  const lanes v92 = 0.11 + v91;
-  const lanes v93 = 0.1139 * v92;
-  const lanes v94 = 0.1261377597259609 * v86;
-  const lanes v95 = 1.4932417337740571 * v89;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = v96 - 0.6511;
-  const lanes v98 = 0.1369 * v97;
-  const lanes v99 = v93 - v98;
-  const lanes v100 = 31.531000333597984 * v99;
-  const lanes v101 = v81 * v100;
-  const lanes v102 = v75 * v56;
-  const lanes v103 = v79 * v50;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = 0.1139 * v97;
-  const lanes v106 = 0.1369 * v92;
-  const lanes v107 = v105 + v106;
-  const lanes v108 = 31.531000333597984 * v107;
-  const lanes v109 = v104 * v108;
-  const lanes v110 = v101 - v109;
-  const lanes v111 = v72 * v110;
-  const lanes v112 = 0.999842782540088 * q_5;
-  const lanes v113 = 0.7858 + v112;
-  const lanes v114 = v113 + 0.00039009554984291347;
-  const lanes v115 = v114 + 0.8200710502393802;
-  const lanes v116 = v81 * v108;
-  const lanes v117 = v104 * v100;
-  const lanes v118 = v116 + v117;
-  const lanes v119 = v115 * v118;
-  const lanes v120 = v111 - v119;
-  const lanes v121 = v69 - v120;
-  const lanes v122 = v1 * v121;
-  const lanes v123 = q_6 * qd_6;
-  const lanes v124 = q_6 * q_6;
-  const lanes v125 = 0.7671943564657427 - v124;
-  const lanes v126 = v124 - 0.2881530235342572;
-  const lanes v127 = v125 * v126;
-  lanes v128; LANES_NAME(lanes_sqrt)(&v127, &v128);
-  const lanes v129 = 0.5 * v128;
-  const lanes v130 = v123 / v129;
-  const lanes v131 = v122 * v130;
-  const lanes v132 = 0.999842782540088 * v110;
-  const lanes v133 = 0.01773161590195061 * v118;
-  const lanes v134 = v132 - v133;
-  const lanes v135 = v1 * v134;
-  const lanes v136 = v135 * qd_5;
-  const lanes v137 = v1 * v69;
-  const lanes v138 = q_4 * qd_4;
-  const lanes v139 = 0.5 * v86;
-  const lanes v140 = v138 / v139;
-  const lanes v141 = v137 * v140;
-  const lanes v142 = 0.9997828710780122 * v58;
-  const lanes v143 = 0.020837722980371797 * v66;
-  const lanes v144 = v142 - v143;
-  const lanes v145 = v1 * v144;
-  const lanes v146 = v145 * qd_3;
-  const lanes v147 = v1 * v23;
-  const lanes v148 = q_2 * qd_2;
-  const lanes v149 = 0.5 * v35;
-  const lanes v150 = v148 / v149;
-  const lanes v151 = v147 * v150;
-  const lanes v152 = 1.03 * v1;
-  const lanes v153 = q_1 * qd_1;
-  const lanes v154 = 0.5 * v7;
-  const lanes v155 = v153 / v154;
-  const lanes v156 = v152 * v155;
-  const lanes v157 = v151 - v156;
-  const lanes v158 = v146 + v157;
-  const lanes v159 = v141 + v158;
-  const lanes v160 = v136 + v159;
-  const lanes v161 = v131 + v160;
-  out[0] = v161;
-  const lanes v162 = v2 * v121;
-  const lanes v163 = v162 * v130;
-  const lanes v164 = v2 * v134;
-  const lanes v165 = v164 * qd_5;
-  const lanes v166 = v2 * v69;
-  const lanes v167 = v166 * v140;
-  const lanes v168 = v2 * v144;
-  const lanes v169 = v168 * qd_3;
-  const lanes v170 = v2 * v23;
-  const lanes v171 = v170 * v150;
-  const lanes v172 = 1.03 * v2;
-  const lanes v173 = v172 * v155;
-  const lanes v174 = v171 - v173;
-  const lanes v175 = v169 + v174;
-  const lanes v176 = v167 + v175;
-  const lanes v177 = v165 + v176;
-  const lanes v178 = v163 + v177;
-  out[1] = v178;
-  const lanes v179 = v115 * v110;
-  const lanes v180 = v72 * v118;
-  const lanes v181 = v179 + v180;
-  const lanes v182 = v63 * v58;
-  const lanes v183 = v26 * v66;
-  const lanes v184 = v182 + v183;
-  const lanes v185 = 13.296521628843802 * v29;
-  const lanes v186 = v184 + v185;
-  const lanes v187 = v181 + v186;
-  const lanes v188 = v187 * v130;
-  const lanes v189 = v186 * v140;
-  const lanes v190 = v185 * v150;
-  const lanes v191 = 0.9997828710780122 * v66;
-  const lanes v192 = 0.020837722980371797 * v58;
-  const lanes v193 = v191 + v192;
-  const lanes v194 = v193 * qd_3;
-  const lanes v195 = v190 - v194;
-  const lanes v196 = v189 + v195;
-  const lanes v197 = 0.999842782540088 * v118;
-  const lanes v198 = 0.01773161590195061 * v110;
-  const lanes v199 = v197 + v198;
-  const lanes v200 = v199 * qd_5;
-  const lanes v201 = v196 - v200;
-  const lanes v202 = v188 + v201;
-  out[2] = v202;
-  const lanes v203 = v2 * v130;
-  const lanes v204 = v2 * v140;
-  const lanes v205 = v2 * v155;
-  const lanes v206 = v2 * v150;
-  const lanes v207 = v205 + v206;
-  const lanes v208 = v204 + v207;
-  const lanes v209 = v203 + v208;
-  const lanes v210 = -v209;
-  out[3] = v210;
-  const lanes v211 = v1 * v130;
-  const lanes v212 = v1 * v140;
-  const lanes v213 = v1 * v155;
-  const lanes v214 = v1 * v150;
-  const lanes v215 = v213 + v214;
-  const lanes v216 = v212 + v215;
-  const lanes v217 = v211 + v216;
-  out[4] = v217;
-  out[5] = qd_0;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11],
+      qd_5 = in[12], qd_6 = in[13];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = q_1 * q_1, v4 = 1.3215098366089841 - v3, v5 = v3 - 0.3717842633910159,
+      v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.05518268758582475 * v7, v9 = 0.5 * v3, v10 = 0.386896705 + v9,
+      v11 = v10 - 0.03642682, v12 = 1.1314389456999898 * v11, v13 = v8 + v12, v14 = v13 - 0.8755,
+      v15 = 0.209 * v14, v16 = 0.1103653751716495 * v11, v17 = 0.5657194728499949 * v7,
+      v18 = v16 - v17, v19 = v18 - 0.0854, v20 = 0.1708 * v19, v21 = v15 + v20,
+      v22 = 13.296521628843802 * v21, v23 = v22 - 1.03, v24 = 0.020837722980371797 * q_3,
+      v25 = 0.05618779735458429 - v24, v26 = v25 - 0.017864179911072742, v27 = 0.1708 * v14,
+      v28 = 0.209 * v19, v29 = v27 - v28, v30 = 13.726150127845361 * v29, v31 = q_2 * q_2,
+      v32 = 1.0578131478133972 - v31, v33 = v31 - 0.38743535218660285, v34 = v32 * v33;
+  LANES_LET1(v35, sqrt, v34);
+  const lanes v36 = 0.577777986497283 * v35, v37 = 0.5 * v31, v38 = 0.3407018 + v37,
+      v39 = v38 - 0.020610325, v40 = 0.3636611253594786 * v39, v41 = v36 - v40, v42 = 0.2478 + v41,
+      v43 = 0.0991 * v42, v44 = 1.155555972994566 * v39, v45 = 0.1818305626797393 * v35,
+      v46 = v44 + v45, v47 = v46 - 0.7874, v48 = 0.1772 * v47, v49 = v43 - v48,
+      v50 = 24.259685376140357 * v49, v51 = v30 * v50, v52 = 13.726150127845361 * v21,
+      v53 = 0.1772 * v42, v54 = 0.0991 * v47, v55 = v53 + v54, v56 = 24.259685376140357 * v55,
+      v57 = v52 * v56, v58 = v51 - v57, v59 = v26 * v58, v60 = 0.9997828710780122 * q_3,
+      v61 = 0.756 + v60, v62 = v61 + 0.0011710800314968948, v63 = v62 + 0.8571138553751799,
+      v64 = v30 * v56, v65 = v52 * v50, v66 = v64 + v65, v67 = v63 * v66, v68 = v59 - v67,
+      v69 = v23 - v68, v70 = 0.01773161590195061 * q_5, v71 = 0.021996541215881935 - v70,
+      v72 = v71 - 0.014543471362779892, v73 = 0.9997828710780122 * v58,
+      v74 = 0.020837722980371797 * v66, v75 = v73 - v74, v76 = q_4 * q_4,
+      v77 = 0.702936602426126 - v76, v78 = v76 - 0.23255545757387405, v79 = v77 * v78;
+  LANES_LET1(v80, sqrt, v79);
+  const lanes v81 = 0.7466208668870286 * v80, v82 = 0.5 * v76, v83 = 0.202158195 + v82,
+      v84 = 0.2522755194519218 * v83, v85 = v81 - v84, v86 = 0.11 + v85, v87 = 0.1139 * v86,
+      v88 = 0.1261377597259609 * v80, v89 = 1.4932417337740571 * v83, v90 = v88 + v89,
+      v91 = v90 - 0.6511, v92 = 0.1369 * v91, v93 = v87 - v92, v94 = 31.531000333597984 * v93,
+      v95 = v75 * v94, v96 = 0.9997828710780122 * v66, v97 = 0.020837722980371797 * v58,
+      v98 = v96 + v97, v99 = 0.1139 * v91, v100 = 0.1369 * v86, v101 = v99 + v100,
+      v102 = 31.531000333597984 * v101, v103 = v98 * v102, v104 = v95 - v103, v105 = v72 * v104,
+      v106 = 0.999842782540088 * q_5, v107 = 0.7858 + v106, v108 = v107 + 0.00039009554984291347,
+      v109 = v108 + 0.8200710502393802, v110 = v75 * v102, v111 = v98 * v94, v112 = v110 + v111,
+      v113 = v109 * v112, v114 = v105 - v113, v115 = v69 - v114, v116 = v1 * v115,
+      v117 = q_6 * qd_6, v118 = q_6 * q_6, v119 = 0.7671943564657427 - v118,
+      v120 = v118 - 0.2881530235342572, v121 = v119 * v120;
+  LANES_LET1(v122, sqrt, v121);
+  const lanes v123 = 0.5 * v122, v124 = v117 / v123, v125 = v116 * v124,
+      v126 = 0.999842782540088 * v104, v127 = 0.01773161590195061 * v112, v128 = v126 - v127,
+      v129 = v1 * v128, v130 = v129 * qd_5, v131 = v1 * v69, v132 = q_4 * qd_4, v133 = 0.5 * v80,
+      v134 = v132 / v133, v135 = v131 * v134, v136 = v1 * v75, v137 = v136 * qd_3, v138 = v1 * v23,
+      v139 = q_2 * qd_2, v140 = 0.5 * v35, v141 = v139 / v140, v142 = v138 * v141, v143 = 1.03 * v1,
+      v144 = q_1 * qd_1, v145 = 0.5 * v7, v146 = v144 / v145, v147 = v143 * v146,
+      v148 = v142 - v147, v149 = v137 + v148, v150 = v135 + v149, v151 = v130 + v150,
+      v152 = v125 + v151;
+  out[0] = v152;
+  const lanes v153 = v2 * v115, v154 = v153 * v124, v155 = v2 * v128, v156 = v155 * qd_5,
+      v157 = v2 * v69, v158 = v157 * v134, v159 = v2 * v75, v160 = v159 * qd_3, v161 = v2 * v23,
+      v162 = v161 * v141, v163 = 1.03 * v2, v164 = v163 * v146, v165 = v162 - v164,
+      v166 = v160 + v165, v167 = v158 + v166, v168 = v156 + v167, v169 = v154 + v168;
+  out[1] = v169;
+  const lanes v170 = v109 * v104, v171 = v72 * v112, v172 = v170 + v171, v173 = v63 * v58,
+      v174 = v26 * v66, v175 = v173 + v174, v176 = 13.296521628843802 * v29, v177 = v175 + v176,
+      v178 = v172 + v177, v179 = v178 * v124, v180 = v177 * v134, v181 = v176 * v141,
+      v182 = v98 * qd_3, v183 = v181 - v182, v184 = v180 + v183, v185 = 0.999842782540088 * v112,
+      v186 = 0.01773161590195061 * v104, v187 = v185 + v186, v188 = v187 * qd_5, v189 = v184 - v188,
+      v190 = v179 + v189;
+  out[2] = v190;
+  const lanes v191 = v2 * v124, v192 = v2 * v134, v193 = v2 * v146, v194 = v2 * v141,
+      v195 = v193 + v194, v196 = v192 + v195, v197 = v191 + v196, v198 = -v197;
+  out[3] = v198;
+  const lanes v199 = v1 * v124, v200 = v1 * v134, v201 = v1 * v146, v202 = v1 * v141,
+      v203 = v201 + v202, v204 = v200 + v203, v205 = v199 + v204;
+  out[4] = v205; out[5] = qd_0;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_twist_body)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 1.3215098366089841 - v1;
-  const lanes v3 = v1 - 0.3717842633910159;
-  const lanes v4 = v2 * v3;
-  lanes v5; LANES_NAME(lanes_sqrt)(&v4, &v5);
-  const lanes v6 = 0.05518268758582475 * v5;
-  const lanes v7 = 0.5 * v1;
-  const lanes v8 = 0.386896705 + v7;
-  const lanes v9 = v8 - 0.03642682;
-  const lanes v10 = 1.1314389456999898 * v9;
-  const lanes v11 = v6 + v10;
-  const lanes v12 = v11 - 0.8755;
-  const lanes v13 = 0.1708 * v12;
-  const lanes v14 = 0.1103653751716495 * v9;
-  const lanes v15 = 0.5657194728499949 * v5;
-  const lanes v16 = v14 - v15;
-  const lanes v17 = v16 - 0.0854;
-  const lanes v18 = 0.209 * v17;
-  const lanes v19 = v13 - v18;
-  const lanes v20 = 13.715940634598335 * v19;
-  const lanes v21 = 0.209 * v12;
-  const lanes v22 = 0.1708 * v17;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = 0.529310721904893 * v23;
-  const lanes v25 = v20 - v24;
-  const lanes v26 = q_2 * q_2;
-  const lanes v27 = 1.0578131478133972 - v26;
-  const lanes v28 = v26 - 0.38743535218660285;
-  const lanes v29 = v27 * v28;
-  lanes v30; LANES_NAME(lanes_sqrt)(&v29, &v30);
-  const lanes v31 = 0.577777986497283 * v30;
-  const lanes v32 = 0.5 * v26;
-  const lanes v33 = 0.3407018 + v32;
-  const lanes v34 = v33 - 0.020610325;
-  const lanes v35 = 0.3636611253594786 * v34;
-  const lanes v36 = v31 - v35;
-  const lanes v37 = 0.2478 + v36;
-  const lanes v38 = 0.0991 * v37;
-  const lanes v39 = 1.155555972994566 * v34;
-  const lanes v40 = 0.1818305626797393 * v30;
-  const lanes v41 = v39 + v40;
-  const lanes v42 = v41 - 0.7874;
-  const lanes v43 = 0.1772 * v42;
-  const lanes v44 = v38 - v43;
-  const lanes v45 = 24.259685376140357 * v44;
-  const lanes v46 = v25 * v45;
-  const lanes v47 = 13.715940634598335 * v23;
-  const lanes v48 = 0.529310721904893 * v19;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = 0.1772 * v37;
-  const lanes v51 = 0.0991 * v42;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = 24.259685376140357 * v52;
-  const lanes v54 = v49 * v53;
-  const lanes v55 = v46 - v54;
-  const lanes v56 = q_4 * q_4;
-  const lanes v57 = 0.702936602426126 - v56;
-  const lanes v58 = v56 - 0.23255545757387405;
-  const lanes v59 = v57 * v58;
-  lanes v60; LANES_NAME(lanes_sqrt)(&v59, &v60);
-  const lanes v61 = 0.7466208668870286 * v60;
-  const lanes v62 = 0.5 * v56;
-  const lanes v63 = 0.202158195 + v62;
-  const lanes v64 = 0.2522755194519218 * v63;
-  const lanes v65 = v61 - v64;
-  const lanes v66 = 0.11 + v65;
-  const lanes v67 = 0.1139 * v66;
-  const lanes v68 = 0.1261377597259609 * v60;
-  const lanes v69 = 1.4932417337740571 * v63;
-  const lanes v70 = v68 + v69;
-  const lanes v71 = v70 - 0.6511;
-  const lanes v72 = 0.1369 * v71;
-  const lanes v73 = v67 - v72;
-  const lanes v74 = 31.531000333597984 * v73;
-  const lanes v75 = v55 * v74;
-  const lanes v76 = v25 * v53;
-  const lanes v77 = v49 * v45;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = 0.1139 * v71;
-  const lanes v80 = 0.1369 * v66;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = 31.531000333597984 * v81;
-  const lanes v83 = v78 * v82;
-  const lanes v84 = v75 - v83;
-  const lanes v85 = q_6 * q_6;
-  const lanes v86 = 0.5 * v85;
-  const lanes v87 = v86 - 0.235090075;
-  const lanes v88 = 3.5864898908642604 * v87;
-  const lanes v89 = 0.7671943564657427 - v85;
-  const lanes v90 = v85 - 0.2881530235342572;
-  const lanes v91 = v89 * v90;
-  lanes v92; LANES_NAME(lanes_sqrt)(&v91, &v92);
-  const lanes v93 = 2.341132586374052 * v92;
-  const lanes v94 = v88 + v93;
-  const lanes v95 = 0.1031 - v94;
-  const lanes v96 = 0.0974 * v95;
-  const lanes v97 = 1.7932449454321302 * v92;
-  const lanes v98 = 4.682265172748104 * v87;
-  const lanes v99 = v97 - v98;
-  const lanes v100 = 0.1346 + v99;
-  const lanes v101 = 0.6996 * v100;
-  const lanes v102 = v96 + v101;
-  const lanes v103 = 2.004301551818451 * v102;
-  const lanes v104 = v84 * v103;
-  const lanes v105 = v55 * v82;
-  const lanes v106 = v78 * v74;
-  const lanes v107 = v105 + v106;
-  const lanes v108 = 0.6996 * v95;
-  const lanes v109 = 0.0974 * v100;
-  const lanes v110 = v108 - v109;
-  const lanes v111 = 2.004301551818451 * v110;
-  const lanes v112 = v107 * v111;
-  const lanes v113 = v104 + v112;
-  const lanes v114 = 13.72316978366506 * v19;
-  const lanes v115 = 0.2860217139510366 * v23;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v116 * v45;
-  const lanes v118 = 13.72316978366506 * v23;
-  const lanes v119 = 0.2860217139510366 * v19;
-  const lanes v120 = v118 + v119;
-  const lanes v121 = v120 * v53;
-  const lanes v122 = v117 - v121;
-  const lanes v123 = v122 * v74;
-  const lanes v124 = v116 * v53;
-  const lanes v125 = v120 * v45;
-  const lanes v126 = v124 + v125;
-  const lanes v127 = v126 * v82;
-  const lanes v128 = v123 - v127;
-  const lanes v129 = 0.999842782540088 * v128;
-  const lanes v130 = v122 * v82;
-  const lanes v131 = v126 * v74;
-  const lanes v132 = v130 + v131;
-  const lanes v133 = 0.01773161590195061 * v132;
-  const lanes v134 = v129 - v133;
-  const lanes v135 = v113 * v134;
-  const lanes v136 = v84 * v111;
-  const lanes v137 = v107 * v103;
-  const lanes v138 = v136 - v137;
-  const lanes v139 = 0.999842782540088 * v132;
-  const lanes v140 = 0.01773161590195061 * v128;
-  const lanes v141 = v139 + v140;
-  const lanes v142 = v138 * v141;
-  const lanes v143 = v135 - v142;
-  const lanes v144 = v143 * qd_5;
-  const lanes v145 = 13.726150127845361 * v19;
-  const lanes v146 = v145 * v45;
-  const lanes v147 = 13.726150127845361 * v23;
-  const lanes v148 = v147 * v53;
-  const lanes v149 = v146 - v148;
-  const lanes v150 = 0.9997828710780122 * v149;
-  const lanes v151 = v145 * v53;
-  const lanes v152 = v147 * v45;
-  const lanes v153 = v151 + v152;
-  const lanes v154 = 0.020837722980371797 * v153;
-  const lanes v155 = v150 - v154;
-  const lanes v156 = v113 * v155;
-  const lanes v157 = 0.9997828710780122 * v153;
-  const lanes v158 = 0.020837722980371797 * v149;
-  const lanes v159 = v157 + v158;
-  const lanes v160 = v138 * v159;
-  const lanes v161 = v156 - v160;
-  const lanes v162 = v161 * qd_3;
-  const lanes v163 = 0.0576 * v138;
-  const lanes v164 = 1.2774 * v113;
-  const lanes v165 = v163 + v164;
-  const lanes v166 = 0.999842782540088 * q_5;
-  const lanes v167 = 0.7858 + v166;
-  const lanes v168 = v167 + 0.00039009554984291347;
-  const lanes v169 = v168 + 0.8200710502393802;
-  const lanes v170 = v169 * v128;
-  const lanes v171 = 0.01773161590195061 * q_5;
-  const lanes v172 = 0.021996541215881935 - v171;
-  const lanes v173 = v172 - 0.014543471362779892;
-  const lanes v174 = v173 * v132;
-  const lanes v175 = v170 + v174;
-  const lanes v176 = v165 + v175;
-  const lanes v177 = 0.9997828710780122 * q_3;
-  const lanes v178 = 0.756 + v177;
-  const lanes v179 = v178 + 0.0011710800314968948;
-  const lanes v180 = v179 + 0.8571138553751799;
-  const lanes v181 = v180 * v149;
-  const lanes v182 = 0.020837722980371797 * q_3;
-  const lanes v183 = 0.05618779735458429 - v182;
-  const lanes v184 = v183 - 0.017864179911072742;
-  const lanes v185 = v184 * v153;
-  const lanes v186 = v181 + v185;
-  const lanes v187 = v176 + v186;
-  const lanes v188 = 13.296521628843802 * v19;
-  const lanes v189 = v187 + v188;
-  const lanes v190 = v138 * v189;
-  const lanes v191 = 1.2774 * v138;
-  const lanes v192 = 0.0576 * v113;
-  const lanes v193 = v191 - v192;
-  const lanes v194 = v173 * v128;
-  const lanes v195 = v169 * v132;
-  const lanes v196 = v194 - v195;
-  const lanes v197 = v193 + v196;
-  const lanes v198 = v184 * v149;
-  const lanes v199 = v180 * v153;
-  const lanes v200 = v198 - v199;
-  const lanes v201 = v197 + v200;
-  const lanes v202 = 13.296521628843802 * v23;
-  const lanes v203 = v201 - v202;
-  const lanes v204 = v113 * v203;
-  const lanes v205 = v190 - v204;
-  const lanes v206 = q_1 * qd_1;
-  const lanes v207 = 0.5 * v5;
-  const lanes v208 = v206 / v207;
-  const lanes v209 = v205 * v208;
-  const lanes v210 = v138 * v187;
-  const lanes v211 = v113 * v201;
-  const lanes v212 = v210 - v211;
-  const lanes v213 = q_2 * qd_2;
-  const lanes v214 = 0.5 * v30;
-  const lanes v215 = v213 / v214;
-  const lanes v216 = v212 * v215;
-  const lanes v217 = v209 + v216;
-  const lanes v218 = v162 - v217;
-  const lanes v219 = v138 * v176;
-  const lanes v220 = v113 * v197;
-  const lanes v221 = v219 - v220;
-  const lanes v222 = q_4 * qd_4;
-  const lanes v223 = 0.5 * v60;
-  const lanes v224 = v222 / v223;
-  const lanes v225 = v221 * v224;
-  const lanes v226 = v218 - v225;
-  const lanes v227 = v144 + v226;
-  const lanes v228 = q_6 * qd_6;
-  const lanes v229 = 0.5 * v92;
-  const lanes v230 = v228 / v229;
-  const lanes v231 = 0.0576 * v230;
-  const lanes v232 = v227 - v231;
-  out[0] = v232;
-  const lanes v233 = 1.2774 * v230;
-  const lanes v234 = v113 * v141;
-  const lanes v235 = v138 * v134;
-  const lanes v236 = v234 + v235;
-  const lanes v237 = v236 * qd_5;
-  const lanes v238 = v113 * v176;
-  const lanes v239 = v138 * v197;
-  const lanes v240 = v238 + v239;
-  const lanes v241 = v240 * v224;
-  const lanes v242 = v113 * v159;
-  const lanes v243 = v138 * v155;
-  const lanes v244 = v242 + v243;
-  const lanes v245 = v244 * qd_3;
-  const lanes v246 = v113 * v189;
-  const lanes v247 = v138 * v203;
-  const lanes v248 = v246 + v247;
-  const lanes v249 = v248 * v208;
-  const lanes v250 = v113 * v187;
-  const lanes v251 = v138 * v201;
-  const lanes v252 = v250 + v251;
-  const lanes v253 = v252 * v215;
-  const lanes v254 = v249 + v253;
-  const lanes v255 = v245 + v254;
-  const lanes v256 = v241 + v255;
-  const lanes v257 = v237 + v256;
-  const lanes v258 = v233 + v257;
-  const lanes v259 = -v258;
-  out[1] = v259;
-  const lanes v260 = v189 * qd_0;
-  const lanes v261 = -v260;
-  out[2] = v261;
-  const lanes v262 = v138 * qd_0;
-  out[3] = v262;
-  const lanes v263 = v113 * qd_0;
-  out[4] = v263;
-  const lanes v264 = v208 + v215;
-  const lanes v265 = v224 + v264;
-  const lanes v266 = v230 + v265;
-  const lanes v267 = -v266;
-  out[5] = v267;
+  const lanes q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5], q_6 = in[6],
+      qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12],
+      qd_6 = in[13], v1 = q_1 * q_1, v2 = 1.3215098366089841 - v1, v3 = v1 - 0.3717842633910159,
+      v4 = v2 * v3;
+  LANES_LET1(v5, sqrt, v4);
+  const lanes v6 = 0.05518268758582475 * v5, v7 = 0.5 * v1, v8 = 0.386896705 + v7,
+      v9 = v8 - 0.03642682, v10 = 1.1314389456999898 * v9, v11 = v6 + v10, v12 = v11 - 0.8755,
+      v13 = 0.1708 * v12, v14 = 0.1103653751716495 * v9, v15 = 0.5657194728499949 * v5,
+      v16 = v14 - v15, v17 = v16 - 0.0854, v18 = 0.209 * v17, v19 = v13 - v18,
+      v20 = 13.726150127845361 * v19, v21 = q_2 * q_2, v22 = 1.0578131478133972 - v21,
+      v23 = v21 - 0.38743535218660285, v24 = v22 * v23;
+  LANES_LET1(v25, sqrt, v24);
+  const lanes v26 = 0.577777986497283 * v25, v27 = 0.5 * v21, v28 = 0.3407018 + v27,
+      v29 = v28 - 0.020610325, v30 = 0.3636611253594786 * v29, v31 = v26 - v30, v32 = 0.2478 + v31,
+      v33 = 0.0991 * v32, v34 = 1.155555972994566 * v29, v35 = 0.1818305626797393 * v25,
+      v36 = v34 + v35, v37 = v36 - 0.7874, v38 = 0.1772 * v37, v39 = v33 - v38,
+      v40 = 24.259685376140357 * v39, v41 = v20 * v40, v42 = 0.209 * v12, v43 = 0.1708 * v17,
+      v44 = v42 + v43, v45 = 13.726150127845361 * v44, v46 = 0.1772 * v32, v47 = 0.0991 * v37,
+      v48 = v46 + v47, v49 = 24.259685376140357 * v48, v50 = v45 * v49, v51 = v41 - v50,
+      v52 = 0.9992562012543986 * v51, v53 = v20 * v49, v54 = v45 * v40, v55 = v53 + v54,
+      v56 = 0.03856221278179919 * v55, v57 = v52 - v56, v58 = q_4 * q_4,
+      v59 = 0.702936602426126 - v58, v60 = v58 - 0.23255545757387405, v61 = v59 * v60;
+  LANES_LET1(v62, sqrt, v61);
+  const lanes v63 = 0.7466208668870286 * v62, v64 = 0.5 * v58, v65 = 0.202158195 + v64,
+      v66 = 0.2522755194519218 * v65, v67 = v63 - v66, v68 = 0.11 + v67, v69 = 0.1139 * v68,
+      v70 = 0.1261377597259609 * v62, v71 = 1.4932417337740571 * v65, v72 = v70 + v71,
+      v73 = v72 - 0.6511, v74 = 0.1369 * v73, v75 = v69 - v74, v76 = 31.531000333597984 * v75,
+      v77 = v57 * v76, v78 = 0.9992562012543986 * v55, v79 = 0.03856221278179919 * v51,
+      v80 = v78 + v79, v81 = 0.1139 * v73, v82 = 0.1369 * v68, v83 = v81 + v82,
+      v84 = 31.531000333597984 * v83, v85 = v80 * v84, v86 = v77 - v85, v87 = q_6 * q_6,
+      v88 = 0.5 * v87, v89 = v88 - 0.235090075, v90 = 3.5864898908642604 * v89,
+      v91 = 0.7671943564657427 - v87, v92 = v87 - 0.2881530235342572, v93 = v91 * v92;
+  LANES_LET1(v94, sqrt, v93);
+  const lanes v95 = 2.341132586374052 * v94, v96 = v90 + v95, v97 = 0.1031 - v96,
+      v98 = 0.0974 * v97, v99 = 1.7932449454321302 * v94, v100 = 4.682265172748104 * v89,
+      v101 = v99 - v100, v102 = 0.1346 + v101, v103 = 0.6996 * v102, v104 = v98 + v103,
+      v105 = 2.004301551818451 * v104, v106 = v86 * v105, v107 = v57 * v84, v108 = v80 * v76,
+      v109 = v107 + v108, v110 = 0.6996 * v97, v111 = 0.0974 * v102, v112 = v110 - v111,
+      v113 = 2.004301551818451 * v112, v114 = v109 * v113, v115 = v106 + v114,
+      v116 = 0.9997828710780122 * v51, v117 = 0.020837722980371797 * v55, v118 = v116 - v117,
+      v119 = v118 * v76, v120 = 0.9997828710780122 * v55, v121 = 0.020837722980371797 * v51,
+      v122 = v120 + v121, v123 = v122 * v84, v124 = v119 - v123, v125 = 0.999842782540088 * v124,
+      v126 = v118 * v84, v127 = v122 * v76, v128 = v126 + v127, v129 = 0.01773161590195061 * v128,
+      v130 = v125 - v129, v131 = v115 * v130, v132 = v86 * v113, v133 = v109 * v105,
+      v134 = v132 - v133, v135 = 0.999842782540088 * v128, v136 = 0.01773161590195061 * v124,
+      v137 = v135 + v136, v138 = v134 * v137, v139 = v131 - v138, v140 = v139 * qd_5,
+      v141 = v118 * v115, v142 = v122 * v134, v143 = v141 - v142, v144 = v143 * qd_3,
+      v145 = 0.0576 * v134, v146 = 1.2774 * v115, v147 = v145 + v146,
+      v148 = 0.999842782540088 * q_5, v149 = 0.7858 + v148, v150 = v149 + 0.00039009554984291347,
+      v151 = v150 + 0.8200710502393802, v152 = v151 * v124, v153 = 0.01773161590195061 * q_5,
+      v154 = 0.021996541215881935 - v153, v155 = v154 - 0.014543471362779892, v156 = v155 * v128,
+      v157 = v152 + v156, v158 = v147 + v157, v159 = 0.9997828710780122 * q_3, v160 = 0.756 + v159,
+      v161 = v160 + 0.0011710800314968948, v162 = v161 + 0.8571138553751799, v163 = v162 * v51,
+      v164 = 0.020837722980371797 * q_3, v165 = 0.05618779735458429 - v164,
+      v166 = v165 - 0.017864179911072742, v167 = v166 * v55, v168 = v163 + v167, v169 = v158 + v168,
+      v170 = 13.296521628843802 * v19, v171 = v169 + v170, v172 = v134 * v171, v173 = 1.2774 * v134,
+      v174 = 0.0576 * v115, v175 = v173 - v174, v176 = v155 * v124, v177 = v151 * v128,
+      v178 = v176 - v177, v179 = v175 + v178, v180 = v166 * v51, v181 = v162 * v55,
+      v182 = v180 - v181, v183 = v179 + v182, v184 = 13.296521628843802 * v44, v185 = v183 - v184,
+      v186 = v115 * v185, v187 = v172 - v186, v188 = q_1 * qd_1, v189 = 0.5 * v5,
+      v190 = v188 / v189, v191 = v187 * v190, v192 = v134 * v169, v193 = v115 * v183,
+      v194 = v192 - v193, v195 = q_2 * qd_2, v196 = 0.5 * v25, v197 = v195 / v196,
+      v198 = v194 * v197, v199 = v191 + v198, v200 = v144 - v199, v201 = v134 * v158,
+      v202 = v115 * v179, v203 = v201 - v202, v204 = q_4 * qd_4, v205 = 0.5 * v62,
+      v206 = v204 / v205, v207 = v203 * v206, v208 = v200 - v207, v209 = v140 + v208,
+      v210 = q_6 * qd_6, v211 = 0.5 * v94, v212 = v210 / v211, v213 = 0.0576 * v212,
+      v214 = v209 - v213;
+  out[0] = v214;
+  const lanes v215 = 1.2774 * v212, v216 = v115 * v137, v217 = v134 * v130, v218 = v216 + v217,
+      v219 = v218 * qd_5, v220 = v115 * v158, v221 = v134 * v179, v222 = v220 + v221,
+      v223 = v222 * v206, v224 = v118 * v134, v225 = v122 * v115, v226 = v224 + v225,
+      v227 = v226 * qd_3, v228 = v115 * v171, v229 = v134 * v185, v230 = v228 + v229,
+      v231 = v230 * v190, v232 = v115 * v169, v233 = v134 * v183, v234 = v232 + v233,
+      v235 = v234 * v197, v236 = v231 + v235, v237 = v227 + v236, v238 = v223 + v237,
+      v239 = v219 + v238, v240 = v215 + v239, v241 = -v240;
+  out[1] = v241;
+  const lanes v242 = v171 * qd_0, v243 = -v242;
+  out[2] = v243;
+  const lanes v244 = v134 * qd_0;
+  out[3] = v244;
+  const lanes v245 = v115 * qd_0;
+  out[4] = v245;
+  const lanes v246 = v190 + v197, v247 = v206 + v246, v248 = v212 + v247, v249 = -v248;
+  out[5] = v249;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_twist_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 1.3215098366089841 - v3;
-  const lanes v5 = v3 - 0.3717842633910159;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.05518268758582475 * v7;
-  const lanes v9 = 0.5 * v3;
-  const lanes v10 = 0.386896705 + v9;
-  const lanes v11 = v10 - 0.03642682;
-  const lanes v12 = 1.1314389456999898 * v11;
-  const lanes v13 = v8 + v12;
-  const lanes v14 = v13 - 0.8755;
-  const lanes v15 = 0.1708 * v14;
-  const lanes v16 = 0.1103653751716495 * v11;
-  const lanes v17 = 0.5657194728499949 * v7;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 - 0.0854;
-  const lanes v20 = 0.209 * v19;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 13.715940634598335 * v21;
-  const lanes v23 = 0.209 * v14;
-  const lanes v24 = 0.1708 * v19;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.529310721904893 * v25;
-  const lanes v27 = v22 - v26;
-  const lanes v28 = q_2 * q_2;
-  const lanes v29 = 1.0578131478133972 - v28;
-  const lanes v30 = v28 - 0.38743535218660285;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.577777986497283 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 0.3407018 + v34;
-  const lanes v36 = v35 - 0.020610325;
-  const lanes v37 = 0.3636611253594786 * v36;
-  const lanes v38 = v33 - v37;
-  const lanes v39 = 0.2478 + v38;
-  const lanes v40 = 0.0991 * v39;
-  const lanes v41 = 1.155555972994566 * v36;
-  const lanes v42 = 0.1818305626797393 * v32;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = v43 - 0.7874;
-  const lanes v45 = 0.1772 * v44;
-  const lanes v46 = v40 - v45;
-  const lanes v47 = 24.259685376140357 * v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = 13.715940634598335 * v25;
-  const lanes v50 = 0.529310721904893 * v21;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = 0.1772 * v39;
-  const lanes v53 = 0.0991 * v44;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 24.259685376140357 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v48 - v56;
-  const lanes v58 = q_4 * q_4;
-  const lanes v59 = 0.702936602426126 - v58;
-  const lanes v60 = v58 - 0.23255545757387405;
-  const lanes v61 = v59 * v60;
-  lanes v62; LANES_NAME(lanes_sqrt)(&v61, &v62);
-  const lanes v63 = 0.7466208668870286 * v62;
-  const lanes v64 = 0.5 * v58;
-  const lanes v65 = 0.202158195 + v64;
-  const lanes v66 = 0.2522755194519218 * v65;
-  const lanes v67 = v63 - v66;
-  const lanes v68 = 0.11 + v67;
-  const lanes v69 = 0.1139 * v68;
-  const lanes v70 = 0.1261377597259609 * v62;
-  const lanes v71 = 1.4932417337740571 * v65;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v72 - 0.6511;
-  const lanes v74 = 0.1369 * v73;
-  const lanes v75 = v69 - v74;
-  const lanes v76 = 31.531000333597984 * v75;
-  const lanes v77 = v57 * v76;
-  const lanes v78 = v27 * v55;
-  const lanes v79 = v51 * v47;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = 0.1139 * v73;
-  const lanes v82 = 0.1369 * v68;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = 31.531000333597984 * v83;
-  const lanes v85 = v80 * v84;
-  const lanes v86 = v77 - v85;
-  const lanes v87 = q_6 * q_6;
-  const lanes v88 = 0.5 * v87;
-  const lanes v89 = v88 - 0.235090075;
-  const lanes v90 = 3.5864898908642604 * v89;
-  const lanes v91 = 0.7671943564657427 - v87;
-  const lanes v92 = v87 - 0.2881530235342572;
-  const lanes v93 = v91 * v92;
-  lanes v94; LANES_NAME(lanes_sqrt)(&v93, &v94);
-  const lanes v95 = 2.341132586374052 * v94;
-  const lanes v96 = v90 + v95;
-  const lanes v97 = 0.1031 - v96;
-  const lanes v98 = 0.6996 * v97;
-  const lanes v99 = 1.7932449454321302 * v94;
-  const lanes v100 = 4.682265172748104 * v89;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = 0.1346 + v101;
-  const lanes v103 = 0.0974 * v102;
-  const lanes v104 = v98 - v103;
-  const lanes v105 = 2.004301551818451 * v104;
-  const lanes v106 = v86 * v105;
-  const lanes v107 = v57 * v84;
-  const lanes v108 = v80 * v76;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = 0.0974 * v97;
-  const lanes v111 = 0.6996 * v102;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = 2.004301551818451 * v112;
-  const lanes v114 = v109 * v113;
-  const lanes v115 = v106 - v114;
-  const lanes v116 = 1.2774 * v115;
-  const lanes v117 = v86 * v113;
-  const lanes v118 = v109 * v105;
-  const lanes v119 = v117 + v118;
-  const lanes v120 = 0.0576 * v119;
-  const lanes v121 = v116 - v120;
-  const lanes v122 = v1 * v121;
-  const lanes v123 = q_6 * qd_6;
-  const lanes v124 = 0.5 * v94;
-  const lanes v125 = v123 / v124;
-  const lanes v126 = v122 * v125;
-  const lanes v127 = 13.72316978366506 * v21;
-  const lanes v128 = 0.2860217139510366 * v25;
-  const lanes v129 = v127 - v128;
-  const lanes v130 = v129 * v47;
-  const lanes v131 = 13.72316978366506 * v25;
-  const lanes v132 = 0.2860217139510366 * v21;
-  const lanes v133 = v131 + v132;
-  const lanes v134 = v133 * v55;
-  const lanes v135 = v130 - v134;
-  const lanes v136 = v135 * v76;
-  const lanes v137 = v129 * v55;
-  const lanes v138 = v133 * v47;
-  const lanes v139 = v137 + v138;
-  const lanes v140 = v139 * v84;
-  const lanes v141 = v136 - v140;
-  const lanes v142 = 0.999842782540088 * v141;
-  const lanes v143 = v135 * v84;
-  const lanes v144 = v139 * v76;
-  const lanes v145 = v143 + v144;
-  const lanes v146 = 0.01773161590195061 * v145;
-  const lanes v147 = v142 - v146;
-  const lanes v148 = v1 * v147;
-  const lanes v149 = v148 * qd_5;
-  const lanes v150 = 0.01773161590195061 * q_5;
-  const lanes v151 = 0.021996541215881935 - v150;
-  const lanes v152 = v151 - 0.014543471362779892;
-  const lanes v153 = v152 * v141;
-  const lanes v154 = 0.999842782540088 * q_5;
-  const lanes v155 = 0.7858 + v154;
-  const lanes v156 = v155 + 0.00039009554984291347;
-  const lanes v157 = v156 + 0.8200710502393802;
-  const lanes v158 = v157 * v145;
-  const lanes v159 = v153 - v158;
-  const lanes v160 = v121 + v159;
-  const lanes v161 = v1 * v160;
-  const lanes v162 = q_4 * qd_4;
-  const lanes v163 = 0.5 * v62;
-  const lanes v164 = v162 / v163;
-  const lanes v165 = v161 * v164;
-  const lanes v166 = 13.726150127845361 * v21;
-  const lanes v167 = v166 * v47;
-  const lanes v168 = 13.726150127845361 * v25;
-  const lanes v169 = v168 * v55;
-  const lanes v170 = v167 - v169;
-  const lanes v171 = 0.9997828710780122 * v170;
-  const lanes v172 = v166 * v55;
-  const lanes v173 = v168 * v47;
-  const lanes v174 = v172 + v173;
-  const lanes v175 = 0.020837722980371797 * v174;
-  const lanes v176 = v171 - v175;
-  const lanes v177 = v1 * v176;
-  const lanes v178 = v177 * qd_3;
-  const lanes v179 = 0.020837722980371797 * q_3;
-  const lanes v180 = 0.05618779735458429 - v179;
-  const lanes v181 = v180 - 0.017864179911072742;
-  const lanes v182 = v181 * v170;
-  const lanes v183 = 0.9997828710780122 * q_3;
-  const lanes v184 = 0.756 + v183;
-  const lanes v185 = v184 + 0.0011710800314968948;
-  const lanes v186 = v185 + 0.8571138553751799;
-  const lanes v187 = v186 * v174;
-  const lanes v188 = v182 - v187;
-  const lanes v189 = v160 + v188;
-  const lanes v190 = v1 * v189;
-  const lanes v191 = q_2 * qd_2;
-  const lanes v192 = 0.5 * v32;
-  const lanes v193 = v191 / v192;
-  const lanes v194 = v190 * v193;
-  const lanes v195 = 13.296521628843802 * v25;
-  const lanes v196 = v189 - v195;
-  const lanes v197 = v1 * v196;
-  const lanes v198 = q_1 * qd_1;
-  const lanes v199 = 0.5 * v7;
-  const lanes v200 = v198 / v199;
-  const lanes v201 = v197 * v200;
-  const lanes v202 = 0.0576 * v115;
-  const lanes v203 = 1.2774 * v119;
-  const lanes v204 = v202 + v203;
-  const lanes v205 = v157 * v141;
-  const lanes v206 = v152 * v145;
-  const lanes v207 = v205 + v206;
-  const lanes v208 = v204 + v207;
-  const lanes v209 = v186 * v170;
-  const lanes v210 = v181 * v174;
-  const lanes v211 = v209 + v210;
-  const lanes v212 = v208 + v211;
-  const lanes v213 = 13.296521628843802 * v21;
-  const lanes v214 = v212 + v213;
-  const lanes v215 = v2 * v214;
-  const lanes v216 = v215 * qd_0;
-  const lanes v217 = v201 - v216;
-  const lanes v218 = v194 + v217;
-  const lanes v219 = v178 + v218;
-  const lanes v220 = v165 + v219;
-  const lanes v221 = v149 + v220;
-  const lanes v222 = v126 + v221;
-  out[0] = v222;
-  const lanes v223 = v2 * v121;
-  const lanes v224 = v223 * v125;
-  const lanes v225 = v2 * v147;
-  const lanes v226 = v225 * qd_5;
-  const lanes v227 = v2 * v160;
-  const lanes v228 = v227 * v164;
-  const lanes v229 = v2 * v176;
-  const lanes v230 = v229 * qd_3;
-  const lanes v231 = v2 * v189;
-  const lanes v232 = v231 * v193;
-  const lanes v233 = v1 * v214;
-  const lanes v234 = v233 * qd_0;
-  const lanes v235 = v2 * v196;
-  const lanes v236 = v235 * v200;
-  const lanes v237 = v234 + v236;
-  const lanes v238 = v232 + v237;
-  const lanes v239 = v230 + v238;
-  const lanes v240 = v228 + v239;
-  const lanes v241 = v226 + v240;
-  const lanes v242 = v224 + v241;
-  out[1] = v242;
-  const lanes v243 = v204 * v125;
-  const lanes v244 = 0.999842782540088 * v145;
-  const lanes v245 = 0.01773161590195061 * v141;
-  const lanes v246 = v244 + v245;
-  const lanes v247 = v246 * qd_5;
-  const lanes v248 = v208 * v164;
-  const lanes v249 = 0.9997828710780122 * v174;
-  const lanes v250 = 0.020837722980371797 * v170;
-  const lanes v251 = v249 + v250;
-  const lanes v252 = v251 * qd_3;
-  const lanes v253 = v214 * v200;
-  const lanes v254 = v212 * v193;
-  const lanes v255 = v253 + v254;
-  const lanes v256 = v252 + v255;
-  const lanes v257 = v248 + v256;
-  const lanes v258 = v247 + v257;
-  const lanes v259 = v243 + v258;
-  const lanes v260 = -v259;
-  out[2] = v260;
-  const lanes v261 = v2 * v125;
-  const lanes v262 = v2 * v164;
-  const lanes v263 = v2 * v200;
-  const lanes v264 = v2 * v193;
-  const lanes v265 = v263 + v264;
-  const lanes v266 = v262 + v265;
-  const lanes v267 = v261 + v266;
-  const lanes v268 = -v267;
-  out[3] = v268;
-  const lanes v269 = v1 * v125;
-  const lanes v270 = v1 * v164;
-  const lanes v271 = v1 * v200;
-  const lanes v272 = v1 * v193;
-  const lanes v273 = v271 + v272;
-  const lanes v274 = v270 + v273;
-  const lanes v275 = v269 + v274;
-  out[4] = v275;
-  out[5] = qd_0;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11],
+      qd_5 = in[12], qd_6 = in[13];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = q_1 * q_1, v4 = 1.3215098366089841 - v3, v5 = v3 - 0.3717842633910159,
+      v6 = v4 * v5;
+  LANES_LET1(v7, sqrt, v6);
+  const lanes v8 = 0.05518268758582475 * v7, v9 = 0.5 * v3, v10 = 0.386896705 + v9,
+      v11 = v10 - 0.03642682, v12 = 1.1314389456999898 * v11, v13 = v8 + v12, v14 = v13 - 0.8755,
+      v15 = 0.1708 * v14, v16 = 0.1103653751716495 * v11, v17 = 0.5657194728499949 * v7,
+      v18 = v16 - v17, v19 = v18 - 0.0854, v20 = 0.209 * v19, v21 = v15 - v20,
+      v22 = 13.726150127845361 * v21, v23 = q_2 * q_2, v24 = 1.0578131478133972 - v23,
+      v25 = v23 - 0.38743535218660285, v26 = v24 * v25;
+  LANES_LET1(v27, sqrt, v26);
+  const lanes v28 = 0.577777986497283 * v27, v29 = 0.5 * v23, v30 = 0.3407018 + v29,
+      v31 = v30 - 0.020610325, v32 = 0.3636611253594786 * v31, v33 = v28 - v32, v34 = 0.2478 + v33,
+      v35 = 0.0991 * v34, v36 = 1.155555972994566 * v31, v37 = 0.1818305626797393 * v27,
+      v38 = v36 + v37, v39 = v38 - 0.7874, v40 = 0.1772 * v39, v41 = v35 - v40,
+      v42 = 24.259685376140357 * v41, v43 = v22 * v42, v44 = 0.209 * v14, v45 = 0.1708 * v19,
+      v46 = v44 + v45, v47 = 13.726150127845361 * v46, v48 = 0.1772 * v34, v49 = 0.0991 * v39,
+      v50 = v48 + v49, v51 = 24.259685376140357 * v50, v52 = v47 * v51, v53 = v43 - v52,
+      v54 = 0.9992562012543986 * v53, v55 = v22 * v51, v56 = v47 * v42, v57 = v55 + v56,
+      v58 = 0.03856221278179919 * v57, v59 = v54 - v58, v60 = q_4 * q_4,
+      v61 = 0.702936602426126 - v60, v62 = v60 - 0.23255545757387405, v63 = v61 * v62;
+  LANES_LET1(v64, sqrt, v63);
+  const lanes v65 = 0.7466208668870286 * v64, v66 = 0.5 * v60, v67 = 0.202158195 + v66,
+      v68 = 0.2522755194519218 * v67, v69 = v65 - v68, v70 = 0.11 + v69, v71 = 0.1139 * v70,
+      v72 = 0.1261377597259609 * v64, v73 = 1.4932417337740571 * v67, v74 = v72 + v73,
+      v75 = v74 - 0.6511, v76 = 0.1369 * v75, v77 = v71 - v76, v78 = 31.531000333597984 * v77,
+      v79 = v59 * v78, v80 = 0.9992562012543986 * v57, v81 = 0.03856221278179919 * v53,
+      v82 = v80 + v81, v83 = 0.1139 * v75, v84 = 0.1369 * v70, v85 = v83 + v84,
+      v86 = 31.531000333597984 * v85, v87 = v82 * v86, v88 = v79 - v87, v89 = q_6 * q_6,
+      v90 = 0.5 * v89, v91 = v90 - 0.235090075, v92 = 3.5864898908642604 * v91,
+      v93 = 0.7671943564657427 - v89, v94 = v89 - 0.2881530235342572, v95 = v93 * v94;
+  LANES_LET1(v96, sqrt, v95);
+  const lanes v97 = 2.341132586374052 * v96, v98 = v92 + v97, v99 = 0.1031 - v98,
+      v100 = 0.6996 * v99, v101 = 1.7932449454321302 * v96, v102 = 4.682265172748104 * v91,
+      v103 = v101 - v102, v104 = 0.1346 + v103, v105 = 0.0974 * v104, v106 = v100 - v105,
+      v107 = 2.004301551818451 * v106, v108 = v88 * v107, v109 = v59 * v86, v110 = v82 * v78,
+      v111 = v109 + v110, v112 = 0.0974 * v99, v113 = 0.6996 * v104, v114 = v112 + v113,
+      v115 = 2.004301551818451 * v114, v116 = v111 * v115, v117 = v108 - v116, v118 = 1.2774 * v117,
+      v119 = v88 * v115, v120 = v111 * v107, v121 = v119 + v120, v122 = 0.0576 * v121,
+      v123 = v118 - v122, v124 = v1 * v123, v125 = q_6 * qd_6, v126 = 0.5 * v96, v127 = v125 / v126,
+      v128 = v124 * v127, v129 = 0.9997828710780122 * v53, v130 = 0.020837722980371797 * v57,
+      v131 = v129 - v130, v132 = v131 * v78, v133 = 0.9997828710780122 * v57,
+      v134 = 0.020837722980371797 * v53, v135 = v133 + v134, v136 = v135 * v86, v137 = v132 - v136,
+      v138 = 0.999842782540088 * v137, v139 = v131 * v86, v140 = v135 * v78, v141 = v139 + v140,
+      v142 = 0.01773161590195061 * v141, v143 = v138 - v142, v144 = v1 * v143, v145 = v144 * qd_5,
+      v146 = 0.01773161590195061 * q_5, v147 = 0.021996541215881935 - v146,
+      v148 = v147 - 0.014543471362779892, v149 = v148 * v137, v150 = 0.999842782540088 * q_5,
+      v151 = 0.7858 + v150, v152 = v151 + 0.00039009554984291347, v153 = v152 + 0.8200710502393802,
+      v154 = v153 * v141, v155 = v149 - v154, v156 = v123 + v155, v157 = v1 * v156,
+      v158 = q_4 * qd_4, v159 = 0.5 * v64, v160 = v158 / v159, v161 = v157 * v160, v162 = v1 * v131,
+      v163 = v162 * qd_3, v164 = 0.020837722980371797 * q_3, v165 = 0.05618779735458429 - v164,
+      v166 = v165 - 0.017864179911072742, v167 = v166 * v53, v168 = 0.9997828710780122 * q_3,
+      v169 = 0.756 + v168, v170 = v169 + 0.0011710800314968948, v171 = v170 + 0.8571138553751799,
+      v172 = v171 * v57, v173 = v167 - v172, v174 = v156 + v173, v175 = v1 * v174,
+      v176 = q_2 * qd_2, v177 = 0.5 * v27, v178 = v176 / v177, v179 = v175 * v178,
+      v180 = 13.296521628843802 * v46, v181 = v174 - v180, v182 = v1 * v181, v183 = q_1 * qd_1,
+      v184 = 0.5 * v7, v185 = v183 / v184, v186 = v182 * v185, v187 = 0.0576 * v117,
+      v188 = 1.2774 * v121, v189 = v187 + v188, v190 = v153 * v137, v191 = v148 * v141,
+      v192 = v190 + v191, v193 = v189 + v192, v194 = v171 * v53, v195 = v166 * v57,
+      v196 = v194 + v195, v197 = v193 + v196, v198 = 13.296521628843802 * v21, v199 = v197 + v198,
+      v200 = v2 * v199, v201 = v200 * qd_0, v202 = v186 - v201, v203 = v179 + v202,
+      v204 = v163 + v203, v205 = v161 + v204, v206 = v145 + v205, v207 = v128 + v206;
+  out[0] = v207;
+  const lanes v208 = v2 * v123, v209 = v208 * v127, v210 = v2 * v143, v211 = v210 * qd_5,
+      v212 = v2 * v156, v213 = v212 * v160, v214 = v2 * v131, v215 = v214 * qd_3, v216 = v2 * v174,
+      v217 = v216 * v178, v218 = v1 * v199, v219 = v218 * qd_0, v220 = v2 * v181,
+      v221 = v220 * v185, v222 = v219 + v221, v223 = v217 + v222, v224 = v215 + v223,
+      v225 = v213 + v224, v226 = v211 + v225, v227 = v209 + v226;
+  out[1] = v227;
+  const lanes v228 = v189 * v127, v229 = 0.999842782540088 * v141,
+      v230 = 0.01773161590195061 * v137, v231 = v229 + v230, v232 = v231 * qd_5, v233 = v193 * v160,
+      v234 = v135 * qd_3, v235 = v199 * v185, v236 = v197 * v178, v237 = v235 + v236,
+      v238 = v234 + v237, v239 = v233 + v238, v240 = v232 + v239, v241 = v228 + v240, v242 = -v241;
+  out[2] = v242;
+  const lanes v243 = v2 * v127, v244 = v2 * v160, v245 = v2 * v185, v246 = v2 * v178,
+      v247 = v245 + v246, v248 = v244 + v247, v249 = v243 + v248, v250 = -v249;
+  out[3] = v250;
+  const lanes v251 = v1 * v127, v252 = v1 * v160, v253 = v1 * v185, v254 = v1 * v178,
+      v255 = v253 + v254, v256 = v252 + v255, v257 = v251 + v256;
+  out[4] = v257; out[5] = qd_0;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_acceleration_space)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  const lanes qdd_0 = in[14];
-  const lanes qdd_1 = in[15];
-  const lanes qdd_2 = in[16];
-  const lanes qdd_3 = in[17];
-  const lanes qdd_4 = in[18];
-  const lanes qdd_5 = in[19];
-  const lanes qdd_6 = in[20];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 1.3215098366089841 - v3;
-  const lanes v5 = v3 - 0.3717842633910159;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.05518268758582475 * v7;
-  const lanes v9 = 0.5 * v3;
-  const lanes v10 = 0.386896705 + v9;
-  const lanes v11 = v10 - 0.03642682;
-  const lanes v12 = 1.1314389456999898 * v11;
-  const lanes v13 = v8 + v12;
-  const lanes v14 = v13 - 0.8755;
-  const lanes v15 = 0.209 * v14;
-  const lanes v16 = 0.1103653751716495 * v11;
-  const lanes v17 = 0.5657194728499949 * v7;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 - 0.0854;
-  const lanes v20 = 0.1708 * v19;
-  const lanes v21 = v15 + v20;
-  const lanes v22 = 13.296521628843802 * v21;
-  const lanes v23 = v22 - 1.03;
-  const lanes v24 = 0.020837722980371797 * q_3;
-  const lanes v25 = 0.05618779735458429 - v24;
-  const lanes v26 = v25 - 0.017864179911072742;
-  const lanes v27 = 0.1708 * v14;
-  const lanes v28 = 0.209 * v19;
-  const lanes v29 = v27 - v28;
-  const lanes v30 = 13.726150127845361 * v29;
-  const lanes v31 = q_2 * q_2;
-  const lanes v32 = 1.0578131478133972 - v31;
-  const lanes v33 = v31 - 0.38743535218660285;
-  const lanes v34 = v32 * v33;
-  lanes v35; LANES_NAME(lanes_sqrt)(&v34, &v35);
-  const lanes v36 = 0.577777986497283 * v35;
-  const lanes v37 = 0.5 * v31;
-  const lanes v38 = 0.3407018 + v37;
-  const lanes v39 = v38 - 0.020610325;
-  const lanes v40 = 0.3636611253594786 * v39;
-  const lanes v41 = v36 - v40;
-  const lanes v42 = 0.2478 + v41;
-  const lanes v43 = 0.0991 * v42;
-  const lanes v44 = 1.155555972994566 * v39;
-  const lanes v45 = 0.1818305626797393 * v35;
-  const lanes v46 = v44 + v45;
-  const lanes v47 = v46 - 0.7874;
-  const lanes v48 = 0.1772 * v47;
-  const lanes v49 = v43 - v48;
-  const lanes v50 = 24.259685376140357 * v49;
-  const lanes v51 = v30 * v50;
-  const lanes v52 = 13.726150127845361 * v21;
-  const lanes v53 = 0.1772 * v42;
-  const lanes v54 = 0.0991 * v47;
-  const lanes v55 = v53 + v54;
-  const lanes v56 = 24.259685376140357 * v55;
-  const lanes v57 = v52 * v56;
-  const lanes v58 = v51 - v57;
-  const lanes v59 = v26 * v58;
-  const lanes v60 = 0.9997828710780122 * q_3;
-  const lanes v61 = 0.756 + v60;
-  const lanes v62 = v61 + 0.0011710800314968948;
-  const lanes v63 = v62 + 0.8571138553751799;
-  const lanes v64 = v30 * v56;
-  const lanes v65 = v52 * v50;
-  const lanes v66 = v64 + v65;
-  const lanes v67 = v63 * v66;
-  const lanes v68 = v59 - v67;
-  const lanes v69 = v23 - v68;
-  const lanes v70 = 0.01773161590195061 * q_5;
-  const lanes v71 = 0.021996541215881935 - v70;
-  const lanes v72 = v71 - 0.014543471362779892;
-  const lanes v73 = 13.72316978366506 * v29;
-  const lanes v74 = 0.2860217139510366 * v21;
-  const lanes v75 = v73 - v74;
-  const lanes v76 = v75 * v50;
-  const lanes v77 = 13.72316978366506 * v21;
-  const lanes v78 = 0.2860217139510366 * v29;
-  const lanes v79 = v77 + v78;
-  const lanes v80 = v79 * v56;
-  const lanes v81 = v76 - v80;
-  const lanes v82 = q_4 * q_4;
-  const lanes v83 = 0.702936602426126 - v82;
-  const lanes v84 = v82 - 0.23255545757387405;
-  const lanes v85 = v83 * v84;
-  lanes v86; LANES_NAME(lanes_sqrt)(&v85, &v86);
-  const lanes v87 = 0.7466208668870286 * v86;
-  const lanes v88 = 0.5 * v82;
-  const lanes v89 = 0.202158195 + v88;
-  const lanes v90 = 0.2522755194519218 * v89;
-  const lanes v91 = v87 - v90;
-  const lanes v92 = 0.11 + v91;
-  const lanes v93 = 0.1139 * v92;
-  const lanes v94 = 0.1261377597259609 * v86;
-  const lanes v95 = 1.4932417337740571 * v89;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = v96 - 0.6511;
-  const lanes v98 = 0.1369 * v97;
-  const lanes v99 = v93 - v98;
-  const lanes v100 = 31.531000333597984 * v99;
-  const lanes v101 = v81 * v100;
-  const lanes v102 = v75 * v56;
-  const lanes v103 = v79 * v50;
-  const lanes v104 = v102 + v103;
-  const lanes v105 = 0.1139 * v97;
-  const lanes v106 = 0.1369 * v92;
-  const lanes v107 = v105 + v106;
-  const lanes v108 = 31.531000333597984 * v107;
-  const lanes v109 = v104 * v108;
-  const lanes v110 = v101 - v109;
-  const lanes v111 = v72 * v110;
-  const lanes v112 = 0.999842782540088 * q_5;
-  const lanes v113 = 0.7858 + v112;
-  const lanes v114 = v113 + 0.00039009554984291347;
-  const lanes v115 = v114 + 0.8200710502393802;
-  const lanes v116 = v81 * v108;
-  const lanes v117 = v104 * v100;
-  const lanes v118 = v116 + v117;
-  const lanes v119 = v115 * v118;
-  const lanes v120 = v111 - v119;
-  const lanes v121 = v69 - v120;
-  const lanes v122 = v1 * v121;
-  const lanes v123 = qd_6 * qd_6;
-  const lanes v124 = q_6 * qdd_6;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = q_6 * q_6;
-  const lanes v127 = 0.7671943564657427 - v126;
-  const lanes v128 = v126 - 0.2881530235342572;
-  const lanes v129 = v127 * v128;
-  lanes v130; LANES_NAME(lanes_sqrt)(&v129, &v130);
-  const lanes v131 = 0.5 * v130;
-  const lanes v132 = v125 / v131;
-  const lanes v133 = 2.0 * q_6;
-  const lanes v134 = v133 * qd_6;
-  const lanes v135 = v134 * v127;
-  const lanes v136 = v134 * v128;
-  const lanes v137 = v135 - v136;
-  const lanes v138 = 0.25 / v130;
-  const lanes v139 = v137 * v138;
-  const lanes v140 = q_6 * qd_6;
-  const lanes v141 = v131 * v131;
-  const lanes v142 = v140 / v141;
-  const lanes v143 = v139 * v142;
-  const lanes v144 = v132 - v143;
-  const lanes v145 = v122 * v144;
-  const lanes v146 = 0.999842782540088 * v110;
-  const lanes v147 = 0.01773161590195061 * v118;
-  const lanes v148 = v146 - v147;
-  const lanes v149 = v1 * v148;
-  const lanes v150 = v149 * qdd_5;
-  const lanes v151 = v1 * v69;
-  const lanes v152 = qd_4 * qd_4;
-  const lanes v153 = q_4 * qdd_4;
-  const lanes v154 = v152 + v153;
-  const lanes v155 = 0.5 * v86;
-  const lanes v156 = v154 / v155;
-  const lanes v157 = 2.0 * q_4;
-  const lanes v158 = v157 * qd_4;
-  const lanes v159 = v158 * v83;
-  const lanes v160 = v158 * v84;
-  const lanes v161 = v159 - v160;
-  const lanes v162 = 0.25 / v86;
-  const lanes v163 = v161 * v162;
-  const lanes v164 = q_4 * qd_4;
-  const lanes v165 = v155 * v155;
-  const lanes v166 = v164 / v165;
-  const lanes v167 = v163 * v166;
-  const lanes v168 = v156 - v167;
-  const lanes v169 = v151 * v168;
-  const lanes v170 = 0.9997828710780122 * v58;
-  const lanes v171 = 0.020837722980371797 * v66;
-  const lanes v172 = v170 - v171;
-  const lanes v173 = v1 * v172;
-  const lanes v174 = v173 * qdd_3;
-  const lanes v175 = v1 * v23;
-  const lanes v176 = qd_2 * qd_2;
-  const lanes v177 = q_2 * qdd_2;
-  const lanes v178 = v176 + v177;
-  const lanes v179 = 0.5 * v35;
-  const lanes v180 = v178 / v179;
-  const lanes v181 = 2.0 * q_2;
-  const lanes v182 = v181 * qd_2;
-  const lanes v183 = v32 * v182;
-  const lanes v184 = v33 * v182;
-  const lanes v185 = v183 - v184;
-  const lanes v186 = 0.25 / v35;
-  const lanes v187 = v185 * v186;
-  const lanes v188 = q_2 * qd_2;
-  const lanes v189 = v179 * v179;
-  const lanes v190 = v188 / v189;
-  const lanes v191 = v187 * v190;
-  const lanes v192 = v180 - v191;
-  const lanes v193 = v175 * v192;
-  const lanes v194 = 1.03 * v1;
-  const lanes v195 = qd_1 * qd_1;
-  const lanes v196 = q_1 * qdd_1;
-  const lanes v197 = v195 + v196;
-  const lanes v198 = 0.5 * v7;
-  const lanes v199 = v197 / v198;
-  const lanes v200 = 2.0 * q_1;
-  const lanes v201 = v200 * qd_1;
-  const lanes v202 = v4 * v201;
-  const lanes v203 = v5 * v201;
-  const lanes v204 = v202 - v203;
-  const lanes v205 = 0.25 / v7;
-  const lanes v206 = v204 * v205;
-  const lanes v207 = q_1 * qd_1;
-  const lanes v208 = v198 * v198;
-  const lanes v209 = v207 / v208;
-  const lanes v210 = v206 * v209;
-  const lanes v211 = v199 - v210;
-  const lanes v212 = v194 * v211;
-  const lanes v213 = v193 - v212;
-  const lanes v214 = v174 + v213;
-  const lanes v215 = v169 + v214;
-  const lanes v216 = v150 + v215;
-  const lanes v217 = v145 + v216;
-  const lanes v218 = v207 / v198;
-  const lanes v219 = 1.03 * v2;
-  const lanes v220 = v219 * qd_0;
-  const lanes v221 = v218 * v220;
-  const lanes v222 = v188 / v179;
-  const lanes v223 = v2 * v23;
-  const lanes v224 = v223 * qd_0;
-  const lanes v225 = 13.296521628843802 * v29;
-  const lanes v226 = v1 * v218;
-  const lanes v227 = v225 * v226;
-  const lanes v228 = v224 - v227;
-  const lanes v229 = v222 * v228;
-  const lanes v230 = v221 - v229;
-  const lanes v231 = 0.9997828710780122 * v66;
-  const lanes v232 = 0.020837722980371797 * v58;
-  const lanes v233 = v231 + v232;
-  const lanes v234 = v1 * v222;
-  const lanes v235 = v226 + v234;
-  const lanes v236 = v233 * v235;
-  const lanes v237 = v2 * v172;
-  const lanes v238 = v237 * qd_0;
-  const lanes v239 = v236 + v238;
-  const lanes v240 = v239 * qd_3;
-  const lanes v241 = v230 - v240;
-  const lanes v242 = v164 / v155;
-  const lanes v243 = v2 * v69;
-  const lanes v244 = v243 * qd_0;
-  const lanes v245 = v63 * v58;
-  const lanes v246 = v26 * v66;
-  const lanes v247 = v245 + v246;
-  const lanes v248 = v247 + v225;
-  const lanes v249 = v248 * v235;
-  const lanes v250 = v244 - v249;
-  const lanes v251 = v225 * v222;
-  const lanes v252 = v233 * qd_3;
-  const lanes v253 = v251 - v252;
-  const lanes v254 = v1 * v253;
-  const lanes v255 = v250 + v254;
-  const lanes v256 = v242 * v255;
-  const lanes v257 = v241 - v256;
-  const lanes v258 = 0.999842782540088 * v118;
-  const lanes v259 = 0.01773161590195061 * v110;
-  const lanes v260 = v258 + v259;
-  const lanes v261 = v1 * v242;
-  const lanes v262 = v261 + v235;
-  const lanes v263 = v260 * v262;
-  const lanes v264 = v2 * v148;
-  const lanes v265 = v264 * qd_0;
-  const lanes v266 = v263 + v265;
-  const lanes v267 = v266 * qd_5;
-  const lanes v268 = v257 - v267;
-  const lanes v269 = v140 / v131;
-  const lanes v270 = v2 * v121;
-  const lanes v271 = v270 * qd_0;
-  const lanes v272 = v115 * v110;
-  const lanes v273 = v72 * v118;
-  const lanes v274 = v272 + v273;
-  const lanes v275 = v274 + v248;
-  const lanes v276 = v275 * v262;
-  const lanes v277 = v271 - v276;
-  const lanes v278 = v248 * v242;
-  const lanes v279 = v278 + v253;
-  const lanes v280 = v260 * qd_5;
-  const lanes v281 = v279 - v280;
-  const lanes v282 = v1 * v281;
-  const lanes v283 = v277 + v282;
-  const lanes v284 = v269 * v283;
-  const lanes v285 = v268 - v284;
-  const lanes v286 = v217 + v285;
-  out[0] = v286;
-  const lanes v287 = v270 * v144;
-  const lanes v288 = v264 * qdd_5;
-  const lanes v289 = v243 * v168;
-  const lanes v290 = v237 * qdd_3;
-  const lanes v291 = v223 * v192;
-  const lanes v292 = v219 * v211;
-  const lanes v293 = v291 - v292;
-  const lanes v294 = v290 + v293;
-  const lanes v295 = v289 + v294;
-  const lanes v296 = v288 + v295;
-  const lanes v297 = v287 + v296;
-  const lanes v298 = v149 * qd_0;
-  const lanes v299 = v2 * v242;
-  const lanes v300 = v2 * v218;
-  const lanes v301 = v2 * v222;
-  const lanes v302 = v300 + v301;
-  const lanes v303 = v299 + v302;
-  const lanes v304 = v260 * v303;
-  const lanes v305 = v298 - v304;
-  const lanes v306 = v305 * qd_5;
-  const lanes v307 = v173 * qd_0;
-  const lanes v308 = v233 * v302;
-  const lanes v309 = v307 - v308;
-  const lanes v310 = v309 * qd_3;
-  const lanes v311 = v225 * v300;
-  const lanes v312 = v175 * qd_0;
-  const lanes v313 = v311 + v312;
-  const lanes v314 = v222 * v313;
-  const lanes v315 = v194 * qd_0;
-  const lanes v316 = v218 * v315;
-  const lanes v317 = v314 - v316;
-  const lanes v318 = v310 + v317;
-  const lanes v319 = v2 * v253;
-  const lanes v320 = v248 * v302;
-  const lanes v321 = v151 * qd_0;
-  const lanes v322 = v320 + v321;
-  const lanes v323 = v319 - v322;
-  const lanes v324 = v242 * v323;
-  const lanes v325 = v318 - v324;
-  const lanes v326 = v306 + v325;
-  const lanes v327 = v2 * v281;
-  const lanes v328 = v275 * v303;
-  const lanes v329 = v122 * qd_0;
-  const lanes v330 = v328 + v329;
-  const lanes v331 = v327 - v330;
-  const lanes v332 = v269 * v331;
-  const lanes v333 = v326 - v332;
-  const lanes v334 = v297 + v333;
-  out[1] = v334;
-  const lanes v335 = v275 * v144;
-  const lanes v336 = v248 * v168;
-  const lanes v337 = v225 * v192;
-  const lanes v338 = v233 * qdd_3;
-  const lanes v339 = v337 - v338;
-  const lanes v340 = v336 + v339;
-  const lanes v341 = v260 * qdd_5;
-  const lanes v342 = v340 - v341;
-  const lanes v343 = v335 + v342;
-  const lanes v344 = v122 * v262;
-  const lanes v345 = v270 * v303;
-  const lanes v346 = v344 + v345;
-  const lanes v347 = v149 * qd_5;
-  const lanes v348 = v151 * v242;
-  const lanes v349 = v173 * qd_3;
-  const lanes v350 = v175 * v222;
-  const lanes v351 = v194 * v218;
-  const lanes v352 = v350 - v351;
-  const lanes v353 = v349 + v352;
-  const lanes v354 = v348 + v353;
-  const lanes v355 = v347 + v354;
-  const lanes v356 = v1 * v355;
-  const lanes v357 = v264 * qd_5;
-  const lanes v358 = v243 * v242;
-  const lanes v359 = v237 * qd_3;
-  const lanes v360 = v223 * v222;
-  const lanes v361 = v219 * v218;
-  const lanes v362 = v360 - v361;
-  const lanes v363 = v359 + v362;
-  const lanes v364 = v358 + v363;
-  const lanes v365 = v357 + v364;
-  const lanes v366 = v2 * v365;
-  const lanes v367 = v356 + v366;
-  const lanes v368 = v346 - v367;
-  const lanes v369 = v269 * v368;
-  const lanes v370 = v149 * v262;
-  const lanes v371 = v264 * v303;
-  const lanes v372 = v370 + v371;
-  const lanes v373 = v372 * qd_5;
-  const lanes v374 = v151 * v235;
-  const lanes v375 = v243 * v302;
-  const lanes v376 = v374 + v375;
-  const lanes v377 = v1 * v353;
-  const lanes v378 = v2 * v363;
-  const lanes v379 = v377 + v378;
-  const lanes v380 = v376 - v379;
-  const lanes v381 = v242 * v380;
-  const lanes v382 = v175 * v226;
-  const lanes v383 = v223 * v300;
-  const lanes v384 = v382 + v383;
-  const lanes v385 = v1 * v351;
-  const lanes v386 = v2 * v361;
-  const lanes v387 = v385 + v386;
-  const lanes v388 = v384 + v387;
-  const lanes v389 = v222 * v388;
-  const lanes v390 = v173 * v235;
-  const lanes v391 = v237 * v302;
-  const lanes v392 = v390 + v391;
-  const lanes v393 = v392 * qd_3;
-  const lanes v394 = v389 + v393;
-  const lanes v395 = v381 + v394;
-  const lanes v396 = v373 + v395;
-  const lanes v397 = v369 + v396;
-  const lanes v398 = v343 - v397;
-  out[2] = v398;
-  const lanes v399 = v2 * v144;
-  const lanes v400 = v2 * v168;
-  const lanes v401 = v2 * v211;
-  const lanes v402 = v2 * v192;
-  const lanes v403 = v401 + v402;
-  const lanes v404 = v400 + v403;
-  const lanes v405 = v399 + v404;
-  const lanes v406 = v1 * qd_0;
-  const lanes v407 = v269 * v406;
-  const lanes v408 = v242 * v406;
-  const lanes v409 = v218 * v406;
-  const lanes v410 = v222 * v406;
-  const lanes v411 = v409 + v410;
-  const lanes v412 = v408 + v411;
-  const lanes v413 = v407 + v412;
-  const lanes v414 = v405 + v413;
-  const lanes v415 = -v414;
-  out[3] = v415;
-  const lanes v416 = v1 * v144;
-  const lanes v417 = v1 * v168;
-  const lanes v418 = v1 * v211;
-  const lanes v419 = v1 * v192;
-  const lanes v420 = v418 + v419;
-  const lanes v421 = v417 + v420;
-  const lanes v422 = v416 + v421;
-  const lanes v423 = v2 * qd_0;
-  const lanes v424 = v269 * v423;
-  const lanes v425 = v242 * v423;
-  const lanes v426 = v218 * v423;
-  const lanes v427 = v222 * v423;
-  const lanes v428 = v426 + v427;
-  const lanes v429 = v425 + v428;
-  const lanes v430 = v424 + v429;
-  const lanes v431 = v422 - v430;
-  out[4] = v431;
-  const lanes v432 = v1 * v303;
-  const lanes v433 = v2 * v262;
-  const lanes v434 = v432 - v433;
-  const lanes v435 = v269 * v434;
-  const lanes v436 = v1 * v300;
-  const lanes v437 = v2 * v226;
-  const lanes v438 = v436 - v437;
-  const lanes v439 = v222 * v438;
-  const lanes v440 = v1 * v302;
-  const lanes v441 = v2 * v235;
-  const lanes v442 = v440 - v441;
-  const lanes v443 = v242 * v442;
-  const lanes v444 = v439 + v443;
-  const lanes v445 = v435 + v444;
-  const lanes v446 = qdd_0 - v445;
-  out[5] = v446;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11],
+      qd_5 = in[12], qd_6 = in[13], qdd_0 = in[14], qdd_1 = in[15], qdd_2 = in[16], qdd_3 = in[17],
+      qdd_4 = in[18], qdd_5 = in[19], qdd_6 = in[20];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = qd_6 * qd_6, v4 = q_6 * qdd_6, v5 = v3 + v4, v6 = q_6 * q_6,
+      v7 = 0.7671943564657427 - v6, v8 = v6 - 0.2881530235342572, v9 = v7 * v8;
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = 0.5 * v10, v12 = v5 / v11, v13 = q_6 * qd_6, v14 = v11 * v11, v15 = v13 / v14,
+      v16 = 2.0 * q_6, v17 = v16 * qd_6, v18 = v7 * v17, v19 = v8 * v17, v20 = v18 - v19,
+      v21 = 0.25 / v10, v22 = v20 * v21, v23 = v15 * v22, v24 = v12 - v23, v25 = q_1 * q_1,
+      v26 = 1.3215098366089841 - v25, v27 = v25 - 0.3717842633910159, v28 = v26 * v27;
+  LANES_LET1(v29, sqrt, v28);
+  const lanes v30 = 0.05518268758582475 * v29, v31 = 0.5 * v25, v32 = 0.386896705 + v31,
+      v33 = v32 - 0.03642682, v34 = 1.1314389456999898 * v33, v35 = v30 + v34, v36 = v35 - 0.8755,
+      v37 = 0.209 * v36, v38 = 0.1103653751716495 * v33, v39 = 0.5657194728499949 * v29,
+      v40 = v38 - v39, v41 = v40 - 0.0854, v42 = 0.1708 * v41, v43 = v37 + v42,
+      v44 = 13.296521628843802 * v43, v45 = v44 - 1.03, v46 = 0.020837722980371797 * q_3,
+      v47 = 0.05618779735458429 - v46, v48 = v47 - 0.017864179911072742, v49 = 0.1708 * v36,
+      v50 = 0.209 * v41, v51 = v49 - v50, v52 = 13.726150127845361 * v51, v53 = q_2 * q_2,
+      v54 = 1.0578131478133972 - v53, v55 = v53 - 0.38743535218660285, v56 = v54 * v55;
+  LANES_LET1(v57, sqrt, v56);
+  const lanes v58 = 0.577777986497283 * v57, v59 = 0.5 * v53, v60 = 0.3407018 + v59,
+      v61 = v60 - 0.020610325, v62 = 0.3636611253594786 * v61, v63 = v58 - v62, v64 = 0.2478 + v63,
+      v65 = 0.0991 * v64, v66 = 1.155555972994566 * v61, v67 = 0.1818305626797393 * v57,
+      v68 = v66 + v67, v69 = v68 - 0.7874, v70 = 0.1772 * v69, v71 = v65 - v70,
+      v72 = 24.259685376140357 * v71, v73 = v52 * v72, v74 = 13.726150127845361 * v43,
+      v75 = 0.1772 * v64, v76 = 0.0991 * v69, v77 = v75 + v76, v78 = 24.259685376140357 * v77,
+      v79 = v74 * v78, v80 = v73 - v79, v81 = v48 * v80, v82 = 0.9997828710780122 * q_3,
+      v83 = 0.756 + v82, v84 = v83 + 0.0011710800314968948, v85 = v84 + 0.8571138553751799,
+      v86 = v52 * v78, v87 = v74 * v72, v88 = v86 + v87, v89 = v85 * v88, v90 = v81 - v89,
+      v91 = v45 - v90, v92 = 0.01773161590195061 * q_5, v93 = 0.021996541215881935 - v92,
+      v94 = v93 - 0.014543471362779892, v95 = 0.9997828710780122 * v80,
+      v96 = 0.020837722980371797 * v88, v97 = v95 - v96, v98 = q_4 * q_4,
+      v99 = 0.702936602426126 - v98, v100 = v98 - 0.23255545757387405, v101 = v99 * v100;
+  LANES_LET1(v102, sqrt, v101);
+  const lanes v103 = 0.7466208668870286 * v102, v104 = 0.5 * v98, v105 = 0.202158195 + v104,
+      v106 = 0.2522755194519218 * v105, v107 = v103 - v106, v108 = 0.11 + v107,
+      v109 = 0.1139 * v108, v110 = 0.1261377597259609 * v102, v111 = 1.4932417337740571 * v105,
+      v112 = v110 + v111, v113 = v112 - 0.6511, v114 = 0.1369 * v113, v115 = v109 - v114,
+      v116 = 31.531000333597984 * v115, v117 = v97 * v116, v118 = 0.9997828710780122 * v88,
+      v119 = 0.020837722980371797 * v80, v120 = v118 + v119, v121 = 0.1139 * v113,
+      v122 = 0.1369 * v108, v123 = v121 + v122, v124 = 31.531000333597984 * v123,
+      v125 = v120 * v124, v126 = v117 - v125, v127 = v94 * v126, v128 = 0.999842782540088 * q_5,
+      v129 = 0.7858 + v128, v130 = v129 + 0.00039009554984291347, v131 = v130 + 0.8200710502393802,
+      v132 = v97 * v124, v133 = v120 * v116, v134 = v132 + v133, v135 = v131 * v134,
+      v136 = v127 - v135, v137 = v91 - v136, v138 = v1 * v137, v139 = v24 * v138,
+      v140 = 0.999842782540088 * v126, v141 = 0.01773161590195061 * v134, v142 = v140 - v141,
+      v143 = v1 * v142, v144 = v143 * qdd_5, v145 = qd_4 * qd_4, v146 = q_4 * qdd_4,
+      v147 = v145 + v146, v148 = 0.5 * v102, v149 = v147 / v148, v150 = q_4 * qd_4,
+      v151 = v148 * v148, v152 = v150 / v151, v153 = 2.0 * q_4, v154 = v153 * qd_4,
+      v155 = v99 * v154, v156 = v100 * v154, v157 = v155 - v156, v158 = 0.25 / v102,
+      v159 = v157 * v158, v160 = v152 * v159, v161 = v149 - v160, v162 = v1 * v91,
+      v163 = v161 * v162, v164 = v1 * v97, v165 = v164 * qdd_3, v166 = qd_2 * qd_2,
+      v167 = q_2 * qdd_2, v168 = v166 + v167, v169 = 0.5 * v57, v170 = v168 / v169,
+      v171 = q_2 * qd_2, v172 = v169 * v169, v173 = v171 / v172, v174 = 2.0 * q_2,
+      v175 = v174 * qd_2, v176 = v54 * v175, v177 = v55 * v175, v178 = v176 - v177,
+      v179 = 0.25 / v57, v180 = v178 * v179, v181 = v173 * v180, v182 = v170 - v181,
+      v183 = v1 * v45, v184 = v182 * v183, v185 = qd_1 * qd_1, v186 = q_1 * qdd_1,
+      v187 = v185 + v186, v188 = 0.5 * v29, v189 = v187 / v188, v190 = q_1 * qd_1,
+      v191 = v188 * v188, v192 = v190 / v191, v193 = 2.0 * q_1, v194 = v193 * qd_1,
+      v195 = v26 * v194, v196 = v27 * v194, v197 = v195 - v196, v198 = 0.25 / v29,
+      v199 = v197 * v198, v200 = v192 * v199, v201 = v189 - v200, v202 = 1.03 * v1,
+      v203 = v201 * v202, v204 = v184 - v203, v205 = v165 + v204, v206 = v163 + v205,
+      v207 = v144 + v206, v208 = v139 + v207, v209 = v190 / v188, v210 = 1.03 * v2,
+      v211 = v210 * qd_0, v212 = v209 * v211, v213 = v171 / v169, v214 = v2 * v45,
+      v215 = v214 * qd_0, v216 = 13.296521628843802 * v51, v217 = v1 * v209, v218 = v216 * v217,
+      v219 = v215 - v218, v220 = v213 * v219, v221 = v212 - v220, v222 = v1 * v213,
+      v223 = v217 + v222, v224 = v120 * v223, v225 = v2 * v97, v226 = v225 * qd_0,
+      v227 = v224 + v226, v228 = v227 * qd_3, v229 = v221 - v228, v230 = v150 / v148,
+      v231 = v2 * v91, v232 = v231 * qd_0, v233 = v85 * v80, v234 = v48 * v88, v235 = v233 + v234,
+      v236 = v235 + v216, v237 = v236 * v223, v238 = v232 - v237, v239 = v216 * v213,
+      v240 = v120 * qd_3, v241 = v239 - v240, v242 = v1 * v241, v243 = v238 + v242,
+      v244 = v230 * v243, v245 = v229 - v244, v246 = 0.999842782540088 * v134,
+      v247 = 0.01773161590195061 * v126, v248 = v246 + v247, v249 = v1 * v230, v250 = v249 + v223,
+      v251 = v248 * v250, v252 = v2 * v142, v253 = v252 * qd_0, v254 = v251 + v253,
+      v255 = v254 * qd_5, v256 = v245 - v255, v257 = v13 / v11, v258 = v2 * v137,
+      v259 = v258 * qd_0, v260 = v131 * v126, v261 = v94 * v134, v262 = v260 + v261,
+      v263 = v262 + v236, v264 = v263 * v250, v265 = v259 - v264, v266 = v236 * v230,
+      v267 = v266 + v241, v268 = v248 * qd_5, v269 = v267 - v268, v270 = v1 * v269,
+      v271 = v265 + v270, v272 = v257 * v271, v273 = v256 - v272, v274 = v208 + v273;
+  out[0] = v274;
+  const lanes v275 = v24 * v258, v276 = v252 * qdd_5, v277 = v161 * v231, v278 = v225 * qdd_3,
+      v279 = v182 * v214, v280 = v201 * v210, v281 = v279 - v280, v282 = v278 + v281,
+      v283 = v277 + v282, v284 = v276 + v283, v285 = v275 + v284, v286 = v143 * qd_0,
+      v287 = v2 * v230, v288 = v2 * v209, v289 = v2 * v213, v290 = v288 + v289, v291 = v287 + v290,
+      v292 = v248 * v291, v293 = v286 - v292, v294 = v293 * qd_5, v295 = v164 * qd_0,
+      v296 = v120 * v290, v297 = v295 - v296, v298 = v297 * qd_3, v299 = v216 * v288,
+      v300 = v183 * qd_0, v301 = v299 + v300, v302 = v213 * v301, v303 = v202 * qd_0,
+      v304 = v209 * v303, v305 = v302 - v304, v306 = v298 + v305, v307 = v2 * v241,
+      v308 = v236 * v290, v309 = v162 * qd_0, v310 = v308 + v309, v311 = v307 - v310,
+      v312 = v230 * v311, v313 = v306 - v312, v314 = v294 + v313, v315 = v2 * v269,
+      v316 = v263 * v291, v317 = v138 * qd_0, v318 = v316 + v317, v319 = v315 - v318,
+      v320 = v257 * v319, v321 = v314 - v320, v322 = v285 + v321;
+  out[1] = v322;
+  const lanes v323 = v24 * v263, v324 = v161 * v236, v325 = v182 * v216, v326 = v120 * qdd_3,
+      v327 = v325 - v326, v328 = v324 + v327, v329 = v248 * qdd_5, v330 = v328 - v329,
+      v331 = v323 + v330, v332 = v138 * v250, v333 = v258 * v291, v334 = v332 + v333,
+      v335 = v143 * qd_5, v336 = v162 * v230, v337 = v164 * qd_3, v338 = v183 * v213,
+      v339 = v202 * v209, v340 = v338 - v339, v341 = v337 + v340, v342 = v336 + v341,
+      v343 = v335 + v342, v344 = v1 * v343, v345 = v252 * qd_5, v346 = v231 * v230,
+      v347 = v225 * qd_3, v348 = v214 * v213, v349 = v210 * v209, v350 = v348 - v349,
+      v351 = v347 + v350, v352 = v346 + v351, v353 = v345 + v352, v354 = v2 * v353,
+      v355 = v344 + v354, v356 = v334 - v355, v357 = v257 * v356, v358 = v143 * v250,
+      v359 = v252 * v291, v360 = v358 + v359, v361 = v360 * qd_5, v362 = v162 * v223,
+      v363 = v231 * v290, v364 = v362 + v363, v365 = v1 * v341, v366 = v2 * v351,
+      v367 = v365 + v366, v368 = v364 - v367, v369 = v230 * v368, v370 = v183 * v217,
+      v371 = v214 * v288, v372 = v370 + v371, v373 = v1 * v339, v374 = v2 * v349,
+      v375 = v373 + v374, v376 = v372 + v375, v377 = v213 * v376, v378 = v164 * v223,
+      v379 = v225 * v290, v380 = v378 + v379, v381 = v380 * qd_3, v382 = v377 + v381,
+      v383 = v369 + v382, v384 = v361 + v383, v385 = v357 + v384, v386 = v331 - v385;
+  out[2] = v386;
+  const lanes v387 = v24 * v2, v388 = v161 * v2, v389 = v201 * v2, v390 = v182 * v2,
+      v391 = v389 + v390, v392 = v388 + v391, v393 = v387 + v392, v394 = v1 * qd_0,
+      v395 = v257 * v394, v396 = v230 * v394, v397 = v209 * v394, v398 = v213 * v394,
+      v399 = v397 + v398, v400 = v396 + v399, v401 = v395 + v400, v402 = v393 + v401, v403 = -v402;
+  out[3] = v403;
+  const lanes v404 = v24 * v1, v405 = v161 * v1, v406 = v201 * v1, v407 = v182 * v1,
+      v408 = v406 + v407, v409 = v405 + v408, v410 = v404 + v409, v411 = v2 * qd_0,
+      v412 = v257 * v411, v413 = v230 * v411, v414 = v209 * v411, v415 = v213 * v411,
+      v416 = v414 + v415, v417 = v413 + v416, v418 = v412 + v417, v419 = v410 - v418;
+  out[4] = v419;
+  const lanes v420 = v1 * v291, v421 = v2 * v250, v422 = v420 - v421, v423 = v257 * v422,
+      v424 = v1 * v288, v425 = v2 * v217, v426 = v424 - v425, v427 = v213 * v426, v428 = v1 * v290,
+      v429 = v2 * v223, v430 = v428 - v429, v431 = v230 * v430, v432 = v427 + v431,
+      v433 = v423 + v432, v434 = qdd_0 - v433;
+  out[5] = v434;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_acceleration_body)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  const lanes qdd_0 = in[14];
-  const lanes qdd_1 = in[15];
-  const lanes qdd_2 = in[16];
-  const lanes qdd_3 = in[17];
-  const lanes qdd_4 = in[18];
-  const lanes qdd_5 = in[19];
-  const lanes qdd_6 = in[20];
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 1.3215098366089841 - v1;
-  const lanes v3 = v1 - 0.3717842633910159;
-  const lanes v4 = v2 * v3;
-  lanes v5; LANES_NAME(lanes_sqrt)(&v4, &v5);
-  const lanes v6 = 0.05518268758582475 * v5;
-  const lanes v7 = 0.5 * v1;
-  const lanes v8 = 0.386896705 + v7;
-  const lanes v9 = v8 - 0.03642682;
-  const lanes v10 = 1.1314389456999898 * v9;
-  const lanes v11 = v6 + v10;
-  const lanes v12 = v11 - 0.8755;
-  const lanes v13 = 0.1708 * v12;
-  const lanes v14 = 0.1103653751716495 * v9;
-  const lanes v15 = 0.5657194728499949 * v5;
-  const lanes v16 = v14 - v15;
-  const lanes v17 = v16 - 0.0854;
-  const lanes v18 = 0.209 * v17;
-  const lanes v19 = v13 - v18;
-  const lanes v20 = 13.715940634598335 * v19;
-  const lanes v21 = 0.209 * v12;
-  const lanes v22 = 0.1708 * v17;
-  const lanes v23 = v21 + v22;
-  const lanes v24 = 0.529310721904893 * v23;
-  const lanes v25 = v20 - v24;
-  const lanes v26 = q_2 * q_2;
-  const lanes v27 = 1.0578131478133972 - v26;
-  const lanes v28 = v26 - 0.38743535218660285;
-  const lanes v29 = v27 * v28;
-  lanes v30; LANES_NAME(lanes_sqrt)(&v29, &v30);
-  const lanes v31 = 0.577777986497283 * v30;
-  const lanes v32 = 0.5 * v26;
-  const lanes v33 = 0.3407018 + v32;
-  const lanes v34 = v33 - 0.020610325;
-  const lanes v35 = 0.3636611253594786 * v34;
-  const lanes v36 = v31 - v35;
-  const lanes v37 = 0.2478 + v36;
-  const lanes v38 = 0.0991 * v37;
-  const lanes v39 = 1.155555972994566 * v34;
-  const lanes v40 = 0.1818305626797393 * v30;
-  const lanes v41 = v39 + v40;
-  const lanes v42 = v41 - 0.7874;
-  const lanes v43 = 0.1772 * v42;
-  const lanes v44 = v38 - v43;
-  const lanes v45 = 24.259685376140357 * v44;
-  const lanes v46 = v25 * v45;
-  const lanes v47 = 13.715940634598335 * v23;
-  const lanes v48 = 0.529310721904893 * v19;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = 0.1772 * v37;
-  const lanes v51 = 0.0991 * v42;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = 24.259685376140357 * v52;
-  const lanes v54 = v49 * v53;
-  const lanes v55 = v46 - v54;
-  const lanes v56 = q_4 * q_4;
-  const lanes v57 = 0.702936602426126 - v56;
-  const lanes v58 = v56 - 0.23255545757387405;
-  const lanes v59 = v57 * v58;
-  lanes v60; LANES_NAME(lanes_sqrt)(&v59, &v60);
-  const lanes v61 = 0.7466208668870286 * v60;
-  const lanes v62 = 0.5 * v56;
-  const lanes v63 = 0.202158195 + v62;
-  const lanes v64 = 0.2522755194519218 * v63;
-  const lanes v65 = v61 - v64;
-  const lanes v66 = 0.11 + v65;
-  const lanes v67 = 0.1139 * v66;
-  const lanes v68 = 0.1261377597259609 * v60;
-  const lanes v69 = 1.4932417337740571 * v63;
-  const lanes v70 = v68 + v69;
-  const lanes v71 = v70 - 0.6511;
-  const lanes v72 = 0.1369 * v71;
-  const lanes v73 = v67 - v72;
-  const lanes v74 = 31.531000333597984 * v73;
-  const lanes v75 = v55 * v74;
-  const lanes v76 = v25 * v53;
-  const lanes v77 = v49 * v45;
-  const lanes v78 = v76 + v77;
-  const lanes v79 = 0.1139 * v71;
-  const lanes v80 = 0.1369 * v66;
-  const lanes v81 = v79 + v80;
-  const lanes v82 = 31.531000333597984 * v81;
-  const lanes v83 = v78 * v82;
-  const lanes v84 = v75 - v83;
-  const lanes v85 = q_6 * q_6;
-  const lanes v86 = 0.5 * v85;
-  const lanes v87 = v86 - 0.235090075;
-  const lanes v88 = 3.5864898908642604 * v87;
-  const lanes v89 = 0.7671943564657427 - v85;
-  const lanes v90 = v85 - 0.2881530235342572;
-  const lanes v91 = v89 * v90;
-  lanes v92; LANES_NAME(lanes_sqrt)(&v91, &v92);
-  const lanes v93 = 2.341132586374052 * v92;
-  const lanes v94 = v88 + v93;
-  const lanes v95 = 0.1031 - v94;
-  const lanes v96 = 0.0974 * v95;
-  const lanes v97 = 1.7932449454321302 * v92;
-  const lanes v98 = 4.682265172748104 * v87;
-  const lanes v99 = v97 - v98;
-  const lanes v100 = 0.1346 + v99;
-  const lanes v101 = 0.6996 * v100;
-  const lanes v102 = v96 + v101;
-  const lanes v103 = 2.004301551818451 * v102;
-  const lanes v104 = v84 * v103;
-  const lanes v105 = v55 * v82;
-  const lanes v106 = v78 * v74;
-  const lanes v107 = v105 + v106;
-  const lanes v108 = 0.6996 * v95;
-  const lanes v109 = 0.0974 * v100;
-  const lanes v110 = v108 - v109;
-  const lanes v111 = 2.004301551818451 * v110;
-  const lanes v112 = v107 * v111;
-  const lanes v113 = v104 + v112;
-  const lanes v114 = 13.72316978366506 * v19;
-  const lanes v115 = 0.2860217139510366 * v23;
-  const lanes v116 = v114 - v115;
-  const lanes v117 = v116 * v45;
-  const lanes v118 = 13.72316978366506 * v23;
-  const lanes v119 = 0.2860217139510366 * v19;
-  const lanes v120 = v118 + v119;
-  const lanes v121 = v120 * v53;
-  const lanes v122 = v117 - v121;
-  const lanes v123 = v122 * v82;
-  const lanes v124 = v116 * v53;
-  const lanes v125 = v120 * v45;
-  const lanes v126 = v124 + v125;
-  const lanes v127 = v126 * v74;
-  const lanes v128 = v123 + v127;
-  const lanes v129 = 0.999842782540088 * v128;
-  const lanes v130 = v122 * v74;
-  const lanes v131 = v126 * v82;
-  const lanes v132 = v130 - v131;
-  const lanes v133 = 0.01773161590195061 * v132;
-  const lanes v134 = v129 + v133;
-  const lanes v135 = v113 * v134;
-  const lanes v136 = v84 * v111;
-  const lanes v137 = v107 * v103;
-  const lanes v138 = v136 - v137;
-  const lanes v139 = 0.999842782540088 * v132;
-  const lanes v140 = 0.01773161590195061 * v128;
-  const lanes v141 = v139 - v140;
-  const lanes v142 = v138 * v141;
-  const lanes v143 = v135 + v142;
-  const lanes v144 = q_6 * qd_6;
-  const lanes v145 = 0.5 * v92;
-  const lanes v146 = v144 / v145;
-  const lanes v147 = v143 * v146;
-  const lanes v148 = v147 * qd_5;
-  const lanes v149 = 13.726150127845361 * v19;
-  const lanes v150 = v149 * v53;
-  const lanes v151 = 13.726150127845361 * v23;
-  const lanes v152 = v151 * v45;
-  const lanes v153 = v150 + v152;
-  const lanes v154 = 0.9997828710780122 * v153;
-  const lanes v155 = v149 * v45;
-  const lanes v156 = v151 * v53;
-  const lanes v157 = v155 - v156;
-  const lanes v158 = 0.020837722980371797 * v157;
-  const lanes v159 = v154 + v158;
-  const lanes v160 = v113 * v159;
-  const lanes v161 = 0.9997828710780122 * v157;
-  const lanes v162 = 0.020837722980371797 * v153;
-  const lanes v163 = v161 - v162;
-  const lanes v164 = v138 * v163;
-  const lanes v165 = v160 + v164;
-  const lanes v166 = q_4 * qd_4;
-  const lanes v167 = 0.5 * v60;
-  const lanes v168 = v166 / v167;
-  const lanes v169 = v168 + v146;
-  const lanes v170 = v165 * v169;
-  const lanes v171 = v170 * qd_3;
-  const lanes v172 = q_1 * qd_1;
-  const lanes v173 = 0.5 * v5;
-  const lanes v174 = v172 / v173;
-  const lanes v175 = 0.0576 * v138;
-  const lanes v176 = 1.2774 * v113;
-  const lanes v177 = v175 + v176;
-  const lanes v178 = 0.999842782540088 * q_5;
-  const lanes v179 = 0.7858 + v178;
-  const lanes v180 = v179 + 0.00039009554984291347;
-  const lanes v181 = v180 + 0.8200710502393802;
-  const lanes v182 = v181 * v132;
-  const lanes v183 = 0.01773161590195061 * q_5;
-  const lanes v184 = 0.021996541215881935 - v183;
-  const lanes v185 = v184 - 0.014543471362779892;
-  const lanes v186 = v185 * v128;
-  const lanes v187 = v182 + v186;
-  const lanes v188 = v177 + v187;
-  const lanes v189 = 0.9997828710780122 * q_3;
-  const lanes v190 = 0.756 + v189;
-  const lanes v191 = v190 + 0.0011710800314968948;
-  const lanes v192 = v191 + 0.8571138553751799;
-  const lanes v193 = v192 * v157;
-  const lanes v194 = 0.020837722980371797 * q_3;
-  const lanes v195 = 0.05618779735458429 - v194;
-  const lanes v196 = v195 - 0.017864179911072742;
-  const lanes v197 = v196 * v153;
-  const lanes v198 = v193 + v197;
-  const lanes v199 = v188 + v198;
-  const lanes v200 = v113 * v199;
-  const lanes v201 = 1.2774 * v138;
-  const lanes v202 = 0.0576 * v113;
-  const lanes v203 = v201 - v202;
-  const lanes v204 = v185 * v132;
-  const lanes v205 = v181 * v128;
-  const lanes v206 = v204 - v205;
-  const lanes v207 = v203 + v206;
-  const lanes v208 = v196 * v157;
-  const lanes v209 = v192 * v153;
-  const lanes v210 = v208 - v209;
-  const lanes v211 = v207 + v210;
-  const lanes v212 = v138 * v211;
-  const lanes v213 = v200 + v212;
-  const lanes v214 = q_2 * qd_2;
-  const lanes v215 = 0.5 * v30;
-  const lanes v216 = v214 / v215;
-  const lanes v217 = v213 * v216;
-  const lanes v218 = v165 * qd_3;
-  const lanes v219 = v113 * v188;
-  const lanes v220 = v138 * v207;
-  const lanes v221 = v219 + v220;
-  const lanes v222 = v221 * v168;
-  const lanes v223 = v143 * qd_5;
-  const lanes v224 = 1.2774 * v146;
-  const lanes v225 = v223 + v224;
-  const lanes v226 = v222 + v225;
-  const lanes v227 = v218 + v226;
-  const lanes v228 = v217 + v227;
-  const lanes v229 = 13.296521628843802 * v19;
-  const lanes v230 = v199 + v229;
-  const lanes v231 = v113 * v230;
-  const lanes v232 = 13.296521628843802 * v23;
-  const lanes v233 = v211 - v232;
-  const lanes v234 = v138 * v233;
-  const lanes v235 = v231 + v234;
-  const lanes v236 = v216 + v169;
-  const lanes v237 = v235 * v236;
-  const lanes v238 = v228 - v237;
-  const lanes v239 = v174 * v238;
-  const lanes v240 = v213 * v169;
-  const lanes v241 = v227 - v240;
-  const lanes v242 = v216 * v241;
-  const lanes v243 = v239 + v242;
-  const lanes v244 = v171 - v243;
-  const lanes v245 = v221 * v146;
-  const lanes v246 = v225 - v245;
-  const lanes v247 = v168 * v246;
-  const lanes v248 = v244 - v247;
-  const lanes v249 = v148 + v248;
-  const lanes v250 = v113 * v141;
-  const lanes v251 = v138 * v134;
-  const lanes v252 = v250 - v251;
-  const lanes v253 = v252 * qdd_5;
-  const lanes v254 = v113 * v163;
-  const lanes v255 = v138 * v159;
-  const lanes v256 = v254 - v255;
-  const lanes v257 = v256 * qdd_3;
-  const lanes v258 = v138 * v230;
-  const lanes v259 = v113 * v233;
-  const lanes v260 = v258 - v259;
-  const lanes v261 = qd_1 * qd_1;
-  const lanes v262 = q_1 * qdd_1;
-  const lanes v263 = v261 + v262;
-  const lanes v264 = v263 / v173;
-  const lanes v265 = 2.0 * q_1;
-  const lanes v266 = v265 * qd_1;
-  const lanes v267 = v2 * v266;
-  const lanes v268 = v3 * v266;
-  const lanes v269 = v267 - v268;
-  const lanes v270 = 0.25 / v5;
-  const lanes v271 = v269 * v270;
-  const lanes v272 = v173 * v173;
-  const lanes v273 = v172 / v272;
-  const lanes v274 = v271 * v273;
-  const lanes v275 = v264 - v274;
-  const lanes v276 = v260 * v275;
-  const lanes v277 = v138 * v199;
-  const lanes v278 = v113 * v211;
-  const lanes v279 = v277 - v278;
-  const lanes v280 = qd_2 * qd_2;
-  const lanes v281 = q_2 * qdd_2;
-  const lanes v282 = v280 + v281;
-  const lanes v283 = v282 / v215;
-  const lanes v284 = 2.0 * q_2;
-  const lanes v285 = v284 * qd_2;
-  const lanes v286 = v27 * v285;
-  const lanes v287 = v28 * v285;
-  const lanes v288 = v286 - v287;
-  const lanes v289 = 0.25 / v30;
-  const lanes v290 = v288 * v289;
-  const lanes v291 = v215 * v215;
-  const lanes v292 = v214 / v291;
-  const lanes v293 = v290 * v292;
-  const lanes v294 = v283 - v293;
-  const lanes v295 = v279 * v294;
-  const lanes v296 = v276 + v295;
-  const lanes v297 = v257 - v296;
-  const lanes v298 = v138 * v188;
-  const lanes v299 = v113 * v207;
-  const lanes v300 = v298 - v299;
-  const lanes v301 = qd_4 * qd_4;
-  const lanes v302 = q_4 * qdd_4;
-  const lanes v303 = v301 + v302;
-  const lanes v304 = v303 / v167;
-  const lanes v305 = 2.0 * q_4;
-  const lanes v306 = v305 * qd_4;
-  const lanes v307 = v306 * v57;
-  const lanes v308 = v306 * v58;
-  const lanes v309 = v307 - v308;
-  const lanes v310 = 0.25 / v60;
-  const lanes v311 = v309 * v310;
-  const lanes v312 = v167 * v167;
-  const lanes v313 = v166 / v312;
-  const lanes v314 = v311 * v313;
-  const lanes v315 = v304 - v314;
-  const lanes v316 = v300 * v315;
-  const lanes v317 = v297 - v316;
-  const lanes v318 = v253 + v317;
-  const lanes v319 = qd_6 * qd_6;
-  const lanes v320 = q_6 * qdd_6;
-  const lanes v321 = v319 + v320;
-  const lanes v322 = v321 / v145;
-  const lanes v323 = 2.0 * q_6;
-  const lanes v324 = v323 * qd_6;
-  const lanes v325 = v324 * v89;
-  const lanes v326 = v324 * v90;
-  const lanes v327 = v325 - v326;
-  const lanes v328 = 0.25 / v92;
-  const lanes v329 = v327 * v328;
-  const lanes v330 = v145 * v145;
-  const lanes v331 = v144 / v330;
-  const lanes v332 = v329 * v331;
-  const lanes v333 = v322 - v332;
-  const lanes v334 = 0.0576 * v333;
-  const lanes v335 = v318 - v334;
-  const lanes v336 = v249 + v335;
-  out[0] = v336;
-  const lanes v337 = v252 * v146;
-  const lanes v338 = v337 * qd_5;
-  const lanes v339 = v256 * v169;
-  const lanes v340 = v339 * qd_3;
-  const lanes v341 = v256 * qd_3;
-  const lanes v342 = v252 * qd_5;
-  const lanes v343 = 0.0576 * v146;
-  const lanes v344 = v342 - v343;
-  const lanes v345 = v300 * v168;
-  const lanes v346 = v344 - v345;
-  const lanes v347 = v341 + v346;
-  const lanes v348 = v279 * v216;
-  const lanes v349 = v347 - v348;
-  const lanes v350 = v260 * v236;
-  const lanes v351 = v349 + v350;
-  const lanes v352 = v174 * v351;
-  const lanes v353 = v279 * v169;
-  const lanes v354 = v347 + v353;
-  const lanes v355 = v216 * v354;
-  const lanes v356 = v352 + v355;
-  const lanes v357 = v340 - v356;
-  const lanes v358 = v300 * v146;
-  const lanes v359 = v344 + v358;
-  const lanes v360 = v168 * v359;
-  const lanes v361 = v357 - v360;
-  const lanes v362 = v338 + v361;
-  const lanes v363 = 1.2774 * v333;
-  const lanes v364 = v143 * qdd_5;
-  const lanes v365 = v221 * v315;
-  const lanes v366 = v165 * qdd_3;
-  const lanes v367 = v235 * v275;
-  const lanes v368 = v213 * v294;
-  const lanes v369 = v367 + v368;
-  const lanes v370 = v366 + v369;
-  const lanes v371 = v365 + v370;
-  const lanes v372 = v364 + v371;
-  const lanes v373 = v363 + v372;
-  const lanes v374 = v362 - v373;
-  out[1] = v374;
-  const lanes v375 = v230 * qdd_0;
-  const lanes v376 = v260 * v174;
-  const lanes v377 = v349 - v376;
-  const lanes v378 = v113 * v377;
-  const lanes v379 = v235 * v174;
-  const lanes v380 = v379 + v228;
-  const lanes v381 = v138 * v380;
-  const lanes v382 = v378 + v381;
-  const lanes v383 = v382 * qd_0;
-  const lanes v384 = v375 + v383;
-  const lanes v385 = -v384;
-  out[2] = v385;
-  const lanes v386 = v138 * qdd_0;
-  const lanes v387 = v174 + v236;
-  const lanes v388 = v113 * v387;
-  const lanes v389 = v388 * qd_0;
-  const lanes v390 = v386 - v389;
-  out[3] = v390;
-  const lanes v391 = v113 * qdd_0;
-  const lanes v392 = v138 * v387;
-  const lanes v393 = v392 * qd_0;
-  const lanes v394 = v391 + v393;
-  out[4] = v394;
-  const lanes v395 = v275 + v294;
-  const lanes v396 = v315 + v395;
-  const lanes v397 = v333 + v396;
-  const lanes v398 = -v397;
-  out[5] = v398;
+  const lanes q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5], q_6 = in[6],
+      qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12],
+      qd_6 = in[13], qdd_0 = in[14], qdd_1 = in[15], qdd_2 = in[16], qdd_3 = in[17], qdd_4 = in[18],
+      qdd_5 = in[19], qdd_6 = in[20], v1 = q_1 * q_1, v2 = 1.3215098366089841 - v1,
+      v3 = v1 - 0.3717842633910159, v4 = v2 * v3;
+  LANES_LET1(v5, sqrt, v4);
+  const lanes v6 = 0.05518268758582475 * v5, v7 = 0.5 * v1, v8 = 0.386896705 + v7,
+      v9 = v8 - 0.03642682, v10 = 1.1314389456999898 * v9, v11 = v6 + v10, v12 = v11 - 0.8755,
+      v13 = 0.1708 * v12, v14 = 0.1103653751716495 * v9, v15 = 0.5657194728499949 * v5,
+      v16 = v14 - v15, v17 = v16 - 0.0854, v18 = 0.209 * v17, v19 = v13 - v18,
+      v20 = 13.726150127845361 * v19, v21 = q_2 * q_2, v22 = 1.0578131478133972 - v21,
+      v23 = v21 - 0.38743535218660285, v24 = v22 * v23;
+  LANES_LET1(v25, sqrt, v24);
+  const lanes v26 = 0.577777986497283 * v25, v27 = 0.5 * v21, v28 = 0.3407018 + v27,
+      v29 = v28 - 0.020610325, v30 = 0.3636611253594786 * v29, v31 = v26 - v30, v32 = 0.2478 + v31,
+      v33 = 0.0991 * v32, v34 = 1.155555972994566 * v29, v35 = 0.1818305626797393 * v25,
+      v36 = v34 + v35, v37 = v36 - 0.7874, v38 = 0.1772 * v37, v39 = v33 - v38,
+      v40 = 24.259685376140357 * v39, v41 = v20 * v40, v42 = 0.209 * v12, v43 = 0.1708 * v17,
+      v44 = v42 + v43, v45 = 13.726150127845361 * v44, v46 = 0.1772 * v32, v47 = 0.0991 * v37,
+      v48 = v46 + v47, v49 = 24.259685376140357 * v48, v50 = v45 * v49, v51 = v41 - v50,
+      v52 = 0.9992562012543986 * v51, v53 = v20 * v49, v54 = v45 * v40, v55 = v53 + v54,
+      v56 = 0.03856221278179919 * v55, v57 = v52 - v56, v58 = q_4 * q_4,
+      v59 = 0.702936602426126 - v58, v60 = v58 - 0.23255545757387405, v61 = v59 * v60;
+  LANES_LET1(v62, sqrt, v61);
+  const lanes v63 = 0.7466208668870286 * v62, v64 = 0.5 * v58, v65 = 0.202158195 + v64,
+      v66 = 0.2522755194519218 * v65, v67 = v63 - v66, v68 = 0.11 + v67, v69 = 0.1139 * v68,
+      v70 = 0.1261377597259609 * v62, v71 = 1.4932417337740571 * v65, v72 = v70 + v71,
+      v73 = v72 - 0.6511, v74 = 0.1369 * v73, v75 = v69 - v74, v76 = 31.531000333597984 * v75,
+      v77 = v57 * v76, v78 = 0.9992562012543986 * v55, v79 = 0.03856221278179919 * v51,
+      v80 = v78 + v79, v81 = 0.1139 * v73, v82 = 0.1369 * v68, v83 = v81 + v82,
+      v84 = 31.531000333597984 * v83, v85 = v80 * v84, v86 = v77 - v85, v87 = q_6 * q_6,
+      v88 = 0.5 * v87, v89 = v88 - 0.235090075, v90 = 3.5864898908642604 * v89,
+      v91 = 0.7671943564657427 - v87, v92 = v87 - 0.2881530235342572, v93 = v91 * v92;
+  LANES_LET1(v94, sqrt, v93);
+  const lanes v95 = 2.341132586374052 * v94, v96 = v90 + v95, v97 = 0.1031 - v96,
+      v98 = 0.0974 * v97, v99 = 1.7932449454321302 * v94, v100 = 4.682265172748104 * v89,
+      v101 = v99 - v100, v102 = 0.1346 + v101, v103 = 0.6996 * v102, v104 = v98 + v103,
+      v105 = 2.004301551818451 * v104, v106 = v86 * v105, v107 = v57 * v84, v108 = v80 * v76,
+      v109 = v107 + v108, v110 = 0.6996 * v97, v111 = 0.0974 * v102, v112 = v110 - v111,
+      v113 = 2.004301551818451 * v112, v114 = v109 * v113, v115 = v106 + v114,
+      v116 = 0.9997828710780122 * v51, v117 = 0.020837722980371797 * v55, v118 = v116 - v117,
+      v119 = v118 * v76, v120 = 0.9997828710780122 * v55, v121 = 0.020837722980371797 * v51,
+      v122 = v120 + v121, v123 = v122 * v84, v124 = v119 - v123, v125 = 0.999842782540088 * v124,
+      v126 = v118 * v84, v127 = v122 * v76, v128 = v126 + v127, v129 = 0.01773161590195061 * v128,
+      v130 = v125 - v129, v131 = v115 * v130, v132 = v86 * v113, v133 = v109 * v105,
+      v134 = v132 - v133, v135 = 0.999842782540088 * v128, v136 = 0.01773161590195061 * v124,
+      v137 = v135 + v136, v138 = v134 * v137, v139 = v131 - v138, v140 = v139 * qdd_5,
+      v141 = v118 * v115, v142 = v122 * v134, v143 = v141 - v142, v144 = v143 * qdd_3,
+      v145 = qd_1 * qd_1, v146 = q_1 * qdd_1, v147 = v145 + v146, v148 = 0.5 * v5,
+      v149 = v147 / v148, v150 = q_1 * qd_1, v151 = v148 * v148, v152 = v150 / v151,
+      v153 = 2.0 * q_1, v154 = v153 * qd_1, v155 = v2 * v154, v156 = v3 * v154, v157 = v155 - v156,
+      v158 = 0.25 / v5, v159 = v157 * v158, v160 = v152 * v159, v161 = v149 - v160,
+      v162 = 0.0576 * v134, v163 = 1.2774 * v115, v164 = v162 + v163,
+      v165 = 0.999842782540088 * q_5, v166 = 0.7858 + v165, v167 = v166 + 0.00039009554984291347,
+      v168 = v167 + 0.8200710502393802, v169 = v168 * v124, v170 = 0.01773161590195061 * q_5,
+      v171 = 0.021996541215881935 - v170, v172 = v171 - 0.014543471362779892, v173 = v172 * v128,
+      v174 = v169 + v173, v175 = v164 + v174, v176 = 0.9997828710780122 * q_3, v177 = 0.756 + v176,
+      v178 = v177 + 0.0011710800314968948, v179 = v178 + 0.8571138553751799, v180 = v179 * v51,
+      v181 = 0.020837722980371797 * q_3, v182 = 0.05618779735458429 - v181,
+      v183 = v182 - 0.017864179911072742, v184 = v183 * v55, v185 = v180 + v184, v186 = v175 + v185,
+      v187 = 13.296521628843802 * v19, v188 = v186 + v187, v189 = v134 * v188, v190 = 1.2774 * v134,
+      v191 = 0.0576 * v115, v192 = v190 - v191, v193 = v172 * v124, v194 = v168 * v128,
+      v195 = v193 - v194, v196 = v192 + v195, v197 = v183 * v51, v198 = v179 * v55,
+      v199 = v197 - v198, v200 = v196 + v199, v201 = 13.296521628843802 * v44, v202 = v200 - v201,
+      v203 = v115 * v202, v204 = v189 - v203, v205 = v161 * v204, v206 = qd_2 * qd_2,
+      v207 = q_2 * qdd_2, v208 = v206 + v207, v209 = 0.5 * v25, v210 = v208 / v209,
+      v211 = q_2 * qd_2, v212 = v209 * v209, v213 = v211 / v212, v214 = 2.0 * q_2,
+      v215 = v214 * qd_2, v216 = v22 * v215, v217 = v23 * v215, v218 = v216 - v217,
+      v219 = 0.25 / v25, v220 = v218 * v219, v221 = v213 * v220, v222 = v210 - v221,
+      v223 = v134 * v186, v224 = v115 * v200, v225 = v223 - v224, v226 = v222 * v225,
+      v227 = v205 + v226, v228 = v144 - v227, v229 = qd_4 * qd_4, v230 = q_4 * qdd_4,
+      v231 = v229 + v230, v232 = 0.5 * v62, v233 = v231 / v232, v234 = q_4 * qd_4,
+      v235 = v232 * v232, v236 = v234 / v235, v237 = 2.0 * q_4, v238 = v237 * qd_4,
+      v239 = v59 * v238, v240 = v60 * v238, v241 = v239 - v240, v242 = 0.25 / v62,
+      v243 = v241 * v242, v244 = v236 * v243, v245 = v233 - v244, v246 = v134 * v175,
+      v247 = v115 * v196, v248 = v246 - v247, v249 = v245 * v248, v250 = v228 - v249,
+      v251 = v140 + v250, v252 = qd_6 * qd_6, v253 = q_6 * qdd_6, v254 = v252 + v253,
+      v255 = 0.5 * v94, v256 = v254 / v255, v257 = q_6 * qd_6, v258 = v255 * v255,
+      v259 = v257 / v258, v260 = 2.0 * q_6, v261 = v260 * qd_6, v262 = v91 * v261,
+      v263 = v92 * v261, v264 = v262 - v263, v265 = 0.25 / v94, v266 = v264 * v265,
+      v267 = v259 * v266, v268 = v256 - v267, v269 = 0.0576 * v268, v270 = v251 - v269,
+      v271 = v115 * v137, v272 = v134 * v130, v273 = v271 + v272, v274 = v257 / v255,
+      v275 = v273 * v274, v276 = v275 * qd_5, v277 = v118 * v134, v278 = v122 * v115,
+      v279 = v277 + v278, v280 = v234 / v232, v281 = v280 + v274, v282 = v279 * v281,
+      v283 = v282 * qd_3, v284 = v150 / v148, v285 = v115 * v186, v286 = v134 * v200,
+      v287 = v285 + v286, v288 = v211 / v209, v289 = v287 * v288, v290 = v279 * qd_3,
+      v291 = v115 * v175, v292 = v134 * v196, v293 = v291 + v292, v294 = v293 * v280,
+      v295 = v273 * qd_5, v296 = 1.2774 * v274, v297 = v295 + v296, v298 = v294 + v297,
+      v299 = v290 + v298, v300 = v289 + v299, v301 = v115 * v188, v302 = v134 * v202,
+      v303 = v301 + v302, v304 = v288 + v281, v305 = v303 * v304, v306 = v300 - v305,
+      v307 = v284 * v306, v308 = v287 * v281, v309 = v299 - v308, v310 = v288 * v309,
+      v311 = v307 + v310, v312 = v283 - v311, v313 = v293 * v274, v314 = v297 - v313,
+      v315 = v280 * v314, v316 = v312 - v315, v317 = v276 + v316, v318 = v270 + v317;
+  out[0] = v318;
+  const lanes v319 = v139 * v274, v320 = v319 * qd_5, v321 = v143 * v281, v322 = v321 * qd_3,
+      v323 = v143 * qd_3, v324 = v139 * qd_5, v325 = 0.0576 * v274, v326 = v324 - v325,
+      v327 = v248 * v280, v328 = v326 - v327, v329 = v323 + v328, v330 = v225 * v288,
+      v331 = v329 - v330, v332 = v204 * v304, v333 = v331 + v332, v334 = v284 * v333,
+      v335 = v225 * v281, v336 = v329 + v335, v337 = v288 * v336, v338 = v334 + v337,
+      v339 = v322 - v338, v340 = v248 * v274, v341 = v326 + v340, v342 = v280 * v341,
+      v343 = v339 - v342, v344 = v320 + v343, v345 = 1.2774 * v268, v346 = v273 * qdd_5,
+      v347 = v245 * v293, v348 = v279 * qdd_3, v349 = v161 * v303, v350 = v222 * v287,
+      v351 = v349 + v350, v352 = v348 + v351, v353 = v347 + v352, v354 = v346 + v353,
+      v355 = v345 + v354, v356 = v344 - v355;
+  out[1] = v356;
+  const lanes v357 = v188 * qdd_0, v358 = v204 * v284, v359 = v331 - v358, v360 = v115 * v359,
+      v361 = v303 * v284, v362 = v361 + v300, v363 = v134 * v362, v364 = v360 + v363,
+      v365 = v364 * qd_0, v366 = v357 + v365, v367 = -v366;
+  out[2] = v367;
+  const lanes v368 = v134 * qdd_0, v369 = v284 + v304, v370 = v115 * v369, v371 = v370 * qd_0,
+      v372 = v368 - v371;
+  out[3] = v372;
+  const lanes v373 = v115 * qdd_0, v374 = v134 * v369, v375 = v374 * qd_0, v376 = v373 + v375;
+  out[4] = v376;
+  const lanes v377 = v161 + v222, v378 = v245 + v377, v379 = v268 + v378, v380 = -v379;
+  out[5] = v380;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_acceleration_mixed)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
-  const lanes qdd_0 = in[14];
-  const lanes qdd_1 = in[15];
-  const lanes qdd_2 = in[16];
-  const lanes qdd_3 = in[17];
-  const lanes qdd_4 = in[18];
-  const lanes qdd_5 = in[19];
-  const lanes qdd_6 = in[20];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&q_0, &v1, &v2);
-  const lanes v3 = q_1 * q_1;
-  const lanes v4 = 1.3215098366089841 - v3;
-  const lanes v5 = v3 - 0.3717842633910159;
-  const lanes v6 = v4 * v5;
-  lanes v7; LANES_NAME(lanes_sqrt)(&v6, &v7);
-  const lanes v8 = 0.05518268758582475 * v7;
-  const lanes v9 = 0.5 * v3;
-  const lanes v10 = 0.386896705 + v9;
-  const lanes v11 = v10 - 0.03642682;
-  const lanes v12 = 1.1314389456999898 * v11;
-  const lanes v13 = v8 + v12;
-  const lanes v14 = v13 - 0.8755;
-  const lanes v15 = 0.1708 * v14;
-  const lanes v16 = 0.1103653751716495 * v11;
-  const lanes v17 = 0.5657194728499949 * v7;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 - 0.0854;
-  const lanes v20 = 0.209 * v19;
-  const lanes v21 = v15 - v20;
-  const lanes v22 = 13.715940634598335 * v21;
-  const lanes v23 = 0.209 * v14;
-  const lanes v24 = 0.1708 * v19;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = 0.529310721904893 * v25;
-  const lanes v27 = v22 - v26;
-  const lanes v28 = q_2 * q_2;
-  const lanes v29 = 1.0578131478133972 - v28;
-  const lanes v30 = v28 - 0.38743535218660285;
-  const lanes v31 = v29 * v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  const lanes v33 = 0.577777986497283 * v32;
-  const lanes v34 = 0.5 * v28;
-  const lanes v35 = 0.3407018 + v34;
-  const lanes v36 = v35 - 0.020610325;
-  const lanes v37 = 0.3636611253594786 * v36;
-  const lanes v38 = v33 - v37;
-  const lanes v39 = 0.2478 + v38;
-  const lanes v40 = 0.0991 * v39;
-  const lanes v41 = 1.155555972994566 * v36;
-  const lanes v42 = 0.1818305626797393 * v32;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = v43 - 0.7874;
-  const lanes v45 = 0.1772 * v44;
-  const lanes v46 = v40 - v45;
-  const lanes v47 = 24.259685376140357 * v46;
-  const lanes v48 = v27 * v47;
-  const lanes v49 = 13.715940634598335 * v25;
-  const lanes v50 = 0.529310721904893 * v21;
-  const lanes v51 = v49 + v50;
-  const lanes v52 = 0.1772 * v39;
-  const lanes v53 = 0.0991 * v44;
-  const lanes v54 = v52 + v53;
-  const lanes v55 = 24.259685376140357 * v54;
-  const lanes v56 = v51 * v55;
-  const lanes v57 = v48 - v56;
-  const lanes v58 = q_4 * q_4;
-  const lanes v59 = 0.702936602426126 - v58;
-  const lanes v60 = v58 - 0.23255545757387405;
-  const lanes v61 = v59 * v60;
-  lanes v62; LANES_NAME(lanes_sqrt)(&v61, &v62);
-  const lanes v63 = 0.7466208668870286 * v62;
-  const lanes v64 = 0.5 * v58;
-  const lanes v65 = 0.202158195 + v64;
-  const lanes v66 = 0.2522755194519218 * v65;
-  const lanes v67 = v63 - v66;
-  const lanes v68 = 0.11 + v67;
-  const lanes v69 = 0.1139 * v68;
-  const lanes v70 = 0.1261377597259609 * v62;
-  const lanes v71 = 1.4932417337740571 * v65;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = v72 - 0.6511;
-  const lanes v74 = 0.1369 * v73;
-  const lanes v75 = v69 - v74;
-  const lanes v76 = 31.531000333597984 * v75;
-  const lanes v77 = v57 * v76;
-  const lanes v78 = v27 * v55;
-  const lanes v79 = v51 * v47;
-  const lanes v80 = v78 + v79;
-  const lanes v81 = 0.1139 * v73;
-  const lanes v82 = 0.1369 * v68;
-  const lanes v83 = v81 + v82;
-  const lanes v84 = 31.531000333597984 * v83;
-  const lanes v85 = v80 * v84;
-  const lanes v86 = v77 - v85;
-  const lanes v87 = q_6 * q_6;
-  const lanes v88 = 0.5 * v87;
-  const lanes v89 = v88 - 0.235090075;
-  const lanes v90 = 3.5864898908642604 * v89;
-  const lanes v91 = 0.7671943564657427 - v87;
-  const lanes v92 = v87 - 0.2881530235342572;
-  const lanes v93 = v91 * v92;
-  lanes v94; LANES_NAME(lanes_sqrt)(&v93, &v94);
-  const lanes v95 = 2.341132586374052 * v94;
-  const lanes v96 = v90 + v95;
-  const lanes v97 = 0.1031 - v96;
-  const lanes v98 = 0.6996 * v97;
-  const lanes v99 = 1.7932449454321302 * v94;
-  const lanes v100 = 4.682265172748104 * v89;
-  const lanes v101 = v99 - v100;
-  const lanes v102 = 0.1346 + v101;
-  const lanes v103 = 0.0974 * v102;
-  const lanes v104 = v98 - v103;
-  const lanes v105 = 2.004301551818451 * v104;
-  const lanes v106 = v86 * v105;
-  const lanes v107 = v57 * v84;
-  const lanes v108 = v80 * v76;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = 0.0974 * v97;
-  const lanes v111 = 0.6996 * v102;
-  const lanes v112 = v110 + v111;
-  const lanes v113 = 2.004301551818451 * v112;
-  const lanes v114 = v109 * v113;
-  const lanes v115 = v106 - v114;
-  const lanes v116 = 1.2774 * v115;
-  const lanes v117 = v86 * v113;
-  const lanes v118 = v109 * v105;
-  const lanes v119 = v117 + v118;
-  const lanes v120 = 0.0576 * v119;
-  const lanes v121 = v116 - v120;
-  const lanes v122 = v1 * v121;
-  const lanes v123 = qd_6 * qd_6;
-  const lanes v124 = q_6 * qdd_6;
-  const lanes v125 = v123 + v124;
-  const lanes v126 = 0.5 * v94;
-  const lanes v127 = v125 / v126;
-  const lanes v128 = 2.0 * q_6;
-  const lanes v129 = v128 * qd_6;
-  const lanes v130 = v129 * v91;
-  const lanes v131 = v129 * v92;
-  const lanes v132 = v130 - v131;
-  const lanes v133 = 0.25 / v94;
-  const lanes v134 = v132 * v133;
-  const lanes v135 = q_6 * qd_6;
-  const lanes v136 = v126 * v126;
-  const lanes v137 = v135 / v136;
-  const lanes v138 = v134 * v137;
-  const lanes v139 = v127 - v138;
-  const lanes v140 = v122 * v139;
-  const lanes v141 = 0.01773161590195061 * q_5;
-  const lanes v142 = 0.021996541215881935 - v141;
-  const lanes v143 = v142 - 0.014543471362779892;
-  const lanes v144 = 13.72316978366506 * v21;
-  const lanes v145 = 0.2860217139510366 * v25;
-  const lanes v146 = v144 - v145;
-  const lanes v147 = v146 * v47;
-  const lanes v148 = 13.72316978366506 * v25;
-  const lanes v149 = 0.2860217139510366 * v21;
-  const lanes v150 = v148 + v149;
-  const lanes v151 = v150 * v55;
-  const lanes v152 = v147 - v151;
-  const lanes v153 = v152 * v76;
-  const lanes v154 = v146 * v55;
-  const lanes v155 = v150 * v47;
-  const lanes v156 = v154 + v155;
-  const lanes v157 = v156 * v84;
-  const lanes v158 = v153 - v157;
-  const lanes v159 = v143 * v158;
-  const lanes v160 = 0.999842782540088 * q_5;
-  const lanes v161 = 0.7858 + v160;
-  const lanes v162 = v161 + 0.00039009554984291347;
-  const lanes v163 = v162 + 0.8200710502393802;
-  const lanes v164 = v152 * v84;
-  const lanes v165 = v156 * v76;
-  const lanes v166 = v164 + v165;
-  const lanes v167 = v163 * v166;
-  const lanes v168 = v159 - v167;
-  const lanes v169 = v121 + v168;
-  const lanes v170 = v1 * v169;
-  const lanes v171 = qd_4 * qd_4;
-  const lanes v172 = q_4 * qdd_4;
-  const lanes v173 = v171 + v172;
-  const lanes v174 = 0.5 * v62;
-  const lanes v175 = v173 / v174;
-  const lanes v176 = 2.0 * q_4;
-  const lanes v177 = v176 * qd_4;
-  const lanes v178 = v177 * v59;
-  const lanes v179 = v177 * v60;
-  const lanes v180 = v178 - v179;
-  const lanes v181 = 0.25 / v62;
-  const lanes v182 = v180 * v181;
-  const lanes v183 = q_4 * qd_4;
-  const lanes v184 = v174 * v174;
-  const lanes v185 = v183 / v184;
-  const lanes v186 = v182 * v185;
-  const lanes v187 = v175 - v186;
-  const lanes v188 = v170 * v187;
-  const lanes v189 = 0.020837722980371797 * q_3;
-  const lanes v190 = 0.05618779735458429 - v189;
-  const lanes v191 = v190 - 0.017864179911072742;
-  const lanes v192 = 13.726150127845361 * v21;
-  const lanes v193 = v192 * v47;
-  const lanes v194 = 13.726150127845361 * v25;
-  const lanes v195 = v194 * v55;
-  const lanes v196 = v193 - v195;
-  const lanes v197 = v191 * v196;
-  const lanes v198 = 0.9997828710780122 * q_3;
-  const lanes v199 = 0.756 + v198;
-  const lanes v200 = v199 + 0.0011710800314968948;
-  const lanes v201 = v200 + 0.8571138553751799;
-  const lanes v202 = v192 * v55;
-  const lanes v203 = v194 * v47;
-  const lanes v204 = v202 + v203;
-  const lanes v205 = v201 * v204;
-  const lanes v206 = v197 - v205;
-  const lanes v207 = v169 + v206;
-  const lanes v208 = v1 * v207;
-  const lanes v209 = qd_2 * qd_2;
-  const lanes v210 = q_2 * qdd_2;
-  const lanes v211 = v209 + v210;
-  const lanes v212 = 0.5 * v32;
-  const lanes v213 = v211 / v212;
-  const lanes v214 = 2.0 * q_2;
-  const lanes v215 = v214 * qd_2;
-  const lanes v216 = v29 * v215;
-  const lanes v217 = v30 * v215;
-  const lanes v218 = v216 - v217;
-  const lanes v219 = 0.25 / v32;
-  const lanes v220 = v218 * v219;
-  const lanes v221 = q_2 * qd_2;
-  const lanes v222 = v212 * v212;
-  const lanes v223 = v221 / v222;
-  const lanes v224 = v220 * v223;
-  const lanes v225 = v213 - v224;
-  const lanes v226 = v208 * v225;
-  const lanes v227 = 13.296521628843802 * v25;
-  const lanes v228 = v207 - v227;
-  const lanes v229 = v1 * v228;
-  const lanes v230 = qd_1 * qd_1;
-  const lanes v231 = q_1 * qdd_1;
-  const lanes v232 = v230 + v231;
-  const lanes v233 = 0.5 * v7;
-  const lanes v234 = v232 / v233;
-  const lanes v235 = 2.0 * q_1;
-  const lanes v236 = v235 * qd_1;
-  const lanes v237 = v4 * v236;
-  const lanes v238 = v5 * v236;
-  const lanes v239 = v237 - v238;
-  const lanes v240 = 0.25 / v7;
-  const lanes v241 = v239 * v240;
-  const lanes v242 = q_1 * qd_1;
-  const lanes v243 = v233 * v233;
-  const lanes v244 = v242 / v243;
-  const lanes v245 = v241 * v244;
-  const lanes v246 = v234 - v245;
-  const lanes v247 = v229 * v246;
-  const lanes v248 = 0.0576 * v115;
-  const lanes v249 = 1.2774 * v119;
-  const lanes v250 = v248 + v249;
-  const lanes v251 = v163 * v158;
-  const lanes v252 = v143 * v166;
-  const lanes v253 = v251 + v252;
-  const lanes v254 = v250 + v253;
-  const lanes v255 = v201 * v196;
-  const lanes v256 = v191 * v204;
-  const lanes v257 = v255 + v256;
-  const lanes v258 = v254 + v257;
-  const lanes v259 = 13.296521628843802 * v21;
-  const lanes v260 = v258 + v259;
-  const lanes v261 = v2 * v260;
-  const lanes v262 = v261 * qdd_0;
-  const lanes v263 = v247 - v262;
-  const lanes v264 = v226 + v263;
-  const lanes v265 = 0.9997828710780122 * v196;
-  const lanes v266 = 0.020837722980371797 * v204;
-  const lanes v267 = v265 - v266;
-  const lanes v268 = v1 * v267;
-  const lanes v269 = v268 * qdd_3;
-  const lanes v270 = v264 + v269;
-  const lanes v271 = v188 + v270;
-  const lanes v272 = 0.999842782540088 * v158;
-  const lanes v273 = 0.01773161590195061 * v166;
-  const lanes v274 = v272 - v273;
-  const lanes v275 = v1 * v274;
-  const lanes v276 = v275 * qdd_5;
-  const lanes v277 = v271 + v276;
-  const lanes v278 = v140 + v277;
-  const lanes v279 = v135 / v126;
-  const lanes v280 = v1 * v279;
-  const lanes v281 = v183 / v174;
-  const lanes v282 = v1 * v281;
-  const lanes v283 = v242 / v233;
-  const lanes v284 = v1 * v283;
-  const lanes v285 = v221 / v212;
-  const lanes v286 = v1 * v285;
-  const lanes v287 = v284 + v286;
-  const lanes v288 = v282 + v287;
-  const lanes v289 = v280 + v288;
-  const lanes v290 = v250 * v289;
-  const lanes v291 = v2 * v121;
-  const lanes v292 = v291 * qd_0;
-  const lanes v293 = v290 + v292;
-  const lanes v294 = v279 * v293;
-  const lanes v295 = v254 * v288;
-  const lanes v296 = v2 * v169;
-  const lanes v297 = v296 * qd_0;
-  const lanes v298 = v295 + v297;
-  const lanes v299 = 0.999842782540088 * v166;
-  const lanes v300 = 0.01773161590195061 * v158;
-  const lanes v301 = v299 + v300;
-  const lanes v302 = v301 * qd_5;
-  const lanes v303 = v250 * v279;
-  const lanes v304 = v302 + v303;
-  const lanes v305 = v1 * v304;
-  const lanes v306 = v298 + v305;
-  const lanes v307 = v281 * v306;
-  const lanes v308 = v258 * v287;
-  const lanes v309 = v2 * v207;
-  const lanes v310 = v309 * qd_0;
-  const lanes v311 = v308 + v310;
-  const lanes v312 = 0.9997828710780122 * v204;
-  const lanes v313 = 0.020837722980371797 * v196;
-  const lanes v314 = v312 + v313;
-  const lanes v315 = v314 * qd_3;
-  const lanes v316 = v254 * v281;
-  const lanes v317 = v316 + v304;
-  const lanes v318 = v315 + v317;
-  const lanes v319 = v1 * v318;
-  const lanes v320 = v311 + v319;
-  const lanes v321 = v285 * v320;
-  const lanes v322 = v1 * v260;
-  const lanes v323 = v322 * qd_0;
-  const lanes v324 = v2 * v228;
-  const lanes v325 = v324 * v283;
-  const lanes v326 = v309 * v285;
-  const lanes v327 = v2 * v267;
-  const lanes v328 = v327 * qd_3;
-  const lanes v329 = v296 * v281;
-  const lanes v330 = v2 * v274;
-  const lanes v331 = v330 * qd_5;
-  const lanes v332 = v291 * v279;
-  const lanes v333 = v331 + v332;
-  const lanes v334 = v329 + v333;
-  const lanes v335 = v328 + v334;
-  const lanes v336 = v326 + v335;
-  const lanes v337 = v325 + v336;
-  const lanes v338 = v323 + v337;
-  const lanes v339 = v338 * qd_0;
-  const lanes v340 = v260 * v284;
-  const lanes v341 = v324 * qd_0;
-  const lanes v342 = v340 + v341;
-  const lanes v343 = v258 * v285;
-  const lanes v344 = v343 + v318;
-  const lanes v345 = v1 * v344;
-  const lanes v346 = v342 + v345;
-  const lanes v347 = v283 * v346;
-  const lanes v348 = v339 + v347;
-  const lanes v349 = v321 + v348;
-  const lanes v350 = v314 * v287;
-  const lanes v351 = v327 * qd_0;
-  const lanes v352 = v350 + v351;
-  const lanes v353 = v352 * qd_3;
-  const lanes v354 = v349 + v353;
-  const lanes v355 = v307 + v354;
-  const lanes v356 = v301 * v288;
-  const lanes v357 = v330 * qd_0;
-  const lanes v358 = v356 + v357;
-  const lanes v359 = v358 * qd_5;
-  const lanes v360 = v355 + v359;
-  const lanes v361 = v294 + v360;
-  const lanes v362 = v278 - v361;
-  out[0] = v362;
-  const lanes v363 = v291 * v139;
-  const lanes v364 = v296 * v187;
-  const lanes v365 = v309 * v225;
-  const lanes v366 = v322 * qdd_0;
-  const lanes v367 = v324 * v246;
-  const lanes v368 = v366 + v367;
-  const lanes v369 = v365 + v368;
-  const lanes v370 = v327 * qdd_3;
-  const lanes v371 = v369 + v370;
-  const lanes v372 = v364 + v371;
-  const lanes v373 = v330 * qdd_5;
-  const lanes v374 = v372 + v373;
-  const lanes v375 = v363 + v374;
-  const lanes v376 = v229 * v283;
-  const lanes v377 = v208 * v285;
-  const lanes v378 = v268 * qd_3;
-  const lanes v379 = v170 * v281;
-  const lanes v380 = v275 * qd_5;
-  const lanes v381 = v122 * v279;
-  const lanes v382 = v380 + v381;
-  const lanes v383 = v379 + v382;
-  const lanes v384 = v378 + v383;
-  const lanes v385 = v377 + v384;
-  const lanes v386 = v376 + v385;
-  const lanes v387 = v261 * qd_0;
-  const lanes v388 = v386 - v387;
-  const lanes v389 = v388 * qd_0;
-  const lanes v390 = v2 * v283;
-  const lanes v391 = v260 * v390;
-  const lanes v392 = v229 * qd_0;
-  const lanes v393 = v391 - v392;
-  const lanes v394 = v2 * v344;
-  const lanes v395 = v393 + v394;
-  const lanes v396 = v283 * v395;
-  const lanes v397 = v389 - v396;
-  const lanes v398 = v2 * v285;
-  const lanes v399 = v390 + v398;
-  const lanes v400 = v258 * v399;
-  const lanes v401 = v208 * qd_0;
-  const lanes v402 = v400 - v401;
-  const lanes v403 = v2 * v318;
-  const lanes v404 = v402 + v403;
-  const lanes v405 = v285 * v404;
-  const lanes v406 = v397 - v405;
-  const lanes v407 = v268 * qd_0;
-  const lanes v408 = v314 * v399;
-  const lanes v409 = v407 - v408;
-  const lanes v410 = v409 * qd_3;
-  const lanes v411 = v406 + v410;
-  const lanes v412 = v2 * v281;
-  const lanes v413 = v412 + v399;
-  const lanes v414 = v254 * v413;
-  const lanes v415 = v170 * qd_0;
-  const lanes v416 = v414 - v415;
-  const lanes v417 = v2 * v304;
-  const lanes v418 = v416 + v417;
-  const lanes v419 = v281 * v418;
-  const lanes v420 = v411 - v419;
-  const lanes v421 = v275 * qd_0;
-  const lanes v422 = v301 * v413;
-  const lanes v423 = v421 - v422;
-  const lanes v424 = v423 * qd_5;
-  const lanes v425 = v420 + v424;
-  const lanes v426 = v2 * v279;
-  const lanes v427 = v426 + v413;
-  const lanes v428 = v250 * v427;
-  const lanes v429 = v122 * qd_0;
-  const lanes v430 = v428 - v429;
-  const lanes v431 = v279 * v430;
-  const lanes v432 = v425 - v431;
-  const lanes v433 = v375 + v432;
-  out[1] = v433;
-  const lanes v434 = v250 * v139;
-  const lanes v435 = v254 * v187;
-  const lanes v436 = v260 * v246;
-  const lanes v437 = v258 * v225;
-  const lanes v438 = v436 + v437;
-  const lanes v439 = v314 * qdd_3;
-  const lanes v440 = v438 + v439;
-  const lanes v441 = v435 + v440;
-  const lanes v442 = v301 * qdd_5;
-  const lanes v443 = v441 + v442;
-  const lanes v444 = v434 + v443;
-  const lanes v445 = v122 * v289;
-  const lanes v446 = v291 * v427;
-  const lanes v447 = v445 + v446;
-  const lanes v448 = v279 * v447;
-  const lanes v449 = v170 * v288;
-  const lanes v450 = v296 * v413;
-  const lanes v451 = v449 + v450;
-  const lanes v452 = v1 * v382;
-  const lanes v453 = v2 * v333;
-  const lanes v454 = v452 + v453;
-  const lanes v455 = v451 + v454;
-  const lanes v456 = v281 * v455;
-  const lanes v457 = v229 * v284;
-  const lanes v458 = v324 * v390;
-  const lanes v459 = v457 + v458;
-  const lanes v460 = v1 * v385;
-  const lanes v461 = v2 * v336;
-  const lanes v462 = v460 + v461;
-  const lanes v463 = v459 + v462;
-  const lanes v464 = v283 * v463;
-  const lanes v465 = v208 * v287;
-  const lanes v466 = v309 * v399;
-  const lanes v467 = v465 + v466;
-  const lanes v468 = v1 * v384;
-  const lanes v469 = v2 * v335;
-  const lanes v470 = v468 + v469;
-  const lanes v471 = v467 + v470;
-  const lanes v472 = v285 * v471;
-  const lanes v473 = v464 + v472;
-  const lanes v474 = v268 * v287;
-  const lanes v475 = v327 * v399;
-  const lanes v476 = v474 + v475;
-  const lanes v477 = v476 * qd_3;
-  const lanes v478 = v473 + v477;
-  const lanes v479 = v456 + v478;
-  const lanes v480 = v275 * v288;
-  const lanes v481 = v330 * v413;
-  const lanes v482 = v480 + v481;
-  const lanes v483 = v482 * qd_5;
-  const lanes v484 = v479 + v483;
-  const lanes v485 = v448 + v484;
-  const lanes v486 = v444 + v485;
-  const lanes v487 = -v486;
-  out[2] = v487;
-  const lanes v488 = v2 * v139;
-  const lanes v489 = v2 * v187;
-  const lanes v490 = v2 * v246;
-  const lanes v491 = v2 * v225;
-  const lanes v492 = v490 + v491;
-  const lanes v493 = v489 + v492;
-  const lanes v494 = v488 + v493;
-  const lanes v495 = v1 * qd_0;
-  const lanes v496 = v279 * v495;
-  const lanes v497 = v281 * v495;
-  const lanes v498 = v283 * v495;
-  const lanes v499 = v285 * v495;
-  const lanes v500 = v498 + v499;
-  const lanes v501 = v497 + v500;
-  const lanes v502 = v496 + v501;
-  const lanes v503 = v494 + v502;
-  const lanes v504 = -v503;
-  out[3] = v504;
-  const lanes v505 = v1 * v139;
-  const lanes v506 = v1 * v187;
-  const lanes v507 = v1 * v246;
-  const lanes v508 = v1 * v225;
-  const lanes v509 = v507 + v508;
-  const lanes v510 = v506 + v509;
-  const lanes v511 = v505 + v510;
-  const lanes v512 = v2 * qd_0;
-  const lanes v513 = v279 * v512;
-  const lanes v514 = v281 * v512;
-  const lanes v515 = v283 * v512;
-  const lanes v516 = v285 * v512;
-  const lanes v517 = v515 + v516;
-  const lanes v518 = v514 + v517;
-  const lanes v519 = v513 + v518;
-  const lanes v520 = v511 - v519;
-  out[4] = v520;
-  const lanes v521 = v1 * v413;
-  const lanes v522 = v2 * v288;
-  const lanes v523 = v521 - v522;
-  const lanes v524 = v279 * v523;
-  const lanes v525 = v1 * v390;
-  const lanes v526 = v2 * v284;
-  const lanes v527 = v525 - v526;
-  const lanes v528 = v285 * v527;
-  const lanes v529 = v1 * v399;
-  const lanes v530 = v2 * v287;
-  const lanes v531 = v529 - v530;
-  const lanes v532 = v281 * v531;
-  const lanes v533 = v528 + v532;
-  const lanes v534 = v524 + v533;
-  const lanes v535 = qdd_0 - v534;
-  out[5] = v535;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], qd_0 = in[7], qd_1 = in[8], qd_2 = in[9], qd_3 = in[10], qd_4 = in[11],
+      qd_5 = in[12], qd_6 = in[13], qdd_0 = in[14], qdd_1 = in[15], qdd_2 = in[16], qdd_3 = in[17],
+      qdd_4 = in[18], qdd_5 = in[19], qdd_6 = in[20];
+  LANES_COS_SIN(v1, v2, q_0);
+  const lanes v3 = qd_6 * qd_6, v4 = q_6 * qdd_6, v5 = v3 + v4, v6 = q_6 * q_6,
+      v7 = 0.7671943564657427 - v6, v8 = v6 - 0.2881530235342572, v9 = v7 * v8;
+  LANES_LET1(v10, sqrt, v9);
+  const lanes v11 = 0.5 * v10, v12 = v5 / v11, v13 = q_6 * qd_6, v14 = v11 * v11, v15 = v13 / v14,
+      v16 = 2.0 * q_6, v17 = v16 * qd_6, v18 = v7 * v17, v19 = v8 * v17, v20 = v18 - v19,
+      v21 = 0.25 / v10, v22 = v20 * v21, v23 = v15 * v22, v24 = v12 - v23, v25 = q_1 * q_1,
+      v26 = 1.3215098366089841 - v25, v27 = v25 - 0.3717842633910159, v28 = v26 * v27;
+  LANES_LET1(v29, sqrt, v28);
+  const lanes v30 = 0.05518268758582475 * v29, v31 = 0.5 * v25, v32 = 0.386896705 + v31,
+      v33 = v32 - 0.03642682, v34 = 1.1314389456999898 * v33, v35 = v30 + v34, v36 = v35 - 0.8755,
+      v37 = 0.1708 * v36, v38 = 0.1103653751716495 * v33, v39 = 0.5657194728499949 * v29,
+      v40 = v38 - v39, v41 = v40 - 0.0854, v42 = 0.209 * v41, v43 = v37 - v42,
+      v44 = 13.726150127845361 * v43, v45 = q_2 * q_2, v46 = 1.0578131478133972 - v45,
+      v47 = v45 - 0.38743535218660285, v48 = v46 * v47;
+  LANES_LET1(v49, sqrt, v48);
+  const lanes v50 = 0.577777986497283 * v49, v51 = 0.5 * v45, v52 = 0.3407018 + v51,
+      v53 = v52 - 0.020610325, v54 = 0.3636611253594786 * v53, v55 = v50 - v54, v56 = 0.2478 + v55,
+      v57 = 0.0991 * v56, v58 = 1.155555972994566 * v53, v59 = 0.1818305626797393 * v49,
+      v60 = v58 + v59, v61 = v60 - 0.7874, v62 = 0.1772 * v61, v63 = v57 - v62,
+      v64 = 24.259685376140357 * v63, v65 = v44 * v64, v66 = 0.209 * v36, v67 = 0.1708 * v41,
+      v68 = v66 + v67, v69 = 13.726150127845361 * v68, v70 = 0.1772 * v56, v71 = 0.0991 * v61,
+      v72 = v70 + v71, v73 = 24.259685376140357 * v72, v74 = v69 * v73, v75 = v65 - v74,
+      v76 = 0.9992562012543986 * v75, v77 = v44 * v73, v78 = v69 * v64, v79 = v77 + v78,
+      v80 = 0.03856221278179919 * v79, v81 = v76 - v80, v82 = q_4 * q_4,
+      v83 = 0.702936602426126 - v82, v84 = v82 - 0.23255545757387405, v85 = v83 * v84;
+  LANES_LET1(v86, sqrt, v85);
+  const lanes v87 = 0.7466208668870286 * v86, v88 = 0.5 * v82, v89 = 0.202158195 + v88,
+      v90 = 0.2522755194519218 * v89, v91 = v87 - v90, v92 = 0.11 + v91, v93 = 0.1139 * v92,
+      v94 = 0.1261377597259609 * v86, v95 = 1.4932417337740571 * v89, v96 = v94 + v95,
+      v97 = v96 - 0.6511, v98 = 0.1369 * v97, v99 = v93 - v98, v100 = 31.531000333597984 * v99,
+      v101 = v81 * v100, v102 = 0.9992562012543986 * v79, v103 = 0.03856221278179919 * v75,
+      v104 = v102 + v103, v105 = 0.1139 * v97, v106 = 0.1369 * v92, v107 = v105 + v106,
+      v108 = 31.531000333597984 * v107, v109 = v104 * v108, v110 = v101 - v109, v111 = 0.5 * v6,
+      v112 = v111 - 0.235090075, v113 = 3.5864898908642604 * v112, v114 = 2.341132586374052 * v10,
+      v115 = v113 + v114, v116 = 0.1031 - v115, v117 = 0.6996 * v116,
+      v118 = 1.7932449454321302 * v10, v119 = 4.682265172748104 * v112, v120 = v118 - v119,
+      v121 = 0.1346 + v120, v122 = 0.0974 * v121, v123 = v117 - v122,
+      v124 = 2.004301551818451 * v123, v125 = v110 * v124, v126 = v81 * v108, v127 = v104 * v100,
+      v128 = v126 + v127, v129 = 0.0974 * v116, v130 = 0.6996 * v121, v131 = v129 + v130,
+      v132 = 2.004301551818451 * v131, v133 = v128 * v132, v134 = v125 - v133, v135 = 1.2774 * v134,
+      v136 = v110 * v132, v137 = v128 * v124, v138 = v136 + v137, v139 = 0.0576 * v138,
+      v140 = v135 - v139, v141 = v1 * v140, v142 = v24 * v141, v143 = 0.9997828710780122 * v75,
+      v144 = 0.020837722980371797 * v79, v145 = v143 - v144, v146 = v145 * v100,
+      v147 = 0.9997828710780122 * v79, v148 = 0.020837722980371797 * v75, v149 = v147 + v148,
+      v150 = v149 * v108, v151 = v146 - v150, v152 = 0.999842782540088 * v151, v153 = v145 * v108,
+      v154 = v149 * v100, v155 = v153 + v154, v156 = 0.01773161590195061 * v155, v157 = v152 - v156,
+      v158 = v1 * v157, v159 = v158 * qdd_5, v160 = qd_4 * qd_4, v161 = q_4 * qdd_4,
+      v162 = v160 + v161, v163 = 0.5 * v86, v164 = v162 / v163, v165 = q_4 * qd_4,
+      v166 = v163 * v163, v167 = v165 / v166, v168 = 2.0 * q_4, v169 = v168 * qd_4,
+      v170 = v83 * v169, v171 = v84 * v169, v172 = v170 - v171, v173 = 0.25 / v86,
+      v174 = v172 * v173, v175 = v167 * v174, v176 = v164 - v175, v177 = 0.01773161590195061 * q_5,
+      v178 = 0.021996541215881935 - v177, v179 = v178 - 0.014543471362779892, v180 = v179 * v151,
+      v181 = 0.999842782540088 * q_5, v182 = 0.7858 + v181, v183 = v182 + 0.00039009554984291347,
+      v184 = v183 + 0.8200710502393802, v185 = v184 * v155, v186 = v180 - v185, v187 = v140 + v186,
+      v188 = v1 * v187, v189 = v176 * v188, v190 = v1 * v145, v191 = v190 * qdd_3,
+      v192 = qd_2 * qd_2, v193 = q_2 * qdd_2, v194 = v192 + v193, v195 = 0.5 * v49,
+      v196 = v194 / v195, v197 = q_2 * qd_2, v198 = v195 * v195, v199 = v197 / v198,
+      v200 = 2.0 * q_2, v201 = v200 * qd_2, v202 = v46 * v201, v203 = v47 * v201,
+      v204 = v202 - v203, v205 = 0.25 / v49, v206 = v204 * v205, v207 = v199 * v206,
+      v208 = v196 - v207, v209 = 0.020837722980371797 * q_3, v210 = 0.05618779735458429 - v209,
+      v211 = v210 - 0.017864179911072742, v212 = v211 * v75, v213 = 0.9997828710780122 * q_3,
+      v214 = 0.756 + v213, v215 = v214 + 0.0011710800314968948, v216 = v215 + 0.8571138553751799,
+      v217 = v216 * v79, v218 = v212 - v217, v219 = v187 + v218, v220 = v1 * v219,
+      v221 = v208 * v220, v222 = qd_1 * qd_1, v223 = q_1 * qdd_1, v224 = v222 + v223,
+      v225 = 0.5 * v29, v226 = v224 / v225, v227 = q_1 * qd_1, v228 = v225 * v225,
+      v229 = v227 / v228, v230 = 2.0 * q_1, v231 = v230 * qd_1, v232 = v26 * v231,
+      v233 = v27 * v231, v234 = v232 - v233, v235 = 0.25 / v29, v236 = v234 * v235,
+      v237 = v229 * v236, v238 = v226 - v237, v239 = 13.296521628843802 * v68, v240 = v219 - v239,
+      v241 = v1 * v240, v242 = v238 * v241, v243 = 0.0576 * v134, v244 = 1.2774 * v138,
+      v245 = v243 + v244, v246 = v184 * v151, v247 = v179 * v155, v248 = v246 + v247,
+      v249 = v245 + v248, v250 = v216 * v75, v251 = v211 * v79, v252 = v250 + v251,
+      v253 = v249 + v252, v254 = 13.296521628843802 * v43, v255 = v253 + v254, v256 = v2 * v255,
+      v257 = v256 * qdd_0, v258 = v242 - v257, v259 = v221 + v258, v260 = v191 + v259,
+      v261 = v189 + v260, v262 = v159 + v261, v263 = v142 + v262, v264 = v13 / v11,
+      v265 = v1 * v264, v266 = v165 / v163, v267 = v1 * v266, v268 = v227 / v225, v269 = v1 * v268,
+      v270 = v197 / v195, v271 = v1 * v270, v272 = v269 + v271, v273 = v267 + v272,
+      v274 = v265 + v273, v275 = v245 * v274, v276 = v2 * v140, v277 = v276 * qd_0,
+      v278 = v275 + v277, v279 = v264 * v278, v280 = 0.999842782540088 * v155,
+      v281 = 0.01773161590195061 * v151, v282 = v280 + v281, v283 = v282 * v273, v284 = v2 * v157,
+      v285 = v284 * qd_0, v286 = v283 + v285, v287 = v286 * qd_5, v288 = v249 * v273,
+      v289 = v2 * v187, v290 = v289 * qd_0, v291 = v288 + v290, v292 = v282 * qd_5,
+      v293 = v245 * v264, v294 = v292 + v293, v295 = v1 * v294, v296 = v291 + v295,
+      v297 = v266 * v296, v298 = v149 * v272, v299 = v2 * v145, v300 = v299 * qd_0,
+      v301 = v298 + v300, v302 = v301 * qd_3, v303 = v253 * v272, v304 = v2 * v219,
+      v305 = v304 * qd_0, v306 = v303 + v305, v307 = v149 * qd_3, v308 = v249 * v266,
+      v309 = v308 + v294, v310 = v307 + v309, v311 = v1 * v310, v312 = v306 + v311,
+      v313 = v270 * v312, v314 = v1 * v255, v315 = v314 * qd_0, v316 = v2 * v240,
+      v317 = v316 * v268, v318 = v304 * v270, v319 = v299 * qd_3, v320 = v289 * v266,
+      v321 = v284 * qd_5, v322 = v276 * v264, v323 = v321 + v322, v324 = v320 + v323,
+      v325 = v319 + v324, v326 = v318 + v325, v327 = v317 + v326, v328 = v315 + v327,
+      v329 = v328 * qd_0, v330 = v255 * v269, v331 = v316 * qd_0, v332 = v330 + v331,
+      v333 = v253 * v270, v334 = v333 + v310, v335 = v1 * v334, v336 = v332 + v335,
+      v337 = v268 * v336, v338 = v329 + v337, v339 = v313 + v338, v340 = v302 + v339,
+      v341 = v297 + v340, v342 = v287 + v341, v343 = v279 + v342, v344 = v263 - v343;
+  out[0] = v344;
+  const lanes v345 = v24 * v276, v346 = v284 * qdd_5, v347 = v176 * v289, v348 = v299 * qdd_3,
+      v349 = v208 * v304, v350 = v314 * qdd_0, v351 = v238 * v316, v352 = v350 + v351,
+      v353 = v349 + v352, v354 = v348 + v353, v355 = v347 + v354, v356 = v346 + v355,
+      v357 = v345 + v356, v358 = v158 * qd_0, v359 = v2 * v266, v360 = v2 * v268, v361 = v2 * v270,
+      v362 = v360 + v361, v363 = v359 + v362, v364 = v282 * v363, v365 = v358 - v364,
+      v366 = v365 * qd_5, v367 = v190 * qd_0, v368 = v149 * v362, v369 = v367 - v368,
+      v370 = v369 * qd_3, v371 = v241 * v268, v372 = v220 * v270, v373 = v190 * qd_3,
+      v374 = v188 * v266, v375 = v158 * qd_5, v376 = v141 * v264, v377 = v375 + v376,
+      v378 = v374 + v377, v379 = v373 + v378, v380 = v372 + v379, v381 = v371 + v380,
+      v382 = v256 * qd_0, v383 = v381 - v382, v384 = v383 * qd_0, v385 = v255 * v360,
+      v386 = v241 * qd_0, v387 = v385 - v386, v388 = v2 * v334, v389 = v387 + v388,
+      v390 = v268 * v389, v391 = v384 - v390, v392 = v253 * v362, v393 = v220 * qd_0,
+      v394 = v392 - v393, v395 = v2 * v310, v396 = v394 + v395, v397 = v270 * v396,
+      v398 = v391 - v397, v399 = v370 + v398, v400 = v249 * v363, v401 = v188 * qd_0,
+      v402 = v400 - v401, v403 = v2 * v294, v404 = v402 + v403, v405 = v266 * v404,
+      v406 = v399 - v405, v407 = v366 + v406, v408 = v2 * v264, v409 = v408 + v363,
+      v410 = v245 * v409, v411 = v141 * qd_0, v412 = v410 - v411, v413 = v264 * v412,
+      v414 = v407 - v413, v415 = v357 + v414;
+  out[1] = v415;
+  const lanes v416 = v24 * v245, v417 = v282 * qdd_5, v418 = v176 * v249, v419 = v149 * qdd_3,
+      v420 = v238 * v255, v421 = v208 * v253, v422 = v420 + v421, v423 = v419 + v422,
+      v424 = v418 + v423, v425 = v417 + v424, v426 = v416 + v425, v427 = v141 * v274,
+      v428 = v276 * v409, v429 = v427 + v428, v430 = v264 * v429, v431 = v158 * v273,
+      v432 = v284 * v363, v433 = v431 + v432, v434 = v433 * qd_5, v435 = v188 * v273,
+      v436 = v289 * v363, v437 = v435 + v436, v438 = v1 * v377, v439 = v2 * v323,
+      v440 = v438 + v439, v441 = v437 + v440, v442 = v266 * v441, v443 = v190 * v272,
+      v444 = v299 * v362, v445 = v443 + v444, v446 = v445 * qd_3, v447 = v241 * v269,
+      v448 = v316 * v360, v449 = v447 + v448, v450 = v1 * v380, v451 = v2 * v326,
+      v452 = v450 + v451, v453 = v449 + v452, v454 = v268 * v453, v455 = v220 * v272,
+      v456 = v304 * v362, v457 = v455 + v456, v458 = v1 * v379, v459 = v2 * v325,
+      v460 = v458 + v459, v461 = v457 + v460, v462 = v270 * v461, v463 = v454 + v462,
+      v464 = v446 + v463, v465 = v442 + v464, v466 = v434 + v465, v467 = v430 + v466,
+      v468 = v426 + v467, v469 = -v468;
+  out[2] = v469;
+  const lanes v470 = v24 * v2, v471 = v176 * v2, v472 = v238 * v2, v473 = v208 * v2,
+      v474 = v472 + v473, v475 = v471 + v474, v476 = v470 + v475, v477 = v1 * qd_0,
+      v478 = v264 * v477, v479 = v266 * v477, v480 = v268 * v477, v481 = v270 * v477,
+      v482 = v480 + v481, v483 = v479 + v482, v484 = v478 + v483, v485 = v476 + v484, v486 = -v485;
+  out[3] = v486;
+  const lanes v487 = v24 * v1, v488 = v176 * v1, v489 = v238 * v1, v490 = v208 * v1,
+      v491 = v489 + v490, v492 = v488 + v491, v493 = v487 + v492, v494 = v2 * qd_0,
+      v495 = v264 * v494, v496 = v266 * v494, v497 = v268 * v494, v498 = v270 * v494,
+      v499 = v497 + v498, v500 = v496 + v499, v501 = v495 + v500, v502 = v493 - v501;
+  out[4] = v502;
+  const lanes v503 = v1 * v363, v504 = v2 * v273, v505 = v503 - v504, v506 = v264 * v505,
+      v507 = v1 * v360, v508 = v2 * v269, v509 = v507 - v508, v510 = v270 * v509, v511 = v1 * v362,
+      v512 = v2 * v272, v513 = v511 - v512, v514 = v266 * v513, v515 = v510 + v514,
+      v516 = v506 + v515, v517 = qdd_0 - v516;
+  out[5] = v517;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_chain)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 1.3215098366089841 - v1;
-  const lanes v3 = v1 - 0.3717842633910159;
-  const lanes v4 = v2 * v3;
-  lanes v5; LANES_NAME(lanes_sqrt)(&v4, &v5);
-  const lanes v6 = 0.05518268758582475 * v5;
-  const lanes v7 = 0.5 * v1;
-  const lanes v8 = 0.386896705 + v7;
-  const lanes v9 = v8 - 0.03642682;
-  const lanes v10 = 1.1314389456999898 * v9;
-  const lanes v11 = v6 + v10;
-  const lanes v12 = v11 - 0.8755;
-  const lanes v13 = 0.209 * v12;
-  const lanes v14 = 0.1103653751716495 * v9;
-  const lanes v15 = 0.5657194728499949 * v5;
-  const lanes v16 = v14 - v15;
-  const lanes v17 = v16 - 0.0854;
-  const lanes v18 = 0.1708 * v17;
-  const lanes v19 = v13 + v18;
-  const lanes v20 = 13.726150127845361 * v19;
-  const lanes v21 = 0.1708 * v12;
-  const lanes v22 = 0.209 * v17;
-  const lanes v23 = v21 - v22;
-  const lanes v24 = 13.726150127845361 * v23;
-  lanes v25; LANES_NAME(lanes_atan2)(&v20, &v24, &v25);
-  const lanes v26 = q_2 * q_2;
-  const lanes v27 = 1.0578131478133972 - v26;
-  const lanes v28 = v26 - 0.38743535218660285;
-  const lanes v29 = v27 * v28;
-  lanes v30; LANES_NAME(lanes_sqrt)(&v29, &v30);
-  const lanes v31 = 0.577777986497283 * v30;
-  const lanes v32 = 0.5 * v26;
-  const lanes v33 = 0.3407018 + v32;
-  const lanes v34 = v33 - 0.020610325;
-  const lanes v35 = 0.3636611253594786 * v34;
-  const lanes v36 = v31 - v35;
-  const lanes v37 = 0.2478 + v36;
-  const lanes v38 = 0.1772 * v37;
-  const lanes v39 = 1.155555972994566 * v34;
-  const lanes v40 = 0.1818305626797393 * v30;
-  const lanes v41 = v39 + v40;
-  const lanes v42 = v41 - 0.7874;
-  const lanes v43 = 0.0991 * v42;
-  const lanes v44 = v38 + v43;
-  const lanes v45 = 24.259685376140357 * v44;
-  const lanes v46 = 0.0991 * v37;
-  const lanes v47 = 0.1772 * v42;
-  const lanes v48 = v46 - v47;
-  const lanes v49 = 24.259685376140357 * v48;
-  lanes v50; LANES_NAME(lanes_atan2)(&v45, &v49, &v50);
-  const lanes v51 = q_4 * q_4;
-  const lanes v52 = 0.702936602426126 - v51;
-  const lanes v53 = v51 - 0.23255545757387405;
-  const lanes v54 = v52 * v53;
-  lanes v55; LANES_NAME(lanes_sqrt)(&v54, &v55);
-  const lanes v56 = 0.1261377597259609 * v55;
-  const lanes v57 = 0.5 * v51;
-  const lanes v58 = 0.202158195 + v57;
-  const lanes v59 = 1.4932417337740571 * v58;
-  const lanes v60 = v56 + v59;
-  const lanes v61 = v60 - 0.6511;
-  const lanes v62 = 0.1139 * v61;
-  const lanes v63 = 0.7466208668870286 * v55;
-  const lanes v64 = 0.2522755194519218 * v58;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = 0.11 + v65;
-  const lanes v67 = 0.1369 * v66;
-  const lanes v68 = v62 + v67;
-  const lanes v69 = 31.531000333597984 * v68;
-  const lanes v70 = 0.1139 * v66;
-  const lanes v71 = 0.1369 * v61;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = 31.531000333597984 * v72;
-  lanes v74; LANES_NAME(lanes_atan2)(&v69, &v73, &v74);
-  const lanes v75 = q_6 * q_6;
-  const lanes v76 = 0.5 * v75;
-  const lanes v77 = v76 - 0.235090075;
-  const lanes v78 = 3.5864898908642604 * v77;
-  const lanes v79 = 0.7671943564657427 - v75;
-  const lanes v80 = v75 - 0.2881530235342572;
-  const lanes v81 = v79 * v80;
-  lanes v82; LANES_NAME(lanes_sqrt)(&v81, &v82);
-  const lanes v83 = 2.341132586374052 * v82;
-  const lanes v84 = v78 + v83;
-  const lanes v85 = 0.1031 - v84;
-  const lanes v86 = 0.6996 * v85;
-  const lanes v87 = 1.7932449454321302 * v82;
-  const lanes v88 = 4.682265172748104 * v77;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = 0.1346 + v89;
-  const lanes v91 = 0.0974 * v90;
-  const lanes v92 = v86 - v91;
-  const lanes v93 = 2.004301551818451 * v92;
-  const lanes v94 = 0.0974 * v85;
-  const lanes v95 = 0.6996 * v90;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = 2.004301551818451 * v96;
-  lanes v98; LANES_NAME(lanes_atan2)(&v93, &v97, &v98);
-  out[0] = q_0;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], v1 = q_1 * q_1, v2 = 1.3215098366089841 - v1, v3 = v1 - 0.3717842633910159,
+      v4 = v2 * v3;
+  LANES_LET1(v5, sqrt, v4);
+  const lanes v6 = 0.05518268758582475 * v5, v7 = 0.5 * v1, v8 = 0.386896705 + v7,
+      v9 = v8 - 0.03642682, v10 = 1.1314389456999898 * v9, v11 = v6 + v10, v12 = v11 - 0.8755,
+      v13 = 0.209 * v12, v14 = 0.1103653751716495 * v9, v15 = 0.5657194728499949 * v5,
+      v16 = v14 - v15, v17 = v16 - 0.0854, v18 = 0.1708 * v17, v19 = v13 + v18,
+      v20 = 13.726150127845361 * v19, v21 = 0.1708 * v12, v22 = 0.209 * v17, v23 = v21 - v22,
+      v24 = 13.726150127845361 * v23;
+  LANES_LET2(v25, atan2, v20, v24);
+  const lanes v26 = q_2 * q_2, v27 = 1.0578131478133972 - v26, v28 = v26 - 0.38743535218660285,
+      v29 = v27 * v28;
+  LANES_LET1(v30, sqrt, v29);
+  const lanes v31 = 0.577777986497283 * v30, v32 = 0.5 * v26, v33 = 0.3407018 + v32,
+      v34 = v33 - 0.020610325, v35 = 0.3636611253594786 * v34, v36 = v31 - v35, v37 = 0.2478 + v36,
+      v38 = 0.1772 * v37, v39 = 1.155555972994566 * v34, v40 = 0.1818305626797393 * v30,
+      v41 = v39 + v40, v42 = v41 - 0.7874, v43 = 0.0991 * v42, v44 = v38 + v43,
+      v45 = 24.259685376140357 * v44, v46 = 0.0991 * v37, v47 = 0.1772 * v42, v48 = v46 - v47,
+      v49 = 24.259685376140357 * v48;
+  LANES_LET2(v50, atan2, v45, v49);
+  const lanes v51 = q_4 * q_4, v52 = 0.702936602426126 - v51, v53 = v51 - 0.23255545757387405,
+      v54 = v52 * v53;
+  LANES_LET1(v55, sqrt, v54);
+  const lanes v56 = 0.1261377597259609 * v55, v57 = 0.5 * v51, v58 = 0.202158195 + v57,
+      v59 = 1.4932417337740571 * v58, v60 = v56 + v59, v61 = v60 - 0.6511, v62 = 0.1139 * v61,
+      v63 = 0.7466208668870286 * v55, v64 = 0.2522755194519218 * v58, v65 = v63 - v64,
+      v66 = 0.11 + v65, v67 = 0.1369 * v66, v68 = v62 + v67, v69 = 31.531000333597984 * v68,
+      v70 = 0.1139 * v66, v71 = 0.1369 * v61, v72 = v70 - v71, v73 = 31.531000333597984 * v72;
+  LANES_LET2(v74, atan2, v69, v73);
+  const lanes v75 = q_6 * q_6, v76 = 0.5 * v75, v77 = v76 - 0.235090075,
+      v78 = 3.5864898908642604 * v77, v79 = 0.7671943564657427 - v75,
+      v80 = v75 - 0.2881530235342572, v81 = v79 * v80;
+  LANES_LET1(v82, sqrt, v81);
+  const lanes v83 = 2.341132586374052 * v82, v84 = v78 + v83, v85 = 0.1031 - v84,
+      v86 = 0.6996 * v85, v87 = 1.7932449454321302 * v82, v88 = 4.682265172748104 * v77,
+      v89 = v87 - v88, v90 = 0.1346 + v89, v91 = 0.0974 * v90, v92 = v86 - v91,
+      v93 = 2.004301551818451 * v92, v94 = 0.0974 * v85, v95 = 0.6996 * v90, v96 = v94 + v95,
+      v97 = 2.004301551818451 * v96;
+  LANES_LET2(v98, atan2, v93, v97); out[0] = q_0;
   const lanes v99 = -v25;
   out[1] = v99;
   const lanes v100 = -v50;
-  out[2] = v100;
-  out[3] = q_3;
+  out[2] = v100; out[3] = q_3;
   const lanes v101 = -v74;
-  out[4] = v101;
-  out[5] = q_5;
-  out[6] = v98;
+  out[4] = v101; out[5] = q_5; out[6] = v98;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_chain_D_q)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_4 = in[4];
-  const lanes q_6 = in[6];
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 1.3215098366089841 - v1;
-  const lanes v3 = v1 - 0.3717842633910159;
-  const lanes v4 = v2 * v3;
-  lanes v5; LANES_NAME(lanes_sqrt)(&v4, &v5);
-  const lanes v6 = 0.5 * v5;
-  const lanes v7 = q_1 / v6;
-  const lanes v8 = -v7;
-  out[8] = v8;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes q_1 = in[1], q_2 = in[2], q_4 = in[4], q_6 = in[6];
+  out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0); out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0);
+  out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
+  const lanes v1 = q_1 * q_1, v2 = 1.3215098366089841 - v1, v3 = v1 - 0.3717842633910159,
+      v4 = v2 * v3;
+  LANES_LET1(v5, sqrt, v4);
+  const lanes v6 = 0.5 * v5, v7 = q_1 / v6, v8 = -v7;
+  out[8] = v8; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(0.0);
-  const lanes v9 = q_2 * q_2;
-  const lanes v10 = 1.0578131478133972 - v9;
-  const lanes v11 = v9 - 0.38743535218660285;
-  const lanes v12 = v10 * v11;
-  lanes v13; LANES_NAME(lanes_sqrt)(&v12, &v13);
-  const lanes v14 = 0.5 * v13;
-  const lanes v15 = q_2 / v14;
-  const lanes v16 = -v15;
-  out[16] = v16;
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(1.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  const lanes v17 = q_4 * q_4;
-  const lanes v18 = 0.702936602426126 - v17;
-  const lanes v19 = v17 - 0.23255545757387405;
-  const lanes v20 = v18 * v19;
-  lanes v21; LANES_NAME(lanes_sqrt)(&v20, &v21);
-  const lanes v22 = 0.5 * v21;
-  const lanes v23 = q_4 / v22;
-  const lanes v24 = -v23;
-  out[32] = v24;
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
-  out[38] = LANES_OF(0.0);
-  out[39] = LANES_OF(0.0);
-  out[40] = LANES_OF(1.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(0.0);
-  const lanes v25 = q_6 * q_6;
-  const lanes v26 = 0.7671943564657427 - v25;
-  const lanes v27 = v25 - 0.2881530235342572;
-  const lanes v28 = v26 * v27;
-  lanes v29; LANES_NAME(lanes_sqrt)(&v28, &v29);
-  const lanes v30 = 0.5 * v29;
-  const lanes v31 = q_6 / v30;
-  const lanes v32 = -v31;
+  const lanes v9 = q_2 * q_2, v10 = 1.0578131478133972 - v9, v11 = v9 - 0.38743535218660285,
+      v12 = v10 * v11;
+  LANES_LET1(v13, sqrt, v12);
+  const lanes v14 = 0.5 * v13, v15 = q_2 / v14, v16 = -v15;
+  out[16] = v16; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
+  out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0);
+  out[23] = LANES_OF(0.0); out[24] = LANES_OF(1.0); out[25] = LANES_OF(0.0);
+  out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
+  out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  const lanes v17 = q_4 * q_4, v18 = 0.702936602426126 - v17, v19 = v17 - 0.23255545757387405,
+      v20 = v18 * v19;
+  LANES_LET1(v21, sqrt, v20);
+  const lanes v22 = 0.5 * v21, v23 = q_4 / v22, v24 = -v23;
+  out[32] = v24; out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0);
+  out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0);
+  out[39] = LANES_OF(0.0); out[40] = LANES_OF(1.0); out[41] = LANES_OF(0.0);
+  out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0); out[44] = LANES_OF(0.0);
+  out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0); out[47] = LANES_OF(0.0);
+  const lanes v25 = q_6 * q_6, v26 = 0.7671943564657427 - v25, v27 = v25 - 0.2881530235342572,
+      v28 = v26 * v27;
+  LANES_LET1(v29, sqrt, v28);
+  const lanes v30 = 0.5 * v29, v31 = q_6 / v30, v32 = -v31;
   out[48] = v32;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_chain_rates)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_4 = in[4];
-  const lanes q_6 = in[6];
-  const lanes qd_0 = in[7];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_3 = in[10];
-  const lanes qd_4 = in[11];
-  const lanes qd_5 = in[12];
-  const lanes qd_6 = in[13];
+  const lanes q_1 = in[1], q_2 = in[2], q_4 = in[4], q_6 = in[6], qd_0 = in[7], qd_1 = in[8],
+      qd_2 = in[9], qd_3 = in[10], qd_4 = in[11], qd_5 = in[12], qd_6 = in[13];
   out[0] = qd_0;
-  const lanes v1 = q_1 * qd_1;
-  const lanes v2 = q_1 * q_1;
-  const lanes v3 = 1.3215098366089841 - v2;
-  const lanes v4 = v2 - 0.3717842633910159;
-  const lanes v5 = v3 * v4;
-  lanes v6; LANES_NAME(lanes_sqrt)(&v5, &v6);
-  const lanes v7 = 0.5 * v6;
-  const lanes v8 = v1 / v7;
-  const lanes v9 = -v8;
+  const lanes v1 = q_1 * qd_1, v2 = q_1 * q_1, v3 = 1.3215098366089841 - v2,
+      v4 = v2 - 0.3717842633910159, v5 = v3 * v4;
+  LANES_LET1(v6, sqrt, v5);
+  const lanes v7 = 0.5 * v6, v8 = v1 / v7, v9 = -v8;
   out[1] = v9;
-  const lanes v10 = q_2 * qd_2;
-  const lanes v11 = q_2 * q_2;
-  const lanes v12 = 1.0578131478133972 - v11;
-  const lanes v13 = v11 - 0.38743535218660285;
-  const lanes v14 = v12 * v13;
-  lanes v15; LANES_NAME(lanes_sqrt)(&v14, &v15);
-  const lanes v16 = 0.5 * v15;
-  const lanes v17 = v10 / v16;
-  const lanes v18 = -v17;
-  out[2] = v18;
-  out[3] = qd_3;
-  const lanes v19 = q_4 * qd_4;
-  const lanes v20 = q_4 * q_4;
-  const lanes v21 = 0.702936602426126 - v20;
-  const lanes v22 = v20 - 0.23255545757387405;
-  const lanes v23 = v21 * v22;
-  lanes v24; LANES_NAME(lanes_sqrt)(&v23, &v24);
-  const lanes v25 = 0.5 * v24;
-  const lanes v26 = v19 / v25;
-  const lanes v27 = -v26;
-  out[4] = v27;
-  out[5] = qd_5;
-  const lanes v28 = q_6 * qd_6;
-  const lanes v29 = q_6 * q_6;
-  const lanes v30 = 0.7671943564657427 - v29;
-  const lanes v31 = v29 - 0.2881530235342572;
-  const lanes v32 = v30 * v31;
-  lanes v33; LANES_NAME(lanes_sqrt)(&v32, &v33);
-  const lanes v34 = 0.5 * v33;
-  const lanes v35 = v28 / v34;
-  const lanes v36 = -v35;
+  const lanes v10 = q_2 * qd_2, v11 = q_2 * q_2, v12 = 1.0578131478133972 - v11,
+      v13 = v11 - 0.38743535218660285, v14 = v12 * v13;
+  LANES_LET1(v15, sqrt, v14);
+  const lanes v16 = 0.5 * v15, v17 = v10 / v16, v18 = -v17;
+  out[2] = v18; out[3] = qd_3;
+  const lanes v19 = q_4 * qd_4, v20 = q_4 * q_4, v21 = 0.702936602426126 - v20,
+      v22 = v20 - 0.23255545757387405, v23 = v21 * v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.5 * v24, v26 = v19 / v25, v27 = -v26;
+  out[4] = v27; out[5] = qd_5;
+  const lanes v28 = q_6 * qd_6, v29 = q_6 * q_6, v30 = 0.7671943564657427 - v29,
+      v31 = v29 - 0.2881530235342572, v32 = v30 * v31;
+  LANES_LET1(v33, sqrt, v32);
+  const lanes v34 = 0.5 * v33, v35 = v28 / v34, v36 = -v35;
   out[6] = v36;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_chain_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_4 = in[4];
-  const lanes q_6 = in[6];
-  const lanes qd_1 = in[8];
-  const lanes qd_2 = in[9];
-  const lanes qd_4 = in[11];
-  const lanes qd_6 = in[13];
-  const lanes qdd_0 = in[14];
-  const lanes qdd_1 = in[15];
-  const lanes qdd_2 = in[16];
-  const lanes qdd_3 = in[17];
-  const lanes qdd_4 = in[18];
-  const lanes qdd_5 = in[19];
-  const lanes qdd_6 = in[20];
+  const lanes q_1 = in[1], q_2 = in[2], q_4 = in[4], q_6 = in[6], qd_1 = in[8], qd_2 = in[9],
+      qd_4 = in[11], qd_6 = in[13], qdd_0 = in[14], qdd_1 = in[15], qdd_2 = in[16], qdd_3 = in[17],
+      qdd_4 = in[18], qdd_5 = in[19], qdd_6 = in[20];
   out[0] = qdd_0;
-  const lanes v1 = qd_1 * qd_1;
-  const lanes v2 = q_1 * qdd_1;
-  const lanes v3 = v1 + v2;
-  const lanes v4 = q_1 * q_1;
-  const lanes v5 = 1.3215098366089841 - v4;
-  const lanes v6 = v4 - 0.3717842633910159;
-  const lanes v7 = v5 * v6;
-  lanes v8; LANES_NAME(lanes_sqrt)(&v7, &v8);
-  const lanes v9 = 0.5 * v8;
-  const lanes v10 = v3 / v9;
-  const lanes v11 = 2.0 * q_1;
-  const lanes v12 = v11 * qd_1;
-  const lanes v13 = v5 * v12;
-  const lanes v14 = v6 * v12;
-  const lanes v15 = v13 - v14;
-  const lanes v16 = 0.25 / v8;
-  const lanes v17 = v15 * v16;
-  const lanes v18 = q_1 * qd_1;
-  const lanes v19 = v9 * v9;
-  const lanes v20 = v18 / v19;
-  const lanes v21 = v17 * v20;
-  const lanes v22 = v10 - v21;
-  const lanes v23 = -v22;
+  const lanes v1 = qd_1 * qd_1, v2 = q_1 * qdd_1, v3 = v1 + v2, v4 = q_1 * q_1,
+      v5 = 1.3215098366089841 - v4, v6 = v4 - 0.3717842633910159, v7 = v5 * v6;
+  LANES_LET1(v8, sqrt, v7);
+  const lanes v9 = 0.5 * v8, v10 = v3 / v9, v11 = q_1 * qd_1, v12 = v9 * v9, v13 = v11 / v12,
+      v14 = 2.0 * q_1, v15 = v14 * qd_1, v16 = v5 * v15, v17 = v6 * v15, v18 = v16 - v17,
+      v19 = 0.25 / v8, v20 = v18 * v19, v21 = v13 * v20, v22 = v10 - v21, v23 = -v22;
   out[1] = v23;
-  const lanes v24 = qd_2 * qd_2;
-  const lanes v25 = q_2 * qdd_2;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = q_2 * q_2;
-  const lanes v28 = 1.0578131478133972 - v27;
-  const lanes v29 = v27 - 0.38743535218660285;
-  const lanes v30 = v28 * v29;
-  lanes v31; LANES_NAME(lanes_sqrt)(&v30, &v31);
-  const lanes v32 = 0.5 * v31;
-  const lanes v33 = v26 / v32;
-  const lanes v34 = 2.0 * q_2;
-  const lanes v35 = v34 * qd_2;
-  const lanes v36 = v28 * v35;
-  const lanes v37 = v29 * v35;
-  const lanes v38 = v36 - v37;
-  const lanes v39 = 0.25 / v31;
-  const lanes v40 = v38 * v39;
-  const lanes v41 = q_2 * qd_2;
-  const lanes v42 = v32 * v32;
-  const lanes v43 = v41 / v42;
-  const lanes v44 = v40 * v43;
-  const lanes v45 = v33 - v44;
-  const lanes v46 = -v45;
-  out[2] = v46;
-  out[3] = qdd_3;
-  const lanes v47 = qd_4 * qd_4;
-  const lanes v48 = q_4 * qdd_4;
-  const lanes v49 = v47 + v48;
-  const lanes v50 = q_4 * q_4;
-  const lanes v51 = 0.702936602426126 - v50;
-  const lanes v52 = v50 - 0.23255545757387405;
-  const lanes v53 = v51 * v52;
-  lanes v54; LANES_NAME(lanes_sqrt)(&v53, &v54);
-  const lanes v55 = 0.5 * v54;
-  const lanes v56 = v49 / v55;
-  const lanes v57 = 2.0 * q_4;
-  const lanes v58 = v57 * qd_4;
-  const lanes v59 = v58 * v51;
-  const lanes v60 = v58 * v52;
-  const lanes v61 = v59 - v60;
-  const lanes v62 = 0.25 / v54;
-  const lanes v63 = v61 * v62;
-  const lanes v64 = q_4 * qd_4;
-  const lanes v65 = v55 * v55;
-  const lanes v66 = v64 / v65;
-  const lanes v67 = v63 * v66;
-  const lanes v68 = v56 - v67;
-  const lanes v69 = -v68;
-  out[4] = v69;
-  out[5] = qdd_5;
-  const lanes v70 = qd_6 * qd_6;
-  const lanes v71 = q_6 * qdd_6;
-  const lanes v72 = v70 + v71;
-  const lanes v73 = q_6 * q_6;
-  const lanes v74 = 0.7671943564657427 - v73;
-  const lanes v75 = v73 - 0.2881530235342572;
-  const lanes v76 = v74 * v75;
-  lanes v77; LANES_NAME(lanes_sqrt)(&v76, &v77);
-  const lanes v78 = 0.5 * v77;
-  const lanes v79 = v72 / v78;
-  const lanes v80 = 2.0 * q_6;
-  const lanes v81 = v80 * qd_6;
-  const lanes v82 = v81 * v74;
-  const lanes v83 = v81 * v75;
-  const lanes v84 = v82 - v83;
-  const lanes v85 = 0.25 / v77;
-  const lanes v86 = v84 * v85;
-  const lanes v87 = q_6 * qd_6;
-  const lanes v88 = v78 * v78;
-  const lanes v89 = v87 / v88;
-  const lanes v90 = v86 * v89;
-  const lanes v91 = v79 - v90;
-  const lanes v92 = -v91;
+  const lanes v24 = qd_2 * qd_2, v25 = q_2 * qdd_2, v26 = v24 + v25, v27 = q_2 * q_2,
+      v28 = 1.0578131478133972 - v27, v29 = v27 - 0.38743535218660285, v30 = v28 * v29;
+  LANES_LET1(v31, sqrt, v30);
+  const lanes v32 = 0.5 * v31, v33 = v26 / v32, v34 = q_2 * qd_2, v35 = v32 * v32, v36 = v34 / v35,
+      v37 = 2.0 * q_2, v38 = v37 * qd_2, v39 = v28 * v38, v40 = v29 * v38, v41 = v39 - v40,
+      v42 = 0.25 / v31, v43 = v41 * v42, v44 = v36 * v43, v45 = v33 - v44, v46 = -v45;
+  out[2] = v46; out[3] = qdd_3;
+  const lanes v47 = qd_4 * qd_4, v48 = q_4 * qdd_4, v49 = v47 + v48, v50 = q_4 * q_4,
+      v51 = 0.702936602426126 - v50, v52 = v50 - 0.23255545757387405, v53 = v51 * v52;
+  LANES_LET1(v54, sqrt, v53);
+  const lanes v55 = 0.5 * v54, v56 = v49 / v55, v57 = q_4 * qd_4, v58 = v55 * v55, v59 = v57 / v58,
+      v60 = 2.0 * q_4, v61 = v60 * qd_4, v62 = v51 * v61, v63 = v52 * v61, v64 = v62 - v63,
+      v65 = 0.25 / v54, v66 = v64 * v65, v67 = v59 * v66, v68 = v56 - v67, v69 = -v68;
+  out[4] = v69; out[5] = qdd_5;
+  const lanes v70 = qd_6 * qd_6, v71 = q_6 * qdd_6, v72 = v70 + v71, v73 = q_6 * q_6,
+      v74 = 0.7671943564657427 - v73, v75 = v73 - 0.2881530235342572, v76 = v74 * v75;
+  LANES_LET1(v77, sqrt, v76);
+  const lanes v78 = 0.5 * v77, v79 = v72 / v78, v80 = q_6 * qd_6, v81 = v78 * v78, v82 = v80 / v81,
+      v83 = 2.0 * q_6, v84 = v83 * qd_6, v85 = v74 * v84, v86 = v75 * v84, v87 = v85 - v86,
+      v88 = 0.25 / v77, v89 = v87 * v88, v90 = v82 * v89, v91 = v79 - v90, v92 = -v91;
   out[6] = v92;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_passive)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_4 = in[4];
-  const lanes q_6 = in[6];
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 1.3215098366089841 - v1;
-  const lanes v3 = v1 - 0.3717842633910159;
-  const lanes v4 = v2 * v3;
-  lanes v5; LANES_NAME(lanes_sqrt)(&v4, &v5);
-  const lanes v6 = 0.05518268758582475 * v5;
-  const lanes v7 = 0.5 * v1;
-  const lanes v8 = 0.386896705 + v7;
-  const lanes v9 = v8 - 0.03642682;
-  const lanes v10 = 1.1314389456999898 * v9;
-  const lanes v11 = v6 + v10;
-  const lanes v12 = v11 * q_1;
-  const lanes v13 = v12 / v1;
-  const lanes v14 = 0.1103653751716495 * v9;
-  const lanes v15 = 0.5657194728499949 * v5;
-  const lanes v16 = v14 - v15;
-  const lanes v17 = v16 * q_1;
-  const lanes v18 = v17 / v1;
-  lanes v19; LANES_NAME(lanes_atan2)(&v13, &v18, &v19);
-  const lanes v20 = q_2 * q_2;
-  const lanes v21 = 1.0578131478133972 - v20;
-  const lanes v22 = v20 - 0.38743535218660285;
-  const lanes v23 = v21 * v22;
-  lanes v24; LANES_NAME(lanes_sqrt)(&v23, &v24);
-  const lanes v25 = 0.577777986497283 * v24;
-  const lanes v26 = 0.5 * v20;
-  const lanes v27 = 0.3407018 + v26;
-  const lanes v28 = v27 - 0.020610325;
-  const lanes v29 = 0.3636611253594786 * v28;
-  const lanes v30 = v25 - v29;
-  const lanes v31 = v30 * q_2;
-  const lanes v32 = v31 / v20;
-  const lanes v33 = 1.155555972994566 * v28;
-  const lanes v34 = 0.1818305626797393 * v24;
-  const lanes v35 = v33 + v34;
-  const lanes v36 = v35 * q_2;
-  const lanes v37 = v36 / v20;
-  lanes v38; LANES_NAME(lanes_atan2)(&v32, &v37, &v38);
-  const lanes v39 = q_4 * q_4;
-  const lanes v40 = 0.702936602426126 - v39;
-  const lanes v41 = v39 - 0.23255545757387405;
-  const lanes v42 = v40 * v41;
-  lanes v43; LANES_NAME(lanes_sqrt)(&v42, &v43);
-  const lanes v44 = 0.7466208668870286 * v43;
-  const lanes v45 = 0.5 * v39;
-  const lanes v46 = 0.202158195 + v45;
-  const lanes v47 = 0.2522755194519218 * v46;
-  const lanes v48 = v44 - v47;
-  const lanes v49 = v48 * q_4;
-  const lanes v50 = v49 / v39;
-  const lanes v51 = 0.1261377597259609 * v43;
-  const lanes v52 = 1.4932417337740571 * v46;
-  const lanes v53 = v51 + v52;
-  const lanes v54 = v53 * q_4;
-  const lanes v55 = v54 / v39;
-  lanes v56; LANES_NAME(lanes_atan2)(&v50, &v55, &v56);
-  const lanes v57 = q_6 * q_6;
-  const lanes v58 = 0.5 * v57;
-  const lanes v59 = v58 - 0.235090075;
-  const lanes v60 = 3.5864898908642604 * v59;
-  const lanes v61 = 0.7671943564657427 - v57;
-  const lanes v62 = v57 - 0.2881530235342572;
-  const lanes v63 = v61 * v62;
-  lanes v64; LANES_NAME(lanes_sqrt)(&v63, &v64);
-  const lanes v65 = 2.341132586374052 * v64;
-  const lanes v66 = v60 + v65;
-  const lanes v67 = v66 * q_6;
-  const lanes v68 = v67 / v57;
-  const lanes v69 = 1.7932449454321302 * v64;
-  const lanes v70 = 4.682265172748104 * v59;
-  const lanes v71 = v69 - v70;
-  const lanes v72 = v71 * q_6;
-  const lanes v73 = v72 / v57;
-  lanes v74; LANES_NAME(lanes_atan2)(&v68, &v73, &v74);
-  out[0] = v19;
-  out[1] = v38;
-  out[2] = v56;
+  const lanes q_1 = in[1], q_2 = in[2], q_4 = in[4], q_6 = in[6], v1 = q_1 * q_1,
+      v2 = 1.3215098366089841 - v1, v3 = v1 - 0.3717842633910159, v4 = v2 * v3;
+  LANES_LET1(v5, sqrt, v4);
+  const lanes v6 = 0.05518268758582475 * v5, v7 = 0.5 * v1, v8 = 0.386896705 + v7,
+      v9 = v8 - 0.03642682, v10 = 1.1314389456999898 * v9, v11 = v6 + v10, v12 = v11 * q_1,
+      v13 = v12 / v1, v14 = 0.1103653751716495 * v9, v15 = 0.5657194728499949 * v5, v16 = v14 - v15,
+      v17 = v16 * q_1, v18 = v17 / v1;
+  LANES_LET2(v19, atan2, v13, v18);
+  const lanes v20 = q_2 * q_2, v21 = 1.0578131478133972 - v20, v22 = v20 - 0.38743535218660285,
+      v23 = v21 * v22;
+  LANES_LET1(v24, sqrt, v23);
+  const lanes v25 = 0.577777986497283 * v24, v26 = 0.5 * v20, v27 = 0.3407018 + v26,
+      v28 = v27 - 0.020610325, v29 = 0.3636611253594786 * v28, v30 = v25 - v29, v31 = v30 * q_2,
+      v32 = v31 / v20, v33 = 1.155555972994566 * v28, v34 = 0.1818305626797393 * v24,
+      v35 = v33 + v34, v36 = v35 * q_2, v37 = v36 / v20;
+  LANES_LET2(v38, atan2, v32, v37);
+  const lanes v39 = q_4 * q_4, v40 = 0.702936602426126 - v39, v41 = v39 - 0.23255545757387405,
+      v42 = v40 * v41;
+  LANES_LET1(v43, sqrt, v42);
+  const lanes v44 = 0.7466208668870286 * v43, v45 = 0.5 * v39, v46 = 0.202158195 + v45,
+      v47 = 0.2522755194519218 * v46, v48 = v44 - v47, v49 = v48 * q_4, v50 = v49 / v39,
+      v51 = 0.1261377597259609 * v43, v52 = 1.4932417337740571 * v46, v53 = v51 + v52,
+      v54 = v53 * q_4, v55 = v54 / v39;
+  LANES_LET2(v56, atan2, v50, v55);
+  const lanes v57 = q_6 * q_6, v58 = 0.5 * v57, v59 = v58 - 0.235090075,
+      v60 = 3.5864898908642604 * v59, v61 = 0.7671943564657427 - v57,
+      v62 = v57 - 0.2881530235342572, v63 = v61 * v62;
+  LANES_LET1(v64, sqrt, v63);
+  const lanes v65 = 2.341132586374052 * v64, v66 = v60 + v65, v67 = v66 * q_6, v68 = v67 / v57,
+      v69 = 1.7932449454321302 * v64, v70 = 4.682265172748104 * v59, v71 = v69 - v70,
+      v72 = v71 * q_6, v73 = v72 / v57;
+  LANES_LET2(v74, atan2, v68, v73); out[0] = v19; out[1] = v38; out[2] = v56;
   const lanes v75 = -v74;
   out[3] = v75;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_passive_D_q)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_4 = in[4];
-  const lanes q_6 = in[6];
+  const lanes q_1 = in[1], q_2 = in[2], q_4 = in[4], q_6 = in[6];
   out[0] = LANES_OF(0.0);
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 1.3215098366089841 - v1;
-  const lanes v3 = v1 - 0.3717842633910159;
-  const lanes v4 = v2 * v3;
-  lanes v5; LANES_NAME(lanes_sqrt)(&v4, &v5);
-  const lanes v6 = 0.05518268758582475 * v5;
-  const lanes v7 = 0.5 * v1;
-  const lanes v8 = 0.386896705 + v7;
-  const lanes v9 = v8 - 0.03642682;
-  const lanes v10 = 1.1314389456999898 * v9;
-  const lanes v11 = v6 + v10;
-  const lanes v12 = v11 - 0.8755;
-  const lanes v13 = v11 * q_1;
-  const lanes v14 = v13 / v1;
-  const lanes v15 = v12 * v14;
-  const lanes v16 = 0.1103653751716495 * v9;
-  const lanes v17 = 0.5657194728499949 * v5;
-  const lanes v18 = v16 - v17;
-  const lanes v19 = v18 * q_1;
-  const lanes v20 = v19 / v1;
-  const lanes v21 = v18 - 0.0854;
-  const lanes v22 = v20 * v21;
-  const lanes v23 = v15 + v22;
-  const lanes v24 = 0.5 * v5;
-  const lanes v25 = v23 / v24;
-  const lanes v26 = -v25;
-  out[1] = v26;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  out[8] = LANES_OF(0.0);
-  const lanes v27 = q_2 * q_2;
-  const lanes v28 = 0.5 * v27;
-  const lanes v29 = 0.3407018 + v28;
-  const lanes v30 = v29 - 0.020610325;
-  const lanes v31 = 1.155555972994566 * v30;
-  const lanes v32 = 1.0578131478133972 - v27;
-  const lanes v33 = v27 - 0.38743535218660285;
-  const lanes v34 = v32 * v33;
-  lanes v35; LANES_NAME(lanes_sqrt)(&v34, &v35);
-  const lanes v36 = 0.1818305626797393 * v35;
-  const lanes v37 = v31 + v36;
-  const lanes v38 = v37 - 0.7874;
-  const lanes v39 = v37 * q_2;
-  const lanes v40 = v39 / v27;
-  const lanes v41 = v38 * v40;
-  const lanes v42 = 0.577777986497283 * v35;
-  const lanes v43 = 0.3636611253594786 * v30;
-  const lanes v44 = v42 - v43;
-  const lanes v45 = 0.2478 + v44;
-  const lanes v46 = v44 * q_2;
-  const lanes v47 = v46 / v27;
-  const lanes v48 = v45 * v47;
-  const lanes v49 = v41 + v48;
-  const lanes v50 = 0.5 * v35;
-  const lanes v51 = v49 / v50;
-  const lanes v52 = -v51;
-  out[9] = v52;
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
-  out[15] = LANES_OF(0.0);
-  out[16] = LANES_OF(0.0);
-  out[17] = LANES_OF(0.0);
-  const lanes v53 = q_4 * q_4;
-  const lanes v54 = 0.702936602426126 - v53;
-  const lanes v55 = v53 - 0.23255545757387405;
-  const lanes v56 = v54 * v55;
-  lanes v57; LANES_NAME(lanes_sqrt)(&v56, &v57);
-  const lanes v58 = 0.1261377597259609 * v57;
-  const lanes v59 = 0.5 * v53;
-  const lanes v60 = 0.202158195 + v59;
-  const lanes v61 = 1.4932417337740571 * v60;
-  const lanes v62 = v58 + v61;
-  const lanes v63 = v62 - 0.6511;
-  const lanes v64 = v62 * q_4;
-  const lanes v65 = v64 / v53;
-  const lanes v66 = v63 * v65;
-  const lanes v67 = 0.7466208668870286 * v57;
-  const lanes v68 = 0.2522755194519218 * v60;
-  const lanes v69 = v67 - v68;
-  const lanes v70 = 0.11 + v69;
-  const lanes v71 = v69 * q_4;
-  const lanes v72 = v71 / v53;
-  const lanes v73 = v70 * v72;
-  const lanes v74 = v66 + v73;
-  const lanes v75 = 0.5 * v57;
-  const lanes v76 = v74 / v75;
-  const lanes v77 = -v76;
-  out[18] = v77;
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  const lanes v78 = q_6 * q_6;
-  const lanes v79 = 0.5 * v78;
-  const lanes v80 = v79 - 0.235090075;
-  const lanes v81 = 3.5864898908642604 * v80;
-  const lanes v82 = 0.7671943564657427 - v78;
-  const lanes v83 = v78 - 0.2881530235342572;
-  const lanes v84 = v82 * v83;
-  lanes v85; LANES_NAME(lanes_sqrt)(&v84, &v85);
-  const lanes v86 = 2.341132586374052 * v85;
-  const lanes v87 = v81 + v86;
-  const lanes v88 = 0.1031 - v87;
-  const lanes v89 = v87 * q_6;
-  const lanes v90 = v89 / v78;
-  const lanes v91 = v88 * v90;
-  const lanes v92 = 1.7932449454321302 * v85;
-  const lanes v93 = 4.682265172748104 * v80;
-  const lanes v94 = v92 - v93;
-  const lanes v95 = 0.1346 + v94;
-  const lanes v96 = v94 * q_6;
-  const lanes v97 = v96 / v78;
-  const lanes v98 = v95 * v97;
-  const lanes v99 = v91 - v98;
-  const lanes v100 = 0.5 * v85;
-  const lanes v101 = v99 / v100;
+  const lanes v1 = q_1 * q_1, v2 = 1.3215098366089841 - v1, v3 = v1 - 0.3717842633910159,
+      v4 = v2 * v3;
+  LANES_LET1(v5, sqrt, v4);
+  const lanes v6 = 0.05518268758582475 * v5, v7 = 0.5 * v1, v8 = 0.386896705 + v7,
+      v9 = v8 - 0.03642682, v10 = 1.1314389456999898 * v9, v11 = v6 + v10, v12 = v11 - 0.8755,
+      v13 = v11 * q_1, v14 = v13 / v1, v15 = v12 * v14, v16 = 0.1103653751716495 * v9,
+      v17 = 0.5657194728499949 * v5, v18 = v16 - v17, v19 = v18 * q_1, v20 = v19 / v1,
+      v21 = v18 - 0.0854, v22 = v20 * v21, v23 = v15 + v22, v24 = 0.5 * v5, v25 = v23 / v24,
+      v26 = -v25;
+  out[1] = v26; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0);
+  const lanes v27 = q_2 * q_2, v28 = 0.5 * v27, v29 = 0.3407018 + v28, v30 = v29 - 0.020610325,
+      v31 = 1.155555972994566 * v30, v32 = 1.0578131478133972 - v27,
+      v33 = v27 - 0.38743535218660285, v34 = v32 * v33;
+  LANES_LET1(v35, sqrt, v34);
+  const lanes v36 = 0.1818305626797393 * v35, v37 = v31 + v36, v38 = v37 - 0.7874, v39 = v37 * q_2,
+      v40 = v39 / v27, v41 = v38 * v40, v42 = 0.577777986497283 * v35,
+      v43 = 0.3636611253594786 * v30, v44 = v42 - v43, v45 = 0.2478 + v44, v46 = v44 * q_2,
+      v47 = v46 / v27, v48 = v45 * v47, v49 = v41 + v48, v50 = 0.5 * v35, v51 = v49 / v50,
+      v52 = -v51;
+  out[9] = v52; out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0); out[12] = LANES_OF(0.0);
+  out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0); out[15] = LANES_OF(0.0);
+  out[16] = LANES_OF(0.0); out[17] = LANES_OF(0.0);
+  const lanes v53 = q_4 * q_4, v54 = 0.702936602426126 - v53, v55 = v53 - 0.23255545757387405,
+      v56 = v54 * v55;
+  LANES_LET1(v57, sqrt, v56);
+  const lanes v58 = 0.1261377597259609 * v57, v59 = 0.5 * v53, v60 = 0.202158195 + v59,
+      v61 = 1.4932417337740571 * v60, v62 = v58 + v61, v63 = v62 - 0.6511, v64 = v62 * q_4,
+      v65 = v64 / v53, v66 = v63 * v65, v67 = 0.7466208668870286 * v57,
+      v68 = 0.2522755194519218 * v60, v69 = v67 - v68, v70 = 0.11 + v69, v71 = v69 * q_4,
+      v72 = v71 / v53, v73 = v70 * v72, v74 = v66 + v73, v75 = 0.5 * v57, v76 = v74 / v75,
+      v77 = -v76;
+  out[18] = v77; out[19] = LANES_OF(0.0); out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0);
+  out[22] = LANES_OF(0.0); out[23] = LANES_OF(0.0); out[24] = LANES_OF(0.0);
+  out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0);
+  const lanes v78 = q_6 * q_6, v79 = 0.5 * v78, v80 = v79 - 0.235090075,
+      v81 = 3.5864898908642604 * v80, v82 = 0.7671943564657427 - v78,
+      v83 = v78 - 0.2881530235342572, v84 = v82 * v83;
+  LANES_LET1(v85, sqrt, v84);
+  const lanes v86 = 2.341132586374052 * v85, v87 = v81 + v86, v88 = 0.1031 - v87, v89 = v87 * q_6,
+      v90 = v89 / v78, v91 = v88 * v90, v92 = 1.7932449454321302 * v85,
+      v93 = 4.682265172748104 * v80, v94 = v92 - v93, v95 = 0.1346 + v94, v96 = v94 * q_6,
+      v97 = v96 / v78, v98 = v95 * v97, v99 = v91 - v98, v100 = 0.5 * v85, v101 = v99 / v100;
   out[27] = v101;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_configuration)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 1.3215098366089841 - v1;
-  const lanes v3 = v1 - 0.3717842633910159;
-  const lanes v4 = v2 * v3;
-  lanes v5; LANES_NAME(lanes_sqrt)(&v4, &v5);
-  const lanes v6 = 0.05518268758582475 * v5;
-  const lanes v7 = 0.5 * v1;
-  const lanes v8 = 0.386896705 + v7;
-  const lanes v9 = v8 - 0.03642682;
-  const lanes v10 = 1.1314389456999898 * v9;
-  const lanes v11 = v6 + v10;
-  const lanes v12 = v11 - 0.8755;
-  const lanes v13 = 0.209 * v12;
-  const lanes v14 = 0.1103653751716495 * v9;
-  const lanes v15 = 0.5657194728499949 * v5;
-  const lanes v16 = v14 - v15;
-  const lanes v17 = v16 - 0.0854;
-  const lanes v18 = 0.1708 * v17;
-  const lanes v19 = v13 + v18;
-  const lanes v20 = 13.726150127845361 * v19;
-  const lanes v21 = 0.1708 * v12;
-  const lanes v22 = 0.209 * v17;
-  const lanes v23 = v21 - v22;
-  const lanes v24 = 13.726150127845361 * v23;
-  lanes v25; LANES_NAME(lanes_atan2)(&v20, &v24, &v25);
-  const lanes v26 = q_2 * q_2;
-  const lanes v27 = 1.0578131478133972 - v26;
-  const lanes v28 = v26 - 0.38743535218660285;
-  const lanes v29 = v27 * v28;
-  lanes v30; LANES_NAME(lanes_sqrt)(&v29, &v30);
-  const lanes v31 = 0.577777986497283 * v30;
-  const lanes v32 = 0.5 * v26;
-  const lanes v33 = 0.3407018 + v32;
-  const lanes v34 = v33 - 0.020610325;
-  const lanes v35 = 0.3636611253594786 * v34;
-  const lanes v36 = v31 - v35;
-  const lanes v37 = 0.2478 + v36;
-  const lanes v38 = 0.1772 * v37;
-  const lanes v39 = 1.155555972994566 * v34;
-  const lanes v40 = 0.1818305626797393 * v30;
-  const lanes v41 = v39 + v40;
-  const lanes v42 = v41 - 0.7874;
-  const lanes v43 = 0.0991 * v42;
-  const lanes v44 = v38 + v43;
-  const lanes v45 = 24.259685376140357 * v44;
-  const lanes v46 = 0.0991 * v37;
-  const lanes v47 = 0.1772 * v42;
-  const lanes v48 = v46 - v47;
-  const lanes v49 = 24.259685376140357 * v48;
-  lanes v50; LANES_NAME(lanes_atan2)(&v45, &v49, &v50);
-  const lanes v51 = q_4 * q_4;
-  const lanes v52 = 0.702936602426126 - v51;
-  const lanes v53 = v51 - 0.23255545757387405;
-  const lanes v54 = v52 * v53;
-  lanes v55; LANES_NAME(lanes_sqrt)(&v54, &v55);
-  const lanes v56 = 0.1261377597259609 * v55;
-  const lanes v57 = 0.5 * v51;
-  const lanes v58 = 0.202158195 + v57;
-  const lanes v59 = 1.4932417337740571 * v58;
-  const lanes v60 = v56 + v59;
-  const lanes v61 = v60 - 0.6511;
-  const lanes v62 = 0.1139 * v61;
-  const lanes v63 = 0.7466208668870286 * v55;
-  const lanes v64 = 0.2522755194519218 * v58;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = 0.11 + v65;
-  const lanes v67 = 0.1369 * v66;
-  const lanes v68 = v62 + v67;
-  const lanes v69 = 31.531000333597984 * v68;
-  const lanes v70 = 0.1139 * v66;
-  const lanes v71 = 0.1369 * v61;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = 31.531000333597984 * v72;
-  lanes v74; LANES_NAME(lanes_atan2)(&v69, &v73, &v74);
-  const lanes v75 = q_6 * q_6;
-  const lanes v76 = 0.5 * v75;
-  const lanes v77 = v76 - 0.235090075;
-  const lanes v78 = 3.5864898908642604 * v77;
-  const lanes v79 = 0.7671943564657427 - v75;
-  const lanes v80 = v75 - 0.2881530235342572;
-  const lanes v81 = v79 * v80;
-  lanes v82; LANES_NAME(lanes_sqrt)(&v81, &v82);
-  const lanes v83 = 2.341132586374052 * v82;
-  const lanes v84 = v78 + v83;
-  const lanes v85 = 0.1031 - v84;
-  const lanes v86 = 0.6996 * v85;
-  const lanes v87 = 1.7932449454321302 * v82;
-  const lanes v88 = 4.682265172748104 * v77;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = 0.1346 + v89;
-  const lanes v91 = 0.0974 * v90;
-  const lanes v92 = v86 - v91;
-  const lanes v93 = 2.004301551818451 * v92;
-  const lanes v94 = 0.0974 * v85;
-  const lanes v95 = 0.6996 * v90;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = 2.004301551818451 * v96;
-  lanes v98; LANES_NAME(lanes_atan2)(&v93, &v97, &v98);
-  const lanes v99 = v11 * q_1;
-  const lanes v100 = v99 / v1;
-  const lanes v101 = v16 * q_1;
-  const lanes v102 = v101 / v1;
-  lanes v103; LANES_NAME(lanes_atan2)(&v100, &v102, &v103);
-  const lanes v104 = v36 * q_2;
-  const lanes v105 = v104 / v26;
-  const lanes v106 = v41 * q_2;
-  const lanes v107 = v106 / v26;
-  lanes v108; LANES_NAME(lanes_atan2)(&v105, &v107, &v108);
-  const lanes v109 = v65 * q_4;
-  const lanes v110 = v109 / v51;
-  const lanes v111 = v60 * q_4;
-  const lanes v112 = v111 / v51;
-  lanes v113; LANES_NAME(lanes_atan2)(&v110, &v112, &v113);
-  const lanes v114 = v84 * q_6;
-  const lanes v115 = v114 / v75;
-  const lanes v116 = v89 * q_6;
-  const lanes v117 = v116 / v75;
-  lanes v118; LANES_NAME(lanes_atan2)(&v115, &v117, &v118);
-  out[0] = q_0;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], v1 = q_1 * q_1, v2 = 1.3215098366089841 - v1, v3 = v1 - 0.3717842633910159,
+      v4 = v2 * v3;
+  LANES_LET1(v5, sqrt, v4);
+  const lanes v6 = 0.05518268758582475 * v5, v7 = 0.5 * v1, v8 = 0.386896705 + v7,
+      v9 = v8 - 0.03642682, v10 = 1.1314389456999898 * v9, v11 = v6 + v10, v12 = v11 - 0.8755,
+      v13 = 0.209 * v12, v14 = 0.1103653751716495 * v9, v15 = 0.5657194728499949 * v5,
+      v16 = v14 - v15, v17 = v16 - 0.0854, v18 = 0.1708 * v17, v19 = v13 + v18,
+      v20 = 13.726150127845361 * v19, v21 = 0.1708 * v12, v22 = 0.209 * v17, v23 = v21 - v22,
+      v24 = 13.726150127845361 * v23;
+  LANES_LET2(v25, atan2, v20, v24);
+  const lanes v26 = q_2 * q_2, v27 = 1.0578131478133972 - v26, v28 = v26 - 0.38743535218660285,
+      v29 = v27 * v28;
+  LANES_LET1(v30, sqrt, v29);
+  const lanes v31 = 0.577777986497283 * v30, v32 = 0.5 * v26, v33 = 0.3407018 + v32,
+      v34 = v33 - 0.020610325, v35 = 0.3636611253594786 * v34, v36 = v31 - v35, v37 = 0.2478 + v36,
+      v38 = 0.1772 * v37, v39 = 1.155555972994566 * v34, v40 = 0.1818305626797393 * v30,
+      v41 = v39 + v40, v42 = v41 - 0.7874, v43 = 0.0991 * v42, v44 = v38 + v43,
+      v45 = 24.259685376140357 * v44, v46 = 0.0991 * v37, v47 = 0.1772 * v42, v48 = v46 - v47,
+      v49 = 24.259685376140357 * v48;
+  LANES_LET2(v50, atan2, v45, v49);
+  const lanes v51 = q_4 * q_4, v52 = 0.702936602426126 - v51, v53 = v51 - 0.23255545757387405,
+      v54 = v52 * v53;
+  LANES_LET1(v55, sqrt, v54);
+  const lanes v56 = 0.1261377597259609 * v55, v57 = 0.5 * v51, v58 = 0.202158195 + v57,
+      v59 = 1.4932417337740571 * v58, v60 = v56 + v59, v61 = v60 - 0.6511, v62 = 0.1139 * v61,
+      v63 = 0.7466208668870286 * v55, v64 = 0.2522755194519218 * v58, v65 = v63 - v64,
+      v66 = 0.11 + v65, v67 = 0.1369 * v66, v68 = v62 + v67, v69 = 31.531000333597984 * v68,
+      v70 = 0.1139 * v66, v71 = 0.1369 * v61, v72 = v70 - v71, v73 = 31.531000333597984 * v72;
+  LANES_LET2(v74, atan2, v69, v73);
+  const lanes v75 = q_6 * q_6, v76 = 0.5 * v75, v77 = v76 - 0.235090075,
+      v78 = 3.5864898908642604 * v77, v79 = 0.7671943564657427 - v75,
+      v80 = v75 - 0.2881530235342572, v81 = v79 * v80;
+  LANES_LET1(v82, sqrt, v81);
+  const lanes v83 = 2.341132586374052 * v82, v84 = v78 + v83, v85 = 0.1031 - v84,
+      v86 = 0.6996 * v85, v87 = 1.7932449454321302 * v82, v88 = 4.682265172748104 * v77,
+      v89 = v87 - v88, v90 = 0.1346 + v89, v91 = 0.0974 * v90, v92 = v86 - v91,
+      v93 = 2.004301551818451 * v92, v94 = 0.0974 * v85, v95 = 0.6996 * v90, v96 = v94 + v95,
+      v97 = 2.004301551818451 * v96;
+  LANES_LET2(v98, atan2, v93, v97);
+  const lanes v99 = v11 * q_1, v100 = v99 / v1, v101 = v16 * q_1, v102 = v101 / v1;
+  LANES_LET2(v103, atan2, v100, v102);
+  const lanes v104 = v36 * q_2, v105 = v104 / v26, v106 = v41 * q_2, v107 = v106 / v26;
+  LANES_LET2(v108, atan2, v105, v107);
+  const lanes v109 = v65 * q_4, v110 = v109 / v51, v111 = v60 * q_4, v112 = v111 / v51;
+  LANES_LET2(v113, atan2, v110, v112);
+  const lanes v114 = v84 * q_6, v115 = v114 / v75, v116 = v89 * q_6, v117 = v116 / v75;
+  LANES_LET2(v118, atan2, v115, v117); out[0] = q_0;
   const lanes v119 = -v25;
   out[1] = v119;
   const lanes v120 = -v50;
-  out[2] = v120;
-  out[3] = q_3;
+  out[2] = v120; out[3] = q_3;
   const lanes v121 = -v74;
-  out[4] = v121;
-  out[5] = q_5;
-  out[6] = v98;
-  out[7] = q_1;
-  out[8] = v103;
-  out[9] = q_2;
-  out[10] = v108;
-  out[11] = q_4;
-  out[12] = v113;
-  out[13] = q_6;
+  out[4] = v121; out[5] = q_5; out[6] = v98; out[7] = q_1; out[8] = v103; out[9] = q_2;
+  out[10] = v108; out[11] = q_4; out[12] = v113; out[13] = q_6;
   const lanes v122 = -v118;
   out[14] = v122;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_margin)(const lanes *in, lanes *out)
 {
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_4 = in[4];
-  const lanes q_6 = in[6];
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 1.3215098366089841 - v1;
-  const lanes v3 = v1 - 0.3717842633910159;
-  const lanes v4 = v2 * v3;
-  const lanes v5 = 3.4315375319613404 * v4;
-  const lanes v6 = v5 / v1;
+  const lanes q_1 = in[1], q_2 = in[2], q_4 = in[4], q_6 = in[6], v1 = q_1 * q_1,
+      v2 = 1.3215098366089841 - v1, v3 = v1 - 0.3717842633910159, v4 = v2 * v3,
+      v5 = 3.4315375319613404 * v4, v6 = v5 / v1;
   out[0] = v6;
-  const lanes v7 = q_2 * q_2;
-  const lanes v8 = 1.0578131478133972 - v7;
-  const lanes v9 = v7 - 0.38743535218660285;
-  const lanes v10 = v8 * v9;
-  const lanes v11 = 6.064921344035089 * v10;
-  const lanes v12 = v11 / v7;
+  const lanes v7 = q_2 * q_2, v8 = 1.0578131478133972 - v7, v9 = v7 - 0.38743535218660285,
+      v10 = v8 * v9, v11 = 6.064921344035089 * v10, v12 = v11 / v7;
   out[1] = v12;
-  const lanes v13 = q_4 * q_4;
-  const lanes v14 = 0.702936602426126 - v13;
-  const lanes v15 = v13 - 0.23255545757387405;
-  const lanes v16 = v14 * v15;
-  const lanes v17 = 7.882750083399496 * v16;
-  const lanes v18 = v17 / v13;
+  const lanes v13 = q_4 * q_4, v14 = 0.702936602426126 - v13, v15 = v13 - 0.23255545757387405,
+      v16 = v14 * v15, v17 = 7.882750083399496 * v16, v18 = v17 / v13;
   out[2] = v18;
-  const lanes v19 = q_6 * q_6;
-  const lanes v20 = 0.7671943564657427 - v19;
-  const lanes v21 = v19 - 0.2881530235342572;
-  const lanes v22 = v20 * v21;
-  const lanes v23 = 0.5010753879546127 * v22;
-  const lanes v24 = v23 / v19;
+  const lanes v19 = q_6 * q_6, v20 = 0.7671943564657427 - v19, v21 = v19 - 0.2881530235342572,
+      v22 = v20 * v21, v23 = 0.5010753879546127 * v22, v24 = v23 / v19;
   out[3] = v24;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_chain_all)(const lanes *in, lanes *out)
 {
-  const lanes q_0 = in[0];
-  const lanes q_1 = in[1];
-  const lanes q_2 = in[2];
-  const lanes q_3 = in[3];
-  const lanes q_4 = in[4];
-  const lanes q_5 = in[5];
-  const lanes q_6 = in[6];
-  const lanes v1 = q_1 * q_1;
-  const lanes v2 = 1.3215098366089841 - v1;
-  const lanes v3 = v1 - 0.3717842633910159;
-  const lanes v4 = v2 * v3;
-  lanes v5; LANES_NAME(lanes_sqrt)(&v4, &v5);
-  const lanes v6 = 0.05518268758582475 * v5;
-  const lanes v7 = 0.5 * v1;
-  const lanes v8 = 0.386896705 + v7;
-  const lanes v9 = v8 - 0.03642682;
-  const lanes v10 = 1.1314389456999898 * v9;
-  const lanes v11 = v6 + v10;
-  const lanes v12 = v11 - 0.8755;
-  const lanes v13 = 0.209 * v12;
-  const lanes v14 = 0.1103653751716495 * v9;
-  const lanes v15 = 0.5657194728499949 * v5;
-  const lanes v16 = v14 - v15;
-  const lanes v17 = v16 - 0.0854;
-  const lanes v18 = 0.1708 * v17;
-  const lanes v19 = v13 + v18;
-  const lanes v20 = 13.726150127845361 * v19;
-  const lanes v21 = 0.1708 * v12;
-  const lanes v22 = 0.209 * v17;
-  const lanes v23 = v21 - v22;
-  const lanes v24 = 13.726150127845361 * v23;
-  lanes v25; LANES_NAME(lanes_atan2)(&v20, &v24, &v25);
-  const lanes v26 = q_2 * q_2;
-  const lanes v27 = 1.0578131478133972 - v26;
-  const lanes v28 = v26 - 0.38743535218660285;
-  const lanes v29 = v27 * v28;
-  lanes v30; LANES_NAME(lanes_sqrt)(&v29, &v30);
-  const lanes v31 = 0.577777986497283 * v30;
-  const lanes v32 = 0.5 * v26;
-  const lanes v33 = 0.3407018 + v32;
-  const lanes v34 = v33 - 0.020610325;
-  const lanes v35 = 0.3636611253594786 * v34;
-  const lanes v36 = v31 - v35;
-  const lanes v37 = 0.2478 + v36;
-  const lanes v38 = 0.1772 * v37;
-  const lanes v39 = 1.155555972994566 * v34;
-  const lanes v40 = 0.1818305626797393 * v30;
-  const lanes v41 = v39 + v40;
-  const lanes v42 = v41 - 0.7874;
-  const lanes v43 = 0.0991 * v42;
-  const lanes v44 = v38 + v43;
-  const lanes v45 = 24.259685376140357 * v44;
-  const lanes v46 = 0.0991 * v37;
-  const lanes v47 = 0.1772 * v42;
-  const lanes v48 = v46 - v47;
-  const lanes v49 = 24.259685376140357 * v48;
-  lanes v50; LANES_NAME(lanes_atan2)(&v45, &v49, &v50);
-  const lanes v51 = q_4 * q_4;
-  const lanes v52 = 0.702936602426126 - v51;
-  const lanes v53 = v51 - 0.23255545757387405;
-  const lanes v54 = v52 * v53;
-  lanes v55; LANES_NAME(lanes_sqrt)(&v54, &v55);
-  const lanes v56 = 0.1261377597259609 * v55;
-  const lanes v57 = 0.5 * v51;
-  const lanes v58 = 0.202158195 + v57;
-  const lanes v59 = 1.4932417337740571 * v58;
-  const lanes v60 = v56 + v59;
-  const lanes v61 = v60 - 0.6511;
-  const lanes v62 = 0.1139 * v61;
-  const lanes v63 = 0.7466208668870286 * v55;
-  const lanes v64 = 0.2522755194519218 * v58;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = 0.11 + v65;
-  const lanes v67 = 0.1369 * v66;
-  const lanes v68 = v62 + v67;
-  const lanes v69 = 31.531000333597984 * v68;
-  const lanes v70 = 0.1139 * v66;
-  const lanes v71 = 0.1369 * v61;
-  const lanes v72 = v70 - v71;
-  const lanes v73 = 31.531000333597984 * v72;
-  lanes v74; LANES_NAME(lanes_atan2)(&v69, &v73, &v74);
-  const lanes v75 = q_6 * q_6;
-  const lanes v76 = 0.5 * v75;
-  const lanes v77 = v76 - 0.235090075;
-  const lanes v78 = 3.5864898908642604 * v77;
-  const lanes v79 = 0.7671943564657427 - v75;
-  const lanes v80 = v75 - 0.2881530235342572;
-  const lanes v81 = v79 * v80;
-  lanes v82; LANES_NAME(lanes_sqrt)(&v81, &v82);
-  const lanes v83 = 2.341132586374052 * v82;
-  const lanes v84 = v78 + v83;
-  const lanes v85 = 0.1031 - v84;
-  const lanes v86 = 0.6996 * v85;
-  const lanes v87 = 1.7932449454321302 * v82;
-  const lanes v88 = 4.682265172748104 * v77;
-  const lanes v89 = v87 - v88;
-  const lanes v90 = 0.1346 + v89;
-  const lanes v91 = 0.0974 * v90;
-  const lanes v92 = v86 - v91;
-  const lanes v93 = 2.004301551818451 * v92;
-  const lanes v94 = 0.0974 * v85;
-  const lanes v95 = 0.6996 * v90;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = 2.004301551818451 * v96;
-  lanes v98; LANES_NAME(lanes_atan2)(&v93, &v97, &v98);
-  const lanes v99 = v83 - v78;
-  const lanes v100 = 0.1031 + v99;
-  const lanes v101 = 0.6996 * v100;
-  const lanes v102 = v87 + v88;
-  const lanes v103 = 0.1346 - v102;
-  const lanes v104 = 0.0974 * v103;
-  const lanes v105 = v101 - v104;
-  const lanes v106 = 2.004301551818451 * v105;
-  const lanes v107 = 0.0974 * v100;
-  const lanes v108 = 0.6996 * v103;
-  const lanes v109 = v107 + v108;
-  const lanes v110 = 2.004301551818451 * v109;
-  lanes v111; LANES_NAME(lanes_atan2)(&v106, &v110, &v111);
-  const lanes v112 = v59 - v56;
-  const lanes v113 = v112 - 0.6511;
-  const lanes v114 = 0.1139 * v113;
-  const lanes v115 = v64 + v63;
-  const lanes v116 = 0.11 - v115;
-  const lanes v117 = 0.1369 * v116;
-  const lanes v118 = v114 + v117;
-  const lanes v119 = 31.531000333597984 * v118;
-  const lanes v120 = 0.1139 * v116;
-  const lanes v121 = 0.1369 * v113;
-  const lanes v122 = v120 - v121;
-  const lanes v123 = 31.531000333597984 * v122;
-  lanes v124; LANES_NAME(lanes_atan2)(&v119, &v123, &v124);
-  const lanes v125 = v31 + v35;
-  const lanes v126 = 0.2478 - v125;
-  const lanes v127 = 0.1772 * v126;
-  const lanes v128 = v39 - v40;
-  const lanes v129 = v128 - 0.7874;
-  const lanes v130 = 0.0991 * v129;
-  const lanes v131 = v127 + v130;
-  const lanes v132 = 24.259685376140357 * v131;
-  const lanes v133 = 0.0991 * v126;
-  const lanes v134 = 0.1772 * v129;
-  const lanes v135 = v133 - v134;
-  const lanes v136 = 24.259685376140357 * v135;
-  lanes v137; LANES_NAME(lanes_atan2)(&v132, &v136, &v137);
-  const lanes v138 = v10 - v6;
-  const lanes v139 = v138 - 0.8755;
-  const lanes v140 = 0.209 * v139;
-  const lanes v141 = v14 + v15;
-  const lanes v142 = v141 - 0.0854;
-  const lanes v143 = 0.1708 * v142;
-  const lanes v144 = v140 + v143;
-  const lanes v145 = 13.726150127845361 * v144;
-  const lanes v146 = 0.1708 * v139;
-  const lanes v147 = 0.209 * v142;
-  const lanes v148 = v146 - v147;
-  const lanes v149 = 13.726150127845361 * v148;
-  lanes v150; LANES_NAME(lanes_atan2)(&v145, &v149, &v150);
-  out[0] = q_0;
+  const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3], q_4 = in[4], q_5 = in[5],
+      q_6 = in[6], v1 = q_1 * q_1, v2 = 1.3215098366089841 - v1, v3 = v1 - 0.3717842633910159,
+      v4 = v2 * v3;
+  LANES_LET1(v5, sqrt, v4);
+  const lanes v6 = 0.05518268758582475 * v5, v7 = 0.5 * v1, v8 = 0.386896705 + v7,
+      v9 = v8 - 0.03642682, v10 = 1.1314389456999898 * v9, v11 = v6 + v10, v12 = v11 - 0.8755,
+      v13 = 0.209 * v12, v14 = 0.1103653751716495 * v9, v15 = 0.5657194728499949 * v5,
+      v16 = v14 - v15, v17 = v16 - 0.0854, v18 = 0.1708 * v17, v19 = v13 + v18,
+      v20 = 13.726150127845361 * v19, v21 = 0.1708 * v12, v22 = 0.209 * v17, v23 = v21 - v22,
+      v24 = 13.726150127845361 * v23;
+  LANES_LET2(v25, atan2, v20, v24);
+  const lanes v26 = q_2 * q_2, v27 = 1.0578131478133972 - v26, v28 = v26 - 0.38743535218660285,
+      v29 = v27 * v28;
+  LANES_LET1(v30, sqrt, v29);
+  const lanes v31 = 0.577777986497283 * v30, v32 = 0.5 * v26, v33 = 0.3407018 + v32,
+      v34 = v33 - 0.020610325, v35 = 0.3636611253594786 * v34, v36 = v31 - v35, v37 = 0.2478 + v36,
+      v38 = 0.1772 * v37, v39 = 1.155555972994566 * v34, v40 = 0.1818305626797393 * v30,
+      v41 = v39 + v40, v42 = v41 - 0.7874, v43 = 0.0991 * v42, v44 = v38 + v43,
+      v45 = 24.259685376140357 * v44, v46 = 0.0991 * v37, v47 = 0.1772 * v42, v48 = v46 - v47,
+      v49 = 24.259685376140357 * v48;
+  LANES_LET2(v50, atan2, v45, v49);
+  const lanes v51 = q_4 * q_4, v52 = 0.702936602426126 - v51, v53 = v51 - 0.23255545757387405,
+      v54 = v52 * v53;
+  LANES_LET1(v55, sqrt, v54);
+  const lanes v56 = 0.1261377597259609 * v55, v57 = 0.5 * v51, v58 = 0.202158195 + v57,
+      v59 = 1.4932417337740571 * v58, v60 = v56 + v59, v61 = v60 - 0.6511, v62 = 0.1139 * v61,
+      v63 = 0.7466208668870286 * v55, v64 = 0.2522755194519218 * v58, v65 = v63 - v64,
+      v66 = 0.11 + v65, v67 = 0.1369 * v66, v68 = v62 + v67, v69 = 31.531000333597984 * v68,
+      v70 = 0.1139 * v66, v71 = 0.1369 * v61, v72 = v70 - v71, v73 = 31.531000333597984 * v72;
+  LANES_LET2(v74, atan2, v69, v73);
+  const lanes v75 = q_6 * q_6, v76 = 0.5 * v75, v77 = v76 - 0.235090075,
+      v78 = 3.5864898908642604 * v77, v79 = 0.7671943564657427 - v75,
+      v80 = v75 - 0.2881530235342572, v81 = v79 * v80;
+  LANES_LET1(v82, sqrt, v81);
+  const lanes v83 = 2.341132586374052 * v82, v84 = v78 + v83, v85 = 0.1031 - v84,
+      v86 = 0.6996 * v85, v87 = 1.7932449454321302 * v82, v88 = 4.682265172748104 * v77,
+      v89 = v87 - v88, v90 = 0.1346 + v89, v91 = 0.0974 * v90, v92 = v86 - v91,
+      v93 = 2.004301551818451 * v92, v94 = 0.0974 * v85, v95 = 0.6996 * v90, v96 = v94 + v95,
+      v97 = 2.004301551818451 * v96;
+  LANES_LET2(v98, atan2, v93, v97);
+  const lanes v99 = v83 - v78, v100 = 0.1031 + v99, v101 = 0.6996 * v100, v102 = v87 + v88,
+      v103 = 0.1346 - v102, v104 = 0.0974 * v103, v105 = v101 - v104,
+      v106 = 2.004301551818451 * v105, v107 = 0.0974 * v100, v108 = 0.6996 * v103,
+      v109 = v107 + v108, v110 = 2.004301551818451 * v109;
+  LANES_LET2(v111, atan2, v106, v110);
+  const lanes v112 = v59 - v56, v113 = v112 - 0.6511, v114 = 0.1139 * v113, v115 = v64 + v63,
+      v116 = 0.11 - v115, v117 = 0.1369 * v116, v118 = v114 + v117,
+      v119 = 31.531000333597984 * v118, v120 = 0.1139 * v116, v121 = 0.1369 * v113,
+      v122 = v120 - v121, v123 = 31.531000333597984 * v122;
+  LANES_LET2(v124, atan2, v119, v123);
+  const lanes v125 = v31 + v35, v126 = 0.2478 - v125, v127 = 0.1772 * v126, v128 = v39 - v40,
+      v129 = v128 - 0.7874, v130 = 0.0991 * v129, v131 = v127 + v130,
+      v132 = 24.259685376140357 * v131, v133 = 0.0991 * v126, v134 = 0.1772 * v129,
+      v135 = v133 - v134, v136 = 24.259685376140357 * v135;
+  LANES_LET2(v137, atan2, v132, v136);
+  const lanes v138 = v10 - v6, v139 = v138 - 0.8755, v140 = 0.209 * v139, v141 = v14 + v15,
+      v142 = v141 - 0.0854, v143 = 0.1708 * v142, v144 = v140 + v143,
+      v145 = 13.726150127845361 * v144, v146 = 0.1708 * v139, v147 = 0.209 * v142,
+      v148 = v146 - v147, v149 = 13.726150127845361 * v148;
+  LANES_LET2(v150, atan2, v145, v149); out[0] = q_0;
   const lanes v151 = -v25;
   out[1] = v151;
   const lanes v152 = -v50;
-  out[2] = v152;
-  out[3] = q_3;
+  out[2] = v152; out[3] = q_3;
   const lanes v153 = -v74;
-  out[4] = v153;
-  out[5] = q_5;
-  out[6] = v98;
-  out[7] = q_0;
-  out[8] = v151;
-  out[9] = v152;
-  out[10] = q_3;
-  out[11] = v153;
-  out[12] = q_5;
-  out[13] = v111;
-  out[14] = q_0;
-  out[15] = v151;
-  out[16] = v152;
-  out[17] = q_3;
+  out[4] = v153; out[5] = q_5; out[6] = v98; out[7] = q_0; out[8] = v151; out[9] = v152;
+  out[10] = q_3; out[11] = v153; out[12] = q_5; out[13] = v111; out[14] = q_0; out[15] = v151;
+  out[16] = v152; out[17] = q_3;
   const lanes v154 = -v124;
-  out[18] = v154;
-  out[19] = q_5;
-  out[20] = v98;
-  out[21] = q_0;
-  out[22] = v151;
-  out[23] = v152;
-  out[24] = q_3;
-  out[25] = v154;
-  out[26] = q_5;
-  out[27] = v111;
-  out[28] = q_0;
-  out[29] = v151;
+  out[18] = v154; out[19] = q_5; out[20] = v98; out[21] = q_0; out[22] = v151; out[23] = v152;
+  out[24] = q_3; out[25] = v154; out[26] = q_5; out[27] = v111; out[28] = q_0; out[29] = v151;
   const lanes v155 = -v137;
-  out[30] = v155;
-  out[31] = q_3;
-  out[32] = v153;
-  out[33] = q_5;
-  out[34] = v98;
-  out[35] = q_0;
-  out[36] = v151;
-  out[37] = v155;
-  out[38] = q_3;
-  out[39] = v153;
-  out[40] = q_5;
-  out[41] = v111;
-  out[42] = q_0;
-  out[43] = v151;
-  out[44] = v155;
-  out[45] = q_3;
-  out[46] = v154;
-  out[47] = q_5;
-  out[48] = v98;
-  out[49] = q_0;
-  out[50] = v151;
-  out[51] = v155;
-  out[52] = q_3;
-  out[53] = v154;
-  out[54] = q_5;
-  out[55] = v111;
-  out[56] = q_0;
+  out[30] = v155; out[31] = q_3; out[32] = v153; out[33] = q_5; out[34] = v98; out[35] = q_0;
+  out[36] = v151; out[37] = v155; out[38] = q_3; out[39] = v153; out[40] = q_5; out[41] = v111;
+  out[42] = q_0; out[43] = v151; out[44] = v155; out[45] = q_3; out[46] = v154; out[47] = q_5;
+  out[48] = v98; out[49] = q_0; out[50] = v151; out[51] = v155; out[52] = q_3; out[53] = v154;
+  out[54] = q_5; out[55] = v111; out[56] = q_0;
   const lanes v156 = -v150;
-  out[57] = v156;
-  out[58] = v152;
-  out[59] = q_3;
-  out[60] = v153;
-  out[61] = q_5;
-  out[62] = v98;
-  out[63] = q_0;
-  out[64] = v156;
-  out[65] = v152;
-  out[66] = q_3;
-  out[67] = v153;
-  out[68] = q_5;
-  out[69] = v111;
-  out[70] = q_0;
-  out[71] = v156;
-  out[72] = v152;
-  out[73] = q_3;
-  out[74] = v154;
-  out[75] = q_5;
-  out[76] = v98;
-  out[77] = q_0;
-  out[78] = v156;
-  out[79] = v152;
-  out[80] = q_3;
-  out[81] = v154;
-  out[82] = q_5;
-  out[83] = v111;
-  out[84] = q_0;
-  out[85] = v156;
-  out[86] = v155;
-  out[87] = q_3;
-  out[88] = v153;
-  out[89] = q_5;
-  out[90] = v98;
-  out[91] = q_0;
-  out[92] = v156;
-  out[93] = v155;
-  out[94] = q_3;
-  out[95] = v153;
-  out[96] = q_5;
-  out[97] = v111;
-  out[98] = q_0;
-  out[99] = v156;
-  out[100] = v155;
-  out[101] = q_3;
-  out[102] = v154;
-  out[103] = q_5;
-  out[104] = v98;
-  out[105] = q_0;
-  out[106] = v156;
-  out[107] = v155;
-  out[108] = q_3;
-  out[109] = v154;
-  out[110] = q_5;
+  out[57] = v156; out[58] = v152; out[59] = q_3; out[60] = v153; out[61] = q_5; out[62] = v98;
+  out[63] = q_0; out[64] = v156; out[65] = v152; out[66] = q_3; out[67] = v153; out[68] = q_5;
+  out[69] = v111; out[70] = q_0; out[71] = v156; out[72] = v152; out[73] = q_3; out[74] = v154;
+  out[75] = q_5; out[76] = v98; out[77] = q_0; out[78] = v156; out[79] = v152; out[80] = q_3;
+  out[81] = v154; out[82] = q_5; out[83] = v111; out[84] = q_0; out[85] = v156; out[86] = v155;
+  out[87] = q_3; out[88] = v153; out[89] = q_5; out[90] = v98; out[91] = q_0; out[92] = v156;
+  out[93] = v155; out[94] = q_3; out[95] = v153; out[96] = q_5; out[97] = v111; out[98] = q_0;
+  out[99] = v156; out[100] = v155; out[101] = q_3; out[102] = v154; out[103] = q_5; out[104] = v98;
+  out[105] = q_0; out[106] = v156; out[107] = v155; out[108] = q_3; out[109] = v154; out[110] = q_5;
   out[111] = v111;
-  const lanes v157 = 3.4315375319613404 * v4;
-  const lanes v158 = v157 / v1;
+  const lanes v157 = 3.4315375319613404 * v4, v158 = v157 / v1;
   out[112] = v158;
-  const lanes v159 = 6.064921344035089 * v29;
-  const lanes v160 = v159 / v26;
+  const lanes v159 = 6.064921344035089 * v29, v160 = v159 / v26;
   out[113] = v160;
-  const lanes v161 = 7.882750083399496 * v54;
-  const lanes v162 = v161 / v51;
+  const lanes v161 = 7.882750083399496 * v54, v162 = v161 / v51;
   out[114] = v162;
-  const lanes v163 = 0.5010753879546127 * v81;
-  const lanes v164 = v163 / v75;
-  out[115] = v164;
-  out[116] = v158;
-  out[117] = v160;
-  out[118] = v162;
-  out[119] = v164;
-  out[120] = v158;
-  out[121] = v160;
-  out[122] = v162;
-  out[123] = v164;
-  out[124] = v158;
-  out[125] = v160;
-  out[126] = v162;
-  out[127] = v164;
-  out[128] = v158;
-  out[129] = v160;
-  out[130] = v162;
-  out[131] = v164;
-  out[132] = v158;
-  out[133] = v160;
-  out[134] = v162;
-  out[135] = v164;
-  out[136] = v158;
-  out[137] = v160;
-  out[138] = v162;
-  out[139] = v164;
-  out[140] = v158;
-  out[141] = v160;
-  out[142] = v162;
-  out[143] = v164;
-  out[144] = v158;
-  out[145] = v160;
-  out[146] = v162;
-  out[147] = v164;
-  out[148] = v158;
-  out[149] = v160;
-  out[150] = v162;
-  out[151] = v164;
-  out[152] = v158;
-  out[153] = v160;
-  out[154] = v162;
-  out[155] = v164;
-  out[156] = v158;
-  out[157] = v160;
-  out[158] = v162;
-  out[159] = v164;
-  out[160] = v158;
-  out[161] = v160;
-  out[162] = v162;
-  out[163] = v164;
-  out[164] = v158;
-  out[165] = v160;
-  out[166] = v162;
-  out[167] = v164;
-  out[168] = v158;
-  out[169] = v160;
-  out[170] = v162;
-  out[171] = v164;
-  out[172] = v158;
-  out[173] = v160;
-  out[174] = v162;
+  const lanes v163 = 0.5010753879546127 * v81, v164 = v163 / v75;
+  out[115] = v164; out[116] = v158; out[117] = v160; out[118] = v162; out[119] = v164;
+  out[120] = v158; out[121] = v160; out[122] = v162; out[123] = v164; out[124] = v158;
+  out[125] = v160; out[126] = v162; out[127] = v164; out[128] = v158; out[129] = v160;
+  out[130] = v162; out[131] = v164; out[132] = v158; out[133] = v160; out[134] = v162;
+  out[135] = v164; out[136] = v158; out[137] = v160; out[138] = v162; out[139] = v164;
+  out[140] = v158; out[141] = v160; out[142] = v162; out[143] = v164; out[144] = v158;
+  out[145] = v160; out[146] = v162; out[147] = v164; out[148] = v158; out[149] = v160;
+  out[150] = v162; out[151] = v164; out[152] = v158; out[153] = v160; out[154] = v162;
+  out[155] = v164; out[156] = v158; out[157] = v160; out[158] = v162; out[159] = v164;
+  out[160] = v158; out[161] = v160; out[162] = v162; out[163] = v164; out[164] = v158;
+  out[165] = v160; out[166] = v162; out[167] = v164; out[168] = v158; out[169] = v160;
+  out[170] = v162; out[171] = v164; out[172] = v158; out[173] = v160; out[174] = v162;
   out[175] = v164;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_actuators)(const lanes *in, lanes *out)
 {
-  const lanes theta_0 = in[0];
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_3 = in[3];
-  const lanes theta_4 = in[4];
-  const lanes theta_5 = in[5];
-  const lanes theta_6 = in[6];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_1, &v2, &v1);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&theta_2, &v4, &v3);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&theta_4, &v5, &v6);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&theta_6, &v7, &v8);
-  out[0] = theta_0;
-  const lanes v9 = 0.1708 * v1;
-  const lanes v10 = 0.0854 - v9;
-  const lanes v11 = 0.209 * v2;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = 0.1708 * v2;
-  const lanes v15 = 0.8755 + v14;
-  const lanes v16 = 0.209 * v1;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = v13 + v18;
-  lanes v20; LANES_NAME(lanes_sqrt)(&v19, &v20);
-  out[1] = v20;
-  const lanes v21 = 0.0991 * v3;
-  const lanes v22 = 0.7874 - v21;
-  const lanes v23 = 0.1772 * v4;
-  const lanes v24 = v22 - v23;
-  const lanes v25 = v24 * v24;
-  const lanes v26 = 0.0991 * v4;
-  const lanes v27 = v26 - 0.2478;
-  const lanes v28 = 0.1772 * v3;
-  const lanes v29 = v27 - v28;
-  const lanes v30 = v29 * v29;
-  const lanes v31 = v25 + v30;
-  lanes v32; LANES_NAME(lanes_sqrt)(&v31, &v32);
-  out[2] = v32;
-  out[3] = theta_3;
-  const lanes v33 = 0.1369 * v5;
-  const lanes v34 = 0.6511 - v33;
-  const lanes v35 = 0.1139 * v6;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = v36 * v36;
-  const lanes v38 = 0.1139 * v5;
-  const lanes v39 = v38 - 0.11;
-  const lanes v40 = 0.1369 * v6;
-  const lanes v41 = v39 - v40;
-  const lanes v42 = v41 * v41;
-  const lanes v43 = v37 + v42;
-  lanes v44; LANES_NAME(lanes_sqrt)(&v43, &v44);
-  out[4] = v44;
-  out[5] = theta_5;
-  const lanes v45 = 0.6996 * v7;
-  const lanes v46 = v45 - 0.1346;
-  const lanes v47 = 0.0974 * v8;
-  const lanes v48 = v46 - v47;
-  const lanes v49 = v48 * v48;
-  const lanes v50 = 0.0974 * v7;
-  const lanes v51 = 0.6996 * v8;
-  const lanes v52 = v50 + v51;
-  const lanes v53 = v52 - 0.1031;
-  const lanes v54 = v53 * v53;
-  const lanes v55 = v49 + v54;
-  lanes v56; LANES_NAME(lanes_sqrt)(&v55, &v56);
-  out[6] = v56;
+  const lanes theta_0 = in[0], theta_1 = in[1], theta_2 = in[2], theta_3 = in[3], theta_4 = in[4],
+      theta_5 = in[5], theta_6 = in[6];
+  LANES_COS_SIN(v2, v1, theta_1); LANES_COS_SIN(v4, v3, theta_2); LANES_COS_SIN(v5, v6, theta_4);
+  LANES_COS_SIN(v7, v8, theta_6); out[0] = theta_0;
+  const lanes v9 = 0.1708 * v1, v10 = 0.0854 - v9, v11 = 0.209 * v2, v12 = v10 - v11,
+      v13 = v12 * v12, v14 = 0.1708 * v2, v15 = 0.8755 + v14, v16 = 0.209 * v1, v17 = v15 - v16,
+      v18 = v17 * v17, v19 = v13 + v18;
+  LANES_LET1(v20, sqrt, v19); out[1] = v20;
+  const lanes v21 = 0.0991 * v3, v22 = 0.7874 - v21, v23 = 0.1772 * v4, v24 = v22 - v23,
+      v25 = v24 * v24, v26 = 0.0991 * v4, v27 = v26 - 0.2478, v28 = 0.1772 * v3, v29 = v27 - v28,
+      v30 = v29 * v29, v31 = v25 + v30;
+  LANES_LET1(v32, sqrt, v31); out[2] = v32; out[3] = theta_3;
+  const lanes v33 = 0.1369 * v5, v34 = 0.6511 - v33, v35 = 0.1139 * v6, v36 = v34 - v35,
+      v37 = v36 * v36, v38 = 0.1139 * v5, v39 = v38 - 0.11, v40 = 0.1369 * v6, v41 = v39 - v40,
+      v42 = v41 * v41, v43 = v37 + v42;
+  LANES_LET1(v44, sqrt, v43); out[4] = v44; out[5] = theta_5;
+  const lanes v45 = 0.6996 * v7, v46 = v45 - 0.1346, v47 = 0.0974 * v8, v48 = v46 - v47,
+      v49 = v48 * v48, v50 = 0.0974 * v7, v51 = 0.6996 * v8, v52 = v50 + v51, v53 = v52 - 0.1031,
+      v54 = v53 * v53, v55 = v49 + v54;
+  LANES_LET1(v56, sqrt, v55); out[6] = v56;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_actuators_D_chain)(const lanes *in, lanes *out)
 {
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_4 = in[4];
-  const lanes theta_6 = in[6];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_1, &v2, &v1);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&theta_2, &v4, &v3);
-  lanes v6, v5; LANES_NAME(lanes_cos_sin)(&theta_4, &v6, &v5);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&theta_6, &v7, &v8);
-  out[0] = LANES_OF(1.0);
-  out[1] = LANES_OF(0.0);
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = LANES_OF(0.0);
-  const lanes v9 = 0.209 * v1;
-  const lanes v10 = 0.1708 * v2;
-  const lanes v11 = v9 - v10;
-  const lanes v12 = 0.1708 * v1;
-  const lanes v13 = 0.0854 - v12;
-  const lanes v14 = 0.209 * v2;
-  const lanes v15 = v13 - v14;
-  const lanes v16 = 2.0 * v15;
-  const lanes v17 = v11 * v16;
-  const lanes v18 = v14 + v12;
-  const lanes v19 = 0.8755 + v10;
-  const lanes v20 = v19 - v9;
-  const lanes v21 = 2.0 * v20;
-  const lanes v22 = v18 * v21;
-  const lanes v23 = v17 - v22;
-  const lanes v24 = v15 * v15;
-  const lanes v25 = v20 * v20;
-  const lanes v26 = v24 + v25;
-  lanes v27; LANES_NAME(lanes_sqrt)(&v26, &v27);
-  const lanes v28 = 0.5 / v27;
-  const lanes v29 = v23 * v28;
-  out[8] = v29;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes theta_1 = in[1], theta_2 = in[2], theta_4 = in[4], theta_6 = in[6];
+  LANES_COS_SIN(v2, v1, theta_1); LANES_COS_SIN(v4, v3, theta_2); LANES_COS_SIN(v6, v5, theta_4);
+  LANES_COS_SIN(v7, v8, theta_6); out[0] = LANES_OF(1.0); out[1] = LANES_OF(0.0);
+  out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0);
+  out[6] = LANES_OF(0.0); out[7] = LANES_OF(0.0);
+  const lanes v9 = 0.209 * v1, v10 = 0.1708 * v2, v11 = v9 - v10, v12 = 0.1708 * v1,
+      v13 = 0.0854 - v12, v14 = 0.209 * v2, v15 = v13 - v14, v16 = 2.0 * v15, v17 = v11 * v16,
+      v18 = v14 + v12, v19 = 0.8755 + v10, v20 = v19 - v9, v21 = 2.0 * v20, v22 = v18 * v21,
+      v23 = v17 - v22, v24 = v15 * v15, v25 = v20 * v20, v26 = v24 + v25;
+  LANES_LET1(v27, sqrt, v26);
+  const lanes v28 = 0.5 / v27, v29 = v23 * v28;
+  out[8] = v29; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(0.0);
-  const lanes v30 = 0.1772 * v3;
-  const lanes v31 = 0.0991 * v4;
-  const lanes v32 = v30 - v31;
-  const lanes v33 = 0.0991 * v3;
-  const lanes v34 = 0.7874 - v33;
-  const lanes v35 = 0.1772 * v4;
-  const lanes v36 = v34 - v35;
-  const lanes v37 = 2.0 * v36;
-  const lanes v38 = v32 * v37;
-  const lanes v39 = v35 + v33;
-  const lanes v40 = v31 - 0.2478;
-  const lanes v41 = v40 - v30;
-  const lanes v42 = 2.0 * v41;
-  const lanes v43 = v39 * v42;
-  const lanes v44 = v38 - v43;
-  const lanes v45 = v36 * v36;
-  const lanes v46 = v41 * v41;
-  const lanes v47 = v45 + v46;
-  lanes v48; LANES_NAME(lanes_sqrt)(&v47, &v48);
-  const lanes v49 = 0.5 / v48;
-  const lanes v50 = v44 * v49;
-  out[16] = v50;
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = LANES_OF(0.0);
-  out[23] = LANES_OF(0.0);
-  out[24] = LANES_OF(1.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  const lanes v51 = 0.1369 * v5;
-  const lanes v52 = 0.1139 * v6;
-  const lanes v53 = v51 - v52;
-  const lanes v54 = 0.1369 * v6;
-  const lanes v55 = 0.6511 - v54;
-  const lanes v56 = 0.1139 * v5;
-  const lanes v57 = v55 - v56;
-  const lanes v58 = 2.0 * v57;
-  const lanes v59 = v53 * v58;
-  const lanes v60 = v56 + v54;
-  const lanes v61 = v52 - 0.11;
-  const lanes v62 = v61 - v51;
-  const lanes v63 = 2.0 * v62;
-  const lanes v64 = v60 * v63;
-  const lanes v65 = v59 - v64;
-  const lanes v66 = v57 * v57;
-  const lanes v67 = v62 * v62;
-  const lanes v68 = v66 + v67;
-  lanes v69; LANES_NAME(lanes_sqrt)(&v68, &v69);
-  const lanes v70 = 0.5 / v69;
-  const lanes v71 = v65 * v70;
-  out[32] = v71;
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
-  out[38] = LANES_OF(0.0);
-  out[39] = LANES_OF(0.0);
-  out[40] = LANES_OF(1.0);
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  out[47] = LANES_OF(0.0);
-  const lanes v72 = 0.6996 * v7;
-  const lanes v73 = 0.0974 * v8;
-  const lanes v74 = v72 - v73;
-  const lanes v75 = 0.0974 * v7;
-  const lanes v76 = 0.6996 * v8;
-  const lanes v77 = v75 + v76;
-  const lanes v78 = v77 - 0.1031;
-  const lanes v79 = 2.0 * v78;
-  const lanes v80 = v74 * v79;
-  const lanes v81 = v72 - 0.1346;
-  const lanes v82 = v81 - v73;
-  const lanes v83 = 2.0 * v82;
-  const lanes v84 = v77 * v83;
-  const lanes v85 = v80 - v84;
-  const lanes v86 = v82 * v82;
-  const lanes v87 = v78 * v78;
-  const lanes v88 = v86 + v87;
-  lanes v89; LANES_NAME(lanes_sqrt)(&v88, &v89);
-  const lanes v90 = 0.5 / v89;
-  const lanes v91 = v85 * v90;
+  const lanes v30 = 0.1772 * v3, v31 = 0.0991 * v4, v32 = v30 - v31, v33 = 0.0991 * v3,
+      v34 = 0.7874 - v33, v35 = 0.1772 * v4, v36 = v34 - v35, v37 = 2.0 * v36, v38 = v32 * v37,
+      v39 = v35 + v33, v40 = v31 - 0.2478, v41 = v40 - v30, v42 = 2.0 * v41, v43 = v39 * v42,
+      v44 = v38 - v43, v45 = v36 * v36, v46 = v41 * v41, v47 = v45 + v46;
+  LANES_LET1(v48, sqrt, v47);
+  const lanes v49 = 0.5 / v48, v50 = v44 * v49;
+  out[16] = v50; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
+  out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0); out[22] = LANES_OF(0.0);
+  out[23] = LANES_OF(0.0); out[24] = LANES_OF(1.0); out[25] = LANES_OF(0.0);
+  out[26] = LANES_OF(0.0); out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0);
+  out[29] = LANES_OF(0.0); out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  const lanes v51 = 0.1369 * v5, v52 = 0.1139 * v6, v53 = v51 - v52, v54 = 0.1369 * v6,
+      v55 = 0.6511 - v54, v56 = 0.1139 * v5, v57 = v55 - v56, v58 = 2.0 * v57, v59 = v53 * v58,
+      v60 = v56 + v54, v61 = v52 - 0.11, v62 = v61 - v51, v63 = 2.0 * v62, v64 = v60 * v63,
+      v65 = v59 - v64, v66 = v57 * v57, v67 = v62 * v62, v68 = v66 + v67;
+  LANES_LET1(v69, sqrt, v68);
+  const lanes v70 = 0.5 / v69, v71 = v65 * v70;
+  out[32] = v71; out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0);
+  out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0);
+  out[39] = LANES_OF(0.0); out[40] = LANES_OF(1.0); out[41] = LANES_OF(0.0);
+  out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0); out[44] = LANES_OF(0.0);
+  out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0); out[47] = LANES_OF(0.0);
+  const lanes v72 = 0.6996 * v7, v73 = 0.0974 * v8, v74 = v72 - v73, v75 = 0.0974 * v7,
+      v76 = 0.6996 * v8, v77 = v75 + v76, v78 = v77 - 0.1031, v79 = 2.0 * v78, v80 = v74 * v79,
+      v81 = v72 - 0.1346, v82 = v81 - v73, v83 = 2.0 * v82, v84 = v77 * v83, v85 = v80 - v84,
+      v86 = v82 * v82, v87 = v78 * v78, v88 = v86 + v87;
+  LANES_LET1(v89, sqrt, v88);
+  const lanes v90 = 0.5 / v89, v91 = v85 * v90;
   out[48] = v91;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_actuator_rates)(const lanes *in, lanes *out)
 {
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_4 = in[4];
-  const lanes theta_6 = in[6];
-  const lanes thetad_0 = in[7];
-  const lanes thetad_1 = in[8];
-  const lanes thetad_2 = in[9];
-  const lanes thetad_3 = in[10];
-  const lanes thetad_4 = in[11];
-  const lanes thetad_5 = in[12];
-  const lanes thetad_6 = in[13];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_1, &v2, &v1);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&theta_2, &v4, &v3);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&theta_4, &v5, &v6);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&theta_6, &v7, &v8);
-  out[0] = thetad_0;
-  const lanes v9 = 0.1708 * v1;
-  const lanes v10 = 0.0854 - v9;
-  const lanes v11 = 0.209 * v2;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = 0.1708 * v2;
-  const lanes v15 = 0.8755 + v14;
-  const lanes v16 = 0.209 * v1;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = v13 + v18;
-  lanes v20; LANES_NAME(lanes_sqrt)(&v19, &v20);
-  const lanes v21 = 0.5 / v20;
-  const lanes v22 = 2.0 * v12;
-  const lanes v23 = v1 * thetad_1;
-  const lanes v24 = 0.209 * v23;
-  const lanes v25 = v2 * thetad_1;
-  const lanes v26 = 0.1708 * v25;
-  const lanes v27 = v24 - v26;
-  const lanes v28 = v22 * v27;
-  const lanes v29 = 2.0 * v17;
-  const lanes v30 = 0.209 * v25;
-  const lanes v31 = 0.1708 * v23;
-  const lanes v32 = v30 + v31;
-  const lanes v33 = v29 * v32;
-  const lanes v34 = v28 - v33;
-  const lanes v35 = v21 * v34;
+  const lanes theta_1 = in[1], theta_2 = in[2], theta_4 = in[4], theta_6 = in[6], thetad_0 = in[7],
+      thetad_1 = in[8], thetad_2 = in[9], thetad_3 = in[10], thetad_4 = in[11], thetad_5 = in[12],
+      thetad_6 = in[13];
+  LANES_COS_SIN(v2, v1, theta_1); LANES_COS_SIN(v4, v3, theta_2); LANES_COS_SIN(v5, v6, theta_4);
+  LANES_COS_SIN(v7, v8, theta_6); out[0] = thetad_0;
+  const lanes v9 = 0.1708 * v1, v10 = 0.0854 - v9, v11 = 0.209 * v2, v12 = v10 - v11,
+      v13 = v12 * v12, v14 = 0.1708 * v2, v15 = 0.8755 + v14, v16 = 0.209 * v1, v17 = v15 - v16,
+      v18 = v17 * v17, v19 = v13 + v18;
+  LANES_LET1(v20, sqrt, v19);
+  const lanes v21 = 0.5 / v20, v22 = 2.0 * v12, v23 = v1 * thetad_1, v24 = 0.209 * v23,
+      v25 = v2 * thetad_1, v26 = 0.1708 * v25, v27 = v24 - v26, v28 = v22 * v27, v29 = 2.0 * v17,
+      v30 = 0.209 * v25, v31 = 0.1708 * v23, v32 = v30 + v31, v33 = v29 * v32, v34 = v28 - v33,
+      v35 = v21 * v34;
   out[1] = v35;
-  const lanes v36 = 0.0991 * v3;
-  const lanes v37 = 0.7874 - v36;
-  const lanes v38 = 0.1772 * v4;
-  const lanes v39 = v37 - v38;
-  const lanes v40 = v39 * v39;
-  const lanes v41 = 0.0991 * v4;
-  const lanes v42 = v41 - 0.2478;
-  const lanes v43 = 0.1772 * v3;
-  const lanes v44 = v42 - v43;
-  const lanes v45 = v44 * v44;
-  const lanes v46 = v40 + v45;
-  lanes v47; LANES_NAME(lanes_sqrt)(&v46, &v47);
-  const lanes v48 = 0.5 / v47;
-  const lanes v49 = 2.0 * v39;
-  const lanes v50 = v3 * thetad_2;
-  const lanes v51 = 0.1772 * v50;
-  const lanes v52 = v4 * thetad_2;
-  const lanes v53 = 0.0991 * v52;
-  const lanes v54 = v51 - v53;
-  const lanes v55 = v49 * v54;
-  const lanes v56 = 2.0 * v44;
-  const lanes v57 = 0.1772 * v52;
-  const lanes v58 = 0.0991 * v50;
-  const lanes v59 = v57 + v58;
-  const lanes v60 = v56 * v59;
-  const lanes v61 = v55 - v60;
-  const lanes v62 = v48 * v61;
-  out[2] = v62;
-  out[3] = thetad_3;
-  const lanes v63 = 0.1369 * v5;
-  const lanes v64 = 0.6511 - v63;
-  const lanes v65 = 0.1139 * v6;
-  const lanes v66 = v64 - v65;
-  const lanes v67 = v66 * v66;
-  const lanes v68 = 0.1139 * v5;
-  const lanes v69 = v68 - 0.11;
-  const lanes v70 = 0.1369 * v6;
-  const lanes v71 = v69 - v70;
-  const lanes v72 = v71 * v71;
-  const lanes v73 = v67 + v72;
-  lanes v74; LANES_NAME(lanes_sqrt)(&v73, &v74);
-  const lanes v75 = 0.5 / v74;
-  const lanes v76 = 2.0 * v66;
-  const lanes v77 = v6 * thetad_4;
-  const lanes v78 = 0.1369 * v77;
-  const lanes v79 = v5 * thetad_4;
-  const lanes v80 = 0.1139 * v79;
-  const lanes v81 = v78 - v80;
-  const lanes v82 = v76 * v81;
-  const lanes v83 = 2.0 * v71;
-  const lanes v84 = 0.1139 * v77;
-  const lanes v85 = 0.1369 * v79;
-  const lanes v86 = v84 + v85;
-  const lanes v87 = v83 * v86;
-  const lanes v88 = v82 - v87;
-  const lanes v89 = v75 * v88;
-  out[4] = v89;
-  out[5] = thetad_5;
-  const lanes v90 = 0.6996 * v7;
-  const lanes v91 = v90 - 0.1346;
-  const lanes v92 = 0.0974 * v8;
-  const lanes v93 = v91 - v92;
-  const lanes v94 = v93 * v93;
-  const lanes v95 = 0.0974 * v7;
-  const lanes v96 = 0.6996 * v8;
-  const lanes v97 = v95 + v96;
-  const lanes v98 = v97 - 0.1031;
-  const lanes v99 = v98 * v98;
-  const lanes v100 = v94 + v99;
-  lanes v101; LANES_NAME(lanes_sqrt)(&v100, &v101);
-  const lanes v102 = 0.5 / v101;
-  const lanes v103 = 2.0 * v98;
-  const lanes v104 = v7 * thetad_6;
-  const lanes v105 = 0.6996 * v104;
-  const lanes v106 = v8 * thetad_6;
-  const lanes v107 = 0.0974 * v106;
-  const lanes v108 = v105 - v107;
-  const lanes v109 = v103 * v108;
-  const lanes v110 = 2.0 * v93;
-  const lanes v111 = 0.0974 * v104;
-  const lanes v112 = 0.6996 * v106;
-  const lanes v113 = v111 + v112;
-  const lanes v114 = v110 * v113;
-  const lanes v115 = v109 - v114;
-  const lanes v116 = v102 * v115;
+  const lanes v36 = 0.0991 * v3, v37 = 0.7874 - v36, v38 = 0.1772 * v4, v39 = v37 - v38,
+      v40 = v39 * v39, v41 = 0.0991 * v4, v42 = v41 - 0.2478, v43 = 0.1772 * v3, v44 = v42 - v43,
+      v45 = v44 * v44, v46 = v40 + v45;
+  LANES_LET1(v47, sqrt, v46);
+  const lanes v48 = 0.5 / v47, v49 = 2.0 * v39, v50 = v3 * thetad_2, v51 = 0.1772 * v50,
+      v52 = v4 * thetad_2, v53 = 0.0991 * v52, v54 = v51 - v53, v55 = v49 * v54, v56 = 2.0 * v44,
+      v57 = 0.1772 * v52, v58 = 0.0991 * v50, v59 = v57 + v58, v60 = v56 * v59, v61 = v55 - v60,
+      v62 = v48 * v61;
+  out[2] = v62; out[3] = thetad_3;
+  const lanes v63 = 0.1369 * v5, v64 = 0.6511 - v63, v65 = 0.1139 * v6, v66 = v64 - v65,
+      v67 = v66 * v66, v68 = 0.1139 * v5, v69 = v68 - 0.11, v70 = 0.1369 * v6, v71 = v69 - v70,
+      v72 = v71 * v71, v73 = v67 + v72;
+  LANES_LET1(v74, sqrt, v73);
+  const lanes v75 = 0.5 / v74, v76 = 2.0 * v66, v77 = v6 * thetad_4, v78 = 0.1369 * v77,
+      v79 = v5 * thetad_4, v80 = 0.1139 * v79, v81 = v78 - v80, v82 = v76 * v81, v83 = 2.0 * v71,
+      v84 = 0.1139 * v77, v85 = 0.1369 * v79, v86 = v84 + v85, v87 = v83 * v86, v88 = v82 - v87,
+      v89 = v75 * v88;
+  out[4] = v89; out[5] = thetad_5;
+  const lanes v90 = 0.6996 * v7, v91 = v90 - 0.1346, v92 = 0.0974 * v8, v93 = v91 - v92,
+      v94 = v93 * v93, v95 = 0.0974 * v7, v96 = 0.6996 * v8, v97 = v95 + v96, v98 = v97 - 0.1031,
+      v99 = v98 * v98, v100 = v94 + v99;
+  LANES_LET1(v101, sqrt, v100);
+  const lanes v102 = 0.5 / v101, v103 = 2.0 * v98, v104 = v7 * thetad_6, v105 = 0.6996 * v104,
+      v106 = v8 * thetad_6, v107 = 0.0974 * v106, v108 = v105 - v107, v109 = v103 * v108,
+      v110 = 2.0 * v93, v111 = 0.0974 * v104, v112 = 0.6996 * v106, v113 = v111 + v112,
+      v114 = v110 * v113, v115 = v109 - v114, v116 = v102 * v115;
   out[6] = v116;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_actuator_accelerations)(const lanes *in, lanes *out)
 {
-  const lanes theta_1 = in[1];
-  const lanes theta_2 = in[2];
-  const lanes theta_4 = in[4];
-  const lanes theta_6 = in[6];
-  const lanes thetad_1 = in[8];
-  const lanes thetad_2 = in[9];
-  const lanes thetad_4 = in[11];
-  const lanes thetad_6 = in[13];
-  const lanes thetadd_0 = in[14];
-  const lanes thetadd_1 = in[15];
-  const lanes thetadd_2 = in[16];
-  const lanes thetadd_3 = in[17];
-  const lanes thetadd_4 = in[18];
-  const lanes thetadd_5 = in[19];
-  const lanes thetadd_6 = in[20];
-  lanes v2, v1; LANES_NAME(lanes_cos_sin)(&theta_1, &v2, &v1);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&theta_2, &v4, &v3);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&theta_4, &v5, &v6);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&theta_6, &v7, &v8);
-  out[0] = thetadd_0;
-  const lanes v9 = 0.1708 * v1;
-  const lanes v10 = 0.0854 - v9;
-  const lanes v11 = 0.209 * v2;
-  const lanes v12 = v10 - v11;
-  const lanes v13 = v12 * v12;
-  const lanes v14 = 0.1708 * v2;
-  const lanes v15 = 0.8755 + v14;
-  const lanes v16 = 0.209 * v1;
-  const lanes v17 = v15 - v16;
-  const lanes v18 = v17 * v17;
-  const lanes v19 = v13 + v18;
-  lanes v20; LANES_NAME(lanes_sqrt)(&v19, &v20);
-  const lanes v21 = 0.5 / v20;
-  const lanes v22 = 2.0 * v12;
-  const lanes v23 = v2 * thetad_1;
-  const lanes v24 = v23 * thetad_1;
-  const lanes v25 = v1 * thetadd_1;
-  const lanes v26 = v24 + v25;
-  const lanes v27 = 0.209 * v26;
-  const lanes v28 = v2 * thetadd_1;
-  const lanes v29 = v1 * thetad_1;
-  const lanes v30 = v29 * thetad_1;
-  const lanes v31 = v28 - v30;
-  const lanes v32 = 0.1708 * v31;
-  const lanes v33 = v27 - v32;
-  const lanes v34 = v22 * v33;
-  const lanes v35 = 0.209 * v29;
-  const lanes v36 = 0.1708 * v23;
-  const lanes v37 = v35 - v36;
-  const lanes v38 = 2.0 * v37;
-  const lanes v39 = v37 * v38;
-  const lanes v40 = v34 + v39;
-  const lanes v41 = 0.209 * v23;
-  const lanes v42 = 0.1708 * v29;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = 2.0 * v43;
-  const lanes v45 = v43 * v44;
-  const lanes v46 = v40 + v45;
-  const lanes v47 = 2.0 * v17;
-  const lanes v48 = 0.209 * v31;
-  const lanes v49 = 0.1708 * v26;
-  const lanes v50 = v48 + v49;
-  const lanes v51 = v47 * v50;
-  const lanes v52 = v46 - v51;
-  const lanes v53 = v21 * v52;
-  const lanes v54 = v22 * v37;
-  const lanes v55 = v47 * v43;
-  const lanes v56 = v54 - v55;
-  const lanes v57 = v20 * v19;
-  const lanes v58 = 0.25 / v57;
-  const lanes v59 = v56 * v58;
-  const lanes v60 = v56 * v59;
-  const lanes v61 = v53 - v60;
+  const lanes theta_1 = in[1], theta_2 = in[2], theta_4 = in[4], theta_6 = in[6], thetad_1 = in[8],
+      thetad_2 = in[9], thetad_4 = in[11], thetad_6 = in[13], thetadd_0 = in[14],
+      thetadd_1 = in[15], thetadd_2 = in[16], thetadd_3 = in[17], thetadd_4 = in[18],
+      thetadd_5 = in[19], thetadd_6 = in[20];
+  LANES_COS_SIN(v2, v1, theta_1); LANES_COS_SIN(v4, v3, theta_2); LANES_COS_SIN(v5, v6, theta_4);
+  LANES_COS_SIN(v7, v8, theta_6); out[0] = thetadd_0;
+  const lanes v9 = 0.1708 * v1, v10 = 0.0854 - v9, v11 = 0.209 * v2, v12 = v10 - v11,
+      v13 = v12 * v12, v14 = 0.1708 * v2, v15 = 0.8755 + v14, v16 = 0.209 * v1, v17 = v15 - v16,
+      v18 = v17 * v17, v19 = v13 + v18;
+  LANES_LET1(v20, sqrt, v19);
+  const lanes v21 = 0.5 / v20, v22 = 2.0 * v12, v23 = v2 * thetad_1, v24 = v23 * thetad_1,
+      v25 = v1 * thetadd_1, v26 = v24 + v25, v27 = 0.209 * v26, v28 = v2 * thetadd_1,
+      v29 = v1 * thetad_1, v30 = v29 * thetad_1, v31 = v28 - v30, v32 = 0.1708 * v31,
+      v33 = v27 - v32, v34 = v22 * v33, v35 = 0.209 * v29, v36 = 0.1708 * v23, v37 = v35 - v36,
+      v38 = 2.0 * v37, v39 = v37 * v38, v40 = v34 + v39, v41 = 0.209 * v23, v42 = 0.1708 * v29,
+      v43 = v41 + v42, v44 = 2.0 * v43, v45 = v43 * v44, v46 = v40 + v45, v47 = 2.0 * v17,
+      v48 = 0.209 * v31, v49 = 0.1708 * v26, v50 = v48 + v49, v51 = v47 * v50, v52 = v46 - v51,
+      v53 = v21 * v52, v54 = v22 * v37, v55 = v47 * v43, v56 = v54 - v55, v57 = v20 * v19,
+      v58 = 0.25 / v57, v59 = v56 * v58, v60 = v56 * v59, v61 = v53 - v60;
   out[1] = v61;
-  const lanes v62 = 0.0991 * v3;
-  const lanes v63 = 0.7874 - v62;
-  const lanes v64 = 0.1772 * v4;
-  const lanes v65 = v63 - v64;
-  const lanes v66 = v65 * v65;
-  const lanes v67 = 0.0991 * v4;
-  const lanes v68 = v67 - 0.2478;
-  const lanes v69 = 0.1772 * v3;
-  const lanes v70 = v68 - v69;
-  const lanes v71 = v70 * v70;
-  const lanes v72 = v66 + v71;
-  lanes v73; LANES_NAME(lanes_sqrt)(&v72, &v73);
-  const lanes v74 = 0.5 / v73;
-  const lanes v75 = 2.0 * v65;
-  const lanes v76 = v4 * thetad_2;
-  const lanes v77 = v76 * thetad_2;
-  const lanes v78 = v3 * thetadd_2;
-  const lanes v79 = v77 + v78;
-  const lanes v80 = 0.1772 * v79;
-  const lanes v81 = v4 * thetadd_2;
-  const lanes v82 = v3 * thetad_2;
-  const lanes v83 = v82 * thetad_2;
-  const lanes v84 = v81 - v83;
-  const lanes v85 = 0.0991 * v84;
-  const lanes v86 = v80 - v85;
-  const lanes v87 = v75 * v86;
-  const lanes v88 = 0.1772 * v82;
-  const lanes v89 = 0.0991 * v76;
-  const lanes v90 = v88 - v89;
-  const lanes v91 = 2.0 * v90;
-  const lanes v92 = v90 * v91;
-  const lanes v93 = v87 + v92;
-  const lanes v94 = 0.1772 * v76;
-  const lanes v95 = 0.0991 * v82;
-  const lanes v96 = v94 + v95;
-  const lanes v97 = 2.0 * v96;
-  const lanes v98 = v96 * v97;
-  const lanes v99 = v93 + v98;
-  const lanes v100 = 2.0 * v70;
-  const lanes v101 = 0.1772 * v84;
-  const lanes v102 = 0.0991 * v79;
-  const lanes v103 = v101 + v102;
-  const lanes v104 = v100 * v103;
-  const lanes v105 = v99 - v104;
-  const lanes v106 = v74 * v105;
-  const lanes v107 = v75 * v90;
-  const lanes v108 = v100 * v96;
-  const lanes v109 = v107 - v108;
-  const lanes v110 = v73 * v72;
-  const lanes v111 = 0.25 / v110;
-  const lanes v112 = v109 * v111;
-  const lanes v113 = v109 * v112;
-  const lanes v114 = v106 - v113;
-  out[2] = v114;
-  out[3] = thetadd_3;
-  const lanes v115 = 0.1369 * v5;
-  const lanes v116 = 0.6511 - v115;
-  const lanes v117 = 0.1139 * v6;
-  const lanes v118 = v116 - v117;
-  const lanes v119 = v118 * v118;
-  const lanes v120 = 0.1139 * v5;
-  const lanes v121 = v120 - 0.11;
-  const lanes v122 = 0.1369 * v6;
-  const lanes v123 = v121 - v122;
-  const lanes v124 = v123 * v123;
-  const lanes v125 = v119 + v124;
-  lanes v126; LANES_NAME(lanes_sqrt)(&v125, &v126);
-  const lanes v127 = 0.5 / v126;
-  const lanes v128 = 2.0 * v118;
-  const lanes v129 = v6 * thetadd_4;
-  const lanes v130 = v5 * thetad_4;
-  const lanes v131 = v130 * thetad_4;
-  const lanes v132 = v129 + v131;
-  const lanes v133 = 0.1369 * v132;
-  const lanes v134 = v5 * thetadd_4;
-  const lanes v135 = v6 * thetad_4;
-  const lanes v136 = v135 * thetad_4;
-  const lanes v137 = v134 - v136;
-  const lanes v138 = 0.1139 * v137;
-  const lanes v139 = v133 - v138;
-  const lanes v140 = v128 * v139;
-  const lanes v141 = 0.1369 * v135;
-  const lanes v142 = 0.1139 * v130;
-  const lanes v143 = v141 - v142;
-  const lanes v144 = 2.0 * v143;
-  const lanes v145 = v143 * v144;
-  const lanes v146 = v140 + v145;
-  const lanes v147 = 0.1139 * v135;
-  const lanes v148 = 0.1369 * v130;
-  const lanes v149 = v147 + v148;
-  const lanes v150 = 2.0 * v149;
-  const lanes v151 = v149 * v150;
-  const lanes v152 = v146 + v151;
-  const lanes v153 = 2.0 * v123;
-  const lanes v154 = 0.1139 * v132;
-  const lanes v155 = 0.1369 * v137;
-  const lanes v156 = v154 + v155;
-  const lanes v157 = v153 * v156;
-  const lanes v158 = v152 - v157;
-  const lanes v159 = v127 * v158;
-  const lanes v160 = v128 * v143;
-  const lanes v161 = v153 * v149;
-  const lanes v162 = v160 - v161;
-  const lanes v163 = v126 * v125;
-  const lanes v164 = 0.25 / v163;
-  const lanes v165 = v162 * v164;
-  const lanes v166 = v162 * v165;
-  const lanes v167 = v159 - v166;
-  out[4] = v167;
-  out[5] = thetadd_5;
-  const lanes v168 = 0.6996 * v7;
-  const lanes v169 = v168 - 0.1346;
-  const lanes v170 = 0.0974 * v8;
-  const lanes v171 = v169 - v170;
-  const lanes v172 = v171 * v171;
-  const lanes v173 = 0.0974 * v7;
-  const lanes v174 = 0.6996 * v8;
-  const lanes v175 = v173 + v174;
-  const lanes v176 = v175 - 0.1031;
-  const lanes v177 = v176 * v176;
-  const lanes v178 = v172 + v177;
-  lanes v179; LANES_NAME(lanes_sqrt)(&v178, &v179);
-  const lanes v180 = 0.5 / v179;
-  const lanes v181 = 2.0 * v176;
-  const lanes v182 = v7 * thetadd_6;
-  const lanes v183 = v8 * thetad_6;
-  const lanes v184 = v183 * thetad_6;
-  const lanes v185 = v182 - v184;
-  const lanes v186 = 0.6996 * v185;
-  const lanes v187 = v8 * thetadd_6;
-  const lanes v188 = v7 * thetad_6;
-  const lanes v189 = v188 * thetad_6;
-  const lanes v190 = v187 + v189;
-  const lanes v191 = 0.0974 * v190;
-  const lanes v192 = v186 - v191;
-  const lanes v193 = v181 * v192;
-  const lanes v194 = 0.0974 * v188;
-  const lanes v195 = 0.6996 * v183;
-  const lanes v196 = v194 + v195;
-  const lanes v197 = 2.0 * v196;
-  const lanes v198 = v196 * v197;
-  const lanes v199 = v193 + v198;
-  const lanes v200 = 0.6996 * v188;
-  const lanes v201 = 0.0974 * v183;
-  const lanes v202 = v200 - v201;
-  const lanes v203 = 2.0 * v202;
-  const lanes v204 = v202 * v203;
-  const lanes v205 = v199 + v204;
-  const lanes v206 = 2.0 * v171;
-  const lanes v207 = 0.0974 * v185;
-  const lanes v208 = 0.6996 * v190;
-  const lanes v209 = v207 + v208;
-  const lanes v210 = v206 * v209;
-  const lanes v211 = v205 - v210;
-  const lanes v212 = v180 * v211;
-  const lanes v213 = v181 * v202;
-  const lanes v214 = v206 * v196;
-  const lanes v215 = v213 - v214;
-  const lanes v216 = v179 * v178;
-  const lanes v217 = 0.25 / v216;
-  const lanes v218 = v215 * v217;
-  const lanes v219 = v215 * v218;
-  const lanes v220 = v212 - v219;
+  const lanes v62 = 0.0991 * v3, v63 = 0.7874 - v62, v64 = 0.1772 * v4, v65 = v63 - v64,
+      v66 = v65 * v65, v67 = 0.0991 * v4, v68 = v67 - 0.2478, v69 = 0.1772 * v3, v70 = v68 - v69,
+      v71 = v70 * v70, v72 = v66 + v71;
+  LANES_LET1(v73, sqrt, v72);
+  const lanes v74 = 0.5 / v73, v75 = 2.0 * v65, v76 = v4 * thetad_2, v77 = v76 * thetad_2,
+      v78 = v3 * thetadd_2, v79 = v77 + v78, v80 = 0.1772 * v79, v81 = v4 * thetadd_2,
+      v82 = v3 * thetad_2, v83 = v82 * thetad_2, v84 = v81 - v83, v85 = 0.0991 * v84,
+      v86 = v80 - v85, v87 = v75 * v86, v88 = 0.1772 * v82, v89 = 0.0991 * v76, v90 = v88 - v89,
+      v91 = 2.0 * v90, v92 = v90 * v91, v93 = v87 + v92, v94 = 0.1772 * v76, v95 = 0.0991 * v82,
+      v96 = v94 + v95, v97 = 2.0 * v96, v98 = v96 * v97, v99 = v93 + v98, v100 = 2.0 * v70,
+      v101 = 0.1772 * v84, v102 = 0.0991 * v79, v103 = v101 + v102, v104 = v100 * v103,
+      v105 = v99 - v104, v106 = v74 * v105, v107 = v75 * v90, v108 = v100 * v96, v109 = v107 - v108,
+      v110 = v73 * v72, v111 = 0.25 / v110, v112 = v109 * v111, v113 = v109 * v112,
+      v114 = v106 - v113;
+  out[2] = v114; out[3] = thetadd_3;
+  const lanes v115 = 0.1369 * v5, v116 = 0.6511 - v115, v117 = 0.1139 * v6, v118 = v116 - v117,
+      v119 = v118 * v118, v120 = 0.1139 * v5, v121 = v120 - 0.11, v122 = 0.1369 * v6,
+      v123 = v121 - v122, v124 = v123 * v123, v125 = v119 + v124;
+  LANES_LET1(v126, sqrt, v125);
+  const lanes v127 = 0.5 / v126, v128 = 2.0 * v118, v129 = v6 * thetadd_4, v130 = v5 * thetad_4,
+      v131 = v130 * thetad_4, v132 = v129 + v131, v133 = 0.1369 * v132, v134 = v5 * thetadd_4,
+      v135 = v6 * thetad_4, v136 = v135 * thetad_4, v137 = v134 - v136, v138 = 0.1139 * v137,
+      v139 = v133 - v138, v140 = v128 * v139, v141 = 0.1369 * v135, v142 = 0.1139 * v130,
+      v143 = v141 - v142, v144 = 2.0 * v143, v145 = v143 * v144, v146 = v140 + v145,
+      v147 = 0.1139 * v135, v148 = 0.1369 * v130, v149 = v147 + v148, v150 = 2.0 * v149,
+      v151 = v149 * v150, v152 = v146 + v151, v153 = 2.0 * v123, v154 = 0.1139 * v132,
+      v155 = 0.1369 * v137, v156 = v154 + v155, v157 = v153 * v156, v158 = v152 - v157,
+      v159 = v127 * v158, v160 = v128 * v143, v161 = v153 * v149, v162 = v160 - v161,
+      v163 = v126 * v125, v164 = 0.25 / v163, v165 = v162 * v164, v166 = v162 * v165,
+      v167 = v159 - v166;
+  out[4] = v167; out[5] = thetadd_5;
+  const lanes v168 = 0.6996 * v7, v169 = v168 - 0.1346, v170 = 0.0974 * v8, v171 = v169 - v170,
+      v172 = v171 * v171, v173 = 0.0974 * v7, v174 = 0.6996 * v8, v175 = v173 + v174,
+      v176 = v175 - 0.1031, v177 = v176 * v176, v178 = v172 + v177;
+  LANES_LET1(v179, sqrt, v178);
+  const lanes v180 = 0.5 / v179, v181 = 2.0 * v176, v182 = v7 * thetadd_6, v183 = v8 * thetad_6,
+      v184 = v183 * thetad_6, v185 = v182 - v184, v186 = 0.6996 * v185, v187 = v8 * thetadd_6,
+      v188 = v7 * thetad_6, v189 = v188 * thetad_6, v190 = v187 + v189, v191 = 0.0974 * v190,
+      v192 = v186 - v191, v193 = v181 * v192, v194 = 0.0974 * v188, v195 = 0.6996 * v183,
+      v196 = v194 + v195, v197 = 2.0 * v196, v198 = v196 * v197, v199 = v193 + v198,
+      v200 = 0.6996 * v188, v201 = 0.0974 * v183, v202 = v200 - v201, v203 = 2.0 * v202,
+      v204 = v202 * v203, v205 = v199 + v204, v206 = 2.0 * v171, v207 = 0.0974 * v185,
+      v208 = 0.6996 * v190, v209 = v207 + v208, v210 = v206 * v209, v211 = v205 - v210,
+      v212 = v180 * v211, v213 = v181 * v202, v214 = v206 * v196, v215 = v213 - v214,
+      v216 = v179 * v178, v217 = 0.25 / v216, v218 = v215 * v217, v219 = v215 * v218,
+      v220 = v212 - v219;
   out[6] = v220;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_constraint)(const lanes *in, lanes *out)
 {
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_4 = in[4];
-  const lanes z_6 = in[6];
-  const lanes z_7 = in[7];
-  const lanes z_8 = in[8];
-  const lanes z_9 = in[9];
-  const lanes z_10 = in[10];
-  const lanes z_11 = in[11];
-  const lanes z_12 = in[12];
-  const lanes z_13 = in[13];
-  const lanes z_14 = in[14];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&z_1, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&z_8, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&z_2, &v5, &v6);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&z_10, &v7, &v8);
-  lanes v10, v9; LANES_NAME(lanes_cos_sin)(&z_4, &v10, &v9);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&z_12, &v11, &v12);
-  lanes v15, v13; LANES_NAME(lanes_cos_sin)(&z_6, &v15, &v13);
-  lanes v14, v16; LANES_NAME(lanes_cos_sin)(&z_14, &v14, &v16);
-  const lanes v17 = 0.209 * v1;
-  const lanes v18 = 0.1708 * v2;
-  const lanes v19 = v17 + v18;
-  const lanes v20 = v3 * z_7;
-  const lanes v21 = v19 + v20;
-  const lanes v22 = v21 - 0.0854;
+  const lanes z_1 = in[1], z_2 = in[2], z_4 = in[4], z_6 = in[6], z_7 = in[7], z_8 = in[8],
+      z_9 = in[9], z_10 = in[10], z_11 = in[11], z_12 = in[12], z_13 = in[13], z_14 = in[14];
+  LANES_COS_SIN(v1, v2, z_1); LANES_COS_SIN(v3, v4, z_8); LANES_COS_SIN(v5, v6, z_2);
+  LANES_COS_SIN(v7, v8, z_10); LANES_COS_SIN(v10, v9, z_4); LANES_COS_SIN(v11, v12, z_12);
+  LANES_COS_SIN(v15, v13, z_6); LANES_COS_SIN(v14, v16, z_14);
+  const lanes v17 = 0.209 * v1, v18 = 0.1708 * v2, v19 = v17 + v18, v20 = v3 * z_7, v21 = v19 + v20,
+      v22 = v21 - 0.0854;
   out[0] = v22;
-  const lanes v23 = 0.209 * v2;
-  const lanes v24 = v4 * z_7;
-  const lanes v25 = v23 + v24;
-  const lanes v26 = v25 - 0.8755;
-  const lanes v27 = 0.1708 * v1;
-  const lanes v28 = v26 - v27;
+  const lanes v23 = 0.209 * v2, v24 = v4 * z_7, v25 = v23 + v24, v26 = v25 - 0.8755,
+      v27 = 0.1708 * v1, v28 = v26 - v27;
   out[1] = v28;
-  const lanes v29 = 0.1772 * v5;
-  const lanes v30 = 0.0991 * v6;
-  const lanes v31 = v29 + v30;
-  const lanes v32 = v7 * z_9;
-  const lanes v33 = v31 + v32;
-  const lanes v34 = v33 - 0.7874;
+  const lanes v29 = 0.1772 * v5, v30 = 0.0991 * v6, v31 = v29 + v30, v32 = v7 * z_9,
+      v33 = v31 + v32, v34 = v33 - 0.7874;
   out[2] = v34;
-  const lanes v35 = 0.1772 * v6;
-  const lanes v36 = 0.2478 + v35;
-  const lanes v37 = v8 * z_9;
-  const lanes v38 = v36 + v37;
-  const lanes v39 = 0.0991 * v5;
-  const lanes v40 = v38 - v39;
+  const lanes v35 = 0.1772 * v6, v36 = 0.2478 + v35, v37 = v8 * z_9, v38 = v36 + v37,
+      v39 = 0.0991 * v5, v40 = v38 - v39;
   out[3] = v40;
-  const lanes v41 = 0.1139 * v9;
-  const lanes v42 = 0.1369 * v10;
-  const lanes v43 = v41 + v42;
-  const lanes v44 = v11 * z_11;
-  const lanes v45 = v43 + v44;
-  const lanes v46 = v45 - 0.6511;
+  const lanes v41 = 0.1139 * v9, v42 = 0.1369 * v10, v43 = v41 + v42, v44 = v11 * z_11,
+      v45 = v43 + v44, v46 = v45 - 0.6511;
   out[4] = v46;
-  const lanes v47 = 0.1369 * v9;
-  const lanes v48 = 0.11 + v47;
-  const lanes v49 = v12 * z_11;
-  const lanes v50 = v48 + v49;
-  const lanes v51 = 0.1139 * v10;
-  const lanes v52 = v50 - v51;
+  const lanes v47 = 0.1369 * v9, v48 = 0.11 + v47, v49 = v12 * z_11, v50 = v48 + v49,
+      v51 = 0.1139 * v10, v52 = v50 - v51;
   out[5] = v52;
-  const lanes v53 = 0.0974 * v13;
-  const lanes v54 = 0.1346 + v53;
-  const lanes v55 = v14 * z_13;
-  const lanes v56 = v54 + v55;
-  const lanes v57 = 0.6996 * v15;
-  const lanes v58 = v56 - v57;
+  const lanes v53 = 0.0974 * v13, v54 = 0.1346 + v53, v55 = v14 * z_13, v56 = v54 + v55,
+      v57 = 0.6996 * v15, v58 = v56 - v57;
   out[6] = v58;
-  const lanes v59 = v16 * z_13;
-  const lanes v60 = 0.1031 + v59;
-  const lanes v61 = 0.6996 * v13;
-  const lanes v62 = v60 - v61;
-  const lanes v63 = 0.0974 * v15;
-  const lanes v64 = v62 - v63;
+  const lanes v59 = v16 * z_13, v60 = 0.1031 + v59, v61 = 0.6996 * v13, v62 = v60 - v61,
+      v63 = 0.0974 * v15, v64 = v62 - v63;
   out[7] = v64;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_constraint_D_z)(const lanes *in, lanes *out)
 {
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_4 = in[4];
-  const lanes z_6 = in[6];
-  const lanes z_7 = in[7];
-  const lanes z_8 = in[8];
-  const lanes z_9 = in[9];
-  const lanes z_10 = in[10];
-  const lanes z_11 = in[11];
-  const lanes z_12 = in[12];
-  const lanes z_13 = in[13];
-  const lanes z_14 = in[14];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&z_1, &v1, &v2);
-  lanes v3, v4; LANES_NAME(lanes_cos_sin)(&z_8, &v3, &v4);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&z_2, &v5, &v6);
-  lanes v7, v8; LANES_NAME(lanes_cos_sin)(&z_10, &v7, &v8);
-  lanes v9, v10; LANES_NAME(lanes_cos_sin)(&z_4, &v9, &v10);
-  lanes v11, v12; LANES_NAME(lanes_cos_sin)(&z_12, &v11, &v12);
-  lanes v13, v14; LANES_NAME(lanes_cos_sin)(&z_6, &v13, &v14);
-  lanes v15, v16; LANES_NAME(lanes_cos_sin)(&z_14, &v15, &v16);
-  out[0] = LANES_OF(0.0);
-  const lanes v17 = 0.1708 * v1;
-  const lanes v18 = 0.209 * v2;
-  const lanes v19 = v17 - v18;
-  out[1] = v19;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  out[7] = v3;
-  const lanes v20 = v4 * z_7;
-  const lanes v21 = -v20;
-  out[8] = v21;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes z_1 = in[1], z_2 = in[2], z_4 = in[4], z_6 = in[6], z_7 = in[7], z_8 = in[8],
+      z_9 = in[9], z_10 = in[10], z_11 = in[11], z_12 = in[12], z_13 = in[13], z_14 = in[14];
+  LANES_COS_SIN(v1, v2, z_1); LANES_COS_SIN(v3, v4, z_8); LANES_COS_SIN(v5, v6, z_2);
+  LANES_COS_SIN(v7, v8, z_10); LANES_COS_SIN(v9, v10, z_4); LANES_COS_SIN(v11, v12, z_12);
+  LANES_COS_SIN(v13, v14, z_6); LANES_COS_SIN(v15, v16, z_14); out[0] = LANES_OF(0.0);
+  const lanes v17 = 0.1708 * v1, v18 = 0.209 * v2, v19 = v17 - v18;
+  out[1] = v19; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0); out[7] = v3;
+  const lanes v20 = v4 * z_7, v21 = -v20;
+  out[8] = v21; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(0.0);
-  const lanes v22 = 0.209 * v1;
-  const lanes v23 = 0.1708 * v2;
-  const lanes v24 = v22 + v23;
-  out[16] = v24;
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = v4;
+  const lanes v22 = 0.209 * v1, v23 = 0.1708 * v2, v24 = v22 + v23;
+  out[16] = v24; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
+  out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0); out[22] = v4;
   const lanes v25 = v3 * z_7;
-  out[23] = v25;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  const lanes v26 = 0.0991 * v5;
-  const lanes v27 = 0.1772 * v6;
-  const lanes v28 = v26 - v27;
-  out[32] = v28;
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
-  out[38] = LANES_OF(0.0);
-  out[39] = v7;
-  const lanes v29 = v8 * z_9;
-  const lanes v30 = -v29;
-  out[40] = v30;
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  const lanes v31 = 0.1772 * v5;
-  const lanes v32 = 0.0991 * v6;
-  const lanes v33 = v31 + v32;
-  out[47] = v33;
-  out[48] = LANES_OF(0.0);
-  out[49] = LANES_OF(0.0);
-  out[50] = LANES_OF(0.0);
-  out[51] = LANES_OF(0.0);
-  out[52] = LANES_OF(0.0);
-  out[53] = LANES_OF(0.0);
-  out[54] = v8;
+  out[23] = v25; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0);
+  out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
+  out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  const lanes v26 = 0.0991 * v5, v27 = 0.1772 * v6, v28 = v26 - v27;
+  out[32] = v28; out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0);
+  out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0); out[39] = v7;
+  const lanes v29 = v8 * z_9, v30 = -v29;
+  out[40] = v30; out[41] = LANES_OF(0.0); out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0);
+  out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
+  const lanes v31 = 0.1772 * v5, v32 = 0.0991 * v6, v33 = v31 + v32;
+  out[47] = v33; out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0); out[50] = LANES_OF(0.0);
+  out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0); out[53] = LANES_OF(0.0); out[54] = v8;
   const lanes v34 = v7 * z_9;
-  out[55] = v34;
-  out[56] = LANES_OF(0.0);
-  out[57] = LANES_OF(0.0);
-  out[58] = LANES_OF(0.0);
-  out[59] = LANES_OF(0.0);
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
-  out[63] = LANES_OF(0.0);
-  const lanes v35 = 0.1139 * v9;
-  const lanes v36 = 0.1369 * v10;
-  const lanes v37 = v35 - v36;
-  out[64] = v37;
-  out[65] = LANES_OF(0.0);
-  out[66] = LANES_OF(0.0);
-  out[67] = LANES_OF(0.0);
-  out[68] = LANES_OF(0.0);
-  out[69] = LANES_OF(0.0);
-  out[70] = LANES_OF(0.0);
-  out[71] = v11;
-  const lanes v38 = v12 * z_11;
-  const lanes v39 = -v38;
-  out[72] = v39;
-  out[73] = LANES_OF(0.0);
-  out[74] = LANES_OF(0.0);
-  out[75] = LANES_OF(0.0);
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
-  const lanes v40 = 0.1139 * v10;
-  const lanes v41 = 0.1369 * v9;
-  const lanes v42 = v40 + v41;
-  out[79] = v42;
-  out[80] = LANES_OF(0.0);
-  out[81] = LANES_OF(0.0);
-  out[82] = LANES_OF(0.0);
-  out[83] = LANES_OF(0.0);
-  out[84] = LANES_OF(0.0);
-  out[85] = LANES_OF(0.0);
-  out[86] = v12;
+  out[55] = v34; out[56] = LANES_OF(0.0); out[57] = LANES_OF(0.0); out[58] = LANES_OF(0.0);
+  out[59] = LANES_OF(0.0); out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0);
+  out[62] = LANES_OF(0.0); out[63] = LANES_OF(0.0);
+  const lanes v35 = 0.1139 * v9, v36 = 0.1369 * v10, v37 = v35 - v36;
+  out[64] = v37; out[65] = LANES_OF(0.0); out[66] = LANES_OF(0.0); out[67] = LANES_OF(0.0);
+  out[68] = LANES_OF(0.0); out[69] = LANES_OF(0.0); out[70] = LANES_OF(0.0); out[71] = v11;
+  const lanes v38 = v12 * z_11, v39 = -v38;
+  out[72] = v39; out[73] = LANES_OF(0.0); out[74] = LANES_OF(0.0); out[75] = LANES_OF(0.0);
+  out[76] = LANES_OF(0.0); out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0);
+  const lanes v40 = 0.1139 * v10, v41 = 0.1369 * v9, v42 = v40 + v41;
+  out[79] = v42; out[80] = LANES_OF(0.0); out[81] = LANES_OF(0.0); out[82] = LANES_OF(0.0);
+  out[83] = LANES_OF(0.0); out[84] = LANES_OF(0.0); out[85] = LANES_OF(0.0); out[86] = v12;
   const lanes v43 = v11 * z_11;
-  out[87] = v43;
-  out[88] = LANES_OF(0.0);
-  out[89] = LANES_OF(0.0);
-  out[90] = LANES_OF(0.0);
-  out[91] = LANES_OF(0.0);
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
-  out[95] = LANES_OF(0.0);
-  const lanes v44 = 0.0974 * v13;
-  const lanes v45 = 0.6996 * v14;
-  const lanes v46 = v44 + v45;
-  out[96] = v46;
-  out[97] = LANES_OF(0.0);
-  out[98] = LANES_OF(0.0);
-  out[99] = LANES_OF(0.0);
-  out[100] = LANES_OF(0.0);
-  out[101] = LANES_OF(0.0);
-  out[102] = LANES_OF(0.0);
-  out[103] = v15;
-  const lanes v47 = v16 * z_13;
-  const lanes v48 = -v47;
-  out[104] = v48;
-  out[105] = LANES_OF(0.0);
-  out[106] = LANES_OF(0.0);
-  out[107] = LANES_OF(0.0);
-  out[108] = LANES_OF(0.0);
-  out[109] = LANES_OF(0.0);
-  out[110] = LANES_OF(0.0);
-  const lanes v49 = 0.0974 * v14;
-  const lanes v50 = 0.6996 * v13;
-  const lanes v51 = v49 - v50;
-  out[111] = v51;
-  out[112] = LANES_OF(0.0);
-  out[113] = LANES_OF(0.0);
-  out[114] = LANES_OF(0.0);
-  out[115] = LANES_OF(0.0);
-  out[116] = LANES_OF(0.0);
-  out[117] = LANES_OF(0.0);
-  out[118] = v16;
+  out[87] = v43; out[88] = LANES_OF(0.0); out[89] = LANES_OF(0.0); out[90] = LANES_OF(0.0);
+  out[91] = LANES_OF(0.0); out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0);
+  out[94] = LANES_OF(0.0); out[95] = LANES_OF(0.0);
+  const lanes v44 = 0.0974 * v13, v45 = 0.6996 * v14, v46 = v44 + v45;
+  out[96] = v46; out[97] = LANES_OF(0.0); out[98] = LANES_OF(0.0); out[99] = LANES_OF(0.0);
+  out[100] = LANES_OF(0.0); out[101] = LANES_OF(0.0); out[102] = LANES_OF(0.0); out[103] = v15;
+  const lanes v47 = v16 * z_13, v48 = -v47;
+  out[104] = v48; out[105] = LANES_OF(0.0); out[106] = LANES_OF(0.0); out[107] = LANES_OF(0.0);
+  out[108] = LANES_OF(0.0); out[109] = LANES_OF(0.0); out[110] = LANES_OF(0.0);
+  const lanes v49 = 0.0974 * v14, v50 = 0.6996 * v13, v51 = v49 - v50;
+  out[111] = v51; out[112] = LANES_OF(0.0); out[113] = LANES_OF(0.0); out[114] = LANES_OF(0.0);
+  out[115] = LANES_OF(0.0); out[116] = LANES_OF(0.0); out[117] = LANES_OF(0.0); out[118] = v16;
   const lanes v52 = v15 * z_13;
   out[119] = v52;
 }
 
 static LANES_TARGET void LANES_NAME(well_manipulator_constraint_D_z_dot)(const lanes *in, lanes *out)
 {
-  const lanes z_1 = in[1];
-  const lanes z_2 = in[2];
-  const lanes z_4 = in[4];
-  const lanes z_6 = in[6];
-  const lanes z_7 = in[7];
-  const lanes z_8 = in[8];
-  const lanes z_9 = in[9];
-  const lanes z_10 = in[10];
-  const lanes z_11 = in[11];
-  const lanes z_12 = in[12];
-  const lanes z_13 = in[13];
-  const lanes z_14 = in[14];
-  const lanes zd_1 = in[16];
-  const lanes zd_2 = in[17];
-  const lanes zd_4 = in[19];
-  const lanes zd_6 = in[21];
-  const lanes zd_7 = in[22];
-  const lanes zd_8 = in[23];
-  const lanes zd_9 = in[24];
-  const lanes zd_10 = in[25];
-  const lanes zd_11 = in[26];
-  const lanes zd_12 = in[27];
-  const lanes zd_13 = in[28];
-  const lanes zd_14 = in[29];
-  lanes v1, v2; LANES_NAME(lanes_cos_sin)(&z_1, &v1, &v2);
-  lanes v4, v3; LANES_NAME(lanes_cos_sin)(&z_8, &v4, &v3);
-  lanes v5, v6; LANES_NAME(lanes_cos_sin)(&z_2, &v5, &v6);
-  lanes v8, v7; LANES_NAME(lanes_cos_sin)(&z_10, &v8, &v7);
-  lanes v10, v9; LANES_NAME(lanes_cos_sin)(&z_4, &v10, &v9);
-  lanes v12, v11; LANES_NAME(lanes_cos_sin)(&z_12, &v12, &v11);
-  lanes v13, v14; LANES_NAME(lanes_cos_sin)(&z_6, &v13, &v14);
-  lanes v16, v15; LANES_NAME(lanes_cos_sin)(&z_14, &v16, &v15);
-  out[0] = LANES_OF(0.0);
-  const lanes v17 = v1 * zd_1;
-  const lanes v18 = 0.209 * v17;
-  const lanes v19 = v2 * zd_1;
-  const lanes v20 = 0.1708 * v19;
-  const lanes v21 = v18 + v20;
-  const lanes v22 = -v21;
-  out[1] = v22;
-  out[2] = LANES_OF(0.0);
-  out[3] = LANES_OF(0.0);
-  out[4] = LANES_OF(0.0);
-  out[5] = LANES_OF(0.0);
-  out[6] = LANES_OF(0.0);
-  const lanes v23 = v3 * zd_8;
-  const lanes v24 = -v23;
+  const lanes z_1 = in[1], z_2 = in[2], z_4 = in[4], z_6 = in[6], z_7 = in[7], z_8 = in[8],
+      z_9 = in[9], z_10 = in[10], z_11 = in[11], z_12 = in[12], z_13 = in[13], z_14 = in[14],
+      zd_1 = in[16], zd_2 = in[17], zd_4 = in[19], zd_6 = in[21], zd_7 = in[22], zd_8 = in[23],
+      zd_9 = in[24], zd_10 = in[25], zd_11 = in[26], zd_12 = in[27], zd_13 = in[28], zd_14 = in[29];
+  LANES_COS_SIN(v1, v2, z_1); LANES_COS_SIN(v4, v3, z_8); LANES_COS_SIN(v5, v6, z_2);
+  LANES_COS_SIN(v8, v7, z_10); LANES_COS_SIN(v10, v9, z_4); LANES_COS_SIN(v12, v11, z_12);
+  LANES_COS_SIN(v13, v14, z_6); LANES_COS_SIN(v16, v15, z_14); out[0] = LANES_OF(0.0);
+  const lanes v17 = v1 * zd_1, v18 = 0.209 * v17, v19 = v2 * zd_1, v20 = 0.1708 * v19,
+      v21 = v18 + v20, v22 = -v21;
+  out[1] = v22; out[2] = LANES_OF(0.0); out[3] = LANES_OF(0.0); out[4] = LANES_OF(0.0);
+  out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
+  const lanes v23 = v3 * zd_8, v24 = -v23;
   out[7] = v24;
-  const lanes v25 = v3 * zd_7;
-  const lanes v26 = v4 * zd_8;
-  const lanes v27 = v26 * z_7;
-  const lanes v28 = v25 + v27;
-  const lanes v29 = -v28;
-  out[8] = v29;
-  out[9] = LANES_OF(0.0);
-  out[10] = LANES_OF(0.0);
-  out[11] = LANES_OF(0.0);
-  out[12] = LANES_OF(0.0);
-  out[13] = LANES_OF(0.0);
-  out[14] = LANES_OF(0.0);
+  const lanes v25 = v3 * zd_7, v26 = v4 * zd_8, v27 = v26 * z_7, v28 = v25 + v27, v29 = -v28;
+  out[8] = v29; out[9] = LANES_OF(0.0); out[10] = LANES_OF(0.0); out[11] = LANES_OF(0.0);
+  out[12] = LANES_OF(0.0); out[13] = LANES_OF(0.0); out[14] = LANES_OF(0.0);
   out[15] = LANES_OF(0.0);
-  const lanes v30 = 0.1708 * v17;
-  const lanes v31 = 0.209 * v19;
-  const lanes v32 = v30 - v31;
-  out[16] = v32;
-  out[17] = LANES_OF(0.0);
-  out[18] = LANES_OF(0.0);
-  out[19] = LANES_OF(0.0);
-  out[20] = LANES_OF(0.0);
-  out[21] = LANES_OF(0.0);
-  out[22] = v26;
-  const lanes v33 = v4 * zd_7;
-  const lanes v34 = v23 * z_7;
-  const lanes v35 = v33 - v34;
-  out[23] = v35;
-  out[24] = LANES_OF(0.0);
-  out[25] = LANES_OF(0.0);
-  out[26] = LANES_OF(0.0);
-  out[27] = LANES_OF(0.0);
-  out[28] = LANES_OF(0.0);
-  out[29] = LANES_OF(0.0);
-  out[30] = LANES_OF(0.0);
-  out[31] = LANES_OF(0.0);
-  const lanes v36 = v5 * zd_2;
-  const lanes v37 = 0.1772 * v36;
-  const lanes v38 = v6 * zd_2;
-  const lanes v39 = 0.0991 * v38;
-  const lanes v40 = v37 + v39;
-  const lanes v41 = -v40;
-  out[32] = v41;
-  out[33] = LANES_OF(0.0);
-  out[34] = LANES_OF(0.0);
-  out[35] = LANES_OF(0.0);
-  out[36] = LANES_OF(0.0);
-  out[37] = LANES_OF(0.0);
-  out[38] = LANES_OF(0.0);
-  const lanes v42 = v7 * zd_10;
-  const lanes v43 = -v42;
+  const lanes v30 = 0.1708 * v17, v31 = 0.209 * v19, v32 = v30 - v31;
+  out[16] = v32; out[17] = LANES_OF(0.0); out[18] = LANES_OF(0.0); out[19] = LANES_OF(0.0);
+  out[20] = LANES_OF(0.0); out[21] = LANES_OF(0.0); out[22] = v26;
+  const lanes v33 = v4 * zd_7, v34 = v23 * z_7, v35 = v33 - v34;
+  out[23] = v35; out[24] = LANES_OF(0.0); out[25] = LANES_OF(0.0); out[26] = LANES_OF(0.0);
+  out[27] = LANES_OF(0.0); out[28] = LANES_OF(0.0); out[29] = LANES_OF(0.0);
+  out[30] = LANES_OF(0.0); out[31] = LANES_OF(0.0);
+  const lanes v36 = v5 * zd_2, v37 = 0.1772 * v36, v38 = v6 * zd_2, v39 = 0.0991 * v38,
+      v40 = v37 + v39, v41 = -v40;
+  out[32] = v41; out[33] = LANES_OF(0.0); out[34] = LANES_OF(0.0); out[35] = LANES_OF(0.0);
+  out[36] = LANES_OF(0.0); out[37] = LANES_OF(0.0); out[38] = LANES_OF(0.0);
+  const lanes v42 = v7 * zd_10, v43 = -v42;
   out[39] = v43;
-  const lanes v44 = v7 * zd_9;
-  const lanes v45 = v8 * zd_10;
-  const lanes v46 = v45 * z_9;
-  const lanes v47 = v44 + v46;
-  const lanes v48 = -v47;
-  out[40] = v48;
-  out[41] = LANES_OF(0.0);
-  out[42] = LANES_OF(0.0);
-  out[43] = LANES_OF(0.0);
-  out[44] = LANES_OF(0.0);
-  out[45] = LANES_OF(0.0);
-  out[46] = LANES_OF(0.0);
-  const lanes v49 = 0.0991 * v36;
-  const lanes v50 = 0.1772 * v38;
-  const lanes v51 = v49 - v50;
-  out[47] = v51;
-  out[48] = LANES_OF(0.0);
-  out[49] = LANES_OF(0.0);
-  out[50] = LANES_OF(0.0);
-  out[51] = LANES_OF(0.0);
-  out[52] = LANES_OF(0.0);
-  out[53] = LANES_OF(0.0);
-  out[54] = v45;
-  const lanes v52 = v8 * zd_9;
-  const lanes v53 = v42 * z_9;
-  const lanes v54 = v52 - v53;
-  out[55] = v54;
-  out[56] = LANES_OF(0.0);
-  out[57] = LANES_OF(0.0);
-  out[58] = LANES_OF(0.0);
-  out[59] = LANES_OF(0.0);
-  out[60] = LANES_OF(0.0);
-  out[61] = LANES_OF(0.0);
-  out[62] = LANES_OF(0.0);
-  out[63] = LANES_OF(0.0);
-  const lanes v55 = v9 * zd_4;
-  const lanes v56 = 0.1139 * v55;
-  const lanes v57 = v10 * zd_4;
-  const lanes v58 = 0.1369 * v57;
-  const lanes v59 = v56 + v58;
-  const lanes v60 = -v59;
-  out[64] = v60;
-  out[65] = LANES_OF(0.0);
-  out[66] = LANES_OF(0.0);
-  out[67] = LANES_OF(0.0);
-  out[68] = LANES_OF(0.0);
-  out[69] = LANES_OF(0.0);
-  out[70] = LANES_OF(0.0);
-  const lanes v61 = v11 * zd_12;
-  const lanes v62 = -v61;
+  const lanes v44 = v7 * zd_9, v45 = v8 * zd_10, v46 = v45 * z_9, v47 = v44 + v46, v48 = -v47;
+  out[40] = v48; out[41] = LANES_OF(0.0); out[42] = LANES_OF(0.0); out[43] = LANES_OF(0.0);
+  out[44] = LANES_OF(0.0); out[45] = LANES_OF(0.0); out[46] = LANES_OF(0.0);
+  const lanes v49 = 0.0991 * v36, v50 = 0.1772 * v38, v51 = v49 - v50;
+  out[47] = v51; out[48] = LANES_OF(0.0); out[49] = LANES_OF(0.0); out[50] = LANES_OF(0.0);
+  out[51] = LANES_OF(0.0); out[52] = LANES_OF(0.0); out[53] = LANES_OF(0.0); out[54] = v45;
+  const lanes v52 = v8 * zd_9, v53 = v42 * z_9, v54 = v52 - v53;
+  out[55] = v54; out[56] = LANES_OF(0.0); out[57] = LANES_OF(0.0); out[58] = LANES_OF(0.0);
+  out[59] = LANES_OF(0.0); out[60] = LANES_OF(0.0); out[61] = LANES_OF(0.0);
+  out[62] = LANES_OF(0.0); out[63] = LANES_OF(0.0);
+  const lanes v55 = v9 * zd_4, v56 = 0.1139 * v55, v57 = v10 * zd_4, v58 = 0.1369 * v57,
+      v59 = v56 + v58, v60 = -v59;
+  out[64] = v60; out[65] = LANES_OF(0.0); out[66] = LANES_OF(0.0); out[67] = LANES_OF(0.0);
+  out[68] = LANES_OF(0.0); out[69] = LANES_OF(0.0); out[70] = LANES_OF(0.0);
+  const lanes v61 = v11 * zd_12, v62 = -v61;
   out[71] = v62;
-  const lanes v63 = v11 * zd_11;
-  const lanes v64 = v12 * zd_12;
-  const lanes v65 = v64 * z_11;
-  const lanes v66 = v63 + v65;
-  const lanes v67 = -v66;
-  out[72] = v67;
-  out[73] = LANES_OF(0.0);
-  out[74] = LANES_OF(0.0);
-  out[75] = LANES_OF(0.0);
-  out[76] = LANES_OF(0.0);
-  out[77] = LANES_OF(0.0);
-  out[78] = LANES_OF(0.0);
-  const lanes v68 = 0.1139 * v57;
-  const lanes v69 = 0.1369 * v55;
-  const lanes v70 = v68 - v69;
-  out[79] = v70;
-  out[80] = LANES_OF(0.0);
-  out[81] = LANES_OF(0.0);
-  out[82] = LANES_OF(0.0);
-  out[83] = LANES_OF(0.0);
-  out[84] = LANES_OF(0.0);
-  out[85] = LANES_OF(0.0);
-  out[86] = v64;
-  const lanes v71 = v12 * zd_11;
-  const lanes v72 = v61 * z_11;
-  const lanes v73 = v71 - v72;
-  out[87] = v73;
-  out[88] = LANES_OF(0.0);
-  out[89] = LANES_OF(0.0);
-  out[90] = LANES_OF(0.0);
-  out[91] = LANES_OF(0.0);
-  out[92] = LANES_OF(0.0);
-  out[93] = LANES_OF(0.0);
-  out[94] = LANES_OF(0.0);
-  out[95] = LANES_OF(0.0);
-  const lanes v74 = v13 * zd_6;
-  const lanes v75 = 0.6996 * v74;
-  const lanes v76 = v14 * zd_6;
-  const lanes v77 = 0.0974 * v76;
-  const lanes v78 = v75 - v77;
-  out[96] = v78;
-  out[97] = LANES_OF(0.0);
-  out[98] = LANES_OF(0.0);
-  out[99] = LANES_OF(0.0);
-  out[100] = LANES_OF(0.0);
-  out[101] = LANES_OF(0.0);
-  out[102] = LANES_OF(0.0);
-  const lanes v79 = v15 * zd_14;
-  const lanes v80 = -v79;
+  const lanes v63 = v11 * zd_11, v64 = v12 * zd_12, v65 = v64 * z_11, v66 = v63 + v65, v67 = -v66;
+  out[72] = v67; out[73] = LANES_OF(0.0); out[74] = LANES_OF(0.0); out[75] = LANES_OF(0.0);
+  out[76] = LANES_OF(0.0); out[77] = LANES_OF(0.0); out[78] = LANES_OF(0.0);
+  const lanes v68 = 0.1139 * v57, v69 = 0.1369 * v55, v70 = v68 - v69;
+  out[79] = v70; out[80] = LANES_OF(0.0); out[81] = LANES_OF(0.0); out[82] = LANES_OF(0.0);
+  out[83] = LANES_OF(0.0); out[84] = LANES_OF(0.0); out[85] = LANES_OF(0.0); out[86] = v64;
+  const lanes v71 = v12 * zd_11, v72 = v61 * z_11, v73 = v71 - v72;
+  out[87] = v73; out[88] = LANES_OF(0.0); out[89] = LANES_OF(0.0); out[90] = LANES_OF(0.0);
+  out[91] = LANES_OF(0.0); out[92] = LANES_OF(0.0); out[93] = LANES_OF(0.0);
+  out[94] = LANES_OF(0.0); out[95] = LANES_OF(0.0);
+  const lanes v74 = v13 * zd_6, v75 = 0.6996 * v74, v76 = v14 * zd_6, v77 = 0.0974 * v76,
+      v78 = v75 - v77;
+  out[96] = v78; out[97] = LANES_OF(0.0); out[98] = LANES_OF(0.0); out[99] = LANES_OF(0.0);
+  out[100] = LANES_OF(0.0); out[101] = LANES_OF(0.0); out[102] = LANES_OF(0.0);
+  const lanes v79 = v15 * zd_14, v80 = -v79;
   out[103] = v80;
-  const lanes v81 = v15 * zd_13;
-  const lanes v82 = v16 * zd_14;
-  const lanes v83 = v82 * z_13;
-  const lanes v84 = v81 + v83;
-  const lanes v85 = -v84;
-  out[104] = v85;
-  out[105] = LANES_OF(0.0);
-  out[106] = LANES_OF(0.0);
-  out[107] = LANES_OF(0.0);
-  out[108] = LANES_OF(0.0);
-  out[109] = LANES_OF(0.0);
-  out[110] = LANES_OF(0.0);
-  const lanes v86 = 0.0974 * v74;
-  const lanes v87 = 0.6996 * v76;
-  const lanes v88 = v86 + v87;
-  out[111] = v88;
-  out[112] = LANES_OF(0.0);
-  out[113] = LANES_OF(0.0);
-  out[114] = LANES_OF(0.0);
-  out[115] = LANES_OF(0.0);
-  out[116] = LANES_OF(0.0);
-  out[117] = LANES_OF(0.0);
-  out[118] = v82;
-  const lanes v89 = v16 * zd_13;
-  const lanes v90 = v79 * z_13;
-  const lanes v91 = v89 - v90;
+  const lanes v81 = v15 * zd_13, v82 = v16 * zd_14, v83 = v82 * z_13, v84 = v81 + v83, v85 = -v84;
+  out[104] = v85; out[105] = LANES_OF(0.0); out[106] = LANES_OF(0.0); out[107] = LANES_OF(0.0);
+  out[108] = LANES_OF(0.0); out[109] = LANES_OF(0.0); out[110] = LANES_OF(0.0);
+  const lanes v86 = 0.0974 * v74, v87 = 0.6996 * v76, v88 = v86 + v87;
+  out[111] = v88; out[112] = LANES_OF(0.0); out[113] = LANES_OF(0.0); out[114] = LANES_OF(0.0);
+  out[115] = LANES_OF(0.0); out[116] = LANES_OF(0.0); out[117] = LANES_OF(0.0); out[118] = v82;
+  const lanes v89 = v16 * zd_13, v90 = v79 * z_13, v91 = v89 - v90;
   out[119] = v91;
+}
+
+static LANES_TARGET void LANES_NAME(well_manipulator_ik)(const lanes *in, lanes *out)
+{
+  const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
+      T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
+      l_HI_0 = in[16], l_MN_0 = in[17], theta7_0 = in[18], v1 = T_7 * T_7, v2 = 1e-150 - T_3;
+  LANES_COS_SIN(v4, v3, theta7_0);
+  const lanes v5 = T_11 - 1.03, v6 = 0.03856221278179919 * l_MN_0,
+      v7 = 0.020837722980371797 * l_HI_0, v8 = 0.9992562012543986 * T_9,
+      v9 = 0.03856221278179919 * T_8, v10 = 0.9992562012543986 * T_8,
+      v11 = 0.03856221278179919 * T_9, v12 = 0.9992562012543986 * T_1,
+      v13 = 0.03856221278179919 * T_0, v14 = 0.9992562012543986 * T_0,
+      v15 = 0.03856221278179919 * T_1, v16 = 0.9992562012543986 * T_5,
+      v17 = 0.03856221278179919 * T_4, v18 = 0.9992562012543986 * T_4,
+      v19 = 0.03856221278179919 * T_5, v20 = 0.9992562012543986 * l_MN_0,
+      v21 = 0.9997828710780122 * l_HI_0;
+  out[3] = l_HI_0; out[5] = l_MN_0; out[10] = l_HI_0; out[12] = l_MN_0; out[17] = l_HI_0;
+  out[19] = l_MN_0; out[24] = l_HI_0; out[26] = l_MN_0;
+  const lanes v22 = 0.999842782540088 * l_MN_0, v23 = 0.01773161590195061 * l_MN_0,
+      v24 = T_10 * T_10, v25 = v2 * v2;
+  LANES_LET2(v26, atan2, T_7, v2);
+  const lanes v27 = 1.274228688026137 * v3, v28 = 0.10681652779972366 * v4,
+      v29 = 1.0683236174435116 - v7, v30 = v8 - v9, v31 = v10 + v11, v32 = v12 - v13,
+      v33 = v14 + v15, v34 = v16 - v17, v35 = v18 + v19, v36 = 1.274228688026137 * v4,
+      v37 = 0.10681652779972366 * v3, v38 = 2.5829849354066767 + v21, v39 = 0.6996 * v4,
+      v40 = 0.0974 * v3, v41 = 0.0974 * v4, v42 = 0.6996 * v3, v43 = 0.7858 + v22,
+      v44 = 0.021996541215881935 - v23, v45 = 0.756 + v21, v46 = 0.05618779735458429 - v7,
+      v47 = v1 + v25, v48 = -v26, v49 = v27 - v28, v50 = v4 * v30, v51 = v3 * v31, v52 = v4 * v32,
+      v53 = v3 * v33, v54 = v4 * v34, v55 = v3 * v35, v56 = v36 + v37, v57 = v38 - 0.9687,
+      v58 = v29 - 1.03, v59 = v39 - 0.1346, v60 = v41 + v42, v61 = v43 + 0.00039009554984291347,
+      v62 = v44 - 0.014543471362779892, v63 = v45 + 0.0011710800314968948,
+      v64 = v46 - 0.017864179911072742;
+  LANES_LET1(v65, rsqrt, v47); out[0] = v48;
+  const lanes v66 = 1.0423042442295005 + v49, v67 = v50 + v51, v68 = v52 + v53, v69 = v54 + v55,
+      v70 = 4.189052620449837 + v56, v71 = 1.9374 * v57, v72 = v57 * v57, v73 = v58 * v58,
+      v74 = 1.9374 * v58, v75 = v59 - v40, v76 = v60 - 0.1031;
+  out[7] = v48;
+  const lanes v77 = v61 + 0.8200710502393802, v78 = v63 + 0.8571138553751799, v79 = T_7 * v65,
+      v80 = v2 * v65, v81 = v66 - v6, v82 = 1e-150 + v67, v83 = v70 + v20, v84 = v72 + v73,
+      v85 = v75 * v75, v86 = v76 * v76;
+  LANES_LET2(v87, supplement, v26, v79);
+  const lanes v88 = v81 - v7, v89 = v82 * v82, v90 = v68 * v80, v91 = v69 * v79, v92 = v83 + v21,
+      v93 = T_3 * v80, v94 = T_7 * v79, v95 = 0.93837969 + v84, v96 = 1.5014075040000002e-14 * v84,
+      v97 = 3.75351876 * v84, v98 = v85 + v86, v99 = T_2 + v79, v100 = T_6 + v80, v101 = T_2 - v79,
+      v102 = T_6 - v80, v103 = v88 - v29, v104 = v90 - v91, v105 = v92 - v38, v106 = v93 - v94;
+  LANES_LET1(v107, sqrt, v98); out[14] = v87; out[21] = v87;
+  const lanes v108 = 0.5 * v98, v109 = 0.7671943564657427 - v98, v110 = v98 - 0.2881530235342572,
+      v111 = v99 * v99, v112 = v100 * v100, v113 = v101 * v101, v114 = v102 * v102,
+      v115 = 1e-300 + v97, v116 = v104 * v104;
+  out[6] = v107; out[13] = v107; out[20] = v107; out[27] = v107;
+  const lanes v117 = v108 - 0.235090075, v118 = v109 * v110, v119 = v24 + v111, v120 = v24 + v113,
+      v121 = v89 + v116, v122 = 3.5864898908642604 * v117;
+  LANES_LET1(v123, sqrt, v118);
+  const lanes v124 = 4.682265172748104 * v117, v125 = v119 + v112, v126 = v120 + v114;
+  LANES_LET1(v127, rsqrt, v121);
+  const lanes v128 = 2.341132586374052 * v123, v129 = 1.7932449454321302 * v123, v130 = v82 * v127,
+      v131 = v104 * v127, v132 = v122 + v128, v133 = v129 - v124, v134 = v103 * v130,
+      v135 = v105 * v131, v136 = v105 * v130, v137 = v103 * v131, v138 = 0.1031 - v132,
+      v139 = 0.1346 + v133, v140 = v134 - v135, v141 = v136 + v137, v142 = v136 - v137,
+      v143 = v135 + v134, v144 = 0.6996 * v138, v145 = 0.0974 * v139, v146 = 0.0974 * v138,
+      v147 = 0.6996 * v139, v148 = v5 - v140, v149 = v106 - v141, v150 = v142 + v106,
+      v151 = v5 - v143, v152 = v144 - v145, v153 = v146 + v147, v154 = v149 * v149,
+      v155 = v148 * v148, v156 = v150 * v150, v157 = v151 * v151, v158 = 2.004301551818451 * v152,
+      v159 = 2.004301551818451 * v153, v160 = v154 + v155, v161 = v156 + v157, v162 = v160 - v95,
+      v163 = v161 - v95, v164 = v71 * v162, v165 = v162 * v162, v166 = v74 * v162,
+      v167 = v163 * v71, v168 = v163 * v163, v169 = v163 * v74, v170 = v97 - v165,
+      v171 = v97 - v168;
+  const lanes_where v172 = LANES_LT(v96, v170); LANES_LET1(v173, sqrt, v170);
+  const lanes_where v174 = LANES_LT(v96, v171); LANES_LET1(v175, sqrt, v171);
+  const lanes v176 = v170 / v115, v177 = v171 / v115, v178 = LANES_CHOICE(v172, v173, 0.0),
+      v179 = LANES_CHOICE(v174, v175, 0.0);
+  out[32] = v176; out[33] = v176; out[34] = v177; out[35] = v177;
+  const lanes v180 = v74 * v178, v181 = v71 * v178, v182 = v179 * v74, v183 = v179 * v71,
+      v184 = v164 + v180, v185 = v181 - v166, v186 = v164 - v180, v187 = v181 + v166,
+      v188 = v167 + v182, v189 = v183 - v169, v190 = v167 - v182, v191 = v169 + v183,
+      v192 = 1e-150 + v184, v193 = v185 * v185, v194 = 1e-150 + v186, v195 = v187 * v187,
+      v196 = 1e-150 + v188, v197 = v189 * v189, v198 = 1e-150 + v190, v199 = v191 * v191,
+      v200 = v192 * v192, v201 = v194 * v194, v202 = v196 * v196, v203 = v198 * v198,
+      v204 = v193 + v200, v205 = v195 + v201, v206 = v197 + v202, v207 = v199 + v203;
+  LANES_LET1(v208, rsqrt, v204); LANES_LET1(v209, rsqrt, v205); LANES_LET1(v210, rsqrt, v206);
+  LANES_LET1(v211, rsqrt, v207);
+  const lanes v212 = v192 * v208, v213 = v185 * v208, v214 = v194 * v209, v215 = v187 * v209,
+      v216 = v196 * v210, v217 = v189 * v210, v218 = v198 * v211, v219 = v191 * v211,
+      v220 = v57 * v212, v221 = v58 * v213, v222 = v57 * v213, v223 = v58 * v212,
+      v224 = 0.0991 * v213, v225 = 0.1772 * v212, v226 = 0.0991 * v212, v227 = 0.1772 * v213,
+      v228 = v214 * v57, v229 = v215 * v58, v230 = v214 * v58, v231 = v215 * v57,
+      v232 = 0.0991 * v215, v233 = 0.1772 * v214, v234 = 0.1772 * v215, v235 = 0.0991 * v214,
+      v236 = v216 * v58, v237 = v217 * v57, v238 = v216 * v57, v239 = v217 * v58,
+      v240 = 0.0991 * v217, v241 = 0.1772 * v216, v242 = 0.0991 * v216, v243 = 0.1772 * v217,
+      v244 = v58 * v218, v245 = v57 * v219, v246 = v57 * v218, v247 = v58 * v219,
+      v248 = 0.0991 * v219, v249 = 0.1772 * v218, v250 = 0.1772 * v219, v251 = 0.0991 * v218,
+      v252 = v220 - v221, v253 = v222 + v223, v254 = 0.7874 - v224, v255 = v226 - 0.2478,
+      v256 = v228 + v229, v257 = v230 - v231, v258 = 0.7874 + v232, v259 = v234 + v235,
+      v260 = v236 + v237, v261 = v238 - v239, v262 = 0.7874 - v240, v263 = v242 - 0.2478,
+      v264 = v244 - v245, v265 = v246 + v247, v266 = 0.7874 + v248, v267 = v250 + v251,
+      v268 = v252 + 0.9687, v269 = v149 * v253, v270 = v148 * v253, v271 = v254 - v225,
+      v272 = v255 - v227, v273 = v256 + 0.9687, v274 = v257 * v149, v275 = v257 * v148,
+      v276 = v258 - v233, v277 = v259 - 0.2478, v278 = v150 * v260, v279 = v261 + 0.9687,
+      v280 = v151 * v260, v281 = v262 - v241, v282 = v263 - v243, v283 = v150 * v264,
+      v284 = v265 + 0.9687, v285 = v151 * v264, v286 = v266 - v249, v287 = v267 - 0.2478,
+      v288 = v148 * v268, v289 = v149 * v268, v290 = v271 * v271, v291 = v272 * v272,
+      v292 = v273 * v148, v293 = v273 * v149, v294 = v276 * v276, v295 = v277 * v277,
+      v296 = v151 * v279, v297 = v150 * v279, v298 = v281 * v281, v299 = v282 * v282,
+      v300 = v151 * v284, v301 = v150 * v284, v302 = v286 * v286, v303 = v287 * v287,
+      v304 = v288 - v269, v305 = v289 + v270, v306 = v290 + v291, v307 = v292 - v274,
+      v308 = v275 + v293, v309 = v294 + v295, v310 = v278 + v296, v311 = v280 - v297,
+      v312 = v298 + v299, v313 = v283 + v300, v314 = v285 - v301, v315 = v302 + v303,
+      v316 = v304 * v304, v317 = 1e-150 + v305;
+  LANES_LET1(v318, sqrt, v306);
+  const lanes v319 = v307 * v307, v320 = 1e-150 + v308;
+  LANES_LET1(v321, sqrt, v309);
+  const lanes v322 = v310 * v310, v323 = 1e-150 + v311;
+  LANES_LET1(v324, sqrt, v312);
+  const lanes v325 = v313 * v313, v326 = 1e-150 + v314;
+  LANES_LET1(v327, sqrt, v315);
+  const lanes v328 = 1.0578131478133972 - v306, v329 = v306 - 0.38743535218660285,
+      v330 = 0.5 * v306, v331 = 1.0578131478133972 - v309, v332 = v309 - 0.38743535218660285,
+      v333 = 0.5 * v309, v334 = 1.0578131478133972 - v312, v335 = v312 - 0.38743535218660285,
+      v336 = 0.5 * v312, v337 = 1.0578131478133972 - v315, v338 = v315 - 0.38743535218660285,
+      v339 = 0.5 * v315, v340 = v317 * v317;
+  out[2] = v318;
+  const lanes v341 = v320 * v320;
+  out[9] = v321;
+  const lanes v342 = v323 * v323;
+  out[16] = v324;
+  const lanes v343 = v326 * v326;
+  out[23] = v327;
+  const lanes v344 = v328 * v329, v345 = 0.3407018 + v330, v346 = v331 * v332,
+      v347 = 0.3407018 + v333, v348 = v334 * v335, v349 = 0.3407018 + v336, v350 = v337 * v338,
+      v351 = 0.3407018 + v339, v352 = v316 + v340, v353 = v319 + v341, v354 = v322 + v342,
+      v355 = v325 + v343;
+  LANES_LET1(v356, sqrt, v344);
+  const lanes v357 = v345 - 0.020610325;
+  LANES_LET1(v358, sqrt, v346);
+  const lanes v359 = v347 - 0.020610325;
+  LANES_LET1(v360, sqrt, v348);
+  const lanes v361 = v349 - 0.020610325;
+  LANES_LET1(v362, sqrt, v350);
+  const lanes v363 = v351 - 0.020610325;
+  LANES_LET1(v364, rsqrt, v352); LANES_LET1(v365, rsqrt, v353); LANES_LET1(v366, rsqrt, v354);
+  LANES_LET1(v367, rsqrt, v355);
+  const lanes v368 = 0.577777986497283 * v356, v369 = 0.3636611253594786 * v357,
+      v370 = 1.155555972994566 * v357, v371 = 0.1818305626797393 * v356,
+      v372 = 0.577777986497283 * v358, v373 = 0.3636611253594786 * v359,
+      v374 = 1.155555972994566 * v359, v375 = 0.1818305626797393 * v358,
+      v376 = 0.577777986497283 * v360, v377 = 0.3636611253594786 * v361,
+      v378 = 1.155555972994566 * v361, v379 = 0.1818305626797393 * v360,
+      v380 = 0.577777986497283 * v362, v381 = 0.3636611253594786 * v363,
+      v382 = 1.155555972994566 * v363, v383 = 0.1818305626797393 * v362, v384 = v304 * v364,
+      v385 = v317 * v364, v386 = v307 * v365, v387 = v320 * v365, v388 = v310 * v366,
+      v389 = v323 * v366, v390 = v313 * v367, v391 = v326 * v367, v392 = v368 - v369,
+      v393 = v370 + v371, v394 = v372 - v373, v395 = v374 + v375, v396 = v376 - v377,
+      v397 = v378 + v379, v398 = v380 - v381, v399 = v382 + v383, v400 = 0.1708 * v384,
+      v401 = 0.209 * v385, v402 = 0.1708 * v385, v403 = 0.209 * v384, v404 = v385 * v212,
+      v405 = v384 * v213, v406 = v385 * v213, v407 = v384 * v212, v408 = 0.1708 * v386,
+      v409 = 0.209 * v387, v410 = 0.1708 * v387, v411 = 0.209 * v386, v412 = v214 * v387,
+      v413 = v215 * v386, v414 = v214 * v386, v415 = v215 * v387, v416 = 0.1708 * v388,
+      v417 = 0.209 * v389, v418 = 0.1708 * v389, v419 = 0.209 * v388, v420 = v216 * v388,
+      v421 = v217 * v389, v422 = v216 * v389, v423 = v217 * v388, v424 = 0.1708 * v390,
+      v425 = 0.209 * v391, v426 = 0.1708 * v391, v427 = 0.209 * v390, v428 = v218 * v390,
+      v429 = v219 * v391, v430 = v218 * v391, v431 = v219 * v390, v432 = 0.2478 + v392,
+      v433 = v393 - 0.7874, v434 = 0.2478 + v394, v435 = v395 - 0.7874, v436 = 0.2478 + v396,
+      v437 = v397 - 0.7874, v438 = 0.2478 + v398, v439 = v399 - 0.7874, v440 = 0.0854 - v400,
+      v441 = 0.8755 + v402, v442 = v404 - v405, v443 = v406 + v407, v444 = 0.0854 - v408,
+      v445 = 0.8755 + v410, v446 = v412 + v413, v447 = v414 - v415, v448 = 0.0854 - v416,
+      v449 = 0.8755 + v418, v450 = v420 + v421, v451 = v422 - v423, v452 = 0.0854 - v424,
+      v453 = 0.8755 + v426, v454 = v428 - v429, v455 = v430 + v431, v456 = 0.0991 * v432,
+      v457 = 0.1772 * v433, v458 = 0.1772 * v432, v459 = 0.0991 * v433, v460 = 0.0991 * v434,
+      v461 = 0.1772 * v435, v462 = 0.1772 * v434, v463 = 0.0991 * v435, v464 = 0.0991 * v436,
+      v465 = 0.1772 * v437, v466 = 0.1772 * v436, v467 = 0.0991 * v437, v468 = 0.0991 * v438,
+      v469 = 0.1772 * v439, v470 = 0.1772 * v438, v471 = 0.0991 * v439, v472 = v440 - v401,
+      v473 = v441 - v403, v474 = v442 * v131, v475 = v443 * v130, v476 = v442 * v130,
+      v477 = v443 * v131, v478 = v444 - v409, v479 = v445 - v411, v480 = v446 * v131,
+      v481 = v447 * v130, v482 = v446 * v130, v483 = v447 * v131, v484 = v448 - v417,
+      v485 = v449 - v419, v486 = v450 * v130, v487 = v451 * v131, v488 = v451 * v130,
+      v489 = v450 * v131, v490 = v452 - v425, v491 = v453 - v427, v492 = v454 * v130,
+      v493 = v455 * v131, v494 = v455 * v130, v495 = v454 * v131, v496 = v456 - v457,
+      v497 = v458 + v459, v498 = v460 - v461, v499 = v462 + v463, v500 = v464 - v465,
+      v501 = v466 + v467, v502 = v468 - v469, v503 = v470 + v471, v504 = v472 * v472,
+      v505 = v473 * v473, v506 = v474 + v475, v507 = v476 - v477, v508 = v478 * v478,
+      v509 = v479 * v479, v510 = v480 + v481, v511 = v482 - v483, v512 = v484 * v484,
+      v513 = v485 * v485, v514 = v486 - v487, v515 = v488 + v489, v516 = v490 * v490,
+      v517 = v491 * v491, v518 = v492 - v493, v519 = v494 + v495, v520 = 24.259685376140357 * v496,
+      v521 = 24.259685376140357 * v497, v522 = 24.259685376140357 * v498,
+      v523 = 24.259685376140357 * v499, v524 = 24.259685376140357 * v500,
+      v525 = 24.259685376140357 * v501, v526 = 24.259685376140357 * v502,
+      v527 = 24.259685376140357 * v503, v528 = v504 + v505, v529 = 0.1139 * v506,
+      v530 = 0.1369 * v507, v531 = 0.1139 * v507, v532 = 0.1369 * v506, v533 = v508 + v509,
+      v534 = 0.1139 * v510, v535 = 0.1369 * v511, v536 = 0.1139 * v511, v537 = 0.1369 * v510,
+      v538 = v512 + v513, v539 = 0.1139 * v514, v540 = 0.1369 * v515, v541 = 0.1139 * v515,
+      v542 = 0.1369 * v514, v543 = v516 + v517, v544 = 0.1139 * v518, v545 = 0.1369 * v519,
+      v546 = 0.1139 * v519, v547 = 0.1369 * v518;
+  LANES_LET1(v548, sqrt, v528);
+  const lanes v549 = 0.6511 + v529, v550 = v531 + v532;
+  LANES_LET1(v551, sqrt, v533);
+  const lanes v552 = 0.6511 + v534, v553 = v536 + v537;
+  LANES_LET1(v554, sqrt, v538);
+  const lanes v555 = 0.6511 + v539, v556 = v541 + v542;
+  LANES_LET1(v557, sqrt, v543);
+  const lanes v558 = 0.6511 + v544, v559 = v546 + v547, v560 = 1.3215098366089841 - v528,
+      v561 = v528 - 0.3717842633910159, v562 = 0.5 * v528, v563 = 1.3215098366089841 - v533,
+      v564 = v533 - 0.3717842633910159, v565 = 0.5 * v533, v566 = 1.3215098366089841 - v538,
+      v567 = v538 - 0.3717842633910159, v568 = 0.5 * v538, v569 = 1.3215098366089841 - v543,
+      v570 = v543 - 0.3717842633910159, v571 = 0.5 * v543;
+  out[1] = v548;
+  const lanes v572 = v549 - v530, v573 = v550 - 0.11;
+  out[8] = v551;
+  const lanes v574 = v552 - v535, v575 = v553 - 0.11;
+  out[15] = v554;
+  const lanes v576 = v555 - v540, v577 = v556 - 0.11;
+  out[22] = v557;
+  const lanes v578 = v558 - v545, v579 = v559 - 0.11, v580 = v560 * v561, v581 = 0.386896705 + v562,
+      v582 = v563 * v564, v583 = 0.386896705 + v565, v584 = v566 * v567, v585 = 0.386896705 + v568,
+      v586 = v569 * v570, v587 = 0.386896705 + v571, v588 = v572 * v572, v589 = v573 * v573,
+      v590 = v574 * v574, v591 = v575 * v575, v592 = v576 * v576, v593 = v577 * v577,
+      v594 = v578 * v578, v595 = v579 * v579;
+  LANES_LET1(v596, sqrt, v580);
+  const lanes v597 = v581 - 0.03642682;
+  LANES_LET1(v598, sqrt, v582);
+  const lanes v599 = v583 - 0.03642682;
+  LANES_LET1(v600, sqrt, v584);
+  const lanes v601 = v585 - 0.03642682;
+  LANES_LET1(v602, sqrt, v586);
+  const lanes v603 = v587 - 0.03642682, v604 = v588 + v589, v605 = v590 + v591, v606 = v592 + v593,
+      v607 = v594 + v595, v608 = 0.05518268758582475 * v596, v609 = 1.1314389456999898 * v597,
+      v610 = 0.1103653751716495 * v597, v611 = 0.5657194728499949 * v596,
+      v612 = 0.05518268758582475 * v598, v613 = 1.1314389456999898 * v599,
+      v614 = 0.1103653751716495 * v599, v615 = 0.5657194728499949 * v598,
+      v616 = 0.05518268758582475 * v600, v617 = 1.1314389456999898 * v601,
+      v618 = 0.1103653751716495 * v601, v619 = 0.5657194728499949 * v600,
+      v620 = 0.05518268758582475 * v602, v621 = 1.1314389456999898 * v603,
+      v622 = 0.1103653751716495 * v603, v623 = 0.5657194728499949 * v602;
+  LANES_LET1(v624, sqrt, v604); LANES_LET1(v625, sqrt, v605); LANES_LET1(v626, sqrt, v606);
+  LANES_LET1(v627, sqrt, v607);
+  const lanes v628 = 0.702936602426126 - v604, v629 = v604 - 0.23255545757387405, v630 = 0.5 * v604,
+      v631 = v608 + v609, v632 = v610 - v611, v633 = 0.702936602426126 - v605,
+      v634 = v605 - 0.23255545757387405, v635 = 0.5 * v605, v636 = v612 + v613, v637 = v614 - v615,
+      v638 = 0.702936602426126 - v606, v639 = v606 - 0.23255545757387405, v640 = 0.5 * v606,
+      v641 = v616 + v617, v642 = v618 - v619, v643 = 0.702936602426126 - v607,
+      v644 = v607 - 0.23255545757387405, v645 = 0.5 * v607, v646 = v620 + v621, v647 = v622 - v623;
+  out[4] = v624; out[11] = v625; out[18] = v626; out[25] = v627;
+  const lanes v648 = v628 * v629, v649 = 0.202158195 + v630, v650 = v631 - 0.8755,
+      v651 = v632 - 0.0854, v652 = v633 * v634, v653 = 0.202158195 + v635, v654 = v636 - 0.8755,
+      v655 = v637 - 0.0854, v656 = v638 * v639, v657 = 0.202158195 + v640, v658 = v641 - 0.8755,
+      v659 = v642 - 0.0854, v660 = v643 * v644, v661 = 0.202158195 + v645, v662 = v646 - 0.8755,
+      v663 = v647 - 0.0854;
+  LANES_LET1(v664, sqrt, v648);
+  const lanes v665 = 0.2522755194519218 * v649, v666 = 1.4932417337740571 * v649,
+      v667 = 0.1708 * v650, v668 = 0.209 * v651, v669 = 0.209 * v650, v670 = 0.1708 * v651;
+  LANES_LET1(v671, sqrt, v652);
+  const lanes v672 = 0.2522755194519218 * v653, v673 = 1.4932417337740571 * v653,
+      v674 = 0.1708 * v654, v675 = 0.209 * v655, v676 = 0.209 * v654, v677 = 0.1708 * v655;
+  LANES_LET1(v678, sqrt, v656);
+  const lanes v679 = 0.2522755194519218 * v657, v680 = 1.4932417337740571 * v657,
+      v681 = 0.1708 * v658, v682 = 0.209 * v659, v683 = 0.209 * v658, v684 = 0.1708 * v659;
+  LANES_LET1(v685, sqrt, v660);
+  const lanes v686 = 0.2522755194519218 * v661, v687 = 1.4932417337740571 * v661,
+      v688 = 0.1708 * v662, v689 = 0.209 * v663, v690 = 0.209 * v662, v691 = 0.1708 * v663,
+      v692 = 0.7466208668870286 * v664, v693 = 0.1261377597259609 * v664, v694 = v667 - v668,
+      v695 = v669 + v670, v696 = 0.7466208668870286 * v671, v697 = 0.1261377597259609 * v671,
+      v698 = v674 - v675, v699 = v676 + v677, v700 = 0.7466208668870286 * v678,
+      v701 = 0.1261377597259609 * v678, v702 = v681 - v682, v703 = v683 + v684,
+      v704 = 0.7466208668870286 * v685, v705 = 0.1261377597259609 * v685, v706 = v688 - v689,
+      v707 = v690 + v691, v708 = v692 - v665, v709 = v693 + v666, v710 = 13.726150127845361 * v694,
+      v711 = 13.726150127845361 * v695, v712 = 13.296521628843802 * v694,
+      v713 = 13.296521628843802 * v695, v714 = v696 - v672, v715 = v697 + v673,
+      v716 = 13.726150127845361 * v698, v717 = 13.726150127845361 * v699,
+      v718 = 13.296521628843802 * v698, v719 = 13.296521628843802 * v699, v720 = v700 - v679,
+      v721 = v701 + v680, v722 = 13.726150127845361 * v702, v723 = 13.726150127845361 * v703,
+      v724 = 13.296521628843802 * v702, v725 = 13.296521628843802 * v703, v726 = v704 - v686,
+      v727 = v705 + v687, v728 = 13.726150127845361 * v706, v729 = 13.726150127845361 * v707,
+      v730 = 13.296521628843802 * v706, v731 = 13.296521628843802 * v707, v732 = 0.11 + v708,
+      v733 = v709 - 0.6511, v734 = v710 * v520, v735 = v711 * v521, v736 = v710 * v521,
+      v737 = v711 * v520, v738 = 0.11 + v714, v739 = v715 - 0.6511, v740 = v716 * v522,
+      v741 = v717 * v523, v742 = v716 * v523, v743 = v717 * v522, v744 = 0.11 + v720,
+      v745 = v721 - 0.6511, v746 = v722 * v524, v747 = v723 * v525, v748 = v722 * v525,
+      v749 = v723 * v524, v750 = 0.11 + v726, v751 = v727 - 0.6511, v752 = v728 * v526,
+      v753 = v729 * v527, v754 = v728 * v527, v755 = v729 * v526, v756 = 0.1139 * v732,
+      v757 = 0.1369 * v733, v758 = v734 - v735, v759 = v736 + v737, v760 = 0.1139 * v733,
+      v761 = 0.1369 * v732, v762 = 0.1139 * v738, v763 = 0.1369 * v739, v764 = v740 - v741,
+      v765 = v742 + v743, v766 = 0.1139 * v739, v767 = 0.1369 * v738, v768 = 0.1139 * v744,
+      v769 = 0.1369 * v745, v770 = v746 - v747, v771 = v748 + v749, v772 = 0.1139 * v745,
+      v773 = 0.1369 * v744, v774 = 0.1139 * v750, v775 = 0.1369 * v751, v776 = v752 - v753,
+      v777 = v754 + v755, v778 = 0.1139 * v751, v779 = 0.1369 * v750, v780 = v756 - v757,
+      v781 = 0.9992562012543986 * v758, v782 = 0.03856221278179919 * v759, v783 = v760 + v761,
+      v784 = 0.9992562012543986 * v759, v785 = 0.03856221278179919 * v758,
+      v786 = 0.9997828710780122 * v758, v787 = 0.020837722980371797 * v759,
+      v788 = 0.9997828710780122 * v759, v789 = 0.020837722980371797 * v758, v790 = v758 * v78,
+      v791 = v759 * v64, v792 = v758 * v64, v793 = v759 * v78, v794 = v762 - v763,
+      v795 = 0.9992562012543986 * v764, v796 = 0.03856221278179919 * v765, v797 = v766 + v767,
+      v798 = 0.9992562012543986 * v765, v799 = 0.03856221278179919 * v764,
+      v800 = 0.9997828710780122 * v764, v801 = 0.020837722980371797 * v765,
+      v802 = 0.9997828710780122 * v765, v803 = 0.020837722980371797 * v764, v804 = v764 * v78,
+      v805 = v765 * v64, v806 = v764 * v64, v807 = v765 * v78, v808 = v768 - v769,
+      v809 = 0.9992562012543986 * v770, v810 = 0.03856221278179919 * v771, v811 = v772 + v773,
+      v812 = 0.9992562012543986 * v771, v813 = 0.03856221278179919 * v770,
+      v814 = 0.9997828710780122 * v770, v815 = 0.020837722980371797 * v771,
+      v816 = 0.9997828710780122 * v771, v817 = 0.020837722980371797 * v770, v818 = v770 * v78,
+      v819 = v771 * v64, v820 = v770 * v64, v821 = v771 * v78, v822 = v774 - v775,
+      v823 = 0.9992562012543986 * v776, v824 = 0.03856221278179919 * v777, v825 = v778 + v779,
+      v826 = 0.9992562012543986 * v777, v827 = 0.03856221278179919 * v776,
+      v828 = 0.9997828710780122 * v776, v829 = 0.020837722980371797 * v777,
+      v830 = 0.9997828710780122 * v777, v831 = 0.020837722980371797 * v776, v832 = v776 * v78,
+      v833 = v777 * v64, v834 = v776 * v64, v835 = v777 * v78, v836 = 31.531000333597984 * v780,
+      v837 = v781 - v782, v838 = 31.531000333597984 * v783, v839 = v784 + v785, v840 = v786 - v787,
+      v841 = v788 + v789, v842 = v790 + v791, v843 = v792 - v793, v844 = 31.531000333597984 * v794,
+      v845 = v795 - v796, v846 = 31.531000333597984 * v797, v847 = v798 + v799, v848 = v800 - v801,
+      v849 = v802 + v803, v850 = v804 + v805, v851 = v806 - v807, v852 = 31.531000333597984 * v808,
+      v853 = v809 - v810, v854 = 31.531000333597984 * v811, v855 = v812 + v813, v856 = v814 - v815,
+      v857 = v816 + v817, v858 = v818 + v819, v859 = v820 - v821, v860 = 31.531000333597984 * v822,
+      v861 = v823 - v824, v862 = 31.531000333597984 * v825, v863 = v826 + v827, v864 = v828 - v829,
+      v865 = v830 + v831, v866 = v832 + v833, v867 = v834 - v835, v868 = v836 * v837,
+      v869 = v838 * v839, v870 = v836 * v839, v871 = v838 * v837, v872 = v836 * v840,
+      v873 = v838 * v841, v874 = v836 * v841, v875 = v838 * v840, v876 = v844 * v845,
+      v877 = v846 * v847, v878 = v844 * v847, v879 = v846 * v845, v880 = v844 * v848,
+      v881 = v846 * v849, v882 = v844 * v849, v883 = v846 * v848, v884 = v852 * v853,
+      v885 = v854 * v855, v886 = v852 * v855, v887 = v854 * v853, v888 = v852 * v856,
+      v889 = v854 * v857, v890 = v852 * v857, v891 = v854 * v856, v892 = v860 * v861,
+      v893 = v862 * v863, v894 = v860 * v863, v895 = v862 * v861, v896 = v860 * v864,
+      v897 = v862 * v865, v898 = v860 * v865, v899 = v862 * v864, v900 = v868 - v869,
+      v901 = v870 + v871, v902 = v872 - v873, v903 = v874 + v875, v904 = v876 - v877,
+      v905 = v878 + v879, v906 = v880 - v881, v907 = v882 + v883, v908 = v884 - v885,
+      v909 = v886 + v887, v910 = v888 - v889, v911 = v890 + v891, v912 = v892 - v893,
+      v913 = v894 + v895, v914 = v896 - v897, v915 = v898 + v899, v916 = v900 * v158,
+      v917 = v901 * v159, v918 = v900 * v159, v919 = v901 * v158, v920 = v902 * v77,
+      v921 = v903 * v62, v922 = v902 * v62, v923 = v903 * v77, v924 = v904 * v158,
+      v925 = v905 * v159, v926 = v904 * v159, v927 = v905 * v158, v928 = v906 * v77,
+      v929 = v907 * v62, v930 = v906 * v62, v931 = v907 * v77, v932 = v908 * v158,
+      v933 = v909 * v159, v934 = v908 * v159, v935 = v909 * v158, v936 = v910 * v77,
+      v937 = v911 * v62, v938 = v910 * v62, v939 = v911 * v77, v940 = v912 * v158,
+      v941 = v913 * v159, v942 = v912 * v159, v943 = v913 * v158, v944 = v914 * v77,
+      v945 = v915 * v62, v946 = v914 * v62, v947 = v915 * v77, v948 = v916 - v917,
+      v949 = v918 + v919, v950 = v920 + v921, v951 = v922 - v923, v952 = v924 - v925,
+      v953 = v926 + v927, v954 = v928 + v929, v955 = v930 - v931, v956 = v932 - v933,
+      v957 = v934 + v935, v958 = v936 + v937, v959 = v938 - v939, v960 = v940 - v941,
+      v961 = v942 + v943, v962 = v944 + v945, v963 = v946 - v947, v964 = 0.0576 * v948,
+      v965 = 1.2774 * v949, v966 = 1.2774 * v948, v967 = 0.0576 * v949, v968 = v949 * v80,
+      v969 = v948 * v80, v970 = v949 * v79, v971 = v948 * v79, v972 = v948 - T_8, v973 = v949 - T_9,
+      v974 = 0.0576 * v952, v975 = 1.2774 * v953, v976 = 1.2774 * v952, v977 = 0.0576 * v953,
+      v978 = v953 * v80, v979 = v952 * v80, v980 = v953 * v79, v981 = v952 * v79, v982 = v952 - T_8,
+      v983 = v953 - T_9, v984 = 0.0576 * v956, v985 = 1.2774 * v957, v986 = 1.2774 * v956,
+      v987 = 0.0576 * v957, v988 = v80 * v957, v989 = v80 * v956, v990 = v79 * v957,
+      v991 = v79 * v956, v992 = v956 - T_8, v993 = v957 - T_9, v994 = 0.0576 * v960,
+      v995 = 1.2774 * v961, v996 = 1.2774 * v960, v997 = 0.0576 * v961, v998 = v80 * v961,
+      v999 = v80 * v960, v1000 = v79 * v961, v1001 = v79 * v960, v1002 = v960 - T_8,
+      v1003 = v961 - T_9, v1004 = v964 + v965, v1005 = v966 - v967, v1006 = v968 - T_0,
+      v1007 = T_1 + v969, v1008 = T_4 + v970, v1009 = v971 - T_5, v1010 = v972 * v972,
+      v1011 = v973 * v973, v1012 = v974 + v975, v1013 = v976 - v977, v1014 = v978 - T_0,
+      v1015 = T_1 + v979, v1016 = T_4 + v980, v1017 = v981 - T_5, v1018 = v982 * v982,
+      v1019 = v983 * v983, v1020 = v984 + v985, v1021 = v986 - v987, v1022 = T_0 + v988,
+      v1023 = T_1 - v989, v1024 = T_4 - v990, v1025 = T_5 + v991, v1026 = v992 * v992,
+      v1027 = v993 * v993, v1028 = v994 + v995, v1029 = v996 - v997, v1030 = T_0 + v998,
+      v1031 = T_1 - v999, v1032 = T_4 - v1000, v1033 = T_5 + v1001, v1034 = v1002 * v1002,
+      v1035 = v1003 * v1003, v1036 = v1004 + v950, v1037 = v1005 + v951, v1038 = v1006 * v1006,
+      v1039 = v1007 * v1007, v1040 = v1008 * v1008, v1041 = v1009 * v1009, v1042 = v1012 + v954,
+      v1043 = v1013 + v955, v1044 = v1014 * v1014, v1045 = v1015 * v1015, v1046 = v1016 * v1016,
+      v1047 = v1017 * v1017, v1048 = v1020 + v958, v1049 = v1021 + v959, v1050 = v1022 * v1022,
+      v1051 = v1023 * v1023, v1052 = v1024 * v1024, v1053 = v1025 * v1025, v1054 = v1028 + v962,
+      v1055 = v1029 + v963, v1056 = v1030 * v1030, v1057 = v1031 * v1031, v1058 = v1032 * v1032,
+      v1059 = v1033 * v1033, v1060 = v1036 + v842, v1061 = v1037 + v843, v1062 = v24 + v1038,
+      v1063 = v1042 + v850, v1064 = v1043 + v851, v1065 = v125 + v1044, v1066 = v1048 + v858,
+      v1067 = v1049 + v859, v1068 = v24 + v1050, v1069 = v1054 + v866, v1070 = v1055 + v867,
+      v1071 = v126 + v1056, v1072 = v1060 + v712, v1073 = v1061 - v713, v1074 = v1062 + v1039,
+      v1075 = v1063 + v718, v1076 = v1064 - v719, v1077 = v1065 + v1045, v1078 = v1066 + v724,
+      v1079 = v1067 - v725, v1080 = v1068 + v1051, v1081 = v1069 + v730, v1082 = v1070 - v731,
+      v1083 = v1071 + v1057, v1084 = v1072 * v80, v1085 = v1072 * v79, v1086 = v1073 + 1.03,
+      v1087 = v1074 + v111, v1088 = v1075 * v80, v1089 = v1075 * v79, v1090 = v1076 + 1.03,
+      v1091 = v1077 + v1046, v1092 = v80 * v1078, v1093 = v79 * v1078, v1094 = v1079 + 1.03,
+      v1095 = v1080 + v113, v1096 = v80 * v1081, v1097 = v79 * v1081, v1098 = v1082 + 1.03,
+      v1099 = v1083 + v1058, v1100 = v1084 - T_3, v1101 = T_7 + v1085, v1102 = v1086 - T_11,
+      v1103 = v1087 + v1040, v1104 = v1088 - T_3, v1105 = T_7 + v1089, v1106 = v1090 - T_11,
+      v1107 = v1091 + v1047, v1108 = T_3 + v1092, v1109 = T_7 - v1093, v1110 = v1094 - T_11,
+      v1111 = v1095 + v1052, v1112 = T_3 + v1096, v1113 = T_7 - v1097, v1114 = v1098 - T_11,
+      v1115 = v1099 + v1059, v1116 = v1100 * v1100, v1117 = v1101 * v1101, v1118 = v1102 * v1102,
+      v1119 = v1103 + v1041, v1120 = v1104 * v1104, v1121 = v1105 * v1105, v1122 = v1106 * v1106,
+      v1123 = v1107 + v1018, v1124 = v1108 * v1108, v1125 = v1109 * v1109, v1126 = v1110 * v1110,
+      v1127 = v1111 + v1053, v1128 = v1112 * v1112, v1129 = v1113 * v1113, v1130 = v1114 * v1114,
+      v1131 = v1115 + v1034, v1132 = v1116 + v1117, v1133 = v1119 + v112, v1134 = v1120 + v1121,
+      v1135 = v1123 + v1019, v1136 = v1124 + v1125, v1137 = v1127 + v114, v1138 = v1128 + v1129,
+      v1139 = v1131 + v1035, v1140 = v1132 + v1118, v1141 = v1133 + v1010, v1142 = v1134 + v1122,
+      v1143 = 0.5 * v1135, v1144 = v1136 + v1126, v1145 = v1137 + v1026, v1146 = v1138 + v1130,
+      v1147 = 0.5 * v1139, v1148 = v1141 + v1011, v1149 = v1142 + v1143, v1150 = v1142 - v1143,
+      v1151 = v1145 + v1027, v1152 = v1146 + v1147, v1153 = v1146 - v1147, v1154 = 0.5 * v1148;
+  LANES_LET1(v1155, fabs, v1150);
+  const lanes v1156 = 0.5 * v1151;
+  LANES_LET1(v1157, fabs, v1153);
+  const lanes v1158 = v1140 + v1154, v1159 = v1140 - v1154, v1160 = v1149 + v1155,
+      v1161 = v1144 + v1156, v1162 = v1144 - v1156, v1163 = v1152 + v1157;
+  LANES_LET1(v1164, fabs, v1159);
+  const lanes v1165 = 0.5 * v1160;
+  LANES_LET1(v1166, fabs, v1162);
+  const lanes v1167 = 0.5 * v1163, v1168 = v1158 + v1164;
+  LANES_LET1(v1169, sqrt, v1165);
+  const lanes v1170 = v1161 + v1166;
+  LANES_LET1(v1171, sqrt, v1167);
+  const lanes v1172 = 0.5 * v1168;
+  out[29] = v1169;
+  const lanes v1173 = 0.5 * v1170;
+  out[31] = v1171; LANES_LET1(v1174, sqrt, v1172); LANES_LET1(v1175, sqrt, v1173); out[28] = v1174;
+  out[30] = v1175;
 }

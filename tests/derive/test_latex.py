@@ -27,7 +27,7 @@ from chasles.derive.lower import lower
 from chasles.derive.mechanism import Mechanism
 
 FILES = [f"{name}.tex" for name in ("parameters", "symbols", "screws", "transforms")]
-FILES += ["fk.tex", "jacobian.tex"]
+FILES += ["fk.tex", "jacobian.tex", "inverse.tex"]
 TRUE = 1e-12
 """Sums of a few dozen products of double precision numbers of order 1."""
 R = sp.Rational

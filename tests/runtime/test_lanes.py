@@ -162,7 +162,7 @@ def test_a_coordinate_that_is_not_finite_is_seen_in_the_pose():
 LAYOUTS = {
     "gaps": lambda a: np.repeat(a, 2, axis=0)[::2],
     "reversed": lambda a: np.ascontiguousarray(a[::-1])[::-1],
-    "columns of a table": lambda a: np.pad(a, ((0, 0), (1, 2)))[:, 1:-2],
+    "columns of a table": lambda a: np.pad(a, [(0, 0)] * (a.ndim - 1) + [(1, 2)])[..., 1:-2],
     "backwards": lambda a: np.ascontiguousarray(a[:, ::-1])[:, ::-1],
     "fortran": np.asfortranarray,
     "odd address": lambda a: np.concatenate([[0.0], a.ravel()])[1:].reshape(a.shape),

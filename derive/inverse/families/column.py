@@ -10,16 +10,16 @@ Most solutions: 4 (two of the orientation, two of the place).
 
 import numpy as np
 
-from ...vectors import combination, cross, dot, subtracted
+from ...vectors import cross, dot, subtracted
 from ..lines import Lines
 from ..requirement import Requirement, across, meeting, parallel, revolute
-from ..subproblems.slides import slide_to_plane
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.sp4 import sp4
 from ..target import Target
-from ..turns import composed, perpendicular, rotated
+from ..turns import composed, rotated
 from ..work import Work
+from .three_joints import two_slides
 
 TITLE = "a turning column with two slides and a hand that turns about its vertical"
 
@@ -69,7 +69,8 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     # 4. The column: past the hand, the place lies in the plane of the slides.
     centre = lines.meeting(4, 5)
     lever = rotated(scope, a1.h, q14_turn, subtracted(scope, centre, a4.p))
-    V = subtracted(scope, subtracted(scope, target.point(scope, centre), lever), a1.p)
+    place = work.call("W", "the common point of axes 5 and 6", target.point(scope, centre))
+    V = subtracted(scope, subtracted(scope, place, lever), a1.p)
     normal = cross(scope, a1.h, a2.h)
     d = dot(scope, normal, subtracted(scope, a4.p, a1.p))
     q1 = work.step(
@@ -85,12 +86,4 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
 
     # 5, 6. The slides in their plane.
     way = subtracted(scope, rotated(scope, a1.h, q1.back, V), subtracted(scope, a4.p, a1.p))
-    origin = combination(scope, (), ())
-    for axis, other in ((a2, a3), (a3, a2)):
-        n = perpendicular(scope, other.h, axis.h)
-        work.slide(
-            axis,
-            "a line meets a plane",
-            f"{other.name} does not move the hand that way",
-            slide_to_plane(scope, n, axis.h, origin, dot(scope, n, way)),
-        )
+    two_slides(work, a2, a3, way)

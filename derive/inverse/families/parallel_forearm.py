@@ -1,8 +1,8 @@
 """Six revolute joints, axes 2, 3 and 4 parallel, whatever axes 5 and 6 are.
 
-What axes 2 to 4 leave alone, the parts of axis 6 and of a point of it along their direction, are two
-equations for angles 1 and 5 together: subproblem 6. The rest is as in :mod:`.three_parallel`, which
-is tried first. Most solutions: 8.
+What axes 2 to 4 leave alone, the parts of axis 6 and of a point of it along their direction, are
+two equations for angles 1 and 5 together: subproblem 6. The rest is as in :mod:`.three_parallel`,
+which is tried first. Most solutions: 8.
 
 Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel).
 """
@@ -13,7 +13,7 @@ from ...scope import Scope
 from ...vectors import Vector, added, cross, dot, subtracted
 from ..found import FoundTurn, Simultaneous
 from ..lines import Lines
-from ..requirement import Requirement, parallel, revolute
+from ..requirement import Requirement, askew, parallel, revolute
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp6 import sp6
 from ..target import Target
@@ -28,7 +28,12 @@ TITLE = "three parallel axes 2, 3, 4"
 
 def requires(lines: Lines) -> list[Requirement]:
     """What the axes must fulfil."""
-    return [revolute(lines, range(6)), parallel(lines, 1, 2, 3)]
+    return [
+        revolute(lines, range(6)),
+        parallel(lines, 1, 2, 3),
+        askew(lines, 0, 1),
+        askew(lines, 4, 1),
+    ]
 
 
 def solve(work: Work, lines: Lines, target: Target) -> None:

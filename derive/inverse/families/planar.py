@@ -17,14 +17,14 @@ from ..work import Work
 from .triangle import remaining, triangle
 
 TITLE = "parallel axes"
-_MOST_TURNS = 3
+_LEAST_TURNS, _MOST_TURNS = 2, 3
 
 
 def requires(lines: Lines) -> list[Requirement]:
     """What the axes must fulfil."""
     turning = [k for k, axis in enumerate(lines.axes) if axis.turns]
     sliding = [k for k, axis in enumerate(lines.axes) if not axis.turns]
-    fits = 2 <= len(turning) <= _MOST_TURNS and len(sliding) <= 1
+    fits = _LEAST_TURNS <= len(turning) <= _MOST_TURNS and len(sliding) <= 1
     count = Requirement("two or three revolute joints, one slide at most", 0.0 if fits else np.inf)
     return [count, parallel(lines, *turning, *sliding)] if fits else [count]
 
@@ -34,8 +34,11 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     scope = work.scope
     turning = tuple(axis for axis in lines.axes if axis.turns)
     first = turning[0]
-    hand = turning[2].p if len(turning) == _MOST_TURNS else target.home
-    W = subtracted(scope, target.point(scope, hand), first.p)
+    hand, meaning = target.home, "the tool's origin"
+    if len(turning) == _MOST_TURNS:
+        hand, meaning = turning[2].p, f"a point of axis {turning[2].name}"
+    place = work.call("W", meaning, target.point(scope, hand))
+    W = subtracted(scope, place, first.p)
     # 1. The slide alone moves the tool along the axes.
     for axis in lines.axes:
         if not axis.turns:

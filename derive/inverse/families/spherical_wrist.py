@@ -38,7 +38,8 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     case = three_joints.case_of(arm)
     assert case is not None
     centre = lines.meeting(5, 4)
-    case.solve(work, arm, centre, target.point(scope, centre))
+    W = work.call("W", "the wrist's centre", target.point(scope, centre))
+    case.solve(work, arm, centre, W)
     # 4 to 6. What the arm leaves of the turn.
     wrist(work, lines, 3, target)
 

@@ -4,7 +4,7 @@ One joint is redundant: with the tool held, the elbow swings about the line from
 Where it swings to is given by the swivel angle, between two half planes that begin at this line:
 the one of the reference, and the one through the elbow.
 
-With S the shoulder, W the wrist's centre, E the elbow (the point of axis 4 that is nearest to S),
+With S the shoulder, W the wrist's centre, E the elbow (of axis 4 the point nearest to axis 3),
 ``w = (W - S) / |W - S|``, t the direction opposite to axis 1 and r a direction across it,
 
     e_x = direction of ((w - t) x r) x w,   e_y = w x e_x,
@@ -18,23 +18,23 @@ Most solutions: 8 for one swivel angle.
 Source: Elias and Wen 2023 (stereographic shoulder-elbow-wrist angle), with the pole below.
 """
 
+import numpy as np
 import sympy as sp
 
 from ...scope import Scope
 from ...vectors import Vector, added, combination, cross, dot, subtracted
-from ..lines import Axis, Lines
+from ..lines import EXACT, SNAPPED, Axis, Lines
 from ..requirement import Requirement, meeting, revolute
-from ..subproblems.sp1 import sp1
-from ..subproblems.sp2 import sp2
 from ..subproblems.sp3 import sp3, squared_across
-from ..subproblems.sp4 import LEAST
 from ..target import Target
-from ..turns import Turn, any_across, direction, rotated
+from ..turns import Turn, any_across, direction, perpendicular, rotated
 from ..work import Work
-from .spherical_wrist import wrist
+from .spherical_wrist import three_turns, wrist
 
 TITLE = "spherical shoulder and spherical wrist"
 _ONE = sp.Integer(1)
+NOTHING = sp.Float("1e-140", 20)
+"""The part of another vector that is added to one that may be 0, and changes no other."""
 
 
 def requires(lines: Lines) -> list[Requirement]:
@@ -43,7 +43,15 @@ def requires(lines: Lines) -> list[Requirement]:
         revolute(lines, range(7)),
         meeting(lines, 0, 1, 2),
         meeting(lines, 4, 5, 6),
+        _has_an_elbow(lines),
     ]
+
+
+def _has_an_elbow(lines: Lines) -> Requirement:
+    """Of parallel axes no point is nearest."""
+    third, fourth = lines.axes[2], lines.axes[3]
+    apart = 0.0 if lines.apart_in_direction((2, 3)) > SNAPPED else np.inf
+    return Requirement(f"axes {third.name} and {fourth.name} are not parallel", apart)
 
 
 def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
@@ -53,7 +61,8 @@ def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
     shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
 
     # 1. The shoulder does not change the distance of its own centre from the wrist's.
-    V = subtracted(scope, target.point(scope, centre), shoulder)
+    place = work.call("W", "the wrist's centre", target.point(scope, centre))
+    V = subtracted(scope, place, shoulder)
     upper, fore = subtracted(scope, elbow, shoulder), subtracted(scope, centre, elbow)
     across2 = squared_across(scope, a4.h, V, (upper, fore))
     sign = work.sign()
@@ -66,7 +75,7 @@ def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
 
     # 2. The shoulder carries a frame of line, normal and side to where the swivel angle wants it.
     arm = added(scope, upper, rotated(scope, a4.h, q4, fore))
-    w, n, b = _frame(scope, arm, a4.h)
+    w, n, b = _frame(scope, arm, upper, fore, a4.h)
     beside = scope.let(
         sp.Piecewise((_ONE, dot(scope, upper, b) >= 0), (-_ONE, True), evaluate=False)
     )
@@ -74,28 +83,22 @@ def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
     side = combination(
         scope, (scope.let(beside * swivel.c), scope.let(beside * swivel.s)), (e_x, e_y)
     )
+    for letter, meaning, vector in (
+        ("u", "the direction from shoulder to wrist with joints 1 to 3 at 0", w),
+        ("b", "the direction across it, in the plane of the arm", b),
+        ("w", "the direction from shoulder to wrist", W),
+        ("e", "the direction across it that the swivel angle is counted from", e_x),
+        ("f", "the direction across both", e_y),
+        ("g", "where the arm's plane has to point, across the line", side),
+    ):
+        work.call(letter, meaning, vector)
     normal = cross(scope, W, side)
-    v = combination(scope, [dot(scope, a3.h, e) for e in (w, n, b)], (W, normal, side))
 
     # 3 to 5. Its three angles.
-    q1, q2 = sp2(scope, a1.h, a2.h, a3.h, v, work.sign())
-    work.step(
-        [a1],
-        "subproblem 2",
-        f"{a3.name} does not turn its own axis",
-        q1,
-        f"with axis {a3.name} on axis {a1.name} only the sum of the two is determined; this one is "
-        "then 0",
-    )
-    work.step([a2], "subproblem 1", f"what {a1.name} leaves of the turn of axis {a3.name}", q2)
-    e = cross(scope, a3.h, a2.h)
-    turned = combination(scope, [dot(scope, e, f) for f in (w, n, b)], (W, normal, side))
-    left = rotated(scope, a2.h, q2.turn.back, rotated(scope, a1.h, q1.turn.back, turned))
-    work.step(
-        [a3],
-        "subproblem 1",
-        "what is left of the shoulder's turn",
-        sp1(scope, a3.h, e, left, sure=True),
+    three_turns(
+        work,
+        (a1, a2, a3),
+        lambda v: combination(scope, [dot(scope, v, e) for e in (w, n, b)], (W, normal, side)),
     )
 
     # 6 to 8. What the arm leaves of the tool's turn.
@@ -121,22 +124,32 @@ def swivel_of(scope: Scope, lines: Lines, turns: dict[int, Turn]) -> Turn:
 
 def reference(scope: Scope, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector]:
     """The direction of the line from shoulder to wrist, and the two that swivel counts from."""
-    w = _unit(scope, V)
+    w = _unit(scope, V, a1.h)
     r = any_across(scope, a1.h)
-    e_x = _unit(scope, cross(scope, cross(scope, added(scope, w, a1.h), r), w))
+    # Straight below the shoulder nothing is left of w - t; it then counts as pointing upwards.
+    away = combination(scope, (_ONE, NOTHING), (added(scope, w, a1.h), a1.h))
+    e_x = _unit(scope, cross(scope, cross(scope, away, r), w), r)
     return w, e_x, cross(scope, w, e_x)
 
 
-def _frame(scope: Scope, arm: Vector, h: Vector) -> tuple[Vector, Vector, Vector]:
-    """Line from shoulder to wrist, normal of the arm's plane and side, with joints 1 to 3 at 0."""
-    w = _unit(scope, arm)
-    b = _unit(scope, cross(scope, h, w))
+def _frame(
+    scope: Scope, arm: Vector, upper: Vector, fore: Vector, h: Vector
+) -> tuple[Vector, Vector, Vector]:
+    """Line from shoulder to wrist, normal of the arm's plane and side, with joints 1 to 3 at 0.
+
+    An arm that bends in a plane across the elbow's axis has its side across that axis, stretched
+    too; any other on the side of its elbow.
+    """
+    w = _unit(scope, arm, upper)
+    flat = all(abs(float(scope.value(dot(scope, h, part)))) <= EXACT for part in (upper, fore))
+    b = _unit(scope, cross(scope, h, w) if flat else perpendicular(scope, w, upper), upper)
     return w, cross(scope, w, b), b
 
 
-def _unit(scope: Scope, v: Vector) -> Vector:
-    size2 = dot(scope, v, v)
-    inverse = scope.let(1 / scope.let(sp.sqrt(scope.let(size2 + LEAST))))
+def _unit(scope: Scope, v: Vector, instead: Vector) -> Vector:
+    """The direction of a vector, or that of another where it is 0."""
+    v = combination(scope, (_ONE, NOTHING), (v, instead))
+    inverse = scope.let(1 / scope.let(sp.sqrt(dot(scope, v, v))))
     return combination(scope, (inverse,), (v,))
 
 

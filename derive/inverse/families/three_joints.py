@@ -13,7 +13,7 @@ import numpy as np
 import sympy as sp
 
 from ...scope import Scope
-from ...vectors import Vector, added, combination, dot, subtracted
+from ...vectors import ORIGIN, Vector, added, combination, dot, subtracted
 from ..lines import Axis, Lines
 from ..requirement import Requirement, across, meeting, parallel
 from ..subproblems.slides import slide_to_plane, slide_to_sphere
@@ -24,6 +24,7 @@ from ..subproblems.sp4 import sp4
 from ..turns import perpendicular, rotated
 from ..work import Work
 from .loop import loop_of_three, negative
+from .plane import turn_to_plane
 from .triangle import triangle
 
 _OBLIQUE = 1e-3
@@ -55,44 +56,42 @@ def case_of(lines: Lines) -> Case | None:
     """The first case whose conditions three axes fulfil."""
     kinds = _kinds(lines)
     for case in CASES:
-        if case.kinds == kinds and _apart(case, lines) <= lines.tolerance:
+        if case.kinds == kinds and _worst(case, lines).apart <= lines.tolerance:
             return case
     return None
 
 
 def requires(lines: Lines) -> Requirement:
-    """That three joints have one of the structures; the first that they have, or else the nearest."""
+    """That three joints have one of the structures: the first that holds, or else the nearest."""
     found = case_of(lines)
     names = ", ".join(axis.name for axis in lines.axes)
     if found is not None:
-        return Requirement(f"of {names}: {found.title}", 0.0)
+        text = f"of {names}: {found.title}"
+        worst, parts = _worst(found, lines), tuple(found.requires(lines))
+        return Requirement(text, worst.apart, worst.is_length, parts=parts)
     kinds = _kinds(lines)
-    missed = [(_apart(case, lines), case.title) for case in CASES if case.kinds == kinds]
-    apart, title = min(missed, default=(np.inf, "no structure of these joints is known"))
-    return Requirement(f"of {names}: {title}", apart)
+    missed = [(_worst(case, lines), case.title) for case in CASES if case.kinds == kinds]
+    if not missed:
+        return Requirement(f"of {names}: no structure of these joints is known", np.inf)
+    worst, title = min(missed, key=lambda one: one[0].apart)
+    return Requirement(f"of {names}: {title}", worst.apart, worst.is_length)
 
 
 def _kinds(lines: Lines) -> str:
     return "".join("r" if axis.turns else "p" for axis in lines.axes)
 
 
-def _apart(case: Case, lines: Lines) -> float:
-    return max((condition.apart for condition in case.requires(lines)), default=0.0)
+def _worst(case: Case, lines: Lines) -> Requirement:
+    """The condition that is farthest from holding."""
+    conditions = case.requires(lines)
+    return max(conditions, key=lambda c: c.apart, default=Requirement("", 0.0))
 
 
 def _last_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
-    scope, (a1, a2, a3) = work.scope, lines.axes
-    # 1. Joints 2 and 3 do not move centre along their common direction.
-    V = subtracted(scope, W, a1.p)
-    d = dot(scope, a2.h, subtracted(scope, centre, a1.p))
-    q1 = work.step(
-        [a1],
-        "subproblem 4",
-        f"{a2.name} and {a3.name} do not move the centre along their axes",
-        sp4(scope, V, a1.h, a2.h, d, work.sign()),
-        "with the centre on the first axis every angle will do; it is then 0",
-    )
-    U = added(scope, rotated(scope, a1.h, q1.back, V), subtracted(scope, a1.p, a2.p))
+    a1, a2, a3 = lines.axes
+    # 1. Joints 2 and 3 do not move the centre along their common direction.
+    reason = f"{a2.name} and {a3.name} do not move the centre along their axes"
+    U, _ = turn_to_plane(work, a1, a2, centre, W, reason)
     # 2, 3. A triangle across the parallel axes.
     triangle(work, a2, a3, centre, U)
 
@@ -214,17 +213,9 @@ def _parallel_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) ->
 def _turn_across_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
     scope, (a1, a2, a3) = work.scope, lines.axes
     # 1. Neither joint 2 nor the slide, which lies across its axis, moves the centre along it.
-    V = subtracted(scope, W, a1.p)
-    d = dot(scope, a2.h, subtracted(scope, centre, a1.p))
-    q1 = work.step(
-        [a1],
-        "subproblem 4",
-        f"{a2.name} and {a3.name} do not move the centre along axis {a2.name}",
-        sp4(scope, V, a1.h, a2.h, d, work.sign()),
-        "with the centre on the first axis every angle will do; it is then 0",
-    )
+    reason = f"{a2.name} and {a3.name} do not move the centre along axis {a2.name}"
+    U, _ = turn_to_plane(work, a1, a2, centre, W, reason)
     # 2. Joint 2 keeps the centre's distance from its axis.
-    U = added(scope, rotated(scope, a1.h, q1.back, V), subtracted(scope, a1.p, a2.p))
     A = perpendicular(scope, a2.h, U)
     reach = perpendicular(scope, a2.h, subtracted(scope, centre, a2.p))
     length = work.slide(
@@ -249,7 +240,7 @@ def _three_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
             axis,
             "a line meets a plane",
             "the other slides move the centre in a plane",
-            slide_to_plane(scope, normal, axis.h, (sp.Integer(0),) * 3, dot(scope, normal, way)),
+            slide_to_plane(scope, normal, axis.h, ORIGIN, dot(scope, normal, way)),
         )
 
 
@@ -306,13 +297,19 @@ def _slides_then_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> No
     # 2, 3. Two slides in their plane.
     reached = added(scope, a3.p, rotated(scope, a3.h, q3, reach))
     way = subtracted(scope, W, reached)
-    for axis, other in ((a1, a2), (a2, a1)):
+    two_slides(work, a1, a2, way)
+
+
+def two_slides(work: Work, first: Axis, second: Axis, way: Vector) -> None:
+    """Two slides that move a point by a given way in their plane."""
+    scope = work.scope
+    for axis, other in ((first, second), (second, first)):
         n = perpendicular(scope, other.h, axis.h)
         work.slide(
             axis,
             "a line meets a plane",
-            f"{other.name} does not move the centre that way",
-            slide_to_plane(scope, n, axis.h, (sp.Integer(0),) * 3, dot(scope, n, way)),
+            f"{other.name} does not move the point that way",
+            slide_to_plane(scope, n, axis.h, ORIGIN, dot(scope, n, way)),
         )
 
 
@@ -320,6 +317,14 @@ def _oblique(lines: Lines, i: int, j: int) -> Requirement:
     sideways = abs(float(lines.axes[i].direction @ lines.axes[j].direction)) < _OBLIQUE
     text = f"{lines.axes[j].name} does not move across {lines.axes[i].name}"
     return Requirement(text, np.inf if sideways else 0.0)
+
+
+def _turned_out(lines: Lines) -> Requirement:
+    a, b, c = (axis.direction for axis in lines.axes)
+    normal = np.cross(a, b)
+    flat = np.linalg.norm(np.cross(normal, c)) < _OBLIQUE
+    text = f"{lines.axes[2].name} moves the point out of the plane of the slides"
+    return Requirement(text, np.inf if flat else 0.0)
 
 
 def _independent(lines: Lines) -> Requirement:
@@ -362,6 +367,6 @@ CASES = (
         lambda a: [meeting(a, 1, 2)],
         _slide_then_meeting,
     ),
-    Case("ppr", "two slides and a turn", 2, lambda _: [], _slides_then_turn),
+    Case("ppr", "two slides and a turn", 2, lambda a: [_turned_out(a)], _slides_then_turn),
     Case("ppp", "three slides", 1, lambda a: [_independent(a)], _three_slides),
 )

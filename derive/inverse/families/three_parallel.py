@@ -1,22 +1,24 @@
 """Six revolute joints, axes 2, 3 and 4 parallel, axes 5 and 6 meeting: the arms of UR and kin.
 
-Most solutions: 8. Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel, 5-6 intersecting); the order of
-the steps and what is done at the singularities are ours.
+Most solutions: 8.
+
+Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel, 5-6 intersecting); the order of the steps and
+what is done at the singularities are ours.
 """
 
 import sympy as sp
 
-from ...vectors import Vector, added, cross, dot, subtracted
+from ...vectors import Vector, cross, dot, subtracted
 from ..found import FoundTurn
 from ..lines import Lines
 from ..requirement import Requirement, meeting, parallel, revolute
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.sp3 import sp3
-from ..subproblems.sp4 import sp4
 from ..target import Target
 from ..turns import Turn, perpendicular, rotated
 from ..work import Work
+from .plane import turn_to_plane
 from .triangle import remaining, triangle
 
 TITLE = "three parallel axes 2, 3, 4 and intersecting axes 5, 6"
@@ -46,16 +48,15 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
 
     # 1. Joints 5 and 6 leave their common point where it is, and joints 2 to 4 move it across h_2
     #    only: its part along h_2 is joint 1's affair alone.
-    W = subtracted(scope, target.point(scope, centre), a1.p)
-    d = dot(scope, a2.h, subtracted(scope, centre, a1.p))
-    q1 = work.step(
-        [a1],
-        "subproblem 4",
+    place = work.call("W", "the common point of axes 5 and 6", target.point(scope, centre))
+    U, q1 = turn_to_plane(
+        work,
+        a1,
+        a2,
+        centre,
+        place,
         "joints 2 to 6 do not move the common point of axes 5 and 6 along axes 2 to 4",
-        sp4(scope, W, a1.h, a2.h, d, work.sign()),
-        "on axis 1 the common point is reached at every angle; the angle is then 0",
     )
-    U = added(scope, rotated(scope, a1.h, q1.back, W), subtracted(scope, a1.p, a2.p))
 
     # 2. Joint 6 does not turn its own axis. 3. The second angle belongs to the first.
     v = rotated(scope, a1.h, q1.back, target.turned(scope, a6.h))
@@ -70,11 +71,12 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
         "with axis 6 parallel to axes 2 to 4 every sum will do; it is then the one that brings the "
         "elbow nearest to a right angle",
     )
+    seen = rotated(scope, a2.h, q234.back, v)
     q5 = work.step(
         [a5],
         "subproblem 1",
         "what joints 1 to 4 leave of the turn of axis 6",
-        sp1(scope, a5.h, a6.h, rotated(scope, a2.h, q234.back, v), sure=True),
+        sp1(scope, a5.h, a6.h, seen, sure=found.margin is None),
     )
 
     # 4. Any direction across axis 6 tells the last angle.

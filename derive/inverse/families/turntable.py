@@ -10,15 +10,15 @@ Most solutions: 4 for a pose; 8 for place and pitch, which the tool may have fro
 
 import sympy as sp
 
-from ...vectors import Vector, added, combination, cross, dot, subtracted
+from ...vectors import Vector, combination, cross, subtracted
 from ..found import FoundTurn
 from ..lines import Lines
 from ..requirement import Requirement, across, parallel, revolute
 from ..subproblems.sp1 import sp1
-from ..subproblems.sp4 import sp4
 from ..target import Target
 from ..turns import Turn, perpendicular, rotated
 from ..work import Work
+from .plane import turn_to_plane
 from .triangle import remaining, triangle
 
 TITLE = "a turntable with three parallel axes"
@@ -41,7 +41,9 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     fifth = lines.axes[4:]
     # 1. The arm moves in a plane.
     carried = fifth[0].p if fifth else target.home
-    U, q1 = _turned_to(work, lines, carried, target.point(scope, carried))
+    meaning = f"a point of axis {fifth[0].name}" if fifth else "the tool's origin"
+    place = work.call("W", meaning, target.point(scope, carried))
+    U, q1 = _turned_to(work, lines, carried, place)
     # 2. The parallel axes turn as one what the last joint leaves alone.
     e = fifth[0].h if fifth else _across(lines)
     v = rotated(scope, a1.h, q1.back, target.turned(scope, e))
@@ -98,17 +100,9 @@ def solve_direction(
 
 def _turned_to(work: Work, lines: Lines, carried: Vector, place: Vector) -> tuple[Vector, Turn]:
     """Turns the plane of the arm to a place; returns it seen from axis 2, and the turn."""
-    scope, (a1, a2, *_) = work.scope, lines.axes
-    V = subtracted(scope, place, a1.p)
-    d = dot(scope, a2.h, subtracted(scope, carried, a1.p))
-    q1 = work.step(
-        [a1],
-        "subproblem 4",
-        "the other joints move the point in the plane of the arm",
-        sp4(scope, V, a1.h, a2.h, d, work.sign()),
-        "with the point on axis 1 every angle will do; it is then 0",
-    )
-    return added(scope, rotated(scope, a1.h, q1.back, V), subtracted(scope, a1.p, a2.p)), q1
+    a1, a2, *_ = lines.axes
+    reason = "the other joints move the point in the plane of the arm"
+    return turn_to_plane(work, a1, a2, carried, place, reason)
 
 
 def _sum(work: Work, lines: Lines, found: FoundTurn, reason: str) -> Turn:

@@ -29,6 +29,10 @@ def sp1(scope: Scope, k: Vector, p: Vector, v: Vector, *, sure: bool = False) ->
         v: The vector after it.
         sure: That neither ever lies along k.
     """
-    x = dot(scope, perpendicular(scope, k, p), v)
-    y = dot(scope, cross(scope, k, p), v)
+    across = perpendicular(scope, k, p)
+    if not all(map(scope.is_constant, across)):
+        # Near the axis, what rounding leaves of p along k would meet the long part of v.
+        v = perpendicular(scope, k, v)
+    x = dot(scope, across, v)
+    y = dot(scope, cross(scope, k, across), v)
     return FoundTurn(direction(scope, x, y, sure=sure), Direction(x, y))

@@ -7,11 +7,11 @@ subproblem 4 gives theta1, up to a sign; the second angle follows from the first
 Taken in this order the two belong together, and where the first is undetermined the second still
 fits it.
 
-Where p comes close to k2, the two solutions come close to each other, and what subproblem 4 makes of
-them, ``xi^2 = |v x k1|^2 s^2 - (k2 . p - c k1 . v)^2`` with ``c = k1 . k2`` and ``s^2 = 1 - c^2``, is
-the small difference of large numbers. As p and v are of one length it equals
-``|p x k2|^2 s^2 - (k1 . v - c k2 . p)^2``, whose terms are small themselves: the one whose terms are
-smaller is taken.
+Where p comes close to k2, the two solutions come close to each other, and what subproblem 4 makes
+of them, ``xi^2 = |v x k1|^2 s^2 - (k2 . p - c k1 . v)^2`` with ``c = k1 . k2``, ``s^2 = 1 - c^2``,
+is the small difference of large numbers. As p and v are of one length it equals
+``|p x k2|^2 s^2 - (k1 . v - c k2 . p)^2``, whose terms are small themselves: the one whose terms
+are smaller is taken.
 
 Degenerate: where v lies along k1 every theta1 will do; it is then 0. Where p lies along k2 every
 theta2 will do.
@@ -39,7 +39,8 @@ def sp2(
         first = sp4(scope, v, k1, k2, dot(scope, k2, p), sign)
     else:
         first = _first(scope, k1, k2, p, v, r2, sign)
-    sure = scope.is_constant(r2)
+    # Where the first angle always exists, what it leaves is as far from k2 as p is.
+    sure = scope.is_constant(r2) and first.margin is None
     return first, sp1(scope, k2, p, rotated(scope, k1, first.turn.back, v), sure=sure)
 
 

@@ -1,0 +1,257 @@
+"""The inverse of a robot in words: which structure its axes have, and what follows from it."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..loops.hybrid import Hybrid
+from ..mechanism import Described, Mechanism
+from ..robot import Robot
+from ..scope import Scope
+from . import raghavan_roth
+from .classify import Attempt, Classification
+from .function import Solved
+from .hybrid import hybrid_inverses
+from .inverse import Inverses, inverses
+from .lines import EXACT
+from .requirement import Requirement
+from .work import Step
+
+GENERAL = "an arm of six revolute joints without a structure (Raghavan and Roth)"
+NEVER = "no small change of the arm would do"
+MOST_LISTED = 12
+"""Structures that a table lists, the nearest first."""
+_MM = 1e3
+_GAP = 3
+"""Blanks between the columns of a table."""
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What is known of a robot's inverse, to read: ``print(explain(robot))``.
+
+    Attributes:
+        robot: The robot's title.
+        chain: The chain that is explained.
+        inverses: Its structure, and the tasks that this solves; None where loops leave the tool
+            more than one pose, as a platform's do.
+        loops: How the actuators follow from the main chain; empty for a serial robot.
+    """
+
+    robot: str
+    chain: Robot
+    inverses: Inverses | None
+    loops: str = ""
+
+    @property
+    def most_solutions(self) -> int:
+        """How many solutions a pose of the tool can have; 0 where they are not known."""
+        if self.inverses is None:
+            return 0
+        solved = self.inverses.solved.get("ik") or next(iter(self.inverses.solved.values()), None)
+        written = [function.branches for function in self.inverses.written]
+        return solved.function.branches if solved else max(written, default=0)
+
+    @property
+    def line(self) -> str:
+        """The explanation in one line."""
+        if self.inverses is None:
+            return self.loops
+        classification = self.inverses.classification
+        found = classification.found
+        if self.inverses.written:
+            return f"inverse: {GENERAL}, at most {_counted(self.most_solutions, 'solution')}"
+        if found is None:
+            return f"no closed-form inverse: {classification.missing}"
+        of_chain = " of the main chain" if self.loops else ""
+        given = _for_given(found, classification)
+        return (
+            f"inverse{of_chain}: {found.title}{given}, at most "
+            f"{_counted(self.most_solutions, 'solution')}"
+        )
+
+    def __str__(self) -> str:
+        """The whole explanation, some 30 lines."""
+        title = f"{self.robot}\n{'=' * len(self.robot)}"
+        if self.inverses is None:
+            return f"{title}\n\n{self.loops}"
+        classification = self.inverses.classification
+        parts = [title, _structure(classification)]
+        if classification.found is not None:
+            parts += [_task(name, solved) for name, solved in self.inverses.solved.items()]
+        if self.inverses.written:
+            parts.append(_general(self.chain, self.most_solutions))
+        if classification.found is None and classification.attempts:
+            parts.append(_nearest(classification))
+        return "\n\n".join([*parts, *([self.loops] if self.loops else [])])
+
+
+def explain(robot: Described) -> Explanation:
+    """Which closed-form inverse a robot has and why, or what it lacks.
+
+    Args:
+        robot: A serial robot or a mechanism, of which the main chain is explained.
+
+    Returns:
+        An object whose text tells the structure of the axes, the numbered steps that follow from
+        it with their degenerate cases, and how many solutions there can be; where there is no
+        closed form, how far the axes are from each structure that has one.
+    """
+    chain = robot.main_chain if isinstance(robot, Mechanism) else robot
+    title = robot.title or robot.name
+    if isinstance(robot, Mechanism):
+        hybrid = Hybrid(robot)
+        found = None if hybrid.forward.open else hybrid_inverses(hybrid)
+        return Explanation(title, chain, found, _of_loops(hybrid))
+    scope = Scope({parameter.symbol: parameter.value for parameter in chain.parameters})
+    return Explanation(title, chain, inverses(chain, scope))
+
+
+def _structure(classification: Classification) -> str:
+    found = classification.found
+    if found is None:
+        return f"No closed-form inverse: {classification.missing}."
+    lines = [f"Structure: {found.title}{_for_given(found, classification)}."]
+    lines += [f"  {_condition(r, classification)}" for r in found.requirements]
+    if classification.tier == "exact":
+        lines.append("Tier: exact; the closed form is that of the robot.")
+    else:
+        lines.append(
+            "Tier: snapped; the closed form is that of a robot whose axes lie as they should, and "
+            "its solutions start an iteration on the true one."
+        )
+    return "\n".join(lines)
+
+
+def _for_given(attempt: Attempt, classification: Classification) -> str:
+    """The joints whose values are given, with a leading comma."""
+    names = [classification.lines.axes[k].name for k in attempt.given]
+    return f", for given {listed(names)}" if names else ""
+
+
+def _condition(requirement: Requirement, classification: Classification) -> str:
+    if requirement.apart <= EXACT:
+        return f"{requirement.text}: holds"
+    return f"{requirement.text}: off by {_distance(requirement, classification)}"
+
+
+def _distance(requirement: Requirement, classification: Classification) -> str:
+    """How far a condition is from holding, in the unit of its kind."""
+    if not np.isfinite(requirement.apart):
+        return NEVER
+    if requirement.is_length:
+        return f"{_MM * requirement.apart * (classification.lines.length or 1.0):.3g} mm"
+    return f"{requirement.apart:.3g} rad"
+
+
+def nearest(classification: Classification) -> list[tuple[str, list[tuple[str, str]]]]:
+    """The structures that were tried, by their distance, with what they miss and by how much."""
+    best: dict[str, Attempt] = {}
+    for attempt in sorted(classification.attempts, key=lambda attempt: attempt.apart):
+        best.setdefault(attempt.title, attempt)
+    return [
+        (
+            attempt.title + _for_given(attempt, classification),
+            [
+                (requirement.text, _distance(requirement, classification))
+                for requirement in attempt.requirements
+                if requirement.apart > EXACT
+            ],
+        )
+        for attempt in best.values()
+    ]
+
+
+def _nearest(classification: Classification) -> str:
+    rows = [("structure, and what of it is missed", "off by")]
+    for title, missed in nearest(classification)[:MOST_LISTED]:
+        rows += [(title, ""), *((f"  {what}", off) for what, off in missed)]
+    return "\n".join(_table(rows))
+
+
+def _table(rows: Sequence[tuple[str, str]]) -> list[str]:
+    """Rows of two columns, the first row their heading."""
+    wide = max(len(left) for left, right in rows if right) + _GAP
+    head, *body = (f"{left.ljust(wide)}{right}".rstrip() for left, right in rows)
+    return [head, "-" * len(head), *body]
+
+
+def _task(name: str, solved: Solved) -> str:
+    """The steps of one task."""
+    function = solved.function
+    arguments = ", ".join(argument.name for argument in function.inputs)
+    several = f"{function.branches} slots" if function.branches > 1 else "one slot"
+    solutions = f"at most {_counted(function.branches, 'solution')} in {several}"
+    lines = [f"{name}({arguments}): {solutions}, residual and margin of each."]
+    for number, step in enumerate(solved.work.steps, 1):
+        lines += _step(number, step, solved)
+    lines += [f"    {rest}" for rest in _remaining(solved)]
+    return "\n".join(lines)
+
+
+def _step(number: int, step: Step, solved: Solved) -> Iterable[str]:
+    yield f"{number:2}. {' + '.join(step.joints)}, by {step.method}: {step.reason}."
+    if step.found.sign is not None:
+        place = solved.work.signs.index(step.found.sign) + 1
+        boundary = (
+            "" if step.found.margin is None else "; they meet at the boundary of what is reached"
+        )
+        yield f"    Two solutions, sign {place} of {len(solved.work.signs)}{boundary}."
+    if step.degenerate:
+        yield f"    Degenerate: {step.degenerate}."
+
+
+def _remaining(solved: Solved) -> Iterable[str]:
+    """The joints that follow from a sum."""
+    alone = {step.joints[0] for step in solved.work.steps if len(step.joints) == 1}
+    for step in solved.work.steps:
+        rest = [name for name in step.joints if name not in alone]
+        if len(step.joints) > 1 and len(rest) == 1:
+            others = listed([name for name in step.joints if name in alone])
+            yield f"{rest[0]} is what {others} {_leave(step)} of {' + '.join(step.joints)}."
+
+
+def _leave(step: Step) -> str:
+    return "leave" if len(step.joints) > 2 else "leaves"  # noqa: PLR2004
+
+
+def _general(chain: Robot, most: int) -> str:
+    """The steps for an arm without a structure."""
+    split = raghavan_roth.split_of(chain)
+    assert split is not None
+    one, two, suppressed, v, w, last = (chain.moving[k].name for k in split.joints)
+    steps = (
+        f"{last} does not move its own axis: fourteen quantities of it are linear in the products "
+        f"of cosines and sines of {one} and {two}, and in those of {v} and {w}. Six combinations "
+        f"are free of {one} and {two}.",
+        f"{suppressed}: with the half angle of {v} these are twelve equations, singular at sixteen "
+        "complex angles, the eigenvalues of a matrix. Those that are real are solutions.",
+        f"{v}, {w}: from the eigenvector. {one}, {two}: from the equations that were combined.",
+        f"{last}: what the others leave of the turn. Newton's steps on the pose end it.",
+    )
+    head = f"ik(T): at most {most} solutions in {most} slots, by the eigenvalues of a matrix."
+    return "\n".join([head, *(f"{k:2}. {step}" for k, step in enumerate(steps, 1))])
+
+
+def _of_loops(hybrid: Hybrid) -> str:
+    """How the actuators follow."""
+    mechanism = hybrid.mechanism
+    if not mechanism.closers:
+        return "The actuators follow from the main chain by constant ratios."
+    solution = hybrid.backward
+    actuated = {c.moves for c in mechanism.coordinates}
+    if solution.open and actuated & set(solution.open):
+        missing = listed(sorted(actuated & set(solution.open)))
+        return f"There is no closed form for {missing} from the main chain."
+    steps = _counted(len(solution.steps), "step")
+    return f"The actuators follow from the main chain in closed form, through the loops in {steps}."
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}{'s' if count != 1 else ''}"
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names in a sentence."""
+    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))

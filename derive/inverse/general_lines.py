@@ -1,0 +1,76 @@
+"""Fourteen quantities of a point on a line, on which rigid motions act linearly.
+
+For a point p on a line of unit direction l, Raghavan and Roth's equations compare
+
+    x = (p, l, p.p, p.l, p x l, (p.p) l - 2 (p.l) p)
+
+in two expressions of the same line. With a 1 appended, a motion p -> R p + d, l -> R l maps x by a
+matrix that depends on R and d alone: products of sines and cosines that a single joint would
+square never appear, and each joint enters every quantity linearly. With h = R^T d:
+
+    p'         = R p + d
+    l'         = R l
+    p'.p'      = p.p + 2 h.p + d.d
+    p'.l'      = p.l + h.l
+    p' x l'    = R (p x l) + d x R l
+    w'         = R w - 2 d x R (p x l) + (d.d) R l - 2 (h.l) d - 2 (p.l) d
+
+where w = (p.p) l - 2 (p.l) p; the fifth and sixth use d x (b x c) = b (d.c) - c (d.b).
+
+Source:
+    Raghavan and Roth, Inverse kinematics of the general 6R manipulator and related linkages,
+    Journal of Mechanical Design 115 (1993), section 3, for the fourteen equations.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[Any]
+"""Floats, or expressions as objects."""
+P, L, PP, PL, M, W, ONE = slice(0, 3), slice(3, 6), 6, 7, slice(8, 11), slice(11, 14), 14
+COUNT = 14
+"""How many there are, without the 1."""
+SIZE = COUNT + 1
+
+
+def quantities(p: Array, direction: Array) -> Array:
+    """The quantities of a point and a unit direction, and the 1, (15,)."""
+    pp, pl = p @ p, p @ direction
+    moment = hat(p) @ direction
+    return np.array([*p, *direction, pp, pl, *moment, *(pp * direction - 2 * pl * p), 1], p.dtype)
+
+
+def motion(T: Array) -> Array:
+    """The matrix (15, 15) by which a pose (4, 4) acts on the quantities and the 1."""
+    R, d = T[:3, :3], T[:3, 3]
+    A = np.zeros((SIZE, SIZE), T.dtype)
+    h, dd, cross = R.T @ d, d @ d, hat(d) @ R
+    for block in (P, L, M, W):
+        A[block, block] = R
+    A[PP, PP] = A[PL, PL] = A[ONE, ONE] = 1
+    A[P, ONE] = d
+    A[PP, P], A[PP, ONE] = 2 * h, dd
+    A[PL, L] = h
+    A[M, L] = cross
+    A[W, M], A[W, L], A[W, PL] = -2 * cross, dd * R - 2 * np.outer(d, h), -2 * d
+    return A
+
+
+def turn(sign: int) -> tuple[Array, Array, Array]:
+    """A turn by ``sign * theta`` about z: the matrices (15, 15) of 1, cos theta and sin theta."""
+    fixed, c, s = (np.zeros((SIZE, SIZE), int) for _ in range(3))
+    for block in (P, L, M, W):
+        x, y, z = range(SIZE)[block]
+        fixed[z, z] = c[x, x] = c[y, y] = 1
+        s[y, x], s[x, y] = sign, -sign
+    for k in (PP, PL, ONE):
+        fixed[k, k] = 1
+    return fixed, c, s
+
+
+def hat(v: Array) -> Array:
+    """The matrix (3, 3) that takes a vector u to v x u."""
+    x, y, z = v
+    return np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]], v.dtype)

@@ -1,0 +1,127 @@
+"""The nominal arm of a calibrated one: its axes moved by no more than was measured, to a structure.
+
+A measured arm has no two axes that are parallel or meet. Its inverse is that of the arm it was
+meant to be, taken to the true one by Newton's iteration at run time.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import replace
+
+import mpmath
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from ..conventions import inverse
+from ..exact import EVALUATION_DIGITS
+from ..robot import Joint, Placement, Robot, Rotation, Translation
+from .classify import Attempt
+from .lines import SNAPPED, Lines, home_of
+from .requirement import Requirement
+
+FloatArray = NDArray[np.float64]
+
+
+def nominal_of(robot: Robot, lines: Lines, found: Attempt) -> Robot:
+    """The nominal arm of a robot: the same joints on axes that have a structure exactly.
+
+    Args:
+        robot: The calibrated arm.
+        lines: Its axes.
+        found: The structure that they nearly have.
+
+    Returns:
+        A robot of numbers, whose home pose is that of the calibrated one.
+    """
+    axes = dict(enumerate(lines.axes))
+    places = [k for k in axes if k not in found.given]
+    order = places[::-1] if found.backwards else places
+    directions = {k: _nearest_upright(axis.direction) for k, axis in axes.items()}
+    origins = {k: axis.origin for k, axis in axes.items()}
+    for requirement in _all(found.requirements):
+        _make_parallel(directions, [order[k] for k in requirement.parallel])
+    for requirement in _all(found.requirements):
+        _make_meet(directions, origins, [order[k] for k in requirement.meeting])
+    joints = tuple(_joint(joint, directions[k], origins[k]) for k, joint in enumerate(robot.moving))
+    home = home_of(robot, lines.scope)
+    tool = _placement([[_number(lines.scope.value(e)) for e in row] for row in home.tolist()])
+    return replace(robot, joints=joints, base=(), tool=tool, parameters=())
+
+
+def _all(requirements: Iterable[Requirement]) -> Iterable[Requirement]:
+    for requirement in requirements:
+        yield requirement
+        yield from requirement.parts
+
+
+def _nearest_upright(h: FloatArray) -> FloatArray:
+    """The direction of the base's axis that is nearest, if one is as near as measuring errs."""
+    k = int(np.argmax(np.abs(h)))
+    upright = np.zeros(3)
+    upright[k] = np.sign(h[k])
+    return upright if float(np.linalg.norm(h - upright)) <= SNAPPED else h
+
+
+def _make_parallel(directions: dict[int, FloatArray], indices: Sequence[int]) -> None:
+    for k in indices[1:]:
+        first = directions[indices[0]]
+        directions[k] = first * np.sign(first @ directions[k])
+
+
+def _make_meet(
+    directions: dict[int, FloatArray], origins: dict[int, FloatArray], indices: Sequence[int]
+) -> None:
+    """Moves axes to the point that is nearest to all of them."""
+    if not indices:
+        return
+    across = {k: np.eye(3) - np.outer(directions[k], directions[k]) for k in indices}
+    centre = np.linalg.solve(
+        sum(across.values(), np.zeros((3, 3))),
+        sum((P @ origins[k] for k, P in across.items()), np.zeros(3)),
+    )
+    for k in indices:
+        origins[k] = np.asarray(centre, dtype=np.float64)
+
+
+def _joint(joint: Joint, h: FloatArray, p: FloatArray) -> Joint:
+    """The joint on an axis, in a frame that lies in the base's at home."""
+    with mpmath.workdps(EVALUATION_DIGITS):
+        x, y, z = (mpmath.mpf(float(component)) for component in h)
+        azimuth, tilt = mpmath.atan2(x, -y), mpmath.atan2(mpmath.hypot(x, y), z)
+        upright = x == y == 0
+        tilted = (Rotation("x", _angle(tilt)),)
+        turns = tilted if upright else (Rotation("z", _angle(azimuth)), *tilted)
+    x, y, z = (sp.Rational(float(component)) for component in p)
+    before: Placement = (Translation((x, y, z)), *turns)
+    return replace(joint, before=before, after=inverse(before))
+
+
+def _placement(home: Sequence[Sequence[mpmath.mpf]]) -> Placement:
+    """A pose as a translation and turns about z, y and x, at 40 digits."""
+    with mpmath.workdps(EVALUATION_DIGITS):
+        level = mpmath.hypot(home[0][0], home[1][0])
+        pitch = mpmath.atan2(-home[2][0], level)
+        if level > mpmath.mpf(10) ** (8 - EVALUATION_DIGITS):
+            yaw = mpmath.atan2(home[1][0], home[0][0])
+            roll = mpmath.atan2(home[2][1], home[2][2])
+        else:
+            yaw, roll = mpmath.atan2(-home[0][1], home[1][1]), mpmath.mpf(0)
+        x, y, z = (sp.Rational(sp.Float(home[i][3], EVALUATION_DIGITS)) for i in range(3))
+        return (
+            Translation((x, y, z)),
+            Rotation("z", _angle(yaw)),
+            Rotation("y", _angle(pitch)),
+            Rotation("x", _angle(roll)),
+        )
+
+
+def _number(value: sp.Expr) -> mpmath.mpf:
+    return mpmath.mpf(sp.Float(value, EVALUATION_DIGITS)._mpf_)
+
+
+def _angle(value: mpmath.mpf) -> sp.Expr:
+    """An angle to 40 digits; right angles exactly, for they cost nothing."""
+    quarters = mpmath.nint(2 * value / mpmath.pi)
+    if abs(value - quarters * mpmath.pi / 2) < mpmath.mpf(10) ** (8 - EVALUATION_DIGITS):
+        return sp.pi * sp.Rational(int(quarters), 2)
+    return sp.Rational(sp.Float(value, EVALUATION_DIGITS))

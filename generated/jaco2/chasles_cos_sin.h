@@ -1,0 +1,71 @@
+/* Cosines and sines of all angles of a pose at once; part of chasles, the same for every robot.
+ *
+ * Plain C and libm, unless the compiler's flags allow AVX2 or AVX-512 on glibc: then libmvec, the
+ * vector part of glibc's libm, takes four or eight angles a call. Both differ by a unit in the last
+ * place at most; define CHASLES_PLAIN to have libm everywhere.
+ */
+#ifndef CHASLES_COS_SIN_H
+#define CHASLES_COS_SIN_H
+
+#include <math.h>
+
+/* GCC 12 was seen to give wrong numbers where it packs scalar code into AVX-512 vectors (a delta
+ * robot's rods, -O2 -march=native -fno-math-errno); there is nothing in this code to gain by it. */
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC optimize("no-tree-slp-vectorize")
+#endif
+
+#if defined(__x86_64__) && defined(__GLIBC__) && !defined(CHASLES_PLAIN)
+#if defined(__AVX512F__)
+#define CHASLES_ANGLES 8
+#define CHASLES_MANY_COS _ZGVeN8v_cos
+#define CHASLES_MANY_SIN _ZGVeN8v_sin
+#elif defined(__AVX2__)
+#define CHASLES_ANGLES 4
+#define CHASLES_MANY_COS _ZGVdN4v_cos
+#define CHASLES_MANY_SIN _ZGVdN4v_sin
+#endif
+#endif
+
+#ifdef CHASLES_ANGLES
+#include <string.h>
+
+typedef double chasles_angles __attribute__((vector_size(CHASLES_ANGLES * sizeof(double))));
+#ifdef __cplusplus
+extern "C" {
+#endif
+chasles_angles CHASLES_MANY_COS(chasles_angles);
+chasles_angles CHASLES_MANY_SIN(chasles_angles);
+#ifdef __cplusplus
+}
+#endif
+
+#define CHASLES_ANGLE(i) (k + (i) < n ? angle[k + (i)] : 0.0)
+static inline void chasles_cos_sin(int n, const double *angle, double *c, double *s)
+{
+  for (int k = 0; k < n; k += CHASLES_ANGLES) {
+    size_t bytes = (size_t)(n - k < CHASLES_ANGLES ? n - k : CHASLES_ANGLES) * sizeof(double);
+    /* Joined in registers: loading what was just stored in parts waits for all stores before. */
+    const chasles_angles some = {
+      CHASLES_ANGLE(0), CHASLES_ANGLE(1), CHASLES_ANGLE(2), CHASLES_ANGLE(3),
+#if CHASLES_ANGLES == 8
+      CHASLES_ANGLE(4), CHASLES_ANGLE(5), CHASLES_ANGLE(6), CHASLES_ANGLE(7),
+#endif
+    };
+    chasles_angles result = CHASLES_MANY_COS(some);
+    memcpy(c + k, &result, bytes);
+    result = CHASLES_MANY_SIN(some);
+    memcpy(s + k, &result, bytes);
+  }
+}
+#else
+static inline void chasles_cos_sin(int n, const double *angle, double *c, double *s)
+{
+  for (int k = 0; k < n; k++) {
+    c[k] = cos(angle[k]);
+    s[k] = sin(angle[k]);
+  }
+}
+#endif
+
+#endif

@@ -1,0 +1,299 @@
+"""Every family of inverses on random arms that have it, judged by an FK of their rows alone."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+from derivations import derivation
+from synthetic import Arm, Function, robot_of
+from tolerances import WORST_INVERSE
+
+from bench import verdict
+from bench.peers.inverses import INSTALL, absent, answers
+from bench.poses import Case, PoseSet, nearly, right_angles
+from bench.tasks import wrapped
+from bench.verdict import SAME, VALID, counts, judged, newton
+from chasles.derive.inverse.classify import classify
+from chasles.derive.inverse.locks import can_be_given
+from chasles.derive.scope import Scope
+
+RANDOM = 2_000
+GRID = 250
+TARGETS = 2
+"""Targets whose solutions Newton's method counts."""
+STARTS = 150
+WRIST = "/RxrxR"
+ARMS = {
+    "R=R/R": "axes 1 and 2 parallel",
+    "R/R=R": "axes 2 and 3 parallel",
+    "RxR/R": "axes 1 and 2 intersecting",
+    "R/RxR": "axes 2 and 3 intersecting",
+    "R/R/R": "any axes",
+    "RxR/P": "axes 1 and 2 intersecting, a slide",
+    "R=R=P": "axes 1 and 2 parallel, a slide along them",
+    "R/RLP": "a slide across axis 2",
+    "P=R=R": "a slide along parallel axes 2 and 3",
+    "P/RxR": "a slide, axes 2 and 3 intersecting",
+    "P/P/R": "two slides and a turn",
+    "P/P/P": "three slides",
+}
+"""The cases of three joints in front of a spherical wrist."""
+UR = "three parallel axes 2, 3, 4 and intersecting axes 5, 6"
+FOREARM = "three parallel axes 2, 3, 4"
+INNER = "axes 2, 3 and 4 through one point"
+COLUMN = "a turning column with two slides and a hand that turns about its vertical"
+SWIVEL = "spherical shoulder and spherical wrist"
+TURNTABLE = "a turntable with three parallel axes"
+FAMILIES = {
+    "R/R=R=R/RxR": UR,
+    "R/R=R=R/R/R": FOREARM,
+    "R/RxrxR/R/R": INNER,
+    "RLpLP=R/RxR": COLUMN,
+}
+SEVEN = ("RxrxRLrLRxrxR", "RxrxR/R/RxrxR", "RxrxRxRxRxrxR")
+"""Elbows in a plane, with an offset along their axis, and of three axes through one point."""
+PLANE = ("R=R=R", "R=R=R=P", "R=R=P=R", "R=P=R=R", "P=R=R=R")
+EVERYWHERE = [
+    *((arm + WRIST, "spherical wrist", right) for arm in ARMS for right in (False,)),
+    *((arm + WRIST, "spherical wrist", True) for arm in ARMS if arm != "P/P/P"),
+    *((chain, title, False) for chain, title in FAMILIES.items()),
+    *((chain, title, True) for chain, title in FAMILIES.items() if title != FOREARM),
+    *((chain, SWIVEL, right) for chain in SEVEN for right in (False, True)),
+    *((chain, "parallel axes", True) for chain in PLANE),
+]
+BACKWARDS = [
+    *((arm[::-1], right) for arm in ("R/R/R/RxrxR", "R/RxR/RxrxR") for right in (False, True)),
+    ("R/R=R=R/RxR"[::-1], False),
+    ("R/R=R=R/R/R"[::-1], False),
+    ("R/RxrxR/R/R"[::-1], True),
+    ("RLpLP=R/RxR"[::-1], False),
+]
+
+
+@cache
+def arm_of(chain, function="ik", *, right=False):
+    return Arm(chain, function, right=right)
+
+
+def some(arm, count, seed=1):
+    return arm.random(np.random.default_rng(seed), count)
+
+
+def assert_nothing_is_missed(arm, grid=True):
+    """No miss, nothing wrong, the own coordinates found; at right angles and near them too."""
+    found = judged(arm, PoseSet("random", some(arm, RANDOM), regular=True), arm.answers)
+    assert (found.missed, found.wrong, found.lost) == (0, 0, 0)
+    assert found.worst <= WORST_INVERSE
+    rng = np.random.default_rng(3)
+    at = right_angles(arm, rng)
+    at = at[rng.permutation(len(at))[:GRID]]
+    for q in (at, nearly(arm, rng, at)) if grid else ():
+        found = judged(arm, PoseSet("right angles", q), arm.answers)
+        assert (found.missed, found.wrong) == (0, 0)
+
+
+def assert_complete(arm, monkeypatch):
+    """Every solution that Newton's method finds is among those in the slots."""
+    monkeypatch.setattr(verdict, "STARTS", STARTS)
+    rng = np.random.default_rng(2)
+    for row, found in zip(q := some(arm, TARGETS), arm.answers(q).q, strict=True):
+        expected = newton(arm, row, rng)
+        assert len(expected) >= 1
+        far = np.where(arm.turns, wrapped(difference := expected[:, None] - found), difference)
+        assert np.abs(far).max(axis=-1).min(axis=-1).max() < SAME
+
+
+@pytest.mark.parametrize(("chain", "title", "right"), EVERYWHERE)
+def test_no_solution_is_missed(chain, title, right):
+    arm = arm_of(chain, right=right)
+    assert arm.inverses.classification.found.title == title
+    assert_nothing_is_missed(arm)
+
+
+@pytest.mark.parametrize(("chain", "right"), BACKWARDS)
+def test_no_solution_is_missed_by_chains_read_from_the_tool(chain, right):
+    arm = arm_of(chain, right=right)
+    assert arm.inverses.classification.found.backwards
+    assert_nothing_is_missed(arm)
+
+
+@pytest.mark.parametrize("chain", [*(arm + WRIST for arm in ARMS), *FAMILIES, *SEVEN])
+def test_all_that_newton_finds_is_found(chain, monkeypatch):
+    assert_complete(arm_of(chain), monkeypatch)
+
+
+@pytest.mark.parametrize("chain", [chain for chain in ARMS if chain not in ("R=R=P", "P=R=R")])
+def test_three_joints_place_the_tool(chain, monkeypatch):
+    arm = arm_of(chain, "ik_position")
+    (requirement,) = arm.inverses.classification.found.requirements
+    assert requirement.text.endswith(ARMS[chain])
+    assert_nothing_is_missed(arm)
+    assert_complete(arm, monkeypatch)
+
+
+@pytest.mark.parametrize("chain", ["R/R/R/RxrxR/R", "R/R=R/RxrxR/R", "P/R/R=R/RxrxR"])
+def test_given_joints_leave_all_solutions_of_the_others(chain, monkeypatch):
+    arm = arm_of(chain)
+    assert len(arm.inverses.classification.found.given) == 1
+    assert_nothing_is_missed(arm)
+    assert_complete(arm, monkeypatch)
+
+
+@pytest.mark.parametrize("chain", ["R+R=R=R", "RLR=R=R+R", "R=R=RLR"])
+def test_arms_of_fewer_joints_find_the_poses_that_they_can_have(chain, monkeypatch):
+    arm = arm_of(chain)
+    assert arm.inverses.classification.found.title.startswith(TURNTABLE)
+    found = judged(arm, PoseSet("random", some(arm, RANDOM), regular=True), arm.answers)
+    assert (found.missed, found.wrong, found.lost) == (0, 0, 0)
+    assert_complete(arm, monkeypatch)
+
+
+@pytest.mark.parametrize("chain", ["R/R=R/RxrxR", "RxR/R/RxrxR", "R/R=R=R/RxR"])
+@pytest.mark.parametrize("peer", ["eaik", "ik_geo"])
+def test_as_many_solutions_as_peers_find(peer, chain):
+    if peer in absent():
+        pytest.skip(f"not installed: pip install {INSTALL[peer]}")
+    arm = arm_of(chain)
+    q = some(arm, 100)
+    theirs = answers(peer, arm.screws, arm.targets(q), -1, q[:, -1])
+    assert np.array_equal(counts(arm, arm.answers(q)), counts(arm, theirs))
+
+
+@pytest.mark.parametrize("chain", ["R/R=R/RxrxR", "R/R/R/RxrxR", "R/R=R=R/RxR", "RxrxRLrLRxrxR"])
+def test_targets_out_of_reach_have_finite_answers_that_are_not_valid(chain):
+    arm = arm_of(chain)
+    q = some(arm, 200)
+    T = arm.targets(q)
+    T[:, :3, 3] += np.random.default_rng(4).normal(size=(200, 3)) * 1e3
+    found = arm.robot.functions["ik"](T, *arm.others(q))
+    assert np.isfinite(found.q).all()
+    assert np.isfinite(found.residual).all()
+    assert not found.valid.any()
+    assert (found.margin < 0).all()
+    T[:, 0, 3] = np.nan
+    assert not arm.robot.functions["ik"](T, *arm.others(q)).valid.any()
+
+
+def test_turning_joints_inside_a_chain_cannot_be_given():
+    lines = arm_of("R/R=R/RxrxR/R").inverses.classification.lines
+    ends = [k for k in range(7) if can_be_given(lines, [k])]
+    assert ends == [0, 6]
+    assert can_be_given(lines, [0, 1])
+    assert not can_be_given(lines, [0, 2])
+    assert can_be_given(arm_of("P/R/R=R/RxrxR").inverses.classification.lines, [0])
+
+
+@pytest.mark.parametrize(
+    ("chain", "asked"),
+    [
+        ("R/R/R/R/R/R", "pass through one point"),
+        ("R/R/P/R/R/R", "off by"),
+        ("R/R/R/R/R", "are parallel"),
+        ("R/P/P", "no structure"),
+        ("P/R/P", "no structure"),
+        ("P/P=P=P", "one slide at most"),
+    ],
+)
+def test_arms_without_a_structure_say_what_is_missing(chain, asked):
+    classification = classify_of(chain)
+    assert classification.found is None
+    assert "nearest is" in classification.missing
+    assert asked in classification.missing or asked == "no structure"
+
+
+def test_an_arm_without_an_elbow_is_asked_for_a_joint():
+    arm = arm_of("RxrxR=R/RxrxR")
+    assert len(arm.inverses.classification.found.given) == 1
+    assert_nothing_is_missed(arm)
+
+
+def test_a_plane_is_asked_for_the_joint_that_is_too_many():
+    classification = classify_of("R=R=R=R")
+    assert classification.found.given == (3,)
+    assert list(Arm("R=R=R=R").inverses.functions) == ["ik"]
+
+
+def test_tasks_of_a_turntable_are_those_of_the_chain_as_described():
+    assert list(Arm("R=R=RLR").inverses.functions) == ["ik"]
+
+
+def classify_of(chain):
+    robot = robot_of(chain)
+    return classify(robot, Scope({}))
+
+
+HYBRID = ("board_installer", "well_manipulator", "delta", "excavator", "five_bar", "four_bar")
+
+
+@cache
+def hybrid_of(name):
+    """A robot with loops, for its chain, and its inverse as it is derived now."""
+    return Case(name), Function(derivation(name).function("ik"))
+
+
+def given_of(case, function, q):
+    """What an inverse takes beside the pose: coordinates, or joints of the main chain."""
+    names = [coordinate.name for coordinate in case.robot.coordinates]
+    chain = case.robot.chain(q)
+    return tuple(
+        q[:, names.index(a.name)] if a.name in names else chain[:, int(a.name[5:]) - 1]
+        for a in function.inputs[1:]
+    )
+
+
+@pytest.mark.parametrize("name", HYBRID)
+def test_robots_with_loops_reach_what_they_reached(name):
+    case, function = hybrid_of(name)
+    q = some(case, 1_000)
+    T = case.pose(q)
+    found = function(T, *given_of(case, function, q))
+    closed = np.isfinite(found.q).all(axis=-1)
+    closed[closed] = case.robot.valid(found.q[closed])
+    assert not (found.valid & ~closed).any()
+    errors = np.full(closed.shape, np.inf)
+    errors[closed] = case.error(found.q[closed], np.repeat(T[:, None], closed.shape[1], 1)[closed])
+    assert errors[found.valid].max() <= VALID
+    assert found.valid.any(axis=1).all()
+    gap = found.q - q[:, None]
+    far = np.where(case.turns, wrapped(gap), gap)
+    own = np.where(found.valid, np.abs(far).max(axis=-1), np.inf).min(axis=1)
+    assert own.max() < SAME
+
+
+@pytest.mark.parametrize("name", HYBRID)
+def test_robots_with_loops_say_what_they_do_not_reach(name):
+    case, function = hybrid_of(name)
+    q = some(case, 200)
+    given = given_of(case, function, q)
+    for by in (1.5, 1e3):
+        T = case.pose(q)
+        T[:, :3, 3] += by
+        assert not function(T, *given).valid.any()
+
+
+@pytest.mark.parametrize("row", [0, 1, 2])
+@pytest.mark.parametrize("column", [0, 1, 2, 3])
+@pytest.mark.parametrize("chain", ["R=R=R=P", "R=R=R", "R+R=R=R", "P/P/P/RxrxR", "R/R=R=R/RxR"])
+def test_what_is_no_number_is_no_solution(chain, row, column):
+    arm = arm_of(chain)
+    T = arm.targets(some(arm, 10))
+    T[:, row, column] = np.nan
+    assert not arm.robot.functions["ik"](T).valid.any()
+
+
+@pytest.mark.parametrize("by", [1e-6, 1e-4, 1e-3])
+@pytest.mark.parametrize("moved", [False, True])
+def test_a_residual_is_the_distance_or_the_angle_that_is_left(by, moved):
+    """Of an arm that cannot follow: a plane's, whose target is tilted or lifted out of it."""
+    arm = arm_of("R=R=R")
+    T = arm.targets(some(arm, 100))
+    if moved:
+        T[:, :3, 3] += by * arm.screws.axes[0]
+    else:
+        c, s = np.cos(by), np.sin(by)
+        T[:, :3, :3] = T[:, :3, :3] @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]])
+    found = arm.robot.functions["ik"](T)
+    left = arm.error(found.q, np.repeat(T[:, None], found.q.shape[1], axis=1))
+    assert not found.valid.any()
+    assert left.min() >= 0.9 * by
+    np.testing.assert_allclose(found.residual, left, rtol=1e-6)

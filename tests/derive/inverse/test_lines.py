@@ -1,0 +1,209 @@
+"""Lines of axes: what is parallel and what meets, how nearly; targets without some joints."""
+
+import numpy as np
+import pytest
+import sympy as sp
+from synthetic import Arm, robot_of, rows_of, screws_of
+
+from bench.screws import Screws
+from chasles.derive import loads
+from chasles.derive.inverse import rank
+from chasles.derive.inverse.classify import classify
+from chasles.derive.inverse.inverse import inverses
+from chasles.derive.inverse.lines import EXACT, SNAPPED, Axis, Lines, axes_of, home_of, numbers
+from chasles.derive.inverse.locks import without
+from chasles.derive.inverse.target import Target
+from chasles.derive.scope import Scope
+
+CHAIN = "R/P/R/RxR/P"
+
+
+def axis(k, direction, point):
+    h = np.array(direction, float) / np.linalg.norm(direction)
+    exact = [tuple(map(sp.Float, map(float, vector))) for vector in (h, point)]
+    return Axis(k, f"j{k + 1}", "revolute", *exact, h, np.array(point, float))
+
+
+def lines_of(*axes):
+    return Lines(Scope({}), tuple(axis(k, *a) for k, a in enumerate(axes)))
+
+
+@pytest.mark.parametrize(("by", "parallel"), [(0, True), (0.9, True), (1.1, False)])
+@pytest.mark.parametrize("sense", [1, -1])
+def test_axes_are_parallel_up_to_the_tolerance(by, parallel, sense):
+    tilt = np.arcsin(by * EXACT)
+    lines = lines_of(
+        ((0, 0, 1), (0, 0, 0)), ((0, sense * np.sin(tilt), sense * np.cos(tilt)), (1, 0, 0))
+    )
+    assert lines.parallel(0, 1) == parallel
+    assert lines.sense(0, 1) == sense
+
+
+@pytest.mark.parametrize(("by", "meet"), [(0, True), (0.9, True), (1.1, False)])
+def test_axes_meet_up_to_the_tolerance(by, meet):
+    # The middle between two lines is half their distance from both; the arm is about 2 m long.
+    apart = 2 * by * EXACT * 2
+    lines = lines_of(((0, 0, 1), (0, 0, 0)), ((1, 0, 0), (0, apart, 2)))
+    assert lines.meet(0, 1) == meet
+
+
+def test_axes_of_one_point_and_of_three():
+    concurrent = lines_of(((0, 0, 1), (1, 2, 5)), ((1, 0, 0), (0, 2, 3)), ((1, 1, 1), (2, 3, 4)))
+    assert concurrent.meet(0, 1, 2)
+    in_pairs = lines_of(((1, 0, 0), (0, 0, 0)), ((0, 1, 0), (1, 0, 0)), ((1, 1, 0), (0, -2, 0)))
+    assert in_pairs.meet(0, 1)
+    assert in_pairs.meet(1, 2)
+    assert not in_pairs.meet(0, 1, 2)
+
+
+def test_neighbours_that_are_nearly_parallel_have_no_centre():
+    tilt = 0.5 * SNAPPED
+    lines = lines_of(((0, 0, 1), (0, 0, 0)), ((0, np.sin(tilt), np.cos(tilt)), (0, 0, 0)))
+    assert lines.apart_in_place((0, 1)) == np.inf
+
+
+def test_meeting_points_are_exact_in_parameters():
+    text = """
+name = "two"
+convention = "dh"
+units = { length = "m", angle = "deg" }
+[parameters]
+d1 = { value = "0.3", meaning = "height" }
+a3 = { value = "0.1", meaning = "offset" }
+[[joints]]
+name = "a"
+d = "d1"
+alpha = 90
+[[joints]]
+name = "b"
+a = "a3"
+"""
+    robot = loads(text)
+    scope = Scope({p.symbol: p.value for p in robot.parameters})
+    lines = Lines(scope, axes_of(robot, scope))
+    assert [scope.spelled(e) for e in lines.meeting(1, 0)] == [0, 0, sp.Symbol("d1", real=True)]
+
+
+def matrix(target):
+    """The displacement (4, 4) of a target of numbers."""
+    T = np.eye(4)
+    T[:3, :3] = np.array(target.axes, float).T
+    T[:3, 3] = np.array(target.place, float) - T[:3, :3] @ np.array(target.home, float)
+    return T
+
+
+def displacement(lines, q):
+    """exp(S_1 q_1) ... exp(S_n q_n) in numbers."""
+    turns = np.array([[a.turns] for a in lines.axes])
+    h = np.array([a.direction for a in lines.axes])
+    points = np.array([numbers(lines.scope, a.p) for a in lines.axes])
+    chain = Screws(np.where(turns, h, 0.0), points, np.where(turns, 0.0, h), np.eye(4))
+    return chain.fk(np.asarray(q, float))
+
+
+@pytest.fixture
+def chain():
+    robot = robot_of(CHAIN)
+    scope = Scope({})
+    return Lines(scope, axes_of(robot, scope)), home_of(robot, scope)
+
+
+def target_of(lines, G):
+    home = (0.3, -0.2, 0.7)
+    place = G[:3, :3] @ home + G[:3, 3]
+    axes = tuple(tuple(map(sp.Float, map(float, column))) for column in G[:3, :3].T)
+    as_numbers = [tuple(map(sp.Float, map(float, point))) for point in (home, place)]
+    return Target(axes, *as_numbers)
+
+
+def in_numbers(scope, target):
+    parts = [np.array([numbers(scope, v) for v in target.axes])]
+    parts += [numbers(scope, v) for v in (target.home, target.place)]
+    return Target(*parts)
+
+
+def test_axes_and_home_are_those_of_the_rows(chain):
+    lines, home = chain
+    screws = screws_of(rows_of(CHAIN, right=False))
+    for k, a in enumerate(lines.axes):
+        expected = screws.axes[k] if a.turns else screws.slides[k]
+        np.testing.assert_allclose(a.direction, expected, atol=1e-15)
+        if a.turns:
+            np.testing.assert_allclose(a.origin, screws.points[k], atol=1e-15)
+    value = [[float(lines.scope.value(e)) for e in row] for row in home.tolist()]
+    np.testing.assert_allclose(value, screws.home, atol=1e-15)
+
+
+def test_a_chain_read_from_the_tool_makes_the_inverse_displacement(chain):
+    lines, _ = chain
+    q = np.random.default_rng(0).normal(size=len(lines.axes))
+    G = displacement(lines, q)
+    back = displacement(lines.reversed(), q[::-1])
+    np.testing.assert_allclose(back @ G, np.eye(4), atol=1e-14)
+    target = target_of(lines, G)
+    np.testing.assert_allclose(matrix(target.reversed()), back, atol=1e-14)
+
+
+@pytest.mark.parametrize("given", [(0,), (5,), (0, 5), (4, 5), (0, 1), (1,), (0, 1, 5), (1, 4, 5)])
+def test_what_is_left_without_given_joints(chain, given):
+    lines, _ = chain
+    q = np.random.default_rng(1).normal(size=len(lines.axes))
+    target = target_of(lines, displacement(lines, q))
+    left, rest = without(lines, target, {k: sp.Float(float(q[k])) for k in given})
+    assert [a.joint for a in left.axes] == [k for k in range(6) if k not in given]
+    others = [q[k] for k in range(6) if k not in given]
+    expected = displacement(left, others)
+    np.testing.assert_allclose(matrix(in_numbers(lines.scope, rest)), expected, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("chain", "freedoms"),
+    [("R/R/R/RxrxR", 6), ("R=R=R=R", 3), ("P/P=P/P", 3), ("RxrxRxR", 4), ("R=R=R=P", 4)],
+)
+def test_how_many_ways_a_chain_moves_its_tool(chain, freedoms):
+    scope = Scope({})
+    assert rank.of_chain(Lines(scope, axes_of(robot_of(chain), scope))) == freedoms
+
+
+def file(more, tool=""):
+    return f"""
+name = "arm"
+convention = "dh"
+units = {{ length = "m", angle = "deg" }}
+{tool}
+[[joints]]
+name = "a"
+a = "0.3"
+[[joints]]
+name = "b"
+a = "0.3"
+{more}
+[[joints]]
+name = "c"
+a = "0.2"
+"""
+
+
+@pytest.mark.parametrize(
+    ("more", "reason"),
+    [
+        ('mimic = { joint = "a" }', "b follows another joint"),
+        ('type = "helical"\npitch = "0.1"', "b is a screw joint"),
+    ],
+)
+def test_followers_and_screws_are_refused_with_a_reason(more, reason):
+    robot = loads(file(more))
+    found = inverses(robot, Scope({}))
+    assert found.functions == {}
+    assert classify(robot, Scope({})).missing == reason
+
+
+@pytest.mark.parametrize(("tool", "planar"), [("", True), ("tool = { rpy = [0, 90, 0] }", False)])
+def test_a_plane_is_a_task_where_the_tool_has_an_angle_in_it(tool, planar):
+    found = inverses(loads(file("", tool)), Scope({}))
+    assert ("ik_planar" in found.functions) == planar
+
+
+def test_three_joints_are_placed_as_described_alone():
+    assert Arm("R/P/P").inverses.functions == {}
+    assert Arm("P/P/R").inverses.functions.keys() == {"ik_position"}

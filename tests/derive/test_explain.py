@@ -1,0 +1,114 @@
+"""What is said of a robot's inverse: the structure, the steps, or how far the axes are from one."""
+
+import pytest
+from derivations import ALL, NAMES, ROBOTS, derivation
+from typer.testing import CliRunner
+
+from chasles.derive import explain, load, loads
+from chasles.derive.cli import app
+
+
+def explained(name):
+    return explain(load(ROBOTS / f"{name}.toml"))
+
+
+def arm(lifts):
+    """Six revolute joints, each above the one before by as much, axes across each other."""
+    joints = "\n".join(
+        f'[[joints]]\nd = "{lift}"\na = "0.1"\nalpha = "{angle}"\n'
+        for lift, angle in zip(lifts, (1.1, 0.7, 1.3, 0.9, 1.2, 0.4), strict=True)
+    )
+    return loads(f'name = "arm"\nconvention = "dh"\n{joints}', "arm.toml")
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_every_robot_is_explained(name):
+    found = explained(name)
+    text = str(found)
+    if found.inverses is None:
+        assert "The actuators follow from the main chain" in text
+    else:
+        assert (found.most_solutions == 0) == (not found.inverses.functions)
+        no_structure = found.inverses.classification.found is None
+        assert no_structure == ("No closed-form inverse: " in text)
+        assert no_structure != ("Structure: " in text)
+    assert max(map(len, text.splitlines())) < 260
+
+
+@pytest.mark.parametrize(
+    ("name", "structure", "most"),
+    [
+        ("ur5e", "three parallel axes 2, 3, 4 and intersecting axes 5, 6", 8),
+        ("puma560", "spherical wrist", 8),
+        ("iiwa14", "spherical shoulder and spherical wrist", 8),
+        ("panda", "spherical wrist, read from the tool, for given joint7", 8),
+        ("scara", "parallel axes", 2),
+    ],
+)
+def test_structure_and_count(name, structure, most):
+    found = explained(name)
+    assert found.most_solutions == most
+    assert f"Structure: {structure}.\n" in str(found)
+    assert "Tier: exact" in str(found)
+    assert structure in found.line
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_joint_has_its_step(name):
+    """A joint is given, found by a step of its own, or what is left of a sum."""
+    found = explained(name)
+    if found.inverses.written or not found.inverses.functions:
+        return
+    text = str(found).split("\n\nik_")[0]
+    for joint in derivation(name).robot.moving:
+        given = f"given {joint.name}" in text or f"and {joint.name}." in text
+        assert given or f" {joint.name}, by " in text or f" {joint.name} is what " in text, text
+
+
+def test_steps_tell_their_signs_and_degenerate_cases():
+    text = str(explained("ur5e"))
+    assert text.count("Two solutions, sign ") == 3
+    assert "Two solutions, sign 3 of 3; they meet at the boundary" in text
+    assert "shoulder_lift + elbow + wrist_1, by subproblem 2: " in text
+    assert "Degenerate: with axis 6 parallel to axes 2 to 4 every sum will do" in text
+    assert "wrist_1 is what shoulder_lift and elbow leave" in text
+
+
+def test_what_is_missing_is_measured():
+    text = str(explain(arm((0.2, 0.1, 0.3, 0.1, 0.2, 0.1))))
+    assert "No closed-form inverse: nearest is " in text
+    _, table = text.split("off by\n---")
+    assert " mm\n" in table
+    assert " rad\n" in table
+    assert "read from the tool" in table
+
+
+def test_distances_of_places_are_lengths():
+    """Axes 5 and 6 are 100 mm apart, each 50 mm from the point that is nearest to both."""
+    text = str(explain(arm((0.2, 0.1, 0.3, 0.1, 0.0, 0.1))))
+    rows = [line for line in text.splitlines() if line.startswith("  axes joint5 and joint6 ")]
+    assert rows
+    assert all(row.endswith(" 50 mm") for row in rows)
+
+
+def test_mechanisms_tell_how_their_actuators_follow():
+    assert "through the loops in 4 steps" in str(explained("excavator"))
+    assert str(explained("stewart_gough")).count("\n") == 3
+    assert explained("excavator").line.startswith("inverse of the main chain: a turntable")
+
+
+def test_a_general_arm_says_so():
+    text = str(explained("jaco2"))
+    assert "ik(T): at most 16 solutions in 16 slots, by the eigenvalues of a matrix." in text
+    assert (
+        "spherical wrist\n  axes joint_4, joint_5 and joint_6 pass through one point   37 mm"
+        in (text)
+    )
+    assert explained("jaco2").line.startswith("inverse: an arm of six revolute joints")
+
+
+def test_command_line_explains_and_writes_nothing(tmp_path):
+    done = CliRunner().invoke(app, ["ur5e", "--explain", "--to", str(tmp_path / "out")])
+    assert done.exit_code == 0, done.output
+    assert "Structure: three parallel axes" in done.output
+    assert not (tmp_path / "out").exists()

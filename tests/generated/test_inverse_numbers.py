@@ -1,0 +1,32 @@
+"""Compiled inverses with targets that hold no number: one pose, and batches on lanes."""
+
+import numpy as np
+import pytest
+from derivations import ROBOTS
+
+import chasles
+from chasles.derive import load, write
+
+NAMES = ("scara", "bricklaying_planar")
+"""Arms whose place and orientation rest on different joints."""
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def robot(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("generated") / request.param
+    write(load(ROBOTS / f"{request.param}.toml"), folder, ["fk", "ik"])
+    return chasles.load(folder)
+
+
+@pytest.mark.parametrize("count", [1, 64])
+def test_no_slot_is_valid_where_an_entry_is_no_number(robot, count):
+    q = np.random.default_rng(0).uniform(-0.1, 0.1, (count, robot.n))
+    T = robot.fk(q)
+    assert robot.ik(T).valid.any(axis=-1).all()
+    for row in range(3):
+        for column in range(4):
+            broken = T.copy()
+            broken[:, row, column] = np.nan
+            assert not robot.ik(broken).valid.any()
+            if count == 1:
+                assert not robot.ik(broken[0]).valid.any()

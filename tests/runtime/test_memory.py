@@ -1,0 +1,175 @@
+"""The memory of large results is kept for the next ones, and never shared with an array in use."""
+
+import gc
+import itertools
+import os
+import pickle
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+import chasles
+
+N = 270_000
+BLOCK = N * 16 * 8
+"""Poses whose matrices take 35 MB, more than what is left to malloc."""
+MOST = 256 << 20
+
+handler_of = np._core.multiarray.get_handler_name
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return chasles.load("ur5e")
+
+
+@pytest.fixture(scope="module")
+def q():
+    return np.random.default_rng(5).uniform(-3, 3, (N, 6))
+
+
+@pytest.fixture(scope="module")
+def expected(arm, q):
+    return arm.fk.ufunc(q)
+
+
+@pytest.fixture(autouse=True)
+def _nothing_kept():
+    gc.collect()
+    chasles.release_memory()
+
+
+def address(array):
+    return array.__array_interface__["data"][0]
+
+
+def test_what_is_freed_is_used_again(arm, q, expected):
+    first = arm.fk(q)
+    place = address(first)
+    del first
+    again = arm.fk(q)
+    assert address(again) == place
+    np.testing.assert_array_equal(again, expected)
+    del again
+    # Nearly as large fits as well; half as large would waste the rest.
+    fewer = arm.fk(q[: N * 98 // 100])
+    assert address(fewer) == place
+    del fewer
+    other = arm.fk(np.tile(q, (2, 1)))
+    assert address(other) != place
+    assert chasles.release_memory() == pytest.approx(BLOCK, rel=0.1)
+    assert chasles.release_memory() == 0
+
+
+def test_small_results_are_left_to_numpy(arm, q):
+    assert handler_of(arm.fk(q)) == "chasles_results"
+    assert handler_of(arm.fk(q[:100])) == "default_allocator"
+    assert handler_of(arm.fk(q[0])) == "default_allocator"
+    assert handler_of(np.empty((N, 16))) == "default_allocator"
+
+
+def test_a_call_with_several_results(arm, q):
+    # 32 MB in all, of which neither result takes as much.
+    both = arm.fk_jacobian_mixed(q[: N * 4 // 10])
+    assert [handler_of(array) for array in both] == ["chasles_results"] * 2
+    assert max(array.nbytes for array in both) < BLOCK
+
+
+def test_every_way_of_a_large_batch(arm, q, expected):
+    for found in (arm.fk(q[::-1])[::-1], arm.fk(q.astype(np.longdouble)), arm.fk(q, threads=2)):
+        assert handler_of(found if found.base is None else found.base) == "chasles_results"
+        np.testing.assert_array_equal(found, expected)
+    T = np.empty((N, 4, 4))
+    given, J = arm.fk_jacobian_mixed(q, out=(T, None))
+    assert given is T
+    assert handler_of(J) == "chasles_results"
+    np.testing.assert_array_equal(T, expected)
+    np.testing.assert_array_equal(J, arm.jacobian_mixed.ufunc(q))
+
+
+def test_results_in_use_share_nothing(arm, q, expected):
+    held = [arm.fk(q) for _ in range(4)]
+    del held[1]
+    # A slice, a transpose and a buffer keep all of their memory.
+    held.append(arm.fk(q)[N // 2 :, :3].transpose(0, 2, 1))
+    kept_alive = memoryview(arm.fk(q))
+    held += [np.asarray(kept_alive), arm.fk(q)]
+    copies = [array.copy() for array in held]
+    for _ in range(2):
+        arm.fk(-q)
+        arm.fk_jacobian_mixed(-q)
+    count = 0
+    for a, b in itertools.combinations(held, 2):
+        assert not np.may_share_memory(a, b)
+        count += 1
+    assert count == 15
+    for array, copied in zip(held, copies, strict=True):
+        np.testing.assert_array_equal(array, copied)
+    np.testing.assert_array_equal(held[0], expected)
+
+
+def test_arrays_are_ordinary_ones(arm, q, expected):
+    found = arm.fk(q)
+    assert found.flags.owndata
+    assert found.flags.c_contiguous
+    assert address(found) % 64 == 0
+    restored = pickle.loads(pickle.dumps(found))
+    arm.fk(-q)
+    np.testing.assert_array_equal(restored, expected)
+    assert handler_of(found.copy()) == "default_allocator"
+    found.resize((N // 100, 4, 4), refcheck=False)
+    np.testing.assert_array_equal(found, expected[: N // 100])
+    found.resize((2 * N, 4, 4), refcheck=False)
+    np.testing.assert_array_equal(found[: N // 100], expected[: N // 100])
+    assert not found[N // 100 :].any()
+
+
+def test_what_is_kept_is_bounded(arm, q):
+    results = [arm.fk(q) for _ in range(9)]
+    assert sum(array.nbytes for array in results) > MOST
+    del results
+    assert 6 * BLOCK < chasles.release_memory() <= MOST
+    # Larger than all that may be kept.
+    assert arm.fk(np.tile(q, (8, 1))).nbytes > MOST
+    assert chasles.release_memory() == 0
+
+
+def test_many_threads_at_once(arm, q, expected):
+    failures = []
+
+    def work(sign):
+        reference = expected if sign > 0 else arm.fk.ufunc(-q)
+        held = []
+        for _ in range(4):
+            held.append(arm.fk(sign * q))
+            if not all(np.array_equal(array, reference) for array in held[-2:]):
+                failures.append(sign)
+            held = held[-2:]
+
+    threads = [threading.Thread(target=work, args=(sign,)) for sign in (1, -1, 1, -1)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    assert failures == []
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="forks")
+def test_a_child_process_has_memory_of_its_own(arm, q, expected):
+    held, dropped = arm.fk(q), arm.fk(q)
+    del dropped
+    child = os.fork()
+    if child == 0:
+        same = np.array_equal(held, expected)
+        held *= 0.0
+        # Takes the block that was kept, in the child's own copy.
+        right = np.array_equal(arm.fk(q), expected)
+        chasles.release_memory()
+        os._exit(0 if same and right else 1)
+    again = arm.fk(q)
+    _, status = os.waitpid(child, 0)
+    assert os.waitstatus_to_exitcode(status) == 0
+    np.testing.assert_array_equal(held, expected)
+    np.testing.assert_array_equal(again, expected)
