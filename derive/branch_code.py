@@ -73,7 +73,8 @@ def _branch(prefix: str, function: SymbolicFunction, body: Body) -> str:
     name = f"{prefix}_{function.name}"
     k, n_signs = function.branches, len(function.signs)
     of = sizes(branch(function))
-    body, alike = _angles_last(reduced(body), f"choice_{n_signs - 1}")
+    fastest = f"choice_{n_signs - 1}"
+    body, alike = _angles_last(reduced(body, fastest), fastest)
     lines = kernel(body, _loads(function, body), of, alike)
     parameters = [f"const double *{a.name}" for a in function.inputs]
     head = (

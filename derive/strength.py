@@ -6,7 +6,7 @@ their place differs from them by roundings.
 
 import itertools
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 from .statements import NAME, Body, Compute, Store
@@ -22,14 +22,19 @@ _TERM = re.compile(r"\w+|-?\d\S*")
 _ANGLE = re.compile(r"atan2\((\S+), (\S+)\)")
 
 
-def reduced(body: Body) -> Body:
+def reduced(body: Body, sign: str = "") -> Body:
     """A body with reciprocal roots for lengths that only divide, and one angle for opposite points.
 
     Angles do not wait for the length that their points are divided by.
 
     Satisfies: atan2(-y, x) = -atan2(y, x), and atan2(y, -x) = pi - atan2(y, x) where y > 0.
+
+    Args:
+        body: The statements.
+        sign: Name of an input that is 1 or -1, on which as few angles as can be are to depend.
     """
-    return _angles_before_lengths(_angles_of_opposites(_reciprocal_roots(body))).used().by_depth()
+    body = _angles_before_lengths(_angles_of_opposites(_reciprocal_roots(body)))
+    return (_angles_before_sign(body, sign) if sign else body).used().by_depth()
 
 
 def _reciprocal_roots(body: Body) -> Body:
@@ -95,40 +100,71 @@ def _angles_of_opposites(body: Body) -> Body:
     return replace(body, statements=tuple(map(cheap, body.statements)))
 
 
-def _angles_before_lengths(body: Body) -> Body:
-    """The angle of a point without the reciprocal length that both coordinates are products with."""
-    expressions = {s.name: s.expression for s in body.computed}
-    numbers = itertools.count(len(body.statements) + 1)
-    statements: list[Compute | Store] = []
+class _Products:
+    """Takes factors out of the products of a body, and gives names to what is left."""
 
-    def whole(term: str, length: str) -> str | None:
-        """An expression whose product with the length is a term, or None."""
-        expression = expressions.get(term, "")
-        if negative := _NEGATIVE.fullmatch(expression):
-            rest = whole(negative[1], length)
-            return rest and f"-{named(rest)}"
-        product = _PRODUCT.fullmatch(expression)
-        if product is None:
-            return None
-        for factor, other in itertools.permutations(product.groups()):
-            if other == length:
-                return factor
-            if rest := whole(factor, length):
-                return f"{named(rest)} * {other}"
-        return None
+    def __init__(self, body: Body) -> None:
+        self._expressions = {s.name: s.expression for s in body.computed}
+        self._statements: list[Compute | Store] = []
+        self._numbers = itertools.count(len(body.statements) + 1)
 
-    def named(expression: str) -> str:
+    def with_angles(self, body: Body, angle: Callable[[str, str], str]) -> Body:
+        """The body with each angle of a point (x, y) as a function of y and x writes it."""
+        for statement in body.statements:
+            point = _point(statement)
+            if point and isinstance(statement, Compute):
+                self._statements.append(Compute(statement.name, angle(*point.groups())))
+            else:
+                self._statements.append(statement)
+        return replace(body, statements=tuple(self._statements))
+
+    def named(self, expression: str) -> str:
+        """The name of an expression; a name or a number is its own."""
         if _TERM.fullmatch(expression):
             return expression
-        statements.append(Compute(f"v{next(numbers)}", expression))
-        return statements[-1].name
+        name = f"v{next(self._numbers)}"
+        self._statements.append(Compute(name, expression))
+        return name
 
+    def without(self, term: str, factor: str) -> str | None:
+        """What a term is the product of with a factor, or None where it is no such product."""
+        expression = self._expressions.get(term, "")
+        if negative := _NEGATIVE.fullmatch(expression):
+            rest = self.without(negative[1], factor)
+            return rest and self.named(f"-{rest}")
+        product = _PRODUCT.fullmatch(expression)
+        for one, other in itertools.permutations(product.groups()) if product else ():
+            if other == factor:
+                return one
+            if rest := self.without(one, factor):
+                return self.named(f"{rest} * {other}")
+        return None
+
+
+def _angles_before_lengths(body: Body) -> Body:
+    products = _Products(body)
     lengths = [s.name for s in body.computed if s.expression.startswith("rsqrt(")]
-    for statement in body.statements:
-        point = _point(statement)
-        for length in lengths if point else ():
-            if (y := whole(point[1], length)) and (x := whole(point[2], length)):
-                statement = replace(statement, expression=f"atan2({named(y)}, {named(x)})")
-                break
-        statements.append(statement)
-    return replace(body, statements=tuple(statements))
+
+    def angle(y: str, x: str) -> str:
+        for length in lengths:
+            bare_y, bare_x = products.without(y, length), products.without(x, length)
+            if bare_y and bare_x:
+                return f"atan2({bare_y}, {bare_x})"
+        return f"atan2({y}, {x})"
+
+    return products.with_angles(body, angle)
+
+
+def _angles_before_sign(body: Body, sign: str) -> Body:
+    products = _Products(body)
+
+    def angle(y: str, x: str) -> str:
+        bare_y, bare_x = products.without(y, sign), products.without(x, sign)
+        one = f"atan2({bare_y or y}, {bare_x or x})"
+        if bare_x:
+            one = products.named(one)
+            other = products.named(f"supplement({one}, {y})")
+            return f"{products.named(f'0.0 < {sign}')} ? {one} : {other}"
+        return f"{sign} * {products.named(one)}" if bare_y else one
+
+    return products.with_angles(body, angle)

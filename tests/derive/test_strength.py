@@ -45,3 +45,32 @@ def test_opposite_points_share_an_angle(y, x, expected):
         *(Compute("v4", f"atan2({y}, {x})"), Store(0, 0, "v3"), Store(0, 1, "v4")),
     )
     assert [s.expression for s in reduced(Body((), given)).computed] == expected
+
+
+def after(*given, sign=""):
+    """What is left of statements of which the last is the only result."""
+    computed = [Compute(f"v{k}", expression) for k, expression in enumerate(given, 1)]
+    body = Body((), (*computed, Store(0, 0, computed[-1].name)))
+    return [s.expression for s in reduced(body, sign).computed]
+
+
+def test_an_angle_does_not_wait_for_a_length():
+    point = ("sqrt(x_0)", "x_1 / v1", "x_2 / v1")
+    assert after(*point, "atan2(v2, v3)") == ["atan2(x_1, x_2)"]
+    assert after(*point, "-v3", "atan2(v2, v4)") == ["-x_2", "atan2(x_1, v1)"]
+    assert after(*point, "x_3 * v3", "atan2(v2, v4)") == ["x_2 * x_3", "atan2(x_1, v1)"]
+
+
+def test_an_angle_waits_for_a_length_that_only_one_coordinate_has():
+    given = ("sqrt(x_0)", "x_1 / v1", "atan2(v2, x_2)")
+    assert after(*given) == ["rsqrt(x_0)", "x_1 * v1", "atan2(v2, x_2)"]
+
+
+def test_an_angle_does_not_wait_for_a_sign():
+    assert after("x_0 * x_1", "atan2(v1, x_2)", sign="x_0") == ["atan2(x_1, x_2)", "x_0 * v1"]
+    expected = ["atan2(x_2, x_1)", "0.0 < x_0", "supplement(v1, x_2)", "v2 ? v1 : v3"]
+    assert after("x_0 * x_1", "atan2(x_2, v1)", sign="x_0") == expected
+    both = after("x_0 * x_1", "x_0 * x_2", "atan2(v1, v2)", sign="x_0")
+    assert both[-1].endswith(" ? v2 : v4")
+    assert "atan2(x_1, x_2)" in both
+    assert "supplement(v2, v1)" in both
