@@ -35,32 +35,30 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_branch)(
       v43 = 490.3080836793531 * v29, v44 = LANES_CHOICE(v37, v38, 0.0), v45 = v36 * v36,
       v46 = v22 + v39;
   out[4] = v43;
-  const lanes v47 = choice_0 * v44, v48 = v46 + v40, v49 = 0.0451612 * v47, v50 = v48 + v41,
-      v51 = v49 * v49;
-  LANES_LET2(v52, atan2, v49, v36);
-  const lanes v53 = v50 + v42, v54 = v51 + v45;
-  out[1] = v52;
-  const lanes v55 = v53 + v15;
-  LANES_LET1(v56, rsqrt, v54);
-  const lanes v57 = 0.5 * v55, v58 = v36 * v56, v59 = v49 * v56, v60 = 0.127 * v58,
-      v61 = 0.127 * v59, v62 = v60 + 0.1778, v63 = v12 * v61, v64 = v11 * v61, v65 = v11 * v62,
-      v66 = v12 * v62, v67 = v65 - v63, v68 = v66 + v64, v69 = v67 * v67, v70 = 1e-150 + v68,
-      v71 = v70 * v70;
-  LANES_LET2(v72, atan2, v67, v70);
-  const lanes v73 = v69 + v71;
-  out[0] = v72; LANES_LET1(v74, rsqrt, v73);
-  const lanes v75 = v67 * v74, v76 = v70 * v74, v77 = v58 * v76, v78 = v59 * v75, v79 = v58 * v75,
-      v80 = v59 * v76, v81 = 0.1778 * v76, v82 = 0.1778 * v75, v83 = v77 - v78, v84 = v79 + v80,
-      v85 = v26 * v83, v86 = v27 * v84, v87 = v27 * v83, v88 = v26 * v84, v89 = 0.127 * v83,
-      v90 = 0.127 * v84, v91 = v85 - v86, v92 = v87 + v88, v93 = v30 + v89, v94 = v31 + v90;
-  LANES_LET2(v95, atan2, v91, v92);
-  const lanes v96 = v93 + v81, v97 = v94 + v82;
-  out[2] = v95;
-  const lanes v98 = v96 - T_3, v99 = v97 - T_7, v100 = v98 * v98, v101 = v99 * v99,
-      v102 = v5 + v100, v103 = v102 + v101, v104 = v103 + v57, v105 = v103 - v57;
-  LANES_LET1(v106, fabs, v105);
-  const lanes v107 = v104 + v106, v108 = 0.5 * v107;
-  LANES_LET1(v109, sqrt, v108); out[3] = v109;
+  const lanes v47 = choice_0 * v44, v48 = v44 * 0.0451612, v49 = v46 + v40, v50 = 0.0451612 * v47,
+      v52 = v49 + v41, v53 = v50 * v50, v55 = v52 + v42, v56 = v53 + v45, v57 = v55 + v15;
+  LANES_LET1(v58, rsqrt, v56);
+  const lanes v59 = 0.5 * v57, v60 = v36 * v58, v61 = v50 * v58, v62 = 0.127 * v60,
+      v63 = 0.127 * v61, v64 = v62 + 0.1778, v65 = v12 * v63, v66 = v11 * v63, v67 = v11 * v64,
+      v68 = v12 * v64, v69 = v67 - v65, v70 = v68 + v66, v71 = v69 * v69, v72 = 1e-150 + v70,
+      v73 = v72 * v72;
+  LANES_LET2(v74, atan2, v69, v72);
+  const lanes v75 = v71 + v73;
+  out[0] = v74; LANES_LET1(v76, rsqrt, v75);
+  const lanes v77 = v69 * v76, v78 = v72 * v76, v79 = v60 * v78, v80 = v61 * v77, v81 = v60 * v77,
+      v82 = v61 * v78, v83 = 0.1778 * v78, v84 = 0.1778 * v77, v85 = v79 - v80, v86 = v81 + v82,
+      v87 = v26 * v85, v88 = v27 * v86, v89 = v27 * v85, v90 = v26 * v86, v91 = 0.127 * v85,
+      v92 = 0.127 * v86, v93 = v87 - v88, v94 = v89 + v90, v95 = v30 + v91, v96 = v31 + v92;
+  LANES_LET2(v97, atan2, v93, v94);
+  const lanes v98 = v95 + v83, v99 = v96 + v84;
+  out[2] = v97;
+  const lanes v100 = v98 - T_3, v101 = v99 - T_7, v102 = v100 * v100, v103 = v101 * v101,
+      v104 = v5 + v102, v105 = v104 + v103, v106 = v105 + v59, v107 = v105 - v59;
+  LANES_LET1(v108, fabs, v107);
+  const lanes v109 = v106 + v108, v110 = 0.5 * v109;
+  LANES_LET1(v111, sqrt, v110); out[3] = v111; LANES_LET2(v51, atan2, v48, v36);
+  const lanes v54 = choice_0 * v51;
+  out[1] = v54;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_branches)(const double *T, double *q, double *residual, double *margin)
@@ -96,28 +94,29 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_planar_branch)(
   const lanes v29 = v24 * v24, v30 = v25 * v25, v31 = 490.3080836793531 * v21,
       v32 = LANES_CHOICE(v27, v28, 0.0), v33 = v26 * v26, v34 = v29 + v30;
   out[4] = v31;
-  const lanes v35 = choice_0 * v32, v36 = 0.0451612 * v35, v37 = v36 * v36;
-  LANES_LET2(v38, atan2, v36, v26);
-  const lanes v39 = v37 + v33;
-  out[1] = v38; LANES_LET1(v40, rsqrt, v39);
-  const lanes v41 = v26 * v40, v42 = v36 * v40, v43 = 0.127 * v41, v44 = 0.127 * v42,
-      v45 = v43 + 0.1778, v46 = v8 * v44, v47 = v7 * v44, v48 = v7 * v45, v49 = v8 * v45,
-      v50 = v48 - v46, v51 = v49 + v47, v52 = v50 * v50, v53 = 1e-150 + v51, v54 = v53 * v53;
-  LANES_LET2(v55, atan2, v50, v53);
-  const lanes v56 = v52 + v54;
-  out[0] = v55; LANES_LET1(v57, rsqrt, v56);
-  const lanes v58 = v50 * v57, v59 = v53 * v57, v60 = v41 * v59, v61 = v42 * v58, v62 = v41 * v58,
-      v63 = v42 * v59, v64 = 0.1778 * v59, v65 = 0.1778 * v58, v66 = v60 - v61, v67 = v62 + v63,
-      v68 = v18 * v66, v69 = v19 * v67, v70 = v19 * v66, v71 = v18 * v67, v72 = 0.127 * v66,
-      v73 = 0.127 * v67, v74 = v68 - v69, v75 = v70 + v71, v76 = v22 + v72, v77 = v23 + v73;
-  LANES_LET2(v78, atan2, v74, v75);
-  const lanes v79 = v76 + v64, v80 = v77 + v65;
-  out[2] = v78;
-  const lanes v81 = v79 - x_0, v82 = v80 - x_1, v83 = v81 * v81, v84 = v82 * v82, v85 = v83 + v84,
-      v86 = v85 + v34, v87 = v85 - v34;
-  LANES_LET1(v88, fabs, v87);
-  const lanes v89 = v86 + v88, v90 = 0.5 * v89;
-  LANES_LET1(v91, sqrt, v90); out[3] = v91;
+  const lanes v35 = choice_0 * v32, v36 = v32 * 0.0451612, v37 = 0.0451612 * v35, v39 = v37 * v37,
+      v41 = v39 + v33;
+  LANES_LET1(v42, rsqrt, v41);
+  const lanes v43 = v26 * v42, v44 = v37 * v42, v45 = 0.127 * v43, v46 = 0.127 * v44,
+      v47 = v45 + 0.1778, v48 = v8 * v46, v49 = v7 * v46, v50 = v7 * v47, v51 = v8 * v47,
+      v52 = v50 - v48, v53 = v51 + v49, v54 = v52 * v52, v55 = 1e-150 + v53, v56 = v55 * v55;
+  LANES_LET2(v57, atan2, v52, v55);
+  const lanes v58 = v54 + v56;
+  out[0] = v57; LANES_LET1(v59, rsqrt, v58);
+  const lanes v60 = v52 * v59, v61 = v55 * v59, v62 = v43 * v61, v63 = v44 * v60, v64 = v43 * v60,
+      v65 = v44 * v61, v66 = 0.1778 * v61, v67 = 0.1778 * v60, v68 = v62 - v63, v69 = v64 + v65,
+      v70 = v18 * v68, v71 = v19 * v69, v72 = v19 * v68, v73 = v18 * v69, v74 = 0.127 * v68,
+      v75 = 0.127 * v69, v76 = v70 - v71, v77 = v72 + v73, v78 = v22 + v74, v79 = v23 + v75;
+  LANES_LET2(v80, atan2, v76, v77);
+  const lanes v81 = v78 + v66, v82 = v79 + v67;
+  out[2] = v80;
+  const lanes v83 = v81 - x_0, v84 = v82 - x_1, v85 = v83 * v83, v86 = v84 * v84, v87 = v85 + v86,
+      v88 = v87 + v34, v89 = v87 - v34;
+  LANES_LET1(v90, fabs, v89);
+  const lanes v91 = v88 + v90, v92 = 0.5 * v91;
+  LANES_LET1(v93, sqrt, v92); out[3] = v93; LANES_LET2(v38, atan2, v36, v26);
+  const lanes v40 = choice_0 * v38;
+  out[1] = v40;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar_branches)(const double *x, double *q, double *residual, double *margin)

@@ -49,42 +49,41 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
       v80 = v22 * v74, v81 = v73 * v45, v82 = v21 * v73, v83 = v74 * v47, v84 = v21 * v74,
       v85 = v73 * v47, v86 = v40 * v74, v87 = v40 * v73;
   out[6] = v75;
-  const lanes v88 = choice_1 * v76, v89 = v78 + v79, v90 = v80 - v81, v91 = v82 - v83,
-      v92 = v84 + v85, v93 = T_8 + v86, v94 = v87 - T_9, v95 = 0.02 * v88, v96 = v89 - T_0,
-      v97 = v90 - T_1, v98 = v91 - T_4, v99 = v92 - T_5, v100 = v93 * v93, v101 = v94 * v94,
-      v102 = v95 * v95;
-  LANES_LET2(v103, atan2, v95, v70);
-  const lanes v104 = v96 * v96, v105 = v97 * v97, v106 = v98 * v98, v107 = v99 * v99,
-      v108 = v102 + v77;
-  out[2] = v103;
-  const lanes v109 = v104 + v105;
-  LANES_LET1(v110, rsqrt, v108);
-  const lanes v111 = v109 + v59, v112 = v70 * v110, v113 = v95 * v110, v114 = v111 + v106,
-      v115 = 0.1 * v112, v116 = 0.1 * v113, v117 = v114 + v107, v118 = v115 + 0.1,
-      v119 = v51 * v116, v120 = v50 * v116, v121 = v117 + v60, v122 = v50 * v118, v123 = v51 * v118,
-      v124 = v121 + v100, v125 = v122 - v119, v126 = v123 + v120, v127 = v124 + v101,
-      v128 = v125 * v125, v129 = 1e-150 + v126, v130 = v127 + v55, v131 = v129 * v129;
-  LANES_LET2(v132, atan2, v125, v129);
-  const lanes v133 = 0.5 * v130, v134 = v128 + v131;
-  out[1] = v132; LANES_LET1(v135, rsqrt, v134);
-  const lanes v136 = v125 * v135, v137 = v129 * v135, v138 = v112 * v136, v139 = v113 * v137,
-      v140 = v112 * v137, v141 = v113 * v136, v142 = 0.1 * v137, v143 = 0.1 * v136,
-      v144 = v138 + v139, v145 = v140 - v141, v146 = v39 * v144, v147 = v40 * v145,
-      v148 = v39 * v145, v149 = v40 * v144, v150 = 0.1 * v145, v151 = 0.1 * v144,
-      v152 = v146 + v147, v153 = v148 - v149, v154 = v42 + v150, v155 = v41 + v151;
-  LANES_LET2(v156, atan2, v152, v153);
-  const lanes v157 = v154 + v142, v158 = v155 + v143, v159 = -v156, v160 = v21 * v157,
-      v161 = v22 * v157, v162 = v158 + 0.1;
-  out[3] = v159;
-  const lanes v163 = v160 - T_3, v164 = T_7 + v161, v165 = v162 - T_11, v166 = v163 * v163,
-      v167 = v164 * v164, v168 = v165 * v165, v169 = v166 + v167, v170 = v169 + v168,
-      v171 = v170 + v133, v172 = v170 - v133;
-  LANES_LET1(v173, fabs, v172);
-  const lanes v174 = v171 + v173, v175 = 0.5 * v174;
-  LANES_LET1(v176, sqrt, v175); out[5] = v176;
+  const lanes v88 = choice_1 * v76, v89 = v76 * 0.02, v90 = v78 + v79, v91 = v80 - v81,
+      v92 = v82 - v83, v93 = v84 + v85, v94 = T_8 + v86, v95 = v87 - T_9, v96 = 0.02 * v88,
+      v98 = v90 - T_0, v99 = v91 - T_1, v100 = v92 - T_4, v101 = v93 - T_5, v102 = v94 * v94,
+      v103 = v95 * v95, v104 = v96 * v96, v106 = v98 * v98, v107 = v99 * v99, v108 = v100 * v100,
+      v109 = v101 * v101, v110 = v104 + v77, v111 = v106 + v107;
+  LANES_LET1(v112, rsqrt, v110);
+  const lanes v113 = v111 + v59, v114 = v70 * v112, v115 = v96 * v112, v116 = v113 + v108,
+      v117 = 0.1 * v114, v118 = 0.1 * v115, v119 = v116 + v109, v120 = v117 + 0.1,
+      v121 = v51 * v118, v122 = v50 * v118, v123 = v119 + v60, v124 = v50 * v120, v125 = v51 * v120,
+      v126 = v123 + v102, v127 = v124 - v121, v128 = v125 + v122, v129 = v126 + v103,
+      v130 = v127 * v127, v131 = 1e-150 + v128, v132 = v129 + v55, v133 = v131 * v131;
+  LANES_LET2(v134, atan2, v127, v131);
+  const lanes v135 = 0.5 * v132, v136 = v130 + v133;
+  out[1] = v134; LANES_LET1(v137, rsqrt, v136);
+  const lanes v138 = v127 * v137, v139 = v131 * v137, v140 = v114 * v138, v141 = v115 * v139,
+      v142 = v114 * v139, v143 = v115 * v138, v144 = 0.1 * v139, v145 = 0.1 * v138,
+      v146 = v140 + v141, v147 = v142 - v143, v148 = v39 * v146, v149 = v40 * v147,
+      v150 = v39 * v147, v151 = v40 * v146, v152 = 0.1 * v147, v153 = 0.1 * v146,
+      v154 = v148 + v149, v155 = v150 - v151, v156 = v42 + v152, v157 = v41 + v153;
+  LANES_LET2(v158, atan2, v154, v155);
+  const lanes v159 = v156 + v144, v160 = v157 + v145, v161 = -v158, v162 = v21 * v159,
+      v163 = v22 * v159, v164 = v160 + 0.1;
+  out[3] = v161;
+  const lanes v165 = v162 - T_3, v166 = T_7 + v163, v167 = v164 - T_11, v168 = v165 * v165,
+      v169 = v166 * v166, v170 = v167 * v167, v171 = v168 + v169, v172 = v171 + v170,
+      v173 = v172 + v135, v174 = v172 - v135;
+  LANES_LET1(v175, fabs, v174);
+  const lanes v176 = v173 + v175, v177 = 0.5 * v176;
+  LANES_LET1(v178, sqrt, v177); out[5] = v178;
   lanes v15, v63; LANES_NAME(lanes_two_atan2)(&v5, &v13, &v33, &v58, &v15, &v63);
+  LANES_LET2(v97, atan2, v89, v70);
   const lanes v17 = choice_0 * v15, v20 = -v17;
   out[0] = v20; out[4] = v63;
+  const lanes v105 = choice_1 * v97;
+  out[2] = v105;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(const double *T, double *q, double *residual, double *margin)
@@ -189,32 +188,34 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_pitch_branch)(
   const lanes_where v52 = LANES_LT(1.6e-18, v49); LANES_LET1(v53, sqrt, v49);
   const lanes v54 = 2500.0 * v49, v55 = LANES_CHOICE(v52, v53, 0.0), v56 = v51 * v51;
   out[6] = v54;
-  const lanes v57 = choice_2 * v55, v58 = 0.02 * v57, v59 = v58 * v58;
-  LANES_LET2(v60, atan2, v58, v51);
-  const lanes v61 = v59 + v56;
-  out[2] = v60; LANES_LET1(v62, rsqrt, v61);
-  const lanes v63 = v51 * v62, v64 = v58 * v62, v65 = 0.1 * v63, v66 = 0.1 * v64, v67 = v65 + 0.1,
-      v68 = v38 * v66, v69 = v33 * v66, v70 = v33 * v67, v71 = v38 * v67, v72 = v70 - v68,
-      v73 = v71 + v69, v74 = v72 * v72, v75 = 1e-150 + v73, v76 = v75 * v75;
-  LANES_LET2(v77, atan2, v72, v75);
-  const lanes v78 = v74 + v76;
-  out[1] = v77; LANES_LET1(v79, rsqrt, v78);
-  const lanes v80 = v72 * v79, v81 = v75 * v79, v82 = v63 * v81, v83 = v64 * v80, v84 = v63 * v80,
-      v85 = v64 * v81, v86 = 0.1 * v81, v87 = 0.1 * v80, v88 = v82 - v83, v89 = v84 + v85,
-      v90 = v25 * v88, v91 = v23 * v89, v92 = v23 * v88, v93 = v25 * v89, v94 = 0.1 * v88,
-      v95 = 0.1 * v89, v96 = v90 - v91, v97 = v92 + v93, v98 = v94 - v29, v99 = v26 + v95;
-  LANES_LET2(v100, atan2, v96, v97);
-  const lanes v101 = v98 + v86, v102 = v99 + v87;
-  out[3] = v100;
-  const lanes v103 = v22 * v101, v104 = v24 * v101, v105 = v102 + 0.1, v106 = v103 - x_0,
-      v107 = v104 + x_1, v108 = v105 - x_2, v109 = v106 * v106, v110 = v107 * v107,
-      v111 = v108 * v108, v112 = v109 + v110, v113 = v112 + v111, v114 = v113 + v50,
-      v115 = v113 - v50;
-  LANES_LET1(v116, fabs, v115);
-  const lanes v117 = v114 + v116, v118 = 0.5 * v117;
-  LANES_LET1(v119, sqrt, v118); out[5] = v119; LANES_LET2(v12, atan2, x_1, v7);
+  const lanes v57 = choice_2 * v55, v58 = v55 * 0.02, v59 = 0.02 * v57, v61 = v59 * v59,
+      v63 = v61 + v56;
+  LANES_LET1(v64, rsqrt, v63);
+  const lanes v65 = v51 * v64, v66 = v59 * v64, v67 = 0.1 * v65, v68 = 0.1 * v66, v69 = v67 + 0.1,
+      v70 = v38 * v68, v71 = v33 * v68, v72 = v33 * v69, v73 = v38 * v69, v74 = v72 - v70,
+      v75 = v73 + v71, v76 = v74 * v74, v77 = 1e-150 + v75, v78 = v77 * v77;
+  LANES_LET2(v79, atan2, v74, v77);
+  const lanes v80 = v76 + v78;
+  out[1] = v79; LANES_LET1(v81, rsqrt, v80);
+  const lanes v82 = v74 * v81, v83 = v77 * v81, v84 = v65 * v83, v85 = v66 * v82, v86 = v65 * v82,
+      v87 = v66 * v83, v88 = 0.1 * v83, v89 = 0.1 * v82, v90 = v84 - v85, v91 = v86 + v87,
+      v92 = v25 * v90, v93 = v23 * v91, v94 = v23 * v90, v95 = v25 * v91, v96 = 0.1 * v90,
+      v97 = 0.1 * v91, v98 = v92 - v93, v99 = v94 + v95, v100 = v96 - v29, v101 = v26 + v97;
+  LANES_LET2(v102, atan2, v98, v99);
+  const lanes v103 = v100 + v88, v104 = v101 + v89;
+  out[3] = v102;
+  const lanes v105 = v22 * v103, v106 = v24 * v103, v107 = v104 + 0.1, v108 = v105 - x_0,
+      v109 = v106 + x_1, v110 = v107 - x_2, v111 = v108 * v108, v112 = v109 * v109,
+      v113 = v110 * v110, v114 = v111 + v112, v115 = v114 + v113, v116 = v115 + v50,
+      v117 = v115 - v50;
+  LANES_LET1(v118, fabs, v117);
+  const lanes v119 = v116 + v118, v120 = 0.5 * v119;
+  LANES_LET1(v121, sqrt, v120); out[5] = v121;
+  lanes v12, v60; LANES_NAME(lanes_two_atan2)(&x_1, &v7, &v58, &v51, &v12, &v60);
   const lanes v17 = choice_0 * v12, v21 = -v17;
   out[0] = v21;
+  const lanes v62 = choice_2 * v60;
+  out[2] = v62;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch_branches)(const double *x, double *q, double *residual, double *margin)
@@ -262,32 +263,34 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
   const lanes_where v50 = LANES_LT(1.6e-18, v48); LANES_LET1(v51, sqrt, v48);
   const lanes v52 = 2500.0 * v48, v53 = LANES_CHOICE(v50, v51, 0.0), v54 = v49 * v49;
   out[6] = v52;
-  const lanes v55 = choice_1 * v53, v56 = 0.02 * v55, v57 = v56 * v56;
-  LANES_LET2(v58, atan2, v56, v49);
-  const lanes v59 = v57 + v54;
-  out[2] = v58; LANES_LET1(v60, rsqrt, v59);
-  const lanes v61 = v49 * v60, v62 = v56 * v60, v63 = 0.1 * v61, v64 = 0.1 * v62, v65 = v63 + 0.1,
-      v66 = v34 * v64, v67 = v33 * v64, v68 = v33 * v65, v69 = v34 * v65, v70 = v68 - v66,
-      v71 = v69 + v67, v72 = v70 * v70, v73 = 1e-150 + v71, v74 = v73 * v73;
-  LANES_LET2(v75, atan2, v70, v73);
-  const lanes v76 = v72 + v74;
-  out[1] = v75; LANES_LET1(v77, rsqrt, v76);
-  const lanes v78 = v70 * v77, v79 = v73 * v77, v80 = v61 * v78, v81 = v62 * v79, v82 = v61 * v79,
-      v83 = v62 * v78, v84 = 0.1 * v79, v85 = 0.1 * v78, v86 = v80 + v81, v87 = v82 - v83,
-      v88 = v26 * v86, v89 = v27 * v87, v90 = v26 * v87, v91 = v27 * v86, v92 = 0.1 * v87,
-      v93 = 0.1 * v86, v94 = v88 + v89, v95 = v90 - v91, v96 = v29 + v92, v97 = v28 + v93;
-  LANES_LET2(v98, atan2, v94, v95);
-  const lanes v99 = v96 + v84, v100 = v97 + v85, v101 = -v98, v102 = v15 * v99, v103 = v16 * v99,
-      v104 = v100 + 0.1;
-  out[3] = v101;
-  const lanes v105 = v102 - x_0, v106 = v103 + x_1, v107 = v104 - x_2, v108 = v105 * v105,
-      v109 = v106 * v106, v110 = v107 * v107, v111 = v108 + v109, v112 = v111 + v110,
-      v113 = v112 + v46, v114 = v112 - v46;
-  LANES_LET1(v115, fabs, v114);
-  const lanes v116 = v113 + v115, v117 = 0.5 * v116;
-  LANES_LET1(v118, sqrt, v117); out[5] = v118; LANES_LET2(v9, atan2, x_1, v6);
+  const lanes v55 = choice_1 * v53, v56 = v53 * 0.02, v57 = 0.02 * v55, v59 = v57 * v57,
+      v61 = v59 + v54;
+  LANES_LET1(v62, rsqrt, v61);
+  const lanes v63 = v49 * v62, v64 = v57 * v62, v65 = 0.1 * v63, v66 = 0.1 * v64, v67 = v65 + 0.1,
+      v68 = v34 * v66, v69 = v33 * v66, v70 = v33 * v67, v71 = v34 * v67, v72 = v70 - v68,
+      v73 = v71 + v69, v74 = v72 * v72, v75 = 1e-150 + v73, v76 = v75 * v75;
+  LANES_LET2(v77, atan2, v72, v75);
+  const lanes v78 = v74 + v76;
+  out[1] = v77; LANES_LET1(v79, rsqrt, v78);
+  const lanes v80 = v72 * v79, v81 = v75 * v79, v82 = v63 * v80, v83 = v64 * v81, v84 = v63 * v81,
+      v85 = v64 * v80, v86 = 0.1 * v81, v87 = 0.1 * v80, v88 = v82 + v83, v89 = v84 - v85,
+      v90 = v26 * v88, v91 = v27 * v89, v92 = v26 * v89, v93 = v27 * v88, v94 = 0.1 * v89,
+      v95 = 0.1 * v88, v96 = v90 + v91, v97 = v92 - v93, v98 = v29 + v94, v99 = v28 + v95;
+  LANES_LET2(v100, atan2, v96, v97);
+  const lanes v101 = v98 + v86, v102 = v99 + v87, v103 = -v100, v104 = v15 * v101,
+      v105 = v16 * v101, v106 = v102 + 0.1;
+  out[3] = v103;
+  const lanes v107 = v104 - x_0, v108 = v105 + x_1, v109 = v106 - x_2, v110 = v107 * v107,
+      v111 = v108 * v108, v112 = v109 * v109, v113 = v110 + v111, v114 = v113 + v112,
+      v115 = v114 + v46, v116 = v114 - v46;
+  LANES_LET1(v117, fabs, v116);
+  const lanes v118 = v115 + v117, v119 = 0.5 * v118;
+  LANES_LET1(v120, sqrt, v119); out[5] = v120;
+  lanes v9, v58; LANES_NAME(lanes_two_atan2)(&x_1, &v6, &v56, &v49, &v9, &v58);
   const lanes v11 = choice_0 * v9, v14 = -v11;
   out[0] = v14;
+  const lanes v60 = choice_1 * v58;
+  out[2] = v60;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branches)(const double *x, double *q, double *residual, double *margin)

@@ -29,89 +29,88 @@ LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
       choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = T_7 * T_7, v2 = T_3 - q1_0,
       v3 = 1.333 + q4_0, v4 = T_11 - 0.3;
-  out[0] = q1_0; out[3] = q4_0;
-  const lanes v5 = q1_0 + 1.0, v6 = q4_0 + 0.333, v7 = v2 - 1.0, v8 = v3 - 1.0, v9 = v4 * v4,
-      v10 = 1e-150 + v7, v11 = 1.926 * v8, v12 = v8 * v8, v13 = v10 * v10, v14 = v10 * choice_0,
-      v15 = 0.110889 + v12, v16 = v1 + v13, v18 = 1.4837904000000002e-14 * v15,
-      v19 = 3.709476 * v15, v20 = 0.927369 + v15;
-  LANES_LET1(v21, rsqrt, v16);
-  const lanes v23 = 1e-300 + v19, v24 = T_7 * v21, v25 = v10 * v21, v26 = choice_0 * v25,
-      v27 = choice_0 * v24, v28 = T_7 * v27, v29 = v7 * v26, v30 = T_6 * v26, v31 = T_2 * v27,
-      v32 = T_2 * v26, v33 = T_6 * v27, v34 = T_4 * v26, v35 = T_0 * v27, v36 = T_0 * v26,
-      v37 = T_4 * v27, v38 = v28 + v29, v39 = v30 - v31, v40 = v32 + v33, v41 = v34 - v35,
-      v42 = v36 + v37, v43 = v38 * v38, v44 = v39 * v39, v45 = v43 + v9, v46 = v45 - v20,
-      v47 = v46 * v46, v48 = 0.641358 * v46, v49 = v11 * v46, v50 = v19 - v47;
-  const lanes_where v51 = LANES_LT(v18, v50); LANES_LET1(v52, sqrt, v50);
-  const lanes v53 = v50 / v23, v54 = LANES_CHOICE(v51, v52, 0.0);
-  out[9] = v53;
-  const lanes v55 = choice_1 * v54, v56 = v11 * v55, v57 = 0.641358 * v55, v58 = v56 - v48,
-      v59 = v57 + v49, v60 = 1e-150 + v58, v61 = v59 * v59, v62 = v60 * v60, v64 = v61 + v62;
-  LANES_LET1(v66, rsqrt, v64);
-  const lanes v67 = v60 * v66, v68 = v59 * v66, v69 = 0.963 * v67, v70 = 0.963 * v68,
-      v71 = 0.333 - v69, v72 = v8 + v70, v73 = v38 * v71, v74 = v4 * v72, v75 = v38 * v72,
-      v76 = v4 * v71, v77 = v73 - v74, v78 = v75 + v76, v79 = v77 * v77, v80 = 1e-150 + v78,
-      v81 = v80 * v80, v83 = v79 + v81;
-  LANES_LET1(v84, rsqrt, v83);
-  const lanes v85 = v77 * v84, v86 = v80 * v84, v87 = v86 * v40, v88 = T_10 * v85, v89 = T_10 * v86,
-      v90 = v85 * v40, v91 = v86 * v42, v92 = T_8 * v85, v93 = T_8 * v86, v94 = v85 * v42,
-      v95 = v6 * v86, v96 = 0.333 * v85, v97 = v67 * v85, v98 = v68 * v86, v99 = v67 * v86,
-      v100 = v68 * v85, v101 = v6 * v85, v102 = 0.333 * v86, v103 = v87 - v88, v104 = v89 + v90,
-      v105 = v91 - v92, v106 = v93 + v94, v107 = v95 + v96, v108 = v97 - v98, v109 = v99 + v100,
-      v110 = v101 - v102, v111 = v67 * v103, v112 = v68 * v104, v113 = v67 * v104,
-      v114 = v68 * v103, v115 = v67 * v105, v116 = v68 * v106, v117 = v67 * v106, v118 = v68 * v105,
-      v119 = 0.963 * v108, v120 = 0.963 * v109, v121 = v26 * v108, v122 = v26 * v109,
-      v123 = v27 * v108, v124 = v27 * v109, v125 = v111 + v112, v126 = v113 - v114,
-      v127 = v115 + v116, v128 = v117 - v118, v129 = v107 - v119, v130 = v120 + v110,
-      v131 = 1e-150 - v125, v132 = v126 * v126, v133 = v26 * v129, v134 = v27 * v129,
-      v135 = 0.3 - v130, v136 = v131 * v131, v137 = v131 * choice_2, v138 = v5 + v133,
-      v139 = v134 - T_7, v140 = v135 - T_11, v141 = v44 + v136;
-  LANES_LET2(v142, atan2, v39, v137);
-  const lanes v143 = v138 - T_3, v144 = v139 * v139, v145 = v140 * v140;
-  LANES_LET1(v146, rsqrt, v141);
-  const lanes v147 = choice_2 * v142, v148 = v143 * v143, v149 = v39 * v146, v150 = v131 * v146;
-  out[5] = v147;
-  const lanes v151 = v148 + v144, v152 = choice_2 * v150, v153 = choice_2 * v149,
-      v154 = v151 + v145, v155 = v125 * v152, v156 = v39 * v153, v157 = v152 * v41,
-      v158 = v153 * v127, v159 = v152 * v127, v160 = v153 * v41, v161 = v27 * v153,
-      v162 = v152 * v122, v163 = v27 * v152, v164 = v153 * v122, v165 = v152 * v124,
-      v166 = v26 * v153, v167 = v26 * v152, v168 = v153 * v124, v169 = v152 * v108,
-      v170 = v153 * v108, v171 = v155 - v156, v172 = v157 + v158, v173 = v159 - v160,
-      v174 = v161 + v162, v175 = v163 - v164, v176 = v165 - v166, v177 = v167 + v168,
-      v178 = v171 * v171;
-  LANES_LET2(v179, atan2, v126, v171);
-  const lanes v180 = v172 * v172, v181 = v132 + v178, v182 = -v179;
-  LANES_LET1(v183, rsqrt, v181); out[6] = v182;
-  const lanes v184 = v126 * v183, v185 = v171 * v183, v186 = v185 * v128, v187 = v184 * v173,
-      v188 = v185 * v121, v189 = v184 * v174, v190 = v185 * v174, v191 = v184 * v121,
-      v192 = v185 * v123, v193 = v184 * v176, v194 = v185 * v176, v195 = v184 * v123,
-      v196 = v185 * v109, v197 = v184 * v169, v198 = v184 * v109, v199 = v185 * v169,
-      v200 = v186 - v187, v201 = v188 - v189, v202 = v190 + v191, v203 = v192 - v193,
-      v204 = v194 + v195, v205 = v196 + v197, v206 = v198 - v199, v207 = v200 * v200;
-  LANES_LET2(v208, atan2, v172, v200);
-  const lanes v209 = v202 - T_2, v210 = v204 - T_6, v211 = v206 - T_10, v212 = v180 + v207;
-  out[7] = v208;
-  const lanes v213 = v209 * v209, v214 = v210 * v210, v215 = v211 * v211;
-  LANES_LET1(v216, rsqrt, v212);
-  const lanes v217 = v172 * v216, v218 = v200 * v216, v219 = v218 * v201, v220 = v217 * v175,
-      v221 = v218 * v175, v222 = v217 * v201, v223 = v218 * v203, v224 = v217 * v177,
-      v225 = v217 * v203, v226 = v218 * v177, v227 = v218 * v205, v228 = v217 * v170,
-      v229 = v218 * v170, v230 = v217 * v205, v231 = v219 - v220, v232 = v221 + v222,
-      v233 = v223 + v224, v234 = v225 - v226, v235 = v227 - v228, v236 = v229 + v230,
-      v237 = v231 - T_0, v238 = v232 - T_1, v239 = v233 - T_4, v240 = v234 - T_5, v241 = v235 - T_8,
-      v242 = v236 - T_9, v243 = v237 * v237, v244 = v238 * v238, v245 = v239 * v239,
-      v246 = v240 * v240, v247 = v241 * v241, v248 = v242 * v242, v249 = v243 + v244,
-      v250 = v249 + v213, v251 = v250 + v245, v252 = v251 + v246, v253 = v252 + v214,
-      v254 = v253 + v247, v255 = v254 + v248, v256 = v255 + v215, v257 = 0.5 * v256,
-      v258 = v154 + v257, v259 = v154 - v257;
-  LANES_LET1(v260, fabs, v259);
-  const lanes v261 = v258 + v260, v262 = 0.5 * v261;
-  LANES_LET1(v263, sqrt, v262); out[8] = v263;
-  lanes v17, v63; LANES_NAME(lanes_two_atan2)(&T_7, &v14, &v59, &v60, &v17, &v63);
-  LANES_LET2(v82, atan2, v77, v80);
-  const lanes v22 = choice_0 * v17;
-  out[1] = v22;
-  const lanes v65 = -v63;
-  out[4] = v65; out[2] = v82;
+  const lanes_where v5 = LANES_LT(0.0, choice_2); out[0] = q1_0; out[3] = q4_0;
+  const lanes v6 = q1_0 + 1.0, v7 = q4_0 + 0.333, v8 = v2 - 1.0, v9 = v3 - 1.0, v10 = v4 * v4,
+      v11 = 1e-150 + v8, v12 = 1.926 * v9, v13 = v9 * v9, v14 = v11 * v11, v15 = v11 * choice_0,
+      v16 = 0.110889 + v13, v17 = v1 + v14, v19 = 1.4837904000000002e-14 * v16,
+      v20 = 3.709476 * v16, v21 = 0.927369 + v16;
+  LANES_LET1(v22, rsqrt, v17);
+  const lanes v24 = 1e-300 + v20, v25 = T_7 * v22, v26 = v11 * v22, v27 = choice_0 * v26,
+      v28 = choice_0 * v25, v29 = T_7 * v28, v30 = v8 * v27, v31 = T_6 * v27, v32 = T_2 * v28,
+      v33 = T_2 * v27, v34 = T_6 * v28, v35 = T_4 * v27, v36 = T_0 * v28, v37 = T_0 * v27,
+      v38 = T_4 * v28, v39 = v29 + v30, v40 = v31 - v32, v41 = v33 + v34, v42 = v35 - v36,
+      v43 = v37 + v38, v44 = v39 * v39, v45 = v40 * v40, v46 = v44 + v10, v47 = v46 - v21,
+      v48 = v47 * v47, v49 = 0.641358 * v47, v50 = v12 * v47, v51 = v20 - v48;
+  const lanes_where v52 = LANES_LT(v19, v51); LANES_LET1(v53, sqrt, v51);
+  const lanes v54 = v51 / v24, v55 = LANES_CHOICE(v52, v53, 0.0);
+  out[9] = v54;
+  const lanes v56 = choice_1 * v55, v57 = v12 * v56, v58 = 0.641358 * v56, v59 = v57 - v49,
+      v60 = v58 + v50, v61 = 1e-150 + v59, v62 = v60 * v60, v63 = v61 * v61, v65 = v62 + v63;
+  LANES_LET1(v67, rsqrt, v65);
+  const lanes v68 = v61 * v67, v69 = v60 * v67, v70 = 0.963 * v68, v71 = 0.963 * v69,
+      v72 = 0.333 - v70, v73 = v9 + v71, v74 = v39 * v72, v75 = v4 * v73, v76 = v39 * v73,
+      v77 = v4 * v72, v78 = v74 - v75, v79 = v76 + v77, v80 = v78 * v78, v81 = 1e-150 + v79,
+      v82 = v81 * v81, v84 = v80 + v82;
+  LANES_LET1(v85, rsqrt, v84);
+  const lanes v86 = v78 * v85, v87 = v81 * v85, v88 = v87 * v41, v89 = T_10 * v86, v90 = T_10 * v87,
+      v91 = v86 * v41, v92 = v87 * v43, v93 = T_8 * v86, v94 = T_8 * v87, v95 = v86 * v43,
+      v96 = v7 * v87, v97 = 0.333 * v86, v98 = v68 * v86, v99 = v69 * v87, v100 = v68 * v87,
+      v101 = v69 * v86, v102 = v7 * v86, v103 = 0.333 * v87, v104 = v88 - v89, v105 = v90 + v91,
+      v106 = v92 - v93, v107 = v94 + v95, v108 = v96 + v97, v109 = v98 - v99, v110 = v100 + v101,
+      v111 = v102 - v103, v112 = v68 * v104, v113 = v69 * v105, v114 = v68 * v105,
+      v115 = v69 * v104, v116 = v68 * v106, v117 = v69 * v107, v118 = v68 * v107, v119 = v69 * v106,
+      v120 = 0.963 * v109, v121 = 0.963 * v110, v122 = v27 * v109, v123 = v27 * v110,
+      v124 = v28 * v109, v125 = v28 * v110, v126 = v112 + v113, v127 = v114 - v115,
+      v128 = v116 + v117, v129 = v118 - v119, v130 = v108 - v120, v131 = v121 + v111,
+      v132 = 1e-150 - v126, v133 = v127 * v127, v134 = v27 * v130, v135 = v28 * v130,
+      v136 = 0.3 - v131, v137 = v132 * v132, v139 = v6 + v134, v140 = v135 - T_7,
+      v141 = v136 - T_11, v142 = v45 + v137, v144 = v139 - T_3, v145 = v140 * v140,
+      v146 = v141 * v141;
+  LANES_LET1(v147, rsqrt, v142);
+  const lanes v149 = v144 * v144, v150 = v40 * v147, v151 = v132 * v147, v153 = v149 + v145,
+      v154 = choice_2 * v151, v155 = choice_2 * v150, v156 = v153 + v146, v157 = v126 * v154,
+      v158 = v40 * v155, v159 = v154 * v42, v160 = v155 * v128, v161 = v154 * v128,
+      v162 = v155 * v42, v163 = v28 * v155, v164 = v154 * v123, v165 = v28 * v154,
+      v166 = v155 * v123, v167 = v154 * v125, v168 = v27 * v155, v169 = v27 * v154,
+      v170 = v155 * v125, v171 = v154 * v109, v172 = v155 * v109, v173 = v157 - v158,
+      v174 = v159 + v160, v175 = v161 - v162, v176 = v163 + v164, v177 = v165 - v166,
+      v178 = v167 - v168, v179 = v169 + v170, v180 = v173 * v173;
+  LANES_LET2(v181, atan2, v127, v173);
+  const lanes v182 = v174 * v174, v183 = v133 + v180, v184 = -v181;
+  LANES_LET1(v185, rsqrt, v183); out[6] = v184;
+  const lanes v186 = v127 * v185, v187 = v173 * v185, v188 = v187 * v129, v189 = v186 * v175,
+      v190 = v187 * v122, v191 = v186 * v176, v192 = v187 * v176, v193 = v186 * v122,
+      v194 = v187 * v124, v195 = v186 * v178, v196 = v187 * v178, v197 = v186 * v124,
+      v198 = v187 * v110, v199 = v186 * v171, v200 = v186 * v110, v201 = v187 * v171,
+      v202 = v188 - v189, v203 = v190 - v191, v204 = v192 + v193, v205 = v194 - v195,
+      v206 = v196 + v197, v207 = v198 + v199, v208 = v200 - v201, v209 = v202 * v202;
+  LANES_LET2(v210, atan2, v174, v202);
+  const lanes v211 = v204 - T_2, v212 = v206 - T_6, v213 = v208 - T_10, v214 = v182 + v209;
+  out[7] = v210;
+  const lanes v215 = v211 * v211, v216 = v212 * v212, v217 = v213 * v213;
+  LANES_LET1(v218, rsqrt, v214);
+  const lanes v219 = v174 * v218, v220 = v202 * v218, v221 = v220 * v203, v222 = v219 * v177,
+      v223 = v220 * v177, v224 = v219 * v203, v225 = v220 * v205, v226 = v219 * v179,
+      v227 = v219 * v205, v228 = v220 * v179, v229 = v220 * v207, v230 = v219 * v172,
+      v231 = v220 * v172, v232 = v219 * v207, v233 = v221 - v222, v234 = v223 + v224,
+      v235 = v225 + v226, v236 = v227 - v228, v237 = v229 - v230, v238 = v231 + v232,
+      v239 = v233 - T_0, v240 = v234 - T_1, v241 = v235 - T_4, v242 = v236 - T_5, v243 = v237 - T_8,
+      v244 = v238 - T_9, v245 = v239 * v239, v246 = v240 * v240, v247 = v241 * v241,
+      v248 = v242 * v242, v249 = v243 * v243, v250 = v244 * v244, v251 = v245 + v246,
+      v252 = v251 + v215, v253 = v252 + v247, v254 = v253 + v248, v255 = v254 + v216,
+      v256 = v255 + v249, v257 = v256 + v250, v258 = v257 + v217, v259 = 0.5 * v258,
+      v260 = v156 + v259, v261 = v156 - v259;
+  LANES_LET1(v262, fabs, v261);
+  const lanes v263 = v260 + v262, v264 = 0.5 * v263;
+  LANES_LET1(v265, sqrt, v264); out[8] = v265;
+  lanes v18, v64; LANES_NAME(lanes_two_atan2)(&T_7, &v15, &v60, &v61, &v18, &v64);
+  lanes v83, v138; LANES_NAME(lanes_two_atan2)(&v78, &v81, &v40, &v132, &v83, &v138);
+  const lanes v23 = choice_0 * v18;
+  out[1] = v23;
+  const lanes v66 = -v64;
+  out[4] = v66; out[2] = v83; LANES_LET2(v143, supplement, v138, v40);
+  const lanes v148 = LANES_CHOICE(v5, v138, v143), v152 = choice_2 * v148;
+  out[5] = v152;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(photo_robot_ik_branches)(const double *T, const double *q1, const double *q4, double *q, double *residual, double *margin)

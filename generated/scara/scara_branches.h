@@ -36,32 +36,30 @@ LANES_INLINE void LANES_NAME(scara_ik_branch)(
       v47 = 9.84236831987697 * v34, v48 = LANES_CHOICE(v41, v42, 0.0), v49 = v40 * v40,
       v50 = v26 + v43;
   out[5] = v47;
-  const lanes v51 = choice_0 * v48, v52 = v50 + v44, v53 = 0.31875 * v51, v54 = v52 + v45,
-      v55 = v53 * v53;
-  LANES_LET2(v56, atan2, v53, v40);
-  const lanes v57 = v54 + v46, v58 = v55 + v49;
-  out[1] = v56;
-  const lanes v59 = v57 + v16;
-  LANES_LET1(v60, rsqrt, v58);
-  const lanes v61 = 0.5 * v59, v62 = v40 * v60, v63 = v53 * v60, v64 = 0.375 * v62,
-      v65 = 0.375 * v63, v66 = v64 + 0.425, v67 = v12 * v65, v68 = v11 * v65, v69 = v11 * v66,
-      v70 = v12 * v66, v71 = v69 - v67, v72 = v70 + v68, v73 = v71 * v71, v74 = 1e-150 + v72,
-      v75 = v74 * v74;
-  LANES_LET2(v76, atan2, v71, v74);
-  const lanes v77 = v73 + v75;
-  out[0] = v76; LANES_LET1(v78, rsqrt, v77);
-  const lanes v79 = v71 * v78, v80 = v74 * v78, v81 = v62 * v80, v82 = v63 * v79, v83 = v62 * v79,
-      v84 = v63 * v80, v85 = 0.425 * v80, v86 = 0.425 * v79, v87 = v81 - v82, v88 = v83 + v84,
-      v89 = v30 * v87, v90 = v31 * v88, v91 = v31 * v87, v92 = v30 * v88, v93 = 0.375 * v87,
-      v94 = 0.375 * v88, v95 = v89 - v90, v96 = v91 + v92, v97 = v93 + v85, v98 = v94 + v86;
-  LANES_LET2(v99, atan2, v95, v96);
-  const lanes v100 = v97 - T_3, v101 = v98 - T_7, v102 = -v99, v103 = v100 * v100,
-      v104 = v101 * v101;
-  out[3] = v102;
-  const lanes v105 = v103 + v104, v106 = v105 + v35, v107 = v106 + v61, v108 = v106 - v61;
-  LANES_LET1(v109, fabs, v108);
-  const lanes v110 = v107 + v109, v111 = 0.5 * v110;
-  LANES_LET1(v112, sqrt, v111); out[4] = v112;
+  const lanes v51 = choice_0 * v48, v52 = v48 * 0.31875, v53 = v50 + v44, v54 = 0.31875 * v51,
+      v56 = v53 + v45, v57 = v54 * v54, v59 = v56 + v46, v60 = v57 + v49, v61 = v59 + v16;
+  LANES_LET1(v62, rsqrt, v60);
+  const lanes v63 = 0.5 * v61, v64 = v40 * v62, v65 = v54 * v62, v66 = 0.375 * v64,
+      v67 = 0.375 * v65, v68 = v66 + 0.425, v69 = v12 * v67, v70 = v11 * v67, v71 = v11 * v68,
+      v72 = v12 * v68, v73 = v71 - v69, v74 = v72 + v70, v75 = v73 * v73, v76 = 1e-150 + v74,
+      v77 = v76 * v76;
+  LANES_LET2(v78, atan2, v73, v76);
+  const lanes v79 = v75 + v77;
+  out[0] = v78; LANES_LET1(v80, rsqrt, v79);
+  const lanes v81 = v73 * v80, v82 = v76 * v80, v83 = v64 * v82, v84 = v65 * v81, v85 = v64 * v81,
+      v86 = v65 * v82, v87 = 0.425 * v82, v88 = 0.425 * v81, v89 = v83 - v84, v90 = v85 + v86,
+      v91 = v30 * v89, v92 = v31 * v90, v93 = v31 * v89, v94 = v30 * v90, v95 = 0.375 * v89,
+      v96 = 0.375 * v90, v97 = v91 - v92, v98 = v93 + v94, v99 = v95 + v87, v100 = v96 + v88;
+  LANES_LET2(v101, atan2, v97, v98);
+  const lanes v102 = v99 - T_3, v103 = v100 - T_7, v104 = -v101, v105 = v102 * v102,
+      v106 = v103 * v103;
+  out[3] = v104;
+  const lanes v107 = v105 + v106, v108 = v107 + v35, v109 = v108 + v63, v110 = v108 - v63;
+  LANES_LET1(v111, fabs, v110);
+  const lanes v112 = v109 + v111, v113 = 0.5 * v112;
+  LANES_LET1(v114, sqrt, v113); out[4] = v114; LANES_LET2(v55, atan2, v52, v40);
+  const lanes v58 = choice_0 * v55;
+  out[1] = v58;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(scara_ik_branches)(const double *T, double *q, double *residual, double *margin)

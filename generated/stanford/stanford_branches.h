@@ -27,82 +27,86 @@ LANES_INLINE void LANES_NAME(stanford_ik_branch)(
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
       choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.26289 * T_6,
-      v2 = 0.26289 * T_2, v3 = 0.26289 * T_10, v4 = T_7 - v1, v5 = T_3 - v2, v6 = T_11 - v3,
-      v7 = v5 * v5, v8 = v4 * v4, v9 = v6 - 0.411988, v10 = 0.15367 * v5, v11 = 0.15367 * v4,
-      v12 = v7 + v8, v13 = v9 * v9, v14 = v12 + v13, v15 = v12 - 0.0236144689,
-      v16 = 0.0236144689 + v14, v17 = v14 - 0.0236144689, v18 = 4e-15 * v16;
-  LANES_LET1(v19, sqrt, v17);
-  const lanes v20 = 1e-300 + v16;
-  const lanes_where v21 = LANES_LT(v18, v17);
-  const lanes v22 = v17 / v20, v23 = LANES_CHOICE(v21, v19, 0.0), v24 = choice_0 * v23,
-      v25 = v24 * v24, v26 = v9 * v24;
-  out[2] = v24; LANES_LET2(v27, fmin, v25, v12); const lanes_where v28 = LANES_LT(v25, v12);
-  const lanes v29 = v25 - v13, v30 = 1e-150 + v26, v31 = 4e-15 * v27,
-      v32 = LANES_CHOICE(v28, v29, v15), v33 = v30 * v30, v34 = 1e-300 + v27;
-  const lanes_where v35 = LANES_LT(v31, v32); LANES_LET1(v36, sqrt, v32);
-  const lanes v37 = v32 / v34, v38 = LANES_CHOICE(v35, v36, 0.0);
-  LANES_LET2(v39, fmin, v22, v37);
-  const lanes v40 = choice_1 * v38;
-  out[7] = v39;
-  const lanes v41 = v4 * v40, v42 = v5 * v40, v43 = v41 - v10, v44 = v42 + v11, v45 = v43 * v43,
-      v46 = 1e-150 + v44, v47 = v46 * v46, v49 = v45 + v47;
-  LANES_LET1(v50, rsqrt, v49);
-  const lanes v51 = v43 * v50, v52 = v46 * v50, v53 = v5 * v52, v54 = v4 * v51, v55 = T_2 * v52,
-      v56 = T_6 * v51, v57 = T_6 * v52, v58 = T_2 * v51, v59 = T_0 * v52, v60 = T_4 * v51,
-      v61 = T_0 * v51, v62 = T_4 * v52, v63 = v53 + v54, v64 = v55 + v56, v65 = v57 - v58,
-      v66 = v59 + v60, v67 = v61 - v62, v68 = v24 * v63, v69 = 1e-150 - v65, v70 = v68 * v68,
-      v72 = v69 * v69, v73 = v69 * choice_2, v74 = v70 + v33;
+      v2 = 0.26289 * T_2, v3 = 0.26289 * T_10;
+  const lanes_where v4 = LANES_LT(0.0, choice_2);
+  const lanes v5 = T_7 - v1, v6 = T_3 - v2, v7 = T_11 - v3, v8 = v6 * v6, v9 = v5 * v5,
+      v10 = v7 - 0.411988, v11 = 0.15367 * v6, v12 = 0.15367 * v5, v13 = v8 + v9, v14 = v10 * v10,
+      v15 = v13 + v14, v16 = v13 - 0.0236144689, v17 = 0.0236144689 + v15, v18 = v15 - 0.0236144689,
+      v19 = 4e-15 * v17;
+  LANES_LET1(v20, sqrt, v18);
+  const lanes v21 = 1e-300 + v17;
+  const lanes_where v22 = LANES_LT(v19, v18);
+  const lanes v23 = v18 / v21, v24 = LANES_CHOICE(v22, v20, 0.0), v25 = choice_0 * v24,
+      v26 = v25 * v25, v27 = v10 * v25;
+  out[2] = v25; LANES_LET2(v28, fmin, v26, v13); const lanes_where v29 = LANES_LT(v26, v13);
+  const lanes v30 = v26 - v14, v31 = 1e-150 + v27, v32 = 4e-15 * v28,
+      v33 = LANES_CHOICE(v29, v30, v16), v34 = v31 * v31, v35 = 1e-300 + v28;
+  const lanes_where v36 = LANES_LT(v32, v33); LANES_LET1(v37, sqrt, v33);
+  const lanes v38 = v33 / v35, v39 = LANES_CHOICE(v36, v37, 0.0);
+  LANES_LET2(v40, fmin, v23, v38);
+  const lanes v41 = choice_1 * v39;
+  out[7] = v40;
+  const lanes v42 = v5 * v41, v43 = v6 * v41, v44 = v42 - v11, v45 = v43 + v12, v46 = v44 * v44,
+      v47 = 1e-150 + v45, v48 = v47 * v47, v50 = v46 + v48;
+  LANES_LET1(v51, rsqrt, v50);
+  const lanes v52 = v44 * v51, v53 = v47 * v51, v54 = v6 * v53, v55 = v5 * v52, v56 = T_2 * v53,
+      v57 = T_6 * v52, v58 = T_6 * v53, v59 = T_2 * v52, v60 = T_0 * v53, v61 = T_4 * v52,
+      v62 = T_0 * v52, v63 = T_4 * v53, v64 = v54 + v55, v65 = v56 + v57, v66 = v58 - v59,
+      v67 = v60 + v61, v68 = v62 - v63, v69 = v25 * v64, v70 = 1e-150 - v66, v71 = v69 * v69,
+      v73 = v70 * v70, v74 = v71 + v34;
   LANES_LET1(v75, rsqrt, v74);
-  const lanes v76 = v68 * v75, v77 = v30 * v75, v78 = v77 * v64, v79 = T_10 * v76, v80 = T_10 * v77,
-      v81 = v76 * v64, v82 = T_8 * v76, v83 = v77 * v66, v84 = T_8 * v77, v85 = v76 * v66,
-      v86 = v52 * v77, v87 = v52 * v76, v88 = v51 * v77, v89 = v51 * v76, v90 = v78 - v79,
-      v91 = v80 + v81, v92 = v82 - v83, v93 = v84 + v85, v94 = v90 * v90;
-  LANES_LET2(v95, atan2, v90, v73);
-  const lanes v96 = v91 * v91, v97 = v94 + v72, v98 = choice_2 * v95;
-  LANES_LET1(v99, rsqrt, v97); out[3] = v98;
-  const lanes v100 = v90 * v99, v101 = v69 * v99, v102 = choice_2 * v101, v103 = choice_2 * v100,
-      v104 = v65 * v102, v105 = v90 * v103, v106 = v102 * v92, v107 = v103 * v67, v108 = v102 * v67,
-      v109 = v103 * v92, v110 = v51 * v102, v111 = v103 * v86, v112 = v102 * v86, v113 = v51 * v103,
-      v114 = v103 * v88, v115 = v52 * v102, v116 = v52 * v103, v117 = v102 * v88, v118 = v76 * v103,
-      v119 = v76 * v102, v120 = v104 - v105, v121 = v106 + v107, v122 = v108 - v109,
-      v123 = v110 + v111, v124 = v112 - v113, v125 = v114 - v115, v126 = v116 + v117,
-      v127 = v120 * v120;
-  LANES_LET2(v128, atan2, v120, v91);
-  const lanes v129 = v121 * v121, v130 = v96 + v127, v131 = -v128;
-  LANES_LET1(v132, rsqrt, v130); out[4] = v131;
-  const lanes v133 = v120 * v132, v134 = v91 * v132, v135 = v134 * v122, v136 = v133 * v93,
-      v137 = 0.26289 * v134, v138 = 0.26289 * v133, v139 = v134 * v123, v140 = v133 * v87,
-      v141 = v133 * v123, v142 = v134 * v87, v143 = v134 * v125, v144 = v133 * v89,
-      v145 = v133 * v125, v146 = v134 * v89, v147 = v77 * v133, v148 = v134 * v118,
-      v149 = v77 * v134, v150 = v133 * v118, v151 = v135 + v136, v152 = v24 + v137,
-      v153 = v103 * v138, v154 = v102 * v138, v155 = v139 + v140, v156 = v141 - v142,
-      v157 = v143 + v144, v158 = v145 - v146, v159 = v147 - v148, v160 = v149 + v150,
-      v161 = v151 * v151;
-  LANES_LET2(v162, atan2, v121, v151);
-  const lanes v163 = v76 * v152, v164 = v77 * v153, v165 = v154 + 0.15367, v166 = v77 * v152,
-      v167 = v76 * v153, v168 = T_2 + v156, v169 = T_6 + v158, v170 = v160 - T_10,
-      v171 = v129 + v161, v172 = -v162, v173 = v163 - v164, v174 = v51 * v165, v175 = v52 * v165,
-      v176 = v166 + v167, v177 = v168 * v168, v178 = v169 * v169, v179 = v170 * v170;
-  LANES_LET1(v180, rsqrt, v171); out[5] = v172;
-  const lanes v181 = v52 * v173, v182 = v51 * v173, v183 = v176 + 0.411988, v184 = v121 * v180,
-      v185 = v151 * v180, v186 = v181 - v174, v187 = v175 + v182, v188 = v183 - T_11,
-      v189 = v186 - T_3, v190 = v187 - T_7, v191 = v188 * v188, v192 = v185 * v155,
-      v193 = v184 * v124, v194 = v185 * v124, v195 = v184 * v155, v196 = v185 * v157,
-      v197 = v184 * v126, v198 = v185 * v126, v199 = v184 * v157, v200 = v185 * v159,
-      v201 = v184 * v119, v202 = v184 * v159, v203 = v185 * v119, v204 = v189 * v189,
-      v205 = v190 * v190, v206 = v192 - v193, v207 = v194 + v195, v208 = v196 - v197,
-      v209 = v198 + v199, v210 = v200 + v201, v211 = v202 - v203, v212 = v204 + v205,
-      v213 = v206 - T_0, v214 = v207 - T_1, v215 = v208 - T_4, v216 = v209 - T_5, v217 = v210 - T_8,
-      v218 = v211 - T_9, v219 = v212 + v191, v220 = v213 * v213, v221 = v214 * v214,
-      v222 = v215 * v215, v223 = v216 * v216, v224 = v217 * v217, v225 = v218 * v218,
-      v226 = v220 + v221, v227 = v226 + v177, v228 = v227 + v222, v229 = v228 + v223,
-      v230 = v229 + v178, v231 = v230 + v224, v232 = v231 + v225, v233 = v232 + v179,
-      v234 = 0.5 * v233, v235 = v219 + v234, v236 = v219 - v234;
-  LANES_LET1(v237, fabs, v236);
-  const lanes v238 = v235 + v237, v239 = 0.5 * v238;
-  LANES_LET1(v240, sqrt, v239); out[6] = v240;
-  lanes v48, v71; LANES_NAME(lanes_two_atan2)(&v43, &v46, &v68, &v30, &v48, &v71); out[0] = v48;
-  out[1] = v71;
+  const lanes v76 = v69 * v75, v77 = v31 * v75, v78 = v77 * v65, v79 = T_10 * v76, v80 = T_10 * v77,
+      v81 = v76 * v65, v82 = T_8 * v76, v83 = v77 * v67, v84 = T_8 * v77, v85 = v76 * v67,
+      v86 = v53 * v77, v87 = v53 * v76, v88 = v52 * v77, v89 = v52 * v76, v90 = v78 - v79,
+      v91 = v80 + v81, v92 = v82 - v83, v93 = v84 + v85, v94 = v90 * v90, v96 = v91 * v91,
+      v97 = v94 + v73;
+  LANES_LET1(v99, rsqrt, v97);
+  const lanes v101 = v90 * v99, v102 = v70 * v99, v104 = choice_2 * v102, v105 = choice_2 * v101,
+      v106 = v66 * v104, v107 = v90 * v105, v108 = v104 * v92, v109 = v105 * v68, v110 = v104 * v68,
+      v111 = v105 * v92, v112 = v52 * v104, v113 = v105 * v86, v114 = v104 * v86, v115 = v52 * v105,
+      v116 = v105 * v88, v117 = v53 * v104, v118 = v53 * v105, v119 = v104 * v88, v120 = v76 * v105,
+      v121 = v76 * v104, v122 = v106 - v107, v123 = v108 + v109, v124 = v110 - v111,
+      v125 = v112 + v113, v126 = v114 - v115, v127 = v116 - v117, v128 = v118 + v119,
+      v129 = v122 * v122;
+  LANES_LET2(v130, atan2, v122, v91);
+  const lanes v131 = v123 * v123, v132 = v96 + v129, v133 = -v130;
+  LANES_LET1(v134, rsqrt, v132); out[4] = v133;
+  const lanes v135 = v122 * v134, v136 = v91 * v134, v137 = v136 * v124, v138 = v135 * v93,
+      v139 = 0.26289 * v136, v140 = 0.26289 * v135, v141 = v136 * v125, v142 = v135 * v87,
+      v143 = v135 * v125, v144 = v136 * v87, v145 = v136 * v127, v146 = v135 * v89,
+      v147 = v135 * v127, v148 = v136 * v89, v149 = v77 * v135, v150 = v136 * v120,
+      v151 = v77 * v136, v152 = v135 * v120, v153 = v137 + v138, v154 = v25 + v139,
+      v155 = v105 * v140, v156 = v104 * v140, v157 = v141 + v142, v158 = v143 - v144,
+      v159 = v145 + v146, v160 = v147 - v148, v161 = v149 - v150, v162 = v151 + v152,
+      v163 = v153 * v153;
+  LANES_LET2(v164, atan2, v123, v153);
+  const lanes v165 = v76 * v154, v166 = v77 * v155, v167 = v156 + 0.15367, v168 = v77 * v154,
+      v169 = v76 * v155, v170 = T_2 + v158, v171 = T_6 + v160, v172 = v162 - T_10,
+      v173 = v131 + v163, v174 = -v164, v175 = v165 - v166, v176 = v52 * v167, v177 = v53 * v167,
+      v178 = v168 + v169, v179 = v170 * v170, v180 = v171 * v171, v181 = v172 * v172;
+  LANES_LET1(v182, rsqrt, v173); out[5] = v174;
+  const lanes v183 = v53 * v175, v184 = v52 * v175, v185 = v178 + 0.411988, v186 = v123 * v182,
+      v187 = v153 * v182, v188 = v183 - v176, v189 = v177 + v184, v190 = v185 - T_11,
+      v191 = v188 - T_3, v192 = v189 - T_7, v193 = v190 * v190, v194 = v187 * v157,
+      v195 = v186 * v126, v196 = v187 * v126, v197 = v186 * v157, v198 = v187 * v159,
+      v199 = v186 * v128, v200 = v187 * v128, v201 = v186 * v159, v202 = v187 * v161,
+      v203 = v186 * v121, v204 = v186 * v161, v205 = v187 * v121, v206 = v191 * v191,
+      v207 = v192 * v192, v208 = v194 - v195, v209 = v196 + v197, v210 = v198 - v199,
+      v211 = v200 + v201, v212 = v202 + v203, v213 = v204 - v205, v214 = v206 + v207,
+      v215 = v208 - T_0, v216 = v209 - T_1, v217 = v210 - T_4, v218 = v211 - T_5, v219 = v212 - T_8,
+      v220 = v213 - T_9, v221 = v214 + v193, v222 = v215 * v215, v223 = v216 * v216,
+      v224 = v217 * v217, v225 = v218 * v218, v226 = v219 * v219, v227 = v220 * v220,
+      v228 = v222 + v223, v229 = v228 + v179, v230 = v229 + v224, v231 = v230 + v225,
+      v232 = v231 + v180, v233 = v232 + v226, v234 = v233 + v227, v235 = v234 + v181,
+      v236 = 0.5 * v235, v237 = v221 + v236, v238 = v221 - v236;
+  LANES_LET1(v239, fabs, v238);
+  const lanes v240 = v237 + v239, v241 = 0.5 * v240;
+  LANES_LET1(v242, sqrt, v241); out[6] = v242;
+  lanes v49, v72; LANES_NAME(lanes_two_atan2)(&v44, &v47, &v69, &v31, &v49, &v72);
+  LANES_LET2(v95, atan2, v90, v70); out[0] = v49; out[1] = v72;
+  LANES_LET2(v98, supplement, v95, v90);
+  const lanes v100 = LANES_CHOICE(v4, v95, v98), v103 = choice_2 * v100;
+  out[3] = v103;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(stanford_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -81,7 +81,10 @@ def three_turns(
     e = cross(scope, a6.h, a5.h)
     left = rotated(scope, a5.h, q5.turn.back, rotated(scope, a4.h, q4.turn.back, wanted(e)))
     work.step(
-        [a6], "subproblem 1", "what is left of the turn", sp1(scope, a6.h, e, left, sure=q4.margin is None)
+        [a6],
+        "subproblem 1",
+        "what is left of the turn",
+        sp1(scope, a6.h, e, left, sure=q4.margin is None),
     )
 
 
