@@ -94,7 +94,7 @@ class Notation:
 
         Numbers of equal value have one name, whatever their form.
         """
-        if self.scope.is_number(expression) and self._rests_on_many(expression):
+        if is_long_number(self.scope, expression):
             return self._numeric(self.scope.value(expression))
         raw = self.expanded(expression)
         known = self._constants.get(raw)
@@ -178,17 +178,6 @@ class Notation:
         signed = [-k if c.could_extract_minus_sign() else k for k, c in coefficients.items()]
         return _joined(signed, commas=len(self.q) >= COMMAS_FROM), plain
 
-    def _rests_on_many(self, expression: sp.Expr) -> bool:
-        """Whether a number is made of so many others that nobody would read it written out."""
-        found: set[sp.Symbol] = set()
-        waiting = [*expression.free_symbols]
-        while waiting and len(found) <= MOST_PARTS:
-            symbol = waiting.pop()
-            if symbol in self.scope.constants and symbol not in found:
-                found.add(symbol)
-                waiting.extend(self.scope.constants[symbol].free_symbols)
-        return len(found) > MOST_PARTS
-
     def _printed_constant(self, raw: sp.Expr) -> sp.Expr:
         if raw.is_Symbol:
             return raw
@@ -223,6 +212,20 @@ class Notation:
         symbol = self._constants[raw] = self.symbol(tex, (CONSTANT, (number,)), raw)
         self.constants.append(symbol)
         return symbol
+
+
+def is_long_number(scope: Scope, expression: sp.Expr) -> bool:
+    """Whether a number is made of so many others that nobody would read it written out."""
+    if not scope.is_number(expression):
+        return False
+    found: set[sp.Symbol] = set()
+    waiting = [*expression.free_symbols]
+    while waiting and len(found) <= MOST_PARTS:
+        symbol = waiting.pop()
+        if symbol in scope.constants and symbol not in found:
+            found.add(symbol)
+            waiting.extend(scope.constants[symbol].free_symbols)
+    return len(found) > MOST_PARTS
 
 
 def _joined(indices: Sequence[int], *, commas: bool) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping
 import sympy as sp
 
 from ..scope import Scope
-from .notation import Notation
+from .notation import Notation, is_long_number
 from .printer import FractionPrinter
 from .widths import LINE, width
 
@@ -93,6 +93,8 @@ class Terms:
 
     def constant(self, expression: sp.Expr) -> sp.Expr:
         """A constant as it is where that is short, else by name."""
+        if is_long_number(self.scope, expression):
+            return self.notation.constant(self.scope.value(expression))
         raw = self.scope.spelled(expression)
         if raw.free_symbols:
             shown = self.notation.shortened(raw)
