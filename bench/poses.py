@@ -100,12 +100,21 @@ class Case:
     def _other(self, name: str, q: np.ndarray) -> np.ndarray:
         if name in self.robot.functions:
             return self.robot.functions[name](q)
-        return q[..., self.coordinate(name)]
+        if self.coordinate(name) is not None:
+            return q[..., self.coordinate(name)]
+        chain = [joint.name for joint in self.robot.chain_joints]
+        return self.robot.chain(q)[..., chain.index(name)]
 
-    def coordinate(self, name: str) -> int:
-        """The index of a coordinate that is called by its name or its number: q7."""
+    def coordinate(self, name: str) -> int | None:
+        """The index of a coordinate that is called by its name or its number: q7.
+
+        None of a joint of the main chain that loops move.
+        """
         names = [coordinate.name for coordinate in self.robot.coordinates]
-        return names.index(name) if name in names else int(name.removeprefix("q")) - 1
+        if name in names:
+            return names.index(name)
+        number = name.removeprefix("q")
+        return int(number) - 1 if number.isdigit() else None
 
     @property
     def solved(self) -> tuple[int, ...]:

@@ -29,7 +29,7 @@ LANES_INLINE void LANES_NAME(iiwa14_ik_branch)(
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
       choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.126 * T_2,
       v2 = 0.126 * T_6, v3 = 0.126 * T_10;
-  LANES_COS_SIN(v5, v4, swivel_0); const lanes_where v6 = LANES_LT(0.0, choice_2);
+  LANES_COS_SIN(v4, v5, swivel_0); const lanes_where v6 = LANES_LT(0.0, choice_2);
   const lanes v7 = T_3 - v1, v8 = T_7 - v2, v9 = T_11 - v3, v10 = v7 * v7, v11 = v8 * v8,
       v12 = v9 - 0.36, v13 = v10 + v11, v14 = v12 * v12, v15 = 1e-140 + v12, v16 = v13 + v14,
       v17 = v15 * v15, v18 = v16 - 0.0004, v19 = 0.6724 - v16, v20 = v16 - 0.3364, v21 = v17 + v10,
@@ -39,28 +39,28 @@ LANES_INLINE void LANES_NAME(iiwa14_ik_branch)(
   LANES_LET1(v29, rsqrt, v25);
   const lanes v30 = 8.857709750566894 * v22, v31 = LANES_CHOICE(v26, v27, 0.0);
   LANES_LET1(v32, fabs, v28);
-  const lanes v33 = v7 * v29, v34 = v15 * v29, v35 = v8 * v29;
+  const lanes v33 = v7 * v29, v34 = v8 * v29, v35 = v15 * v29;
   out[8] = v30;
-  const lanes v36 = choice_0 * v31, v37 = v28 / v32, v38 = 1.0 + v34, v39 = v33 * v35,
-      v40 = v35 * v35, v41 = 2.9761904761904767 * v36, v42 = LANES_CHOICE(v26, v23, v37),
-      v43 = 1e-140 + v38, v44 = v39 * v39, v45 = LANES_CHOICE(v26, v41, 0.0), v46 = 0.4 * v42,
-      v47 = v33 * v43, v48 = v34 * v43, v49 = 0.4 * v45, v50 = 0.42 + v46, v51 = v47 * v47,
-      v52 = v40 + v48, v54 = v49 * v49, v55 = v50 + 4.2e-141, v56 = v44 + v51, v57 = 1e-140 + v52,
-      v58 = v55 * v55, v59 = v57 * v57, v60 = v54 + v58, v61 = v56 + v59;
+  const lanes v36 = choice_0 * v31, v37 = v28 / v32, v38 = v33 * v34, v39 = v34 * v34,
+      v40 = 1.0 + v35, v41 = 2.9761904761904767 * v36, v42 = LANES_CHOICE(v26, v23, v37),
+      v43 = 1e-140 - v38, v44 = 1e-140 + v40, v45 = LANES_CHOICE(v26, v41, 0.0), v46 = 0.4 * v42,
+      v47 = v35 * v44, v48 = v33 * v44, v49 = v43 * v43, v50 = 0.4 * v45, v51 = 0.42 + v46,
+      v52 = v39 + v47, v53 = v48 * v48, v55 = v50 * v50, v56 = v51 + 4.2e-141, v57 = v52 * v52,
+      v58 = v56 * v56, v59 = v57 + v53, v60 = v55 + v58, v61 = v59 + v49;
   LANES_LET1(v62, rsqrt, v60); LANES_LET1(v63, rsqrt, v61);
-  const lanes v64 = v49 * v62, v65 = v55 * v62, v66 = v47 * v63, v67 = v57 * v63, v68 = v39 * v63,
-      v69 = 4.2e-141 - v64, v70 = v65 * v65, v71 = v33 * v66, v72 = v34 * v67, v73 = v35 * v65,
-      v74 = v34 * v68, v75 = v35 * v66, v76 = v33 * v65, v77 = v34 * v65, v78 = v33 * v68,
-      v79 = v35 * v67, v80 = v35 * v64, v81 = v33 * v64, v82 = v34 * v64, v83 = v69 * v69,
-      v84 = v71 + v72, v85 = v74 - v75, v86 = v78 + v79, v87 = v70 + v83;
+  const lanes v64 = v50 * v62, v65 = v56 * v62, v66 = v43 * v63, v67 = v48 * v63, v68 = v52 * v63,
+      v69 = 4.2e-141 - v64, v70 = v65 * v65, v71 = v33 * v67, v72 = v35 * v68, v73 = v34 * v65,
+      v74 = v34 * v67, v75 = v35 * v66, v76 = v33 * v65, v77 = v33 * v66, v78 = v34 * v68,
+      v79 = v35 * v65, v80 = v34 * v64, v81 = v33 * v64, v82 = v35 * v64, v83 = v69 * v69,
+      v84 = v71 + v72, v85 = v74 + v75, v86 = v77 - v78, v87 = v70 + v83;
   LANES_LET1(v88, rsqrt, v87);
   const lanes v89 = v69 * v88, v90 = v65 * v88, v91 = 0.42 * v89;
   const lanes_where v92 = LANES_LE(0.0, v91);
-  const lanes v93 = LANES_CHOICE(v92, 1.0, -1.0), v94 = v93 * v4, v95 = v93 * v5, v96 = v84 * v94,
-      v97 = v68 * v95, v98 = v67 * v95, v99 = v85 * v94, v100 = v66 * v95, v101 = v86 * v94,
-      v102 = v96 - v97, v103 = v98 + v99, v104 = v100 + v101, v105 = v89 * v102, v106 = v89 * v103,
+  const lanes v93 = LANES_CHOICE(v92, 1.0, -1.0), v94 = v93 * v4, v95 = v93 * v5, v96 = v66 * v94,
+      v97 = v84 * v95, v98 = v68 * v94, v99 = v85 * v95, v100 = v86 * v95, v101 = v67 * v94,
+      v102 = v96 + v97, v103 = v98 - v99, v104 = v100 - v101, v105 = v89 * v102, v106 = v89 * v103,
       v107 = v89 * v104, v108 = v90 * v102, v109 = v90 * v103, v110 = v90 * v104, v111 = v105 + v73,
-      v112 = v106 + v76, v113 = v77 - v107, v114 = v108 + v80, v115 = v109 + v81, v116 = v82 - v110,
+      v112 = v106 + v76, v113 = v107 + v79, v114 = v108 + v80, v115 = v109 + v81, v116 = v110 + v82,
       v117 = v111 * v111, v118 = 1e-150 + v112, v119 = v113 * v113, v120 = v118 * v118,
       v121 = v118 * choice_1, v122 = v117 + v120;
   LANES_LET1(v124, rsqrt, v122);
@@ -144,9 +144,9 @@ LANES_INLINE void LANES_NAME(iiwa14_ik_branch)(
   LANES_LET1(v404, fabs, v403);
   const lanes v405 = v402 + v404, v406 = 0.5 * v405;
   LANES_LET1(v407, sqrt, v406); out[7] = v407;
-  lanes v53, v123; LANES_NAME(lanes_two_atan2)(&v45, &v42, &v111, &v121, &v53, &v123);
+  lanes v54, v123; LANES_NAME(lanes_two_atan2)(&v45, &v42, &v111, &v121, &v54, &v123);
   lanes v152, v190; LANES_NAME(lanes_two_atan2)(&v144, &v113, &v145, &v184, &v152, &v190);
-  LANES_LET2(v245, atan2, v213, v242); out[3] = v53;
+  LANES_LET2(v245, atan2, v213, v242); out[3] = v54;
   const lanes v125 = choice_1 * v123;
   out[0] = v125; out[1] = v152;
   const lanes v192 = -v190;

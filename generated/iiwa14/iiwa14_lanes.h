@@ -1723,7 +1723,7 @@ static LANES_TARGET void LANES_NAME(iiwa14_ik)(const lanes *in, lanes *out)
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
       swivel_0 = in[16], v1 = 0.126 * T_6, v2 = 0.126 * T_10, v3 = 0.126 * T_2;
-  LANES_COS_SIN(v5, v4, swivel_0);
+  LANES_COS_SIN(v4, v5, swivel_0);
   const lanes v6 = T_7 - v1, v7 = T_11 - v2, v8 = T_3 - v3, v9 = v7 - 0.36, v10 = v8 * v8,
       v11 = v6 * v6, v12 = 1e-140 + v9, v13 = v10 + v11, v14 = v9 * v9, v15 = v12 * v12,
       v16 = v13 + v14, v17 = v15 + v10, v18 = v16 - 0.0004, v19 = 0.6724 - v16, v20 = v16 - 0.3364,
@@ -1736,42 +1736,42 @@ static LANES_TARGET void LANES_NAME(iiwa14_ik)(const lanes *in, lanes *out)
   const lanes v32 = LANES_CHOICE(v26, v28, 0.0), v33 = v8 * v25, v34 = v12 * v25;
   out[64] = v29; out[65] = v29; out[66] = v29; out[67] = v29; out[68] = v29; out[69] = v29;
   out[70] = v29; out[71] = v29;
-  const lanes v35 = v27 / v31, v36 = 2.9761904761904767 * v32, v37 = 1.0 + v34, v38 = v33 * v30,
-      v39 = v30 * v30, v40 = LANES_CHOICE(v26, v23, v35), v41 = LANES_CHOICE(v26, v36, 0.0),
-      v42 = 1e-140 + v37, v43 = v38 * v38, v44 = -v36, v45 = 0.4 * v40, v46 = 0.4 * v41,
-      v47 = v33 * v42, v48 = v34 * v42;
-  LANES_LET2(v49, atan2, v41, v40);
-  const lanes v50 = LANES_CHOICE(v26, v44, 0.0), v51 = 0.42 + v45, v52 = v46 * v46, v53 = v47 * v47,
-      v54 = v39 + v48, v55 = 0.4 * v50;
-  LANES_LET2(v56, atan2, v50, v40); out[3] = v49; out[10] = v49; out[17] = v49; out[24] = v49;
-  const lanes v57 = v51 + 4.2e-141, v58 = v43 + v53, v59 = 1e-140 + v54, v60 = v55 * v55;
-  out[31] = v56; out[38] = v56; out[45] = v56; out[52] = v56;
-  const lanes v61 = v57 * v57, v62 = v59 * v59, v63 = v61 + v52, v64 = v58 + v62, v65 = v60 + v61;
+  const lanes v35 = v27 / v31, v36 = 2.9761904761904767 * v32, v37 = v33 * v30, v38 = v30 * v30,
+      v39 = 1.0 + v34, v40 = LANES_CHOICE(v26, v23, v35), v41 = LANES_CHOICE(v26, v36, 0.0),
+      v42 = 1e-140 - v37, v43 = 1e-140 + v39, v44 = -v36, v45 = 0.4 * v40, v46 = 0.4 * v41,
+      v47 = v34 * v43, v48 = v33 * v43, v49 = v42 * v42;
+  LANES_LET2(v50, atan2, v41, v40);
+  const lanes v51 = LANES_CHOICE(v26, v44, 0.0), v52 = 0.42 + v45, v53 = v46 * v46, v54 = v38 + v47,
+      v55 = v48 * v48, v56 = 0.4 * v51;
+  LANES_LET2(v57, atan2, v51, v40); out[3] = v50; out[10] = v50; out[17] = v50; out[24] = v50;
+  const lanes v58 = v52 + 4.2e-141, v59 = v54 * v54, v60 = v56 * v56;
+  out[31] = v57; out[38] = v57; out[45] = v57; out[52] = v57;
+  const lanes v61 = v58 * v58, v62 = v59 + v55, v63 = v61 + v53, v64 = v62 + v49, v65 = v60 + v61;
   LANES_LET1(v66, rsqrt, v63); LANES_LET1(v67, rsqrt, v64); LANES_LET1(v68, rsqrt, v65);
-  const lanes v69 = v57 * v66, v70 = v46 * v66, v71 = v47 * v67, v72 = v59 * v67, v73 = v38 * v67,
-      v74 = v57 * v68, v75 = v55 * v68, v76 = v30 * v69, v77 = 4.2e-141 - v70, v78 = v69 * v69,
-      v79 = v33 * v71, v80 = v34 * v72, v81 = v33 * v69, v82 = v34 * v73, v83 = v30 * v71,
-      v84 = v34 * v69, v85 = v33 * v73, v86 = v30 * v72, v87 = v30 * v70, v88 = v33 * v70,
+  const lanes v69 = v58 * v66, v70 = v46 * v66, v71 = v42 * v67, v72 = v48 * v67, v73 = v54 * v67,
+      v74 = v58 * v68, v75 = v56 * v68, v76 = v30 * v69, v77 = 4.2e-141 - v70, v78 = v69 * v69,
+      v79 = v33 * v72, v80 = v34 * v73, v81 = v33 * v69, v82 = v30 * v72, v83 = v34 * v71,
+      v84 = v34 * v69, v85 = v33 * v71, v86 = v30 * v73, v87 = v30 * v70, v88 = v33 * v70,
       v89 = v34 * v70, v90 = v74 * v30, v91 = 4.2e-141 - v75, v92 = v74 * v74, v93 = v74 * v33,
       v94 = v74 * v34, v95 = v75 * v30, v96 = v75 * v33, v97 = v75 * v34, v98 = v77 * v77,
-      v99 = v79 + v80, v100 = v82 - v83, v101 = v85 + v86, v102 = v91 * v91, v103 = v78 + v98,
+      v99 = v79 + v80, v100 = v82 + v83, v101 = v85 - v86, v102 = v91 * v91, v103 = v78 + v98,
       v104 = v92 + v102;
   LANES_LET1(v105, rsqrt, v103); LANES_LET1(v106, rsqrt, v104);
   const lanes v107 = v77 * v105, v108 = v69 * v105, v109 = v91 * v106, v110 = v74 * v106,
       v111 = 0.42 * v107, v112 = 0.42 * v109;
   const lanes_where v113 = LANES_LE(0.0, v111); const lanes_where v114 = LANES_LE(0.0, v112);
   const lanes v115 = LANES_CHOICE(v113, 1.0, -1.0), v116 = LANES_CHOICE(v114, 1.0, -1.0),
-      v117 = v4 * v115, v118 = v5 * v115, v119 = v4 * v116, v120 = v5 * v116, v121 = v99 * v117,
-      v122 = v73 * v118, v123 = v72 * v118, v124 = v100 * v117, v125 = v71 * v118,
-      v126 = v101 * v117, v127 = v119 * v99, v128 = v120 * v73, v129 = v120 * v72,
-      v130 = v119 * v100, v131 = v120 * v71, v132 = v119 * v101, v133 = v121 - v122,
-      v134 = v123 + v124, v135 = v125 + v126, v136 = v127 - v128, v137 = v129 + v130,
-      v138 = v131 + v132, v139 = v107 * v133, v140 = v107 * v134, v141 = v107 * v135,
+      v117 = v4 * v115, v118 = v5 * v115, v119 = v4 * v116, v120 = v5 * v116, v121 = v71 * v117,
+      v122 = v99 * v118, v123 = v73 * v117, v124 = v100 * v118, v125 = v101 * v118,
+      v126 = v72 * v117, v127 = v119 * v71, v128 = v120 * v99, v129 = v119 * v73,
+      v130 = v120 * v100, v131 = v120 * v101, v132 = v119 * v72, v133 = v121 + v122,
+      v134 = v123 - v124, v135 = v125 - v126, v136 = v127 + v128, v137 = v129 - v130,
+      v138 = v131 - v132, v139 = v107 * v133, v140 = v107 * v134, v141 = v107 * v135,
       v142 = v108 * v133, v143 = v108 * v134, v144 = v108 * v135, v145 = v109 * v136,
       v146 = v109 * v137, v147 = v109 * v138, v148 = v110 * v136, v149 = v110 * v137,
-      v150 = v110 * v138, v151 = v76 + v139, v152 = v81 + v140, v153 = v84 - v141,
-      v154 = v87 + v142, v155 = v88 + v143, v156 = v89 - v144, v157 = v90 + v145, v158 = v93 + v146,
-      v159 = v94 - v147, v160 = v95 + v148, v161 = v96 + v149, v162 = v97 - v150,
+      v150 = v110 * v138, v151 = v76 + v139, v152 = v81 + v140, v153 = v84 + v141,
+      v154 = v87 + v142, v155 = v88 + v143, v156 = v89 + v144, v157 = v90 + v145, v158 = v93 + v146,
+      v159 = v94 + v147, v160 = v95 + v148, v161 = v96 + v149, v162 = v97 + v150,
       v163 = v151 * v151, v164 = 1e-150 + v152, v165 = v153 * v153, v166 = v157 * v157,
       v167 = 1e-150 + v158, v168 = v159 * v159, v169 = v164 * v164;
   LANES_LET2(v170, atan2, v151, v164);
@@ -1815,14 +1815,14 @@ static LANES_TARGET void LANES_NAME(iiwa14_ik)(const lanes *in, lanes *out)
       v259 = T_8 * v241, v260 = v242 * v223, v261 = T_8 * v242, v262 = v241 * v223,
       v263 = v178 * v239, v264 = v178 * v240, v265 = v177 * v239, v266 = v177 * v240,
       v267 = v41 * v240, v268 = v40 * v240, v269 = v180 * v241, v270 = v180 * v242,
-      v271 = v179 * v241, v272 = v179 * v242, v273 = v50 * v242, v274 = v40 * v242,
+      v271 = v179 * v241, v272 = v179 * v242, v273 = v51 * v242, v274 = v40 * v242,
       v275 = v243 - v244, v276 = v245 - v246, v277 = v247 + v248, v278 = v249 - v250,
       v279 = v251 + v252, v280 = v253 - v254, v281 = v255 - v256, v282 = v257 + v258,
       v283 = v259 - v260, v284 = v261 + v262, v285 = v263 * v41, v286 = v263 * v40,
-      v287 = v265 * v41, v288 = v265 * v40, v289 = v50 * v269, v290 = v40 * v269, v291 = v50 * v271,
+      v287 = v265 * v41, v288 = v265 * v40, v289 = v51 * v269, v290 = v40 * v269, v291 = v51 * v271,
       v292 = v40 * v271, v293 = v275 * v275, v294 = -v275, v295 = v277 * v41, v296 = v277 * v40,
-      v297 = v279 * v41, v298 = v279 * v40, v299 = v280 * v280, v300 = -v280, v301 = v50 * v282,
-      v302 = v40 * v282, v303 = v50 * v284, v304 = v40 * v284, v305 = v229 + v293;
+      v297 = v279 * v41, v298 = v279 * v40, v299 = v280 * v280, v300 = -v280, v301 = v51 * v282,
+      v302 = v40 * v282, v303 = v51 * v284, v304 = v40 * v284, v305 = v229 + v293;
   LANES_LET2(v306, atan2, v212, v294);
   const lanes v307 = v232 + v299;
   LANES_LET2(v308, atan2, v219, v300); LANES_LET1(v309, rsqrt, v305); LANES_LET1(v310, rsqrt, v307);
@@ -1845,12 +1845,12 @@ static LANES_TARGET void LANES_NAME(iiwa14_ik)(const lanes *in, lanes *out)
   out[16] = v325; out[23] = v325; out[44] = v334; out[51] = v334;
   const lanes v363 = v335 - v336, v364 = v337 + v338, v365 = v339 + v340, v366 = v341 - v342,
       v367 = v344 * v40, v368 = v344 * v41, v369 = v345 - v346, v370 = v347 + v348,
-      v371 = v349 + v350, v372 = v351 - v352, v373 = v40 * v354, v374 = v50 * v354,
+      v371 = v349 + v350, v372 = v351 - v352, v373 = v40 * v354, v374 = v51 * v354,
       v375 = v355 * v355, v376 = v356 * v40, v377 = v356 * v41, v378 = v358 * v40,
-      v379 = v358 * v41, v380 = v359 * v359, v381 = v40 * v360, v382 = v50 * v360,
-      v383 = v40 * v362, v384 = v50 * v362, v385 = v363 * v40, v386 = v363 * v41, v387 = v365 * v40,
+      v379 = v358 * v41, v380 = v359 * v359, v381 = v40 * v360, v382 = v51 * v360,
+      v383 = v40 * v362, v384 = v51 * v362, v385 = v363 * v40, v386 = v363 * v41, v387 = v365 * v40,
       v388 = v365 * v41, v389 = v367 + v267, v390 = v268 - v368, v391 = v40 * v369,
-      v392 = v50 * v369, v393 = v40 * v371, v394 = v50 * v371, v395 = v273 + v373,
+      v392 = v51 * v369, v393 = v40 * v371, v394 = v51 * v371, v395 = v273 + v373,
       v396 = v274 - v374, v397 = v295 - v376, v398 = v296 + v377, v399 = v297 + v378,
       v400 = v379 - v298, v401 = v301 - v381, v402 = v382 + v302, v403 = v303 + v383,
       v404 = v384 - v304, v405 = v285 + v385, v406 = v286 - v386, v407 = v287 - v387,
@@ -1910,7 +1910,7 @@ static LANES_TARGET void LANES_NAME(iiwa14_ik)(const lanes *in, lanes *out)
       v555 = v535 * v535, v556 = -v535, v557 = v536 * v536, v558 = -v536, v559 = v537 * v314,
       v560 = v538 * v40, v561 = v539 * v41, v562 = v537 * v313, v563 = v538 * v41,
       v564 = v539 * v40, v565 = v541 - T_2, v566 = v543 - T_6, v567 = v545 - T_10,
-      v568 = v315 * v546, v569 = v40 * v547, v570 = v50 * v548, v571 = v50 * v547,
+      v568 = v315 * v546, v569 = v40 * v547, v570 = v51 * v548, v571 = v51 * v547,
       v572 = v40 * v548, v573 = v316 * v546, v574 = v550 - T_2, v575 = v552 - T_6,
       v576 = v554 - T_10, v577 = v489 + v555;
   LANES_LET2(v578, atan2, v468, v556);
@@ -1967,28 +1967,27 @@ static LANES_TARGET void LANES_NAME(iiwa14_ik)(const lanes *in, lanes *out)
 static LANES_TARGET void LANES_NAME(iiwa14_swivel)(const lanes *in, lanes *out)
 {
   const lanes q_0 = in[0], q_1 = in[1], q_2 = in[2], q_3 = in[3];
-  LANES_COS_SIN(v1, v6, q_3);
-  const lanes v2 = 0.4 * v1, v3 = 0.42 + v2;
-  LANES_COS_SIN(v4, v10, q_1);
-  const lanes v5 = v3 * v4, v7 = 0.4 * v6;
-  LANES_COS_SIN(v8, v19, q_2);
-  const lanes v9 = v7 * v8, v11 = v9 * v10, v12 = v5 + v11, v13 = 1e-140 + v12;
-  LANES_COS_SIN(v14, v21, q_0);
-  const lanes v15 = v3 * v10, v16 = v9 * v4, v17 = v15 - v16, v18 = v14 * v17, v20 = v7 * v19,
-      v22 = v20 * v21, v23 = v18 + v22, v24 = v23 * v23, v25 = v17 * v21, v26 = v14 * v20,
-      v27 = v25 - v26, v28 = v27 * v27, v29 = v24 + v28, v30 = v13 * v13, v31 = v29 + v30;
+  LANES_COS_SIN(v1, v17, q_0); LANES_COS_SIN(v2, v7, q_3);
+  const lanes v3 = 0.4 * v2, v4 = 0.42 + v3;
+  LANES_COS_SIN(v11, v5, q_1);
+  const lanes v6 = v4 * v5, v8 = 0.4 * v7;
+  LANES_COS_SIN(v9, v15, q_2);
+  const lanes v10 = v8 * v9, v12 = v10 * v11, v13 = v6 - v12, v14 = v1 * v13, v16 = v8 * v15,
+      v18 = v16 * v17, v19 = v14 + v18, v20 = v19 * v19, v21 = v13 * v17, v22 = v1 * v16,
+      v23 = v21 - v22, v24 = v23 * v23, v25 = v20 + v24, v26 = v4 * v11, v27 = v10 * v5,
+      v28 = v26 + v27, v29 = 1e-140 + v28, v30 = v29 * v29, v31 = v25 + v30;
   LANES_LET1(v32, sqrt, v31);
-  const lanes v33 = v13 / v32, v34 = v23 / v32, v35 = v27 / v32, v36 = v34 * v35, v37 = v36 * v36,
-      v38 = 1.0 + v33, v39 = 1e-140 + v38, v40 = v34 * v39, v41 = v40 * v40, v42 = v37 + v41,
-      v43 = v35 * v35, v44 = v33 * v39, v45 = v43 + v44, v46 = 1e-140 + v45, v47 = v46 * v46,
-      v48 = v42 + v47;
+  const lanes v33 = v19 / v32, v34 = v29 / v32, v35 = 1.0 + v34, v36 = 1e-140 + v35,
+      v37 = v33 * v36, v38 = v23 / v32, v39 = v38 * v38, v40 = v34 * v36, v41 = v39 + v40,
+      v42 = v41 * v41, v43 = v37 * v37, v44 = v42 + v43, v45 = v33 * v38, v46 = 1e-140 - v45,
+      v47 = v46 * v46, v48 = v44 + v47;
   LANES_LET1(v49, sqrt, v48);
-  const lanes v50 = v36 / v49, v51 = v33 * v50, v52 = v40 / v49, v53 = v35 * v52, v54 = v51 - v53,
-      v55 = 0.42 * v10, v56 = v14 * v55, v57 = v54 * v56, v58 = v34 * v52, v59 = v46 / v49,
-      v60 = v33 * v59, v61 = v58 + v60, v62 = v55 * v21, v63 = v61 * v62, v64 = v57 + v63,
-      v65 = v34 * v50, v66 = v35 * v59, v67 = v65 + v66, v68 = 0.42 * v4, v69 = v67 * v68,
-      v70 = v64 - v69, v71 = v70 * v70, v72 = v59 * v56, v73 = v50 * v62, v74 = v72 - v73,
-      v75 = v52 * v68, v76 = v74 - v75, v77 = 1e-150 + v76, v78 = v77 * v77, v79 = v71 + v78;
+  const lanes v50 = v37 / v49, v51 = v33 * v50, v52 = v41 / v49, v53 = v34 * v52, v54 = v51 + v53,
+      v55 = 0.42 * v5, v56 = v55 * v17, v57 = v54 * v56, v58 = v46 / v49, v59 = v33 * v58,
+      v60 = v38 * v52, v61 = v59 - v60, v62 = 0.42 * v11, v63 = v61 * v62, v64 = v57 + v63,
+      v65 = v38 * v50, v66 = v34 * v58, v67 = v65 + v66, v68 = v1 * v55, v69 = v67 * v68,
+      v70 = v64 - v69, v71 = v70 * v70, v72 = v52 * v68, v73 = v58 * v56, v74 = v72 + v73,
+      v75 = v50 * v62, v76 = v74 - v75, v77 = 1e-150 + v76, v78 = v77 * v77, v79 = v71 + v78;
   LANES_LET1(v80, sqrt, v79);
   const lanes v81 = v70 / v80, v82 = v77 / v80;
   LANES_LET2(v83, atan2, v81, v82); out[0] = v83;

@@ -128,7 +128,7 @@ def reference(scope: Scope, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector
     r = any_across(scope, a1.h)
     # Straight below the shoulder nothing is left of w - t; it then counts as pointing upwards.
     away = combination(scope, (_ONE, NOTHING), (added(scope, w, a1.h), a1.h))
-    e_x = _unit(scope, cross(scope, cross(scope, away, r), w), r)
+    e_x = _unit(scope, cross(scope, cross(scope, away, r), w), cross(scope, a1.h, r))
     return w, e_x, cross(scope, w, e_x)
 
 
