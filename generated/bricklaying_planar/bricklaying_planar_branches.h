@@ -26,42 +26,39 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_branch)(
       v11 = T_7 - v1, v12 = T_3 - v2, v13 = v4 * v4, v14 = v6 + v7, v15 = v10 * v10,
       v16 = v12 * v12, v17 = v11 * v11, v18 = v3 + v13, v19 = v14 + v8, v20 = v16 + v17;
   LANES_LET1(v21, rsqrt, v18);
-  const lanes v22 = v19 + v9, v23 = v20 - 0.00258064, v24 = 0.09290304 - v20,
-      v25 = v20 - 0.04774184, v26 = T_4 * v21, v27 = v4 * v21, v28 = v23 * v24,
-      v29 = 22.14290142866 * v25, v30 = 0.0451612 * v25, v31 = 0.127 * v27, v32 = 0.127 * v26,
-      v33 = v27 - T_0, v34 = T_1 + v26, v35 = v26 - T_4, v36 = v27 - T_5;
-  const lanes_where v37 = LANES_LT(8.15813594176e-18, v28);
-  const lanes v38 = 1e-150 + v30;
-  LANES_LET1(v39, sqrt, v28);
-  const lanes v40 = v33 * v33, v41 = v34 * v34, v42 = v35 * v35, v43 = v36 * v36,
-      v44 = 490.3080836793531 * v28;
-  LANES_LET1(v45, fabs, v38);
-  const lanes v46 = LANES_CHOICE(v37, v39, 0.0), v47 = v22 + v40;
-  out[4] = v44;
-  const lanes v48 = v38 / v45, v49 = choice_0 * v46, v50 = v47 + v41,
-      v51 = LANES_CHOICE(v37, v29, v48), v52 = 22.14290142866 * v49, v53 = v50 + v42,
-      v54 = 0.127 * v51, v55 = LANES_CHOICE(v37, v52, 0.0), v56 = v53 + v43, v57 = v54 + 0.1778,
-      v58 = 0.127 * v55;
-  LANES_LET2(v59, atan2, v55, v51);
-  const lanes v60 = v56 + v15, v61 = v11 * v57, v62 = v12 * v58, v63 = v12 * v57, v64 = v11 * v58;
-  out[1] = v59;
-  const lanes v65 = 0.5 * v60, v66 = v61 - v62, v67 = v63 + v64, v68 = v66 * v66,
-      v69 = 1e-150 + v67, v70 = v69 * v69;
-  LANES_LET2(v71, atan2, v66, v69);
-  const lanes v72 = v68 + v70;
-  out[0] = v71; LANES_LET1(v73, rsqrt, v72);
-  const lanes v74 = v66 * v73, v75 = v69 * v73, v76 = v51 * v75, v77 = v55 * v74, v78 = v51 * v74,
-      v79 = v55 * v75, v80 = 0.1778 * v75, v81 = 0.1778 * v74, v82 = v76 - v77, v83 = v78 + v79,
-      v84 = v26 * v82, v85 = v27 * v83, v86 = v27 * v82, v87 = v26 * v83, v88 = 0.127 * v82,
-      v89 = 0.127 * v83, v90 = v84 - v85, v91 = v86 + v87, v92 = v31 + v88, v93 = v32 + v89;
-  LANES_LET2(v94, atan2, v90, v91);
-  const lanes v95 = v92 + v80, v96 = v93 + v81;
-  out[2] = v94;
-  const lanes v97 = v95 - T_3, v98 = v96 - T_7, v99 = v97 * v97, v100 = v98 * v98, v101 = v5 + v99,
-      v102 = v101 + v100, v103 = v102 + v65, v104 = v102 - v65;
-  LANES_LET1(v105, fabs, v104);
-  const lanes v106 = v103 + v105, v107 = 0.5 * v106;
-  LANES_LET1(v108, sqrt, v107); out[3] = v108;
+  const lanes v22 = v19 + v9, v23 = v20 - 0.04774184, v24 = v20 - 0.00258064,
+      v25 = 0.09290304 - v20, v26 = T_4 * v21, v27 = v4 * v21, v28 = 0.0451612 * v23,
+      v29 = v24 * v25, v30 = 0.127 * v27, v31 = 0.127 * v26, v32 = v27 - T_0, v33 = T_1 + v26,
+      v34 = v26 - T_4, v35 = v27 - T_5, v36 = 1e-150 + v28;
+  const lanes_where v37 = LANES_LT(8.15813594176e-18, v29); LANES_LET1(v38, sqrt, v29);
+  const lanes v39 = v32 * v32, v40 = v33 * v33, v41 = v34 * v34, v42 = v35 * v35,
+      v43 = 490.3080836793531 * v29, v44 = LANES_CHOICE(v37, v38, 0.0), v45 = v36 * v36,
+      v46 = v22 + v39;
+  out[4] = v43;
+  const lanes v47 = choice_0 * v44, v48 = v44 * 0.0451612, v49 = v46 + v40, v50 = 0.0451612 * v47,
+      v52 = v49 + v41, v53 = v50 * v50, v55 = v52 + v42, v56 = v53 + v45, v57 = v55 + v15;
+  LANES_LET1(v58, rsqrt, v56);
+  const lanes v59 = 0.5 * v57, v60 = v36 * v58, v61 = v50 * v58, v62 = 0.127 * v60,
+      v63 = 0.127 * v61, v64 = v62 + 0.1778, v65 = v12 * v63, v66 = v11 * v63, v67 = v11 * v64,
+      v68 = v12 * v64, v69 = v67 - v65, v70 = v68 + v66, v71 = v69 * v69, v72 = 1e-150 + v70,
+      v73 = v72 * v72;
+  LANES_LET2(v74, atan2, v69, v72);
+  const lanes v75 = v71 + v73;
+  out[0] = v74; LANES_LET1(v76, rsqrt, v75);
+  const lanes v77 = v69 * v76, v78 = v72 * v76, v79 = v60 * v78, v80 = v61 * v77, v81 = v60 * v77,
+      v82 = v61 * v78, v83 = 0.1778 * v78, v84 = 0.1778 * v77, v85 = v79 - v80, v86 = v81 + v82,
+      v87 = v26 * v85, v88 = v27 * v86, v89 = v27 * v85, v90 = v26 * v86, v91 = 0.127 * v85,
+      v92 = 0.127 * v86, v93 = v87 - v88, v94 = v89 + v90, v95 = v30 + v91, v96 = v31 + v92;
+  LANES_LET2(v97, atan2, v93, v94);
+  const lanes v98 = v95 + v83, v99 = v96 + v84;
+  out[2] = v97;
+  const lanes v100 = v98 - T_3, v101 = v99 - T_7, v102 = v100 * v100, v103 = v101 * v101,
+      v104 = v5 + v102, v105 = v104 + v103, v106 = v105 + v59, v107 = v105 - v59;
+  LANES_LET1(v108, fabs, v107);
+  const lanes v109 = v106 + v108, v110 = 0.5 * v109;
+  LANES_LET1(v111, sqrt, v110); out[3] = v111; LANES_LET2(v51, atan2, v48, v36);
+  const lanes v54 = choice_0 * v51;
+  out[1] = v54;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_branches)(const double *T, double *q, double *residual, double *margin)
@@ -90,39 +87,36 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_planar_branch)(
   const lanes v3 = 0.127 * v1, v4 = 0.127 * v2, v5 = v1 * v1, v6 = 1e-150 + v2, v7 = x_1 - v3,
       v8 = x_0 - v4, v9 = v6 * v6, v10 = v8 * v8, v11 = v7 * v7, v12 = v5 + v9, v13 = v10 + v11;
   LANES_LET1(v14, rsqrt, v12);
-  const lanes v15 = v13 - 0.00258064, v16 = 0.09290304 - v13, v17 = v13 - 0.04774184,
-      v18 = v1 * v14, v19 = v6 * v14, v20 = v15 * v16, v21 = 22.14290142866 * v17,
-      v22 = 0.0451612 * v17, v23 = 0.127 * v19, v24 = 0.127 * v18, v25 = v19 - v2, v26 = v18 - v1;
-  const lanes_where v27 = LANES_LT(8.15813594176e-18, v20);
-  const lanes v28 = 1e-150 + v22;
-  LANES_LET1(v29, sqrt, v20);
-  const lanes v30 = v25 * v25, v31 = v26 * v26, v32 = 490.3080836793531 * v20;
-  LANES_LET1(v33, fabs, v28);
-  const lanes v34 = LANES_CHOICE(v27, v29, 0.0), v35 = v30 + v31;
-  out[4] = v32;
-  const lanes v36 = v28 / v33, v37 = choice_0 * v34, v38 = LANES_CHOICE(v27, v21, v36),
-      v39 = 22.14290142866 * v37, v40 = 0.127 * v38, v41 = LANES_CHOICE(v27, v39, 0.0),
-      v42 = v40 + 0.1778, v43 = 0.127 * v41;
-  LANES_LET2(v44, atan2, v41, v38);
-  const lanes v45 = v7 * v42, v46 = v8 * v43, v47 = v8 * v42, v48 = v7 * v43;
-  out[1] = v44;
-  const lanes v49 = v45 - v46, v50 = v47 + v48, v51 = v49 * v49, v52 = 1e-150 + v50,
-      v53 = v52 * v52;
-  LANES_LET2(v54, atan2, v49, v52);
-  const lanes v55 = v51 + v53;
-  out[0] = v54; LANES_LET1(v56, rsqrt, v55);
-  const lanes v57 = v49 * v56, v58 = v52 * v56, v59 = v38 * v58, v60 = v41 * v57, v61 = v38 * v57,
-      v62 = v41 * v58, v63 = 0.1778 * v58, v64 = 0.1778 * v57, v65 = v59 - v60, v66 = v61 + v62,
-      v67 = v18 * v65, v68 = v19 * v66, v69 = v19 * v65, v70 = v18 * v66, v71 = 0.127 * v65,
-      v72 = 0.127 * v66, v73 = v67 - v68, v74 = v69 + v70, v75 = v23 + v71, v76 = v24 + v72;
-  LANES_LET2(v77, atan2, v73, v74);
-  const lanes v78 = v75 + v63, v79 = v76 + v64;
-  out[2] = v77;
-  const lanes v80 = v78 - x_0, v81 = v79 - x_1, v82 = v80 * v80, v83 = v81 * v81, v84 = v82 + v83,
-      v85 = v84 + v35, v86 = v84 - v35;
-  LANES_LET1(v87, fabs, v86);
-  const lanes v88 = v85 + v87, v89 = 0.5 * v88;
-  LANES_LET1(v90, sqrt, v89); out[3] = v90;
+  const lanes v15 = v13 - 0.04774184, v16 = v13 - 0.00258064, v17 = 0.09290304 - v13,
+      v18 = v1 * v14, v19 = v6 * v14, v20 = 0.0451612 * v15, v21 = v16 * v17, v22 = 0.127 * v19,
+      v23 = 0.127 * v18, v24 = v19 - v2, v25 = v18 - v1, v26 = 1e-150 + v20;
+  const lanes_where v27 = LANES_LT(8.15813594176e-18, v21); LANES_LET1(v28, sqrt, v21);
+  const lanes v29 = v24 * v24, v30 = v25 * v25, v31 = 490.3080836793531 * v21,
+      v32 = LANES_CHOICE(v27, v28, 0.0), v33 = v26 * v26, v34 = v29 + v30;
+  out[4] = v31;
+  const lanes v35 = choice_0 * v32, v36 = v32 * 0.0451612, v37 = 0.0451612 * v35, v39 = v37 * v37,
+      v41 = v39 + v33;
+  LANES_LET1(v42, rsqrt, v41);
+  const lanes v43 = v26 * v42, v44 = v37 * v42, v45 = 0.127 * v43, v46 = 0.127 * v44,
+      v47 = v45 + 0.1778, v48 = v8 * v46, v49 = v7 * v46, v50 = v7 * v47, v51 = v8 * v47,
+      v52 = v50 - v48, v53 = v51 + v49, v54 = v52 * v52, v55 = 1e-150 + v53, v56 = v55 * v55;
+  LANES_LET2(v57, atan2, v52, v55);
+  const lanes v58 = v54 + v56;
+  out[0] = v57; LANES_LET1(v59, rsqrt, v58);
+  const lanes v60 = v52 * v59, v61 = v55 * v59, v62 = v43 * v61, v63 = v44 * v60, v64 = v43 * v60,
+      v65 = v44 * v61, v66 = 0.1778 * v61, v67 = 0.1778 * v60, v68 = v62 - v63, v69 = v64 + v65,
+      v70 = v18 * v68, v71 = v19 * v69, v72 = v19 * v68, v73 = v18 * v69, v74 = 0.127 * v68,
+      v75 = 0.127 * v69, v76 = v70 - v71, v77 = v72 + v73, v78 = v22 + v74, v79 = v23 + v75;
+  LANES_LET2(v80, atan2, v76, v77);
+  const lanes v81 = v78 + v66, v82 = v79 + v67;
+  out[2] = v80;
+  const lanes v83 = v81 - x_0, v84 = v82 - x_1, v85 = v83 * v83, v86 = v84 * v84, v87 = v85 + v86,
+      v88 = v87 + v34, v89 = v87 - v34;
+  LANES_LET1(v90, fabs, v89);
+  const lanes v91 = v88 + v90, v92 = 0.5 * v91;
+  LANES_LET1(v93, sqrt, v92); out[3] = v93; LANES_LET2(v38, atan2, v36, v26);
+  const lanes v40 = choice_0 * v38;
+  out[1] = v40;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar_branches)(const double *x, double *q, double *residual, double *margin)

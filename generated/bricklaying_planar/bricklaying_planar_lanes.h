@@ -370,103 +370,96 @@ static LANES_TARGET void LANES_NAME(bricklaying_planar_ik)(const lanes *in, lane
       v11 = T_3 - v1, v12 = T_7 - v2, v13 = v4 * v4, v14 = v5 + v6, v15 = v9 * v9, v16 = v11 * v11,
       v17 = v12 * v12, v18 = v3 + v13, v19 = v14 + v7, v20 = v16 + v17;
   LANES_LET1(v21, rsqrt, v18);
-  const lanes v22 = v19 + v8, v23 = v20 - 0.00258064, v24 = 0.09290304 - v20,
-      v25 = v20 - 0.04774184, v26 = T_4 * v21, v27 = v4 * v21, v28 = v23 * v24,
-      v29 = 22.14290142866 * v25, v30 = 0.0451612 * v25, v31 = v27 - T_0, v32 = T_1 + v26,
-      v33 = v26 - T_4, v34 = v27 - T_5, v35 = 0.127 * v27, v36 = 0.127 * v26;
-  const lanes_where v37 = LANES_LT(8.15813594176e-18, v28);
-  const lanes v38 = 1e-150 + v30;
-  LANES_LET1(v39, sqrt, v28);
-  const lanes v40 = v31 * v31, v41 = v32 * v32, v42 = v33 * v33, v43 = v34 * v34,
-      v44 = 490.3080836793531 * v28;
-  LANES_LET1(v45, fabs, v38);
-  const lanes v46 = LANES_CHOICE(v37, v39, 0.0), v47 = v22 + v40;
-  out[8] = v44; out[9] = v44;
-  const lanes v48 = v38 / v45, v49 = 22.14290142866 * v46, v50 = v47 + v41,
-      v51 = LANES_CHOICE(v37, v29, v48), v52 = LANES_CHOICE(v37, v49, 0.0), v53 = -v49,
-      v54 = v50 + v42, v55 = 0.127 * v51, v56 = 0.127 * v52;
-  LANES_LET2(v57, atan2, v52, v51);
-  const lanes v58 = LANES_CHOICE(v37, v53, 0.0), v59 = v54 + v43, v60 = v55 + 0.1778,
-      v61 = v11 * v56, v62 = v12 * v56, v63 = 0.127 * v58;
-  LANES_LET2(v64, atan2, v58, v51); out[1] = v57;
-  const lanes v65 = v59 + v15, v66 = v60 * v12, v67 = v60 * v11, v68 = v11 * v63, v69 = v12 * v63;
-  out[4] = v64;
-  const lanes v70 = 0.5 * v65, v71 = v66 - v61, v72 = v67 + v62, v73 = v66 - v68, v74 = v67 + v69,
-      v75 = v71 * v71, v76 = 1e-150 + v72, v77 = v73 * v73, v78 = 1e-150 + v74, v79 = v76 * v76;
-  LANES_LET2(v80, atan2, v71, v76);
-  const lanes v81 = v78 * v78;
-  LANES_LET2(v82, atan2, v73, v78);
-  const lanes v83 = v75 + v79, v84 = v77 + v81;
-  out[0] = v80; out[3] = v82; LANES_LET1(v85, rsqrt, v83); LANES_LET1(v86, rsqrt, v84);
-  const lanes v87 = v71 * v85, v88 = v76 * v85, v89 = v73 * v86, v90 = v78 * v86, v91 = v51 * v88,
-      v92 = v52 * v87, v93 = v51 * v87, v94 = v52 * v88, v95 = v51 * v90, v96 = v58 * v89,
-      v97 = v51 * v89, v98 = v58 * v90, v99 = 0.1778 * v88, v100 = 0.1778 * v87,
-      v101 = 0.1778 * v90, v102 = 0.1778 * v89, v103 = v91 - v92, v104 = v93 + v94,
-      v105 = v95 - v96, v106 = v97 + v98, v107 = v26 * v103, v108 = v27 * v104, v109 = v27 * v103,
-      v110 = v26 * v104, v111 = v26 * v105, v112 = v27 * v106, v113 = v27 * v105, v114 = v26 * v106,
-      v115 = 0.127 * v103, v116 = 0.127 * v104, v117 = 0.127 * v105, v118 = 0.127 * v106,
-      v119 = v107 - v108, v120 = v109 + v110, v121 = v111 - v112, v122 = v113 + v114,
-      v123 = v35 + v115, v124 = v36 + v116, v125 = v35 + v117, v126 = v36 + v118;
-  LANES_LET2(v127, atan2, v119, v120); LANES_LET2(v128, atan2, v121, v122);
-  const lanes v129 = v123 + v99, v130 = v124 + v100, v131 = v125 + v101, v132 = v126 + v102;
-  out[2] = v127; out[5] = v128;
-  const lanes v133 = v129 - T_3, v134 = v130 - T_7, v135 = v131 - T_3, v136 = v132 - T_7,
-      v137 = v133 * v133, v138 = v134 * v134, v139 = v135 * v135, v140 = v136 * v136,
-      v141 = v10 + v137, v142 = v10 + v139, v143 = v141 + v138, v144 = v142 + v140,
-      v145 = v70 + v143, v146 = v143 - v70, v147 = v144 + v70, v148 = v144 - v70;
-  LANES_LET1(v149, fabs, v146); LANES_LET1(v150, fabs, v148);
-  const lanes v151 = v145 + v149, v152 = v147 + v150, v153 = 0.5 * v151, v154 = 0.5 * v152;
-  LANES_LET1(v155, sqrt, v153); LANES_LET1(v156, sqrt, v154); out[6] = v155; out[7] = v156;
+  const lanes v22 = v19 + v8, v23 = v20 - 0.04774184, v24 = v20 - 0.00258064,
+      v25 = 0.09290304 - v20, v26 = T_4 * v21, v27 = v4 * v21, v28 = 0.0451612 * v23,
+      v29 = v24 * v25, v30 = v27 - T_0, v31 = T_1 + v26, v32 = v26 - T_4, v33 = v27 - T_5,
+      v34 = 0.127 * v27, v35 = 0.127 * v26, v36 = 1e-150 + v28;
+  const lanes_where v37 = LANES_LT(8.15813594176e-18, v29); LANES_LET1(v38, sqrt, v29);
+  const lanes v39 = v30 * v30, v40 = v31 * v31, v41 = v32 * v32, v42 = v33 * v33,
+      v43 = 490.3080836793531 * v29, v44 = v36 * v36, v45 = LANES_CHOICE(v37, v38, 0.0),
+      v46 = v22 + v39;
+  out[8] = v43; out[9] = v43;
+  const lanes v47 = 0.0451612 * v45, v48 = v46 + v40, v49 = v47 * v47;
+  LANES_LET2(v50, atan2, v47, v36);
+  const lanes v51 = v48 + v41, v52 = v44 + v49;
+  out[1] = v50;
+  const lanes v53 = -v50, v54 = v51 + v42;
+  LANES_LET1(v55, rsqrt, v52); out[4] = v53;
+  const lanes v56 = v54 + v15, v57 = v36 * v55, v58 = v47 * v55, v59 = 0.5 * v56, v60 = 0.127 * v57,
+      v61 = 0.127 * v58, v62 = v60 + 0.1778, v63 = v11 * v61, v64 = v61 * v12, v65 = v62 * v12,
+      v66 = v11 * v62, v67 = v65 - v63, v68 = v66 + v64, v69 = v63 + v65, v70 = v66 - v64,
+      v71 = v67 * v67, v72 = 1e-150 + v68, v73 = v69 * v69, v74 = 1e-150 + v70, v75 = v72 * v72;
+  LANES_LET2(v76, atan2, v67, v72);
+  const lanes v77 = v74 * v74;
+  LANES_LET2(v78, atan2, v69, v74);
+  const lanes v79 = v71 + v75, v80 = v73 + v77;
+  out[0] = v76; out[3] = v78; LANES_LET1(v81, rsqrt, v79); LANES_LET1(v82, rsqrt, v80);
+  const lanes v83 = v67 * v81, v84 = v72 * v81, v85 = v69 * v82, v86 = v74 * v82, v87 = v57 * v84,
+      v88 = v58 * v83, v89 = v57 * v83, v90 = v58 * v84, v91 = v57 * v86, v92 = v58 * v85,
+      v93 = v57 * v85, v94 = v58 * v86, v95 = 0.1778 * v84, v96 = 0.1778 * v83, v97 = 0.1778 * v86,
+      v98 = 0.1778 * v85, v99 = v87 - v88, v100 = v89 + v90, v101 = v91 + v92, v102 = v93 - v94,
+      v103 = v26 * v99, v104 = v27 * v100, v105 = v27 * v99, v106 = v26 * v100, v107 = v26 * v101,
+      v108 = v27 * v102, v109 = v27 * v101, v110 = v26 * v102, v111 = 0.127 * v99,
+      v112 = 0.127 * v100, v113 = 0.127 * v101, v114 = 0.127 * v102, v115 = v103 - v104,
+      v116 = v105 + v106, v117 = v107 - v108, v118 = v109 + v110, v119 = v34 + v111,
+      v120 = v35 + v112, v121 = v34 + v113, v122 = v35 + v114;
+  LANES_LET2(v123, atan2, v115, v116); LANES_LET2(v124, atan2, v117, v118);
+  const lanes v125 = v119 + v95, v126 = v120 + v96, v127 = v121 + v97, v128 = v122 + v98;
+  out[2] = v123; out[5] = v124;
+  const lanes v129 = v125 - T_3, v130 = v126 - T_7, v131 = v127 - T_3, v132 = v128 - T_7,
+      v133 = v129 * v129, v134 = v130 * v130, v135 = v131 * v131, v136 = v132 * v132,
+      v137 = v10 + v133, v138 = v10 + v135, v139 = v137 + v134, v140 = v138 + v136,
+      v141 = v59 + v139, v142 = v139 - v59, v143 = v59 + v140, v144 = v140 - v59;
+  LANES_LET1(v145, fabs, v142); LANES_LET1(v146, fabs, v144);
+  const lanes v147 = v141 + v145, v148 = v143 + v146, v149 = 0.5 * v147, v150 = 0.5 * v148;
+  LANES_LET1(v151, sqrt, v149); LANES_LET1(v152, sqrt, v150); out[6] = v151; out[7] = v152;
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar)(const lanes *in, lanes *out)
 {
   const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2];
   LANES_COS_SIN(v1, v2, x_2);
-  const lanes v3 = 0.127 * v1, v4 = 0.127 * v2, v5 = v2 * v2, v6 = 1e-150 + v1, v7 = x_0 - v3,
-      v8 = x_1 - v4, v9 = v6 * v6, v10 = v7 * v7, v11 = v8 * v8, v12 = v5 + v9, v13 = v10 + v11;
+  const lanes v3 = 0.127 * v1, v4 = 0.127 * v2, v5 = 1e-150 + v1, v6 = v2 * v2, v7 = x_0 - v3,
+      v8 = x_1 - v4, v9 = v5 * v5, v10 = v7 * v7, v11 = v8 * v8, v12 = v9 + v6, v13 = v10 + v11;
   LANES_LET1(v14, rsqrt, v12);
-  const lanes v15 = 0.09290304 - v13, v16 = v13 - 0.00258064, v17 = v13 - 0.04774184,
-      v18 = v2 * v14, v19 = v6 * v14, v20 = v15 * v16, v21 = 22.14290142866 * v17,
-      v22 = 0.0451612 * v17, v23 = v19 - v1, v24 = v18 - v2, v25 = 0.127 * v19, v26 = 0.127 * v18;
-  const lanes_where v27 = LANES_LT(8.15813594176e-18, v20);
-  const lanes v28 = 1e-150 + v22;
-  LANES_LET1(v29, sqrt, v20);
-  const lanes v30 = v23 * v23, v31 = v24 * v24, v32 = 490.3080836793531 * v20;
-  LANES_LET1(v33, fabs, v28);
-  const lanes v34 = LANES_CHOICE(v27, v29, 0.0), v35 = v30 + v31;
-  out[8] = v32; out[9] = v32;
-  const lanes v36 = v28 / v33, v37 = 22.14290142866 * v34, v38 = LANES_CHOICE(v27, v21, v36),
-      v39 = LANES_CHOICE(v27, v37, 0.0), v40 = -v37, v41 = 0.127 * v38, v42 = 0.127 * v39;
-  LANES_LET2(v43, atan2, v39, v38);
-  const lanes v44 = LANES_CHOICE(v27, v40, 0.0), v45 = v41 + 0.1778, v46 = v42 * v7, v47 = v42 * v8,
-      v48 = 0.127 * v44;
-  LANES_LET2(v49, atan2, v44, v38); out[1] = v43;
-  const lanes v50 = v45 * v8, v51 = v45 * v7, v52 = v7 * v48, v53 = v8 * v48;
-  out[4] = v49;
-  const lanes v54 = v50 - v46, v55 = v51 + v47, v56 = v50 - v52, v57 = v51 + v53, v58 = v54 * v54,
-      v59 = 1e-150 + v55, v60 = v56 * v56, v61 = 1e-150 + v57, v62 = v59 * v59;
-  LANES_LET2(v63, atan2, v54, v59);
-  const lanes v64 = v61 * v61;
-  LANES_LET2(v65, atan2, v56, v61);
-  const lanes v66 = v58 + v62, v67 = v60 + v64;
-  out[0] = v63; out[3] = v65; LANES_LET1(v68, rsqrt, v66); LANES_LET1(v69, rsqrt, v67);
-  const lanes v70 = v54 * v68, v71 = v59 * v68, v72 = v56 * v69, v73 = v61 * v69, v74 = v38 * v71,
-      v75 = v39 * v70, v76 = v38 * v70, v77 = v39 * v71, v78 = v38 * v73, v79 = v44 * v72,
-      v80 = v38 * v72, v81 = v44 * v73, v82 = 0.1778 * v71, v83 = 0.1778 * v70, v84 = 0.1778 * v73,
-      v85 = 0.1778 * v72, v86 = v74 - v75, v87 = v76 + v77, v88 = v78 - v79, v89 = v80 + v81,
-      v90 = v18 * v86, v91 = v19 * v87, v92 = v19 * v86, v93 = v18 * v87, v94 = v18 * v88,
-      v95 = v19 * v89, v96 = v19 * v88, v97 = v18 * v89, v98 = 0.127 * v86, v99 = 0.127 * v87,
-      v100 = 0.127 * v88, v101 = 0.127 * v89, v102 = v90 - v91, v103 = v92 + v93, v104 = v94 - v95,
-      v105 = v96 + v97, v106 = v25 + v98, v107 = v26 + v99, v108 = v25 + v100, v109 = v26 + v101;
-  LANES_LET2(v110, atan2, v102, v103); LANES_LET2(v111, atan2, v104, v105);
-  const lanes v112 = v106 + v82, v113 = v107 + v83, v114 = v108 + v84, v115 = v109 + v85;
-  out[2] = v110; out[5] = v111;
-  const lanes v116 = v112 - x_0, v117 = v113 - x_1, v118 = v114 - x_0, v119 = v115 - x_1,
-      v120 = v116 * v116, v121 = v117 * v117, v122 = v118 * v118, v123 = v119 * v119,
-      v124 = v120 + v121, v125 = v122 + v123, v126 = v35 + v124, v127 = v124 - v35,
-      v128 = v125 - v35, v129 = v35 + v125;
-  LANES_LET1(v130, fabs, v127); LANES_LET1(v131, fabs, v128);
-  const lanes v132 = v126 + v130, v133 = v131 + v129, v134 = 0.5 * v132, v135 = 0.5 * v133;
-  LANES_LET1(v136, sqrt, v134); LANES_LET1(v137, sqrt, v135); out[6] = v136; out[7] = v137;
+  const lanes v15 = v13 - 0.04774184, v16 = 0.09290304 - v13, v17 = v13 - 0.00258064,
+      v18 = v2 * v14, v19 = v5 * v14, v20 = 0.0451612 * v15, v21 = v16 * v17, v22 = v19 - v1,
+      v23 = v18 - v2, v24 = 0.127 * v19, v25 = 0.127 * v18, v26 = 1e-150 + v20;
+  const lanes_where v27 = LANES_LT(8.15813594176e-18, v21); LANES_LET1(v28, sqrt, v21);
+  const lanes v29 = v22 * v22, v30 = v23 * v23, v31 = 490.3080836793531 * v21, v32 = v26 * v26,
+      v33 = LANES_CHOICE(v27, v28, 0.0), v34 = v29 + v30;
+  out[8] = v31; out[9] = v31;
+  const lanes v35 = 0.0451612 * v33, v36 = v35 * v35;
+  LANES_LET2(v37, atan2, v35, v26);
+  const lanes v38 = v32 + v36;
+  out[1] = v37;
+  const lanes v39 = -v37;
+  LANES_LET1(v40, rsqrt, v38); out[4] = v39;
+  const lanes v41 = v26 * v40, v42 = v35 * v40, v43 = 0.127 * v41, v44 = 0.127 * v42,
+      v45 = v43 + 0.1778, v46 = v44 * v7, v47 = v44 * v8, v48 = v45 * v8, v49 = v45 * v7,
+      v50 = v48 - v46, v51 = v47 + v49, v52 = v46 + v48, v53 = v49 - v47, v54 = v50 * v50,
+      v55 = 1e-150 + v51, v56 = v52 * v52, v57 = 1e-150 + v53, v58 = v55 * v55;
+  LANES_LET2(v59, atan2, v50, v55);
+  const lanes v60 = v57 * v57;
+  LANES_LET2(v61, atan2, v52, v57);
+  const lanes v62 = v54 + v58, v63 = v56 + v60;
+  out[0] = v59; out[3] = v61; LANES_LET1(v64, rsqrt, v62); LANES_LET1(v65, rsqrt, v63);
+  const lanes v66 = v50 * v64, v67 = v55 * v64, v68 = v52 * v65, v69 = v57 * v65, v70 = v41 * v67,
+      v71 = v42 * v66, v72 = v41 * v66, v73 = v42 * v67, v74 = v41 * v69, v75 = v42 * v68,
+      v76 = v41 * v68, v77 = v42 * v69, v78 = 0.1778 * v67, v79 = 0.1778 * v66, v80 = 0.1778 * v69,
+      v81 = 0.1778 * v68, v82 = v70 - v71, v83 = v72 + v73, v84 = v74 + v75, v85 = v76 - v77,
+      v86 = v18 * v82, v87 = v19 * v83, v88 = v19 * v82, v89 = v18 * v83, v90 = v18 * v84,
+      v91 = v19 * v85, v92 = v19 * v84, v93 = v18 * v85, v94 = 0.127 * v82, v95 = 0.127 * v83,
+      v96 = 0.127 * v84, v97 = 0.127 * v85, v98 = v86 - v87, v99 = v88 + v89, v100 = v90 - v91,
+      v101 = v92 + v93, v102 = v24 + v94, v103 = v25 + v95, v104 = v24 + v96, v105 = v25 + v97;
+  LANES_LET2(v106, atan2, v98, v99); LANES_LET2(v107, atan2, v100, v101);
+  const lanes v108 = v102 + v78, v109 = v103 + v79, v110 = v104 + v80, v111 = v105 + v81;
+  out[2] = v106; out[5] = v107;
+  const lanes v112 = v108 - x_0, v113 = v109 - x_1, v114 = v110 - x_0, v115 = v111 - x_1,
+      v116 = v112 * v112, v117 = v113 * v113, v118 = v114 * v114, v119 = v115 * v115,
+      v120 = v116 + v117, v121 = v118 + v119, v122 = v34 + v120, v123 = v120 - v34,
+      v124 = v34 + v121, v125 = v121 - v34;
+  LANES_LET1(v126, fabs, v123); LANES_LET1(v127, fabs, v125);
+  const lanes v128 = v122 + v126, v129 = v124 + v127, v130 = 0.5 * v128, v131 = 0.5 * v129;
+  LANES_LET1(v132, sqrt, v130); LANES_LET1(v133, sqrt, v131); out[6] = v132; out[7] = v133;
 }

@@ -23,49 +23,45 @@ LANES_INLINE void LANES_NAME(five_bar_ik_branch)(
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       v1 = T_7 * T_7, v2 = T_3 + 0.1, v3 = T_11 * T_11, v4 = T_2 * T_2, v5 = T_6 * T_6,
       v6 = T_8 * T_8, v7 = T_9 * T_9, v8 = 1.0 - T_10, v9 = v2 * v2, v10 = v4 + v5, v11 = v8 * v8,
-      v12 = v1 + v9, v13 = v10 + v6, v14 = v12 - 0.01, v15 = 0.25 - v12, v16 = v12 - 0.13,
-      v17 = v13 + v7, v18 = v14 * v15, v19 = 8.333333333333332 * v16, v20 = 0.12 * v16;
-  const lanes_where v21 = LANES_LT(5.76e-17, v18);
-  const lanes v22 = 1e-150 + v20;
-  LANES_LET1(v23, sqrt, v18);
-  const lanes v24 = 69.44444444444444 * v18;
-  LANES_LET1(v25, fabs, v22);
-  const lanes v26 = LANES_CHOICE(v21, v23, 0.0);
-  out[3] = v24;
-  const lanes v27 = v22 / v25, v28 = choice_0 * v26, v29 = LANES_CHOICE(v21, v19, v27),
-      v30 = 8.333333333333332 * v28, v31 = 0.3 * v29, v32 = LANES_CHOICE(v21, v30, 0.0),
-      v33 = 0.2 + v31, v34 = 0.3 * v32, v35 = T_7 * v33, v36 = v2 * v34, v37 = T_7 * v34,
-      v38 = v2 * v33, v39 = v35 - v36, v40 = v37 + v38, v41 = v39 * v39, v42 = 1e-150 + v40,
-      v43 = v42 * v42;
-  LANES_LET2(v44, atan2, v39, v42);
-  const lanes v45 = v41 + v43;
-  out[0] = v44; LANES_LET1(v46, rsqrt, v45);
-  const lanes v47 = v39 * v46, v48 = v42 * v46, v49 = 0.2 * v48, v50 = v29 * v48, v51 = v32 * v47,
-      v52 = 0.2 * v47, v53 = v29 * v47, v54 = v32 * v48, v55 = v50 - v51, v56 = v53 + v54,
-      v57 = 0.3 * v55, v58 = 0.3 * v56, v59 = v49 + v57, v60 = v52 + v58, v61 = v59 - 0.2,
-      v62 = v60 * v60, v63 = v61 * v61, v64 = v63 + v62, v65 = 0.5 * v64, v66 = 0.25 - v64,
-      v67 = v64 - 0.01, v68 = 0.02 + v65, v69 = v66 * v67, v70 = v68 - 0.045;
-  LANES_LET1(v71, sqrt, v69);
-  const lanes v72 = v70 / v64, v73 = 0.5 * v71, v74 = v72 * v60, v75 = v73 / v64, v76 = v72 * v61,
-      v77 = v75 * v61, v78 = v75 * v60, v79 = v74 - v77, v80 = v76 + v78, v81 = 5.0 * v79,
-      v82 = 5.0 * v80, v83 = 0.2 + v80, v84 = v79 - v52;
-  LANES_LET2(v85, atan2, v81, v82);
-  const lanes v86 = v83 - v49, v87 = v84 * v84, v88 = 0.5 * v84;
-  out[1] = v85;
-  const lanes v89 = 0.5 * v86, v90 = v86 * v86, v91 = v90 + v87, v92 = 0.36 - v91, v93 = v91 * v92;
-  LANES_LET1(v94, sqrt, v93);
-  const lanes v95 = 0.5 * v94, v96 = v95 / v91, v97 = v84 * v96, v98 = v86 * v96, v99 = v89 - v97,
-      v100 = v98 + v88, v101 = 0.9999999999999999 * v99, v102 = 0.9999999999999999 * v100,
-      v103 = 3.333333333333333 * v99, v104 = 3.333333333333333 * v100, v105 = v101 + v49,
-      v106 = v102 + v52, v107 = v103 - T_0, v108 = T_1 + v104, v109 = v104 - T_4, v110 = v103 - T_5,
-      v111 = v105 - 0.1, v112 = v106 - T_7, v113 = v107 * v107, v114 = v108 * v108,
-      v115 = v109 * v109, v116 = v110 * v110, v117 = v111 - T_3, v118 = v112 * v112,
-      v119 = v17 + v113, v120 = v117 * v117, v121 = v119 + v114, v122 = v3 + v120,
-      v123 = v121 + v115, v124 = v122 + v118, v125 = v123 + v116, v126 = v125 + v11,
-      v127 = 0.5 * v126, v128 = v124 + v127, v129 = v124 - v127;
-  LANES_LET1(v130, fabs, v129);
-  const lanes v131 = v128 + v130, v132 = 0.5 * v131;
-  LANES_LET1(v133, sqrt, v132); out[2] = v133;
+      v12 = v1 + v9, v13 = v10 + v6, v14 = v12 - 0.13, v15 = v12 - 0.01, v16 = 0.25 - v12,
+      v17 = v13 + v7, v18 = 0.12 * v14, v19 = v15 * v16, v20 = 1e-150 + v18;
+  const lanes_where v21 = LANES_LT(5.76e-17, v19); LANES_LET1(v22, sqrt, v19);
+  const lanes v23 = 69.44444444444444 * v19, v24 = LANES_CHOICE(v21, v22, 0.0), v25 = v20 * v20;
+  out[3] = v23;
+  const lanes v26 = choice_0 * v24, v27 = 0.12 * v26, v28 = v27 * v27, v29 = v28 + v25;
+  LANES_LET1(v30, rsqrt, v29);
+  const lanes v31 = v20 * v30, v32 = v27 * v30, v33 = 0.3 * v31, v34 = 0.3 * v32, v35 = 0.2 + v33,
+      v36 = v2 * v34, v37 = T_7 * v34, v38 = T_7 * v35, v39 = v2 * v35, v40 = v38 - v36,
+      v41 = v37 + v39, v42 = v40 * v40, v43 = 1e-150 + v41, v44 = v43 * v43;
+  LANES_LET2(v45, atan2, v40, v43);
+  const lanes v46 = v42 + v44;
+  out[0] = v45; LANES_LET1(v47, rsqrt, v46);
+  const lanes v48 = v40 * v47, v49 = v43 * v47, v50 = 0.2 * v48, v51 = v31 * v48, v52 = v32 * v49,
+      v53 = 0.2 * v49, v54 = v31 * v49, v55 = v32 * v48, v56 = v51 + v52, v57 = v54 - v55,
+      v58 = 0.3 * v56, v59 = 0.3 * v57, v60 = v50 + v58, v61 = v53 + v59, v62 = v61 - 0.2,
+      v63 = v60 * v60, v64 = v62 * v62, v65 = v64 + v63, v66 = 0.5 * v65, v67 = 0.25 - v65,
+      v68 = v65 - 0.01, v69 = 0.02 + v66, v70 = v67 * v68, v71 = v69 - 0.045;
+  LANES_LET1(v72, sqrt, v70);
+  const lanes v73 = v71 / v65, v74 = 0.5 * v72, v75 = v60 * v73, v76 = v74 / v65, v77 = v62 * v73,
+      v78 = v62 * v76, v79 = v60 * v76, v80 = v75 - v78, v81 = v77 + v79, v82 = 5.0 * v80,
+      v83 = 5.0 * v81, v84 = 0.2 + v81, v85 = v80 - v50;
+  LANES_LET2(v86, atan2, v82, v83);
+  const lanes v87 = v84 - v53, v88 = v85 * v85, v89 = 0.5 * v85;
+  out[1] = v86;
+  const lanes v90 = 0.5 * v87, v91 = v87 * v87, v92 = v91 + v88, v93 = 0.36 - v92, v94 = v92 * v93;
+  LANES_LET1(v95, sqrt, v94);
+  const lanes v96 = 0.5 * v95, v97 = v96 / v92, v98 = v85 * v97, v99 = v87 * v97, v100 = v90 - v98,
+      v101 = v99 + v89, v102 = 0.9999999999999999 * v100, v103 = 0.9999999999999999 * v101,
+      v104 = 3.333333333333333 * v100, v105 = 3.333333333333333 * v101, v106 = v102 + v53,
+      v107 = v103 + v50, v108 = v104 - T_0, v109 = T_1 + v105, v110 = v105 - T_4, v111 = v104 - T_5,
+      v112 = v106 - 0.1, v113 = v107 - T_7, v114 = v108 * v108, v115 = v109 * v109,
+      v116 = v110 * v110, v117 = v111 * v111, v118 = v112 - T_3, v119 = v113 * v113,
+      v120 = v17 + v114, v121 = v118 * v118, v122 = v120 + v115, v123 = v3 + v121,
+      v124 = v122 + v116, v125 = v123 + v119, v126 = v124 + v117, v127 = v126 + v11,
+      v128 = 0.5 * v127, v129 = v125 + v128, v130 = v125 - v128;
+  LANES_LET1(v131, fabs, v130);
+  const lanes v132 = v129 + v131, v133 = 0.5 * v132;
+  LANES_LET1(v134, sqrt, v133); out[2] = v134;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(five_bar_ik_branches)(const double *T, double *q, double *residual, double *margin)

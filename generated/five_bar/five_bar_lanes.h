@@ -72,7 +72,7 @@ static LANES_TARGET void LANES_NAME(five_bar_fk_jacobian_mixed)(const lanes *in,
   const lanes v34 = v22 - v8, v35 = v12 * v34, v36 = v26 - v13, v37 = v7 * v36, v38 = v35 - v37,
       v39 = v38 / v19, v40 = v39 - 1.0, v41 = v32 * v40, v42 = v33 + v41, v43 = -v42;
   out[16] = v43;
-  const lanes v44 = v5 * v36, v45 = v34 * v11, v46 = v44 - v45, v47 = v46 / v19, v48 = v32 * v47,
+  const lanes v44 = v5 * v36, v45 = v11 * v34, v46 = v44 - v45, v47 = v46 / v19, v48 = v32 * v47,
       v49 = -v48;
   out[17] = v49;
   const lanes v50 = v29 * v40, v51 = v30 + v50;
@@ -95,7 +95,7 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_space)(const lanes *in, la
       v24 = v5 * v23, v25 = 0.5 * v13, v26 = v20 * v9, v27 = v25 + v26, v28 = v27 - v13,
       v29 = v8 * v28, v30 = v24 - v29, v31 = v30 / v19, v32 = v31 - 1.0, v33 = v5 * v32;
   out[0] = v33;
-  const lanes v34 = v6 * v28, v35 = v23 * v12, v36 = v34 - v35, v37 = v36 / v19, v38 = v5 * v37;
+  const lanes v34 = v6 * v28, v35 = v12 * v23, v36 = v34 - v35, v37 = v36 / v19, v38 = v5 * v37;
   out[1] = v38;
   const lanes v39 = 0.1 - v8, v40 = v32 * v39, v41 = v40 + 0.1;
   out[2] = v41;
@@ -123,7 +123,7 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_body)(const lanes *in, lan
       v40 = v27 - v13, v41 = v7 * v40, v42 = v39 - v41, v43 = v42 / v19, v44 = v43 - 1.0,
       v45 = 0.3 * v44, v46 = v37 + v45;
   out[2] = v46;
-  const lanes v47 = v5 * v40, v48 = v38 * v11, v49 = v47 - v48, v50 = v49 / v19, v51 = 0.3 * v50;
+  const lanes v47 = v5 * v40, v48 = v11 * v38, v49 = v47 - v48, v50 = v49 / v19, v51 = 0.3 * v50;
   out[3] = v51; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
   out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = v43;
   out[11] = v50;
@@ -143,7 +143,7 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_mixed)(const lanes *in, la
       v32 = v29 - v31, v33 = v32 / v19, v34 = v33 - 1.0, v35 = v23 * v34, v36 = v24 + v35,
       v37 = -v36;
   out[0] = v37;
-  const lanes v38 = v9 * v30, v39 = v28 * v5, v40 = v38 - v39, v41 = v40 / v19, v42 = v23 * v41,
+  const lanes v38 = v9 * v30, v39 = v5 * v28, v40 = v38 - v39, v41 = v40 / v19, v42 = v23 * v41,
       v43 = -v42;
   out[1] = v43;
   const lanes v44 = 0.9999999999999999 * v27, v45 = v44 + v11, v46 = v44 * v34, v47 = v45 + v46;
@@ -179,8 +179,8 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_space_dot)(const lanes *in
       v89 = v88 - v50, v90 = v8 * v89, v91 = v81 - v90, v92 = v91 / v19, v93 = v19 * v19,
       v94 = v30 / v93, v95 = v69 * v94, v96 = v92 - v95, v97 = v5 * v96, v98 = v37 + v97;
   out[0] = v98;
-  const lanes v99 = v6 * v28, v100 = v23 * v12, v101 = v99 - v100, v102 = v101 / v19,
-      v103 = v102 * v36, v104 = v6 * v89, v105 = v23 * v47, v106 = v104 - v105, v107 = v12 * v76,
+  const lanes v99 = v6 * v28, v100 = v12 * v23, v101 = v99 - v100, v102 = v101 / v19,
+      v103 = v102 * v36, v104 = v6 * v89, v105 = v12 * v76, v106 = v104 - v105, v107 = v23 * v47,
       v108 = v106 - v107, v109 = v28 * v41, v110 = v108 - v109, v111 = v110 / v19,
       v112 = v101 / v93, v113 = v69 * v112, v114 = v111 - v113, v115 = v5 * v114,
       v116 = v103 + v115;
@@ -224,9 +224,9 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_body_dot)(const lanes *in,
       v105 = v76 * v104, v106 = v99 - v105, v107 = 0.3 * v106, v108 = v24 * v32, v109 = v31 * v25,
       v110 = v108 - v109, v111 = v110 * v51, v112 = v107 - v111;
   out[2] = v112;
-  const lanes v113 = v5 * v96, v114 = v35 * v44, v115 = v113 - v114, v116 = v11 * v83,
+  const lanes v113 = v5 * v96, v114 = v11 * v83, v115 = v113 - v114, v116 = v35 * v44,
       v117 = v115 - v116, v118 = v42 * v39, v119 = v117 - v118, v120 = v119 / v19, v121 = v5 * v42,
-      v122 = v35 * v11, v123 = v121 - v122, v124 = v123 / v103, v125 = v76 * v124,
+      v122 = v11 * v35, v123 = v121 - v122, v124 = v123 / v103, v125 = v76 * v124,
       v126 = v120 - v125, v127 = 0.3 * v126;
   out[3] = v127; out[4] = LANES_OF(0.0); out[5] = LANES_OF(0.0); out[6] = LANES_OF(0.0);
   out[7] = LANES_OF(0.0); out[8] = LANES_OF(0.0); out[9] = LANES_OF(0.0); out[10] = v106;
@@ -261,8 +261,8 @@ static LANES_TARGET void LANES_NAME(five_bar_jacobian_mixed_dot)(const lanes *in
       v100 = v90 - v99, v101 = v100 / v19, v102 = v19 * v19, v103 = v50 / v102, v104 = v78 * v103,
       v105 = v101 - v104, v106 = v56 * v105, v107 = v55 + v106, v108 = -v107;
   out[0] = v108;
-  const lanes v109 = v5 * v36, v110 = v26 * v11, v111 = v109 - v110, v112 = v111 / v19,
-      v113 = v112 * v53, v114 = v5 * v98, v115 = v26 * v38, v116 = v114 - v115, v117 = v11 * v85,
+  const lanes v109 = v5 * v36, v110 = v11 * v26, v111 = v109 - v110, v112 = v111 / v19,
+      v113 = v112 * v53, v114 = v5 * v98, v115 = v11 * v85, v116 = v114 - v115, v117 = v26 * v38,
       v118 = v116 - v117, v119 = v36 * v30, v120 = v118 - v119, v121 = v120 / v19,
       v122 = v111 / v102, v123 = v78 * v122, v124 = v121 - v123, v125 = v56 * v124,
       v126 = v113 + v125, v127 = -v126;
@@ -302,7 +302,7 @@ static LANES_TARGET void LANES_NAME(five_bar_hessian_mixed)(const lanes *in, lan
       v86 = v19 * v19, v87 = v32 / v86, v88 = v87 * v65, v89 = v85 - v88, v90 = v40 * v89,
       v91 = v39 + v90, v92 = -v91;
   out[0] = v92;
-  const lanes v93 = v5 * v30, v94 = v25 * v11, v95 = v93 - v94, v96 = v95 / v19, v97 = v23 * v96,
+  const lanes v93 = v5 * v30, v94 = v11 * v25, v95 = v93 - v94, v96 = v95 / v19, v97 = v23 * v96,
       v98 = v34 * v97, v99 = v97 + v98, v100 = v5 * v49, v101 = v11 * v47, v102 = v100 - v101,
       v103 = 0.5 * v102, v104 = v103 / v15, v105 = v56 * v102, v106 = v104 - v105, v107 = v106 * v8,
       v108 = 0.1 * v3, v109 = v107 - v108, v110 = v20 * v5, v111 = v109 - v110, v112 = v102 * v16,
@@ -317,10 +317,9 @@ static LANES_TARGET void LANES_NAME(five_bar_hessian_mixed)(const lanes *in, lan
       v143 = v142 / v19, v144 = v95 / v86, v145 = v144 * v65, v146 = v143 - v145, v147 = v40 * v146,
       v148 = v139 + v147, v149 = -v148;
   out[2] = v149;
-  const lanes v150 = v96 * v97, v151 = v5 * v130, v152 = v25 * v5, v153 = v151 - v152,
-      v154 = v11 * v30, v155 = v153 - v154, v156 = v11 * v121, v157 = v155 - v156,
-      v158 = v157 / v19, v159 = v144 * v115, v160 = v158 - v159, v161 = v40 * v160,
-      v162 = v150 + v161, v163 = -v162;
+  const lanes v150 = v96 * v97, v151 = v5 * v130, v152 = v11 * v30, v153 = v151 - v152,
+      v154 = v11 * v121, v155 = v153 - v154, v156 = v5 * v25, v157 = v155 - v156, v158 = v157 / v19,
+      v159 = v144 * v115, v160 = v158 - v159, v161 = v40 * v160, v162 = v150 + v161, v163 = -v162;
   out[3] = v163;
   const lanes v164 = v23 * v89, v165 = v40 + v12, v166 = v40 * v34, v167 = v165 + v166,
       v168 = v40 + v166, v169 = v34 * v168, v170 = v167 + v169, v171 = v164 - v170;
@@ -544,7 +543,7 @@ static LANES_TARGET void LANES_NAME(five_bar_chain_D_q)(const lanes *in, lanes *
       v24 = v5 * v23, v25 = 0.5 * v13, v26 = v20 * v9, v27 = v25 + v26, v28 = v27 - v13,
       v29 = v8 * v28, v30 = v24 - v29, v31 = v30 / v19, v32 = v31 - 1.0;
   out[2] = v32;
-  const lanes v33 = v6 * v28, v34 = v23 * v12, v35 = v33 - v34, v36 = v35 / v19;
+  const lanes v33 = v6 * v28, v34 = v12 * v23, v35 = v33 - v34, v36 = v35 / v19;
   out[3] = v36;
 }
 
@@ -748,23 +747,23 @@ static LANES_TARGET void LANES_NAME(five_bar_actuator_accelerations)(const lanes
       v30 = v24 * v29, v31 = v17 - v30, v32 = 0.5 * v31, v33 = v28 * v28, v34 = v15 * v15,
       v35 = v33 + v34, v36 = v32 / v35, v37 = 0.5 * v35, v38 = 0.02 + v37, v39 = v38 - 0.045,
       v40 = v35 * v35, v41 = v39 / v40, v42 = v31 * v41, v43 = v36 - v42, v44 = v15 * v43,
-      v45 = v39 / v35, v46 = v45 * v12, v47 = v44 + v46, v48 = 0.25 - v35, v49 = v35 - 0.01,
-      v50 = v48 * v49;
-  LANES_LET1(v51, sqrt, v50);
-  const lanes v52 = 0.5 * v51, v53 = v52 / v35, v54 = v24 * v53, v55 = v47 + v54, v56 = v48 * v31,
-      v57 = v49 * v31, v58 = v56 - v57, v59 = 0.25 / v51, v60 = v58 * v59, v61 = v60 / v35,
-      v62 = v52 / v40, v63 = v31 * v62, v64 = v61 - v63, v65 = v28 * v64, v66 = v55 - v65,
-      v67 = v66 - v12, v68 = v12 * v67, v69 = v1 * thetadd_0, v70 = v18 * thetad_0, v71 = v69 - v70,
-      v72 = 0.2 * v71, v73 = v3 * thetadd_0, v74 = v3 * thetadd_1, v75 = v73 + v74,
-      v76 = thetad_0 + thetad_1, v77 = v22 * v76, v78 = v75 - v77, v79 = 0.3 * v78, v80 = v72 + v79,
-      v81 = v15 * v45, v82 = v28 * v53, v83 = v81 - v82, v84 = v83 - v15, v85 = v80 * v84,
-      v86 = v68 + v85, v87 = v28 * v43, v88 = v15 * v64, v89 = v87 + v88, v90 = v12 * v53,
-      v91 = v89 + v90, v92 = v45 * v24, v93 = v91 - v92, v94 = v24 + v93, v95 = v24 * v94,
-      v96 = v86 - v95, v97 = v4 * thetadd_0, v98 = v6 * thetad_0, v99 = v97 + v98, v100 = 0.2 * v99,
+      v45 = 0.25 - v35, v46 = v35 - 0.01, v47 = v45 * v46;
+  LANES_LET1(v48, sqrt, v47);
+  const lanes v49 = 0.5 * v48, v50 = v49 / v35, v51 = v24 * v50, v52 = v44 + v51, v53 = v39 / v35,
+      v54 = v53 * v12, v55 = v52 + v54, v56 = v45 * v31, v57 = v46 * v31, v58 = v56 - v57,
+      v59 = 0.25 / v48, v60 = v58 * v59, v61 = v60 / v35, v62 = v49 / v40, v63 = v31 * v62,
+      v64 = v61 - v63, v65 = v28 * v64, v66 = v55 - v65, v67 = v66 - v12, v68 = v12 * v67,
+      v69 = v1 * thetadd_0, v70 = v18 * thetad_0, v71 = v69 - v70, v72 = 0.2 * v71,
+      v73 = v3 * thetadd_0, v74 = v3 * thetadd_1, v75 = v73 + v74, v76 = thetad_0 + thetad_1,
+      v77 = v22 * v76, v78 = v75 - v77, v79 = 0.3 * v78, v80 = v72 + v79, v81 = v15 * v53,
+      v82 = v28 * v50, v83 = v81 - v82, v84 = v83 - v15, v85 = v80 * v84, v86 = v68 + v85,
+      v87 = v28 * v43, v88 = v15 * v64, v89 = v87 + v88, v90 = v12 * v50, v91 = v89 + v90,
+      v92 = v24 * v53, v93 = v91 - v92, v94 = v24 + v93, v95 = v24 * v94, v96 = v86 - v95,
+      v97 = v4 * thetadd_0, v98 = v6 * thetad_0, v99 = v97 + v98, v100 = 0.2 * v99,
       v101 = v5 * thetadd_0, v102 = v5 * thetadd_1, v103 = v101 + v102, v104 = v10 * v76,
-      v105 = v103 + v104, v106 = 0.3 * v105, v107 = v100 + v106, v108 = v28 * v45, v109 = v15 * v53,
+      v105 = v103 + v104, v106 = 0.3 * v105, v107 = v100 + v106, v108 = v28 * v53, v109 = v15 * v50,
       v110 = v108 + v109, v111 = v110 - v28, v112 = v107 * v111, v113 = v96 - v112,
-      v114 = v113 / v52, v115 = v12 * v84, v116 = v24 * v111, v117 = v115 - v116, v118 = v52 * v52,
+      v114 = v113 / v49, v115 = v12 * v84, v116 = v24 * v111, v117 = v115 - v116, v118 = v49 * v49,
       v119 = v117 / v118, v120 = v60 * v119, v121 = v114 - v120, v122 = -v121;
   out[1] = v122;
 }
@@ -872,77 +871,69 @@ static LANES_TARGET void LANES_NAME(five_bar_ik)(const lanes *in, lanes *out)
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
       v1 = T_7 * T_7, v2 = T_3 + 0.1, v3 = T_11 * T_11, v4 = T_2 * T_2, v5 = T_6 * T_6,
       v6 = T_8 * T_8, v7 = T_9 * T_9, v8 = 1.0 - T_10, v9 = v2 * v2, v10 = v4 + v5, v11 = v8 * v8,
-      v12 = v1 + v9, v13 = v10 + v6, v14 = v12 - 0.01, v15 = 0.25 - v12, v16 = v12 - 0.13,
-      v17 = v13 + v7, v18 = v14 * v15, v19 = 8.333333333333332 * v16, v20 = 0.12 * v16,
-      v21 = v17 + v11;
-  const lanes_where v22 = LANES_LT(5.76e-17, v18);
-  const lanes v23 = 1e-150 + v20;
-  LANES_LET1(v24, sqrt, v18);
-  const lanes v25 = 69.44444444444444 * v18;
-  LANES_LET1(v26, fabs, v23);
-  const lanes v27 = LANES_CHOICE(v22, v24, 0.0);
-  out[6] = v25; out[7] = v25;
-  const lanes v28 = v23 / v26, v29 = 8.333333333333332 * v27, v30 = LANES_CHOICE(v22, v19, v28),
-      v31 = LANES_CHOICE(v22, v29, 0.0), v32 = -v29, v33 = 0.3 * v30, v34 = 0.3 * v31,
-      v35 = LANES_CHOICE(v22, v32, 0.0), v36 = 0.2 + v33, v37 = v2 * v34, v38 = T_7 * v34,
-      v39 = 0.3 * v35, v40 = T_7 * v36, v41 = v2 * v36, v42 = v2 * v39, v43 = T_7 * v39,
-      v44 = v40 - v37, v45 = v38 + v41, v46 = v40 - v42, v47 = v43 + v41, v48 = v44 * v44,
-      v49 = 1e-150 + v45, v50 = v46 * v46, v51 = 1e-150 + v47, v52 = v49 * v49;
-  LANES_LET2(v53, atan2, v44, v49);
-  const lanes v54 = v51 * v51;
-  LANES_LET2(v55, atan2, v46, v51);
-  const lanes v56 = v48 + v52, v57 = v50 + v54;
-  out[0] = v53; out[2] = v55; LANES_LET1(v58, rsqrt, v56); LANES_LET1(v59, rsqrt, v57);
-  const lanes v60 = v44 * v58, v61 = v49 * v58, v62 = v46 * v59, v63 = v51 * v59, v64 = 0.2 * v60,
-      v65 = v30 * v60, v66 = v31 * v61, v67 = 0.2 * v61, v68 = v30 * v61, v69 = v31 * v60,
-      v70 = v30 * v62, v71 = v35 * v63, v72 = 0.2 * v62, v73 = v30 * v63, v74 = v35 * v62,
-      v75 = 0.2 * v63, v76 = v65 + v66, v77 = v68 - v69, v78 = v70 + v71, v79 = v73 - v74,
-      v80 = 0.3 * v76, v81 = 0.3 * v77, v82 = 0.3 * v78, v83 = 0.3 * v79, v84 = v64 + v80,
-      v85 = v67 + v81, v86 = v82 + v72, v87 = v83 + v75, v88 = v85 - 0.2, v89 = v84 * v84,
-      v90 = v87 - 0.2, v91 = v86 * v86, v92 = v88 * v88, v93 = v90 * v90, v94 = v92 + v89,
-      v95 = v93 + v91, v96 = 0.5 * v94, v97 = 0.25 - v94, v98 = v94 - 0.01, v99 = 0.5 * v95,
-      v100 = 0.25 - v95, v101 = v95 - 0.01, v102 = 0.02 + v96, v103 = v97 * v98, v104 = 0.02 + v99,
-      v105 = v100 * v101, v106 = v102 - 0.045;
-  LANES_LET1(v107, sqrt, v103);
-  const lanes v108 = v104 - 0.045;
-  LANES_LET1(v109, sqrt, v105);
-  const lanes v110 = v106 / v94, v111 = 0.5 * v107, v112 = v108 / v95, v113 = 0.5 * v109,
-      v114 = v84 * v110, v115 = v111 / v94, v116 = v88 * v110, v117 = v86 * v112, v118 = v113 / v95,
-      v119 = v90 * v112, v120 = v88 * v115, v121 = v84 * v115, v122 = v90 * v118, v123 = v86 * v118,
-      v124 = v114 - v120, v125 = v116 + v121, v126 = v117 - v122, v127 = v119 + v123,
-      v128 = 5.0 * v124, v129 = 5.0 * v125, v130 = 5.0 * v126, v131 = 5.0 * v127, v132 = 0.2 + v125,
-      v133 = v124 - v64, v134 = 0.2 + v127, v135 = v126 - v72;
-  LANES_LET2(v136, atan2, v128, v129); LANES_LET2(v137, atan2, v130, v131);
-  const lanes v138 = v132 - v67, v139 = v133 * v133, v140 = 0.5 * v133, v141 = v134 - v75,
-      v142 = v135 * v135, v143 = 0.5 * v135;
-  out[1] = v136; out[3] = v137;
-  const lanes v144 = 0.5 * v138, v145 = v138 * v138, v146 = 0.5 * v141, v147 = v141 * v141,
-      v148 = v145 + v139, v149 = v147 + v142, v150 = 0.36 - v148, v151 = 0.36 - v149,
-      v152 = v148 * v150, v153 = v149 * v151;
-  LANES_LET1(v154, sqrt, v152); LANES_LET1(v155, sqrt, v153);
-  const lanes v156 = 0.5 * v154, v157 = 0.5 * v155, v158 = v156 / v148, v159 = v157 / v149,
-      v160 = v133 * v158, v161 = v138 * v158, v162 = v135 * v159, v163 = v141 * v159,
-      v164 = v144 - v160, v165 = v161 + v140, v166 = v146 - v162, v167 = v163 + v143,
-      v168 = 0.9999999999999999 * v164, v169 = 0.9999999999999999 * v165,
-      v170 = 3.333333333333333 * v164, v171 = 3.333333333333333 * v165,
-      v172 = 0.9999999999999999 * v166, v173 = 0.9999999999999999 * v167,
-      v174 = 3.333333333333333 * v166, v175 = 3.333333333333333 * v167, v176 = v168 + v67,
-      v177 = v169 + v64, v178 = v170 - T_0, v179 = T_1 + v171, v180 = v171 - T_4, v181 = v170 - T_5,
-      v182 = v172 + v75, v183 = v173 + v72, v184 = v174 - T_0, v185 = T_1 + v175, v186 = v175 - T_4,
-      v187 = v174 - T_5, v188 = v176 - 0.1, v189 = v177 - T_7, v190 = v178 * v178,
-      v191 = v179 * v179, v192 = v180 * v180, v193 = v181 * v181, v194 = v182 - 0.1,
-      v195 = v183 - T_7, v196 = v184 * v184, v197 = v185 * v185, v198 = v186 * v186,
-      v199 = v187 * v187, v200 = v188 - T_3, v201 = v189 * v189, v202 = v21 + v190,
-      v203 = v194 - T_3, v204 = v195 * v195, v205 = v17 + v196, v206 = v200 * v200,
-      v207 = v202 + v191, v208 = v203 * v203, v209 = v205 + v197, v210 = v3 + v206,
-      v211 = v207 + v192, v212 = v3 + v208, v213 = v209 + v198, v214 = v210 + v201,
-      v215 = v211 + v193, v216 = v212 + v204, v217 = v213 + v199, v218 = 0.5 * v215,
-      v219 = v217 + v11, v220 = v214 + v218, v221 = v214 - v218, v222 = 0.5 * v219;
-  LANES_LET1(v223, fabs, v221);
-  const lanes v224 = v216 + v222, v225 = v216 - v222, v226 = v220 + v223;
-  LANES_LET1(v227, fabs, v225);
-  const lanes v228 = 0.5 * v226, v229 = v224 + v227;
-  LANES_LET1(v230, sqrt, v228);
-  const lanes v231 = 0.5 * v229;
-  out[4] = v230; LANES_LET1(v232, sqrt, v231); out[5] = v232;
+      v12 = v1 + v9, v13 = v10 + v6, v14 = v12 - 0.13, v15 = v12 - 0.01, v16 = 0.25 - v12,
+      v17 = v13 + v7, v18 = 0.12 * v14, v19 = v15 * v16, v20 = v17 + v11, v21 = 1e-150 + v18;
+  const lanes_where v22 = LANES_LT(5.76e-17, v19); LANES_LET1(v23, sqrt, v19);
+  const lanes v24 = 69.44444444444444 * v19, v25 = v21 * v21, v26 = LANES_CHOICE(v22, v23, 0.0);
+  out[6] = v24; out[7] = v24;
+  const lanes v27 = 0.12 * v26, v28 = v27 * v27, v29 = v25 + v28;
+  LANES_LET1(v30, rsqrt, v29);
+  const lanes v31 = v21 * v30, v32 = v27 * v30, v33 = 0.3 * v31, v34 = 0.3 * v32, v35 = 0.2 + v33,
+      v36 = v2 * v34, v37 = T_7 * v34, v38 = T_7 * v35, v39 = v2 * v35, v40 = v38 - v36,
+      v41 = v37 + v39, v42 = v38 + v36, v43 = v39 - v37, v44 = v40 * v40, v45 = 1e-150 + v41,
+      v46 = v42 * v42, v47 = 1e-150 + v43, v48 = v45 * v45;
+  LANES_LET2(v49, atan2, v40, v45);
+  const lanes v50 = v47 * v47;
+  LANES_LET2(v51, atan2, v42, v47);
+  const lanes v52 = v44 + v48, v53 = v46 + v50;
+  out[0] = v49; out[2] = v51; LANES_LET1(v54, rsqrt, v52); LANES_LET1(v55, rsqrt, v53);
+  const lanes v56 = v40 * v54, v57 = v45 * v54, v58 = v42 * v55, v59 = v47 * v55, v60 = 0.2 * v56,
+      v61 = v31 * v56, v62 = v32 * v57, v63 = 0.2 * v57, v64 = v31 * v57, v65 = v32 * v56,
+      v66 = 0.2 * v59, v67 = v31 * v59, v68 = v32 * v58, v69 = 0.2 * v58, v70 = v31 * v58,
+      v71 = v32 * v59, v72 = v61 + v62, v73 = v64 - v65, v74 = v67 + v68, v75 = v70 - v71,
+      v76 = 0.3 * v72, v77 = 0.3 * v73, v78 = 0.3 * v74, v79 = 0.3 * v75, v80 = v60 + v76,
+      v81 = v63 + v77, v82 = v66 + v78, v83 = v69 + v79, v84 = v81 - 0.2, v85 = v80 * v80,
+      v86 = v82 - 0.2, v87 = v83 * v83, v88 = v84 * v84, v89 = v86 * v86, v90 = v88 + v85,
+      v91 = v89 + v87, v92 = 0.5 * v90, v93 = 0.25 - v90, v94 = v90 - 0.01, v95 = 0.5 * v91,
+      v96 = 0.25 - v91, v97 = v91 - 0.01, v98 = 0.02 + v92, v99 = v93 * v94, v100 = 0.02 + v95,
+      v101 = v96 * v97, v102 = v98 - 0.045;
+  LANES_LET1(v103, sqrt, v99);
+  const lanes v104 = v100 - 0.045;
+  LANES_LET1(v105, sqrt, v101);
+  const lanes v106 = v102 / v90, v107 = 0.5 * v103, v108 = v104 / v91, v109 = 0.5 * v105,
+      v110 = v80 * v106, v111 = v107 / v90, v112 = v84 * v106, v113 = v108 * v83, v114 = v109 / v91,
+      v115 = v108 * v86, v116 = v84 * v111, v117 = v80 * v111, v118 = v114 * v86, v119 = v114 * v83,
+      v120 = v110 - v116, v121 = v112 + v117, v122 = v113 - v118, v123 = v115 + v119,
+      v124 = 5.0 * v120, v125 = 5.0 * v121, v126 = 5.0 * v122, v127 = 5.0 * v123, v128 = 0.2 + v121,
+      v129 = v120 - v60, v130 = 0.2 + v123, v131 = v122 - v69;
+  LANES_LET2(v132, atan2, v124, v125); LANES_LET2(v133, atan2, v126, v127);
+  const lanes v134 = v128 - v63, v135 = v129 * v129, v136 = 0.5 * v129, v137 = v130 - v66,
+      v138 = v131 * v131, v139 = 0.5 * v131;
+  out[1] = v132; out[3] = v133;
+  const lanes v140 = 0.5 * v134, v141 = v134 * v134, v142 = 0.5 * v137, v143 = v137 * v137,
+      v144 = v141 + v135, v145 = v143 + v138, v146 = 0.36 - v144, v147 = 0.36 - v145,
+      v148 = v144 * v146, v149 = v145 * v147;
+  LANES_LET1(v150, sqrt, v148); LANES_LET1(v151, sqrt, v149);
+  const lanes v152 = 0.5 * v150, v153 = 0.5 * v151, v154 = v152 / v144, v155 = v153 / v145,
+      v156 = v129 * v154, v157 = v134 * v154, v158 = v131 * v155, v159 = v137 * v155,
+      v160 = v140 - v156, v161 = v157 + v136, v162 = v142 - v158, v163 = v159 + v139,
+      v164 = 0.9999999999999999 * v160, v165 = 0.9999999999999999 * v161,
+      v166 = 3.333333333333333 * v160, v167 = 3.333333333333333 * v161,
+      v168 = 0.9999999999999999 * v162, v169 = 0.9999999999999999 * v163,
+      v170 = 3.333333333333333 * v162, v171 = 3.333333333333333 * v163, v172 = v164 + v63,
+      v173 = v165 + v60, v174 = v166 - T_0, v175 = T_1 + v167, v176 = v167 - T_4, v177 = v166 - T_5,
+      v178 = v168 + v66, v179 = v169 + v69, v180 = v170 - T_0, v181 = T_1 + v171, v182 = v171 - T_4,
+      v183 = v170 - T_5, v184 = v172 - 0.1, v185 = v173 - T_7, v186 = v174 * v174,
+      v187 = v175 * v175, v188 = v176 * v176, v189 = v177 * v177, v190 = v178 - 0.1,
+      v191 = v179 - T_7, v192 = v180 * v180, v193 = v181 * v181, v194 = v182 * v182,
+      v195 = v183 * v183, v196 = v184 - T_3, v197 = v185 * v185, v198 = v20 + v186,
+      v199 = v190 - T_3, v200 = v191 * v191, v201 = v20 + v192, v202 = v196 * v196,
+      v203 = v198 + v187, v204 = v199 * v199, v205 = v201 + v193, v206 = v3 + v202,
+      v207 = v203 + v188, v208 = v3 + v204, v209 = v205 + v194, v210 = v206 + v197,
+      v211 = v207 + v189, v212 = v208 + v200, v213 = v209 + v195, v214 = 0.5 * v211,
+      v215 = 0.5 * v213, v216 = v210 + v214, v217 = v210 - v214, v218 = v212 + v215,
+      v219 = v212 - v215;
+  LANES_LET1(v220, fabs, v217); LANES_LET1(v221, fabs, v219);
+  const lanes v222 = v216 + v220, v223 = v218 + v221, v224 = 0.5 * v222, v225 = 0.5 * v223;
+  LANES_LET1(v226, sqrt, v224); LANES_LET1(v227, sqrt, v225); out[4] = v226; out[5] = v227;
 }

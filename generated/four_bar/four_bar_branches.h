@@ -21,43 +21,41 @@ LANES_INLINE void LANES_NAME(four_bar_ik_branch)(
       T_3 = LANES_OF(T[3]), T_4 = LANES_OF(T[4]), T_5 = LANES_OF(T[5]), T_6 = LANES_OF(T[6]),
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
-      v1 = T_3 * T_3, v2 = T_7 * T_7, v3 = T_11 * T_11, v4 = T_2 * T_2, v5 = T_6 * T_6,
-      v6 = T_8 * T_8, v7 = T_9 * T_9, v8 = 1.0 - T_10, v9 = v1 + v2, v10 = v4 + v5, v11 = v8 * v8,
-      v12 = v9 - 0.008481254575402908, v13 = 0.0853187454245971 - v9, v14 = v9 - 0.0469,
-      v15 = v10 + v6, v16 = v12 * v13, v17 = 0.03 * v14, v18 = 0.024 * v14, v19 = v15 + v7;
-  const lanes_where v20 = LANES_LT(5.904e-18, v16); LANES_LET1(v21, sqrt, v16);
-  const lanes v22 = 1e-150 + v17, v23 = v18 * v18, v24 = 677.5067750677507 * v16,
-      v25 = LANES_CHOICE(v20, v21, 0.0), v26 = v22 * v22;
-  out[2] = v24;
-  const lanes v27 = choice_0 * v25, v28 = v23 + v26, v29 = 0.024 * v27;
-  LANES_LET1(v30, rsqrt, v28);
-  const lanes v31 = 0.03 * v27, v32 = v17 + v29, v33 = v22 * v30, v34 = v31 - v18, v35 = v18 * v30,
-      v36 = 677.5067750677507 * v32, v37 = 677.5067750677507 * v34, v38 = -v35,
-      v39 = LANES_CHOICE(v20, v36, v33), v40 = LANES_CHOICE(v20, v37, v38), v41 = 0.15 * v39,
-      v42 = 0.12 * v40, v43 = 0.15 * v40, v44 = 0.12 * v39, v45 = v41 - v42, v46 = v43 + v44,
-      v47 = v45 + 0.1, v48 = T_3 * v46, v49 = T_7 * v46, v50 = T_7 * v47, v51 = T_3 * v47,
-      v52 = v50 - v48, v53 = v51 + v49, v54 = v52 * v52, v55 = 1e-150 + v53, v56 = v55 * v55;
-  LANES_LET2(v57, atan2, v52, v55);
-  const lanes v58 = v54 + v56;
-  out[0] = v57; LANES_LET1(v59, rsqrt, v58);
-  const lanes v60 = v52 * v59, v61 = v55 * v59, v62 = 0.1 * v61, v63 = 0.1 * v60, v64 = 0.35 - v62,
-      v65 = v63 * v63, v66 = v64 * v64, v67 = v66 + v65, v68 = 0.5 * v67, v69 = 0.3025 - v67,
-      v70 = v67 - 0.0025, v71 = 0.045 + v68, v72 = v69 * v70, v73 = v71 - 0.03125;
-  LANES_LET1(v74, sqrt, v72);
-  const lanes v75 = v73 / v67, v76 = 0.5 * v74, v77 = v64 * v75, v78 = v76 / v67, v79 = v63 * v75,
-      v80 = v63 * v78, v81 = v64 * v78, v82 = v77 + v80, v83 = v81 - v79,
-      v84 = 0.49999999999999994 * v82, v85 = 0.39999999999999997 * v83,
-      v86 = 0.49999999999999994 * v83, v87 = 0.39999999999999997 * v82,
-      v88 = 3.333333333333333 * v82, v89 = 3.333333333333333 * v83, v90 = v84 - v85,
-      v91 = v86 + v87, v92 = v88 - T_0, v93 = T_1 + v89, v94 = v89 - T_4, v95 = v88 - T_5,
-      v96 = v90 + v62, v97 = v63 + v91, v98 = v92 * v92, v99 = v93 * v93, v100 = v94 * v94,
-      v101 = v95 * v95, v102 = v96 - T_3, v103 = v97 - T_7, v104 = v19 + v98, v105 = v102 * v102,
-      v106 = v103 * v103, v107 = v104 + v99, v108 = v3 + v105, v109 = v107 + v100,
-      v110 = v108 + v106, v111 = v109 + v101, v112 = v111 + v11, v113 = 0.5 * v112,
-      v114 = v110 + v113, v115 = v110 - v113;
-  LANES_LET1(v116, fabs, v115);
-  const lanes v117 = v114 + v116, v118 = 0.5 * v117;
-  LANES_LET1(v119, sqrt, v118); out[1] = v119;
+      v1 = T_3 * T_3, v2 = T_7 * T_7, v3 = T_2 * T_2, v4 = T_6 * T_6, v5 = T_8 * T_8,
+      v6 = T_9 * T_9, v7 = 1.0 - T_10, v8 = T_11 * T_11, v9 = v1 + v2, v10 = v3 + v4, v11 = v7 * v7,
+      v12 = v9 - 0.0469, v13 = v9 - 0.008481254575402908, v14 = 0.0853187454245971 - v9,
+      v15 = v10 + v5, v16 = 0.03 * v12, v17 = v13 * v14, v18 = 0.024 * v12, v19 = v15 + v6;
+  const lanes_where v20 = LANES_LT(5.904e-18, v17); LANES_LET1(v21, sqrt, v17);
+  const lanes v22 = 677.5067750677507 * v17, v23 = LANES_CHOICE(v20, v21, 0.0);
+  out[2] = v22;
+  const lanes v24 = choice_0 * v23, v25 = 0.024 * v24, v26 = 0.03 * v24, v27 = v16 + v25,
+      v28 = v26 - v18, v29 = 1e-150 + v27, v30 = v28 * v28, v31 = v29 * v29, v32 = v30 + v31;
+  LANES_LET1(v33, rsqrt, v32);
+  const lanes v34 = v29 * v33, v35 = v28 * v33, v36 = 0.15 * v34, v37 = 0.12 * v35,
+      v38 = 0.15 * v35, v39 = 0.12 * v34, v40 = v36 - v37, v41 = v38 + v39, v42 = v40 + 0.1,
+      v43 = T_3 * v41, v44 = T_7 * v41, v45 = T_7 * v42, v46 = T_3 * v42, v47 = v45 - v43,
+      v48 = v46 + v44, v49 = v47 * v47, v50 = 1e-150 + v48, v51 = v50 * v50;
+  LANES_LET2(v52, atan2, v47, v50);
+  const lanes v53 = v49 + v51;
+  out[0] = v52; LANES_LET1(v54, rsqrt, v53);
+  const lanes v55 = v47 * v54, v56 = v50 * v54, v57 = 0.1 * v56, v58 = 0.1 * v55, v59 = 0.35 - v57,
+      v60 = v58 * v58, v61 = v59 * v59, v62 = v61 + v60, v63 = 0.3025 - v62, v64 = v62 - 0.0025,
+      v65 = 0.5 * v62, v66 = v63 * v64, v67 = 0.045 + v65;
+  LANES_LET1(v68, sqrt, v66);
+  const lanes v69 = v67 - 0.03125, v70 = 0.5 * v68, v71 = v69 / v62, v72 = v70 / v62,
+      v73 = v58 * v71, v74 = v59 * v71, v75 = v59 * v72, v76 = v58 * v72, v77 = v75 - v73,
+      v78 = v74 + v76, v79 = 3.333333333333333 * v77, v80 = 3.333333333333333 * v78,
+      v81 = 0.49999999999999994 * v78, v82 = 0.39999999999999997 * v77,
+      v83 = 0.49999999999999994 * v77, v84 = 0.39999999999999997 * v78, v85 = T_1 + v79,
+      v86 = v79 - T_4, v87 = v80 - T_5, v88 = v80 - T_0, v89 = v81 - v82, v90 = v83 + v84,
+      v91 = v85 * v85, v92 = v86 * v86, v93 = v87 * v87, v94 = v88 * v88, v95 = v89 + v57,
+      v96 = v58 + v90, v97 = v19 + v91, v98 = v95 - T_3, v99 = v96 - T_7, v100 = v97 + v92,
+      v101 = v98 * v98, v102 = v99 * v99, v103 = v100 + v93, v104 = v8 + v101, v105 = v103 + v11,
+      v106 = v104 + v102, v107 = v105 + v94, v108 = 0.5 * v107, v109 = v108 + v106,
+      v110 = v106 - v108;
+  LANES_LET1(v111, fabs, v110);
+  const lanes v112 = v109 + v111, v113 = 0.5 * v112;
+  LANES_LET1(v114, sqrt, v113); out[1] = v114;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(four_bar_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -39,53 +39,51 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
       v44 = T_8 * v40, v45 = v21 * v39, v46 = v21 * v40, v47 = v22 * v39, v48 = v22 * v40,
       v49 = v39 - T_10, v50 = v11 + v41, v51 = v32 + v42, v52 = v43 - v44, v53 = v46 - T_2,
       v54 = T_6 + v48, v55 = v49 * v49, v56 = v51 * v51, v57 = v50 * v50, v58 = 1e-150 + v52,
-      v59 = v53 * v53, v60 = v54 * v54, v61 = v56 + v57, v62 = v58 * v58, v64 = 0.04 - v61,
-      v65 = v61 - 0.02, v66 = v36 + v62, v67 = v61 * v64, v68 = 50.0 * v65, v69 = 0.02 * v65;
-  LANES_LET1(v70, rsqrt, v66); const lanes_where v71 = LANES_LT(1.6e-18, v67);
-  const lanes v72 = 1e-150 + v69;
-  LANES_LET1(v73, sqrt, v67);
-  const lanes v74 = v33 * v70, v75 = v58 * v70, v76 = 2500.0 * v67;
-  LANES_LET1(v77, fabs, v72);
-  const lanes v78 = LANES_CHOICE(v71, v73, 0.0), v79 = v22 * v74, v80 = v75 * v45, v81 = v22 * v75,
-      v82 = v74 * v45, v83 = v21 * v74, v84 = v75 * v47, v85 = v21 * v75, v86 = v74 * v47,
-      v87 = v40 * v75, v88 = v40 * v74;
-  out[6] = v76;
-  const lanes v89 = v72 / v77, v90 = choice_1 * v78, v91 = v79 + v80, v92 = v81 - v82,
-      v93 = v83 - v84, v94 = v85 + v86, v95 = T_8 + v87, v96 = v88 - T_9,
-      v97 = LANES_CHOICE(v71, v68, v89), v98 = 50.0 * v90, v99 = v91 - T_0, v100 = v92 - T_1,
-      v101 = v93 - T_4, v102 = v94 - T_5, v103 = v95 * v95, v104 = v96 * v96, v105 = 0.1 * v97,
-      v106 = LANES_CHOICE(v71, v98, 0.0), v107 = v99 * v99, v108 = v100 * v100, v109 = v101 * v101,
-      v110 = v102 * v102, v111 = v105 + 0.1, v112 = 0.1 * v106;
-  LANES_LET2(v113, atan2, v106, v97);
-  const lanes v114 = v107 + v108, v115 = v50 * v111, v116 = v51 * v112, v117 = v51 * v111,
-      v118 = v50 * v112;
-  out[2] = v113;
-  const lanes v119 = v114 + v59, v120 = v115 - v116, v121 = v117 + v118, v122 = v119 + v109,
-      v123 = v120 * v120, v124 = 1e-150 + v121, v125 = v122 + v110, v126 = v124 * v124;
-  LANES_LET2(v127, atan2, v120, v124);
-  const lanes v128 = v125 + v60, v129 = v123 + v126;
-  out[1] = v127;
-  const lanes v130 = v128 + v103;
-  LANES_LET1(v131, rsqrt, v129);
-  const lanes v132 = v130 + v104, v133 = v120 * v131, v134 = v124 * v131, v135 = v132 + v55,
-      v136 = v97 * v133, v137 = v106 * v134, v138 = v97 * v134, v139 = v106 * v133,
-      v140 = 0.1 * v134, v141 = 0.1 * v133, v142 = 0.5 * v135, v143 = v136 + v137,
-      v144 = v138 - v139, v145 = v39 * v143, v146 = v40 * v144, v147 = v39 * v144,
-      v148 = v40 * v143, v149 = 0.1 * v144, v150 = 0.1 * v143, v151 = v145 + v146,
-      v152 = v147 - v148, v153 = v42 + v149, v154 = v41 + v150;
-  LANES_LET2(v155, atan2, v151, v152);
-  const lanes v156 = v153 + v140, v157 = v154 + v141, v158 = -v155, v159 = v21 * v156,
-      v160 = v22 * v156, v161 = v157 + 0.1;
-  out[3] = v158;
-  const lanes v162 = v159 - T_3, v163 = T_7 + v160, v164 = v161 - T_11, v165 = v162 * v162,
-      v166 = v163 * v163, v167 = v164 * v164, v168 = v165 + v166, v169 = v168 + v167,
-      v170 = v169 + v142, v171 = v169 - v142;
-  LANES_LET1(v172, fabs, v171);
-  const lanes v173 = v170 + v172, v174 = 0.5 * v173;
-  LANES_LET1(v175, sqrt, v174); out[5] = v175;
+      v59 = v53 * v53, v60 = v54 * v54, v61 = v56 + v57, v62 = v58 * v58, v64 = v61 - 0.02,
+      v65 = 0.04 - v61, v66 = v36 + v62, v67 = 0.02 * v64, v68 = v61 * v65;
+  LANES_LET1(v69, rsqrt, v66);
+  const lanes v70 = 1e-150 + v67;
+  const lanes_where v71 = LANES_LT(1.6e-18, v68); LANES_LET1(v72, sqrt, v68);
+  const lanes v73 = v33 * v69, v74 = v58 * v69, v75 = 2500.0 * v68,
+      v76 = LANES_CHOICE(v71, v72, 0.0), v77 = v70 * v70, v78 = v22 * v73, v79 = v74 * v45,
+      v80 = v22 * v74, v81 = v73 * v45, v82 = v21 * v73, v83 = v74 * v47, v84 = v21 * v74,
+      v85 = v73 * v47, v86 = v40 * v74, v87 = v40 * v73;
+  out[6] = v75;
+  const lanes v88 = choice_1 * v76, v89 = v76 * 0.02, v90 = v78 + v79, v91 = v80 - v81,
+      v92 = v82 - v83, v93 = v84 + v85, v94 = T_8 + v86, v95 = v87 - T_9, v96 = 0.02 * v88,
+      v98 = v90 - T_0, v99 = v91 - T_1, v100 = v92 - T_4, v101 = v93 - T_5, v102 = v94 * v94,
+      v103 = v95 * v95, v104 = v96 * v96, v106 = v98 * v98, v107 = v99 * v99, v108 = v100 * v100,
+      v109 = v101 * v101, v110 = v104 + v77, v111 = v106 + v107;
+  LANES_LET1(v112, rsqrt, v110);
+  const lanes v113 = v111 + v59, v114 = v70 * v112, v115 = v96 * v112, v116 = v113 + v108,
+      v117 = 0.1 * v114, v118 = 0.1 * v115, v119 = v116 + v109, v120 = v117 + 0.1,
+      v121 = v51 * v118, v122 = v50 * v118, v123 = v119 + v60, v124 = v50 * v120, v125 = v51 * v120,
+      v126 = v123 + v102, v127 = v124 - v121, v128 = v125 + v122, v129 = v126 + v103,
+      v130 = v127 * v127, v131 = 1e-150 + v128, v132 = v129 + v55, v133 = v131 * v131;
+  LANES_LET2(v134, atan2, v127, v131);
+  const lanes v135 = 0.5 * v132, v136 = v130 + v133;
+  out[1] = v134; LANES_LET1(v137, rsqrt, v136);
+  const lanes v138 = v127 * v137, v139 = v131 * v137, v140 = v114 * v138, v141 = v115 * v139,
+      v142 = v114 * v139, v143 = v115 * v138, v144 = 0.1 * v139, v145 = 0.1 * v138,
+      v146 = v140 + v141, v147 = v142 - v143, v148 = v39 * v146, v149 = v40 * v147,
+      v150 = v39 * v147, v151 = v40 * v146, v152 = 0.1 * v147, v153 = 0.1 * v146,
+      v154 = v148 + v149, v155 = v150 - v151, v156 = v42 + v152, v157 = v41 + v153;
+  LANES_LET2(v158, atan2, v154, v155);
+  const lanes v159 = v156 + v144, v160 = v157 + v145, v161 = -v158, v162 = v21 * v159,
+      v163 = v22 * v159, v164 = v160 + 0.1;
+  out[3] = v161;
+  const lanes v165 = v162 - T_3, v166 = T_7 + v163, v167 = v164 - T_11, v168 = v165 * v165,
+      v169 = v166 * v166, v170 = v167 * v167, v171 = v168 + v169, v172 = v171 + v170,
+      v173 = v172 + v135, v174 = v172 - v135;
+  LANES_LET1(v175, fabs, v174);
+  const lanes v176 = v173 + v175, v177 = 0.5 * v176;
+  LANES_LET1(v178, sqrt, v177); out[5] = v178;
   lanes v15, v63; LANES_NAME(lanes_two_atan2)(&v5, &v13, &v33, &v58, &v15, &v63);
+  LANES_LET2(v97, atan2, v89, v70);
   const lanes v17 = choice_0 * v15, v20 = -v17;
   out[0] = v20; out[4] = v63;
+  const lanes v105 = choice_1 * v97;
+  out[2] = v105;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(const double *T, double *q, double *residual, double *margin)
@@ -121,29 +119,27 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_branch)(
       v21 = v20 - 0.001715728752538099, v22 = 0.058284271247461904 - v20, v23 = v20 - 0.03,
       v24 = v21 * v22, v25 = 0.02 * v23;
   const lanes_where v26 = LANES_LT(3.2e-18, v24); LANES_LET1(v27, sqrt, v24);
-  const lanes v28 = 1e-150 + v25, v29 = v25 * v25, v30 = 1250.0 * v24,
-      v31 = LANES_CHOICE(v26, v27, 0.0), v32 = v28 * v28;
-  out[6] = v30;
-  const lanes v33 = choice_1 * v31, v34 = v29 + v32, v35 = 0.02 * v33;
-  LANES_LET1(v36, rsqrt, v34);
-  const lanes v37 = v35 + v25, v38 = v28 * v36, v39 = v35 - v25, v40 = v25 * v36,
-      v41 = 1250.0 * v37, v42 = 1250.0 * v39, v43 = -v40, v44 = LANES_CHOICE(v26, v41, v38),
-      v45 = LANES_CHOICE(v26, v42, v43), v46 = 0.1 * v44, v47 = 0.1 * v45;
-  LANES_LET2(v48, atan2, v45, v44);
-  const lanes v49 = v46 - v47, v50 = v46 + v47;
-  out[2] = v48;
-  const lanes v51 = v49 + 0.1, v52 = v18 * v50, v53 = v3 * v50, v54 = v3 * v51, v55 = v18 * v51,
-      v56 = v54 - v52, v57 = v55 + v53, v58 = v56 * v56, v59 = 1e-150 + v57, v60 = v59 * v59;
-  LANES_LET2(v61, atan2, v56, v59);
-  const lanes v62 = v58 + v60;
-  out[1] = v61; LANES_LET1(v63, rsqrt, v62);
-  const lanes v64 = v56 * v63, v65 = v59 * v63, v66 = v44 * v65, v67 = v45 * v64, v68 = v44 * v64,
-      v69 = v45 * v65, v70 = 0.1 * v65, v71 = 0.1 * v64, v72 = v66 - v67, v73 = v68 + v69,
-      v74 = 0.1 * v72, v75 = 0.1 * v73, v76 = v74 - v75, v77 = v74 + v75, v78 = v76 + v70,
-      v79 = v77 + v71, v80 = v14 * v78, v81 = v15 * v78, v82 = v79 + 0.1, v83 = v80 - p_0,
-      v84 = v81 + p_1, v85 = v82 - p_2, v86 = v83 * v83, v87 = v84 * v84, v88 = v85 * v85,
-      v89 = v86 + v87, v90 = v89 + v88;
-  LANES_LET1(v91, sqrt, v90); out[5] = v91; LANES_LET2(v8, atan2, p_1, v5);
+  const lanes v28 = 1250.0 * v24, v29 = LANES_CHOICE(v26, v27, 0.0);
+  out[6] = v28;
+  const lanes v30 = choice_1 * v29, v31 = 0.02 * v30, v32 = v31 + v25, v33 = v31 - v25,
+      v34 = 1e-150 + v32, v35 = v33 * v33, v36 = v34 * v34;
+  LANES_LET2(v37, atan2, v33, v34);
+  const lanes v38 = v35 + v36;
+  out[2] = v37; LANES_LET1(v39, rsqrt, v38);
+  const lanes v40 = v34 * v39, v41 = v33 * v39, v42 = 0.1 * v40, v43 = 0.1 * v41, v44 = v42 - v43,
+      v45 = v42 + v43, v46 = v44 + 0.1, v47 = v18 * v45, v48 = v3 * v45, v49 = v3 * v46,
+      v50 = v18 * v46, v51 = v49 - v47, v52 = v50 + v48, v53 = v51 * v51, v54 = 1e-150 + v52,
+      v55 = v54 * v54;
+  LANES_LET2(v56, atan2, v51, v54);
+  const lanes v57 = v53 + v55;
+  out[1] = v56; LANES_LET1(v58, rsqrt, v57);
+  const lanes v59 = v51 * v58, v60 = v54 * v58, v61 = v40 * v60, v62 = v41 * v59, v63 = v40 * v59,
+      v64 = v41 * v60, v65 = 0.1 * v60, v66 = 0.1 * v59, v67 = v61 - v62, v68 = v63 + v64,
+      v69 = 0.1 * v67, v70 = 0.1 * v68, v71 = v69 - v70, v72 = v69 + v70, v73 = v71 + v65,
+      v74 = v72 + v66, v75 = v14 * v73, v76 = v15 * v73, v77 = v74 + 0.1, v78 = v75 - p_0,
+      v79 = v76 + p_1, v80 = v77 - p_2, v81 = v78 * v78, v82 = v79 * v79, v83 = v80 * v80,
+      v84 = v81 + v82, v85 = v84 + v83;
+  LANES_LET1(v86, sqrt, v85); out[5] = v86; LANES_LET2(v8, atan2, p_1, v5);
   const lanes v10 = choice_0 * v8, v13 = -v10;
   out[0] = v13;
 }
@@ -187,42 +183,39 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_pitch_branch)(
       v36 = v31 * v31, v37 = v32 * v32, v38 = v34 + v29, v39 = v33 * v33, v40 = v36 + v37,
       v41 = v38 * v38;
   LANES_LET1(v42, sqrt, v40);
-  const lanes v43 = v41 + v39, v44 = v42 - v10, v45 = 0.04 - v43, v46 = v43 - 0.02, v47 = v44 * v44,
-      v48 = v43 * v45, v49 = 50.0 * v46, v50 = 0.02 * v46, v51 = v35 + v47;
-  const lanes_where v52 = LANES_LT(1.6e-18, v48);
-  const lanes v53 = 1e-150 + v50;
-  LANES_LET1(v54, sqrt, v48);
-  const lanes v55 = 2500.0 * v48;
-  LANES_LET1(v56, fabs, v53);
-  const lanes v57 = LANES_CHOICE(v52, v54, 0.0);
-  out[6] = v55;
-  const lanes v58 = v53 / v56, v59 = choice_2 * v57, v60 = LANES_CHOICE(v52, v49, v58),
-      v61 = 50.0 * v59, v62 = 0.1 * v60, v63 = LANES_CHOICE(v52, v61, 0.0), v64 = v62 + 0.1,
-      v65 = 0.1 * v63;
-  LANES_LET2(v66, atan2, v63, v60);
-  const lanes v67 = v33 * v64, v68 = v38 * v65, v69 = v38 * v64, v70 = v33 * v65;
-  out[2] = v66;
-  const lanes v71 = v67 - v68, v72 = v69 + v70, v73 = v71 * v71, v74 = 1e-150 + v72,
-      v75 = v74 * v74;
-  LANES_LET2(v76, atan2, v71, v74);
-  const lanes v77 = v73 + v75;
-  out[1] = v76; LANES_LET1(v78, rsqrt, v77);
-  const lanes v79 = v71 * v78, v80 = v74 * v78, v81 = v60 * v80, v82 = v63 * v79, v83 = v60 * v79,
-      v84 = v63 * v80, v85 = 0.1 * v80, v86 = 0.1 * v79, v87 = v81 - v82, v88 = v83 + v84,
-      v89 = v25 * v87, v90 = v23 * v88, v91 = v23 * v87, v92 = v25 * v88, v93 = 0.1 * v87,
-      v94 = 0.1 * v88, v95 = v89 - v90, v96 = v91 + v92, v97 = v93 - v29, v98 = v26 + v94;
-  LANES_LET2(v99, atan2, v95, v96);
-  const lanes v100 = v97 + v85, v101 = v98 + v86;
-  out[3] = v99;
-  const lanes v102 = v22 * v100, v103 = v24 * v100, v104 = v101 + 0.1, v105 = v102 - x_0,
-      v106 = v103 + x_1, v107 = v104 - x_2, v108 = v105 * v105, v109 = v106 * v106,
-      v110 = v107 * v107, v111 = v108 + v109, v112 = v111 + v110, v113 = v112 + v51,
-      v114 = v112 - v51;
-  LANES_LET1(v115, fabs, v114);
-  const lanes v116 = v113 + v115, v117 = 0.5 * v116;
-  LANES_LET1(v118, sqrt, v117); out[5] = v118; LANES_LET2(v12, atan2, x_1, v7);
+  const lanes v43 = v41 + v39, v44 = v42 - v10, v45 = v43 - 0.02, v46 = 0.04 - v43, v47 = v44 * v44,
+      v48 = 0.02 * v45, v49 = v43 * v46, v50 = v35 + v47, v51 = 1e-150 + v48;
+  const lanes_where v52 = LANES_LT(1.6e-18, v49); LANES_LET1(v53, sqrt, v49);
+  const lanes v54 = 2500.0 * v49, v55 = LANES_CHOICE(v52, v53, 0.0), v56 = v51 * v51;
+  out[6] = v54;
+  const lanes v57 = choice_2 * v55, v58 = v55 * 0.02, v59 = 0.02 * v57, v61 = v59 * v59,
+      v63 = v61 + v56;
+  LANES_LET1(v64, rsqrt, v63);
+  const lanes v65 = v51 * v64, v66 = v59 * v64, v67 = 0.1 * v65, v68 = 0.1 * v66, v69 = v67 + 0.1,
+      v70 = v38 * v68, v71 = v33 * v68, v72 = v33 * v69, v73 = v38 * v69, v74 = v72 - v70,
+      v75 = v73 + v71, v76 = v74 * v74, v77 = 1e-150 + v75, v78 = v77 * v77;
+  LANES_LET2(v79, atan2, v74, v77);
+  const lanes v80 = v76 + v78;
+  out[1] = v79; LANES_LET1(v81, rsqrt, v80);
+  const lanes v82 = v74 * v81, v83 = v77 * v81, v84 = v65 * v83, v85 = v66 * v82, v86 = v65 * v82,
+      v87 = v66 * v83, v88 = 0.1 * v83, v89 = 0.1 * v82, v90 = v84 - v85, v91 = v86 + v87,
+      v92 = v25 * v90, v93 = v23 * v91, v94 = v23 * v90, v95 = v25 * v91, v96 = 0.1 * v90,
+      v97 = 0.1 * v91, v98 = v92 - v93, v99 = v94 + v95, v100 = v96 - v29, v101 = v26 + v97;
+  LANES_LET2(v102, atan2, v98, v99);
+  const lanes v103 = v100 + v88, v104 = v101 + v89;
+  out[3] = v102;
+  const lanes v105 = v22 * v103, v106 = v24 * v103, v107 = v104 + 0.1, v108 = v105 - x_0,
+      v109 = v106 + x_1, v110 = v107 - x_2, v111 = v108 * v108, v112 = v109 * v109,
+      v113 = v110 * v110, v114 = v111 + v112, v115 = v114 + v113, v116 = v115 + v50,
+      v117 = v115 - v50;
+  LANES_LET1(v118, fabs, v117);
+  const lanes v119 = v116 + v118, v120 = 0.5 * v119;
+  LANES_LET1(v121, sqrt, v120); out[5] = v121;
+  lanes v12, v60; LANES_NAME(lanes_two_atan2)(&x_1, &v7, &v58, &v51, &v12, &v60);
   const lanes v17 = choice_0 * v12, v21 = -v17;
   out[0] = v21;
+  const lanes v62 = choice_2 * v60;
+  out[2] = v62;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch_branches)(const double *x, double *q, double *residual, double *margin)
@@ -265,42 +258,39 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
   const lanes v26 = v4 * v25, v27 = v21 * v25, v28 = 0.1 * v26, v29 = 0.1 * v27, v30 = v15 * v27,
       v31 = v16 * v27, v32 = v26 - x_5, v33 = v3 - v28, v34 = v22 - v29, v35 = v30 - x_3,
       v36 = v31 + x_4, v37 = v32 * v32, v38 = v34 * v34, v39 = v33 * v33, v40 = v35 * v35,
-      v41 = v36 * v36, v42 = v38 + v39, v43 = v40 + v41, v44 = 0.04 - v42, v45 = v42 - 0.02,
-      v46 = v43 + v37, v47 = v42 * v44, v48 = 50.0 * v45, v49 = 0.02 * v45;
-  const lanes_where v50 = LANES_LT(1.6e-18, v47);
-  const lanes v51 = 1e-150 + v49;
-  LANES_LET1(v52, sqrt, v47);
-  const lanes v53 = 2500.0 * v47;
-  LANES_LET1(v54, fabs, v51);
-  const lanes v55 = LANES_CHOICE(v50, v52, 0.0);
-  out[6] = v53;
-  const lanes v56 = v51 / v54, v57 = choice_1 * v55, v58 = LANES_CHOICE(v50, v48, v56),
-      v59 = 50.0 * v57, v60 = 0.1 * v58, v61 = LANES_CHOICE(v50, v59, 0.0), v62 = v60 + 0.1,
-      v63 = 0.1 * v61;
-  LANES_LET2(v64, atan2, v61, v58);
-  const lanes v65 = v33 * v62, v66 = v34 * v63, v67 = v34 * v62, v68 = v33 * v63;
-  out[2] = v64;
-  const lanes v69 = v65 - v66, v70 = v67 + v68, v71 = v69 * v69, v72 = 1e-150 + v70,
-      v73 = v72 * v72;
-  LANES_LET2(v74, atan2, v69, v72);
-  const lanes v75 = v71 + v73;
-  out[1] = v74; LANES_LET1(v76, rsqrt, v75);
-  const lanes v77 = v69 * v76, v78 = v72 * v76, v79 = v58 * v77, v80 = v61 * v78, v81 = v58 * v78,
-      v82 = v61 * v77, v83 = 0.1 * v78, v84 = 0.1 * v77, v85 = v79 + v80, v86 = v81 - v82,
-      v87 = v26 * v85, v88 = v27 * v86, v89 = v26 * v86, v90 = v27 * v85, v91 = 0.1 * v86,
-      v92 = 0.1 * v85, v93 = v87 + v88, v94 = v89 - v90, v95 = v29 + v91, v96 = v28 + v92;
-  LANES_LET2(v97, atan2, v93, v94);
-  const lanes v98 = v95 + v83, v99 = v96 + v84, v100 = -v97, v101 = v15 * v98, v102 = v16 * v98,
-      v103 = v99 + 0.1;
-  out[3] = v100;
-  const lanes v104 = v101 - x_0, v105 = v102 + x_1, v106 = v103 - x_2, v107 = v104 * v104,
-      v108 = v105 * v105, v109 = v106 * v106, v110 = v107 + v108, v111 = v110 + v109,
-      v112 = v111 + v46, v113 = v111 - v46;
-  LANES_LET1(v114, fabs, v113);
-  const lanes v115 = v112 + v114, v116 = 0.5 * v115;
-  LANES_LET1(v117, sqrt, v116); out[5] = v117; LANES_LET2(v9, atan2, x_1, v6);
+      v41 = v36 * v36, v42 = v38 + v39, v43 = v40 + v41, v44 = v42 - 0.02, v45 = 0.04 - v42,
+      v46 = v43 + v37, v47 = 0.02 * v44, v48 = v42 * v45, v49 = 1e-150 + v47;
+  const lanes_where v50 = LANES_LT(1.6e-18, v48); LANES_LET1(v51, sqrt, v48);
+  const lanes v52 = 2500.0 * v48, v53 = LANES_CHOICE(v50, v51, 0.0), v54 = v49 * v49;
+  out[6] = v52;
+  const lanes v55 = choice_1 * v53, v56 = v53 * 0.02, v57 = 0.02 * v55, v59 = v57 * v57,
+      v61 = v59 + v54;
+  LANES_LET1(v62, rsqrt, v61);
+  const lanes v63 = v49 * v62, v64 = v57 * v62, v65 = 0.1 * v63, v66 = 0.1 * v64, v67 = v65 + 0.1,
+      v68 = v34 * v66, v69 = v33 * v66, v70 = v33 * v67, v71 = v34 * v67, v72 = v70 - v68,
+      v73 = v71 + v69, v74 = v72 * v72, v75 = 1e-150 + v73, v76 = v75 * v75;
+  LANES_LET2(v77, atan2, v72, v75);
+  const lanes v78 = v74 + v76;
+  out[1] = v77; LANES_LET1(v79, rsqrt, v78);
+  const lanes v80 = v72 * v79, v81 = v75 * v79, v82 = v63 * v80, v83 = v64 * v81, v84 = v63 * v81,
+      v85 = v64 * v80, v86 = 0.1 * v81, v87 = 0.1 * v80, v88 = v82 + v83, v89 = v84 - v85,
+      v90 = v26 * v88, v91 = v27 * v89, v92 = v26 * v89, v93 = v27 * v88, v94 = 0.1 * v89,
+      v95 = 0.1 * v88, v96 = v90 + v91, v97 = v92 - v93, v98 = v29 + v94, v99 = v28 + v95;
+  LANES_LET2(v100, atan2, v96, v97);
+  const lanes v101 = v98 + v86, v102 = v99 + v87, v103 = -v100, v104 = v15 * v101,
+      v105 = v16 * v101, v106 = v102 + 0.1;
+  out[3] = v103;
+  const lanes v107 = v104 - x_0, v108 = v105 + x_1, v109 = v106 - x_2, v110 = v107 * v107,
+      v111 = v108 * v108, v112 = v109 * v109, v113 = v110 + v111, v114 = v113 + v112,
+      v115 = v114 + v46, v116 = v114 - v46;
+  LANES_LET1(v117, fabs, v116);
+  const lanes v118 = v115 + v117, v119 = 0.5 * v118;
+  LANES_LET1(v120, sqrt, v119); out[5] = v120;
+  lanes v9, v58; LANES_NAME(lanes_two_atan2)(&x_1, &v6, &v56, &v49, &v9, &v58);
   const lanes v11 = choice_0 * v9, v14 = -v11;
   out[0] = v14;
+  const lanes v60 = choice_1 * v58;
+  out[2] = v60;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branches)(const double *x, double *q, double *residual, double *margin)

@@ -31,86 +31,86 @@ LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
       v3 = 1.333 + q4_0, v4 = T_11 - 0.3;
   const lanes_where v5 = LANES_LT(0.0, choice_2); out[0] = q1_0; out[3] = q4_0;
   const lanes v6 = q1_0 + 1.0, v7 = q4_0 + 0.333, v8 = v2 - 1.0, v9 = v3 - 1.0, v10 = v4 * v4,
-      v11 = 1e-150 + v8, v12 = v9 * v9, v13 = 1.926 * v9, v14 = v11 * v11, v15 = v11 * choice_0,
-      v16 = 0.110889 + v12, v17 = v1 + v14, v19 = 1.4837904000000002e-14 * v16,
+      v11 = 1e-150 + v8, v12 = 1.926 * v9, v13 = v9 * v9, v14 = v11 * v11, v15 = v11 * choice_0,
+      v16 = 0.110889 + v13, v17 = v1 + v14, v19 = 1.4837904000000002e-14 * v16,
       v20 = 3.709476 * v16, v21 = 0.927369 + v16;
   LANES_LET1(v22, rsqrt, v17);
-  const lanes v23 = 1e-300 + v20, v25 = T_7 * v22, v26 = v11 * v22, v27 = choice_0 * v26,
+  const lanes v24 = 1e-300 + v20, v25 = T_7 * v22, v26 = v11 * v22, v27 = choice_0 * v26,
       v28 = choice_0 * v25, v29 = T_7 * v28, v30 = v8 * v27, v31 = T_6 * v27, v32 = T_2 * v28,
       v33 = T_2 * v27, v34 = T_6 * v28, v35 = T_4 * v27, v36 = T_0 * v28, v37 = T_0 * v27,
       v38 = T_4 * v28, v39 = v29 + v30, v40 = v31 - v32, v41 = v33 + v34, v42 = v35 - v36,
       v43 = v37 + v38, v44 = v39 * v39, v45 = v40 * v40, v46 = v44 + v10, v47 = v46 - v21,
-      v48 = v47 * v47, v49 = 0.641358 * v47, v50 = v13 * v47, v51 = v20 - v48, v52 = 1e-150 - v49,
-      v53 = v50 * v50;
-  const lanes_where v54 = LANES_LT(v19, v51); LANES_LET1(v55, sqrt, v51);
-  const lanes v56 = v52 * v52, v57 = v51 / v23, v58 = LANES_CHOICE(v54, v55, 0.0), v59 = v53 + v56;
-  out[9] = v57;
-  const lanes v60 = choice_1 * v58;
-  LANES_LET1(v61, rsqrt, v59);
-  const lanes v62 = v13 * v60, v63 = v52 * v61, v64 = 0.641358 * v60, v65 = v50 * v61,
-      v66 = v62 - v49, v67 = v64 + v50, v68 = -v65, v69 = v66 / v23, v70 = v67 / v23,
-      v71 = LANES_CHOICE(v54, v69, v63), v72 = -v70, v73 = 0.963 * v71,
-      v74 = LANES_CHOICE(v54, v72, v68), v75 = 0.333 - v73, v76 = 0.963 * v74, v78 = v39 * v75,
-      v79 = v9 - v76, v80 = v4 * v75, v81 = v4 * v79, v82 = v39 * v79, v83 = v78 - v81,
-      v84 = v82 + v80, v85 = v83 * v83, v86 = 1e-150 + v84, v87 = v86 * v86, v89 = v85 + v87;
-  LANES_LET1(v90, rsqrt, v89);
-  const lanes v91 = v83 * v90, v92 = v86 * v90, v93 = v92 * v41, v94 = T_10 * v91, v95 = T_10 * v92,
-      v96 = v91 * v41, v97 = v92 * v43, v98 = T_8 * v91, v99 = T_8 * v92, v100 = v91 * v43,
-      v101 = v7 * v92, v102 = 0.333 * v91, v103 = v71 * v91, v104 = v74 * v92, v105 = v71 * v92,
-      v106 = v74 * v91, v107 = v7 * v91, v108 = 0.333 * v92, v109 = v93 - v94, v110 = v95 + v96,
-      v111 = v97 - v98, v112 = v99 + v100, v113 = v101 + v102, v114 = v103 + v104,
-      v115 = v105 - v106, v116 = v107 - v108, v117 = v71 * v109, v118 = v74 * v110,
-      v119 = v71 * v110, v120 = v74 * v109, v121 = v71 * v111, v122 = v74 * v112, v123 = v71 * v112,
-      v124 = v74 * v111, v125 = 0.963 * v114, v126 = 0.963 * v115, v127 = v27 * v114,
-      v128 = v27 * v115, v129 = v28 * v114, v130 = v28 * v115, v131 = v117 - v118,
-      v132 = v119 + v120, v133 = v121 - v122, v134 = v123 + v124, v135 = v113 - v125,
-      v136 = v126 + v116, v137 = 1e-150 - v131, v138 = v132 * v132, v139 = v27 * v135,
-      v140 = v28 * v135, v141 = 0.3 - v136, v142 = v137 * v137, v144 = v6 + v139, v145 = v140 - T_7,
-      v146 = v141 - T_11, v147 = v45 + v142, v149 = v144 - T_3, v150 = v145 * v145,
-      v151 = v146 * v146;
-  LANES_LET1(v152, rsqrt, v147);
-  const lanes v154 = v149 * v149, v155 = v40 * v152, v156 = v137 * v152, v158 = v154 + v150,
-      v159 = choice_2 * v156, v160 = choice_2 * v155, v161 = v158 + v151, v162 = v131 * v159,
-      v163 = v40 * v160, v164 = v159 * v42, v165 = v160 * v133, v166 = v159 * v133,
-      v167 = v160 * v42, v168 = v28 * v160, v169 = v159 * v128, v170 = v28 * v159,
-      v171 = v160 * v128, v172 = v159 * v130, v173 = v27 * v160, v174 = v27 * v159,
-      v175 = v160 * v130, v176 = v159 * v114, v177 = v160 * v114, v178 = v162 - v163,
-      v179 = v164 + v165, v180 = v166 - v167, v181 = v168 + v169, v182 = v170 - v171,
-      v183 = v172 - v173, v184 = v174 + v175, v185 = v178 * v178;
-  LANES_LET2(v186, atan2, v132, v178);
-  const lanes v187 = v179 * v179, v188 = v138 + v185, v189 = -v186;
-  LANES_LET1(v190, rsqrt, v188); out[6] = v189;
-  const lanes v191 = v132 * v190, v192 = v178 * v190, v193 = v192 * v134, v194 = v191 * v180,
-      v195 = v192 * v127, v196 = v191 * v181, v197 = v192 * v181, v198 = v191 * v127,
-      v199 = v192 * v129, v200 = v191 * v183, v201 = v192 * v183, v202 = v191 * v129,
-      v203 = v192 * v115, v204 = v191 * v176, v205 = v191 * v115, v206 = v192 * v176,
-      v207 = v193 - v194, v208 = v195 - v196, v209 = v197 + v198, v210 = v199 - v200,
-      v211 = v201 + v202, v212 = v203 + v204, v213 = v205 - v206, v214 = v207 * v207;
-  LANES_LET2(v215, atan2, v179, v207);
-  const lanes v216 = v209 - T_2, v217 = v211 - T_6, v218 = v213 - T_10, v219 = v187 + v214;
-  out[7] = v215;
-  const lanes v220 = v216 * v216, v221 = v217 * v217, v222 = v218 * v218;
-  LANES_LET1(v223, rsqrt, v219);
-  const lanes v224 = v179 * v223, v225 = v207 * v223, v226 = v225 * v208, v227 = v224 * v182,
-      v228 = v225 * v182, v229 = v224 * v208, v230 = v225 * v210, v231 = v224 * v184,
-      v232 = v224 * v210, v233 = v225 * v184, v234 = v225 * v212, v235 = v224 * v177,
-      v236 = v225 * v177, v237 = v224 * v212, v238 = v226 - v227, v239 = v228 + v229,
-      v240 = v230 + v231, v241 = v232 - v233, v242 = v234 - v235, v243 = v236 + v237,
-      v244 = v238 - T_0, v245 = v239 - T_1, v246 = v240 - T_4, v247 = v241 - T_5, v248 = v242 - T_8,
-      v249 = v243 - T_9, v250 = v244 * v244, v251 = v245 * v245, v252 = v246 * v246,
-      v253 = v247 * v247, v254 = v248 * v248, v255 = v249 * v249, v256 = v250 + v251,
-      v257 = v256 + v220, v258 = v257 + v252, v259 = v258 + v253, v260 = v259 + v221,
-      v261 = v260 + v254, v262 = v261 + v255, v263 = v262 + v222, v264 = 0.5 * v263,
-      v265 = v161 + v264, v266 = v161 - v264;
-  LANES_LET1(v267, fabs, v266);
-  const lanes v268 = v265 + v267, v269 = 0.5 * v268;
-  LANES_LET1(v270, sqrt, v269); out[8] = v270;
-  lanes v18, v77; LANES_NAME(lanes_two_atan2)(&T_7, &v15, &v74, &v71, &v18, &v77);
-  lanes v88, v143; LANES_NAME(lanes_two_atan2)(&v83, &v86, &v40, &v137, &v88, &v143);
-  const lanes v24 = choice_0 * v18;
-  out[1] = v24; out[4] = v77; out[2] = v88; LANES_LET2(v148, supplement, v143, v40);
-  const lanes v153 = LANES_CHOICE(v5, v143, v148), v157 = choice_2 * v153;
-  out[5] = v157;
+      v48 = v47 * v47, v49 = 0.641358 * v47, v50 = v12 * v47, v51 = v20 - v48;
+  const lanes_where v52 = LANES_LT(v19, v51); LANES_LET1(v53, sqrt, v51);
+  const lanes v54 = v51 / v24, v55 = LANES_CHOICE(v52, v53, 0.0);
+  out[9] = v54;
+  const lanes v56 = choice_1 * v55, v57 = v12 * v56, v58 = 0.641358 * v56, v59 = v57 - v49,
+      v60 = v58 + v50, v61 = 1e-150 + v59, v62 = v60 * v60, v63 = v61 * v61, v65 = v62 + v63;
+  LANES_LET1(v67, rsqrt, v65);
+  const lanes v68 = v61 * v67, v69 = v60 * v67, v70 = 0.963 * v68, v71 = 0.963 * v69,
+      v72 = 0.333 - v70, v73 = v9 + v71, v74 = v39 * v72, v75 = v4 * v73, v76 = v39 * v73,
+      v77 = v4 * v72, v78 = v74 - v75, v79 = v76 + v77, v80 = v78 * v78, v81 = 1e-150 + v79,
+      v82 = v81 * v81, v84 = v80 + v82;
+  LANES_LET1(v85, rsqrt, v84);
+  const lanes v86 = v78 * v85, v87 = v81 * v85, v88 = v87 * v41, v89 = T_10 * v86, v90 = T_10 * v87,
+      v91 = v86 * v41, v92 = v87 * v43, v93 = T_8 * v86, v94 = T_8 * v87, v95 = v86 * v43,
+      v96 = v7 * v87, v97 = 0.333 * v86, v98 = v68 * v86, v99 = v69 * v87, v100 = v68 * v87,
+      v101 = v69 * v86, v102 = v7 * v86, v103 = 0.333 * v87, v104 = v88 - v89, v105 = v90 + v91,
+      v106 = v92 - v93, v107 = v94 + v95, v108 = v96 + v97, v109 = v98 - v99, v110 = v100 + v101,
+      v111 = v102 - v103, v112 = v68 * v104, v113 = v69 * v105, v114 = v68 * v105,
+      v115 = v69 * v104, v116 = v68 * v106, v117 = v69 * v107, v118 = v68 * v107, v119 = v69 * v106,
+      v120 = 0.963 * v109, v121 = 0.963 * v110, v122 = v27 * v109, v123 = v27 * v110,
+      v124 = v28 * v109, v125 = v28 * v110, v126 = v112 + v113, v127 = v114 - v115,
+      v128 = v116 + v117, v129 = v118 - v119, v130 = v108 - v120, v131 = v121 + v111,
+      v132 = 1e-150 - v126, v133 = v127 * v127, v134 = v27 * v130, v135 = v28 * v130,
+      v136 = 0.3 - v131, v137 = v132 * v132, v139 = v6 + v134, v140 = v135 - T_7,
+      v141 = v136 - T_11, v142 = v45 + v137, v144 = v139 - T_3, v145 = v140 * v140,
+      v146 = v141 * v141;
+  LANES_LET1(v147, rsqrt, v142);
+  const lanes v149 = v144 * v144, v150 = v40 * v147, v151 = v132 * v147, v153 = v149 + v145,
+      v154 = choice_2 * v151, v155 = choice_2 * v150, v156 = v153 + v146, v157 = v126 * v154,
+      v158 = v40 * v155, v159 = v154 * v42, v160 = v155 * v128, v161 = v154 * v128,
+      v162 = v155 * v42, v163 = v28 * v155, v164 = v154 * v123, v165 = v28 * v154,
+      v166 = v155 * v123, v167 = v154 * v125, v168 = v27 * v155, v169 = v27 * v154,
+      v170 = v155 * v125, v171 = v154 * v109, v172 = v155 * v109, v173 = v157 - v158,
+      v174 = v159 + v160, v175 = v161 - v162, v176 = v163 + v164, v177 = v165 - v166,
+      v178 = v167 - v168, v179 = v169 + v170, v180 = v173 * v173;
+  LANES_LET2(v181, atan2, v127, v173);
+  const lanes v182 = v174 * v174, v183 = v133 + v180, v184 = -v181;
+  LANES_LET1(v185, rsqrt, v183); out[6] = v184;
+  const lanes v186 = v127 * v185, v187 = v173 * v185, v188 = v187 * v129, v189 = v186 * v175,
+      v190 = v187 * v122, v191 = v186 * v176, v192 = v187 * v176, v193 = v186 * v122,
+      v194 = v187 * v124, v195 = v186 * v178, v196 = v187 * v178, v197 = v186 * v124,
+      v198 = v187 * v110, v199 = v186 * v171, v200 = v186 * v110, v201 = v187 * v171,
+      v202 = v188 - v189, v203 = v190 - v191, v204 = v192 + v193, v205 = v194 - v195,
+      v206 = v196 + v197, v207 = v198 + v199, v208 = v200 - v201, v209 = v202 * v202;
+  LANES_LET2(v210, atan2, v174, v202);
+  const lanes v211 = v204 - T_2, v212 = v206 - T_6, v213 = v208 - T_10, v214 = v182 + v209;
+  out[7] = v210;
+  const lanes v215 = v211 * v211, v216 = v212 * v212, v217 = v213 * v213;
+  LANES_LET1(v218, rsqrt, v214);
+  const lanes v219 = v174 * v218, v220 = v202 * v218, v221 = v220 * v203, v222 = v219 * v177,
+      v223 = v220 * v177, v224 = v219 * v203, v225 = v220 * v205, v226 = v219 * v179,
+      v227 = v219 * v205, v228 = v220 * v179, v229 = v220 * v207, v230 = v219 * v172,
+      v231 = v220 * v172, v232 = v219 * v207, v233 = v221 - v222, v234 = v223 + v224,
+      v235 = v225 + v226, v236 = v227 - v228, v237 = v229 - v230, v238 = v231 + v232,
+      v239 = v233 - T_0, v240 = v234 - T_1, v241 = v235 - T_4, v242 = v236 - T_5, v243 = v237 - T_8,
+      v244 = v238 - T_9, v245 = v239 * v239, v246 = v240 * v240, v247 = v241 * v241,
+      v248 = v242 * v242, v249 = v243 * v243, v250 = v244 * v244, v251 = v245 + v246,
+      v252 = v251 + v215, v253 = v252 + v247, v254 = v253 + v248, v255 = v254 + v216,
+      v256 = v255 + v249, v257 = v256 + v250, v258 = v257 + v217, v259 = 0.5 * v258,
+      v260 = v156 + v259, v261 = v156 - v259;
+  LANES_LET1(v262, fabs, v261);
+  const lanes v263 = v260 + v262, v264 = 0.5 * v263;
+  LANES_LET1(v265, sqrt, v264); out[8] = v265;
+  lanes v18, v64; LANES_NAME(lanes_two_atan2)(&T_7, &v15, &v60, &v61, &v18, &v64);
+  lanes v83, v138; LANES_NAME(lanes_two_atan2)(&v78, &v81, &v40, &v132, &v83, &v138);
+  const lanes v23 = choice_0 * v18;
+  out[1] = v23;
+  const lanes v66 = -v64;
+  out[4] = v66; out[2] = v83; LANES_LET2(v143, supplement, v138, v40);
+  const lanes v148 = LANES_CHOICE(v5, v138, v143), v152 = choice_2 * v148;
+  out[5] = v152;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(photo_robot_ik_branches)(const double *T, const double *q1, const double *q4, double *q, double *residual, double *margin)

@@ -26,96 +26,92 @@ LANES_INLINE void LANES_NAME(puma560_ik_branch)(
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
-      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = T_3 * T_3, v2 = T_7 * T_7,
-      v3 = 0.15005 * T_3, v4 = 0.15005 * T_7, v5 = T_11 - 0.67183;
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.15005 * T_3,
+      v2 = T_3 * T_3, v3 = T_7 * T_7, v4 = 0.15005 * T_7, v5 = T_11 - 0.67183;
   const lanes_where v6 = LANES_LT(0.0, choice_2);
-  const lanes v7 = v1 + v2, v8 = v3 * v3, v9 = 1e-150 - v4, v10 = v5 * v5, v11 = 4e-15 * v7,
-      v12 = v7 - 0.0225150025, v13 = 1e-300 + v7, v14 = v9 * v9;
-  const lanes_where v15 = LANES_LT(v11, v12); LANES_LET1(v16, sqrt, v12);
-  const lanes v17 = v8 + v14, v18 = v12 / v13, v19 = LANES_CHOICE(v15, v16, 0.0);
-  LANES_LET1(v20, rsqrt, v17);
-  const lanes v21 = choice_0 * v19, v22 = v3 * v20, v23 = v9 * v20, v24 = T_7 * v21,
-      v25 = T_3 * v21, v26 = v3 - v24, v27 = v25 + v4, v28 = v26 / v13, v29 = v27 / v13,
-      v30 = LANES_CHOICE(v15, v28, v22), v31 = -v29, v32 = LANES_CHOICE(v15, v31, v23),
-      v33 = T_7 * v30, v34 = T_2 * v30, v35 = T_6 * v30, v36 = T_0 * v30, v37 = T_4 * v30,
-      v38 = 0.15005 * v30, v40 = T_3 * v32, v41 = T_6 * v32, v42 = T_2 * v32, v43 = T_4 * v32,
-      v44 = T_0 * v32, v45 = 0.15005 * v32, v46 = v40 + v33, v47 = v41 - v34, v48 = v42 + v35,
-      v49 = v43 - v36, v50 = v44 + v37, v51 = v46 * v46, v52 = v47 * v47, v53 = v51 + v10,
-      v54 = v53 - 2.274465470661e-07, v55 = 0.746628912553453 - v53, v56 = v53 - 0.37331457,
-      v57 = v54 * v55, v58 = 0.01753108 * v56, v59 = 0.37290248 * v56;
-  const lanes_where v60 = LANES_LT(5.574543934244672e-16, v57); LANES_LET1(v61, sqrt, v57);
-  const lanes v62 = 1e-150 + v58, v63 = v59 * v59, v64 = 7.1754748858069295 * v57,
-      v65 = LANES_CHOICE(v60, v61, 0.0), v66 = v62 * v62;
-  LANES_LET2(v67, fmin, v18, v64);
-  const lanes v68 = choice_1 * v65, v69 = v63 + v66;
-  out[7] = v67;
-  const lanes v70 = 0.37290248 * v68;
-  LANES_LET1(v71, rsqrt, v69);
-  const lanes v72 = 0.01753108 * v68, v73 = v70 + v58, v74 = v62 * v71, v75 = v72 - v59,
-      v76 = v59 * v71, v77 = 7.1754748858069295 * v73, v78 = 7.1754748858069295 * v75, v79 = -v76,
-      v80 = LANES_CHOICE(v60, v77, v74), v81 = LANES_CHOICE(v60, v78, v79), v82 = 0.0203 * v80,
-      v83 = 0.4318 * v81, v84 = 0.0203 * v81, v85 = 0.4318 * v80, v87 = v82 - v83, v88 = v84 + v85,
-      v89 = v87 + 0.4318, v90 = v46 * v88, v91 = v5 * v88, v92 = v5 * v89, v93 = v46 * v89,
-      v94 = v92 - v90, v95 = v93 + v91, v96 = v94 * v94, v97 = 1e-150 + v95, v98 = v97 * v97,
-      v100 = v96 + v98;
-  LANES_LET1(v101, rsqrt, v100);
-  const lanes v102 = v94 * v101, v103 = v97 * v101, v104 = T_10 * v102, v105 = v103 * v48,
-      v106 = T_10 * v103, v107 = v102 * v48, v108 = T_8 * v102, v109 = v103 * v50,
-      v110 = T_8 * v103, v111 = v102 * v50, v112 = v80 * v103, v113 = v81 * v102, v114 = v80 * v102,
-      v115 = v81 * v103, v116 = 0.4318 * v103, v117 = 0.4318 * v102, v118 = v104 + v105,
-      v119 = v106 - v107, v120 = v108 + v109, v121 = v110 - v111, v122 = v112 - v113,
-      v123 = v114 + v115, v124 = v80 * v118, v125 = v81 * v119, v126 = v80 * v119,
-      v127 = v81 * v118, v128 = v80 * v120, v129 = v81 * v121, v130 = v80 * v121, v131 = v81 * v120,
-      v132 = 0.0203 * v122, v133 = 0.4318 * v123, v134 = 0.4318 * v122, v135 = 0.0203 * v123,
-      v136 = v32 * v122, v137 = v32 * v123, v138 = v30 * v122, v139 = v30 * v123,
-      v140 = v124 + v125, v141 = v126 - v127, v142 = v128 + v129, v143 = v130 - v131,
-      v144 = v132 - v133, v145 = v134 + v135, v146 = 1e-150 - v140, v147 = v141 * v141,
-      v148 = v144 + v116, v149 = v145 + v117, v150 = v146 * v146, v152 = v32 * v148,
-      v153 = v30 * v148, v154 = v149 + 0.67183, v155 = v52 + v150, v157 = v152 + v38,
-      v158 = v153 - v45, v159 = v154 - T_11;
-  LANES_LET1(v160, rsqrt, v155);
-  const lanes v162 = v157 - T_3, v163 = v158 - T_7, v164 = v159 * v159, v165 = v47 * v160,
-      v166 = v146 * v160, v168 = v162 * v162, v169 = v163 * v163, v170 = choice_2 * v166,
-      v171 = choice_2 * v165, v173 = v168 + v169, v174 = v140 * v170, v175 = v47 * v171,
-      v176 = v170 * v49, v177 = v171 * v142, v178 = v170 * v142, v179 = v171 * v49,
-      v180 = v173 + v164, v181 = v30 * v171, v182 = v170 * v136, v183 = v171 * v136,
-      v184 = v30 * v170, v185 = v170 * v138, v186 = v32 * v171, v187 = v32 * v170,
-      v188 = v171 * v138, v189 = v170 * v123, v190 = v171 * v123, v191 = v174 - v175,
-      v192 = v176 + v177, v193 = v178 - v179, v194 = v181 + v182, v195 = v183 - v184,
-      v196 = v185 - v186, v197 = v187 + v188, v198 = v191 * v191;
-  LANES_LET2(v199, atan2, v191, v141);
-  const lanes v200 = v192 * v192, v201 = v147 + v198, v202 = -v199;
-  LANES_LET1(v203, rsqrt, v201); out[4] = v202;
-  const lanes v204 = v191 * v203, v205 = v141 * v203, v206 = v205 * v193, v207 = v204 * v143,
-      v208 = v205 * v194, v209 = v204 * v137, v210 = v204 * v194, v211 = v205 * v137,
-      v212 = v205 * v196, v213 = v204 * v139, v214 = v204 * v196, v215 = v205 * v139,
-      v216 = v205 * v189, v217 = v204 * v122, v218 = v205 * v122, v219 = v204 * v189,
-      v220 = v206 - v207, v221 = v208 + v209, v222 = v210 - v211, v223 = v212 + v213,
-      v224 = v214 - v215, v225 = v216 - v217, v226 = v218 + v219, v227 = v220 * v220;
-  LANES_LET2(v228, atan2, v192, v220);
-  const lanes v229 = v222 - T_2, v230 = v224 - T_6, v231 = v226 - T_10, v232 = v200 + v227;
-  out[5] = v228;
-  const lanes v233 = v229 * v229, v234 = v230 * v230, v235 = v231 * v231;
-  LANES_LET1(v236, rsqrt, v232);
-  const lanes v237 = v192 * v236, v238 = v220 * v236, v239 = v238 * v221, v240 = v237 * v195,
-      v241 = v238 * v195, v242 = v237 * v221, v243 = v238 * v223, v244 = v237 * v197,
-      v245 = v238 * v197, v246 = v237 * v223, v247 = v238 * v225, v248 = v237 * v190,
-      v249 = v238 * v190, v250 = v237 * v225, v251 = v239 + v240, v252 = v241 - v242,
-      v253 = v243 + v244, v254 = v245 - v246, v255 = v247 + v248, v256 = v249 - v250,
-      v257 = v251 - T_0, v258 = v252 - T_1, v259 = v253 - T_4, v260 = v254 - T_5, v261 = v255 - T_8,
-      v262 = v256 - T_9, v263 = v257 * v257, v264 = v258 * v258, v265 = v259 * v259,
-      v266 = v260 * v260, v267 = v261 * v261, v268 = v262 * v262, v269 = v263 + v264,
-      v270 = v269 + v233, v271 = v270 + v265, v272 = v271 + v266, v273 = v272 + v234,
-      v274 = v273 + v267, v275 = v274 + v268, v276 = v275 + v235, v277 = 0.5 * v276,
-      v278 = v180 + v277, v279 = v180 - v277;
-  LANES_LET1(v280, fabs, v279);
-  const lanes v281 = v278 + v280, v282 = 0.5 * v281;
-  LANES_LET1(v283, sqrt, v282); out[6] = v283;
-  lanes v39, v86; LANES_NAME(lanes_two_atan2)(&v30, &v32, &v81, &v80, &v39, &v86);
-  lanes v99, v151; LANES_NAME(lanes_two_atan2)(&v94, &v97, &v47, &v146, &v99, &v151); out[0] = v39;
-  out[2] = v86; out[1] = v99; LANES_LET2(v156, supplement, v151, v47);
-  const lanes v161 = LANES_CHOICE(v6, v151, v156), v167 = choice_2 * v161, v172 = -v167;
-  out[3] = v172;
+  const lanes v7 = v2 + v3, v8 = v5 * v5, v9 = 4e-15 * v7, v10 = v7 - 0.0225150025,
+      v11 = 1e-300 + v7;
+  const lanes_where v12 = LANES_LT(v9, v10); LANES_LET1(v13, sqrt, v10);
+  const lanes v14 = v10 / v11, v15 = LANES_CHOICE(v12, v13, 0.0), v16 = choice_0 * v15,
+      v17 = T_7 * v16, v18 = T_3 * v16, v19 = v1 - v17, v20 = v18 + v4, v21 = v19 * v19,
+      v22 = 1e-150 - v20, v23 = v22 * v22, v25 = v21 + v23;
+  LANES_LET1(v26, rsqrt, v25);
+  const lanes v27 = v19 * v26, v28 = v22 * v26, v29 = T_3 * v28, v30 = T_7 * v27, v31 = T_6 * v28,
+      v32 = T_2 * v27, v33 = T_2 * v28, v34 = T_6 * v27, v35 = T_4 * v28, v36 = T_0 * v27,
+      v37 = T_0 * v28, v38 = T_4 * v27, v39 = 0.15005 * v27, v40 = 0.15005 * v28, v41 = v29 + v30,
+      v42 = v31 - v32, v43 = v33 + v34, v44 = v35 - v36, v45 = v37 + v38, v46 = v41 * v41,
+      v47 = v42 * v42, v48 = v46 + v8, v49 = v48 - 2.274465470661e-07,
+      v50 = 0.746628912553453 - v48, v51 = v48 - 0.37331457, v52 = v49 * v50,
+      v53 = 0.01753108 * v51, v54 = 0.37290248 * v51;
+  const lanes_where v55 = LANES_LT(5.574543934244672e-16, v52); LANES_LET1(v56, sqrt, v52);
+  const lanes v57 = 7.1754748858069295 * v52, v58 = LANES_CHOICE(v55, v56, 0.0);
+  LANES_LET2(v59, fmin, v14, v57);
+  const lanes v60 = choice_1 * v58;
+  out[7] = v59;
+  const lanes v61 = 0.37290248 * v60, v62 = 0.01753108 * v60, v63 = v61 + v53, v64 = v62 - v54,
+      v65 = 1e-150 + v63, v66 = v64 * v64, v67 = v65 * v65, v69 = v66 + v67;
+  LANES_LET1(v70, rsqrt, v69);
+  const lanes v71 = v65 * v70, v72 = v64 * v70, v73 = 0.0203 * v71, v74 = 0.4318 * v72,
+      v75 = 0.0203 * v72, v76 = 0.4318 * v71, v77 = v73 - v74, v78 = v75 + v76, v79 = v77 + 0.4318,
+      v80 = v41 * v78, v81 = v5 * v78, v82 = v5 * v79, v83 = v41 * v79, v84 = v82 - v80,
+      v85 = v83 + v81, v86 = v84 * v84, v87 = 1e-150 + v85, v88 = v87 * v87, v90 = v86 + v88;
+  LANES_LET1(v91, rsqrt, v90);
+  const lanes v92 = v84 * v91, v93 = v87 * v91, v94 = T_10 * v92, v95 = v93 * v43, v96 = T_10 * v93,
+      v97 = v92 * v43, v98 = T_8 * v92, v99 = v93 * v45, v100 = T_8 * v93, v101 = v92 * v45,
+      v102 = v71 * v93, v103 = v72 * v92, v104 = v71 * v92, v105 = v72 * v93, v106 = 0.4318 * v93,
+      v107 = 0.4318 * v92, v108 = v94 + v95, v109 = v96 - v97, v110 = v98 + v99, v111 = v100 - v101,
+      v112 = v102 - v103, v113 = v104 + v105, v114 = v71 * v108, v115 = v72 * v109,
+      v116 = v71 * v109, v117 = v72 * v108, v118 = v71 * v110, v119 = v72 * v111, v120 = v71 * v111,
+      v121 = v72 * v110, v122 = 0.0203 * v112, v123 = 0.4318 * v113, v124 = 0.4318 * v112,
+      v125 = 0.0203 * v113, v126 = v28 * v112, v127 = v28 * v113, v128 = v27 * v112,
+      v129 = v27 * v113, v130 = v114 + v115, v131 = v116 - v117, v132 = v118 + v119,
+      v133 = v120 - v121, v134 = v122 - v123, v135 = v124 + v125, v136 = 1e-150 - v130,
+      v137 = v131 * v131, v138 = v134 + v106, v139 = v135 + v107, v140 = v136 * v136,
+      v142 = v28 * v138, v143 = v27 * v138, v144 = v139 + 0.67183, v145 = v47 + v140,
+      v147 = v142 + v39, v148 = v143 - v40, v149 = v144 - T_11;
+  LANES_LET1(v150, rsqrt, v145);
+  const lanes v152 = v147 - T_3, v153 = v148 - T_7, v154 = v149 * v149, v155 = v42 * v150,
+      v156 = v136 * v150, v158 = v152 * v152, v159 = v153 * v153, v160 = choice_2 * v156,
+      v161 = choice_2 * v155, v163 = v158 + v159, v164 = v130 * v160, v165 = v42 * v161,
+      v166 = v160 * v44, v167 = v161 * v132, v168 = v160 * v132, v169 = v161 * v44,
+      v170 = v163 + v154, v171 = v27 * v161, v172 = v160 * v126, v173 = v161 * v126,
+      v174 = v27 * v160, v175 = v160 * v128, v176 = v28 * v161, v177 = v28 * v160,
+      v178 = v161 * v128, v179 = v160 * v113, v180 = v161 * v113, v181 = v164 - v165,
+      v182 = v166 + v167, v183 = v168 - v169, v184 = v171 + v172, v185 = v173 - v174,
+      v186 = v175 - v176, v187 = v177 + v178, v188 = v181 * v181;
+  LANES_LET2(v189, atan2, v181, v131);
+  const lanes v190 = v182 * v182, v191 = v137 + v188, v192 = -v189;
+  LANES_LET1(v193, rsqrt, v191); out[4] = v192;
+  const lanes v194 = v181 * v193, v195 = v131 * v193, v196 = v195 * v183, v197 = v194 * v133,
+      v198 = v195 * v184, v199 = v194 * v127, v200 = v194 * v184, v201 = v195 * v127,
+      v202 = v195 * v186, v203 = v194 * v129, v204 = v194 * v186, v205 = v195 * v129,
+      v206 = v195 * v179, v207 = v194 * v112, v208 = v195 * v112, v209 = v194 * v179,
+      v210 = v196 - v197, v211 = v198 + v199, v212 = v200 - v201, v213 = v202 + v203,
+      v214 = v204 - v205, v215 = v206 - v207, v216 = v208 + v209, v217 = v210 * v210;
+  LANES_LET2(v218, atan2, v182, v210);
+  const lanes v219 = v212 - T_2, v220 = v214 - T_6, v221 = v216 - T_10, v222 = v190 + v217;
+  out[5] = v218;
+  const lanes v223 = v219 * v219, v224 = v220 * v220, v225 = v221 * v221;
+  LANES_LET1(v226, rsqrt, v222);
+  const lanes v227 = v182 * v226, v228 = v210 * v226, v229 = v228 * v211, v230 = v227 * v185,
+      v231 = v228 * v185, v232 = v227 * v211, v233 = v228 * v213, v234 = v227 * v187,
+      v235 = v228 * v187, v236 = v227 * v213, v237 = v228 * v215, v238 = v227 * v180,
+      v239 = v228 * v180, v240 = v227 * v215, v241 = v229 + v230, v242 = v231 - v232,
+      v243 = v233 + v234, v244 = v235 - v236, v245 = v237 + v238, v246 = v239 - v240,
+      v247 = v241 - T_0, v248 = v242 - T_1, v249 = v243 - T_4, v250 = v244 - T_5, v251 = v245 - T_8,
+      v252 = v246 - T_9, v253 = v247 * v247, v254 = v248 * v248, v255 = v249 * v249,
+      v256 = v250 * v250, v257 = v251 * v251, v258 = v252 * v252, v259 = v253 + v254,
+      v260 = v259 + v223, v261 = v260 + v255, v262 = v261 + v256, v263 = v262 + v224,
+      v264 = v263 + v257, v265 = v264 + v258, v266 = v265 + v225, v267 = 0.5 * v266,
+      v268 = v170 + v267, v269 = v170 - v267;
+  LANES_LET1(v270, fabs, v269);
+  const lanes v271 = v268 + v270, v272 = 0.5 * v271;
+  LANES_LET1(v273, sqrt, v272); out[6] = v273;
+  lanes v24, v68; LANES_NAME(lanes_two_atan2)(&v19, &v22, &v64, &v65, &v24, &v68);
+  lanes v89, v141; LANES_NAME(lanes_two_atan2)(&v84, &v87, &v42, &v136, &v89, &v141); out[0] = v24;
+  out[2] = v68; out[1] = v89; LANES_LET2(v146, supplement, v141, v42);
+  const lanes v151 = LANES_CHOICE(v6, v141, v146), v157 = choice_2 * v151, v162 = -v157;
+  out[3] = v162;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(puma560_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -27,41 +27,39 @@ LANES_INLINE void LANES_NAME(scara_ik_branch)(
       v16 = v10 * v10, v17 = v12 * v12, v18 = v11 * v11, v19 = v3 + v13, v20 = -v14,
       v21 = v14 - 0.2, v22 = v15 + v8, v23 = v17 + v18;
   LANES_LET1(v24, rsqrt, v19); out[2] = v20;
-  const lanes v25 = v21 + 0.877, v26 = v22 + v9, v27 = v23 - 0.0025, v28 = 0.64 - v23,
-      v29 = v23 - 0.32125, v30 = T_4 * v24, v31 = v4 * v24, v32 = v25 - T_11, v33 = v27 * v28,
-      v34 = 3.137254901960784 * v29, v35 = 0.31875 * v29, v36 = v32 * v32, v37 = v31 - T_0,
-      v38 = v30 - T_1, v39 = v30 - T_4, v40 = T_5 + v31;
-  const lanes_where v41 = LANES_LT(4.0640625e-16, v33);
-  const lanes v42 = 1e-150 + v35;
-  LANES_LET1(v43, sqrt, v33);
-  const lanes v44 = v37 * v37, v45 = v38 * v38, v46 = v39 * v39, v47 = v40 * v40,
-      v48 = 9.84236831987697 * v33;
-  LANES_LET1(v49, fabs, v42);
-  const lanes v50 = LANES_CHOICE(v41, v43, 0.0), v51 = v26 + v44;
-  out[5] = v48;
-  const lanes v52 = v42 / v49, v53 = choice_0 * v50, v54 = v51 + v45,
-      v55 = LANES_CHOICE(v41, v34, v52), v56 = 3.137254901960784 * v53, v57 = v54 + v46,
-      v58 = 0.375 * v55, v59 = LANES_CHOICE(v41, v56, 0.0), v60 = v57 + v47, v61 = v58 + 0.425,
-      v62 = 0.375 * v59;
-  LANES_LET2(v63, atan2, v59, v55);
-  const lanes v64 = v60 + v16, v65 = v11 * v61, v66 = v12 * v62, v67 = v12 * v61, v68 = v11 * v62;
-  out[1] = v63;
-  const lanes v69 = 0.5 * v64, v70 = v65 - v66, v71 = v67 + v68, v72 = v70 * v70,
-      v73 = 1e-150 + v71, v74 = v73 * v73;
-  LANES_LET2(v75, atan2, v70, v73);
-  const lanes v76 = v72 + v74;
-  out[0] = v75; LANES_LET1(v77, rsqrt, v76);
-  const lanes v78 = v70 * v77, v79 = v73 * v77, v80 = v55 * v79, v81 = v59 * v78, v82 = v55 * v78,
-      v83 = v59 * v79, v84 = 0.425 * v79, v85 = 0.425 * v78, v86 = v80 - v81, v87 = v82 + v83,
-      v88 = v30 * v86, v89 = v31 * v87, v90 = v31 * v86, v91 = v30 * v87, v92 = 0.375 * v86,
-      v93 = 0.375 * v87, v94 = v88 - v89, v95 = v90 + v91, v96 = v92 + v84, v97 = v93 + v85;
-  LANES_LET2(v98, atan2, v94, v95);
-  const lanes v99 = v96 - T_3, v100 = v97 - T_7, v101 = -v98, v102 = v99 * v99, v103 = v100 * v100;
-  out[3] = v101;
-  const lanes v104 = v102 + v103, v105 = v104 + v36, v106 = v105 + v69, v107 = v105 - v69;
-  LANES_LET1(v108, fabs, v107);
-  const lanes v109 = v106 + v108, v110 = 0.5 * v109;
-  LANES_LET1(v111, sqrt, v110); out[4] = v111;
+  const lanes v25 = v21 + 0.877, v26 = v22 + v9, v27 = v23 - 0.32125, v28 = v23 - 0.0025,
+      v29 = 0.64 - v23, v30 = T_4 * v24, v31 = v4 * v24, v32 = v25 - T_11, v33 = 0.31875 * v27,
+      v34 = v28 * v29, v35 = v32 * v32, v36 = v31 - T_0, v37 = v30 - T_1, v38 = v30 - T_4,
+      v39 = T_5 + v31, v40 = 1e-150 + v33;
+  const lanes_where v41 = LANES_LT(4.0640625e-16, v34); LANES_LET1(v42, sqrt, v34);
+  const lanes v43 = v36 * v36, v44 = v37 * v37, v45 = v38 * v38, v46 = v39 * v39,
+      v47 = 9.84236831987697 * v34, v48 = LANES_CHOICE(v41, v42, 0.0), v49 = v40 * v40,
+      v50 = v26 + v43;
+  out[5] = v47;
+  const lanes v51 = choice_0 * v48, v52 = v48 * 0.31875, v53 = v50 + v44, v54 = 0.31875 * v51,
+      v56 = v53 + v45, v57 = v54 * v54, v59 = v56 + v46, v60 = v57 + v49, v61 = v59 + v16;
+  LANES_LET1(v62, rsqrt, v60);
+  const lanes v63 = 0.5 * v61, v64 = v40 * v62, v65 = v54 * v62, v66 = 0.375 * v64,
+      v67 = 0.375 * v65, v68 = v66 + 0.425, v69 = v12 * v67, v70 = v11 * v67, v71 = v11 * v68,
+      v72 = v12 * v68, v73 = v71 - v69, v74 = v72 + v70, v75 = v73 * v73, v76 = 1e-150 + v74,
+      v77 = v76 * v76;
+  LANES_LET2(v78, atan2, v73, v76);
+  const lanes v79 = v75 + v77;
+  out[0] = v78; LANES_LET1(v80, rsqrt, v79);
+  const lanes v81 = v73 * v80, v82 = v76 * v80, v83 = v64 * v82, v84 = v65 * v81, v85 = v64 * v81,
+      v86 = v65 * v82, v87 = 0.425 * v82, v88 = 0.425 * v81, v89 = v83 - v84, v90 = v85 + v86,
+      v91 = v30 * v89, v92 = v31 * v90, v93 = v31 * v89, v94 = v30 * v90, v95 = 0.375 * v89,
+      v96 = 0.375 * v90, v97 = v91 - v92, v98 = v93 + v94, v99 = v95 + v87, v100 = v96 + v88;
+  LANES_LET2(v101, atan2, v97, v98);
+  const lanes v102 = v99 - T_3, v103 = v100 - T_7, v104 = -v101, v105 = v102 * v102,
+      v106 = v103 * v103;
+  out[3] = v104;
+  const lanes v107 = v105 + v106, v108 = v107 + v35, v109 = v108 + v63, v110 = v108 - v63;
+  LANES_LET1(v111, fabs, v110);
+  const lanes v112 = v109 + v111, v113 = 0.5 * v112;
+  LANES_LET1(v114, sqrt, v113); out[4] = v114; LANES_LET2(v55, atan2, v52, v40);
+  const lanes v58 = choice_0 * v55;
+  out[1] = v58;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(scara_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -379,51 +379,47 @@ static LANES_TARGET void LANES_NAME(scara_ik)(const lanes *in, lanes *out)
       v16 = v10 * v10, v17 = v11 * v11, v18 = v12 * v12, v19 = v3 + v13, v20 = -v14, v21 = v15 + v8,
       v22 = v14 - 0.2, v23 = v17 + v18;
   LANES_LET1(v24, rsqrt, v19); out[2] = v20; out[6] = v20;
-  const lanes v25 = v21 + v9, v26 = v22 + 0.877, v27 = 0.64 - v23, v28 = v23 - 0.0025,
-      v29 = v23 - 0.32125, v30 = T_4 * v24, v31 = v4 * v24, v32 = v26 - T_11, v33 = v27 * v28,
-      v34 = 3.137254901960784 * v29, v35 = 0.31875 * v29, v36 = v31 - T_0, v37 = v30 - T_1,
-      v38 = v30 - T_4, v39 = T_5 + v31, v40 = v32 * v32;
-  const lanes_where v41 = LANES_LT(4.0640625e-16, v33);
-  const lanes v42 = 1e-150 + v35;
-  LANES_LET1(v43, sqrt, v33);
-  const lanes v44 = v36 * v36, v45 = v37 * v37, v46 = v38 * v38, v47 = v39 * v39,
-      v48 = 9.84236831987697 * v33;
-  LANES_LET1(v49, fabs, v42);
-  const lanes v50 = LANES_CHOICE(v41, v43, 0.0), v51 = v25 + v44;
-  out[10] = v48; out[11] = v48;
-  const lanes v52 = v42 / v49, v53 = 3.137254901960784 * v50, v54 = v51 + v45,
-      v55 = LANES_CHOICE(v41, v34, v52), v56 = LANES_CHOICE(v41, v53, 0.0), v57 = -v53,
-      v58 = v54 + v46, v59 = 0.375 * v55, v60 = 0.375 * v56;
-  LANES_LET2(v61, atan2, v56, v55);
-  const lanes v62 = LANES_CHOICE(v41, v57, 0.0), v63 = v58 + v47, v64 = v59 + 0.425,
-      v65 = v11 * v60, v66 = v60 * v12, v67 = 0.375 * v62;
-  LANES_LET2(v68, atan2, v62, v55); out[1] = v61;
-  const lanes v69 = v63 + v16, v70 = v64 * v12, v71 = v64 * v11, v72 = v11 * v67, v73 = v12 * v67;
-  out[5] = v68;
-  const lanes v74 = 0.5 * v69, v75 = v70 - v65, v76 = v71 + v66, v77 = v70 - v72, v78 = v71 + v73,
-      v79 = v75 * v75, v80 = 1e-150 + v76, v81 = v77 * v77, v82 = 1e-150 + v78, v83 = v80 * v80;
-  LANES_LET2(v84, atan2, v75, v80);
-  const lanes v85 = v82 * v82;
-  LANES_LET2(v86, atan2, v77, v82);
-  const lanes v87 = v79 + v83, v88 = v81 + v85;
-  out[0] = v84; out[4] = v86; LANES_LET1(v89, rsqrt, v87); LANES_LET1(v90, rsqrt, v88);
-  const lanes v91 = v75 * v89, v92 = v80 * v89, v93 = v77 * v90, v94 = v82 * v90, v95 = v55 * v92,
-      v96 = v56 * v91, v97 = v55 * v91, v98 = v56 * v92, v99 = v55 * v94, v100 = v62 * v93,
-      v101 = v55 * v93, v102 = v62 * v94, v103 = 0.425 * v92, v104 = 0.425 * v91,
-      v105 = 0.425 * v94, v106 = 0.425 * v93, v107 = v95 - v96, v108 = v97 + v98, v109 = v99 - v100,
-      v110 = v101 + v102, v111 = v30 * v107, v112 = v31 * v108, v113 = v31 * v107,
-      v114 = v30 * v108, v115 = v30 * v109, v116 = v31 * v110, v117 = v31 * v109, v118 = v30 * v110,
-      v119 = 0.375 * v107, v120 = 0.375 * v108, v121 = 0.375 * v109, v122 = 0.375 * v110,
-      v123 = v111 - v112, v124 = v113 + v114, v125 = v115 - v116, v126 = v117 + v118,
-      v127 = v119 + v103, v128 = v120 + v104, v129 = v121 + v105, v130 = v122 + v106;
-  LANES_LET2(v131, atan2, v123, v124); LANES_LET2(v132, atan2, v125, v126);
-  const lanes v133 = v127 - T_3, v134 = v128 - T_7, v135 = v129 - T_3, v136 = v130 - T_7,
-      v137 = -v131, v138 = -v132, v139 = v133 * v133, v140 = v134 * v134, v141 = v135 * v135,
-      v142 = v136 * v136;
-  out[3] = v137; out[7] = v138;
-  const lanes v143 = v40 + v139, v144 = v40 + v141, v145 = v143 + v140, v146 = v144 + v142,
-      v147 = v74 + v145, v148 = v145 - v74, v149 = v74 + v146, v150 = v146 - v74;
-  LANES_LET1(v151, fabs, v148); LANES_LET1(v152, fabs, v150);
-  const lanes v153 = v147 + v151, v154 = v149 + v152, v155 = 0.5 * v153, v156 = 0.5 * v154;
-  LANES_LET1(v157, sqrt, v155); LANES_LET1(v158, sqrt, v156); out[8] = v157; out[9] = v158;
+  const lanes v25 = v21 + v9, v26 = v22 + 0.877, v27 = v23 - 0.32125, v28 = 0.64 - v23,
+      v29 = v23 - 0.0025, v30 = T_4 * v24, v31 = v4 * v24, v32 = v26 - T_11, v33 = 0.31875 * v27,
+      v34 = v28 * v29, v35 = v31 - T_0, v36 = v30 - T_1, v37 = v30 - T_4, v38 = T_5 + v31,
+      v39 = v32 * v32, v40 = 1e-150 + v33;
+  const lanes_where v41 = LANES_LT(4.0640625e-16, v34); LANES_LET1(v42, sqrt, v34);
+  const lanes v43 = v35 * v35, v44 = v36 * v36, v45 = v37 * v37, v46 = v38 * v38,
+      v47 = 9.84236831987697 * v34, v48 = v40 * v40, v49 = LANES_CHOICE(v41, v42, 0.0),
+      v50 = v25 + v43;
+  out[10] = v47; out[11] = v47;
+  const lanes v51 = 0.31875 * v49, v52 = v50 + v44, v53 = v51 * v51;
+  LANES_LET2(v54, atan2, v51, v40);
+  const lanes v55 = v52 + v45, v56 = v48 + v53;
+  out[1] = v54;
+  const lanes v57 = -v54, v58 = v55 + v46;
+  LANES_LET1(v59, rsqrt, v56); out[5] = v57;
+  const lanes v60 = v58 + v16, v61 = v40 * v59, v62 = v51 * v59, v63 = 0.5 * v60, v64 = 0.375 * v61,
+      v65 = 0.375 * v62, v66 = v64 + 0.425, v67 = v65 * v11, v68 = v65 * v12, v69 = v66 * v12,
+      v70 = v11 * v66, v71 = v69 - v67, v72 = v68 + v70, v73 = v67 + v69, v74 = v70 - v68,
+      v75 = v71 * v71, v76 = 1e-150 + v72, v77 = v73 * v73, v78 = 1e-150 + v74, v79 = v76 * v76;
+  LANES_LET2(v80, atan2, v71, v76);
+  const lanes v81 = v78 * v78;
+  LANES_LET2(v82, atan2, v73, v78);
+  const lanes v83 = v75 + v79, v84 = v77 + v81;
+  out[0] = v80; out[4] = v82; LANES_LET1(v85, rsqrt, v83); LANES_LET1(v86, rsqrt, v84);
+  const lanes v87 = v71 * v85, v88 = v76 * v85, v89 = v73 * v86, v90 = v78 * v86, v91 = v61 * v88,
+      v92 = v62 * v87, v93 = v61 * v87, v94 = v62 * v88, v95 = v61 * v90, v96 = v62 * v89,
+      v97 = v61 * v89, v98 = v62 * v90, v99 = 0.425 * v88, v100 = 0.425 * v87, v101 = 0.425 * v90,
+      v102 = 0.425 * v89, v103 = v91 - v92, v104 = v93 + v94, v105 = v95 + v96, v106 = v97 - v98,
+      v107 = v30 * v103, v108 = v31 * v104, v109 = v31 * v103, v110 = v30 * v104, v111 = v30 * v105,
+      v112 = v31 * v106, v113 = v31 * v105, v114 = v30 * v106, v115 = 0.375 * v103,
+      v116 = 0.375 * v104, v117 = 0.375 * v105, v118 = 0.375 * v106, v119 = v107 - v108,
+      v120 = v109 + v110, v121 = v111 - v112, v122 = v113 + v114, v123 = v115 + v99,
+      v124 = v116 + v100, v125 = v117 + v101, v126 = v118 + v102;
+  LANES_LET2(v127, atan2, v119, v120); LANES_LET2(v128, atan2, v121, v122);
+  const lanes v129 = v123 - T_3, v130 = v124 - T_7, v131 = v125 - T_3, v132 = v126 - T_7,
+      v133 = -v127, v134 = -v128, v135 = v129 * v129, v136 = v130 * v130, v137 = v131 * v131,
+      v138 = v132 * v132;
+  out[3] = v133; out[7] = v134;
+  const lanes v139 = v39 + v135, v140 = v39 + v137, v141 = v139 + v136, v142 = v140 + v138,
+      v143 = v63 + v141, v144 = v141 - v63, v145 = v63 + v142, v146 = v142 - v63;
+  LANES_LET1(v147, fabs, v144); LANES_LET1(v148, fabs, v146);
+  const lanes v149 = v143 + v147, v150 = v145 + v148, v151 = 0.5 * v149, v152 = 0.5 * v150;
+  LANES_LET1(v153, sqrt, v151); LANES_LET1(v154, sqrt, v152); out[8] = v153; out[9] = v154;
 }

@@ -26,86 +26,87 @@ LANES_INLINE void LANES_NAME(stanford_ik_branch)(
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
-      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.26289 * T_2,
-      v2 = 0.26289 * T_6, v3 = 0.26289 * T_10;
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.26289 * T_6,
+      v2 = 0.26289 * T_2, v3 = 0.26289 * T_10;
   const lanes_where v4 = LANES_LT(0.0, choice_2);
-  const lanes v5 = T_3 - v1, v6 = T_7 - v2, v7 = T_11 - v3, v8 = v5 * v5, v9 = v6 * v6,
-      v10 = v7 - 0.411988, v11 = 0.15367 * v5, v12 = 0.15367 * v6, v13 = v8 + v9, v14 = v10 * v10,
-      v15 = v11 * v11, v16 = 1e-150 + v12, v17 = v13 + v14, v18 = v13 - 0.0236144689,
-      v19 = 1e-300 + v13, v20 = v16 * v16, v21 = 0.0236144689 + v17, v22 = v17 - 0.0236144689,
-      v23 = v15 + v20, v24 = 4e-15 * v21;
-  LANES_LET1(v25, sqrt, v22); LANES_LET1(v26, rsqrt, v23);
-  const lanes v27 = 1e-300 + v21;
-  const lanes_where v28 = LANES_LT(v24, v22);
-  const lanes v29 = v11 * v26, v30 = v16 * v26, v31 = v22 / v27, v32 = LANES_CHOICE(v28, v25, 0.0),
-      v33 = -v29, v34 = choice_0 * v32, v35 = v34 * v34, v36 = v10 * v34;
-  out[2] = v34; LANES_LET2(v37, fmin, v35, v13); const lanes_where v38 = LANES_LT(v35, v13);
-  const lanes v39 = v35 - v14, v40 = 1e-150 + v36, v41 = 4e-15 * v37,
-      v42 = LANES_CHOICE(v38, v39, v18), v43 = v40 * v40, v44 = 1e-300 + v37;
-  const lanes_where v45 = LANES_LT(v41, v42); LANES_LET1(v46, sqrt, v42);
-  const lanes v47 = v42 / v44, v48 = LANES_CHOICE(v45, v46, 0.0);
-  LANES_LET2(v49, fmin, v31, v47);
-  const lanes v50 = choice_1 * v48;
-  out[7] = v49;
-  const lanes v51 = v6 * v50, v52 = v5 * v50, v53 = v51 - v11, v54 = v52 + v12, v55 = v53 / v19,
-      v56 = v54 / v19, v57 = LANES_CHOICE(v45, v55, v33), v58 = LANES_CHOICE(v45, v56, v30),
-      v60 = v5 * v58, v61 = v6 * v57, v62 = T_2 * v58, v63 = T_6 * v57, v64 = T_6 * v58,
-      v65 = T_2 * v57, v66 = T_0 * v58, v67 = T_4 * v57, v68 = T_0 * v57, v69 = T_4 * v58,
-      v70 = v60 + v61, v71 = v62 + v63, v72 = v64 - v65, v73 = v66 + v67, v74 = v68 - v69,
-      v75 = v34 * v70, v76 = 1e-150 - v72, v77 = v75 * v75, v79 = v76 * v76, v80 = v77 + v43;
-  LANES_LET1(v81, rsqrt, v80);
-  const lanes v82 = v75 * v81, v83 = v40 * v81, v84 = v83 * v71, v85 = T_10 * v82, v86 = T_10 * v83,
-      v87 = v82 * v71, v88 = T_8 * v82, v89 = v83 * v73, v90 = T_8 * v83, v91 = v82 * v73,
-      v92 = v58 * v83, v93 = v58 * v82, v94 = v57 * v83, v95 = v57 * v82, v96 = v84 - v85,
-      v97 = v86 + v87, v98 = v88 - v89, v99 = v90 + v91, v100 = v96 * v96, v102 = v97 * v97,
-      v103 = v100 + v79;
-  LANES_LET1(v105, rsqrt, v103);
-  const lanes v107 = v96 * v105, v108 = v76 * v105, v110 = choice_2 * v108, v111 = choice_2 * v107,
-      v112 = v72 * v110, v113 = v96 * v111, v114 = v110 * v98, v115 = v111 * v74, v116 = v110 * v74,
-      v117 = v111 * v98, v118 = v57 * v110, v119 = v111 * v92, v120 = v110 * v92, v121 = v57 * v111,
-      v122 = v111 * v94, v123 = v58 * v110, v124 = v58 * v111, v125 = v110 * v94, v126 = v82 * v111,
-      v127 = v82 * v110, v128 = v112 - v113, v129 = v114 + v115, v130 = v116 - v117,
-      v131 = v118 + v119, v132 = v120 - v121, v133 = v122 - v123, v134 = v124 + v125,
-      v135 = v128 * v128;
-  LANES_LET2(v136, atan2, v128, v97);
-  const lanes v137 = v129 * v129, v138 = v102 + v135, v139 = -v136;
-  LANES_LET1(v140, rsqrt, v138); out[4] = v139;
-  const lanes v141 = v128 * v140, v142 = v97 * v140, v143 = v142 * v130, v144 = v141 * v99,
-      v145 = 0.26289 * v142, v146 = 0.26289 * v141, v147 = v142 * v131, v148 = v141 * v93,
-      v149 = v141 * v131, v150 = v142 * v93, v151 = v142 * v133, v152 = v141 * v95,
-      v153 = v141 * v133, v154 = v142 * v95, v155 = v83 * v141, v156 = v142 * v126,
-      v157 = v83 * v142, v158 = v141 * v126, v159 = v143 + v144, v160 = v34 + v145,
-      v161 = v111 * v146, v162 = v110 * v146, v163 = v147 + v148, v164 = v149 - v150,
-      v165 = v151 + v152, v166 = v153 - v154, v167 = v155 - v156, v168 = v157 + v158,
-      v169 = v159 * v159;
-  LANES_LET2(v170, atan2, v129, v159);
-  const lanes v171 = v82 * v160, v172 = v83 * v161, v173 = v162 + 0.15367, v174 = v83 * v160,
-      v175 = v82 * v161, v176 = T_2 + v164, v177 = T_6 + v166, v178 = v168 - T_10,
-      v179 = v137 + v169, v180 = -v170, v181 = v171 - v172, v182 = v57 * v173, v183 = v58 * v173,
-      v184 = v174 + v175, v185 = v176 * v176, v186 = v177 * v177, v187 = v178 * v178;
-  LANES_LET1(v188, rsqrt, v179); out[5] = v180;
-  const lanes v189 = v58 * v181, v190 = v57 * v181, v191 = v184 + 0.411988, v192 = v129 * v188,
-      v193 = v159 * v188, v194 = v189 - v182, v195 = v183 + v190, v196 = v191 - T_11,
-      v197 = v194 - T_3, v198 = v195 - T_7, v199 = v196 * v196, v200 = v193 * v163,
-      v201 = v192 * v132, v202 = v193 * v132, v203 = v192 * v163, v204 = v193 * v165,
-      v205 = v192 * v134, v206 = v193 * v134, v207 = v192 * v165, v208 = v193 * v167,
-      v209 = v192 * v127, v210 = v192 * v167, v211 = v193 * v127, v212 = v197 * v197,
-      v213 = v198 * v198, v214 = v200 - v201, v215 = v202 + v203, v216 = v204 - v205,
-      v217 = v206 + v207, v218 = v208 + v209, v219 = v210 - v211, v220 = v212 + v213,
-      v221 = v214 - T_0, v222 = v215 - T_1, v223 = v216 - T_4, v224 = v217 - T_5, v225 = v218 - T_8,
-      v226 = v219 - T_9, v227 = v220 + v199, v228 = v221 * v221, v229 = v222 * v222,
-      v230 = v223 * v223, v231 = v224 * v224, v232 = v225 * v225, v233 = v226 * v226,
-      v234 = v228 + v229, v235 = v234 + v185, v236 = v235 + v230, v237 = v236 + v231,
-      v238 = v237 + v186, v239 = v238 + v232, v240 = v239 + v233, v241 = v240 + v187,
-      v242 = 0.5 * v241, v243 = v227 + v242, v244 = v227 - v242;
-  LANES_LET1(v245, fabs, v244);
-  const lanes v246 = v243 + v245, v247 = 0.5 * v246;
-  LANES_LET1(v248, sqrt, v247); out[6] = v248;
-  lanes v59, v78; LANES_NAME(lanes_two_atan2)(&v57, &v58, &v75, &v40, &v59, &v78);
-  LANES_LET2(v101, atan2, v96, v76); out[0] = v59; out[1] = v78;
-  LANES_LET2(v104, supplement, v101, v96);
-  const lanes v106 = LANES_CHOICE(v4, v101, v104), v109 = choice_2 * v106;
-  out[3] = v109;
+  const lanes v5 = T_7 - v1, v6 = T_3 - v2, v7 = T_11 - v3, v8 = v6 * v6, v9 = v5 * v5,
+      v10 = v7 - 0.411988, v11 = 0.15367 * v6, v12 = 0.15367 * v5, v13 = v8 + v9, v14 = v10 * v10,
+      v15 = v13 + v14, v16 = v13 - 0.0236144689, v17 = 0.0236144689 + v15, v18 = v15 - 0.0236144689,
+      v19 = 4e-15 * v17;
+  LANES_LET1(v20, sqrt, v18);
+  const lanes v21 = 1e-300 + v17;
+  const lanes_where v22 = LANES_LT(v19, v18);
+  const lanes v23 = v18 / v21, v24 = LANES_CHOICE(v22, v20, 0.0), v25 = choice_0 * v24,
+      v26 = v25 * v25, v27 = v10 * v25;
+  out[2] = v25; LANES_LET2(v28, fmin, v26, v13); const lanes_where v29 = LANES_LT(v26, v13);
+  const lanes v30 = v26 - v14, v31 = 1e-150 + v27, v32 = 4e-15 * v28,
+      v33 = LANES_CHOICE(v29, v30, v16), v34 = v31 * v31, v35 = 1e-300 + v28;
+  const lanes_where v36 = LANES_LT(v32, v33); LANES_LET1(v37, sqrt, v33);
+  const lanes v38 = v33 / v35, v39 = LANES_CHOICE(v36, v37, 0.0);
+  LANES_LET2(v40, fmin, v23, v38);
+  const lanes v41 = choice_1 * v39;
+  out[7] = v40;
+  const lanes v42 = v5 * v41, v43 = v6 * v41, v44 = v42 - v11, v45 = v43 + v12, v46 = v44 * v44,
+      v47 = 1e-150 + v45, v48 = v47 * v47, v50 = v46 + v48;
+  LANES_LET1(v51, rsqrt, v50);
+  const lanes v52 = v44 * v51, v53 = v47 * v51, v54 = v6 * v53, v55 = v5 * v52, v56 = T_2 * v53,
+      v57 = T_6 * v52, v58 = T_6 * v53, v59 = T_2 * v52, v60 = T_0 * v53, v61 = T_4 * v52,
+      v62 = T_0 * v52, v63 = T_4 * v53, v64 = v54 + v55, v65 = v56 + v57, v66 = v58 - v59,
+      v67 = v60 + v61, v68 = v62 - v63, v69 = v25 * v64, v70 = 1e-150 - v66, v71 = v69 * v69,
+      v73 = v70 * v70, v74 = v71 + v34;
+  LANES_LET1(v75, rsqrt, v74);
+  const lanes v76 = v69 * v75, v77 = v31 * v75, v78 = v77 * v65, v79 = T_10 * v76, v80 = T_10 * v77,
+      v81 = v76 * v65, v82 = T_8 * v76, v83 = v77 * v67, v84 = T_8 * v77, v85 = v76 * v67,
+      v86 = v53 * v77, v87 = v53 * v76, v88 = v52 * v77, v89 = v52 * v76, v90 = v78 - v79,
+      v91 = v80 + v81, v92 = v82 - v83, v93 = v84 + v85, v94 = v90 * v90, v96 = v91 * v91,
+      v97 = v94 + v73;
+  LANES_LET1(v99, rsqrt, v97);
+  const lanes v101 = v90 * v99, v102 = v70 * v99, v104 = choice_2 * v102, v105 = choice_2 * v101,
+      v106 = v66 * v104, v107 = v90 * v105, v108 = v104 * v92, v109 = v105 * v68, v110 = v104 * v68,
+      v111 = v105 * v92, v112 = v52 * v104, v113 = v105 * v86, v114 = v104 * v86, v115 = v52 * v105,
+      v116 = v105 * v88, v117 = v53 * v104, v118 = v53 * v105, v119 = v104 * v88, v120 = v76 * v105,
+      v121 = v76 * v104, v122 = v106 - v107, v123 = v108 + v109, v124 = v110 - v111,
+      v125 = v112 + v113, v126 = v114 - v115, v127 = v116 - v117, v128 = v118 + v119,
+      v129 = v122 * v122;
+  LANES_LET2(v130, atan2, v122, v91);
+  const lanes v131 = v123 * v123, v132 = v96 + v129, v133 = -v130;
+  LANES_LET1(v134, rsqrt, v132); out[4] = v133;
+  const lanes v135 = v122 * v134, v136 = v91 * v134, v137 = v136 * v124, v138 = v135 * v93,
+      v139 = 0.26289 * v136, v140 = 0.26289 * v135, v141 = v136 * v125, v142 = v135 * v87,
+      v143 = v135 * v125, v144 = v136 * v87, v145 = v136 * v127, v146 = v135 * v89,
+      v147 = v135 * v127, v148 = v136 * v89, v149 = v77 * v135, v150 = v136 * v120,
+      v151 = v77 * v136, v152 = v135 * v120, v153 = v137 + v138, v154 = v25 + v139,
+      v155 = v105 * v140, v156 = v104 * v140, v157 = v141 + v142, v158 = v143 - v144,
+      v159 = v145 + v146, v160 = v147 - v148, v161 = v149 - v150, v162 = v151 + v152,
+      v163 = v153 * v153;
+  LANES_LET2(v164, atan2, v123, v153);
+  const lanes v165 = v76 * v154, v166 = v77 * v155, v167 = v156 + 0.15367, v168 = v77 * v154,
+      v169 = v76 * v155, v170 = T_2 + v158, v171 = T_6 + v160, v172 = v162 - T_10,
+      v173 = v131 + v163, v174 = -v164, v175 = v165 - v166, v176 = v52 * v167, v177 = v53 * v167,
+      v178 = v168 + v169, v179 = v170 * v170, v180 = v171 * v171, v181 = v172 * v172;
+  LANES_LET1(v182, rsqrt, v173); out[5] = v174;
+  const lanes v183 = v53 * v175, v184 = v52 * v175, v185 = v178 + 0.411988, v186 = v123 * v182,
+      v187 = v153 * v182, v188 = v183 - v176, v189 = v177 + v184, v190 = v185 - T_11,
+      v191 = v188 - T_3, v192 = v189 - T_7, v193 = v190 * v190, v194 = v187 * v157,
+      v195 = v186 * v126, v196 = v187 * v126, v197 = v186 * v157, v198 = v187 * v159,
+      v199 = v186 * v128, v200 = v187 * v128, v201 = v186 * v159, v202 = v187 * v161,
+      v203 = v186 * v121, v204 = v186 * v161, v205 = v187 * v121, v206 = v191 * v191,
+      v207 = v192 * v192, v208 = v194 - v195, v209 = v196 + v197, v210 = v198 - v199,
+      v211 = v200 + v201, v212 = v202 + v203, v213 = v204 - v205, v214 = v206 + v207,
+      v215 = v208 - T_0, v216 = v209 - T_1, v217 = v210 - T_4, v218 = v211 - T_5, v219 = v212 - T_8,
+      v220 = v213 - T_9, v221 = v214 + v193, v222 = v215 * v215, v223 = v216 * v216,
+      v224 = v217 * v217, v225 = v218 * v218, v226 = v219 * v219, v227 = v220 * v220,
+      v228 = v222 + v223, v229 = v228 + v179, v230 = v229 + v224, v231 = v230 + v225,
+      v232 = v231 + v180, v233 = v232 + v226, v234 = v233 + v227, v235 = v234 + v181,
+      v236 = 0.5 * v235, v237 = v221 + v236, v238 = v221 - v236;
+  LANES_LET1(v239, fabs, v238);
+  const lanes v240 = v237 + v239, v241 = 0.5 * v240;
+  LANES_LET1(v242, sqrt, v241); out[6] = v242;
+  lanes v49, v72; LANES_NAME(lanes_two_atan2)(&v44, &v47, &v69, &v31, &v49, &v72);
+  LANES_LET2(v95, atan2, v90, v70); out[0] = v49; out[1] = v72;
+  LANES_LET2(v98, supplement, v95, v90);
+  const lanes v100 = LANES_CHOICE(v4, v95, v98), v103 = choice_2 * v100;
+  out[3] = v103;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(stanford_ik_branches)(const double *T, double *q, double *residual, double *margin)

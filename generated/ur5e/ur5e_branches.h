@@ -28,105 +28,100 @@ LANES_INLINE void LANES_NAME(ur5e_ik_branch)(
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
       choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.0996 * T_2,
       v2 = 0.0996 * T_6, v3 = T_10 * T_10, v4 = 0.0996 * T_10, v5 = T_3 - v1, v6 = T_7 - v2,
-      v7 = T_11 - v4, v8 = v5 * v5, v9 = v6 * v6, v10 = 0.1333 * v5, v11 = 0.1333 * v6,
-      v12 = v7 - 0.1625, v13 = v8 + v9, v14 = v10 * v10, v15 = 1e-150 - v11, v16 = v12 * v12,
-      v17 = 0.1994 * v12, v18 = 4e-15 * v13, v19 = v13 - 0.01776889, v20 = 1e-300 + v13,
-      v21 = v15 * v15;
-  const lanes_where v22 = LANES_LT(v18, v19); LANES_LET1(v23, sqrt, v19);
-  const lanes v24 = v14 + v21, v25 = v19 / v20, v26 = LANES_CHOICE(v22, v23, 0.0);
-  LANES_LET1(v27, rsqrt, v24);
-  const lanes v28 = choice_0 * v26, v29 = v10 * v27, v30 = v15 * v27, v31 = v6 * v28,
-      v32 = v5 * v28, v33 = v10 - v31, v34 = v32 + v11, v35 = v33 / v20, v36 = v34 / v20,
-      v37 = LANES_CHOICE(v22, v35, v29), v38 = -v36, v39 = LANES_CHOICE(v22, v38, v30),
-      v40 = v6 * v37, v41 = T_6 * v37, v42 = T_2 * v37, v43 = T_4 * v37, v44 = T_0 * v37,
-      v46 = v5 * v39, v47 = T_2 * v39, v48 = T_6 * v39, v49 = T_0 * v39, v50 = T_4 * v39,
-      v51 = v46 + v40, v52 = v47 + v41, v53 = v48 - v42, v54 = v49 + v43, v55 = v50 - v44,
-      v56 = v52 * v52, v57 = 1e-150 - v52, v58 = v51 * v51, v59 = 0.1994 * v51, v60 = v53 * v53,
-      v61 = -v53, v62 = v3 + v56, v63 = v57 * v57, v64 = v58 + v16;
-  const lanes_where v65 = LANES_LT(2.5e-19, v62);
-  const lanes v66 = v3 + v63, v67 = 1.5904144000000003e-16 * v64, v68 = 0.03976036 * v64,
-      v69 = 0.00994009 + v64;
-  LANES_LET1(v70, rsqrt, v66);
-  const lanes v71 = 0.33444584 - v69, v72 = 1e-300 + v68, v73 = T_10 * v70, v74 = v71 * v71,
-      v75 = v59 * v71, v76 = v17 * v71, v77 = v57 * v70, v78 = choice_1 * v73, v79 = v68 - v74,
-      v80 = v75 * v75, v81 = 1e-150 + v76, v82 = choice_1 * v77, v83 = -v78;
-  const lanes_where v84 = LANES_LT(v67, v79); LANES_LET1(v85, sqrt, v79);
-  const lanes v86 = v81 * v81, v87 = LANES_CHOICE(v84, v85, 0.0), v88 = v80 + v86,
-      v89 = choice_1 * v87;
-  LANES_LET1(v90, rsqrt, v88);
-  const lanes v91 = v17 * v89, v92 = v75 * v90, v93 = v59 * v89, v94 = v81 * v90, v95 = v91 - v75,
-      v96 = -v92, v97 = v76 + v93, v98 = v95 / v72, v99 = v97 / v72,
-      v100 = LANES_CHOICE(v84, v98, v96), v101 = LANES_CHOICE(v84, v99, v94),
-      v102 = LANES_CHOICE(v65, v83, v100), v103 = LANES_CHOICE(v65, v82, v101),
-      v104 = 0.0997 * v102, v105 = 0.0997 * v103, v106 = T_10 * v102, v107 = v52 * v103,
-      v108 = T_8 * v103, v109 = v102 * v54, v110 = T_8 * v102, v111 = v103 * v54, v112 = v39 * v103,
-      v113 = v39 * v102, v114 = v37 * v103, v115 = v37 * v102, v116 = v51 - v104, v117 = v12 + v105,
-      v118 = v106 + v107, v119 = v108 - v109, v120 = v110 + v111, v121 = v116 * v116,
-      v122 = v117 * v117, v123 = v118 * v118, v125 = v119 * v119, v126 = v121 + v122,
-      v127 = v60 + v123, v129 = v126 - 0.00107584, v130 = 0.66781584 - v126,
-      v131 = v126 - 0.33444584;
-  LANES_LET1(v132, rsqrt, v127);
-  const lanes v133 = v129 * v130, v134 = 2.9996700362960076 * v131, v135 = 0.33337 * v131,
-      v136 = v118 * v132, v137 = v53 * v132;
-  const lanes_where v138 = LANES_LT(4.445422276e-16, v133); LANES_LET1(v139, sqrt, v133);
-  const lanes v140 = 1e-150 + v135, v141 = v136 * v55, v142 = v137 * v120, v143 = 0.0996 * v136,
-      v144 = 0.0996 * v137, v145 = v37 * v136, v146 = v137 * v112, v147 = v136 * v112,
-      v148 = v37 * v137, v149 = v39 * v136, v150 = v137 * v114, v151 = v39 * v137,
-      v152 = v136 * v114, v153 = v102 * v137, v154 = v102 * v136, v155 = 8.99802032665209 * v133,
-      v156 = LANES_CHOICE(v138, v139, 0.0);
-  LANES_LET1(v157, fabs, v140);
-  const lanes v158 = v141 - v142, v159 = v103 * v143, v160 = 0.1333 - v144, v161 = v102 * v143,
-      v162 = v145 + v146, v163 = v147 - v148, v164 = v149 - v150, v165 = v151 + v152,
-      v166 = v154 - T_10;
-  LANES_LET2(v167, fmin, v25, v155);
-  const lanes v168 = choice_2 * v156, v169 = v140 / v157, v170 = v158 * v158, v172 = v159 + v104,
-      v173 = v37 * v160, v174 = v39 * v160, v175 = v161 - v105, v176 = v163 - T_2,
-      v177 = v165 - T_6, v178 = v166 * v166;
-  out[7] = v167;
-  const lanes v179 = 2.9996700362960076 * v168, v180 = LANES_CHOICE(v138, v134, v169),
-      v181 = v125 + v170, v182 = v176 * v176, v183 = v177 * v177,
-      v184 = LANES_CHOICE(v138, v179, 0.0), v185 = 0.3922 * v180;
-  LANES_LET1(v186, rsqrt, v181);
-  const lanes v187 = 0.3922 * v184, v188 = -0.425 - v185;
-  LANES_LET2(v189, atan2, v184, v180);
-  const lanes v190 = v119 * v186, v191 = v158 * v186, v192 = v116 * v187, v193 = v117 * v188,
-      v194 = v116 * v188, v195 = v117 * v187;
-  out[2] = v189;
-  const lanes v196 = v191 * v162, v197 = v190 * v113, v198 = v190 * v162, v199 = v191 * v113,
-      v200 = v191 * v164, v201 = v190 * v115, v202 = v191 * v115, v203 = v190 * v164,
-      v204 = v103 * v190, v205 = v191 * v153, v206 = v103 * v191, v207 = v190 * v153,
-      v208 = v192 + v193, v209 = v194 - v195, v210 = v196 + v197, v211 = v198 - v199,
-      v212 = v200 - v201, v213 = v202 + v203, v214 = v204 - v205, v215 = v206 + v207,
-      v216 = v208 * v208, v217 = 1e-150 + v209, v218 = T_0 + v210, v219 = v211 - T_1,
-      v220 = v212 - T_4, v221 = T_5 + v213, v222 = v214 - T_8, v223 = v215 - T_9,
-      v224 = v217 * v217;
-  LANES_LET2(v225, atan2, v208, v217);
-  const lanes v226 = v218 * v218, v227 = v219 * v219, v228 = v220 * v220, v229 = v221 * v221,
-      v230 = v222 * v222, v231 = v223 * v223, v232 = v216 + v224;
-  out[1] = v225;
-  const lanes v233 = v226 + v227;
-  LANES_LET1(v234, rsqrt, v232);
-  const lanes v235 = v233 + v182, v236 = v208 * v234, v237 = v217 * v234, v238 = v235 + v228,
-      v239 = v180 * v237, v240 = v184 * v236, v241 = v180 * v236, v242 = v184 * v237,
-      v243 = -0.425 * v237, v244 = -0.425 * v236, v245 = v238 + v229, v246 = v239 - v240,
-      v247 = v241 + v242, v248 = v245 + v183, v249 = v102 * v246, v250 = v103 * v247,
-      v251 = v103 * v246, v252 = v102 * v247, v253 = -0.3922 * v246, v254 = -0.3922 * v247,
-      v255 = v248 + v230, v256 = v249 - v250, v257 = v251 + v252, v258 = v172 + v253,
-      v259 = v175 + v254, v260 = v255 + v231;
-  LANES_LET2(v261, atan2, v256, v257);
-  const lanes v262 = v258 + v243, v263 = v259 + v244, v264 = v260 + v178;
-  out[3] = v261;
-  const lanes v265 = v39 * v262, v266 = v37 * v262, v267 = v263 + 0.1625, v268 = 0.5 * v264,
-      v269 = v265 + v173, v270 = v266 - v174, v271 = v267 - T_11, v272 = v269 - T_3,
-      v273 = v270 - T_7, v274 = v271 * v271, v275 = v272 * v272, v276 = v273 * v273,
-      v277 = v275 + v276, v278 = v277 + v274, v279 = v278 + v268, v280 = v278 - v268;
-  LANES_LET1(v281, fabs, v280);
-  const lanes v282 = v279 + v281, v283 = 0.5 * v282;
-  LANES_LET1(v284, sqrt, v283); out[6] = v284;
-  lanes v45, v124; LANES_NAME(lanes_two_atan2)(&v37, &v39, &v118, &v61, &v45, &v124);
-  LANES_LET2(v171, atan2, v119, v158); out[0] = v45;
-  const lanes v128 = -v124;
-  out[4] = v128; out[5] = v171;
+      v7 = T_11 - v4, v8 = 0.1333 * v5, v9 = v5 * v5, v10 = v6 * v6, v11 = 0.1333 * v6,
+      v12 = v7 - 0.1625, v13 = v9 + v10, v14 = 0.1994 * v12, v15 = v12 * v12, v16 = 4e-15 * v13,
+      v17 = v13 - 0.01776889, v18 = 1e-300 + v13;
+  const lanes_where v19 = LANES_LT(v16, v17); LANES_LET1(v20, sqrt, v17);
+  const lanes v21 = v17 / v18, v22 = LANES_CHOICE(v19, v20, 0.0), v23 = choice_0 * v22,
+      v24 = v6 * v23, v25 = v5 * v23, v26 = v8 - v24, v27 = v25 + v11, v28 = v26 * v26,
+      v29 = 1e-150 - v27, v30 = v29 * v29, v32 = v28 + v30;
+  LANES_LET1(v33, rsqrt, v32);
+  const lanes v34 = v26 * v33, v35 = v29 * v33, v36 = v5 * v35, v37 = v6 * v34, v38 = T_2 * v35,
+      v39 = T_6 * v34, v40 = T_6 * v35, v41 = T_2 * v34, v42 = T_0 * v35, v43 = T_4 * v34,
+      v44 = T_4 * v35, v45 = T_0 * v34, v46 = v36 + v37, v47 = v38 + v39, v48 = v40 - v41,
+      v49 = v42 + v43, v50 = v44 - v45, v51 = v47 * v47, v52 = 1e-150 - v47, v53 = v46 * v46,
+      v54 = 0.1994 * v46, v55 = v48 * v48, v56 = -v48, v57 = v3 + v51, v58 = v52 * v52,
+      v59 = v53 + v15;
+  const lanes_where v60 = LANES_LT(2.5e-19, v57);
+  const lanes v61 = v3 + v58, v62 = 1.5904144000000003e-16 * v59, v63 = 0.03976036 * v59,
+      v64 = 0.00994009 + v59;
+  LANES_LET1(v65, rsqrt, v61);
+  const lanes v66 = 0.33444584 - v64, v67 = T_10 * v65, v68 = v66 * v66, v69 = v54 * v66,
+      v70 = v14 * v66, v71 = v52 * v65, v72 = choice_1 * v67, v73 = v63 - v68, v74 = choice_1 * v71,
+      v75 = -v72;
+  const lanes_where v76 = LANES_LT(v62, v73); LANES_LET1(v77, sqrt, v73);
+  const lanes v78 = LANES_CHOICE(v76, v77, 0.0), v79 = choice_1 * v78, v80 = v14 * v79,
+      v81 = v54 * v79, v82 = v80 - v69, v83 = v70 + v81, v84 = v82 * v82, v85 = 1e-150 + v83,
+      v86 = v85 * v85, v87 = v84 + v86;
+  LANES_LET1(v88, rsqrt, v87);
+  const lanes v89 = v82 * v88, v90 = v85 * v88, v91 = LANES_CHOICE(v60, v75, v89),
+      v92 = LANES_CHOICE(v60, v74, v90), v93 = 0.0997 * v91, v94 = 0.0997 * v92, v95 = T_10 * v91,
+      v96 = v47 * v92, v97 = T_8 * v92, v98 = v91 * v49, v99 = T_8 * v91, v100 = v92 * v49,
+      v101 = v35 * v92, v102 = v35 * v91, v103 = v34 * v92, v104 = v34 * v91, v105 = v46 - v93,
+      v106 = v12 + v94, v107 = v95 + v96, v108 = v97 - v98, v109 = v99 + v100, v110 = v105 * v105,
+      v111 = v106 * v106, v112 = v107 * v107, v114 = v108 * v108, v115 = v110 + v111,
+      v116 = v55 + v112, v118 = v115 - 0.00107584, v119 = 0.66781584 - v115,
+      v120 = v115 - 0.33444584;
+  LANES_LET1(v121, rsqrt, v116);
+  const lanes v122 = v118 * v119, v123 = 0.33337 * v120, v124 = v107 * v121, v125 = v48 * v121;
+  const lanes_where v126 = LANES_LT(4.445422276e-16, v122); LANES_LET1(v127, sqrt, v122);
+  const lanes v128 = 1e-150 + v123, v129 = v124 * v50, v130 = v125 * v109, v131 = 0.0996 * v124,
+      v132 = 0.0996 * v125, v133 = v34 * v124, v134 = v125 * v101, v135 = v124 * v101,
+      v136 = v34 * v125, v137 = v35 * v124, v138 = v125 * v103, v139 = v35 * v125,
+      v140 = v124 * v103, v141 = v91 * v125, v142 = v91 * v124, v143 = 8.99802032665209 * v122,
+      v144 = LANES_CHOICE(v126, v127, 0.0), v145 = v128 * v128, v146 = v129 - v130,
+      v147 = v92 * v131, v148 = 0.1333 - v132, v149 = v91 * v131, v150 = v133 + v134,
+      v151 = v135 - v136, v152 = v137 - v138, v153 = v139 + v140, v154 = v142 - T_10;
+  LANES_LET2(v155, fmin, v21, v143);
+  const lanes v156 = choice_2 * v144, v157 = v144 * 0.33337, v158 = v146 * v146, v160 = v147 + v93,
+      v161 = v34 * v148, v162 = v35 * v148, v163 = v149 - v94, v164 = v151 - T_2, v165 = v153 - T_6,
+      v166 = v154 * v154;
+  out[7] = v155;
+  const lanes v167 = 0.33337 * v156, v169 = v114 + v158, v170 = v164 * v164, v171 = v165 * v165,
+      v172 = v167 * v167;
+  LANES_LET1(v174, rsqrt, v169);
+  const lanes v175 = v172 + v145, v176 = v108 * v174, v177 = v146 * v174;
+  LANES_LET1(v178, rsqrt, v175);
+  const lanes v179 = v177 * v150, v180 = v176 * v102, v181 = v176 * v150, v182 = v177 * v102,
+      v183 = v177 * v152, v184 = v176 * v104, v185 = v177 * v104, v186 = v176 * v152,
+      v187 = v92 * v176, v188 = v177 * v141, v189 = v92 * v177, v190 = v176 * v141,
+      v191 = v167 * v178, v192 = v128 * v178, v193 = v179 + v180, v194 = v181 - v182,
+      v195 = v183 - v184, v196 = v185 + v186, v197 = v187 - v188, v198 = v189 + v190,
+      v199 = 0.3922 * v191, v200 = 0.3922 * v192, v201 = T_0 + v193, v202 = v194 - T_1,
+      v203 = v195 - T_4, v204 = T_5 + v196, v205 = v197 - T_8, v206 = v198 - T_9,
+      v207 = v105 * v199, v208 = -0.425 - v200, v209 = v106 * v199, v210 = v201 * v201,
+      v211 = v202 * v202, v212 = v203 * v203, v213 = v204 * v204, v214 = v205 * v205,
+      v215 = v206 * v206, v216 = v106 * v208, v217 = v105 * v208, v218 = v210 + v211,
+      v219 = v207 + v216, v220 = v217 - v209, v221 = v218 + v170, v222 = v219 * v219,
+      v223 = 1e-150 + v220, v224 = v221 + v212, v225 = v223 * v223;
+  LANES_LET2(v226, atan2, v219, v223);
+  const lanes v227 = v224 + v213, v228 = v222 + v225;
+  out[1] = v226;
+  const lanes v229 = v227 + v171;
+  LANES_LET1(v230, rsqrt, v228);
+  const lanes v231 = v229 + v214, v232 = v219 * v230, v233 = v223 * v230, v234 = v231 + v215,
+      v235 = v192 * v233, v236 = v191 * v232, v237 = v192 * v232, v238 = v191 * v233,
+      v239 = -0.425 * v233, v240 = -0.425 * v232, v241 = v234 + v166, v242 = v235 - v236,
+      v243 = v237 + v238, v244 = 0.5 * v241, v245 = v91 * v242, v246 = v92 * v243,
+      v247 = v92 * v242, v248 = v91 * v243, v249 = -0.3922 * v242, v250 = -0.3922 * v243,
+      v251 = v245 - v246, v252 = v247 + v248, v253 = v160 + v249, v254 = v163 + v250;
+  LANES_LET2(v255, atan2, v251, v252);
+  const lanes v256 = v253 + v239, v257 = v254 + v240;
+  out[3] = v255;
+  const lanes v258 = v35 * v256, v259 = v34 * v256, v260 = v257 + 0.1625, v261 = v258 + v161,
+      v262 = v259 - v162, v263 = v260 - T_11, v264 = v261 - T_3, v265 = v262 - T_7,
+      v266 = v263 * v263, v267 = v264 * v264, v268 = v265 * v265, v269 = v267 + v268,
+      v270 = v269 + v266, v271 = v270 + v244, v272 = v270 - v244;
+  LANES_LET1(v273, fabs, v272);
+  const lanes v274 = v271 + v273, v275 = 0.5 * v274;
+  LANES_LET1(v276, sqrt, v275); out[6] = v276;
+  lanes v31, v113; LANES_NAME(lanes_two_atan2)(&v26, &v29, &v107, &v56, &v31, &v113);
+  lanes v159, v168; LANES_NAME(lanes_two_atan2)(&v108, &v146, &v157, &v128, &v159, &v168);
+  out[0] = v31;
+  const lanes v117 = -v113;
+  out[4] = v117; out[5] = v159;
+  const lanes v173 = choice_2 * v168;
+  out[2] = v173;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(ur5e_ik_branches)(const double *T, double *q, double *residual, double *margin)

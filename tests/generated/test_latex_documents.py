@@ -24,7 +24,7 @@ pytestmark = pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not instal
 WIDEST_EXCESS = 1.0
 """How far a line may reach into the margin (pt): less than the eye sees."""
 MOST_PAGES = 12
-MOST_PAGES_OF_LOOPS = 18
+MOST_PAGES_OF_LOOPS = 20
 DRAWING = "drawing.tex"
 """Needs TikZ, and may be wider than the plainest article's lines."""
 PLAIN = r"""\documentclass{article}

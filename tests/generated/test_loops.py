@@ -392,6 +392,8 @@ def arguments(name, function, n):
 def test_one_pose_a_batch_and_casadi_are_the_same(name):
     r, checked = robot(name), 0
     for key, function in r.functions.items():
+        if function.solutions:
+            continue
         inputs = arguments(name, function, 150)
         batch = function(*inputs)
         outputs = batch if isinstance(batch, tuple) else (batch,)

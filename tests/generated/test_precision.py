@@ -106,6 +106,8 @@ def test_every_function_against_its_own_equations(name):
         numbers |= {rate: rng.uniform(-1, 1, n) for rate in ("qd", "qdd")}
         values = evaluated(derived, numbers)
         for function in derived.functions:
+            if not is_known(function, numbers):
+                continue
             arguments = [numbers[argument.name] for argument in function.inputs]
             results = getattr(compiled, function.name)(*arguments)
             results = results if isinstance(results, tuple) else (results,)
@@ -117,7 +119,8 @@ def test_every_function_against_its_own_equations(name):
                 )
                 assert error <= EXACT_CODE, (function.name, float(error))
                 checked += 1
-    assert checked == POSES * (len(derived.functions) + 1)
+    known = sum(is_known(function, numbers) for function in derived.functions)
+    assert checked == POSES * (known + 1)
 
 
 def evaluated(derived, numbers):
@@ -128,9 +131,16 @@ def evaluated(derived, numbers):
     for name, vector in numbers.items():
         for k, value in enumerate(vector, 1):
             values[sp.Symbol(f"{name}{k}", real=True)] = mpmath.mpf(float(value))
-    for symbol, term in scope.terms.items():
-        values[symbol] = exactly(term, values)
+    known = [f for f in derived.functions if is_known(f, numbers)]
+    entries = [entry for f in known for result in f.outputs for entry in result.entries]
+    for symbol in scope.needed(entries):
+        values[symbol] = exactly(scope.terms[symbol], values)
     return values
+
+
+def is_known(function, numbers):
+    """Whether a function takes these alone; inverses are compared where their branches are."""
+    return {argument.name for argument in function.inputs} <= numbers.keys()
 
 
 def exactly(expression, values):
@@ -142,6 +152,8 @@ def exactly(expression, values):
     arguments = [exactly(argument, values) for argument in expression.args]
     if expression.is_Add:
         return mpmath.fsum(arguments)
+    if expression.is_Pow:
+        return mpmath.power(*arguments)
     if expression.is_Mul:
         return mpmath.fprod(arguments)
     return getattr(mpmath, expression.func.__name__)(*arguments)

@@ -25,8 +25,12 @@ NAMES = [*SERIAL, *LOOPS]
 
 
 def in_C(robot):
-    """The functions that are not Newton's iteration over others."""
-    return [item.name for item in read_manifest(robot.folder).functions]
+    """The functions that are not Newton's iteration over others, and take coordinates.
+
+    Inverses and their equations take poses, and are tried where their branches are.
+    """
+    functions = read_manifest(robot.folder).functions
+    return [item.name for item in functions if item.inputs[0].name != "T"]
 
 
 FUNCTIONS = [(name, item) for name in NAMES for item in in_C(chasles.load(name))]

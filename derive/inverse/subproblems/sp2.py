@@ -60,4 +60,4 @@ def _first(
     by_v = scope.let(rho2 - e**2)
     xi2 = scope.let(sp.Piecewise((by_p, r2_s2 < rho2), (by_v, True), evaluate=False))
     scale = scope.let(sp.Min(rho2, r2_s2, evaluate=False))
-    return on_line(scope, a, b, e, sign, rho2, xi2, scale)
+    return on_line(scope, a, b, e, sign, scale, xi2)

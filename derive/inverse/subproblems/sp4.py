@@ -50,7 +50,6 @@ def on_line(
     sign: sp.Symbol,
     rho2: sp.Expr,
     xi2: sp.Expr,
-    scale: sp.Expr | None = None,
 ) -> FoundTurn:
     """Where the line ``a cos + b sin = e`` meets the unit circle.
 
@@ -60,38 +59,27 @@ def on_line(
         b: Its coefficient of the sine.
         e: What they sum up to.
         sign: Chooses among the two points: the sign of the turn from (a, b) to the point.
-        rho2: ``a^2 + b^2``.
-        xi2: ``rho2 - e^2``, computed in the way that keeps most digits.
-        scale: What xi^2 is small beside where both points are one; rho2 by default.
+        rho2: ``a^2 + b^2``, or what xi^2 is small beside.
+        xi2: ``a^2 + b^2 - e^2``, computed in the way that keeps most digits.
     """
     if e == 0:
         # Through the centre: the two points are opposite, and always there.
         half = direction(scope, -b, a)
         turn = Turn(scope.let(sign * half.c), scope.let(sign * half.s))
         return FoundTurn(turn, Linear(a, b, e), sign)
-    apart = xi2 > scope.let(MEETING * (rho2 if scale is None else scale))
-    xi = scope.let(sp.Piecewise((sp.sqrt(xi2), apart), (sp.Integer(0), True), evaluate=False))
-    turned = scope.let(sign * xi)
-    inverse = _inverse(scope, rho2)
-    # Divided by rho^2, which is known before xi is; where both points are one or none, by the
-    # length of what is left.
-    one = direction(scope, scope.let(e * a), scope.let(e * b))
-    c = scope.let(scope.let(e * a - turned * b) * inverse)
-    s = scope.let(scope.let(e * b + turned * a) * inverse)
-    turn = Turn(
-        scope.let(sp.Piecewise((c, apart), (one.c, True), evaluate=False)),
-        scope.let(sp.Piecewise((s, apart), (one.s, True), evaluate=False)),
+    meeting = scope.let(MEETING * rho2)
+    xi = scope.let(
+        sp.Piecewise((sp.sqrt(xi2), xi2 > meeting), (sp.Integer(0), True), evaluate=False)
     )
-    margin = scope.let(xi2 * (inverse if scale is None else _inverse(scope, scale)))
-    return FoundTurn(turn, Linear(a, b, e), sign, margin)
+    turned = scope.let(sign * xi)
+    x = scope.let(e * a - turned * b)
+    y = scope.let(e * b + turned * a)
+    margin = ratio(scope, xi2, rho2)
+    return FoundTurn(direction(scope, x, y), Linear(a, b, e), sign, margin)
 
 
 def ratio(scope: Scope, part: sp.Expr, whole: sp.Expr) -> sp.Expr:
     """A part of something that is never negative, 0 of nothing."""
-    return scope.let(part * _inverse(scope, whole))
-
-
-def _inverse(scope: Scope, whole: sp.Expr) -> sp.Expr:
     if scope.is_constant(whole):
-        return scope.let(1 / whole)
-    return scope.let(1 / scope.let(whole + LEAST))
+        return scope.let(part * scope.let(1 / whole))
+    return scope.let(part / scope.let(whole + LEAST))
