@@ -55,7 +55,8 @@ def test_symbols(name, tmp_path):
     wanted = {f"{name}_{f.name}" for f in (*derived.functions, *derived.written)}
     assert exported == wanted
     assert missing <= LIBM
-    assert state == []
+    # The tables of a general arm are constant; addresses in them are filled in when it is loaded.
+    assert set(state) <= {f"{name}_arm"}
 
 
 def test_the_header_explains_every_function():
