@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from itertools import combinations
 from types import ModuleType
 
 import numpy as np
@@ -22,7 +21,7 @@ from .families import (
     turntable,
 )
 from .lines import EXACT, SNAPPED, Lines, axes_of
-from .locks import can_be_given
+from .locks import ways_to_give
 from .requirement import Requirement
 
 FAMILIES: dict[int, tuple[ModuleType, ...]] = {
@@ -140,14 +139,13 @@ def _choices(lines: Lines, coordinates: int) -> Iterable[tuple[int, ...]]:
     if too_many <= 0:
         return [()]
     # From the tool: what is nearest to the hand is what an operator sets first.
-    places = range(len(lines.axes) - 1, -1, -1)
-    choices = [tuple(sorted(c)) for c in combinations(places, too_many)]
-    return [(), *(c for c in choices if _leaves_full_rank(lines, c))]
+    choices = sorted(ways_to_give(lines, too_many), key=lambda given: given[::-1], reverse=True)
+    return [(), *(given for given in choices if _leaves_full_rank(lines, given))]
 
 
 def _leaves_full_rank(lines: Lines, given: tuple[int, ...]) -> bool:
     left = lines.at_generic(given)
-    return can_be_given(lines, given) and rank.of_chain(left) == len(left.axes)
+    return rank.of_chain(left) == len(left.axes)
 
 
 def _attempts(lines: Lines, choices: Iterable[tuple[int, ...]]) -> Iterable[Attempt]:

@@ -5,8 +5,9 @@ is taken out by undoing its motion; a slide in between moves all that comes afte
 turning anything, so that it can be undone at the end.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
+from itertools import combinations
 
 import sympy as sp
 
@@ -16,12 +17,31 @@ from .lines import SOME_SLIDE, Axis, Lines
 from .target import Target
 from .turns import Turn
 
+LONG = 12
+"""A chain of more joints is no arm."""
 
-def can_be_given(lines: Lines, joints: Sequence[int]) -> bool:
-    """Whether the joints are at an end of the chain, next to others that are given, or slides."""
-    turning = [k for k in joints if lines.axes[k].turns]
-    free = [k for k in range(len(lines.axes)) if k not in joints]
-    return bool(free) and all(k < free[0] or k > free[-1] for k in turning)
+
+def ways_to_give(lines: Lines, count: int) -> set[tuple[int, ...]]:
+    """The sets of so many joints that can be given: at the ends of the chain, and slides between.
+
+    Args:
+        lines: The chain.
+        count: How many are to be given.
+
+    Returns:
+        Their places, in ascending order. Of a chain longer than ``LONG`` no slides in between:
+        the choices among them would be too many.
+    """
+    joints = range(len(lines.axes))
+    ways = set()
+    for first in range(count + 1):
+        for last in range(count + 1 - first):
+            inner = joints[first : len(joints) - last]
+            slides = [k for k in inner if not lines.axes[k].turns and len(joints) <= LONG]
+            ends = (*joints[:first], *joints[len(joints) - last :])
+            between = combinations(slides, count - first - last)
+            ways |= {tuple(sorted(ends + some)) for some in between}
+    return {way for way in ways if len(way) < len(joints)}
 
 
 def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple[Lines, Target]:
@@ -31,7 +51,7 @@ def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple
         lines: The chain.
         target: Its target.
         given: The value of each given joint (radian or metre), by its place in the chain; see
-            :func:`can_be_given`.
+            :func:`ways_to_give`.
     """
     scope, axes = lines.scope, list(lines.axes)
     free = [k for k in range(len(axes)) if k not in given]
