@@ -207,7 +207,7 @@ def _two(
     a, b = scope.let(a), scope.let(b)
     wanted = scope.let(rates[1] * lengths[0] - rates[0] * lengths[1] - constant)
     rho2 = scope.let(a**2 + b**2)
-    found = on_line(scope, a, b, wanted, work.sign(), rho2, scope.let(rho2 - wanted**2))
+    found = on_line(scope, a, b, wanted, work.sign(), scope.let(rho2 - wanted**2))
     turn = work.note(
         (crank.name,),
         "subproblem 4",

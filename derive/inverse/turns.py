@@ -53,12 +53,19 @@ def direction(scope: Scope, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> Tu
     """
     if y == 0 and x == 1:
         return NO_TURN
+    return direction_of(scope, x, y, sure=sure)[0]
+
+
+def direction_of(
+    scope: Scope, x: sp.Expr, y: sp.Expr, *, sure: bool = False
+) -> tuple[Turn, sp.Expr, sp.Expr]:
+    """:func:`direction`, the square of the vector's length and the inverse of the length."""
     x, y = scope.let(x), scope.let(y)
     if not sure and not scope.is_constant(x):
         x = scope.let(x + FLOOR)
-    length = scope.let(sp.sqrt(scope.let(x**2 + y**2)))
-    inverse = scope.let(1 / length)
-    return Turn(scope.let(x * inverse), scope.let(y * inverse))
+    squared = scope.let(x**2 + y**2)
+    inverse = scope.let(1 / scope.let(sp.sqrt(squared)))
+    return Turn(scope.let(x * inverse), scope.let(y * inverse)), squared, inverse
 
 
 def composed(scope: Scope, a: Turn, b: Turn) -> Turn:

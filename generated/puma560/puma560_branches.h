@@ -26,92 +26,97 @@ LANES_INLINE void LANES_NAME(puma560_ik_branch)(
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
-      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.15005 * T_3,
-      v2 = T_3 * T_3, v3 = T_7 * T_7, v4 = 0.15005 * T_7, v5 = T_11 - 0.67183;
-  const lanes_where v6 = LANES_LT(0.0, choice_2);
-  const lanes v7 = v2 + v3, v8 = v5 * v5, v9 = 4e-15 * v7, v10 = v7 - 0.0225150025,
-      v11 = 1e-300 + v7;
-  const lanes_where v12 = LANES_LT(v9, v10); LANES_LET1(v13, sqrt, v10);
-  const lanes v14 = v10 / v11, v15 = LANES_CHOICE(v12, v13, 0.0), v16 = choice_0 * v15,
-      v17 = T_7 * v16, v18 = T_3 * v16, v19 = v1 - v17, v20 = v18 + v4, v21 = v19 * v19,
-      v22 = 1e-150 - v20, v23 = v22 * v22, v25 = v21 + v23;
-  LANES_LET1(v26, rsqrt, v25);
-  const lanes v27 = v19 * v26, v28 = v22 * v26, v29 = T_3 * v28, v30 = T_7 * v27, v31 = T_6 * v28,
-      v32 = T_2 * v27, v33 = T_2 * v28, v34 = T_6 * v27, v35 = T_4 * v28, v36 = T_0 * v27,
-      v37 = T_0 * v28, v38 = T_4 * v27, v39 = 0.15005 * v27, v40 = 0.15005 * v28, v41 = v29 + v30,
-      v42 = v31 - v32, v43 = v33 + v34, v44 = v35 - v36, v45 = v37 + v38, v46 = v41 * v41,
-      v47 = v42 * v42, v48 = v46 + v8, v49 = v48 - 2.274465470661e-07,
-      v50 = 0.746628912553453 - v48, v51 = v48 - 0.37331457, v52 = v49 * v50,
-      v53 = 0.01753108 * v51, v54 = 0.37290248 * v51;
-  const lanes_where v55 = LANES_LT(5.574543934244672e-16, v52); LANES_LET1(v56, sqrt, v52);
-  const lanes v57 = 7.1754748858069295 * v52, v58 = LANES_CHOICE(v55, v56, 0.0);
-  LANES_LET2(v59, fmin, v14, v57);
-  const lanes v60 = choice_1 * v58;
-  out[7] = v59;
-  const lanes v61 = 0.37290248 * v60, v62 = 0.01753108 * v60, v63 = v61 + v53, v64 = v62 - v54,
-      v65 = 1e-150 + v63, v66 = v64 * v64, v67 = v65 * v65, v69 = v66 + v67;
-  LANES_LET1(v70, rsqrt, v69);
-  const lanes v71 = v65 * v70, v72 = v64 * v70, v73 = 0.0203 * v71, v74 = 0.4318 * v72,
-      v75 = 0.0203 * v72, v76 = 0.4318 * v71, v77 = v73 - v74, v78 = v75 + v76, v79 = v77 + 0.4318,
-      v80 = v41 * v78, v81 = v5 * v78, v82 = v5 * v79, v83 = v41 * v79, v84 = v82 - v80,
-      v85 = v83 + v81, v86 = v84 * v84, v87 = 1e-150 + v85, v88 = v87 * v87, v90 = v86 + v88;
-  LANES_LET1(v91, rsqrt, v90);
-  const lanes v92 = v84 * v91, v93 = v87 * v91, v94 = T_10 * v92, v95 = v93 * v43, v96 = T_10 * v93,
-      v97 = v92 * v43, v98 = T_8 * v92, v99 = v93 * v45, v100 = T_8 * v93, v101 = v92 * v45,
-      v102 = v71 * v93, v103 = v72 * v92, v104 = v71 * v92, v105 = v72 * v93, v106 = 0.4318 * v93,
-      v107 = 0.4318 * v92, v108 = v94 + v95, v109 = v96 - v97, v110 = v98 + v99, v111 = v100 - v101,
-      v112 = v102 - v103, v113 = v104 + v105, v114 = v71 * v108, v115 = v72 * v109,
-      v116 = v71 * v109, v117 = v72 * v108, v118 = v71 * v110, v119 = v72 * v111, v120 = v71 * v111,
-      v121 = v72 * v110, v122 = 0.0203 * v112, v123 = 0.4318 * v113, v124 = 0.4318 * v112,
-      v125 = 0.0203 * v113, v126 = v28 * v112, v127 = v28 * v113, v128 = v27 * v112,
-      v129 = v27 * v113, v130 = v114 + v115, v131 = v116 - v117, v132 = v118 + v119,
-      v133 = v120 - v121, v134 = v122 - v123, v135 = v124 + v125, v136 = 1e-150 - v130,
-      v137 = v131 * v131, v138 = v134 + v106, v139 = v135 + v107, v140 = v136 * v136,
-      v142 = v28 * v138, v143 = v27 * v138, v144 = v139 + 0.67183, v145 = v47 + v140,
-      v147 = v142 + v39, v148 = v143 - v40, v149 = v144 - T_11;
-  LANES_LET1(v150, rsqrt, v145);
-  const lanes v152 = v147 - T_3, v153 = v148 - T_7, v154 = v149 * v149, v155 = v42 * v150,
-      v156 = v136 * v150, v158 = v152 * v152, v159 = v153 * v153, v160 = choice_2 * v156,
-      v161 = choice_2 * v155, v163 = v158 + v159, v164 = v130 * v160, v165 = v42 * v161,
-      v166 = v160 * v44, v167 = v161 * v132, v168 = v160 * v132, v169 = v161 * v44,
-      v170 = v163 + v154, v171 = v27 * v161, v172 = v160 * v126, v173 = v161 * v126,
-      v174 = v27 * v160, v175 = v160 * v128, v176 = v28 * v161, v177 = v28 * v160,
-      v178 = v161 * v128, v179 = v160 * v113, v180 = v161 * v113, v181 = v164 - v165,
-      v182 = v166 + v167, v183 = v168 - v169, v184 = v171 + v172, v185 = v173 - v174,
-      v186 = v175 - v176, v187 = v177 + v178, v188 = v181 * v181;
-  LANES_LET2(v189, atan2, v181, v131);
-  const lanes v190 = v182 * v182, v191 = v137 + v188, v192 = -v189;
-  LANES_LET1(v193, rsqrt, v191); out[4] = v192;
-  const lanes v194 = v181 * v193, v195 = v131 * v193, v196 = v195 * v183, v197 = v194 * v133,
-      v198 = v195 * v184, v199 = v194 * v127, v200 = v194 * v184, v201 = v195 * v127,
-      v202 = v195 * v186, v203 = v194 * v129, v204 = v194 * v186, v205 = v195 * v129,
-      v206 = v195 * v179, v207 = v194 * v112, v208 = v195 * v112, v209 = v194 * v179,
-      v210 = v196 - v197, v211 = v198 + v199, v212 = v200 - v201, v213 = v202 + v203,
-      v214 = v204 - v205, v215 = v206 - v207, v216 = v208 + v209, v217 = v210 * v210;
-  LANES_LET2(v218, atan2, v182, v210);
-  const lanes v219 = v212 - T_2, v220 = v214 - T_6, v221 = v216 - T_10, v222 = v190 + v217;
-  out[5] = v218;
-  const lanes v223 = v219 * v219, v224 = v220 * v220, v225 = v221 * v221;
-  LANES_LET1(v226, rsqrt, v222);
-  const lanes v227 = v182 * v226, v228 = v210 * v226, v229 = v228 * v211, v230 = v227 * v185,
-      v231 = v228 * v185, v232 = v227 * v211, v233 = v228 * v213, v234 = v227 * v187,
-      v235 = v228 * v187, v236 = v227 * v213, v237 = v228 * v215, v238 = v227 * v180,
-      v239 = v228 * v180, v240 = v227 * v215, v241 = v229 + v230, v242 = v231 - v232,
-      v243 = v233 + v234, v244 = v235 - v236, v245 = v237 + v238, v246 = v239 - v240,
-      v247 = v241 - T_0, v248 = v242 - T_1, v249 = v243 - T_4, v250 = v244 - T_5, v251 = v245 - T_8,
-      v252 = v246 - T_9, v253 = v247 * v247, v254 = v248 * v248, v255 = v249 * v249,
-      v256 = v250 * v250, v257 = v251 * v251, v258 = v252 * v252, v259 = v253 + v254,
-      v260 = v259 + v223, v261 = v260 + v255, v262 = v261 + v256, v263 = v262 + v224,
-      v264 = v263 + v257, v265 = v264 + v258, v266 = v265 + v225, v267 = 0.5 * v266,
-      v268 = v170 + v267, v269 = v170 - v267;
-  LANES_LET1(v270, fabs, v269);
-  const lanes v271 = v268 + v270, v272 = 0.5 * v271;
-  LANES_LET1(v273, sqrt, v272); out[6] = v273;
-  lanes v24, v68; LANES_NAME(lanes_two_atan2)(&v19, &v22, &v64, &v65, &v24, &v68);
-  lanes v89, v141; LANES_NAME(lanes_two_atan2)(&v84, &v87, &v42, &v136, &v89, &v141); out[0] = v24;
-  out[2] = v68; out[1] = v89; LANES_LET2(v146, supplement, v141, v42);
-  const lanes v151 = LANES_CHOICE(v6, v141, v146), v157 = choice_2 * v151, v162 = -v157;
-  out[3] = v162;
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 1e-150 - T_7, v2 = T_3 * T_3,
+      v3 = T_7 * T_7, v4 = T_11 - 0.67183;
+  const lanes_where v5 = LANES_LT(0.0, choice_2);
+  const lanes v6 = v1 * v1, v7 = v2 + v3, v8 = v4 * v4, v9 = v2 + v6, v10 = v7 - 0.0225150025;
+  LANES_LET1(v11, rsqrt, v9);
+  const lanes v12 = 4e-15 * v9;
+  LANES_LET1(v13, sqrt, v10);
+  const lanes v14 = v1 * v11;
+  const lanes_where v15 = LANES_LT(v12, v10);
+  const lanes v16 = v13 * v11, v17 = T_3 * v11, v18 = 0.15005 * v11, v19 = 1.0 * v11,
+      v20 = LANES_CHOICE(v15, v16, 0.0), v21 = LANES_CHOICE(v15, v18, 1.0), v22 = v19 * v19,
+      v23 = choice_0 * v20, v24 = v17 * v21, v25 = v14 * v21, v26 = v10 * v22, v27 = v14 * v23,
+      v28 = v17 * v23, v29 = v27 + v24, v30 = v25 - v28, v32 = T_3 * v30, v33 = T_7 * v29,
+      v34 = T_6 * v30, v35 = T_2 * v29, v36 = T_2 * v30, v37 = T_6 * v29, v38 = T_4 * v30,
+      v39 = T_0 * v29, v40 = T_0 * v30, v41 = T_4 * v29, v42 = 0.15005 * v29, v43 = 0.15005 * v30,
+      v44 = v32 + v33, v45 = v34 - v35, v46 = v36 + v37, v47 = v38 - v39, v48 = v40 + v41,
+      v49 = v44 * v44, v50 = v45 * v45, v51 = v49 + v8, v52 = v51 - 2.274465470661e-07,
+      v53 = 0.746628912553453 - v51, v54 = v51 - 0.37331457, v55 = v52 * v53,
+      v56 = 2.6787076895038266 * v54;
+  const lanes_where v57 = LANES_LT(0.0, v54);
+  const lanes_where v58 = LANES_LT(5.574543934244672e-16, v55);
+  const lanes v59 = LANES_CHOICE(v57, 1.0, -1.0);
+  LANES_LET1(v60, sqrt, v55);
+  const lanes v61 = 7.1754748858069295 * v55, v62 = LANES_CHOICE(v58, v56, v59),
+      v63 = 2.6787076895038266 * v60;
+  LANES_LET2(v64, fmin, v26, v61);
+  const lanes v65 = 0.04696063880130675 * v62, v66 = LANES_CHOICE(v58, v63, 0.0),
+      v67 = 0.9988967406110469 * v62;
+  out[7] = v64;
+  const lanes v68 = choice_1 * v66, v69 = 0.9988967406110469 * v68, v70 = 0.04696063880130675 * v68,
+      v71 = v65 + v69, v72 = v70 - v67, v73 = 0.0203 * v71, v74 = 0.4318 * v72, v75 = 0.0203 * v72,
+      v76 = 0.4318 * v71, v78 = v73 - v74, v79 = v75 + v76, v80 = v78 + 0.4318, v81 = v44 * v79,
+      v82 = v4 * v79, v83 = v4 * v80, v84 = v44 * v80, v85 = v83 - v81, v86 = v84 + v82,
+      v87 = v85 * v85, v88 = 1e-150 + v86, v89 = v88 * v88, v91 = v87 + v89;
+  LANES_LET1(v92, rsqrt, v91);
+  const lanes v93 = v85 * v92, v94 = v88 * v92, v95 = T_10 * v93, v96 = v94 * v46, v97 = T_10 * v94,
+      v98 = v93 * v46, v99 = T_8 * v93, v100 = v94 * v48, v101 = T_8 * v94, v102 = v93 * v48,
+      v103 = v71 * v94, v104 = v72 * v93, v105 = v71 * v93, v106 = v72 * v94, v107 = 0.4318 * v94,
+      v108 = 0.4318 * v93, v109 = v95 + v96, v110 = v97 - v98, v111 = v99 + v100,
+      v112 = v101 - v102, v113 = v103 - v104, v114 = v105 + v106, v115 = v71 * v109,
+      v116 = v72 * v110, v117 = v71 * v110, v118 = v72 * v109, v119 = v71 * v111, v120 = v72 * v112,
+      v121 = v71 * v112, v122 = v72 * v111, v123 = 0.0203 * v113, v124 = 0.4318 * v114,
+      v125 = 0.4318 * v113, v126 = 0.0203 * v114, v127 = v30 * v113, v128 = v30 * v114,
+      v129 = v29 * v113, v130 = v29 * v114, v131 = v115 + v116, v132 = v117 - v118,
+      v133 = v119 + v120, v134 = v121 - v122, v135 = v123 - v124, v136 = v125 + v126,
+      v137 = 1e-150 - v131, v138 = v132 * v132, v139 = v135 + v107, v140 = v136 + v108,
+      v141 = v137 * v137, v143 = v30 * v139, v144 = v29 * v139, v145 = v140 + 0.67183,
+      v146 = v50 + v141, v148 = v143 + v42, v149 = v144 - v43, v150 = v145 - T_11;
+  LANES_LET1(v151, rsqrt, v146);
+  const lanes v153 = v148 - T_3, v154 = v149 - T_7, v155 = v150 * v150, v156 = v45 * v151,
+      v157 = v137 * v151, v159 = v153 * v153, v160 = v154 * v154, v161 = choice_2 * v157,
+      v162 = choice_2 * v156, v164 = v159 + v160, v165 = v131 * v161, v166 = v45 * v162,
+      v167 = v161 * v47, v168 = v162 * v133, v169 = v161 * v133, v170 = v162 * v47,
+      v171 = v164 + v155, v172 = v29 * v162, v173 = v161 * v127, v174 = v162 * v127,
+      v175 = v29 * v161, v176 = v161 * v129, v177 = v30 * v162, v178 = v30 * v161,
+      v179 = v162 * v129, v180 = v161 * v114, v181 = v162 * v114, v182 = v165 - v166,
+      v183 = v167 + v168, v184 = v169 - v170, v185 = v172 + v173, v186 = v174 - v175,
+      v187 = v176 - v177, v188 = v178 + v179, v189 = v182 * v182;
+  LANES_LET2(v190, atan2, v182, v132);
+  const lanes v191 = v183 * v183, v192 = v138 + v189, v193 = -v190;
+  LANES_LET1(v194, rsqrt, v192); out[4] = v193;
+  const lanes v195 = v182 * v194, v196 = v132 * v194, v197 = v196 * v184, v198 = v195 * v134,
+      v199 = v196 * v185, v200 = v195 * v128, v201 = v195 * v185, v202 = v196 * v128,
+      v203 = v196 * v187, v204 = v195 * v130, v205 = v195 * v187, v206 = v196 * v130,
+      v207 = v196 * v180, v208 = v195 * v113, v209 = v196 * v113, v210 = v195 * v180,
+      v211 = v197 - v198, v212 = v199 + v200, v213 = v201 - v202, v214 = v203 + v204,
+      v215 = v205 - v206, v216 = v207 - v208, v217 = v209 + v210, v218 = v211 * v211;
+  LANES_LET2(v219, atan2, v183, v211);
+  const lanes v220 = v213 - T_2, v221 = v215 - T_6, v222 = v217 - T_10, v223 = v191 + v218;
+  out[5] = v219;
+  const lanes v224 = v220 * v220, v225 = v221 * v221, v226 = v222 * v222;
+  LANES_LET1(v227, rsqrt, v223);
+  const lanes v228 = v183 * v227, v229 = v211 * v227, v230 = v229 * v212, v231 = v228 * v186,
+      v232 = v229 * v186, v233 = v228 * v212, v234 = v229 * v214, v235 = v228 * v188,
+      v236 = v229 * v188, v237 = v228 * v214, v238 = v229 * v216, v239 = v228 * v181,
+      v240 = v229 * v181, v241 = v228 * v216, v242 = v230 + v231, v243 = v232 - v233,
+      v244 = v234 + v235, v245 = v236 - v237, v246 = v238 + v239, v247 = v240 - v241,
+      v248 = v242 - T_0, v249 = v243 - T_1, v250 = v244 - T_4, v251 = v245 - T_5, v252 = v246 - T_8,
+      v253 = v247 - T_9, v254 = v248 * v248, v255 = v249 * v249, v256 = v250 * v250,
+      v257 = v251 * v251, v258 = v252 * v252, v259 = v253 * v253, v260 = v254 + v255,
+      v261 = v260 + v224, v262 = v261 + v256, v263 = v262 + v257, v264 = v263 + v225,
+      v265 = v264 + v258, v266 = v265 + v259, v267 = v266 + v226, v268 = 0.5 * v267,
+      v269 = v171 + v268, v270 = v171 - v268;
+  LANES_LET1(v271, fabs, v270);
+  const lanes v272 = v269 + v271, v273 = 0.5 * v272;
+  LANES_LET1(v274, sqrt, v273); out[6] = v274;
+  lanes v31, v77; LANES_NAME(lanes_two_atan2)(&v29, &v30, &v72, &v71, &v31, &v77);
+  lanes v90, v142; LANES_NAME(lanes_two_atan2)(&v85, &v88, &v45, &v137, &v90, &v142); out[0] = v31;
+  out[2] = v77; out[1] = v90; LANES_LET2(v147, supplement, v142, v45);
+  const lanes v152 = LANES_CHOICE(v5, v142, v147), v158 = choice_2 * v152, v163 = -v158;
+  out[3] = v163;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(puma560_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -26,102 +26,104 @@ LANES_INLINE void LANES_NAME(ur5e_ik_branch)(
       T_7 = LANES_OF(T[7]), T_8 = LANES_OF(T[8]), T_9 = LANES_OF(T[9]), T_10 = LANES_OF(T[10]),
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
-      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.0996 * T_2,
-      v2 = 0.0996 * T_6, v3 = T_10 * T_10, v4 = 0.0996 * T_10, v5 = T_3 - v1, v6 = T_7 - v2,
-      v7 = T_11 - v4, v8 = 0.1333 * v5, v9 = v5 * v5, v10 = v6 * v6, v11 = 0.1333 * v6,
-      v12 = v7 - 0.1625, v13 = v9 + v10, v14 = 0.1994 * v12, v15 = v12 * v12, v16 = 4e-15 * v13,
-      v17 = v13 - 0.01776889, v18 = 1e-300 + v13;
-  const lanes_where v19 = LANES_LT(v16, v17); LANES_LET1(v20, sqrt, v17);
-  const lanes v21 = v17 / v18, v22 = LANES_CHOICE(v19, v20, 0.0), v23 = choice_0 * v22,
-      v24 = v6 * v23, v25 = v5 * v23, v26 = v8 - v24, v27 = v25 + v11, v28 = v26 * v26,
-      v29 = 1e-150 - v27, v30 = v29 * v29, v32 = v28 + v30;
-  LANES_LET1(v33, rsqrt, v32);
-  const lanes v34 = v26 * v33, v35 = v29 * v33, v36 = v5 * v35, v37 = v6 * v34, v38 = T_2 * v35,
-      v39 = T_6 * v34, v40 = T_6 * v35, v41 = T_2 * v34, v42 = T_0 * v35, v43 = T_4 * v34,
-      v44 = T_4 * v35, v45 = T_0 * v34, v46 = v36 + v37, v47 = v38 + v39, v48 = v40 - v41,
-      v49 = v42 + v43, v50 = v44 - v45, v51 = v47 * v47, v52 = 1e-150 - v47, v53 = v46 * v46,
-      v54 = 0.1994 * v46, v55 = v48 * v48, v56 = -v48, v57 = v3 + v51, v58 = v52 * v52,
-      v59 = v53 + v15;
-  const lanes_where v60 = LANES_LT(2.5e-19, v57);
-  const lanes v61 = v3 + v58, v62 = 1.5904144000000003e-16 * v59, v63 = 0.03976036 * v59,
-      v64 = 0.00994009 + v59;
-  LANES_LET1(v65, rsqrt, v61);
-  const lanes v66 = 0.33444584 - v64, v67 = T_10 * v65, v68 = v66 * v66, v69 = v54 * v66,
-      v70 = v14 * v66, v71 = v52 * v65, v72 = choice_1 * v67, v73 = v63 - v68, v74 = choice_1 * v71,
-      v75 = -v72;
-  const lanes_where v76 = LANES_LT(v62, v73); LANES_LET1(v77, sqrt, v73);
-  const lanes v78 = LANES_CHOICE(v76, v77, 0.0), v79 = choice_1 * v78, v80 = v14 * v79,
-      v81 = v54 * v79, v82 = v80 - v69, v83 = v70 + v81, v84 = v82 * v82, v85 = 1e-150 + v83,
-      v86 = v85 * v85, v87 = v84 + v86;
-  LANES_LET1(v88, rsqrt, v87);
-  const lanes v89 = v82 * v88, v90 = v85 * v88, v91 = LANES_CHOICE(v60, v75, v89),
-      v92 = LANES_CHOICE(v60, v74, v90), v93 = 0.0997 * v91, v94 = 0.0997 * v92, v95 = T_10 * v91,
-      v96 = v47 * v92, v97 = T_8 * v92, v98 = v91 * v49, v99 = T_8 * v91, v100 = v92 * v49,
-      v101 = v35 * v92, v102 = v35 * v91, v103 = v34 * v92, v104 = v34 * v91, v105 = v46 - v93,
-      v106 = v12 + v94, v107 = v95 + v96, v108 = v97 - v98, v109 = v99 + v100, v110 = v105 * v105,
-      v111 = v106 * v106, v112 = v107 * v107, v114 = v108 * v108, v115 = v110 + v111,
-      v116 = v55 + v112, v118 = v115 - 0.00107584, v119 = 0.66781584 - v115,
-      v120 = v115 - 0.33444584;
-  LANES_LET1(v121, rsqrt, v116);
-  const lanes v122 = v118 * v119, v123 = 0.33337 * v120, v124 = v107 * v121, v125 = v48 * v121;
-  const lanes_where v126 = LANES_LT(4.445422276e-16, v122); LANES_LET1(v127, sqrt, v122);
-  const lanes v128 = 1e-150 + v123, v129 = v124 * v50, v130 = v125 * v109, v131 = 0.0996 * v124,
-      v132 = 0.0996 * v125, v133 = v34 * v124, v134 = v125 * v101, v135 = v124 * v101,
-      v136 = v34 * v125, v137 = v35 * v124, v138 = v125 * v103, v139 = v35 * v125,
-      v140 = v124 * v103, v141 = v91 * v125, v142 = v91 * v124, v143 = 8.99802032665209 * v122,
-      v144 = LANES_CHOICE(v126, v127, 0.0), v145 = v128 * v128, v146 = v129 - v130,
-      v147 = v92 * v131, v148 = 0.1333 - v132, v149 = v91 * v131, v150 = v133 + v134,
-      v151 = v135 - v136, v152 = v137 - v138, v153 = v139 + v140, v154 = v142 - T_10;
-  LANES_LET2(v155, fmin, v21, v143);
-  const lanes v156 = choice_2 * v144, v157 = v144 * 0.33337, v158 = v146 * v146, v160 = v147 + v93,
-      v161 = v34 * v148, v162 = v35 * v148, v163 = v149 - v94, v164 = v151 - T_2, v165 = v153 - T_6,
-      v166 = v154 * v154;
-  out[7] = v155;
-  const lanes v167 = 0.33337 * v156, v169 = v114 + v158, v170 = v164 * v164, v171 = v165 * v165,
-      v172 = v167 * v167;
-  LANES_LET1(v174, rsqrt, v169);
-  const lanes v175 = v172 + v145, v176 = v108 * v174, v177 = v146 * v174;
-  LANES_LET1(v178, rsqrt, v175);
-  const lanes v179 = v177 * v150, v180 = v176 * v102, v181 = v176 * v150, v182 = v177 * v102,
-      v183 = v177 * v152, v184 = v176 * v104, v185 = v177 * v104, v186 = v176 * v152,
-      v187 = v92 * v176, v188 = v177 * v141, v189 = v92 * v177, v190 = v176 * v141,
-      v191 = v167 * v178, v192 = v128 * v178, v193 = v179 + v180, v194 = v181 - v182,
-      v195 = v183 - v184, v196 = v185 + v186, v197 = v187 - v188, v198 = v189 + v190,
-      v199 = 0.3922 * v191, v200 = 0.3922 * v192, v201 = T_0 + v193, v202 = v194 - T_1,
-      v203 = v195 - T_4, v204 = T_5 + v196, v205 = v197 - T_8, v206 = v198 - T_9,
-      v207 = v105 * v199, v208 = -0.425 - v200, v209 = v106 * v199, v210 = v201 * v201,
-      v211 = v202 * v202, v212 = v203 * v203, v213 = v204 * v204, v214 = v205 * v205,
-      v215 = v206 * v206, v216 = v106 * v208, v217 = v105 * v208, v218 = v210 + v211,
-      v219 = v207 + v216, v220 = v217 - v209, v221 = v218 + v170, v222 = v219 * v219,
-      v223 = 1e-150 + v220, v224 = v221 + v212, v225 = v223 * v223;
-  LANES_LET2(v226, atan2, v219, v223);
-  const lanes v227 = v224 + v213, v228 = v222 + v225;
-  out[1] = v226;
-  const lanes v229 = v227 + v171;
-  LANES_LET1(v230, rsqrt, v228);
-  const lanes v231 = v229 + v214, v232 = v219 * v230, v233 = v223 * v230, v234 = v231 + v215,
-      v235 = v192 * v233, v236 = v191 * v232, v237 = v192 * v232, v238 = v191 * v233,
-      v239 = -0.425 * v233, v240 = -0.425 * v232, v241 = v234 + v166, v242 = v235 - v236,
-      v243 = v237 + v238, v244 = 0.5 * v241, v245 = v91 * v242, v246 = v92 * v243,
-      v247 = v92 * v242, v248 = v91 * v243, v249 = -0.3922 * v242, v250 = -0.3922 * v243,
-      v251 = v245 - v246, v252 = v247 + v248, v253 = v160 + v249, v254 = v163 + v250;
-  LANES_LET2(v255, atan2, v251, v252);
-  const lanes v256 = v253 + v239, v257 = v254 + v240;
+      choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = 0.0996 * T_6,
+      v2 = 0.0996 * T_2, v3 = T_10 * T_10, v4 = 0.0996 * T_10, v5 = T_7 - v1, v6 = T_3 - v2,
+      v7 = T_11 - v4, v8 = 1e-150 - v5, v9 = v6 * v6, v10 = v5 * v5, v11 = v7 - 0.1625,
+      v12 = v8 * v8, v13 = v9 + v10, v14 = 0.1994 * v11, v15 = v11 * v11, v16 = v9 + v12,
+      v17 = v13 - 0.01776889, v18 = 1e-150 + v14;
+  LANES_LET1(v19, rsqrt, v16);
+  const lanes v20 = 4e-15 * v16;
+  LANES_LET1(v21, sqrt, v17);
+  const lanes v22 = v18 * v18, v23 = v8 * v19;
+  const lanes_where v24 = LANES_LT(v20, v17);
+  const lanes v25 = v21 * v19, v26 = v6 * v19, v27 = 0.1333 * v19, v28 = 1.0 * v19,
+      v29 = LANES_CHOICE(v24, v25, 0.0), v30 = LANES_CHOICE(v24, v27, 1.0), v31 = v28 * v28,
+      v32 = choice_0 * v29, v33 = v26 * v30, v34 = v23 * v30, v35 = v17 * v31, v36 = v23 * v32,
+      v37 = v26 * v32, v38 = v36 + v33, v39 = v34 - v37, v41 = v6 * v39, v42 = v5 * v38,
+      v43 = T_2 * v39, v44 = T_6 * v38, v45 = T_6 * v39, v46 = T_2 * v38, v47 = T_0 * v39,
+      v48 = T_4 * v38, v49 = T_4 * v39, v50 = T_0 * v38, v51 = v41 + v42, v52 = v43 + v44,
+      v53 = v45 - v46, v54 = v47 + v48, v55 = v49 - v50, v56 = v52 * v52, v57 = 1e-150 - v52,
+      v58 = 0.1994 * v51, v59 = v51 * v51, v60 = v53 * v53, v61 = -v53, v62 = v3 + v56,
+      v63 = v57 * v57, v64 = v58 * v58, v65 = v59 + v15;
+  const lanes_where v66 = LANES_LT(2.5e-19, v62);
+  const lanes v67 = v3 + v63, v68 = v64 + v22, v69 = 0.03976036 * v65, v70 = 0.00994009 + v65;
+  LANES_LET1(v71, rsqrt, v67); LANES_LET1(v72, rsqrt, v68);
+  const lanes v73 = 4e-15 * v68, v74 = 0.33444584 - v70, v75 = T_10 * v71, v76 = v18 * v72,
+      v77 = v74 * v74, v78 = v58 * v72, v79 = v74 * v72;
+  const lanes_where v80 = LANES_LT(0.0, v74);
+  const lanes v81 = v57 * v71, v82 = choice_1 * v75, v83 = v69 - v77,
+      v84 = LANES_CHOICE(v80, 1.0, -1.0), v85 = choice_1 * v81, v86 = -v82;
+  const lanes_where v87 = LANES_LT(v73, v83); LANES_LET1(v88, sqrt, v83);
+  const lanes v89 = v88 * v72, v90 = LANES_CHOICE(v87, v79, v84), v91 = LANES_CHOICE(v87, v89, 0.0),
+      v92 = v78 * v90, v93 = v76 * v90, v94 = choice_1 * v91, v95 = v76 * v94, v96 = v78 * v94,
+      v97 = v95 - v92, v98 = v93 + v96, v99 = LANES_CHOICE(v66, v86, v97),
+      v100 = LANES_CHOICE(v66, v85, v98), v101 = 0.0997 * v99, v102 = 0.0997 * v100,
+      v103 = T_10 * v99, v104 = v52 * v100, v105 = T_8 * v100, v106 = v99 * v54, v107 = T_8 * v99,
+      v108 = v100 * v54, v109 = v39 * v100, v110 = v39 * v99, v111 = v38 * v100, v112 = v38 * v99,
+      v113 = v51 - v101, v114 = v11 + v102, v115 = v103 + v104, v116 = v105 - v106,
+      v117 = v107 + v108, v118 = v113 * v113, v119 = v114 * v114, v120 = v115 * v115,
+      v122 = v116 * v116, v123 = v118 + v119, v124 = v60 + v120, v126 = v123 - 0.00107584,
+      v127 = 0.66781584 - v123, v128 = v123 - 0.33444584;
+  LANES_LET1(v129, rsqrt, v124);
+  const lanes v130 = v126 * v127, v131 = 2.9996700362960076 * v128;
+  const lanes_where v132 = LANES_LT(0.0, v128);
+  const lanes v133 = v115 * v129, v134 = v53 * v129;
+  const lanes_where v135 = LANES_LT(4.445422276e-16, v130); LANES_LET1(v136, sqrt, v130);
+  const lanes v137 = LANES_CHOICE(v132, 1.0, -1.0), v138 = v133 * v55, v139 = v134 * v117,
+      v140 = 0.0996 * v133, v141 = 0.0996 * v134, v142 = v38 * v133, v143 = v134 * v109,
+      v144 = v133 * v109, v145 = v38 * v134, v146 = v39 * v133, v147 = v134 * v111,
+      v148 = v39 * v134, v149 = v133 * v111, v150 = v99 * v134, v151 = v99 * v133,
+      v152 = 8.99802032665209 * v130, v153 = 2.9996700362960076 * v136,
+      v154 = LANES_CHOICE(v135, v131, v137), v155 = v138 - v139, v156 = v100 * v140,
+      v157 = 0.1333 - v141, v158 = v99 * v140, v159 = v142 + v143, v160 = v144 - v145,
+      v161 = v146 - v147, v162 = v148 + v149, v163 = v151 - T_10;
+  LANES_LET2(v164, fmin, v35, v152);
+  const lanes v165 = LANES_CHOICE(v135, v153, 0.0), v166 = 0.3922 * v154, v167 = v155 * v155,
+      v169 = v156 + v101, v170 = v38 * v157, v171 = v39 * v157, v172 = v158 - v102,
+      v173 = v160 - T_2, v174 = v162 - T_6, v175 = v163 * v163;
+  out[7] = v164;
+  const lanes v176 = choice_2 * v165, v177 = -0.425 - v166, v179 = v122 + v167, v180 = v173 * v173,
+      v181 = v174 * v174, v182 = 0.3922 * v176, v183 = v114 * v177, v184 = v113 * v177;
+  LANES_LET1(v186, rsqrt, v179);
+  const lanes v187 = v113 * v182, v188 = v114 * v182, v189 = v116 * v186, v190 = v155 * v186,
+      v191 = v187 + v183, v192 = v184 - v188, v193 = v190 * v159, v194 = v189 * v110,
+      v195 = v189 * v159, v196 = v190 * v110, v197 = v190 * v161, v198 = v189 * v112,
+      v199 = v190 * v112, v200 = v189 * v161, v201 = v100 * v189, v202 = v190 * v150,
+      v203 = v100 * v190, v204 = v189 * v150, v205 = v191 * v191, v206 = 1e-150 + v192,
+      v207 = v193 + v194, v208 = v195 - v196, v209 = v197 - v198, v210 = v199 + v200,
+      v211 = v201 - v202, v212 = v203 + v204, v213 = v206 * v206;
+  LANES_LET2(v214, atan2, v191, v206);
+  const lanes v215 = T_0 + v207, v216 = v208 - T_1, v217 = v209 - T_4, v218 = T_5 + v210,
+      v219 = v211 - T_8, v220 = v212 - T_9, v221 = v205 + v213;
+  out[1] = v214;
+  const lanes v222 = v215 * v215, v223 = v216 * v216, v224 = v217 * v217, v225 = v218 * v218,
+      v226 = v219 * v219, v227 = v220 * v220;
+  LANES_LET1(v228, rsqrt, v221);
+  const lanes v229 = v222 + v223, v230 = v191 * v228, v231 = v206 * v228, v232 = v229 + v180,
+      v233 = v154 * v231, v234 = v176 * v230, v235 = v154 * v230, v236 = v176 * v231,
+      v237 = -0.425 * v231, v238 = -0.425 * v230, v239 = v232 + v224, v240 = v233 - v234,
+      v241 = v235 + v236, v242 = v239 + v225, v243 = v99 * v240, v244 = v100 * v241,
+      v245 = v100 * v240, v246 = v99 * v241, v247 = -0.3922 * v240, v248 = -0.3922 * v241,
+      v249 = v242 + v181, v250 = v243 - v244, v251 = v245 + v246, v252 = v169 + v247,
+      v253 = v172 + v248, v254 = v249 + v226;
+  LANES_LET2(v255, atan2, v250, v251);
+  const lanes v256 = v252 + v237, v257 = v253 + v238, v258 = v254 + v227;
   out[3] = v255;
-  const lanes v258 = v35 * v256, v259 = v34 * v256, v260 = v257 + 0.1625, v261 = v258 + v161,
-      v262 = v259 - v162, v263 = v260 - T_11, v264 = v261 - T_3, v265 = v262 - T_7,
-      v266 = v263 * v263, v267 = v264 * v264, v268 = v265 * v265, v269 = v267 + v268,
-      v270 = v269 + v266, v271 = v270 + v244, v272 = v270 - v244;
-  LANES_LET1(v273, fabs, v272);
-  const lanes v274 = v271 + v273, v275 = 0.5 * v274;
-  LANES_LET1(v276, sqrt, v275); out[6] = v276;
-  lanes v31, v113; LANES_NAME(lanes_two_atan2)(&v26, &v29, &v107, &v56, &v31, &v113);
-  lanes v159, v168; LANES_NAME(lanes_two_atan2)(&v108, &v146, &v157, &v128, &v159, &v168);
-  out[0] = v31;
-  const lanes v117 = -v113;
-  out[4] = v117; out[5] = v159;
-  const lanes v173 = choice_2 * v168;
-  out[2] = v173;
+  const lanes v259 = v39 * v256, v260 = v38 * v256, v261 = v257 + 0.1625, v262 = v258 + v175,
+      v263 = v259 + v170, v264 = v260 - v171, v265 = v261 - T_11, v266 = 0.5 * v262,
+      v267 = v263 - T_3, v268 = v264 - T_7, v269 = v265 * v265, v270 = v267 * v267,
+      v271 = v268 * v268, v272 = v270 + v271, v273 = v272 + v269, v274 = v273 + v266,
+      v275 = v273 - v266;
+  LANES_LET1(v276, fabs, v275);
+  const lanes v277 = v274 + v276, v278 = 0.5 * v277;
+  LANES_LET1(v279, sqrt, v278); out[6] = v279;
+  lanes v40, v121; LANES_NAME(lanes_two_atan2)(&v38, &v39, &v115, &v61, &v40, &v121);
+  lanes v168, v178; LANES_NAME(lanes_two_atan2)(&v116, &v155, &v165, &v154, &v168, &v178);
+  out[0] = v40;
+  const lanes v125 = -v121;
+  out[4] = v125; out[5] = v168;
+  const lanes v185 = choice_2 * v178;
+  out[2] = v185;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(ur5e_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -26,7 +26,7 @@ from ...vectors import Vector, cross, dot
 from ..found import FoundTurn
 from ..turns import perpendicular, rotated
 from .sp1 import sp1
-from .sp4 import on_line, sp4
+from .sp4 import near_line, sp4
 
 
 def sp2(
@@ -60,4 +60,4 @@ def _first(
     by_v = scope.let(rho2 - e**2)
     xi2 = scope.let(sp.Piecewise((by_p, r2_s2 < rho2), (by_v, True), evaluate=False))
     scale = scope.let(sp.Min(rho2, r2_s2, evaluate=False))
-    return on_line(scope, a, b, e, sign, scale, xi2)
+    return near_line(scope, a, b, e, sign, xi2, scale)

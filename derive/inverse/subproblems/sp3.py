@@ -46,14 +46,13 @@ def sp3(
     a = scope.let(2 * dot(scope, p0_across, p_across))
     b = scope.let(2 * dot(scope, p0_across, cross(scope, k, p)))
     e = scope.let(across2 - scope.let(P2 + Q2))
-    four_P2_Q2 = scope.let(4 * scope.let(P2 * Q2))
     if scope.is_constant(P2) and scope.is_constant(Q2):
         P, Q = sp.sqrt(P2), sp.sqrt(Q2)
         least, most = scope.let((P - Q) ** 2), scope.let((P + Q) ** 2)
         xi2 = scope.let(scope.let(across2 - least) * scope.let(most - across2))
     else:
-        xi2 = scope.let(four_P2_Q2 - e**2)
-    return on_line(scope, a, b, e, sign, four_P2_Q2, xi2)
+        xi2 = scope.let(scope.let(4 * scope.let(P2 * Q2)) - e**2)
+    return on_line(scope, a, b, e, sign, xi2)
 
 
 def squared_across(scope: Scope, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:

@@ -25,7 +25,7 @@ import sympy as sp
 from ...scope import Scope
 from ...vectors import Vector, cross, dot
 from ..found import FoundTurn, Linear
-from ..turns import Turn, direction, perpendicular
+from ..turns import Turn, composed, direction, direction_of, perpendicular
 
 MEETING = sp.Float("4e-15", 20)
 """sin^2 of half the angle between two solutions that are one."""
@@ -39,17 +39,11 @@ def sp4(scope: Scope, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symb
     b = dot(scope, h, cross(scope, k, p))
     e = scope.let(d - scope.let(dot(scope, h, k) * dot(scope, k, p)))
     rho2 = scope.let(a**2 + b**2)
-    return on_line(scope, a, b, e, sign, rho2, scope.let(rho2 - e**2))
+    return on_line(scope, a, b, e, sign, scope.let(rho2 - e**2))
 
 
 def on_line(
-    scope: Scope,
-    a: sp.Expr,
-    b: sp.Expr,
-    e: sp.Expr,
-    sign: sp.Symbol,
-    rho2: sp.Expr,
-    xi2: sp.Expr,
+    scope: Scope, a: sp.Expr, b: sp.Expr, e: sp.Expr, sign: sp.Symbol, xi2: sp.Expr
 ) -> FoundTurn:
     """Where the line ``a cos + b sin = e`` meets the unit circle.
 
@@ -59,23 +53,57 @@ def on_line(
         b: Its coefficient of the sine.
         e: What they sum up to.
         sign: Chooses among the two points: the sign of the turn from (a, b) to the point.
-        rho2: ``a^2 + b^2``, or what xi^2 is small beside.
         xi2: ``a^2 + b^2 - e^2``, computed in the way that keeps most digits.
     """
     if e == 0:
-        # Through the centre: the two points are opposite, and always there.
-        half = direction(scope, -b, a)
-        turn = Turn(scope.let(sign * half.c), scope.let(sign * half.s))
-        return FoundTurn(turn, Linear(a, b, e), sign)
-    meeting = scope.let(MEETING * rho2)
-    xi = scope.let(
-        sp.Piecewise((sp.sqrt(xi2), xi2 > meeting), (sp.Integer(0), True), evaluate=False)
+        return _through_centre(scope, a, b, sign)
+    middle, rho2, inverse = direction_of(scope, a, b)
+    apart = xi2 > scope.let(MEETING * rho2)
+    # As the turn from (a, b): what is divided by is known before the root is.
+    half = scope.let(sp.sqrt(xi2) * inverse)
+    sine = scope.let(sp.Piecewise((half, apart), (sp.Integer(0), True), evaluate=False))
+    nearest = sp.Piecewise((sp.Integer(1), e > 0), (sp.Integer(-1), True), evaluate=False)
+    cosine = scope.let(
+        sp.Piecewise((scope.let(e * inverse), apart), (scope.let(nearest), True), evaluate=False)
     )
+    turn = composed(scope, middle, Turn(cosine, scope.let(sign * sine)))
+    return FoundTurn(turn, Linear(a, b, e), sign, scope.let(xi2 * scope.let(inverse**2)))
+
+
+def near_line(
+    scope: Scope,
+    a: sp.Expr,
+    b: sp.Expr,
+    e: sp.Expr,
+    sign: sp.Symbol,
+    xi2: sp.Expr,
+    scale: sp.Expr,
+) -> FoundTurn:
+    """:func:`on_line` where xi^2 is told by other numbers than a and b.
+
+    Args:
+        scope: Names of all terms.
+        a: As there, like all that follow.
+        b: Its coefficient of the sine.
+        e: What they sum up to.
+        sign: Chooses among the two points.
+        xi2: What ``a^2 + b^2 - e^2`` should be.
+        scale: What xi^2 is small beside.
+    """
+    if e == 0:
+        return _through_centre(scope, a, b, sign)
+    apart = xi2 > scope.let(MEETING * scale)
+    xi = scope.let(sp.Piecewise((sp.sqrt(xi2), apart), (sp.Integer(0), True), evaluate=False))
     turned = scope.let(sign * xi)
-    x = scope.let(e * a - turned * b)
-    y = scope.let(e * b + turned * a)
-    margin = ratio(scope, xi2, rho2)
-    return FoundTurn(direction(scope, x, y), Linear(a, b, e), sign, margin)
+    turn = direction(scope, scope.let(e * a - turned * b), scope.let(e * b + turned * a))
+    return FoundTurn(turn, Linear(a, b, e), sign, ratio(scope, xi2, scale))
+
+
+def _through_centre(scope: Scope, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> FoundTurn:
+    """The two points of a line through the centre: opposite, and always there."""
+    half = direction(scope, -b, a)
+    turn = Turn(scope.let(sign * half.c), scope.let(sign * half.s))
+    return FoundTurn(turn, Linear(a, b, sp.Integer(0)), sign)
 
 
 def ratio(scope: Scope, part: sp.Expr, whole: sp.Expr) -> sp.Expr:
