@@ -200,7 +200,8 @@ def _lanes(robot: Described, pairs: Sequence[tuple[SymbolicFunction, Body]]) -> 
         f"/* {robot.name}.h on lanes: all inputs in one array, all outputs in another. */\n",
     ]
     for function, body in pairs:
-        head = f"static LANES_TARGET void LANES_NAME({robot.name}_{function.name})"
+        sparing = "LANES_SPARING " if function.signs else ""
+        head = f"static {sparing}LANES_TARGET void LANES_NAME({robot.name}_{function.name})"
         of = sizes(function)
         first = offsets(of.inputs)
         loads = [

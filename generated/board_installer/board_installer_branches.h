@@ -27,73 +27,73 @@ LANES_INLINE void LANES_NAME(board_installer_ik_branch)(
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       choice_1 = *(const LANES_NAME(lanes_row) *)(choice[1] + b),
       choice_2 = *(const LANES_NAME(lanes_row) *)(choice[2] + b), v1 = T_4 * T_4, v2 = 1e-150 - T_0,
-      v3 = 0.28 * T_4, v4 = 0.28 * T_0, v5 = 0.28 * T_8, v6 = T_8 * T_8, v7 = v2 * v2,
-      v8 = T_7 - v3, v9 = T_3 - v4, v10 = T_11 - v5, v11 = v1 + v7, v12 = 0.3 + v10;
-  LANES_LET1(v13, rsqrt, v11);
-  const lanes v14 = v12 - 0.54, v15 = T_4 * v13, v16 = v2 * v13, v17 = -4.0 * v14,
-      v18 = choice_0 * v15, v19 = choice_0 * v16, v20 = -4.0 - v17, v21 = 0.12 * v18,
-      v22 = 0.12 * v19, v23 = v20 * v20, v24 = 3.2 * v20, v25 = T_0 * v19, v26 = T_4 * v18,
-      v27 = T_2 * v18, v28 = T_6 * v19, v29 = T_6 * v18, v30 = T_2 * v19, v31 = v21 + v8,
-      v32 = v9 - v22, v33 = 10.24 - v23, v34 = v24 * v24, v35 = v25 - v26, v36 = v27 + v28,
-      v37 = v29 - v30, v38 = v31 * v31, v39 = 1e-150 + v32;
-  const lanes_where v40 = LANES_LT(4.096e-14, v33); LANES_LET1(v41, sqrt, v33);
-  const lanes v42 = v35 * v35, v43 = v36 * v36, v44 = 0.09765625 * v33, v45 = v39 * v39,
-      v46 = v39 * choice_1, v47 = LANES_CHOICE(v40, v41, 0.0), v48 = v6 + v42;
-  out[7] = v44;
-  const lanes v49 = v38 + v45, v51 = choice_2 * v47;
-  LANES_LET1(v52, rsqrt, v48); LANES_LET1(v53, rsqrt, v49);
-  const lanes v54 = 3.2 * v51, v55 = v35 * v52, v56 = T_8 * v52, v58 = v31 * v53, v59 = v39 * v53,
-      v60 = 1e-150 - v54, v61 = T_10 * v55, v62 = v56 * v37, v63 = 0.15 * v55, v64 = 0.15 * v56,
-      v65 = choice_1 * v59, v66 = choice_1 * v58, v67 = v60 * v60;
-  LANES_LET2(v68, atan2, v24, v60);
-  const lanes v69 = v61 + v62, v70 = 0.12 - v63, v71 = 0.20784609690826528 + v64, v72 = v34 + v67,
-      v73 = v19 * v66, v74 = v18 * v65, v75 = v19 * v65, v76 = v18 * v66, v77 = v69 * v69,
-      v79 = v32 * v65, v80 = v31 * v66;
-  out[2] = v68;
-  const lanes v81 = v70 * v70, v82 = v71 * v71;
-  LANES_LET1(v83, rsqrt, v72);
-  const lanes v84 = v73 + v74, v85 = v75 - v76, v86 = v43 + v77, v87 = v79 + v80, v88 = v81 + v82,
-      v90 = v60 * v83, v91 = v24 * v83;
-  LANES_LET1(v93, rsqrt, v86);
-  const lanes v94 = 0.1 + v87;
-  LANES_LET1(v95, sqrt, v88);
-  const lanes v96 = v65 * v85, v97 = v66 * v84, v98 = v66 * v85, v99 = v65 * v84, v100 = v36 * v93,
-      v101 = v69 * v93, v102 = v94 + 0.8, v103 = 0.8 * v90, v105 = v95 - 0.21, v106 = 0.16 * v90,
-      v107 = 0.16 * v91, v108 = 0.8 * v91, v109 = v96 + v97, v110 = v98 - v99, v111 = v102 - 1.2;
-  out[4] = v105;
-  const lanes v112 = 0.2 + v107, v113 = v105 * v105, v114 = 0.42 * v105, v115 = 1.0 + v108,
-      v116 = v101 * v110, v117 = v100 * v110, v118 = v101 * v109, v119 = v100 * v109,
-      v120 = v111 - v103, v121 = v112 * v112, v122 = v113 + 0.0576, v123 = 0.25 * v120,
-      v124 = 1.25 * v120, v125 = v122 + 0.0225, v126 = -v123, v127 = -0.2 - v123, v128 = 1.2 + v124,
-      v129 = v125 + v114;
+      v3 = 0.28 * T_4, v4 = 0.28 * T_0, v5 = 0.28 * T_8;
+  const lanes_where v6 = LANES_LT(0.0, choice_2);
+  const lanes v7 = T_8 * T_8, v8 = v2 * v2, v9 = T_7 - v3, v10 = T_3 - v4, v11 = T_11 - v5,
+      v12 = v1 + v8, v13 = 0.3 + v11;
+  LANES_LET1(v14, rsqrt, v12);
+  const lanes v15 = v13 - 0.54, v16 = T_4 * v14, v17 = v2 * v14, v18 = -4.0 * v15,
+      v19 = choice_0 * v16, v20 = choice_0 * v17, v21 = -4.0 - v18, v22 = 0.12 * v19,
+      v23 = 0.12 * v20, v24 = v21 * v21, v25 = 0.3125 * v21;
+  const lanes_where v26 = LANES_LT(v21, 0.0);
+  const lanes v27 = T_0 * v20, v28 = T_4 * v19, v29 = T_2 * v19, v30 = T_6 * v20, v31 = T_6 * v19,
+      v32 = T_2 * v20, v33 = v22 + v9, v34 = v10 - v23, v35 = 10.24 - v24,
+      v36 = LANES_CHOICE(v26, -1.0, 1.0), v37 = v27 - v28, v38 = v29 + v30, v39 = v31 - v32,
+      v40 = v33 * v33, v41 = 1e-150 + v34;
+  const lanes_where v42 = LANES_LT(4.096e-14, v35); LANES_LET1(v43, sqrt, v35);
+  const lanes v44 = v37 * v37, v45 = v38 * v38, v46 = 0.09765625 * v35, v47 = v41 * v41,
+      v48 = v41 * choice_1, v49 = 0.3125 * v43, v50 = LANES_CHOICE(v42, v25, v36), v51 = v7 + v44;
+  out[7] = v46;
+  const lanes v52 = v40 + v47, v54 = LANES_CHOICE(v42, v49, 0.0);
+  LANES_LET1(v55, rsqrt, v51);
+  const lanes v56 = 0.16 * v50, v57 = 0.8 * v50;
+  LANES_LET1(v58, rsqrt, v52);
+  const lanes v59 = choice_2 * v54, v60 = -v54, v61 = v37 * v55, v62 = T_8 * v55, v64 = 0.2 + v56,
+      v65 = 1.0 + v57, v66 = v33 * v58, v67 = v41 * v58, v69 = T_10 * v61, v70 = v62 * v39,
+      v71 = 0.8 * v59, v72 = 0.15 * v61, v73 = 0.15 * v62, v74 = 0.16 * v59, v75 = v64 * v64,
+      v76 = choice_1 * v67, v77 = choice_1 * v66, v79 = v69 + v70, v80 = 0.12 - v72,
+      v81 = 0.20784609690826528 + v73, v83 = v20 * v77, v84 = v19 * v76, v85 = v20 * v76,
+      v86 = v19 * v77, v87 = v79 * v79, v89 = v34 * v76, v90 = v33 * v77, v91 = v80 * v80,
+      v92 = v81 * v81, v93 = v83 + v84, v94 = v85 - v86, v95 = v45 + v87, v96 = v89 + v90,
+      v97 = v91 + v92;
+  LANES_LET1(v100, rsqrt, v95);
+  const lanes v101 = 0.1 + v96;
+  LANES_LET1(v102, sqrt, v97);
+  const lanes v103 = v76 * v94, v104 = v77 * v93, v105 = v77 * v94, v106 = v76 * v93,
+      v107 = v38 * v100, v108 = v79 * v100, v109 = v101 + 0.8, v111 = v102 - 0.21,
+      v112 = v103 + v104, v113 = v105 - v106, v114 = v109 + v71;
+  out[4] = v111;
+  const lanes v115 = v111 * v111, v116 = 0.42 * v111, v117 = v108 * v113, v118 = v107 * v113,
+      v119 = v108 * v112, v120 = v107 * v112, v121 = v114 - 1.2, v122 = v115 + 0.0576,
+      v123 = 0.25 * v121, v124 = 1.25 * v121, v125 = v122 + 0.0225, v126 = -v123,
+      v127 = -0.2 - v123, v128 = 1.2 + v124, v129 = v125 + v116;
   out[1] = v126;
-  const lanes v130 = v128 - 0.8, v131 = v129 - 0.036, v132 = v130 + v103, v133 = 0.2 * v130,
-      v134 = 0.5 * v131, v135 = 0.1521 - v131, v136 = v131 - 0.0081, v137 = v133 + v106,
+  const lanes v130 = v128 - 0.8, v131 = v129 - 0.036, v132 = v130 - v71, v133 = 0.2 * v130,
+      v134 = 0.5 * v131, v135 = 0.1521 - v131, v136 = v131 - 0.0081, v137 = v133 - v74,
       v138 = 0.0288 + v134, v139 = v135 * v136, v140 = v137 * v137, v141 = v138 - 0.01125;
   LANES_LET1(v142, sqrt, v139);
-  const lanes v143 = v140 + v121, v144 = 2.0833333333333335 * v141,
-      v145 = 1.8042195912175805 * v142, v146 = 1.0416666666666667 * v142,
-      v147 = 3.608439182435161 * v141, v148 = 0.1936 - v143, v149 = v143 - 0.0016,
-      v150 = v144 - v145, v151 = v146 + v147, v152 = v148 * v149, v153 = v150 - 0.12,
-      v154 = 0.20784609690826528 - v151, v155 = 108.50694444444444 * v152,
+  const lanes v143 = v140 + v75, v144 = 2.0833333333333335 * v141, v145 = 1.8042195912175805 * v142,
+      v146 = 1.0416666666666667 * v142, v147 = 3.608439182435161 * v141, v148 = 0.1936 - v143,
+      v149 = v143 - 0.0016, v150 = v144 - v145, v151 = v146 + v147, v152 = v148 * v149,
+      v153 = v150 - 0.12, v154 = 0.20784609690826528 - v151, v155 = 108.50694444444444 * v152,
       v156 = 1.8666666666666667 * v153, v157 = 1.8666666666666667 * v154,
       v158 = 6.666666666666666 * v153, v159 = 6.666666666666666 * v154;
   const lanes_where v160 = LANES_LE(0.0, v155);
-  const lanes v161 = 0.12 - v156, v162 = v157 + 0.3, v163 = v158 * v109, v164 = v159 * v109,
-      v165 = v158 * v110, v166 = v159 * v110, v167 = T_8 + v159, v168 = v100 * v158,
-      v169 = v101 * v158, v170 = LANES_CHOICE(v160, 0.0, -1.0), v171 = v85 * v161,
-      v172 = v84 * v161, v173 = T_0 + v163, v174 = v100 * v164, v175 = v101 * v164,
-      v176 = T_4 + v165, v177 = v100 * v166, v178 = v101 * v166, v179 = v167 * v167,
+  const lanes v161 = 0.12 - v156, v162 = v157 + 0.3, v163 = v158 * v112, v164 = v159 * v112,
+      v165 = v158 * v113, v166 = v159 * v113, v167 = T_8 + v159, v168 = v107 * v158,
+      v169 = v108 * v158, v170 = LANES_CHOICE(v160, 0.0, -1.0), v171 = v94 * v161,
+      v172 = v93 * v161, v173 = T_0 + v163, v174 = v107 * v164, v175 = v108 * v164,
+      v176 = T_4 + v165, v177 = v107 * v166, v178 = v108 * v166, v179 = v167 * v167,
       v180 = v168 - T_9, v181 = T_10 + v169;
   LANES_LET1(v182, sqrt, v170);
-  const lanes v183 = v66 * v172, v184 = v65 * v172, v185 = v173 * v173, v186 = v116 + v174,
-      v187 = v175 - v117, v188 = v176 * v176, v189 = v118 - v177, v190 = v178 + v119,
-      v191 = v180 * v180, v192 = v181 * v181, v193 = v132 + v182, v194 = v115 + v182,
+  const lanes v183 = v77 * v172, v184 = v76 * v172, v185 = v173 * v173, v186 = v117 + v174,
+      v187 = v175 - v118, v188 = v176 * v176, v189 = v119 - v177, v190 = v178 + v120,
+      v191 = v180 * v180, v192 = v181 * v181, v193 = v132 + v182, v194 = v65 + v182,
       v195 = T_1 + v186, v196 = v187 - T_2, v197 = v189 - T_5, v198 = v190 - T_6, v199 = v193 + 0.1,
       v200 = v194 - v162, v201 = v195 * v195, v202 = v196 * v196, v203 = v197 * v197,
       v204 = v198 * v198, v205 = v199 + v171, v206 = v200 + 0.54, v207 = v185 + v201,
-      v208 = v127 + v205, v209 = v206 - T_11, v210 = v207 + v202, v211 = v65 * v208,
-      v212 = v66 * v208, v213 = v209 * v209, v214 = v210 + v188, v215 = v211 + v183,
+      v208 = v127 + v205, v209 = v206 - T_11, v210 = v207 + v202, v211 = v76 * v208,
+      v212 = v77 * v208, v213 = v209 * v209, v214 = v210 + v188, v215 = v211 + v183,
       v216 = v212 - v184, v217 = v214 + v203, v218 = v215 - T_3, v219 = v216 - T_7,
       v220 = v217 + v204, v221 = v218 * v218, v222 = v219 * v219, v223 = v220 + v179,
       v224 = v221 + v222, v225 = v223 + v191, v226 = v224 + v213, v227 = v225 + v192,
@@ -101,14 +101,16 @@ LANES_INLINE void LANES_NAME(board_installer_ik_branch)(
   LANES_LET1(v231, fabs, v230);
   const lanes v232 = v229 + v231, v233 = 0.5 * v232;
   LANES_LET1(v234, sqrt, v233); out[6] = v234;
-  lanes v50, v78; LANES_NAME(lanes_two_atan2)(&v31, &v46, &v36, &v69, &v50, &v78);
-  LANES_LET2(v92, atan2, v84, v85);
-  const lanes v57 = choice_1 * v50;
-  out[0] = v57;
-  const lanes v89 = -v78;
-  out[5] = v89;
-  const lanes v104 = -v92;
-  out[3] = v104;
+  lanes v53, v68; LANES_NAME(lanes_two_atan2)(&v33, &v48, &v50, &v60, &v53, &v68);
+  lanes v88, v99; LANES_NAME(lanes_two_atan2)(&v38, &v79, &v93, &v94, &v88, &v99);
+  const lanes v63 = choice_1 * v53;
+  out[0] = v63; LANES_LET2(v78, supplement, v68, v50);
+  const lanes v82 = LANES_CHOICE(v6, v68, v78);
+  out[2] = v82;
+  const lanes v98 = -v88;
+  out[5] = v98;
+  const lanes v110 = -v99;
+  out[3] = v110;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(board_installer_ik_branches)(const double *T, double *q, double *residual, double *margin)

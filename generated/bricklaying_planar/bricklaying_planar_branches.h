@@ -26,39 +26,41 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_branch)(
       v11 = T_7 - v1, v12 = T_3 - v2, v13 = v4 * v4, v14 = v6 + v7, v15 = v10 * v10,
       v16 = v12 * v12, v17 = v11 * v11, v18 = v3 + v13, v19 = v14 + v8, v20 = v16 + v17;
   LANES_LET1(v21, rsqrt, v18);
-  const lanes v22 = v19 + v9, v23 = v20 - 0.04774184, v24 = v20 - 0.00258064,
-      v25 = 0.09290304 - v20, v26 = T_4 * v21, v27 = v4 * v21, v28 = 0.0451612 * v23,
-      v29 = v24 * v25, v30 = 0.127 * v27, v31 = 0.127 * v26, v32 = v27 - T_0, v33 = T_1 + v26,
-      v34 = v26 - T_4, v35 = v27 - T_5, v36 = 1e-150 + v28;
-  const lanes_where v37 = LANES_LT(8.15813594176e-18, v29); LANES_LET1(v38, sqrt, v29);
-  const lanes v39 = v32 * v32, v40 = v33 * v33, v41 = v34 * v34, v42 = v35 * v35,
-      v43 = 490.3080836793531 * v29, v44 = LANES_CHOICE(v37, v38, 0.0), v45 = v36 * v36,
-      v46 = v22 + v39;
-  out[4] = v43;
-  const lanes v47 = choice_0 * v44, v48 = v44 * 0.0451612, v49 = v46 + v40, v50 = 0.0451612 * v47,
-      v52 = v49 + v41, v53 = v50 * v50, v55 = v52 + v42, v56 = v53 + v45, v57 = v55 + v15;
-  LANES_LET1(v58, rsqrt, v56);
-  const lanes v59 = 0.5 * v57, v60 = v36 * v58, v61 = v50 * v58, v62 = 0.127 * v60,
-      v63 = 0.127 * v61, v64 = v62 + 0.1778, v65 = v12 * v63, v66 = v11 * v63, v67 = v11 * v64,
-      v68 = v12 * v64, v69 = v67 - v65, v70 = v68 + v66, v71 = v69 * v69, v72 = 1e-150 + v70,
-      v73 = v72 * v72;
-  LANES_LET2(v74, atan2, v69, v72);
-  const lanes v75 = v71 + v73;
-  out[0] = v74; LANES_LET1(v76, rsqrt, v75);
-  const lanes v77 = v69 * v76, v78 = v72 * v76, v79 = v60 * v78, v80 = v61 * v77, v81 = v60 * v77,
-      v82 = v61 * v78, v83 = 0.1778 * v78, v84 = 0.1778 * v77, v85 = v79 - v80, v86 = v81 + v82,
-      v87 = v26 * v85, v88 = v27 * v86, v89 = v27 * v85, v90 = v26 * v86, v91 = 0.127 * v85,
-      v92 = 0.127 * v86, v93 = v87 - v88, v94 = v89 + v90, v95 = v30 + v91, v96 = v31 + v92;
-  LANES_LET2(v97, atan2, v93, v94);
-  const lanes v98 = v95 + v83, v99 = v96 + v84;
-  out[2] = v97;
-  const lanes v100 = v98 - T_3, v101 = v99 - T_7, v102 = v100 * v100, v103 = v101 * v101,
-      v104 = v5 + v102, v105 = v104 + v103, v106 = v105 + v59, v107 = v105 - v59;
-  LANES_LET1(v108, fabs, v107);
-  const lanes v109 = v106 + v108, v110 = 0.5 * v109;
-  LANES_LET1(v111, sqrt, v110); out[3] = v111; LANES_LET2(v51, atan2, v48, v36);
-  const lanes v54 = choice_0 * v51;
-  out[1] = v54;
+  const lanes v22 = v19 + v9, v23 = v20 - 0.00258064, v24 = 0.09290304 - v20,
+      v25 = v20 - 0.04774184, v26 = T_4 * v21, v27 = v4 * v21, v28 = v23 * v24,
+      v29 = 22.14290142866 * v25;
+  const lanes_where v30 = LANES_LT(v25, 0.0);
+  const lanes v31 = 0.127 * v27, v32 = 0.127 * v26, v33 = v27 - T_0, v34 = T_1 + v26,
+      v35 = v26 - T_4, v36 = v27 - T_5;
+  const lanes_where v37 = LANES_LT(8.15813594176e-18, v28);
+  const lanes v38 = LANES_CHOICE(v30, -1.0, 1.0);
+  LANES_LET1(v39, sqrt, v28);
+  const lanes v40 = v33 * v33, v41 = v34 * v34, v42 = v35 * v35, v43 = v36 * v36,
+      v44 = 490.3080836793531 * v28, v45 = LANES_CHOICE(v37, v29, v38), v46 = 22.14290142866 * v39,
+      v47 = v22 + v40;
+  out[4] = v44;
+  const lanes v48 = 0.127 * v45, v49 = LANES_CHOICE(v37, v46, 0.0), v50 = v47 + v41,
+      v51 = v48 + 0.1778, v52 = choice_0 * v49, v54 = v50 + v42, v55 = v11 * v51, v56 = 0.127 * v52,
+      v57 = v12 * v51, v59 = v54 + v43, v60 = v12 * v56, v61 = v11 * v56, v62 = v59 + v15,
+      v63 = v55 - v60, v64 = v57 + v61, v65 = 0.5 * v62, v66 = v63 * v63, v67 = 1e-150 + v64,
+      v68 = v67 * v67;
+  LANES_LET2(v69, atan2, v63, v67);
+  const lanes v70 = v66 + v68;
+  out[0] = v69; LANES_LET1(v71, rsqrt, v70);
+  const lanes v72 = v63 * v71, v73 = v67 * v71, v74 = v45 * v73, v75 = v52 * v72, v76 = v45 * v72,
+      v77 = v52 * v73, v78 = 0.1778 * v73, v79 = 0.1778 * v72, v80 = v74 - v75, v81 = v76 + v77,
+      v82 = v26 * v80, v83 = v27 * v81, v84 = v27 * v80, v85 = v26 * v81, v86 = 0.127 * v80,
+      v87 = 0.127 * v81, v88 = v82 - v83, v89 = v84 + v85, v90 = v31 + v86, v91 = v32 + v87;
+  LANES_LET2(v92, atan2, v88, v89);
+  const lanes v93 = v90 + v78, v94 = v91 + v79;
+  out[2] = v92;
+  const lanes v95 = v93 - T_3, v96 = v94 - T_7, v97 = v95 * v95, v98 = v96 * v96, v99 = v5 + v97,
+      v100 = v99 + v98, v101 = v100 + v65, v102 = v100 - v65;
+  LANES_LET1(v103, fabs, v102);
+  const lanes v104 = v101 + v103, v105 = 0.5 * v104;
+  LANES_LET1(v106, sqrt, v105); out[3] = v106; LANES_LET2(v53, atan2, v49, v45);
+  const lanes v58 = choice_0 * v53;
+  out[1] = v58;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_branches)(const double *T, double *q, double *residual, double *margin)
@@ -87,36 +89,37 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_planar_branch)(
   const lanes v3 = 0.127 * v1, v4 = 0.127 * v2, v5 = v1 * v1, v6 = 1e-150 + v2, v7 = x_1 - v3,
       v8 = x_0 - v4, v9 = v6 * v6, v10 = v8 * v8, v11 = v7 * v7, v12 = v5 + v9, v13 = v10 + v11;
   LANES_LET1(v14, rsqrt, v12);
-  const lanes v15 = v13 - 0.04774184, v16 = v13 - 0.00258064, v17 = 0.09290304 - v13,
-      v18 = v1 * v14, v19 = v6 * v14, v20 = 0.0451612 * v15, v21 = v16 * v17, v22 = 0.127 * v19,
-      v23 = 0.127 * v18, v24 = v19 - v2, v25 = v18 - v1, v26 = 1e-150 + v20;
-  const lanes_where v27 = LANES_LT(8.15813594176e-18, v21); LANES_LET1(v28, sqrt, v21);
-  const lanes v29 = v24 * v24, v30 = v25 * v25, v31 = 490.3080836793531 * v21,
-      v32 = LANES_CHOICE(v27, v28, 0.0), v33 = v26 * v26, v34 = v29 + v30;
-  out[4] = v31;
-  const lanes v35 = choice_0 * v32, v36 = v32 * 0.0451612, v37 = 0.0451612 * v35, v39 = v37 * v37,
-      v41 = v39 + v33;
-  LANES_LET1(v42, rsqrt, v41);
-  const lanes v43 = v26 * v42, v44 = v37 * v42, v45 = 0.127 * v43, v46 = 0.127 * v44,
-      v47 = v45 + 0.1778, v48 = v8 * v46, v49 = v7 * v46, v50 = v7 * v47, v51 = v8 * v47,
-      v52 = v50 - v48, v53 = v51 + v49, v54 = v52 * v52, v55 = 1e-150 + v53, v56 = v55 * v55;
-  LANES_LET2(v57, atan2, v52, v55);
-  const lanes v58 = v54 + v56;
-  out[0] = v57; LANES_LET1(v59, rsqrt, v58);
-  const lanes v60 = v52 * v59, v61 = v55 * v59, v62 = v43 * v61, v63 = v44 * v60, v64 = v43 * v60,
-      v65 = v44 * v61, v66 = 0.1778 * v61, v67 = 0.1778 * v60, v68 = v62 - v63, v69 = v64 + v65,
-      v70 = v18 * v68, v71 = v19 * v69, v72 = v19 * v68, v73 = v18 * v69, v74 = 0.127 * v68,
-      v75 = 0.127 * v69, v76 = v70 - v71, v77 = v72 + v73, v78 = v22 + v74, v79 = v23 + v75;
-  LANES_LET2(v80, atan2, v76, v77);
-  const lanes v81 = v78 + v66, v82 = v79 + v67;
-  out[2] = v80;
-  const lanes v83 = v81 - x_0, v84 = v82 - x_1, v85 = v83 * v83, v86 = v84 * v84, v87 = v85 + v86,
-      v88 = v87 + v34, v89 = v87 - v34;
-  LANES_LET1(v90, fabs, v89);
-  const lanes v91 = v88 + v90, v92 = 0.5 * v91;
-  LANES_LET1(v93, sqrt, v92); out[3] = v93; LANES_LET2(v38, atan2, v36, v26);
-  const lanes v40 = choice_0 * v38;
-  out[1] = v40;
+  const lanes v15 = v13 - 0.00258064, v16 = 0.09290304 - v13, v17 = v13 - 0.04774184,
+      v18 = v1 * v14, v19 = v6 * v14, v20 = v15 * v16, v21 = 22.14290142866 * v17;
+  const lanes_where v22 = LANES_LT(v17, 0.0);
+  const lanes v23 = 0.127 * v19, v24 = 0.127 * v18, v25 = v19 - v2, v26 = v18 - v1;
+  const lanes_where v27 = LANES_LT(8.15813594176e-18, v20);
+  const lanes v28 = LANES_CHOICE(v22, -1.0, 1.0);
+  LANES_LET1(v29, sqrt, v20);
+  const lanes v30 = v25 * v25, v31 = v26 * v26, v32 = 490.3080836793531 * v20,
+      v33 = LANES_CHOICE(v27, v21, v28), v34 = 22.14290142866 * v29, v35 = v30 + v31;
+  out[4] = v32;
+  const lanes v36 = 0.127 * v33, v37 = LANES_CHOICE(v27, v34, 0.0), v38 = v36 + 0.1778,
+      v39 = choice_0 * v37, v41 = v7 * v38, v42 = 0.127 * v39, v43 = v8 * v38, v45 = v8 * v42,
+      v46 = v7 * v42, v47 = v41 - v45, v48 = v43 + v46, v49 = v47 * v47, v50 = 1e-150 + v48,
+      v51 = v50 * v50;
+  LANES_LET2(v52, atan2, v47, v50);
+  const lanes v53 = v49 + v51;
+  out[0] = v52; LANES_LET1(v54, rsqrt, v53);
+  const lanes v55 = v47 * v54, v56 = v50 * v54, v57 = v33 * v56, v58 = v39 * v55, v59 = v33 * v55,
+      v60 = v39 * v56, v61 = 0.1778 * v56, v62 = 0.1778 * v55, v63 = v57 - v58, v64 = v59 + v60,
+      v65 = v18 * v63, v66 = v19 * v64, v67 = v19 * v63, v68 = v18 * v64, v69 = 0.127 * v63,
+      v70 = 0.127 * v64, v71 = v65 - v66, v72 = v67 + v68, v73 = v23 + v69, v74 = v24 + v70;
+  LANES_LET2(v75, atan2, v71, v72);
+  const lanes v76 = v73 + v61, v77 = v74 + v62;
+  out[2] = v75;
+  const lanes v78 = v76 - x_0, v79 = v77 - x_1, v80 = v78 * v78, v81 = v79 * v79, v82 = v80 + v81,
+      v83 = v82 + v35, v84 = v82 - v35;
+  LANES_LET1(v85, fabs, v84);
+  const lanes v86 = v83 + v85, v87 = 0.5 * v86;
+  LANES_LET1(v88, sqrt, v87); out[3] = v88; LANES_LET2(v40, atan2, v37, v33);
+  const lanes v44 = choice_0 * v40;
+  out[1] = v44;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar_branches)(const double *x, double *q, double *residual, double *margin)

@@ -370,96 +370,102 @@ static LANES_TARGET void LANES_NAME(bricklaying_planar_ik)(const lanes *in, lane
       v11 = T_3 - v1, v12 = T_7 - v2, v13 = v4 * v4, v14 = v5 + v6, v15 = v9 * v9, v16 = v11 * v11,
       v17 = v12 * v12, v18 = v3 + v13, v19 = v14 + v7, v20 = v16 + v17;
   LANES_LET1(v21, rsqrt, v18);
-  const lanes v22 = v19 + v8, v23 = v20 - 0.04774184, v24 = v20 - 0.00258064,
-      v25 = 0.09290304 - v20, v26 = T_4 * v21, v27 = v4 * v21, v28 = 0.0451612 * v23,
-      v29 = v24 * v25, v30 = v27 - T_0, v31 = T_1 + v26, v32 = v26 - T_4, v33 = v27 - T_5,
-      v34 = 0.127 * v27, v35 = 0.127 * v26, v36 = 1e-150 + v28;
-  const lanes_where v37 = LANES_LT(8.15813594176e-18, v29); LANES_LET1(v38, sqrt, v29);
-  const lanes v39 = v30 * v30, v40 = v31 * v31, v41 = v32 * v32, v42 = v33 * v33,
-      v43 = 490.3080836793531 * v29, v44 = v36 * v36, v45 = LANES_CHOICE(v37, v38, 0.0),
-      v46 = v22 + v39;
-  out[8] = v43; out[9] = v43;
-  const lanes v47 = 0.0451612 * v45, v48 = v46 + v40, v49 = v47 * v47;
-  LANES_LET2(v50, atan2, v47, v36);
-  const lanes v51 = v48 + v41, v52 = v44 + v49;
-  out[1] = v50;
-  const lanes v53 = -v50, v54 = v51 + v42;
-  LANES_LET1(v55, rsqrt, v52); out[4] = v53;
-  const lanes v56 = v54 + v15, v57 = v36 * v55, v58 = v47 * v55, v59 = 0.5 * v56, v60 = 0.127 * v57,
-      v61 = 0.127 * v58, v62 = v60 + 0.1778, v63 = v11 * v61, v64 = v61 * v12, v65 = v62 * v12,
-      v66 = v11 * v62, v67 = v65 - v63, v68 = v66 + v64, v69 = v63 + v65, v70 = v66 - v64,
-      v71 = v67 * v67, v72 = 1e-150 + v68, v73 = v69 * v69, v74 = 1e-150 + v70, v75 = v72 * v72;
-  LANES_LET2(v76, atan2, v67, v72);
-  const lanes v77 = v74 * v74;
-  LANES_LET2(v78, atan2, v69, v74);
-  const lanes v79 = v71 + v75, v80 = v73 + v77;
-  out[0] = v76; out[3] = v78; LANES_LET1(v81, rsqrt, v79); LANES_LET1(v82, rsqrt, v80);
-  const lanes v83 = v67 * v81, v84 = v72 * v81, v85 = v69 * v82, v86 = v74 * v82, v87 = v57 * v84,
-      v88 = v58 * v83, v89 = v57 * v83, v90 = v58 * v84, v91 = v57 * v86, v92 = v58 * v85,
-      v93 = v57 * v85, v94 = v58 * v86, v95 = 0.1778 * v84, v96 = 0.1778 * v83, v97 = 0.1778 * v86,
-      v98 = 0.1778 * v85, v99 = v87 - v88, v100 = v89 + v90, v101 = v91 + v92, v102 = v93 - v94,
-      v103 = v26 * v99, v104 = v27 * v100, v105 = v27 * v99, v106 = v26 * v100, v107 = v26 * v101,
-      v108 = v27 * v102, v109 = v27 * v101, v110 = v26 * v102, v111 = 0.127 * v99,
-      v112 = 0.127 * v100, v113 = 0.127 * v101, v114 = 0.127 * v102, v115 = v103 - v104,
-      v116 = v105 + v106, v117 = v107 - v108, v118 = v109 + v110, v119 = v34 + v111,
-      v120 = v35 + v112, v121 = v34 + v113, v122 = v35 + v114;
-  LANES_LET2(v123, atan2, v115, v116); LANES_LET2(v124, atan2, v117, v118);
-  const lanes v125 = v119 + v95, v126 = v120 + v96, v127 = v121 + v97, v128 = v122 + v98;
-  out[2] = v123; out[5] = v124;
-  const lanes v129 = v125 - T_3, v130 = v126 - T_7, v131 = v127 - T_3, v132 = v128 - T_7,
-      v133 = v129 * v129, v134 = v130 * v130, v135 = v131 * v131, v136 = v132 * v132,
-      v137 = v10 + v133, v138 = v10 + v135, v139 = v137 + v134, v140 = v138 + v136,
-      v141 = v59 + v139, v142 = v139 - v59, v143 = v59 + v140, v144 = v140 - v59;
-  LANES_LET1(v145, fabs, v142); LANES_LET1(v146, fabs, v144);
-  const lanes v147 = v141 + v145, v148 = v143 + v146, v149 = 0.5 * v147, v150 = 0.5 * v148;
-  LANES_LET1(v151, sqrt, v149); LANES_LET1(v152, sqrt, v150); out[6] = v151; out[7] = v152;
+  const lanes v22 = v19 + v8, v23 = v20 - 0.00258064, v24 = 0.09290304 - v20,
+      v25 = v20 - 0.04774184, v26 = T_4 * v21, v27 = v4 * v21, v28 = v23 * v24,
+      v29 = 22.14290142866 * v25;
+  const lanes_where v30 = LANES_LT(v25, 0.0);
+  const lanes v31 = v27 - T_0, v32 = T_1 + v26, v33 = v26 - T_4, v34 = v27 - T_5, v35 = 0.127 * v27,
+      v36 = 0.127 * v26;
+  const lanes_where v37 = LANES_LT(8.15813594176e-18, v28);
+  const lanes v38 = LANES_CHOICE(v30, -1.0, 1.0);
+  LANES_LET1(v39, sqrt, v28);
+  const lanes v40 = v31 * v31, v41 = v32 * v32, v42 = v33 * v33, v43 = v34 * v34,
+      v44 = 490.3080836793531 * v28, v45 = LANES_CHOICE(v37, v29, v38), v46 = 22.14290142866 * v39,
+      v47 = v22 + v40;
+  out[8] = v44; out[9] = v44;
+  const lanes v48 = 0.127 * v45, v49 = LANES_CHOICE(v37, v46, 0.0), v50 = v47 + v41,
+      v51 = v48 + 0.1778, v52 = 0.127 * v49;
+  LANES_LET2(v53, atan2, v49, v45);
+  const lanes v54 = v50 + v42, v55 = v51 * v12, v56 = v11 * v52, v57 = v51 * v11, v58 = v52 * v12;
+  out[1] = v53;
+  const lanes v59 = -v53, v60 = v54 + v43, v61 = v55 - v56, v62 = v57 + v58, v63 = v55 + v56,
+      v64 = v57 - v58;
+  out[4] = v59;
+  const lanes v65 = v60 + v15, v66 = v61 * v61, v67 = 1e-150 + v62, v68 = v63 * v63,
+      v69 = 1e-150 + v64, v70 = 0.5 * v65, v71 = v67 * v67;
+  LANES_LET2(v72, atan2, v61, v67);
+  const lanes v73 = v69 * v69;
+  LANES_LET2(v74, atan2, v63, v69);
+  const lanes v75 = v66 + v71, v76 = v68 + v73;
+  out[0] = v72; out[3] = v74; LANES_LET1(v77, rsqrt, v75); LANES_LET1(v78, rsqrt, v76);
+  const lanes v79 = v61 * v77, v80 = v67 * v77, v81 = v63 * v78, v82 = v69 * v78, v83 = v45 * v80,
+      v84 = v49 * v79, v85 = v45 * v79, v86 = v49 * v80, v87 = v45 * v82, v88 = v49 * v81,
+      v89 = v45 * v81, v90 = v49 * v82, v91 = 0.1778 * v80, v92 = 0.1778 * v79, v93 = 0.1778 * v82,
+      v94 = 0.1778 * v81, v95 = v83 - v84, v96 = v85 + v86, v97 = v87 + v88, v98 = v89 - v90,
+      v99 = v26 * v95, v100 = v27 * v96, v101 = v27 * v95, v102 = v26 * v96, v103 = v26 * v97,
+      v104 = v27 * v98, v105 = v27 * v97, v106 = v26 * v98, v107 = 0.127 * v95, v108 = 0.127 * v96,
+      v109 = 0.127 * v97, v110 = 0.127 * v98, v111 = v99 - v100, v112 = v101 + v102,
+      v113 = v103 - v104, v114 = v105 + v106, v115 = v35 + v107, v116 = v36 + v108,
+      v117 = v35 + v109, v118 = v36 + v110;
+  LANES_LET2(v119, atan2, v111, v112); LANES_LET2(v120, atan2, v113, v114);
+  const lanes v121 = v115 + v91, v122 = v116 + v92, v123 = v117 + v93, v124 = v118 + v94;
+  out[2] = v119; out[5] = v120;
+  const lanes v125 = v121 - T_3, v126 = v122 - T_7, v127 = v123 - T_3, v128 = v124 - T_7,
+      v129 = v125 * v125, v130 = v126 * v126, v131 = v127 * v127, v132 = v128 * v128,
+      v133 = v10 + v129, v134 = v10 + v131, v135 = v133 + v130, v136 = v134 + v132,
+      v137 = v70 + v135, v138 = v135 - v70, v139 = v70 + v136, v140 = v136 - v70;
+  LANES_LET1(v141, fabs, v138); LANES_LET1(v142, fabs, v140);
+  const lanes v143 = v137 + v141, v144 = v139 + v142, v145 = 0.5 * v143, v146 = 0.5 * v144;
+  LANES_LET1(v147, sqrt, v145); LANES_LET1(v148, sqrt, v146); out[6] = v147; out[7] = v148;
 }
 
 static LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar)(const lanes *in, lanes *out)
 {
   const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2];
   LANES_COS_SIN(v1, v2, x_2);
-  const lanes v3 = 0.127 * v1, v4 = 0.127 * v2, v5 = 1e-150 + v1, v6 = v2 * v2, v7 = x_0 - v3,
-      v8 = x_1 - v4, v9 = v5 * v5, v10 = v7 * v7, v11 = v8 * v8, v12 = v9 + v6, v13 = v10 + v11;
+  const lanes v3 = 0.127 * v1, v4 = 0.127 * v2, v5 = v2 * v2, v6 = 1e-150 + v1, v7 = x_0 - v3,
+      v8 = x_1 - v4, v9 = v6 * v6, v10 = v7 * v7, v11 = v8 * v8, v12 = v5 + v9, v13 = v10 + v11;
   LANES_LET1(v14, rsqrt, v12);
-  const lanes v15 = v13 - 0.04774184, v16 = 0.09290304 - v13, v17 = v13 - 0.00258064,
-      v18 = v2 * v14, v19 = v5 * v14, v20 = 0.0451612 * v15, v21 = v16 * v17, v22 = v19 - v1,
-      v23 = v18 - v2, v24 = 0.127 * v19, v25 = 0.127 * v18, v26 = 1e-150 + v20;
-  const lanes_where v27 = LANES_LT(8.15813594176e-18, v21); LANES_LET1(v28, sqrt, v21);
-  const lanes v29 = v22 * v22, v30 = v23 * v23, v31 = 490.3080836793531 * v21, v32 = v26 * v26,
-      v33 = LANES_CHOICE(v27, v28, 0.0), v34 = v29 + v30;
-  out[8] = v31; out[9] = v31;
-  const lanes v35 = 0.0451612 * v33, v36 = v35 * v35;
-  LANES_LET2(v37, atan2, v35, v26);
-  const lanes v38 = v32 + v36;
-  out[1] = v37;
-  const lanes v39 = -v37;
-  LANES_LET1(v40, rsqrt, v38); out[4] = v39;
-  const lanes v41 = v26 * v40, v42 = v35 * v40, v43 = 0.127 * v41, v44 = 0.127 * v42,
-      v45 = v43 + 0.1778, v46 = v44 * v7, v47 = v44 * v8, v48 = v45 * v8, v49 = v45 * v7,
-      v50 = v48 - v46, v51 = v47 + v49, v52 = v46 + v48, v53 = v49 - v47, v54 = v50 * v50,
-      v55 = 1e-150 + v51, v56 = v52 * v52, v57 = 1e-150 + v53, v58 = v55 * v55;
-  LANES_LET2(v59, atan2, v50, v55);
-  const lanes v60 = v57 * v57;
-  LANES_LET2(v61, atan2, v52, v57);
-  const lanes v62 = v54 + v58, v63 = v56 + v60;
-  out[0] = v59; out[3] = v61; LANES_LET1(v64, rsqrt, v62); LANES_LET1(v65, rsqrt, v63);
-  const lanes v66 = v50 * v64, v67 = v55 * v64, v68 = v52 * v65, v69 = v57 * v65, v70 = v41 * v67,
-      v71 = v42 * v66, v72 = v41 * v66, v73 = v42 * v67, v74 = v41 * v69, v75 = v42 * v68,
-      v76 = v41 * v68, v77 = v42 * v69, v78 = 0.1778 * v67, v79 = 0.1778 * v66, v80 = 0.1778 * v69,
-      v81 = 0.1778 * v68, v82 = v70 - v71, v83 = v72 + v73, v84 = v74 + v75, v85 = v76 - v77,
-      v86 = v18 * v82, v87 = v19 * v83, v88 = v19 * v82, v89 = v18 * v83, v90 = v18 * v84,
-      v91 = v19 * v85, v92 = v19 * v84, v93 = v18 * v85, v94 = 0.127 * v82, v95 = 0.127 * v83,
-      v96 = 0.127 * v84, v97 = 0.127 * v85, v98 = v86 - v87, v99 = v88 + v89, v100 = v90 - v91,
-      v101 = v92 + v93, v102 = v24 + v94, v103 = v25 + v95, v104 = v24 + v96, v105 = v25 + v97;
-  LANES_LET2(v106, atan2, v98, v99); LANES_LET2(v107, atan2, v100, v101);
-  const lanes v108 = v102 + v78, v109 = v103 + v79, v110 = v104 + v80, v111 = v105 + v81;
-  out[2] = v106; out[5] = v107;
-  const lanes v112 = v108 - x_0, v113 = v109 - x_1, v114 = v110 - x_0, v115 = v111 - x_1,
-      v116 = v112 * v112, v117 = v113 * v113, v118 = v114 * v114, v119 = v115 * v115,
-      v120 = v116 + v117, v121 = v118 + v119, v122 = v34 + v120, v123 = v120 - v34,
-      v124 = v34 + v121, v125 = v121 - v34;
-  LANES_LET1(v126, fabs, v123); LANES_LET1(v127, fabs, v125);
-  const lanes v128 = v122 + v126, v129 = v124 + v127, v130 = 0.5 * v128, v131 = 0.5 * v129;
-  LANES_LET1(v132, sqrt, v130); LANES_LET1(v133, sqrt, v131); out[6] = v132; out[7] = v133;
+  const lanes v15 = 0.09290304 - v13, v16 = v13 - 0.00258064, v17 = v13 - 0.04774184,
+      v18 = v2 * v14, v19 = v6 * v14, v20 = v15 * v16, v21 = 22.14290142866 * v17;
+  const lanes_where v22 = LANES_LT(v17, 0.0);
+  const lanes v23 = v19 - v1, v24 = v18 - v2, v25 = 0.127 * v19, v26 = 0.127 * v18;
+  const lanes_where v27 = LANES_LT(8.15813594176e-18, v20);
+  const lanes v28 = LANES_CHOICE(v22, -1.0, 1.0);
+  LANES_LET1(v29, sqrt, v20);
+  const lanes v30 = v23 * v23, v31 = v24 * v24, v32 = 490.3080836793531 * v20,
+      v33 = LANES_CHOICE(v27, v21, v28), v34 = 22.14290142866 * v29, v35 = v30 + v31;
+  out[8] = v32; out[9] = v32;
+  const lanes v36 = 0.127 * v33, v37 = LANES_CHOICE(v27, v34, 0.0), v38 = v36 + 0.1778,
+      v39 = 0.127 * v37;
+  LANES_LET2(v40, atan2, v37, v33);
+  const lanes v41 = v38 * v8, v42 = v39 * v7, v43 = v38 * v7, v44 = v39 * v8;
+  out[1] = v40;
+  const lanes v45 = -v40, v46 = v41 - v42, v47 = v43 + v44, v48 = v41 + v42, v49 = v43 - v44;
+  out[4] = v45;
+  const lanes v50 = v46 * v46, v51 = 1e-150 + v47, v52 = v48 * v48, v53 = 1e-150 + v49,
+      v54 = v51 * v51;
+  LANES_LET2(v55, atan2, v46, v51);
+  const lanes v56 = v53 * v53;
+  LANES_LET2(v57, atan2, v48, v53);
+  const lanes v58 = v50 + v54, v59 = v52 + v56;
+  out[0] = v55; out[3] = v57; LANES_LET1(v60, rsqrt, v58); LANES_LET1(v61, rsqrt, v59);
+  const lanes v62 = v46 * v60, v63 = v51 * v60, v64 = v48 * v61, v65 = v53 * v61, v66 = v33 * v63,
+      v67 = v37 * v62, v68 = v33 * v62, v69 = v37 * v63, v70 = v33 * v65, v71 = v37 * v64,
+      v72 = v33 * v64, v73 = v37 * v65, v74 = 0.1778 * v63, v75 = 0.1778 * v62, v76 = 0.1778 * v65,
+      v77 = 0.1778 * v64, v78 = v66 - v67, v79 = v68 + v69, v80 = v70 + v71, v81 = v72 - v73,
+      v82 = v18 * v78, v83 = v19 * v79, v84 = v19 * v78, v85 = v18 * v79, v86 = v18 * v80,
+      v87 = v19 * v81, v88 = v19 * v80, v89 = v18 * v81, v90 = 0.127 * v78, v91 = 0.127 * v79,
+      v92 = 0.127 * v80, v93 = 0.127 * v81, v94 = v82 - v83, v95 = v84 + v85, v96 = v86 - v87,
+      v97 = v88 + v89, v98 = v25 + v90, v99 = v26 + v91, v100 = v25 + v92, v101 = v26 + v93;
+  LANES_LET2(v102, atan2, v94, v95); LANES_LET2(v103, atan2, v96, v97);
+  const lanes v104 = v98 + v74, v105 = v99 + v75, v106 = v100 + v76, v107 = v101 + v77;
+  out[2] = v102; out[5] = v103;
+  const lanes v108 = v104 - x_0, v109 = v105 - x_1, v110 = v106 - x_0, v111 = v107 - x_1,
+      v112 = v108 * v108, v113 = v109 * v109, v114 = v110 * v110, v115 = v111 * v111,
+      v116 = v112 + v113, v117 = v114 + v115, v118 = v35 + v116, v119 = v116 - v35,
+      v120 = v35 + v117, v121 = v117 - v35;
+  LANES_LET1(v122, fabs, v119); LANES_LET1(v123, fabs, v121);
+  const lanes v124 = v118 + v122, v125 = v120 + v123, v126 = 0.5 * v124, v127 = 0.5 * v125;
+  LANES_LET1(v128, sqrt, v126); LANES_LET1(v129, sqrt, v127); out[6] = v128; out[7] = v129;
 }

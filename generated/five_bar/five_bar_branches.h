@@ -23,45 +23,47 @@ LANES_INLINE void LANES_NAME(five_bar_ik_branch)(
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       v1 = T_7 * T_7, v2 = T_3 + 0.1, v3 = T_11 * T_11, v4 = T_2 * T_2, v5 = T_6 * T_6,
       v6 = T_8 * T_8, v7 = T_9 * T_9, v8 = 1.0 - T_10, v9 = v2 * v2, v10 = v4 + v5, v11 = v8 * v8,
-      v12 = v1 + v9, v13 = v10 + v6, v14 = v12 - 0.13, v15 = v12 - 0.01, v16 = 0.25 - v12,
-      v17 = v13 + v7, v18 = 0.12 * v14, v19 = v15 * v16, v20 = 1e-150 + v18;
-  const lanes_where v21 = LANES_LT(5.76e-17, v19); LANES_LET1(v22, sqrt, v19);
-  const lanes v23 = 69.44444444444444 * v19, v24 = LANES_CHOICE(v21, v22, 0.0), v25 = v20 * v20;
-  out[3] = v23;
-  const lanes v26 = choice_0 * v24, v27 = 0.12 * v26, v28 = v27 * v27, v29 = v28 + v25;
-  LANES_LET1(v30, rsqrt, v29);
-  const lanes v31 = v20 * v30, v32 = v27 * v30, v33 = 0.3 * v31, v34 = 0.3 * v32, v35 = 0.2 + v33,
-      v36 = v2 * v34, v37 = T_7 * v34, v38 = T_7 * v35, v39 = v2 * v35, v40 = v38 - v36,
-      v41 = v37 + v39, v42 = v40 * v40, v43 = 1e-150 + v41, v44 = v43 * v43;
-  LANES_LET2(v45, atan2, v40, v43);
-  const lanes v46 = v42 + v44;
-  out[0] = v45; LANES_LET1(v47, rsqrt, v46);
-  const lanes v48 = v40 * v47, v49 = v43 * v47, v50 = 0.2 * v48, v51 = v31 * v48, v52 = v32 * v49,
-      v53 = 0.2 * v49, v54 = v31 * v49, v55 = v32 * v48, v56 = v51 + v52, v57 = v54 - v55,
-      v58 = 0.3 * v56, v59 = 0.3 * v57, v60 = v50 + v58, v61 = v53 + v59, v62 = v61 - 0.2,
-      v63 = v60 * v60, v64 = v62 * v62, v65 = v64 + v63, v66 = 0.5 * v65, v67 = 0.25 - v65,
-      v68 = v65 - 0.01, v69 = 0.02 + v66, v70 = v67 * v68, v71 = v69 - 0.045;
-  LANES_LET1(v72, sqrt, v70);
-  const lanes v73 = v71 / v65, v74 = 0.5 * v72, v75 = v60 * v73, v76 = v74 / v65, v77 = v62 * v73,
-      v78 = v62 * v76, v79 = v60 * v76, v80 = v75 - v78, v81 = v77 + v79, v82 = 5.0 * v80,
-      v83 = 5.0 * v81, v84 = 0.2 + v81, v85 = v80 - v50;
-  LANES_LET2(v86, atan2, v82, v83);
-  const lanes v87 = v84 - v53, v88 = v85 * v85, v89 = 0.5 * v85;
-  out[1] = v86;
-  const lanes v90 = 0.5 * v87, v91 = v87 * v87, v92 = v91 + v88, v93 = 0.36 - v92, v94 = v92 * v93;
-  LANES_LET1(v95, sqrt, v94);
-  const lanes v96 = 0.5 * v95, v97 = v96 / v92, v98 = v85 * v97, v99 = v87 * v97, v100 = v90 - v98,
-      v101 = v99 + v89, v102 = 0.9999999999999999 * v100, v103 = 0.9999999999999999 * v101,
-      v104 = 3.333333333333333 * v100, v105 = 3.333333333333333 * v101, v106 = v102 + v53,
-      v107 = v103 + v50, v108 = v104 - T_0, v109 = T_1 + v105, v110 = v105 - T_4, v111 = v104 - T_5,
-      v112 = v106 - 0.1, v113 = v107 - T_7, v114 = v108 * v108, v115 = v109 * v109,
-      v116 = v110 * v110, v117 = v111 * v111, v118 = v112 - T_3, v119 = v113 * v113,
-      v120 = v17 + v114, v121 = v118 * v118, v122 = v120 + v115, v123 = v3 + v121,
-      v124 = v122 + v116, v125 = v123 + v119, v126 = v124 + v117, v127 = v126 + v11,
-      v128 = 0.5 * v127, v129 = v125 + v128, v130 = v125 - v128;
-  LANES_LET1(v131, fabs, v130);
-  const lanes v132 = v129 + v131, v133 = 0.5 * v132;
-  LANES_LET1(v134, sqrt, v133); out[2] = v134;
+      v12 = v1 + v9, v13 = v10 + v6, v14 = v12 - 0.01, v15 = 0.25 - v12, v16 = v12 - 0.13,
+      v17 = v13 + v7, v18 = v14 * v15, v19 = 8.333333333333334 * v16;
+  const lanes_where v20 = LANES_LT(v16, 0.0); const lanes_where v21 = LANES_LT(5.76e-17, v18);
+  const lanes v22 = LANES_CHOICE(v20, -1.0, 1.0);
+  LANES_LET1(v23, sqrt, v18);
+  const lanes v24 = 69.44444444444444 * v18, v25 = LANES_CHOICE(v21, v19, v22),
+      v26 = 8.333333333333334 * v23;
+  out[3] = v24;
+  const lanes v27 = 0.3 * v25, v28 = LANES_CHOICE(v21, v26, 0.0), v29 = 0.2 + v27,
+      v30 = choice_0 * v28, v31 = T_7 * v29, v32 = 0.3 * v30, v33 = v2 * v29, v34 = v2 * v32,
+      v35 = T_7 * v32, v36 = v31 - v34, v37 = v35 + v33, v38 = v36 * v36, v39 = 1e-150 + v37,
+      v40 = v39 * v39;
+  LANES_LET2(v41, atan2, v36, v39);
+  const lanes v42 = v38 + v40;
+  out[0] = v41; LANES_LET1(v43, rsqrt, v42);
+  const lanes v44 = v36 * v43, v45 = v39 * v43, v46 = 0.2 * v44, v47 = v25 * v44, v48 = v30 * v45,
+      v49 = 0.2 * v45, v50 = v25 * v45, v51 = v30 * v44, v52 = v47 + v48, v53 = v50 - v51,
+      v54 = 0.3 * v52, v55 = 0.3 * v53, v56 = v46 + v54, v57 = v49 + v55, v58 = v57 - 0.2,
+      v59 = v56 * v56, v60 = v58 * v58, v61 = v60 + v59, v62 = 0.5 * v61, v63 = 0.25 - v61,
+      v64 = v61 - 0.01, v65 = 0.02 + v62, v66 = v63 * v64, v67 = v65 - 0.045;
+  LANES_LET1(v68, sqrt, v66);
+  const lanes v69 = v67 / v61, v70 = 0.5 * v68, v71 = v56 * v69, v72 = v70 / v61, v73 = v58 * v69,
+      v74 = v58 * v72, v75 = v56 * v72, v76 = v71 - v74, v77 = v73 + v75, v78 = 5.0 * v76,
+      v79 = 5.0 * v77, v80 = 0.2 + v77, v81 = v76 - v46;
+  LANES_LET2(v82, atan2, v78, v79);
+  const lanes v83 = v80 - v49, v84 = v81 * v81, v85 = 0.5 * v81;
+  out[1] = v82;
+  const lanes v86 = 0.5 * v83, v87 = v83 * v83, v88 = v87 + v84, v89 = 0.36 - v88, v90 = v88 * v89;
+  LANES_LET1(v91, sqrt, v90);
+  const lanes v92 = 0.5 * v91, v93 = v92 / v88, v94 = v81 * v93, v95 = v83 * v93, v96 = v86 - v94,
+      v97 = v95 + v85, v98 = 0.9999999999999999 * v96, v99 = 0.9999999999999999 * v97,
+      v100 = 3.333333333333333 * v96, v101 = 3.333333333333333 * v97, v102 = v98 + v49,
+      v103 = v99 + v46, v104 = v100 - T_0, v105 = T_1 + v101, v106 = v101 - T_4, v107 = v100 - T_5,
+      v108 = v102 - 0.1, v109 = v103 - T_7, v110 = v104 * v104, v111 = v105 * v105,
+      v112 = v106 * v106, v113 = v107 * v107, v114 = v108 - T_3, v115 = v109 * v109,
+      v116 = v17 + v110, v117 = v114 * v114, v118 = v116 + v111, v119 = v3 + v117,
+      v120 = v118 + v112, v121 = v119 + v115, v122 = v120 + v113, v123 = v122 + v11,
+      v124 = 0.5 * v123, v125 = v121 + v124, v126 = v121 - v124;
+  LANES_LET1(v127, fabs, v126);
+  const lanes v128 = v125 + v127, v129 = 0.5 * v128;
+  LANES_LET1(v130, sqrt, v129); out[2] = v130;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(five_bar_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -23,39 +23,42 @@ LANES_INLINE void LANES_NAME(four_bar_ik_branch)(
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       v1 = T_3 * T_3, v2 = T_7 * T_7, v3 = T_2 * T_2, v4 = T_6 * T_6, v5 = T_8 * T_8,
       v6 = T_9 * T_9, v7 = 1.0 - T_10, v8 = T_11 * T_11, v9 = v1 + v2, v10 = v3 + v4, v11 = v7 * v7,
-      v12 = v9 - 0.0469, v13 = v9 - 0.008481254575402908, v14 = 0.0853187454245971 - v9,
-      v15 = v10 + v5, v16 = 0.03 * v12, v17 = v13 * v14, v18 = 0.024 * v12, v19 = v15 + v6;
-  const lanes_where v20 = LANES_LT(5.904e-18, v17); LANES_LET1(v21, sqrt, v17);
-  const lanes v22 = 677.5067750677507 * v17, v23 = LANES_CHOICE(v20, v21, 0.0);
-  out[2] = v22;
-  const lanes v24 = choice_0 * v23, v25 = 0.024 * v24, v26 = 0.03 * v24, v27 = v16 + v25,
-      v28 = v26 - v18, v29 = 1e-150 + v27, v30 = v28 * v28, v31 = v29 * v29, v32 = v30 + v31;
-  LANES_LET1(v33, rsqrt, v32);
-  const lanes v34 = v29 * v33, v35 = v28 * v33, v36 = 0.15 * v34, v37 = 0.12 * v35,
-      v38 = 0.15 * v35, v39 = 0.12 * v34, v40 = v36 - v37, v41 = v38 + v39, v42 = v40 + 0.1,
-      v43 = T_3 * v41, v44 = T_7 * v41, v45 = T_7 * v42, v46 = T_3 * v42, v47 = v45 - v43,
-      v48 = v46 + v44, v49 = v47 * v47, v50 = 1e-150 + v48, v51 = v50 * v50;
-  LANES_LET2(v52, atan2, v47, v50);
-  const lanes v53 = v49 + v51;
-  out[0] = v52; LANES_LET1(v54, rsqrt, v53);
-  const lanes v55 = v47 * v54, v56 = v50 * v54, v57 = 0.1 * v56, v58 = 0.1 * v55, v59 = 0.35 - v57,
-      v60 = v58 * v58, v61 = v59 * v59, v62 = v61 + v60, v63 = 0.3025 - v62, v64 = v62 - 0.0025,
-      v65 = 0.5 * v62, v66 = v63 * v64, v67 = 0.045 + v65;
-  LANES_LET1(v68, sqrt, v66);
-  const lanes v69 = v67 - 0.03125, v70 = 0.5 * v68, v71 = v69 / v62, v72 = v70 / v62,
-      v73 = v58 * v71, v74 = v59 * v71, v75 = v59 * v72, v76 = v58 * v72, v77 = v75 - v73,
-      v78 = v74 + v76, v79 = 3.333333333333333 * v77, v80 = 3.333333333333333 * v78,
-      v81 = 0.49999999999999994 * v78, v82 = 0.39999999999999997 * v77,
-      v83 = 0.49999999999999994 * v77, v84 = 0.39999999999999997 * v78, v85 = T_1 + v79,
-      v86 = v79 - T_4, v87 = v80 - T_5, v88 = v80 - T_0, v89 = v81 - v82, v90 = v83 + v84,
-      v91 = v85 * v85, v92 = v86 * v86, v93 = v87 * v87, v94 = v88 * v88, v95 = v89 + v57,
-      v96 = v58 + v90, v97 = v19 + v91, v98 = v95 - T_3, v99 = v96 - T_7, v100 = v97 + v92,
-      v101 = v98 * v98, v102 = v99 * v99, v103 = v100 + v93, v104 = v8 + v101, v105 = v103 + v11,
-      v106 = v104 + v102, v107 = v105 + v94, v108 = 0.5 * v107, v109 = v108 + v106,
-      v110 = v106 - v108;
-  LANES_LET1(v111, fabs, v110);
-  const lanes v112 = v109 + v111, v113 = 0.5 * v112;
-  LANES_LET1(v114, sqrt, v113); out[1] = v114;
+      v12 = v9 - 0.008481254575402908, v13 = 0.0853187454245971 - v9, v14 = v9 - 0.0469,
+      v15 = v10 + v5, v16 = v12 * v13, v17 = 26.028960314767676 * v14;
+  const lanes_where v18 = LANES_LT(v14, 0.0);
+  const lanes v19 = v15 + v6;
+  const lanes_where v20 = LANES_LT(5.904e-18, v16);
+  const lanes v21 = LANES_CHOICE(v18, -1.0, 1.0);
+  LANES_LET1(v22, sqrt, v16);
+  const lanes v23 = 677.5067750677507 * v16, v24 = LANES_CHOICE(v20, v17, v21),
+      v25 = 26.028960314767676 * v22;
+  out[2] = v23;
+  const lanes v26 = 0.7808688094430303 * v24, v27 = LANES_CHOICE(v20, v25, 0.0),
+      v28 = 0.6246950475544243 * v24, v29 = choice_0 * v27, v30 = 0.6246950475544243 * v29,
+      v31 = 0.7808688094430303 * v29, v32 = v26 + v30, v33 = v31 - v28, v34 = 0.15 * v32,
+      v35 = 0.12 * v33, v36 = 0.15 * v33, v37 = 0.12 * v32, v38 = v34 - v35, v39 = v36 + v37,
+      v40 = v38 + 0.1, v41 = T_3 * v39, v42 = T_7 * v39, v43 = T_7 * v40, v44 = T_3 * v40,
+      v45 = v43 - v41, v46 = v44 + v42, v47 = v45 * v45, v48 = 1e-150 + v46, v49 = v48 * v48;
+  LANES_LET2(v50, atan2, v45, v48);
+  const lanes v51 = v47 + v49;
+  out[0] = v50; LANES_LET1(v52, rsqrt, v51);
+  const lanes v53 = v45 * v52, v54 = v48 * v52, v55 = 0.1 * v54, v56 = 0.1 * v53, v57 = 0.35 - v55,
+      v58 = v56 * v56, v59 = v57 * v57, v60 = v59 + v58, v61 = 0.5 * v60, v62 = 0.3025 - v60,
+      v63 = v60 - 0.0025, v64 = 0.045 + v61, v65 = v62 * v63, v66 = v64 - 0.03125;
+  LANES_LET1(v67, sqrt, v65);
+  const lanes v68 = v66 / v60, v69 = 0.5 * v67, v70 = v57 * v68, v71 = v69 / v60, v72 = v56 * v68,
+      v73 = v56 * v71, v74 = v57 * v71, v75 = v70 + v73, v76 = v74 - v72,
+      v77 = 3.333333333333333 * v75, v78 = 3.333333333333333 * v76, v79 = 0.49999999999999994 * v75,
+      v80 = 0.39999999999999997 * v76, v81 = 0.49999999999999994 * v76,
+      v82 = 0.39999999999999997 * v75, v83 = v77 - T_5, v84 = v77 - T_0, v85 = T_1 + v78,
+      v86 = v78 - T_4, v87 = v79 - v80, v88 = v81 + v82, v89 = v83 * v83, v90 = v84 * v84,
+      v91 = v85 * v85, v92 = v86 * v86, v93 = v87 + v55, v94 = v56 + v88, v95 = v19 + v89,
+      v96 = v93 - T_3, v97 = v94 - T_7, v98 = v95 + v11, v99 = v96 * v96, v100 = v97 * v97,
+      v101 = v98 + v90, v102 = v8 + v99, v103 = v101 + v91, v104 = v102 + v100, v105 = v103 + v92,
+      v106 = 0.5 * v105, v107 = v106 + v104, v108 = v104 - v106;
+  LANES_LET1(v109, fabs, v108);
+  const lanes v110 = v107 + v109, v111 = 0.5 * v110;
+  LANES_LET1(v112, sqrt, v111); out[1] = v112;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(four_bar_ik_branches)(const double *T, double *q, double *residual, double *margin)

@@ -3833,9 +3833,9 @@ static void irb6640_ik_branch(const double T[16], const double choice[3], double
   const double v41 = v38 - 2.50093125;
   const double v42 = v39 * v40;
   const double v43 = 0.4010060825684189 * v41;
-  const int v44 = 0.0 < v41;
+  const int v44 = v41 < 0.0;
   const int v45 = 2.48747125625e-14 < v42;
-  const double v46 = v44 ? 1.0 : -1.0;
+  const double v46 = v44 ? -1.0 : 1.0;
   const double v47 = sqrt(v42);
   const double v48 = 0.1608058782568696 * v42;
   const double v49 = v45 ? v43 : v46;

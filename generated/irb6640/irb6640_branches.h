@@ -39,9 +39,9 @@ LANES_INLINE void LANES_NAME(irb6640_ik_branch)(
       v37 = v32 - 0.32, v38 = v33 * v33, v39 = v37 * v37, v40 = v39 + v13,
       v41 = v40 - 0.007203490074109453, v42 = 4.994659009925891 - v40, v43 = v40 - 2.50093125,
       v44 = v41 * v42, v45 = 0.4010060825684189 * v43;
-  const lanes_where v46 = LANES_LT(0.0, v43);
+  const lanes_where v46 = LANES_LT(v43, 0.0);
   const lanes_where v47 = LANES_LT(2.48747125625e-14, v44);
-  const lanes v48 = LANES_CHOICE(v46, 1.0, -1.0);
+  const lanes v48 = LANES_CHOICE(v46, -1.0, 1.0);
   LANES_LET1(v49, sqrt, v44);
   const lanes v50 = 0.1608058782568696 * v44, v51 = LANES_CHOICE(v47, v45, v48),
       v52 = 0.4010060825684189 * v49;

@@ -1282,7 +1282,7 @@ static LANES_TARGET void LANES_NAME(irb6640_acceleration_mixed)(const lanes *in,
   out[5] = v322;
 }
 
-static LANES_TARGET void LANES_NAME(irb6640_ik)(const lanes *in, lanes *out)
+static LANES_SPARING LANES_TARGET void LANES_NAME(irb6640_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
@@ -1302,14 +1302,14 @@ static LANES_TARGET void LANES_NAME(irb6640_ik)(const lanes *in, lanes *out)
       v41 = v39 - 0.007203490074109453, v42 = 4.994659009925891 - v39, v43 = v39 - 2.50093125,
       v44 = v40 - 0.007203490074109453, v45 = 4.994659009925891 - v40, v46 = v40 - 2.50093125,
       v47 = v41 * v42, v48 = 0.4010060825684189 * v43;
-  const lanes_where v49 = LANES_LT(0.0, v43);
+  const lanes_where v49 = LANES_LT(v43, 0.0);
   const lanes v50 = v44 * v45, v51 = 0.4010060825684189 * v46;
-  const lanes_where v52 = LANES_LT(0.0, v46);
+  const lanes_where v52 = LANES_LT(v46, 0.0);
   const lanes_where v53 = LANES_LT(2.48747125625e-14, v47);
-  const lanes v54 = LANES_CHOICE(v49, 1.0, -1.0);
+  const lanes v54 = LANES_CHOICE(v49, -1.0, 1.0);
   LANES_LET1(v55, sqrt, v47); const lanes_where v56 = LANES_LT(2.48747125625e-14, v50);
   LANES_LET1(v57, sqrt, v50);
-  const lanes v58 = LANES_CHOICE(v52, 1.0, -1.0), v59 = 0.1608058782568696 * v47,
+  const lanes v58 = LANES_CHOICE(v52, -1.0, 1.0), v59 = 0.1608058782568696 * v47,
       v60 = 0.1608058782568696 * v50, v61 = LANES_CHOICE(v53, v48, v54),
       v62 = 0.4010060825684189 * v55, v63 = 0.4010060825684189 * v57,
       v64 = LANES_CHOICE(v56, v51, v58);

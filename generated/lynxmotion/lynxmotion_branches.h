@@ -39,51 +39,52 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
       v44 = T_8 * v40, v45 = v21 * v39, v46 = v21 * v40, v47 = v22 * v39, v48 = v22 * v40,
       v49 = v39 - T_10, v50 = v11 + v41, v51 = v32 + v42, v52 = v43 - v44, v53 = v46 - T_2,
       v54 = T_6 + v48, v55 = v49 * v49, v56 = v51 * v51, v57 = v50 * v50, v58 = 1e-150 + v52,
-      v59 = v53 * v53, v60 = v54 * v54, v61 = v56 + v57, v62 = v58 * v58, v64 = v61 - 0.02,
-      v65 = 0.04 - v61, v66 = v36 + v62, v67 = 0.02 * v64, v68 = v61 * v65;
-  LANES_LET1(v69, rsqrt, v66);
-  const lanes v70 = 1e-150 + v67;
-  const lanes_where v71 = LANES_LT(1.6e-18, v68); LANES_LET1(v72, sqrt, v68);
-  const lanes v73 = v33 * v69, v74 = v58 * v69, v75 = 2500.0 * v68,
-      v76 = LANES_CHOICE(v71, v72, 0.0), v77 = v70 * v70, v78 = v22 * v73, v79 = v74 * v45,
-      v80 = v22 * v74, v81 = v73 * v45, v82 = v21 * v73, v83 = v74 * v47, v84 = v21 * v74,
-      v85 = v73 * v47, v86 = v40 * v74, v87 = v40 * v73;
-  out[6] = v75;
-  const lanes v88 = choice_1 * v76, v89 = v76 * 0.02, v90 = v78 + v79, v91 = v80 - v81,
-      v92 = v82 - v83, v93 = v84 + v85, v94 = T_8 + v86, v95 = v87 - T_9, v96 = 0.02 * v88,
-      v98 = v90 - T_0, v99 = v91 - T_1, v100 = v92 - T_4, v101 = v93 - T_5, v102 = v94 * v94,
-      v103 = v95 * v95, v104 = v96 * v96, v106 = v98 * v98, v107 = v99 * v99, v108 = v100 * v100,
-      v109 = v101 * v101, v110 = v104 + v77, v111 = v106 + v107;
-  LANES_LET1(v112, rsqrt, v110);
-  const lanes v113 = v111 + v59, v114 = v70 * v112, v115 = v96 * v112, v116 = v113 + v108,
-      v117 = 0.1 * v114, v118 = 0.1 * v115, v119 = v116 + v109, v120 = v117 + 0.1,
-      v121 = v51 * v118, v122 = v50 * v118, v123 = v119 + v60, v124 = v50 * v120, v125 = v51 * v120,
-      v126 = v123 + v102, v127 = v124 - v121, v128 = v125 + v122, v129 = v126 + v103,
-      v130 = v127 * v127, v131 = 1e-150 + v128, v132 = v129 + v55, v133 = v131 * v131;
-  LANES_LET2(v134, atan2, v127, v131);
-  const lanes v135 = 0.5 * v132, v136 = v130 + v133;
-  out[1] = v134; LANES_LET1(v137, rsqrt, v136);
-  const lanes v138 = v127 * v137, v139 = v131 * v137, v140 = v114 * v138, v141 = v115 * v139,
-      v142 = v114 * v139, v143 = v115 * v138, v144 = 0.1 * v139, v145 = 0.1 * v138,
-      v146 = v140 + v141, v147 = v142 - v143, v148 = v39 * v146, v149 = v40 * v147,
-      v150 = v39 * v147, v151 = v40 * v146, v152 = 0.1 * v147, v153 = 0.1 * v146,
-      v154 = v148 + v149, v155 = v150 - v151, v156 = v42 + v152, v157 = v41 + v153;
-  LANES_LET2(v158, atan2, v154, v155);
-  const lanes v159 = v156 + v144, v160 = v157 + v145, v161 = -v158, v162 = v21 * v159,
-      v163 = v22 * v159, v164 = v160 + 0.1;
-  out[3] = v161;
-  const lanes v165 = v162 - T_3, v166 = T_7 + v163, v167 = v164 - T_11, v168 = v165 * v165,
-      v169 = v166 * v166, v170 = v167 * v167, v171 = v168 + v169, v172 = v171 + v170,
-      v173 = v172 + v135, v174 = v172 - v135;
-  LANES_LET1(v175, fabs, v174);
-  const lanes v176 = v173 + v175, v177 = 0.5 * v176;
-  LANES_LET1(v178, sqrt, v177); out[5] = v178;
+      v59 = v53 * v53, v60 = v54 * v54, v61 = v56 + v57, v62 = v58 * v58, v64 = 0.04 - v61,
+      v65 = v61 - 0.02, v66 = v36 + v62, v67 = v61 * v64, v68 = 50.0 * v65;
+  const lanes_where v69 = LANES_LT(v65, 0.0); LANES_LET1(v70, rsqrt, v66);
+  const lanes_where v71 = LANES_LT(1.6e-18, v67);
+  const lanes v72 = LANES_CHOICE(v69, -1.0, 1.0);
+  LANES_LET1(v73, sqrt, v67);
+  const lanes v74 = v33 * v70, v75 = v58 * v70, v76 = 2500.0 * v67,
+      v77 = LANES_CHOICE(v71, v68, v72), v78 = 50.0 * v73, v79 = v22 * v74, v80 = v75 * v45,
+      v81 = v22 * v75, v82 = v74 * v45, v83 = v21 * v74, v84 = v75 * v47, v85 = v21 * v75,
+      v86 = v74 * v47, v87 = v40 * v75, v88 = v40 * v74;
+  out[6] = v76;
+  const lanes v89 = 0.1 * v77, v90 = LANES_CHOICE(v71, v78, 0.0), v91 = v79 + v80, v92 = v81 - v82,
+      v93 = v83 - v84, v94 = v85 + v86, v95 = T_8 + v87, v96 = v88 - T_9, v97 = v89 + 0.1,
+      v98 = choice_1 * v90, v100 = v91 - T_0, v101 = v92 - T_1, v102 = v93 - T_4, v103 = v94 - T_5,
+      v104 = v95 * v95, v105 = v96 * v96, v106 = v50 * v97, v107 = 0.1 * v98, v108 = v51 * v97,
+      v110 = v100 * v100, v111 = v101 * v101, v112 = v102 * v102, v113 = v103 * v103,
+      v114 = v51 * v107, v115 = v50 * v107, v116 = v110 + v111, v117 = v106 - v114,
+      v118 = v108 + v115, v119 = v116 + v59, v120 = v117 * v117, v121 = 1e-150 + v118,
+      v122 = v119 + v112, v123 = v121 * v121;
+  LANES_LET2(v124, atan2, v117, v121);
+  const lanes v125 = v122 + v113, v126 = v120 + v123;
+  out[1] = v124;
+  const lanes v127 = v125 + v60;
+  LANES_LET1(v128, rsqrt, v126);
+  const lanes v129 = v127 + v104, v130 = v117 * v128, v131 = v121 * v128, v132 = v129 + v105,
+      v133 = v77 * v130, v134 = v98 * v131, v135 = v77 * v131, v136 = v98 * v130, v137 = 0.1 * v131,
+      v138 = 0.1 * v130, v139 = v132 + v55, v140 = v133 + v134, v141 = v135 - v136,
+      v142 = 0.5 * v139, v143 = v39 * v140, v144 = v40 * v141, v145 = v39 * v141, v146 = v40 * v140,
+      v147 = 0.1 * v141, v148 = 0.1 * v140, v149 = v143 + v144, v150 = v145 - v146,
+      v151 = v42 + v147, v152 = v41 + v148;
+  LANES_LET2(v153, atan2, v149, v150);
+  const lanes v154 = v151 + v137, v155 = v152 + v138, v156 = -v153, v157 = v21 * v154,
+      v158 = v22 * v154, v159 = v155 + 0.1;
+  out[3] = v156;
+  const lanes v160 = v157 - T_3, v161 = T_7 + v158, v162 = v159 - T_11, v163 = v160 * v160,
+      v164 = v161 * v161, v165 = v162 * v162, v166 = v163 + v164, v167 = v166 + v165,
+      v168 = v167 + v142, v169 = v167 - v142;
+  LANES_LET1(v170, fabs, v169);
+  const lanes v171 = v168 + v170, v172 = 0.5 * v171;
+  LANES_LET1(v173, sqrt, v172); out[5] = v173;
   lanes v15, v63; LANES_NAME(lanes_two_atan2)(&v5, &v13, &v33, &v58, &v15, &v63);
-  LANES_LET2(v97, atan2, v89, v70);
+  LANES_LET2(v99, atan2, v90, v77);
   const lanes v17 = choice_0 * v15, v20 = -v17;
   out[0] = v20; out[4] = v63;
-  const lanes v105 = choice_1 * v97;
-  out[2] = v105;
+  const lanes v109 = choice_1 * v99;
+  out[2] = v109;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(const double *T, double *q, double *residual, double *margin)
@@ -117,29 +118,30 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_branch)(
   const lanes v11 = p_1 * v9, v12 = v1 * v9, v14 = choice_0 * v12, v15 = choice_0 * v11,
       v16 = v14 * p_0, v17 = v15 * p_1, v18 = v16 - v17, v19 = v18 * v18, v20 = v19 + v6,
       v21 = v20 - 0.001715728752538099, v22 = 0.058284271247461904 - v20, v23 = v20 - 0.03,
-      v24 = v21 * v22, v25 = 0.02 * v23;
-  const lanes_where v26 = LANES_LT(3.2e-18, v24); LANES_LET1(v27, sqrt, v24);
-  const lanes v28 = 1250.0 * v24, v29 = LANES_CHOICE(v26, v27, 0.0);
-  out[6] = v28;
-  const lanes v30 = choice_1 * v29, v31 = 0.02 * v30, v32 = v31 + v25, v33 = v31 - v25,
-      v34 = 1e-150 + v32, v35 = v33 * v33, v36 = v34 * v34;
-  LANES_LET2(v37, atan2, v33, v34);
-  const lanes v38 = v35 + v36;
-  out[2] = v37; LANES_LET1(v39, rsqrt, v38);
-  const lanes v40 = v34 * v39, v41 = v33 * v39, v42 = 0.1 * v40, v43 = 0.1 * v41, v44 = v42 - v43,
-      v45 = v42 + v43, v46 = v44 + 0.1, v47 = v18 * v45, v48 = v3 * v45, v49 = v3 * v46,
-      v50 = v18 * v46, v51 = v49 - v47, v52 = v50 + v48, v53 = v51 * v51, v54 = 1e-150 + v52,
-      v55 = v54 * v54;
-  LANES_LET2(v56, atan2, v51, v54);
-  const lanes v57 = v53 + v55;
-  out[1] = v56; LANES_LET1(v58, rsqrt, v57);
-  const lanes v59 = v51 * v58, v60 = v54 * v58, v61 = v40 * v60, v62 = v41 * v59, v63 = v40 * v59,
-      v64 = v41 * v60, v65 = 0.1 * v60, v66 = 0.1 * v59, v67 = v61 - v62, v68 = v63 + v64,
-      v69 = 0.1 * v67, v70 = 0.1 * v68, v71 = v69 - v70, v72 = v69 + v70, v73 = v71 + v65,
-      v74 = v72 + v66, v75 = v14 * v73, v76 = v15 * v73, v77 = v74 + 0.1, v78 = v75 - p_0,
-      v79 = v76 + p_1, v80 = v77 - p_2, v81 = v78 * v78, v82 = v79 * v79, v83 = v80 * v80,
-      v84 = v81 + v82, v85 = v84 + v83;
-  LANES_LET1(v86, sqrt, v85); out[5] = v86; LANES_LET2(v8, atan2, p_1, v5);
+      v24 = v21 * v22, v25 = 35.35533905932738 * v23;
+  const lanes_where v26 = LANES_LT(v23, 0.0); const lanes_where v27 = LANES_LT(3.2e-18, v24);
+  const lanes v28 = LANES_CHOICE(v26, -1.0, 1.0);
+  LANES_LET1(v29, sqrt, v24);
+  const lanes v30 = 1250.0 * v24, v31 = LANES_CHOICE(v27, v25, v28), v32 = 35.35533905932738 * v29;
+  out[6] = v30;
+  const lanes v33 = 0.7071067811865476 * v31, v34 = LANES_CHOICE(v27, v32, 0.0),
+      v35 = choice_1 * v34, v36 = 0.7071067811865476 * v35, v37 = v33 + v36, v38 = v36 - v33,
+      v39 = 0.1 * v37, v40 = 0.1 * v38;
+  LANES_LET2(v41, atan2, v38, v37);
+  const lanes v42 = v39 - v40, v43 = v39 + v40;
+  out[2] = v41;
+  const lanes v44 = v42 + 0.1, v45 = v18 * v43, v46 = v3 * v43, v47 = v3 * v44, v48 = v18 * v44,
+      v49 = v47 - v45, v50 = v48 + v46, v51 = v49 * v49, v52 = 1e-150 + v50, v53 = v52 * v52;
+  LANES_LET2(v54, atan2, v49, v52);
+  const lanes v55 = v51 + v53;
+  out[1] = v54; LANES_LET1(v56, rsqrt, v55);
+  const lanes v57 = v49 * v56, v58 = v52 * v56, v59 = v37 * v58, v60 = v38 * v57, v61 = v37 * v57,
+      v62 = v38 * v58, v63 = 0.1 * v58, v64 = 0.1 * v57, v65 = v59 - v60, v66 = v61 + v62,
+      v67 = 0.1 * v65, v68 = 0.1 * v66, v69 = v67 - v68, v70 = v67 + v68, v71 = v69 + v63,
+      v72 = v70 + v64, v73 = v14 * v71, v74 = v15 * v71, v75 = v72 + 0.1, v76 = v73 - p_0,
+      v77 = v74 + p_1, v78 = v75 - p_2, v79 = v76 * v76, v80 = v77 * v77, v81 = v78 * v78,
+      v82 = v79 + v80, v83 = v82 + v81;
+  LANES_LET1(v84, sqrt, v83); out[5] = v84; LANES_LET2(v8, atan2, p_1, v5);
   const lanes v10 = choice_0 * v8, v13 = -v10;
   out[0] = v13;
 }
@@ -183,39 +185,41 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_pitch_branch)(
       v36 = v31 * v31, v37 = v32 * v32, v38 = v34 + v29, v39 = v33 * v33, v40 = v36 + v37,
       v41 = v38 * v38;
   LANES_LET1(v42, sqrt, v40);
-  const lanes v43 = v41 + v39, v44 = v42 - v10, v45 = v43 - 0.02, v46 = 0.04 - v43, v47 = v44 * v44,
-      v48 = 0.02 * v45, v49 = v43 * v46, v50 = v35 + v47, v51 = 1e-150 + v48;
-  const lanes_where v52 = LANES_LT(1.6e-18, v49); LANES_LET1(v53, sqrt, v49);
-  const lanes v54 = 2500.0 * v49, v55 = LANES_CHOICE(v52, v53, 0.0), v56 = v51 * v51;
-  out[6] = v54;
-  const lanes v57 = choice_2 * v55, v58 = v55 * 0.02, v59 = 0.02 * v57, v61 = v59 * v59,
-      v63 = v61 + v56;
-  LANES_LET1(v64, rsqrt, v63);
-  const lanes v65 = v51 * v64, v66 = v59 * v64, v67 = 0.1 * v65, v68 = 0.1 * v66, v69 = v67 + 0.1,
-      v70 = v38 * v68, v71 = v33 * v68, v72 = v33 * v69, v73 = v38 * v69, v74 = v72 - v70,
-      v75 = v73 + v71, v76 = v74 * v74, v77 = 1e-150 + v75, v78 = v77 * v77;
-  LANES_LET2(v79, atan2, v74, v77);
-  const lanes v80 = v76 + v78;
-  out[1] = v79; LANES_LET1(v81, rsqrt, v80);
-  const lanes v82 = v74 * v81, v83 = v77 * v81, v84 = v65 * v83, v85 = v66 * v82, v86 = v65 * v82,
-      v87 = v66 * v83, v88 = 0.1 * v83, v89 = 0.1 * v82, v90 = v84 - v85, v91 = v86 + v87,
-      v92 = v25 * v90, v93 = v23 * v91, v94 = v23 * v90, v95 = v25 * v91, v96 = 0.1 * v90,
-      v97 = 0.1 * v91, v98 = v92 - v93, v99 = v94 + v95, v100 = v96 - v29, v101 = v26 + v97;
-  LANES_LET2(v102, atan2, v98, v99);
-  const lanes v103 = v100 + v88, v104 = v101 + v89;
-  out[3] = v102;
-  const lanes v105 = v22 * v103, v106 = v24 * v103, v107 = v104 + 0.1, v108 = v105 - x_0,
-      v109 = v106 + x_1, v110 = v107 - x_2, v111 = v108 * v108, v112 = v109 * v109,
-      v113 = v110 * v110, v114 = v111 + v112, v115 = v114 + v113, v116 = v115 + v50,
-      v117 = v115 - v50;
-  LANES_LET1(v118, fabs, v117);
-  const lanes v119 = v116 + v118, v120 = 0.5 * v119;
-  LANES_LET1(v121, sqrt, v120); out[5] = v121;
-  lanes v12, v60; LANES_NAME(lanes_two_atan2)(&x_1, &v7, &v58, &v51, &v12, &v60);
+  const lanes v43 = v41 + v39, v44 = v42 - v10, v45 = 0.04 - v43, v46 = v43 - 0.02, v47 = v44 * v44,
+      v48 = v43 * v45, v49 = 50.0 * v46;
+  const lanes_where v50 = LANES_LT(v46, 0.0);
+  const lanes v51 = v35 + v47;
+  const lanes_where v52 = LANES_LT(1.6e-18, v48);
+  const lanes v53 = LANES_CHOICE(v50, -1.0, 1.0);
+  LANES_LET1(v54, sqrt, v48);
+  const lanes v55 = 2500.0 * v48, v56 = LANES_CHOICE(v52, v49, v53), v57 = 50.0 * v54;
+  out[6] = v55;
+  const lanes v58 = 0.1 * v56, v59 = LANES_CHOICE(v52, v57, 0.0), v60 = v58 + 0.1,
+      v61 = choice_2 * v59, v63 = v33 * v60, v64 = 0.1 * v61, v65 = v38 * v60, v67 = v38 * v64,
+      v68 = v33 * v64, v69 = v63 - v67, v70 = v65 + v68, v71 = v69 * v69, v72 = 1e-150 + v70,
+      v73 = v72 * v72;
+  LANES_LET2(v74, atan2, v69, v72);
+  const lanes v75 = v71 + v73;
+  out[1] = v74; LANES_LET1(v76, rsqrt, v75);
+  const lanes v77 = v69 * v76, v78 = v72 * v76, v79 = v56 * v78, v80 = v61 * v77, v81 = v56 * v77,
+      v82 = v61 * v78, v83 = 0.1 * v78, v84 = 0.1 * v77, v85 = v79 - v80, v86 = v81 + v82,
+      v87 = v25 * v85, v88 = v23 * v86, v89 = v23 * v85, v90 = v25 * v86, v91 = 0.1 * v85,
+      v92 = 0.1 * v86, v93 = v87 - v88, v94 = v89 + v90, v95 = v91 - v29, v96 = v26 + v92;
+  LANES_LET2(v97, atan2, v93, v94);
+  const lanes v98 = v95 + v83, v99 = v96 + v84;
+  out[3] = v97;
+  const lanes v100 = v22 * v98, v101 = v24 * v98, v102 = v99 + 0.1, v103 = v100 - x_0,
+      v104 = v101 + x_1, v105 = v102 - x_2, v106 = v103 * v103, v107 = v104 * v104,
+      v108 = v105 * v105, v109 = v106 + v107, v110 = v109 + v108, v111 = v110 + v51,
+      v112 = v110 - v51;
+  LANES_LET1(v113, fabs, v112);
+  const lanes v114 = v111 + v113, v115 = 0.5 * v114;
+  LANES_LET1(v116, sqrt, v115); out[5] = v116;
+  lanes v12, v62; LANES_NAME(lanes_two_atan2)(&x_1, &v7, &v59, &v56, &v12, &v62);
   const lanes v17 = choice_0 * v12, v21 = -v17;
   out[0] = v21;
-  const lanes v62 = choice_2 * v60;
-  out[2] = v62;
+  const lanes v66 = choice_2 * v62;
+  out[2] = v66;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch_branches)(const double *x, double *q, double *residual, double *margin)
@@ -258,39 +262,39 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
   const lanes v26 = v4 * v25, v27 = v21 * v25, v28 = 0.1 * v26, v29 = 0.1 * v27, v30 = v15 * v27,
       v31 = v16 * v27, v32 = v26 - x_5, v33 = v3 - v28, v34 = v22 - v29, v35 = v30 - x_3,
       v36 = v31 + x_4, v37 = v32 * v32, v38 = v34 * v34, v39 = v33 * v33, v40 = v35 * v35,
-      v41 = v36 * v36, v42 = v38 + v39, v43 = v40 + v41, v44 = v42 - 0.02, v45 = 0.04 - v42,
-      v46 = v43 + v37, v47 = 0.02 * v44, v48 = v42 * v45, v49 = 1e-150 + v47;
-  const lanes_where v50 = LANES_LT(1.6e-18, v48); LANES_LET1(v51, sqrt, v48);
-  const lanes v52 = 2500.0 * v48, v53 = LANES_CHOICE(v50, v51, 0.0), v54 = v49 * v49;
-  out[6] = v52;
-  const lanes v55 = choice_1 * v53, v56 = v53 * 0.02, v57 = 0.02 * v55, v59 = v57 * v57,
-      v61 = v59 + v54;
-  LANES_LET1(v62, rsqrt, v61);
-  const lanes v63 = v49 * v62, v64 = v57 * v62, v65 = 0.1 * v63, v66 = 0.1 * v64, v67 = v65 + 0.1,
-      v68 = v34 * v66, v69 = v33 * v66, v70 = v33 * v67, v71 = v34 * v67, v72 = v70 - v68,
-      v73 = v71 + v69, v74 = v72 * v72, v75 = 1e-150 + v73, v76 = v75 * v75;
-  LANES_LET2(v77, atan2, v72, v75);
-  const lanes v78 = v74 + v76;
-  out[1] = v77; LANES_LET1(v79, rsqrt, v78);
-  const lanes v80 = v72 * v79, v81 = v75 * v79, v82 = v63 * v80, v83 = v64 * v81, v84 = v63 * v81,
-      v85 = v64 * v80, v86 = 0.1 * v81, v87 = 0.1 * v80, v88 = v82 + v83, v89 = v84 - v85,
-      v90 = v26 * v88, v91 = v27 * v89, v92 = v26 * v89, v93 = v27 * v88, v94 = 0.1 * v89,
-      v95 = 0.1 * v88, v96 = v90 + v91, v97 = v92 - v93, v98 = v29 + v94, v99 = v28 + v95;
-  LANES_LET2(v100, atan2, v96, v97);
-  const lanes v101 = v98 + v86, v102 = v99 + v87, v103 = -v100, v104 = v15 * v101,
-      v105 = v16 * v101, v106 = v102 + 0.1;
-  out[3] = v103;
-  const lanes v107 = v104 - x_0, v108 = v105 + x_1, v109 = v106 - x_2, v110 = v107 * v107,
-      v111 = v108 * v108, v112 = v109 * v109, v113 = v110 + v111, v114 = v113 + v112,
-      v115 = v114 + v46, v116 = v114 - v46;
-  LANES_LET1(v117, fabs, v116);
-  const lanes v118 = v115 + v117, v119 = 0.5 * v118;
-  LANES_LET1(v120, sqrt, v119); out[5] = v120;
-  lanes v9, v58; LANES_NAME(lanes_two_atan2)(&x_1, &v6, &v56, &v49, &v9, &v58);
+      v41 = v36 * v36, v42 = v38 + v39, v43 = v40 + v41, v44 = 0.04 - v42, v45 = v42 - 0.02,
+      v46 = v43 + v37, v47 = v42 * v44, v48 = 50.0 * v45;
+  const lanes_where v49 = LANES_LT(v45, 0.0); const lanes_where v50 = LANES_LT(1.6e-18, v47);
+  const lanes v51 = LANES_CHOICE(v49, -1.0, 1.0);
+  LANES_LET1(v52, sqrt, v47);
+  const lanes v53 = 2500.0 * v47, v54 = LANES_CHOICE(v50, v48, v51), v55 = 50.0 * v52;
+  out[6] = v53;
+  const lanes v56 = 0.1 * v54, v57 = LANES_CHOICE(v50, v55, 0.0), v58 = v56 + 0.1,
+      v59 = choice_1 * v57, v61 = v33 * v58, v62 = 0.1 * v59, v63 = v34 * v58, v65 = v34 * v62,
+      v66 = v33 * v62, v67 = v61 - v65, v68 = v63 + v66, v69 = v67 * v67, v70 = 1e-150 + v68,
+      v71 = v70 * v70;
+  LANES_LET2(v72, atan2, v67, v70);
+  const lanes v73 = v69 + v71;
+  out[1] = v72; LANES_LET1(v74, rsqrt, v73);
+  const lanes v75 = v67 * v74, v76 = v70 * v74, v77 = v54 * v75, v78 = v59 * v76, v79 = v54 * v76,
+      v80 = v59 * v75, v81 = 0.1 * v76, v82 = 0.1 * v75, v83 = v77 + v78, v84 = v79 - v80,
+      v85 = v26 * v83, v86 = v27 * v84, v87 = v26 * v84, v88 = v27 * v83, v89 = 0.1 * v84,
+      v90 = 0.1 * v83, v91 = v85 + v86, v92 = v87 - v88, v93 = v29 + v89, v94 = v28 + v90;
+  LANES_LET2(v95, atan2, v91, v92);
+  const lanes v96 = v93 + v81, v97 = v94 + v82, v98 = -v95, v99 = v15 * v96, v100 = v16 * v96,
+      v101 = v97 + 0.1;
+  out[3] = v98;
+  const lanes v102 = v99 - x_0, v103 = v100 + x_1, v104 = v101 - x_2, v105 = v102 * v102,
+      v106 = v103 * v103, v107 = v104 * v104, v108 = v105 + v106, v109 = v108 + v107,
+      v110 = v109 + v46, v111 = v109 - v46;
+  LANES_LET1(v112, fabs, v111);
+  const lanes v113 = v110 + v112, v114 = 0.5 * v113;
+  LANES_LET1(v115, sqrt, v114); out[5] = v115;
+  lanes v9, v60; LANES_NAME(lanes_two_atan2)(&x_1, &v6, &v57, &v54, &v9, &v60);
   const lanes v11 = choice_0 * v9, v14 = -v11;
   out[0] = v14;
-  const lanes v60 = choice_1 * v58;
-  out[2] = v60;
+  const lanes v64 = choice_1 * v60;
+  out[2] = v64;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branches)(const double *x, double *q, double *residual, double *margin)

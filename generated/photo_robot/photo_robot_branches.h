@@ -32,85 +32,86 @@ LANES_INLINE void LANES_NAME(photo_robot_ik_branch)(
   const lanes_where v5 = LANES_LT(0.0, choice_2); out[0] = q1_0; out[3] = q4_0;
   const lanes v6 = q1_0 + 1.0, v7 = q4_0 + 0.333, v8 = v2 - 1.0, v9 = v3 - 1.0, v10 = v4 * v4,
       v11 = 1e-150 + v8, v12 = 1.926 * v9, v13 = v9 * v9, v14 = v11 * v11, v15 = v11 * choice_0,
-      v16 = 0.110889 + v13, v17 = v1 + v14, v19 = 1.4837904000000002e-14 * v16,
-      v20 = 3.709476 * v16, v21 = 0.927369 + v16;
-  LANES_LET1(v22, rsqrt, v17);
-  const lanes v24 = 1e-300 + v20, v25 = T_7 * v22, v26 = v11 * v22, v27 = choice_0 * v26,
-      v28 = choice_0 * v25, v29 = T_7 * v28, v30 = v8 * v27, v31 = T_6 * v27, v32 = T_2 * v28,
-      v33 = T_2 * v27, v34 = T_6 * v28, v35 = T_4 * v27, v36 = T_0 * v28, v37 = T_0 * v27,
-      v38 = T_4 * v28, v39 = v29 + v30, v40 = v31 - v32, v41 = v33 + v34, v42 = v35 - v36,
-      v43 = v37 + v38, v44 = v39 * v39, v45 = v40 * v40, v46 = v44 + v10, v47 = v46 - v21,
-      v48 = v47 * v47, v49 = 0.641358 * v47, v50 = v12 * v47, v51 = v20 - v48;
-  const lanes_where v52 = LANES_LT(v19, v51); LANES_LET1(v53, sqrt, v51);
-  const lanes v54 = v51 / v24, v55 = LANES_CHOICE(v52, v53, 0.0);
-  out[9] = v54;
-  const lanes v56 = choice_1 * v55, v57 = v12 * v56, v58 = 0.641358 * v56, v59 = v57 - v49,
-      v60 = v58 + v50, v61 = 1e-150 + v59, v62 = v60 * v60, v63 = v61 * v61, v65 = v62 + v63;
-  LANES_LET1(v67, rsqrt, v65);
-  const lanes v68 = v61 * v67, v69 = v60 * v67, v70 = 0.963 * v68, v71 = 0.963 * v69,
-      v72 = 0.333 - v70, v73 = v9 + v71, v74 = v39 * v72, v75 = v4 * v73, v76 = v39 * v73,
-      v77 = v4 * v72, v78 = v74 - v75, v79 = v76 + v77, v80 = v78 * v78, v81 = 1e-150 + v79,
-      v82 = v81 * v81, v84 = v80 + v82;
-  LANES_LET1(v85, rsqrt, v84);
-  const lanes v86 = v78 * v85, v87 = v81 * v85, v88 = v87 * v41, v89 = T_10 * v86, v90 = T_10 * v87,
-      v91 = v86 * v41, v92 = v87 * v43, v93 = T_8 * v86, v94 = T_8 * v87, v95 = v86 * v43,
-      v96 = v7 * v87, v97 = 0.333 * v86, v98 = v68 * v86, v99 = v69 * v87, v100 = v68 * v87,
-      v101 = v69 * v86, v102 = v7 * v86, v103 = 0.333 * v87, v104 = v88 - v89, v105 = v90 + v91,
-      v106 = v92 - v93, v107 = v94 + v95, v108 = v96 + v97, v109 = v98 - v99, v110 = v100 + v101,
-      v111 = v102 - v103, v112 = v68 * v104, v113 = v69 * v105, v114 = v68 * v105,
-      v115 = v69 * v104, v116 = v68 * v106, v117 = v69 * v107, v118 = v68 * v107, v119 = v69 * v106,
-      v120 = 0.963 * v109, v121 = 0.963 * v110, v122 = v27 * v109, v123 = v27 * v110,
-      v124 = v28 * v109, v125 = v28 * v110, v126 = v112 + v113, v127 = v114 - v115,
-      v128 = v116 + v117, v129 = v118 - v119, v130 = v108 - v120, v131 = v121 + v111,
-      v132 = 1e-150 - v126, v133 = v127 * v127, v134 = v27 * v130, v135 = v28 * v130,
-      v136 = 0.3 - v131, v137 = v132 * v132, v139 = v6 + v134, v140 = v135 - T_7,
-      v141 = v136 - T_11, v142 = v45 + v137, v144 = v139 - T_3, v145 = v140 * v140,
-      v146 = v141 * v141;
-  LANES_LET1(v147, rsqrt, v142);
-  const lanes v149 = v144 * v144, v150 = v40 * v147, v151 = v132 * v147, v153 = v149 + v145,
-      v154 = choice_2 * v151, v155 = choice_2 * v150, v156 = v153 + v146, v157 = v126 * v154,
-      v158 = v40 * v155, v159 = v154 * v42, v160 = v155 * v128, v161 = v154 * v128,
-      v162 = v155 * v42, v163 = v28 * v155, v164 = v154 * v123, v165 = v28 * v154,
-      v166 = v155 * v123, v167 = v154 * v125, v168 = v27 * v155, v169 = v27 * v154,
-      v170 = v155 * v125, v171 = v154 * v109, v172 = v155 * v109, v173 = v157 - v158,
-      v174 = v159 + v160, v175 = v161 - v162, v176 = v163 + v164, v177 = v165 - v166,
-      v178 = v167 - v168, v179 = v169 + v170, v180 = v173 * v173;
-  LANES_LET2(v181, atan2, v127, v173);
-  const lanes v182 = v174 * v174, v183 = v133 + v180, v184 = -v181;
-  LANES_LET1(v185, rsqrt, v183); out[6] = v184;
-  const lanes v186 = v127 * v185, v187 = v173 * v185, v188 = v187 * v129, v189 = v186 * v175,
-      v190 = v187 * v122, v191 = v186 * v176, v192 = v187 * v176, v193 = v186 * v122,
-      v194 = v187 * v124, v195 = v186 * v178, v196 = v187 * v178, v197 = v186 * v124,
-      v198 = v187 * v110, v199 = v186 * v171, v200 = v186 * v110, v201 = v187 * v171,
-      v202 = v188 - v189, v203 = v190 - v191, v204 = v192 + v193, v205 = v194 - v195,
-      v206 = v196 + v197, v207 = v198 + v199, v208 = v200 - v201, v209 = v202 * v202;
-  LANES_LET2(v210, atan2, v174, v202);
-  const lanes v211 = v204 - T_2, v212 = v206 - T_6, v213 = v208 - T_10, v214 = v182 + v209;
-  out[7] = v210;
-  const lanes v215 = v211 * v211, v216 = v212 * v212, v217 = v213 * v213;
-  LANES_LET1(v218, rsqrt, v214);
-  const lanes v219 = v174 * v218, v220 = v202 * v218, v221 = v220 * v203, v222 = v219 * v177,
-      v223 = v220 * v177, v224 = v219 * v203, v225 = v220 * v205, v226 = v219 * v179,
-      v227 = v219 * v205, v228 = v220 * v179, v229 = v220 * v207, v230 = v219 * v172,
-      v231 = v220 * v172, v232 = v219 * v207, v233 = v221 - v222, v234 = v223 + v224,
-      v235 = v225 + v226, v236 = v227 - v228, v237 = v229 - v230, v238 = v231 + v232,
-      v239 = v233 - T_0, v240 = v234 - T_1, v241 = v235 - T_4, v242 = v236 - T_5, v243 = v237 - T_8,
-      v244 = v238 - T_9, v245 = v239 * v239, v246 = v240 * v240, v247 = v241 * v241,
-      v248 = v242 * v242, v249 = v243 * v243, v250 = v244 * v244, v251 = v245 + v246,
-      v252 = v251 + v215, v253 = v252 + v247, v254 = v253 + v248, v255 = v254 + v216,
-      v256 = v255 + v249, v257 = v256 + v250, v258 = v257 + v217, v259 = 0.5 * v258,
-      v260 = v156 + v259, v261 = v156 - v259;
-  LANES_LET1(v262, fabs, v261);
-  const lanes v263 = v260 + v262, v264 = 0.5 * v263;
-  LANES_LET1(v265, sqrt, v264); out[8] = v265;
-  lanes v18, v64; LANES_NAME(lanes_two_atan2)(&T_7, &v15, &v60, &v61, &v18, &v64);
-  lanes v83, v138; LANES_NAME(lanes_two_atan2)(&v78, &v81, &v40, &v132, &v83, &v138);
-  const lanes v23 = choice_0 * v18;
-  out[1] = v23;
-  const lanes v66 = -v64;
-  out[4] = v66; out[2] = v83; LANES_LET2(v143, supplement, v138, v40);
-  const lanes v148 = LANES_CHOICE(v5, v138, v143), v152 = choice_2 * v148;
-  out[5] = v152;
+      v16 = v12 * v12, v17 = 0.110889 + v13, v18 = v1 + v14, v20 = 0.411340084164 + v16,
+      v21 = 3.709476 * v17, v22 = 0.927369 + v17;
+  LANES_LET1(v23, rsqrt, v18); LANES_LET1(v24, rsqrt, v20);
+  const lanes v25 = 4e-15 * v20, v27 = T_7 * v23, v28 = v11 * v23, v29 = v12 * v24,
+      v30 = 0.641358 * v24, v31 = 1.0 * v24, v32 = choice_0 * v28, v33 = choice_0 * v27,
+      v34 = v31 * v31, v35 = T_7 * v33, v36 = v8 * v32, v37 = T_6 * v32, v38 = T_2 * v33,
+      v39 = T_2 * v32, v40 = T_6 * v33, v41 = T_4 * v32, v42 = T_0 * v33, v43 = T_0 * v32,
+      v44 = T_4 * v33, v45 = v35 + v36, v46 = v37 - v38, v47 = v39 + v40, v48 = v41 - v42,
+      v49 = v43 + v44, v50 = v45 * v45, v51 = v46 * v46, v52 = v50 + v10, v53 = v52 - v22,
+      v54 = v53 * v53, v55 = v53 * v24;
+  const lanes_where v56 = LANES_LT(v53, 0.0);
+  const lanes v57 = v21 - v54, v58 = LANES_CHOICE(v56, -1.0, 1.0);
+  const lanes_where v59 = LANES_LT(v25, v57); LANES_LET1(v60, sqrt, v57);
+  const lanes v61 = v57 * v34, v62 = v60 * v24, v63 = LANES_CHOICE(v59, v55, v58);
+  out[9] = v61;
+  const lanes v64 = LANES_CHOICE(v59, v62, 0.0), v65 = v30 * v63, v66 = v29 * v63,
+      v67 = choice_1 * v64, v68 = v29 * v67, v69 = v30 * v67, v70 = v68 - v65, v71 = v69 + v66,
+      v72 = 0.963 * v70, v73 = 0.963 * v71, v75 = 0.333 - v72, v76 = v9 + v73, v78 = v45 * v75,
+      v79 = v4 * v76, v80 = v45 * v76, v81 = v4 * v75, v82 = v78 - v79, v83 = v80 + v81,
+      v84 = v82 * v82, v85 = 1e-150 + v83, v86 = v85 * v85, v88 = v84 + v86;
+  LANES_LET1(v89, rsqrt, v88);
+  const lanes v90 = v82 * v89, v91 = v85 * v89, v92 = v91 * v47, v93 = T_10 * v90, v94 = T_10 * v91,
+      v95 = v90 * v47, v96 = v91 * v49, v97 = T_8 * v90, v98 = T_8 * v91, v99 = v90 * v49,
+      v100 = v7 * v91, v101 = 0.333 * v90, v102 = v70 * v90, v103 = v71 * v91, v104 = v70 * v91,
+      v105 = v71 * v90, v106 = v7 * v90, v107 = 0.333 * v91, v108 = v92 - v93, v109 = v94 + v95,
+      v110 = v96 - v97, v111 = v98 + v99, v112 = v100 + v101, v113 = v102 - v103,
+      v114 = v104 + v105, v115 = v106 - v107, v116 = v70 * v108, v117 = v71 * v109,
+      v118 = v70 * v109, v119 = v71 * v108, v120 = v70 * v110, v121 = v71 * v111, v122 = v70 * v111,
+      v123 = v71 * v110, v124 = 0.963 * v113, v125 = 0.963 * v114, v126 = v32 * v113,
+      v127 = v32 * v114, v128 = v33 * v113, v129 = v33 * v114, v130 = v116 + v117,
+      v131 = v118 - v119, v132 = v120 + v121, v133 = v122 - v123, v134 = v112 - v124,
+      v135 = v125 + v115, v136 = 1e-150 - v130, v137 = v131 * v131, v138 = v32 * v134,
+      v139 = v33 * v134, v140 = 0.3 - v135, v141 = v136 * v136, v143 = v6 + v138, v144 = v139 - T_7,
+      v145 = v140 - T_11, v146 = v51 + v141, v148 = v143 - T_3, v149 = v144 * v144,
+      v150 = v145 * v145;
+  LANES_LET1(v151, rsqrt, v146);
+  const lanes v153 = v148 * v148, v154 = v46 * v151, v155 = v136 * v151, v157 = v153 + v149,
+      v158 = choice_2 * v155, v159 = choice_2 * v154, v160 = v157 + v150, v161 = v130 * v158,
+      v162 = v46 * v159, v163 = v158 * v48, v164 = v159 * v132, v165 = v158 * v132,
+      v166 = v159 * v48, v167 = v33 * v159, v168 = v158 * v127, v169 = v33 * v158,
+      v170 = v159 * v127, v171 = v158 * v129, v172 = v32 * v159, v173 = v32 * v158,
+      v174 = v159 * v129, v175 = v158 * v113, v176 = v159 * v113, v177 = v161 - v162,
+      v178 = v163 + v164, v179 = v165 - v166, v180 = v167 + v168, v181 = v169 - v170,
+      v182 = v171 - v172, v183 = v173 + v174, v184 = v177 * v177;
+  LANES_LET2(v185, atan2, v131, v177);
+  const lanes v186 = v178 * v178, v187 = v137 + v184, v188 = -v185;
+  LANES_LET1(v189, rsqrt, v187); out[6] = v188;
+  const lanes v190 = v131 * v189, v191 = v177 * v189, v192 = v191 * v133, v193 = v190 * v179,
+      v194 = v191 * v126, v195 = v190 * v180, v196 = v191 * v180, v197 = v190 * v126,
+      v198 = v191 * v128, v199 = v190 * v182, v200 = v191 * v182, v201 = v190 * v128,
+      v202 = v191 * v114, v203 = v190 * v175, v204 = v190 * v114, v205 = v191 * v175,
+      v206 = v192 - v193, v207 = v194 - v195, v208 = v196 + v197, v209 = v198 - v199,
+      v210 = v200 + v201, v211 = v202 + v203, v212 = v204 - v205, v213 = v206 * v206;
+  LANES_LET2(v214, atan2, v178, v206);
+  const lanes v215 = v208 - T_2, v216 = v210 - T_6, v217 = v212 - T_10, v218 = v186 + v213;
+  out[7] = v214;
+  const lanes v219 = v215 * v215, v220 = v216 * v216, v221 = v217 * v217;
+  LANES_LET1(v222, rsqrt, v218);
+  const lanes v223 = v178 * v222, v224 = v206 * v222, v225 = v224 * v207, v226 = v223 * v181,
+      v227 = v224 * v181, v228 = v223 * v207, v229 = v224 * v209, v230 = v223 * v183,
+      v231 = v223 * v209, v232 = v224 * v183, v233 = v224 * v211, v234 = v223 * v176,
+      v235 = v224 * v176, v236 = v223 * v211, v237 = v225 - v226, v238 = v227 + v228,
+      v239 = v229 + v230, v240 = v231 - v232, v241 = v233 - v234, v242 = v235 + v236,
+      v243 = v237 - T_0, v244 = v238 - T_1, v245 = v239 - T_4, v246 = v240 - T_5, v247 = v241 - T_8,
+      v248 = v242 - T_9, v249 = v243 * v243, v250 = v244 * v244, v251 = v245 * v245,
+      v252 = v246 * v246, v253 = v247 * v247, v254 = v248 * v248, v255 = v249 + v250,
+      v256 = v255 + v219, v257 = v256 + v251, v258 = v257 + v252, v259 = v258 + v220,
+      v260 = v259 + v253, v261 = v260 + v254, v262 = v261 + v221, v263 = 0.5 * v262,
+      v264 = v160 + v263, v265 = v160 - v263;
+  LANES_LET1(v266, fabs, v265);
+  const lanes v267 = v264 + v266, v268 = 0.5 * v267;
+  LANES_LET1(v269, sqrt, v268); out[8] = v269;
+  lanes v19, v74; LANES_NAME(lanes_two_atan2)(&T_7, &v15, &v71, &v70, &v19, &v74);
+  lanes v87, v142; LANES_NAME(lanes_two_atan2)(&v82, &v85, &v46, &v136, &v87, &v142);
+  const lanes v26 = choice_0 * v19;
+  out[1] = v26;
+  const lanes v77 = -v74;
+  out[4] = v77; out[2] = v87; LANES_LET2(v147, supplement, v142, v46);
+  const lanes v152 = LANES_CHOICE(v5, v142, v147), v156 = choice_2 * v152;
+  out[5] = v156;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(photo_robot_ik_branches)(const double *T, const double *q1, const double *q4, double *q, double *residual, double *margin)

@@ -3428,9 +3428,9 @@ static void puma560_ik_branch(const double T[16], const double choice[3], double
   const double v53 = v50 - 0.37331457;
   const double v54 = v51 * v52;
   const double v55 = 2.6787076895038266 * v53;
-  const int v56 = 0.0 < v53;
+  const int v56 = v53 < 0.0;
   const int v57 = 5.574543934244672e-16 < v54;
-  const double v58 = v56 ? 1.0 : -1.0;
+  const double v58 = v56 ? -1.0 : 1.0;
   const double v59 = sqrt(v54);
   const double v60 = 7.1754748858069295 * v54;
   const double v61 = v57 ? v55 : v58;

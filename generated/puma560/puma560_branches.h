@@ -45,9 +45,9 @@ LANES_INLINE void LANES_NAME(puma560_ik_branch)(
       v49 = v44 * v44, v50 = v45 * v45, v51 = v49 + v8, v52 = v51 - 2.274465470661e-07,
       v53 = 0.746628912553453 - v51, v54 = v51 - 0.37331457, v55 = v52 * v53,
       v56 = 2.6787076895038266 * v54;
-  const lanes_where v57 = LANES_LT(0.0, v54);
+  const lanes_where v57 = LANES_LT(v54, 0.0);
   const lanes_where v58 = LANES_LT(5.574543934244672e-16, v55);
-  const lanes v59 = LANES_CHOICE(v57, 1.0, -1.0);
+  const lanes v59 = LANES_CHOICE(v57, -1.0, 1.0);
   LANES_LET1(v60, sqrt, v55);
   const lanes v61 = 7.1754748858069295 * v55, v62 = LANES_CHOICE(v58, v56, v59),
       v63 = 2.6787076895038266 * v60;

@@ -1136,7 +1136,7 @@ static LANES_TARGET void LANES_NAME(puma560_acceleration_mixed)(const lanes *in,
   out[5] = v226;
 }
 
-static LANES_TARGET void LANES_NAME(puma560_ik)(const lanes *in, lanes *out)
+static LANES_SPARING LANES_TARGET void LANES_NAME(puma560_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
@@ -1162,13 +1162,13 @@ static LANES_TARGET void LANES_NAME(puma560_ik)(const lanes *in, lanes *out)
       v72 = v7 + v69, v73 = v71 - 2.274465470661e-07, v74 = 0.746628912553453 - v71,
       v75 = v71 - 0.37331457, v76 = v72 - 2.274465470661e-07, v77 = 0.746628912553453 - v72,
       v78 = v72 - 0.37331457, v79 = v73 * v74, v80 = 2.6787076895038266 * v75;
-  const lanes_where v81 = LANES_LT(0.0, v75);
+  const lanes_where v81 = LANES_LT(v75, 0.0);
   const lanes v82 = v76 * v77, v83 = 2.6787076895038266 * v78;
-  const lanes_where v84 = LANES_LT(0.0, v78);
+  const lanes_where v84 = LANES_LT(v78, 0.0);
   const lanes_where v85 = LANES_LT(5.574543934244672e-16, v79);
-  const lanes v86 = LANES_CHOICE(v81, 1.0, -1.0);
+  const lanes v86 = LANES_CHOICE(v81, -1.0, 1.0);
   LANES_LET1(v87, sqrt, v79); const lanes_where v88 = LANES_LT(5.574543934244672e-16, v82);
-  const lanes v89 = LANES_CHOICE(v84, 1.0, -1.0);
+  const lanes v89 = LANES_CHOICE(v84, -1.0, 1.0);
   LANES_LET1(v90, sqrt, v82);
   const lanes v91 = 7.1754748858069295 * v79, v92 = 7.1754748858069295 * v82,
       v93 = LANES_CHOICE(v85, v80, v86), v94 = 2.6787076895038266 * v87,

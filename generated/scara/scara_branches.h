@@ -27,39 +27,39 @@ LANES_INLINE void LANES_NAME(scara_ik_branch)(
       v16 = v10 * v10, v17 = v12 * v12, v18 = v11 * v11, v19 = v3 + v13, v20 = -v14,
       v21 = v14 - 0.2, v22 = v15 + v8, v23 = v17 + v18;
   LANES_LET1(v24, rsqrt, v19); out[2] = v20;
-  const lanes v25 = v21 + 0.877, v26 = v22 + v9, v27 = v23 - 0.32125, v28 = v23 - 0.0025,
-      v29 = 0.64 - v23, v30 = T_4 * v24, v31 = v4 * v24, v32 = v25 - T_11, v33 = 0.31875 * v27,
-      v34 = v28 * v29, v35 = v32 * v32, v36 = v31 - T_0, v37 = v30 - T_1, v38 = v30 - T_4,
-      v39 = T_5 + v31, v40 = 1e-150 + v33;
-  const lanes_where v41 = LANES_LT(4.0640625e-16, v34); LANES_LET1(v42, sqrt, v34);
-  const lanes v43 = v36 * v36, v44 = v37 * v37, v45 = v38 * v38, v46 = v39 * v39,
-      v47 = 9.84236831987697 * v34, v48 = LANES_CHOICE(v41, v42, 0.0), v49 = v40 * v40,
-      v50 = v26 + v43;
-  out[5] = v47;
-  const lanes v51 = choice_0 * v48, v52 = v48 * 0.31875, v53 = v50 + v44, v54 = 0.31875 * v51,
-      v56 = v53 + v45, v57 = v54 * v54, v59 = v56 + v46, v60 = v57 + v49, v61 = v59 + v16;
-  LANES_LET1(v62, rsqrt, v60);
-  const lanes v63 = 0.5 * v61, v64 = v40 * v62, v65 = v54 * v62, v66 = 0.375 * v64,
-      v67 = 0.375 * v65, v68 = v66 + 0.425, v69 = v12 * v67, v70 = v11 * v67, v71 = v11 * v68,
-      v72 = v12 * v68, v73 = v71 - v69, v74 = v72 + v70, v75 = v73 * v73, v76 = 1e-150 + v74,
-      v77 = v76 * v76;
-  LANES_LET2(v78, atan2, v73, v76);
-  const lanes v79 = v75 + v77;
-  out[0] = v78; LANES_LET1(v80, rsqrt, v79);
-  const lanes v81 = v73 * v80, v82 = v76 * v80, v83 = v64 * v82, v84 = v65 * v81, v85 = v64 * v81,
-      v86 = v65 * v82, v87 = 0.425 * v82, v88 = 0.425 * v81, v89 = v83 - v84, v90 = v85 + v86,
-      v91 = v30 * v89, v92 = v31 * v90, v93 = v31 * v89, v94 = v30 * v90, v95 = 0.375 * v89,
-      v96 = 0.375 * v90, v97 = v91 - v92, v98 = v93 + v94, v99 = v95 + v87, v100 = v96 + v88;
-  LANES_LET2(v101, atan2, v97, v98);
-  const lanes v102 = v99 - T_3, v103 = v100 - T_7, v104 = -v101, v105 = v102 * v102,
-      v106 = v103 * v103;
-  out[3] = v104;
-  const lanes v107 = v105 + v106, v108 = v107 + v35, v109 = v108 + v63, v110 = v108 - v63;
-  LANES_LET1(v111, fabs, v110);
-  const lanes v112 = v109 + v111, v113 = 0.5 * v112;
-  LANES_LET1(v114, sqrt, v113); out[4] = v114; LANES_LET2(v55, atan2, v52, v40);
-  const lanes v58 = choice_0 * v55;
-  out[1] = v58;
+  const lanes v25 = v21 + 0.877, v26 = v22 + v9, v27 = v23 - 0.0025, v28 = 0.64 - v23,
+      v29 = v23 - 0.32125, v30 = T_4 * v24, v31 = v4 * v24, v32 = v25 - T_11, v33 = v27 * v28,
+      v34 = 3.1372549019607843 * v29;
+  const lanes_where v35 = LANES_LT(v29, 0.0);
+  const lanes v36 = v32 * v32, v37 = v31 - T_0, v38 = v30 - T_1, v39 = v30 - T_4, v40 = T_5 + v31;
+  const lanes_where v41 = LANES_LT(4.0640625e-16, v33);
+  const lanes v42 = LANES_CHOICE(v35, -1.0, 1.0);
+  LANES_LET1(v43, sqrt, v33);
+  const lanes v44 = v37 * v37, v45 = v38 * v38, v46 = v39 * v39, v47 = v40 * v40,
+      v48 = 9.84236831987697 * v33, v49 = LANES_CHOICE(v41, v34, v42),
+      v50 = 3.1372549019607843 * v43, v51 = v26 + v44;
+  out[5] = v48;
+  const lanes v52 = 0.375 * v49, v53 = LANES_CHOICE(v41, v50, 0.0), v54 = v51 + v45,
+      v55 = v52 + 0.425, v56 = choice_0 * v53, v58 = v54 + v46, v59 = v11 * v55, v60 = 0.375 * v56,
+      v61 = v12 * v55, v63 = v58 + v47, v64 = v12 * v60, v65 = v11 * v60, v66 = v63 + v16,
+      v67 = v59 - v64, v68 = v61 + v65, v69 = 0.5 * v66, v70 = v67 * v67, v71 = 1e-150 + v68,
+      v72 = v71 * v71;
+  LANES_LET2(v73, atan2, v67, v71);
+  const lanes v74 = v70 + v72;
+  out[0] = v73; LANES_LET1(v75, rsqrt, v74);
+  const lanes v76 = v67 * v75, v77 = v71 * v75, v78 = v49 * v77, v79 = v56 * v76, v80 = v49 * v76,
+      v81 = v56 * v77, v82 = 0.425 * v77, v83 = 0.425 * v76, v84 = v78 - v79, v85 = v80 + v81,
+      v86 = v30 * v84, v87 = v31 * v85, v88 = v31 * v84, v89 = v30 * v85, v90 = 0.375 * v84,
+      v91 = 0.375 * v85, v92 = v86 - v87, v93 = v88 + v89, v94 = v90 + v82, v95 = v91 + v83;
+  LANES_LET2(v96, atan2, v92, v93);
+  const lanes v97 = v94 - T_3, v98 = v95 - T_7, v99 = -v96, v100 = v97 * v97, v101 = v98 * v98;
+  out[3] = v99;
+  const lanes v102 = v100 + v101, v103 = v102 + v36, v104 = v103 + v69, v105 = v103 - v69;
+  LANES_LET1(v106, fabs, v105);
+  const lanes v107 = v104 + v106, v108 = 0.5 * v107;
+  LANES_LET1(v109, sqrt, v108); out[4] = v109; LANES_LET2(v57, atan2, v53, v49);
+  const lanes v62 = choice_0 * v57;
+  out[1] = v62;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(scara_ik_branches)(const double *T, double *q, double *residual, double *margin)

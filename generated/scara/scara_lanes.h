@@ -379,47 +379,50 @@ static LANES_TARGET void LANES_NAME(scara_ik)(const lanes *in, lanes *out)
       v16 = v10 * v10, v17 = v11 * v11, v18 = v12 * v12, v19 = v3 + v13, v20 = -v14, v21 = v15 + v8,
       v22 = v14 - 0.2, v23 = v17 + v18;
   LANES_LET1(v24, rsqrt, v19); out[2] = v20; out[6] = v20;
-  const lanes v25 = v21 + v9, v26 = v22 + 0.877, v27 = v23 - 0.32125, v28 = 0.64 - v23,
-      v29 = v23 - 0.0025, v30 = T_4 * v24, v31 = v4 * v24, v32 = v26 - T_11, v33 = 0.31875 * v27,
-      v34 = v28 * v29, v35 = v31 - T_0, v36 = v30 - T_1, v37 = v30 - T_4, v38 = T_5 + v31,
-      v39 = v32 * v32, v40 = 1e-150 + v33;
-  const lanes_where v41 = LANES_LT(4.0640625e-16, v34); LANES_LET1(v42, sqrt, v34);
-  const lanes v43 = v35 * v35, v44 = v36 * v36, v45 = v37 * v37, v46 = v38 * v38,
-      v47 = 9.84236831987697 * v34, v48 = v40 * v40, v49 = LANES_CHOICE(v41, v42, 0.0),
-      v50 = v25 + v43;
-  out[10] = v47; out[11] = v47;
-  const lanes v51 = 0.31875 * v49, v52 = v50 + v44, v53 = v51 * v51;
-  LANES_LET2(v54, atan2, v51, v40);
-  const lanes v55 = v52 + v45, v56 = v48 + v53;
-  out[1] = v54;
-  const lanes v57 = -v54, v58 = v55 + v46;
-  LANES_LET1(v59, rsqrt, v56); out[5] = v57;
-  const lanes v60 = v58 + v16, v61 = v40 * v59, v62 = v51 * v59, v63 = 0.5 * v60, v64 = 0.375 * v61,
-      v65 = 0.375 * v62, v66 = v64 + 0.425, v67 = v65 * v11, v68 = v65 * v12, v69 = v66 * v12,
-      v70 = v11 * v66, v71 = v69 - v67, v72 = v68 + v70, v73 = v67 + v69, v74 = v70 - v68,
-      v75 = v71 * v71, v76 = 1e-150 + v72, v77 = v73 * v73, v78 = 1e-150 + v74, v79 = v76 * v76;
-  LANES_LET2(v80, atan2, v71, v76);
-  const lanes v81 = v78 * v78;
-  LANES_LET2(v82, atan2, v73, v78);
-  const lanes v83 = v75 + v79, v84 = v77 + v81;
-  out[0] = v80; out[4] = v82; LANES_LET1(v85, rsqrt, v83); LANES_LET1(v86, rsqrt, v84);
-  const lanes v87 = v71 * v85, v88 = v76 * v85, v89 = v73 * v86, v90 = v78 * v86, v91 = v61 * v88,
-      v92 = v62 * v87, v93 = v61 * v87, v94 = v62 * v88, v95 = v61 * v90, v96 = v62 * v89,
-      v97 = v61 * v89, v98 = v62 * v90, v99 = 0.425 * v88, v100 = 0.425 * v87, v101 = 0.425 * v90,
-      v102 = 0.425 * v89, v103 = v91 - v92, v104 = v93 + v94, v105 = v95 + v96, v106 = v97 - v98,
-      v107 = v30 * v103, v108 = v31 * v104, v109 = v31 * v103, v110 = v30 * v104, v111 = v30 * v105,
-      v112 = v31 * v106, v113 = v31 * v105, v114 = v30 * v106, v115 = 0.375 * v103,
-      v116 = 0.375 * v104, v117 = 0.375 * v105, v118 = 0.375 * v106, v119 = v107 - v108,
-      v120 = v109 + v110, v121 = v111 - v112, v122 = v113 + v114, v123 = v115 + v99,
-      v124 = v116 + v100, v125 = v117 + v101, v126 = v118 + v102;
-  LANES_LET2(v127, atan2, v119, v120); LANES_LET2(v128, atan2, v121, v122);
-  const lanes v129 = v123 - T_3, v130 = v124 - T_7, v131 = v125 - T_3, v132 = v126 - T_7,
-      v133 = -v127, v134 = -v128, v135 = v129 * v129, v136 = v130 * v130, v137 = v131 * v131,
-      v138 = v132 * v132;
-  out[3] = v133; out[7] = v134;
-  const lanes v139 = v39 + v135, v140 = v39 + v137, v141 = v139 + v136, v142 = v140 + v138,
-      v143 = v63 + v141, v144 = v141 - v63, v145 = v63 + v142, v146 = v142 - v63;
-  LANES_LET1(v147, fabs, v144); LANES_LET1(v148, fabs, v146);
-  const lanes v149 = v143 + v147, v150 = v145 + v148, v151 = 0.5 * v149, v152 = 0.5 * v150;
-  LANES_LET1(v153, sqrt, v151); LANES_LET1(v154, sqrt, v152); out[8] = v153; out[9] = v154;
+  const lanes v25 = v21 + v9, v26 = v22 + 0.877, v27 = 0.64 - v23, v28 = v23 - 0.0025,
+      v29 = v23 - 0.32125, v30 = T_4 * v24, v31 = v4 * v24, v32 = v26 - T_11, v33 = v27 * v28,
+      v34 = 3.1372549019607843 * v29;
+  const lanes_where v35 = LANES_LT(v29, 0.0);
+  const lanes v36 = v31 - T_0, v37 = v30 - T_1, v38 = v30 - T_4, v39 = T_5 + v31, v40 = v32 * v32;
+  const lanes_where v41 = LANES_LT(4.0640625e-16, v33);
+  const lanes v42 = LANES_CHOICE(v35, -1.0, 1.0);
+  LANES_LET1(v43, sqrt, v33);
+  const lanes v44 = v36 * v36, v45 = v37 * v37, v46 = v38 * v38, v47 = v39 * v39,
+      v48 = 9.84236831987697 * v33, v49 = LANES_CHOICE(v41, v34, v42),
+      v50 = 3.1372549019607843 * v43, v51 = v25 + v44;
+  out[10] = v48; out[11] = v48;
+  const lanes v52 = 0.375 * v49, v53 = LANES_CHOICE(v41, v50, 0.0), v54 = v51 + v45,
+      v55 = v52 + 0.425, v56 = 0.375 * v53;
+  LANES_LET2(v57, atan2, v53, v49);
+  const lanes v58 = v54 + v46, v59 = v55 * v12, v60 = v56 * v11, v61 = v55 * v11, v62 = v56 * v12;
+  out[1] = v57;
+  const lanes v63 = -v57, v64 = v58 + v47, v65 = v59 - v60, v66 = v61 + v62, v67 = v59 + v60,
+      v68 = v61 - v62;
+  out[5] = v63;
+  const lanes v69 = v64 + v16, v70 = v65 * v65, v71 = 1e-150 + v66, v72 = v67 * v67,
+      v73 = 1e-150 + v68, v74 = 0.5 * v69, v75 = v71 * v71;
+  LANES_LET2(v76, atan2, v65, v71);
+  const lanes v77 = v73 * v73;
+  LANES_LET2(v78, atan2, v67, v73);
+  const lanes v79 = v70 + v75, v80 = v72 + v77;
+  out[0] = v76; out[4] = v78; LANES_LET1(v81, rsqrt, v79); LANES_LET1(v82, rsqrt, v80);
+  const lanes v83 = v65 * v81, v84 = v71 * v81, v85 = v67 * v82, v86 = v73 * v82, v87 = v49 * v84,
+      v88 = v53 * v83, v89 = v49 * v83, v90 = v53 * v84, v91 = v49 * v86, v92 = v53 * v85,
+      v93 = v49 * v85, v94 = v53 * v86, v95 = 0.425 * v84, v96 = 0.425 * v83, v97 = 0.425 * v86,
+      v98 = 0.425 * v85, v99 = v87 - v88, v100 = v89 + v90, v101 = v91 + v92, v102 = v93 - v94,
+      v103 = v30 * v99, v104 = v31 * v100, v105 = v31 * v99, v106 = v30 * v100, v107 = v30 * v101,
+      v108 = v31 * v102, v109 = v31 * v101, v110 = v30 * v102, v111 = 0.375 * v99,
+      v112 = 0.375 * v100, v113 = 0.375 * v101, v114 = 0.375 * v102, v115 = v103 - v104,
+      v116 = v105 + v106, v117 = v107 - v108, v118 = v109 + v110, v119 = v111 + v95,
+      v120 = v112 + v96, v121 = v113 + v97, v122 = v114 + v98;
+  LANES_LET2(v123, atan2, v115, v116); LANES_LET2(v124, atan2, v117, v118);
+  const lanes v125 = v119 - T_3, v126 = v120 - T_7, v127 = v121 - T_3, v128 = v122 - T_7,
+      v129 = -v123, v130 = -v124, v131 = v125 * v125, v132 = v126 * v126, v133 = v127 * v127,
+      v134 = v128 * v128;
+  out[3] = v129; out[7] = v130;
+  const lanes v135 = v40 + v131, v136 = v40 + v133, v137 = v135 + v132, v138 = v136 + v134,
+      v139 = v74 + v137, v140 = v137 - v74, v141 = v74 + v138, v142 = v138 - v74;
+  LANES_LET1(v143, fabs, v140); LANES_LET1(v144, fabs, v142);
+  const lanes v145 = v139 + v143, v146 = v141 + v144, v147 = 0.5 * v145, v148 = 0.5 * v146;
+  LANES_LET1(v149, sqrt, v147); LANES_LET1(v150, sqrt, v148); out[8] = v149; out[9] = v150;
 }

@@ -50,9 +50,9 @@ LANES_INLINE void LANES_NAME(ur5e_ik_branch)(
   LANES_LET1(v71, rsqrt, v67); LANES_LET1(v72, rsqrt, v68);
   const lanes v73 = 4e-15 * v68, v74 = 0.33444584 - v70, v75 = T_10 * v71, v76 = v18 * v72,
       v77 = v74 * v74, v78 = v58 * v72, v79 = v74 * v72;
-  const lanes_where v80 = LANES_LT(0.0, v74);
+  const lanes_where v80 = LANES_LT(v74, 0.0);
   const lanes v81 = v57 * v71, v82 = choice_1 * v75, v83 = v69 - v77,
-      v84 = LANES_CHOICE(v80, 1.0, -1.0), v85 = choice_1 * v81, v86 = -v82;
+      v84 = LANES_CHOICE(v80, -1.0, 1.0), v85 = choice_1 * v81, v86 = -v82;
   const lanes_where v87 = LANES_LT(v73, v83); LANES_LET1(v88, sqrt, v83);
   const lanes v89 = v88 * v72, v90 = LANES_CHOICE(v87, v79, v84), v91 = LANES_CHOICE(v87, v89, 0.0),
       v92 = v78 * v90, v93 = v76 * v90, v94 = choice_1 * v91, v95 = v76 * v94, v96 = v78 * v94,
@@ -66,10 +66,10 @@ LANES_INLINE void LANES_NAME(ur5e_ik_branch)(
       v127 = 0.66781584 - v123, v128 = v123 - 0.33444584;
   LANES_LET1(v129, rsqrt, v124);
   const lanes v130 = v126 * v127, v131 = 2.9996700362960076 * v128;
-  const lanes_where v132 = LANES_LT(0.0, v128);
+  const lanes_where v132 = LANES_LT(v128, 0.0);
   const lanes v133 = v115 * v129, v134 = v53 * v129;
   const lanes_where v135 = LANES_LT(4.445422276e-16, v130); LANES_LET1(v136, sqrt, v130);
-  const lanes v137 = LANES_CHOICE(v132, 1.0, -1.0), v138 = v133 * v55, v139 = v134 * v117,
+  const lanes v137 = LANES_CHOICE(v132, -1.0, 1.0), v138 = v133 * v55, v139 = v134 * v117,
       v140 = 0.0996 * v133, v141 = 0.0996 * v134, v142 = v38 * v133, v143 = v134 * v109,
       v144 = v133 * v109, v145 = v38 * v134, v146 = v39 * v133, v147 = v134 * v111,
       v148 = v39 * v134, v149 = v133 * v111, v150 = v99 * v134, v151 = v99 * v133,

@@ -1174,7 +1174,7 @@ static LANES_TARGET void LANES_NAME(ur5e_acceleration_mixed)(const lanes *in, la
   out[5] = v290;
 }
 
-static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
+static LANES_SPARING LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
@@ -1215,13 +1215,13 @@ static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
   LANES_LET1(v109, rsqrt, v101); LANES_LET1(v110, rsqrt, v102);
   const lanes v111 = 4e-15 * v102, v112 = 0.33444584 - v104, v113 = T_10 * v105, v114 = v18 * v106,
       v115 = v108 * v108, v116 = v75 * v106, v117 = v108 * v106;
-  const lanes_where v118 = LANES_LT(0.0, v108);
+  const lanes_where v118 = LANES_LT(v108, 0.0);
   const lanes v119 = v74 * v105, v120 = T_10 * v109, v121 = v18 * v110, v122 = v112 * v112,
       v123 = v82 * v110, v124 = v112 * v110;
-  const lanes_where v125 = LANES_LT(0.0, v112);
+  const lanes_where v125 = LANES_LT(v112, 0.0);
   const lanes v126 = v81 * v109, v127 = -v113, v128 = v98 - v115,
-      v129 = LANES_CHOICE(v118, 1.0, -1.0), v130 = -v119, v131 = -v120, v132 = v103 - v122,
-      v133 = LANES_CHOICE(v125, 1.0, -1.0), v134 = -v126;
+      v129 = LANES_CHOICE(v118, -1.0, 1.0), v130 = -v119, v131 = -v120, v132 = v103 - v122,
+      v133 = LANES_CHOICE(v125, -1.0, 1.0), v134 = -v126;
   const lanes_where v135 = LANES_LT(v107, v128); LANES_LET1(v136, sqrt, v128);
   const lanes_where v137 = LANES_LT(v111, v132); LANES_LET1(v138, sqrt, v132);
   const lanes v139 = v136 * v106, v140 = LANES_CHOICE(v135, v117, v129), v141 = v138 * v110,
@@ -1273,24 +1273,24 @@ static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
   const lanes v277 = -v255;
   out[28] = v264; out[34] = v264;
   const lanes v278 = -v261, v279 = v265 * v266, v280 = 2.9996700362960076 * v267;
-  const lanes_where v281 = LANES_LT(0.0, v267);
+  const lanes_where v281 = LANES_LT(v267, 0.0);
   const lanes v282 = v209 * v268, v283 = v65 * v268, v284 = v269 - 0.00107584,
       v285 = 0.66781584 - v269, v286 = v269 - 0.33444584;
   LANES_LET1(v287, rsqrt, v270);
   const lanes v288 = v271 * v272, v289 = 2.9996700362960076 * v273;
-  const lanes_where v290 = LANES_LT(0.0, v273);
+  const lanes_where v290 = LANES_LT(v273, 0.0);
   const lanes v291 = v219 * v274, v292 = v70 * v274, v293 = v275 - 0.00107584,
       v294 = 0.66781584 - v275, v295 = v275 - 0.33444584;
   LANES_LET1(v296, rsqrt, v276); out[16] = v277; out[22] = v277; out[40] = v278; out[46] = v278;
   const lanes_where v297 = LANES_LT(4.445422276e-16, v279); LANES_LET1(v298, sqrt, v279);
-  const lanes v299 = LANES_CHOICE(v281, 1.0, -1.0), v300 = v282 * v67, v301 = v283 * v211,
+  const lanes v299 = LANES_CHOICE(v281, -1.0, 1.0), v300 = v282 * v67, v301 = v283 * v211,
       v302 = v284 * v285, v303 = 2.9996700362960076 * v286;
-  const lanes_where v304 = LANES_LT(0.0, v286);
+  const lanes_where v304 = LANES_LT(v286, 0.0);
   const lanes v305 = v238 * v287, v306 = v65 * v287;
   const lanes_where v307 = LANES_LT(4.445422276e-16, v288); LANES_LET1(v308, sqrt, v288);
-  const lanes v309 = LANES_CHOICE(v290, 1.0, -1.0), v310 = v291 * v72, v311 = v292 * v221,
+  const lanes v309 = LANES_CHOICE(v290, -1.0, 1.0), v310 = v291 * v72, v311 = v292 * v221,
       v312 = v293 * v294, v313 = 2.9996700362960076 * v295;
-  const lanes_where v314 = LANES_LT(0.0, v295);
+  const lanes_where v314 = LANES_LT(v295, 0.0);
   const lanes v315 = v248 * v296, v316 = v70 * v296, v317 = 0.0996 * v283, v318 = 0.0996 * v282,
       v319 = v196 * v283, v320 = v37 * v282, v321 = v196 * v282, v322 = v37 * v283,
       v323 = v38 * v282, v324 = v197 * v283, v325 = v197 * v282, v326 = v38 * v283,
@@ -1301,10 +1301,10 @@ static LANES_TARGET void LANES_NAME(ur5e_ik)(const lanes *in, lanes *out)
       v342 = 8.99802032665209 * v288, v343 = 2.9996700362960076 * v298,
       v344 = LANES_CHOICE(v297, v280, v299), v345 = v300 - v301;
   const lanes_where v346 = LANES_LT(4.445422276e-16, v302); LANES_LET1(v347, sqrt, v302);
-  const lanes v348 = LANES_CHOICE(v304, 1.0, -1.0), v349 = v305 * v67, v350 = v306 * v240,
+  const lanes v348 = LANES_CHOICE(v304, -1.0, 1.0), v349 = v305 * v67, v350 = v306 * v240,
       v351 = 2.9996700362960076 * v308, v352 = LANES_CHOICE(v307, v289, v309), v353 = v310 - v311;
   const lanes_where v354 = LANES_LT(4.445422276e-16, v312); LANES_LET1(v355, sqrt, v312);
-  const lanes v356 = LANES_CHOICE(v314, 1.0, -1.0), v357 = v72 * v315, v358 = v316 * v250,
+  const lanes v356 = LANES_CHOICE(v314, -1.0, 1.0), v357 = v72 * v315, v358 = v316 * v250,
       v359 = 0.1333 - v317, v360 = v318 * v162, v361 = v318 * v161, v362 = v319 + v320,
       v363 = v321 - v322, v364 = v323 - v324, v365 = v325 + v326, v366 = v328 - T_10,
       v367 = 0.0996 * v305, v368 = 0.0996 * v306, v369 = v306 * v199, v370 = v305 * v37,

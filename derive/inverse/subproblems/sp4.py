@@ -62,7 +62,7 @@ def on_line(
     # As the turn from (a, b): what is divided by is known before the root is.
     half = scope.let(sp.sqrt(xi2) * inverse)
     sine = scope.let(sp.Piecewise((half, apart), (sp.Integer(0), True), evaluate=False))
-    nearest = sp.Piecewise((sp.Integer(1), e > 0), (sp.Integer(-1), True), evaluate=False)
+    nearest = sp.Piecewise((sp.Integer(-1), e < 0), (sp.Integer(1), True), evaluate=False)
     cosine = scope.let(
         sp.Piecewise((scope.let(e * inverse), apart), (scope.let(nearest), True), evaluate=False)
     )
