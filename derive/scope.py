@@ -99,6 +99,21 @@ class Scope:
         self._register(angle, c, s)
         return angle
 
+    def solved_rest(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> sp.Expr:
+        """The name of an angle that is a sum of solved ones, wrapped; its value costs no atan2.
+
+        Args:
+            angle: The sum, between -3 pi and 3 pi.
+            c: Its cosine.
+            s: Its sine.
+        """
+        angle = self.let(angle)
+        turns = ((angle - 2 * sp.pi, angle > sp.pi), (angle + 2 * sp.pi, angle < -sp.pi))
+        name = self.let(sp.Piecewise(*turns, (angle, True)))
+        self.solved[name] = c, s
+        self._register(name, c, s)
+        return name
+
     def know_sum(self, angle: sp.Expr, c: sp.Expr, s: sp.Expr) -> None:
         """Notes cosine and sine of a sum of solved angles that was found before its parts."""
         self._composed[sp.expand(angle)] = self.let(c), self.let(s)

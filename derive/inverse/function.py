@@ -43,6 +43,12 @@ def values_of(work: Work, robot: Robot, given: Mapping[int, sp.Expr]) -> list[sp
     """The value of every moving joint: an atan2 where it turns."""
     values = [_value(work, k, given) for k in range(len(robot.moving))]
     for senses, turn in work.sums:
+        (last, sense), *others = senses[::-1]
+        if others[1:] and last not in given:
+            rest = work.scope.solved_angle(turn.c, turn.s)
+            rest -= sum((sense * values[k] for k, sense in others), sp.Integer(0))
+            own = work.turns[last]
+            values[last] = work.scope.solved_rest(sense * rest, own.c, own.s)
         total = sum((sense * values[k] for k, sense in senses), sp.Integer(0))
         work.scope.know_sum(total, turn.c, turn.s)
     return values

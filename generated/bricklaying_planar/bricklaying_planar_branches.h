@@ -23,44 +23,48 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_branch)(
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       v1 = 0.127 * T_4, v2 = 0.127 * T_0, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = T_11 * T_11,
       v6 = T_2 * T_2, v7 = T_6 * T_6, v8 = T_8 * T_8, v9 = T_9 * T_9, v10 = 1.0 - T_10,
-      v11 = T_7 - v1, v12 = T_3 - v2, v13 = v4 * v4, v14 = v6 + v7, v15 = v10 * v10,
-      v16 = v12 * v12, v17 = v11 * v11, v18 = v3 + v13, v19 = v14 + v8, v20 = v16 + v17;
-  LANES_LET1(v21, rsqrt, v18);
-  const lanes v22 = v19 + v9, v23 = v20 - 0.00258064, v24 = 0.09290304 - v20,
-      v25 = v20 - 0.04774184, v26 = T_4 * v21, v27 = v4 * v21, v28 = v23 * v24,
-      v29 = 22.14290142866 * v25;
-  const lanes_where v30 = LANES_LT(v25, 0.0);
-  const lanes v31 = 0.127 * v27, v32 = 0.127 * v26, v33 = v27 - T_0, v34 = T_1 + v26,
-      v35 = v26 - T_4, v36 = v27 - T_5;
-  const lanes_where v37 = LANES_LT(8.15813594176e-18, v28);
-  const lanes v38 = LANES_CHOICE(v30, -1.0, 1.0);
-  LANES_LET1(v39, sqrt, v28);
-  const lanes v40 = v33 * v33, v41 = v34 * v34, v42 = v35 * v35, v43 = v36 * v36,
-      v44 = 490.3080836793531 * v28, v45 = LANES_CHOICE(v37, v29, v38), v46 = 22.14290142866 * v39,
-      v47 = v22 + v40;
-  out[4] = v44;
-  const lanes v48 = 0.127 * v45, v49 = LANES_CHOICE(v37, v46, 0.0), v50 = v47 + v41,
-      v51 = v48 + 0.1778, v52 = choice_0 * v49, v54 = v50 + v42, v55 = v11 * v51, v56 = 0.127 * v52,
-      v57 = v12 * v51, v59 = v54 + v43, v60 = v12 * v56, v61 = v11 * v56, v62 = v59 + v15,
-      v63 = v55 - v60, v64 = v57 + v61, v65 = 0.5 * v62, v66 = v63 * v63, v67 = 1e-150 + v64,
-      v68 = v67 * v67;
-  LANES_LET2(v69, atan2, v63, v67);
-  const lanes v70 = v66 + v68;
-  out[0] = v69; LANES_LET1(v71, rsqrt, v70);
-  const lanes v72 = v63 * v71, v73 = v67 * v71, v74 = v45 * v73, v75 = v52 * v72, v76 = v45 * v72,
-      v77 = v52 * v73, v78 = 0.1778 * v73, v79 = 0.1778 * v72, v80 = v74 - v75, v81 = v76 + v77,
-      v82 = v26 * v80, v83 = v27 * v81, v84 = v27 * v80, v85 = v26 * v81, v86 = 0.127 * v80,
-      v87 = 0.127 * v81, v88 = v82 - v83, v89 = v84 + v85, v90 = v31 + v86, v91 = v32 + v87;
-  LANES_LET2(v92, atan2, v88, v89);
-  const lanes v93 = v90 + v78, v94 = v91 + v79;
-  out[2] = v92;
-  const lanes v95 = v93 - T_3, v96 = v94 - T_7, v97 = v95 * v95, v98 = v96 * v96, v99 = v5 + v97,
-      v100 = v99 + v98, v101 = v100 + v65, v102 = v100 - v65;
-  LANES_LET1(v103, fabs, v102);
-  const lanes v104 = v101 + v103, v105 = 0.5 * v104;
-  LANES_LET1(v106, sqrt, v105); out[3] = v106; LANES_LET2(v53, atan2, v49, v45);
-  const lanes v58 = choice_0 * v53;
-  out[1] = v58;
+      v11 = T_7 - v1, v12 = T_3 - v2, v13 = v4 * v4, v15 = v6 + v7, v16 = v10 * v10,
+      v17 = v12 * v12, v18 = v11 * v11, v19 = v3 + v13, v20 = v15 + v8, v21 = v17 + v18;
+  LANES_LET1(v22, rsqrt, v19);
+  const lanes v23 = v20 + v9, v24 = v21 - 0.00258064, v25 = 0.09290304 - v21,
+      v26 = v21 - 0.04774184, v27 = T_4 * v22, v28 = v4 * v22, v29 = v24 * v25,
+      v30 = 22.14290142866 * v26;
+  const lanes_where v31 = LANES_LT(v26, 0.0);
+  const lanes v32 = 0.127 * v28, v33 = 0.127 * v27, v34 = v28 - T_0, v35 = T_1 + v27,
+      v36 = v27 - T_4, v37 = v28 - T_5;
+  const lanes_where v38 = LANES_LT(8.15813594176e-18, v29);
+  const lanes v39 = LANES_CHOICE(v31, -1.0, 1.0);
+  LANES_LET1(v40, sqrt, v29);
+  const lanes v41 = v34 * v34, v42 = v35 * v35, v43 = v36 * v36, v44 = v37 * v37,
+      v45 = 490.3080836793531 * v29, v46 = LANES_CHOICE(v38, v30, v39), v47 = 22.14290142866 * v40,
+      v48 = v23 + v41;
+  out[4] = v45;
+  const lanes v49 = 0.127 * v46, v50 = LANES_CHOICE(v38, v47, 0.0), v51 = v48 + v42,
+      v52 = v49 + 0.1778, v53 = choice_0 * v50, v55 = v51 + v43, v56 = v11 * v52, v57 = 0.127 * v53,
+      v58 = v12 * v52, v60 = v55 + v44, v61 = v12 * v57, v62 = v11 * v57, v63 = v60 + v16,
+      v64 = v56 - v61, v65 = v58 + v62, v66 = 0.5 * v63, v67 = v64 * v64, v68 = 1e-150 + v65,
+      v69 = v68 * v68;
+  LANES_LET2(v70, atan2, v64, v68);
+  const lanes v71 = v67 + v69;
+  out[0] = v70; LANES_LET1(v73, rsqrt, v71);
+  const lanes v75 = v64 * v73, v76 = v68 * v73, v82 = v46 * v76, v83 = v53 * v75,
+      v84 = 0.1778 * v76, v85 = v46 * v75, v86 = v53 * v76, v87 = 0.1778 * v75, v89 = v82 - v83,
+      v90 = v85 + v86, v91 = 0.127 * v89, v92 = 0.127 * v90, v93 = v32 + v91, v94 = v33 + v92,
+      v95 = v93 + v84, v96 = v94 + v87, v97 = v95 - T_3, v98 = v96 - T_7, v99 = v97 * v97,
+      v100 = v98 * v98, v101 = v5 + v99, v102 = v101 + v100, v103 = v102 + v66, v104 = v102 - v66;
+  LANES_LET1(v105, fabs, v104);
+  const lanes v106 = v103 + v105, v107 = 0.5 * v106;
+  LANES_LET1(v108, sqrt, v107); out[3] = v108;
+  lanes v14, v54; LANES_NAME(lanes_two_atan2)(&T_4, &v4, &v50, &v46, &v14, &v54);
+  const lanes v59 = choice_0 * v54;
+  out[1] = v59;
+  const lanes v72 = v14 - v70, v74 = v72 - v59;
+  const lanes_where v77 = LANES_LT(3.141592653589793, v74);
+  const lanes v78 = v74 - 6.283185307179586;
+  const lanes_where v79 = LANES_LT(v74, -3.141592653589793);
+  const lanes v80 = v74 + 6.283185307179586, v81 = LANES_CHOICE(v79, v80, v74),
+      v88 = LANES_CHOICE(v77, v78, v81);
+  out[2] = v88;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_branches)(const double *T, double *q, double *residual, double *margin)
@@ -87,39 +91,43 @@ LANES_INLINE void LANES_NAME(bricklaying_planar_ik_planar_branch)(
       choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b);
   LANES_COS_SIN(v2, v1, x_2);
   const lanes v3 = 0.127 * v1, v4 = 0.127 * v2, v5 = v1 * v1, v6 = 1e-150 + v2, v7 = x_1 - v3,
-      v8 = x_0 - v4, v9 = v6 * v6, v10 = v8 * v8, v11 = v7 * v7, v12 = v5 + v9, v13 = v10 + v11;
-  LANES_LET1(v14, rsqrt, v12);
-  const lanes v15 = v13 - 0.00258064, v16 = 0.09290304 - v13, v17 = v13 - 0.04774184,
-      v18 = v1 * v14, v19 = v6 * v14, v20 = v15 * v16, v21 = 22.14290142866 * v17;
-  const lanes_where v22 = LANES_LT(v17, 0.0);
-  const lanes v23 = 0.127 * v19, v24 = 0.127 * v18, v25 = v19 - v2, v26 = v18 - v1;
-  const lanes_where v27 = LANES_LT(8.15813594176e-18, v20);
-  const lanes v28 = LANES_CHOICE(v22, -1.0, 1.0);
-  LANES_LET1(v29, sqrt, v20);
-  const lanes v30 = v25 * v25, v31 = v26 * v26, v32 = 490.3080836793531 * v20,
-      v33 = LANES_CHOICE(v27, v21, v28), v34 = 22.14290142866 * v29, v35 = v30 + v31;
-  out[4] = v32;
-  const lanes v36 = 0.127 * v33, v37 = LANES_CHOICE(v27, v34, 0.0), v38 = v36 + 0.1778,
-      v39 = choice_0 * v37, v41 = v7 * v38, v42 = 0.127 * v39, v43 = v8 * v38, v45 = v8 * v42,
-      v46 = v7 * v42, v47 = v41 - v45, v48 = v43 + v46, v49 = v47 * v47, v50 = 1e-150 + v48,
-      v51 = v50 * v50;
-  LANES_LET2(v52, atan2, v47, v50);
-  const lanes v53 = v49 + v51;
-  out[0] = v52; LANES_LET1(v54, rsqrt, v53);
-  const lanes v55 = v47 * v54, v56 = v50 * v54, v57 = v33 * v56, v58 = v39 * v55, v59 = v33 * v55,
-      v60 = v39 * v56, v61 = 0.1778 * v56, v62 = 0.1778 * v55, v63 = v57 - v58, v64 = v59 + v60,
-      v65 = v18 * v63, v66 = v19 * v64, v67 = v19 * v63, v68 = v18 * v64, v69 = 0.127 * v63,
-      v70 = 0.127 * v64, v71 = v65 - v66, v72 = v67 + v68, v73 = v23 + v69, v74 = v24 + v70;
-  LANES_LET2(v75, atan2, v71, v72);
-  const lanes v76 = v73 + v61, v77 = v74 + v62;
-  out[2] = v75;
-  const lanes v78 = v76 - x_0, v79 = v77 - x_1, v80 = v78 * v78, v81 = v79 * v79, v82 = v80 + v81,
-      v83 = v82 + v35, v84 = v82 - v35;
-  LANES_LET1(v85, fabs, v84);
-  const lanes v86 = v83 + v85, v87 = 0.5 * v86;
-  LANES_LET1(v88, sqrt, v87); out[3] = v88; LANES_LET2(v40, atan2, v37, v33);
-  const lanes v44 = choice_0 * v40;
-  out[1] = v44;
+      v8 = x_0 - v4, v9 = v6 * v6, v11 = v8 * v8, v12 = v7 * v7, v13 = v5 + v9, v14 = v11 + v12;
+  LANES_LET1(v15, rsqrt, v13);
+  const lanes v16 = v14 - 0.00258064, v17 = 0.09290304 - v14, v18 = v14 - 0.04774184,
+      v19 = v1 * v15, v20 = v6 * v15, v21 = v16 * v17, v22 = 22.14290142866 * v18;
+  const lanes_where v23 = LANES_LT(v18, 0.0);
+  const lanes v24 = 0.127 * v20, v25 = 0.127 * v19, v26 = v20 - v2, v27 = v19 - v1;
+  const lanes_where v28 = LANES_LT(8.15813594176e-18, v21);
+  const lanes v29 = LANES_CHOICE(v23, -1.0, 1.0);
+  LANES_LET1(v30, sqrt, v21);
+  const lanes v31 = v26 * v26, v32 = v27 * v27, v33 = 490.3080836793531 * v21,
+      v34 = LANES_CHOICE(v28, v22, v29), v35 = 22.14290142866 * v30, v36 = v31 + v32;
+  out[4] = v33;
+  const lanes v37 = 0.127 * v34, v38 = LANES_CHOICE(v28, v35, 0.0), v39 = v37 + 0.1778,
+      v40 = choice_0 * v38, v42 = v7 * v39, v43 = 0.127 * v40, v44 = v8 * v39, v46 = v8 * v43,
+      v47 = v7 * v43, v48 = v42 - v46, v49 = v44 + v47, v50 = v48 * v48, v51 = 1e-150 + v49,
+      v52 = v51 * v51;
+  LANES_LET2(v53, atan2, v48, v51);
+  const lanes v54 = v50 + v52;
+  out[0] = v53; LANES_LET1(v56, rsqrt, v54);
+  const lanes v58 = v48 * v56, v59 = v51 * v56, v65 = v34 * v59, v66 = v40 * v58,
+      v67 = 0.1778 * v59, v68 = v34 * v58, v69 = v40 * v59, v70 = 0.1778 * v58, v72 = v65 - v66,
+      v73 = v68 + v69, v74 = 0.127 * v72, v75 = 0.127 * v73, v76 = v24 + v74, v77 = v25 + v75,
+      v78 = v76 + v67, v79 = v77 + v70, v80 = v78 - x_0, v81 = v79 - x_1, v82 = v80 * v80,
+      v83 = v81 * v81, v84 = v82 + v83, v85 = v84 + v36, v86 = v84 - v36;
+  LANES_LET1(v87, fabs, v86);
+  const lanes v88 = v85 + v87, v89 = 0.5 * v88;
+  LANES_LET1(v90, sqrt, v89); out[3] = v90;
+  lanes v10, v41; LANES_NAME(lanes_two_atan2)(&v1, &v6, &v38, &v34, &v10, &v41);
+  const lanes v45 = choice_0 * v41;
+  out[1] = v45;
+  const lanes v55 = v10 - v53, v57 = v55 - v45;
+  const lanes_where v60 = LANES_LT(3.141592653589793, v57);
+  const lanes v61 = v57 - 6.283185307179586;
+  const lanes_where v62 = LANES_LT(v57, -3.141592653589793);
+  const lanes v63 = v57 + 6.283185307179586, v64 = LANES_CHOICE(v62, v63, v57),
+      v71 = LANES_CHOICE(v60, v61, v64);
+  out[2] = v71;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar_branches)(const double *x, double *q, double *residual, double *margin)

@@ -361,111 +361,140 @@ static LANES_TARGET void LANES_NAME(bricklaying_planar_acceleration_mixed)(const
   out[5] = v61;
 }
 
-static LANES_TARGET void LANES_NAME(bricklaying_planar_ik)(const lanes *in, lanes *out)
+static LANES_SPARING LANES_TARGET void LANES_NAME(bricklaying_planar_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
       v1 = 0.127 * T_0, v2 = 0.127 * T_4, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = T_2 * T_2,
       v6 = T_6 * T_6, v7 = T_8 * T_8, v8 = T_9 * T_9, v9 = 1.0 - T_10, v10 = T_11 * T_11,
-      v11 = T_3 - v1, v12 = T_7 - v2, v13 = v4 * v4, v14 = v5 + v6, v15 = v9 * v9, v16 = v11 * v11,
-      v17 = v12 * v12, v18 = v3 + v13, v19 = v14 + v7, v20 = v16 + v17;
-  LANES_LET1(v21, rsqrt, v18);
-  const lanes v22 = v19 + v8, v23 = v20 - 0.00258064, v24 = 0.09290304 - v20,
-      v25 = v20 - 0.04774184, v26 = T_4 * v21, v27 = v4 * v21, v28 = v23 * v24,
-      v29 = 22.14290142866 * v25;
-  const lanes_where v30 = LANES_LT(v25, 0.0);
-  const lanes v31 = v27 - T_0, v32 = T_1 + v26, v33 = v26 - T_4, v34 = v27 - T_5, v35 = 0.127 * v27,
-      v36 = 0.127 * v26;
-  const lanes_where v37 = LANES_LT(8.15813594176e-18, v28);
-  const lanes v38 = LANES_CHOICE(v30, -1.0, 1.0);
-  LANES_LET1(v39, sqrt, v28);
-  const lanes v40 = v31 * v31, v41 = v32 * v32, v42 = v33 * v33, v43 = v34 * v34,
-      v44 = 490.3080836793531 * v28, v45 = LANES_CHOICE(v37, v29, v38), v46 = 22.14290142866 * v39,
-      v47 = v22 + v40;
-  out[8] = v44; out[9] = v44;
-  const lanes v48 = 0.127 * v45, v49 = LANES_CHOICE(v37, v46, 0.0), v50 = v47 + v41,
-      v51 = v48 + 0.1778, v52 = 0.127 * v49;
-  LANES_LET2(v53, atan2, v49, v45);
-  const lanes v54 = v50 + v42, v55 = v51 * v12, v56 = v11 * v52, v57 = v51 * v11, v58 = v52 * v12;
-  out[1] = v53;
-  const lanes v59 = -v53, v60 = v54 + v43, v61 = v55 - v56, v62 = v57 + v58, v63 = v55 + v56,
-      v64 = v57 - v58;
-  out[4] = v59;
-  const lanes v65 = v60 + v15, v66 = v61 * v61, v67 = 1e-150 + v62, v68 = v63 * v63,
-      v69 = 1e-150 + v64, v70 = 0.5 * v65, v71 = v67 * v67;
-  LANES_LET2(v72, atan2, v61, v67);
-  const lanes v73 = v69 * v69;
+      v11 = T_3 - v1, v12 = T_7 - v2, v13 = v4 * v4;
+  LANES_LET2(v14, atan2, T_4, v4);
+  const lanes v15 = v5 + v6, v16 = v9 * v9, v17 = v11 * v11, v18 = v12 * v12, v19 = v3 + v13,
+      v20 = v15 + v7, v21 = v17 + v18;
+  LANES_LET1(v22, rsqrt, v19);
+  const lanes v23 = v20 + v8, v24 = v21 - 0.00258064, v25 = 0.09290304 - v21,
+      v26 = v21 - 0.04774184, v27 = T_4 * v22, v28 = v4 * v22, v29 = v24 * v25,
+      v30 = 22.14290142866 * v26;
+  const lanes_where v31 = LANES_LT(v26, 0.0);
+  const lanes v32 = v28 - T_0, v33 = T_1 + v27, v34 = v27 - T_4, v35 = v28 - T_5, v36 = 0.127 * v28,
+      v37 = 0.127 * v27;
+  const lanes_where v38 = LANES_LT(8.15813594176e-18, v29);
+  const lanes v39 = LANES_CHOICE(v31, -1.0, 1.0);
+  LANES_LET1(v40, sqrt, v29);
+  const lanes v41 = v32 * v32, v42 = v33 * v33, v43 = v34 * v34, v44 = v35 * v35,
+      v45 = 490.3080836793531 * v29, v46 = LANES_CHOICE(v38, v30, v39), v47 = 22.14290142866 * v40,
+      v48 = v23 + v41;
+  out[8] = v45; out[9] = v45;
+  const lanes v49 = 0.127 * v46, v50 = LANES_CHOICE(v38, v47, 0.0), v51 = v48 + v42,
+      v52 = v49 + 0.1778, v53 = 0.127 * v50;
+  LANES_LET2(v54, atan2, v50, v46);
+  const lanes v55 = v51 + v43, v56 = v52 * v12, v57 = v11 * v53, v58 = v52 * v11, v59 = v53 * v12;
+  out[1] = v54;
+  const lanes v60 = -v54, v61 = v14 + v54, v62 = v55 + v44, v63 = v56 - v57, v64 = v58 + v59,
+      v65 = v56 + v57, v66 = v58 - v59;
+  out[4] = v60;
+  const lanes v67 = v62 + v16, v68 = v63 * v63, v69 = 1e-150 + v64, v70 = v65 * v65,
+      v71 = 1e-150 + v66, v72 = 0.5 * v67, v73 = v69 * v69;
   LANES_LET2(v74, atan2, v63, v69);
-  const lanes v75 = v66 + v71, v76 = v68 + v73;
-  out[0] = v72; out[3] = v74; LANES_LET1(v77, rsqrt, v75); LANES_LET1(v78, rsqrt, v76);
-  const lanes v79 = v61 * v77, v80 = v67 * v77, v81 = v63 * v78, v82 = v69 * v78, v83 = v45 * v80,
-      v84 = v49 * v79, v85 = v45 * v79, v86 = v49 * v80, v87 = v45 * v82, v88 = v49 * v81,
-      v89 = v45 * v81, v90 = v49 * v82, v91 = 0.1778 * v80, v92 = 0.1778 * v79, v93 = 0.1778 * v82,
-      v94 = 0.1778 * v81, v95 = v83 - v84, v96 = v85 + v86, v97 = v87 + v88, v98 = v89 - v90,
-      v99 = v26 * v95, v100 = v27 * v96, v101 = v27 * v95, v102 = v26 * v96, v103 = v26 * v97,
-      v104 = v27 * v98, v105 = v27 * v97, v106 = v26 * v98, v107 = 0.127 * v95, v108 = 0.127 * v96,
-      v109 = 0.127 * v97, v110 = 0.127 * v98, v111 = v99 - v100, v112 = v101 + v102,
-      v113 = v103 - v104, v114 = v105 + v106, v115 = v35 + v107, v116 = v36 + v108,
-      v117 = v35 + v109, v118 = v36 + v110;
-  LANES_LET2(v119, atan2, v111, v112); LANES_LET2(v120, atan2, v113, v114);
-  const lanes v121 = v115 + v91, v122 = v116 + v92, v123 = v117 + v93, v124 = v118 + v94;
-  out[2] = v119; out[5] = v120;
-  const lanes v125 = v121 - T_3, v126 = v122 - T_7, v127 = v123 - T_3, v128 = v124 - T_7,
-      v129 = v125 * v125, v130 = v126 * v126, v131 = v127 * v127, v132 = v128 * v128,
-      v133 = v10 + v129, v134 = v10 + v131, v135 = v133 + v130, v136 = v134 + v132,
-      v137 = v70 + v135, v138 = v135 - v70, v139 = v70 + v136, v140 = v136 - v70;
-  LANES_LET1(v141, fabs, v138); LANES_LET1(v142, fabs, v140);
-  const lanes v143 = v137 + v141, v144 = v139 + v142, v145 = 0.5 * v143, v146 = 0.5 * v144;
-  LANES_LET1(v147, sqrt, v145); LANES_LET1(v148, sqrt, v146); out[6] = v147; out[7] = v148;
+  const lanes v75 = v71 * v71;
+  LANES_LET2(v76, atan2, v65, v71);
+  const lanes v77 = v68 + v73, v78 = v70 + v75;
+  out[0] = v74;
+  const lanes v79 = v14 - v74;
+  out[3] = v76;
+  const lanes v80 = v61 - v76;
+  LANES_LET1(v81, rsqrt, v77); LANES_LET1(v82, rsqrt, v78);
+  const lanes v83 = v79 - v54;
+  const lanes_where v84 = LANES_LT(3.141592653589793, v80);
+  const lanes v85 = v80 - 6.283185307179586;
+  const lanes_where v86 = LANES_LT(v80, -3.141592653589793);
+  const lanes v87 = v80 + 6.283185307179586, v88 = v63 * v81, v89 = v69 * v81, v90 = v65 * v82,
+      v91 = v71 * v82;
+  const lanes_where v92 = LANES_LT(3.141592653589793, v83);
+  const lanes v93 = v83 - 6.283185307179586;
+  const lanes_where v94 = LANES_LT(v83, -3.141592653589793);
+  const lanes v95 = v83 + 6.283185307179586, v96 = LANES_CHOICE(v86, v87, v80),
+      v97 = LANES_CHOICE(v94, v95, v83), v98 = LANES_CHOICE(v84, v85, v96), v99 = v46 * v89,
+      v100 = v50 * v88, v101 = 0.1778 * v89, v102 = v46 * v88, v103 = v50 * v89,
+      v104 = 0.1778 * v88, v105 = v46 * v91, v106 = v50 * v90, v107 = 0.1778 * v91,
+      v108 = v46 * v90, v109 = v50 * v91, v110 = 0.1778 * v90, v111 = LANES_CHOICE(v92, v93, v97);
+  out[5] = v98;
+  const lanes v112 = v99 - v100, v113 = v102 + v103, v114 = v105 + v106, v115 = v108 - v109;
+  out[2] = v111;
+  const lanes v116 = 0.127 * v112, v117 = 0.127 * v113, v118 = 0.127 * v114, v119 = 0.127 * v115,
+      v120 = v36 + v116, v121 = v37 + v117, v122 = v36 + v118, v123 = v37 + v119,
+      v124 = v120 + v101, v125 = v121 + v104, v126 = v122 + v107, v127 = v123 + v110,
+      v128 = v124 - T_3, v129 = v125 - T_7, v130 = v126 - T_3, v131 = v127 - T_7,
+      v132 = v128 * v128, v133 = v129 * v129, v134 = v130 * v130, v135 = v131 * v131,
+      v136 = v10 + v132, v137 = v10 + v134, v138 = v136 + v133, v139 = v137 + v135,
+      v140 = v72 + v138, v141 = v138 - v72, v142 = v72 + v139, v143 = v139 - v72;
+  LANES_LET1(v144, fabs, v141); LANES_LET1(v145, fabs, v143);
+  const lanes v146 = v140 + v144, v147 = v142 + v145, v148 = 0.5 * v146, v149 = 0.5 * v147;
+  LANES_LET1(v150, sqrt, v148); LANES_LET1(v151, sqrt, v149); out[6] = v150; out[7] = v151;
 }
 
-static LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar)(const lanes *in, lanes *out)
+static LANES_SPARING LANES_TARGET void LANES_NAME(bricklaying_planar_ik_planar)(const lanes *in, lanes *out)
 {
   const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2];
   LANES_COS_SIN(v1, v2, x_2);
   const lanes v3 = 0.127 * v1, v4 = 0.127 * v2, v5 = v2 * v2, v6 = 1e-150 + v1, v7 = x_0 - v3,
-      v8 = x_1 - v4, v9 = v6 * v6, v10 = v7 * v7, v11 = v8 * v8, v12 = v5 + v9, v13 = v10 + v11;
-  LANES_LET1(v14, rsqrt, v12);
-  const lanes v15 = 0.09290304 - v13, v16 = v13 - 0.00258064, v17 = v13 - 0.04774184,
-      v18 = v2 * v14, v19 = v6 * v14, v20 = v15 * v16, v21 = 22.14290142866 * v17;
-  const lanes_where v22 = LANES_LT(v17, 0.0);
-  const lanes v23 = v19 - v1, v24 = v18 - v2, v25 = 0.127 * v19, v26 = 0.127 * v18;
-  const lanes_where v27 = LANES_LT(8.15813594176e-18, v20);
-  const lanes v28 = LANES_CHOICE(v22, -1.0, 1.0);
-  LANES_LET1(v29, sqrt, v20);
-  const lanes v30 = v23 * v23, v31 = v24 * v24, v32 = 490.3080836793531 * v20,
-      v33 = LANES_CHOICE(v27, v21, v28), v34 = 22.14290142866 * v29, v35 = v30 + v31;
-  out[8] = v32; out[9] = v32;
-  const lanes v36 = 0.127 * v33, v37 = LANES_CHOICE(v27, v34, 0.0), v38 = v36 + 0.1778,
-      v39 = 0.127 * v37;
-  LANES_LET2(v40, atan2, v37, v33);
-  const lanes v41 = v38 * v8, v42 = v39 * v7, v43 = v38 * v7, v44 = v39 * v8;
-  out[1] = v40;
-  const lanes v45 = -v40, v46 = v41 - v42, v47 = v43 + v44, v48 = v41 + v42, v49 = v43 - v44;
-  out[4] = v45;
-  const lanes v50 = v46 * v46, v51 = 1e-150 + v47, v52 = v48 * v48, v53 = 1e-150 + v49,
-      v54 = v51 * v51;
-  LANES_LET2(v55, atan2, v46, v51);
-  const lanes v56 = v53 * v53;
+      v8 = x_1 - v4, v9 = v6 * v6;
+  LANES_LET2(v10, atan2, v2, v6);
+  const lanes v11 = v7 * v7, v12 = v8 * v8, v13 = v5 + v9, v14 = v11 + v12;
+  LANES_LET1(v15, rsqrt, v13);
+  const lanes v16 = 0.09290304 - v14, v17 = v14 - 0.00258064, v18 = v14 - 0.04774184,
+      v19 = v2 * v15, v20 = v6 * v15, v21 = v16 * v17, v22 = 22.14290142866 * v18;
+  const lanes_where v23 = LANES_LT(v18, 0.0);
+  const lanes v24 = v20 - v1, v25 = v19 - v2, v26 = 0.127 * v20, v27 = 0.127 * v19;
+  const lanes_where v28 = LANES_LT(8.15813594176e-18, v21);
+  const lanes v29 = LANES_CHOICE(v23, -1.0, 1.0);
+  LANES_LET1(v30, sqrt, v21);
+  const lanes v31 = v24 * v24, v32 = v25 * v25, v33 = 490.3080836793531 * v21,
+      v34 = LANES_CHOICE(v28, v22, v29), v35 = 22.14290142866 * v30, v36 = v31 + v32;
+  out[8] = v33; out[9] = v33;
+  const lanes v37 = 0.127 * v34, v38 = LANES_CHOICE(v28, v35, 0.0), v39 = v37 + 0.1778,
+      v40 = 0.127 * v38;
+  LANES_LET2(v41, atan2, v38, v34);
+  const lanes v42 = v39 * v8, v43 = v40 * v7, v44 = v39 * v7, v45 = v40 * v8;
+  out[1] = v41;
+  const lanes v46 = -v41, v47 = v10 + v41, v48 = v42 - v43, v49 = v44 + v45, v50 = v42 + v43,
+      v51 = v44 - v45;
+  out[4] = v46;
+  const lanes v52 = v48 * v48, v53 = 1e-150 + v49, v54 = v50 * v50, v55 = 1e-150 + v51,
+      v56 = v53 * v53;
   LANES_LET2(v57, atan2, v48, v53);
-  const lanes v58 = v50 + v54, v59 = v52 + v56;
-  out[0] = v55; out[3] = v57; LANES_LET1(v60, rsqrt, v58); LANES_LET1(v61, rsqrt, v59);
-  const lanes v62 = v46 * v60, v63 = v51 * v60, v64 = v48 * v61, v65 = v53 * v61, v66 = v33 * v63,
-      v67 = v37 * v62, v68 = v33 * v62, v69 = v37 * v63, v70 = v33 * v65, v71 = v37 * v64,
-      v72 = v33 * v64, v73 = v37 * v65, v74 = 0.1778 * v63, v75 = 0.1778 * v62, v76 = 0.1778 * v65,
-      v77 = 0.1778 * v64, v78 = v66 - v67, v79 = v68 + v69, v80 = v70 + v71, v81 = v72 - v73,
-      v82 = v18 * v78, v83 = v19 * v79, v84 = v19 * v78, v85 = v18 * v79, v86 = v18 * v80,
-      v87 = v19 * v81, v88 = v19 * v80, v89 = v18 * v81, v90 = 0.127 * v78, v91 = 0.127 * v79,
-      v92 = 0.127 * v80, v93 = 0.127 * v81, v94 = v82 - v83, v95 = v84 + v85, v96 = v86 - v87,
-      v97 = v88 + v89, v98 = v25 + v90, v99 = v26 + v91, v100 = v25 + v92, v101 = v26 + v93;
-  LANES_LET2(v102, atan2, v94, v95); LANES_LET2(v103, atan2, v96, v97);
-  const lanes v104 = v98 + v74, v105 = v99 + v75, v106 = v100 + v76, v107 = v101 + v77;
-  out[2] = v102; out[5] = v103;
-  const lanes v108 = v104 - x_0, v109 = v105 - x_1, v110 = v106 - x_0, v111 = v107 - x_1,
-      v112 = v108 * v108, v113 = v109 * v109, v114 = v110 * v110, v115 = v111 * v111,
-      v116 = v112 + v113, v117 = v114 + v115, v118 = v35 + v116, v119 = v116 - v35,
-      v120 = v35 + v117, v121 = v117 - v35;
-  LANES_LET1(v122, fabs, v119); LANES_LET1(v123, fabs, v121);
-  const lanes v124 = v118 + v122, v125 = v120 + v123, v126 = 0.5 * v124, v127 = 0.5 * v125;
-  LANES_LET1(v128, sqrt, v126); LANES_LET1(v129, sqrt, v127); out[6] = v128; out[7] = v129;
+  const lanes v58 = v55 * v55;
+  LANES_LET2(v59, atan2, v50, v55);
+  const lanes v60 = v52 + v56, v61 = v54 + v58;
+  out[0] = v57;
+  const lanes v62 = v10 - v57;
+  out[3] = v59;
+  const lanes v63 = v47 - v59;
+  LANES_LET1(v64, rsqrt, v60); LANES_LET1(v65, rsqrt, v61);
+  const lanes v66 = v62 - v41;
+  const lanes_where v67 = LANES_LT(3.141592653589793, v63);
+  const lanes v68 = v63 - 6.283185307179586;
+  const lanes_where v69 = LANES_LT(v63, -3.141592653589793);
+  const lanes v70 = v63 + 6.283185307179586, v71 = v48 * v64, v72 = v53 * v64, v73 = v50 * v65,
+      v74 = v55 * v65;
+  const lanes_where v75 = LANES_LT(3.141592653589793, v66);
+  const lanes v76 = v66 - 6.283185307179586;
+  const lanes_where v77 = LANES_LT(v66, -3.141592653589793);
+  const lanes v78 = v66 + 6.283185307179586, v79 = LANES_CHOICE(v69, v70, v63),
+      v80 = LANES_CHOICE(v77, v78, v66), v81 = LANES_CHOICE(v67, v68, v79), v82 = v34 * v72,
+      v83 = v38 * v71, v84 = 0.1778 * v72, v85 = v34 * v71, v86 = v38 * v72, v87 = 0.1778 * v71,
+      v88 = v34 * v74, v89 = v38 * v73, v90 = 0.1778 * v74, v91 = v34 * v73, v92 = v38 * v74,
+      v93 = 0.1778 * v73, v94 = LANES_CHOICE(v75, v76, v80);
+  out[5] = v81;
+  const lanes v95 = v82 - v83, v96 = v85 + v86, v97 = v88 + v89, v98 = v91 - v92;
+  out[2] = v94;
+  const lanes v99 = 0.127 * v95, v100 = 0.127 * v96, v101 = 0.127 * v97, v102 = 0.127 * v98,
+      v103 = v26 + v99, v104 = v27 + v100, v105 = v26 + v101, v106 = v27 + v102, v107 = v103 + v84,
+      v108 = v104 + v87, v109 = v105 + v90, v110 = v106 + v93, v111 = v107 - x_0, v112 = v108 - x_1,
+      v113 = v109 - x_0, v114 = v110 - x_1, v115 = v111 * v111, v116 = v112 * v112,
+      v117 = v113 * v113, v118 = v114 * v114, v119 = v115 + v116, v120 = v117 + v118,
+      v121 = v36 + v119, v122 = v119 - v36, v123 = v36 + v120, v124 = v120 - v36;
+  LANES_LET1(v125, fabs, v122); LANES_LET1(v126, fabs, v124);
+  const lanes v127 = v121 + v125, v128 = v123 + v126, v129 = 0.5 * v127, v130 = 0.5 * v128;
+  LANES_LET1(v131, sqrt, v129); LANES_LET1(v132, sqrt, v130); out[6] = v131; out[7] = v132;
 }

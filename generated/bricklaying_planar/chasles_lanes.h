@@ -35,11 +35,15 @@ static const double lanes_arctangent[] = {-0.3333333333333298, 0.199999999999031
 
 #define LANES_TINY 5e-324 /* the least number above 0 */
 #define LANES_INLINE static inline __attribute__((always_inline)) LANES_TARGET
-/* Two vectors that do not wait for each other are to be computed side by side. */
+/* Two vectors that do not wait for each other are to be computed side by side; and of many chains,
+ * one behind the other, few values are to wait in memory. */
 #ifdef __clang__
 #define LANES_SCHEDULED
+#define LANES_SPARING
 #else
 #define LANES_SCHEDULED __attribute__((optimize("schedule-insns")))
+#define LANES_SPARING \
+  __attribute__((optimize("schedule-insns", "sched-pressure", "live-range-shrinkage")))
 #endif
 
 #define LANES_JOIN_(a, b) a##_##b
@@ -203,19 +207,20 @@ LANES_LIBM(tan)
 #endif
 LANES_BY_PARTS(sqrt, LANES_SQRT)
 
-/* 1 / sqrt(x), to 2 units. From 14 bits by the series of (1 - e)^(-1/2), where e is at most 2^-13 and
- * what is left out 35/128 e^4; where x is 0 or infinite, e is NaN and the estimate exact. */
+/* 1 / sqrt(x), to 2 units, where x and its inverse are normal numbers; NaN where x is negative or
+ * NaN. AVX-512: from 14 bits by the series of (1 - e)^(-1/2), where e is at most 2^-13 and
+ * what is left out 35/128 e^4. Others: root and quotient at once, neither waits for the other. */
 LANES_INLINE void LANES_NAME(lanes_rsqrt)(const lanes *x, lanes *value)
 {
 #if CHASLES_ISA == 2
   const lanes estimate = (lanes)_mm512_maskz_rsqrt14_pd(LANES_ALL, *x);
   const lanes e = LANES_LESS_PRODUCT(LANES_OF(1.0), *x * estimate, estimate);
   const lanes series = LANES_FMA(LANES_FMA(LANES_OF(0.3125), e, LANES_OF(0.375)), e, LANES_OF(0.5));
-  const lanes_where finite = LANES_EQ(e, e);
-  *value = (lanes)_mm512_mask3_fmadd_pd(series, estimate * e, estimate, finite);
+  *value = LANES_FMA(series, estimate * e, estimate);
 #else
+  const lanes inverse = 1.0 / *x;
   LANES_NAME(lanes_sqrt)(x, value);
-  *value = 1.0 / *value;
+  *value *= inverse;
 #endif
 }
 

@@ -2574,7 +2574,7 @@ void excavator_hessian_mixed(const double q[4], double H[96]) {
   const double v216 = v136 * v209;
   const double v217 = v137 * v210;
   const double v218 = v202 + v211;
-  const double v219 = v166 * v209;
+  const double v219 = v209 * v166;
   const double v220 = v212 - v213;
   const double v221 = v167 * v210;
   const double v222 = 4.690431519699812 * v214;

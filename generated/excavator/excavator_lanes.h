@@ -905,7 +905,7 @@ static LANES_TARGET void LANES_NAME(excavator_hessian_mixed)(const lanes *in, la
       v239 = v140 / v238, v240 = 0.25 / v65, v241 = 2.0 * q_3, v242 = 3.2 + v241, v243 = v62 * v242,
       v244 = v63 * v242, v245 = v243 - v244, v246 = v240 * v245, v247 = v239 * v246,
       v248 = v237 - v247, v249 = v143 * v248, v250 = v142 * v149, v251 = v249 - v250,
-      v252 = 0.62 * v251, v253 = v252 * v146, v254 = v236 + v253, v255 = v73 * v219,
+      v252 = 0.62 * v251, v253 = v146 * v252, v254 = v236 + v253, v255 = v73 * v219,
       v256 = v145 * v92, v257 = v255 - v256, v258 = v150 * v85, v259 = v257 - v258,
       v260 = v79 * v230, v261 = v259 - v260, v262 = v150 + v261, v263 = v150 * v262,
       v264 = v254 - v263, v265 = v142 * v144, v266 = v148 * v248, v267 = v265 + v266,
@@ -2388,7 +2388,7 @@ static LANES_TARGET void LANES_NAME(excavator_constraint_D_z_dot)(const lanes *i
   out[95] = v94;
 }
 
-static LANES_TARGET void LANES_NAME(excavator_ik)(const lanes *in, lanes *out)
+static LANES_SPARING LANES_TARGET void LANES_NAME(excavator_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],

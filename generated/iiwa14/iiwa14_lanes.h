@@ -1718,7 +1718,7 @@ static LANES_TARGET void LANES_NAME(iiwa14_acceleration_mixed)(const lanes *in, 
   out[5] = v460;
 }
 
-static LANES_TARGET void LANES_NAME(iiwa14_ik)(const lanes *in, lanes *out)
+static LANES_SPARING LANES_TARGET void LANES_NAME(iiwa14_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],

@@ -33,58 +33,60 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_branch)(
   const lanes v18 = v5 * v16, v19 = v10 * v16, v21 = choice_0 * v19, v22 = choice_0 * v18,
       v23 = T_2 * v21, v24 = T_6 * v22, v25 = v6 * v21, v26 = v5 * v22, v27 = T_0 * v22,
       v28 = T_4 * v21, v29 = T_0 * v21, v30 = T_4 * v22, v31 = v23 - v24, v32 = v25 - v26,
-      v33 = v27 + v28, v34 = v29 - v30, v35 = v31 * v31, v36 = v33 * v33, v37 = v35 + v8;
-  LANES_LET1(v38, rsqrt, v37);
-  const lanes v39 = v4 * v38, v40 = v31 * v38, v41 = 0.1 * v39, v42 = 0.1 * v40, v43 = v39 * v34,
-      v44 = T_8 * v40, v45 = v21 * v39, v46 = v21 * v40, v47 = v22 * v39, v48 = v22 * v40,
-      v49 = v39 - T_10, v50 = v11 + v41, v51 = v32 + v42, v52 = v43 - v44, v53 = v46 - T_2,
-      v54 = T_6 + v48, v55 = v49 * v49, v56 = v51 * v51, v57 = v50 * v50, v58 = 1e-150 + v52,
-      v59 = v53 * v53, v60 = v54 * v54, v61 = v56 + v57, v62 = v58 * v58, v64 = 0.04 - v61,
-      v65 = v61 - 0.02, v66 = v36 + v62, v67 = v61 * v64, v68 = 50.0 * v65;
-  const lanes_where v69 = LANES_LT(v65, 0.0); LANES_LET1(v70, rsqrt, v66);
-  const lanes_where v71 = LANES_LT(1.6e-18, v67);
-  const lanes v72 = LANES_CHOICE(v69, -1.0, 1.0);
-  LANES_LET1(v73, sqrt, v67);
-  const lanes v74 = v33 * v70, v75 = v58 * v70, v76 = 2500.0 * v67,
-      v77 = LANES_CHOICE(v71, v68, v72), v78 = 50.0 * v73, v79 = v22 * v74, v80 = v75 * v45,
-      v81 = v22 * v75, v82 = v74 * v45, v83 = v21 * v74, v84 = v75 * v47, v85 = v21 * v75,
-      v86 = v74 * v47, v87 = v40 * v75, v88 = v40 * v74;
-  out[6] = v76;
-  const lanes v89 = 0.1 * v77, v90 = LANES_CHOICE(v71, v78, 0.0), v91 = v79 + v80, v92 = v81 - v82,
-      v93 = v83 - v84, v94 = v85 + v86, v95 = T_8 + v87, v96 = v88 - T_9, v97 = v89 + 0.1,
-      v98 = choice_1 * v90, v100 = v91 - T_0, v101 = v92 - T_1, v102 = v93 - T_4, v103 = v94 - T_5,
-      v104 = v95 * v95, v105 = v96 * v96, v106 = v50 * v97, v107 = 0.1 * v98, v108 = v51 * v97,
-      v110 = v100 * v100, v111 = v101 * v101, v112 = v102 * v102, v113 = v103 * v103,
-      v114 = v51 * v107, v115 = v50 * v107, v116 = v110 + v111, v117 = v106 - v114,
-      v118 = v108 + v115, v119 = v116 + v59, v120 = v117 * v117, v121 = 1e-150 + v118,
-      v122 = v119 + v112, v123 = v121 * v121;
-  LANES_LET2(v124, atan2, v117, v121);
-  const lanes v125 = v122 + v113, v126 = v120 + v123;
-  out[1] = v124;
-  const lanes v127 = v125 + v60;
-  LANES_LET1(v128, rsqrt, v126);
-  const lanes v129 = v127 + v104, v130 = v117 * v128, v131 = v121 * v128, v132 = v129 + v105,
-      v133 = v77 * v130, v134 = v98 * v131, v135 = v77 * v131, v136 = v98 * v130, v137 = 0.1 * v131,
-      v138 = 0.1 * v130, v139 = v132 + v55, v140 = v133 + v134, v141 = v135 - v136,
-      v142 = 0.5 * v139, v143 = v39 * v140, v144 = v40 * v141, v145 = v39 * v141, v146 = v40 * v140,
-      v147 = 0.1 * v141, v148 = 0.1 * v140, v149 = v143 + v144, v150 = v145 - v146,
-      v151 = v42 + v147, v152 = v41 + v148;
-  LANES_LET2(v153, atan2, v149, v150);
-  const lanes v154 = v151 + v137, v155 = v152 + v138, v156 = -v153, v157 = v21 * v154,
-      v158 = v22 * v154, v159 = v155 + 0.1;
-  out[3] = v156;
-  const lanes v160 = v157 - T_3, v161 = T_7 + v158, v162 = v159 - T_11, v163 = v160 * v160,
-      v164 = v161 * v161, v165 = v162 * v162, v166 = v163 + v164, v167 = v166 + v165,
-      v168 = v167 + v142, v169 = v167 - v142;
-  LANES_LET1(v170, fabs, v169);
-  const lanes v171 = v168 + v170, v172 = 0.5 * v171;
-  LANES_LET1(v173, sqrt, v172); out[5] = v173;
-  lanes v15, v63; LANES_NAME(lanes_two_atan2)(&v5, &v13, &v33, &v58, &v15, &v63);
-  LANES_LET2(v99, atan2, v90, v77);
+      v33 = v27 + v28, v34 = v29 - v30, v35 = v31 * v31, v37 = v33 * v33, v38 = v35 + v8;
+  LANES_LET1(v39, rsqrt, v38);
+  const lanes v40 = v4 * v39, v41 = v31 * v39, v42 = 0.1 * v40, v43 = 0.1 * v41, v44 = v40 * v34,
+      v45 = T_8 * v41, v46 = v21 * v40, v47 = v21 * v41, v48 = v22 * v40, v49 = v22 * v41,
+      v50 = v40 - T_10, v51 = v11 + v42, v52 = v32 + v43, v53 = v44 - v45, v54 = v47 - T_2,
+      v55 = T_6 + v49, v56 = v50 * v50, v57 = v52 * v52, v58 = v51 * v51, v59 = 1e-150 + v53,
+      v60 = v54 * v54, v61 = v55 * v55, v62 = v57 + v58, v63 = v59 * v59, v65 = 0.04 - v62,
+      v66 = v62 - 0.02, v67 = v37 + v63, v68 = v62 * v65, v69 = 50.0 * v66;
+  const lanes_where v70 = LANES_LT(v66, 0.0); LANES_LET1(v71, rsqrt, v67);
+  const lanes_where v72 = LANES_LT(1.6e-18, v68);
+  const lanes v73 = LANES_CHOICE(v70, -1.0, 1.0);
+  LANES_LET1(v74, sqrt, v68);
+  const lanes v75 = v33 * v71, v76 = v59 * v71, v77 = 2500.0 * v68,
+      v78 = LANES_CHOICE(v72, v69, v73), v79 = 50.0 * v74, v80 = v22 * v75, v81 = v76 * v46,
+      v82 = v22 * v76, v83 = v75 * v46, v84 = v21 * v75, v85 = v76 * v48, v86 = v21 * v76,
+      v87 = v75 * v48, v88 = v41 * v76, v89 = v41 * v75;
+  out[6] = v77;
+  const lanes v90 = 0.1 * v78, v91 = LANES_CHOICE(v72, v79, 0.0), v92 = v80 + v81, v93 = v82 - v83,
+      v94 = v84 - v85, v95 = v86 + v87, v96 = T_8 + v88, v97 = v89 - T_9, v98 = v90 + 0.1,
+      v99 = choice_1 * v91, v101 = v92 - T_0, v102 = v93 - T_1, v103 = v94 - T_4, v104 = v95 - T_5,
+      v105 = v96 * v96, v106 = v97 * v97, v107 = v51 * v98, v108 = 0.1 * v99, v109 = v52 * v98,
+      v111 = v101 * v101, v112 = v102 * v102, v113 = v103 * v103, v114 = v104 * v104,
+      v115 = v52 * v108, v116 = v51 * v108, v117 = v111 + v112, v118 = v107 - v115,
+      v119 = v109 + v116, v120 = v117 + v60, v121 = v118 * v118, v122 = 1e-150 + v119,
+      v123 = v120 + v113, v124 = v122 * v122;
+  LANES_LET2(v125, atan2, v118, v122);
+  const lanes v126 = v123 + v114, v127 = v121 + v124;
+  out[1] = v125;
+  const lanes v129 = v126 + v61;
+  LANES_LET1(v130, rsqrt, v127);
+  const lanes v132 = v129 + v105, v133 = v118 * v130, v134 = v122 * v130, v138 = v132 + v106,
+      v142 = v78 * v134, v143 = v99 * v133, v144 = 0.1 * v134, v145 = v78 * v133, v146 = v99 * v134,
+      v147 = 0.1 * v133, v148 = v138 + v56, v150 = v142 - v143, v151 = v145 + v146,
+      v152 = 0.5 * v148, v154 = 0.1 * v150, v155 = 0.1 * v151, v156 = v43 + v154, v157 = v42 + v155,
+      v158 = v156 + v144, v159 = v157 + v147, v160 = v21 * v158, v161 = v22 * v158,
+      v162 = v159 + 0.1, v163 = v160 - T_3, v164 = T_7 + v161, v165 = v162 - T_11,
+      v166 = v163 * v163, v167 = v164 * v164, v168 = v165 * v165, v169 = v166 + v167,
+      v170 = v169 + v168, v171 = v170 + v152, v172 = v170 - v152;
+  LANES_LET1(v173, fabs, v172);
+  const lanes v174 = v171 + v173, v175 = 0.5 * v174;
+  LANES_LET1(v176, sqrt, v175); out[5] = v176;
+  lanes v15, v36; LANES_NAME(lanes_two_atan2)(&v5, &v13, &v31, &v4, &v15, &v36);
+  lanes v64, v100; LANES_NAME(lanes_two_atan2)(&v33, &v59, &v91, &v78, &v64, &v100);
   const lanes v17 = choice_0 * v15, v20 = -v17;
-  out[0] = v20; out[4] = v63;
-  const lanes v109 = choice_1 * v99;
-  out[2] = v109;
+  out[0] = v20; out[4] = v64;
+  const lanes v110 = choice_1 * v100;
+  out[2] = v110;
+  const lanes v128 = v36 + v125, v131 = v128 + v110, v135 = -v131, v136 = v131 + 6.283185307179586,
+      v137 = 6.283185307179586 - v131;
+  const lanes_where v139 = LANES_LT(3.141592653589793, v135);
+  const lanes v140 = -v136;
+  const lanes_where v141 = LANES_LT(v135, -3.141592653589793);
+  const lanes v149 = LANES_CHOICE(v141, v137, v135), v153 = LANES_CHOICE(v139, v140, v149);
+  out[3] = v153;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_branches)(const double *T, double *q, double *residual, double *margin)
@@ -176,50 +178,54 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_pitch_branch)(
   const lanes v6 = v1 * v1, v7 = v1 * choice_0, v8 = 1e-150 + v4, v9 = choice_1 * v5;
   LANES_LET1(v10, fabs, v5);
   const lanes v11 = v6 + v2, v13 = v9 * v9, v14 = v8 * v8;
-  LANES_LET1(v15, rsqrt, v11);
-  const lanes v16 = v13 + v14, v18 = x_1 * v15, v19 = v1 * v15;
-  LANES_LET1(v20, rsqrt, v16);
-  const lanes v22 = choice_0 * v19, v23 = v8 * v20, v24 = choice_0 * v18, v25 = v9 * v20,
-      v26 = 0.1 * v23, v27 = v22 * x_0, v28 = v24 * x_1, v29 = 0.1 * v25, v30 = v23 - v4,
-      v31 = v22 * v25, v32 = v24 * v25, v33 = v3 - v26, v34 = v27 - v28, v35 = v30 * v30,
-      v36 = v31 * v31, v37 = v32 * v32, v38 = v34 + v29, v39 = v33 * v33, v40 = v36 + v37,
-      v41 = v38 * v38;
-  LANES_LET1(v42, sqrt, v40);
-  const lanes v43 = v41 + v39, v44 = v42 - v10, v45 = 0.04 - v43, v46 = v43 - 0.02, v47 = v44 * v44,
-      v48 = v43 * v45, v49 = 50.0 * v46;
-  const lanes_where v50 = LANES_LT(v46, 0.0);
-  const lanes v51 = v35 + v47;
-  const lanes_where v52 = LANES_LT(1.6e-18, v48);
-  const lanes v53 = LANES_CHOICE(v50, -1.0, 1.0);
-  LANES_LET1(v54, sqrt, v48);
-  const lanes v55 = 2500.0 * v48, v56 = LANES_CHOICE(v52, v49, v53), v57 = 50.0 * v54;
-  out[6] = v55;
-  const lanes v58 = 0.1 * v56, v59 = LANES_CHOICE(v52, v57, 0.0), v60 = v58 + 0.1,
-      v61 = choice_2 * v59, v63 = v33 * v60, v64 = 0.1 * v61, v65 = v38 * v60, v67 = v38 * v64,
-      v68 = v33 * v64, v69 = v63 - v67, v70 = v65 + v68, v71 = v69 * v69, v72 = 1e-150 + v70,
-      v73 = v72 * v72;
-  LANES_LET2(v74, atan2, v69, v72);
-  const lanes v75 = v71 + v73;
-  out[1] = v74; LANES_LET1(v76, rsqrt, v75);
-  const lanes v77 = v69 * v76, v78 = v72 * v76, v79 = v56 * v78, v80 = v61 * v77, v81 = v56 * v77,
-      v82 = v61 * v78, v83 = 0.1 * v78, v84 = 0.1 * v77, v85 = v79 - v80, v86 = v81 + v82,
-      v87 = v25 * v85, v88 = v23 * v86, v89 = v23 * v85, v90 = v25 * v86, v91 = 0.1 * v85,
-      v92 = 0.1 * v86, v93 = v87 - v88, v94 = v89 + v90, v95 = v91 - v29, v96 = v26 + v92;
-  LANES_LET2(v97, atan2, v93, v94);
-  const lanes v98 = v95 + v83, v99 = v96 + v84;
-  out[3] = v97;
-  const lanes v100 = v22 * v98, v101 = v24 * v98, v102 = v99 + 0.1, v103 = v100 - x_0,
-      v104 = v101 + x_1, v105 = v102 - x_2, v106 = v103 * v103, v107 = v104 * v104,
-      v108 = v105 * v105, v109 = v106 + v107, v110 = v109 + v108, v111 = v110 + v51,
-      v112 = v110 - v51;
-  LANES_LET1(v113, fabs, v112);
-  const lanes v114 = v111 + v113, v115 = 0.5 * v114;
-  LANES_LET1(v116, sqrt, v115); out[5] = v116;
-  lanes v12, v62; LANES_NAME(lanes_two_atan2)(&x_1, &v7, &v59, &v56, &v12, &v62);
-  const lanes v17 = choice_0 * v12, v21 = -v17;
-  out[0] = v21;
-  const lanes v66 = choice_2 * v62;
-  out[2] = v66;
+  LANES_LET1(v16, rsqrt, v11);
+  const lanes v17 = v13 + v14, v19 = x_1 * v16, v20 = v1 * v16;
+  LANES_LET1(v21, rsqrt, v17);
+  const lanes v23 = choice_0 * v20, v24 = v8 * v21, v25 = choice_0 * v19, v26 = v9 * v21,
+      v27 = 0.1 * v24, v28 = v23 * x_0, v29 = v25 * x_1, v30 = 0.1 * v26, v31 = v24 - v4,
+      v32 = v23 * v26, v33 = v25 * v26, v34 = v3 - v27, v35 = v28 - v29, v36 = v31 * v31,
+      v37 = v32 * v32, v38 = v33 * v33, v39 = v35 + v30, v40 = v34 * v34, v41 = v37 + v38,
+      v42 = v39 * v39;
+  LANES_LET1(v43, sqrt, v41);
+  const lanes v44 = v42 + v40, v45 = v43 - v10, v46 = 0.04 - v44, v47 = v44 - 0.02, v48 = v45 * v45,
+      v49 = v44 * v46, v50 = 50.0 * v47;
+  const lanes_where v51 = LANES_LT(v47, 0.0);
+  const lanes v52 = v36 + v48;
+  const lanes_where v53 = LANES_LT(1.6e-18, v49);
+  const lanes v54 = LANES_CHOICE(v51, -1.0, 1.0);
+  LANES_LET1(v55, sqrt, v49);
+  const lanes v56 = 2500.0 * v49, v57 = LANES_CHOICE(v53, v50, v54), v58 = 50.0 * v55;
+  out[6] = v56;
+  const lanes v59 = 0.1 * v57, v60 = LANES_CHOICE(v53, v58, 0.0), v61 = v59 + 0.1,
+      v62 = choice_2 * v60, v64 = v34 * v61, v65 = 0.1 * v62, v66 = v39 * v61, v68 = v39 * v65,
+      v69 = v34 * v65, v70 = v64 - v68, v71 = v66 + v69, v72 = v70 * v70, v73 = 1e-150 + v71,
+      v74 = v73 * v73;
+  LANES_LET2(v75, atan2, v70, v73);
+  const lanes v76 = v72 + v74;
+  out[1] = v75; LANES_LET1(v78, rsqrt, v76);
+  const lanes v80 = v70 * v78, v81 = v73 * v78, v87 = v57 * v81, v88 = v62 * v80, v89 = 0.1 * v81,
+      v90 = v57 * v80, v91 = v62 * v81, v92 = 0.1 * v80, v94 = v87 - v88, v95 = v90 + v91,
+      v96 = 0.1 * v94, v97 = 0.1 * v95, v98 = v96 - v30, v99 = v27 + v97, v100 = v98 + v89,
+      v101 = v99 + v92, v102 = v23 * v100, v103 = v25 * v100, v104 = v101 + 0.1, v105 = v102 - x_0,
+      v106 = v103 + x_1, v107 = v104 - x_2, v108 = v105 * v105, v109 = v106 * v106,
+      v110 = v107 * v107, v111 = v108 + v109, v112 = v111 + v110, v113 = v112 + v52,
+      v114 = v112 - v52;
+  LANES_LET1(v115, fabs, v114);
+  const lanes v116 = v113 + v115, v117 = 0.5 * v116;
+  LANES_LET1(v118, sqrt, v117); out[5] = v118;
+  lanes v12, v15; LANES_NAME(lanes_two_atan2)(&x_1, &v7, &v9, &v8, &v12, &v15);
+  LANES_LET2(v63, atan2, v60, v57);
+  const lanes v18 = choice_0 * v12, v22 = -v18;
+  out[0] = v22;
+  const lanes v67 = choice_2 * v63;
+  out[2] = v67;
+  const lanes v77 = v15 - v75, v79 = v77 - v67;
+  const lanes_where v82 = LANES_LT(3.141592653589793, v79);
+  const lanes v83 = v79 - 6.283185307179586;
+  const lanes_where v84 = LANES_LT(v79, -3.141592653589793);
+  const lanes v85 = v79 + 6.283185307179586, v86 = LANES_CHOICE(v84, v85, v79),
+      v93 = LANES_CHOICE(v82, v83, v86);
+  out[3] = v93;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch_branches)(const double *x, double *q, double *residual, double *margin)
@@ -257,44 +263,48 @@ LANES_INLINE void LANES_NAME(lynxmotion_ik_position_direction_branch)(
   LANES_LET1(v10, rsqrt, v8);
   const lanes v12 = x_1 * v10, v13 = v1 * v10, v15 = choice_0 * v13, v16 = choice_0 * v12,
       v17 = v15 * x_3, v18 = v16 * x_4, v19 = v15 * x_0, v20 = v16 * x_1, v21 = v17 - v18,
-      v22 = v19 - v20, v23 = v21 * v21, v24 = v23 + v7;
-  LANES_LET1(v25, rsqrt, v24);
-  const lanes v26 = v4 * v25, v27 = v21 * v25, v28 = 0.1 * v26, v29 = 0.1 * v27, v30 = v15 * v27,
-      v31 = v16 * v27, v32 = v26 - x_5, v33 = v3 - v28, v34 = v22 - v29, v35 = v30 - x_3,
-      v36 = v31 + x_4, v37 = v32 * v32, v38 = v34 * v34, v39 = v33 * v33, v40 = v35 * v35,
-      v41 = v36 * v36, v42 = v38 + v39, v43 = v40 + v41, v44 = 0.04 - v42, v45 = v42 - 0.02,
-      v46 = v43 + v37, v47 = v42 * v44, v48 = 50.0 * v45;
-  const lanes_where v49 = LANES_LT(v45, 0.0); const lanes_where v50 = LANES_LT(1.6e-18, v47);
-  const lanes v51 = LANES_CHOICE(v49, -1.0, 1.0);
-  LANES_LET1(v52, sqrt, v47);
-  const lanes v53 = 2500.0 * v47, v54 = LANES_CHOICE(v50, v48, v51), v55 = 50.0 * v52;
-  out[6] = v53;
-  const lanes v56 = 0.1 * v54, v57 = LANES_CHOICE(v50, v55, 0.0), v58 = v56 + 0.1,
-      v59 = choice_1 * v57, v61 = v33 * v58, v62 = 0.1 * v59, v63 = v34 * v58, v65 = v34 * v62,
-      v66 = v33 * v62, v67 = v61 - v65, v68 = v63 + v66, v69 = v67 * v67, v70 = 1e-150 + v68,
-      v71 = v70 * v70;
-  LANES_LET2(v72, atan2, v67, v70);
-  const lanes v73 = v69 + v71;
-  out[1] = v72; LANES_LET1(v74, rsqrt, v73);
-  const lanes v75 = v67 * v74, v76 = v70 * v74, v77 = v54 * v75, v78 = v59 * v76, v79 = v54 * v76,
-      v80 = v59 * v75, v81 = 0.1 * v76, v82 = 0.1 * v75, v83 = v77 + v78, v84 = v79 - v80,
-      v85 = v26 * v83, v86 = v27 * v84, v87 = v26 * v84, v88 = v27 * v83, v89 = 0.1 * v84,
-      v90 = 0.1 * v83, v91 = v85 + v86, v92 = v87 - v88, v93 = v29 + v89, v94 = v28 + v90;
-  LANES_LET2(v95, atan2, v91, v92);
-  const lanes v96 = v93 + v81, v97 = v94 + v82, v98 = -v95, v99 = v15 * v96, v100 = v16 * v96,
-      v101 = v97 + 0.1;
-  out[3] = v98;
-  const lanes v102 = v99 - x_0, v103 = v100 + x_1, v104 = v101 - x_2, v105 = v102 * v102,
-      v106 = v103 * v103, v107 = v104 * v104, v108 = v105 + v106, v109 = v108 + v107,
-      v110 = v109 + v46, v111 = v109 - v46;
-  LANES_LET1(v112, fabs, v111);
-  const lanes v113 = v110 + v112, v114 = 0.5 * v113;
-  LANES_LET1(v115, sqrt, v114); out[5] = v115;
-  lanes v9, v60; LANES_NAME(lanes_two_atan2)(&x_1, &v6, &v57, &v54, &v9, &v60);
+      v22 = v19 - v20, v23 = v21 * v21, v25 = v23 + v7;
+  LANES_LET1(v26, rsqrt, v25);
+  const lanes v27 = v4 * v26, v28 = v21 * v26, v29 = 0.1 * v27, v30 = 0.1 * v28, v31 = v15 * v28,
+      v32 = v16 * v28, v33 = v27 - x_5, v34 = v3 - v29, v35 = v22 - v30, v36 = v31 - x_3,
+      v37 = v32 + x_4, v38 = v33 * v33, v39 = v35 * v35, v40 = v34 * v34, v41 = v36 * v36,
+      v42 = v37 * v37, v43 = v39 + v40, v44 = v41 + v42, v45 = 0.04 - v43, v46 = v43 - 0.02,
+      v47 = v44 + v38, v48 = v43 * v45, v49 = 50.0 * v46;
+  const lanes_where v50 = LANES_LT(v46, 0.0); const lanes_where v51 = LANES_LT(1.6e-18, v48);
+  const lanes v52 = LANES_CHOICE(v50, -1.0, 1.0);
+  LANES_LET1(v53, sqrt, v48);
+  const lanes v54 = 2500.0 * v48, v55 = LANES_CHOICE(v51, v49, v52), v56 = 50.0 * v53;
+  out[6] = v54;
+  const lanes v57 = 0.1 * v55, v58 = LANES_CHOICE(v51, v56, 0.0), v59 = v57 + 0.1,
+      v60 = choice_1 * v58, v62 = v34 * v59, v63 = 0.1 * v60, v64 = v35 * v59, v66 = v35 * v63,
+      v67 = v34 * v63, v68 = v62 - v66, v69 = v64 + v67, v70 = v68 * v68, v71 = 1e-150 + v69,
+      v72 = v71 * v71;
+  LANES_LET2(v73, atan2, v68, v71);
+  const lanes v74 = v70 + v72;
+  out[1] = v73; LANES_LET1(v76, rsqrt, v74);
+  const lanes v78 = v68 * v76, v79 = v71 * v76, v86 = v55 * v79, v87 = v60 * v78, v88 = 0.1 * v79,
+      v89 = v55 * v78, v90 = v60 * v79, v91 = 0.1 * v78, v93 = v86 - v87, v94 = v89 + v90,
+      v96 = 0.1 * v93, v97 = 0.1 * v94, v98 = v30 + v96, v99 = v29 + v97, v100 = v98 + v88,
+      v101 = v99 + v91, v102 = v15 * v100, v103 = v16 * v100, v104 = v101 + 0.1, v105 = v102 - x_0,
+      v106 = v103 + x_1, v107 = v104 - x_2, v108 = v105 * v105, v109 = v106 * v106,
+      v110 = v107 * v107, v111 = v108 + v109, v112 = v111 + v110, v113 = v112 + v47,
+      v114 = v112 - v47;
+  LANES_LET1(v115, fabs, v114);
+  const lanes v116 = v113 + v115, v117 = 0.5 * v116;
+  LANES_LET1(v118, sqrt, v117); out[5] = v118;
+  lanes v9, v24; LANES_NAME(lanes_two_atan2)(&x_1, &v6, &v21, &v4, &v9, &v24);
+  LANES_LET2(v61, atan2, v58, v55);
   const lanes v11 = choice_0 * v9, v14 = -v11;
   out[0] = v14;
-  const lanes v64 = choice_1 * v60;
-  out[2] = v64;
+  const lanes v65 = choice_1 * v61;
+  out[2] = v65;
+  const lanes v75 = v24 + v73, v77 = v75 + v65, v80 = -v77, v81 = v77 + 6.283185307179586,
+      v82 = 6.283185307179586 - v77;
+  const lanes_where v83 = LANES_LT(3.141592653589793, v80);
+  const lanes v84 = -v81;
+  const lanes_where v85 = LANES_LT(v80, -3.141592653589793);
+  const lanes v92 = LANES_CHOICE(v85, v82, v80), v95 = LANES_CHOICE(v83, v84, v92);
+  out[3] = v95;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction_branches)(const double *x, double *q, double *residual, double *margin)

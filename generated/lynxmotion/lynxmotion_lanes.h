@@ -807,7 +807,7 @@ static LANES_TARGET void LANES_NAME(lynxmotion_acceleration_mixed)(const lanes *
   out[5] = v196;
 }
 
-static LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in, lanes *out)
+static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in, lanes *out)
 {
   const lanes T_0 = in[0], T_1 = in[1], T_2 = in[2], T_3 = in[3], T_4 = in[4], T_5 = in[5],
       T_6 = in[6], T_7 = in[7], T_8 = in[8], T_9 = in[9], T_10 = in[10], T_11 = in[11],
@@ -822,112 +822,134 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik)(const lanes *in, lanes *out)
   LANES_LET2(v27, supplement, v13, v17);
   const lanes v28 = v19 - v20, v29 = v21 - v22, v30 = v23 + v24, v31 = v25 - v26;
   out[10] = v27; out[15] = v27;
-  const lanes v32 = v28 * v28, v33 = v30 * v30, v34 = v8 + v32;
-  LANES_LET1(v35, rsqrt, v34);
-  const lanes v36 = v4 * v35, v37 = v28 * v35, v38 = 0.1 * v36, v39 = 0.1 * v37, v40 = v36 * v31,
-      v41 = T_8 * v37, v42 = v17 * v37, v43 = v36 - T_10, v44 = v18 * v36, v45 = v18 * v37,
-      v46 = v17 * v36, v47 = v11 + v38, v48 = v29 + v39, v49 = v40 - v41, v50 = T_6 + v42,
-      v51 = v43 * v43, v52 = v45 - T_2, v53 = v48 * v48, v54 = v47 * v47, v55 = 1e-150 + v49,
-      v56 = 1e-150 - v49, v57 = v50 * v50, v58 = v52 * v52, v59 = v53 + v54, v60 = v55 * v55;
-  LANES_LET2(v61, atan2, v30, v55);
-  const lanes v62 = v56 * v56;
-  LANES_LET2(v63, atan2, v30, v56);
-  const lanes v64 = v57 + v51, v65 = 0.04 - v59, v66 = v59 - 0.02, v67 = v33 + v60, v68 = v62 + v33;
-  out[4] = v61; out[9] = v61;
-  const lanes v69 = -v63, v70 = v59 * v65, v71 = 50.0 * v66;
-  const lanes_where v72 = LANES_LT(v66, 0.0); LANES_LET1(v73, rsqrt, v67);
-  LANES_LET1(v74, rsqrt, v68); out[14] = v69; out[19] = v69;
-  const lanes_where v75 = LANES_LT(1.6e-18, v70);
-  const lanes v76 = LANES_CHOICE(v72, -1.0, 1.0);
-  LANES_LET1(v77, sqrt, v70);
-  const lanes v78 = v30 * v73, v79 = v55 * v73, v80 = v30 * v74, v81 = v56 * v74,
-      v82 = 2500.0 * v70, v83 = LANES_CHOICE(v75, v71, v76), v84 = 50.0 * v77, v85 = v37 * v79,
-      v86 = v37 * v78, v87 = v17 * v78, v88 = v79 * v44, v89 = v17 * v79, v90 = v78 * v44,
-      v91 = v18 * v78, v92 = v79 * v46, v93 = v18 * v79, v94 = v78 * v46, v95 = v17 * v80,
-      v96 = v81 * v44, v97 = v17 * v81, v98 = v80 * v44, v99 = v18 * v80, v100 = v81 * v46,
-      v101 = v80 * v46, v102 = v18 * v81, v103 = v81 * v37, v104 = v80 * v37;
-  out[24] = v82; out[25] = v82; out[26] = v82; out[27] = v82;
-  const lanes v105 = 0.1 * v83, v106 = LANES_CHOICE(v75, v84, 0.0), v107 = T_8 + v85,
-      v108 = v86 - T_9, v109 = v87 + v88, v110 = v89 - v90, v111 = v91 - v92, v112 = v93 + v94,
-      v113 = v95 - v96, v114 = v97 + v98, v115 = v99 + v100, v116 = v101 - v102, v117 = T_8 - v103,
-      v118 = v104 - T_9, v119 = v105 + 0.1, v120 = 0.1 * v106;
-  LANES_LET2(v121, atan2, v106, v83);
-  const lanes v122 = v107 * v107, v123 = v108 * v108, v124 = v109 - T_0, v125 = v110 - T_1,
-      v126 = v111 - T_4, v127 = v112 - T_5, v128 = v113 - T_0, v129 = T_1 + v114, v130 = v115 - T_4,
-      v131 = v116 - T_5, v132 = v117 * v117, v133 = v118 * v118, v134 = v47 * v119,
-      v135 = v48 * v120, v136 = v48 * v119, v137 = v47 * v120;
-  out[2] = v121;
-  const lanes v138 = -v121;
-  out[12] = v121;
-  const lanes v139 = v57 + v122, v140 = v124 * v124, v141 = v125 * v125, v142 = v126 * v126,
-      v143 = v127 * v127, v144 = v128 * v128, v145 = v129 * v129, v146 = v130 * v130,
-      v147 = v131 * v131, v148 = v134 - v135, v149 = v136 + v137, v150 = v135 + v134,
-      v151 = v136 - v137;
-  out[7] = v138; out[17] = v138;
-  const lanes v152 = v139 + v123, v153 = v64 + v144, v154 = v148 * v148, v155 = 1e-150 + v149,
-      v156 = v150 * v150, v157 = 1e-150 + v151, v158 = 1e-150 - v151, v159 = 1e-150 - v149,
-      v160 = v152 + v51, v161 = v153 + v145, v162 = v155 * v155;
-  LANES_LET2(v163, atan2, v148, v155);
-  const lanes v164 = v157 * v157;
+  const lanes v32 = v28 * v28;
+  LANES_LET2(v33, atan2, v28, v4);
+  const lanes v34 = v30 * v30, v35 = v8 + v32;
+  LANES_LET1(v36, rsqrt, v35);
+  const lanes v37 = v4 * v36, v38 = v28 * v36, v39 = 0.1 * v37, v40 = 0.1 * v38, v41 = v37 * v31,
+      v42 = T_8 * v38, v43 = v17 * v38, v44 = v37 - T_10, v45 = v18 * v37, v46 = v18 * v38,
+      v47 = v17 * v37, v48 = v11 + v39, v49 = v29 + v40, v50 = v41 - v42, v51 = T_6 + v43,
+      v52 = v44 * v44, v53 = v46 - T_2, v54 = v49 * v49, v55 = v48 * v48, v56 = 1e-150 + v50,
+      v57 = 1e-150 - v50, v58 = v51 * v51, v59 = v53 * v53, v60 = v54 + v55, v61 = v56 * v56;
+  LANES_LET2(v62, atan2, v30, v56);
+  const lanes v63 = v57 * v57;
+  LANES_LET2(v64, atan2, v30, v57);
+  const lanes v65 = v58 + v52, v66 = 0.04 - v60, v67 = v60 - 0.02, v68 = v34 + v61, v69 = v63 + v34;
+  out[4] = v62; out[9] = v62;
+  const lanes v70 = -v64, v71 = v60 * v66, v72 = 50.0 * v67;
+  const lanes_where v73 = LANES_LT(v67, 0.0); LANES_LET1(v74, rsqrt, v68);
+  LANES_LET1(v75, rsqrt, v69); out[14] = v70; out[19] = v70;
+  const lanes_where v76 = LANES_LT(1.6e-18, v71);
+  const lanes v77 = LANES_CHOICE(v73, -1.0, 1.0);
+  LANES_LET1(v78, sqrt, v71);
+  const lanes v79 = v30 * v74, v80 = v56 * v74, v81 = v30 * v75, v82 = v57 * v75,
+      v83 = 2500.0 * v71, v84 = LANES_CHOICE(v76, v72, v77), v85 = 50.0 * v78, v86 = v38 * v80,
+      v87 = v38 * v79, v88 = v17 * v79, v89 = v80 * v45, v90 = v17 * v80, v91 = v79 * v45,
+      v92 = v18 * v79, v93 = v80 * v47, v94 = v18 * v80, v95 = v79 * v47, v96 = v17 * v81,
+      v97 = v82 * v45, v98 = v17 * v82, v99 = v81 * v45, v100 = v18 * v81, v101 = v82 * v47,
+      v102 = v81 * v47, v103 = v18 * v82, v104 = v82 * v38, v105 = v81 * v38;
+  out[24] = v83; out[25] = v83; out[26] = v83; out[27] = v83;
+  const lanes v106 = 0.1 * v84, v107 = LANES_CHOICE(v76, v85, 0.0), v108 = T_8 + v86,
+      v109 = v87 - T_9, v110 = v88 + v89, v111 = v90 - v91, v112 = v92 - v93, v113 = v94 + v95,
+      v114 = v96 - v97, v115 = v98 + v99, v116 = v100 + v101, v117 = v102 - v103, v118 = T_8 - v104,
+      v119 = v105 - T_9, v120 = v106 + 0.1, v121 = 0.1 * v107;
+  LANES_LET2(v122, atan2, v107, v84);
+  const lanes v123 = v108 * v108, v124 = v109 * v109, v125 = v110 - T_0, v126 = v111 - T_1,
+      v127 = v112 - T_4, v128 = v113 - T_5, v129 = v114 - T_0, v130 = T_1 + v115, v131 = v116 - T_4,
+      v132 = v117 - T_5, v133 = v118 * v118, v134 = v119 * v119, v135 = v48 * v120,
+      v136 = v49 * v121, v137 = v49 * v120, v138 = v48 * v121;
+  out[2] = v122;
+  const lanes v139 = -v122;
+  out[12] = v122;
+  const lanes v140 = v122 + v33, v141 = v58 + v123, v142 = v125 * v125, v143 = v126 * v126,
+      v144 = v127 * v127, v145 = v128 * v128, v146 = v129 * v129, v147 = v130 * v130,
+      v148 = v131 * v131, v149 = v132 * v132, v150 = v135 - v136, v151 = v137 + v138,
+      v152 = v136 + v135, v153 = v137 - v138;
+  out[7] = v139; out[17] = v139;
+  const lanes v154 = v141 + v124, v155 = v65 + v146, v156 = v150 * v150, v157 = 1e-150 + v151,
+      v158 = v152 * v152, v159 = 1e-150 + v153, v160 = 1e-150 - v153, v161 = 1e-150 - v151,
+      v162 = v154 + v52, v163 = v155 + v147, v164 = v157 * v157;
   LANES_LET2(v165, atan2, v150, v157);
-  const lanes v166 = v158 * v158;
-  LANES_LET2(v167, atan2, v150, v158);
-  const lanes v168 = v159 * v159;
-  LANES_LET2(v169, atan2, v148, v159);
-  const lanes v170 = v160 + v140, v171 = v161 + v146, v172 = v154 + v162, v173 = v156 + v164,
-      v174 = v156 + v166, v175 = v168 + v154;
-  out[1] = v163; out[6] = v165; out[11] = v167; out[16] = v169;
-  const lanes v176 = v170 + v141, v177 = v171 + v147;
-  LANES_LET1(v178, rsqrt, v172); LANES_LET1(v179, rsqrt, v173); LANES_LET1(v180, rsqrt, v174);
-  LANES_LET1(v181, rsqrt, v175);
-  const lanes v182 = v176 + v58, v183 = v177 + v132, v184 = v148 * v178, v185 = v155 * v178,
-      v186 = v150 * v179, v187 = v157 * v179, v188 = v150 * v180, v189 = v158 * v180,
-      v190 = v148 * v181, v191 = v159 * v181, v192 = v182 + v142, v193 = v183 + v133,
-      v194 = v83 * v184, v195 = v106 * v185, v196 = v83 * v185, v197 = v106 * v184,
-      v198 = v187 * v83, v199 = v186 * v106, v200 = v186 * v83, v201 = v187 * v106,
-      v202 = v189 * v106, v203 = v188 * v83, v204 = v189 * v83, v205 = v188 * v106,
-      v206 = v190 * v83, v207 = v191 * v106, v208 = v191 * v83, v209 = v190 * v106,
-      v210 = v192 + v143, v211 = 0.1 * v185, v212 = 0.1 * v184, v213 = 0.1 * v187,
-      v214 = 0.1 * v186, v215 = 0.1 * v189, v216 = 0.1 * v188, v217 = v193 + v58, v218 = 0.1 * v191,
-      v219 = 0.1 * v190, v220 = v194 + v195, v221 = v196 - v197, v222 = v198 + v199,
-      v223 = v200 - v201, v224 = v202 + v203, v225 = v204 - v205, v226 = v206 - v207,
-      v227 = v208 + v209, v228 = 0.5 * v210, v229 = 0.5 * v217, v230 = v36 * v220,
-      v231 = v37 * v221, v232 = v36 * v221, v233 = v37 * v220, v234 = v222 * v37, v235 = v223 * v36,
-      v236 = v222 * v36, v237 = v223 * v37, v238 = v224 * v36, v239 = v225 * v37, v240 = v225 * v36,
-      v241 = v224 * v37, v242 = v36 * v226, v243 = v227 * v37, v244 = v36 * v227, v245 = v226 * v37,
-      v246 = 0.1 * v221, v247 = 0.1 * v220, v248 = 0.1 * v222, v249 = 0.1 * v223, v250 = 0.1 * v225,
-      v251 = 0.1 * v224, v252 = 0.1 * v227, v253 = 0.1 * v226, v254 = v230 + v231,
-      v255 = v232 - v233, v256 = v234 + v235, v257 = v236 - v237, v258 = v238 - v239,
-      v259 = v240 + v241, v260 = v242 - v243, v261 = v244 + v245, v262 = v39 + v246,
-      v263 = v38 + v247, v264 = v248 + v39, v265 = v249 + v38, v266 = v250 - v39, v267 = v251 + v38,
-      v268 = v252 - v39, v269 = v253 + v38;
-  LANES_LET2(v270, atan2, v254, v255); LANES_LET2(v271, atan2, v256, v257);
-  LANES_LET2(v272, atan2, v258, v259); LANES_LET2(v273, atan2, v260, v261);
-  const lanes v274 = v262 + v211, v275 = v263 + v212, v276 = v264 + v213, v277 = v265 + v214,
-      v278 = v266 + v215, v279 = v267 + v216, v280 = v268 + v218, v281 = v269 + v219, v282 = -v270,
-      v283 = -v271, v284 = -v272, v285 = -v273, v286 = v18 * v274, v287 = v17 * v274,
-      v288 = v275 + 0.1, v289 = v18 * v276, v290 = v17 * v276, v291 = v277 + 0.1, v292 = v18 * v278,
-      v293 = v17 * v278, v294 = v279 + 0.1, v295 = v18 * v280, v296 = v17 * v280, v297 = v281 + 0.1;
-  out[3] = v282; out[8] = v283; out[13] = v284; out[18] = v285;
-  const lanes v298 = v286 - T_3, v299 = T_7 + v287, v300 = v288 - T_11, v301 = v289 - T_3,
-      v302 = T_7 + v290, v303 = v291 - T_11, v304 = T_3 + v292, v305 = T_7 - v293,
-      v306 = v294 - T_11, v307 = T_3 + v295, v308 = T_7 - v296, v309 = v297 - T_11,
-      v310 = v298 * v298, v311 = v299 * v299, v312 = v300 * v300, v313 = v301 * v301,
-      v314 = v302 * v302, v315 = v303 * v303, v316 = v304 * v304, v317 = v305 * v305,
-      v318 = v306 * v306, v319 = v307 * v307, v320 = v308 * v308, v321 = v309 * v309,
-      v322 = v310 + v311, v323 = v313 + v314, v324 = v316 + v317, v325 = v319 + v320,
-      v326 = v322 + v312, v327 = v323 + v315, v328 = v324 + v318, v329 = v325 + v321,
-      v330 = v228 + v326, v331 = v326 - v228, v332 = v228 + v327, v333 = v327 - v228,
-      v334 = v328 + v229, v335 = v328 - v229, v336 = v229 + v329, v337 = v329 - v229;
-  LANES_LET1(v338, fabs, v331); LANES_LET1(v339, fabs, v333); LANES_LET1(v340, fabs, v335);
-  LANES_LET1(v341, fabs, v337);
-  const lanes v342 = v330 + v338, v343 = v332 + v339, v344 = v334 + v340, v345 = v336 + v341,
-      v346 = 0.5 * v342, v347 = 0.5 * v343, v348 = 0.5 * v344, v349 = 0.5 * v345;
-  LANES_LET1(v350, sqrt, v346); LANES_LET1(v351, sqrt, v347); LANES_LET1(v352, sqrt, v348);
-  LANES_LET1(v353, sqrt, v349); out[20] = v350; out[21] = v351; out[22] = v352; out[23] = v353;
+  const lanes v166 = v159 * v159;
+  LANES_LET2(v167, atan2, v152, v159);
+  const lanes v168 = v160 * v160;
+  LANES_LET2(v169, atan2, v152, v160);
+  const lanes v170 = v161 * v161;
+  LANES_LET2(v171, atan2, v150, v161);
+  const lanes v172 = v162 + v142, v173 = v163 + v148, v174 = v156 + v164, v175 = v158 + v166,
+      v176 = v158 + v168, v177 = v170 + v156;
+  out[1] = v165;
+  const lanes v178 = v165 + v122;
+  out[6] = v167;
+  const lanes v179 = v122 - v167;
+  out[11] = v169;
+  const lanes v180 = v33 - v169;
+  out[16] = v171;
+  const lanes v181 = v140 - v171, v182 = v172 + v143, v183 = v173 + v149;
+  LANES_LET1(v184, rsqrt, v174); LANES_LET1(v185, rsqrt, v175); LANES_LET1(v186, rsqrt, v176);
+  LANES_LET1(v187, rsqrt, v177);
+  const lanes v188 = v178 + v33, v189 = v179 - v33, v190 = v180 - v122;
+  const lanes_where v191 = LANES_LT(3.141592653589793, v181);
+  const lanes v192 = v181 - 6.283185307179586;
+  const lanes_where v193 = LANES_LT(v181, -3.141592653589793);
+  const lanes v194 = v181 + 6.283185307179586, v195 = v182 + v59, v196 = v183 + v133,
+      v197 = v150 * v184, v198 = v157 * v184, v199 = v152 * v185, v200 = v159 * v185,
+      v201 = v152 * v186, v202 = v160 * v186, v203 = v150 * v187, v204 = v161 * v187;
+  const lanes_where v205 = LANES_LT(v188, -3.141592653589793);
+  const lanes v206 = v188 + 6.283185307179586;
+  const lanes_where v207 = LANES_LT(3.141592653589793, v188);
+  const lanes v208 = 6.283185307179586 - v188, v209 = -v188;
+  const lanes_where v210 = LANES_LT(3.141592653589793, v189);
+  const lanes v211 = v189 - 6.283185307179586;
+  const lanes_where v212 = LANES_LT(v189, -3.141592653589793);
+  const lanes v213 = v189 + 6.283185307179586;
+  const lanes_where v214 = LANES_LT(3.141592653589793, v190);
+  const lanes v215 = v190 - 6.283185307179586;
+  const lanes_where v216 = LANES_LT(v190, -3.141592653589793);
+  const lanes v217 = v190 + 6.283185307179586, v218 = LANES_CHOICE(v193, v194, v181),
+      v219 = v195 + v144, v220 = v196 + v134, v221 = -v206, v222 = LANES_CHOICE(v207, v208, v209),
+      v223 = LANES_CHOICE(v212, v213, v189), v224 = LANES_CHOICE(v216, v217, v190),
+      v225 = LANES_CHOICE(v191, v192, v218), v226 = v219 + v145, v227 = v84 * v198,
+      v228 = v107 * v197, v229 = 0.1 * v198, v230 = v84 * v197, v231 = v107 * v198,
+      v232 = 0.1 * v197, v233 = v200 * v84, v234 = v199 * v107, v235 = 0.1 * v200,
+      v236 = v199 * v84, v237 = v200 * v107, v238 = 0.1 * v199, v239 = v202 * v84,
+      v240 = v201 * v107, v241 = 0.1 * v202, v242 = v202 * v107, v243 = v201 * v84,
+      v244 = 0.1 * v201, v245 = v220 + v59, v246 = v204 * v84, v247 = v203 * v107,
+      v248 = 0.1 * v204, v249 = v203 * v84, v250 = v204 * v107, v251 = 0.1 * v203,
+      v252 = LANES_CHOICE(v205, v221, v222), v253 = LANES_CHOICE(v210, v211, v223),
+      v254 = LANES_CHOICE(v214, v215, v224);
+  out[18] = v225;
+  const lanes v255 = 0.5 * v226, v256 = v227 - v228, v257 = v230 + v231, v258 = v233 + v234,
+      v259 = v236 - v237, v260 = v239 - v240, v261 = v242 + v243, v262 = 0.5 * v245,
+      v263 = v246 + v247, v264 = v249 - v250;
+  out[3] = v252; out[8] = v253; out[13] = v254;
+  const lanes v265 = 0.1 * v256, v266 = 0.1 * v257, v267 = 0.1 * v258, v268 = 0.1 * v259,
+      v269 = 0.1 * v260, v270 = 0.1 * v261, v271 = 0.1 * v263, v272 = 0.1 * v264, v273 = v40 + v265,
+      v274 = v39 + v266, v275 = v267 + v40, v276 = v268 + v39, v277 = v269 - v40, v278 = v270 + v39,
+      v279 = v271 - v40, v280 = v272 + v39, v281 = v273 + v229, v282 = v274 + v232,
+      v283 = v275 + v235, v284 = v276 + v238, v285 = v277 + v241, v286 = v278 + v244,
+      v287 = v279 + v248, v288 = v280 + v251, v289 = v18 * v281, v290 = v17 * v281,
+      v291 = v282 + 0.1, v292 = v18 * v283, v293 = v17 * v283, v294 = v284 + 0.1, v295 = v18 * v285,
+      v296 = v17 * v285, v297 = v286 + 0.1, v298 = v18 * v287, v299 = v17 * v287, v300 = v288 + 0.1,
+      v301 = v289 - T_3, v302 = T_7 + v290, v303 = v291 - T_11, v304 = v292 - T_3,
+      v305 = T_7 + v293, v306 = v294 - T_11, v307 = T_3 + v295, v308 = T_7 - v296,
+      v309 = v297 - T_11, v310 = T_3 + v298, v311 = T_7 - v299, v312 = v300 - T_11,
+      v313 = v301 * v301, v314 = v302 * v302, v315 = v303 * v303, v316 = v304 * v304,
+      v317 = v305 * v305, v318 = v306 * v306, v319 = v307 * v307, v320 = v308 * v308,
+      v321 = v309 * v309, v322 = v310 * v310, v323 = v311 * v311, v324 = v312 * v312,
+      v325 = v313 + v314, v326 = v316 + v317, v327 = v319 + v320, v328 = v322 + v323,
+      v329 = v325 + v315, v330 = v326 + v318, v331 = v327 + v321, v332 = v328 + v324,
+      v333 = v255 + v329, v334 = v329 - v255, v335 = v255 + v330, v336 = v330 - v255,
+      v337 = v331 + v262, v338 = v331 - v262, v339 = v262 + v332, v340 = v332 - v262;
+  LANES_LET1(v341, fabs, v334); LANES_LET1(v342, fabs, v336); LANES_LET1(v343, fabs, v338);
+  LANES_LET1(v344, fabs, v340);
+  const lanes v345 = v333 + v341, v346 = v335 + v342, v347 = v337 + v343, v348 = v339 + v344,
+      v349 = 0.5 * v345, v350 = 0.5 * v346, v351 = 0.5 * v347, v352 = 0.5 * v348;
+  LANES_LET1(v353, sqrt, v349); LANES_LET1(v354, sqrt, v350); LANES_LET1(v355, sqrt, v351);
+  LANES_LET1(v356, sqrt, v352); out[20] = v353; out[21] = v354; out[22] = v355; out[23] = v356;
 }
 
-static LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const lanes *in, lanes *out)
+static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const lanes *in, lanes *out)
 {
   const lanes p_0 = in[0], p_1 = in[1], p_2 = in[2], v1 = 1e-150 - p_0, v2 = p_1 * p_1,
       v3 = p_2 - 0.1;
@@ -1006,7 +1028,7 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position)(const lanes *in, lan
   LANES_LET1(v201, sqrt, v197); out[20] = v198; out[21] = v199; out[22] = v200; out[23] = v201;
 }
 
-static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(const lanes *in, lanes *out)
+static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(const lanes *in, lanes *out)
 {
   const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2], x_3 = in[3], v1 = 1e-150 - x_0, v2 = x_1 * x_1,
       v3 = x_2 - 0.1;
@@ -1017,162 +1039,204 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_pitch)(const lanes *i
   LANES_LET2(v7, atan2, x_1, v1);
   const lanes v8 = 1e-150 + v4, v9 = v5 * v5;
   LANES_LET1(v10, fabs, v5);
-  const lanes v11 = v6 + v2, v12 = v8 * v8, v13 = -v7;
-  LANES_LET1(v14, rsqrt, v11);
-  const lanes v15 = v12 + v9;
-  out[0] = v13; out[5] = v13; out[10] = v13; out[15] = v13;
-  const lanes v16 = x_1 * v14, v17 = v1 * v14;
-  LANES_LET1(v18, rsqrt, v15);
-  const lanes v19 = v8 * v18, v20 = v17 * x_0, v21 = v16 * x_1, v22 = v5 * v18;
-  LANES_LET2(v23, supplement, v7, v16);
-  const lanes v24 = 0.1 * v19, v25 = v20 - v21, v26 = 0.1 * v22;
-  out[20] = v23; out[25] = v23; out[30] = v23; out[35] = v23;
-  const lanes v27 = v19 - v4, v28 = v22 * v17, v29 = v22 * v16, v30 = v3 - v24, v31 = v25 + v26,
-      v32 = v25 - v26, v33 = v27 * v27, v34 = v28 * v28, v35 = v29 * v29, v36 = v31 * v31,
-      v37 = v30 * v30, v38 = v32 * v32, v39 = v34 + v35, v40 = v36 + v37, v41 = v38 + v37;
-  LANES_LET1(v42, sqrt, v39);
-  const lanes v43 = 0.04 - v40, v44 = v40 - 0.02, v45 = 0.04 - v41, v46 = v41 - 0.02,
-      v47 = v42 - v10, v48 = v40 * v43, v49 = 50.0 * v44;
-  const lanes_where v50 = LANES_LT(v44, 0.0);
-  const lanes v51 = v41 * v45, v52 = 50.0 * v46;
-  const lanes_where v53 = LANES_LT(v46, 0.0);
-  const lanes v54 = v47 * v47;
-  const lanes_where v55 = LANES_LT(1.6e-18, v48);
-  const lanes v56 = LANES_CHOICE(v50, -1.0, 1.0);
-  LANES_LET1(v57, sqrt, v48); const lanes_where v58 = LANES_LT(1.6e-18, v51);
-  const lanes v59 = LANES_CHOICE(v53, -1.0, 1.0);
-  LANES_LET1(v60, sqrt, v51);
-  const lanes v61 = v33 + v54, v62 = 2500.0 * v48, v63 = 2500.0 * v51,
-      v64 = LANES_CHOICE(v55, v49, v56), v65 = 50.0 * v57, v66 = LANES_CHOICE(v58, v52, v59),
-      v67 = 50.0 * v60;
-  out[48] = v62; out[49] = v62; out[50] = v63; out[51] = v63; out[52] = v63; out[53] = v63;
-  out[54] = v62; out[55] = v62;
-  const lanes v68 = 0.1 * v64, v69 = LANES_CHOICE(v55, v65, 0.0), v70 = 0.1 * v66,
-      v71 = LANES_CHOICE(v58, v67, 0.0), v72 = v68 + 0.1, v73 = 0.1 * v69;
-  LANES_LET2(v74, atan2, v69, v64);
-  const lanes v75 = v70 + 0.1, v76 = 0.1 * v71;
-  LANES_LET2(v77, atan2, v71, v66);
-  const lanes v78 = v30 * v72, v79 = v31 * v73, v80 = v31 * v72, v81 = v30 * v73, v82 = v75 * v30,
-      v83 = v32 * v76, v84 = v32 * v75, v85 = v76 * v30;
-  out[2] = v74;
-  const lanes v86 = -v74;
-  out[12] = v77;
-  const lanes v87 = -v77;
-  out[22] = v77; out[32] = v74;
-  const lanes v88 = v78 - v79, v89 = v80 + v81, v90 = v79 + v78, v91 = v80 - v81, v92 = v82 - v83,
-      v93 = v84 + v85, v94 = v83 + v82, v95 = v84 - v85;
-  out[7] = v86; out[17] = v87; out[27] = v87; out[37] = v86;
-  const lanes v96 = v88 * v88, v97 = 1e-150 + v89, v98 = v90 * v90, v99 = 1e-150 + v91,
-      v100 = v92 * v92, v101 = 1e-150 + v93, v102 = v94 * v94, v103 = 1e-150 + v95,
-      v104 = 1e-150 - v95, v105 = 1e-150 - v93, v106 = 1e-150 - v91, v107 = 1e-150 - v89,
-      v108 = v97 * v97;
-  LANES_LET2(v109, atan2, v88, v97);
-  const lanes v110 = v99 * v99;
-  LANES_LET2(v111, atan2, v90, v99);
-  const lanes v112 = v101 * v101;
+  const lanes v11 = v6 + v2, v12 = v8 * v8;
+  LANES_LET2(v13, atan2, v5, v8);
+  const lanes v14 = -v7;
+  LANES_LET1(v15, rsqrt, v11);
+  const lanes v16 = v12 + v9;
+  out[0] = v14; out[5] = v14; out[10] = v14; out[15] = v14;
+  const lanes v17 = x_1 * v15, v18 = v1 * v15;
+  LANES_LET1(v19, rsqrt, v16);
+  const lanes v20 = v8 * v19, v21 = v18 * x_0, v22 = v17 * x_1, v23 = v5 * v19;
+  LANES_LET2(v24, supplement, v7, v17);
+  const lanes v25 = 0.1 * v20, v26 = v21 - v22, v27 = 0.1 * v23;
+  out[20] = v24; out[25] = v24; out[30] = v24; out[35] = v24;
+  const lanes v28 = v20 - v4, v29 = v23 * v18, v30 = v23 * v17, v31 = v3 - v25, v32 = v26 + v27,
+      v33 = v26 - v27, v34 = v28 * v28, v35 = v29 * v29, v36 = v30 * v30, v37 = v32 * v32,
+      v38 = v31 * v31, v39 = v33 * v33, v40 = v35 + v36, v41 = v37 + v38, v42 = v39 + v38;
+  LANES_LET1(v43, sqrt, v40);
+  const lanes v44 = 0.04 - v41, v45 = v41 - 0.02, v46 = 0.04 - v42, v47 = v42 - 0.02,
+      v48 = v43 - v10, v49 = v41 * v44, v50 = 50.0 * v45;
+  const lanes_where v51 = LANES_LT(v45, 0.0);
+  const lanes v52 = v42 * v46, v53 = 50.0 * v47;
+  const lanes_where v54 = LANES_LT(v47, 0.0);
+  const lanes v55 = v48 * v48;
+  const lanes_where v56 = LANES_LT(1.6e-18, v49);
+  const lanes v57 = LANES_CHOICE(v51, -1.0, 1.0);
+  LANES_LET1(v58, sqrt, v49); const lanes_where v59 = LANES_LT(1.6e-18, v52);
+  const lanes v60 = LANES_CHOICE(v54, -1.0, 1.0);
+  LANES_LET1(v61, sqrt, v52);
+  const lanes v62 = v34 + v55, v63 = 2500.0 * v49, v64 = 2500.0 * v52,
+      v65 = LANES_CHOICE(v56, v50, v57), v66 = 50.0 * v58, v67 = LANES_CHOICE(v59, v53, v60),
+      v68 = 50.0 * v61;
+  out[48] = v63; out[49] = v63; out[50] = v64; out[51] = v64; out[52] = v64; out[53] = v64;
+  out[54] = v63; out[55] = v63;
+  const lanes v69 = 0.1 * v65, v70 = LANES_CHOICE(v56, v66, 0.0), v71 = 0.1 * v67,
+      v72 = LANES_CHOICE(v59, v68, 0.0), v73 = v69 + 0.1, v74 = 0.1 * v70;
+  LANES_LET2(v75, atan2, v70, v65);
+  const lanes v76 = v71 + 0.1, v77 = 0.1 * v72;
+  LANES_LET2(v78, atan2, v72, v67);
+  const lanes v79 = v31 * v73, v80 = v32 * v74, v81 = v32 * v73, v82 = v31 * v74, v83 = v76 * v31,
+      v84 = v33 * v77, v85 = v33 * v76, v86 = v77 * v31;
+  out[2] = v75;
+  const lanes v87 = -v75, v88 = v75 + v13;
+  out[12] = v78;
+  const lanes v89 = -v78;
+  out[22] = v78;
+  const lanes v90 = v13 - v78, v91 = v78 + v13;
+  out[32] = v75;
+  const lanes v92 = v79 - v80, v93 = v81 + v82, v94 = v80 + v79, v95 = v81 - v82, v96 = v83 - v84,
+      v97 = v85 + v86, v98 = v84 + v83, v99 = v85 - v86;
+  out[7] = v87; out[17] = v89; out[27] = v89; out[37] = v87;
+  const lanes v100 = v92 * v92, v101 = 1e-150 + v93, v102 = v94 * v94, v103 = 1e-150 + v95,
+      v104 = v96 * v96, v105 = 1e-150 + v97, v106 = v98 * v98, v107 = 1e-150 + v99,
+      v108 = 1e-150 - v99, v109 = 1e-150 - v97, v110 = 1e-150 - v95, v111 = 1e-150 - v93,
+      v112 = v101 * v101;
   LANES_LET2(v113, atan2, v92, v101);
   const lanes v114 = v103 * v103;
   LANES_LET2(v115, atan2, v94, v103);
-  const lanes v116 = v104 * v104;
-  LANES_LET2(v117, atan2, v94, v104);
-  const lanes v118 = v105 * v105;
-  LANES_LET2(v119, atan2, v92, v105);
-  const lanes v120 = v106 * v106;
-  LANES_LET2(v121, atan2, v90, v106);
-  const lanes v122 = v107 * v107;
-  LANES_LET2(v123, atan2, v88, v107);
-  const lanes v124 = v96 + v108, v125 = v98 + v110, v126 = v100 + v112, v127 = v102 + v114,
-      v128 = v102 + v116, v129 = v100 + v118, v130 = v120 + v98, v131 = v122 + v96;
-  out[1] = v109; out[6] = v111; out[11] = v113; out[16] = v115; out[21] = v117; out[26] = v119;
-  out[31] = v121; out[36] = v123; LANES_LET1(v132, rsqrt, v124); LANES_LET1(v133, rsqrt, v125);
-  LANES_LET1(v134, rsqrt, v126); LANES_LET1(v135, rsqrt, v127); LANES_LET1(v136, rsqrt, v128);
-  LANES_LET1(v137, rsqrt, v129); LANES_LET1(v138, rsqrt, v130); LANES_LET1(v139, rsqrt, v131);
-  const lanes v140 = v88 * v132, v141 = v97 * v132, v142 = v90 * v133, v143 = v99 * v133,
-      v144 = v92 * v134, v145 = v101 * v134, v146 = v94 * v135, v147 = v103 * v135,
-      v148 = v94 * v136, v149 = v104 * v136, v150 = v92 * v137, v151 = v105 * v137,
-      v152 = v90 * v138, v153 = v106 * v138, v154 = v88 * v139, v155 = v107 * v139,
-      v156 = v64 * v141, v157 = v69 * v140, v158 = v64 * v140, v159 = v69 * v141, v160 = v64 * v143,
-      v161 = v69 * v142, v162 = v64 * v142, v163 = v69 * v143, v164 = v66 * v145, v165 = v71 * v144,
-      v166 = v66 * v144, v167 = v71 * v145, v168 = v66 * v146, v169 = v71 * v147, v170 = v66 * v147,
-      v171 = v71 * v146, v172 = v66 * v149, v173 = v71 * v148, v174 = v66 * v148, v175 = v71 * v149,
-      v176 = v66 * v151, v177 = v71 * v150, v178 = v66 * v150, v179 = v71 * v151, v180 = v153 * v69,
-      v181 = v152 * v64, v182 = v153 * v64, v183 = v152 * v69, v184 = v154 * v64, v185 = v155 * v69,
-      v186 = v155 * v64, v187 = v154 * v69, v188 = 0.1 * v141, v189 = 0.1 * v140, v190 = 0.1 * v143,
-      v191 = 0.1 * v142, v192 = 0.1 * v145, v193 = 0.1 * v144, v194 = 0.1 * v147, v195 = 0.1 * v146,
-      v196 = 0.1 * v149, v197 = 0.1 * v148, v198 = 0.1 * v151, v199 = 0.1 * v150, v200 = 0.1 * v153,
-      v201 = 0.1 * v152, v202 = 0.1 * v155, v203 = 0.1 * v154, v204 = v156 - v157,
-      v205 = v158 + v159, v206 = v160 + v161, v207 = v162 - v163, v208 = v164 - v165,
-      v209 = v166 + v167, v210 = v168 - v169, v211 = v170 + v171, v212 = v172 - v173,
-      v213 = v174 + v175, v214 = v176 + v177, v215 = v178 - v179, v216 = v180 + v181,
-      v217 = v182 - v183, v218 = v184 - v185, v219 = v186 + v187, v220 = v22 * v204,
-      v221 = v19 * v205, v222 = v19 * v204, v223 = v22 * v205, v224 = v22 * v206, v225 = v19 * v207,
-      v226 = v19 * v206, v227 = v22 * v207, v228 = v208 * v22, v229 = v209 * v19, v230 = v208 * v19,
-      v231 = v209 * v22, v232 = v19 * v210, v233 = v22 * v211, v234 = v19 * v211, v235 = v22 * v210,
-      v236 = v22 * v212, v237 = v19 * v213, v238 = v19 * v212, v239 = v22 * v213, v240 = v22 * v214,
-      v241 = v19 * v215, v242 = v19 * v214, v243 = v22 * v215, v244 = v19 * v216, v245 = v22 * v217,
-      v246 = v19 * v217, v247 = v22 * v216, v248 = v19 * v218, v249 = v22 * v219, v250 = v19 * v219,
-      v251 = v22 * v218, v252 = 0.1 * v204, v253 = 0.1 * v205, v254 = 0.1 * v206, v255 = 0.1 * v207,
-      v256 = 0.1 * v208, v257 = 0.1 * v209, v258 = 0.1 * v211, v259 = 0.1 * v210, v260 = 0.1 * v212,
-      v261 = 0.1 * v213, v262 = 0.1 * v214, v263 = 0.1 * v215, v264 = 0.1 * v217, v265 = 0.1 * v216,
-      v266 = 0.1 * v219, v267 = 0.1 * v218, v268 = v220 - v221, v269 = v222 + v223,
-      v270 = v224 - v225, v271 = v226 + v227, v272 = v228 + v229, v273 = v230 - v231,
-      v274 = v232 + v233, v275 = v234 - v235, v276 = v236 - v237, v277 = v238 + v239,
-      v278 = v240 - v241, v279 = v242 + v243, v280 = v244 + v245, v281 = v246 - v247,
-      v282 = v248 + v249, v283 = v250 - v251, v284 = v252 - v26, v285 = v24 + v253,
-      v286 = v254 - v26, v287 = v24 + v255, v288 = v256 + v26, v289 = v257 + v24, v290 = v258 + v26,
-      v291 = v259 + v24, v292 = v260 - v26, v293 = v261 + v24, v294 = v262 - v26, v295 = v263 + v24,
-      v296 = v264 + v26, v297 = v265 + v24, v298 = v266 + v26, v299 = v267 + v24;
-  LANES_LET2(v300, atan2, v268, v269); LANES_LET2(v301, atan2, v270, v271);
-  LANES_LET2(v302, atan2, v272, v273); LANES_LET2(v303, atan2, v274, v275);
-  LANES_LET2(v304, atan2, v276, v277); LANES_LET2(v305, atan2, v278, v279);
-  LANES_LET2(v306, atan2, v280, v281); LANES_LET2(v307, atan2, v282, v283);
-  const lanes v308 = v284 + v188, v309 = v285 + v189, v310 = v286 + v190, v311 = v287 + v191,
-      v312 = v288 + v192, v313 = v289 + v193, v314 = v290 + v194, v315 = v291 + v195,
-      v316 = v292 + v196, v317 = v293 + v197, v318 = v294 + v198, v319 = v295 + v199,
-      v320 = v296 + v200, v321 = v297 + v201, v322 = v298 + v202, v323 = v299 + v203;
-  out[3] = v300; out[8] = v301;
-  const lanes v324 = -v302, v325 = -v303;
-  out[23] = v304; out[28] = v305;
-  const lanes v326 = -v306, v327 = -v307, v328 = v17 * v308, v329 = v16 * v308, v330 = v309 + 0.1,
-      v331 = v310 * v17, v332 = v310 * v16, v333 = v311 + 0.1, v334 = v312 * v17, v335 = v312 * v16,
-      v336 = v313 + 0.1, v337 = v314 * v17, v338 = v314 * v16, v339 = v315 + 0.1, v340 = v316 * v17,
-      v341 = v316 * v16, v342 = v317 + 0.1, v343 = v318 * v17, v344 = v318 * v16, v345 = v319 + 0.1,
-      v346 = v320 * v17, v347 = v320 * v16, v348 = v321 + 0.1, v349 = v322 * v17, v350 = v322 * v16,
-      v351 = v323 + 0.1;
-  out[13] = v324; out[18] = v325; out[33] = v326; out[38] = v327;
-  const lanes v352 = v328 - x_0, v353 = v329 + x_1, v354 = v330 - x_2, v355 = v331 - x_0,
-      v356 = v332 + x_1, v357 = v333 - x_2, v358 = v334 - x_0, v359 = v335 + x_1, v360 = v336 - x_2,
-      v361 = v337 - x_0, v362 = v338 + x_1, v363 = v339 - x_2, v364 = v340 + x_0, v365 = x_1 - v341,
-      v366 = v342 - x_2, v367 = v343 + x_0, v368 = x_1 - v344, v369 = v345 - x_2, v370 = v346 + x_0,
-      v371 = x_1 - v347, v372 = v348 - x_2, v373 = v349 + x_0, v374 = x_1 - v350, v375 = v351 - x_2,
-      v376 = v352 * v352, v377 = v353 * v353, v378 = v354 * v354, v379 = v355 * v355,
-      v380 = v356 * v356, v381 = v357 * v357, v382 = v358 * v358, v383 = v359 * v359,
-      v384 = v360 * v360, v385 = v361 * v361, v386 = v362 * v362, v387 = v363 * v363,
-      v388 = v364 * v364, v389 = v365 * v365, v390 = v366 * v366, v391 = v367 * v367,
-      v392 = v368 * v368, v393 = v369 * v369, v394 = v370 * v370, v395 = v371 * v371,
-      v396 = v372 * v372, v397 = v373 * v373, v398 = v374 * v374, v399 = v375 * v375,
-      v400 = v376 + v377, v401 = v379 + v380, v402 = v382 + v383, v403 = v385 + v386,
-      v404 = v388 + v389, v405 = v391 + v392, v406 = v394 + v395, v407 = v397 + v398,
-      v408 = v400 + v378, v409 = v401 + v381, v410 = v402 + v384, v411 = v403 + v387,
-      v412 = v404 + v390, v413 = v405 + v393, v414 = v406 + v396, v415 = v407 + v399,
-      v416 = v408 + v61, v417 = v408 - v61, v418 = v409 + v61, v419 = v409 - v61, v420 = v410 + v61,
-      v421 = v410 - v61, v422 = v411 + v61, v423 = v411 - v61, v424 = v412 + v61, v425 = v412 - v61,
-      v426 = v413 + v61, v427 = v413 - v61, v428 = v414 + v61, v429 = v414 - v61, v430 = v415 + v61,
-      v431 = v415 - v61;
-  LANES_LET1(v432, fabs, v417); LANES_LET1(v433, fabs, v419); LANES_LET1(v434, fabs, v421);
-  LANES_LET1(v435, fabs, v423); LANES_LET1(v436, fabs, v425); LANES_LET1(v437, fabs, v427);
-  LANES_LET1(v438, fabs, v429); LANES_LET1(v439, fabs, v431);
-  const lanes v440 = v416 + v432, v441 = v418 + v433, v442 = v420 + v434, v443 = v422 + v435,
-      v444 = v424 + v436, v445 = v426 + v437, v446 = v428 + v438, v447 = v430 + v439,
-      v448 = 0.5 * v440, v449 = 0.5 * v441, v450 = 0.5 * v442, v451 = 0.5 * v443, v452 = 0.5 * v444,
-      v453 = 0.5 * v445, v454 = 0.5 * v446, v455 = 0.5 * v447;
-  LANES_LET1(v456, sqrt, v448); LANES_LET1(v457, sqrt, v449); LANES_LET1(v458, sqrt, v450);
-  LANES_LET1(v459, sqrt, v451); LANES_LET1(v460, sqrt, v452); LANES_LET1(v461, sqrt, v453);
-  LANES_LET1(v462, sqrt, v454); LANES_LET1(v463, sqrt, v455); out[40] = v456; out[41] = v457;
-  out[42] = v458; out[43] = v459; out[44] = v460; out[45] = v461; out[46] = v462; out[47] = v463;
+  const lanes v116 = v105 * v105;
+  LANES_LET2(v117, atan2, v96, v105);
+  const lanes v118 = v107 * v107;
+  LANES_LET2(v119, atan2, v98, v107);
+  const lanes v120 = v108 * v108;
+  LANES_LET2(v121, atan2, v98, v108);
+  const lanes v122 = v109 * v109;
+  LANES_LET2(v123, atan2, v96, v109);
+  const lanes v124 = v110 * v110;
+  LANES_LET2(v125, atan2, v94, v110);
+  const lanes v126 = v111 * v111;
+  LANES_LET2(v127, atan2, v92, v111);
+  const lanes v128 = v100 + v112, v129 = v102 + v114, v130 = v104 + v116, v131 = v106 + v118,
+      v132 = v106 + v120, v133 = v104 + v122, v134 = v124 + v102, v135 = v126 + v100;
+  out[1] = v113;
+  const lanes v136 = v13 - v113;
+  out[6] = v115;
+  const lanes v137 = v88 - v115;
+  out[11] = v117;
+  const lanes v138 = v117 + v78;
+  out[16] = v119;
+  const lanes v139 = v78 - v119;
+  out[21] = v121;
+  const lanes v140 = v90 - v121;
+  out[26] = v123;
+  const lanes v141 = v91 - v123;
+  out[31] = v125;
+  const lanes v142 = v125 + v75;
+  out[36] = v127;
+  const lanes v143 = v75 - v127;
+  LANES_LET1(v144, rsqrt, v128); LANES_LET1(v145, rsqrt, v129); LANES_LET1(v146, rsqrt, v130);
+  LANES_LET1(v147, rsqrt, v131); LANES_LET1(v148, rsqrt, v132); LANES_LET1(v149, rsqrt, v133);
+  LANES_LET1(v150, rsqrt, v134); LANES_LET1(v151, rsqrt, v135);
+  const lanes v152 = v136 - v75;
+  const lanes_where v153 = LANES_LT(3.141592653589793, v137);
+  const lanes v154 = v137 - 6.283185307179586;
+  const lanes_where v155 = LANES_LT(v137, -3.141592653589793);
+  const lanes v156 = v137 + 6.283185307179586, v157 = v138 + v13, v158 = v139 - v13;
+  const lanes_where v159 = LANES_LT(3.141592653589793, v140);
+  const lanes v160 = v140 - 6.283185307179586;
+  const lanes_where v161 = LANES_LT(v140, -3.141592653589793);
+  const lanes v162 = v140 + 6.283185307179586;
+  const lanes_where v163 = LANES_LT(3.141592653589793, v141);
+  const lanes v164 = v141 - 6.283185307179586;
+  const lanes_where v165 = LANES_LT(v141, -3.141592653589793);
+  const lanes v166 = v141 + 6.283185307179586, v167 = v142 + v13, v168 = v143 - v13,
+      v169 = v92 * v144, v170 = v101 * v144, v171 = v94 * v145, v172 = v103 * v145,
+      v173 = v96 * v146, v174 = v105 * v146, v175 = v98 * v147, v176 = v107 * v147,
+      v177 = v98 * v148, v178 = v108 * v148, v179 = v96 * v149, v180 = v109 * v149,
+      v181 = v94 * v150, v182 = v110 * v150, v183 = v92 * v151, v184 = v111 * v151;
+  const lanes_where v185 = LANES_LT(3.141592653589793, v152);
+  const lanes v186 = v152 - 6.283185307179586;
+  const lanes_where v187 = LANES_LT(v152, -3.141592653589793);
+  const lanes v188 = v152 + 6.283185307179586, v189 = LANES_CHOICE(v155, v156, v137);
+  const lanes_where v190 = LANES_LT(v157, -3.141592653589793);
+  const lanes v191 = v157 + 6.283185307179586;
+  const lanes_where v192 = LANES_LT(3.141592653589793, v157);
+  const lanes v193 = 6.283185307179586 - v157, v194 = -v157;
+  const lanes_where v195 = LANES_LT(3.141592653589793, v158);
+  const lanes v196 = v158 - 6.283185307179586;
+  const lanes_where v197 = LANES_LT(v158, -3.141592653589793);
+  const lanes v198 = v158 + 6.283185307179586, v199 = LANES_CHOICE(v161, v162, v140),
+      v200 = LANES_CHOICE(v165, v166, v141);
+  const lanes_where v201 = LANES_LT(v167, -3.141592653589793);
+  const lanes v202 = v167 + 6.283185307179586;
+  const lanes_where v203 = LANES_LT(3.141592653589793, v167);
+  const lanes v204 = 6.283185307179586 - v167, v205 = -v167;
+  const lanes_where v206 = LANES_LT(3.141592653589793, v168);
+  const lanes v207 = v168 - 6.283185307179586;
+  const lanes_where v208 = LANES_LT(v168, -3.141592653589793);
+  const lanes v209 = v168 + 6.283185307179586, v210 = LANES_CHOICE(v187, v188, v152),
+      v211 = LANES_CHOICE(v153, v154, v189), v212 = -v191, v213 = LANES_CHOICE(v192, v193, v194),
+      v214 = LANES_CHOICE(v197, v198, v158), v215 = LANES_CHOICE(v159, v160, v199),
+      v216 = LANES_CHOICE(v163, v164, v200), v217 = -v202, v218 = LANES_CHOICE(v203, v204, v205),
+      v219 = LANES_CHOICE(v208, v209, v168), v220 = v65 * v170, v221 = v70 * v169,
+      v222 = 0.1 * v170, v223 = v65 * v169, v224 = v70 * v170, v225 = 0.1 * v169, v226 = 0.1 * v172,
+      v227 = v65 * v172, v228 = v70 * v171, v229 = v65 * v171, v230 = v70 * v172, v231 = 0.1 * v171,
+      v232 = v67 * v174, v233 = v72 * v173, v234 = 0.1 * v174, v235 = v67 * v173, v236 = v72 * v174,
+      v237 = 0.1 * v173, v238 = v67 * v176, v239 = v72 * v175, v240 = 0.1 * v176, v241 = v67 * v175,
+      v242 = v72 * v176, v243 = 0.1 * v175, v244 = v67 * v178, v245 = v72 * v177, v246 = 0.1 * v178,
+      v247 = v67 * v177, v248 = v72 * v178, v249 = 0.1 * v177, v250 = v67 * v180, v251 = v72 * v179,
+      v252 = 0.1 * v180, v253 = v67 * v179, v254 = v72 * v180, v255 = 0.1 * v179, v256 = v182 * v65,
+      v257 = v181 * v70, v258 = 0.1 * v182, v259 = v182 * v70, v260 = v181 * v65, v261 = 0.1 * v181,
+      v262 = v184 * v65, v263 = v183 * v70, v264 = 0.1 * v184, v265 = v183 * v65, v266 = v184 * v70,
+      v267 = 0.1 * v183, v268 = LANES_CHOICE(v185, v186, v210);
+  out[8] = v211;
+  const lanes v269 = LANES_CHOICE(v190, v212, v213), v270 = LANES_CHOICE(v195, v196, v214);
+  out[23] = v215; out[28] = v216;
+  const lanes v271 = LANES_CHOICE(v201, v217, v218), v272 = LANES_CHOICE(v206, v207, v219),
+      v273 = v220 - v221, v274 = v223 + v224, v275 = v227 + v228, v276 = v229 - v230,
+      v277 = v232 - v233, v278 = v235 + v236, v279 = v238 + v239, v280 = v241 - v242,
+      v281 = v244 - v245, v282 = v247 + v248, v283 = v250 + v251, v284 = v253 - v254,
+      v285 = v256 - v257, v286 = v259 + v260, v287 = v262 + v263, v288 = v265 - v266;
+  out[3] = v268; out[13] = v269; out[18] = v270; out[33] = v271; out[38] = v272;
+  const lanes v289 = 0.1 * v273, v290 = 0.1 * v274, v291 = 0.1 * v275, v292 = 0.1 * v276,
+      v293 = 0.1 * v277, v294 = 0.1 * v278, v295 = 0.1 * v279, v296 = 0.1 * v280, v297 = 0.1 * v281,
+      v298 = 0.1 * v282, v299 = 0.1 * v283, v300 = 0.1 * v284, v301 = 0.1 * v285, v302 = 0.1 * v286,
+      v303 = 0.1 * v287, v304 = 0.1 * v288, v305 = v289 - v27, v306 = v25 + v290, v307 = v291 - v27,
+      v308 = v25 + v292, v309 = v293 + v27, v310 = v294 + v25, v311 = v295 + v27, v312 = v296 + v25,
+      v313 = v297 - v27, v314 = v298 + v25, v315 = v299 - v27, v316 = v300 + v25, v317 = v301 + v27,
+      v318 = v302 + v25, v319 = v303 + v27, v320 = v304 + v25, v321 = v305 + v222,
+      v322 = v306 + v225, v323 = v226 + v307, v324 = v308 + v231, v325 = v309 + v234,
+      v326 = v310 + v237, v327 = v311 + v240, v328 = v312 + v243, v329 = v313 + v246,
+      v330 = v314 + v249, v331 = v315 + v252, v332 = v316 + v255, v333 = v317 + v258,
+      v334 = v318 + v261, v335 = v319 + v264, v336 = v320 + v267, v337 = v18 * v321,
+      v338 = v17 * v321, v339 = v322 + 0.1, v340 = v323 * v18, v341 = v323 * v17, v342 = v324 + 0.1,
+      v343 = v325 * v18, v344 = v325 * v17, v345 = v326 + 0.1, v346 = v327 * v18, v347 = v327 * v17,
+      v348 = v328 + 0.1, v349 = v329 * v18, v350 = v329 * v17, v351 = v330 + 0.1, v352 = v331 * v18,
+      v353 = v331 * v17, v354 = v332 + 0.1, v355 = v333 * v18, v356 = v333 * v17, v357 = v334 + 0.1,
+      v358 = v335 * v18, v359 = v335 * v17, v360 = v336 + 0.1, v361 = v337 - x_0, v362 = v338 + x_1,
+      v363 = v339 - x_2, v364 = v340 - x_0, v365 = v341 + x_1, v366 = v342 - x_2, v367 = v343 - x_0,
+      v368 = v344 + x_1, v369 = v345 - x_2, v370 = v346 - x_0, v371 = v347 + x_1, v372 = v348 - x_2,
+      v373 = v349 + x_0, v374 = x_1 - v350, v375 = v351 - x_2, v376 = v352 + x_0, v377 = x_1 - v353,
+      v378 = v354 - x_2, v379 = v355 + x_0, v380 = x_1 - v356, v381 = v357 - x_2, v382 = v358 + x_0,
+      v383 = x_1 - v359, v384 = v360 - x_2, v385 = v361 * v361, v386 = v362 * v362,
+      v387 = v363 * v363, v388 = v364 * v364, v389 = v365 * v365, v390 = v366 * v366,
+      v391 = v367 * v367, v392 = v368 * v368, v393 = v369 * v369, v394 = v370 * v370,
+      v395 = v371 * v371, v396 = v372 * v372, v397 = v373 * v373, v398 = v374 * v374,
+      v399 = v375 * v375, v400 = v376 * v376, v401 = v377 * v377, v402 = v378 * v378,
+      v403 = v379 * v379, v404 = v380 * v380, v405 = v381 * v381, v406 = v382 * v382,
+      v407 = v383 * v383, v408 = v384 * v384, v409 = v385 + v386, v410 = v388 + v389,
+      v411 = v391 + v392, v412 = v394 + v395, v413 = v397 + v398, v414 = v400 + v401,
+      v415 = v403 + v404, v416 = v406 + v407, v417 = v409 + v387, v418 = v410 + v390,
+      v419 = v411 + v393, v420 = v412 + v396, v421 = v413 + v399, v422 = v414 + v402,
+      v423 = v415 + v405, v424 = v416 + v408, v425 = v417 + v62, v426 = v417 - v62,
+      v427 = v418 + v62, v428 = v418 - v62, v429 = v419 + v62, v430 = v419 - v62, v431 = v420 + v62,
+      v432 = v420 - v62, v433 = v421 + v62, v434 = v421 - v62, v435 = v422 + v62, v436 = v422 - v62,
+      v437 = v423 + v62, v438 = v423 - v62, v439 = v424 + v62, v440 = v424 - v62;
+  LANES_LET1(v441, fabs, v426); LANES_LET1(v442, fabs, v428); LANES_LET1(v443, fabs, v430);
+  LANES_LET1(v444, fabs, v432); LANES_LET1(v445, fabs, v434); LANES_LET1(v446, fabs, v436);
+  LANES_LET1(v447, fabs, v438); LANES_LET1(v448, fabs, v440);
+  const lanes v449 = v425 + v441, v450 = v427 + v442, v451 = v429 + v443, v452 = v431 + v444,
+      v453 = v433 + v445, v454 = v435 + v446, v455 = v437 + v447, v456 = v439 + v448,
+      v457 = 0.5 * v449, v458 = 0.5 * v450, v459 = 0.5 * v451, v460 = 0.5 * v452, v461 = 0.5 * v453,
+      v462 = 0.5 * v454, v463 = 0.5 * v455, v464 = 0.5 * v456;
+  LANES_LET1(v465, sqrt, v457); LANES_LET1(v466, sqrt, v458); LANES_LET1(v467, sqrt, v459);
+  LANES_LET1(v468, sqrt, v460); LANES_LET1(v469, sqrt, v461); LANES_LET1(v470, sqrt, v462);
+  LANES_LET1(v471, sqrt, v463); LANES_LET1(v472, sqrt, v464); out[40] = v465; out[41] = v466;
+  out[42] = v467; out[43] = v468; out[44] = v469; out[45] = v470; out[46] = v471; out[47] = v472;
 }
 
-static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction)(const lanes *in, lanes *out)
+static LANES_SPARING LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction)(const lanes *in, lanes *out)
 {
   const lanes x_0 = in[0], x_1 = in[1], x_2 = in[2], x_3 = in[3], x_4 = in[4], x_5 = in[5],
       v1 = 1e-150 - x_0, v2 = x_1 * x_1, v3 = x_2 - 0.1, v4 = 1e-150 + x_5;
@@ -1186,77 +1250,102 @@ static LANES_TARGET void LANES_NAME(lynxmotion_ik_position_direction)(const lane
   LANES_LET2(v17, supplement, v6, v11);
   const lanes v18 = v13 - v14, v19 = v15 - v16;
   out[10] = v17; out[15] = v17;
-  const lanes v20 = v18 * v18, v21 = v20 + v7;
-  LANES_LET1(v22, rsqrt, v21);
-  const lanes v23 = v4 * v22, v24 = v18 * v22, v25 = 0.1 * v23, v26 = 0.1 * v24, v27 = v24 * v12,
-      v28 = v24 * v11, v29 = v23 - x_5, v30 = v3 - v25, v31 = v19 - v26, v32 = v27 - x_3,
-      v33 = v28 + x_4, v34 = v29 * v29, v35 = v31 * v31, v36 = v30 * v30, v37 = v32 * v32,
-      v38 = v33 * v33, v39 = v35 + v36, v40 = v37 + v38, v41 = 0.04 - v39, v42 = v39 - 0.02,
-      v43 = v40 + v34, v44 = v39 * v41, v45 = 50.0 * v42;
-  const lanes_where v46 = LANES_LT(v42, 0.0); const lanes_where v47 = LANES_LT(1.6e-18, v44);
-  const lanes v48 = LANES_CHOICE(v46, -1.0, 1.0);
-  LANES_LET1(v49, sqrt, v44);
-  const lanes v50 = 2500.0 * v44, v51 = LANES_CHOICE(v47, v45, v48), v52 = 50.0 * v49;
-  out[24] = v50; out[25] = v50; out[26] = v50; out[27] = v50;
-  const lanes v53 = 0.1 * v51, v54 = LANES_CHOICE(v47, v52, 0.0), v55 = v53 + 0.1, v56 = 0.1 * v54;
-  LANES_LET2(v57, atan2, v54, v51);
-  const lanes v58 = v30 * v55, v59 = v31 * v56, v60 = v31 * v55, v61 = v30 * v56;
-  out[2] = v57;
-  const lanes v62 = -v57;
-  out[12] = v57;
-  const lanes v63 = v58 - v59, v64 = v60 + v61, v65 = v59 + v58, v66 = v60 - v61;
-  out[7] = v62; out[17] = v62;
-  const lanes v67 = v63 * v63, v68 = 1e-150 + v64, v69 = v65 * v65, v70 = 1e-150 + v66,
-      v71 = 1e-150 - v66, v72 = 1e-150 - v64, v73 = v68 * v68;
-  LANES_LET2(v74, atan2, v63, v68);
-  const lanes v75 = v70 * v70;
-  LANES_LET2(v76, atan2, v65, v70);
-  const lanes v77 = v71 * v71;
-  LANES_LET2(v78, atan2, v65, v71);
-  const lanes v79 = v72 * v72;
-  LANES_LET2(v80, atan2, v63, v72);
-  const lanes v81 = v67 + v73, v82 = v69 + v75, v83 = v77 + v69, v84 = v79 + v67;
-  out[1] = v74; out[6] = v76; out[11] = v78; out[16] = v80; LANES_LET1(v85, rsqrt, v81);
-  LANES_LET1(v86, rsqrt, v82); LANES_LET1(v87, rsqrt, v83); LANES_LET1(v88, rsqrt, v84);
-  const lanes v89 = v63 * v85, v90 = v68 * v85, v91 = v65 * v86, v92 = v70 * v86, v93 = v65 * v87,
-      v94 = v71 * v87, v95 = v63 * v88, v96 = v72 * v88, v97 = v51 * v89, v98 = v54 * v90,
-      v99 = v51 * v90, v100 = v54 * v89, v101 = v51 * v91, v102 = v54 * v92, v103 = v51 * v92,
-      v104 = v54 * v91, v105 = v94 * v54, v106 = v93 * v51, v107 = v94 * v51, v108 = v93 * v54,
-      v109 = v95 * v51, v110 = v96 * v54, v111 = v96 * v51, v112 = v95 * v54, v113 = 0.1 * v90,
-      v114 = 0.1 * v89, v115 = 0.1 * v92, v116 = 0.1 * v91, v117 = 0.1 * v94, v118 = 0.1 * v93,
-      v119 = 0.1 * v96, v120 = 0.1 * v95, v121 = v97 + v98, v122 = v99 - v100, v123 = v101 - v102,
-      v124 = v103 + v104, v125 = v105 + v106, v126 = v107 - v108, v127 = v109 - v110,
-      v128 = v111 + v112, v129 = v23 * v121, v130 = v24 * v122, v131 = v23 * v122,
-      v132 = v24 * v121, v133 = v23 * v123, v134 = v24 * v124, v135 = v23 * v124, v136 = v24 * v123,
-      v137 = v125 * v23, v138 = v126 * v24, v139 = v126 * v23, v140 = v125 * v24, v141 = v23 * v127,
-      v142 = v128 * v24, v143 = v23 * v128, v144 = v127 * v24, v145 = 0.1 * v122, v146 = 0.1 * v121,
-      v147 = 0.1 * v124, v148 = 0.1 * v123, v149 = 0.1 * v126, v150 = 0.1 * v125, v151 = 0.1 * v128,
-      v152 = 0.1 * v127, v153 = v129 + v130, v154 = v131 - v132, v155 = v133 + v134,
-      v156 = v135 - v136, v157 = v137 - v138, v158 = v139 + v140, v159 = v141 - v142,
-      v160 = v143 + v144, v161 = v26 + v145, v162 = v25 + v146, v163 = v26 + v147,
-      v164 = v25 + v148, v165 = v149 - v26, v166 = v150 + v25, v167 = v151 - v26, v168 = v152 + v25;
-  LANES_LET2(v169, atan2, v153, v154); LANES_LET2(v170, atan2, v155, v156);
-  LANES_LET2(v171, atan2, v157, v158); LANES_LET2(v172, atan2, v159, v160);
-  const lanes v173 = v161 + v113, v174 = v162 + v114, v175 = v163 + v115, v176 = v116 + v164,
-      v177 = v165 + v117, v178 = v166 + v118, v179 = v167 + v119, v180 = v168 + v120, v181 = -v169,
-      v182 = -v170, v183 = -v171, v184 = -v172, v185 = v12 * v173, v186 = v11 * v173,
-      v187 = v174 + 0.1, v188 = v175 * v12, v189 = v175 * v11, v190 = v176 + 0.1, v191 = v177 * v12,
-      v192 = v177 * v11, v193 = v178 + 0.1, v194 = v179 * v12, v195 = v179 * v11, v196 = v180 + 0.1;
-  out[3] = v181; out[8] = v182; out[13] = v183; out[18] = v184;
-  const lanes v197 = v185 - x_0, v198 = v186 + x_1, v199 = v187 - x_2, v200 = v188 - x_0,
-      v201 = v189 + x_1, v202 = v190 - x_2, v203 = v191 + x_0, v204 = x_1 - v192, v205 = v193 - x_2,
-      v206 = v194 + x_0, v207 = x_1 - v195, v208 = v196 - x_2, v209 = v197 * v197,
-      v210 = v198 * v198, v211 = v199 * v199, v212 = v200 * v200, v213 = v201 * v201,
+  const lanes v20 = v18 * v18;
+  LANES_LET2(v21, atan2, v18, v4);
+  const lanes v22 = v20 + v7;
+  LANES_LET1(v23, rsqrt, v22);
+  const lanes v24 = v4 * v23, v25 = v18 * v23, v26 = 0.1 * v24, v27 = 0.1 * v25, v28 = v25 * v12,
+      v29 = v25 * v11, v30 = v24 - x_5, v31 = v3 - v26, v32 = v19 - v27, v33 = v28 - x_3,
+      v34 = v29 + x_4, v35 = v30 * v30, v36 = v32 * v32, v37 = v31 * v31, v38 = v33 * v33,
+      v39 = v34 * v34, v40 = v36 + v37, v41 = v38 + v39, v42 = 0.04 - v40, v43 = v40 - 0.02,
+      v44 = v41 + v35, v45 = v40 * v42, v46 = 50.0 * v43;
+  const lanes_where v47 = LANES_LT(v43, 0.0); const lanes_where v48 = LANES_LT(1.6e-18, v45);
+  const lanes v49 = LANES_CHOICE(v47, -1.0, 1.0);
+  LANES_LET1(v50, sqrt, v45);
+  const lanes v51 = 2500.0 * v45, v52 = LANES_CHOICE(v48, v46, v49), v53 = 50.0 * v50;
+  out[24] = v51; out[25] = v51; out[26] = v51; out[27] = v51;
+  const lanes v54 = 0.1 * v52, v55 = LANES_CHOICE(v48, v53, 0.0), v56 = v54 + 0.1, v57 = 0.1 * v55;
+  LANES_LET2(v58, atan2, v55, v52);
+  const lanes v59 = v31 * v56, v60 = v32 * v57, v61 = v32 * v56, v62 = v31 * v57;
+  out[2] = v58;
+  const lanes v63 = -v58, v64 = v58 - v21;
+  out[12] = v58;
+  const lanes v65 = v58 + v21, v66 = v59 - v60, v67 = v61 + v62, v68 = v60 + v59, v69 = v61 - v62;
+  out[7] = v63; out[17] = v63;
+  const lanes v70 = v66 * v66, v71 = 1e-150 + v67, v72 = v68 * v68, v73 = 1e-150 + v69,
+      v74 = 1e-150 - v69, v75 = 1e-150 - v67, v76 = v71 * v71;
+  LANES_LET2(v77, atan2, v66, v71);
+  const lanes v78 = v73 * v73;
+  LANES_LET2(v79, atan2, v68, v73);
+  const lanes v80 = v74 * v74;
+  LANES_LET2(v81, atan2, v68, v74);
+  const lanes v82 = v75 * v75;
+  LANES_LET2(v83, atan2, v66, v75);
+  const lanes v84 = v70 + v76, v85 = v72 + v78, v86 = v80 + v72, v87 = v82 + v70;
+  out[1] = v77;
+  const lanes v88 = v77 + v58;
+  out[6] = v79;
+  const lanes v89 = v64 - v79;
+  out[11] = v81;
+  const lanes v90 = v21 - v81;
+  out[16] = v83;
+  const lanes v91 = v65 - v83;
+  LANES_LET1(v92, rsqrt, v84); LANES_LET1(v93, rsqrt, v85); LANES_LET1(v94, rsqrt, v86);
+  LANES_LET1(v95, rsqrt, v87);
+  const lanes v96 = v88 + v21;
+  const lanes_where v97 = LANES_LT(3.141592653589793, v89);
+  const lanes v98 = v89 - 6.283185307179586;
+  const lanes_where v99 = LANES_LT(v89, -3.141592653589793);
+  const lanes v100 = v89 + 6.283185307179586, v101 = v90 - v58;
+  const lanes_where v102 = LANES_LT(3.141592653589793, v91);
+  const lanes v103 = v91 - 6.283185307179586;
+  const lanes_where v104 = LANES_LT(v91, -3.141592653589793);
+  const lanes v105 = v91 + 6.283185307179586, v106 = v66 * v92, v107 = v71 * v92, v108 = v68 * v93,
+      v109 = v73 * v93, v110 = v68 * v94, v111 = v74 * v94, v112 = v66 * v95, v113 = v75 * v95;
+  const lanes_where v114 = LANES_LT(v96, -3.141592653589793);
+  const lanes v115 = v96 + 6.283185307179586;
+  const lanes_where v116 = LANES_LT(3.141592653589793, v96);
+  const lanes v117 = 6.283185307179586 - v96, v118 = -v96, v119 = LANES_CHOICE(v99, v100, v89);
+  const lanes_where v120 = LANES_LT(3.141592653589793, v101);
+  const lanes v121 = v101 - 6.283185307179586;
+  const lanes_where v122 = LANES_LT(v101, -3.141592653589793);
+  const lanes v123 = v101 + 6.283185307179586, v124 = LANES_CHOICE(v104, v105, v91), v125 = -v115,
+      v126 = LANES_CHOICE(v116, v117, v118), v127 = LANES_CHOICE(v97, v98, v119),
+      v128 = LANES_CHOICE(v122, v123, v101), v129 = LANES_CHOICE(v102, v103, v124),
+      v130 = v52 * v107, v131 = v55 * v106, v132 = 0.1 * v107, v133 = v52 * v106, v134 = v55 * v107,
+      v135 = 0.1 * v106, v136 = v52 * v109, v137 = v55 * v108, v138 = 0.1 * v109, v139 = v52 * v108,
+      v140 = v55 * v109, v141 = 0.1 * v108, v142 = v111 * v52, v143 = v110 * v55, v144 = 0.1 * v111,
+      v145 = v111 * v55, v146 = v110 * v52, v147 = 0.1 * v110, v148 = v113 * v52, v149 = v112 * v55,
+      v150 = 0.1 * v113, v151 = v112 * v52, v152 = v113 * v55, v153 = 0.1 * v112,
+      v154 = LANES_CHOICE(v114, v125, v126);
+  out[8] = v127;
+  const lanes v155 = LANES_CHOICE(v120, v121, v128);
+  out[18] = v129;
+  const lanes v156 = v130 - v131, v157 = v133 + v134, v158 = v136 + v137, v159 = v139 - v140,
+      v160 = v142 - v143, v161 = v145 + v146, v162 = v148 + v149, v163 = v151 - v152;
+  out[3] = v154; out[13] = v155;
+  const lanes v164 = 0.1 * v156, v165 = 0.1 * v157, v166 = 0.1 * v158, v167 = 0.1 * v159,
+      v168 = 0.1 * v160, v169 = 0.1 * v161, v170 = 0.1 * v162, v171 = 0.1 * v163, v172 = v27 + v164,
+      v173 = v26 + v165, v174 = v27 + v166, v175 = v26 + v167, v176 = v168 - v27, v177 = v169 + v26,
+      v178 = v170 - v27, v179 = v171 + v26, v180 = v172 + v132, v181 = v173 + v135,
+      v182 = v174 + v138, v183 = v175 + v141, v184 = v176 + v144, v185 = v177 + v147,
+      v186 = v178 + v150, v187 = v179 + v153, v188 = v12 * v180, v189 = v11 * v180,
+      v190 = v181 + 0.1, v191 = v182 * v12, v192 = v182 * v11, v193 = v183 + 0.1, v194 = v184 * v12,
+      v195 = v184 * v11, v196 = v185 + 0.1, v197 = v186 * v12, v198 = v186 * v11, v199 = v187 + 0.1,
+      v200 = v188 - x_0, v201 = v189 + x_1, v202 = v190 - x_2, v203 = v191 - x_0, v204 = v192 + x_1,
+      v205 = v193 - x_2, v206 = v194 + x_0, v207 = x_1 - v195, v208 = v196 - x_2, v209 = v197 + x_0,
+      v210 = x_1 - v198, v211 = v199 - x_2, v212 = v200 * v200, v213 = v201 * v201,
       v214 = v202 * v202, v215 = v203 * v203, v216 = v204 * v204, v217 = v205 * v205,
-      v218 = v206 * v206, v219 = v207 * v207, v220 = v208 * v208, v221 = v209 + v210,
-      v222 = v212 + v213, v223 = v215 + v216, v224 = v218 + v219, v225 = v221 + v211,
-      v226 = v222 + v214, v227 = v223 + v217, v228 = v224 + v220, v229 = v225 + v43,
-      v230 = v225 - v43, v231 = v226 + v43, v232 = v226 - v43, v233 = v227 + v43, v234 = v227 - v43,
-      v235 = v228 + v43, v236 = v228 - v43;
-  LANES_LET1(v237, fabs, v230); LANES_LET1(v238, fabs, v232); LANES_LET1(v239, fabs, v234);
-  LANES_LET1(v240, fabs, v236);
-  const lanes v241 = v229 + v237, v242 = v231 + v238, v243 = v233 + v239, v244 = v235 + v240,
-      v245 = 0.5 * v241, v246 = 0.5 * v242, v247 = 0.5 * v243, v248 = 0.5 * v244;
-  LANES_LET1(v249, sqrt, v245); LANES_LET1(v250, sqrt, v246); LANES_LET1(v251, sqrt, v247);
-  LANES_LET1(v252, sqrt, v248); out[20] = v249; out[21] = v250; out[22] = v251; out[23] = v252;
+      v218 = v206 * v206, v219 = v207 * v207, v220 = v208 * v208, v221 = v209 * v209,
+      v222 = v210 * v210, v223 = v211 * v211, v224 = v212 + v213, v225 = v215 + v216,
+      v226 = v218 + v219, v227 = v221 + v222, v228 = v224 + v214, v229 = v225 + v217,
+      v230 = v226 + v220, v231 = v227 + v223, v232 = v228 + v44, v233 = v228 - v44,
+      v234 = v229 + v44, v235 = v229 - v44, v236 = v230 + v44, v237 = v230 - v44, v238 = v231 + v44,
+      v239 = v231 - v44;
+  LANES_LET1(v240, fabs, v233); LANES_LET1(v241, fabs, v235); LANES_LET1(v242, fabs, v237);
+  LANES_LET1(v243, fabs, v239);
+  const lanes v244 = v232 + v240, v245 = v234 + v241, v246 = v236 + v242, v247 = v238 + v243,
+      v248 = 0.5 * v244, v249 = 0.5 * v245, v250 = 0.5 * v246, v251 = 0.5 * v247;
+  LANES_LET1(v252, sqrt, v248); LANES_LET1(v253, sqrt, v249); LANES_LET1(v254, sqrt, v250);
+  LANES_LET1(v255, sqrt, v251); out[20] = v252; out[21] = v253; out[22] = v254; out[23] = v255;
 }

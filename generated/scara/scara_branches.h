@@ -23,43 +23,48 @@ LANES_INLINE void LANES_NAME(scara_ik_branch)(
       T_11 = LANES_OF(T[11]), choice_0 = *(const LANES_NAME(lanes_row) *)(choice[0] + b),
       v1 = 0.677 * T_6, v2 = 0.677 * T_2, v3 = T_4 * T_4, v4 = 1e-150 + T_0, v5 = 0.677 * T_10,
       v6 = T_2 * T_2, v7 = T_6 * T_6, v8 = T_8 * T_8, v9 = T_9 * T_9, v10 = 1.0 + T_10,
-      v11 = T_7 + v1, v12 = T_3 + v2, v13 = v4 * v4, v14 = T_11 + v5, v15 = v6 + v7,
-      v16 = v10 * v10, v17 = v12 * v12, v18 = v11 * v11, v19 = v3 + v13, v20 = -v14,
-      v21 = v14 - 0.2, v22 = v15 + v8, v23 = v17 + v18;
-  LANES_LET1(v24, rsqrt, v19); out[2] = v20;
-  const lanes v25 = v21 + 0.877, v26 = v22 + v9, v27 = v23 - 0.0025, v28 = 0.64 - v23,
-      v29 = v23 - 0.32125, v30 = T_4 * v24, v31 = v4 * v24, v32 = v25 - T_11, v33 = v27 * v28,
-      v34 = 3.1372549019607843 * v29;
-  const lanes_where v35 = LANES_LT(v29, 0.0);
-  const lanes v36 = v32 * v32, v37 = v31 - T_0, v38 = v30 - T_1, v39 = v30 - T_4, v40 = T_5 + v31;
-  const lanes_where v41 = LANES_LT(4.0640625e-16, v33);
-  const lanes v42 = LANES_CHOICE(v35, -1.0, 1.0);
-  LANES_LET1(v43, sqrt, v33);
-  const lanes v44 = v37 * v37, v45 = v38 * v38, v46 = v39 * v39, v47 = v40 * v40,
-      v48 = 9.84236831987697 * v33, v49 = LANES_CHOICE(v41, v34, v42),
-      v50 = 3.1372549019607843 * v43, v51 = v26 + v44;
-  out[5] = v48;
-  const lanes v52 = 0.375 * v49, v53 = LANES_CHOICE(v41, v50, 0.0), v54 = v51 + v45,
-      v55 = v52 + 0.425, v56 = choice_0 * v53, v58 = v54 + v46, v59 = v11 * v55, v60 = 0.375 * v56,
-      v61 = v12 * v55, v63 = v58 + v47, v64 = v12 * v60, v65 = v11 * v60, v66 = v63 + v16,
-      v67 = v59 - v64, v68 = v61 + v65, v69 = 0.5 * v66, v70 = v67 * v67, v71 = 1e-150 + v68,
-      v72 = v71 * v71;
-  LANES_LET2(v73, atan2, v67, v71);
-  const lanes v74 = v70 + v72;
-  out[0] = v73; LANES_LET1(v75, rsqrt, v74);
-  const lanes v76 = v67 * v75, v77 = v71 * v75, v78 = v49 * v77, v79 = v56 * v76, v80 = v49 * v76,
-      v81 = v56 * v77, v82 = 0.425 * v77, v83 = 0.425 * v76, v84 = v78 - v79, v85 = v80 + v81,
-      v86 = v30 * v84, v87 = v31 * v85, v88 = v31 * v84, v89 = v30 * v85, v90 = 0.375 * v84,
-      v91 = 0.375 * v85, v92 = v86 - v87, v93 = v88 + v89, v94 = v90 + v82, v95 = v91 + v83;
-  LANES_LET2(v96, atan2, v92, v93);
-  const lanes v97 = v94 - T_3, v98 = v95 - T_7, v99 = -v96, v100 = v97 * v97, v101 = v98 * v98;
-  out[3] = v99;
-  const lanes v102 = v100 + v101, v103 = v102 + v36, v104 = v103 + v69, v105 = v103 - v69;
-  LANES_LET1(v106, fabs, v105);
-  const lanes v107 = v104 + v106, v108 = 0.5 * v107;
-  LANES_LET1(v109, sqrt, v108); out[4] = v109; LANES_LET2(v57, atan2, v53, v49);
-  const lanes v62 = choice_0 * v57;
-  out[1] = v62;
+      v11 = T_7 + v1, v12 = T_3 + v2, v13 = v4 * v4, v15 = T_11 + v5, v16 = v6 + v7,
+      v17 = v10 * v10, v18 = v12 * v12, v19 = v11 * v11, v20 = v3 + v13, v21 = -v15,
+      v22 = v15 - 0.2, v23 = v16 + v8, v24 = v18 + v19;
+  LANES_LET1(v25, rsqrt, v20); out[2] = v21;
+  const lanes v26 = v22 + 0.877, v27 = v23 + v9, v28 = v24 - 0.0025, v29 = 0.64 - v24,
+      v30 = v24 - 0.32125, v31 = T_4 * v25, v32 = v4 * v25, v33 = v26 - T_11, v34 = v28 * v29,
+      v35 = 3.1372549019607843 * v30;
+  const lanes_where v36 = LANES_LT(v30, 0.0);
+  const lanes v37 = v33 * v33, v38 = v32 - T_0, v39 = v31 - T_1, v40 = v31 - T_4, v41 = T_5 + v32;
+  const lanes_where v42 = LANES_LT(4.0640625e-16, v34);
+  const lanes v43 = LANES_CHOICE(v36, -1.0, 1.0);
+  LANES_LET1(v44, sqrt, v34);
+  const lanes v45 = v38 * v38, v46 = v39 * v39, v47 = v40 * v40, v48 = v41 * v41,
+      v49 = 9.84236831987697 * v34, v50 = LANES_CHOICE(v42, v35, v43),
+      v51 = 3.1372549019607843 * v44, v52 = v27 + v45;
+  out[5] = v49;
+  const lanes v53 = 0.375 * v50, v54 = LANES_CHOICE(v42, v51, 0.0), v55 = v52 + v46,
+      v56 = v53 + 0.425, v57 = choice_0 * v54, v59 = v55 + v47, v60 = v11 * v56, v61 = 0.375 * v57,
+      v62 = v12 * v56, v64 = v59 + v48, v65 = v12 * v61, v66 = v11 * v61, v67 = v64 + v17,
+      v68 = v60 - v65, v69 = v62 + v66, v70 = 0.5 * v67, v71 = v68 * v68, v72 = 1e-150 + v69,
+      v73 = v72 * v72;
+  LANES_LET2(v74, atan2, v68, v72);
+  const lanes v75 = v71 + v73;
+  out[0] = v74; LANES_LET1(v77, rsqrt, v75);
+  const lanes v79 = v68 * v77, v80 = v72 * v77, v86 = v50 * v80, v87 = v57 * v79, v88 = 0.425 * v80,
+      v89 = v50 * v79, v90 = v57 * v80, v91 = 0.425 * v79, v93 = v86 - v87, v94 = v89 + v90,
+      v95 = 0.375 * v93, v96 = 0.375 * v94, v97 = v95 + v88, v98 = v96 + v91, v99 = v97 - T_3,
+      v100 = v98 - T_7, v101 = v99 * v99, v102 = v100 * v100, v103 = v101 + v102, v104 = v103 + v37,
+      v105 = v104 + v70, v106 = v104 - v70;
+  LANES_LET1(v107, fabs, v106);
+  const lanes v108 = v105 + v107, v109 = 0.5 * v108;
+  LANES_LET1(v110, sqrt, v109); out[4] = v110;
+  lanes v14, v58; LANES_NAME(lanes_two_atan2)(&T_4, &v4, &v54, &v50, &v14, &v58);
+  const lanes v63 = choice_0 * v58;
+  out[1] = v63;
+  const lanes v76 = v74 + v63, v78 = v76 - v14;
+  const lanes_where v81 = LANES_LT(3.141592653589793, v78);
+  const lanes v82 = v78 - 6.283185307179586;
+  const lanes_where v83 = LANES_LT(v78, -3.141592653589793);
+  const lanes v84 = v78 + 6.283185307179586, v85 = LANES_CHOICE(v83, v84, v78),
+      v92 = LANES_CHOICE(v81, v82, v85);
+  out[3] = v92;
 }
 
 static LANES_SCHEDULED LANES_TARGET void LANES_NAME(scara_ik_branches)(const double *T, double *q, double *residual, double *margin)
