@@ -11,7 +11,7 @@ from ..function import Argument, Result, SymbolicFunction
 from ..kinematics import common_unit
 from ..robot import Robot
 from ..scope import Scope
-from .turns import NO_TURN
+from .turns import NO_TURN, Turn
 from .work import Work
 
 POSE_SYMBOLS = tuple(
@@ -43,15 +43,26 @@ def values_of(work: Work, robot: Robot, given: Mapping[int, sp.Expr]) -> list[sp
     """The value of every moving joint: an atan2 where it turns."""
     values = [_value(work, k, given) for k in range(len(robot.moving))]
     for senses, turn in work.sums:
-        (last, sense), *others = senses[::-1]
+        *others, (last, _) = senses
         if others[1:] and last not in given:
-            rest = work.scope.solved_angle(turn.c, turn.s)
-            rest -= sum((sense * values[k] for k, sense in others), sp.Integer(0))
-            own = work.turns[last]
-            values[last] = work.scope.solved_rest(sense * rest, own.c, own.s)
+            values[last] = _rest(work, senses, turn, values)
         total = sum((sense * values[k] for k, sense in senses), sp.Integer(0))
         work.scope.know_sum(total, turn.c, turn.s)
     return values
+
+
+def _rest(
+    work: Work, senses: tuple[tuple[int, int], ...], total: Turn, values: Sequence[sp.Expr]
+) -> sp.Expr:
+    """The last of parallel axes' angles, as what the others leave of their sum.
+
+    Several solutions have one sum, so that it takes fewer atan2 than the last angle does.
+    """
+    *others, (last, sense) = senses
+    before = sum((sign * values[k] for k, sign in others), sp.Integer(0))
+    turn = work.turns[last]
+    angle = sense * (work.scope.solved_angle(total.c, total.s) - before)
+    return work.scope.solved_rest(angle, turn.c, turn.s)
 
 
 def _value(work: Work, joint: int, given: Mapping[int, sp.Expr]) -> sp.Expr:
