@@ -289,6 +289,7 @@ typedef struct {
     void (*call)(const double *const *inputs, double *const *outputs);
     void (*rows)(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
                  double *const *outputs, const ptrdiff_t *output_steps); /* or NULL */
+    const chasles_kernel *entry; /* in the library */
     int n_inputs, n_outputs, n_operands;
     Operand operands[MAX_OPERANDS];
     PyObject *library;
@@ -388,6 +389,7 @@ static int kernel_bind(Kernel *kernel, const chasles_kernel *entry)
     }
     kernel->call = entry->call;
     kernel->rows = entry->rows;
+    kernel->entry = entry;
     return 0;
 }
 
@@ -1618,6 +1620,28 @@ static PyMemberDef function_members[] = {
     {NULL},
 };
 
+static void entry_capsule_free(PyObject *capsule)
+{
+    Py_DECREF((PyObject *)PyCapsule_GetContext(capsule));
+}
+
+/* Solvers in C call the kernel without a Python call in between. */
+static PyObject *function_kernel(Function *self, void *Py_UNUSED(closure))
+{
+    void *entry = (void *)self->kernel->entry;
+    PyObject *capsule = PyCapsule_New(entry, CHASLES_KERNEL_CAPSULE, entry_capsule_free);
+    if (capsule) {
+        PyCapsule_SetContext(capsule, Py_NewRef(self));
+    }
+    return capsule;
+}
+
+static PyGetSetDef function_getset[] = {
+    {"kernel", (getter)function_kernel, NULL,
+     "A capsule with the compiled function (chasles_kernel of _kernel.h), for solvers in C.", NULL},
+    {NULL},
+};
+
 static PyMethodDef function_methods[] = {
     {"__reduce__", (PyCFunction)function_reduce, METH_NOARGS, NULL},
     {"__class_getitem__", Py_GenericAlias, METH_O | METH_CLASS,
@@ -1636,6 +1660,7 @@ static PyTypeObject FunctionType = {
     .tp_traverse = (traverseproc)function_traverse,
     .tp_repr = (reprfunc)function_repr,
     .tp_members = function_members,
+    .tp_getset = function_getset,
     .tp_methods = function_methods,
 };
 

@@ -10,6 +10,9 @@
 
 #include <stddef.h>
 
+/* The name of capsules that hold a `const chasles_kernel *`; each keeps its library loaded. */
+#define CHASLES_KERNEL_CAPSULE "chasles.kernel"
+
 #define CHASLES_EXPORT __attribute__((visibility("default")))
 
 typedef struct {
