@@ -10,6 +10,20 @@ def packages_under(folder):
     return [prefix, *(f"{prefix}.{name}" for name in find_packages(folder))]
 
 
+def extension(name):
+    """One of the modules in C."""
+    return Extension(
+        f"chasles.{name}",
+        [f"runtime/{name}.c"],
+        depends=["runtime/_kernel.h"],
+        include_dirs=[np.get_include()],
+        define_macros=[
+            ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),
+            ("NPY_TARGET_VERSION", "NPY_2_0_API_VERSION"),
+        ],
+    )
+
+
 setup(
     packages=["chasles", *packages_under("derive"), *packages_under("generated")],
     package_data={
@@ -20,16 +34,5 @@ setup(
             for name in packages_under("generated")
         },
     },
-    ext_modules=[
-        Extension(
-            "chasles._call",
-            ["runtime/_call.c"],
-            depends=["runtime/_kernel.h"],
-            include_dirs=[np.get_include()],
-            define_macros=[
-                ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),
-                ("NPY_TARGET_VERSION", "NPY_2_0_API_VERSION"),
-            ],
-        )
-    ],
+    ext_modules=[extension("_call"), extension("_numeric")],
 )
