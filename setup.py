@@ -27,7 +27,7 @@ def extension(name):
 setup(
     packages=["chasles", *packages_under("derive"), *packages_under("generated")],
     package_data={
-        "chasles": ["py.typed", "_call.pyi", "_kernel.h"],
+        "chasles": ["py.typed", "*.pyi", "_kernel.h"],
         "chasles.derive": ["py.typed", "robots/*", "c/*"],
         **{
             name: ["*.c", "*.h", "*.json", "*.pyi", "*.tex", "*/*.tex", "*.casadi"]

@@ -29,13 +29,14 @@ from .manifest import (
     read_manifest,
 )
 from .modes import PlanarMethods
+from .numeric import NumericMethods
 from .singularity import SingularityMethods
 from .solutions import Solutions
 
 FloatArray = NDArray[np.float64]
 
 
-class Robot(InverseMethods, LoopMethods, PlanarMethods, SingularityMethods):
+class Robot(InverseMethods, LoopMethods, NumericMethods, PlanarMethods, SingularityMethods):
     """A generated robot: what it is, and what it computes.
 
     The functions are attributes (`robot.fk(q)`); which ones there are depends on the robot, and
