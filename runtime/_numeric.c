@@ -55,6 +55,10 @@ enum { CONVERGED, LIMITS, STALLED, BUDGET };
 #define HASTY_GAIN 0.2
 #define PATIENT_GAIN 1e-12
 #define IDLE 2
+/* An error below CURVED that a step leaves more than a part of (CURVED_GAIN of its square) is met by
+ * Halley's step too. */
+#define CURVED 0.03
+#define CURVED_GAIN 0.2
 #define PATIENCE 4 /* part of the budget that is kept for it: 1 / PATIENCE, MOST_PATIENCE at most */
 #define MOST_PATIENCE 400
 #define CORRECTIONS 12   /* Newton steps of a platform onto its actuators' values */
@@ -70,7 +74,7 @@ typedef struct {
 
 typedef struct {
     PyObject_HEAD
-    /* Of the tool: (pose and Jacobian). Of a link: (poses of all links[, rates of the chain's joints
+    /* Of the tool: (pose and Jacobian, Hessian). Of a link: (poses of all links[, rates of the chain's joints
      * by coordinates]), with the link and the screws before it. Of a platform: (pose, Jacobian,
      * actuators, their rates by the chain's joints). */
     enum { OF_TOOL, OF_LINK, OF_PLATFORM } kind;
@@ -95,12 +99,12 @@ typedef struct {
 
 /* What an iteration works on; all of it in one piece of memory. */
 typedef struct {
-    double *q, *trial, *best;  /* (n_all,) */
-    double *J, *trial_J;       /* (n, 6): columns */
-    double *A, *step, *g;      /* (n, n), (n,), (n,) */
-    double *rows, *scratch;    /* (6, n), see scratch_size */
-    double *distances;         /* (n_starts,) */
-    int *free;                 /* (n,) */
+    double *q, *trial, *curved, *best; /* (n_all,) */
+    double *J, *trial_J, *curved_J;    /* (n, 6): columns */
+    double *squares, *A, *g, *step;    /* J^T J and J^T e of those that are free; copies */
+    double *scratch;                   /* see scratch_size */
+    double *distances;                 /* (n_starts,) */
+    int *free;                         /* (n,): the coordinates that are free */
 } Work;
 
 typedef struct {
@@ -333,7 +337,7 @@ static int follow_actuators(const Solver *self, double *x, double *scratch)
 static int scratch_size(const Solver *self)
 {
     int n = self->n;
-    return POSE * self->n_links + self->n_joints * n + 2 * n * n + 2 * SPACE * n + n;
+    return POSE * self->n_links + self->n_joints * n + SPACE * n * n + 2 * n * n + 2 * SPACE * n + n;
 }
 
 /* The twist from one pose to another in base axes: by the logarithm of T^-1 T_d, or where the task
@@ -389,6 +393,46 @@ static void twist_between(const double *T, const double *T_d, int whole, double 
     }
 }
 
+/* What twists (n, 6), in the axes of the task, take off an error of which some parts may stay: of
+ * the way p what the tip's turn makes of it, where it is seen from the tip; of the turn w the
+ * derivative of its logarithm. */
+static void see_from_afar(const Task *task, const double *p, const double *w, double *columns, int n)
+{
+    double angle = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+    double k = angle > 1e-4 ? (1 - angle / (2 * tan(angle / 2))) / (angle * angle) : 1.0 / 12;
+    double half = task->in_tool_axes ? -0.5 : 0.5;
+    for (double *column = columns; column < columns + SPACE * n; column += SPACE) {
+        double *turn = column + 3, by_p[3], by_w[3], twice[3];
+        cross(turn, p, by_p);
+        cross(w, turn, by_w);
+        cross(w, by_w, twice);
+        for (int i = 0; i < 3; i++) {
+            column[i] += task->in_tool_axes ? by_p[i] : 0;
+            turn[i] += half * by_w[i] + k * twice[i];
+        }
+    }
+}
+
+/* Twists (n, 6) in the axes of the task. */
+static void see(const Task *task, const double *T, double *columns, int n)
+{
+    for (int i = 0; i < SPACE * n && task->in_tool_axes; i += 3) {
+        double seen[3];
+        turned(T, 1, columns + i, seen);
+        memcpy(columns + i, seen, sizeof seen);
+    }
+}
+
+/* Twists (n, 6), weighed. */
+static void weigh(const Task *task, double *columns, int n)
+{
+    for (int i = 0; i < SPACE; i++) {
+        for (int k = 0; k < n && task->weights[i] != 1; k++) {
+            columns[k * SPACE + i] *= task->weights[i];
+        }
+    }
+}
+
 /* Pose, error, and Jacobian at x, column by column; all weighed as the task does. */
 static void look(const Solver *self, const Task *task, const double *T_d, const double *x,
                  double *columns, double *scratch, Look *out)
@@ -413,17 +457,18 @@ static void look(const Solver *self, const Task *task, const double *T_d, const 
     }
     twist_between(out->T, T_d, task->whole, e);
     if (task->in_tool_axes) {
-        double turned_e[SPACE];
-        turned(out->T, 1, e, turned_e);
-        turned(out->T, 1, e + 3, turned_e + 3);
-        memcpy(e, turned_e, sizeof turned_e);
-        turned(out->T, 1, p, turned_e);
-        memcpy(p, turned_e, sizeof p);
-        for (int i = 0; i < SPACE * n; i += 3) {
-            double column[] = {columns[i], columns[i + 1], columns[i + 2]};
-            turned(out->T, 1, column, columns + i);
-        }
+        double seen[SPACE];
+        turned(out->T, 1, e, seen);
+        turned(out->T, 1, e + 3, seen + 3);
+        memcpy(e, seen, sizeof seen);
+        turned(out->T, 1, p, seen);
+        memcpy(p, seen, sizeof p);
     }
+    see(task, out->T, columns, n);
+    if (!task->whole) {
+        see_from_afar(task, p, e + 3, columns, n);
+    }
+    weigh(task, columns, n);
     double sum = 0;
     for (int i = 0; i < SPACE; i++) {
         double w = task->weights[i];
@@ -433,9 +478,6 @@ static void look(const Solver *self, const Task *task, const double *T_d, const 
         }
         e[i] *= w;
         sum += e[i] * e[i];
-        for (int k = 0; k < n && w != 1; k++) {
-            columns[k * SPACE + i] *= w;
-        }
     }
     out->half_square = sum / 2;
     /* A sum is NaN where one of them is. */
@@ -449,54 +491,82 @@ static double dot(const double *a, const double *b)
     return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5]);
 }
 
-/* J^T J, J^T e, and which coordinates are free to move. */
-static int normal_equations(const Solver *self, const Work *work, const double *e, double *A)
+/* Finds the coordinates that are free to move; how many. */
+static int find_free(const Solver *self, const Work *work, const double *e)
 {
-    int n = self->n, m = 0;
-    for (int k = 0; k < n; k++) {
-        double sum = dot(work->J + k * SPACE, e);
-        int held = (sum < 0 && work->q[k] <= self->lower[k]) ||
-                   (sum > 0 && work->q[k] >= self->upper[k]);
+    int m = 0;
+    for (int k = 0; k < self->n; k++) {
+        double way = dot(work->J + k * SPACE, e);
+        int held = (way < 0 && work->q[k] <= self->lower[k]) ||
+                   (way > 0 && work->q[k] >= self->upper[k]);
         if (!held) {
-            work->free[m] = k;
-            work->g[m++] = sum;
-        }
-    }
-    for (int a = 0; a < m; a++) {
-        const double *column = work->J + work->free[a] * SPACE;
-        for (int b = 0; b <= a; b++) {
-            A[a * m + b] = dot(column, work->J + work->free[b] * SPACE);
+            work->free[m++] = k;
         }
     }
     return m;
 }
 
+/* J^T J and J^T e of the free coordinates. */
+static void normal_equations(const Work *work, const double *columns, const double *e, int m)
+{
+    for (int a = 0; a < m; a++) {
+        const double *column = columns + work->free[a] * SPACE;
+        work->g[a] = dot(column, e);
+        for (int b = 0; b <= a; b++) {
+            work->squares[a * m + b] = dot(column, columns + work->free[b] * SPACE);
+        }
+    }
+}
+
 /* The damped step of the free coordinates, taken from q and cut off at the limits; how far the
  * farthest goes. */
-static double move(const Solver *self, const Work *work, const double *A, int m, double lambda)
+static double move(const Solver *self, const Work *work, int m, double lambda, double *to)
 {
     double longest = 0, moved = 0;
+    memcpy(work->A, work->squares, m * m * sizeof(double));
+    memcpy(work->step, work->g, m * sizeof(double));
     for (int a = 0; a < m; a++) {
-        for (int b = 0; b <= a; b++) {
-            work->A[a * m + b] = A[a * m + b];
-        }
         work->A[a * m + a] += lambda;
-        work->step[a] = work->g[a];
     }
     solve_symmetric(work->A, m, work->step);
     for (int a = 0; a < m; a++) {
         longest = larger(longest, fabs(work->step[a]));
     }
     double part = longest > LONGEST_STEP ? LONGEST_STEP / longest : 1;
-    memcpy(work->trial, work->q, self->n_all * sizeof(double));
+    memcpy(to, work->q, self->n_all * sizeof(double));
     for (int a = 0; a < m; a++) {
         int k = work->free[a];
-        double to = work->q[k] + part * work->step[a];
-        to = smaller(larger(to, self->lower[k]), self->upper[k]);
-        moved = larger(moved, fabs(to - work->q[k]));
-        work->trial[k] = to;
+        double there = work->q[k] + part * work->step[a];
+        to[k] = smaller(larger(there, self->lower[k]), self->upper[k]);
+        moved = larger(moved, fabs(to[k] - work->q[k]));
     }
     return moved;
+}
+
+/* Halley's step: from q by J + H dq / 2, dq being the step to work->trial. */
+static void move_curved(const Solver *self, const Task *task, const Work *work, const Look *now,
+                        int m, double lambda)
+{
+    int n = self->n;
+    double *H = work->scratch, *columns = H + SPACE * n * n;
+    call_kernel(self->kernels[1], work->q, H, NULL);
+    for (int k = 0; k < n; k++) {
+        for (int i = 0; i < SPACE; i++) {
+            const double *row = H + (i * n + k) * n;
+            double sum = 0;
+            for (int j = 0; j < n; j++) {
+                sum += row[j] * (work->trial[j] - work->q[j]);
+            }
+            columns[k * SPACE + i] = sum / 2;
+        }
+    }
+    see(task, now->T, columns, n);
+    weigh(task, columns, n);
+    for (int i = 0; i < SPACE * n; i++) {
+        columns[i] += work->J[i];
+    }
+    normal_equations(work, columns, now->e, m);
+    move(self, work, m, lambda, work->curved);
 }
 
 static void swap(double **a, double **b)
@@ -506,45 +576,78 @@ static void swap(double **a, double **b)
     *b = kept;
 }
 
+/* Pose and error at x, of a platform once its chain has followed; 0 where there is none. */
+static int look_there(const Solver *self, const Task *task, const double *T_d, const Work *work,
+                      double *x, double *columns, int *budget, Look *out)
+{
+    *budget -= 1;
+    if (self->kind == OF_PLATFORM && !follow_actuators(self, x, work->scratch)) {
+        return 0;
+    }
+    look(self, task, T_d, x, columns, work->scratch, out);
+    return isfinite(out->residual);
+}
+
+/* A step from work->q into work->trial; 0 where none leads anywhere. *better: whether the error is
+ * less there, which then is in *now. */
+static int step_from(const Solver *self, const Task *task, const double *T_d, Work *work, Look *now,
+                     int m, double lambda, int *budget, int *better)
+{
+    Look there, curved;
+    if (lambda > MOST_LAMBDA || move(self, work, m, lambda, work->trial) <= SMALLEST_STEP) {
+        return 0;
+    }
+    double least = now->half_square;
+    *better = look_there(self, task, T_d, work, work->trial, work->trial_J, budget, &there) &&
+              there.half_square < least;
+    least = *better ? there.half_square : least;
+    /* Where branches meet, an error that is small already hardly falls along the tangent. */
+    if (self->kind == OF_TOOL && *budget > 0 && now->residual < CURVED &&
+        least > CURVED_GAIN * now->half_square) {
+        move_curved(self, task, work, now, m, lambda);
+        if (look_there(self, task, T_d, work, work->curved, work->curved_J, budget, &curved) &&
+            curved.half_square < least) {
+            swap(&work->trial, &work->curved);
+            swap(&work->trial_J, &work->curved_J);
+            there = curved;
+            *better = 1;
+        }
+        normal_equations(work, work->J, now->e, m);
+    }
+    if (*better) {
+        *now = there;
+    }
+    return 1;
+}
+
 /* From work->q to where the error is least nearby, as long as that gains enough; how it ended. */
 static int attempt(const Solver *self, const Task *task, const double *T_d, double least_gain,
                    Work *work, Look *now, int *budget)
 {
-    double mu = FIRST_MU, *A = work->rows;
+    double mu = FIRST_MU;
     int idle = 0;
-    look(self, task, T_d, work->q, work->J, work->scratch, now);
-    *budget -= 1;
-    if (!isfinite(now->residual)) {
+    if (!look_there(self, task, T_d, work, work->q, work->J, budget, now)) {
+        now->half_square = INFINITY;
         return STALLED;
     }
     while (!(now->residual <= task->tolerance)) {
-        int m = normal_equations(self, work, now->e, A);
+        int m = find_free(self, work, now->e), better = 0;
         int end = m < self->n ? LIMITS : STALLED;
-        for (;;) {
-            double lambda = mu * now->half_square + LEAST_LAMBDA;
-            if (lambda > MOST_LAMBDA || move(self, work, A, m, lambda) <= SMALLEST_STEP) {
-                return end;
-            }
+        double before = now->half_square;
+        normal_equations(work, work->J, now->e, m);
+        while (!better) {
+            double lambda = mu * before + LEAST_LAMBDA;
             if (*budget <= 0) {
                 return BUDGET;
             }
-            *budget -= 1;
-            Look trial;
-            int there = self->kind != OF_PLATFORM ||
-                        follow_actuators(self, work->trial, work->scratch);
-            if (there) {
-                look(self, task, T_d, work->trial, work->trial_J, work->scratch, &trial);
+            if (!step_from(self, task, T_d, work, now, m, lambda, budget, &better)) {
+                return end;
             }
-            if (there && trial.half_square < now->half_square && isfinite(trial.residual)) {
-                idle = trial.half_square > (1 - least_gain) * now->half_square ? idle + 1 : 0;
-                *now = trial;
-                swap(&work->q, &work->trial);
-                swap(&work->J, &work->trial_J);
-                mu *= MU_FALLS;
-                break;
-            }
-            mu *= MU_RISES;
+            mu *= better ? MU_FALLS : MU_RISES;
         }
+        swap(&work->q, &work->trial);
+        swap(&work->J, &work->trial_J);
+        idle = now->half_square > (1 - least_gain) * before ? idle + 1 : 0;
         if (idle >= IDLE) {
             return end;
         }
@@ -556,6 +659,7 @@ static int attempt(const Solver *self, const Task *task, const double *T_d, doub
 
 typedef struct {
     double *q, *residual; /* (n,), one */
+    npy_bool *success;
     npy_int8 *ending;
     npy_int32 *iterations, *restarts;
 } Found;
@@ -643,12 +747,16 @@ static void solve(const Solver *self, const Task *task, const double *T_d, const
     }
     budget += kept;
     if (ending != CONVERGED && best.half_square < INFINITY) {
+        /* The least of distance and angle, which the logarithm of the whole mixes. */
+        Task apart = *task;
+        apart.whole = 0;
         memcpy(work->q, work->best, row);
-        ending = attempt(self, task, T_d, PATIENT_GAIN, work, &best, &budget);
+        ending = attempt(self, &apart, T_d, PATIENT_GAIN, work, &best, &budget);
         memcpy(work->best, work->q, row);
     }
     memcpy(found->q, work->best, self->n * sizeof(double));
     *found->residual = best.residual;
+    *found->success = best.residual <= task->tolerance;
     *found->ending = ending;
     *found->iterations = task->budget - budget;
     *found->restarts = tried > 1 ? tried - 1 : 0;
@@ -670,11 +778,12 @@ static Work work_of(const Solver *self, double *memory, int *free_joints)
 {
     int n = self->n, n_all = self->n_all;
     Work work = {.free = free_joints};
-    double **const parts[] = {&work.q,    &work.trial, &work.best, &work.J,       &work.trial_J,
-                              &work.A,    &work.rows,  &work.step, &work.g,       &work.scratch,
-                              &work.distances};
-    const int sizes[] = {n_all, n_all, n_all, SPACE * n, SPACE * n, n * n, n * n, n, n,
-                         scratch_size(self), self->n_starts};
+    double **const parts[] = {&work.q,       &work.trial,    &work.curved,  &work.best, &work.J,
+                              &work.trial_J, &work.curved_J, &work.squares, &work.A,    &work.g,
+                              &work.step,    &work.scratch,  &work.distances};
+    const int sizes[] = {n_all,     n_all,     n_all, n_all, SPACE * n,          SPACE * n,
+                         SPACE * n, n * n,     n * n, n,     n,
+                         scratch_size(self),   self->n_starts};
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
         *parts[i] = memory;
         memory += sizes[i];
@@ -685,7 +794,7 @@ static Work work_of(const Solver *self, double *memory, int *free_joints)
 static size_t work_size(const Solver *self)
 {
     size_t n = self->n;
-    return 3 * self->n_all + 2 * SPACE * n + 2 * n * n + 2 * n + scratch_size(self) +
+    return 4 * self->n_all + 3 * SPACE * n + 2 * n * n + 2 * n + scratch_size(self) +
            self->n_starts;
 }
 
@@ -704,7 +813,7 @@ static void *solve_pieces(void *argument)
         while ((first = atomic_fetch_add(&batch->next, PIECE)) < count) {
             for (size_t k = first; k < count && k < first + PIECE; k++) {
                 const Found *all = &batch->found;
-                const Found found = {all->q + k * self->n, all->residual + k, all->ending + k,
+                const Found found = {all->q + k * self->n, all->residual + k, all->success + k, all->ending + k,
                                      all->iterations + k, all->restarts + k};
                 const double *seed = batch->seeds ? batch->seeds + k * self->n_all : NULL;
                 solve(self, batch->task, batch->poses + k * POSE, seed, &work, &found);
@@ -791,7 +900,8 @@ static int kernels_fit(Solver *self)
     const chasles_kernel *const *kernels = self->kernels;
     int n = self->n;
     if (self->kind == OF_TOOL) {
-        return has_sizes(kernels[0], 2, n, POSE, SPACE * n);
+        return self->n_kernels == 2 && has_sizes(kernels[0], 2, n, POSE, SPACE * n) &&
+               has_sizes(kernels[1], 1, n, SPACE * n * n, 0);
     }
     if (self->kind == OF_LINK) {
         self->n_links = kernels[0]->sizes[1] / POSE;
@@ -902,13 +1012,79 @@ static PyObject *solver_new(PyTypeObject *type, PyObject *args, PyObject *kwargs
     return (PyObject *)self;
 }
 
+/* A dense array of doubles whose last dimensions are these; NULL with an error. */
+static PyArrayObject *poses_of(PyObject *object)
+{
+    PyArrayObject *array =
+        (PyArrayObject *)PyArray_FROM_OTF(object, NPY_DOUBLE, NPY_ARRAY_IN_ARRAY);
+    int ndim = array ? PyArray_NDIM(array) : 0;
+    if (array && (ndim < 2 || PyArray_DIM(array, ndim - 1) != 4 || PyArray_DIM(array, ndim - 2) != 4)) {
+        PyErr_SetString(PyExc_ValueError, "T has a wrong shape");
+        Py_CLEAR(array);
+    }
+    return array;
+}
+
+/* Result by result (q, residual, success, ending, iterations, restarts) over the batch of T. */
+enum { FOUND = 6, MOST_NDIM = 32 };
+static const int FOUND_TYPES[FOUND] = {NPY_DOUBLE, NPY_DOUBLE, NPY_BOOL,
+                                       NPY_INT8,   NPY_INT32,  NPY_INT32};
+
+static int new_results(const Solver *self, PyArrayObject *T, PyObject **found)
+{
+    npy_intp shape[MOST_NDIM];
+    int ndim = PyArray_NDIM(T) - 2;
+    if (ndim + 1 > MOST_NDIM) {
+        PyErr_SetString(PyExc_ValueError, "T has too many dimensions");
+        return -1;
+    }
+    memcpy(shape, PyArray_DIMS(T), ndim * sizeof(npy_intp));
+    shape[ndim] = self->n;
+    for (int i = 0; i < FOUND; i++) {
+        found[i] = PyArray_EMPTY(i == 0 ? ndim + 1 : ndim, shape, FOUND_TYPES[i], 0);
+        if (!found[i]) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *seeds,
+               PyObject *const *found, long threads)
+{
+    void *to[FOUND];
+    for (int i = 0; i < FOUND; i++) {
+        to[i] = PyArray_DATA((PyArrayObject *)found[i]);
+    }
+    npy_intp count = PyArray_SIZE(T) / POSE;
+    task->whole = 1;
+    for (int i = 0; i < SPACE; i++) {
+        task->whole &= task->weights[i] > 0;
+    }
+    Batch batch = {.solver = self,
+                   .task = task,
+                   .poses = PyArray_DATA(T),
+                   .seeds = seeds ? PyArray_DATA(seeds) : NULL,
+                   .found = {to[0], to[1], to[2], to[3], to[4], to[5]},
+                   .count = count};
+    threads = threads < 1 ? 1 : threads > MOST_THREADS ? MOST_THREADS : threads;
+    threads = threads > 1 + count / PIECE ? 1 + count / PIECE : threads;
+    Py_BEGIN_ALLOW_THREADS
+    solve_all(&batch, (int)threads);
+    Py_END_ALLOW_THREADS
+    if (atomic_load(&batch.short_of_memory)) {
+        PyErr_NoMemory();
+        return -1;
+    }
+    return 0;
+}
+
 /* solve(T, seeds or None, weights, in_tool_axes, tolerance, budget, threads): see _numeric.pyi. */
 static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_args)
 {
     if (n_args != 7) {
         return PyErr_Format(PyExc_TypeError, "solve takes 7 arguments, got %zd", n_args);
     }
-    const npy_intp poses[] = {-1, 4, 4}, six[] = {SPACE};
     Task task = {.in_tool_axes = PyObject_IsTrue(args[3]),
                  .tolerance = PyFloat_AsDouble(args[4]),
                  .budget = (int)PyLong_AsLong(args[5])};
@@ -916,59 +1092,38 @@ static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_
     if (PyErr_Occurred()) {
         return NULL;
     }
-    PyArrayObject *T = doubles(args[0], "T", 3, poses), *seeds = NULL;
+    const npy_intp six[] = {SPACE};
+    PyObject *found[FOUND] = {NULL}, *result = NULL;
+    PyArrayObject *T = poses_of(args[0]), *seeds = NULL;
     PyArrayObject *weights = T ? doubles(args[2], "weights", 1, six) : NULL;
-    npy_intp count = T ? PyArray_DIM(T, 0) : 0, rows[] = {count, self->n_all};
-    int failed = !weights;
-    if (!failed && args[1] != Py_None) {
+    int fits = weights != NULL;
+    if (fits && args[1] != Py_None) {
+        const npy_intp rows[] = {PyArray_SIZE(T) / POSE, self->n_all};
         seeds = doubles(args[1], "seeds", 2, rows);
-        failed = !seeds;
+        fits = seeds != NULL;
     }
-    npy_intp shape[] = {count, self->n};
-    PyObject *found[] = {NULL, NULL, NULL, NULL, NULL};
-    const int types[] = {NPY_DOUBLE, NPY_DOUBLE, NPY_INT8, NPY_INT32, NPY_INT32};
-    for (int i = 0; i < 5 && !failed; i++) {
-        found[i] = PyArray_EMPTY(i == 0 ? 2 : 1, shape, types[i], 0);
-        failed = !found[i];
-    }
-    if (!failed) {
-        PyArrayObject **of = (PyArrayObject **)found;
+    if (fits && new_results(self, T, found) == 0) {
         task.weights = PyArray_DATA(weights);
-        task.whole = 1;
-        for (int i = 0; i < SPACE; i++) {
-            task.whole &= task.weights[i] > 0;
+        if (run(self, &task, T, seeds, found, threads) == 0) {
+            result = PyTuple_New(FOUND);
         }
-        Batch batch = {.solver = self,
-                       .task = &task,
-                       .poses = PyArray_DATA(T),
-                       .seeds = seeds ? PyArray_DATA(seeds) : NULL,
-                       .found = {PyArray_DATA(of[0]), PyArray_DATA(of[1]), PyArray_DATA(of[2]),
-                                 PyArray_DATA(of[3]), PyArray_DATA(of[4])},
-                       .count = count};
-        threads = threads < 1 ? 1 : threads > MOST_THREADS ? MOST_THREADS : threads;
-        threads = threads > 1 + count / PIECE ? 1 + count / PIECE : threads;
-        Py_BEGIN_ALLOW_THREADS
-        solve_all(&batch, (int)threads);
-        Py_END_ALLOW_THREADS
-        if (atomic_load(&batch.short_of_memory)) {
-            PyErr_NoMemory();
-            failed = 1;
+    }
+    for (int i = 0; i < FOUND; i++) {
+        if (result) {
+            PyTuple_SET_ITEM(result, i, PyArray_Return((PyArrayObject *)found[i]));
+        } else {
+            Py_XDECREF(found[i]);
         }
     }
     Py_XDECREF(T);
     Py_XDECREF(seeds);
     Py_XDECREF(weights);
-    PyObject *result = failed ? NULL : PyTuple_Pack(5, found[0], found[1], found[2], found[3],
-                                                    found[4]);
-    for (int i = 0; i < 5; i++) {
-        Py_XDECREF(found[i]);
-    }
     return result;
 }
 
 static PyMethodDef solver_methods[] = {
     {"solve", (PyCFunction)(void (*)(void))solver_solve, METH_FASTCALL,
-     "Coordinates at poses (N, 4, 4), with residuals, endings, iterations and restarts."},
+     "Coordinates at poses (..., 4, 4), with residual, success, ending, iterations and restarts."},
     {NULL},
 };
 
