@@ -48,7 +48,7 @@ class Found(NamedTuple):
     """What an iteration came to, for each pose.
 
     Attributes:
-        q: (..., n) coordinates [rad or m], always within the limits; NaN where a pose is not finite.
+        q: (..., n) coordinates [rad or m], within the limits; NaN where a pose is not finite.
         residual: (...,) the larger of distance [m] and angle [rad] from the pose, of the parts that
             the task weighs.
         success: (...,) whether the residual is at most the tolerance.
@@ -142,13 +142,18 @@ class NumericMethods:
             InputError: If there is no such link, a weight is negative or all are 0, or an option
                 has no meaning.
         """
+        if axes not in ("tool", "base"):
+            raise InputError(f'ik_numeric: expected axes "tool" or "base", got {axes!r}')
+        if not tolerance > 0 or budget < 1:
+            raise InputError(
+                "ik_numeric: expected a tolerance above 0 and a budget of at least 1, got "
+                f"{tolerance!r} and {budget!r}"
+            )
         key = rng if isinstance(rng, int) else int(rng.integers(2**63))
         solver = self._solvers.get((tip, key)) or self._new_solver(tip, key)
         poses = np.asarray(T, np.float64)
         if poses.shape[-2:] != (4, 4):
             raise ShapeError(f"ik_numeric: expected poses T (..., 4, 4), got shape {poses.shape}")
-        if axes not in ("tool", "base"):
-            raise InputError(f'ik_numeric: expected axes "tool" or "base", got {axes!r}')
         begin = None
         if seed is not None:
             poses, begin = self._with_seeds(poses, seed)
@@ -164,9 +169,7 @@ class NumericMethods:
             self._solvers.clear()
         return self._solvers.setdefault((tip, key), _solver(self, tip, key))
 
-    def _with_seeds(
-        self, poses: FloatArray, seed: ArrayLike
-    ) -> tuple[FloatArray, FloatArray]:
+    def _with_seeds(self, poses: FloatArray, seed: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """As many poses as seeds, and as many seeds as poses."""
         begin = np.asarray(seed, np.float64)
         if begin.shape[-1:] != (self.n,):
@@ -272,7 +275,7 @@ def screws_before(robot: Any, link: int) -> FloatArray:
     seen = screws.inverse(before) @ poses
     twists = screws.log(seen[1:] @ screws.inverse(seen[:1]))
     rows = [
-        [frame - 1, k, *(twists[k, frame] / _LOOK)]
+        [float(frame - 1), float(k), *(twists[k, frame] / _LOOK).tolist()]
         for k in range(robot.n)
         for frame in range(link + 1)
         if np.abs(twists[k, frame]).max() > _LOOK**3
@@ -289,8 +292,10 @@ def _screws_of_chain(robot: Any, moved: FloatArray, twists: FloatArray) -> list[
     largest = np.abs(by).argmax(0)
     moving = np.flatnonzero(np.abs(twists).max((0, 2)) > _LOOK**3)
     if len(moving) > theta.shape[1]:
-        raise InputError(f"ik_numeric: links of {robot.name} move with more than its chain's joints")
+        raise InputError(
+            f"ik_numeric: links of {robot.name} move with more than its chain's joints"
+        )
     return [
-        [frame - 1, j, *(twists[largest[j], frame] / by[largest[j], j])]
+        [float(frame - 1), float(j), *(twists[largest[j], frame] / by[largest[j], j]).tolist()]
         for j, frame in enumerate(moving)
     ]
