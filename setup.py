@@ -1,5 +1,7 @@
 """What pyproject.toml cannot say: the C extension, and one package for each generated robot."""
 
+from pathlib import Path
+
 import numpy as np
 from setuptools import Extension, find_packages, setup
 
@@ -15,7 +17,7 @@ def extension(name):
     return Extension(
         f"chasles.{name}",
         [f"runtime/{name}.c"],
-        depends=["runtime/_kernel.h"],
+        depends=sorted(map(str, Path("runtime").glob("*.h"))),
         include_dirs=[np.get_include()],
         define_macros=[
             ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),
