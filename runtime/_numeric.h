@@ -49,6 +49,7 @@ enum { CONVERGED, LIMITS, STALLED, BUDGET };
  * least error nearby. */
 #define HASTY_GAIN 0.2
 #define PATIENT_GAIN 1e-12
+#define NEAR 1e-5 /* residual from which patience pays: a solution is near, at a singularity */
 #define IDLE 2
 /* An error below CURVED that a step leaves more than a part of (CURVED_GAIN of its square) is met by
  * Halley's step too. */
@@ -640,7 +641,8 @@ static int attempt(const Arm *self, const Task *task, const double *T_d, double 
         }
         swap(&work->q, &work->trial);
         swap(&work->J, &work->trial_J);
-        idle = now->half_square > (1 - least_gain) * before ? idle + 1 : 0;
+        double gain = now->residual < NEAR ? PATIENT_GAIN : least_gain;
+        idle = now->half_square > (1 - gain) * before ? idle + 1 : 0;
         if (idle >= IDLE) {
             return end;
         }

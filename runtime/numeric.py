@@ -106,7 +106,7 @@ class NumericMethods:
         weights: Sequence[float] | None = None,
         axes: Literal["tool", "base"] = "tool",
         tolerance: float = 1e-9,
-        budget: int = 5000,
+        budget: int = 10_000,
         rng: int | np.random.Generator = 0,
         threads: int | Literal["all"] = 1,
     ) -> Found:
