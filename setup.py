@@ -19,6 +19,8 @@ def extension(name):
         [f"runtime/{name}.c"],
         depends=sorted(map(str, Path("runtime").glob("*.h"))),
         include_dirs=[np.get_include()],
+        # Some Pythons were built with -O2, and errno of square roots is read by nobody.
+        extra_compile_args=["-O3", "-fno-math-errno"],
         define_macros=[
             ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),
             ("NPY_TARGET_VERSION", "NPY_2_0_API_VERSION"),
