@@ -1,5 +1,7 @@
 """What pyproject.toml cannot say: the C extension, and one package for each generated robot."""
 
+from pathlib import Path
+
 import numpy as np
 from setuptools import Extension, find_packages, setup
 
@@ -15,8 +17,10 @@ def extension(name):
     return Extension(
         f"chasles.{name}",
         [f"runtime/{name}.c"],
-        depends=["runtime/_kernel.h"],
+        depends=sorted(map(str, Path("runtime").glob("*.h"))),
         include_dirs=[np.get_include()],
+        # Some Pythons were built with -O2, and errno of square roots is read by nobody.
+        extra_compile_args=["-O3", "-fno-math-errno"],
         define_macros=[
             ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),
             ("NPY_TARGET_VERSION", "NPY_2_0_API_VERSION"),

@@ -1,737 +1,20 @@
-/* chasles._numeric: Levenberg-Marquardt on compiled forward kinematics, within joint limits.
+/* chasles._numeric: inverse kinematics by iteration, from Python.
  *
- * Of a pose T_d that is wanted and the pose T(q) of the tool, e is the twist from one to the other
- * in base axes, with W the weights of its six parts. From a start, each step solves
- *
- *     (J^T W^2 J + lambda 1) dq = J^T W^2 e,    lambda = mu |W e|^2 / 2
- *
- * for the coordinates that no limit holds: those that stand at a limit and would go beyond it keep
- * their values. The step is cut off at the limits; it is taken if |W e| falls, and mu falls too;
- * else mu rises. As lambda vanishes with the error, convergence is quadratic, also at
- * singularities' edge; where the error cannot vanish the iteration ends at its least.
- *
- * A start that ends there is followed by the next: starts are a table of configurations with their
- * poses, of which the one whose pose is nearest comes first.
- *
- * Solver   a robot with one of its frames as the tip, its limits and its table of starts
- *
- * Source: Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method,
- * 2011 (lambda by the squared error); Bertsekas, Projected Newton methods for optimization problems
- * with simple constraints, 1982 (which coordinates a limit holds).
+ * Solver   a robot with one of its frames as the tip, its limits and its table of starts: the arm of
+ *          _numeric.h, and the compiled functions that it calls kept loaded
  */
 #define PY_SSIZE_T_CLEAN
 #include <Python.h>
 
-#include <float.h>
-#include <math.h>
-#include <pthread.h>
-#include <stdatomic.h>
-#include <stdlib.h>
-#include <string.h>
-
 #include <numpy/arrayobject.h>
 
-#include "_kernel.h"
-
-#define SPACE 6
-#define POSE 16
-#define KERNELS 4
-#define MOST_THREADS 256
-#define PIECE 16 /* poses that a thread takes at a time */
-
-/* How an iteration ended. */
-enum { CONVERGED, LIMITS, STALLED, BUDGET };
-
-#define FIRST_MU 0.1
-#define MU_FALLS 0.3
-#define MU_RISES 8.0
-#define LEAST_LAMBDA 1e-14 /* J^T J is known to 1e-16, and may be singular */
-#define MOST_LAMBDA 1e8    /* then even the smallest steps lead nowhere */
-#define LONGEST_STEP 1.0   /* radian or metre in a coordinate: further, J tells nothing */
-#define SMALLEST_STEP 1e-15
-/* Parts of the squared error: IDLE steps that gain less are the last. From most starts that gain
- * little the next start is the shorter way; where none reaches the pose, the best is brought to the
- * least error nearby. */
-#define HASTY_GAIN 0.2
-#define PATIENT_GAIN 1e-12
-#define IDLE 2
-#define PATIENCE 4 /* part of the budget that is kept for it: 1 / PATIENCE, MOST_PATIENCE at most */
-#define MOST_PATIENCE 400
-#define CORRECTIONS 12   /* Newton steps of a platform onto its actuators' values */
-#define CLOSED 1e-14     /* metre or radian to which it is brought there */
-
-/* ------------------------------------------------------------------- Solver */
-
-/* The axis of a joint ahead of the tip: constant as seen from the frame before it. */
-typedef struct {
-    int frame, joint; /* -1: the base */
-    double axis[SPACE];
-} Screw;
+#include "_numeric.h"
 
 typedef struct {
     PyObject_HEAD
-    /* Of the tool: (pose and Jacobian). Of a link: (poses of all links[, rates of the chain's joints
-     * by coordinates]), with the link and the screws before it. Of a platform: (pose, Jacobian,
-     * actuators, their rates by the chain's joints). */
-    enum { OF_TOOL, OF_LINK, OF_PLATFORM } kind;
-    const chasles_kernel *kernels[KERNELS];
-    int n_kernels;
+    Arm arm;
     PyObject *capsules;
-    int n;     /* coordinates */
-    int n_all; /* coordinates and, of a platform, the joints of its chain */
-    int link, n_links, n_joints, n_screws;
-    Screw *screws;
-    double *lower, *upper;
-    int n_starts;
-    double *starts;      /* (n_starts, n_all) */
-    double *start_poses; /* (12, n_starts): rows of the pose, entry by entry */
 } Solver;
-
-typedef struct {
-    const double *weights; /* (6,) */
-    double tolerance;
-    int in_tool_axes, whole, budget;
-} Task;
-
-/* What an iteration works on; all of it in one piece of memory. */
-typedef struct {
-    double *q, *trial, *best;  /* (n_all,) */
-    double *J, *trial_J;       /* (n, 6): columns */
-    double *A, *step, *g;      /* (n, n), (n,), (n,) */
-    double *rows, *scratch;    /* (6, n), see scratch_size */
-    double *distances;         /* (n_starts,) */
-    int *free;                 /* (n,) */
-} Work;
-
-typedef struct {
-    double T[POSE], e[SPACE], half_square, residual;
-} Look;
-
-/* ------------------------------------------------------------ linear algebra */
-
-/* Without a thought for NaN, as fmax and fmin have: those are calls. */
-static double larger(double a, double b)
-{
-    return a > b ? a : b;
-}
-
-static double smaller(double a, double b)
-{
-    return a < b ? a : b;
-}
-
-/* A x = b in place of b, by L D L^T of a symmetric matrix (m, m), of which the lower half is read. */
-static inline __attribute__((always_inline)) void solve_of_size(double *A, int m, double *b)
-{
-    for (int i = 0; i < m; i++) {
-        double inverse = 1 / A[i * m + i];
-        for (int j = i + 1; j < m; j++) {
-            double factor = A[j * m + i] * inverse;
-            for (int k = i + 1; k <= j; k++) {
-                A[j * m + k] -= factor * A[k * m + i];
-            }
-            b[j] -= factor * b[i];
-        }
-        A[i * m + i] = inverse;
-    }
-    for (int i = m; i-- > 0;) {
-        double sum = b[i];
-        for (int j = i + 1; j < m; j++) {
-            sum -= A[j * m + i] * b[j];
-        }
-        b[i] = sum * A[i * m + i];
-    }
-}
-
-/* Of the sizes that arms have, each by a loop of its own that the compiler unrolls. */
-static void solve_symmetric(double *A, int m, double *b)
-{
-    if (m == 6) {
-        solve_of_size(A, 6, b);
-    } else if (m == 7) {
-        solve_of_size(A, 7, b);
-    } else if (m == 5) {
-        solve_of_size(A, 5, b);
-    } else {
-        solve_of_size(A, m, b);
-    }
-}
-
-/* A X = B with columns of B in place, by elimination with pivots; 0 where A is singular. */
-static int solve_square(double *A, int n, double *B, int columns)
-{
-    for (int i = 0; i < n; i++) {
-        int pivot = i;
-        for (int j = i + 1; j < n; j++) {
-            if (fabs(A[j * n + i]) > fabs(A[pivot * n + i])) {
-                pivot = j;
-            }
-        }
-        if (!(fabs(A[pivot * n + i]) > 0)) {
-            return 0;
-        }
-        for (int k = 0; k < n && pivot != i; k++) {
-            double kept = A[i * n + k];
-            A[i * n + k] = A[pivot * n + k];
-            A[pivot * n + k] = kept;
-        }
-        for (int k = 0; k < columns && pivot != i; k++) {
-            double kept = B[i * columns + k];
-            B[i * columns + k] = B[pivot * columns + k];
-            B[pivot * columns + k] = kept;
-        }
-        for (int j = i + 1; j < n; j++) {
-            double factor = A[j * n + i] / A[i * n + i];
-            for (int k = i + 1; k < n; k++) {
-                A[j * n + k] -= factor * A[i * n + k];
-            }
-            for (int k = 0; k < columns; k++) {
-                B[j * columns + k] -= factor * B[i * columns + k];
-            }
-        }
-    }
-    for (int i = n; i-- > 0;) {
-        for (int k = 0; k < columns; k++) {
-            double sum = B[i * columns + k];
-            for (int j = i + 1; j < n; j++) {
-                sum -= A[i * n + j] * B[j * columns + k];
-            }
-            B[i * columns + k] = sum / A[i * n + i];
-        }
-    }
-    return 1;
-}
-
-static void cross(const double *a, const double *b, double *out)
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-/* R^T x (or R x) of a pose by rows. */
-static void turned(const double *T, int back, const double *x, double *out)
-{
-    for (int i = 0; i < 3; i++) {
-        out[i] = back ? T[i] * x[0] + T[4 + i] * x[1] + T[8 + i] * x[2]
-                      : T[4 * i] * x[0] + T[4 * i + 1] * x[1] + T[4 * i + 2] * x[2];
-    }
-}
-
-/* ---------------------------------------------------------------- kinematics */
-
-static void call_kernel(const chasles_kernel *kernel, const double *x, double *first,
-                        double *second)
-{
-    const double *const inputs[] = {x};
-    double *const outputs[] = {first, second};
-    kernel->call(inputs, outputs);
-}
-
-/* The mixed Jacobian of a link's origin: each screw before it, brought to the base by the frame that
- * it is constant in, moves that point. */
-static void look_at_link(const Solver *self, const double *q, double *T, double *J, double *scratch)
-{
-    double *poses = scratch, *rates = poses + POSE * self->n_links;
-    int n = self->n;
-    call_kernel(self->kernels[0], q, poses, NULL);
-    memcpy(T, poses + POSE * self->link, POSE * sizeof(double));
-    if (self->n_kernels > 1) {
-        call_kernel(self->kernels[1], q, rates, NULL);
-    }
-    memset(J, 0, SPACE * n * sizeof(double));
-    const double origin[] = {T[3], T[7], T[11]};
-    for (int s = 0; s < self->n_screws; s++) {
-        const Screw *screw = &self->screws[s];
-        double v[3], w[3], arm[3], lever[3];
-        memcpy(v, screw->axis, sizeof v);
-        memcpy(w, screw->axis + 3, sizeof w);
-        memcpy(arm, origin, sizeof arm);
-        if (screw->frame >= 0) {
-            const double *frame = poses + POSE * screw->frame;
-            turned(frame, 0, screw->axis, v);
-            turned(frame, 0, screw->axis + 3, w);
-            for (int i = 0; i < 3; i++) {
-                arm[i] -= frame[4 * i + 3];
-            }
-        }
-        cross(w, arm, lever);
-        for (int k = 0; k < n; k++) {
-            double rate = self->n_kernels > 1 ? rates[screw->joint * n + k] : screw->joint == k;
-            for (int i = 0; i < 3; i++) {
-                J[i * n + k] += rate * (v[i] + lever[i]);
-                J[(i + 3) * n + k] += rate * w[i];
-            }
-        }
-    }
-}
-
-/* x: coordinates, and of a platform then the joints of its chain. */
-static void look_at_platform(const Solver *self, const double *x, double *T, double *J,
-                             double *scratch)
-{
-    int n = self->n;
-    double *rates = scratch, *transposed = rates + n * n;
-    const double *theta = x + n;
-    call_kernel(self->kernels[0], theta, T, NULL);
-    call_kernel(self->kernels[1], theta, J, NULL);
-    call_kernel(self->kernels[3], theta, transposed, NULL);
-    /* J_q = J_theta B^-1: B^T J_q^T = J_theta^T. */
-    for (int i = 0; i < n; i++) {
-        for (int j = 0; j < n; j++) {
-            rates[i * n + j] = transposed[j * n + i];
-        }
-    }
-    for (int k = 0; k < n; k++) {
-        for (int i = 0; i < SPACE; i++) {
-            transposed[k * SPACE + i] = J[i * n + k];
-        }
-    }
-    int solved = solve_square(rates, n, transposed, SPACE);
-    for (int k = 0; k < n; k++) {
-        for (int i = 0; i < SPACE; i++) {
-            J[i * n + k] = solved ? transposed[k * SPACE + i] : NAN;
-        }
-    }
-}
-
-/* Brings the chain's joints of a platform to where its actuators have their values: Newton's
- * iteration; 0 where it does not get there. */
-static int follow_actuators(const Solver *self, double *x, double *scratch)
-{
-    int n = self->n;
-    double *rates = scratch, *here = rates + n * n, before = INFINITY;
-    double *theta = x + n;
-    for (int k = 0; k < CORRECTIONS; k++) {
-        double most = 0;
-        call_kernel(self->kernels[2], theta, here, NULL);
-        for (int i = 0; i < n; i++) {
-            here[i] = x[i] - here[i];
-            most = larger(most, fabs(here[i]));
-            if (isnan(here[i])) {
-                return 0;
-            }
-        }
-        if (most <= CLOSED || (most < 1e-12 && most >= before)) {
-            return 1;
-        }
-        if (most > 2 * before) {
-            return 0;
-        }
-        before = most;
-        call_kernel(self->kernels[3], theta, rates, NULL);
-        if (!solve_square(rates, n, here, 1)) {
-            return 0;
-        }
-        for (int i = 0; i < n; i++) {
-            theta[i] += here[i];
-        }
-    }
-    return 0;
-}
-
-static int scratch_size(const Solver *self)
-{
-    int n = self->n;
-    return POSE * self->n_links + self->n_joints * n + 2 * n * n + 2 * SPACE * n + n;
-}
-
-/* The twist from one pose to another in base axes: by the logarithm of T^-1 T_d, or where the task
- * leaves some of it open, the way of the origin and the turn apart. */
-static void twist_between(const double *T, const double *T_d, int whole, double *e)
-{
-    double M[3][3], sine[3], p[3];
-    for (int i = 0; i < 3; i++) {
-        p[i] = T_d[4 * i + 3] - T[4 * i + 3];
-        for (int j = 0; j < 3; j++) {
-            M[i][j] = T_d[4 * i] * T[4 * j] + T_d[4 * i + 1] * T[4 * j + 1] +
-                      T_d[4 * i + 2] * T[4 * j + 2];
-        }
-    }
-    sine[0] = (M[2][1] - M[1][2]) / 2;
-    sine[1] = (M[0][2] - M[2][0]) / 2;
-    sine[2] = (M[1][0] - M[0][1]) / 2;
-    double s2 = sine[0] * sine[0] + sine[1] * sine[1] + sine[2] * sine[2];
-    double s = sqrt(s2), c = (M[0][0] + M[1][1] + M[2][2] - 1) / 2, angle = atan2(s, c);
-    double *w = e + 3;
-    if (c > -0.99 || !(s2 == s2)) {
-        double factor = s2 > 1e-16 ? angle / s : 1 + s2 / 6;
-        for (int i = 0; i < 3; i++) {
-            w[i] = factor * sine[i];
-        }
-    } else {
-        /* Near half a turn the sines vanish: the axis is what M + M^T - 2 c 1 is made of. */
-        int large = 0;
-        for (int i = 1; i < 3; i++) {
-            large = M[i][i] > M[large][large] ? i : large;
-        }
-        double axis[3], length = 0;
-        for (int i = 0; i < 3; i++) {
-            axis[i] = (M[i][large] + M[large][i]) / 2 - (i == large ? c : 0);
-            length += axis[i] * axis[i];
-        }
-        double along = axis[0] * sine[0] + axis[1] * sine[1] + axis[2] * sine[2];
-        double factor = (along < 0 ? -angle : angle) / sqrt(length);
-        for (int i = 0; i < 3; i++) {
-            w[i] = factor * axis[i];
-        }
-    }
-    memcpy(e, p, sizeof p);
-    if (whole) {
-        /* v = V^-1 p = p - w x p / 2 + k w x (w x p). */
-        double wp[3], wwp[3];
-        double k = angle > 1e-4 ? (1 - angle * (1 + c) / (2 * s)) / (angle * angle) : 1.0 / 12;
-        cross(w, p, wp);
-        cross(w, wp, wwp);
-        for (int i = 0; i < 3; i++) {
-            e[i] = p[i] - wp[i] / 2 + k * wwp[i];
-        }
-    }
-}
-
-/* Pose, error, and Jacobian at x, column by column; all weighed as the task does. */
-static void look(const Solver *self, const Task *task, const double *T_d, const double *x,
-                 double *columns, double *scratch, Look *out)
-{
-    int n = self->n;
-    double *J = scratch;
-    if (self->kind == OF_TOOL) {
-        call_kernel(self->kernels[0], x, out->T, J);
-    } else if (self->kind == OF_LINK) {
-        look_at_link(self, x, out->T, J, scratch + SPACE * n);
-    } else {
-        look_at_platform(self, x, out->T, J, scratch + SPACE * n);
-    }
-    for (int k = 0; k < n; k++) {
-        for (int i = 0; i < SPACE; i++) {
-            columns[k * SPACE + i] = J[i * n + k];
-        }
-    }
-    double *e = out->e, distance = 0, angle = 0, p[3];
-    for (int i = 0; i < 3; i++) {
-        p[i] = T_d[4 * i + 3] - out->T[4 * i + 3];
-    }
-    twist_between(out->T, T_d, task->whole, e);
-    if (task->in_tool_axes) {
-        double turned_e[SPACE];
-        turned(out->T, 1, e, turned_e);
-        turned(out->T, 1, e + 3, turned_e + 3);
-        memcpy(e, turned_e, sizeof turned_e);
-        turned(out->T, 1, p, turned_e);
-        memcpy(p, turned_e, sizeof p);
-        for (int i = 0; i < SPACE * n; i += 3) {
-            double column[] = {columns[i], columns[i + 1], columns[i + 2]};
-            turned(out->T, 1, column, columns + i);
-        }
-    }
-    double sum = 0;
-    for (int i = 0; i < SPACE; i++) {
-        double w = task->weights[i];
-        if (w > 0) {
-            distance += i < 3 ? p[i] * p[i] : 0;
-            angle += i < 3 ? 0 : e[i] * e[i];
-        }
-        e[i] *= w;
-        sum += e[i] * e[i];
-        for (int k = 0; k < n && w != 1; k++) {
-            columns[k * SPACE + i] *= w;
-        }
-    }
-    out->half_square = sum / 2;
-    /* A sum is NaN where one of them is. */
-    out->residual = (distance + angle) * 0 + sqrt(distance > angle ? distance : angle);
-}
-
-/* ---------------------------------------------------------------- an attempt */
-
-static double dot(const double *a, const double *b)
-{
-    return (a[0] * b[0] + a[1] * b[1]) + (a[2] * b[2] + a[3] * b[3]) + (a[4] * b[4] + a[5] * b[5]);
-}
-
-/* J^T J, J^T e, and which coordinates are free to move. */
-static int normal_equations(const Solver *self, const Work *work, const double *e, double *A)
-{
-    int n = self->n, m = 0;
-    for (int k = 0; k < n; k++) {
-        double sum = dot(work->J + k * SPACE, e);
-        int held = (sum < 0 && work->q[k] <= self->lower[k]) ||
-                   (sum > 0 && work->q[k] >= self->upper[k]);
-        if (!held) {
-            work->free[m] = k;
-            work->g[m++] = sum;
-        }
-    }
-    for (int a = 0; a < m; a++) {
-        const double *column = work->J + work->free[a] * SPACE;
-        for (int b = 0; b <= a; b++) {
-            A[a * m + b] = dot(column, work->J + work->free[b] * SPACE);
-        }
-    }
-    return m;
-}
-
-/* The damped step of the free coordinates, taken from q and cut off at the limits; how far the
- * farthest goes. */
-static double move(const Solver *self, const Work *work, const double *A, int m, double lambda)
-{
-    double longest = 0, moved = 0;
-    for (int a = 0; a < m; a++) {
-        for (int b = 0; b <= a; b++) {
-            work->A[a * m + b] = A[a * m + b];
-        }
-        work->A[a * m + a] += lambda;
-        work->step[a] = work->g[a];
-    }
-    solve_symmetric(work->A, m, work->step);
-    for (int a = 0; a < m; a++) {
-        longest = larger(longest, fabs(work->step[a]));
-    }
-    double part = longest > LONGEST_STEP ? LONGEST_STEP / longest : 1;
-    memcpy(work->trial, work->q, self->n_all * sizeof(double));
-    for (int a = 0; a < m; a++) {
-        int k = work->free[a];
-        double to = work->q[k] + part * work->step[a];
-        to = smaller(larger(to, self->lower[k]), self->upper[k]);
-        moved = larger(moved, fabs(to - work->q[k]));
-        work->trial[k] = to;
-    }
-    return moved;
-}
-
-static void swap(double **a, double **b)
-{
-    double *kept = *a;
-    *a = *b;
-    *b = kept;
-}
-
-/* From work->q to where the error is least nearby, as long as that gains enough; how it ended. */
-static int attempt(const Solver *self, const Task *task, const double *T_d, double least_gain,
-                   Work *work, Look *now, int *budget)
-{
-    double mu = FIRST_MU, *A = work->rows;
-    int idle = 0;
-    look(self, task, T_d, work->q, work->J, work->scratch, now);
-    *budget -= 1;
-    if (!isfinite(now->residual)) {
-        return STALLED;
-    }
-    while (!(now->residual <= task->tolerance)) {
-        int m = normal_equations(self, work, now->e, A);
-        int end = m < self->n ? LIMITS : STALLED;
-        for (;;) {
-            double lambda = mu * now->half_square + LEAST_LAMBDA;
-            if (lambda > MOST_LAMBDA || move(self, work, A, m, lambda) <= SMALLEST_STEP) {
-                return end;
-            }
-            if (*budget <= 0) {
-                return BUDGET;
-            }
-            *budget -= 1;
-            Look trial;
-            int there = self->kind != OF_PLATFORM ||
-                        follow_actuators(self, work->trial, work->scratch);
-            if (there) {
-                look(self, task, T_d, work->trial, work->trial_J, work->scratch, &trial);
-            }
-            if (there && trial.half_square < now->half_square && isfinite(trial.residual)) {
-                idle = trial.half_square > (1 - least_gain) * now->half_square ? idle + 1 : 0;
-                *now = trial;
-                swap(&work->q, &work->trial);
-                swap(&work->J, &work->trial_J);
-                mu *= MU_FALLS;
-                break;
-            }
-            mu *= MU_RISES;
-        }
-        if (idle >= IDLE) {
-            return end;
-        }
-    }
-    return CONVERGED;
-}
-
-/* ------------------------------------------------------------------ one pose */
-
-typedef struct {
-    double *q, *residual; /* (n,), one */
-    npy_int8 *ending;
-    npy_int32 *iterations, *restarts;
-} Found;
-
-/* Squares of the distances of the table's poses from the one wanted, the task's weights at work. */
-static void measure_starts(const Solver *self, const Task *task, const double *T_d,
-                           double *distances)
-{
-    int count = self->n_starts;
-    double place = 0, turn = 0;
-    for (int i = 0; i < 3; i++) {
-        place = larger(place, task->weights[i]);
-        turn = larger(turn, task->weights[i + 3]);
-    }
-    memset(distances, 0, count * sizeof(double));
-    for (int i = 0; i < 12; i++) {
-        const double *entry = self->start_poses + (size_t)i * count, wanted = T_d[i];
-        double weight = i % 4 == 3 ? place * place : turn * turn / 2;
-        for (int s = 0; s < count; s++) {
-            double off = entry[s] - wanted;
-            distances[s] += weight * off * off;
-        }
-    }
-}
-
-static int nearest_start(const double *distances, int count)
-{
-    int nearest = 0;
-    for (int s = 1; s < count; s++) {
-        nearest = distances[s] < distances[nearest] ? s : nearest;
-    }
-    return nearest;
-}
-
-static int finite_pose(const double *T)
-{
-    double sum = 0;
-    for (int i = 0; i < 12; i++) {
-        sum += T[i] * 0;
-    }
-    return sum == 0;
-}
-
-/* The first start is the seed, where there is one, then come those of the table; 0 where none is
- * left. */
-static int next_start(const Solver *self, const Task *task, const double *T_d, const double *seed,
-                      int tried, Work *work)
-{
-    size_t row = self->n_all * sizeof(double);
-    if (seed && tried == 0) {
-        memcpy(work->q, seed, row);
-        return 1;
-    }
-    if (tried == (seed != NULL)) {
-        measure_starts(self, task, T_d, work->distances);
-    }
-    int next = nearest_start(work->distances, self->n_starts);
-    if (self->n_starts == 0 || !(work->distances[next] < INFINITY)) {
-        return 0;
-    }
-    work->distances[next] = INFINITY;
-    memcpy(work->q, self->starts + (size_t)next * self->n_all, row);
-    return 1;
-}
-
-static void solve(const Solver *self, const Task *task, const double *T_d, const double *seed,
-                  Work *work, const Found *found)
-{
-    int kept = task->budget / PATIENCE < MOST_PATIENCE ? task->budget / PATIENCE : MOST_PATIENCE;
-    int budget = task->budget - kept, ending = STALLED, tried = 0;
-    size_t row = self->n_all * sizeof(double);
-    Look now, best = {.half_square = INFINITY, .residual = NAN};
-    for (int k = 0; k < self->n_all; k++) {
-        work->best[k] = NAN;
-    }
-    for (; ending != CONVERGED && budget > 0 && finite_pose(T_d); tried++) {
-        if (!next_start(self, task, T_d, seed, tried, work)) {
-            break;
-        }
-        ending = attempt(self, task, T_d, HASTY_GAIN, work, &now, &budget);
-        if (now.half_square < best.half_square) {
-            best = now;
-            memcpy(work->best, work->q, row);
-        }
-    }
-    budget += kept;
-    if (ending != CONVERGED && best.half_square < INFINITY) {
-        memcpy(work->q, work->best, row);
-        ending = attempt(self, task, T_d, PATIENT_GAIN, work, &best, &budget);
-        memcpy(work->best, work->q, row);
-    }
-    memcpy(found->q, work->best, self->n * sizeof(double));
-    *found->residual = best.residual;
-    *found->ending = ending;
-    *found->iterations = task->budget - budget;
-    *found->restarts = tried > 1 ? tried - 1 : 0;
-}
-
-/* ---------------------------------------------------------------- many poses */
-
-typedef struct {
-    const Solver *solver;
-    const Task *task;
-    const double *poses, *seeds; /* (count, 16); (count, n_all) or NULL */
-    Found found;                 /* of the first pose */
-    npy_intp count;
-    atomic_size_t next;
-    atomic_int short_of_memory;
-} Batch;
-
-static Work work_of(const Solver *self, double *memory, int *free_joints)
-{
-    int n = self->n, n_all = self->n_all;
-    Work work = {.free = free_joints};
-    double **const parts[] = {&work.q,    &work.trial, &work.best, &work.J,       &work.trial_J,
-                              &work.A,    &work.rows,  &work.step, &work.g,       &work.scratch,
-                              &work.distances};
-    const int sizes[] = {n_all, n_all, n_all, SPACE * n, SPACE * n, n * n, n * n, n, n,
-                         scratch_size(self), self->n_starts};
-    for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
-        *parts[i] = memory;
-        memory += sizes[i];
-    }
-    return work;
-}
-
-static size_t work_size(const Solver *self)
-{
-    size_t n = self->n;
-    return 3 * self->n_all + 2 * SPACE * n + 2 * n * n + 2 * n + scratch_size(self) +
-           self->n_starts;
-}
-
-/* Pieces of the batch, as long as there are some. What a pose gives depends on nothing but itself. */
-static void *solve_pieces(void *argument)
-{
-    Batch *batch = argument;
-    const Solver *self = batch->solver;
-    double *memory = malloc(work_size(self) * sizeof(double));
-    int *free_joints = malloc(self->n * sizeof(int));
-    if (!memory || !free_joints) {
-        atomic_store(&batch->short_of_memory, 1);
-    } else {
-        Work work = work_of(self, memory, free_joints);
-        size_t count = batch->count, first;
-        while ((first = atomic_fetch_add(&batch->next, PIECE)) < count) {
-            for (size_t k = first; k < count && k < first + PIECE; k++) {
-                const Found *all = &batch->found;
-                const Found found = {all->q + k * self->n, all->residual + k, all->ending + k,
-                                     all->iterations + k, all->restarts + k};
-                const double *seed = batch->seeds ? batch->seeds + k * self->n_all : NULL;
-                solve(self, batch->task, batch->poses + k * POSE, seed, &work, &found);
-            }
-        }
-    }
-    free(memory);
-    free(free_joints);
-    return NULL;
-}
-
-/* With so many threads, or as many as the system starts. */
-static void solve_all(Batch *batch, int threads)
-{
-    pthread_t others[MOST_THREADS];
-    int started = 0;
-    while (started < threads - 1 &&
-           pthread_create(&others[started], NULL, solve_pieces, batch) == 0) {
-        started++;
-    }
-    solve_pieces(batch);
-    for (int k = 0; k < started; k++) {
-        pthread_join(others[k], NULL);
-    }
-}
-
-/* -------------------------------------------------------------------- Python */
 
 /* A dense array of doubles of that shape (-1: any size); NULL with an error. */
 static PyArrayObject *doubles(PyObject *object, const char *name, int ndim, const npy_intp *shape)
@@ -764,11 +47,11 @@ static double *copied(PyArrayObject *array)
 static void solver_dealloc(Solver *self)
 {
     Py_XDECREF(self->capsules);
-    free(self->screws);
-    free(self->lower);
-    free(self->upper);
-    free(self->starts);
-    free(self->start_poses);
+    free(self->arm.screws);
+    free(self->arm.lower);
+    free(self->arm.upper);
+    free(self->arm.starts);
+    free(self->arm.start_poses);
     Py_TYPE(self)->tp_free((PyObject *)self);
 }
 
@@ -786,12 +69,13 @@ static int has_sizes(const chasles_kernel *kernel, int n_outputs, int input, int
     return fits;
 }
 
-static int kernels_fit(Solver *self)
+static int kernels_fit(Arm *self)
 {
     const chasles_kernel *const *kernels = self->kernels;
     int n = self->n;
     if (self->kind == OF_TOOL) {
-        return has_sizes(kernels[0], 2, n, POSE, SPACE * n);
+        return self->n_kernels == 2 && has_sizes(kernels[0], 2, n, POSE, SPACE * n) &&
+               has_sizes(kernels[1], 1, n, SPACE * n * n, 0);
     }
     if (self->kind == OF_LINK) {
         self->n_links = kernels[0]->sizes[1] / POSE;
@@ -806,16 +90,16 @@ static int kernels_fit(Solver *self)
 
 static int read_kernels(Solver *self, PyObject *capsules)
 {
-    self->n_kernels = (int)PyTuple_GET_SIZE(capsules);
-    if (self->n_kernels < 1 || self->n_kernels > KERNELS) {
+    self->arm.n_kernels = (int)PyTuple_GET_SIZE(capsules);
+    if (self->arm.n_kernels < 1 || self->arm.n_kernels > KERNELS) {
         PyErr_SetString(PyExc_ValueError, "a solver takes one to four kernels");
         return -1;
     }
     self->capsules = Py_NewRef(capsules);
-    for (int k = 0; k < self->n_kernels; k++) {
+    for (int k = 0; k < self->arm.n_kernels; k++) {
         PyObject *capsule = PyTuple_GET_ITEM(capsules, k);
-        self->kernels[k] = PyCapsule_GetPointer(capsule, CHASLES_KERNEL_CAPSULE);
-        if (!self->kernels[k]) {
+        self->arm.kernels[k] = PyCapsule_GetPointer(capsule, CHASLES_KERNEL_CAPSULE);
+        if (!self->arm.kernels[k]) {
             return -1;
         }
     }
@@ -823,7 +107,7 @@ static int read_kernels(Solver *self, PyObject *capsules)
 }
 
 /* Rows of (frame, joint, axis): the screws before the link. */
-static int read_screws(Solver *self, PyObject *rows)
+static int read_screws(Arm *self, PyObject *rows)
 {
     const npy_intp shape[] = {-1, 2 + SPACE};
     PyArrayObject *array = doubles(rows, "screws", 2, shape);
@@ -849,7 +133,7 @@ static int read_screws(Solver *self, PyObject *rows)
     return fit ? 0 : -1;
 }
 
-static int read_tables(Solver *self, PyObject *lower, PyObject *upper, PyObject *starts,
+static int read_tables(Arm *self, PyObject *lower, PyObject *upper, PyObject *starts,
                        PyObject *poses)
 {
     const npy_intp n[] = {self->n}, rows[] = {-1, self->n_all};
@@ -888,18 +172,85 @@ static PyObject *solver_new(PyTypeObject *type, PyObject *args, PyObject *kwargs
     if (!self) {
         return NULL;
     }
-    self->kind = strcmp(kind, "tool") == 0 ? OF_TOOL : screws ? OF_LINK : OF_PLATFORM;
-    self->link = link;
+    self->arm.kind = strcmp(kind, "tool") == 0 ? OF_TOOL : screws ? OF_LINK : OF_PLATFORM;
+    self->arm.link = link;
     int fits = read_kernels(self, capsules) == 0;
     if (fits) {
-        self->n = self->n_all = self->kernels[0]->sizes[0];
-        fits = kernels_fit(self) && (self->kind != OF_LINK || read_screws(self, screws) == 0) &&
-               read_tables(self, lower, upper, starts, poses) == 0;
+        self->arm.n = self->arm.n_all = self->arm.kernels[0]->sizes[0];
+        fits = kernels_fit(&self->arm) && (self->arm.kind != OF_LINK || read_screws(&self->arm, screws) == 0) &&
+               read_tables(&self->arm, lower, upper, starts, poses) == 0;
     }
     if (!fits) {
         Py_CLEAR(self);
     }
     return (PyObject *)self;
+}
+
+/* A dense array of doubles whose last dimensions are these; NULL with an error. */
+static PyArrayObject *poses_of(PyObject *object)
+{
+    PyArrayObject *array =
+        (PyArrayObject *)PyArray_FROM_OTF(object, NPY_DOUBLE, NPY_ARRAY_IN_ARRAY);
+    int ndim = array ? PyArray_NDIM(array) : 0;
+    if (array && (ndim < 2 || PyArray_DIM(array, ndim - 1) != 4 || PyArray_DIM(array, ndim - 2) != 4)) {
+        PyErr_SetString(PyExc_ValueError, "T has a wrong shape");
+        Py_CLEAR(array);
+    }
+    return array;
+}
+
+/* Result by result (q, residual, success, ending, iterations, restarts) over the batch of T. */
+enum { FOUND = 6, MOST_NDIM = 32 };
+static const int FOUND_TYPES[FOUND] = {NPY_DOUBLE, NPY_DOUBLE, NPY_BOOL,
+                                       NPY_INT8,   NPY_INT32,  NPY_INT32};
+
+static int new_results(const Solver *self, PyArrayObject *T, PyObject **found)
+{
+    npy_intp shape[MOST_NDIM];
+    int ndim = PyArray_NDIM(T) - 2;
+    if (ndim + 1 > MOST_NDIM) {
+        PyErr_SetString(PyExc_ValueError, "T has too many dimensions");
+        return -1;
+    }
+    memcpy(shape, PyArray_DIMS(T), ndim * sizeof(npy_intp));
+    shape[ndim] = self->arm.n;
+    for (int i = 0; i < FOUND; i++) {
+        found[i] = PyArray_EMPTY(i == 0 ? ndim + 1 : ndim, shape, FOUND_TYPES[i], 0);
+        if (!found[i]) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *seeds,
+               PyObject *const *found, long threads)
+{
+    void *to[FOUND];
+    for (int i = 0; i < FOUND; i++) {
+        to[i] = PyArray_DATA((PyArrayObject *)found[i]);
+    }
+    npy_intp count = PyArray_SIZE(T) / POSE;
+    task->whole = 1;
+    for (int i = 0; i < SPACE; i++) {
+        task->whole &= task->weights[i] > 0;
+    }
+    Batch batch = {.arm = &self->arm,
+                   .task = task,
+                   .poses = PyArray_DATA(T),
+                   .seeds = seeds ? PyArray_DATA(seeds) : NULL,
+                   .found = {to[0], to[1], to[2], to[3], to[4], to[5]},
+                   .count = count};
+    threads = threads < 1 ? 1 : threads > MOST_THREADS ? MOST_THREADS : threads;
+    threads = threads > 1 + count / PIECE ? 1 + count / PIECE : threads;
+    Py_BEGIN_ALLOW_THREADS
+    solve_all(&batch, (int)threads);
+    Py_END_ALLOW_THREADS
+    if (atomic_load(&batch.short_of_memory)) {
+        PyErr_NoMemory();
+        return -1;
+    }
+    return 0;
 }
 
 /* solve(T, seeds or None, weights, in_tool_axes, tolerance, budget, threads): see _numeric.pyi. */
@@ -908,7 +259,6 @@ static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_
     if (n_args != 7) {
         return PyErr_Format(PyExc_TypeError, "solve takes 7 arguments, got %zd", n_args);
     }
-    const npy_intp poses[] = {-1, 4, 4}, six[] = {SPACE};
     Task task = {.in_tool_axes = PyObject_IsTrue(args[3]),
                  .tolerance = PyFloat_AsDouble(args[4]),
                  .budget = (int)PyLong_AsLong(args[5])};
@@ -916,59 +266,38 @@ static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_
     if (PyErr_Occurred()) {
         return NULL;
     }
-    PyArrayObject *T = doubles(args[0], "T", 3, poses), *seeds = NULL;
+    const npy_intp six[] = {SPACE};
+    PyObject *found[FOUND] = {NULL}, *result = NULL;
+    PyArrayObject *T = poses_of(args[0]), *seeds = NULL;
     PyArrayObject *weights = T ? doubles(args[2], "weights", 1, six) : NULL;
-    npy_intp count = T ? PyArray_DIM(T, 0) : 0, rows[] = {count, self->n_all};
-    int failed = !weights;
-    if (!failed && args[1] != Py_None) {
+    int fits = weights != NULL;
+    if (fits && args[1] != Py_None) {
+        const npy_intp rows[] = {PyArray_SIZE(T) / POSE, self->arm.n_all};
         seeds = doubles(args[1], "seeds", 2, rows);
-        failed = !seeds;
+        fits = seeds != NULL;
     }
-    npy_intp shape[] = {count, self->n};
-    PyObject *found[] = {NULL, NULL, NULL, NULL, NULL};
-    const int types[] = {NPY_DOUBLE, NPY_DOUBLE, NPY_INT8, NPY_INT32, NPY_INT32};
-    for (int i = 0; i < 5 && !failed; i++) {
-        found[i] = PyArray_EMPTY(i == 0 ? 2 : 1, shape, types[i], 0);
-        failed = !found[i];
-    }
-    if (!failed) {
-        PyArrayObject **of = (PyArrayObject **)found;
+    if (fits && new_results(self, T, found) == 0) {
         task.weights = PyArray_DATA(weights);
-        task.whole = 1;
-        for (int i = 0; i < SPACE; i++) {
-            task.whole &= task.weights[i] > 0;
+        if (run(self, &task, T, seeds, found, threads) == 0) {
+            result = PyTuple_New(FOUND);
         }
-        Batch batch = {.solver = self,
-                       .task = &task,
-                       .poses = PyArray_DATA(T),
-                       .seeds = seeds ? PyArray_DATA(seeds) : NULL,
-                       .found = {PyArray_DATA(of[0]), PyArray_DATA(of[1]), PyArray_DATA(of[2]),
-                                 PyArray_DATA(of[3]), PyArray_DATA(of[4])},
-                       .count = count};
-        threads = threads < 1 ? 1 : threads > MOST_THREADS ? MOST_THREADS : threads;
-        threads = threads > 1 + count / PIECE ? 1 + count / PIECE : threads;
-        Py_BEGIN_ALLOW_THREADS
-        solve_all(&batch, (int)threads);
-        Py_END_ALLOW_THREADS
-        if (atomic_load(&batch.short_of_memory)) {
-            PyErr_NoMemory();
-            failed = 1;
+    }
+    for (int i = 0; i < FOUND; i++) {
+        if (result) {
+            PyTuple_SET_ITEM(result, i, PyArray_Return((PyArrayObject *)found[i]));
+        } else {
+            Py_XDECREF(found[i]);
         }
     }
     Py_XDECREF(T);
     Py_XDECREF(seeds);
     Py_XDECREF(weights);
-    PyObject *result = failed ? NULL : PyTuple_Pack(5, found[0], found[1], found[2], found[3],
-                                                    found[4]);
-    for (int i = 0; i < 5; i++) {
-        Py_XDECREF(found[i]);
-    }
     return result;
 }
 
 static PyMethodDef solver_methods[] = {
     {"solve", (PyCFunction)(void (*)(void))solver_solve, METH_FASTCALL,
-     "Coordinates at poses (N, 4, 4), with residuals, endings, iterations and restarts."},
+     "Coordinates at poses (..., 4, 4), with residual, success, ending, iterations and restarts."},
     {NULL},
 };
 

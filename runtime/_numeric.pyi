@@ -44,6 +44,14 @@ class Solver:
         threads: int,
         /,
     ) -> tuple[
-        FloatArray, FloatArray, NDArray[np.int8], NDArray[np.int32], NDArray[np.int32]
+        FloatArray,
+        FloatArray,
+        NDArray[np.bool_],
+        NDArray[np.int8],
+        NDArray[np.int32],
+        NDArray[np.int32],
     ]:
-        """Coordinates at poses (N, 4, 4), with residuals, endings, iterations and restarts."""
+        """At poses (..., 4, 4): coordinates, residual, success, ending, iterations, restarts.
+
+        `seeds` are rows as of `starts`, one for each pose.
+        """

@@ -16,7 +16,6 @@ Source:
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
@@ -39,6 +38,8 @@ _FEWEST = 32
 """Starts whose loops close, out of so many times more."""
 _UNBOUNDED = {"rad": np.pi, "m": 1.0}
 """Starts lie so far to both sides of 0 in a coordinate without limits."""
+_MOST_SOLVERS = 64
+"""Of a robot, with their tips and keys; then all are made anew."""
 _LOOK = 1e-3
 """How far coordinates are moved, to see which joints follow."""
 
@@ -47,7 +48,7 @@ class Found(NamedTuple):
     """What an iteration came to, for each pose.
 
     Attributes:
-        q: (..., n) coordinates [rad or m], always within the limits; NaN where a pose is not finite.
+        q: (..., n) coordinates [rad or m], within the limits; NaN where a pose is not finite.
         residual: (...,) the larger of distance [m] and angle [rad] from the pose, of the parts that
             the task weighs.
         success: (...,) whether the residual is at most the tolerance.
@@ -94,6 +95,7 @@ class NumericMethods:
     chain_joints: tuple[Coordinate, ...]
     reference: Reference | None
     functions: Mapping[str, Function[Any]]
+    _solvers: dict[tuple[str | None, int], Solver]
 
     def ik_numeric(
         self,
@@ -104,7 +106,7 @@ class NumericMethods:
         weights: Sequence[float] | None = None,
         axes: Literal["tool", "base"] = "tool",
         tolerance: float = 1e-9,
-        budget: int = 5000,
+        budget: int = 10_000,
         rng: int | np.random.Generator = 0,
         threads: int | Literal["all"] = 1,
     ) -> Found:
@@ -140,37 +142,35 @@ class NumericMethods:
             InputError: If there is no such link, a weight is negative or all are 0, or an option
                 has no meaning.
         """
-        task = _WHOLE if weights is None else _weights(weights)
+        if axes not in ("tool", "base"):
+            raise InputError(f'ik_numeric: expected axes "tool" or "base", got {axes!r}')
+        if not tolerance > 0 or budget < 1:
+            raise InputError(
+                "ik_numeric: expected a tolerance above 0 and a budget of at least 1, got "
+                f"{tolerance!r} and {budget!r}"
+            )
         key = rng if isinstance(rng, int) else int(rng.integers(2**63))
-        solver = _solver(self, tip, key)
+        solver = self._solvers.get((tip, key)) or self._new_solver(tip, key)
         poses = np.asarray(T, np.float64)
         if poses.shape[-2:] != (4, 4):
             raise ShapeError(f"ik_numeric: expected poses T (..., 4, 4), got shape {poses.shape}")
-        if axes not in ("tool", "base"):
-            raise InputError(f'ik_numeric: expected axes "tool" or "base", got {axes!r}')
-        batch = poses.shape[:-2]
         begin = None
         if seed is not None:
-            batch, poses, begin = self._with_seeds(poses, seed)
-        count = count_cores() if threads == "all" else threads
+            poses, begin = self._with_seeds(poses, seed)
+        task = _WHOLE if weights is None else _weights(weights)
         # Weighed alike in all directions, axes make no difference.
         turned = axes == "tool" and task is not _WHOLE
-        q, residual, ending, iterations, restarts = solver.solve(
-            poses.reshape(-1, 4, 4), begin, task, turned, tolerance, budget, count
-        )
-        return Found(
-            q.reshape(*batch, self.n),
-            residual.reshape(batch)[()],
-            (residual <= tolerance).reshape(batch)[()],
-            ending.reshape(batch)[()],
-            iterations.reshape(batch)[()],
-            restarts.reshape(batch)[()],
-        )
+        count = count_cores() if threads == "all" else threads
+        return Found._make(solver.solve(poses, begin, task, turned, tolerance, budget, count))
 
-    def _with_seeds(
-        self, poses: FloatArray, seed: ArrayLike
-    ) -> tuple[tuple[int, ...], FloatArray, FloatArray]:
-        """The shape of the batch, and as many poses as seeds."""
+    def _new_solver(self, tip: str | None, key: int) -> Solver:
+        """Makes the solver once: its table takes as long as a thousand poses."""
+        if len(self._solvers) >= _MOST_SOLVERS:
+            self._solvers.clear()
+        return self._solvers.setdefault((tip, key), _solver(self, tip, key))
+
+    def _with_seeds(self, poses: FloatArray, seed: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """As many poses as seeds, and as many seeds as poses."""
         begin = np.asarray(seed, np.float64)
         if begin.shape[-1:] != (self.n,):
             raise ShapeError(
@@ -185,7 +185,7 @@ class NumericMethods:
             ) from None
         poses = np.broadcast_to(poses, (*batch, 4, 4))
         begin = np.broadcast_to(np.clip(begin, self.lower, self.upper), (*batch, self.n))
-        return batch, poses, with_chain(self, begin.reshape(-1, self.n))
+        return poses, with_chain(self, begin.reshape(-1, self.n))
 
 
 def _weights(given: Sequence[float]) -> FloatArray:
@@ -210,13 +210,12 @@ def with_chain(robot: Any, q: FloatArray) -> FloatArray:
     return np.hstack([q, robot.chain(q)]) if is_platform(robot) else q
 
 
-@functools.lru_cache(maxsize=256)
 def _solver(robot: Any, tip: str | None, key: int) -> Solver:
-    """The solver of a robot; made once, for the table takes as long as a thousand poses."""
+    """The solver of a robot."""
     functions, limits = robot.functions, (robot.lower, robot.upper)
     q = starts(robot, key)
     if tip is None or tip == robot.frames.tip:
-        kind, names = "tool", ["fk_jacobian_mixed"]
+        kind, names = "tool", ["fk_jacobian_mixed", "hessian_mixed"]
         if is_platform(robot):
             kind = "platform"
             names = ["chain_fk", "chain_jacobian_mixed", "actuators", "actuators_D_chain"]
@@ -276,7 +275,7 @@ def screws_before(robot: Any, link: int) -> FloatArray:
     seen = screws.inverse(before) @ poses
     twists = screws.log(seen[1:] @ screws.inverse(seen[:1]))
     rows = [
-        [frame - 1, k, *(twists[k, frame] / _LOOK)]
+        [float(frame - 1), float(k), *(twists[k, frame] / _LOOK).tolist()]
         for k in range(robot.n)
         for frame in range(link + 1)
         if np.abs(twists[k, frame]).max() > _LOOK**3
@@ -293,8 +292,10 @@ def _screws_of_chain(robot: Any, moved: FloatArray, twists: FloatArray) -> list[
     largest = np.abs(by).argmax(0)
     moving = np.flatnonzero(np.abs(twists).max((0, 2)) > _LOOK**3)
     if len(moving) > theta.shape[1]:
-        raise InputError(f"ik_numeric: links of {robot.name} move with more than its chain's joints")
+        raise InputError(
+            f"ik_numeric: links of {robot.name} move with more than its chain's joints"
+        )
     return [
-        [frame - 1, j, *(twists[largest[j], frame] / by[largest[j], j])]
+        [float(frame - 1), float(j), *(twists[largest[j], frame] / by[largest[j], j]).tolist()]
         for j, frame in enumerate(moving)
     ]

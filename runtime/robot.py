@@ -173,6 +173,7 @@ class Robot(InverseMethods, LoopMethods, NumericMethods, PlanarMethods, Singular
             reference=manifest.loops.reference,
             folder=manifest.folder,
             digest=manifest.digest,
+            _solvers={},
         )
 
     if not TYPE_CHECKING:
