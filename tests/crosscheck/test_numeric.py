@@ -8,13 +8,15 @@ import chasles
 from bench import numeric as bench
 from bench.report import Limit, Plan, Ratio
 from bench.screws import screws
-from chasles.screws import inverse, log
+from chasles.screws import log_rotation
 
 optimize = pytest.importorskip("scipy.optimize", reason="an oracle, in the extra `crosscheck`")
 rtb = pytest.importorskip("roboticstoolbox", reason="an oracle, in the extra `crosscheck`")
 
 POSES = 1000
-STARTS = 40
+STARTS = 10
+NEAREST = 1e-7
+"""By which the least distance may be missed [m, rad]: it is flat there."""
 POSITION = (1, 1, 1, 0, 0, 0)
 OUT_OF_REACH = ("ur5e", "puma560", "panda", "iiwa14", "jaco2", "lynxmotion")
 
@@ -60,14 +62,17 @@ def reach_beyond(robot, count):
     return T
 
 
-def least(error, robot, limits, count):
-    """The least length of an error that SciPy finds from many starts within limits."""
-    generator = np.random.default_rng(8)
-    solved = [
-        optimize.least_squares(error, q, bounds=limits, xtol=1e-15, ftol=1e-15, gtol=1e-15)
-        for q in generator.uniform(*np.clip(limits, -np.pi, np.pi), (count, robot.n))
-    ]
-    return min(np.sqrt(2 * one.cost) for one in solved)
+def some(robot, count):
+    """Random coordinates within the limits."""
+    limits = np.clip([robot.lower, robot.upper], -np.pi, np.pi)
+    return np.random.default_rng(8).uniform(*limits, (count, robot.n))
+
+
+def scipys(error, robot, q, jac="2-point"):
+    """The least length of an error that SciPy gets to within the limits."""
+    tight = {"xtol": 1e-15, "ftol": 1e-15, "gtol": 1e-15}
+    limits = (robot.lower, robot.upper)
+    return np.sqrt(2 * optimize.least_squares(error, q, jac, limits, **tight).cost)
 
 
 @pytest.mark.parametrize("name", OUT_OF_REACH)
@@ -76,19 +81,21 @@ def test_the_nearest_place_is_scipys(name):
     T = reach_beyond(robot, 3)
     found = robot.ik_numeric(T, weights=POSITION)
     assert not found.success.any()
-    assert found.iterations.max() <= 5000
+    assert found.iterations.max() <= 10_000
     for residual, pose in zip(found.residual, T, strict=True):
-        nearest = least(
-            lambda q, pose=pose: robot.fk(q)[:3, 3] - pose[:3, 3],
-            robot,
-            (robot.lower, robot.upper),
-            STARTS // 4,
-        )
-        assert residual <= nearest + 1e-7
+
+        def error(q, pose=pose):
+            return robot.fk(q)[:3, 3] - pose[:3, 3]
+
+        def jacobian(q):
+            return robot.jacobian_mixed(q)[:3]
+
+        nearest = min(scipys(error, robot, q, jacobian) for q in some(robot, STARTS))
+        assert residual <= nearest + NEAREST
 
 
-@pytest.mark.parametrize("name", ["ur5e", "puma560", "panda"])
-def test_the_nearest_pose_is_scipys(name):
+@pytest.mark.parametrize("name", ["ur5e", "puma560", "iiwa14"])
+def test_out_of_reach_it_ends_where_scipy_does(name):
     robot = chasles.load(name)
     T = reach_beyond(robot, 3)
     found = robot.ik_numeric(T)
@@ -96,10 +103,14 @@ def test_the_nearest_pose_is_scipys(name):
     for q, pose in zip(found.q, T, strict=True):
 
         def error(x, pose=pose):
-            return log(inverse(robot.fk(x)) @ pose)
+            reached = robot.fk(x)
+            turn = log_rotation(pose[:3, :3] @ reached[:3, :3].T)
+            return np.concatenate([pose[:3, 3] - reached[:3, 3], turn])
 
-        nearest = least(error, robot, (robot.lower, robot.upper), STARTS)
-        assert np.linalg.norm(error(q)) <= nearest + 1e-7
+        inside = np.clip(q, robot.lower + 1e-9, robot.upper - 1e-9)
+        nearby = scipys(error, robot, inside)
+        far = min(scipys(error, robot, start) for start in some(robot, 5))
+        assert np.linalg.norm(error(q)) <= min(nearby, far) + NEAREST
 
 
 def test_misses_are_counted():
@@ -112,7 +123,7 @@ def test_misses_are_counted():
     assert not row.holds
 
 
-def test_a_success_that_is_none_is_a_miss(monkeypatch):
+def test_a_success_that_is_none_is_a_miss():
     made = bench.task("panda", 20)
     results = [made.solve(pose) for pose in made.T]
     assert np.isfinite(bench.errors(made, results)).all()
