@@ -11,6 +11,7 @@ import difflib
 import os
 from pathlib import Path
 
+from . import screws
 from ._call import Function, release_memory
 from .errors import (
     CacheError,
@@ -49,6 +50,7 @@ __all__ = [
     "load",
     "release_memory",
     "robots",
+    "screws",
 ]
 
 
