@@ -13,7 +13,7 @@ def packages_under(folder):
 setup(
     packages=["chasles", *packages_under("derive"), *packages_under("generated")],
     package_data={
-        "chasles": ["py.typed", "_call.pyi", "_kernel.h"],
+        "chasles": ["py.typed", "_call.pyi", "_kernel.h", "_track.pyi"],
         "chasles.derive": ["py.typed", "robots/*", "c/*"],
         **{
             name: ["*.c", "*.h", "*.json", "*.pyi", "*.tex", "*/*.tex", "*.casadi"]
@@ -30,6 +30,12 @@ setup(
                 ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),
                 ("NPY_TARGET_VERSION", "NPY_2_0_API_VERSION"),
             ],
-        )
+        ),
+        Extension(
+            "chasles._track",
+            ["runtime/_track.c"],
+            depends=["runtime/_damped.h", "runtime/_kernel.h"],
+            extra_compile_args=["-O3", "-fno-math-errno", "-fno-trapping-math"],
+        ),
     ],
 )
