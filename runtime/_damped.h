@@ -32,12 +32,14 @@
 #define DAMPED_ORTHOGONAL 1e-13 /* products of rows, over the larger of their squares */
 #define DAMPED_AFRESH 64       /* steps after which U starts anew: rounding wears it out */
 #define DAMPED_FREE 1e-4       /* within the box: damping of what J does not see, over e */
+#define DAMPED_MOST 1.0        /* d */
 #define DAMPED_RELEASE 1e-10   /* pull from a bound that frees a variable, over the largest pull */
 
 typedef struct {
     int n;
     double smallest; /* e, a singular value */
-    double damping;  /* d */
+    double least;    /* d, to begin with */
+    double damping;  /* d now, and e where it is more than that; see damped_judge */
     int age;         /* steps since U started anew */
     double U[DAMPED_ROWS * DAMPED_ROWS]; /* u_i in rows */
     double sigma[DAMPED_ROWS];           /* s_i, in no order */
@@ -57,7 +59,8 @@ static int damped_new(damped *s, int n, double smallest, double damping)
     if (!block) {
         return 0;
     }
-    *s = (damped){.n = n, .smallest = smallest, .damping = damping, .age = DAMPED_AFRESH};
+    *s = (damped){.n = n, .smallest = smallest, .least = damping, .damping = damping};
+    s->age = DAMPED_AFRESH;
     s->rows = block;
     s->x = s->rows + DAMPED_ROWS * N;
     s->g = s->x + N;
@@ -139,10 +142,10 @@ static double damped_decompose(damped *s, const double *J)
             }
         }
     }
-    double ordered[DAMPED_ROWS];
+    double ordered[DAMPED_ROWS], below = fmax(s->smallest, s->damping);
     for (int i = 0; i < DAMPED_ROWS; i++) {
         double value = sqrt(damped_dot(s->rows + i * n, s->rows + i * n, n));
-        double part = value / s->smallest;
+        double part = value / below;
         s->sigma[i] = value;
         s->damped[i] = part < 1 ? (1 - part * part) * s->damping * s->damping : 0;
         int place = i;
@@ -287,6 +290,35 @@ static void damped_box(damped *s, const double *lower, const double *upper)
         if (!damped_advance(s, count, lower, upper) && !damped_release(s, lower, upper)) {
             return;
         }
+    }
+}
+
+/* |J x - y|^2 for the x found. */
+static double damped_remains(const damped *s, const double y[DAMPED_ROWS])
+{
+    double sum = 0;
+    for (int i = 0; i < DAMPED_ROWS; i++) {
+        double rest = damped_dot(s->U + DAMPED_ROWS * i, y, DAMPED_ROWS) -
+                      damped_dot(s->rows + i * s->n, s->x, s->n);
+        sum += rest * rest;
+    }
+    return sum;
+}
+
+/* Adapts the damping to how far J is to be trusted (Marquardt): of the squares before a step, after
+ * it as J had it, and after it in fact. At the border of reach a step along a lost direction, which
+ * J overrates, would else go back and forth across the singularity. */
+static void damped_judge(damped *s, double before, double expected, double after)
+{
+    double gained = before - after, promised = before - expected;
+    if (promised <= 1e-12 * before) {
+        return;
+    }
+    if (gained < 0.25 * promised) {
+        s->damping = fmin(2 * s->damping, DAMPED_MOST);
+    }
+    else if (gained > 0.75 * promised) {
+        s->damping = fmax(s->damping / 1.05, s->least);
     }
 }
 

@@ -26,6 +26,7 @@ typedef struct {
     damped solver;
     double *J, *scaled, *low, *high, *step; /* (6, n), (6, n), (n), (n), (n) */
     double T[16];
+    double before, expected; /* squares of the way to the next pose, before and after a step */
 } Tracking;
 
 /* Rotation vector of B A^T, for rotations inside of poses: from A to B, in base axes. */
@@ -96,6 +97,10 @@ static void measure(Tracking *t, Py_ssize_t k, double *missing)
                 t->J[i * t->n + j] * (i < 3 ? 1 : t->length) / t->unit[j];
         }
     }
+    double distance = t->error[2 * k], turned = t->length * t->error[2 * k + 1];
+    if (k > 0) {
+        damped_judge(&t->solver, t->before, t->expected, distance * distance + turned * turned);
+    }
     t->sigma[k] = damped_decompose(&t->solver, t->scaled);
 }
 
@@ -112,10 +117,11 @@ static double moved(const Tracking *t, int j, double here, double step)
 /* The step that leads nearest to the next pose. */
 static void choose(Tracking *t, Py_ssize_t k, const double *missing)
 {
-    double way[6];
-    way_between(t->poses + 16 * k, t->poses + 16 * (k + 1), way);
+    double ahead[6], way[6], all[6];
+    way_between(t->poses + 16 * k, t->poses + 16 * (k + 1), ahead);
     for (int i = 0; i < 6; i++) {
-        way[i] = (way[i] + t->gain * missing[i]) * (i < 3 ? 1 : t->length);
+        way[i] = (ahead[i] + t->gain * missing[i]) * (i < 3 ? 1 : t->length);
+        all[i] = (ahead[i] + missing[i]) * (i < 3 ? 1 : t->length);
     }
     const double *q = t->q + k * t->n;
     for (int j = 0; j < t->n; j++) {
@@ -125,6 +131,8 @@ static void choose(Tracking *t, Py_ssize_t k, const double *missing)
     }
     damped_solve(&t->solver, way);
     damped_box(&t->solver, t->low, t->high);
+    t->before = damped_dot(all, all, 6);
+    t->expected = damped_remains(&t->solver, all);
     for (int j = 0; j < t->n; j++) {
         int at = t->solver.at[j];
         double to_limit = at < 0 ? q[j] - t->lower[j] : t->upper[j] - q[j];
