@@ -1,4 +1,4 @@
-"""Following a path of poses by rates: where the inverse has no branch to go on, or is not wanted."""
+"""Following a path of poses by rates: through singularities, and where no inverse is known."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ IntArray = NDArray[np.intp]
 
 _SMALLEST = 0.02
 """Singular values below this are damped. They are pure numbers, of order 1 in a pose far from
-singularities: metres of the tool, or of `length` times its angle, for a metre of `length` times a
-joint's angle. A wrist has this value about two degrees from being in line."""
+singularities: metres of the tool, or of `length` times its angle, for a metre of it that the joints
+would each move it at the start. A UR5e's wrist has it two degrees from being in line."""
 _DAMPING = 0.02
 """The damping of a singular value of 0, in the same unit."""
 _GAIN = 0.5
@@ -118,11 +118,17 @@ class TrackMethods:
         go along, by no more than it takes, and joined again when they do. Where several
         configurations reach a pose, joints move the least.
 
-        The damping is 0 where the smallest singular value is above 0.02, and grows to 0.02 at the
-        singularity, the values being those of the Jacobian with lengths divided by `length`. There,
-        and near a singularity that the path goes through, the tool is brought back by joints that
-        turn as fast as they may: give rate limits for such a path. Without them a step may be as
-        large as 25 times the error, over `length`.
+        Singular values are those of the Jacobian with angles of the tool times `length`, and each
+        column divided by what a unit of that coordinate moves the tool at q0, distance and `length`
+        times angle in one. Damping d is 0 where the smallest is above 0.02 and grows to 0.02 at the
+        singularity. While steps come out worse than the Jacobian has them, as at the border of
+        reach, d is increased, up to 1, and with it the range that it is applied in.
+
+        Where a wrist has to turn over, the tool is brought back by joints that turn as fast as they
+        may: give rate limits for such a path. The error, distance and `length` times angle in one,
+        is then bounded by the way of the tool while a joint makes half a turn at its rate limit
+        plus (432 d^2 `length`^2 h)^(1/3), where h is the way of the tool in one step: so long it
+        takes to fall out of the singularity. On random paths it was a third of that at most.
 
         Args:
             poses: (m, 4, 4) poses of the tool in the base frame, dt apart.
@@ -159,7 +165,7 @@ class TrackMethods:
         if length is None:
             length = self._lever(start)
         _require(0 < length < np.inf, f"{self.name}.track: length must be positive, got {length!r}")
-        unit = np.array([length if c.kind == "revolute" else 1.0 for c in self.coordinates])
+        unit = self._units(start, length)
         m, n = len(path), self.n
         q, qd = np.empty((m, n)), np.empty((m - 1, n))
         error, sigma = np.empty((m, 2)), np.empty(m)
@@ -178,9 +184,10 @@ class TrackMethods:
             raise ShapeError(f"{self.name}.track: expected poses (m, 4, 4), got {path.shape}")
         if start.shape != (self.n,):
             raise ShapeError(f"{self.name}.track: expected q0 ({self.n},), got {start.shape}")
-        R = path[:, :3, :3]
+        finite = np.asarray(np.isfinite(path).all((-2, -1)))
+        R = np.where(finite[:, None, None], path[:, :3, :3], 0.0)
         off = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max((-2, -1))
-        bad = ~((off <= _RIGID) & (np.linalg.det(R) > 0) & np.isfinite(path).all((-2, -1)))
+        bad = ~((off <= _RIGID) & (np.linalg.det(R) > 0) & finite)
         bad |= (path[:, 3] != [0, 0, 0, 1]).any(-1)
         _require(not bad.any(), f"{self.name}.track: pose {np.argmax(bad)} is not a rigid one")
         outside = ~((start >= self.lower) & (start <= self.upper) & np.isfinite(start))
@@ -202,6 +209,12 @@ class TrackMethods:
         turning = J[:, (J[3:] != 0).any(0)]
         lever = np.linalg.norm(turning[:3]) / max(float(np.linalg.norm(turning[3:])), 1e-300)
         return float(lever) if lever > 0 else 1.0
+
+    def _units(self, q: FloatArray, length: float) -> FloatArray:
+        """Metres that a unit of each coordinate moves the tool; gears make it anything."""
+        J = self.fk_jacobian_mixed(q)[1]
+        moved = np.hypot(np.linalg.norm(J[:3], axis=0), length * np.linalg.norm(J[3:], axis=0))
+        return np.where(moved > 0, moved, length)
 
     def _tracked(
         self,
