@@ -1,8 +1,8 @@
 /* Damped least squares within a box, for one Jacobian after another along a path.
  *
  * Wanted is the x nearest to solving J x = y, J (6, n), with lower <= x <= upper. All numbers are
- * comparable: the caller has scaled rows and columns to one unit (damped_scale). With J = U S V^T,
- * the small singular values are damped, each by itself (numerical filtering):
+ * comparable: the caller has scaled rows and columns to one unit. With J = U S V^T, the small
+ * singular values are damped, each by itself (numerical filtering):
  *
  *     x = sum of  s_i / (s_i^2 + d_i^2)  (u_i . y) v_i,   d_i^2 = (1 - (s_i / e)^2) d^2  if s_i < e
  *                                                                0                      else
@@ -15,7 +15,7 @@
  * Sources:
  *     S. Chiaverini, B. Siciliano, O. Egeland, Review of the damped least-squares inverse kinematics
  *     with experiments on an industrial robot manipulator, IEEE Trans. Control Systems Technology 2,
- *     1994: the law (12), here for all small singular values instead of the smallest.
+ *     1994: numerical filtering, here of all small singular values instead of the smallest.
  *     A. A. Maciejewski, C. A. Klein, The singular value decomposition: computation and applications
  *     to robotics, Int. J. Robotics Research 8, 1989: keeping U.
  *     P. B. Stark, R. L. Parker, Bounded-variable least squares, Computational Statistics 10, 1995.
@@ -32,7 +32,7 @@
 #define DAMPED_ORTHOGONAL 1e-13 /* products of rows, over the larger of their squares */
 #define DAMPED_AFRESH 64       /* steps after which U starts anew: rounding wears it out */
 #define DAMPED_FREE 1e-4       /* within the box: damping of what J does not see, over e */
-#define DAMPED_MOST 1.0        /* d */
+#define DAMPED_MOST 1.0         /* d at most */
 #define DAMPED_RELEASE 1e-10   /* pull from a bound that frees a variable, over the largest pull */
 
 typedef struct {
@@ -52,7 +52,7 @@ typedef struct {
 } damped;
 
 /* One block for n columns; 0 if there is no memory. Returned by damped_free. */
-static int damped_new(damped *s, int n, double smallest, double damping)
+static inline int damped_new(damped *s, int n, double smallest, double damping)
 {
     size_t N = (size_t)n;
     double *block = malloc((N * (DAMPED_ROWS + 3 + 2 * N)) * sizeof(double) + 2 * N * sizeof(int));
@@ -72,12 +72,12 @@ static int damped_new(damped *s, int n, double smallest, double damping)
     return 1;
 }
 
-static void damped_free(damped *s)
+static inline void damped_free(damped *s)
 {
     free(s->rows);
 }
 
-static double damped_dot(const double *restrict a, const double *restrict b, int n)
+static inline double damped_dot(const double *restrict a, const double *restrict b, int n)
 {
     double sum = 0;
     for (int i = 0; i < n; i++) {
@@ -86,7 +86,7 @@ static double damped_dot(const double *restrict a, const double *restrict b, int
     return sum;
 }
 
-static void damped_turn(double *restrict a, double *restrict b, int n, double c, double s)
+static inline void damped_turn(double *restrict a, double *restrict b, int n, double c, double s)
 {
     for (int i = 0; i < n; i++) {
         double old = a[i];
@@ -96,7 +96,7 @@ static void damped_turn(double *restrict a, double *restrict b, int n, double c,
 }
 
 /* Makes two rows orthogonal, and turns those of U along; 0 if they were. */
-static int damped_pair(damped *s, int i, int j)
+static inline int damped_pair(damped *s, int i, int j)
 {
     double *a = s->rows + i * s->n, *b = s->rows + j * s->n;
     double aa = damped_dot(a, a, s->n), bb = damped_dot(b, b, s->n), ab = damped_dot(a, b, s->n);
@@ -111,9 +111,8 @@ static int damped_pair(damped *s, int i, int j)
     return 1;
 }
 
-/* Decomposes J (6, n); true singular values come first, min(6, n) of them, in no order else.
- * Returns the smallest of those. */
-static double damped_decompose(damped *s, const double *J)
+/* Decomposes J (6, n). Returns the smallest of its min(6, n) singular values. */
+static inline double damped_decompose(damped *s, const double *J)
 {
     int n = s->n;
     if (s->age++ >= DAMPED_AFRESH) {
@@ -158,7 +157,7 @@ static double damped_decompose(damped *s, const double *J)
 }
 
 /* x of the last decomposition, without a box. */
-static void damped_solve(damped *s, const double y[DAMPED_ROWS])
+static inline void damped_solve(damped *s, const double y[DAMPED_ROWS])
 {
     memset(s->x, 0, s->n * sizeof *s->x);
     for (int i = 0; i < DAMPED_ROWS; i++) {
@@ -171,7 +170,7 @@ static void damped_solve(damped *s, const double y[DAMPED_ROWS])
 }
 
 /* Solves for the free variables while the others stay, into z; H is positive definite. */
-static void damped_solve_free(damped *s, int count)
+static inline void damped_solve_free(damped *s, int count)
 {
     int n = s->n;
     double *L = s->L, *z = s->z;
@@ -196,7 +195,7 @@ static void damped_solve_free(damped *s, int count)
 }
 
 /* Goes from x towards z, up to the first bound; 1 if it met one. */
-static int damped_advance(damped *s, int count, const double *lower, const double *upper)
+static inline int damped_advance(damped *s, int count, const double *lower, const double *upper)
 {
     double part = 1;
     int met = -1;
@@ -222,7 +221,7 @@ static int damped_advance(damped *s, int count, const double *lower, const doubl
 }
 
 /* Frees the variable that is pulled from its bound the most; 0 if none is. */
-static int damped_release(damped *s, const double *lower, const double *upper)
+static inline int damped_release(damped *s, const double *lower, const double *upper)
 {
     int n = s->n, best = -1;
     double most = 0;
@@ -248,7 +247,7 @@ static int damped_release(damped *s, const double *lower, const double *upper)
 
 /* x within the box, from that of damped_solve; nothing else is done where it is inside. A variable
  * at a bound has its value exactly. */
-static void damped_box(damped *s, const double *lower, const double *upper)
+static inline void damped_box(damped *s, const double *lower, const double *upper)
 {
     int n = s->n, outside = 0;
     for (int i = 0; i < n; i++) {
@@ -294,7 +293,7 @@ static void damped_box(damped *s, const double *lower, const double *upper)
 }
 
 /* |J x - y|^2 for the x found. */
-static double damped_remains(const damped *s, const double y[DAMPED_ROWS])
+static inline double damped_remains(const damped *s, const double y[DAMPED_ROWS])
 {
     double sum = 0;
     for (int i = 0; i < DAMPED_ROWS; i++) {
@@ -308,7 +307,7 @@ static double damped_remains(const damped *s, const double y[DAMPED_ROWS])
 /* Adapts the damping to how far J is to be trusted (Marquardt): of the squares before a step, after
  * it as J had it, and after it in fact. At the border of reach a step along a lost direction, which
  * J overrates, would else go back and forth across the singularity. */
-static void damped_judge(damped *s, double before, double expected, double after)
+static inline void damped_judge(damped *s, double before, double expected, double after)
 {
     double gained = before - after, promised = before - expected;
     if (promised <= 1e-12 * before) {

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -244,7 +243,7 @@ class TrackMethods:
 
     def _by_name(self, touched: NDArray[Any]) -> Mapping[str, IntArray]:
         steps = {c.name: np.flatnonzero(touched[:, j]) for j, c in enumerate(self.coordinates)}
-        return MappingProxyType({name: at for name, at in steps.items() if len(at)})
+        return {name: at for name, at in steps.items() if len(at)}
 
 
 def _require(condition: bool, message: str) -> None:

@@ -1,5 +1,7 @@
 """Paths of poses followed by rates: through singularities, at limits, and for every robot."""
 
+import pickle
+
 import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
@@ -69,6 +71,8 @@ def test_a_regular_path_has_the_joints_of_the_inverse(arm):
     np.testing.assert_allclose(track.error[:, 0], distance, rtol=0, atol=1e-15)
     angle = np.linalg.norm(screws.log(screws.inverse(T) @ poses)[:, 3:], axis=-1)
     np.testing.assert_allclose(track.error[:, 1], angle, rtol=0, atol=1e-15)
+    again = pickle.loads(pickle.dumps(track))
+    np.testing.assert_array_equal(again.q, track.q)
     assert track.largest_angle == track.error[track.largest_angle_at, 1] == track.error[:, 1].max()
 
 
