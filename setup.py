@@ -20,7 +20,7 @@ def extension(name):
         depends=sorted(map(str, Path("runtime").glob("*.h"))),
         include_dirs=[np.get_include()],
         # Some Pythons were built with -O2, and errno of square roots is read by nobody.
-        extra_compile_args=["-O3", "-fno-math-errno"],
+        extra_compile_args=["-O3", "-fno-math-errno", "-fno-trapping-math"],
         define_macros=[
             ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),
             ("NPY_TARGET_VERSION", "NPY_2_0_API_VERSION"),
@@ -38,5 +38,5 @@ setup(
             for name in packages_under("generated")
         },
     },
-    ext_modules=[extension("_call"), extension("_numeric")],
+    ext_modules=[extension(name) for name in ("_call", "_numeric", "_track")],
 )

@@ -32,11 +32,19 @@ from .modes import PlanarMethods
 from .numeric import NumericMethods
 from .singularity import SingularityMethods
 from .solutions import Solutions
+from .track import TrackMethods
 
 FloatArray = NDArray[np.float64]
 
 
-class Robot(InverseMethods, LoopMethods, NumericMethods, PlanarMethods, SingularityMethods):
+class Robot(
+    InverseMethods,
+    LoopMethods,
+    NumericMethods,
+    PlanarMethods,
+    SingularityMethods,
+    TrackMethods,
+):
     """A generated robot: what it is, and what it computes.
 
     The functions are attributes (`robot.fk(q)`); which ones there are depends on the robot, and

@@ -39,7 +39,7 @@ def exp(twist: ArrayLike) -> FloatArray:
     Raises:
         ShapeError: If the last dimension is not 6.
 
-    Source: Murray, Li and Sastry, proposition 2.9.
+    Source: Murray, Li and Sastry, chapter 2, section 3.
     """
     x = _ending(twist, (6,), "exp", "twist")
     v, omega = x[..., :3], x[..., 3:]
@@ -64,7 +64,7 @@ def log(T: ArrayLike) -> FloatArray:
     Raises:
         ShapeError: If the last dimensions are not (4, 4).
 
-    Source: Murray, Li and Sastry, proposition 2.9.
+    Source: Murray, Li and Sastry, chapter 2, section 3.
     """
     poses = _ending(T, (4, 4), "log", "T")
     omega, p = log_rotation(poses[..., :3, :3]), poses[..., :3, 3]
@@ -86,7 +86,7 @@ def exp_rotation(omega: ArrayLike) -> FloatArray:
     Raises:
         ShapeError: If the last dimension is not 3.
 
-    Source: Rodrigues's formula; Murray, Li and Sastry, (2.14).
+    Source: Murray, Li and Sastry, chapter 2, section 2, Rodrigues' formula.
     """
     w = _ending(omega, (3,), "exp_rotation", "omega")
     x, y, z = np.moveaxis(w, -1, 0)
