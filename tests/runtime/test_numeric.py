@@ -374,6 +374,9 @@ def test_weights_choose_what_gives_way(ur5e):
         ({"weights": (1, 1, 1, 1, 1, np.nan)}, chasles.InputError, "weights"),
         ({"weights": (1, 1, 1, 1, 1, np.inf)}, chasles.InputError, "weights"),
         ({"tip": "hand"}, chasles.InputError, "ur5e has no link 'hand'; it has: link1, link2"),
+        ({"budget": 0}, chasles.InputError, "tolerance above 0 and a budget of at least 1"),
+        ({"tolerance": 0.0}, chasles.InputError, "tolerance above 0 and a budget of at least 1"),
+        ({"tolerance": np.nan}, chasles.InputError, "tolerance above 0"),
         ({"axes": "world"}, chasles.InputError, '"tool" or "base", got \'world\''),
     ],
 )
