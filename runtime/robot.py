@@ -29,13 +29,20 @@ from .manifest import (
     read_manifest,
 )
 from .modes import PlanarMethods
+from .rates import VelocityMethods
 from .singularity import SingularityMethods
 from .solutions import Solutions
 
 FloatArray = NDArray[np.float64]
 
 
-class Robot(InverseMethods, LoopMethods, PlanarMethods, SingularityMethods):
+class Robot(
+    InverseMethods,
+    LoopMethods,
+    PlanarMethods,
+    SingularityMethods,
+    VelocityMethods,
+):
     """A generated robot: what it is, and what it computes.
 
     The functions are attributes (`robot.fk(q)`); which ones there are depends on the robot, and
