@@ -12,6 +12,7 @@
 #include <Python.h>
 
 #include <fenv.h>
+#include <float.h>
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -184,15 +185,6 @@ static void apply_inverse(const Svd *svd, int rank, double border, const double 
     }
 }
 
-static int undamped(const Svd *svd, int rank, double border)
-{
-    int count = 0;
-    while (count < rank && count < svd->count && svd->sigma[count] >= border) {
-        count++;
-    }
-    return count;
-}
-
 /* ------------------------------------------------------------------ within bounds */
 
 typedef struct {
@@ -259,6 +251,26 @@ static double scale_of(const Work *w, int *critical)
     return most >= least && most >= 0 ? most : -1;
 }
 
+/* The s in [0, 1] for which s a is nearest to the bounds, by least squares: the slope of the squared
+ * distance grows with s. */
+static double nearest_scale(const double *a, const double *lo, const double *hi, int n)
+{
+    double from = 0, to = 1;
+    for (int i = 0; i < 40; i++) {
+        double s = (from + to) / 2, slope = 0;
+        for (int k = 0; k < n; k++) {
+            double y = s * a[k];
+            slope += a[k] * (y - fmin(fmax(y, lo[k]), hi[k]));
+        }
+        if (slope > 0) {
+            to = s;
+        } else {
+            from = s;
+        }
+    }
+    return from;
+}
+
 static int violated(const Work *w)
 {
     for (int k = 0; k < w->n; k++) {
@@ -274,7 +286,6 @@ static int violated(const Work *w)
 static double task_within(Work *w)
 {
     int n = w->n, critical, best_critical = -1;
-    int needed = undamped(&w->svd, w->rank, w->border);
     double best = -2, left[TWIST];
     memset(w->out, 0, n);
     memset(w->b, 0, n * sizeof(double));
@@ -309,15 +320,12 @@ static double task_within(Work *w)
                             : w->y[critical] < w->lo[critical] ? w->lo[critical]
                                                                : w->y[critical];
         decompose(&w->svd, w->J, w->out);
-        if (undamped(&w->svd, w->rank, w->border) < needed) {
+        if (w->rank > w->svd.count || w->svd.sigma[w->rank - 1] < w->border) {
             break;
         }
     }
-    if (best < 0) { /* the bounds exclude the direction and rest: as near to rest as they let */
-        memset(w->best_a, 0, n * sizeof(double));
-        memset(w->best_b, 0, n * sizeof(double));
-        memset(w->best_out, 0, n);
-        best = 0;
+    if (best < 0) {
+        best = nearest_scale(w->best_a, w->lo, w->hi, n);
     }
     memcpy(w->out, w->best_out, n);
     memcpy(w->limited, w->best_out, n);
@@ -585,6 +593,14 @@ static void bounds_loop(char **arguments, const npy_intp *dimensions, const npy_
             if (isfinite(change)) {
                 least = within(least, x[5] - change, x[5] + change);
                 greatest = within(greatest, x[5] - change, x[5] + change);
+            }
+            /* The way that is left is known to a rounding: by that much it may brake harder. */
+            double rounding = isnan(dt) ? 0 : 8 * DBL_EPSILON * (fabs(q) / dt + fabs(x[5]));
+            if (down > greatest && down <= greatest + rounding) {
+                greatest = down;
+            }
+            if (up < least && up >= least - rounding) {
+                least = up;
             }
             int sound = !isnan(q) && !isnan(x[5]);
             put(args[7] + k * core[6], sound ? within(down, least, greatest) : NAN);

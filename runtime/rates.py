@@ -50,8 +50,8 @@ class Rates:
         qd: (..., n) joint rates [rad/s or m/s].
         twist: (..., 6) the twist that they give, in the representation asked for.
         scale: (...,) s in [0, 1]: the part of the twist that the limits leave. What is reached is s
-            times what would be reached without limits, in the same direction; 0 where they exclude
-            it.
+            times what would be reached without limits, in the same direction; only where
+            acceleration limits exclude it, as in a sharp turn, s is that of the nearest.
         limited: (..., n) whether a rate, acceleration or joint limit held the joint.
         smallest: (...,) the smallest singular value, a pure number.
         damping: (...,) lambda^2 of that one, 0 where nothing is damped.
@@ -121,8 +121,8 @@ class VelocityMethods(ManipulabilityMethods):
 
         Limits are kept exactly, whatever the twist. A joint that would go beyond is held at its
         bound, and the others take over as long as they can do so undamped; where they cannot, as of
-        every arm without redundancy, the twist is scaled down, and its direction kept. Where the
-        bounds leave neither the direction nor rest, joints come as near to rest as they let.
+        every arm without redundancy, the twist is scaled down, and its direction kept. Where
+        acceleration limits exclude the direction, the rates are as near to it as they let.
 
         - A joint at its limit, or beyond it, has no rate further outward. With `dt` none passes its
           limit within that time; with acceleration limits too, it brakes early enough.
