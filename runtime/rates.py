@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _rates
+from ._call import Function
 from .errors import InputError, ShapeError
 from .manipulability import ManipulabilityMethods, Metric, Rows
 from .offered import needs
@@ -94,6 +95,8 @@ class Accelerations:
 
 class VelocityMethods(ManipulabilityMethods):
     """The part of a robot that moves in velocity space."""
+
+    jacobian_body: Function[FloatArray]
 
     @needs("fk_jacobian_mixed", "hessian_mixed")
     def joint_rates(
@@ -169,15 +172,13 @@ class VelocityMethods(ManipulabilityMethods):
         method = "joint_rates"
         metric = self._checked(method, representation, rows, damping, length)
         twist = self._reals(method, "V", V, (_SPATIAL,))
-        posed = self._pose_and_jacobian(q, representation)
+        posed = self._at_tip(q, representation)
         q = np.asarray(q, np.float64)
         bounds = self._bounds(q, rate_limits, acceleration_limits, previous, dt)
         wanted = np.zeros(self.n)
         if secondary is not None:
-            wanted = self._secondary(q, posed[1], secondary, gain, metric)
-        return Rates(
-            *self._solve(method, representation, posed, twist, bounds, wanted, metric, damping)
-        )
+            wanted = self._secondary(q, secondary, gain, metric)
+        return Rates(*self._solve(method, posed, twist, bounds, wanted, metric, damping))
 
     @needs("fk_jacobian_mixed", "acceleration_mixed")
     def joint_accelerations(
@@ -219,7 +220,7 @@ class VelocityMethods(ManipulabilityMethods):
         metric = self._checked(method, representation, rows, damping, length)
         asked = self._reals(method, "A", A, (_SPATIAL,))
         most = self._limits(method, "acceleration_limits", acceleration_limits)
-        posed = self._pose_and_jacobian(q, representation)
+        posed = self._at_tip(q, representation)
         none = np.zeros(self.n)
         without: FloatArray = self.functions[f"acceleration_{representation}"](q, qd, none)
         bounds = (none - most, none + most)
@@ -227,13 +228,12 @@ class VelocityMethods(ManipulabilityMethods):
             asked = asked - without
         except ValueError:
             raise self._no_broadcast(method, A=asked, qd=without) from None
-        found = self._solve(method, representation, posed, asked, bounds, none, metric, damping)
+        found = self._solve(method, posed, asked, bounds, none, metric, damping)
         return Accelerations(found[0], found[1] + without, *found[2:])
 
     def _solve(
         self,
         method: str,
-        representation: Representation,
         posed: tuple[FloatArray | None, FloatArray],
         twist: FloatArray,
         bounds: tuple[FloatArray, FloatArray],
@@ -242,26 +242,31 @@ class VelocityMethods(ManipulabilityMethods):
         damping: float,
     ) -> tuple[Any, ...]:
         """The fields of `Rates`."""
-        pose, J = posed
+        origin, J = posed
         try:
-            at_tip = twist if pose is None else _to_tip(pose, twist, representation)
+            at_tip = twist if origin is None else _shifted(twist, origin)
             qd, reached, damped, smallest, direction, scale, limited = _rates.solve(
                 J, at_tip, *bounds, wanted, metric.unit, metric.row, damping, metric.rank
             )
         except ValueError:
             raise self._no_broadcast(method, q=J, twist=twist, limits=bounds[0]) from None
-        if pose is not None:
-            reached = _from_tip(pose, reached, representation)
-            direction = _from_tip(pose, direction, representation)
+        if origin is not None:
+            reached, direction = _shifted(reached, -origin), _shifted(direction, -origin)
         return qd, reached, scale, limited, smallest, damped, direction
 
-    def _pose_and_jacobian(
+    def _at_tip(
         self, q: ArrayLike, representation: Representation
     ) -> tuple[FloatArray | None, FloatArray]:
-        """The Jacobian at the tip in base axes, and the pose where that is not what is meant."""
+        """The Jacobian at the tip, which in all axes has the same singular values.
+
+        Twists in space are of another point: then the tip comes along, else None.
+        """
         if representation == "mixed":
             return None, self.jacobian_mixed(q)
-        return self.fk_jacobian_mixed(q)
+        if representation == "body":
+            return None, self.jacobian_body(q)
+        pose, J = self.fk_jacobian_mixed(q)
+        return pose[..., :3, 3], J
 
     def _bounds(
         self,
@@ -297,13 +302,13 @@ class VelocityMethods(ManipulabilityMethods):
         return least, greatest
 
     def _secondary(
-        self, q: FloatArray, J: FloatArray, secondary: object, gain: float, metric: Metric
+        self, q: FloatArray, secondary: object, gain: float, metric: Metric
     ) -> FloatArray:
         """Joint rates down the gradient of the objective, by pure numbers."""
         weight = gain * metric.unit**2
         if isinstance(secondary, str):
             if secondary == "manipulability":
-                H = self.hessian_mixed(q)
+                J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
                 _, upwards = _rates.gradient(J, H, metric.unit, metric.row, metric.rank)
                 return np.asarray(weight * upwards)
             if secondary == "limits":
@@ -370,23 +375,10 @@ class VelocityMethods(ManipulabilityMethods):
         return ShapeError(f"{self.name}.{method}: leading dimensions do not broadcast: {shapes}")
 
 
-def _to_tip(T: FloatArray, V: FloatArray, representation: Representation) -> FloatArray:
-    """The twist of the tip in base axes, from one in space or in the tool's axes."""
+def _shifted(V: FloatArray, p: FloatArray) -> FloatArray:
+    """The twist of the point that is p away, in the same axes: v + omega x p."""
     v, omega = V[..., :3], V[..., 3:]
-    if representation == "body":
-        return np.concatenate(np.broadcast_arrays(_turned(T, v), _turned(T, omega)), -1)
-    v = v + np.cross(omega, T[..., :3, 3])
-    return np.concatenate(np.broadcast_arrays(v, omega), -1)
-
-
-def _from_tip(T: FloatArray, V: FloatArray, representation: Representation) -> FloatArray:
-    """The inverse of `_to_tip`."""
-    v, omega = V[..., :3], V[..., 3:]
-    if representation == "body":
-        back = T.mT
-        return np.concatenate([_turned(back, v), _turned(back, omega)], -1)
-    return np.concatenate([v - np.cross(omega, T[..., :3, 3]), omega], -1)
-
-
-def _turned(T: FloatArray, x: FloatArray) -> FloatArray:
-    return np.asarray((T[..., :3, :3] @ x[..., None])[..., 0])
+    x, y, z = p[..., 0], p[..., 1], p[..., 2]
+    a, b, c = omega[..., 0], omega[..., 1], omega[..., 2]
+    turned = np.stack([b * z - c * y, c * x - a * z, a * y - b * x], -1)
+    return np.concatenate(np.broadcast_arrays(v + turned, omega), -1)

@@ -1,5 +1,8 @@
 """Joint rates: closure, damping, limits, secondary objectives; the same of accelerations."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pytest
 from tolerances import ORACLE_RATES
@@ -458,3 +461,23 @@ def test_what_is_not_finite_gives_nan(ur5e):
 def test_a_robot_iterated_on_has_none():
     with pytest.raises(AttributeError, match="'joint_rates'"):
         chasles.load("stewart_gough").joint_rates  # noqa: B018
+
+
+def test_the_page():
+    """The examples of docs/velocity.md run, and what their comments promise holds."""
+    page = Path(__file__).parents[2] / "docs" / "velocity.md"
+    blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    assert len(blocks) == 6
+    names = {}
+    for block in blocks:
+        exec(compile(block, str(page), "exec"), names)
+    np.testing.assert_allclose(names["rates"].twist, names["V"], rtol=0, atol=1e-14)
+    wrist, fast = names["wrist"], names["fast"]
+    assert wrist.smallest < 1e-15
+    assert abs(wrist.damping - 0.0016) < 1e-15
+    assert abs(fast.scale - float(re.findall(r"fast\.scale  # (\S+):", blocks[2])[0])) < 0.005
+    assert fast.limited.any()
+    for other in ("away", "better", "home"):
+        np.testing.assert_allclose(names[other].twist, names["V"], rtol=0, atol=1e-13)
+    np.testing.assert_allclose(names["still"].acceleration, np.zeros(6), rtol=0, atol=1e-13)
+    assert names["ellipsoid"].axes.shape == (3, 3)
