@@ -359,7 +359,7 @@ static void add_null_motion(Work *w)
             for (int i = 0; i < w->rank; i++) {
                 double along = dot(w->svd.v + i * n, d, n);
                 for (int k = 0; k < n; k++) {
-                    d[k] -= w->out[k] ? 0 : along * w->svd.v[i * n + k];
+                    d[k] -= along * w->svd.v[i * n + k];
                 }
             }
         }

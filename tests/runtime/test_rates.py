@@ -8,6 +8,7 @@ import pytest
 from tolerances import ORACLE_RATES
 
 import chasles
+from chasles import _rates
 
 DAMPING = 0.04
 CLOSURE = 1e-12
@@ -277,6 +278,21 @@ def test_no_limit_is_ever_passed(panda):
     assert touched.any(0).sum() >= 5
 
 
+def test_rounding_carries_no_joint_over_its_limit():
+    rng = np.random.default_rng(16)
+    limit, dt = rng.uniform(-3, 3, (2, 100000, 1))
+    dt = np.abs(dt[:, 0]) / 100
+    q = limit - 0.01 * rng.random((100000, 1))
+    ends = np.full(1, np.inf)
+    _, up = _rates.bounds(q, -ends, limit, ends, ends, np.zeros(1), dt)
+    assert (q + up * dt[:, None] <= limit).all()
+    down, _ = _rates.bounds(-q, -limit, ends, ends, ends, np.zeros(1), dt)
+    assert (-q + down * dt[:, None] >= -limit).all()
+    naive = (limit - q) / dt[:, None]
+    assert (q + naive * dt[:, None] > limit).any()
+    np.testing.assert_allclose(up, naive, rtol=1e-11, atol=1e-12)
+
+
 def test_a_joint_brakes_as_late_as_it_can():
     """One joint driven at its limit: as fast as allowed, and it stops there, not before."""
     robot = chasles.load("scara")
@@ -380,6 +396,34 @@ def test_a_secondary_objective_does_not_cost_the_task_anything(panda):
         assert (np.abs(found.qd) <= limits).all()
         np.testing.assert_array_equal(found.scale, plain.scale)
         np.testing.assert_allclose(found.twist, plain.twist, rtol=0, atol=1e-12)
+
+
+def test_it_goes_on_around_a_joint_that_is_held():
+    """Two freedoms to spare: what a held joint cannot do is left, what others can is done."""
+    robot = chasles.load("photo_robot")
+    q = inside(robot, 200, seed=17)
+    z = 3.0 * np.random.default_rng(18).normal(size=q.shape)
+    free = robot.joint_rates(q, np.zeros(6), secondary=q + z)
+    J, _, unit = pure(robot, q)
+    checked = 0
+    for i in range(200):
+        held = int(np.argmax(np.abs(free.qd[i])))
+        limits = np.full(robot.n, 100.0)
+        limits[held] = 0.3 * abs(free.qd[i, held])
+        found = robot.joint_rates(q[i], np.zeros(6), secondary=q[i] + z[i], rate_limits=limits)
+        first = null_part(J[i], z[i] / unit)
+        rest = null_part(J[i] * (np.arange(robot.n) != held), z[i] / unit, held)
+        np.testing.assert_allclose(free.qd[i], first * unit, rtol=0, atol=1e-10)
+        np.testing.assert_allclose(found.qd, (0.3 * first + 0.7 * rest) * unit, atol=1e-10)
+        assert found.limited.tolist() == [k == held for k in range(robot.n)]
+        checked += 1
+    assert checked == 200
+
+
+def null_part(J, z, held=None):
+    if held is not None:
+        z = np.where(np.arange(len(z)) == held, 0.0, z)
+    return z - np.linalg.pinv(J) @ (J @ z)
 
 
 def test_a_robot_with_no_freedom_to_spare_ignores_it(ur5e):
