@@ -1,4 +1,4 @@
-"""What pyproject.toml cannot say: the C extension, and one package for each generated robot."""
+"""What pyproject.toml cannot say: the C extensions, and one package for each generated robot."""
 
 from pathlib import Path
 
@@ -38,5 +38,5 @@ setup(
             for name in packages_under("generated")
         },
     },
-    ext_modules=[extension(name) for name in ("_call", "_numeric", "_track")],
+    ext_modules=[extension(name) for name in ("_call", "_numeric", "_rates", "_track")],
 )

@@ -28,19 +28,25 @@ from .errors import (
     UnknownRobotError,
 )
 from .manifest import read_manifest
+from .manipulability import Ellipsoid, Manipulability
+from .rates import Accelerations, Rates
 from .robot import Robot, shipped_folders
 from .solutions import Solutions
 
 __all__ = [
+    "Accelerations",
     "CacheError",
     "ChaslesError",
     "CompileError",
     "CompilerNotFoundError",
+    "Ellipsoid",
     "Function",
     "InputError",
     "LibraryMismatchError",
     "ManifestError",
+    "Manipulability",
     "OutOfReachError",
+    "Rates",
     "Robot",
     "ShapeError",
     "SingularityError",

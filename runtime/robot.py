@@ -30,6 +30,7 @@ from .manifest import (
 )
 from .modes import PlanarMethods
 from .numeric import NumericMethods
+from .rates import VelocityMethods
 from .singularity import SingularityMethods
 from .solutions import Solutions
 from .track import TrackMethods
@@ -44,6 +45,7 @@ class Robot(
     PlanarMethods,
     SingularityMethods,
     TrackMethods,
+    VelocityMethods,
 ):
     """A generated robot: what it is, and what it computes.
 

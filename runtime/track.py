@@ -156,7 +156,7 @@ class TrackMethods:
             filtering, here of all small singular values; P. B. Stark, R. L. Parker,
             Bounded-variable least squares, 1995.
         """
-        path, start = self._checked(poses, q0)
+        path, start = self._checked_path(poses, q0)
         rates = self._rates(rate_limits)
         _require(0 < dt < np.inf, f"{self.name}.track: dt must be positive, got {dt!r}")
         share = _GAIN if gain is None else gain * dt
@@ -176,7 +176,7 @@ class TrackMethods:
         _require(defined, f"{self.name}.track: forward kinematics is not defined at q0 {start}")
         return self._tracked(q, qd, error, sigma, touched)
 
-    def _checked(self, poses: ArrayLike, q0: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    def _checked_path(self, poses: ArrayLike, q0: ArrayLike) -> tuple[FloatArray, FloatArray]:
         path = np.ascontiguousarray(poses, np.float64)
         start = np.asarray(q0, np.float64)
         if path.ndim != 3 or path.shape[1:] != (4, 4) or not len(path):  # noqa: PLR2004
