@@ -356,6 +356,18 @@ def test_weights_choose_what_gives_way(ur5e):
     assert angle.max() < 0.01
 
 
+@pytest.mark.parametrize("small", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize("name", ["ur5e", "panda"])
+def test_parts_of_small_weight_count_for_success(name, small):
+    robot = chasles.load(name)
+    T = robot.fk(configurations(robot, 100))
+    for weights in ((1, 1, 1, small, small, small), (small, small, small, 1, 1, 1)):
+        found = robot.ik_numeric(T, weights=weights)
+        np.testing.assert_allclose(away(robot.fk(found.q), T), found.residual, rtol=0, atol=1e-12)
+        np.testing.assert_array_equal(found.success, found.residual <= TOLERANCE)
+        np.testing.assert_array_equal(found.success, found.reason == "converged")
+
+
 @pytest.mark.parametrize(
     ("arguments", "error", "message"),
     [
