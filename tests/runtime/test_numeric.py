@@ -385,16 +385,45 @@ def test_parts_of_small_weight_count_for_success(name, small):
         ({"weights": (1, 1, 1, 1, 1, -1)}, chasles.InputError, "not negative"),
         ({"weights": (1, 1, 1, 1, 1, np.nan)}, chasles.InputError, "weights"),
         ({"weights": (1, 1, 1, 1, 1, np.inf)}, chasles.InputError, "weights"),
-        ({"tip": "hand"}, chasles.InputError, "ur5e has no link 'hand'; it has: link1, link2"),
-        ({"budget": 0}, chasles.InputError, "tolerance above 0 and a budget of at least 1"),
-        ({"tolerance": 0.0}, chasles.InputError, "tolerance above 0 and a budget of at least 1"),
+        ({"tip": "hand"}, chasles.InputError, "no link 'hand' for a tip; there are: ee, link1"),
+        ({"budget": 0}, chasles.InputError, "budget to be an integer from 1 to 2147483647, got 0"),
+        ({"budget": 2**40}, chasles.InputError, "budget to be an integer from 1"),
+        ({"budget": 10.5}, chasles.InputError, r"budget to be an integer .*, got 10\.5"),
+        ({"threads": 0}, chasles.InputError, "threads to be an integer of at least 1, got 0"),
+        ({"threads": "two"}, chasles.InputError, "threads to be .*, got 'two'"),
+        ({"rng": -1}, chasles.InputError, "rng to be an integer of at least 0, got -1"),
+        ({"rng": None}, chasles.InputError, "rng to be an integer"),
+        ({"tolerance": 0.0}, chasles.InputError, "tolerance above 0, got 0.0"),
         ({"tolerance": np.nan}, chasles.InputError, "tolerance above 0"),
         ({"axes": "world"}, chasles.InputError, '"tool" or "base", got \'world\''),
     ],
 )
 def test_errors_name_what_is_wrong(ur5e, arguments, error, message):
-    with pytest.raises(error, match=f"^ik_numeric: .*{message}"):
+    with pytest.raises(error, match=rf"^ur5e\.ik_numeric: .*{message}"):
         ur5e.ik_numeric(**{"T": np.eye(4), **arguments})
+
+
+def test_a_platform_has_its_tool_for_a_tip_and_no_other():
+    platform = chasles.load("stewart_gough")
+    T = platform.fk(np.array(platform.reference.q))
+    assert platform.ik_numeric(T, tip="ee").success
+    with pytest.raises(chasles.InputError, match=r"no link 'platform_x' for a tip; there are: ee$"):
+        platform.ik_numeric(T, tip="platform_x")
+
+
+@pytest.mark.parametrize("T", [np.zeros((4, 4)), 2 * np.eye(4), np.diag([1.0, 1, -1, 1])])
+def test_what_is_no_pose_has_no_answer(ur5e, T):
+    found = ur5e.ik_numeric(T)
+    assert not found.success
+    assert found.iterations == 0
+    assert np.isnan(found.q).all()
+
+
+def test_keys_of_all_kinds_of_integers_are_the_same(ur5e):
+    T = ur5e.fk(configurations(ur5e, 20))
+    np.testing.assert_array_equal(
+        ur5e.ik_numeric(T, rng=np.int64(3)).q, ur5e.ik_numeric(T, rng=3, threads=np.int64(2)).q
+    )
 
 
 def test_starts_lie_within_limits_and_leave_no_large_gap(ur5e):
