@@ -47,7 +47,7 @@ help: ## this list
 .venv/bin/python:
 	@$(PYTHON) -m venv .venv
 
-.venv/derive: .venv/bin/python pyproject.toml setup.py runtime/_call.c runtime/_kernel.h
+.venv/derive: .venv/bin/python pyproject.toml setup.py $(wildcard runtime/*.c runtime/*.h)
 	@echo "installing chasles and its compiler into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive]' && touch $@
 
 .venv/dev: .venv/derive

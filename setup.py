@@ -1,4 +1,6 @@
-"""What pyproject.toml cannot say: the C extension, and one package for each generated robot."""
+"""What pyproject.toml cannot say: the C extensions, and one package for each generated robot."""
+
+from pathlib import Path
 
 import numpy as np
 from setuptools import Extension, find_packages, setup
@@ -10,26 +12,31 @@ def packages_under(folder):
     return [prefix, *(f"{prefix}.{name}" for name in find_packages(folder))]
 
 
+def extension(name):
+    """One of the modules in C."""
+    return Extension(
+        f"chasles.{name}",
+        [f"runtime/{name}.c"],
+        depends=sorted(map(str, Path("runtime").glob("*.h"))),
+        include_dirs=[np.get_include()],
+        # Some Pythons were built with -O2, and errno of square roots is read by nobody.
+        extra_compile_args=["-O3", "-fno-math-errno", "-fno-trapping-math"],
+        define_macros=[
+            ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),
+            ("NPY_TARGET_VERSION", "NPY_2_0_API_VERSION"),
+        ],
+    )
+
+
 setup(
     packages=["chasles", *packages_under("derive"), *packages_under("generated")],
     package_data={
-        "chasles": ["py.typed", "_call.pyi", "_kernel.h"],
+        "chasles": ["py.typed", "*.pyi", "_kernel.h"],
         "chasles.derive": ["py.typed", "robots/*", "c/*"],
         **{
             name: ["*.c", "*.h", "*.json", "*.pyi", "*.tex", "*/*.tex", "*.casadi"]
             for name in packages_under("generated")
         },
     },
-    ext_modules=[
-        Extension(
-            "chasles._call",
-            ["runtime/_call.c"],
-            depends=["runtime/_kernel.h"],
-            include_dirs=[np.get_include()],
-            define_macros=[
-                ("NPY_NO_DEPRECATED_API", "NPY_2_0_API_VERSION"),
-                ("NPY_TARGET_VERSION", "NPY_2_0_API_VERSION"),
-            ],
-        )
-    ],
+    ext_modules=[extension(name) for name in ("_call", "_numeric", "_rates", "_track")],
 )

@@ -11,6 +11,7 @@ import difflib
 import os
 from pathlib import Path
 
+from . import screws
 from ._call import Function, release_memory
 from .errors import (
     CacheError,
@@ -27,19 +28,25 @@ from .errors import (
     UnknownRobotError,
 )
 from .manifest import read_manifest
+from .manipulability import Ellipsoid, Manipulability
+from .rates import Accelerations, Rates
 from .robot import Robot, shipped_folders
 from .solutions import Solutions
 
 __all__ = [
+    "Accelerations",
     "CacheError",
     "ChaslesError",
     "CompileError",
     "CompilerNotFoundError",
+    "Ellipsoid",
     "Function",
     "InputError",
     "LibraryMismatchError",
     "ManifestError",
+    "Manipulability",
     "OutOfReachError",
+    "Rates",
     "Robot",
     "ShapeError",
     "SingularityError",
@@ -49,6 +56,7 @@ __all__ = [
     "load",
     "release_memory",
     "robots",
+    "screws",
 ]
 
 

@@ -29,13 +29,24 @@ from .manifest import (
     read_manifest,
 )
 from .modes import PlanarMethods
+from .numeric import NumericMethods
+from .rates import VelocityMethods
 from .singularity import SingularityMethods
 from .solutions import Solutions
+from .track import TrackMethods
 
 FloatArray = NDArray[np.float64]
 
 
-class Robot(InverseMethods, LoopMethods, PlanarMethods, SingularityMethods):
+class Robot(
+    InverseMethods,
+    LoopMethods,
+    NumericMethods,
+    PlanarMethods,
+    SingularityMethods,
+    TrackMethods,
+    VelocityMethods,
+):
     """A generated robot: what it is, and what it computes.
 
     The functions are attributes (`robot.fk(q)`); which ones there are depends on the robot, and
@@ -172,6 +183,7 @@ class Robot(InverseMethods, LoopMethods, PlanarMethods, SingularityMethods):
             reference=manifest.loops.reference,
             folder=manifest.folder,
             digest=manifest.digest,
+            _solvers={},
         )
 
     if not TYPE_CHECKING:

@@ -1,0 +1,5 @@
+import numpy as np
+
+bounds: np.ufunc
+solve: np.ufunc
+gradient: np.ufunc

@@ -1,0 +1,155 @@
+"""Measures of manipulability against textbook arms, numbers by NumPy, and differences."""
+
+import numpy as np
+import pytest
+
+import chasles
+
+from .test_rates import WITH_RATES, inside, pure
+
+ROWS = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}
+
+
+@pytest.fixture(scope="module")
+def ur5e():
+    return chasles.load("ur5e")
+
+
+def test_the_planar_arm_of_the_textbooks():
+    """w = a1 a2 |sin q2|, best with the elbow at a right angle: Yoshikawa 1985, section 4."""
+    scara = chasles.load("scara")
+    q = inside(scara, 200)
+    a1, a2 = (np.linalg.norm(x) for x in planar_links(scara))
+    found = scara.manipulability(q, rows="linear", length=1.0)
+    # The stroke is the third freedom of the tip, of singular value 1.
+    expected = a1 * a2 * np.abs(np.sin(q[:, 1]))
+    np.testing.assert_allclose(found.measure, expected, rtol=0, atol=1e-14)
+    gradient = scara.manipulability_gradient(q, rows="linear", length=1.0)
+    slope = a1 * a2 * np.cos(q[:, 1]) * np.sign(np.sin(q[:, 1]))
+    np.testing.assert_allclose(gradient[:, 1], slope, rtol=0, atol=1e-13)
+    assert np.abs(gradient[:, [0, 2, 3]]).max() < 1e-14
+
+
+def planar_links(scara):
+    """The two links of the arm, from where its tip is at rest and with the elbow turned about."""
+    p = [scara.fk([0, angle, 0.05, 0])[:2, 3] for angle in (0, np.pi)]
+    return (p[0] + p[1]) / 2, (p[0] - p[1]) / 2
+
+
+@pytest.mark.parametrize("rows", ROWS)
+@pytest.mark.parametrize("name", ["ur5e", "panda", "photo_robot", "stanford", "lynxmotion"])
+def test_the_definitions(name, rows):
+    robot = chasles.load(name)
+    q = inside(robot, 200)
+    part = ROWS[rows]
+    J = pure(robot, q)[0][:, part]
+    found = robot.manipulability(q, rows=rows)
+    sigma = np.linalg.svd(J, compute_uv=False)
+    np.testing.assert_allclose(found.singular_values, sigma, rtol=0, atol=1e-13)
+    squared = J @ J.mT if J.shape[1] <= robot.n else J.mT @ J
+    root = np.sqrt(np.maximum(np.linalg.det(squared), 0))
+    np.testing.assert_allclose(found.measure, root, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found.smallest, sigma[:, -1], rtol=0, atol=1e-13)
+    assert (found.condition >= 1).all()
+    given = robot.manipulability(q, rows=rows, length=0.7)
+    J = pure(robot, q, 0.7)[0][:, part]
+    np.testing.assert_allclose(
+        given.singular_values, np.linalg.svd(J, compute_uv=False), rtol=0, atol=1e-13
+    )
+
+
+@pytest.mark.parametrize("rows", ROWS)
+@pytest.mark.parametrize("name", WITH_RATES)
+def test_the_gradient_is_that_of_the_measure(name, rows):
+    robot = chasles.load(name)
+    q = inside(robot, 200)
+    found = robot.manipulability_gradient(q, rows=rows)
+    measure = robot.manipulability(q, rows=rows)
+    # Differences of higher order, where no kink is near.
+    away = measure.smallest > 0.05
+    h = 1e-3 * np.where([c.kind == "revolute" for c in robot.coordinates], 1.0, 0.1)
+    for k in range(robot.n):
+        step = h[k] * np.eye(robot.n)[k]
+        at = [robot.manipulability(q + m * step, rows=rows).measure for m in (-2, -1, 1, 2)]
+        expected = (at[0] - 8 * at[1] + 8 * at[2] - at[3]) / (12 * h[k])
+        scale = 1 + np.abs(expected) + np.abs(found[:, k])
+        assert (np.abs(found[:, k] - expected) / scale)[away].max(initial=0) < 1e-7
+    assert np.isfinite(found).all()
+
+
+def test_ellipsoids(ur5e):
+    q = inside(ur5e, 50)
+    J = ur5e.jacobian_mixed(q)
+    rng = np.random.default_rng(1)
+    qd = rng.normal(size=(50, 6))
+    qd /= np.linalg.norm(qd, axis=-1, keepdims=True)
+    for rows in ("linear", "angular"):
+        found = ur5e.velocity_ellipsoid(q, rows=rows)
+        assert found.axes.shape == (50, 3, 3)
+        # What unit joint rates give is inside.
+        moved = np.einsum("Nij,Nj->Ni", J[:, ROWS[rows]], qd)
+        along = np.einsum("Nij,Ni->Nj", found.axes, moved) / found.lengths
+        assert (np.linalg.norm(along, axis=-1) <= 1 + 1e-9).all()
+        # It is J J^T.
+        squared = J[:, ROWS[rows]] @ J[:, ROWS[rows]].mT
+        back = (found.axes * found.lengths[:, None] ** 2) @ found.axes.mT
+        np.testing.assert_allclose(back, squared, rtol=0, atol=1e-13)
+        force = ur5e.force_ellipsoid(q, rows=rows)
+        np.testing.assert_allclose(force.lengths, 1 / found.lengths[:, ::-1], rtol=1e-12)
+        np.testing.assert_array_equal(force.axes, found.axes[:, :, ::-1])
+    # Torques of size 1 hold any wrench at the border of the one of all rows.
+    whole = ur5e.force_ellipsoid(q, rows="all")
+    length = ur5e.characteristic_length
+    wrench = whole.axes[..., 0] * whole.lengths[:, :1] * np.repeat([1 / length, 1], 3)
+    torque = np.einsum("Nji,Nj->Ni", J, wrench)
+    np.testing.assert_allclose(np.linalg.norm(torque, axis=-1), 1, rtol=1e-9)
+
+
+def test_at_a_singularity(ur5e):
+    q = np.array([0.3, -1.2, 0.0, -0.4, 0.9, 0.2])
+    found = ur5e.manipulability(q)
+    assert found.measure < 1e-15
+    assert found.smallest < 1e-15
+    assert found.condition > 1e14
+    assert np.isfinite(ur5e.manipulability_gradient(q)).all()
+    straight = np.zeros(6)
+    assert ur5e.manipulability(straight).condition > 1e14
+    assert (ur5e.force_ellipsoid(straight, rows="all").lengths > 0).all()
+
+
+def test_what_is_not_finite_gives_nan(ur5e):
+    q = inside(ur5e, 3)
+    q[1, 2] = np.nan
+    found = ur5e.manipulability(q)
+    for name in chasles.Manipulability.__slots__:
+        assert np.isnan(getattr(found, name)).reshape(3, -1).all(-1).tolist() == [0, 1, 0]
+    ellipsoid = ur5e.velocity_ellipsoid(q, rows="all")
+    assert np.isnan(ellipsoid.lengths).all(-1).tolist() == [False, True, False]
+    assert np.isnan(ur5e.manipulability_gradient(q)).all(-1).tolist() == [False, True, False]
+    assert np.ndim(ur5e.manipulability(q[0]).measure) == 0
+    assert ur5e.manipulability(q.reshape(3, 1, 6)).singular_values.shape == (3, 1, 6)
+
+
+def test_the_length_is_that_of_the_robot(ur5e):
+    """The distance of the tip from the axes, by poses and axes at many random configurations."""
+    q = np.random.default_rng(0).uniform(-np.pi, np.pi, (20000, 6))
+    J = ur5e.jacobian_mixed(q)
+    expected = np.sqrt((J[:, :3] ** 2).sum(1).mean())
+    assert abs(ur5e.characteristic_length / expected - 1) < 0.01
+    # A gantry turns nothing: then all its singular values are near 1.
+    gantry = chasles.load("bricklaying_gantry")
+    values = gantry.manipulability(inside(gantry, 10)).singular_values
+    assert 0.8 < values.min() < values.max() < 1.3
+
+
+def test_wrong_input_is_named(ur5e):
+    q = np.zeros(6)
+    with pytest.raises(chasles.InputError, match=r"ur5e\.manipulability: rows must be .* 'trans'"):
+        ur5e.manipulability(q, rows="trans")
+    with pytest.raises(chasles.InputError, match=r"ur5e\.velocity_ellipsoid: length must be"):
+        ur5e.velocity_ellipsoid(q, rows="linear", length=0.0)
+    with pytest.raises(chasles.ShapeError):
+        ur5e.manipulability(np.zeros(5))
+    for name in ("manipulability", "characteristic_length"):
+        with pytest.raises(AttributeError, match=f"'stewart_gough' has no '{name}'"):
+            getattr(chasles.load("stewart_gough"), name)
