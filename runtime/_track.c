@@ -89,8 +89,8 @@ static int evaluate(Tracking *t, const double *q)
 static void measure(Tracking *t, Py_ssize_t k, double *missing)
 {
     way_between(t->T, t->poses + 16 * k, missing);
-    t->error[2 * k] = sqrt(damped_dot(missing, missing, 3));
-    t->error[2 * k + 1] = sqrt(damped_dot(missing + 3, missing + 3, 3));
+    t->error[2 * k] = sqrt(rows_dot(missing, missing, 3));
+    t->error[2 * k + 1] = sqrt(rows_dot(missing + 3, missing + 3, 3));
     for (int i = 0; i < 6; i++) {
         for (int j = 0; j < t->n; j++) {
             t->scaled[i * t->n + j] =
@@ -131,7 +131,7 @@ static void choose(Tracking *t, Py_ssize_t k, const double *missing)
     }
     damped_solve(&t->solver, way);
     damped_box(&t->solver, t->low, t->high);
-    t->before = damped_dot(all, all, 6);
+    t->before = rows_dot(all, all, 6);
     t->expected = damped_remains(&t->solver, all);
     for (int j = 0; j < t->n; j++) {
         int at = t->solver.at[j];
