@@ -82,16 +82,10 @@ class Metric(NamedTuple):
     length: float
 
 
-class HasLength(Protocol):
-    """A robot with a Jacobian and a characteristic length."""
+class HasSamples(Protocol):
+    """A robot with a Jacobian."""
 
-    name: str
-    n: int
     coordinates: tuple[Coordinate, ...]
-
-    @property
-    def characteristic_length(self) -> float:
-        """In metres."""
 
     @property
     def _samples(self) -> FloatArray:
@@ -281,18 +275,22 @@ class ManipulabilityMethods:
             raise InputError(
                 f'{self.name}.{method}: rows must be "all", "linear" or "angular", got {rows!r}'
             )
-        if length is not None and not (np.isfinite(length) and length > 0):
+        return metric_of(self, rows, self._checked_length(method, length))
+
+    def _checked_length(self, method: str, length: float | None) -> float:
+        """The characteristic length, the robot's own if None."""
+        if length is None:
+            return self.characteristic_length
+        if not (np.isfinite(length) and length > 0):
             raise InputError(
                 f"{self.name}.{method}: length must be a positive number, got {length!r}"
             )
-        return metric_of(self, rows, length)
+        return float(length)
 
 
 @functools.lru_cache(maxsize=256)
-def metric_of(robot: HasLength, rows: Rows, length: float | None) -> Metric:
-    """What makes the robot's Jacobian pure numbers; the robot's own length if None."""
-    if length is None:
-        length = robot.characteristic_length
+def metric_of(robot: HasSamples, rows: Rows, length: float) -> Metric:
+    """What makes the robot's Jacobian pure numbers."""
     unit = np.array([1.0 if c.kind == "revolute" else length for c in robot.coordinates])
     row = np.zeros(6)
     row[_PART[rows]] = np.repeat([1 / length, 1.0], 3)[_PART[rows]]
@@ -300,7 +298,7 @@ def metric_of(robot: HasLength, rows: Rows, length: float | None) -> Metric:
         array.flags.writeable = False
     values = np.linalg.svd(row[:, None] * robot._samples * unit, compute_uv=False)
     rank = int((values > _RANK * values.max()).sum(-1).max()) if values.any() else 1
-    return Metric(unit, row, rank, float(length))
+    return Metric(unit, row, rank, length)
 
 
 def _decomposed(
