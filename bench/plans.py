@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import replace
 
-from . import batch, growth, inverse, mechanisms, one_call, scalar, small
+from . import batch, growth, inverse, mechanisms, numeric, one_call, scalar, small
 from .peers import SLOW_TO_BUILD, is_built
 from .report import Limit, Plan, Ratio
 
@@ -17,6 +17,7 @@ SECTIONS: dict[str, tuple[str, Callable[[Plan], list[Ratio | Limit]]]] = {
     "batch": ("A batch of poses from NumPy", batch.run),
     "mechanisms": ("Robots with loops", mechanisms.run),
     "inverse": ("Inverse kinematics, all solutions", inverse.run),
+    "numeric": ("Inverse kinematics by iteration", numeric.run),
     "small": ("Small things", small.run),
     "growth": ("Growth: a joint of a long chain beside one of a short chain", growth.run),
 }

@@ -57,7 +57,9 @@ enum { CONVERGED, LIMITS, STALLED, BUDGET };
 #define CURVED_GAIN 0.2
 #define PATIENCE 4 /* part of the budget that is kept for it: 1 / PATIENCE, MOST_PATIENCE at most */
 #define MOST_PATIENCE 400
+#define FINALISTS 16 /* starts whose ends are brought to the least error nearby, the best first */
 #define CORRECTIONS 12   /* Newton steps of a platform onto its actuators' values */
+#define RIGID 1e-5 /* sum of what rows lack of unit vectors at right angles */
 #define CLOSED 1e-14     /* metre or radian to which it is brought there */
 
 /* ---------------------------------------------------------------------- arm */
@@ -93,7 +95,8 @@ typedef struct {
 
 /* What an iteration works on; all of it in one piece of memory. */
 typedef struct {
-    double *q, *trial, *curved, *best; /* (n_all,) */
+    double *q, *trial, *curved;        /* (n_all,) */
+    double *best;                      /* (FINALISTS + 1, n_all): ends in order, the best last */
     double *J, *trial_J, *curved_J;    /* (n, 6): columns */
     double *squares, *A, *g, *step;    /* J^T J and J^T e of those that are free; copies */
     double *scratch;                   /* see scratch_size */
@@ -689,13 +692,19 @@ static int nearest_start(const double *distances, int count)
     return nearest;
 }
 
-static int finite_pose(const double *T)
+/* Whether it is a place and a rotation, to single precision. */
+static int is_pose(const double *T)
 {
-    double sum = 0;
-    for (int i = 0; i < 12; i++) {
-        sum += T[i] * 0;
+    double off = (T[3] + T[7] + T[11]) * 0;
+    for (int i = 0; i < 3; i++) {
+        for (int j = 0; j <= i; j++) {
+            const double *a = T + 4 * i, *b = T + 4 * j;
+            off += fabs(a[0] * b[0] + a[1] * b[1] + a[2] * b[2] - (i == j));
+        }
     }
-    return sum == 0;
+    double across[3];
+    cross(T, T + 4, across);
+    return off <= RIGID && across[0] * T[8] + across[1] * T[9] + across[2] * T[10] > 0;
 }
 
 /* The first start is the seed, where there is one, then come those of the table; 0 where none is
@@ -720,36 +729,62 @@ static int next_start(const Arm *self, const Task *task, const double *T_d, cons
     return 1;
 }
 
+/* Puts work->q among the best ends so far, in order; how many there are. */
+static int keep_end(const Arm *self, Work *work, double half_square, double *errors, int count)
+{
+    size_t row = self->n_all * sizeof(double);
+    int place = count < FINALISTS ? count : FINALISTS - 1;
+    if (!(half_square < INFINITY) || (count == FINALISTS && !(half_square < errors[place]))) {
+        return count;
+    }
+    for (; place > 0 && half_square < errors[place - 1]; place--) {
+        errors[place] = errors[place - 1];
+        memcpy(work->best + place * self->n_all, work->best + (place - 1) * self->n_all, row);
+    }
+    errors[place] = half_square;
+    memcpy(work->best + place * self->n_all, work->q, row);
+    return count < FINALISTS ? count + 1 : count;
+}
+
 static void solve(const Arm *self, const Task *task, const double *T_d, const double *seed,
                   Work *work, const Found *found)
 {
     int kept = task->budget / PATIENCE < MOST_PATIENCE ? task->budget / PATIENCE : MOST_PATIENCE;
-    int budget = task->budget - kept, ending = STALLED, tried = 0;
+    int budget = task->budget - kept, ending = STALLED, tried = 0, ends = 0;
     size_t row = self->n_all * sizeof(double);
+    double errors[FINALISTS], *best_q = work->best + FINALISTS * self->n_all;
     Look now, best = {.half_square = INFINITY, .residual = NAN};
     for (int k = 0; k < self->n_all; k++) {
-        work->best[k] = NAN;
+        best_q[k] = NAN;
     }
-    for (; ending != CONVERGED && budget > 0 && finite_pose(T_d); tried++) {
+    for (; ending != CONVERGED && budget > 0 && is_pose(T_d); tried++) {
         if (!next_start(self, task, T_d, seed, tried, work)) {
             break;
         }
         ending = attempt(self, task, T_d, HASTY_GAIN, work, &now, &budget);
-        if (now.half_square < best.half_square) {
+        ends = keep_end(self, work, now.half_square, errors, ends);
+        if (ending == CONVERGED || now.half_square < best.half_square) {
             best = now;
-            memcpy(work->best, work->q, row);
+            memcpy(best_q, work->q, row);
         }
     }
     budget += kept;
-    if (ending != CONVERGED && best.half_square < INFINITY) {
+    int last = ending;
+    for (int k = 0; k < ends && last != CONVERGED && budget > 0; k++) {
         /* The least of distance and angle, which the logarithm of the whole mixes. */
         Task apart = *task;
         apart.whole = 0;
-        memcpy(work->q, work->best, row);
-        ending = attempt(self, &apart, T_d, PATIENT_GAIN, work, &best, &budget);
-        memcpy(work->best, work->q, row);
+        int most = k == 0 || budget < MOST_PATIENCE ? budget : MOST_PATIENCE, left = most;
+        memcpy(work->q, work->best + k * self->n_all, row);
+        last = attempt(self, &apart, T_d, PATIENT_GAIN, work, &now, &left);
+        budget -= most - left;
+        if (k == 0 || last == CONVERGED || now.half_square < best.half_square) {
+            best = now;
+            ending = last;
+            memcpy(best_q, work->q, row);
+        }
     }
-    memcpy(found->q, work->best, self->n * sizeof(double));
+    memcpy(found->q, best_q, self->n * sizeof(double));
     *found->residual = best.residual;
     *found->success = best.residual <= task->tolerance;
     *found->ending = ending;
@@ -776,9 +811,9 @@ static Work work_of(const Arm *self, double *memory, int *free_joints)
     double **const parts[] = {&work.q,       &work.trial,    &work.curved,  &work.best, &work.J,
                               &work.trial_J, &work.curved_J, &work.squares, &work.A,    &work.g,
                               &work.step,    &work.scratch,  &work.distances};
-    const int sizes[] = {n_all,     n_all,     n_all, n_all, SPACE * n,          SPACE * n,
-                         SPACE * n, n * n,     n * n, n,     n,
-                         scratch_size(self),   self->n_starts};
+    const int sizes[] = {n_all,     n_all,     n_all, (FINALISTS + 1) * n_all, SPACE * n,
+                         SPACE * n, SPACE * n, n * n, n * n,                   n,
+                         n,         scratch_size(self),     self->n_starts};
     for (size_t i = 0; i < sizeof sizes / sizeof *sizes; i++) {
         *parts[i] = memory;
         memory += sizes[i];
@@ -789,7 +824,7 @@ static Work work_of(const Arm *self, double *memory, int *free_joints)
 static size_t work_size(const Arm *self)
 {
     size_t n = self->n;
-    return 4 * self->n_all + 3 * SPACE * n + 2 * n * n + 2 * n + scratch_size(self) +
+    return (FINALISTS + 4) * self->n_all + 3 * SPACE * n + 2 * n * n + 2 * n + scratch_size(self) +
            self->n_starts;
 }
 

@@ -16,6 +16,7 @@ Source:
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal, NamedTuple
 
@@ -40,6 +41,7 @@ _UNBOUNDED = {"rad": np.pi, "m": 1.0}
 """Starts lie so far to both sides of 0 in a coordinate without limits."""
 _MOST_SOLVERS = 64
 """Of a robot, with their tips and keys; then all are made anew."""
+_MOST_BUDGET = 2**31 - 1
 _LOOK = 1e-3
 """How far coordinates are moved, to see which joints follow."""
 
@@ -118,7 +120,8 @@ class NumericMethods:
         returned, at its least error, with `success` False.
 
         Args:
-            T: (..., 4, 4) poses of the tip in the base frame.
+            T: (..., 4, 4) poses of the tip in the base frame; what is none, to 1e-6, has no answer
+                but NaN.
             seed: (..., n) where to begin [rad or m]; leading dimensions broadcast. What lies beyond
                 a limit begins at it. Without one, the start whose pose is nearest comes first.
             tip: The link that is to be there, one of `frames.links`; the tool by default.
@@ -142,26 +145,27 @@ class NumericMethods:
             InputError: If there is no such link, a weight is negative or all are 0, or an option
                 has no meaning.
         """
+        method = f"{self.name}.ik_numeric"
         if axes not in ("tool", "base"):
-            raise InputError(f'ik_numeric: expected axes "tool" or "base", got {axes!r}')
-        if not tolerance > 0 or budget < 1:
-            raise InputError(
-                "ik_numeric: expected a tolerance above 0 and a budget of at least 1, got "
-                f"{tolerance!r} and {budget!r}"
-            )
-        key = rng if isinstance(rng, int) else int(rng.integers(2**63))
+            raise InputError(f'{method}: expected axes "tool" or "base", got {axes!r}')
+        if not tolerance > 0:
+            raise InputError(f"{method}: expected a tolerance above 0, got {tolerance!r}")
+        most = _whole_number(method, "budget", budget, 1, _MOST_BUDGET)
+        given = count_cores() if threads == "all" else threads
+        count = _whole_number(method, "threads", given, 1, None)
+        key = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else rng
+        key = _whole_number(method, "rng", key, 0, None)
         solver = self._solvers.get((tip, key)) or self._new_solver(tip, key)
         poses = np.asarray(T, np.float64)
         if poses.shape[-2:] != (4, 4):
-            raise ShapeError(f"ik_numeric: expected poses T (..., 4, 4), got shape {poses.shape}")
+            raise ShapeError(f"{method}: expected poses T (..., 4, 4), got shape {poses.shape}")
         begin = None
         if seed is not None:
             poses, begin = self._with_seeds(poses, seed)
-        task = _WHOLE if weights is None else _weights(weights)
+        task = _WHOLE if weights is None else _weights(method, weights)
         # Weighed alike in all directions, axes make no difference.
         turned = axes == "tool" and task is not _WHOLE
-        count = count_cores() if threads == "all" else threads
-        return Found._make(solver.solve(poses, begin, task, turned, tolerance, budget, count))
+        return Found._make(solver.solve(poses, begin, task, turned, tolerance, most, count))
 
     def _new_solver(self, tip: str | None, key: int) -> Solver:
         """Makes the solver once: its table takes as long as a thousand poses."""
@@ -171,16 +175,15 @@ class NumericMethods:
 
     def _with_seeds(self, poses: FloatArray, seed: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """As many poses as seeds, and as many seeds as poses."""
+        method = f"{self.name}.ik_numeric"
         begin = np.asarray(seed, np.float64)
         if begin.shape[-1:] != (self.n,):
-            raise ShapeError(
-                f"ik_numeric: expected a seed (..., {self.n}), got shape {begin.shape}"
-            )
+            raise ShapeError(f"{method}: expected a seed (..., {self.n}), got shape {begin.shape}")
         try:
             batch = np.broadcast_shapes(poses.shape[:-2], begin.shape[:-1])
         except ValueError:
             raise ShapeError(
-                f"ik_numeric: leading dimensions do not broadcast: {poses.shape[:-2]} of T and "
+                f"{method}: leading dimensions do not broadcast: {poses.shape[:-2]} of T and "
                 f"{begin.shape[:-1]} of seed"
             ) from None
         poses = np.broadcast_to(poses, (*batch, 4, 4))
@@ -188,13 +191,24 @@ class NumericMethods:
         return poses, with_chain(self, begin.reshape(-1, self.n))
 
 
-def _weights(given: Sequence[float]) -> FloatArray:
+def _whole_number(method: str, name: str, given: object, least: int, most: int | None) -> int:
+    try:
+        number = operator.index(given)  # type: ignore[arg-type]
+    except TypeError:
+        number = least - 1
+    if number < least or (most is not None and number > most):
+        expected = f"from {least} to {most}" if most is not None else f"of at least {least}"
+        raise InputError(f"{method}: expected {name} to be an integer {expected}, got {given!r}")
+    return number
+
+
+def _weights(method: str, given: Sequence[float]) -> FloatArray:
     weights = np.asarray(given, np.float64)
     if weights.shape != (6,):
-        raise ShapeError(f"ik_numeric: expected six weights, got shape {weights.shape}")
+        raise ShapeError(f"{method}: expected six weights, got shape {weights.shape}")
     if not (weights >= 0).all() or not weights.any() or not np.isfinite(weights).all():
         raise InputError(
-            "ik_numeric: expected weights that are not negative, and some that are not 0, got "
+            f"{method}: expected weights that are not negative, and some that are not 0, got "
             f"{weights.tolist()}"
         )
     return weights
@@ -221,9 +235,10 @@ def _solver(robot: Any, tip: str | None, key: int) -> Solver:
             names = ["chain_fk", "chain_jacobian_mixed", "actuators", "actuators_D_chain"]
         kernels = tuple(functions[name].kernel for name in names)
         return Solver(kind, kernels, *limits, with_chain(robot, q), _entries(robot.fk(q)))
-    if tip not in robot.frames.links or "link_poses" not in functions:
-        links = ", ".join(robot.frames.links) if "link_poses" in functions else robot.frames.tip
-        raise InputError(f"ik_numeric: {robot.name} has no link {tip!r}; it has: {links}")
+    offered = robot.frames.links if not is_platform(robot) and "link_poses" in functions else ()
+    if tip not in offered:
+        links = ", ".join((robot.frames.tip, *offered))
+        raise InputError(f"{robot.name}.ik_numeric: no link {tip!r} for a tip; there are: {links}")
     link = robot.frames.links.index(tip)
     names = ["link_poses", "chain_D_q"] if robot.loops else ["link_poses"]
     kernels = tuple(functions[name].kernel for name in names)
@@ -292,9 +307,7 @@ def _screws_of_chain(robot: Any, moved: FloatArray, twists: FloatArray) -> list[
     largest = np.abs(by).argmax(0)
     moving = np.flatnonzero(np.abs(twists).max((0, 2)) > _LOOK**3)
     if len(moving) > theta.shape[1]:
-        raise InputError(
-            f"ik_numeric: links of {robot.name} move with more than its chain's joints"
-        )
+        raise InputError(f"{robot.name}.ik_numeric: links move with more than its chain's joints")
     return [
         [float(frame - 1), float(j), *(twists[largest[j], frame] / by[largest[j], j]).tolist()]
         for j, frame in enumerate(moving)
