@@ -27,6 +27,7 @@ from ._call import Function
 from .errors import InputError
 from .manifest import Coordinate, Reference
 from .offered import needs
+from .spread import spread
 
 FloatArray = NDArray[np.float64]
 Rows = Literal["all", "linear", "angular"]
@@ -132,13 +133,12 @@ class ManipulabilityMethods:
 
     @functools.cached_property
     def _samples(self) -> FloatArray:
-        spread = _spread(_SAMPLES, self.n)
         lower, upper = self.lower, self.upper
         middle = np.zeros(self.n) if self.reference is None else np.array(self.reference.q)
         half = np.array([np.pi if c.kind == "revolute" else 1.0 for c in self.coordinates])
         lower = np.where(np.isfinite(lower), lower, np.minimum(middle, upper) - half)
         upper = np.where(np.isfinite(upper), upper, np.maximum(middle, lower) + half)
-        _, J = self.fk_jacobian_mixed(lower + spread * (upper - lower))
+        _, J = self.fk_jacobian_mixed(lower + spread(1, _SAMPLES + 1, self.n) * (upper - lower))
         closed = np.isfinite(J).all((-2, -1))
         if closed.any():
             return J[closed]
@@ -312,16 +312,3 @@ def _decomposed(
         np.where(sound[..., None, None], scaled, 0.0), full_matrices=False
     )
     return axes[..., : metric.rank], values[..., : metric.rank], sound
-
-
-def _spread(m: int, n: int) -> FloatArray:
-    """Points (m, n) evenly in the unit cube: multiples of powers of the generalized golden ratio.
-
-    Source:
-        Roberts, The unreasonable effectiveness of quasirandom sequences, 2018.
-    """
-    ratio = 2.0
-    for _ in range(64):
-        ratio = (1 + ratio) ** (1 / (n + 1))
-    steps = ratio ** -np.arange(1.0, n + 1)
-    return np.asarray((0.5 + np.arange(1, m + 1)[:, None] * steps) % 1)
