@@ -351,7 +351,10 @@ static void twist_between(const double *T, const double *T_d, int whole, double 
     if (whole) {
         /* v = V^-1 p = p - w x p / 2 + k w x (w x p). */
         double wp[3], wwp[3];
-        double angle = turn.angle, cotangent = (1 + turn.cosine) / turn.sine; /* of its half */
+        /* Of half the angle; the other quotient is 0 by 0 at a half turn. */
+        double cotangent = turn.cosine < 0 ? turn.sine / (1 - turn.cosine)
+                                           : (1 + turn.cosine) / turn.sine;
+        double angle = turn.angle;
         double k = angle > 1e-4 ? (1 - angle * cotangent / 2) / (angle * angle) : 1.0 / 12;
         cross(w, p, wp);
         cross(w, wp, wwp);
