@@ -13,6 +13,7 @@ from . import _track
 from .errors import InputError, ShapeError
 from .manipulability import ManipulabilityMethods
 from .offered import needs
+from .screws import off_rotation
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -177,10 +178,9 @@ class TrackMethods(ManipulabilityMethods):
             raise ShapeError(f"{self.name}.track: expected poses (m, 4, 4), got {path.shape}")
         if start.shape != (self.n,):
             raise ShapeError(f"{self.name}.track: expected q0 ({self.n},), got {start.shape}")
-        finite = np.asarray(np.isfinite(path).all((-2, -1)))
-        R = np.where(finite[:, None, None], path[:, :3, :3], 0.0)
-        off = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max((-2, -1))
-        bad = ~((off <= _RIGID) & (np.linalg.det(R) > 0) & finite)
+        R = path[:, :3, :3]
+        sound = (off_rotation(R) <= _RIGID) & np.isfinite(path).all((-2, -1))
+        bad = ~sound | (np.linalg.det(np.where(sound[:, None, None], R, 0.0)) <= 0)
         bad |= (path[:, 3] != [0, 0, 0, 1]).any(-1)
         _require(not bad.any(), f"{self.name}.track: pose {np.argmax(bad)} is not a rigid one")
         outside = ~((start >= self.lower) & (start <= self.upper) & np.isfinite(start))
