@@ -103,7 +103,7 @@ class ManipulabilityMethods:
     upper: FloatArray
     reference: Reference | None
     functions: Mapping[str, Function[Any]]
-    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
+    fk: Function[FloatArray]
     jacobian_mixed: Function[FloatArray]
     hessian_mixed: Function[FloatArray]
 
@@ -138,13 +138,13 @@ class ManipulabilityMethods:
         half = np.array([np.pi if c.kind == "revolute" else 1.0 for c in self.coordinates])
         lower = np.where(np.isfinite(lower), lower, np.minimum(middle, upper) - half)
         upper = np.where(np.isfinite(upper), upper, np.maximum(middle, lower) + half)
-        _, J = self.fk_jacobian_mixed(lower + spread(1, _SAMPLES + 1, self.n) * (upper - lower))
+        J = self.jacobian_mixed(lower + spread(1, _SAMPLES + 1, self.n) * (upper - lower))
         closed = np.isfinite(J).all((-2, -1))
         if closed.any():
             return J[closed]
-        return self.fk_jacobian_mixed(middle)[1][None]
+        return self.jacobian_mixed(middle)[None]
 
-    @needs("fk_jacobian_mixed")
+    @needs("jacobian_mixed")
     def manipulability(
         self, q: ArrayLike, *, rows: Rows = "all", length: float | None = None
     ) -> Manipulability:
@@ -180,7 +180,7 @@ class ManipulabilityMethods:
             singular_values=values,
         )
 
-    @needs("fk_jacobian_mixed", "hessian_mixed")
+    @needs("hessian_mixed")
     def manipulability_gradient(
         self, q: ArrayLike, *, rows: Rows = "all", length: float | None = None
     ) -> FloatArray:
@@ -207,7 +207,7 @@ class ManipulabilityMethods:
         gradient: FloatArray = _rates.gradient(J, H, metric.unit, metric.row, metric.rank)[1]
         return gradient
 
-    @needs("fk_jacobian_mixed")
+    @needs("jacobian_mixed")
     def velocity_ellipsoid(
         self, q: ArrayLike, *, rows: Rows, length: float | None = None
     ) -> Ellipsoid:
@@ -230,7 +230,7 @@ class ManipulabilityMethods:
         metric = self._metric("velocity_ellipsoid", rows, length)
         return self._ellipsoid(q, metric, rows)
 
-    @needs("fk_jacobian_mixed")
+    @needs("jacobian_mixed")
     def force_ellipsoid(
         self, q: ArrayLike, *, rows: Rows, length: float | None = None
     ) -> Ellipsoid:

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _track
+from ._call import Function
 from .errors import InputError, ShapeError
 from .manipulability import ManipulabilityMethods
 from .offered import needs
@@ -91,6 +92,8 @@ class Track:
 
 class TrackMethods(ManipulabilityMethods):
     """The part of a robot that follows paths by rates."""
+
+    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
 
     @needs("fk_jacobian_mixed")
     def track(
