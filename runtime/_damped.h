@@ -9,8 +9,8 @@
  *
  * and where that leaves the box, x minimises  |J x - y|^2 + sum of d_i^2 (v_i . x)^2  within it.
  *
- * The decomposition is Hestenes's one-sided Jacobi on the rows. From one step of a path to the next
- * J changes little, so U is kept: its rows, applied to the next J, are nearly orthogonal already.
+ * The decomposition is that of _orthogonal.h. From one step of a path to the next J changes little,
+ * so U is kept: its rows, applied to the next J, are nearly orthogonal already.
  *
  * Sources:
  *     S. Chiaverini, B. Siciliano, O. Egeland, Review of the damped least-squares inverse kinematics
@@ -27,8 +27,9 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "_orthogonal.h"
+
 #define DAMPED_ROWS 6
-#define DAMPED_SWEEPS 30       /* of the decomposition; 5 to 8 from nothing, 2 from the last U */
 #define DAMPED_ORTHOGONAL 1e-13 /* products of rows, over the larger of their squares */
 #define DAMPED_AFRESH 64       /* steps after which U starts anew: rounding wears it out */
 #define DAMPED_FREE 1e-4       /* within the box: damping of what J does not see, over e */
@@ -77,38 +78,11 @@ static inline void damped_free(damped *s)
     free(s->rows);
 }
 
-static inline double damped_dot(const double *restrict a, const double *restrict b, int n)
+/* By the larger of both: what a small row has of a large one is beneath the damping. */
+static inline int damped_orthogonal(double aa, double bb, double ab, double unused)
 {
-    double sum = 0;
-    for (int i = 0; i < n; i++) {
-        sum += a[i] * b[i];
-    }
-    return sum;
-}
-
-static inline void damped_turn(double *restrict a, double *restrict b, int n, double c, double s)
-{
-    for (int i = 0; i < n; i++) {
-        double old = a[i];
-        a[i] = c * old - s * b[i];
-        b[i] = s * old + c * b[i];
-    }
-}
-
-/* Makes two rows orthogonal, and turns those of U along; 0 if they were. */
-static inline int damped_pair(damped *s, int i, int j)
-{
-    double *a = s->rows + i * s->n, *b = s->rows + j * s->n;
-    double aa = damped_dot(a, a, s->n), bb = damped_dot(b, b, s->n), ab = damped_dot(a, b, s->n);
-    if (!(fabs(ab) > DAMPED_ORTHOGONAL * fmax(aa, bb))) {
-        return 0;
-    }
-    double ratio = (bb - aa) / (2 * ab);
-    double t = copysign(1, ratio) / (fabs(ratio) + sqrt(1 + ratio * ratio));
-    double c = 1 / sqrt(1 + t * t);
-    damped_turn(a, b, s->n, c, t * c);
-    damped_turn(s->U + DAMPED_ROWS * i, s->U + DAMPED_ROWS * j, DAMPED_ROWS, c, t * c);
-    return 1;
+    (void)unused;
+    return !(fabs(ab) > DAMPED_ORTHOGONAL * fmax(aa, bb));
 }
 
 /* Decomposes J (6, n). Returns the smallest of its min(6, n) singular values. */
@@ -132,18 +106,10 @@ static inline double damped_decompose(damped *s, const double *J)
             }
         }
     }
-    int turned = 1;
-    for (int sweep = 0; turned && sweep < DAMPED_SWEEPS; sweep++) {
-        turned = 0;
-        for (int i = 0; i < DAMPED_ROWS; i++) {
-            for (int j = i + 1; j < DAMPED_ROWS; j++) {
-                turned |= damped_pair(s, i, j);
-            }
-        }
-    }
+    rows_orthogonalize(s->rows, DAMPED_ROWS, n, s->U, DAMPED_ROWS, damped_orthogonal, 0);
     double ordered[DAMPED_ROWS], below = fmax(s->smallest, s->damping);
     for (int i = 0; i < DAMPED_ROWS; i++) {
-        double value = sqrt(damped_dot(s->rows + i * n, s->rows + i * n, n));
+        double value = sqrt(rows_dot(s->rows + i * n, s->rows + i * n, n));
         double part = value / below;
         s->sigma[i] = value;
         s->damped[i] = part < 1 ? (1 - part * part) * s->damping * s->damping : 0;
@@ -162,7 +128,7 @@ static inline void damped_solve(damped *s, const double y[DAMPED_ROWS])
     memset(s->x, 0, s->n * sizeof *s->x);
     for (int i = 0; i < DAMPED_ROWS; i++) {
         double square = s->sigma[i] * s->sigma[i] + s->damped[i];
-        double along = damped_dot(s->U + DAMPED_ROWS * i, y, DAMPED_ROWS) / square;
+        double along = rows_dot(s->U + DAMPED_ROWS * i, y, DAMPED_ROWS) / square;
         for (int j = 0; j < s->n; j++) {
             s->x[j] += along * s->rows[i * s->n + j];
         }
@@ -181,10 +147,10 @@ static inline void damped_solve_free(damped *s, int count)
             right -= s->at[j] ? s->H[i * n + j] * s->x[j] : 0;
         }
         for (int b = 0; b <= a; b++) {
-            double rest = s->H[i * n + s->free[b]] - damped_dot(L + a * n, L + b * n, b);
+            double rest = s->H[i * n + s->free[b]] - rows_dot(L + a * n, L + b * n, b);
             L[a * n + b] = b < a ? rest / L[b * n + b] : sqrt(fmax(rest, 1e-300));
         }
-        z[a] = (right - damped_dot(L + a * n, z, a)) / L[a * n + a];
+        z[a] = (right - rows_dot(L + a * n, z, a)) / L[a * n + a];
     }
     for (int a = count - 1; a >= 0; a--) {
         for (int b = a + 1; b < count; b++) {
@@ -232,7 +198,7 @@ static inline int damped_release(damped *s, const double *lower, const double *u
         if (s->at[i] == 0 || lower[i] == upper[i]) {
             continue;
         }
-        double pull = -s->at[i] * (s->g[i] - damped_dot(s->H + i * n, s->x, n));
+        double pull = -s->at[i] * (s->g[i] - rows_dot(s->H + i * n, s->x, n));
         if (pull > most) {
             most = pull;
             best = i;
@@ -272,7 +238,7 @@ static inline void damped_box(damped *s, const double *lower, const double *uppe
         s->H[(n + 1) * i] += unseen * unseen;
     }
     for (int i = 0; i < n; i++) {
-        s->g[i] = damped_dot(s->H + i * n, s->x, n);
+        s->g[i] = rows_dot(s->H + i * n, s->x, n);
     }
     for (int i = 0; i < n; i++) {
         s->x[i] = s->at[i] < 0 ? lower[i] : s->at[i] > 0 ? upper[i] : s->x[i];
@@ -297,8 +263,8 @@ static inline double damped_remains(const damped *s, const double y[DAMPED_ROWS]
 {
     double sum = 0;
     for (int i = 0; i < DAMPED_ROWS; i++) {
-        double rest = damped_dot(s->U + DAMPED_ROWS * i, y, DAMPED_ROWS) -
-                      damped_dot(s->rows + i * s->n, s->x, s->n);
+        double rest = rows_dot(s->U + DAMPED_ROWS * i, y, DAMPED_ROWS) -
+                      rows_dot(s->rows + i * s->n, s->x, s->n);
         sum += rest * rest;
     }
     return sum;

@@ -27,6 +27,7 @@
 #include <string.h>
 
 #include "_kernel.h"
+#include "_turn.h"
 
 #define SPACE 6
 #define POSE 16
@@ -341,47 +342,20 @@ static int scratch_size(const Arm *self)
  * leaves some of it open, the way of the origin and the turn apart. */
 static void twist_between(const double *T, const double *T_d, int whole, double *e)
 {
-    double M[3][3], sine[3], p[3];
+    double p[3], *w = e + 3;
     for (int i = 0; i < 3; i++) {
         p[i] = T_d[4 * i + 3] - T[4 * i + 3];
-        for (int j = 0; j < 3; j++) {
-            M[i][j] = T_d[4 * i] * T[4 * j] + T_d[4 * i + 1] * T[4 * j + 1] +
-                      T_d[4 * i + 2] * T[4 * j + 2];
-        }
     }
-    sine[0] = (M[2][1] - M[1][2]) / 2;
-    sine[1] = (M[0][2] - M[2][0]) / 2;
-    sine[2] = (M[1][0] - M[0][1]) / 2;
-    double s2 = sine[0] * sine[0] + sine[1] * sine[1] + sine[2] * sine[2];
-    double s = sqrt(s2), c = (M[0][0] + M[1][1] + M[2][2] - 1) / 2, angle = atan2(s, c);
-    double *w = e + 3;
-    if (c > -0.99 || !(s2 == s2)) {
-        double factor = s2 > 1e-16 ? angle / s : 1 + s2 / 6;
-        for (int i = 0; i < 3; i++) {
-            w[i] = factor * sine[i];
-        }
-    } else {
-        /* Near half a turn the sines vanish: the axis is what M + M^T - 2 c 1 is made of. */
-        int large = 0;
-        for (int i = 1; i < 3; i++) {
-            large = M[i][i] > M[large][large] ? i : large;
-        }
-        double axis[3], length = 0;
-        for (int i = 0; i < 3; i++) {
-            axis[i] = (M[i][large] + M[large][i]) / 2 - (i == large ? c : 0);
-            length += axis[i] * axis[i];
-        }
-        double along = axis[0] * sine[0] + axis[1] * sine[1] + axis[2] * sine[2];
-        double factor = (along < 0 ? -angle : angle) / sqrt(length);
-        for (int i = 0; i < 3; i++) {
-            w[i] = factor * axis[i];
-        }
-    }
+    Turn turn = turn_between(T, T_d, w);
     memcpy(e, p, sizeof p);
     if (whole) {
         /* v = V^-1 p = p - w x p / 2 + k w x (w x p). */
         double wp[3], wwp[3];
-        double k = angle > 1e-4 ? (1 - angle * (1 + c) / (2 * s)) / (angle * angle) : 1.0 / 12;
+        /* Of half the angle; the other quotient is 0 by 0 at a half turn. */
+        double cotangent = turn.cosine < 0 ? turn.sine / (1 - turn.cosine)
+                                           : (1 + turn.cosine) / turn.sine;
+        double angle = turn.angle;
+        double k = angle > 1e-4 ? (1 - angle * cotangent / 2) / (angle * angle) : 1.0 / 12;
         cross(w, p, wp);
         cross(w, wp, wwp);
         for (int i = 0; i < 3; i++) {

@@ -20,8 +20,9 @@
 #include <numpy/arrayobject.h>
 #include <numpy/ufuncobject.h>
 
+#include "_orthogonal.h"
+
 #define TWIST 6
-#define MOST_SWEEPS 40
 #define ORTHOGONAL 1e-15 /* cosine at which two rows are */
 #define NOUGHT 1e-13     /* singular value, by the largest, below which its vector is rounding */
 #define NULL_MOTION 1e-12 /* size of a secondary motion, by that asked for, that is none */
@@ -37,50 +38,10 @@ typedef struct {
     double *work; /* (6, larger of 6 and n) */
 } Svd;
 
-static double dot(const double *a, const double *b, int n)
+/* By the cosine between them, rounding of the whole aside. */
+static int rows_are_orthogonal(double aa, double bb, double ab, double total)
 {
-    double sum = 0;
-    for (int i = 0; i < n; i++) {
-        sum += a[i] * b[i];
-    }
-    return sum;
-}
-
-static void rotate(double *a, double *b, int n, double c, double s)
-{
-    for (int i = 0; i < n; i++) {
-        double x = a[i], y = b[i];
-        a[i] = c * x - s * y;
-        b[i] = s * x + c * y;
-    }
-}
-
-/* Turns pairs of the p rows of W (p, m) until all are orthogonal; Y (p, 6) goes along. Hestenes,
- * Inversion of matrices by biorthogonalization, 1958. */
-static void orthogonalize(double *W, double (*Y)[TWIST], int p, int m)
-{
-    double total = dot(W, W, p * m);
-    for (int sweep = 0; sweep < MOST_SWEEPS; sweep++) {
-        int turned = 0;
-        for (int i = 0; i < p; i++) {
-            for (int j = i + 1; j < p; j++) {
-                double *a = W + i * m, *b = W + j * m;
-                double aa = dot(a, a, m), bb = dot(b, b, m), ab = dot(a, b, m);
-                if (fabs(ab) <= ORTHOGONAL * (sqrt(aa * bb) + ORTHOGONAL * total)) {
-                    continue;
-                }
-                double tau = (bb - aa) / (2 * ab);
-                double t = copysign(1 / (fabs(tau) + sqrt(1 + tau * tau)), tau);
-                double c = 1 / sqrt(1 + t * t);
-                rotate(a, b, m, c, c * t);
-                rotate(Y[i], Y[j], p, c, c * t);
-                turned = 1;
-            }
-        }
-        if (!turned) {
-            return;
-        }
-    }
+    return !(fabs(ab) > ORTHOGONAL * (sqrt(aa * bb) + ORTHOGONAL * total));
 }
 
 /* A unit vector orthogonal to `count` others (stride m), zero where `out` is and none is left. */
@@ -104,13 +65,13 @@ static void complete(double *x, const double *others, int count, int m, const ch
     x[at] = 1;
     for (int pass = 0; pass < 2; pass++) {
         for (int i = 0; i < count; i++) {
-            double along = dot(x, others + i * m, m);
+            double along = rows_dot(x, others + i * m, m);
             for (int k = 0; k < m; k++) {
                 x[k] -= along * others[i * m + k];
             }
         }
     }
-    double size = sqrt(dot(x, x, m));
+    double size = sqrt(rows_dot(x, x, m));
     for (int k = 0; k < m; k++) {
         x[k] /= size;
     }
@@ -130,9 +91,9 @@ static void decompose(Svd *svd, const double *J, const char *out)
     for (int i = 0; i < p; i++) {
         Y[i][i] = 1;
     }
-    orthogonalize(W, Y, p, m);
+    rows_orthogonalize(W, p, m, Y[0], TWIST, rows_are_orthogonal, rows_dot(W, W, p * m));
     for (int i = 0; i < p; i++) {
-        size[i] = sqrt(dot(W + i * m, W + i * m, m));
+        size[i] = sqrt(rows_dot(W + i * m, W + i * m, m));
         int j = i;
         for (; j > 0 && size[order[j - 1]] < size[i]; j--) {
             order[j] = order[j - 1];
@@ -177,7 +138,7 @@ static void apply_inverse(const Svd *svd, int rank, double border, const double 
     memset(y, 0, svd->n * sizeof *y);
     for (int i = 0; i < rank && i < svd->count; i++) {
         double sigma = svd->sigma[i];
-        double along = dot(svd->u[i], V, TWIST);
+        double along = rows_dot(svd->u[i], V, TWIST);
         double factor = sigma < border ? sigma / (border * border) : 1 / sigma;
         for (int k = 0; k < svd->n; k++) {
             y[k] += factor * along * svd->v[i * svd->n + k];
@@ -294,7 +255,7 @@ static double task_within(Work *w)
         apply_inverse(&w->svd, w->rank, w->border, w->V, w->a);
         if (best > -2) { /* what those at their bounds do is taken off by the others */
             for (int i = 0; i < TWIST; i++) {
-                left[i] = -dot(w->J + i * n, w->held, n);
+                left[i] = -rows_dot(w->J + i * n, w->held, n);
             }
             apply_inverse(&w->svd, w->rank, w->border, left, w->b);
             for (int k = 0; k < n; k++) {
@@ -347,7 +308,7 @@ static void add_null_motion(Work *w)
     for (int k = 0; k < n; k++) {
         free += !w->out[k];
     }
-    double rest = 1, asked = sqrt(dot(w->z, w->z, n));
+    double rest = 1, asked = sqrt(rows_dot(w->z, w->z, n));
     for (; free > w->rank && rest > 0 && asked > 0; free--) {
         double *d = w->a, step = 1;
         int critical = -1;
@@ -357,13 +318,13 @@ static void add_null_motion(Work *w)
         }
         for (int pass = 0; pass < 2; pass++) {
             for (int i = 0; i < w->rank; i++) {
-                double along = dot(w->svd.v + i * n, d, n);
+                double along = rows_dot(w->svd.v + i * n, d, n);
                 for (int k = 0; k < n; k++) {
                     d[k] -= along * w->svd.v[i * n + k];
                 }
             }
         }
-        if (sqrt(dot(d, d, n)) <= NULL_MOTION * asked) {
+        if (sqrt(rows_dot(d, d, n)) <= NULL_MOTION * asked) {
             return;
         }
         for (int k = 0; k < n; k++) {

@@ -8,6 +8,7 @@
 
 #include "_damped.h"
 #include "_kernel.h"
+#include "_turn.h"
 
 #define HALVINGS 40 /* of a step that leads to where forward kinematics is not finite */
 
@@ -28,39 +29,6 @@ typedef struct {
     double T[16];
     double before, expected; /* squares of the way to the next pose, before and after a step */
 } Tracking;
-
-/* Rotation vector of B A^T, for rotations inside of poses: from A to B, in base axes. */
-static void turn_between(const double *A, const double *B, double *omega)
-{
-    double R[3][3];
-    for (int i = 0; i < 3; i++) {
-        for (int j = 0; j < 3; j++) {
-            R[i][j] = B[4 * i] * A[4 * j] + B[4 * i + 1] * A[4 * j + 1] +
-                      B[4 * i + 2] * A[4 * j + 2];
-        }
-    }
-    double w[3] = {(R[2][1] - R[1][2]) / 2, (R[0][2] - R[2][0]) / 2, (R[1][0] - R[0][1]) / 2};
-    double sine = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-    double cosine = (R[0][0] + R[1][1] + R[2][2] - 1) / 2, angle = atan2(sine, cosine);
-    double factor = sine > 0 ? angle / sine : 1;
-    if (cosine < 0) {
-        /* Beyond a quarter turn the axis is a column of the symmetric part: at a half turn the
-         * sine is lost. */
-        int k = R[0][0] > R[1][1] ? 0 : 1;
-        k = R[2][2] > R[k][k] ? 2 : k;
-        double a[3], length = 0, side = 0;
-        for (int i = 0; i < 3; i++) {
-            a[i] = (R[i][k] + R[k][i]) / 2 - (i == k ? cosine : 0);
-            length += a[i] * a[i];
-            side += a[i] * w[i];
-        }
-        memcpy(w, a, sizeof w);
-        factor = copysign(angle / sqrt(length), side);
-    }
-    for (int i = 0; i < 3; i++) {
-        omega[i] = factor * w[i];
-    }
-}
 
 /* The twist times time that leads from pose A to pose B: at the tip, in base axes. */
 static void way_between(const double *A, const double *B, double *way)
@@ -89,8 +57,8 @@ static int evaluate(Tracking *t, const double *q)
 static void measure(Tracking *t, Py_ssize_t k, double *missing)
 {
     way_between(t->T, t->poses + 16 * k, missing);
-    t->error[2 * k] = sqrt(damped_dot(missing, missing, 3));
-    t->error[2 * k + 1] = sqrt(damped_dot(missing + 3, missing + 3, 3));
+    t->error[2 * k] = sqrt(rows_dot(missing, missing, 3));
+    t->error[2 * k + 1] = sqrt(rows_dot(missing + 3, missing + 3, 3));
     for (int i = 0; i < 6; i++) {
         for (int j = 0; j < t->n; j++) {
             t->scaled[i * t->n + j] =
@@ -131,7 +99,7 @@ static void choose(Tracking *t, Py_ssize_t k, const double *missing)
     }
     damped_solve(&t->solver, way);
     damped_box(&t->solver, t->low, t->high);
-    t->before = damped_dot(all, all, 6);
+    t->before = rows_dot(all, all, 6);
     t->expected = damped_remains(&t->solver, all);
     for (int j = 0; j < t->n; j++) {
         int at = t->solver.at[j];

@@ -27,6 +27,7 @@ from ._call import Function
 from .errors import InputError
 from .manifest import Coordinate, Reference
 from .offered import needs
+from .spread import spread
 
 FloatArray = NDArray[np.float64]
 Rows = Literal["all", "linear", "angular"]
@@ -82,16 +83,10 @@ class Metric(NamedTuple):
     length: float
 
 
-class HasLength(Protocol):
-    """A robot with a Jacobian and a characteristic length."""
+class HasSamples(Protocol):
+    """A robot with a Jacobian."""
 
-    name: str
-    n: int
     coordinates: tuple[Coordinate, ...]
-
-    @property
-    def characteristic_length(self) -> float:
-        """In metres."""
 
     @property
     def _samples(self) -> FloatArray:
@@ -108,7 +103,7 @@ class ManipulabilityMethods:
     upper: FloatArray
     reference: Reference | None
     functions: Mapping[str, Function[Any]]
-    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
+    fk: Function[FloatArray]
     jacobian_mixed: Function[FloatArray]
     hessian_mixed: Function[FloatArray]
 
@@ -138,19 +133,18 @@ class ManipulabilityMethods:
 
     @functools.cached_property
     def _samples(self) -> FloatArray:
-        spread = _spread(_SAMPLES, self.n)
         lower, upper = self.lower, self.upper
         middle = np.zeros(self.n) if self.reference is None else np.array(self.reference.q)
         half = np.array([np.pi if c.kind == "revolute" else 1.0 for c in self.coordinates])
         lower = np.where(np.isfinite(lower), lower, np.minimum(middle, upper) - half)
         upper = np.where(np.isfinite(upper), upper, np.maximum(middle, lower) + half)
-        _, J = self.fk_jacobian_mixed(lower + spread * (upper - lower))
+        J = self.jacobian_mixed(lower + spread(1, _SAMPLES + 1, self.n) * (upper - lower))
         closed = np.isfinite(J).all((-2, -1))
         if closed.any():
             return J[closed]
-        return self.fk_jacobian_mixed(middle)[1][None]
+        return self.jacobian_mixed(middle)[None]
 
-    @needs("fk_jacobian_mixed")
+    @needs("jacobian_mixed")
     def manipulability(
         self, q: ArrayLike, *, rows: Rows = "all", length: float | None = None
     ) -> Manipulability:
@@ -186,7 +180,7 @@ class ManipulabilityMethods:
             singular_values=values,
         )
 
-    @needs("fk_jacobian_mixed", "hessian_mixed")
+    @needs("hessian_mixed")
     def manipulability_gradient(
         self, q: ArrayLike, *, rows: Rows = "all", length: float | None = None
     ) -> FloatArray:
@@ -213,7 +207,7 @@ class ManipulabilityMethods:
         gradient: FloatArray = _rates.gradient(J, H, metric.unit, metric.row, metric.rank)[1]
         return gradient
 
-    @needs("fk_jacobian_mixed")
+    @needs("jacobian_mixed")
     def velocity_ellipsoid(
         self, q: ArrayLike, *, rows: Rows, length: float | None = None
     ) -> Ellipsoid:
@@ -236,7 +230,7 @@ class ManipulabilityMethods:
         metric = self._metric("velocity_ellipsoid", rows, length)
         return self._ellipsoid(q, metric, rows)
 
-    @needs("fk_jacobian_mixed")
+    @needs("jacobian_mixed")
     def force_ellipsoid(
         self, q: ArrayLike, *, rows: Rows, length: float | None = None
     ) -> Ellipsoid:
@@ -281,18 +275,22 @@ class ManipulabilityMethods:
             raise InputError(
                 f'{self.name}.{method}: rows must be "all", "linear" or "angular", got {rows!r}'
             )
-        if length is not None and not (np.isfinite(length) and length > 0):
+        return metric_of(self, rows, self._checked_length(method, length))
+
+    def _checked_length(self, method: str, length: float | None) -> float:
+        """The characteristic length, the robot's own if None."""
+        if length is None:
+            return self.characteristic_length
+        if not (np.isfinite(length) and length > 0):
             raise InputError(
                 f"{self.name}.{method}: length must be a positive number, got {length!r}"
             )
-        return metric_of(self, rows, length)
+        return float(length)
 
 
 @functools.lru_cache(maxsize=256)
-def metric_of(robot: HasLength, rows: Rows, length: float | None) -> Metric:
-    """What makes the robot's Jacobian pure numbers; the robot's own length if None."""
-    if length is None:
-        length = robot.characteristic_length
+def metric_of(robot: HasSamples, rows: Rows, length: float) -> Metric:
+    """What makes the robot's Jacobian pure numbers."""
     unit = np.array([1.0 if c.kind == "revolute" else length for c in robot.coordinates])
     row = np.zeros(6)
     row[_PART[rows]] = np.repeat([1 / length, 1.0], 3)[_PART[rows]]
@@ -300,7 +298,7 @@ def metric_of(robot: HasLength, rows: Rows, length: float | None) -> Metric:
         array.flags.writeable = False
     values = np.linalg.svd(row[:, None] * robot._samples * unit, compute_uv=False)
     rank = int((values > _RANK * values.max()).sum(-1).max()) if values.any() else 1
-    return Metric(unit, row, rank, float(length))
+    return Metric(unit, row, rank, length)
 
 
 def _decomposed(
@@ -314,16 +312,3 @@ def _decomposed(
         np.where(sound[..., None, None], scaled, 0.0), full_matrices=False
     )
     return axes[..., : metric.rank], values[..., : metric.rank], sound
-
-
-def _spread(m: int, n: int) -> FloatArray:
-    """Points (m, n) evenly in the unit cube: multiples of powers of the generalized golden ratio.
-
-    Source:
-        Roberts, The unreasonable effectiveness of quasirandom sequences, 2018.
-    """
-    ratio = 2.0
-    for _ in range(64):
-        ratio = (1 + ratio) ** (1 / (n + 1))
-    steps = ratio ** -np.arange(1.0, n + 1)
-    return np.asarray((0.5 + np.arange(1, m + 1)[:, None] * steps) % 1)

@@ -10,8 +10,7 @@ robot and key. The one whose pose is nearest comes first; each start that leads 
 by the next.
 
 Source:
-    Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, 2011;
-    Roberts, The unreasonable effectiveness of quasirandom sequences, 2018 (the starts).
+    Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, 2011.
 """
 
 from __future__ import annotations
@@ -28,6 +27,7 @@ from ._call import Function
 from ._numeric import Solver
 from .errors import InputError, ShapeError
 from .manifest import Coordinate, Frames, Reference
+from .spread import spread
 from .threads import count_cores
 
 FloatArray = NDArray[np.float64]
@@ -252,20 +252,15 @@ def _entries(T: FloatArray) -> FloatArray:
 
 
 def starts(robot: Any, key: int) -> FloatArray:
-    """(m, n) coordinates within the limits that leave no large gap, at which its loops close.
-
-    The sequence is x_k = x_0 + k (1/g, 1/g^2, ..., 1/g^n) modulo 1, with g^(n+1) = g + 1; the key
-    chooses x_0.
-    """
+    """(m, n) coordinates spread within the limits, at which its loops close; the key says where."""
     reach = np.array([_UNBOUNDED[c.unit] for c in robot.coordinates])
     lower = np.where(np.isfinite(robot.lower), robot.lower, -reach)
     upper = np.where(np.isfinite(robot.upper), robot.upper, reach)
-    g = max(np.roots([1, *[0] * (robot.n - 1), -1, -1]).real)
     first = np.random.default_rng(key).random(robot.n)
     found = np.empty((0, robot.n))
     for k in range(_STARTS // _FEWEST):
-        steps = np.arange(k * _STARTS, (k + 1) * _STARTS)[:, None]
-        q = lower + (first + steps / g ** np.arange(1, robot.n + 1)) % 1 * (upper - lower)
+        points = spread(k * _STARTS, (k + 1) * _STARTS, robot.n, first)
+        q = lower + points * (upper - lower)
         closes = np.isfinite(robot.fk(q)).all((-2, -1))
         found = np.vstack([found, q[closes]])
         if len(found) >= _FEWEST:

@@ -38,7 +38,8 @@ Representation = Literal["space", "body", "mixed"]
 
 _DAMPING = 0.04
 """Singular value, a pure number, below which a direction counts as nearly lost: a quarter of what
-it is of six-axis arms at half of all configurations."""
+it is of six-axis arms at half of all configurations. Twice that of `track`: without rate limits it
+is what bounds the rates."""
 _NO_TICK = np.array(np.nan)
 _SPATIAL = 6
 
@@ -98,7 +99,7 @@ class VelocityMethods(ManipulabilityMethods):
 
     jacobian_body: Function[FloatArray]
 
-    @needs("fk_jacobian_mixed", "hessian_mixed")
+    @needs("jacobian_mixed", "jacobian_body")
     def joint_rates(
         self,
         q: ArrayLike,
@@ -180,7 +181,7 @@ class VelocityMethods(ManipulabilityMethods):
             wanted = self._secondary(q, secondary, gain, metric)
         return Rates(*self._solve(method, posed, twist, bounds, wanted, metric, damping))
 
-    @needs("fk_jacobian_mixed", "acceleration_mixed")
+    @needs("acceleration_mixed")
     def joint_accelerations(
         self,
         q: ArrayLike,
@@ -265,8 +266,7 @@ class VelocityMethods(ManipulabilityMethods):
             return None, self.jacobian_mixed(q)
         if representation == "body":
             return None, self.jacobian_body(q)
-        pose, J = self.fk_jacobian_mixed(q)
-        return pose[..., :3, 3], J
+        return self.fk(q)[..., :3, 3], self.jacobian_mixed(q)
 
     def _bounds(
         self,
@@ -308,6 +308,11 @@ class VelocityMethods(ManipulabilityMethods):
         weight = gain * metric.unit**2
         if isinstance(secondary, str):
             if secondary == "manipulability":
+                if "hessian_mixed" not in self.functions:
+                    raise InputError(
+                        f"{self.name}.joint_rates: its loops are solved by iteration, without the "
+                        "derivative that manipulability needs; secondary can be a posture"
+                    )
                 J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
                 _, upwards = _rates.gradient(J, H, metric.unit, metric.row, metric.rank)
                 return np.asarray(weight * upwards)

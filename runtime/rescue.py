@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from ._call import Function
 from .manifest import FunctionInfo, Manifest
 from .polish import polish
+from .screws import off_rotation
 from .solutions import TOLERANCE
 
 FloatArray = NDArray[np.float64]
@@ -65,7 +66,7 @@ class Rescue:
         poses = np.broadcast_to(inputs[0], (*missed.shape, 4, 4))
         # The tool comes no nearer to what is no pose, such as one in single precision, than it is.
         rigid = np.zeros_like(missed)
-        rigid[missed] = _off_rotation(poses[missed][:, :3, :3]) <= TOLERANCE
+        rigid[missed] = off_rotation(poses[missed][:, :3, :3]) <= TOLERANCE
         slots = np.nonzero(near & rigid[..., None])
         if not len(slots[-1]):
             return
@@ -112,18 +113,6 @@ def _held_by(
     assert manifest.loops.reference is not None
     moves = functions["chain_D_q"](np.array(manifest.loops.reference.q))[rows]
     return tuple(np.flatnonzero(moves.any(0)).tolist())
-
-
-def _off_rotation(R: FloatArray) -> FloatArray:
-    """How far matrices (N, 3, 3) are from rotations, as residuals measure it, |R_1 - R_2| / 2^0.5.
-
-    To first order that is |R^T R - 1| / 8^0.5.
-    """
-    with np.errstate(invalid="ignore", over="ignore"):
-        x, y, z = R.transpose(2, 1, 0)
-        lengths = sum(((a * a).sum(0) - 1) ** 2 for a in (x, y, z))
-        angles = sum((a * b).sum(0) ** 2 for a, b in ((x, y), (y, z), (z, x)))
-        return np.asarray(np.sqrt(lengths / 8 + angles / 4))
 
 
 def _residual(here: FloatArray, there: FloatArray) -> FloatArray:

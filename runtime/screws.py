@@ -188,6 +188,18 @@ def straight(T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike) -> FloatArray:
     return _pose(R_a @ exp_rotation(part[..., None] * turn), start[..., :3, 3] + ahead)
 
 
+def off_rotation(R: FloatArray) -> FloatArray:
+    """How far matrices (N, 3, 3) are from rotations and reflections, in |R_1 - R_2| / 2^0.5.
+
+    That is how residuals measure it; to first order it is |R^T R - 1| / 8^0.5.
+    """
+    with np.errstate(invalid="ignore", over="ignore"):
+        x, y, z = R.transpose(2, 1, 0)
+        lengths = sum(((a * a).sum(0) - 1) ** 2 for a in (x, y, z))
+        angles = sum((a * b).sum(0) ** 2 for a, b in ((x, y), (y, z), (z, x)))
+        return np.asarray(np.sqrt(lengths / 8 + angles / 4))
+
+
 def _way(
     T_a: ArrayLike, T_b: ArrayLike, s: ArrayLike, name: str
 ) -> tuple[FloatArray, FloatArray, FloatArray]:

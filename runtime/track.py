@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from . import _track
 from ._call import Function
 from .errors import InputError, ShapeError
-from .manifest import Coordinate
+from .manipulability import ManipulabilityMethods
 from .offered import needs
+from .screws import off_rotation
 
 FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.intp]
@@ -23,7 +24,9 @@ _SMALLEST = 0.02
 singularities: metres of the tool, or of `length` times its angle, for a metre of it that the joints
 would each move it at the start. A UR5e's wrist has it two degrees from being in line."""
 _DAMPING = 0.02
-"""The damping of a singular value of 0, in the same unit."""
+"""The damping of a singular value of 0, in the same unit: then the law is that of `rates`. Half of
+what joint rates have by default, whose bound it is: here rates have limits of their own, and what
+is damped away is an error of place, which grows with it."""
 _GAIN = 0.5
 """The share of the error that a step corrects by itself. At 1 a step would go all the way to the
 linear answer, beyond 2 the error would grow."""
@@ -87,14 +90,9 @@ class Track:
         return " ".join(filter(None, sentences))
 
 
-class TrackMethods:
+class TrackMethods(ManipulabilityMethods):
     """The part of a robot that follows paths by rates."""
 
-    name: str
-    n: int
-    coordinates: tuple[Coordinate, ...]
-    lower: FloatArray
-    upper: FloatArray
     fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
 
     @needs("fk_jacobian_mixed")
@@ -119,9 +117,12 @@ class TrackMethods:
 
         Singular values are those of the Jacobian with angles of the tool times `length`, and each
         column divided by what a unit of that coordinate moves the tool at q0, distance and `length`
-        times angle in one. Damping d is 0 where the smallest is above 0.02 and grows to 0.02 at the
-        singularity. While steps come out worse than the Jacobian has them, as at the border of
-        reach, d is increased, up to 1, and with it the range that it is applied in.
+        times angle in one: a motor with a gear counts by what it does, whereas `manipulability` and
+        `joint_rates` tell turning coordinates from sliding ones alone. Of arms with six and seven
+        axes they are 0.7 to 0.9 times the values there. Damping d is 0 where the smallest is above
+        0.02 and grows to 0.02 at the singularity. While steps come out worse than the Jacobian has
+        them, as at the border of reach, d is increased, up to 1, and with it the range that it is
+        applied in.
 
         Where a wrist has to turn over, the tool is brought back by joints that turn as fast as they
         may: give rate limits for such a path. The error, distance and `length` times angle in one,
@@ -137,9 +138,8 @@ class TrackMethods:
             gain: The rate at which errors are corrected [1/s], above 0, at most 1 / dt; 0.5 / dt if
                 None.
             length: The characteristic length [m], by which angles are compared with distances: the
-                smaller, the less is the tool's place given up for its direction. If None, that of
-                the lever arms at q0: root mean square of the tool's speeds over that of its angular
-                rates, of all joints that turn it; 1 if none does.
+                smaller, the less is the tool's place given up for its direction.
+                `robot.characteristic_length` if None.
 
         Returns:
             Coordinates, rates and errors, and where limits were touched.
@@ -161,9 +161,7 @@ class TrackMethods:
         _require(0 < dt < np.inf, f"{self.name}.track: dt must be positive, got {dt!r}")
         share = _GAIN if gain is None else gain * dt
         _require(0 < share <= 1, f"{self.name}.track: gain must be in (0, 1 / dt], got {gain!r}")
-        if length is None:
-            length = self._lever(start)
-        _require(0 < length < np.inf, f"{self.name}.track: length must be positive, got {length!r}")
+        length = self._checked_length("track", length)
         unit = self._units(start, length)
         m, n = len(path), self.n
         q, qd = np.empty((m, n)), np.empty((m - 1, n))
@@ -183,10 +181,9 @@ class TrackMethods:
             raise ShapeError(f"{self.name}.track: expected poses (m, 4, 4), got {path.shape}")
         if start.shape != (self.n,):
             raise ShapeError(f"{self.name}.track: expected q0 ({self.n},), got {start.shape}")
-        finite = np.asarray(np.isfinite(path).all((-2, -1)))
-        R = np.where(finite[:, None, None], path[:, :3, :3], 0.0)
-        off = np.abs(np.swapaxes(R, -1, -2) @ R - np.eye(3)).max((-2, -1))
-        bad = ~((off <= _RIGID) & (np.linalg.det(R) > 0) & finite)
+        R = path[:, :3, :3]
+        sound = (off_rotation(R) <= _RIGID) & np.isfinite(path).all((-2, -1))
+        bad = ~sound | (np.linalg.det(np.where(sound[:, None, None], R, 0.0)) <= 0)
         bad |= (path[:, 3] != [0, 0, 0, 1]).any(-1)
         _require(not bad.any(), f"{self.name}.track: pose {np.argmax(bad)} is not a rigid one")
         outside = ~((start >= self.lower) & (start <= self.upper) & np.isfinite(start))
@@ -202,12 +199,6 @@ class TrackMethods:
             )
         _require(bool((given > 0).all()), f"{self.name}.track: rate_limits must be positive")
         return np.ascontiguousarray(np.broadcast_to(given, self.n))
-
-    def _lever(self, q: FloatArray) -> float:
-        J = self.fk_jacobian_mixed(q)[1]
-        turning = J[:, (J[3:] != 0).any(0)]
-        lever = np.linalg.norm(turning[:3]) / max(float(np.linalg.norm(turning[3:])), 1e-300)
-        return float(lever) if lever > 0 else 1.0
 
     def _units(self, q: FloatArray, length: float) -> FloatArray:
         """Metres that a unit of each coordinate moves the tool; gears make it anything."""

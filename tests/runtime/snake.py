@@ -11,6 +11,7 @@ WALL = 1.0
 
 HEADER = """\
 void snake_fk_jacobian_mixed(const double q[{n}], double T[16], double J[{m}]);
+void snake_jacobian_mixed(const double q[{n}], double J[{m}]);
 """
 SOURCE = """\
 #include "snake.h"
@@ -34,6 +35,11 @@ void snake_fk_jacobian_mixed(const double q[{n}], double T[16], double J[{m}])
         J[i] = y[i] - y[N]; J[N + i] = x[N] - x[i]; J[5 * N + i] = 1.0;
     }}
 }}
+void snake_jacobian_mixed(const double q[{n}], double J[{m}])
+{{
+    double T[16];
+    snake_fk_jacobian_mixed(q, T, J);
+}}
 """
 
 
@@ -41,7 +47,8 @@ def write(path, n, limit=None):
     """Writes a snake of n joints to a folder, each within +-limit."""
     q, T = tiny.argument("q", [n], "rad"), tiny.argument("T", [4, 4])
     J = tiny.argument("J", [6, n])
-    function = tiny.function("fk_jacobian_mixed", "Pose and Jacobian.", [q], [T, J])
+    both = tiny.function("fk_jacobian_mixed", "Pose and Jacobian.", [q], [T, J])
+    alone = tiny.function("jacobian_mixed", "Jacobian.", [q], [J])
     lower = None if limit is None else -limit
     joint = {"kind": "revolute", "unit": "rad", "lower": lower, "upper": limit}
     manifest = {
@@ -49,7 +56,7 @@ def write(path, n, limit=None):
         "name": "snake",
         "title": "A planar snake",
         "coordinates": [{"name": f"joint{i + 1}", **joint} for i in range(n)],
-        "functions": [{**function, "symbol": "snake_fk_jacobian_mixed"}],
+        "functions": [{**f, "symbol": f"snake_{f['name']}"} for f in (both, alone)],
     }
     folder = tiny.Folder(path, manifest, "snake")
     source = SOURCE.format(n=n, m=6 * n, link=LINK, wall=WALL)

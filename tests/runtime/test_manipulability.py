@@ -150,6 +150,14 @@ def test_wrong_input_is_named(ur5e):
         ur5e.velocity_ellipsoid(q, rows="linear", length=0.0)
     with pytest.raises(chasles.ShapeError):
         ur5e.manipulability(np.zeros(5))
-    for name in ("manipulability", "characteristic_length"):
-        with pytest.raises(AttributeError, match=f"'stewart_gough' has no '{name}'"):
-            getattr(chasles.load("stewart_gough"), name)
+    with pytest.raises(AttributeError, match="'stewart_gough' has no 'manipulability_gradient'"):
+        chasles.load("stewart_gough").manipulability_gradient  # noqa: B018
+
+
+def test_a_platform_moves_with_its_chain_as_its_actuators_make_it():
+    platform = chasles.load("stewart_gough")
+    q = np.array(platform.reference.q) + np.linspace(0, 0.03, 6)
+    theta = platform.chain(q)
+    J = platform.chain_jacobian_mixed(theta) @ np.linalg.inv(platform.actuators_D_chain(theta))
+    values = platform.manipulability(q, length=1.0).singular_values
+    np.testing.assert_allclose(values, np.linalg.svd(J, compute_uv=False), rtol=1e-9)

@@ -463,3 +463,16 @@ def test_the_examples_of_the_page_run(capsys):
     assert parts["place"].success
     assert parts["point"].success
     assert distance(arm.link_poses(link["found"].q)[3], link["elbow"]) <= TOLERANCE
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_seed_half_a_turn_away_leads_on(ur5e, axis):
+    # There the logarithm of the way has the limit of a quotient 0 / 0 in it.
+    rng = np.random.default_rng(0)
+    seed = rng.uniform(-2, 2, (3000, 6))
+    T = ur5e.fk(seed) @ np.diag([1.0 if k in (axis, 3) else -1.0 for k in range(4)])
+    T[:, :3, 3] += 0.05 * rng.normal(size=(3000, 3))
+    within_reach = ur5e.ik(T).valid.any(-1)
+    assert within_reach.sum() > 2000
+    found = ur5e.ik_numeric(T[within_reach], seed=seed[within_reach])
+    assert found.success.all()

@@ -502,9 +502,29 @@ def test_what_is_not_finite_gives_nan(ur5e):
     assert not found.limited[:2].any()
 
 
-def test_a_robot_iterated_on_has_none():
-    with pytest.raises(AttributeError, match="'joint_rates'"):
-        chasles.load("stewart_gough").joint_rates  # noqa: B018
+@pytest.mark.parametrize("name", ["stewart_gough", "planar_3rrr"])
+@pytest.mark.parametrize("representation", ["mixed", "body", "space"])
+def test_platforms_move_as_their_actuators_are_told(name, representation):
+    robot = chasles.load(name)
+    q = np.array(robot.reference.q) + 0.01
+    V = getattr(robot, f"jacobian_{representation}")(q) @ np.linspace(-0.1, 0.2, robot.n)
+    rates = robot.joint_rates(q, V, representation=representation)
+    np.testing.assert_allclose(rates.qd, np.linspace(-0.1, 0.2, robot.n), atol=1e-12)
+    np.testing.assert_allclose(rates.twist, V, atol=CLOSURE)
+    step = 1e-6
+    here, there = robot.fk(q), robot.fk(q + step * rates.qd)
+    moved = chasles.screws.log(chasles.screws.inverse(here) @ there) / step
+    body = robot.joint_rates(q, moved, representation="body")
+    np.testing.assert_allclose(body.qd, rates.qd, atol=1e-5)
+
+
+def test_platforms_have_no_gradient_and_no_accelerations():
+    platform = chasles.load("stewart_gough")
+    q = np.array(platform.reference.q)
+    with pytest.raises(chasles.InputError, match=r"^stewart_gough\.joint_rates: its loops are"):
+        platform.joint_rates(q, np.zeros(6), secondary="manipulability")
+    with pytest.raises(AttributeError, match="'joint_accelerations'"):
+        platform.joint_accelerations  # noqa: B018
 
 
 def test_the_page():

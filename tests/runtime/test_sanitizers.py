@@ -1,8 +1,9 @@
-"""The generated C under the compiler's sanitizers, called from C: what Python would not notice."""
+"""Generated C, and solvers on it, under the compiler's sanitizers: what Python would not notice."""
 
 import re
 import shutil
 import subprocess
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -10,8 +11,10 @@ import pytest
 import chasles
 from chasles.library import write_glue
 from chasles.manifest import read_manifest
+from chasles.numeric import screws_before
 
 DRIVER = Path(__file__).with_name("kernels.c")
+SOLVERS = Path(__file__).with_name("solvers.c")
 GENERATED = Path(__file__).parents[2] / "generated"
 RUNTIME = Path(chasles.__file__).parent
 GCC = shutil.which("gcc")
@@ -44,8 +47,20 @@ def build(name, folder, *flags):
     return folder / "kernels", len(manifest.functions)
 
 
-def run(program, mode):
-    done = subprocess.run([program, mode], capture_output=True, text=True, check=False)
+def build_solvers(name, folder, sanitizers):
+    """The driver of the solvers with the functions of a robot, one pose at a time."""
+    manifest = read_manifest(GENERATED / name)
+    files = {file: digest for file, digest in manifest.files.items() if file != manifest.batch_file}
+    (folder / "glue.c").write_text(write_glue(replace(manifest, files=files)))
+    flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-fno-sanitize-recover=all"]
+    paths = [f"-fsanitize={sanitizers}", f"-I{RUNTIME}", f"-I{manifest.folder}"]
+    command = [GCC, *flags, *paths, str(SOLVERS), "glue.c", "-o", "solvers", "-lpthread", "-lm"]
+    subprocess.run(command, cwd=folder, check=True)
+    return folder / "solvers"
+
+
+def run(program, mode, given=""):
+    done = subprocess.run([program, mode], input=given, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr[:3000]
     return int(done.stdout)
 
@@ -102,3 +117,34 @@ def test_threads_do_not_race(flags, tmp_path):
     assert run(program, "threads") == functions
     found = subprocess.run([program, "race"], capture_output=True, text=True, check=False)
     assert "data race" in found.stderr, "the sanitizer does not see what it should"
+
+
+SOLVED = {"tool": 4 * 24, "link": 4 * 24, "platform": 4 * 24, "box": 400}
+"""Poses by tasks, with seeds and without; steps along a path."""
+
+
+def screws_for(name):
+    """The screws before the last link but one, as the driver reads them."""
+    robot = chasles.load(name)
+    screws = screws_before(robot, len(robot.frames.links) - 2)
+    return "\n".join([str(len(screws)), *(" ".join(map(repr, row)) for row in screws.tolist())])
+
+
+@pytest.mark.parametrize(
+    ("name", "modes"),
+    [
+        ("ur5e", ["tool", "box"]),
+        ("panda", ["tool", "link", "box"]),
+        ("stewart_gough", ["platform"]),
+    ],
+)
+def test_solvers_stay_within_their_memory(name, modes, tmp_path):
+    require(tmp_path, "address,undefined")
+    program = build_solvers(name, tmp_path, "address,undefined")
+    for mode in modes:
+        assert run(program, mode, screws_for(name) if mode == "link" else "") == SOLVED[mode]
+
+
+def test_threads_of_a_solver_do_not_race(tmp_path):
+    require(tmp_path, "thread")
+    assert run(build_solvers("ur5e", tmp_path, "thread"), "tool") == SOLVED["tool"]
