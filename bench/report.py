@@ -67,7 +67,7 @@ class Ratio:
     @property
     def holds(self) -> bool:
         """Whether the median reaches the bar."""
-        return self.bar is None or self.median >= self.bar
+        return self.bar is None or bool(self.median >= self.bar)
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Limit:
     @property
     def holds(self) -> bool:
         """Whether it does."""
-        return self.bar is None or self.value <= self.bar
+        return self.bar is None or bool(self.value <= self.bar)
 
 
 def seconds(work: Callable[[], object], clock: Callable[[], float] = time.perf_counter) -> float:
