@@ -177,7 +177,8 @@ static PyObject *solver_new(PyTypeObject *type, PyObject *args, PyObject *kwargs
     int fits = read_kernels(self, capsules) == 0;
     if (fits) {
         self->arm.n = self->arm.n_all = self->arm.kernels[0]->sizes[0];
-        fits = kernels_fit(&self->arm) && (self->arm.kind != OF_LINK || read_screws(&self->arm, screws) == 0) &&
+        fits = kernels_fit(&self->arm) &&
+               (self->arm.kind != OF_LINK || read_screws(&self->arm, screws) == 0) &&
                read_tables(&self->arm, lower, upper, starts, poses) == 0;
     }
     if (!fits) {
@@ -192,7 +193,8 @@ static PyArrayObject *poses_of(PyObject *object)
     PyArrayObject *array =
         (PyArrayObject *)PyArray_FROM_OTF(object, NPY_DOUBLE, NPY_ARRAY_IN_ARRAY);
     int ndim = array ? PyArray_NDIM(array) : 0;
-    if (array && (ndim < 2 || PyArray_DIM(array, ndim - 1) != 4 || PyArray_DIM(array, ndim - 2) != 4)) {
+    if (array &&
+        (ndim < 2 || PyArray_DIM(array, ndim - 1) != 4 || PyArray_DIM(array, ndim - 2) != 4)) {
         PyErr_SetString(PyExc_ValueError, "T has a wrong shape");
         Py_CLEAR(array);
     }

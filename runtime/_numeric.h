@@ -10,12 +10,17 @@
  * else mu rises. As lambda vanishes with the error, convergence is quadratic, also at
  * singularities' edge; where the error cannot vanish the iteration ends at its least.
  *
- * A start that ends there is followed by the next: starts are a table of configurations with their
- * poses, of which the one whose pose is nearest comes first.
+ * Where branches meet, the error hardly falls along the tangent: there Halley's step, by J + H dq / 2
+ * with the Hessian H, is tried as well.
+ *
+ * A start that gains little is followed by the next: starts are a table of configurations with their
+ * poses, of which the one whose pose is nearest comes first. Where none reaches the pose, the best
+ * are brought to the least error nearby, of distance and angle apart.
  *
  * Source: Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method,
  * 2011 (lambda by the squared error); Bertsekas, Projected Newton methods for optimization problems
- * with simple constraints, 1982 (which coordinates a limit holds).
+ * with simple constraints, 1982 (which coordinates a limit holds); Lloyd, Irani and Ahmadi, Fast and
+ * robust inverse kinematics of serial robots using Halley's method, 2022 (J + H dq / 2).
  */
 #ifndef CHASLES_NUMERIC_H
 #define CHASLES_NUMERIC_H
@@ -72,9 +77,9 @@ typedef struct {
 } Screw;
 
 typedef struct {
-        /* Of the tool: (pose and Jacobian, Hessian). Of a link: (poses of all links[, rates of the chain's joints
-     * by coordinates]), with the link and the screws before it. Of a platform: (pose, Jacobian,
-     * actuators, their rates by the chain's joints). */
+    /* Of the tool: (pose and Jacobian, Hessian). Of a link: (poses of all links[, rates of the
+     * chain's joints by coordinates]), with the link and the screws before it. Of a platform: (pose,
+     * Jacobian, actuators, their rates by the chain's joints). */
     enum { OF_TOOL, OF_LINK, OF_PLATFORM } kind;
     const chasles_kernel *kernels[KERNELS];
     int n_kernels;
@@ -335,7 +340,8 @@ static int follow_actuators(const Arm *self, double *x, double *scratch)
 static int scratch_size(const Arm *self)
 {
     int n = self->n;
-    return POSE * self->n_links + self->n_joints * n + SPACE * n * n + 2 * n * n + 2 * SPACE * n + n;
+    int of_link = POSE * self->n_links + self->n_joints * n, of_platform = 2 * n * n + n;
+    return of_link + of_platform + SPACE * n * n + 2 * SPACE * n;
 }
 
 /* The twist from one pose to another in base axes: by the logarithm of T^-1 T_d, or where the task
@@ -367,7 +373,8 @@ static void twist_between(const double *T, const double *T_d, int whole, double 
 /* What twists (n, 6), in the axes of the task, take off an error of which some parts may stay: of
  * the way p what the tip's turn makes of it, where it is seen from the tip; of the turn w the
  * derivative of its logarithm. */
-static void see_from_afar(const Task *task, const double *p, const double *w, double *columns, int n)
+static void see_from_afar(const Task *task, const double *p, const double *w, double *columns,
+                          int n)
 {
     double angle = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
     double k = angle > 1e-4 ? (1 - angle / (2 * tan(angle / 2))) / (angle * angle) : 1.0 / 12;
@@ -817,8 +824,8 @@ static void *solve_pieces(void *argument)
         while ((first = atomic_fetch_add(&batch->next, PIECE)) < count) {
             for (size_t k = first; k < count && k < first + PIECE; k++) {
                 const Found *all = &batch->found;
-                const Found found = {all->q + k * self->n, all->residual + k, all->success + k, all->ending + k,
-                                     all->iterations + k, all->restarts + k};
+                const Found found = {all->q + k * self->n, all->residual + k,   all->success + k,
+                                     all->ending + k,      all->iterations + k, all->restarts + k};
                 const double *seed = batch->seeds ? batch->seeds + k * self->n_all : NULL;
                 solve(self, batch->task, batch->poses + k * POSE, seed, &work, &found);
             }
