@@ -41,7 +41,7 @@
 #define PIECE 16 /* poses that a thread takes at a time */
 
 /* How an iteration ended. */
-enum { CONVERGED, LIMITS, STALLED, BUDGET };
+enum { CONVERGED, LIMITS, STALLED, BUDGET, NO_POSE };
 
 #define FIRST_MU 0.1
 #define MU_FALLS 0.3
@@ -765,10 +765,17 @@ static void solve(const Arm *self, const Task *task, const double *T_d, const do
             memcpy(best_q, work->q, row);
         }
     }
+    if (ending == BUDGET && budget > 0) {
+        Task apart = *task;
+        apart.whole = 0;
+        memcpy(work->q, best_q, row);
+        ending = attempt(self, &apart, T_d, PATIENT_GAIN, work, &best, &budget);
+        memcpy(best_q, work->q, row);
+    }
     memcpy(found->q, best_q, self->n * sizeof(double));
     *found->residual = best.residual;
     *found->success = best.residual <= task->tolerance;
-    *found->ending = ending;
+    *found->ending = is_pose(T_d) ? ending : NO_POSE;
     *found->iterations = task->budget - budget;
     *found->restarts = tried > 1 ? tried - 1 : 0;
 }

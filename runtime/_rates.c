@@ -20,6 +20,7 @@
 #include <numpy/arrayobject.h>
 #include <numpy/ufuncobject.h>
 
+#include "_damped.h"
 #include "_orthogonal.h"
 
 #define TWIST 6
@@ -242,63 +243,117 @@ static int violated(const Work *w)
     return 0;
 }
 
-/* y: the task as far as it goes, other joints taking over from one that is at its bound as long as
- * they can; then scaled. Returns the scale. Flacco, De Luca and Khatib 2012, algorithm 1. */
+typedef struct {
+    double scale;
+    int critical; /* the joint that keeps the scale from being larger, or -1 */
+} Candidate;
+
+/* y = a + b: the task by the joints that are not out, which make up for what those do at their
+ * bounds; how far it may be scaled. */
+static Candidate candidate(Work *w)
+{
+    int n = w->n;
+    double left[TWIST];
+    apply_inverse(&w->svd, w->rank, w->border, w->V, w->a);
+    for (int i = 0; i < TWIST; i++) {
+        left[i] = -rows_dot(w->J + i * n, w->held, n);
+    }
+    apply_inverse(&w->svd, w->rank, w->border, left, w->b);
+    for (int k = 0; k < n; k++) {
+        w->b[k] = w->out[k] ? w->held[k] : w->b[k];
+        w->a[k] = w->out[k] ? 0 : w->a[k];
+        w->y[k] = w->a[k] + w->b[k];
+    }
+    Candidate found = {1, -1};
+    if (violated(w)) {
+        found.scale = scale_of(w, &found.critical);
+    }
+    return found;
+}
+
+static void keep_better(Work *w, Candidate found, Candidate *best)
+{
+    if (found.scale > best->scale) {
+        *best = found;
+        memcpy(w->best_a, w->a, w->n * sizeof(double));
+        memcpy(w->best_b, w->b, w->n * sizeof(double));
+        memcpy(w->best_out, w->out, w->n);
+    }
+}
+
+/* Without the joints that are out; whether the task can be done so without damping. */
+static int can_do_without(Work *w)
+{
+    decompose(&w->svd, w->J, w->out);
+    return w->rank <= w->svd.count && w->svd.sigma[w->rank - 1] >= w->border;
+}
+
+/* Holds joints one after the other, each the one that keeps the scale from being larger. */
+static void hold_one_by_one(Work *w, Candidate *best)
+{
+    memset(w->out, 0, w->n);
+    memset(w->held, 0, w->n * sizeof(double));
+    for (;;) {
+        Candidate found = candidate(w);
+        keep_better(w, found, best);
+        int k = found.critical;
+        if (found.scale == 1 || k < 0) {
+            return;
+        }
+        w->out[k] = 1;
+        w->held[k] = w->y[k] > w->hi[k] ? w->hi[k] : w->y[k] < w->lo[k] ? w->lo[k] : w->y[k];
+        if (!can_do_without(w)) {
+            return;
+        }
+    }
+}
+
+/* Holds the joints at the bounds that the least squares within all bounds have them at: one that was
+ * held too early, where another should have been, is never let go in the way above. */
+static void hold_as_in_box(Work *w, Candidate *best)
+{
+    damped box;
+    if (!damped_new(&box, w->n, w->border, w->border)) {
+        return;
+    }
+    damped_decompose(&box, w->J);
+    damped_solve(&box, w->V);
+    damped_box(&box, w->lo, w->hi);
+    for (int k = 0; k < w->n; k++) {
+        w->out[k] = box.at[k] != 0;
+        w->held[k] = box.at[k] ? box.x[k] : 0;
+    }
+    damped_free(&box);
+    if (can_do_without(w)) {
+        keep_better(w, candidate(w), best);
+    }
+}
+
+/* y: the task as far as it goes, other joints taking over from those that are at their bounds as long
+ * as they can; then scaled. Returns the scale. Flacco, De Luca and Khatib 2012, algorithm 1. */
 static double task_within(Work *w)
 {
-    int n = w->n, critical, best_critical = -1;
-    double best = -2, left[TWIST];
-    memset(w->out, 0, n);
-    memset(w->b, 0, n * sizeof(double));
-    memset(w->held, 0, n * sizeof(double));
-    for (;;) {
-        apply_inverse(&w->svd, w->rank, w->border, w->V, w->a);
-        if (best > -2) { /* what those at their bounds do is taken off by the others */
-            for (int i = 0; i < TWIST; i++) {
-                left[i] = -rows_dot(w->J + i * n, w->held, n);
-            }
-            apply_inverse(&w->svd, w->rank, w->border, left, w->b);
-            for (int k = 0; k < n; k++) {
-                w->b[k] = w->out[k] ? w->held[k] : w->b[k];
-                w->a[k] = w->out[k] ? 0 : w->a[k];
-            }
-        }
-        for (int k = 0; k < n; k++) {
-            w->y[k] = w->a[k] + w->b[k];
-        }
-        double s = violated(w) ? scale_of(w, &critical) : (critical = -1, 1);
-        if (s > best) {
-            best = s, best_critical = critical;
-            memcpy(w->best_a, w->a, n * sizeof(double));
-            memcpy(w->best_b, w->b, n * sizeof(double));
-            memcpy(w->best_out, w->out, n);
-        }
-        if (s == 1 || critical < 0) {
-            break;
-        }
-        w->out[critical] = 1;
-        w->held[critical] = w->y[critical] > w->hi[critical]   ? w->hi[critical]
-                            : w->y[critical] < w->lo[critical] ? w->lo[critical]
-                                                               : w->y[critical];
-        decompose(&w->svd, w->J, w->out);
-        if (w->rank > w->svd.count || w->svd.sigma[w->rank - 1] < w->border) {
-            break;
-        }
+    Candidate best = {-2, -1};
+    memset(w->b, 0, w->n * sizeof(double));
+    hold_one_by_one(w, &best);
+    if (best.scale < 1) {
+        hold_as_in_box(w, &best);
     }
-    if (best < 0) {
-        best = nearest_scale(w->best_a, w->lo, w->hi, n);
+    double scale = best.scale;
+    if (scale < 0) {
+        scale = nearest_scale(w->best_a, w->lo, w->hi, w->n);
     }
-    memcpy(w->out, w->best_out, n);
-    memcpy(w->limited, w->best_out, n);
-    if (best_critical >= 0) {
-        w->limited[best_critical] = 1;
+    memcpy(w->out, w->best_out, w->n);
+    memcpy(w->limited, w->best_out, w->n);
+    if (best.critical >= 0) {
+        w->limited[best.critical] = 1;
     }
-    for (int k = 0; k < n; k++) {
-        double y = best * w->best_a[k] + w->best_b[k];
+    for (int k = 0; k < w->n; k++) {
+        double y = scale * w->best_a[k] + w->best_b[k];
         w->y[k] = fmin(fmax(y, w->lo[k]), w->hi[k]);
         w->limited[k] |= w->y[k] != y;
     }
-    return best;
+    return scale;
 }
 
 /* Adds what of z the task does not see, around the bounds. */

@@ -75,9 +75,12 @@ static void measure(Tracking *t, Py_ssize_t k, double *missing)
 /* Moves a coordinate; rounding must carry it beyond neither its limits nor its rate. */
 static double moved(const Tracking *t, int j, double here, double step)
 {
-    double there = fmin(fmax(here + step, t->lower[j]), t->upper[j]);
-    while (fabs(there - here) > t->rate[j] * t->dt || fabs((there - here) / t->dt) > t->rate[j]) {
-        there = nextafter(there, here);
+    double most = t->rate[j] * t->dt, way = fmin(fmax(step, -most), most);
+    double there = fmin(fmax(here + way, t->lower[j]), t->upper[j]);
+    /* By last places of the way: those of a place near zero are too small to tell. */
+    while (fabs(there - here) > most || fabs((there - here) / t->dt) > t->rate[j]) {
+        way = nextafter(way, 0);
+        there = fmin(fmax(here + way, t->lower[j]), t->upper[j]);
     }
     return there;
 }

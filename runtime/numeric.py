@@ -27,12 +27,13 @@ from ._call import Function
 from ._numeric import Solver
 from .errors import InputError, ShapeError
 from .manifest import Coordinate, Frames, Reference
+from .reals import real_array
 from .spread import spread
 from .threads import count_cores
 
 FloatArray = NDArray[np.float64]
 
-REASONS = ("converged", "limits", "stalled", "budget")
+REASONS = ("converged", "limits", "stalled", "budget", "no pose")
 _WHOLE = np.ones(6)
 _STARTS = 256
 _FEWEST = 32
@@ -72,7 +73,7 @@ class Found(NamedTuple):
 
         "converged": to the tolerance. "limits": at the least residual nearby, where limits hold
         some coordinates. "stalled": at the least residual nearby, within the limits. "budget":
-        still on the way.
+        still on the way. "no pose": what was given is no place and rotation, to 1e-6.
         """
         return np.array(REASONS)[self.ending]
 
@@ -80,8 +81,9 @@ class Found(NamedTuple):
         """In a sentence."""
         if self.success.ndim == 0:
             return f"{self.reason} after {self.iterations} iterations, residual {self.residual:.3g}"
-        of = [f"{np.count_nonzero(self.ending == k)} {name}" for k, name in enumerate(REASONS)]
-        worst = np.max(self.residual, initial=0.0)
+        counts = np.bincount(self.ending.reshape(-1), minlength=len(REASONS))
+        of = [f"{n} {name}" for n, name in zip(counts, REASONS, strict=True) if n]
+        worst = np.nanmax(self.residual, initial=0.0)
         return f"{self.success.size} poses: {', '.join(of)}; largest residual {worst:.3g}"
 
 
@@ -124,7 +126,8 @@ class NumericMethods:
                 but NaN.
             seed: (..., n) where to begin [rad or m]; leading dimensions broadcast. What lies beyond
                 a limit begins at it. Without one, the start whose pose is nearest comes first.
-            tip: The link that is to be there, one of `frames.links`; the tool by default.
+            tip: The link that is to be there, one of `frames.links`; the tool by default, and of
+                platforms the tool alone.
             weights: Six numbers that multiply the error's parts (v, omega), 0 for a part that may
                 be anything: (1, 1, 1, 0, 0, 0) for a position alone. All 1 by default: a metre is
                 as much as a radian.
@@ -148,7 +151,7 @@ class NumericMethods:
         method = f"{self.name}.ik_numeric"
         if axes not in ("tool", "base"):
             raise InputError(f'{method}: expected axes "tool" or "base", got {axes!r}')
-        if not tolerance > 0:
+        if not (isinstance(tolerance, int | float) and tolerance > 0):
             raise InputError(f"{method}: expected a tolerance above 0, got {tolerance!r}")
         most = _whole_number(method, "budget", budget, 1, _MOST_BUDGET)
         given = count_cores() if threads == "all" else threads
@@ -156,7 +159,7 @@ class NumericMethods:
         key = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else rng
         key = _whole_number(method, "rng", key, 0, None)
         solver = self._solvers.get((tip, key)) or self._new_solver(tip, key)
-        poses = np.asarray(T, np.float64)
+        poses = real_array(method, "T", T)
         if poses.shape[-2:] != (4, 4):
             raise ShapeError(f"{method}: expected poses T (..., 4, 4), got shape {poses.shape}")
         begin = None
@@ -176,7 +179,7 @@ class NumericMethods:
     def _with_seeds(self, poses: FloatArray, seed: ArrayLike) -> tuple[FloatArray, FloatArray]:
         """As many poses as seeds, and as many seeds as poses."""
         method = f"{self.name}.ik_numeric"
-        begin = np.asarray(seed, np.float64)
+        begin = real_array(method, "seed", seed)
         if begin.shape[-1:] != (self.n,):
             raise ShapeError(f"{method}: expected a seed (..., {self.n}), got shape {begin.shape}")
         try:
@@ -203,7 +206,7 @@ def _whole_number(method: str, name: str, given: object, least: int, most: int |
 
 
 def _weights(method: str, given: Sequence[float]) -> FloatArray:
-    weights = np.asarray(given, np.float64)
+    weights = real_array(method, "weights", given)
     if weights.shape != (6,):
         raise ShapeError(f"{method}: expected six weights, got shape {weights.shape}")
     if not (weights >= 0).all() or not weights.any() or not np.isfinite(weights).all():

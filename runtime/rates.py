@@ -31,6 +31,7 @@ from ._call import Function
 from .errors import InputError, ShapeError
 from .manipulability import ManipulabilityMethods, Metric, Rows
 from .offered import needs
+from .reals import real_array
 
 FloatArray = NDArray[np.float64]
 BoolArray = NDArray[np.bool_]
@@ -172,6 +173,10 @@ class VelocityMethods(ManipulabilityMethods):
         """
         method = "joint_rates"
         metric = self._checked(method, representation, rows, damping, length)
+        if not (isinstance(gain, int | float) and 0 <= gain < np.inf):
+            raise InputError(
+                f"{self.name}.{method}: gain must be a number that is not negative, got {gain!r}"
+            )
         twist = self._reals(method, "V", V, (_SPATIAL,))
         posed = self._at_tip(q, representation)
         q = np.asarray(q, np.float64)
@@ -250,7 +255,10 @@ class VelocityMethods(ManipulabilityMethods):
                 J, at_tip, *bounds, wanted, metric.unit, metric.row, damping, metric.rank
             )
         except ValueError:
-            raise self._no_broadcast(method, q=J, twist=twist, limits=bounds[0]) from None
+            given = {"q": J[..., 0, :], "V" if method == "joint_rates" else "A": twist}
+            if bounds[0].shape[:-1] not in {(), J.shape[:-2]}:
+                given["limits"] = bounds[0]
+            raise self._no_broadcast(method, **given) from None
         if origin is not None:
             reached, direction = _shifted(reached, -origin), _shifted(direction, -origin)
         return qd, reached, scale, limited, smallest, damped, direction
@@ -364,16 +372,12 @@ class VelocityMethods(ManipulabilityMethods):
 
     def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:
         """A float64 array (..., *core)."""
-        array = np.asarray(given)
-        if array.dtype.kind not in "iuf":
-            raise InputError(
-                f"{self.name}.{method}: {name} must be real numbers, got dtype {array.dtype}"
-            )
+        array = real_array(f"{self.name}.{method}", name, given)
         if core and array.shape[-1:] != core:
             raise ShapeError(
                 f"{self.name}.{method}: {name} must have shape (..., {core[0]}), got {array.shape}"
             )
-        return array.astype(np.float64, copy=False)
+        return array
 
     def _no_broadcast(self, method: str, **arrays: FloatArray) -> ShapeError:
         shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,7 @@ from ._call import Function
 from .errors import InputError, ShapeError
 from .manipulability import ManipulabilityMethods
 from .offered import needs
+from .reals import real_array
 from .screws import off_rotation
 
 FloatArray = NDArray[np.float64]
@@ -125,10 +127,12 @@ class TrackMethods(ManipulabilityMethods):
         applied in.
 
         Where a wrist has to turn over, the tool is brought back by joints that turn as fast as they
-        may: give rate limits for such a path. The error, distance and `length` times angle in one,
-        is then bounded by the way of the tool while a joint makes half a turn at its rate limit
-        plus (432 d^2 `length`^2 h)^(1/3), where h is the way of the tool in one step: so long it
-        takes to fall out of the singularity. On random paths it was a third of that at most.
+        may: give rate limits for such a path. As long as no limit holds a joint, and the branch
+        does not end (at a stretched elbow, say), the error, distance and `length` times angle in
+        one, is at most the way of the tool while a joint makes half a turn at its rate limit plus
+        (432 d^2 `length`^2 h)^(1/3), where h is the way of the tool in one step: so long does it
+        take to fall out of the singularity. That is an estimate; random paths came to two thirds.
+        Where a limit or the end of a branch does stop a joint, the error is what it leaves.
 
         Args:
             poses: (m, 4, 4) poses of the tool in the base frame, dt apart.
@@ -158,7 +162,10 @@ class TrackMethods(ManipulabilityMethods):
         """
         path, start = self._checked_path(poses, q0)
         rates = self._rates(rate_limits)
-        _require(0 < dt < np.inf, f"{self.name}.track: dt must be positive, got {dt!r}")
+        _require(
+            isinstance(dt, Real) and 0 < dt < np.inf,
+            f"{self.name}.track: dt must be a positive number, got {dt!r}",
+        )
         share = _GAIN if gain is None else gain * dt
         _require(0 < share <= 1, f"{self.name}.track: gain must be in (0, 1 / dt], got {gain!r}")
         length = self._checked_length("track", length)
@@ -175,8 +182,8 @@ class TrackMethods(ManipulabilityMethods):
         return self._tracked(q, qd, error, sigma, touched)
 
     def _checked_path(self, poses: ArrayLike, q0: ArrayLike) -> tuple[FloatArray, FloatArray]:
-        path = np.ascontiguousarray(poses, np.float64)
-        start = np.asarray(q0, np.float64)
+        path = np.ascontiguousarray(real_array(f"{self.name}.track", "poses", poses))
+        start = real_array(f"{self.name}.track", "q0", q0)
         if path.ndim != 3 or path.shape[1:] != (4, 4) or not len(path):  # noqa: PLR2004
             raise ShapeError(f"{self.name}.track: expected poses (m, 4, 4), got {path.shape}")
         if start.shape != (self.n,):
@@ -192,7 +199,8 @@ class TrackMethods(ManipulabilityMethods):
         return path, start
 
     def _rates(self, rate_limits: ArrayLike | None) -> FloatArray:
-        given = np.asarray(np.inf if rate_limits is None else rate_limits, np.float64)
+        given = np.inf if rate_limits is None else rate_limits
+        given = real_array(f"{self.name}.track", "rate_limits", given)
         if given.shape not in {(), (self.n,)}:
             raise ShapeError(
                 f"{self.name}.track: expected rate_limits () or ({self.n},), got {given.shape}"

@@ -482,7 +482,7 @@ def test_wrong_input_is_named(ur5e):
         (chasles.InputError, r"acceleration_limits need previous and dt",
          {"acceleration_limits": 1.0, "dt": 1e-3}),
         (chasles.InputError, r"dt must be positive, got 0", {"dt": 0}),
-        (chasles.ShapeError, r"leading dimensions do not broadcast: q \(2, 6, 6\), twist \(3, 6\)",
+        (chasles.ShapeError, r"leading dimensions do not broadcast: q \(2, 6\), V \(3, 6\)",
          {"q": np.zeros((2, 6)), "V": np.zeros((3, 6))}),
     ]  # fmt: skip
     for error, message, changed in cases:
@@ -545,3 +545,27 @@ def test_the_page():
         np.testing.assert_allclose(names[other].twist, names["V"], rtol=0, atol=1e-13)
     np.testing.assert_allclose(names["still"].acceleration, np.zeros(6), rtol=0, atol=1e-13)
     assert names["ellipsoid"].axes.shape == (3, 3)
+
+
+def test_of_two_joints_at_limits_the_right_one_is_held(panda):
+    """Holding the one that asks first, joint 1, leads nowhere; joint 7 is to be held instead."""
+    q = np.array([panda.lower[0], 0.5305, 1.092, -1.9043, -2.1145, 2.7025, panda.lower[6]])
+    V = np.array([0.0731, -0.0319, 0.3186, 0.1264, -0.2971, -0.0264])
+    found = panda.joint_rates(q, V)
+    assert found.scale == 1
+    np.testing.assert_allclose(found.twist, V, atol=CLOSURE)
+    assert found.qd[0] > 0
+    assert found.qd[6] == 0
+    assert found.limited.tolist() == [False] * 6 + [True]
+
+
+@pytest.mark.parametrize("gain", [-1.0, np.nan, np.inf, "a"])
+def test_a_gain_without_a_meaning_is_refused(panda, gain):
+    with pytest.raises(chasles.InputError, match=r"^panda\.joint_rates: gain must be"):
+        panda.joint_rates(np.zeros(7), np.zeros(6), secondary="limits", gain=gain)
+
+
+def test_leading_dimensions_that_do_not_fit_are_those_given(ur5e):
+    message = r"^ur5e\.joint_rates: leading dimensions do not broadcast: q \(3, 6\), V \(2, 6\)$"
+    with pytest.raises(chasles.ShapeError, match=message):
+        ur5e.joint_rates(np.zeros((3, 6)), np.zeros((2, 6)))

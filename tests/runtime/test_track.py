@@ -1,6 +1,8 @@
 """Paths of poses followed by rates: through singularities, at limits, and for every robot."""
 
 import pickle
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -305,8 +307,8 @@ BAD = [
     ({"q0": np.zeros(5)}, chasles.ShapeError, r"q0 \(6,\)"),
     ({"q0": np.array([0, 0, 4, 0, 0, 0])}, chasles.InputError, "elbow is outside its limits"),
     ({"q0": np.array([np.nan, 0, 0, 0, 0, 0])}, chasles.InputError, "shoulder_pan is outside"),
-    ({"dt": 0.0}, chasles.InputError, "dt must be positive"),
-    ({"dt": np.nan}, chasles.InputError, "dt must be positive"),
+    ({"dt": 0.0}, chasles.InputError, "dt must be a positive number"),
+    ({"dt": np.nan}, chasles.InputError, "dt must be a positive number"),
     ({"gain": 101.0}, chasles.InputError, "gain must be in"),
     ({"length": -1.0}, chasles.InputError, "track: length must be a positive number"),
     ({"rate_limits": [1.0, 2.0]}, chasles.ShapeError, r"rate_limits \(\) or \(6,\)"),
@@ -320,3 +322,24 @@ def test_bad_input_is_named(arm, change, error, message):
     given = {"poses": [arm.fk(REGULAR)], "q0": REGULAR, "dt": 0.01, **change}
     with pytest.raises(error, match=message):
         arm.track(**given)
+
+
+ENDLESS = """
+import numpy as np, chasles
+from chasles import screws
+arm = chasles.load("ur5e")
+q = np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
+start = arm.fk(q)
+poses = screws.straight(
+    start, start @ screws.exp([0.1, 0.2, -0.1, 0, 0.3, 0.4]), np.linspace(0, 1, 101)
+)
+poses[:, :3, 3] *= 5
+track = arm.track(poses, q, 0.01, rate_limits=3.0)
+assert np.abs(track.qd).max() <= 3.0
+assert np.abs(track.q).min() < 1e-12
+"""
+
+
+def test_a_step_that_ends_beside_zero_ends():
+    """Last places of a coordinate near zero are too small to take a rounding off its rate."""
+    subprocess.run([sys.executable, "-c", ENDLESS], check=True, timeout=120)
