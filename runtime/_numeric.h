@@ -727,18 +727,29 @@ static int keep_end(const Arm *self, Work *work, double half_square, double *err
     return count < FINALISTS ? count + 1 : count;
 }
 
+/* From x to the least of distance and angle nearby, which the logarithm of the whole mixes. */
+static int patient_attempt(const Arm *self, const Task *task, const double *T_d, const double *x,
+                           Work *work, Look *now, int *budget)
+{
+    Task apart = *task;
+    apart.whole = 0;
+    memcpy(work->q, x, self->n_all * sizeof(double));
+    return attempt(self, &apart, T_d, PATIENT_GAIN, work, now, budget);
+}
+
 static void solve(const Arm *self, const Task *task, const double *T_d, const double *seed,
                   Work *work, const Found *found)
 {
     int kept = task->budget / PATIENCE < MOST_PATIENCE ? task->budget / PATIENCE : MOST_PATIENCE;
-    int budget = task->budget - kept, ending = STALLED, tried = 0, ends = 0;
+    int budget = task->budget - kept, tried = 0, ends = 0;
+    int ending = is_pose(T_d) ? STALLED : NO_POSE;
     size_t row = self->n_all * sizeof(double);
     double errors[FINALISTS], *best_q = work->best + FINALISTS * self->n_all;
     Look now, best = {.half_square = INFINITY, .residual = NAN};
     for (int k = 0; k < self->n_all; k++) {
         best_q[k] = NAN;
     }
-    for (; ending != CONVERGED && budget > 0 && is_pose(T_d); tried++) {
+    for (; ending != CONVERGED && ending != NO_POSE && budget > 0; tried++) {
         if (!next_start(self, task, T_d, seed, tried, work)) {
             break;
         }
@@ -752,12 +763,9 @@ static void solve(const Arm *self, const Task *task, const double *T_d, const do
     budget += kept;
     int last = ending;
     for (int k = 0; k < ends && last != CONVERGED && budget > 0; k++) {
-        /* The least of distance and angle, which the logarithm of the whole mixes. */
-        Task apart = *task;
-        apart.whole = 0;
+        const double *end = work->best + k * self->n_all;
         int most = k == 0 || budget < MOST_PATIENCE ? budget : MOST_PATIENCE, left = most;
-        memcpy(work->q, work->best + k * self->n_all, row);
-        last = attempt(self, &apart, T_d, PATIENT_GAIN, work, &now, &left);
+        last = patient_attempt(self, task, T_d, end, work, &now, &left);
         budget -= most - left;
         if (k == 0 || last == CONVERGED || now.half_square < best.half_square) {
             best = now;
@@ -766,16 +774,13 @@ static void solve(const Arm *self, const Task *task, const double *T_d, const do
         }
     }
     if (ending == BUDGET && budget > 0) {
-        Task apart = *task;
-        apart.whole = 0;
-        memcpy(work->q, best_q, row);
-        ending = attempt(self, &apart, T_d, PATIENT_GAIN, work, &best, &budget);
+        ending = patient_attempt(self, task, T_d, best_q, work, &best, &budget);
         memcpy(best_q, work->q, row);
     }
     memcpy(found->q, best_q, self->n * sizeof(double));
     *found->residual = best.residual;
     *found->success = best.residual <= task->tolerance;
-    *found->ending = is_pose(T_d) ? ending : NO_POSE;
+    *found->ending = ending;
     *found->iterations = task->budget - budget;
     *found->restarts = tried > 1 ? tried - 1 : 0;
 }
