@@ -39,7 +39,7 @@ docs: .venv/derive ## every robot's equations as PDF in build/docs (needs pdflat
 	@$(BIN)/python docs/build.py
 
 clean: ## remove the environment and everything built
-	@rm -rf .venv build dist *.egg-info runtime/*.so generated/*/.derived
+	@rm -rf .venv build dist *.egg-info runtime/*/*.so generated/*/.derived
 
 help: ## this list
 	@sed -n 's/^\([a-z-]*\):.*## /\1\t/p' Makefile | expand -t 18
@@ -47,7 +47,7 @@ help: ## this list
 .venv/bin/python:
 	@$(PYTHON) -m venv .venv
 
-.venv/derive: .venv/bin/python pyproject.toml setup.py $(wildcard runtime/*.c runtime/*.h)
+.venv/derive: .venv/bin/python pyproject.toml setup.py $(wildcard runtime/*/*.c runtime/*/*.h)
 	@echo "installing chasles and its compiler into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[derive]' && touch $@
 
 .venv/dev: .venv/derive
@@ -56,5 +56,5 @@ help: ## this list
 .venv/bench: .venv/dev
 	@echo "installing the benchmarks' peers into .venv" && $(BIN)/pip install --quiet --disable-pip-version-check --editable '.[bench]' && touch $@
 
-build/typing/chasles: $(wildcard runtime/*)
+build/typing/chasles: $(wildcard runtime/* runtime/*/*)
 	@mkdir -p $@ && ln -sfn $(CURDIR)/runtime/* $(CURDIR)/derive $(CURDIR)/generated $@/

@@ -13,8 +13,8 @@ import sympy as sp
 
 from chasles.derive import Joint, Robot, Rotation, artifacts, derive, load
 from chasles.derive.cli import ROBOTS
-from chasles.derive.conventions import dh
-from chasles.derive.lower import count_operations, lower
+from chasles.derive.description.conventions import dh
+from chasles.derive.terms.casadi_graph import count_operations, lower
 
 from .report import Plan, alternated, seconds, table
 

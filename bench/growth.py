@@ -11,7 +11,7 @@ import sympy as sp
 
 import chasles
 from chasles.derive import Joint, Robot, write
-from chasles.derive.conventions import dh
+from chasles.derive.description.conventions import dh
 
 from .cores import one_core
 from .native import aligned

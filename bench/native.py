@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from chasles.compiler import FLAGS
+from chasles.contract.compiler import FLAGS
 
 BUILD = Path(__file__).parent.parent / "build" / "bench"
 LOOP = Path(__file__).with_name("loop.h")

@@ -11,8 +11,8 @@ import numpy as np
 import sympy as sp
 
 from chasles.derive import Robot, load
-from chasles.derive.poe import placement_matrix
-from chasles.derive.robot import Placement
+from chasles.derive.chain.poe import placement_matrix
+from chasles.derive.model.robot import Placement
 
 ROBOTS = Path(__file__).parent.parent / "derive" / "robots"
 

@@ -11,41 +11,41 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .casadi_file import casadi_function as casadi_function
+    from .build.generate import artifacts as artifacts
+    from .build.generate import write as write
+    from .chain.kinematics import FUNCTIONS as FUNCTIONS
+    from .chain.poe import to_poe as to_poe
     from .derivation import Derivation as Derivation
     from .derivation import derive as derive
-    from .description import DescriptionError as DescriptionError
-    from .description import load as load
-    from .description import loads as loads
-    from .errors import RobotError as RobotError
-    from .generate import artifacts as artifacts
-    from .generate import write as write
+    from .description.robot_files import DescriptionError as DescriptionError
+    from .description.robot_files import load as load
+    from .description.robot_files import loads as loads
+    from .description.urdf import from_urdf as from_urdf
+    from .emit.casadi_file import casadi_function as casadi_function
     from .inverse.explanation import Explanation as Explanation
     from .inverse.explanation import explain as explain
-    from .kinematics import FUNCTIONS as FUNCTIONS
-    from .mechanism import Closure as Closure
-    from .mechanism import Drive as Drive
-    from .mechanism import Mechanism as Mechanism
-    from .mechanism import Place as Place
-    from .mechanism import Strut as Strut
-    from .poe import to_poe as to_poe
-    from .robot import Joint as Joint
-    from .robot import Mimic as Mimic
-    from .robot import Parameter as Parameter
-    from .robot import Robot as Robot
-    from .robot import Rotation as Rotation
-    from .robot import Translation as Translation
-    from .urdf import from_urdf as from_urdf
+    from .model.errors import RobotError as RobotError
+    from .model.mechanism import Closure as Closure
+    from .model.mechanism import Drive as Drive
+    from .model.mechanism import Mechanism as Mechanism
+    from .model.mechanism import Place as Place
+    from .model.mechanism import Strut as Strut
+    from .model.robot import Joint as Joint
+    from .model.robot import Mimic as Mimic
+    from .model.robot import Parameter as Parameter
+    from .model.robot import Robot as Robot
+    from .model.robot import Rotation as Rotation
+    from .model.robot import Translation as Translation
 
 NOT_INSTALLED = "the compiler is not installed: pip install 'chasles[derive]'"
 _ROOMS = {
-    "casadi_file": ("casadi_function",),
-    "description": ("DescriptionError", "load", "loads"),
-    "errors": ("RobotError",),
-    "generate": ("artifacts", "write"),
-    "mechanism": ("Closure", "Drive", "Mechanism", "Place", "Strut"),
-    "poe": ("to_poe",),
-    "robot": (
+    "emit.casadi_file": ("casadi_function",),
+    "description.robot_files": ("DescriptionError", "load", "loads"),
+    "model.errors": ("RobotError",),
+    "build.generate": ("artifacts", "write"),
+    "model.mechanism": ("Closure", "Drive", "Mechanism", "Place", "Strut"),
+    "chain.poe": ("to_poe",),
+    "model.robot": (
         "Joint",
         "Mimic",
         "Parameter",
@@ -55,8 +55,8 @@ _ROOMS = {
     ),
     "derivation": ("Derivation", "derive"),
     "inverse.explanation": ("Explanation", "explain"),
-    "kinematics": ("FUNCTIONS",),
-    "urdf": ("from_urdf",),
+    "chain.kinematics": ("FUNCTIONS",),
+    "description.urdf": ("from_urdf",),
 }
 _ROOM_OF = {name: room for room, names in _ROOMS.items() for name in names}
 __all__ = [*_ROOM_OF]  # noqa: PLE0604

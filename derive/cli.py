@@ -11,10 +11,10 @@ import typer
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from .freshness import ROOM, Job, is_up_to_date
+from .build.freshness import ROOM, Job, is_up_to_date
 
 if TYPE_CHECKING:
-    from .jobs import Report
+    from .build.jobs import Report
 
 ROBOTS = ROOM / "robots"
 GENERATED = ROOM.parent / "generated"
@@ -68,7 +68,7 @@ def derive(
         out.print("nothing to derive: all is up to date")
         return
     # SymPy and CasADi are loaded only where there is work for them.
-    from . import jobs as work  # noqa: PLC0415
+    from .build import jobs as work  # noqa: PLC0415
 
     problems = work.problems(due)
     if problems:
@@ -92,7 +92,7 @@ def main() -> None:
 
 
 def _explain(asked: list[Job]) -> None:
-    from . import jobs as work  # noqa: PLC0415
+    from .build import jobs as work  # noqa: PLC0415
 
     problems = work.problems(asked)
     if problems:

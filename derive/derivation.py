@@ -1,21 +1,21 @@
-"""Everything that a robot offers, derived once over one scope of shared terms."""
+"""Everything that a robot offers, derived once over shared terms."""
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from .chain import Group, groups
-from .coordinates import InProportion
-from .errors import RobotError
-from .function import SymbolicFunction, WrittenFunction
-from .inverse.hybrid import hybrid_inverses
-from .inverse.inverse import Inverses, inverses
-from .kinematics import FUNCTIONS, Kinematics, arguments_of
+from .chain.coordinates import InProportion
+from .chain.groups import Group, groups
+from .chain.kinematics import FUNCTIONS, Kinematics, arguments_of
+from .inverse.hybrid_inverse import hybrid_inverses
+from .inverse.serial_inverse import Inverses, inverses
 from .loops import equations, maps, platforms
 from .loops.hybrid import Hybrid
 from .loops.maps import Maker
-from .mechanism import Described, Mechanism
-from .scope import Scope
+from .model.errors import RobotError
+from .model.mechanism import Described, Mechanism
+from .terms.symbolic_function import SymbolicFunction, WrittenFunction
+from .terms.terms import Terms
 
 _GUARDS = ("margin", "actuator_margin")
 
@@ -26,7 +26,7 @@ class Derivation:
 
     Attributes:
         robot: The description.
-        scope: The terms and constants that all functions share.
+        terms: The terms and constants that all functions share.
         groups: The chain in its smallest form.
         functions: What was derived, in the order in which it is written out.
         hybrid: The loops and their solution, of a robot that has some.
@@ -35,7 +35,7 @@ class Derivation:
     """
 
     robot: Described
-    scope: Scope
+    terms: Terms
     groups: tuple[Group, ...]
     functions: tuple[SymbolicFunction, ...]
     hybrid: Hybrid | None = None
@@ -66,15 +66,15 @@ def derive(robot: Described, functions: Sequence[str] | None = None) -> Derivati
     """
     if isinstance(robot, Mechanism):
         return _of_mechanism(robot, functions)
-    scope = Scope({p.symbol: p.value for p in robot.parameters})
+    terms = Terms({p.symbol: p.value for p in robot.parameters})
     arguments = arguments_of([joint.unit for joint in robot.coordinates])
-    motion = InProportion(robot, scope, arguments["q"].symbols)
-    found = groups(robot, scope, motion.values)
-    kinematics = Kinematics(robot, scope, found, motion, arguments)
+    motion = InProportion(robot, terms, arguments["q"].symbols)
+    found = groups(robot, terms, motion.values)
+    kinematics = Kinematics(robot, terms, found, motion, arguments)
     made = {name: kinematics.function(name) for name in FUNCTIONS if _is_asked(name, functions)}
     inverse = None
     if functions is None or not set(functions) <= set(FUNCTIONS):
-        inverse = inverses(robot, scope)
+        inverse = inverses(robot, terms)
         made |= inverse.functions
     written = {function.name: function for function in inverse.written} if inverse else {}
     offered = [*FUNCTIONS, *(inverse.functions if inverse else ()), *written]
@@ -84,7 +84,7 @@ def derive(robot: Described, functions: Sequence[str] | None = None) -> Derivati
     }
     return Derivation(
         robot,
-        scope,
+        terms,
         found,
         tuple(made[name] for name in chosen if name not in written),
         inverse=inverse,
@@ -115,7 +115,7 @@ def _of_mechanism(mechanism: Mechanism, functions: Sequence[str] | None) -> Deri
     chosen = _chosen(mechanism.name, functions, list(offered))
     made = tuple(_guarded(offered[name](hybrid), offered) for name in chosen)
     found = () if hybrid.forward.open else hybrid.groups
-    return Derivation(mechanism, hybrid.scope, found, made, hybrid, inverse)
+    return Derivation(mechanism, hybrid.terms, found, made, hybrid, inverse)
 
 
 def _made(function: SymbolicFunction, _: Hybrid) -> SymbolicFunction:

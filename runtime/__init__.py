@@ -12,7 +12,9 @@ import os
 from pathlib import Path
 
 from . import screws
-from ._call import Function, release_memory
+from .call._call import Function, release_memory
+from .closed_form.solutions import Solutions
+from .contract.manifest import read_manifest
 from .errors import (
     CacheError,
     ChaslesError,
@@ -27,11 +29,9 @@ from .errors import (
     SourceMismatchError,
     UnknownRobotError,
 )
-from .manifest import read_manifest
-from .manipulability import Ellipsoid, Manipulability
-from .rates import Accelerations, Rates
 from .robot import Robot, shipped_folders
-from .solutions import Solutions
+from .velocity.manipulability import Ellipsoid, Manipulability
+from .velocity.rates import Accelerations, Rates
 
 __all__ = [
     "Accelerations",

@@ -11,9 +11,9 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 from . import find_folder, robots
+from .contract.library import build
+from .contract.manifest import Argument, Manifest, read_manifest
 from .errors import ChaslesError
-from .library import build
-from .manifest import Argument, Manifest, read_manifest
 
 _AT_ONCE = 2
 

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from . import calibrated, newton
-from ._call import Function
-from .errors import SourceMismatchError
-from .inverse import InverseMethods
-from .library import load_functions
-from .loops import LoopMethods
-from .manifest import (
+from .call._call import Function
+from .closed_form import calibrated
+from .closed_form.assembly_modes import PlanarMethods
+from .closed_form.closures import LoopMethods
+from .closed_form.paths import InverseMethods
+from .closed_form.solutions import Solutions
+from .contract.library import load_functions
+from .contract.manifest import (
     Argument,
     Coordinate,
     Frames,
@@ -28,12 +29,12 @@ from .manifest import (
     Variable,
     read_manifest,
 )
-from .modes import PlanarMethods
-from .numeric import NumericMethods
-from .rates import VelocityMethods
-from .singularity import SingularityMethods
-from .solutions import Solutions
-from .track import TrackMethods
+from .errors import SourceMismatchError
+from .iterative import newton
+from .iterative.numeric_inverse import NumericMethods
+from .velocity.rates import VelocityMethods
+from .velocity.singularity import SingularityMethods
+from .velocity.track import TrackMethods
 
 FloatArray = NDArray[np.float64]
 

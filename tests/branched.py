@@ -5,13 +5,13 @@ from pathlib import Path
 import sympy as sp
 from derivations import derivation
 
-from chasles.derive import batch_code, branch_code, c_code
 from chasles.derive.derivation import Derivation
-from chasles.derive.function import Argument, Result, SymbolicFunction
-from chasles.derive.lower import lower
-from chasles.derive.manifest import manifest
-from chasles.derive.scope import Scope
-from chasles.derive.statements import bodies
+from chasles.derive.emit.c import batch, branch_lanes, scalar
+from chasles.derive.emit.manifest import manifest
+from chasles.derive.program.statements import bodies
+from chasles.derive.terms.casadi_graph import lower
+from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
+from chasles.derive.terms.terms import Terms
 
 D1, A2, A3, D4, D5, D6 = (
     sp.Rational(*pair)
@@ -41,8 +41,8 @@ def root(square):
 
 def arm(name="ik"):
     """All inverses of an arm with three parallel axes behind the first (a UR5e), 8 branches."""
-    scope = Scope({})
-    let, T = scope.let, pose()
+    terms = Terms({})
+    let, T = terms.let, pose()
     n, o, a, p = ([T.symbols[4 * i + j] if i < 3 else None for i in range(3)] for j in range(4))
     shoulder, wrist, elbow = signs = sp.symbols("shoulder wrist elbow", real=True)
     # The first angle: the wrist's centre is D4 off the plane of the arm.
@@ -101,13 +101,13 @@ def arm(name="ik"):
         Result("residual", (sp.Max(far, wrong),), (8,), "m or rad", "what is missing"),
         Result("margin", (sp.Min(open_1, open_3),), (8,), "1", "how far from the edge"),
     )
-    return SymbolicFunction(name, "All inverses.", "", (T,), outputs, scope, signs=signs)
+    return SymbolicFunction(name, "All inverses.", "", (T,), outputs, terms, signs=signs)
 
 
 def every_kind(n_signs, name=None):
     """Two scalars and a vector to all kinds of numbers of each of 2**n_signs branches."""
-    scope = Scope({})
-    let = scope.let
+    terms = Terms({})
+    let = terms.let
     x, y, z = sp.symbols("x y z", real=True)
     signs = sp.symbols(f"s1:{n_signs + 1}", real=True)
     inputs = (
@@ -134,7 +134,7 @@ def every_kind(n_signs, name=None):
         ),
     )
     named = name or f"every_kind_{k}"
-    return SymbolicFunction(named, "Numbers.", "", inputs, outputs, scope, signs=tuple(signs))
+    return SymbolicFunction(named, "Numbers.", "", inputs, outputs, terms, signs=tuple(signs))
 
 
 def files(functions, robot):
@@ -142,11 +142,11 @@ def files(functions, robot):
     lowered = [kernel for function in functions for kernel in lower([function], robot.name)]
     statements = bodies(lowered)
     return {
-        f"{robot.name}.c": c_code.source(robot, functions, statements),
-        f"{robot.name}.h": c_code.header(robot, functions),
-        c_code.SUPPORT: c_code.support(c_code.SUPPORT),
-        **branch_code.files(robot, functions),
-        **batch_code.files(robot, functions, statements),
+        f"{robot.name}.c": scalar.source(robot, functions, statements),
+        f"{robot.name}.h": scalar.header(robot, functions),
+        scalar.SUPPORT: scalar.support(scalar.SUPPORT),
+        **branch_lanes.files(robot, functions),
+        **batch.files(robot, functions, statements),
     }
 
 
@@ -156,7 +156,7 @@ def write(folder: Path, functions):
     robot = derived.robot
     texts = files(functions, robot)
     lowered = [kernel for function in functions for kernel in lower([function], robot.name)]
-    whole = Derivation(robot, derived.scope, (), tuple(functions))
+    whole = Derivation(robot, derived.terms, (), tuple(functions))
     texts["manifest.json"] = manifest(whole, lowered, texts)
     for name, text in texts.items():
         (folder / name).write_text(text)

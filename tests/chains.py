@@ -7,7 +7,7 @@ import numpy as np
 import sympy as sp
 
 from chasles.derive import Joint, Mimic, Robot
-from chasles.derive.conventions import urdf
+from chasles.derive.description.conventions import urdf
 
 KINDS = ("revolute", "revolute", "revolute", "prismatic", "helical", "fixed")
 RIGHT_ANGLES = (0, 0, sp.pi / 2, -sp.pi / 2, sp.pi, -sp.pi)

@@ -10,7 +10,7 @@ import numpy as np
 from derivations import ROBOTS
 
 from chasles.derive import Rotation, load
-from chasles.derive.mechanism import Strut
+from chasles.derive.model.mechanism import Strut
 
 TINY = 1e-30
 """A complex step this small gives derivatives to the last digit."""

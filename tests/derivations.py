@@ -7,7 +7,7 @@ import numpy as np
 
 import chasles.derive
 from chasles.derive import Derivation, Robot, derive, load
-from chasles.derive.lower import lower
+from chasles.derive.terms.casadi_graph import lower
 
 ROBOTS = Path(chasles.derive.__file__).parent / "robots"
 GENERATED = Path(chasles.derive.__file__).parent.parent / "generated"

@@ -6,10 +6,10 @@ from fractions import Fraction
 import numpy as np
 import sympy as sp
 
-from chasles.derive.exact import exact
-from chasles.derive.mechanism import Closure, Drive, Mechanism, Place, Strut
-from chasles.derive.poe import placement_matrix
-from chasles.derive.robot import Joint, Parameter, Rotation, Translation
+from chasles.derive.chain.poe import placement_matrix
+from chasles.derive.model.exact import exact
+from chasles.derive.model.mechanism import Closure, Drive, Mechanism, Place, Strut
+from chasles.derive.model.robot import Joint, Parameter, Rotation, Translation
 
 BASE = "0"
 

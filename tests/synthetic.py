@@ -25,10 +25,10 @@ from bench.poses import Case
 from bench.screws import Screws
 from bench.verdict import VALID
 from chasles.derive import Robot, loads
-from chasles.derive.function import SymbolicFunction
-from chasles.derive.inverse.inverse import Inverses, inverses
-from chasles.derive.lower import lower_branch
-from chasles.derive.scope import Scope
+from chasles.derive.inverse.serial_inverse import Inverses, inverses
+from chasles.derive.terms.casadi_graph import lower_branch
+from chasles.derive.terms.symbolic_function import SymbolicFunction
+from chasles.derive.terms.terms import Terms
 
 DEGREE = np.pi / 180
 
@@ -186,7 +186,7 @@ class Arm(Case):
     def inverses(self) -> Inverses:
         """What is known of its inverse."""
         robot = robot_of(self.name, right=self.right)
-        return inverses(robot, Scope({p.symbol: p.value for p in robot.parameters}))
+        return inverses(robot, Terms({p.symbol: p.value for p in robot.parameters}))
 
     @cached_property
     def screws(self) -> Screws:

@@ -6,17 +6,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..loops.hybrid import Hybrid
-from ..mechanism import Described, Mechanism
-from ..robot import Robot
-from ..scope import Scope
-from . import raghavan_roth
-from .classify import Attempt, Classification
-from .function import Solved
-from .hybrid import hybrid_inverses
-from .inverse import Inverses, inverses
-from .lines import EXACT
-from .requirement import Requirement
-from .work import Step
+from ..model.mechanism import Described, Mechanism
+from ..model.robot import Robot
+from ..terms.terms import Terms
+from .general import raghavan_roth
+from .hybrid_inverse import hybrid_inverses
+from .serial_inverse import Inverses, inverses
+from .slots import Solved
+from .steps.work import Step
+from .structure.classify import Attempt, Classification
+from .structure.lines import EXACT
+from .structure.requirement import Requirement
 
 GENERAL = "an arm of six revolute joints without a structure (Raghavan and Roth)"
 NEVER = "no small change of the arm would do"
@@ -104,8 +104,8 @@ def explain(robot: Described) -> Explanation:
         hybrid = Hybrid(robot)
         found = None if hybrid.forward.open else hybrid_inverses(hybrid)
         return Explanation(title, chain, found, _of_loops(hybrid))
-    scope = Scope({parameter.symbol: parameter.value for parameter in chain.parameters})
-    return Explanation(title, chain, inverses(chain, scope))
+    terms = Terms({parameter.symbol: parameter.value for parameter in chain.parameters})
+    return Explanation(title, chain, inverses(chain, terms))
 
 
 def _structure(classification: Classification) -> str:

@@ -12,12 +12,12 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from ..conventions import inverse
-from ..exact import EVALUATION_DIGITS
-from ..robot import Joint, Placement, Robot, Rotation, Translation
-from .classify import Attempt
-from .lines import SNAPPED, Lines, home_of
-from .requirement import Requirement
+from ..description.conventions import inverse
+from ..model.exact import EVALUATION_DIGITS
+from ..model.robot import Joint, Placement, Robot, Rotation, Translation
+from .structure.classify import Attempt
+from .structure.lines import SNAPPED, Lines, home_of
+from .structure.requirement import Requirement
 
 FloatArray = NDArray[np.float64]
 
@@ -43,8 +43,8 @@ def nominal_of(robot: Robot, lines: Lines, found: Attempt) -> Robot:
     for requirement in _all(found.requirements):
         _make_meet(directions, origins, [order[k] for k in requirement.meeting])
     joints = tuple(_joint(joint, directions[k], origins[k]) for k, joint in enumerate(robot.moving))
-    home = home_of(robot, lines.scope)
-    tool = _placement([[_number(lines.scope.value(e)) for e in row] for row in home.tolist()])
+    home = home_of(robot, lines.terms)
+    tool = _placement([[_number(lines.terms.value(e)) for e in row] for row in home.tolist()])
     return replace(robot, joints=joints, base=(), tool=tool, parameters=())
 
 

@@ -7,16 +7,24 @@ from itertools import pairwise
 import numpy as np
 import sympy as sp
 
-from ..chain import Group, Station
+from ..chain.groups import Group, Station
 from ..loops.collapse import collapsed
 from ..loops.hybrid import Hybrid
-from ..robot import JointKind
-from ..scope import Scope
-from ..vectors import IDENTITY, ORIGIN, Basis, Vector, combination, turned_about_x, turned_about_z
-from .found import FoundLength
-from .lines import Axis, Lines, numbers
+from ..model.robot import JointKind
+from ..terms.terms import Terms
+from ..terms.vectors import (
+    IDENTITY,
+    ORIGIN,
+    Basis,
+    Vector,
+    combination,
+    turned_about_x,
+    turned_about_z,
+)
+from .steps.work import Work
+from .structure.lines import Axis, Lines, numbers
+from .subproblems.found import FoundLength
 from .subproblems.sp4 import on_line
-from .work import Work
 
 _FLAT = 1e-9
 
@@ -51,25 +59,25 @@ class Translating:
 
 def translating(hybrid: Hybrid) -> Translating | None:
     """The shorter chain, or None where loops make no stretch of the chain translate."""
-    scope = hybrid.scope
+    terms = hybrid.terms
     values = [joint.direction * hybrid.forward.values[joint.name] for joint in hybrid.robot.moving]
-    shorter, translations = collapsed(scope, hybrid.groups, hybrid.forward.relations, len(values))
+    shorter, translations = collapsed(terms, hybrid.groups, hybrid.forward.relations, len(values))
     if not translations:
         return None
     everything = [*values, *translations]
     names = [joint.name for joint in hybrid.robot.moving]
-    axes, home = _home(scope, shorter, everything, names)
+    axes, home = _home(terms, shorter, everything, names)
     places = [k for k, axis in enumerate(axes) if not axis.turns]
     if any(b - a != 1 for a, b in pairwise(places)):
         return None
-    kept, weights = _independent(scope, [axes[k] for k in places])
+    kept, weights = _independent(terms, [axes[k] for k in places])
     slides = Slides(tuple(everything[axes[k].joint] for k in places), weights)
     chain = (*axes[: places[0]], *kept, *axes[places[-1] + 1 :])
-    return Translating(Lines(scope, chain), home, slides)
+    return Translating(Lines(terms, chain), home, slides)
 
 
 def _home(
-    scope: Scope, groups: Sequence[Group], values: Sequence[sp.Expr], names: Sequence[str]
+    terms: Terms, groups: Sequence[Group], values: Sequence[sp.Expr], names: Sequence[str]
 ) -> tuple[list[Axis], tuple[Basis, Vector]]:
     """The axes of a chain with every turn and slide at zero, and the tool's pose there."""
     basis, origin = IDENTITY, ORIGIN
@@ -80,56 +88,60 @@ def _home(
         for station in group.stations:
             if station.joint is not None:
                 _, _, z = basis
-                h = combination(scope, (sp.Integer(station.sign),), (z,))
-                axes.append(_axis(scope, station.joint, names, "revolute", h, origin))
+                h = combination(terms, (sp.Integer(station.sign),), (z,))
+                axes.append(_axis(terms, station.joint, names, "revolute", h, origin))
             moving = station.angle.free_symbols
             still = station.angle.xreplace(dict.fromkeys(moving, sp.Integer(0)))
-            turned = turned_about_z(scope, basis, *scope.cos_sin(still))
+            turned = turned_about_z(terms, basis, *terms.cos_sin(still))
             for slide in station.slides:
-                h = combination(scope, slide.direction, turned)
-                axes.append(_axis(scope, slide.joint, names, "prismatic", h, ORIGIN))
-            reach = _still(scope, station.reach, station, values)
+                h = combination(terms, slide.direction, turned)
+                axes.append(_axis(terms, slide.joint, names, "prismatic", h, ORIGIN))
+            reach = _still(terms, station.reach, station, values)
             for frame in station.frames:
-                x, y, z = (combination(scope, e, turned) for e in frame.orientation)
+                x, y, z = (combination(terms, e, turned) for e in frame.orientation)
                 at = combination(
-                    scope,
-                    (sp.Integer(1), *_still(scope, frame.origin, station, values)),
+                    terms,
+                    (sp.Integer(1), *_still(terms, frame.origin, station, values)),
                     (origin, *turned),
                 )
                 tool = ((x, y, z), at)
-            origin = combination(scope, (sp.Integer(1), *reach), (origin, *turned))
-        basis = turned_about_x(scope, turned, *group.tilt)
+            origin = combination(terms, (sp.Integer(1), *reach), (origin, *turned))
+        basis = turned_about_x(terms, turned, *group.tilt)
     return axes, tool
 
 
 def _axis(
-    scope: Scope, joint: int, names: Sequence[str], kind: JointKind, h: Vector, p: Vector
+    terms: Terms, joint: int, names: Sequence[str], kind: JointKind, h: Vector, p: Vector
 ) -> Axis:
     name = names[joint] if joint < len(names) else "translation"
-    return Axis(joint, name, kind, h, p, numbers(scope, h), numbers(scope, p))
+    return Axis(joint, name, kind, h, p, numbers(terms, h), numbers(terms, p))
 
 
-def _still(scope: Scope, vector: Vector, station: Station, values: Sequence[sp.Expr]) -> Vector:
+def _still(terms: Terms, vector: Vector, station: Station, values: Sequence[sp.Expr]) -> Vector:
     """A vector of a station with its slides at zero."""
     moving = [values[slide.joint] for slide in station.slides]
     symbols = {symbol for value in moving for symbol in value.free_symbols}
     rest = dict.fromkeys(symbols, sp.Integer(0))
-    x, y, z = (scope.let(spelled(scope, e, symbols).xreplace(rest)) for e in vector)
+    x, y, z = (terms.let(spelled(terms, e, symbols).xreplace(rest)) for e in vector)
     return x, y, z
 
 
-def spelled(scope: Scope, expression: sp.Expr, stop: set[sp.Symbol] | None = None) -> sp.Expr:
+def spelled(terms: Terms, expression: sp.Expr, stop: set[sp.Symbol] | None = None) -> sp.Expr:
     """An expression with its terms written out, but for those at which to stop."""
     kept = stop or set()
     while True:
-        terms = {s: scope.terms[s] for s in expression.free_symbols - kept if s in scope.terms}
-        if not terms:
+        found = {
+            s: terms.definitions[s]
+            for s in expression.free_symbols - kept
+            if s in terms.definitions
+        }
+        if not found:
             return expression
-        expression = expression.xreplace(terms)
+        expression = expression.xreplace(found)
 
 
 def _independent(
-    scope: Scope, slides: Sequence[Axis]
+    terms: Terms, slides: Sequence[Axis]
 ) -> tuple[list[Axis], tuple[tuple[sp.Expr, ...], ...]]:
     """Slides that span the others, and the part of each slide in each of them."""
     kept: list[Axis] = []
@@ -137,9 +149,9 @@ def _independent(
         directions = [a.direction for a in (*kept, axis)]
         if np.linalg.matrix_rank(np.array(directions), tol=_FLAT) == len(directions):
             kept.append(axis)
-    basis = sp.Matrix([[scope.spelled(e) for e in axis.h] for axis in kept]).T
+    basis = sp.Matrix([[terms.spelled(e) for e in axis.h] for axis in kept]).T
     to_basis = (basis.T * basis).inv() * basis.T
-    columns = [to_basis * sp.Matrix([scope.spelled(e) for e in axis.h]) for axis in slides]
+    columns = [to_basis * sp.Matrix([terms.spelled(e) for e in axis.h]) for axis in slides]
     weights = tuple(tuple(column[j] for column in columns) for j in range(len(kept)))
     return kept, weights
 
@@ -160,14 +172,14 @@ def actuators_of(
     Returns:
         Their values, or None where they enter in another way.
     """
-    scope = work.scope
+    terms = work.terms
     slides = moved.slides
     kept = [axis for axis in moved.lines.axes if not axis.turns]
     equations = [
         sp.expand(
             sum(
                 (
-                    w * spelled(scope, scope.spelled(v))
+                    w * spelled(terms, terms.spelled(v))
                     for w, v in zip(row, slides.values, strict=True)
                 ),
                 sp.Integer(0),
@@ -175,7 +187,7 @@ def actuators_of(
         )
         for row in slides.weights
     ]
-    equations = [scope.spelled(equation) for equation in equations]
+    equations = [terms.spelled(equation) for equation in equations]
     unknown = sorted(
         {s for equation in equations for s in equation.free_symbols} & set(q), key=list(q).index
     )
@@ -184,7 +196,7 @@ def actuators_of(
     lengths = [work.lengths[axis.joint] for axis in kept]
     for along, crank in (unknown, unknown[::-1]):
         rates = [sp.expand(sp.diff(equation, along)) for equation in equations]
-        if all(map(scope.is_constant, rates)) and any(rate != 0 for rate in rates):
+        if all(map(terms.is_constant, rates)) and any(rate != 0 for rate in rates):
             rest = [sp.expand(e - r * along) for e, r in zip(equations, rates, strict=True)]
             return _two(work, (along, crank), rates, rest, lengths)
     return None
@@ -198,16 +210,16 @@ def _two(
     lengths: Sequence[sp.Expr],
 ) -> dict[sp.Symbol, sp.Expr] | None:
     """``rates[j] along + rest[j](crank) = lengths[j]`` for both."""
-    scope, (along, crank) = work.scope, unknown
+    terms, (along, crank) = work.terms, unknown
     alone = sp.expand(rates[1] * rest[0] - rates[0] * rest[1])
     a, b = (sp.expand(alone).coeff(f(crank)) for f in (sp.cos, sp.sin))
     constant = sp.expand(alone - a * sp.cos(crank) - b * sp.sin(crank))
     if crank in constant.free_symbols:
         return None
-    a, b = scope.let(a), scope.let(b)
-    wanted = scope.let(rates[1] * lengths[0] - rates[0] * lengths[1] - constant)
-    rho2 = scope.let(a**2 + b**2)
-    found = on_line(scope, a, b, wanted, work.sign(), scope.let(rho2 - wanted**2))
+    a, b = terms.let(a), terms.let(b)
+    wanted = terms.let(rates[1] * lengths[0] - rates[0] * lengths[1] - constant)
+    rho2 = terms.let(a**2 + b**2)
+    found = on_line(terms, a, b, wanted, work.sign(), terms.let(rho2 - wanted**2))
     turn = work.note(
         (crank.name,),
         "subproblem 4",
@@ -216,11 +228,11 @@ def _two(
     )
     place = 0 if rates[0] != 0 else 1
     left = rest[place].subs({sp.cos(crank): turn.c, sp.sin(crank): turn.s})
-    length = scope.let(scope.let(lengths[place] - left) / scope.let(rates[place]))
+    length = terms.let(terms.let(lengths[place] - left) / terms.let(rates[place]))
     work.note_length(
         (along.name,),
         "a line meets a plane",
         "what the crank leaves of the translation",
         FoundLength(length, (rates[place], left - lengths[place])),
     )
-    return {crank: scope.solved_angle(turn.c, turn.s), along: length}
+    return {crank: terms.solved_angle(turn.c, turn.s), along: length}

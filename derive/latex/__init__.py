@@ -6,6 +6,6 @@ so that numbers can be put through what the reader sees.
 """
 
 from .document import FOLDER, document, fragments
-from .sharing import Equations, Printed, equations
+from .setting.sharing import Equations, Printed, equations
 
 __all__ = ["FOLDER", "Equations", "Printed", "document", "equations", "fragments"]

@@ -5,22 +5,22 @@ from functools import partial
 
 from ..derivation import Derivation
 from ..loops.platforms import is_platform
-from ..mechanism import Mechanism
-from .description import description
+from ..model.mechanism import Mechanism
+from .chain.functions_fragment import forward_kinematics, jacobians
+from .chain.geometry_fragment import link_transforms, screws
+from .chain.given_fragment import parameters, symbols
 from .drawing import PREAMBLE as DRAWING_PREAMBLE
 from .drawing import drawing
-from .functions import forward_kinematics, jacobians
-from .geometry import link_transforms, screws
-from .given import parameters, symbols
-from .inverse import inverse, inverse_of_loops
-from .loop_page import LoopPage
-from .loops import loops
-from .mobility import freedoms
-from .names import escape
-from .page import Page
-from .platforms import platform
-from .rates import rates
-from .solution import solution
+from .inverse.inverse_fragment import inverse, inverse_of_loops
+from .loops.loop_page import LoopPage
+from .loops.loops_fragment import loops
+from .loops.mechanism_fragment import description
+from .loops.mobility_fragment import freedoms
+from .loops.platforms_fragment import platform
+from .loops.rates_fragment import rates
+from .loops.solution_fragment import solution
+from .setting.names import escape
+from .setting.page import Page
 
 FOLDER = "latex"
 """The folder beside a document that its fragments are read from."""

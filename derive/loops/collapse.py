@@ -12,10 +12,10 @@ from functools import partial
 
 import sympy as sp
 
-from ..chain import Frame, Group, Slide, Station
-from ..scope import Scope
-from ..vectors import ONE, ZERO, added, rotated_z
-from .phasors import PhasorSum
+from ..chain.groups import Frame, Group, Slide, Station
+from ..terms.terms import Terms
+from ..terms.vectors import ONE, ZERO, added, rotated_z
+from .planar.phasors import PhasorSum
 
 Gate = Callable[[Sequence[sp.Expr]], sp.Expr]
 X, Y = (ONE, ZERO, ZERO), (ZERO, ONE, ZERO)
@@ -26,7 +26,7 @@ def _ungated(_: Sequence[sp.Expr]) -> sp.Expr:
 
 
 def collapsed(
-    scope: Scope,
+    terms: Terms,
     groups: Sequence[Group],
     relations: Sequence[PhasorSum],
     count: int,
@@ -35,7 +35,7 @@ def collapsed(
     """A chain without the joints whose turns cancel.
 
     Args:
-        scope: Names of all terms.
+        terms: Names of all terms.
         groups: The chain.
         relations: Sums of turning vectors that are zero.
         count: How many moving joints the chain has.
@@ -51,13 +51,13 @@ def collapsed(
     for group in groups:
         before, after = None, group
         while after is not before:
-            before, after = after, _collapsed(scope, after, relations, count, translations, gate)
+            before, after = after, _collapsed(terms, after, relations, count, translations, gate)
         found.append(after)
     return tuple(found), tuple(translations)
 
 
 def _collapsed(
-    scope: Scope,
+    terms: Terms,
     group: Group,
     relations: Sequence[PhasorSum],
     count: int,
@@ -70,42 +70,42 @@ def _collapsed(
         for last in range(len(stations) - 1, first, -1):
             turn = sp.expand(stations[last].angle - stations[first - 1].angle)
             inner = stations[first:last]
-            if not scope.is_constant(turn) or any(s.pitch != 0 or s.slides for s in inner):
+            if not terms.is_constant(turn) or any(s.pitch != 0 or s.slides for s in inner):
                 continue
-            moved = _sum(scope, inner).reduced(relations, partial(_solved_angles, scope))
-            if any(map(scope.is_solved, moved.terms)):
+            moved = _sum(terms, inner).reduced(relations, partial(_solved_angles, terms))
+            if any(map(terms.is_solved, moved.terms)):
                 continue
             closed = gate([station.angle for station in inner])
-            still = moved.turned(-stations[first - 1].angle).coordinates(scope)
-            x, y = (scope.let(component + closed) for component in still)
+            still = moved.turned(-stations[first - 1].angle).coordinates(terms)
+            x, y = (terms.let(component + closed) for component in still)
             slides = []
             for value, axis in ((x, X), (y, Y)):
-                if not scope.is_constant(value):
+                if not terms.is_constant(value):
                     slides.append(Slide(count + len(translations), axis))
                     translations.append(value)
             height = sum((station.reach[2] for station in inner), ZERO)
-            merged = _merged(scope, stations[first - 1], stations[last], turn, (x, y, height))
+            merged = _merged(terms, stations[first - 1], stations[last], turn, (x, y, height))
             merged = replace(merged, slides=(*slides, *merged.slides))
             return replace(group, stations=(*stations[: first - 1], merged, *stations[last + 1 :]))
     return group
 
 
-def _sum(scope: Scope, stations: Sequence[Station]) -> PhasorSum:
+def _sum(terms: Terms, stations: Sequence[Station]) -> PhasorSum:
     """The reaches of stations, turned as they are."""
     total = PhasorSum()
     for station in stations:
         angle, constant = _parted(station.angle)
-        x, y, _ = (scope.spelled(component) for component in station.reach)
+        x, y, _ = (terms.spelled(component) for component in station.reach)
         c, s = (
-            scope.spelled(scope.let(sp.cos(constant))),
-            scope.spelled(scope.let(sp.sin(constant))),
+            terms.spelled(terms.let(sp.cos(constant))),
+            terms.spelled(terms.let(sp.sin(constant))),
         )
         total = total + PhasorSum.of((c * x - s * y, s * x + c * y), angle)
     return total
 
 
-def _solved_angles(scope: Scope, total: PhasorSum) -> int:
-    return sum(map(scope.is_solved, total.terms))
+def _solved_angles(terms: Terms, total: PhasorSum) -> int:
+    return sum(map(terms.is_solved, total.terms))
 
 
 def _parted(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
@@ -115,26 +115,26 @@ def _parted(angle: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
 
 
 def _merged(
-    scope: Scope, before: Station, after: Station, turn: sp.Expr, moved: tuple[sp.Expr, ...]
+    terms: Terms, before: Station, after: Station, turn: sp.Expr, moved: tuple[sp.Expr, ...]
 ) -> Station:
     """What stands after a stretch, in the axes of what stands before it."""
-    c, s = scope.cos_sin(turn)
-    translation = scope.let(moved[0]), scope.let(moved[1]), scope.let(moved[2])
-    reach = added(scope, before.reach, translation)
+    c, s = terms.cos_sin(turn)
+    translation = terms.let(moved[0]), terms.let(moved[1]), terms.let(moved[2])
+    reach = added(terms, before.reach, translation)
     frames = tuple(
         Frame(
             frame.name,
-            tuple(rotated_z(scope, axis, c, s) for axis in frame.orientation),  # type: ignore[arg-type]
-            added(scope, reach, rotated_z(scope, frame.origin, c, s)),
+            tuple(rotated_z(terms, axis, c, s) for axis in frame.orientation),  # type: ignore[arg-type]
+            added(terms, reach, rotated_z(terms, frame.origin, c, s)),
         )
         for frame in after.frames
     )
     slides = tuple(
-        replace(slide, direction=rotated_z(scope, slide.direction, c, s)) for slide in after.slides
+        replace(slide, direction=rotated_z(terms, slide.direction, c, s)) for slide in after.slides
     )
     return replace(
         before,
-        reach=added(scope, reach, rotated_z(scope, after.reach, c, s)),
+        reach=added(terms, reach, rotated_z(terms, after.reach, c, s)),
         slides=(*before.slides, *slides),
         frames=(*before.frames, *frames),
     )

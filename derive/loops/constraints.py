@@ -17,19 +17,31 @@ from typing import Literal, NamedTuple
 
 import sympy as sp
 
-from ..errors import RobotError
-from ..exact import EVALUATION_DIGITS
-from ..forward import Pose
-from ..lie import adjoint, inverse_se3, pose, screw_axis
-from ..mechanism import Closure, Mechanism, Place, Strut
-from ..motion import Tangent
-from ..poe import placement_matrix
-from ..robot import Joint
-from ..scope import Scope
-from ..vectors import Vector, subtracted
-from .phasors import ONE, ZERO, Complex, PhasorSum, PlanarPose, conjugate, product
-from .places import pose_along
-from .planes import SMALL, Axes, Edge, Linkage, Loop, Slide, Turn, Weld, linkages, loops, tidied
+from ..chain.forward import Pose
+from ..chain.poe import placement_matrix
+from ..model.errors import RobotError
+from ..model.exact import EVALUATION_DIGITS
+from ..model.mechanism import Closure, Mechanism, Place, Strut
+from ..model.robot import Joint
+from ..terms.lie import adjoint, inverse_se3, pose, screw_axis
+from ..terms.tangents import Tangent
+from ..terms.terms import Terms
+from ..terms.vectors import Vector, subtracted
+from .planar.phasors import ONE, ZERO, Complex, PhasorSum, PlanarPose, conjugate, product
+from .planar.planes import (
+    SMALL,
+    Axes,
+    Edge,
+    Linkage,
+    Loop,
+    Slide,
+    Turn,
+    Weld,
+    linkages,
+    loops,
+    tidied,
+)
+from .spatial.body_frames import pose_along
 
 EquationKind = Literal["planar", "spatial", "point", "distance"]
 Side = Literal["a", "closer", "b"]
@@ -71,11 +83,11 @@ class LoopEquations:
         factors: The exponentials from the meeting body around the loop and back to it; their
             product with ``home`` after those of side ``closer`` is 1 where the loop is closed.
         home: M, (4, 4): what is open between the branches at zero configuration.
-        residual: Named scope expressions that are zero where the loop is closed and independent
+        residual: Named terms that are zero where the loop is closed and independent
             there: differences of points (a less b) or of lengths, and entries of the one place's
             axes in the other's.
         units: Unit of each, m or 1.
-        facing: Named scope expressions that are 1 where the loop is closed and not above 0 where
+        facing: Named terms that are 1 where the loop is closed and not above 0 where
             the residual is zero for frames that are turned over.
     """
 
@@ -109,7 +121,7 @@ def configuration_names(mechanism: Mechanism) -> tuple[Variable, ...]:
 
 
 def constraints(
-    mechanism: Mechanism, scope: Scope, z: Sequence[sp.Symbol]
+    mechanism: Mechanism, terms: Terms, z: Sequence[sp.Symbol]
 ) -> tuple[LoopEquations, ...]:
     """The equations of every loop, in the order of the closers.
 
@@ -129,18 +141,18 @@ def constraints(
 
     Args:
         mechanism: The description.
-        scope: Receives the named terms.
+        terms: Receives the named terms.
         z: The full configuration, as :func:`configuration_names` orders it (radian or metre).
 
     Raises:
         RobotError: Pins hold the ends of a strut in a loop that is not planar, or a loop has an
             equation that is never zero.
     """
-    return _Constraints(mechanism, scope, z).all()
+    return _Constraints(mechanism, terms, z).all()
 
 
 def jacobian(
-    equations: Sequence[LoopEquations], scope: Scope, z: Sequence[sp.Symbol]
+    equations: Sequence[LoopEquations], terms: Terms, z: Sequence[sp.Symbol]
 ) -> tuple[tuple[sp.Expr, ...], ...]:
     """Derivative of all residuals by z, named, by rows: (equations, len(z)).
 
@@ -148,13 +160,13 @@ def jacobian(
     equations where the mechanism is overconstrained or at a singularity.
     """
     entries = [entry for loop in equations for entry in loop.residual]
-    columns = [Tangent(scope, {symbol: ONE}).of_each(entries) for symbol in z]
+    columns = [Tangent(terms, {symbol: ONE}).of_each(entries) for symbol in z]
     return tuple(zip(*columns, strict=True)) if entries else ()
 
 
 def jacobian_dot(
     equations: Sequence[LoopEquations],
-    scope: Scope,
+    terms: Terms,
     z: Sequence[sp.Symbol],
     zd: Sequence[sp.Symbol],
 ) -> tuple[tuple[sp.Expr, ...], ...]:
@@ -162,8 +174,8 @@ def jacobian_dot(
 
     With it the accelerations of a closed mechanism obey ``J zdd + J_dot zd = 0``.
     """
-    tangent = Tangent(scope, dict(zip(z, zd, strict=True)))
-    return tuple(tuple(tangent.of_each(row)) for row in jacobian(equations, scope, z))
+    tangent = Tangent(terms, dict(zip(z, zd, strict=True)))
+    return tuple(tuple(tangent.of_each(row)) for row in jacobian(equations, terms, z))
 
 
 class _Residual(NamedTuple):
@@ -176,15 +188,15 @@ class _Residual(NamedTuple):
 
 
 class _Constraints:
-    """The loops of one mechanism over one scope."""
+    """The loops of one mechanism over shared terms."""
 
-    def __init__(self, mechanism: Mechanism, scope: Scope, z: Sequence[sp.Symbol]) -> None:
-        self.mechanism, self.scope, self.z = mechanism, scope, tuple(z)
+    def __init__(self, mechanism: Mechanism, terms: Terms, z: Sequence[sp.Symbol]) -> None:
+        self.mechanism, self.terms, self.z = mechanism, terms, tuple(z)
         names = [variable.name for variable in configuration_names(mechanism)]
         self.values: dict[str, sp.Expr] = dict(zip(names, z, strict=True))
-        planar, _ = linkages(mechanism, scope)
+        planar, _ = linkages(mechanism, terms)
         self.linkage_of = {name: linkage for linkage in planar for name in linkage.closers}
-        self.generic = [_Point(scope, z, phase) for phase in (1, 2)]
+        self.generic = [_Point(terms, z, phase) for phase in (1, 2)]
 
     def all(self) -> tuple[LoopEquations, ...]:
         return tuple(self.of(loop) for loop in loops(self.mechanism))
@@ -192,11 +204,11 @@ class _Constraints:
     def of(self, loop: Loop) -> LoopEquations:
         linkage = self.linkage_of.get(loop.closer.name)
         if linkage is not None:
-            residual = _Planar(self.scope, linkage, loop, self.values).residual()
+            residual = _Planar(self.terms, linkage, loop, self.values).residual()
         else:
-            residual = _Spatial(self.mechanism, self.scope, loop, self.values).residual()
+            residual = _Spatial(self.mechanism, self.terms, loop, self.values).residual()
         kept = [k for k, e in enumerate(residual.entries) if not self._vanishes(loop, e)]
-        factors, home = _around(self.scope, loop, linkage)
+        factors, home = _around(self.terms, loop, linkage)
         return LoopEquations(
             loop,
             residual.kind,
@@ -209,8 +221,8 @@ class _Constraints:
 
     def _vanishes(self, loop: Loop, entry: sp.Expr) -> bool:
         """Whether an equation holds in every configuration, judged at two generic ones."""
-        if self.scope.is_constant(entry):
-            first = second = self.scope.value(entry)
+        if self.terms.is_constant(entry):
+            first = second = self.terms.value(entry)
         else:
             first, second = (point.value(entry) for point in self.generic)
         if abs(first) < SMALL and abs(second) < SMALL:
@@ -226,20 +238,20 @@ class _Constraints:
 class _Point:
     """A generic configuration with generic parameters, at which terms have 40-digit values."""
 
-    def __init__(self, scope: Scope, z: Sequence[sp.Symbol], phase: int) -> None:
-        self.scope = scope
+    def __init__(self, terms: Terms, z: Sequence[sp.Symbol], phase: int) -> None:
+        self.terms = terms
         self.values: dict[sp.Symbol, sp.Expr] = {}
-        for k, symbol in enumerate((*scope.parameters, *z)):
+        for k, symbol in enumerate((*terms.parameters, *z)):
             # Fractional parts of multiples of the golden section never repeat.
             part = (phase * len(z) + k + 1) * (sp.sqrt(5) - 1) / 2
-            default = scope.parameters.get(symbol, ZERO)
+            default = terms.parameters.get(symbol, ZERO)
             self.values[symbol] = (default + part - sp.floor(part)).evalf(EVALUATION_DIGITS)
 
     def value(self, expression: sp.Expr) -> sp.Expr:
-        for symbol, definition in self.scope.constants.items():
+        for symbol, definition in self.terms.constants.items():
             self._add(symbol, definition)
-        for symbol in self.scope.needed([expression]):
-            self._add(symbol, self.scope.terms[symbol])
+        for symbol in self.terms.needed([expression]):
+            self._add(symbol, self.terms.definitions[symbol])
         return self._evaluated(expression)
 
     def _add(self, symbol: sp.Symbol, definition: sp.Expr) -> None:
@@ -257,9 +269,9 @@ class _Planar:
     """The equations of a planar loop from sums of turning vectors."""
 
     def __init__(
-        self, scope: Scope, linkage: Linkage, loop: Loop, values: Mapping[str, sp.Expr]
+        self, terms: Terms, linkage: Linkage, loop: Loop, values: Mapping[str, sp.Expr]
     ) -> None:
-        self.scope, self.loop, self.linkage, self.values = scope, loop, linkage, values
+        self.terms, self.loop, self.linkage, self.values = terms, loop, linkage, values
         self.edges = {edge.name: edge for edge in linkage.edges}
         self.a, self.b = self._end(loop.to_a), self._end(loop.to_b)
 
@@ -284,7 +296,7 @@ class _Planar:
 
     def _after(self, body: PlanarPose, edge: Edge) -> PlanarPose:
         rotor = product(body.rotor, edge.rotor)
-        re, im = tidied(self.scope, sp.Matrix(rotor))
+        re, im = tidied(self.terms, sp.Matrix(rotor))
         if isinstance(edge, Weld):
             return PlanarPose(body.angle, (re, im), body.point(edge.at_a))
         value = self.values[edge.name]
@@ -296,7 +308,7 @@ class _Planar:
         return replace(turned, origin=turned.origin - turned.vector(edge.at_b))
 
     def _met(self, difference: PhasorSum) -> _Residual:
-        return _Residual("planar", difference.coordinates(self.scope), ("m", "m"))
+        return _Residual("planar", difference.coordinates(self.terms), ("m", "m"))
 
     def _strut(self, strut: Strut) -> _Residual:
         swing, end = self.edges[strut.swing_name], self.edges[f"{strut.name}.end"]
@@ -305,8 +317,8 @@ class _Planar:
         begin, far = self.a.point(swing.at_a), self.b.point(end.at_b)
         length = strut.length + (self.values[strut.name] if strut.is_cylinder else ZERO)
         if strut.ends == "ball":
-            x, y = (begin - far).coordinates(self.scope)
-            return _distance(self.scope, (x, y), length)
+            x, y = (begin - far).coordinates(self.terms)
+            return _distance(self.terms, (x, y), length)
         angle = self.a.angle + swing.sense * self.values[strut.swing_name]
         barrel = PlanarPose(angle, self.a.rotor, begin)
         return self._met(barrel.point((length, ZERO)) - far)
@@ -315,20 +327,20 @@ class _Planar:
         """Cosine and sine of the turn of b's axes from where the closure wants them."""
         wanted = product(self.a.rotor, edge.rotor)
         rotor = product(self.b.rotor, conjugate(wanted))
-        re, im = tidied(self.scope, sp.Matrix(rotor))
-        return PhasorSum.of((re, im), self.b.angle - self.a.angle).coordinates(self.scope)
+        re, im = tidied(self.terms, sp.Matrix(rotor))
+        return PhasorSum.of((re, im), self.b.angle - self.a.angle).coordinates(self.terms)
 
     def _offset(self, edge: Slide) -> sp.Expr:
         """How far b's point is to the right of the guide."""
         guide = product(edge.direction, self.a.rotor)
         difference = self.a.point(edge.at_a) - self.b.point(edge.at_b)
-        _, across = difference.turned(-self.a.angle).times(conjugate(guide)).coordinates(self.scope)
+        _, across = difference.turned(-self.a.angle).times(conjugate(guide)).coordinates(self.terms)
         return across
 
 
-def _distance(scope: Scope, difference: Sequence[sp.Expr], length: sp.Expr) -> _Residual:
-    square = scope.let(sum((scope.let(x**2) for x in difference), ZERO))
-    return _Residual("distance", (scope.let(scope.let(sp.sqrt(square)) - length),), ("m",))
+def _distance(terms: Terms, difference: Sequence[sp.Expr], length: sp.Expr) -> _Residual:
+    square = terms.let(sum((terms.let(x**2) for x in difference), ZERO))
+    return _Residual("distance", (terms.let(terms.let(sp.sqrt(square)) - length),), ("m",))
 
 
 # --- loops in space ---
@@ -338,9 +350,9 @@ class _Spatial:
     """The equations of any other loop from the poses of its two places."""
 
     def __init__(
-        self, mechanism: Mechanism, scope: Scope, loop: Loop, values: Mapping[str, sp.Expr]
+        self, mechanism: Mechanism, terms: Terms, loop: Loop, values: Mapping[str, sp.Expr]
     ) -> None:
-        self.mechanism, self.scope, self.loop, self.values = mechanism, scope, loop, values
+        self.mechanism, self.terms, self.loop, self.values = mechanism, terms, loop, values
 
     def residual(self) -> _Residual:
         closer = self.loop.closer
@@ -353,11 +365,11 @@ class _Spatial:
             self._pose(self.loop.to_a, closer.a),
             self._pose(self.loop.to_b, closer.b),
         )
-        difference = subtracted(self.scope, p_a, p_b)
+        difference = subtracted(self.terms, p_a, p_b)
         if isinstance(closer, Strut):
             length = closer.length + (self.values[closer.name] if closer.is_cylinder else ZERO)
-            return _distance(self.scope, difference, length)
-        along = partial(_dot, self.scope)
+            return _distance(self.terms, difference, length)
+        along = partial(_dot, self.terms)
         (x_a, y_a, z_a), (x_b, y_b, z_b) = A, B
         met = ("m", "m", "m")
         if closer.kind == "ball":
@@ -374,22 +386,22 @@ class _Spatial:
 
     def _pose(self, way: Sequence[Joint], place: Place) -> Pose:
         """The place in the meeting body's frame."""
-        return pose_along(self.mechanism, self.scope, way, place.placement, self.values)
+        return pose_along(self.mechanism, self.terms, way, place.placement, self.values)
 
 
-def _dot(scope: Scope, a: Vector, b: Vector) -> sp.Expr:
-    return scope.let(sum((u * v for u, v in zip(a, b, strict=True)), ZERO))
+def _dot(terms: Terms, a: Vector, b: Vector) -> sp.Expr:
+    return terms.let(sum((u * v for u, v in zip(a, b, strict=True)), ZERO))
 
 
 # --- loops as products of exponentials ---
 
 
 def _around(
-    scope: Scope, loop: Loop, linkage: Linkage | None
+    terms: Terms, loop: Loop, linkage: Linkage | None
 ) -> tuple[tuple[Factor, ...], sp.ImmutableMatrix]:
     """All exponentials of a loop in order, and what its branches leave open at zero."""
-    out, T_a = _branch(scope, loop.to_a, "a")
-    back, T_b = _branch(scope, loop.to_b, "b")
+    out, T_a = _branch(terms, loop.to_a, "a")
+    back, T_b = _branch(terms, loop.to_b, "b")
     closer = loop.closer
     if isinstance(closer, Strut) and closer.ends == "pin" and linkage is not None:
         T_a = T_a * _in_plane(closer.a, linkage.axes[closer.a.body])
@@ -397,28 +409,28 @@ def _around(
     else:
         T_a = T_a * placement_matrix(closer.a.placement)
         T_b = T_b * placement_matrix(closer.b.placement)
-        if linkage is not None and scope.value((T_a[:3, 2]).dot(T_b[:3, 2])) < 0:
+        if linkage is not None and terms.value((T_a[:3, 2]).dot(T_b[:3, 2])) < 0:
             # In a plane, places whose z axes are opposed are a pin's as well.
             T_b = T_b * sp.diag(1, -1, -1, 1)
     between, M = _through(closer)
     middle = [
-        Factor(name, _screw(scope, adjoint(T_a) * screw), "closer") for name, screw in between
+        Factor(name, _screw(terms, adjoint(T_a) * screw), "closer") for name, screw in between
     ]
-    home = tidied(scope, T_a * M * inverse_se3(T_b))
+    home = tidied(terms, T_a * M * inverse_se3(T_b))
     return (*out, *middle, *back[::-1]), sp.ImmutableMatrix(home)
 
 
-def _branch(scope: Scope, way: Sequence[Joint], side: Side) -> tuple[list[Factor], sp.Matrix]:
+def _branch(terms: Terms, way: Sequence[Joint], side: Side) -> tuple[list[Factor], sp.Matrix]:
     """The screws of a branch, and its last body's pose in the meeting body's frame at zero."""
     factors: list[Factor] = []
     T = sp.eye(4)
     for joint in way:
-        T = tidied(scope, T * placement_matrix(joint.before))
+        T = tidied(terms, T * placement_matrix(joint.before))
         if joint.kind != "fixed":
             pitch = sp.oo if joint.kind == "prismatic" else joint.pitch
             axis = adjoint(T) * _unit(2, pitch) * joint.direction
-            factors.append(Factor(joint.name, _screw(scope, axis), side))
-        T = tidied(scope, T * placement_matrix(joint.after))
+            factors.append(Factor(joint.name, _screw(terms, axis), side))
+        T = tidied(terms, T * placement_matrix(joint.after))
     return factors, T
 
 
@@ -457,5 +469,5 @@ def _in_plane(place: Place, axes: Axes) -> sp.Matrix:
     return pose(sp.Matrix.hstack(*axes), placement_matrix(place.placement)[:3, 3])
 
 
-def _screw(scope: Scope, screw: sp.Matrix) -> sp.ImmutableMatrix:
-    return sp.ImmutableMatrix(tidied(scope, screw))
+def _screw(terms: Terms, screw: sp.Matrix) -> sp.ImmutableMatrix:
+    return sp.ImmutableMatrix(tidied(terms, screw))

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 
-from ..function import Result, SymbolicFunction
+from ..terms.symbolic_function import Result, SymbolicFunction
 from .constraints import jacobian, jacobian_dot
 from .hybrid import Hybrid
 from .maps import Maker
@@ -23,7 +23,7 @@ def constraint(h: Hybrid) -> SymbolicFunction:
 
 def constraint_D_z(h: Hybrid) -> SymbolicFunction:
     """Their derivatives."""
-    rows = jacobian(h.equations, h.scope, h.arguments["z"].symbols)
+    rows = jacobian(h.equations, h.terms, h.arguments["z"].symbols)
     return h.function(
         "constraint_D_z",
         "Derivative of the loops' equations by the full configuration.",
@@ -36,7 +36,7 @@ def constraint_D_z(h: Hybrid) -> SymbolicFunction:
 def constraint_D_z_dot(h: Hybrid) -> SymbolicFunction:
     """The time derivative of those."""
     z, zd = (h.arguments[name].symbols for name in ("z", "zd"))
-    rows = jacobian_dot(h.equations, h.scope, z, zd)
+    rows = jacobian_dot(h.equations, h.terms, z, zd)
     return h.function(
         "constraint_D_z_dot",
         "Time derivative of the constraint Jacobian.",

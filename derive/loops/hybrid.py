@@ -5,13 +5,13 @@ from functools import cached_property
 
 import sympy as sp
 
-from ..chain import Group, groups
-from ..coordinates import ThroughLoops
-from ..forward import Forward
-from ..function import Argument, Result, SymbolicFunction
-from ..kinematics import Kinematics, arguments_of, common_unit, coordinates
-from ..mechanism import Mechanism, Strut
-from ..scope import Scope
+from ..chain.coordinates import ThroughLoops
+from ..chain.forward import Forward
+from ..chain.groups import Group, groups
+from ..chain.kinematics import Kinematics, arguments_of, common_unit, coordinates
+from ..model.mechanism import Mechanism, Strut
+from ..terms.symbolic_function import Argument, Result, SymbolicFunction
+from ..terms.terms import Terms
 from .collapse import collapsed
 from .constraints import LoopEquations, Variable, configuration_names, constraints
 from .mobility import Mobility, closed_configuration, mobility
@@ -25,8 +25,8 @@ class Hybrid:
         """Sorts the loops and names the coordinates."""
         self.mechanism = mechanism
         self.robot = mechanism.main_chain
-        self.scope = Scope({p.symbol: p.value for p in mechanism.parameters})
-        self.loops: Loops = sorted_loops(mechanism, self.scope)
+        self.terms = Terms({p.symbol: p.value for p in mechanism.parameters})
+        self.loops: Loops = sorted_loops(mechanism, self.terms)
         moving = self.robot.moving
         self.arguments = arguments_of([c.unit for c in mechanism.coordinates], "actuator")
         unit = common_unit(joint.unit for joint in moving)
@@ -53,12 +53,12 @@ class Hybrid:
     @cached_property
     def forward(self) -> Solution:
         """All joints from the actuators."""
-        return from_actuators(self.loops, self.scope, self.q)
+        return from_actuators(self.loops, self.terms, self.q)
 
     @cached_property
     def backward(self) -> Solution:
         """All joints from the main chain."""
-        return from_chain(self.loops, self.scope, self.theta, closed=self.closed)
+        return from_chain(self.loops, self.terms, self.theta, closed=self.closed)
 
     @cached_property
     def closed(self) -> dict[str, float]:
@@ -85,7 +85,7 @@ class Hybrid:
     @cached_property
     def equations(self) -> tuple[LoopEquations, ...]:
         """The independent scalar equations of all loops, in z."""
-        return constraints(self.mechanism, self.scope, self.arguments["z"].symbols)
+        return constraints(self.mechanism, self.terms, self.arguments["z"].symbols)
 
     @cached_property
     def mobility(self) -> Mobility:
@@ -97,7 +97,7 @@ class Hybrid:
     @cached_property
     def groups(self) -> tuple[Group, ...]:
         """The main chain with joint values from the actuators."""
-        return groups(self.robot, self.scope, self._joint_values)
+        return groups(self.robot, self.terms, self._joint_values)
 
     @cached_property
     def _joint_values(self) -> list[sp.Expr]:
@@ -109,17 +109,17 @@ class Hybrid:
         """The functions of the tool."""
         values = self._joint_values
         shorter, translations = collapsed(
-            self.scope, self.groups, self.forward.relations, len(values), self._gate
+            self.terms, self.groups, self.forward.relations, len(values), self._gate
         )
         everything = [*values, *translations]
         kept = [everything[k] for group in shorter for s in group.stations for k in s.joints]
-        motion = ThroughLoops(self.scope, kept, self.forward.loops, self.q)
-        links = Forward(self.scope, self.groups)
-        return Kinematics(self.robot, self.scope, shorter, motion, self.arguments, links)
+        motion = ThroughLoops(self.terms, kept, self.forward.loops, self.q)
+        links = Forward(self.terms, self.groups)
+        return Kinematics(self.robot, self.terms, shorter, motion, self.arguments, links)
 
     def _gate(self, angles: Sequence[sp.Expr]) -> sp.Expr:
         """0 where the loops behind some angles close, else NaN; its rate is itself."""
-        behind = {*self.scope.needed(angles), *(s for angle in angles for s in angle.free_symbols)}
+        behind = {*self.terms.needed(angles), *(s for angle in angles for s in angle.free_symbols)}
         margins = [
             step.margin
             for step in self.forward.steps
@@ -129,8 +129,8 @@ class Hybrid:
             return sp.Integer(0)
         # A constant on both sides, so that automatic differentiation finds nothing to divide by.
         is_closed = sp.And(*(sp.Ge(margin, 0) for margin in margins))
-        square = self.scope.let(sp.Piecewise((0, is_closed), (-1, True)))
-        gate = self.scope.let(sp.sqrt(square))
+        square = self.terms.let(sp.Piecewise((0, is_closed), (-1, True)))
+        gate = self.terms.let(sp.sqrt(square))
         self.forward.loops[gate] = lambda _: gate
         return gate
 
@@ -142,8 +142,8 @@ class Hybrid:
             value, joint = solution.values[name], joints.get(name)
             lengths = isinstance(self.mechanism.members.get(name), Strut)
             if not lengths and (joint is None or joint.kind != "prismatic"):
-                value = joint_angle(self.scope, solution, value, joint)
-            found.append(self.scope.let(value))
+                value = joint_angle(self.terms, solution, value, joint)
+            found.append(self.terms.let(value))
         return tuple(found)
 
     @cached_property
@@ -166,7 +166,7 @@ class Hybrid:
         coordinates = self.mechanism.coordinates
         values = self.named(solution, [c.moves for c in coordinates])
         return tuple(
-            self.scope.let(value / c.ratio) for value, c in zip(values, coordinates, strict=True)
+            self.terms.let(value / c.ratio) for value, c in zip(values, coordinates, strict=True)
         )
 
     def function(
@@ -174,4 +174,4 @@ class Hybrid:
     ) -> SymbolicFunction:
         """A function of some of the arguments."""
         arguments = tuple(self.arguments[argument] for argument in inputs)
-        return SymbolicFunction(name, summary, identity, arguments, outputs, self.scope)
+        return SymbolicFunction(name, summary, identity, arguments, outputs, self.terms)

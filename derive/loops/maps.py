@@ -7,8 +7,8 @@ from itertools import islice, product
 
 import sympy as sp
 
-from ..function import Result, SymbolicFunction, matrix_entries
-from ..motion import Tangent
+from ..terms.symbolic_function import Result, SymbolicFunction, matrix_entries
+from ..terms.tangents import Tangent
 from .hybrid import Hybrid
 from .solution import Solution, from_actuators, from_chain
 
@@ -184,7 +184,7 @@ def _branches(
         for flips in product((1, -1), repeat=len(signs))
     ]
     return [
-        solve(h.loops, h.scope, symbols, iter(chosen))
+        solve(h.loops, h.terms, symbols, iter(chosen))
         for chosen in islice(combinations, MOST_BRANCHES)
     ]
 
@@ -219,7 +219,7 @@ def _along(h: Hybrid, solution: Solution, argument: str) -> Tangent:
     """Rates of everything at given rates of the coordinates."""
     names = (argument, f"{argument}d")
     given, rates = (h.arguments[name].symbols for name in names)
-    return Tangent(h.scope, dict(zip(given, rates, strict=True)), solution.loops)
+    return Tangent(h.terms, dict(zip(given, rates, strict=True)), solution.loops)
 
 
 def _second(
@@ -229,7 +229,7 @@ def _second(
     first = _along(h, solution, argument).of_each(values)
     given, rates, accelerations = (h.arguments[f"{argument}{d}"].symbols for d in ("", "d", "dd"))
     pairs = (*zip(given, rates, strict=True), *zip(rates, accelerations, strict=True))
-    return Tangent(h.scope, dict(pairs), solution.loops).of_each(first)
+    return Tangent(h.terms, dict(pairs), solution.loops).of_each(first)
 
 
 def _derivative(
@@ -237,7 +237,7 @@ def _derivative(
 ) -> Result:
     symbols = h.arguments[argument].symbols
     columns = [
-        Tangent(h.scope, {symbol: ONE}, solution.loops).of_each(values) for symbol in symbols
+        Tangent(h.terms, {symbol: ONE}, solution.loops).of_each(values) for symbol in symbols
     ]
     shape = len(values), len(symbols)
     return Result(name, matrix_entries(columns), shape, "1, m, 1/m", "derivative")

@@ -13,15 +13,15 @@ import numpy as np
 import sympy as sp
 from numpy.typing import NDArray
 
-from ..errors import RobotError
-from ..function import Argument, Result, SymbolicFunction
-from ..lower import lower
-from ..mechanism import FREEDOM, Closure, Mechanism, Strut
-from ..poe import placement_matrix
-from ..robot import Joint, Placement
-from ..scope import Scope
+from ..chain.poe import placement_matrix
+from ..model.errors import RobotError
+from ..model.mechanism import FREEDOM, Closure, Mechanism, Strut
+from ..model.robot import Joint, Placement
+from ..terms.casadi_graph import lower
+from ..terms.symbolic_function import Argument, Result, SymbolicFunction
+from ..terms.terms import Terms
 from .constraints import LoopEquations, configuration_names, constraints, jacobian
-from .planes import across, holds, linkages
+from .planar.planes import across, holds, linkages
 
 Vector = NDArray[np.float64]
 PLANAR, SPATIAL = 3, 6
@@ -150,7 +150,7 @@ def mobility(mechanism: Mechanism) -> Mobility:
         Gogu, Mechanism and Machine Theory 40 (2005), 1068-1097, for the counts and their limits.
     """
     numbers = _Numbers(mechanism)
-    counts = _Counts(mechanism, numbers.scope)
+    counts = _Counts(mechanism, numbers.terms)
     return Mobility(
         bodies=counts.bodies,
         joints=counts.joints,
@@ -201,12 +201,12 @@ class _Numbers:
 
     def __init__(self, mechanism: Mechanism) -> None:
         self.mechanism = mechanism
-        self.scope = Scope({p.symbol: p.value for p in mechanism.parameters})
+        self.terms = Terms({p.symbol: p.value for p in mechanism.parameters})
         variables = configuration_names(mechanism)
         self.names = [variable.name for variable in variables]
         self.is_length = np.array([variable.unit == "m" for variable in variables])
         self.z = sp.symbols(f"z1:{len(variables) + 1}", real=True)
-        self.equations = constraints(mechanism, self.scope, self.z)
+        self.equations = constraints(mechanism, self.terms, self.z)
         self.entries = [entry for loop in self.equations for entry in loop.residual]
         actuated = {c.moves for c in mechanism.coordinates}
         self.passive = np.array([name not in actuated for name in self.names])
@@ -214,7 +214,7 @@ class _Numbers:
         self._kernel = lower([function], mechanism.name)[0]
 
     def _function(self, equations: Sequence[LoopEquations]) -> SymbolicFunction:
-        rows = jacobian(equations, self.scope, self.z)
+        rows = jacobian(equations, self.terms, self.z)
         facing = tuple(entry for loop in equations for entry in loop.facing)
         count, size = len(self.entries), len(self.z)
         z = Argument("z", self.z, (size,), "m, rad", "full configuration")
@@ -223,7 +223,7 @@ class _Numbers:
             Result("J", tuple(e for row in rows for e in row), (count, size), "", "by z"),
             Result("facing", facing, (len(facing),), "1", "above zero"),
         )
-        return SymbolicFunction("loops", "Loops.", "", (z,), outputs, self.scope)
+        return SymbolicFunction("loops", "Loops.", "", (z,), outputs, self.terms)
 
     @cached_property
     def reference(self) -> Vector:
@@ -376,7 +376,7 @@ class _Numbers:
         return float(np.max(np.abs(difference) / self._scaled(np.ones(len(difference)))))
 
     def _float(self, expression: sp.Expr) -> float:
-        return float(self.scope.value(expression))
+        return float(self.terms.value(expression))
 
     def _open(self, residual: Vector, facing: Vector) -> str:
         name, left = self._widest(residual)
@@ -415,7 +415,7 @@ def _shift(placement: Placement) -> sp.Matrix:
 # --- counts ---
 
 
-def virtual_joints(mechanism: Mechanism, scope: Scope) -> list[tuple[Joint, ...]]:
+def virtual_joints(mechanism: Mechanism, terms: Terms) -> list[tuple[Joint, ...]]:
     """The runs of joints that are only the coordinates of a free body, in order.
 
     Such a run is three sliders and then three turning joints that reach every pose, or two sliders
@@ -427,7 +427,7 @@ def virtual_joints(mechanism: Mechanism, scope: Scope) -> list[tuple[Joint, ...]
     for joint in mechanism.joints:
         for order in (SPATIAL, PLANAR):
             run = _run(mechanism, joint, order)
-            if run and joint.name not in taken and _is_virtual(mechanism, scope, run):
+            if run and joint.name not in taken and _is_virtual(mechanism, terms, run):
                 found.append(run)
                 taken |= {member.name for member in run}
     return found
@@ -444,7 +444,7 @@ def _run(mechanism: Mechanism, first: Joint, length: int) -> tuple[Joint, ...]:
     return tuple(run)
 
 
-def _is_virtual(mechanism: Mechanism, scope: Scope, run: Sequence[Joint]) -> bool:
+def _is_virtual(mechanism: Mechanism, terms: Terms, run: Sequence[Joint]) -> bool:
     sliders = PLANAR if len(run) == SPATIAL else PLANAR - 1
     expected = ["prismatic"] * sliders + ["revolute"] * (len(run) - sliders)
     held = {place.body for closer in mechanism.closers for place in (closer.a, closer.b)}
@@ -456,17 +456,17 @@ def _is_virtual(mechanism: Mechanism, scope: Scope, run: Sequence[Joint]) -> boo
         or actuated & {joint.name for joint in run}
     ):
         return False
-    sliding, turning = (axes := _axes(scope, run))[:sliders], axes[sliders:]
+    sliding, turning = (axes := _axes(terms, run))[:sliders], axes[sliders:]
     spans = _rank(sliding) == sliders and _rank(turning) == len(turning)
     return spans and (len(run) == SPATIAL or holds(turning[0], turning, sliding))
 
 
-def _axes(scope: Scope, run: Sequence[Joint]) -> list[sp.Matrix]:
+def _axes(terms: Terms, run: Sequence[Joint]) -> list[sp.Matrix]:
     """Axes of a run of joints at zero, in numbers."""
     R, axes = sp.eye(3), []
     for joint in run:
         R = R * placement_matrix(joint.before)[:3, :3]
-        axes.append(R[:, 2].applyfunc(scope.value))
+        axes.append(R[:, 2].applyfunc(terms.value))
         R = R * placement_matrix(joint.after)[:3, :3]
     return axes
 
@@ -479,14 +479,14 @@ def _rank(axes: Sequence[sp.Matrix]) -> int:
 class _Counts:
     """Bodies, joints and freedoms of a mechanism."""
 
-    def __init__(self, mechanism: Mechanism, scope: Scope) -> None:
-        self.mechanism, self.scope = mechanism, scope
-        self.planar, _ = linkages(mechanism, scope)
+    def __init__(self, mechanism: Mechanism, terms: Terms) -> None:
+        self.mechanism, self.terms = mechanism, terms
+        self.planar, _ = linkages(mechanism, terms)
         self.in_plane = {name for linkage in self.planar for name in linkage.closers}
         self.order = PLANAR if self._is_one_plane() else SPATIAL
         orders = [self._order_of(closer) for closer in mechanism.closers]
         self.virtual: list[tuple[Joint, ...]] = []
-        for run in virtual_joints(mechanism, scope):
+        for run in virtual_joints(mechanism, terms):
             # Virtual joints add as many freedoms as one loop through the platform takes away.
             if len(run) in orders:
                 orders.remove(len(run))
@@ -531,21 +531,21 @@ class _Counts:
         turning: list[sp.Matrix] = []
         sliding: list[sp.Matrix] = []
         for joint in self.mechanism.joints:
-            R = orientation[joint.parent] * _turned(self.scope, joint.before)
-            orientation[joint.link] = R * _turned(self.scope, joint.after)
+            R = orientation[joint.parent] * _turned(self.terms, joint.before)
+            orientation[joint.link] = R * _turned(self.terms, joint.after)
             if joint.kind == "helical":
                 return False
             if joint.kind != "fixed":
                 (sliding if joint.kind == "prismatic" else turning).append(R[:, 2])
         for linkage in self.planar:
-            n = linkage.axes[linkage.root].n.applyfunc(self.scope.value)
+            n = linkage.axes[linkage.root].n.applyfunc(self.terms.value)
             turning.append(orientation[linkage.root] * n)
         n = turning[0] if turning else across(sliding)
         return n is not None and holds(n, turning, sliding)
 
 
-def _turned(scope: Scope, placement: Placement) -> sp.Matrix:
-    return placement_matrix(placement)[:3, :3].applyfunc(scope.value)
+def _turned(terms: Terms, placement: Placement) -> sp.Matrix:
+    return placement_matrix(placement)[:3, :3].applyfunc(terms.value)
 
 
 def _freedom(closer: Closure | Strut, order: int) -> int:

@@ -16,19 +16,19 @@ from functools import partial
 
 import sympy as sp
 
-from ..chain import groups
-from ..coordinates import InProportion
-from ..function import Argument, Result, SymbolicFunction, matrix_entries
-from ..kinematics import Kinematics
-from ..mechanism import Mechanism, Place, Strut
-from ..motion import Tangent
-from ..robot import Joint
-from ..vectors import ORIGIN, Vector, cross, named, subtracted
+from ..chain.coordinates import InProportion
+from ..chain.groups import groups
+from ..chain.kinematics import Kinematics
+from ..model.mechanism import Mechanism, Place, Strut
+from ..model.robot import Joint
+from ..terms.symbolic_function import Argument, Result, SymbolicFunction, matrix_entries
+from ..terms.tangents import Tangent
+from ..terms.vectors import ORIGIN, Vector, cross, named, subtracted
 from .hybrid import Hybrid
 from .maps import Maker
-from .phasors import Complex
-from .places import pose_of
-from .triad import triad_mirror, triad_polynomial, triad_position
+from .planar.phasors import Complex
+from .planar.triad import triad_mirror, triad_polynomial, triad_position
+from .spatial.body_frames import pose_of
 
 ONE, ZERO = sp.Integer(1), sp.Integer(0)
 TRIAD = 3
@@ -107,11 +107,11 @@ def _rods(h: Hybrid) -> list[_Rod]:
     values = joint_values(h)
     found = []
     for strut in h.mechanism.struts:
-        (_, a), (_, b) = (pose_of(h.mechanism, h.scope, end, values) for end in from_base(h, strut))
-        d = subtracted(h.scope, b, a)
-        square = h.scope.let(sum((component**2 for component in d), ZERO))
+        (_, a), (_, b) = (pose_of(h.mechanism, h.terms, end, values) for end in from_base(h, strut))
+        d = subtracted(h.terms, b, a)
+        square = h.terms.let(sum((component**2 for component in d), ZERO))
         length = strut.length + (values[strut.name] if strut.is_cylinder else ZERO)
-        found.append(_Rod(d, b, h.scope.let(sp.sqrt(square)), length))
+        found.append(_Rod(d, b, h.terms.let(sp.sqrt(square)), length))
     return found
 
 
@@ -123,7 +123,7 @@ def joint_values(h: Hybrid) -> dict[str, sp.Expr]:
 
 
 def _residuals(h: Hybrid, found: Sequence[_Rod]) -> list[sp.Expr]:
-    return [h.scope.let(rod.distance - rod.length) for rod in found]
+    return [h.terms.let(rod.distance - rod.length) for rod in found]
 
 
 def rods(h: Hybrid) -> SymbolicFunction:
@@ -142,7 +142,7 @@ def rods(h: Hybrid) -> SymbolicFunction:
 def rods_D_chain(h: Hybrid) -> SymbolicFunction:
     """Its derivative by the main chain."""
     residuals = _residuals(h, _rods(h))
-    columns = [Tangent(h.scope, {symbol: ONE}).of_each(residuals) for symbol in h.theta]
+    columns = [Tangent(h.terms, {symbol: ONE}).of_each(residuals) for symbol in h.theta]
     return h.function(
         "rods_D_chain",
         "Derivative of the rods' residuals by the main chain's joints.",
@@ -161,16 +161,16 @@ def rods_D_chain(h: Hybrid) -> SymbolicFunction:
 def velocity_relation(h: Hybrid) -> SymbolicFunction:
     """J_x and J_q."""
     found = _rods(h)
-    _, tool = pose_of(h.mechanism, h.scope, h.mechanism.tool_place, joint_values(h))
+    _, tool = pose_of(h.mechanism, h.terms, h.mechanism.tool_place, joint_values(h))
     rows = []
     for rod in found:
-        n = named(h.scope, (component / rod.distance for component in rod.d))
-        r = subtracted(h.scope, rod.on_platform, tool)
-        rows.append((*n, *cross(h.scope, r, n)))
+        n = named(h.terms, (component / rod.distance for component in rod.d))
+        r = subtracted(h.terms, rod.on_platform, tool)
+        rows.append((*n, *cross(h.terms, r, n)))
     free = free_directions(h)
     J_x = tuple(row[k] for row in rows for k in free)
     residuals = _residuals(h, found)
-    columns = [Tangent(h.scope, {symbol: -ONE}).of_each(residuals) for symbol in h.q]
+    columns = [Tangent(h.terms, {symbol: -ONE}).of_each(residuals) for symbol in h.q]
     return h.function(
         "velocity_relation",
         "Both matrices of the velocity relation of a platform on legs.",
@@ -191,18 +191,18 @@ def free_directions(h: Hybrid) -> list[int]:
 
 def of_open_chain(name: str, h: Hybrid) -> SymbolicFunction:
     """A function of the main chain alone, with theta as its coordinates."""
-    motion = InProportion(h.robot, h.scope, h.theta)
+    motion = InProportion(h.robot, h.terms, h.theta)
     arguments = {"q": h.arguments["theta"], "qd": h.arguments["thetad"]}
     arguments["qdd"] = h.arguments["thetadd"]
-    found = groups(h.robot, h.scope, motion.values)
-    function = Kinematics(h.robot, h.scope, found, motion, arguments).function(name)
+    found = groups(h.robot, h.terms, motion.values)
+    function = Kinematics(h.robot, h.terms, found, motion, arguments).function(name)
     return SymbolicFunction(
         f"chain_{name}",
         f"{function.summary[:-1]}, from the main chain's joints.",
         re.sub(r"\bq(?=[d_,)]|$)", "theta", function.identity),
         function.inputs,
         function.outputs,
-        h.scope,
+        h.terms,
     )
 
 
@@ -230,26 +230,26 @@ def triad_of(h: Hybrid) -> Triad | None:
     still = joint_values(h) | {joint.name: ZERO for joint in moving}
     frames = [_frame(h, joint, still) for joint in moving]
     directions = [
-        named(h.scope, (joint.direction * component for component in axes[2]))
+        named(h.terms, (joint.direction * component for component in axes[2]))
         for joint, (axes, _) in zip(moving, frames, strict=True)
     ]
     e_x, e_y, axis = directions
-    if subtracted(h.scope, cross(h.scope, e_x, e_y), axis) != ORIGIN:
+    if subtracted(h.terms, cross(h.terms, e_x, e_y), axis) != ORIGIN:
         return None
     _, origin = frames[2]
 
     def seen(place: Place) -> Vector:
         """A place along x, y and the axis, from the platform's axis."""
-        _, point = pose_of(mechanism, h.scope, place, still)
-        offset = subtracted(h.scope, point, origin)
+        _, point = pose_of(mechanism, h.terms, place, still)
+        offset = subtracted(h.terms, point, origin)
         return named(
-            h.scope,
+            h.terms,
             (sum((u * v for u, v in zip(e, offset, strict=True)), ZERO) for e in directions),
         )
 
     ends = [tuple(map(seen, from_base(h, strut))) for strut in mechanism.struts]
     # Rods that rise out of the plane are not circles in it.
-    if any(h.scope.let(a[2] - b[2]) != 0 for a, b in ends):
+    if any(h.terms.let(a[2] - b[2]) != 0 for a, b in ends):
         return None
     A, b = (tuple(end[k][:2] for end in ends) for k in (0, 1))
     return Triad(A, b, tuple(strut.length for strut in mechanism.struts))
@@ -259,7 +259,7 @@ def _frame(
     h: Hybrid, joint: Joint, values: Mapping[str, sp.Expr]
 ) -> tuple[Sequence[Vector], Vector]:
     """Axes and origin of a joint's frame in the base frame."""
-    return pose_of(h.mechanism, h.scope, Place(joint.parent, joint.before), values)
+    return pose_of(h.mechanism, h.terms, Place(joint.parent, joint.before), values)
 
 
 def from_base(h: Hybrid, strut: Strut) -> tuple[Place, Place]:
@@ -273,7 +273,7 @@ def assembly_polynomial(h: Hybrid) -> SymbolicFunction:
     """The polynomial of all assembly modes."""
     triad = triad_of(h)
     assert triad is not None
-    entries = triad_polynomial(h.scope, triad.A, triad.b, triad.L)
+    entries = triad_polynomial(h.terms, triad.A, triad.b, triad.L)
     return h.function(
         "assembly_polynomial",
         "Coefficients of the polynomial whose zeros are the platform's angles in all modes.",
@@ -289,7 +289,7 @@ def _assembly(name: str, h: Hybrid) -> SymbolicFunction:
     assert triad is not None
     phi = sp.Symbol("_phi", real=True)
     find = triad_mirror if name == "assembly_mirror" else triad_position
-    x, y = find(h.scope, triad.A, triad.b, triad.L, *h.scope.cos_sin(phi))
+    x, y = find(h.terms, triad.A, triad.b, triad.L, *h.terms.cos_sin(phi))
     argument = Argument("phi", (phi,), (), "rad", "angle of the platform")
     return SymbolicFunction(
         name,
@@ -298,5 +298,5 @@ def _assembly(name: str, h: Hybrid) -> SymbolicFunction:
         "rods((x, y, phi), q) = 0 where phi is a zero of assembly_polynomial(q)",
         (h.arguments["q"], argument),
         (Result("theta", (x, y, phi), (TRIAD,), "m, rad", "pose of the platform"),),
-        h.scope,
+        h.terms,
     )

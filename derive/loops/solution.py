@@ -5,16 +5,16 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ..errors import RobotError
-from ..mechanism import Mechanism
-from ..motion import LoopRate
-from ..robot import Joint
-from ..scope import Scope
-from .assembly import Step, assemble
-from .phasors import PhasorSum
-from .planes import Linkage, Loop, linkages
-from .reference import AtReference
-from .spatial import Known, assemble_in_space
+from ..model.errors import RobotError
+from ..model.mechanism import Mechanism
+from ..model.robot import Joint
+from ..terms.tangents import LoopRate
+from ..terms.terms import Terms
+from .planar.assembly import Step, assemble
+from .planar.phasors import PhasorSum
+from .planar.planes import Linkage, Loop, linkages
+from .planar.reference import AtReference
+from .spatial.legs import Known, assemble_in_space
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Solution:
     Attributes:
         mechanism: The description.
         values: Of joints, swings and cylinders by name; angles may exceed a turn.
-        loops: Rates of the solved angles, for :class:`~chasles.derive.motion.Tangent`.
+        loops: Rates of the solved angles, for :class:`~chasles.derive.terms.tangents.Tangent`.
         steps: How the loops were solved, in order.
         relations: Sums of turning vectors that are zero where the loops are closed.
         open: Names of joints that stay undetermined.
@@ -64,20 +64,20 @@ class Loops:
     spatial: tuple[Loop, ...]
 
 
-def sorted_loops(mechanism: Mechanism, scope: Scope) -> Loops:
+def sorted_loops(mechanism: Mechanism, terms: Terms) -> Loops:
     """The loops of a mechanism by kind."""
-    planar, spatial = linkages(mechanism, scope)
+    planar, spatial = linkages(mechanism, terms)
     return Loops(mechanism, tuple(planar), tuple(spatial))
 
 
 def from_actuators(
-    loops: Loops, scope: Scope, q: Sequence[sp.Symbol], signs: Iterator[int] | None = None
+    loops: Loops, terms: Terms, q: Sequence[sp.Symbol], signs: Iterator[int] | None = None
 ) -> Solution:
     """All joints from the actuated coordinates.
 
     Args:
         loops: The mechanism and its loops.
-        scope: Names of all terms.
+        terms: Names of all terms.
         q: The actuated coordinates (radian or metre).
         signs: Branches other than that of the reference.
 
@@ -90,12 +90,12 @@ def from_actuators(
         s: _value_of(loops.mechanism, c.name, c.moves, c.ratio)
         for c, s in zip(coordinates, q, strict=True)
     }
-    return _solved(loops, scope, known, at, {}, signs)
+    return _solved(loops, terms, known, at, {}, signs)
 
 
 def from_chain(
     loops: Loops,
-    scope: Scope,
+    terms: Terms,
     theta: Sequence[sp.Symbol],
     signs: Iterator[int] | None = None,
     *,
@@ -105,7 +105,7 @@ def from_chain(
 
     Args:
         loops: The mechanism and its loops.
-        scope: Names of all terms.
+        terms: Names of all terms.
         theta: The main chain's joints (radian or metre).
         signs: Branches other than that of the reference.
         closed: Joint values at the reference configuration, as far as they are known.
@@ -117,12 +117,12 @@ def from_chain(
     known = {joint.name: symbol for joint, symbol in zip(moving, theta, strict=True)}
     near = _given(loops.mechanism) | dict(closed)
     at = {symbol: near.get(name, 0.0) for name, symbol in known.items()}
-    return _solved(loops, scope, known, at, closed, signs)
+    return _solved(loops, terms, known, at, closed, signs)
 
 
 def _solved(
     loops: Loops,
-    scope: Scope,
+    terms: Terms,
     known: Mapping[str, sp.Expr],
     at: Mapping[sp.Symbol, float],
     closed: Mapping[str, float],
@@ -130,7 +130,7 @@ def _solved(
 ) -> Solution:
     mechanism = loops.mechanism
     joints = [joint.name for joint in mechanism.joints if joint.kind != "fixed"]
-    reference = AtReference(scope, at, _given(mechanism) | dict(closed), joints)
+    reference = AtReference(terms, at, _given(mechanism) | dict(closed), joints)
     values = dict(known)
     rates: dict[sp.Symbol, LoopRate] = {}
     steps: list[Step] = []
@@ -138,12 +138,12 @@ def _solved(
     spatial = Known(values, rates, steps)
     try:
         for linkage in loops.planar:
-            part = assemble(scope, linkage, values, reference, signs)
+            part = assemble(terms, linkage, values, reference, signs)
             values |= part.values
             rates |= part.loops
             steps.extend(part.steps)
             relations.extend(part.relations)
-        assemble_in_space(scope, mechanism, loops.spatial, spatial, reference, signs)
+        assemble_in_space(terms, mechanism, loops.spatial, spatial, reference, signs)
     except RobotError as error:
         raise RobotError(f"robot {mechanism.name!r}: {error}") from error
     wanted = [*mechanism.members, *mechanism.swings]
@@ -151,24 +151,24 @@ def _solved(
     return Solution(mechanism, values, rates, tuple(steps), tuple(relations), still_open, reference)
 
 
-def joint_angle(scope: Scope, solution: Solution, value: sp.Expr, joint: Joint | None) -> sp.Expr:
+def joint_angle(terms: Terms, solution: Solution, value: sp.Expr, joint: Joint | None) -> sp.Expr:
     """A solved angle between -pi and pi, or within a turn about the middle of its joint's limits.
 
     Args:
-        scope: Names of all terms.
+        terms: Names of all terms.
         solution: Where the value comes from; receives the rate of the new name.
         value: A sum of solved angles and coordinates.
         joint: The joint whose angle it is, None for a swing.
     """
-    if not scope.is_solved(value):
-        return scope.let(value)
+    if not terms.is_solved(value):
+        return terms.let(value)
     middle = _middle(joint)
     sum_of_angles = sp.expand(value - middle)
-    if sum_of_angles in scope.solved:
-        return scope.let(sum_of_angles + middle)
-    angle = scope.solved_angle(*scope.cos_sin(sum_of_angles))
+    if sum_of_angles in terms.solved:
+        return terms.let(sum_of_angles + middle)
+    angle = terms.solved_angle(*terms.cos_sin(sum_of_angles))
     solution.loops.setdefault(angle, lambda tangent: tangent.of(sum_of_angles))
-    return scope.let(angle + middle)
+    return terms.let(angle + middle)
 
 
 def _middle(joint: Joint | None) -> sp.Expr:

@@ -13,9 +13,9 @@ from bench.peers.inverses import INSTALL, absent, answers
 from bench.poses import Case, PoseSet, nearly, right_angles
 from bench.tasks import wrapped
 from bench.verdict import SAME, VALID, counts, judged, newton
-from chasles.derive.inverse.classify import classify
-from chasles.derive.inverse.locks import ways_to_give
-from chasles.derive.scope import Scope
+from chasles.derive.inverse.structure.classify import classify
+from chasles.derive.inverse.structure.locks import ways_to_give
+from chasles.derive.terms.terms import Terms
 
 RANDOM = 2_000
 GRID = 250
@@ -219,7 +219,7 @@ def test_tasks_of_a_turntable_are_those_of_the_chain_as_described():
 
 def classify_of(chain):
     robot = robot_of(chain)
-    return classify(robot, Scope({}))
+    return classify(robot, Terms({}))
 
 
 HYBRID = ("board_installer", "well_manipulator", "delta", "excavator", "five_bar", "four_bar")

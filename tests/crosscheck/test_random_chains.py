@@ -8,7 +8,7 @@ from chains import random_chain
 from tolerances import ORACLE, ORACLE_RATES
 
 from chasles.derive import derive
-from chasles.derive.lower import lower
+from chasles.derive.terms.casadi_graph import lower
 
 pin = pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
 

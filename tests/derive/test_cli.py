@@ -4,7 +4,7 @@ import pytest
 from derivations import ALL, ROBOTS
 from typer.testing import CliRunner
 
-from chasles.derive import freshness
+from chasles.derive.build import freshness
 from chasles.derive.cli import app
 
 ARM = """\

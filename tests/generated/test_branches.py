@@ -18,12 +18,12 @@ from derivations import derivation
 from tolerances import EXACT_CODE, NEAR_ROOT, RECIPROCAL_ROOT
 
 import chasles
-from chasles.derive import c_code
-from chasles.derive.branches import patterns
-from chasles.derive.lower import lower, lower_branch
-from chasles.derive.statements import bodies
+from chasles.contract.manifest import read_manifest
+from chasles.derive.emit.c import scalar
+from chasles.derive.program.statements import bodies
+from chasles.derive.terms.branches import patterns
+from chasles.derive.terms.casadi_graph import lower, lower_branch
 from chasles.errors import ManifestError
-from chasles.manifest import read_manifest
 
 pytestmark = pytest.mark.skipif(shutil.which("gcc") is None, reason="gcc is not installed")
 
@@ -106,14 +106,14 @@ class Oracle:
 
     def __init__(self, function):
         self.function = function
-        self.terms = {symbol: evaluated(term) for symbol, term in function.terms()}
+        self.terms = {symbol: evaluated(term) for symbol, term in function.definitions()}
         self.entries = [list(map(evaluated, result.entries)) for result in function.outputs]
 
     def __call__(self, inputs):
         function, results = self.function, [[] for _ in self.function.outputs]
         with mpmath.workdps(40):
-            scope = function.scope
-            given = {s: mpmath.mpf(str(scope.value(s))) for s in scope.constants}
+            terms = function.terms
+            given = {s: mpmath.mpf(str(terms.value(s))) for s in terms.constants}
             for argument, x in zip(function.inputs, inputs, strict=True):
                 numbers = map(mpmath.mpf, np.ravel(x).tolist())
                 given |= dict(zip(argument.symbols, numbers, strict=True))
@@ -268,7 +268,7 @@ def on_lanes(request, tmp_path):
     number, needed = LANES[request.param]
     require(needed)
     (tmp_path / "calls.c").write_text(CALLS.format(number))
-    (tmp_path / "chasles_lanes.h").write_text(c_code.support("chasles_lanes.h"))
+    (tmp_path / "chasles_lanes.h").write_text(scalar.support("chasles_lanes.h"))
     flags = ("-O2", "-Wno-psabi", "-shared", "-fPIC", *(f"-m{f}" for f in sorted(needed)))
     subprocess.run(["gcc", *flags, "calls.c", "-o", "calls.so"], cwd=tmp_path, check=True)
     library = ctypes.CDLL(str(tmp_path / "calls.so"))

@@ -8,7 +8,7 @@ import pytest
 from derivations import ALL, GENERATED, ROBOTS, derivation, kernels
 
 from chasles.derive import artifacts, casadi_function, load
-from chasles.derive.casadi_file import KEPT
+from chasles.derive.emit.casadi_file import KEPT
 
 DERIVATIVE = re.compile(r"jacobian|hessian|twist|acceleration|_rates|_D_|_dot$")
 """Names of what CasADi derives from the rest."""

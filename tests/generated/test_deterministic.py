@@ -8,7 +8,7 @@ import sys
 import pytest
 from derivations import ALL, GENERATED
 
-from chasles.derive.manifest import sha256
+from chasles.derive.emit.manifest import sha256
 
 LIMIT = 10 * 2**20
 

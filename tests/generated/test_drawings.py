@@ -14,9 +14,9 @@ from chasles.derive.latex.drawing.paper import HEIGHT, WIDTH, Paper, at, whole
 from chasles.derive.latex.drawing.parts import scene
 from chasles.derive.latex.drawing.poses import Poses
 from chasles.derive.latex.drawing.view import view
-from chasles.derive.latex.names import escape
-from chasles.derive.mechanism import Closure, Drive, Mechanism, Place, Strut
-from chasles.derive.robot import Joint, Rotation, Translation
+from chasles.derive.latex.setting.names import escape
+from chasles.derive.model.mechanism import Closure, Drive, Mechanism, Place, Strut
+from chasles.derive.model.robot import Joint, Rotation, Translation
 
 PDFLATEX = shutil.which("pdflatex")
 ACROSS, LYING = Rotation("x", sp.pi / 2), Rotation("x", -sp.pi / 2)

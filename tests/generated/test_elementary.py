@@ -17,11 +17,12 @@ import sympy as sp
 from derivations import derivation
 from tolerances import ANGLE, COS_SIN, LIBMVEC
 
-from chasles.derive import batch_code, c_code
-from chasles.derive.function import Argument, Result, SymbolicFunction
-from chasles.derive.lower import LoweringError, lower
-from chasles.derive.scope import Scope
-from chasles.derive.statements import bodies
+from chasles.derive.emit.c import scalar
+from chasles.derive.emit.c.batch import files as batch_files
+from chasles.derive.program.statements import bodies
+from chasles.derive.terms.casadi_graph import LoweringError, lower
+from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
+from chasles.derive.terms.terms import Terms
 
 GCC = shutil.which("gcc")
 pytestmark = [
@@ -118,7 +119,7 @@ def function(name, *expressions):
     return SymbolicFunction(name, "A case.", "", tuple(arguments), tuple(results), SCOPE)
 
 
-SCOPE = Scope({})
+SCOPE = Terms({})
 ROBOT = derivation("scara").robot
 FUNCTIONS = [function(name, expression) for name, (expression, _) in CASES.items()]
 FUNCTIONS.append(function("turn", sp.cos(x), sp.sin(x)))
@@ -130,10 +131,10 @@ def sources(tmp_path_factory):
     folder = tmp_path_factory.mktemp("elementary")
     statements = bodies(lower(FUNCTIONS, ROBOT.name))
     files = {
-        f"{ROBOT.name}.c": c_code.source(ROBOT, FUNCTIONS, statements),
-        f"{ROBOT.name}.h": c_code.header(ROBOT, FUNCTIONS),
-        c_code.SUPPORT: c_code.support(c_code.SUPPORT),
-        **batch_code.files(ROBOT, FUNCTIONS, statements),
+        f"{ROBOT.name}.c": scalar.source(ROBOT, FUNCTIONS, statements),
+        f"{ROBOT.name}.h": scalar.header(ROBOT, FUNCTIONS),
+        scalar.SUPPORT: scalar.support(scalar.SUPPORT),
+        **batch_files(ROBOT, FUNCTIONS, statements),
         "old_glibc.h": OLD_GLIBC,
     }
     for name, text in files.items():
@@ -394,9 +395,9 @@ def test_what_is_not_known_is_named(name):
 
 def test_conditions_on_parameters_are_decided_when_lowering():
     a = sp.Symbol("a", real=True)
-    scope = Scope({a: sp.Integer(2)})
+    terms = Terms({a: sp.Integer(2)})
     expression = sp.Piecewise((x, a > 1), (sp.sqrt(x), True))
     result = Result("value", (expression,), (1,), "1", "a number")
     arguments = (Argument("x", (x,), (1,), "1", "a number"),)
-    (body,) = bodies(lower([SymbolicFunction("f", "", "", arguments, (result,), scope)], "robot"))
+    (body,) = bodies(lower([SymbolicFunction("f", "", "", arguments, (result,), terms)], "robot"))
     assert body.computed == []

@@ -14,9 +14,9 @@ from chains import random_chain
 from derivations import ALL, derivation
 
 from chasles.derive import Joint, Mimic, Parameter, Robot, derive, from_urdf
-from chasles.derive.conventions import dh
+from chasles.derive.description.conventions import dh
 from chasles.derive.latex import FOLDER, document, fragments
-from chasles.derive.mechanism import Mechanism
+from chasles.derive.model.mechanism import Mechanism
 
 PDFLATEX = shutil.which("pdflatex")
 pytestmark = pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not installed")

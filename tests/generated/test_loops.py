@@ -18,7 +18,7 @@ from tolerances import DERIVATIVES
 
 import chasles
 from chasles.derive import casadi_function, derive, load
-from chasles.derive.lower import lower
+from chasles.derive.terms.casadi_graph import lower
 
 NAMES = [
     "four_bar",

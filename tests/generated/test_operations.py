@@ -6,7 +6,7 @@ import re
 import pytest
 from derivations import GENERATED, NAMES, kernels
 
-from chasles.derive.lower import count_operations
+from chasles.derive.terms.casadi_graph import count_operations
 
 UR_FK, UR_FK_AND_JACOBIAN = 90, 125
 

@@ -6,7 +6,7 @@ from itertools import product
 import numpy as np
 import pytest
 from closures import TINY, model, wrapped
-from runtime.test_modes import errors, random_q, scan
+from runtime.closed_form.test_modes import errors, random_q, scan
 
 import chasles
 from runtime import planar

@@ -125,16 +125,16 @@ def test_every_function_against_its_own_equations(name):
 
 def evaluated(derived, numbers):
     """Every symbol of a derivation as a 30-digit number."""
-    scope = derived.scope
-    values = {symbol: scope.value(symbol) for symbol in (*scope.parameters, *scope.constants)}
+    terms = derived.terms
+    values = {symbol: terms.value(symbol) for symbol in (*terms.parameters, *terms.constants)}
     values = {symbol: from_sympy(value) for symbol, value in values.items()}
     for name, vector in numbers.items():
         for k, value in enumerate(vector, 1):
             values[sp.Symbol(f"{name}{k}", real=True)] = mpmath.mpf(float(value))
     known = [f for f in derived.functions if is_known(f, numbers)]
     entries = [entry for f in known for result in f.outputs for entry in result.entries]
-    for symbol in scope.needed(entries):
-        values[symbol] = exactly(scope.terms[symbol], values)
+    for symbol in terms.needed(entries):
+        values[symbol] = exactly(terms.definitions[symbol], values)
     return values
 
 

@@ -5,7 +5,7 @@ from collections.abc import Callable
 import pytest
 from sympy import Integer, Matrix, Symbol, eye, symbols, zeros
 
-from chasles.derive import lie
+from chasles.derive.terms import lie
 
 from .oracles import assert_close, pairs, random_twists
 

@@ -2,7 +2,7 @@
 
 from sympy import Float, Matrix, diff, eye, symbols, zeros
 
-from chasles.derive import lie
+from chasles.derive.terms import lie
 
 from .oracles import (
     ANGLES,

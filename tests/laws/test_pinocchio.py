@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from chasles.derive import lie
+from chasles.derive.terms import lie
 
 from .oracles import ANGLES, LAW_TOLERANCE, PRINCIPAL_ANGLES, random_twists, twists, wide
 

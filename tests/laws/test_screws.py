@@ -3,7 +3,7 @@
 import pytest
 from sympy import Float, Rational, cos, count_ops, diff, eye, oo, pi, sin, sqrt, symbols, zeros
 
-from chasles.derive import lie
+from chasles.derive.terms import lie
 
 from .oracles import assert_close, expm, vector
 

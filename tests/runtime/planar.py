@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import sympy as sp
 
-from chasles.derive import c_code
-from chasles.derive.function import Argument, Result, SymbolicFunction
-from chasles.derive.loops.triad import triad_mirror, triad_polynomial, triad_position
-from chasles.derive.lower import lower
-from chasles.derive.robot import Joint, Robot
-from chasles.derive.scope import Scope
-from chasles.derive.statements import bodies
+from chasles.derive.emit.c import scalar
+from chasles.derive.loops.planar.triad import triad_mirror, triad_polynomial, triad_position
+from chasles.derive.model.robot import Joint, Robot
+from chasles.derive.program.statements import bodies
+from chasles.derive.terms.casadi_graph import lower
+from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
+from chasles.derive.terms.terms import Terms
 
 from .tiny import sha256
 
@@ -28,37 +28,37 @@ def _exact(degrees):
     return sp.cos(angle), sp.sin(angle)
 
 
-def _inverse(scope, theta, cs, crank, direction, pin, rod):
+def _inverse(terms, theta, cs, crank, direction, pin, rod):
     """Where a leg's crank points on average, how far it is off to both sides, and its margin."""
     (x, y, _), (c, s) = theta, cs
     base = sp.Rational(str(BASE))
-    dx = scope.let(x + c * pin[0] - s * pin[1] - base * direction[0])
-    dy = scope.let(y + s * pin[0] + c * pin[1] - base * direction[1])
-    square = scope.let(dx**2 + dy**2)
-    bend = scope.let((crank**2 + rod**2 - square) / (2 * crank * rod))
-    margin = scope.let(1 - bend**2)
-    across = scope.let(2 * crank * rod * sp.sqrt(margin))
-    off = scope.let(sp.atan2(across, square + crank**2 - rod**2))
-    return scope.let(sp.atan2(dy, dx)), off, margin
+    dx = terms.let(x + c * pin[0] - s * pin[1] - base * direction[0])
+    dy = terms.let(y + s * pin[0] + c * pin[1] - base * direction[1])
+    square = terms.let(dx**2 + dy**2)
+    bend = terms.let((crank**2 + rod**2 - square) / (2 * crank * rod))
+    margin = terms.let(1 - bend**2)
+    across = terms.let(2 * crank * rod * sp.sqrt(margin))
+    off = terms.let(sp.atan2(across, square + crank**2 - rod**2))
+    return terms.let(sp.atan2(dy, dx)), off, margin
 
 
 @cache
 def functions(rod):
     """The functions of the platform whose rods have the length rod (a text of its metres)."""
-    scope = Scope({})
+    terms = Terms({})
     q = sp.symbols("q1:4", real=True)
     theta = sp.symbols("theta1:4", real=True)
     phi = sp.Symbol("phi", real=True)
     directions = [_exact(angle) for angle in (210, 330, 90)]
     base, crank, platform = (sp.Rational(str(v)) for v in (BASE, CRANK, PLATFORM))
-    turned = [scope.cos_sin(angle) for angle in q]
+    turned = [terms.cos_sin(angle) for angle in q]
     A = [
-        (scope.let(base * dx + crank * c), scope.let(base * dy + crank * s))
+        (terms.let(base * dx + crank * c), terms.let(base * dy + crank * s))
         for (dx, dy), (c, s) in zip(directions, turned, strict=True)
     ]
     b = [(platform * dx, platform * dy) for dx, dy in directions]
     L = [sp.Rational(rod)] * 3
-    cs = scope.cos_sin(phi)
+    cs = terms.cos_sin(phi)
     arguments = {
         "q": Argument("q", q, (3,), "rad", "cranks"),
         "theta": Argument("theta", theta, (3,), "m, rad", "x, y, phi"),
@@ -67,34 +67,34 @@ def functions(rod):
 
     def function(name, inputs, *outputs):
         taken = tuple(arguments[name] for name in inputs)
-        return SymbolicFunction(name, f"{name}.", "", taken, outputs, scope)
+        return SymbolicFunction(name, f"{name}.", "", taken, outputs, terms)
 
-    x, y = triad_position(scope, A, b, L, *cs)
-    mx, my = triad_mirror(scope, A, b, L, *cs)
+    x, y = triad_position(terms, A, b, L, *cs)
+    mx, my = triad_mirror(terms, A, b, L, *cs)
     px, py, angle = theta
-    c, s = scope.cos_sin(angle)
+    c, s = terms.cos_sin(angle)
     residuals, rows, lines, cranks = [], [], [], []
     for k, (a, (bx, by)) in enumerate(zip(A, b, strict=True)):
-        rx, ry = scope.let(c * bx - s * by), scope.let(s * bx + c * by)
-        dx, dy = scope.let(px + rx - a[0]), scope.let(py + ry - a[1])
-        length = scope.let(sp.sqrt(dx**2 + dy**2))
-        nx, ny = scope.let(dx / length), scope.let(dy / length)
-        residuals.append(scope.let(length - L[k]))
-        rows += [nx, ny, scope.let(rx * ny - ry * nx)]
-        arm = scope.let(crank * (turned[k][0] * ny - turned[k][1] * nx))
+        rx, ry = terms.let(c * bx - s * by), terms.let(s * bx + c * by)
+        dx, dy = terms.let(px + rx - a[0]), terms.let(py + ry - a[1])
+        length = terms.let(sp.sqrt(dx**2 + dy**2))
+        nx, ny = terms.let(dx / length), terms.let(dy / length)
+        residuals.append(terms.let(length - L[k]))
+        rows += [nx, ny, terms.let(rx * ny - ry * nx)]
+        arm = terms.let(crank * (turned[k][0] * ny - turned[k][1] * nx))
         cranks += [arm if j == k else sp.S.Zero for j in range(3)]
     lines = tuple(rows)
     legs = [
-        _inverse(scope, theta, (c, s), crank, *leg) for leg in zip(directions, b, L, strict=True)
+        _inverse(terms, theta, (c, s), crank, *leg) for leg in zip(directions, b, L, strict=True)
     ]
     slots = list(product((1, -1), repeat=3))
     inverse = tuple(
-        scope.let(w + side * t) for x in slots for side, (w, t, _) in zip(x, legs, strict=True)
+        terms.let(w + side * t) for x in slots for side, (w, t, _) in zip(x, legs, strict=True)
     )
     margins = tuple(margin for _ in slots for *_, margin in legs)
     pose = Result("x", (x, y, phi), (3,), "m, rad", "pose")
     mirror = Result("x", (mx, my, phi), (3,), "m, rad", "pose")
-    polynomial = tuple(triad_polynomial(scope, A, b, L))
+    polynomial = tuple(triad_polynomial(terms, A, b, L))
     return (
         function("assembly_polynomial", "q", Result("a", polynomial, (7,), "1", "coefficients")),
         function("assembly_position", ("q", "phi"), pose),
@@ -123,9 +123,9 @@ def write(folder: Path, rod="13/100"):
     robot = Robot("planar", joints, title="A planar platform")
     statements = bodies(lower(derived, "planar"))
     files = {
-        "planar.c": c_code.source(robot, derived, statements),
-        "planar.h": c_code.header(robot, derived),
-        c_code.SUPPORT: c_code.support(c_code.SUPPORT),
+        "planar.c": scalar.source(robot, derived, statements),
+        "planar.h": scalar.header(robot, derived),
+        scalar.SUPPORT: scalar.support(scalar.SUPPORT),
     }
 
     def described(item):

@@ -10,16 +10,16 @@ Most solutions: 4 (two of the orientation, two of the place).
 
 import numpy as np
 
-from ...vectors import cross, dot, subtracted
-from ..lines import Lines
-from ..requirement import Requirement, across, meeting, parallel, revolute
+from ...terms.vectors import cross, dot, subtracted
+from ..steps.target import Target
+from ..steps.three_joints import two_slides
+from ..steps.work import Work
+from ..structure.lines import Lines
+from ..structure.requirement import Requirement, across, meeting, parallel, revolute
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.sp4 import sp4
-from ..target import Target
-from ..turns import composed, rotated
-from ..work import Work
-from .three_joints import two_slides
+from ..subproblems.turns import composed, rotated
 
 TITLE = "a turning column with two slides and a hand that turns about its vertical"
 
@@ -46,11 +46,11 @@ def _plane(lines: Lines) -> Requirement:
 
 def solve(work: Work, lines: Lines, target: Target) -> None:
     """All six joints for a target."""
-    scope = work.scope
+    terms = work.terms
     a1, a2, a3, a4, a5, a6 = lines.axes
 
     # 1 to 3. The orientation, joints 1 and 4 as one.
-    q14, q5 = sp2(scope, a1.h, a5.h, a6.h, target.turned(scope, a6.h), work.sign())
+    q14, q5 = sp2(terms, a1.h, a5.h, a6.h, target.turned(terms, a6.h), work.sign())
     q14_turn = work.step(
         [a1, a4],
         "subproblem 2",
@@ -59,31 +59,31 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
         f"with axis {a6.name} along the column every sum will do; it is then 0",
     )
     work.step([a5], "subproblem 1", f"what they leave of the turn of axis {a6.name}", q5)
-    e = cross(scope, a6.h, a5.h)
-    left = rotated(scope, a1.h, q14_turn.back, target.turned(scope, e))
-    left = rotated(scope, a5.h, q5.turn.back, left)
+    e = cross(terms, a6.h, a5.h)
+    left = rotated(terms, a1.h, q14_turn.back, target.turned(terms, e))
+    left = rotated(terms, a5.h, q5.turn.back, left)
     work.step(
-        [a6], "subproblem 1", "what is left of the turn", sp1(scope, a6.h, e, left, sure=True)
+        [a6], "subproblem 1", "what is left of the turn", sp1(terms, a6.h, e, left, sure=True)
     )
 
     # 4. The column: past the hand, the place lies in the plane of the slides.
     centre = lines.meeting(4, 5)
-    lever = rotated(scope, a1.h, q14_turn, subtracted(scope, centre, a4.p))
-    place = work.call("W", "the common point of axes 5 and 6", target.point(scope, centre))
-    V = subtracted(scope, subtracted(scope, place, lever), a1.p)
-    normal = cross(scope, a1.h, a2.h)
-    d = dot(scope, normal, subtracted(scope, a4.p, a1.p))
+    lever = rotated(terms, a1.h, q14_turn, subtracted(terms, centre, a4.p))
+    place = work.call("W", "the common point of axes 5 and 6", target.point(terms, centre))
+    V = subtracted(terms, subtracted(terms, place, lever), a1.p)
+    normal = cross(terms, a1.h, a2.h)
+    d = dot(terms, normal, subtracted(terms, a4.p, a1.p))
     q1 = work.step(
         [a1],
         "subproblem 4",
         "the slides do not leave their plane",
-        sp4(scope, V, a1.h, normal, d, work.sign()),
+        sp4(terms, V, a1.h, normal, d, work.sign()),
         "with the hand on the column every angle will do; it is then 0",
     )
-    work.turns[a4.joint] = composed(scope, q14_turn, q1.back).counted(
+    work.turns[a4.joint] = composed(terms, q14_turn, q1.back).counted(
         1 if float(a1.direction @ a4.direction) > 0 else -1
     )
 
     # 5, 6. The slides in their plane.
-    way = subtracted(scope, rotated(scope, a1.h, q1.back, V), subtracted(scope, a4.p, a1.p))
+    way = subtracted(terms, rotated(terms, a1.h, q1.back, V), subtracted(terms, a4.p, a1.p))
     two_slides(work, a2, a3, way)

@@ -5,13 +5,13 @@ Read from the tool, these are the arms whose axes 3, 4 and 5 meet. Most solution
 Source: Elias and Wen 2022, table 1 (three consecutive intersecting axes).
 """
 
-from ...vectors import Vector, subtracted
-from ..lines import Lines
-from ..requirement import Requirement, meeting, revolute
-from ..target import Target
-from ..turns import rotated
-from ..work import Work
-from .loop import loop_of_three, negative
+from ...terms.vectors import Vector, subtracted
+from ..steps.loop_of_three import loop_of_three, negative
+from ..steps.target import Target
+from ..steps.work import Work
+from ..structure.lines import Lines
+from ..structure.requirement import Requirement, meeting, revolute
+from ..subproblems.turns import rotated
 from .spherical_wrist import three_turns
 
 TITLE = "axes 2, 3 and 4 through one point"
@@ -24,25 +24,25 @@ def requires(lines: Lines) -> list[Requirement]:
 
 def solve(work: Work, lines: Lines, target: Target) -> None:
     """All six joints for a target."""
-    scope = work.scope
+    terms = work.terms
     a1, a2, a3, a4, a5, a6 = lines.axes
     back = target.reversed()
     S = lines.meeting(1, 2)
 
     # 1 to 3. Joints 2 to 4 leave their common point where it is: joint 1 brings it where joints 5
     #    and 6, seen from the tool, bring it too.
-    arm = subtracted(scope, S, a1.p)
+    arm = subtracted(terms, S, a1.p)
     found = loop_of_three(
         work,
         (a1, a6, a5),
         f"{a2.name}, {a3.name} and {a4.name} do not move the point where their axes meet",
         (
-            subtracted(scope, back.point(scope, a1.p), a6.p),
-            back.turned(scope, a1.h),
-            back.turned(scope, arm),
+            subtracted(terms, back.point(terms, a1.p), a6.p),
+            back.turned(terms, a1.h),
+            back.turned(terms, arm),
         ),
-        (negative(a6.h), subtracted(scope, a5.p, a6.p)),
-        (negative(a5.h), subtracted(scope, S, a5.p)),
+        (negative(a6.h), subtracted(terms, a5.p, a6.p)),
+        (negative(a5.h), subtracted(terms, S, a5.p)),
     )
     q1, q6, q5 = found
     for axis, turn in zip((a1, a6, a5), found, strict=True):
@@ -50,7 +50,7 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
 
     # 4 to 6. What they leave of the turn.
     def left(v: Vector) -> Vector:
-        v = rotated(scope, a6.h, q6.back, rotated(scope, a5.h, q5.back, v))
-        return rotated(scope, a1.h, q1.back, target.turned(scope, v))
+        v = rotated(terms, a6.h, q6.back, rotated(terms, a5.h, q5.back, v))
+        return rotated(terms, a1.h, q1.back, target.turned(terms, v))
 
     three_turns(work, (a2, a3, a4), left)

@@ -9,19 +9,19 @@ Source: Elias and Wen 2022, 4.1 (2, 3, 4 parallel).
 
 import sympy as sp
 
-from ...scope import Scope
-from ...vectors import Vector, added, cross, dot, subtracted
-from ..found import FoundTurn, Simultaneous
-from ..lines import Lines
-from ..requirement import Requirement, askew, parallel, revolute
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, added, cross, dot, subtracted
+from ..steps.loop_of_three import negative
+from ..steps.target import Target
+from ..steps.triangle import remaining, triangle
+from ..steps.work import Work
+from ..structure.lines import Lines
+from ..structure.requirement import Requirement, askew, parallel, revolute
+from ..subproblems.found import FoundTurn, Simultaneous
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp6 import sp6
-from ..target import Target
-from ..turns import any_across, perpendicular, rotated
-from ..work import Work
-from .loop import negative
+from ..subproblems.turns import any_across, perpendicular, rotated
 from .three_parallel import reaching
-from .triangle import remaining, triangle
 
 TITLE = "three parallel axes 2, 3, 4"
 
@@ -38,23 +38,23 @@ def requires(lines: Lines) -> list[Requirement]:
 
 def solve(work: Work, lines: Lines, target: Target) -> None:
     """All six angles for a target."""
-    scope = work.scope
+    terms = work.terms
     a1, a2, a3, a4, a5, a6 = lines.axes
     h = a2.h
 
     # 1, 2. Joints 2 to 4 change no part along their direction: neither that of axis 6 nor that of
     #    its place.
-    W = subtracted(scope, target.point(scope, a6.p), a1.p)
-    v = target.turned(scope, a6.h)
-    reach = subtracted(scope, a6.p, a5.p)
-    still = dot(scope, h, subtracted(scope, a5.p, a1.p))
+    W = subtracted(terms, target.point(terms, a6.p), a1.p)
+    v = target.turned(terms, a6.h)
+    reach = subtracted(terms, a6.p, a5.p)
+    still = dot(terms, h, subtracted(terms, a5.p, a1.p))
     rows = [
-        _row(scope, h, (negative(a1.h), W), (a5.h, reach), still),
-        _row(scope, h, (negative(a1.h), v), (a5.h, a6.h), sp.Integer(0)),
+        _row(terms, h, (negative(a1.h), W), (a5.h, reach), still),
+        _row(terms, h, (negative(a1.h), v), (a5.h, a6.h), sp.Integer(0)),
     ]
     signs = work.sign(), work.sign()
     (A1, B1, b1), (A2, B2, b2) = rows
-    found = sp6(scope, (A1, A2), (B1, B2), (b1, b2), signs)
+    found = sp6(terms, (A1, A2), (B1, B2), (b1, b2), signs)
     equation = Simultaneous(6, (("A_1", (*A1, *A2)), ("A_2", (*B1, *B2)), ("b", (b1, b2))))
     for axis, turn in ((a1, found.first), (a5, found.second)):
         work.step(
@@ -66,11 +66,11 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     q1, q5 = found.first, found.second
 
     # 3. Joints 2 to 4 turn axis 6 as one.
-    U = added(scope, rotated(scope, a1.h, q1.back, W), subtracted(scope, a1.p, a2.p))
-    seen = rotated(scope, a1.h, q1.back, v)
-    carried = rotated(scope, a5.h, q5, a6.h)
-    hand = added(scope, a5.p, rotated(scope, a5.h, q5, reach))
-    told = reaching(work, lines, sp1(scope, h, carried, seen), seen, U, hand, signs[1])
+    U = added(terms, rotated(terms, a1.h, q1.back, W), subtracted(terms, a1.p, a2.p))
+    seen = rotated(terms, a1.h, q1.back, v)
+    carried = rotated(terms, a5.h, q5, a6.h)
+    hand = added(terms, a5.p, rotated(terms, a5.h, q5, reach))
+    told = reaching(work, lines, sp1(terms, h, carried, seen), seen, U, hand, signs[1])
     q234 = work.step(
         [a2, a3, a4],
         "subproblem 1",
@@ -81,24 +81,24 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     )
 
     # 4. Any direction across axis 6 tells the last angle.
-    e = any_across(scope, a6.h)
-    left = rotated(scope, a1.h, q1.back, target.turned(scope, e))
-    left = rotated(scope, a5.h, q5.back, rotated(scope, h, q234.back, left))
+    e = any_across(terms, a6.h)
+    left = rotated(terms, a1.h, q1.back, target.turned(terms, e))
+    left = rotated(terms, a5.h, q5.back, rotated(terms, h, q234.back, left))
     work.step(
         [a6],
         "subproblem 1",
         "what joints 1 to 5 leave of the turn",
-        sp1(scope, a6.h, e, left, sure=True),
+        sp1(terms, a6.h, e, left, sure=True),
     )
 
     # 5. The rest is a triangle across the parallel axes: shoulder, elbow, wrist.
-    lever = rotated(scope, h, q234, subtracted(scope, hand, a4.p))
-    triangle(work, a2, a3, a4.p, subtracted(scope, U, lever))
+    lever = rotated(terms, h, q234, subtracted(terms, hand, a4.p))
+    triangle(work, a2, a3, a4.p, subtracted(terms, U, lever))
     remaining(work, (a2, a3, a4), q234)
 
 
 def _row(
-    scope: Scope,
+    terms: Terms,
     h: Vector,
     left: tuple[Vector, Vector],
     right: tuple[Vector, Vector],
@@ -106,7 +106,7 @@ def _row(
 ) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr], sp.Expr]:
     """``h . R(k1) p1 = still + h . R(k2) p2`` as coefficients of (sin, cos) and a right side."""
     (k1, p1), (k2, p2) = left, right
-    along = [scope.let(dot(scope, h, k) * dot(scope, k, p)) for k, p in (left, right)]
-    A = dot(scope, h, cross(scope, k1, p1)), dot(scope, h, perpendicular(scope, k1, p1))
-    B = dot(scope, h, cross(scope, k2, p2)), dot(scope, h, perpendicular(scope, k2, p2))
-    return A, (-B[0], -B[1]), scope.let(still + along[1] - along[0])
+    along = [terms.let(dot(terms, h, k) * dot(terms, k, p)) for k, p in (left, right)]
+    A = dot(terms, h, cross(terms, k1, p1)), dot(terms, h, perpendicular(terms, k1, p1))
+    B = dot(terms, h, cross(terms, k2, p2)), dot(terms, h, perpendicular(terms, k2, p2))
+    return A, (-B[0], -B[1]), terms.let(still + along[1] - along[0])

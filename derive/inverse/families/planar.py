@@ -6,15 +6,15 @@ wrong angle, is answered by the nearest that these steps find.
 
 import numpy as np
 
-from ...vectors import dot, subtracted
-from ..lines import Lines
-from ..requirement import Requirement, parallel
+from ...terms.vectors import dot, subtracted
+from ..steps.target import Target
+from ..steps.triangle import remaining, triangle
+from ..steps.work import Work
+from ..structure.lines import Lines
+from ..structure.requirement import Requirement, parallel
 from ..subproblems.slides import slide_to_plane
 from ..subproblems.sp1 import sp1
-from ..target import Target
-from ..turns import any_across
-from ..work import Work
-from .triangle import remaining, triangle
+from ..subproblems.turns import any_across
 
 TITLE = "parallel axes"
 _LEAST_TURNS, _MOST_TURNS = 2, 3
@@ -31,34 +31,34 @@ def requires(lines: Lines) -> list[Requirement]:
 
 def solve(work: Work, lines: Lines, target: Target) -> None:
     """All joints for a pose."""
-    scope = work.scope
+    terms = work.terms
     turning = tuple(axis for axis in lines.axes if axis.turns)
     first = turning[0]
     hand, meaning = target.home, "the tool's origin"
     if len(turning) == _MOST_TURNS:
         hand, meaning = turning[2].p, f"a point of axis {turning[2].name}"
-    place = work.call("W", meaning, target.point(scope, hand))
-    W = subtracted(scope, place, first.p)
+    place = work.call("W", meaning, target.point(terms, hand))
+    W = subtracted(terms, place, first.p)
     # 1. The slide alone moves the tool along the axes.
     for axis in lines.axes:
         if not axis.turns:
-            d = dot(scope, first.h, W)
-            reach = subtracted(scope, hand, first.p)
+            d = dot(terms, first.h, W)
+            reach = subtracted(terms, hand, first.p)
             work.slide(
                 axis,
                 "a line meets a plane",
                 "the other joints do not move the tool along their axes",
-                slide_to_plane(scope, first.h, axis.h, reach, d),
+                slide_to_plane(terms, first.h, axis.h, reach, d),
             )
     # 2, 3. A triangle.
     triangle(work, turning[0], turning[1], hand, W)
     # 4. The angles sum up to the turn of the tool.
     if len(turning) == _MOST_TURNS:
-        e = any_across(scope, first.h)
+        e = any_across(terms, first.h)
         total = work.step(
             turning,
             "subproblem 1",
             "all turn the tool as one",
-            sp1(scope, first.h, e, target.turned(scope, e)),
+            sp1(terms, first.h, e, target.turned(terms, e)),
         )
         remaining(work, turning, total)

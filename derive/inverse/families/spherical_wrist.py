@@ -8,15 +8,15 @@ Source: Pieper 1968; Elias and Wen 2022, 4.1.
 
 from collections.abc import Callable
 
-from ...vectors import Vector, cross
-from ..lines import Axis, Lines
-from ..requirement import Requirement, meeting, revolute
+from ...terms.vectors import Vector, cross
+from ..steps import three_joints
+from ..steps.target import Target
+from ..steps.work import Work
+from ..structure.lines import Axis, Lines
+from ..structure.requirement import Requirement, meeting, revolute
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
-from ..target import Target
-from ..turns import rotated
-from ..work import Work
-from . import three_joints
+from ..subproblems.turns import rotated
 
 TITLE = "spherical wrist"
 
@@ -32,13 +32,13 @@ def requires(lines: Lines) -> list[Requirement]:
 
 def solve(work: Work, lines: Lines, target: Target) -> None:
     """All six joints for a target."""
-    scope = work.scope
+    terms = work.terms
     # 1 to 3. The wrist does not move its centre.
     arm = _arm(lines)
     case = three_joints.case_of(arm)
     assert case is not None
     centre = lines.meeting(5, 4)
-    W = work.call("W", "the wrist's centre", target.point(scope, centre))
+    W = work.call("W", "the wrist's centre", target.point(terms, centre))
     case.solve(work, arm, centre, W)
     # 4 to 6. What the arm leaves of the turn.
     wrist(work, lines, 3, target)
@@ -50,7 +50,7 @@ def wrist(work: Work, lines: Lines, first: int, target: Target) -> None:
     three_turns(
         work,
         (axes[0], axes[1], axes[2]),
-        lambda v: _past(work, lines, first, target.turned(work.scope, v)),
+        lambda v: _past(work, lines, first, target.turned(work.terms, v)),
     )
 
 
@@ -66,9 +66,9 @@ def three_turns(
         axes: The three axes.
         wanted: What the rotation makes of a direction.
     """
-    scope = work.scope
+    terms = work.terms
     a4, a5, a6 = axes
-    q4, q5 = sp2(scope, a4.h, a5.h, a6.h, wanted(a6.h), work.sign())
+    q4, q5 = sp2(terms, a4.h, a5.h, a6.h, wanted(a6.h), work.sign())
     work.step(
         [a4],
         "subproblem 2",
@@ -78,13 +78,13 @@ def three_turns(
         "then 0",
     )
     work.step([a5], "subproblem 1", f"what {a4.name} leaves of the turn of axis {a6.name}", q5)
-    e = cross(scope, a6.h, a5.h)
-    left = rotated(scope, a5.h, q5.turn.back, rotated(scope, a4.h, q4.turn.back, wanted(e)))
+    e = cross(terms, a6.h, a5.h)
+    left = rotated(terms, a5.h, q5.turn.back, rotated(terms, a4.h, q4.turn.back, wanted(e)))
     work.step(
         [a6],
         "subproblem 1",
         "what is left of the turn",
-        sp1(scope, a6.h, e, left, sure=q4.margin is None),
+        sp1(terms, a6.h, e, left, sure=q4.margin is None),
     )
 
 
@@ -92,9 +92,9 @@ def _past(work: Work, lines: Lines, count: int, v: Vector) -> Vector:
     """A direction in base axes, turned back by the joints before."""
     for axis in lines.axes[:count]:
         if axis.turns:
-            v = rotated(work.scope, axis.h, work.turns[axis.joint].back, v)
+            v = rotated(work.terms, axis.h, work.turns[axis.joint].back, v)
     return v
 
 
 def _arm(lines: Lines) -> Lines:
-    return Lines(lines.scope, lines.axes[:3], lines.tolerance)
+    return Lines(lines.terms, lines.axes[:3], lines.tolerance)

@@ -21,14 +21,14 @@ Source: Elias and Wen 2023 (stereographic shoulder-elbow-wrist angle), with the 
 import numpy as np
 import sympy as sp
 
-from ...scope import Scope
-from ...vectors import Vector, added, combination, cross, dot, subtracted
-from ..lines import EXACT, SNAPPED, Axis, Lines
-from ..requirement import Requirement, meeting, revolute
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, added, combination, cross, dot, subtracted
+from ..steps.target import Target
+from ..steps.work import Work
+from ..structure.lines import EXACT, SNAPPED, Axis, Lines
+from ..structure.requirement import Requirement, meeting, revolute
 from ..subproblems.sp3 import sp3, squared_across
-from ..target import Target
-from ..turns import Turn, any_across, direction, perpendicular, rotated
-from ..work import Work
+from ..subproblems.turns import Turn, any_across, direction, perpendicular, rotated
 from .spherical_wrist import three_turns, wrist
 
 TITLE = "spherical shoulder and spherical wrist"
@@ -56,32 +56,32 @@ def _has_an_elbow(lines: Lines) -> Requirement:
 
 def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
     """All seven joints for a target and a swivel angle."""
-    scope = work.scope
+    terms = work.terms
     a1, a2, a3, a4, *_ = lines.axes
     shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
 
     # 1. The shoulder does not change the distance of its own centre from the wrist's.
-    place = work.call("W", "the wrist's centre", target.point(scope, centre))
-    V = subtracted(scope, place, shoulder)
-    upper, fore = subtracted(scope, elbow, shoulder), subtracted(scope, centre, elbow)
-    across2 = squared_across(scope, a4.h, V, (upper, fore))
+    place = work.call("W", "the wrist's centre", target.point(terms, centre))
+    V = subtracted(terms, place, shoulder)
+    upper, fore = subtracted(terms, elbow, shoulder), subtracted(terms, centre, elbow)
+    across2 = squared_across(terms, a4.h, V, (upper, fore))
     sign = work.sign()
     q4 = work.step(
         [a4],
         "subproblem 3",
         "the joints of shoulder and wrist keep the distance of their centres",
-        sp3(scope, a4.h, upper, fore, across2, sign),
+        sp3(terms, a4.h, upper, fore, across2, sign),
     )
 
     # 2. The shoulder carries a frame of line, normal and side to where the swivel angle wants it.
-    arm = added(scope, upper, rotated(scope, a4.h, q4, fore))
-    w, n, b = _frame(scope, arm, upper, fore, a4.h)
-    beside = scope.let(
-        sp.Piecewise((_ONE, dot(scope, upper, b) >= 0), (-_ONE, True), evaluate=False)
+    arm = added(terms, upper, rotated(terms, a4.h, q4, fore))
+    w, n, b = _frame(terms, arm, upper, fore, a4.h)
+    beside = terms.let(
+        sp.Piecewise((_ONE, dot(terms, upper, b) >= 0), (-_ONE, True), evaluate=False)
     )
-    W, e_x, e_y = reference(scope, a1, V)
+    W, e_x, e_y = reference(terms, a1, V)
     side = combination(
-        scope, (scope.let(beside * swivel.c), scope.let(beside * swivel.s)), (e_x, e_y)
+        terms, (terms.let(beside * swivel.c), terms.let(beside * swivel.s)), (e_x, e_y)
     )
     for letter, meaning, vector in (
         ("u", "the direction from shoulder to wrist with joints 1 to 3 at 0", w),
@@ -92,65 +92,65 @@ def solve(work: Work, lines: Lines, target: Target, swivel: Turn) -> None:
         ("g", "where the arm's plane has to point, across the line", side),
     ):
         work.call(letter, meaning, vector)
-    normal = cross(scope, W, side)
+    normal = cross(terms, W, side)
 
     # 3 to 5. Its three angles.
     three_turns(
         work,
         (a1, a2, a3),
-        lambda v: combination(scope, [dot(scope, v, e) for e in (w, n, b)], (W, normal, side)),
+        lambda v: combination(terms, [dot(terms, v, e) for e in (w, n, b)], (W, normal, side)),
     )
 
     # 6 to 8. What the arm leaves of the tool's turn.
     wrist(work, lines, 4, target)
 
 
-def swivel_of(scope: Scope, lines: Lines, turns: dict[int, Turn]) -> Turn:
+def swivel_of(terms: Terms, lines: Lines, turns: dict[int, Turn]) -> Turn:
     """The swivel angle of a configuration."""
     a1, a2, a3, a4, *_ = lines.axes
     shoulder, centre, elbow = lines.meeting(0, 1), lines.meeting(6, 5), _elbow(lines)
 
     def carried(v: Vector) -> Vector:
         for axis in (a3, a2, a1):
-            v = rotated(scope, axis.h, turns[axis.joint], v)
+            v = rotated(terms, axis.h, turns[axis.joint], v)
         return v
 
-    upper, fore = subtracted(scope, elbow, shoulder), subtracted(scope, centre, elbow)
-    V = carried(added(scope, upper, rotated(scope, a4.h, turns[a4.joint], fore)))
-    _, e_x, e_y = reference(scope, a1, V)
+    upper, fore = subtracted(terms, elbow, shoulder), subtracted(terms, centre, elbow)
+    V = carried(added(terms, upper, rotated(terms, a4.h, turns[a4.joint], fore)))
+    _, e_x, e_y = reference(terms, a1, V)
     E = carried(upper)
-    return direction(scope, dot(scope, e_x, E), dot(scope, e_y, E))
+    return direction(terms, dot(terms, e_x, E), dot(terms, e_y, E))
 
 
-def reference(scope: Scope, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector]:
+def reference(terms: Terms, a1: Axis, V: Vector) -> tuple[Vector, Vector, Vector]:
     """The direction of the line from shoulder to wrist, and the two that swivel counts from."""
-    w = _unit(scope, V, a1.h)
-    r = any_across(scope, a1.h)
+    w = _unit(terms, V, a1.h)
+    r = any_across(terms, a1.h)
     # Straight below the shoulder nothing is left of w - t; it then counts as pointing upwards.
-    away = combination(scope, (_ONE, NOTHING), (added(scope, w, a1.h), a1.h))
-    e_x = _unit(scope, cross(scope, cross(scope, away, r), w), cross(scope, a1.h, r))
-    return w, e_x, cross(scope, w, e_x)
+    away = combination(terms, (_ONE, NOTHING), (added(terms, w, a1.h), a1.h))
+    e_x = _unit(terms, cross(terms, cross(terms, away, r), w), cross(terms, a1.h, r))
+    return w, e_x, cross(terms, w, e_x)
 
 
 def _frame(
-    scope: Scope, arm: Vector, upper: Vector, fore: Vector, h: Vector
+    terms: Terms, arm: Vector, upper: Vector, fore: Vector, h: Vector
 ) -> tuple[Vector, Vector, Vector]:
     """Line from shoulder to wrist, normal of the arm's plane and side, with joints 1 to 3 at 0.
 
     An arm that bends in a plane across the elbow's axis has its side across that axis, stretched
     too; any other on the side of its elbow.
     """
-    w = _unit(scope, arm, upper)
-    flat = all(abs(float(scope.value(dot(scope, h, part)))) <= EXACT for part in (upper, fore))
-    b = _unit(scope, cross(scope, h, w) if flat else perpendicular(scope, w, upper), upper)
-    return w, cross(scope, w, b), b
+    w = _unit(terms, arm, upper)
+    flat = all(abs(float(terms.value(dot(terms, h, part)))) <= EXACT for part in (upper, fore))
+    b = _unit(terms, cross(terms, h, w) if flat else perpendicular(terms, w, upper), upper)
+    return w, cross(terms, w, b), b
 
 
-def _unit(scope: Scope, v: Vector, instead: Vector) -> Vector:
+def _unit(terms: Terms, v: Vector, instead: Vector) -> Vector:
     """The direction of a vector, or that of another where it is 0."""
-    v = combination(scope, (_ONE, NOTHING), (v, instead))
-    inverse = scope.let(1 / scope.let(sp.sqrt(dot(scope, v, v))))
-    return combination(scope, (inverse,), (v,))
+    v = combination(terms, (_ONE, NOTHING), (v, instead))
+    inverse = terms.let(1 / terms.let(sp.sqrt(dot(terms, v, v))))
+    return combination(terms, (inverse,), (v,))
 
 
 def _elbow(lines: Lines) -> Vector:

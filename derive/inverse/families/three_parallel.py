@@ -8,18 +8,18 @@ what is done at the singularities are ours.
 
 import sympy as sp
 
-from ...vectors import Vector, cross, dot, subtracted
-from ..found import FoundTurn
-from ..lines import Lines
-from ..requirement import Requirement, meeting, parallel, revolute
+from ...terms.vectors import Vector, cross, dot, subtracted
+from ..steps.plane import turn_to_plane
+from ..steps.target import Target
+from ..steps.triangle import remaining, triangle
+from ..steps.work import Work
+from ..structure.lines import Lines
+from ..structure.requirement import Requirement, meeting, parallel, revolute
+from ..subproblems.found import FoundTurn
 from ..subproblems.sp1 import sp1
 from ..subproblems.sp2 import sp2
 from ..subproblems.sp3 import sp3
-from ..target import Target
-from ..turns import Turn, perpendicular, rotated
-from ..work import Work
-from .plane import turn_to_plane
-from .triangle import remaining, triangle
+from ..subproblems.turns import Turn, perpendicular, rotated
 
 TITLE = "three parallel axes 2, 3, 4 and intersecting axes 5, 6"
 MOST_SOLUTIONS = 8
@@ -42,13 +42,13 @@ def requires(lines: Lines) -> list[Requirement]:
 
 def solve(work: Work, lines: Lines, target: Target) -> None:
     """All six angles for a target."""
-    scope = work.scope
+    terms = work.terms
     a1, a2, a3, a4, a5, a6 = lines.axes
     centre = lines.meeting(5, 4)
 
     # 1. Joints 5 and 6 leave their common point where it is, and joints 2 to 4 move it across h_2
     #    only: its part along h_2 is joint 1's affair alone.
-    place = work.call("W", "the common point of axes 5 and 6", target.point(scope, centre))
+    place = work.call("W", "the common point of axes 5 and 6", target.point(terms, centre))
     U, q1 = turn_to_plane(
         work,
         a1,
@@ -59,9 +59,9 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
     )
 
     # 2. Joint 6 does not turn its own axis. 3. The second angle belongs to the first.
-    v = rotated(scope, a1.h, q1.back, target.turned(scope, a6.h))
+    v = rotated(terms, a1.h, q1.back, target.turned(terms, a6.h))
     sign = work.sign()
-    found, _ = sp2(scope, a2.h, a5.h, a6.h, v, sign)
+    found, _ = sp2(terms, a2.h, a5.h, a6.h, v, sign)
     found = reaching(work, lines, found, v, U, centre, sign)
     q234 = work.step(
         [a2, a3, a4],
@@ -71,28 +71,28 @@ def solve(work: Work, lines: Lines, target: Target) -> None:
         "with axis 6 parallel to axes 2 to 4 every sum will do; it is then the one that brings the "
         "elbow nearest to a right angle",
     )
-    seen = rotated(scope, a2.h, q234.back, v)
+    seen = rotated(terms, a2.h, q234.back, v)
     q5 = work.step(
         [a5],
         "subproblem 1",
         "what joints 1 to 4 leave of the turn of axis 6",
-        sp1(scope, a5.h, a6.h, seen, sure=found.margin is None),
+        sp1(terms, a5.h, a6.h, seen, sure=found.margin is None),
     )
 
     # 4. Any direction across axis 6 tells the last angle.
-    e = cross(scope, a6.h, a5.h)
-    left = rotated(scope, a1.h, q1.back, target.turned(scope, e))
-    left = rotated(scope, a5.h, q5.back, rotated(scope, a2.h, q234.back, left))
+    e = cross(terms, a6.h, a5.h)
+    left = rotated(terms, a1.h, q1.back, target.turned(terms, e))
+    left = rotated(terms, a5.h, q5.back, rotated(terms, a2.h, q234.back, left))
     work.step(
         [a6],
         "subproblem 1",
         "what joints 1 to 5 leave of the turn",
-        sp1(scope, a6.h, e, left, sure=True),
+        sp1(terms, a6.h, e, left, sure=True),
     )
 
     # 5. The rest is a triangle across the parallel axes: shoulder, elbow, wrist.
-    lever = rotated(scope, a2.h, q234, subtracted(scope, centre, a4.p))
-    triangle(work, a2, a3, a4.p, subtracted(scope, U, lever))
+    lever = rotated(terms, a2.h, q234, subtracted(terms, centre, a4.p))
+    triangle(work, a2, a3, a4.p, subtracted(terms, U, lever))
     remaining(work, (a2, a3, a4), q234)
 
 
@@ -116,18 +116,18 @@ def reaching(
         centre: The hand, with joints 1 to 4 at 0.
         sign: Chooses among two sums that the elbow likes equally.
     """
-    scope = work.scope
+    terms = work.terms
     _, a2, a3, a4, _, _ = lines.axes
-    lever = perpendicular(scope, a2.h, subtracted(scope, centre, a4.p))
-    minus_U = subtracted(scope, (sp.Integer(0),) * 3, perpendicular(scope, a2.h, U))
-    upper = perpendicular(scope, a2.h, subtracted(scope, a3.p, a2.p))
-    fore = perpendicular(scope, a2.h, subtracted(scope, a4.p, a3.p))
-    right = scope.let(dot(scope, upper, upper) + dot(scope, fore, fore))
-    best = sp3(scope, a2.h, minus_U, lever, right, sign).turn
-    across = perpendicular(scope, a2.h, v)
-    told = dot(scope, across, across) > scope.let(UNDETERMINED**2)
+    lever = perpendicular(terms, a2.h, subtracted(terms, centre, a4.p))
+    minus_U = subtracted(terms, (sp.Integer(0),) * 3, perpendicular(terms, a2.h, U))
+    upper = perpendicular(terms, a2.h, subtracted(terms, a3.p, a2.p))
+    fore = perpendicular(terms, a2.h, subtracted(terms, a4.p, a3.p))
+    right = terms.let(dot(terms, upper, upper) + dot(terms, fore, fore))
+    best = sp3(terms, a2.h, minus_U, lever, right, sign).turn
+    across = perpendicular(terms, a2.h, v)
+    told = dot(terms, across, across) > terms.let(UNDETERMINED**2)
     turn = Turn(
-        scope.let(sp.Piecewise((found.turn.c, told), (best.c, True), evaluate=False)),
-        scope.let(sp.Piecewise((found.turn.s, told), (best.s, True), evaluate=False)),
+        terms.let(sp.Piecewise((found.turn.c, told), (best.c, True), evaluate=False)),
+        terms.let(sp.Piecewise((found.turn.s, told), (best.s, True), evaluate=False)),
     )
     return FoundTurn(turn, found.equation, found.sign, found.margin)

@@ -10,16 +10,16 @@ Most solutions: 4 for a pose; 8 for place and pitch, which the tool may have fro
 
 import sympy as sp
 
-from ...vectors import Vector, combination, cross, subtracted
-from ..found import FoundTurn
-from ..lines import Lines
-from ..requirement import Requirement, across, parallel, revolute
+from ...terms.vectors import Vector, combination, cross, subtracted
+from ..steps.plane import turn_to_plane
+from ..steps.target import Target
+from ..steps.triangle import remaining, triangle
+from ..steps.work import Work
+from ..structure.lines import Lines
+from ..structure.requirement import Requirement, across, parallel, revolute
+from ..subproblems.found import FoundTurn
 from ..subproblems.sp1 import sp1
-from ..target import Target
-from ..turns import Turn, perpendicular, rotated
-from ..work import Work
-from .plane import turn_to_plane
-from .triangle import remaining, triangle
+from ..subproblems.turns import Turn, perpendicular, rotated
 
 TITLE = "a turntable with three parallel axes"
 
@@ -36,27 +36,27 @@ def requires(lines: Lines) -> list[Requirement]:
 
 def solve(work: Work, lines: Lines, target: Target) -> None:
     """All joints for a pose."""
-    scope = work.scope
+    terms = work.terms
     a1, a2, *_ = lines.axes
     fifth = lines.axes[4:]
     # 1. The arm moves in a plane.
     carried = fifth[0].p if fifth else target.home
     meaning = f"a point of axis {fifth[0].name}" if fifth else "the tool's origin"
-    place = work.call("W", meaning, target.point(scope, carried))
+    place = work.call("W", meaning, target.point(terms, carried))
     U, q1 = _turned_to(work, lines, carried, place)
     # 2. The parallel axes turn as one what the last joint leaves alone.
     e = fifth[0].h if fifth else _across(lines)
-    v = rotated(scope, a1.h, q1.back, target.turned(scope, e))
-    q234 = _sum(work, lines, sp1(scope, a2.h, e, v), "the tool's direction in the arm's plane")
+    v = rotated(terms, a1.h, q1.back, target.turned(terms, e))
+    q234 = _sum(work, lines, sp1(terms, a2.h, e, v), "the tool's direction in the arm's plane")
     # 3. A triangle.
     _arm(work, lines, carried, U, q234)
     # 4. What is left of the turn.
     for axis in fifth:
-        across_it = cross(scope, axis.h, a2.h)
-        left = rotated(scope, a1.h, q1.back, target.turned(scope, across_it))
-        left = rotated(scope, a2.h, q234.back, left)
+        across_it = cross(terms, axis.h, a2.h)
+        left = rotated(terms, a1.h, q1.back, target.turned(terms, across_it))
+        left = rotated(terms, a2.h, q234.back, left)
         work.step(
-            [axis], "subproblem 1", "what is left of the turn", sp1(scope, axis.h, across_it, left)
+            [axis], "subproblem 1", "what is left of the turn", sp1(terms, axis.h, across_it, left)
         )
 
 
@@ -73,13 +73,13 @@ def solve_pitch(
         place: Where the origin is to come.
         pitch: The axis' elevation over the plane across axis 1.
     """
-    scope, (a1, a2, *_) = work.scope, lines.axes
+    terms, (a1, a2, *_) = work.terms, lines.axes
     U, _ = _turned_to(work, lines, tool, place)
     # The tool may point away from axis 1 or towards it.
     sign = work.sign()
-    outward = cross(scope, a2.h, a1.h)
-    wanted = combination(scope, (scope.let(sign * pitch.c), pitch.s), (outward, a1.h))
-    found = sp1(scope, a2.h, axis, wanted)
+    outward = cross(terms, a2.h, a1.h)
+    wanted = combination(terms, (terms.let(sign * pitch.c), pitch.s), (outward, a1.h))
+    found = sp1(terms, a2.h, axis, wanted)
     found = FoundTurn(found.turn, found.equation, sign)
     q234 = _sum(work, lines, found, "the pitch, with the tool pointing outward or inward")
     _arm(work, lines, tool, U, q234)
@@ -90,10 +90,10 @@ def solve_direction(
     work: Work, lines: Lines, tool: Vector, axis: Vector, place: Vector, wanted: Vector
 ) -> None:
     """Place and direction of the tool's axis; the fifth joint is left at 0."""
-    scope, (a1, a2, *_) = work.scope, lines.axes
+    terms, (a1, a2, *_) = work.terms, lines.axes
     U, q1 = _turned_to(work, lines, tool, place)
-    v = rotated(scope, a1.h, q1.back, wanted)
-    q234 = _sum(work, lines, sp1(scope, a2.h, axis, v), "the tool's direction in the arm's plane")
+    v = rotated(terms, a1.h, q1.back, wanted)
+    q234 = _sum(work, lines, sp1(terms, a2.h, axis, v), "the tool's direction in the arm's plane")
     _arm(work, lines, tool, U, q234)
     _leave(work, lines, 4)
 
@@ -110,9 +110,9 @@ def _sum(work: Work, lines: Lines, found: FoundTurn, reason: str) -> Turn:
 
 
 def _arm(work: Work, lines: Lines, carried: Vector, U: Vector, q234: Turn) -> None:
-    scope, (_, a2, a3, a4, *_) = work.scope, lines.axes
-    lever = rotated(scope, a2.h, q234, subtracted(scope, carried, a4.p))
-    triangle(work, a2, a3, a4.p, subtracted(scope, U, lever))
+    terms, (_, a2, a3, a4, *_) = work.terms, lines.axes
+    lever = rotated(terms, a2.h, q234, subtracted(terms, carried, a4.p))
+    triangle(work, a2, a3, a4.p, subtracted(terms, U, lever))
     remaining(work, (a2, a3, a4), q234)
 
 
@@ -125,4 +125,4 @@ def _leave(work: Work, lines: Lines, first: int) -> None:
 def _across(lines: Lines) -> Vector:
     """A direction across the parallel axes: that of axis 1."""
     a1, a2, *_ = lines.axes
-    return perpendicular(lines.scope, a2.h, a1.h)
+    return perpendicular(lines.terms, a2.h, a1.h)

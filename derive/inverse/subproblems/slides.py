@@ -11,33 +11,33 @@ Source: Elias and Wen 2022 have no slides; the formulas are elementary.
 
 import sympy as sp
 
-from ...scope import Scope
-from ...vectors import Vector, dot
-from ..found import FoundLength
-from ..turns import perpendicular
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, dot
+from .found import FoundLength
 from .sp4 import MEETING, ratio
+from .turns import perpendicular
 
 
-def slide_to_plane(scope: Scope, h: Vector, u: Vector, p: Vector, d: sp.Expr) -> FoundLength:
+def slide_to_plane(terms: Terms, h: Vector, u: Vector, p: Vector, d: sp.Expr) -> FoundLength:
     """The slide along u that gives a point the part d along h."""
-    rate, rest = dot(scope, h, u), scope.let(d - dot(scope, h, p))
-    return FoundLength(scope.let(rest / rate), (rate, -rest))
+    rate, rest = dot(terms, h, u), terms.let(d - dot(terms, h, p))
+    return FoundLength(terms.let(rest / rate), (rate, -rest))
 
 
 def slide_to_sphere(
-    scope: Scope, u: Vector, p: Vector, r2: sp.Expr, sign: sp.Symbol
+    terms: Terms, u: Vector, p: Vector, r2: sp.Expr, sign: sp.Symbol
 ) -> FoundLength:
     """The slide along the unit vector u after which p has the squared length r2."""
-    along, across = dot(scope, u, p), perpendicular(scope, u, p)
-    across2 = dot(scope, across, across)
-    xi2 = scope.let(r2 - across2)
-    size = scope.let(r2 + across2)
+    along, across = dot(terms, u, p), perpendicular(terms, u, p)
+    across2 = dot(terms, across, across)
+    xi2 = terms.let(r2 - across2)
+    size = terms.let(r2 + across2)
     # As in subproblem 4: two solutions that differ by rounding alone are one.
-    xi = scope.let(
+    xi = terms.let(
         sp.Piecewise(
-            (sp.sqrt(xi2), xi2 > scope.let(MEETING * size)), (sp.Integer(0), True), evaluate=False
+            (sp.sqrt(xi2), xi2 > terms.let(MEETING * size)), (sp.Integer(0), True), evaluate=False
         )
     )
-    length = scope.let(sign * xi - along)
-    equation = (sp.Integer(1), 2 * along, scope.let(along**2 - xi2))
-    return FoundLength(length, equation, sign, ratio(scope, xi2, size))
+    length = terms.let(sign * xi - along)
+    equation = (sp.Integer(1), 2 * along, terms.let(along**2 - xi2))
+    return FoundLength(length, equation, sign, ratio(terms, xi2, size))

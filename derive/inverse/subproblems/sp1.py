@@ -13,26 +13,26 @@ Degenerate: where p or v lies along k every angle will do; the angle is then 0.
 Source: Paden 1986; Murray, Li and Sastry 1994, 3.3; Elias and Wen 2022, subproblem 1.
 """
 
-from ...scope import Scope
-from ...vectors import Vector, cross, dot
-from ..found import Direction, FoundTurn
-from ..turns import direction, perpendicular
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, cross, dot
+from .found import Direction, FoundTurn
+from .turns import direction, perpendicular
 
 
-def sp1(scope: Scope, k: Vector, p: Vector, v: Vector, *, sure: bool = False) -> FoundTurn:
+def sp1(terms: Terms, k: Vector, p: Vector, v: Vector, *, sure: bool = False) -> FoundTurn:
     """The turn about the unit vector k that carries p to v (same length, same part along k).
 
     Args:
-        scope: Names of all terms.
+        terms: Names of all terms.
         k: The axis.
         p: The vector before the turn.
         v: The vector after it.
         sure: That neither ever lies along k.
     """
-    across = perpendicular(scope, k, p)
-    if not all(map(scope.is_constant, across)):
+    across = perpendicular(terms, k, p)
+    if not all(map(terms.is_constant, across)):
         # Near the axis, what rounding leaves of p along k would meet the long part of v.
-        v = perpendicular(scope, k, v)
-    x = dot(scope, across, v)
-    y = dot(scope, cross(scope, k, across), v)
-    return FoundTurn(direction(scope, x, y, sure=sure), Direction(x, y))
+        v = perpendicular(terms, k, v)
+    x = dot(terms, across, v)
+    y = dot(terms, cross(terms, k, across), v)
+    return FoundTurn(direction(terms, x, y, sure=sure), Direction(x, y))

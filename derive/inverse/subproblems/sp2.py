@@ -21,43 +21,43 @@ Source: Paden 1986; Elias and Wen 2022, subproblem 2.
 
 import sympy as sp
 
-from ...scope import Scope
-from ...vectors import Vector, cross, dot
-from ..found import FoundTurn
-from ..turns import perpendicular, rotated
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, cross, dot
+from .found import FoundTurn
 from .sp1 import sp1
 from .sp4 import near_line, sp4
+from .turns import perpendicular, rotated
 
 
 def sp2(
-    scope: Scope, k1: Vector, k2: Vector, p: Vector, v: Vector, sign: sp.Symbol
+    terms: Terms, k1: Vector, k2: Vector, p: Vector, v: Vector, sign: sp.Symbol
 ) -> tuple[FoundTurn, FoundTurn]:
     """The turns about the unit vectors k1 and k2 with ``R(k1) R(k2) p = v``."""
-    across = perpendicular(scope, k2, p)
-    r2 = dot(scope, across, across)
-    if scope.is_constant(r2):
-        first = sp4(scope, v, k1, k2, dot(scope, k2, p), sign)
+    across = perpendicular(terms, k2, p)
+    r2 = dot(terms, across, across)
+    if terms.is_constant(r2):
+        first = sp4(terms, v, k1, k2, dot(terms, k2, p), sign)
     else:
-        first = _first(scope, k1, k2, p, v, r2, sign)
+        first = _first(terms, k1, k2, p, v, r2, sign)
     # Where the first angle always exists, what it leaves is as far from k2 as p is.
-    sure = scope.is_constant(r2) and first.margin is None
-    return first, sp1(scope, k2, p, rotated(scope, k1, first.turn.back, v), sure=sure)
+    sure = terms.is_constant(r2) and first.margin is None
+    return first, sp1(terms, k2, p, rotated(terms, k1, first.turn.back, v), sure=sure)
 
 
 def _first(
-    scope: Scope, k1: Vector, k2: Vector, p: Vector, v: Vector, r2: sp.Expr, sign: sp.Symbol
+    terms: Terms, k1: Vector, k2: Vector, p: Vector, v: Vector, r2: sp.Expr, sign: sp.Symbol
 ) -> FoundTurn:
     """Subproblem 4 with xi^2 from the smaller of two triangles."""
-    c = dot(scope, k1, k2)
-    s2 = scope.let(1 - c**2)
-    along_v, along_p = dot(scope, k1, v), dot(scope, k2, p)
-    a = dot(scope, v, perpendicular(scope, k1, k2))
-    b = dot(scope, v, cross(scope, k1, k2))
-    e = scope.let(along_p - scope.let(c * along_v))
-    rho2 = scope.let(a**2 + b**2)
-    r2_s2 = scope.let(r2 * s2)
-    by_p = scope.let(r2_s2 - scope.let(along_v - scope.let(c * along_p)) ** 2)
-    by_v = scope.let(rho2 - e**2)
-    xi2 = scope.let(sp.Piecewise((by_p, r2_s2 < rho2), (by_v, True), evaluate=False))
-    scale = scope.let(sp.Min(rho2, r2_s2, evaluate=False))
-    return near_line(scope, a, b, e, sign, xi2, scale)
+    c = dot(terms, k1, k2)
+    s2 = terms.let(1 - c**2)
+    along_v, along_p = dot(terms, k1, v), dot(terms, k2, p)
+    a = dot(terms, v, perpendicular(terms, k1, k2))
+    b = dot(terms, v, cross(terms, k1, k2))
+    e = terms.let(along_p - terms.let(c * along_v))
+    rho2 = terms.let(a**2 + b**2)
+    r2_s2 = terms.let(r2 * s2)
+    by_p = terms.let(r2_s2 - terms.let(along_v - terms.let(c * along_p)) ** 2)
+    by_v = terms.let(rho2 - e**2)
+    xi2 = terms.let(sp.Piecewise((by_p, r2_s2 < rho2), (by_v, True), evaluate=False))
+    scale = terms.let(sp.Min(rho2, r2_s2, evaluate=False))
+    return near_line(terms, a, b, e, sign, xi2, scale)

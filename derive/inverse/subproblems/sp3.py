@@ -20,20 +20,20 @@ Source: Elias and Wen 2022, subproblem 3, whose cosine is the same.
 
 import sympy as sp
 
-from ...scope import Scope
-from ...vectors import Vector, cross, dot
-from ..found import FoundTurn
-from ..turns import perpendicular
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, cross, dot
+from .found import FoundTurn
 from .sp4 import on_line
+from .turns import perpendicular
 
 
 def sp3(
-    scope: Scope, k: Vector, p0: Vector, p: Vector, across2: sp.Expr, sign: sp.Symbol
+    terms: Terms, k: Vector, p0: Vector, p: Vector, across2: sp.Expr, sign: sp.Symbol
 ) -> FoundTurn:
     """The turn about the unit vector k after which ``p0 + R p`` has a given length.
 
     Args:
-        scope: Names of all terms.
+        terms: Names of all terms.
         k: The axis.
         p0: The vector that stays.
         p: The vector that turns.
@@ -41,28 +41,28 @@ def sp3(
             :func:`squared_across`.
         sign: Chooses among the two angles: the sign of sin(phi).
     """
-    p0_across, p_across = perpendicular(scope, k, p0), perpendicular(scope, k, p)
-    P2, Q2 = dot(scope, p0_across, p0_across), dot(scope, p_across, p_across)
-    a = scope.let(2 * dot(scope, p0_across, p_across))
-    b = scope.let(2 * dot(scope, p0_across, cross(scope, k, p)))
-    e = scope.let(across2 - scope.let(P2 + Q2))
-    if scope.is_constant(P2) and scope.is_constant(Q2):
+    p0_across, p_across = perpendicular(terms, k, p0), perpendicular(terms, k, p)
+    P2, Q2 = dot(terms, p0_across, p0_across), dot(terms, p_across, p_across)
+    a = terms.let(2 * dot(terms, p0_across, p_across))
+    b = terms.let(2 * dot(terms, p0_across, cross(terms, k, p)))
+    e = terms.let(across2 - terms.let(P2 + Q2))
+    if terms.is_constant(P2) and terms.is_constant(Q2):
         P, Q = sp.sqrt(P2), sp.sqrt(Q2)
-        least, most = scope.let((P - Q) ** 2), scope.let((P + Q) ** 2)
-        xi2 = scope.let(scope.let(across2 - least) * scope.let(most - across2))
+        least, most = terms.let((P - Q) ** 2), terms.let((P + Q) ** 2)
+        xi2 = terms.let(terms.let(across2 - least) * terms.let(most - across2))
     else:
-        xi2 = scope.let(scope.let(4 * scope.let(P2 * Q2)) - e**2)
-    return on_line(scope, a, b, e, sign, xi2)
+        xi2 = terms.let(terms.let(4 * terms.let(P2 * Q2)) - e**2)
+    return on_line(terms, a, b, e, sign, xi2)
 
 
-def squared_across(scope: Scope, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:
+def squared_across(terms: Terms, k: Vector, total: Vector, parts: tuple[Vector, ...]) -> sp.Expr:
     """``D'^2`` of a sum whose length is that of a known vector, turned in an unknown way.
 
     Args:
-        scope: Names of all terms.
+        terms: Names of all terms.
         k: The axis of the subproblem.
         total: A vector as long as the sum.
         parts: The sum's parts; along k they are what they are at any angle.
     """
-    along = scope.let(sum((dot(scope, k, part) for part in parts), sp.Integer(0)))
-    return scope.let(dot(scope, total, total) - along**2)
+    along = terms.let(sum((dot(terms, k, part) for part in parts), sp.Integer(0)))
+    return terms.let(dot(terms, total, total) - along**2)

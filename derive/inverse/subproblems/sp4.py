@@ -22,10 +22,10 @@ Source: Elias and Wen 2022, subproblem 4.
 
 import sympy as sp
 
-from ...scope import Scope
-from ...vectors import Vector, cross, dot
-from ..found import FoundTurn, Linear
-from ..turns import Turn, composed, direction, direction_of, perpendicular
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, cross, dot
+from .found import FoundTurn, Linear
+from .turns import Turn, composed, direction, direction_of, perpendicular
 
 MEETING = sp.Float("4e-15", 20)
 """sin^2 of half the angle between two solutions that are one."""
@@ -33,22 +33,22 @@ LEAST = sp.Float("1e-300", 20)
 """What is added to a divisor that may be 0."""
 
 
-def sp4(scope: Scope, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symbol) -> FoundTurn:
+def sp4(terms: Terms, h: Vector, k: Vector, p: Vector, d: sp.Expr, sign: sp.Symbol) -> FoundTurn:
     """The turn about the unit vector k after which p has the part d along h (h . R p = d)."""
-    a = dot(scope, h, perpendicular(scope, k, p))
-    b = dot(scope, h, cross(scope, k, p))
-    e = scope.let(d - scope.let(dot(scope, h, k) * dot(scope, k, p)))
-    rho2 = scope.let(a**2 + b**2)
-    return on_line(scope, a, b, e, sign, scope.let(rho2 - e**2))
+    a = dot(terms, h, perpendicular(terms, k, p))
+    b = dot(terms, h, cross(terms, k, p))
+    e = terms.let(d - terms.let(dot(terms, h, k) * dot(terms, k, p)))
+    rho2 = terms.let(a**2 + b**2)
+    return on_line(terms, a, b, e, sign, terms.let(rho2 - e**2))
 
 
 def on_line(
-    scope: Scope, a: sp.Expr, b: sp.Expr, e: sp.Expr, sign: sp.Symbol, xi2: sp.Expr
+    terms: Terms, a: sp.Expr, b: sp.Expr, e: sp.Expr, sign: sp.Symbol, xi2: sp.Expr
 ) -> FoundTurn:
     """Where the line ``a cos + b sin = e`` meets the unit circle.
 
     Args:
-        scope: Names of all terms.
+        terms: Names of all terms.
         a: Its coefficient of the cosine.
         b: Its coefficient of the sine.
         e: What they sum up to.
@@ -56,22 +56,22 @@ def on_line(
         xi2: ``a^2 + b^2 - e^2``, computed in the way that keeps most digits.
     """
     if e == 0:
-        return _through_centre(scope, a, b, sign)
-    middle, rho2, inverse = direction_of(scope, a, b)
-    apart = xi2 > scope.let(MEETING * rho2)
+        return _through_centre(terms, a, b, sign)
+    middle, rho2, inverse = direction_of(terms, a, b)
+    apart = xi2 > terms.let(MEETING * rho2)
     # As the turn from (a, b): what is divided by is known before the root is.
-    half = scope.let(sp.sqrt(xi2) * inverse)
-    sine = scope.let(sp.Piecewise((half, apart), (sp.Integer(0), True), evaluate=False))
+    half = terms.let(sp.sqrt(xi2) * inverse)
+    sine = terms.let(sp.Piecewise((half, apart), (sp.Integer(0), True), evaluate=False))
     nearest = sp.Piecewise((sp.Integer(-1), e < 0), (sp.Integer(1), True), evaluate=False)
-    cosine = scope.let(
-        sp.Piecewise((scope.let(e * inverse), apart), (scope.let(nearest), True), evaluate=False)
+    cosine = terms.let(
+        sp.Piecewise((terms.let(e * inverse), apart), (terms.let(nearest), True), evaluate=False)
     )
-    turn = composed(scope, middle, Turn(cosine, scope.let(sign * sine)))
-    return FoundTurn(turn, Linear(a, b, e), sign, scope.let(xi2 * scope.let(inverse**2)))
+    turn = composed(terms, middle, Turn(cosine, terms.let(sign * sine)))
+    return FoundTurn(turn, Linear(a, b, e), sign, terms.let(xi2 * terms.let(inverse**2)))
 
 
 def near_line(
-    scope: Scope,
+    terms: Terms,
     a: sp.Expr,
     b: sp.Expr,
     e: sp.Expr,
@@ -82,7 +82,7 @@ def near_line(
     """:func:`on_line` where xi^2 is told by other numbers than a and b.
 
     Args:
-        scope: Names of all terms.
+        terms: Names of all terms.
         a: As there, like all that follow.
         b: Its coefficient of the sine.
         e: What they sum up to.
@@ -91,23 +91,23 @@ def near_line(
         scale: What xi^2 is small beside.
     """
     if e == 0:
-        return _through_centre(scope, a, b, sign)
-    apart = xi2 > scope.let(MEETING * scale)
-    xi = scope.let(sp.Piecewise((sp.sqrt(xi2), apart), (sp.Integer(0), True), evaluate=False))
-    turned = scope.let(sign * xi)
-    turn = direction(scope, scope.let(e * a - turned * b), scope.let(e * b + turned * a))
-    return FoundTurn(turn, Linear(a, b, e), sign, ratio(scope, xi2, scale))
+        return _through_centre(terms, a, b, sign)
+    apart = xi2 > terms.let(MEETING * scale)
+    xi = terms.let(sp.Piecewise((sp.sqrt(xi2), apart), (sp.Integer(0), True), evaluate=False))
+    turned = terms.let(sign * xi)
+    turn = direction(terms, terms.let(e * a - turned * b), terms.let(e * b + turned * a))
+    return FoundTurn(turn, Linear(a, b, e), sign, ratio(terms, xi2, scale))
 
 
-def _through_centre(scope: Scope, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> FoundTurn:
+def _through_centre(terms: Terms, a: sp.Expr, b: sp.Expr, sign: sp.Symbol) -> FoundTurn:
     """The two points of a line through the centre: opposite, and always there."""
-    half = direction(scope, -b, a)
-    turn = Turn(scope.let(sign * half.c), scope.let(sign * half.s))
+    half = direction(terms, -b, a)
+    turn = Turn(terms.let(sign * half.c), terms.let(sign * half.s))
     return FoundTurn(turn, Linear(a, b, sp.Integer(0)), sign)
 
 
-def ratio(scope: Scope, part: sp.Expr, whole: sp.Expr) -> sp.Expr:
+def ratio(terms: Terms, part: sp.Expr, whole: sp.Expr) -> sp.Expr:
     """A part of something that is never negative, 0 of nothing."""
-    if scope.is_constant(whole):
-        return scope.let(part * scope.let(1 / whole))
-    return scope.let(part / scope.let(whole + LEAST))
+    if terms.is_constant(whole):
+        return terms.let(part * terms.let(1 / whole))
+    return terms.let(part / terms.let(whole + LEAST))

@@ -30,11 +30,11 @@ from dataclasses import dataclass
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
-from ...scope import Scope
-from ...vectors import Vector, added, combination, cross, dot, named, subtracted
-from ..quartic import ONE, ZERO, select
-from ..turns import FLOOR, Turn, direction, perpendicular, rotated
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, added, combination, cross, dot, named, subtracted
+from .quartic import ONE, ZERO, select
 from .sp6 import NEARLY, Pair, Rows, Signs, advanced, algebraic, chosen
+from .turns import FLOOR, Turn, direction, perpendicular, rotated
 
 DAMPING = sp.Rational(1, 10**10)
 """The square of the smallest singular value, over the greatest, that Newton's steps trust.
@@ -66,7 +66,7 @@ class ThreeAngles:
 
 
 def sp5(
-    scope: Scope,
+    terms: Terms,
     p0: Vector,
     k1: Vector,
     p1: Vector,
@@ -79,7 +79,7 @@ def sp5(
     """The angles with ``p0 + R(k1, theta1) p1 = R(k2, theta2) (p2 + R(k3, theta3) p3)``.
 
     Args:
-        scope: Names of all terms.
+        terms: Names of all terms.
         p0: What stays on the left.
         k1: Unit vector of the first axis.
         p1: What turns about it.
@@ -89,17 +89,17 @@ def sp5(
         p3: What turns about it first.
         signs: Two symbols that stand for 1 or -1; the four choices give all solutions.
     """
-    let = scope.let
-    loop = _Loop(_Arm.of(scope, p0, k1, p1), k2, _Arm.of(scope, p2, k3, p3))
-    size2 = let(sum((dot(scope, p, p) for p in (p0, p1, p2, p3)), FLOOR))
+    let = terms.let
+    loop = _Loop(_Arm.of(terms, p0, k1, p1), k2, _Arm.of(terms, p2, k3, p3))
+    size2 = let(sum((dot(terms, p, p) for p in (p0, p1, p2, p3)), FLOOR))
     inverse = let(1 / let(sp.sqrt(size2)))
-    found = algebraic(scope, *loop.equations(scope, inverse), signs, APART)
+    found = algebraic(terms, *loop.equations(terms, inverse), signs, APART)
     exists = found.margin >= -NEARLY
-    state = loop.closed(scope, found.first, found.second)
+    state = loop.closed(terms, found.first, found.second)
     for _ in range(STEPS):
-        state = loop.on_parabola(scope, state, exists, inverse)
+        state = loop.on_parabola(terms, state, exists, inverse)
     for _ in range(STEPS):
-        state = loop.improved(scope, state, exists)
+        state = loop.improved(terms, state, exists)
     return ThreeAngles(*state.turns, found.margin)
 
 
@@ -112,16 +112,16 @@ class _Arm:
     turned: Vector
 
     @classmethod
-    def of(cls, scope: Scope, offset: Vector, k: Vector, p: Vector) -> "_Arm":
-        across = perpendicular(scope, k, p)
-        along = subtracted(scope, p, across)
-        return cls(added(scope, offset, along), across, cross(scope, k, p))
+    def of(cls, terms: Terms, offset: Vector, k: Vector, p: Vector) -> "_Arm":
+        across = perpendicular(terms, k, p)
+        along = subtracted(terms, p, across)
+        return cls(added(terms, offset, along), across, cross(terms, k, p))
 
-    def at(self, scope: Scope, turn: Turn) -> Vector:
-        return combination(scope, (ONE, turn.c, turn.s), (self.still, self.across, self.turned))
+    def at(self, terms: Terms, turn: Turn) -> Vector:
+        return combination(terms, (ONE, turn.c, turn.s), (self.still, self.across, self.turned))
 
-    def rate(self, scope: Scope, turn: Turn) -> Vector:
-        return combination(scope, (turn.c, -turn.s), (self.turned, self.across))
+    def rate(self, terms: Terms, turn: Turn) -> Vector:
+        return combination(terms, (turn.c, -turn.s), (self.turned, self.across))
 
 
 @dataclass(frozen=True)
@@ -141,17 +141,17 @@ class _Loop:
     k2: Vector
     w: _Arm
 
-    def equations(self, scope: Scope, inverse: sp.Expr) -> tuple[Rows, Rows, Pair]:
+    def equations(self, terms: Terms, inverse: sp.Expr) -> tuple[Rows, Rows, Pair]:
         """``|v|^2 = |w|^2`` over 2 L^2 and ``k2 . v = k2 . w`` over L, as of subproblem 6."""
-        let = scope.let
+        let = terms.let
         v, w = self.v, self.w
         inverse2 = let(inverse**2 / 2)
 
         def coefficients(scale: sp.Expr, c: Vector, arm: _Arm) -> Pair:
-            return let(scale * dot(scope, c, arm.turned)), let(scale * dot(scope, c, arm.across))
+            return let(scale * dot(terms, c, arm.turned)), let(scale * dot(terms, c, arm.across))
 
-        squares = [dot(scope, x, x) for x in (w.still, w.across, v.still, v.across)]
-        along = dot(scope, self.k2, subtracted(scope, w.still, v.still))
+        squares = [dot(terms, x, x) for x in (w.still, w.across, v.still, v.across)]
+        along = dot(terms, self.k2, subtracted(terms, w.still, v.still))
         return (
             (
                 coefficients(2 * inverse2, v.still, v),
@@ -167,21 +167,21 @@ class _Loop:
             ),
         )
 
-    def closed(self, scope: Scope, first: Turn, third: Turn) -> _State:
+    def closed(self, terms: Terms, first: Turn, third: Turn) -> _State:
         """The second angle, given the others."""
         v, w = (
-            perpendicular(scope, self.k2, arm.at(scope, turn))
+            perpendicular(terms, self.k2, arm.at(terms, turn))
             for arm, turn in ((self.v, first), (self.w, third))
         )
-        x, y = dot(scope, w, v), dot(scope, cross(scope, self.k2, w), v)
-        return self.state(scope, (first, direction(scope, x, y), third))
+        x, y = dot(terms, w, v), dot(terms, cross(terms, self.k2, w), v)
+        return self.state(terms, (first, direction(terms, x, y), third))
 
-    def state(self, scope: Scope, turns: tuple[Turn, Turn, Turn]) -> _State:
+    def state(self, terms: Terms, turns: tuple[Turn, Turn, Turn]) -> _State:
         first, second, third = turns
-        image = rotated(scope, self.k2, second, self.w.at(scope, third))
-        return _State(turns, image, subtracted(scope, self.v.at(scope, first), image))
+        image = rotated(terms, self.k2, second, self.w.at(terms, third))
+        return _State(turns, image, subtracted(terms, self.v.at(terms, first), image))
 
-    def on_parabola(self, scope: Scope, state: _State, exists: Boolean, inverse: sp.Expr) -> _State:
+    def on_parabola(self, terms: Terms, state: _State, exists: Boolean, inverse: sp.Expr) -> _State:
         """The nearer root of both equations to second order, if it makes the gap smaller.
 
         With the parts v' and w' across k2 the equations are ``k2 . (v - w) = 0`` and
@@ -190,55 +190,55 @@ class _Loop:
         theta1 and theta3. On the parabola ``-(g + tau^2 d . G d / 2) n/|n|^2 + tau d`` with
         ``d = (-n3, n1)/|n|``, g vanishes to second order, and h is a quadratic in tau.
         """
-        let = scope.let
+        let = terms.let
         first, _, third = state.turns
-        v, w = self.v.at(scope, first), self.w.at(scope, third)
-        v_across, w_across = (perpendicular(scope, self.k2, x) for x in (v, w))
+        v, w = self.v.at(terms, first), self.w.at(terms, third)
+        v_across, w_across = (perpendicular(terms, self.k2, x) for x in (v, w))
         half = let(inverse / 2)
-        along = dot(scope, self.k2, subtracted(scope, v, w))
-        across = dot(scope, v_across, v_across) - dot(scope, w_across, w_across)
-        of_v = self._expansion(scope, v_across, self.v, first, inverse)
-        of_w = self._expansion(scope, w_across, self.w, third, inverse)
+        along = dot(terms, self.k2, subtracted(terms, v, w))
+        across = dot(terms, v_across, v_across) - dot(terms, w_across, w_across)
+        of_v = self._expansion(terms, v_across, self.v, first, inverse)
+        of_w = self._expansion(terms, w_across, self.w, third, inverse)
         equations = [
             (value, a[0], -b[0], a[1], -b[1])
             for value, a, b in zip((along, let(half * across)), of_v, of_w, strict=True)
         ]
         sizes = [let(n1**2 + n3**2) for _, n1, n3, _, _ in equations]
         swap = sizes[1] > sizes[0]
-        g, n1, n3, G1, G3 = (select(scope, swap, b, a) for a, b in zip(*equations, strict=True))
-        h, m1, m3, H1, H3 = (select(scope, swap, a, b) for a, b in zip(*equations, strict=True))
-        n2 = let(select(scope, swap, sizes[1], sizes[0]) + FLOOR)
-        d = direction(scope, -n3, n1)
+        g, n1, n3, G1, G3 = (select(terms, swap, b, a) for a, b in zip(*equations, strict=True))
+        h, m1, m3, H1, H3 = (select(terms, swap, a, b) for a, b in zip(*equations, strict=True))
+        n2 = let(select(terms, swap, sizes[1], sizes[0]) + FLOOR)
+        d = direction(terms, -n3, n1)
         ratio = let(let(m1 * n1 + m3 * n3) / n2)
         bend = let(G1 * d.c**2 + G3 * d.s**2)
         tau = _nearer_root(
-            scope,
+            terms,
             let(H1 * d.c**2 + H3 * d.s**2 - ratio * bend),
             let(m1 * d.c + m3 * d.s),
             let(h - g * ratio),
         )
         off = let(let(g + bend * tau**2 / 2) / n2)
         there = self.closed(
-            scope,
-            advanced(scope, first, let(tau * d.c - off * n1)),
-            advanced(scope, third, let(tau * d.s - off * n3)),
+            terms,
+            advanced(terms, first, let(tau * d.c - off * n1)),
+            advanced(terms, third, let(tau * d.s - off * n3)),
         )
-        return _smaller(scope, exists, there, state)
+        return _smaller(terms, exists, there, state)
 
     def _expansion(
-        self, scope: Scope, across: Vector, arm: _Arm, turn: Turn, inverse: sp.Expr
+        self, terms: Terms, across: Vector, arm: _Arm, turn: Turn, inverse: sp.Expr
     ) -> tuple[tuple[sp.Expr, sp.Expr], tuple[sp.Expr, sp.Expr]]:
         """First and second derivatives of ``k2 . v`` and ``|v'|^2 / (2 L)`` by an arm's angle."""
-        rate = arm.rate(scope, turn)
-        arrow = subtracted(scope, arm.at(scope, turn), arm.still)
-        rate_across = perpendicular(scope, self.k2, rate)
-        curvature = dot(scope, rate_across, rate_across) - dot(scope, across, arrow)
+        rate = arm.rate(terms, turn)
+        arrow = subtracted(terms, arm.at(terms, turn), arm.still)
+        rate_across = perpendicular(terms, self.k2, rate)
+        curvature = dot(terms, rate_across, rate_across) - dot(terms, across, arrow)
         return (
-            (dot(scope, self.k2, rate), -dot(scope, self.k2, arrow)),
-            (scope.let(inverse * dot(scope, across, rate)), scope.let(inverse * curvature)),
+            (dot(terms, self.k2, rate), -dot(terms, self.k2, arrow)),
+            (terms.let(inverse * dot(terms, across, rate)), terms.let(inverse * curvature)),
         )
 
-    def improved(self, scope: Scope, state: _State, exists: Boolean) -> _State:
+    def improved(self, terms: Terms, state: _State, exists: Boolean) -> _State:
         """One damped step of Newton's on the gap in all angles, if it makes the gap smaller.
 
         The step ``-(J^T J + mu)^-1 J^T e`` in the adjugate, in which squaring J costs no digits:
@@ -247,65 +247,65 @@ class _Loop:
 
         with ``M = J^T J``.
         """
-        let = scope.let
+        let = terms.let
         first, second, third = state.turns
         columns = (
-            self.v.rate(scope, first),
-            cross(scope, state.image, self.k2),
-            _reversed(rotated(scope, self.k2, second, self.w.rate(scope, third))),
+            self.v.rate(terms, first),
+            cross(terms, state.image, self.k2),
+            _reversed(rotated(terms, self.k2, second, self.w.rate(terms, third))),
         )
         a, b, c = columns
-        rows = cross(scope, b, c), cross(scope, c, a), cross(scope, a, b)
-        det = dot(scope, a, rows[0])
-        trace = let(sum((dot(scope, column, column) for column in columns), ZERO))
-        minors = let(sum((dot(scope, row, row) for row in rows), ZERO))
+        rows = cross(terms, b, c), cross(terms, c, a), cross(terms, a, b)
+        det = dot(terms, a, rows[0])
+        trace = let(sum((dot(terms, column, column) for column in columns), ZERO))
+        minors = let(sum((dot(terms, row, row) for row in rows), ZERO))
         mu = let(DAMPING * trace)
         bottom = let(det**2 + mu * let(minors + mu * let(trace + mu)))
         inverse = let(1 / let(bottom + FLOOR))
-        gradient = named(scope, (dot(scope, column, state.gap) for column in columns))
-        image = combination(scope, gradient, columns)
+        gradient = named(terms, (dot(terms, column, state.gap) for column in columns))
+        image = combination(terms, gradient, columns)
         steps = []
         for column, row, g in zip(columns, rows, gradient, strict=True):
-            damped = let(let(trace + mu) * g - dot(scope, column, image))
-            steps.append(let(-let(det * dot(scope, row, state.gap) + mu * damped) * inverse))
+            damped = let(let(trace + mu) * g - dot(terms, column, image))
+            steps.append(let(-let(det * dot(terms, row, state.gap) + mu * damped) * inverse))
         there = self.state(
-            scope,
+            terms,
             (
-                advanced(scope, first, steps[0]),
-                advanced(scope, second, steps[1]),
-                advanced(scope, third, steps[2]),
+                advanced(terms, first, steps[0]),
+                advanced(terms, second, steps[1]),
+                advanced(terms, third, steps[2]),
             ),
         )
-        return _smaller(scope, exists, there, state)
+        return _smaller(terms, exists, there, state)
 
 
-def _nearer_root(scope: Scope, A: sp.Expr, B: sp.Expr, C: sp.Expr) -> sp.Expr:
+def _nearer_root(terms: Terms, A: sp.Expr, B: sp.Expr, C: sp.Expr) -> sp.Expr:
     """The root of ``A tau^2 / 2 + B tau + C`` nearer to 0; both roots' mean if not real."""
-    let = scope.let
+    let = terms.let
     square = let(B**2 - 2 * A * C)
     root = let(sp.sqrt(sp.Max(ZERO, square, evaluate=False)))
     real = square > 0
-    top = select(scope, real, let(2 * C), B)
-    bottom = select(scope, real, let(B + select(scope, B >= 0, root, -root)), let(A + FLOOR))
+    top = select(terms, real, let(2 * C), B)
+    bottom = select(terms, real, let(B + select(terms, B >= 0, root, -root)), let(A + FLOOR))
     tau = let(-top / bottom)
     return let(sp.Max(-NEAR, sp.Min(tau, NEAR, evaluate=False), evaluate=False))
 
 
-def _smaller(scope: Scope, exists: Boolean, new: _State, old: _State) -> _State:
+def _smaller(terms: Terms, exists: Boolean, new: _State, old: _State) -> _State:
     """The state with the smaller gap; the old one where there is no solution."""
-    better = sp.And(exists, dot(scope, new.gap, new.gap) < dot(scope, old.gap, old.gap))
+    better = sp.And(exists, dot(terms, new.gap, new.gap) < dot(terms, old.gap, old.gap))
     first, second, third = (
-        chosen(scope, better, a, b) for a, b in zip(new.turns, old.turns, strict=True)
+        chosen(terms, better, a, b) for a, b in zip(new.turns, old.turns, strict=True)
     )
     return _State(
         (first, second, third),
-        _select(scope, better, new.image, old.image),
-        _select(scope, better, new.gap, old.gap),
+        _select(terms, better, new.image, old.image),
+        _select(terms, better, new.gap, old.gap),
     )
 
 
-def _select(scope: Scope, condition: Boolean, one: Vector, other: Vector) -> Vector:
-    x, y, z = (select(scope, condition, a, b) for a, b in zip(one, other, strict=True))
+def _select(terms: Terms, condition: Boolean, one: Vector, other: Vector) -> Vector:
+    x, y, z = (select(terms, condition, a, b) for a, b in zip(one, other, strict=True))
     return x, y, z
 
 

@@ -28,9 +28,9 @@ from dataclasses import dataclass
 import sympy as sp
 from sympy.logic.boolalg import Boolean
 
-from ...scope import Scope
-from ..quartic import MEETING, ONE, ZERO, circle_roots, select
-from ..turns import FLOOR, Turn, direction
+from ...terms.terms import Terms
+from .quartic import MEETING, ONE, ZERO, circle_roots, select
+from .turns import FLOOR, Turn, direction
 
 Pair = tuple[sp.Expr, sp.Expr]
 Rows = tuple[Pair, Pair]
@@ -62,44 +62,44 @@ class TwoAngles:
     margin: sp.Expr
 
 
-def sp6(scope: Scope, A1: Rows, A2: Rows, b: Pair, signs: Signs) -> TwoAngles:
+def sp6(terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs) -> TwoAngles:
     """The angles with ``A1 (sin, cos)(theta1) + A2 (sin, cos)(theta2) = b``.
 
     Args:
-        scope: Names of all terms.
+        terms: Names of all terms.
         A1: Coefficients of sin and cos of theta1, an equation a row.
         A2: Coefficients of sin and cos of theta2.
         b: Right sides.
         signs: Two symbols that stand for 1 or -1; the four choices give all solutions.
     """
-    found = algebraic(scope, A1, A2, b, signs)
+    found = algebraic(terms, A1, A2, b, signs)
     angles = found.first, found.second
     rows = tuple((*one, *two) for one, two in zip(A1, A2, strict=True))
-    error = _error(scope, rows, b, angles)
+    error = _error(terms, rows, b, angles)
     exists = found.margin >= -NEARLY
     for _ in range(STEPS):
-        angles, error = _improved(scope, rows, b, angles, error, exists)
+        angles, error = _improved(terms, rows, b, angles, error, exists)
     return TwoAngles(*angles, found.margin)
 
 
 def algebraic(
-    scope: Scope, A1: Rows, A2: Rows, b: Pair, signs: Signs, apart: sp.Expr = ZERO
+    terms: Terms, A1: Rows, A2: Rows, b: Pair, signs: Signs, apart: sp.Expr = ZERO
 ) -> TwoAngles:
     """The angles of :func:`sp6` as the quartic gives them, not polished.
 
     Solutions that are one up to rounding are returned ``apart`` from each other, as an angle.
     """
-    let = scope.let
-    X, N = _plane(scope, tuple((*one, *two) for one, two in zip(A1, A2, strict=True)), b)
-    rho2 = let(2 - _dot(scope, X, X))
-    rho = select(scope, rho2 > MEETING, sp.sqrt(rho2), apart)
+    let = terms.let
+    X, N = _plane(terms, tuple((*one, *two) for one, two in zip(A1, A2, strict=True)), b)
+    rho2 = let(2 - _dot(terms, X, X))
+    rho = select(terms, rho2 > MEETING, sp.sqrt(rho2), apart)
     # Differences of squares of the first and of the second half of the columns.
     n, m = N
-    X_X, X_n, X_m = (_difference(scope, X, column) for column in (X, n, m))
-    n_n, n_m, m_m = _difference(scope, n, n), _difference(scope, n, m), _difference(scope, m, m)
+    X_X, X_n, X_m = (_difference(terms, X, column) for column in (X, n, m))
+    n_n, n_m, m_m = _difference(terms, n, n), _difference(terms, n, m), _difference(terms, m, m)
     half = let(let(rho**2) / 2)
     root = circle_roots(
-        scope,
+        terms,
         let(X_X + half * let(n_n + m_m)),
         (let(2 * rho * X_n), let(2 * rho * X_m)),
         (let(half * let(n_n - m_m)), let(2 * half * n_m)),
@@ -109,46 +109,46 @@ def algebraic(
     z = let(rho * root.turn.c), let(rho * root.turn.s)
     s1, c1, s2, c2 = (let(x + z[0] * u + z[1] * v) for x, u, v in zip(X, n, m, strict=True))
     margin = let(sp.Min(rho2, root.margin, evaluate=False))
-    return TwoAngles(direction(scope, c1, s1), direction(scope, c2, s2), margin)
+    return TwoAngles(direction(terms, c1, s1), direction(terms, c2, s2), margin)
 
 
 Row = tuple[sp.Expr, ...]
 
 
-def _plane(scope: Scope, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row, Row]]:
+def _plane(terms: Terms, rows: tuple[Row, ...], b: Pair) -> tuple[Row, tuple[Row, Row]]:
     """The point nearest to 0 and an orthonormal basis of the plane ``rows . (x1, x2) = b``."""
-    let = scope.let
-    squares = tuple(_dot(scope, row, row) for row in rows)
+    let = terms.let
+    squares = tuple(_dot(terms, row, row) for row in rows)
     swap = squares[1] > squares[0]
     long, short = (
-        tuple(select(scope, swap, one, other) for one, other in zip(rows[i], rows[j], strict=True))
+        tuple(select(terms, swap, one, other) for one, other in zip(rows[i], rows[j], strict=True))
         for i, j in ((1, 0), (0, 1))
     )
-    b_long, b_short = select(scope, swap, b[1], b[0]), select(scope, swap, b[0], b[1])
+    b_long, b_short = select(terms, swap, b[1], b[0]), select(terms, swap, b[0], b[1])
     long = (let(long[0] + FLOOR), *long[1:])
-    first = _Reflection.of(scope, long)
-    y = _clipped(scope, let(b_long / first.image))
-    head, *left = first.applied(scope, short)
+    first = _Reflection.of(terms, long)
+    y = _clipped(terms, let(b_long / first.image))
+    head, *left = first.applied(terms, short)
     rest = let(b_short - head * y)
     # Where the rows are dependent another takes the place of the shorter.
-    own = scope.let(sum((x * x for x in left), ZERO))
-    dependent = own <= let(RANK**2 * _dot(scope, long, long))
-    a1, a2 = (direction(scope, *long[k : k + 2]) for k in (0, 2))
-    head, *other = first.applied(scope, (a1.c, a1.s, -a2.c, -a2.s))
-    tail = tuple(select(scope, dependent, one, two) for one, two in zip(other, left, strict=True))
-    rest = select(scope, dependent, let(-head * y), rest)
-    second = _Reflection.of(scope, tail)
-    z = _clipped(scope, let(rest / second.image))
-    X = first.applied(scope, (y, *second.applied(scope, (z, ZERO, ZERO))))
+    own = terms.let(sum((x * x for x in left), ZERO))
+    dependent = own <= let(RANK**2 * _dot(terms, long, long))
+    a1, a2 = (direction(terms, *long[k : k + 2]) for k in (0, 2))
+    head, *other = first.applied(terms, (a1.c, a1.s, -a2.c, -a2.s))
+    tail = tuple(select(terms, dependent, one, two) for one, two in zip(other, left, strict=True))
+    rest = select(terms, dependent, let(-head * y), rest)
+    second = _Reflection.of(terms, tail)
+    z = _clipped(terms, let(rest / second.image))
+    X = first.applied(terms, (y, *second.applied(terms, (z, ZERO, ZERO))))
     n, m = (
-        first.applied(scope, (ZERO, *second.applied(scope, axis)))
+        first.applied(terms, (ZERO, *second.applied(terms, axis)))
         for axis in ((ZERO, ONE, ZERO), (ZERO, ZERO, ONE))
     )
     return X, (n, m)
 
 
-def _clipped(scope: Scope, value: sp.Expr) -> sp.Expr:
-    return scope.let(sp.Max(-FAR, sp.Min(value, FAR, evaluate=False), evaluate=False))
+def _clipped(terms: Terms, value: sp.Expr) -> sp.Expr:
+    return terms.let(sp.Max(-FAR, sp.Min(value, FAR, evaluate=False), evaluate=False))
 
 
 @dataclass(frozen=True)
@@ -160,20 +160,20 @@ class _Reflection:
     image: sp.Expr
 
     @classmethod
-    def of(cls, scope: Scope, vector: Row) -> "_Reflection":
-        let = scope.let
-        norm = let(sp.sqrt(_dot(scope, vector, vector)))
-        image = select(scope, vector[0] >= 0, -norm, norm)
+    def of(cls, terms: Terms, vector: Row) -> "_Reflection":
+        let = terms.let
+        norm = let(sp.sqrt(_dot(terms, vector, vector)))
+        image = select(terms, vector[0] >= 0, -norm, norm)
         kappa = let(norm * let(norm + sp.Abs(vector[0])))
         return cls((let(vector[0] - image), *vector[1:]), let(1 / kappa), image)
 
-    def applied(self, scope: Scope, vector: Row) -> Row:
-        weight = scope.let(_dot(scope, self.v, vector) * self.inverse)
-        return tuple(scope.let(x - weight * u) for x, u in zip(vector, self.v, strict=True))
+    def applied(self, terms: Terms, vector: Row) -> Row:
+        weight = terms.let(_dot(terms, self.v, vector) * self.inverse)
+        return tuple(terms.let(x - weight * u) for x, u in zip(vector, self.v, strict=True))
 
 
 def _improved(
-    scope: Scope,
+    terms: Terms,
     rows: tuple[Row, ...],
     b: Pair,
     angles: tuple[Turn, Turn],
@@ -186,7 +186,7 @@ def _improved(
 
         -(det J adj(J) e + mu J^T e) / (det^2 + mu |J|^2 + mu^2)
     """
-    let = scope.let
+    let = terms.let
     one, two = angles
     e1, e2 = error
     (j11, j12), (j21, j22) = (
@@ -198,36 +198,36 @@ def _improved(
     inverse = let(1 / let(let(det**2 + mu * let(square + mu)) + FLOOR))
     top1 = let(det * let(j22 * e1 - j12 * e2) + mu * let(j11 * e1 + j21 * e2))
     top2 = let(det * let(j11 * e2 - j21 * e1) + mu * let(j12 * e1 + j22 * e2))
-    there = advanced(scope, one, let(-top1 * inverse)), advanced(scope, two, let(-top2 * inverse))
-    left = _error(scope, rows, b, there)
-    smaller = _dot(scope, left, left) < _dot(scope, error, error)
+    there = advanced(terms, one, let(-top1 * inverse)), advanced(terms, two, let(-top2 * inverse))
+    left = _error(terms, rows, b, there)
+    smaller = _dot(terms, left, left) < _dot(terms, error, error)
     better = sp.And(exists, smaller)
-    one, two = (chosen(scope, better, new, old) for new, old in zip(there, angles, strict=True))
-    kept = tuple(select(scope, better, new, old) for new, old in zip(left, error, strict=True))
+    one, two = (chosen(terms, better, new, old) for new, old in zip(there, angles, strict=True))
+    kept = tuple(select(terms, better, new, old) for new, old in zip(left, error, strict=True))
     return (one, two), kept
 
 
-def advanced(scope: Scope, turn: Turn, step: sp.Expr) -> Turn:
+def advanced(terms: Terms, turn: Turn, step: sp.Expr) -> Turn:
     """The turn further on by the angle whose tangent is the step."""
-    let = scope.let
-    return direction(scope, let(turn.c - step * turn.s), let(turn.s + step * turn.c))
+    let = terms.let
+    return direction(terms, let(turn.c - step * turn.s), let(turn.s + step * turn.c))
 
 
-def chosen(scope: Scope, condition: Boolean, one: Turn, other: Turn) -> Turn:
+def chosen(terms: Terms, condition: Boolean, one: Turn, other: Turn) -> Turn:
     """One turn where a condition holds, another elsewhere."""
-    return Turn(select(scope, condition, one.c, other.c), select(scope, condition, one.s, other.s))
+    return Turn(select(terms, condition, one.c, other.c), select(terms, condition, one.s, other.s))
 
 
-def _error(scope: Scope, rows: tuple[Row, ...], b: Pair, angles: tuple[Turn, Turn]) -> Row:
+def _error(terms: Terms, rows: tuple[Row, ...], b: Pair, angles: tuple[Turn, Turn]) -> Row:
     one, two = angles
     x = (one.s, one.c, two.s, two.c)
-    return tuple(scope.let(_dot(scope, row, x) - y) for row, y in zip(rows, b, strict=True))
+    return tuple(terms.let(_dot(terms, row, x) - y) for row, y in zip(rows, b, strict=True))
 
 
-def _dot(scope: Scope, a: Row, b: Row) -> sp.Expr:
-    return scope.let(sum((u * v for u, v in zip(a, b, strict=True)), ZERO))
+def _dot(terms: Terms, a: Row, b: Row) -> sp.Expr:
+    return terms.let(sum((u * v for u, v in zip(a, b, strict=True)), ZERO))
 
 
-def _difference(scope: Scope, a: Row, b: Row) -> sp.Expr:
+def _difference(terms: Terms, a: Row, b: Row) -> sp.Expr:
     """``a1 . b1 - a2 . b2`` of the halves of two columns."""
-    return scope.let(a[0] * b[0] + a[1] * b[1] - a[2] * b[2] - a[3] * b[3])
+    return terms.let(a[0] * b[0] + a[1] * b[1] - a[2] * b[2] - a[3] * b[3])

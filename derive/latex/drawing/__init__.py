@@ -3,8 +3,8 @@ r"""A mechanism at a configuration as papers draw it, in TikZ, from the descript
 import re
 from collections.abc import Mapping
 
-from ...mechanism import Coordinate, Mechanism
-from .. import names
+from ...model.mechanism import Coordinate, Mechanism
+from ..setting import names
 from .labels import Label, Obstacles, loop_number, placed
 from .marks import Marks
 from .paper import Paper, Point, at, whole
@@ -57,9 +57,9 @@ def drawing(mechanism: Mechanism, configuration: Mapping[str, float]) -> str:
     Bodies join what sits on them, those of the main chain are thicker; actuated members are red,
     with an arrow in the sense in which they count and their coordinate's name, motors behind gears
     named at the joint that they move; a number stands in each loop, in the order of
-    :func:`chasles.derive.loops.planes.loops`. Planar loops are seen square to their plane, all
-    else from above and aside, without perspective. The picture is at most 140 mm wide and 110 mm
-    high.
+    :func:`chasles.derive.loops.planar.planes.loops`. Planar loops are seen square to their plane,
+    all else from above and aside, without perspective. The picture is at most 140 mm wide and
+    110 mm high.
 
     Args:
         mechanism: The description.

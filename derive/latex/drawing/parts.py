@@ -5,10 +5,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ...errors import RobotError
-from ...loops.planes import Loop, loops
-from ...mechanism import Closure, Mechanism, Strut
-from ...robot import Joint
+from ...loops.planar.planes import Loop, loops
+from ...model.errors import RobotError
+from ...model.mechanism import Closure, Mechanism, Strut
+from ...model.robot import Joint
 from .poses import Array, Poses
 
 SMALL = 1e-9
@@ -255,7 +255,7 @@ class _Builder:
     def _travel(self, joint: Joint, slide: Slide) -> tuple[Array, ...]:
         if None in joint.limits:
             return ()
-        values = [float(self.poses.scope.value(limit)) for limit in joint.limits]
+        values = [float(self.poses.terms.value(limit)) for limit in joint.limits]
         return tuple(slide.start + value * slide.axis for value in values)
 
     def _closure(self, closure: Closure) -> None:
@@ -273,7 +273,7 @@ class _Builder:
 
     def _strut(self, strut: Strut) -> None:
         ends = [self.poses.of(place)[:3, 3] for place in (strut.a, strut.b)]
-        length = float(self.poses.scope.value(strut.length))
+        length = float(self.poses.terms.value(strut.length))
         if strut.is_cylinder:
             length += self._value(strut.name)
         self._check_closed(strut.name, abs(float(np.linalg.norm(ends[1] - ends[0])) - length))

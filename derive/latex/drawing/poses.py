@@ -6,11 +6,11 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from ...errors import RobotError
-from ...mechanism import Mechanism, Place
-from ...poe import placement_matrix
-from ...robot import Joint, Placement
-from ...scope import Scope
+from ...chain.poe import placement_matrix
+from ...model.errors import RobotError
+from ...model.mechanism import Mechanism, Place
+from ...model.robot import Joint, Placement
+from ...terms.terms import Terms
 
 Array = NDArray[np.float64]
 
@@ -19,7 +19,7 @@ class Poses:
     """The poses of all bodies and joints in the base frame.
 
     Attributes:
-        scope: The parameters at their defaults.
+        terms: The parameters at their defaults.
         body: Pose of each body's frame, (4, 4).
         fixed: Pose of each joint's own frame before it moves, (4, 4).
         moved: The same after it has moved.
@@ -35,7 +35,7 @@ class Poses:
         Raises:
             RobotError: A joint has no value.
         """
-        self.scope = Scope({p.symbol: p.value for p in mechanism.parameters})
+        self.terms = Terms({p.symbol: p.value for p in mechanism.parameters})
         self.body: dict[str, Array] = {mechanism.base_frame: self.matrix(mechanism.base)}
         self.fixed: dict[str, Array] = {}
         self.moved: dict[str, Array] = {}
@@ -49,7 +49,7 @@ class Poses:
         """A constant placement (4, 4)."""
         exact = placement_matrix(placement)
         return np.array(
-            [[float(self.scope.value(entry)) for entry in row] for row in exact.tolist()]
+            [[float(self.terms.value(entry)) for entry in row] for row in exact.tolist()]
         )
 
     def of(self, place: Place) -> Array:
@@ -72,5 +72,5 @@ class Poses:
             return T
         c, s = math.cos(value), math.sin(value)
         T[:2, :2] = [[c, -s], [s, c]]
-        T[2, 3] = float(self.scope.value(joint.pitch)) * value
+        T[2, 3] = float(self.terms.value(joint.pitch)) * value
         return T

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...loops.planes import linkages
-from ...mechanism import Mechanism
+from ...loops.planar.planes import linkages
+from ...model.mechanism import Mechanism
 from .parts import SMALL
 from .poses import Array, Poses
 
@@ -48,14 +48,14 @@ def _aside() -> Array:
 
 
 def _common_normal(mechanism: Mechanism, poses: Poses) -> Array | None:
-    planar, spatial = linkages(mechanism, poses.scope)
+    planar, spatial = linkages(mechanism, poses.terms)
     if spatial:
         return None
     if not planar:
         return _normal_of_tree(mechanism, poses)
     normals = []
     for linkage in planar:
-        n = linkage.axes[linkage.root].n.applyfunc(poses.scope.value)
+        n = linkage.axes[linkage.root].n.applyfunc(poses.terms.value)
         normals.append(poses.body[linkage.root][:3, :3] @ np.array(n, dtype=float).ravel())
     return normals[0] if _are_parallel(normals) else None
 

@@ -7,13 +7,21 @@ from synthetic import Arm, robot_of, rows_of, screws_of
 
 from bench.screws import Screws
 from chasles.derive import loads
-from chasles.derive.inverse import rank
-from chasles.derive.inverse.classify import classify
-from chasles.derive.inverse.inverse import inverses
-from chasles.derive.inverse.lines import EXACT, SNAPPED, Axis, Lines, axes_of, home_of, numbers
-from chasles.derive.inverse.locks import without
-from chasles.derive.inverse.target import Target
-from chasles.derive.scope import Scope
+from chasles.derive.inverse.serial_inverse import inverses
+from chasles.derive.inverse.steps.target import Target
+from chasles.derive.inverse.structure import rank
+from chasles.derive.inverse.structure.classify import classify
+from chasles.derive.inverse.structure.lines import (
+    EXACT,
+    SNAPPED,
+    Axis,
+    Lines,
+    axes_of,
+    home_of,
+    numbers,
+)
+from chasles.derive.inverse.structure.locks import without
+from chasles.derive.terms.terms import Terms
 
 CHAIN = "R/P/R/RxR/P"
 
@@ -25,7 +33,7 @@ def axis(k, direction, point):
 
 
 def lines_of(*axes):
-    return Lines(Scope({}), tuple(axis(k, *a) for k, a in enumerate(axes)))
+    return Lines(Terms({}), tuple(axis(k, *a) for k, a in enumerate(axes)))
 
 
 @pytest.mark.parametrize(("by", "parallel"), [(0, True), (0.9, True), (1.1, False)])
@@ -79,9 +87,9 @@ name = "b"
 a = "a3"
 """
     robot = loads(text)
-    scope = Scope({p.symbol: p.value for p in robot.parameters})
-    lines = Lines(scope, axes_of(robot, scope))
-    assert [scope.spelled(e) for e in lines.meeting(1, 0)] == [0, 0, sp.Symbol("d1", real=True)]
+    terms = Terms({p.symbol: p.value for p in robot.parameters})
+    lines = Lines(terms, axes_of(robot, terms))
+    assert [terms.spelled(e) for e in lines.meeting(1, 0)] == [0, 0, sp.Symbol("d1", real=True)]
 
 
 def matrix(target):
@@ -96,7 +104,7 @@ def displacement(lines, q):
     """exp(S_1 q_1) ... exp(S_n q_n) in numbers."""
     turns = np.array([[a.turns] for a in lines.axes])
     h = np.array([a.direction for a in lines.axes])
-    points = np.array([numbers(lines.scope, a.p) for a in lines.axes])
+    points = np.array([numbers(lines.terms, a.p) for a in lines.axes])
     chain = Screws(np.where(turns, h, 0.0), points, np.where(turns, 0.0, h), np.eye(4))
     return chain.fk(np.asarray(q, float))
 
@@ -104,8 +112,8 @@ def displacement(lines, q):
 @pytest.fixture
 def chain():
     robot = robot_of(CHAIN)
-    scope = Scope({})
-    return Lines(scope, axes_of(robot, scope)), home_of(robot, scope)
+    terms = Terms({})
+    return Lines(terms, axes_of(robot, terms)), home_of(robot, terms)
 
 
 def target_of(lines, G):
@@ -116,9 +124,9 @@ def target_of(lines, G):
     return Target(axes, *as_numbers)
 
 
-def in_numbers(scope, target):
-    parts = [np.array([numbers(scope, v) for v in target.axes])]
-    parts += [numbers(scope, v) for v in (target.home, target.place)]
+def in_numbers(terms, target):
+    parts = [np.array([numbers(terms, v) for v in target.axes])]
+    parts += [numbers(terms, v) for v in (target.home, target.place)]
     return Target(*parts)
 
 
@@ -130,7 +138,7 @@ def test_axes_and_home_are_those_of_the_rows(chain):
         np.testing.assert_allclose(a.direction, expected, atol=1e-15)
         if a.turns:
             np.testing.assert_allclose(a.origin, screws.points[k], atol=1e-15)
-    value = [[float(lines.scope.value(e)) for e in row] for row in home.tolist()]
+    value = [[float(lines.terms.value(e)) for e in row] for row in home.tolist()]
     np.testing.assert_allclose(value, screws.home, atol=1e-15)
 
 
@@ -153,7 +161,7 @@ def test_what_is_left_without_given_joints(chain, given):
     assert [a.joint for a in left.axes] == [k for k in range(6) if k not in given]
     others = [q[k] for k in range(6) if k not in given]
     expected = displacement(left, others)
-    np.testing.assert_allclose(matrix(in_numbers(lines.scope, rest)), expected, atol=1e-13)
+    np.testing.assert_allclose(matrix(in_numbers(lines.terms, rest)), expected, atol=1e-13)
 
 
 @pytest.mark.parametrize(
@@ -161,8 +169,8 @@ def test_what_is_left_without_given_joints(chain, given):
     [("R/R/R/RxrxR", 6), ("R=R=R=R", 3), ("P/P=P/P", 3), ("RxrxRxR", 4), ("R=R=R=P", 4)],
 )
 def test_how_many_ways_a_chain_moves_its_tool(chain, freedoms):
-    scope = Scope({})
-    assert rank.of_chain(Lines(scope, axes_of(robot_of(chain), scope))) == freedoms
+    terms = Terms({})
+    assert rank.of_chain(Lines(terms, axes_of(robot_of(chain), terms))) == freedoms
 
 
 def file(more, tool=""):
@@ -193,14 +201,14 @@ a = "0.2"
 )
 def test_followers_and_screws_are_refused_with_a_reason(more, reason):
     robot = loads(file(more))
-    found = inverses(robot, Scope({}))
+    found = inverses(robot, Terms({}))
     assert found.functions == {}
-    assert classify(robot, Scope({})).missing == reason
+    assert classify(robot, Terms({})).missing == reason
 
 
 @pytest.mark.parametrize(("tool", "planar"), [("", True), ("tool = { rpy = [0, 90, 0] }", False)])
 def test_a_plane_is_a_task_where_the_tool_has_an_angle_in_it(tool, planar):
-    found = inverses(loads(file("", tool)), Scope({}))
+    found = inverses(loads(file("", tool)), Terms({}))
     assert ("ik_planar" in found.functions) == planar
 
 

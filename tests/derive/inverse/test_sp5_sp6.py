@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive.function import Argument, Result, SymbolicFunction
-from chasles.derive.inverse.quartic import circle_roots
+from chasles.derive.inverse.subproblems.quartic import circle_roots
 from chasles.derive.inverse.subproblems.sp5 import sp5
 from chasles.derive.inverse.subproblems.sp6 import sp6
-from chasles.derive.lower import lower
-from chasles.derive.scope import Scope
+from chasles.derive.terms.casadi_graph import lower
+from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
+from chasles.derive.terms.terms import Terms
 
 SIGNS = sp.symbols("sign1:3", real=True)
 BRANCHES = list(itertools.product((1.0, -1.0), repeat=2))
@@ -21,14 +21,14 @@ NEAR_DOUBLE = (0.0, 1e-12, 1e-10, 1e-9, 1e-8, 1e-7, 1e-6, 1e-4)
 NEAR_AXIS = (0.0, 1e-12, 1e-10, 1e-9, 3e-9, 1e-8, 3e-8, 1e-7, 1e-6, 1e-5, 1e-4, 1e-3)
 
 
-def compiled(scope, symbols, values):
+def compiled(terms, symbols, values):
     """Values as one CasADi function of a vector and two signs."""
     arguments = (
         Argument("x", tuple(symbols), (len(symbols),), "", ""),
         Argument("signs", SIGNS, (2,), "", ""),
     )
     result = Result("y", tuple(values), (len(values),), "", "")
-    return lower([SymbolicFunction("f", "F.", "", arguments, (result,), scope)], "test")[0]
+    return lower([SymbolicFunction("f", "F.", "", arguments, (result,), terms)], "test")[0]
 
 
 def slots(function, X):
@@ -52,12 +52,12 @@ def wrapped(angle):
 
 @pytest.fixture(scope="module")
 def solve6():
-    scope, v = Scope({}), sp.symbols("v1:11", real=True)
+    terms, v = Terms({}), sp.symbols("v1:11", real=True)
     A1, A2 = ((v[0], v[1]), (v[2], v[3])), ((v[4], v[5]), (v[6], v[7]))
-    found = sp6(scope, A1, A2, (v[8], v[9]), SIGNS)
+    found = sp6(terms, A1, A2, (v[8], v[9]), SIGNS)
     turns = found.first, found.second
     outputs = [*(x for turn in turns for x in (turn.c, turn.s)), found.margin]
-    function = compiled(scope, v, outputs)
+    function = compiled(terms, v, outputs)
 
     def solve(X):
         """Angles (N, 4, 2), relative residuals (N, 4) and margins (N, 4)."""
@@ -209,10 +209,10 @@ def test_out_of_reach_is_finite_and_told(solve6):
 
 
 def test_constant_coefficients():
-    scope, v = Scope({}), sp.symbols("v1:3", real=True)
+    terms, v = Terms({}), sp.symbols("v1:3", real=True)
     A1, A2 = ((sp.S(2), sp.S(0)), (sp.S(0), sp.sqrt(2))), ((sp.S(1), sp.S(0)), (sp.S(0), sp.S(1)))
-    found = sp6(scope, A1, A2, v, SIGNS)
-    function = compiled(scope, v, (found.first.s, found.first.c, found.second.s, found.second.c))
+    found = sp6(terms, A1, A2, v, SIGNS)
+    function = compiled(terms, v, (found.first.s, found.first.c, found.second.s, found.second.c))
     rows = np.array([[2, 0, 1, 0], [0, np.sqrt(2), 0, 1]])
     t = np.random.default_rng(7).uniform(-np.pi, np.pi, (2, 1000))
     b = np.stack([f(x) for x in t for f in (np.sin, np.cos)], -1) @ rows.T
@@ -222,9 +222,9 @@ def test_constant_coefficients():
 
 @pytest.fixture(scope="module")
 def roots():
-    scope, v = Scope({}), sp.symbols("v1:6", real=True)
-    root = circle_roots(scope, v[0], v[1:3], v[3:5], SIGNS)
-    function = compiled(scope, v, (root.turn.c, root.turn.s, root.margin))
+    terms, v = Terms({}), sp.symbols("v1:6", real=True)
+    root = circle_roots(terms, v[0], v[1:3], v[3:5], SIGNS)
+    function = compiled(terms, v, (root.turn.c, root.turn.s, root.margin))
 
     def solve(X):
         """Roots (N, 4), the polynomial there (N, 4) and margins (N, 4)."""
@@ -289,11 +289,11 @@ def test_polynomials_of_lower_degree(roots):
 
 @pytest.fixture(scope="module")
 def solve5():
-    scope, v = Scope({}), sp.symbols("v1:22", real=True)
-    found = sp5(scope, *(v[3 * k : 3 * k + 3] for k in range(7)), SIGNS)
+    terms, v = Terms({}), sp.symbols("v1:22", real=True)
+    found = sp5(terms, *(v[3 * k : 3 * k + 3] for k in range(7)), SIGNS)
     turns = found.first, found.second, found.third
     outputs = [*(x for turn in turns for x in (turn.c, turn.s)), found.margin]
-    function = compiled(scope, v, outputs)
+    function = compiled(terms, v, outputs)
 
     def solve(p0, k1, p1, k2, p2, k3, p3):
         """Angles (N, 4, 3), gaps over the size of the vectors (N, 4) and margins (N, 4)."""

@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from chasles.derive.function import Argument, Result, SymbolicFunction
 from chasles.derive.inverse.subproblems.slides import slide_to_plane, slide_to_sphere
 from chasles.derive.inverse.subproblems.sp1 import sp1
 from chasles.derive.inverse.subproblems.sp2 import sp2
 from chasles.derive.inverse.subproblems.sp3 import sp3, squared_across
 from chasles.derive.inverse.subproblems.sp4 import sp4
-from chasles.derive.inverse.turns import direction
-from chasles.derive.lower import lower
-from chasles.derive.scope import Scope
+from chasles.derive.inverse.subproblems.turns import direction
+from chasles.derive.terms.casadi_graph import lower
+from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
+from chasles.derive.terms.terms import Terms
 
 SIGN = sp.Symbol("sign", real=True)
 N = 2_000
@@ -27,12 +27,12 @@ def symbols(*names):
     return [tuple(sp.symbols(f"{name}1:4", real=True)) for name in names]
 
 
-def compiled(scope, inputs, outputs):
+def compiled(terms, inputs, outputs):
     """Outputs as a function of columns of inputs (M, n) and of a sign: (M, outputs)."""
     flat = tuple(x for value in inputs for x in (value if isinstance(value, tuple) else (value,)))
     arguments = (Argument("x", flat, (len(flat),), "", ""), Argument("sign", (SIGN,), (1,), "", ""))
     result = Result("y", tuple(outputs), (len(outputs),), "", "")
-    f = lower([SymbolicFunction("f", "F.", "", arguments, (result,), scope)], "test")[0]
+    f = lower([SymbolicFunction("f", "F.", "", arguments, (result,), terms)], "test")[0]
 
     def call(sign, *values):
         X = np.concatenate([np.reshape(value, (len(values[0]), -1)) for value in values], axis=1)
@@ -73,45 +73,45 @@ def nearest(distance):
 
 @pytest.fixture(scope="module")
 def solve1():
-    scope, (k, p, v) = Scope({}), symbols("k", "p", "v")
-    turn = sp1(scope, k, p, v).turn
-    return compiled(scope, (k, p, v), (turn.c, turn.s))
+    terms, (k, p, v) = Terms({}), symbols("k", "p", "v")
+    turn = sp1(terms, k, p, v).turn
+    return compiled(terms, (k, p, v), (turn.c, turn.s))
 
 
 @pytest.fixture(scope="module")
 def solve2():
-    scope, vectors = Scope({}), symbols("k", "l", "p", "v")
-    first, second = sp2(scope, *vectors, SIGN)
+    terms, vectors = Terms({}), symbols("k", "l", "p", "v")
+    first, second = sp2(terms, *vectors, SIGN)
     found = (first.turn.c, first.turn.s, second.turn.c, second.turn.s, first.margin)
-    return compiled(scope, vectors, found)
+    return compiled(terms, vectors, found)
 
 
 @pytest.fixture(scope="module")
 def solve3():
-    scope, (k, p0, p, total) = Scope({}), symbols("k", "q", "p", "w")
-    across2 = squared_across(scope, k, total, (p0, p))
-    found = sp3(scope, k, p0, p, across2, SIGN)
-    return compiled(scope, (k, p0, p, total), (found.turn.c, found.turn.s, found.margin))
+    terms, (k, p0, p, total) = Terms({}), symbols("k", "q", "p", "w")
+    across2 = squared_across(terms, k, total, (p0, p))
+    found = sp3(terms, k, p0, p, across2, SIGN)
+    return compiled(terms, (k, p0, p, total), (found.turn.c, found.turn.s, found.margin))
 
 
 @pytest.fixture(scope="module")
 def solve4():
-    scope, (h, k, p), d = Scope({}), symbols("h", "k", "p"), sp.Symbol("d", real=True)
-    found = sp4(scope, h, k, p, d, SIGN)
-    return compiled(scope, (h, k, p, d), (found.turn.c, found.turn.s, found.margin))
+    terms, (h, k, p), d = Terms({}), symbols("h", "k", "p"), sp.Symbol("d", real=True)
+    found = sp4(terms, h, k, p, d, SIGN)
+    return compiled(terms, (h, k, p, d), (found.turn.c, found.turn.s, found.margin))
 
 
 @pytest.fixture(scope="module")
 def solve_sphere():
-    scope, (u, p), r2 = Scope({}), symbols("u", "p"), sp.Symbol("r", real=True)
-    found = slide_to_sphere(scope, u, p, r2, SIGN)
-    return compiled(scope, (u, p, r2), (found.length, found.margin))
+    terms, (u, p), r2 = Terms({}), symbols("u", "p"), sp.Symbol("r", real=True)
+    found = slide_to_sphere(terms, u, p, r2, SIGN)
+    return compiled(terms, (u, p, r2), (found.length, found.margin))
 
 
 def test_direction_of_nothing_is_zero_and_opposite_vectors_are_opposite():
-    scope, (x, y) = Scope({}), sp.symbols("x y", real=True)
-    turn = direction(scope, x, y)
-    f = compiled(scope, (x, y), (turn.c, turn.s))
+    terms, (x, y) = Terms({}), sp.symbols("x y", real=True)
+    turn = direction(terms, x, y)
+    f = compiled(terms, (x, y), (turn.c, turn.s))
     np.testing.assert_array_equal(f(1, np.zeros((1, 1)), np.zeros((1, 1))), [[1, 0]])
     v = rows(np.random.default_rng(0))[:, :2] * 10.0 ** np.arange(-120, 80, 0.1)[:, None]
     there, back = f(1, v[:, :1], v[:, 1:]), f(1, -v[:, :1], -v[:, 1:])
@@ -259,11 +259,11 @@ def test_3_finds_the_planted_angle_by_one_sign_and_both_solve(solve3):
 @pytest.mark.parametrize(("P", "Q"), [("1", "1"), ("2", "1/2")])
 def test_3_of_constant_lengths_keeps_its_digits_at_both_ends(P, Q):
     """Stretched and folded, an elbow comes to its place to rounding, not to its root."""
-    scope, square = Scope({}), sp.Symbol("D", real=True)
+    terms, square = Terms({}), sp.Symbol("D", real=True)
     zero, one = sp.Integer(0), sp.Integer(1)
     p0, p = (sp.Rational(P), zero, zero), (sp.Rational(Q), zero, zero)
-    found = sp3(scope, (zero, zero, one), p0, p, square, SIGN)
-    f = compiled(scope, (square,), (found.turn.c, found.turn.s, found.margin))
+    found = sp3(terms, (zero, zero, one), p0, p, square, SIGN)
+    f = compiled(terms, (square,), (found.turn.c, found.turn.s, found.margin))
     P, Q = float(sp.Rational(P)), float(sp.Rational(Q))
     for end, angle in ((P + Q, 0.0), (abs(P - Q), np.pi)):
         for sign, by in itertools.product((1, -1), (1e-3, 1e-6)):
@@ -278,11 +278,11 @@ def test_3_of_constant_lengths_keeps_its_digits_at_both_ends(P, Q):
 
 
 def test_a_slide_brings_a_point_into_a_plane():
-    scope, (h, u, p), d = Scope({}), symbols("h", "u", "p"), sp.Symbol("d", real=True)
-    found = slide_to_plane(scope, h, u, p, d)
+    terms, (h, u, p), d = Terms({}), symbols("h", "u", "p"), sp.Symbol("d", real=True)
+    found = slide_to_plane(terms, h, u, p, d)
     assert found.sign is None
     assert found.margin is None
-    f = compiled(scope, (h, u, p, d), (found.length,))
+    f = compiled(terms, (h, u, p, d), (found.length,))
     rng = np.random.default_rng(9)
     h, u, p, d = rows(rng), units(rng), rows(rng), rng.normal(size=N)
     t = f(1, h, u, p, d)

@@ -1,0 +1,131 @@
+"""Many robots at once: read all, then derive them in parallel, then write or compare."""
+
+import json
+import time
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+
+from ..description.robot_files import load
+from ..model.errors import RobotError
+from .freshness import Job, stamp
+from .generate import MANIFEST, artifacts, generated_files, put
+from ..inverse.explanation import explain
+from ..model.mechanism import Described
+from ..description.urdf import from_urdf
+
+
+@dataclass(frozen=True)
+class Report:
+    """What became of one job: whether all is well, and a line for the reader."""
+
+    good: bool
+    line: str
+
+
+def read(job: Job) -> Described:
+    """The robot that a job describes.
+
+    Raises:
+        RobotError: The description is wrong.
+    """
+    if job.file.suffix == ".urdf":
+        return from_urdf(job.file, job.base, job.tip)
+    if job.base or job.tip:
+        raise RobotError(f"{job.file}: --base and --tip choose links of a URDF, which this is not")
+    return load(job.file)
+
+
+def problems(jobs: Sequence[Job]) -> list[str]:
+    """What is wrong with descriptions, before any work is done on them."""
+    found = []
+    files: dict[str, Path] = {}
+    for job in jobs:
+        try:
+            name = read(job).name
+        except RobotError as error:
+            found.append(str(error))
+            continue
+        if name in files:
+            found.append(f"{job.file}: robot {name!r} is also described in {files[name]}")
+        files[name] = job.file
+    return found
+
+
+def derived(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
+    """Derives robots and writes their folders, reporting each as it is done."""
+    return _each(_derive, jobs, workers)
+
+
+def compared(jobs: Sequence[Job], workers: int) -> Iterator[Report]:
+    """Derives robots and compares them, byte by byte, with what their folders hold."""
+    return _each(_compare, jobs, workers)
+
+
+def explained(jobs: Sequence[Job]) -> Iterator[str]:
+    """What is known of the inverse of each robot."""
+    return (str(explain(read(job))) for job in jobs)
+
+
+def orphans(jobs: Sequence[Job], to: Path) -> list[str]:
+    """Generated folders that no description accounts for."""
+    names = {read(job).name for job in jobs}
+    return sorted(
+        path.parent.name for path in to.glob(f"*/{MANIFEST}") if path.parent.name not in names
+    )
+
+
+def _each(work: Callable[[Job], Report], jobs: Sequence[Job], workers: int) -> Iterator[Report]:
+    # Forked, so that workers start with SymPy and CasADi already loaded.
+    context = get_context("fork")
+    with ProcessPoolExecutor(min(workers, len(jobs)), mp_context=context) as pool:
+        for done in as_completed([pool.submit(_attempt, work, job) for job in jobs]):
+            yield done.result()
+
+
+def _attempt(work: Callable[[Job], Report], job: Job) -> Report:
+    try:
+        return work(job)
+    except RobotError as error:
+        return Report(False, f"{job.file}: {error}")
+
+
+def _derive(job: Job) -> Report:
+    started = time.perf_counter()
+    robot = read(job)
+    files = artifacts(robot, job.functions or None)
+    folder = job.to / robot.name
+    put(files, folder)
+    stamp(job, folder)
+    lines = [f"{robot.name:<12} {_summary(files)}  {time.perf_counter() - started:5.2f} s"]
+    lines += [] if job.functions else [explain(robot).line]
+    notes = json.loads(files[MANIFEST])["notes"]
+    return Report(True, "\n    ".join([*lines, *notes]))
+
+
+def _compare(job: Job) -> Report:
+    robot = read(job)
+    files = artifacts(robot, job.functions or None)
+    folder = job.to / robot.name
+    differing = [name for name, text in files.items() if _text(folder / name) != text]
+    differing += sorted(generated_files(folder) - files.keys())
+    if differing:
+        return Report(False, f"{robot.name:<12} out of date: {', '.join(differing)}")
+    return Report(True, f"{robot.name:<12} agrees, {len(files)} files")
+
+
+def _summary(files: dict[str, str]) -> str:
+    operations = {
+        function["name"]: function["operations"]["total"]
+        for function in json.loads(files[MANIFEST])["functions"]
+    }
+    shown = [name for name in ("fk", "fk_jacobian_mixed") if name in operations]
+    counts = ", ".join(f"{name} {operations[name]:4d} operations" for name in shown)
+    size = sum(len(text.encode()) for text in files.values()) // 1024
+    return f"{len(operations):2d} functions ({counts}), {size:4d} KiB"
+
+
+def _text(path: Path) -> str | None:
+    return path.read_bytes().decode(errors="replace") if path.is_file() else None

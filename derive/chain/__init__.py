@@ -1,0 +1,1 @@
+"""Kinematics of a chain of joints: its groups, poses, Jacobians and their derivatives."""

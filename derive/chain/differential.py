@@ -1,0 +1,198 @@
+"""Jacobians, their rates, the Hessian, twists and accelerations, all from screw theory.
+
+With omega_j the axis of joint j and v_j the velocity that it gives the observed point, a column of
+a Jacobian is (v_j; omega_j). All three Jacobians are one formula, with another point observed and
+other axes to write it in:
+
+| Jacobian | point                 | axes        |
+|----------|-----------------------|-------------|
+| `space`  | at the base's origin  | base frame  |
+| `mixed`  | the tool's origin     | base frame  |
+| `body`   | the tool's origin     | tool frame  |
+
+A joint turns the lever r of the point, in its own axes, by z x r = (-r_y, r_x, 0).
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import sympy as sp
+
+from ..terms.terms import Terms
+from ..terms.vectors import (
+    ORIGIN,
+    ZERO,
+    Basis,
+    Vector,
+    added,
+    combination,
+    cross,
+    named,
+    rotated_x,
+    rotated_z,
+)
+from .forward import Forward
+from .groups import Station
+
+Representation = Literal["space", "body", "mixed"]
+
+
+@dataclass(frozen=True)
+class Twist:
+    """Linear and angular velocity, or a column of a Jacobian, or an acceleration."""
+
+    v: Vector
+    omega: Vector
+
+    @property
+    def entries(self) -> tuple[sp.Expr, ...]:
+        """The six components, linear first."""
+        return (*self.v, *self.omega)
+
+
+NO_TWIST = Twist(ORIGIN, ORIGIN)
+
+
+def columns(forward: Forward, representation: Representation) -> list[Twist]:
+    """The Jacobian by columns, one a moving joint, in the order of the chain."""
+    if representation == "body":
+        axes, end_axes = forward.axes_in_tool()
+    else:
+        axes, end_axes = forward.axes[:-1], forward.end_axes
+    space = representation == "space"
+    levers = forward.levers_of_base() if space else forward.levers_of_tool()
+    found: list[Twist] = []
+    for g, k, station in forward.stations():
+        last = k == len(forward.groups[g].stations) - 1
+        if station.joint is not None:
+            choices = [(axes[g], levers[g].from_axis[k])]
+            if last:
+                choices.append((end_axes[g], levers[g].turned))
+            found.append(_turning(forward.terms, station, choices))
+        for slide in station.slides:
+            c, s = forward.trigonometry[g][k]
+            choices = [(axes[g], rotated_z(forward.terms, slide.direction, c, s))]
+            if last:
+                choices.append((end_axes[g], slide.direction))
+            if last and g + 1 < len(axes):
+                c, s = forward.groups[g].tilt
+                choices.append((axes[g + 1], rotated_x(forward.terms, slide.direction, c, -s)))
+            found.append(Twist(_cheapest(forward.terms, choices), ORIGIN))
+    return found
+
+
+def rates(
+    terms: Terms, representation: Representation, screws: Sequence[Twist], speeds: Sequence[sp.Expr]
+) -> list[Twist]:
+    """Time derivative of a Jacobian's columns at joint speeds.
+
+    space: J_j' = ad(V_(j-1)) J_j with V_(j-1) the twist of the links before joint j.
+    body: J_j' = ad(J_j) (V - V_j), the twist that the joints after j add.
+    mixed: omega_j' = Omega_(j-1) x omega_j and v_j' = Omega_j x v_j + omega_j x (v of those after).
+    """
+    scaled = [_scaled(terms, screw, speed) for screw, speed in zip(screws, speeds, strict=True)]
+    before, after = _partial_sums(terms, scaled), _partial_sums(terms, scaled[::-1])[::-1]
+    if representation == "space":
+        return [_bracket(terms, V, J) for V, J in zip(before, screws, strict=True)]
+    if representation == "body":
+        return [_bracket(terms, J, V) for V, J in zip(after, screws, strict=True)]
+    return [
+        Twist(
+            added(
+                terms,
+                cross(terms, added(terms, V.omega, own.omega), J.v),
+                cross(terms, J.omega, rest.v),
+            ),
+            cross(terms, V.omega, J.omega),
+        )
+        for V, own, rest, J in zip(before, scaled, after, screws, strict=True)
+    ]
+
+
+def hessian(terms: Terms, screws: Sequence[Twist]) -> list[list[Twist]]:
+    """Derivatives of the mixed Jacobian: entry [j][k] is that of column j by joint k.
+
+    v_j by k is omega_i x v_l with i the smaller and l the larger of j and k; omega_j by k is
+    omega_k x omega_j for k before j and zero otherwise.
+    """
+    count = range(len(screws))
+    return [
+        [
+            Twist(
+                cross(terms, screws[min(j, k)].omega, screws[max(j, k)].v),
+                cross(terms, screws[k].omega, screws[j].omega) if k < j else ORIGIN,
+            )
+            for k in count
+        ]
+        for j in count
+    ]
+
+
+def weighted(terms: Terms, screws: Sequence[Twist], weights: Sequence[sp.Expr]) -> Twist:
+    """The sum of columns times weights: J w."""
+    parts = [_scaled(terms, screw, weight) for screw, weight in zip(screws, weights, strict=True)]
+    return _total(terms, parts)
+
+
+def summed(terms: Terms, *twists: Twist) -> Twist:
+    """The sum of twists."""
+    return _total(terms, twists)
+
+
+def _turning(terms: Terms, station: Station, choices: Sequence[tuple[Basis, Vector]]) -> Twist:
+    sign = sp.Integer(station.sign)
+    _, _, z = choices[0][0]
+    omega = named(terms, (sign * component for component in z))
+    # z x lever, in whichever axes it has the fewest products.
+    spun = [(axes, (-sign * y, sign * x, ZERO)) for axes, (x, y, _) in choices]
+    v = _cheapest(terms, spun)
+    if station.pitch != 0:
+        v = combination(terms, (sp.Integer(1), station.pitch), (v, omega))
+    return Twist(v, omega)
+
+
+def _cheapest(terms: Terms, choices: Sequence[tuple[Basis, Vector]]) -> Vector:
+    axes, weights = min(choices, key=_products)
+    return combination(terms, weights, axes)
+
+
+def _products(choice: tuple[Basis, Vector]) -> int:
+    axes, weights = choice
+    return sum(
+        entry != 0 and abs(entry) != 1
+        for weight, axis in zip(weights, axes, strict=True)
+        if weight != 0
+        for entry in axis
+    )
+
+
+def _scaled(terms: Terms, twist: Twist, factor: sp.Expr) -> Twist:
+    return _mapped(terms, lambda component: factor * component, twist)
+
+
+def _mapped(terms: Terms, change: Callable[[sp.Expr], sp.Expr], twist: Twist) -> Twist:
+    return Twist(named(terms, map(change, twist.v)), named(terms, map(change, twist.omega)))
+
+
+def _total(terms: Terms, twists: Sequence[Twist]) -> Twist:
+    total = NO_TWIST
+    for twist in twists:
+        total = Twist(added(terms, total.v, twist.v), added(terms, total.omega, twist.omega))
+    return total
+
+
+def _partial_sums(terms: Terms, twists: Sequence[Twist]) -> list[Twist]:
+    """The sums of what stands before each element."""
+    sums = [NO_TWIST]
+    for twist in twists[:-1]:
+        sums.append(_total(terms, (sums[-1], twist)))
+    return sums
+
+
+def _bracket(terms: Terms, a: Twist, b: Twist) -> Twist:
+    """ad(a) b = (Omega_a x v_b + v_a x omega_b, Omega_a x omega_b)."""
+    return Twist(
+        added(terms, cross(terms, a.omega, b.v), cross(terms, a.v, b.omega)),
+        cross(terms, a.omega, b.omega),
+    )

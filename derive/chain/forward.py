@@ -1,0 +1,154 @@
+"""Forward kinematics of a chain: axes of every group, poses of every link, levers of every joint.
+
+With the groups of :mod:`chasles.derive.chain.groups`, the axes of group g+1 are those of group g
+turned by the group's last angle and tilted. A point p is carried from the tool to the base by
+Horner's scheme: in the axes of group g,
+
+    lever_k = Rz(phi_k) reach_k + lever_(k+1),    lever_last = Rz(phi_last) (reach + Rx(alpha) p').
+
+Every lever is the tool seen from one joint's axis, which is all that a Jacobian needs.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ..terms.terms import Terms
+from ..terms.vectors import (
+    IDENTITY,
+    ORIGIN,
+    Basis,
+    Vector,
+    added,
+    combination,
+    rotated_x,
+    rotated_z,
+    subtracted,
+    turned_about_x,
+    turned_about_z,
+)
+from .groups import Group, Station
+
+Pose = tuple[Basis, Vector]
+"""Axes and origin of a frame in another."""
+
+
+@dataclass(frozen=True)
+class Levers:
+    """One point seen from every station of one group.
+
+    Attributes:
+        from_axis: The point relative to each station's axis, in the group's axes.
+        turned: The same relative to the last station's axis, in that station's own axes.
+    """
+
+    from_axis: tuple[Vector, ...]
+    turned: Vector
+
+
+class Forward:
+    """The forward kinematics of a chain, computed once and shared by all functions.
+
+    Attributes:
+        terms: Names of all terms.
+        groups: The chain.
+        axes: Axes of each group in the base frame.
+        end_axes: Axes of each group's last station in the base frame.
+    """
+
+    def __init__(self, terms: Terms, groups: Sequence[Group]) -> None:
+        self.terms = terms
+        self.groups = tuple(groups)
+        self.trigonometry = [
+            [terms.cos_sin(station.angle) for station in group.stations] for group in groups
+        ]
+        self.axes: list[Basis] = [IDENTITY]
+        self.end_axes: list[Basis] = []
+        for group, angles in zip(self.groups, self.trigonometry, strict=True):
+            self.end_axes.append(turned_about_z(terms, self.axes[-1], *angles[-1]))
+            self.axes.append(turned_about_x(terms, self.end_axes[-1], *group.tilt))
+
+    def tool_pose(self) -> Pose:
+        """Pose of the tool in the base frame."""
+        tool = self.groups[-1].stations[-1].frames[-1]
+        orientation = self._product(self.end_axes[-1], tool.orientation)
+        return orientation, self.levers_of_tool()[0].from_axis[0]
+
+    def link_poses(self) -> list[Pose]:
+        """Pose of every link's frame in the base frame, in order from the base."""
+        poses: list[Pose] = []
+        origin = ORIGIN
+        for axes, group, angles in zip(self.axes, self.groups, self.trigonometry, strict=False):
+            for station, (c, s) in zip(group.stations, angles, strict=True):
+                station_axes = turned_about_z(self.terms, axes, c, s)
+                for frame in station.frames:
+                    position = self._moved(origin, station_axes, frame.origin)
+                    poses.append((self._product(station_axes, frame.orientation), position))
+                origin = self._moved(origin, station_axes, station.reach)
+        return poses[:-1]
+
+    def levers_of_tool(self) -> list[Levers]:
+        """The tool's origin seen from every axis, group by group (the base is the first axis)."""
+        levers: list[Levers] = []
+        point = ORIGIN
+        for group, angles in zip(self.groups[::-1], self.trigonometry[::-1], strict=True):
+            c, s = group.tilt
+            turned = added(self.terms, group.stations[-1].reach, rotated_x(self.terms, point, c, s))
+            seen = [rotated_z(self.terms, turned, *angles[-1])]
+            for station, (c, s) in zip(group.stations[-2::-1], angles[-2::-1], strict=True):
+                seen.append(added(self.terms, rotated_z(self.terms, station.reach, c, s), seen[-1]))
+            levers.append(Levers(tuple(seen[::-1]), turned))
+            point = seen[-1]
+        return levers[::-1]
+
+    def levers_of_base(self) -> list[Levers]:
+        """The base frame's origin seen from every axis, group by group."""
+        levers: list[Levers] = []
+        point = ORIGIN
+        for group, angles in zip(self.groups, self.trigonometry, strict=True):
+            seen = [point]
+            for station, (c, s) in zip(group.stations[:-1], angles[:-1], strict=True):
+                reach = rotated_z(self.terms, station.reach, c, s)
+                seen.append(subtracted(self.terms, seen[-1], reach))
+            c, s = angles[-1]
+            turned = rotated_z(self.terms, seen[-1], c, -s)
+            levers.append(Levers(tuple(seen), turned))
+            c, s = group.tilt
+            point = rotated_x(
+                self.terms, subtracted(self.terms, turned, group.stations[-1].reach), c, -s
+            )
+        return levers
+
+    def axes_in_tool(self) -> tuple[list[Basis], list[Basis]]:
+        """Axes of each group, and of each group's last station, in the tool's frame."""
+        tool = self.groups[-1].stations[-1].frames[-1]
+        end_axes = [_transposed(tool.orientation)]
+        axes: list[Basis] = []
+        for group, angles in zip(self.groups[::-1], self.trigonometry[::-1], strict=True):
+            c, s = group.tilt
+            if axes:
+                end_axes.append(turned_about_x(self.terms, axes[-1], c, -s))
+            c, s = angles[-1]
+            axes.append(turned_about_z(self.terms, end_axes[-1], c, -s))
+        return axes[::-1], end_axes[::-1]
+
+    def stations(self) -> list[tuple[int, int, Station]]:
+        """Every station with the number of its group and its place in it."""
+        return [
+            (g, k, station)
+            for g, group in enumerate(self.groups)
+            for k, station in enumerate(group.stations)
+        ]
+
+    def _product(self, axes: Basis, constant: Basis) -> Basis:
+        x, y, z = (combination(self.terms, column, axes) for column in constant)
+        return x, y, z
+
+    def _moved(self, origin: Vector, axes: Basis, vector: Vector) -> Vector:
+        return combination(self.terms, (sp.Integer(1), *vector), (origin, *axes))
+
+
+def _transposed(basis: Basis) -> Basis:
+    x, y, z = zip(*basis, strict=True)
+    return x, y, z

@@ -1,0 +1,357 @@
+"""The chain in its smallest form: what the equations of a serial robot are built from.
+
+A chain of placements and joints is a product of rotations about z (constant or by a joint), tilts
+about x (constant) and translations. Neighbouring rotations about z are one rotation by the sum of
+their angles, so that consecutive parallel axes, however they were described, share one angle:
+
+    R_0_ee = Rz(phi_1) Rx(alpha_1) Rz(phi_2) Rx(alpha_2) ...
+
+A *group* is the run of parallel axes between two tilts. All its axes point along the z axis of the
+group's frame; its *stations* are the angles phi that it passes through, one a joint, each with the
+translation (*reach*) that turns with it. Antiparallel axes (a tilt of pi) stay in their group and
+count backwards. Constants that are right angles are exact permutations and cost nothing.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
+
+import mpmath
+import sympy as sp
+
+from ..model.exact import EVALUATION_DIGITS
+from ..model.robot import Placement, Robot, Rotation
+from ..terms.terms import Terms
+from ..terms.vectors import (
+    IDENTITY,
+    ONE,
+    ORIGIN,
+    ZERO,
+    Basis,
+    Vector,
+    combination,
+    rotated_z,
+    turned_about_x,
+    turned_about_z,
+)
+
+ANGLE_FRACTIONS = 24
+"""Constant angles are recognised as multiples of pi / 24."""
+
+
+@dataclass(frozen=True)
+class Slide:
+    """A prismatic joint: the index of the moving joint and its direction in its station's axes."""
+
+    joint: int
+    direction: Vector
+
+
+@dataclass(frozen=True)
+class Frame:
+    """A link's or tool's frame: constant orientation and origin in its station's axes."""
+
+    name: str
+    orientation: Basis
+    origin: Vector
+
+
+@dataclass(frozen=True)
+class Station:
+    """One angle of a group and what turns with it.
+
+    Attributes:
+        joint: Index of the moving joint that turns here, None at the start of a group.
+        sign: 1 where the joint's axis is the group's z axis, -1 where it is opposite.
+        pitch: Advance of a helical joint along its axis per radian.
+        angle: Angle of the station's axes in the group's frame.
+        reach: From this axis to the next station's, in the station's axes.
+        slides: The prismatic joints in between.
+        frames: The link frames in between.
+    """
+
+    joint: int | None
+    sign: int
+    pitch: sp.Expr
+    angle: sp.Expr
+    reach: Vector = ORIGIN
+    slides: tuple[Slide, ...] = ()
+    frames: tuple[Frame, ...] = ()
+
+    @property
+    def joints(self) -> tuple[int, ...]:
+        """Indices of the joints that move here, in order."""
+        turning = () if self.joint is None else (self.joint,)
+        return (*turning, *(slide.joint for slide in self.slides))
+
+
+@dataclass(frozen=True)
+class Group:
+    """A run of parallel axes, and cosine and sine of the tilt about x to the next group."""
+
+    stations: tuple[Station, ...]
+    tilt: tuple[sp.Expr, sp.Expr] = (ONE, ZERO)
+
+
+class _Turn(NamedTuple):
+    """A constant rotation about x or z; the angle of a factored one may be a 40-digit number."""
+
+    axis: str
+    angle: sp.Expr
+
+
+@dataclass
+class _Stretch:
+    """The constant part between two turning joints, everything in the axes of its start."""
+
+    rotations: list[_Turn] = field(default_factory=list)
+    reach: Vector = ORIGIN
+    slides: list[Slide] = field(default_factory=list)
+    frames: list[Frame] = field(default_factory=list)
+
+
+def groups(robot: Robot, terms: Terms, values: Sequence[sp.Expr]) -> tuple[Group, ...]:
+    """The groups of parallel axes of a robot.
+
+    Args:
+        robot: The description.
+        terms: Receives the named constants and angles.
+        values: The value of every moving joint (radian or metre).
+
+    Returns:
+        The groups from the base to the tool; the tool's frame is the last frame of the last.
+    """
+    stretches, turning = _stretches(robot, terms, values)
+    builder = _Builder(terms)
+    builder.stretch(stretches[0])
+    for (joint, pitch), stretch in zip(turning, stretches[1:], strict=True):
+        builder.joint(joint, values[joint], pitch)
+        builder.stretch(stretch)
+    return builder.finish(robot.tool_frame)
+
+
+def _stretches(
+    robot: Robot, terms: Terms, values: Sequence[sp.Expr]
+) -> tuple[list[_Stretch], list[tuple[int, sp.Expr]]]:
+    stretches = [_Stretch()]
+    turning: list[tuple[int, sp.Expr]] = []
+    orientation = _place(terms, stretches[-1], IDENTITY, robot.base)
+    moving = 0
+    for joint, link in zip(robot.joints, robot.link_names, strict=True):
+        orientation = _place(terms, stretches[-1], orientation, joint.before)
+        if joint.kind == "prismatic":
+            _, _, z = orientation
+            stretches[-1].slides.append(Slide(moving, z))
+            _advance(terms, stretches[-1], orientation, (ZERO, ZERO, values[moving]))
+        elif joint.kind != "fixed":
+            turning.append((moving, joint.pitch))
+            stretches.append(_Stretch())
+            orientation = IDENTITY
+            _advance(terms, stretches[-1], orientation, (ZERO, ZERO, joint.pitch * values[moving]))
+        moving += joint.kind != "fixed"
+        orientation = _place(terms, stretches[-1], orientation, joint.after)
+        stretches[-1].frames.append(Frame(link, orientation, stretches[-1].reach))
+    _place(terms, stretches[-1], orientation, robot.tool)
+    return stretches, turning
+
+
+def _place(terms: Terms, stretch: _Stretch, orientation: Basis, placement: Placement) -> Basis:
+    for motion in placement:
+        if isinstance(motion, Rotation):
+            for turn in _about_x_and_z(motion):
+                stretch.rotations.append(turn)
+                c, s = terms.cos_sin(turn.angle)
+                turned = turned_about_x if turn.axis == "x" else turned_about_z
+                orientation = turned(terms, orientation, c, s)
+        else:
+            _advance(terms, stretch, orientation, motion.vector)
+    return orientation
+
+
+def _advance(terms: Terms, stretch: _Stretch, orientation: Basis, vector: Vector) -> None:
+    stretch.reach = combination(terms, (ONE, *vector), (stretch.reach, *orientation))
+
+
+def _about_x_and_z(motion: Rotation) -> tuple[_Turn, ...]:
+    if motion.axis != "y":
+        return (_Turn(motion.axis, motion.angle),)
+    quarter = sp.pi / 2
+    return _Turn("z", quarter), _Turn("x", motion.angle), _Turn("z", -quarter)
+
+
+def _reduced(rotations: Sequence[_Turn]) -> list[_Turn]:
+    """Neighbours about the same axis as one, full turns left out."""
+    reduced: list[_Turn] = []
+    for rotation in rotations:
+        angle = rotation.angle
+        if reduced and reduced[-1].axis == rotation.axis:
+            angle += reduced.pop().angle
+        if not (angle / (2 * sp.pi)).is_Integer:
+            reduced.append(_Turn(rotation.axis, angle))
+    return reduced
+
+
+def _factored(terms: Terms, rotations: Sequence[_Turn]) -> list[_Turn]:
+    """Constant rotations as Rz Rx Rz where they are numbers, else as they are."""
+    reduced = _reduced(rotations)
+    if sum(rotation.axis == "x" for rotation in reduced) <= 1 or not all(
+        terms.is_number(rotation.angle) for rotation in reduced
+    ):
+        return reduced
+    with mpmath.workdps(EVALUATION_DIGITS):
+        matrix = mpmath.eye(3)
+        for rotation in reduced:
+            matrix *= _matrix(rotation)
+        tilt = mpmath.atan2(mpmath.hypot(matrix[0, 2], matrix[1, 2]), matrix[2, 2])
+        if abs(mpmath.sin(tilt)) < mpmath.mpf(10) ** (8 - EVALUATION_DIGITS):
+            sign = mpmath.sign(matrix[2, 2])
+            angles = [mpmath.atan2(matrix[1, 0], matrix[0, 0]), mpmath.acos(sign), mpmath.mpf(0)]
+        else:
+            first = mpmath.atan2(matrix[0, 2], -matrix[1, 2])
+            angles = [first, tilt, mpmath.atan2(matrix[2, 0], matrix[2, 1])]
+        a, alpha, b = (_recognised(angle) for angle in angles)
+    return _reduced([_Turn("z", a), _Turn("x", alpha), _Turn("z", b)])
+
+
+def _matrix(rotation: _Turn) -> mpmath.matrix:
+    angle = mpmath.mpf(rotation.angle.evalf(EVALUATION_DIGITS)._mpf_)
+    c, s = mpmath.cos(angle), mpmath.sin(angle)
+    if rotation.axis == "x":
+        return mpmath.matrix([[1, 0, 0], [0, c, -s], [0, s, c]])
+    return mpmath.matrix([[c, -s, 0], [s, c, 0], [0, 0, 1]])
+
+
+def _recognised(angle: mpmath.mpf) -> sp.Expr:
+    parts = angle * ANGLE_FRACTIONS / mpmath.pi
+    nearest = int(mpmath.nint(parts))
+    if abs(parts - nearest) < mpmath.mpf(10) ** (8 - EVALUATION_DIGITS):
+        return sp.pi * sp.Rational(nearest, ANGLE_FRACTIONS)
+    return sp.Float(angle, EVALUATION_DIGITS)
+
+
+class _Builder:
+    """Collects stations into groups, from the base to the tool.
+
+    Attributes:
+        groups: The groups that are closed.
+        stations: The stations of the open group.
+        turned: Sum of the open group's joint values, backward ones negative.
+        offset: Sum of its constant angles.
+        unsettled: The part of it by which the last station's axes have yet to be turned.
+        sign: -1 while the axes are opposite to the group's.
+    """
+
+    stations: list[Station]
+    turned: sp.Expr
+    offset: sp.Expr
+    unsettled: sp.Expr
+    sign: int
+
+    def __init__(self, terms: Terms) -> None:
+        self.terms = terms
+        self.groups: list[Group] = []
+        self._open_group()
+
+    def joint(self, joint: int, value: sp.Expr, pitch: sp.Expr) -> None:
+        """A turning joint: its angle joins those before it in the group."""
+        turned = self.turned + self.sign * value
+        # Sums of solved angles stay open: what a loop makes cancel must be seen to cancel.
+        self.turned = sp.expand(turned) if self.terms.solved else self.terms.let(turned)
+        self.stations.append(Station(joint, self.sign, pitch, self._angle()))
+
+    def stretch(self, stretch: _Stretch) -> None:
+        """The constant part after a joint: it ends the group unless it keeps the axes parallel."""
+        self._fill(stretch)
+        for rotation in _factored(self.terms, stretch.rotations):
+            if rotation.axis == "z":
+                self.offset += self.sign * rotation.angle
+                self.unsettled += self.sign * rotation.angle
+            elif abs(rotation.angle) == sp.pi:
+                self.sign = -self.sign
+            else:
+                self._close_group(rotation.angle)
+
+    def finish(self, tool: str) -> tuple[Group, ...]:
+        """All groups; the tool's frame stands at the end of everything."""
+        self._settle()
+        last = self.stations[-1]
+        frame = Frame(tool, _flipped_basis(self.sign, IDENTITY), last.reach)
+        self.stations[-1] = replace(last, frames=(*last.frames, frame))
+        self.groups.append(Group(tuple(self.stations)))
+        return tuple(self.groups)
+
+    def _open_group(self) -> None:
+        self.stations = [Station(None, 1, ZERO, ZERO)]
+        self.turned, self.offset, self.unsettled = ZERO, ZERO, ZERO
+        self.sign = 1
+
+    def _close_group(self, tilt: sp.Expr) -> None:
+        self._settle()
+        # A flip that is still pending is a tilt of pi of its own.
+        total = tilt if self.sign == 1 else tilt + sp.pi
+        self.groups.append(Group(tuple(self.stations), self.terms.cos_sin(total)))
+        self._open_group()
+
+    def _fill(self, stretch: _Stretch) -> None:
+        self.unsettled = ZERO
+        self.stations[-1] = replace(
+            self.stations[-1],
+            reach=_flipped(self.sign, stretch.reach),
+            slides=tuple(
+                replace(slide, direction=_flipped(self.sign, slide.direction))
+                for slide in stretch.slides
+            ),
+            frames=tuple(
+                Frame(
+                    frame.name,
+                    _flipped_basis(self.sign, frame.orientation),
+                    _flipped(self.sign, frame.origin),
+                )
+                for frame in stretch.frames
+            ),
+        )
+
+    def _settle(self) -> None:
+        """Turns the last station's axes to where its stretch ends.
+
+        So the group's end and the translation before it need one angle, not two.
+        """
+        c, s = self.terms.cos_sin(-self.unsettled)
+        station = self.stations[-1]
+        self.stations[-1] = replace(
+            station,
+            angle=self._angle(),
+            reach=rotated_z(self.terms, station.reach, c, s),
+            slides=tuple(
+                replace(slide, direction=rotated_z(self.terms, slide.direction, c, s))
+                for slide in station.slides
+            ),
+            frames=tuple(
+                Frame(
+                    frame.name,
+                    _rotated_basis(self.terms, frame.orientation, c, s),
+                    rotated_z(self.terms, frame.origin, c, s),
+                )
+                for frame in station.frames
+            ),
+        )
+        self.unsettled = ZERO
+
+    def _angle(self) -> sp.Expr:
+        return self.turned + self.offset
+
+
+def _rotated_basis(terms: Terms, basis: Basis, c: sp.Expr, s: sp.Expr) -> Basis:
+    x, y, z = basis
+    return rotated_z(terms, x, c, s), rotated_z(terms, y, c, s), rotated_z(terms, z, c, s)
+
+
+def _flipped(sign: int, vector: Vector) -> Vector:
+    """``Rx(pi) v`` where the axes are opposite to the group's."""
+    x, y, z = vector
+    return x, sign * y, sign * z
+
+
+def _flipped_basis(sign: int, basis: Basis) -> Basis:
+    x, y, z = basis
+    return _flipped(sign, x), _flipped(sign, y), _flipped(sign, z)

@@ -1,0 +1,60 @@
+"""Product of exponentials: screw axes and home pose of any robot, in exact numbers."""
+
+import sympy as sp
+
+from ..model.robot import Placement, Robot, Rotation
+
+
+def to_poe(robot: Robot) -> tuple[sp.ImmutableMatrix, sp.ImmutableMatrix]:
+    """Screw axes and home pose of a robot, whatever conventions it was described in.
+
+    ``T_0_ee(q) = exp(S_1 theta_1) ... exp(S_n theta_n) M_0_ee`` with theta the values of the moving
+    joints: q itself where no joint follows another or counts backwards.
+
+    Args:
+        robot: The description.
+
+    Returns:
+        ``S_space`` (6, moving joints), one screw (v; omega) a column in the base frame, and the
+        home pose ``M_0_ee`` (4, 4), the tool's pose with every joint at zero. A follower's offset
+        is not part of the home pose.
+
+    Source:
+        Brockett 1984; Lynch and Park, Modern Robotics, 4.1.
+    """
+    T_0_joint = placement_matrix(robot.base)
+    screws = []
+    for joint in robot.joints:
+        T_0_joint = T_0_joint * placement_matrix(joint.before)
+        if joint.kind != "fixed":
+            direction, point = T_0_joint[:3, 2], T_0_joint[:3, 3]
+            if joint.kind == "prismatic":
+                screws.append(sp.Matrix.vstack(direction, sp.zeros(3, 1)))
+            else:
+                v = point.cross(direction) + joint.pitch * direction
+                screws.append(sp.Matrix.vstack(v, direction))
+        T_0_joint = T_0_joint * placement_matrix(joint.after)
+    M_0_ee = T_0_joint * placement_matrix(robot.tool)
+    return sp.ImmutableMatrix(sp.Matrix.hstack(*screws)), sp.ImmutableMatrix(M_0_ee)
+
+
+def placement_matrix(placement: Placement) -> sp.Matrix:
+    """A constant placement as a homogeneous matrix (4, 4)."""
+    T = sp.eye(4)
+    for motion in placement:
+        T = T * (_turn(motion) if isinstance(motion, Rotation) else _shift(motion.vector))
+    return T
+
+
+def _turn(rotation: Rotation) -> sp.Matrix:
+    c, s = sp.cos(rotation.angle), sp.sin(rotation.angle)
+    j, k = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}[rotation.axis]
+    T = sp.eye(4)
+    T[j, j], T[j, k], T[k, j], T[k, k] = c, -s, s, c
+    return T
+
+
+def _shift(vector: tuple[sp.Expr, sp.Expr, sp.Expr]) -> sp.Matrix:
+    T = sp.eye(4)
+    T[:3, 3] = sp.Matrix(vector)
+    return T

@@ -1,0 +1,252 @@
+"""Robots with loops in robot files: a tree of joints, and what closes its loops."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import ClassVar, Literal, get_args
+
+import sympy as sp
+
+from ..model.errors import RobotError
+from ..model.mechanism import Closure, ClosureKind, Drive, EndKind, Mechanism, Place, Strut
+from ..model.robot import Joint, JointKind, ParameterKind, Placement
+from ..terms.vectors import ONE, ZERO
+from .conventions import ORIGIN, Vector, urdf
+from .serial_file import JOINT_FIELDS, KINDS, ROBOT_FIELDS, RobotFile
+from .toml_file import DescriptionError, Keys, dotted, hint, listed
+
+MECHANISM_FIELDS = ("closures", "rods", "cylinders", "drives", "actuated", "reference")
+PLACE_FIELDS = ("body", "xyz", "rpy")
+ROD_FIELDS = ("name", "length", "a", "b", "ends", "swing")
+CYLINDER_FIELDS = ("name", "retracted", "limits", "a", "b", "ends", "swing")
+PLATFORM_FIELDS = ("name", "type", "parent", "coordinates", "limits", "link", "xyz", "rpy")
+MOST_CLOSERS = 256
+_X, _Y, _Z = (ONE, ZERO, ZERO), (ZERO, ONE, ZERO), (ZERO, ZERO, ONE)
+PLATFORMS: Mapping[str, tuple[tuple[str, JointKind, Vector], ...]] = {
+    "planar": (("x", "prismatic", _X), ("y", "prismatic", _Y), ("phi", "revolute", _Z)),
+    "free": (
+        ("x", "prismatic", _X),
+        ("y", "prismatic", _Y),
+        ("z", "prismatic", _Z),
+        ("yaw", "revolute", _Z),
+        ("pitch", "revolute", _Y),
+        ("roll", "revolute", _X),
+    ),
+}
+"""Joints that hold nothing, as joints that follow each other: what platforms stand on."""
+
+
+def has_loops(table: Mapping[str, object]) -> bool:
+    """Whether a file's table says a robot with loops and not a serial one."""
+    joints = table.get("joints")
+    listed_joints = joints if isinstance(joints, list) else []
+    stand = any(isinstance(joint, Mapping) and "parent" in joint for joint in listed_joints)
+    return stand or any(field in table for field in MECHANISM_FIELDS)
+
+
+class MechanismFile(RobotFile):
+    """A file that says a robot with loops."""
+
+    joint_fields: ClassVar = (*JOINT_FIELDS, "parent")
+
+    def mechanism(self) -> Mechanism:
+        """The robot.
+
+        Raises:
+            DescriptionError: The file is wrong.
+        """
+        self.check_fields((), self.table, (*ROBOT_FIELDS, *MECHANISM_FIELDS))
+        name = self.name(("name",))
+        self.declare_units()
+        self.declare_parameters()
+        base, base_frame = self._frame("base", "0")
+        joints = self._tree(base_frame)
+        bodies = (base_frame, *(joint.link for joint in joints))
+        closures = tuple(self._closure(keys, bodies) for keys in self._each("closures"))
+        rods = tuple(self._rod(keys, bodies) for keys in self._each("rods"))
+        cylinders = tuple(self._cylinder(keys, bodies) for keys in self._each("cylinders"))
+        struts = (*rods, *cylinders)
+        kinds = _moving(joints, struts)
+        drives = tuple(self._drive(keys, kinds) for keys in self._each("drives"))
+        tool_body, tool, tool_frame = self._tool(bodies)
+        try:
+            return Mechanism(
+                name=name,
+                joints=joints,
+                actuated=self._actuated(kinds, drives),
+                closures=closures,
+                struts=struts,
+                drives=drives,
+                tool_body=tool_body,
+                title=self.string(("title",), name),
+                source=self.string(("source",), ""),
+                base=base,
+                tool=tool,
+                base_frame=base_frame,
+                tool_frame=tool_frame,
+                reference=self._reference(kinds, struts, drives),
+                parameters=tuple(self.parameter(name) for name in self.symbols),
+            )
+        except DescriptionError:
+            raise
+        except RobotError as error:
+            self.fail(("joints",), f"a robot ({error})", shown=None)
+
+    # --- the tree ---
+
+    def _tree(self, base_frame: str) -> tuple[Joint, ...]:
+        self._taken["link", base_frame] = ("base",)
+        bodies = [base_frame]
+        joints: list[Joint] = []
+        for k in range(self._joint_count()):
+            keys: Keys = ("joints", k)
+            parent = self._body((*keys, "parent"), bodies, bodies[-1])
+            kind = self.option((*keys, "type"), (*KINDS, *PLATFORMS), "revolute")
+            if kind in PLATFORMS:
+                joints += self._platform(keys, kind, parent)
+            else:
+                joints.append(replace(self._joint(k), parent=parent))
+            bodies = [base_frame, *(joint.link for joint in joints)]
+        return tuple(joints)
+
+    def _platform(self, keys: Keys, kind: str, parent: str) -> Iterator[Joint]:
+        """A joint that holds nothing as a chain of joints of one freedom each."""
+        self.check_fields(keys, self.table_at(keys), PLATFORM_FIELDS)
+        freedoms = PLATFORMS[kind]
+        name = self.name((*keys, "name"), kind)
+        end = self._new((*keys, "link"), f"link{int(keys[-1]) + 1}", "link")
+        self._check_list((*keys, "coordinates"), len(freedoms), "names")
+        self._check_list((*keys, "limits"), len(freedoms), "pairs")
+        before = self._pose(keys)
+        for k, (default, joint_kind, axis) in enumerate(freedoms):
+            to_axis, after = urdf(joint_kind, xyz=ORIGIN, rpy=ORIGIN, axis=axis)
+            coordinate = self._new((*keys, "coordinates", k), default)
+            is_last = k + 1 == len(freedoms)
+            joint = Joint(
+                name=coordinate,
+                kind=joint_kind,
+                before=before + to_axis,
+                after=after,
+                link=end if is_last else f"{name}_{coordinate}",
+                parent=parent,
+                limits=self._limits((*keys, "limits", k), joint_kind),
+                convention="urdf",
+            )
+            yield joint
+            before, parent = (), joint.link
+
+    def _check_list(self, keys: Keys, count: int, what: str) -> None:
+        value = self.at(keys)
+        if value is not None and (not isinstance(value, list) or len(value) != count):
+            self.fail(keys, f"a list of {count} {what}")
+
+    # --- what closes the loops ---
+
+    def _each(self, field: str) -> Iterator[Keys]:
+        value = self.table.get(field, [])
+        if not isinstance(value, list) or len(value) > MOST_CLOSERS:
+            self.fail((field,), f"a list of at most {MOST_CLOSERS} {field}")
+        return ((field, k) for k in range(len(value)))
+
+    def _closure(self, keys: Keys, bodies: Sequence[str]) -> Closure:
+        self.check_fields(keys, self.table_at(keys), ("name", "kind", "a", "b"))
+        kind: ClosureKind = self.option((*keys, "kind"), get_args(ClosureKind), "")
+        return Closure(self._new((*keys, "name")), kind, *self._places(keys, bodies))
+
+    def _rod(self, keys: Keys, bodies: Sequence[str]) -> Strut:
+        self.check_fields(keys, self.table_at(keys), ROD_FIELDS)
+        length = self.number((*keys, "length"), "length")
+        if not self.at_defaults(length) > 0:
+            self.fail((*keys, "length"), "a length above 0")
+        return self._strut(keys, bodies, length)
+
+    def _cylinder(self, keys: Keys, bodies: Sequence[str]) -> Strut:
+        self.check_fields(keys, self.table_at(keys), CYLINDER_FIELDS)
+        length = self.number((*keys, "retracted"), "length")
+        limits = self._limits((*keys, "limits"), "prismatic")
+        if limits[0] is not None and not self.at_defaults(length) + limits[0] > 0:
+            self.fail((*keys, "limits", 0), "a cylinder longer than 0 there")
+        return replace(self._strut(keys, bodies, length, is_cylinder=True), limits=limits)
+
+    def _strut(
+        self, keys: Keys, bodies: Sequence[str], length: sp.Expr, is_cylinder: bool = False
+    ) -> Strut:
+        name = self._new((*keys, "name"))
+        ends: EndKind = self.option((*keys, "ends"), get_args(EndKind), "pin")
+        if ends == "ball" and self.at((*keys, "swing")) is not None:
+            self.fail((*keys, "swing"), "nothing: between balls it swings by no single angle")
+        swing = self._new((*keys, "swing"), f"{name}_swing") if ends == "pin" else ""
+        a, b = self._places(keys, bodies)
+        return Strut(name, a, b, length, is_cylinder, ends, swing)
+
+    def _places(self, keys: Keys, bodies: Sequence[str]) -> tuple[Place, Place]:
+        a, b = self._place((*keys, "a"), bodies), self._place((*keys, "b"), bodies)
+        if a.body == b.body:
+            self.fail((*keys, "b", "body"), f"another body than {dotted((*keys, 'a'))} has")
+        return a, b
+
+    def _place(self, keys: Keys, bodies: Sequence[str]) -> Place:
+        self.check_fields(keys, self.table_at(keys), PLACE_FIELDS)
+        return Place(self._body((*keys, "body"), bodies, ""), self._pose(keys))
+
+    def _body(self, keys: Keys, bodies: Sequence[str], default: str) -> str:
+        return self.option(keys, bodies, default)
+
+    # --- what moves ---
+
+    def _drive(self, keys: Keys, kinds: Mapping[str, JointKind]) -> Drive:
+        table = self.table_at(keys)
+        self.check_fields(keys, table, ("name", "joint", "radius", "ratio"))
+        joint = self.option((*keys, "joint"), kinds, "")
+        field: Literal["radius", "ratio"]
+        field, other = ("radius", "ratio") if kinds[joint] == "prismatic" else ("ratio", "radius")
+        if other in table:
+            slides = "slides" if field == "radius" else "turns"
+            self.fail((*keys, other), f"nothing: {joint} {slides}, its drive has a {field}")
+        if field not in table:
+            self.fail((*keys, field), f"the advance of {joint} per radian of the motor")
+        ratio = self.number((*keys, field), "length" if field == "radius" else "ratio")
+        if self.at_defaults(ratio) == 0:
+            self.fail((*keys, field), "a number other than 0")
+        return Drive(self._new((*keys, "name")), joint, ratio)
+
+    def _actuated(self, kinds: Mapping[str, JointKind], drives: Sequence[Drive]) -> tuple[str, ...]:
+        value = self.at(("actuated",))
+        if not isinstance(value, list) or not value:
+            self.fail(("actuated",), "a list of names, the order of q")
+        moved = {name: name for name in kinds} | {drive.name: drive.joint for drive in drives}
+        first: dict[str, str] = {}
+        for k in range(len(value)):
+            name = self.option(("actuated", k), moved, "")
+            if moved[name] in first:
+                moves = f"something else than {first[moved[name]]} moves"
+                self.fail(("actuated", k), f"a name of what moves {moves}")
+            first[moved[name]] = name
+        return tuple(first.values())
+
+    def _tool(self, bodies: Sequence[str]) -> tuple[str, Placement, str]:
+        self.check_fields(("tool",), self.table_at(("tool",), {}), ("name", *PLACE_FIELDS))
+        body = self._body(("tool", "body"), bodies, bodies[-1])
+        return body, self._pose(("tool",)), self._frame_name("tool", "ee")
+
+    def _reference(
+        self, kinds: Mapping[str, JointKind], struts: Sequence[Strut], drives: Sequence[Drive]
+    ) -> tuple[tuple[str, sp.Expr], ...]:
+        angles: list[str] = [strut.swing for strut in struts if strut.ends == "pin"]
+        angles += [drive.name for drive in drives]
+        known: dict[str, ParameterKind] = dict.fromkeys(angles, "angle")
+        for name, kind in kinds.items():
+            known[name] = "length" if kind == "prismatic" else "angle"
+        found = []
+        for name in self.table_at(("reference",), {}):
+            keys: Keys = ("reference", name)
+            if name not in known:
+                expected = f"a coordinate, a joint or a swing ({listed(known)})"
+                self.fail(keys, f"{expected}{hint(name, known)}", shown=name)
+            found.append((name, self.at_defaults(self.number(keys, known[name]))))
+        return tuple(found)
+
+
+def _moving(joints: Sequence[Joint], struts: Sequence[Strut]) -> dict[str, JointKind]:
+    """What coordinates may move, and how: joints and cylinders."""
+    kinds: dict[str, JointKind] = {j.name: j.kind for j in joints if j.kind != "fixed"}
+    return kinds | {strut.name: "prismatic" for strut in struts if strut.is_cylinder}

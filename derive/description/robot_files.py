@@ -1,0 +1,87 @@
+"""Robot files: TOML in, a robot out, or an error with its line.
+
+A robot file says what a data sheet says::
+
+    name = "ur5e"
+    title = "Universal Robots UR5e"
+    source = "data sheet"
+    convention = "dh"
+    units = { length = "m", angle = "rad" }
+
+    [parameters]
+    d1 = "0.1625"
+
+    [[joints]]
+    name = "shoulder_pan"
+    d = "d1"
+    alpha = "pi/2"
+    limits = ["-2*pi", "2*pi"]
+
+Every number is exact: an integer, a decimal, or a text that :mod:`chasles.derive.model.exact`
+reads.
+
+A robot with loops says its joints as a tree, by ``parent``, and what closes the loops:
+``[[closures]]``, ``[[rods]]`` and ``[[cylinders]]``; ``actuated`` names its coordinates. A file may
+extend another with other values of its parameters.
+"""
+
+from pathlib import Path
+
+from ..model.mechanism import Mechanism
+from ..model.robot import Robot
+from .mechanism_file import MechanismFile, has_loops
+from .serial_file import RobotFile
+from .toml_file import DescriptionError, TomlFile, read_text
+
+__all__ = ["DescriptionError", "load", "loads"]
+
+
+def load(path: str | Path) -> Robot | Mechanism:
+    """Reads a robot file.
+
+    Args:
+        path: A TOML file.
+
+    Returns:
+        The robot, in metres and radians: a Mechanism where the file says how loops close, which
+        joints are actuated, or what body a joint stands on.
+
+    Raises:
+        DescriptionError: The file, or the one that it extends, cannot be read or is wrong.
+    """
+    return loads(read_text(path), str(path))
+
+
+def loads(text: str, file: str = "<text>") -> Robot | Mechanism:
+    """Reads a robot from the text of a robot file.
+
+    Args:
+        text: TOML.
+        file: What errors call it; a file that it extends is looked for beside it.
+
+    Returns:
+        The robot, see :func:`load`.
+
+    Raises:
+        DescriptionError: The text is wrong, or a file that it extends.
+    """
+    written = TomlFile(file, text)
+    heir = written if "extends" in written.table else None
+    source = written if heir is None else _extended(heir)
+    if has_loops(source.table):
+        return MechanismFile(source.file, source.text, heir).mechanism()
+    return RobotFile(source.file, source.text, heir).robot()
+
+
+def _extended(heir: TomlFile) -> TomlFile:
+    """The file that another one extends."""
+    keys = ("extends",)
+    path = Path(heir.file).parent / heir.string(keys, "")
+    try:
+        text = read_text(path)
+    except DescriptionError as error:
+        heir.fail(keys, f"a robot file beside this one ({error})")
+    extended = TomlFile(str(path), text)
+    if "extends" in extended.table:
+        heir.fail(keys, "a file that extends no other")
+    return extended

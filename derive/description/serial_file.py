@@ -1,0 +1,216 @@
+"""Serial robots in robot files: joints in order from the base to the tool."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import ClassVar
+
+import sympy as sp
+
+from ..model.errors import RobotError
+from ..model.robot import Joint, JointKind, Mimic, Placement, Robot
+from .conventions import CONVENTIONS, FieldKind, urdf
+from .toml_file import FRAME, DescriptionError, Keys, TomlFile, Vector, dotted, listed
+
+MOST_JOINTS = 256
+ROBOT_FIELDS = (
+    "name",
+    "title",
+    "source",
+    "convention",
+    "units",
+    "parameters",
+    "base",
+    "tool",
+    "joints",
+)
+JOINT_FIELDS = ("name", "type", "convention", "limits", "link", "pitch", "direction")
+KINDS: tuple[JointKind, ...] = ("revolute", "prismatic", "helical", "fixed")
+
+
+class RobotFile(TomlFile):
+    """A file that says a serial robot."""
+
+    joint_fields: ClassVar = (*JOINT_FIELDS, "mimic")
+
+    def __init__(self, file: str, text: str, heir: TomlFile | None = None) -> None:
+        """Reads the text, see :class:`TomlFile`."""
+        super().__init__(file, text, heir)
+        self._taken: dict[tuple[str, str], Keys] = {}
+
+    def robot(self) -> Robot:
+        """The robot.
+
+        Raises:
+            DescriptionError: The file is wrong.
+        """
+        self.check_fields((), self.table, ROBOT_FIELDS)
+        name = self.name(("name",))
+        self.declare_units()
+        self.declare_parameters()
+        base, base_frame = self._frame("base", "0")
+        tool, tool_frame = self._frame("tool", "ee")
+        joints = self._joints()
+        try:
+            return Robot(
+                name=name,
+                joints=joints,
+                title=self.string(("title",), name),
+                source=self.string(("source",), ""),
+                base=base,
+                tool=tool,
+                base_frame=base_frame,
+                tool_frame=tool_frame,
+                parameters=tuple(self.parameter(name) for name in self.symbols),
+            )
+        except DescriptionError:
+            raise
+        except RobotError as error:
+            self.fail(("joints",), f"a robot ({error})", shown=None)
+
+    def _frame(self, which: str, default: str) -> tuple[Placement, str]:
+        table = self.table_at((which,), {})
+        self.check_fields((which,), table, ("name", "xyz", "rpy"))
+        return self._pose((which,)), self._frame_name(which, default)
+
+    def _frame_name(self, which: str, default: str) -> str:
+        name = self.string((which, "name"), default)
+        if not FRAME.fullmatch(name):
+            self.fail((which, "name"), "letters, digits and _")
+        return name
+
+    def _pose(self, keys: Keys) -> Placement:
+        xyz = self.vector((*keys, "xyz"), "length")
+        rpy = self.vector((*keys, "rpy"), "angle")
+        return urdf("fixed", xyz=xyz, rpy=rpy, axis=xyz)[0]
+
+    def _joint_count(self) -> int:
+        joints = self.table.get("joints")
+        if not isinstance(joints, list) or not 1 <= len(joints) <= MOST_JOINTS:
+            self.fail(("joints",), f"a list of 1 to {MOST_JOINTS} joints")
+        return len(joints)
+
+    def _joints(self) -> tuple[Joint, ...]:
+        read = [self._joint(k) for k in range(self._joint_count())]
+        leaders = {j.name: j.kind for j in read if j.kind != "fixed" and j.mimic is None}
+        if not leaders:
+            self.fail(("joints",), "a joint that moves by itself", None)
+        return tuple(self._led(k, joint, leaders) for k, joint in enumerate(read))
+
+    def _joint(self, k: int) -> Joint:
+        keys: Keys = ("joints", k)
+        table = self.table_at(keys)
+        kind = self.option((*keys, "type"), KINDS, "revolute")
+        convention = self._convention(keys, table)
+        fields = CONVENTIONS[convention].fields
+        self.check_fields(keys, table, (*self.joint_fields, *fields))
+        given = {field: self._value((*keys, field), what) for field, what in fields.items()}
+        if "axis" in fields and "axis" not in table:
+            if kind != "fixed":
+                self.fail((*keys, "axis"), "the direction that the joint moves about or along")
+            given["axis"] = (sp.Integer(0), sp.Integer(0), sp.Integer(1))
+        try:
+            before, after = CONVENTIONS[convention].place(kind, **given)
+        except DescriptionError:
+            raise
+        except RobotError as error:
+            self.fail((*keys, "axis"), f"a direction: {error}")
+        return Joint(
+            name=self._new((*keys, "name"), f"joint{k + 1}"),
+            kind=kind,
+            before=before,
+            after=after,
+            link=self._new((*keys, "link"), f"link{k + 1}", "link"),
+            limits=self._limits((*keys, "limits"), kind),
+            pitch=self._pitch(keys, kind),
+            direction=int(self.option((*keys, "direction"), ("1", "-1"), "1")),
+            mimic=self._mimic(keys, kind),
+            convention=convention,
+            given=_listed(given),
+        )
+
+    def _new(self, keys: Keys, default: str | None = None, what: str = "name") -> str:
+        """A name that nothing else in the file has."""
+        name = self.name(keys, default)
+        first = self._taken.setdefault((what, name), keys)
+        if first != keys:
+            self.fail(keys, f"another {what} than {dotted(first[:2])} has", name)
+        return name
+
+    def _convention(self, keys: Keys, table: Mapping[str, object]) -> str:
+        if "convention" in table:
+            return self.option((*keys, "convention"), tuple(CONVENTIONS), "")
+        return self.option(("convention",), tuple(CONVENTIONS), "")
+
+    def _limits(self, keys: Keys, kind: JointKind) -> tuple[sp.Expr | None, sp.Expr | None]:
+        value = self.at(keys)
+        if value is None:
+            return None, None
+        if not isinstance(value, list) or len(value) != 2:  # noqa: PLR2004
+            self.fail(keys, "two numbers, [lowest, highest]")
+        if kind == "fixed":
+            self.fail(keys, "nothing for a fixed joint")
+        scale = self._coordinate_scale(kind)
+        if kind != "prismatic":
+            self.check_degrees(keys, value, "angle")
+        lower, upper = (self.literal((*keys, side)) * scale for side in (0, 1))
+        if not float(lower) < float(upper):
+            self.fail(keys, "a lowest below the highest")
+        return lower, upper
+
+    def _pitch(self, keys: Keys, kind: JointKind) -> sp.Expr:
+        keys = (*keys, "pitch")
+        if kind == "helical" and self.at(keys) is None:
+            self.fail(keys, "the advance per radian of a helical joint")
+        if kind != "helical" and self.at(keys) is not None:
+            self.fail(keys, f"nothing, a {kind} joint has no pitch")
+        return self.number(keys, "length") if kind == "helical" else sp.Integer(0)
+
+    def _mimic(self, keys: Keys, kind: JointKind) -> Mimic | None:
+        keys = (*keys, "mimic")
+        if self.at(keys) is None:
+            return None
+        if kind == "fixed":
+            self.fail(keys, "nothing for a fixed joint")
+        table = self.table_at(keys)
+        self.check_fields(keys, table, ("joint", "multiplier", "offset"))
+        return Mimic(
+            leader=self.name((*keys, "joint")),
+            multiplier=self.literal((*keys, "multiplier"), 1),
+            offset=self.literal((*keys, "offset"), 0) * self._coordinate_scale(kind),
+        )
+
+    def _led(self, k: int, joint: Joint, leaders: Mapping[str, JointKind]) -> Joint:
+        """A follower with its multiplier converted from units of the file to metre and radian."""
+        if joint.mimic is None:
+            return joint
+        leader = joint.mimic.leader
+        if leader not in leaders:
+            keys = ("joints", k, "mimic", "joint")
+            self.fail(keys, f"a joint that moves by itself ({listed(leaders)})")
+        ratio = self._coordinate_scale(joint.kind) / self._coordinate_scale(leaders[leader])
+        return replace(joint, mimic=replace(joint.mimic, multiplier=joint.mimic.multiplier * ratio))
+
+    def _coordinate_scale(self, kind: JointKind) -> sp.Expr:
+        return self.scale["length" if kind == "prismatic" else "angle"]
+
+    def _value(self, keys: Keys, kind: FieldKind) -> sp.Expr | Vector:
+        match kind:
+            case "length" | "angle":
+                return self.number(keys, kind)
+            case "lengths":
+                return self.vector(keys, "length")
+            case "angles":
+                return self.vector(keys, "angle")
+            case "direction":
+                return self.vector(keys, "ratio")
+
+
+def _listed(given: Mapping[str, sp.Expr | Vector]) -> tuple[tuple[str, sp.Expr], ...]:
+    """The fields as scalars, vectors by component: what a printed table shows."""
+    listed: list[tuple[str, sp.Expr]] = []
+    for field, value in given.items():
+        if isinstance(value, tuple):
+            listed += [(f"{field}_{c}", v) for c, v in zip("xyz", value, strict=True)]
+        else:
+            listed.append((field, value))
+    return tuple(listed)

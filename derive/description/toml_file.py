@@ -1,0 +1,486 @@
+"""TOML with exact numbers, units and parameters; whatever is wrong is named with file and line.
+
+:class:`TomlFile` knows values and their places, and nothing of robots.
+"""
+
+import bisect
+import difflib
+import keyword
+import re
+import tomllib
+from collections.abc import Callable, Iterable, Mapping
+from decimal import Decimal
+from pathlib import Path
+from typing import NoReturn, TypeVar
+
+import sympy as sp
+
+from ..model.errors import RobotError
+from ..model.exact import RESERVED, NotExact, checked, read
+from ..model.robot import Parameter, ParameterKind
+
+Keys = tuple[str | int, ...]
+"""The way to a value in the file's table: names of tables and fields, places in lists."""
+Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
+Word = TypeVar("Word", bound=str)
+LONGEST_FILE = 1_000_000
+OWN_FIELDS = ("name", "title", "source")
+"""What a file that extends another says in its place, but for parameters."""
+HEIR_FIELDS = ("extends", *OWN_FIELDS, "parameters")
+LENGTHS = {
+    "m": sp.Integer(1),
+    "cm": sp.Rational(1, 100),
+    "mm": sp.Rational(1, 1000),
+    "inch": sp.Rational(254, 10000),
+}
+ANGLES = {"rad": sp.Integer(1), "deg": sp.pi / 180}
+RATIOS = {"1": sp.Integer(1)}
+KIND_WORDS: dict[ParameterKind, str] = {
+    "length": "a length",
+    "angle": "an angle",
+    "ratio": "a number",
+}
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]{0,62}")
+NAMED = "a letter, then letters, digits and _, 63 at most, and no Python keyword"
+FRAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_]{0,62}")
+COORDINATE = re.compile(r"qd{0,2}[0-9]*")
+MOST_CHARACTERS_SHOWN = 80
+_BRACKETS = {"[": "]", "{": "}"}
+_TOKEN = re.compile(
+    r"""
+    \#[^\n]*                                  # a comment
+    | \"{3}(?:\\.|[^\\])*?(?:\"{3,5}|\Z)       # strings of several lines, perhaps unfinished
+    | '{3}.*?(?:'{3,5}|\Z)
+    | "(?:\\.|[^"\\\n])*" | '[^'\n]*'        # strings of one line
+    | [][{}]
+    """,
+    re.DOTALL | re.VERBOSE,
+)
+
+
+class DescriptionError(RobotError):
+    """A robot file that is wrong: the file, the line, the field, the value, what was expected.
+
+    Attributes:
+        file: The file as it was named.
+        line: Line number from 1, None where the file has no such line.
+        field: Dotted path of the field, empty for the file as a whole.
+        value: The value found, None where there is none.
+        expected: What would have been right.
+    """
+
+    def __init__(
+        self, file: str, line: int | None, field: str, value: object, expected: str
+    ) -> None:
+        self.file, self.line, self.field = file, line, field
+        self.value, self.expected = value, expected
+        place = file if line is None else f"{file}:{line}"
+        about = f"{field}: " if field else ""
+        found = "" if value is None else f", found {shown_value(value)}"
+        super().__init__(f"{place}: {about}expected {expected}{found}")
+
+
+def read_text(path: str | Path) -> str:
+    """The text of a description file.
+
+    Raises:
+        DescriptionError: It cannot be read, is too long, or is not UTF-8.
+    """
+    file = str(path)
+    try:
+        with Path(path).open("rb") as stream:
+            content = stream.read(LONGEST_FILE + 1)
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or error
+        raise DescriptionError(file, None, "", None, f"a readable file ({reason})") from error
+    if len(content) > LONGEST_FILE:
+        raise DescriptionError(file, None, "", None, f"at most {LONGEST_FILE} bytes")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        raise DescriptionError(file, line, "", None, "UTF-8 text") from error
+
+
+class TomlFile:
+    """One file: its table, its units, its parameters and the place of every complaint."""
+
+    def __init__(self, file: str, text: str, heir: "TomlFile | None" = None) -> None:
+        """Reads the text.
+
+        Args:
+            file: What errors call it.
+            text: TOML.
+            heir: A file that extends this one: its name, title and source and its values of this
+                file's parameters count. Complaints about what it says name it.
+
+        Raises:
+            DescriptionError: It is no TOML, or empty, or the heir says something else.
+        """
+        self.file, self.text = file, text
+        self.heir: TomlFile | None = None
+        self.table = self._parsed()
+        self.scale: dict[ParameterKind, sp.Expr] = {"ratio": sp.Integer(1)}
+        self.symbols: dict[str, sp.Symbol] = {}
+        self.kinds: dict[str, ParameterKind] = {}
+        if heir is not None:
+            self._leave_to(heir)
+
+    def _parsed(self) -> dict[str, object]:
+        try:
+            table = _table(self.text)
+        except tomllib.TOMLDecodeError as error:
+            place = re.search(r"at line (\d+)", str(error))
+            line = int(place.group(1)) if place else self.text.rstrip().count("\n") + 1
+            reason = str(error).split(" (at ")[0]
+            raise DescriptionError(self.file, line, "", None, f"valid TOML ({reason})") from error
+        except (ValueError, ArithmeticError, RecursionError) as error:
+            nested = isinstance(error, RecursionError)
+            expected = "fewer brackets in brackets" if nested else "a number of fewer digits"
+            line = _first_line(self.text, _is_unreadable)
+            raise DescriptionError(self.file, line, "", None, expected) from error
+        if not table:
+            raise DescriptionError(self.file, None, "", None, "a robot, the file says nothing")
+        return table
+
+    def _leave_to(self, heir: "TomlFile") -> None:
+        heir.check_fields((), heir.table, HEIR_FIELDS)
+        parameters = dict(self.table_at(("parameters",), {}))
+        for name in heir.table_at(("parameters",), {}):
+            keys: Keys = ("parameters", name)
+            if name not in parameters:
+                known = f"one of the parameters of {self.file}: {listed(parameters)}"
+                heir.fail(keys, f"{known}{hint(name, parameters)}", shown=name)
+            parameters[name] = _revalued(parameters[name], heir._new_value(keys))
+        inherited = {field: v for field, v in self.table.items() if field != "name"}
+        own = {field: heir.table[field] for field in OWN_FIELDS if field in heir.table}
+        self.table = inherited | own | ({"parameters": parameters} if parameters else {})
+        self.heir = heir
+
+    def _new_value(self, keys: Keys) -> object:
+        """What an heir says of a parameter: a value, or a table of nothing else."""
+        value = self.at(keys)
+        if not isinstance(value, Mapping):
+            return value
+        self.check_fields(keys, value, ("value",))
+        if "value" not in value:
+            self.fail((*keys, "value"), "the parameter's value here")
+        return value["value"]
+
+    def declare_units(self) -> None:
+        """Reads the file's units, on which all its numbers rest."""
+        units = self.table_at(("units",), {})
+        self.check_fields(("units",), units, ("length", "angle"))
+        self.scale["length"] = self.choice(("units", "length"), LENGTHS, "m")
+        self.scale["angle"] = self.choice(("units", "angle"), ANGLES, "rad")
+
+    def declare_parameters(self) -> None:
+        """Reads the parameters' names and units; their use may still tell their kinds."""
+        for name, value in self.table_at(("parameters",), {}).items():
+            keys: Keys = ("parameters", name)
+            if not is_name(name) or name in RESERVED or COORDINATE.fullmatch(name):
+                expected = f"a name ({NAMED}), no coordinate such as q1, none of {listed(RESERVED)}"
+                self.fail(keys, expected, shown=name)
+            self.symbols[name] = sp.Symbol(name, real=True)
+            if isinstance(value, Mapping):
+                self.check_fields(keys, value, ("value", "unit", "meaning"))
+                if "unit" in value:
+                    self.choice((*keys, "unit"), LENGTHS | ANGLES | RATIOS, "m")
+                    self.kinds[name] = _kind_of_unit(str(value["unit"]))
+
+    def parameter(self, name: str) -> Parameter:
+        """A declared parameter with its value in metres, radians or as a ratio."""
+        keys: Keys = ("parameters", name)
+        kind = self.kinds.get(name, "length")
+        given = self.at(keys)
+        if not isinstance(given, Mapping) or "unit" not in given:
+            self.check_degrees(keys, given, kind)
+        if not isinstance(given, Mapping):
+            return Parameter(name, self.literal(keys) * self.scale[kind], kind)
+        scale = (LENGTHS | ANGLES | RATIOS).get(str(given.get("unit")), self.scale[kind])
+        value = self.literal((*keys, "value")) * scale
+        return Parameter(name, value, kind, self.string((*keys, "meaning"), ""))
+
+    def vector(self, keys: Keys, kind: ParameterKind) -> Vector:
+        """A list of three numbers, zeros where there is none."""
+        value = self.at(keys)
+        if value is not None and (not isinstance(value, list) or len(value) != 3):  # noqa: PLR2004
+            self.fail(keys, "a list of three numbers")
+        x, y, z = (self.number((*keys, k), kind) for k in range(3))
+        return x, y, z
+
+    def number(self, keys: Keys, kind: ParameterKind) -> sp.Expr:
+        """A field's expression in metres or radians, its parameters converted alike.
+
+        Zero where the field is missing.
+        """
+        value = self.at(keys)
+        if value is None:
+            return sp.Integer(0)
+        self.check_degrees(keys, value, kind)
+        try:
+            expression = read(value, self.symbols, self.scale["angle"])
+        except NotExact as error:
+            self.fail(keys, f"{KIND_WORDS[kind]} ({error})")
+        in_file_units = {}
+        for symbol in sorted(expression.free_symbols, key=str):
+            known = self.kinds.setdefault(symbol.name, _use(symbol, expression, kind))
+            in_file_units[symbol] = symbol / self.scale[known]
+            if known not in (kind, "ratio") and isinstance(expression, sp.Symbol):
+                self.fail(
+                    keys,
+                    f"{KIND_WORDS[kind]}; by its unit or first use {symbol} is {KIND_WORDS[known]}",
+                )
+        expression = self.scale[kind] * expression.xreplace(in_file_units)
+        if not self._scales(expression, kind):
+            self.fail(
+                keys,
+                f"{KIND_WORDS[kind]}, which this is not if the parameters are lengths; "
+                'declare ratios as { value = ..., unit = "1" } in [parameters]',
+            )
+        try:
+            checked(self.at_defaults(expression))
+        except NotExact as error:
+            self.fail(keys, f"{KIND_WORDS[kind]} ({error} at the parameters' values)")
+        return sp.expand_mul(expression)
+
+    def at_defaults(self, expression: sp.Expr) -> sp.Expr:
+        """An expression with the parameters' values put in."""
+        symbols = sorted(expression.free_symbols, key=str)
+        return expression.xreplace({s: self.parameter(s.name).value for s in symbols})
+
+    def check_degrees(self, keys: Keys, value: object, kind: ParameterKind) -> None:
+        """A pi among degrees is a slip: it would be 3.14 degrees."""
+        texts = [part for part in _parts(value) if isinstance(part, str)]
+        in_degrees = kind == "angle" and self.scale["angle"] != 1
+        if in_degrees and any(re.search(r"\bpi\b", text) for text in texts):
+            self.fail(keys, 'an angle in degrees, as units say, and pi belongs to units of "rad"')
+
+    def _scales(self, expression: sp.Expr, kind: ParameterKind) -> bool:
+        """Whether lengths enter a length at most linearly, and an angle by their ratios alone."""
+        lengths = [s for s in expression.free_symbols if self.kinds[s.name] == "length"]
+        if not lengths:
+            return True
+        point = {
+            s: sp.Rational(7919 + 1009 * k**2, 10007)
+            for k, s in enumerate(sorted(expression.free_symbols, key=str))
+        }
+        one, two, three = (
+            expression.xreplace(
+                {s: v * (t if s in lengths else 1) for s, v in point.items()}
+            ).evalf()
+            for t in (1, 2, 3)
+        )
+        change = two - one
+        bend = three - 2 * two + one
+        excess = bend if kind == "length" else change
+        return bool(excess.is_finite) and (abs(excess) < sp.Float("1e-10")) is sp.true
+
+    def literal(self, keys: Keys, default: int | None = None) -> sp.Expr:
+        """A number without parameters, in the file's own units."""
+        value = self.at(keys)
+        if value is None and default is not None:
+            return sp.Integer(default)
+        try:
+            return read(value)
+        except NotExact as error:
+            self.fail(keys, f"a number without parameters ({error})")
+
+    def name(self, keys: Keys, default: str | None = None) -> str:
+        """A C name."""
+        value = self.at(keys)
+        if value is None and default is not None:
+            return default
+        if not isinstance(value, str) or not is_name(value):
+            self.fail(keys, f"a name: {NAMED}")
+        return value
+
+    def string(self, keys: Keys, default: str) -> str:
+        """One line of text."""
+        value = self.at(keys)
+        if value is None:
+            return default
+        if not isinstance(value, str) or not value.isprintable():
+            self.fail(keys, "one line of text")
+        return value
+
+    def option(self, keys: Keys, options: Iterable[Word], default: str) -> Word:
+        """One of some words."""
+        value = self.at(keys)
+        chosen = (
+            value if isinstance(value, str) else default if value is None else shown_value(value)
+        )
+        if isinstance(value, bool | list | dict):
+            chosen = ""
+        found = next((option for option in options if option == chosen), None)
+        if found is None:
+            self.fail(keys, f"one of {listed(options)}{hint(chosen, options)}")
+        return found
+
+    def choice(self, keys: Keys, options: Mapping[str, sp.Expr], default: str) -> sp.Expr:
+        """What one of some words stands for."""
+        return options[self.option(keys, options, default)]
+
+    def table_at(self, keys: Keys, default: dict[str, object] | None = None) -> dict[str, object]:
+        """A table."""
+        value = self.at(keys)
+        if value is None and default is not None:
+            return default
+        if not isinstance(value, dict):
+            self.fail(keys, "a table")
+        return value
+
+    def check_fields(self, keys: Keys, table: Mapping[str, object], known: Iterable[str]) -> None:
+        """Raises DescriptionError where a table has a field that is none of the known."""
+        for field in table:
+            if field not in known:
+                expected = f"one of the fields {listed(known)}{hint(field, known)}"
+                self.fail((*keys, field), expected, shown=field)
+
+    def at(self, keys: Keys) -> object:
+        """A value of the file's table, None where there is none."""
+        return _follow(self.table, keys)
+
+    def fail(self, keys: Keys, expected: str, shown: object = ...) -> NoReturn:
+        """Raises DescriptionError about a value, or about the table that lacks it.
+
+        Args:
+            keys: The way to the value.
+            expected: What would have been right.
+            shown: What was found, if not the value.
+        """
+        value = self.at(keys) if shown is ... else shown
+        if value is None and shown is ...:
+            expected += "; it is missing"
+        writer = self._writer(keys)
+        raise DescriptionError(
+            writer.file, writer._line(keys), dotted(keys), value, expected
+        ) from None
+
+    def _writer(self, keys: Keys) -> "TomlFile":
+        """The file that says a value: this one or its heir."""
+        if self.heir is None or keys[2:] not in ((), ("value",)):
+            return self
+        return self.heir if keys == ("name",) or self.heir.at(keys[:2]) is not None else self
+
+    def _line(self, keys: Keys) -> int | None:
+        """The line on which a value stands, or else the table that should hold it."""
+        while keys and self.at(keys) is None:
+            keys = keys[:-1]
+        if not keys:
+            return None
+        return _first_line(self.text, lambda text: _follow(_table(text), keys) is not None)
+
+
+def _table(text: str) -> dict[str, object]:
+    return tomllib.loads(text, parse_float=Decimal)
+
+
+def _first_line(text: str, holds: Callable[[str], bool]) -> int:
+    """The first line at which the text up to there, its brackets closed, has a property.
+
+    The parser keeps no positions, so beginnings of the text are parsed.
+    """
+    lines = text.split("\n")
+
+    def reached(number: int) -> bool:
+        try:
+            return holds(_closed("\n".join(lines[:number])))
+        except tomllib.TOMLDecodeError:
+            return False
+
+    return bisect.bisect_left(range(1, len(lines)), True, key=reached) + 1
+
+
+def _closed(text: str) -> str:
+    """The beginning of a file with the strings and brackets closed that it leaves open."""
+    open_brackets: list[str] = []
+    string = ""
+    for match in _TOKEN.finditer(text):
+        token = match.group()
+        quotes = token[:3]
+        if token in _BRACKETS:
+            open_brackets.append(_BRACKETS[token])
+        elif token in ("]", "}"):
+            del open_brackets[-1:]
+        elif quotes in ('"""', "'''") and not (len(token) > 5 and token.endswith(quotes)):  # noqa: PLR2004
+            string = quotes
+    return f"{text}\n{string}{''.join(reversed(open_brackets))}"
+
+
+def _is_unreadable(text: str) -> bool:
+    try:
+        _table(text)
+    except tomllib.TOMLDecodeError:
+        raise
+    except (ValueError, ArithmeticError, RecursionError):
+        return True
+    return False
+
+
+def _follow(value: object, keys: Keys) -> object:
+    for key in keys:
+        if isinstance(value, Mapping):
+            value = value.get(key)
+        elif isinstance(value, list) and isinstance(key, int) and key < len(value):
+            value = value[key]
+        else:
+            return None
+    return value
+
+
+def dotted(keys: Keys) -> str:
+    """``joints[2].alpha``, lists counted from 1 as a reader counts."""
+    text = ""
+    for key in keys:
+        text += f"[{key + 1}]" if isinstance(key, int) else f".{key}" if text else key
+    return text
+
+
+def is_name(text: str) -> bool:
+    """Whether a text is a name as robot files have them."""
+    return bool(NAME.fullmatch(text)) and not keyword.iskeyword(text)
+
+
+def _revalued(parameter: object, value: object) -> object:
+    """A parameter of the file with another value; its unit and meaning stay."""
+    return {**parameter, "value": value} if isinstance(parameter, Mapping) else value
+
+
+def _parts(value: object) -> list[object]:
+    return list(value) if isinstance(value, list) else [value]
+
+
+def _use(symbol: sp.Symbol, expression: sp.Expr, kind: ParameterKind) -> ParameterKind:
+    """What a parameter must be, by its place in an expression of some kind."""
+    if any(symbol in part.free_symbols for part in expression.atoms(sp.atan, sp.atan2)):
+        return "length"
+    if any(symbol in part.free_symbols for part in expression.atoms(sp.sin, sp.cos, sp.tan)):
+        return "angle"
+    return kind
+
+
+def _kind_of_unit(unit: str) -> ParameterKind:
+    return "length" if unit in LENGTHS else "angle" if unit in ANGLES else "ratio"
+
+
+def hint(word: str, known: Iterable[str]) -> str:
+    """The known word that is meant perhaps, as the end of a sentence."""
+    close = difflib.get_close_matches(word, list(known), n=1)
+    return f" (did you mean {close[0]!r}?)" if close else ""
+
+
+def listed(words: Iterable[str]) -> str:
+    """Words with commas between."""
+    return ", ".join(sorted(words) if isinstance(words, frozenset) else words)
+
+
+def shown_value(value: object) -> str:
+    """A value as a reader of the file knows it."""
+    try:
+        text = repr(value) if isinstance(value, str | list | dict) else str(value)
+    except ValueError:  # Python writes no integer of thousands of digits.
+        return "a very large integer"
+    if isinstance(value, bool):
+        text = text.lower()
+    return text if len(text) <= MOST_CHARACTERS_SHOWN else f"{text[: MOST_CHARACTERS_SHOWN - 3]}..."

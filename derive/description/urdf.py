@@ -1,0 +1,257 @@
+"""URDF import: the chain between two links of a URDF becomes a robot in exact numbers.
+
+Decimals are taken as written; an angle within 1e-9 of a multiple of pi/12 is taken for it, and the
+robot's notes say so.
+"""
+
+import difflib
+import keyword
+import re
+from pathlib import Path
+from typing import NoReturn
+
+import sympy as sp
+from lxml import etree
+
+from ..model.errors import RobotError
+from ..model.exact import NotExact, read, snap_angle
+from ..model.robot import Joint, JointKind, Mimic, Robot
+from . import conventions
+from .toml_file import DescriptionError, read_text
+
+Vector = tuple[sp.Expr, sp.Expr, sp.Expr]
+ROOT = "robot"
+LONGEST_NAME = 60
+DECIMAL = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+KINDS: dict[str, JointKind] = {
+    "revolute": "revolute",
+    "continuous": "revolute",
+    "prismatic": "prismatic",
+    "fixed": "fixed",
+}
+
+
+def from_urdf(
+    path: str | Path, base: str | None = None, tip: str | None = None, name: str | None = None
+) -> Robot:
+    """The chain from one link of a URDF to another.
+
+    Args:
+        path: A URDF file.
+        base: The link whose frame is the base frame; by default the root.
+        tip: The link whose frame is the tool frame; by default the only link without children.
+        name: The robot's name; by default the URDF's.
+
+    Returns:
+        The robot: frames, joints and links as in the URDF (characters that C names cannot hold
+        become _), ``notes`` telling which angles were taken for multiples of pi.
+
+    Raises:
+        DescriptionError: The file is no URDF, or holds no such chain.
+    """
+    return _Urdf(str(path), read_text(path)).robot(base, tip, name)
+
+
+class _Urdf:
+    """One URDF: its joints by the link they carry, and what was said on the way."""
+
+    def __init__(self, file: str, text: str) -> None:
+        self.file = file
+        self.notes: list[str] = []
+        parser = etree.XMLParser(
+            encoding="utf-8", resolve_entities=False, no_network=True, huge_tree=False
+        )
+        try:
+            self.root = etree.fromstring(text.encode(), parser)
+        except etree.XMLSyntaxError as error:
+            reason = f"well-formed XML ({error.msg})"
+            raise DescriptionError(file, error.lineno, "", None, reason) from error
+        if self.root.getroottree().docinfo.doctype:
+            self._fail(self.root, "", None, "no document type, which could define entities")
+        if self.root.tag != ROOT:
+            self._fail(self.root, "", self.root.tag, "a <robot>")
+        self.links = [self._attribute(link, "name") for link in self.root.findall("link")]
+        for link in self.root.findall("link"):
+            if self.links.count(str(link.get("name"))) > 1:
+                self._fail(link, "name", link.get("name"), "a name that no other link has")
+        self.joint_to: dict[str, etree._Element] = {}
+        for joint in self.root.findall("joint"):
+            child = self._link_of(joint, "child")
+            if child in self.joint_to:
+                self._fail(joint, "child", child, "a link that no other joint carries")
+            self.joint_to[child] = joint
+
+    def robot(self, base: str | None, tip: str | None, name: str | None) -> Robot:
+        base = self._known(base) if base else self._only("base", self._roots())
+        tip = self._known(tip) if tip else self._only("tip", self._leaves())
+        elements = self._chain(base, tip)
+        try:
+            return Robot(
+                name=_identifier(name or self._attribute(self.root, "name")),
+                joints=tuple(self._joint(element) for element in elements),
+                title=self.root.get("name", ""),
+                source=f"URDF {Path(self.file).name}, {base} to {tip}",
+                base_frame=_identifier(base),
+                tool_frame=_identifier(tip),
+                notes=tuple(self.notes),
+            )
+        except DescriptionError:
+            raise
+        except RobotError as error:
+            self._fail(self.root, "", None, f"joints that make a robot ({error})")
+
+    # --- the tree ---
+
+    def _roots(self) -> list[str]:
+        return [link for link in self.links if link not in self.joint_to]
+
+    def _leaves(self) -> list[str]:
+        parents = {self._link_of(joint, "parent") for joint in self.joint_to.values()}
+        return [link for link in self.links if link not in parents]
+
+    def _only(self, which: str, links: list[str]) -> str:
+        if len(links) != 1:
+            found = ", ".join(links) or "none"
+            self._fail(self.root, which, None, f"a choice of the {which} link (there are: {found})")
+        return links[0]
+
+    def _known(self, link: str) -> str:
+        if link not in self.links:
+            close = difflib.get_close_matches(link, self.links, n=3) or self.links
+            self._fail(self.root, "link", link, f"a link of the file, such as {', '.join(close)}")
+        return link
+
+    def _chain(self, base: str, tip: str) -> list[etree._Element]:
+        elements: list[etree._Element] = []
+        link = tip
+        while link != base:
+            if link not in self.joint_to or len(elements) > len(self.joint_to):
+                self._fail(self.root, "tip", tip, f"a link below {base}")
+            elements.append(self.joint_to[link])
+            link = self._link_of(elements[-1], "parent")
+        if not elements:
+            self._fail(self.root, "tip", tip, "a link other than the base")
+        return elements[::-1]
+
+    # --- one joint ---
+
+    def _joint(self, element: etree._Element) -> Joint:
+        kind = element.get("type", "")
+        if kind not in KINDS:
+            self._fail(element, "type", kind, f"one of {', '.join(KINDS)}")
+        xyz = self._vector(element, "origin", "xyz", "0 0 0")
+        rpy = self._angles(element)
+        axis = self._vector(element, "axis", "xyz", "1 0 0")
+        try:
+            before, after = conventions.urdf(KINDS[kind], xyz=xyz, rpy=rpy, axis=axis)
+        except RobotError as error:
+            self._fail(element, "axis", " ".join(map(str, axis)), f"a direction ({error})")
+        given = zip(
+            ("x", "y", "z", "roll", "pitch", "yaw", "axis_x", "axis_y", "axis_z"),
+            (*xyz, *rpy, *axis),
+            strict=True,
+        )
+        return Joint(
+            name=_identifier(self._attribute(element, "name")),
+            kind=KINDS[kind],
+            before=before,
+            after=after,
+            link=_identifier(self._link_of(element, "child")),
+            limits=self._limits(element, kind),
+            mimic=None if kind == "fixed" else self._mimic(element),
+            convention="urdf",
+            given=tuple(given),
+        )
+
+    def _limits(self, element: etree._Element, kind: str) -> tuple[sp.Expr | None, sp.Expr | None]:
+        limit = element.find("limit")
+        if kind in ("fixed", "continuous") or limit is None:
+            return None, None
+        lower = self._number(limit, "lower", limit.get("lower", "0"))
+        upper = self._number(limit, "upper", limit.get("upper", "0"))
+        if lower == upper == 0:
+            return None, None
+        if not lower < upper:
+            self._fail(limit, "limit", f"{lower}, {upper}", "a lower limit below the upper")
+        return lower, upper
+
+    def _mimic(self, element: etree._Element) -> Mimic | None:
+        """What the joint follows, through other followers to a joint that moves by itself."""
+        multiplier, offset = sp.Integer(1), sp.Integer(0)
+        leader, seen = element, [element]
+        while (mimic := leader.find("mimic")) is not None:
+            offset += multiplier * self._number(mimic, "offset", mimic.get("offset", "0"))
+            multiplier *= self._number(mimic, "multiplier", mimic.get("multiplier", "1"))
+            name = self._attribute(mimic, "joint")
+            named = [j for j in self.root.findall("joint") if j.get("name") == name]
+            if not named or named[0] in seen:
+                self._fail(mimic, "mimic", name, "another joint of the file, in no circle")
+            leader = named[0]
+            seen.append(leader)
+        if len(seen) == 1:
+            return None
+        return Mimic(_identifier(self._attribute(leader, "name")), multiplier, offset)
+
+    # --- values ---
+
+    def _angles(self, element: etree._Element) -> Vector:
+        angles = []
+        for which, value in zip(
+            "rpy", self._vector(element, "origin", "rpy", "0 0 0"), strict=True
+        ):
+            exact = snap_angle(value)
+            if exact != value:
+                joint = element.get("name")
+                self.notes.append(f"joint {joint}: {which} = {float(value)!r} taken as {exact}")
+            angles.append(exact)
+        roll, pitch, yaw = angles
+        return roll, pitch, yaw
+
+    def _vector(self, element: etree._Element, tag: str, attribute: str, default: str) -> Vector:
+        child = element.find(tag)
+        text = default if child is None else child.get(attribute, default)
+        words = text.split()
+        if len(words) != 3:  # noqa: PLR2004
+            self._fail(element, f"{tag} {attribute}", text, "three numbers")
+        x, y, z = (self._number(element, f"{tag} {attribute}", word) for word in words)
+        return x, y, z
+
+    def _number(self, element: etree._Element, field: str, text: str) -> sp.Expr:
+        if not DECIMAL.fullmatch(text.strip()):
+            self._fail(element, field, text, "a decimal number")
+        try:
+            return read(text.strip())
+        except NotExact as error:
+            self._fail(element, field, text, f"a number ({error})")
+
+    def _link_of(self, joint: etree._Element, tag: str) -> str:
+        child = joint.find(tag)
+        if child is None or child.get("link") not in self.links:
+            found = None if child is None else child.get("link")
+            self._fail(joint, tag, found, f"<{tag} link=...> with a link of the file")
+        return str(child.get("link"))
+
+    def _attribute(self, element: etree._Element, name: str) -> str:
+        value = element.get(name)
+        if not value:
+            self._fail(element, name, value, f'{name}="..."')
+        return value
+
+    def _fail(self, element: etree._Element, field: str, value: object, expected: str) -> NoReturn:
+        about = f"{_tag(element)} {field}".strip()
+        parent = element.getparent()
+        if parent is not None and not element.get("name"):
+            about = _tag(parent) + about
+        raise DescriptionError(self.file, element.sourceline, about, value, expected) from None
+
+
+def _tag(element: etree._Element) -> str:
+    return f"<{' '.join(str(word) for word in (element.tag, element.get('name')) if word)}>"
+
+
+def _identifier(name: str) -> str:
+    """A name as C and Python can hold it, short enough for a file's name."""
+    identifier = re.sub(r"[^A-Za-z0-9_]", "_", name)[:LONGEST_NAME]
+    if keyword.iskeyword(identifier):
+        return f"{identifier}_"
+    return identifier if identifier[:1].isalpha() else f"x{identifier}"

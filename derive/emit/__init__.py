@@ -1,0 +1,1 @@
+"""What is written of a derivation: C, CasADi, Python and the manifest."""

@@ -1,0 +1,215 @@
+"""The C of a robot for many poses at once: the same statements, on lanes.
+
+``<robot>_lanes.h`` holds each function once, on vectors whose lanes are poses; ``<robot>_batch.c``
+compiles it for every instruction set and chooses by the processor, with a plain loop elsewhere;
+``chasles_lanes.h`` and ``chasles_batch.h`` are the part that is the same for every robot.
+"""
+
+from collections.abc import Sequence
+
+from ...model.mechanism import Described
+from ...program.statements import Body
+from ...program.strength import reduced
+from ...terms.symbolic_function import Signature, SymbolicFunction, WrittenFunction
+from .lanes import SUPPORT, Sizes, kernel, offsets, sizes
+from .scalar import notice, support
+
+RUN = "chasles_batch.h"
+MOST_INPUTS, MOST_OUTPUTS, MOST_ARGUMENTS = 256, 512, 8
+"""What the arrays of the support file hold; larger functions keep the plain loop."""
+_SETS = (
+    (2, "avx512", " && CHASLES_HAS_AVX512"),
+    (1, "avx2", " && CHASLES_HAS_AVX2"),
+    (0, "baseline", ""),
+)
+"""Number and name of each instruction set, best first, and what the processor must have for it."""
+
+
+def files(
+    robot: Described,
+    functions: Sequence[SymbolicFunction],
+    bodies: Sequence[Body],
+    written: Sequence[WrittenFunction] = (),
+) -> dict[str, str]:
+    """Header, source, lanes and support of a robot's batches, by file name."""
+    pairs = list(zip(functions, bodies, strict=True))
+    vector = [function for function in functions if has_lanes(function)]
+    return {
+        f"{robot.name}_batch.h": _header(robot, [*functions, *written]),
+        f"{robot.name}_batch.c": _source(robot, [*functions, *written], vector),
+        f"{robot.name}_lanes.h": _lanes(robot, [p for p in pairs if p[0] in vector]),
+        SUPPORT: support(SUPPORT),
+        RUN: support(RUN),
+    }
+
+
+def has_lanes(function: SymbolicFunction) -> bool:
+    """Whether a function is small enough to be written on lanes."""
+    of = sizes(function)
+    return (
+        sum(of.inputs) <= MOST_INPUTS
+        and sum(of.outputs) <= MOST_OUTPUTS
+        and max(len(function.inputs), len(function.outputs)) <= MOST_ARGUMENTS
+    )
+
+
+def _header(robot: Described, functions: Sequence[Signature]) -> str:
+    guard = f"CHASLES_{robot.name.upper()}_BATCH_H"
+    declarations = "\n".join(f"{_signature(robot, function)};" for function in functions)
+    return f"""\
+{notice(robot)}
+/* The functions of {robot.name}.h for n poses: row k of every array belongs to pose k, and rows
+ * follow each other without gaps. Outputs must not overlap inputs. Values may differ from those
+ * of {robot.name}.h in the last places. */
+#ifndef {guard}
+#define {guard}
+
+#include <stddef.h>
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+{declarations}
+
+#ifdef __cplusplus
+}}
+#endif
+
+#endif
+"""
+
+
+def _source(robot: Described, functions: Sequence[Signature], vector: Sequence[Signature]) -> str:
+    included = "\n\n".join(
+        f"#if CHASLES_SET_{name.upper()}\n#define CHASLES_ISA {number}\n"
+        f'#include "{SUPPORT}"\n#include "{RUN}"\n#include "{robot.name}_lanes.h"\n'
+        "#undef CHASLES_ISA\n#endif"
+        for number, name, _ in _SETS
+    )
+    runs = "".join(_run(isa, condition) for _, isa, condition in _SETS)
+    definitions = "\n".join(_definition(robot, f, f in vector) for f in functions)
+    return f"""\
+{notice(robot)}
+#include "{robot.name}_batch.h"
+
+#include <math.h>
+
+#include "{robot.name}.h"
+
+/* Which instruction sets are compiled: all of x86-64 that the compiler's flags leave open. Not with
+ * clang: where its flags have no AVX, it passes wide vectors to libmvec in the wrong place. */
+#if defined(__x86_64__) && defined(__GLIBC__) && defined(__has_builtin)
+#if __has_builtin(__builtin_shufflevector)
+#define CHASLES_LANES 1
+#if defined(__AVX512F__) || !defined(__clang__)
+#define CHASLES_SET_AVX512 1
+#endif
+#if !defined(__AVX512F__) && (defined(__AVX2__) || !defined(__clang__))
+#define CHASLES_SET_AVX2 1
+#endif
+#ifndef __AVX2__
+#define CHASLES_SET_BASELINE 1
+#endif
+#endif
+#endif
+
+#ifdef __cplusplus
+extern "C" {{
+#endif
+
+{included}
+
+#ifdef __cplusplus
+}}
+#endif
+
+#if CHASLES_LANES
+#define CHASLES_HAS_AVX512 \\
+  (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && \\
+   __builtin_cpu_supports("avx512vl"))
+#define CHASLES_HAS_AVX2 (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
+#endif
+
+{runs}
+{definitions}"""
+
+
+def _definition(robot: Described, function: Signature, vector: bool) -> str:
+    name = f"{robot.name}_{function.name}"
+    of = sizes(function)
+    pointers = [f"inputs[{i}] + k * input_steps[{i}]" for i in range(len(of.inputs))]
+    pointers += [f"outputs[{i}] + k * output_steps[{i}]" for i in range(len(of.outputs))]
+    steps_in, steps_out = (", ".join(map(str, rows)) for rows in (of.inputs, of.outputs))
+    return f"""\
+/* Rows of any step, in doubles. */
+static void {name}_rows(size_t n, const double *const *inputs, const ptrdiff_t *input_steps,
+    double *const *outputs, const ptrdiff_t *output_steps)
+{{
+{_choice(name, of) if vector else ""}\
+  for (ptrdiff_t k = 0; k < (ptrdiff_t)n; k++) {{
+    {name}({", ".join(pointers)});
+  }}
+}}
+
+{_signature(robot, function)}
+{{
+  const double *const inputs[] = {{{", ".join(a.name for a in function.inputs)}}};
+  double *const outputs[] = {{{", ".join(r.name for r in function.outputs)}}};
+  const ptrdiff_t input_steps[] = {{{steps_in}}}, output_steps[] = {{{steps_out}}};
+  {name}_rows(n, inputs, input_steps, outputs, output_steps);
+}}
+"""
+
+
+def _choice(name: str, of: Sizes) -> str:
+    runs = "".join(f"  CHASLES_RUN_{isa.upper()}({name}_{isa})\n" for _, isa, _ in _SETS)
+    return f"""\
+#if CHASLES_LANES
+  static const int sizes[] = {{{", ".join(map(str, (*of.inputs, *of.outputs)))}}};
+  static const lanes_shape shape = {{{len(of.inputs)}, {len(of.outputs)}, sizes}};
+{runs}#endif
+"""
+
+
+def _run(isa: str, condition: str) -> str:
+    """The macro that leaves a function after a run on lanes, where the processor has them."""
+    name = isa.upper()
+    return f"""\
+#if CHASLES_SET_{name}
+#define CHASLES_RUN_{name}(kernel) \\
+  if (n > 1{condition}) {{ \\
+    lanes_run_{isa}(kernel, &shape, n, inputs, input_steps, outputs, output_steps); \\
+    return; \\
+  }}
+#else
+#define CHASLES_RUN_{name}(kernel)
+#endif
+"""
+
+
+def _signature(robot: Described, function: Signature) -> str:
+    inputs = [f"const double *{argument.name}" for argument in function.inputs]
+    outputs = [f"double *{result.name}" for result in function.outputs]
+    return f"void {robot.name}_{function.name}_batch(size_t n, {', '.join(inputs + outputs)})"
+
+
+def _lanes(robot: Described, pairs: Sequence[tuple[SymbolicFunction, Body]]) -> str:
+    parts = [
+        notice(robot),
+        f"/* {robot.name}.h on lanes: all inputs in one array, all outputs in another. */\n",
+    ]
+    for function, body in pairs:
+        sparing = "LANES_SPARING " if function.signs else ""
+        head = f"static {sparing}LANES_TARGET void LANES_NAME({robot.name}_{function.name})"
+        of = sizes(function)
+        first = offsets(of.inputs)
+        loads = [
+            f"  const lanes {function.inputs[i].name}_{k} = in[{first[i] + k}];"
+            for i, k in body.loads
+        ]
+        # Branches are chains side by side, of lengths and angles; other functions are sums.
+        cheap = reduced(body) if function.signs else body
+        lines = kernel(cheap, loads or ["  (void)in;"], of)
+        parts.append("\n".join([f"{head}(const lanes *in, lanes *out)", "{", *lines, "}\n"]))
+    return "\n".join(parts)

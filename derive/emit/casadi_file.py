@@ -1,0 +1,64 @@
+"""The CasADi functions of a robot, kept for optimal control: written here, read back here."""
+
+import tempfile
+from pathlib import Path
+
+import casadi as ca
+
+from ..derivation import Derivation
+from ..terms.casadi_graph import whole
+
+KEPT = (
+    *("fk", "link_poses"),
+    *("chain", "passive", "configuration", "margin"),
+    *("actuators", "actuator_margin", "constraint"),
+    *("chain_fk", "chain_link_poses", "rods"),
+    *("assembly_polynomial", "assembly_position", "assembly_mirror"),
+)
+"""Positions, which differentiating no other function gives."""
+
+
+def files(derivation: Derivation) -> dict[str, str]:
+    """The file that ``casadi.Function.load`` reads, by name: one function with an output each.
+
+    It holds positions alone, :data:`KEPT`: CasADi differentiates them. There is no file where
+    none of them was derived.
+    """
+    kept = [function for function in derivation.functions if function.name in KEPT]
+    if not kept:
+        return {}
+    name = derivation.robot.name
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "function.casadi"
+        whole(kept, name).save(str(path))
+        return {f"{name}.casadi": path.read_text(encoding="ascii")}
+
+
+def casadi_function(folder: str | Path, name: str) -> ca.Function:
+    """One function of a generated robot as a ``casadi.Function``, to be used in an optimisation.
+
+    Args:
+        folder: The robot's generated folder.
+        name: A function of positions: ``"fk"``, ``"chain"`` and what else :data:`KEPT` names.
+            Jacobians and rates follow by ``casadi.jacobian`` and ``casadi.jtimes``.
+
+    Returns:
+        A function of the arguments that it needs, q say, with one matrix output.
+
+    Raises:
+        FileNotFoundError: The folder holds no ``.casadi`` file.
+        KeyError: The file has no such function.
+    """
+    folder = Path(folder)
+    found = sorted(folder.glob("*.casadi"))
+    if not found:
+        raise FileNotFoundError(f"no .casadi file in {folder}")
+    everything = ca.Function.load(str(found[0]))
+    if name not in everything.name_out():
+        raise KeyError(
+            f"{found[0]} has no {name!r}; it has {everything.name_out()}, to be differentiated"
+        )
+    inputs = {i: ca.SX.sym(i, everything.numel_in(i)) for i in everything.name_in()}
+    output = everything(**inputs)[name]
+    used = {i: symbol for i, symbol in inputs.items() if ca.depends_on(output, symbol)}
+    return ca.Function(name, list(used.values()), [output], list(used), [name])

@@ -1,0 +1,166 @@
+"""The manifest: what a generated robot says of itself, for the runtime and for people."""
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from importlib.metadata import version
+from typing import Any
+
+import casadi as ca
+import sympy as sp
+
+from ..derivation import Derivation
+from ..inverse.serial_inverse import Inverses
+from ..loops.hybrid import Hybrid
+from ..model.mechanism import Coordinate, Described
+from ..model.robot import UNITS, Joint, Parameter
+from ..terms.casadi_graph import count_operations
+from ..terms.symbolic_function import Argument, Result, Signature, SymbolicFunction, WrittenFunction
+
+FORMAT = 1
+
+
+def manifest(
+    derivation: Derivation,
+    lowered: Sequence[ca.Function],
+    files: Mapping[str, str],
+) -> str:
+    """The manifest as JSON: no date, host or path, so that equal robots give equal bytes.
+
+    Args:
+        derivation: The robot with what was derived.
+        lowered: Its functions, lowered, for the operation counts.
+        files: Name and text of every other generated file, for their hashes.
+    """
+    robot, hybrid = derivation.robot, derivation.hybrid
+    content = {
+        "chasles": FORMAT,
+        "name": robot.name,
+        "title": robot.title,
+        "source": robot.source,
+        "coordinates": [_coordinate(joint) for joint in robot.coordinates],
+        "frames": {
+            "base": robot.base_frame,
+            "tip": robot.tool_frame,
+            "links": list(robot.link_names),
+        },
+        "parameters": [_parameter(parameter) for parameter in robot.parameters],
+        "notes": [*robot.notes, *(hybrid.mobility.disagreements if hybrid else ())],
+        "functions": [
+            _function(robot, function, kernel)
+            for function, kernel in zip(derivation.functions, lowered, strict=True)
+        ]
+        + [_written(robot, function) for function in derivation.written],
+        **({} if hybrid is None else _loops(hybrid)),
+        **({} if derivation.inverse is None else _inverse(derivation.inverse)),
+        "description_sha256": sha256(repr(robot)),
+        "files": {name: sha256(text) for name, text in sorted(files.items())},
+        "versions": {package: version(package) for package in ("casadi", "sympy")},
+    }
+    return json.dumps(content, indent=1, ensure_ascii=False) + "\n"
+
+
+def sha256(text: str) -> str:
+    """SHA-256 of a text in UTF-8, in hexadecimal."""
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _inverse(inverse: Inverses) -> dict[str, Any]:
+    """How the inverse was found, or why there is none."""
+    tier = "general" if inverse.written else inverse.classification.tier
+    return {"inverse": {"tier": tier, "missing": inverse.missing}}
+
+
+def _loops(hybrid: Hybrid) -> dict[str, Any]:
+    """What the runtime knows of the loops of a robot."""
+    mechanism = hybrid.mechanism
+    names = [variable.name for variable in hybrid.variables]
+    units = {variable.name: variable.unit for variable in hybrid.variables}
+    at = hybrid.at_reference
+    ratios = [float(hybrid.terms.value(c.ratio)) for c in mechanism.coordinates]
+    return {
+        "chain": [_coordinate(joint) for joint in mechanism.main_chain.moving],
+        "passive": [{"name": name, "unit": units[name]} for name in mechanism.passive],
+        "configuration": [{"name": name, "unit": units[name]} for name in names],
+        "loops": [closer.name for closer in mechanism.closers],
+        "reference": {
+            "q": [
+                _rounded(at[c.moves] / r)
+                for c, r in zip(mechanism.coordinates, ratios, strict=True)
+            ],
+            "z": [_rounded(at[name]) for name in names],
+        },
+        "actuated_in_z": [
+            {"index": names.index(c.moves), "ratio": ratio}
+            for c, ratio in zip(mechanism.coordinates, ratios, strict=True)
+        ],
+        "solution": "newton" if hybrid.forward.open else "closed form",
+    }
+
+
+def _rounded(value: float) -> float:
+    """A number to the digits that are the same on every machine."""
+    return float(f"{value:.12g}") + 0.0
+
+
+def _coordinate(joint: Coordinate | Joint) -> dict[str, Any]:
+    lower, upper = (None if limit is None else float(limit) for limit in joint.limits)
+    return {
+        "name": joint.name,
+        "kind": joint.kind,
+        "unit": joint.unit,
+        "lower": lower,
+        "upper": upper,
+    }
+
+
+def _parameter(parameter: Parameter) -> dict[str, Any]:
+    return {
+        "name": parameter.name,
+        "value": float(parameter.value),
+        "exact": sp.sstr(parameter.value),
+        "unit": UNITS[parameter.kind],
+        "meaning": parameter.meaning,
+    }
+
+
+def _function(robot: Described, function: SymbolicFunction, kernel: ca.Function) -> dict[str, Any]:
+    return {
+        **_signature(robot, function),
+        "operations": count_operations(kernel).as_dict(),
+        **({"margin": function.margin} if function.margin else {}),
+        **({"branches": function.branches} if _is_inverse(function) else {}),
+        **({"steps": list(function.steps)} if function.steps else {}),
+    }
+
+
+def _is_inverse(function: SymbolicFunction) -> bool:
+    """Whether a function gives solutions, if only one."""
+    names = [result.name for result in function.outputs]
+    return bool(function.signs) or names == ["q", "residual", "margin"]
+
+
+def _written(robot: Described, function: WrittenFunction) -> dict[str, Any]:
+    """Its operations are of no kind: how many of each there are depends on the pose."""
+    operations = {"other": function.operations, "total": function.operations}
+    return {**_signature(robot, function), "operations": operations, "branches": function.branches}
+
+
+def _signature(robot: Described, function: Signature) -> dict[str, Any]:
+    return {
+        "name": function.name,
+        "symbol": f"{robot.name}_{function.name}",
+        "summary": function.summary,
+        "identity": function.identity,
+        "inputs": [_described(argument) for argument in function.inputs],
+        "outputs": [_described(result) for result in function.outputs],
+    }
+
+
+def _described(what: Argument | Result) -> dict[str, Any]:
+    return {
+        "name": what.name,
+        "shape": list(what.shape),
+        "unit": what.unit,
+        "meaning": what.meaning,
+    }

@@ -1,0 +1,1 @@
+"""Six revolute axes of any geometry: the equations of Raghavan and Roth as eigenvalues."""

@@ -1,0 +1,177 @@
+"""From a solved chain to the function that is generated: all slots with residuals and margins."""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ..chain.forward import Forward, Pose
+from ..chain.groups import groups
+from ..chain.kinematics import common_unit
+from ..model.robot import Robot
+from ..terms.symbolic_function import Argument, Result, SymbolicFunction
+from ..terms.terms import Terms
+from .steps.work import Work
+from .subproblems.turns import NO_TURN, Turn
+
+POSE_SYMBOLS = tuple(
+    sp.Symbol(name, real=True)
+    for name in (
+        *("_r11", "_r12", "_r13", "_p1", "_r21", "_r22", "_r23", "_p2"),
+        *("_r31", "_r32", "_r33", "_p3", "_r41", "_r42", "_r43", "_p4"),
+    )
+)
+"""The entries of a pose, row by row; names in robot files can not begin with an underscore."""
+
+
+def pose_argument(robot: Robot) -> Argument:
+    """The argument ``T``: the pose that the tool is to have."""
+    meaning = f"pose of the tool, T_{robot.base_frame}_{robot.tool_frame}"
+    return Argument("T", POSE_SYMBOLS, (4, 4), "1, m", meaning)
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A solved task: the function that is generated, and how it was solved."""
+
+    function: SymbolicFunction
+    work: Work
+    given: tuple[str, ...] = ()
+
+
+def values_of(work: Work, robot: Robot, given: Mapping[int, sp.Expr]) -> list[sp.Expr]:
+    """The value of every moving joint: an atan2 where it turns."""
+    values = [_value(work, k, given) for k in range(len(robot.moving))]
+    for senses, turn in work.sums:
+        *others, (last, _) = senses
+        if others[1:] and last not in given:
+            values[last] = _rest(work, senses, turn, values)
+        total = sum((sense * values[k] for k, sense in senses), sp.Integer(0))
+        work.terms.know_sum(total, turn.c, turn.s)
+    return values
+
+
+def _rest(
+    work: Work, senses: tuple[tuple[int, int], ...], total: Turn, values: Sequence[sp.Expr]
+) -> sp.Expr:
+    """The last of parallel axes' angles, as what the others leave of their sum.
+
+    Several solutions have one sum, so that it takes fewer atan2 than the last angle does.
+    """
+    *others, (last, sense) = senses
+    before = sum((sign * values[k] for k, sign in others), sp.Integer(0))
+    turn = work.turns[last]
+    angle = sense * (work.terms.solved_angle(total.c, total.s) - before)
+    return work.terms.solved_rest(angle, turn.c, turn.s)
+
+
+def _value(work: Work, joint: int, given: Mapping[int, sp.Expr]) -> sp.Expr:
+    if joint in given:
+        return given[joint]
+    if joint in work.lengths:
+        return work.lengths[joint]
+    turn = work.turns[joint]
+    return sp.Integer(0) if turn == NO_TURN else work.terms.solved_angle(turn.c, turn.s)
+
+
+def tool_of(terms: Terms, robot: Robot, values: Sequence[sp.Expr]) -> Pose:
+    """Where the tool comes with these joint values: forward kinematics on cosines and sines."""
+    return Forward(terms, groups(robot, terms, values)).tool_pose()
+
+
+def pose_residual(terms: Terms, pose: Pose, wanted: Sequence[sp.Expr]) -> sp.Expr:
+    """How far a pose is from the one wanted: metre or radian, the larger of the two.
+
+    The distance of two rotation matrices in the Frobenius norm is sqrt(8) sin(angle / 2), for small
+    angles sqrt(2) of the angle between them.
+    """
+    axes, origin = pose
+    moved = [origin[i] - wanted[4 * i + 3] for i in range(3)]
+    turned = [axes[j][i] - wanted[4 * i + j] for i in range(3) for j in range(3)]
+    return larger(terms, squares(terms, moved), terms.let(squares(terms, turned) / 2))
+
+
+def squares(terms: Terms, values: Iterable[sp.Expr]) -> sp.Expr:
+    """The named sum of squares."""
+    return terms.let(sum((terms.let(value) ** 2 for value in values), sp.Integer(0)))
+
+
+def larger(terms: Terms, distance2: sp.Expr, angle2: sp.Expr) -> sp.Expr:
+    """The residual from the squares of its two parts, NaN where one of them is.
+
+    C's fmax would leave out what is no number, and call a pose solved that no loop can hold; and a
+    choice by comparison is of real numbers to SymPy, which takes their order for complete.
+    """
+    twice = terms.let(distance2 + angle2) + terms.let(sp.Abs(terms.let(distance2 - angle2)))
+    return terms.let(sp.sqrt(terms.let(terms.let(twice) / 2)))
+
+
+def margin_of(work: Work) -> sp.Expr:
+    """The smallest margin of all steps; 1 where no step can fail."""
+    margins = work.margins()
+    if not margins:
+        return sp.Integer(1)
+    least = margins[0]
+    for margin in margins[1:]:
+        least = work.terms.let(sp.Min(least, margin, evaluate=False))
+    return least
+
+
+def of_pose_task(
+    robot: Robot, work: Work, more: tuple[Argument, ...], given: Mapping[int, sp.Expr]
+) -> Solved:
+    """The task ``ik``: the pose of the tool."""
+    terms = work.terms
+    values = values_of(work, robot, given)
+    residual = pose_residual(terms, tool_of(terms, robot, values), POSE_SYMBOLS)
+    identity = "fk(q[k]) = T wherever residual[k] is rounding"
+    return branches(
+        "ik", robot, work, (pose_argument(robot), *more), values, residual, identity, given
+    )
+
+
+def branches(
+    name: str,
+    robot: Robot,
+    work: Work,
+    inputs: tuple[Argument, ...],
+    values: Sequence[sp.Expr],
+    residual: sp.Expr,
+    identity: str,
+    given: Iterable[int] = (),
+) -> Solved:
+    """The task of a serial robot over all slots, from the values of its joints."""
+    q = tuple(
+        joint.direction * value for joint, value in zip(robot.coordinates, values, strict=True)
+    )
+    unit = common_unit([joint.unit for joint in robot.coordinates])
+    names = tuple(robot.moving[joint].name for joint in given)
+    return Solved(function_of(name, work, inputs, q, unit, residual, identity), work, names)
+
+
+def function_of(
+    name: str,
+    work: Work,
+    inputs: tuple[Argument, ...],
+    q: tuple[sp.Expr, ...],
+    unit: str,
+    residual: sp.Expr,
+    identity: str,
+) -> SymbolicFunction:
+    """The function of a task over all slots, from one slot's entries."""
+    k = 2 ** len(work.signs)
+    outputs = (
+        Result("q", q, (k, len(q)), unit, "joint coordinates, one solution a row"),
+        Result("residual", (residual,), (k,), "m or rad", "distance of fk(q[k]) from the target"),
+        Result(
+            "margin",
+            (margin_of(work),),
+            (k,),
+            "1",
+            "distance from the boundary of what can be reached, negative beyond",
+        ),
+    )
+    summary = f"Every solution of the inverse kinematics, in {k} slots."
+    return SymbolicFunction(
+        name, summary, identity, inputs, outputs, work.terms, signs=tuple(work.signs)
+    )

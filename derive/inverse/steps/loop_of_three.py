@@ -1,0 +1,47 @@
+"""Three angles from one loop of vectors: subproblem 5, noted step by step."""
+
+from ...terms.vectors import Vector
+from ..structure.lines import Axis
+from ..subproblems.found import FoundTurn, Simultaneous
+from ..subproblems.sp5 import sp5
+from ..subproblems.turns import Turn
+from .work import Work
+
+
+def loop_of_three(
+    work: Work,
+    axes: tuple[Axis, Axis, Axis],
+    reason: str,
+    first: tuple[Vector, Vector, Vector],
+    second: tuple[Vector, Vector],
+    third: tuple[Vector, Vector],
+) -> tuple[Turn, Turn, Turn]:
+    """The turns with ``p0 + R(k1) p1 = R(k2) (p2 + R(k3) p3)``, up to four times three.
+
+    Args:
+        work: Gathers the steps.
+        axes: Whose angles the three are.
+        reason: Why the loop closes, in words.
+        first: p0, k1 and p1.
+        second: k2 and p2.
+        third: k3 and p3.
+    """
+    signs = work.sign(), work.sign()
+    found = sp5(work.terms, *first, *second, *third, signs)
+    names = ("p_0", "k_1", "p_1", "k_2", "p_2", "k_3", "p_3")
+    equation = Simultaneous(5, tuple(zip(names, (*first, *second, *third), strict=True)))
+    turns = (found.first, found.second, found.third)
+    for axis, turn in zip(axes, turns, strict=True):
+        work.note(
+            (axis.name,),
+            "subproblem 5",
+            reason,
+            FoundTurn(turn, equation, signs[0], found.margin),
+        )
+    return turns
+
+
+def negative(v: Vector) -> Vector:
+    """The opposite vector."""
+    x, y, z = v
+    return -x, -y, -z

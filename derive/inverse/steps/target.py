@@ -1,0 +1,81 @@
+"""Where a chain of joints is to bring what it carries.
+
+A chain of screw motions displaces what it carries from the home pose by
+
+    G = exp(S_1 theta_1) ... exp(S_n theta_n) = T_0_ee M_0_ee^-1.
+
+Families ask a target for two things: what G makes of a direction, and what it makes of a point.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...terms.terms import Terms
+from ...terms.vectors import IDENTITY, Basis, Vector, added, combination, dot, subtracted
+from ..subproblems.turns import Turn, rotated
+
+
+@dataclass(frozen=True)
+class Target:
+    """A displacement: its rotation, and one point before and after it.
+
+    Attributes:
+        axes: The columns of the rotation.
+        home: A point before the displacement, in base axes (metre).
+        place: The same point after it.
+    """
+
+    axes: Basis
+    home: Vector
+    place: Vector
+
+    def turned(self, terms: Terms, direction: Vector) -> Vector:
+        """A direction of the body that is carried, after the displacement."""
+        return combination(terms, direction, self.axes)
+
+    def point(self, terms: Terms, point: Vector) -> Vector:
+        """A point of the body that is carried, after the displacement.
+
+        Only its distance from ``home`` is turned: a wrist's centre is reached from the tool
+        without a detour over the base.
+        """
+        return added(terms, self.place, self.turned(terms, subtracted(terms, point, self.home)))
+
+    def reversed(self) -> "Target":
+        """The inverse displacement, which the chain read from the tool has to make."""
+        x, y, z = zip(*self.axes, strict=True)
+        return Target((x, y, z), self.place, self.home)
+
+    def without_last(self, terms: Terms, k: Vector, p: Vector, turn: Turn) -> "Target":
+        """What is left for the joints before the last: ``G exp(S_n theta_n)^-1``."""
+        kept = tuple(rotated(terms, k, turn.back, e) for e in IDENTITY)
+        axes = tuple(self.turned(terms, e) for e in kept)
+        lever = rotated(terms, k, turn, subtracted(terms, self.home, p))
+        return Target((axes[0], axes[1], axes[2]), added(terms, p, lever), self.place)
+
+    def shifted(self, terms: Terms, by: Vector) -> "Target":
+        """``G Trans(by)^-1``."""
+        return Target(self.axes, added(terms, self.home, by), self.place)
+
+
+def of_pose(terms: Terms, pose: Sequence[sp.Expr], home: sp.Matrix) -> Target:
+    """The target of a chain whose tool is to have a pose.
+
+    Args:
+        terms: Names of all terms.
+        pose: The sixteen entries of ``T_0_ee``, row by row.
+        home: ``M_0_ee`` (4, 4), the tool's pose with every joint at zero.
+    """
+    columns: Basis = tuple(tuple(pose[4 * i + j] for i in range(3)) for j in range(3))  # type: ignore[assignment]
+    rows = [[terms.let(home[i, j]) for j in range(3)] for i in range(3)]
+    x, y, z = (combination(terms, row, columns) for row in rows)
+    origin = tuple(terms.let(home[i, 3]) for i in range(3))
+    place = (pose[3], pose[7], pose[11])
+    return Target((x, y, z), (origin[0], origin[1], origin[2]), place)
+
+
+def part_along(terms: Terms, direction: Vector, a: Vector, b: Vector) -> sp.Expr:
+    """The part along a direction of the way from one point to another."""
+    return dot(terms, direction, subtracted(terms, b, a))

@@ -1,0 +1,372 @@
+"""Three joints that bring a point to a place: the arm in front of a spherical wrist.
+
+``exp(S_1 q_1) exp(S_2 q_2) exp(S_3 q_3) C = W`` is solved by an invariant: the part of a point
+along parallel axes, its distance from the point where axes meet, or both. The cases in the order in
+which they are tried; those of joints of one kind also solve the arms of others with a slide in the
+place of a rotation about an axis at infinity.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+import sympy as sp
+
+from ...terms.terms import Terms
+from ...terms.vectors import ORIGIN, Vector, added, combination, dot, subtracted
+from ..structure.lines import Axis, Lines
+from ..structure.requirement import Requirement, across, meeting, parallel
+from ..subproblems.slides import slide_to_plane, slide_to_sphere
+from ..subproblems.sp1 import sp1
+from ..subproblems.sp2 import sp2
+from ..subproblems.sp3 import sp3, squared_across
+from ..subproblems.sp4 import sp4
+from ..subproblems.turns import perpendicular, rotated
+from .loop_of_three import loop_of_three, negative
+from .plane import turn_to_plane
+from .triangle import triangle
+from .work import Work
+
+_OBLIQUE = 1e-3
+"""Sine of an angle that is too flat to solve by."""
+Solver = Callable[[Work, Lines, Vector, Vector], None]
+"""Finds the three joints that bring a point of the home pose to the place W."""
+
+
+@dataclass(frozen=True)
+class Case:
+    """One structure of three joints.
+
+    Attributes:
+        kinds: r or p of each joint.
+        title: The structure in words.
+        most_solutions: How many there can be.
+        requires: Its conditions.
+        solve: Its solution.
+    """
+
+    kinds: str
+    title: str
+    most_solutions: int
+    requires: Callable[[Lines], list[Requirement]]
+    solve: Solver
+
+
+def case_of(lines: Lines) -> Case | None:
+    """The first case whose conditions three axes fulfil."""
+    kinds = _kinds(lines)
+    for case in CASES:
+        if case.kinds == kinds and _worst(case, lines).apart <= lines.tolerance:
+            return case
+    return None
+
+
+def requires(lines: Lines) -> Requirement:
+    """That three joints have one of the structures: the first that holds, or else the nearest."""
+    found = case_of(lines)
+    names = ", ".join(axis.name for axis in lines.axes)
+    if found is not None:
+        text = f"of {names}: {found.title}"
+        worst, parts = _worst(found, lines), tuple(found.requires(lines))
+        return Requirement(text, worst.apart, worst.is_length, parts=parts)
+    kinds = _kinds(lines)
+    missed = [(_worst(case, lines), case.title) for case in CASES if case.kinds == kinds]
+    if not missed:
+        return Requirement(f"of {names}: no structure of these joints is known", np.inf)
+    worst, title = min(missed, key=lambda one: one[0].apart)
+    return Requirement(f"of {names}: {title}", worst.apart, worst.is_length)
+
+
+def _kinds(lines: Lines) -> str:
+    return "".join("r" if axis.turns else "p" for axis in lines.axes)
+
+
+def _worst(case: Case, lines: Lines) -> Requirement:
+    """The condition that is farthest from holding."""
+    conditions = case.requires(lines)
+    return max(conditions, key=lambda c: c.apart, default=Requirement("", 0.0))
+
+
+def _last_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    a1, a2, a3 = lines.axes
+    # 1. Joints 2 and 3 do not move the centre along their common direction.
+    reason = f"{a2.name} and {a3.name} do not move the centre along their axes"
+    U, _ = turn_to_plane(work, a1, a2, centre, W, reason)
+    # 2, 3. A triangle across the parallel axes.
+    triangle(work, a2, a3, centre, U)
+
+
+def _first_two_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    terms, (a1, a2, a3) = work.terms, lines.axes
+    # 1. Joints 1 and 2 do not move the centre along their common direction.
+    fore = subtracted(terms, centre, a3.p)
+    d = dot(terms, a1.h, subtracted(terms, W, a3.p))
+    q3 = work.step(
+        [a3],
+        "subproblem 4",
+        f"{a1.name} and {a2.name} do not move the centre along their axes",
+        sp4(terms, a1.h, a3.h, fore, d, work.sign()),
+    )
+    # 2, 3. A triangle across the parallel axes.
+    reached = added(terms, a3.p, rotated(terms, a3.h, q3, fore))
+    triangle(work, a1, a2, reached, subtracted(terms, W, a1.p))
+
+
+def _first_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    terms, (a1, a2, a3) = work.terms, lines.axes
+    C = lines.meeting(0, 1)
+    # 1. Joints 1 and 2 keep the distance from the point where their axes meet.
+    V = subtracted(terms, W, C)
+    upper, fore = subtracted(terms, a3.p, C), subtracted(terms, centre, a3.p)
+    across2 = squared_across(terms, a3.h, V, (upper, fore))
+    q3 = work.step(
+        [a3],
+        "subproblem 3",
+        f"{a1.name} and {a2.name} keep the centre's distance from where their axes meet",
+        sp3(terms, a3.h, upper, fore, across2, work.sign()),
+    )
+    # 2, 3. Two turns about one point.
+    _two_about_a_point(work, a1, a2, added(terms, upper, rotated(terms, a3.h, q3, fore)), V)
+
+
+def _two_about_a_point(work: Work, a1: Axis, a2: Axis, p: Vector, v: Vector) -> None:
+    """``R_1 R_2 p = v``."""
+    first, second = sp2(work.terms, a1.h, a2.h, p, v, work.sign())
+    work.step(
+        [a1],
+        "subproblem 2",
+        f"{a2.name} does not move the centre along its axis",
+        first,
+        "with the centre on the axis every angle will do; it is then 0",
+    )
+    work.step([a2], "subproblem 1", f"what {a1.name} leaves of the turn", second)
+
+
+def _last_two_meet(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    terms, (a1, a2, a3) = work.terms, lines.axes
+    C = lines.meeting(1, 2)
+    # 1. Joints 2 and 3 keep the centre's distance from the point where their axes meet, which
+    #    joint 1 carries: |R_1^T V - c| is known.
+    V, c = subtracted(terms, W, a1.p), subtracted(terms, C, a1.p)
+    reach = subtracted(terms, centre, C)
+    minus_h = negative(a1.h)
+    minus_c = negative(c)
+    across2 = squared_across(terms, minus_h, reach, (minus_c, V))
+    q1 = work.step(
+        [a1],
+        "subproblem 3",
+        f"{a2.name} and {a3.name} keep the centre's distance from where their axes meet",
+        sp3(terms, minus_h, minus_c, V, across2, work.sign()),
+        "with the centre on the first axis every angle will do; it is then 0",
+    )
+    # 2, 3. Two turns about one point.
+    _two_about_a_point(work, a2, a3, reach, subtracted(terms, rotated(terms, a1.h, q1.back, V), c))
+
+
+def _any(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    terms, (a1, a2, a3) = work.terms, lines.axes
+    # R_1^T (W - p_1) - (p_2 - p_1) = R_2 (p_3 - p_2 + R_3 (C - p_3)): joint 2 keeps the length of
+    # what it turns, and its part along its axis.
+    turns = loop_of_three(
+        work,
+        (a1, a2, a3),
+        "the loop of shoulder, elbow and centre closes",
+        (subtracted(terms, a1.p, a2.p), negative(a1.h), subtracted(terms, W, a1.p)),
+        (a2.h, subtracted(terms, a3.p, a2.p)),
+        (a3.h, subtracted(terms, centre, a3.p)),
+    )
+    for axis, turn in zip((a1, a2, a3), turns, strict=True):
+        work.turns[axis.joint] = turn
+
+
+def _meeting_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    terms, (a1, a2, a3) = work.terms, lines.axes
+    C = lines.meeting(0, 1)
+    # 1. Joints 1 and 2 keep the distance from the point where their axes meet.
+    V, reach = subtracted(terms, W, C), subtracted(terms, centre, C)
+    r2 = dot(terms, V, V)
+    length = work.slide(
+        a3,
+        "a line meets a sphere",
+        f"{a1.name} and {a2.name} keep the centre's distance from where their axes meet",
+        slide_to_sphere(terms, a3.h, reach, r2, work.sign()),
+    )
+    # 2, 3. Two turns about one point.
+    extended = combination(terms, (sp.Integer(1), length), (reach, a3.h))
+    _two_about_a_point(work, a1, a2, extended, V)
+
+
+def _parallel_then_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    terms, (a1, a2, a3) = work.terms, lines.axes
+    # 1. The slide alone moves the centre along the parallel axes.
+    length = work.slide(
+        a3,
+        "a line meets a plane",
+        f"{a1.name} and {a2.name} do not move the centre along their axes",
+        slide_to_plane(terms, a1.h, a3.h, centre, dot(terms, a1.h, W)),
+    )
+    # 2, 3. A triangle across the parallel axes.
+    extended = combination(terms, (sp.Integer(1), length), (centre, a3.h))
+    triangle(work, a1, a2, extended, subtracted(terms, W, a1.p))
+
+
+def _turn_across_slide(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    terms, (a1, a2, a3) = work.terms, lines.axes
+    # 1. Neither joint 2 nor the slide, which lies across its axis, moves the centre along it.
+    reason = f"{a2.name} and {a3.name} do not move the centre along axis {a2.name}"
+    U, _ = turn_to_plane(work, a1, a2, centre, W, reason)
+    # 2. Joint 2 keeps the centre's distance from its axis.
+    A = perpendicular(terms, a2.h, U)
+    reach = perpendicular(terms, a2.h, subtracted(terms, centre, a2.p))
+    length = work.slide(
+        a3,
+        "a line meets a sphere",
+        f"{a2.name} keeps the centre's distance from its axis",
+        slide_to_sphere(terms, a3.h, reach, dot(terms, A, A), work.sign()),
+    )
+    # 3. The extended arm points to the centre.
+    extended = combination(terms, (sp.Integer(1), length), (reach, a3.h))
+    work.step(
+        [a2], "subproblem 1", "the extended arm points to the centre", sp1(terms, a2.h, extended, A)
+    )
+
+
+def _three_slides(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    terms, axes = work.terms, lines.axes
+    way = subtracted(terms, W, centre)
+    for k, axis in enumerate(axes):
+        normal = _across(terms, axes[k - 2].h, axes[k - 1].h)
+        work.slide(
+            axis,
+            "a line meets a plane",
+            "the other slides move the centre in a plane",
+            slide_to_plane(terms, normal, axis.h, ORIGIN, dot(terms, normal, way)),
+        )
+
+
+def _across(terms: Terms, a: Vector, b: Vector) -> Vector:
+    x, y, z = sp.Matrix([terms.spelled(e) for e in a]).cross(
+        sp.Matrix([terms.spelled(e) for e in b])
+    )
+    return terms.let(x), terms.let(y), terms.let(z)
+
+
+def _slide_then_parallel(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    terms, (a1, a2, a3) = work.terms, lines.axes
+    # 1. The slide alone moves the centre along the parallel axes.
+    length = work.slide(
+        a1,
+        "a line meets a plane",
+        f"{a2.name} and {a3.name} do not move the centre along their axes",
+        slide_to_plane(terms, a2.h, a1.h, centre, dot(terms, a2.h, W)),
+    )
+    # 2, 3. A triangle across the parallel axes.
+    A = combination(terms, (sp.Integer(1), sp.Integer(-1), -length), (W, a2.p, a1.h))
+    triangle(work, a2, a3, centre, A)
+
+
+def _slide_then_meeting(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    terms, (a1, a2, a3) = work.terms, lines.axes
+    C = lines.meeting(1, 2)
+    # 1. Joints 2 and 3 keep the centre's distance from the point where their axes meet.
+    reach, V = subtracted(terms, centre, C), subtracted(terms, W, C)
+    minus_h = negative(a1.h)
+    length = work.slide(
+        a1,
+        "a line meets a sphere",
+        f"{a2.name} and {a3.name} keep the centre's distance from where their axes meet",
+        slide_to_sphere(terms, minus_h, V, dot(terms, reach, reach), work.sign()),
+    )
+    # 2, 3. Two turns about one point.
+    left = combination(terms, (sp.Integer(1), length), (V, minus_h))
+    _two_about_a_point(work, a2, a3, reach, left)
+
+
+def _slides_then_turn(work: Work, lines: Lines, centre: Vector, W: Vector) -> None:
+    terms, (a1, a2, a3) = work.terms, lines.axes
+    # 1. Neither slide moves the centre across both; the turn alone does.
+    normal = _across(terms, a1.h, a2.h)
+    reach = subtracted(terms, centre, a3.p)
+    d = dot(terms, normal, subtracted(terms, W, a3.p))
+    q3 = work.step(
+        [a3],
+        "subproblem 4",
+        f"{a1.name} and {a2.name} move the centre in a plane",
+        sp4(terms, normal, a3.h, reach, d, work.sign()),
+    )
+    # 2, 3. Two slides in their plane.
+    reached = added(terms, a3.p, rotated(terms, a3.h, q3, reach))
+    way = subtracted(terms, W, reached)
+    two_slides(work, a1, a2, way)
+
+
+def two_slides(work: Work, first: Axis, second: Axis, way: Vector) -> None:
+    """Two slides that move a point by a given way in their plane."""
+    terms = work.terms
+    for axis, other in ((first, second), (second, first)):
+        n = perpendicular(terms, other.h, axis.h)
+        work.slide(
+            axis,
+            "a line meets a plane",
+            f"{other.name} does not move the point that way",
+            slide_to_plane(terms, n, axis.h, ORIGIN, dot(terms, n, way)),
+        )
+
+
+def _oblique(lines: Lines, i: int, j: int) -> Requirement:
+    sideways = abs(float(lines.axes[i].direction @ lines.axes[j].direction)) < _OBLIQUE
+    text = f"{lines.axes[j].name} does not move across {lines.axes[i].name}"
+    return Requirement(text, np.inf if sideways else 0.0)
+
+
+def _turned_out(lines: Lines) -> Requirement:
+    a, b, c = (axis.direction for axis in lines.axes)
+    normal = np.cross(a, b)
+    flat = np.linalg.norm(np.cross(normal, c)) < _OBLIQUE
+    text = f"{lines.axes[2].name} moves the point out of the plane of the slides"
+    return Requirement(text, np.inf if flat else 0.0)
+
+
+def _independent(lines: Lines) -> Requirement:
+    volume = float(np.linalg.det([axis.direction for axis in lines.axes]))
+    return Requirement("the slides span space", np.inf if abs(volume) < _OBLIQUE else 0.0)
+
+
+CASES = (
+    Case("rrr", "axes 2 and 3 parallel", 4, lambda a: [parallel(a, 1, 2)], _last_two_parallel),
+    Case("rrr", "axes 1 and 2 parallel", 4, lambda a: [parallel(a, 0, 1)], _first_two_parallel),
+    Case("rrr", "axes 1 and 2 intersecting", 4, lambda a: [meeting(a, 0, 1)], _first_two_meet),
+    Case("rrr", "axes 2 and 3 intersecting", 4, lambda a: [meeting(a, 1, 2)], _last_two_meet),
+    Case("rrr", "any axes", 4, lambda _: [], _any),
+    Case(
+        "rrp",
+        "axes 1 and 2 intersecting, a slide",
+        4,
+        lambda a: [meeting(a, 0, 1)],
+        _meeting_then_slide,
+    ),
+    Case(
+        "rrp",
+        "axes 1 and 2 parallel, a slide along them",
+        2,
+        lambda a: [parallel(a, 0, 1), _oblique(a, 0, 2)],
+        _parallel_then_slide,
+    ),
+    Case("rrp", "a slide across axis 2", 4, lambda a: [across(a, 1, 2)], _turn_across_slide),
+    Case(
+        "prr",
+        "a slide along parallel axes 2 and 3",
+        2,
+        lambda a: [parallel(a, 1, 2), _oblique(a, 1, 0)],
+        _slide_then_parallel,
+    ),
+    Case(
+        "prr",
+        "a slide, axes 2 and 3 intersecting",
+        4,
+        lambda a: [meeting(a, 1, 2)],
+        _slide_then_meeting,
+    ),
+    Case("ppr", "two slides and a turn", 2, lambda a: [_turned_out(a)], _slides_then_turn),
+    Case("ppp", "three slides", 1, lambda a: [_independent(a)], _three_slides),
+)

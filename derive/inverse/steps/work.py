@@ -1,0 +1,120 @@
+"""What a family gathers while it solves: angles, signs, margins, and the steps for the reader."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import sympy as sp
+
+from ...terms.terms import Terms
+from ...terms.vectors import Vector
+from ..structure.lines import Axis
+from ..subproblems.found import FoundLength, FoundTurn
+from ..subproblems.turns import Turn
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of a closed-form inverse.
+
+    Attributes:
+        joints: Names of the joints whose sum the step finds.
+        method: The subproblem, "subproblem 4".
+        reason: Why the step holds, in words: which joints the equation is free of, and why.
+        found: The angle or length, with its equation.
+        degenerate: Where every value will do, and which one is taken.
+    """
+
+    joints: tuple[str, ...]
+    method: str
+    reason: str
+    found: FoundTurn | FoundLength
+    degenerate: str = ""
+
+
+@dataclass(frozen=True)
+class Called:
+    """A vector that has a name for the reader.
+
+    Attributes:
+        letter: Its letter, "W".
+        meaning: What it is, in words.
+        vector: Its components (metre where it is a place).
+        after: How many steps it rests on.
+    """
+
+    letter: str
+    meaning: str
+    vector: Vector
+    after: int
+
+
+@dataclass
+class Work:
+    """The state of one derivation.
+
+    Attributes:
+        terms: Names of all terms.
+        turns: Cosine and sine of each joint's angle, by the joint's index.
+        sums: Parallel axes whose angles' sum was found before them, counted about the first, with
+            the senses of all; and the sum's turn.
+        lengths: The value of each prismatic joint.
+        signs: The symbols that stand for 1 or -1, in the order of the slots.
+        steps: What was found, in order.
+        called: Vectors that the steps speak of by name.
+    """
+
+    terms: Terms
+    turns: dict[int, Turn] = field(default_factory=dict)
+    sums: list[tuple[tuple[tuple[int, int], ...], Turn]] = field(default_factory=list)
+    lengths: dict[int, sp.Expr] = field(default_factory=dict)
+    signs: list[sp.Symbol] = field(default_factory=list)
+    steps: list[Step] = field(default_factory=list)
+    called: list[Called] = field(default_factory=list)
+
+    def sign(self) -> sp.Symbol:
+        """A new symbol for a choice between two solutions."""
+        self.signs.append(sp.Symbol(f"_sign{len(self.signs) + 1}", real=True))
+        return self.signs[-1]
+
+    def call(self, letter: str, meaning: str, vector: Vector) -> Vector:
+        """Names a vector for the reader; returns it."""
+        self.called.append(Called(letter, meaning, vector, len(self.steps)))
+        return vector
+
+    def step(
+        self,
+        axes: Sequence[Axis],
+        method: str,
+        reason: str,
+        found: FoundTurn,
+        degenerate: str = "",
+    ) -> Turn:
+        """Notes a step; what one axis alone turns by is that joint's angle."""
+        self.steps.append(
+            Step(tuple(axis.name for axis in axes), method, reason, found, degenerate)
+        )
+        if len(axes) == 1:
+            self.turns[axes[0].joint] = found.turn
+        return found.turn
+
+    def slide(self, axis: Axis, method: str, reason: str, found: FoundLength) -> sp.Expr:
+        """Notes the step that finds the length of a slide."""
+        self.steps.append(Step((axis.name,), method, reason, found))
+        self.lengths[axis.joint] = found.length
+        return found.length
+
+    def note(self, names: Sequence[str], method: str, reason: str, found: FoundTurn) -> Turn:
+        """Notes the step that finds an angle that is no joint's of the chain."""
+        self.steps.append(Step(tuple(names), method, reason, found))
+        return found.turn
+
+    def note_length(
+        self, names: Sequence[str], method: str, reason: str, found: FoundLength
+    ) -> sp.Expr:
+        """Notes the step that finds a length that is no slide's of the chain."""
+        self.steps.append(Step(tuple(names), method, reason, found))
+        return found.length
+
+    def margins(self) -> list[sp.Expr]:
+        """The margins of all steps that can fail."""
+        return [step.found.margin for step in self.steps if step.found.margin is not None]

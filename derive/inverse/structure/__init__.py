@@ -1,0 +1,1 @@
+"""How the axes of a chain lie to each other, and which closed form that allows."""

@@ -1,0 +1,238 @@
+"""The axes of a chain as lines in its home pose, and how they lie to each other.
+
+A solvable structure is one of axes that are parallel or meet. Whether they do is judged in numbers
+at the default values of all parameters; what then follows is derived in exact expressions.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+import sympy as sp
+from numpy.typing import NDArray
+
+from ...model.robot import Joint, JointKind, Placement, Robot, Rotation
+from ...terms.terms import Terms
+from ...terms.vectors import (
+    IDENTITY,
+    ORIGIN,
+    Basis,
+    Vector,
+    combination,
+    named,
+    turned_about_x,
+    turned_about_z,
+)
+
+Frame = tuple[Basis, Vector]
+
+EXACT = 1e-9
+"""Axes that miss a structure by no more (radian, or parts of the arm's length) have it."""
+SNAPPED = 5e-3
+"""Axes that miss it by no more are those of a calibrated arm that was built to have it."""
+
+SOME_SLIDE = 0.6180339887
+"""A slide (metre) at which nothing meets that does not meet at others."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The axis of a joint in the home pose.
+
+    Attributes:
+        joint: Index of the moving joint.
+        name: Its name.
+        kind: Revolute or prismatic.
+        h: Its direction (unit vector), in base axes.
+        p: A point on it (metre); of a prismatic joint of no meaning.
+        direction: h in numbers.
+        origin: p in numbers.
+    """
+
+    joint: int
+    name: str
+    kind: JointKind
+    h: Vector
+    p: Vector
+    direction: NDArray[np.float64]
+    origin: NDArray[np.float64]
+
+    @property
+    def turns(self) -> bool:
+        """Whether the joint is revolute."""
+        return self.kind == "revolute"
+
+    def reversed(self) -> "Axis":
+        """The axis as one sees it from the tool: it turns the other way."""
+        x, y, z = self.h
+        return replace(self, h=(-x, -y, -z), direction=-self.direction)
+
+    def moved(self, p: Vector, origin: NDArray[np.float64]) -> "Axis":
+        """The same axis with another point of it as origin."""
+        return replace(self, p=p, origin=origin)
+
+
+def axes_of(robot: Robot, terms: Terms) -> tuple[Axis, ...]:
+    """The axes of a serial robot's moving joints in its home pose, from the base."""
+    frames, _ = _home_frames(robot, terms)
+    return tuple(
+        _axis(terms, k, joint, basis[2], origin)
+        for k, (joint, (basis, origin)) in enumerate(zip(robot.moving, frames, strict=True))
+    )
+
+
+def home_of(robot: Robot, terms: Terms) -> sp.Matrix:
+    """``M_0_ee`` (4, 4), the tool's pose with every joint at zero."""
+    _, (basis, origin) = _home_frames(robot, terms)
+    T = sp.eye(4)
+    for j, column in enumerate((*basis, origin)):
+        T[:3, j] = sp.Matrix([_short(terms, component) for component in column])
+    return T
+
+
+def with_tool_axis(robot: Robot, lines: "Lines") -> "Lines":
+    """The chain with one more joint, which turns the tool about its own third axis."""
+    terms = lines.terms
+    _, ((_, _, h), origin) = _home_frames(robot, terms)
+    joint = Joint("tool_axis", "revolute")
+    axis = _axis(terms, len(lines.axes), joint, h, origin)
+    return replace(lines, axes=(*lines.axes, axis))
+
+
+def _home_frames(robot: Robot, terms: Terms) -> tuple[list[Frame], Frame]:
+    """The frames of the moving joints in the home pose, and the tool's."""
+    frames = []
+    frame = _placed(terms, (IDENTITY, ORIGIN), robot.base)
+    for joint in robot.joints:
+        frame = _placed(terms, frame, joint.before)
+        if joint.kind != "fixed":
+            frames.append(frame)
+        frame = _placed(terms, frame, joint.after)
+    return frames, _placed(terms, frame, robot.tool)
+
+
+def _placed(terms: Terms, frame: Frame, placement: Placement) -> Frame:
+    """A frame moved by a constant placement, every component named."""
+    basis, origin = frame
+    for motion in placement:
+        if isinstance(motion, Rotation):
+            c, s = terms.cos_sin(motion.angle)
+            x, y, z = basis
+            if motion.axis == "x":
+                basis = turned_about_x(terms, basis, c, s)
+            elif motion.axis == "z":
+                basis = turned_about_z(terms, basis, c, s)
+            else:
+                basis = (combination(terms, (c, -s), (x, z)), y, combination(terms, (c, s), (z, x)))
+        else:
+            origin = combination(terms, (sp.Integer(1), *motion.vector), (origin, *basis))
+    return basis, origin
+
+
+def _axis(terms: Terms, k: int, joint: Joint, h: Vector, p: Vector) -> Axis:
+    """The axis through p, named by its point nearest to the base's origin."""
+    h = named(terms, (_short(terms, component) for component in h))
+    along = sum((a * _short(terms, b) for a, b in zip(h, p, strict=True)), sp.Integer(0))
+    near = (sp.expand(_short(terms, b) - a * along) for a, b in zip(h, p, strict=True))
+    point = named(terms, near) if joint.kind != "prismatic" else ORIGIN
+    return Axis(k, joint.name, joint.kind, h, point, numbers(terms, h), numbers(terms, point))
+
+
+def _short(terms: Terms, component: sp.Expr) -> sp.Expr:
+    """A constant in parameters, so that what cancels is seen to; a number keeps its name."""
+    return component if terms.is_number(component) else sp.expand(terms.spelled(component))
+
+
+def numbers(terms: Terms, vector: Iterable[sp.Expr]) -> NDArray[np.float64]:
+    """A constant vector in numbers."""
+    return np.array([float(terms.value(component)) for component in vector])
+
+
+@dataclass(frozen=True)
+class Lines:
+    """Axes of one chain, and the tolerance to which they are taken to be parallel or to meet.
+
+    Attributes:
+        terms: Names of all terms.
+        axes: From the base, or from the tool where the chain is read backwards.
+        tolerance: Radian, or parts of the arm's length.
+    """
+
+    terms: Terms
+    axes: tuple[Axis, ...]
+    tolerance: float = EXACT
+
+    @cached_property
+    def length(self) -> float:
+        """The sum of the distances between the origins of neighbouring axes (metre)."""
+        points = [axis.origin for axis in self.axes if axis.turns]
+        return sum(float(np.linalg.norm(b - a)) for a, b in pairwise(points))
+
+    def reversed(self) -> "Lines":
+        """The axes as one meets them from the tool."""
+        return replace(self, axes=tuple(axis.reversed() for axis in self.axes[::-1]))
+
+    def at_generic(self, given: Sequence[int]) -> "Lines":
+        """The other axes where given slides, at some value, bring them; for judging alone."""
+        origin = np.zeros(3)
+        kept = []
+        for k, axis in enumerate(self.axes):
+            if k not in given:
+                kept.append(replace(axis, origin=axis.origin + origin))
+            elif not axis.turns:
+                origin = origin + SOME_SLIDE * axis.direction
+        return replace(self, axes=tuple(kept))
+
+    def parallel(self, *indices: int) -> bool:
+        """Whether axes have one direction or the opposite one."""
+        return self.apart_in_direction(indices) <= self.tolerance
+
+    def apart_in_direction(self, indices: Sequence[int]) -> float:
+        """The largest sine of the angle between axes and the first of them."""
+        first, *others = (self.axes[k].direction for k in indices)
+        return max(float(np.linalg.norm(np.cross(first, other))) for other in others)
+
+    def perpendicular(self, i: int, j: int) -> bool:
+        """Whether the directions of two axes are at right angles."""
+        return abs(float(self.axes[i].direction @ self.axes[j].direction)) <= self.tolerance
+
+    def meet(self, *indices: int) -> bool:
+        """Whether revolute axes, no two of them parallel, pass through one point."""
+        return self.apart_in_place(indices) <= self.tolerance
+
+    def apart_in_place(self, indices: Sequence[int]) -> float:
+        """The largest distance of axes from the point nearest to all, in parts of the arm's length.
+
+        Infinite where neighbours are parallel: what meets at infinity is no centre.
+        """
+        axes = [self.axes[k] for k in indices]
+        if any(
+            float(np.linalg.norm(np.cross(a.direction, b.direction))) < SNAPPED
+            for a, b in pairwise(axes)
+        ):
+            return np.inf
+        across = [np.eye(3) - np.outer(axis.direction, axis.direction) for axis in axes]
+        centre = np.linalg.solve(
+            sum(across, np.zeros((3, 3))),
+            sum((P @ axis.origin for P, axis in zip(across, axes, strict=True)), np.zeros(3)),
+        )
+        apart = [
+            float(np.linalg.norm(P @ (centre - axis.origin)))
+            for P, axis in zip(across, axes, strict=True)
+        ]
+        return max(apart) / (self.length or 1.0)
+
+    def meeting(self, i: int, j: int) -> Vector:
+        """The point of axis i that is nearest to axis j, in exact expressions."""
+        a, b = self.axes[i], self.axes[j]
+        h_i, h_j = (sp.Matrix(axis.h) for axis in (a, b))
+        p_i, p_j = (sp.Matrix([_short(self.terms, e) for e in axis.p]) for axis in (a, b))
+        normal = h_i.cross(h_j)
+        along = sp.expand((p_j - p_i).cross(h_j).dot(normal) / normal.dot(normal))
+        return named(self.terms, (p_i + along * h_i).applyfunc(sp.expand))
+
+    def sense(self, i: int, j: int) -> int:
+        """1 where axis j has the direction of axis i, -1 where it has the opposite one."""
+        return 1 if float(self.axes[i].direction @ self.axes[j].direction) > 0 else -1

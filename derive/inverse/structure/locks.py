@@ -1,0 +1,86 @@
+"""Joints whose values are given: what is left of a chain and of its target without them.
+
+A redundant arm is solved for given values of as many joints as are too many. A joint at either end
+is taken out by undoing its motion; a slide in between moves all that comes after it along, without
+turning anything, so that it can be undone at the end.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import combinations
+
+import sympy as sp
+
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, combination
+from ..steps.target import Target
+from ..subproblems.turns import Turn
+from .lines import SOME_SLIDE, Axis, Lines
+
+LONG = 12
+"""A chain of more joints is no arm."""
+
+
+def ways_to_give(lines: Lines, count: int) -> set[tuple[int, ...]]:
+    """The sets of so many joints that can be given: at the ends of the chain, and slides between.
+
+    Args:
+        lines: The chain.
+        count: How many are to be given.
+
+    Returns:
+        Their places, in ascending order. Of a chain longer than ``LONG`` no slides in between:
+        the choices among them would be too many.
+    """
+    joints = range(len(lines.axes))
+    ways = set()
+    for first in range(count + 1):
+        for last in range(count + 1 - first):
+            inner = joints[first : len(joints) - last]
+            slides = [k for k in inner if not lines.axes[k].turns and len(joints) <= LONG]
+            ends = (*joints[:first], *joints[len(joints) - last :])
+            between = combinations(slides, count - first - last)
+            ways |= {tuple(sorted(ends + some)) for some in between}
+    return {way for way in ways if len(way) < len(joints)}
+
+
+def without(lines: Lines, target: Target, given: Mapping[int, sp.Expr]) -> tuple[Lines, Target]:
+    """The chain and the target that are left for the other joints.
+
+    Args:
+        lines: The chain.
+        target: Its target.
+        given: The value of each given joint (radian or metre), by its place in the chain; see
+            :func:`ways_to_give`.
+    """
+    terms, axes = lines.terms, list(lines.axes)
+    free = [k for k in range(len(axes)) if k not in given]
+    for k in sorted(given):
+        if k < free[0]:
+            target = _without_first(terms, target, axes[k], given[k])
+    for k in sorted(given, reverse=True):
+        if k > free[-1]:
+            target = _without_last(terms, target, axes[k], given[k])
+    for k in sorted(given):
+        if free[0] < k < free[-1]:
+            by = combination(terms, (given[k],), (axes[k].h,))
+            axes[k + 1 :] = [_shifted(terms, axis, by, axes[k]) for axis in axes[k + 1 :]]
+            target = target.shifted(terms, by)
+    return Lines(terms, tuple(axes[k] for k in free), lines.tolerance), target
+
+
+def _without_first(terms: Terms, target: Target, axis: Axis, value: sp.Expr) -> Target:
+    back = target.reversed()
+    return _without_last(terms, back, axis.reversed(), value).reversed()
+
+
+def _without_last(terms: Terms, target: Target, axis: Axis, value: sp.Expr) -> Target:
+    if not axis.turns:
+        return target.shifted(terms, combination(terms, (value,), (axis.h,)))
+    return target.without_last(terms, axis.h, axis.p, Turn(*terms.cos_sin(value)))
+
+
+def _shifted(terms: Terms, axis: Axis, by: Vector, slid: Axis) -> Axis:
+    """The axis where a given slide brings it; how it lies to others is judged at one slide."""
+    p = combination(terms, (sp.Integer(1), sp.Integer(1)), (axis.p, by))
+    return replace(axis, p=p, origin=axis.origin + SOME_SLIDE * slid.direction)

@@ -1,0 +1,255 @@
+"""The roots of a trigonometric polynomial of degree 2, a quartic, as points of the unit circle.
+
+Statement: ``a0 + a1 c + b1 s + a2 cos(2 phi) + b2 sin(2 phi) = 0``, (c, s) = (cos, sin)(phi).
+
+Derivation: turned by half the angle of (a2, b2), the polynomial is the conic
+
+    g (x^2 - y^2) + p x + q y + r = 0,   g = |(a2, b2)|,
+
+which meets the circle in the roots. A multiple lambda of x^2 + y^2 - 1 may be added to it: where
+lambda = g tau solves the cubic resolvent
+
+    (tau^2 - 1)(tau - r') + P (tau - 1) + Q (tau + 1) = 0,   r' = r/g, P = (p/2g)^2, Q = (q/2g)^2,
+
+the conic falls into two lines, and into real ones where -1 <= tau <= 1. The cubic is -2 P at -1 and
+2 Q at 1, so that it always has such a root: no complex number is ever needed. Each line meets
+the circle in two points, or misses it: its two roots are then complex.
+
+Of several roots tau the one farthest from the others is taken: two roots of the quartic that meet
+lie on one line then, where they are found without loss, and a double root tau, known to 1e-8 only,
+is never used. It comes from Newton's method, which converges monotonically on the depressed
+cubic's outer side. Where no real line pair belongs to it, the circle is missed altogether; the
+others follow from a quadratic.
+
+Exchanging x and y where tau > 0 leaves t = 1 + tau in [0, 1]; t is polished in the cubic of t,
+
+    t^3 - (3 + r') t^2 + (2 + 2 r' + P + Q) t - 2 P = 0,
+
+to all its digits, however small. With alpha^2 = g t and beta^2 = g (2 - t) the lines are
+``alpha x + beta y + m`` and ``alpha x - beta y + n`` with
+
+    alpha (m + n) = p,   beta (n - m) = q,   m n = r + g - g t,
+
+three equations for two numbers. The second always serves, the first where alpha^2 > |p|, the third
+elsewhere; so an error of t, relative to t, is one of p, q, r relative to their greatest. Where p is
+nothing but rounding, t = 0 is exact, which four roots that are one need.
+
+Degenerate: for g = 0 (a line alone) the second line is far away, which the same formulas bear
+out for g = 1e-20; where all coefficients are 0 any points are returned.
+
+Source: the pencil of two conics (Ferrari 1545; Richter-Gebert, Perspectives on Projective Geometry,
+11.4); the choice of lambda and the forms without cancellation are ours.
+"""
+
+from dataclasses import dataclass
+
+import sympy as sp
+from sympy.logic.boolalg import Boolean
+
+from ...terms.terms import Terms
+from .turns import FLOOR, Turn, composed, direction
+
+ZERO, ONE, HALF = sp.Integer(0), sp.Integer(1), sp.Rational(1, 2)
+LEAST_CONIC = sp.Rational(1, 10**20)
+"""What g is at least, in a polynomial whose coefficients are about 1 and rounded to 1e-16."""
+NEARLY_LINE = sp.Integer(10) ** 10
+"""Above this value of P + Q the resolvent is linear to 1e-5, and its closed form loses digits."""
+BEYOND = 1 + sp.Rational(1, 10**9)
+"""A root tau up to here is taken for one that rounding has moved out of [-1, 1]."""
+MEETING = sp.Rational(1, 10**14)
+"""sin^2 of half the angle between two roots that are one; rounding parts a double root so."""
+ROUNDING = sp.Rational(4, 10**15)
+"""Up to here a coefficient p is rounding, and the conic is taken for even in x: t = 0."""
+LEVEL = sp.Rational(1, 10**13)
+"""Down to this negative slope of the cubic at 0 the lines of t = 0 are real but for rounding."""
+LEAST_SLOPE = sp.Rational(1, 10**10)
+"""Slopes of the cubic below this one are those of a triple root that rounding has parted."""
+GREATEST_T = sp.Rational(3, 2)
+"""Where a step from a triple root ends at most."""
+SMALL_T = sp.Rational(1, 10**8)
+"""Below this t, alpha is too small to divide p by."""
+STEPS = 5
+"""From a start that is wrong by 30 percent to 12 digits."""
+POLISHING_STEPS = 2
+
+
+@dataclass(frozen=True)
+class CirclePoint:
+    """A root of a trigonometric polynomial.
+
+    Attributes:
+        turn: Its cosine and sine.
+        margin: In units of the polynomial; 0 where the root is double, negative where it is not
+            real and the turn is where the circle is nearest to a line of the pair.
+    """
+
+    turn: Turn
+    margin: sp.Expr
+
+
+@dataclass(frozen=True)
+class Conic:
+    """``g (x^2 - y^2) + p x + q y + r``."""
+
+    g: sp.Expr
+    p: sp.Expr
+    q: sp.Expr
+    r: sp.Expr
+
+
+def select(terms: Terms, condition: Boolean, one: sp.Expr, other: sp.Expr) -> sp.Expr:
+    """The name of one value where a condition holds, of another elsewhere."""
+    if one == other:
+        return terms.let(one)
+    return terms.let(sp.Piecewise((one, condition), (other, True), evaluate=False))
+
+
+def circle_roots(
+    terms: Terms,
+    a0: sp.Expr,
+    first: tuple[sp.Expr, sp.Expr],
+    second: tuple[sp.Expr, sp.Expr],
+    signs: tuple[sp.Symbol, sp.Symbol],
+    apart: sp.Expr = ZERO,
+) -> CirclePoint:
+    """A root of ``a0 + first . (c, s) + second . (cos(2 phi), sin(2 phi))``.
+
+    Args:
+        terms: Names of all terms.
+        a0: Constant coefficient.
+        first: Coefficients of cos(phi) and sin(phi).
+        second: Coefficients of cos(2 phi) and sin(2 phi).
+        signs: Two symbols that stand for 1 or -1. The first chooses the line: 1 the one nearer to
+            the circle's centre. The second chooses the point on it. All four choices together give
+            all roots.
+        apart: How far, as an angle, either side of their common point two roots are returned that
+            are one up to rounding.
+    """
+    conic, axis = _turned(terms, a0, first, second)
+    t, slope, swap = _resolvent(terms, conic)
+    p = select(terms, swap, -conic.q, conic.p)
+    even = sp.And(sp.Abs(p) <= ROUNDING, slope >= -LEVEL)
+    p, t = select(terms, even, ZERO, p), select(terms, even, ZERO, t)
+    q = select(terms, swap, -conic.p, conic.q)
+    r = select(terms, swap, -conic.r, conic.r)
+    x, y, margin = _on_lines(terms, Conic(conic.g, p, q, r), t, signs, apart)
+    point = Turn(select(terms, swap, y, x), select(terms, swap, x, y))
+    return CirclePoint(composed(terms, axis, point), margin)
+
+
+def _turned(
+    terms: Terms, a0: sp.Expr, first: tuple[sp.Expr, sp.Expr], second: tuple[sp.Expr, sp.Expr]
+) -> tuple[Conic, Turn]:
+    """The conic in its own axes, and their angle, half that of ``second``."""
+    let = terms.let
+    (a1, b1), (a2, b2) = first, second
+    length = let(sp.sqrt(let(a2**2 + b2**2)))
+    g = let(sp.Max(length, LEAST_CONIC, evaluate=False))
+    upper = a2 >= 0
+    axis = direction(
+        terms, select(terms, upper, let(g + a2), b2), select(terms, upper, b2, let(g - a2))
+    )
+    c, s = axis.c, axis.s
+    return Conic(g, let(a1 * c + b1 * s), let(b1 * c - a1 * s), a0), axis
+
+
+def _resolvent(terms: Terms, conic: Conic) -> tuple[sp.Expr, sp.Expr, Boolean]:
+    """The root t, the cubic's slope at 0, and whether x and y are exchanged for it."""
+    let = terms.let
+    inverse = let(1 / conic.g)
+    r = let(conic.r * inverse)
+    P, Q = (let(let(HALF * v * inverse) ** 2) for v in (conic.p, conic.q))
+    tau = _outer_root(terms, r, P, Q)
+    swap = tau > 0
+    P, Q = select(terms, swap, Q, P), select(terms, swap, P, Q)
+    r = select(terms, swap, -r, r)
+    t = let(sp.Max(ZERO, let(1 - sp.Abs(tau)), evaluate=False))
+    a, b, c = let(3 + r), let(let(2 + 2 * r) + let(P + Q)), let(2 * P)
+    for _ in range(POLISHING_STEPS):
+        value = let(let(let(let(t - a) * t) + b) * t - c)
+        slope = let(let(let(3 * t - 2 * a) * t) + b)
+        step = let(let(value * slope) / let(slope**2 + LEAST_SLOPE**2))
+        t = let(sp.Max(ZERO, sp.Min(let(t - step), GREATEST_T, evaluate=False), evaluate=False))
+    return t, b, swap
+
+
+def _outer_root(terms: Terms, r: sp.Expr, P: sp.Expr, Q: sp.Expr) -> sp.Expr:
+    """The root tau farthest from the others, or one in [-1, 1] if that is not."""
+    let = terms.let
+    middle = let(r / 3)
+    total = let(P + Q)
+    # tau = middle + y with y^3 - k y - rest = 0.
+    k = let(let(1 - total) + 3 * let(middle**2))
+    rest = let(let(2 * middle**2 - let(total + 2)) * middle + let(P - Q))
+    positive = rest >= 0
+    size = let(sp.Abs(rest))
+    y = _start(terms, k, size)
+    for _ in range(STEPS):
+        y2 = let(y**2)
+        y = let(let(2 * let(y2 * y) + size) / let(let(3 * y2 - k) + FLOOR))
+    y = select(terms, positive, y, -y)
+    outer = let(middle + y)
+    centre = let(middle - HALF * y)
+    apart = let(4 * k - 3 * let(y**2))
+    spread = let(HALF * sp.sqrt(sp.Max(ZERO, apart, evaluate=False)))
+    inner = let(centre - select(terms, centre >= 0, spread, -spread))
+    tau = select(terms, sp.And(sp.Abs(outer) > BEYOND, apart >= 0), inner, outer)
+    straight = let(let(P - Q) / let(total + FLOOR))
+    return select(terms, total > NEARLY_LINE, straight, tau)
+
+
+def _start(terms: Terms, k: sp.Expr, size: sp.Expr) -> sp.Expr:
+    """A start for the positive root of ``y^3 - k y = size``, above it for k > 0."""
+    let = terms.let
+    # size^(1/4 + 1/16) and one of Halley's steps make the cube root to some percent.
+    fourth = let(sp.sqrt(let(sp.sqrt(size))))
+    b = let(fourth * let(sp.sqrt(let(sp.sqrt(fourth)))))
+    b3 = let(b**3)
+    b = let(b * let(b3 + 2 * size) / let(let(2 * b3 + size) + FLOOR))
+    b2 = let(b**2)
+    above = let(sp.sqrt(let(sp.Max(k, ZERO, evaluate=False) + b2)))
+    return select(terms, k > 0, above, let(size / let(let(b2 - k) + FLOOR)))
+
+
+def _on_lines(
+    terms: Terms,
+    conic: Conic,
+    t: sp.Expr,
+    signs: tuple[sp.Symbol, sp.Symbol],
+    apart: sp.Expr,
+) -> tuple[sp.Expr, sp.Expr, sp.Expr]:
+    """The point where a line of the pair meets the circle, and its margin."""
+    let = terms.let
+    g, p, q = conic.g, conic.p, conic.q
+    alpha2 = let(g * t)
+    alpha, beta = let(sp.sqrt(alpha2)), let(sp.sqrt(let(g * let(2 - t))))
+    product = let(let(conic.r + g) - alpha2)
+    difference = let(q / beta)
+    square = let(difference**2 + 4 * product)
+    by_product = let(sp.sqrt(sp.Max(ZERO, square, evaluate=False)))
+    size = let(sp.Abs(p))
+    total = select(
+        terms, sp.And(alpha2 > size, t > SMALL_T), let(size / let(alpha + FLOOR)), by_product
+    )
+    # The greater offset has the sign of p, and its line is alpha x - side beta y.
+    positive = p >= 0
+    side = select(terms, positive, difference, -difference)
+    side = select(terms, side >= 0, ONE, -ONE)
+    spread = let(sp.Abs(difference))
+    far = let(HALF * let(total + spread))
+    w = let(sp.sqrt(let(2 * g)))
+    near = select(terms, far > w, let(product / let(far + FLOOR)), let(HALF * let(total - spread)))
+    is_near = signs[0] > 0
+    offset = select(terms, is_near, near, far)
+    other = select(terms, is_near, let(sp.Abs(far)), let(sp.Abs(near)))
+    u = alpha
+    v = let(signs[0] * side * beta)
+    size = let(sp.Abs(offset))
+    short = let(w - size)
+    xi2 = let(short * let(w + size))
+    xi = let(signs[1] * select(terms, xi2 > let(2 * MEETING * g), sp.sqrt(xi2), let(apart * w)))
+    offset = select(terms, positive, offset, -offset)
+    scale = let(1 / let(w * sp.Max(w, size, evaluate=False)))
+    x = let(-let(offset * u + xi * v) * scale)
+    y = let(let(xi * u - offset * v) * scale)
+    return x, y, let(short * sp.Max(w, other, evaluate=False))

@@ -1,0 +1,103 @@
+"""Rotations about known axes as pairs of cosine and sine, which are carried throughout.
+
+No angle is formed on the way: an angle costs an atan2 that only the result needs, and its cosine
+and sine would be rounded twice more.
+"""
+
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...terms.terms import Terms
+from ...terms.vectors import Vector, combination, cross, dot
+
+FLOOR = sp.Float("1e-150", 20)
+"""What is added to the first of two numbers whose direction is asked for.
+
+It changes no number above 1e-134, its square is no underflow, and the direction of (0, 0) is the
+angle 0 instead of 0/0.
+"""
+
+
+@dataclass(frozen=True)
+class Turn:
+    """Cosine and sine of an angle, both named terms."""
+
+    c: sp.Expr
+    s: sp.Expr
+
+    @property
+    def back(self) -> "Turn":
+        """The opposite turn."""
+        return Turn(self.c, -self.s)
+
+    def counted(self, sign: int) -> "Turn":
+        """The same rotation counted about the opposite axis where the sign is -1."""
+        return self if sign == 1 else self.back
+
+
+NO_TURN = Turn(sp.Integer(1), sp.Integer(0))
+
+
+def direction(terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False) -> Turn:
+    """The turn by the angle of the vector (x, y), divided by the vector's own length.
+
+    By its own: a length known otherwise would leave a pair that is no rotation where x and y are
+    small differences. The direction of (0, 0) is the angle 0.
+
+    Args:
+        terms: Names of all terms.
+        x: First component.
+        y: Second component.
+        sure: That the vector is never 0. Opposite vectors then share all but the sign.
+    """
+    if y == 0 and x == 1:
+        return NO_TURN
+    return direction_of(terms, x, y, sure=sure)[0]
+
+
+def direction_of(
+    terms: Terms, x: sp.Expr, y: sp.Expr, *, sure: bool = False
+) -> tuple[Turn, sp.Expr, sp.Expr]:
+    """:func:`direction`, the square of the vector's length and the inverse of the length."""
+    x, y = terms.let(x), terms.let(y)
+    if not sure and not terms.is_constant(x):
+        x = terms.let(x + FLOOR)
+    squared = terms.let(x**2 + y**2)
+    inverse = terms.let(1 / terms.let(sp.sqrt(squared)))
+    return Turn(terms.let(x * inverse), terms.let(y * inverse)), squared, inverse
+
+
+def composed(terms: Terms, a: Turn, b: Turn) -> Turn:
+    """The turn by the sum of two angles."""
+    if a == NO_TURN:
+        return b
+    if b == NO_TURN:
+        return a
+    return Turn(terms.let(a.c * b.c - a.s * b.s), terms.let(a.s * b.c + a.c * b.s))
+
+
+def rotated(terms: Terms, k: Vector, turn: Turn, v: Vector) -> Vector:
+    """``R(k, theta) v`` by Rodrigues' formula: the part along k, and what turns about it."""
+    if turn == NO_TURN:
+        return v
+    across = perpendicular(terms, k, v)
+    along = tuple(terms.let(a - b) for a, b in zip(v, across, strict=True))
+    return combination(
+        terms, (sp.Integer(1), turn.c, turn.s), (along, across, cross(terms, k, across))
+    )
+
+
+def perpendicular(terms: Terms, k: Vector, v: Vector) -> Vector:
+    """The part of a vector that is perpendicular to a unit vector."""
+    return combination(terms, (sp.Integer(1), -dot(terms, k, v)), (v, k))
+
+
+def any_across(terms: Terms, k: Vector) -> Vector:
+    """A constant unit vector across a constant one."""
+    size = [abs(float(terms.value(component))) for component in k]
+    e = [sp.Integer(0)] * 3
+    e[size.index(min(size))] = sp.Integer(1)
+    x, y, z = perpendicular(terms, k, (e[0], e[1], e[2]))
+    length = terms.let(sp.sqrt(x**2 + y**2 + z**2))
+    return terms.let(x / length), terms.let(y / length), terms.let(z / length)

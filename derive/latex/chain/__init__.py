@@ -1,0 +1,1 @@
+"""Fragments of a chain: what is given, screw axes, link transforms, poses and Jacobians."""

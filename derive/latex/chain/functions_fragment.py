@@ -1,0 +1,116 @@
+r"""The fragments of derived functions: forward kinematics, Jacobians."""
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from ..setting.layout import MARGIN, Equation, aligned, chain, flowed, matrix, read_down
+from ..setting.notation import TERM
+from ..setting.page import Page, sentence, text
+from ..setting.sharing import Definition, Printed
+from ..setting.widths import LINE, width
+
+POSE_COLUMNS = 4
+TWIST_ROWS = 6
+SHORT = 50.0
+"""Width of an entry that stands in the generic pose as it is (pt)."""
+
+
+def forward_kinematics(page: Page) -> str:
+    """The tool's pose entry by entry, or as one matrix where that fits a line."""
+    fk = page.equations.fk
+    T = sp.ImmutableMatrix(POSE_COLUMNS, POSE_COLUMNS, fk.entries)
+    shared = _definitions(page, fk.definitions)
+    terms = sentence("With the shared terms", shared) if shared else ""
+    if page.matrix(page.pose, T).width <= LINE - MARGIN:
+        article = "the" if shared else "The"
+        opening = f"{article} pose of the tool in the base frame is"
+        return text(sentence(terms, opening, _two_matrices(page, T)))
+    generic = page.matrix(page.pose, _generic(page, short=True))
+    opening = "The pose of the tool in the base frame is"
+    if shared:
+        pose = flowed([generic], kept=True)
+        return text(sentence(opening, pose, terms, "its entries are", _entries(page)))
+    pose = flowed([generic], end="", kept=True)
+    return text(sentence(opening, pose, "with", _entries(page)))
+
+
+def jacobians(page: Page) -> str:
+    """The columns of the mixed and of the spatial Jacobian."""
+    mixed, space = page.equations.jacobian_mixed, page.equations.jacobian_space
+    return text(
+        r"Twists are $(v; \omega)$, linear velocity first, in the axes of the base frame. In the"
+        " mixed Jacobian, $v$ is the velocity of the tool's origin; in the spatial Jacobian, it is"
+        " that of the point of the tool's body at the base frame's origin.",
+        sentence(
+            _with_terms(page, mixed, "columns of the mixed Jacobian are"),
+            _columns(page, mixed, "J"),
+        ),
+        sentence(
+            _with_terms(page, space, "columns of the spatial Jacobian are"),
+            _columns(page, space, r"J^{\mathrm{s}}"),
+        ),
+    )
+
+
+def _generic(page: Page, *, short: bool) -> sp.ImmutableMatrix:
+    """The pose with its entries by name, or as they are if they are short."""
+    fk = page.equations.fk
+    shown = [
+        entry if name is None or (short and _is_short(page, entry)) else name
+        for name, entry in zip(fk.names, fk.entries, strict=True)
+    ]
+    return sp.ImmutableMatrix(POSE_COLUMNS, POSE_COLUMNS, shown)
+
+
+def _is_short(page: Page, entry: sp.Expr) -> bool:
+    """Whether an entry needs no name: a short product of symbols that need no definition."""
+    order = page.equations.notation.order
+    known = all(order[symbol][0] < TERM for symbol in entry.free_symbols)
+    return known and not entry.is_Add and width(page.tex(entry)) < SHORT
+
+
+def _entries(page: Page) -> str:
+    """The entries by name, the rotation's first."""
+    fk = page.equations.fk
+    rotation: list[Equation] = []
+    position: list[Equation] = []
+    for k, (name, entry) in enumerate(zip(fk.names, fk.entries, strict=True)):
+        if name is not None and not _is_short(page, entry):
+            part = position if k % POSE_COLUMNS == POSE_COLUMNS - 1 else rotation
+            part.append((page.tex(name), page.equations.printer.terms(entry)))
+    if not rotation or not position:
+        return aligned(read_down(rotation + position))
+    return sentence(aligned(read_down(rotation), end=""), "and", aligned(position))
+
+
+def _two_matrices(page: Page, T: sp.Matrix) -> str:
+    """The matrix of names, and below it that of entries."""
+    matrices = (_generic(page, short=False), T)
+    return chain(
+        page.pose,
+        [matrix([[page.tex(entry) for entry in row] for row in M.tolist()]) for M in matrices],
+    )
+
+
+def _with_terms(page: Page, function: Printed, statement: str) -> str:
+    if not function.definitions:
+        return f"The {statement}"
+    earlier = (page.equations.fk, page.equations.jacobian_mixed)
+    is_first = not any(other.definitions for other in earlier if other is not function)
+    further = "shared" if is_first else "further"
+    terms = _definitions(page, function.definitions)
+    return sentence(f"With the {further} terms", terms, f"the {statement}")
+
+
+def _definitions(page: Page, definitions: Sequence[Definition]) -> str:
+    printer = page.equations.printer
+    listed = [(page.tex(name), printer.terms(value)) for name, value in definitions]
+    return aligned(listed, end=",") if listed else ""
+
+
+def _columns(page: Page, function: Printed, name: str) -> str:
+    count = len(function.entries) // TWIST_ROWS
+    return flowed(
+        [page.column(f"{name}_{{{k + 1}}}", function.entries[k::count]) for k in range(count)]
+    )

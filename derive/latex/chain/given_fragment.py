@@ -1,0 +1,179 @@
+r"""The fragments that say what is given: parameters by convention, and the short symbols."""
+
+import math
+import re
+from collections.abc import Sequence
+
+from ...model.exact import SNAP, read
+from ..setting.layout import aligned
+from ..setting.names import escape
+from ..setting.notation import COMMAS_FROM, Notation
+from ..setting.page import Page, sentence, text
+from ..setting.printer import number
+from . import tables
+from .transforms import transform
+
+FEW = 4
+"""Names that a sentence joins by "and"; more are a mere list."""
+SNAPPED = re.compile(r"joint (.+): ([rpy]) = (\S+) taken as (\S+)")
+"""A robot's note of an angle that was taken for a multiple of pi."""
+ANGLES = {"r": "roll", "p": "pitch", "y": "yaw"}
+
+
+def parameters(page: Page) -> str:
+    """The joints in their own conventions, and the values of the parameters."""
+    return text(_coordinates(page), joints(page), values(page), noted(page.robot.notes))
+
+
+def joints(page: Page) -> str:
+    """The tables of the joints, and what their abbreviations mean."""
+    equations = page.equations
+    runs = tables.joint_tables(page.robot, equations.notation, equations.printer)
+    shown = [
+        sentence(_introduced(convention, equations.notation), table) for convention, table in runs
+    ]
+    return text(*shown, _legend(page)).rstrip()
+
+
+def values(page: Page) -> str:
+    """The values of the parameters, if there are any."""
+    if not page.robot.parameters:
+        return ""
+    table = tables.value_table(page.robot, page.equations.printer)
+    return sentence("The parameters have the default values", table)
+
+
+def symbols(page: Page) -> str:
+    """The table of short symbols, and the rules by which they are made."""
+    notation, printer = page.equations.notation, page.equations.printer
+    table = tables.symbol_table(notation, printer)
+    constants = ""
+    if notation.constants:
+        table_of_constants = tables.constant_table(notation, printer)
+        constants = sentence("The named constants are", table_of_constants)
+    return text(sentence(" ".join(_rules(page)), table), constants)
+
+
+def _coordinates(page: Page) -> str:
+    notation = page.equations.notation
+    joints = dict(zip(notation.q, page.robot.coordinates, strict=True))
+    parts = []
+    for unit, one, many in (
+        ("rad", "is an angle", "are angles"),
+        ("m", "is a displacement", "are displacements"),
+    ):
+        names = [f"${notation.tex[q]}$" for q, joint in joints.items() if joint.unit == unit]
+        if names:
+            parts.append(f"{_listed(names)} {one if len(names) == 1 else many}")
+    units = "Equations and tables are in metres and radians."
+    subject = "The joint coordinate" + ("s" if len(joints) > 1 else "")
+    if len(parts) > 1:
+        return f"{units} Of the joint coordinates, {parts[0]} and {parts[1]}."
+    return f"{units} {subject} {parts[0]}."
+
+
+def _listed(names: Sequence[str]) -> str:
+    if len(names) > FEW:
+        return rf"{names[0]}, \dots, {names[-1]}" if _consecutive(names) else ", ".join(names)
+    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))
+
+
+def _consecutive(names: Sequence[str]) -> bool:
+    numbers = [int(name.strip("$q_{}")) for name in names]
+    return numbers == list(range(numbers[0], numbers[0] + len(numbers)))
+
+
+def _introduced(convention: str, notation: Notation) -> str:
+    words = tables.CONVENTION_NAMES.get(convention)
+    if words and notation.called:
+        words = words.removesuffix(" $q$")
+    if convention in tables.FORMULAS:
+        _, formula = tables.FORMULAS[convention]
+        link = transform("i-1", "i")
+        return sentence(f"In {words},", aligned([(link, [formula])], end=","), "the joints are")
+    return f"The joints are given by {words}:" if words else "The joints are"
+
+
+def _legend(page: Page) -> str:
+    """What the tables' abbreviations mean, for those that occur, and how joints are coupled."""
+    robot = page.robot
+    kinds = {joint.kind for joint in robot.joints}
+    if kinds == {"revolute"}:
+        sentences = ["All joints are revolute."]
+    else:
+        types = [f"{short} is {kind}" for kind, short in tables.TYPES.items() if kind in kinds]
+        sentences = [f"Type {', '.join(types)}."]
+    if any(
+        joint.kind == "prismatic"
+        and joint.convention in tables.VARIABLES
+        and not tables.variable_field(joint)
+        for joint in robot.joints
+    ):
+        sentences.append(r"A displacement $q$ is along $z$, right after $R_z(\theta)$.")
+    one = "joint"
+    if tables.has_fixed(robot):
+        one = "moving joint"
+        sentences.append("The moving joints are counted by $k$, as are the screw axes.")
+    count = tables.moving_numbers(robot)
+    for joint in robot.moving:
+        this = f"{one.capitalize()} {count[joint.name]}"
+        if joint.kind == "helical":
+            sentences.append(f"{this} advances by ${page.tex(joint.pitch)}$ (m) per radian.")
+        if joint.mimic is not None:
+            sentences.append(f"{this} follows {one} {count[joint.mimic.leader]}.")
+    return " ".join(sentences)
+
+
+def noted(notes: Sequence[str]) -> str:
+    """What was changed on the way in; angles that were taken for the same are named together."""
+    angles: dict[tuple[str, str], list[str]] = {}
+    others = []
+    for note in notes:
+        if found := SNAPPED.fullmatch(note):
+            joint, angle, value, exact = found.groups()
+            angles.setdefault((value, exact), []).append(f"{ANGLES[angle]} of {escape(joint)}")
+        else:
+            others.append(escape(note))
+    sentences = []
+    if angles:
+        within = rf"$10^{{{round(math.log10(SNAP))}}}$"
+        listed = [
+            rf"${_scientific(value)}$ as ${number(read(exact))}$ ({', '.join(where)})"
+            for (value, exact), where in angles.items()
+        ]
+        sentences.append(
+            rf"Angles within {within} of a multiple of $\pi/12$ were taken as that multiple:"
+            f" {', '.join(listed)}."
+        )
+    if others:
+        sentences.append(f"Notes: {'; '.join(others)}.")
+    # Names and digits that cannot be broken need loose lines.
+    body = " ".join(sentences)
+    return f"\\begin{{sloppypar}}\n{body}\n\\end{{sloppypar}}" if body else ""
+
+
+def _scientific(value: str) -> str:
+    digits, _, exponent = value.partition("e")
+    return rf"{digits} \cdot 10^{{{int(exponent)}}}" if exponent else digits
+
+
+def _rules(page: Page) -> list[str]:
+    notation = page.equations.notation
+    c, s = notation.letters["cos"], notation.letters["sin"]
+    q = "q"
+    rules = []
+    if notation.called:
+        q = r"\theta"
+        rules = [r"Here $\theta_i$ stands for the $i$-th coordinate of the main chain."]
+    rules.append(rf"Cosines and sines are written ${c}_i = \cos {q}_i$ and ${s}_i = \sin {q}_i$.")
+    angles = notation.angles
+    if any(len(angle.free_symbols & set(notation.q)) > 1 for angle in angles):
+        comma = "," if len(notation.q) >= COMMAS_FROM else ""
+        rules.append(rf"Joined indices stand for a sum, ${c}_{{i{comma}j}} = \cos({q}_i + {q}_j)$.")
+    if any(":" in index for _, index in angles.values()):
+        rules.append(r"A range $i{:}j$ stands for all indices from $i$ to $j$.")
+    if any(r"\bar" in index for _, index in angles.values()):
+        rules.append("A barred index is subtracted.")
+    if any(accent != "{}" for accent, _ in angles.values()):
+        rules.append("An accent marks an angle with a constant or a factor, given in the table.")
+    return rules

@@ -1,0 +1,113 @@
+"""Screw axes and home pose in short symbols: exact where short, decimals where a human would.
+
+Multiplied out, a chain of general angles grows without bound. Angles that are numbers and give no
+roots are taken as decimals of 40 digits before the product is formed, and angles that are
+parameters leave shared terms behind.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import count
+
+import sympy as sp
+
+from ...chain.poe import to_poe
+from ...model.exact import EVALUATION_DIGITS
+from ...model.robot import Placement, Robot, Rotation
+from ..setting.notation import Notation, is_surd
+
+MOST_TILTS = 3
+"""Constant angles other than right ones that are kept as roots."""
+_ROUNDING = sp.Float(10) ** (8 - EVALUATION_DIGITS)
+
+
+@dataclass(frozen=True)
+class Screws:
+    """The product of exponentials of a robot, as it is printed.
+
+    Attributes:
+        definitions: PrintedTerms that the entries share, each in those before it.
+        S: Screw axes (6, moving joints).
+        M: Home pose (4, 4).
+    """
+
+    definitions: tuple[tuple[sp.Symbol, sp.Expr], ...]
+    S: sp.ImmutableMatrix
+    M: sp.ImmutableMatrix
+
+
+class _Decimal(Rotation):
+    """A turn by a decimal, which no description may hold."""
+
+    def __post_init__(self) -> None:
+        """Takes the decimal as it is."""
+
+
+def printed_screws(robot: Robot, notation: Notation) -> Screws:
+    """Screw axes and home pose in short symbols."""
+    S, M = to_poe(_with_decimals(robot))
+    definitions: list[tuple[sp.Symbol, sp.Expr]] = []
+    known: dict[sp.Symbol, sp.Expr] = {}
+    replacements, (S, M) = sp.cse([S, M], symbols=_symbols(), order="none")
+    for symbol, expression in replacements:
+        value = _short(expression.xreplace(known), notation)
+        if (-value if value.could_extract_minus_sign() else value).is_Atom or not _varies(robot):
+            known[symbol] = value
+        else:
+            known[symbol] = notation.geometric()
+            definitions.append((known[symbol], value))
+    S, M = (
+        matrix.applyfunc(lambda entry: _short(entry.xreplace(known), notation)) for matrix in (S, M)
+    )
+    return Screws(tuple(definitions), S, M)
+
+
+def _symbols() -> Iterator[sp.Symbol]:
+    return (sp.Symbol(f"_{k}", real=True) for k in count())
+
+
+def _short(expression: sp.Expr, notation: Notation) -> sp.Expr:
+    """Decimals next to integers are those integers; the rest in short symbols."""
+    rounded = {}
+    for number in expression.atoms(sp.Float):
+        nearest = sp.Integer(round(number))
+        if abs(number - nearest) < _ROUNDING:
+            rounded[number] = nearest
+    return notation.shortened(expression.xreplace(rounded))
+
+
+def _varies(robot: Robot) -> bool:
+    """Whether angles depend on parameters."""
+    return any(turn.angle.free_symbols for turn in _turns(robot))
+
+
+def _turns(robot: Robot) -> list[Rotation]:
+    placements = [robot.base, robot.tool]
+    placements += [part for joint in robot.joints for part in (joint.before, joint.after)]
+    return [motion for part in placements for motion in part if isinstance(motion, Rotation)]
+
+
+def _with_decimals(robot: Robot) -> Robot:
+    """The robot with decimals for the angles whose cosines and sines are no short roots."""
+    tilted = [turn for turn in _turns(robot) if not (2 * turn.angle / sp.pi).is_Integer]
+    many = len(tilted) > MOST_TILTS
+
+    def changed(placement: Placement) -> Placement:
+        return tuple(
+            _Decimal(motion.axis, sp.Float(motion.angle.evalf(EVALUATION_DIGITS)))
+            if isinstance(motion, Rotation) and motion in tilted and _is_rough(motion, many=many)
+            else motion
+            for motion in placement
+        )
+
+    joints = tuple(
+        replace(joint, before=changed(joint.before), after=changed(joint.after))
+        for joint in robot.joints
+    )
+    return replace(robot, joints=joints, base=changed(robot.base), tool=changed(robot.tool))
+
+
+def _is_rough(turn: Rotation, *, many: bool) -> bool:
+    if turn.angle.free_symbols:
+        return False
+    return many or not (is_surd(sp.cos(turn.angle)) and is_surd(sp.sin(turn.angle)))

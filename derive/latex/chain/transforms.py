@@ -1,0 +1,122 @@
+"""Link transforms as matrices: the placements of a joint and its motion, multiplied out."""
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from ...model.robot import Joint, Placement, Robot, Rotation, Translation
+from ..setting import names
+from ..setting.notation import Notation
+from ..setting.printer import Printer
+
+PLANES = {"x": (1, 2), "y": (2, 0), "z": (0, 1)}
+
+
+def labels(robot: Robot) -> list[str]:
+    """Indices of the frames from the base to the tool: base, links, tool where they differ.
+
+    Frame 0 is the chain's first. The base frame is the same where nothing stands before the first
+    joint, and the tool's is the last link's where nothing stands after the last.
+    """
+    base, tool = names.frame(robot.base_frame), names.frame(robot.tool_frame)
+    links = [str(k) for k in range(len(robot.joints) + 1)]
+    if not robot.base:
+        links[0] = base
+    elif base == "0":
+        links[0] = "0'"
+    before = [base] if robot.base else []
+    return [*before, *links, *([tool] if robot.tool else [])]
+
+
+def transform(start: str, end: str) -> str:
+    """The name of the pose of one frame in another."""
+    return f"{{}}^{{{start}}}T_{{{end}}}"
+
+
+def motions(joint: Joint, value: sp.Expr) -> Placement:
+    """What carries one link's frame to the next, the joint's motion included."""
+    motion: Placement = ()
+    if joint.kind in ("revolute", "helical"):
+        motion += (Rotation("z", value),)
+    if joint.kind in ("prismatic", "helical"):
+        slide = value if joint.kind == "prismatic" else joint.pitch * value
+        motion += (Translation((sp.Integer(0), sp.Integer(0), slide)),)
+    return (*joint.before, *motion, *joint.after)
+
+
+def placements(robot: Robot, q: Sequence[sp.Expr]) -> list[Placement]:
+    """What carries each of :func:`labels` to the next at coordinates q, neighbours merged."""
+    found = [robot.base] if robot.base else []
+    values = iter(robot.joint_values(q))
+    for joint in robot.joints:
+        value = sp.Integer(0) if joint.kind == "fixed" else next(values)
+        found.append(motions(joint, value))
+    found += [robot.tool] if robot.tool else []
+    return [_merged(placement) for placement in found]
+
+
+def matrix(placement: Placement, notation: Notation) -> sp.ImmutableMatrix:
+    """A placement multiplied out (4, 4), cosines and sines by their short symbols."""
+    T = sp.eye(4)
+    for motion in placement:
+        T = T * (_turn(motion, notation) if isinstance(motion, Rotation) else _shift(motion))
+    return sp.ImmutableMatrix(T)
+
+
+def factors(placement: Placement, printer: Printer) -> list[str]:
+    """A placement as elementary motions in LaTeX."""
+    return [_factor(motion, printer) for motion in placement]
+
+
+def _factor(motion: Rotation | Translation, printer: Printer) -> str:
+    if isinstance(motion, Rotation):
+        return f"R_{motion.axis}({printer.tex(motion.angle)})"
+    along = [axis for axis, x in zip("xyz", motion.vector, strict=True) if x != 0]
+    if len(along) == 1:
+        return f"T_{along[0]}({printer.tex(sum(motion.vector))})"
+    return f"T({', '.join(printer.tex(x) for x in motion.vector)})"
+
+
+def _merged(placement: Placement) -> Placement:
+    """Turns about one axis as one, also across shifts along that axis."""
+    merged: list[Rotation | Translation] = []
+    for motion in placement:
+        if isinstance(motion, Rotation):
+            place = len(merged)
+            while place and _commutes(merged[place - 1], motion):
+                place -= 1
+            before = merged[place - 1] if place else None
+            if isinstance(before, Rotation) and before.axis == motion.axis:
+                merged[place - 1] = Rotation(motion.axis, before.angle + motion.angle)
+                continue
+        merged.append(motion)
+    return tuple(merged)
+
+
+def _commutes(shift: Rotation | Translation, turn: Rotation) -> bool:
+    if isinstance(shift, Rotation):
+        return False
+    across = PLANES[turn.axis]
+    return all(shift.vector[k] == 0 for k in across)
+
+
+def _turn(rotation: Rotation, notation: Notation) -> sp.Matrix:
+    c, s = (_short(function(rotation.angle), notation) for function in (sp.cos, sp.sin))
+    j, k = PLANES[rotation.axis]
+    T = sp.eye(4)
+    T[j, j], T[j, k], T[k, j], T[k, k] = c, -s, s, c
+    return T
+
+
+def _short(value: sp.Expr, notation: Notation) -> sp.Expr:
+    """A cosine or sine, possibly turned into the other with a sign, in short symbols."""
+    sign, function = value.as_coeff_Mul()
+    if function.func in (sp.cos, sp.sin):
+        return sign * notation.trigonometric(function)
+    return notation.constant(value)
+
+
+def _shift(translation: Translation) -> sp.Matrix:
+    T = sp.eye(4)
+    T[:3, 3] = sp.Matrix(translation.vector)
+    return T

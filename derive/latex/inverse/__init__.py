@@ -1,0 +1,1 @@
+"""The fragment of the inverse: structure, steps, and slots."""

@@ -1,0 +1,1 @@
+"""Fragments of robots with loops: closures, mobility, solution, rates, platforms."""

@@ -1,0 +1,109 @@
+"""What the fragments of a robot with loops share."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from ...derivation import Derivation, derive
+from ...loops.hybrid import Hybrid
+from ...model.mechanism import Mechanism
+from ...terms.terms import Terms
+from ..setting.notation import LENGTH
+from ..setting.page import Page
+from ..setting.printed_terms import PrintedTerms
+from ..setting.sharing import PRINTED
+from .members import Letters, Members, members
+from .printed_steps import PrintedStep, printed_steps
+
+
+@dataclass(frozen=True)
+class LoopPage:
+    """A robot with loops with everything that is printed of it.
+
+    Attributes:
+        mechanism: The description.
+        hybrid: The derivation of its loops.
+        chain: The page of its main chain; coordinates are called as the members.
+        members: The symbols of its joints.
+        letters: The symbols of intermediate results.
+    """
+
+    mechanism: Mechanism
+    hybrid: Hybrid
+    chain: Page
+    members: Members
+    letters: Letters
+
+    @classmethod
+    def of(cls, derivation: Derivation) -> "LoopPage":
+        """The page of a derivation."""
+        mechanism, hybrid = derivation.robot, derivation.hybrid
+        assert isinstance(mechanism, Mechanism)
+        assert hybrid is not None
+        symbols = members(mechanism)
+        printed = derive(mechanism.main_chain, PRINTED)
+        chain = Page.of(printed, symbols.theta, len(mechanism.coordinates))
+        letters = Letters(chain.equations.notation, symbols)
+        return cls(mechanism, hybrid, chain, symbols, letters)
+
+    @property
+    def terms(self) -> Terms:
+        """The names of all terms of the loops."""
+        return self.hybrid.terms
+
+    @cached_property
+    def q(self) -> tuple[sp.Symbol, ...]:
+        """Printed symbols of the actuated coordinates."""
+        return tuple(self._symbol(tex, k) for k, tex in enumerate(self.members.q))
+
+    @cached_property
+    def theta(self) -> tuple[sp.Expr, ...]:
+        """Printed symbols of the main chain's coordinates."""
+        return self.chain.equations.notation.q
+
+    @cached_property
+    def joints(self) -> dict[str, sp.Symbol]:
+        """Printed symbols of the entries of the full configuration, by name."""
+        known = dict(zip(self.members.q, self.q, strict=True))
+        known |= dict(zip(self.members.theta, self.theta, strict=True))
+        return {
+            name: known.get(tex) or self._symbol(tex, 20 + k)
+            for k, (name, tex) in enumerate(self.members.of.items())
+        }
+
+    @cached_property
+    def printed_terms(self) -> PrintedTerms:
+        """The loops' terms in printed symbols."""
+        hybrid = self.hybrid
+        known = dict(zip(hybrid.q, self.q, strict=True))
+        known |= dict(zip(hybrid.theta, self.theta, strict=True))
+        z = hybrid.arguments["z"].symbols
+        pairs = zip(z, hybrid.variables, strict=True)
+        known |= {symbol: self.joints[variable.name] for symbol, variable in pairs}
+        return PrintedTerms(self.terms, self.chain.equations.notation, known)
+
+    @cached_property
+    def forward_steps(self) -> tuple[PrintedStep, ...]:
+        """The steps from the actuators."""
+        return printed_steps(self.printed_terms, self.letters, self.hybrid.forward, 1, self.joints)
+
+    @cached_property
+    def backward_steps(self) -> tuple[PrintedStep, ...]:
+        """The steps from the main chain, numbered on."""
+        first = 1 + len(self.forward_steps)
+        return printed_steps(
+            self.printed_terms, self.letters, self.hybrid.backward, first, self.joints
+        )
+
+    def constant(self, expression: sp.Expr) -> sp.Expr:
+        """A constant in printed symbols, term by term."""
+        addends = sp.Add.make_args(sp.expand(self.terms.spelled(expression)))
+        return sp.Add(*map(self.printed_terms.constant, addends))
+
+    def tex(self, expression: sp.Expr) -> str:
+        """A printed expression on one line."""
+        return self.printed_terms.tex(expression)
+
+    def _symbol(self, tex: str, place: int) -> sp.Symbol:
+        return self.chain.equations.notation.symbol(tex, (LENGTH, (80, place)))

@@ -1,0 +1,133 @@
+r"""The fragment of the loops: products of exponentials that are 1, and the scalar equations."""
+
+from collections.abc import Sequence
+from functools import partial
+
+import sympy as sp
+
+from ...loops.constraints import Factor, LoopEquations
+from ...model.mechanism import Closure
+from ..chain.tables import Column, tabular
+from ..setting.layout import aligned, filled
+from ..setting.page import listed, named_matrix, sentence, text
+from ..setting.printed_terms import Definition
+from ..setting.widths import LINE, width
+from .loop_page import LoopPage
+
+
+def loops(page: LoopPage) -> str:
+    """Every loop as a product of exponentials and as equations, and what follows for rates."""
+    equations = page.hybrid.equations
+    shown = [_loop(page, loop, k) for k, loop in enumerate(equations, 1)]
+    count = sum(len(loop.residual) for loop in equations)
+    z = listed(map(page.tex, page.joints.values()))
+    rates = sentence(
+        rf"Together these are {count} equations $c(z) = 0$ in the {len(page.joints)} entries of"
+        rf" $z$: {z}. Rates and accelerations that keep the loops closed satisfy",
+        aligned(
+            [
+                (r"\frac{\partial c}{\partial z}\,\dot{z}", ["0"]),
+                (
+                    r"\frac{\partial c}{\partial z}\,\ddot{z}",
+                    [r"-\frac{\mathrm{d}}{\mathrm{d}t}\frac{\partial c}{\partial z}\,\dot{z}"],
+                ),
+            ]
+        ),
+    )
+    return text(_introduction(equations), *shown, rates)
+
+
+def _introduction(equations: Sequence[LoopEquations]) -> str:
+    one = "The loop is" if len(equations) == 1 else "Every loop is"
+    return (
+        rf"{one} closed where the product of the exponentials around it is $1$: out along one"
+        r" branch, through what closes the loop, and back along the other. The screws"
+        r" $\mathcal{S} = (v; \omega)$ are those at zero configuration, in the frame of the body"
+        r" where both branches meet, and $M$ is what the branches leave open there."
+    )
+
+
+def _loop(page: LoopPage, loop: LoopEquations, number: int) -> str:
+    freedoms = {
+        factor.name: page.letters.next("freedom")
+        for factor in loop.factors
+        if factor.name not in page.joints
+    }
+    values = {**page.joints, **freedoms}
+    is_open = loop.home != sp.eye(4)
+    closed = [_exponential(page, values[f.name], f) for f in loop.factors if f.side != "b"]
+    back = [_exponential(page, values[f.name], f) for f in loop.factors if f.side == "b"]
+    home = rf"M_{{{number}}}"
+    product = [*closed, *([home] if is_open else []), *back]
+    definitions, entries = residual(page, loop)
+    kind = "closure" if isinstance(loop.loop.closer, Closure) else "member"
+    meeting = page.members.called(loop.loop.meeting)
+    which = "base" if loop.loop.meeting == page.mechanism.base_frame else f"body {meeting}"
+    opening = (
+        rf"\textbf{{Loop {number}}} is closed by the {kind} {page.members.called(loop.name)}; its"
+        rf" branches meet at the {which}:"
+    )
+    where = "where the screws are" if not is_open else "where the screws and what is open are"
+    terms = [
+        (page.tex(name), page.printed_terms.printer.terms(value)) for name, value in definitions
+    ]
+    equals = [("0", page.printed_terms.printer.terms(entry)) for entry in entries]
+    amounts = "It amounts to" if len(equals) > 1 or terms else "It amounts to the equation"
+    return sentence(
+        opening,
+        _equals_one(product),
+        where,
+        _screws(page, loop, values),
+        _home(page, home, loop.home) if is_open else "",
+        amounts,
+        aligned([*terms, *equals]) if terms else aligned(equals),
+    )
+
+
+def _exponential(page: LoopPage, value: sp.Symbol, factor: Factor) -> str:
+    tex = page.tex(value)
+    sign = "-" if factor.side == "b" else ""
+    return rf"e^{{{sign}[\mathcal{{S}}_{{{tex}}}] {tex}}}"
+
+
+def _equals_one(product: Sequence[str]) -> str:
+    joined = [product[0], *(rf"\,{factor}" for factor in product[1:])]
+    first, *rest = filled(joined, LINE - width("= 1,"))
+    lines = [first, *(rf"\quad {line}" for line in rest)]
+    lines[-1] += " = 1,"
+    body = " \\\\\n".join(f"&{line}" for line in lines)
+    return f"\\begin{{align*}}\n{body}\n\\end{{align*}}%"
+
+
+def _screws(page: LoopPage, loop: LoopEquations, values: dict[str, sp.Symbol]) -> str:
+    """The screws as rows of a table."""
+    names = [rf"$\mathcal{{S}}_{{{page.tex(values[f.name])}}}$" for f in loop.factors]
+    columns: list[Column] = [
+        ("screw", names),
+        ("joint", [page.members.called(f.name) for f in loop.factors]),
+    ]
+    heads = [rf"${part}_{axis}$" for part in ("v", r"\omega") for axis in "xyz"]
+    rows = [[_constant(page, entry) for entry in factor.screw] for factor in loop.factors]
+    columns += [(head, [row[k] for row in rows]) for k, head in enumerate(heads)]
+    return tabular(columns, repeated=1)
+
+
+def _home(page: LoopPage, name: str, M: sp.Matrix) -> str:
+    rows = [[_constant(page, entry)[1:-1] for entry in row] for row in M.tolist()]
+    return "\\begin{gather*}\n" + named_matrix(name, rows).tex + ".\n\\end{gather*}%"
+
+
+def _constant(page: LoopPage, entry: sp.Expr) -> str:
+    return f"${page.tex(page.constant(entry))}$"
+
+
+def residual(page: LoopPage, loop: LoopEquations) -> tuple[list[Definition], list[sp.Expr]]:
+    """The scalar equations, long squares in them by name."""
+    definitions: list[Definition] = []
+    entries = []
+    for entry in loop.residual:
+        delta = partial(page.letters.next, "delta")
+        shown, new = page.printed_terms.shortened(page.printed_terms.of(entry), delta)
+        entries.append(shown)
+        definitions += new
+    return definitions, entries

@@ -1,0 +1,161 @@
+r"""The fragment that says what a robot with loops consists of: coordinates, joints, closures."""
+
+from collections.abc import Sequence
+
+import sympy as sp
+
+from ...chain.poe import placement_matrix
+from ...model.mechanism import Coordinate, Place, Strut
+from ...model.robot import Joint, Placement
+from ..chain import tables
+from ..chain.given_fragment import joints, noted, values
+from ..chain.tables import NONE, Column, tabular
+from ..setting.names import escape
+from ..setting.page import listed, sentence, text
+from .loop_page import LoopPage
+
+CLOSURES = {"pin": "pin", "slider": "slider", "ball": "ball", "weld": "weld"}
+
+
+def description(page: LoopPage) -> str:
+    """Actuated coordinates, main chain, other joints, closures, members, drives, parameters."""
+    return text(
+        _coordinates(page),
+        sentence(
+            r"The main chain leads from the base to the tool; its joints are"
+            rf" {listed(page.members.theta)}."
+        ),
+        joints(page.chain),
+        _others(page),
+        _closures(page),
+        _struts(page),
+        values(page.chain),
+        noted(page.mechanism.notes),
+    )
+
+
+def _coordinates(page: LoopPage) -> str:
+    coordinates = page.mechanism.coordinates
+    columns: list[Column] = [
+        ("$q$", [f"${tex}$" for tex in page.members.q]),
+        ("coordinate", [escape(c.name) for c in coordinates]),
+        ("moves", [_moved(page, c) for c in coordinates]),
+        ("unit", [c.unit for c in coordinates]),
+        ("limits", [tables.limits(c.limits) for c in coordinates]),
+    ]
+    return sentence(
+        "Equations and tables are in metres and radians. The actuated coordinates are",
+        tabular(columns, repeated=1),
+    )
+
+
+def _moved(page: LoopPage, c: Coordinate) -> str:
+    """The symbol of the joint that a coordinate moves, and how."""
+    symbol = page.joints[c.moves]
+    if c.name != c.moves:
+        ratio = page.printed_terms.constant(c.ratio)
+        return f"${page.tex(symbol)} = {page.tex(ratio)}\\,{page.members.q[_place(page, c)]}$"
+    if page.members.of[c.moves] in page.members.q:
+        return "cylinder" if isinstance(page.mechanism.members[c.moves], Strut) else "joint"
+    return f"${page.tex(symbol)}$"
+
+
+def _place(page: LoopPage, c: Coordinate) -> int:
+    return page.mechanism.coordinates.index(c)
+
+
+def _others(page: LoopPage) -> str:
+    """The tree's joints that are not in the main chain."""
+    main = {joint.name for joint in page.chain.robot.joints}
+    others = [joint for joint in page.mechanism.joints if joint.name not in main]
+    if not others:
+        return ""
+    columns: list[Column] = [
+        ("joint", [escape(joint.name) for joint in others]),
+        ("variable", [_variable(page, joint) for joint in others]),
+        ("type", [tables.TYPES[joint.kind] for joint in others]),
+        ("stands on", [_body(page, joint.parent) for joint in others]),
+        ("carries", [_body(page, joint.link) for joint in others]),
+        ("at", [_point(page, joint.before) for joint in others]),
+        ("axis", [_axis(page, joint) for joint in others]),
+    ]
+    return sentence(
+        "The other joints, each at a point of the body that it stands on, are",
+        tabular(columns, repeated=1),
+    )
+
+
+def _variable(page: LoopPage, joint: Joint) -> str:
+    return NONE if joint.kind == "fixed" else f"${page.tex(page.joints[joint.name])}$"
+
+
+def _axis(page: LoopPage, joint: Joint) -> str:
+    if joint.kind == "fixed":
+        return NONE
+    return _vector(page, placement_matrix(joint.before)[:3, 2] * joint.direction)
+
+
+def _closures(page: LoopPage) -> str:
+    closures = page.mechanism.closures
+    if not closures:
+        return ""
+    columns: list[Column] = [
+        ("closure", [escape(closure.name) for closure in closures]),
+        ("type", [CLOSURES[closure.kind] for closure in closures]),
+        *_places(page, [(closure.a, closure.b) for closure in closures]),
+    ]
+    return sentence("Loops are closed by", tabular(columns, repeated=1))
+
+
+def _struts(page: LoopPage) -> str:
+    struts = page.mechanism.struts
+    if not struts:
+        return ""
+    columns: list[Column] = [
+        ("member", [escape(strut.name) for strut in struts]),
+        ("length", [_length(page, strut) for strut in struts]),
+        ("ends", [strut.ends + "s" for strut in struts]),
+    ]
+    if any(strut.ends == "pin" for strut in struts):
+        columns.append(("swing", [_swing(page, strut) for strut in struts]))
+    columns += _places(page, [(strut.a, strut.b) for strut in struts])
+    what = [
+        word
+        for word, is_cylinder in (("rods of constant length", False), ("cylinders", True))
+        if any(strut.is_cylinder is is_cylinder for strut in struts)
+    ]
+    begin = "Loops are also closed by" if page.mechanism.closures else "Loops are closed by"
+    return sentence(f"{begin} {' and '.join(what)},", tabular(columns, repeated=1))
+
+
+def _swing(page: LoopPage, strut: Strut) -> str:
+    return f"${page.tex(page.joints[strut.swing_name])}$" if strut.ends == "pin" else NONE
+
+
+def _length(page: LoopPage, strut: Strut) -> str:
+    length = page.printed_terms.exact(sp.cancel(strut.length))
+    variable = page.joints[strut.name] if strut.is_cylinder else sp.S.Zero
+    return f"${page.tex(length + variable)}$"
+
+
+def _places(page: LoopPage, places: Sequence[tuple[Place, Place]]) -> list[Column]:
+    return [
+        column
+        for k, word in enumerate(("from", "to"))
+        for column in (
+            (word, [_body(page, pair[k].body) for pair in places]),
+            ("at", [_point(page, pair[k].placement) for pair in places]),
+        )
+    ]
+
+
+def _body(page: LoopPage, name: str) -> str:
+    return "base" if name == page.mechanism.base_frame else escape(name)
+
+
+def _point(page: LoopPage, placement: Placement) -> str:
+    return _vector(page, placement_matrix(placement)[:3, 3])
+
+
+def _vector(page: LoopPage, vector: sp.Matrix) -> str:
+    return f"$({', '.join(page.tex(page.constant(entry)) for entry in vector)})$"

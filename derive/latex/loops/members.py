@@ -1,0 +1,146 @@
+"""What the joints of a robot with loops are called in formulas and in sentences.
+
+Joints of the main chain are theta, actuated coordinates q, the rest psi, each with its number,
+except that a joint whose name is a symbol already, ``theta8`` or ``l_HI``, keeps it.
+"""
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...loops.constraints import configuration_names
+from ...model.mechanism import Mechanism
+from ..setting import names
+from ..setting.notation import LENGTH, Notation
+
+ACTUATED = "q"
+THETA = (r"\theta", r"\vartheta", r"\xi")
+PSI = (r"\psi", r"\eta", r"\chi")
+"""Letters in order of preference: one that names of the description use is avoided."""
+LETTERS: Mapping[str, tuple[str, ...]] = {
+    "angle": (r"\varphi", r"\phi", r"\gamma"),
+    "freedom": (r"\zeta", r"\sigma", r"\nu"),
+    "A": ("A", "U", r"\mathrm{A}"),
+    "B": ("B", "V", r"\mathrm{B}"),
+    "C": ("C", "G", r"\mathrm{C}"),
+    "D": ("D", "X", r"\mathrm{D}"),
+    "P": ("P", "Q", r"\mathrm{P}"),
+    "E": ("E", "W", r"\mathrm{E}"),
+    "h": ("h", "H", r"\mathrm{h}"),
+    "m": ("m", "K", r"\mathrm{m}"),
+    "n": ("n", "N", r"\mathrm{n}"),
+    "p": ("p", "F", r"\mathrm{p}"),
+    "t": ("t", r"\tau", r"\mathrm{t}"),
+    "u": ("u", r"\upsilon", r"\mathrm{u}"),
+    "delta": (r"\delta", r"\Delta", r"\mathrm{d}"),
+}
+"""What the intermediate results of a solution are called, in order of preference."""
+
+
+@dataclass(frozen=True)
+class Members:
+    """Symbols of a mechanism.
+
+    Attributes:
+        theta: LaTeX of the main chain's joints.
+        q: LaTeX of the actuated coordinates.
+        of: LaTeX of every entry of the full configuration, by name.
+    """
+
+    theta: tuple[str, ...]
+    q: tuple[str, ...]
+    of: Mapping[str, str]
+
+    def called(self, name: str) -> str:
+        """A joint, body or closer in a sentence: its symbol if its name is one, else words."""
+        if is_symbol(name):
+            return f"${self.of.get(name, names.parameter(name))}$"
+        return words(name)
+
+    def with_symbol(self, name: str) -> str:
+        """A joint in a sentence, its symbol behind its name."""
+        if is_symbol(name) or name not in self.of:
+            return self.called(name)
+        return f"{words(name)} ${self.of[name]}$"
+
+
+def members(mechanism: Mechanism) -> Members:
+    """The symbols of a mechanism's joints."""
+    parameters = names.distinct(parameter.name for parameter in mechanism.parameters)
+    chosen = _Chosen(mechanism, set(parameters.values()))
+    main = [joint.name for joint in mechanism.main_chain.moving]
+    q = tuple(f"{ACTUATED}_{{{k}}}" for k in range(1, len(mechanism.coordinates) + 1))
+    of = chosen.numbered(main, THETA)
+    own = zip(mechanism.coordinates, q, strict=True)
+    of |= {c.moves: tex for c, tex in own if c.name == c.moves and c.moves not in of}
+    rest = [v.name for v in configuration_names(mechanism) if v.name not in of]
+    of |= chosen.numbered(rest, PSI)
+    return Members(tuple(of[name] for name in main), q, of)
+
+
+class _Chosen:
+    """Names that are symbols, and numbers under a free letter for the others."""
+
+    def __init__(self, mechanism: Mechanism, taken: set[str]) -> None:
+        self.own: dict[str, str] = {}
+        self.heads = {ACTUATED, *map(names.head, taken)}
+        for variable in configuration_names(mechanism):
+            tex = names.parameter(variable.name)
+            is_free = tex not in taken and names.head(tex) != ACTUATED
+            if is_symbol(variable.name) and is_free:
+                self.own[variable.name] = tex
+                taken.add(tex)
+                self.heads.add(names.head(tex))
+
+    def numbered(self, wanted: Iterable[str], letters: tuple[str, ...]) -> dict[str, str]:
+        letter = next((one for one in letters if one not in self.heads), letters[-1])
+        return {name: self.own.get(name, f"{letter}_{{{k}}}") for k, name in enumerate(wanted, 1)}
+
+
+def dotted(tex: str) -> str:
+    """A symbol with a dot, the rate of what it stands for."""
+    letter, bar, index = tex.partition("_")
+    return rf"\dot{{{letter}}}{bar}{index}"
+
+
+def is_symbol(name: str) -> bool:
+    """Whether a name is a letter, perhaps with an index."""
+    head = re.findall(r"[A-Za-z]+|[0-9]+", name)[0]
+    return len(head) == 1 or head in names.GREEK
+
+
+def words(name: str) -> str:
+    """A name in a sentence: blanks for what joins its words."""
+    strut, dot, part = name.partition(".")
+    plain = names.escape(strut.replace("_", " "))
+    kinds = {"end": "far end of", "piston": "piston of", "begin": "near end of"}
+    return f"{kinds.get(part.partition('.')[0], part)} {plain}" if dot else plain
+
+
+class Letters:
+    """A letter for each kind of intermediate result that nothing else is called by."""
+
+    def __init__(self, notation: Notation, symbols: Members) -> None:
+        """Takes the letters that are used."""
+        lengths = [notation.tex[s] for s, (kind, _) in notation.order.items() if kind == LENGTH]
+        taken = set(map(names.head, (*lengths, *symbols.of.values())))
+        used = ("cos", "sin", "term", "constant")
+        taken |= {*(notation.letters[kind] for kind in used), ACTUATED}
+        self.notation = notation
+        self.letters: dict[str, str] = {}
+        for kind, options in LETTERS.items():
+            free = [letter for letter in options if letter not in taken]
+            self.letters[kind] = (free or [options[-1]])[0]
+        self._count: dict[str, int] = {}
+
+    def next(self, kind: str) -> sp.Symbol:
+        """The next symbol of a kind, counted."""
+        number = self._count[kind] = self._count.get(kind, 0) + 1
+        return self.notation.symbol(f"{self.letters[kind]}_{{{number}}}", (LENGTH, (90, number)))
+
+    def of_step(self, kind: str, step: int, axis: str = "") -> sp.Symbol:
+        """The symbol of an intermediate result of a step, or of a component of it."""
+        tex = f"{self.letters[kind]}_{{{step}{axis}}}"
+        return self.notation.symbol(tex, (LENGTH, (95, step, "hnmpCEPDAB".find(kind), axis)))

@@ -1,0 +1,69 @@
+r"""The fragment of mobility: what is counted, what is true, and why they differ."""
+
+from ...loops.mobility import SPATIAL, Mobility
+from ..setting.layout import aligned
+from ..setting.page import sentence, text
+from .loop_page import LoopPage
+
+
+def freedoms(page: LoopPage) -> str:
+    """Degrees of freedom, counted twice and taken from the constraint Jacobian."""
+    found = page.hybrid.mobility
+    n, j, f, order = found.bodies, found.joints, found.freedoms, found.order
+    lost = " ".join(f"- {loop}" for loop in found.loop_orders)
+    by_loops = f"{found.loop_freedoms} {lost} = {found.by_loops}"
+    true = f"{found.coordinates} - {found.rank} = {found.true}"
+    rank = r"\operatorname{rank} \frac{\partial c}{\partial z}"
+    counted = aligned(
+        [
+            (
+                r"F_{\mathrm{GK}}",
+                [
+                    r"\lambda (n - 1 - j) + \textstyle\sum f",
+                    f"= {order} ({n} - 1 - {j}) + {f} = {found.kutzbach}",
+                ],
+            ),
+            (r"F_{\mathrm{loops}}", [rf"\textstyle\sum f - \sum \lambda_l = {by_loops}"]),
+            ("F", [rf"\dim z - {rank} = {true}"]),
+        ]
+    )
+    return text(
+        sentence(
+            rf"There are $n = {n}$ bodies, the base included, and $j = {j}$ joints of"
+            rf" $\sum f = {f}$ degrees of freedom in the group of order $\lambda = {order}$. By"
+            " Gr\\\"ubler and Kutzbach, loop by loop, and truly, by the rank of the loops'"
+            " equations at random closed configurations, the degrees of freedom are",
+            counted,
+        ),
+        " ".join(_sentences(found)),
+    )
+
+
+def _sentences(found: Mobility) -> list[str]:
+    said = []
+    if found.idle:
+        said.append(
+            f"{found.idle} members on balls turn about themselves and move nothing: such turns are"
+            " counted but are no coordinates."
+        )
+    if found.equations > found.rank:
+        said.append(
+            f"The mechanism is overconstrained: {found.equations - found.rank} of its"
+            f" {found.equations} equations repeat others."
+        )
+    idle = found.idle if found.order == SPATIAL else 0
+    if found.kutzbach - idle != found.true and found.order == SPATIAL:
+        said.append(
+            rf"By Gr\"ubler and Kutzbach there are ${found.kutzbach}$, truly ${found.true}$:"
+            rf" counted in the group of order ${SPATIAL}$, constraints of loops in planes repeat"
+            " each other."
+        )
+    if found.by_loops - found.idle != found.true:
+        said.append(f"Counted loop by loop there are ${found.by_loops}$, truly ${found.true}$.")
+    if not said:
+        said.append("All counts agree.")
+    if found.actuated == found.true:
+        said.append("There are as many actuators.")
+    else:
+        said.append(f"There are {found.actuated} actuators.")
+    return said

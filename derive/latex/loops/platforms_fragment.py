@@ -1,0 +1,485 @@
+r"""The fragment of platforms on legs: rods, the velocity relation, and all assembly modes.
+
+What is printed here in formulas is derived in :mod:`chasles.derive.loops.platforms` and
+:mod:`chasles.derive.loops.planar.triad`.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from functools import cached_property
+
+import sympy as sp
+
+from ...loops.hybrid import Hybrid
+from ...loops.planar.phasors import Complex, dot, minus, product
+from ...loops.platforms import Triad, free_directions, from_base, joint_values, triad_of
+from ...loops.spatial.body_frames import pose_of
+from ..setting.layout import Equation, aligned, flowed
+from ..setting.names import head
+from ..setting.notation import LENGTH, TERM
+from ..setting.page import listed, named_matrix, sentence, text
+from ..setting.printed_terms import Definition, PrintedTerms
+from ..setting.widths import LINE, width
+from .loop_page import LoopPage
+
+AXES = "xyz"
+PLANE, SPACE = 2, 6
+WHOLE = 0.8 * LINE
+"""Widest component of a vector that no line may break (pt)."""
+ZERO = sp.Integer(0)
+HALF = sp.Rational(1, 2)
+TWIST = (*(f"v_{axis}" for axis in AXES), *(rf"\omega_{axis}" for axis in AXES))
+LETTERS = {
+    "gap": ("k", "g", r"\mathrm{k}"),
+    "cosine": (r"\alpha", r"\mu", r"\rho"),
+    "sine": (r"\beta", r"\nu", r"\tau"),
+    "root": (r"\xi", r"\varsigma", r"\mathrm{z}"),
+}
+"""Letters of the polynomial in order of preference: one that the robot uses is avoided."""
+Vector = tuple[sp.Expr, ...]
+
+
+@dataclass(frozen=True)
+class PrintedRod:
+    """One rod in printed symbols (metre).
+
+    Attributes:
+        a: Its end on an actuated body or the base, in the base frame.
+        b: Its end on the platform, in the base frame.
+        pin: That end in the tool frame.
+        length: Its length.
+    """
+
+    a: Vector
+    b: Vector
+    pin: Vector
+    length: sp.Expr
+
+
+class PrintedPlatform:
+    """A platform on legs in printed symbols.
+
+    Attributes:
+        page: The robot.
+        terms: Its terms in coordinates and parameters alone.
+        rods: Its rods in the order of the description.
+        axes: The base axes along which rods have components.
+        free: The components of the tool's twist in base axes that the main chain can move.
+    """
+
+    def __init__(self, page: LoopPage) -> None:
+        """Writes the rods out."""
+        hybrid = page.hybrid
+        coordinates = (*hybrid.q, *hybrid.theta), (*page.q, *page.theta)
+        known = dict(zip(*coordinates, strict=True))
+        self.page = page
+        self.printed_terms = PrintedTerms(page.terms, page.chain.equations.notation, known)
+        self.rods = self._rods(hybrid)
+        self.free = free_directions(hybrid)
+        parts = [(*rod.a, *rod.b) for rod in self.rods]
+        self.axes = [k for k in range(3) if any(part[k] != 0 or part[k + 3] != 0 for part in parts)]
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether all rods lie in a plane of the base frame."""
+        return len(self.axes) == PLANE
+
+    @cached_property
+    def n(self) -> tuple[Vector, ...]:
+        """Symbols of the rods' directions, of length 1, towards the platform."""
+        return self._symbols("n")
+
+    @cached_property
+    def r(self) -> tuple[Vector, ...]:
+        """Symbols of what leads from the tool to the platform's ends of the rods."""
+        return self._symbols("r")
+
+    @cached_property
+    def J_x(self) -> sp.Matrix:
+        """The lines of the rods in the free directions, in :attr:`n` and :attr:`r`."""
+        rows = []
+        for n, r in zip(self.n, self.r, strict=True):
+            arm = [r[k - 2] * n[k - 1] - r[k - 1] * n[k - 2] for k in range(3)]
+            rows.append([(*n, *arm)[k] for k in self.free])
+        return sp.Matrix(rows)
+
+    @cached_property
+    def J_q(self) -> sp.Matrix:
+        """How fast each actuator moves each rod along itself, in :attr:`n`."""
+        return sp.Matrix(
+            [
+                [
+                    sp.expand(sum(map(sp.Mul, n, (sp.diff(p, q) for p in rod.a)), ZERO))
+                    + sp.diff(rod.length, q)
+                    for q in self.page.q
+                ]
+                for n, rod in zip(self.n, self.rods, strict=True)
+            ]
+        )
+
+    @cached_property
+    def triad(self) -> "PrintedTriad | None":
+        """The polynomial of all assembly modes, where there is one."""
+        hybrid = self.page.hybrid
+        triad = triad_of(hybrid) if hybrid.forward.open else None
+        return None if triad is None else PrintedTriad(self, triad)
+
+    def symbol(self, tex: str, place: int = 0) -> sp.Symbol:
+        """A symbol of this fragment; those of lower place come first in a product."""
+        return self.page.chain.equations.notation.symbol(tex, (TERM, (place, tex)))
+
+    def of(self, expression: sp.Expr) -> sp.Expr:
+        """An expression of named terms multiplied out in printed symbols."""
+        return sp.expand(self.printed_terms.of(expression))
+
+    def _symbols(self, letter: str) -> tuple[Vector, ...]:
+        return tuple(
+            tuple(
+                self.symbol(rf"\mathbf{{{letter}}}_{{{i}{AXES[k]}}}", "rn".find(letter))
+                if k in self.axes
+                else ZERO
+                for k in range(3)
+            )
+            for i in range(1, len(self.rods) + 1)
+        )
+
+    @cached_property
+    def tool(self) -> Vector:
+        """Position of the tool in the base frame."""
+        hybrid = self.page.hybrid
+        place, values = hybrid.mechanism.tool_place, joint_values(hybrid)
+        return tuple(map(self.of, pose_of(hybrid.mechanism, hybrid.terms, place, values)[1]))
+
+    def _rods(self, hybrid: Hybrid) -> tuple[PrintedRod, ...]:
+        mechanism, terms = hybrid.mechanism, hybrid.terms
+        values = joint_values(hybrid)
+        still = values | {joint.name: ZERO for joint in hybrid.robot.moving}
+        axes, tool = pose_of(mechanism, terms, mechanism.tool_place, still)
+        found = []
+        for strut in mechanism.struts:
+            base, platform = from_base(hybrid, strut)
+            a, b, at_rest = (
+                pose_of(mechanism, terms, place, at)[1]
+                for place, at in ((base, values), (platform, values), (platform, still))
+            )
+            offset = [p - t for p, t in zip(at_rest, tool, strict=True)]
+            pin = (sum(map(sp.Mul, axis, offset), ZERO) for axis in axes)
+            stroke = values[strut.name] if strut.is_cylinder else ZERO
+            found.append(
+                PrintedRod(
+                    tuple(map(self.of, a)),
+                    tuple(map(self.of, b)),
+                    tuple(map(self.page.constant, pin)),
+                    self.page.constant(strut.length) + self.of(stroke),
+                )
+            )
+        return tuple(found)
+
+
+class PrintedTriad:
+    """The elimination of the position of a platform on three rods in a plane, in printed symbols.
+
+    Attributes:
+        u: What leads from the first rod to the second and third, each component by name.
+        norms: The lengths of both, by name, in the components of u.
+        k: The right sides of the linear pair, each by name, in the norms.
+        w: Symbols of the first rod's components.
+        position: x and y in coordinates, parameters and :attr:`w`.
+        scale: The square of length that the polynomial is divided by the third power of.
+        letters: What the polynomial's symbols are called.
+    """
+
+    def __init__(self, platform: PrintedPlatform, triad: Triad) -> None:
+        """Writes a triad out."""
+        A, b = ([_pair(map(platform.of, point)) for point in of] for of in (triad.A, triad.b))
+        L = [platform.page.constant(length) for length in triad.L]
+        sides = [minus(other, b[0]) for other in b[1:]]
+        self.phi = platform.page.theta[-1]
+        turn = sp.cos(self.phi), sp.sin(self.phi)
+        self.letters = _free_letters(platform)
+        self.u: list[tuple[Definition, ...]] = []
+        self.norms: list[Definition] = []
+        self.k: list[Definition] = []
+        for i, (side, at, length) in enumerate(zip(sides, A[1:], L[1:], strict=True), 2):
+            u = [platform.symbol(rf"\mathbf{{u}}_{{{i}{axis}}}") for axis in AXES[:PLANE]]
+            parts = minus(product(side, turn), minus(at, A[0]))
+            self.u.append(tuple(zip(u, map(sp.expand, parts), strict=True)))
+            norm = platform.symbol(rf"|\mathbf{{u}}_{{{i}}}|")
+            self.norms.append((norm, sp.sqrt(sp.Add(*(part**2 for part in u)))))
+            name = platform.symbol(f"{self.letters['gap']}_{{{i}}}")
+            self.k.append((name, _half(length**2 - L[0] ** 2 - norm**2)))
+        self.w = _pair(platform.symbol(rf"\mathbf{{w}}_{{{axis}}}") for axis in AXES[:PLANE])
+        ends = zip(A[0], self.w, product(b[0], turn), strict=True)
+        self.position = [sp.expand(a + w - pin) for a, w, pin in ends]
+        squares = [dot(side, side) for side in (*sides, minus(sides[1], sides[0]))]
+        self.scale = sp.expand(sp.Add(*squares, *(length**2 for length in L)) / 3)
+
+
+def _pair(parts: Iterable[sp.Expr]) -> Complex:
+    x, y = parts
+    return x, y
+
+
+def _half(value: sp.Expr) -> sp.Expr:
+    """Half of an expression, a sum over one bar."""
+    return sp.Mul(HALF, value, evaluate=False) if value.is_Add else HALF * value
+
+
+def _free_letters(platform: PrintedPlatform) -> dict[str, str]:
+    page, notation = platform.page, platform.page.chain.equations.notation
+    lengths = [
+        notation.tex[symbol] for symbol, (kind, _) in notation.order.items() if kind == LENGTH
+    ]
+    taken = set(map(head, (*lengths, *page.members.of.values())))
+    return {
+        kind: next((letter for letter in options if letter not in taken), options[-1])
+        for kind, options in LETTERS.items()
+    }
+
+
+def platform(page: LoopPage) -> str:
+    """The rods' equations, the velocity relation, the types of singularity, all assembly modes."""
+    printed = PrintedPlatform(page)
+    triad = printed.triad
+    return text(
+        _lengths(printed),
+        _velocities(printed),
+        _singularities(printed),
+        *([] if triad is None else [_elimination(printed, triad), _harmonics(printed, triad)]),
+    )
+
+
+def _lengths(printed: PrintedPlatform) -> str:
+    page = printed.page
+    pose = "" if printed.is_planar else r" = \mathbf{p} + R\,\mathbf{b}'_i"
+    theta = ", ".join(page.members.theta) if printed.is_planar else r"\theta"
+    on_platform = rf"$\mathbf{{b}}_i({theta}){pose}$"
+    moved = any(part.has(*page.q) for rod in printed.rods for part in rod.a)
+    from_points = rf"$\mathbf{{a}}_i{'(q)' if moved else ''}$"
+    tool = r"$\mathbf{p}$ is the position of the tool"
+    if not printed.is_planar:
+        tool += rf" and $R$ its orientation, as in ${page.chain.pose}$"
+    each = "The $i$-th of them" if len(printed.rods) > 1 else "It"
+    length = _common_length(printed)
+    equal = "" if length is None else f" = {printed.printed_terms.tex(length)}"
+    names = ", ".join(page.members.called(strut.name) for strut in page.mechanism.struts)
+    return sentence(
+        rf"The platform is held by {names}. {each} is of length $\ell_i$ and leads from the"
+        rf" point {from_points} to the point {on_platform} of the platform:",
+        _equation(rf"|\mathbf{{b}}_i - \mathbf{{a}}_i| = \ell_i{equal}."),
+        _axes(printed),
+        aligned(_points(printed)),
+        f"Here {tool}.",
+    )
+
+
+def _axes(printed: PrintedPlatform) -> str:
+    if not printed.is_planar:
+        return r"In base axes, and $\mathbf{b}'_i$ in those of the tool,"
+    return f"In the base axes {' and '.join(f'${AXES[k]}$' for k in printed.axes)},"
+
+
+def _points(printed: PrintedPlatform) -> list[Equation]:
+    axes = printed.axes
+    a = [(rf"\mathbf{{a}}_{{{i}}}", rod.a, axes) for i, rod in enumerate(printed.rods, 1)]
+    if printed.is_planar:
+        b = [(rf"\mathbf{{b}}_{{{i}}}", rod.b, axes) for i, rod in enumerate(printed.rods, 1)]
+        b.append((r"\mathbf{p}", printed.tool, axes))
+    else:
+        every = list(range(3))
+        b = [(rf"\mathbf{{b}}'_{{{i}}}", rod.pin, every) for i, rod in enumerate(printed.rods, 1)]
+    shown: list[Equation] = [
+        (name, _vector(printed, vector, axes)) for name, vector, axes in (*a, *b)
+    ]
+    if _common_length(printed) is None:
+        shown += [
+            (rf"\ell_{{{i}}}", printed.printed_terms.printer.terms(rod.length))
+            for i, rod in enumerate(printed.rods, 1)
+        ]
+    return shown
+
+
+def _common_length(printed: PrintedPlatform) -> sp.Expr | None:
+    """The length that all rods have."""
+    first, *others = (rod.length for rod in printed.rods)
+    return first if all(length == first for length in others) else None
+
+
+def _vector(printed: PrintedPlatform, vector: Vector, axes: Iterable[int]) -> list[str]:
+    """A vector in brackets; a line may break between components, and within long ones."""
+    parts = [list(printed.printed_terms.printer.terms(vector[k])) for k in axes]
+    parts = [part if width(" ".join(part)) > WHOLE else [" ".join(part)] for part in parts]
+    for part in parts[:-1]:
+        part[-1] += r",\;"
+    for part in parts[1:]:
+        # The sign of a component that begins a line would be set as that of a term.
+        part[0] = part[0].replace("-", "{-}", 1) if part[0].startswith("-") else part[0]
+    parts[0][0] = f"({parts[0][0]}"
+    parts[-1][-1] += ")"
+    return [term for part in parts for term in part]
+
+
+def _velocities(printed: PrintedPlatform) -> str:
+    free = listed(TWIST[k] for k in printed.free)
+    alone = "" if len(printed.free) == SPACE else f", of which {free} alone need be written"
+    return sentence(
+        r"Differentiated and divided by $\ell_i$, with the directions"
+        r" $\mathbf{n}_i = (\mathbf{b}_i - \mathbf{a}_i) / |\mathbf{b}_i - \mathbf{a}_i|$ and the"
+        r" arms $\mathbf{r}_i = \mathbf{b}_i - \mathbf{p}$, these equations relate the rates:",
+        _equation(r"\mathbf{J}_x\,V = \mathbf{J}_q\,\dot{q},"),
+        rf"where $V = (v; \omega)$ is the twist of the tool in base axes{alone}, and the"
+        r" $i$-th rows are",
+        _equation(
+            r"\bigl(\mathbf{n}_i^{\mathsf{T}},"
+            r" (\mathbf{r}_i \times \mathbf{n}_i)^{\mathsf{T}}\bigr)"
+            "\n"
+            r"\quad\text{and}\quad"
+            "\n"
+            r"\mathbf{n}_i^{\mathsf{T}}\,\frac{\partial \mathbf{a}_i}{\partial q}"
+            r" + \frac{\partial \ell_i}{\partial q}."
+        ),
+        "For this robot",
+        _line_coordinates(printed),
+        _actuators(printed),
+    )
+
+
+def _line_coordinates(printed: PrintedPlatform) -> str:
+    """J_x, where it is no more than three columns wide."""
+    if len(printed.free) == SPACE:
+        return ""
+    rows = [[printed.printed_terms.tex(entry) for entry in row] for row in printed.J_x.tolist()]
+    return flowed([named_matrix(r"\mathbf{J}_x", rows)], end=",", kept=True)
+
+
+def _actuators(printed: PrintedPlatform) -> str:
+    """The entries of J_q that are not zero."""
+    J, name = printed.J_q, r"\mathbf{J}_q"
+    if sp.eye(J.rows) == J:
+        return aligned([(name, ["1"])])
+    entries: list[Equation] = [
+        (f"({name})_{{{i + 1}{j + 1}}}", printed.printed_terms.printer.terms(J[i, j]))
+        for i in range(J.rows)
+        for j in range(J.cols)
+        if J[i, j] != 0
+    ]
+    if len(entries) == len(J):
+        return aligned(entries)
+    return sentence(aligned(entries, end=","), rf"and all other entries of ${name}$ are $0$.")
+
+
+def _singularities(printed: PrintedPlatform) -> str:
+    angular = [TWIST[k] for k in printed.free if k >= len(AXES)]
+    turning = [
+        tex
+        for tex, c in zip(printed.page.members.q, printed.page.mechanism.coordinates, strict=True)
+        if c.kind == "revolute"
+    ]
+    columns = [rf"of {listed(angular)} in $\mathbf{{J}}_x$"]
+    columns += [rf"of {listed(turning)} in $\mathbf{{J}}_q$"] if turning else []
+    units = (
+        f" For these to be pure numbers, the columns {' and '.join(columns)} are divided by one"
+        r" length at all poses, by default the root mean square of the entries that angular rates"
+        r" have in $\mathbf{J}_x$ at the reference configuration."
+    )
+    return sentence(
+        r"There are three types of singularity (Gosselin and Angeles 1990). The distances from them"
+        r" are, with $\sigma_{\min}$ the smallest singular value,",
+        aligned(
+            [
+                (r"\sigma_{1}", [r"\sigma_{\min}(\mathbf{J}_q)"]),
+                (r"\sigma_{2}", [r"\sigma_{\min}(\mathbf{J}_x)"]),
+                (r"\sigma_{3}", [r"\max(\sigma_{1}, \sigma_{2})"]),
+            ]
+        ),
+        r"At $\sigma_{1} = 0$ the platform loses a freedom: a leg is stretched or folded. At"
+        r" $\sigma_{2} = 0$ it gains one: locked actuators do not hold it, and assembly modes meet."
+        rf" At $\sigma_{{3}} = 0$ both happen at once.{units if angular else ''}",
+    )
+
+
+def _elimination(printed: PrintedPlatform, triad: PrintedTriad) -> str:
+    """The position eliminated from the rods' equations."""
+    terms, tex = printed.printed_terms.printer.terms, printed.printed_terms.tex
+    x, y, phi = map(tex, printed.page.theta)
+    gap = triad.letters["gap"]
+    components = [(tex(name), terms(value)) for u in triad.u for name, value in u]
+    return sentence(
+        r"\paragraph{All assembly modes} of given actuators follow from one polynomial (Hunt 1983;"
+        r" Gosselin, Sefrioui and Richard 1992). Let $\mathbf{w} = \mathbf{b}_1 - \mathbf{a}_1$ be"
+        rf" the vector of the first rod, in the axes of ${x}$ and ${y}$. What leads from it to the"
+        r" others, $\mathbf{u}_i = (\mathbf{b}_i - \mathbf{b}_1) - (\mathbf{a}_i - \mathbf{a}_1)$,"
+        rf" depends on ${phi}$ alone,",
+        aligned(components, end=","),
+        "and the rods have their lengths where",
+        _equation(
+            r"|\mathbf{w}|^2 = \ell_1^2, \qquad |\mathbf{w} + \mathbf{u}_i|^2 = \ell_i^2,"
+            r" \quad i = 2, 3."
+        ),
+        r"The first equation subtracted from the others leaves two that are linear in"
+        rf" $\mathbf{{w}}$, $\mathbf{{w}} \cdot \mathbf{{u}}_i = {gap}_i$ with",
+        aligned([(tex(name), terms(value)) for name, value in triad.k]),
+        "With $J$ the quarter turn, they are solved by",
+        _equation(
+            rf"\mathbf{{w}} = \frac{{J\,({gap}_3 \mathbf{{u}}_2 - {gap}_2 \mathbf{{u}}_3)}}"
+            r"{\mathbf{u}_2 \times \mathbf{u}_3},"
+        ),
+        "which, put into the first equation, gives",
+        _equation(
+            rf"{gap}_2^2\,|\mathbf{{u}}_3|^2"
+            rf" - 2 {gap}_2 {gap}_3\,\mathbf{{u}}_2 \cdot \mathbf{{u}}_3"
+            rf" + {gap}_3^2\,|\mathbf{{u}}_2|^2"
+            r" = \ell_1^2\,(\mathbf{u}_2 \times \mathbf{u}_3)^2."
+        ),
+    )
+
+
+def _harmonics(printed: PrintedPlatform, triad: PrintedTriad) -> str:
+    """The equation as a polynomial, and what follows from its zeros."""
+    tex = printed.printed_terms.tex
+    phi, root = tex(triad.phi), triad.letters["root"]
+    first = f"{triad.letters['cosine']}_0"
+    a, b = (f"{triad.letters[kind]}_m" for kind in ("cosine", "sine"))
+    return sentence(
+        r"Turns leave lengths and scalar products as they are: every factor is of degree $1$ in"
+        rf" $\cos {phi}$, $\sin {phi}$. The difference of both sides, divided by $\bar{{\ell}}^6$,"
+        rf" $\bar{{\ell}}^2 = {tex(triad.scale)}$, is a sum of three harmonics, whose coefficients"
+        " depend on the actuators,",
+        _equation(
+            rf"{first} + \sum_{{m=1}}^{{3}} \bigl({a} \cos m{phi} + {b} \sin m{phi}\bigr) = 0,"
+        ),
+        rf"and a polynomial of degree $6$ in ${root} = \mathrm{{e}}^{{\mathrm{{i}}{phi}}}$,",
+        _equation(
+            rf"{first}\,{root}^3 + \sum_{{m=1}}^{{3}} \tfrac{{1}}{{2}}"
+            rf" \bigl(({a} - \mathrm{{i}} {b})\,{root}^{{3+m}}"
+            rf" + ({a} + \mathrm{{i}} {b})\,{root}^{{3-m}}\bigr) = 0."
+        ),
+        rf"Its zeros are the eigenvalues of its companion matrix. Those with $|{root}| = 1$ give"
+        rf" angles ${phi}$ of the platform: there are at most six assembly modes.",
+        _position(printed, triad),
+    )
+
+
+def _position(printed: PrintedPlatform, triad: PrintedTriad) -> str:
+    """The position at an angle."""
+    terms, gap = printed.printed_terms.printer.terms, triad.letters["gap"]
+    names = map(printed.printed_terms.tex, printed.page.theta[:PLANE])
+    return sentence(
+        "The position follows as",
+        aligned(
+            [(name, terms(value)) for name, value in zip(names, triad.position, strict=True)],
+            end=",",
+        ),
+        "and Newton's iteration on the lengths of the rods makes every pose exact. Where"
+        r" $\mathbf{u}_2$ and $\mathbf{u}_3$ are parallel, the linear pair is singular. With"
+        rf" $\mathbf{{u}}$ the longer of both and ${gap}$ of the same index,",
+        _equation(
+            rf"\mathbf{{w}} = \frac{{{gap}\,\mathbf{{u}} \pm"
+            rf" \sqrt{{\ell_1^2 |\mathbf{{u}}|^2 - {gap}^2}}\,J \mathbf{{u}}}}{{|\mathbf{{u}}|^2}}"
+        ),
+        "holds there too. The third rod tells the sign; where it does not, both are modes.",
+    )
+
+
+def _equation(tex: str) -> str:
+    return f"\\begin{{equation*}}\n{tex}\n\\end{{equation*}}%"

@@ -1,0 +1,163 @@
+r"""The fragment of velocities: the rates of every step, the Jacobian in actuated coordinates."""
+
+from collections.abc import Mapping
+
+import sympy as sp
+
+from ...loops.solution import Solution
+from ..setting.layout import Equation, aligned
+from ..setting.notation import OTHER
+from ..setting.page import sentence, text
+from ..setting.widths import LINE, width
+from .loop_page import LoopPage
+from .members import dotted
+from .printed_steps import PrintedStep, Rate
+
+MOST_TERMS = 8
+"""PrintedTerms of a sum in which the rates of intermediate results are written out."""
+BRACKET = 0.6 * LINE
+"""Widest sum that a rate is a factor of (pt)."""
+
+
+class Rates:
+    """Rates of printed expressions: linear in the rates of coordinates and unknowns.
+
+    Attributes:
+        dotted: The rate of each coordinate and unknown.
+        definitions: Meaning of each symbol that is no coordinate or unknown.
+        inner: The rates of those that are written by name.
+    """
+
+    def __init__(self, page: LoopPage, moving: Mapping[sp.Symbol, int]) -> None:
+        """Begins with the coordinates, which move by themselves."""
+        self.page = page
+        self.definitions: dict[sp.Symbol, sp.Expr] = {}
+        self.inner: dict[sp.Symbol, sp.Symbol] = {}
+        self.dotted = {symbol: self._dotted(symbol, k) for symbol, k in moving.items()}
+
+    def equations(self, step: PrintedStep) -> list[tuple[Rate, sp.Expr]]:
+        """The rate of each unknown of a step, which moves from then on, and its right side."""
+        self.definitions |= dict(step.vectors)
+        results = []
+        for rate in step.rates:
+            total = sp.expand(sum((w * self.of(part) for part, w in rate.by), sp.S.Zero))
+            if len(sp.Add.make_args(total)) > MOST_TERMS:
+                total = sum((w * self._by_name(part) for part, w in rate.by), sp.S.Zero)
+            self.dotted[rate.symbol] = self._dotted(rate.symbol, len(self.dotted))
+            results.append((rate, self._collected(total)))
+        return results
+
+    def of(self, expression: sp.Expr) -> sp.Expr:
+        """The rate of an expression."""
+        total = sp.S.Zero
+        for symbol in sorted(expression.free_symbols, key=str):
+            if symbol in self.dotted:
+                total += sp.diff(expression, symbol) * self.dotted[symbol]
+            elif symbol in self.definitions:
+                total += sp.diff(expression, symbol) * self._of_definition(symbol)
+        return total
+
+    def _by_name(self, part: sp.Expr) -> sp.Expr:
+        """The rate of a component, named as such where the component has a name."""
+        if part not in self.definitions:
+            return self.of(part)
+        if part not in self.inner:
+            self.inner[part] = self._dotted(part, 1000 + len(self.inner))
+        return self.inner[part]
+
+    def _of_definition(self, symbol: sp.Symbol) -> sp.Expr:
+        meaning = self.definitions[symbol]
+        if meaning.is_Pow and meaning.exp == sp.Rational(1, 2):
+            return self.of(meaning.base) / (2 * symbol)
+        return self.of(meaning)
+
+    def _collected(self, total: sp.Expr) -> sp.Expr:
+        """A sum with one term a rate, where its brackets stay short."""
+        rates = [*self.dotted.values(), *self.inner.values()]
+        addends = []
+        for rate in rates:
+            part = sp.expand(total).coeff(rate)
+            is_long = part.is_Add and width(self.page.tex(part)) > BRACKET
+            addends.append(sp.expand(part * rate) if is_long else part * rate)
+        return sp.Add(*addends)
+
+    def _dotted(self, symbol: sp.Symbol, place: int) -> sp.Symbol:
+        notation = self.page.chain.equations.notation
+        return notation.symbol(dotted(self.page.tex(symbol)), (OTHER, ("~", place)))
+
+
+def rates(page: LoopPage) -> str:
+    """Rates from the actuators and back, and the Jacobian."""
+    forward, backward = page.hybrid.forward, page.hybrid.backward
+    blocks = []
+    main = [joint.name for joint in page.hybrid.robot.moving]
+    actuated = [c.moves for c in page.mechanism.coordinates]
+    if not forward.open:
+        moving = {symbol: k for k, symbol in enumerate(page.q)}
+        blocks.append(
+            _rates(page, forward, page.forward_steps, moving, main, "the actuators' rates,")
+        )
+    if not set(actuated) & set(backward.open):
+        moving = {symbol: k for k, symbol in enumerate(page.theta)}
+        blocks.append(
+            _rates(page, backward, page.backward_steps, moving, actuated, "the chain's rates,")
+        )
+    dead = (
+        r"The loops' equations, differentiated, are linear in the rates; the factors on the left"
+        r" vanish at dead points."
+    )
+    return text(
+        dead if page.mechanism.closers else "",
+        *blocks,
+        _jacobian(page),
+    )
+
+
+def _rates(
+    page: LoopPage,
+    solved: Solution,
+    steps: tuple[PrintedStep, ...],
+    moving: Mapping[sp.Symbol, int],
+    wanted: list[str],
+    given: str,
+) -> str:
+    found = Rates(page, moving)
+    unknowns: list[Equation] = []
+    for step in steps:
+        for rate, total in found.equations(step):
+            left = rate.left or page.tex(rate.factor * found.dotted[rate.symbol])
+            unknowns.append((left, page.printed_terms.printer.terms(total)))
+    joints = []
+    for name in wanted:
+        symbol = page.joints[name]
+        if symbol in moving or name not in solved.values:
+            continue
+        value = found.of(page.printed_terms.sum(solved.values[name]))
+        if symbol in found.dotted and value == found.dotted[symbol]:
+            continue
+        joints.append((dotted(page.tex(symbol)), page.printed_terms.printer.terms(value)))
+    words = f"From {given}"
+    if not unknowns:
+        return sentence(words, aligned(joints)) if joints else ""
+    return sentence(
+        words,
+        aligned(unknowns, end="," if joints else "."),
+        sentence("and with these", aligned(joints)) if joints else "",
+        "Dots on intermediate results are their rates, by the chain rule." if found.inner else "",
+    )
+
+
+def _jacobian(page: LoopPage) -> str:
+    theta = r"\frac{\partial \theta}{\partial q}"
+    maps = r"the factors of $\dot{q}$ in the rates above"
+    if page.hybrid.forward.open:
+        maps = (
+            r"what $\frac{\partial c}{\partial z}\,\dot{z} = 0$ gives, solved for the rates of all"
+            " joints that are not actuated"
+        )
+    return sentence(
+        r"Let $J_\theta$ be the mixed Jacobian by the main chain's joints $\theta$, and"
+        rf" $\partial \theta / \partial q$ {maps}. In actuated coordinates, the twist of the tool"
+        " and the Jacobian are",
+        aligned([("V", [r"J_q\,\dot{q}"]), ("J_q", [rf"J_\theta\,{theta}"])]),
+    )

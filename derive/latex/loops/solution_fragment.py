@@ -1,0 +1,244 @@
+r"""The fragment of the closed-form solution: step by step from the actuators, and back."""
+
+from collections.abc import Iterable, Sequence
+
+import sympy as sp
+
+from ...loops.collapse import collapsed
+from ...loops.planar.phasors import Complex
+from ...loops.solution import Solution
+from ..setting.layout import Equation, aligned
+from ..setting.notation import OTHER
+from ..setting.page import listed, sentence, text
+from ..setting.printed_terms import Definition, PrintedTerms
+from .loop_page import LoopPage
+from .printed_steps import PrintedStep
+
+KINDS = {
+    "two circles": "three pins",
+    "circle and line": "two pins and a slide",
+    "two lines": "one pin and two slides",
+    "parallelogram": "a parallelogram",
+    "two pins": "two pins",
+    "distance": "a distance",
+    "circle and sphere": "a circle meets a sphere",
+    "line and sphere": "a line meets a sphere",
+    "three spheres": "three spheres meet",
+}
+LEGS = ("circle and sphere", "line and sphere")
+SPACE = r"\,"
+SIDES = {1: "to the left of", -1: "to the right of"}
+
+
+def solution(page: LoopPage) -> str:
+    """All joints from the actuators, then the actuators from the main chain."""
+    forward, backward = page.hybrid.forward, page.hybrid.backward
+    actuated = {c.moves for c in page.mechanism.coordinates}
+    main = [joint.name for joint in page.hybrid.robot.moving]
+    return text(
+        _note(page),
+        rf"\paragraph{{From the actuators.}} Given are {listed(page.members.q)}.",
+        *[_step(page, step) for step in page.forward_steps],
+        _results(page, forward, "All joints follow as", known=set()),
+        _open(page, forward),
+        *_collapsed(page),
+        rf"\paragraph{{From the main chain.}} Given are {listed(page.members.theta)}.",
+        *[_step(page, step) for step in page.backward_steps],
+        _results(page, backward, "What is not in the main chain follows as", known=set(main)),
+        _open(page, backward, [*actuated]),
+    )
+
+
+def _note(page: LoopPage) -> str:
+    if not (page.forward_steps or page.backward_steps):
+        return ""
+    return (
+        r"Vectors in the plane of a loop are complex numbers in the axes of one of its bodies."
+        r" The branch of a root is that of the reference"
+        r" configuration. A margin is positive where the step closes, $0$ at a dead point and"
+        r" negative out of reach. Angles are taken between $-\pi$ and $\pi$."
+    )
+
+
+def _step(page: LoopPage, printed: PrintedStep) -> str:
+    step = printed.step
+    pins = [page.members.with_symbol(name) for name in step.joints]
+    title = f"\\textbf{{Step {printed.number}: {KINDS[step.kind]}}}"
+    opening = f"{title} -- {', '.join(pins)}."
+    if not (printed.unknown or printed.vectors or printed.results):
+        return sentence(f"{opening} {_parallel(step.kind)}")
+    axes = "Let, with $z$ along the joint," if step.kind in LEGS else _axes(page, printed)
+    vectors, results = _equations(page, printed.vectors), _equations(page, printed.results)
+    results += printed.formulas
+    results += [
+        (page.tex(a.symbol), [rf"\operatorname{{atan2}}({page.tex(a.sine)}, {page.tex(a.cosine)})"])
+        for a in printed.angles
+    ]
+    blocks = [f"{opening} {axes}"]
+    if printed.unknown:
+        blocks.append(aligned([_relation(page, printed)], end="," if vectors or results else "."))
+    if vectors:
+        blocks += ["with" if printed.unknown else "", aligned(vectors, end="," if results else ".")]
+    if results:
+        blocks += ["and is solved by" if printed.unknown else "so that", aligned(results)]
+    return sentence(*blocks, _branch(page, printed))
+
+
+def _equations(page: LoopPage, definitions: Iterable[Definition]) -> list[Equation]:
+    return [
+        (page.tex(name), page.printed_terms.printer.terms(value)) for name, value in definitions
+    ]
+
+
+def _axes(page: LoopPage, printed: PrintedStep) -> str:
+    """In whose axes a step is written."""
+    axes = f"In the axes of {_body(page, printed.step.axes)}"
+    turned = printed.step.turned
+    if turned != 0 and printed.step.vectors:
+        shown = page.tex(page.printed_terms.sum(turned))
+        axes += f" (components below: turned by ${shown}$)"
+    return f"{axes}, {'the loop is' if printed.unknown else 'let'}"
+
+
+def _parallel(kind: str) -> str:
+    if kind == "parallelogram":
+        return "Opposite sides are as long as each other: they stay parallel."
+    return "Both vectors between the pins turn with bodies whose turn is known."
+
+
+def _body(page: LoopPage, name: str) -> str:
+    return "the base" if name == page.mechanism.base_frame else page.members.called(name)
+
+
+def _relation(page: LoopPage, printed: PrintedStep) -> Equation:
+    left, right = (_phasors(page.printed_terms, side) for side in (printed.unknown, printed.given))
+    terms = page.printed_terms.printer.terms
+    return _tight(" ".join(terms(left))), [_tight(term) for term in terms(right)]
+
+
+def _tight(term: str) -> str:
+    """Without the space that sets an exponential apart from its factor where there is none."""
+    return term.replace(rf"- {SPACE}", "- ").replace(rf"+ {SPACE}", "+ ").removeprefix(SPACE)
+
+
+def _phasors(terms: PrintedTerms, vectors: Iterable[tuple[sp.Expr, Complex]]) -> sp.Expr:
+    """A sum of vectors, each with the exponential that it turns by."""
+    i = terms.notation.symbol(r"\mathrm{i}", (OTHER, ("a",)))
+    total = sp.S.Zero
+    for k, (angle, (re, im)) in enumerate(vectors):
+        turn = sp.S.One
+        if angle != 0:
+            tex = terms.tex(angle)
+            sign = "-" if tex.startswith("-") and not angle.is_Add else ""
+            inner = rf"({tex})" if angle.is_Add else tex.removeprefix("-")
+            exponent = rf"{SPACE}\mathrm{{e}}^{{{sign}\mathrm{{i}}{inner}}}"
+            turn = terms.notation.symbol(exponent, (OTHER, ("b", k)))
+        total += (re + i * im) * turn
+    return total
+
+
+def _branch(page: LoopPage, printed: PrintedStep) -> str:
+    """Which root is meant, what the other would be, and the margin."""
+    sentences = []
+    step = printed.step
+    if step.kind in ("two circles", "circle and sphere"):
+        D, C = page.letters.letters["D"], page.letters.letters["C"]
+        sign = "positive" if step.sign > 0 else "negative"
+        h = page.tex(page.letters.of_step("h", printed.number))
+        sentences.append(
+            rf"That ${h}$ is {sign} puts ${C}$ {SIDES[step.sign]} ${D}$; the other sign is the"
+            " mirror image."
+        )
+    elif step.kind == "three spheres":
+        sentences.append(f"The sign of the root puts the point {step.branch} the plane.")
+    elif step.branch:
+        sentences.append(f"The sign of the root is that of the {step.branch} travel of two.")
+    if printed.margin is not None:
+        margin = _quotient(page, printed.margin)
+        sentences.append(rf"The margin is $\mu_{{{printed.number}}} = {margin}$.")
+    return " ".join(sentences)
+
+
+def _quotient(page: LoopPage, value: sp.Expr) -> str:
+    """A quotient in a sentence, on one line."""
+    above, below = sp.fraction(value)
+    over = page.tex(above)
+    if below == 1:
+        return over
+    over = f"({over})" if above.is_Add else over
+    return (
+        f"{over} / {page.tex(below) if below.is_Atom or below.is_Pow else f'({page.tex(below)})'}"
+    )
+
+
+def _results(page: LoopPage, solved: Solution, opening: str, known: set[str]) -> str:
+    """Joint values as sums."""
+    found: list[Equation] = []
+    for name, symbol in page.joints.items():
+        value = solved.values.get(name)
+        if value is None or name in known:
+            continue
+        shown = page.printed_terms.sum(value)
+        if shown != symbol:
+            found.append((page.tex(symbol), page.printed_terms.printer.terms(shown)))
+    if known:
+        for tex, c in zip(page.members.q, page.mechanism.coordinates, strict=True):
+            value = page.joints[c.moves] / page.constant(c.ratio)
+            if page.tex(value) != tex and c.moves in solved.values:
+                found.append((tex, page.printed_terms.printer.terms(value)))
+    return sentence(opening, aligned(found)) if found else ""
+
+
+def _open(page: LoopPage, solved: Solution, wanted: Sequence[str] = ()) -> str:
+    """What has no closed form."""
+    names = [name for name in solved.open if name in page.joints and (not wanted or name in wanted)]
+    if not names:
+        return ""
+    unknown = listed(page.tex(page.joints[name]) for name in names)
+    p = r"z_{\mathrm{p}}"
+    newton = (
+        p,
+        [rf"\leftarrow {p} - \Bigl(\frac{{\partial c}}{{\partial {p}}}\Bigr)^{{+}} c(z)"],
+    )
+    return sentence(
+        rf"There is no closed form for {unknown}. They are followed from the reference"
+        r" configuration by Newton's iteration on the equations of the loops,",
+        rf"\begin{{equation*}}\n{newton[0]} {newton[1][0]},\n\end{{equation*}}%".replace(
+            r"\n", "\n"
+        ),
+        rf"where ${p}$ are the entries of $z$ that are not given.",
+    )
+
+
+def _collapsed(page: LoopPage) -> list[str]:
+    """Stretches of the main chain that only translate."""
+    hybrid = page.hybrid
+    if hybrid.forward.open:
+        return []
+    count = len(hybrid.robot.moving)
+    shorter, translations = collapsed(page.terms, hybrid.groups, hybrid.forward.relations, count)
+    if not translations:
+        return []
+    stations = [station for group in shorter for station in group.stations]
+    kept = {station.joint for station in stations}
+    moving = [s.joint for group in hybrid.groups for s in group.stations if s.joint is not None]
+    gone = [joint for joint in moving if joint not in kept]
+    merged = [[s for s in station.slides if s.joint >= count] for station in stations]
+    moves = [
+        (
+            f"{name}{mark}",
+            page.printed_terms.printer.terms(page.printed_terms.of(translations[s.joint - count])),
+        )
+        for k, slides in enumerate(filter(None, merged), 1)
+        for mark in (f"_{{{k}}}" if sum(map(bool, merged)) > 1 else "",)
+        for s in slides
+        for name in (r"\Delta x" if s.direction[0] == 1 else r"\Delta y",)
+    ]
+    return [
+        sentence(
+            rf"The joints {listed(page.members.theta[k] for k in gone)} of the main chain turn"
+            " by a constant in all, so that what they carry only translates,",
+            aligned(moves, end=","),
+            "in the plane of these joints, in which the loops take all solved angles out.",
+        )
+    ]

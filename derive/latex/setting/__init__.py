@@ -1,0 +1,1 @@
+"""Typesetting: names, symbols, widths, and displays that stay on the page."""

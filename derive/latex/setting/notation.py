@@ -1,0 +1,302 @@
+r"""Short symbols: c_1 for cos q_1, s_{23} for sin(q_2 + q_3), named constants, shared terms.
+
+A short symbol is a SymPy symbol whose name is its LaTeX; braces keep it apart from any parameter.
+Its meaning in coordinates and parameters is kept beside it: the symbol table is printed from there,
+and so is every check of a printed equation.
+"""
+
+from collections.abc import Mapping, Sequence
+
+import sympy as sp
+
+from ...model.exact import EVALUATION_DIGITS
+from ...model.robot import Placement, Robot, Rotation
+from ...terms.terms import Terms
+from . import names
+
+Order = tuple[int, tuple[object, ...]]
+"""Where a factor stands in a product: its class, then its place in the class."""
+CONSTANT, LENGTH, TRIGONOMETRY, CONSTANT_TRIGONOMETRY, TERM, ENTRY, OTHER = range(7)
+
+ACCENTS = ("hat", "tilde", "check", "breve")
+MOST_PARTS = 12
+"""Named numbers in a number that is printed by its parts."""
+COMMAS_FROM = 10
+"""From this number of coordinates on, the indices of a sum are set apart by commas."""
+LONG_RUN = 3
+"""Consecutive indices that are then written as a range."""
+LETTERS = {
+    "cos": ("c", "C", r"\mathrm{c}"),
+    "sin": ("s", "S", r"\mathrm{s}"),
+    "term": ("t", "u", "w", "g", "f", r"\tau"),
+    "constant": (r"\kappa", r"\lambda", r"\mu", "k"),
+    "geometry": ("b", "g", "h", r"\beta", r"\mathrm{b}"),
+    "rotation": ("r", r"\rho", "n", r"\mathrm{r}"),
+    "position": ("p", "o", r"\varpi", r"\mathrm{p}"),
+}
+"""What each kind of symbol is called, in order of preference: a parameter's letter is avoided."""
+
+
+class Notation:
+    """The short symbols of one derivation.
+
+    Attributes:
+        terms: The derivation's terms and constants.
+        q: The coordinates.
+        called: Their LaTeX, where they are not called q.
+        tex: LaTeX of coordinates, parameters and short symbols.
+        order: Where each stands in a product.
+        meanings: Each short symbol in coordinates and parameters.
+        angles: The angles c and s are taken of, with their index, in order of first use.
+        constants: The named constants, in order of first use.
+    """
+
+    def __init__(
+        self, robot: Robot, terms: Terms, q: Sequence[sp.Symbol], called: Sequence[str] = ()
+    ) -> None:
+        """Begins the notation of a chain; its coordinates are q_1 and so on if not called else."""
+        self.terms, self.q = terms, tuple(q)
+        self.called = tuple(called)
+        parameters = names.distinct(parameter.name for parameter in robot.parameters)
+        self.tex = {p.symbol: parameters[p.name] for p in robot.parameters}
+        tex = self.called or [f"q_{{{k}}}" for k in range(1, len(self.q) + 1)]
+        self.tex |= dict(zip(self.q, tex, strict=True))
+        self.letters = _letters(set(map(names.head, (*parameters.values(), *self.called))))
+        self.order: dict[sp.Symbol, Order] = {
+            symbol: (LENGTH, place) for symbol, place in _places(robot, self.q).items()
+        }
+        self.meanings: dict[sp.Symbol, sp.Expr] = {}
+        self.angles: dict[sp.Expr, tuple[str, str]] = {}
+        self.constants: list[sp.Symbol] = []
+        self._constants: dict[sp.Expr, sp.Expr] = {}
+        self._expanded: dict[sp.Symbol, sp.Expr] = {}
+        self._terms = self._geometric = 0
+
+    def trigonometric(self, expression: sp.Expr) -> sp.Expr:
+        """The short symbol, or its negative, for the cosine or sine of a sum of coordinates."""
+        (angle,) = expression.args
+        angle = sp.expand(self.expanded(angle))
+        lead = next((q for q in self.q if angle.has(q)), None)
+        if lead is None:
+            return self.constant(expression.func(angle))
+        negative = angle.coeff(lead).could_extract_minus_sign()
+        angle = -angle if negative else angle
+        accent, index = self._angle(angle)
+        kind = "cos" if expression.func is sp.cos else "sin"
+        letter = self.letters[kind]
+        tex = f"{accent.format(letter)}_{{{index}}}"
+        joints = tuple(k for k, q in enumerate(self.q) if angle.has(q))
+        symbol = self.symbol(tex, (TRIGONOMETRY, (joints, kind, accent)), expression.func(angle))
+        return -symbol if negative and kind == "sin" else symbol
+
+    def constant(self, expression: sp.Expr) -> sp.Expr:
+        """An expression without coordinates as it is printed: short as it is, or named.
+
+        Numbers of equal value have one name, whatever their form.
+        """
+        if is_long_number(self.terms, expression):
+            return self._numeric(self.terms.value(expression))
+        raw = self.expanded(expression)
+        known = self._constants.get(raw)
+        if known is None:
+            known = self._constants[raw] = self._printed_constant(raw)
+        return known
+
+    def shortened(self, expression: sp.Expr) -> sp.Expr:
+        """A constant expression with short symbols for what a reader would not multiply out."""
+        if expression.is_Atom or is_surd(expression):
+            return expression
+        if expression.is_number:
+            return expression
+        if expression.is_Function:
+            return self.constant(expression)
+        if expression.is_Mul:
+            numbers = sp.Mul(*(factor for factor in expression.args if factor.is_number))
+            rest = [factor for factor in expression.args if not factor.is_number]
+            return self.constant(numbers) * sp.Mul(*map(self.shortened, rest))
+        return expression.func(*map(self.shortened, expression.args))
+
+    def expanded(self, expression: sp.Expr) -> sp.Expr:
+        """An expression in coordinates and parameters, with no named terms."""
+        known: dict[sp.Symbol, sp.Expr] = {}
+        for symbol in expression.free_symbols:
+            definition = self.terms.definitions.get(symbol, self.terms.constants.get(symbol))
+            if definition is not None:
+                if symbol not in self._expanded:
+                    self._expanded[symbol] = self.expanded(definition)
+                known[symbol] = self._expanded[symbol]
+        return expression.xreplace(known)
+
+    def term(self) -> sp.Symbol:
+        """The next shared term; its definition is kept by who asked for it."""
+        self._terms += 1
+        tex = f"{self.letters['term']}_{{{self._terms}}}"
+        return self.symbol(tex, (TERM, (self._terms,)))
+
+    def geometric(self) -> sp.Symbol:
+        """The next shared term of the screw axes."""
+        self._geometric += 1
+        tex = f"{self.letters['geometry']}_{{{self._geometric}}}"
+        return self.symbol(tex, (TERM, (self._geometric,)))
+
+    def entries(self) -> tuple[sp.Symbol | None, ...]:
+        """Names of the entries of a pose (4, 4) in row-major order, None in its last row."""
+        r, p = self.letters["rotation"], self.letters["position"]
+        named: list[sp.Symbol | None] = []
+        for i, axis in enumerate("xyz", 1):
+            row = [f"{r}_{{{i}{j}}}" for j in (1, 2, 3)] + [f"{p}_{{{axis}}}"]
+            named += [self.symbol(tex, (ENTRY, (tex,))) for tex in row]
+        return (*named, *(None,) * 4)
+
+    def symbol(self, tex: str, order: Order, meaning: sp.Expr | None = None) -> sp.Symbol:
+        """A symbol of that LaTeX."""
+        symbol = sp.Symbol(tex, real=True)
+        self.tex[symbol], self.order[symbol] = tex, order
+        if meaning is not None:
+            self.meanings[symbol] = meaning
+        return symbol
+
+    def _angle(self, angle: sp.Expr) -> tuple[str, str]:
+        """A pattern for the letter, and the index, by which cos and sin of an angle are called."""
+        if angle not in self.angles:
+            index, plain = self._index(angle)
+            used = sum(
+                other == index and pattern != "{}" for pattern, other in self.angles.values()
+            )
+            pattern = "{}"
+            if not plain:
+                primes = "'" * (used // len(ACCENTS))
+                pattern = rf"\{ACCENTS[used % len(ACCENTS)]}{{{{{{}}}}}}{primes}"
+            self.angles[angle] = (pattern, index)
+        return self.angles[angle]
+
+    def _index(self, angle: sp.Expr) -> tuple[str, bool]:
+        coefficients = {k: angle.coeff(q) for k, q in enumerate(self.q, 1) if angle.has(q)}
+        plain = angle == sum(c * self.q[k - 1] for k, c in coefficients.items()) and all(
+            abs(c) == 1 for c in coefficients.values()
+        )
+        signed = [-k if c.could_extract_minus_sign() else k for k, c in coefficients.items()]
+        return _joined(signed, commas=len(self.q) >= COMMAS_FROM), plain
+
+    def _printed_constant(self, raw: sp.Expr) -> sp.Expr:
+        if raw.is_Symbol:
+            return raw
+        if is_surd(raw) or _is_plain_sum(raw):
+            return raw
+        if raw.is_number:
+            return self._numeric(raw)
+        if raw.is_Mul:
+            return sp.Mul(*(self.constant(factor) for factor in raw.args))
+        if raw.func in (sp.cos, sp.sin) and raw.args[0].is_Symbol:
+            kind = "cos" if raw.func is sp.cos else "sin"
+            tex = f"{self.letters[kind]}_{{{self.tex[raw.args[0]]}}}"
+            return self.symbol(tex, (CONSTANT_TRIGONOMETRY, (tex,)), raw)
+        return self.named(raw)
+
+    def _numeric(self, raw: sp.Expr) -> sp.Expr:
+        """A number by the name of its magnitude."""
+        value = raw.evalf(EVALUATION_DIGITS)
+        sign = -1 if value < 0 else 1
+        key = sp.Float(sign * value, EVALUATION_DIGITS - 8)
+        if key not in self._constants:
+            self._constants[key] = self.named(sign * raw)
+        return sign * self._constants[key]
+
+    def named(self, raw: sp.Expr) -> sp.Symbol:
+        """The next named constant, for an expression in parameters and short symbols."""
+        raw = raw.xreplace(self.meanings)
+        if raw in self._constants:
+            return self._constants[raw]
+        number = len(self.constants) + 1
+        tex = f"{self.letters['constant']}_{{{number}}}"
+        symbol = self._constants[raw] = self.symbol(tex, (CONSTANT, (number,)), raw)
+        self.constants.append(symbol)
+        return symbol
+
+
+def is_long_number(terms: Terms, expression: sp.Expr) -> bool:
+    """Whether a number is made of so many others that nobody would read it written out."""
+    if not terms.is_number(expression):
+        return False
+    found: set[sp.Symbol] = set()
+    waiting = [*expression.free_symbols]
+    while waiting and len(found) <= MOST_PARTS:
+        symbol = waiting.pop()
+        if symbol in terms.constants and symbol not in found:
+            found.add(symbol)
+            waiting.extend(terms.constants[symbol].free_symbols)
+    return len(found) > MOST_PARTS
+
+
+def _joined(indices: Sequence[int], *, commas: bool) -> str:
+    """Indices of a sum, barred where subtracted; a long run is its first and last, ``1:14``."""
+    shown: list[str] = []
+    k = 0
+    while k < len(indices):
+        run = 1
+        while k + run < len(indices) and indices[k + run] == indices[k] + run > 0:
+            run += 1
+        if commas and run >= LONG_RUN:
+            shown.append(f"{indices[k]}:{indices[k + run - 1]}")
+            k += run
+        else:
+            shown.append(str(indices[k]) if indices[k] > 0 else rf"\bar{{{-indices[k]}}}")
+            k += 1
+    return ("," if commas else "").join(shown)
+
+
+def is_surd(expression: sp.Expr) -> bool:
+    """A fraction, perhaps times a root of one, or times pi."""
+    coefficient, rest = expression.as_coeff_Mul()
+    root = rest.is_Pow and rest.base.is_Rational and rest.exp == sp.Rational(1, 2)
+    return bool(coefficient.is_Rational and (rest in (1, sp.pi) or root))
+
+
+def _is_plain_sum(expression: sp.Expr) -> bool:
+    """A sum as short as d_3 + d_5."""
+    return (
+        expression.is_Add
+        and len(expression.args) == 2  # noqa: PLR2004
+        and all(t.is_Rational or t.as_coeff_Mul()[1].is_Symbol for t in expression.args)
+    )
+
+
+def _letters(taken: set[str]) -> dict[str, str]:
+    """The letter of each kind of symbol; cosine and sine change together."""
+    pairs = list(zip(LETTERS["cos"], LETTERS["sin"], strict=True))
+    free = [pair for pair in pairs if not taken & set(pair)] or pairs[-1:]
+    letters = {"cos": free[0][0], "sin": free[0][1]}
+    for kind in ("term", "constant", "geometry", "rotation", "position"):
+        options = [letter for letter in LETTERS[kind] if letter not in taken]
+        letters[kind] = (options or LETTERS[kind][-1:])[0]
+    return letters
+
+
+def _places(robot: Robot, q: Sequence[sp.Symbol]) -> Mapping[sp.Symbol, tuple[object, ...]]:
+    """Coordinates and parameters by the joint at which they first act: the order of the chain."""
+    places: dict[sp.Symbol, tuple[object, ...]] = {}
+    declared = [parameter.symbol for parameter in robot.parameters]
+
+    def note(expressions: Sequence[sp.Expr], joint: int, part: int) -> None:
+        symbols = {symbol for e in expressions for symbol in e.free_symbols}
+        for k, symbol in enumerate((*q, *declared)):
+            if symbol in symbols:
+                places.setdefault(symbol, (joint, part, k))
+
+    note(_numbers(robot.base), 0, 0)
+    values = iter(robot.joint_values(q))
+    for k, joint in enumerate(robot.joints, 1):
+        note(_numbers(joint.before), k, 0)
+        if joint.kind != "fixed":
+            note([joint.pitch], k, 0)
+            note([next(values)], k, 1 if joint.kind == "prismatic" else -1)
+        note(_numbers(joint.after), k, 2)
+    note([*_numbers(robot.tool), *declared], len(robot.joints) + 1, 0)
+    return places
+
+
+def _numbers(placement: Placement) -> list[sp.Expr]:
+    numbers: list[sp.Expr] = []
+    for motion in placement:
+        numbers += [motion.angle] if isinstance(motion, Rotation) else motion.vector
+    return numbers

@@ -1,0 +1,127 @@
+"""Named terms written out in printed symbols, as far as nothing has a name."""
+
+from collections.abc import Callable, Mapping
+
+import sympy as sp
+
+from ...terms.terms import Terms
+from .notation import Notation, is_long_number
+from .printer import FractionPrinter
+from .widths import LINE, width
+
+Definition = tuple[sp.Symbol, sp.Expr]
+NARROW = 0.2 * LINE
+"""Widest constant that stands where it is used (pt)."""
+BRACKET = 0.36 * LINE
+"""Widest sum that is written as a factor or squared (pt)."""
+
+
+class PrintedTerms:
+    """The names that a solution gives to named terms, and everything in these names.
+
+    Attributes:
+        known: The printed symbol, or its negative, of each named term and coordinate.
+    """
+
+    def __init__(
+        self, terms: Terms, notation: Notation, known: Mapping[sp.Symbol, sp.Expr]
+    ) -> None:
+        """Begins with the names of the coordinates."""
+        self.terms, self.notation, self.known = terms, notation, dict(known)
+        self._long: dict[sp.Expr, sp.Symbol] = {}
+        self.printer = FractionPrinter(notation.tex, notation.order)
+
+    def tex(self, expression: sp.Expr) -> str:
+        """A printed expression in LaTeX."""
+        return self.printer.tex(expression)
+
+    def of(self, expression: sp.Expr) -> sp.Expr:
+        """An expression of named terms in printed symbols."""
+        ordered = sorted(expression.free_symbols, key=lambda s: (len(s.name), s.name))
+        known = {symbol: self._symbol(symbol) for symbol in ordered}
+        for function in sorted(expression.atoms(sp.cos, sp.sin), key=str):
+            # Those of angles that move are terms; only a description writes one out.
+            if function.free_symbols <= self.terms.parameters.keys():
+                known[function] = self.notation.constant(function)
+        return expression.xreplace(known)
+
+    def meaning(self, term: sp.Symbol) -> sp.Expr:
+        """The definition of a term in printed symbols, its own name aside."""
+        definition = self.terms.definitions[term]
+        if isinstance(definition, sp.cos | sp.sin):
+            return definition.func(self.sum(definition.args[0]))
+        return self.of(definition)
+
+    def exact(self, expression: sp.Expr) -> sp.Expr:
+        """A sum of constants and lengths that was never named, in printed symbols."""
+        number, rest = expression.as_independent(*expression.free_symbols, as_Add=True)
+        shown = self.constant(number) if number != 0 else number
+        return shown + self.notation.shortened(self.of(rest))
+
+    def shortened(
+        self, expression: sp.Expr, named: Callable[[], sp.Symbol]
+    ) -> tuple[sp.Expr, list[Definition]]:
+        """A printed expression with names for long sums in brackets, and those that are new.
+
+        Args:
+            expression: In printed symbols.
+            named: Gives the next symbol.
+        """
+        new: list[Definition] = []
+
+        def name(sum_: sp.Expr) -> sp.Expr:
+            if sum_ not in self._long:
+                self._long[sum_] = named()
+                new.append((self._long[sum_], sum_))
+            return self._long[sum_]
+
+        def inside(e: sp.Expr, *, is_bracket: bool) -> sp.Expr:
+            if e.is_Atom:
+                return e
+            is_sum, is_root = e.is_Add, e.is_Pow and e.exp == sp.Rational(1, 2)
+            e = e.func(*(inside(part, is_bracket=not (is_sum or is_root)) for part in e.args))
+            return name(e) if is_bracket and e.is_Add and width(self.tex(e)) > BRACKET else e
+
+        return inside(expression, is_bracket=False), new
+
+    def sum(self, angle: sp.Expr) -> sp.Expr:
+        """A sum of angles, constant ones included, in printed symbols."""
+        moving = {s for s in angle.free_symbols if not self.terms.is_constant(s)}
+        constant, rest = sp.expand(angle).as_independent(*moving, as_Add=True)
+        shown = self.notation.constant(self.terms.spelled(constant)) if constant != 0 else constant
+        return shown + self.of(rest)
+
+    def constant(self, expression: sp.Expr) -> sp.Expr:
+        """A constant as it is where that is short, else by name."""
+        if is_long_number(self.terms, expression):
+            return self.notation.constant(self.terms.value(expression))
+        raw = self.terms.spelled(expression)
+        if raw.free_symbols:
+            shown = self.notation.shortened(raw)
+            if width(self.tex(shown)) <= NARROW:
+                return shown
+        elif raw.is_Rational and width(self.tex(raw)) <= NARROW:
+            return raw
+        return self.notation.constant(raw)
+
+    def _symbol(self, symbol: sp.Symbol) -> sp.Expr:
+        if symbol in self.known:
+            return self.known[symbol]
+        if symbol in self.terms.constants:
+            return self.constant(symbol)
+        turned = self._turned(symbol)
+        if turned is not None:
+            return turned
+        return self.meaning(symbol) if symbol in self.terms.definitions else symbol
+
+    def _turned(self, symbol: sp.Symbol) -> sp.Expr | None:
+        """The cosine or sine of solved angles, once these have names."""
+        if symbol not in self.terms.turning:
+            return None
+        angle, _ = self.terms.turning[symbol]
+        if any(s in self.terms.solved and s not in self.known for s in angle.free_symbols):
+            return None
+        for function, value in zip((sp.cos, sp.sin), self.terms.cos_sin(angle), strict=True):
+            if value in (symbol, -symbol):
+                return (1 if value == symbol else -1) * function(self.sum(angle))
+        return None

@@ -1,0 +1,177 @@
+r"""Expressions as a human writes them: lengths before cosines, indices ascending, no leading minus.
+
+SymPy orders for machines; here a sum is a list of signed terms in the order of the chain, which is
+also what long sums are broken by.
+"""
+
+from collections.abc import Mapping
+from decimal import Decimal
+
+import sympy as sp
+
+from ...model.exact import EVALUATION_DIGITS
+from .notation import ENTRY, LENGTH, OTHER, TERM, Order
+
+DIGITS = 10
+"""Digits to which a number that has no short exact form is printed, followed by dots."""
+_FUNCTIONS = {sp.cos: r"\cos", sp.sin: r"\sin", sp.tan: r"\tan", sp.atan: r"\arctan"}
+
+
+class Printer:
+    """Prints expressions in the symbols of a notation.
+
+    Args:
+        tex: LaTeX of each symbol.
+        order: Where each symbol stands in a product.
+    """
+
+    def __init__(self, tex: Mapping[sp.Symbol, str], order: Mapping[sp.Symbol, Order]) -> None:
+        self._tex, self._order = tex, order
+        self._printed: dict[sp.Expr, list[str]] = {}
+
+    def tex(self, expression: sp.Expr) -> str:
+        """An expression on one line."""
+        return " ".join(self.terms(expression))
+
+    def terms(self, expression: sp.Expr) -> list[str]:
+        """The terms of a sum, each with its sign; the first without, if it can be helped."""
+        if expression not in self._printed:
+            self._printed[expression] = self._terms(expression)
+        return self._printed[expression]
+
+    def _terms(self, expression: sp.Expr) -> list[str]:
+        addends = sorted(sp.Add.make_args(expression), key=self._addend_key)
+        first = next((k for k, addend in enumerate(addends) if not _is_negative(addend)), 0)
+        addends.insert(0, addends.pop(first))
+        signed = [(_is_negative(addend), self._product(addend)) for addend in addends]
+        head = ("-" if signed[0][0] else "") + signed[0][1]
+        return [head] + [("- " if negative else "+ ") + tex for negative, tex in signed[1:]]
+
+    def _product(self, addend: sp.Expr) -> str:
+        """A term without its sign."""
+        coefficient, rest = (-addend if _is_negative(addend) else addend).as_coeff_Mul()
+        factors = sorted(sp.Mul.make_args(rest), key=self._factor_key) if rest != 1 else []
+        plain = [f for f in factors if f.is_number and not (f.is_Function or f.is_Add)]
+        shown = [self._factor(factor) for factor in factors if factor not in plain]
+        constant = coefficient * sp.Mul(*plain)
+        if constant != 1 or not shown:
+            shown.insert(0, number(constant))
+        return " ".join(shown)
+
+    def _factor(self, factor: sp.Expr) -> str:
+        if factor.is_Symbol:
+            return self._tex[factor]
+        if factor.is_Add:
+            inner = self.tex(factor)
+            return f"[{inner}]" if "(" in inner else f"({inner})"
+        if factor.is_Pow:
+            return self._power(factor)
+        inner = ", ".join(self.tex(argument) for argument in factor.args)
+        name = _FUNCTIONS.get(factor.func, rf"\operatorname{{{factor.func.__name__}}}")
+        alone = len(factor.args) == 1 and factor.args[0].is_Symbol
+        return f"{name} {inner}" if alone else f"{name}({inner})"
+
+    def _power(self, power: sp.Expr) -> str:
+        base, exponent = power.args
+        if exponent == sp.Rational(1, 2):
+            return rf"\sqrt{{{self.tex(base)}}}"
+        if exponent.is_negative:
+            return rf"\frac{{1}}{{{self.tex(base**-exponent)}}}"
+        return f"{self._factor(base)}^{{{self.tex(exponent)}}}"
+
+    def _addend_key(self, addend: sp.Expr) -> tuple[object, ...]:
+        """PrintedTerms with a length in the order of the chain, then brackets, then the rest."""
+        _, rest = addend.as_coeff_Mul()
+        keys = tuple(sorted(self._factor_key(factor)[0] for factor in sp.Mul.make_args(rest)))
+        lengths = tuple(place for kind, place in keys if kind == LENGTH)
+        compound = any(kind in (TERM, ENTRY, OTHER) for kind, _ in keys)
+        return (0 if lengths else 1 if compound else 2, lengths[:1], keys)
+
+    def _factor_key(self, factor: sp.Expr) -> tuple[Order, str]:
+        base = factor.base if factor.is_Pow else factor
+        order = self._order.get(base, (OTHER, ()))
+        if base in self._order:
+            return order, ""
+        return order, str(factor) if factor.is_number else self._factor(factor)
+
+
+class FractionPrinter(Printer):
+    """Prints quotients and halves as fractions, and functions of several arguments."""
+
+    def _product(self, addend: sp.Expr) -> str:
+        positive = -addend if _is_negative(addend) else addend
+        numerator, denominator = sp.fraction(positive)
+        if denominator == 1 or (positive.is_Rational and denominator != 2):  # noqa: PLR2004
+            return super()._product(addend)
+        coefficient, rest = denominator.as_coeff_Mul()
+        if coefficient not in (1, 2):
+            numerator, denominator = numerator / coefficient, rest
+            if denominator == 1:
+                return super()._product(numerator)
+        return rf"\frac{{{self.tex(numerator)}}}{{{self.tex(denominator)}}}"
+
+    def _power(self, power: sp.Expr) -> str:
+        base, exponent = power.args
+        if isinstance(base, sp.cos | sp.sin) and exponent.is_Integer and exponent > 0:
+            name = _FUNCTIONS[base.func]
+            return self._factor(base).replace(name, f"{name}^{{{exponent}}}", 1)
+        return super()._power(power)
+
+    def _factor(self, factor: sp.Expr) -> str:
+        if isinstance(factor, sp.Abs):
+            return f"|{self.tex(factor.args[0])}|"
+        return super()._factor(factor)
+
+
+def number(value: sp.Expr) -> str:
+    """An exact number: decimals where they end, else fractions, roots and multiples of pi."""
+    if value.is_Float:
+        return cut(value, DIGITS)
+    if value.is_Rational:
+        return _rational(value)
+    multiple = value / sp.pi
+    if multiple.is_Rational:
+        times = "" if abs(multiple.p) == 1 else str(abs(multiple.p))
+        over = "" if multiple.q == 1 else f"/{multiple.q}"
+        return ("-" if multiple < 0 else "") + rf"{times}\pi{over}"
+    numerator, denominator = value.as_numer_denom()
+    over = sp.latex(numerator)
+    return over if denominator == 1 else rf"\tfrac{{{over}}}{{{sp.latex(denominator)}}}"
+
+
+def _rational(value: sp.Rational) -> str:
+    sign, value = ("-" if value < 0 else ""), abs(value)
+    rest, places = value.q, 0
+    for prime in (2, 5):
+        count = 0
+        while rest % prime == 0:
+            rest, count = rest // prime, count + 1
+        places = max(places, count)
+    if rest != 1:
+        return rf"{sign}\tfrac{{{value.p}}}{{{value.q}}}"
+    digits = str(value.p * 10**places // value.q).rjust(places + 1, "0")
+    whole = digits[: len(digits) - places]
+    return sign + whole + (f".{digits[-places:]}" if places else "")
+
+
+def decimal(value: sp.Expr) -> str:
+    """A number rounded to a few digits."""
+    text = _plain(value, DIGITS)
+    return text.rstrip("0").rstrip(".") if "." in text else text
+
+
+def cut(value: sp.Expr, digits: int) -> str:
+    """The first digits of a number, and dots where it goes on."""
+    text = _plain(value, EVALUATION_DIGITS - 8).rstrip("0")
+    place = next(k for k, digit in enumerate(text) if digit in "123456789")
+    end = place + digits + ("." in text[place : place + digits])
+    return rf"{text[:end]}\ldots" if len(text) > end else text
+
+
+def _plain(value: sp.Expr, digits: int) -> str:
+    """A number to so many digits, without an exponent."""
+    return format(Decimal(str(sp.N(value, digits))), "f")
+
+
+def _is_negative(addend: sp.Expr) -> bool:
+    return bool(addend.as_coeff_Mul()[0].is_negative)

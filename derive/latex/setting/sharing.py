@@ -1,0 +1,244 @@
+"""What is printed, as SymPy objects: shared terms in the order of their definition, then entries.
+
+A derivation names every intermediate result. A reader wants fewer names: products are written out,
+a sum that occurs once stands where it occurs, and a sum that occurs more often, or is too long for
+a bracket, is a shared term. The functions of a robot share these: the Jacobians name what the
+forward kinematics did not.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import sympy as sp
+
+from ...derivation import Derivation, derive
+from ...model.robot import Robot
+from .notation import Notation
+from .printer import Printer
+from .widths import LINE, width
+
+Definition = tuple[sp.Symbol, sp.Expr]
+PRINTED = ("fk", "jacobian_mixed", "jacobian_space")
+"""The functions that are printed."""
+BRACKET = 0.36 * LINE
+"""Widest sum that is written as a factor in brackets."""
+DEEPEST = 2
+"""Brackets inside each other."""
+ENTRY = 0.4 * LINE
+"""Widest entry of a column of a Jacobian."""
+MOST_FACTORS = 5
+"""Factors of a product that is written out wherever it occurs."""
+
+
+@dataclass(frozen=True)
+class Printed:
+    """One function in short symbols.
+
+    Attributes:
+        definitions: Shared terms that were not defined before, each in those before it.
+        entries: The function's entries in row-major order.
+        names: The name of each entry, None where it is not needed.
+    """
+
+    definitions: tuple[Definition, ...]
+    entries: tuple[sp.Expr, ...]
+    names: tuple[sp.Symbol | None, ...] = ()
+
+
+@dataclass(frozen=True)
+class Equations:
+    """All that is printed of a robot's functions, in the order of printing."""
+
+    notation: Notation
+    printer: Printer
+    fk: Printed
+    jacobian_mixed: Printed
+    jacobian_space: Printed
+
+
+def equations(derivation: Derivation, called: Sequence[str] = ()) -> Equations:
+    """Forward kinematics and Jacobians of a derivation in short symbols and shared terms.
+
+    Where the derivation was asked for less than these, they are derived for the page alone.
+
+    Args:
+        derivation: A serial robot with its functions.
+        called: LaTeX of its coordinates, q_1 and so on where none is given.
+    """
+    robot = derivation.robot
+    assert isinstance(robot, Robot)
+    if not {function.name for function in derivation.functions}.issuperset(PRINTED):
+        derivation = derive(robot, PRINTED)
+    fk = derivation.function("fk")
+    notation = Notation(robot, derivation.terms, fk.inputs[0].symbols, called)
+    printer = Printer(notation.tex, notation.order)
+    sharing = _Sharing(notation, printer)
+    return Equations(
+        notation,
+        printer,
+        sharing.printed(fk.outputs[0].entries, notation.entries()),
+        sharing.printed(derivation.function("jacobian_mixed").outputs[0].entries),
+        sharing.printed(derivation.function("jacobian_space").outputs[0].entries),
+    )
+
+
+class _Sharing:
+    """Decides, function by function, what gets a name.
+
+    Attributes:
+        known: What each of the terms is called, for those that have a lasting name.
+    """
+
+    def __init__(self, notation: Notation, printer: Printer) -> None:
+        self.notation, self.printer = notation, printer
+        self.terms = notation.terms
+        self.known: dict[sp.Symbol, sp.Expr] = {}
+
+    def printed(
+        self, entries: Sequence[sp.Expr], names: Sequence[sp.Symbol | None] = ()
+    ) -> Printed:
+        """One function; with names for its entries, later functions may use them."""
+        self.inlined: dict[sp.Symbol, sp.Expr] = {}
+        self.definitions: list[Definition] = []
+        open_terms = self._open(entries)
+        own = self._nameable(open_terms, entries) if names else set()
+        uses = self._uses(open_terms, entries)
+        for term in open_terms:
+            self._settle(term, 1 if term in own else uses[term])
+        if names:
+            shown = self._named_entries(entries, names, own)
+        else:
+            shown = [self._column_entry(entry) for entry in entries]
+        return Printed(tuple(self.definitions), tuple(shown), tuple(names))
+
+    def _open(self, entries: Sequence[sp.Expr]) -> list[sp.Symbol]:
+        """The terms without a name that entries rest on, in the order of their definition."""
+        found: set[sp.Symbol] = set()
+        waiting = [symbol for entry in entries for symbol in entry.free_symbols]
+        while waiting:
+            symbol = waiting.pop()
+            if (
+                symbol in self.terms.definitions
+                and symbol not in self.known
+                and symbol not in found
+            ):
+                found.add(symbol)
+                if not _is_trigonometric(self.terms.definitions[symbol]):
+                    waiting.extend(self.terms.definitions[symbol].free_symbols)
+        return [symbol for symbol in self.terms.definitions if symbol in found]
+
+    def _nameable(
+        self, open_terms: Sequence[sp.Symbol], entries: Sequence[sp.Expr]
+    ) -> set[sp.Symbol]:
+        """Sums that are entries and nothing else: the entry's name is theirs."""
+        inside = {
+            symbol for term in open_terms for symbol in self.terms.definitions[term].free_symbols
+        }
+        symbols = {symbol for entry in entries for symbol in entry.free_symbols}
+        return {
+            symbol
+            for symbol in symbols - inside
+            if symbol in self.terms.definitions and self.terms.definitions[symbol].is_Add
+        }
+
+    def _uses(
+        self, open_terms: Sequence[sp.Symbol], entries: Sequence[sp.Expr]
+    ) -> Counter[sp.Symbol]:
+        """How often each term is written once products are written out."""
+        uses = Counter(symbol for entry in entries for symbol in entry.free_symbols)
+        for term in reversed(open_terms):
+            expression = self.terms.definitions[term]
+            if not _is_trigonometric(expression):
+                times = 1 if expression.is_Add else uses[term]
+                for addend in sp.Add.make_args(expression):
+                    uses.update(dict.fromkeys(addend.free_symbols, times))
+        return uses
+
+    def _settle(self, term: sp.Symbol, uses: int) -> None:
+        """Gives a term its name, or keeps it to be written out."""
+        expression = self.terms.definitions[term]
+        if _is_trigonometric(expression):
+            self.known[term] = self.notation.trigonometric(expression)
+            return
+        value = self._value(expression)
+        long = len(sp.Mul.make_args(value)) > MOST_FACTORS
+        if uses > 1 and (long or (value.is_Add and not self._is_plain(value))):
+            self._name(term, value)
+        else:
+            self.inlined[term] = value
+
+    def _value(self, expression: sp.Expr) -> sp.Expr:
+        """An expression of named terms in printed symbols."""
+        for addend in sp.Add.make_args(expression):
+            factors = sp.Mul.make_args(addend.as_coeff_Mul()[1])
+            for factor in factors:
+                base = factor.base if factor.is_Pow else factor
+                value = self.inlined.get(base)
+                if value is not None and (factor.is_Pow or len(factors) > 1):
+                    self._fit_in_brackets(base, value)
+        known = {}
+        # Naming a constant numbers it: the order must not be that of a set.
+        for symbol in sorted(expression.free_symbols, key=numbered):
+            if symbol in self.terms.constants:
+                known[symbol] = self.notation.constant(symbol)
+            elif symbol in self.terms.definitions:
+                known[symbol] = self.known.get(symbol, self.inlined.get(symbol))
+        return expression.xreplace(known)
+
+    def _fit_in_brackets(self, term: sp.Symbol, value: sp.Expr) -> None:
+        if value.is_Add and (depth(value) >= DEEPEST or width(self.printer.tex(value)) > BRACKET):
+            self._name(term, value)
+
+    def _name(self, term: sp.Symbol, value: sp.Expr) -> None:
+        """Makes a value the next shared term, with the sign that its first term wants."""
+        name = self.notation.term()
+        sign = -1 if self.printer.tex(value).startswith("-") else 1
+        self.definitions.append((name, sign * value))
+        self.known[term] = sign * name
+
+    def _named_entries(
+        self,
+        entries: Sequence[sp.Expr],
+        names: Sequence[sp.Symbol | None],
+        own: set[sp.Symbol],
+    ) -> list[sp.Expr]:
+        """Values of entries; a sum that is an entry is called by the entry's name from then on."""
+        shown = []
+        for entry, name in zip(entries, names, strict=True):
+            shown.append(self._value(entry))
+            sign, symbol = entry.as_coeff_Mul()
+            if name is not None and symbol in own and symbol not in self.known:
+                self.known[symbol] = sign * name
+        return shown
+
+    def _column_entry(self, entry: sp.Expr) -> sp.Expr:
+        value = self._value(entry)
+        if value.is_Add and width(self.printer.tex(value)) > ENTRY:
+            _, symbol = entry.as_coeff_Mul()
+            self._name(symbol, self.inlined[symbol])
+            value = self._value(entry)
+        return value
+
+    def _is_plain(self, value: sp.Expr) -> bool:
+        """Whether a sum is as short as d_3 + q_3."""
+        plain = {*self.notation.q, *self.terms.parameters}
+        return len(value.args) == 2 and all(  # noqa: PLR2004
+            addend.is_Rational or addend.as_coeff_Mul()[1] in plain for addend in value.args
+        )
+
+
+def numbered(symbol: sp.Symbol) -> tuple[int, str]:
+    """The order in which terms were numbered."""
+    return len(symbol.name), symbol.name
+
+
+def _is_trigonometric(expression: sp.Expr) -> bool:
+    return isinstance(expression, sp.cos | sp.sin)
+
+
+def depth(expression: sp.Expr) -> int:
+    """How many brackets stand inside each other when an expression is printed."""
+    if expression.is_Add:
+        return max(depth(addend) for addend in expression.args)
+    return max((1 + depth(f) for f in sp.Mul.make_args(expression) if f.is_Add), default=0)

@@ -1,0 +1,1 @@
+"""Planar loops in closed form: points as sums of turning vectors, triangles, platforms on rods."""

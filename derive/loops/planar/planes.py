@@ -1,0 +1,421 @@
+"""Planar loops of a mechanism: which joints move in one plane, and where their pins are in it.
+
+A loop is planar where all its revolute axes are parallel and all its sliders are perpendicular to
+them. Loops that share a joint are one *linkage*. Each body of a linkage gets axes of its own in the
+plane: the first of its frame's x, y, z axes that lies in the plane and the one to the left of it,
+seen against the plane's normal, which is the first revolute axis of the linkage, or across its
+sliders where nothing in it turns.
+"""
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import sympy as sp
+
+from ...chain.poe import placement_matrix
+from ...model.mechanism import Closure, Mechanism, Place, Strut
+from ...model.robot import Joint, Placement
+from ...terms.terms import Terms
+from .phasors import ONE, REAL, ZERO, Complex
+
+SMALL = sp.Float("1e-25")
+"""What counts as zero where directions are compared to 40 digits."""
+
+
+@dataclass(frozen=True)
+class Turn:
+    """Two bodies of a linkage that turn about a common point.
+
+    Attributes:
+        name: Of the joint, swing or closure.
+        a: The one body; b turns on it.
+        at_a: The point in a's axes.
+        b: The other body.
+        at_b: The point in b's axes.
+        rotor: b's axes in a's axes where the joint's value is zero, as a unit complex number.
+        sense: 1, or -1 where the joint counts against the plane's normal.
+    """
+
+    name: str
+    a: str
+    at_a: Complex
+    b: str
+    at_b: Complex
+    rotor: Complex = REAL
+    sense: int = 1
+
+
+@dataclass(frozen=True)
+class Slide:
+    """Two bodies of a linkage that slide along each other.
+
+    Attributes:
+        name: Of the joint, cylinder or closure.
+        a: The one body; b slides on it.
+        at_a: A point of the guide, in a's axes.
+        direction: The guide's direction in a's axes, of length 1.
+        b: The other body.
+        at_b: The point of b that is at ``at_a + value * direction``.
+        rotor: b's axes in a's axes.
+    """
+
+    name: str
+    a: str
+    at_a: Complex
+    direction: Complex
+    b: str
+    at_b: Complex
+    rotor: Complex = REAL
+
+
+@dataclass(frozen=True)
+class Weld:
+    """Two bodies of a linkage that are one: b's axes and origin in a's axes."""
+
+    name: str
+    a: str
+    at_a: Complex
+    b: str
+    rotor: Complex = REAL
+
+
+Edge = Turn | Slide | Weld
+
+
+@dataclass(frozen=True)
+class Linkage:
+    """The bodies and joints of planar loops that move together.
+
+    Attributes:
+        root: The body in whose axes the plane stands still.
+        bodies: All bodies, cylinders' barrels and rods included.
+        edges: Joints, swings and closures.
+        joints: Names of the tree's moving joints and of the cylinders in it.
+        closers: Names of the closures and struts that close its loops.
+        axes: The plane's x, y and normal in each body's frame.
+    """
+
+    root: str
+    bodies: tuple[str, ...]
+    edges: tuple[Edge, ...]
+    joints: tuple[str, ...]
+    closers: tuple[str, ...]
+    axes: Mapping[str, "Axes"]
+
+
+class Axes(NamedTuple):
+    """The plane's two axes and its normal in a body's frame."""
+
+    x: sp.Matrix
+    y: sp.Matrix
+    n: sp.Matrix
+
+
+class Loop(NamedTuple):
+    """A closure or strut, the body where its two branches meet, and the joints of both branches."""
+
+    closer: Closure | Strut
+    meeting: str
+    to_a: tuple[Joint, ...]
+    to_b: tuple[Joint, ...]
+
+    @property
+    def joints(self) -> tuple[Joint, ...]:
+        """All joints of the loop that move."""
+        return tuple(joint for joint in (*self.to_a, *self.to_b) if joint.kind != "fixed")
+
+
+def loops(mechanism: Mechanism) -> list[Loop]:
+    """One loop for each closure and strut, in the order of the description."""
+    return [_loop(mechanism, closer) for closer in mechanism.closers]
+
+
+def _loop(mechanism: Mechanism, closer: Closure | Strut) -> Loop:
+    a, b = mechanism.way(closer.a.body), mechanism.way(closer.b.body)
+    shared = 0
+    while shared < min(len(a), len(b)) and a[shared] is b[shared]:
+        shared += 1
+    meeting = a[shared - 1].link if shared else mechanism.base_frame
+    return Loop(closer, meeting, tuple(a[shared:]), tuple(b[shared:]))
+
+
+def linkages(mechanism: Mechanism, terms: Terms) -> tuple[list[Linkage], list[Loop]]:
+    """The planar linkages of a mechanism, and the loops that are not planar."""
+    planar: list[_PlanarLoop] = []
+    spatial: list[Loop] = []
+    for loop in loops(mechanism):
+        normal = _normal(mechanism, loop, terms)
+        if normal is None:
+            spatial.append(loop)
+        else:
+            planar.append(_PlanarLoop(loop, normal))
+    return [_linkage(mechanism, terms, group) for group in _sharing(planar)], spatial
+
+
+class _PlanarLoop(NamedTuple):
+    """A planar loop and its plane's normal in the base body's frame, in numbers."""
+
+    loop: Loop
+    normal: sp.Matrix
+
+    def shares_with(self, other: "_PlanarLoop") -> bool:
+        """Whether the loops share a joint and a plane; a slider alone can lie in two planes."""
+        names = {joint.name for joint in self.loop.joints}
+        shared = any(joint.name in names for joint in other.loop.joints)
+        return shared and _is_small(self.normal.cross(other.normal))
+
+
+def _sharing(planar: Sequence[_PlanarLoop]) -> list[list[Loop]]:
+    """Loops that share joints, together, in the order of the description."""
+    groups: list[list[_PlanarLoop]] = []
+    for loop in planar:
+        joined = [group for group in groups if any(loop.shares_with(other) for other in group)]
+        merged = [member for group in joined for member in group] + [loop]
+        groups = [group for group in groups if group not in joined] + [merged]
+    return [[member.loop for member in planar if member in group] for group in groups]
+
+
+# --- whether a loop is planar ---
+
+
+class _Branch:
+    """The way from the base to one side of a loop: axes in numbers where every joint is at zero."""
+
+    def __init__(self, mechanism: Mechanism, terms: Terms, place: Place, way: list[Joint]) -> None:
+        self.turning: list[sp.Matrix] = []
+        self.sliding: list[sp.Matrix] = []
+        self.is_helical = False
+        R, p = sp.eye(3), sp.zeros(3, 1)
+        for joint in mechanism.way(place.body):
+            R, p = _onward(terms, R, p, joint.before)
+            if joint in way:
+                self._pass(joint, R[:, 2])
+            R, p = _onward(terms, R, p, joint.after)
+        self.R, self.p = _onward(terms, R, p, place.placement)
+
+    def _pass(self, joint: Joint, axis: sp.Matrix) -> None:
+        self.is_helical |= joint.kind == "helical"
+        if joint.kind in ("revolute", "helical"):
+            self.turning.append(axis)
+        elif joint.kind == "prismatic":
+            self.sliding.append(axis)
+
+
+def _normal(mechanism: Mechanism, loop: Loop, terms: Terms) -> sp.Matrix | None:
+    """The normal of a loop's plane in the base body's frame, in numbers; None if it has none."""
+    closer = loop.closer
+    a = _Branch(mechanism, terms, closer.a, list(loop.to_a))
+    b = _Branch(mechanism, terms, closer.b, list(loop.to_b))
+    turning, sliding = [*a.turning, *b.turning], [*a.sliding, *b.sliding]
+    kind = closer.kind if isinstance(closer, Closure) else "ball"
+    if kind == "pin":
+        turning += [a.R[:, 2], b.R[:, 2]]
+    elif kind == "slider":
+        sliding += [a.R[:, 2], b.R[:, 2]]
+    n = turning[0] if turning else across(sliding)
+    if n is None or a.is_helical or b.is_helical:
+        return None
+    # What keeps the two frames from turning must hold the plane's normal where it is.
+    kept = kind not in ("slider", "weld") or _is_small(a.R.T * n - b.R.T * n)
+    is_planar = kept and holds(n, turning, sliding) and abs(n.dot(b.p - a.p)) < SMALL
+    return n if is_planar else None
+
+
+def holds(n: sp.Matrix, turning: Iterable[sp.Matrix], sliding: Iterable[sp.Matrix]) -> bool:
+    """Whether axes, in numbers, turn about a normal and slide perpendicular to it."""
+    return all(_is_small(n.cross(axis)) for axis in turning) and all(
+        abs(n.dot(axis)) < SMALL for axis in sliding
+    )
+
+
+def across(sliding: Sequence[sp.Matrix]) -> sp.Matrix | None:
+    """The unit normal, in numbers, of the plane of two sliders; None where all are parallel."""
+    for other in sliding[1:]:
+        n = sliding[0].cross(other)
+        if not _is_small(n):
+            return n / sp.sqrt(n.dot(n))
+    return None
+
+
+def _onward(
+    terms: Terms, R: sp.Matrix, p: sp.Matrix, placement: Placement
+) -> tuple[sp.Matrix, sp.Matrix]:
+    """Orientation and origin, in numbers, after one more placement."""
+    M = placement_matrix(placement).applyfunc(terms.value)
+    return R * M[:3, :3], p + R * M[:3, 3]
+
+
+def _is_small(vector: sp.Matrix) -> bool:
+    return all(abs(entry) < SMALL for entry in vector)
+
+
+# --- the linkage's plane ---
+
+
+def _linkage(mechanism: Mechanism, terms: Terms, group: Sequence[Loop]) -> Linkage:
+    joints = {joint.name: joint for loop in group for joint in (*loop.to_a, *loop.to_b)}
+    order = [joint for joint in mechanism.joints if joint.name in joints]
+    root = next(joint.parent for joint in order if joint.parent not in {j.link for j in order})
+    plane = _Plane(terms, root, order, group)
+    edges: list[Edge] = [plane.edge(joint) for joint in order]
+    bodies = [root, *(joint.link for joint in order)]
+    for loop in group:
+        if isinstance(loop.closer, Closure):
+            edges.append(plane.closure(loop.closer))
+        else:
+            edges.extend(plane.strut(loop.closer))
+            bodies.append(loop.closer.name)
+            if loop.closer.is_cylinder:
+                bodies.append(piston(loop.closer))
+    moving = [joint.name for joint in order if joint.kind != "fixed"]
+    cylinders = [
+        loop.closer.name
+        for loop in group
+        if isinstance(loop.closer, Strut) and loop.closer.is_cylinder
+    ]
+    closers = tuple(loop.closer.name for loop in group)
+    return Linkage(root, tuple(bodies), tuple(edges), (*moving, *cylinders), closers, plane.axes)
+
+
+def piston(cylinder: Strut) -> str:
+    """Name of the moving half of a cylinder as a body of its linkage."""
+    return f"{cylinder.name}.piston"
+
+
+class _Plane:
+    """The plane's axes in every body's frame, and everything written in them."""
+
+    def __init__(
+        self, terms: Terms, root: str, order: Sequence[Joint], group: Sequence[Loop]
+    ) -> None:
+        self.terms = terms
+        self.axes: dict[str, Axes] = {}
+        self.axes[root] = self._chosen(tidied(terms, self._normal_at_root(order, group)))
+        for joint in order:
+            R = _rotation(joint.before) * _rotation(joint.after)
+            normal = tidied(terms, R.T * self.axes[joint.parent].n)
+            self.axes[joint.link] = self._chosen(normal)
+
+    def _normal_at_root(self, order: Sequence[Joint], group: Sequence[Loop]) -> sp.Matrix:
+        """The first turning axis, or what is perpendicular to the sliders where nothing turns."""
+        for joint in order:
+            if joint.kind == "revolute":
+                return self._at_root(joint.parent, _rotation(joint.before)[:, 2], order)
+        closures = [loop.closer for loop in group if isinstance(loop.closer, Closure)]
+        for closure in closures:
+            if closure.kind == "pin":
+                return self._at_root(closure.a.body, _axis(closure.a), order)
+        sliding = [
+            self._at_root(joint.parent, _rotation(joint.before)[:, 2], order)
+            for joint in order
+            if joint.kind == "prismatic"
+        ]
+        sliding += [
+            self._at_root(closure.a.body, _axis(closure.a), order)
+            for closure in closures
+            if closure.kind == "slider"
+        ]
+        first = sliding[0]
+        across = (first.cross(other) for other in sliding[1:])
+        n = next(n for n in across if not _is_small(n.applyfunc(self.terms.value)))
+        return n / sp.sqrt(n.dot(n))
+
+    def _at_root(self, body: str, direction: sp.Matrix, order: Sequence[Joint]) -> sp.Matrix:
+        """A direction of a body's frame in the root's frame where every joint is at zero."""
+        by_link = {joint.link: joint for joint in order}
+        while body in by_link:
+            joint = by_link[body]
+            direction = _rotation(joint.before) * _rotation(joint.after) * direction
+            body = joint.parent
+        return direction
+
+    def _chosen(self, n: sp.Matrix) -> Axes:
+        for k in range(3):
+            if not n[k].free_symbols and abs(self.terms.value(n[k])) < SMALL:
+                x = sp.eye(3)[:, k]
+                return Axes(x, tidied(self.terms, n.cross(x)), n)
+        x = n.cross(sp.Matrix([0, 0, 1]))
+        x = x / sp.sqrt(x.dot(x))
+        return Axes(x, tidied(self.terms, n.cross(x)), n)
+
+    def point(self, body: str, position: sp.Matrix) -> Complex:
+        """A point or direction of a body's frame in the body's axes of the plane."""
+        axes = self.axes[body]
+        x, y = tidied(self.terms, sp.Matrix([axes.x.dot(position), axes.y.dot(position)]))
+        return x, y
+
+    def edge(self, joint: Joint) -> Edge:
+        """A joint of the tree."""
+        before, after = placement_matrix(joint.before), placement_matrix(joint.after)
+        R, p = after[:3, :3], after[:3, 3]
+        a, b = joint.parent, joint.link
+        rotor = self.point(a, before[:3, :3] * R * self.axes[b].x)
+        at_a, at_b = self.point(a, before[:3, 3]), self.point(b, -R.T * p)
+        axis = before[:3, 2] * joint.direction
+        if joint.kind == "fixed":
+            origin = self.point(a, before[:3, 3] + before[:3, :3] * p)
+            return Weld(joint.name, a, origin, b, rotor)
+        if joint.kind == "prismatic":
+            return Slide(joint.name, a, at_a, self.point(a, axis), b, at_b, rotor)
+        sense = 1 if self.terms.value(axis.dot(self.axes[a].n)) > 0 else -1
+        return Turn(joint.name, a, at_a, b, at_b, rotor, sense)
+
+    def closure(self, closure: Closure) -> Edge:
+        """A closure between two bodies."""
+        (a, M), (b, N) = self._placed(closure.a), self._placed(closure.b)
+        at_a, at_b = self.point(a, M[:3, 3]), self.point(b, N[:3, 3])
+        rotor = self.point(a, M[:3, :3] * N[:3, :3].T * self.axes[b].x)
+        if closure.kind == "weld":
+            p = M[:3, 3] - M[:3, :3] * N[:3, :3].T * N[:3, 3]
+            return Weld(closure.name, a, self.point(a, p), b, rotor)
+        if closure.kind == "slider":
+            return Slide(closure.name, a, at_a, self.point(a, M[:3, 2]), b, at_b, rotor)
+        return Turn(closure.name, a, at_a, b, at_b)
+
+    def strut(self, strut: Strut) -> list[Edge]:
+        """A rod as a body with two pins, a cylinder as two bodies that slide."""
+        (a, M), (b, N) = self._placed(strut.a), self._placed(strut.b)
+        barrel = strut.name
+        swing = Turn(strut.swing_name, a, self.point(a, M[:3, 3]), barrel, (ZERO, ZERO))
+        far = self.point(b, N[:3, 3])
+        end: Complex = (strut.length, ZERO)
+        if not strut.is_cylinder:
+            return [swing, Turn(f"{strut.name}.end", barrel, end, b, far)]
+        moving = piston(strut)
+        return [
+            swing,
+            Slide(strut.name, barrel, end, (ONE, ZERO), moving, (ZERO, ZERO)),
+            Turn(f"{strut.name}.end", moving, (ZERO, ZERO), b, far),
+        ]
+
+    def _placed(self, place: Place) -> tuple[str, sp.Matrix]:
+        return place.body, placement_matrix(place.placement)
+
+
+def _rotation(placement: Placement) -> sp.Matrix:
+    return placement_matrix(placement)[:3, :3]
+
+
+def _axis(place: Place) -> sp.Matrix:
+    """The z axis of a place in its body's frame."""
+    return _rotation(place.placement)[:, 2]
+
+
+def tidied(terms: Terms, vector: sp.Matrix) -> sp.Matrix:
+    """A vector or matrix whose entries that are 0, 1 or -1 to 25 digits are so exactly.
+
+    Entries that depend on parameters are never judged so.
+    """
+    return vector.applyfunc(lambda entry: tidied_entry(terms, sp.expand(entry)))
+
+
+def tidied_entry(terms: Terms, entry: sp.Expr) -> sp.Expr:
+    """A number that is 0, 1 or -1 to 25 digits as that integer, all else as it is."""
+    if entry.is_Rational or entry.free_symbols:
+        return entry
+    value = terms.value(entry)
+    for integer in (0, 1, -1):
+        if abs(value - integer) < SMALL:
+            return sp.Integer(integer)
+    return entry

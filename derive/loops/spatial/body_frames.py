@@ -1,0 +1,65 @@
+"""Where a place on a body of a mechanism is, at given values of the joints before it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import sympy as sp
+
+from ...chain.forward import Forward, Pose
+from ...chain.groups import groups
+from ...chain.poe import placement_matrix
+from ...model.mechanism import Mechanism, Place
+from ...model.robot import Joint, Placement, Robot
+from ...terms.terms import Terms
+from ...terms.vectors import named
+
+
+def pose_of(
+    mechanism: Mechanism, terms: Terms, place: Place, values: Mapping[str, sp.Expr]
+) -> Pose:
+    """Axes and origin of a place in the base frame.
+
+    Args:
+        mechanism: The description.
+        terms: Names of all terms.
+        place: A frame on a body.
+        values: Values of the joints between the base and the body (radian or metre).
+    """
+    way = mechanism.way(place.body)
+    return pose_along(mechanism, terms, way, place.placement, values, mechanism.base)
+
+
+def pose_along(
+    mechanism: Mechanism,
+    terms: Terms,
+    way: Sequence[Joint],
+    tool: Placement,
+    values: Mapping[str, sp.Expr],
+    base: Placement = (),
+) -> Pose:
+    """Axes and origin of a frame behind some joints, in the frame before them.
+
+    Args:
+        mechanism: The description that the joints are from.
+        terms: Names of all terms.
+        way: The joints.
+        tool: The frame on the last body.
+        values: Values of the joints that move (radian or metre), by name.
+        base: Where the way begins.
+    """
+    if all(joint.kind == "fixed" for joint in way):
+        T = placement_matrix(base)
+        for joint in way:
+            T = T * placement_matrix(joint.before) * placement_matrix(joint.after)
+        T = T * placement_matrix(tool)
+        x, y, z, p = (named(terms, T[:3, k]) for k in range(4))
+        return (x, y, z), p
+    robot = Robot(
+        mechanism.name,
+        tuple(replace(joint, parent="") for joint in way),
+        base=base,
+        tool=tool,
+        parameters=mechanism.parameters,
+    )
+    q = [values[joint.name] for joint in robot.coordinates]
+    return Forward(terms, groups(robot, terms, robot.joint_values(q))).tool_pose()

@@ -1,0 +1,1 @@
+"""A robot as plain data: joints, mechanisms, and the exact numbers that they hold."""

@@ -1,0 +1,305 @@
+"""From SymPy to CasADi: the terms of a derivation become one shared graph, cut into functions.
+
+The visitor knows +, *, integer and half powers, sin, cos, tan, atan, atan2, Abs, sign, Min, Max and
+Piecewise with comparisons, and nothing else.
+Parameters take their default values here: this is where exact numbers become floats, each
+evaluated at 40 digits and rounded once.
+"""
+
+import operator
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass
+from functools import reduce
+
+import casadi as ca
+import sympy as sp
+from sympy.core.relational import Relational
+from sympy.logic.boolalg import Boolean
+
+from ..model.errors import RobotError
+from .branches import branch, unrolled
+from .symbolic_function import SymbolicFunction
+from .terms import Terms
+
+
+class LoweringError(RobotError):
+    """An expression holds what no rule lowers; the message names it."""
+
+
+@dataclass(frozen=True)
+class Operations:
+    """Operations of one function, as they stand in the generated C."""
+
+    multiply: int = 0
+    add: int = 0
+    negate: int = 0
+    trig: int = 0
+    other: int = 0
+
+    @property
+    def total(self) -> int:
+        """All of them."""
+        return self.multiply + self.add + self.negate + self.trig + self.other
+
+    def as_dict(self) -> dict[str, int]:
+        """The counts and their total, by name."""
+        return {**asdict(self), "total": self.total}
+
+
+_KINDS = {
+    **dict.fromkeys((ca.OP_MUL, ca.OP_SQ, ca.OP_TWICE), "multiply"),
+    **dict.fromkeys((ca.OP_ADD, ca.OP_SUB), "add"),
+    ca.OP_NEG: "negate",
+    **dict.fromkeys((ca.OP_SIN, ca.OP_COS, ca.OP_TAN, ca.OP_ATAN, ca.OP_ATAN2), "trig"),
+}
+_FREE = (ca.OP_CONST, ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_PARAMETER)
+
+
+def count_operations(function: ca.Function) -> Operations:
+    """Counts the instructions of a lowered function by kind; loads, stores, constants are free."""
+    counts: dict[str, int] = {}
+    for k in range(function.n_instructions()):
+        operation = function.instruction_id(k)
+        if operation not in _FREE:
+            kind = _KINDS.get(operation, "other")
+            counts[kind] = counts.get(kind, 0) + 1
+    return Operations(**counts)
+
+
+def lower(functions: Sequence[SymbolicFunction], prefix: str) -> list[ca.Function]:
+    """CasADi functions named ``<prefix>_<name>``; outputs are dense vectors in row-major order.
+
+    Args:
+        functions: One or more functions over the same terms; what they share is lowered once.
+            Those with signs are unrolled: their outputs hold all branches.
+        prefix: The robot's name.
+
+    Raises:
+        LoweringError: An expression holds something that no rule lowers.
+    """
+    visitor = _Visitor(functions[0].terms)
+    return [
+        _Visitor(flat.terms).function(flat, prefix)
+        if flat is not function
+        else visitor.function(function, prefix)
+        for function, flat in zip(functions, map(unrolled, functions), strict=True)
+    ]
+
+
+def lower_branch(function: SymbolicFunction, prefix: str) -> ca.Function:
+    """One branch of a function, ``<prefix>_<name>_branch``, its signs a last input, ``choice``.
+
+    Args:
+        function: A function with signs.
+        prefix: The robot's name.
+
+    Raises:
+        LoweringError: An expression holds something that no rule lowers.
+    """
+    return _Visitor(function.terms, function.signs).function(branch(function), prefix)
+
+
+def whole(functions: Sequence[SymbolicFunction], name: str) -> ca.Function:
+    """Functions of one output each as one CasADi function, for optimal control in CasADi.
+
+    Inputs are those of all functions; the output called ``fk`` is the matrix that fk computes, and
+    so on. An output of more than two dimensions is flattened behind its first.
+    """
+    visitor = _Visitor(functions[0].terms)
+    arguments = {argument.name: argument for f in functions for argument in f.inputs}
+    inputs = [visitor.vector(argument.symbols) for argument in arguments.values()]
+    outputs = []
+    for function in functions:
+        (entries,) = visitor.outputs(function)
+        rows = function.outputs[0].shape[0]
+        outputs.append(ca.reshape(entries, entries.numel() // rows, rows).T)
+    return ca.Function(name, inputs, outputs, list(arguments), [f.name for f in functions])
+
+
+class _Visitor:
+    """Shared terms as a CasADi graph; every expression is visited once."""
+
+    def __init__(self, terms: Terms, signs: Iterable[sp.Symbol] = ()) -> None:
+        self.terms = terms
+        self.signs = frozenset(signs)
+        self.nodes: dict[sp.Expr, ca.SX] = {
+            symbol: ca.SX(float(terms.value(symbol)))
+            for symbol in (*terms.parameters, *terms.constants)
+        }
+
+    def function(self, function: SymbolicFunction, prefix: str) -> ca.Function:
+        return ca.Function(
+            f"{prefix}_{function.name}",
+            [self.vector(argument.symbols) for argument in function.inputs],
+            self.outputs(function),
+            [argument.name for argument in function.inputs],
+            [result.name for result in function.outputs],
+        )
+
+    def outputs(self, function: SymbolicFunction) -> list[ca.SX]:
+        for symbol, term in function.definitions():
+            if symbol not in self.nodes:
+                self.nodes[symbol] = self.node(term)
+        nodes = [
+            ca.densify(ca.vertcat(*(self.node(entry) for entry in result.entries)))
+            for result in function.outputs
+        ]
+        # Equal terms were never named twice; what is left to share are parts of longer sums.
+        with _as_written():
+            return ca.cse(nodes)
+
+    def node(self, expression: sp.Expr) -> ca.SX:
+        known = self.nodes.get(expression)
+        if known is None:
+            known = self.nodes[expression] = self._lowered(expression)
+        return known
+
+    def vector(self, symbols: Iterable[sp.Symbol]) -> ca.SX:
+        for symbol in symbols:
+            self.nodes.setdefault(symbol, ca.SX.sym(symbol.name))
+        return ca.vertcat(*(self.nodes[symbol] for symbol in symbols))
+
+    def _lowered(self, expression: sp.Expr) -> ca.SX:
+        if self.terms.is_constant(expression):
+            return ca.SX(float(self.terms.value(expression)))
+        if expression.is_Add:
+            return self._sum(expression)
+        if expression.is_Mul:
+            return self._product(expression)
+        if expression.is_Pow:
+            return self._power(expression)
+        if expression.is_Piecewise:
+            return self._choice(expression)
+        if expression.func is sp.atan2:
+            return self._angle(*expression.args)
+        rule = _FUNCTIONS.get(expression.func)
+        if rule is None:
+            raise LoweringError(f"no rule lowers {expression.func.__name__}: {expression}")
+        return rule(*(self.node(argument) for argument in expression.args))
+
+    def _sum(self, expression: sp.Expr) -> ca.SX:
+        plus: list[ca.SX] = []
+        minus: list[ca.SX] = []
+        for term in expression.args:
+            negative = term.as_coeff_Mul()[0].is_negative
+            (minus if negative else plus).append(self.node(-term if negative else term))
+        if not plus:
+            return -_added(minus)
+        total = _added(plus)
+        for term in minus:
+            total = total - term
+        return total
+
+    def _product(self, expression: sp.Expr) -> ca.SX:
+        coefficient, rest = expression.as_coeff_Mul()
+        if coefficient == -1:
+            return -self.node(rest)
+        constant = [factor for factor in expression.args if self.terms.is_constant(factor)]
+        product = self.node(sp.Mul(*constant)) if constant else None
+        for factor in expression.args:
+            if self.terms.is_constant(factor):
+                continue
+            if factor.is_Pow and factor.exp.is_negative:
+                divisor = self.node(1 / factor)
+                product = 1 / divisor if product is None else product / divisor
+            else:
+                product = self.node(factor) if product is None else product * self.node(factor)
+        assert product is not None
+        return product
+
+    def _power(self, expression: sp.Expr) -> ca.SX:
+        base, exponent = expression.args
+        if not exponent.is_Rational or exponent.q not in (1, 2):
+            raise LoweringError(f"no rule lowers the power {expression}")
+        node = self.node(base)
+        factors = [node] * (abs(exponent.p) // exponent.q)
+        if exponent.q == 2:  # noqa: PLR2004
+            factors.insert(0, ca.sqrt(node))
+        power = reduce(operator.mul, factors)
+        return power if exponent > 0 else 1 / power
+
+    def _angle(self, y: sp.Expr, x: sp.Expr) -> ca.SX:
+        """The angle of a point, which is odd in y: for two signs of y, one call does."""
+        if y.as_coeff_Mul()[0].is_negative:
+            return -self._angle(-y, x)
+        factors = sp.Mul.make_args(self.terms.definitions.get(y, y))
+        rest = [factor for factor in factors if factor not in self.signs]
+        if len(rest) == len(factors):
+            return ca.atan2(self.node(y), self.node(x))
+        signs = [self.node(factor) for factor in factors if factor in self.signs]
+        return reduce(operator.mul, signs) * self._angle(sp.Mul(*rest), x)
+
+    def _choice(self, expression: sp.Piecewise) -> ca.SX:
+        """The value of the first condition that holds; NaN in another value is not seen."""
+        *cases, (value, last) = expression.args
+        if last != sp.true:
+            raise LoweringError(f"no value where no condition holds: {expression}")
+        node = self.node(value)
+        for value, condition in reversed(cases):
+            node = _chosen(self._condition(condition), self.node(value), node)
+        return node
+
+    def _condition(self, condition: Boolean) -> ca.SX:
+        if condition in (sp.true, sp.false):
+            return ca.SX(int(bool(condition)))
+        if isinstance(condition, Relational):
+            return _RELATIONS[condition.func](*(self.node(side) for side in condition.args))
+        rule = _LOGIC.get(condition.func)
+        if rule is None:
+            raise LoweringError(f"no rule lowers {condition.func.__name__}: {condition}")
+        return rule(*(self._condition(part) for part in condition.args))
+
+
+@contextmanager
+def _as_written() -> Iterator[None]:
+    """Keeps CasADi from simplifying: of (c ? x : 0) * y, it would make one choice a product."""
+    ca.GlobalOptions.setSimplificationOnTheFly(False)
+    try:
+        yield
+    finally:
+        ca.GlobalOptions.setSimplificationOnTheFly(True)
+
+
+def _chosen(condition: ca.SX, this: ca.SX, other: ca.SX) -> ca.SX:
+    if condition.is_constant():
+        return this if condition.is_one() else other
+    with _as_written():
+        return ca.if_else(condition, this, other)
+
+
+def _folded(operation: Callable[[ca.SX, ca.SX], ca.SX]) -> Callable[..., ca.SX]:
+    """A function of two as one of one or more, from left to right."""
+    return lambda *nodes: reduce(operation, nodes)
+
+
+_FUNCTIONS: Mapping[type[sp.Expr], Callable[..., ca.SX]] = {
+    sp.sin: ca.sin,
+    sp.cos: ca.cos,
+    sp.tan: ca.tan,
+    sp.atan: ca.atan,
+    sp.Abs: ca.fabs,
+    sp.sign: ca.sign,
+    sp.Min: _folded(ca.fmin),
+    sp.Max: _folded(ca.fmax),
+}
+_RELATIONS: Mapping[type[Relational], Callable[[ca.SX, ca.SX], ca.SX]] = {
+    sp.Lt: operator.lt,
+    sp.Le: operator.le,
+    sp.Gt: operator.gt,
+    sp.Ge: operator.ge,
+    sp.Eq: operator.eq,
+    sp.Ne: operator.ne,
+}
+_LOGIC: Mapping[type[Boolean], Callable[..., ca.SX]] = {
+    sp.And: _folded(ca.logic_and),
+    sp.Or: _folded(ca.logic_or),
+    sp.Not: ca.logic_not,
+}
+
+
+def _added(nodes: list[ca.SX]) -> ca.SX:
+    total = nodes[0]
+    for node in nodes[1:]:
+        total = total + node
+    return total

@@ -1,0 +1,74 @@
+"""Derivatives through named terms: how everything moves when the coordinates do.
+
+A :class:`Tangent` carries given rates of the coordinates through named terms by the chain
+rule, one named term at a time. At the angle that the solution of a loop gives it does not
+differentiate the solution but the loop's own equation, whose rate is linear (the implicit function
+theorem); cosine and sine of such an angle turn as cosine and sine do.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+
+import sympy as sp
+
+from .terms import Terms
+
+ZERO = sp.Integer(0)
+LoopRate = Callable[["Tangent"], sp.Expr]
+"""The rate of a solved angle from the rates of what its loop rests on."""
+
+
+class Tangent:
+    """The rates of all named terms at given rates of the coordinates."""
+
+    def __init__(
+        self,
+        terms: Terms,
+        rates: Mapping[sp.Symbol, sp.Expr],
+        loops: Mapping[sp.Symbol, LoopRate] | None = None,
+    ) -> None:
+        """Fixes the rates of the coordinates.
+
+        Args:
+            terms: Names of all terms.
+            rates: Rate of each coordinate; what is not here stands still.
+            loops: For solved angles, the solution of their loop's rate equation.
+        """
+        self.terms = terms
+        self.loops = loops or {}
+        self._rates: dict[sp.Symbol, sp.Expr] = dict(rates)
+        self._solving: set[sp.Symbol] = set()
+
+    def of(self, expression: sp.Expr) -> sp.Expr:
+        """The named rate of an expression."""
+        total = ZERO
+        for symbol in sorted(expression.free_symbols, key=_by_name):
+            rate = self._of_symbol(symbol)
+            if rate != 0:
+                total += self.terms.let(sp.diff(expression, symbol)) * rate
+        return self.terms.let(total)
+
+    def of_each(self, expressions: Sequence[sp.Expr]) -> list[sp.Expr]:
+        """The named rates of expressions."""
+        return [self.of(expression) for expression in expressions]
+
+    def _of_symbol(self, symbol: sp.Symbol) -> sp.Expr:
+        if symbol not in self._rates:
+            self._rates[symbol] = self._found(symbol)
+        return self._rates[symbol]
+
+    def _found(self, symbol: sp.Symbol) -> sp.Expr:
+        if symbol in self.loops:
+            self._solving.add(symbol)
+            rate = self.loops[symbol](self)
+            self._solving.remove(symbol)
+            return rate
+        angle, derivative = self.terms.turning.get(symbol, (ZERO, ZERO))
+        # What a loop rests on may happen to be the cosine or sine of what it gives.
+        if angle != 0 and self._solving.isdisjoint(angle.free_symbols):
+            return self.terms.let(derivative * self.of(angle))
+        definition = self.terms.definitions.get(symbol)
+        return ZERO if definition is None else self.of(definition)
+
+
+def _by_name(symbol: sp.Symbol) -> tuple[int, str]:
+    return len(symbol.name), symbol.name

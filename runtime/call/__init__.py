@@ -1,0 +1,1 @@
+"""Calls into C: arguments, results, threads and arrays of other libraries."""

@@ -1,0 +1,86 @@
+import inspect
+from collections.abc import Callable, Mapping
+from os import PathLike
+from types import GenericAlias
+from typing import Any, Generic, Literal, Protocol, TypeVar
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..closed_form.refinement import Rescue
+from ..closed_form.solutions import Solutions
+
+R_co = TypeVar("R_co", covariant=True)
+
+class _Argument(Protocol):
+    @property
+    def name(self) -> str: ...
+    @property
+    def shape(self) -> tuple[int, ...]: ...
+    @property
+    def unit(self) -> str: ...
+    @property
+    def meaning(self) -> str: ...
+
+class Function(Generic[R_co]):
+    """One compiled function of a robot; R is what it returns."""
+
+    @property
+    def ufunc(self) -> np.ufunc: ...
+    @property
+    def inputs(self) -> tuple[_Argument, ...]: ...
+    @property
+    def outputs(self) -> tuple[_Argument, ...]: ...
+    @property
+    def operations(self) -> Mapping[str, int]: ...
+    @property
+    def solutions(self) -> type[Solutions] | None: ...
+    @property
+    def kernel(self) -> object: ...
+    @property
+    def __name__(self) -> str: ...
+    @property
+    def __qualname__(self) -> str: ...
+    @property
+    def __signature__(self) -> inspect.Signature: ...
+    def __class_getitem__(cls, item: Any, /) -> GenericAlias: ...
+    def __call__(
+        self,
+        *inputs: ArrayLike,
+        out: NDArray[np.float64] | tuple[NDArray[np.float64] | None, ...] | None = None,
+        threads: int | Literal["all"] | None = 1,
+        **named_inputs: ArrayLike,
+    ) -> R_co: ...
+
+class Library:
+    """A compiled robot, open for as long as any of its functions lives."""
+
+    @property
+    def names(self) -> list[str]: ...
+    def function(
+        self,
+        name: str,
+        inputs: tuple[_Argument, ...],
+        outputs: tuple[_Argument, ...],
+        *,
+        label: str,
+        doc: str,
+        signature: inspect.Signature,
+        operations: Mapping[str, int],
+        reduced: tuple[Callable[..., Any], tuple[Any, ...]],
+        guard: Callable[[tuple[NDArray[np.float64], ...]], None] | None,
+        solutions: type[Solutions] | None,
+        rescue: Rescue | None,
+    ) -> Function[Any]: ...
+
+def open(path: str | PathLike[str], expected_hash: str) -> Library: ...  # noqa: A001
+def release_memory() -> int:
+    """Returns to the system the memory that is kept for large results.
+
+    What the results of large batches (32 MB a call and more) held is kept once they are gone, 256
+    MB at most, for those of the next call: else the system would have to clear new memory each
+    time. Where it runs short of memory, Linux takes it by itself.
+
+    Returns:
+        How many bytes that was.
+    """

@@ -1,0 +1,96 @@
+"""What a single pose tells its caller where a loop does not close.
+
+A loop that does not close gives NaN. In a batch that is the answer; a call with one pose is told
+which loop it is, and where.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import OutOfReachError, SingularityError
+
+if TYPE_CHECKING:
+    from ._call import Function
+
+_DEAD = 1e-12
+"""Up to this margin a loop counts as at its dead point: sin^2 of a millionth of a radian."""
+
+
+class Named(Protocol):
+    """What has a name and a unit."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def unit(self) -> str:
+        """Its unit."""
+
+
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """Raises for a pose at which a function's result is not finite because of a loop.
+
+    Attributes:
+        label: Robot and function.
+        margin: sin^2 of the transmission angle of each step of the loops' solution, from the
+            function's first input: positive where it closes, 0 at a dead point.
+        steps: The loop of each step.
+        coordinates: The elements of the function's first input.
+    """
+
+    label: str
+    margin: Function[Any]
+    steps: tuple[str, ...]
+    coordinates: Sequence[Named]
+
+    def __call__(self, inputs: tuple[NDArray[np.float64], ...]) -> None:
+        """Looks for the loop that is to blame.
+
+        Args:
+            inputs: What the function was called with, one pose.
+
+        Raises:
+            OutOfReachError: If a loop does not close there.
+            SingularityError: If one is at a dead point.
+        """
+        if not all(np.isfinite(value).all() for value in inputs):
+            return
+        margin = np.asarray(self.margin(inputs[0]))
+        place = describe(self.coordinates, inputs[0])
+        # Steps after one that does not close may have no margin.
+        worst = int(np.argmin(np.where(np.isnan(margin), np.inf, margin)))
+        loop, value = self.steps[worst], margin[worst]
+        if value < 0:
+            others = [
+                f"; {self.steps[k]} does not close either: margin {margin[k]:.4g}"
+                for k in np.flatnonzero(margin < 0)
+                if k != worst
+            ]
+            raise OutOfReachError(
+                f"{self.label}: {loop} does not close at {place}: margin {value:.4g} "
+                f"(0 is a dead point){''.join(others)}"
+            )
+        if np.isnan(margin).any():
+            loop = self.steps[int(np.argmax(np.isnan(margin)))]
+            raise OutOfReachError(f"{self.label}: {loop} does not close at {place}")
+        if value <= _DEAD:
+            raise SingularityError(
+                f"{self.label}: at a dead point of {loop}, at {place}: margin {value:.4g}; rates "
+                "are not defined"
+            )
+
+
+def describe(coordinates: Sequence[Named], values: NDArray[np.float64]) -> str:
+    """Coordinates with their values and units, for messages."""
+    return ", ".join(
+        f"{item.name} = {value:.6g} {item.unit}"
+        for item, value in zip(coordinates, values, strict=True)
+    )

@@ -1,0 +1,117 @@
+"""Calls with arguments that have a ufunc protocol of their own (`__array_ufunc__`).
+
+A dask array gives a lazy dask array. dask's own protocol would first try the ufunc on arrays of
+size 1, which a robot's function refuses, so the shapes are told to dask here. All other types are
+handed to the ufunc, which asks them.
+"""
+
+from __future__ import annotations
+
+import itertools
+import sys
+from collections.abc import Sequence
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from ..errors import InputError, ShapeError
+from ._call import Function
+
+
+def run(function: Function[Any], inputs: tuple[Any, ...], outs: tuple[Any, ...] | None) -> Any:
+    """Calls a function where an input or an out has a ufunc protocol of its own.
+
+    Args:
+        function: The function.
+        inputs: Its inputs, as given.
+        outs: What to write into, as given.
+
+    Returns:
+        A dask array, or a tuple of several, if all those arguments are dask arrays; else what they
+        make of the ufunc. Branches of an inverse are Solutions of such arrays.
+
+    Raises:
+        InputError: If a dask array is given as out, or an input does not hold real numbers.
+        ShapeError: If an input has the wrong shape.
+    """
+    # Where dask was never imported, no argument can be an array of it.
+    dask = sys.modules.get("dask.array")
+    strange = [value for value in (*inputs, *(outs or ())) if _has_protocol(value)]
+    if dask is None or not all(isinstance(value, dask.Array) for value in strange):
+        result = function.ufunc(*inputs, **({"out": outs} if outs else {}))
+        return function.solutions.judged(*result) if function.solutions else result
+    if outs:
+        raise InputError(f"{function.__qualname__}: a dask array is lazy, so it takes no out")
+    result = _apply(dask, function, [_read(dask, function, i, x) for i, x in enumerate(inputs)])
+    return function.solutions.judged(*result) if function.solutions else result
+
+
+def _has_protocol(value: Any) -> bool:
+    plain = np.ndarray.__array_ufunc__
+    return getattr(type(value), "__array_ufunc__", plain) is not plain
+
+
+def _read(dask: Any, function: Function[Any], index: int, value: Any) -> Any:
+    """The input as an array, checked as the call itself checks it, but now rather than later."""
+    item, label = function.inputs[index], function.__qualname__
+    try:
+        array = value if isinstance(value, dask.Array) else np.asarray(value)
+    except (TypeError, ValueError) as error:
+        raise InputError(
+            f"{label}: {item.name} cannot be read as an array of numbers: {error}"
+        ) from error
+    if array.dtype.kind not in "iuf":
+        raise InputError(f"{label}: {item.name} must hold real numbers, got dtype {array.dtype}")
+    if _batch(array, item.shape) + item.shape != array.shape:
+        core = ", ".join(map(str, item.shape))
+        raise ShapeError(
+            f"{label}: {item.name} must end in {' x '.join(map(str, item.shape))} "
+            f"value{'' if np.prod(item.shape) == 1 else 's'} (shape (..., {core})), "
+            f"got shape {array.shape}"
+        )
+    return array
+
+
+def _batch(array: Any, core: tuple[int, ...]) -> tuple[int, ...]:
+    leading: tuple[int, ...] = array.shape[: max(array.ndim - len(core), 0)]
+    return leading
+
+
+def _apply(dask: Any, function: Function[Any], arrays: Sequence[Any]) -> Any:
+    before: tuple[int, ...] = ()
+    for array, item in zip(arrays, function.inputs, strict=True):
+        own = _batch(array, item.shape)
+        before = _broadcast(function, item.name, before, own)
+    # Every core dimension has a name of its own: those of the inputs are known to be right.
+    numbers = itertools.count()
+    inputs = [[f"i{next(numbers)}" for _ in item.shape] for item in function.inputs]
+    outputs = [[f"o{next(numbers)}" for _ in item.shape] for item in function.outputs]
+    sizes = [size for item in function.outputs for size in item.shape]
+    return dask.apply_gufunc(
+        partial(_outputs, function) if function.solutions else function,
+        "->".join(",".join(f"({','.join(dims)})" for dims in side) for side in (inputs, outputs)),
+        *arrays,
+        output_sizes=dict(zip(itertools.chain(*outputs), sizes, strict=True)),
+        # The type of the results, so that none is computed to find it out.
+        meta=tuple(np.empty(0) for _ in outputs),
+        allow_rechunk=True,
+    )
+
+
+def _outputs(function: Function[Any], *inputs: Any) -> tuple[Any, ...]:
+    """What was described of an inverse: without `valid`, which is judged of the lazy residual."""
+    return tuple(function(*inputs)[: len(function.outputs)])
+
+
+def _broadcast(
+    function: Function[Any], name: str, before: tuple[int, ...], own: tuple[int, ...]
+) -> tuple[int, ...]:
+    """The two leading shapes broadcast; sizes that dask does not know yet (NaN) go with all."""
+    pairs = list(itertools.zip_longest(reversed(before), reversed(own), fillvalue=1))
+    if any(a != b and a == a and b == b and 1 not in (a, b) for a, b in pairs):  # noqa: PLR0124
+        raise ShapeError(
+            f"{function.__qualname__}: leading dimensions do not broadcast: {name} has {own}, "
+            f"those before it {before}"
+        )
+    return tuple(b if a == 1 else a for a, b in reversed(pairs))

@@ -1,0 +1,227 @@
+"""The inverse of calibrated arms: that of a nominal arm nearby, brought to the true one.
+
+The axes of a real arm do not quite meet, and closed forms need them to. Off singularities a nominal
+answer is some millimetres away from a true one, and Newton's iteration takes it there. Near them it
+may be anywhere, and the iteration is begun from several places.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..call._call import Function
+from ..contract.manifest import Manifest
+from ..errors import InputError
+from .polish import polish
+from .solutions import Solutions, solutions_of
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
+
+_NEAR = 0.05
+"""Residual (metre, radian) of a nominal arm up to which the true one might reach the pose."""
+_NUDGE = 0.1
+"""Radians off a singularity: a stretched elbow bends by this where some millimetres are missing."""
+_AROUND, _SPREAD = 40, 0.03
+"""How many poses nearby are tried last, and how far off (metres, radians)."""
+
+
+class PolishedSolutions(Solutions):
+    """Solutions of a calibrated arm, which began as those of a nominal arm nearby.
+
+    Attributes:
+        nominal_residual: (..., k) the residual of the nominal arm where each slot began.
+        lost: (...,) of how many branches the nominal arm reaches the pose and the true one does
+            not, or is not led there by the iteration.
+    """
+
+    nominal_residual: FloatArray
+    lost: IntArray
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """By what its class was made of, and what is not in the tuple."""
+        return *super().__reduce__(), vars(self)
+
+    def _derived(
+        self, kind: type[Any], fields: tuple[Any, ...], order: IntArray | tuple[int, ...] | None
+    ) -> Any:
+        derived = kind(*fields)
+        derived.lost, derived.nominal_residual = self.lost, self.nominal_residual
+        if isinstance(order, tuple):
+            derived.lost = self.lost[order]
+            derived.nominal_residual = self.nominal_residual[order]
+        elif order is not None:
+            derived.nominal_residual = np.take_along_axis(self.nominal_residual, order, -1)
+        return derived
+
+
+class PolishedInverse:
+    """The inverse of a calibrated arm: that of a nominal arm, then Newton's iteration.
+
+    It is called as the generated function is, and returns PolishedSolutions.
+    """
+
+    def __init__(
+        self,
+        nominal: Function[Any],
+        fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]],
+        solutions: type[Any],
+        reduced: tuple[Any, ...],
+    ) -> None:
+        """Names what it rests on.
+
+        Args:
+            nominal: The generated inverse of the nominal arm.
+            fk_jacobian_mixed: Of the true arm.
+            solutions: The class of the result.
+            reduced: How to pickle it.
+        """
+        self.nominal, self.fk_jacobian_mixed = nominal, fk_jacobian_mixed
+        self.solutions, self._reduced = solutions, reduced
+        self.inputs, self.outputs = nominal.inputs, nominal.outputs
+        # Coordinates that are given beside the pose keep their values.
+        names = [f"q{i + 1}" for i in range(len(solutions.coordinates))]
+        self._fixed = [names.index(item.name) for item in self.inputs if item.name in names]
+        self.operations, self.__signature__ = nominal.operations, nominal.__signature__
+        self.__name__, self.__qualname__ = nominal.__name__, nominal.__qualname__
+        self.__doc__ = f"""{nominal.__doc__}
+It is that of a nominal arm nearby, brought to the true one by Newton's iteration: `residual` is of
+the true arm, `nominal_residual` of the nominal one where the iteration began; `lost` counts the
+branches that it did not bring there.
+"""
+
+    def __call__(
+        self,
+        *inputs: ArrayLike,
+        out: tuple[FloatArray | None, ...] | None = None,
+        threads: int | Literal["all"] | None = 1,
+        **named_inputs: ArrayLike,
+    ) -> PolishedSolutions:
+        """Computes it, see its own help."""
+        began = self.nominal(*inputs, out=out, threads=threads, **named_inputs)
+        if not isinstance(began.q, np.ndarray):
+            raise InputError(
+                f"{self.__qualname__}: iterates on NumPy arrays, got {type(began.q).__name__}; "
+                "map it over the blocks"
+            )
+        slots = began.valid.shape
+        T, *given = (
+            np.asarray(value, np.float64)
+            for value in self.__signature__.bind(*inputs, **named_inputs).args
+        )
+        T = np.broadcast_to(T[..., None, :, :], (*slots, 4, 4))
+        given = [np.broadcast_to(value[..., None], slots) for value in given]
+        nominal_residual = began.residual.copy()
+        q, residual = self._polished(T, tuple(given), began)
+        # In place, so that what was given as out has it too.
+        began.q[...], began.residual[...] = q, residual
+        found: PolishedSolutions = self.solutions.judged(*began[:3])
+        found.nominal_residual = nominal_residual
+        found.lost = np.asarray(began.valid & ~found.valid).sum(-1)
+        return found
+
+    def _polished(
+        self, T: FloatArray, given: tuple[FloatArray, ...], began: Solutions
+    ) -> tuple[FloatArray, FloatArray]:
+        """From nominal answers to true ones: q (..., k, n) and residual (..., k).
+
+        Where the iteration fails, it begins again elsewhere.
+        """
+        q, residual = polish(self, T, began.q, self._fixed)
+        near = began.residual < _NEAR
+        for start, rescue in self._starts(T, given, began):
+            failed = ~(residual <= Solutions.TOLERANCE)
+            missed = failed.all(-1, keepdims=True) & near.any(-1, keepdims=True)
+            failed &= missed if rescue else missed | near
+            # Those for poses of which all failed come last.
+            if not failed.any():
+                break
+            slot = np.nonzero(failed)[-1]
+            again = polish(self, T[failed], start(failed, slot), self._fixed)
+            better = again.residual < residual[failed]
+            q[failed] = np.where(better[:, None], again.q, q[failed])
+            residual[failed] = np.minimum(again.residual, residual[failed])
+        return q, residual
+
+    def _starts(
+        self, T: FloatArray, given: tuple[FloatArray, ...], began: Solutions
+    ) -> Iterator[tuple[Callable[[BoolArray, IntArray], FloatArray], bool]]:
+        """Where else to begin: for the slots (..., k) that failed, coordinates (N, n).
+
+        With each, whether it is meant only for poses of which all slots failed.
+
+        A least-squares answer is singular, and no step leads off it: so one begins beside it. Slots
+        whose branches meet there differ in one sign: those of an even number of signs are nudged
+        one way, those of an odd number the other, to come to different sides.
+
+        Near a singularity a small difference of the arms is a large one of the joints: so the
+        nominal inverse is asked for the pose that, as far as is seen, gives the one that is wanted;
+        and, where nothing else is left, for poses around it.
+        """
+        nudge = np.where(self.solutions.wraps, _NUDGE, 0.0)
+        nudge[self._fixed] = 0.0
+
+        def beside(side: int, failed: BoolArray, slot: IntArray) -> FloatArray:
+            parity = np.array([1 - 2 * (int(k).bit_count() % 2) for k in range(failed.shape[-1])])
+            return np.asarray(began.q[failed] + side * parity[slot, None] * nudge)
+
+        def corrected(rounds: int, failed: BoolArray, slot: IntArray) -> FloatArray:
+            q, wanted = began.q[failed], T[failed]
+            target, more = wanted, [value[failed] for value in given]
+            for _ in range(rounds):
+                here, _ = self.fk_jacobian_mixed(q)
+                target = wanted @ np.linalg.inv(here) @ target
+                q = self.nominal(target, *more).q[np.arange(len(q)), slot]
+            return q
+
+        def around(seed: int, failed: BoolArray, slot: IntArray) -> FloatArray:
+            shift = np.random.default_rng(seed).normal(size=(2, 3)) * _SPREAD
+            turn = np.cross(np.eye(3), shift[1])
+            target = T[failed]
+            target[:, :3, :3] = target[:, :3, :3] @ (np.eye(3) + turn + turn @ turn / 2)
+            target[:, :3, 3] += shift[0]
+            found = self.nominal(target, *(value[failed] for value in given))
+            return np.asarray(found.q[np.arange(len(slot)), slot])
+
+        yield partial(beside, 1), False
+        yield partial(beside, -1), False
+        for rounds in range(1, 5):
+            yield partial(corrected, rounds), False
+        for seed in range(_AROUND):
+            yield partial(around, seed), True
+
+    def __repr__(self) -> str:
+        """As of a generated function."""
+        return f"<chasles function {self.__qualname__}{self.__signature__}, polished>"
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """As of a generated function."""
+        return self._reduced
+
+
+def functions(
+    manifest: Manifest,
+    generated: Mapping[str, Function[Any]],
+    reduced: Callable[[str], tuple[Any, ...]],
+) -> dict[str, Any]:
+    """What a calibrated arm offers in the place of the inverse that was generated.
+
+    Args:
+        manifest: The robot's manifest.
+        generated: Its generated functions.
+        reduced: For a function's name, how to pickle it.
+
+    Returns:
+        `ik`, which takes a pose; a task of fewer freedoms is left as it is.
+    """
+    if "ik" not in generated:
+        return {}
+    kind = solutions_of(manifest.coordinates, manifest.wraps, PolishedSolutions)
+    jacobian = generated["fk_jacobian_mixed"]
+    return {"ik": PolishedInverse(generated["ik"], jacobian, kind, reduced("ik"))}

@@ -1,0 +1,250 @@
+"""Newton's iteration on forward kinematics: from an answer nearby to the exact one.
+
+The inverse of a calibrated arm is that of a nominal arm, whose axes meet or are parallel as they
+should be; the true arm is some millimetres off, and a few steps away:
+
+    (J J^T + lambda^2 1) y = e,  dq = J^T y      e the twist from the tool to the pose
+
+with J the Jacobian at the tip in base axes and lambda^2 proportional to |e|^2, which damps the
+steps near a singularity and vanishes with the error, so that convergence stays quadratic. Arms of
+fewer than six joints take the same step from the other side, dq = (J^T J + lambda^2 1)^-1 J^T e.
+
+Source:
+    Nakamura and Hanafusa, Inverse kinematic solutions with singularity robustness, 1986; Sugihara,
+    Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, 2011 (damping by
+    the squared error).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..call._call import Function
+from ..errors import ShapeError
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+
+_STEPS = 40
+"""From an arm 5 mm off it takes three or four, doubling the digits each time; where branches meet,
+a step gains a factor of four, or less."""
+_POLISHED = 1e-14
+"""Residual (metre, radian) at which there is nothing left to gain."""
+_SETTLED = 1e-12
+"""Residual at which a step that gains nothing is the last."""
+_LESS, _MORE = 0.1, 100.0
+"""lambda^2 by the squared error, at first 1: changes where a step was better, and where not."""
+_MOST_DAMPING = 1e6
+"""Then even the smallest steps lead nowhere: the least that can be reached."""
+_LEAST_DAMPING = 1e-14
+"""lambda^2 at the least: J J^T is known to 1e-16, and may be singular."""
+_LONGEST_STEP = 0.3
+"""Metres or radians that a coordinate may go in a step: further away is another branch."""
+_MANY = 64
+"""Rows from which on array operations on all of them take less time than LAPACK on each."""
+_BLOCK = 4096
+"""Rows that are iterated at a time: what is computed of them stays in the processor's cache."""
+
+
+class HasJacobian(Protocol):
+    """A robot with its pose and Jacobian in one call."""
+
+    @property
+    def fk_jacobian_mixed(self) -> Function[tuple[FloatArray, FloatArray]]:
+        """From q (..., n) to T (..., 4, 4) and J (..., 6, n) at the tip in base axes."""
+
+
+class Polished(NamedTuple):
+    """Where the iteration came to.
+
+    Attributes:
+        q: (..., n) coordinates [rad or m]; NaN where a number given is not finite.
+        residual: (...,) the larger of distance [m] and angle [rad] from the pose.
+    """
+
+    q: FloatArray
+    residual: FloatArray
+
+
+def polish(robot: HasJacobian, T: ArrayLike, q: ArrayLike, fixed: Sequence[int] = ()) -> Polished:
+    """Moves coordinates to where the tool is at a pose, each step nearer than the last.
+
+    Nothing tells whether it came to the branch that it began on; none that begins some millimetres
+    away from a solution, off singularities, leaves it. A step that leads further away, by the root
+    of distance^2 + angle^2, is not taken: out of reach it comes to an answer near to the least.
+
+    Args:
+        robot: The robot.
+        T: (..., 4, 4) poses of the tool in the base frame; `T[..., None, :, :]` where each has k
+            slots of q.
+        q: (..., n) where to begin [rad or m]; leading dimensions broadcast.
+        fixed: Which coordinates keep their values.
+
+    Returns:
+        `q (..., n)` and `residual (...,)`.
+
+    Raises:
+        ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
+    """
+    fk_jacobian = robot.fk_jacobian_mixed
+    poses, start = np.asarray(T, np.float64), np.asarray(q, np.float64)
+    n = fk_jacobian.inputs[0].shape[0]
+    if poses.shape[-2:] != (4, 4) or start.shape[-1:] != (n,):
+        raise ShapeError(
+            f"polish: expected poses (..., 4, 4) and coordinates (..., {n}), got shapes "
+            f"{poses.shape} and {start.shape}"
+        )
+    try:
+        batch = np.broadcast_shapes(poses.shape[:-2], start.shape[:-1])
+    except ValueError:
+        raise ShapeError(
+            f"polish: leading dimensions do not broadcast: {poses.shape[:-2]} of T and "
+            f"{start.shape[:-1]} of q"
+        ) from None
+    # Poses are looked up rather than repeated for every slot.
+    of_pose = np.arange(poses[..., 0, 0].size).reshape(poses.shape[:-2])
+    row = np.broadcast_to(of_pose, batch).reshape(-1)
+    poses = poses.reshape(-1, 4, 4)
+    found = np.array(np.broadcast_to(start, (*batch, n))).reshape(-1, n)
+    residual = np.empty(len(found))
+    for first in range(0, len(found), _BLOCK):
+        block = slice(first, first + _BLOCK)
+        residual[block] = _iterate(fk_jacobian, poses[row[block]], found[block], fixed)
+    return Polished(found.reshape(*batch, n), residual.reshape(batch)[()])
+
+
+def _iterate(
+    fk_jacobian: Function[tuple[FloatArray, FloatArray]],
+    T: FloatArray,
+    q: FloatArray,
+    fixed: Sequence[int],
+) -> FloatArray:
+    """Moves q (N, n) in place; the residuals (N,)."""
+
+    def look(here: FloatArray, T: FloatArray) -> _Look:
+        pose, J = fk_jacobian(here)
+        J[..., fixed] = 0.0
+        with np.errstate(invalid="ignore", over="ignore"):
+            error, residual = _twist(pose, T)
+            return _Look(here, J, error, (error * error).sum(-1), residual)
+
+    now = look(q.copy(), T)
+    least = now.residual
+    row, damping = np.arange(len(q)), np.ones(len(q))
+    going = (least > _POLISHED) & np.isfinite(least)
+    for _ in range(_STEPS):
+        if not going.all():
+            row, T, damping = row[going], T[going], damping[going]
+            now = _Look(*(field[going] for field in now))
+        if not len(row):
+            break
+        trial = look(now.q + _step(now.J, now.error, damping * now.square), T)
+        better = trial.square < now.square
+        now = _chosen(better, trial, now)
+        q[row], least[row] = now.q, now.residual
+        damping *= np.where(better, _LESS, _MORE)
+        # Where rounding is all that is left, no step is better.
+        settled = ~better & ((now.residual <= _SETTLED) | (damping > _MOST_DAMPING))
+        going = (now.residual > _POLISHED) & ~settled
+    q[np.isnan(least)] = np.nan
+    return least
+
+
+class _Look(NamedTuple):
+    """Forward kinematics at q (N, n): Jacobian, twist to the pose, its square and its size."""
+
+    q: FloatArray
+    J: FloatArray
+    error: FloatArray
+    square: FloatArray
+    residual: FloatArray
+
+
+def _chosen(better: BoolArray, trial: _Look, now: _Look) -> _Look:
+    """The trial where it is better, row by row."""
+    if better.all():
+        return trial
+    return _Look(
+        *(
+            np.where(better.reshape(-1, *[1] * (new.ndim - 1)), new, old)
+            for new, old in zip(trial, now, strict=True)
+        )
+    )
+
+
+def _twist(here: FloatArray, there: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """From poses (N, 4, 4) to others: (N, 6), linear first, in base axes; and its size (N,).
+
+    The angle comes of sine and cosine both, for either alone loses half of the digits somewhere.
+    """
+    a, b = here.transpose(1, 2, 0), there.transpose(1, 2, 0)
+    linear = b[:3, 3] - a[:3, 3]
+    # Twice the sine times the axis: the columns crossed, as R_there R_here^T is their product.
+    sine = np.stack(
+        [
+            sum(a[i, k] * b[j, k] - a[j, k] * b[i, k] for k in range(3))
+            for i, j in ((1, 2), (2, 0), (0, 1))
+        ]
+    )
+    trace = np.asarray(sum(a[i, k] * b[i, k] for i in range(3) for k in range(3)))
+    size = np.sqrt((sine * sine).sum(0))
+    angle = np.arctan2(size, trace - 1)
+    angular = sine * np.where(size > 0, angle / np.where(size > 0, size, 1.0), 0.0)
+    distance = np.sqrt((linear * linear).sum(0))
+    return np.concatenate([linear, angular]).T, np.maximum(distance, angle)
+
+
+def _step(J: FloatArray, error: FloatArray, damping: FloatArray) -> FloatArray:
+    """The damped step (N, n) by J (N, 6, n) against errors (N, 6), lambda^2 (N,) given."""
+    wide = J.shape[2] >= J.shape[1]
+    A = J if wide else J.mT
+    right = error if wide else np.einsum("Nik,Nk->Ni", A, error)
+    added = np.maximum(damping, _LEAST_DAMPING)
+    if len(J) < _MANY:
+        squared = A @ A.mT + added[:, None, None] * np.eye(A.shape[1])
+        y = np.linalg.solve(squared, right[..., None])[..., 0]
+    else:
+        rows = np.ascontiguousarray(A.transpose(1, 2, 0))
+        y = _solved(_gram(rows, added), right.T).T
+    step = np.einsum("Nik,Ni->Nk", A, y) if wide else y
+    step = step * _LONGEST_STEP / np.maximum(np.abs(step).max(-1, keepdims=True), _LONGEST_STEP)
+    return np.asarray(step)
+
+
+def _gram(rows: FloatArray, added: FloatArray) -> list[list[FloatArray]]:
+    """The lower half of A A^T + added, for A (m, n, N)."""
+    half = [[np.einsum("kN,kN->N", a, b) for b in rows[: i + 1]] for i, a in enumerate(rows)]
+    for i, row in enumerate(half):
+        row[i] += added
+    return half
+
+
+def _solved(A: list[list[FloatArray]], right: FloatArray) -> FloatArray:
+    """A x = right for symmetric positive matrices given by their lower half, A = L D L^T.
+
+    Each operation is one on all rows: LAPACK takes ten times as long for matrices this small.
+    """
+    m = len(A)
+    scaled: list[list[FloatArray]] = []
+    inverse: list[FloatArray] = []
+    x = [np.array(value) for value in right]
+    for i in range(m):
+        row = A[i]
+        for j in range(i):
+            for k in range(j):
+                row[j] -= row[k] * scaled[j][k]
+        factors = [row[j] * inverse[j] for j in range(i)]
+        for j in range(i):
+            row[i] -= row[j] * factors[j]
+            x[i] -= factors[j] * x[j]
+        scaled.append(factors)
+        inverse.append(1 / row[i])
+    for i in reversed(range(m)):
+        x[i] *= inverse[i]
+        for j in range(i + 1, m):
+            x[i] -= scaled[j][i] * x[j]
+    return np.stack(x)

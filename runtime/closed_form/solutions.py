@@ -1,0 +1,412 @@
+"""All branches of an inverse at once, in fixed slots, and the filters that choose among them.
+
+A slot keeps its branch from pose to pose, whether or not the arm reaches the pose on it; so filters
+leave the slots where they are and clear `valid`. Each returns what it was called on, and they can
+be chained:
+
+    robot.ik(T).within_limits().distinct().sorted_from(seed)
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from functools import cache
+from typing import Any, ClassVar, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..contract.manifest import Coordinate
+from ..errors import InputError, OutOfReachError, ShapeError
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+IntArray = NDArray[np.intp]
+
+TOLERANCE = 1e-9
+"""Residual (metre, radian) up to which a slot holds a solution: far above what rounding leaves of
+one, far below what a least-squares answer is off by unless its pose is at the border of reach."""
+_SAME = 1e-6
+"""Metres or radians: at a singularity two branches meet, and each is known to 1e-8 there."""
+_AT_LIMIT = 1e-12
+"""Metres or radians by which rounding may put a joint outside a limit that it is at."""
+_TURN = 2 * math.pi
+
+
+class LeastSquares(NamedTuple):
+    """What comes nearest to poses that are out of reach.
+
+    Attributes:
+        q: (..., n) coordinates [rad or m]; NaN where the pose has solutions.
+        residual: (...,) how far off the tool is, the larger of distance [m] and angle [rad]; NaN
+            where the pose has solutions.
+    """
+
+    q: FloatArray
+    residual: FloatArray
+
+
+class _Fields(NamedTuple):
+    q: FloatArray
+    residual: FloatArray
+    margin: FloatArray
+    valid: BoolArray
+
+
+class Solutions(_Fields):
+    """All branches of an inverse, in k fixed slots a pose.
+
+    A tuple of four arrays, `q, residual, margin, valid = robot.ik(T)`, so that iterating over it
+    gives those; the solutions of one pose are the rows of `array()`.
+
+    Attributes:
+        q: (..., k, n) coordinates [rad or m]: a solution where `valid`, else the least-squares
+            answer of that branch; NaN where an input is.
+        residual: (..., k) how far the tool is from the pose there, by forward kinematics: the
+            larger of distance [m] and angle [rad].
+        margin: (..., k) how well each step of the branch can be solved: 0 at the border of reach,
+            negative beyond it.
+        valid: (..., k) whether the slot holds a solution (residual <= 1e-9) that no filter has
+            taken out.
+        coordinates: The elements of q.
+        wraps: (n,) of which coordinates a full turn changes nothing: those that turn, until
+            `within_limits` has told their turns apart.
+    """
+
+    __slots__ = ()
+
+    TOLERANCE: ClassVar[float] = TOLERANCE
+    coordinates: ClassVar[tuple[Coordinate, ...]] = ()
+    wraps: ClassVar[tuple[bool, ...]] = ()
+    _kind: ClassVar[Any]
+
+    @classmethod
+    def judged(cls, q: Any, residual: Any, margin: Any) -> Self:
+        """Solutions of given slots, valid where the residual is small enough."""
+        return cls(q, residual, margin, residual <= cls.TOLERANCE)
+
+    @property
+    def count(self) -> IntArray:  # type: ignore[override]
+        """(...,) how many slots are valid; it takes the place of the method of tuples."""
+        counted: IntArray = self.valid.sum(-1)
+        return counted
+
+    def at(self, *index: int) -> Self:
+        """The solutions of one pose of a batch.
+
+        Args:
+            index: Its place, an integer for each leading dimension.
+
+        Raises:
+            InputError: If there are more or fewer leading dimensions.
+        """
+        batch = self.valid.shape[:-1]
+        if len(index) != len(batch):
+            raise InputError(f"Solutions.at: expected an index into {batch}, got {index}")
+        return self._derived(type(self), tuple(field[index] for field in self), index)
+
+    def array(self) -> FloatArray:
+        """The valid solutions of one pose, without the other slots.
+
+        Returns:
+            (count, n) coordinates [rad or m], in the order of the slots.
+
+        Raises:
+            InputError: If there are several poses: they may differ in count.
+        """
+        if self.valid.ndim != 1:
+            raise InputError(
+                f"Solutions.array: is of one pose, and these are {self.valid.shape[:-1]}; "
+                "solutions.q[solutions.valid] has those of all poses, one below the other"
+            )
+        return self.q[self.valid]
+
+    def within_limits(
+        self,
+        lower: ArrayLike | None = None,
+        upper: ArrayLike | None = None,
+        *,
+        windings: bool = True,
+    ) -> Self:
+        """Only what lies within limits, with every turn that does.
+
+        A joint whose limits are more than a turn apart reaches the same place at several values.
+        Each gets a slot of its own: a joint with limits `w` turns apart, rounded up, multiplies the
+        slots by `w`, and the slots of a branch follow each other, the last joint varying fastest,
+        from the lower turn to the upper. Values count down from the upper limit, which belongs to
+        them; a value that is at both limits at once is so listed at the upper one. Joints without
+        any limit keep their one value, of any turn, and joints with one limit are moved into it by
+        as few turns as possible. From then on values are meant as they stand: distances from a seed
+        are no longer wrapped, except for joints without limits.
+
+        A joint that rounding has put outside a limit (1e-12) is set onto it.
+
+        Args:
+            lower: (n,) lower limits [rad or m], -inf for none; the robot's own if None.
+            upper: (n,) upper limits [rad or m], inf for none; the robot's own if None.
+            windings: False keeps the k slots, each moved into the limits by as few turns as
+                possible: of a large batch of an arm that turns twice in six joints, all windings
+                are a lot.
+
+        Returns:
+            Solutions with k times as many slots as there are windings, the others not valid.
+
+        Raises:
+            InputError: If a lower limit is above the upper one.
+            ShapeError: If there are not n of them.
+        """
+        low, high = self._limits(lower, upper)
+        wraps = np.array(self.wraps)
+        turns = _windings(low, high, wraps) if windings else np.ones(len(low), dtype=np.intp)
+        spread = np.array(list(itertools.product(*map(range, turns))), dtype=np.intp)
+        slots, n = self.q.shape[-2:]
+        order = np.repeat(np.arange(slots), len(spread))
+        first = _lowest_turn(self.q, low, high, turns, wraps)
+        moved = self.q[..., None, :] + _TURN * (first[..., None, :] + spread)
+        q = moved.reshape(*self.q.shape[:-2], slots * len(spread), n)
+        inside = within(q, low, high)
+        residual, margin, valid = (field[..., order] for field in self[1:])
+        unlimited = np.isinf(low) & np.isinf(high)
+        kind = solutions_of(self.coordinates, tuple((wraps & unlimited).tolist()), self._kind)
+        return self._derived(
+            kind,
+            (
+                np.where(inside, np.clip(q, low, high), q),
+                residual,
+                margin,
+                valid & np.asarray(inside.all(-1)),
+            ),
+            np.broadcast_to(order, valid.shape),
+        )
+
+    def sorted_from(self, seed: ArrayLike) -> Self:
+        """The slots in the order of the largest move of a joint, those that are not valid last.
+
+        Args:
+            seed: (..., n) where the robot is [rad or m]; joints that wrap may turn either way.
+
+        Returns:
+            Solutions with the slots of each pose in an order of its own.
+
+        Raises:
+            ShapeError: If the seed does not fit the poses.
+        """
+        order = np.argsort(self._largest_move("sorted_from", seed), axis=-1, kind="stable")
+        fields = (np.take_along_axis(field, order, -1) for field in self[1:])
+        q = np.take_along_axis(self.q, order[..., None], -2)
+        return self._derived(type(self), (q, *fields), order)
+
+    def distinct(self, tolerance: float = _SAME) -> Self:
+        """Only the first of slots that hold the same solution, as they do at singularities.
+
+        Args:
+            tolerance: Metres or radians; slots that differ by no more in any coordinate are one.
+
+        Returns:
+            Solutions with the repetitions not valid.
+        """
+        valid = self.valid.copy()
+        for slot in range(1, valid.shape[-1]):
+            apart = self._wrapped(self.q[..., :slot, :] - self.q[..., slot, None, :])
+            same = (np.abs(apart) <= tolerance).all(-1)
+            valid[..., slot] &= ~(same & valid[..., :slot]).any(-1)
+        return self._derived(type(self), (*self[:-1], valid), None)
+
+    def nearest(self, seed: ArrayLike) -> FloatArray:
+        """The solution with the smallest largest move of a joint.
+
+        Args:
+            seed: (..., n) where the robot is [rad or m]; joints that wrap may turn either way.
+
+        Returns:
+            (..., n) coordinates [rad or m], as they stand in q; NaN for a pose of a batch that has
+            no valid slot.
+
+        Raises:
+            OutOfReachError: If a single pose has no valid slot.
+            ShapeError: If the seed does not fit the poses.
+        """
+        move = self._largest_move("nearest", seed)
+        best = np.argmin(move, -1)
+        q = np.take_along_axis(self.q, best[..., None, None], -2)[..., 0, :]
+        if self.valid.ndim == 1 and not self.valid.any():
+            raise OutOfReachError(f"Solutions.nearest: {self._why_none()}")
+        return np.where(self.valid.any(-1, keepdims=True), q, np.nan)
+
+    def least_squares(self) -> LeastSquares:
+        """What comes nearest to the poses that are out of reach, and how near: no solutions.
+
+        Filters play no part in it: limits are not looked at, and a pose whose solutions were all
+        taken out is not out of reach.
+
+        Returns:
+            `q (..., n)` and `residual (...,)`, the slot with the smallest residual; both are NaN
+            where the pose has solutions.
+        """
+        residual = np.where(np.isnan(self.residual), np.inf, self.residual)
+        best = np.argmin(residual, -1)[..., None]
+        least = np.take_along_axis(residual, best, -1)[..., 0]
+        missed = np.asarray((least > self.TOLERANCE) & np.isfinite(least))
+        q = np.take_along_axis(self.q, best[..., None], -2)[..., 0, :]
+        return LeastSquares(
+            np.where(missed[..., None], q, np.nan), np.where(missed, least, np.nan)[()]
+        )
+
+    def moves_from(self, seed: ArrayLike) -> FloatArray:
+        """How far each coordinate of each slot is from a seed.
+
+        Args:
+            seed: (..., n) where the robot is [rad or m].
+
+        Returns:
+            (..., k, n) [rad or m], in [-pi, pi] for joints that wrap.
+
+        Raises:
+            ShapeError: If the seed does not fit the poses.
+        """
+        return self._moves("moves_from", seed)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """By what its class was made of."""
+        return _restore, (self.coordinates, self.wraps, self._kind, tuple(self))
+
+    def _derived(
+        self, kind: type[Self], fields: tuple[Any, ...], order: IntArray | tuple[int, ...] | None
+    ) -> Self:
+        """Solutions of new fields.
+
+        Args:
+            kind: Their class.
+            fields: The fields.
+            order: Which slot of self each slot was, (..., k); or of which pose they are; None where
+                nothing moved.
+        """
+        del order
+        return kind(*fields)
+
+    def _limits(
+        self, lower: ArrayLike | None, upper: ArrayLike | None
+    ) -> tuple[FloatArray, FloatArray]:
+        own = [
+            (-np.inf if c.lower is None else c.lower, np.inf if c.upper is None else c.upper)
+            for c in self.coordinates
+        ]
+        pair = [
+            np.array([limit[i] for limit in own]) if given is None else self._read(name, given)
+            for i, (name, given) in enumerate((("lower", lower), ("upper", upper)))
+        ]
+        for name, limit in zip(("lower", "upper"), pair, strict=True):
+            if limit.shape != (len(own),):
+                raise ShapeError(
+                    f"Solutions.within_limits: {name} must have shape ({len(own)},), got shape "
+                    f"{limit.shape}"
+                )
+        low, high = pair
+        for c, a, b in zip(self.coordinates, low, high, strict=True):
+            # Written so that NaN is refused.
+            if not a <= b:
+                raise InputError(
+                    f"Solutions.within_limits: {c.name} has limits {a:g} to {b:g} {c.unit}"
+                )
+        return low, high
+
+    def _read(self, name: str, value: ArrayLike) -> FloatArray:
+        try:
+            array = np.asarray(value)
+        except (TypeError, ValueError) as error:
+            raise InputError(f"Solutions: {name} cannot be read as an array: {error}") from error
+        if array.dtype.kind not in "iuf":
+            raise InputError(f"Solutions: {name} must hold real numbers, got dtype {array.dtype}")
+        return array.astype(np.float64)
+
+    def _moves(self, method: str, seed: ArrayLike) -> FloatArray:
+        start, n = self._read("seed", seed), self.q.shape[-1]
+        batch = self.q.shape[:-2]
+        fits = start.shape[-1:] == (n,) and start.ndim - 1 <= len(batch)
+        for own, given in zip(reversed(batch), reversed(start.shape[:-1]), strict=False):
+            fits = fits and given in (1, own)
+        if not fits:
+            raise ShapeError(
+                f"Solutions.{method}: seed must have shape ({n},) or {(*batch, n)}, got "
+                f"{start.shape}"
+            )
+        return self._wrapped(self.q - start[..., None, :])
+
+    def _wrapped(self, difference: FloatArray) -> FloatArray:
+        """The shorter way round, of coordinates that wrap; changes what it is given."""
+        turns = difference * np.where(self.wraps, 1 / _TURN, 0.0)
+        np.round(turns, out=turns)
+        turns *= _TURN
+        difference -= turns
+        return difference
+
+    def _largest_move(self, method: str, seed: ArrayLike) -> FloatArray:
+        """(..., k), infinite where a slot is not valid."""
+        move = np.abs(self._moves(method, seed)).max(-1)
+        return np.where(self.valid, move, np.inf)
+
+    def _why_none(self) -> str:
+        exact = int((self.residual <= self.TOLERANCE).sum())
+        if exact:
+            return f"no valid solution: filters took out all of {exact}"
+        least = self.least_squares().residual
+        if np.isnan(least):
+            return "no valid solution: the pose is not finite"
+        return (
+            f"no valid solution: the pose is out of reach, by {least:.4g} (m, rad) at least; "
+            "least_squares() comes that near"
+        )
+
+
+def solutions_of(
+    coordinates: tuple[Coordinate, ...],
+    wraps: tuple[bool, ...],
+    kind: Any = Solutions,
+) -> type[Any]:
+    """The class of solutions in given coordinates, which filters need to know.
+
+    Args:
+        coordinates: The elements of q.
+        wraps: Of which of them a full turn changes nothing.
+        kind: What it is a kind of: Solutions, or a class derived from it.
+    """
+    return _made(coordinates, wraps, kind)
+
+
+@cache
+def _made(coordinates: tuple[Coordinate, ...], wraps: tuple[bool, ...], kind: Any) -> type[Any]:
+    facts = {"coordinates": coordinates, "wraps": wraps, "_kind": kind}
+    about = {"__slots__": (), "__module__": kind.__module__, "__doc__": kind.__doc__}
+    return type(kind.__name__, (kind,), about | facts)
+
+
+def within(q: FloatArray, lower: FloatArray, upper: FloatArray) -> BoolArray:
+    """Which coordinates are within limits, or at one but for rounding; all of the same shape."""
+    return np.asarray((q >= lower - _AT_LIMIT) & (q <= upper + _AT_LIMIT))
+
+
+def _restore(
+    coordinates: tuple[Coordinate, ...],
+    wraps: tuple[bool, ...],
+    kind: Any,
+    fields: tuple[Any, ...],
+) -> Solutions:
+    made: Solutions = solutions_of(coordinates, wraps, kind)(*fields)
+    return made
+
+
+def _windings(low: FloatArray, high: FloatArray, wraps: BoolArray) -> IntArray:
+    """(n,) how many turns of a coordinate are listed: those of (low, high], rounded up."""
+    turns = np.ceil((high - low) / _TURN - _AT_LIMIT)
+    return np.where(wraps & np.isfinite(turns), np.maximum(turns, 1), 1).astype(np.intp)
+
+
+def _lowest_turn(
+    q: FloatArray, low: FloatArray, high: FloatArray, windings: IntArray, wraps: BoolArray
+) -> FloatArray:
+    """(..., k, n) by how many turns to move q to the first winding that is listed."""
+    last = np.floor((high - q + _AT_LIMIT) / _TURN)
+    least = np.ceil((low - q - _AT_LIMIT) / _TURN)
+    first = np.where(windings > 1, last - windings + 1, np.clip(0.0, least, last))
+    return np.where(wraps, first, 0.0)

@@ -1,0 +1,1 @@
+"""The contract with the generated code: manifest, compiled library, compiler and package."""

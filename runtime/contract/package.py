@@ -1,0 +1,43 @@
+"""What the `__init__.py` of a generated robot calls, so that it loads at first use."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ..robot import Robot
+from .manifest import read_manifest
+
+
+def lazy_package(
+    namespace: dict[str, Any],
+) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
+    """Makes a module offer what the robot in its folder offers.
+
+    The robot is loaded, and compiled if need be, when one of its attributes is first asked for; the
+    module also has the robot itself, as `robot`. From then on the functions are plain globals of
+    the module. Errors are those of `chasles.load`.
+
+    Args:
+        namespace: The `globals()` of the generated package.
+
+    Returns:
+        The module's `__getattr__` and `__dir__` (PEP 562).
+    """
+    module = namespace["__name__"]
+    folder = Path(namespace["__file__"]).parent
+
+    def get(name: str) -> Any:
+        # The import system asks for names such as __path__; they must not start the compiler.
+        if name.startswith("__"):
+            raise AttributeError(f"module {module!r} has no attribute {name!r}")
+        if "robot" not in namespace:
+            robot = Robot(read_manifest(folder))
+            namespace.update(robot.functions, robot=robot)
+        return namespace[name] if name in namespace else getattr(namespace["robot"], name)
+
+    def names() -> list[str]:
+        return sorted([*(function.name for function in read_manifest(folder).functions), "robot"])
+
+    return get, names

@@ -1,0 +1,331 @@
+/* chasles._numeric: inverse kinematics by iteration, from Python.
+ *
+ * Solver   a robot with one of its frames as the tip, its limits and its table of starts: the arm of
+ *          _numeric.h, and the compiled functions that it calls kept loaded
+ */
+#define PY_SSIZE_T_CLEAN
+#include <Python.h>
+
+#include <numpy/arrayobject.h>
+
+#include "iterative/_numeric.h"
+
+typedef struct {
+    PyObject_HEAD
+    Arm arm;
+    PyObject *capsules;
+} Solver;
+
+/* A dense array of doubles of that shape (-1: any size); NULL with an error. */
+static PyArrayObject *doubles(PyObject *object, const char *name, int ndim, const npy_intp *shape)
+{
+    PyArrayObject *array =
+        (PyArrayObject *)PyArray_FROM_OTF(object, NPY_DOUBLE, NPY_ARRAY_IN_ARRAY);
+    int fits = array && PyArray_NDIM(array) == ndim;
+    for (int i = 0; fits && i < ndim; i++) {
+        fits = shape[i] < 0 || PyArray_DIM(array, i) == shape[i];
+    }
+    if (array && !fits) {
+        PyErr_Format(PyExc_ValueError, "%s has a wrong shape", name);
+        Py_CLEAR(array);
+    }
+    return array;
+}
+
+static double *copied(PyArrayObject *array)
+{
+    size_t size = PyArray_NBYTES(array);
+    double *copy = malloc(size ? size : 1);
+    if (copy) {
+        memcpy(copy, PyArray_DATA(array), size);
+    } else {
+        PyErr_NoMemory();
+    }
+    return copy;
+}
+
+static void solver_dealloc(Solver *self)
+{
+    Py_XDECREF(self->capsules);
+    free(self->arm.screws);
+    free(self->arm.lower);
+    free(self->arm.upper);
+    free(self->arm.starts);
+    free(self->arm.start_poses);
+    Py_TYPE(self)->tp_free((PyObject *)self);
+}
+
+/* How many inputs and outputs, and of what sizes, -1 being any; else an error. */
+static int has_sizes(const chasles_kernel *kernel, int n_outputs, int input, int first, int second)
+{
+    const int sizes[] = {input, first, second};
+    int fits = kernel->n_inputs == 1 && kernel->n_outputs == n_outputs;
+    for (int i = 0; fits && i <= n_outputs; i++) {
+        fits = sizes[i] < 0 || kernel->sizes[i] == sizes[i];
+    }
+    if (!fits) {
+        PyErr_Format(PyExc_ValueError, "%s does not fit to the others", kernel->name);
+    }
+    return fits;
+}
+
+static int kernels_fit(Arm *self)
+{
+    const chasles_kernel *const *kernels = self->kernels;
+    int n = self->n;
+    if (self->kind == OF_TOOL) {
+        return self->n_kernels == 2 && has_sizes(kernels[0], 2, n, POSE, SPACE * n) &&
+               has_sizes(kernels[1], 1, n, SPACE * n * n, 0);
+    }
+    if (self->kind == OF_LINK) {
+        self->n_links = kernels[0]->sizes[1] / POSE;
+        self->n_joints = self->n_kernels > 1 ? kernels[1]->sizes[1] / n : n;
+        return has_sizes(kernels[0], 1, n, -1, 0) &&
+               (self->n_kernels == 1 || has_sizes(kernels[1], 1, n, self->n_joints * n, 0));
+    }
+    self->n_all = 2 * n;
+    return has_sizes(kernels[0], 1, n, POSE, 0) && has_sizes(kernels[1], 1, n, SPACE * n, 0) &&
+           has_sizes(kernels[2], 1, n, n, 0) && has_sizes(kernels[3], 1, n, n * n, 0);
+}
+
+static int read_kernels(Solver *self, PyObject *capsules)
+{
+    self->arm.n_kernels = (int)PyTuple_GET_SIZE(capsules);
+    if (self->arm.n_kernels < 1 || self->arm.n_kernels > KERNELS) {
+        PyErr_SetString(PyExc_ValueError, "a solver takes one to four kernels");
+        return -1;
+    }
+    self->capsules = Py_NewRef(capsules);
+    for (int k = 0; k < self->arm.n_kernels; k++) {
+        PyObject *capsule = PyTuple_GET_ITEM(capsules, k);
+        self->arm.kernels[k] = PyCapsule_GetPointer(capsule, CHASLES_KERNEL_CAPSULE);
+        if (!self->arm.kernels[k]) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+/* Rows of (frame, joint, axis): the screws before the link. */
+static int read_screws(Arm *self, PyObject *rows)
+{
+    const npy_intp shape[] = {-1, 2 + SPACE};
+    PyArrayObject *array = doubles(rows, "screws", 2, shape);
+    if (!array) {
+        return -1;
+    }
+    const double *row = PyArray_DATA(array);
+    self->n_screws = (int)PyArray_DIM(array, 0);
+    self->screws = malloc((self->n_screws + 1) * sizeof(Screw));
+    int fit = self->screws && self->link >= 0 && self->link < self->n_links;
+    for (int k = 0; fit && k < self->n_screws; k++, row += 2 + SPACE) {
+        Screw *screw = &self->screws[k];
+        screw->frame = (int)row[0];
+        screw->joint = (int)row[1];
+        memcpy(screw->axis, row + 2, sizeof screw->axis);
+        fit = screw->frame >= -1 && screw->frame < self->n_links && screw->joint >= 0 &&
+              screw->joint < self->n_joints;
+    }
+    Py_DECREF(array);
+    if (!fit) {
+        PyErr_SetString(PyExc_ValueError, "no such link, or screws of frames that there are not");
+    }
+    return fit ? 0 : -1;
+}
+
+static int read_tables(Arm *self, PyObject *lower, PyObject *upper, PyObject *starts,
+                       PyObject *poses)
+{
+    const npy_intp n[] = {self->n}, rows[] = {-1, self->n_all};
+    PyArrayObject *arrays[4] = {doubles(lower, "lower", 1, n), NULL, NULL, NULL};
+    arrays[1] = arrays[0] ? doubles(upper, "upper", 1, n) : NULL;
+    arrays[2] = arrays[1] ? doubles(starts, "starts", 2, rows) : NULL;
+    if (arrays[2]) {
+        const npy_intp entries[] = {12, PyArray_DIM(arrays[2], 0)};
+        self->n_starts = (int)entries[1];
+        arrays[3] = doubles(poses, "poses of starts", 2, entries);
+    }
+    int failed = !arrays[3];
+    double **const members[] = {&self->lower, &self->upper, &self->starts, &self->start_poses};
+    for (int i = 0; i < 4 && !failed; i++) {
+        *members[i] = copied(arrays[i]);
+        failed = !*members[i];
+    }
+    for (int i = 0; i < 4; i++) {
+        Py_XDECREF(arrays[i]);
+    }
+    return failed ? -1 : 0;
+}
+
+static PyObject *solver_new(PyTypeObject *type, PyObject *args, PyObject *kwargs)
+{
+    static char *names[] = {"kind",   "kernels", "lower",  "upper", "starts",
+                            "poses",  "link",    "screws", NULL};
+    PyObject *capsules, *lower, *upper, *starts, *poses, *screws = NULL;
+    const char *kind;
+    int link = 0;
+    if (!PyArg_ParseTupleAndKeywords(args, kwargs, "sO!OOOO|iO:Solver", names, &kind, &PyTuple_Type,
+                                     &capsules, &lower, &upper, &starts, &poses, &link, &screws)) {
+        return NULL;
+    }
+    Solver *self = (Solver *)type->tp_alloc(type, 0);
+    if (!self) {
+        return NULL;
+    }
+    self->arm.kind = strcmp(kind, "tool") == 0 ? OF_TOOL : screws ? OF_LINK : OF_PLATFORM;
+    self->arm.link = link;
+    int fits = read_kernels(self, capsules) == 0;
+    if (fits) {
+        self->arm.n = self->arm.n_all = self->arm.kernels[0]->sizes[0];
+        fits = kernels_fit(&self->arm) &&
+               (self->arm.kind != OF_LINK || read_screws(&self->arm, screws) == 0) &&
+               read_tables(&self->arm, lower, upper, starts, poses) == 0;
+    }
+    if (!fits) {
+        Py_CLEAR(self);
+    }
+    return (PyObject *)self;
+}
+
+/* A dense array of doubles whose last dimensions are these; NULL with an error. */
+static PyArrayObject *poses_of(PyObject *object)
+{
+    PyArrayObject *array =
+        (PyArrayObject *)PyArray_FROM_OTF(object, NPY_DOUBLE, NPY_ARRAY_IN_ARRAY);
+    int ndim = array ? PyArray_NDIM(array) : 0;
+    if (array &&
+        (ndim < 2 || PyArray_DIM(array, ndim - 1) != 4 || PyArray_DIM(array, ndim - 2) != 4)) {
+        PyErr_SetString(PyExc_ValueError, "T has a wrong shape");
+        Py_CLEAR(array);
+    }
+    return array;
+}
+
+/* Result by result (q, residual, success, ending, iterations, restarts) over the batch of T. */
+enum { FOUND = 6, MOST_NDIM = 32 };
+static const int FOUND_TYPES[FOUND] = {NPY_DOUBLE, NPY_DOUBLE, NPY_BOOL,
+                                       NPY_INT8,   NPY_INT32,  NPY_INT32};
+
+static int new_results(const Solver *self, PyArrayObject *T, PyObject **found)
+{
+    npy_intp shape[MOST_NDIM];
+    int ndim = PyArray_NDIM(T) - 2;
+    if (ndim + 1 > MOST_NDIM) {
+        PyErr_SetString(PyExc_ValueError, "T has too many dimensions");
+        return -1;
+    }
+    memcpy(shape, PyArray_DIMS(T), ndim * sizeof(npy_intp));
+    shape[ndim] = self->arm.n;
+    for (int i = 0; i < FOUND; i++) {
+        found[i] = PyArray_EMPTY(i == 0 ? ndim + 1 : ndim, shape, FOUND_TYPES[i], 0);
+        if (!found[i]) {
+            return -1;
+        }
+    }
+    return 0;
+}
+
+static int run(const Solver *self, Task *task, PyArrayObject *T, PyArrayObject *seeds,
+               PyObject *const *found, long threads)
+{
+    void *to[FOUND];
+    for (int i = 0; i < FOUND; i++) {
+        to[i] = PyArray_DATA((PyArrayObject *)found[i]);
+    }
+    npy_intp count = PyArray_SIZE(T) / POSE;
+    task->whole = 1;
+    for (int i = 0; i < SPACE; i++) {
+        task->whole &= task->weights[i] > 0;
+    }
+    Batch batch = {.arm = &self->arm,
+                   .task = task,
+                   .poses = PyArray_DATA(T),
+                   .seeds = seeds ? PyArray_DATA(seeds) : NULL,
+                   .found = {to[0], to[1], to[2], to[3], to[4], to[5]},
+                   .count = count};
+    threads = threads < 1 ? 1 : threads > MOST_THREADS ? MOST_THREADS : threads;
+    threads = threads > 1 + count / PIECE ? 1 + count / PIECE : threads;
+    Py_BEGIN_ALLOW_THREADS
+    solve_all(&batch, (int)threads);
+    Py_END_ALLOW_THREADS
+    if (atomic_load(&batch.short_of_memory)) {
+        PyErr_NoMemory();
+        return -1;
+    }
+    return 0;
+}
+
+/* solve(T, seeds or None, weights, in_tool_axes, tolerance, budget, threads): see _numeric.pyi. */
+static PyObject *solver_solve(Solver *self, PyObject *const *args, Py_ssize_t n_args)
+{
+    if (n_args != 7) {
+        return PyErr_Format(PyExc_TypeError, "solve takes 7 arguments, got %zd", n_args);
+    }
+    Task task = {.in_tool_axes = PyObject_IsTrue(args[3]),
+                 .tolerance = PyFloat_AsDouble(args[4]),
+                 .budget = (int)PyLong_AsLong(args[5])};
+    long threads = PyLong_AsLong(args[6]);
+    if (PyErr_Occurred()) {
+        return NULL;
+    }
+    const npy_intp six[] = {SPACE};
+    PyObject *found[FOUND] = {NULL}, *result = NULL;
+    PyArrayObject *T = poses_of(args[0]), *seeds = NULL;
+    PyArrayObject *weights = T ? doubles(args[2], "weights", 1, six) : NULL;
+    int fits = weights != NULL;
+    if (fits && args[1] != Py_None) {
+        const npy_intp rows[] = {PyArray_SIZE(T) / POSE, self->arm.n_all};
+        seeds = doubles(args[1], "seeds", 2, rows);
+        fits = seeds != NULL;
+    }
+    if (fits && new_results(self, T, found) == 0) {
+        task.weights = PyArray_DATA(weights);
+        if (run(self, &task, T, seeds, found, threads) == 0) {
+            result = PyTuple_New(FOUND);
+        }
+    }
+    for (int i = 0; i < FOUND; i++) {
+        if (result) {
+            PyTuple_SET_ITEM(result, i, PyArray_Return((PyArrayObject *)found[i]));
+        } else {
+            Py_XDECREF(found[i]);
+        }
+    }
+    Py_XDECREF(T);
+    Py_XDECREF(seeds);
+    Py_XDECREF(weights);
+    return result;
+}
+
+static PyMethodDef solver_methods[] = {
+    {"solve", (PyCFunction)(void (*)(void))solver_solve, METH_FASTCALL,
+     "Coordinates at poses (..., 4, 4), with residual, success, ending, iterations and restarts."},
+    {NULL},
+};
+
+static PyTypeObject SolverType = {
+    PyVarObject_HEAD_INIT(NULL, 0).tp_name = "chasles.iterative._numeric.Solver",
+    .tp_doc = "A robot with one of its frames as the tip, its limits and its table of starts.",
+    .tp_basicsize = sizeof(Solver),
+    .tp_flags = Py_TPFLAGS_DEFAULT,
+    .tp_new = solver_new,
+    .tp_dealloc = (destructor)solver_dealloc,
+    .tp_methods = solver_methods,
+};
+
+static struct PyModuleDef module_definition = {
+    PyModuleDef_HEAD_INIT,
+    .m_name = "chasles.iterative._numeric",
+    .m_doc = "Levenberg-Marquardt on compiled forward kinematics.",
+    .m_size = -1,
+};
+
+PyMODINIT_FUNC PyInit__numeric(void)
+{
+    import_array();
+    PyObject *module = PyModule_Create(&module_definition);
+    if (module && PyModule_AddType(module, &SolverType) < 0) {
+        Py_CLEAR(module);
+    }
+    return module;
+}

@@ -1,0 +1,312 @@
+"""Inverse kinematics by iteration: for every robot, within its limits, for parts of a pose.
+
+`ik` gives all solutions in closed form, of the robots that have one. Here one is found for any: of
+a serial arm, a robot with loops in its actuated coordinates, or a platform; with any link as the
+tip; for a position alone, or any weights of the six parts of a pose. The iteration is in C
+(_numeric.c) and calls the robot's own compiled functions.
+
+Where it begins: a table of configurations within the limits and of their poses, made once for each
+robot and key. The one whose pose is nearest comes first; each start that leads nowhere is followed
+by the next.
+
+Source:
+    Sugihara, Solvability-unconcerned inverse kinematics by the Levenberg-Marquardt method, 2011.
+"""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Mapping, Sequence
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import screws
+from ..call._call import Function
+from ..call.threads import count_cores
+from ..call.validation import real_array
+from ..contract.manifest import Coordinate, Frames, Reference
+from ..errors import InputError, ShapeError
+from ._numeric import Solver
+from .low_discrepancy import spread
+
+FloatArray = NDArray[np.float64]
+
+REASONS = ("converged", "limits", "stalled", "budget", "no pose")
+_WHOLE = np.ones(6)
+_STARTS = 256
+_FEWEST = 32
+"""Starts whose loops close, out of so many times more."""
+_UNBOUNDED = {"rad": np.pi, "m": 1.0}
+"""Starts lie so far to both sides of 0 in a coordinate without limits."""
+_MOST_SOLVERS = 64
+"""Of a robot, with their tips and keys; then all are made anew."""
+_MOST_BUDGET = 2**31 - 1
+_LOOK = 1e-3
+"""How far coordinates are moved, to see which joints follow."""
+
+
+class Found(NamedTuple):
+    """What an iteration came to, for each pose.
+
+    Attributes:
+        q: (..., n) coordinates [rad or m], within the limits; NaN where a pose is not finite.
+        residual: (...,) the larger of distance [m] and angle [rad] from the pose, of the parts that
+            the task weighs.
+        success: (...,) whether the residual is at most the tolerance.
+        ending: (...,) why it ended, as an index into `REASONS`; see `reason`.
+        iterations: (...,) how many times forward kinematics was computed.
+        restarts: (...,) how many starts followed the first.
+    """
+
+    q: FloatArray
+    residual: FloatArray
+    success: NDArray[np.bool_]
+    ending: NDArray[np.int8]
+    iterations: NDArray[np.int32]
+    restarts: NDArray[np.int32]
+
+    @property
+    def reason(self) -> NDArray[np.str_]:
+        """Why it ended, in a word.
+
+        "converged": to the tolerance. "limits": at the least residual nearby, where limits hold
+        some coordinates. "stalled": at the least residual nearby, within the limits. "budget":
+        still on the way. "no pose": what was given is no place and rotation, to 1e-6.
+        """
+        return np.array(REASONS)[self.ending]
+
+    def __str__(self) -> str:
+        """In a sentence."""
+        if self.success.ndim == 0:
+            return f"{self.reason} after {self.iterations} iterations, residual {self.residual:.3g}"
+        counts = np.bincount(self.ending.reshape(-1), minlength=len(REASONS))
+        of = [f"{n} {name}" for n, name in zip(counts, REASONS, strict=True) if n]
+        worst = np.nanmax(self.residual, initial=0.0)
+        return f"{self.success.size} poses: {', '.join(of)}; largest residual {worst:.3g}"
+
+
+class NumericMethods:
+    """The part of a robot that is found by iteration."""
+
+    name: str
+    n: int
+    frames: Frames
+    lower: FloatArray
+    upper: FloatArray
+    coordinates: tuple[Coordinate, ...]
+    chain_joints: tuple[Coordinate, ...]
+    reference: Reference | None
+    functions: Mapping[str, Function[Any]]
+    _solvers: dict[tuple[str | None, int], Solver]
+
+    def ik_numeric(
+        self,
+        T: ArrayLike,
+        seed: ArrayLike | None = None,
+        *,
+        tip: str | None = None,
+        weights: Sequence[float] | None = None,
+        axes: Literal["tool", "base"] = "tool",
+        tolerance: float = 1e-9,
+        budget: int = 10_000,
+        rng: int | np.random.Generator = 0,
+        threads: int | Literal["all"] = 1,
+    ) -> Found:
+        """Coordinates within the limits at which the tip is at a pose, or as near as can be.
+
+        Levenberg-Marquardt with lambda in proportion to the squared error, which falls after each
+        step that leads nearer and rises after each that does not; no step passes a limit. A start
+        that ends elsewhere is followed by others. Out of reach the nearest pose that was found is
+        returned, at its least error, with `success` False.
+
+        Args:
+            T: (..., 4, 4) poses of the tip in the base frame; what is none, to 1e-6, has no answer
+                but NaN.
+            seed: (..., n) where to begin [rad or m]; leading dimensions broadcast. What lies beyond
+                a limit begins at it. Without one, the start whose pose is nearest comes first.
+            tip: The link that is to be there, one of `frames.links`; the tool by default, and of
+                platforms the tool alone.
+            weights: Six numbers that multiply the error's parts (v, omega), 0 for a part that may
+                be anything: (1, 1, 1, 0, 0, 0) for a position alone. All 1 by default: a metre is
+                as much as a radian.
+            axes: Whether these parts are along the axes of the tip or of the base.
+            tolerance: Largest residual of a success [m, rad].
+            budget: How many times forward kinematics may be computed for a pose, about 0.4
+                microseconds each of an arm with six joints.
+            rng: Chooses the starts: a key, or a generator that gives one. The same key gives the
+                same results, whatever the number of threads.
+            threads: Over how many threads poses are split, "all": one a core.
+
+        Returns:
+            `q (..., n)`, `residual`, `success`, `ending`, `iterations` and `restarts (...,)`;
+            `fk(q)` is within `residual` of T.
+
+        Raises:
+            ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
+            InputError: If there is no such link, a weight is negative or all are 0, or an option
+                has no meaning.
+        """
+        method = f"{self.name}.ik_numeric"
+        if axes not in ("tool", "base"):
+            raise InputError(f'{method}: expected axes "tool" or "base", got {axes!r}')
+        if not (isinstance(tolerance, int | float) and tolerance > 0):
+            raise InputError(f"{method}: expected a tolerance above 0, got {tolerance!r}")
+        most = _whole_number(method, "budget", budget, 1, _MOST_BUDGET)
+        given = count_cores() if threads == "all" else threads
+        count = _whole_number(method, "threads", given, 1, None)
+        key = int(rng.integers(2**63)) if isinstance(rng, np.random.Generator) else rng
+        key = _whole_number(method, "rng", key, 0, None)
+        solver = self._solvers.get((tip, key)) or self._new_solver(tip, key)
+        poses = real_array(method, "T", T)
+        if poses.shape[-2:] != (4, 4):
+            raise ShapeError(f"{method}: expected poses T (..., 4, 4), got shape {poses.shape}")
+        begin = None
+        if seed is not None:
+            poses, begin = self._with_seeds(poses, seed)
+        task = _WHOLE if weights is None else _weights(method, weights)
+        # Weighed alike in all directions, axes make no difference.
+        turned = axes == "tool" and task is not _WHOLE
+        return Found._make(solver.solve(poses, begin, task, turned, tolerance, most, count))
+
+    def _new_solver(self, tip: str | None, key: int) -> Solver:
+        """Makes the solver once: its table takes as long as a thousand poses."""
+        if len(self._solvers) >= _MOST_SOLVERS:
+            self._solvers.clear()
+        return self._solvers.setdefault((tip, key), _solver(self, tip, key))
+
+    def _with_seeds(self, poses: FloatArray, seed: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        """As many poses as seeds, and as many seeds as poses."""
+        method = f"{self.name}.ik_numeric"
+        begin = real_array(method, "seed", seed)
+        if begin.shape[-1:] != (self.n,):
+            raise ShapeError(f"{method}: expected a seed (..., {self.n}), got shape {begin.shape}")
+        try:
+            batch = np.broadcast_shapes(poses.shape[:-2], begin.shape[:-1])
+        except ValueError:
+            raise ShapeError(
+                f"{method}: leading dimensions do not broadcast: {poses.shape[:-2]} of T and "
+                f"{begin.shape[:-1]} of seed"
+            ) from None
+        poses = np.broadcast_to(poses, (*batch, 4, 4))
+        begin = np.broadcast_to(np.clip(begin, self.lower, self.upper), (*batch, self.n))
+        return poses, with_chain(self, begin.reshape(-1, self.n))
+
+
+def _whole_number(method: str, name: str, given: object, least: int, most: int | None) -> int:
+    try:
+        number = operator.index(given)  # type: ignore[arg-type]
+    except TypeError:
+        number = least - 1
+    if number < least or (most is not None and number > most):
+        expected = f"from {least} to {most}" if most is not None else f"of at least {least}"
+        raise InputError(f"{method}: expected {name} to be an integer {expected}, got {given!r}")
+    return number
+
+
+def _weights(method: str, given: Sequence[float]) -> FloatArray:
+    weights = real_array(method, "weights", given)
+    if weights.shape != (6,):
+        raise ShapeError(f"{method}: expected six weights, got shape {weights.shape}")
+    if not (weights >= 0).all() or not weights.any() or not np.isfinite(weights).all():
+        raise InputError(
+            f"{method}: expected weights that are not negative, and some that are not 0, got "
+            f"{weights.tolist()}"
+        )
+    return weights
+
+
+def is_platform(robot: Any) -> bool:
+    """Whether its coordinates follow from the joints of its chain, and not these from them."""
+    return "chain_fk" in robot.functions
+
+
+def with_chain(robot: Any, q: FloatArray) -> FloatArray:
+    """Coordinates (m, n) as the solver takes them: of a platform followed by its chain's joints."""
+    return np.hstack([q, robot.chain(q)]) if is_platform(robot) else q
+
+
+def _solver(robot: Any, tip: str | None, key: int) -> Solver:
+    """The solver of a robot."""
+    functions, limits = robot.functions, (robot.lower, robot.upper)
+    q = starts(robot, key)
+    if tip is None or tip == robot.frames.tip:
+        kind, names = "tool", ["fk_jacobian_mixed", "hessian_mixed"]
+        if is_platform(robot):
+            kind = "platform"
+            names = ["chain_fk", "chain_jacobian_mixed", "actuators", "actuators_D_chain"]
+        kernels = tuple(functions[name].kernel for name in names)
+        return Solver(kind, kernels, *limits, with_chain(robot, q), _entries(robot.fk(q)))
+    offered = robot.frames.links if not is_platform(robot) and "link_poses" in functions else ()
+    if tip not in offered:
+        links = ", ".join((robot.frames.tip, *offered))
+        raise InputError(f"{robot.name}.ik_numeric: no link {tip!r} for a tip; there are: {links}")
+    link = robot.frames.links.index(tip)
+    names = ["link_poses", "chain_D_q"] if robot.loops else ["link_poses"]
+    kernels = tuple(functions[name].kernel for name in names)
+    poses = _entries(robot.link_poses(q)[:, link])
+    return Solver("link", kernels, *limits, q, poses, link, screws_before(robot, link))
+
+
+def _entries(T: FloatArray) -> FloatArray:
+    """Poses (m, 4, 4) as (12, m)."""
+    return np.ascontiguousarray(T[:, :3].reshape(-1, 12).T)
+
+
+def starts(robot: Any, key: int) -> FloatArray:
+    """(m, n) coordinates spread within the limits, at which its loops close; the key says where."""
+    reach = np.array([_UNBOUNDED[c.unit] for c in robot.coordinates])
+    lower = np.where(np.isfinite(robot.lower), robot.lower, -reach)
+    upper = np.where(np.isfinite(robot.upper), robot.upper, reach)
+    first = np.random.default_rng(key).random(robot.n)
+    found = np.empty((0, robot.n))
+    for k in range(_STARTS // _FEWEST):
+        points = spread(k * _STARTS, (k + 1) * _STARTS, robot.n, first)
+        q = lower + points * (upper - lower)
+        closes = np.isfinite(robot.fk(q)).all((-2, -1))
+        found = np.vstack([found, q[closes]])
+        if len(found) >= _FEWEST:
+            break
+    return found[:_STARTS]
+
+
+def screws_before(robot: Any, link: int) -> FloatArray:
+    """(s, 8) joints before a link: frame, coordinate or chain's joint, axis (v, omega).
+
+    The axis is constant as seen from the link before it, and so is the logarithm of what a joint's
+    motion makes of one link seen from the other, divided by that motion.
+
+    Raises:
+        InputError: If links of a robot with loops do not move one by one with its chain's joints.
+    """
+    q = starts(robot, 0)[0]
+    q = np.clip(q, robot.lower + _LOOK, robot.upper - _LOOK)
+    moved = np.vstack([q, q + _LOOK * np.eye(robot.n)])
+    poses = robot.link_poses(moved)[:, : link + 1]
+    before = np.concatenate([np.broadcast_to(np.eye(4), (len(poses), 1, 4, 4)), poses[:, :-1]], 1)
+    seen = screws.inverse(before) @ poses
+    twists = screws.log(seen[1:] @ screws.inverse(seen[:1]))
+    rows = [
+        [float(frame - 1), float(k), *(twists[k, frame] / _LOOK).tolist()]
+        for k in range(robot.n)
+        for frame in range(link + 1)
+        if np.abs(twists[k, frame]).max() > _LOOK**3
+    ]
+    if robot.loops:
+        rows = _screws_of_chain(robot, moved, twists)
+    return np.array(rows, np.float64).reshape(-1, 8)
+
+
+def _screws_of_chain(robot: Any, moved: FloatArray, twists: FloatArray) -> list[list[float]]:
+    """Of a robot with loops: each joint of the chain moves one link, in order."""
+    theta = robot.chain(moved)
+    by = theta[1:] - theta[0]
+    largest = np.abs(by).argmax(0)
+    moving = np.flatnonzero(np.abs(twists).max((0, 2)) > _LOOK**3)
+    if len(moving) > theta.shape[1]:
+        raise InputError(f"{robot.name}.ik_numeric: links move with more than its chain's joints")
+    return [
+        [float(frame - 1), float(j), *(twists[largest[j], frame] / by[largest[j], j]).tolist()]
+        for j, frame in enumerate(moving)
+    ]

@@ -1,0 +1,1 @@
+"""Motion in velocity space: rates, tracking, manipulability and singularities."""

@@ -1,0 +1,314 @@
+"""How well a robot moves and holds its tool: Yoshikawa's measure, conditioning, ellipsoids.
+
+Metres, radians, turning joints and sliders are made comparable by a characteristic length L: linear
+rates [m/s] and the rates of sliders [m/s] are divided by it. Then the Jacobian
+
+    J' = D J U,   D = diag(1/L, 1/L, 1/L, 1, 1, 1),   U = diag(1 turning, L sliding)
+
+and its singular values are pure numbers. They are those at the tip, and the same in all axes.
+
+Source:
+    Yoshikawa, Manipulability of robotic mechanisms, 1985; Angeles, Fundamentals of Robotic
+    Mechanical Systems (characteristic length).
+"""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple, Protocol, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..call._call import Function
+from ..call.capabilities import needs
+from ..contract.manifest import Coordinate, Reference
+from ..errors import InputError
+from ..iterative.low_discrepancy import spread
+from . import _rates
+
+FloatArray = NDArray[np.float64]
+Rows = Literal["all", "linear", "angular"]
+
+_PART: Mapping[Rows, slice] = {"all": slice(0, 6), "linear": slice(0, 3), "angular": slice(3, 6)}
+_SAMPLES = 256
+"""Configurations that stand for all; the length then moves by a percent if there are more."""
+_TURNS = 1e-6
+"""Radians per metre at the tip below which a coordinate does not turn the tool."""
+_RANK = 1e-9
+"""Singular values, by the largest, that are zero at every configuration are below."""
+
+
+@dataclass(frozen=True, slots=True)
+class Manipulability:
+    """How far a configuration is from singular ones, in pure numbers.
+
+    Attributes:
+        measure: (...,) Yoshikawa's w, the product of the singular values: sqrt(det J' J'^T) where
+            the tool has as many freedoms as there are rows, sqrt(det J'^T J') of fewer joints.
+        smallest: (...,) the smallest singular value: tool rate by joint rate in the worst
+            direction.
+        condition: (...,) the largest by the smallest, 1 at the best, inf at a singularity.
+        singular_values: (..., r) the largest first, r the freedoms that the tool has at all.
+    """
+
+    measure: FloatArray
+    smallest: FloatArray
+    condition: FloatArray
+    singular_values: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Ellipsoid:
+    """What the tool can do when the joints do one unit in all, by root of the sum of squares.
+
+    Attributes:
+        axes: (..., k, r) its principal axes as columns, in base axes: unit vectors, of twists or
+            wrenches (both divided by length) if it is of all rows.
+        lengths: (..., r) its semi-axes, the longest first.
+    """
+
+    axes: FloatArray
+    lengths: FloatArray
+
+
+class Metric(NamedTuple):
+    """What makes a robot's Jacobian pure numbers: row[:, None] * J * unit, of that rank at most."""
+
+    unit: FloatArray
+    row: FloatArray
+    rank: int
+    length: float
+
+
+class HasSamples(Protocol):
+    """A robot with a Jacobian."""
+
+    coordinates: tuple[Coordinate, ...]
+
+    @property
+    def _samples(self) -> FloatArray:
+        """Jacobians (m, 6, n) at configurations all over."""
+
+
+class ManipulabilityMethods:
+    """The part of a robot that tells how well it moves."""
+
+    name: str
+    n: int
+    coordinates: tuple[Coordinate, ...]
+    lower: FloatArray
+    upper: FloatArray
+    reference: Reference | None
+    functions: Mapping[str, Function[Any]]
+    fk: Function[FloatArray]
+    jacobian_mixed: Function[FloatArray]
+    hessian_mixed: Function[FloatArray]
+
+    @functools.cached_property
+    def characteristic_length(self) -> float:
+        """The length [m] that makes metres and radians comparable, where none is given.
+
+        The root mean square distance of the tip from the axes about which the coordinates turn it,
+        over 256 configurations spread evenly within the limits (a turn where there are none), so
+        that it belongs to the robot and not to a pose; of a coordinate that is no joint of the tool
+        (a crank, a cylinder), linear by angular rate stands for the distance. Where nothing turns
+        the tool, the root mean square of the linear rate by the rate of turning coordinates; 1
+        where there are none.
+
+        Source:
+            Angeles, Fundamentals of Robotic Mechanical Systems: where all singular values can be
+            made equal, that is the length that does it.
+        """
+        squared = (self._samples**2).mean(0)
+        linear, angular = squared[:3].sum(0), squared[3:].sum(0)
+        turning = angular > _TURNS**2 * linear
+        if turning.any():
+            ratios = linear[turning] / angular[turning]
+        else:
+            ratios = linear[[c.kind == "revolute" for c in self.coordinates]]
+        return float(np.sqrt(ratios.mean())) if ratios.any() else 1.0
+
+    @functools.cached_property
+    def _samples(self) -> FloatArray:
+        lower, upper = self.lower, self.upper
+        middle = np.zeros(self.n) if self.reference is None else np.array(self.reference.q)
+        half = np.array([np.pi if c.kind == "revolute" else 1.0 for c in self.coordinates])
+        lower = np.where(np.isfinite(lower), lower, np.minimum(middle, upper) - half)
+        upper = np.where(np.isfinite(upper), upper, np.maximum(middle, lower) + half)
+        J = self.jacobian_mixed(lower + spread(1, _SAMPLES + 1, self.n) * (upper - lower))
+        closed = np.isfinite(J).all((-2, -1))
+        if closed.any():
+            return J[closed]
+        return self.jacobian_mixed(middle)[None]
+
+    @needs("jacobian_mixed")
+    def manipulability(
+        self, q: ArrayLike, *, rows: Rows = "all", length: float | None = None
+    ) -> Manipulability:
+        """Yoshikawa's measure, the smallest singular value and the condition number.
+
+        All are of J' = D J U, see the module: of a planar arm with two links, `rows="linear"` and
+        `length=1`, the measure is a1 a2 |sin q2|. Directions in which no configuration moves the
+        tool, as out of the plane of that arm, do not count.
+
+        Args:
+            q: (..., n) coordinates [rad or m].
+            rows: The part of the twist that counts: "all", "linear" or "angular".
+            length: The characteristic length [m]; `robot.characteristic_length` if None. 1 gives
+                the values of the Jacobian as it is, in metre and radian.
+
+        Returns:
+            The measures; NaN where q is not finite or a loop is open.
+
+        Raises:
+            ShapeError: If q is not (..., n).
+            InputError: If the rows are unknown or the length is not positive.
+        """
+        metric = self._metric("manipulability", rows, length)
+        _, values, sound = _decomposed(self.jacobian_mixed(q), metric, rows)
+        largest, smallest = values[..., 0], values[..., -1]
+        condition = np.full_like(largest, np.inf)
+        np.divide(largest, smallest, out=condition, where=smallest > _RANK**2 * largest)
+        values = np.where(sound[..., None], values, np.nan)
+        return Manipulability(
+            measure=values.prod(-1)[()],
+            smallest=values[..., -1][()],
+            condition=np.where(sound, condition, np.nan)[()],
+            singular_values=values,
+        )
+
+    @needs("hessian_mixed")
+    def manipulability_gradient(
+        self, q: ArrayLike, *, rows: Rows = "all", length: float | None = None
+    ) -> FloatArray:
+        """The gradient of the measure w by q, in closed form from the Hessian.
+
+        dw/dq_k is the sum over i of u_i^T (dJ'/dq_k) v_i times the singular values but the i-th;
+        away from singularities that is w tr(J'^+ dJ'/dq_k). At a singularity w has a kink, as |x|
+        at 0, and the gradient is that of one of its sides.
+
+        Args:
+            q: (..., n) coordinates [rad or m].
+            rows: As of `manipulability`.
+            length: As of `manipulability`.
+
+        Returns:
+            (..., n) per radian or metre; NaN where q is not finite or a loop is open.
+
+        Raises:
+            ShapeError: If q is not (..., n).
+            InputError: If the rows are unknown or the length is not positive.
+        """
+        metric = self._metric("manipulability_gradient", rows, length)
+        J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
+        gradient: FloatArray = _rates.gradient(J, H, metric.unit, metric.row, metric.rank)[1]
+        return gradient
+
+    @needs("jacobian_mixed")
+    def velocity_ellipsoid(
+        self, q: ArrayLike, *, rows: Rows, length: float | None = None
+    ) -> Ellipsoid:
+        """Twists of the tip in base axes that joint rates with sum of squares 1 give.
+
+        Args:
+            q: (..., n) coordinates [rad or m].
+            rows: "linear" gives lengths in metre per radian, "angular" pure numbers; "all" the
+                ellipsoid of (v / length, omega), pure numbers as well.
+            length: The characteristic length [m]; `robot.characteristic_length` if None. It weighs
+                sliders against turning joints, and lines against angles.
+
+        Returns:
+            Axes `(..., k, r)`, k 3 or 6, and semi-axes `(..., r)`; NaN where q is not finite.
+
+        Raises:
+            ShapeError: If q is not (..., n).
+            InputError: If the rows are unknown or the length is not positive.
+        """
+        metric = self._metric("velocity_ellipsoid", rows, length)
+        return self._ellipsoid(q, metric, rows)
+
+    @needs("jacobian_mixed")
+    def force_ellipsoid(
+        self, q: ArrayLike, *, rows: Rows, length: float | None = None
+    ) -> Ellipsoid:
+        """Forces and torques at the tip in base axes that joint torques of size 1 hold.
+
+        It has the axes of the velocity ellipsoid, and its semi-axes are the reciprocals: where the
+        tool is slow it is strong. Of "linear" they are forces with no torque beside, in 1/metre
+        (newton per newton metre), inf at a singularity; of "all", wrenches (force * length,
+        torque).
+
+        Args:
+            q: (..., n) coordinates [rad or m].
+            rows: As of `velocity_ellipsoid`.
+            length: As of `velocity_ellipsoid`.
+
+        Returns:
+            Axes `(..., k, r)` and semi-axes `(..., r)`, the longest first.
+
+        Raises:
+            ShapeError: If q is not (..., n).
+            InputError: If the rows are unknown or the length is not positive.
+
+        Source:
+            Yoshikawa, Manipulability of robotic mechanisms, 1985, section 5.
+        """
+        metric = self._metric("force_ellipsoid", rows, length)
+        velocity = self._ellipsoid(q, metric, rows)
+        lengths = np.full_like(velocity.lengths, np.inf)
+        np.divide(1.0, velocity.lengths, out=lengths, where=velocity.lengths != 0)
+        return Ellipsoid(velocity.axes[..., ::-1], lengths[..., ::-1])
+
+    def _ellipsoid(self, q: ArrayLike, metric: Metric, rows: Rows) -> Ellipsoid:
+        axes, lengths, sound = _decomposed(self.jacobian_mixed(q), metric, rows)
+        size = metric.length if rows == "linear" else 1.0
+        return Ellipsoid(
+            np.where(sound[..., None, None], axes, np.nan),
+            np.where(sound[..., None], lengths * size, np.nan),
+        )
+
+    def _metric(self, method: str, rows: Rows, length: float | None) -> Metric:
+        if rows not in get_args(Rows):
+            raise InputError(
+                f'{self.name}.{method}: rows must be "all", "linear" or "angular", got {rows!r}'
+            )
+        return metric_of(self, rows, self._checked_length(method, length))
+
+    def _checked_length(self, method: str, length: float | None) -> float:
+        """The characteristic length, the robot's own if None."""
+        if length is None:
+            return self.characteristic_length
+        if not (np.isfinite(length) and length > 0):
+            raise InputError(
+                f"{self.name}.{method}: length must be a positive number, got {length!r}"
+            )
+        return float(length)
+
+
+@functools.lru_cache(maxsize=256)
+def metric_of(robot: HasSamples, rows: Rows, length: float) -> Metric:
+    """What makes the robot's Jacobian pure numbers."""
+    unit = np.array([1.0 if c.kind == "revolute" else length for c in robot.coordinates])
+    row = np.zeros(6)
+    row[_PART[rows]] = np.repeat([1 / length, 1.0], 3)[_PART[rows]]
+    for array in (unit, row):
+        array.flags.writeable = False
+    values = np.linalg.svd(row[:, None] * robot._samples * unit, compute_uv=False)
+    rank = int((values > _RANK * values.max()).sum(-1).max()) if values.any() else 1
+    return Metric(unit, row, rank, length)
+
+
+def _decomposed(
+    J: FloatArray, metric: Metric, rows: Rows
+) -> tuple[FloatArray, FloatArray, NDArray[np.bool_]]:
+    """Left singular vectors (..., k, r), singular values (..., r), and where J is finite."""
+    part = _PART[rows]
+    scaled = metric.row[part, None] * J[..., part, :] * metric.unit
+    sound = np.asarray(np.isfinite(scaled).all((-2, -1)))
+    axes, values, _ = np.linalg.svd(
+        np.where(sound[..., None, None], scaled, 0.0), full_matrices=False
+    )
+    return axes[..., : metric.rank], values[..., : metric.rank], sound

@@ -1,0 +1,393 @@
+"""Motion in velocity space: joint rates of a twist, joint accelerations of its derivative.
+
+The twist is reached by damped least squares: with J' = sum sigma_i u_i v_i^T the Jacobian in pure
+numbers (`manipulability`),
+
+    qd = sum of sigma_i / (sigma_i^2 + lambda_i^2) v_i u_i^T V,
+    lambda_i^2 = damping^2 - sigma_i^2  where sigma_i < damping, else 0.
+
+Only directions that are nearly lost are damped, all others are reached exactly. The factor of a
+direction is 1 / sigma_i down to the border, and from there sigma_i / damping^2: continuous, zero at
+the singularity itself, and never above 1 / damping. That is the bound of the joint rates.
+
+Source:
+    Nakamura and Hanafusa, Inverse kinematic solutions with singularity robustness, 1986 (damping);
+    Maciejewski and Klein, Numerical filtering for the operation of robotic manipulators through
+    kinematically singular configurations, 1988 (of the lost directions alone); Chiaverini,
+    Siciliano and Egeland, Review of the damped least-squares inverse kinematics, 1994:
+    lambda^2 = (1 - (sigma / epsilon)^2) lambda_max^2, here with lambda_max = epsilon.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..call._call import Function
+from ..call.capabilities import needs
+from ..call.validation import real_array
+from ..errors import InputError, ShapeError
+from . import _rates
+from .manipulability import ManipulabilityMethods, Metric, Rows
+
+FloatArray = NDArray[np.float64]
+BoolArray = NDArray[np.bool_]
+Representation = Literal["space", "body", "mixed"]
+
+_DAMPING = 0.04
+"""Singular value, a pure number, below which a direction counts as nearly lost: a quarter of what
+it is of six-axis arms at half of all configurations. Twice that of `track`: without rate limits it
+is what bounds the rates."""
+_NO_TICK = np.array(np.nan)
+_SPATIAL = 6
+
+
+@dataclass(frozen=True, slots=True)
+class Rates:
+    """Joint rates, and what became of the twist that was asked for.
+
+    Attributes:
+        qd: (..., n) joint rates [rad/s or m/s].
+        twist: (..., 6) the twist that they give, in the representation asked for.
+        scale: (...,) s in [0, 1]: the part of the twist that the limits leave. What is reached is s
+            times what would be reached without limits, in the same direction; only where
+            acceleration limits exclude it, as in a sharp turn, s is that of the nearest.
+        limited: (..., n) whether a rate, acceleration or joint limit held the joint.
+        smallest: (...,) the smallest singular value, a pure number.
+        damping: (...,) lambda^2 of that one, 0 where nothing is damped.
+        direction: (..., 6) the twist that goes with it, which is lost first, in the representation
+            asked for; (v / length, omega) is of unit size. Its sign means nothing.
+    """
+
+    qd: FloatArray
+    twist: FloatArray
+    scale: FloatArray
+    limited: BoolArray
+    smallest: FloatArray
+    damping: FloatArray
+    direction: FloatArray
+
+
+@dataclass(frozen=True, slots=True)
+class Accelerations:
+    """Joint accelerations, and what became of the acceleration that was asked for.
+
+    Attributes:
+        qdd: (..., n) joint accelerations [rad/s^2 or m/s^2].
+        acceleration: (..., 6) the time derivative of the twist that they give, in the
+            representation asked for.
+        scale: (...,) s in [0, 1]: the part of J qdd that the limits leave.
+        limited: (..., n) whether the acceleration limit held the joint.
+        smallest: (...,) the smallest singular value, a pure number.
+        damping: (...,) lambda^2 of that one, 0 where nothing is damped.
+        direction: (..., 6) the twist that goes with it, as of `Rates`.
+    """
+
+    qdd: FloatArray
+    acceleration: FloatArray
+    scale: FloatArray
+    limited: BoolArray
+    smallest: FloatArray
+    damping: FloatArray
+    direction: FloatArray
+
+
+class VelocityMethods(ManipulabilityMethods):
+    """The part of a robot that moves in velocity space."""
+
+    jacobian_body: Function[FloatArray]
+
+    @needs("jacobian_mixed", "jacobian_body")
+    def joint_rates(
+        self,
+        q: ArrayLike,
+        V: ArrayLike,
+        *,
+        representation: Representation = "mixed",
+        rows: Rows = "all",
+        secondary: Literal["limits", "manipulability"] | ArrayLike | None = None,
+        gain: float = 1.0,
+        rate_limits: ArrayLike | None = None,
+        acceleration_limits: ArrayLike | None = None,
+        previous: ArrayLike | None = None,
+        dt: ArrayLike | None = None,
+        damping: float = _DAMPING,
+        length: float | None = None,
+    ) -> Rates:
+        """Joint rates that give the tool a twist: J qd = V, damped, and within all limits.
+
+        Away from singularities and limits J qd = V to rounding. Near a singularity the direction
+        that is being lost is damped by the law in the head of `rates.py`, and qd stays finite and
+        bounded: the root of the sum of squares of qd is at most that of (v / length, omega) by
+        `damping` (rates of sliders by length as well).
+
+        Limits are kept exactly, whatever the twist. A joint that would go beyond is held at its
+        bound, and the others take over as long as they can do so undamped; where they cannot, as of
+        every arm without redundancy, the twist is scaled down, and its direction kept. Where
+        acceleration limits exclude the direction, the rates are as near to it as they let.
+
+        - A joint at its limit, or beyond it, has no rate further outward. With `dt` none passes its
+          limit within that time; with acceleration limits too, it brakes early enough.
+        - Acceleration limits bound |qd - previous| / dt. Where limits contradict one another, as in
+          a joint that was too fast to brake, acceleration goes before rate, and that before the
+          joint's limit.
+
+        What the task leaves over of a redundant robot serves a secondary objective, which the task
+        does not feel: joint rates down the gradient of it, projected to the null space.
+
+        Args:
+            q: (..., n) coordinates [rad or m].
+            V: (..., 6) twist, linear first [m/s, rad/s].
+            representation: Of V: "space", "body" or "mixed".
+            rows: The part of the twist that counts, at the tip: "all", "linear" (the other part of
+                V is not looked at) or "angular".
+            secondary: "limits": towards the middle between the limits, down half the sum of squares
+                of (q - middle) / half range, joints without limits aside; "manipulability": up
+                Yoshikawa's measure; coordinates (..., n): towards that posture; None: the smallest
+                rates.
+            gain: How strongly, per second: of a posture, the part of the way that is left.
+            rate_limits: (..., n) or () greatest |qd| [rad/s or m/s].
+            acceleration_limits: (..., n) or () greatest |qdd| [rad/s^2 or m/s^2]; takes `previous`
+                and `dt`.
+            previous: (..., n) joint rates of the tick before [rad/s or m/s].
+            dt: (...) how long the rates will last [s].
+            damping: The singular value below which a direction is damped, a pure number.
+            length: The characteristic length [m] that makes metres and radians comparable;
+                `robot.characteristic_length` if None.
+
+        Returns:
+            The rates, the twist that they give, and what was damped or limited; NaN where a number
+            given is not finite or a loop is open.
+
+        Raises:
+            ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
+            InputError: If an argument is not what it says above.
+
+        Source:
+            The head of `rates.py`; Flacco, De Luca and Khatib, Motion control of redundant robots
+            under joint constraints: saturation in the null space, 2012 (limits); Liegeois, 1977
+            (secondary objective).
+        """
+        method = "joint_rates"
+        metric = self._checked(method, representation, rows, damping, length)
+        if not (isinstance(gain, int | float) and 0 <= gain < np.inf):
+            raise InputError(
+                f"{self.name}.{method}: gain must be a number that is not negative, got {gain!r}"
+            )
+        twist = self._reals(method, "V", V, (_SPATIAL,))
+        posed = self._at_tip(q, representation)
+        q = np.asarray(q, np.float64)
+        bounds = self._bounds(q, rate_limits, acceleration_limits, previous, dt)
+        wanted = np.zeros(self.n)
+        if secondary is not None:
+            wanted = self._secondary(q, secondary, gain, metric)
+        return Rates(*self._solve(method, posed, twist, bounds, wanted, metric, damping))
+
+    @needs("acceleration_mixed")
+    def joint_accelerations(
+        self,
+        q: ArrayLike,
+        qd: ArrayLike,
+        A: ArrayLike,
+        *,
+        representation: Representation = "mixed",
+        rows: Rows = "all",
+        acceleration_limits: ArrayLike | None = None,
+        damping: float = _DAMPING,
+        length: float | None = None,
+    ) -> Accelerations:
+        """Joint accelerations that give the tool's twist a time derivative: J qdd = A - J_dot qd.
+
+        Damped and limited as `joint_rates`; of all accelerations the smallest, so a redundant robot
+        keeps the motion within itself that it has.
+
+        Args:
+            q: (..., n) coordinates [rad or m].
+            qd: (..., n) joint rates [rad/s or m/s].
+            A: (..., 6) time derivative of the twist's components, linear first [m/s^2, rad/s^2].
+            representation: Of A: "space", "body" or "mixed".
+            rows: As of `joint_rates`.
+            acceleration_limits: (..., n) or () greatest |qdd| [rad/s^2 or m/s^2].
+            damping: As of `joint_rates`.
+            length: As of `joint_rates`.
+
+        Returns:
+            The accelerations, what they give, and what was damped or limited; NaN where a number
+            given is not finite or a loop is open.
+
+        Raises:
+            ShapeError: If a shape is wrong, or the leading dimensions do not broadcast.
+            InputError: If an argument is not what it says above.
+        """
+        method = "joint_accelerations"
+        metric = self._checked(method, representation, rows, damping, length)
+        asked = self._reals(method, "A", A, (_SPATIAL,))
+        most = self._limits(method, "acceleration_limits", acceleration_limits)
+        posed = self._at_tip(q, representation)
+        none = np.zeros(self.n)
+        without: FloatArray = self.functions[f"acceleration_{representation}"](q, qd, none)
+        bounds = (none - most, none + most)
+        try:
+            asked = asked - without
+        except ValueError:
+            raise self._no_broadcast(method, A=asked, qd=without) from None
+        found = self._solve(method, posed, asked, bounds, none, metric, damping)
+        return Accelerations(found[0], found[1] + without, *found[2:])
+
+    def _solve(
+        self,
+        method: str,
+        posed: tuple[FloatArray | None, FloatArray],
+        twist: FloatArray,
+        bounds: tuple[FloatArray, FloatArray],
+        wanted: FloatArray,
+        metric: Metric,
+        damping: float,
+    ) -> tuple[Any, ...]:
+        """The fields of `Rates`."""
+        origin, J = posed
+        try:
+            at_tip = twist if origin is None else _shifted(twist, origin)
+            qd, reached, damped, smallest, direction, scale, limited = _rates.solve(
+                J, at_tip, *bounds, wanted, metric.unit, metric.row, damping, metric.rank
+            )
+        except ValueError:
+            given = {"q": J[..., 0, :], "V" if method == "joint_rates" else "A": twist}
+            if bounds[0].shape[:-1] not in {(), J.shape[:-2]}:
+                given["limits"] = bounds[0]
+            raise self._no_broadcast(method, **given) from None
+        if origin is not None:
+            reached, direction = _shifted(reached, -origin), _shifted(direction, -origin)
+        return qd, reached, scale, limited, smallest, damped, direction
+
+    def _at_tip(
+        self, q: ArrayLike, representation: Representation
+    ) -> tuple[FloatArray | None, FloatArray]:
+        """The Jacobian at the tip, which in all axes has the same singular values.
+
+        Twists in space are of another point: then the tip comes along, else None.
+        """
+        if representation == "mixed":
+            return None, self.jacobian_mixed(q)
+        if representation == "body":
+            return None, self.jacobian_body(q)
+        return self.fk(q)[..., :3, 3], self.jacobian_mixed(q)
+
+    def _bounds(
+        self,
+        q: FloatArray,
+        rate_limits: ArrayLike | None,
+        acceleration_limits: ArrayLike | None,
+        previous: ArrayLike | None,
+        dt: ArrayLike | None,
+    ) -> tuple[FloatArray, FloatArray]:
+        """The least and the greatest rates (..., n)."""
+        method = "joint_rates"
+        rate = self._limits(method, "rate_limits", rate_limits)
+        acceleration = self._limits(method, "acceleration_limits", acceleration_limits)
+        before, tick = np.zeros(self.n), _NO_TICK
+        if acceleration_limits is not None:
+            if previous is None or dt is None:
+                raise InputError(
+                    f"{self.name}.{method}: acceleration_limits need previous and dt as well"
+                )
+            before = self._reals(method, "previous", previous, (self.n,))
+        if dt is not None:
+            tick = self._reals(method, "dt", dt, ())
+            if not (tick > 0).all():
+                raise InputError(f"{self.name}.{method}: dt must be positive, got {dt!r}")
+        try:
+            least, greatest = _rates.bounds(
+                q, self.lower, self.upper, rate, acceleration, before, tick
+            )
+        except ValueError:
+            raise self._no_broadcast(
+                method, q=q, rate_limits=rate, acceleration_limits=acceleration, previous=before
+            ) from None
+        return least, greatest
+
+    def _secondary(
+        self, q: FloatArray, secondary: object, gain: float, metric: Metric
+    ) -> FloatArray:
+        """Joint rates down the gradient of the objective, by pure numbers."""
+        weight = gain * metric.unit**2
+        if isinstance(secondary, str):
+            if secondary == "manipulability":
+                if "hessian_mixed" not in self.functions:
+                    raise InputError(
+                        f"{self.name}.joint_rates: its loops are solved by iteration, without the "
+                        "derivative that manipulability needs; secondary can be a posture"
+                    )
+                J, H = self.jacobian_mixed(q), self.hessian_mixed(q)
+                _, upwards = _rates.gradient(J, H, metric.unit, metric.row, metric.rank)
+                return np.asarray(weight * upwards)
+            if secondary == "limits":
+                bounded = np.isfinite(self.lower) & np.isfinite(self.upper)
+                lower, upper = np.where(bounded, (self.lower, self.upper), ([[-1.0], [1.0]]))
+                middle, half = (lower + upper) / 2, (upper - lower) / 2
+                return np.where(bounded, weight * (middle - q) / half**2, 0.0)
+            raise InputError(
+                f'{self.name}.joint_rates: secondary must be "limits", "manipulability" or '
+                f"coordinates (..., {self.n}), got {secondary!r}"
+            )
+        posture = self._reals("joint_rates", "secondary", secondary, (self.n,))
+        try:
+            return gain * (posture - q)
+        except ValueError:
+            raise self._no_broadcast("joint_rates", q=q, secondary=posture) from None
+
+    def _checked(
+        self,
+        method: str,
+        representation: Representation,
+        rows: Rows,
+        damping: float,
+        length: float | None,
+    ) -> Metric:
+        if representation not in get_args(Representation):
+            raise InputError(
+                f'{self.name}.{method}: representation must be "space", "body" or "mixed", got '
+                f"{representation!r}"
+            )
+        if not 0 < damping < np.inf:
+            raise InputError(
+                f"{self.name}.{method}: damping must be a positive number, got {damping!r}"
+            )
+        return self._metric(method, rows, length)
+
+    def _limits(self, method: str, name: str, given: ArrayLike | None) -> FloatArray:
+        """Limits (..., n), infinite where none are given."""
+        if given is None:
+            return np.full(self.n, np.inf)
+        limits = np.asarray(given)
+        if not limits.ndim:
+            limits = np.full(self.n, limits)
+        limits = self._reals(method, name, limits, (self.n,))
+        if not (limits >= 0).all():
+            raise InputError(f"{self.name}.{method}: {name} must not be negative, got {given!r}")
+        return limits
+
+    def _reals(self, method: str, name: str, given: Any, core: tuple[int, ...]) -> FloatArray:
+        """A float64 array (..., *core)."""
+        array = real_array(f"{self.name}.{method}", name, given)
+        if core and array.shape[-1:] != core:
+            raise ShapeError(
+                f"{self.name}.{method}: {name} must have shape (..., {core[0]}), got {array.shape}"
+            )
+        return array
+
+    def _no_broadcast(self, method: str, **arrays: FloatArray) -> ShapeError:
+        shapes = ", ".join(f"{name} {array.shape}" for name, array in arrays.items())
+        return ShapeError(f"{self.name}.{method}: leading dimensions do not broadcast: {shapes}")
+
+
+def _shifted(V: FloatArray, p: FloatArray) -> FloatArray:
+    """The twist of the point that is p away, in the same axes: v + omega x p."""
+    v, omega = V[..., :3], V[..., 3:]
+    x, y, z = p[..., 0], p[..., 1], p[..., 2]
+    a, b, c = omega[..., 0], omega[..., 1], omega[..., 2]
+    turned = np.stack([b * z - c * y, c * x - a * z, a * y - b * x], -1)
+    return np.concatenate(np.broadcast_arrays(v + turned, omega), -1)

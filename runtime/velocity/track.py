@@ -1,0 +1,263 @@
+"""Following a path of poses by rates: through singularities, and where no inverse is known."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from numbers import Real
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..call._call import Function
+from ..call.capabilities import needs
+from ..call.validation import real_array
+from ..errors import InputError, ShapeError
+from ..screws import off_rotation
+from . import _track
+from .manipulability import ManipulabilityMethods
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.intp]
+
+_SMALLEST = 0.02
+"""Singular values below this are damped. They are pure numbers, of order 1 in a pose far from
+singularities: metres of the tool, or of `length` times its angle, for a metre of it that the joints
+would each move it at the start. A UR5e's wrist has it two degrees from being in line."""
+_DAMPING = 0.02
+"""The damping of a singular value of 0, in the same unit: then the law is that of `rates`. Half of
+what joint rates have by default, whose bound it is: here rates have limits of their own, and what
+is damped away is an error of place, which grows with it."""
+_GAIN = 0.5
+"""The share of the error that a step corrects by itself. At 1 a step would go all the way to the
+linear answer, beyond 2 the error would grow."""
+_RIGID = 1e-6
+"""How far a pose may be from a rigid one: in single precision they are 1e-7 off."""
+
+
+@dataclass(frozen=True, slots=True)
+class Track:
+    """A path of poses as it was followed.
+
+    Attributes:
+        q: (m, n) coordinates [rad or m], within the limits exactly.
+        qd: (m - 1, n) rates [rad/s or m/s] of each step, `np.diff(q, axis=0) / dt`, within the rate
+            limits exactly.
+        error: (m, 2) how far the tool is from each pose: distance [m] and angle [rad].
+        singular_value: (m,) the smallest singular value of the Jacobian at each pose, a pure
+            number: 0 at a singularity, of order 1 far from all.
+        largest_distance: The largest distance [m].
+        largest_distance_at: The index of that pose.
+        largest_angle: The largest angle [rad].
+        largest_angle_at: The index of that pose.
+        smallest_singular_value: The smallest singular value on the way.
+        smallest_singular_value_at: The index of that pose.
+        at_rate_limit: The steps in which a coordinate was held at its rate limit, by its name; only
+            coordinates to which that happened. Step k leads from pose k to pose k + 1.
+        at_limit: The steps in which a coordinate was held at one of its limits, alike.
+        shortened: The steps that were shortened since they led to where the robot's forward
+            kinematics is not defined (a loop that cannot be closed).
+    """
+
+    q: FloatArray
+    qd: FloatArray
+    error: FloatArray
+    singular_value: FloatArray
+    largest_distance: float
+    largest_distance_at: int
+    largest_angle: float
+    largest_angle_at: int
+    smallest_singular_value: float
+    smallest_singular_value_at: int
+    at_rate_limit: Mapping[str, IntArray]
+    at_limit: Mapping[str, IntArray]
+    shortened: IntArray
+
+    def __str__(self) -> str:
+        """In sentences."""
+        sentences = [
+            f"{len(self.q)} poses followed within {self.largest_distance:.3g} m (pose "
+            f"{self.largest_distance_at}) and {self.largest_angle:.3g} rad (pose "
+            f"{self.largest_angle_at}).",
+            f"Smallest singular value {self.smallest_singular_value:.3g} at pose "
+            f"{self.smallest_singular_value_at}.",
+            _held("its rate limit", self.at_rate_limit),
+            _held("a limit", self.at_limit),
+        ]
+        if len(self.shortened):
+            sentences.append(
+                f"{_steps(self.shortened)} shortened: forward kinematics is not defined further on."
+            )
+        return " ".join(filter(None, sentences))
+
+
+class TrackMethods(ManipulabilityMethods):
+    """The part of a robot that follows paths by rates."""
+
+    fk_jacobian_mixed: Function[tuple[FloatArray, FloatArray]]
+
+    @needs("fk_jacobian_mixed")
+    def track(
+        self,
+        poses: ArrayLike,
+        q0: ArrayLike,
+        dt: float,
+        *,
+        rate_limits: ArrayLike | None = None,
+        gain: float | None = None,
+        length: float | None = None,
+    ) -> Track:
+        """Follows a path of poses by resolved rates, with closed-loop correction.
+
+        In each step the tool shall go from pose k to pose k + 1 and make up for a share `gain dt`
+        of its error. Among the steps within the rate limits and limits, that one is taken which
+        comes nearest to it in least squares, distance and `length` times angle; small singular
+        values are damped. So the path is left where a singularity or a limit does not let the tool
+        go along, by no more than it takes, and joined again when they do. Where several
+        configurations reach a pose, joints move the least.
+
+        Singular values are those of the Jacobian with angles of the tool times `length`, and each
+        column divided by what a unit of that coordinate moves the tool at q0, distance and `length`
+        times angle in one: a motor with a gear counts by what it does, whereas `manipulability` and
+        `joint_rates` tell turning coordinates from sliding ones alone. Of arms with six and seven
+        axes they are 0.7 to 0.9 times the values there. Damping d is 0 where the smallest is above
+        0.02 and grows to 0.02 at the singularity. While steps come out worse than the Jacobian has
+        them, as at the border of reach, d is increased, up to 1, and with it the range that it is
+        applied in.
+
+        Where a wrist has to turn over, the tool is brought back by joints that turn as fast as they
+        may: give rate limits for such a path. As long as no limit holds a joint, and the branch
+        does not end (at a stretched elbow, say), the error, distance and `length` times angle in
+        one, is at most the way of the tool while a joint makes half a turn at its rate limit plus
+        (432 d^2 `length`^2 h)^(1/3), where h is the way of the tool in one step: so long does it
+        take to fall out of the singularity. That is an estimate; random paths came to two thirds.
+        Where a limit or the end of a branch does stop a joint, the error is what it leaves.
+
+        Args:
+            poses: (m, 4, 4) poses of the tool in the base frame, dt apart.
+            q0: (n,) where to begin [rad or m], within the limits. It need not reach the first pose.
+            dt: Time from pose to pose [s].
+            rate_limits: () or (n,) largest rates [rad/s or m/s]; none if None.
+            gain: The rate at which errors are corrected [1/s], above 0, at most 1 / dt; 0.5 / dt if
+                None.
+            length: The characteristic length [m], by which angles are compared with distances: the
+                smaller, the less is the tool's place given up for its direction.
+                `robot.characteristic_length` if None.
+
+        Returns:
+            Coordinates, rates and errors, and where limits were touched.
+
+        Raises:
+            ShapeError: If poses is not a list of poses, or q0 or rate_limits not n values.
+            InputError: If a pose is not a rigid one to 1e-6, q0 outside of the limits or where
+                forward kinematics is not defined, or a number not as said above.
+
+        Source:
+            D. E. Whitney, Resolved motion rate control of manipulators and human prostheses, 1969;
+            S. Chiaverini, B. Siciliano, O. Egeland, Review of the damped least-squares inverse
+            kinematics with experiments on an industrial robot manipulator, 1994, for numerical
+            filtering, here of all small singular values; P. B. Stark, R. L. Parker,
+            Bounded-variable least squares, 1995.
+        """
+        path, start = self._checked_path(poses, q0)
+        rates = self._rates(rate_limits)
+        _require(
+            isinstance(dt, Real) and 0 < dt < np.inf,
+            f"{self.name}.track: dt must be a positive number, got {dt!r}",
+        )
+        share = _GAIN if gain is None else gain * dt
+        _require(0 < share <= 1, f"{self.name}.track: gain must be in (0, 1 / dt], got {gain!r}")
+        length = self._checked_length("track", length)
+        unit = self._units(start, length)
+        m, n = len(path), self.n
+        q, qd = np.empty((m, n)), np.empty((m - 1, n))
+        error, sigma = np.empty((m, 2)), np.empty(m)
+        touched = np.zeros((m - 1, n), np.uint8)
+        q[0] = start
+        arrays = (path, self.lower, self.upper, rates, unit, q, qd, error, sigma, touched)
+        numbers = (length, dt, share, _SMALLEST, _DAMPING)
+        defined = _track.follow(self.fk_jacobian_mixed.kernel, *arrays, *numbers)
+        _require(defined, f"{self.name}.track: forward kinematics is not defined at q0 {start}")
+        return self._tracked(q, qd, error, sigma, touched)
+
+    def _checked_path(self, poses: ArrayLike, q0: ArrayLike) -> tuple[FloatArray, FloatArray]:
+        path = np.ascontiguousarray(real_array(f"{self.name}.track", "poses", poses))
+        start = real_array(f"{self.name}.track", "q0", q0)
+        if path.ndim != 3 or path.shape[1:] != (4, 4) or not len(path):  # noqa: PLR2004
+            raise ShapeError(f"{self.name}.track: expected poses (m, 4, 4), got {path.shape}")
+        if start.shape != (self.n,):
+            raise ShapeError(f"{self.name}.track: expected q0 ({self.n},), got {start.shape}")
+        R = path[:, :3, :3]
+        sound = (off_rotation(R) <= _RIGID) & np.isfinite(path).all((-2, -1))
+        bad = ~sound | (np.linalg.det(np.where(sound[:, None, None], R, 0.0)) <= 0)
+        bad |= (path[:, 3] != [0, 0, 0, 1]).any(-1)
+        _require(not bad.any(), f"{self.name}.track: pose {np.argmax(bad)} is not a rigid one")
+        outside = ~((start >= self.lower) & (start <= self.upper) & np.isfinite(start))
+        name = self.coordinates[int(np.argmax(outside))].name
+        _require(not outside.any(), f"{self.name}.track: q0 {start}: {name} is outside its limits")
+        return path, start
+
+    def _rates(self, rate_limits: ArrayLike | None) -> FloatArray:
+        given = np.inf if rate_limits is None else rate_limits
+        given = real_array(f"{self.name}.track", "rate_limits", given)
+        if given.shape not in {(), (self.n,)}:
+            raise ShapeError(
+                f"{self.name}.track: expected rate_limits () or ({self.n},), got {given.shape}"
+            )
+        _require(bool((given > 0).all()), f"{self.name}.track: rate_limits must be positive")
+        return np.ascontiguousarray(np.broadcast_to(given, self.n))
+
+    def _units(self, q: FloatArray, length: float) -> FloatArray:
+        """Metres that a unit of each coordinate moves the tool; gears make it anything."""
+        J = self.fk_jacobian_mixed(q)[1]
+        moved = np.hypot(np.linalg.norm(J[:3], axis=0), length * np.linalg.norm(J[3:], axis=0))
+        return np.where(moved > 0, moved, length)
+
+    def _tracked(
+        self,
+        q: FloatArray,
+        qd: FloatArray,
+        error: FloatArray,
+        sigma: FloatArray,
+        touched: NDArray[np.uint8],
+    ) -> Track:
+        distance, angle = error.argmax(0).tolist()
+        least = int(sigma.argmin())
+        return Track(
+            q=q,
+            qd=qd,
+            error=error,
+            singular_value=sigma,
+            largest_distance=float(error[distance, 0]),
+            largest_distance_at=distance,
+            largest_angle=float(error[angle, 1]),
+            largest_angle_at=angle,
+            smallest_singular_value=float(sigma[least]),
+            smallest_singular_value_at=least,
+            at_rate_limit=self._by_name(touched & 1),
+            at_limit=self._by_name(touched & 2),
+            shortened=np.flatnonzero((touched & 4).any(-1)),
+        )
+
+    def _by_name(self, touched: NDArray[Any]) -> Mapping[str, IntArray]:
+        steps = {c.name: np.flatnonzero(touched[:, j]) for j, c in enumerate(self.coordinates)}
+        return {name: at for name, at in steps.items() if len(at)}
+
+
+def _require(condition: bool, message: str) -> None:
+    if not condition:
+        raise InputError(message)
+
+
+def _held(what: str, by_name: Mapping[str, IntArray]) -> str:
+    """The sentence that names the coordinates held there, "" if none was."""
+    parts = [f"{name} in {_steps(at)}" for name, at in by_name.items()]
+    return f"Held at {what}: {', '.join(parts)}." if parts else ""
+
+
+def _steps(at: IntArray) -> str:
+    """How many steps, and from which to which."""
+    if len(at) == 1:
+        return f"step {at[0]}"
+    return f"{len(at)} steps from {at[0]} to {at[-1]}"

@@ -1,0 +1,207 @@
+"""The chain in its smallest form: which angles are summed, which axes share a group."""
+
+import sympy as sp
+from derivations import NAMES, ROBOTS
+
+from chasles.derive import Joint, Mimic, Robot, load, to_poe
+from chasles.derive.chain.groups import groups
+from chasles.derive.description.conventions import dh, urdf
+from chasles.derive.terms.terms import Terms
+
+q = sp.symbols("q1:9", real=True)
+ZERO, ONE = sp.Integer(0), sp.Integer(1)
+
+
+def shaped(robot):
+    """The groups, and every angle in terms of q alone."""
+    terms = Terms({p.symbol: p.value for p in robot.parameters})
+    found = groups(robot, terms, robot.joint_values(q[: len(robot.coordinates)]))
+    definitions = {}
+    for symbol, term in terms.definitions.items():
+        definitions[symbol] = term.xreplace(definitions)
+    angles = [
+        [
+            station.angle.xreplace(definitions)
+            for station in group.stations
+            if station.joint is not None
+        ]
+        for group in found
+    ]
+    return found, [group for group in angles if group]
+
+
+def test_parallel_axes_share_one_angle():
+    _, angles = shaped(load(ROBOTS / "ur5e.toml"))
+    assert angles == [[q[0]], [q[1], q[1] + q[2], q[1] + q[2] + q[3]], [q[4]], [q[5]]]
+
+
+def test_an_antiparallel_axis_counts_backwards_in_its_group():
+    found, angles = shaped(load(ROBOTS / "scara.toml"))
+    assert angles == [[q[0], q[0] + q[1], q[0] + q[1] - q[3]]]
+    (group,) = found
+    assert [station.sign for station in group.stations if station.joint is not None] == [1, 1, -1]
+    assert [slide.joint for station in group.stations for slide in station.slides] == [2]
+
+
+def test_right_angles_are_permutations_and_other_offsets_join_the_angle():
+    found, angles = shaped(load(ROBOTS / "panda.toml"))
+    assert angles[-1] == [q[6] - sp.pi / 4]
+    assert {abs(entry) for group in found for entry in group.tilt} == {0, 1}
+
+
+def test_offsets_join_the_angle_and_full_turns_leave_no_trace():
+    joints = []
+    for k, theta in enumerate((sp.pi / 3, 2 * sp.pi, -sp.pi / 2, sp.pi / 6)):
+        row = dh("revolute", a=ONE, alpha=ZERO, d=ZERO, theta=theta)
+        joints.append(Joint(f"j{k}", "revolute", *row))
+    (group,), ((one, two, three, four),) = shaped(Robot("offsets", tuple(joints)))
+    assert group.tilt == (1, 0)
+    assert one - q[0] == sp.pi / 3
+    assert (two - q[0] - q[1] - sp.pi / 3) % (2 * sp.pi) == 0
+    assert (three - sum(q[:3]) + sp.pi / 6) % (2 * sp.pi) == 0
+    assert (four - sum(q[:4])) % (2 * sp.pi) == 0
+
+
+def test_directions_slides_and_screws_in_a_group():
+    """Base to tool: turn, slide along the axis, turn back, screw, all parallel or antiparallel."""
+    row = {"a": ONE, "d": ZERO, "theta": ZERO}
+    joints = (
+        Joint("turn", "revolute", *dh("revolute", alpha=ZERO, **row)),
+        Joint("slide", "prismatic", *dh("prismatic", alpha=sp.pi, **row)),
+        Joint("back", "revolute", *dh("revolute", alpha=ZERO, **row), direction=-1),
+        Joint("screw", "helical", *dh("helical", alpha=-sp.pi, **row), pitch=sp.Rational(1, 9)),
+        Joint("last", "revolute", *dh("revolute", alpha=sp.pi / 2, **row)),
+    )
+    found, angles = shaped(Robot("mixed", joints))
+    assert angles[0] == [
+        q[0],
+        q[0] + q[2],
+        q[0] + q[2] - q[3],
+        q[0] + q[2] - q[3] + q[4],
+    ]
+    stations = found[0].stations
+    assert [station.joint for station in stations] == [None, 0, 2, 3, 4]
+    assert [station.sign for station in stations] == [1, 1, -1, -1, 1]
+    assert [station.pitch for station in stations] == [0, 0, 0, sp.Rational(1, 9), 0]
+    assert [slide.direction for slide in stations[1].slides] == [(0, 0, 1)]
+    assert [frame.name for station in stations for frame in station.frames] == [
+        f"link{k}" for k in range(1, 6)
+    ]
+
+
+def test_a_slide_behind_an_antiparallel_axis_points_the_other_way():
+    row = {"a": ONE, "d": ZERO, "theta": ZERO}
+    joints = (
+        Joint("turn", "revolute", *dh("revolute", alpha=sp.pi, **row)),
+        Joint("back", "revolute", *dh("revolute", alpha=ZERO, **row)),
+        Joint("slide", "prismatic", *dh("prismatic", alpha=ZERO, **row)),
+    )
+    (group,), angles = shaped(Robot("flipped", joints))
+    assert angles == [[q[0], q[0] - q[1]]]
+    (slide,) = group.stations[-1].slides
+    assert (slide.joint, slide.direction) == (2, (0, 0, -1))
+    tool = group.stations[-1].frames[-1]
+    assert tool.orientation == ((1, 0, 0), (0, -1, 0), (0, 0, -1))
+
+
+def test_every_shipped_robot_has_the_groups_of_its_data_sheet():
+    """Joints by runs of parallel axes, read off the drawings."""
+    runs = {
+        "bricklaying_planar": [[0, 1, 2]],
+        "crx10": [[0], [1, 2], [3], [4], [5]],
+        "iiwa14": [[0], [1], [2], [3], [4], [5], [6]],
+        "irb6640": [[0], [1, 2], [3], [4], [5]],
+        "jaco2": [[0], [1, 2], [3], [4], [5]],
+        "lynxmotion": [[0], [1, 2, 3], [4]],
+        "panda": [[0], [1], [2], [3], [4], [5], [6]],
+        "photo_robot": [[1], [2, 4], [5], [6], [7]],
+        "puma560": [[0], [1, 2], [3], [4], [5]],
+        "scara": [[0, 1, 3]],
+        "stanford": [[0], [1], [3], [4], [5]],
+        "ur5e": [[0], [1, 2, 3], [4], [5]],
+    }
+    assert set(NAMES) == set(runs)
+    for name, expected in runs.items():
+        found, _ = shaped(load(ROBOTS / f"{name}.toml"))
+        turning = [[s.joint for s in group.stations if s.joint is not None] for group in found]
+        assert [run for run in turning if run] == expected, name
+
+
+def test_the_groups_multiply_to_the_orientation_of_the_tool():
+    """R_0_ee = Rz Rx Rz Rx ... R_tool, the form that the module promises, at 30 digits."""
+    checked = 0
+    for name in NAMES:
+        robot = load(ROBOTS / f"{name}.toml")
+        terms = Terms({p.symbol: p.value for p in robot.parameters})
+        values = robot.joint_values(q[: len(robot.coordinates)])
+        found = groups(robot, terms, values)
+        numbers = {symbol: sp.Rational(k * k + 2, 5) for k, symbol in enumerate(q)}
+        numbers |= terms.parameters
+        for symbol, term in (*terms.constants.items(), *terms.definitions.items()):
+            numbers[symbol] = term.xreplace(numbers).evalf(30)
+        R = sp.eye(3)
+        for group in found:
+            c, s = group.tilt
+            tilt = sp.Matrix([[1, 0, 0], [0, c, -s], [0, s, c]])
+            turn = sp.rot_ccw_axis3(group.stations[-1].angle)
+            R = (R * (turn * tilt).xreplace(numbers)).evalf(30)
+        axes = found[-1].stations[-1].frames[-1].orientation
+        R = (R * sp.Matrix(axes).T.xreplace(numbers)).evalf(30)
+        S, M = to_poe(robot)
+        expected = sp.eye(3)
+        for k, value in enumerate(values):
+            x, y, z = S[3:, k]
+            W = sp.Matrix([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+            turn = sp.eye(3) + sp.sin(value) * W + (1 - sp.cos(value)) * W * W
+            expected = (expected * turn.xreplace(numbers)).evalf(30)
+        difference = R - expected * M[:3, :3]
+        assert max(map(abs, difference)) < sp.Float("1e-26"), name
+        checked += 1
+    assert checked == len(NAMES)
+
+
+def test_an_axis_turned_back_is_parallel_again():
+    """Two tilts that cancel, in a URDF's detour: the numbers are multiplied, then recognised."""
+    half = sp.pi / 2
+    first = urdf("revolute", xyz=(ZERO, ZERO, ZERO), rpy=(half, ZERO, ZERO), axis=(ZERO, ONE, ZERO))
+    second = urdf(
+        "revolute", xyz=(ONE, ZERO, ZERO), rpy=(ZERO, half, half), axis=(ZERO, ZERO, -ONE)
+    )
+    joints = (Joint("a", "revolute", *first), Joint("b", "revolute", *second))
+    _, angles = shaped(Robot("detour", joints))
+    ((one, both),) = angles
+    assert (one.diff(q[0]), both.diff(q[0]), both.diff(q[1])) in {(1, 1, -1), (-1, -1, 1)}
+    tilted = sp.Rational(1, 3)
+    there = dh("revolute", a=ONE, alpha=tilted, d=ZERO, theta=ZERO)
+    back = dh("fixed", a=ONE, alpha=-tilted, d=ZERO, theta=ZERO)
+    last = dh("revolute", a=ONE, alpha=ZERO, d=ZERO, theta=ZERO)
+    joints = (
+        Joint("a", "revolute", *there),
+        Joint("b", "fixed", *back),
+        Joint("c", "revolute", *last),
+    )
+    _, angles = shaped(Robot("cancelled", joints))
+    assert angles == [[q[0], q[0] + q[1]]]
+
+
+def test_a_follower_adds_its_leader():
+    row = {"alpha": ZERO, "d": ZERO, "theta": ZERO}
+    joints = (
+        Joint("a", "revolute", *dh("revolute", a=ONE, **row)),
+        Joint("b", "revolute", *dh("revolute", a=ONE, **row), mimic=Mimic("a", sp.Rational(-1, 2))),
+    )
+    _, angles = shaped(Robot("led", joints))
+    assert angles == [[q[0], q[0] / 2]]
+
+
+def test_a_tilt_by_a_parameter_keeps_its_group_even_at_a_right_angle():
+    """Its value may change, so its structure may not be read off the value."""
+    alpha = sp.Symbol("alpha", real=True)
+    from chasles.derive import Parameter
+
+    first = dh("revolute", a=ONE, alpha=alpha, d=ZERO, theta=ZERO)
+    last = dh("revolute", a=ONE, alpha=ZERO, d=ZERO, theta=ZERO)
+    joints = (Joint("a", "revolute", *first), Joint("b", "revolute", *last))
+    robot = Robot("tilted", joints, parameters=(Parameter("alpha", ZERO, "angle"),))
+    _, angles = shaped(robot)
+    assert angles == [[q[0]], [q[1]]]

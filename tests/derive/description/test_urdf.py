@@ -1,0 +1,323 @@
+"""URDF import: random trees against Pinocchio's own reader, and everything that can be wrong."""
+
+import random
+import time
+from xml.etree import ElementTree
+
+import numpy as np
+import pytest
+import sympy as sp
+from tolerances import ORACLE
+
+from chasles.derive import DescriptionError, derive, from_urdf
+from chasles.derive.terms.casadi_graph import lower
+
+RIGHT = (
+    "0",
+    "1.5707963267948966",
+    "-1.5707963267948966",
+    "3.141592653589793",
+    "0.7853981633974483",
+)
+AXES = ("1 0 0", "0 1 0", "0 0 1", "0 0 -1", "0.6 0 0.8", "1 2 3", "-0.57735 0.57735 0.57735")
+TYPES = ("revolute", "continuous", "prismatic", "fixed")
+ROBOTS, POSES = 40, 4
+
+TWO_LINKS = """\
+<robot name="two-links">
+  <link name="base"/>
+  <link name="arm"/>
+  <link name="tool-0"/>
+  <joint name="turn" type="revolute">
+    <parent link="base"/>
+    <child link="arm"/>
+    <origin xyz="0.1 0 0.2" rpy="0 1.57079632679 0"/>
+    <axis xyz="0 0 1"/>
+    <limit lower="-1.5" upper="2" effort="1" velocity="1"/>
+  </joint>
+  <joint name="mount" type="fixed">
+    <parent link="arm"/>
+    <child link="tool-0"/>
+    <origin xyz="0 0 0.3" rpy="0 0 1.5708"/>
+  </joint>
+</robot>
+"""
+
+
+def vector(dice, digits=3):
+    return " ".join(f"{dice.uniform(-1, 1):.{digits}f}" for _ in range(3))
+
+
+def random_urdf(dice):
+    """A chain with side branches, fixed joints, followers of followers and axes of all kinds."""
+    count = dice.randint(2, 9)
+    parts = ['<robot name="random">', '<link name="l0"/>']
+    movers = []
+    for k in range(1, count + 1):
+        kind = dice.choice(TYPES) if k > 1 else "revolute"
+        rpy = " ".join(dice.choice(RIGHT) for _ in range(3))
+        rpy = rpy if dice.random() < 0.5 else vector(dice)
+        mimic = ""
+        if kind in ("revolute", "prismatic") and movers and dice.random() < 0.5:
+            mimic = f'<mimic joint="{dice.choice(movers)}" multiplier="{dice.choice((-1, 0.5, 2))}"'
+            mimic += f' offset="{dice.choice((0, 0.25, -0.1))}"/>'
+        if kind in ("revolute", "continuous", "prismatic"):
+            movers.append(f"j{k}")
+        limit = '<limit lower="-2" upper="2" effort="1" velocity="1"/>'
+        parts += [
+            f'<link name="l{k}"/><link name="side{k}"/>',
+            f'<joint name="j{k}" type="{kind}"><parent link="l{k - 1}"/><child link="l{k}"/>',
+            f'<origin xyz="{vector(dice)}" rpy="{rpy}"/><axis xyz="{dice.choice(AXES)}"/>',
+            f"{'' if kind == 'continuous' else limit}{mimic}</joint>",
+            f'<joint name="s{k}" type="fixed"><parent link="l{k}"/><child link="side{k}"/></joint>',
+        ]
+    return "\n".join([*parts, "</robot>"]), f"l{count}"
+
+
+def test_random_robots_against_pinocchio(tmp_path):
+    pin = pytest.importorskip("pinocchio", reason="the oracle, in the extra `crosscheck`")
+    checked = 0
+    seen = dict.fromkeys((*TYPES, "mimic", "mimic of a mimic"), 0)
+    for seed in range(ROBOTS):
+        dice = random.Random(seed)
+        text, tip = random_urdf(dice)
+        path = tmp_path / f"{seed}.urdf"
+        path.write_text(text)
+        robot = from_urdf(path, "l0", tip)
+        joints = ElementTree.fromstring(text).findall("joint")
+        led = {
+            j.get("name"): j.find("mimic").get("joint")
+            for j in joints
+            if j.find("mimic") is not None
+        }
+        for kind in [*(j.get("type") for j in joints), *("mimic" for _ in led)]:
+            seen[kind] += 1
+        seen["mimic of a mimic"] += sum(leader in led for leader in led.values())
+        fk, poses = lower(derive(robot, ("fk", "link_poses")).functions, "r")
+        model = pin.buildModelFromXML(text)
+        data = model.createData()
+        for _ in range(POSES):
+            q = np.array([dice.uniform(-2, 2) for _ in robot.coordinates])
+            names = [joint.name for joint in robot.coordinates]
+            values = followed(text, dict(zip(names, q, strict=True)))
+            pin.forwardKinematics(model, data, pinocchio_coordinates(model, values))
+            pin.updateFramePlacements(model, data)
+            links = np.array(poses(q)).reshape(-1, 4, 4)
+            for name, found in zip(robot.link_names, links, strict=True):
+                expected = data.oMf[model.getFrameId(name)].homogeneous
+                assert np.abs(found - expected).max() <= ORACLE, (seed, name)
+                checked += 1
+            tool = data.oMf[model.getFrameId(tip)].homogeneous
+            assert np.abs(np.array(fk(q)).reshape(4, 4) - tool).max() <= ORACLE, seed
+    assert checked >= ROBOTS * POSES * 2
+    assert min(seen.values()) >= 5, seen
+
+
+def followed(text, values):
+    """The value of every joint, followers of followers too, from the file itself."""
+    leaders = {
+        joint.get("name"): joint.find("mimic")
+        for joint in ElementTree.fromstring(text).findall("joint")
+        if joint.find("mimic") is not None
+    }
+    while missing := leaders.keys() - values.keys():
+        for name in missing:
+            mimic = leaders[name].attrib
+            if mimic["joint"] in values:
+                leader = values[mimic["joint"]]
+                values[name] = float(mimic["multiplier"]) * leader + float(mimic["offset"])
+    return values
+
+
+def pinocchio_coordinates(model, values):
+    """All joints of the model, continuous ones as cosine and sine."""
+    full = np.zeros(model.nq)
+    for name, joint in zip(model.names, model.joints, strict=True):
+        if name in values:
+            value = values[name]
+            full[joint.idx_q : joint.idx_q + joint.nq] = (
+                (np.cos(value), np.sin(value)) if joint.nq == 2 else value
+            )
+    return full
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "two.urdf"
+    path.write_text(TWO_LINKS)
+    return path
+
+
+def test_names_limits_and_snapped_angles(path):
+    robot = from_urdf(path)
+    assert robot.name == "two_links"
+    assert (robot.base_frame, robot.tool_frame) == ("base", "tool_0")
+    assert robot.link_names == ("arm", "tool_0")
+    assert robot.joints[0].limits == (sp.Rational(-3, 2), 2)
+    given = dict(robot.joints[0].given)
+    assert given["pitch"] == sp.pi / 2
+    assert len(robot.notes) == 1
+    assert "turn" in robot.notes[0]
+    assert "pi/2" in robot.notes[0]
+    # 1.5708 is 3.7e-6 away from a right angle: taken as it is written.
+    assert dict(robot.joints[1].given)["yaw"] == sp.Rational(15708, 10000)
+
+
+def wrong(path, text, *arguments):
+    path.write_text(text)
+    with pytest.raises(DescriptionError) as caught:
+        from_urdf(path, *arguments)
+    message = str(caught.value)
+    assert message.startswith(str(path))
+    return message
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("</robot>", "", ":18: expected well-formed XML"),
+        ("<robot", "<robott", "well-formed XML"),
+        ('"0 0 1"', '"0 0 0"', "zero vector"),
+        ('"0 0 1"', '"0 0"', "three numbers"),
+        ('"0 0 1"', '"0 0 x"', "found 'x'"),
+        ('type="fixed"', 'type="floating"', "one of revolute, continuous, prismatic, fixed"),
+        ('<child link="arm"/>', "", "<child link=...>"),
+        ('<child link="arm"/>', '<child link="leg"/>', "found 'leg'"),
+        ('<child link="arm"/>', '<child link="tool-0"/>', "no other joint carries"),
+        ('lower="-1.5"', 'lower="3"', ":10: <joint turn><limit> limit: expected a lower"),
+        (
+            'lower="-1.5"',
+            'lower="nan"',
+            ":10: <joint turn><limit> lower: expected a decimal number",
+        ),
+        ('"0.1 0 0.2"', '"0.1 0 1e999999999"', "larger than 1e30"),
+        ('"0.1 0 0.2"', '"0.1 0 9**9**9"', "found '9**9**9'"),
+        ('"0.1 0 0.2"', '"pi 0 0"', "found 'pi'"),
+        ('"0.1 0 0.2"', '"1_0 0 0"', "found '1_0'"),
+        ('"0.1 0 0.2"', '"${x} 0 0"', "xyz: expected a decimal number, found '${x}'"),
+        ('<link name="arm"/>', '<link name="arm"/><link name="arm"/>', "no other link has"),
+        ('<link name="arm"/>', "<link/>", ":3: <robot two-links><link> name: expected"),
+        ('name="mount"', 'name="turn"', "two joints are called 'turn'"),
+        ('name="two-links"', "", ":1: <robot> name: expected"),
+        ('type="revolute"', "", ":5: <joint turn> type: expected one of"),
+        ("<robot", "<robot xmlns='urn:x'", "expected a <robot>"),
+        ("<robot", "<!DOCTYPE robot>\n<robot", "no document type"),
+        ("<limit", "<mimic/><limit", '<joint turn><mimic> joint: expected joint="..."'),
+        ('name="turn"', "", 'name="..."'),
+        ("<limit", '<mimic joint="turn"/><limit', "no circle"),
+        ("<limit", '<mimic joint="spin"/><limit', "found 'spin'"),
+    ],
+)
+def test_wrong_files(path, old, new, words):
+    assert words in wrong(path, TWO_LINKS.replace(old, new))
+
+
+def test_wrong_links(path):
+    assert "found 'tol0'" in wrong(path, TWO_LINKS, "base", "tol0")
+    assert "tool-0" in wrong(path, TWO_LINKS, "base", "tol0")
+    assert "a link below arm" in wrong(path, TWO_LINKS, "arm", "base")
+    assert "other than the base" in wrong(path, TWO_LINKS, "base", "base")
+    assert "moves by itself" in wrong(path, TWO_LINKS, "arm", "tool-0")
+
+
+def test_a_circle_of_links(path):
+    circle = TWO_LINKS.replace('<link name="base"/>', '<link name="base"/><link name="x"/>')
+    loop = '<joint name="back" type="fixed"><parent link="tool-0"/><child link="base"/></joint>'
+    message = wrong(path, circle.replace("</robot>", f"{loop}</robot>"), "x", "arm")
+    assert "a link below x" in message
+
+
+def test_which_links(path):
+    fork = '<link name="side"/><joint name="f" type="fixed"><parent link="arm"/>'
+    text = TWO_LINKS.replace("</robot>", f'{fork}<child link="side"/></joint></robot>')
+    message = wrong(path, text)
+    assert "<robot two-links> tip: expected a choice of the tip link" in message
+    assert "(there are: tool-0, side)" in message
+    assert [joint.name for joint in from_urdf(path, tip="side").joints] == ["turn", "f"]
+    assert from_urdf(path, tip="arm").joints == from_urdf(path, tip="side").joints[:1]
+    assert "base: expected a choice of the base link (there are: base, x)" in wrong(
+        path, TWO_LINKS.replace("</robot>", '<link name="x"/></robot>')
+    )
+    assert from_urdf(path, "base", "tool-0", name="my-arm 2").name == "my_arm_2"
+
+
+def test_a_leader_outside_the_chain(path):
+    text = TWO_LINKS.replace("<limit", '<mimic joint="f"/><limit')
+    fork = '<link name="s"/><joint name="f" type="prismatic"><parent link="arm"/><child link="s"/>'
+    message = wrong(path, text.replace("</robot>", f"{fork}</joint></robot>"), "base", "tool-0")
+    assert "moves by itself" in message
+
+
+@pytest.mark.parametrize(
+    ("given", "name"),
+    [("class", "class_"), ("3-axis", "x3_axis"), ("a" * 300, "a" * 60), ("Gerät", "Ger_t")],
+)
+def test_names_that_no_file_or_package_can_have(path, given, name):
+    path.write_text(TWO_LINKS.replace("two-links", given), encoding="utf-8")
+    assert from_urdf(path).name == name
+
+
+def test_what_exporters_write(path):
+    """Rounding noise, a byte order mark, Windows line ends, another declared encoding."""
+    noisy = TWO_LINKS.replace('"0.1 0 0.2"', '"1.2246467991473532E-16 -6.1e-33 0.2"')
+    content = '\ufeff<?xml version="1.0" encoding="ISO-8859-1"?>\n' + noisy.replace("\n", "\r\n")
+    path.write_bytes(content.replace("two-links", "Gerät").encode())
+    robot = from_urdf(path)
+    assert robot.title == "Gerät"
+    given = dict(robot.joints[0].given)
+    assert given["x"] == sp.Rational("1.2246467991473532e-16")
+    assert given["y"] == sp.Rational("-6.1e-33")
+
+
+def test_axes_of_fixed_joints_and_defaults(path):
+    """No origin, no axis, no limit: the URDF's defaults; an axis of a fixed joint is not read."""
+    bare = TWO_LINKS.replace('<origin xyz="0.1 0 0.2" rpy="0 1.57079632679 0"/>', "")
+    bare = bare.replace('<axis xyz="0 0 1"/>', "").replace(
+        'type="fixed">', 'type="fixed"><axis xyz="0 0 0"/>'
+    )
+    path.write_text(bare)
+    given = dict(from_urdf(path).joints[0].given)
+    assert [given[f"axis_{c}"] for c in "xyz"] == [1, 0, 0]
+    assert given["x"] == given["roll"] == 0
+    path.write_text(bare.replace('lower="-1.5" upper="2"', ""))
+    assert from_urdf(path).joints[0].limits == (None, None)
+
+
+def test_entities_are_not_expanded(path):
+    bomb = '<!DOCTYPE r [<!ENTITY a "aaaaaaaaaa">' + "".join(
+        f'<!ENTITY {chr(98 + k)} "{f"&{chr(97 + k)};" * 10}">' for k in range(9)
+    )
+    in_name = f'{bomb}]>\n<robot name="&j;"><link name="base"/></robot>'
+    in_text = f'{bomb}]>\n<robot name="r"><link name="base">&j;</link></robot>'
+    unused = f'{bomb}]>\n<robot name="r"><link name="base"/></robot>'
+    file = '<!DOCTYPE r [<!ENTITY x SYSTEM "file:///etc/hostname">]><robot name="r">&x;</robot>'
+    for text in (in_name, in_text, unused, file):
+        started = time.perf_counter()
+        assert "expected" in wrong(path, text)
+        assert time.perf_counter() - started < 1
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (b"", ":1: expected well-formed XML"),
+        (b"hello", ":1: expected well-formed XML"),
+        (b"<robot name='x'>" + b"<a>" * 50_000, "expected well-formed XML"),
+        (b"<robot name='x'>\n\xff</robot>", ":2: expected UTF-8 text"),
+        ("<robot name='x'/>".encode("utf-16"), "expected UTF-8 text"),
+        (b"<robot name='x'/>", "a choice of the base link (there are: none)"),
+        (b"<robot name='x'><link name='a'/></robot>", "a link other than the base"),
+        (b"<!--" + b"x" * 1_000_000, "at most 1000000 bytes"),
+    ],
+)
+def test_no_urdf(path, content, words):
+    path.write_bytes(content)
+    with pytest.raises(DescriptionError) as caught:
+        from_urdf(path)
+    assert words in str(caught.value)
+
+
+def test_a_missing_file_and_a_folder(tmp_path):
+    for path in (tmp_path, tmp_path / "none.urdf"):
+        with pytest.raises(DescriptionError, match="a readable file"):
+            from_urdf(path)

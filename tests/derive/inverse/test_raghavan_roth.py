@@ -1,0 +1,217 @@
+"""The equations of arms of six revolute joints of any geometry, and the tables behind them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from derivations import ROBOTS
+
+from chasles.derive import Joint, Robot, load
+from chasles.derive.description.conventions import dh
+from chasles.derive.inverse.general import eigenvalue_tables, written_inverse
+from chasles.derive.inverse.general.line_quantities import SIZE, motion, quantities, turn
+from chasles.derive.inverse.general.raghavan_roth import (
+    Split,
+    doubled,
+    equations,
+    matrices,
+    numbers,
+    placements,
+    split_of,
+    splits,
+    suppressed,
+)
+from chasles.derive.model.robot import RobotError
+from chasles.derive.terms.casadi_graph import lower
+from chasles.derive.terms.terms import Terms
+
+GENERAL = ("jaco2", "crx10")
+NONE_IN_COMMON = Robot(
+    "skew",
+    tuple(
+        Joint(f"joint_{k}", "revolute", *dh("revolute", a=a, alpha=alpha, d=d, theta="0"))
+        for k, (a, alpha, d) in enumerate(
+            [
+                ("0.1", "1.2", "0.3"),
+                ("0.4", "-0.7", "0.1"),
+                ("0.2", "1.9", "-0.2"),
+                ("0.3", "0.6", "0.2"),
+                ("0.1", "-1.4", "0.3"),
+                ("0.2", "0.9", "0.1"),
+            ],
+            1,
+        )
+    ),
+)
+
+
+def rotation(axis, angle):
+    x, y, z = axis
+    K = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]]) / np.linalg.norm(axis)
+    return np.eye(3) + np.sin(angle) * K + (1 - np.cos(angle)) * K @ K
+
+
+def pose(random):
+    T = np.eye(4)
+    T[:3, :3] = rotation(random.normal(size=3), random.uniform(0, np.pi))
+    T[:3, 3] = random.normal(size=3)
+    return T
+
+
+def turned(angle):
+    T = np.eye(4)
+    T[:3, :3] = rotation((0, 0, 1), angle)
+    return T
+
+
+def of(name):
+    return NONE_IN_COMMON if name == "skew" else load(ROBOTS / f"{name}.toml")
+
+
+def forward(robot, q):
+    T, *placed = numbers(robot)
+    for joint, angle, E in zip(robot.moving, q, placed, strict=True):
+        T = T @ turned(joint.direction * angle) @ E
+    return T
+
+
+def products(first, second):
+    return np.kron([1, np.cos(first), np.sin(first)], [1, np.cos(second), np.sin(second)])
+
+
+def test_a_motion_acts_linearly_on_the_quantities_of_a_line():
+    random = np.random.default_rng(1)
+    for _ in range(50):
+        T, p, line = pose(random), random.normal(size=3), pose(random)[:3, 2]
+        R, d = T[:3, :3], T[:3, 3]
+        assert motion(T) @ quantities(p, line) == pytest.approx(
+            quantities(R @ p + d, R @ line), abs=1e-13
+        )
+
+
+def test_motions_compose_as_their_matrices_do():
+    random = np.random.default_rng(2)
+    for _ in range(50):
+        T, U = pose(random), pose(random)
+        assert motion(T @ U) == pytest.approx(motion(T) @ motion(U), abs=1e-12)
+    assert (motion(np.eye(4)) == np.eye(SIZE)).all()
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_a_turn_about_z_is_a_motion(sign):
+    fixed, c, s = turn(sign)
+    assert fixed + np.cos(0.7) * c + np.sin(0.7) * s == pytest.approx(
+        motion(turned(sign * 0.7)), abs=1e-15
+    )
+
+
+@pytest.mark.parametrize("name", [*GENERAL, "skew"])
+@pytest.mark.parametrize("split", splits(), ids=lambda s: f"{s.joints[2]}{s.sense:+d}")
+def test_the_equations_hold_at_every_configuration(name, split):
+    robot, random = of(name), np.random.default_rng(3)
+    for _ in range(5):
+        q = random.uniform(-np.pi, np.pi, 6)
+        found = equations(numbers(robot), split, forward(robot, q))
+        local = [split.sense * robot.moving[k].direction * q[k] for k in split.joints]
+        right = np.tensordot([1, np.cos(local[2]), np.sin(local[2])], found.right, 1)
+        assert found.left @ products(local[0], local[1]) == pytest.approx(
+            right @ products(local[3], local[4]), abs=1e-14
+        )
+
+
+def test_the_pose_is_on_the_left_side_alone():
+    assert len(splits()) == 6
+    robot, random = of("jaco2"), np.random.default_rng(4)
+    for split in splits():
+        one, other = (equations(numbers(robot), split, pose(random)) for _ in range(2))
+        assert (one.right == other.right).all()
+        assert not np.allclose(one.left, other.left)
+
+
+@pytest.mark.parametrize("name", [*GENERAL, "skew"])
+def test_the_suppressed_joint_makes_the_equations_singular_at_solutions(name):
+    robot, random = of(name), np.random.default_rng(5)
+    split = split_of(robot)
+    assert split is not None
+    turns = 2 * np.pi * np.arange(32) / 32
+    for _ in range(10):
+        q = random.uniform(-np.pi, np.pi, 6)
+        M = suppressed(equations(numbers(robot), split, forward(robot, q)))
+        degrees = np.abs(
+            np.fft.rfft([np.linalg.det(M[0] + np.cos(t) * M[1] + np.sin(t) * M[2]) for t in turns])
+        )
+        assert degrees[9:].max() < 1e-10 * degrees.max()
+        assert degrees[8] > 1e-10 * degrees.max()
+        angle = split.sense * robot.moving[split.joints[2]].direction * q[split.joints[2]]
+        sizes = np.linalg.svd(M[0] + np.cos(angle) * M[1] + np.sin(angle) * M[2])[1]
+        assert sizes[-1] < 1e-13
+        assert sizes[-2] > 1e-9
+
+
+def test_the_half_angle_doubles_the_equations():
+    random = np.random.default_rng(6)
+    six, v, w = random.normal(size=(6, 9)), 2.1, -0.4
+    f = v / 2
+    u = np.kron([np.cos(3 * f), np.sin(3 * f), np.cos(f), np.sin(f)], [1, np.cos(w), np.sin(w)])
+    left = six @ products(v, w)
+    assert doubled(six) @ u == pytest.approx([*np.cos(f) * left, *np.sin(f) * left], abs=1e-14)
+
+
+@pytest.mark.parametrize("name", GENERAL)
+def test_generated_matrices_are_the_equations(name):
+    robot, random = of(name), np.random.default_rng(7)
+    split = split_of(robot)
+    assert split == Split((5, 0, 1, 2, 3, 4), 1)
+    function = matrices(robot, split, Terms({p.symbol: p.value for p in robot.parameters}))
+    (kernel,) = lower([function], name)
+    for _ in range(5):
+        T = pose(random)
+        left = np.array(kernel(T.ravel())).reshape(14, 9)
+        assert left == pytest.approx(equations(numbers(robot), split, T).left, abs=1e-14)
+
+
+@pytest.mark.parametrize("name", [*GENERAL, "skew"])
+def test_tables_are_the_kernel_of_what_turns_and_the_inverse_of_what_is_met(name):
+    robot = of(name)
+    split = split_of(robot)
+    found = eigenvalue_tables.tables(robot, split)
+    own, back = found.own.astype(float), found.back.astype(float)
+    right = found.right.astype(float)
+    kernel = own[:, :4] - 1j * own[:, 4:8]
+    turning = doubled(right[1]) - 1j * doubled(right[2])
+    assert np.abs(turning @ kernel).max() < 1e-15
+    met = np.hstack([own[:, 4:8], -own[:, :4], own[:, 8:]])
+    assert back @ met == pytest.approx(np.eye(12), abs=1e-12)
+
+
+def test_arms_of_a_simpler_structure_have_no_split():
+    for name in ("puma560", "ur5e", "stanford", "panda"):
+        assert split_of(of(name)) is None
+
+
+def test_arms_of_other_joints_are_refused_by_name():
+    with pytest.raises(RobotError, match="stanford is no chain of six revolute joints"):
+        placements(of("stanford"))
+
+
+@pytest.mark.parametrize("name", GENERAL)
+def test_the_same_description_gives_the_same_text(name):
+    robot = of(name)
+    split = split_of(robot)
+    assert written_inverse.source(robot, split) == written_inverse.source(replace(robot), split)
+
+
+def test_crx10_is_where_its_origins_and_axes_put_it():
+    """Origins and axes of fanuc_crx10ia_support/urdf/crx10ial_macro.xacro, joint by joint."""
+    origins = [(0, 0, 0.245), (0, 0, 0), (0, 0, 0.71), (0, 0, 0), (0.54, -0.15, 0), (0.16, 0, 0)]
+    axes = [(0, 0, 1), (0, 1, 0), (0, -1, 0), (-1, 0, 0), (0, -1, 0), (-1, 0, 0)]
+    robot, random = of("crx10"), np.random.default_rng(8)
+    tool = np.eye(4)
+    tool[:3, :3] = rotation((0, 1, 0), -np.pi / 2) @ rotation((1, 0, 0), np.pi)
+    for _ in range(5):
+        q, T = random.uniform(-np.pi, np.pi, 6), np.eye(4)
+        for origin, axis, angle in zip(origins, axes, q, strict=True):
+            step = np.eye(4)
+            step[:3, :3], step[:3, 3] = rotation(axis, angle), origin
+            T = T @ step
+        assert forward(robot, q) == pytest.approx(T @ tool, abs=1e-14)

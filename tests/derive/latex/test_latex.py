@@ -1,0 +1,515 @@
+"""What is printed is true, is named without ambiguity, and is the same on every run."""
+
+import os
+import random
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import sympy as sp
+from chains import random_chain
+from derivations import NAMES, derivation
+
+from chasles.derive import Joint, Mimic, Parameter, Robot, derive, from_urdf, load
+from chasles.derive.description.conventions import CONVENTIONS, rotation, translation
+from chasles.derive.latex import document, equations, fragments
+from chasles.derive.latex.chain.printed_screws import printed_screws
+from chasles.derive.latex.setting.layout import aligned, filled
+from chasles.derive.latex.setting.names import distinct, escape, parameter
+from chasles.derive.latex.setting.notation import Notation
+from chasles.derive.latex.setting.page import Page
+from chasles.derive.latex.setting.printer import Printer, number
+from chasles.derive.latex.setting.widths import LINE, width
+from chasles.derive.model.mechanism import Mechanism
+from chasles.derive.terms.casadi_graph import lower
+from chasles.derive.terms.lie import exp_screw
+
+FILES = [f"{name}.tex" for name in ("parameters", "symbols", "screws", "transforms")]
+FILES += ["fk.tex", "jacobian.tex", "inverse.tex"]
+TRUE = 1e-12
+"""Sums of a few dozen products of double precision numbers of order 1."""
+R = sp.Rational
+
+
+def joint(name, convention, kind="revolute", *, pitch=0, direction=1, mimic=None, **given):
+    """A joint with its convention's fields, zero where not given."""
+    fields = {field: sp.sympify(given.get(field, 0)) for field in CONVENTIONS[convention].fields}
+    before, after = CONVENTIONS[convention].place(kind, **fields)
+    return Joint(
+        name,
+        kind,
+        before,
+        after,
+        pitch=sp.sympify(pitch),
+        direction=direction,
+        mimic=mimic,
+        convention=convention,
+        given=tuple(fields.items()),
+    )
+
+
+def awkward():
+    """Every kind of joint, three conventions, odd angles, and names that clash with c, s, t, p."""
+    h, c1, s_1, t1, p_1 = sp.symbols("h c1 s_1 t1 p_1", real=True)
+    alpha_2 = sp.Symbol("alpha_2", real=True)
+    joints = (
+        joint("lift", "dh", "prismatic", d=c1),
+        joint("turn", "dh", a=t1, theta=R(3, 10)),
+        joint("screw", "dh", "helical", a=s_1, alpha=alpha_2, pitch=h),
+        joint("follow", "dh", a=p_1, alpha=sp.pi / 2, mimic=Mimic("turn", sp.Integer(2), R(1, 10))),
+        joint("back", "mdh", alpha=sp.pi / 3, a=R(1, 4), direction=-1),
+        joint("down", "mdh", alpha=sp.pi, a=R(1, 8)),
+        joint("wrist", "hayati", a=R(1, 8), alpha=R(1, 10), beta=R(1, 20)),
+    )
+    lengths = tuple(Parameter(str(p), R(k + 1, 5)) for k, p in enumerate((h, c1, s_1, t1, p_1)))
+    base = translation(R(0), R(0), R(1, 2)) + rotation("z", sp.pi / 4)
+    tool = translation(R(0), R(0), R(1, 10)) + rotation("x", R(1, 5))
+    parameters = (*lengths, Parameter("alpha_2", R(2, 5), "angle"))
+    return Robot("awkward", joints, base=base, tool=tool, base_frame="w", parameters=parameters)
+
+
+def calibrated():
+    """Four joints with every Denavit-Hartenberg parameter a symbol."""
+    parameters, joints = [], []
+    for k in range(1, 5):
+        kinds = {"a": "length", "d": "length", "alpha": "angle", "theta": "angle"}
+        own = [Parameter(f"{field}_{k}", R(k, 7), kind) for field, kind in kinds.items()]
+        parameters += own
+        given = {p.name.split("_")[0]: p.symbol for p in own}
+        joints.append(joint(f"j{k}", "dh", **given))
+    return Robot("calibrated", tuple(joints), parameters=tuple(parameters))
+
+
+def parallel(count):
+    """A chain in groups of three parallel axes."""
+    lengths = [sp.Symbol(f"a{k}", real=True) for k in range(1, count + 1)]
+    joints = tuple(
+        joint(f"j{k}", "dh", a=a, alpha=0 if k % 3 else sp.pi / 2) for k, a in enumerate(lengths, 1)
+    )
+    return Robot("parallel", joints, parameters=tuple(Parameter(str(a), R(1, 4)) for a in lengths))
+
+
+BUILT = {
+    "awkward": awkward,
+    "calibrated": calibrated,
+    "fourteen": lambda: parallel(14),
+    **{f"random{k}": lambda k=k: random_chain(random.Random(k), 3 + k).robot() for k in range(6)},
+}
+ROBOTS = [*NAMES, *BUILT]
+
+
+def derived(name):
+    """A serial robot, or the main chain of one with loops."""
+    if name in BUILT:
+        return derive(BUILT[name]())
+    robot = derivation(name).robot
+    return derive(robot.main_chain) if isinstance(robot, Mechanism) else derivation(name)
+
+
+class Reader:
+    """Puts numbers through printed symbols."""
+
+    def __init__(self, found, notation, q):
+        self.known = {s: v.evalf(30) for s, v in found.terms.parameters.items()}
+        self.known |= {s: sp.Float(v, 30) for s, v in zip(notation.q, q, strict=True)}
+        for symbol, meaning in notation.meanings.items():
+            self.known[symbol] = self(meaning)
+
+    def __call__(self, expression):
+        value = expression.xreplace(self.known).evalf(30)
+        assert not value.free_symbols, f"{value.free_symbols} are used before they are defined"
+        return value
+
+    def define(self, definitions):
+        for symbol, expression in definitions:
+            assert symbol not in self.known
+            self.known[symbol] = self(expression)
+
+    def matrix(self, entries, rows):
+        return np.array([float(self(entry)) for entry in entries]).reshape(rows, -1)
+
+
+def some_q(found):
+    count = len(found.robot.coordinates)
+    return np.random.default_rng(7).uniform(-2.5, 2.5, count)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_printed_functions_are_the_functions(name):
+    found = derived(name)
+    printed, q = equations(found), some_q(found)
+    read = Reader(found, printed.notation, q)
+    for function, rows in (("fk", 4), ("jacobian_mixed", 6), ("jacobian_space", 6)):
+        shown = getattr(printed, function)
+        read.define(shown.definitions)
+        values = read.matrix(shown.entries, rows)
+        for named, entry in zip(shown.names, shown.entries, strict=False):
+            if named is not None:
+                read.define([(named, entry)])
+        (kernel,) = lower([found.function(function)], name)
+        expected = np.array(kernel(q)).reshape(rows, -1)
+        np.testing.assert_allclose(values, expected, rtol=0, atol=TRUE * (1 + abs(expected).max()))
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_printed_link_transforms_multiply_to_the_pose(name):
+    found = derived(name)
+    page, q = Page.of(found), some_q(found)
+    read = Reader(found, page.equations.notation, q)
+    T = np.eye(4)
+    for link in page.links:
+        T = T @ read.matrix(link, 4)
+    (kernel,) = lower([found.function("fk")], name)
+    np.testing.assert_allclose(T, np.array(kernel(q)).reshape(4, 4), rtol=0, atol=20 * TRUE)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_printed_screws_are_the_product_of_exponentials(name):
+    found = derived(name)
+    notation, q = equations(found).notation, some_q(found)
+    screws = printed_screws(found.robot, notation)
+    read = Reader(found, notation, q)
+    read.define(screws.definitions)
+    T = sp.eye(4)
+    for k, value in enumerate(found.robot.joint_values([sp.Float(x, 30) for x in q])):
+        T = T * _exponential(screws.S[:, k].applyfunc(read), value)
+    T = T * screws.M.applyfunc(read)
+    (kernel,) = lower([found.function("fk")], name)
+    expected = np.array(kernel(q)).reshape(4, 4)
+    np.testing.assert_allclose(np.array(T, float), expected, rtol=0, atol=20 * TRUE)
+
+
+def _exponential(screw, theta):
+    """The exponential of a screw of numbers that are unit vectors but for the last digit."""
+    symbols = sp.Matrix(sp.symbols("v1:4 w1:4", real=True))
+    if all(abs(entry) < TRUE for entry in screw[3:]):
+        symbols[3:, 0] = sp.zeros(3, 1)
+    values = dict(zip(symbols, screw, strict=True))
+    return exp_screw(symbols, theta).xreplace(values)
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_no_internal_name_is_printed(name):
+    for file, text in fragments(derived(name)).items():
+        assert not re.search(r"(?<![\w\\}$])_[tk]?\d", text), file
+        assert "_t" not in text.replace("\\_t", ""), file
+        assert "_k" not in text.replace("\\_k", ""), file
+
+
+def test_fragments_and_document_name_the_same_files():
+    found = derivation("ur5e")
+    assert list(fragments(found)) == FILES
+    inputs = re.findall(r"\\input\{latex/(\w+)\}", document(found))
+    assert [f"{name}.tex" for name in inputs] == FILES
+
+
+def test_a_derivation_of_less_is_printed_in_full():
+    robot = derivation("scara").robot
+    assert fragments(derive(robot, ["twist_mixed"])) == fragments(derivation("scara"))
+
+
+def test_same_bytes_under_any_hash_seed():
+    program = (
+        "import hashlib, test_latex as t\n"
+        "from chasles.derive.latex import document, fragments\n"
+        "for name in ('panda', 'awkward', 'random3'):\n"
+        "    found = t.derived(name)\n"
+        "    text = document(found) + ''.join(fragments(found).values())\n"
+        "    print(name, hashlib.sha256(text.encode()).hexdigest())\n"
+    )
+    here = os.path.dirname(__file__)
+    path = os.pathsep.join([here, os.path.dirname(here), *sys.path])
+    outputs = {
+        subprocess.run(
+            [sys.executable, "-c", program],
+            env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": path},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in ("1", "20")
+    }
+    assert len(outputs) == 1
+    assert outputs.pop().count("\n") == 3
+
+
+@pytest.mark.parametrize(
+    ("name", "tex"),
+    [
+        ("d1", "d_{1}"),
+        ("a_2", "a_{2}"),
+        ("alpha_1", r"\alpha_{1}"),
+        ("gamma0", r"\gamma_{0}"),
+        ("l_HI", "l_{HI}"),
+        ("r40", "r_{40}"),
+        ("df", "d_{f}"),
+        ("z_G", "z_{G}"),
+        ("theta_ee", r"\theta_{\mathrm{ee}}"),
+        ("reach", r"\mathit{reach}"),
+        ("l_2_3", "l_{2,3}"),
+    ],
+)
+def test_names_of_parameters(name, tex):
+    assert parameter(name) == tex
+
+
+def test_names_that_would_look_alike_are_kept_apart():
+    assert distinct(["d1", "d_1"]) == {"d1": "d_{1}", "d_1": r"\mathtt{d\_1}"}
+
+
+def test_letters_that_parameters_use_are_avoided():
+    letters = equations(derive(awkward())).notation.letters
+    assert letters == {
+        "cos": "C",
+        "sin": "S",
+        "term": "u",
+        "constant": r"\kappa",
+        "geometry": "b",
+        "rotation": "r",
+        "position": "o",
+    }
+
+
+def notation_of(count):
+    robot = parallel(count)
+    found = derive(robot, ["fk"])
+    q = found.functions[0].inputs[0].symbols
+    notation = Notation(robot, found.terms, q)
+    return notation, Printer(notation.tex, notation.order), q
+
+
+@pytest.mark.parametrize(
+    ("angle", "cosine", "sine"),
+    [
+        (lambda q: q[0], "c_{1}", "s_{1}"),
+        (lambda q: q[1] + q[2], "c_{23}", "s_{23}"),
+        (lambda q: q[0] + q[1] - q[3], r"c_{12\bar{4}}", r"s_{12\bar{4}}"),
+        (lambda q: q[3] - q[1], r"c_{2\bar{4}}", r"-s_{2\bar{4}}"),
+        (lambda q: q[4] - sp.pi / 4, r"\hat{c}_{5}", r"\hat{s}_{5}"),
+        (lambda q: 2 * q[4] + R(1, 10), r"\hat{c}_{5}", r"\hat{s}_{5}"),
+    ],
+)
+def test_short_symbols(angle, cosine, sine):
+    notation, printer, q = notation_of(6)
+    shown = [notation.trigonometric(f(angle(q), evaluate=False)) for f in (sp.cos, sp.sin)]
+    assert [printer.tex(symbol) for symbol in shown] == [cosine, sine]
+
+
+def test_short_symbols_of_many_joints_and_constants():
+    notation, printer, q = notation_of(14)
+    assert printer.tex(notation.trigonometric(sp.cos(q[9] + q[10]))) == "c_{10,11}"
+    assert printer.tex(notation.trigonometric(sp.cos(q[11]))) == "c_{12}"
+    assert printer.tex(notation.trigonometric(sp.cos(q[0] + q[1]))) == "c_{1,2}"
+    assert printer.tex(notation.trigonometric(sp.sin(sum(q)))) == "s_{1:14}"
+    assert printer.tex(notation.trigonometric(sp.sin(sum(q[:12]) - q[12]))) == r"s_{1:12,\bar{13}}"
+    shifted = [notation.trigonometric(sp.cos(q[6] + R(k, 10))) for k in range(1, 6)]
+    assert [printer.tex(symbol) for symbol in shifted] == [
+        *(rf"\{accent}{{c}}_{{7}}" for accent in ("hat", "tilde", "check", "breve")),
+        r"\hat{c}'_{7}",
+    ]
+
+
+def test_products_and_sums_as_a_human_writes_them():
+    notation, printer, q = notation_of(6)
+    c1, c2, s2 = (notation.trigonometric(e) for e in (sp.cos(q[0]), sp.cos(q[1]), sp.sin(q[1])))
+    a1, a2 = sp.symbols("a1 a2", real=True)
+    assert printer.tex(c1 * a2 * c2) == "a_{2} c_{1} c_{2}"
+    assert printer.tex(-a2 * c2 + a1 * c1) == "a_{1} c_{1} - a_{2} c_{2}"
+    assert printer.tex(a2 * c2 - a1 * c1) == "a_{2} c_{2} - a_{1} c_{1}"
+    assert printer.tex(-c1 * (c2 - s2 * a2)) == "-c_{1} (c_{2} - a_{2} s_{2})"
+    assert printer.tex(c1**2 / 2) == "0.5 c_{1}^{2}"
+
+
+@pytest.mark.parametrize(
+    ("value", "tex"),
+    [
+        (R(-17, 40), "-0.425"),
+        (sp.Integer(120), "120"),
+        (R(1, 3), r"\tfrac{1}{3}"),
+        (-R(2, 7), r"-\tfrac{2}{7}"),
+        (sp.pi / 2, r"\pi/2"),
+        (-3 * sp.pi / 4, r"-3\pi/4"),
+        (sp.sqrt(2) / 2, r"\tfrac{\sqrt{2}}{2}"),
+        (sp.Float("0.12345678901234567890", 20), r"0.1234567890\ldots"),
+        (sp.Float("-0.00001999999999999", 20), r"-0.00001999999999\ldots"),
+    ],
+)
+def test_numbers(value, tex):
+    assert number(value) == tex
+
+
+@pytest.mark.parametrize(
+    ("text", "tex"),
+    [
+        ("50 % & more", r"50 \% \& more"),
+        ("a_b", r"a\_\allowbreak{}b"),
+        (r"\input{x}", r"\textbackslash{}input\{x\}"),
+        ("$x^2~#", r"\$x\textasciicircum{}2\textasciitilde{}\#"),
+        ("é β 中", r"é \ensuremath{\beta} [U+4E2D]"),
+        ("a\n\n b\x00", "a b[U+0000]"),
+    ],
+)
+def test_text_is_escaped(text, tex):
+    assert escape(text) == tex
+
+
+def test_long_words_can_break():
+    assert escape("x" * 40).count(r"\allowbreak") == 2
+
+
+def test_tables_show_the_convention_as_given():
+    table = fragments(derive(awkward()))["parameters.tex"]
+    assert r"1 & lift & P & $0$ & $c_{1} + q_{1}$ & $0$ & $0$" in table
+    assert r"3 & screw & H & $q_{3}$ & $0$ & $s_{1}$ & $\alpha_{2}$" in table
+    assert r"4 & follow & R & $2 q_{2} + 0.1$" in table
+    assert r"5 & back & $\pi/3$ & $0.25$ & $-q_{4}$ & $0$" in table
+    assert table.count(r"\begin{tabular}") == 4
+    assert "Joint 4 follows joint 2." in table
+
+
+def urdf(folder, *joints):
+    """A chain of URDF joints, each its name, type, axis, roll and more elements."""
+    parts = ['<robot name="chain"><link name="l0"/>']
+    for k, (name, kind, axis, roll, more) in enumerate(joints, 1):
+        parts.append(
+            f'<link name="l{k}"/><joint name="{name}" type="{kind}"><parent link="l{k - 1}"/>'
+            f'<child link="l{k}"/><origin xyz="0.1 0.2 0.5" rpy="{roll} 0 0.3"/>'
+            f'<axis xyz="{axis}"/>{more}<limit lower="-2" upper="2"/></joint>'
+        )
+    path = folder / "chain.urdf"
+    path.write_text("\n".join([*parts, "</robot>"]))
+    return from_urdf(path)
+
+
+SLIDERS = [("sx", "1 0 0"), ("sy", "0 1 0"), ("sz", "0 0 1")]
+
+
+def test_a_slider_of_a_urdf_has_its_variable_in_a_column_of_its_own(tmp_path):
+    robot = urdf(tmp_path, *((name, "prismatic", axis, "0", "") for name, axis in SLIDERS))
+    table = fragments(derive(robot))["parameters.tex"]
+    roll, pitch, yaw = (rf"$\mathrm{{{angle}}}$" for angle in ("roll", "pitch", "yaw"))
+    assert rf"$x$ & $y$ & $z$ & {roll} & {pitch} & {yaw} \\" in table
+    assert r"$e_x$ & $e_y$ & $e_z$ & $q$ & limits" in table
+    for k, (name, axis) in enumerate(SLIDERS, 1):
+        e = " & ".join(f"${x}$" for x in axis.split())
+        assert f"{k} & {name} & P & $0.1$ & $0.2$ & $0.5$ & $0$ & $0$ & $0.3$ " in table
+        assert f"{k} & {e} & $q_{{{k}}}$ & $\\pm 2$" in table
+
+
+def test_both_spellings_of_urdf_print_the_same_table(tmp_path):
+    robot = urdf(tmp_path, *((name, "prismatic", axis, "0", "") for name, axis in SLIDERS))
+    joints = [
+        f'[[joints]]\nname = "{name}"\ntype = "prismatic"\nxyz = ["0.1", "0.2", "0.5"]\n'
+        f'rpy = [0, 0, "0.3"]\naxis = [{", ".join(axis.split())}]\nlimits = [-2, 2]\n'
+        for name, axis in SLIDERS
+    ]
+    path = tmp_path / "chain.toml"
+    path.write_text("\n".join(['name = "chain"\nconvention = "urdf"\n', *joints]))
+    tables = [fragments(derive(one))["parameters.tex"] for one in (robot, load(path))]
+    assert tables[0] == tables[1]
+
+
+@pytest.mark.parametrize("convention", ["urdf", "poe"])
+@pytest.mark.parametrize("kind", ["revolute", "prismatic"])
+def test_variables_without_a_field_count_the_other_way(convention, kind):
+    axis = (R(1), R(0), R(0))
+    at = {"urdf": {"xyz": (0, 0, R(1, 2)), "rpy": (0, 0, 0)}, "poe": {"point": (0, 0, R(1, 2))}}
+    vectors = {f: tuple(map(sp.sympify, v)) for f, v in at[convention].items()} | {"axis": axis}
+    before, after = CONVENTIONS[convention].place(kind, **vectors)
+    given = [(f"{f}_{c}", x) for f, v in vectors.items() for c, x in zip("xyz", v, strict=True)]
+    back = Joint(
+        "back", kind, before, after, direction=-1, convention=convention, given=tuple(given)
+    )
+    table = fragments(derive(Robot("one", (back,))))["parameters.tex"]
+    assert "$q$ & limits" in table
+    assert "& $-q_{1}$ & --" in table
+    assert "& $0.5$ " in table
+
+
+@pytest.mark.parametrize(
+    ("convention", "turning", "sliding"),
+    [
+        ("dh", "theta", "d"),
+        ("mdh", "theta", "d"),
+        ("hayati", "theta", None),
+        ("mdh5", "theta", None),
+        ("hayati5", "theta", "d"),
+        ("s_model", "theta", "z"),
+    ],
+)
+def test_variables_stand_in_the_columns_of_their_conventions(convention, turning, sliding):
+    joints = (joint("turn", convention), joint("slide", convention, "prismatic"))
+    table = fragments(derive(Robot("two", joints)))["parameters.tex"]
+    header, *rows = re.findall(r"^(?:\$i\$|\d) & .*(?= \\\\)", table, re.MULTILINE)
+    headings = header.split(" & ")
+    for row, field, q in zip(rows, (turning, sliding), ("$q_{1}$", "$q_{2}$"), strict=True):
+        cells = dict(zip(headings, row.split(" & "), strict=True))
+        assert [head for head, cell in cells.items() if cell == q] == [
+            f"${parameter(field)}$" if field else "$q$"
+        ]
+    assert (r"right after $R_z(\theta)$" in table) == (sliding is None)
+
+
+def test_moving_joints_are_numbered_where_some_are_fixed(tmp_path):
+    robot = urdf(
+        tmp_path,
+        ("mount", "fixed", "1 0 0", "0", ""),
+        ("leader", "revolute", "0 0 1", "0", ""),
+        ("bracket", "fixed", "1 0 0", "0", ""),
+        ("led", "revolute", "0 0 1", "0", '<mimic joint="leader" multiplier="2"/>'),
+    )
+    found = fragments(derive(robot))
+    table, screws = found["parameters.tex"], found["screws.tex"]
+    assert "$i$ & $k$ & joint" in table
+    for row in ("1 & -- & mount", "2 & 1 & leader", "3 & -- & bracket", "4 & 2 & led"):
+        assert row in table
+    assert "3 & -- & -- & -- & --" in table
+    assert "Moving joint 2 follows moving joint 1." in table
+    assert r"\theta_{2} = 2 q_{1}" in screws
+    assert r"$\mathcal{S}_{k} = (v_{k}; \omega_{k})$" in screws
+
+
+def test_snapped_angles_make_a_sentence(tmp_path):
+    half, tiny = "3.14159265358979", "1.2e-16"
+    joints = [("a_1", half), ("b", tiny), ("c", half)]
+    robot = urdf(tmp_path, *((name, "revolute", "0 0 1", roll, "") for name, roll in joints))
+    table = fragments(derive(robot))["parameters.tex"]
+    assert (
+        r"Angles within $10^{-9}$ of a multiple of $\pi/12$ were taken as that multiple: "
+        r"$3.14159265358979$ as $\pi$ (roll of a\_\allowbreak{}1, roll of c), "
+        r"$1.2 \cdot 10^{-16}$ as $0$ (roll of b)."
+    ) in table
+
+
+def test_other_notes_are_kept():
+    robot = Robot("noted", (joint("j", "dh"),), notes=("100 % new", "a_b"))
+    table = fragments(derive(robot))["parameters.tex"]
+    assert r"Notes: 100 \% new; a\_\allowbreak{}b." in table
+
+
+def test_plain_angles_come_before_accented_ones():
+    rows = fragments(derivation("panda"))["symbols.tex"]
+    assert rows.index("$c_{7}$") < rows.index(r"$\hat{c}_{7}$")
+
+
+def test_units_are_said_once_and_lists_read_on():
+    found = fragments(derive(awkward()))
+    assert found["parameters.tex"].count("in metres and radians") == 1
+    assert "where the joints' values are" in found["screws.tex"]
+    assert not re.search("^with", found["screws.tex"], re.MULTILINE)
+
+
+def test_sums_break_by_terms():
+    terms = ["a", *["+ a"] * 200]
+    lines = filled(terms, LINE)
+    assert " ".join(lines).split() == " ".join(terms).split()
+    assert all(width(line) <= LINE for line in lines)
+    assert len(lines) == pytest.approx(width(" ".join(terms)) / LINE, abs=3)
+    assert aligned([("y", terms)]).count(r"\quad") == len(lines) - 1
+
+
+def test_long_chains_stay_linear():
+    lengths = [sum(map(len, fragments(derive(parallel(n))).values())) for n in (12, 24)]
+    assert lengths[1] < 3 * lengths[0]

@@ -1,0 +1,272 @@
+"""The printed inverse: put through numbers it is the generated one, and it reads as one should."""
+
+import itertools
+import re
+
+import numpy as np
+import pytest
+import sympy as sp
+from derivations import ALL, NAMES, ROBOTS, derivation, kernels
+
+from chasles.derive import derive, load, loads
+from chasles.derive.inverse.structure.rank import rotation
+from chasles.derive.inverse.subproblems.found import Linear
+from chasles.derive.latex import document, fragments
+from chasles.derive.latex.inverse.inverse_fragment import inverse, printed_tasks
+from chasles.derive.latex.setting.page import Page
+from chasles.derive.terms.casadi_graph import lower
+
+TRUE = 1e-10
+"""Printed formulas are those of a textbook, without the forms that keep the last digits."""
+INSIDE = 1e-3
+"""Margin from which angles are told to that."""
+SOLVED = [name for name in NAMES if derivation(name).inverse.solved]
+
+
+class Reader:
+    """Puts numbers through the steps of a task, for one choice of signs."""
+
+    def __init__(self, page, task, numbers, signs):
+        notation = page.equations.notation
+        self.meanings = notation.meanings
+        self.known = {s: v.evalf(25) for s, v in notation.terms.parameters.items()}
+        self.known |= {task.symbols[s]: sp.Float(x, 25) for s, x in numbers if s in task.symbols}
+        self.known |= dict(zip(task.signs, map(sp.Integer, signs), strict=True))
+        self.sums = {}
+        self.q = notation.q
+
+    def __call__(self, expression):
+        for symbol in sorted(expression.free_symbols - self.known.keys(), key=str):
+            assert symbol in self.meanings, f"{symbol} is used before it is defined"
+            self.known[symbol] = self.meaning(self.meanings[symbol])
+        value = expression.xreplace(self.known).evalf(25)
+        assert value.is_number, value
+        return value
+
+    def meaning(self, meaning):
+        """What a short symbol stands for; an angle may be known as a sum alone."""
+        if isinstance(meaning, sp.cos | sp.sin) and meaning.args[0] in self.sums:
+            return meaning.func(self.sums[meaning.args[0]])
+        return self(meaning)
+
+    def define(self, definitions):
+        for symbol, expression in definitions:
+            assert symbol not in self.known, f"{symbol} is defined twice"
+            self.known[symbol] = self(expression)
+
+    def follow(self, task, q):
+        self.define(task.definitions)
+        coordinates = dict(zip(self.q, q, strict=True))
+        for step in task.steps:
+            self.define(step.definitions)
+            if not step.solution:
+                # A quartic is solved by no formula that is printed: its equations have to hold.
+                self.known[step.name] = self.sums[step.unknown] = sp.Float(coordinates[step.name])
+                continue
+            value = sum(map(self, step.solution))
+            if isinstance(getattr(step.step.found, "equation", None), Linear):
+                a, b, d = map(self, step.coefficients)
+                assert abs(a * sp.cos(value) + b * sp.sin(value) - d) < TRUE
+            self.known[step.name] = self.sums[step.unknown] = value
+        self.define(task.rest)
+        self.close([step for step in task.steps if not step.solution])
+
+    def close(self, steps):
+        """Checks the equation that steps share."""
+        if not steps:
+            return
+        equation = steps[0].step.found.equation
+        angles = [float(step.sense * self.known[step.name]) for step in steps]
+        given = np.array([float(self(e)) for e in steps[0].coefficients])
+        if equation.number == 6:
+            x = np.array([f(angle) for angle in angles for f in (np.sin, np.cos)])
+            A = np.hstack([given[:4].reshape(2, 2), given[4:8].reshape(2, 2)])
+            np.testing.assert_allclose(A @ x, given[8:], atol=TRUE)
+            return
+        p0, k1, p1, k2, p2, k3, p3 = given.reshape(7, 3)
+        R1, R2, R3 = (rotation(k, angle) for k, angle in zip((k1, k2, k3), angles, strict=True))
+        np.testing.assert_allclose(p0 + R1 @ p1, R2 @ (p2 + R3 @ p3), atol=TRUE)
+
+
+def target_of(name, function, rng):
+    """Numbers for a task's inputs that the robot can reach: each with its symbol."""
+    q = rng.uniform(-1.2, 1.2, len(derivation(name).robot.moving))
+    T = np.array(kernels(name)["fk"](q)).reshape(4, 4)
+    p, z = T[:3, 3], T[:3, 2]
+    given = dict(zip((f"q{k + 1}" for k in range(len(q))), q, strict=True))
+    if function.name == "ik_position":
+        # Joints that the task leaves free are 0.
+        q[3:] = 0.0
+        p = np.array(kernels(name)["fk"](q)).reshape(4, 4)[:3, 3]
+    known = {
+        "T": T.ravel(),
+        "p": p,
+        "swivel": [0.3],
+        "ik_position_pitch": [*p, np.arcsin(z[2])],
+        "ik_position_direction": [*p, *z],
+        "ik_planar": [*p[:2], np.arctan2(T[1, 0], T[0, 0])],
+    }
+    return [
+        list(np.atleast_1d(known.get(a.name, given.get(a.name, known.get(function.name)))))
+        for a in function.inputs
+    ]
+
+
+def check(page, name, function_of, target):
+    """Compares every slot inside the boundary with the generated function; returns how many."""
+    compared = 0
+    for task in printed_tasks(page, page.inverse, {}).values():
+        function = task.solved.function
+        numbers = target(function)
+        q, _, margin = (np.array(x).ravel() for x in function_of(function.name)(*numbers))
+        q = q.reshape(function.branches, -1)
+        symbols = [s for argument in function.inputs for s in argument.symbols]
+        values = list(zip(symbols, itertools.chain(*numbers), strict=True))
+        for slot, signs in enumerate(itertools.product((1, -1), repeat=len(task.signs))):
+            if margin[slot] < INSIDE:
+                continue
+            read = Reader(page, task, values, signs)
+            read.follow(task, q[slot])
+            found = np.array([float(read.known.get(s, 0.0)) for s in page.equations.notation.q])
+            slides = [joint.kind == "prismatic" for joint in page.robot.moving]
+            off = np.angle(np.exp(1j * (found - q[slot])))
+            off[slides] = (found - q[slot])[slides]
+            np.testing.assert_allclose(off, 0.0, atol=TRUE, err_msg=name)
+            compared += 1
+    return compared
+
+
+@pytest.mark.parametrize("name", SOLVED)
+def test_printed_steps_are_the_inverse(name):
+    page, rng = Page.of(derivation(name)), np.random.default_rng(5)
+    count = check(page, name, kernels(name).get, lambda f: target_of(name, f, rng))
+    assert count >= len(page.inverse.solved)
+
+
+ARM = """name = "arm"
+convention = "dh"
+joints = [{}]
+"""
+QUARTIC = {
+    "loop": "{a=0.1, alpha=1.1}, {a=0.4, d=0.1, alpha=0.7}, {a=0.1, alpha=1.3}, "
+    "{d=0.4, alpha='pi/2'}, {alpha='-pi/2'}, {d=0.1}",
+    "ellipses": "{d=0.1, alpha='pi/2'}, {a=0.4}, {a=0.3}, {d=0.1, a=0.05, alpha=1.2}, "
+    "{a=0.06, d=0.1, alpha=1.3}, {d=0.1}",
+}
+"""Arms whose first steps are one equation: subproblems 5 and 6."""
+
+
+@pytest.mark.parametrize("kind", QUARTIC)
+def test_equations_of_several_angles_hold(kind):
+    text = ARM.format(re.sub(r"=(-?[\d.]+)", r"='\1'", QUARTIC[kind]).replace("=", " = "))
+    found = derive(loads(text, "arm.toml"))
+    page = Page.of(found)
+    names = [function.name for function in found.functions]
+    made = dict(zip(names, lower(found.functions, "arm"), strict=True))
+    T = np.array(made["fk"](np.array([0.3, -0.7, 0.9, 0.4, 1.1, -0.2]))).ravel()
+    assert check(page, kind, made.get, lambda _: [T]) >= 2
+    written = inverse(page)
+    assert "Steps 1 to" in written
+    assert "up to four real roots" in written
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_every_article_has_its_inverse_or_says_why_not(name):
+    found = derivation(name)
+    text = fragments(found).get("inverse.tex")
+    if found.hybrid is not None and found.hybrid.forward.open:
+        assert text is None
+        return
+    assert ("There is no closed form" in text) == (not found.inverse.solved)
+    steps = [step for solved in found.inverse.solved.values() for step in solved.work.steps]
+    assert len(re.findall(r"\\textbf\{Step", text)) >= bool(steps)
+    assert (text.count("eigenvalues") == 1) == bool(found.inverse.written)
+    assert not re.search(r"(?<![\w\\}$])_(sign|[tkrpuc])?\d", text)
+    for unwanted in ("zoo", "nan", "sqrt(", "Piecewise", "e-150", "e-300", "_swivel", "_total"):
+        assert unwanted not in text
+    assert len(text) < 12_000
+
+
+@pytest.mark.parametrize("name", SOLVED)
+def test_every_coordinate_is_found_given_or_free(name):
+    page = Page.of(derivation(name))
+    for task in printed_tasks(page, page.inverse, {}).values():
+        symbols = {s for _, given in task.inputs for s in given}
+        found = {step.name for step in task.steps} | {q for q, _ in task.rest} | {*task.free}
+        assert {*page.equations.notation.q} <= found | symbols
+
+
+def test_a_ur_arm_as_in_a_textbook():
+    text = fragments(derivation("ur5e"))["inverse.tex"]
+    assert r"It solves $-W_{y} \cos q_{1} + W_{x} \sin q_{1} = d_{4}$" in text
+    assert r"W_{x} &= p_{x} - d_{6} r_{13}" in text
+    assert r"\theta_{2} = q_{2} + q_{3} + q_{4}$" in text
+    assert r"It solves $2 a_{2} a_{3} \cos q_{3} = C_{5}$" in text
+    assert r"q_{4} &= \theta_{2} - q_{2} - q_{3}." in text
+    assert r"$\sigma_{3}$ ($q_{3}$) & $+$ & $-$" in text
+
+
+def test_parallel_joints_turn_a_wrist_as_one():
+    text = fragments(derivation("puma560"))["inverse.tex"]
+    assert r"B_{4} &= c_{23} t_{21} + s_{23} r_{33}" in text
+
+
+def test_letters_of_parameters_are_avoided():
+    arm = """name = "arm"
+convention = "dh"
+[parameters]
+A1 = "0.1"
+C = "0.2"
+W = "0.3"
+[[joints]]
+a = "A1 + W"
+[[joints]]
+a = "C"
+[[joints]]
+a = "W"
+"""
+    text = fragments(derive(loads(arm, "arm.toml")))["inverse.tex"]
+    assert r"\mathcal{C}_{1} &=" in text
+    assert r"\mathcal{A}_{2} &=" in text or "A_{2}" not in text
+    assert r"V_{x} &= p_{x} - W r_{11}" in text
+
+
+def test_axes_without_a_structure_are_measured():
+    text = fragments(derivation("jaco2"))["inverse.tex"]
+    assert "spherical wrist: it asks that axes" in text
+    assert "(off by 37 mm)" in text
+    assert r"\ell" in text
+
+
+def test_reversed_and_backward_joints_count_as_they_should():
+    """Sums take each joint with the sense of its axis and of its own counting."""
+    arm = loads(
+        """name = "arm"
+convention = "dh"
+[[joints]]
+a = "0.4"
+direction = -1
+[[joints]]
+a = "0.3"
+alpha = "pi"
+[[joints]]
+a = "0.2"
+""",
+        "arm.toml",
+    )
+    found = derive(arm)
+    page = Page.of(found)
+    (total,) = [
+        s.unknown
+        for s in printed_tasks(page, page.inverse, {})["ik"].steps
+        if not s.unknown.is_Symbol
+    ]
+    one, two, three = page.equations.notation.q
+    assert total == one - two + three
+
+
+def test_the_inverse_is_the_same_where_less_was_derived():
+    robot = load(ROBOTS / "scara.toml")
+    less = fragments(derive(robot, ["fk"]))["inverse.tex"]
+    assert less == fragments(derivation("scara"))["inverse.tex"]
+    assert r"\input{latex/inverse}" in document(derivation("scara"))

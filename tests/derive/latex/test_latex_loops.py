@@ -1,0 +1,431 @@
+"""What is printed of loops is true: numbers put through it are those of the functions."""
+
+import os
+import re
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+import sympy as sp
+from derivations import ALL, ROBOTS, derivation, kernels
+
+from chasles.derive import Joint, load
+from chasles.derive.latex import document, fragments
+from chasles.derive.latex.loops.loop_page import LoopPage
+from chasles.derive.latex.loops.loops_fragment import residual
+from chasles.derive.latex.loops.members import dotted, is_symbol, members, words
+from chasles.derive.latex.loops.rates_fragment import Rates
+from chasles.derive.latex.setting.printer import FractionPrinter
+from chasles.derive.model.mechanism import Closure, Drive, Mechanism, Place, Strut
+
+MECHANISMS = [n for n in ALL if isinstance(load(ROBOTS / f"{n}.toml"), Mechanism)]
+SOLVED = [
+    *("board_installer", "delta", "excavator", "five_bar", "four_bar", "slider_crank"),
+    "well_manipulator",
+]
+TURNED_BACK = [*SOLVED, "planar_3rrr", "planar_3rrr_170", "stewart_gough"]
+TRUE = 1e-10
+NEAR = 0.05
+"""How far from the reference numbers are taken (radian, metre)."""
+
+
+class Reader:
+    """Puts numbers through printed symbols."""
+
+    def __init__(self, page):
+        notation = page.chain.equations.notation
+        self.page = page
+        self.known = {s: v.evalf(30) for s, v in page.terms.parameters.items()}
+        for symbol, meaning in notation.meanings.items():
+            if symbol in notation.constants or not meaning.free_symbols & set(notation.q):
+                self.known[symbol] = self(meaning)
+
+    def __call__(self, expression):
+        value = sp.sympify(expression).xreplace(self.known).evalf(25)
+        assert not value.free_symbols, f"{value.free_symbols} are used before they are defined"
+        return value
+
+    def give(self, symbols, numbers):
+        self.known |= {s: sp.Float(x, 25) for s, x in zip(symbols, numbers, strict=True)}
+
+    def step(self, printed):
+        """Follows a step, and checks that its loop closes."""
+        for symbol, value in (*printed.vectors, *printed.results):
+            self.known[symbol] = self(value)
+        for angle in printed.angles:
+            self.known[angle.symbol] = sp.atan2(self(angle.sine), self(angle.cosine))
+        if printed.step.kind == "three spheres":
+            self.meet(printed)
+        left, right = (self.vector(side) for side in (printed.unknown, printed.given))
+        assert abs(left - right) < TRUE
+
+    def vector(self, side):
+        total = 0j
+        for angle, (x, y) in side:
+            total += complex(self(x), self(y)) * np.exp(1j * float(self(angle)))
+        return total
+
+    def meet(self, printed):
+        """The formulas of three spheres."""
+        step, terms = printed.step, self.page.printed_terms
+        A, B, C = (
+            np.array([float(self(terms.of(part))) for part in step.vectors[name]])
+            for name in ("c1", "c2", "c3")
+        )
+        l1, l2, l3 = (float(self(terms.of(part))) for part in step.vectors["l^2"])
+        u, v = B - A, C - A
+        w = np.cross(u, v)
+        alpha, beta = (u @ u + l1 - l2) / 2, (v @ v + l1 - l3) / 2
+        n = (alpha * np.cross(v, w) + beta * np.cross(w, u)) / (w @ w)
+        P = A + n + step.sign * w * np.sqrt((l1 - n @ n) / (w @ w))
+        self.give([terms.of(part) for part in step.vectors["p"]], P)
+
+    def rates(self, found, printed):
+        """Follows the rates of a step."""
+        equations = found.equations(printed)
+        for part, symbol in found.inner.items():
+            self.known[symbol] = self(found.of(part))
+        symbols = [found.dotted[rate.symbol] for rate, _ in equations]
+        if any(rate.left for rate, _ in equations):
+            rows = [self.normal(printed, name) for name in ("c1", "c2", "c3")]
+            right = [float(self(total)) for _, total in equations]
+            self.give(symbols, np.linalg.solve(rows, right))
+            return
+        for symbol, (rate, total) in zip(symbols, equations, strict=True):
+            self.known[symbol] = self(total) / self(rate.factor)
+
+    def normal(self, printed, name):
+        terms, vectors = self.page.printed_terms, printed.step.vectors
+        pairs = zip(vectors["p"], vectors[name], strict=True)
+        return [float(self(terms.of(p)) - self(terms.of(c))) for p, c in pairs]
+
+
+def random(count, seed):
+    return np.random.default_rng(seed).uniform(-1, 1, count)
+
+
+def some_q(name):
+    """Actuated coordinates near the reference."""
+    hybrid = derivation(name).hybrid
+    at = hybrid.at_reference
+    q = [
+        at[c.moves] / float(hybrid.terms.value(c.ratio)) for c in derivation(name).robot.coordinates
+    ]
+    return np.array(q) + NEAR * random(len(q), 3)
+
+
+def close(value, expected, unit):
+    difference = float(value) - float(expected)
+    if unit == "rad":
+        difference = (difference + np.pi) % (2 * np.pi) - np.pi
+    return abs(difference) < TRUE
+
+
+def array(name, function, *arguments):
+    return np.array(kernels(name)[function](*arguments)).ravel()
+
+
+@pytest.mark.parametrize("name", SOLVED)
+def test_printed_steps_solve_the_loops(name):
+    page, q = LoopPage.of(derivation(name)), some_q(name)
+    steps, read = page.forward_steps, Reader(page)
+    read = Reader(page)
+    read.give(page.q, q)
+    for step in steps:
+        read.step(step)
+    z = array(name, "configuration", q)
+    for variable, expected in zip(page.hybrid.variables, z, strict=True):
+        value = read(page.printed_terms.sum(page.hybrid.forward.values[variable.name]))
+        assert close(value, expected, variable.unit), variable.name
+    margins = [float(read(step.margin)) for step in steps if step.margin is not None]
+    if any(step.formulas for step in steps):
+        return
+    expected = array(name, "margin", q) if margins else []
+    np.testing.assert_allclose(margins, expected, rtol=0, atol=TRUE)
+
+
+@pytest.mark.parametrize("name", TURNED_BACK)
+def test_printed_steps_lead_back(name):
+    page = LoopPage.of(derivation(name))
+    at = page.hybrid.at_reference
+    theta = np.array([at[joint.name] for joint in page.hybrid.robot.moving])
+    if not page.hybrid.forward.open:
+        theta = array(name, "chain", some_q(name))
+    steps = page.backward_steps
+    read = Reader(page)
+    read.give(page.theta, theta)
+    for step in steps:
+        read.step(step)
+    expected = array(name, "actuators", theta)
+    for c, x in zip(page.mechanism.coordinates, expected, strict=True):
+        value = read(page.printed_terms.sum(page.hybrid.backward.values[c.moves]) / c.ratio)
+        assert close(value, x, c.unit), c.name
+    margins = [float(read(step.margin)) for step in steps if step.margin is not None]
+    if margins:
+        np.testing.assert_allclose(
+            margins, array(name, "actuator_margin", theta), rtol=0, atol=TRUE
+        )
+
+
+@pytest.mark.parametrize("name", SOLVED)
+def test_printed_rates_are_those_of_the_chain(name):
+    page, q = LoopPage.of(derivation(name)), some_q(name)
+    steps = page.forward_steps
+    read, qd = Reader(page), random(len(q), 5)
+    read.give(page.q, q)
+    found = Rates(page, {symbol: k for k, symbol in enumerate(page.q)})
+    read.give([found.dotted[symbol] for symbol in page.q], qd)
+    for step in steps:
+        read.step(step)
+        read.rates(found, step)
+    expected = array(name, "chain_rates", q, qd)
+    for joint, x in zip(page.hybrid.robot.moving, expected, strict=True):
+        value = read(found.of(page.printed_terms.sum(page.hybrid.forward.values[joint.name])))
+        assert float(value) == pytest.approx(x, abs=1e-8), joint.name
+
+
+@pytest.mark.parametrize("name", TURNED_BACK)
+def test_printed_rates_are_those_of_the_actuators(name):
+    if derivation(name).hybrid.forward.open:
+        at = derivation(name).hybrid.at_reference
+        theta = np.array([at[joint.name] for joint in derivation(name).hybrid.robot.moving])
+    else:
+        theta = array(name, "chain", some_q(name))
+    page = LoopPage.of(derivation(name))
+    steps = page.backward_steps
+    read, thetad = Reader(page), random(len(theta), 7)
+    if name == "board_installer":
+        # The chain's rates must be those of closed loops: it has more joints than freedoms.
+        thetad = array(name, "chain_rates", some_q(name), random(6, 7))
+    read.give(page.theta, theta)
+    found = Rates(page, {symbol: k for k, symbol in enumerate(page.theta)})
+    read.give([found.dotted[symbol] for symbol in page.theta], thetad)
+    for step in steps:
+        read.step(step)
+        read.rates(found, step)
+    expected = array(name, "actuator_rates", theta, thetad)
+    for c, x in zip(page.mechanism.coordinates, expected, strict=True):
+        value = read(
+            found.of(page.printed_terms.sum(page.hybrid.backward.values[c.moves]) / c.ratio)
+        )
+        assert float(value) == pytest.approx(x, abs=1e-8), c.name
+
+
+@pytest.mark.parametrize("name", TURNED_BACK)
+def test_printed_equations_are_the_constraints(name):
+    page = LoopPage.of(derivation(name))
+    z = random(len(page.joints), 11)
+    expected = array(name, "constraint", z)
+    shown = [residual(page, loop) for loop in page.hybrid.equations]
+    read = Reader(page)
+    for variable, x in zip(page.hybrid.variables, z, strict=True):
+        read.give([page.joints[variable.name]], [x])
+    values = []
+    for definitions, entries in shown:
+        for symbol, meaning in definitions:
+            read.known[symbol] = read(meaning)
+        values += [float(read(entry)) for entry in entries]
+    np.testing.assert_allclose(values, expected, rtol=0, atol=TRUE)
+
+
+def exponential(screw, value):
+    v, w = screw[:3], screw[3:]
+    X = np.zeros((4, 4))
+    X[:3, :3] = [[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]]
+    X[:3, 3] = v
+    T, term = np.eye(4), np.eye(4)
+    for k in range(1, 40):
+        term = term @ X * value / k
+        T = T + term
+    return T
+
+
+@pytest.mark.parametrize("name", ["four_bar", "five_bar", "slider_crank", "well_manipulator"])
+def test_printed_screws_close_the_loops(name):
+    page = LoopPage.of(derivation(name))
+    at = dict(
+        zip(
+            [v.name for v in page.hybrid.variables],
+            array(name, "configuration", some_q(name)),
+            strict=True,
+        )
+    )
+    shown = fragments(derivation(name))["loops.tex"]
+    read = Reader(page)
+    for loop in page.hybrid.equations:
+        before, after, free = np.eye(4), np.eye(4), None
+        home = np.array(
+            [[float(read(page.constant(e))) for e in row] for row in loop.home.tolist()]
+        )
+        placed = False
+        for factor in loop.factors:
+            screw = np.array([float(read(page.constant(e))) for e in factor.screw])
+            if factor.name not in at:
+                free = screw
+                continue
+            if factor.side == "b" and not placed:
+                after, placed = after @ home, True
+            sign = -1 if factor.side == "b" else 1
+            minus = "-" if sign < 0 else ""
+            tex = page.tex(page.joints[factor.name])
+            assert rf"e^{{{minus}[\mathcal{{S}}_{{{tex}}}] {tex}}}" in shown
+            T = exponential(screw, sign * at[factor.name])
+            before, after = (before @ T, after) if free is None else (before, after @ T)
+        if not placed:
+            after = after @ home
+        turn = np.linalg.inv(before) @ np.linalg.inv(after)
+        angle = np.arctan2(
+            free[3:] @ [turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]],
+            np.trace(turn[:3, :3]) - 1,
+        )
+        np.testing.assert_allclose(turn, exponential(free, angle), rtol=0, atol=1e-9)
+
+
+def test_an_arm_that_only_translates_says_so():
+    shown = fragments(derivation("board_installer"))["solution.tex"]
+    assert r"The joints $\theta_{3}$, $\theta_{4}$, $\theta_{5}$ of the main chain turn" in shown
+    assert r"L_{2} - k r + k r \cos q_{3} - k q_{2}" in shown
+    assert r"L_{1} + k r \sin q_{3}" in shown
+
+
+def test_what_has_no_closed_form_says_so():
+    shown = fragments(derivation("planar_3rrr"))["solution.tex"]
+    assert r"There is no closed form for $x$, $y$, $\phi$" in shown
+    assert "Newton's iteration" in shown
+    solved = fragments(derivation("four_bar"))["solution.tex"]
+    assert "no closed form" not in solved
+
+
+def test_mobility_in_words():
+    counted = fragments(derivation("four_bar"))["mobility.tex"]
+    assert "3 (4 - 1 - 4) + 4 = 1" in counted
+    assert "All counts agree." in counted
+    overconstrained = fragments(derivation("board_installer"))["mobility.tex"]
+    assert "there are $-9$, truly $6$" in overconstrained
+
+
+def test_a_four_bar_as_in_a_textbook():
+    found = fragments(derivation("four_bar"))
+    loops = found["loops.tex"]
+    assert (
+        r"0 &= a \cos \theta_{1} + b \cos(\theta_{1} + \theta_{2}) - c \cos \psi_{1} - d" in loops
+    )
+    assert (
+        r"b \,\mathrm{e}^{\mathrm{i}\varphi_{1}} - c \,\mathrm{e}^{\mathrm{i}\psi_{1}}"
+        in (found["solution.tex"])
+    )
+
+
+@pytest.mark.parametrize("name", MECHANISMS)
+def test_no_internal_name_is_printed(name):
+    for file, text in fragments(derivation(name)).items():
+        assert not re.search(r"(?<![\w\\}$])_[tkz]?\d", text), file
+        assert "zoo" not in text, file
+        assert "nan" not in text, file
+        assert "sqrt(" not in text, file
+
+
+def test_fragments_of_loops_only_where_there_are_some():
+    with_loops = fragments(derivation("four_bar"))
+    geared = fragments(derivation("bricklaying_gantry"))
+    assert {"drawing.tex", "mobility.tex", "loops.tex", "solution.tex", "rates.tex"} <= {
+        *with_loops
+    }
+    assert "loops.tex" not in geared
+    assert "solution.tex" in geared
+    inputs = re.findall(r"\\input\{latex/(\w+)\}", document(derivation("four_bar")))
+    assert [f"{name}.tex" for name in inputs] == list(with_loops)
+    assert "tikz" in document(derivation("four_bar"))
+    assert "tikz" not in document(derivation("ur5e"))
+
+
+def geared():
+    """A slider behind a pinion, in a frame that closes a parallelogram."""
+    joints = (
+        Joint("theta", "revolute", link="one", parent="0"),
+        Joint("q_1", "revolute", link="two", parent="0"),
+        Joint("rod_angle", "revolute", link="three", parent="one"),
+    )
+    pin = Closure("pin", "pin", Place("three"), Place("two"))
+    rod = Strut("rod", Place("one"), Place("two"), length=sp.Integer(1))
+    drive = Drive("motor", "theta", sp.Rational(1, 2))
+    return Mechanism("geared", joints, ("motor",), (pin,), (rod,), (drive,), tool_body="one")
+
+
+def test_symbols_of_joints():
+    assert members(geared()).of == {
+        "theta": r"\theta",
+        "q_1": r"\psi_{1}",
+        "rod_angle": r"\psi_{2}",
+        "rod_swing": r"\psi_{3}",
+    }
+    well = members(derivation("well_manipulator").robot)
+    assert well.theta == (
+        *(rf"\theta_{{{k}}}" for k in (1, 2, 3)),
+        "l_{HI}",
+        r"\theta_{5}",
+        "l_{MN}",
+        r"\theta_{7}",
+    )
+    assert well.of["cylinder_1"] == "q_{2}"
+    assert well.of["theta8"] == r"\theta_{8}"
+    planar = members(derivation("planar_3rrr").robot)
+    assert planar.theta == ("x", "y", r"\phi")
+    assert planar.of["theta_1"] == "q_{1}"
+
+
+def test_names_in_sentences():
+    assert words("cylinder_1.end") == "far end of cylinder 1"
+    assert words("boom_cylinder.piston") == "piston of boom cylinder"
+    assert [is_symbol(name) for name in ("l_HI", "theta8", "x", "yaw")] == [True, True, True, False]
+    assert dotted(r"\theta_{1}") == r"\dot{\theta}_{1}"
+    assert dotted("x") == r"\dot{x}"
+
+
+@pytest.mark.parametrize(
+    ("expression", "tex"),
+    [
+        ("a*b/c**2", r"\frac{a b}{c^{2}}"),
+        ("-a/2", r"-\frac{a}{2}"),
+        ("3*a/5", "0.6 a"),
+        ("a/(3*c)", r"\frac{\tfrac{1}{3} a}{c}"),
+        ("(a + b)/c", r"\frac{a + b}{c}"),
+        ("Abs(a)", "|a|"),
+        ("b*sin(a)**2", r"b \sin^{2} a"),
+        ("cos(a + b)**2", r"\cos^{2}(a + b)"),
+        ("1/c", r"\frac{1}{c}"),
+    ],
+)
+def test_fractions(expression, tex):
+    a, b, c = symbols = sp.symbols("a b c", real=True)
+    printer = FractionPrinter(
+        {s: s.name for s in symbols}, {s: (1, (k,)) for k, s in enumerate(symbols)}
+    )
+    assert printer.tex(sp.sympify(expression, locals={"a": a, "b": b, "c": c})) == tex
+
+
+def test_same_bytes_under_any_hash_seed():
+    program = (
+        "import hashlib\n"
+        "from derivations import derivation\n"
+        "from chasles.derive.latex import document, fragments\n"
+        "for name in ('five_bar', 'excavator', 'delta'):\n"
+        "    found = derivation(name)\n"
+        "    text = document(found) + ''.join(fragments(found).values())\n"
+        "    print(name, hashlib.sha256(text.encode()).hexdigest())\n"
+    )
+    here = os.path.dirname(__file__)
+    path = os.pathsep.join([here, os.path.dirname(here), *sys.path])
+    outputs = {
+        subprocess.run(
+            [sys.executable, "-c", program],
+            env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": path},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for seed in ("1", "20")
+    }
+    assert len(outputs) == 1
+    assert outputs.pop().count("\n") == 3

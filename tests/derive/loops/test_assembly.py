@@ -1,0 +1,346 @@
+"""Planar loops group by group: closed on the branch that is meant, in as few roots as there are."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+import sympy as sp
+from closures import Model
+from mechanisms import (
+    ALONG_X,
+    ALONG_Y,
+    BACK,
+    BASE,
+    at,
+    excavator_arm,
+    five_bar,
+    four_bar,
+    four_bar_rod,
+    geared,
+    ground,
+    near,
+    parallelogram,
+    pin,
+    planar_3rrr,
+    slider,
+    slider_crank,
+    slotted_rocker,
+    trammel,
+    welded,
+)
+
+from chasles.derive import RobotError, Rotation, Translation, derive
+from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.model.mechanism import Closure, Mechanism, Place, Strut
+from chasles.derive.model.robot import Joint, Parameter
+from chasles.derive.terms.casadi_graph import lower
+
+CLOSED = 1e-12
+UP = ("x", sp.pi / 2)
+
+
+def oldham():
+    """Two sliders across each other on a turning block: a pin and two slides."""
+    return Mechanism(
+        "oldham",
+        (
+            slider("low", BASE, "cross", 0, 0, 0, ALONG_X, after=at(0, 0, 0, BACK)),
+            slider("high", "cross", "plate", 0, 0, 0, ALONG_Y, after=at(0, 0, 0, UP)),
+            pin("crank", BASE, "arm", 1, "1/3"),
+        ),
+        ("crank",),
+        closures=(Closure("eye", "pin", Place("arm", at("3/4")), Place("plate", at("1/5"))),),
+        tool_body="plate",
+        reference=near(("crank", 1)),
+    )
+
+
+def crank_slider_offset():
+    """A slider that drives a crank through a rod: the slide is known, the crank is not."""
+    return Mechanism(
+        "press",
+        (
+            slider("ram", BASE, "ram", 0, "1/4", 0, ALONG_X),
+            pin("crank", BASE, "wheel"),
+        ),
+        ("ram",),
+        struts=(Strut("rod", Place("wheel", at(1)), Place("ram"), 3),),
+        tool_body="wheel",
+        reference=near(("ram", "13/4"), ("crank", 1), ("rod_swing", -1)),
+    )
+
+
+def cylinder_and_rod():
+    """A cylinder on a rocker that a rod ties to a lever, as on an excavator's bucket."""
+    return Mechanism(
+        "bucket",
+        (pin("rocker", BASE, "rocker", -1), pin("bucket", BASE, "bucket")),
+        ("cylinder",),
+        struts=(
+            Strut("cylinder", Place(BASE, at(-4, 1)), Place("rocker", at(1)), 3, True),
+            Strut("link", Place("rocker", at(1)), Place("bucket", at("1/5", "4/5")), 1),
+        ),
+        reference=near(
+            ("rocker", "3/2"),
+            ("cylinder_swing", 0),
+            ("link_swing", -2),
+            ("bucket", "1/10"),
+        ),
+    )
+
+
+def backwards():
+    """A four-bar with joints that count the other way and an axis that is turned over."""
+    whole = four_bar()
+    crank, elbow, rocker = whole.joints
+    over = (*rocker.before, Rotation("x", sp.pi))
+    joints = (replace(crank, direction=-1), elbow, replace(rocker, before=over))
+    where = Place("output", (Translation((whole.parameters[2].symbol, 0, 0)),))
+    (wrist,) = whole.closures
+    return replace(
+        whole,
+        joints=joints,
+        closures=(replace(wrist, b=where),),
+        reference=near(("crank", -sp.pi / 3), ("elbow", "-1/2"), ("rocker", "-3/2")),
+    )
+
+
+def tilted(build):
+    def made():
+        turned = at("1/2", -1, "1/3", ("x", sp.Rational(7, 10)), ("y", sp.pi / 5), ("z", 1))
+        return ground(build(), turned)
+
+    made.__name__ = f"tilted_{build.__name__}"
+    return made
+
+
+KINDS = {
+    four_bar: ["two circles"],
+    four_bar_rod: ["two circles"],
+    five_bar: ["two circles"],
+    geared: ["two circles"],
+    welded: ["two circles"],
+    excavator_arm: ["two circles"],
+    slider_crank: ["circle and line"],
+    slotted_rocker: ["circle and line"],
+    crank_slider_offset: ["two circles"],
+    oldham: ["two lines"],
+    parallelogram: ["parallelogram", "parallelogram"],
+    cylinder_and_rod: ["two circles", "two circles"],
+    backwards: ["two circles"],
+    tilted(four_bar): ["two circles"],
+    tilted(slider_crank): ["circle and line"],
+    tilted(excavator_arm): ["two circles"],
+}
+BUILDERS = {build.__name__: build for build in KINDS}
+
+
+@cache
+def hybrid(name):
+    return Hybrid(BUILDERS[name]())
+
+
+@cache
+def kernels(name):
+    names = ["chain", "configuration"] + ["chain_all"] * bool(hybrid(name).forward.margins)
+    derived = derive(BUILDERS[name](), names)
+    names = [f.name for f in derived.functions]
+    return dict(zip(names, lower(derived.functions, "test"), strict=True))
+
+
+def random_q(name, n=200):
+    h = hybrid(name)
+    known = h.at_reference
+    reference = np.array([known[c.moves] / float(c.ratio) for c in h.mechanism.coordinates])
+    generator = np.random.default_rng(0)
+    spread = 3.0 if name == "geared" else 0.25
+    return reference + generator.uniform(-spread, spread, (n, len(reference)))
+
+
+def configurations(name, q):
+    f = kernels(name)["configuration"]
+    return np.array([np.array(f(row)).ravel() for row in q])
+
+
+@pytest.mark.parametrize("build", KINDS, ids=lambda build: build.__name__)
+def test_the_groups_are_those_of_a_textbook(build):
+    h = hybrid(build.__name__)
+    kinds = [step.kind for step in h.forward.steps]
+    assert kinds == KINDS[build] or kinds == [*KINDS[build][:1], "two pins"]
+    assert not h.forward.open
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+def test_loops_close_where_bodies_are(name):
+    model, q = Model(BUILDERS[name]()), random_q(name)
+    z = configurations(name, q)
+    assert np.isfinite(z).all()
+    np.testing.assert_allclose(z[:, model.actuated], q * model.ratio, atol=1e-15)
+    assert model.gap(z).max() < CLOSED
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+def test_the_branch_is_that_of_the_reference(name):
+    """From the configuration as described, Newton's method comes to the same."""
+    h = hybrid(name)
+    given = dict(h.mechanism.reference)
+    model = Model(BUILDERS[name]())
+    known = [h.at_reference[n] for n in model.names]
+    start = [float(given.get(n, h.at_reference[n])) for n in model.names]
+    start = np.array([np.where(np.isin(range(len(known)), model.actuated), known, start)])
+    found = model.newton(start, model.actuated)
+    assert model.gap(found).max() < CLOSED
+    np.testing.assert_allclose(np.exp(1j * found[0]), np.exp(1j * np.array(known)), atol=1e-9)
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+def test_every_row_of_chain_all_closes(name):
+    f = kernels(name)
+    if "chain_all" not in f:
+        assert hybrid(name).forward.margins == ()
+        return
+    model, q = Model(BUILDERS[name]()), random_q(name, 3)
+    generator = np.random.default_rng(1)
+    for row in q:
+        count = 2 ** len(hybrid(name).forward.margins)
+        theta = np.array(f["chain_all"](row)[0]).reshape(count, -1)
+        np.testing.assert_allclose(theta[0], np.array(f["chain"](row)).ravel(), atol=CLOSED)
+        z = generator.uniform(-3, 3, (20, len(model.names)))
+        known = sorted({*model.chain, *model.actuated})
+        for values in theta[np.isfinite(theta).all(-1)]:
+            z[:, model.chain] = values
+            z[:, model.actuated] = row * model.ratio
+            assert model.gap(model.newton(z, known)).min() < CLOSED
+
+
+def test_branches_of_a_four_bar_have_names():
+    h = hybrid("four_bar")
+    (step,) = h.forward.steps
+    assert step.name(h.mechanism) == "wrist"
+    assert (step.branch, step.sign) in [("left", 1), ("right", -1)]
+    whole = four_bar()
+    flipped = replace(whole, reference=near(("crank", sp.pi / 3), ("elbow", -2), ("rocker", -2)))
+    (other,) = Hybrid(flipped).forward.steps
+    assert {step.branch, other.branch} == {"left", "right"}
+
+
+def test_the_slider_s_branches_are_far_and_near():
+    (step,) = hybrid("slider_crank").forward.steps
+    assert (step.branch, step.sign) == ("far", 1)
+    mirrored = near(("crank", 1), ("elbow", sp.pi - 1), ("cross", -2))
+    (other,) = Hybrid(replace(slider_crank(), reference=mirrored)).forward.steps
+    assert (other.branch, other.sign) == ("near", -1)
+
+
+def test_a_crank_of_length_one_on_a_line():
+    """The offset from the line is then itself the sine of the angle that is solved."""
+    derived = derive(slotted_rocker(), ["chain", "actuators", "actuators_D_chain"])
+    chain, actuators, slope = lower(derived.functions, "test")
+    for q in (0.3, 0.5, 0.9):
+        theta = np.array(chain(q)).ravel()
+        assert float(actuators(theta)) == pytest.approx(q, abs=1e-12)
+        step = 1e-6 * np.eye(len(theta))
+        rises = [float(actuators(theta + e)) - float(actuators(theta - e)) for e in step]
+        np.testing.assert_allclose(
+            np.array(slope(theta)).ravel(), np.array(rises) / 2e-6, atol=1e-8
+        )
+
+
+# --- what is not clear, or not there ---
+
+
+def test_a_reference_between_two_branches_is_not_clear():
+    symmetric = replace(four_bar(), reference=near(("crank", 0)))
+    with pytest.raises(RobotError, match=r"four_bar.*loop of .*(elbow|rocker|wrist).*not clearly"):
+        derive(symmetric)
+    between = near(("crank", 0), ("elbow", 0), ("rocker", 0))
+    with pytest.raises(RobotError, match="rocker") as caught:
+        derive(replace(four_bar(), reference=between))
+    for joint in ("elbow", "rocker", "wrist"):
+        assert joint in str(caught.value)
+    derive(replace(four_bar(), reference=near(("crank", 0), ("elbow", "1/10"))), ["chain"])
+
+
+def test_a_loop_that_is_open_at_the_reference():
+    short = Parameter("l2", "1/10")
+    parameters = tuple(short if p.name == "l2" else p for p in four_bar().parameters)
+    with pytest.raises(RobotError, match="does not close at the reference"):
+        derive(replace(four_bar(), parameters=parameters))
+    far = replace(slider_crank(), reference=near(("crank", "3/2")))
+    rod = replace(far.closures[0], a=Place("rod", at("1/2")))
+    with pytest.raises(RobotError, match=r"cross.*gudgeon.* does not close at the reference"):
+        derive(replace(far, closures=(rod,)))
+
+
+@pytest.mark.parametrize("cranks", [3, 4])
+def test_cranks_that_repeat_others_are_no_trouble(cranks):
+    mechanism = parallelogram(cranks)
+    h = Hybrid(mechanism)
+    assert not h.forward.open
+    assert not h.forward.margins
+    derived = derive(mechanism, ["configuration", "chain_D_q"])
+    chain_D_q, configuration = lower(derived.functions, "test")
+    model = Model(mechanism)
+    for q in (0.2, 1.0, 2.9):
+        z = np.array(configuration(q)).reshape(1, -1)
+        assert model.gap(z).max() < CLOSED
+        np.testing.assert_allclose(z[0], [q, -q, *[q] * (cranks - 1)], atol=1e-14)
+        np.testing.assert_allclose(np.array(chain_D_q(q)).ravel(), [1, -1], atol=0)
+
+
+def test_a_loop_in_which_only_the_rod_turns():
+    derived = derive(trammel(), ["configuration", "margin", "chain_all"])
+    configuration, margin, every = lower(derived.functions, "test")
+    for x in np.linspace(-0.99, 0.99, 23):
+        found_x, y, _ = np.array(configuration(x)).ravel()
+        assert found_x == x
+        assert y == pytest.approx(np.sqrt(1 - x**2))
+        assert float(margin(x)) == pytest.approx(1 - x**2)
+        rows = np.array(every(x)[0]).reshape(2, -1)
+        assert rows[:, 0] == pytest.approx([y, -y])
+
+
+def test_a_mechanism_of_class_iii_stays_open_forward_and_has_its_inverse():
+    mechanism = planar_3rrr()
+    h = Hybrid(mechanism)
+    assert {"x", "y", "roll", "pitch", "yaw"} & set(h.forward.open)
+    assert not set(h.backward.open) & {c.moves for c in mechanism.coordinates}
+    names = {f.name for f in derive(mechanism).functions}
+    assert "chain" not in names
+    assert {"actuators", "actuators_all", "constraint", "rods", "assembly_polynomial"} <= names
+
+
+def test_idle_parts_do_not_keep_the_rest_from_being_solved():
+    """A pendulum on the coupler that nothing drives stays open; it is named."""
+    whole = four_bar()
+    loose = Joint("loose", "revolute", before=at("1/2"), link="pendulum", parent="coupler")
+    second = Joint("second", "revolute", before=at("1/2"), link="bob", parent="pendulum")
+    tied = Strut("tie", Place("output", at("1/2")), Place("bob", at("1/2")), 2)
+    mechanism = replace(whole, joints=(*whole.joints, loose, second), struts=(tied,))
+    assert set(Hybrid(mechanism).forward.open) == {"loose", "second", "tie_swing"}
+
+
+def test_alike_angles_need_no_root():
+    """Equal and parallel arms are told by their vectors, whatever the parameters are worth."""
+    L, M = (Parameter(name, value) for name, value in (("L", "6/5"), ("M", "1/2")))
+    l, m = L.symbol, M.symbol  # noqa: E741
+    mechanism = Mechanism(
+        "lamp",
+        (pin("arm", BASE, "arm"), pin("shade", "arm", "shade", l)),
+        ("arm",),
+        struts=(Strut("stay", Place(BASE, at(0, m)), Place("shade", at(0, m)), l),),
+        parameters=(L, M),
+        reference=near(("arm", 1), ("shade", -1), ("stay_swing", 1)),
+    )
+    h = Hybrid(mechanism)
+    (step,) = h.forward.steps
+    assert step.kind == "parallelogram"
+    assert sp.expand(h.forward.values["shade"] + h.q[0]) == 0
+    assert h.forward.values["stay_swing"] == h.q[0]
+    # The crossed assembly is another branch, with a root.
+    crossed = replace(
+        mechanism, reference=near(("arm", 1), ("shade", "-14/5"), ("stay_swing", "1/3"))
+    )
+    (step,) = Hybrid(crossed).forward.steps
+    assert step.kind == "two circles"

@@ -1,0 +1,462 @@
+"""Equations of loops: what they say in space, as a textbook prints them, and their derivatives."""
+
+from dataclasses import replace
+from functools import cache
+
+import casadi as ca
+import mechanisms
+import numpy as np
+import pytest
+import sympy as sp
+from mechanisms import BASE, at, body_poses, pin
+from tolerances import DERIVATIVES
+
+from chasles.derive import RobotError
+from chasles.derive.loops.constraints import (
+    configuration_names,
+    constraints,
+    jacobian,
+    jacobian_dot,
+)
+from chasles.derive.loops.mobility import closed_configuration
+from chasles.derive.model.mechanism import Closure, Mechanism, Place, Strut
+from chasles.derive.terms.casadi_graph import lower
+from chasles.derive.terms.symbolic_function import Argument, Result, SymbolicFunction
+from chasles.derive.terms.terms import Terms
+
+CLOSED = 1e-11
+"""Residuals of configurations known by a formula: rounding, and a square root."""
+
+
+class Case:
+    """A mechanism, its equations, and all of them as functions of z and zd."""
+
+    def __init__(self, mechanism):
+        self.mechanism = mechanism
+        self.terms = Terms({p.symbol: p.value for p in mechanism.parameters})
+        self.names = [variable.name for variable in configuration_names(mechanism)]
+        n = len(self.names)
+        self.z, self.zd = (sp.symbols(f"{c}1:{n + 1}", real=True) for c in ("z", "zd"))
+        self.equations = constraints(mechanism, self.terms, self.z)
+        self.residual = [entry for loop in self.equations for entry in loop.residual]
+        J = jacobian(self.equations, self.terms, self.z)
+        J_dot = jacobian_dot(self.equations, self.terms, self.z, self.zd)
+        self.shape = (len(self.residual), n)
+        self.functions = {
+            "residual": self._lowered("residual", self.residual),
+            "J": self._lowered("J", [entry for row in J for entry in row]),
+            "J_dot": self._lowered("J_dot", [entry for row in J_dot for entry in row]),
+            "facing": self._lowered("facing", [e for loop in self.equations for e in loop.facing]),
+        }
+
+    def _lowered(self, name, entries):
+        inputs = tuple(
+            Argument(n, s, (len(s),), "", "") for n, s in (("z", self.z), ("zd", self.zd))
+        )
+        outputs = (Result(name, tuple(entries), (len(entries),), "", ""),)
+        function = SymbolicFunction(name, "", "", inputs, outputs, self.terms)
+        return lower([function], self.mechanism.name)[0]
+
+    def at(self, name, values, rates=None):
+        z = [values[n] for n in self.names]
+        zd = rates if rates is not None else [0] * len(z)
+        return np.array(self.functions[name](z, zd)).ravel()
+
+    def printed(self, entry):
+        """An expression with all names replaced by what they stand for."""
+        while True:
+            wider = entry.xreplace(self.terms.definitions).xreplace(self.terms.constants)
+            if wider == entry:
+                return entry
+            entry = wider
+
+
+BUILT = {
+    "four_bar": mechanisms.four_bar,
+    "four_bar_rod": mechanisms.four_bar_rod,
+    "slider_crank": mechanisms.slider_crank,
+    "five_bar": mechanisms.five_bar,
+    "arm": mechanisms.excavator_arm,
+    "parallelogram": mechanisms.parallelogram,
+    "trammel": mechanisms.trammel,
+    "slotted_rocker": mechanisms.slotted_rocker,
+    "welded": mechanisms.welded,
+    "planar_3rrr": mechanisms.planar_3rrr,
+    "rssr": mechanisms.rssr,
+    "bennett": mechanisms.bennett,
+    "sarrus": mechanisms.sarrus,
+    "rail": mechanisms.rail,
+    "rail_weld": lambda: mechanisms.rail("weld"),
+    "rail_pin": lambda: mechanisms.rail("pin"),
+    "rail_ball": lambda: mechanisms.rail("ball"),
+    "delta": mechanisms.delta,
+    "stewart": mechanisms.stewart,
+}
+TILTED = at("1/10", "1/5", "3/10", ("x", sp.pi / 2), ("y", sp.pi / 6), ("z", sp.pi / 4))
+
+
+@cache
+def case(name):
+    return Case(BUILT[name]())
+
+
+@cache
+def closed(name):
+    mechanism = BUILT[name]()
+    return _welded_pose(mechanism) if name == "rail_weld" else closed_configuration(mechanism)
+
+
+def _welded_pose(mechanism):
+    """The rail's place less the body's, as the angles of Rz Ry Rx."""
+    (weld,) = mechanism.closures
+    T = _matrix(weld.a.placement) @ np.linalg.inv(_matrix(weld.b.placement))
+    yaw, roll = np.arctan2(T[1, 0], T[0, 0]), np.arctan2(T[2, 1], T[2, 2])
+    pitch = np.arctan2(-T[2, 0], np.hypot(T[0, 0], T[1, 0]))
+    x, y, z = T[:3, 3]
+    return {"x": x, "y": y, "z": z, "yaw": yaw, "pitch": pitch, "roll": roll}
+
+
+def _matrix(placement, mechanism=None):
+    parameters = mechanism.parameters if mechanism else ()
+    return mechanisms.matrix(placement, {p.symbol: p.value for p in parameters})
+
+
+# --- what is printed ---
+
+
+def test_a_four_bar_reads_as_in_a_textbook():
+    c = case("four_bar")
+    (loop,) = c.equations
+    l1, l2, l3, l4 = sp.symbols("l1:5", real=True)
+    z1, z2, z3 = c.z
+    assert loop.kind == "planar"
+    assert loop.units == ("m", "m")
+    assert [c.printed(entry) for entry in loop.residual] == [
+        l1 * sp.cos(z1) + l2 * sp.cos(z1 + z2) - l3 * sp.cos(z3) - l4,
+        l1 * sp.sin(z1) + l2 * sp.sin(z1 + z2) - l3 * sp.sin(z3),
+    ]
+
+
+def test_a_cylinder_s_length_stands_beside_its_swing():
+    c = case("arm")
+    (loop,) = c.equations
+    _, boom, lift, swing = c.z
+    x, y = (c.printed(entry) for entry in loop.residual)
+    begin, half = sp.Rational(3, 2) - 1, sp.Rational(1, 2)
+    assert sp.expand(x - begin - (lift + 2) * sp.cos(swing)) == sp.sin(boom) / 2 - 2 * sp.cos(boom)
+    assert sp.expand(y + 1 - (lift + 2) * sp.sin(swing)) == -2 * sp.sin(boom) - half * sp.cos(boom)
+
+
+def test_a_rod_on_balls_is_one_length():
+    (loop,) = case("rssr").equations
+    assert loop.kind == "distance"
+    assert len(loop.residual) == 1
+    assert [e.kind for e in case("delta").equations] == ["distance"] * 6
+
+
+def test_the_configuration_in_order():
+    assert case("arm").names == ["waist", "boom", "lift", "lift_swing"]
+    assert case("planar_3rrr").names[3:6] == ["x", "y", "yaw"]
+    assert case("stewart").names[6:] == [f"leg{k}" for k in range(6)]
+    assert [v.unit for v in configuration_names(case("trammel").mechanism)] == ["m", "m", "rad"]
+    assert case("delta").names[-1] == "roll"
+
+
+@pytest.mark.parametrize(
+    ("name", "kind", "count"),
+    [
+        ("slotted_rocker", "planar", 2),
+        ("welded", "planar", 3),
+        ("trammel", "planar", 2),
+        ("bennett", "spatial", 5),
+        ("rail", "spatial", 5),
+        ("rail_weld", "spatial", 6),
+        ("rail_pin", "spatial", 5),
+        ("rail_ball", "point", 3),
+        ("sarrus", "spatial", 5),
+    ],
+)
+def test_number_of_equations(name, kind, count):
+    (loop,) = case(name).equations
+    assert loop.kind == kind
+    assert len(loop.residual) == len(loop.units) == count
+
+
+def test_equations_that_always_hold_are_left_out():
+    slides = mechanisms.free("body", BASE, "body")[:3]
+    stage = Mechanism(
+        "stage",
+        (*slides[:2], replace(slides[2], link="body")),
+        ("x",),
+        closures=(Closure("rail", "slider", Place(BASE, at(0, 0, "1/2")), Place("body")),),
+    )
+    (loop,) = Case(stage).equations
+    assert loop.units == ("m", "m")
+    tilted = mechanisms.ground(stage, TILTED)
+    (loop,) = Case(tilted).equations
+    assert loop.units == ("m", "m")
+
+
+def test_equations_that_hold_by_cancelling_are_left_out():
+    """A screw and a slider on one skew axis: that they are parallel is cos^2 + sin^2 - 1 = 0."""
+    skew = (1, 2, 3, ("z", sp.Rational(1, 3)), ("x", sp.Rational(2, 7)))
+    screw = replace(pin("screw", BASE, "nut", *skew), kind="helical", pitch="1/100")
+    ram = replace(pin("ram", BASE, "rod", *skew), kind="prismatic")
+    jack = Mechanism(
+        "jack",
+        (screw, ram),
+        ("screw",),
+        closures=(
+            Closure(
+                "thrust",
+                "pin",
+                Place("nut", at(0, 0, 0, ("y", 1))),
+                Place("rod", at(0, 0, 0, ("y", 1))),
+            ),
+        ),
+    )
+    axial = replace(jack, closures=(replace(jack.closures[0], a=Place("nut"), b=Place("rod")),))
+    (loop,) = Case(axial).equations
+    assert loop.units == ("m", "m", "m")
+    (loop,) = Case(jack).equations
+    assert loop.units == ("m", "m", "m", "1", "1")
+
+
+# --- what is true in space ---
+
+
+def open_ends(c, loop, z):
+    """How far a closer is from holding its two places, from the poses of the bodies alone."""
+    poses = body_poses(c.mechanism, z)
+    closer = loop.loop.closer
+    T_a, T_b = (poses[p.body] @ _matrix(p.placement, c.mechanism) for p in (closer.a, closer.b))
+    T = np.linalg.inv(T_a) @ T_b
+    if isinstance(closer, Strut):
+        given = {p.symbol: p.value for p in c.mechanism.parameters}
+        length = float(closer.length.subs(given)) + z.get(closer.name, 0)
+        return abs(np.linalg.norm(T[:3, 3]) - length)
+    # In a plane a pin may be between opposed axes.
+    turn = abs(abs(T[2, 2]) - 1) if loop.kind == "planar" else np.linalg.norm(T[:2, 2])
+    return {
+        "pin": np.linalg.norm(T[:3, 3]) + turn,
+        "ball": np.linalg.norm(T[:3, 3]),
+        "slider": np.linalg.norm(T[:2, 3]) + np.linalg.norm(T[:3, :3] - np.eye(3)),
+        "weld": np.linalg.norm(T - np.eye(4)),
+    }[closer.kind]
+
+
+@pytest.mark.parametrize("name", BUILT)
+def test_residuals_vanish_where_the_bodies_meet_and_nowhere_else(name):
+    c, z = case(name), closed(name)
+    assert np.max(np.abs(c.at("residual", z))) < CLOSED
+    assert max(open_ends(c, loop, z) for loop in c.equations) < CLOSED
+    assert np.all(c.at("facing", z) > 1 - CLOSED)
+    random = np.random.default_rng(1)
+    for _ in range(20):
+        off = {n: value + random.uniform(-0.5, 0.5) for n, value in z.items()}
+        residual, offset = c.at("residual", off), 0
+        for loop in c.equations:
+            own = residual[offset : offset + len(loop.residual)]
+            offset += len(own)
+            gap = open_ends(c, loop, off)
+            # A swing can be wrong while the ends are right, never the other way round.
+            assert np.linalg.norm(own) > gap / 20
+            assert np.linalg.norm(own) > 1e-6
+
+
+@pytest.mark.parametrize("name", [n for n in BUILT if case(n).equations[0].kind == "planar"])
+def test_a_tilted_plane_has_the_same_equations(name):
+    flat, tilted = case(name), Case(mechanisms.ground(BUILT[name](), TILTED))
+    random = np.random.default_rng(2)
+    for _ in range(5):
+        z = {n: random.uniform(-2, 2) for n in flat.names}
+        sizes = [np.linalg.norm(c.at("residual", z)) for c in (flat, tilted)]
+        assert sizes[1] == pytest.approx(sizes[0], abs=1e-12)
+
+
+def test_four_bars_by_the_law_of_cosines():
+    c = case("four_bar")
+    l1, l2, l3, l4 = 1, 3, 2.5, 3
+    for crank in np.linspace(-3, 3, 13):
+        x, y = l1 * np.cos(crank), l1 * np.sin(crank)
+        d = np.hypot(l4 - x, y)
+        at_rocker = np.arccos((l3**2 + d**2 - l2**2) / (2 * l3 * d))
+        for side in (1, -1):
+            rocker = np.arctan2(y, x - l4) - side * at_rocker
+            tip = np.array([l4 + l3 * np.cos(rocker) - x, l3 * np.sin(rocker) - y])
+            z = {"crank": crank, "elbow": np.arctan2(tip[1], tip[0]) - crank, "rocker": rocker}
+            assert np.max(np.abs(c.at("residual", z))) < CLOSED
+            z["elbow"] += 1e-3
+            assert np.max(np.abs(c.at("residual", z))) > 1e-4
+
+
+def test_bennett_s_half_angles():
+    alpha, beta = np.pi / 6, np.pi / 2
+    c, z = case("bennett"), closed("bennett")
+    ratio = np.sin((beta + alpha) / 2) / np.sin((beta - alpha) / 2)
+    assert np.tan(z["j1"] / 2) * np.tan(z["j2"] / 2) == pytest.approx(ratio, abs=CLOSED)
+    assert z["j3"] == pytest.approx(-z["j1"], abs=CLOSED)
+    assert np.max(np.abs(c.at("residual", z))) < CLOSED
+
+
+def test_a_slider_crank_where_all_is_in_line():
+    c = case("slider_crank")
+    reach = np.sqrt(3**2 - 0.75**2)
+    z = {"crank": np.pi / 2, "elbow": -np.pi / 2 - np.arcsin(0.25), "cross": reach}
+    assert np.max(np.abs(c.at("residual", z))) < CLOSED
+
+
+@pytest.mark.parametrize(
+    "cranks", [(78.52393138, 176.46904472, -29.82437852), (0.16983617, 88.26254206, -129.56592854)]
+)
+def test_the_published_inverse_of_the_planar_platform(cranks):
+    c = case("planar_3rrr")
+    z = {"x": 0.020, "y": 0.050, "yaw": 0}
+    for k, (leg, crank) in enumerate(zip((210, 330, 90), np.radians(cranks), strict=True), 1):
+        out = np.exp(1j * np.radians(leg))
+        rod = 0.020 + 0.050j + 0.13 * out - (0.29 * out + 0.17 * np.exp(1j * crank))
+        z |= {f"crank{k}": crank, f"rod{k}_swing": np.angle(rod) - crank}
+    # Printed with eight decimals of a degree.
+    assert np.max(np.abs(c.at("residual", z))) < 1e-10
+
+
+# --- products of exponentials ---
+
+
+def cross_matrix(w):
+    return np.array([[0, -w[2], w[1]], [w[2], 0, -w[0]], [-w[1], w[0], 0]])
+
+
+def exponential(screw, value):
+    """Rodrigues' formula for a screw of unit speed."""
+    v, w = screw[:3], screw[3:]
+    T = np.eye(4)
+    if not np.any(w):
+        T[:3, 3] = v * value
+        return T
+    W = cross_matrix(w)
+    T[:3, :3] += np.sin(value) * W + (1 - np.cos(value)) * W @ W
+    T[:3, 3] = (np.eye(3) - T[:3, :3]) @ np.cross(w, v) + w * (w @ v) * value
+    return T
+
+
+def value_along(screw, T):
+    """The value at which a turning or sliding screw would come nearest to a motion."""
+    v, w = screw[:3], screw[3:]
+    if not np.any(w):
+        return v @ T[:3, 3]
+    R = T[:3, :3]
+    sine = w @ [R[2, 1] - R[1, 2], R[0, 2] - R[2, 0], R[1, 0] - R[0, 1]]
+    return np.arctan2(sine, np.trace(R) - 1)
+
+
+def across_closer(c, loop, z):
+    """The motion that the closer is left to make, from the exponentials of both branches."""
+    given = {p.symbol: p.value for p in c.mechanism.parameters}
+    numeric = lambda M: np.array(sp.Matrix(M).subs(given).evalf(), dtype=float)  # noqa: E731
+    ways = {"a": np.eye(4), "b": np.eye(4)}
+    for side, factors in (("a", loop.factors), ("b", loop.factors[::-1])):
+        for factor in factors:
+            if factor.side == side:
+                ways[side] = ways[side] @ exponential(numeric(factor.screw).ravel(), z[factor.name])
+    rest = np.linalg.inv(ways["a"]) @ ways["b"] @ np.linalg.inv(numeric(loop.home))
+    free = [factor for factor in loop.factors if factor.side == "closer"]
+    return rest, [(factor.name, numeric(factor.screw).ravel()) for factor in free]
+
+
+def centre(screws):
+    """The point in which turning axes meet: v = p x omega for all."""
+    A = np.vstack([-cross_matrix(screw[3:]) for screw in screws])
+    return np.linalg.lstsq(A, np.concatenate([screw[:3] for screw in screws]), rcond=None)[0]
+
+
+@pytest.mark.parametrize("name", BUILT)
+def test_the_product_of_exponentials_is_one(name):
+    c, z = case(name), closed(name)
+    for loop in c.equations:
+        rest, free = across_closer(c, loop, z)
+        turning = [screw for _, screw in free if np.any(screw[3:])]
+        if len(turning) >= 3:
+            # One ball keeps its centre; two balls keep their distance, or the cylinder's length.
+            begin, end = centre(turning[:3]), centre(turning[-3:])
+            moved = rest[:3, :3] @ end + rest[:3, 3]
+            length = np.linalg.norm(end - begin) + z.get(loop.name, 0)
+            assert np.linalg.norm(moved - begin) == pytest.approx(length, abs=CLOSED)
+            continue
+        for name_of_free, screw in free:
+            value = z.get(name_of_free)
+            if value is None:
+                value = value_along(screw, rest)
+            rest = np.linalg.inv(exponential(screw, value)) @ rest
+        np.testing.assert_allclose(rest, np.eye(4), atol=CLOSED)
+
+
+# --- derivatives ---
+
+
+@pytest.mark.parametrize("name", BUILT)
+def test_jacobian_and_its_rate_against_automatic_differentiation(name):
+    c = case(name)
+    n = len(c.names)
+    z, zd = ca.SX.sym("z", n), ca.SX.sym("zd", n)
+    J = ca.jacobian(c.functions["residual"](z, zd), z)
+    J_dot = ca.reshape(ca.jtimes(ca.vec(J), z, zd), *J.shape)
+    oracle = ca.Function("oracle", [z, zd], [J, J_dot])
+    random = np.random.default_rng(4)
+    for _ in range(5):
+        values = random.uniform(-1.5, 1.5, n)
+        rates = random.uniform(-1, 1, n)
+        by_name = dict(zip(c.names, values, strict=True))
+        wanted, wanted_dot = (np.array(ca.densify(M)) for M in oracle(values, rates))
+        got = c.at("J", by_name, rates).reshape(c.shape)
+        got_dot = c.at("J_dot", by_name, rates).reshape(c.shape)
+        np.testing.assert_allclose(got, wanted, rtol=DERIVATIVES, atol=DERIVATIVES)
+        np.testing.assert_allclose(got_dot, wanted_dot, rtol=1e-11, atol=1e-11)
+
+
+@pytest.mark.parametrize("name", ["four_bar", "welded", "bennett", "delta", "rail"])
+def test_jacobian_and_its_rate_against_differences(name):
+    c, z = case(name), closed(name)
+    values = np.array([z[n] for n in c.names])
+    rates = np.random.default_rng(5).uniform(-1, 1, len(values))
+    step = 1e-6
+
+    def differences(function, direction):
+        ahead, behind = (
+            c.at(function, dict(zip(c.names, values + s * step * direction, strict=True)))
+            for s in (1, -1)
+        )
+        return (ahead - behind) / (2 * step)
+
+    J = np.stack([differences("residual", e) for e in np.eye(len(values))], axis=1)
+    np.testing.assert_allclose(c.at("J", z).reshape(c.shape), J, atol=1e-8)
+    np.testing.assert_allclose(c.at("J_dot", z, rates), differences("J", rates), atol=1e-8)
+
+
+# --- what is refused ---
+
+
+def test_pins_on_a_rod_that_moves_in_space():
+    whole = mechanisms.rssr()
+    pinned = replace(whole, struts=(replace(whole.struts[0], ends="pin"),))
+    with pytest.raises(RobotError, match="pins hold the ends of 'rod', but its loop is not planar"):
+        Case(pinned)
+
+
+def test_a_loop_that_never_closes():
+    slides = mechanisms.free("body", BASE, "body")[:2]
+    stage = Mechanism(
+        "stage",
+        (slides[0], replace(slides[1], link="body")),
+        ("x",),
+        closures=(Closure("hook", "ball", Place(BASE, at(0, 0, "1/2")), Place("body")),),
+    )
+    with pytest.raises(RobotError, match=r"the loop of 'hook' closes in no configuration, 0\.5"):
+        Case(stage)
+
+
+def test_a_mechanism_without_loops_has_no_equations():
+    serial = Mechanism("serial", (pin("j", BASE, "b"),), ("j",))
+    c = Case(serial)
+    assert c.equations == ()
+    assert jacobian((), c.terms, c.z) == ()

@@ -1,0 +1,220 @@
+"""Loops of space in closed form: legs on balls, and platforms that three spheres hold."""
+
+from dataclasses import replace
+from functools import cache
+
+import casadi as ca
+import numpy as np
+import pytest
+import sympy as sp
+from closures import Model
+from mechanisms import BASE, at, delta, near, pin, rssr, slider, stewart
+
+from chasles.derive import RobotError, derive
+from chasles.derive.loops.hybrid import Hybrid
+from chasles.derive.model.mechanism import Mechanism, Place, Strut
+from chasles.derive.terms.casadi_graph import lower
+
+CLOSED = 1e-12
+
+
+def crank_and_slider():
+    """A crank about z and a slider along a skew line, with a rod on balls between them."""
+    return Mechanism(
+        "rssp",
+        (
+            pin("crank", BASE, "input"),
+            slider("ram", BASE, "ram", 2, "1/2", -1, ("x", "2/5"), ("y", "3/10")),
+        ),
+        ("crank",),
+        struts=(
+            Strut("rod", Place("input", at(1, 0, "1/5")), Place("ram", at("1/10")), 3, ends="ball"),
+        ),
+        tool_body="ram",
+        reference=near(("crank", 1), ("ram", "7/2")),
+    )
+
+
+def lift():
+    """A cylinder on balls that turns a lever about a skew axis."""
+    return Mechanism(
+        "lift",
+        (pin("lever", BASE, "lever", 1, 0, 0, ("x", sp.Rational(4, 5))),),
+        ("lift",),
+        struts=(
+            Strut(
+                "lift",
+                Place(BASE, at(2, -1, 1)),
+                Place("lever", at("3/2", 0, "1/4")),
+                1,
+                True,
+                "ball",
+            ),
+        ),
+        reference=near(("lever", "5/4"), ("lift", "9/10")),
+    )
+
+
+def from_the_platform():
+    """A delta whose rods are described from the platform to the arms, one arm counting down."""
+    whole = delta()
+    rods = tuple(replace(rod, a=rod.b, b=rod.a) for rod in whole.struts)
+    joints = tuple(replace(j, direction=-1) if j.name == "arm1" else j for j in whole.joints)
+    reference = tuple((n, -v if n == "arm1" else v) for n, v in whole.reference)
+    return replace(whole, joints=joints, struts=rods, reference=reference)
+
+
+BUILDERS = {f.__name__: f for f in (rssr, crank_and_slider, lift, delta, from_the_platform)}
+KINDS = {
+    "rssr": "circle and sphere",
+    "crank_and_slider": "line and sphere",
+    "lift": "circle and sphere",
+    "delta": "three spheres",
+    "from_the_platform": "three spheres",
+}
+
+
+@cache
+def kernels(name):
+    derived = derive(BUILDERS[name](), FUNCTIONS[name])
+    names = [f.name for f in derived.functions]
+    return dict(zip(names, lower(derived.functions, "test"), strict=True))
+
+
+FORWARD = ["chain", "chain_rates", "configuration", "margin", "chain_all"]
+FUNCTIONS = dict.fromkeys(BUILDERS, FORWARD)
+FUNCTIONS |= {
+    name: [*FORWARD, "actuators", "actuator_rates", "actuator_margin", "actuators_all"]
+    for name in ("delta", "from_the_platform")
+}
+FUNCTIONS["lift"] = [*FORWARD, "actuators", "actuator_rates"]
+
+
+@cache
+def reference(name):
+    h = Hybrid(BUILDERS[name]())
+    return np.array([h.at_reference[c.moves] for c in h.mechanism.coordinates])
+
+
+def random_q(name, n=100, spread=0.3):
+    q = reference(name)
+    return q + np.random.default_rng(0).uniform(-spread, spread, (n, len(q)))
+
+
+def run(name, function, rows):
+    return np.array([np.array(kernels(name)[function](*row)).ravel() for row in rows])
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+def test_loops_close_on_the_branch_of_the_reference(name):
+    model, q = Model(BUILDERS[name]()), random_q(name)
+    z = run(name, "configuration", [(row,) for row in q])
+    assert np.isfinite(z).all()
+    assert model.gap(z).max() < CLOSED
+    np.testing.assert_allclose(z[:, model.actuated], q, atol=1e-15)
+    start = np.array([[float(model.mechanism.reference_of(n)) for n in model.names]])
+    start[:, model.actuated] = reference(name)
+    found = model.newton(start, model.actuated)
+    (expected,) = run(name, "configuration", [(reference(name),)])
+    np.testing.assert_allclose(found[0], expected, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+def test_the_kind_of_the_step(name):
+    h = Hybrid(BUILDERS[name]())
+    assert [step.kind for step in h.forward.steps] == [KINDS[name]]
+    assert not h.forward.open
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+def test_rates_against_automatic_differentiation(name):
+    q = random_q(name, 30)
+    n = q.shape[1]
+    x, xd = ca.SX.sym("x", n), ca.SX.sym("xd", n)
+    oracle = ca.Function("oracle", [x, xd], [ca.jtimes(kernels(name)["chain"](x), x, xd)])
+    qd = np.random.default_rng(1).uniform(-1, 1, q.shape)
+    found = run(name, "chain_rates", zip(q, qd, strict=True))
+    expected = np.array([np.array(oracle(*row)).ravel() for row in zip(q, qd, strict=True)])
+    np.testing.assert_allclose(found, expected, rtol=1e-10, atol=1e-11)
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+def test_every_branch_closes(name):
+    model, f = Model(BUILDERS[name]()), kernels(name)["chain_all"]
+    assert len({*model.chain, *model.actuated}) == len(model.names)
+    for row in random_q(name, 10):
+        theta = np.array(f(row)[0]).reshape(2, -1)
+        assert np.abs(theta[0] - theta[1]).max() > 1e-3
+        z = np.zeros((2, len(model.names)))
+        z[:, model.actuated] = row
+        z[:, model.chain] = theta
+        assert model.gap(z).max() < CLOSED
+
+
+@pytest.mark.parametrize("name", BUILDERS)
+def test_out_of_reach_is_nan_with_a_negative_margin(name):
+    q = random_q(name, 2000, 4.0)
+    chain, margin = (run(name, f, [(row,) for row in q]) for f in ("chain", "margin"))
+    closes = (margin >= 0).all(-1)
+    np.testing.assert_array_equal(np.isfinite(chain).all(-1), closes)
+    model = Model(BUILDERS[name]())
+    z = run(name, "configuration", [(row,) for row in q[closes]])
+    assert model.gap(z).max() < 1e-9
+    assert closes.any()
+    assert (~closes).any() or name in ("rssr", "crank_and_slider")
+
+
+@pytest.mark.parametrize("name", ["lift", "delta", "from_the_platform"])
+def test_back_to_the_actuators(name):
+    q = random_q(name)
+    qd = np.random.default_rng(2).uniform(-1, 1, q.shape)
+    theta = run(name, "chain", [(row,) for row in q])
+    thetad = run(name, "chain_rates", zip(q, qd, strict=True))
+    found = run(name, "actuators", [(row,) for row in theta])
+    np.testing.assert_allclose(found, q, atol=CLOSED)
+    rates = run(name, "actuator_rates", zip(theta, thetad, strict=True))
+    np.testing.assert_allclose(rates, qd, atol=1e-11)
+
+
+def test_a_leg_that_is_too_short_to_reach_its_arm_s_plane():
+    """Beside the plane of the arm farther than the rod is long: the margin is below zero."""
+    f = kernels("delta")
+    for y in (0.9, 1.5, 4.0):
+        theta = np.array([0.0, y, -0.3, 0, 0, 0])
+        margin = np.array(f["actuator_margin"](theta)).ravel()
+        assert np.isnan(np.array(f["actuators"](theta)).ravel()[0])
+        assert margin[0] < 0
+
+
+def test_six_legs_are_measured():
+    mechanism = stewart()
+    h = Hybrid(mechanism)
+    assert {step.kind for step in h.backward.steps} == {"distance"}
+    assert set(h.forward.open) == {"x", "y", "z", "yaw", "pitch", "roll"}
+    derived = derive(mechanism, ["actuators"])
+    (kernel,) = lower(derived.functions, "test")
+    model = Model(mechanism)
+    theta = np.array([0.1, -0.05, 1.1, 0.2, -0.1, 0.15])
+    z = np.zeros((1, len(model.names)))
+    z[0, model.chain] = theta
+    z[0, model.actuated] = np.array(kernel(theta)).ravel()
+    assert model.gap(z).max() < CLOSED
+
+
+def test_loops_that_are_open_at_the_reference():
+    short = replace(rssr(), struts=(replace(rssr().struts[0], length=sp.Rational(1, 10)),))
+    with pytest.raises(RobotError, match=r"loop of rod does not close at the reference"):
+        derive(short)
+    rods = tuple(replace(rod, length=sp.Rational(1, 10)) for rod in delta().struts)
+    with pytest.raises(RobotError, match=r"loop of rod0l does not close at the reference"):
+        derive(replace(delta(), struts=rods))
+
+
+def test_the_other_branch_by_another_reference():
+    up = replace(delta(), reference=tuple((n, -v if n == "z" else v) for n, v in delta().reference))
+    (step,) = Hybrid(up).forward.steps
+    (usual,) = Hybrid(delta()).forward.steps
+    assert {step.branch, usual.branch} == {"above", "below"}
+    assert Hybrid(up).at_reference["z"] > 0 > Hybrid(delta()).at_reference["z"]
+    assert len(usual.name(delta()).split(" and ")) == 6
+    assert usual.joints[0] == "rod0l"

@@ -1,0 +1,61 @@
+"""The same model built in Python: what goes in is made exact, or refused where it enters."""
+
+from decimal import Decimal
+from fractions import Fraction
+
+import pytest
+import sympy as sp
+
+from chasles.derive import Joint, Mimic, Parameter, Robot, RobotError, derive
+from chasles.derive.description.conventions import dh, poe, urdf
+
+
+def turning(name="j", **given):
+    row = {"a": 0, "alpha": 0, "d": 0, "theta": 0} | given
+    return Joint(name, "revolute", *dh("revolute", **row))
+
+
+def test_numbers_of_every_exact_kind_are_taken():
+    for value in (Fraction(1, 4), Decimal("0.25"), "0.25", "1/4", sp.Rational(1, 4)):
+        joint = turning(a=value)
+        assert joint.after[0].vector == (sp.Rational(1, 4), 0, 0)
+        assert Parameter("a", value).value == sp.Rational(1, 4)
+    assert turning(alpha="pi/2").after[0].angle == sp.pi / 2
+    screw = poe("revolute", axis=(0, 0, 1), point=("0.1", 0, 0))
+    assert screw[0][0].vector == (sp.Rational(1, 10), 0, 0)
+    joint = Joint("j", "revolute", *screw, limits=("-pi", 3), pitch=0)
+    assert joint.limits == (-sp.pi, 3)
+    assert Mimic("j", "1/2", 1).multiplier == sp.Rational(1, 2)
+    assert len(derive(Robot("r", (joint,)), ("fk",)).functions) == 1
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: turning(a=0.25), "0.25 is a float, which is not exact: write '0.25'"),
+        (lambda: Parameter("a", 0.3), "0.3 is a float"),
+        (lambda: turning(a=None), "nothing is no exact number"),
+        (lambda: turning(a="a1"), "a1"),
+        (lambda: Joint("j", "rotary"), "joint 'j': 'rotary' is none of revolute, prismatic"),
+        (lambda: Joint("j", "revolute", direction=2), "2 is none of 1, -1"),
+        (lambda: Joint("j", "revolute", limits=(-1.5, 1.5)), "-1.5 is a float"),
+        (lambda: Joint("my joint", "revolute"), "a name of letters, digits and _"),
+        (lambda: Parameter("a", 1, "width"), "'width' is none of length, angle, ratio"),
+        (lambda: Robot("my robot", (turning(),)), "robot 'my robot': expected a name"),
+        (lambda: Robot("r", (turning(a=sp.Symbol("a")),)), "robot 'r' uses a, the symbol of none"),
+        (lambda: Robot("r", (turning(), turning())), "two joints are called 'j'"),
+        (lambda: Robot("r", (Joint("j", "fixed"),)), "no joint that moves by itself"),
+        (lambda: urdf("revolute", xyz=(0, 0), rpy=(0, 0, 0), axis=(0, 0, 1)), "three numbers"),
+        (lambda: poe("revolute", axis=(0, 0, 0), point=(0, 0, 0)), "zero vector"),
+    ],
+)
+def test_what_is_refused_and_what_is_said(make, words):
+    with pytest.raises(RobotError) as caught:
+        make()
+    assert words in str(caught.value)
+
+
+def test_a_follower_of_nobody():
+    led = Joint("k", "revolute", *dh("revolute", a=1, alpha=0, d=0, theta=0), mimic=Mimic("x"))
+    with pytest.raises(RobotError, match="joint 'k' mimics 'x'"):
+        Robot("r", (turning(), led))

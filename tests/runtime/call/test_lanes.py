@@ -1,0 +1,252 @@
+"""Batches of the shipped robots, which compute several poses at once, against single calls."""
+
+import itertools
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.contract.manifest import read_manifest
+
+ROUNDING = 16
+"""Batch against single call, in units in the last place of the largest entry of all rows: sines of
+lanes are good to 4, and an entry of a Hessian is a sum of products of a few of them. At least of 1:
+what the loops leave open is a difference of lengths of that order."""
+LARGE = (4 << 20) // 8 + 1
+"""Doubles in a result that is written past the caches."""
+LENGTHS = range(41)
+
+SERIAL = [name for name in chasles.robots() if not chasles.load(name).loops]
+LOOPS = ["well_manipulator", "delta", "planar_3rrr"]
+"""One of each kind: triangles of cylinders, spheres, a platform on three legs."""
+NEAR = 0.02
+"""Radian or metre from the reference in which these robots' loops close."""
+NAMES = [*SERIAL, *LOOPS]
+
+
+def in_C(robot):
+    """The functions that are not Newton's iteration over others, and take coordinates.
+
+    Inverses and their equations take poses, and are tried where their branches are.
+    """
+    functions = read_manifest(robot.folder).functions
+    return [item.name for item in functions if item.inputs[0].name != "T"]
+
+
+FUNCTIONS = [(name, item) for name in NAMES for item in in_C(chasles.load(name))]
+FORWARD = [
+    (name, item)
+    for name, item in FUNCTIONS
+    if name in SERIAL and item != "swivel" and not chasles.load(name).functions[item].solutions
+]
+"""Without inverses, which take poses: of numbers that are none, signs of zeros decide on pi or -pi,
+and rows of a 4 by 4 matrix do not lie as vectors do; and without the angle of an elbow that may be
+nearly stretched, which multiplies rounding."""
+every_function = pytest.mark.parametrize(("name", "item"), FUNCTIONS)
+centres = {}
+"""Where the loops of a function's robot close, by the name of the argument."""
+
+
+def find(name, item):
+    robot = chasles.load(name)
+    function = robot.functions[item]
+    if robot.loops:
+        q = np.array(robot.reference.q)
+        places = {"q": q, "theta": robot.chain(q), "z": np.array(robot.reference.z)}
+        centres[id(function)] = (function, places)
+    return function
+
+
+def make_inputs(function, *batch, seed=1, scale=np.pi):
+    """Angles up to `scale`, or near where loops close, and rates of order 1."""
+    rng = np.random.default_rng(seed)
+    _, places = centres.get(id(function), (function, {}))
+    scales = [scale, *[2.0] * (len(function.inputs) - 1)]
+    return [
+        rng.uniform(-size, size, (*batch, *item.shape))
+        if item.name not in places
+        else places[item.name] + rng.uniform(-1, 1, (*batch, *item.shape)) * NEAR * scale / np.pi
+        for item, size in zip(function.inputs, scales, strict=True)
+    ]
+
+
+def call(function, *inputs, **keywords):
+    """The results as a list, for one or several; of an inverse without what is judged of them."""
+    result = function(*inputs, **keywords)
+    return list(result[: len(function.outputs)]) if isinstance(result, tuple) else [result]
+
+
+def assert_same(got, expected):
+    for a, b in zip(got, expected, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def assert_close(got, expected):
+    """Up to rounding, and not finite in the same places."""
+    for a, b in zip(got, expected, strict=True):
+        finite = np.isfinite(b)
+        np.testing.assert_array_equal(np.isfinite(a), finite)
+        if finite.any():
+            unit = np.spacing(max(np.abs(b[finite]).max(), 1.0))
+            assert np.abs(a[finite] - b[finite]).max() <= ROUNDING * unit
+
+
+def alone(function, *row):
+    """The results of a single call; where a loop does not close, of a batch of one."""
+    try:
+        return call(function, *row)
+    except chasles.OutOfReachError:
+        return [x[0] for x in call(function, *(np.asarray(x)[None] for x in row))]
+
+
+def loop(function, *inputs):
+    """The results of single calls, stacked."""
+    rows = [alone(function, *row) for row in zip(*inputs, strict=True)]
+    return [np.stack(column) for column in zip(*rows, strict=True)]
+
+
+@every_function
+def test_batches_of_every_length_are_single_calls(name, item):
+    function = find(name, item)
+    inputs = make_inputs(function, LENGTHS[-1])
+    whole = call(function, *inputs)
+    single = loop(function, *inputs)
+    assert_close(whole, single)
+    for n in LENGTHS:
+        # From the end, so that a row sits in every lane in turn; and what it gives is the same in
+        # each, but for a row by itself.
+        got = call(function, *(x[len(x) - n :] for x in inputs))
+        assert [x.shape for x in got] == [(n, *out.shape) for out in function.outputs]
+        assert_same(got, [x[len(x) - n :] for x in (single if n == 1 else whole)])
+
+
+@pytest.mark.parametrize(("name", "item"), FORWARD)
+def test_huge_and_tiny_coordinates(name, item):
+    function = find(name, item)
+    plain = call(function, *make_inputs(function, 37))
+    for scale in (1e5, 1e15, 1e300, 1e-310):
+        # Robots with slides overflow where others turn round and round.
+        inputs = make_inputs(function, 37, scale=scale)
+        assert_close(call(function, *inputs), loop(function, *inputs))
+        mixed = make_inputs(function, 37)
+        mixed[0][::5] = inputs[0][::5]
+        usual = np.arange(37) % 5 != 0
+        got = call(function, *mixed)
+        assert_same([x[usual] for x in got], [x[usual] for x in plain])
+
+
+@every_function
+def test_one_bad_row_does_not_touch_the_others(name, item):
+    function = find(name, item)
+    clean = make_inputs(function, 19)
+    expected = call(function, *clean)
+    for row, bad in itertools.product(range(19), (np.nan, np.inf, -np.inf)):
+        argument = row % len(clean)
+        spoiled = [x.copy() for x in clean]
+        entries = spoiled[argument].reshape(19, -1)
+        entries[row, row % entries.shape[1]] = bad
+        with np.errstate(all="raise"):
+            got = call(function, *spoiled)
+        others = np.arange(19) != row
+        assert_same([x[others] for x in got], [x[others] for x in expected])
+        single = alone(function, *(x[row] for x in spoiled))
+        for a, b in zip(got, single, strict=True):
+            np.testing.assert_array_equal(np.isnan(a[row]), np.isnan(b))
+
+
+def test_a_coordinate_that_is_not_finite_is_seen_in_the_pose():
+    for name in SERIAL:
+        function = find(name, "fk")
+        q = make_inputs(function, 16)[0]
+        q[3] = np.nan
+        assert np.isnan(function(q)[3]).any()
+        assert np.isfinite(function(q)[4:]).all()
+
+
+LAYOUTS = {
+    "gaps": lambda a: np.repeat(a, 2, axis=0)[::2],
+    "reversed": lambda a: np.ascontiguousarray(a[::-1])[::-1],
+    "columns of a table": lambda a: np.pad(a, [(0, 0)] * (a.ndim - 1) + [(1, 2)])[..., 1:-2],
+    "backwards": lambda a: np.ascontiguousarray(a[:, ::-1])[:, ::-1],
+    "fortran": np.asfortranarray,
+    "odd address": lambda a: np.concatenate([[0.0], a.ravel()])[1:].reshape(a.shape),
+}
+CORE_IS_DENSE = {"gaps", "reversed", "columns of a table", "odd address"}
+
+
+@pytest.mark.parametrize(
+    ("name", "item"), [*FORWARD, *((n, item) for n, item in FUNCTIONS if n in LOOPS)]
+)
+def test_where_the_rows_lie_does_not_matter(name, item):
+    function = find(name, item)
+    inputs = make_inputs(function, 29)
+    expected = call(function, *inputs)
+    for layout, arrange in LAYOUTS.items():
+        got = call(function, *(arrange(x) if x.ndim > 1 else x for x in inputs))
+        # Rows with gaps between their entries are computed one by one.
+        same = assert_same if layout in CORE_IS_DENSE else assert_close
+        same(got, expected)
+
+
+@pytest.mark.parametrize("name", SERIAL)
+def test_broadcast(name):
+    function = find(name, "twist_mixed")
+    q, qd = make_inputs(function, 1000)
+    q, qd = q[:, None], qd[None, :50]
+    result = function(q, qd)
+    assert result.shape == (1000, 50, 6)
+    dense = [np.ascontiguousarray(np.broadcast_to(x, (1000, 50, q.shape[-1]))) for x in (q, qd)]
+    np.testing.assert_array_equal(result, function(*dense))
+    # One row for all, and all rows for one.
+    np.testing.assert_array_equal(function(q[7, 0], qd[0]), result[7])
+    np.testing.assert_array_equal(function(q[:, 0], qd[0, 7]), result[:, 7])
+
+
+def large_batch(function):
+    smallest = min(int(np.prod(item.shape)) for item in function.outputs)
+    return LARGE // smallest + 3
+
+
+@every_function
+def test_large_results_are_those_of_small_batches(name, item):
+    function = find(name, item)
+    n = large_batch(function)
+    inputs = make_inputs(function, n)
+    large = call(function, *inputs)
+    assert min(x.nbytes for x in large) > LARGE * 8
+    rng = np.random.default_rng(2)
+    for first in [0, n - 40, *rng.integers(0, n - 40, 20)]:
+        part = slice(first, first + 40)
+        assert_same([x[part] for x in large], call(function, *(x[part] for x in inputs)))
+
+
+@pytest.mark.parametrize("name", ["ur5e", "panda"])
+@pytest.mark.parametrize("item", ["fk", "fk_jacobian_mixed", "twist_mixed", "hessian_mixed"])
+@pytest.mark.parametrize("length", ["short", "large"])
+def test_out_at_every_address(name, item, length):
+    function = find(name, item)
+    n = 21 if length == "short" else large_batch(function)
+    inputs = make_inputs(function, n)
+    expected = call(function, *inputs)
+    sizes = [x.size for x in expected]
+    buffer = np.empty(sum(sizes) + 32)
+    for shift in range(9):
+        buffer[:] = -77.0
+        outs, start = [], shift
+        for x in expected:
+            outs.append(buffer[start : start + x.size].reshape(x.shape))
+            start += x.size + 3
+        got = call(function, *inputs, out=tuple(outs))
+        assert all(a is b for a, b in zip(got, outs, strict=True))
+        assert_same(got, expected)
+        assert np.count_nonzero(buffer == -77.0) == buffer.size - sum(sizes)
+
+
+def test_out_into_columns_and_backwards():
+    function = find("ur5e", "twist_mixed")
+    inputs = make_inputs(function, 50)
+    expected = function(*inputs)
+    table = np.zeros((50, 9))
+    function(*inputs, out=table[::-1, 1:7])
+    np.testing.assert_array_equal(table[::-1, 1:7], expected)
+    assert not table[:, [0, 7, 8]].any()

@@ -1,0 +1,250 @@
+"""Robots: loading, facts, pickling, the generated package, the manifest, the command line."""
+
+import ast
+import copy
+import pickle
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import chasles
+import chasles.robot
+from chasles.__main__ import main
+
+from .. import tiny
+
+Q = np.array([0.3, -1.2])
+
+
+@pytest.fixture
+def shipped(folder, monkeypatch):
+    """The tiny robot, as if it were installed along."""
+    folders = {"tiny": folder.path}
+    monkeypatch.setattr(chasles, "shipped_folders", lambda: folders)
+    monkeypatch.setattr(chasles.robot, "shipped_folders", lambda: folders)
+    return folder
+
+
+def test_facts(robot):
+    assert (robot.name, robot.title, robot.n) == ("tiny", "A tiny robot", 2)
+    assert [c.name for c in robot.coordinates] == ["pan", "lift"]
+    np.testing.assert_array_equal(robot.lower, [-3, -np.inf])
+    np.testing.assert_array_equal(robot.upper, [3, np.inf])
+    assert robot.frames.links == ("link1", "link2")
+    assert robot.parameters["d1"].exact == "13/80"
+    assert robot.notes == ("Not to be built.",)
+    assert list(robot.functions) == ["fk", "blend", "fused", "distance", "wide"]
+    assert robot.functions["fk"] is robot.fk
+    assert "A tiny robot" in repr(robot)
+    assert "lift [m]" in repr(robot)
+
+
+def test_does_not_change(robot):
+    with pytest.raises(AttributeError, match="does not change"):
+        robot.name = "other"
+    with pytest.raises(AttributeError, match="does not change"):
+        del robot.fk
+    with pytest.raises(ValueError, match="read-only"):
+        robot.lower[0] = 1
+    with pytest.raises(TypeError):
+        robot.functions["fk"] = None
+
+
+def test_absent_function_names_the_others(robot):
+    with pytest.raises(AttributeError, match=r"robot 'tiny' has no 'ik'; .*fk, blend, fused"):
+        robot.ik(Q)
+    assert not hasattr(robot, "hessian_mixed")
+
+
+def test_pickle(robot):
+    again = pickle.loads(pickle.dumps(robot))
+    assert again == robot
+    assert hash(again) == hash(robot)
+    assert copy.deepcopy(robot) == robot
+    function = pickle.loads(pickle.dumps(robot.fk))
+    np.testing.assert_array_equal(function(Q), robot.fk(Q))
+    assert robot != "tiny"
+
+
+def test_pickle_of_a_robot_that_changed_is_refused(folder):
+    pickled = pickle.dumps(chasles.load(folder.path))
+    folder.write(tiny.SOURCE.replace("sin", "cos"))
+    with pytest.raises(chasles.SourceMismatchError, match="not the tiny that was pickled"):
+        pickle.loads(pickled)
+
+
+def test_shipped_robot_pickles_by_name(shipped):
+    pickled = pickle.dumps(chasles.load("tiny"))
+    assert str(shipped.path).encode() not in pickled
+    assert pickle.loads(pickled).name == "tiny"
+
+
+def test_load_by_name(shipped):
+    assert chasles.robots() == ["tiny"]
+    assert chasles.load("tiny") == chasles.load(shipped.path) == chasles.load(f"{shipped.path}/")
+
+
+def test_unknown_robot(shipped, tmp_path):
+    with pytest.raises(
+        chasles.UnknownRobotError, match=r"'tinny'; did you mean tiny\? known: tiny"
+    ):
+        chasles.load("tinny")
+    with pytest.raises(chasles.UnknownRobotError, match=r"known: tiny; a folder .* './zebra'"):
+        chasles.load("zebra")
+    with pytest.raises(
+        chasles.UnknownRobotError, match=r"no generated robot \(no manifest.json in it\)"
+    ):
+        chasles.load(tmp_path)
+
+
+# -------------------------------------------------------------- manifest
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda m: m.update(chasles=2), r"chasles: got 2, expected 1; derive the robot again"),
+        (lambda m: m.pop("name"), r"manifest: has no 'name'"),
+        (lambda m: m.update(name="a b"), r"name: got 'a b', expected a name of"),
+        (lambda m: m.update(title=3), r"title: got 3, expected a string"),
+        (lambda m: m.update(functions={}), r"functions: got {}, expected a list"),
+        (lambda m: m.update(frames=[]), r"frames: got \[\], expected an object"),
+        (lambda m: m["coordinates"][1].update(lower="0"), r"coordinates\[1\].lower: got '0'"),
+        (lambda m: m["parameters"][0].update(value=True), r"parameters\[0\].value: got True"),
+        (
+            lambda m: m["functions"][0].update(symbol="f();x"),
+            r"functions\[0\].symbol: got 'f\(\);x'",
+        ),
+        (lambda m: m["functions"][0].update(outputs=[]), r"functions\[0\]: .* at least one input"),
+        (
+            lambda m: m["functions"][1]["inputs"][1].update(shape=[2, -3]),
+            r"functions\[1\].inputs\[1\].shape\[1\]: got -3, expected a count",
+        ),
+        (
+            lambda m: m["functions"][1]["inputs"][1].update(shape=[0]),
+            r"expected sizes of at least 1",
+        ),
+        (lambda m: m["functions"][1]["inputs"][1].update(name="q"), r"'q' is there twice"),
+        (lambda m: m["functions"][1]["inputs"][1].update(name="out"), r"'out' is there twice"),
+        (lambda m: m["functions"][1].update(name="fk"), r"functions: 'fk' is there twice"),
+        (lambda m: m["functions"][0]["operations"].update(add=-1), r"operations.add: got -1"),
+        (lambda m: m["files"].pop("tiny.h"), r"files: has no 'tiny.h'"),
+        (lambda m: m["files"].update({"tiny.c": "zz"}), r"files.tiny.c: got 'zz', expected a SHA"),
+    ],
+)
+def test_wrong_manifest_names_file_field_and_value(folder, change, message):
+    change(folder.manifest)
+    folder.write_manifest()
+    with pytest.raises(chasles.ManifestError, match=rf"manifest\.json: .*{message}"):
+        chasles.load(folder.path)
+
+
+def test_notes_and_identities_may_be_absent(folder):
+    del folder.manifest["notes"]
+    for function in folder.manifest["functions"]:
+        del function["identity"]
+    folder.write_manifest()
+    assert chasles.load(folder.path).notes == ()
+
+
+def test_manifest_that_is_not_json(folder):
+    (folder.path / "manifest.json").write_text("{")
+    with pytest.raises(chasles.ManifestError, match=r"manifest.json: not JSON"):
+        chasles.load(folder.path)
+
+
+# ------------------------------------------------------ generated package
+
+INIT = '''\
+"""A tiny robot."""
+
+from chasles.contract.package import lazy_package
+
+__getattr__, __dir__ = lazy_package(globals())
+'''
+
+
+def test_generated_package_loads_at_first_use(folder, cache):
+    (folder.path / "__init__.py").write_text(INIT)
+    code = """
+import os, sys
+import tiny
+assert "fk" in dir(tiny) and "robot" in dir(tiny)
+assert not hasattr(tiny, "__path_of_nothing__")
+assert not os.path.exists(os.environ["CHASLES_CACHE"])
+assert tiny.fk([0.0, 1.0]).shape == (3, 4)
+assert tiny.n == 2 and tiny.robot.fk is tiny.fk and "fk" in vars(tiny)
+from tiny import blend
+try:
+    tiny.ik
+except AttributeError as error:
+    assert "its functions are: fk" in str(error)
+else:
+    sys.exit("no error")
+"""
+    subprocess.run([sys.executable, "-c", code], cwd=folder.path.parent, check=True)
+
+
+# ---------------------------------------------------------- command line
+
+
+def test_build(shipped, capsys, cache):
+    assert main(["build"]) == 0
+    assert "tiny" in (first := capsys.readouterr().out)
+    assert "compiled" in first
+    assert main(["build", "tiny"]) == 0
+    assert "in the cache" in capsys.readouterr().out
+    assert len(list(cache.iterdir())) == 1
+
+
+def test_build_says_what_failed(folder, tmp_path, capsys):
+    folder.write(tiny.SOURCE + "\nnonsense\n")
+    assert main(["build", str(folder.path)]) == 1
+    assert "nonsense" in capsys.readouterr().err
+    assert main(["build", "zebra"]) == 1
+    assert "no robot named 'zebra'" in capsys.readouterr().err
+
+
+def test_info(shipped, capsys):
+    assert main(["info", "tiny"]) == 0
+    text = capsys.readouterr().out
+    for part in (
+        "A tiny robot",
+        "Not to be built.",
+        "-inf to inf m",
+        "blend(q [2] [rad], A [2, 3] [1])",
+        "8 total",
+    ):
+        assert part in text
+
+
+# ------------------------------------------------------------- the walls
+
+
+def test_runtime_imports_numpy_and_the_standard_library_only():
+    allowed = {"numpy", *sys.stdlib_module_names}
+    files = list(Path(chasles.__file__).parent.rglob("*.py"))
+    assert len(files) > 5
+    for file in files:
+        for node in ast.walk(ast.parse(file.read_text())):
+            if isinstance(node, ast.Import):
+                found = {alias.name.split(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and node.level == 0:
+                found = {(node.module or "").split(".")[0]}
+            else:
+                continue
+            assert found <= allowed, file
+
+
+def test_import_compiles_nothing_and_brings_numpy_alone(cache):
+    code = """
+import os, sys
+import chasles
+assert not os.path.exists(os.environ["CHASLES_CACHE"])
+assert not {"sympy", "casadi", "scipy"} & set(sys.modules)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)
+    assert chasles.__version__

@@ -1,0 +1,397 @@
+"""The keyword threads=, and calls from many threads: the same results, the same errors."""
+
+import gc
+import itertools
+import re
+import subprocess
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+import chasles
+import chasles.call.threads
+
+COUNTS = [None, 1, 2, 3, 5, np.int64(2), "all", 10**6, 10**30]
+
+
+@pytest.fixture
+def eager(monkeypatch):
+    """Splits small batches too, whatever the machine."""
+    monkeypatch.setattr(chasles.call.threads, "_LEAST", 1)
+    monkeypatch.setattr(chasles.call.threads, "count_cores", lambda: 4)
+
+
+def check(function, *inputs, **keywords):
+    """The same with any number of threads, into new arrays and into given ones."""
+    expected = function(*inputs, **keywords)
+    several = isinstance(expected, tuple)
+    for threads in COUNTS:
+        result = function(*inputs, **keywords, threads=threads)
+        assert type(result) is type(expected)
+        for a, b in zip(*((x if several else [x]) for x in (result, expected)), strict=True):
+            assert a.shape == b.shape
+            assert a.dtype == np.float64
+            np.testing.assert_array_equal(a, b)
+        out = tuple(np.full(x.shape, np.nan) for x in (expected if several else [expected]))
+        result = function(*inputs, **keywords, threads=threads, out=out)
+        for a, b, c in zip(
+            result if several else [result], out, expected if several else [expected], strict=True
+        ):
+            assert a is b
+            np.testing.assert_array_equal(a, c)
+
+
+SHAPES = [(100,), (37,), (16,), (17,), (3, 40), (2, 3, 50), (64, 3), (1, 99), (99, 1), (4, 4, 4)]
+
+
+@pytest.mark.parametrize("shape", [*SHAPES, (0,), (5, 0), (1,), (2,), ()])
+def test_shapes(robot, eager, shape):
+    rng = np.random.default_rng(31)
+    check(robot.fused, rng.normal(size=(*shape, 2)))
+    check(chasles.load("ur5e").fk_jacobian_mixed, rng.normal(size=(*shape, 6)))
+
+
+@pytest.mark.parametrize(
+    ("q_shape", "qd_shape"),
+    [
+        ((100,), ()),
+        ((), (100,)),
+        ((100, 1), (1, 30)),
+        ((1, 30), (100, 1)),
+        ((3, 1), (50,)),
+        ((50,), (3, 1)),
+        ((64, 1, 3), (5, 1)),
+        ((1,), (70,)),
+    ],
+)
+def test_broadcast(eager, q_shape, qd_shape):
+    rng = np.random.default_rng(32)
+    q, qd = rng.normal(size=(*q_shape, 6)), rng.normal(size=(*qd_shape, 6))
+    check(chasles.load("ur5e").twist_mixed, q, qd)
+
+
+def test_large_batches_as_they_are_cut_by_default(robot):
+    rng = np.random.default_rng(33)
+    arm = chasles.load("ur5e")
+    for n in (1000, 10_000, 12_345, 20_001, 50_001):
+        check(arm.fk, rng.normal(size=(n, 6)))
+    check(arm.twist_mixed, rng.normal(size=(7, 3000, 6)), rng.normal(size=(3000, 6)))
+    check(robot.fk, rng.normal(size=(4, 50_000, 2)))
+
+
+def test_layouts(eager):
+    rng = np.random.default_rng(34)
+    arm = chasles.load("ur5e")
+    q = rng.normal(size=(60, 5, 6))
+    check(arm.fk, np.asfortranarray(q))
+    check(arm.fk, q[::-1])
+    check(arm.fk, q[:, ::-2])
+    check(arm.fk, q[..., ::-1])
+    check(arm.fk, q.transpose(1, 0, 2))
+    check(arm.fk, q.astype(np.float32))
+    check(arm.fk, q.tolist())
+    check(arm.fk, np.broadcast_to(q[0, 0], (200, 6)))
+    check(arm.fk, q=q[0])
+    buffer = np.zeros((70, 5, 7, 4))
+    out = buffer[5:65, :, 1:5]
+    assert arm.fk(q, out=out, threads=2) is out
+    np.testing.assert_array_equal(out, arm.fk(q))
+    assert np.count_nonzero(buffer) == np.count_nonzero(out)
+    out, other = (np.empty((60, 5, 4, 4), order="F") for _ in range(2))
+    assert arm.fk(q, out=out, threads=2) is out
+    np.testing.assert_array_equal(out, arm.fk(q, out=other))
+
+
+def test_outs_given_in_part(eager, robot):
+    q = np.random.default_rng(35).normal(size=(100, 2))
+    jacobian = np.empty((100, 2, 2))
+    result = robot.fused(q, out=(None, jacobian), threads=2)
+    assert result[1] is jacobian
+    for a, b in zip(result, robot.fused(q), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("shift", [-600, -64, -7, 0, 1, 64, 599, 600])
+def test_out_may_overlap_inputs(eager, shift):
+    function = chasles.load("ur5e").twist_mixed
+    buffer = np.random.default_rng(36).normal(size=2400)
+    q = buffer[900:1500].reshape(100, 6)
+    out = buffer[900 + shift : 1500 + shift].reshape(100, 6)
+    qd = np.ones(6)
+    expected = function(q.copy(), qd)
+    assert function(q, qd, out=out, threads=3) is out
+    np.testing.assert_allclose(out, expected, rtol=1e-13, atol=1e-15)
+
+
+def test_outs_may_be_columns_of_one_table(eager, robot):
+    table = np.zeros((100, 18))
+    outs = table[:, :12].reshape(100, 3, 4), table[:, 12:16].reshape(100, 2, 2)
+    table[:, 16:] = np.random.default_rng(37).normal(size=(100, 2))
+    expected = robot.fused(table[:, 16:].copy())
+    robot.fused(table[:, 16:], out=outs, threads=2)
+    for a, b in zip(outs, expected, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_other_threads_do_take_part(eager):
+    arm = chasles.load("ur5e")
+    q = np.zeros((200_000, 6))
+    arm.fk(q, threads=2)
+    assert any(thread.name.startswith("chasles") for thread in threading.enumerate())
+
+
+def test_every_row_is_in_one_part_and_no_part_is_a_single_row():
+    checked = 0
+    for rows, threads in itertools.product([*range(1, 70), 1000, 4096, 100_003], range(1, 9)):
+        for batch in [(rows,), (2, rows), (rows, 1000), (3, rows, 5)]:
+            axis, cuts = chasles.call.threads._cut(batch, threads)
+            if not cuts:
+                continue
+            covered = np.concatenate([np.arange(cut.start, cut.stop) for cut in cuts])
+            np.testing.assert_array_equal(covered, np.arange(batch[axis]))
+            if len(cuts) > 1:
+                assert min(cut.stop - cut.start for cut in cuts) >= 8
+                assert all(cut.start % 8 == 0 for cut in cuts)
+                checked += 1
+    assert checked > 100
+
+
+# ---------------------------------------------------------------- errors
+
+
+@pytest.mark.parametrize(
+    "threads", [0, -1, -(10**30), True, False, 2.0, "2", "", [2], np.array([2, 3])]
+)
+@pytest.mark.parametrize("batch", [(), (3,), (5000,)])
+def test_wrong_number(robot, threads, batch):
+    message = f"tiny.fk: threads must be a positive integer or 'all', got {threads!r}"
+    with pytest.raises(chasles.InputError, match=f"^{re.escape(message)}$"):
+        robot.fk(np.zeros((*batch, 2)), threads=threads)
+
+
+@pytest.mark.parametrize(
+    "call",
+    [
+        lambda r, **k: r.fk(np.zeros((5000, 3)), **k),
+        lambda r, **k: r.fk(np.zeros((5000, 2), complex), **k),
+        lambda r, **k: r.fk([[1, 2], [3]], **k),
+        lambda r, **k: r.blend(np.zeros((5000, 2)), np.zeros((4000, 2, 3)), **k),
+        lambda r, **k: r.fk(np.zeros((5000, 2)), out=np.zeros((4999, 3, 4)), **k),
+        lambda r, **k: r.fk(np.zeros((5000, 2)), out=np.zeros((5000, 3, 4), np.float32), **k),
+        lambda r, **k: r.fused(np.zeros((5000, 2)), out=np.zeros((5000, 3, 4)), **k),
+        lambda r, **k: r.blend(np.zeros((5000, 2)), **k),
+        lambda r, **k: r.fk(np.zeros((5000, 2)), where=True, **k),
+    ],
+)
+def test_errors_are_those_of_a_call_without_threads(robot, call):
+    with pytest.raises(chasles.ChaslesError) as plain:
+        call(robot)
+    with pytest.raises(type(plain.value), match=f"^{re.escape(str(plain.value))}$"):
+        call(robot, threads=2)
+
+
+def test_an_error_in_one_part_is_raised_after_all_have_ended(monkeypatch):
+    """As where the memory for strided operands cannot be had."""
+    running, ended = threading.Barrier(2, timeout=10), []
+
+    def ufunc(part, out):
+        if part < 2:
+            running.wait()
+        if part == 0:
+            raise MemoryError
+        ended.append(part)
+
+    with pytest.raises(MemoryError):
+        chasles.call.threads._share(ufunc, iter([(k, None) for k in range(6)]), 1, 2)
+    assert sorted(ended) == [1, 2, 3, 4, 5]
+
+
+def test_a_wide_core_may_be_strided(eager, robot):
+    w = np.random.default_rng(38).normal(size=(30, 40, 80))[..., ::2]
+    np.testing.assert_array_equal(robot.wide(w, threads=3), 2 * w[:, ::-1, ::-1])
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+def test_not_finite_flows_through_in_silence(bad):
+    arm = chasles.load("ur5e")
+    q = np.zeros((50_000, 6))
+    q[::7] = bad
+    with np.errstate(all="raise"):
+        result = arm.fk(q, threads=2)
+    np.testing.assert_array_equal(result, arm.fk(q))
+
+
+def refused(function, *inputs, **keywords):
+    """Calls what must fail."""
+    with pytest.raises(chasles.InputError):
+        function(*inputs, **keywords)
+
+
+def test_calls_leak_nothing(eager, robot):
+    q, out = np.zeros((100, 2)), np.empty((100, 3, 4))
+    calls = [
+        lambda: robot.fk(q, threads=2),
+        lambda: robot.fk(q, out=out, threads=2),
+        lambda: robot.fused(q, threads=2),
+        lambda: refused(robot.fk, q, threads=0),
+    ]
+
+    def settle():
+        """Lets the helpers find out that they came too late."""
+        for _ in range(10):
+            chasles.call.threads._get_pool().submit(int).result()
+        gc.collect()
+
+    watched = [q, out, robot.fk, robot.fk.ufunc]
+    for call in calls:
+        for _ in range(3):
+            call()
+        settle()
+        before, blocks = list(map(sys.getrefcount, watched)), sys.getallocatedblocks()
+        for _ in range(200):
+            call()
+        settle()
+        assert list(map(sys.getrefcount, watched)) == before
+        assert sys.getallocatedblocks() - blocks < 200
+
+
+# ------------------------------------------------- processes, their ends
+
+
+def run_python(code):
+    subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
+
+
+def test_a_forked_child_has_threads_of_its_own():
+    run_python("""
+import os, sys
+import numpy as np
+import chasles
+
+arm = chasles.load("ur5e")
+q = np.random.default_rng(0).normal(size=(50_000, 6))
+expected = arm.fk(q, threads=2)
+for _ in range(5):
+    child = os.fork()
+    if child == 0:
+        os._exit(0 if np.array_equal(arm.fk(q, threads=2), expected) else 1)
+    assert os.waitpid(child, 0)[1] == 0
+assert np.array_equal(arm.fk(q, threads=2), expected)
+""")
+
+
+def test_calls_go_on_while_the_interpreter_ends():
+    run_python("""
+import atexit, threading
+import numpy as np
+import chasles
+
+arm = chasles.load("ur5e")
+q = np.random.default_rng(0).normal(size=(50_000, 6))
+expected = arm.fk(q)
+
+def last():
+    assert np.array_equal(arm.fk(q, threads=2), expected)
+    print("done")
+
+atexit.register(last)
+threading.Thread(target=lambda: arm.fk(q, threads=2)).start()
+""")
+
+
+def test_no_thread_can_be_started(monkeypatch):
+    class Full:
+        def submit(self, _):
+            raise RuntimeError("can't start new thread")
+
+    monkeypatch.setattr(chasles.call.threads, "_pool", Full())
+    arm = chasles.load("ur5e")
+    q = np.random.default_rng(39).normal(size=(50_000, 6))
+    np.testing.assert_array_equal(arm.fk(q, threads=4), arm.fk(q))
+
+
+# ------------------------------------------------------ from many threads
+
+
+def at_once(n, work):
+    """Runs work(0), ..., work(n - 1) at once; what one of them raises is raised."""
+    failures, start = [], threading.Barrier(n)
+
+    def run(k):
+        try:
+            start.wait()
+            work(k)
+        except BaseException as error:
+            failures.append(error)
+
+    threads = [threading.Thread(target=run, args=(k,)) for k in range(n)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    if failures:
+        raise failures[0]
+
+
+def test_all_ways_of_calling_at_once():
+    arm = chasles.load("ur5e")
+    rng = np.random.default_rng(40)
+    q, qd = rng.normal(size=(2, 15_000, 6))
+    pose, jacobian = arm.fk_jacobian_mixed(q)
+    twist = arm.twist_mixed(q, qd)
+    single = [arm.fk(row) for row in q[:50]]
+    shared = np.empty((8, *pose.shape))
+
+    def work(k):
+        for turn in range(6):
+            for row, expected in zip(q[:50], single, strict=True):
+                assert np.array_equal(arm.fk(row), expected)
+            part = slice(k * 100 + turn, k * 100 + turn + 300)
+            assert np.array_equal(arm.fk(q[part]), pose[part])
+            got = arm.fk_jacobian_mixed(q, threads=1 + (k + turn) % 4)
+            assert np.array_equal(got[0], pose)
+            assert np.array_equal(got[1], jacobian)
+            assert np.array_equal(arm.twist_mixed(qd=qd, q=q, threads="all"), twist)
+            arm.fk(q, out=shared[k], threads=2)
+            assert np.array_equal(chasles.load("ur5e").fk(q[:20]), pose[:20])
+
+    at_once(8, work)
+    assert all(np.array_equal(one, pose) for one in shared)
+
+
+def test_loading_and_compiling_at_once(folder, cache):
+    """The first calls, while the robot is not compiled yet."""
+    q = np.random.default_rng(41).normal(size=(3000, 2))
+    results = {}
+
+    def work(k):
+        robot = chasles.load(folder.path)
+        results[k] = robot.fk(q, threads=1 + k % 3), robot.fk(q[0])
+
+    at_once(6, work)
+    assert len(results) == 6
+    assert len(list(cache.iterdir())) == 1
+    for batch, single in results.values():
+        np.testing.assert_array_equal(batch, results[0][0])
+        np.testing.assert_array_equal(single, results[0][1])
+
+
+def test_a_generated_package_first_used_at_once(folder, cache):
+    (folder.path / "__init__.py").write_text(
+        '"""A tiny robot."""\n\nfrom chasles.contract.package import lazy_package\n\n'
+        "__getattr__, __dir__ = lazy_package(globals())\n"
+    )
+    code = """
+import threading
+import numpy as np
+import tiny
+
+results = []
+threads = [threading.Thread(target=lambda: results.append(tiny.fk([0.5, 1.0]))) for _ in range(5)]
+[thread.start() for thread in threads]
+[thread.join() for thread in threads]
+assert len(results) == 5 and all(np.array_equal(x, results[0]) for x in results)
+"""
+    subprocess.run([sys.executable, "-c", code], cwd=folder.path.parent, check=True)

@@ -1,0 +1,170 @@
+"""The inverse of arms without structure, as generated: complete, strict, and at singularities."""
+
+import itertools
+
+import numpy as np
+import pytest
+from derivations import ROBOTS
+
+import chasles
+from chasles.derive import load, write
+from chasles.derive.inverse.general.eigenvalue_tables import tables
+from chasles.derive.inverse.general.raghavan_roth import split_of
+
+NAMES = ("jaco2", "crx10")
+SOLVED = 1e-9
+"""m, rad: what the runtime calls a solution."""
+CLOSED = 5e-14
+"""m, rad: the worst that Newton's steps leave away from singularities."""
+SAME = 1e-6
+"""rad: solutions closer than this are one."""
+
+
+@pytest.fixture(scope="module", params=NAMES)
+def robot(request, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("general") / request.param
+    write(load(ROBOTS / f"{request.param}.toml"), folder, ["fk", "ik"])
+    return chasles.load(folder)
+
+
+def configurations(robot, count, seed):
+    lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
+    upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
+    return np.random.default_rng(seed).uniform(lower, upper, (count, 6))
+
+
+def wrapped(angle):
+    return (angle + np.pi) % (2 * np.pi) - np.pi
+
+
+def included(solutions, q):
+    apart = np.abs(wrapped(solutions.q - q[..., None, :])).max(-1)
+    return (solutions.valid & (apart < SAME)).any(-1)
+
+
+def errors(T, A):
+    """Position, and axis times angle, from the pose A to T, (..., 6), in base axes."""
+    E = T[..., :3, :3] @ np.swapaxes(A[..., :3, :3], -1, -2)
+    w = [E[..., 2, 1] - E[..., 1, 2], E[..., 0, 2] - E[..., 2, 0], E[..., 1, 0] - E[..., 0, 1]]
+    axis = np.stack(w, -1) / 2
+    sine = np.maximum(np.linalg.norm(axis, axis=-1, keepdims=True), 1e-300)
+    angle = np.arctan2(sine, (np.trace(E, axis1=-2, axis2=-1)[..., None] - 1) / 2)
+    return np.concatenate([T[..., :3, 3] - A[..., :3, 3], axis * (angle / sine)], -1)
+
+
+def test_every_random_pose_is_solved_and_its_configuration_found(robot):
+    q = configurations(robot, 10_000, 1)
+    solutions = robot.ik(robot.fk(q))
+    assert (solutions.count > 0).all()
+    assert (solutions.count % 2 == 0).all()
+    assert included(solutions, q).all()
+    assert solutions.residual[solutions.valid].max() <= CLOSED
+    assert (solutions.margin[solutions.valid] > 0).all()
+    assert (solutions.margin[~solutions.valid] < 0).all()
+
+
+def test_what_is_called_valid_has_the_pose_and_is_there_once(robot):
+    T = robot.fk(configurations(robot, 2000, 2))
+    solutions = robot.ik(T)
+    off = np.abs(robot.fk(solutions.q) - T[:, None]).max((-1, -2))
+    assert off[solutions.valid].max() <= CLOSED
+    assert off[~solutions.valid].min() > SOLVED / 10
+    pairs = 0
+    for q, valid in zip(solutions.q, solutions.valid, strict=True):
+        for one, other in itertools.combinations(q[valid], 2):
+            pairs += 1
+            assert np.abs(wrapped(one - other)).max() > SAME
+    assert pairs > 10_000
+
+
+def test_solutions_stand_first_in_the_order_of_the_second_joint(robot):
+    solutions = robot.ik(robot.fk(configurations(robot, 500, 3)))
+    assert (solutions.valid == (np.arange(16) < solutions.count[:, None])).all()
+    for q, count in zip(solutions.q, solutions.count, strict=True):
+        assert (np.diff(q[:count, 1]) >= 0).all()
+
+
+def test_the_count_is_what_newton_finds_from_everywhere(robot):
+    poses = robot.fk(configurations(robot, 8, 4))
+    random = np.random.default_rng(5)
+    found = [len(everywhere(robot, T, random)) for T in poses]
+    assert found == robot.ik(poses).count.tolist()
+
+
+def everywhere(robot, T, random):
+    """Solutions by Newton's steps from 6,000 random configurations."""
+    q = random.uniform(-np.pi, np.pi, (6000, 6))
+    for k in range(40):
+        at, J = robot.fk_jacobian_mixed(q)
+        e = errors(T, at)
+        if k in (15, 25):
+            near = np.abs(e).max(-1) < 0.1
+            q, e, J = q[near], e[near], J[near]
+        step = np.linalg.solve(J + 1e-12 * np.eye(6), e[..., None])[..., 0]
+        q = q + step / np.maximum(1, 2 * np.abs(step).max(-1, keepdims=True))
+    q = wrapped(q[np.abs(robot.fk(q) - T).max((-1, -2)) < 1e-10])
+    found = []
+    for one in q:
+        if all(np.abs(wrapped(one - other)).max() > 1e-5 for other in found):
+            found.append(one)
+    return found
+
+
+def test_no_pose_of_right_angles_is_missed(robot):
+    q = np.array(list(itertools.product(np.arange(4) * np.pi / 2, repeat=6)))
+    assert len(q) == 4096
+    T, J = robot.fk_jacobian_mixed(q)
+    solutions = robot.ik(T)
+    assert (solutions.count > 0).all()
+    regular = np.linalg.svd(J)[1][:, -1] > 1e-6
+    assert regular.sum() > 1000
+    assert included(solutions, q)[regular].all()
+
+
+@pytest.mark.parametrize("joint", range(1, 5))
+@pytest.mark.parametrize("away", [0.0, 1e-12, 1e-9, 1e-6, 1e-3])
+def test_poses_near_right_angles_of_one_joint_are_solved(robot, joint, away):
+    q = configurations(robot, 1000, 6)
+    q[:, joint] = np.pi / 2 * np.random.default_rng(7).integers(-1, 3, len(q)) + away
+    solutions = robot.ik(robot.fk(q))
+    assert (solutions.count > 0).all()
+
+
+def test_a_pose_out_of_reach_has_least_squares_answers(robot):
+    described = load(ROBOTS / f"{robot.name}.toml")
+    length = float(tables(described, split_of(described)).length)
+    T = robot.fk(configurations(robot, 200, 8))
+    T[:, :3, 3] += 3.0
+    solutions = robot.ik(T)
+    assert not solutions.valid.any()
+    assert np.isfinite(solutions.q).all()
+    assert (solutions.margin == -solutions.residual).all()
+    weights = np.repeat([length**-2, 1.0], 3)
+
+    def cost(q):
+        return (weights * errors(T[:, None], robot.fk(q)) ** 2).sum(-1)
+
+    costs = cost(solutions.q)
+    best = np.take_along_axis(solutions.q, costs.argmin(-1)[:, None, None], 1)
+    around = best + np.random.default_rng(9).normal(size=(200, 500, 6)) * 1e-2
+    assert (cost(around).min(-1) > costs.min(-1) * (1 - 1e-3)).all()
+
+
+def test_nan_gives_nan_and_its_neighbours_are_not_touched(robot):
+    T = robot.fk(configurations(robot, 3, 9))
+    alone = robot.ik(T[2])
+    T[1, 0, 3] = np.nan
+    solutions = robot.ik(T)
+    assert np.isnan(solutions.q[1]).all()
+    assert np.isnan(solutions.residual[1]).all()
+    assert not solutions.valid[1].any()
+    assert (solutions.q[2] == alone.q).all()
+
+
+def test_a_batch_is_its_poses_on_any_number_of_threads(robot):
+    T = robot.fk(configurations(robot, 300, 10))
+    together, threaded = robot.ik(T), robot.ik(T, threads=2)
+    for k in range(0, 300, 50):
+        assert (robot.ik(T[k]).q == together.q[k]).all()
+    assert (threaded.q == together.q).all()
+    assert robot.ik(T.reshape(3, 100, 4, 4)).q.shape == (3, 100, 16, 6)

@@ -1,0 +1,245 @@
+"""Paths of poses on one branch, what else an inverse takes, and robots that have none."""
+
+import numpy as np
+import pytest
+
+import chasles
+
+from .. import scara
+
+
+def load(folder, patch):
+    patch.setenv("CHASLES_CACHE", str(folder.path.parent / "cache"))
+    return chasles.load(folder.path)
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        return load(scara.write(tmp_path_factory.mktemp("scara") / "scara"), patch)
+
+
+def line(start, end, m=200):
+    return np.asarray(start) + np.linspace(0, 1, m)[:, None] * np.subtract(end, start)
+
+
+def test_a_path_in_joints_is_found_again(arm):
+    q = line([-2.0, 0.3, 0.0, 5.0], [2.0, 2.0, 0.4, 30.0], 400)
+    path = arm.ik_path(arm.fk(q), q[0] + 0.05)
+    assert path.complete
+    assert (path.ended_at, path.reason, path.joint) == (400, "", "")
+    np.testing.assert_allclose(path.q, q, atol=1e-11)
+    np.testing.assert_allclose(path.largest_step, np.abs(q[1] - q[0]), atol=1e-9)
+    margin = arm.ik(arm.fk(q)).margin[:, 0]
+    assert path.smallest_margin == margin.min()
+    assert path.smallest_margin_at == margin.argmin()
+    assert str(path).startswith("all 400 poses on one branch, margin 0.0")
+
+
+@pytest.mark.parametrize("elbow", [1.0, -1.0])
+def test_the_seed_chooses_the_branch_and_the_turn(arm, elbow):
+    q = line([3.0, elbow, 0.0, 0.0], [3.5, 1.5 * elbow, 0.1, 0.5])
+    for turn in (0.0, -2 * np.pi):
+        seed = q[0] + np.array([turn, 0.1, 0, 7 * turn])
+        path = arm.ik_path(arm.fk(q), seed)
+        assert path.complete
+        np.testing.assert_allclose(path.q, q + np.array([turn, 0, 0, 7 * turn]), atol=1e-10)
+
+
+def test_through_a_singularity_slots_change_places(arm):
+    # The elbow goes from left to right: from the first slot to the second.
+    q = line([0.0, 0.5, 0.0, 0.0], [0.5, -0.5, 0.0, 0.0], 201)
+    path = arm.ik_path(arm.fk(q), q[0])
+    assert path.complete
+    # Through the stretched arm both branches go on; it may take either, but may not jump.
+    assert path.largest_step.max() < 0.05
+    np.testing.assert_allclose(np.abs(path.q[:, 1]), np.abs(q[:, 1]), atol=1e-7)
+    assert path.smallest_margin_at == 100
+    assert abs(path.smallest_margin) < 1e-12
+
+
+def test_it_ends_out_of_reach(arm):
+    T = arm.fk(np.zeros((50, 4)))
+    T[:, 0, 3] = np.linspace(0.5, 0.8, 50)
+    path = arm.ik_path(T, [0.1, 0.5, 0, 0])
+    assert not path.complete
+    assert path.reason == "no solution"
+    assert path.ended_at == np.argmax(T[:, 0, 3] > scara.A1 + scara.A2)
+    assert len(path.q) == path.ended_at
+    np.testing.assert_allclose(arm.fk(path.q), T[: path.ended_at], atol=1e-12)
+    assert str(path) == f"ended at pose {path.ended_at}: no branch reaches it"
+    T[3] = np.nan
+    assert arm.ik_path(T, np.zeros(4)).ended_at == 3
+
+
+def test_it_ends_at_a_limit(arm):
+    q = line([0.0, 1.0, 0.0, 0.0], [8.0, 1.0, 0.0, 0.0])
+    path = arm.ik_path(arm.fk(q), q[0])
+    assert (path.reason, path.joint, path.complete) == ("limit", "shoulder", False)
+    assert path.ended_at == np.argmax(q[:, 0] > 6.5)
+    assert path.would_be == pytest.approx(q[path.ended_at, 0])
+    np.testing.assert_allclose(path.q, q[: path.ended_at], atol=1e-11)
+    assert "shoulder would go to 6.5" in str(path)
+    # At once, where no solution of the first pose is within limits.
+    low = arm.ik_path(arm.fk(q + np.array([0, 0, 20, 0])), q[0])
+    assert (low.ended_at, low.reason, low.joint, low.q.shape) == (0, "limit", "lift", (0, 4))
+    assert np.isnan(low.smallest_margin)
+    assert low.smallest_margin_at == -1
+    assert (low.largest_step == 0).all()
+
+
+def test_it_begins_within_the_limits(arm):
+    # The seed is a turn away, which the shoulder has not got: the other side is nearer.
+    q = line([3.0, 1.0, 0.0, 0.0], [3.2, 1.0, 0.0, 0.0])
+    path = arm.ik_path(arm.fk(q), q[0] + np.array([2 * np.pi, 0, 0, 0]))
+    assert path.complete
+    np.testing.assert_allclose(arm.fk(path.q), arm.fk(q), atol=1e-12)
+    assert (np.abs(path.q[:, 0]) <= 6.5).all()
+    np.testing.assert_allclose(path.q[:, 1], -1.0)
+
+
+def test_it_ends_where_a_joint_would_jump(arm):
+    q = np.concatenate([line([0, 1, 0, 0], [0.5, 1, 0, 0], 20), line([1.5, 1, 0, 0], [2, 1, 0, 0])])
+    T = arm.fk(q)
+    path = arm.ik_path(T, q[0])
+    assert (path.ended_at, path.reason, path.joint) == (20, "jump", "shoulder")
+    assert path.would_be == pytest.approx(1.5)
+    assert str(path) == "ended at pose 20: shoulder would jump to 1.5"
+    assert arm.ik_path(T, q[0], jump=1.1).complete
+    assert arm.ik_path(T, q[0], jump=0.01).ended_at == 1
+
+
+def test_where_a_continuum_reaches_the_pose_it_stays_nearby(arm, monkeypatch):
+    # An inverse may choose any of a continuum: here one far away, but Newton finds the one nearby.
+    q = line([0.0, 1.0, 0.0, 0.0], [0.5, 1.2, 0.0, 0.0], 30)
+    T = arm.fk(q)
+    solutions = arm.ik(T)
+    far = solutions._replace(q=solutions.q.copy())
+    far.q[10] += [2.0, -2.0, 0.0, 0.0]
+    functions = {**arm.functions, "ik": lambda *_: far}
+    monkeypatch.setitem(vars(arm), "functions", functions)
+    path = arm.ik_path(T, q[0])
+    assert path.complete
+    np.testing.assert_allclose(path.q, q, atol=1e-9)
+    functions.pop("fk_jacobian_mixed")
+    assert arm.ik_path(T, q[0]).reason == "jump"
+
+
+@pytest.mark.parametrize(
+    ("T", "seed", "more", "message"),
+    [
+        (np.eye(4), np.zeros(4), {}, r"expected T \(m, 4, 4\) and seed \(4,\), got shapes"),
+        (np.zeros((3, 4, 4)), np.zeros(3), {}, r"seed \(4,\)"),
+        (np.zeros((3, 4, 4)), np.zeros(4), {"jump": 0}, "jump must be positive, got 0"),
+        (np.zeros((3, 4, 4)), np.zeros(4), {"jump": np.nan}, "jump must be positive, got nan"),
+    ],
+)
+def test_wrong_arguments(arm, T, seed, more, message):
+    with pytest.raises(chasles.ChaslesError, match=message):
+        arm.ik_path(T, seed, **more)
+
+
+def test_a_calibrated_arm(tmp_path, cache, monkeypatch):
+    arm = load(scara.write(tmp_path / "scara", 0.403, inverse={"tier": "snapped"}), monkeypatch)
+    q = line([0.0, 1.0, 0.0, 0.0], [0.5, 1.2, 0.0, 0.0], 30)
+    path = arm.ik_path(arm.fk(q), q[0])
+    assert path.complete
+    np.testing.assert_allclose(path.q, q, atol=1e-10)
+
+
+# --------------------------------------------------------- what an inverse takes
+
+
+def test_redundancy(arm, tmp_path, cache, monkeypatch):
+    assert arm.redundancy == ()
+    folder = scara.write(tmp_path / "scara")
+    functions = folder.manifest["functions"]
+    functions[3]["name"], functions[2]["name"] = "ik", "ik_pose"
+    folder.write_manifest()
+    redundant = load(folder, monkeypatch)
+    assert [(item.name, item.unit) for item in redundant.redundancy] == [("phi", "rad")]
+
+
+def test_what_is_given_goes_along(tmp_path, cache, monkeypatch):
+    folder = scara.write(tmp_path / "scara")
+    # The roll of the arm is free where only the position is asked for.
+    functions = folder.manifest["functions"]
+    source = scara.SOURCE.format(true_a1=scara.A1, nominal_a1=scara.A1, a2=scara.A2)
+    source = source.replace(
+        "scara_ik(const double T[16],", "scara_ik(const double T[16], const double phi[1],"
+    )
+    source = source.replace("atan2(T[4], T[0])", "phi[0]")
+    header = scara.HEADER.replace(
+        "const double T[16], double q[8]", "const double T[16], const double phi[1], double q[8]"
+    )
+    functions[2]["inputs"].append(functions[3]["inputs"][1])
+    folder.write(source, header)
+    arm = load(folder, monkeypatch)
+    q = line([0.0, 1.0, 0.0, 0.3], [0.5, 1.2, 0.0, 0.9], 30)
+    path = arm.ik_path(arm.fk(q), q[0], q[:, [0, 1, 3]].sum(-1))
+    np.testing.assert_allclose(path.q, q, atol=1e-12)
+    fixed = arm.ik_path(arm.fk(q), q[0], 1.3)
+    np.testing.assert_allclose(fixed.q[:, [0, 1, 3]].sum(-1), 1.3)
+    with pytest.raises(chasles.ShapeError, match=r"must be \(\) or \(m,\)"):
+        arm.ik_path(arm.fk(q), q[0], np.zeros((2, 1)))
+
+
+def test_a_robot_without_an_inverse_says_why(tmp_path, cache, monkeypatch):
+    missing = "no three axes meet or are parallel: the nearest, 2 3 4, are 0.12 m apart"
+    folder = scara.write(tmp_path / "scara", inverse={"missing": missing})
+    folder.manifest["functions"] = folder.manifest["functions"][:2]
+    folder.write_manifest()
+    arm = load(folder, monkeypatch)
+    for name in ("ik", "ik_path", "ik_position"):
+        with pytest.raises(AttributeError, match=rf"has no '{name}': {missing}; its functions"):
+            getattr(arm, name)
+    with pytest.raises(AttributeError, match=r"has no 'id'; its functions are: fk"):
+        arm.id  # noqa: B018
+    assert arm.redundancy == ()
+    assert not hasattr(arm, "ik")
+
+
+@pytest.mark.parametrize("inverse", [{"tier": "guessed"}, {"missing": 3}, []])
+def test_a_manifest_must_describe_the_inverse(tmp_path, cache, inverse):
+    folder = scara.write(tmp_path / "scara", inverse=inverse)
+    with pytest.raises(chasles.ManifestError, match="inverse"):
+        chasles.load(folder.path)
+
+
+# --------------------------------------------------------------- shipped robots
+
+
+@pytest.mark.parametrize("name", ["ur5e", "puma560", "irb6640"])
+def test_through_a_wrist_in_line(name):
+    # At the middle, the fourth and sixth axes lie in line and only their sum is determined.
+    arm = chasles.load(name)
+    start = np.array([0.3, -0.8, 0.9, -0.4, 0.8, 0.2])
+    q = start + np.linspace(0, 1, 401)[:, None] * [0.3, 0.2, -0.1, 0.3, -1.6, 0.4]
+    assert abs(q[200, 4]) < 1e-15
+    path = arm.ik_path(arm.fk(q), q[0])
+    assert path.complete, str(path)
+    assert path.largest_step.max() < 0.5
+    assert np.abs(arm.fk(path.q) - arm.fk(q)).max() < 1e-9
+    np.testing.assert_allclose(path.q[[0, 100]], q[[0, 100]], atol=1e-9)
+
+
+def test_more_than_a_turn():
+    arm = chasles.load("ur5e")
+    start = np.array([-5.0, -1.2, 1.5, -0.4, 0.9, -6.0])
+    q = start + np.linspace(0, 1, 500)[:, None] * [9.0, 0.1, 0.1, 0.1, 0.1, 12.0]
+    path = arm.ik_path(arm.fk(q), q[0])
+    assert path.complete
+    np.testing.assert_allclose(path.q, q, atol=1e-10)
+    beyond = start + np.linspace(0, 1, 500)[:, None] * [-2.0, 0, 0, 0, 0, 0]
+    ended = arm.ik_path(arm.fk(beyond), beyond[0])
+    assert (ended.reason, ended.joint) == ("limit", arm.coordinates[0].name)
+    assert ended.ended_at == np.argmax(beyond[:, 0] < arm.lower[0])
+
+
+def test_seven_joints_with_one_given():
+    arm = chasles.load("panda")
+    start = np.array([0.1, 0.2, 0.3, -1.5, 0.4, 1.6, 0.5])
+    q = start + np.linspace(0, 1, 100)[:, None] * [0.3, 0.2, -0.1, 0.3, 0.2, 0.1, 0.4]
+    path = arm.ik_path(arm.fk(q), q[0], q[:, 6])
+    assert path.complete
+    np.testing.assert_allclose(path.q, q, atol=1e-9)

@@ -1,0 +1,67 @@
+"""The inverse of planar platforms, leg by leg, all branches."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import chasles
+
+from .. import planar
+
+ROD = 0.13
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("planar")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CHASLES_CACHE", str(folder / "cache"))
+        return chasles.load(planar.write(folder / "planar", "13/100"))
+
+
+def test_published_angles(robot):
+    # To eight decimals of a degree.
+    expected = [
+        (78.52393138, 0.16983617),
+        (176.46904472, 88.26254206),
+        (-29.82437852, -129.56592854),
+    ]
+    q, valid, margin = robot.ik_planar([0.02, 0.05, 0.0])
+    assert (q.shape, valid.shape, margin.shape) == ((8, 3), (8,), (8, 3))
+    assert valid.all()
+    degrees = np.degrees(np.mod(q + np.pi, 2 * np.pi) - np.pi)
+    for leg, pair in enumerate(expected):
+        np.testing.assert_allclose(np.unique(degrees[:, leg].round(6)), sorted(np.round(pair, 6)))
+    assert len({tuple(row) for row in degrees.round(6)}) == 8
+
+
+def test_every_branch_holds_the_pose(robot):
+    rng = np.random.default_rng(0)
+    pose = rng.uniform([-0.2, -0.2, -1.0], [0.2, 0.2, 1.0], (50, 40, 3))
+    q, valid, margin = robot.ik_planar(pose)
+    for side, slot in ((1.0, 0), (-1.0, 7)):
+        expected = planar.cranks(pose, ROD, side)
+        difference = np.mod(q[..., slot, :] - expected + np.pi, 2 * np.pi) - np.pi
+        np.testing.assert_array_equal(valid[..., slot], np.isfinite(expected).all(-1))
+        assert np.nanmax(np.abs(difference)) < 1e-7
+    assert 0.05 < valid.mean() < 0.95
+    held = np.broadcast_to(pose[..., None, :], q.shape)[valid]
+    assert np.abs(robot.rods(held, q[valid])).max() < 1e-12
+    assert np.isnan(q[~valid]).any(-1).all()
+    assert (margin[valid] >= 0).all()
+    found = np.abs(robot.fk_planar_all(q[valid]).x - held[:, None]).max(-1)
+    assert np.nanmin(found, axis=-1).max() < 1e-7
+
+
+def test_it_is_offered_where_the_chain_is_a_plane(tmp_path, cache):
+    folder = planar.write(tmp_path / "planar")
+    robot = chasles.load(folder)
+    assert hasattr(robot, "ik_planar")
+    file = Path(folder / "manifest.json")
+    content = json.loads(file.read_text())
+    content["chain"] = content["chain"][::-1]
+    file.write_text(json.dumps(content))
+    assert not hasattr(chasles.load(folder), "ik_planar")
+    assert hasattr(chasles.load(folder), "actuator_branches")

@@ -1,0 +1,31 @@
+"""The examples of docs/inverse.md run, and what their comments promise holds."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+
+PAGE = Path(__file__).parents[3] / "docs" / "inverse.md"
+
+
+def test_the_examples_run(capsys):
+    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    assert len(blocks) == 5
+    names = {}
+    seen = []
+    for block in blocks:
+        exec(compile(block, str(PAGE), "exec"), names)
+        seen.append(dict(names))
+    first, chosen, far, along, redundant = seen
+    arm, q_now = first["arm"], first["q_now"]
+    assert first["solutions"].array().shape == (8, 6)
+    np.testing.assert_allclose(first["solutions"].nearest(q_now), q_now, atol=1e-12)
+    assert chosen["solutions"].q.shape == (256, 6)
+    np.testing.assert_allclose(chosen["solutions"].array()[0], q_now, atol=1e-12)
+    assert not arm.ik(far["far"]).valid.any()
+    assert far["best"].residual > 0.5
+    path = along["path"]
+    assert path.complete
+    assert path.q.shape == (500, 6)
+    assert capsys.readouterr().out == re.findall(r"print\(path\)  # (.*)", blocks[3])[0] + "\n"
+    assert [item.name for item in redundant["panda"].redundancy] == ["q7"]

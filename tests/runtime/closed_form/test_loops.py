@@ -1,0 +1,180 @@
+"""Loops that do not close: an error that names them for one pose, NaN in a batch; branches."""
+
+import pickle
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles.__main__ import main
+
+from .. import lift
+
+OPEN = np.array([0.25, 2.5])
+DEAD = np.array([0.25, 2.0])
+
+
+@pytest.fixture
+def robot(tmp_path, cache):
+    return chasles.load(lift.write(tmp_path / "lift"))
+
+
+def test_facts(robot):
+    assert [joint.name for joint in robot.chain_joints] == ["theta1", "theta2"]
+    assert [(joint.name, joint.unit) for joint in robot.passive_joints] == [("swing", "rad")]
+    assert robot.loops == ("boom_cylinder",)
+    assert robot.solution == "closed form"
+    assert robot.reference.q == (0, 1)
+    assert [v.name for v in robot.configuration_variables] == ["theta1", "theta2", "boom_cylinder"]
+
+
+def test_info(tmp_path, cache, capsys):
+    assert main(["info", str(lift.write(tmp_path / "lift"))]) == 0
+    text = capsys.readouterr().out
+    assert "loops (closed form): boom_cylinder" in text
+    assert "main chain (theta): theta1 [rad], theta2 [rad]\n    passive: swing [rad]" in text
+
+
+def test_serial_robots_have_no_loops():
+    robot = chasles.load("ur5e")
+    assert (robot.loops, robot.solution, robot.passive_joints) == ((), "", ())
+    assert robot.chain_joints == robot.coordinates
+    for name in ("valid", "chain_branches", "fk_planar_all", "ik_planar", "singularity"):
+        assert not hasattr(robot, name)
+    with pytest.raises(AttributeError, match=r"robot 'ur5e' has no 'valid'; its functions are: fk"):
+        robot.valid(np.zeros(6))
+
+
+def test_open_loop_is_named(robot):
+    with pytest.raises(chasles.OutOfReachError) as caught:
+        robot.chain(OPEN)
+    assert str(caught.value) == (
+        "lift.chain: boom_cylinder does not close at waist = 0.25 rad, boom_cylinder = 2.5 m: "
+        "margin -3.516 (0 is a dead point)"
+    )
+    assert isinstance(caught.value, chasles.ChaslesError)
+    assert isinstance(caught.value, ValueError)
+
+
+def test_of_the_chain_its_joints_are_named(robot):
+    with pytest.raises(
+        chasles.OutOfReachError, match=r"lift.actuators: .* at theta1 = 0 rad, theta2 = -1 rad"
+    ):
+        robot.actuators([0.0, -1.0])
+
+
+def strided(q):
+    """One pose whose entries lie apart in memory."""
+    return np.repeat(q, 3)[::3]
+
+
+@pytest.mark.parametrize("form", [np.array, list, strided, lambda q: q.astype(np.float32)])
+def test_every_way_to_call_raises(robot, form):
+    with pytest.raises(chasles.OutOfReachError, match="boom_cylinder does not close"):
+        robot.chain(form(OPEN))
+    with pytest.raises(chasles.OutOfReachError, match="boom_cylinder does not close"):
+        robot.reach(q=form(OPEN), threads="all")
+    assert np.isfinite(robot.reach(form(DEAD))).all()
+
+
+@pytest.mark.parametrize("out", [np.zeros(2), np.zeros(4)[::2]], ids=["plain", "strided"])
+def test_out_holds_nan(robot, out):
+    with pytest.raises(chasles.OutOfReachError):
+        robot.chain(OPEN, out=out)
+    np.testing.assert_array_equal(out, [0.25, np.nan])
+
+
+def test_dead_point(robot):
+    np.testing.assert_allclose(robot.chain(DEAD), [0.25, np.pi])
+    with pytest.raises(chasles.SingularityError) as caught:
+        robot.chain_rates(DEAD, [0.0, 1.0])
+    assert str(caught.value) == (
+        "lift.chain_rates: at a dead point of boom_cylinder, at waist = 0.25 rad, "
+        "boom_cylinder = 2 m: margin 0; rates are not defined"
+    )
+    assert isinstance(caught.value, chasles.OutOfReachError)
+
+
+def test_batches_never_raise(robot):
+    q = np.stack([OPEN, DEAD, [0.0, 1.0]])
+    for batch in (q, q[:, None], q[:1], q.tolist(), q[::2], q[:0]):
+        np.testing.assert_array_equal(
+            np.isfinite(robot.chain(batch)[..., 1]), np.asarray(batch)[..., 1] <= 2
+        )
+    assert np.isinf(robot.chain_rates(q, [0.0, 1.0])[1, 1])
+
+
+def test_what_is_not_finite_flows_through(robot):
+    assert np.isnan(robot.chain([0.0, np.nan])[1])
+    assert np.isnan(robot.chain([np.inf, 1.0])).sum() == 0
+    assert np.isnan(robot.chain_rates([0.0, 1.0], [np.nan, 0.0])[0])
+    # Neither has a function without a margin anything to raise for.
+    assert np.isnan(robot.plain(OPEN)[1])
+    assert robot.margin(OPEN)[1] < 0
+
+
+def test_help_tells(robot):
+    assert "OutOfReachError: A single pose where a loop does not close" in robot.chain.__doc__
+    assert "OutOfReachError" not in robot.plain.__doc__
+
+
+def test_pickled_function_raises_too(robot):
+    chain = pickle.loads(pickle.dumps(robot.chain))
+    with pytest.raises(chasles.OutOfReachError):
+        chain(OPEN)
+
+
+def test_valid(robot):
+    q = np.array([[OPEN, DEAD], [[0.0, 1.0], [0.0, np.nan]]])
+    np.testing.assert_array_equal(robot.valid(q), [[False, True], [True, False]])
+    assert robot.valid([0.0, 1.0])
+    assert pickle.loads(pickle.dumps(robot.valid))([0.0, 1.0])
+    np.testing.assert_array_equal(
+        robot.actuators_valid([[0.0, 1.0], [0.0, -1.0], [np.nan, 1.0]]), [True, False, False]
+    )
+
+
+def test_branches(robot):
+    theta, valid, margin = robot.chain_branches(np.stack([OPEN, [0.1, 1.0]]))
+    np.testing.assert_array_equal(valid, [[False, False], [True, True]])
+    np.testing.assert_allclose(theta[1], [[0.1, np.pi / 3], [0.1, -np.pi / 3]])
+    assert margin.shape == (2, 2)
+    assert not hasattr(robot, "actuator_branches")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda m: m.update(solution="magic"), r"solution: got 'magic', expected \"closed form\""),
+        (lambda m: m["chain"][0].pop("unit"), r"chain\[0\]: has no 'unit'"),
+        (
+            lambda m: m["reference"].update(z=[0]),
+            r"reference: .* expected 2 values of q and 3 of z",
+        ),
+        (lambda m: m["actuated_in_z"].pop(), r"actuated_in_z: .* expected 2 entries"),
+        (lambda m: m["actuated_in_z"][0].update(index=3), r"actuated_in_z: .* indices below 3"),
+        (lambda m: m["functions"][0].update(margin="no"), r"functions\[0\].margin: got 'no'"),
+        (
+            lambda m: m["functions"][4].update(margin="margin"),
+            r"functions\[4\].margin: .* a function of theta alone",
+        ),
+        (lambda m: m["functions"][2]["steps"].pop(), r"functions\[2\].steps: .* one name for each"),
+    ],
+)
+def test_wrong_manifest(tmp_path, cache, change, message):
+    content = lift.manifest()
+    change(content)
+    with pytest.raises(chasles.ManifestError, match=rf"manifest\.json: {message}"):
+        chasles.load(lift.write(tmp_path / "lift", content))
+
+
+@pytest.mark.parametrize("name", ["board_installer", "well_manipulator", "excavator", "delta"])
+def test_joints_that_the_loops_do_not_allow_are_not_held(name):
+    robot = chasles.load(name)
+    theta = robot.chain(robot.reference.q)
+    assert robot.actuators_valid(theta)
+    off = theta + np.where(
+        [joint.name in ("elbow", "yaw") for joint in robot.chain_joints], 0.01, 0
+    )
+    assert robot.actuators_valid(off) == (name in ("well_manipulator", "excavator"))
+    assert robot.actuators_valid(np.stack([theta, off])).shape == (2,)

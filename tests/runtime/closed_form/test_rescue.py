@@ -1,0 +1,268 @@
+"""Poses that a closed form only comes near to are brought within reach, and no others."""
+
+from types import SimpleNamespace
+
+import dask.array
+import numpy as np
+import pytest
+
+import chasles
+import chasles.call.threads
+from chasles.closed_form.refinement import NEAR, Rescue, rescue_of
+from chasles.closed_form.solutions import TOLERANCE
+from chasles.contract.manifest import Argument, read_manifest
+
+from .. import scara
+
+SPOILT = 1e-7
+"""Radians by which the shoulder is off in poses above the height of HIGH."""
+HIGH = 0.2
+
+# Both singularities of a Panda nearly coincide.
+PANDA = [
+    -0.677318948519789,
+    0.012915840615937757,
+    2.4223413549967567,
+    2.674590239937054,
+    -1.5713133048953427,
+    -2.650074398270638,
+    0.22335271335619034,
+]
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory):
+    """A SCARA arm with an inverse that has lost half of its digits in high poses, and says so."""
+    line = "q[0] = atan2(sin(q[0]), cos(q[0]));"
+    spoilt = f"{line}\n        if (z > {HIGH}) q[0] += {SPOILT};"
+    assert line in scara.SOURCE
+    path = tmp_path_factory.mktemp("spoilt") / "scara"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(scara, "SOURCE", scara.SOURCE.replace(line, spoilt))
+        patch.setenv("CHASLES_CACHE", str(path.parent / "cache"))
+        return chasles.load(scara.write(path).path)
+
+
+@pytest.fixture
+def q():
+    """Coordinates (60, 4), the first 20 of them high."""
+    rng = np.random.default_rng(2)
+    q = rng.uniform([-3, 0.2, -0.4, -3], [3, 2.4, HIGH, 3], (60, 4))
+    q[:20, 2] += 0.6
+    return q
+
+
+def check(arm, solutions, T, slots=2):
+    assert solutions.valid.shape == (*T.shape[:-2], slots)
+    assert solutions.valid.all()
+    assert (solutions.residual <= 1e-13).all()
+    assert np.abs(arm.fk(solutions.q) - T[..., None, :, :]).max() < 1e-13
+
+
+def test_the_inverse_misses_them_by_itself(arm, q):
+    _, residual, _ = arm.ik.ufunc(arm.fk(q))
+    assert (residual[:20] > 10 * TOLERANCE).all()
+    assert (residual[:20] < NEAR).all()
+    assert (residual[20:] < TOLERANCE).all()
+
+
+def test_none_is_missed(arm, q):
+    T = arm.fk(q)
+    solutions = arm.ik(T)
+    check(arm, solutions, T)
+    np.testing.assert_allclose(solutions.q[:, 0], arm.ik.ufunc(T)[0][:, 0], atol=1e-6)
+    np.testing.assert_allclose(solutions.q[:, 0, 1], q[:, 1], atol=1e-12)
+    # The others are what they were, bit by bit.
+    for found, expected in zip(solutions, arm.ik(T[20:]), strict=False):
+        np.testing.assert_array_equal(found[20:], expected)
+    for index in (0, 30):
+        single = arm.ik(T[index])
+        check(arm, single, T[index])
+        np.testing.assert_allclose(single.q, solutions.q[index], atol=1e-12)
+
+
+@pytest.mark.parametrize("batch", [(3, 20), (60, 1), (2, 1, 30)])
+def test_leading_dimensions(arm, q, batch):
+    T = arm.fk(q).reshape(*batch, 4, 4)
+    for given in (T, T.tolist(), np.asfortranarray(T)):
+        check(arm, arm.ik(given), T)
+    assert arm.ik(T[:0]).valid.shape == (0, *batch[1:], 2)
+
+
+def test_arrays_that_are_given(arm, q):
+    T = arm.fk(q)
+    out = (np.empty((60, 2, 4)), np.empty((60, 4))[:, ::2], None)
+    solutions = arm.ik(T, out=out)
+    assert solutions.q is out[0]
+    assert solutions.residual is out[1]
+    check(arm, solutions, T)
+    one = (np.empty((2, 4)), np.empty(2), np.empty(2))
+    check(arm, arm.ik(T[0], out=one), T[0])
+    assert (one[1] < 1e-13).all()
+
+
+def test_threads(arm, q, monkeypatch):
+    monkeypatch.setattr(chasles.call.threads, "_LEAST", 1)
+    monkeypatch.setattr(chasles.call.threads, "count_cores", lambda: 4)
+    T = arm.fk(q)
+    solutions = arm.ik(T, threads=3)
+    check(arm, solutions, T)
+    for found, expected in zip(solutions, arm.ik(T), strict=True):
+        np.testing.assert_array_equal(found, expected)
+
+
+def test_dask(arm, q):
+    T = arm.fk(q)
+    lazy = arm.ik(dask.array.from_array(T, chunks=(7, 4, 4)))
+    fields = dask.compute(*lazy, scheduler="sync")
+    check(arm, arm.ik.solutions(*fields), T)
+
+
+def test_what_is_out_of_reach_stays_so(arm, q):
+    T = arm.fk(q)
+    T[:5, :2, 3] *= 0.75 / np.linalg.norm(T[:5, :2, 3], axis=-1, keepdims=True)
+    # A hair beyond a stretched arm; nearer than that rounding alone decides.
+    beyond = np.array([1e-7, 3e-9, 1e-6])[:, None]
+    T[5:8, :2, 3] *= (0.7 + beyond) / np.linalg.norm(T[5:8, :2, 3], axis=-1, keepdims=True)
+    T[8, 0, 3] = np.nan
+    # Tilted, as no pose of this arm is, and no pose at all.
+    T[9] = T[9] @ [
+        [1, 0, 0, 0],
+        [0, np.cos(1e-6), -1e-6, 0],
+        [0, 1e-6, np.cos(1e-6), 0],
+        [0, 0, 0, 1],
+    ]
+    T[10, :3, :3] *= 1 + 1e-8
+    solutions = arm.ik(T)
+    np.testing.assert_array_equal(solutions.valid[:8], False)
+    np.testing.assert_array_equal(solutions.valid[8:11], False)
+    assert solutions.valid[11:].all()
+    assert np.isnan(solutions.q[8]).any()
+    assert np.isfinite(np.delete(solutions.q, 8, axis=0)).all()
+    raw, residual, _ = arm.ik.ufunc(T)
+    np.testing.assert_array_equal(solutions.q[:11], raw[:11])
+    np.testing.assert_array_equal(solutions.residual[:11], residual[:11])
+
+
+def test_panda_where_two_singularities_meet():
+    arm = chasles.load("panda")
+    q = np.tile(PANDA, (5, 1))
+    q[[0, 2, 4]] = np.random.default_rng(1).uniform(-2, 2, (3, 7))
+    T = arm.fk(q)
+    solutions = arm.ik(T, q[:, 6])
+    assert solutions.valid.any(-1).all()
+    assert (solutions.residual[solutions.valid] < 1e-13).all()
+    assert (
+        np.abs(arm.fk(solutions.q) - T[:, None]).max(axis=(-1, -2))[solutions.valid].max() < 1e-13
+    )
+    assert arm.ik(T[1], q[1, 6]).valid.any()
+    # One pose for many values: only those of the given joint are looked for.
+    several = arm.ik(T[1], np.array([q[1, 6], 2.5]))
+    np.testing.assert_array_equal(several.valid.any(-1)[0], True)
+    np.testing.assert_array_equal(several.q[0, :, 6], q[1, 6])
+
+
+def test_a_stretched_arm_and_a_hair_more():
+    arm = chasles.load("ur5e")
+    q = np.random.default_rng(4).uniform(-3, 3, (200, 6))
+    q[:, 2] = 0.0
+    T = arm.fk(q)
+    assert arm.ik(T).valid.any(-1).all()
+    # Along the stretched arm, from the second axis to the fourth.
+    links = arm.link_poses(q)
+    along = links[:, 3, :3, 3] - links[:, 1, :3, 3]
+    along -= (along * links[:, 1, :3, 2]).sum(-1, keepdims=True) * links[:, 1, :3, 2]
+    T[:, :3, 3] += 1e-7 * along / np.linalg.norm(along, axis=-1, keepdims=True)
+    beyond = arm.ik(T)
+    least = beyond.residual.min(-1)
+    missed = ~beyond.valid.any(-1)
+    # Some come back by another branch.
+    assert missed.sum() > 50
+    assert (least[missed] > 2e-8).all()
+    assert (least[missed] < 1.1e-7).sum() > 50
+    assert np.isfinite(beyond.q).all()
+
+
+def spoilt_slots(robot, q, *given):
+    """All slots of an inverse a little off, and what the robot's last resort makes of them."""
+    T = robot.fk(q)
+    solutions = robot.ik(T, *given)
+    rescue = rescue_for(robot)
+    free = [i for i in range(robot.n) if i not in rescue.fixed]
+    moved = solutions.q.copy()
+    moved[..., free] += np.random.default_rng(9).uniform(-SPOILT, SPOILT, moved[..., free].shape)
+    residual = np.where(solutions.valid, SPOILT, 1.0)
+    valid = np.zeros_like(solutions.valid)
+    rescue((T, *given), moved, residual, valid)
+    np.testing.assert_array_equal(valid, solutions.valid)
+    assert (residual[valid] < 1e-13).all()
+    assert np.abs(robot.fk(moved) - T[:, None])[valid].max() < 1e-12
+    return rescue, moved, solutions
+
+
+def rescue_for(robot):
+    manifest = read_manifest(robot.folder)
+    info = next(info for info in manifest.functions if info.name == "ik")
+    rescue = rescue_of(manifest, info, robot.functions)
+    assert isinstance(rescue, Rescue)
+    return rescue
+
+
+@pytest.mark.parametrize("name", ["ur5e", "puma560", "stanford", "lynxmotion", "scara"])
+def test_arms_of_any_kind(name):
+    robot = chasles.load(name)
+    q = np.random.default_rng(3).uniform(0.1, 1, (50, robot.n))
+    rescue, moved, solutions = spoilt_slots(robot, q)
+    assert rescue.fixed == ()
+    assert np.abs(moved - solutions.q)[solutions.valid].max() < 1e-9
+
+
+def test_given_joints_keep_their_values():
+    for name, fixed in (("panda", (6,)), ("photo_robot", (0, 3))):
+        robot = chasles.load(name)
+        q = np.random.default_rng(3).uniform(0.1, 1, (50, robot.n))
+        rescue, moved, solutions = spoilt_slots(robot, q, *(q[:, i] for i in fixed))
+        assert rescue.fixed == fixed
+        np.testing.assert_array_equal(moved[..., fixed], solutions.q[..., fixed])
+
+
+def test_a_swivel_angle_is_nearly_kept():
+    robot = chasles.load("iiwa14")
+    q = np.random.default_rng(3).uniform(0.3, 1, (50, 7))
+    rescue, moved, solutions = spoilt_slots(robot, q, robot.swivel(q))
+    assert rescue.fixed == ()
+    assert np.abs(moved - solutions.q)[solutions.valid].max() < 1e-5
+
+
+def test_joints_of_loops_are_held_by_their_actuators():
+    robot = chasles.load("well_manipulator")
+    manifest = read_manifest(robot.folder)
+    given = [Argument(name, (), "m", "") for name in ("T", "l_HI", "theta7")]
+    info = SimpleNamespace(name="ik", inputs=given)
+    # theta7 is turned by the last cylinder.
+    assert rescue_of(manifest, info, robot.functions).fixed == (3, 6)
+    info.inputs = given[:1]
+    assert rescue_of(manifest, info, robot.functions).fixed == ()
+
+
+def test_only_poses_have_one(arm):
+    manifest = read_manifest(arm.folder)
+    ik, position = (
+        next(info for info in manifest.functions if info.name == name)
+        for name in ("ik", "ik_position")
+    )
+    assert rescue_of(manifest, ik, arm.functions) is not None
+    assert rescue_of(manifest, position, arm.functions) is None
+    assert rescue_of(manifest, ik, {}) is None
+
+
+def test_an_error_of_its_own_is_told(arm, q, monkeypatch):
+    def fail(*_):
+        raise RuntimeError("no step can be taken")
+
+    T = arm.fk(q)
+    monkeypatch.setattr("chasles.closed_form.refinement.polish", fail)
+    for poses in (T, T[0], T[::-1]):
+        with pytest.raises(RuntimeError, match="no step"):
+            arm.ik(poses)
+    assert arm.ik(T[20:]).valid.all()

@@ -1,0 +1,482 @@
+"""Inverse kinematics by iteration: within limits, as far off as it says, the same each time."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import chasles
+from chasles import screws
+from chasles.iterative import numeric_inverse
+
+PAGE = Path(__file__).parents[3] / "docs" / "numeric.md"
+TOLERANCE = 1e-9
+ROUNDING = 1e-13
+"""By which a residual that is computed again may differ, in metres and radians."""
+CLOSED = 1e-12
+"""The same where loops are closed by iteration on both sides."""
+POSITION = (1, 1, 1, 0, 0, 0)
+DIRECTION = (1, 1, 1, 1, 1, 0)
+SERIAL = ("ur5e", "puma560", "panda", "iiwa14", "photo_robot", "jaco2", "lynxmotion", "stanford")
+LOOPS = ("well_manipulator", "board_installer", "excavator", "delta")
+PLATFORMS = ("stewart_gough", "planar_3rrr")
+ROBOTS = (*SERIAL, *LOOPS, *PLATFORMS)
+ENDLESS = ("photo_robot",)
+"""Robots on a track without limits: they get as far as one likes."""
+PLACED = ("ur5e", "puma560", "panda", "jaco2", "lynxmotion", "well_manipulator")
+
+
+@pytest.fixture(params=ROBOTS)
+def robot(request):
+    return chasles.load(request.param)
+
+
+@pytest.fixture
+def ur5e():
+    return chasles.load("ur5e")
+
+
+def configurations(robot, count, seed=3):
+    """Random ones within the limits at which loops close."""
+    reach = np.array([np.pi if c.unit == "rad" else 1.0 for c in robot.coordinates])
+    lower = np.where(np.isfinite(robot.lower), robot.lower, -reach)
+    upper = np.where(np.isfinite(robot.upper), robot.upper, reach)
+    q = np.random.default_rng(seed).uniform(lower, upper, (20 * count, robot.n))
+    q = q[np.isfinite(robot.fk(q)).all((1, 2))][:count]
+    assert len(q) == count
+    return q
+
+
+def beyond(robot, count):
+    """Poses whose place is a tenth further from the base than the tool ever gets."""
+    T = robot.fk(configurations(robot, 2000))
+    reach = np.linalg.norm(T[:, :3, 3], axis=1)
+    T = T[:count].copy()
+    T[:, :3, 3] *= 1.1 * reach.max() / reach[:count, None]
+    return T
+
+
+def within(robot, q):
+    return ((q >= robot.lower) & (q <= robot.upper)).all()
+
+
+def distance(A, B):
+    return np.linalg.norm(A[..., :3, 3] - B[..., :3, 3], axis=-1)
+
+
+def away(A, B):
+    """The larger of distance and angle."""
+    turn = screws.log(screws.inverse(A) @ B)[..., 3:]
+    return np.maximum(distance(A, B), np.linalg.norm(turn, axis=-1))
+
+
+def same(a, b):
+    """To the last bit, NaN like NaN."""
+    return all(
+        np.array_equal(x, y, equal_nan=x.dtype.kind == "f") for x, y in zip(a, b, strict=True)
+    )
+
+
+def test_reachable_poses_are_found_within_the_limits(robot):
+    T = robot.fk(configurations(robot, 200))
+    found = robot.ik_numeric(T)
+    assert found.success.all()
+    assert (found.reason == "converged").all()
+    assert within(robot, found.q)
+    assert found.residual.max() <= TOLERANCE
+    rounding = CLOSED if robot.name in (*LOOPS, *PLATFORMS) else ROUNDING
+    np.testing.assert_allclose(away(robot.fk(found.q), T), found.residual, rtol=0, atol=rounding)
+
+
+@pytest.mark.parametrize("name", [name for name in ROBOTS if name not in ENDLESS])
+def test_poses_out_of_reach_end_as_near_as_they_say(name):
+    robot = chasles.load(name)
+    T = beyond(robot, 30)
+    found = robot.ik_numeric(T)
+    assert not found.success.any()
+    assert (found.reason != "converged").all()
+    assert within(robot, found.q)
+    assert found.iterations.max() <= 10_000
+    rounding = CLOSED if robot.name in (*LOOPS, *PLATFORMS) else ROUNDING
+    np.testing.assert_allclose(away(robot.fk(found.q), T), found.residual, rtol=0, atol=rounding)
+    assert found.residual.min() > 0.01
+
+
+def test_limits_hold_exactly_where_the_nearest_place_is_at_one():
+    robot = chasles.load("puma560")
+    found = robot.ik_numeric(beyond(robot, 100), robot.upper + 1)
+    at_limits = (found.q == robot.lower) | (found.q == robot.upper)
+    assert within(robot, found.q)
+    assert at_limits.any()
+    np.testing.assert_array_equal(at_limits.any(axis=1) | (found.reason != "limits"), True)
+
+
+@pytest.mark.parametrize("name", PLACED)
+def test_out_of_reach_no_place_nearby_is_nearer(name):
+    robot = chasles.load(name)
+    T = beyond(robot, 10)
+    found = robot.ik_numeric(T, weights=POSITION)
+    assert not found.success.any()
+    assert set(found.reason) <= {"limits", "stalled"}
+    np.testing.assert_allclose(distance(robot.fk(found.q), T), found.residual, rtol=1e-12)
+    generator = np.random.default_rng(0)
+    checked = 0
+    for q, pose, residual in zip(found.q, T, found.residual, strict=True):
+        for size in (1e-4, 1e-2, 0.3):
+            near = q + size * generator.standard_normal((200, robot.n))
+            near = robot.fk(np.clip(near, robot.lower, robot.upper))
+            assert np.nanmin(distance(near, pose)) >= residual - 1e-9
+            checked += 1
+    assert checked == 30
+
+
+def test_on_the_line_to_a_place_beyond_the_arm_is_stretched():
+    # Where the elbow and the limits allow it, the nearest place is a point of the largest sphere.
+    robot = chasles.load("lynxmotion")
+    table, arm = np.array([0, 0, 0.1]), 0.3
+    towards = np.array([np.cos(0.7), 0, np.sin(0.7)])
+    T = np.eye(4)
+    T[:3, 3] = table + 2 * arm * towards
+    found = robot.ik_numeric(T, weights=POSITION)
+    assert found.residual == pytest.approx(arm, abs=1e-9)
+    np.testing.assert_allclose(robot.fk(found.q)[:3, 3], table + arm * towards, atol=1e-6)
+
+
+@pytest.mark.parametrize("budget", [1, 2, 7, 40, 5000])
+def test_the_budget_is_kept(ur5e, budget):
+    T = np.concatenate([ur5e.fk(configurations(ur5e, 50)), beyond(ur5e, 50)])
+    found = ur5e.ik_numeric(T, budget=budget)
+    assert found.iterations.max() <= budget
+    assert found.iterations.min() >= 1
+    assert np.isfinite(found.q).all()
+    assert within(ur5e, found.q)
+    np.testing.assert_array_equal(found.success, found.reason == "converged")
+    np.testing.assert_array_equal(found.success, found.residual <= TOLERANCE)
+
+
+def test_too_small_a_budget_is_told(ur5e):
+    found = ur5e.ik_numeric(ur5e.fk(configurations(ur5e, 50)), budget=2)
+    assert (found.reason == "budget").any()
+    assert not found.success[found.reason == "budget"].any()
+
+
+def test_a_looser_tolerance_ends_earlier(ur5e):
+    T = ur5e.fk(configurations(ur5e, 100))
+    loose, tight = (ur5e.ik_numeric(T, tolerance=tolerance) for tolerance in (1e-3, 1e-11))
+    assert loose.success.all()
+    assert tight.success.all()
+    assert TOLERANCE < loose.residual.max() <= 1e-3
+    assert tight.residual.max() <= 1e-11
+    assert loose.iterations.sum() < tight.iterations.sum()
+
+
+@pytest.mark.parametrize("name", ["ur5e", "panda", "well_manipulator", "stewart_gough"])
+def test_the_same_key_gives_the_same_whatever_the_threads(name):
+    robot = chasles.load(name)
+    T = np.concatenate([robot.fk(configurations(robot, 80)), beyond(robot, 20)])
+    first = robot.ik_numeric(T, rng=7)
+    for threads in (1, 2, 3, 8, "all"):
+        assert same(robot.ik_numeric(T, rng=7, threads=threads), first)
+    alone = [robot.ik_numeric(pose, rng=7) for pose in T]
+    for field in first._fields:
+        assert np.array_equal([getattr(one, field) for one in alone], getattr(first, field))
+
+
+def test_keys_choose_the_starts(ur5e):
+    T = ur5e.fk(configurations(ur5e, 50))
+    one, other = ur5e.ik_numeric(T, rng=1), ur5e.ik_numeric(T, rng=2)
+    assert one.success.all()
+    assert other.success.all()
+    assert (np.abs(one.q - other.q).max(axis=1) > 0.1).any()
+    generators = [np.random.default_rng(5) for _ in range(2)]
+    assert same(*(ur5e.ik_numeric(T, rng=generator) for generator in generators))
+    # A generator goes on: the next call has other starts.
+    again = [ur5e.ik_numeric(T, rng=generators[0]), ur5e.ik_numeric(T, rng=generators[1])]
+    assert same(*again)
+    assert not same(again[0], ur5e.ik_numeric(T, rng=np.random.default_rng(5)))
+
+
+def test_a_seed_nearby_leads_to_the_solution_nearby(robot):
+    q = np.clip(configurations(robot, 100), robot.lower + 0.02, robot.upper - 0.02)
+    q = q[np.isfinite(robot.fk(q)).all((1, 2))]
+    step = 1e-3 * np.random.default_rng(1).uniform(-1, 1, q.shape)
+    found = robot.ik_numeric(robot.fk(q), q + step)
+    assert found.success.all()
+    # But at a few near singularities it takes no restart, and where no self-motion is possible
+    # it leads back.
+    assert (found.restarts == 0).mean() >= 0.95
+    moved = np.abs(found.q - q).max(axis=1)
+    assert np.median(moved) <= (0.01 if robot.n > 6 else 1e-6)
+
+
+def test_a_seed_on_the_solution_stays(ur5e):
+    q = configurations(ur5e, 20)
+    found = ur5e.ik_numeric(ur5e.fk(q), q)
+    np.testing.assert_array_equal(found.q, q)
+    assert (found.iterations == 1).all()
+    assert (found.restarts == 0).all()
+
+
+def test_a_seed_beyond_the_limits_begins_at_them(ur5e):
+    q = configurations(ur5e, 20)
+    T = ur5e.fk(q)
+    outside = np.where(q > 0, 1, -1) * 50.0
+    clipped = np.clip(outside, ur5e.lower, ur5e.upper)
+    assert same(ur5e.ik_numeric(T, outside), ur5e.ik_numeric(T, clipped))
+
+
+def test_leading_dimensions_broadcast(ur5e):
+    q = configurations(ur5e, 6)
+    T, seeds = ur5e.fk(q[:3])[:, None], q[3:5]
+    found = ur5e.ik_numeric(T, seeds)
+    assert found.q.shape == (3, 2, 6)
+    for field in found._fields[1:]:
+        assert getattr(found, field).shape == (3, 2)
+    for i, j in np.ndindex(3, 2):
+        one = ur5e.ik_numeric(T[i, 0], seeds[j])
+        np.testing.assert_array_equal(one.q, found.q[i, j])
+        assert one.residual == found.residual[i, j]
+    assert ur5e.ik_numeric(T[0, 0], seeds).q.shape == (2, 6)
+    assert ur5e.ik_numeric(T, q[0]).q.shape == (3, 1, 6)
+    empty = ur5e.ik_numeric(np.zeros((0, 4, 4)))
+    assert empty.q.shape == (0, 6)
+    assert str(empty).startswith("0 poses")
+
+
+def test_one_pose_gives_scalars(ur5e):
+    found = ur5e.ik_numeric(ur5e.fk(configurations(ur5e, 1)[0]).tolist())
+    assert found.q.shape == (6,)
+    assert found.success
+    assert found.reason == "converged"
+    assert np.ndim(found.residual) == np.ndim(found.iterations) == np.ndim(found.restarts) == 0
+    assert str(found).startswith(f"converged after {found.iterations} iterations, residual ")
+
+
+def test_poses_and_seeds_of_any_layout(ur5e):
+    q = configurations(ur5e, 20)
+    T = ur5e.fk(q)
+    wide = np.zeros((20, 5, 8))
+    wide[:, :4, ::2] = T
+    expected = ur5e.ik_numeric(T, q[::-1])
+    assert same(ur5e.ik_numeric(wide[:, :4, ::2], q[::-1].copy()), expected)
+    assert same(ur5e.ik_numeric(np.asfortranarray(T), np.asfortranarray(q[::-1])), expected)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_poses_that_are_not_finite_fail_alone(robot, bad):
+    T = robot.fk(configurations(robot, 4))
+    T[1, 0, 3], T[3, 1, 1] = bad, bad
+    found = robot.ik_numeric(T)
+    np.testing.assert_array_equal(found.success, [True, False, True, False])
+    assert np.isnan(found.q[[1, 3]]).all()
+    assert np.isnan(found.residual[[1, 3]]).all()
+    assert (found.reason[[1, 3]] != "converged").all()
+    np.testing.assert_array_equal(found.q[0], robot.ik_numeric(T[0]).q)
+
+
+def test_nan_in_a_seed_does_no_harm(ur5e):
+    T = ur5e.fk(configurations(ur5e, 3))
+    found = ur5e.ik_numeric(T, np.full(6, np.nan))
+    assert found.success.all()
+    assert within(ur5e, found.q)
+
+
+@pytest.mark.parametrize(
+    "name", ["ur5e", "panda", "photo_robot", "stanford", "well_manipulator", "excavator", "delta"]
+)
+def test_any_link_is_a_tip(name):
+    robot = chasles.load(name)
+    poses = robot.link_poses(configurations(robot, 40))
+    checked = 0
+    for k, link in enumerate(robot.frames.links):
+        found = robot.ik_numeric(poses[:, k], tip=link)
+        assert found.success.all(), link
+        assert within(robot, found.q)
+        reached = robot.link_poses(found.q)[:, k]
+        assert away(reached, poses[:, k]).max() <= TOLERANCE + ROUNDING
+        far = poses[:, k].copy()
+        far[:, :3, 3] += 100
+        found = robot.ik_numeric(far[:3], tip=link, weights=POSITION, budget=500)
+        gap = distance(robot.link_poses(found.q)[:, k], far[:3])
+        np.testing.assert_allclose(gap, found.residual, rtol=1e-12)
+        checked += 1
+    assert checked == len(robot.frames.links)
+    assert same(
+        robot.ik_numeric(robot.fk(configurations(robot, 5)), tip=robot.frames.tip),
+        robot.ik_numeric(robot.fk(configurations(robot, 5))),
+    )
+
+
+@pytest.mark.parametrize("axes", ["tool", "base"])
+@pytest.mark.parametrize("name", PLACED)
+def test_position_alone(name, axes):
+    robot = chasles.load(name)
+    T = robot.fk(configurations(robot, 100))
+    T[:, :3, :3] = np.diag([-1.0, 1, -1])
+    found = robot.ik_numeric(T, weights=POSITION, axes=axes)
+    assert found.success.all()
+    assert within(robot, found.q)
+    there = distance(robot.fk(found.q), T)
+    np.testing.assert_allclose(there, found.residual, rtol=0, atol=ROUNDING)
+
+
+def test_a_turn_about_the_tools_axis_left_open():
+    robot = chasles.load("lynxmotion")
+    q = configurations(robot, 100)
+    T = robot.fk(q)
+    turned = T @ screws.exp([0, 0, 0, 0, 0, 2.0])
+    found = robot.ik_numeric(turned, q * [1, 1, 1, 1, 0], weights=DIRECTION)
+    assert found.success.all()
+    reached = robot.fk(found.q)
+    assert distance(reached, T).max() <= TOLERANCE + ROUNDING
+    assert np.abs(reached[:, :3, 2] - T[:, :3, 2]).max() <= 2 * TOLERANCE
+
+
+def test_parts_are_along_the_axes_that_are_named(ur5e):
+    T = ur5e.fk(configurations(ur5e, 50))
+    for axes, part in (("base", lambda A, B: (B - A)[:, :3, 3]), ("tool", in_tool)):
+        found = ur5e.ik_numeric(T, weights=(1, 0, 1, 0, 0, 0), axes=axes)
+        assert found.success.all()
+        gap = part(ur5e.fk(found.q), T)
+        assert np.abs(gap[:, [0, 2]]).max() <= 2 * TOLERANCE
+        assert np.abs(gap[:, 1]).max() > 0.1
+
+
+def in_tool(A, B):
+    return (screws.inverse(A) @ B)[:, :3, 3]
+
+
+def test_weights_choose_what_gives_way(ur5e):
+    T = beyond(ur5e, 20)
+    place = ur5e.ik_numeric(T, weights=(100, 100, 100, 1, 1, 1))
+    turn = ur5e.ik_numeric(T, weights=(1, 1, 1, 100, 100, 100))
+    near, upright = ur5e.fk(place.q), ur5e.fk(turn.q)
+    assert distance(near, T).mean() < distance(upright, T).mean()
+    angle = np.linalg.norm(screws.log(screws.inverse(upright) @ T)[:, 3:], axis=1)
+    assert angle.max() < 0.01
+
+
+@pytest.mark.parametrize("small", [1e-3, 1e-6, 1e-9])
+@pytest.mark.parametrize("name", ["ur5e", "panda"])
+def test_parts_of_small_weight_count_for_success(name, small):
+    robot = chasles.load(name)
+    T = robot.fk(configurations(robot, 100))
+    for weights in ((1, 1, 1, small, small, small), (small, small, small, 1, 1, 1)):
+        found = robot.ik_numeric(T, weights=weights)
+        np.testing.assert_allclose(away(robot.fk(found.q), T), found.residual, rtol=0, atol=1e-12)
+        np.testing.assert_array_equal(found.success, found.residual <= TOLERANCE)
+        np.testing.assert_array_equal(found.success, found.reason == "converged")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "error", "message"),
+    [
+        ({"T": np.eye(3)}, chasles.ShapeError, r"poses T \(..., 4, 4\), got shape \(3, 3\)"),
+        ({"T": np.zeros(4)}, chasles.ShapeError, r"got shape \(4,\)"),
+        ({"seed": np.zeros(5)}, chasles.ShapeError, r"seed \(..., 6\), got shape \(5,\)"),
+        ({"seed": 0.0}, chasles.ShapeError, r"got shape \(\)"),
+        (
+            {"T": np.zeros((3, 4, 4)), "seed": np.zeros((2, 6))},
+            chasles.ShapeError,
+            r"do not broadcast: \(3,\) of T and \(2,\) of seed",
+        ),
+        ({"weights": np.ones(3)}, chasles.ShapeError, r"six weights, got shape \(3,\)"),
+        ({"weights": np.zeros(6)}, chasles.InputError, "some that are not 0"),
+        ({"weights": (1, 1, 1, 1, 1, -1)}, chasles.InputError, "not negative"),
+        ({"weights": (1, 1, 1, 1, 1, np.nan)}, chasles.InputError, "weights"),
+        ({"weights": (1, 1, 1, 1, 1, np.inf)}, chasles.InputError, "weights"),
+        ({"tip": "hand"}, chasles.InputError, "no link 'hand' for a tip; there are: ee, link1"),
+        ({"budget": 0}, chasles.InputError, "budget to be an integer from 1 to 2147483647, got 0"),
+        ({"budget": 2**40}, chasles.InputError, "budget to be an integer from 1"),
+        ({"budget": 10.5}, chasles.InputError, r"budget to be an integer .*, got 10\.5"),
+        ({"threads": 0}, chasles.InputError, "threads to be an integer of at least 1, got 0"),
+        ({"threads": "two"}, chasles.InputError, "threads to be .*, got 'two'"),
+        ({"rng": -1}, chasles.InputError, "rng to be an integer of at least 0, got -1"),
+        ({"rng": None}, chasles.InputError, "rng to be an integer"),
+        ({"T": "here"}, chasles.InputError, "T must be real numbers, got dtype <U4"),
+        ({"T": np.eye(4) * 1j}, chasles.InputError, "T must be real numbers, got dtype complex128"),
+        ({"tolerance": "a"}, chasles.InputError, "tolerance above 0, got 'a'"),
+        ({"tolerance": 0.0}, chasles.InputError, "tolerance above 0, got 0.0"),
+        ({"tolerance": np.nan}, chasles.InputError, "tolerance above 0"),
+        ({"axes": "world"}, chasles.InputError, '"tool" or "base", got \'world\''),
+    ],
+)
+def test_errors_name_what_is_wrong(ur5e, arguments, error, message):
+    with pytest.raises(error, match=rf"^ur5e\.ik_numeric: .*{message}"):
+        ur5e.ik_numeric(**{"T": np.eye(4), **arguments})
+
+
+def test_a_platform_has_its_tool_for_a_tip_and_no_other():
+    platform = chasles.load("stewart_gough")
+    T = platform.fk(np.array(platform.reference.q))
+    assert platform.ik_numeric(T, tip="ee").success
+    with pytest.raises(chasles.InputError, match=r"no link 'platform_x' for a tip; there are: ee$"):
+        platform.ik_numeric(T, tip="platform_x")
+
+
+@pytest.mark.parametrize("T", [np.zeros((4, 4)), 2 * np.eye(4), np.diag([1.0, 1, -1, 1])])
+def test_what_is_no_pose_has_no_answer(ur5e, T):
+    found = ur5e.ik_numeric(T)
+    assert not found.success
+    assert found.iterations == 0
+    assert np.isnan(found.q).all()
+
+
+def test_keys_of_all_kinds_of_integers_are_the_same(ur5e):
+    T = ur5e.fk(configurations(ur5e, 20))
+    np.testing.assert_array_equal(
+        ur5e.ik_numeric(T, rng=np.int64(3)).q, ur5e.ik_numeric(T, rng=3, threads=np.int64(2)).q
+    )
+
+
+def test_starts_lie_within_limits_and_leave_no_large_gap(ur5e):
+    q = numeric_inverse.starts(ur5e, 3)
+    assert within(ur5e, q)
+    for joint in q.T:
+        share = (np.sort(joint) - joint.min()) / np.ptp(joint)
+        assert np.diff(share).max() < 0.05
+    np.testing.assert_array_equal(q, numeric_inverse.starts(ur5e, 3))
+    assert not np.array_equal(q, numeric_inverse.starts(ur5e, 4))
+
+
+def test_inputs_stay_as_they_were(ur5e):
+    q = configurations(ur5e, 5)
+    T, seed = ur5e.fk(q), q + 10
+    kept = T.copy(), seed.copy()
+    ur5e.ik_numeric(T, seed, threads=2)
+    np.testing.assert_array_equal(T, kept[0])
+    np.testing.assert_array_equal(seed, kept[1])
+
+
+def test_the_examples_of_the_page_run(capsys):
+    blocks = re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+    assert len(blocks) == 7
+    names, seen = {}, []
+    for block in blocks:
+        exec(compile(block, str(PAGE), "exec"), names)
+        seen.append(dict(names))
+    printed = [line for block in blocks for line in re.findall(r"print\(.*\)  # (.*)", block)]
+    assert capsys.readouterr().out.splitlines() == printed
+    _, far, near, _, parts, link, _ = seen
+    arm, q_now = far["arm"], far["q_now"]
+    np.testing.assert_array_equal(far["found"].success, [True, False, False])
+    assert away(far["reached"], far["targets"][1]) > 0.5
+    assert near["found"].restarts == 0
+    assert np.abs(near["found"].q - q_now).max() < 0.02
+    assert parts["place"].success
+    assert parts["point"].success
+    assert distance(arm.link_poses(link["found"].q)[3], link["elbow"]) <= TOLERANCE
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_seed_half_a_turn_away_leads_on(ur5e, axis):
+    # There the logarithm of the way has the limit of a quotient 0 / 0 in it.
+    rng = np.random.default_rng(0)
+    seed = rng.uniform(-2, 2, (3000, 6))
+    T = ur5e.fk(seed) @ np.diag([1.0 if k in (axis, 3) else -1.0 for k in range(4)])
+    T[:, :3, 3] += 0.05 * rng.normal(size=(3000, 3))
+    within_reach = ur5e.ik(T).valid.any(-1)
+    assert within_reach.sum() > 2000
+    found = ur5e.ik_numeric(T[within_reach], seed=seed[within_reach])
+    assert found.success.all()

@@ -1,0 +1,150 @@
+"""Generated C, and solvers on it, under the compiler's sanitizers: what Python would not notice."""
+
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+import chasles
+from chasles.contract.library import write_glue
+from chasles.contract.manifest import read_manifest
+from chasles.iterative.numeric_inverse import screws_before
+
+DRIVER = Path(__file__).with_name("kernels.c")
+SOLVERS = Path(__file__).with_name("solvers.c")
+GENERATED = Path(__file__).parents[3] / "generated"
+RUNTIME = Path(chasles.__file__).parent
+GCC = shutil.which("gcc")
+
+# A build without flags has code for every processor and chooses when called; so that each is seen
+# to run, the better ones are said to be absent. What a processor has is told by the kernel.
+SETS = {
+    "avx512": ["-mavx512f", "-mavx512dq", "-mavx512vl", "-mavx2", "-mfma"],
+    "avx2": ["-mavx2", "-mfma", '-D__builtin_cpu_supports(x)=(!__builtin_strstr(x, "avx512"))'],
+    "baseline": ["-D__builtin_cpu_supports(x)=0"],
+}
+NEEDED = {"avx512": {"avx512f", "avx512dq", "avx512vl"}, "avx2": {"avx2", "fma"}, "baseline": set()}
+
+CASES = 40 * 6 + 4
+"""Batch lengths times layouts, and long batches at different alignments, per function."""
+
+pytestmark = pytest.mark.skipif(GCC is None, reason="gcc is not installed")
+
+
+def build(name, folder, *flags):
+    """The driver with all functions of a robot."""
+    manifest = read_manifest(GENERATED / name)
+    (folder / "glue.c").write_text(write_glue(manifest))
+    paths = [f"-I{RUNTIME}", f"-I{manifest.folder}"]
+    command = [GCC, "-std=gnu99", "-Wall", "-Wextra", "-Werror", "-Wno-psabi", *flags, *paths]
+    libraries = ["-lpthread", "-lmvec", "-lm"]
+    subprocess.run(
+        [*command, str(DRIVER), "glue.c", "-o", "kernels", *libraries], cwd=folder, check=True
+    )
+    return folder / "kernels", len(manifest.functions)
+
+
+def build_solvers(name, folder, sanitizers):
+    """The driver of the solvers with the functions of a robot, one pose at a time."""
+    manifest = read_manifest(GENERATED / name)
+    files = {file: digest for file, digest in manifest.files.items() if file != manifest.batch_file}
+    (folder / "glue.c").write_text(write_glue(replace(manifest, files=files)))
+    flags = ["-std=gnu11", "-Wall", "-Wextra", "-Werror", "-O1", "-fno-sanitize-recover=all"]
+    paths = [f"-fsanitize={sanitizers}", f"-I{RUNTIME}", f"-I{manifest.folder}"]
+    command = [GCC, *flags, *paths, str(SOLVERS), "glue.c", "-o", "solvers", "-lpthread", "-lm"]
+    subprocess.run(command, cwd=folder, check=True)
+    return folder / "solvers"
+
+
+def run(program, mode, given=""):
+    done = subprocess.run([program, mode], input=given, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr[:3000]
+    return int(done.stdout)
+
+
+def require(folder, sanitizer):
+    """Skips where gcc or the system lacks it, as an empty program shows."""
+    (folder / "empty.c").write_text("int main(void) { return 0; }\n")
+    command = [GCC, f"-fsanitize={sanitizer}", "empty.c", "-o", "empty"]
+    for step in (command, ["./empty"]):
+        done = subprocess.run(step, cwd=folder, capture_output=True, text=True, check=False)
+        if done.returncode != 0:
+            pytest.skip(f"no sanitizer of {sanitizer} here: {done.stderr[:200]}")
+
+
+def require_processor(chosen):
+    try:
+        text = Path("/proc/cpuinfo").read_text()
+    except OSError:
+        text = ""
+    found = re.search(r"^flags\s*:(.*)$", text, re.MULTILINE)
+    missing = NEEDED[chosen] - set(found[1].split() if found else ())
+    if missing:
+        pytest.skip(f"this processor has no {', '.join(sorted(missing))}")
+
+
+@pytest.mark.parametrize("chosen", SETS)
+@pytest.mark.parametrize("name", ["ur5e", "panda"])
+def test_nothing_is_read_or_written_out_of_bounds(name, chosen, tmp_path):
+    require_processor(chosen)
+    require(tmp_path, "address")
+    program, functions = build(name, tmp_path, *SETS[chosen], "-O1", "-fsanitize=address")
+    assert run(program, "bounds") == functions * CASES
+
+
+def test_nothing_is_undefined(tmp_path):
+    require(tmp_path, "undefined")
+    watch = ["-O1", "-fsanitize=undefined", "-fno-sanitize-recover=all"]
+    program, functions = build("ur5e", tmp_path, "-march=native", *watch)
+    assert run(program, "bounds") == functions * CASES
+
+
+@pytest.mark.parametrize("chosen", SETS)
+def test_nothing_beside_the_rows_is_touched(chosen, tmp_path):
+    """As optimized; masked loads and stores past the caches are unknown to the sanitizer."""
+    require_processor(chosen)
+    program, functions = build("panda", tmp_path, "-O2", *SETS[chosen])
+    assert run(program, "pages") == 2 * functions * CASES
+
+
+@pytest.mark.parametrize("flags", [["-march=native"], []], ids=["native", "any processor"])
+def test_threads_do_not_race(flags, tmp_path):
+    require(tmp_path, "thread")
+    program, functions = build("ur5e", tmp_path, "-O1", "-fsanitize=thread", *flags)
+    assert run(program, "threads") == functions
+    found = subprocess.run([program, "race"], capture_output=True, text=True, check=False)
+    assert "data race" in found.stderr, "the sanitizer does not see what it should"
+
+
+SOLVED = {"tool": 4 * 24, "link": 4 * 24, "platform": 4 * 24, "box": 400}
+"""Poses by tasks, with seeds and without; steps along a path."""
+
+
+def screws_for(name):
+    """The screws before the last link but one, as the driver reads them."""
+    robot = chasles.load(name)
+    screws = screws_before(robot, len(robot.frames.links) - 2)
+    return "\n".join([str(len(screws)), *(" ".join(map(repr, row)) for row in screws.tolist())])
+
+
+@pytest.mark.parametrize(
+    ("name", "modes"),
+    [
+        ("ur5e", ["tool", "box"]),
+        ("panda", ["tool", "link", "box"]),
+        ("stewart_gough", ["platform"]),
+    ],
+)
+def test_solvers_stay_within_their_memory(name, modes, tmp_path):
+    require(tmp_path, "address,undefined")
+    program = build_solvers(name, tmp_path, "address,undefined")
+    for mode in modes:
+        assert run(program, mode, screws_for(name) if mode == "link" else "") == SOLVED[mode]
+
+
+def test_threads_of_a_solver_do_not_race(tmp_path):
+    require(tmp_path, "thread")
+    assert run(build_solvers("ur5e", tmp_path, "thread"), "tool") == SOLVED["tool"]

@@ -1,0 +1,571 @@
+"""Joint rates: closure, damping, limits, secondary objectives; the same of accelerations."""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from tolerances import ORACLE_RATES
+
+import chasles
+from chasles.velocity import _rates
+
+DAMPING = 0.04
+CLOSURE = 1e-12
+"""J qd against V, by the size of V: rounding by the condition of what is not damped."""
+WITH_RATES = [
+    "board_installer",
+    "bricklaying_gantry",
+    "crx10",
+    "delta",
+    "excavator",
+    "five_bar",
+    "iiwa14",
+    "irb6640",
+    "jaco2",
+    "lynxmotion",
+    "panda",
+    "photo_robot",
+    "puma560",
+    "scara",
+    "stanford",
+    "ur5e",
+    "well_manipulator",
+]
+
+
+@pytest.fixture(scope="module")
+def ur5e():
+    return chasles.load("ur5e")
+
+
+@pytest.fixture(scope="module")
+def panda():
+    return chasles.load("panda")
+
+
+def inside(robot, count, seed=0, margin=0.1):
+    """Configurations within the limits, or within a turn, where loops close."""
+    rng = np.random.default_rng(seed)
+    lower = np.where(np.isfinite(robot.lower), robot.lower, -np.pi)
+    upper = np.where(np.isfinite(robot.upper), robot.upper, np.pi)
+    room = margin * (upper - lower)
+    q = rng.uniform(lower + room, upper - room, (count, robot.n))
+    return q[np.isfinite(robot.jacobian_mixed(q)).all((-2, -1))]
+
+
+def twists(count, seed=1):
+    return np.random.default_rng(seed).normal(size=(count, 6)) * [0.1, 0.1, 0.1, 0.3, 0.3, 0.3]
+
+
+def pure(robot, q, length=None):
+    """The Jacobian in pure numbers, and the units of the coordinates."""
+    length = robot.characteristic_length if length is None else length
+    unit = np.where([c.kind == "revolute" for c in robot.coordinates], 1.0, length)
+    row = np.repeat([1 / length, 1.0], 3)
+    return row[:, None] * robot.jacobian_mixed(q) * unit, row, unit
+
+
+def reached(robot, q, qd):
+    return np.einsum("...ij,...j->...i", robot.jacobian_mixed(q), qd)
+
+
+# ---------------------------------------------------------------- closure and damping
+
+
+@pytest.mark.parametrize("name", WITH_RATES)
+def test_a_twist_that_the_robot_has_is_reached(name):
+    robot = chasles.load(name)
+    q = inside(robot, 300)
+    given = np.random.default_rng(2).normal(size=q.shape)
+    V = reached(robot, q, given)
+    found = robot.joint_rates(q, V)
+    away = found.damping == 0
+    assert away.mean() > 0.5
+    assert (found.scale == 1).all()
+    scale = 1 + np.abs(V).max(-1)
+    assert (np.abs(found.twist - V).max(-1) / scale)[away].max() <= CLOSURE
+    np.testing.assert_allclose(reached(robot, q, found.qd), found.twist, rtol=0, atol=1e-12)
+    # No rates of the same twist are smaller.
+    _, _, unit = pure(robot, q)
+    sizes = [np.linalg.norm(x / unit, axis=-1) for x in (found.qd, given)]
+    assert (sizes[0] <= sizes[1] * (1 + 1e-9)).all()
+
+
+@pytest.mark.parametrize("representation", ["space", "body", "mixed"])
+@pytest.mark.parametrize("name", ["ur5e", "board_installer"])
+def test_representations(name, representation):
+    robot = chasles.load(name)
+    q = inside(robot, 100)
+    qd = np.random.default_rng(3).normal(size=q.shape)
+    V = robot.functions[f"twist_{representation}"](q, qd)
+    found = robot.joint_rates(q, V, representation=representation)
+    away = found.damping == 0
+    assert away.sum() > 50
+    np.testing.assert_allclose(found.qd[away], qd[away], rtol=0, atol=1e-10)
+    np.testing.assert_allclose(found.twist[away], V[away], rtol=0, atol=1e-11)
+    lost = robot.functions[f"jacobian_{representation}"](q)
+    _, _, unit = pure(robot, q)
+    # The direction is a twist which joint rates of that size, sigma for one, give.
+    back = np.linalg.lstsq(lost[0] * unit, found.direction[0] * found.smallest[0], rcond=None)[0]
+    assert abs(np.linalg.norm(back) - 1) < 1e-9
+
+
+def test_the_law_of_damping(ur5e):
+    # About the wrist singularity: from 1e-9 away to where nothing is damped.
+    q = np.tile([0.3, -1.2, 1.5, -0.4, 0.0, 0.2], (40, 1))
+    q[:, 4] = np.geomspace(1e-9, 0.5, 40)
+    V = twists(40)
+    found = ur5e.joint_rates(q, V)
+    J, row, _ = pure(ur5e, q)
+    u, sigma, vt = np.linalg.svd(J)
+    np.testing.assert_allclose(found.smallest, sigma[:, -1], rtol=1e-6, atol=1e-15)
+    damping = np.maximum(DAMPING**2 - sigma**2, 0)
+    np.testing.assert_allclose(found.damping, damping[:, -1], rtol=1e-9, atol=1e-15)
+    assert 10 < (damping[:, -1] > 0).sum() < 38
+    assert (damping[:, :-1] == 0).all()
+    along = np.einsum("Nij,Ni->Nj", u, V * row) * sigma / (sigma**2 + damping)
+    expected = np.einsum("Nji,Nj->Ni", vt, along)
+    np.testing.assert_allclose(found.qd, expected, rtol=0, atol=1e-9)
+    # The others are reached to rounding, that one is missed and reported.
+    missed = (found.twist - V) * row
+    direction = found.direction * row
+    np.testing.assert_allclose(np.linalg.norm(direction, axis=-1), 1, rtol=1e-12)
+    across = missed - (missed * direction).sum(-1, keepdims=True) * direction
+    assert np.abs(across).max() < 1e-12
+
+
+@pytest.mark.parametrize("damping", [0.01, 0.04, 0.3])
+def test_rates_are_bounded_at_singularities(ur5e, damping):
+    rng = np.random.default_rng(4)
+    q = inside(ur5e, 3000)
+    q[:1000, 4] = 0.0  # wrist
+    q[1000:2000, 2] = 0.0  # elbow
+    q[2000:] = rng.integers(-4, 5, (1000, 6)) * np.pi / 2
+    V = twists(3000)
+    found = ur5e.joint_rates(q, V, damping=damping)
+    _, row, _ = pure(ur5e, q)
+    bound = np.linalg.norm(V * row, axis=-1) / damping
+    assert (found.smallest < 1e-12).sum() > 2000
+    assert (np.linalg.norm(found.qd, axis=-1) <= bound * (1 + 1e-12)).all()
+    assert all(np.isfinite(getattr(found, name)).all() for name in chasles.Rates.__slots__)
+
+
+def test_rates_are_continuous_through_a_singularity(ur5e):
+    q = np.tile([0.3, -1.2, 1.5, -0.4, 0.0, 0.2], (20001, 1))
+    q[:, 4] = np.linspace(-0.2, 0.2, 20001)
+    found = ur5e.joint_rates(q, twists(1)[0])
+    assert np.abs(np.diff(found.qd, axis=0)).max() < 0.02
+    assert np.abs(found.qd).max() > 1
+
+
+def test_one_at_a_time_is_as_in_a_batch(panda):
+    q, V = inside(panda, 20), twists(20)
+    options = {"secondary": "limits", "rate_limits": 0.3}
+    batch = panda.joint_rates(q, V, **options)
+    for i in range(20):
+        single = panda.joint_rates(q[i], V[i], **options)
+        for name in chasles.Rates.__slots__:
+            # A batch goes through other instructions.
+            np.testing.assert_allclose(
+                getattr(single, name), getattr(batch, name)[i], rtol=0, atol=1e-13
+            )
+    assert panda.joint_rates(q[:, None], V).qd.shape == (20, 20, 7)
+
+
+def test_part_of_a_twist(ur5e):
+    q, V = inside(ur5e, 200), twists(200)
+    for rows, part in (("linear", slice(0, 3)), ("angular", slice(3, 6))):
+        found = ur5e.joint_rates(q, V, rows=rows)
+        away = found.damping == 0
+        assert away.sum() > 150
+        np.testing.assert_allclose(found.twist[away, part], V[away, part], rtol=0, atol=1e-12)
+        whole = ur5e.joint_rates(q, V)
+        both = away & (whole.damping == 0)
+        size = [np.linalg.norm(x.qd[both], axis=-1) for x in (found, whole)]
+        assert (size[0] <= size[1]).all()
+
+
+# ---------------------------------------------------------------- limits
+
+
+@pytest.mark.parametrize("name", ["ur5e", "panda", "photo_robot", "stanford", "board_installer"])
+def test_rate_limits_are_kept_and_the_direction_too(name):
+    robot = chasles.load(name)
+    q = inside(robot, 2000, seed=5)
+    V = 20 * twists(len(q))
+    limits = np.linspace(0.2, 0.6, robot.n)
+    free = robot.joint_rates(q, V)
+    found = robot.joint_rates(q, V, rate_limits=limits)
+    assert (np.abs(found.qd) <= limits).all()
+    assert ((found.scale >= 0) & (found.scale <= 1)).all()
+    held = found.scale < 1
+    assert held.sum() > 100
+    assert found.limited[held].any(-1).all()
+    at_bound = np.isclose(np.abs(found.qd), limits, rtol=1e-9)
+    assert (at_bound | ~found.limited).all()
+    away = found.damping == 0
+    expected = found.scale[:, None] * free.twist
+    difference = np.abs(found.twist - expected)[away].max(-1)
+    assert (difference <= 1e-10 * (1 + np.abs(V[away]).max(-1))).all()
+    slow = robot.joint_rates(q, V * 1e-4, rate_limits=limits)
+    assert (slow.scale == 1).all()
+    assert not slow.limited.any()
+
+
+def test_other_joints_take_over_from_one_that_is_held(panda):
+    q, V = inside(panda, 2000, seed=6), 3 * twists(2000)
+    limits = np.full(7, 1.0)
+    free = panda.joint_rates(q, V)
+    found = panda.joint_rates(q, V, rate_limits=limits)
+    most = np.abs(free.qd).max(-1)
+    scaled = np.minimum(1, 1 / most)
+    away = found.damping == 0
+    assert (found.scale >= scaled - 1e-12)[away].all()
+    helped = away & (most > 1) & (found.scale == 1)
+    assert helped.sum() > 50
+    np.testing.assert_allclose(found.twist[helped], V[helped], rtol=0, atol=1e-10)
+
+
+def test_the_scale_cannot_be_larger_without_redundancy(ur5e):
+    q, V = inside(ur5e, 500, seed=7), 5 * twists(500)
+    found = ur5e.joint_rates(q, V, rate_limits=1.0)
+    most = np.abs(ur5e.joint_rates(q, V).qd).max(-1)
+    np.testing.assert_allclose(found.scale, np.minimum(1, 1 / most), rtol=1e-12)
+    blamed = found.limited[found.scale < 1]
+    assert (blamed.sum(-1) == 1).all()
+
+
+@pytest.mark.parametrize("dt", [None, 1e-3])
+def test_a_joint_at_its_limit_does_not_go_on(panda, dt):
+    rng = np.random.default_rng(8)
+    q = inside(panda, 1000, seed=9)
+    at = rng.integers(0, 7, 1000)
+    up = rng.random(1000) < 0.5
+    rows = np.arange(1000)
+    q[rows, at] = np.where(up, panda.upper[at], panda.lower[at])
+    found = panda.joint_rates(q, twists(1000), dt=dt)
+    outward = np.where(up, 1, -1) * found.qd[rows, at]
+    assert (outward <= 0).all()
+    assert (outward == 0).sum() > 100
+    # Beyond the limit it is not pulled back by force either.
+    q[rows, at] += np.where(up, 0.1, -0.1)
+    outside = panda.joint_rates(q, twists(1000), dt=dt)
+    assert (np.where(up, 1, -1) * outside.qd[rows, at] <= 0).all()
+    assert np.abs(outside.qd).max() < 100
+
+
+def test_no_limit_is_ever_passed(panda):
+    """Joints driven about at 1 kHz until they meet limits; every bound holds at every tick."""
+    rng = np.random.default_rng(10)
+    dt, count = 1e-3, 200
+    rate, acceleration = np.linspace(1.5, 2.5, 7), np.linspace(5.0, 15.0, 7)
+    q, qd = inside(panda, count, margin=0.3), np.zeros((count, 7))
+    touched = np.zeros((count, 7), bool)
+    target = np.zeros((count, 7))
+    for tick in range(2000):
+        if tick % 500 == 0:
+            target = rng.uniform(-3, 3, (count, 7))
+        V = reached(panda, q, target)
+        found = panda.joint_rates(
+            q, V, rate_limits=rate, acceleration_limits=acceleration, previous=qd, dt=dt
+        )
+        assert (np.abs(found.qd) <= rate).all()
+        assert (np.abs(found.qd - qd) <= acceleration * dt * (1 + 1e-9)).all()
+        q, qd = q + found.qd * dt, found.qd
+        assert ((panda.lower <= q) & (q <= panda.upper)).all()
+        touched |= (q - panda.lower < 1e-3) | (panda.upper - q < 1e-3)
+    assert touched.any(0).sum() >= 5
+
+
+def test_rounding_carries_no_joint_over_its_limit():
+    rng = np.random.default_rng(16)
+    limit, dt = rng.uniform(-3, 3, (2, 100000, 1))
+    dt = np.abs(dt[:, 0]) / 100
+    q = limit - 0.01 * rng.random((100000, 1))
+    ends = np.full(1, np.inf)
+    _, up = _rates.bounds(q, -ends, limit, ends, ends, np.zeros(1), dt)
+    assert (q + up * dt[:, None] <= limit).all()
+    down, _ = _rates.bounds(-q, -limit, ends, ends, ends, np.zeros(1), dt)
+    assert (-q + down * dt[:, None] >= -limit).all()
+    naive = (limit - q) / dt[:, None]
+    assert (q + naive * dt[:, None] > limit).any()
+    np.testing.assert_allclose(up, naive, rtol=1e-11, atol=1e-12)
+
+
+def test_a_joint_brakes_as_late_as_it_can():
+    """One joint driven at its limit: as fast as allowed, and it stops there, not before."""
+    robot = chasles.load("scara")
+    q = (robot.lower + robot.upper) / 2
+    q[2] = robot.lower[2] + 0.01
+    qd, dt, most = np.zeros(4), 1e-3, 2.0
+    ticks = 0
+    while robot.upper[2] - q[2] > 1e-9:
+        found = robot.joint_rates(
+            q,
+            robot.jacobian_mixed(q) @ [0, 0, 1.0, 0],
+            acceleration_limits=most,
+            previous=qd,
+            dt=dt,
+        )
+        assert np.abs(found.qd - qd).max() <= most * dt * (1 + 1e-9)
+        q, qd = q + dt * found.qd, found.qd
+        assert q[2] <= robot.upper[2]
+        ticks += 1
+        assert ticks < 5000
+    stroke = robot.upper[2] - robot.lower[2] - 0.01
+    # Up to full speed or the middle, and down again.
+    top = min(1.0, np.sqrt(most * stroke))
+    least = 2 * top / most + (stroke - top**2 / most) / top
+    assert ticks * dt < least + 5 * dt
+    assert np.abs(qd).max() < 3 * most * dt
+
+
+def test_a_sharp_turn_is_taken_as_near_as_accelerations_let(ur5e):
+    q = np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
+    V, change = twists(1)[0], 4e-3
+    wanted = ur5e.joint_rates(q, V).qd
+    limits = {"acceleration_limits": 4.0, "dt": 1e-3}
+    # The same direction at a tenth of the speed: faster along it by what the slowest joint can.
+    found = ur5e.joint_rates(q, V, previous=0.1 * wanted, **limits)
+    np.testing.assert_allclose(found.scale, 0.1 + change / np.abs(wanted).max(), rtol=1e-12)
+    np.testing.assert_allclose(found.twist, found.scale * V, rtol=0, atol=1e-12)
+    # Back: all joints brake as hard as they can.
+    found = ur5e.joint_rates(q, -V, previous=wanted, **limits)
+    assert found.scale < 1e-9
+    braked = np.sign(wanted) * np.maximum(np.abs(wanted) - change, 0)
+    np.testing.assert_allclose(found.qd, braked, rtol=0, atol=1e-9)
+    # A little aside: the joint that cannot turn as fast is off, and little of the speed is lost.
+    aside = wanted + np.array([0, 0, 0, 0, 0, 0.01])
+    found = ur5e.joint_rates(q, V, previous=aside, **limits)
+    assert found.limited.tolist() == [False] * 5 + [True]
+    assert found.scale > 0.95
+    assert np.abs(found.qd - wanted).max() < 0.0065
+
+
+# ---------------------------------------------------------------- secondary objectives
+
+
+def objective(robot, name, q):
+    if not isinstance(name, str):
+        return 0.5 * ((q - name) ** 2).sum(-1)
+    if name == "limits":
+        half, middle = (robot.upper - robot.lower) / 2, (robot.upper + robot.lower) / 2
+        return 0.5 * (((q - middle) / half) ** 2).sum(-1)
+    return -robot.manipulability(q).measure
+
+
+@pytest.mark.parametrize("robot_name", ["panda", "iiwa14"])
+@pytest.mark.parametrize("name", ["limits", "manipulability", "posture"])
+def test_a_secondary_objective_improves_while_the_task_is_kept(robot_name, name):
+    robot = chasles.load(robot_name)
+    q, V = inside(robot, 300, seed=11), twists(300)
+    secondary = inside(robot, 1, seed=12)[0] if name == "posture" else name
+    plain = robot.joint_rates(q, V)
+    found = robot.joint_rates(q, V, secondary=secondary, gain=2.0)
+    np.testing.assert_allclose(found.twist, plain.twist, rtol=0, atol=1e-12)
+    step = 1e-6 * (found.qd - plain.qd)
+    gained = objective(robot, secondary, q + step) - objective(robot, secondary, q - step)
+    assert (gained < 1e-14).all()
+    assert (gained < 0).mean() > 0.95
+    # Twice the gain, twice the motion within itself.
+    twice = robot.joint_rates(q, V, secondary=secondary, gain=4.0)
+    np.testing.assert_allclose(twice.qd - plain.qd, 2 * (found.qd - plain.qd), atol=1e-10)
+
+
+def test_a_posture_is_reached_with_the_tool_at_rest(panda):
+    rest = inside(panda, 1, seed=13, margin=0.3)[0]
+    q = rest + 0.05 * np.sin(np.arange(7))
+    T = panda.fk(q)
+    start = np.abs(q - rest).max()
+    for _ in range(3000):
+        q = q + 1e-3 * panda.joint_rates(q, np.zeros(6), secondary=rest, gain=5.0).qd
+    assert np.abs(panda.fk(q) - T).max() < 1e-3
+    assert np.abs(q - rest).max() < start
+    # Nothing that the tool leaves free is left of the difference.
+    _, _, vt = np.linalg.svd(panda.jacobian_mixed(q))
+    assert abs(vt[6] @ (q - rest)) < 1e-5
+
+
+def test_a_secondary_objective_does_not_cost_the_task_anything(panda):
+    q, V = inside(panda, 1000, seed=14), 3 * twists(1000)
+    limits = np.full(7, 0.5)
+    plain = panda.joint_rates(q, V, rate_limits=limits)
+    for secondary in ("limits", "manipulability", np.zeros(7)):
+        found = panda.joint_rates(q, V, secondary=secondary, gain=10.0, rate_limits=limits)
+        assert (np.abs(found.qd) <= limits).all()
+        np.testing.assert_array_equal(found.scale, plain.scale)
+        np.testing.assert_allclose(found.twist, plain.twist, rtol=0, atol=1e-12)
+
+
+def test_it_goes_on_around_a_joint_that_is_held():
+    """Two freedoms to spare: what a held joint cannot do is left, what others can is done."""
+    robot = chasles.load("photo_robot")
+    q = inside(robot, 200, seed=17)
+    z = 3.0 * np.random.default_rng(18).normal(size=q.shape)
+    free = robot.joint_rates(q, np.zeros(6), secondary=q + z)
+    J, _, unit = pure(robot, q)
+    checked = 0
+    for i in range(200):
+        held = int(np.argmax(np.abs(free.qd[i])))
+        limits = np.full(robot.n, 100.0)
+        limits[held] = 0.3 * abs(free.qd[i, held])
+        found = robot.joint_rates(q[i], np.zeros(6), secondary=q[i] + z[i], rate_limits=limits)
+        first = null_part(J[i], z[i] / unit)
+        rest = null_part(J[i] * (np.arange(robot.n) != held), z[i] / unit, held)
+        np.testing.assert_allclose(free.qd[i], first * unit, rtol=0, atol=1e-10)
+        np.testing.assert_allclose(found.qd, (0.3 * first + 0.7 * rest) * unit, atol=1e-10)
+        assert found.limited.tolist() == [k == held for k in range(robot.n)]
+        checked += 1
+    assert checked == 200
+
+
+def null_part(J, z, held=None):
+    if held is not None:
+        z = np.where(np.arange(len(z)) == held, 0.0, z)
+    return z - np.linalg.pinv(J) @ (J @ z)
+
+
+def test_a_robot_with_no_freedom_to_spare_ignores_it(ur5e):
+    q, V = inside(ur5e, 100), twists(100)
+    q[:50, 4] = 0.0
+    plain = ur5e.joint_rates(q, V)
+    for secondary in ("limits", "manipulability", np.ones(6)):
+        found = ur5e.joint_rates(q, V, secondary=secondary)
+        np.testing.assert_array_equal(found.qd, plain.qd)
+
+
+# ---------------------------------------------------------------- accelerations
+
+
+@pytest.mark.parametrize("representation", ["space", "body", "mixed"])
+@pytest.mark.parametrize("name", ["ur5e", "panda", "board_installer", "scara"])
+def test_accelerations_close(name, representation):
+    robot = chasles.load(name)
+    q = inside(robot, 100)
+    rng = np.random.default_rng(15)
+    qd, qdd = rng.normal(size=(2, *q.shape))
+    function = robot.functions[f"acceleration_{representation}"]
+    A = function(q, qd, qdd)
+    found = robot.joint_accelerations(q, qd, A, representation=representation)
+    away = found.damping == 0
+    assert away.sum() > 50
+    np.testing.assert_allclose(found.acceleration[away], A[away], rtol=0, atol=ORACLE_RATES)
+    np.testing.assert_allclose(
+        function(q, qd, found.qdd), found.acceleration, rtol=0, atol=ORACLE_RATES
+    )
+    limited = robot.joint_accelerations(
+        q, qd, A, representation=representation, acceleration_limits=0.3
+    )
+    assert (np.abs(limited.qdd) <= 0.3).all()
+    assert limited.limited.any()
+
+
+# ---------------------------------------------------------------- input
+
+
+def test_wrong_input_is_named(ur5e):
+    q, V = np.zeros(6), np.zeros(6)
+    cases = [
+        (chasles.ShapeError, r"ur5e\.joint_rates: V must have shape \(\.\.\., 6\), got \(3,\)",
+         {"V": np.zeros(3)}),
+        (chasles.InputError, r"V must be real numbers, got dtype complex128", {"V": V + 1j}),
+        (chasles.InputError, r"representation must be .*, got 'tool'", {"representation": "tool"}),
+        (chasles.InputError, r"rows must be .*, got 'trans'", {"rows": "trans"}),
+        (chasles.InputError, r"secondary must be .*, got 'fast'", {"secondary": "fast"}),
+        (chasles.ShapeError, r"secondary must have shape \(\.\.\., 6\)", {"secondary": V[:5]}),
+        (chasles.InputError, r"damping must be a positive number, got 0", {"damping": 0}),
+        (chasles.InputError, r"length must be a positive number, got -1", {"length": -1}),
+        (chasles.InputError, r"rate_limits must not be negative", {"rate_limits": -1.0}),
+        (chasles.InputError, r"rate_limits must not be negative", {"rate_limits": np.nan}),
+        (chasles.ShapeError, r"rate_limits must have shape", {"rate_limits": [1.0, 2.0]}),
+        (chasles.InputError, r"acceleration_limits need previous and dt",
+         {"acceleration_limits": 1.0, "dt": 1e-3}),
+        (chasles.InputError, r"dt must be positive, got 0", {"dt": 0}),
+        (chasles.ShapeError, r"leading dimensions do not broadcast: q \(2, 6\), V \(3, 6\)",
+         {"q": np.zeros((2, 6)), "V": np.zeros((3, 6))}),
+    ]  # fmt: skip
+    for error, message, changed in cases:
+        with pytest.raises(error, match=message):
+            ur5e.joint_rates(**({"q": q, "V": V} | changed))
+    with pytest.raises(chasles.ShapeError):
+        ur5e.joint_rates(np.zeros(5), V)
+
+
+def test_what_is_not_finite_gives_nan(ur5e):
+    q = inside(ur5e, 3)
+    V = twists(3)
+    q[0, 2], V[1, 3] = np.nan, np.inf
+    found = ur5e.joint_rates(q, V, rate_limits=1.0, secondary="limits")
+    assert np.isnan(found.qd).all(-1).tolist() == [True, True, False]
+    assert np.isnan(found.scale).tolist() == [True, True, False]
+    assert not found.limited[:2].any()
+
+
+@pytest.mark.parametrize("name", ["stewart_gough", "planar_3rrr"])
+@pytest.mark.parametrize("representation", ["mixed", "body", "space"])
+def test_platforms_move_as_their_actuators_are_told(name, representation):
+    robot = chasles.load(name)
+    q = np.array(robot.reference.q) + 0.01
+    V = getattr(robot, f"jacobian_{representation}")(q) @ np.linspace(-0.1, 0.2, robot.n)
+    rates = robot.joint_rates(q, V, representation=representation)
+    np.testing.assert_allclose(rates.qd, np.linspace(-0.1, 0.2, robot.n), atol=1e-12)
+    np.testing.assert_allclose(rates.twist, V, atol=CLOSURE)
+    step = 1e-6
+    here, there = robot.fk(q), robot.fk(q + step * rates.qd)
+    moved = chasles.screws.log(chasles.screws.inverse(here) @ there) / step
+    body = robot.joint_rates(q, moved, representation="body")
+    np.testing.assert_allclose(body.qd, rates.qd, atol=1e-5)
+
+
+def test_platforms_have_no_gradient_and_no_accelerations():
+    platform = chasles.load("stewart_gough")
+    q = np.array(platform.reference.q)
+    with pytest.raises(chasles.InputError, match=r"^stewart_gough\.joint_rates: its loops are"):
+        platform.joint_rates(q, np.zeros(6), secondary="manipulability")
+    with pytest.raises(AttributeError, match="'joint_accelerations'"):
+        platform.joint_accelerations  # noqa: B018
+
+
+def test_the_page():
+    """The examples of docs/velocity.md run, and what their comments promise holds."""
+    page = Path(__file__).parents[3] / "docs" / "velocity.md"
+    blocks = re.findall(r"```python\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL)
+    assert len(blocks) == 6
+    names = {}
+    for block in blocks:
+        exec(compile(block, str(page), "exec"), names)
+    np.testing.assert_allclose(names["rates"].twist, names["V"], rtol=0, atol=1e-14)
+    wrist, fast = names["wrist"], names["fast"]
+    assert wrist.smallest < 1e-15
+    assert abs(wrist.damping - 0.0016) < 1e-15
+    assert abs(fast.scale - float(re.findall(r"fast\.scale  # (\S+):", blocks[2])[0])) < 0.005
+    assert fast.limited.any()
+    for other in ("away", "better", "home"):
+        np.testing.assert_allclose(names[other].twist, names["V"], rtol=0, atol=1e-13)
+    np.testing.assert_allclose(names["still"].acceleration, np.zeros(6), rtol=0, atol=1e-13)
+    assert names["ellipsoid"].axes.shape == (3, 3)
+
+
+def test_of_two_joints_at_limits_the_right_one_is_held(panda):
+    """Holding the one that asks first, joint 1, leads nowhere; joint 7 is to be held instead."""
+    q = np.array([panda.lower[0], 0.5305, 1.092, -1.9043, -2.1145, 2.7025, panda.lower[6]])
+    V = np.array([0.0731, -0.0319, 0.3186, 0.1264, -0.2971, -0.0264])
+    found = panda.joint_rates(q, V)
+    assert found.scale == 1
+    np.testing.assert_allclose(found.twist, V, atol=CLOSURE)
+    assert found.qd[0] > 0
+    assert found.qd[6] == 0
+    assert found.limited.tolist() == [False] * 6 + [True]
+
+
+@pytest.mark.parametrize("gain", [-1.0, np.nan, np.inf, "a"])
+def test_a_gain_without_a_meaning_is_refused(panda, gain):
+    with pytest.raises(chasles.InputError, match=r"^panda\.joint_rates: gain must be"):
+        panda.joint_rates(np.zeros(7), np.zeros(6), secondary="limits", gain=gain)
+
+
+def test_leading_dimensions_that_do_not_fit_are_those_given(ur5e):
+    message = r"^ur5e\.joint_rates: leading dimensions do not broadcast: q \(3, 6\), V \(2, 6\)$"
+    with pytest.raises(chasles.ShapeError, match=message):
+        ur5e.joint_rates(np.zeros((3, 6)), np.zeros((2, 6)))

@@ -1,0 +1,86 @@
+"""Distances from singularities of planar platforms, at poses where they are known."""
+
+import numpy as np
+import pytest
+
+import chasles
+
+from .. import planar
+
+ROD = 0.13
+
+
+@pytest.fixture(scope="module")
+def robot(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("planar")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CHASLES_CACHE", str(folder / "cache"))
+        return chasles.load(planar.write(folder / "planar", "13/100"))
+
+
+def lines(pose, q):
+    """Rows (n, r x n) of the rods, by geometry alone."""
+    r = planar.pins(pose) - np.asarray(pose)[..., None, :2]
+    n = (planar.pins(pose) - planar.ends(q)) / ROD
+    return np.concatenate([n, (r[..., :1] * n[..., 1:] - r[..., 1:] * n[..., :1])], -1)
+
+
+def test_the_definition(robot):
+    rng = np.random.default_rng(0)
+    pose = rng.uniform([-0.08, -0.08, -0.3], [0.08, 0.08, 0.3], (200, 3))
+    q = planar.cranks(pose, ROD, 1.0)
+    pose, q = pose[np.isfinite(q).all(-1)], q[np.isfinite(q).all(-1)]
+    assert len(q) > 50
+    found = robot.singularity(pose, q, length=0.2)
+    J_x = lines(pose, q)
+    # What the cranks give their ends: J_x x' = J_q q', entry by entry.
+    arms = planar.CRANK * np.stack([-np.sin(q), np.cos(q)], -1)
+    J_q = (arms * J_x[..., :2]).sum(-1)
+    np.testing.assert_allclose(found.type_1, np.abs(J_q).min(-1) / 0.2, atol=1e-12)
+    smallest = np.linalg.svd(J_x / [1, 1, 0.2], compute_uv=False)[..., -1]
+    np.testing.assert_allclose(found.type_2, smallest, atol=1e-12)
+    np.testing.assert_array_equal(found.type_3, np.maximum(found.type_1, found.type_2))
+
+
+def test_a_stretched_leg_is_of_type_1(robot):
+    # The platform goes away from the first base joint until crank and rod are in one line.
+    away = -planar.DIRECTIONS[0]
+    shift = planar.CRANK + ROD - (planar.BASE - planar.PLATFORM)
+    pose = np.append(shift * away, 0.0)
+    q = planar.cranks(pose, ROD, 1.0)
+    q[0] = np.arctan2(away[1], away[0])
+    assert np.abs(robot.rods(pose, q)).max() < 1e-15
+    found = robot.singularity(pose, q)
+    assert found.type_1 < 1e-15
+    assert found.type_2 > 0.1
+    assert found.type_3 == found.type_2
+
+
+def test_three_lines_through_a_point_are_of_type_2(robot):
+    # Rods that point away from the platform's middle: no arm is left, so none to measure in.
+    end = planar.PLATFORM + ROD
+    c = (planar.BASE**2 + end**2 - planar.CRANK**2) / (2 * planar.BASE * end)
+    pose = np.array([0.0, 0.0, np.arccos(c)])
+    cranks = planar.pins(pose) * end / planar.PLATFORM - planar.BASE * planar.DIRECTIONS
+    q = np.arctan2(cranks[:, 1], cranks[:, 0])
+    assert np.abs(robot.rods(pose, q)).max() < 1e-15
+    found = robot.singularity(pose, q)
+    assert found.type_2 < 1e-14
+    assert found.type_1 > 0.1
+    assert found.type_3 == found.type_1
+
+
+def test_the_length_is_of_the_reference(robot):
+    pose = np.array([0.02, 0.01, 0.1])
+    q = planar.cranks(pose, ROD, 1.0)
+    reference = robot.reference
+    arms = lines(np.array(reference.z), np.array(reference.q))[:, 2]
+    given = robot.singularity(pose, q, length=np.sqrt(np.mean(arms**2)))
+    np.testing.assert_allclose(robot.singularity(pose, q), given, rtol=1e-12)
+    with pytest.raises(chasles.InputError, match=r"length must be a positive number, got -1"):
+        robot.singularity(pose, q, length=-1)
+
+
+def test_what_is_not_finite_gives_nan(robot):
+    found = robot.singularity([[0.0, 0.0, 0.0], [np.nan, 0.0, 0.0]], np.zeros(3))
+    assert [np.isnan(values).tolist() for values in found] == [[False, True]] * 3

@@ -1,0 +1,345 @@
+"""Paths of poses followed by rates: through singularities, at limits, and for every robot."""
+
+import pickle
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from scipy.optimize import lsq_linear
+
+import chasles
+from chasles import screws
+from chasles.velocity.track import _DAMPING, _SMALLEST
+
+from .. import snake
+
+STEPS = 100_000
+REGULAR = np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
+IN_LINE = np.array([0.3, -1.2, 1.5, -0.4, 0.0, 0.2])
+"""The wrist's second joint at 0: the axes of the first and third are parallel."""
+RATE = np.pi
+AWAY = 0.05
+"""Singular values above it are called away from the singularity: five degrees of the wrist."""
+
+
+@pytest.fixture(scope="module")
+def arm():
+    return chasles.load("ur5e")
+
+
+def lost(arm, q):
+    """The twist of the tool that the arm cannot make, in its own frame."""
+    return np.linalg.svd(arm.jacobian_body(q))[0][:, -1]
+
+
+def through(arm, q, twist, m=STEPS + 1):
+    """A screw motion through the pose of q, from one side to the other, and where it starts."""
+    poses = arm.fk(q) @ screws.exp(np.linspace(-1, 1, m)[:, None] * twist)
+    return poses, arm.ik(poses[0]).within_limits().nearest(q)
+
+
+def load_snake(path, *shape):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CHASLES_CACHE", str(path / "cache"))
+        return chasles.load(snake.write(path / "snake", *shape).path)
+
+
+def assert_sound(robot, track, dt, rate=np.inf):
+    """What holds of every track, exactly."""
+    assert np.isfinite(track.q).all()
+    assert np.isfinite(track.error).all()
+    np.testing.assert_array_equal(track.q, np.clip(track.q, robot.lower, robot.upper))
+    np.testing.assert_array_equal(track.qd, np.diff(track.q, axis=0) / dt)
+    assert (np.abs(track.qd) <= rate).all()
+    assert (np.abs(np.diff(track.q, axis=0)) <= np.asarray(rate) * dt).all()
+
+
+def test_a_regular_path_has_the_joints_of_the_inverse(arm):
+    poses = screws.straight(
+        arm.fk(REGULAR),
+        arm.fk(np.add(REGULAR, [0.5, 0.2, -0.3, 0.1, 0.3, 0.4])),
+        np.linspace(0, 1, 5001),
+    )
+    track = arm.track(poses, REGULAR, 1e-3)
+    assert_sound(arm, track, 1e-3)
+    path = arm.ik_path(poses, REGULAR)
+    assert path.complete
+    np.testing.assert_allclose(track.q, path.q, rtol=0, atol=1e-7)
+    assert track.error.max() < 1e-7
+    assert (len(track.at_rate_limit), len(track.at_limit), len(track.shortened)) == (0, 0, 0)
+    T = arm.fk(track.q)
+    distance = np.linalg.norm((T - poses)[:, :3, 3], axis=-1)
+    np.testing.assert_allclose(track.error[:, 0], distance, rtol=0, atol=1e-15)
+    angle = np.linalg.norm(screws.log(screws.inverse(T) @ poses)[:, 3:], axis=-1)
+    np.testing.assert_allclose(track.error[:, 1], angle, rtol=0, atol=1e-15)
+    again = pickle.loads(pickle.dumps(track))
+    np.testing.assert_array_equal(again.q, track.q)
+    assert track.largest_angle == track.error[track.largest_angle_at, 1] == track.error[:, 1].max()
+
+
+def test_100000_steps_through_a_wrist_in_line(arm):
+    s = np.linspace(-1, 1, STEPS + 1)
+    q = IN_LINE + s[:, None] * [0.2, 0.3, -0.2, 0.1, 0.6, 0.3]
+    track = arm.track(arm.fk(q), q[0], 1e-3, rate_limits=RATE)
+    assert_sound(arm, track, 1e-3, RATE)
+    assert track.smallest_singular_value < 1e-6
+    assert abs(track.smallest_singular_value_at - STEPS // 2) <= 1
+    # The joints are found again on the other side, though the singularity leaves them open.
+    np.testing.assert_allclose(track.q, q, rtol=0, atol=1e-3)
+    away = track.singular_value > AWAY
+    assert 0.8 < away.mean() < 1
+    np.testing.assert_allclose(track.q[away], q[away], rtol=0, atol=1e-8)
+    assert track.error[away].max() < 1e-9
+    assert track.error.max() < 1e-5
+    assert not track.at_rate_limit
+
+
+@pytest.mark.parametrize("offset", [0.0, 1e-6, 1e-3, 0.01, 0.03])
+@pytest.mark.parametrize("rate", [RATE, 0.5])
+def test_100000_steps_with_a_wrist_that_has_to_turn_over(arm, offset, rate):
+    # Near the singularity, across it in the direction that is lost there: the closer it passes,
+    # the faster the wrist has to turn by half a turn.
+    q = np.add(IN_LINE, [0, 0, 0, 0, offset, 0])
+    poses, q0 = through(arm, q, 0.5 * lost(arm, IN_LINE))
+    track = arm.track(poses, q0, 1e-3, rate_limits=rate)
+    assert_sound(arm, track, 1e-3, rate)
+    away = track.singular_value > AWAY
+    assert 0.7 < away.mean() < 1
+    assert track.error[away].max() < 1e-6
+    assert track.error[-1].max() < 1e-9
+    assert track.error.max() < 0.015
+    assert track.smallest_singular_value < 0.03
+
+
+def test_from_within_the_singularity(arm):
+    # At rest the wrist cannot tell which way to turn over; it finds one as it is left behind.
+    twist = lost(arm, IN_LINE) * 0.6
+    poses = arm.fk(IN_LINE) @ screws.exp(np.linspace(0, 1, STEPS + 1)[:, None] * twist)
+    track = arm.track(poses, IN_LINE, 1e-3, rate_limits=RATE)
+    assert_sound(arm, track, 1e-3, RATE)
+    assert track.singular_value[0] < 1e-14
+    assert track.error.max() < 0.005
+    assert track.error[track.singular_value > AWAY].max() < 1e-6
+    assert "Held at its rate limit: wrist_1 in" in str(track)
+
+
+def test_the_error_at_a_wrist_in_line_is_bounded(arm):
+    # As documented: what the tool goes while a joint makes half a turn, and what it takes the
+    # wrist to leave the singularity.
+    rng = np.random.default_rng(5)
+    checked = 0
+    while checked < 60:
+        q = IN_LINE + rng.uniform(-0.5, 0.5, 6) * [1, 0.5, 0.5, 1, 0, 1]
+        q[4] = rng.choice([0, 1e-4, 1e-3, 0.01, 0.03])
+        twist = rng.normal(size=6) * [0.1, 0.1, 0.1, 0.2, 0.2, 0.2]
+        twist = lost(arm, q) * 0.3 if rng.random() < 0.4 else twist
+        poses, q0 = through(arm, q, twist, 4001)
+        if not arm.ik(poses[::50]).valid.all():
+            continue  # the path leaves the reach of some branch
+        dt, length = rng.choice([1e-3, 1e-2]), 0.5
+        rate = rng.choice([RATE, 1.0])
+        track = arm.track(poses, q0, dt, rate_limits=rate, length=length)
+        assert_sound(arm, track, dt, rate)
+        step = np.hypot(np.linalg.norm(twist[:3]), length * np.linalg.norm(twist[3:])) / 2000
+        error = np.hypot(track.error[:, 0], length * track.error[:, 1])
+        bound = step / dt * np.pi / rate + (432 * (_DAMPING * length) ** 2 * step) ** (1 / 3)
+        assert error.max() < bound
+        checked += 1
+    assert checked == 60
+
+
+def costs(robot, q, target, rate, dt, length):
+    """What a step from q towards a target leaves over, and the least that SciPy finds."""
+    T, J = robot.fk_jacobian_mixed(q)
+    track = robot.track([T, target], q, dt, rate_limits=rate, length=length)
+    assert_sound(robot, track, dt, rate)
+    turn = screws.log_rotation((target @ screws.inverse(T))[:3, :3])
+    scale = np.array([1, 1, 1, length, length, length])
+    b = scale * np.concatenate([(target - T)[:3, 3], turn])
+    A = scale[:, None] * J
+    unit = np.linalg.norm(A, axis=0)
+    s, Vt = np.linalg.svd(A / unit, full_matrices=False)[1:]
+    damping = _DAMPING * np.sqrt(np.maximum(1 - (s / _SMALLEST) ** 2, 0))
+    A = np.concatenate([A, (damping * (s > 1e-9))[:, None] * Vt * unit])
+    b = np.append(b, np.zeros(len(s)))
+    least = lsq_linear(A, b, (-rate * dt, rate * dt), tol=1e-14).cost
+    return np.sum((A @ (track.q[1] - q) - b) ** 2) / 2, least, len(track.at_rate_limit)
+
+
+def test_a_step_is_the_bounded_least_squares_answer(arm):
+    rng = np.random.default_rng(11)
+    held = 0
+    for _ in range(200):
+        q = rng.uniform(-2, 2, 6)
+        q[4] *= rng.choice([1, 0.01])
+        target = arm.fk(q) @ screws.exp(rng.normal(size=6) * 0.02)
+        cost, least, touched = costs(arm, q, target, rng.uniform(0.5, 3, 6), 0.01, 0.4)
+        assert cost <= least * (1 + 1e-6) + 1e-14
+        held += touched
+    assert held > 100
+
+
+def test_joints_stop_at_their_limits(arm):
+    # The elbow is asked to go on beyond its limit; the arm does what it can, and comes back.
+    s = np.concatenate([np.linspace(0, 1, 501), np.linspace(1, 0, 501)])
+    q = REGULAR + [0, 0, 1.3, 0, 0, 0] + s[:, None] * [0.1, 0.2, 0.6, 0, 0, 0]
+    assert q[:, 2].max() > arm.upper[2]
+    track = arm.track(arm.fk(q), q[0], 0.01)
+    assert_sound(arm, track, 0.01)
+    assert track.q[:, 2].max() == arm.upper[2]
+    assert list(track.at_limit) == ["elbow"]
+    held = track.at_limit["elbow"]
+    np.testing.assert_array_equal(track.q[held + 1, 2], arm.upper[2])
+    assert track.error[held + 1].max(-1).max() > 0.01
+    assert "Held at a limit: elbow in" in str(track)
+    np.testing.assert_allclose(track.q[-1], q[-1], atol=1e-4)
+
+
+def test_out_of_reach_the_nearest_is_kept(arm):
+    # Straight out, ten centimetres too far: the stretched arm points there and stays.
+    q0 = np.array([0.1, -0.6, 0.9, -0.8, 1.2, 0.0])
+    T = arm.fk(q0)
+    out = np.append(T[:2, 3] / np.linalg.norm(T[:2, 3]), 0)
+    end = T.copy()
+    end[:3, 3] += 0.5 * out
+    m = 20_001
+    poses = screws.straight(T, end, np.minimum(np.linspace(0, 2, m), 1))
+    track = arm.track(poses, q0, 1e-3, rate_limits=RATE)
+    assert_sound(arm, track, 1e-3, RATE)
+    assert not arm.ik(end).valid.any()
+    assert 0.01 < track.error[-1, 0] < 0.5
+    assert np.abs(track.qd[-m // 4 :]).mean() < 0.01
+
+
+def test_any_start_is_caught_up_with(arm):
+    poses = np.broadcast_to(arm.fk(REGULAR), (200, 4, 4))
+    track = arm.track(poses, REGULAR + 0.4, 0.01)
+    assert_sound(arm, track, 0.01)
+    np.testing.assert_allclose(track.q[-1], REGULAR, atol=1e-12)
+    slow = arm.track(poses, REGULAR + 0.4, 0.01, gain=2.0)
+    # The error decays by gain dt a step.
+    np.testing.assert_allclose(slow.error[101] / slow.error[100], 0.98, atol=1e-3)
+
+
+@pytest.mark.parametrize("name", chasles.robots())
+def test_every_robot_with_a_jacobian_finds_its_own_paths(name):
+    robot = chasles.load(name)
+    if "fk_jacobian_mixed" not in robot.functions:
+        with pytest.raises(AttributeError, match="has no 'track'"):
+            robot.track([np.eye(4)], np.zeros(robot.n), 0.01)
+        return
+    q = start_and_end(robot)
+    poses = robot.fk_jacobian_mixed(q)[0]
+    track = robot.track(poses, q[0], 0.01)
+    assert_sound(robot, track, 0.01)
+    assert track.error.max() < 1e-4
+    assert track.error[-1].max() < 1e-4
+
+
+def start_and_end(robot):
+    """A short way in the joints, from a regular pose, on which forward kinematics is defined."""
+    rng = np.random.default_rng(1)
+    lower = np.where(np.isfinite(robot.lower), robot.lower, -2)
+    upper = np.where(np.isfinite(robot.upper), robot.upper, 2)
+    for _ in range(1000):
+        q0 = lower + rng.uniform(0.3, 0.7, robot.n) * (upper - lower)
+        if robot.reference is not None:
+            margin = 0.1 * (upper - lower)
+            q0 = np.clip(robot.reference.q, lower + margin, upper - margin)
+        ahead = rng.uniform(-0.05, 0.05, robot.n) * np.minimum(upper - lower, 1)
+        q = q0 + np.linspace(0, 1, 1001)[:, None] * ahead
+        inside = ((q >= robot.lower) & (q <= robot.upper)).all()
+        T, J = robot.fk_jacobian_mixed(q)
+        J = J[0] / np.linalg.norm(J[0], axis=0)
+        if inside and np.isfinite(T).all() and rank(J, 0.02) == rank(J, 1e-9):
+            return q
+    raise AssertionError(robot.name)
+
+
+def rank(J, tolerance):
+    return np.linalg.matrix_rank(J, tolerance)
+
+
+@pytest.mark.parametrize("n", [1, 3, 64])
+def test_many_joints_and_few(tmp_path, n):
+    robot = load_snake(tmp_path, n, 0.8)
+    q0 = np.full(n, 0.4 / n)
+    q = q0 + np.linspace(0, 1, 501)[:, None] * np.linspace(-0.3, 0.4, n)
+    rate = np.linspace(0.1, 1, n)
+    track = robot.track(robot.fk_jacobian_mixed(q)[0], q0, 0.01, rate_limits=rate)
+    assert_sound(robot, track, 0.01, rate)
+    assert track.error[-1].max() < 1e-3
+    # What all joints can make in two steps keeps many of them at their rates in the first.
+    target = robot.fk_jacobian_mixed(q0 + 0.02 * rate)[0]
+    cost, least, touched = costs(robot, q0, target, rate, 0.01, 1.0)
+    assert cost <= least * (1 + 1e-3) + 1e-12
+    assert touched >= n // 2
+
+
+def test_it_stops_where_forward_kinematics_ends(tmp_path):
+    robot = load_snake(tmp_path, 3)
+    q = np.linspace([0.9, 0.5, 0.5], [0.99, 0.4, 0.5], 101)
+    poses = robot.fk_jacobian_mixed(q)[0]
+    more = screws.interpolate(poses[0], poses[-1], np.linspace(0, 3, 301))
+    track = robot.track(more, q[0], 0.01)
+    assert_sound(robot, track, 0.01)
+    assert len(track.shortened)
+    assert track.q[-1, 0] <= snake.WALL
+    assert track.q[-1, 0] == pytest.approx(snake.WALL, abs=1e-3)
+    assert "forward kinematics is not defined further on" in str(track)
+    with pytest.raises(chasles.InputError, match="not defined at q0"):
+        robot.track(more, [1.1, 0, 0], 0.01)
+
+
+def test_one_pose_is_a_track(arm):
+    track = arm.track([arm.fk(REGULAR)], REGULAR, 0.01)
+    assert (track.q.shape, track.qd.shape) == ((1, 6), (0, 6))
+    assert str(track).startswith("1 poses followed within")
+
+
+BAD = [
+    ({"poses": np.zeros((0, 4, 4))}, chasles.ShapeError, r"poses \(m, 4, 4\)"),
+    ({"poses": np.eye(4)}, chasles.ShapeError, r"poses \(m, 4, 4\)"),
+    ({"poses": [np.eye(4), np.full((4, 4), np.nan)]}, chasles.InputError, "pose 1 is not a rigid"),
+    ({"poses": [np.diag([1, 1, -1, 1])]}, chasles.InputError, "pose 0 is not a rigid"),
+    ({"poses": [np.eye(4) * 1.1]}, chasles.InputError, "pose 0 is not a rigid"),
+    ({"q0": np.zeros(5)}, chasles.ShapeError, r"q0 \(6,\)"),
+    ({"q0": np.array([0, 0, 4, 0, 0, 0])}, chasles.InputError, "elbow is outside its limits"),
+    ({"q0": np.array([np.nan, 0, 0, 0, 0, 0])}, chasles.InputError, "shoulder_pan is outside"),
+    ({"dt": 0.0}, chasles.InputError, "dt must be a positive number"),
+    ({"dt": np.nan}, chasles.InputError, "dt must be a positive number"),
+    ({"gain": 101.0}, chasles.InputError, "gain must be in"),
+    ({"length": -1.0}, chasles.InputError, "track: length must be a positive number"),
+    ({"rate_limits": [1.0, 2.0]}, chasles.ShapeError, r"rate_limits \(\) or \(6,\)"),
+    ({"rate_limits": 0.0}, chasles.InputError, "rate_limits must be positive"),
+    ({"rate_limits": np.nan}, chasles.InputError, "rate_limits must be positive"),
+]
+
+
+@pytest.mark.parametrize(("change", "error", "message"), BAD)
+def test_bad_input_is_named(arm, change, error, message):
+    given = {"poses": [arm.fk(REGULAR)], "q0": REGULAR, "dt": 0.01, **change}
+    with pytest.raises(error, match=message):
+        arm.track(**given)
+
+
+ENDLESS = """
+import numpy as np, chasles
+from chasles import screws
+arm = chasles.load("ur5e")
+q = np.array([0.3, -1.2, 1.5, -0.4, 0.9, 0.2])
+start = arm.fk(q)
+poses = screws.straight(
+    start, start @ screws.exp([0.1, 0.2, -0.1, 0, 0.3, 0.4]), np.linspace(0, 1, 101)
+)
+poses[:, :3, 3] *= 5
+track = arm.track(poses, q, 0.01, rate_limits=3.0)
+assert np.abs(track.qd).max() <= 3.0
+assert np.abs(track.q).min() < 1e-12
+"""
+
+
+def test_a_step_that_ends_beside_zero_ends():
+    """Last places of a coordinate near zero are too small to take a rounding off its rate."""
+    subprocess.run([sys.executable, "-c", ENDLESS], check=True, timeout=120)

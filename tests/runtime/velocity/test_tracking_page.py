@@ -1,0 +1,26 @@
+"""The examples of docs/tracking.md run, and what their comments promise holds."""
+
+import re
+from pathlib import Path
+
+PAGE = Path(__file__).parents[3] / "docs" / "tracking.md"
+
+
+def test_the_examples_print_what_they_say(capsys):
+    text = PAGE.read_text(encoding="utf-8")
+    examples = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+    assert len(examples) == 2
+    names = {}
+    for example in examples:
+        exec(compile(example, str(PAGE), "exec"), names)
+        said = " ".join(re.findall(r"^# (.*)$", example, re.MULTILINE))
+        printed = capsys.readouterr().out
+        # Roundings differ from machine to machine, and with them which joint is held how long.
+        assert kept(said) == kept(printed)
+        assert ("Held at its rate limit: wrist_" in said) == ("Held at its rate limit" in printed)
+    assert names["track"].error[names["away"]].max() < 1e-10
+
+
+def kept(text):
+    """The words of the sentences that every machine prints, without their numbers."""
+    return re.findall("[a-zA-Z]{2,}", text.split("Held")[0])
