@@ -1,0 +1,1 @@
+"""From robot files to generated folders: jobs, freshness, files written."""
